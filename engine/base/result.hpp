@@ -1,0 +1,38 @@
+#pragma once
+/// Either a value or the reasons why there is none, for things a user can get wrong.
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace pantin {
+
+/// One complaint: where, what was found, what was expected. `message` is one whole line.
+struct Error {
+  std::string message;
+};
+
+template <class T>
+class Result {
+ public:
+  Result(T value) : held_(std::move(value)) {}
+  Result(Error error) : held_(std::vector<Error>{std::move(error)}) {}
+  Result(std::vector<Error> errors) : held_(std::move(errors)) {}
+
+  explicit operator bool() const { return held_.index() == 0; }
+  T& operator*() { return std::get<0>(held_); }
+  const T& operator*() const { return std::get<0>(held_); }
+  T* operator->() { return &std::get<0>(held_); }
+  const T* operator->() const { return &std::get<0>(held_); }
+
+  /// All complaints, in the order they were met. Only for a failed result.
+  const std::vector<Error>& errors() const { return std::get<1>(held_); }
+
+ private:
+  std::variant<T, std::vector<Error>> held_;
+};
+
+/// A result that carries no value.
+struct Done {};
+
+}  // namespace pantin

@@ -1,0 +1,46 @@
+#pragma once
+/// Rotations as quaternions and as rotation vectors (axis times angle, radians).
+#include "engine/base/math.hpp"
+
+namespace pantin {
+
+/// The quaternion of a rotation vector; its angle may be any number.
+inline Quat turn_by(Vec3 rotation_vector) {
+  const Real angle2 = glm::dot(rotation_vector, rotation_vector);
+  if (angle2 < 1e-6) {  // series: sin(t/2)/t loses digits near zero
+    const Real scale = 0.5 - angle2 / 48 + angle2 * angle2 / 3840;
+    const Real w = 1 - angle2 / 8 + angle2 * angle2 / 384;
+    return glm::normalize(Quat(w, scale * rotation_vector));
+  }
+  const Real angle = std::sqrt(angle2);
+  return Quat(std::cos(angle / 2), std::sin(angle / 2) / angle * rotation_vector);
+}
+
+/// The shortest rotation vector of a unit quaternion; its length lies in [0, pi].
+inline Vec3 rotation_vector(Quat q) {
+  if (q.w < 0) q = -q;
+  const Vec3 v{q.x, q.y, q.z};
+  const Real n2 = glm::dot(v, v);
+  if (n2 < 1e-12) return v * (2 + n2 / 3);
+  const Real n = std::sqrt(n2);
+  return v * (2 * std::atan2(n, q.w) / n);
+}
+
+/// The rotation that Cayley's map makes of `d`: angle 2 atan(|d|/2), always below pi, no trigonometry.
+inline Quat cayley(Vec3 d) { return glm::normalize(Quat(1, 0.5 * d)); }
+
+/// A part `k` of a rotation, taken the short way round.
+inline Quat part_of(Quat turn, Real k) { return turn_by(k * rotation_vector(turn)); }
+
+/// Angular velocity that carries `from` to `to` in `h` seconds at a constant rate, world axes, rad/s.
+inline Vec3 spin_between(Quat from, Quat to, Real h) {
+  return rotation_vector(to * glm::conjugate(from)) / h;
+}
+
+/// The world inertia of principal moments `inertia` (body axes) at `rotation`.
+inline Mat3 world_inertia(Quat rotation, Vec3 inertia) {
+  const Mat3 r = glm::mat3_cast(rotation);
+  return Mat3(r[0] * inertia.x, r[1] * inertia.y, r[2] * inertia.z) * glm::transpose(r);
+}
+
+}  // namespace pantin

@@ -1,0 +1,103 @@
+#include "engine/geometry/shape.hpp"
+
+#include <array>
+#include <utility>
+
+#include "engine/base/rotation.hpp"
+
+namespace pantin {
+namespace {
+
+/// Moves a tensor from its mass centre to a point `offset` away (parallel axes).
+Mat3 parallel_axis(Real mass, Vec3 offset) {
+  return mass * (glm::dot(offset, offset) * Mat3(1) - glm::outerProduct(offset, offset));
+}
+
+Vec3 unit_moments(const Shape& shape) {
+  const Real r = shape.size.x;
+  switch (shape.kind) {
+    case ShapeKind::sphere:
+      return Vec3(0.4 * r * r);
+    case ShapeKind::capsule: {
+      // A cylinder and two half balls, weighted by their volumes.
+      const Real c = shape.size.y;
+      const Real cylinder = 2 * c * r * r, balls = 4.0 / 3 * r * r * r;  // both over pi
+      const Real whole = cylinder + balls;
+      const Real along = (cylinder * r * r / 2 + balls * 0.4 * r * r) / whole;
+      const Real across = (cylinder * (r * r / 4 + c * c / 3) +
+                           balls * (0.4 * r * r + c * c + 0.75 * c * r)) /
+                          whole;
+      return {across, along, across};
+    }
+    case ShapeKind::box: {
+      const Vec3 s = shape.size * shape.size / 3.0;
+      return {s.y + s.z, s.x + s.z, s.x + s.y};
+    }
+  }
+  return Vec3(0);
+}
+
+}  // namespace
+
+Real volume(const Shape& shape) {
+  const Real r = shape.size.x;
+  switch (shape.kind) {
+    case ShapeKind::sphere:
+      return 4.0 / 3 * kPi * r * r * r;
+    case ShapeKind::capsule:
+      return kPi * r * r * (2 * shape.size.y + 4.0 / 3 * r);
+    case ShapeKind::box:
+      return 8 * shape.size.x * shape.size.y * shape.size.z;
+  }
+  return 0;
+}
+
+MassProperties mass_properties(const Shape& shape, Real density) {
+  const Real mass = density * volume(shape);
+  return {mass, shape.local.position,
+          world_inertia(shape.local.rotation, mass * unit_moments(shape))};
+}
+
+MassProperties combine(const MassProperties& a, const MassProperties& b) {
+  if (a.mass == 0) return b;
+  if (b.mass == 0) return a;
+  const Real mass = a.mass + b.mass;
+  const Vec3 centre = (a.mass * a.centre + b.mass * b.centre) / mass;
+  return {mass, centre,
+          a.inertia + parallel_axis(a.mass, a.centre - centre) + b.inertia +
+              parallel_axis(b.mass, b.centre - centre)};
+}
+
+PrincipalInertia principal_inertia(const Mat3& tensor) {
+  Mat3 d = tensor;
+  Quat turn{1, 0, 0, 0};
+  constexpr std::array<std::pair<int, int>, 3> kPlanes{{{0, 1}, {0, 2}, {1, 2}}};
+  for (int round = 0; round < 32; ++round) {
+    Real off = 0;
+    for (auto [p, q] : kPlanes) off += d[p][q] * d[p][q];
+    const Real scale = d[0][0] * d[0][0] + d[1][1] * d[1][1] + d[2][2] * d[2][2];
+    if (!(off > 1e-34 * scale)) break;
+    for (auto [p, q] : kPlanes) {
+      if (d[p][q] == 0) continue;
+      const Real theta = (d[q][q] - d[p][p]) / (2 * d[p][q]);
+      const Real t = (theta >= 0 ? 1.0 : -1.0) / (std::abs(theta) + std::sqrt(theta * theta + 1));
+      const int axis = 3 - p - q;
+      Vec3 rotation(0);
+      // Positive angles turn axis p towards q; about y that order is z to x.
+      rotation[axis] = (axis == 1 ? 1 : -1) * std::atan(t);
+      const Quat step = turn_by(rotation);
+      const Mat3 r = glm::mat3_cast(step);
+      d = glm::transpose(r) * d * r;
+      turn = glm::normalize(turn * step);
+    }
+  }
+  return {{d[0][0], d[1][1], d[2][2]}, turn};
+}
+
+bool is_possible_inertia(Vec3 m) {
+  if (!is_finite(m) || !(m.x > 0 && m.y > 0 && m.z > 0)) return false;
+  const Real slack = 1e-9 * (m.x + m.y + m.z);  // round-off of a diagonalised tensor
+  return m.x <= m.y + m.z + slack && m.y <= m.x + m.z + slack && m.z <= m.x + m.y + slack;
+}
+
+}  // namespace pantin

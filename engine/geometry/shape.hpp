@@ -1,0 +1,57 @@
+#pragma once
+/// Solid shapes: what a body looks like and what its mass follows from.
+#include <cstdint>
+#include <vector>
+
+#include "engine/base/math.hpp"
+
+namespace pantin {
+
+enum class ShapeKind : std::uint8_t { sphere, capsule, box };
+
+/// A solid in a frame of its own.
+///
+/// `size` in metres: sphere (radius, -, -); capsule (radius, half of the straight part, -), its axis
+/// along local y; box half extents. `local` places it in the body's mass-centre frame.
+struct Shape {
+  ShapeKind kind = ShapeKind::sphere;
+  Vec3 size{0.1, 0, 0};
+  Pose local;
+  std::uint32_t material = 0;  // index into World::materials
+};
+
+/// The shapes of one body.
+struct Shapes {
+  std::vector<Shape> parts;
+};
+
+/// Mass, mass centre and inertia about that centre, in the frame the shapes are placed in.
+struct MassProperties {
+  Real mass = 0;     // kg
+  Vec3 centre{0};    // m
+  Mat3 inertia{0};   // kg m^2, about `centre`
+};
+
+/// Volume in m^3.
+Real volume(const Shape& shape);
+
+/// Mass properties of one solid of constant `density` (kg/m^3), in the frame of `shape.local`.
+MassProperties mass_properties(const Shape& shape, Real density);
+
+/// Sum of two solids given in one frame (parallel axes).
+MassProperties combine(const MassProperties& a, const MassProperties& b);
+
+/// Inertia of three principal axes: `rotation` turns principal axes into the frame of the tensor.
+struct PrincipalInertia {
+  Vec3 moments{1};
+  Quat rotation{1, 0, 0, 0};
+};
+
+/// Diagonalises a symmetric tensor by Jacobi rotations; the axes stay as near to the given ones as
+/// the tensor allows, so a diagonal tensor returns itself and no turn.
+PrincipalInertia principal_inertia(const Mat3& tensor);
+
+/// Three positive moments that some solid body can have: each at most the sum of the other two.
+bool is_possible_inertia(Vec3 moments);
+
+}  // namespace pantin

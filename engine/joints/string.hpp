@@ -1,0 +1,24 @@
+#pragma once
+/// A string between two bodies: it pulls, never pushes.
+///
+///   C = |p_b - p_a| - length <= 0       one unilateral row, metres
+#include <algorithm>
+
+#include "engine/base/math.hpp"
+
+namespace pantin {
+
+struct StringJoint {
+  Vec3 anchor_a{0};       // in body a's mass-centre frame
+  Vec3 anchor_b{0};       // in body b's mass-centre frame
+  Real length = 1;        // m, when taut and unloaded
+  Real compliance = 0;    // m/N; 0 does not stretch
+};
+
+/// How far the string is drawn beyond its length, never negative, metres.
+inline Real stretch(const StringJoint& joint, const Pose& a, const Pose& b) {
+  const Real span = glm::length(to_world(b, joint.anchor_b) - to_world(a, joint.anchor_a));
+  return std::max(Real(0), span - joint.length);
+}
+
+}  // namespace pantin

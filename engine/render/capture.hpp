@@ -1,0 +1,40 @@
+#pragma once
+/// Frames to disk: PNG files and video, written by a thread of its own behind a bounded queue.
+#include <memory>
+#include <string>
+
+#include "engine/base/result.hpp"
+#include "engine/render/renderer.hpp"
+
+namespace pantin {
+
+struct CaptureOptions {
+  std::string frames_directory;  // empty: no PNG files
+  std::string video_path;        // empty: no video; .mp4 or .mkv
+  double fps = 60;
+  int width = 1280, height = 720;
+  int queue = 3;  // frames in flight; push() waits when they are all taken
+};
+
+/// Takes frames in order. Each PNG is written beside its place and renamed; a video goes through an
+/// ffmpeg child started without a shell.
+class Capture {
+ public:
+  /// Fails before any frame is made: directory not writable, ffmpeg missing, unknown container.
+  static Result<std::unique_ptr<Capture>> open(const CaptureOptions& options);
+  virtual ~Capture() = default;  // abandons what was not finished
+
+  /// An image to draw into; its memory is used again and again. Waits for the writer if need be.
+  virtual Image& next() = 0;
+  /// Hands the image of next() to the writer. Fails once the writer has failed.
+  virtual Result<Done> push() = 0;
+  /// Waits for the writer and for ffmpeg. Frames written, or the first failure.
+  virtual Result<std::size_t> finish() = 0;
+};
+
+/// Encodes a PNG (libdeflate, filter 0, sRGB chunk).
+std::vector<std::uint8_t> encode_png(const Image& image);
+/// Writes beside `path`, then renames.
+Result<Done> write_png(const std::string& path, const Image& image);
+
+}  // namespace pantin

@@ -1,0 +1,65 @@
+#pragma once
+/// Draws a World off-screen. The only room that knows OpenGL.
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/base/result.hpp"
+#include "engine/world/world.hpp"
+
+namespace pantin {
+
+/// A picture: rows from the top, four bytes a pixel, sRGB.
+struct Image {
+  int width = 0, height = 0;
+  std::vector<std::uint8_t> rgba;
+};
+
+enum class GlPath : std::uint8_t { automatic, surfaceless, device, osmesa };
+
+struct RenderOptions {
+  int width = 1280, height = 720;
+  int samples = 4;       // MSAA; 0 or 1 for none
+  bool shadows = true;
+  GlPath path = GlPath::automatic;
+};
+
+/// Which way to OpenGL was taken and why the others were not.
+struct GlReport {
+  std::string path, renderer, version;  // empty when none works
+  std::vector<std::string> refused;     // one line a path tried in vain
+};
+
+/// One line of a legend.
+struct LegendEntry {
+  Vec3 colour;  // linear RGB
+  std::string text;
+};
+
+/// What is written and drawn over the picture.
+struct Overlay {
+  std::vector<std::string> lines;    // top left
+  std::vector<LegendEntry> legend;   // bottom left
+  bool joints = false;               // rings at joints, axes of bodies, pins, slack strings marked
+};
+
+/// Owns a GL context and everything in it. Use from one thread at a time.
+class Renderer {
+ public:
+  /// Errors carry one line for each way to OpenGL that was refused.
+  static Result<std::unique_ptr<Renderer>> create(const RenderOptions& options);
+  virtual ~Renderer() = default;
+
+  /// Draws the bodies at `poses` (by slot of World::bodies; empty: where they are) into `out`.
+  virtual void draw(const World& world, std::span<const Pose> poses, const View& view,
+                    const Overlay& overlay, Image& out) = 0;
+  virtual const GlReport& report() const = 0;
+};
+
+/// A camera that sees all bodies of the world (shapes, strings and the sway of drives included) in a
+/// picture of this shape, looking the way `view` does.
+Camera framing_camera(const World& world, const View& view, Real aspect);
+
+}  // namespace pantin

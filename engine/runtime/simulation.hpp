@@ -1,0 +1,91 @@
+#pragma once
+/// The order of one step, and the loop around it.
+#include <array>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "engine/runtime/report.hpp"
+#include "engine/world/world.hpp"
+
+namespace pantin {
+
+/// The named places of a step where a user's own system may run.
+enum class Place : std::uint8_t {
+  before_drive,
+  before_update,
+  before_adjust,
+  before_push_out,
+  before_measure,
+  after_step
+};
+inline constexpr std::size_t kPlaces = 6;
+
+/// A user's own system: called with the World and the step length in seconds.
+using System = std::function<void(World&, Real)>;
+
+struct StepSettings {
+  Real h = 1.0 / 60;   // s
+  int substeps = 1;    // equal parts each step is taken in
+  int threads = 1;     // articulations are shared out; the result does not depend on it
+  bool measure = false;  // fill StepReport::measures after each step
+};
+
+/// Seconds spent in each stage since the last reset, for benchmarks.
+struct StageTimes {
+  Real drive = 0, update = 0, adjust = 0, push_out = 0, measure = 0;
+};
+
+/// Systems by place, in the order they were inserted.
+using Systems = std::array<std::vector<System>, kPlaces>;
+
+/// One whole step: drive, update, adjust, push out, measure. Never throws, never prints; allocates
+/// nothing once the structure is known. A step of zero or non-finite length does nothing.
+StepReport step_world(World& world, const StepSettings& settings, const Systems& systems,
+                      StageTimes* times = nullptr);
+
+/// The rulers, of the state as it stands.
+Measures measure(const World& world);
+
+/// What advance() did with the wall time it was given.
+struct Advance {
+  int steps = 0;        // whole steps taken
+  Real fraction = 0;    // of the next step that has passed, in [0, 1): for interpolation
+  Real dropped = 0;     // s of wall time given up by the cap on catching up
+  StepReport report;    // of the last step; status of the first that failed
+};
+
+/// A World that is stepped at a fixed rate.
+class Simulation {
+ public:
+  explicit Simulation(World start = {}, StepSettings how = {}) : world(std::move(start)), settings(how) {}
+
+  World world;
+  StepSettings settings;
+  int most_steps = 4;  // cap on catching up in one advance()
+
+  /// Adds a plain function at a named place of the step.
+  void insert(Place place, System system) {
+    systems_[static_cast<std::size_t>(place)].push_back(std::move(system));
+  }
+
+  /// One whole step.
+  StepReport step();
+
+  /// Takes as many whole steps as `wall_seconds` (and what was left before) hold.
+  Advance advance(Real wall_seconds);
+
+  /// Pose of a body between the last two steps; a teleported body is drawn where it is.
+  Pose interpolated(Entity body, Real fraction) const;
+
+  StageTimes times;  // filled when `timing` is set
+  bool timing = false;
+
+ private:
+  Systems systems_;
+  Real left_over_ = 0;
+  std::vector<Pose> before_;  // poses before the last step of advance(), by body slot
+  std::vector<Entity> before_owner_;
+};
+
+}  // namespace pantin

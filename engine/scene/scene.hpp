@@ -1,0 +1,47 @@
+#pragma once
+/// A scene: a World ready to run, and how it wants to be run and seen. Reads scene files, version 1.
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/base/result.hpp"
+#include "engine/world/world.hpp"
+
+namespace pantin {
+
+/// What a scene file says of pictures; the command line overrides it.
+struct OutputDefaults {
+  int width = 1280, height = 720;  // pixels
+  Real fps = 60;
+};
+
+struct Scene {
+  std::string title;  // file's "title", or its stem
+  World world;
+  View view;
+  Real step = 1.0 / 60;  // s
+  int substeps = 1;
+  Real duration = 5;  // s
+  Real drift_bound = 1e-12;  // allowed joint gap, part of the articulation's size
+  OutputDefaults output;
+  std::vector<std::string> warnings;  // whole lines, the place included
+};
+
+/// Counts beyond which a file is refused as absurd.
+struct SceneLimits {
+  std::size_t bytes = 64u << 20;
+  std::size_t bodies = 1'000'000;
+  std::size_t links = 1'000'000;
+  std::size_t depth = 64;  // nesting of JSON values and of prefabs
+};
+
+/// Reads a scene file. A bad file yields every complaint at once, each one line:
+///   puppet.json:12:7 /joints/3/a: found "shim", expected the name of a body; nearest is "shin"
+Result<Scene> load_scene(const std::string& path, const SceneLimits& limits = {});
+
+/// The same from text; `name` stands for the file in complaints.
+Result<Scene> parse_scene(std::string_view text, std::string_view name,
+                          const SceneLimits& limits = {});
+
+}  // namespace pantin

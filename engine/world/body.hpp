@@ -1,0 +1,36 @@
+#pragma once
+/// A rigid thing.
+#include <cstdint>
+
+#include "engine/base/math.hpp"
+
+namespace pantin {
+
+enum class Motion : std::uint8_t {
+  dynamic,  // moved by forces and joints
+  fixed,    // never moves
+  driven,   // moved by a Drive, or by whoever writes its pose; joints follow it
+};
+
+/// A rigid body, seen from its mass centre.
+///
+/// `pose` places the frame of principal axes at the mass centre. Anchors, shapes and `inertia` are
+/// given in that frame. A scene file may place a body by another frame of its own: see World::origins.
+/// Whoever changes `pose`, `velocity` or `spin` of a dynamic body by hand sets `restart`; whoever
+/// changes `mass`, `inertia` or `motion` calls World::touch() afterwards.
+struct Body {
+  Pose pose;
+  Vec3 velocity{0};  // of the mass centre, m/s
+  Vec3 spin{0};      // angular velocity, world axes, rad/s
+  Real mass = 1;     // kg
+  Vec3 inertia{1};   // principal moments, kg m^2
+  Real drag = 0.3;   // rate c of the damping exp(-c t), 1/s
+  Vec3 force{0};     // N, world axes; for the next step only
+  Vec3 torque{0};    // N m, world axes; for the next step only
+  Real gravity_scale = 1;
+  Motion motion = Motion::dynamic;
+  bool restart = false;   // the motion was changed by hand: integrate afresh from here
+  bool teleport = false;  // the pose jumped: do not draw the way in between
+};
+
+}  // namespace pantin

@@ -1,0 +1,40 @@
+#pragma once
+/// What ties bodies together and to the world.
+#include "engine/joints/ball.hpp"
+#include "engine/joints/string.hpp"
+#include "engine/world/entity.hpp"
+
+namespace pantin {
+
+/// Two bodies and a ball joint. Either body may be the one nearer to the root.
+struct Link {
+  Entity a, b;
+  BallJoint joint;
+};
+
+/// Two bodies and a string.
+struct String {
+  Entity a, b;
+  StringJoint joint;
+  Real tension = 0;  // N, mean over the last step; 0 when slack
+};
+
+enum class Grip : std::uint8_t {
+  exact,   // the point goes to its target, whatever it weighs
+  spring,  // the point is drawn by a damped spring of `stiffness`
+};
+
+/// A point of a body held at a place in the world: a nail, a dragging hand.
+struct Pin {
+  Entity body;
+  Vec3 anchor{0};       // in the body's mass-centre frame
+  Vec3 target{0};       // world, m
+  int priority = 0;     // of several exact pins the highest is met exactly
+  Grip grip = Grip::exact;
+  Real stiffness = 200;  // N/m, for a spring grip
+  // What the last step left:
+  Real residual = 0;      // m, distance of the point from its target
+  bool reachable = true;  // false: the links between this pin and a better one are too short
+};
+
+}  // namespace pantin

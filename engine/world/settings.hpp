@@ -1,0 +1,40 @@
+#pragma once
+/// How an articulation is to be solved.
+#include <cstdint>
+
+#include "engine/base/math.hpp"
+
+namespace pantin {
+
+enum class Solver : std::uint8_t {
+  automatic,  // articulated masses, BDF2 or backward Euler by need, energy limiter
+  sweep,      // least displacement, root to leaf: kinematic posing
+  shake2,     // two Newton steps in start-of-step directions, then a closing sweep
+  paper,      // the literal rule of [Lee 2000]; a control for charts
+};
+
+/// Which length^2 the literal rule takes for its `h` [Lee 2000, sec. 3.2].
+enum class PaperReluctance : std::uint8_t {
+  inertia_over_mass,  // I / m
+  literal_step,       // I dt^2 / (2 m), as printed
+};
+
+struct SolverSettings {
+  Solver solver = Solver::automatic;
+  Real turn_stiffness = 1;      // beta of the least displacement: 0 swings, large values slide
+  Real calm_angle = 0.5;        // rad; a body that turns farther in a step drops the order
+  Real reservoir_time = 1;      // s; how long numerical losses may be given back; 0 = never
+  int rounds = 16;              // cap of the relaxation
+  Real tolerance = 1e-4;        // residual of a held point, part of the articulation's size
+  Real stall_drop = 1e-3;       // least relative gain of a round
+  bool tension_stiffness = true;  // off only to show what it is for
+  bool limiter = true;            // off only to show what it is for
+  PaperReluctance paper_reluctance = PaperReluctance::inertia_over_mass;
+};
+
+/// "auto", "sweep", "shake2", "paper".
+const char* name_of(Solver solver);
+/// False, and `solver` untouched, for any other word.
+bool solver_from_name(const char* name, Solver& solver);
+
+}  // namespace pantin

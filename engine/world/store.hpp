@@ -1,0 +1,182 @@
+#pragma once
+/// One kind of component, packed: values side by side in the order they were added.
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "engine/base/check.hpp"
+#include "engine/base/hash.hpp"
+#include "engine/world/entity.hpp"
+
+namespace pantin {
+
+inline constexpr std::uint32_t kNoSlot = UINT32_MAX;
+
+/// A dense array of `T` with the entity that owns each value.
+///
+/// Values are visited in insertion order, also after removals, so that runs repeat. `version`
+/// changes whenever a value is added or removed. References are good until the next addition or
+/// removal.
+template <class T>
+class Store {
+ public:
+  /// Gives `owner` a component; one that it has already is replaced in place.
+  T& add(Entity owner, T value) {
+    PANTIN_ASSERT(owner);
+    if (T* old = find(owner)) {
+      ++version_;
+      return *old = std::move(value);
+    }
+    if (owner.index >= slots_.size()) slots_.resize(owner.index + 1, kNoSlot);
+    slots_[owner.index] = static_cast<std::uint32_t>(values_.size());
+    owners_.push_back(owner);
+    values_.push_back(std::move(value));
+    ++version_;
+    return values_.back();
+  }
+
+  /// Takes the components of all `doomed` entities away in one pass, order kept.
+  void remove(std::span<const Entity> doomed) {
+    std::size_t gone = 0;
+    for (Entity e : doomed) {
+      if (slot(e) == kNoSlot) continue;
+      owners_[slots_[e.index]] = Entity{};
+      slots_[e.index] = kNoSlot;
+      ++gone;
+    }
+    if (gone == 0) return;
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < values_.size(); ++i) {
+      if (!owners_[i]) continue;
+      if (kept != i) values_[kept] = std::move(values_[i]), owners_[kept] = owners_[i];
+      slots_[owners_[kept].index] = static_cast<std::uint32_t>(kept);
+      ++kept;
+    }
+    values_.erase(values_.begin() + static_cast<std::ptrdiff_t>(kept), values_.end());
+    owners_.erase(owners_.begin() + static_cast<std::ptrdiff_t>(kept), owners_.end());
+    ++version_;
+  }
+  void remove(Entity owner) { remove(std::span<const Entity>(&owner, 1)); }
+
+  /// The place of the owner's value in `values()`, or kNoSlot.
+  std::uint32_t slot(Entity owner) const {
+    if (owner.index >= slots_.size()) return kNoSlot;
+    const std::uint32_t s = slots_[owner.index];
+    return s != kNoSlot && owners_[s] == owner ? s : kNoSlot;
+  }
+
+  T* find(Entity owner) {
+    const std::uint32_t s = slot(owner);
+    return s == kNoSlot ? nullptr : &values_[s];
+  }
+  const T* find(Entity owner) const {
+    const std::uint32_t s = slot(owner);
+    return s == kNoSlot ? nullptr : &values_[s];
+  }
+
+  /// The value of an owner that must have one.
+  T& operator[](Entity owner) {
+    PANTIN_ASSERT(find(owner));
+    return values_[slots_[owner.index]];
+  }
+  const T& operator[](Entity owner) const {
+    PANTIN_ASSERT(find(owner));
+    return values_[slots_[owner.index]];
+  }
+
+  std::span<T> values() { return values_; }
+  std::span<const T> values() const { return values_; }
+  std::span<const Entity> owners() const { return owners_; }
+  std::size_t size() const { return values_.size(); }
+  bool empty() const { return values_.empty(); }
+  std::uint64_t version() const { return version_; }
+
+  void reserve(std::size_t count) {
+    values_.reserve(count);
+    owners_.reserve(count);
+  }
+
+ private:
+  std::vector<T> values_;
+  std::vector<Entity> owners_;
+  std::vector<std::uint32_t> slots_;
+  std::uint64_t version_ = 0;
+};
+
+/// A component that says which of its numbers belong to the state: `static void fields(auto& self,
+/// auto&& field)` calls `field("name", self.member)` for each.
+template <class T>
+concept HasFields = requires(const T& value) {
+  T::fields(value, [](const char*, const auto&) {});
+};
+
+/// A store whose component type the engine does not know.
+class AnyStore {
+ public:
+  virtual ~AnyStore() = default;
+  virtual std::unique_ptr<AnyStore> clone() const = 0;
+  virtual void remove(std::span<const Entity> doomed) = 0;
+  virtual void add_to(Hash& hash) const = 0;
+  virtual const void* type() const = 0;
+};
+
+/// The address of this names the type `T`.
+template <class T>
+inline constexpr char kTypeName = 0;
+
+template <class T>
+class UserStore final : public AnyStore {
+ public:
+  Store<T> store;
+
+  std::unique_ptr<AnyStore> clone() const override { return std::make_unique<UserStore>(*this); }
+  void remove(std::span<const Entity> doomed) override { store.remove(doomed); }
+  void add_to(Hash& hash) const override {
+    if constexpr (HasFields<T>) {
+      for (std::size_t i = 0; i < store.size(); ++i) {
+        hash.add(store.owners()[i].index);
+        T::fields(store.values()[i], [&](const char*, const auto& number) { hash.add(number); });
+      }
+    }
+  }
+  const void* type() const override { return &kTypeName<T>; }
+};
+
+/// The stores of a user's own component types, made on first use; copying copies them all.
+class UserStores {
+ public:
+  UserStores() = default;
+  UserStores(const UserStores& other) { *this = other; }
+  UserStores(UserStores&&) = default;
+  UserStores& operator=(UserStores&&) = default;
+  UserStores& operator=(const UserStores& other) {
+    if (this == &other) return *this;
+    std::vector<std::unique_ptr<AnyStore>> copies;
+    for (const auto& s : other.stores_) copies.push_back(s->clone());
+    stores_ = std::move(copies);
+    return *this;
+  }
+
+  template <class T>
+  Store<T>& of() {
+    for (auto& s : stores_)
+      if (s->type() == &kTypeName<T>) return static_cast<UserStore<T>&>(*s).store;
+    stores_.push_back(std::make_unique<UserStore<T>>());
+    return static_cast<UserStore<T>&>(*stores_.back()).store;
+  }
+  void remove(std::span<const Entity> doomed) {
+    for (auto& s : stores_) s->remove(doomed);
+  }
+  void add_to(Hash& hash) const {
+    for (const auto& s : stores_) s->add_to(hash);
+  }
+
+ private:
+  std::vector<std::unique_ptr<AnyStore>> stores_;
+};
+
+}  // namespace pantin

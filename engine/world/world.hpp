@@ -1,0 +1,87 @@
+#pragma once
+/// Everything that exists. A value: copying it is a snapshot.
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/geometry/shape.hpp"
+#include "engine/world/articulation.hpp"
+#include "engine/world/body.hpp"
+#include "engine/world/drive.hpp"
+#include "engine/world/entity.hpp"
+#include "engine/world/link.hpp"
+#include "engine/world/look.hpp"
+#include "engine/world/settings.hpp"
+#include "engine/world/store.hpp"
+
+namespace pantin {
+
+struct World {
+  Entities entities;
+  Store<Body> bodies;
+  Store<Pose> origins;  // of bodies placed by another frame: that frame in the mass-centre frame
+  Store<Shapes> shapes;
+  Store<Link> links;
+  Store<String> strings;
+  Store<Pin> pins;
+  Store<Drive> drives;
+  Store<std::string> names;
+  Store<SolverSettings> settings;  // on any body: holds for the whole articulation
+  UserStores user;
+
+  Vec3 gravity{0, -9.81, 0};
+  SolverSettings default_settings;
+  std::vector<Material> materials{Material{}};
+
+  std::uint64_t tick = 0;  // whole steps taken
+  Real time = 0;           // s
+
+  // Derived from the stores by rebuild_articulations; holds the integrators' memory.
+  std::vector<Articulation> articulations;
+  std::vector<StructureFault> faults;
+  std::uint64_t built_for = 0;  // structure() at the last build
+  std::uint64_t touched = 1;
+
+  /// The store of a user's own component type, made on first use; copied, destroyed and (if the type
+  /// has `fields`) hashed like the others.
+  template <class T>
+  Store<T>& store() {
+    return user.of<T>();
+  }
+
+  Entity create() { return entities.create(); }
+  /// A body with an optional name.
+  Entity add_body(const Body& body, std::string name = {});
+  Entity add_link(Entity a, Entity b, const BallJoint& joint, std::string name = {});
+  Entity add_string(Entity a, Entity b, const StringJoint& joint, std::string name = {});
+  /// A new pin on a body; remove it with destroy().
+  Entity add_pin(const Pin& pin, std::string name = {});
+
+  /// Removes entities and every link, string and pin that refers to them.
+  void destroy(std::span<const Entity> doomed);
+  void destroy(Entity e) { destroy(std::span<const Entity>(&e, 1)); }
+  bool is_alive(Entity e) const { return entities.is_alive(e); }
+
+  /// Tells the solvers that masses, anchors, motions or settings were changed by hand.
+  void touch() { ++touched; }
+  /// A number that changes with the structure.
+  std::uint64_t structure() const {
+    return bodies.version() + links.version() + strings.version() + pins.version() +
+           settings.version() + touched;
+  }
+
+  /// Moves a body at once, with its memory dropped and nothing drawn in between.
+  void teleport(Entity body, const Pose& pose);
+
+  /// The name of an entity, or "#<index>".
+  std::string name_of(Entity e) const;
+  /// The first entity of that name, or none.
+  Entity find(std::string_view name) const;
+  /// The pose of the frame a body was placed by (its own frame in a scene file).
+  Pose origin_pose(Entity body) const;
+};
+
+/// A fingerprint of everything that decides the next step.
+std::uint64_t state_hash(const World& world);
+
+}  // namespace pantin
