@@ -3,53 +3,90 @@
 ///
 /// Built from the components when the structure changes, then kept from step to step; the memory of
 /// the integrators lives here and is copied, hashed and restored with the World.
-#include <array>
 #include <cstdint>
 #include <vector>
 
+#include "engine/base/math.hpp"
 #include "engine/world/entity.hpp"
+#include "engine/world/packed.hpp"
 #include "engine/world/settings.hpp"
 
 namespace pantin {
 
 struct World;
 
-inline constexpr std::int32_t kHeld = -1;  // parent: the joint point follows a place in the world
-inline constexpr std::int32_t kFree = -2;  // parent: nothing
-
-/// One number for each of many bodies, padded to whole lanes.
-inline constexpr std::size_t kLanes = 4;
-constexpr std::size_t padded(std::size_t count) { return (count + kLanes - 1) / kLanes * kLanes; }
-
-/// Rows of packed numbers, `stride` apart, one column a body.
+/// Rows of numbers, one column a body, packed in groups of kLanes columns.
 class Table {
  public:
-  void resize(std::size_t rows, std::size_t stride) {
-    stride_ = stride;
-    numbers_.assign(rows * stride, 0.0);
+  void resize(std::size_t rows, std::size_t columns) {
+    rows_ = rows;
+    numbers_.assign(rows * ((columns + kLanes - 1) / kLanes * kLanes), 0.0);
   }
-  Real* row(std::size_t r) { return numbers_.data() + r * stride_; }
-  const Real* row(std::size_t r) const { return numbers_.data() + r * stride_; }
-  std::size_t stride() const { return stride_; }
-  std::size_t size() const { return numbers_.size(); }
+  Real& at(std::size_t row, std::size_t column) { return numbers_[place(row, column)]; }
+  Real at(std::size_t row, std::size_t column) const { return numbers_[place(row, column)]; }
+  Vec3 vec(std::size_t row, std::size_t column) const {
+    const std::size_t p = place(row, column);
+    return {numbers_[p], numbers_[p + kLanes], numbers_[p + 2 * kLanes]};
+  }
+  void set(std::size_t row, std::size_t column, Vec3 v) {
+    const std::size_t p = place(row, column);
+    numbers_[p] = v.x, numbers_[p + kLanes] = v.y, numbers_[p + 2 * kLanes] = v.z;
+  }
+  Quat quat(std::size_t row, std::size_t column) const {
+    const std::size_t p = place(row, column);
+    return Quat(numbers_[p + 3 * kLanes], numbers_[p], numbers_[p + kLanes],
+                numbers_[p + 2 * kLanes]);
+  }
+  void set(std::size_t row, std::size_t column, Quat q) {
+    set(row, column, Vec3(q.x, q.y, q.z));
+    at(row + 3, column) = q.w;
+  }
+  Real* data() { return numbers_.data(); }
   const std::vector<Real>& numbers() const { return numbers_; }
 
  private:
+  std::size_t place(std::size_t row, std::size_t column) const {
+    return (column / kLanes * rows_ + row) * kLanes + column % kLanes;
+  }
+
   std::vector<Real> numbers_;
-  std::size_t stride_ = 0;
+  std::size_t rows_ = 0;
 };
 
 /// Room that may be thrown away between steps; a copy starts empty.
-struct Scratch {
-  std::vector<Real> numbers;
+template <class T>
+struct Scratch : T {
   Scratch() = default;
-  Scratch(const Scratch&) {}
+  Scratch(const Scratch&) : T() {}
   Scratch(Scratch&&) = default;
   Scratch& operator=(const Scratch&) {
-    numbers.clear();
+    static_cast<T&>(*this) = T();
     return *this;
   }
   Scratch& operator=(Scratch&&) = default;
+};
+
+/// One unilateral or bilateral row of the articulated solve: a direction at a point of a body and
+/// the opposite at a point of another (or of the world).
+struct Row {
+  std::uint32_t column_a = UINT32_MAX, column_b = UINT32_MAX;
+  Vec3 arm_a{0}, arm_b{0};  // from the joint points of these bodies, world axes
+  Vec3 direction{0};        // of the force on b
+  Real bound = 0;           // what direction . (u_b - u_a) has to be (or at least, if one-sided)
+  Real softness = 0;        // compliance over step^2, 1/kg
+  bool one_sided = false;
+  Real load = 0;            // multiplier, kg m
+};
+
+/// What one step of one articulation needs and forgets.
+struct StepRoom {
+  Table work;                    // see Work
+  Table forces;                  // 6 rows: acceleration, torque; only where forces are used
+  std::vector<Row> rows;
+  std::vector<Real> inverse;     // 6 a body: inverse of the turning block, for rows
+  std::vector<Real> response;    // rows x rows
+  std::vector<Vec3> slide, turn; // a body each: answer to a load
+  std::vector<std::uint8_t> on_path;
 };
 
 /// One tree of the articulation: bodies [first, first + count), parents before children.
@@ -97,6 +134,7 @@ struct Articulation {
   std::vector<Tree> trees;
   std::vector<Hold> holds;
   std::vector<Cord> cords;
+  std::vector<std::uint32_t> links;   // slot in World::links of the joint to the parent, or kNoSlot
   Table constants;  // see Constant
   Table memory;     // see Memory
   Real size = 0;    // m, longest way through the joints; scales tolerances
@@ -109,35 +147,17 @@ struct Articulation {
   Real budget = 0;       // J, what the limiter allows
   bool budget_known = false;
 
+  bool forced = false;   // forces act in this step
+
   // What the last step did; not part of the state.
   int rounds_used = 0;
   bool limited = false, second_order = false;
+  Real energy_before = 0, step = 0;  // J and s, from update to adjust
+  Vec3 momentum_before{0};
 
-  Scratch scratch;
+  Scratch<StepRoom> room;
 
   std::size_t count() const { return bodies.size(); }
-  std::size_t stride() const { return constants.stride(); }
-};
-
-/// Rows of Articulation::constants.
-enum Constant : std::size_t {
-  kMass,
-  kInertia,                    // 3 principal moments
-  kOwnAnchor = kInertia + 3,   // 3, joint to the parent, in this body
-  kParentAnchor = kOwnAnchor + 3,  // 3, the same point in the parent
-  kDrag = kParentAnchor + 3,
-  kGravityScale,
-  kConstantRows
-};
-
-/// Rows of Articulation::memory, for the integrators.
-enum Memory : std::size_t {
-  kLastSlide,                   // 3, displacement over the last step, m
-  kLastTurn = kLastSlide + 3,   // 3, rotation vector of the last step, rad
-  kVelocityBefore = kLastTurn + 3,      // 3, velocity at the start of the last step
-  kSpinBefore = kVelocityBefore + 3,    // 3, spin at the start of the last step
-  kLoad = kSpinBefore + 3,              // 3, joint multiplier of the last step, kg m
-  kMemoryRows = kLoad + 3
 };
 
 /// What is wrong with the structure, by entity; empty when it can be solved.

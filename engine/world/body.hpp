@@ -25,12 +25,16 @@ struct Body {
   Real mass = 1;     // kg
   Vec3 inertia{1};   // principal moments, kg m^2
   Real drag = 0.3;   // rate c of the damping exp(-c t), 1/s
-  Vec3 force{0};     // N, world axes; for the next step only
-  Vec3 torque{0};    // N m, world axes; for the next step only
   Real gravity_scale = 1;
   Motion motion = Motion::dynamic;
   bool restart = false;   // the motion was changed by hand: integrate afresh from here
   bool teleport = false;  // the pose jumped: do not draw the way in between
+};
+
+/// What pushes a body during the next step; World::push() adds to it, each step clears it.
+struct Force {
+  Vec3 force{0};   // N, world axes, at the mass centre
+  Vec3 torque{0};  // N m, world axes
 };
 
 }  // namespace pantin

@@ -19,6 +19,7 @@ namespace pantin {
 struct World {
   Entities entities;
   Store<Body> bodies;
+  Store<Force> forces;
   Store<Pose> origins;  // of bodies placed by another frame: that frame in the mass-centre frame
   Store<Shapes> shapes;
   Store<Link> links;
@@ -72,6 +73,9 @@ struct World {
 
   /// Moves a body at once, with its memory dropped and nothing drawn in between.
   void teleport(Entity body, const Pose& pose);
+
+  /// Pushes a dynamic body with `force` (N, world axes) at `point` (world) during the next step.
+  void push(Entity body, Vec3 force, Vec3 point);
 
   /// The name of an entity, or "#<index>".
   std::string name_of(Entity e) const;

@@ -1,0 +1,366 @@
+#include "engine/world/articulation.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include "engine/world/world.hpp"
+
+namespace pantin {
+namespace {
+
+/// Sets of body slots that links and strings tie together.
+class Islands {
+ public:
+  explicit Islands(std::size_t count) : parent_(count) {
+    std::iota(parent_.begin(), parent_.end(), 0u);
+  }
+  std::uint32_t root(std::uint32_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  void join(std::uint32_t a, std::uint32_t b) {
+    a = root(a), b = root(b);
+    parent_[std::max(a, b)] = std::min(a, b);
+  }
+
+ private:
+  std::vector<std::uint32_t> parent_;
+};
+
+/// A place that can hold a tree: a link to a kinematic body, or an exact pin.
+struct Anchorage {
+  std::uint32_t body = 0;          // slot of the dynamic body
+  Vec3 anchor{0};                  // in it
+  std::uint32_t held_body = kNoSlot, held_pin = kNoSlot, link = kNoSlot;
+  Vec3 held_anchor{0};
+  int priority = 0;
+  Real compliance = 0;
+};
+
+struct Neighbour {
+  std::uint32_t body, link;
+};
+
+/// Everything the builder looks up while it packs trees.
+struct Builder {
+  World& world;
+  std::vector<std::uint32_t> neighbour_start;  // by slot, into neighbours
+  std::vector<Neighbour> neighbours;
+  std::vector<Anchorage> anchorages;           // sorted by body slot
+  std::vector<std::uint32_t> column;           // by slot, in its articulation
+  std::vector<std::uint32_t> articulation;     // by slot
+
+  explicit Builder(World& w) : world(w) {}
+  bool is_dynamic(std::uint32_t slot) const {
+    return world.bodies.values()[slot].motion == Motion::dynamic;
+  }
+};
+
+void fault(World& world, Entity e, const char* reason) { world.faults.push_back({e, reason}); }
+
+/// Sorts links into neighbour lists of dynamic bodies and anchorages; reports what cannot be used.
+void read_links(Builder& b, Islands& islands) {
+  World& world = b.world;
+  Islands forest(world.bodies.size());
+  std::vector<std::pair<std::uint32_t, Neighbour>> pairs;
+  for (std::uint32_t i = 0; i < world.links.size(); ++i) {
+    const Link& link = world.links.values()[i];
+    const Entity owner = world.links.owners()[i];
+    const std::uint32_t sa = world.bodies.slot(link.a), sb = world.bodies.slot(link.b);
+    if (sa == kNoSlot || sb == kNoSlot) {
+      fault(world, owner, "names a body that does not exist");
+    } else if (sa == sb) {
+      fault(world, owner, "ties a body to itself");
+    } else if (!b.is_dynamic(sa) && !b.is_dynamic(sb)) {
+      fault(world, owner, "ties two bodies that joints cannot move");
+    } else if (!b.is_dynamic(sa)) {
+      b.anchorages.push_back({sb, link.joint.anchor_b, sa, kNoSlot, i, link.joint.anchor_a, 0, 0});
+    } else if (!b.is_dynamic(sb)) {
+      b.anchorages.push_back({sa, link.joint.anchor_a, sb, kNoSlot, i, link.joint.anchor_b, 0, 0});
+    } else if (forest.root(sa) == forest.root(sb)) {
+      fault(world, owner, "closes a loop of dynamic bodies");
+    } else {
+      forest.join(sa, sb), islands.join(sa, sb);
+      pairs.push_back({sa, {sb, i}}), pairs.push_back({sb, {sa, i}});
+    }
+  }
+  std::stable_sort(pairs.begin(), pairs.end(),
+                   [](const auto& x, const auto& y) { return x.first < y.first; });
+  b.neighbour_start.assign(world.bodies.size() + 1, 0);
+  for (const auto& [slot, n] : pairs) ++b.neighbour_start[slot + 1], b.neighbours.push_back(n);
+  std::partial_sum(b.neighbour_start.begin(), b.neighbour_start.end(), b.neighbour_start.begin());
+}
+
+void read_pins(Builder& b) {
+  World& world = b.world;
+  for (std::uint32_t i = 0; i < world.pins.size(); ++i) {
+    const Pin& pin = world.pins.values()[i];
+    const std::uint32_t slot = world.bodies.slot(pin.body);
+    if (slot == kNoSlot) {
+      fault(world, world.pins.owners()[i], "names a body that does not exist");
+      continue;
+    }
+    if (!b.is_dynamic(slot)) continue;  // a body that is moved otherwise needs no holding
+    const Real compliance = pin.grip == Grip::exact ? 0 : 1 / pin.stiffness;
+    b.anchorages.push_back({slot, pin.anchor, kNoSlot, i, kNoSlot, {}, pin.priority, compliance});
+  }
+  std::stable_sort(b.anchorages.begin(), b.anchorages.end(), [](const auto& x, const auto& y) {
+    return x.body != y.body ? x.body < y.body : x.priority > y.priority;
+  });
+}
+
+void tie_strings(Builder& b, Islands& islands) {
+  World& world = b.world;
+  for (std::uint32_t i = 0; i < world.strings.size(); ++i) {
+    const String& s = world.strings.values()[i];
+    const Entity owner = world.strings.owners()[i];
+    const std::uint32_t sa = world.bodies.slot(s.a), sb = world.bodies.slot(s.b);
+    if (sa == kNoSlot || sb == kNoSlot)
+      fault(world, owner, "names a body that does not exist");
+    else if (sa == sb)
+      fault(world, owner, "ties a body to itself");
+    else if (b.is_dynamic(sa) && b.is_dynamic(sb))
+      islands.join(sa, sb);
+  }
+}
+
+/// Anchorages of a set of bodies, best first.
+std::vector<Anchorage> anchorages_of(const Builder& b, const std::vector<std::uint32_t>& slots) {
+  std::vector<Anchorage> found;
+  for (std::uint32_t slot : slots) {
+    auto it = std::lower_bound(b.anchorages.begin(), b.anchorages.end(), slot,
+                               [](const Anchorage& a, std::uint32_t s) { return a.body < s; });
+    for (; it != b.anchorages.end() && it->body == slot; ++it) found.push_back(*it);
+  }
+  std::stable_sort(found.begin(), found.end(), [](const Anchorage& x, const Anchorage& y) {
+    if ((x.compliance == 0) != (y.compliance == 0)) return x.compliance == 0;
+    return x.priority > y.priority;
+  });
+  return found;
+}
+
+/// Bodies reachable over links from `start`, parents before children, each with its joint.
+struct Visit {
+  std::uint32_t slot, link;
+  std::int32_t parent;  // place in the list, or -1
+};
+std::vector<Visit> walk(const Builder& b, std::uint32_t start) {
+  std::vector<Visit> order, stack{{start, kNoSlot, -1}};
+  while (!stack.empty()) {
+    const Visit v = stack.back();
+    stack.pop_back();
+    order.push_back(v);
+    const std::uint32_t from = b.neighbour_start[v.slot], to = b.neighbour_start[v.slot + 1];
+    for (std::uint32_t i = to; i-- > from;)
+      if (b.neighbours[i].link != v.link)
+        stack.push_back(
+            {b.neighbours[i].body, b.neighbours[i].link, static_cast<std::int32_t>(order.size()) - 1});
+  }
+  return order;
+}
+
+Vec3 anchor_in(const World& world, std::uint32_t link, std::uint32_t body_slot) {
+  const Link& l = world.links.values()[link];
+  return world.bodies.slot(l.a) == body_slot ? l.joint.anchor_a : l.joint.anchor_b;
+}
+
+/// Distance between the points where the way from the root to a hold enters and leaves each body.
+void measure_reach(const Articulation& a, Hold& hold) {
+  Vec3 exit = hold.anchor;
+  Real longest = 0;
+  hold.reach = 0;
+  for (std::int32_t i = static_cast<std::int32_t>(hold.column); i >= 0;) {
+    const auto c = static_cast<std::size_t>(i);
+    const Real span = glm::length(exit - a.constants.vec(kOwnAnchor, c));
+    hold.reach += span;
+    longest = std::max(longest, span);
+    exit = a.constants.vec(kParentAnchor, c);
+    i = a.parents[c];
+  }
+  hold.dead_reach = std::max(Real(0), 2 * longest - hold.reach);
+}
+
+/// Longest way from a root through the joints, the outer arm included.
+Real longest_way(const Articulation& a) {
+  Real longest = 0;
+  std::vector<Real> way(a.count(), 0);
+  for (std::size_t i = 0; i < a.count(); ++i) {
+    const Real arm = glm::length(a.constants.vec(kOwnAnchor, i));
+    if (a.parents[i] >= 0) {
+      const auto p = static_cast<std::size_t>(a.parents[i]);
+      way[i] = way[p] + glm::length(a.constants.vec(kParentAnchor, i) -
+                                    a.constants.vec(kOwnAnchor, p));
+    }
+    const Vec3 moments = a.constants.vec(kInertia, i);
+    const Real gyration = std::sqrt((moments.x + moments.y + moments.z) / a.constants.at(kMass, i));
+    longest = std::max(longest, way[i] + std::max(2 * arm, gyration));
+  }
+  return longest;
+}
+
+void set_constants(Articulation& a, std::size_t c, const Body& body) {
+  a.constants.at(kMass, c) = body.mass;
+  a.constants.set(kInertia, c, body.inertia);
+  a.constants.at(kDrag, c) = body.drag;
+  a.constants.at(kGravityScale, c) = body.gravity_scale;
+}
+
+/// Packs one island: trees by links, best anchorages as roots, the others as holds.
+Articulation pack(Builder& b, const std::vector<std::uint32_t>& slots, std::uint32_t index) {
+  World& world = b.world;
+  Articulation a;
+  a.settings = world.default_settings;
+  const std::vector<Anchorage> anchorages = anchorages_of(b, slots);
+  std::vector<Visit> all;
+  std::vector<const Anchorage*> roots;
+  const auto add_tree = [&](std::uint32_t start, const Anchorage* root) {
+    Tree tree;
+    tree.first = static_cast<std::uint32_t>(all.size());
+    for (Visit v : walk(b, start)) {
+      b.column[v.slot] = static_cast<std::uint32_t>(all.size());
+      b.articulation[v.slot] = index;
+      if (v.parent >= 0) v.parent += static_cast<std::int32_t>(tree.first);
+      all.push_back(v);
+    }
+    tree.count = static_cast<std::uint32_t>(all.size()) - tree.first;
+    if (root) {
+      tree.held_body = root->held_body, tree.held_pin = root->held_pin;
+      tree.anchor = root->held_anchor;
+    }
+    a.trees.push_back(tree), roots.push_back(root);
+  };
+  for (const Anchorage& g : anchorages)
+    if (g.compliance == 0 && b.column[g.body] == kNoSlot) add_tree(g.body, &g);
+  for (std::uint32_t slot : slots)
+    if (b.column[slot] == kNoSlot) add_tree(slot, nullptr);
+
+  a.constants.resize(kConstantRows, all.size());
+  a.memory.resize(kMemoryRows, all.size());
+  bool settings_found = false;
+  for (std::size_t c = 0; c < all.size(); ++c) {
+    const Visit& v = all[c];
+    a.bodies.push_back(world.bodies.owners()[v.slot]);
+    a.slots.push_back(v.slot), a.links.push_back(v.link), a.parents.push_back(v.parent);
+    set_constants(a, c, world.bodies.values()[v.slot]);
+    if (v.parent >= 0) {
+      a.constants.set(kOwnAnchor, c, anchor_in(world, v.link, v.slot));
+      const auto p = static_cast<std::size_t>(v.parent);
+      a.constants.set(kParentAnchor, c, anchor_in(world, v.link, all[p].slot));
+    }
+    const SolverSettings* s = world.settings.find(a.bodies.back());
+    if (s && !settings_found) a.settings = *s, settings_found = true;
+  }
+  a.is_chain = a.trees.size() == 1;
+  for (std::size_t t = 0; t < a.trees.size(); ++t) {
+    const std::size_t first = a.trees[t].first;
+    a.parents[first] = roots[t] ? kHeld : kFree;
+    if (!roots[t]) continue;
+    a.links[first] = roots[t]->link;
+    a.constants.set(kOwnAnchor, first, roots[t]->anchor);
+  }
+  for (std::size_t c = 1; c < all.size(); ++c)
+    a.is_chain = a.is_chain && a.parents[c] == static_cast<std::int32_t>(c) - 1;
+  for (const Anchorage& g : anchorages) {
+    if (std::find(roots.begin(), roots.end(), &g) != roots.end()) continue;
+    Hold h;
+    h.column = b.column[g.body], h.anchor = g.anchor, h.priority = g.priority;
+    h.held_body = g.held_body, h.held_pin = g.held_pin, h.held_anchor = g.held_anchor;
+    h.compliance = g.compliance;
+    while (h.tree + 1 < a.trees.size() && a.trees[h.tree + 1].first <= h.column) ++h.tree;
+    if (a.parents[a.trees[h.tree].first] == kHeld) measure_reach(a, h);
+    a.holds.push_back(h);
+  }
+  // Padding repeats the last body: lanes beyond the end compute harmless numbers.
+  while (a.slots.size() % kLanes != 0) {
+    set_constants(a, a.slots.size(), world.bodies.values()[a.slots.back()]);
+    a.slots.push_back(a.slots.back());
+    a.parents.push_back(kFree);
+  }
+  a.size = longest_way(a);
+  return a;
+}
+
+void tie_cords(Builder& b, std::vector<Articulation>& made) {
+  World& world = b.world;
+  for (std::uint32_t i = 0; i < world.strings.size(); ++i) {
+    const String& s = world.strings.values()[i];
+    Cord cord;
+    cord.string = i;
+    cord.slot_a = world.bodies.slot(s.a), cord.slot_b = world.bodies.slot(s.b);
+    if (cord.slot_a == kNoSlot || cord.slot_b == kNoSlot || cord.slot_a == cord.slot_b) continue;
+    cord.column_a = b.column[cord.slot_a], cord.column_b = b.column[cord.slot_b];
+    const std::uint32_t owner = cord.column_a != kNoSlot ? cord.slot_a : cord.slot_b;
+    if (b.column[owner] == kNoSlot) continue;  // between two kinematic bodies
+    made[b.articulation[owner]].cords.push_back(cord);
+  }
+}
+
+/// What an earlier build remembered of a body.
+struct Remembered {
+  const Articulation* articulation = nullptr;
+  std::size_t column = 0;
+};
+
+void carry_memory(const std::vector<Articulation>& before, const World& world,
+                  std::vector<Articulation>& made) {
+  std::vector<Remembered> old(world.bodies.size());
+  for (const Articulation& a : before)
+    for (std::size_t c = 0; c < a.count(); ++c)
+      if (const std::uint32_t slot = world.bodies.slot(a.bodies[c]); slot != kNoSlot)
+        old[slot] = {&a, c};
+  for (Articulation& a : made) {
+    for (std::size_t c = 0; c < a.count(); ++c) {
+      const Remembered& r = old[a.slots[c]];
+      if (!r.articulation) continue;
+      a.fresh = false;
+      a.last_step = r.articulation->last_step;
+      for (std::size_t row = 0; row < kLoad; ++row)
+        a.memory.at(row, c) = r.articulation->memory.at(row, r.column);
+      // A joint keeps its load while it points the same way.
+      const auto parent_of = [](const Articulation& x, std::size_t column) {
+        const std::int32_t p = x.parents[column];
+        return p >= 0 ? x.bodies[static_cast<std::size_t>(p)] : Entity{};
+      };
+      if (parent_of(a, c) == parent_of(*r.articulation, r.column))
+        a.memory.set(kLoad, c, r.articulation->memory.vec(kLoad, r.column));
+    }
+    for (Tree& t : a.trees) {
+      const Remembered& r = old[a.slots[t.first]];
+      if (r.articulation && r.articulation->count() == a.count() &&
+          r.articulation->bodies == a.bodies)
+        t.spin_momentum = r.articulation->trees.front().spin_momentum;
+    }
+  }
+}
+
+}  // namespace
+
+void rebuild_articulations(World& world) {
+  world.faults.clear();
+  Builder b(world);
+  Islands islands(world.bodies.size());
+  read_links(b, islands);
+  read_pins(b);
+  tie_strings(b, islands);
+  b.column.assign(world.bodies.size(), kNoSlot);
+  b.articulation.assign(world.bodies.size(), kNoSlot);
+
+  std::vector<std::vector<std::uint32_t>> members;
+  std::vector<std::uint32_t> island_at(world.bodies.size(), kNoSlot);
+  for (std::uint32_t slot = 0; slot < world.bodies.size(); ++slot) {
+    if (!b.is_dynamic(slot)) continue;
+    std::uint32_t& at = island_at[islands.root(slot)];
+    if (at == kNoSlot) at = static_cast<std::uint32_t>(members.size()), members.emplace_back();
+    members[at].push_back(slot);
+  }
+  std::vector<Articulation> made;
+  made.reserve(members.size());
+  for (const auto& slots : members)
+    made.push_back(pack(b, slots, static_cast<std::uint32_t>(made.size())));
+  tie_cords(b, made);
+  carry_memory(world.articulations, world, made);
+  world.articulations = std::move(made);
+  world.built_for = world.structure();
+}
+
+}  // namespace pantin

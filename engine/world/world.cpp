@@ -1,0 +1,135 @@
+#include "engine/world/world.hpp"
+
+#include <unordered_set>
+
+namespace pantin {
+namespace {
+
+void set_name(World& world, Entity e, std::string name) {
+  if (!name.empty()) world.names.add(e, std::move(name));
+}
+
+}  // namespace
+
+Entity World::add_body(const Body& body, std::string name) {
+  const Entity e = create();
+  bodies.add(e, body);
+  set_name(*this, e, std::move(name));
+  return e;
+}
+
+Entity World::add_link(Entity a, Entity b, const BallJoint& joint, std::string name) {
+  const Entity e = create();
+  links.add(e, {a, b, joint});
+  set_name(*this, e, std::move(name));
+  return e;
+}
+
+Entity World::add_string(Entity a, Entity b, const StringJoint& joint, std::string name) {
+  const Entity e = create();
+  strings.add(e, {a, b, joint});
+  set_name(*this, e, std::move(name));
+  return e;
+}
+
+Entity World::add_pin(const Pin& pin, std::string name) {
+  const Entity e = create();
+  pins.add(e, pin);
+  set_name(*this, e, std::move(name));
+  return e;
+}
+
+void World::destroy(std::span<const Entity> doomed) {
+  std::unordered_set<Entity> gone;
+  for (Entity e : doomed)
+    if (is_alive(e)) gone.insert(e);
+  std::vector<Entity> all(gone.begin(), gone.end());
+  const auto refers = [&](Entity e) { return gone.contains(e); };
+  const auto add_orphans = [&](const auto& store, const auto& is_orphan) {
+    for (std::size_t i = 0; i < store.size(); ++i)
+      if (is_orphan(store.values()[i]) && !refers(store.owners()[i]))
+        all.push_back(store.owners()[i]);
+  };
+  add_orphans(links, [&](const Link& l) { return refers(l.a) || refers(l.b); });
+  add_orphans(strings, [&](const String& s) { return refers(s.a) || refers(s.b); });
+  add_orphans(pins, [&](const Pin& p) { return refers(p.body); });
+  // Handles are freed in order of index, so that the next ones do not depend on a hash order.
+  std::sort(all.begin(), all.end(), [](Entity a, Entity b) { return a.index > b.index; });
+
+  bodies.remove(all), forces.remove(all), origins.remove(all), shapes.remove(all);
+  links.remove(all), strings.remove(all), pins.remove(all), drives.remove(all);
+  names.remove(all), settings.remove(all), user.remove(all);
+  for (Entity e : all) entities.destroy(e);
+}
+
+void World::teleport(Entity body, const Pose& pose) {
+  Body& b = bodies[body];
+  b.pose = pose;
+  b.restart = b.teleport = true;
+}
+
+void World::push(Entity body, Vec3 force, Vec3 point) {
+  Force* f = forces.find(body);
+  if (!f) f = &forces.add(body, {});
+  f->force += force;
+  f->torque += glm::cross(point - bodies[body].pose.position, force);
+}
+
+std::string World::name_of(Entity e) const {
+  const std::string* name = names.find(e);
+  return name ? *name : "#" + std::to_string(e.index);
+}
+
+Entity World::find(std::string_view name) const {
+  for (std::size_t i = 0; i < names.size(); ++i)
+    if (names.values()[i] == name) return names.owners()[i];
+  return {};
+}
+
+Pose World::origin_pose(Entity body) const {
+  const Pose* origin = origins.find(body);
+  return origin ? compose(bodies[body].pose, *origin) : bodies[body].pose;
+}
+
+namespace {
+
+void add_articulation(Hash& hash, const Articulation& a) {
+  for (Real number : a.constants.numbers()) hash.add(number);
+  for (Real number : a.memory.numbers()) hash.add(number);
+  for (std::int32_t parent : a.parents) hash.add(parent);
+  for (const Tree& t : a.trees) hash.add(t.target), hash.add(t.spin_momentum);
+  for (const Hold& h : a.holds) hash.add(h.target), hash.add(h.load), hash.add(h.compliance);
+  for (const Cord& c : a.cords) hash.add(c.load);
+  hash.add(a.calm_steps), hash.add(a.fresh), hash.add(a.last_step);
+  hash.add(a.budget), hash.add(a.budget_known);
+}
+
+}  // namespace
+
+std::uint64_t state_hash(const World& world) {
+  Hash hash;
+  hash.add(world.tick), hash.add(world.time), hash.add(world.gravity);
+  for (std::size_t i = 0; i < world.bodies.size(); ++i) {
+    const Body& b = world.bodies.values()[i];
+    hash.add(world.bodies.owners()[i].index);
+    hash.add(b.pose), hash.add(b.velocity), hash.add(b.spin);
+    hash.add(b.mass), hash.add(b.inertia), hash.add(b.drag), hash.add(b.gravity_scale);
+    hash.add(static_cast<std::uint32_t>(b.motion)), hash.add(b.restart);
+  }
+  for (const Force& f : world.forces.values()) hash.add(f.force), hash.add(f.torque);
+  for (const Link& l : world.links.values())
+    hash.add(l.a.index), hash.add(l.b.index), hash.add(l.joint.anchor_a), hash.add(l.joint.anchor_b);
+  for (const String& s : world.strings.values()) {
+    hash.add(s.a.index), hash.add(s.b.index), hash.add(s.joint.anchor_a), hash.add(s.joint.anchor_b);
+    hash.add(s.joint.length), hash.add(s.joint.compliance);
+  }
+  for (const Pin& p : world.pins.values()) {
+    hash.add(p.body.index), hash.add(p.anchor), hash.add(p.target), hash.add(p.priority);
+    hash.add(static_cast<std::uint32_t>(p.grip)), hash.add(p.stiffness);
+  }
+  for (const Articulation& a : world.articulations) add_articulation(hash, a);
+  world.user.add_to(hash);
+  return hash.value();
+}
+
+}  // namespace pantin
