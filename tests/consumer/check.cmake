@@ -1,0 +1,38 @@
+# Installs pantin into a prefix of its own, then builds and runs a project that finds it there: by
+# find_package, and by pkg-config where there is one.
+function(run)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE failed WORKING_DIRECTORY ${WORK})
+  if(failed)
+    list(JOIN ARGN " " line)
+    message(FATAL_ERROR "failed (${failed}): ${line}")
+  endif()
+endfunction()
+
+file(REMOVE_RECURSE ${WORK})
+file(MAKE_DIRECTORY ${WORK})
+set(prefix ${WORK}/moved)
+# Moved after the install: neither the package nor the .pc file may hold absolute paths.
+run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/installed)
+file(RENAME ${WORK}/installed ${prefix})
+
+run(${CMAKE_COMMAND} -S ${SOURCE} -B ${WORK}/build -G ${GENERATOR} -DCMAKE_PREFIX_PATH=${prefix}
+    -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_CXX_FLAGS=${FLAGS} -DCMAKE_BUILD_TYPE=${TYPE}
+    -DWITH_SCENE=${SCENE} -DWITH_RENDER=${RENDER})
+run(${CMAKE_COMMAND} --build ${WORK}/build)
+run(${WORK}/build/hang)
+if(SCENE)
+  run(${WORK}/build/read_scene)
+endif()
+if(RENDER)
+  run(${WORK}/build/save_picture)
+endif()
+
+find_program(PKG_CONFIG pkg-config)
+if(PKG_CONFIG)
+  set(ENV{PKG_CONFIG_PATH} ${prefix}/${LIBDIR}/pkgconfig)
+  execute_process(COMMAND ${PKG_CONFIG} --static --cflags --libs pantin OUTPUT_VARIABLE flags
+                  COMMAND_ERROR_IS_FATAL ANY)
+  separate_arguments(flags UNIX_COMMAND "${FLAGS} -std=c++20 ${SOURCE}/hang.cpp -o hang ${flags}")
+  run(${COMPILER} ${flags})
+  run(${WORK}/hang)
+endif()
