@@ -26,13 +26,15 @@ inline Vec3 rotation_vector(Quat q) {
   return v * (2 * std::atan2(n, q.w) / n);
 }
 
-/// The rotation that Cayley's map makes of `d`: angle 2 atan(|d|/2), always below pi, no trigonometry.
+/// The rotation that Cayley's map makes of `d`: angle 2 atan(|d|/2), always below pi, no
+/// trigonometry.
 inline Quat cayley(Vec3 d) { return glm::normalize(Quat(1, 0.5 * d)); }
 
 /// A part `k` of a rotation, taken the short way round.
 inline Quat part_of(Quat turn, Real k) { return turn_by(k * rotation_vector(turn)); }
 
-/// Angular velocity that carries `from` to `to` in `h` seconds at a constant rate, world axes, rad/s.
+/// Angular velocity that carries `from` to `to` in `h` seconds at a constant rate, world axes,
+/// rad/s.
 inline Vec3 spin_between(Quat from, Quat to, Real h) {
   return rotation_vector(to * glm::conjugate(from)) / h;
 }

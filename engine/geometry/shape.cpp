@@ -24,9 +24,9 @@ Vec3 unit_moments(const Shape& shape) {
       const Real cylinder = 2 * c * r * r, balls = 4.0 / 3 * r * r * r;  // both over pi
       const Real whole = cylinder + balls;
       const Real along = (cylinder * r * r / 2 + balls * 0.4 * r * r) / whole;
-      const Real across = (cylinder * (r * r / 4 + c * c / 3) +
-                           balls * (0.4 * r * r + c * c + 0.75 * c * r)) /
-                          whole;
+      const Real across =
+          (cylinder * (r * r / 4 + c * c / 3) + balls * (0.4 * r * r + c * c + 0.75 * c * r)) /
+          whole;
       return {across, along, across};
     }
     case ShapeKind::box: {

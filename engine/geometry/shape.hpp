@@ -11,8 +11,8 @@ enum class ShapeKind : std::uint8_t { sphere, capsule, box };
 
 /// A solid in a frame of its own.
 ///
-/// `size` in metres: sphere (radius, -, -); capsule (radius, half of the straight part, -), its axis
-/// along local y; box half extents. `local` places it in the body's mass-centre frame.
+/// `size` in metres: sphere (radius, -, -); capsule (radius, half of the straight part, -), its
+/// axis along local y; box half extents. `local` places it in the body's mass-centre frame.
 struct Shape {
   ShapeKind kind = ShapeKind::sphere;
   Vec3 size{0.1, 0, 0};
@@ -27,9 +27,9 @@ struct Shapes {
 
 /// Mass, mass centre and inertia about that centre, in the frame the shapes are placed in.
 struct MassProperties {
-  Real mass = 0;     // kg
-  Vec3 centre{0};    // m
-  Mat3 inertia{0};   // kg m^2, about `centre`
+  Real mass = 0;    // kg
+  Vec3 centre{0};   // m
+  Mat3 inertia{0};  // kg m^2, about `centre`
 };
 
 /// Volume in m^3.

@@ -9,10 +9,10 @@
 namespace pantin {
 
 struct StringJoint {
-  Vec3 anchor_a{0};       // in body a's mass-centre frame
-  Vec3 anchor_b{0};       // in body b's mass-centre frame
-  Real length = 1;        // m, when taut and unloaded
-  Real compliance = 0;    // m/N; 0 does not stretch
+  Vec3 anchor_a{0};     // in body a's mass-centre frame
+  Vec3 anchor_b{0};     // in body b's mass-centre frame
+  Real length = 1;      // m, when taut and unloaded
+  Real compliance = 0;  // m/N; 0 does not stretch
 };
 
 /// How far the string is drawn beyond its length, never negative, metres.

@@ -9,14 +9,15 @@ namespace pantin {
 
 enum class Status : std::uint8_t {
   ok,
-  diverged,  // a number is not finite, or out of all bounds; the World keeps the step's start
+  diverged,      // a number is not finite or out of all bounds; the bodies concerned were not moved
+  system_failed  // a user's own system threw; the rest of the step was taken
 };
 
 /// Rulers of one state, SI units.
 struct Measures {
-  Real worst_gap = 0;      // m, over all joints (held ones too)
-  Real worst_gap_rel = 0;  // the same over the articulation's size
-  Entity worst_link;       // where; none for a pin
+  Real worst_gap = 0;               // m, over all joints (held ones too)
+  Real worst_gap_rel = 0;           // the same over the articulation's size
+  Entity worst_link;                // where; none for a pin
   Real kinetic = 0, potential = 0;  // J; potential of gravity, zero at the origin
   Vec3 momentum{0};                 // kg m/s, dynamic bodies
   Vec3 spin_momentum{0};            // kg m^2/s, about the world's origin
@@ -25,15 +26,15 @@ struct Measures {
 
 struct StepReport {
   Status status = Status::ok;
-  Entity body;         // where a divergence was seen
-  Real residual = 0;   // its size, m
+  Entity body;        // where a divergence was seen
+  Real residual = 0;  // its size, m
   std::uint64_t tick = 0;
-  Real time = 0;           // s, after the step
-  int rounds_used = 0;     // most relaxation rounds of any articulation
-  int limited = 0;         // articulations whose energy was limited
-  int unreached = 0;       // pins and strings farther from their place than the tolerance
-  Entity worst_hold;       // the worst of them (a pin or a string)
-  Real worst_residual = 0; // m
+  Real time = 0;            // s, after the step
+  int rounds_used = 0;      // most relaxation rounds of any articulation
+  int limited = 0;          // articulations whose energy was limited
+  int unreached = 0;        // pins and strings farther from their place than the tolerance
+  Entity worst_hold;        // the worst of them (a pin or a string)
+  Real worst_residual = 0;  // m
   bool measured = false;
   Measures measures;  // only if asked for
 };

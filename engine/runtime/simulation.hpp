@@ -25,9 +25,9 @@ inline constexpr std::size_t kPlaces = 6;
 using System = std::function<void(World&, Real)>;
 
 struct StepSettings {
-  Real h = 1.0 / 60;   // s
-  int substeps = 1;    // equal parts each step is taken in
-  int threads = 1;     // articulations are shared out; the result does not depend on it
+  Real h = 1.0 / 60;     // s
+  int substeps = 1;      // equal parts each step is taken in
+  int threads = 1;       // articulations are shared out; the result does not depend on it
   bool measure = false;  // fill StepReport::measures after each step
 };
 
@@ -42,23 +42,24 @@ using Systems = std::array<std::vector<System>, kPlaces>;
 /// One whole step: drive, update, adjust, push out, measure. Never throws, never prints; allocates
 /// nothing once the structure is known. A step of zero or non-finite length does nothing.
 StepReport step_world(World& world, const StepSettings& settings, const Systems& systems,
-                      StageTimes* times = nullptr);
+                      StageTimes* times = nullptr) noexcept;
 
 /// The rulers, of the state as it stands.
 Measures measure(const World& world);
 
 /// What advance() did with the wall time it was given.
 struct Advance {
-  int steps = 0;        // whole steps taken
-  Real fraction = 0;    // of the next step that has passed, in [0, 1): for interpolation
-  Real dropped = 0;     // s of wall time given up by the cap on catching up
-  StepReport report;    // of the last step; status of the first that failed
+  int steps = 0;      // whole steps taken
+  Real fraction = 0;  // of the next step that has passed, in [0, 1): for interpolation
+  Real dropped = 0;   // s of wall time given up by the cap on catching up
+  StepReport report;  // of the last step; status of the first that failed
 };
 
 /// A World that is stepped at a fixed rate.
 class Simulation {
  public:
-  explicit Simulation(World start = {}, StepSettings how = {}) : world(std::move(start)), settings(how) {}
+  explicit Simulation(World start = {}, StepSettings how = {})
+      : world(std::move(start)), settings(how) {}
 
   World world;
   StepSettings settings;
@@ -85,7 +86,7 @@ class Simulation {
   Systems systems_;
   Real left_over_ = 0;
   std::vector<Pose> before_;  // poses before the last step of advance(), by body slot
-  std::vector<Entity> before_owner_;
+  std::uint64_t before_version_ = 0;
 };
 
 }  // namespace pantin

@@ -29,8 +29,8 @@ class Islands {
 
 /// A place that can hold a tree: a link to a kinematic body, or an exact pin.
 struct Anchorage {
-  std::uint32_t body = 0;          // slot of the dynamic body
-  Vec3 anchor{0};                  // in it
+  std::uint32_t body = 0;  // slot of the dynamic body
+  Vec3 anchor{0};          // in it
   std::uint32_t held_body = kNoSlot, held_pin = kNoSlot, link = kNoSlot;
   Vec3 held_anchor{0};
   int priority = 0;
@@ -46,9 +46,9 @@ struct Builder {
   World& world;
   std::vector<std::uint32_t> neighbour_start;  // by slot, into neighbours
   std::vector<Neighbour> neighbours;
-  std::vector<Anchorage> anchorages;           // sorted by body slot
-  std::vector<std::uint32_t> column;           // by slot, in its articulation
-  std::vector<std::uint32_t> articulation;     // by slot
+  std::vector<Anchorage> anchorages;        // sorted by body slot
+  std::vector<std::uint32_t> column;        // by slot, in its articulation
+  std::vector<std::uint32_t> articulation;  // by slot
 
   explicit Builder(World& w) : world(w) {}
   bool is_dynamic(std::uint32_t slot) const {
@@ -153,8 +153,8 @@ std::vector<Visit> walk(const Builder& b, std::uint32_t start) {
     const std::uint32_t from = b.neighbour_start[v.slot], to = b.neighbour_start[v.slot + 1];
     for (std::uint32_t i = to; i-- > from;)
       if (b.neighbours[i].link != v.link)
-        stack.push_back(
-            {b.neighbours[i].body, b.neighbours[i].link, static_cast<std::int32_t>(order.size()) - 1});
+        stack.push_back({b.neighbours[i].body, b.neighbours[i].link,
+                         static_cast<std::int32_t>(order.size()) - 1});
   }
   return order;
 }
@@ -188,8 +188,8 @@ Real longest_way(const Articulation& a) {
     const Real arm = glm::length(a.constants.vec(kOwnAnchor, i));
     if (a.parents[i] >= 0) {
       const auto p = static_cast<std::size_t>(a.parents[i]);
-      way[i] = way[p] + glm::length(a.constants.vec(kParentAnchor, i) -
-                                    a.constants.vec(kOwnAnchor, p));
+      way[i] =
+          way[p] + glm::length(a.constants.vec(kParentAnchor, i) - a.constants.vec(kOwnAnchor, p));
     }
     const Vec3 moments = a.constants.vec(kInertia, i);
     const Real gyration = std::sqrt((moments.x + moments.y + moments.z) / a.constants.at(kMass, i));
@@ -336,7 +336,7 @@ void carry_memory(const std::vector<Articulation>& before, const World& world,
 }  // namespace
 
 void rebuild_articulations(World& world) {
-  world.faults.clear();
+  world.faults.clear(), world.kinematic.clear();
   Builder b(world);
   Islands islands(world.bodies.size());
   read_links(b, islands);
@@ -348,7 +348,10 @@ void rebuild_articulations(World& world) {
   std::vector<std::vector<std::uint32_t>> members;
   std::vector<std::uint32_t> island_at(world.bodies.size(), kNoSlot);
   for (std::uint32_t slot = 0; slot < world.bodies.size(); ++slot) {
-    if (!b.is_dynamic(slot)) continue;
+    if (!b.is_dynamic(slot)) {
+      world.kinematic.push_back(slot);
+      continue;
+    }
     std::uint32_t& at = island_at[islands.root(slot)];
     if (at == kNoSlot) at = static_cast<std::uint32_t>(members.size()), members.emplace_back();
     members[at].push_back(slot);

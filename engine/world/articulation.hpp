@@ -74,18 +74,22 @@ struct Row {
   Vec3 direction{0};        // of the force on b
   Real bound = 0;           // what direction . (u_b - u_a) has to be (or at least, if one-sided)
   Real softness = 0;        // compliance over step^2, 1/kg
+  Real wanted = 0;          // how far the free motion falls short of the bound
   bool one_sided = false;
-  Real load = 0;            // multiplier, kg m
+  Real load = 0;  // multiplier, kg m
 };
 
 /// What one step of one articulation needs and forgets.
 struct StepRoom {
-  Table work;                    // see Work
-  Table forces;                  // 6 rows: acceleration, torque; only where forces are used
+  Table work;    // see Work
+  Table forces;  // 6 rows: acceleration, torque; only where forces are used
   std::vector<Row> rows;
-  std::vector<Real> inverse;     // 6 a body: inverse of the turning block, for rows
-  std::vector<Real> response;    // rows x rows
-  std::vector<Vec3> slide, turn; // a body each: answer to a load
+  std::vector<Real> inverse;                   // 6 a body: inverse of the turning block, for rows
+  std::vector<Real> blocks;                    // kBlockSize a body, for trees
+  std::vector<Real> targets;                   // 3 a tree
+  std::vector<Real> response, factor, solved;  // rows x rows, and a row each
+  std::vector<Vec3> slide, turn;               // a body each: answer to a load
+  std::vector<Vec3> loads;                     // a body each
   std::vector<std::uint8_t> on_path;
 };
 
@@ -103,7 +107,7 @@ struct Tree {
 
 /// A held point besides the roots: met by rows of the solve and by relaxation.
 struct Hold {
-  std::uint32_t column = 0;              // of the body in this articulation
+  std::uint32_t column = 0;  // of the body in this articulation
   std::uint32_t tree = 0;
   Vec3 anchor{0};                        // in the body's frame
   std::uint32_t held_body = UINT32_MAX;  // as in Tree
@@ -111,8 +115,9 @@ struct Hold {
   Vec3 held_anchor{0};
   Vec3 target{0}, target_before{0};
   int priority = 0;
-  Real compliance = 0;  // m/N; 0 is exact
-  Vec3 load{0};         // multiplier of the last step, kg m
+  Real compliance = 0;             // m/N; 0 is exact
+  Vec3 load{0};                    // multiplier of the last step, kg m
+  Vec3 gap_before{0};              // point to target after the last step, for spring grips
   Real reach = 0, dead_reach = 0;  // largest and smallest distance to the root's target
   Real residual = 0;
   bool reachable = true;
@@ -134,26 +139,24 @@ struct Articulation {
   std::vector<Tree> trees;
   std::vector<Hold> holds;
   std::vector<Cord> cords;
-  std::vector<std::uint32_t> links;   // slot in World::links of the joint to the parent, or kNoSlot
-  Table constants;  // see Constant
-  Table memory;     // see Memory
-  Real size = 0;    // m, longest way through the joints; scales tolerances
-  bool is_chain = false;  // every parent is the column before: the fast path
+  std::vector<std::uint32_t> links;  // slot in World::links of the joint to the parent, or kNoSlot
+  Table constants;                   // see Constant
+  Table memory;                      // see Memory
+  Real size = 0;                     // m, longest way through the joints; scales tolerances
+  bool is_chain = false;             // every parent is the column before: the fast path
 
   // What the integrators remember besides the tables.
   int calm_steps = 0;
-  bool fresh = true;     // no step was taken yet, or all memory was dropped
-  Real last_step = 0;    // s
-  Real budget = 0;       // J, what the limiter allows
-  bool budget_known = false;
+  bool fresh = true;   // no step was taken yet, or all memory was dropped
+  Real last_step = 0;  // s
+  Real reserve = 0;    // J, lost to the integrator lately; the limiter lets it come back
 
-  bool forced = false;   // forces act in this step
-
-  // What the last step did; not part of the state.
+  // From update to adjust, and for the report; not part of the state.
+  Real energy_before = 0, kinetic_before = 0, damped = 0;  // J
+  Vec3 momentum_before{0};                                 // kg m/s
+  bool forced = false, second_order = false, limited = false, disturbed = false;
   int rounds_used = 0;
-  bool limited = false, second_order = false;
-  Real energy_before = 0, step = 0;  // J and s, from update to adjust
-  Vec3 momentum_before{0};
+  Entity lost;  // a body whose numbers went out of bounds
 
   Scratch<StepRoom> room;
 

@@ -15,9 +15,9 @@ enum class Motion : std::uint8_t {
 /// A rigid body, seen from its mass centre.
 ///
 /// `pose` places the frame of principal axes at the mass centre. Anchors, shapes and `inertia` are
-/// given in that frame. A scene file may place a body by another frame of its own: see World::origins.
-/// Whoever changes `pose`, `velocity` or `spin` of a dynamic body by hand sets `restart`; whoever
-/// changes `mass`, `inertia` or `motion` calls World::touch() afterwards.
+/// given in that frame. A scene file may place a body by another frame of its own: see
+/// World::origins. Whoever changes `pose`, `velocity` or `spin` of a dynamic body by hand sets
+/// `restart`; whoever changes `mass`, `inertia` or `motion` calls World::touch() afterwards.
 struct Body {
   Pose pose;
   Vec3 velocity{0};  // of the mass centre, m/s

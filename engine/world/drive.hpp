@@ -23,12 +23,12 @@ struct Keyframes {
 /// centre's axes, as a rotation vector.
 struct Lissajous {
   Pose centre;
-  Vec3 amplitude{0};        // m
-  Vec3 frequency{0};        // Hz
-  Vec3 phase{0};            // rad
-  Vec3 turn_amplitude{0};   // rad
-  Vec3 turn_frequency{0};   // Hz
-  Vec3 turn_phase{0};       // rad
+  Vec3 amplitude{0};       // m
+  Vec3 frequency{0};       // Hz
+  Vec3 phase{0};           // rad
+  Vec3 turn_amplitude{0};  // rad
+  Vec3 turn_frequency{0};  // Hz
+  Vec3 turn_phase{0};      // rad
 };
 
 /// A component of driven bodies. A driven body without one is moved by live calls.

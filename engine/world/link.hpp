@@ -27,9 +27,9 @@ enum class Grip : std::uint8_t {
 /// A point of a body held at a place in the world: a nail, a dragging hand.
 struct Pin {
   Entity body;
-  Vec3 anchor{0};       // in the body's mass-centre frame
-  Vec3 target{0};       // world, m
-  int priority = 0;     // of several exact pins the highest is met exactly
+  Vec3 anchor{0};    // in the body's mass-centre frame
+  Vec3 target{0};    // world, m
+  int priority = 0;  // of several exact pins the highest is met exactly
   Grip grip = Grip::exact;
   Real stiffness = 200;  // N/m, for a spring grip
   // What the last step left:

@@ -25,31 +25,31 @@ enum Constant : std::size_t {
 
 /// Rows of Articulation::memory, for the integrators.
 enum Memory : std::size_t {
-  kLastSlide,                              // 3, displacement over the last step, m
-  kLastTurn = kLastSlide + 3,              // 3, rotation vector of the last step, rad
-  kVelocityBefore = kLastTurn + 3,         // 3, velocity at the start of the last step, m/s
+  kLastSlide,                                 // 3, displacement over the last step, m
+  kLastTurn = kLastSlide + 3,                 // 3, rotation vector of the last step, rad
+  kVelocityBefore = kLastTurn + 3,            // 3, velocity at the start of the last step, m/s
   kSpinMomentumBefore = kVelocityBefore + 3,  // 3, I w at the start of the last step, world
-  kLoad = kSpinMomentumBefore + 3,         // 3, joint multiplier of the last step, kg m, world
+  kLoad = kSpinMomentumBefore + 3,            // 3, joint multiplier of the last step, kg m, world
   kMemoryRows = kLoad + 3
 };
 
 /// Rows of the work table: what one step computes and forgets.
 enum Work : std::size_t {
-  kPosition,                             // 3, predicted mass centre
-  kRotation = kPosition + 3,             // 4 (x y z w), predicted
-  kSpinStar = kRotation + 4,             // 3, predicted spin
-  kArm = kSpinStar + 3,                  // 3, centre to own joint, world axes
-  kParentArm = kArm + 3,                 // 3, the parent's centre to the same joint
-  kGap = kParentArm + 3,                 // 3, own joint point to the parent's
-  kWorldInertia = kGap + 3,              // 6 (xx xy xz yy yz zz)
-  kTurn = kWorldInertia + 6,             // 4 (x y z w), compulsive turn, any length
-  kAttach = kTurn + 4,                   // 3, where the own joint goes
-  kFinalPosition = kAttach + 3,          // 3
-  kFinalRotation = kFinalPosition + 3,   // 4
-  kGroupMass = kFinalRotation + 4,       // 6, what the joint feels of everything outboard
-  kGroupLoad = kGroupMass + 6,           // 3
-  kAnswer = kGroupLoad + 3,              // 9, turn per displacement of the own joint, row by row
-  kRest = kAnswer + 9,                   // 3, turn when the own joint does not move
+  kPosition,                            // 3, predicted mass centre
+  kRotation = kPosition + 3,            // 4 (x y z w), predicted
+  kSpinStar = kRotation + 4,            // 3, predicted spin
+  kArm = kSpinStar + 3,                 // 3, centre to own joint, world axes
+  kParentArm = kArm + 3,                // 3, the parent's centre to the same joint
+  kGap = kParentArm + 3,                // 3, own joint point to the parent's
+  kWorldInertia = kGap + 3,             // 6 (xx xy xz yy yz zz)
+  kTurn = kWorldInertia + 6,            // 4 (x y z w), compulsive turn, any length
+  kAttach = kTurn + 4,                  // 3, where the own joint goes
+  kFinalPosition = kAttach + 3,         // 3
+  kFinalRotation = kFinalPosition + 3,  // 4
+  kGroupMass = kFinalRotation + 4,      // 6, what the joint feels of everything outboard
+  kGroupLoad = kGroupMass + 6,          // 3
+  kAnswer = kGroupLoad + 3,             // 9, turn per displacement of the own joint, row by row
+  kRest = kAnswer + 9,                  // 3, turn when the own joint does not move
   kWorkRows = kRest + 3
 };
 

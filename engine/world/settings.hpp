@@ -21,12 +21,12 @@ enum class PaperReluctance : std::uint8_t {
 
 struct SolverSettings {
   Solver solver = Solver::automatic;
-  Real turn_stiffness = 1;      // beta of the least displacement: 0 swings, large values slide
-  Real calm_angle = 0.5;        // rad; a body that turns farther in a step drops the order
-  Real reservoir_time = 1;      // s; how long numerical losses may be given back; 0 = never
-  int rounds = 16;              // cap of the relaxation
-  Real tolerance = 1e-4;        // residual of a held point, part of the articulation's size
-  Real stall_drop = 1e-3;       // least relative gain of a round
+  Real turn_stiffness = 1;        // beta of the least displacement: 0 swings, large values slide
+  Real calm_angle = 0.5;          // rad; a body that turns farther in a step drops the order
+  Real reservoir_time = 1;        // s; how long numerical losses may be given back; 0 = never
+  int rounds = 16;                // cap of the relaxation
+  Real tolerance = 1e-4;          // residual of a held point, part of the articulation's size
+  Real stall_drop = 1e-3;         // least relative gain of a round
   bool tension_stiffness = true;  // off only to show what it is for
   bool limiter = true;            // off only to show what it is for
   PaperReluctance paper_reluctance = PaperReluctance::inertia_over_mass;

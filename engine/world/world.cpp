@@ -76,8 +76,10 @@ void World::push(Entity body, Vec3 force, Vec3 point) {
 }
 
 std::string World::name_of(Entity e) const {
-  const std::string* name = names.find(e);
-  return name ? *name : "#" + std::to_string(e.index);
+  if (const std::string* name = names.find(e)) return *name;
+  std::string number = std::to_string(e.index);
+  number.insert(number.begin(), '#');
+  return number;
 }
 
 Entity World::find(std::string_view name) const {
@@ -98,10 +100,10 @@ void add_articulation(Hash& hash, const Articulation& a) {
   for (Real number : a.memory.numbers()) hash.add(number);
   for (std::int32_t parent : a.parents) hash.add(parent);
   for (const Tree& t : a.trees) hash.add(t.target), hash.add(t.spin_momentum);
-  for (const Hold& h : a.holds) hash.add(h.target), hash.add(h.load), hash.add(h.compliance);
+  for (const Hold& h : a.holds) hash.add(h.target), hash.add(h.load), hash.add(h.gap_before);
   for (const Cord& c : a.cords) hash.add(c.load);
   hash.add(a.calm_steps), hash.add(a.fresh), hash.add(a.last_step);
-  hash.add(a.budget), hash.add(a.budget_known);
+  hash.add(a.reserve);
 }
 
 }  // namespace
@@ -118,9 +120,11 @@ std::uint64_t state_hash(const World& world) {
   }
   for (const Force& f : world.forces.values()) hash.add(f.force), hash.add(f.torque);
   for (const Link& l : world.links.values())
-    hash.add(l.a.index), hash.add(l.b.index), hash.add(l.joint.anchor_a), hash.add(l.joint.anchor_b);
+    hash.add(l.a.index), hash.add(l.b.index), hash.add(l.joint.anchor_a),
+        hash.add(l.joint.anchor_b);
   for (const String& s : world.strings.values()) {
-    hash.add(s.a.index), hash.add(s.b.index), hash.add(s.joint.anchor_a), hash.add(s.joint.anchor_b);
+    hash.add(s.a.index), hash.add(s.b.index), hash.add(s.joint.anchor_a),
+        hash.add(s.joint.anchor_b);
     hash.add(s.joint.length), hash.add(s.joint.compliance);
   }
   for (const Pin& p : world.pins.values()) {

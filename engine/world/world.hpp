@@ -40,11 +40,12 @@ struct World {
   // Derived from the stores by rebuild_articulations; holds the integrators' memory.
   std::vector<Articulation> articulations;
   std::vector<StructureFault> faults;
-  std::uint64_t built_for = 0;  // structure() at the last build
+  std::vector<std::uint32_t> kinematic;  // slots of bodies that joints do not move
+  std::uint64_t built_for = 0;           // structure() at the last build
   std::uint64_t touched = 1;
 
-  /// The store of a user's own component type, made on first use; copied, destroyed and (if the type
-  /// has `fields`) hashed like the others.
+  /// The store of a user's own component type, made on first use; copied, destroyed and (if the
+  /// type has `fields`) hashed like the others.
   template <class T>
   Store<T>& store() {
     return user.of<T>();

@@ -1,0 +1,226 @@
+#include "engine/runtime/simulation.hpp"
+
+#include <algorithm>
+#include <chrono>
+
+#include "engine/base/rotation.hpp"
+#include "engine/solvers/procedural/procedural.hpp"
+
+#ifdef PANTIN_HAS_TBB
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+#endif
+
+namespace pantin {
+namespace {
+
+/// Runs `work(i)` for every i below `count`, on `threads` threads; no two i share anything.
+template <class Work>
+void for_each_articulation(std::size_t count, [[maybe_unused]] int threads, const Work& work) {
+#ifdef PANTIN_HAS_TBB
+  if (threads > 1 && count > 1) {
+    tbb::task_arena arena(threads);
+    arena.execute([&] { tbb::parallel_for(std::size_t(0), count, work); });
+    return;
+  }
+#endif
+  for (std::size_t i = 0; i < count; ++i) work(i);
+}
+
+/// The scene's hands: bodies that follow a path are moved to where it is at the end of the step.
+void drive(World& world, Real h) {
+  const Real until = world.time + h;
+  for (std::size_t i = 0; i < world.drives.size(); ++i) {
+    Body* b = world.bodies.find(world.drives.owners()[i]);
+    if (!b || b->motion != Motion::driven) continue;
+    const Pose to = pose_at(world.drives.values()[i], until);
+    b->velocity = (to.position - b->pose.position) / h;
+    b->spin = spin_between(b->pose.rotation, to.rotation, h);
+    b->pose = to;
+  }
+}
+
+/// Adds the seconds of a stage to its clock, if there is one.
+class Stopwatch {
+ public:
+  explicit Stopwatch(bool on) : on_(on), last_(on ? Clock::now() : Clock::time_point()) {}
+  void lap(Real& total) {
+    if (!on_) return;
+    const Clock::time_point now = Clock::now();
+    total += std::chrono::duration<Real>(now - last_).count();
+    last_ = now;
+  }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  bool on_;
+  Clock::time_point last_;
+};
+
+void run_systems(const Systems& systems, Place place, World& world, Real h, StepReport& report) {
+  for (const System& system : systems[static_cast<std::size_t>(place)]) {
+    try {
+      system(world, h);
+    } catch (...) {
+      report.status = Status::system_failed;
+    }
+  }
+}
+
+void rebuild_if_changed(World& world) {
+  if (world.built_for != world.structure()) {
+    rebuild_articulations(world);
+    procedural::prepare(world);
+  } else if (!world.articulations.empty() &&
+             world.articulations.front().room.targets.capacity() == 0) {
+    procedural::prepare(world);  // a copied World brings no scratch along
+  }
+}
+
+/// What the articulations have to say, gathered in their order.
+void collect(const World& world, StepReport& report) {
+  for (const Articulation& a : world.articulations) {
+    report.rounds_used = std::max(report.rounds_used, a.rounds_used);
+    report.limited += a.limited;
+    const Real bound = a.settings.tolerance * a.size;
+    const auto note = [&](Real residual, Entity who) {
+      if (residual > bound) ++report.unreached;
+      if (residual > report.worst_residual)
+        report.worst_residual = residual, report.worst_hold = who;
+    };
+    for (const Hold& h : a.holds) {
+      if (h.compliance > 0) continue;
+      note(h.residual, h.held_pin != UINT32_MAX ? world.pins.owners()[h.held_pin] : Entity{});
+    }
+    for (const Cord& c : a.cords) {
+      const String& s = world.strings.values()[c.string];
+      if (s.joint.compliance > 0) continue;
+      note(stretch(s.joint, world.bodies[s.a].pose, world.bodies[s.b].pose),
+           world.strings.owners()[c.string]);
+    }
+  }
+}
+
+}  // namespace
+
+StepReport step_world(World& world, const StepSettings& settings, const Systems& systems,
+                      StageTimes* times) noexcept {
+  StepReport report;
+  report.tick = world.tick, report.time = world.time;
+  const int substeps = std::max(1, settings.substeps);
+  const Real h = settings.h / substeps;
+  if (!(h > 0) || !std::isfinite(h)) return report;
+  rebuild_if_changed(world);
+  std::vector<Articulation>& all = world.articulations;
+  StageTimes ignored;
+  StageTimes& clock = times ? *times : ignored;
+  const auto run = [&](Place place) { run_systems(systems, place, world, settings.h, report); };
+
+  for (int part = 0; part < substeps; ++part) {
+    Stopwatch watch(times != nullptr);
+    run(Place::before_drive);
+    drive(world, h);
+    rebuild_if_changed(world);
+    watch.lap(clock.drive);
+
+    run(Place::before_update);
+    for_each_articulation(all.size(), settings.threads,
+                          [&](std::size_t i) { procedural::update(world, all[i], h); });
+    watch.lap(clock.update);
+
+    run(Place::before_adjust);
+    for_each_articulation(all.size(), settings.threads, [&](std::size_t i) {
+      all[i].lost = Entity{};
+      procedural::adjust(world, all[i], h, all[i].lost);
+    });
+    watch.lap(clock.adjust);
+
+    run(Place::before_push_out);
+    watch.lap(clock.push_out);
+    world.time += h;
+  }
+  ++world.tick;
+  for (Force& f : world.forces.values()) f = Force{};
+  for (std::uint32_t slot : world.kinematic) {
+    Body& b = world.bodies.values()[slot];
+    b.restart = b.teleport = false;
+  }
+
+  Stopwatch watch(times != nullptr);
+  run(Place::before_measure);
+  for (const Articulation& a : all) {
+    if (!a.lost || report.status == Status::diverged) continue;
+    report.status = Status::diverged, report.body = a.lost;
+  }
+  collect(world, report);
+  if (settings.measure) report.measures = measure(world), report.measured = true;
+  watch.lap(clock.measure);
+  report.tick = world.tick, report.time = world.time;
+  run(Place::after_step);
+  return report;
+}
+
+Measures measure(const World& world) {
+  Measures m;
+  for (const Articulation& a : world.articulations) {
+    for (std::size_t c = 0; c < a.count(); ++c) {
+      if (a.links[c] == kNoSlot) continue;
+      const Link& link = world.links.values()[a.links[c]];
+      const Real gap =
+          glm::length(residual(link.joint, world.bodies[link.a].pose, world.bodies[link.b].pose));
+      if (gap > m.worst_gap) m.worst_gap = gap, m.worst_link = world.links.owners()[a.links[c]];
+      m.worst_gap_rel = std::max(m.worst_gap_rel, gap / a.size);
+    }
+  }
+  for (const Body& b : world.bodies.values()) {
+    if (b.motion != Motion::dynamic) continue;
+    const Vec3 local = glm::conjugate(b.pose.rotation) * b.spin;
+    const Vec3 l = b.pose.rotation * (b.inertia * local);
+    m.kinetic += 0.5 * (b.mass * glm::dot(b.velocity, b.velocity) + glm::dot(l, b.spin));
+    m.potential -= b.mass * b.gravity_scale * glm::dot(world.gravity, b.pose.position);
+    m.momentum += b.mass * b.velocity;
+    m.spin_momentum += l + b.mass * glm::cross(b.pose.position, b.velocity);
+  }
+  return m;
+}
+
+StepReport Simulation::step() {
+  return step_world(world, settings, systems_, timing ? &times : nullptr);
+}
+
+Advance Simulation::advance(Real wall_seconds) {
+  Advance done;
+  if (std::isfinite(wall_seconds) && wall_seconds > 0) left_over_ += wall_seconds;
+  const Real h = settings.h;
+  if (!(h > 0) || !std::isfinite(h)) return done;
+  while (left_over_ >= h && done.steps < most_steps) {
+    before_.clear();
+    for (const Body& b : world.bodies.values()) before_.push_back(b.pose);
+    before_version_ = world.bodies.version();
+    const StepReport report = step();
+    if (done.report.status == Status::ok) done.report = report;
+    left_over_ -= h;
+    ++done.steps;
+  }
+  if (left_over_ >= h) {
+    // Whole steps that there is no time for are given up, the part of a step is kept.
+    const Real whole = std::floor(left_over_ / h) * h;
+    done.dropped = whole;
+    left_over_ -= whole;
+  }
+  done.fraction = std::clamp(left_over_ / h, Real(0), std::nextafter(Real(1), Real(0)));
+  return done;
+}
+
+Pose Simulation::interpolated(Entity body, Real fraction) const {
+  const std::uint32_t slot = world.bodies.slot(body);
+  if (slot == kNoSlot) return {};
+  const Body& b = world.bodies.values()[slot];
+  if (b.teleport || before_version_ != world.bodies.version() || slot >= before_.size())
+    return b.pose;
+  const Pose& from = before_[slot];
+  return {glm::mix(from.position, b.pose.position, fraction),
+          glm::slerp(from.rotation, b.pose.rotation, fraction)};
+}
+
+}  // namespace pantin

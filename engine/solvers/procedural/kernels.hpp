@@ -1,0 +1,108 @@
+#pragma once
+/// The inner loops over packed articulations: four bodies side by side where bodies do not depend
+/// on one another, one after the other along the joints. Built once for every instruction set the
+/// machine may have; all builds give the same bits, since none fuses or reorders an operation.
+///
+/// Includes nothing that makes code: an inline function compiled here for AVX2 must never be the
+/// one the linker keeps for everybody.
+#include "engine/world/packed.hpp"
+
+namespace pantin::procedural {
+
+/// Where a Body keeps its numbers, counted in doubles from its start.
+struct BodyLayout {
+  std::size_t stride, position, rotation, velocity, spin;
+};
+
+/// An articulation as the kernels see it. Tables are packed as in Table.
+struct Packed {
+  std::size_t count;
+  const std::uint32_t* slots;  // padded to whole lanes
+  const std::int32_t* parents;
+  double* bodies;
+  BodyLayout layout;
+  const double* constants;
+  double* memory;
+  double* work;
+  const double* forces;  // acceleration and torque rows, or null
+  double* inverse;       // 6 a body, or null
+  bool is_chain;
+};
+
+/// How the update stage integrates.
+enum class Rule : std::uint8_t {
+  verlet,    // damped Verlet, constant spin
+  midpoint,  // damped Verlet, angular momentum kept at mid-step
+  euler,     // backward Euler, angular momentum kept
+  bdf2       // second order, angular momentum kept
+};
+
+struct PredictInput {
+  double h;
+  double gravity[3];
+  Rule rule;
+  bool first;  // half the acceleration: the first step from given velocities
+};
+
+/// Sums over the bodies, taken at the start of the step.
+struct StartSums {
+  double kinetic, potential, damped;  // J; damped: what the drag takes in one step
+  double momentum[3];                 // kg m/s
+};
+
+struct FinishInput {
+  double h;
+  double gravity[3];
+  Rule rule;
+  bool first;
+  double calm_angle;  // rad
+};
+
+struct EndSums {
+  double kinetic, potential, work;  // J; work of the given forces
+  double momentum[3];
+  double largest_turn2;  // square of the largest rotation of the step, rad^2
+};
+
+/// The block of a body in a tree, before its turn is eliminated: A_yy and A_tt (6 numbers each, as
+/// in kWorldInertia), A_ty (9, row by row), g_y and g_t.
+enum BlockPart : std::size_t {
+  kSlideSlide = 0,
+  kTurnTurn = 6,
+  kTurnSlide = 12,
+  kSlideLoad = 21,
+  kTurnLoad = 24,
+  kBlockSize = 27
+};
+
+struct Kernels {
+  const char* name;
+  /// Free motion of every body: predicted pose and spin into the work table. [Lee 2000, Eq. 1-2]
+  StartSums (*predict)(const Packed&, const PredictInput&);
+  /// World arms, gaps and inertias of the poses in rows (position, rotation) of the work table.
+  void (*arms)(const Packed&, std::size_t position_row, std::size_t rotation_row);
+  /// Leaf to root along a chain: group mass and load at every joint. `tension` adds the stiffness
+  /// of loaded joints.
+  void (*gather_chain)(const Packed&, bool tension);
+  /// The same for any tree, in two parts: the blocks of the bodies alone, to which rows may add;
+  /// then the elimination.
+  void (*fill_blocks)(const Packed&, double* blocks);
+  void (*gather_tree)(const Packed&, bool tension, double* blocks);
+  /// Root to leaf: every joint closed exactly, turns by Cayley's map, multipliers into the memory.
+  void (*close)(const Packed&, const double* targets, std::size_t position_row);
+  /// Root to leaf: least displacement. [Lee 2000, sec. 3.2 corrected]
+  void (*sweep)(const Packed&, const double* targets, std::size_t position_row, double stiffness);
+  /// Turns and attach points applied: final poses. `from` is the row of rotations they start from.
+  void (*commit)(const Packed&, std::size_t from_rotation_row);
+  /// Velocities from the final poses; writes the bodies and the memory.
+  EndSums (*finish)(const Packed&, const FinishInput&);
+  /// Scales all velocities: about `mean` in translation.
+  void (*scale)(const Packed&, double factor, const double* mean);
+};
+
+/// The fastest that this machine can run; the environment variable PANTIN_KERNELS names another.
+const Kernels& kernels();
+/// All that this machine can run, slowest first; null ends the list.
+const Kernels* const* all_kernels();
+
+}  // namespace pantin::procedural

@@ -1,0 +1,367 @@
+// Strings and held points as rows of the articulated solve: the response of the whole articulation
+// to a load at a point costs one way up and one way down the tree, and the loads follow from a
+// small dense system whose strings can only pull.
+#include <algorithm>
+
+#include "engine/solvers/procedural/internal.hpp"
+
+namespace pantin::procedural {
+namespace {
+
+constexpr std::uint32_t kNobody = UINT32_MAX;
+
+/// From the joint point of a body to one of its anchors, world axes.
+Vec3 lever(const Articulation& a, std::size_t column, Vec3 anchor, Work rotation_row) {
+  return a.room.work.quat(rotation_row, column) * anchor - a.room.work.vec(kArm, column);
+}
+
+/// From the joint point of a child's parent to the child's joint.
+Vec3 child_lever(const Articulation& a, std::size_t child) {
+  const auto parent = static_cast<std::size_t>(a.parents[child]);
+  return a.room.work.vec(kParentArm, child) - a.room.work.vec(kArm, parent);
+}
+
+struct Ends {
+  Vec3 a, b;
+};
+
+Ends ends_of(const World& world, const Articulation& a, const Cord& cord, Work position_row,
+             Work rotation_row) {
+  const StringJoint& s = world.strings.values()[cord.string].joint;
+  return {cord.column_a == kNobody
+              ? point_on(world, cord.slot_a, s.anchor_a)
+              : point_at(a, cord.column_a, s.anchor_a, position_row, rotation_row),
+          cord.column_b == kNobody
+              ? point_on(world, cord.slot_b, s.anchor_b)
+              : point_at(a, cord.column_b, s.anchor_b, position_row, rotation_row)};
+}
+
+void add_symmetric(Real* block, const Mat3& m) {
+  block[0] += m[0][0], block[1] += m[1][0], block[2] += m[2][0];
+  block[3] += m[1][1], block[4] += m[2][1], block[5] += m[2][2];
+}
+
+/// t (1 - n n^T): how a pull t turns away sideways motion.
+Mat3 sideways(Real t, Vec3 n) { return t * (Mat3(1) - glm::outerProduct(n, n)); }
+
+/// a x v as a matrix.
+Mat3 crossing(Vec3 a) { return Mat3(0, a.z, -a.y, -a.z, 0, a.x, a.y, -a.x, 0); }
+
+/// A pull of `load` along `to` (unit) at a point of a body, over a string of length `span`: the
+/// pull keeps its direction in space while the body moves under it and turns.
+void add_pull(Articulation& a, std::size_t column, Vec3 anchor, Vec3 to, Real load, Real span,
+              Work rotation_row) {
+  Real* block = a.room.blocks.data() + kBlockSize * column;
+  const Mat3 k = sideways(load / span, to);
+  const Mat3 c = crossing(lever(a, column, anchor, rotation_row));
+  const Mat3 ck = c * k;
+  add_symmetric(block + kSlideSlide, k);
+  add_symmetric(block + kTurnTurn, ck * glm::transpose(c));
+  for (int row = 0; row < 3; ++row)
+    for (int col = 0; col < 3; ++col) block[kTurnSlide + 3 * row + col] += ck[col][row];
+  const Vec3 arm = a.room.work.quat(rotation_row, column) * anchor;
+  const Real reach2 = glm::dot(arm, arm), t = load * glm::dot(to, arm);
+  if (t > 0 && reach2 > 0) add_symmetric(block + kTurnTurn, sideways(t, arm / std::sqrt(reach2)));
+}
+
+/// A held point that rows can meet: soft, or exact with some slack left in the links between.
+bool takes_rows(const Articulation& a, const Hold& h) {
+  if (h.compliance > 0) return true;
+  const Tree& t = a.trees[h.tree];
+  const Real span = glm::length(h.target - t.target);
+  return span < 0.98 * h.reach && span > 1.02 * h.dead_reach;
+}
+
+constexpr Real kSpringDamping = 0.1;  // s: a spring grip brakes like 0.1 s of its stiffness
+
+void list_hold(Articulation& a, const Hold& h, Real step, Work position_row, Work rotation_row) {
+  Vec3 gap = h.target - point_at(a, h.column, h.anchor, position_row, rotation_row);
+  Row row;
+  row.column_b = h.column;
+  row.arm_b = lever(a, h.column, h.anchor, rotation_row);
+  if (h.compliance > 0) {
+    // k g + c (g - g_before) / h, as one spring of stiffness k + c/h.
+    const Real stiffer = 1 + kSpringDamping / step;
+    row.softness = h.compliance / stiffer / (force_share(a) * step * step);
+    gap -= (1 - 1 / stiffer) * h.gap_before;
+  }
+  for (int axis = 0; axis < 3; ++axis) {
+    row.direction = Vec3(0);
+    row.direction[axis] = 1;
+    row.bound = gap[axis], row.load = h.load[axis];
+    a.room.rows.push_back(row);
+  }
+}
+
+void list_cord(const World& world, Articulation& a, const Cord& cord, Real step, Work position_row,
+               Work rotation_row, bool again) {
+  const StringJoint& s = world.strings.values()[cord.string].joint;
+  const Ends e = ends_of(world, a, cord, position_row, rotation_row);
+  const Real span = glm::length(e.b - e.a);
+  Row row;
+  row.one_sided = true;
+  row.column_a = cord.column_a, row.column_b = cord.column_b;
+  if (cord.column_a != kNobody) row.arm_a = lever(a, cord.column_a, s.anchor_a, rotation_row);
+  if (cord.column_b != kNobody) row.arm_b = lever(a, cord.column_b, s.anchor_b, rotation_row);
+  row.direction = span > 0 ? (e.a - e.b) / span : Vec3(0);
+  row.bound = span - s.length;
+  if (again) {
+    // Elastic strings were settled by the first solve.
+    if (s.compliance > 0) row.bound = -1e300;
+  } else {
+    row.softness = s.compliance / (force_share(a) * step * step);
+    row.load = cord.load;
+  }
+  a.room.rows.push_back(row);
+}
+
+void clear(StepRoom& r) {
+  std::fill(r.slide.begin(), r.slide.end(), Vec3(0));
+  std::fill(r.turn.begin(), r.turn.end(), Vec3(0));
+}
+
+/// Adds the load of a row to the forces (in slide) and torques (in turn) at the joint points.
+void push(StepRoom& r, const Row& row, Real load) {
+  const Vec3 f = load * row.direction;
+  if (row.column_b != kNobody)
+    r.slide[row.column_b] += f, r.turn[row.column_b] += glm::cross(row.arm_b, f);
+  if (row.column_a != kNobody)
+    r.slide[row.column_a] -= f, r.turn[row.column_a] -= glm::cross(row.arm_a, f);
+}
+
+Vec3 times_inverse(const Articulation& a, std::size_t c, Vec3 v) {
+  const Real* i = a.room.inverse.data() + 6 * c;
+  return {i[0] * v.x + i[1] * v.y + i[2] * v.z, i[1] * v.x + i[3] * v.y + i[4] * v.z,
+          i[2] * v.x + i[4] * v.y + i[5] * v.z};
+}
+
+Vec3 times_answer(const Table& w, std::size_t c, Vec3 y) {
+  return {glm::dot(w.vec(kAnswer, c), y), glm::dot(w.vec(kAnswer + 3, c), y),
+          glm::dot(w.vec(kAnswer + 6, c), y)};
+}
+Vec3 times_answer_transposed(const Table& w, std::size_t c, Vec3 t) {
+  return t.x * w.vec(kAnswer, c) + t.y * w.vec(kAnswer + 3, c) + t.z * w.vec(kAnswer + 6, c);
+}
+
+/// Loads at bodies go up the tree: `force` becomes the load at each own joint, `torque` the turn
+/// each body makes when its joint stays.
+void carry_up(Articulation& a, std::vector<Vec3>& force, std::vector<Vec3>& torque) {
+  const Table& w = a.room.work;
+  for (std::size_t c = a.count(); c-- > 0;) {
+    if (force[c] == Vec3(0) && torque[c] == Vec3(0)) continue;
+    force[c] -= times_answer_transposed(w, c, torque[c]);
+    torque[c] = times_inverse(a, c, torque[c]);
+    if (a.parents[c] < 0) continue;
+    const auto parent = static_cast<std::size_t>(a.parents[c]);
+    torque[parent] += glm::cross(child_lever(a, c), force[c]);
+    force[parent] += force[c];
+  }
+}
+
+/// ... and the displacements come down: `force` becomes the slide of each joint point, `torque` the
+/// turn of each body.
+void carry_down(Articulation& a, std::vector<Vec3>& force, std::vector<Vec3>& torque) {
+  const Table& w = a.room.work;
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    Vec3 y(0);
+    if (a.parents[c] >= 0) {
+      const auto parent = static_cast<std::size_t>(a.parents[c]);
+      y = force[parent] + glm::cross(torque[parent], child_lever(a, c));
+    } else if (a.parents[c] == kFree) {
+      y = solve_symmetric(symmetric(w, kGroupMass, c), force[c]);
+    }
+    torque[c] -= times_answer(w, c, y);
+    force[c] = y;
+  }
+}
+
+/// The free answer: what gathered loads and gaps do without any row.
+void answer_freely(Articulation& a) {
+  const Table& w = a.room.work;
+  auto tree = a.trees.begin();
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    Vec3 y;
+    if (a.parents[c] >= 0) {
+      const auto parent = static_cast<std::size_t>(a.parents[c]);
+      y = a.room.slide[parent] + glm::cross(a.room.turn[parent], child_lever(a, c)) +
+          w.vec(kGap, c);
+    } else {
+      const Tree& t = *tree++;
+      y = a.parents[c] == kFree ? solve_symmetric(symmetric(w, kGroupMass, c), w.vec(kGroupLoad, c))
+                                : t.target - (w.vec(kPosition, c) + w.vec(kArm, c));
+    }
+    a.room.slide[c] = y;
+    a.room.turn[c] = answer(w, c, y);
+  }
+}
+
+/// direction . (u_b - u_a) of a row, for the displacements in (slide, turn).
+Real move_along(const Articulation& a, const Row& row) {
+  const auto at = [&](std::uint32_t column, Vec3 arm) {
+    return column == kNobody ? Vec3(0)
+                             : a.room.slide[column] + glm::cross(a.room.turn[column], arm);
+  };
+  return glm::dot(row.direction, at(row.column_b, row.arm_b) - at(row.column_a, row.arm_a));
+}
+
+/// Projected Gauss-Seidel from the last step's loads: rows that can only pull stay non-negative.
+void iterate(StepRoom& r, int rounds) {
+  const std::size_t n = r.rows.size();
+  for (int round = 0; round < rounds; ++round) {
+    Real largest = 0, change = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      Row& row = r.rows[i];
+      const Real* w = &r.response[i * n];
+      Real lack = row.wanted;
+      for (std::size_t j = 0; j < n; ++j) lack -= w[j] * r.rows[j].load;
+      Real load = row.load + lack / w[i];
+      if (row.one_sided) load = std::max(Real(0), load);
+      change = std::max(change, std::abs(load - row.load));
+      largest = std::max(largest, std::abs(load));
+      row.load = load;
+    }
+    if (!(change > 1e-13 * largest)) break;
+  }
+}
+
+/// Solves the rows marked active exactly, by Cholesky. False if the system is not definite enough.
+bool solve_active(StepRoom& r, const std::vector<std::uint8_t>& active) {
+  const std::size_t n = r.rows.size();
+  std::vector<Real>&l = r.factor, &x = r.solved;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!active[i]) continue;
+    for (std::size_t j = 0; j <= i; ++j) {
+      if (!active[j]) continue;
+      Real s = r.response[i * n + j];
+      for (std::size_t k = 0; k < j; ++k)
+        if (active[k]) s -= l[i * n + k] * l[j * n + k];
+      if (i != j) {
+        l[i * n + j] = s / l[j * n + j];
+      } else if (s > 1e-10 * r.response[i * n + i]) {
+        l[i * n + i] = std::sqrt(s);
+      } else {
+        return false;
+      }
+    }
+    Real s = r.rows[i].wanted;
+    for (std::size_t k = 0; k < i; ++k)
+      if (active[k]) s -= l[i * n + k] * x[k];
+    x[i] = s / l[i * n + i];
+  }
+  for (std::size_t i = n; i-- > 0;) {
+    if (!active[i]) continue;
+    for (std::size_t k = i + 1; k < n; ++k)
+      if (active[k]) x[i] -= l[k * n + i] * x[k];
+    x[i] /= l[i * n + i];
+  }
+  return true;
+}
+
+/// Exact loads: the iteration guesses which strings are taut, a direct solve confirms or corrects.
+/// Where it does not settle (contradictory or nearly dependent rows) the iteration's answer stands.
+void solve_loads(StepRoom& r) {
+  const std::size_t n = r.rows.size();
+  iterate(r, 12);
+  std::vector<std::uint8_t>& active = r.on_path;
+  if (active.size() < n) active.resize(n);
+  for (std::size_t i = 0; i < n; ++i) active[i] = !r.rows[i].one_sided || r.rows[i].load > 0;
+  for (int trial = 0; trial < 8; ++trial) {
+    if (!solve_active(r, active)) break;
+    bool settled = true;
+    for (std::size_t i = 0; i < n; ++i)
+      if (active[i] && r.rows[i].one_sided && r.solved[i] < 0) active[i] = 0, settled = false;
+    for (std::size_t i = 0; settled && i < n; ++i) {
+      if (active[i]) continue;
+      Real lack = r.rows[i].wanted;
+      for (std::size_t j = 0; j < n; ++j)
+        if (active[j]) lack -= r.response[i * n + j] * r.solved[j];
+      if (lack > 1e-14) active[i] = 1, settled = false;
+    }
+    if (!settled) continue;
+    for (std::size_t i = 0; i < n; ++i) r.rows[i].load = active[i] ? r.solved[i] : 0;
+    return;
+  }
+  iterate(r, 200);
+}
+
+}  // namespace
+
+void add_string_stiffness(const World& world, Articulation& a, Work position_row,
+                          Work rotation_row) {
+  for (const Cord& cord : a.cords) {
+    if (!(cord.load > 0)) continue;
+    const StringJoint& s = world.strings.values()[cord.string].joint;
+    const Ends e = ends_of(world, a, cord, position_row, rotation_row);
+    const Real span = glm::length(e.b - e.a);
+    if (!(span > 0)) continue;
+    const Vec3 to_b = (e.b - e.a) / span;
+    if (cord.column_a != kNobody)
+      add_pull(a, cord.column_a, s.anchor_a, to_b, cord.load, span, rotation_row);
+    if (cord.column_b != kNobody)
+      add_pull(a, cord.column_b, s.anchor_b, -to_b, cord.load, span, rotation_row);
+  }
+}
+
+Real worst_stretch(const World& world, const Articulation& a) {
+  Real worst = 0;
+  for (const Cord& cord : a.cords) {
+    const StringJoint& s = world.strings.values()[cord.string].joint;
+    if (s.compliance > 0) continue;
+    const Ends e = ends_of(world, a, cord, kFinalPosition, kFinalRotation);
+    worst = std::max(worst, glm::length(e.b - e.a) - s.length);
+  }
+  return worst;
+}
+
+void solve_rows(World& world, Articulation& a, Real h, Work position_row, Work rotation_row,
+                bool again) {
+  StepRoom& r = a.room;
+  r.rows.clear();
+  if (!again)
+    for (const Hold& hold : a.holds)
+      if (takes_rows(a, hold)) list_hold(a, hold, h, position_row, rotation_row);
+  const std::size_t first_cord = r.rows.size();
+  for (const Cord& cord : a.cords) list_cord(world, a, cord, h, position_row, rotation_row, again);
+  const std::size_t n = r.rows.size();
+  if (n == 0) return;
+
+  if (again)
+    clear(r);
+  else
+    answer_freely(a);
+  for (Row& row : r.rows) row.wanted = row.bound - move_along(a, row);
+  for (std::size_t j = 0; j < n; ++j) {
+    clear(r);
+    push(r, r.rows[j], 1);
+    carry_up(a, r.slide, r.turn);
+    carry_down(a, r.slide, r.turn);
+    for (std::size_t i = 0; i < n; ++i) r.response[i * n + j] = move_along(a, r.rows[i]);
+    r.response[j * n + j] += r.rows[j].softness + 1e-300;
+  }
+  solve_loads(r);
+
+  // All loads at once, added to what was gathered.
+  clear(r);
+  for (const Row& row : r.rows) push(r, row, row.load);
+  carry_up(a, r.slide, r.turn);
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    r.work.set(kGroupLoad, c, r.work.vec(kGroupLoad, c) + r.slide[c]);
+    r.work.set(kRest, c, r.work.vec(kRest, c) + r.turn[c]);
+  }
+
+  std::size_t at = 0;
+  for (Hold& hold : a.holds) {
+    if (again) break;
+    const bool taken = takes_rows(a, hold);
+    for (int axis = 0; axis < 3; ++axis) hold.load[axis] = taken ? r.rows[at++].load : 0;
+  }
+  at = first_cord;
+  for (Cord& cord : a.cords) {
+    const Real load = r.rows[at++].load;
+    // A string that has just drawn tight is a blow, and one let go a release: no calm step.
+    if (!again && (load > 0) != (cord.load > 0)) a.disturbed = true;
+    cord.load = again ? cord.load + load : load;
+  }
+}
+
+}  // namespace pantin::procedural

@@ -1,0 +1,339 @@
+#include <algorithm>
+#include <cstddef>
+
+#include "engine/solvers/procedural/internal.hpp"
+#include "engine/solvers/procedural/procedural.hpp"
+
+namespace pantin::procedural {
+namespace {
+
+constexpr std::size_t words(std::size_t bytes) { return bytes / sizeof(Real); }
+
+static_assert(sizeof(Body) % sizeof(Real) == 0);
+static_assert(offsetof(Quat, x) == 0 && offsetof(Quat, w) == 3 * sizeof(Real));
+
+const BodyLayout kLayout{words(sizeof(Body)), words(offsetof(Body, pose.position)),
+                         words(offsetof(Body, pose.rotation)), words(offsetof(Body, velocity)),
+                         words(offsetof(Body, spin))};
+
+/// Where roots and holds are to be, from pins and from bodies that are moved otherwise.
+void aim(const World& world, Articulation& a) {
+  a.room.targets.clear();
+  const auto place = [&](std::uint32_t body, std::uint32_t pin, Vec3 anchor) {
+    return pin != UINT32_MAX ? world.pins.values()[pin].target : point_on(world, body, anchor);
+  };
+  for (Tree& t : a.trees) {
+    if (a.parents[t.first] == kHeld) {
+      t.target_before = a.fresh ? place(t.held_body, t.held_pin, t.anchor) : t.target;
+      t.target = place(t.held_body, t.held_pin, t.anchor);
+    }
+    for (int n = 0; n < 3; ++n) a.room.targets.push_back(t.target[n]);
+  }
+  for (Hold& h : a.holds) {
+    h.target_before = a.fresh ? place(h.held_body, h.held_pin, h.held_anchor) : h.target;
+    h.target = place(h.held_body, h.held_pin, h.held_anchor);
+    if (a.fresh) h.gap_before = Vec3(0);
+  }
+}
+
+/// Bodies whose motion was changed by hand: forget what no longer holds.
+void notice_changes(World& world, Articulation& a, Real h) {
+  bool changed = false, jumped = false;
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    const Body& b = world.bodies.values()[a.slots[c]];
+    changed = changed || b.restart, jumped = jumped || b.teleport;
+  }
+  for (const Tree& t : a.trees)
+    if (t.held_body != UINT32_MAX) jumped = jumped || world.bodies.values()[t.held_body].teleport;
+  if (changed || jumped) a.calm_steps = 0;
+  const Real ratio = jumped ? 0 : (a.last_step > 0 && !a.fresh ? h / a.last_step : 1);
+  if (ratio != 1) {
+    a.calm_steps = 0;
+    for (std::size_t c = 0; c < a.count(); ++c)
+      a.memory.set(kLoad, c, ratio * ratio * a.memory.vec(kLoad, c));
+    for (Cord& cord : a.cords) cord.load *= ratio * ratio;
+    for (Hold& hold : a.holds) hold.load *= ratio * ratio;
+  }
+  if (changed || a.fresh)
+    for (Tree& t : a.trees)
+      if (a.parents[t.first] == kFree) t.spin_momentum = spin_momentum(world, a, t);
+}
+
+void collect_forces(const World& world, Articulation& a) {
+  a.forced = !world.forces.empty();
+  if (!a.forced) return;
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    const Force* f = world.forces.find(a.bodies[c]);
+    const Real mass = a.constants.at(kMass, c);
+    a.room.forces.set(0, c, f ? f->force / mass : Vec3(0));
+    a.room.forces.set(3, c, f ? f->torque : Vec3(0));
+  }
+}
+
+Rule rule_of(const Articulation& a) {
+  const Solver s = a.settings.solver;
+  if (s == Solver::sweep || s == Solver::paper) return Rule::verlet;
+  if (s == Solver::shake2) return Rule::midpoint;
+  return a.second_order ? Rule::bdf2 : Rule::euler;
+}
+
+/// Joints closed by articulated masses, strings and reachable held points as rows of the solve.
+void close_articulated(World& world, Articulation& a, const Packed& p, Real h) {
+  const Kernels& k = kernels();
+  const bool tension = a.settings.tension_stiffness;
+  k.arms(p, kPosition, kRotation);
+  if (p.is_chain) {
+    k.gather_chain(p, tension);
+  } else {
+    k.fill_blocks(p, a.room.blocks.data());
+    if (tension) add_string_stiffness(world, a, kPosition, kRotation);
+    k.gather_tree(p, tension, a.room.blocks.data());
+    if (p.inverse) solve_rows(world, a, h, kPosition, kRotation, false);
+  }
+  k.close(p, a.room.targets.data(), kPosition);
+  k.commit(p, kRotation);
+  if (!p.inverse || a.cords.empty()) return;
+
+  // Strings are met to first order; what the turning of the bodies left is closed again.
+  for (int round = 0; round < 4 && worst_stretch(world, a) > 0.1 * a.settings.tolerance * a.size;
+       ++round) {
+    for (std::size_t c = 0; c < a.count(); ++c) a.room.loads[c] = a.memory.vec(kLoad, c);
+    k.arms(p, kFinalPosition, kFinalRotation);
+    k.fill_blocks(p, a.room.blocks.data());
+    k.gather_tree(p, false, a.room.blocks.data());
+    solve_rows(world, a, h, kFinalPosition, kFinalRotation, true);
+    k.close(p, a.room.targets.data(), kFinalPosition);
+    k.commit(p, kFinalRotation);
+    for (std::size_t c = 0; c < a.count(); ++c)
+      a.memory.set(kLoad, c, a.memory.vec(kLoad, c) + a.room.loads[c]);
+  }
+}
+
+/// Joints closed one after the other, as if what is nearer the root could not give way.
+void close_kinematic(Articulation& a, const Packed& p, Real h) {
+  for (const Tree& t : a.trees)
+    if (a.parents[t.first] == kFree && t.count > 1) place_free_root(a, t, h);
+  if (a.settings.solver == Solver::paper) {
+    literal_sweep(a, h);
+    return;
+  }
+  const Kernels& k = kernels();
+  k.arms(p, kPosition, kRotation);
+  k.sweep(p, a.room.targets.data(), kPosition, a.settings.turn_stiffness);
+  k.commit(p, kRotation);
+}
+
+/// Work done on the articulation through the places that hold it, J.
+Real work_of_holders(const World& world, const Articulation& a, const EndSums& end, Real h) {
+  const Real to_force = 1 / (force_share(a) * h * h);
+  Vec3 other_impulses(0);  // N s, of all but a single held root
+  Real work = 0;
+  for (const Hold& hold : a.holds) {
+    work += to_force * glm::dot(hold.load, hold.target - hold.target_before);
+    other_impulses += to_force * h * hold.load;
+  }
+  for (const Cord& cord : a.cords) {
+    if (cord.column_a != UINT32_MAX && cord.column_b != UINT32_MAX) continue;
+    if (cord.load == 0) continue;
+    const String& s = world.strings.values()[cord.string];
+    const bool a_moves = cord.column_a != UINT32_MAX;  // a is the packed end
+    const std::uint32_t slot = a_moves ? cord.slot_b : cord.slot_a;
+    const Vec3 held = point_on(world, slot, a_moves ? s.joint.anchor_b : s.joint.anchor_a);
+    const Vec3 free =
+        a_moves ? point_at(a, cord.column_a, s.joint.anchor_a, kFinalPosition, kFinalRotation)
+                : point_at(a, cord.column_b, s.joint.anchor_b, kFinalPosition, kFinalRotation);
+    const Real span = glm::length(held - free);
+    if (!(span > 0)) continue;
+    const Vec3 force = to_force * cord.load / span * (held - free);
+    const Body& holder = world.bodies.values()[slot];
+    const Vec3 velocity = holder.velocity + glm::cross(holder.spin, held - holder.pose.position);
+    work += h * glm::dot(force, velocity);
+    other_impulses += h * force;
+  }
+  int held_trees = 0;
+  for (const Tree& t : a.trees) held_trees += a.parents[t.first] == kHeld;
+  for (const Tree& t : a.trees) {
+    const Vec3 moved = t.target - t.target_before;
+    if (a.parents[t.first] != kHeld || moved == Vec3(0)) continue;
+    if (held_trees >
+        1) {  // the balance of one cannot be told from the others': take the multipliers
+      work += to_force * glm::dot(a.memory.vec(kLoad, t.first), moved);
+      continue;
+    }
+    Vec3 impulse = Vec3(end.momentum[0], end.momentum[1], end.momentum[2]) - a.momentum_before;
+    for (std::size_t c = 0; c < a.count(); ++c) {
+      const Real mass = a.constants.at(kMass, c);
+      impulse -= h * mass * a.constants.at(kGravityScale, c) * world.gravity;
+      if (a.forced) impulse -= h * mass * a.room.forces.vec(0, c);
+    }
+    work += glm::dot(impulse - other_impulses, moved) / h;
+  }
+  return work;
+}
+
+/// Keeps the energy from growing: what the step added beyond the work done on it is taken from the
+/// velocities. What the integrator loses may come back for a while (the reserve), since a stable
+/// method lends and returns energy within a swing.
+void limit_energy(World& world, Articulation& a, const Packed& p, const EndSums& end, Real h) {
+  const Real allowed =
+      a.energy_before + a.reserve - a.damped + end.work + work_of_holders(world, a, end, h);
+  Real energy = end.kinetic + end.potential;
+  const Real slack = 1e-3 * a.kinetic_before + 1e-12 * std::abs(end.potential);
+  a.limited = a.settings.limiter && energy > allowed + slack;
+  if (a.limited) {
+    // A free tree keeps the motion of its mass centre.
+    const bool free = a.trees.size() == 1 && a.parents.front() == kFree && a.cords.empty();
+    Real mass = 0;
+    for (std::size_t c = 0; c < a.count(); ++c) mass += a.constants.at(kMass, c);
+    const Vec3 momentum(end.momentum[0], end.momentum[1], end.momentum[2]);
+    const Vec3 mean = free ? momentum / mass : Vec3(0);
+    const Real whole = free ? 0.5 * mass * glm::dot(mean, mean) : 0;
+    const Real within = end.kinetic - whole;
+    const Real left = std::max(Real(0), allowed - end.potential - whole);
+    const Real factor = within > 0 ? std::sqrt(std::min(Real(1), left / within)) : 1;
+    kernels().scale(p, factor, &mean[0]);
+    for (Tree& t : a.trees) t.spin_momentum *= factor;
+    energy = end.potential + whole + factor * factor * within;
+  }
+  const Real lent = std::max(Real(0), allowed - energy);
+  a.reserve = a.limited || a.disturbed ? 0 : lent * std::exp(-h / a.settings.reservoir_time);
+}
+
+bool is_sane(const Articulation& a, Entity& lost) {
+  constexpr Real kFar = 1e12;  // m
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    const Vec3 x = a.room.work.vec(kFinalPosition, c);
+    const Quat q = a.room.work.quat(kFinalRotation, c);
+    const Real most = std::max({std::abs(x.x), std::abs(x.y), std::abs(x.z)});
+    if (is_finite(x) && is_finite(q) && most < kFar) continue;
+    lost = a.bodies[c];
+    return false;
+  }
+  return true;
+}
+
+/// Tells pins and strings how they fared.
+void report_holds(World& world, Articulation& a, Real h) {
+  const Real to_force = 1 / (force_share(a) * h * h);
+  for (Hold& hold : a.holds) {
+    const Vec3 at = point_at(a, hold.column, hold.anchor, kFinalPosition, kFinalRotation);
+    hold.gap_before = hold.target - at;
+    hold.residual = glm::length(hold.gap_before);
+    if (hold.held_pin == UINT32_MAX) continue;
+    Pin& pin = world.pins.values()[hold.held_pin];
+    pin.residual = hold.residual, pin.reachable = hold.reachable;
+  }
+  for (const Tree& t : a.trees) {
+    if (t.held_pin == UINT32_MAX) continue;
+    Pin& pin = world.pins.values()[t.held_pin];
+    const Vec3 at = point_at(a, t.first, pin.anchor, kFinalPosition, kFinalRotation);
+    pin.residual = glm::length(pin.target - at), pin.reachable = true;
+  }
+  for (const Cord& cord : a.cords)
+    world.strings.values()[cord.string].tension = to_force * cord.load;
+}
+
+}  // namespace
+
+Packed packed(World& world, Articulation& a) {
+  return {a.count(),
+          a.slots.data(),
+          a.parents.data(),
+          reinterpret_cast<Real*>(world.bodies.values().data()),
+          kLayout,
+          a.constants.data(),
+          a.memory.data(),
+          a.room.work.data(),
+          a.forced ? a.room.forces.data() : nullptr,
+          a.room.inverse.empty() ? nullptr : a.room.inverse.data(),
+          a.is_chain && a.room.inverse.empty() && a.settings.solver != Solver::shake2};
+}
+
+Vec3 point_at(const Articulation& a, std::size_t column, Vec3 anchor, Work position_row,
+              Work rotation_row) {
+  return a.room.work.vec(position_row, column) + a.room.work.quat(rotation_row, column) * anchor;
+}
+
+Vec3 point_on(const World& world, std::uint32_t slot, Vec3 anchor) {
+  return to_world(world.bodies.values()[slot].pose, anchor);
+}
+
+void prepare(World& world) {
+  for (Articulation& a : world.articulations) {
+    const std::size_t n = a.count(), padded = a.slots.size();
+    const std::size_t rows = 3 * a.holds.size() + a.cords.size();
+    const bool tree = !a.is_chain || rows > 0 || a.settings.solver == Solver::shake2;
+    StepRoom& r = a.room;
+    r.work.resize(kWorkRows, n);
+    for (std::size_t c = n; c < padded; ++c) r.work.at(kTurn + 3, c) = 1;  // padding turns nowhere
+    r.targets.reserve(3 * a.trees.size());
+    if (!world.forces.empty()) r.forces.resize(6, n);
+    if (tree) r.blocks.assign(kBlockSize * n, 0);
+    if (tree) r.slide.assign(n, Vec3(0)), r.turn.assign(n, Vec3(0)), r.loads.assign(n, Vec3(0));
+    if (rows > 0) {
+      r.inverse.assign(6 * n, 0), r.on_path.assign(std::max(n, rows), 0);
+      r.rows.reserve(rows), r.response.assign(rows * rows, 0);
+      r.factor.assign(rows * rows, 0), r.solved.assign(rows, 0);
+    }
+  }
+}
+
+void update(World& world, Articulation& a, Real h) {
+  if (!world.forces.empty() && a.room.forces.numbers().empty()) a.room.forces.resize(6, a.count());
+  aim(world, a);
+  notice_changes(world, a, h);
+  collect_forces(world, a);
+  a.second_order = a.settings.solver == Solver::automatic && !a.fresh && a.calm_steps >= 2;
+  const Packed p = packed(world, a);
+  const StartSums start = kernels().predict(
+      p, {h, {world.gravity.x, world.gravity.y, world.gravity.z}, rule_of(a), a.fresh});
+  a.energy_before = start.kinetic + start.potential, a.kinetic_before = start.kinetic;
+  a.damped = start.damped;
+  a.momentum_before = Vec3(start.momentum[0], start.momentum[1], start.momentum[2]);
+}
+
+bool adjust(World& world, Articulation& a, Real h, Entity& lost) {
+  const Packed p = packed(world, a);
+  const Solver solver = a.settings.solver;
+  a.disturbed = a.limited = false;
+  a.rounds_used = 0;
+  if (solver == Solver::automatic)
+    close_articulated(world, a, p, h);
+  else if (solver == Solver::shake2)
+    close_shake(world, a, p, h);
+  else
+    close_kinematic(a, p, h);
+  const bool strings_by_relaxation = solver != Solver::automatic && !a.cords.empty();
+  if (!a.holds.empty() || strings_by_relaxation) relax(world, a, strings_by_relaxation);
+  if (!is_sane(a, lost)) return false;
+
+  EndSums end = kernels().finish(p, {h,
+                                     {world.gravity.x, world.gravity.y, world.gravity.z},
+                                     rule_of(a),
+                                     a.fresh,
+                                     a.settings.calm_angle});
+  if (repair_momentum(world, a, h)) {
+    end.kinetic = end.potential = 0;
+    for (std::size_t c = 0; c < a.count(); ++c) {
+      const Body& b = world.bodies.values()[a.slots[c]];
+      const Vec3 w = glm::conjugate(b.pose.rotation) * b.spin;
+      end.kinetic += 0.5 * (b.mass * glm::dot(b.velocity, b.velocity) + glm::dot(b.inertia, w * w));
+      end.potential -= b.mass * b.gravity_scale * glm::dot(world.gravity, b.pose.position);
+    }
+  }
+  if (solver == Solver::automatic) limit_energy(world, a, p, end, h);
+  const bool calm = end.largest_turn2 < a.settings.calm_angle * a.settings.calm_angle &&
+                    !a.limited && !a.disturbed;
+  a.calm_steps = calm ? std::min(a.calm_steps + 1, 1000) : 0;
+  report_holds(world, a, h);
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    Body& b = world.bodies.values()[a.slots[c]];
+    b.restart = false;
+    b.teleport = false;
+  }
+  a.fresh = false;
+  a.last_step = h;
+  return true;
+}
+
+}  // namespace pantin::procedural
