@@ -1,0 +1,174 @@
+// The order of one step, and steps that must do nothing.
+#include <catch2/catch.hpp>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "engine/runtime/simulation.hpp"
+#include "tests/runtime/puppets.hpp"
+
+using namespace pantin;
+using namespace pantin::test;
+
+namespace {
+
+constexpr Real kNan = std::numeric_limits<Real>::quiet_NaN();
+constexpr Real kInfinity = std::numeric_limits<Real>::infinity();
+
+}  // namespace
+
+TEST_CASE("systems run at their places, in the order of the step and of their insertion") {
+  Simulation simulation(hung_chain(2).world);
+  std::vector<std::string> ran;
+  const auto note = [&](const char* word) {
+    return [&ran, word](World&, Real) { ran.push_back(word); };
+  };
+  simulation.insert(Place::after_step, note("after"));
+  simulation.insert(Place::before_measure, note("measure"));
+  simulation.insert(Place::before_push_out, note("push out"));
+  simulation.insert(Place::before_adjust, note("adjust"));
+  simulation.insert(Place::before_update, note("update"));
+  simulation.insert(Place::before_drive, note("drive"));
+  simulation.insert(Place::before_drive, note("drive again"));
+  simulation.step();
+  CHECK(ran == std::vector<std::string>{"drive", "drive again", "update", "adjust", "push out",
+                                        "measure", "after"});
+}
+
+TEST_CASE("a system sees the stage before it and is told the length of the step") {
+  Puppet p = swaying_puppet();
+  Simulation simulation(p.world);
+  simulation.settings.h = 1.0 / 50;
+  Vec3 before(0), after(0);
+  Real told = 0;
+  std::uint64_t ticks[2];
+  simulation.insert(Place::before_drive, [&](World& w, Real h) {
+    before = w.bodies[p.bar].pose.position, told = h, ticks[0] = w.tick;
+  });
+  simulation.insert(Place::before_update,
+                    [&](World& w, Real) { after = w.bodies[p.bar].pose.position; });
+  simulation.insert(Place::after_step, [&](World& w, Real) { ticks[1] = w.tick; });
+  simulation.step();
+  CHECK(told == 1.0 / 50);
+  CHECK(glm::length(after - before) > 1e-3);
+  CHECK(ticks[0] == 0);
+  CHECK(ticks[1] == 1);
+}
+
+TEST_CASE("a force pushed by a system acts in the same step, and in that step only") {
+  World world;
+  world.gravity = Vec3(0);
+  Body body;
+  body.drag = 0;
+  body.mass = 2;
+  const Entity e = world.add_body(body);
+  Simulation simulation(world);
+  bool push = true;
+  simulation.insert(Place::before_update, [&](World& w, Real) {
+    if (push) w.push(e, {3, 0, 0}, w.bodies[e].pose.position);
+  });
+  simulation.step();
+  const Real speed = simulation.world.bodies[e].velocity.x;
+  CHECK(speed == Approx(1.5 / 60));
+  push = false;
+  for (int i = 0; i < 10; ++i) simulation.step();
+  CHECK(simulation.world.bodies[e].velocity.x == Approx(speed));
+}
+
+TEST_CASE("a driven body is on its path after the step, with the path's velocity") {
+  Puppet p = swaying_puppet();
+  Simulation simulation(p.world);
+  for (int i = 0; i < 30; ++i) simulation.step();
+  const World& w = simulation.world;
+  const Body& bar = w.bodies[p.bar];
+  CHECK(glm::length(bar.pose.position - pose_at(w.drives[p.bar], w.time).position) < 1e-12);
+  const Vec3 ahead = pose_at(w.drives[p.bar], w.time + 0.5 / 60).position;
+  const Vec3 behind = pose_at(w.drives[p.bar], w.time - 0.5 / 60).position;
+  CHECK(glm::length(bar.velocity - 60.0 * (ahead - behind)) < 0.05);
+}
+
+TEST_CASE("tick and time count whole steps") {
+  Simulation simulation(hung_chain(3).world);
+  simulation.settings.h = 1.0 / 64;
+  simulation.settings.substeps = 4;
+  for (int i = 0; i < 64; ++i) simulation.step();
+  CHECK(simulation.world.time == Approx(1).epsilon(1e-12));
+  const StepReport report = simulation.step();
+  CHECK(report.time == simulation.world.time);
+  CHECK(report.tick == simulation.world.tick);
+}
+
+TEST_CASE("a step of zero, negative or non-finite length does nothing") {
+  const Real h = GENERATE(0.0, -0.0, -0.01, kNan, kInfinity, -kInfinity);
+  Simulation simulation(swaying_puppet().world);
+  for (int i = 0; i < 10; ++i) simulation.step();
+  const std::uint64_t before = state_hash(simulation.world);
+  const std::uint64_t tick = simulation.world.tick;
+  simulation.settings.h = h;
+  StepReport report;
+  CHECK_NOTHROW(report = simulation.step());
+  CHECK(report.status == Status::ok);
+  CHECK(state_hash(simulation.world) == before);
+  CHECK(simulation.world.tick == tick);
+  CHECK(simulation.advance(1).steps == 0);
+  CHECK(state_hash(simulation.world) == before);
+}
+
+TEST_CASE("an empty World can be stepped") {
+  Simulation simulation;
+  StepReport report;
+  CHECK_NOTHROW(report = simulation.step());
+  CHECK(report.status == Status::ok);
+  CHECK(simulation.world.tick == 1);
+  CHECK(measure(simulation.world).energy() == 0);
+}
+
+TEST_CASE("a number that is not finite is reported with its body, and the World keeps its start") {
+  Chain chain = hung_chain(4);
+  const Entity sick = chain.rods[2];
+  const auto spoil = GENERATE(0, 1, 2, 3);
+  Simulation simulation(chain.world);
+  for (int i = 0; i < 3; ++i) simulation.step();
+  Body& body = simulation.world.bodies[sick];
+  body.restart = true;
+  if (spoil == 0) body.velocity.x = kNan;
+  if (spoil == 1) body.spin.y = kInfinity;
+  if (spoil == 2) simulation.world.push(sick, {kNan, 0, 0}, Vec3(0));
+  if (spoil == 3) body.pose.position.z = -kInfinity;
+  const Pose healthy = simulation.world.bodies[chain.rods[0]].pose;
+  const std::uint64_t tick = simulation.world.tick;
+  StepReport report;
+  CHECK_NOTHROW(report = simulation.step());
+  CHECK(report.status == Status::diverged);
+  CHECK(report.body);
+  CHECK(simulation.world.tick == tick);
+  CHECK(simulation.world.bodies[chain.rods[0]].pose.position == healthy.position);
+}
+
+TEST_CASE("a step does not throw on structures that cannot be solved, and names them") {
+  Chain chain = hung_chain(3);
+  World& w = chain.world;
+  const Entity loop = w.add_link(chain.rods[0], chain.rods[2], {Vec3(0), Vec3(0)});
+  const Entity self = w.add_link(chain.rods[1], chain.rods[1], {Vec3(0), Vec3(0)});
+  const Entity nobody = w.add_link(chain.rods[1], Entity{77, 0}, {Vec3(0), Vec3(0)});
+  Simulation simulation(w);
+  CHECK_NOTHROW(simulation.step());
+  std::vector<Entity> named;
+  for (const StructureFault& f : simulation.world.faults) named.push_back(f.link);
+  CHECK(named == std::vector<Entity>{loop, self, nobody});
+}
+
+TEST_CASE("solvers are switched while the simulation runs") {
+  Chain chain = hung_chain(6);
+  Simulation simulation(chain.world);
+  simulation.settings.measure = true;
+  for (Solver solver : {Solver::automatic, Solver::sweep, Solver::shake2, Solver::automatic}) {
+    simulation.world.settings.add(chain.rods[3], {solver});
+    for (int i = 0; i < 30; ++i) {
+      const StepReport report = simulation.step();
+      REQUIRE(report.status == Status::ok);
+      REQUIRE(report.measures.worst_gap_rel <= 1e-12);
+    }
+  }
+  CHECK(simulation.world.articulations[0].settings.solver == Solver::automatic);
+}

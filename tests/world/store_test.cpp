@@ -1,0 +1,95 @@
+#include "engine/world/store.hpp"
+
+#include <array>
+#include <catch2/catch.hpp>
+#include <string>
+#include <vector>
+
+using namespace pantin;
+
+namespace {
+
+std::vector<std::string> listed(const Store<std::string>& store) {
+  return {store.values().begin(), store.values().end()};
+}
+
+}  // namespace
+
+TEST_CASE("values are visited in the order they were added, also after removals") {
+  Entities entities;
+  Store<std::string> store;
+  std::vector<Entity> e;
+  for (const char* word : {"a", "b", "c", "d", "e"}) {
+    e.push_back(entities.create());
+    store.add(e.back(), word);
+  }
+  store.remove(e[1]);
+  CHECK(listed(store) == std::vector<std::string>{"a", "c", "d", "e"});
+  const std::array<Entity, 2> ends{e[4], e[0]};
+  store.remove(ends);
+  CHECK(listed(store) == std::vector<std::string>{"c", "d"});
+  store.add(e[0], "a again");
+  CHECK(listed(store) == std::vector<std::string>{"c", "d", "a again"});
+  for (std::size_t i = 0; i < store.size(); ++i)
+    CHECK(store[store.owners()[i]] == store.values()[i]);
+}
+
+TEST_CASE("adding to an owner that has a value replaces it in place") {
+  Entities entities;
+  Store<std::string> store;
+  const Entity a = entities.create(), b = entities.create();
+  store.add(a, "one"), store.add(b, "two");
+  const std::uint64_t before = store.version();
+  CHECK(store.add(a, "three") == "three");
+  CHECK(listed(store) == std::vector<std::string>{"three", "two"});
+  CHECK(store.version() != before);
+}
+
+TEST_CASE("removing what is not there changes nothing") {
+  Entities entities;
+  Store<std::string> store;
+  const Entity a = entities.create(), never = entities.create();
+  store.add(a, "a");
+  const std::uint64_t before = store.version();
+  store.remove(never);
+  store.remove(Entity{});
+  store.remove(Entity{500, 0});
+  CHECK(store.size() == 1);
+  CHECK(store.version() == before);
+}
+
+TEST_CASE("a removal that names an owner twice takes one value away") {
+  Entities entities;
+  Store<std::string> store;
+  const Entity a = entities.create(), b = entities.create();
+  store.add(a, "a"), store.add(b, "b");
+  const std::array<Entity, 2> twice{a, a};
+  store.remove(twice);
+  CHECK(listed(store) == std::vector<std::string>{"b"});
+}
+
+TEST_CASE("a stale handle does not find the value of its successor") {
+  Entities entities;
+  Store<std::string> store;
+  const Entity old = entities.create();
+  store.add(old, "old");
+  store.remove(old);
+  entities.destroy(old);
+  const Entity now = entities.create();
+  store.add(now, "now");
+  CHECK(store.find(old) == nullptr);
+  CHECK(store.slot(old) == kNoSlot);
+  REQUIRE(store.find(now));
+  CHECK(*store.find(now) == "now");
+}
+
+TEST_CASE("a copy of a store is independent") {
+  Entities entities;
+  Store<std::string> store;
+  const Entity a = entities.create();
+  store.add(a, "a");
+  Store<std::string> copy = store;
+  copy[a] = "changed";
+  copy.add(entities.create(), "b");
+  CHECK(listed(store) == std::vector<std::string>{"a"});
+}
