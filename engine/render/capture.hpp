@@ -1,7 +1,9 @@
 #pragma once
 /// Frames to disk: PNG files and video, written by a thread of its own behind a bounded queue.
+#include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "engine/base/result.hpp"
 #include "engine/render/renderer.hpp"
@@ -13,11 +15,13 @@ struct CaptureOptions {
   std::string video_path;        // empty: no video; .mp4 or .mkv
   double fps = 60;
   int width = 1280, height = 720;
-  int queue = 3;  // frames in flight; push() waits when they are all taken
+  int queue = 3;  // images in use at once; next() waits while the writer has them all
+  std::size_t frames_expected = 0;  // if known, a disk that is surely too small is refused at once
 };
 
-/// Takes frames in order. Each PNG is written beside its place and renamed; a video goes through an
-/// ffmpeg child started without a shell.
+/// Takes frames in order. Each PNG (frame_000000.png, ...) is written beside its place and renamed;
+/// a video goes through an ffmpeg child started without a shell. Left-over `.part` files of frames
+/// are swept from the directory at the start.
 class Capture {
  public:
   /// Fails before any frame is made: directory not writable, ffmpeg missing, unknown container.
