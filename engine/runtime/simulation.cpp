@@ -19,7 +19,8 @@ template <class Work>
 void for_each_articulation(std::size_t count, [[maybe_unused]] int threads, const Work& work) {
 #ifdef PANTIN_HAS_TBB
   if (threads > 1 && count > 1) {
-    tbb::task_arena arena(threads);
+    // Asking for more threads than there are cores makes TBB print a warning.
+    tbb::task_arena arena(std::min(threads, tbb::this_task_arena::max_concurrency()));
     arena.execute([&] { tbb::parallel_for(std::size_t(0), count, work); });
     return;
   }
@@ -67,6 +68,12 @@ void run_systems(const Systems& systems, Place place, World& world, Real h, Step
   }
 }
 
+void note_teleports(const World& world, std::span<Pose> drawn_from) {
+  const std::size_t count = std::min(drawn_from.size(), world.bodies.size());
+  for (std::size_t i = 0; i < count; ++i)
+    if (world.bodies.values()[i].teleport) drawn_from[i] = world.bodies.values()[i].pose;
+}
+
 void rebuild_if_changed(World& world) {
   if (world.built_for != world.structure()) {
     rebuild_articulations(world);
@@ -104,7 +111,7 @@ void collect(const World& world, StepReport& report) {
 }  // namespace
 
 StepReport step_world(World& world, const StepSettings& settings, const Systems& systems,
-                      StageTimes* times) noexcept {
+                      StageTimes* times, std::span<Pose> drawn_from) noexcept {
   StepReport report;
   report.tick = world.tick, report.time = world.time;
   const int substeps = std::max(1, settings.substeps);
@@ -124,6 +131,7 @@ StepReport step_world(World& world, const StepSettings& settings, const Systems&
     watch.lap(clock.drive);
 
     run(Place::before_update);
+    note_teleports(world, drawn_from);
     for_each_articulation(all.size(), settings.threads,
                           [&](std::size_t i) { procedural::update(world, all[i], h); });
     watch.lap(clock.update);
@@ -197,7 +205,8 @@ Advance Simulation::advance(Real wall_seconds) {
     before_.clear();
     for (const Body& b : world.bodies.values()) before_.push_back(b.pose);
     before_version_ = world.bodies.version();
-    const StepReport report = step();
+    const StepReport report =
+        step_world(world, settings, systems_, timing ? &times : nullptr, before_);
     if (done.report.status == Status::ok) done.report = report;
     left_over_ -= h;
     ++done.steps;

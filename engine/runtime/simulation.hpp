@@ -3,6 +3,7 @@
 #include <array>
 #include <functional>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "engine/runtime/report.hpp"
@@ -41,8 +42,10 @@ using Systems = std::array<std::vector<System>, kPlaces>;
 
 /// One whole step: drive, update, adjust, push out, measure. Never throws, never prints; allocates
 /// nothing once the structure is known. A step of zero or non-finite length does nothing.
+/// `drawn_from`, if given, holds the poses at the start by slot; a body that a system teleports
+/// before the update gets the place where it lands.
 StepReport step_world(World& world, const StepSettings& settings, const Systems& systems,
-                      StageTimes* times = nullptr) noexcept;
+                      StageTimes* times = nullptr, std::span<Pose> drawn_from = {}) noexcept;
 
 /// The rulers, of the state as it stands.
 Measures measure(const World& world);

@@ -106,6 +106,24 @@ void add_articulation(Hash& hash, const Articulation& a) {
   hash.add(a.reserve);
 }
 
+void add_settings(Hash& hash, const SolverSettings& s) {
+  hash.add(static_cast<std::uint32_t>(s.solver)), hash.add(s.turn_stiffness);
+  hash.add(s.calm_angle), hash.add(s.reservoir_time), hash.add(s.rounds), hash.add(s.tolerance);
+  hash.add(s.stall_drop), hash.add(s.tension_stiffness), hash.add(s.limiter);
+  hash.add(static_cast<std::uint32_t>(s.paper_reluctance));
+}
+
+void add_path(Hash& hash, const Keyframes& path) {
+  hash.add(path.loop);
+  for (const Keyframe& key : path.keys) hash.add(key.time), hash.add(key.pose);
+}
+
+void add_path(Hash& hash, const Lissajous& path) {
+  hash.add(path.centre);
+  hash.add(path.amplitude), hash.add(path.frequency), hash.add(path.phase);
+  hash.add(path.turn_amplitude), hash.add(path.turn_frequency), hash.add(path.turn_phase);
+}
+
 }  // namespace
 
 std::uint64_t state_hash(const World& world) {
@@ -118,7 +136,19 @@ std::uint64_t state_hash(const World& world) {
     hash.add(b.mass), hash.add(b.inertia), hash.add(b.drag), hash.add(b.gravity_scale);
     hash.add(static_cast<std::uint32_t>(b.motion)), hash.add(b.restart);
   }
-  for (const Force& f : world.forces.values()) hash.add(f.force), hash.add(f.torque);
+  for (std::size_t i = 0; i < world.forces.size(); ++i) {
+    const Force& f = world.forces.values()[i];
+    hash.add(world.forces.owners()[i].index), hash.add(f.force), hash.add(f.torque);
+  }
+  for (std::size_t i = 0; i < world.drives.size(); ++i) {
+    hash.add(world.drives.owners()[i].index);
+    std::visit([&](const auto& path) { add_path(hash, path); }, world.drives.values()[i].path);
+  }
+  add_settings(hash, world.default_settings);
+  for (std::size_t i = 0; i < world.settings.size(); ++i) {
+    hash.add(world.settings.owners()[i].index);
+    add_settings(hash, world.settings.values()[i]);
+  }
   for (const Link& l : world.links.values())
     hash.add(l.a.index), hash.add(l.b.index), hash.add(l.joint.anchor_a),
         hash.add(l.joint.anchor_b);

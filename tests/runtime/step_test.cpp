@@ -1,6 +1,7 @@
 // The order of one step, and steps that must do nothing.
 #include <catch2/catch.hpp>
 #include <limits>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -105,8 +106,7 @@ TEST_CASE("a step of zero, negative or non-finite length does nothing") {
   const std::uint64_t before = state_hash(simulation.world);
   const std::uint64_t tick = simulation.world.tick;
   simulation.settings.h = h;
-  StepReport report;
-  CHECK_NOTHROW(report = simulation.step());
+  const StepReport report = simulation.step();
   CHECK(report.status == Status::ok);
   CHECK(state_hash(simulation.world) == before);
   CHECK(simulation.world.tick == tick);
@@ -116,14 +116,13 @@ TEST_CASE("a step of zero, negative or non-finite length does nothing") {
 
 TEST_CASE("an empty World can be stepped") {
   Simulation simulation;
-  StepReport report;
-  CHECK_NOTHROW(report = simulation.step());
+  const StepReport report = simulation.step();
   CHECK(report.status == Status::ok);
   CHECK(simulation.world.tick == 1);
   CHECK(measure(simulation.world).energy() == 0);
 }
 
-TEST_CASE("a number that is not finite is reported with its body, and the World keeps its start") {
+TEST_CASE("a number that is not finite is reported with its body, and its neighbours stay put") {
   Chain chain = hung_chain(4);
   const Entity sick = chain.rods[2];
   const auto spoil = GENERATE(0, 1, 2, 3);
@@ -135,27 +134,37 @@ TEST_CASE("a number that is not finite is reported with its body, and the World 
   if (spoil == 1) body.spin.y = kInfinity;
   if (spoil == 2) simulation.world.push(sick, {kNan, 0, 0}, Vec3(0));
   if (spoil == 3) body.pose.position.z = -kInfinity;
+  INFO("way " << spoil);
   const Pose healthy = simulation.world.bodies[chain.rods[0]].pose;
-  const std::uint64_t tick = simulation.world.tick;
-  StepReport report;
-  CHECK_NOTHROW(report = simulation.step());
+  const StepReport report = simulation.step();
   CHECK(report.status == Status::diverged);
   CHECK(report.body);
-  CHECK(simulation.world.tick == tick);
   CHECK(simulation.world.bodies[chain.rods[0]].pose.position == healthy.position);
 }
 
-TEST_CASE("a step does not throw on structures that cannot be solved, and names them") {
+TEST_CASE("structures that cannot be solved are left out and named") {
   Chain chain = hung_chain(3);
   World& w = chain.world;
   const Entity loop = w.add_link(chain.rods[0], chain.rods[2], {Vec3(0), Vec3(0)});
   const Entity self = w.add_link(chain.rods[1], chain.rods[1], {Vec3(0), Vec3(0)});
   const Entity nobody = w.add_link(chain.rods[1], Entity{77, 0}, {Vec3(0), Vec3(0)});
   Simulation simulation(w);
-  CHECK_NOTHROW(simulation.step());
+  simulation.step();
   std::vector<Entity> named;
   for (const StructureFault& f : simulation.world.faults) named.push_back(f.link);
   CHECK(named == std::vector<Entity>{loop, self, nobody});
+}
+
+TEST_CASE("an exception of a system does not leave the step, and is reported") {
+  Simulation simulation(hung_chain(2).world), calm(hung_chain(2).world);
+  int later = 0;
+  simulation.insert(Place::before_update, [](World&, Real) { throw std::runtime_error("no"); });
+  simulation.insert(Place::before_update, [&](World&, Real) { ++later; });
+  const StepReport report = simulation.step();
+  calm.step();
+  CHECK(report.status == Status::system_failed);
+  CHECK(later == 1);
+  CHECK(state_hash(simulation.world) == state_hash(calm.world));
 }
 
 TEST_CASE("solvers are switched while the simulation runs") {

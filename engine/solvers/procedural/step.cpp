@@ -199,17 +199,22 @@ void limit_energy(World& world, Articulation& a, const Packed& p, const EndSums&
   a.reserve = a.limited || a.disturbed ? 0 : lent * std::exp(-h / a.settings.reservoir_time);
 }
 
-bool is_sane(const Articulation& a, Entity& lost) {
+/// The state of every body is finite, at the start of the step and after it, and within all bounds.
+bool is_sane(const World& world, const Articulation& a, Entity& lost) {
   constexpr Real kFar = 1e12;  // m
+  // The energy tells at no cost whether any start was not finite; joints may hide it afterwards.
+  const bool sound = std::isfinite(a.energy_before);
   for (std::size_t c = 0; c < a.count(); ++c) {
+    const Body& b = world.bodies.values()[a.slots[c]];
     const Vec3 x = a.room.work.vec(kFinalPosition, c);
     const Quat q = a.room.work.quat(kFinalRotation, c);
     const Real most = std::max({std::abs(x.x), std::abs(x.y), std::abs(x.z)});
-    if (is_finite(x) && is_finite(q) && most < kFar) continue;
     lost = a.bodies[c];
-    return false;
+    if (!is_finite(x) || !is_finite(q) || !(most < kFar)) return false;
+    if (!sound && !(is_finite(b.pose) && is_finite(b.velocity) && is_finite(b.spin))) return false;
   }
-  return true;
+  if (sound) lost = Entity{};
+  return sound;
 }
 
 /// Tells pins and strings how they fared.
@@ -305,7 +310,7 @@ bool adjust(World& world, Articulation& a, Real h, Entity& lost) {
     close_kinematic(a, p, h);
   const bool strings_by_relaxation = solver != Solver::automatic && !a.cords.empty();
   if (!a.holds.empty() || strings_by_relaxation) relax(world, a, strings_by_relaxation);
-  if (!is_sane(a, lost)) return false;
+  if (!is_sane(world, a, lost)) return false;
 
   EndSums end = kernels().finish(p, {h,
                                      {world.gravity.x, world.gravity.y, world.gravity.z},
