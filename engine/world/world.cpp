@@ -122,6 +122,7 @@ void add_path(Hash& hash, const Lissajous& path) {
   hash.add(path.centre);
   hash.add(path.amplitude), hash.add(path.frequency), hash.add(path.phase);
   hash.add(path.turn_amplitude), hash.add(path.turn_frequency), hash.add(path.turn_phase);
+  hash.add(path.rise), hash.add(path.axes);
 }
 
 }  // namespace
