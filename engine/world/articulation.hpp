@@ -154,7 +154,8 @@ struct Articulation {
   // From update to adjust, and for the report; not part of the state.
   Real energy_before = 0, kinetic_before = 0, damped = 0;  // J
   Vec3 momentum_before{0};                                 // kg m/s
-  bool forced = false, second_order = false, limited = false, disturbed = false;
+  bool forced = false, second_order = false, limited = false, disturbed = false, changed = false,
+       finite = true;
   int rounds_used = 0;
   Entity lost;  // a body whose numbers went out of bounds
 

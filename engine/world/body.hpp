@@ -22,13 +22,13 @@ struct Body {
   Pose pose;
   Vec3 velocity{0};  // of the mass centre, m/s
   Vec3 spin{0};      // angular velocity, world axes, rad/s
-  Real mass = 1;     // kg
-  Vec3 inertia{1};   // principal moments, kg m^2
-  Real drag = 0.3;   // rate c of the damping exp(-c t), 1/s
-  Real gravity_scale = 1;
   Motion motion = Motion::dynamic;
   bool restart = false;   // the motion was changed by hand: integrate afresh from here
   bool teleport = false;  // the pose jumped: do not draw the way in between
+  Real mass = 1;          // kg
+  Vec3 inertia{1};        // principal moments, kg m^2
+  Real drag = 0.3;        // rate c of the damping exp(-c t), 1/s
+  Real gravity_scale = 1;
 };
 
 /// What pushes a body during the next step; World::push() adds to it, each step clears it.

@@ -13,26 +13,26 @@ struct Keyframe {
 };
 
 /// Passes through every key pose: Catmull-Rom in position, slerp in rotation. Before the first and
-/// after the last key the body rests there. With `loop` the last key is the first one again: the path
-/// is repeated for all times, before the first key too.
+/// after the last key the body rests there. With `loop` the last key is the first one again: the
+/// path is repeated for all times, before the first key too.
 struct Keyframes {
   std::vector<Keyframe> keys;  // times strictly increasing
   bool loop = false;
 };
 
-/// A sway about `centre`: axis by axis amplitude sin(2 pi frequency t + phase), in the directions of
-/// `axes`; the turn likewise about `axes`, as a rotation vector. During the first `rise` seconds the
-/// sway grows smoothly from nothing, so that a body at rest at its centre is not jerked.
+/// A sway about `centre`: axis by axis amplitude sin(2 pi frequency t + phase), in the directions
+/// of `axes`; the turn likewise about `axes`, as a rotation vector. During the first `rise` seconds
+/// the sway grows smoothly from nothing, so that a body at rest at its centre is not jerked.
 struct Lissajous {
   Pose centre;
-  Vec3 amplitude{0};        // m
-  Vec3 frequency{0};        // Hz
-  Vec3 phase{0};            // rad
-  Vec3 turn_amplitude{0};   // rad
-  Vec3 turn_frequency{0};   // Hz
-  Vec3 turn_phase{0};       // rad
-  Real rise = 0;            // s
-  Quat axes{1, 0, 0, 0};    // from the sway's axes to the world's
+  Vec3 amplitude{0};       // m
+  Vec3 frequency{0};       // Hz
+  Vec3 phase{0};           // rad
+  Vec3 turn_amplitude{0};  // rad
+  Vec3 turn_frequency{0};  // Hz
+  Vec3 turn_phase{0};      // rad
+  Real rise = 0;           // s
+  Quat axes{1, 0, 0, 0};   // from the sway's axes to the world's
 };
 
 /// A component of driven bodies. A driven body without one is moved by live calls.

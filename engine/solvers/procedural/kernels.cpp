@@ -33,7 +33,8 @@ INLINE double largest(Four x) {
   return a > b ? a : b;
 }
 INLINE bool any_not_below(Four x, double bound) {
-  return !(x[0] < bound && x[1] < bound && x[2] < bound && x[3] < bound);
+  const auto below = x < all(bound);
+  return (below[0] & below[1] & below[2] & below[3]) == 0;
 }
 
 /// Vectors and quaternions of T: one number, or four bodies' numbers.
@@ -238,6 +239,10 @@ struct FourBodies {
     return {num(at), num(at + 1), num(at + 2), num(at + 3)};
   }
   INLINE void set(std::size_t at, Four v, std::size_t lanes) const {
+    if (lanes == kLanes) {
+      b[0][at] = v[0], b[1][at] = v[1], b[2][at] = v[2], b[3][at] = v[3];
+      return;
+    }
     for (std::size_t l = 0; l < lanes; ++l) b[l][at] = v[l];
   }
   INLINE void set(std::size_t at, Vec<Four> v, std::size_t lanes) const {
@@ -250,15 +255,13 @@ INLINE Vec<Four> times_inertia(Qua<Four> q, Vec<Four> moments, Vec<Four> v) {
   const Vec<Four> b = turn(back(q), v);
   return turn(q, Vec<Four>{moments.x * b.x, moments.y * b.y, moments.z * b.z});
 }
-INLINE Vec<Four> over_inertia(Qua<Four> q, Vec<Four> moments, Vec<Four> v) {
-  const Vec<Four> b = turn(back(q), v);
-  return turn(q, Vec<Four>{b.x / moments.x, b.y / moments.y, b.z / moments.z});
-}
+INLINE Vec<Four> inverted(Vec<Four> m) { return {1.0 / m.x, 1.0 / m.y, 1.0 / m.z}; }
 
 /// Lanes below `count` as ones, the padding as zeros.
 INLINE Four mask(std::size_t i, std::size_t count) {
+  if (i + kLanes <= count) return all(1.0);
   Four m = all(1.0);
-  for (std::size_t l = 0; l < 4; ++l)
+  for (std::size_t l = 0; l < kLanes; ++l)
     if (i + l >= count) m[l] = 0;
   return m;
 }
@@ -266,21 +269,57 @@ INLINE Four mask(std::size_t i, std::size_t count) {
 // ---------------------------------------------------------------- update stage
 
 /// Spin at the end of a turn `start + w reach` that keeps the angular momentum `l`: two fixed-point
-/// rounds on w = I(q(w))^-1 l.
-INLINE Vec<Four> spin_keeping(Vec<Four> l, Qua<Four> q, Vec<Four> moments, Vec<Four> start,
-                              Four reach) {
-  Vec<Four> w = over_inertia(q, moments, l);
+/// rounds on w = I(q(w))^-1 l, from a guess.
+INLINE Vec<Four> spin_keeping(Vec<Four> l, Qua<Four> q, Vec<Four> per_moment, Vec<Four> start,
+                              Four reach, Vec<Four> guess) {
+  Vec<Four> w = guess;
   for (int round = 0; round < 2; ++round)
-    w = over_inertia(mul(exponential(start + reach * w), q), moments, l);
+    w = times_inertia(mul(exponential(start + reach * w), q), per_moment, l);
   return w;
 }
+
+/// Own arm and world inertia of a block at a pose.
+INLINE void put_arm(double* k, Qua<Four> q, Vec<Four> anchor, Vec<Four> moments) {
+  put(k, kArm, turn(q, anchor));
+  // R diag(I) R^T, from the columns of R.
+  const Four xx = q.x * q.x, yy = q.y * q.y, zz = q.z * q.z, xy = q.x * q.y, xz = q.x * q.z,
+             yz = q.y * q.z, wx = q.w * q.x, wy = q.w * q.y, wz = q.w * q.z;
+  const Four two = all(2.0), one = all(1.0);
+  const Vec<Four> ex{one - two * (yy + zz), two * (xy + wz), two * (xz - wy)};
+  const Vec<Four> ey{two * (xy - wz), one - two * (xx + zz), two * (yz + wx)};
+  const Vec<Four> ez{two * (xz + wy), two * (yz - wx), one - two * (xx + yy)};
+  const Vec<Four> mx = moments.x * ex, my = moments.y * ey, mz = moments.z * ez;
+  put(k, kWorldInertia,
+      Sym<Four>{mx.x * ex.x + my.x * ey.x + mz.x * ez.x, mx.x * ex.y + my.x * ey.y + mz.x * ez.y,
+                mx.x * ex.z + my.x * ey.z + mz.x * ez.z, mx.y * ex.y + my.y * ey.y + mz.y * ez.y,
+                mx.y * ex.z + my.y * ey.z + mz.y * ez.z, mx.z * ex.z + my.z * ey.z + mz.z * ez.z});
+}
+
+/// exp(-drag h) for four bodies, computed once where neighbours share their drag.
+class Keep {
+ public:
+  explicit Keep(double h) : h_(h) {}
+  INLINE Four of(Four drag) {
+    const auto same = drag == last_;
+    if ((same[0] & same[1] & same[2] & same[3]) == 0) {
+      for (int l = 0; l < 4; ++l) keep_[l] = ::exp(-drag[l] * h_);
+      last_ = drag;
+    }
+    return keep_;
+  }
+
+ private:
+  double h_;
+  Four last_ = all(0.0), keep_ = all(1.0);
+};
 
 template <Rule rule, bool forced>
 StartSums predict_by(const Packed& p, const PredictInput& in) {
   const Four h = all(in.h), third = all(1.0 / 3), two_thirds_h = all(2.0 / 3 * in.h);
   const Vec<Four> g{all(in.gravity[0]), all(in.gravity[1]), all(in.gravity[2])};
-  Four kinetic = all(0), potential = all(0), damped = all(0);
+  Four kinetic = all(0), potential = all(0), damped = all(0), probe = all(0);
   Vec<Four> momentum{all(0), all(0), all(0)};
+  Keep keeps(in.h);
   for (std::size_t i = 0; i < p.count; i += kLanes) {
     const double* c = column(p.constants, kConstantRows, i);
     double* m = column(p.memory, kMemoryRows, i);
@@ -291,61 +330,59 @@ StartSums predict_by(const Packed& p, const PredictInput& in) {
     const Vec<Four> x = bodies.vec(p.layout.position), v = bodies.vec(p.layout.velocity);
     const Vec<Four> spin = bodies.vec(p.layout.spin);
     const Qua<Four> q = bodies.qua(p.layout.rotation);
-    Vec<Four> a = num<Four>(c, kGravityScale) * g;
+    const Vec<Four> weight = num<Four>(c, kGravityScale) * g;
     const Four here = mask(i, p.count) * mass;
-    potential -= here * dot(a, x);
-    Vec<Four> torque{all(0), all(0), all(0)};
+    Vec<Four> a = weight, torque{all(0), all(0), all(0)};
     if (forced) {
       const double* f = column(p.forces, 6, i);
       a = a + vec<Four>(f, 0), torque = vec<Four>(f, 3);
     }
-    const Vec<Four> l = times_inertia(q, moments, spin);
-    const Four energy = 0.5 * (here * dot(v, v) + mask(i, p.count) * dot(l, spin));
-    kinetic += energy;
-    momentum = momentum + here * v;
-
     Vec<Four> slide, w, r;
-    if (rule == Rule::bdf2) {
-      const Four brake = 1.0 / (1.0 + two_thirds_h * drag);
-      damped += energy * (1.0 - brake * brake);
-      const Vec<Four> v_before = vec<Four>(m, kVelocityBefore);
-      const Vec<Four> l_before = vec<Four>(m, kSpinMomentumBefore);
-      const Vec<Four> v_star = brake * (third * (all(4) * v - v_before) + two_thirds_h * a);
-      const Vec<Four> l_star = brake * (third * (all(4) * l - l_before) + two_thirds_h * torque);
-      slide = third * vec<Four>(m, kLastSlide) + two_thirds_h * v_star;
-      const Vec<Four> start = third * vec<Four>(m, kLastTurn);
-      w = spin_keeping(l_star, q, moments, start, two_thirds_h);
-      r = start + two_thirds_h * w;
-    } else {
-      Four keep;
-      for (int lane = 0; lane < 4; ++lane) keep[lane] = ::exp(-drag[lane] * in.h);
-      damped += energy * (1.0 - keep * keep);
-      const Four push = in.first ? 0.5 * h : h;
+    if (rule == Rule::verlet) {  // no energy is kept account of
+      const Four keep = keeps.of(drag), push = in.first ? 0.5 * h : h;
       slide = h * (keep * v + push * a);
-      if (rule == Rule::verlet) {
-        w = keep * spin;
-        if (forced) w = w + push * over_inertia(q, moments, torque);
-      } else {
-        const Vec<Four> nothing{all(0), all(0), all(0)};
-        const Vec<Four> kept =
-            rule == Rule::midpoint
-                ? times_inertia(mul(exponential(all(-0.5) * h * spin), q), moments, spin)
-                : l;
-        w = spin_keeping(keep * kept + push * torque, q, moments, nothing,
-                         rule == Rule::midpoint ? 0.5 * h : push);
-      }
+      w = keep * spin;
+      if (forced) w = w + push * times_inertia(q, inverted(moments), torque);
       r = h * w;
+    } else {
+      const Vec<Four> per_moment = inverted(moments), l = times_inertia(q, moments, spin);
+      const Four energy = 0.5 * (here * dot(v, v) + mask(i, p.count) * dot(l, spin));
+      kinetic += energy, momentum = momentum + here * v, potential -= here * dot(weight, x);
+      if (rule == Rule::bdf2) {
+        const Four brake = 1.0 / (1.0 + two_thirds_h * drag);
+        damped += energy * (1.0 - brake * brake);
+        const Vec<Four> v_before = vec<Four>(m, kVelocityBefore);
+        const Vec<Four> l_before = vec<Four>(m, kSpinMomentumBefore);
+        const Vec<Four> v_star = brake * (third * (all(4) * v - v_before) + two_thirds_h * a);
+        const Vec<Four> l_star = brake * (third * (all(4) * l - l_before) + two_thirds_h * torque);
+        slide = third * vec<Four>(m, kLastSlide) + two_thirds_h * v_star;
+        const Vec<Four> start = third * vec<Four>(m, kLastTurn);
+        w = spin_keeping(l_star, q, per_moment, start, two_thirds_h, spin);
+        r = start + two_thirds_h * w;
+      } else {
+        const Four keep = keeps.of(drag), push = in.first ? 0.5 * h : h;
+        damped += energy * (1.0 - keep * keep);
+        slide = h * (keep * v + push * a);
+        const Vec<Four> nothing{all(0), all(0), all(0)};
+        const bool midpoint = rule == Rule::midpoint;
+        const Vec<Four> kept =
+            midpoint ? times_inertia(mul(exponential(all(-0.5) * h * spin), q), moments, spin) : l;
+        w = spin_keeping(keep * kept + push * torque, q, per_moment, nothing,
+                         midpoint ? 0.5 * h : push, spin);
+        r = h * w;
+      }
+      put(m, kVelocityBefore, v), put(m, kSpinMomentumBefore, l);
     }
-    put(k, kPosition, x + slide);
-    put(k, kRotation, unit(mul(exponential(r), q)));
-    put(k, kSpinStar, w);
-    put(m, kVelocityBefore, v);
-    put(m, kSpinMomentumBefore, l);
+    probe += dot(slide + x, slide + x) + dot(r, r);
+    const Qua<Four> predicted = unit(mul(exponential(r), q));
+    put(k, kPosition, x + slide), put(k, kRotation, predicted), put(k, kSpinStar, w);
+    put_arm(k, predicted, vec<Four>(c, kOwnAnchor), moments);
   }
   return {sum(kinetic),
           sum(potential),
           sum(damped),
-          {sum(momentum.x), sum(momentum.y), sum(momentum.z)}};
+          {sum(momentum.x), sum(momentum.y), sum(momentum.z)},
+          sum(probe) < __builtin_inf()};
 }
 
 StartSums predict(const Packed& p, const PredictInput& in) {
@@ -365,43 +402,39 @@ StartSums predict(const Packed& p, const PredictInput& in) {
 
 // ---------------------------------------------------------------- adjust stage
 
+/// The parents' side of the joints of a block: their arms, and the gaps.
+INLINE void put_joints(const Packed& p, std::size_t i, std::size_t position_row,
+                       std::size_t rotation_row) {
+  double* k = column(p.work, kWorkRows, i);
+  // The parents' poses, lane by lane; roots have none and keep their own.
+  const Vec<Four> x = vec<Four>(k, position_row);
+  Qua<Four> pq = qua<Four>(k, rotation_row);
+  Vec<Four> px = x;
+  for (std::size_t l = 0; l < kLanes; ++l) {
+    const std::int32_t parent = p.parents[i + l];
+    if (parent < 0) continue;
+    const double* o = column(p.work, kWorkRows, static_cast<std::size_t>(parent));
+    pq.x[l] = o[rotation_row * kLanes], pq.y[l] = o[(rotation_row + 1) * kLanes];
+    pq.z[l] = o[(rotation_row + 2) * kLanes], pq.w[l] = o[(rotation_row + 3) * kLanes];
+    px.x[l] = o[position_row * kLanes], px.y[l] = o[(position_row + 1) * kLanes];
+    px.z[l] = o[(position_row + 2) * kLanes];
+  }
+  const Vec<Four> arm = turn(pq, vec<Four>(column(p.constants, kConstantRows, i), kParentAnchor));
+  put(k, kParentArm, arm);
+  put(k, kGap, (px + arm) - (x + vec<Four>(k, kArm)));
+}
+
+void joints(const Packed& p) {
+  for (std::size_t i = 0; i < p.count; i += kLanes) put_joints(p, i, kPosition, kRotation);
+}
+
 void arms(const Packed& p, std::size_t position_row, std::size_t rotation_row) {
   for (std::size_t i = 0; i < p.count; i += kLanes) {
     const double* c = column(p.constants, kConstantRows, i);
     double* k = column(p.work, kWorkRows, i);
-    const Qua<Four> q = qua<Four>(k, rotation_row);
-    const Vec<Four> x = vec<Four>(k, position_row);
-    const Vec<Four> arm = turn(q, vec<Four>(c, kOwnAnchor));
-    put(k, kArm, arm);
-
-    // R diag(I) R^T, from the columns of R.
-    const Vec<Four> m = vec<Four>(c, kInertia);
-    const Vec<Four> ex = turn(q, Vec<Four>{all(1), all(0), all(0)});
-    const Vec<Four> ey = turn(q, Vec<Four>{all(0), all(1), all(0)});
-    const Vec<Four> ez = cross(ex, ey);
-    const Vec<Four> mx = m.x * ex, my = m.y * ey, mz = m.z * ez;
-    put(k, kWorldInertia,
-        Sym<Four>{mx.x * ex.x + my.x * ey.x + mz.x * ez.x, mx.x * ex.y + my.x * ey.y + mz.x * ez.y,
-                  mx.x * ex.z + my.x * ey.z + mz.x * ez.z, mx.y * ex.y + my.y * ey.y + mz.y * ez.y,
-                  mx.y * ex.z + my.y * ey.z + mz.y * ez.z,
-                  mx.z * ex.z + my.z * ey.z + mz.z * ez.z});
-
-    // The parents' poses, lane by lane; roots have none and keep their own.
-    Qua<Four> pq = q;
-    Vec<Four> px = x;
-    for (std::size_t l = 0; l < 4; ++l) {
-      const std::int32_t parent = p.parents[i + l];
-      if (parent < 0) continue;
-      const double* o = column(p.work, kWorkRows, static_cast<std::size_t>(parent));
-      pq.x[l] = o[rotation_row * kLanes], pq.y[l] = o[(rotation_row + 1) * kLanes];
-      pq.z[l] = o[(rotation_row + 2) * kLanes], pq.w[l] = o[(rotation_row + 3) * kLanes];
-      px.x[l] = o[position_row * kLanes], px.y[l] = o[(position_row + 1) * kLanes];
-      px.z[l] = o[(position_row + 2) * kLanes];
-    }
-    const Vec<Four> parent_arm = turn(pq, vec<Four>(c, kParentAnchor));
-    put(k, kParentArm, parent_arm);
-    put(k, kGap, (px + parent_arm) - (x + arm));
+    put_arm(k, qua<Four>(k, rotation_row), vec<Four>(c, kOwnAnchor), vec<Four>(c, kInertia));
   }
+  for (std::size_t i = 0; i < p.count; i += kLanes) put_joints(p, i, position_row, rotation_row);
 }
 
 /// LDL^T of a symmetric positive definite 3x3, pivots floored.
@@ -482,29 +515,54 @@ INLINE Block own_block(const double* c, const double* k, Vec<double> e) {
           {0, 0, 0}};
 }
 
-/// Eliminates the turn of a body: what its joint feels, and how it will answer.
+/// Eliminates the turn of a body: what its joint feels, and how it will answer. Pivot by pivot, the
+/// rest of the block updated each time, since the next body waits for the group mass alone.
 INLINE void eliminate(const Block& b, double* k, double* inverse, Sym<double>& group,
                       Vec<double>& load) {
-  const Factor f(b.tt);
-  const Vec<double> c0 = f.solve({b.ty.x.x, b.ty.y.x, b.ty.z.x});
-  const Vec<double> c1 = f.solve({b.ty.x.y, b.ty.y.y, b.ty.z.y});
-  const Vec<double> c2 = f.solve({b.ty.x.z, b.ty.y.z, b.ty.z.z});
-  const Vec<double> z = f.solve(b.gt);
-  const auto t0 = [&](Vec<double> v) { return b.ty.x.x * v.x + b.ty.y.x * v.y + b.ty.z.x * v.z; };
-  const auto t1 = [&](Vec<double> v) { return b.ty.x.y * v.x + b.ty.y.y * v.y + b.ty.z.y * v.z; };
-  const auto t2 = [&](Vec<double> v) { return b.ty.x.z * v.x + b.ty.y.z * v.y + b.ty.z.z * v.z; };
-  group = {b.yy.xx - t0(c0), b.yy.xy - t0(c1), b.yy.xz - t0(c2),
-           b.yy.yy - t1(c1), b.yy.yz - t1(c2), b.yy.zz - t2(c2)};
-  load = {b.gy.x - t0(z), b.gy.y - t1(z), b.gy.z - t2(z)};
+  const double floor = 4 * 2.220446049250313e-16 * (b.tt.xx + b.tt.yy + b.tt.zz);
+  const double d0 = b.tt.xx, i0 = 1 / (d0 > floor ? d0 : floor);
+  const double l01 = b.tt.xy * i0, l02 = b.tt.xz * i0;
+  const Vec<double> m0 = i0 * b.ty.x;
+  const double g0 = i0 * b.gt.x;
+  const double d1 = b.tt.yy - l01 * b.tt.xy, s12 = b.tt.yz - l01 * b.tt.xz;
+  const double e2 = b.tt.zz - l02 * b.tt.xz;
+  const Vec<double> r1 = b.ty.y - l01 * b.ty.x, q2 = b.ty.z - l02 * b.ty.x;
+  const double h1 = b.gt.y - l01 * b.gt.x, f2 = b.gt.z - l02 * b.gt.x;
+
+  const double i1 = 1 / (d1 > floor ? d1 : floor);
+  const double l12 = s12 * i1;
+  const Vec<double> m1 = i1 * r1;
+  const double g1 = i1 * h1;
+  const double d2 = e2 - l12 * s12;
+  const Vec<double> r2 = q2 - l12 * r1;
+  const double h2 = f2 - l12 * h1;
+
+  const double i2 = 1 / (d2 > floor ? d2 : floor);
+  const Vec<double> m2 = i2 * r2;
+  const double g2 = i2 * h2;
+  const Vec<double>& r0 = b.ty.x;
+  group = {((b.yy.xx - m0.x * r0.x) - m1.x * r1.x) - m2.x * r2.x,
+           ((b.yy.xy - m0.x * r0.y) - m1.x * r1.y) - m2.x * r2.y,
+           ((b.yy.xz - m0.x * r0.z) - m1.x * r1.z) - m2.x * r2.z,
+           ((b.yy.yy - m0.y * r0.y) - m1.y * r1.y) - m2.y * r2.y,
+           ((b.yy.yz - m0.y * r0.z) - m1.y * r1.z) - m2.y * r2.z,
+           ((b.yy.zz - m0.z * r0.z) - m1.z * r1.z) - m2.z * r2.z};
+  load = ((b.gy - g0 * r0) - g1 * r1) - g2 * r2;
   put(k, kGroupMass, group), put(k, kGroupLoad, load);
-  put(k, kAnswer, Vec<double>{c0.x, c1.x, c2.x});
-  put(k, kAnswer + 3, Vec<double>{c0.y, c1.y, c2.y});
-  put(k, kAnswer + 6, Vec<double>{c0.z, c1.z, c2.z});
-  put(k, kRest, z);
+
+  // Back substitution: rows of the answer, and the rest.
+  const Vec<double> a1 = m1 - l12 * m2, a0 = (m0 - l01 * a1) - l02 * m2;
+  const double z1 = g1 - l12 * g2, z0 = (g0 - l01 * z1) - l02 * g2;
+  put(k, kAnswer, a0), put(k, kAnswer + 3, a1), put(k, kAnswer + 6, m2);
+  put(k, kRest, Vec<double>{z0, z1, g2});
   if (!inverse) return;
-  const Vec<double> i0 = f.solve({1, 0, 0}), i1 = f.solve({0, 1, 0}), i2 = f.solve({0, 0, 1});
-  inverse[0] = i0.x, inverse[1] = i1.x, inverse[2] = i2.x;
-  inverse[3] = i1.y, inverse[4] = i2.y, inverse[5] = i2.z;
+  // Columns of A_tt^-1: the unit vectors through the same elimination.
+  const double u21 = -l12, u20 = l01 * l12 - l02;  // last row of L^-1
+  inverse[5] = i2;
+  inverse[4] = u21 * i2, inverse[2] = u20 * i2;
+  inverse[3] = i1 + u21 * inverse[4];
+  inverse[1] = -l01 * i1 + u21 * inverse[2];
+  inverse[0] = i0 + l01 * l01 * i1 + u20 * inverse[2];
 }
 
 /// A chain: the only child is the next column, so its group stays in registers.
@@ -512,6 +570,9 @@ void gather_chain(const Packed& p, bool tension) {
   Sym<double> group{};
   Vec<double> load{};
   for (std::size_t i = p.count; i-- > 0;) {
+    // The parents' side of a block is made on the way, while the elimination waits for divisions.
+    if (i % kLanes == kLanes - 1 || i == p.count - 1)
+      put_joints(p, i / kLanes * kLanes, kPosition, kRotation);
     const double* c = column(p.constants, kConstantRows, i);
     double* k = column(p.work, kWorkRows, i);
     const Vec<double> arm = vec<double>(k, kArm), e{-arm.x, -arm.y, -arm.z};
@@ -562,159 +623,188 @@ void gather_tree(const Packed& p, bool tension, double* blocks) {
   }
 }
 
-/// How a turned body carries a vector: v -> v + s (w (u x v) + u x (u x v)).
+/// How a turned body carries a vector: v -> v + a (u x v) + b u x (u x v).
 struct Carry {
   Vec<double> u;
-  double w, s;
+  double a, b;
   INLINE Vec<double> operator()(Vec<double> v) const {
     const Vec<double> t = cross(u, v);
-    return v + s * (w * t + cross(u, t));
+    return v + (a * t + b * cross(u, t));
+  }
+};
+/// By a quaternion (u, w) of any length.
+INLINE Carry carry_by(Qua<double> q) {
+  const double s = 2 / (q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
+  return {{q.x, q.y, q.z}, s * q.w, s};
+}
+
+INLINE double magnitude(double x) { return x < 0 ? -x : x; }
+
+/// The turn of one body whose own joint point goes to `goal`, the articulated way; a free root says
+/// where it goes. Leaves the multiplier of the joint in the memory.
+struct Articulated {
+  const Packed& p;
+  std::size_t position_row;
+
+  INLINE Carry operator()(std::size_t i, double* k, Vec<double> arm, Vec<double>& goal) const {
+    const Vec<double> x = vec<double>(k, position_row), g = vec<double>(k, kGroupLoad);
+    const Sym<double> m = sym<double>(k, kGroupMass);
+    Vec<double> y = goal - (x + arm), load{0, 0, 0};
+    if (p.parents[i] == kFree) {
+      y = Factor(m).solve(g);
+      goal = x + y;
+    } else {
+      load = mul(m, y) - g;
+      if (!(dot(load, load) < 1e36)) load = {0, 0, 0};
+    }
+    put(column(p.memory, kMemoryRows, i), kLoad, load);
+    const Vec<double> z = vec<double>(k, kRest);
+    Vec<double> d{z.x - dot(vec<double>(k, kAnswer), y), z.y - dot(vec<double>(k, kAnswer + 3), y),
+                  z.z - dot(vec<double>(k, kAnswer + 6), y)};
+    // The angle stays below 148 degrees; a number that is none turns nothing.
+    const double most = magnitude(d.x) + magnitude(d.y) + magnitude(d.z);
+    if (!(most < 4)) {
+      double far = magnitude(d.x) > magnitude(d.y) ? magnitude(d.x) : magnitude(d.y);
+      if (magnitude(d.z) > far) far = magnitude(d.z);
+      if (!(most < 1e30))
+        d = {0, 0, 0};
+      else if (far > 4)
+        d = (4 / far) * d;
+    }
+    // Cayley's map: the quaternion (d/2, 1).
+    const Vec<double> u = 0.5 * d;
+    put(k, kTurn, Qua<double>{u.x, u.y, u.z, 1});
+    const double s = 2 / (1 + dot(u, u));
+    return {u, s, s};
   }
 };
 
-INLINE double bounded(double x) { return x < 0 ? -x : x; }
+/// The same by least displacement, scaled by |r x s|^2 so that little is divided: the quaternion
+/// (Z + C, S) with S = m r x s, C = beta a^T I a + m r.(r + s), Z = sqrt(C^2 + S^2).
+struct LeastDisplacement {
+  const Packed& p;
+  std::size_t position_row;
+  double stiffness;
 
-/// Walks from the roots outwards; `turn_of(i, k, goal)` gives the turn that body i makes when its
-/// own joint goes to `goal`.
-template <bool chain, class TurnOf>
-INLINE void outwards(const Packed& p, const double* targets, std::size_t position_row,
-                     const TurnOf& turn_of) {
-  Vec<double> goal{}, arm{};
-  Carry carry{{0, 0, 0}, 1, 2};
-  for (std::size_t i = 0; i < p.count; ++i) {
-    double* k = column(p.work, kWorkRows, i);
-    const std::int32_t parent = p.parents[i];
-    if (parent < 0) {
-      goal = {targets[0], targets[1], targets[2]};
-      targets += 3;
-    } else {
-      if (!chain) {
-        const double* o = column(p.work, kWorkRows, static_cast<std::size_t>(parent));
-        goal = vec<double>(o, kAttach), arm = vec<double>(o, kArm);
-        const Qua<double> q = qua<double>(o, kTurn);
-        carry = {{q.x, q.y, q.z}, q.w, 2 / (q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w)};
-      }
-      goal = goal + carry(vec<double>(k, kParentArm) - arm);
-    }
-    arm = vec<double>(k, kArm);
+  INLINE Carry operator()(std::size_t i, double* k, Vec<double> arm, Vec<double>& goal) const {
     const Vec<double> x = vec<double>(k, position_row);
-    Qua<double> q;
-    if (parent == kFree) {
-      goal = x;  // a free root is placed by turn_of
+    const Vec<double> to = goal - x;       // r + s
+    const Vec<double> a = cross(arm, to);  // r x s = r x (r + s)
+    const double a2 = dot(a, a);
+    if (p.parents[i] == kFree || !(a2 > 1e-100)) {
+      if (p.parents[i] == kFree) goal = x;
+      put(k, kTurn, Qua<double>{0, 0, 0, 1});
+      return {{0, 0, 0}, 0, 0};
     }
-    q = turn_of(i, k, x, arm, goal);
-    put(k, kTurn, q), put(k, kAttach, goal);
-    if (chain) carry = {{q.x, q.y, q.z}, q.w, 2 / (q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w)};
+    const double ma2 = num<double>(column(p.constants, kConstantRows, i), kMass) * a2;
+    const double c = stiffness * dot(a, mul(sym<double>(k, kWorldInertia), a)) + ma2 * dot(arm, to);
+    const Vec<double> s = ma2 * a;
+    const double s2 = ma2 * ma2 * a2;
+    const double z = __builtin_sqrt(c * c + s2);
+    const double w = c >= 0 ? z + c : s2 / (z - c);
+    put(k, kTurn, Qua<double>{s.x, s.y, s.z, w});
+    return {s, 1 / z, 1 / (z * w)};  // |(S, Z + C)|^2 = 2 Z (Z + C)
   }
+};
+
+/// What an outward walk remembers of the body before, along a chain.
+struct Step {
+  Vec<double> goal{0, 0, 0}, arm{0, 0, 0};
+  Carry carry{{0, 0, 0}, 0, 0};
+};
+
+/// One body of the walk from the roots outwards: where its joint goes, and how it turns.
+template <bool chain, class Turn>
+INLINE void outwards(const Packed& p, const double*& targets, std::size_t i, Step& at,
+                     const Turn& turn_of) {
+  double* k = column(p.work, kWorkRows, i);
+  const std::int32_t parent = p.parents[i];
+  if (parent < 0) {
+    at.goal = {targets[0], targets[1], targets[2]};
+    targets += 3;
+  } else {
+    if (!chain) {
+      const double* o = column(p.work, kWorkRows, static_cast<std::size_t>(parent));
+      at = {vec<double>(o, kAttach), vec<double>(o, kArm), carry_by(qua<double>(o, kTurn))};
+    }
+    at.goal = at.goal + at.carry(vec<double>(k, kParentArm) - at.arm);
+  }
+  at.arm = vec<double>(k, kArm);
+  at.carry = turn_of(i, k, at.arm, at.goal);
+  put(k, kAttach, at.goal);
 }
 
-template <bool chain>
-void close_by(const Packed& p, const double* targets, std::size_t position_row) {
-  outwards<chain>(p, targets, position_row,
-                  [&](std::size_t i, double* k, Vec<double> x, Vec<double> arm, Vec<double>& goal) {
-                    const Sym<double> m = sym<double>(k, kGroupMass);
-                    const Vec<double> g = vec<double>(k, kGroupLoad);
-                    Vec<double> y = goal - (x + arm), load{0, 0, 0};
-                    if (p.parents[i] == kFree) {
-                      y = Factor(m).solve(g);
-                      goal = x + y;
-                    } else {
-                      load = mul(m, y) - g;
-                      if (!(dot(load, load) < 1e36)) load = {0, 0, 0};
-                    }
-                    put(column(p.memory, kMemoryRows, i), kLoad, load);
-                    const Vec<double> z = vec<double>(k, kRest);
-                    Vec<double> d{z.x - dot(vec<double>(k, kAnswer), y),
-                                  z.y - dot(vec<double>(k, kAnswer + 3), y),
-                                  z.z - dot(vec<double>(k, kAnswer + 6), y)};
-                    // The angle stays below 148 degrees; a number that is none turns nothing.
-                    const double most = bounded(d.x) + bounded(d.y) + bounded(d.z);
-                    if (!(most < 4)) {
-                      double far = bounded(d.x) > bounded(d.y) ? bounded(d.x) : bounded(d.y);
-                      if (bounded(d.z) > far) far = bounded(d.z);
-                      if (!(most < 1e30))
-                        d = {0, 0, 0};
-                      else if (far > 4)
-                        d = (4 / far) * d;
-                    }
-                    return Qua<double>{0.5 * d.x, 0.5 * d.y, 0.5 * d.z, 1};
-                  });
+template <class Turn>
+INLINE void walk(const Packed& p, const double* targets, const Turn& turn_of) {
+  Step at;
+  if (p.is_chain)
+    for (std::size_t i = 0; i < p.count; ++i) outwards<true>(p, targets, i, at, turn_of);
+  else
+    for (std::size_t i = 0; i < p.count; ++i) outwards<false>(p, targets, i, at, turn_of);
 }
 
 void close(const Packed& p, const double* targets, std::size_t position_row) {
-  if (p.is_chain)
-    close_by<true>(p, targets, position_row);
-  else
-    close_by<false>(p, targets, position_row);
-}
-
-/// Least displacement, scaled by |r x s|^2 so that nothing is divided: the quaternion
-/// (Z + C, S) with S = m r x s, C = beta a^T I a + m r.(r + s), Z = sqrt(C^2 + S^2).
-template <bool chain>
-void sweep_by(const Packed& p, const double* targets, std::size_t position_row, double stiffness) {
-  outwards<chain>(p, targets, position_row,
-                  [&](std::size_t i, double* k, Vec<double> x, Vec<double> arm, Vec<double>& goal) {
-                    if (p.parents[i] == kFree) return Qua<double>{0, 0, 0, 1};
-                    const double mass = num<double>(column(p.constants, kConstantRows, i), kMass);
-                    const Vec<double> to = goal - x;       // r + s
-                    const Vec<double> a = cross(arm, to);  // r x s = r x (r + s)
-                    const double a2 = dot(a, a);
-                    const double along = dot(arm, to);
-                    if (!(a2 > 1e-100)) return Qua<double>{0, 0, 0, 1};
-                    const double c = stiffness * dot(a, mul(sym<double>(k, kWorldInertia), a)) +
-                                     mass * a2 * along;
-                    const Vec<double> s = (mass * a2) * a;
-                    const double s2 = dot(s, s);
-                    const double z = __builtin_sqrt(c * c + s2);
-                    return Qua<double>{s.x, s.y, s.z, c >= 0 ? z + c : s2 / (z - c)};
-                  });
+  walk(p, targets, Articulated{p, position_row});
 }
 
 void sweep(const Packed& p, const double* targets, std::size_t position_row, double stiffness) {
-  if (p.is_chain)
-    sweep_by<true>(p, targets, position_row, stiffness);
-  else
-    sweep_by<false>(p, targets, position_row, stiffness);
+  walk(p, targets, LeastDisplacement{p, position_row, stiffness});
 }
 
-void commit(const Packed& p, std::size_t from) {
+/// The final pose of a block: turns applied, own joints on their places.
+struct Placed {
+  Vec<Four> x;
+  Qua<Four> q;
+};
+INLINE Placed place(const Packed& p, std::size_t i, std::size_t from_rotation_row) {
+  const double* k = column(p.work, kWorkRows, i);
+  const Qua<Four> q = unit(mul(qua<Four>(k, kTurn), qua<Four>(k, from_rotation_row)));
+  const Vec<Four> arm = turn(q, vec<Four>(column(p.constants, kConstantRows, i), kOwnAnchor));
+  return {vec<Four>(k, kAttach) - arm, q};
+}
+
+void commit(const Packed& p, std::size_t from_rotation_row) {
   for (std::size_t i = 0; i < p.count; i += kLanes) {
     double* k = column(p.work, kWorkRows, i);
-    const Qua<Four> q = unit(mul(qua<Four>(k, kTurn), qua<Four>(k, from)));
-    const Vec<Four> arm = turn(q, vec<Four>(column(p.constants, kConstantRows, i), kOwnAnchor));
-    put(k, kFinalRotation, q);
-    put(k, kFinalPosition, vec<Four>(k, kAttach) - arm);
+    const Placed at = place(p, i, from_rotation_row);
+    put(k, kFinalRotation, at.q), put(k, kFinalPosition, at.x);
   }
 }
 
 // ---------------------------------------------------------------- velocities
 
+/// Velocities of one block from its final pose, written to the bodies; sums go along.
 template <Rule rule>
-EndSums finish_by(const Packed& p, const FinishInput& in) {
+struct Finish {
+  const Packed& p;
+  const FinishInput& in;
   const double per = 1 / in.h;
   const Vec<Four> g{all(in.gravity[0]), all(in.gravity[1]), all(in.gravity[2])};
-  const double calm2 = in.calm_angle * in.calm_angle;
   Four kinetic = all(0), potential = all(0), work = all(0), turned = all(0);
   Vec<Four> momentum{all(0), all(0), all(0)};
-  for (std::size_t i = 0; i < p.count; i += kLanes) {
+  bool sane = true;
+
+  INLINE void operator()(std::size_t i, Vec<Four> x, Qua<Four> q) {
     const std::size_t lanes = p.count - i < kLanes ? p.count - i : kLanes;
+    const Four here = mask(i, p.count);
+    if (any_not_below(dot(x, x), kTooFar * kTooFar)) {
+      sane = false;
+      return;
+    }
     const double* c = column(p.constants, kConstantRows, i);
     double* m = column(p.memory, kMemoryRows, i);
     const double* k = column(p.work, kWorkRows, i);
     const FourBodies bodies(p, i);
-    const Four mass = num<Four>(c, kMass);
     const Vec<Four> moments = vec<Four>(c, kInertia);
-    const Vec<Four> x = vec<Four>(k, kFinalPosition);
-    const Qua<Four> q = qua<Four>(k, kFinalRotation);
     const Vec<Four> slide = x - bodies.vec(p.layout.position);
     const Vec<Four> turned_by = logarithm(mul(q, back(bodies.qua(p.layout.rotation))));
-    const Four turned2 = mask(i, p.count) * dot(turned_by, turned_by);
+    const Four turned2 = here * dot(turned_by, turned_by);
     turned = turned2 > turned ? turned2 : turned;
 
     Vec<Four> v, w, l;
-    if (rule == Rule::verlet) {
+    if (rule == Rule::verlet || rule == Rule::midpoint) {
       v = all(per) * slide, w = all(per) * turned_by;
-      l = times_inertia(q, moments, w);
+      if (rule == Rule::midpoint) l = times_inertia(q, moments, w);
     } else if (in.first) {
       // Trapezoid from the given velocities; predict() left them in the memory.
       v = all(2 * per) * slide - vec<Four>(m, kVelocityBefore);
@@ -729,9 +819,10 @@ EndSums finish_by(const Packed& p, const FinishInput& in) {
       const Qua<Four> predicted = qua<Four>(k, kRotation);
       const Vec<Four> forced = logarithm(mul(q, back(predicted)));
       l = times_inertia(predicted, moments, vec<Four>(k, kSpinStar) + all(rate) * forced);
-      w = over_inertia(q, moments, l);
-      if (rule == Rule::euler && any_not_below(turned2, calm2)) {
+      w = times_inertia(q, inverted(moments), l);
+      if (rule == Rule::euler && any_not_below(turned2, in.calm_angle * in.calm_angle)) {
         // A large turn: its own rate is bounded, the impulse is not.
+        const Four calm2 = all(in.calm_angle * in.calm_angle);
         const Vec<Four> plain = all(per) * turned_by;
         w.x = turned2 >= calm2 ? plain.x : w.x;
         w.y = turned2 >= calm2 ? plain.y : w.y;
@@ -739,41 +830,93 @@ EndSums finish_by(const Packed& p, const FinishInput& in) {
         l = times_inertia(q, moments, w);
       }
     }
-    put(m, kLastSlide, slide), put(m, kLastTurn, turned_by);
     bodies.set(p.layout.position, x, lanes);
     bodies.set(p.layout.rotation, Vec<Four>{q.x, q.y, q.z}, lanes);
     bodies.set(p.layout.rotation + 3, q.w, lanes);
     bodies.set(p.layout.velocity, v, lanes);
     bodies.set(p.layout.spin, w, lanes);
+    if (rule == Rule::verlet) return;  // no energy is kept account of
 
-    const Four here = mask(i, p.count);
-    const Vec<Four> a = num<Four>(c, kGravityScale) * g;
+    put(m, kLastSlide, slide), put(m, kLastTurn, turned_by);
+    const Four mass = num<Four>(c, kMass);
+    const Vec<Four> weight = num<Four>(c, kGravityScale) * g;
     kinetic += 0.5 * here * (mass * dot(v, v) + dot(l, w));
-    potential -= here * mass * dot(a, x);
+    potential -= here * mass * dot(weight, x);
     momentum = momentum + (here * mass) * v;
     if (p.forces) {
       const double* f = column(p.forces, 6, i);
       work += here * (mass * dot(vec<Four>(f, 0), slide) + dot(vec<Four>(f, 3), turned_by));
     }
   }
-  return {sum(kinetic),
-          sum(potential),
-          sum(work),
-          {sum(momentum.x), sum(momentum.y), sum(momentum.z)},
-          largest(turned)};
+
+  EndSums sums() const {
+    return {sum(kinetic),    sum(potential),
+            sum(work),       {sum(momentum.x), sum(momentum.y), sum(momentum.z)},
+            largest(turned), sane};
+  }
+};
+
+template <class Job>
+EndSums by_rule(const Packed& p, const FinishInput& in, const Job& job) {
+  const auto run = [&](auto finish) {
+    job(finish);
+    return finish.sums();
+  };
+  switch (in.rule) {
+    case Rule::verlet:
+      return run(Finish<Rule::verlet>{p, in});
+    case Rule::midpoint:
+      return run(Finish<Rule::midpoint>{p, in});
+    case Rule::euler:
+      return run(Finish<Rule::euler>{p, in});
+    case Rule::bdf2:
+      return run(Finish<Rule::bdf2>{p, in});
+  }
+  return {};
 }
 
 EndSums finish(const Packed& p, const FinishInput& in) {
-  switch (in.rule) {
-    case Rule::verlet:
-    case Rule::midpoint:
-      return finish_by<Rule::verlet>(p, in);
-    case Rule::euler:
-      return finish_by<Rule::euler>(p, in);
-    case Rule::bdf2:
-      return finish_by<Rule::bdf2>(p, in);
+  return by_rule(p, in, [&](auto& finish_block) {
+    for (std::size_t i = 0; i < p.count; i += kLanes) {
+      const double* k = column(p.work, kWorkRows, i);
+      finish_block(i, vec<Four>(k, kFinalPosition), qua<Four>(k, kFinalRotation));
+    }
+  });
+}
+
+/// The outward walk with every block finished as soon as its bodies are placed: the walk waits for
+/// one body after the other, and the lanes work in its shadow.
+template <bool chain, class Turn, class Block>
+INLINE void walk_and_finish(const Packed& p, const double* targets, const Turn& turn_of,
+                            Block& finish_block) {
+  Step at;
+  for (std::size_t i = 0; i < p.count; i += kLanes) {
+    const std::size_t end = i + kLanes < p.count ? i + kLanes : p.count;
+    for (std::size_t n = i; n < end; ++n) outwards<chain>(p, targets, n, at, turn_of);
+    const Placed placed = place(p, i, kRotation);
+    finish_block(i, placed.x, placed.q);
   }
-  return {};
+}
+
+EndSums close_and_finish(const Packed& p, const double* targets, const FinishInput& in) {
+  return by_rule(p, in, [&](auto& finish_block) {
+    if (p.is_chain)
+      walk_and_finish<true>(p, targets, Articulated{p, kPosition}, finish_block);
+    else
+      walk_and_finish<false>(p, targets, Articulated{p, kPosition}, finish_block);
+  });
+}
+
+EndSums sweep_and_finish(const Packed& p, const double* targets, double stiffness,
+                         const FinishInput& in) {
+  joints(p);
+  return by_rule(p, in, [&](auto& finish_block) {
+    const LeastDisplacement turn_of{p, kPosition, stiffness};
+    if (p.is_chain)
+      walk_and_finish<true>(p, targets, turn_of, finish_block);
+    else
+      walk_and_finish<false>(p, targets, turn_of, finish_block);
+  });
 }
 
 void scale(const Packed& p, double factor, const double* mean) {
@@ -798,6 +941,7 @@ extern const Kernels PANTIN_JOINED(kernels_, PANTIN_KERNELS);
 const Kernels PANTIN_JOINED(kernels_, PANTIN_KERNELS) = {PANTIN_TEXT(PANTIN_KERNELS),
                                                          predict,
                                                          arms,
+                                                         joints,
                                                          gather_chain,
                                                          fill_blocks,
                                                          gather_tree,
@@ -805,6 +949,8 @@ const Kernels PANTIN_JOINED(kernels_, PANTIN_KERNELS) = {PANTIN_TEXT(PANTIN_KERN
                                                          sweep,
                                                          commit,
                                                          finish,
+                                                         close_and_finish,
+                                                         sweep_and_finish,
                                                          scale};
 
 }  // namespace pantin::procedural

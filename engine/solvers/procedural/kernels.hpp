@@ -48,6 +48,7 @@ struct PredictInput {
 struct StartSums {
   double kinetic, potential, damped;  // J; damped: what the drag takes in one step
   double momentum[3];                 // kg m/s
+  bool finite;                        // every prediction is
 };
 
 struct FinishInput {
@@ -62,7 +63,11 @@ struct EndSums {
   double kinetic, potential, work;  // J; work of the given forces
   double momentum[3];
   double largest_turn2;  // square of the largest rotation of the step, rad^2
+  bool sane;             // false: a position was not finite or too far; its block was not written
 };
+
+/// A body this far from the origin is lost, m.
+inline constexpr double kTooFar = 1e12;
 
 /// The block of a body in a tree, before its turn is eliminated: A_yy and A_tt (6 numbers each, as
 /// in kWorldInertia), A_ty (9, row by row), g_y and g_t.
@@ -80,9 +85,12 @@ struct Kernels {
   /// Free motion of every body: predicted pose and spin into the work table. [Lee 2000, Eq. 1-2]
   StartSums (*predict)(const Packed&, const PredictInput&);
   /// World arms, gaps and inertias of the poses in rows (position, rotation) of the work table.
+  /// predict() leaves the bodies' own side of them for the predicted poses.
   void (*arms)(const Packed&, std::size_t position_row, std::size_t rotation_row);
-  /// Leaf to root along a chain: group mass and load at every joint. `tension` adds the stiffness
-  /// of loaded joints.
+  /// The parents' side of the joints, for the predicted poses.
+  void (*joints)(const Packed&);
+  /// Leaf to root along a chain, joints() included: group mass and load at every joint. `tension`
+  /// adds the stiffness of loaded joints.
   void (*gather_chain)(const Packed&, bool tension);
   /// The same for any tree, in two parts: the blocks of the bodies alone, to which rows may add;
   /// then the elimination.
@@ -96,6 +104,10 @@ struct Kernels {
   void (*commit)(const Packed&, std::size_t from_rotation_row);
   /// Velocities from the final poses; writes the bodies and the memory.
   EndSums (*finish)(const Packed&, const FinishInput&);
+  /// close or sweep, commit and finish in one pass over the predicted poses.
+  EndSums (*close_and_finish)(const Packed&, const double* targets, const FinishInput&);
+  EndSums (*sweep_and_finish)(const Packed&, const double* targets, double stiffness,
+                              const FinishInput&);
   /// Scales all velocities: about `mean` in translation.
   void (*scale)(const Packed&, double factor, const double* mean);
 };

@@ -65,7 +65,7 @@ void shift(World& world, Articulation& a, const Tree& tree) {
   for (std::size_t c = tree.first; c < tree.first + tree.count; ++c) {
     const Real m = a.constants.at(kMass, c);
     mass += m;
-    off += m * (a.room.work.vec(kPosition, c) - a.room.work.vec(kFinalPosition, c));
+    off += m * (a.room.work.vec(kPosition, c) - world.bodies.values()[a.slots[c]].pose.position);
   }
   off /= mass;
   for (std::size_t c = tree.first; c < tree.first + tree.count; ++c) {

@@ -45,7 +45,8 @@ void notice_changes(World& world, Articulation& a, Real h) {
   }
   for (const Tree& t : a.trees)
     if (t.held_body != UINT32_MAX) jumped = jumped || world.bodies.values()[t.held_body].teleport;
-  if (changed || jumped) a.calm_steps = 0;
+  a.changed = changed || jumped;
+  if (a.changed) a.calm_steps = 0;
   const Real ratio = jumped ? 0 : (a.last_step > 0 && !a.fresh ? h / a.last_step : 1);
   if (ratio != 1) {
     a.calm_steps = 0;
@@ -78,21 +79,15 @@ Rule rule_of(const Articulation& a) {
 }
 
 /// Joints closed by articulated masses, strings and reachable held points as rows of the solve.
-void close_articulated(World& world, Articulation& a, const Packed& p, Real h) {
+void close_with_rows(World& world, Articulation& a, const Packed& p, Real h) {
   const Kernels& k = kernels();
-  const bool tension = a.settings.tension_stiffness;
-  k.arms(p, kPosition, kRotation);
-  if (p.is_chain) {
-    k.gather_chain(p, tension);
-  } else {
-    k.fill_blocks(p, a.room.blocks.data());
-    if (tension) add_string_stiffness(world, a, kPosition, kRotation);
-    k.gather_tree(p, tension, a.room.blocks.data());
-    if (p.inverse) solve_rows(world, a, h, kPosition, kRotation, false);
-  }
+  k.joints(p);
+  k.fill_blocks(p, a.room.blocks.data());
+  if (a.settings.tension_stiffness) add_string_stiffness(world, a, kPosition, kRotation);
+  k.gather_tree(p, a.settings.tension_stiffness, a.room.blocks.data());
+  solve_rows(world, a, h, kPosition, kRotation, false);
   k.close(p, a.room.targets.data(), kPosition);
   k.commit(p, kRotation);
-  if (!p.inverse || a.cords.empty()) return;
 
   // Strings are met to first order; what the turning of the bodies left is closed again.
   for (int round = 0; round < 4 && worst_stretch(world, a) > 0.1 * a.settings.tolerance * a.size;
@@ -199,29 +194,23 @@ void limit_energy(World& world, Articulation& a, const Packed& p, const EndSums&
   a.reserve = a.limited || a.disturbed ? 0 : lent * std::exp(-h / a.settings.reservoir_time);
 }
 
-/// The state of every body is finite, at the start of the step and after it, and within all bounds.
-bool is_sane(const World& world, const Articulation& a, Entity& lost) {
-  constexpr Real kFar = 1e12;  // m
-  // The energy tells at no cost whether any start was not finite; joints may hide it afterwards.
-  const bool sound = std::isfinite(a.energy_before);
+/// A body whose state, or whose final place, is none; the first one.
+Entity find_lost(const World& world, const Articulation& a) {
   for (std::size_t c = 0; c < a.count(); ++c) {
     const Body& b = world.bodies.values()[a.slots[c]];
-    const Vec3 x = a.room.work.vec(kFinalPosition, c);
-    const Quat q = a.room.work.quat(kFinalRotation, c);
-    const Real most = std::max({std::abs(x.x), std::abs(x.y), std::abs(x.z)});
-    lost = a.bodies[c];
-    if (!is_finite(x) || !is_finite(q) || !(most < kFar)) return false;
-    if (!sound && !(is_finite(b.pose) && is_finite(b.velocity) && is_finite(b.spin))) return false;
+    if (!(is_finite(b.pose) && is_finite(b.velocity) && is_finite(b.spin))) return a.bodies[c];
+    const Vec3 x = a.room.work.vec(kAttach, c);
+    if (!(glm::dot(x, x) < kTooFar * kTooFar) || !is_finite(a.room.work.quat(kTurn, c)))
+      return a.bodies[c];
   }
-  if (sound) lost = Entity{};
-  return sound;
+  return a.bodies.front();
 }
 
 /// Tells pins and strings how they fared.
 void report_holds(World& world, Articulation& a, Real h) {
   const Real to_force = 1 / (force_share(a) * h * h);
   for (Hold& hold : a.holds) {
-    const Vec3 at = point_at(a, hold.column, hold.anchor, kFinalPosition, kFinalRotation);
+    const Vec3 at = point_on(world, a.slots[hold.column], hold.anchor);
     hold.gap_before = hold.target - at;
     hold.residual = glm::length(hold.gap_before);
     if (hold.held_pin == UINT32_MAX) continue;
@@ -231,7 +220,7 @@ void report_holds(World& world, Articulation& a, Real h) {
   for (const Tree& t : a.trees) {
     if (t.held_pin == UINT32_MAX) continue;
     Pin& pin = world.pins.values()[t.held_pin];
-    const Vec3 at = point_at(a, t.first, pin.anchor, kFinalPosition, kFinalRotation);
+    const Vec3 at = point_on(world, a.slots[t.first], pin.anchor);
     pin.residual = glm::length(pin.target - at), pin.reachable = true;
   }
   for (const Cord& cord : a.cords)
@@ -294,29 +283,54 @@ void update(World& world, Articulation& a, Real h) {
       p, {h, {world.gravity.x, world.gravity.y, world.gravity.z}, rule_of(a), a.fresh});
   a.energy_before = start.kinetic + start.potential, a.kinetic_before = start.kinetic;
   a.damped = start.damped;
+  a.finite = start.finite;
   a.momentum_before = Vec3(start.momentum[0], start.momentum[1], start.momentum[2]);
 }
 
 bool adjust(World& world, Articulation& a, Real h, Entity& lost) {
+  if (!a.finite) {  // joints could hide it
+    lost = find_lost(world, a);
+    return false;
+  }
   const Packed p = packed(world, a);
+  const Kernels& k = kernels();
   const Solver solver = a.settings.solver;
   a.disturbed = a.limited = false;
   a.rounds_used = 0;
-  if (solver == Solver::automatic)
-    close_articulated(world, a, p, h);
-  else if (solver == Solver::shake2)
-    close_shake(world, a, p, h);
-  else
-    close_kinematic(a, p, h);
-  const bool strings_by_relaxation = solver != Solver::automatic && !a.cords.empty();
-  if (!a.holds.empty() || strings_by_relaxation) relax(world, a, strings_by_relaxation);
-  if (!is_sane(world, a, lost)) return false;
-
-  EndSums end = kernels().finish(p, {h,
-                                     {world.gravity.x, world.gravity.y, world.gravity.z},
-                                     rule_of(a),
-                                     a.fresh,
-                                     a.settings.calm_angle});
+  const FinishInput in{h,
+                       {world.gravity.x, world.gravity.y, world.gravity.z},
+                       rule_of(a),
+                       a.fresh,
+                       a.settings.calm_angle};
+  const Real* targets = a.room.targets.data();
+  const bool rows = !a.holds.empty() || !a.cords.empty();
+  const bool one_held_tree = a.trees.size() == 1 && a.parents.front() == kHeld;
+  EndSums end;
+  if (solver == Solver::automatic && !rows) {
+    if (p.is_chain) {
+      k.gather_chain(p, a.settings.tension_stiffness);
+    } else {
+      k.joints(p);
+      k.fill_blocks(p, a.room.blocks.data());
+      k.gather_tree(p, a.settings.tension_stiffness, a.room.blocks.data());
+    }
+    end = k.close_and_finish(p, targets, in);
+  } else if (solver == Solver::sweep && !rows && one_held_tree) {
+    end = k.sweep_and_finish(p, targets, a.settings.turn_stiffness, in);
+  } else {
+    if (solver == Solver::automatic)
+      close_with_rows(world, a, p, h);
+    else if (solver == Solver::shake2)
+      close_shake(world, a, p, h);
+    else
+      close_kinematic(a, p, h);
+    if (rows) relax(world, a, solver != Solver::automatic);
+    end = k.finish(p, in);
+  }
+  if (!end.sane) {
+    lost = find_lost(world, a);
+    return false;
+  }
   if (repair_momentum(world, a, h)) {
     end.kinetic = end.potential = 0;
     for (std::size_t c = 0; c < a.count(); ++c) {
@@ -330,11 +344,10 @@ bool adjust(World& world, Articulation& a, Real h, Entity& lost) {
   const bool calm = end.largest_turn2 < a.settings.calm_angle * a.settings.calm_angle &&
                     !a.limited && !a.disturbed;
   a.calm_steps = calm ? std::min(a.calm_steps + 1, 1000) : 0;
-  report_holds(world, a, h);
-  for (std::size_t c = 0; c < a.count(); ++c) {
+  if (rows || a.trees.front().held_pin != UINT32_MAX) report_holds(world, a, h);
+  for (std::size_t c = 0; a.changed && c < a.count(); ++c) {
     Body& b = world.bodies.values()[a.slots[c]];
-    b.restart = false;
-    b.teleport = false;
+    b.restart = b.teleport = false;
   }
   a.fresh = false;
   a.last_step = h;
