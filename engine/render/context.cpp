@@ -48,8 +48,8 @@ Result<std::unique_ptr<Context>> open_context(GlPath wish, const GlLibraries& li
   }
   for (GlPath path : kOrder) {
     if (wish != GlPath::automatic && wish != path) continue;
-    auto opened = path == GlPath::osmesa ? open_osmesa(libraries.osmesa)
-                                         : open_egl(path, libraries.egl);
+    auto opened =
+        path == GlPath::osmesa ? open_osmesa(libraries.osmesa) : open_egl(path, libraries.egl);
     std::string why;
     if (opened) {
       why = shortcoming((*opened)->gl);

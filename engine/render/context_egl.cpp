@@ -38,7 +38,8 @@ std::string failure(const Egl& egl, const char* call) {
   return code.data();
 }
 
-/// Empty, or why the library is of no use. The library stays loaded: Mesa does not survive unloading.
+/// Empty, or why the library is of no use. The library stays loaded: Mesa does not survive
+/// unloading.
 std::string load_egl(Egl& egl, const char* library) {
   void* handle = dlopen(library, RTLD_NOW | RTLD_LOCAL);
   if (!handle) return dlerror();
@@ -138,9 +139,9 @@ Result<std::unique_ptr<Context>> open_device(const Egl& egl) {
     return Error{failure(egl, "eglQueryDevicesEXT")};
   std::string why = "no EGL device found";
   for (EGLint i = 0; i < count; ++i) {
-    auto opened = open_display(egl, egl.get_platform_display(EGL_PLATFORM_DEVICE_EXT,
-                                                             devices[static_cast<std::size_t>(i)],
-                                                             nullptr));
+    auto opened =
+        open_display(egl, egl.get_platform_display(EGL_PLATFORM_DEVICE_EXT,
+                                                   devices[static_cast<std::size_t>(i)], nullptr));
     if (opened) return opened;
     why = "device " + std::to_string(i) + ": " + opened.errors().front().message;
   }
@@ -152,8 +153,8 @@ Result<std::unique_ptr<Context>> open_device(const Egl& egl) {
 Result<std::unique_ptr<Context>> open_egl(GlPath path, const char* library) {
   Egl egl;
   if (std::string why = load_egl(egl, library); !why.empty()) return Error{why};
-  const char* const platform = path == GlPath::device ? "EGL_EXT_platform_device"
-                                                      : "EGL_MESA_platform_surfaceless";
+  const char* const platform =
+      path == GlPath::device ? "EGL_EXT_platform_device" : "EGL_MESA_platform_surfaceless";
   if (!has_word(egl.query_string(EGL_NO_DISPLAY, EGL_EXTENSIONS), platform))
     return Error{std::string(platform) + " is not offered"};
   if (path == GlPath::device) return open_device(egl);

@@ -41,9 +41,15 @@ class OsMesaOffscreen final : public Context {
   void release() override { osmesa_.make_current(nullptr, nullptr, GL_UNSIGNED_BYTE, 0, 0); }
 
   std::string open() {
-    const int attributes[] = {
-        kOsMesaFormat, GL_RGBA, kOsMesaProfile, kOsMesaCoreProfile, kOsMesaMajor, 3,
-        kOsMesaMinor,  3,       0};
+    const int attributes[] = {kOsMesaFormat,
+                              GL_RGBA,
+                              kOsMesaProfile,
+                              kOsMesaCoreProfile,
+                              kOsMesaMajor,
+                              3,
+                              kOsMesaMinor,
+                              3,
+                              0};
     context_ = osmesa_.create_context(attributes, nullptr);
     if (!context_) return "OSMesaCreateContextAttribs refused OpenGL 3.3 core";
     if (!make_current()) return "OSMesaMakeCurrent failed";

@@ -32,16 +32,48 @@ std::string rate_text(double fps) {
 std::vector<std::string> arguments(const std::string& part, bool mp4, const std::string& size,
                                    double fps) {
   std::vector<std::string> words = {
-      "ffmpeg", "-hide_banner", "-loglevel", "error", "-nostdin", "-y",
-      "-f", "rawvideo", "-pixel_format", "rgba", "-video_size", size, "-framerate",
-      rate_text(fps), "-i", "pipe:0", "-an",
-      "-vf", "scale=in_range=pc:out_range=tv:out_color_matrix=bt709,format=yuv420p",
-      "-c:v", "libx264", "-preset", "veryfast", "-crf", "18", "-tune", "zerolatency", "-g", "30",
-      "-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709",
-      "-color_range", "tv", "-flush_packets", "1"};
+      "ffmpeg",
+      "-hide_banner",
+      "-loglevel",
+      "error",
+      "-nostdin",
+      "-y",
+      "-f",
+      "rawvideo",
+      "-pixel_format",
+      "rgba",
+      "-video_size",
+      size,
+      "-framerate",
+      rate_text(fps),
+      "-i",
+      "pipe:0",
+      "-an",
+      "-vf",
+      "scale=in_range=pc:out_range=tv:out_color_matrix=bt709,format=yuv420p",
+      "-c:v",
+      "libx264",
+      "-preset",
+      "veryfast",
+      "-crf",
+      "18",
+      "-tune",
+      "zerolatency",
+      "-g",
+      "30",
+      "-colorspace",
+      "bt709",
+      "-color_primaries",
+      "bt709",
+      "-color_trc",
+      "bt709",
+      "-color_range",
+      "tv",
+      "-flush_packets",
+      "1"};
   if (mp4) {
-    words.insert(words.end(), {"-movflags", "+frag_keyframe+empty_moov+default_base_moof",
-                               "-f", "mp4"});
+    words.insert(words.end(),
+                 {"-movflags", "+frag_keyframe+empty_moov+default_base_moof", "-f", "mp4"});
   } else {
     words.insert(words.end(), {"-cluster_time_limit", "500", "-f", "matroska"});
   }
@@ -71,8 +103,8 @@ int spawn(std::vector<std::string>& words, int input, int log, pid_t& child) {
   posix_spawnattr_setsigdefault(&how, &defaults);
   // A group of its own: an interrupt typed at the terminal must not stop the film before its end.
   posix_spawnattr_setpgroup(&how, 0);
-  posix_spawnattr_setflags(
-      &how, POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
+  posix_spawnattr_setflags(&how,
+                           POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETPGROUP);
 
   const int reason = posix_spawnp(&child, argv[0], &files, &how, argv.data(), environ);
   posix_spawnattr_destroy(&how);

@@ -10,7 +10,8 @@
 namespace pantin {
 
 /// The container follows from the name: .mp4 (fragmented) or .mkv. Both can be played up to nearly
-/// the last frame should ffmpeg be killed. The film grows in `path`.part and is renamed by finish().
+/// the last frame should ffmpeg be killed. The film grows in `path`.part and is renamed by
+/// finish().
 class Ffmpeg {
  public:
   /// Fails when ffmpeg is not on PATH, the container is unknown or the size does not suit x264.

@@ -6,8 +6,8 @@
 
 namespace pantin {
 
-/// A vertex of a solid that is a core grown by a skin: its place is `core * corner + skin * normal`.
-/// One mesh so serves capsules of any length, and boxes with bevels of any width.
+/// A vertex of a solid that is a core grown by a skin: its place is `core * corner + skin *
+/// normal`. One mesh so serves capsules of any length, and boxes with bevels of any width.
 struct MeshVertex {
   float corner[3];  // -1, 0 or 1 an axis
   float normal[3];

@@ -21,7 +21,7 @@ enum class GlPath : std::uint8_t { automatic, surfaceless, device, osmesa };
 
 struct RenderOptions {
   int width = 1280, height = 720;
-  int samples = 4;       // MSAA; 0 or 1 for none
+  int samples = 4;  // MSAA; 0 or 1 for none, fewer if the driver has fewer
   bool shadows = true;
   GlPath path = GlPath::automatic;
 };
@@ -30,6 +30,8 @@ struct RenderOptions {
 struct GlReport {
   std::string path, renderer, version;  // empty when none works
   std::vector<std::string> refused;     // one line a path tried in vain
+  int samples = 1;   // MSAA in use: what was asked for or the most that the driver offers
+  std::string font;  // the file whose letters are used, or "built-in (ASCII only)"
 };
 
 /// One line of a legend.
@@ -40,9 +42,9 @@ struct LegendEntry {
 
 /// What is written and drawn over the picture.
 struct Overlay {
-  std::vector<std::string> lines;    // top left
-  std::vector<LegendEntry> legend;   // bottom left
-  bool joints = false;               // rings at joints, axes of bodies, pins, slack strings marked
+  std::vector<std::string> lines;   // top left
+  std::vector<LegendEntry> legend;  // bottom left
+  bool joints = false;              // rings at joints, axes of bodies, pins, slack strings marked
 };
 
 /// Owns a GL context and everything in it. Use from one thread at a time.
@@ -52,14 +54,16 @@ class Renderer {
   static Result<std::unique_ptr<Renderer>> create(const RenderOptions& options);
   virtual ~Renderer() = default;
 
-  /// Draws the bodies at `poses` (by slot of World::bodies; empty: where they are) into `out`.
+  /// Draws the bodies at `poses` (by slot of World::bodies; empty: where they are) into `out`. An
+  /// automatic camera is framed anew for every picture: for a film, take framing_camera() once.
   virtual void draw(const World& world, std::span<const Pose> poses, const View& view,
                     const Overlay& overlay, Image& out) = 0;
   virtual const GlReport& report() const = 0;
 };
 
-/// A camera that sees all bodies of the world (shapes, strings and the sway of drives included) in a
-/// picture of this shape, looking the way `view` does.
+/// A camera that sees all bodies of the world in a picture of this shape (width / height), looking
+/// the way `view` does. Shapes and strings are included, where drives and a swing may carry them,
+/// and the ground below with the shadows if it is near. The result is not automatic.
 Camera framing_camera(const World& world, const View& view, Real aspect);
 
 }  // namespace pantin

@@ -1,0 +1,238 @@
+#include <algorithm>
+#include <limits>
+#include <numeric>
+
+#include "engine/render/bounds.hpp"
+#include "engine/render/eye.hpp"
+
+namespace pantin {
+namespace {
+
+constexpr Real kFar = std::numeric_limits<Real>::infinity();
+
+/// A box of displacements.
+struct Sway {
+  Vec3 low{0}, high{0};
+  void take(Vec3 d) { low = glm::min(low, d), high = glm::max(high, d); }
+  void take_all(const Sway& other) { take(other.low), take(other.high); }
+};
+
+/// Where a drive may carry its body, from where the body is now.
+Sway sway_of(const Drive& drive, Vec3 now) {
+  Sway sway;
+  if (const auto* keyed = std::get_if<Keyframes>(&drive.path)) {
+    for (const Keyframe& key : keyed->keys) sway.take(key.pose.position - now);
+  } else {
+    const auto& curve = std::get<Lissajous>(drive.path);
+    sway.take(curve.centre.position + glm::abs(curve.amplitude) - now);
+    sway.take(curve.centre.position - glm::abs(curve.amplitude) - now);
+  }
+  return sway;
+}
+
+/// What hangs together, on what, and how it is carried about.
+struct Hanging {
+  std::vector<Vec3> holds;  // different places that carry it
+  Sway sway;
+};
+
+/// The dynamic bodies in groups tied by links and strings; other bodies stay by themselves.
+class Groups {
+ public:
+  explicit Groups(const World& world) : world_(world), up_(world.bodies.size()) {
+    std::iota(up_.begin(), up_.end(), 0u);
+    of_.resize(up_.size());
+    for (bool joining : {true, false}) {
+      for (const Link& l : world.links.values()) tie(l.a, l.b, joining);
+      for (const String& s : world.strings.values()) tie(s.a, s.b, joining);
+    }
+    for (const Pin& pin : world.pins.values())
+      if (const std::uint32_t slot = world.bodies.slot(pin.body); slot != kNoSlot)
+        hold(top(slot), pin.target, Sway{});
+    for (std::uint32_t slot = 0; slot < up_.size(); ++slot) of_[top(slot)].sway.take_all(own(slot));
+  }
+
+  const Hanging& of(std::uint32_t slot) { return of_[top(slot)]; }
+
+ private:
+  std::uint32_t top(std::uint32_t slot) {
+    while (up_[slot] != slot) slot = up_[slot] = up_[up_[slot]];
+    return slot;
+  }
+
+  /// First joins the groups of two dynamic bodies, then notes which bodies hold them.
+  void tie(Entity a, Entity b, bool joining) {
+    const std::uint32_t i = world_.bodies.slot(a), j = world_.bodies.slot(b);
+    if (i == kNoSlot || j == kNoSlot) return;
+    const bool free_i = is_dynamic(i), free_j = is_dynamic(j);
+    if (joining && free_i && free_j) up_[top(i)] = top(j);
+    if (joining || free_i == free_j) return;
+    const std::uint32_t holder = free_i ? j : i;
+    hold(top(free_i ? i : j), world_.bodies.values()[holder].pose.position, own(holder));
+  }
+
+  void hold(std::uint32_t group, Vec3 place, const Sway& sway) {
+    Hanging& hanging = of_[group];
+    hanging.sway.take_all(sway);
+    for (Vec3 known : hanging.holds)
+      if (known == place) return;
+    hanging.holds.push_back(place);
+  }
+
+  bool is_dynamic(std::uint32_t slot) const {
+    return world_.bodies.values()[slot].motion == Motion::dynamic;
+  }
+
+  /// The sway of a body's own drive.
+  Sway own(std::uint32_t slot) const {
+    const Drive* drive = world_.drives.find(world_.bodies.owners()[slot]);
+    const Sway sway = drive ? sway_of(*drive, world_.bodies.values()[slot].pose.position) : Sway{};
+    return is_finite(sway.low) && is_finite(sway.high) ? sway : Sway{};
+  }
+
+  const World& world_;
+  std::vector<std::uint32_t> up_;  // a body of the same group, the top of a group itself
+  std::vector<Hanging> of_;        // by the top of the group
+};
+
+/// The ball now, on the other side of a swing, at its lowest, and wherever drives carry these.
+void add_motion(const Ball& now, const Hanging& hanging, Vec3 centre, Vec3 down,
+                std::vector<Ball>& to) {
+  std::vector<Ball> places{now};
+  if (hanging.holds.size() == 1) {  // held at one place, it may swing like a pendulum
+    const Vec3 arm = centre - hanging.holds.front();
+    const Vec3 aside = arm - glm::dot(arm, down) * down;
+    if (glm::length(aside) > 0.2 * glm::length(arm)) {
+      places.push_back({now.centre - 2.0 * aside, now.radius});
+      places.push_back({now.centre - arm + glm::length(arm) * down, now.radius});
+    }
+  }
+  const Sway& sway = hanging.sway;
+  const int corners = sway.low == sway.high ? 1 : 8;
+  for (const Ball& place : places)
+    for (int c = 0; c < corners; ++c)
+      to.push_back(
+          {place.centre + Vec3{c & 1 ? sway.high.x : sway.low.x, c & 2 ? sway.high.y : sway.low.y,
+                               c & 4 ? sway.high.z : sway.low.z},
+           place.radius});
+}
+
+std::vector<Ball> all_balls(const World& world) {
+  Groups groups(world);
+  const Vec3 down = down_of(world);
+  std::vector<Ball> balls, own;
+  const auto bodies = world.bodies.values();
+  for (std::uint32_t slot = 0; slot < bodies.size(); ++slot) {
+    const Pose& pose = bodies[slot].pose;
+    if (!is_finite(pose)) continue;
+    own.clear();
+    if (const Shapes* shapes = world.shapes.find(world.bodies.owners()[slot])) {
+      for (const Shape& shape : shapes->parts) add_balls(shape, pose, own);
+    }
+    if (own.empty()) own.push_back({pose.position, 0});
+    for (const Ball& ball : own) add_motion(ball, groups.of(slot), pose.position, down, balls);
+  }
+  std::vector<Vec3> curve;
+  for (const String& string : world.strings.values()) {
+    Vec3 a, b;
+    if (string_ends(world, {}, string, a, b))
+      add_string_curve(a, b, string.joint.length, down, 8, curve);
+  }
+  for (Vec3 point : curve) balls.push_back({point, 0});
+  return balls;
+}
+
+/// If the ground is near, the places on it below and in the shadow of the balls join them; what may
+/// fall below it is left out, as nobody would see it.
+void add_ground(const View& view, std::vector<Ball>& balls) {
+  Real low = kFar, high = -kFar;
+  for (const Ball& b : balls) {
+    low = std::min(low, b.centre.y - b.radius);
+    high = std::max(high, b.centre.y + b.radius);
+  }
+  const Real ground = view.ground_height;
+  if (!view.ground || high < ground || low - ground > 0.75 * (high - low)) return;
+  const Vec3 sun = view.light.direction;
+  // Long shadows of a low sun would make everything else small.
+  const Real lean = sun.y < 0 ? std::min(1.0, 0.6 * -sun.y / std::hypot(sun.x, sun.z)) : 0;
+  const std::size_t count = balls.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    Ball& ball = balls[i];
+    const Real height = ball.centre.y - ground;
+    if (height < 0) {
+      ball.centre.y = ground;
+      continue;
+    }
+    const Vec3 foot{ball.centre.x, ground, ball.centre.z};
+    balls.push_back({foot, 0});
+    if (sun.y < 0) {
+      const Vec3 cast = foot + height * lean / -sun.y * Vec3{sun.x, 0, sun.z};
+      balls.push_back({cast, 0});
+    }
+  }
+}
+
+/// The nearest eye that has all balls within the four sides of its view.
+///
+/// A ball (x, y, z; r) in camera axes lies within the right side if x - e_x + r / cos <= (z - e_z)
+/// tan, the left likewise; adding the two bounds e_z, and e_x lies in the middle. [half-space fit]
+Vec3 fit(const std::vector<Ball>& balls, const Eye& look, Real tan_x, Real tan_y) {
+  Vec3 sides[2] = {Vec3{-kFar}, Vec3{-kFar}};  // the worst of x, y towards + and towards -
+  Real nearest = kFar;
+  const Real slope_x = std::sqrt(1 + tan_x * tan_x), slope_y = std::sqrt(1 + tan_y * tan_y);
+  for (const Ball& b : balls) {
+    const Real x = glm::dot(look.right, b.centre), y = glm::dot(look.up, b.centre);
+    const Real z = glm::dot(look.forward, b.centre);
+    for (int s = 0; s < 2; ++s) {
+      const Real sign = s == 0 ? 1 : -1;
+      sides[s].x = std::max(sides[s].x, sign * x + b.radius * slope_x - z * tan_x);
+      sides[s].y = std::max(sides[s].y, sign * y + b.radius * slope_y - z * tan_y);
+    }
+    nearest = std::min(nearest, z - b.radius);
+  }
+  const Real back = std::min({-(sides[0].x + sides[1].x) / (2 * tan_x),
+                              -(sides[0].y + sides[1].y) / (2 * tan_y), nearest - 1e-3});
+  return (sides[0].x - sides[1].x) / 2 * look.right + (sides[0].y - sides[1].y) / 2 * look.up +
+         back * look.forward;
+}
+
+}  // namespace
+
+Eye make_eye(const Camera& camera, int width, int height) {
+  Eye eye;
+  eye.width = width, eye.height = height;
+  eye.position = camera.eye;
+  const Vec3 way = camera.target - camera.eye;
+  const Real distance = glm::length(way);
+  eye.forward = distance > 0 ? way / distance : Vec3{0, 0, -1};
+  // Looking straight up or down, the top of the picture is where -z or z is.
+  const Vec3 up =
+      std::abs(eye.forward.y) < 0.9999 ? Vec3{0, 1, 0} : Vec3{0, 0, eye.forward.y > 0 ? 1 : -1};
+  eye.right = glm::normalize(glm::cross(eye.forward, up));
+  eye.up = glm::cross(eye.right, eye.forward);
+  eye.tan_y = std::tan(std::clamp(camera.field_of_view, 0.01, 3.0) / 2);
+  eye.tan_x = eye.tan_y * width / height;
+  eye.distance = distance > 0 ? distance : 1;
+  return eye;
+}
+
+Camera framing_camera(const World& world, const View& view, Real aspect) {
+  constexpr Real kMargin = 0.92;  // the part of the picture that is filled
+  Camera camera = view.camera;
+  camera.automatic = false;
+  std::vector<Ball> balls = all_balls(world);
+  if (balls.empty()) return camera;
+  add_ground(view, balls);
+  const Eye look = make_eye(view.camera, 1, 1);
+  const Real tan_y = kMargin * look.tan_y;
+  camera.eye = fit(balls, look, tan_y * aspect, tan_y);
+  Real low = kFar, high = -kFar;
+  for (const Ball& b : balls) {
+    low = std::min(low, glm::dot(look.forward, b.centre - camera.eye));
+    high = std::max(high, glm::dot(look.forward, b.centre - camera.eye));
+  }
+  camera.target = camera.eye + std::max((low + high) / 2, 1e-3) * look.forward;
+  return camera;
+}
+
+}  // namespace pantin

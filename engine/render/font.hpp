@@ -1,0 +1,41 @@
+#pragma once
+/// Letters as pixels: an atlas made once from a TrueType font, or from the font in stb_easy_font.h.
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+namespace pantin {
+
+/// A letter's place in the atlas and around the pen, in pixels; `top` counts up from the baseline.
+struct Glyph {
+  int x = 0, y = 0, width = 0, height = 0;
+  int left = 0, top = 0;
+  float advance = 0;
+};
+
+struct Font {
+  std::string source;  // file, or "built-in (ASCII only)"
+  int atlas_width = 0, atlas_height = 0;
+  std::vector<std::uint8_t> atlas;  // coverage, rows from the top
+  std::unordered_map<char32_t, Glyph> glyphs;
+  float ascent = 0, line_height = 0;  // pixels
+
+  /// The letter, or the one that stands for letters that the font lacks.
+  const Glyph& glyph(char32_t letter) const;
+  float width(std::string_view utf8) const;
+};
+
+/// Where fonts usually lie.
+std::span<const char* const> usual_fonts();
+
+/// The first of `files` that FreeType can read, at an em of `pixels`; the
+/// built-in one if there is none.
+Font load_font(std::span<const char* const> files, int pixels);
+
+/// Takes the next letter off the front of `utf8`; U+FFFD for a byte that fits nowhere.
+char32_t take_letter(std::string_view& utf8);
+
+}  // namespace pantin

@@ -1,0 +1,210 @@
+#include "engine/render/frame.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+
+namespace pantin {
+namespace {
+
+constexpr Real kInfinity = std::numeric_limits<Real>::infinity();
+constexpr Real kAmbient = 0.55;  // the part of the sky that reaches a place among other things
+constexpr Real kLightTile = 0.33, kDarkTile = 0.25;  // albedo
+constexpr Real kShadowBlur = 3;                      // texels around a shadow's border
+
+void store(Vec3 from, Real w, float* to) {
+  for (int k = 0; k < 3; ++k) to[k] = static_cast<float>(from[k]);
+  to[3] = static_cast<float>(w);
+}
+
+Vec3 direction_of(const Light& light) {
+  const Real length = glm::length(light.direction);
+  return length > 0 ? light.direction / length : Vec3{0, -1, 0};
+}
+
+void set_clip(FrameBlock& block, const Eye& eye, const DrawList& list) {
+  Real low = kInfinity, high = 0;
+  for (const Ball& b : list.balls) {
+    const Real depth = eye.depth(b.centre);
+    low = std::min(low, depth - b.radius), high = std::max(high, depth + b.radius);
+  }
+  const Real far = std::max(high * 1.01, 1e-3);
+  const Real near = std::clamp(low * 0.99, far * 1e-4, far * 0.99);
+  const Real a = (far + near) / (far - near), b = -2 * far * near / (far - near);
+  store(eye.right / eye.tan_x, 0, block.clip[0]);
+  store(-eye.up / eye.tan_y, 0, block.clip[1]);
+  store(a * eye.forward, b, block.clip[2]);
+  store(eye.forward, 0, block.clip[3]);
+}
+
+/// Fits the shadow map around what moves, and around the fixed things unless they are much larger,
+/// like a floor. The fit grows in steps and shifts by whole texels, so that shadows do not crawl.
+void set_light(FrameBlock& block, const View& view, const Eye& eye, const DrawList& list) {
+  const Vec3 way = direction_of(view.light);
+  const Vec3 aside = std::abs(way.y) < 0.99 ? Vec3{0, 1, 0} : Vec3{0, 0, 1};
+  const Vec3 right = glm::normalize(glm::cross(way, aside));
+  const Vec3 axes[3] = {right, glm::cross(right, way), way};
+
+  Vec3 low{kInfinity}, high{-kInfinity};
+  const auto take = [&](const Ball& b) {
+    const Vec3 c{glm::dot(axes[0], b.centre), glm::dot(axes[1], b.centre),
+                 glm::dot(axes[2], b.centre)};
+    low = glm::min(low, c - b.radius), high = glm::max(high, c + b.radius);
+  };
+  for (const Ball& b : list.movers) take(b);
+  const Vec3 moving_low = low, moving_size = high - low;
+  const Real reach = std::max({moving_size.x, moving_size.y, moving_size.z});
+  for (const Ball& b : list.balls) {
+    const Vec3 c{glm::dot(axes[0], b.centre), glm::dot(axes[1], b.centre),
+                 glm::dot(axes[2], b.centre)};
+    const Vec3 middle = moving_low + moving_size / 2.0;
+    if (list.movers.empty() || glm::length(c - middle) + b.radius < 2 * reach) take(b);
+  }
+  if (!(low.x <= high.x)) low = Vec3{-1}, high = Vec3{1};
+
+  Real texel = 0;
+  for (int k = 0; k < 3; ++k) {
+    const Real size = std::max(high[k] - low[k], 1e-3);
+    const Real step = std::exp2(std::ceil(std::log2(size))) / 8;
+    const Real side = (std::ceil(size * 1.02 / step) + 1) * step;
+    const Real grain = side / kShadowSize;
+    const Real middle = std::round((low[k] + high[k]) / 2 / grain) * grain;
+    store(axes[k] / side, (glm::dot(axes[k], eye.position) - middle) / side + 0.5, block.light[k]);
+    if (k < 2) texel = std::max(texel, grain);
+  }
+  store(-way, texel, block.sun);
+  store(view.light.strength * view.light.colour, kShadowSize, block.sunlight);
+}
+
+void set_colours(FrameBlock& block, const View& view, const Eye& eye) {
+  const Light& light = view.light;
+  store(kAmbient * light.sky, eye.pixel(), block.sky);
+  store(kAmbient * light.ground, view.ground_height - eye.position.y, block.soil);
+  const auto squared = [](Vec3 shown) { return shown * shown; };
+  // Tiles of 1, 2 or 5 times a power of ten, about a sixth of the distance.
+  const Real wish = eye.distance / 7;
+  const Real ten = std::pow(10, std::floor(std::log10(wish)));
+  const Real tile = wish < 2 * ten ? ten : wish < 5 * ten ? 2 * ten : 5 * ten;
+  store(squared(display_colour(1.62 * light.sky)), tile, block.horizon);
+  store(squared(display_colour(0.82 * light.sky)), 4.5 * eye.distance, block.zenith);
+  const Real incidence = std::max(-direction_of(light).y, 0.0);
+  const Vec3 sun = light.strength * light.colour * incidence / kPi, ambient = kAmbient * light.sky;
+  store(squared(display_colour(kLightTile * (sun + ambient))), 0, block.tiles[0]);
+  store(squared(display_colour(kDarkTile * (sun + ambient))), 0, block.tiles[1]);
+  store(squared(display_colour(kLightTile * ambient)), 0, block.tiles[2]);
+  store(squared(display_colour(kDarkTile * ambient)), 0, block.tiles[3]);
+}
+
+void set_rays(FrameBlock& block, const Eye& eye) {
+  // Tiles repeat after two; whole repeats are dropped so that far places keep their digits.
+  const Real pair = 2 * static_cast<Real>(block.horizon[3]);
+  const Vec3 target = eye.distance * eye.forward;
+  block.origin[0] = static_cast<float>(eye.position.x - pair * std::floor(eye.position.x / pair));
+  block.origin[1] = static_cast<float>(eye.position.z - pair * std::floor(eye.position.z / pair));
+  block.origin[2] = static_cast<float>(target.x);
+  block.origin[3] = static_cast<float>(target.z);
+  block.viewport[0] = 2 / static_cast<float>(eye.width);
+  block.viewport[1] = 2 / static_cast<float>(eye.height);
+  const Vec3 right = 2 * eye.tan_x / eye.width * eye.right;
+  const Vec3 down = -2 * eye.tan_y / eye.height * eye.up;
+  store(eye.forward - eye.tan_x * eye.right + eye.tan_y * eye.up, 0, block.ray[0]);
+  store(right, 0, block.ray[1]);
+  store(down, 0, block.ray[2]);
+}
+
+/// Grows `rect` by the picture of a ball; by everything if the ball reaches the eye's plane.
+void take(PixelRect& rect, const Eye& eye, const Ball& ball, int margin) {
+  const Real depth = eye.depth(ball.centre);
+  const Real nearest = depth - ball.radius;
+  if (depth + ball.radius <= 0) return;
+  if (nearest <= 1e-3 * eye.distance) {
+    rect = {0, 0, eye.width, eye.height};
+    return;
+  }
+  const Vec3 d = ball.centre - eye.position;
+  const Real x = glm::dot(eye.right, d), y = -glm::dot(eye.up, d);
+  const auto bound = [&](Real offset, Real tan, int size, bool upper) {
+    const Real edge = upper ? offset + ball.radius : offset - ball.radius;
+    const Real z = (edge > 0) == upper ? nearest : depth + ball.radius;  // farther out of the two
+    const Real pixel = (1 + edge / (z * tan)) / 2 * size;
+    const Real kept = std::clamp(pixel + (upper ? margin : -margin), Real(0), Real(size));
+    return static_cast<int>(upper ? std::ceil(kept) : std::floor(kept));
+  };
+  const PixelRect own{bound(x, eye.tan_x, eye.width, false), bound(y, eye.tan_y, eye.height, false),
+                      bound(x, eye.tan_x, eye.width, true), bound(y, eye.tan_y, eye.height, true)};
+  if (own.empty()) return;
+  if (rect.empty()) {
+    rect = own;
+    return;
+  }
+  rect = {std::min(rect.x0, own.x0), std::min(rect.y0, own.y0), std::max(rect.x1, own.x1),
+          std::max(rect.y1, own.y1)};
+}
+
+/// The ground that sun shadows and the shade around contacts may reach.
+void set_ground(Frame& frame, const View& view, const Eye& eye, const DrawList& list) {
+  frame.ground_row = eye.height;
+  if (!view.ground || eye.position.y <= view.ground_height) return;
+  const auto rises = [&](int row) {
+    return eye.forward.y + eye.up.y * eye.tan_y * (1 - 2 * (row + 0.5) / eye.height) > -1e-6;
+  };
+  frame.ground_row = 0;
+  while (frame.ground_row < eye.height && rises(frame.ground_row)) ++frame.ground_row;
+
+  const Vec3 sun = direction_of(view.light);
+  const Real texel = frame.block.sun[3];
+  frame.shade_low = Vec3{kInfinity}, frame.shade_high = Vec3{-kInfinity};
+  for (const Ball& b : list.balls) {
+    const Real height = b.centre.y - view.ground_height;
+    if (height - b.radius < 0) frame.clips_ground = true;
+    if (height + b.radius < 0) continue;
+    const Vec3 foot{b.centre.x, view.ground_height, b.centre.z};
+    const Real wide = 2.5 * std::max(b.radius, kStringRadius) + 0.02 * eye.distance;
+    frame.shade_low = glm::min(frame.shade_low, foot - wide);
+    frame.shade_high = glm::max(frame.shade_high, foot + wide);
+    take(frame.near_ground, eye, {foot, wide}, 2);
+    if (sun.y > -0.02) {  // a setting sun: shadows everywhere
+      frame.near_ground = {0, 0, eye.width, eye.height};
+      continue;
+    }
+    const Vec3 cast = foot + std::max(height, 0.0) / -sun.y * Vec3{sun.x, 0, sun.z};
+    take(frame.near_ground, eye, {cast, b.radius / -sun.y + kShadowBlur * texel}, 2);
+  }
+  frame.near_ground.y0 = std::max(frame.near_ground.y0, frame.ground_row);
+}
+
+}  // namespace
+
+Vec3 srgb(Vec3 linear) {
+  Vec3 shown;
+  for (int k = 0; k < 3; ++k) {
+    const Real c = std::clamp(linear[k], 0.0, 1.0);
+    shown[k] = c <= 0.0031308 ? 12.92 * c : 1.055 * std::pow(c, 1 / 2.4) - 0.055;
+  }
+  return shown;
+}
+
+Vec3 display_colour(Vec3 linear) {
+  const Vec3 c = 0.62 * linear;  // as tone() of the shaders
+  return srgb(c * (2.51 * c + 0.03) / (c * (2.43 * c + 0.59) + 0.14));
+}
+
+Frame make_frame(const View& view, const Eye& eye, const DrawList& list) {
+  Frame frame;
+  std::memset(&frame.block, 0, sizeof frame.block);
+  set_clip(frame.block, eye, list);
+  set_light(frame.block, view, eye, list);
+  set_colours(frame.block, view, eye);
+  set_rays(frame.block, eye);
+  for (const Ball& b : list.balls) take(frame.solids, eye, b, 3);
+  set_ground(frame, view, eye, list);
+  if (frame.shade_low.x < frame.shade_high.x) {
+    const Vec3 size = frame.shade_high - frame.shade_low;
+    const Vec3 from = eye.position - frame.shade_low;
+    const Real numbers[4] = {1 / size.x, 1 / size.z, from.x / size.x, from.z / size.z};
+    for (int k = 0; k < 4; ++k) frame.block.shade[k] = static_cast<float>(numbers[k]);
+  }
+  return frame;
+}
+
+}  // namespace pantin

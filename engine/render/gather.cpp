@@ -1,0 +1,129 @@
+#include "engine/render/gather.hpp"
+
+#include <algorithm>
+
+namespace pantin {
+namespace {
+
+constexpr std::size_t kCrowd = 500;  // bodies; beyond, triangles cost more than they show
+constexpr int kSlackSegments = 24;
+
+void store(Vec3 from, float* to) {
+  for (int k = 0; k < 3; ++k) to[k] = static_cast<float>(from[k]);
+}
+
+/// The coarsest mesh whose outline stays within half a pixel of the round.
+Mesh round_mesh(Real radius_pixels, bool crowd) {
+  if (radius_pixels < (crowd ? 12 : 4)) return kRound6;
+  if (radius_pixels < (crowd ? 1e9 : 20)) return kRound16;
+  return radius_pixels < 80 ? kRound32 : kRound64;
+}
+
+void add_solid(const Shape& shape, const Pose& pose, const Material& material, const Eye& eye,
+               bool crowd, DrawList& to) {
+  const Pose at = compose(pose, shape.local);
+  Vec3 core{0};
+  Real skin = shape.size.x;
+  Mesh mesh = kBox;
+  if (shape.kind == ShapeKind::box) {
+    skin = 0.12 * std::min({shape.size.x, shape.size.y, shape.size.z});
+    core = shape.size - skin;
+  } else {
+    if (shape.kind == ShapeKind::capsule) core.y = shape.size.y;
+    const Real depth = std::max(eye.depth(at.position) - core.y, Real(1e-6));
+    mesh = round_mesh(skin / (depth * eye.pixel()), crowd);
+  }
+  Instance& instance = to.solids[mesh].emplace_back();
+  instance.turn[0] = static_cast<float>(at.rotation.x);
+  instance.turn[1] = static_cast<float>(at.rotation.y);
+  instance.turn[2] = static_cast<float>(at.rotation.z);
+  instance.turn[3] = static_cast<float>(at.rotation.w);
+  store(at.position - eye.position, instance.place);
+  store(core, instance.core);
+  store(material.colour, instance.colour);
+  instance.skin = static_cast<float>(skin);
+  instance.roughness = static_cast<float>(material.roughness);
+  instance.metallic = static_cast<float>(material.metallic);
+}
+
+/// Balls that fill a shape roughly, for the shade under it; none for floors and walls.
+void add_fillings(const Shape& shape, const Pose& pose, std::vector<Ball>& to) {
+  const Pose at = compose(pose, shape.local);
+  Vec3 reach{0};
+  Real radius = shape.size.x;
+  if (shape.kind == ShapeKind::capsule) reach.y = shape.size.y;
+  if (shape.kind == ShapeKind::box) {
+    radius = std::min({shape.size.x, shape.size.y, shape.size.z});
+    reach = shape.size - radius;
+  }
+  int count[3];
+  for (int k = 0; k < 3; ++k) {
+    if (reach[k] > 12 * radius) return;
+    count[k] = static_cast<int>(std::ceil(reach[k] / radius));
+  }
+  for (int x = -count[0]; x <= count[0]; ++x)
+    for (int y = -count[1]; y <= count[1]; ++y)
+      for (int z = -count[2]; z <= count[2]; ++z)
+        to.push_back(
+            {to_world(at, {x * reach.x / std::max(count[0], 1), y * reach.y / std::max(count[1], 1),
+                           z * reach.z / std::max(count[2], 1)}),
+             radius});
+}
+
+void add_ribbon(std::span<const Vec3> points, const Eye& eye, DrawList& to) {
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Vec3 along = points[std::min(i + 1, points.size() - 1)] - points[i > 0 ? i - 1 : 0];
+    const auto first = static_cast<std::uint32_t>(to.ribbon.size());
+    for (float side : {-1.f, 1.f}) {
+      RibbonVertex& v = to.ribbon.emplace_back();
+      store(points[i] - eye.position, v.place);
+      store(along, v.tangent);
+      v.side = side;
+    }
+    if (i + 1 == points.size()) break;
+    for (std::uint32_t corner : {0u, 1u, 2u, 2u, 1u, 3u})
+      to.ribbon_indices.push_back(first + corner);
+  }
+}
+
+}  // namespace
+
+void gather(const World& world, std::span<const Pose> poses, const Eye& eye, DrawList& to) {
+  for (auto& list : to.solids) list.clear();
+  to.ribbon.clear(), to.ribbon_indices.clear(), to.balls.clear(), to.movers.clear();
+  to.fillings.clear();
+
+  const Material plain;
+  const bool crowd = world.bodies.size() > kCrowd;
+  for (std::size_t i = 0; i < world.shapes.size(); ++i) {
+    const std::uint32_t slot = world.bodies.slot(world.shapes.owners()[i]);
+    if (slot == kNoSlot) continue;
+    const Pose& pose = pose_of(world, poses, slot);
+    if (!is_finite(pose)) continue;
+    const bool moves = world.bodies.values()[slot].motion != Motion::fixed;
+    for (const Shape& shape : world.shapes.values()[i].parts) {
+      const bool known = shape.material < world.materials.size();
+      add_solid(shape, pose, known ? world.materials[shape.material] : plain, eye, crowd, to);
+      const std::size_t first = to.balls.size();
+      add_balls(shape, pose, to.balls);
+      add_fillings(shape, pose, to.fillings);
+      if (moves) to.movers.insert(to.movers.end(), to.balls.begin() + first, to.balls.end());
+    }
+  }
+
+  std::vector<Vec3> curve;
+  const Vec3 down = down_of(world);
+  for (const String& string : world.strings.values()) {
+    Vec3 a, b;
+    if (!string_ends(world, poses, string, a, b)) continue;
+    curve.clear();
+    add_string_curve(a, b, string.joint.length, down, kSlackSegments, curve);
+    add_ribbon(curve, eye, to);
+    for (Vec3 point : curve) {
+      to.balls.push_back({point, kStringRadius});
+      to.movers.push_back({point, kStringRadius});
+    }
+  }
+}
+
+}  // namespace pantin

@@ -1,0 +1,46 @@
+#pragma once
+/// Packs what a World shows into the arrays that the graphics card reads. Places are relative to
+/// the eye: far from the world's origin single precision would show.
+#include <array>
+#include <span>
+#include <vector>
+
+#include "engine/render/bounds.hpp"
+#include "engine/render/eye.hpp"
+#include "engine/render/meshes.hpp"
+
+namespace pantin {
+
+/// One solid: core and skin of its mesh (see MeshVertex), pose, material.
+struct Instance {
+  float turn[4];  // quaternion x, y, z, w
+  float place[3];
+  float metallic;
+  float core[3];  // half extents of the core, m
+  float skin;     // m
+  float colour[3];
+  float roughness;
+};
+
+/// One of the two borders of a string at one of its points; the shader turns it towards the eye.
+struct RibbonVertex {
+  float place[3];
+  float tangent[3];
+  float side;  // -1 or 1
+};
+
+struct DrawList {
+  std::array<std::vector<Instance>, kMeshCount> solids;
+  std::vector<RibbonVertex> ribbon;
+  std::vector<std::uint32_t> ribbon_indices;  // triangles
+  std::vector<Ball> balls;                    // around all that is drawn
+  std::vector<Ball> movers;                   // around what is not fixed, strings included
+  std::vector<Ball> fillings;                 // within the solids: what keeps light from the ground
+};
+
+inline constexpr Real kStringRadius = 0.0012;  // m
+
+/// Clears `to` and fills it; bodies with poses that are not finite are left out.
+void gather(const World& world, std::span<const Pose> poses, const Eye& eye, DrawList& to);
+
+}  // namespace pantin

@@ -1,0 +1,182 @@
+#include "engine/render/overlay.hpp"
+
+#include <algorithm>
+
+#include "engine/render/bounds.hpp"
+#include "engine/render/frame.hpp"
+
+namespace pantin {
+namespace {
+
+constexpr Vec3 kPaper{0.06, 0.07, 0.09}, kInk{0.96, 0.97, 0.98};
+constexpr Vec3 kAxes[3] = {{0.92, 0.25, 0.22}, {0.25, 0.75, 0.28}, {0.25, 0.45, 0.95}};
+constexpr Vec3 kJoint{0.10, 0.80, 0.85}, kOpenJoint{1.0, 0.1, 0.1}, kPin{0.98, 0.78, 0.12};
+constexpr Vec3 kUnreached{1.0, 0.25, 0.15}, kSlack{1.0, 0.55, 0.10};
+
+bool is_visible(Vec3 world, const Eye& eye) {
+  return is_finite(world) && eye.depth(world) > 1e-3 * eye.distance;
+}
+
+/// How thick marks are: 1.5 pixels in a picture of 720 rows.
+Real stroke(const Eye& eye) { return std::max(1.0, eye.height / 480.0); }
+
+}  // namespace
+
+void OverlayList::add_quad(const float (&corners)[4][2], const float (&locals)[4][2],
+                           const float (&form)[4], Vec3 colour, Real opacity) {
+  for (int i = 0; i < 4; ++i) {
+    OverlayVertex v{};
+    for (int k = 0; k < 2; ++k) v.pixel[k] = corners[i][k], v.local[k] = locals[i][k];
+    for (int k = 0; k < 4; ++k) v.form[k] = form[k];
+    for (int k = 0; k < 3; ++k) v.colour[k] = static_cast<float>(colour[k]);
+    v.colour[3] = static_cast<float>(opacity);
+    vertices_.push_back(v);
+  }
+}
+
+void OverlayList::add_box(Vec3 middle, Vec3 half, Real radius, Vec3 colour, Real opacity) {
+  const auto w = static_cast<float>(half.x), h = static_cast<float>(half.y);
+  const auto x = static_cast<float>(middle.x), y = static_cast<float>(middle.y);
+  const float locals[4][2] = {{-w - 1, -h - 1}, {w + 1, -h - 1}, {w + 1, h + 1}, {-w - 1, h + 1}};
+  float corners[4][2];
+  for (int i = 0; i < 4; ++i) corners[i][0] = x + locals[i][0], corners[i][1] = y + locals[i][1];
+  add_quad(corners, locals, {w, h, static_cast<float>(radius), 1}, colour, opacity);
+}
+
+void OverlayList::add_line(Vec3 a, Vec3 b, Real width, Vec3 colour, Real opacity) {
+  const Vec3 way{b.x - a.x, b.y - a.y, 0};
+  const Real length = glm::length(way);
+  const Vec3 u = length > 0 ? way / length : Vec3{1, 0, 0};
+  const Real w = (length + width) / 2, h = width / 2;
+  float corners[4][2], locals[4][2];
+  const Real signs[4][2] = {{-1, -1}, {1, -1}, {1, 1}, {-1, 1}};
+  for (int i = 0; i < 4; ++i) {
+    const Real s = signs[i][0] * (w + 1), t = signs[i][1] * (h + 1);
+    corners[i][0] = static_cast<float>((a.x + b.x) / 2 + s * u.x - t * u.y);
+    corners[i][1] = static_cast<float>((a.y + b.y) / 2 + s * u.y + t * u.x);
+    locals[i][0] = static_cast<float>(s), locals[i][1] = static_cast<float>(t);
+  }
+  add_quad(corners, locals,
+           {static_cast<float>(w), static_cast<float>(h), static_cast<float>(h), 1}, colour,
+           opacity);
+}
+
+void OverlayList::add_ring(Vec3 middle, Real radius, Real width, Vec3 colour) {
+  constexpr int kSides = 20;
+  for (int i = 0; i < kSides; ++i) {
+    const auto on_ring = [&](int k) {
+      const Real t = 2 * kPi * k / kSides;
+      return middle + radius * Vec3{std::cos(t), std::sin(t), 0};
+    };
+    add_line(on_ring(i), on_ring(i + 1), width, colour);
+  }
+}
+
+void OverlayList::add_text(Vec3 baseline, std::string_view utf8, Vec3 colour) {
+  float pen = static_cast<float>(std::round(baseline.x));
+  const float y = static_cast<float>(std::round(baseline.y));
+  while (!utf8.empty()) {
+    const Glyph& g = font_.glyph(take_letter(utf8));
+    const float x0 = std::round(pen) + static_cast<float>(g.left);
+    const float y0 = y - static_cast<float>(g.top);
+    const auto w = static_cast<float>(g.width), h = static_cast<float>(g.height);
+    const float u0 = static_cast<float>(g.x) / static_cast<float>(font_.atlas_width);
+    const float v0 = static_cast<float>(g.y) / static_cast<float>(font_.atlas_height);
+    const float u1 = u0 + w / static_cast<float>(font_.atlas_width);
+    const float v1 = v0 + h / static_cast<float>(font_.atlas_height);
+    if (g.width > 0)
+      add_quad({{x0, y0}, {x0 + w, y0}, {x0 + w, y0 + h}, {x0, y0 + h}},
+               {{u0, v0}, {u1, v0}, {u1, v1}, {u0, v1}}, {0, 0, 0, 0}, colour, 1);
+    pen += g.advance;
+  }
+}
+
+void OverlayList::add_labels(const Overlay& overlay, const Eye& eye) {
+  const Real line = std::round(1.12 * font_.line_height), pad = std::round(0.55 * line);
+  const Real edge = std::round(0.6 * line), swatch = std::round(0.62 * line);
+  const auto panel = [&](Real top, Real widest, std::size_t lines) {
+    const Vec3 half{widest / 2 + pad, static_cast<Real>(lines) * line / 2 + 0.8 * pad, 0};
+    add_box({edge + half.x, top + half.y, 0}, half, 0.35 * line, kPaper, 0.62);
+    return top + 0.8 * pad + (line - font_.line_height) / 2 + font_.ascent;  // first baseline
+  };
+  Real widest = 0;
+  for (const std::string& text : overlay.lines)
+    widest = std::max(widest, static_cast<Real>(font_.width(text)));
+  if (!overlay.lines.empty()) {
+    Real y = panel(edge, widest, overlay.lines.size());
+    for (const std::string& text : overlay.lines) {
+      add_text({edge + pad, y, 0}, text, kInk);
+      y += line;
+    }
+  }
+  if (overlay.legend.empty()) return;
+  widest = 0;
+  for (const LegendEntry& entry : overlay.legend)
+    widest = std::max(widest, 1.6 * swatch + font_.width(entry.text));
+  const Real height = static_cast<Real>(overlay.legend.size()) * line + 1.6 * pad;
+  Real y = panel(eye.height - edge - height, widest, overlay.legend.size());
+  for (const LegendEntry& entry : overlay.legend) {
+    const Real middle = y - 0.36 * font_.ascent;
+    add_box({edge + pad + swatch / 2, middle, 0}, {swatch / 2, swatch / 2, 0}, 0.2 * swatch,
+            srgb(entry.colour), 1);
+    add_text({edge + pad + 1.6 * swatch, y, 0}, entry.text, kInk);
+    y += line;
+  }
+}
+
+void OverlayList::add_world_line(Vec3 a, Vec3 b, const Eye& eye, Real width, Vec3 colour) {
+  if (is_visible(a, eye) && is_visible(b, eye))
+    add_line(eye.project(a), eye.project(b), width, colour);
+}
+
+void OverlayList::add_joints(const World& world, std::span<const Pose> poses, const Eye& eye) {
+  const Real thin = stroke(eye);
+  const auto axis_pixels = std::max(8.0, eye.height / 48.0);
+  for (std::uint32_t slot = 0; slot < world.bodies.size(); ++slot) {
+    const Pose& pose = pose_of(world, poses, slot);
+    if (!is_finite(pose) || !is_visible(pose.position, eye)) continue;
+    const Real size = axis_pixels * eye.pixel() * eye.depth(pose.position);
+    for (int k = 0; k < 3; ++k) {
+      Vec3 tip{0};
+      tip[k] = size;
+      add_world_line(pose.position, to_world(pose, tip), eye, 1.2 * thin, kAxes[k]);
+    }
+  }
+  std::vector<Vec3> curve;
+  for (const String& string : world.strings.values()) {
+    Vec3 a, b;
+    if (!string_ends(world, poses, string, a, b)) continue;
+    curve.clear();
+    add_string_curve(a, b, string.joint.length, down_of(world), 24, curve);
+    for (std::size_t i = 1; curve.size() > 2 && i < curve.size(); ++i)
+      add_world_line(curve[i - 1], curve[i], eye, 1.2 * thin, kSlack);
+  }
+  const auto place = [&](Entity body, Vec3 anchor, Vec3& at) {
+    const std::uint32_t slot = world.bodies.slot(body);
+    if (slot == kNoSlot) return false;
+    at = to_world(pose_of(world, poses, slot), anchor);
+    return is_visible(at, eye);
+  };
+  for (const Link& link : world.links.values()) {
+    Vec3 a, b;
+    if (!place(link.a, link.joint.anchor_a, a) || !place(link.b, link.joint.anchor_b, b)) continue;
+    const Vec3 from = eye.project(a), to = eye.project(b);
+    if (glm::length(Vec3{to.x - from.x, to.y - from.y, 0}) > 0.5)
+      add_line(from, to, 2 * thin, kOpenJoint);
+    add_ring(from, std::max(4.0, eye.height / 110.0), thin, kJoint);
+  }
+  for (const Pin& pin : world.pins.values()) {
+    Vec3 at;
+    if (!place(pin.body, pin.anchor, at)) continue;
+    const Real size = std::max(3.0, eye.height / 160.0);
+    const Vec3 colour = pin.reachable ? kPin : kUnreached;
+    add_box(eye.project(at), {size, size, 0}, size, colour, 1);
+    if (!is_visible(pin.target, eye)) continue;
+    const Vec3 target = eye.project(pin.target);
+    add_world_line(at, pin.target, eye, thin, colour);
+    add_line(target - Vec3{size, size, 0}, target + Vec3{size, size, 0}, 1.4 * thin, colour);
+    add_line(target - Vec3{size, -size, 0}, target + Vec3{size, -size, 0}, 1.4 * thin, colour);
+  }
+}
+
+}  // namespace pantin

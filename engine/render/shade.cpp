@@ -1,0 +1,62 @@
+#include <algorithm>
+
+#include "engine/render/frame.hpp"
+
+namespace pantin {
+namespace {
+
+struct Grid {
+  float x, z, step_x, step_z;  // centre of the first texel, distance to the next
+};
+
+/// Darkens the texels around one ball; beyond four radii its shade is too faint to see.
+void add_shade(const Grid& grid, float x, float z, float height, float radius, float spread,
+               std::vector<float>& open) {
+  const float reach = 4 * radius + spread;
+  const auto first = [](float from, float step) {
+    return std::max(0, static_cast<int>(std::ceil(from / step)));
+  };
+  const auto last = [](float to, float step) {
+    return std::min(kShadeSize - 1, static_cast<int>(std::floor(to / step)));
+  };
+  const int x0 = first(x - reach - grid.x, grid.step_x), x1 = last(x + reach - grid.x, grid.step_x);
+  const int z0 = first(z - reach - grid.z, grid.step_z), z1 = last(z + reach - grid.z, grid.step_z);
+  const float h = std::max(height, radius), taken = radius * radius * h;
+  const float base = h * h + spread * spread, end = reach * reach;
+  for (int j = z0; j <= z1; ++j) {
+    const float dz = grid.z + static_cast<float>(j) * grid.step_z - z;
+    float* row = open.data() + j * kShadeSize;
+    for (int i = x0; i <= x1; ++i) {
+      const float dx = grid.x + static_cast<float>(i) * grid.step_x - x;
+      const float aside = dx * dx + dz * dz;
+      if (aside >= end) continue;
+      const float d2 = aside + base;
+      const float fade = 1 - aside / end;
+      row[i] *= 1 - 0.8f * fade * taken / (d2 * std::sqrt(d2));
+    }
+  }
+}
+
+}  // namespace
+
+void shade_ground(std::span<const Ball> balls, Vec3 low, Vec3 high, Real ground_height,
+                  std::vector<std::uint8_t>& to) {
+  const Vec3 size = high - low;
+  Grid grid;
+  grid.step_x = static_cast<float>(size.x) / kShadeSize;
+  grid.step_z = static_cast<float>(size.z) / kShadeSize;
+  grid.x = grid.step_x / 2, grid.z = grid.step_z / 2;
+  const float spread = std::max(grid.step_x, grid.step_z) / 2;  // what is small fades, not flickers
+  std::vector<float> open(kShadeSize * kShadeSize, 1.f);
+  for (const Ball& b : balls) {
+    const Real height = b.centre.y - ground_height;
+    if (height + b.radius < 0 || height > 8 * b.radius) continue;
+    add_shade(grid, static_cast<float>(b.centre.x - low.x), static_cast<float>(b.centre.z - low.z),
+              static_cast<float>(height), static_cast<float>(b.radius), spread, open);
+  }
+  to.resize(open.size());
+  for (std::size_t i = 0; i < open.size(); ++i)
+    to[i] = static_cast<std::uint8_t>(open[i] * 255.f + 0.5f);
+}
+
+}  // namespace pantin
