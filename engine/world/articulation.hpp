@@ -82,6 +82,7 @@ struct Row {
 /// What one step of one articulation needs and forgets.
 struct StepRoom {
   Table work;    // see Work
+  std::vector<Real> nodes;         // kNodeSize a body, see Node
   Table forces;  // 6 rows: acceleration, torque; only where forces are used
   std::vector<Row> rows;
   std::vector<Real> inverse;                   // 6 a body: inverse of the turning block, for rows

@@ -37,19 +37,27 @@ void place_free_root(Articulation& a, const Tree& tree, Real h);
 /// SHAKE: two Newton steps in the directions of the step's start, then a closing sweep (shake.cpp).
 void close_shake(World& world, Articulation& a, const Packed& p, Real h);
 
-/// A symmetric tensor out of six rows of a table.
-inline Mat3 symmetric(const Table& t, std::size_t row, std::size_t column) {
-  const Real xx = t.at(row, column), xy = t.at(row + 1, column), xz = t.at(row + 2, column);
-  const Real yy = t.at(row + 3, column), yz = t.at(row + 4, column), zz = t.at(row + 5, column);
-  return Mat3(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+/// Group mass at the own joint of a body, the load there, and the turn when the joint stays.
+inline Mat3 group_mass(const Articulation& a, std::size_t c) {
+  const Real* g = a.room.nodes.data() + kNodeSize * c + kGroup;
+  return Mat3(g[0], g[4], g[8], g[1], g[5], g[9], g[2], g[6], g[10]);
+}
+inline Vec3 group_load(const Articulation& a, std::size_t c) {
+  const Real* g = a.room.nodes.data() + kNodeSize * c + kGroup;
+  return {g[3], g[7], g[11]};
 }
 /// x of m x = b for a symmetric positive definite m, by LDL^T with floored pivots.
 Vec3 solve_symmetric(const Mat3& m, Vec3 b);
+/// The turn per displacement of the own joint point of a body, times a displacement.
+inline Vec3 times_answer(const Articulation& a, std::size_t c, Vec3 y) {
+  const Real* n = a.room.nodes.data() + kNodeSize * c + kAnswer;
+  return {n[0] * y.x + n[1] * y.y + n[2] * y.z, n[4] * y.x + n[5] * y.y + n[6] * y.z,
+          n[8] * y.x + n[9] * y.y + n[10] * y.z};
+}
 /// The turn of a body whose own joint point moves by `slide`, from the gathered articulation.
-inline Vec3 answer(const Table& work, std::size_t column, Vec3 slide) {
-  return work.vec(kRest, column) - Vec3(glm::dot(work.vec(kAnswer, column), slide),
-                                        glm::dot(work.vec(kAnswer + 3, column), slide),
-                                        glm::dot(work.vec(kAnswer + 6, column), slide));
+inline Vec3 answer(const Articulation& a, std::size_t c, Vec3 slide) {
+  const Real* n = a.room.nodes.data() + kNodeSize * c + kAnswer;
+  return Vec3(n[3], n[7], n[11]) - times_answer(a, c, slide);
 }
 
 /// The literal rule, root to leaf, into the final poses.

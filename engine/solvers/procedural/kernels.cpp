@@ -94,74 +94,92 @@ template <class T>
 INLINE Qua<T> back(Qua<T> q) {
   return {-q.x, -q.y, -q.z, q.w};
 }
-INLINE Qua<Four> unit(Qua<Four> q) {
-  const Four s = 1.0 / root(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w);
-  return {s * q.x, s * q.y, s * q.z, s * q.w};
+INLINE Four norm2(Qua<Four> q) { return q.x * q.x + q.y * q.y + (q.z * q.z + q.w * q.w); }
+INLINE Qua<Four> scaled(Four s, Qua<Four> q) { return {s * q.x, s * q.y, s * q.z, s * q.w}; }
+INLINE Qua<Four> unit(Qua<Four> q) { return scaled(1.0 / root(norm2(q)), q); }
+/// The same for what is a unit quaternion but for round-off: no root, no division.
+INLINE Qua<Four> unit_again(Qua<Four> q) {
+  const Four off = norm2(q) - 1.0;
+  if (any_not_below(off * off, 1e-12)) return unit(q);
+  return scaled((0.375 * off - 0.5) * off + 1.0, q);
 }
 
-/// The quaternion of a rotation vector. Up to 1 rad by its series, beyond by the library.
+/// cos(a/2) and sin(a/2)/(a/2) of four angles up to 1 rad, from t = (a/2)^2. Taylor series, in pairs
+/// so that the additions do not wait for one another.
+INLINE Four cosine_of(Four t) {
+  const Four t2 = t * t, t4 = t2 * t2;
+  return ((1.0 - t * (1.0 / 2)) + t2 * (1.0 / 24 - t * (1.0 / 720))) +
+         t4 * ((1.0 / 40320 - t * (1.0 / 3628800)) +
+               t2 * (1.0 / 479001600 - t * (1.0 / 87178291200)));
+}
+INLINE Four sine_part_of(Four t) {
+  const Four t2 = t * t, t4 = t2 * t2;
+  return ((1.0 - t * (1.0 / 6)) + t2 * (1.0 / 120 - t * (1.0 / 5040))) +
+         t4 * ((1.0 / 362880 - t * (1.0 / 39916800)) +
+               t2 * (1.0 / 6227020800 - t * (1.0 / 1307674368000)));
+}
+
+/// The quaternion of a rotation vector: by series up to 1 rad, by doubling an eighth of the angle up
+/// to 8 rad, by the library beyond.
 INLINE Qua<Four> exponential(Vec<Four> r) {
-  const Four t = 0.25 * dot(r, r);  // square of half the angle
-  Four c, s;                        // cos(a/2), sin(a/2) / (a/2)
+  const Four t = 0.25 * dot(r, r);
   if (!any_not_below(t, 0.25)) {
-    c = all(1.0 / 20922789888000);
-    c = c * t - 1.0 / 87178291200;
-    c = c * t + 1.0 / 479001600;
-    c = c * t - 1.0 / 3628800;
-    c = c * t + 1.0 / 40320;
-    c = c * t - 1.0 / 720;
-    c = c * t + 1.0 / 24;
-    c = c * t - 0.5;
-    c = c * t + 1.0;
-    s = all(1.0 / 355687428096000);
-    s = s * t - 1.0 / 1307674368000;
-    s = s * t + 1.0 / 6227020800;
-    s = s * t - 1.0 / 39916800;
-    s = s * t + 1.0 / 362880;
-    s = s * t - 1.0 / 5040;
-    s = s * t + 1.0 / 120;
-    s = s * t - 1.0 / 6;
-    s = s * t + 1.0;
-  } else {
-    for (int l = 0; l < 4; ++l) {
-      const double half = ::sqrt(t[l]);
-      c[l] = ::cos(half);
-      s[l] = half > 1e-8 ? ::sin(half) / half : 1.0;
-    }
+    const Four s = 0.5 * sine_part_of(t);
+    return {s * r.x, s * r.y, s * r.z, cosine_of(t)};
   }
-  s = 0.5 * s;
+  if (!any_not_below(t, 16.0)) {
+    const Four part = (1.0 / 64) * t;
+    const Four s = (1.0 / 16) * sine_part_of(part);
+    Qua<Four> q{s * r.x, s * r.y, s * r.z, cosine_of(part)};
+    for (int doubling = 0; doubling < 3; ++doubling) {
+      const Four w = q.w + q.w;
+      q = {w * q.x, w * q.y, w * q.z, w * q.w - 1.0};
+    }
+    return q;
+  }
+  Four c, s;
+  for (int l = 0; l < 4; ++l) {
+    const double half = ::sqrt(t[l]);
+    c[l] = ::cos(half);
+    s[l] = half > 1e-8 ? 0.5 * ::sin(half) / half : 0.5;
+  }
   return {s * r.x, s * r.y, s * r.z, c};
 }
 
-/// The rotation vector of a quaternion of any length, the short way round.
-/// atan by the rational approximation of the Cephes library for |x| <= 0.66.
+/// A quarter of the angle from its tangent in [0, 1]: atan by the rational approximation of the
+/// Cephes library, which holds to 0.66, and beyond from a quarter of pi.
+INLINE Four arc_tangent(Four t) {
+  const auto large = t > all(0.66);
+  const Four x = large ? (t - 1.0) / (t + 1.0) : t;
+  const Four z = x * x;
+  const Four p = ((-8.750608600031904122785e-1 * z - 1.615753718733365076637e1) * z -
+                  7.500855792314704667340e1) * z - 1.228866684490136173410e2;
+  const Four d = ((((z + 2.485846490142306297962e1) * z + 1.650270098316988542046e2) * z +
+                   4.328810604912902668951e2) * z + 4.853903996359136964868e2) * z +
+                 1.945506571482613964425e2;
+  const Four a = x + x * z * (p * z - 6.485021904942025371773e1) / d;
+  return large ? a + 0.78539816339744830962 : a;
+}
+
+/// The rotation vector of a unit quaternion, the short way round: 2 asin(n)/n times its vector part,
+/// by the series up to 0.4 rad, beyond by the tangent of a quarter of the angle.
 INLINE Vec<Four> logarithm(Qua<Four> q) {
   const Four sign = q.w < 0 ? all(-1.0) : all(1.0);
-  const Four w = sign * q.w;
-  const Four n2 = q.x * q.x + q.y * q.y + q.z * q.z;
-  const Four w2 = w * w;
+  const Four z = q.x * q.x + q.y * q.y + q.z * q.z;
   Four s;
-  if (!any_not_below(n2 - 0.43 * w2, 0.0)) {
-    const Four i = 1.0 / w;
-    const Four z = n2 * i * i;
-    Four p = all(-8.750608600031904122785e-1);
-    p = p * z - 1.615753718733365076637e1;
-    p = p * z - 7.500855792314704667340e1;
-    p = p * z - 1.228866684490136173410e2;
-    p = p * z - 6.485021904942025371773e1;
-    Four d = z + 2.485846490142306297962e1;
-    d = d * z + 1.650270098316988542046e2;
-    d = d * z + 4.328810604912902668951e2;
-    d = d * z + 4.853903996359136964868e2;
-    d = d * z + 1.945506571482613964425e2;
-    s = 2.0 * i * (1.0 + z * p / d);
+  if (!any_not_below(z, 0.04)) {
+    const Four z2 = z * z, z4 = z2 * z2, z8 = z4 * z4;
+    s = ((1.0 + z * (1.0 / 6)) + z2 * (3.0 / 40 + z * (5.0 / 112))) +
+        z4 * ((35.0 / 1152 + z * (63.0 / 2816)) + z2 * (231.0 / 13312 + z * (143.0 / 10240))) +
+        z8 * ((6435.0 / 557056 + z * (12155.0 / 1245184)) + z2 * (46189.0 / 5505024));
+    s = 2.0 * sign * s;
   } else {
-    for (int l = 0; l < 4; ++l) {
-      const double n = ::sqrt(n2[l]);
-      s[l] = n > 1e-150 ? 2 * ::atan2(n, w[l]) / n : 2 / w[l];
-    }
+    const Four n = root(z);
+    const auto turned = n > all(1e-150);
+    const Four some = turned ? n : all(1.0);
+    s = turned ? 4.0 * arc_tangent(some / (1.0 + sign * q.w)) / some : all(2.0);
+    s = sign * s;
   }
-  s = sign * s;
   return {s * q.x, s * q.y, s * q.z};
 }
 
@@ -289,7 +307,7 @@ INLINE void put_arm(double* k, Qua<Four> q, Vec<Four> anchor, Vec<Four> moments)
   const Vec<Four> ey{two * (xy - wz), one - two * (xx + zz), two * (yz + wx)};
   const Vec<Four> ez{two * (xz + wy), two * (yz - wx), one - two * (xx + yy)};
   const Vec<Four> mx = moments.x * ex, my = moments.y * ey, mz = moments.z * ez;
-  put(k, kWorldInertia,
+  put(k, kTurning,
       Sym<Four>{mx.x * ex.x + my.x * ey.x + mz.x * ez.x, mx.x * ex.y + my.x * ey.y + mz.x * ez.y,
                 mx.x * ex.z + my.x * ey.z + mz.x * ez.z, mx.y * ex.y + my.y * ey.y + mz.y * ez.y,
                 mx.y * ex.z + my.y * ey.z + mz.y * ez.z, mx.z * ex.z + my.z * ey.z + mz.z * ez.z});
@@ -374,7 +392,7 @@ StartSums predict_by(const Packed& p, const PredictInput& in) {
       put(m, kVelocityBefore, v), put(m, kSpinMomentumBefore, l);
     }
     probe += dot(slide + x, slide + x) + dot(r, r);
-    const Qua<Four> predicted = unit(mul(exponential(r), q));
+    const Qua<Four> predicted = unit_again(mul(exponential(r), q));
     put(k, kPosition, x + slide), put(k, kRotation, predicted), put(k, kSpinStar, w);
     put_arm(k, predicted, vec<Four>(c, kOwnAnchor), moments);
   }
@@ -424,17 +442,57 @@ INLINE void put_joints(const Packed& p, std::size_t i, std::size_t position_row,
   put(k, kGap, (px + arm) - (x + vec<Four>(k, kArm)));
 }
 
-void joints(const Packed& p) {
-  for (std::size_t i = 0; i < p.count; i += kLanes) put_joints(p, i, kPosition, kRotation);
-}
-
-void arms(const Packed& p, std::size_t position_row, std::size_t rotation_row) {
+void arms(const Packed& p, std::size_t rotation_row) {
   for (std::size_t i = 0; i < p.count; i += kLanes) {
     const double* c = column(p.constants, kConstantRows, i);
     double* k = column(p.work, kWorkRows, i);
     put_arm(k, qua<Four>(k, rotation_row), vec<Four>(c, kOwnAnchor), vec<Four>(c, kInertia));
   }
+}
+
+/// t (1 - r r^T / r^2) where t > 0: the stiffness of a joint under tension, so that the direction of
+/// the force turns with the body within the step.
+INLINE Sym<Four> tension_stiffness(Four t, Vec<Four> r) {
+  const Four r2 = dot(r, r);
+  const auto pulls = (t > 0) & (r2 > 0);
+  t = pulls ? t : all(0.0);
+  const Four s = t / (pulls ? r2 : all(1.0));
+  const Vec<Four> sr = s * r;
+  return {t - sr.x * r.x, -sr.x * r.y, -sr.x * r.z, t - sr.y * r.y, -sr.y * r.z, t - sr.z * r.z};
+}
+
+template <class T>
+INLINE void add(Sym<T>& a, const Sym<T>& b) {
+  a.xx += b.xx, a.xy += b.xy, a.xz += b.xz, a.yy += b.yy, a.yz += b.yz, a.zz += b.zz;
+}
+
+/// Joints of a block, and its turning blocks about the own joints.
+INLINE void put_turning(const Packed& p, std::size_t i, std::size_t position_row,
+                        std::size_t rotation_row, bool tension) {
+  put_joints(p, i, position_row, rotation_row);
+  double* k = column(p.work, kWorkRows, i);
+  const Vec<Four> arm = vec<Four>(k, kArm);
+  const Vec<Four> ma = num<Four>(column(p.constants, kConstantRows, i), kMass) * arm;
+  const Four a2 = dot(ma, arm);
+  Sym<Four> tt = sym<Four>(k, kTurning);
+  add(tt, Sym<Four>{a2 - ma.x * arm.x, -ma.x * arm.y, -ma.x * arm.z, a2 - ma.y * arm.y,
+                    -ma.y * arm.z, a2 - ma.z * arm.z});
+  if (tension) {
+    const Vec<Four> load = vec<Four>(column(p.memory, kMemoryRows, i), kLoad);
+    const Vec<Four> out = vec<Four>(k, kParentArm);
+    add(tt, tension_stiffness(dot(load, arm), arm));  // a free root has no load
+    put(k, kOutwardTension, tension_stiffness(-dot(load, out), out));
+  }
+  put(k, kTurning, tt);
+}
+
+void joints(const Packed& p, std::size_t position_row, std::size_t rotation_row) {
   for (std::size_t i = 0; i < p.count; i += kLanes) put_joints(p, i, position_row, rotation_row);
+}
+
+void prepare(const Packed& p, std::size_t position_row, std::size_t rotation_row, bool tension) {
+  for (std::size_t i = 0; i < p.count; i += kLanes)
+    put_turning(p, i, position_row, rotation_row, tension);
 }
 
 /// LDL^T of a symmetric positive definite 3x3, pivots floored.
@@ -457,169 +515,143 @@ struct Factor {
   }
 };
 
-/// Rows of a general 3x3.
-struct Mat {
-  Vec<double> x, y, z;
+/// Three rows of a 3x3 matrix, each followed by the component of a vector.
+struct Rows {
+  Four x, y, z;
+  INLINE static Rows from(const double* p) { return {load(p), load(p + 4), load(p + 8)}; }
+  INLINE void to(double* p) const { store(p, x), store(p + 4, y), store(p + 8, z); }
 };
 
 /// What a body and everything outboard of it asks of its own joint, before its turn is eliminated:
-/// A_yy, A_ty, A_tt, g_y, g_t of the method.
+/// A_tt, A_ty | g_t and A_yy | g_y of the method.
 struct Block {
-  Sym<double> yy, tt;
-  Mat ty;
-  Vec<double> gy, gt;
+  Sym<double> tt;
+  Rows ty, yy;
 };
 
-INLINE void add(Sym<double>& a, const Sym<double>& b) {
-  a.xx += b.xx, a.xy += b.xy, a.xz += b.xz, a.yy += b.yy, a.yz += b.yz, a.zz += b.zz;
+INLINE Four with_last(Four v, double last) {
+  v[3] = last;
+  return v;
 }
 
-/// Stiffness of a joint under tension t along `arm`: t (1 - r r^T / r^2), so that the direction of
-/// the force turns with the body within the step.
-INLINE void add_tension(Sym<double>& tt, double t, Vec<double> arm) {
-  const double r2 = dot(arm, arm);
-  if (!(t > 0) || !(r2 > 0)) return;
-  const double s = t / r2;
-  tt.xx += t - s * arm.x * arm.x, tt.xy -= s * arm.x * arm.y, tt.xz -= s * arm.x * arm.z;
-  tt.yy += t - s * arm.y * arm.y, tt.yz -= s * arm.y * arm.z, tt.zz += t - s * arm.z * arm.z;
+/// Adds a child, felt as mass | load at its joint, to the block of its parent.
+INLINE void add_child(Block& b, const Rows& group, Vec<double> gap, Vec<double> rho) {
+  // The load that is left when the gap is closed: g - M s.
+  const Four ms = gap.x * group.x + gap.y * group.y + gap.z * group.z;
+  const Four fx = with_last(group.x, group.x[3] - ms[0]);
+  const Four fy = with_last(group.y, group.y[3] - ms[1]);
+  const Four fz = with_last(group.z, group.z[3] - ms[2]);
+  b.yy.x += fx, b.yy.y += fy, b.yy.z += fz;
+  // K(rho) M | rho x f, with K(a) b = a x b; and -K M K.
+  const Four kx = rho.y * fz - rho.z * fy;
+  const Four ky = rho.z * fx - rho.x * fz;
+  const Four kz = rho.x * fy - rho.y * fx;
+  b.ty.x += kx, b.ty.y += ky, b.ty.z += kz;
+  add(b.tt, Sym<double>{rho.y * kx[2] - rho.z * kx[1], rho.z * kx[0] - rho.x * kx[2],
+                        rho.x * kx[1] - rho.y * kx[0], rho.z * ky[0] - rho.x * ky[2],
+                        rho.x * ky[1] - rho.y * ky[0], rho.x * kz[1] - rho.y * kz[0]});
 }
 
-/// Adds a child, felt as mass M and load g at its joint, to the block of its parent.
-INLINE void add_child(Block& b, const Sym<double>& m, Vec<double> load, Vec<double> gap,
-                      Vec<double> rho) {
-  const Vec<double> f = load - mul(m, gap);
-  add(b.yy, m);
-  // K(rho) M, row by row; K(a) b = a x b.
-  const Mat km{
-      {rho.y * m.xz - rho.z * m.xy, rho.y * m.yz - rho.z * m.yy, rho.y * m.zz - rho.z * m.yz},
-      {rho.z * m.xx - rho.x * m.xz, rho.z * m.xy - rho.x * m.yz, rho.z * m.xz - rho.x * m.zz},
-      {rho.x * m.xy - rho.y * m.xx, rho.x * m.yy - rho.y * m.xy, rho.x * m.yz - rho.y * m.xz}};
-  b.ty.x = b.ty.x + km.x, b.ty.y = b.ty.y + km.y, b.ty.z = b.ty.z + km.z;
-  // -K M K: each row of K M crossed the other way.
-  const Vec<double> rx = cross(rho, km.x), ry = cross(rho, km.y), rz = cross(rho, km.z);
-  add(b.tt, Sym<double>{rx.x, rx.y, rx.z, ry.y, ry.z, rz.z});
-  b.gy = b.gy + f;
-  b.gt = b.gt + cross(rho, f);
-}
-
-INLINE Block own_block(const double* c, const double* k, Vec<double> e) {
-  const double mass = num<double>(c, kMass);
-  const Sym<double> in = sym<double>(k, kWorldInertia);
-  const Vec<double> me = mass * e;
-  const double e2 = dot(me, e);
-  return {{mass, 0, 0, mass, 0, mass},
-          {in.xx + e2 - me.x * e.x, in.xy - me.x * e.y, in.xz - me.x * e.z, in.yy + e2 - me.y * e.y,
-           in.yz - me.y * e.z, in.zz + e2 - me.z * e.z},
-          {{0, -me.z, me.y}, {me.z, 0, -me.x}, {-me.y, me.x, 0}},
-          {0, 0, 0},
-          {0, 0, 0}};
+/// The block of a body alone: A_tt is prepared, A_ty = m K(e) with e = -arm, A_yy = m.
+INLINE Block own_block(const double* c, const double* k) {
+  const double m = num<double>(c, kMass);
+  const Vec<double> ma = m * vec<double>(k, kArm);
+  return {sym<double>(k, kTurning),
+          {Four{0, ma.z, -ma.y, 0}, Four{-ma.z, 0, ma.x, 0}, Four{ma.y, -ma.x, 0, 0}},
+          {Four{m, 0, 0, 0}, Four{0, m, 0, 0}, Four{0, 0, m, 0}}};
 }
 
 /// Eliminates the turn of a body: what its joint feels, and how it will answer. Pivot by pivot, the
-/// rest of the block updated each time, since the next body waits for the group mass alone.
-INLINE void eliminate(const Block& b, double* k, double* inverse, Sym<double>& group,
-                      Vec<double>& load) {
+/// rest of the block updated each time, since the next body waits for the group alone.
+INLINE Rows eliminate(const Block& b, double* node, double* inverse) {
   const double floor = 4 * 2.220446049250313e-16 * (b.tt.xx + b.tt.yy + b.tt.zz);
   const double d0 = b.tt.xx, i0 = 1 / (d0 > floor ? d0 : floor);
   const double l01 = b.tt.xy * i0, l02 = b.tt.xz * i0;
-  const Vec<double> m0 = i0 * b.ty.x;
-  const double g0 = i0 * b.gt.x;
   const double d1 = b.tt.yy - l01 * b.tt.xy, s12 = b.tt.yz - l01 * b.tt.xz;
   const double e2 = b.tt.zz - l02 * b.tt.xz;
-  const Vec<double> r1 = b.ty.y - l01 * b.ty.x, q2 = b.ty.z - l02 * b.ty.x;
-  const double h1 = b.gt.y - l01 * b.gt.x, f2 = b.gt.z - l02 * b.gt.x;
+  const Four r0 = b.ty.x, m0 = i0 * r0;
+  const Four r1 = b.ty.y - l01 * r0, q2 = b.ty.z - l02 * r0;
 
   const double i1 = 1 / (d1 > floor ? d1 : floor);
-  const double l12 = s12 * i1;
-  const Vec<double> m1 = i1 * r1;
-  const double g1 = i1 * h1;
-  const double d2 = e2 - l12 * s12;
-  const Vec<double> r2 = q2 - l12 * r1;
-  const double h2 = f2 - l12 * h1;
+  const double l12 = s12 * i1, d2 = e2 - l12 * s12;
+  const Four m1 = i1 * r1, r2 = q2 - l12 * r1;
 
   const double i2 = 1 / (d2 > floor ? d2 : floor);
-  const Vec<double> m2 = i2 * r2;
-  const double g2 = i2 * h2;
-  const Vec<double>& r0 = b.ty.x;
-  group = {((b.yy.xx - m0.x * r0.x) - m1.x * r1.x) - m2.x * r2.x,
-           ((b.yy.xy - m0.x * r0.y) - m1.x * r1.y) - m2.x * r2.y,
-           ((b.yy.xz - m0.x * r0.z) - m1.x * r1.z) - m2.x * r2.z,
-           ((b.yy.yy - m0.y * r0.y) - m1.y * r1.y) - m2.y * r2.y,
-           ((b.yy.yz - m0.y * r0.z) - m1.y * r1.z) - m2.y * r2.z,
-           ((b.yy.zz - m0.z * r0.z) - m1.z * r1.z) - m2.z * r2.z};
-  load = ((b.gy - g0 * r0) - g1 * r1) - g2 * r2;
-  put(k, kGroupMass, group), put(k, kGroupLoad, load);
-
-  // Back substitution: rows of the answer, and the rest.
-  const Vec<double> a1 = m1 - l12 * m2, a0 = (m0 - l01 * a1) - l02 * m2;
-  const double z1 = g1 - l12 * g2, z0 = (g0 - l01 * z1) - l02 * g2;
-  put(k, kAnswer, a0), put(k, kAnswer + 3, a1), put(k, kAnswer + 6, m2);
-  put(k, kRest, Vec<double>{z0, z1, g2});
-  if (!inverse) return;
-  // Columns of A_tt^-1: the unit vectors through the same elimination.
-  const double u21 = -l12, u20 = l01 * l12 - l02;  // last row of L^-1
-  inverse[5] = i2;
-  inverse[4] = u21 * i2, inverse[2] = u20 * i2;
-  inverse[3] = i1 + u21 * inverse[4];
-  inverse[1] = -l01 * i1 + u21 * inverse[2];
-  inverse[0] = i0 + l01 * l01 * i1 + u20 * inverse[2];
+  const Four m2 = i2 * r2;
+  const Rows group{((b.yy.x - m0[0] * r0) - m1[0] * r1) - m2[0] * r2,
+                   ((b.yy.y - m0[1] * r0) - m1[1] * r1) - m2[1] * r2,
+                   ((b.yy.z - m0[2] * r0) - m1[2] * r1) - m2[2] * r2};
+  group.to(node + kGroup);
+  // Back substitution: rows of the answer, each with what remains when the joint stays.
+  const Four a1 = m1 - l12 * m2;
+  Rows{(m0 - l01 * a1) - l02 * m2, a1, m2}.to(node + kAnswer);
+  if (inverse) {
+    const double u21 = -l12, u20 = l01 * l12 - l02;  // last row of L^-1
+    inverse[5] = i2;
+    inverse[4] = u21 * i2, inverse[2] = u20 * i2;
+    inverse[3] = i1 + u21 * inverse[4];
+    inverse[1] = -l01 * i1 + u21 * inverse[2];
+    inverse[0] = i0 + l01 * l01 * i1 + u20 * inverse[2];
+  }
+  return group;
 }
 
 /// A chain: the only child is the next column, so its group stays in registers.
-void gather_chain(const Packed& p, bool tension) {
-  Sym<double> group{};
-  Vec<double> load{};
+template <bool tension>
+void gather_chain_by(const Packed& p) {
+  Rows group{};
   for (std::size_t i = p.count; i-- > 0;) {
-    // The parents' side of a block is made on the way, while the elimination waits for divisions.
+    // A block is prepared on the way, while the elimination waits for its divisions.
     if (i % kLanes == kLanes - 1 || i == p.count - 1)
-      put_joints(p, i / kLanes * kLanes, kPosition, kRotation);
-    const double* c = column(p.constants, kConstantRows, i);
-    double* k = column(p.work, kWorkRows, i);
-    const Vec<double> arm = vec<double>(k, kArm), e{-arm.x, -arm.y, -arm.z};
-    Block b = own_block(c, k, e);
+      put_turning(p, i / kLanes * kLanes, kPosition, kRotation, tension);
+    const double* k = column(p.work, kWorkRows, i);
+    Block b = own_block(column(p.constants, kConstantRows, i), k);
     if (i + 1 < p.count) {
       const double* child = column(p.work, kWorkRows, i + 1);
-      const Vec<double> out = vec<double>(child, kParentArm);
-      add_child(b, group, load, vec<double>(child, kGap), out + e);
-      if (tension) {
-        const Vec<double> l = vec<double>(column(p.memory, kMemoryRows, i + 1), kLoad);
-        add_tension(b.tt, -dot(l, out), out);
-      }
+      add_child(b, group, vec<double>(child, kGap), vec<double>(child, kParentArm) - vec<double>(k, kArm));
+      if (tension) add(b.tt, sym<double>(child, kOutwardTension));
     }
-    if (tension && p.parents[i] != kFree)
-      add_tension(b.tt, dot(vec<double>(column(p.memory, kMemoryRows, i), kLoad), arm), arm);
-    eliminate(b, k, p.inverse ? p.inverse + 6 * i : nullptr, group, load);
+    group = eliminate(b, p.nodes + kNodeSize * i, p.inverse ? p.inverse + 6 * i : nullptr);
   }
 }
 
+void gather_chain(const Packed& p, bool tension) {
+  if (tension)
+    gather_chain_by<true>(p);
+  else
+    gather_chain_by<false>(p);
+}
+
+INLINE void put_block(double* at, const Block& b) {
+  at[0] = b.tt.xx, at[1] = b.tt.xy, at[2] = b.tt.xz, at[3] = b.tt.yy, at[4] = b.tt.yz;
+  at[5] = b.tt.zz;
+  b.ty.to(at + kTurnSlide), b.yy.to(at + kSlideSlide);
+}
+INLINE Block block_at(const double* at) {
+  return {{at[0], at[1], at[2], at[3], at[4], at[5]},
+          Rows::from(at + kTurnSlide),
+          Rows::from(at + kSlideSlide)};
+}
+
 void fill_blocks(const Packed& p, double* blocks) {
-  static_assert(sizeof(Block) == kBlockSize * sizeof(double));
-  for (std::size_t i = 0; i < p.count; ++i) {
-    const double* k = column(p.work, kWorkRows, i);
-    const Vec<double> arm = vec<double>(k, kArm);
-    *reinterpret_cast<Block*>(blocks + kBlockSize * i) =
-        own_block(column(p.constants, kConstantRows, i), k, Vec<double>{-arm.x, -arm.y, -arm.z});
-  }
+  for (std::size_t i = 0; i < p.count; ++i)
+    put_block(blocks + kBlockSize * i,
+              own_block(column(p.constants, kConstantRows, i), column(p.work, kWorkRows, i)));
 }
 
 /// A tree: children add themselves to their parent's block as they are finished.
 void gather_tree(const Packed& p, bool tension, double* blocks) {
   for (std::size_t i = p.count; i-- > 0;) {
-    double* k = column(p.work, kWorkRows, i);
-    Block& b = *reinterpret_cast<Block*>(blocks + kBlockSize * i);
-    const Vec<double> l = vec<double>(column(p.memory, kMemoryRows, i), kLoad);
-    const Vec<double> arm = vec<double>(k, kArm);
-    if (tension && p.parents[i] != kFree) add_tension(b.tt, dot(l, arm), arm);
-    Sym<double> group;
-    Vec<double> load;
-    eliminate(b, k, p.inverse ? p.inverse + 6 * i : nullptr, group, load);
+    const double* k = column(p.work, kWorkRows, i);
+    const Rows group = eliminate(block_at(blocks + kBlockSize * i), p.nodes + kNodeSize * i,
+                                 p.inverse ? p.inverse + 6 * i : nullptr);
     if (p.parents[i] < 0) continue;
     const auto parent = static_cast<std::size_t>(p.parents[i]);
-    Block& pb = *reinterpret_cast<Block*>(blocks + kBlockSize * parent);
-    const Vec<double> out = vec<double>(k, kParentArm);
-    const Vec<double> parent_arm = vec<double>(column(p.work, kWorkRows, parent), kArm);
-    add_child(pb, group, load, vec<double>(k, kGap), out - parent_arm);
-    if (tension) add_tension(pb.tt, -dot(l, out), out);
+    Block b = block_at(blocks + kBlockSize * parent);
+    add_child(b, group, vec<double>(k, kGap),
+              vec<double>(k, kParentArm) - vec<double>(column(p.work, kWorkRows, parent), kArm));
+    if (tension) add(b.tt, sym<double>(k, kOutwardTension));
+    put_block(blocks + kBlockSize * parent, b);
   }
 }
 
@@ -647,20 +679,23 @@ struct Articulated {
   std::size_t position_row;
 
   INLINE Carry operator()(std::size_t i, double* k, Vec<double> arm, Vec<double>& goal) const {
-    const Vec<double> x = vec<double>(k, position_row), g = vec<double>(k, kGroupLoad);
-    const Sym<double> m = sym<double>(k, kGroupMass);
+    const double* n = p.nodes + kNodeSize * i;
+    const double* g = n + kGroup;
+    const Vec<double> x = vec<double>(k, position_row);
     Vec<double> y = goal - (x + arm), load{0, 0, 0};
     if (p.parents[i] == kFree) {
-      y = Factor(m).solve(g);
+      y = Factor(Sym<double>{g[0], g[1], g[2], g[5], g[6], g[10]}).solve({g[3], g[7], g[11]});
       goal = x + y;
     } else {
-      load = mul(m, y) - g;
+      load = {(g[0] * y.x + g[1] * y.y + g[2] * y.z) - g[3],
+              (g[4] * y.x + g[5] * y.y + g[6] * y.z) - g[7],
+              (g[8] * y.x + g[9] * y.y + g[10] * y.z) - g[11]};
       if (!(dot(load, load) < 1e36)) load = {0, 0, 0};
     }
     put(column(p.memory, kMemoryRows, i), kLoad, load);
-    const Vec<double> z = vec<double>(k, kRest);
-    Vec<double> d{z.x - dot(vec<double>(k, kAnswer), y), z.y - dot(vec<double>(k, kAnswer + 3), y),
-                  z.z - dot(vec<double>(k, kAnswer + 6), y)};
+    Vec<double> d{n[3] - (n[0] * y.x + n[1] * y.y + n[2] * y.z),
+                  n[7] - (n[4] * y.x + n[5] * y.y + n[6] * y.z),
+                  n[11] - (n[8] * y.x + n[9] * y.y + n[10] * y.z)};
     // The angle stays below 148 degrees; a number that is none turns nothing.
     const double most = magnitude(d.x) + magnitude(d.y) + magnitude(d.z);
     if (!(most < 4)) {
@@ -697,7 +732,7 @@ struct LeastDisplacement {
       return {{0, 0, 0}, 0, 0};
     }
     const double ma2 = num<double>(column(p.constants, kConstantRows, i), kMass) * a2;
-    const double c = stiffness * dot(a, mul(sym<double>(k, kWorldInertia), a)) + ma2 * dot(arm, to);
+    const double c = stiffness * dot(a, mul(sym<double>(k, kTurning), a)) + ma2 * dot(arm, to);
     const Vec<double> s = ma2 * a;
     const double s2 = ma2 * ma2 * a2;
     const double z = __builtin_sqrt(c * c + s2);
@@ -909,7 +944,7 @@ EndSums close_and_finish(const Packed& p, const double* targets, const FinishInp
 
 EndSums sweep_and_finish(const Packed& p, const double* targets, double stiffness,
                          const FinishInput& in) {
-  joints(p);
+  joints(p, kPosition, kRotation);
   return by_rule(p, in, [&](auto& finish_block) {
     const LeastDisplacement turn_of{p, kPosition, stiffness};
     if (p.is_chain)
@@ -939,10 +974,7 @@ void scale(const Packed& p, double factor, const double* mean) {
 #define PANTIN_JOINED(a, b) PANTIN_JOINED_OF(a, b)
 extern const Kernels PANTIN_JOINED(kernels_, PANTIN_KERNELS);
 const Kernels PANTIN_JOINED(kernels_, PANTIN_KERNELS) = {PANTIN_TEXT(PANTIN_KERNELS),
-                                                         predict,
-                                                         arms,
-                                                         joints,
-                                                         gather_chain,
+                                                         predict, arms, prepare, joints, gather_chain,
                                                          fill_blocks,
                                                          gather_tree,
                                                          close,

@@ -24,6 +24,7 @@ struct Packed {
   const double* constants;
   double* memory;
   double* work;
+  double* nodes;
   const double* forces;  // acceleration and torque rows, or null
   double* inverse;       // 6 a body, or null
   bool is_chain;
@@ -69,28 +70,23 @@ struct EndSums {
 /// A body this far from the origin is lost, m.
 inline constexpr double kTooFar = 1e12;
 
-/// The block of a body in a tree, before its turn is eliminated: A_yy and A_tt (6 numbers each, as
-/// in kWorldInertia), A_ty (9, row by row), g_y and g_t.
-enum BlockPart : std::size_t {
-  kSlideSlide = 0,
-  kTurnTurn = 6,
-  kTurnSlide = 12,
-  kSlideLoad = 21,
-  kTurnLoad = 24,
-  kBlockSize = 27
-};
+/// The block of a body in a tree, before its turn is eliminated: A_tt (6 numbers as in kTurning, two
+/// unused), then three rows of 4 for A_ty | g_t and three for A_yy | g_y.
+enum BlockPart : std::size_t { kTurnTurn = 0, kTurnSlide = 8, kSlideSlide = 20, kBlockSize = 32 };
 
 struct Kernels {
   const char* name;
   /// Free motion of every body: predicted pose and spin into the work table. [Lee 2000, Eq. 1-2]
   StartSums (*predict)(const Packed&, const PredictInput&);
-  /// World arms, gaps and inertias of the poses in rows (position, rotation) of the work table.
-  /// predict() leaves the bodies' own side of them for the predicted poses.
-  void (*arms)(const Packed&, std::size_t position_row, std::size_t rotation_row);
-  /// The parents' side of the joints, for the predicted poses.
-  void (*joints)(const Packed&);
-  /// Leaf to root along a chain, joints() included: group mass and load at every joint. `tension`
-  /// adds the stiffness of loaded joints.
+  /// Own arms and inertias of the poses in a row of the work table. predict() leaves those of the
+  /// predicted poses.
+  void (*arms)(const Packed&, std::size_t rotation_row);
+  /// The parents' side of the joints, and the turning blocks: kTurning becomes the inertia about the
+  /// own joint. `tension` adds the stiffness of loaded joints, here and in kOutwardTension.
+  void (*prepare)(const Packed&, std::size_t position_row, std::size_t rotation_row, bool tension);
+  /// Its first half: the parents' side of the joints alone.
+  void (*joints)(const Packed&, std::size_t position_row, std::size_t rotation_row);
+  /// Leaf to root along a chain, prepare() for the predicted poses included: the nodes.
   void (*gather_chain)(const Packed&, bool tension);
   /// The same for any tree, in two parts: the blocks of the bodies alone, to which rows may add;
   /// then the elimination.

@@ -36,9 +36,15 @@ Ends ends_of(const World& world, const Articulation& a, const Cord& cord, Work p
               : point_at(a, cord.column_b, s.anchor_b, position_row, rotation_row)};
 }
 
-void add_symmetric(Real* block, const Mat3& m) {
-  block[0] += m[0][0], block[1] += m[1][0], block[2] += m[2][0];
-  block[3] += m[1][1], block[4] += m[2][1], block[5] += m[2][2];
+void add_turning(Real* block, const Mat3& m) {
+  Real* tt = block + kTurnTurn;
+  tt[0] += m[0][0], tt[1] += m[1][0], tt[2] += m[2][0];
+  tt[3] += m[1][1], tt[4] += m[2][1], tt[5] += m[2][2];
+}
+
+void add_rows(Real* rows, const Mat3& m) {
+  for (int row = 0; row < 3; ++row)
+    for (int col = 0; col < 3; ++col) rows[4 * row + col] += m[col][row];
 }
 
 /// t (1 - n n^T): how a pull t turns away sideways motion.
@@ -55,13 +61,12 @@ void add_pull(Articulation& a, std::size_t column, Vec3 anchor, Vec3 to, Real lo
   const Mat3 k = sideways(load / span, to);
   const Mat3 c = crossing(lever(a, column, anchor, rotation_row));
   const Mat3 ck = c * k;
-  add_symmetric(block + kSlideSlide, k);
-  add_symmetric(block + kTurnTurn, ck * glm::transpose(c));
-  for (int row = 0; row < 3; ++row)
-    for (int col = 0; col < 3; ++col) block[kTurnSlide + 3 * row + col] += ck[col][row];
+  add_rows(block + kSlideSlide, k);
+  add_turning(block, ck * glm::transpose(c));
+  add_rows(block + kTurnSlide, ck);
   const Vec3 arm = a.room.work.quat(rotation_row, column) * anchor;
   const Real reach2 = glm::dot(arm, arm), t = load * glm::dot(to, arm);
-  if (t > 0 && reach2 > 0) add_symmetric(block + kTurnTurn, sideways(t, arm / std::sqrt(reach2)));
+  if (t > 0 && reach2 > 0) add_turning(block, sideways(t, arm / std::sqrt(reach2)));
 }
 
 /// A held point that rows can meet: soft, or exact with some slack left in the links between.
@@ -135,21 +140,18 @@ Vec3 times_inverse(const Articulation& a, std::size_t c, Vec3 v) {
           i[2] * v.x + i[4] * v.y + i[5] * v.z};
 }
 
-Vec3 times_answer(const Table& w, std::size_t c, Vec3 y) {
-  return {glm::dot(w.vec(kAnswer, c), y), glm::dot(w.vec(kAnswer + 3, c), y),
-          glm::dot(w.vec(kAnswer + 6, c), y)};
-}
-Vec3 times_answer_transposed(const Table& w, std::size_t c, Vec3 t) {
-  return t.x * w.vec(kAnswer, c) + t.y * w.vec(kAnswer + 3, c) + t.z * w.vec(kAnswer + 6, c);
+Vec3 times_answer_transposed(const Articulation& a, std::size_t c, Vec3 t) {
+  const Real* n = a.room.nodes.data() + kNodeSize * c + kAnswer;
+  return {n[0] * t.x + n[4] * t.y + n[8] * t.z, n[1] * t.x + n[5] * t.y + n[9] * t.z,
+          n[2] * t.x + n[6] * t.y + n[10] * t.z};
 }
 
 /// Loads at bodies go up the tree: `force` becomes the load at each own joint, `torque` the turn
 /// each body makes when its joint stays.
 void carry_up(Articulation& a, std::vector<Vec3>& force, std::vector<Vec3>& torque) {
-  const Table& w = a.room.work;
   for (std::size_t c = a.count(); c-- > 0;) {
     if (force[c] == Vec3(0) && torque[c] == Vec3(0)) continue;
-    force[c] -= times_answer_transposed(w, c, torque[c]);
+    force[c] -= times_answer_transposed(a, c, torque[c]);
     torque[c] = times_inverse(a, c, torque[c]);
     if (a.parents[c] < 0) continue;
     const auto parent = static_cast<std::size_t>(a.parents[c]);
@@ -161,16 +163,15 @@ void carry_up(Articulation& a, std::vector<Vec3>& force, std::vector<Vec3>& torq
 /// ... and the displacements come down: `force` becomes the slide of each joint point, `torque` the
 /// turn of each body.
 void carry_down(Articulation& a, std::vector<Vec3>& force, std::vector<Vec3>& torque) {
-  const Table& w = a.room.work;
   for (std::size_t c = 0; c < a.count(); ++c) {
     Vec3 y(0);
     if (a.parents[c] >= 0) {
       const auto parent = static_cast<std::size_t>(a.parents[c]);
       y = force[parent] + glm::cross(torque[parent], child_lever(a, c));
     } else if (a.parents[c] == kFree) {
-      y = solve_symmetric(symmetric(w, kGroupMass, c), force[c]);
+      y = solve_symmetric(group_mass(a, c), force[c]);
     }
-    torque[c] -= times_answer(w, c, y);
+    torque[c] -= times_answer(a, c, y);
     force[c] = y;
   }
 }
@@ -187,11 +188,11 @@ void answer_freely(Articulation& a) {
           w.vec(kGap, c);
     } else {
       const Tree& t = *tree++;
-      y = a.parents[c] == kFree ? solve_symmetric(symmetric(w, kGroupMass, c), w.vec(kGroupLoad, c))
+      y = a.parents[c] == kFree ? solve_symmetric(group_mass(a, c), group_load(a, c))
                                 : t.target - (w.vec(kPosition, c) + w.vec(kArm, c));
     }
     a.room.slide[c] = y;
-    a.room.turn[c] = answer(w, c, y);
+    a.room.turn[c] = answer(a, c, y);
   }
 }
 
@@ -345,8 +346,11 @@ void solve_rows(World& world, Articulation& a, Real h, Work position_row, Work r
   for (const Row& row : r.rows) push(r, row, row.load);
   carry_up(a, r.slide, r.turn);
   for (std::size_t c = 0; c < a.count(); ++c) {
-    r.work.set(kGroupLoad, c, r.work.vec(kGroupLoad, c) + r.slide[c]);
-    r.work.set(kRest, c, r.work.vec(kRest, c) + r.turn[c]);
+    Real* node = r.nodes.data() + kNodeSize * c;
+    for (int axis = 0; axis < 3; ++axis) {
+      node[kGroup + static_cast<std::size_t>(4 * axis + 3)] += r.slide[c][axis];
+      node[kAnswer + static_cast<std::size_t>(4 * axis + 3)] += r.turn[c][axis];
+    }
   }
 
   std::size_t at = 0;

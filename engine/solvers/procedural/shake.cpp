@@ -19,10 +19,10 @@ void answer_linearly(Articulation& a) {
     } else {
       const Vec3 own = point_at(a, c, a.constants.vec(kOwnAnchor, c), kPosition, kRotation);
       y = parent == kHeld ? tree->target - own
-                          : solve_symmetric(symmetric(w, kGroupMass, c), w.vec(kGroupLoad, c));
+                          : solve_symmetric(group_mass(a, c), group_load(a, c));
       ++tree;
     }
-    const Vec3 d = answer(w, c, y);
+    const Vec3 d = answer(a, c, y);
     a.room.slide[c] = y;
     a.room.turn[c] = is_finite(d) ? d : Vec3(0);
   }
@@ -46,13 +46,14 @@ void close_shake(World& world, Articulation& a, const Packed& p, Real h) {
   for (std::size_t c = 0; c < a.count(); ++c) a.room.loads[c] = h * w.vec(kSpinStar, c);
   for (int newton = 0; newton < 2; ++newton) {
     // Gaps of the poses as they stand, arms and inertias of the step's start.
-    k.arms(p, kPosition, kRotation);
+    k.arms(p, kRotation);
+    k.joints(p, kPosition, kRotation);
     for (std::size_t c = 0; c < a.count(); ++c) {
       a.room.slide[c] = w.vec(kGap, c);
       w.set(kFinalRotation, c, world.bodies.values()[a.slots[c]].pose.rotation);
-      w.set(kFinalPosition, c, w.vec(kPosition, c));
     }
-    k.arms(p, kFinalPosition, kFinalRotation);
+    k.arms(p, kFinalRotation);
+    k.prepare(p, kPosition, kFinalRotation, false);
     for (std::size_t c = 0; c < a.count(); ++c) w.set(kGap, c, a.room.slide[c]);
     k.fill_blocks(p, a.room.blocks.data());
     k.gather_tree(p, false, a.room.blocks.data());
@@ -65,7 +66,8 @@ void close_shake(World& world, Articulation& a, const Packed& p, Real h) {
       w.set(kRotation, c, glm::normalize(turn_by(a.room.loads[c]) * start));
     }
   }
-  k.arms(p, kPosition, kRotation);
+  k.arms(p, kRotation);
+  k.joints(p, kPosition, kRotation);
   k.sweep(p, a.room.targets.data(), kPosition, a.settings.turn_stiffness);
   k.commit(p, kRotation);
 }

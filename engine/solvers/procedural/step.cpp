@@ -81,7 +81,7 @@ Rule rule_of(const Articulation& a) {
 /// Joints closed by articulated masses, strings and reachable held points as rows of the solve.
 void close_with_rows(World& world, Articulation& a, const Packed& p, Real h) {
   const Kernels& k = kernels();
-  k.joints(p);
+  k.prepare(p, kPosition, kRotation, a.settings.tension_stiffness);
   k.fill_blocks(p, a.room.blocks.data());
   if (a.settings.tension_stiffness) add_string_stiffness(world, a, kPosition, kRotation);
   k.gather_tree(p, a.settings.tension_stiffness, a.room.blocks.data());
@@ -93,7 +93,8 @@ void close_with_rows(World& world, Articulation& a, const Packed& p, Real h) {
   for (int round = 0; round < 4 && worst_stretch(world, a) > 0.1 * a.settings.tolerance * a.size;
        ++round) {
     for (std::size_t c = 0; c < a.count(); ++c) a.room.loads[c] = a.memory.vec(kLoad, c);
-    k.arms(p, kFinalPosition, kFinalRotation);
+    k.arms(p, kFinalRotation);
+    k.prepare(p, kFinalPosition, kFinalRotation, false);
     k.fill_blocks(p, a.room.blocks.data());
     k.gather_tree(p, false, a.room.blocks.data());
     solve_rows(world, a, h, kFinalPosition, kFinalRotation, true);
@@ -113,7 +114,8 @@ void close_kinematic(Articulation& a, const Packed& p, Real h) {
     return;
   }
   const Kernels& k = kernels();
-  k.arms(p, kPosition, kRotation);
+  k.arms(p, kRotation);
+  k.joints(p, kPosition, kRotation);
   k.sweep(p, a.room.targets.data(), kPosition, a.settings.turn_stiffness);
   k.commit(p, kRotation);
 }
@@ -238,6 +240,7 @@ Packed packed(World& world, Articulation& a) {
           a.constants.data(),
           a.memory.data(),
           a.room.work.data(),
+          a.room.nodes.data(),
           a.forced ? a.room.forces.data() : nullptr,
           a.room.inverse.empty() ? nullptr : a.room.inverse.data(),
           a.is_chain && a.room.inverse.empty() && a.settings.solver != Solver::shake2};
@@ -260,6 +263,7 @@ void prepare(World& world) {
     StepRoom& r = a.room;
     r.work.resize(kWorkRows, n);
     for (std::size_t c = n; c < padded; ++c) r.work.at(kTurn + 3, c) = 1;  // padding turns nowhere
+    r.nodes.assign(kNodeSize * n, 0);
     r.targets.reserve(3 * a.trees.size());
     if (!world.forces.empty()) r.forces.resize(6, n);
     if (tree) r.blocks.assign(kBlockSize * n, 0);
@@ -310,7 +314,7 @@ bool adjust(World& world, Articulation& a, Real h, Entity& lost) {
     if (p.is_chain) {
       k.gather_chain(p, a.settings.tension_stiffness);
     } else {
-      k.joints(p);
+      k.prepare(p, kPosition, kRotation, a.settings.tension_stiffness);
       k.fill_blocks(p, a.room.blocks.data());
       k.gather_tree(p, a.settings.tension_stiffness, a.room.blocks.data());
     }
