@@ -81,12 +81,12 @@ void set_colours(FrameBlock& block, const View& view, const Eye& eye) {
   store(kAmbient * light.sky, eye.pixel(), block.sky);
   store(kAmbient * light.ground, view.ground_height - eye.position.y, block.soil);
   const auto squared = [](Vec3 shown) { return shown * shown; };
-  // Tiles of 1, 2 or 5 times a power of ten, about a sixth of the distance.
-  const Real wish = eye.distance / 7;
+  // Tiles of 1, 2 or 5 times a power of ten, about an eighth of the distance.
+  const Real wish = eye.distance / 6;
   const Real ten = std::pow(10, std::floor(std::log10(wish)));
   const Real tile = wish < 2 * ten ? ten : wish < 5 * ten ? 2 * ten : 5 * ten;
   store(squared(display_colour(1.62 * light.sky)), tile, block.horizon);
-  store(squared(display_colour(0.82 * light.sky)), 4.5 * eye.distance, block.zenith);
+  store(squared(display_colour(1.15 * light.sky * light.sky)), 4.5 * eye.distance, block.zenith);
   const Real incidence = std::max(-direction_of(light).y, 0.0);
   const Vec3 sun = light.strength * light.colour * incidence / kPi, ambient = kAmbient * light.sky;
   store(squared(display_colour(kLightTile * (sun + ambient))), 0, block.tiles[0]);

@@ -16,7 +16,7 @@ void store(Vec3 from, float* to) {
 Mesh round_mesh(Real radius_pixels, bool crowd) {
   if (radius_pixels < (crowd ? 12 : 4)) return kRound6;
   if (radius_pixels < (crowd ? 1e9 : 20)) return kRound16;
-  return radius_pixels < 80 ? kRound32 : kRound64;
+  return radius_pixels < 70 ? kRound32 : kRound64;
 }
 
 void add_solid(const Shape& shape, const Pose& pose, const Material& material, const Eye& eye,
@@ -26,7 +26,7 @@ void add_solid(const Shape& shape, const Pose& pose, const Material& material, c
   Real skin = shape.size.x;
   Mesh mesh = kBox;
   if (shape.kind == ShapeKind::box) {
-    skin = 0.12 * std::min({shape.size.x, shape.size.y, shape.size.z});
+    skin = 0.08 * std::min({shape.size.x, shape.size.y, shape.size.z});
     core = shape.size - skin;
   } else {
     if (shape.kind == ShapeKind::capsule) core.y = shape.size.y;

@@ -80,7 +80,7 @@ void add_box(Meshes& to) {
     quad(at[0][k], at[i][k], at[i | j][k], at[j][k], true);
     for (int side = 0; side < 4; ++side) {  // the four edges along axis k
       const int low = (side & 1 ? i : 0) | (side & 2 ? j : 0), high = low | up;
-      const bool flip = (side == 0 || side == 3);
+      const bool flip = side == 1 || side == 2;
       quad(at[low][v], at[high][v], at[high][u], at[low][u], flip);
     }
   }
@@ -101,8 +101,8 @@ Meshes make_meshes() {
   };
   range(kRound6, [&] { add_round(meshes, 6, 2); });
   range(kRound16, [&] { add_round(meshes, 16, 3); });
-  range(kRound32, [&] { add_round(meshes, 32, 8); });
-  range(kRound64, [&] { add_round(meshes, 64, 16); });
+  range(kRound32, [&] { add_round(meshes, 32, 6); });
+  range(kRound64, [&] { add_round(meshes, 64, 12); });
   range(kBox, [&] { add_box(meshes); });
   return meshes;
 }

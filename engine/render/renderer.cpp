@@ -130,7 +130,7 @@ Result<Done> GlRenderer::make_programs() {
   };
   const Wanted all[] = {
       {&solid_, kSolidVertex, kSurfaceFragment, shadows},
-      {&ribbon_, kRibbonVertex, kSurfaceFragment, shadows + ribbon},
+      {&ribbon_, kRibbonVertex, kSurfaceFragment, ribbon},
       {&solid_depth_, kSolidVertex, kDepthFragment, "#define DEPTH\n"},
       {&ribbon_depth_, kRibbonVertex, kDepthFragment, "#define DEPTH\n" + ribbon},
       {&sky_, kScreenVertex, kSkyFragment, ""},

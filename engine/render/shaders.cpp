@@ -165,7 +165,8 @@ void main() {
 const char* const kSkyFragment = R"(
 out vec4 shown;
 void main() {
-  vec3 way = ray[0].xyz + gl_FragCoord.x * ray[1].xyz + gl_FragCoord.y * ray[2].xyz;
+  // Taken in the middle column: rows of one colour are packed well by every encoder.
+  vec3 way = ray[0].xyz + ray[1].xyz / viewport.x + gl_FragCoord.y * ray[2].xyz;
   float up = way.y * inversesqrt(dot(way, way));
   float t = clamp(1.6 * abs(up), 0.0, 1.0);
   shown = vec4(sqrt(mix(horizon.rgb, zenith.rgb, t * (2.0 - t))), 1.0);
