@@ -41,22 +41,22 @@ enum Work : std::size_t {
   kArm = kSpinStar + 3,                 // 3, centre to own joint, world axes
   kParentArm = kArm + 3,                // 3, the parent's centre to the same joint
   kGap = kParentArm + 3,                // 3, own joint point to the parent's
-  kTurning = kGap + 3,  // 6 (xx xy xz yy yz zz), inertia; see prepare()
-  kTurn = kTurning + 6,            // 4 (x y z w), compulsive turn, any length
+  kTurning = kGap + 3,                  // 6 (xx xy xz yy yz zz), inertia; see prepare()
+  kTurn = kTurning + 6,                 // 4 (x y z w), compulsive turn, any length
   kAttach = kTurn + 4,                  // 3, where the own joint goes
   kFinalPosition = kAttach + 3,         // 3
   kFinalRotation = kFinalPosition + 3,  // 4
   kWorkRows = kFinalRotation + 4
 };
 
-/// Stiffness that the parent feels of a loaded joint, 6 numbers; lives where the final pose comes to
-/// stand, and is gone by then.
+/// Stiffness that the parent feels of a loaded joint, 6 numbers; lives where the final pose comes
+/// to stand, and is gone by then.
 inline constexpr std::size_t kOutwardTension = kFinalPosition;
 
 /// What elimination leaves of each body, 24 numbers side by side.
 enum Node : std::size_t {
-  kAnswer = 0,   // 3 rows of 4: turn per displacement of the own joint | turn if it does not move
-  kGroup = 12,   // 3 rows of 4: mass that the joint feels of everything outboard | load, kg m
+  kAnswer = 0,  // 3 rows of 4: turn per displacement of the own joint | turn if it does not move
+  kGroup = 12,  // 3 rows of 4: mass that the joint feels of everything outboard | load, kg m
   kNodeSize = 24
 };
 

@@ -104,8 +104,8 @@ INLINE Qua<Four> unit_again(Qua<Four> q) {
   return scaled((0.375 * off - 0.5) * off + 1.0, q);
 }
 
-/// cos(a/2) and sin(a/2)/(a/2) of four angles up to 1 rad, from t = (a/2)^2. Taylor series, in pairs
-/// so that the additions do not wait for one another.
+/// cos(a/2) and sin(a/2)/(a/2) of four angles up to 1 rad, from t = (a/2)^2. Taylor series, in
+/// pairs so that the additions do not wait for one another.
 INLINE Four cosine_of(Four t) {
   const Four t2 = t * t, t4 = t2 * t2;
   return ((1.0 - t * (1.0 / 2)) + t2 * (1.0 / 24 - t * (1.0 / 720))) +
@@ -119,8 +119,8 @@ INLINE Four sine_part_of(Four t) {
                t2 * (1.0 / 6227020800 - t * (1.0 / 1307674368000)));
 }
 
-/// The quaternion of a rotation vector: by series up to 1 rad, by doubling an eighth of the angle up
-/// to 8 rad, by the library beyond.
+/// The quaternion of a rotation vector: by series up to 1 rad, by doubling an eighth of the angle
+/// up to 8 rad, by the library beyond.
 INLINE Qua<Four> exponential(Vec<Four> r) {
   const Four t = 0.25 * dot(r, r);
   if (!any_not_below(t, 0.25)) {
@@ -153,16 +153,21 @@ INLINE Four arc_tangent(Four t) {
   const Four x = large ? (t - 1.0) / (t + 1.0) : t;
   const Four z = x * x;
   const Four p = ((-8.750608600031904122785e-1 * z - 1.615753718733365076637e1) * z -
-                  7.500855792314704667340e1) * z - 1.228866684490136173410e2;
+                  7.500855792314704667340e1) *
+                     z -
+                 1.228866684490136173410e2;
   const Four d = ((((z + 2.485846490142306297962e1) * z + 1.650270098316988542046e2) * z +
-                   4.328810604912902668951e2) * z + 4.853903996359136964868e2) * z +
+                   4.328810604912902668951e2) *
+                      z +
+                  4.853903996359136964868e2) *
+                     z +
                  1.945506571482613964425e2;
   const Four a = x + x * z * (p * z - 6.485021904942025371773e1) / d;
   return large ? a + 0.78539816339744830962 : a;
 }
 
-/// The rotation vector of a unit quaternion, the short way round: 2 asin(n)/n times its vector part,
-/// by the series up to 0.4 rad, beyond by the tangent of a quarter of the angle.
+/// The rotation vector of a unit quaternion, the short way round: 2 asin(n)/n times its vector
+/// part, by the series up to 0.4 rad, beyond by the tangent of a quarter of the angle.
 INLINE Vec<Four> logarithm(Qua<Four> q) {
   const Four sign = q.w < 0 ? all(-1.0) : all(1.0);
   const Four z = q.x * q.x + q.y * q.y + q.z * q.z;
@@ -296,23 +301,6 @@ INLINE Vec<Four> spin_keeping(Vec<Four> l, Qua<Four> q, Vec<Four> per_moment, Ve
   return w;
 }
 
-/// Own arm and world inertia of a block at a pose.
-INLINE void put_arm(double* k, Qua<Four> q, Vec<Four> anchor, Vec<Four> moments) {
-  put(k, kArm, turn(q, anchor));
-  // R diag(I) R^T, from the columns of R.
-  const Four xx = q.x * q.x, yy = q.y * q.y, zz = q.z * q.z, xy = q.x * q.y, xz = q.x * q.z,
-             yz = q.y * q.z, wx = q.w * q.x, wy = q.w * q.y, wz = q.w * q.z;
-  const Four two = all(2.0), one = all(1.0);
-  const Vec<Four> ex{one - two * (yy + zz), two * (xy + wz), two * (xz - wy)};
-  const Vec<Four> ey{two * (xy - wz), one - two * (xx + zz), two * (yz + wx)};
-  const Vec<Four> ez{two * (xz + wy), two * (yz - wx), one - two * (xx + yy)};
-  const Vec<Four> mx = moments.x * ex, my = moments.y * ey, mz = moments.z * ez;
-  put(k, kTurning,
-      Sym<Four>{mx.x * ex.x + my.x * ey.x + mz.x * ez.x, mx.x * ex.y + my.x * ey.y + mz.x * ez.y,
-                mx.x * ex.z + my.x * ey.z + mz.x * ez.z, mx.y * ex.y + my.y * ey.y + mz.y * ez.y,
-                mx.y * ex.z + my.y * ey.z + mz.y * ez.z, mx.z * ex.z + my.z * ey.z + mz.z * ez.z});
-}
-
 /// exp(-drag h) for four bodies, computed once where neighbours share their drag.
 class Keep {
  public:
@@ -394,7 +382,6 @@ StartSums predict_by(const Packed& p, const PredictInput& in) {
     probe += dot(slide + x, slide + x) + dot(r, r);
     const Qua<Four> predicted = unit_again(mul(exponential(r), q));
     put(k, kPosition, x + slide), put(k, kRotation, predicted), put(k, kSpinStar, w);
-    put_arm(k, predicted, vec<Four>(c, kOwnAnchor), moments);
   }
   return {sum(kinetic),
           sum(potential),
@@ -420,13 +407,33 @@ StartSums predict(const Packed& p, const PredictInput& in) {
 
 // ---------------------------------------------------------------- adjust stage
 
-/// The parents' side of the joints of a block: their arms, and the gaps.
-INLINE void put_joints(const Packed& p, std::size_t i, std::size_t position_row,
+/// Own arm and world inertia of a block at a pose.
+INLINE void put_arm(double* k, Qua<Four> q, Vec<Four> anchor, Vec<Four> moments) {
+  put(k, kArm, turn(q, anchor));
+  // R diag(I) R^T, from the columns of R.
+  const Four xx = q.x * q.x, yy = q.y * q.y, zz = q.z * q.z, xy = q.x * q.y, xz = q.x * q.z,
+             yz = q.y * q.z, wx = q.w * q.x, wy = q.w * q.y, wz = q.w * q.z;
+  const Four two = all(2.0), one = all(1.0);
+  const Vec<Four> ex{one - two * (yy + zz), two * (xy + wz), two * (xz - wy)};
+  const Vec<Four> ey{two * (xy - wz), one - two * (xx + zz), two * (yz + wx)};
+  const Vec<Four> ez{two * (xz + wy), two * (yz - wx), one - two * (xx + yy)};
+  const Vec<Four> mx = moments.x * ex, my = moments.y * ey, mz = moments.z * ez;
+  put(k, kTurning,
+      Sym<Four>{mx.x * ex.x + my.x * ey.x + mz.x * ez.x, mx.x * ex.y + my.x * ey.y + mz.x * ez.y,
+                mx.x * ex.z + my.x * ey.z + mz.x * ez.z, mx.y * ex.y + my.y * ey.y + mz.y * ez.y,
+                mx.y * ex.z + my.y * ey.z + mz.y * ez.z, mx.z * ex.z + my.z * ey.z + mz.z * ez.z});
+}
+
+/// The levers of a block: own arms and inertias, the parents' arms to the same joints, the gaps.
+INLINE void put_levers(const Packed& p, std::size_t i, std::size_t position_row,
                        std::size_t rotation_row) {
+  const double* c = column(p.constants, kConstantRows, i);
   double* k = column(p.work, kWorkRows, i);
-  // The parents' poses, lane by lane; roots have none and keep their own.
   const Vec<Four> x = vec<Four>(k, position_row);
-  Qua<Four> pq = qua<Four>(k, rotation_row);
+  const Qua<Four> q = qua<Four>(k, rotation_row);
+  put_arm(k, q, vec<Four>(c, kOwnAnchor), vec<Four>(c, kInertia));
+  // The parents' poses, lane by lane; roots have none and keep their own.
+  Qua<Four> pq = q;
   Vec<Four> px = x;
   for (std::size_t l = 0; l < kLanes; ++l) {
     const std::int32_t parent = p.parents[i + l];
@@ -437,21 +444,17 @@ INLINE void put_joints(const Packed& p, std::size_t i, std::size_t position_row,
     px.x[l] = o[position_row * kLanes], px.y[l] = o[(position_row + 1) * kLanes];
     px.z[l] = o[(position_row + 2) * kLanes];
   }
-  const Vec<Four> arm = turn(pq, vec<Four>(column(p.constants, kConstantRows, i), kParentAnchor));
+  const Vec<Four> arm = turn(pq, vec<Four>(c, kParentAnchor));
   put(k, kParentArm, arm);
   put(k, kGap, (px + arm) - (x + vec<Four>(k, kArm)));
 }
 
-void arms(const Packed& p, std::size_t rotation_row) {
-  for (std::size_t i = 0; i < p.count; i += kLanes) {
-    const double* c = column(p.constants, kConstantRows, i);
-    double* k = column(p.work, kWorkRows, i);
-    put_arm(k, qua<Four>(k, rotation_row), vec<Four>(c, kOwnAnchor), vec<Four>(c, kInertia));
-  }
+void levers(const Packed& p, std::size_t position_row, std::size_t rotation_row) {
+  for (std::size_t i = 0; i < p.count; i += kLanes) put_levers(p, i, position_row, rotation_row);
 }
 
-/// t (1 - r r^T / r^2) where t > 0: the stiffness of a joint under tension, so that the direction of
-/// the force turns with the body within the step.
+/// t (1 - r r^T / r^2) where t > 0: the stiffness of a joint under tension, so that the direction
+/// of the force turns with the body within the step.
 INLINE Sym<Four> tension_stiffness(Four t, Vec<Four> r) {
   const Four r2 = dot(r, r);
   const auto pulls = (t > 0) & (r2 > 0);
@@ -466,10 +469,10 @@ INLINE void add(Sym<T>& a, const Sym<T>& b) {
   a.xx += b.xx, a.xy += b.xy, a.xz += b.xz, a.yy += b.yy, a.yz += b.yz, a.zz += b.zz;
 }
 
-/// Joints of a block, and its turning blocks about the own joints.
+/// Levers of a block, and its turning blocks about the own joints.
 INLINE void put_turning(const Packed& p, std::size_t i, std::size_t position_row,
                         std::size_t rotation_row, bool tension) {
-  put_joints(p, i, position_row, rotation_row);
+  put_levers(p, i, position_row, rotation_row);
   double* k = column(p.work, kWorkRows, i);
   const Vec<Four> arm = vec<Four>(k, kArm);
   const Vec<Four> ma = num<Four>(column(p.constants, kConstantRows, i), kMass) * arm;
@@ -484,10 +487,6 @@ INLINE void put_turning(const Packed& p, std::size_t i, std::size_t position_row
     put(k, kOutwardTension, tension_stiffness(-dot(load, out), out));
   }
   put(k, kTurning, tt);
-}
-
-void joints(const Packed& p, std::size_t position_row, std::size_t rotation_row) {
-  for (std::size_t i = 0; i < p.count; i += kLanes) put_joints(p, i, position_row, rotation_row);
 }
 
 void prepare(const Packed& p, std::size_t position_row, std::size_t rotation_row, bool tension) {
@@ -608,7 +607,8 @@ void gather_chain_by(const Packed& p) {
     Block b = own_block(column(p.constants, kConstantRows, i), k);
     if (i + 1 < p.count) {
       const double* child = column(p.work, kWorkRows, i + 1);
-      add_child(b, group, vec<double>(child, kGap), vec<double>(child, kParentArm) - vec<double>(k, kArm));
+      add_child(b, group, vec<double>(child, kGap),
+                vec<double>(child, kParentArm) - vec<double>(k, kArm));
       if (tension) add(b.tt, sym<double>(child, kOutwardTension));
     }
     group = eliminate(b, p.nodes + kNodeSize * i, p.inverse ? p.inverse + 6 * i : nullptr);
@@ -735,10 +735,13 @@ struct LeastDisplacement {
     const double c = stiffness * dot(a, mul(sym<double>(k, kTurning), a)) + ma2 * dot(arm, to);
     const Vec<double> s = ma2 * a;
     const double s2 = ma2 * ma2 * a2;
-    const double z = __builtin_sqrt(c * c + s2);
-    const double w = c >= 0 ? z + c : s2 / (z - c);
-    put(k, kTurn, Qua<double>{s.x, s.y, s.z, w});
-    return {s, 1 / z, 1 / (z * w)};  // |(S, Z + C)|^2 = 2 Z (Z + C)
+    // With M = Z + |C|: Z + C is M or S^2 / M, and the quaternion (S, Z + C) or (M S, S^2).
+    // |(S, Z + C)|^2 = 2 Z (Z + C). Which case it is does not settle, so it is no branch.
+    const double z = __builtin_sqrt(c * c + s2), m = z + magnitude(c);
+    const auto same = Four{c, c, c, c} >= all(0.0);
+    const Four pick = same ? Four{1, m, 1, m} : Four{m, s2, m, s2};  // factor of S, scalar part
+    put(k, kTurn, Qua<double>{pick[0] * s.x, pick[0] * s.y, pick[0] * s.z, pick[1]});
+    return {s, 1 / z, pick[0] / (z * pick[1])};
   }
 };
 
@@ -919,38 +922,56 @@ EndSums finish(const Packed& p, const FinishInput& in) {
   });
 }
 
-/// The outward walk with every block finished as soon as its bodies are placed: the walk waits for
-/// one body after the other, and the lanes work in its shadow.
-template <bool chain, class Turn, class Block>
+/// The outward walk, which waits for one body after the other, with work for the lanes between: the
+/// block ahead is prepared, the block behind placed and finished, a job a body, so that there is
+/// always something else to do within the processor's sight.
+template <bool chain, class Turn, class Prepare, class Block>
 INLINE void walk_and_finish(const Packed& p, const double* targets, const Turn& turn_of,
-                            Block& finish_block) {
+                            const Prepare& prepare_block, Block& finish_block) {
+  const auto put_placed = [&](std::size_t i) {
+    double* k = column(p.work, kWorkRows, i);
+    const Placed at = place(p, i, kRotation);
+    put(k, kFinalRotation, at.q), put(k, kFinalPosition, at.x);
+  };
+  const auto finish_placed = [&](std::size_t i) {
+    const double* k = column(p.work, kWorkRows, i);
+    finish_block(i, vec<Four>(k, kFinalPosition), qua<Four>(k, kFinalRotation));
+  };
   Step at;
-  for (std::size_t i = 0; i < p.count; i += kLanes) {
-    const std::size_t end = i + kLanes < p.count ? i + kLanes : p.count;
-    for (std::size_t n = i; n < end; ++n) outwards<chain>(p, targets, n, at, turn_of);
-    const Placed placed = place(p, i, kRotation);
-    finish_block(i, placed.x, placed.q);
+  prepare_block(0);
+  for (std::size_t n = 0; n < p.count; ++n) {
+    outwards<chain>(p, targets, n, at, turn_of);
+    const std::size_t job = n % kLanes, i = n - job;
+    if (job == 0 && i + kLanes < p.count) prepare_block(i + kLanes);
+    if (job == 1 && i > 0) put_placed(i - kLanes);
+    if (job == 2 && i > 0) finish_placed(i - kLanes);
   }
+  const std::size_t last = (p.count - 1) / kLanes * kLanes;
+  if (last > 0 && p.count - last < 2) put_placed(last - kLanes);
+  if (last > 0 && p.count - last < 3) finish_placed(last - kLanes);
+  put_placed(last);
+  finish_placed(last);
 }
 
 EndSums close_and_finish(const Packed& p, const double* targets, const FinishInput& in) {
   return by_rule(p, in, [&](auto& finish_block) {
+    const auto prepared = [](std::size_t) {};
     if (p.is_chain)
-      walk_and_finish<true>(p, targets, Articulated{p, kPosition}, finish_block);
+      walk_and_finish<true>(p, targets, Articulated{p, kPosition}, prepared, finish_block);
     else
-      walk_and_finish<false>(p, targets, Articulated{p, kPosition}, finish_block);
+      walk_and_finish<false>(p, targets, Articulated{p, kPosition}, prepared, finish_block);
   });
 }
 
 EndSums sweep_and_finish(const Packed& p, const double* targets, double stiffness,
                          const FinishInput& in) {
-  joints(p, kPosition, kRotation);
   return by_rule(p, in, [&](auto& finish_block) {
     const LeastDisplacement turn_of{p, kPosition, stiffness};
+    const auto prepare_block = [&](std::size_t i) { put_levers(p, i, kPosition, kRotation); };
     if (p.is_chain)
-      walk_and_finish<true>(p, targets, turn_of, finish_block);
+      walk_and_finish<true>(p, targets, turn_of, prepare_block, finish_block);
     else
-      walk_and_finish<false>(p, targets, turn_of, finish_block);
+      walk_and_finish<false>(p, targets, turn_of, prepare_block, finish_block);
   });
 }
 
@@ -974,7 +995,10 @@ void scale(const Packed& p, double factor, const double* mean) {
 #define PANTIN_JOINED(a, b) PANTIN_JOINED_OF(a, b)
 extern const Kernels PANTIN_JOINED(kernels_, PANTIN_KERNELS);
 const Kernels PANTIN_JOINED(kernels_, PANTIN_KERNELS) = {PANTIN_TEXT(PANTIN_KERNELS),
-                                                         predict, arms, prepare, joints, gather_chain,
+                                                         predict,
+                                                         levers,
+                                                         prepare,
+                                                         gather_chain,
                                                          fill_blocks,
                                                          gather_tree,
                                                          close,

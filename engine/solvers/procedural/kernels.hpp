@@ -70,22 +70,19 @@ struct EndSums {
 /// A body this far from the origin is lost, m.
 inline constexpr double kTooFar = 1e12;
 
-/// The block of a body in a tree, before its turn is eliminated: A_tt (6 numbers as in kTurning, two
-/// unused), then three rows of 4 for A_ty | g_t and three for A_yy | g_y.
+/// The block of a body in a tree, before its turn is eliminated: A_tt (6 numbers as in kTurning,
+/// two unused), then three rows of 4 for A_ty | g_t and three for A_yy | g_y.
 enum BlockPart : std::size_t { kTurnTurn = 0, kTurnSlide = 8, kSlideSlide = 20, kBlockSize = 32 };
 
 struct Kernels {
   const char* name;
   /// Free motion of every body: predicted pose and spin into the work table. [Lee 2000, Eq. 1-2]
   StartSums (*predict)(const Packed&, const PredictInput&);
-  /// Own arms and inertias of the poses in a row of the work table. predict() leaves those of the
-  /// predicted poses.
-  void (*arms)(const Packed&, std::size_t rotation_row);
-  /// The parents' side of the joints, and the turning blocks: kTurning becomes the inertia about the
-  /// own joint. `tension` adds the stiffness of loaded joints, here and in kOutwardTension.
+  /// The levers of the poses in the given rows: arms on both sides of the joints, gaps, inertias.
+  void (*levers)(const Packed&, std::size_t position_row, std::size_t rotation_row);
+  /// The same, and the turning blocks: kTurning becomes the inertia about the own joint. `tension`
+  /// adds the stiffness of loaded joints, here and in kOutwardTension.
   void (*prepare)(const Packed&, std::size_t position_row, std::size_t rotation_row, bool tension);
-  /// Its first half: the parents' side of the joints alone.
-  void (*joints)(const Packed&, std::size_t position_row, std::size_t rotation_row);
   /// Leaf to root along a chain, prepare() for the predicted poses included: the nodes.
   void (*gather_chain)(const Packed&, bool tension);
   /// The same for any tree, in two parts: the blocks of the bodies alone, to which rows may add;
@@ -100,7 +97,7 @@ struct Kernels {
   void (*commit)(const Packed&, std::size_t from_rotation_row);
   /// Velocities from the final poses; writes the bodies and the memory.
   EndSums (*finish)(const Packed&, const FinishInput&);
-  /// close or sweep, commit and finish in one pass over the predicted poses.
+  /// close or (levers and) sweep, commit and finish in one pass over the predicted poses.
   EndSums (*close_and_finish)(const Packed&, const double* targets, const FinishInput&);
   EndSums (*sweep_and_finish)(const Packed&, const double* targets, double stiffness,
                               const FinishInput&);

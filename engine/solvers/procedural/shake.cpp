@@ -46,13 +46,11 @@ void close_shake(World& world, Articulation& a, const Packed& p, Real h) {
   for (std::size_t c = 0; c < a.count(); ++c) a.room.loads[c] = h * w.vec(kSpinStar, c);
   for (int newton = 0; newton < 2; ++newton) {
     // Gaps of the poses as they stand, arms and inertias of the step's start.
-    k.arms(p, kRotation);
-    k.joints(p, kPosition, kRotation);
+    k.levers(p, kPosition, kRotation);
     for (std::size_t c = 0; c < a.count(); ++c) {
       a.room.slide[c] = w.vec(kGap, c);
       w.set(kFinalRotation, c, world.bodies.values()[a.slots[c]].pose.rotation);
     }
-    k.arms(p, kFinalRotation);
     k.prepare(p, kPosition, kFinalRotation, false);
     for (std::size_t c = 0; c < a.count(); ++c) w.set(kGap, c, a.room.slide[c]);
     k.fill_blocks(p, a.room.blocks.data());
@@ -66,8 +64,7 @@ void close_shake(World& world, Articulation& a, const Packed& p, Real h) {
       w.set(kRotation, c, glm::normalize(turn_by(a.room.loads[c]) * start));
     }
   }
-  k.arms(p, kRotation);
-  k.joints(p, kPosition, kRotation);
+  k.levers(p, kPosition, kRotation);
   k.sweep(p, a.room.targets.data(), kPosition, a.settings.turn_stiffness);
   k.commit(p, kRotation);
 }

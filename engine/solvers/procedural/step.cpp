@@ -93,7 +93,6 @@ void close_with_rows(World& world, Articulation& a, const Packed& p, Real h) {
   for (int round = 0; round < 4 && worst_stretch(world, a) > 0.1 * a.settings.tolerance * a.size;
        ++round) {
     for (std::size_t c = 0; c < a.count(); ++c) a.room.loads[c] = a.memory.vec(kLoad, c);
-    k.arms(p, kFinalRotation);
     k.prepare(p, kFinalPosition, kFinalRotation, false);
     k.fill_blocks(p, a.room.blocks.data());
     k.gather_tree(p, false, a.room.blocks.data());
@@ -114,8 +113,7 @@ void close_kinematic(Articulation& a, const Packed& p, Real h) {
     return;
   }
   const Kernels& k = kernels();
-  k.arms(p, kRotation);
-  k.joints(p, kPosition, kRotation);
+  k.levers(p, kPosition, kRotation);
   k.sweep(p, a.room.targets.data(), kPosition, a.settings.turn_stiffness);
   k.commit(p, kRotation);
 }
@@ -267,7 +265,8 @@ void prepare(World& world) {
     r.targets.reserve(3 * a.trees.size());
     if (!world.forces.empty()) r.forces.resize(6, n);
     if (tree) r.blocks.assign(kBlockSize * n, 0);
-    if (tree) r.slide.assign(n, Vec3(0)), r.turn.assign(n, Vec3(0)), r.loads.assign(n, Vec3(0));
+    if (tree) r.slide.assign(n, Vec3(0)), r.turn.assign(n, Vec3(0));
+    if (tree || a.parents.front() == kFree) r.loads.assign(n, Vec3(0));  // also outboard masses
     if (rows > 0) {
       r.inverse.assign(6 * n, 0), r.on_path.assign(std::max(n, rows), 0);
       r.rows.reserve(rows), r.response.assign(rows * rows, 0);
