@@ -1,5 +1,6 @@
 #pragma once
-/// A scene: a World ready to run, and how it wants to be run and seen. Reads scene files, version 1.
+/// A scene: a World ready to run, and how it wants to be run and seen. Reads scene files,
+/// version 1.
 #include <cstddef>
 #include <string>
 #include <string_view>
@@ -22,7 +23,7 @@ struct Scene {
   View view;
   Real step = 1.0 / 60;  // s
   int substeps = 1;
-  Real duration = 5;  // s
+  Real duration = 5;         // s
   Real drift_bound = 1e-12;  // allowed joint gap, part of the articulation's size
   OutputDefaults output;
   std::vector<std::string> warnings;  // whole lines, the place included
@@ -33,11 +34,13 @@ struct SceneLimits {
   std::size_t bytes = 64u << 20;
   std::size_t bodies = 1'000'000;
   std::size_t links = 1'000'000;
-  std::size_t depth = 64;  // nesting of JSON values and of prefabs
+  std::size_t parts = 4'000'000;   // shapes and keyframes
+  std::size_t values = 8'000'000;  // JSON values in the file
+  std::size_t depth = 64;          // nesting of JSON values and of prefabs
 };
 
 /// Reads a scene file. A bad file yields every complaint at once, each one line:
-///   puppet.json:12:7 /joints/3/a: found "shim", expected the name of a body; nearest is "shin"
+///   puppet.json:12:7: /joints/3/a: found "shim", expected the name of a body; nearest is "shin"
 Result<Scene> load_scene(const std::string& path, const SceneLimits& limits = {});
 
 /// The same from text; `name` stands for the file in complaints.

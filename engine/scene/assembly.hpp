@@ -1,0 +1,86 @@
+#pragma once
+/// A recipe with its names looked up and its prefabs, grids and chains written out.
+#include <string>
+#include <vector>
+
+#include "engine/scene/recipe.hpp"
+
+namespace pantin {
+
+/// Stands for what never moves where a body is asked for.
+inline constexpr std::uint32_t kWorldBody = UINT32_MAX;
+
+struct PlacedBody {
+  std::string name;
+  NodeId at = kNoNode;
+  Body body;
+  const Matter* matter = nullptr;
+  const SolverSettings* solver = nullptr;
+  std::uint32_t material = UINT32_MAX;  // for all its shapes; UINT32_MAX: as they say
+  bool is_driven_by_path = false;
+};
+
+struct PlacedJoint {
+  std::string name;
+  NodeId at = kNoNode;
+  std::uint32_t a = 0, b = 0;  // places in Assembly::bodies, or kWorldBody
+  BallJoint joint;             // an anchor in the world is a point of the assembly's frame
+};
+
+struct PlacedString {
+  std::string name;
+  NodeId at = kNoNode;
+  std::uint32_t a = 0, b = 0;
+  StringJoint joint;
+};
+
+struct PlacedPin {
+  std::string name;
+  NodeId at = kNoNode;
+  std::uint32_t body = 0;
+  Pin pin;
+};
+
+struct PlacedDrive {
+  NodeId at = kNoNode;
+  std::uint32_t body = 0;
+  Drive drive;
+};
+
+/// Bodies lie as at the start, in the assembly's own frame. Points into the recipe.
+struct Assembly {
+  std::vector<PlacedBody> bodies;
+  std::vector<PlacedJoint> joints;
+  std::vector<PlacedString> strings;
+  std::vector<PlacedPin> pins;
+  std::vector<PlacedDrive> drives;
+
+  std::size_t links() const { return joints.size() + strings.size() + pins.size(); }
+  Pose pose_of(std::uint32_t body) const {
+    return body == kWorldBody ? Pose{} : bodies[body].body.pose;
+  }
+  bool is_dynamic(std::uint32_t body) const {
+    return body != kWorldBody && bodies[body].body.motion == Motion::dynamic;
+  }
+};
+
+/// Complains of names that lead nowhere, prefabs that contain themselves, joints that close loops,
+/// and counts beyond the limits.
+Assembly assemble(const Recipe& recipe, const JsonDocument& json, Complaints& complaints,
+                  const SceneLimits& limits);
+
+/// Places the links of a chain: the own frame of each, and where the chain ends.
+struct ChainCourse {
+  std::vector<Pose> links;
+  std::vector<Vec3> joints;  // one more than links: both ends included
+};
+ChainCourse course_of(const ChainRecipe& chain);
+
+/// Warns of what will run but hardly as meant: mass ratios, pins out of reach, strings too short,
+/// joints that start open.
+void warn_of_structure(const Assembly& assembly, Complaints& complaints);
+
+/// Fills the World of a scene.
+void build_world(const Assembly& assembly, World& world);
+
+}  // namespace pantin

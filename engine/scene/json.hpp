@@ -1,0 +1,68 @@
+#pragma once
+/// JSON text as a tree that remembers where every value stands [RFC 8259, RFC 6901].
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace pantin {
+
+enum class JsonKind : std::uint8_t { null, boolean, number, string, array, object };
+
+/// A place in JsonDocument::nodes.
+using NodeId = std::uint32_t;
+inline constexpr NodeId kNoNode = UINT32_MAX;
+
+struct JsonNode {
+  JsonKind kind = JsonKind::null;
+  bool boolean = false;
+  double number = 0;         // NaN if it was refused
+  std::string_view text;     // of a string: unescaped; of anything else: as written
+  std::string_view key;      // of a member of an object: unescaped
+  std::uint32_t offset = 0;  // bytes before the value
+  std::uint32_t key_offset = 0;
+  NodeId parent = kNoNode;
+  std::uint32_t place = 0;  // among the parent's children
+  NodeId first_child = kNoNode, next = kNoNode;
+  std::uint32_t count = 0;  // of children
+};
+
+/// Something wrong with the text. Without a node the text is no JSON at all.
+struct JsonFault {
+  std::uint32_t offset = 0;
+  NodeId node = kNoNode;
+  std::string message;  // "found ..., expected ..."
+};
+
+struct JsonLimits {
+  std::size_t values = 8'000'000;
+  std::size_t depth = 64;
+};
+
+/// Owns the nodes; `text` must outlive it. Node 0 is the whole.
+struct JsonDocument {
+  std::string_view text;
+  std::vector<JsonNode> nodes;
+  std::vector<JsonFault> faults;
+  std::deque<std::string> unescaped;
+
+  const JsonNode& operator[](NodeId id) const { return nodes[id]; }
+  /// The member of an object, or kNoNode.
+  NodeId member(NodeId object, std::string_view key) const;
+  /// The way from the whole to a node, as in /bodies/3/name; "" for the whole.
+  std::string pointer(NodeId id) const;
+};
+
+/// Line and column of a byte, both from 1; columns count characters.
+struct LineColumn {
+  std::size_t line = 1, column = 1;
+};
+LineColumn place_of(std::string_view text, std::size_t offset);
+
+/// Reads strict JSON in UTF-8, with or without a byte order mark. Faults that leave the rest
+/// readable (keys given twice, numbers that are not finite) are collected; others end the reading.
+JsonDocument parse_json(std::string_view text, const JsonLimits& limits = {});
+
+}  // namespace pantin

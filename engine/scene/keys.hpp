@@ -1,0 +1,105 @@
+#pragma once
+/// THE list of keys a scene file may use, kind of object by kind of object. The reader refuses all
+/// others; the JSON Schema has the same names under $defs, which a test compares.
+#include <array>
+#include <span>
+#include <string_view>
+
+namespace pantin {
+
+struct KeySet {
+  std::string_view what;  // the kind of object, as complaints name it
+  std::span<const std::string_view> keys;
+};
+
+namespace keys {
+
+using K = const std::string_view[];
+
+inline constexpr K kScene{"$schema",  "version",   "title",       "gravity", "step",
+                          "substeps", "duration",  "drift_bound", "solver",  "materials",
+                          "bodies",   "joints",    "strings",     "pins",    "drives",
+                          "prefabs",  "instances", "generators",  "camera",  "light",
+                          "ground",   "output"};
+inline constexpr K kSolver{"type",    "turn_stiffness",  "calm_angle_deg", "reservoir_time",
+                           "rounds",  "tolerance",       "stall_drop",     "tension_stiffness",
+                           "limiter", "paper_reluctance"};
+inline constexpr K kMaterial{"name", "colour", "roughness", "metallic"};
+inline constexpr K kBody{
+    "name",         "shape",    "shapes",           "material", "density",
+    "mass",         "inertia",  "centre_of_mass",   "position", "rotation",
+    "rotation_deg", "velocity", "angular_velocity", "drag",     "gravity_scale",
+    "motion",       "solver"};
+inline constexpr K kSphere{"type", "radius", "position", "material", "density"};
+inline constexpr K kCapsule{"type",     "radius",       "length",   "position",
+                            "rotation", "rotation_deg", "material", "density"};
+inline constexpr K kBox{"type",         "size",     "position", "rotation",
+                        "rotation_deg", "material", "density"};
+inline constexpr K kJoint{"name", "type", "a", "b", "anchor", "anchor_a", "anchor_b"};
+inline constexpr K kString{"name",    "a",       "b",      "anchor_a", "anchor_b",
+                           "point_a", "point_b", "length", "slack",    "compliance"};
+inline constexpr K kPin{"name",   "body",     "anchor", "point",
+                        "target", "priority", "grip",   "stiffness"};
+inline constexpr K kDrive{"body", "keyframes", "loop", "lissajous"};
+inline constexpr K kKeyframe{"time", "position", "rotation", "rotation_deg"};
+inline constexpr K kLissajous{"centre",   "amplitude",      "frequency",      "phase_deg",
+                              "turn_deg", "turn_frequency", "turn_phase_deg", "rise"};
+inline constexpr K kPrefab{"name", "bodies", "joints",    "strings",
+                           "pins", "drives", "instances", "generators"};
+inline constexpr K kInstance{"name",         "prefab",      "position", "rotation",
+                             "rotation_deg", "time_offset", "solver"};
+inline constexpr K kGenerators{"chains", "grids"};
+inline constexpr K kChain{"name",       "links",
+                          "length",     "start",
+                          "direction",  "end",
+                          "sag",        "attach",
+                          "end_attach", "shape",
+                          "shapes",     "materials",
+                          "density",    "mass",
+                          "inertia",    "centre_of_mass",
+                          "mass_ratio", "tip_mass_factor",
+                          "velocity",   "angular_velocity",
+                          "drag",       "gravity_scale",
+                          "solver"};
+inline constexpr K kGrid{"name",     "prefab",       "count",       "spacing", "position",
+                         "rotation", "rotation_deg", "time_offset", "solver"};
+inline constexpr K kCamera{"eye", "target", "field_of_view_deg", "automatic"};
+inline constexpr K kLight{"direction", "colour", "strength", "sky", "ground"};
+inline constexpr K kGround{"visible", "height"};
+inline constexpr K kOutput{"size", "fps"};
+
+}  // namespace keys
+
+inline constexpr std::array<KeySet, 22> kKeySets{{
+    {"scene", keys::kScene},
+    {"solver", keys::kSolver},
+    {"material", keys::kMaterial},
+    {"body", keys::kBody},
+    {"sphere", keys::kSphere},
+    {"capsule", keys::kCapsule},
+    {"box", keys::kBox},
+    {"joint", keys::kJoint},
+    {"string", keys::kString},
+    {"pin", keys::kPin},
+    {"drive", keys::kDrive},
+    {"keyframe", keys::kKeyframe},
+    {"lissajous", keys::kLissajous},
+    {"prefab", keys::kPrefab},
+    {"instance", keys::kInstance},
+    {"generators", keys::kGenerators},
+    {"chain", keys::kChain},
+    {"grid", keys::kGrid},
+    {"camera", keys::kCamera},
+    {"light", keys::kLight},
+    {"ground", keys::kGround},
+    {"output", keys::kOutput},
+}};
+
+/// The keys of one kind of object; the kind must be in the list.
+constexpr const KeySet& keys_of(std::string_view what) {
+  for (const KeySet& set : kKeySets)
+    if (set.what == what) return set;
+  return kKeySets[0];
+}
+
+}  // namespace pantin

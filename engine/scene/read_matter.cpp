@@ -1,0 +1,181 @@
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "engine/scene/read.hpp"
+#include "engine/scene/utf8.hpp"
+
+namespace pantin {
+namespace {
+
+constexpr Real kWater = 1000;  // kg/m^3, the density of bodies that do not name theirs
+constexpr std::string_view kKinds[] = {"sphere", "capsule", "box"};
+
+/// A shape and its density, in the body's own frame.
+struct Solid {
+  Shape shape;
+  Real density;
+};
+
+std::optional<Solid> read_shape(const Reading& reading, NodeId node, std::uint32_t material,
+                                Real density) {
+  const JsonDocument& json = reading.json;
+  if (json[node].kind != JsonKind::object) {
+    reading.complaints.refuse_value(node, "an object (sphere, capsule or box)");
+    return std::nullopt;
+  }
+  const NodeId type = json.member(node, "type");
+  if (type == kNoNode) {
+    reading.complaints.refuse(node, "found no \"type\", expected sphere, capsule or box");
+    return std::nullopt;
+  }
+  const std::string_view kind = json[type].kind == JsonKind::string ? json[type].text : "";
+  if (std::find(std::begin(kKinds), std::end(kKinds), kind) == std::end(kKinds)) {
+    reading.complaints.refuse_value(type, listed(kKinds) + hint(kind, kKinds));
+    return std::nullopt;
+  }
+  const Reader from = reading.open(node, kind);
+  Solid solid{{}, from.number("density", density, kPositive)};
+  solid.shape.material = read_material(reading, from, material);
+  solid.shape.local.position = from.vec("position", Vec3(0));
+  const auto need = [&](std::string_view key) { return from.need(key, kSize.words) != kNoNode; };
+  bool is_whole = true;
+  if (kind == "box") {
+    solid.shape.kind = ShapeKind::box;
+    is_whole = from.need("size", "the three edges of the box") != kNoNode;
+    solid.shape.size = 0.5 * from.vec("size", Vec3(1), kSize);
+  } else {
+    is_whole = need("radius");
+    solid.shape.size = {from.number("radius", 1, kSize), 0, 0};
+  }
+  if (kind == "capsule") {
+    solid.shape.kind = ShapeKind::capsule;
+    is_whole = need("length") && is_whole;
+    solid.shape.size.y = 0.5 * from.number("length", 1, kSize);
+  }
+  if (kind != "sphere") solid.shape.local.rotation = from.rotation(kNoTurn);
+  if (!is_whole) return std::nullopt;
+  return solid;
+}
+
+std::vector<Solid> read_solids(const Reading& reading, const Reader& from, Real density) {
+  constexpr std::string_view kBoth[] = {"shape", "shapes"};
+  from.one_of(kBoth);
+  // A chain names its materials link by link.
+  const std::uint32_t material = from.accepts("material") ? read_material(reading, from, 0) : 0;
+  std::vector<NodeId> nodes = from.items("shapes");
+  if (const NodeId one = from.find("shape"); one != kNoNode) nodes = {one};
+  std::vector<Solid> solids;
+  for (NodeId node : nodes)
+    if (const auto solid = read_shape(reading, node, material, density)) solids.push_back(*solid);
+  return solids;
+}
+
+/// Three principal moments or the six entries xx, yy, zz, xy, xz, yz of the tensor.
+std::optional<Mat3> read_inertia(const Reader& from) {
+  const NodeId node = from.find("inertia");
+  if (node == kNoNode) return std::nullopt;
+  Real e[6] = {1, 1, 1, 0, 0, 0};
+  const std::uint32_t count = from.json[node].count;
+  if (from.json[node].kind != JsonKind::array || (count != 3 && count != 6)) {
+    from.complaints.refuse_value(
+        node, "3 principal moments, or 6 entries xx, yy, zz, xy, xz, yz, in kg m^2");
+    return std::nullopt;
+  }
+  if (!read_numbers(from.json, from.complaints, node, {e, count}, kAnyNumber)) return std::nullopt;
+  const Mat3 tensor(e[0], e[3], e[4], e[3], e[1], e[5], e[4], e[5], e[2]);
+  const Vec3 m = principal_inertia(tensor).moments;
+  if (is_possible_inertia(m)) return tensor;
+  from.complaints.refuse(node, "found principal moments " + written(m.x) + ", " + written(m.y) +
+                                   ", " + written(m.z) +
+                                   ", expected positive ones, each at most the sum of the others");
+  return std::nullopt;
+}
+
+/// Takes away what is only round-off, so that frames that coincide do so exactly.
+void snap(MassProperties& whole) {
+  const Mat3& t = whole.inertia;
+  const Real trace = t[0][0] + t[1][1] + t[2][2];
+  const Real extent = std::sqrt(trace / whole.mass);
+  for (int i = 0; i < 3; ++i) {
+    if (std::abs(whole.centre[i]) < 1e-12 * extent) whole.centre[i] = 0;
+    for (int j = 0; j < 3; ++j)
+      if (i != j && std::abs(t[i][j]) < 1e-12 * trace) whole.inertia[i][j] = 0;
+  }
+}
+
+/// Mass, centre and inertia from shapes and from what the file says of them; nothing if they do not
+/// make a body.
+std::optional<MassProperties> weigh(const Reader& from, const std::vector<Solid>& solids,
+                                    Motion motion, std::size_t refused_before) {
+  MassProperties whole;
+  for (const Solid& s : solids) whole = combine(whole, mass_properties(s.shape, s.density));
+  if (from.has("mass")) {
+    const Real mass = from.number("mass", 1, kPositive);
+    if (whole.mass > 0) whole.inertia *= mass / whole.mass;
+    whole.mass = mass;
+  }
+  whole.centre = from.vec("centre_of_mass", whole.centre);
+  if (const auto inertia = read_inertia(from)) whole.inertia = *inertia;
+  if (motion != Motion::dynamic) return whole;
+  if (solids.empty() && !from.has("shape") && !from.has("shapes")) {
+    if (from.need("mass", "a mass, or a shape that tells it") == kNoNode) return std::nullopt;
+    if (from.need("inertia", "an inertia, or a shape that tells it") == kNoNode)
+      return std::nullopt;
+  }
+  const Vec3 moments = principal_inertia(whole.inertia).moments;
+  if (whole.mass > 0 && std::isfinite(whole.mass) && is_possible_inertia(moments)) return whole;
+  if (from.complaints.refused() == refused_before)
+    from.complaints.refuse(from.node, "found a mass of " + written(whole.mass) +
+                                          " kg, expected shapes that make a finite mass above 0");
+  return std::nullopt;
+}
+
+}  // namespace
+
+std::uint32_t read_material(const Reading& reading, const Reader& from, std::uint32_t otherwise) {
+  const NodeId node = from.find("material");
+  if (node == kNoNode) return otherwise;
+  return find_material(reading, node, otherwise);
+}
+
+std::uint32_t find_material(const Reading& reading, NodeId node, std::uint32_t otherwise) {
+  const std::string_view name =
+      reading.json[node].kind == JsonKind::string ? reading.json[node].text : "";
+  std::vector<std::string_view> names;
+  for (std::uint32_t i = 1; i < reading.materials.size(); ++i) {
+    if (reading.materials[i].name == name) return i;
+    names.push_back(reading.materials[i].name);
+  }
+  reading.complaints.refuse_value(node, "the name of a material" + hint(name, names));
+  return otherwise;
+}
+
+Matter read_matter(const Reading& reading, const Reader& from, Motion motion) {
+  constexpr std::string_view kWeights[] = {"density", "mass"};
+  from.one_of(kWeights);
+  const std::size_t refused_before = from.complaints.refused();
+  const std::vector<Solid> solids =
+      read_solids(reading, from, from.number("density", kWater, kPositive));
+  Matter matter;
+  for (const Solid& s : solids) matter.shapes.push_back(s.shape);
+  std::optional<MassProperties> whole = weigh(from, solids, motion, refused_before);
+  if (!whole || !(whole->mass > 0)) return matter;
+  matter.mass = whole->mass;
+  if (motion != Motion::dynamic) {
+    // The moments about the frame's own axes are those of some body too.
+    const Vec3 moments(whole->inertia[0][0], whole->inertia[1][1], whole->inertia[2][2]);
+    if (is_possible_inertia(moments)) matter.inertia = moments;
+    return matter;
+  }
+  snap(*whole);
+  const PrincipalInertia principal = principal_inertia(whole->inertia);
+  matter.inertia = principal.moments;
+  matter.centre = {whole->centre, principal.rotation};
+  matter.is_moved = whole->centre != Vec3(0) || principal.rotation != kNoTurn;
+  if (matter.is_moved)
+    for (Shape& s : matter.shapes) s.local = compose(inverse(matter.centre), s.local);
+  return matter;
+}
+
+}  // namespace pantin

@@ -1,0 +1,240 @@
+#include "engine/scene/reader.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "engine/base/check.hpp"
+#include "engine/base/rotation.hpp"
+#include "engine/scene/utf8.hpp"
+
+namespace pantin {
+namespace {
+
+constexpr std::size_t kLongestName = 200;  // bytes
+
+Real linear_of(Real srgb) {
+  return srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4);
+}
+
+/// Six hexadecimal digits after "#".
+std::optional<Vec3> colour_from(std::string_view text) {
+  unsigned bits = 0;
+  if (text.size() != 7 || text[0] != '#') return std::nullopt;
+  const char* last = text.data() + text.size();
+  if (std::from_chars(text.data() + 1, last, bits, 16).ptr != last) return std::nullopt;
+  const auto part = [&](unsigned shift) { return linear_of(((bits >> shift) & 0xFF) / 255.0); };
+  return Vec3(part(16), part(8), part(0));
+}
+
+}  // namespace
+
+Reader::Reader(const JsonDocument& j, Complaints& c, NodeId n, const KeySet& set)
+    : json(j), complaints(c), node(n), set_(set) {
+  if (!is_object()) {
+    complaints.refuse_value(node, "an object (" + std::string(set.what) + ")");
+    return;
+  }
+  for (NodeId child = json[node].first_child; child != kNoNode; child = json[child].next) {
+    const std::string_view key = json[child].key;
+    if (accepts(key)) continue;
+    const std::string_view near = nearest(key, set.keys);
+    complaints.refuse_key(child, "found key \"" + clipped(key) + "\", expected a key of a " +
+                                     std::string(set.what) +
+                                     (near.empty() ? ": " + listed(set.keys)
+                                                   : "; nearest is \"" + std::string(near) + "\""));
+  }
+}
+
+bool Reader::accepts(std::string_view key) const {
+  return std::find(set_.keys.begin(), set_.keys.end(), key) != set_.keys.end();
+}
+
+NodeId Reader::find(std::string_view key) const {
+  PANTIN_ASSERT(accepts(key));
+  return is_object() ? json.member(node, key) : kNoNode;
+}
+
+NodeId Reader::need(std::string_view key, std::string_view expected) const {
+  const NodeId value = find(key);
+  if (value == kNoNode && is_object())
+    complaints.refuse(node,
+                      "found no \"" + std::string(key) + "\", expected " + std::string(expected));
+  return value;
+}
+
+Real Reader::number(std::string_view key, Real otherwise, const Range& range) const {
+  const NodeId value = find(key);
+  if (value == kNoNode || std::isnan(json[value].number)) return otherwise;
+  if (json[value].kind == JsonKind::number && range.holds(json[value].number))
+    return json[value].number;
+  complaints.refuse_value(value, range.words);
+  return otherwise;
+}
+
+int Reader::whole(std::string_view key, int otherwise, int least, int most) const {
+  const NodeId value = find(key);
+  if (value == kNoNode || std::isnan(json[value].number)) return otherwise;
+  const Real x = json[value].number;
+  if (json[value].kind == JsonKind::number && x == std::floor(x) && x >= least && x <= most)
+    return static_cast<int>(x);
+  complaints.refuse_value(
+      value, "a whole number from " + std::to_string(least) + " to " + std::to_string(most));
+  return otherwise;
+}
+
+bool Reader::flag(std::string_view key, bool otherwise) const {
+  const NodeId value = find(key);
+  if (value == kNoNode) return otherwise;
+  if (json[value].kind == JsonKind::boolean) return json[value].boolean;
+  complaints.refuse_value(value, "true or false");
+  return otherwise;
+}
+
+std::string Reader::text(std::string_view key, std::string_view otherwise) const {
+  const NodeId value = find(key);
+  if (value == kNoNode) return std::string(otherwise);
+  if (json[value].kind == JsonKind::string) return std::string(json[value].text);
+  complaints.refuse_value(value, "text in double quotes");
+  return std::string(otherwise);
+}
+
+std::size_t Reader::word(std::string_view key, std::size_t otherwise,
+                         std::span<const std::string_view> words) const {
+  const NodeId value = find(key);
+  if (value == kNoNode) return otherwise;
+  if (json[value].kind == JsonKind::string) {
+    const auto it = std::find(words.begin(), words.end(), json[value].text);
+    if (it != words.end()) return static_cast<std::size_t>(it - words.begin());
+  }
+  complaints.refuse_value(value, listed(words) + hint(json[value].text, words));
+  return otherwise;
+}
+
+bool read_numbers(const JsonDocument& json, Complaints& complaints, NodeId array,
+                  std::span<Real> into, const Range& range) {
+  if (json[array].kind != JsonKind::array || json[array].count != into.size()) {
+    complaints.refuse_value(array, "an array of " + std::to_string(into.size()) + " numbers");
+    return false;
+  }
+  bool good = true;
+  std::size_t i = 0;
+  for (NodeId c = json[array].first_child; c != kNoNode; c = json[c].next, ++i) {
+    into[i] = json[c].number;
+    if (std::isnan(into[i])) {
+      good = false;  // refused already
+    } else if (json[c].kind != JsonKind::number || !range.holds(into[i])) {
+      complaints.refuse_value(c, range.words);
+      good = false;
+    }
+  }
+  return good;
+}
+
+Vec3 Reader::vec(std::string_view key, Vec3 otherwise, const Range& range) const {
+  const NodeId value = find(key);
+  Vec3 v(0);
+  if (value == kNoNode || !read_numbers(json, complaints, value, {&v.x, 3}, range))
+    return otherwise;
+  return v;
+}
+
+std::optional<Vec3> Reader::vec_if(std::string_view key) const {
+  if (!has(key)) return std::nullopt;
+  return vec(key, Vec3(0));
+}
+
+Vec3 Reader::direction(std::string_view key, Vec3 otherwise) const {
+  const Vec3 v = vec(key, otherwise);
+  const Real length = glm::length(v);
+  if (length > 0) return v / length;
+  complaints.refuse_value(find(key), "a direction: three numbers, not all 0");
+  return otherwise;
+}
+
+Vec3 Reader::vec_or_number(std::string_view key, Vec3 otherwise) const {
+  const NodeId value = find(key);
+  if (value == kNoNode || json[value].kind == JsonKind::array) return vec(key, otherwise);
+  return Vec3(number(key, otherwise.x, kAnyNumber));
+}
+
+Pose Reader::pose() const { return {vec("position", Vec3(0)), rotation(kNoTurn)}; }
+
+Quat Reader::rotation(Quat otherwise) const {
+  constexpr std::string_view kBoth[] = {"rotation", "rotation_deg"};
+  one_of(kBoth);
+  if (has("rotation_deg")) return from_degrees(vec("rotation_deg", Vec3(0)));
+  const NodeId value = find("rotation");
+  Real q[4];
+  if (value == kNoNode || !read_numbers(json, complaints, value, q, kAnyNumber)) return otherwise;
+  const Quat quaternion(q[3], q[0], q[1], q[2]);
+  const Real length = glm::length(quaternion), error = std::abs(length - 1);
+  if (error > 1e-3) {
+    complaints.refuse(value, "found a quaternion of length " + written(length) +
+                                 ", expected [x, y, z, w] of length 1");
+    return otherwise;
+  }
+  if (error > 1e-6)
+    complaints.warn(value, "quaternion",
+                    "quaternion of length " + written(length) + " was brought to length 1");
+  return error < 1e-15 ? quaternion : quaternion * (1 / length);
+}
+
+Vec3 Reader::colour(std::string_view key, Vec3 otherwise, Real most) const {
+  const NodeId value = find(key);
+  if (value == kNoNode) return otherwise;
+  const Range range{0, most, most > 1 ? "a number from 0 to 100" : kUnit.words};
+  if (json[value].kind == JsonKind::array) return vec(key, otherwise, range);
+  if (json[value].kind == JsonKind::string)
+    if (const auto colour = colour_from(json[value].text)) return *colour;
+  complaints.refuse_value(value, "a colour: \"#rrggbb\" (sRGB) or [r, g, b] (linear)");
+  return otherwise;
+}
+
+std::string Reader::name() const {
+  const NodeId value = need("name", "a name");
+  const std::string word = text("name", "");
+  if (value == kNoNode || json[value].kind != JsonKind::string) return {};
+  if (word == "world") {
+    complaints.refuse_value(value, "another name: this one stands for what never moves");
+    return {};
+  }
+  const bool is_plain = std::none_of(word.begin(), word.end(), [](char c) {
+    return c == '/' || static_cast<unsigned char>(c) < 0x20;
+  });
+  if (!word.empty() && word.size() <= kLongestName && is_plain) return word;
+  complaints.refuse_value(value, "a name of 1 to 200 bytes without \"/\"");
+  return {};
+}
+
+std::vector<NodeId> Reader::items(std::string_view key) const {
+  std::vector<NodeId> result;
+  const NodeId value = find(key);
+  if (value == kNoNode) return result;
+  if (json[value].kind != JsonKind::array) {
+    complaints.refuse_value(value, "an array");
+    return result;
+  }
+  result.reserve(json[value].count);
+  for (NodeId c = json[value].first_child; c != kNoNode; c = json[c].next) result.push_back(c);
+  return result;
+}
+
+void Reader::one_of(std::span<const std::string_view> keys) const {
+  std::string_view first;
+  for (std::string_view key : keys) {
+    if (!has(key)) continue;
+    if (first.empty())
+      first = key;
+    else
+      complaints.refuse_key(find(key), "found \"" + std::string(key) + "\" beside \"" +
+                                           std::string(first) + "\", expected only one of them");
+  }
+}
+
+Quat from_degrees(Vec3 angles) {
+  const Vec3 r = angles * (kPi / 180);
+  return glm::normalize(turn_by({0, 0, r.z}) * turn_by({0, r.y, 0}) * turn_by({r.x, 0, 0}));
+}
+
+}  // namespace pantin

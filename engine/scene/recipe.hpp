@@ -1,0 +1,140 @@
+#pragma once
+/// A scene file as read: every value typed and checked by itself, names not yet looked up.
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/scene/complaints.hpp"
+#include "engine/scene/json.hpp"
+#include "engine/scene/scene.hpp"
+
+namespace pantin {
+
+/// The name of something else in the file. Views into the file's text.
+struct Reference {
+  std::string_view name;
+  NodeId at = kNoNode;
+};
+
+/// What a body is made of, in its mass-centre frame.
+struct Matter {
+  Real mass = 1;
+  Vec3 inertia{1};
+  Pose centre;            // the mass-centre frame in the body's own frame
+  bool is_moved = false;  // false: both frames are the same
+  std::vector<Shape> shapes;
+};
+
+struct BodyRecipe {
+  std::string name;
+  NodeId at = kNoNode;
+  Matter matter;
+  Pose pose;  // of the body's own frame
+  Vec3 velocity{0}, spin{0};
+  Real drag = 0.3, gravity_scale = 1;
+  Motion motion = Motion::dynamic;
+  std::optional<SolverSettings> solver;
+};
+
+/// A point given in the scene at the start, in a body's own frame, or not at all.
+struct PointRecipe {
+  std::optional<Vec3> in_scene, in_body;
+};
+
+struct JointRecipe {
+  std::string name;
+  NodeId at = kNoNode;
+  Reference a, b;
+  std::optional<Vec3> anchor, anchor_a, anchor_b;
+};
+
+struct StringRecipe {
+  std::string name;
+  NodeId at = kNoNode;
+  Reference a, b;
+  PointRecipe at_a, at_b;
+  std::optional<Real> length;
+  Real slack = 1;
+  Real compliance = 0;
+};
+
+struct PinRecipe {
+  std::string name;
+  NodeId at = kNoNode;
+  Reference body;
+  PointRecipe point;
+  std::optional<Vec3> target;
+  Pin pin;  // priority, grip, stiffness
+};
+
+struct KeyRecipe {
+  Real time = 0;
+  std::optional<Vec3> position;
+  std::optional<Quat> rotation;
+};
+
+struct DriveRecipe {
+  NodeId at = kNoNode;
+  Reference body;
+  std::vector<KeyRecipe> keys;  // empty: a sway
+  bool loop = false;
+  Lissajous sway;  // angles of a prefab's frame; centre as below
+  std::optional<Vec3> centre;
+};
+
+struct InstanceRecipe {
+  std::string name;
+  NodeId at = kNoNode;
+  Reference prefab;
+  Pose pose;
+  Real time_offset = 0;
+  std::optional<SolverSettings> solver;
+};
+
+struct GridRecipe {
+  InstanceRecipe each;  // pose of the grid's middle
+  std::array<int, 3> count{1, 1, 1};
+  Vec3 spacing{1};
+};
+
+struct ChainRecipe {
+  std::string name;
+  NodeId at = kNoNode;
+  int links = 0;
+  Real length = 0;                       // of one link, joint to joint
+  BodyRecipe link;                       // its own frame: middle of the link, -y along the chain
+  std::vector<std::uint32_t> materials;  // taken in turn; empty: as the shapes say
+  Vec3 start{0}, direction{0, -1, 0}, sag{0, -1, 0};
+  std::optional<Vec3> end;
+  std::optional<Reference> attach, end_attach;
+  Real mass_ratio = 1, tip_mass_factor = 1;
+};
+
+/// What a prefab and the scene itself have in common.
+struct Group {
+  std::string name;
+  NodeId at = kNoNode;
+  std::vector<BodyRecipe> bodies;
+  std::vector<JointRecipe> joints;
+  std::vector<StringRecipe> strings;
+  std::vector<PinRecipe> pins;
+  std::vector<DriveRecipe> drives;
+  std::vector<InstanceRecipe> instances;
+  std::vector<GridRecipe> grids;
+  std::vector<ChainRecipe> chains;
+  // Members that could not be read: names below "<member>/" are unknown, not wrong.
+  std::vector<std::string> broken;
+};
+
+/// The whole file. `scene` lacks only its World's entities.
+struct Recipe {
+  Scene scene;
+  Group top;
+  std::vector<Group> prefabs;
+};
+
+Recipe read_recipe(const JsonDocument& json, Complaints& complaints, const SceneLimits& limits);
+
+}  // namespace pantin

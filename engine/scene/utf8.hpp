@@ -1,0 +1,20 @@
+#pragma once
+/// Text in UTF-8 [RFC 3629]: is it sound, where do characters end.
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace pantin {
+
+inline bool is_utf8_tail(char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; }
+
+/// The first byte that is not part of a character (overlong forms and surrogates are none), or the
+/// text's size.
+std::size_t first_bad_utf8(std::string_view text);
+
+void add_utf8(std::string& text, std::uint32_t character);
+
+/// At most some forty characters, for complaints; no control characters.
+std::string clipped(std::string_view text);
+
+}  // namespace pantin

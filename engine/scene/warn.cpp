@@ -1,0 +1,172 @@
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "engine/scene/assembly.hpp"
+
+namespace pantin {
+namespace {
+
+constexpr Real kHeavy = 100;          // mass ratio across a joint that is worth a word
+constexpr Real kOpen = 1e-6;          // m, start gap of a joint
+constexpr std::size_t kMostHeld = 8;  // points of one tree that are compared with all others
+
+std::string quoted(const std::string& name) { return "\"" + name + "\""; }
+
+void warn_of_joints(const Assembly& assembly, Complaints& complaints) {
+  for (const PlacedJoint& j : assembly.joints) {
+    const Real gap = glm::length(residual(j.joint, assembly.pose_of(j.a), assembly.pose_of(j.b)));
+    if (gap > kOpen)
+      complaints.warn(j.at, "gap",
+                      "joint " + quoted(j.name) + " starts " + written(gap) +
+                          " m open; the first step closes it");
+    if (!assembly.is_dynamic(j.a) || !assembly.is_dynamic(j.b)) continue;
+    const PlacedBody *a = &assembly.bodies[j.a], *b = &assembly.bodies[j.b];
+    if (a->body.mass < b->body.mass) std::swap(a, b);
+    const Real ratio = a->body.mass / b->body.mass;
+    if (ratio > kHeavy)
+      complaints.warn(j.at, "ratio",
+                      "joint " + quoted(j.name) + " has a mass ratio of " + written(ratio) +
+                          ":1 (" + a->name + " " + written(a->body.mass) + " kg, " + b->name + " " +
+                          written(b->body.mass) + " kg); above 100:1 expect less accurate motion");
+  }
+}
+
+void warn_of_strings(const Assembly& assembly, Complaints& complaints) {
+  for (const PlacedString& s : assembly.strings) {
+    const Real over = stretch(s.joint, assembly.pose_of(s.a), assembly.pose_of(s.b));
+    if (over > kOpen)
+      complaints.warn(s.at, "short",
+                      "string " + quoted(s.name) + " of " + written(s.joint.length) + " m starts " +
+                          written(over) + " m too short; it will pull hard at first");
+  }
+}
+
+/// A point of a dynamic body that has a place in the world: by an exact pin, or by a joint to a
+/// body that joints cannot move.
+struct Held {
+  std::uint32_t body;
+  Vec3 anchor, target;
+  int priority;
+  NodeId at;
+  std::string name;
+};
+
+struct Edge {
+  std::uint32_t body;
+  Vec3 exit, entry;  // anchors in this body and in the other
+};
+
+/// The way through the joints from one held point to each body of its tree.
+struct Way {
+  bool is_known = false;
+  Vec3 entry{0};
+  Real length = 0, longest = 0;  // of the parts up to `entry`
+};
+
+class Reach {
+ public:
+  explicit Reach(const Assembly& assembly)
+      : assembly_(assembly), edges_(assembly.bodies.size()), held_(assembly.bodies.size()) {
+    for (const PlacedJoint& j : assembly.joints) {
+      const bool a = assembly.is_dynamic(j.a), b = assembly.is_dynamic(j.b);
+      if (a && b) {
+        edges_[j.a].push_back({j.b, j.joint.anchor_a, j.joint.anchor_b});
+        edges_[j.b].push_back({j.a, j.joint.anchor_b, j.joint.anchor_a});
+      } else if (a) {
+        hold({j.a, j.joint.anchor_a, to_world(assembly.pose_of(j.b), j.joint.anchor_b), 0, j.at,
+              "joint " + quoted(j.name)});
+      } else {
+        hold({j.b, j.joint.anchor_b, to_world(assembly.pose_of(j.a), j.joint.anchor_a), 0, j.at,
+              "joint " + quoted(j.name)});
+      }
+    }
+    for (const PlacedPin& p : assembly.pins)
+      if (p.pin.grip == Grip::exact)
+        hold({p.body, p.pin.anchor, p.pin.target, p.pin.priority, p.at, "pin " + quoted(p.name)});
+  }
+
+  void warn(Complaints& complaints) {
+    std::vector<bool> seen(assembly_.bodies.size(), false);
+    for (std::uint32_t start = 0; start < held_.size(); ++start) {
+      if (seen[start] || held_[start].empty()) continue;
+      std::vector<const Held*> all;
+      for (std::uint32_t body : tree_of(start)) {
+        seen[body] = true;
+        for (std::size_t h : held_[body]) all.push_back(&list_[h]);
+      }
+      std::stable_sort(all.begin(), all.end(),
+                       [](const Held* a, const Held* b) { return a->priority > b->priority; });
+      for (std::size_t i = 0; i < std::min(all.size(), kMostHeld); ++i) compare(all, i, complaints);
+    }
+  }
+
+ private:
+  void hold(Held held) {
+    held_[held.body].push_back(list_.size());
+    list_.push_back(std::move(held));
+  }
+
+  std::vector<std::uint32_t> tree_of(std::uint32_t start) {
+    std::vector<std::uint32_t> order{start};
+    std::vector<Way>& ways = ways_;
+    ways.resize(assembly_.bodies.size());
+    ways[start].is_known = true;
+    for (std::size_t i = 0; i < order.size(); ++i)
+      for (const Edge& e : edges_[order[i]])
+        if (!ways[e.body].is_known) ways[e.body].is_known = true, order.push_back(e.body);
+    for (std::uint32_t body : order) ways[body] = {};
+    return order;
+  }
+
+  /// Compares the held points after `i` with it.
+  void compare(const std::vector<const Held*>& all, std::size_t i, Complaints& complaints) {
+    if (i + 1 == all.size()) return;
+    const Held& from = *all[i];
+    std::vector<std::uint32_t> order{from.body};
+    ways_[from.body] = {true, from.anchor, 0, 0};
+    for (std::size_t k = 0; k < order.size(); ++k) {
+      const Way way = ways_[order[k]];
+      for (const Edge& e : edges_[order[k]]) {
+        if (ways_[e.body].is_known) continue;
+        const Real part = glm::length(e.exit - way.entry);
+        ways_[e.body] = {true, e.entry, way.length + part, std::max(way.longest, part)};
+        order.push_back(e.body);
+      }
+    }
+    for (std::size_t k = i + 1; k < all.size(); ++k) judge(from, *all[k], complaints);
+    for (std::uint32_t body : order) ways_[body] = {};
+  }
+
+  void judge(const Held& from, const Held& to, Complaints& complaints) const {
+    const Way& way = ways_[to.body];
+    const Real last = glm::length(to.anchor - way.entry);
+    const Real reach = way.length + last, longest = std::max(way.longest, last);
+    const Real least = std::max(Real(0), 2 * longest - reach);
+    const Real distance = glm::length(to.target - from.target);
+    const std::string where = to.name + " is held " + written(distance) + " m from " + from.name +
+                              ", but the way between ";
+    if (distance > reach + kOpen)
+      complaints.warn(to.at, "reach",
+                      where + "measures only " + written(reach) + " m; it stays out of reach");
+    else if (distance < least - kOpen)
+      complaints.warn(to.at, "reach",
+                      where + "cannot fold below " + written(least) + " m; it stays out of reach");
+  }
+
+  const Assembly& assembly_;
+  std::vector<std::vector<Edge>> edges_;
+  std::vector<Held> list_;
+  std::vector<std::vector<std::size_t>> held_;  // by body, into list_
+  std::vector<Way> ways_;
+};
+
+}  // namespace
+
+void warn_of_structure(const Assembly& assembly, Complaints& complaints) {
+  warn_of_joints(assembly, complaints);
+  warn_of_strings(assembly, complaints);
+  Reach(assembly).warn(complaints);
+}
+
+}  // namespace pantin
