@@ -225,7 +225,7 @@ void iterate(StepRoom& r, int rounds) {
   }
 }
 
-/// Solves the rows marked active exactly, by Cholesky. False if the system is not definite enough.
+/// Solves the rows marked active exactly, by LDL^T. False if the system is not definite enough.
 bool solve_active(StepRoom& r, const std::vector<std::uint8_t>& active) {
   const std::size_t n = r.rows.size();
   std::vector<Real>&l = r.factor, &x = r.solved;
@@ -235,25 +235,19 @@ bool solve_active(StepRoom& r, const std::vector<std::uint8_t>& active) {
       if (!active[j]) continue;
       Real s = r.response[i * n + j];
       for (std::size_t k = 0; k < j; ++k)
-        if (active[k]) s -= l[i * n + k] * l[j * n + k];
-      if (i != j) {
-        l[i * n + j] = s / l[j * n + j];
-      } else if (s > 1e-10 * r.response[i * n + i]) {
-        l[i * n + i] = std::sqrt(s);
-      } else {
-        return false;
-      }
+        if (active[k]) s -= l[i * n + k] * l[k * n + k] * l[j * n + k];
+      if (i == j && !(s > 1e-10 * r.response[i * n + i])) return false;
+      l[i * n + j] = i == j ? s : s / l[j * n + j];
     }
-    Real s = r.rows[i].wanted;
+    x[i] = r.rows[i].wanted;
     for (std::size_t k = 0; k < i; ++k)
-      if (active[k]) s -= l[i * n + k] * x[k];
-    x[i] = s / l[i * n + i];
+      if (active[k]) x[i] -= l[i * n + k] * x[k];
   }
   for (std::size_t i = n; i-- > 0;) {
     if (!active[i]) continue;
+    x[i] /= l[i * n + i];
     for (std::size_t k = i + 1; k < n; ++k)
       if (active[k]) x[i] -= l[k * n + i] * x[k];
-    x[i] /= l[i * n + i];
   }
   return true;
 }
@@ -273,10 +267,13 @@ void solve_loads(StepRoom& r) {
       if (active[i] && r.rows[i].one_sided && r.solved[i] < 0) active[i] = 0, settled = false;
     for (std::size_t i = 0; settled && i < n; ++i) {
       if (active[i]) continue;
-      Real lack = r.rows[i].wanted;
-      for (std::size_t j = 0; j < n; ++j)
-        if (active[j]) lack -= r.response[i * n + j] * r.solved[j];
-      if (lack > 1e-14) active[i] = 1, settled = false;
+      Real lack = r.rows[i].wanted, terms = std::abs(lack);
+      for (std::size_t j = 0; j < n; ++j) {
+        if (!active[j]) continue;
+        const Real term = r.response[i * n + j] * r.solved[j];
+        lack -= term, terms += std::abs(term);
+      }
+      if (lack > 1e-13 * terms) active[i] = 1, settled = false;  // beyond rounding
     }
     if (!settled) continue;
     for (std::size_t i = 0; i < n; ++i) r.rows[i].load = active[i] ? r.solved[i] : 0;
