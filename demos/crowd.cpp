@@ -1,0 +1,6 @@
+// A hundred marionettes in a grid.
+#include "demos/demo.hpp"
+
+int main(int argc, char** argv) {
+  return pantin::demos::run(argc, argv, "crowd", pantin::demos::load("crowd"));
+}

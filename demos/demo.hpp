@@ -1,0 +1,69 @@
+#pragma once
+// What the example programs share: arguments, the loop, and the line they print.
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <functional>
+#include <string>
+
+#include "engine/runtime/simulation.hpp"
+#include "engine/scene/scene.hpp"
+
+namespace pantin::demos {
+
+/// Reads a scene of assets/scenes, or ends the program with the loader's complaints.
+inline Scene load(const std::string& name) {
+  Result<Scene> scene = load_scene(std::string(PANTIN_ASSETS "/scenes/") + name + ".json");
+  if (scene) return std::move(*scene);
+  for (const Error& e : scene.errors()) std::fprintf(stderr, "%s\n", e.message.c_str());
+  std::exit(2);
+}
+
+/// What happens besides the steps: called before each step with its number.
+using Script = std::function<void(Simulation&, int)>;
+
+struct Outcome {
+  std::uint64_t hash = 0;
+  Real worst_gap = 0;  // part of the articulation's size
+  bool sound = true;   // every step could be taken
+};
+
+inline Outcome play(const Scene& scene, int steps, const Script& script) {
+  Simulation sim(scene.world, {scene.step, scene.substeps, 1, true});
+  Outcome done;
+  for (int i = 0; i < steps && done.sound; ++i) {
+    if (script) script(sim, i);
+    const StepReport report = sim.step();
+    done.worst_gap = std::max(done.worst_gap, report.measures.worst_gap_rel);
+    done.sound = report.status == Status::ok;
+  }
+  done.hash = state_hash(sim.world);
+  return done;
+}
+
+/// Plays a scene, for its whole duration or for `--steps N`, and prints how it went. With --steps
+/// it is played twice: the second time must end in the same bits. Returns the exit code.
+inline int run(int argc, char** argv, const char* name, const Scene& scene,
+               const Script& script = {}) {
+  int steps = static_cast<int>(std::lround(scene.duration / scene.step));
+  const bool check = argc == 3 && std::strcmp(argv[1], "--steps") == 0;
+  if (argc != 1 && !check) {
+    std::fprintf(stderr, "usage: %s [--steps N]\n", argv[0]);
+    return 2;
+  }
+  if (check) steps = std::atoi(argv[2]);
+  if (steps < 1) {
+    std::fprintf(stderr, "%s: found --steps %s, expected a number from 1\n", argv[0], argv[2]);
+    return 2;
+  }
+  const Outcome first = play(scene, steps, script);
+  const bool stable = !check || play(scene, steps, script).hash == first.hash;
+  const bool tight = first.worst_gap <= scene.drift_bound;
+  std::printf("%-12s %5d steps  %4zu bodies  worst joint gap %.1e of size  hash %016llx%s%s%s\n",
+              name, steps, scene.world.bodies.size(), first.worst_gap,
+              static_cast<unsigned long long>(first.hash), first.sound ? "" : "  DIVERGED",
+              tight ? "" : "  DRIFTED", stable ? "" : "  NOT REPEATABLE");
+  return first.sound && tight && stable ? 0 : 3;
+}
+
+}  // namespace pantin::demos

@@ -1,0 +1,6 @@
+// A chain thrown into empty space: nothing holds it, its momenta stay.
+#include "demos/demo.hpp"
+
+int main(int argc, char** argv) {
+  return pantin::demos::run(argc, argv, "free_chain", pantin::demos::load("free_chain"));
+}

@@ -1,0 +1,6 @@
+// A puppet on strings: it walks and waves as its bars are rocked.
+#include "demos/demo.hpp"
+
+int main(int argc, char** argv) {
+  return pantin::demos::run(argc, argv, "marionette", pantin::demos::load("marionette"));
+}
