@@ -1,0 +1,192 @@
+// The same numbers in, the same bits out: over runs, builds of the kernels, optimisation, threads.
+#include <catch2/catch.hpp>
+#include <cstdio>
+#include <cstdlib>
+#include <string>
+#ifdef __linux__
+#include <unistd.h>
+#endif
+
+#include "tests/runtime/puppets.hpp"
+#include "tests/solvers/stages.hpp"
+#include "tests/solvers/trees.hpp"
+
+// The kernels once more, as the compiler writes them down without optimising anything.
+#if defined(__clang__)
+#pragma clang optimize off
+#elif defined(__GNUC__)
+#pragma GCC push_options
+#pragma GCC optimize("O0")
+#endif
+#define PANTIN_KERNELS unoptimised
+#include "engine/solvers/procedural/kernels.cpp"
+#undef PANTIN_KERNELS
+#if defined(__clang__)
+#pragma clang optimize on
+#elif defined(__GNUC__)
+#pragma GCC pop_options
+#endif
+
+using namespace pantin;
+using namespace pantin::test;
+using procedural::Kernels;
+
+namespace {
+
+/// Chains and trees, held and free, with drag, several solvers and every kind of tie.
+World everything() {
+  World w = swaying_puppet().world;
+  Dice dice(11);
+  const auto take = [&](const World& from, const SolverSettings& how, Vec3 at) {
+    std::vector<Entity> made;
+    const auto in_w = [&](Entity e) { return made[from.bodies.slot(e)]; };
+    for (Body b : from.bodies.values()) {
+      b.pose.position += at;
+      made.push_back(w.add_body(b));
+    }
+    for (const Link& l : from.links.values()) w.add_link(in_w(l.a), in_w(l.b), l.joint);
+    for (Pin p : from.pins.values()) p.body = in_w(p.body), p.target += at, w.add_pin(p);
+    w.settings.add(made.front(), how);
+  };
+  int n = 0;
+  for (Solver solver : {Solver::automatic, Solver::sweep, Solver::shake2, Solver::paper})
+    for (bool held : {true, false})
+      for (bool is_chain : {true, false}) {
+        TreeSpec spec;
+        spec.bodies = 5 + n % 7, spec.decades = 0.5, spec.drag = 0.1 * (n % 3);
+        spec.held = held, spec.chain = is_chain;
+        SolverSettings how;
+        how.solver = solver;
+        take(random_tree(spec, dice).world, how, {3.0 * ++n, 0, 0});
+      }
+  for (Body& b : w.bodies.values())
+    if (b.motion == Motion::dynamic) b.spin += 3.0 * dice.in_cube(1);
+  return w;
+}
+
+std::uint64_t hash_after(World start, int steps, int threads, int substeps = 1) {
+  Simulation sim(std::move(start), {1.0 / 60, substeps, threads});
+  for (int i = 0; i < steps; ++i) {
+    if (i % 40 == 20) sim.world.push(sim.world.bodies.owners()[5], {3, 2, 1}, Vec3(0));
+    sim.step();
+  }
+  return state_hash(sim.world);
+}
+
+/// Everything that the kernels write while one articulation is stepped with one table of them.
+std::uint64_t hash_of_stages(const Kernels& k, const World& start, procedural::Rule rule,
+                             bool least_displacement, bool first) {
+  Stages s(start, k);
+  Articulation& a = s.articulation();
+  Hash hash;
+  const auto note = [&](const auto& numbers) {
+    for (Real number : numbers) hash.add(number);
+  };
+  Real gravity[3] = {0.5, -9.81, 0.25};
+  const procedural::StartSums sums =
+      k.predict(s.packed(), {0.02, {gravity[0], gravity[1], gravity[2]}, rule, first});
+  hash.add(sums.kinetic), hash.add(sums.potential), hash.add(sums.damped);
+  note(sums.momentum), note(a.room.work.numbers());
+  // One stage after the other ...
+  if (least_displacement)
+    s.levers(), s.sweep();
+  else
+    s.gather(true), s.close();
+  note(a.room.work.numbers()), note(a.memory.numbers());
+  const procedural::FinishInput in{0.02, {gravity[0], gravity[1], gravity[2]}, rule, first, 0.5};
+  const auto note_end = [&](const procedural::EndSums& end) {
+    hash.add(end.kinetic), hash.add(end.potential), hash.add(end.work);
+    hash.add(end.largest_turn2), note(end.momentum);
+    for (const Body& b : s.world.bodies.values())
+      hash.add(b.pose), hash.add(b.velocity), hash.add(b.spin);
+  };
+  note_end(k.finish(s.packed(), in));
+  const Real mean[3] = {0.1, 0.2, 0.3};
+  k.scale(s.packed(), 0.75, mean);
+  // ... and in one pass.
+  k.predict(s.packed(), {0.02, {gravity[0], gravity[1], gravity[2]}, rule, first});
+  if (least_displacement) {
+    note_end(k.sweep_and_finish(s.packed(), a.room.targets.data(), 1, in));
+  } else {
+    s.gather(true);
+    note_end(k.close_and_finish(s.packed(), a.room.targets.data(), in));
+  }
+  note(a.memory.numbers());
+  return hash.value();
+}
+
+}  // namespace
+
+TEST_CASE("all builds of the kernels give the same bits at every stage") {
+  using procedural::Rule;
+  const Kernels* const* all = procedural::all_kernels();
+  REQUIRE(all[0] != nullptr);
+  int compared = 0;
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    Dice dice(seed);
+    TreeSpec spec;
+    spec.bodies = 1 + static_cast<int>(seed), spec.decades = 1, spec.drag = 0.2;
+    spec.held = false, spec.chain = seed % 2 == 0;
+    RandomTree t = random_tree(spec, dice);
+    for (Entity e : t.bodies) {
+      Body& b = t.world.bodies[e];
+      b.velocity = dice.in_cube(3);
+      b.spin = dice.in_cube(seed % 3 == 0 ? 100 : 3);  // large turns take another branch
+    }
+    if (seed % 4 != 0) {
+      Body wall;
+      wall.motion = Motion::fixed;
+      const Entity hook = t.world.add_body(wall);
+      t.world.add_link(hook, t.bodies[0], {Vec3(0), {0, 0.1, 0}});
+    }
+    for (Rule rule : {Rule::verlet, Rule::midpoint, Rule::euler, Rule::bdf2})
+      for (bool least_displacement : {false, true})
+        for (bool first : {false, true}) {
+          INFO("tree " << seed << ", rule " << static_cast<int>(rule));
+          const std::uint64_t slowest = hash_of_stages(procedural::kernels_unoptimised, t.world,
+                                                       rule, least_displacement, first);
+          for (const Kernels* const* k = all; *k; ++k, ++compared) {
+            INFO("kernels " << (*k)->name);
+            CHECK(hash_of_stages(**k, t.world, rule, least_displacement, first) == slowest);
+          }
+        }
+  }
+  CHECK(compared >= 12 * 16);
+}
+
+TEST_CASE("a run gives the same bits again, whatever the number of threads") {
+  const World start = everything();
+  const std::uint64_t once = hash_after(start, 150, 1);
+  CHECK(hash_after(start, 150, 1) == once);
+  CHECK(hash_after(start, 150, 2) == once);
+  CHECK(hash_after(start, 150, 7) == once);
+  CHECK(hash_after(start, 149, 1) != once);
+  CHECK(hash_after(start, 150, 1, 2) != once);
+}
+
+TEST_CASE("the hash of a long run, for the test below", "[.run_hash]") {
+  std::printf("run hash %016llx\n",
+              static_cast<unsigned long long>(hash_after(everything(), 150, 1)));
+}
+
+TEST_CASE("a whole run has the same bits with any kernels, and in any process") {
+#ifdef __linux__
+  const auto hash_in_process = [](const std::string& kernels) {
+    const std::string command = "PANTIN_KERNELS=" + kernels + " \"$(readlink /proc/" +
+                                std::to_string(getpid()) + "/exe)\" '[.run_hash]'";
+    std::FILE* pipe = popen(command.c_str(), "r");
+    REQUIRE(pipe != nullptr);
+    std::string out;
+    for (int c; (c = std::fgetc(pipe)) != EOF;) out += static_cast<char>(c);
+    CHECK(pclose(pipe) == 0);
+    const std::size_t at = out.find("run hash ");
+    REQUIRE(at != std::string::npos);
+    return std::strtoull(out.c_str() + at + 9, nullptr, 16);
+  };
+  const std::uint64_t here = hash_after(everything(), 150, 1);
+  for (const Kernels* const* k = procedural::all_kernels(); *k; ++k) {
+    INFO("kernels " << (*k)->name);
+    CHECK(hash_in_process((*k)->name) == here);
+  }
+#endif
+}

@@ -1,0 +1,134 @@
+// One way up the tree and one down close every joint, whatever hangs on it.
+#include <catch2/catch.hpp>
+
+#include "tests/solvers/stages.hpp"
+#include "tests/solvers/trees.hpp"
+
+using namespace pantin;
+using namespace pantin::test;
+
+namespace {
+
+struct Drag {
+  Real speed = 1;  // m/s, of the hand; its direction changes at every step
+  Real h = 1.0 / 60;
+};
+
+/// Largest gap of any joint or of the hand, over the size of the tree and one step of the drag.
+Real worst_gap(Solver solver, const TreeSpec& spec, const Drag& drag, std::uint64_t seed,
+               int steps) {
+  Dice dice(seed);
+  RandomTree t = random_tree(spec, dice);
+  t.world.default_settings.solver = solver;
+  Simulation sim(t.world, {drag.h, 1, 1, true});
+  Real worst = 0;
+  for (int i = 0; i < steps; ++i) {
+    if (t.pin) sim.world.pins[t.pin].target += drag.speed * drag.h * dice.direction();
+    const StepReport report = sim.step();
+    REQUIRE(report.status == Status::ok);
+    const Real far = t.pin ? glm::length(sim.world.pins[t.pin].target) : 0;
+    const Real scale = sim.world.articulations[0].size + drag.speed * drag.h + far;
+    worst = std::max(worst, report.measures.worst_gap / scale);
+    if (t.pin) worst = std::max(worst, worst_pin_gap(sim.world) / scale);
+  }
+  return worst;
+}
+
+}  // namespace
+
+TEST_CASE("every step closes all joints of any tree to the last bits") {
+  const Solver solver = GENERATE(Solver::automatic, Solver::sweep, Solver::shake2, Solver::paper);
+  INFO(name_of(solver));
+  Real worst = 0;
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    TreeSpec spec;
+    spec.bodies = 2 + static_cast<int>(seed) * 2;
+    spec.held = seed % 3 != 0;
+    spec.chain = seed % 4 == 1;
+    worst = std::max(worst, worst_gap(solver, spec, {}, seed, 60));
+  }
+  CHECK(worst <= 1e-14);
+}
+
+TEST_CASE("masses a million million times apart and a hand at 1000 m/s leave the joints closed") {
+  const Solver solver = GENERATE(Solver::automatic, Solver::sweep, Solver::shake2);
+  INFO(name_of(solver));
+  Real worst = 0;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    TreeSpec spec;
+    spec.bodies = 30, spec.decades = 6;
+    for (Real h : {1e-4, 1.0 / 60, 1.0})
+      worst = std::max(worst, worst_gap(solver, spec, {1000, h}, 100 + seed, 30));
+  }
+  CHECK(worst <= 1e-14);
+}
+
+TEST_CASE("a single sweep closes predicted poses that are torn wide apart") {
+  Real worst = 0;
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    Dice dice(seed);
+    RandomTree t = random_tree({3 + static_cast<int>(seed) % 20, 3, 0, false}, dice);
+    for (Entity e : t.bodies) {
+      Body& b = t.world.bodies[e];
+      b.pose = {10.0 * dice.in_cube(1), dice.turn()};
+    }
+    for (const bool articulated : {false, true}) {
+      Stages s(t.world);
+      if (articulated)
+        s.gather(true), s.close();
+      else
+        s.sweep();
+      for (const Link& l : t.world.links.values()) {
+        const Vec3 gap = residual(l.joint, s.final(l.a), s.final(l.b));
+        worst = std::max(worst, glm::length(gap) / (10 + s.articulation().size));
+      }
+    }
+  }
+  CHECK(worst <= 1e-15);
+}
+
+TEST_CASE("for small gaps articulated masses move less matter than any sweep") {
+  Real least_gain = 1;
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    Dice dice(seed);
+    TreeSpec spec;
+    spec.bodies = 4 + static_cast<int>(seed) % 12;
+    RandomTree t = random_tree(spec, dice);
+    Stages sized(t.world);
+    const Real gap = 0.005 * sized.articulation().size;
+    for (std::size_t i = 1; i < t.bodies.size(); ++i)
+      t.world.bodies[t.bodies[i]].pose.position += gap / std::sqrt(3.0) * dice.in_cube(1);
+    Stages articulated(t.world), sweep(t.world), literal(t.world);
+    articulated.gather(false), articulated.close();
+    sweep.sweep();
+    literal.literal(1.0 / 60);
+    const Real other = std::min(sweep.action(), literal.action());
+    least_gain = std::min(least_gain, 1 - articulated.action() / other);
+  }
+  CHECK(least_gain > 0);
+}
+
+TEST_CASE("joint loads are what the neighbours feel: equal, opposite, and of the right size") {
+  // Two links at rest, hanging: after one step from rest the upper joint bears both weights.
+  World world;
+  Body wall;
+  wall.motion = Motion::fixed;
+  const Entity holder = world.add_body(wall);
+  Body b;
+  b.mass = 2, b.inertia = Vec3(0.02, 0.001, 0.02), b.drag = 0;
+  b.pose.position = {0, -0.25, 0};
+  const Entity upper = world.add_body(b);
+  b.mass = 3, b.pose.position = {0, -0.75, 0};
+  const Entity lower = world.add_body(b);
+  world.add_link(holder, upper, {Vec3(0), {0, 0.25, 0}});
+  world.add_link(upper, lower, {{0, -0.25, 0}, {0, 0.25, 0}});
+  Simulation sim(world, {1.0 / 60});
+  for (int i = 0; i < 20; ++i) sim.step();
+  const Articulation& a = sim.world.articulations[0];
+  const Real to_force = 1 / (procedural::force_share(a) * sim.settings.h * sim.settings.h);
+  REQUIRE(a.second_order);
+  const Vec3 top = to_force * a.memory.vec(kLoad, 0), middle = to_force * a.memory.vec(kLoad, 1);
+  CHECK(top.y == Approx(5 * 9.81).epsilon(1e-12));
+  CHECK(middle.y == Approx(3 * 9.81).epsilon(1e-12));
+  CHECK(std::abs(top.x) + std::abs(top.z) + std::abs(middle.x) + std::abs(middle.z) < 1e-12);
+}
