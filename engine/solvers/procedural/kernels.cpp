@@ -17,6 +17,7 @@ namespace {
 // ---------------------------------------------------------------- numbers, four side by side
 
 typedef double Four __attribute__((vector_size(32)));
+typedef double Two __attribute__((vector_size(16)));
 typedef double FourAnyhow __attribute__((vector_size(32), aligned(8), may_alias));
 #define INLINE inline __attribute__((always_inline))
 
@@ -738,8 +739,8 @@ struct LeastDisplacement {
     // With M = Z + |C|: Z + C is M or S^2 / M, and the quaternion (S, Z + C) or (M S, S^2).
     // |(S, Z + C)|^2 = 2 Z (Z + C). Which case it is does not settle, so it is no branch.
     const double z = __builtin_sqrt(c * c + s2), m = z + magnitude(c);
-    const auto same = Four{c, c, c, c} >= all(0.0);
-    const Four pick = same ? Four{1, m, 1, m} : Four{m, s2, m, s2};  // factor of S, scalar part
+    const auto same = Two{c, c} >= Two{0, 0};
+    const Two pick = same ? Two{1, m} : Two{m, s2};  // factor of S, scalar part
     put(k, kTurn, Qua<double>{pick[0] * s.x, pick[0] * s.y, pick[0] * s.z, pick[1]});
     return {s, 1 / z, pick[0] / (z * pick[1])};
   }
