@@ -4,6 +4,7 @@
 
 #include "engine/render/bounds.hpp"
 #include "engine/render/eye.hpp"
+#include "engine/render/renderer.hpp"
 
 namespace pantin {
 namespace {

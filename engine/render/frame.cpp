@@ -198,6 +198,8 @@ Frame make_frame(const View& view, const Eye& eye, const DrawList& list) {
   set_rays(frame.block, eye);
   for (const Ball& b : list.balls) take(frame.solids, eye, b, 3);
   set_ground(frame, view, eye, list);
+  // Mesa cuts by what a shader writes even where the cut is not enabled.
+  frame.block.viewport[2] = frame.clips_ground ? frame.block.soil[3] : -1e30f;
   if (frame.shade_low.x < frame.shade_high.x) {
     const Vec3 size = frame.shade_high - frame.shade_low;
     const Vec3 from = eye.position - frame.shade_low;

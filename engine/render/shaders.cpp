@@ -49,7 +49,7 @@ void main() {
 #else
   gl_Position = vec4(dot(clip[0], p), dot(clip[1], p), dot(clip[2], p), dot(clip[3], p));
 #endif
-  gl_ClipDistance[0] = at.y - soil.w;
+  gl_ClipDistance[0] = at.y - viewport.z;
   normal = turned(mesh_normal);
   colour = colour_roughness;
   metallic = place_metallic.w;
@@ -83,7 +83,7 @@ void main() {
 #else
   gl_Position = vec4(dot(clip[0], p), dot(clip[1], p), dot(clip[2], p), dot(clip[3], p));
 #endif
-  gl_ClipDistance[0] = at.y - soil.w;
+  gl_ClipDistance[0] = at.y - viewport.z;
   normal = across;
   colour = vec4(0.62, 0.56, 0.44, 0.7);
   metallic = 0.0;

@@ -5,7 +5,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/world/world.hpp"
 
-namespace pantin {
+namespace pantin::picture {
 
 enum : std::uint32_t { kPlain, kShirt, kTrousers, kSkin, kHair, kShoe, kWood, kBrass };
 
@@ -134,4 +134,4 @@ inline World puppet_world() {
   return world;
 }
 
-}  // namespace pantin
+}  // namespace pantin::picture
