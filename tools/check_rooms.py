@@ -41,12 +41,15 @@ def complaint(path, kind, name):
     if top not in ("engine", "demos", "tests", "tools"):
         return f'"{name}" is not spelled from the root of the repository'
     if here[0] != "engine":
-        return f'"{name}": demos do not include {top}' if here[0] == "demos" and top in ("tests", "tools") else None
+        if here[0] == "demos" and top in ("tests", "tools"):
+            return f'"{name}": demos do not include {top}'
+        return None
     if top != "engine":
         return f'"{name}": the engine does not include {top}'
     room = rest.partition("/")[0]
-    if room != here[1] and room not in BELOW[here[1]]:
-        return f'"{name}": {here[1]} may include {", ".join([here[1], *BELOW[here[1]]])}, not {room}'
+    allowed = [here[1], *BELOW[here[1]]]
+    if room not in allowed:
+        return f'"{name}": {here[1]} may include {", ".join(allowed)}, not {room}'
     return None
 
 
