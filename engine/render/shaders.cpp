@@ -69,7 +69,7 @@ out float gl_ClipDistance[1];
 void main() {
 #ifdef DEPTH
   vec3 view = sun.xyz;
-  float half_width = max(STRING_RADIUS, 0.9 * sun.w);
+  float half_width = max(STRING_RADIUS, 1.3 * sun.w);
 #else
   vec3 view = -normalize(centre);
   float half_width = max(STRING_RADIUS, 0.75 * sky.w * dot(clip[3].xyz, centre));
