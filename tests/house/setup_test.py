@@ -30,8 +30,9 @@ class Setup(unittest.TestCase):
 
     def debian(self, apt='for p in "$@"; do echo "$p" >>"$INSTALLED"; done'):
         """A system where `installed` lists the packages and every apt-get call is written down."""
-        self.program("dpkg-query",
-                     'while read -r p; do [[ $p == "${@: -1}" ]] && echo -n installed; done <"$INSTALLED"')
+        self.program("dpkg-query", 'while read -r p; do\n'
+                                   '  [[ $p == "${@: -1}" ]] && echo -n installed\n'
+                                   'done <"$INSTALLED"')
         self.program("apt-cache", "echo '  Candidate: 1.0'")
         self.program("apt-get", f'echo "$*" >>"{self.calls}"\n{apt}')
         self.program("sudo", 'exec "$@"')
@@ -67,7 +68,8 @@ class Setup(unittest.TestCase):
         self.assertEqual(self.run_setup("--check")[0], 0)
 
     def test_stale_lists_are_brought_up_to_date(self):
-        self.debian('[[ $* == *update* ]] && : >"$INSTALLED.fresh"; [[ -e $INSTALLED.fresh ]] || exit 100')
+        self.debian('[[ $* == *update* ]] && : >"$INSTALLED.fresh"\n'
+                    '[[ -e $INSTALLED.fresh ]] || exit 100')
         code, _, err = self.run_setup("--core")
         self.assertEqual(code, 0, err)
         self.assertIn("update", self.calls.read_text())

@@ -4,8 +4,8 @@ import subprocess
 import unittest
 
 ROOT = pathlib.Path(__file__).parents[2]
-ALLOWED = {"CMakeLists.txt", "CMakePresets.json", "LICENSE", "README.md", "assets", "demos", "engine",
-           "tests", "tools"}
+ALLOWED = {"CMakeLists.txt", "CMakePresets.json", "LICENSE", "README.md", "assets", "demos",
+           "engine", "tests", "tools"}
 HIDDEN = {".ci", ".clang-format", ".gitignore"}
 IGNORED = {".git", "build", "out", "compile_commands.json", ".cache"}  # as in .gitignore
 
@@ -27,9 +27,8 @@ class TopLevel(unittest.TestCase):
         self.assertEqual(sorted(n for n in ALLOWED | HIDDEN if not (ROOT / n).exists()), [])
 
     def test_scripts_can_be_run(self):
-        scripts = [ROOT / ".ci/run", *(ROOT / "tools" / n for n in ("setup", "build", "demo", "test"))]
-        for script in scripts:
-            self.assertTrue(script.stat().st_mode & 0o111, f"{script} is not executable")
+        for name in (".ci/run", "tools/setup", "tools/build", "tools/demo", "tools/test"):
+            self.assertTrue((ROOT / name).stat().st_mode & 0o111, f"{name} is not executable")
 
 
 if __name__ == "__main__":
