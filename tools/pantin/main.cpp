@@ -1,0 +1,57 @@
+#include <fmt/core.h>
+
+#include <clocale>
+#include <cstdio>
+
+#include "tools/pantin/program.hpp"
+
+using namespace pantin::program;
+
+namespace {
+
+constexpr const char* kExamples = R"(Examples:
+  pantin run assets/scenes/chain.json --frames out/chain --video out/chain.mp4
+  pantin run assets/scenes/marionette.json --record out/puppet.csv --json
+  pantin check assets/scenes/*.json
+  pantin bench assets/scenes/chain.json --json
+  pantin doctor
+  pantin view assets/scenes/marionette.json
+
+Exit codes: 0 ok, 1 failed run, 2 usage or bad input, 3 diverged or check failed,
+4 could not write, 130 interrupted.)";
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App program{"Real-time animation of jointed things: chains, string puppets, ragdolls.",
+                   "pantin"};
+  program.set_version_flag("--version", "pantin " PANTIN_VERSION);
+  program.footer(kExamples);
+  program.require_subcommand(1);
+  program.get_formatter()->column_width(30);
+  int exit_code = kOk;
+  add_run(program, exit_code);
+  add_check(program, exit_code);
+  add_bench(program, exit_code);
+  add_doctor(program, exit_code);
+  add_view(program, exit_code);
+  catch_interrupts();
+  try {
+    program.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    if (e.get_exit_code() == 0) return program.exit(e);  // --help, --version
+    // One line, and where to read more.
+    const auto chosen = program.get_subcommands();
+    const std::string who = chosen.empty() ? "pantin" : "pantin " + chosen.front()->get_name();
+    fmt::print(stderr, "{}: {}; see {} --help\n", who, e.what(), who);
+    return kUsage;
+  } catch (const std::exception& e) {
+    complain(e.what());
+    return kFailed;
+  }
+  if (std::fflush(stdout) != 0 || std::ferror(stdout)) {
+    if (exit_code == kOk) exit_code = kUnwritable;
+    complain("could not write to the standard output");
+  }
+  return exit_code;
+}

@@ -1,0 +1,43 @@
+#pragma once
+// Pictures of a run: frames, video and a filmstrip, in a build that can draw.
+#include <memory>
+#include <string>
+
+#include "engine/base/result.hpp"
+#include "engine/runtime/report.hpp"
+#include "engine/scene/scene.hpp"
+
+namespace pantin::program {
+
+struct PictureChoices {
+  std::string frames, video, strip;  // paths; empty: none
+  std::string size, gl = "auto";
+  double fps = 0;  // 0: the scene's
+  int strip_columns = 6, strip_rows = 2;
+  bool overlay = false;
+  bool wanted() const { return !frames.empty() || !video.empty() || !strip.empty(); }
+};
+
+/// Why pictures cannot be made or written, and which exit code that is.
+struct PictureFailure {
+  std::vector<Error> errors;
+  int exit_code;
+};
+
+/// Draws what is due after each step. Frame k shows the time k / fps, between two steps if need be.
+class Pictures {
+ public:
+  /// Everything that can fail early fails here. Frames are drawn from `scene` as it is now.
+  static std::variant<std::unique_ptr<Pictures>, PictureFailure> open(const PictureChoices& choices,
+                                                                      const Scene& scene,
+                                                                      std::uint64_t steps);
+  virtual ~Pictures() = default;
+  /// Remembers the poses before a step.
+  virtual void before_step(const World& world) = 0;
+  /// Draws the frames that fell due; `worst_gap` (m) goes into the label. False once it failed.
+  virtual bool after_step(const World& world, double worst_gap) = 0;
+  /// Waits for the writers. Frames written.
+  virtual std::variant<std::size_t, PictureFailure> finish() = 0;
+};
+
+}  // namespace pantin::program

@@ -1,0 +1,147 @@
+#include "tools/pantin/program.hpp"
+
+#include <fmt/core.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <chrono>
+#include <cmath>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+
+namespace pantin::program {
+namespace {
+
+volatile std::sig_atomic_t g_interrupted = 0;  // a signal handler can reach nothing else
+
+double now() {
+  using Clock = std::chrono::steady_clock;
+  return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
+}
+
+}  // namespace
+
+void add_scene_choices(CLI::App& command, SceneChoices& choices) {
+  command
+      .add_option("--solver", choices.solver, "auto, sweep, shake2 or paper; for the whole scene")
+      ->check(CLI::IsMember({"auto", "sweep", "shake2", "paper"}));
+  command.add_option("--step", choices.step, "step length in seconds, up to 1")
+      ->check(CLI::Range(1e-6, 1.0));
+  command.add_option("--substeps", choices.substeps, "equal parts each step is taken in")
+      ->check(CLI::Range(1, 1000));
+  command.add_option("--duration", choices.duration, "simulated seconds")
+      ->check(CLI::Range(1e-6, 1e6));
+}
+
+void add_threads(CLI::App& command, int& threads) {
+  command.add_option("--threads", threads, "threads for independent articulations; same result")
+      ->check(CLI::Range(1, 256));
+}
+
+std::optional<Scene> open_scene(const std::string& path, const SceneChoices& choices, bool quiet) {
+  Result<Scene> loaded = load_scene(path);
+  if (!loaded) {
+    for (const Error& e : loaded.errors()) std::fprintf(stderr, "%s\n", e.message.c_str());
+    return std::nullopt;
+  }
+  Scene& scene = *loaded;
+  if (choices.step) scene.step = *choices.step;
+  if (choices.substeps) scene.substeps = *choices.substeps;
+  if (choices.duration) scene.duration = *choices.duration;
+  if (choices.solver) {
+    Solver solver = Solver::automatic;
+    solver_from_name(choices.solver->c_str(), solver);
+    scene.world.default_settings.solver = solver;
+    for (SolverSettings& s : scene.world.settings.values()) s.solver = solver;
+    scene.world.touch();
+  }
+  if (!quiet)
+    for (const std::string& line : scene.warnings)
+      std::fprintf(stderr, "warning: %s\n", line.c_str());
+  return std::move(*loaded);
+}
+
+bool parse_size(const std::string& text, int& width, int& height) {
+  const char* end = text.data() + text.size();
+  const auto w = std::from_chars(text.data(), end, width);
+  if (w.ec != std::errc() || w.ptr == end || *w.ptr != 'x') return false;
+  const auto h = std::from_chars(w.ptr + 1, end, height);
+  if (h.ec != std::errc() || h.ptr != end) return false;
+  return width >= 16 && height >= 16 && width <= 8192 && height <= 8192;
+}
+
+std::uint64_t steps_of(const Scene& scene) {
+  return static_cast<std::uint64_t>(std::max(1.0, std::round(scene.duration / scene.step)));
+}
+
+void complain(const std::string& line) { std::fprintf(stderr, "pantin: %s\n", line.c_str()); }
+
+void catch_interrupts() {
+  struct sigaction action = {};
+  action.sa_handler = [](int) { g_interrupted = 1; };
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+  std::signal(SIGPIPE, SIG_IGN);
+}
+
+bool interrupted() { return g_interrupted != 0; }
+
+Progress::Progress(std::string what) : what_(std::move(what)), on_(isatty(STDERR_FILENO) == 1) {}
+
+Progress::~Progress() {
+  if (on_ && last_ >= 0) std::fputs("\r\033[K", stderr);
+}
+
+void Progress::show(double part_done) {
+  if (!on_ || (last_ >= 0 && now() - last_ < 0.1)) return;
+  last_ = now();
+  std::fprintf(stderr, "\r%s %3.0f %%\033[K", what_.c_str(), 100 * part_done);
+  std::fflush(stderr);
+}
+
+std::string bold(const std::string& text) {
+  static const bool kPlain = isatty(STDOUT_FILENO) != 1 || std::getenv("NO_COLOR");
+  return kPlain ? text : "\033[1m" + text + "\033[0m";
+}
+
+std::string solver_in_use(const World& world) {
+  if (world.articulations.empty()) return pantin::name_of(world.default_settings.solver);
+  const Solver first = world.articulations.front().settings.solver;
+  for (const Articulation& a : world.articulations)
+    if (a.settings.solver != first) return "mixed";
+  return pantin::name_of(first);
+}
+
+std::string hex(std::uint64_t hash) { return fmt::format("{:016x}", hash); }
+
+std::vector<Unreached> unreached(const World& world) {
+  std::vector<Unreached> found;
+  for (const Articulation& a : world.articulations) {
+    const Real bound = a.settings.tolerance * a.size;
+    for (const Hold& h : a.holds) {
+      if (h.compliance > 0 || !(h.residual > bound)) continue;
+      const Entity who = h.held_pin != UINT32_MAX ? world.pins.owners()[h.held_pin]
+                                                  : world.bodies.owners()[a.slots[h.column]];
+      found.push_back({world.name_of(who), h.held_pin != UINT32_MAX ? "pin" : "joint", h.residual,
+                       h.reachable});
+    }
+    for (const Cord& c : a.cords) {
+      const String& s = world.strings.values()[c.string];
+      const Real far = stretch(s.joint, world.bodies[s.a].pose, world.bodies[s.b].pose);
+      if (s.joint.compliance == 0 && far > bound)
+        found.push_back({world.name_of(world.strings.owners()[c.string]), "string", far, true});
+    }
+  }
+  return found;
+}
+
+double percentile(std::vector<double>& numbers, double part) {
+  if (numbers.empty()) return 0;
+  std::sort(numbers.begin(), numbers.end());
+  const double at = part * static_cast<double>(numbers.size() - 1);
+  return numbers[static_cast<std::size_t>(std::lround(at))];
+}
+
+}  // namespace pantin::program

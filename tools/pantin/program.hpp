@@ -1,0 +1,100 @@
+#pragma once
+// What the subcommands of the program share.
+#include <CLI/CLI.hpp>
+#include <atomic>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/runtime/simulation.hpp"
+#include "engine/scene/scene.hpp"
+
+namespace pantin::program {
+
+using Json = nlohmann::ordered_json;
+
+/// Exit codes, the same for every subcommand.
+enum Exit : int {
+  kOk = 0,
+  kFailed = 1,      // the run could not be made
+  kUsage = 2,       // usage or bad input
+  kDiverged = 3,    // diverged, or a check failed
+  kUnwritable = 4,  // a result could not be written
+  kInterrupted = 130
+};
+
+/// Each adds its subcommand to the program; the exit code is set when it has run.
+void add_run(CLI::App& program, int& exit_code);
+void add_check(CLI::App& program, int& exit_code);
+void add_bench(CLI::App& program, int& exit_code);
+void add_doctor(CLI::App& program, int& exit_code);
+void add_view(CLI::App& program, int& exit_code);
+
+/// How a scene is to be run, where the command line says so.
+struct SceneChoices {
+  std::optional<std::string> solver;
+  std::optional<double> step, duration;  // s
+  std::optional<int> substeps;
+};
+/// --solver, --step, --substeps, --duration, with their bounds.
+void add_scene_choices(CLI::App& command, SceneChoices& choices);
+/// --threads.
+void add_threads(CLI::App& command, int& threads);
+
+/// Reads a scene and applies the choices to it, prints its warnings (not if `quiet`). Complaints go
+/// to stderr, a line each, and there is no scene.
+std::optional<Scene> open_scene(const std::string& path, const SceneChoices& choices, bool quiet);
+
+/// "1280x720" to its numbers; false if it is no such thing or beyond 16..8192.
+bool parse_size(const std::string& text, int& width, int& height);
+
+/// Whole steps of a duration, at least one.
+std::uint64_t steps_of(const Scene& scene);
+
+/// A line on stderr: "pantin: ...".
+void complain(const std::string& line);
+
+/// SIGINT and SIGTERM set a flag; loops look at it between steps.
+void catch_interrupts();
+bool interrupted();
+
+/// A line that is written over and over on a terminal, and not at all elsewhere.
+class Progress {
+ public:
+  explicit Progress(std::string what);
+  ~Progress();
+  /// At most ten times a second.
+  void show(double part_done);
+
+ private:
+  std::string what_;
+  bool on_;
+  double last_ = -1;
+};
+
+/// Bold, if stdout is a terminal and NO_COLOR is not set.
+std::string bold(const std::string& text);
+
+/// The solver in use: that of the articulations if they agree, "mixed" otherwise.
+std::string solver_in_use(const World& world);
+
+/// A hash as 16 hexadecimal digits.
+std::string hex(std::uint64_t hash);
+
+/// A residual of a pin or string that is farther from its place than the tolerance.
+struct Unreached {
+  std::string name, kind;
+  double residual = 0;  // m
+  bool reachable = true;
+};
+std::vector<Unreached> unreached(const World& world);
+
+/// Median and higher percentiles of numbers; sorts them.
+double percentile(std::vector<double>& numbers, double part);
+
+/// Calls of operator new so far, by this program; counted in bench.cpp's replacement.
+std::uint64_t allocations();
+
+}  // namespace pantin::program

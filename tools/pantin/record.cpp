@@ -1,0 +1,86 @@
+#include "tools/pantin/record.hpp"
+
+#include <fmt/core.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+
+namespace pantin::program {
+namespace {
+
+/// A name as a CSV field: quoted where it has to be.
+std::string field(const std::string& text) {
+  if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (char c : text) {
+    if (c == '"') quoted += '"';
+    quoted += c;
+  }
+  return quoted + '"';
+}
+
+void add_vec(std::string& row, Vec3 v) { row += fmt::format(",{},{},{}", v.x, v.y, v.z); }
+
+}  // namespace
+
+Record::~Record() {
+  if (!file_) return;
+  std::fclose(file_);
+  unlink(beside_.c_str());
+}
+
+Result<Done> Record::fail(const char* what) {
+  return Error{fmt::format("{}: {}: {}", path_, what, std::strerror(errno))};
+}
+
+Result<Done> Record::open(const std::string& path, const World& world) {
+  path_ = path, beside_ = path + ".part";
+  file_ = std::fopen(beside_.c_str(), "we");
+  if (!file_) return fail("could not create the record");
+  std::string row = "time_s";
+  for (Entity e : world.bodies.owners())
+    for (const char* what :
+         {"x", "y", "z", "qx", "qy", "qz", "qw", "vx", "vy", "vz", "wx", "wy", "wz"})
+      row += ',' + field(world.name_of(e) + '.' + what);
+  for (Entity e : world.links.owners()) row += ',' + field(world.name_of(e) + ".gap_m");
+  row += ",kinetic_j,potential_j,energy_j,px,py,pz,lx,ly,lz\n";
+  if (std::fputs(row.c_str(), file_) < 0) return fail("could not write the record");
+  return Done{};
+}
+
+Result<Done> Record::add(const World& world, const Measures& m) {
+  std::string row = fmt::format("{}", world.time);
+  for (std::size_t i = 0; i < world.bodies.size(); ++i) {
+    const Pose at = world.origin_pose(world.bodies.owners()[i]);
+    const Body& b = world.bodies.values()[i];
+    add_vec(row, at.position);
+    add_vec(row, Vec3(at.rotation.x, at.rotation.y, at.rotation.z));
+    row += fmt::format(",{}", at.rotation.w);
+    add_vec(row, b.velocity);
+    add_vec(row, b.spin);
+  }
+  for (const Link& l : world.links.values())
+    row += fmt::format(
+        ",{}", glm::length(residual(l.joint, world.bodies[l.a].pose, world.bodies[l.b].pose)));
+  row += fmt::format(",{},{},{}", m.kinetic, m.potential, m.energy());
+  add_vec(row, m.momentum);
+  add_vec(row, m.spin_momentum);
+  row += '\n';
+  if (std::fputs(row.c_str(), file_) < 0) return fail("could not write the record");
+  return Done{};
+}
+
+Result<Done> Record::close() {
+  const bool written = std::fflush(file_) == 0;
+  const int error = errno;
+  const bool closed = std::fclose(file_) == 0;
+  file_ = nullptr;
+  if (written && closed && std::rename(beside_.c_str(), path_.c_str()) == 0) return Done{};
+  if (!written) errno = error;
+  const Result<Done> failure = fail("could not write the record");
+  unlink(beside_.c_str());
+  return failure;
+}
+
+}  // namespace pantin::program

@@ -1,0 +1,32 @@
+#pragma once
+// The record of a run: one CSV row a step.
+#include <cstdio>
+#include <string>
+
+#include "engine/base/result.hpp"
+#include "engine/runtime/report.hpp"
+#include "engine/world/world.hpp"
+
+namespace pantin::program {
+
+/// Writes `path`: time_s; for each body its origin's position x y z (m), rotation x y z w, velocity
+/// and angular velocity of its mass centre (m/s, rad/s, world axes); for each joint its gap (m);
+/// kinetic, potential and total energy (J); momentum (kg m/s) and angular momentum about the origin
+/// (kg m^2/s). Grows beside `path` and takes its place when it is closed.
+class Record {
+ public:
+  ~Record();  // abandons what was not closed
+  /// Opens the file and writes the header.
+  Result<Done> open(const std::string& path, const World& world);
+  /// Writes the row of a state.
+  Result<Done> add(const World& world, const Measures& measures);
+  /// Puts the file into its place, whole up to the last row.
+  Result<Done> close();
+
+ private:
+  Result<Done> fail(const char* what);
+  std::string path_, beside_;
+  std::FILE* file_ = nullptr;
+};
+
+}  // namespace pantin::program

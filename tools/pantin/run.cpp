@@ -1,0 +1,251 @@
+#include <fmt/core.h>
+
+#include <chrono>
+#include <cmath>
+
+#include "tools/pantin/pictures.hpp"
+#include "tools/pantin/program.hpp"
+#include "tools/pantin/record.hpp"
+
+namespace pantin::program {
+namespace {
+
+struct RunChoices {
+  std::string scene, record;
+  SceneChoices how;
+  PictureChoices pictures;
+  int threads = 1;
+  bool hash = false, json = false;
+};
+
+/// What a run has to tell.
+struct Summary {
+  std::string status = "ok";
+  std::uint64_t steps = 0;
+  double worst_gap = 0, worst_gap_rel = 0;                  // m, part of the size
+  double energy_start = 0, energy_end = 0, energy_max = 0;  // J
+  double worst_residual = 0;                                // m, of pins and strings
+  int most_rounds = 0;
+  std::uint64_t limited_steps = 0, allocations = 0, timed_steps = 0;
+  std::vector<double> step_seconds;
+  std::size_t frames = 0;
+  std::string lost_body;
+  double lost_time = 0;  // s
+};
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// One step, timed without its measures, and what is told of it.
+StepReport timed_step(Simulation& sim, Summary& s) {
+  const std::uint64_t allocated = allocations();
+  const Clock::time_point start = Clock::now();
+  StepReport report = sim.step();
+  s.step_seconds.push_back(seconds_since(start));
+  if (s.steps > 0)
+    s.allocations += allocations() - allocated, ++s.timed_steps;  // the first warms up
+  report.measures = measure(sim.world);
+  const Measures& m = report.measures;
+  s.worst_gap = std::max(s.worst_gap, m.worst_gap);
+  s.worst_gap_rel = std::max(s.worst_gap_rel, m.worst_gap_rel);
+  s.energy_end = m.energy();
+  s.energy_max = std::max(s.energy_max, s.energy_end);
+  s.worst_residual = std::max(s.worst_residual, report.worst_residual);
+  s.most_rounds = std::max(s.most_rounds, report.rounds_used);
+  s.limited_steps += report.limited > 0;
+  ++s.steps;
+  return report;
+}
+
+Json to_json(const RunChoices& c, const Scene& scene, const Simulation& sim, Summary& s) {
+  Json j;
+  const auto links = static_cast<double>(std::max<std::size_t>(1, sim.world.links.size()));
+  j["scene"] = c.scene;
+  j["title"] = scene.title;
+  j["status"] = s.status;
+  j["solver"] = solver_in_use(sim.world);
+  j["step_s"] = scene.step;
+  j["substeps"] = scene.substeps;
+  j["steps"] = s.steps;
+  j["simulated_s"] = sim.world.time;
+  j["bodies"] = sim.world.bodies.size();
+  j["joints"] = sim.world.links.size();
+  j["strings"] = sim.world.strings.size();
+  j["articulations"] = sim.world.articulations.size();
+  j["worst_gap_m"] = s.worst_gap;
+  j["worst_gap_rel"] = s.worst_gap_rel;
+  j["energy_start_j"] = s.energy_start;
+  j["energy_end_j"] = s.energy_end;
+  j["energy_max_j"] = s.energy_max;
+  const double median = percentile(s.step_seconds, 0.5), p99 = percentile(s.step_seconds, 0.99);
+  j["ns_per_link_step_median"] = 1e9 * median / links;
+  j["ns_per_link_step_p99"] = 1e9 * p99 / links;
+  j["frame_ms_median"] = 1e3 * median;
+  j["frame_ms_p99"] = 1e3 * p99;
+  j["allocations_per_step"] =
+      s.timed_steps ? static_cast<double>(s.allocations) / static_cast<double>(s.timed_steps) : 0.0;
+  j["hash"] = hex(state_hash(sim.world));
+  j["frames_written"] = s.frames;
+  j["worst_residual_m"] = s.worst_residual;
+  j["rounds_max"] = s.most_rounds;
+  j["limited_steps"] = s.limited_steps;
+  j["unreached"] = Json::array();
+  for (const Unreached& u : unreached(sim.world))
+    j["unreached"].push_back({{"name", u.name},
+                              {"kind", u.kind},
+                              {"residual_m", u.residual},
+                              {"reachable", u.reachable}});
+  if (!s.lost_body.empty()) j["lost"] = {{"body", s.lost_body}, {"time_s", s.lost_time}};
+  j["warnings"] = scene.warnings;
+  return j;
+}
+
+void print_summary(const RunChoices& c, const Scene& scene, const Simulation& sim, Summary& s) {
+  const Json j = to_json(c, scene, sim, s);
+  fmt::print("{}\n", bold(scene.title));
+  fmt::print("  solver      {}, {} steps of {:.6g} s\n", j["solver"].get<std::string>(), s.steps,
+             scene.step);
+  fmt::print("  bodies      {} with {} joints, {} strings\n", sim.world.bodies.size(),
+             sim.world.links.size(), sim.world.strings.size());
+  fmt::print("  worst gap   {:.2e} m, {:.1e} of the size\n", s.worst_gap, s.worst_gap_rel);
+  fmt::print("  energy      {:.6g} J to {:.6g} J, at most {:.6g} J\n", s.energy_start, s.energy_end,
+             s.energy_max);
+  fmt::print("  time        {:.4f} ms a step (p99 {:.4f}), {:.0f} ns per link and step\n",
+             j["frame_ms_median"].get<double>(), j["frame_ms_p99"].get<double>(),
+             j["ns_per_link_step_median"].get<double>());
+  for (const Unreached& u : unreached(sim.world))
+    fmt::print("  unreached   {} {}: {:.4g} m from its place{}\n", u.kind, u.name, u.residual,
+               u.reachable ? "" : ", out of reach");
+  if (s.frames > 0) fmt::print("  frames      {}\n", s.frames);
+  if (c.hash) fmt::print("  hash        {}\n", j["hash"].get<std::string>());
+}
+
+int fail(const std::vector<Error>& errors, int exit_code) {
+  for (const Error& e : errors) complain(e.message);
+  return exit_code;
+}
+
+/// The loop: step, record, draw. Leaves why it ended in the summary; returns the exit code.
+int step_through(const RunChoices& c, const Scene& scene, Simulation& sim, Pictures* pictures,
+                 Record* record, Summary& s) {
+  const std::uint64_t steps = steps_of(scene);
+  s.step_seconds.reserve(steps);
+  Progress progress(scene.title);
+  const auto write_row = [&](const Measures& m) -> bool {
+    if (!record) return true;
+    const Result<Done> row = record->add(sim.world, m);
+    if (!row) fail(row.errors(), kUnwritable);
+    return static_cast<bool>(row);
+  };
+  if (!write_row(measure(sim.world))) return kUnwritable;
+  for (std::uint64_t i = 0; i < steps; ++i) {
+    if (interrupted()) {
+      s.status = "interrupted";
+      return kInterrupted;
+    }
+    if (pictures) pictures->before_step(sim.world);
+    const StepReport report = timed_step(sim, s);
+    if (report.status == Status::diverged) {
+      s.status = "diverged";
+      s.lost_body = sim.world.name_of(report.body), s.lost_time = report.time;
+      complain(fmt::format(
+          "{}: diverged at {:.6g} s: body {} left all bounds (worst joint gap {:.3g} m)", c.scene,
+          report.time, s.lost_body, s.worst_gap));
+      return kDiverged;
+    }
+    if (!write_row(report.measures)) return kUnwritable;
+    if (pictures && !pictures->after_step(sim.world, report.measures.worst_gap)) return kUnwritable;
+    progress.show(static_cast<double>(i + 1) / static_cast<double>(steps));
+  }
+  return kOk;
+}
+
+int run(const RunChoices& c) {
+  std::optional<Scene> scene = open_scene(c.scene, c.how, c.json);
+  if (!scene) return kUsage;
+  std::unique_ptr<Pictures> pictures;
+  if (c.pictures.wanted()) {
+    auto opened = Pictures::open(c.pictures, *scene, steps_of(*scene));
+    if (auto* f = std::get_if<PictureFailure>(&opened)) return fail(f->errors, f->exit_code);
+    pictures = std::move(std::get<0>(opened));
+  }
+  Record record;
+  if (!c.record.empty())
+    if (const auto opened = record.open(c.record, scene->world); !opened)
+      return fail(opened.errors(), kUnwritable);
+
+  Simulation sim(scene->world, {scene->step, scene->substeps, c.threads, false});
+  Summary s;
+  s.energy_start = s.energy_max = measure(sim.world).energy();
+  int exit_code =
+      step_through(c, *scene, sim, pictures.get(), c.record.empty() ? nullptr : &record, s);
+  if (!c.record.empty()) {
+    const auto closed = record.close();
+    if (!closed)
+      exit_code = fail(closed.errors(), kUnwritable);
+    else if (exit_code == kInterrupted)
+      complain(c.record + ": holds the steps up to the interruption");
+  }
+  if (pictures) {
+    const auto finished = pictures->finish();
+    if (const auto* f = std::get_if<PictureFailure>(&finished))
+      exit_code = fail(f->errors, f->exit_code);
+    else
+      s.frames = std::get<std::size_t>(finished);
+  }
+  if (exit_code == kUnwritable) s.status = "unwritable";
+  if (c.json)
+    fmt::print("{}\n",
+               to_json(c, *scene, sim, s).dump(2, ' ', false, Json::error_handler_t::replace));
+  else
+    print_summary(c, *scene, sim, s);
+  return exit_code;
+}
+
+constexpr const char* kExamples = R"(Examples:
+  pantin run assets/scenes/chain.json
+  pantin run assets/scenes/chain.json --frames out/chain --video out/chain.mp4 --size 1920x1080
+  pantin run assets/scenes/marionette.json --strip out/marionette.png
+  pantin run assets/scenes/chain10.json --step 0.004166667 --record out/chain10.csv --json
+
+--json prints one object: scene, title, status (ok, diverged, interrupted, unwritable), solver,
+step_s, substeps, steps, simulated_s, bodies, joints, strings, articulations, worst_gap_m,
+worst_gap_rel, energy_start_j, energy_end_j, energy_max_j, ns_per_link_step_median,
+ns_per_link_step_p99, frame_ms_median, frame_ms_p99, allocations_per_step, hash, frames_written,
+worst_residual_m, rounds_max, limited_steps, unreached, warnings, and lost after a divergence.
+
+Exit codes: 0 ok, 1 failed run, 2 usage or bad input, 3 diverged, 4 could not write, 130 interrupted.)";
+
+}  // namespace
+
+void add_run(CLI::App& program, int& exit_code) {
+  auto c = std::make_shared<RunChoices>();
+  CLI::App* command = program.add_subcommand("run", "Runs a scene; writes frames, video, a record");
+  command->add_option("scene", c->scene, "scene file")->required();
+  add_scene_choices(*command, c->how);
+  add_threads(*command, c->threads);
+  command->add_option("--record", c->record, "CSV file: poses, velocities, gaps, energy, momentum");
+  command->add_option("--frames", c->pictures.frames, "folder for frame_000000.png and so on");
+  command->add_option("--video", c->pictures.video, "video file, .mp4 or .mkv (needs ffmpeg)");
+  command->add_option("--strip", c->pictures.strip, "one PNG with frames of the run side by side");
+  command
+      ->add_option("--strip-columns", c->pictures.strip_columns, "pictures in a row of the strip")
+      ->check(CLI::Range(1, 20));
+  command->add_option("--strip-rows", c->pictures.strip_rows, "rows of the strip")
+      ->check(CLI::Range(1, 20));
+  command->add_option("--size", c->pictures.size, "WIDTHxHEIGHT in pixels; by default the scene's");
+  command->add_option("--fps", c->pictures.fps, "frames a second; by default the scene's")
+      ->check(CLI::Range(0.1, 1000.0));
+  command->add_option("--gl", c->pictures.gl, "way to OpenGL: auto, surfaceless, device or osmesa")
+      ->check(CLI::IsMember({"auto", "surfaceless", "device", "osmesa"}));
+  command->add_flag("--overlay", c->pictures.overlay, "draw joints, axes and pins");
+  command->add_flag("--hash", c->hash, "print the 64-bit hash of the final state");
+  command->add_flag("--json", c->json, "print one JSON object instead of text");
+  command->footer(kExamples);
+  command->callback([c, &exit_code] { exit_code = run(*c); });
+}
+
+}  // namespace pantin::program
