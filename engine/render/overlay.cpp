@@ -13,6 +13,14 @@ constexpr Vec3 kAxes[3] = {{0.92, 0.25, 0.22}, {0.25, 0.75, 0.28}, {0.25, 0.45, 
 constexpr Vec3 kJoint{0.10, 0.80, 0.85}, kOpenJoint{1.0, 0.1, 0.1}, kPin{0.98, 0.78, 0.12};
 constexpr Vec3 kUnreached{1.0, 0.25, 0.15}, kSlack{1.0, 0.55, 0.10};
 
+/// The colours above are written as they look; legends are linear [IEC 61966-2-1].
+Vec3 linear(Vec3 srgb) {
+  const auto part = [](Real x) {
+    return x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);
+  };
+  return {part(srgb.x), part(srgb.y), part(srgb.z)};
+}
+
 bool is_visible(Vec3 world, const Eye& eye) {
   return is_finite(world) && eye.depth(world) > 1e-3 * eye.distance;
 }
@@ -177,6 +185,17 @@ void OverlayList::add_joints(const World& world, std::span<const Pose> poses, co
     add_line(target - Vec3{size, size, 0}, target + Vec3{size, size, 0}, 1.4 * thin, colour);
     add_line(target - Vec3{size, -size, 0}, target + Vec3{size, -size, 0}, 1.4 * thin, colour);
   }
+}
+
+std::vector<LegendEntry> overlay_legend(const World& world) {
+  std::vector<LegendEntry> entries;
+  if (!world.links.empty()) entries.push_back({linear(kJoint), "ring: joint"});
+  if (!world.strings.empty()) entries.push_back({linear(kSlack), "curve: slack string"});
+  if (!world.pins.empty()) {
+    entries.push_back({linear(kPin), "cross: pin"});
+    entries.push_back({linear(kUnreached), "red cross: out of reach"});
+  }
+  return entries;
 }
 
 }  // namespace pantin

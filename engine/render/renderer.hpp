@@ -47,6 +47,9 @@ struct Overlay {
   bool joints = false;              // rings at joints, axes of bodies, pins, slack strings marked
 };
 
+/// What the marks of Overlay::joints mean, as far as this world can show them.
+std::vector<LegendEntry> overlay_legend(const World& world);
+
 /// Owns a GL context and everything in it. Use from one thread at a time.
 class Renderer {
  public:
