@@ -1,7 +1,8 @@
 #include "tools/pantin/options.hpp"
 
+#include <algorithm>
 #include <charconv>
-#include <cmath>
+#include <functional>
 
 namespace pantin::program {
 namespace {
@@ -65,6 +66,11 @@ CLI::Validator size_of_picture() {
     return fits ? std::string()
                 : refusal(text, "WIDTHxHEIGHT in pixels, as in 1280x720, each from 16 to 8192");
   });
+}
+
+bool is_even_size(const std::string& size) {
+  int w = 0, h = 0;
+  return parse_size(size, w, h) && w % 2 == 0 && h % 2 == 0;
 }
 
 CLI::Validator video_name() {

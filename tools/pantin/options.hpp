@@ -27,6 +27,8 @@ CLI::Validator whole_number_in(const Range& range);
 CLI::Validator one_of(std::vector<std::string> words);
 /// WIDTHxHEIGHT, each from 16 to 8192.
 CLI::Validator size_of_picture();
+/// Whether both sides of a well-formed size are even, as H.264 needs them.
+bool is_even_size(const std::string& size);
 /// A file name that ends in .mp4 or .mkv.
 CLI::Validator video_name();
 

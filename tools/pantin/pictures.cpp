@@ -1,115 +1,191 @@
 #include "tools/pantin/pictures.hpp"
 
-#include <fmt/format.h>
+#include <fmt/core.h>
 
 #include <algorithm>
-#include <filesystem>
+
+#include "tools/pantin/program.hpp"
+
+#ifdef PANTIN_HAS_RENDER
+#include "engine/render/capture.hpp"
+#include "engine/render/renderer.hpp"
+#endif
 
 namespace pantin::program {
 
 #ifdef PANTIN_HAS_RENDER
-
-Result<std::unique_ptr<Renderer>> open_renderer(const RenderOptions& options) {
-  auto renderer = Renderer::create(options);
-  if (renderer) return renderer;
-  std::vector<Error> lines{
-      {"no pictures: no way to OpenGL works here (`pantin doctor` says more; "
-       "runs without pictures need none)"}};
-  for (const Error& error : renderer.errors()) lines.push_back({"  " + error.message});
-  return lines;
-}
-
-View framed(const Scene& scene, const RenderOptions& options) {
-  View view = scene.view;
-  const Real aspect = static_cast<Real>(options.width) / options.height;
-  if (view.camera.automatic) view.camera = framing_camera(scene.world, view, aspect);
-  return view;
-}
-
-std::vector<LegendEntry> legend_of(const World& world) { return overlay_legend(world); }
-
 namespace {
 
-Result<std::unique_ptr<Capture>> open_capture(const CaptureOptions& options) {
-  return Capture::open(options);
+GlPath gl_path(const std::string& name) {
+  if (name == "surfaceless") return GlPath::surfaceless;
+  if (name == "device") return GlPath::device;
+  return name == "osmesa" ? GlPath::osmesa : GlPath::automatic;
 }
 
+/// Every frame that a run shows, and those that a strip keeps of them.
+class DrawnPictures final : public Pictures {
+ public:
+  DrawnPictures(const PictureChoices& choices, const Scene& scene,
+                std::unique_ptr<Renderer> renderer, std::unique_ptr<Capture> capture, int width,
+                int height, double fps, std::uint64_t frames)
+      : choices_(choices),
+        view_(scene.view),
+        title_(scene.title),
+        step_(scene.step),
+        fps_(fps),
+        frames_(frames),
+        renderer_(std::move(renderer)),
+        capture_(std::move(capture)) {
+    view_.camera = framing_camera(scene.world, scene.view, static_cast<Real>(width) / height);
+    image_.width = width, image_.height = height;
+    const auto cells = static_cast<std::uint64_t>(choices.strip_columns * choices.strip_rows);
+    if (!choices.strip.empty()) {
+      strip_.width = width * choices.strip_columns, strip_.height = height * choices.strip_rows;
+      strip_.rgba.assign(
+          static_cast<std::size_t>(strip_.width) * static_cast<std::size_t>(strip_.height) * 4,
+          255);
+      for (std::uint64_t i = 0; i < cells; ++i)
+        strip_frames_.push_back(cells < 2 ? 0 : i * (frames - 1) / (cells - 1));
+    }
+  }
+
+  /// The picture of the start, which no step leads to.
+  void draw_start(const World& world) { draw_frame(world, {}, 0); }
+
+  void before_step(const World& world) override {
+    before_.clear();
+    for (const Body& b : world.bodies.values()) before_.push_back(b.pose);
+  }
+
+  bool after_step(const World& world, double worst_gap) override {
+    const double end = static_cast<double>(world.tick) * step_, slack = 1e-9 * step_;
+    while (ok_ && drawn_ < frames_ && static_cast<double>(drawn_) / fps_ <= end + slack) {
+      const double part = 1 - (end - static_cast<double>(drawn_) / fps_) / step_;
+      poses_.clear();
+      for (std::size_t i = 0; i < world.bodies.size(); ++i) {
+        const Pose& to = world.bodies.values()[i].pose;
+        const Pose& from = before_.size() == world.bodies.size() ? before_[i] : to;
+        if (part > 1 - 1e-9)
+          poses_.push_back(to);
+        else
+          poses_.push_back({glm::mix(from.position, to.position, part),
+                            glm::slerp(from.rotation, to.rotation, part)});
+      }
+      draw_frame(world, poses_, worst_gap);
+    }
+    return ok_;
+  }
+
+  std::variant<std::size_t, PictureFailure> finish() override {
+    if (capture_) {
+      Result<std::size_t> written = capture_->finish();
+      if (!written) return PictureFailure{written.errors(), kUnwritable};
+    }
+    if (!choices_.strip.empty())
+      if (const auto written = write_png(choices_.strip, strip_); !written)
+        return PictureFailure{written.errors(), kUnwritable};
+    return static_cast<std::size_t>(capture_ ? drawn_ : 0);
+  }
+
+ private:
+  void draw_frame(const World& world, std::span<const Pose> poses, double worst_gap) {
+    const std::uint64_t k = drawn_++;
+    const bool keep = !strip_frames_.empty() && next_cell_ < strip_frames_.size() &&
+                      strip_frames_[next_cell_] <= k;
+    if (!capture_ && !keep) return;
+    Overlay overlay;
+    overlay.joints = choices_.overlay;
+    overlay.lines = {title_, fmt::format("t = {:.3f} s", static_cast<double>(k) / fps_),
+                     fmt::format("{}, step {:.4g} ms", solver_in_use(world), 1e3 * step_),
+                     fmt::format("worst joint gap {:.1e} m", worst_gap)};
+    if (choices_.overlay)
+      overlay.legend = {{Vec3(0.9, 0.75, 0.1), "joint"}, {Vec3(0.9, 0.1, 0.1), "pin out of reach"}};
+    Image& image = capture_ ? capture_->next() : image_;
+    renderer_->draw(world, poses, view_, overlay, image);
+    while (keep && next_cell_ < strip_frames_.size() && strip_frames_[next_cell_] <= k)
+      copy_to_strip(image);
+    if (!capture_) return;
+    if (const auto pushed = capture_->push(); !pushed) ok_ = false;
+  }
+
+  void copy_to_strip(const Image& image) {
+    const auto column =
+        static_cast<std::size_t>(next_cell_ % static_cast<std::size_t>(choices_.strip_columns));
+    const auto row =
+        static_cast<std::size_t>(next_cell_ / static_cast<std::size_t>(choices_.strip_columns));
+    ++next_cell_;
+    const std::size_t line = static_cast<std::size_t>(image.width) * 4;
+    const std::size_t pitch = static_cast<std::size_t>(strip_.width) * 4;
+    for (std::size_t y = 0; y < static_cast<std::size_t>(image.height); ++y)
+      std::copy_n(
+          image.rgba.begin() + static_cast<std::ptrdiff_t>(y * line), line,
+          strip_.rgba.begin() +
+              static_cast<std::ptrdiff_t>(
+                  (row * static_cast<std::size_t>(image.height) + y) * pitch + column * line));
+  }
+
+  PictureChoices choices_;
+  View view_;
+  std::string title_;
+  double step_, fps_;
+  std::uint64_t frames_, drawn_ = 0;
+  std::unique_ptr<Renderer> renderer_;
+  std::unique_ptr<Capture> capture_;
+  std::vector<Pose> before_, poses_;
+  Image image_, strip_;
+  std::vector<std::uint64_t> strip_frames_;
+  std::size_t next_cell_ = 0;
+  bool ok_ = true;
+};
+
 }  // namespace
+
+std::variant<std::unique_ptr<Pictures>, PictureFailure> Pictures::open(
+    const PictureChoices& choices, const Scene& scene, std::uint64_t steps) {
+  int width = scene.output.width, height = scene.output.height;
+  if (!choices.size.empty() && !parse_size(choices.size, width, height))
+    return PictureFailure{
+        {Error{fmt::format("--size: found \"{}\", expected WIDTHxHEIGHT, each from 16 to 8192",
+                           choices.size)}},
+        kUsage};
+  const double fps = choices.fps > 0 ? choices.fps : scene.output.fps;
+  const auto frames =
+      1 + static_cast<std::uint64_t>(static_cast<double>(steps) * scene.step * fps * (1 + 1e-12));
+  RenderOptions options;
+  options.width = width, options.height = height, options.path = gl_path(choices.gl);
+  auto renderer = Renderer::create(options);
+  if (!renderer) {
+    std::vector<Error> errors = renderer.errors();
+    errors.insert(errors.begin(),
+                  Error{"no way to OpenGL works here, so no pictures can be made; the scene runs "
+                        "without --frames, --video and --strip. What was tried:"});
+    return PictureFailure{errors, kFailed};
+  }
+  std::unique_ptr<Capture> capture;
+  if (!choices.frames.empty() || !choices.video.empty()) {
+    CaptureOptions to;
+    to.frames_directory = choices.frames, to.video_path = choices.video;
+    to.fps = fps, to.width = width, to.height = height, to.frames_expected = frames;
+    auto opened = Capture::open(to);
+    if (!opened) return PictureFailure{opened.errors(), kUnwritable};
+    capture = std::move(*opened);
+  }
+  auto pictures = std::make_unique<DrawnPictures>(choices, scene, std::move(*renderer),
+                                                  std::move(capture), width, height, fps, frames);
+  pictures->draw_start(scene.world);
+  return pictures;
+}
 
 #else
 
-Result<std::unique_ptr<Renderer>> open_renderer(const RenderOptions&) {
-  return Error{"no pictures: this program was built without drawing (PANTIN_RENDER)"};
+std::variant<std::unique_ptr<Pictures>, PictureFailure> Pictures::open(const PictureChoices&,
+                                                                       const Scene&,
+                                                                       std::uint64_t) {
+  return PictureFailure{{Error{"this build has no pictures (PANTIN_RENDER was off or its libraries "
+                               "missing); the scene runs without --frames, --video and --strip"}},
+                        kFailed};
 }
-
-View framed(const Scene& scene, const RenderOptions&) { return scene.view; }
-
-std::vector<LegendEntry> legend_of(const World&) { return {}; }
-
-namespace {
-
-Result<std::unique_ptr<Capture>> open_capture(const CaptureOptions&) {
-  return Error{"no pictures: this program was built without drawing (PANTIN_RENDER)"};
-}
-
-}  // namespace
 
 #endif
-
-std::vector<std::string> caption_lines(const Caption& caption, double time, std::uint64_t tick,
-                                       const Measures& measures,
-                                       const std::vector<Unreached>& unreached) {
-  std::string how = fmt::format("{}, step {:.4g} ms", caption.solver, 1e3 * caption.step);
-  if (caption.substeps > 1) how += fmt::format(" in {} parts", caption.substeps);
-  std::vector<std::string> lines{caption.title, fmt::format("t = {:.3f} s   step {}", time, tick),
-                                 how, fmt::format("widest joint gap {:.1e} m", measures.worst_gap)};
-  if (!unreached.empty())
-    lines.push_back(fmt::format("{} \"{}\" not reached: {:.3g} m", unreached.front().kind,
-                                unreached.front().name, unreached.front().residual_m));
-  return lines;
-}
-
-Result<std::unique_ptr<Pictures>> Pictures::open(const PictureOptions& options, const Scene& scene,
-                                                 std::size_t frames, Exit& why) {
-  const RenderOptions drawn = render_options(options, scene);
-  why = Exit::failed;
-  auto renderer = open_renderer(drawn);
-  if (!renderer) return renderer.errors();
-
-  CaptureOptions filed;
-  filed.frames_directory = options.frames, filed.video_path = options.video;
-  filed.fps = frame_rate(options, scene);
-  filed.width = drawn.width, filed.height = drawn.height;
-  filed.frames_expected = frames;
-  why = Exit::not_written;
-  auto capture = open_capture(filed);
-  if (!capture) return capture.errors();
-  return std::unique_ptr<Pictures>(
-      new Pictures(std::move(*renderer), std::move(*capture), framed(scene, drawn)));
-}
-
-Result<Done> Pictures::add(const World& world, std::span<const Pose> poses,
-                           const Overlay& overlay) {
-  renderer_->draw(world, poses, view_, overlay, capture_->next());
-  return capture_->push();
-}
-
-Result<std::size_t> Pictures::finish() { return capture_->finish(); }
-
-std::vector<std::string> stale_frames(const std::string& directory, std::size_t written) {
-  std::size_t beyond = 0;
-  const std::string next = fmt::format("frame_{:06}.png", written);
-  std::error_code ignored;
-  for (const auto& entry : std::filesystem::directory_iterator(directory, ignored)) {
-    const std::string name = entry.path().filename().string();
-    const bool is_frame = name.starts_with("frame_") && name.ends_with(".png");
-    if (is_frame && name.size() >= next.size() && (name.size() > next.size() || name >= next))
-      ++beyond;
-  }
-  if (beyond == 0) return {};
-  return {fmt::format("{}: {} from {} on {} left by an earlier run", directory,
-                      beyond == 1 ? "1 frame" : fmt::format("{} frames", beyond), next,
-                      beyond == 1 ? "is" : "are")};
-}
 
 }  // namespace pantin::program
