@@ -1,330 +1,251 @@
-// pantin run: a scene from its first step to its last.
-#include <fmt/format.h>
-#include <sys/resource.h>
+#include <fmt/core.h>
 
-#include <CLI/CLI.hpp>
 #include <chrono>
-#include <memory>
+#include <cmath>
 
-#include "engine/runtime/simulation.hpp"
-#include "tools/pantin/allocations.hpp"
-#include "tools/pantin/frame_clock.hpp"
-#include "tools/pantin/interrupt.hpp"
-#include "tools/pantin/options.hpp"
 #include "tools/pantin/pictures.hpp"
+#include "tools/pantin/program.hpp"
 #include "tools/pantin/record.hpp"
-#include "tools/pantin/summary.hpp"
-#include "tools/pantin/terminal.hpp"
 
 namespace pantin::program {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-constexpr std::int64_t kMostSteps = 10'000'000;
-constexpr std::size_t kWarmUp = 10;  // steps that may still allocate
-
-struct RunOptions {
-  std::string scene;
-  Overrides overrides;
-  PictureOptions pictures;
-  std::string record;
+struct RunChoices {
+  std::string scene, record;
+  SceneChoices how;
+  PictureChoices pictures;
   int threads = 1;
   bool hash = false, json = false;
 };
+
+/// What a run has to tell.
+struct Summary {
+  std::string status = "ok";
+  std::uint64_t steps = 0;
+  double worst_gap = 0, worst_gap_rel = 0;                  // m, part of the size
+  double energy_start = 0, energy_end = 0, energy_max = 0;  // J
+  double worst_residual = 0;                                // m, of pins and strings
+  int most_rounds = 0;
+  std::uint64_t limited_steps = 0, allocations = 0, timed_steps = 0;
+  std::vector<double> step_seconds;
+  std::size_t frames = 0;
+  std::string lost_body;
+  double lost_time = 0;  // s
+};
+
+using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// CPU time of this process and of the children it has waited for, s.
-double cpu_seconds() {
-  double sum = 0;
-  for (int who : {RUSAGE_SELF, RUSAGE_CHILDREN}) {
-    struct rusage use {};
-    ::getrusage(who, &use);
-    for (const timeval& t : {use.ru_utime, use.ru_stime})
-      sum += static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-  }
-  return sum;
+/// One step, timed without its measures, and what is told of it.
+StepReport timed_step(Simulation& sim, Summary& s) {
+  const std::uint64_t allocated = allocations();
+  const Clock::time_point start = Clock::now();
+  StepReport report = sim.step();
+  s.step_seconds.push_back(seconds_since(start));
+  if (s.steps > 0)
+    s.allocations += allocations() - allocated, ++s.timed_steps;  // the first warms up
+  report.measures = measure(sim.world);
+  const Measures& m = report.measures;
+  s.worst_gap = std::max(s.worst_gap, m.worst_gap);
+  s.worst_gap_rel = std::max(s.worst_gap_rel, m.worst_gap_rel);
+  s.energy_end = m.energy();
+  s.energy_max = std::max(s.energy_max, s.energy_end);
+  s.worst_residual = std::max(s.worst_residual, report.worst_residual);
+  s.most_rounds = std::max(s.most_rounds, report.rounds_used);
+  s.limited_steps += report.limited > 0;
+  ++s.steps;
+  return report;
 }
 
-/// A scene on its way: steps, frames, rows, and what was measured meanwhile.
-class Run {
- public:
-  Run(const RunOptions& options, Scene scene)
-      : options_(options),
-        scene_(std::move(scene)),
-        steps_(steps_for(scene_.duration, scene_.step)),
-        clock_{frame_rate(options.pictures, scene_), scene_.step},
-        frames_(frames_for(scene_.duration, clock_.fps)) {}
-
-  Summary take() {
-    describe();
-    if (steps_ > kMostSteps) {
-      summary_.fail(Exit::usage, "bad_input",
-                    fmt::format("{}: found {} steps, expected at most {}: shorten --duration or "
-                                "lengthen --step",
-                                options_.scene, steps_, kMostSteps));
-      return summary_;
-    }
-    if (open()) loop();
-    close();
-    return summary_;
-  }
-
- private:
-  void describe() {
-    simulation_.world = scene_.world;
-    summary_.threads = usable_threads(options_.threads, scene_.warnings);
-    simulation_.settings = {scene_.step, scene_.substeps, summary_.threads, false};
-    for (std::string& line : structure_faults(simulation_.world))
-      scene_.warnings.push_back(options_.scene + ": " + line);
-    summary_.scene = options_.scene, summary_.title = scene_.title;
-    summary_.solver = solvers_of(simulation_.world);
-    summary_.step = scene_.step, summary_.substeps = scene_.substeps;
-    summary_.counts = counts_of(simulation_.world);
-    summary_.warnings = scene_.warnings;
-    summary_.ruler.start(simulation_.world);
-    caption_ = {scene_.title, summary_.solver, scene_.step, scene_.substeps};
-    if (!options_.json) warn(scene_.warnings);
-  }
-
-  /// Everything that can be refused is refused before the first step.
-  bool open() {
-    if (options_.pictures.wanted()) {
-      Exit why{};
-      auto opened = Pictures::open(options_.pictures, scene_, static_cast<std::size_t>(frames_),
-                                   why);
-      if (!opened) {
-        for (const Error& e : opened.errors()) summary_.fail(why, status_of(why), e.message);
-        return false;
-      }
-      pictures_ = std::move(*opened);
-    }
-    if (!options_.record.empty()) {
-      auto opened = Record::open(options_.record, simulation_.world);
-      if (!opened) return fail(Exit::not_written, opened.errors());
-      record_ = std::move(*opened);
-    }
-    return true;
-  }
-
-  void loop() {
-    const auto count = static_cast<std::size_t>(steps_);
-    step_ns_.reserve(count);
-    poses_.resize(pictures_ ? simulation_.world.bodies.size() : 0);
-    frame_start_ = Clock::now();
-    if (!note_row()) return;
-    while (true) {
-      if (pictures_ && !draw_due()) return;
-      if (taken_ == steps_) return;
-      if (is_interrupted()) {
-        summary_.fail(Exit::interrupted, "interrupted",
-                      fmt::format("{}: interrupted at {:.6g} s; what was written so far is whole",
-                                  options_.scene, simulation_.world.time));
-        return;
-      }
-      if (!step() || !note_row()) return;
-      show_progress();
-    }
-  }
-
-  /// One step, timed; the rulers are taken outside of the timed part. False if it diverged.
-  bool step() {
-    const std::uint64_t allocated = allocations_here();
-    const Clock::time_point start = Clock::now();
-    // advance() keeps the poses before the step, which frames between steps need.
-    const StepReport report = pictures_ ? simulation_.advance(scene_.step).report
-                                        : simulation_.step();
-    const double taken = seconds_since(start);
-    if (step_ns_.size() >= kWarmUp) allocations_ += allocations_here() - allocated;
-    ++taken_;
-    step_ns_.push_back(1e9 * taken);
-    if (!pictures_) {
-      frame_part_ += taken;
-      if (taken_ * clock_.fps * clock_.h >= static_cast<double>(frame_ms_.size() + 1) - 1e-6)
-        frame_ms_.push_back(1e3 * std::exchange(frame_part_, 0));
-    }
-    summary_.ruler.take(simulation_.world, report);
-    if (report.status != Status::diverged) return true;
-    summary_.diverged = {simulation_.world.name_of(report.body), report.time,
-                         summary_.ruler.last.worst_gap};
-    summary_.fail(Exit::diverged, "diverged",
-                  fmt::format("{}: diverged: body \"{}\" at {:.6g} s, widest joint gap {:.3g} m",
-                              options_.scene, summary_.diverged->body, report.time,
-                              summary_.diverged->residual));
-    return false;
-  }
-
-  /// The frames whose states are there. False if they cannot be written.
-  bool draw_due() {
-    for (; frame_ < frames_; ++frame_) {
-      const FramePlace place = clock_.at(frame_);
-      if (place.step > taken_) return true;
-      const World& world = simulation_.world;
-      for (std::size_t i = 0; i < poses_.size(); ++i)
-        poses_[i] = place.fraction < 1
-                        ? simulation_.interpolated(world.bodies.owners()[i], place.fraction)
-                        : world.bodies.values()[i].pose;
-      auto done = pictures_->add(world, poses_, overlay(frame_));
-      if (!done) return fail(Exit::not_written, done.errors());
-      // The first frame pays for shaders; it counts for neither clock.
-      if (frame_ > 0) frame_ms_.push_back(1e3 * seconds_since(frame_start_));
-      if (frame_ == 0) cpu_start_ = cpu_seconds();
-      frame_start_ = Clock::now();
-    }
-    return true;
-  }
-
-  Overlay overlay(std::int64_t frame) const {
-    const World& world = simulation_.world;
-    Overlay overlay;
-    overlay.lines =
-        caption_lines(caption_, static_cast<double>(frame) / clock_.fps, world.tick,
-                      summary_.ruler.last, unreached(world));
-    overlay.joints = options_.pictures.overlay;
-    if (overlay.joints) overlay.legend = legend_of(world);
-    return overlay;
-  }
-
-  bool note_row() {
-    if (!record_) return true;
-    auto done = record_->add(simulation_.world, summary_.ruler.last);
-    return done ? true : fail(Exit::not_written, done.errors());
-  }
-
-  void show_progress() {
-    if (!progress_.is_due()) return;
-    std::string line = fmt::format("{:3.0f} %  t = {:.2f} s of {:.6g} s",
-                                   100.0 * static_cast<double>(taken_) / static_cast<double>(steps_),
-                                   simulation_.world.time, scene_.duration);
-    if (pictures_) line += fmt::format("  frame {} of {}", frame_, frames_);
-    progress_.show(line);
-  }
-
-  /// Brings files to their names and sums up.
-  void close() {
-    progress_.clear();
-    if (pictures_) {
-      auto finished = pictures_->finish();
-      if (finished) {
-        summary_.frames_written = *finished;
-        summary_.frames = options_.pictures.frames, summary_.video = options_.pictures.video;
-      } else if (summary_.exit != Exit::not_written) {
-        fail(Exit::not_written, finished.errors());
-      }
-      if (frame_ > 1)
-        summary_.frame_cpu_ms = 1e3 * (cpu_seconds() - cpu_start_) /
-                                static_cast<double>(frame_ - 1);
-      if (!summary_.frames.empty()) {
-        const auto stale = stale_frames(summary_.frames, summary_.frames_written);
-        summary_.warnings.insert(summary_.warnings.end(), stale.begin(), stale.end());
-        if (!options_.json) warn(stale);
-      }
-    }
-    if (record_) {
-      auto finished = record_->finish();
-      if (finished)
-        summary_.record = options_.record;
-      else if (summary_.exit != Exit::not_written)
-        fail(Exit::not_written, finished.errors());
-    }
-    sum_up();
-  }
-
-  void sum_up() {
-    summary_.steps = static_cast<std::size_t>(taken_), summary_.time = simulation_.world.time;
-    summary_.unreached = unreached(simulation_.world);
-    if (step_ns_.size() > kWarmUp)
-      summary_.allocations_per_step =
-          static_cast<double>(allocations_) / static_cast<double>(step_ns_.size() - kWarmUp);
-    const auto links = static_cast<double>(std::max<std::size_t>(1, summary_.counts.dynamic));
-    for (double& ns : step_ns_) ns /= links;
-    summary_.ns_per_link_step = ranks_of(std::move(step_ns_));
-    summary_.frame_ms = ranks_of(std::move(frame_ms_));
-    summary_.hash = state_hash(simulation_.world);
-  }
-
-  bool fail(Exit with, const std::vector<Error>& errors) {
-    for (const Error& e : errors) summary_.fail(with, status_of(with), e.message);
-    return false;
-  }
-
-  const RunOptions& options_;
-  Scene scene_;
-  Simulation simulation_;
-  const std::int64_t steps_;
-  const FrameClock clock_;
-  const std::int64_t frames_;
-  std::unique_ptr<Pictures> pictures_;
-  std::unique_ptr<Record> record_;
-  Caption caption_;
-  Summary summary_;
-  Progress progress_;
-
-  std::int64_t taken_ = 0, frame_ = 0;  // steps and frames so far
-  std::vector<Pose> poses_;             // of the frame being drawn, by slot
-  std::vector<double> step_ns_, frame_ms_;
-  std::uint64_t allocations_ = 0;
-  double frame_part_ = 0, cpu_start_ = 0;  // s
-  Clock::time_point frame_start_;
-};
-
-Exit run_scene(const RunOptions& options) {
-  watch_for_interrupts();
-  auto scene = load_scene(options.scene);
-  if (!scene) {
-    complain(scene.errors());
-    return Exit::usage;
-  }
-  apply(options.overrides, *scene);
-  const Summary summary = Run(options, std::move(*scene)).take();
-  for (const std::string& line : summary.messages) complain(line);
-  if (summary.exit == Exit::usage) return summary.exit;
-  const bool told = print(options.json ? dump(to_json(summary)) : to_text(summary, options.hash));
-  return told || summary.exit != Exit::ok ? summary.exit : Exit::not_written;
+Json to_json(const RunChoices& c, const Scene& scene, const Simulation& sim, Summary& s) {
+  Json j;
+  const auto links = static_cast<double>(std::max<std::size_t>(1, sim.world.links.size()));
+  j["scene"] = c.scene;
+  j["title"] = scene.title;
+  j["status"] = s.status;
+  j["solver"] = solver_in_use(sim.world);
+  j["step_s"] = scene.step;
+  j["substeps"] = scene.substeps;
+  j["steps"] = s.steps;
+  j["simulated_s"] = sim.world.time;
+  j["bodies"] = sim.world.bodies.size();
+  j["joints"] = sim.world.links.size();
+  j["strings"] = sim.world.strings.size();
+  j["articulations"] = sim.world.articulations.size();
+  j["worst_gap_m"] = s.worst_gap;
+  j["worst_gap_rel"] = s.worst_gap_rel;
+  j["energy_start_j"] = s.energy_start;
+  j["energy_end_j"] = s.energy_end;
+  j["energy_max_j"] = s.energy_max;
+  const double median = percentile(s.step_seconds, 0.5), p99 = percentile(s.step_seconds, 0.99);
+  j["ns_per_link_step_median"] = 1e9 * median / links;
+  j["ns_per_link_step_p99"] = 1e9 * p99 / links;
+  j["frame_ms_median"] = 1e3 * median;
+  j["frame_ms_p99"] = 1e3 * p99;
+  j["allocations_per_step"] =
+      s.timed_steps ? static_cast<double>(s.allocations) / static_cast<double>(s.timed_steps) : 0.0;
+  j["hash"] = hex(state_hash(sim.world));
+  j["frames_written"] = s.frames;
+  j["worst_residual_m"] = s.worst_residual;
+  j["rounds_max"] = s.most_rounds;
+  j["limited_steps"] = s.limited_steps;
+  j["unreached"] = Json::array();
+  for (const Unreached& u : unreached(sim.world))
+    j["unreached"].push_back({{"name", u.name},
+                              {"kind", u.kind},
+                              {"residual_m", u.residual},
+                              {"reachable", u.reachable}});
+  if (!s.lost_body.empty()) j["lost"] = {{"body", s.lost_body}, {"time_s", s.lost_time}};
+  j["warnings"] = scene.warnings;
+  return j;
 }
+
+void print_summary(const RunChoices& c, const Scene& scene, const Simulation& sim, Summary& s) {
+  const Json j = to_json(c, scene, sim, s);
+  fmt::print("{}\n", bold(scene.title));
+  fmt::print("  solver      {}, {} steps of {:.6g} s\n", j["solver"].get<std::string>(), s.steps,
+             scene.step);
+  fmt::print("  bodies      {} with {} joints, {} strings\n", sim.world.bodies.size(),
+             sim.world.links.size(), sim.world.strings.size());
+  fmt::print("  worst gap   {:.2e} m, {:.1e} of the size\n", s.worst_gap, s.worst_gap_rel);
+  fmt::print("  energy      {:.6g} J to {:.6g} J, at most {:.6g} J\n", s.energy_start, s.energy_end,
+             s.energy_max);
+  fmt::print("  time        {:.4f} ms a step (p99 {:.4f}), {:.0f} ns per link and step\n",
+             j["frame_ms_median"].get<double>(), j["frame_ms_p99"].get<double>(),
+             j["ns_per_link_step_median"].get<double>());
+  for (const Unreached& u : unreached(sim.world))
+    fmt::print("  unreached   {} {}: {:.4g} m from its place{}\n", u.kind, u.name, u.residual,
+               u.reachable ? "" : ", out of reach");
+  if (s.frames > 0) fmt::print("  frames      {}\n", s.frames);
+  if (c.hash) fmt::print("  hash        {}\n", j["hash"].get<std::string>());
+}
+
+int fail(const std::vector<Error>& errors, int exit_code) {
+  for (const Error& e : errors) complain(e.message);
+  return exit_code;
+}
+
+/// The loop: step, record, draw. Leaves why it ended in the summary; returns the exit code.
+int step_through(const RunChoices& c, const Scene& scene, Simulation& sim, Pictures* pictures,
+                 Record* record, Summary& s) {
+  const std::uint64_t steps = steps_of(scene);
+  s.step_seconds.reserve(steps);
+  Progress progress(scene.title);
+  const auto write_row = [&](const Measures& m) -> bool {
+    if (!record) return true;
+    const Result<Done> row = record->add(sim.world, m);
+    if (!row) fail(row.errors(), kUnwritable);
+    return static_cast<bool>(row);
+  };
+  if (!write_row(measure(sim.world))) return kUnwritable;
+  for (std::uint64_t i = 0; i < steps; ++i) {
+    if (interrupted()) {
+      s.status = "interrupted";
+      return kInterrupted;
+    }
+    if (pictures) pictures->before_step(sim.world);
+    const StepReport report = timed_step(sim, s);
+    if (report.status == Status::diverged) {
+      s.status = "diverged";
+      s.lost_body = sim.world.name_of(report.body), s.lost_time = report.time;
+      complain(fmt::format(
+          "{}: diverged at {:.6g} s: body {} left all bounds (worst joint gap {:.3g} m)", c.scene,
+          report.time, s.lost_body, s.worst_gap));
+      return kDiverged;
+    }
+    if (!write_row(report.measures)) return kUnwritable;
+    if (pictures && !pictures->after_step(sim.world, report.measures.worst_gap)) return kUnwritable;
+    progress.show(static_cast<double>(i + 1) / static_cast<double>(steps));
+  }
+  return kOk;
+}
+
+int run(const RunChoices& c) {
+  std::optional<Scene> scene = open_scene(c.scene, c.how, c.json);
+  if (!scene) return kUsage;
+  std::unique_ptr<Pictures> pictures;
+  if (c.pictures.wanted()) {
+    auto opened = Pictures::open(c.pictures, *scene, steps_of(*scene));
+    if (auto* f = std::get_if<PictureFailure>(&opened)) return fail(f->errors, f->exit_code);
+    pictures = std::move(std::get<0>(opened));
+  }
+  Record record;
+  if (!c.record.empty())
+    if (const auto opened = record.open(c.record, scene->world); !opened)
+      return fail(opened.errors(), kUnwritable);
+
+  Simulation sim(scene->world, {scene->step, scene->substeps, c.threads, false});
+  Summary s;
+  s.energy_start = s.energy_max = measure(sim.world).energy();
+  int exit_code =
+      step_through(c, *scene, sim, pictures.get(), c.record.empty() ? nullptr : &record, s);
+  if (!c.record.empty()) {
+    const auto closed = record.close();
+    if (!closed)
+      exit_code = fail(closed.errors(), kUnwritable);
+    else if (exit_code == kInterrupted)
+      complain(c.record + ": holds the steps up to the interruption");
+  }
+  if (pictures) {
+    const auto finished = pictures->finish();
+    if (const auto* f = std::get_if<PictureFailure>(&finished))
+      exit_code = fail(f->errors, f->exit_code);
+    else
+      s.frames = std::get<std::size_t>(finished);
+  }
+  if (exit_code == kUnwritable) s.status = "unwritable";
+  if (c.json)
+    fmt::print("{}\n",
+               to_json(c, *scene, sim, s).dump(2, ' ', false, Json::error_handler_t::replace));
+  else
+    print_summary(c, *scene, sim, s);
+  return exit_code;
+}
+
+constexpr const char* kExamples = R"(Examples:
+  pantin run assets/scenes/chain.json
+  pantin run assets/scenes/chain.json --frames out/chain --video out/chain.mp4 --size 1920x1080
+  pantin run assets/scenes/marionette.json --strip out/marionette.png
+  pantin run assets/scenes/chain10.json --step 0.004166667 --record out/chain10.csv --json
+
+--json prints one object: scene, title, status (ok, diverged, interrupted, unwritable), solver,
+step_s, substeps, steps, simulated_s, bodies, joints, strings, articulations, worst_gap_m,
+worst_gap_rel, energy_start_j, energy_end_j, energy_max_j, ns_per_link_step_median,
+ns_per_link_step_p99, frame_ms_median, frame_ms_p99, allocations_per_step, hash, frames_written,
+worst_residual_m, rounds_max, limited_steps, unreached, warnings, and lost after a divergence.
+
+Exit codes: 0 ok, 1 failed run, 2 usage or bad input, 3 diverged, 4 could not write, 130 interrupted.)";
 
 }  // namespace
 
-void add_run(CLI::App& app, Action& chosen) {
-  auto options = std::make_shared<RunOptions>();
-  CLI::App& command = *app.add_subcommand("run", "Run a scene; make frames, a video, a record");
-  command.add_option("SCENE", options->scene, "Scene file")->required();
-  add_solver(command, options->overrides.solver);
-  add_step(command, options->overrides);
-  add_duration(command, options->overrides.duration);
-  add_threads(command, options->threads);
-  command.add_option("--frames", options->pictures.frames, "Write DIR/frame_000000.png and so on")
-      ->type_name("DIR");
-  command.add_option("--video", options->pictures.video, "Write a video, .mp4 or .mkv")
-      ->type_name("FILE")
-      ->check(video_name());
-  add_size(command, options->pictures);
-  add_fps(command, options->pictures);
-  command.add_flag("--overlay", options->pictures.overlay, "Mark joints, pins and slack strings");
-  add_gl(command, options->pictures);
-  command.add_option("--record", options->record, "Write a CSV file with the state at every step")
-      ->type_name("FILE");
-  command.add_flag("--hash", options->hash, "Print the fingerprint of the last state");
-  command.add_flag("--json", options->json, "Print one JSON object instead of text");
-  command.footer(
-      "Examples:\n"
-      "  pantin run assets/scenes/chain.json --video chain.mp4\n"
-      "  pantin run assets/scenes/marionette.json --frames out --size 640x360 --duration 2\n"
-      "  pantin run assets/scenes/chain.json --solver sweep --step 0.008 --record chain.csv\n"
-      "  pantin run assets/scenes/chain.json --json | jq .worst_gap_m\n\n"
-      "Frame k shows the time k / fps; between two steps it is drawn from both. An interrupt\n"
-      "(Ctrl-C) ends the run after the step it is in; frames, video and record stay whole.\n\n" +
-      std::string(kRecordColumns) + "\n\n" + kSummaryKeys + "\n\n" + kExitCodes);
-  command.callback([options, &chosen] {
-    if (!options->pictures.video.empty() && !options->pictures.size.empty() &&
-        !is_even_size(options->pictures.size))
-      throw CLI::ValidationError("--size", "found \"" + options->pictures.size +
-                                               "\", expected even numbers for a video");
-    chosen = [options] { return run_scene(*options); };
-  });
+void add_run(CLI::App& program, int& exit_code) {
+  auto c = std::make_shared<RunChoices>();
+  CLI::App* command = program.add_subcommand("run", "Runs a scene; writes frames, video, a record");
+  command->add_option("scene", c->scene, "scene file")->required();
+  add_scene_choices(*command, c->how);
+  add_threads(*command, c->threads);
+  command->add_option("--record", c->record, "CSV file: poses, velocities, gaps, energy, momentum");
+  command->add_option("--frames", c->pictures.frames, "folder for frame_000000.png and so on");
+  command->add_option("--video", c->pictures.video, "video file, .mp4 or .mkv (needs ffmpeg)");
+  command->add_option("--strip", c->pictures.strip, "one PNG with frames of the run side by side");
+  command
+      ->add_option("--strip-columns", c->pictures.strip_columns, "pictures in a row of the strip")
+      ->check(CLI::Range(1, 20));
+  command->add_option("--strip-rows", c->pictures.strip_rows, "rows of the strip")
+      ->check(CLI::Range(1, 20));
+  command->add_option("--size", c->pictures.size, "WIDTHxHEIGHT in pixels; by default the scene's");
+  command->add_option("--fps", c->pictures.fps, "frames a second; by default the scene's")
+      ->check(CLI::Range(0.1, 1000.0));
+  command->add_option("--gl", c->pictures.gl, "way to OpenGL: auto, surfaceless, device or osmesa")
+      ->check(CLI::IsMember({"auto", "surfaceless", "device", "osmesa"}));
+  command->add_flag("--overlay", c->pictures.overlay, "draw joints, axes and pins");
+  command->add_flag("--hash", c->hash, "print the 64-bit hash of the final state");
+  command->add_flag("--json", c->json, "print one JSON object instead of text");
+  command->footer(kExamples);
+  command->callback([c, &exit_code] { exit_code = run(*c); });
 }
 
 }  // namespace pantin::program
