@@ -76,20 +76,22 @@ struct Row {
   Real softness = 0;        // compliance over step^2, 1/kg
   Real wanted = 0;          // how far the free motion falls short of the bound
   bool one_sided = false;
-  Real load = 0;  // multiplier, kg m
+  std::uint32_t cord = UINT32_MAX;  // the string it stands for, in Articulation::cords
+  Real load = 0;                    // multiplier, kg m
 };
 
 /// What one step of one articulation needs and forgets.
 struct StepRoom {
-  Table work;    // see Work
-  std::vector<Real> nodes;         // kNodeSize a body, see Node
-  Table forces;  // 6 rows: acceleration, torque; only where forces are used
+  Table work;               // see Work
+  std::vector<Real> nodes;  // kNodeSize a body, see Node
+  Table forces;             // 6 rows: acceleration, torque; only where forces are used
   std::vector<Row> rows;
   std::vector<Real> inverse;                   // 6 a body: inverse of the turning block, for rows
   std::vector<Real> blocks;                    // kBlockSize a body, for trees
   std::vector<Real> targets;                   // 3 a tree
   std::vector<Real> response, factor, solved;  // rows x rows, and a row each
   std::vector<Vec3> slide, turn;               // a body each: answer to a load
+  std::vector<Vec3> levers;                    // a body each: joint point of the parent to its own
   std::vector<Vec3> loads;                     // a body each
   std::vector<std::uint8_t> on_path;
 };
@@ -151,6 +153,7 @@ struct Articulation {
   bool fresh = true;   // no step was taken yet, or all memory was dropped
   Real last_step = 0;  // s
   Real reserve = 0;    // J, lost to the integrator lately; the limiter lets it come back
+  bool driven = false; // a place that holds it moved in the last step
 
   // From update to adjust, and for the report; not part of the state.
   Real energy_before = 0, kinetic_before = 0, damped = 0;  // J

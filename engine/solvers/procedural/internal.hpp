@@ -63,6 +63,11 @@ inline Vec3 answer(const Articulation& a, std::size_t c, Vec3 slide) {
 /// The literal rule, root to leaf, into the final poses.
 void literal_sweep(Articulation& a, Real h);
 
+/// Keeps the energy from growing (limiter.cpp): what the step added beyond the work done on it is
+/// taken from the velocities. What the integrator loses may come back for a while (the reserve),
+/// since a stable method lends and returns energy within a swing.
+void limit_energy(World& world, Articulation& a, const Packed& p, const EndSums& end, Real h);
+
 /// Gives free trees back the momentum that closing the joints cost (momentum.cpp). True if any was.
 bool repair_momentum(World& world, Articulation& a, Real h);
 /// Angular momentum of a tree about its mass centre, from the bodies.

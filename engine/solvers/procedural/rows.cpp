@@ -15,7 +15,7 @@ Vec3 lever(const Articulation& a, std::size_t column, Vec3 anchor, Work rotation
   return a.room.work.quat(rotation_row, column) * anchor - a.room.work.vec(kArm, column);
 }
 
-/// From the joint point of a child's parent to the child's joint.
+/// From the joint point of a child's parent to the child's joint, kept in room.levers.
 Vec3 child_lever(const Articulation& a, std::size_t child) {
   const auto parent = static_cast<std::size_t>(a.parents[child]);
   return a.room.work.vec(kParentArm, child) - a.room.work.vec(kArm, parent);
@@ -98,13 +98,14 @@ void list_hold(Articulation& a, const Hold& h, Real step, Work position_row, Wor
   }
 }
 
-void list_cord(const World& world, Articulation& a, const Cord& cord, Real step, Work position_row,
-               Work rotation_row, bool again) {
+void list_cord(const World& world, Articulation& a, std::uint32_t index, Real step,
+               Work position_row, Work rotation_row, bool again) {
+  const Cord& cord = a.cords[index];
   const StringJoint& s = world.strings.values()[cord.string].joint;
   const Ends e = ends_of(world, a, cord, position_row, rotation_row);
   const Real span = glm::length(e.b - e.a);
   Row row;
-  row.one_sided = true;
+  row.one_sided = true, row.cord = index;
   row.column_a = cord.column_a, row.column_b = cord.column_b;
   if (cord.column_a != kNobody) row.arm_a = lever(a, cord.column_a, s.anchor_a, rotation_row);
   if (cord.column_b != kNobody) row.arm_b = lever(a, cord.column_b, s.anchor_b, rotation_row);
@@ -155,7 +156,7 @@ void carry_up(Articulation& a, std::vector<Vec3>& force, std::vector<Vec3>& torq
     torque[c] = times_inverse(a, c, torque[c]);
     if (a.parents[c] < 0) continue;
     const auto parent = static_cast<std::size_t>(a.parents[c]);
-    torque[parent] += glm::cross(child_lever(a, c), force[c]);
+    torque[parent] += glm::cross(a.room.levers[c], force[c]);
     force[parent] += force[c];
   }
 }
@@ -167,7 +168,7 @@ void carry_down(Articulation& a, std::vector<Vec3>& force, std::vector<Vec3>& to
     Vec3 y(0);
     if (a.parents[c] >= 0) {
       const auto parent = static_cast<std::size_t>(a.parents[c]);
-      y = force[parent] + glm::cross(torque[parent], child_lever(a, c));
+      y = force[parent] + glm::cross(torque[parent], a.room.levers[c]);
     } else if (a.parents[c] == kFree) {
       y = solve_symmetric(group_mass(a, c), force[c]);
     }
@@ -184,8 +185,7 @@ void answer_freely(Articulation& a) {
     Vec3 y;
     if (a.parents[c] >= 0) {
       const auto parent = static_cast<std::size_t>(a.parents[c]);
-      y = a.room.slide[parent] + glm::cross(a.room.turn[parent], child_lever(a, c)) +
-          w.vec(kGap, c);
+      y = a.room.slide[parent] + glm::cross(a.room.turn[parent], a.room.levers[c]) + w.vec(kGap, c);
     } else {
       const Tree& t = *tree++;
       y = a.parents[c] == kFree ? solve_symmetric(group_mass(a, c), group_load(a, c))
@@ -203,6 +203,17 @@ Real move_along(const Articulation& a, const Row& row) {
                              : a.room.slide[column] + glm::cross(a.room.turn[column], arm);
   };
   return glm::dot(row.direction, at(row.column_b, row.arm_b) - at(row.column_a, row.arm_a));
+}
+
+/// Leaves out strings that hang well below what this step can draw tight; one that does come tight
+/// is found by the closing rounds.
+void drop_slack(StepRoom& r, Real size) {
+  Real most = 0;
+  for (const Row& row : r.rows) most = std::max(most, row.wanted);
+  const Real margin = 4 * most + 1e-3 * size;
+  std::erase_if(r.rows, [&](const Row& row) {
+    return row.one_sided && row.load == 0 && row.wanted < -margin;
+  });
 }
 
 /// Projected Gauss-Seidel from the last step's loads: rows that can only pull stay non-negative.
@@ -318,16 +329,19 @@ void solve_rows(World& world, Articulation& a, Real h, Work position_row, Work r
   if (!again)
     for (const Hold& hold : a.holds)
       if (takes_rows(a, hold)) list_hold(a, hold, h, position_row, rotation_row);
-  const std::size_t first_cord = r.rows.size();
-  for (const Cord& cord : a.cords) list_cord(world, a, cord, h, position_row, rotation_row, again);
-  const std::size_t n = r.rows.size();
-  if (n == 0) return;
+  for (std::uint32_t c = 0; c < a.cords.size(); ++c)
+    list_cord(world, a, c, h, position_row, rotation_row, again);
+  if (r.rows.empty()) return;
+  for (std::size_t c = 0; c < a.count(); ++c)
+    r.levers[c] = a.parents[c] >= 0 ? child_lever(a, c) : Vec3(0);
 
   if (again)
     clear(r);
   else
     answer_freely(a);
   for (Row& row : r.rows) row.wanted = row.bound - move_along(a, row);
+  drop_slack(r, a.size);
+  const std::size_t n = r.rows.size();
   for (std::size_t j = 0; j < n; ++j) {
     clear(r);
     push(r, r.rows[j], 1);
@@ -356,9 +370,9 @@ void solve_rows(World& world, Articulation& a, Real h, Work position_row, Work r
     const bool taken = takes_rows(a, hold);
     for (int axis = 0; axis < 3; ++axis) hold.load[axis] = taken ? r.rows[at++].load : 0;
   }
-  at = first_cord;
-  for (Cord& cord : a.cords) {
-    const Real load = r.rows[at++].load;
+  for (std::uint32_t c = 0; c < a.cords.size(); ++c) {
+    Cord& cord = a.cords[c];
+    const Real load = at < n && r.rows[at].cord == c ? r.rows[at++].load : 0;
     // A string that has just drawn tight is a blow, and one let go a release: no calm step.
     if (!again && (load > 0) != (cord.load > 0)) a.disturbed = true;
     cord.load = again ? cord.load + load : load;

@@ -118,82 +118,6 @@ void close_kinematic(Articulation& a, const Packed& p, Real h) {
   k.commit(p, kRotation);
 }
 
-/// Work done on the articulation through the places that hold it, J.
-Real work_of_holders(const World& world, const Articulation& a, const EndSums& end, Real h) {
-  const Real to_force = 1 / (force_share(a) * h * h);
-  Vec3 other_impulses(0);  // N s, of all but a single held root
-  Real work = 0;
-  for (const Hold& hold : a.holds) {
-    work += to_force * glm::dot(hold.load, hold.target - hold.target_before);
-    other_impulses += to_force * h * hold.load;
-  }
-  for (const Cord& cord : a.cords) {
-    if (cord.column_a != UINT32_MAX && cord.column_b != UINT32_MAX) continue;
-    if (cord.load == 0) continue;
-    const String& s = world.strings.values()[cord.string];
-    const bool a_moves = cord.column_a != UINT32_MAX;  // a is the packed end
-    const std::uint32_t slot = a_moves ? cord.slot_b : cord.slot_a;
-    const Vec3 held = point_on(world, slot, a_moves ? s.joint.anchor_b : s.joint.anchor_a);
-    const Vec3 free =
-        a_moves ? point_at(a, cord.column_a, s.joint.anchor_a, kFinalPosition, kFinalRotation)
-                : point_at(a, cord.column_b, s.joint.anchor_b, kFinalPosition, kFinalRotation);
-    const Real span = glm::length(held - free);
-    if (!(span > 0)) continue;
-    const Vec3 force = to_force * cord.load / span * (held - free);
-    const Body& holder = world.bodies.values()[slot];
-    const Vec3 velocity = holder.velocity + glm::cross(holder.spin, held - holder.pose.position);
-    work += h * glm::dot(force, velocity);
-    other_impulses += h * force;
-  }
-  int held_trees = 0;
-  for (const Tree& t : a.trees) held_trees += a.parents[t.first] == kHeld;
-  for (const Tree& t : a.trees) {
-    const Vec3 moved = t.target - t.target_before;
-    if (a.parents[t.first] != kHeld || moved == Vec3(0)) continue;
-    if (held_trees >
-        1) {  // the balance of one cannot be told from the others': take the multipliers
-      work += to_force * glm::dot(a.memory.vec(kLoad, t.first), moved);
-      continue;
-    }
-    Vec3 impulse = Vec3(end.momentum[0], end.momentum[1], end.momentum[2]) - a.momentum_before;
-    for (std::size_t c = 0; c < a.count(); ++c) {
-      const Real mass = a.constants.at(kMass, c);
-      impulse -= h * mass * a.constants.at(kGravityScale, c) * world.gravity;
-      if (a.forced) impulse -= h * mass * a.room.forces.vec(0, c);
-    }
-    work += glm::dot(impulse - other_impulses, moved) / h;
-  }
-  return work;
-}
-
-/// Keeps the energy from growing: what the step added beyond the work done on it is taken from the
-/// velocities. What the integrator loses may come back for a while (the reserve), since a stable
-/// method lends and returns energy within a swing.
-void limit_energy(World& world, Articulation& a, const Packed& p, const EndSums& end, Real h) {
-  const Real allowed =
-      a.energy_before + a.reserve - a.damped + end.work + work_of_holders(world, a, end, h);
-  Real energy = end.kinetic + end.potential;
-  const Real slack = 1e-3 * a.kinetic_before + 1e-12 * std::abs(end.potential);
-  a.limited = a.settings.limiter && energy > allowed + slack;
-  if (a.limited) {
-    // A free tree keeps the motion of its mass centre.
-    const bool free = a.trees.size() == 1 && a.parents.front() == kFree && a.cords.empty();
-    Real mass = 0;
-    for (std::size_t c = 0; c < a.count(); ++c) mass += a.constants.at(kMass, c);
-    const Vec3 momentum(end.momentum[0], end.momentum[1], end.momentum[2]);
-    const Vec3 mean = free ? momentum / mass : Vec3(0);
-    const Real whole = free ? 0.5 * mass * glm::dot(mean, mean) : 0;
-    const Real within = end.kinetic - whole;
-    const Real left = std::max(Real(0), allowed - end.potential - whole);
-    const Real factor = within > 0 ? std::sqrt(std::min(Real(1), left / within)) : 1;
-    kernels().scale(p, factor, &mean[0]);
-    for (Tree& t : a.trees) t.spin_momentum *= factor;
-    energy = end.potential + whole + factor * factor * within;
-  }
-  const Real lent = std::max(Real(0), allowed - energy);
-  a.reserve = a.limited || a.disturbed ? 0 : lent * std::exp(-h / a.settings.reservoir_time);
-}
-
 /// A body whose state, or whose final place, is none; the first one.
 Entity find_lost(const World& world, const Articulation& a) {
   for (std::size_t c = 0; c < a.count(); ++c) {
@@ -268,6 +192,7 @@ void prepare(World& world) {
     if (tree) r.slide.assign(n, Vec3(0)), r.turn.assign(n, Vec3(0));
     if (tree || a.parents.front() == kFree) r.loads.assign(n, Vec3(0));  // also outboard masses
     if (rows > 0) {
+      r.levers.assign(n, Vec3(0));
       r.inverse.assign(6 * n, 0), r.on_path.assign(std::max(n, rows), 0);
       r.rows.reserve(rows), r.response.assign(rows * rows, 0);
       r.factor.assign(rows * rows, 0), r.solved.assign(rows, 0);
@@ -343,9 +268,10 @@ bool adjust(World& world, Articulation& a, Real h, Entity& lost) {
       end.potential -= b.mass * b.gravity_scale * glm::dot(world.gravity, b.pose.position);
     }
   }
+  const bool small_turns = end.largest_turn2 < a.settings.calm_angle * a.settings.calm_angle;
+  a.disturbed = a.disturbed || !small_turns;
   if (solver == Solver::automatic) limit_energy(world, a, p, end, h);
-  const bool calm = end.largest_turn2 < a.settings.calm_angle * a.settings.calm_angle &&
-                    !a.limited && !a.disturbed;
+  const bool calm = !a.limited && !a.disturbed;
   a.calm_steps = calm ? std::min(a.calm_steps + 1, 1000) : 0;
   if (rows || a.trees.front().held_pin != UINT32_MAX) report_holds(world, a, h);
   for (std::size_t c = 0; a.changed && c < a.count(); ++c) {
