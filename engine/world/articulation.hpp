@@ -153,7 +153,7 @@ struct Articulation {
   bool fresh = true;   // no step was taken yet, or all memory was dropped
   Real last_step = 0;  // s
   Real reserve = 0;    // J, lost to the integrator lately; the limiter lets it come back
-  bool driven = false; // a place that holds it moved in the last step
+  bool driven = false;  // a place that holds it moved in the last step
 
   // From update to adjust, and for the report; not part of the state.
   Real energy_before = 0, kinetic_before = 0, damped = 0;  // J
