@@ -54,7 +54,6 @@ void read_keys(const Reading& reading, const Reader& from, DriveRecipe& drive) {
                                           ", expected a later one");
     drive.keys.push_back(*key);
   }
-  drive.loop = from.flag("loop", false);
   const std::size_t least = drive.loop ? 2 : 1;
   if (nodes.size() < least)
     reading.complaints.refuse_value(from.find("keyframes"), drive.loop
@@ -222,6 +221,7 @@ std::optional<DriveRecipe> read_drive(const Reading& reading, NodeId node) {
   drive.at = node;
   const auto body = read_reference(from, "body", "the name of a driven body", true);
   from.one_of(kPaths);
+  drive.loop = from.flag("loop", false);
   if (from.has("lissajous"))
     read_sway(reading, from, drive);
   else if (from.need("keyframes", "\"keyframes\" or \"lissajous\"") != kNoNode)

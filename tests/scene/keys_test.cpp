@@ -1,0 +1,93 @@
+// The loader and the JSON Schema know the same keys.
+#include "engine/scene/keys.hpp"
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "tests/scene/scenes.hpp"
+
+using namespace pantin;
+using namespace pantin::test;
+
+namespace {
+
+nlohmann::json schema() {
+  std::ifstream file(PANTIN_ASSETS "/schema/scene.schema.json");
+  return nlohmann::json::parse(file);
+}
+
+/// A scene in which an object of this kind stands, with a key added to it.
+std::string scene_with(std::string_view what, const std::string& key) {
+  const std::string extra = "\"" + key + "\": 1";
+  const auto body = [](const std::string& members) {
+    return R"({"version": 1, "bodies": [{"name": "a", )" + members + "}]}";
+  };
+  const auto part = [](const std::string& name, const std::string& members) {
+    return R"({"version": 1, ")" + name + "\": " + members + "}";
+  };
+  if (what == "scene") return "{\"version\": 1, " + extra + "}";
+  if (what == "body") return body(extra);
+  if (what == "sphere") return body(R"("shape": {"type": "sphere", "radius": 1, )" + extra + "}");
+  if (what == "capsule")
+    return body(R"("shape": {"type": "capsule", "radius": 1, "length": 1, )" + extra + "}");
+  if (what == "box") return body(R"("shape": {"type": "box", "size": [1, 1, 1], )" + extra + "}");
+  if (what == "keyframe")
+    return part("drives", R"([{"body": "a", "keyframes": [{"time": 0, )" + extra + "}]}]");
+  if (what == "lissajous")
+    return part("drives", R"([{"body": "a", "lissajous": {)" + extra + "}}]");
+  if (what == "chain" || what == "grid")
+    return part("generators", "{\"" + std::string(what) + "s\": [{" + extra + "}]}");
+  for (std::string_view one : {"solver", "generators", "camera", "light", "ground", "output"})
+    if (what == one) return part(std::string(what), "{" + extra + "}");
+  return part(std::string(what) + "s", "[{" + extra + "}]");
+}
+
+}  // namespace
+
+TEST_CASE("Loader and schema have the same kinds of objects with the same keys") {
+  const nlohmann::json defs = schema().at("$defs");
+  std::set<std::string> with_keys;
+  for (const auto& [name, value] : defs.items())
+    if (value.contains("properties")) with_keys.insert(name);
+  for (const KeySet& set : kKeySets) {
+    CAPTURE(set.what);
+    REQUIRE(with_keys.erase(std::string(set.what)) == 1);
+    const nlohmann::json& kind = defs.at(std::string(set.what));
+    CHECK(kind.at("additionalProperties") == false);
+    std::set<std::string> mine, theirs;
+    for (std::string_view key : set.keys) mine.insert(std::string(key));
+    for (const auto& [key, value] : kind.at("properties").items()) theirs.insert(key);
+    CHECK(mine == theirs);
+    CHECK(mine.size() == set.keys.size());
+  }
+  CHECK(with_keys.empty());
+}
+
+TEST_CASE("Every kind of object refuses a key it does not know") {
+  for (const KeySet& set : kKeySets) {
+    const std::string text = scene_with(set.what, "frobnicate");
+    CAPTURE(text);
+    const Lines lines = complaints(text);
+    const std::string expected =
+        "found key \"frobnicate\", expected a key of a " + std::string(set.what);
+    CHECK(std::any_of(lines.begin(), lines.end(), [&](const std::string& line) {
+      return line.find(expected) != std::string::npos;
+    }));
+  }
+}
+
+TEST_CASE("Every key of every kind of object is read") {
+  // An object as the value fits no key but those of objects; a key that nobody reads would pass.
+  for (const KeySet& set : kKeySets)
+    for (std::string_view key : set.keys) {
+      std::string text = scene_with(set.what, std::string(key));
+      const std::size_t at = text.rfind("\": 1");
+      text.replace(at, 4, "\": {\"frobnicate\": [[]]}");
+      CAPTURE(text);
+      const Lines lines = complaints(text);
+      CHECK(std::any_of(lines.begin(), lines.end(), [&](const std::string& line) {
+        return line.find("/" + std::string(key)) != std::string::npos;
+      }));
+    }
+}
