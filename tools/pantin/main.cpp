@@ -3,11 +3,34 @@
 #include <clocale>
 #include <cstdio>
 
+#include "engine/scene/complaints.hpp"
 #include "tools/pantin/program.hpp"
 
 using namespace pantin::program;
 
 namespace {
+
+/// What is wrong with a command line, in one line. A word that nobody asked for is named, with what
+/// it may have been meant for: CLI11 would rather speak of the command that is missing.
+std::string complaint_of(const CLI::App& program, const CLI::ParseError& error) {
+  const auto chosen = program.get_subcommands();
+  const CLI::App& command = chosen.empty() ? program : *chosen.front();
+  const std::vector<std::string> extras = program.remaining(true);
+  const bool is_option = !extras.empty() && extras.front().starts_with('-');
+  const bool is_extra = dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr;
+  if (extras.empty() || (!chosen.empty() && !is_extra)) return error.what();
+  const std::string& word = extras.front();
+  std::vector<std::string> known;
+  if (chosen.empty())
+    for (const CLI::App* sub : program.get_subcommands({})) known.push_back(sub->get_name());
+  for (const CLI::Option* option : command.get_options())
+    for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  const std::vector<std::string_view> candidates(known.begin(), known.end());
+  return fmt::format(
+      "found \"{}\", expected {}{}", word,
+      is_option || !chosen.empty() ? "one of the options" : "run, check, bench, doctor or view",
+      pantin::hint(word, candidates));
+}
 
 constexpr const char* kExamples = R"(Examples:
   pantin run assets/scenes/chain.json --frames out/chain --video out/chain.mp4
@@ -43,7 +66,7 @@ int main(int argc, char** argv) {
     // One line, and where to read more.
     const auto chosen = program.get_subcommands();
     const std::string who = chosen.empty() ? "pantin" : "pantin " + chosen.front()->get_name();
-    fmt::print(stderr, "{}: {}; see {} --help\n", who, e.what(), who);
+    fmt::print(stderr, "{}: {}; see {} --help\n", who, complaint_of(program, e), who);
     return kUsage;
   } catch (const std::exception& e) {
     complain(e.what());

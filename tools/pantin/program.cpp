@@ -23,16 +23,30 @@ double now() {
 
 }  // namespace
 
+CLI::Validator between(double least, double most) {
+  return CLI::Validator(
+      [least, most](std::string& text) {
+        double x = 0;
+        const char* end = text.data() + text.size();
+        const auto read = std::from_chars(text.data(), end, x);
+        // A comparison that holds, so that no NaN passes.
+        if (read.ec == std::errc() && read.ptr == end && x >= least && x <= most)
+          return std::string();
+        return fmt::format("found \"{}\", expected a number from {} to {}", text, least, most);
+      },
+      fmt::format("in [{} - {}]", least, most));
+}
+
 void add_scene_choices(CLI::App& command, SceneChoices& choices) {
   command
       .add_option("--solver", choices.solver, "auto, sweep, shake2 or paper; for the whole scene")
       ->check(CLI::IsMember({"auto", "sweep", "shake2", "paper"}));
   command.add_option("--step", choices.step, "step length in seconds, up to 1")
-      ->check(CLI::Range(1e-6, 1.0));
+      ->check(between(1e-6, 1.0));
   command.add_option("--substeps", choices.substeps, "equal parts each step is taken in")
       ->check(CLI::Range(1, 1000));
   command.add_option("--duration", choices.duration, "simulated seconds")
-      ->check(CLI::Range(1e-6, 1e6));
+      ->check(between(1e-6, 1e6));
 }
 
 void add_threads(CLI::App& command, int& threads) {
@@ -50,6 +64,11 @@ std::optional<Scene> open_scene(const std::string& path, const SceneChoices& cho
   if (choices.step) scene.step = *choices.step;
   if (choices.substeps) scene.substeps = *choices.substeps;
   if (choices.duration) scene.duration = *choices.duration;
+  if (scene.duration / scene.step > kMostSteps) {
+    std::fprintf(stderr, "%s: found %.6g steps of %.6g s, expected at most %g\n", path.c_str(),
+                 scene.duration / scene.step, scene.step, kMostSteps);
+    return std::nullopt;
+  }
   if (choices.solver) {
     Solver solver = Solver::automatic;
     solver_from_name(choices.solver->c_str(), solver);

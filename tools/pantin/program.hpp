@@ -38,13 +38,16 @@ struct SceneChoices {
   std::optional<double> step, duration;  // s
   std::optional<int> substeps;
 };
+/// A finite number from `least` to `most`.
+CLI::Validator between(double least, double most);
 /// --solver, --step, --substeps, --duration, with their bounds.
 void add_scene_choices(CLI::App& command, SceneChoices& choices);
 /// --threads.
 void add_threads(CLI::App& command, int& threads);
 
 /// Reads a scene and applies the choices to it, prints its warnings (not if `quiet`). Complaints go
-/// to stderr, a line each, and there is no scene.
+/// to stderr, a line each, and there is no scene. More steps than kMostSteps are refused too.
+inline constexpr double kMostSteps = 1e7;
 std::optional<Scene> open_scene(const std::string& path, const SceneChoices& choices, bool quiet);
 
 /// "1280x720" to its numbers; false if it is no such thing or beyond 16..8192.

@@ -5,6 +5,7 @@
 
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 
 namespace pantin::program {
 namespace {
@@ -27,7 +28,7 @@ void add_vec(std::string& row, Vec3 v) { row += fmt::format(",{},{},{}", v.x, v.
 Record::~Record() {
   if (!file_) return;
   std::fclose(file_);
-  unlink(beside_.c_str());
+  if (beside_ != path_) unlink(beside_.c_str());
 }
 
 Result<Done> Record::fail(const char* what) {
@@ -35,7 +36,12 @@ Result<Done> Record::fail(const char* what) {
 }
 
 Result<Done> Record::open(const std::string& path, const World& world) {
-  path_ = path, beside_ = path + ".part";
+  // A pipe or a device is written to; a rename would replace it by a file.
+  std::error_code ignored;
+  const auto kind = std::filesystem::status(path, ignored).type();
+  const bool is_special =
+      kind == std::filesystem::file_type::fifo || kind == std::filesystem::file_type::character;
+  path_ = path, beside_ = is_special ? path : path + ".part";
   file_ = std::fopen(beside_.c_str(), "we");
   if (!file_) return fail("could not create the record");
   std::string row = "time_s";
@@ -76,10 +82,12 @@ Result<Done> Record::close() {
   const int error = errno;
   const bool closed = std::fclose(file_) == 0;
   file_ = nullptr;
-  if (written && closed && std::rename(beside_.c_str(), path_.c_str()) == 0) return Done{};
+  const bool in_place = beside_ == path_;
+  if (written && closed && (in_place || std::rename(beside_.c_str(), path_.c_str()) == 0))
+    return Done{};
   if (!written) errno = error;
   const Result<Done> failure = fail("could not write the record");
-  unlink(beside_.c_str());
+  if (!in_place) unlink(beside_.c_str());
   return failure;
 }
 

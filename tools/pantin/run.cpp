@@ -238,7 +238,7 @@ void add_run(CLI::App& program, int& exit_code) {
       ->check(CLI::Range(1, 20));
   command->add_option("--size", c->pictures.size, "WIDTHxHEIGHT in pixels; by default the scene's");
   command->add_option("--fps", c->pictures.fps, "frames a second; by default the scene's")
-      ->check(CLI::Range(0.1, 1000.0));
+      ->check(between(0.1, 1000.0));
   command->add_option("--gl", c->pictures.gl, "way to OpenGL: auto, surfaceless, device or osmesa")
       ->check(CLI::IsMember({"auto", "surfaceless", "device", "osmesa"}));
   command->add_flag("--overlay", c->pictures.overlay, "draw joints, axes and pins");
