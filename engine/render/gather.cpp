@@ -111,6 +111,15 @@ void gather(const World& world, std::span<const Pose> poses, const Eye& eye, Dra
     }
   }
 
+  // Nearer ones first: what is hidden then costs little.
+  const Vec3 forward = eye.forward;
+  const auto depth = [&](const Instance& i) {
+    return forward.x * i.place[0] + forward.y * i.place[1] + forward.z * i.place[2];
+  };
+  for (auto& list : to.solids)
+    std::stable_sort(list.begin(), list.end(),
+                     [&](const Instance& a, const Instance& b) { return depth(a) < depth(b); });
+
   std::vector<Vec3> curve;
   const Vec3 down = down_of(world);
   for (const String& string : world.strings.values()) {

@@ -18,8 +18,8 @@ struct MeshRange {
   std::uint32_t first = 0, count = 0;  // indices
 };
 
-/// Capsules and spheres from coarse to fine, then boxes.
-enum Mesh : std::size_t { kRound6, kRound16, kRound32, kRound64, kBox, kMeshCount };
+/// Capsules and spheres from fine to coarse, then boxes: near ones are fine, and drawn first.
+enum Mesh : std::size_t { kRound64, kRound32, kRound16, kRound6, kBox, kMeshCount };
 
 struct Meshes {
   std::vector<MeshVertex> vertices;

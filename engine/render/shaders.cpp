@@ -24,6 +24,24 @@ vec3 to_light(vec3 place) {
   vec4 p = vec4(place, 1.0);
   return vec3(dot(light[0], p), dot(light[1], p), dot(light[2], p));
 }
+
+#ifdef SHADOWS
+uniform sampler2DShadow shadow_map;
+
+// Three by three texels seen through four filtered taps, weighted as a tent. [Castano 2013]
+float lit(vec3 place) {
+  vec3 p = to_light(place);
+  float size = sunlight.w;
+  vec2 texel = p.xy * size, base = floor(texel + 0.5), s = texel + 0.5 - base;
+  vec2 w0 = 3.0 - 2.0 * s, w1 = 1.0 + 2.0 * s;
+  vec2 low = (base - 0.5 + (2.0 - s) / w0 - 1.0) / size, high = (base - 0.5 + s / w1 + 1.0) / size;
+  float depth = min(p.z, 1.0);
+  return (w0.x * w0.y * texture(shadow_map, vec3(low, depth)) +
+          w1.x * w0.y * texture(shadow_map, vec3(high.x, low.y, depth)) +
+          w0.x * w1.y * texture(shadow_map, vec3(low.x, high.y, depth)) +
+          w1.x * w1.y * texture(shadow_map, vec3(high, depth))) / 16.0;
+}
+#endif
 )";
 
 const char* const kSolidVertex = R"(
@@ -100,23 +118,6 @@ in vec3 normal;
 flat in vec4 colour;
 flat in float metallic;
 out vec4 shown;
-#ifdef SHADOWS
-uniform sampler2DShadow shadow_map;
-
-// Nine texels seen through four filtered taps, weighted as a tent. [Castano 2013]
-float lit(vec3 place) {
-  vec3 p = to_light(place);
-  float size = sunlight.w;
-  vec2 texel = p.xy * size, base = floor(texel + 0.5), s = texel + 0.5 - base;
-  vec2 w0 = 3.0 - 2.0 * s, w1 = 1.0 + 2.0 * s;
-  vec2 low = (base - 0.5 + (2.0 - s) / w0 - 1.0) / size, high = (base - 0.5 + s / w1 + 1.0) / size;
-  float depth = min(p.z, 1.0);
-  return (w0.x * w0.y * texture(shadow_map, vec3(low, depth)) +
-          w1.x * w0.y * texture(shadow_map, vec3(high.x, low.y, depth)) +
-          w0.x * w1.y * texture(shadow_map, vec3(low.x, high.y, depth)) +
-          w1.x * w1.y * texture(shadow_map, vec3(high, depth))) / 16.0;
-}
-#endif
 
 void main() {
   vec3 v = -normalize(at);
@@ -179,32 +180,6 @@ const char* const kGroundFragment = R"(
 out vec4 shown;
 #ifdef NEAR
 uniform sampler2D contact_shade;
-#ifdef SHADOWS
-uniform sampler2DShadow shadow_map;
-
-// Twenty-five texels seen through nine filtered taps, weighted as a tent. [Castano 2013]
-float lit(vec3 place) {
-  vec3 p = to_light(place);
-  float size = sunlight.w;
-  vec2 texel = p.xy * size, base = floor(texel + 0.5), s = texel + 0.5 - base;
-  vec2 w0 = 4.0 - 3.0 * s, w2 = 1.0 + 3.0 * s;
-  base -= 0.5;
-  vec2 a = (base + (3.0 - 2.0 * s) / w0 - 2.0) / size;
-  vec2 b = (base + (3.0 + s) / 7.0) / size;
-  vec2 c = (base + s / w2 + 2.0) / size;
-  float depth = min(p.z, 1.0);
-  float low = w0.x * texture(shadow_map, vec3(a.x, a.y, depth)) +
-              7.0 * texture(shadow_map, vec3(b.x, a.y, depth)) +
-              w2.x * texture(shadow_map, vec3(c.x, a.y, depth));
-  float mid = w0.x * texture(shadow_map, vec3(a.x, b.y, depth)) +
-              7.0 * texture(shadow_map, vec3(b.x, b.y, depth)) +
-              w2.x * texture(shadow_map, vec3(c.x, b.y, depth));
-  float high = w0.x * texture(shadow_map, vec3(a.x, c.y, depth)) +
-               7.0 * texture(shadow_map, vec3(b.x, c.y, depth)) +
-               w2.x * texture(shadow_map, vec3(c.x, c.y, depth));
-  return (w0.y * low + 7.0 * mid + w2.y * high) / 144.0;
-}
-#endif
 #endif
 
 void main() {
