@@ -8,6 +8,10 @@
 
 #include "engine/runtime/simulation.hpp"
 #include "engine/scene/scene.hpp"
+#ifdef PANTIN_HAS_RENDER
+#include "engine/render/capture.hpp"
+#include "engine/render/strip.hpp"
+#endif
 
 namespace pantin::demos {
 
@@ -28,17 +32,60 @@ struct Outcome {
   bool sound = true;   // every step could be taken
 };
 
-inline Outcome play(const Scene& scene, int steps, const Script& script) {
+/// Sees the World before the first step and after every step.
+using Watcher = std::function<void(const World&, int)>;
+
+inline Outcome play(const Scene& scene, int steps, const Script& script,
+                    const Watcher& watch = {}) {
   Simulation sim(scene.world, {scene.step, scene.substeps, 1, true});
   Outcome done;
+  if (watch) watch(sim.world, 0);
   for (int i = 0; i < steps && done.sound; ++i) {
     if (script) script(sim, i);
     const StepReport report = sim.step();
     done.worst_gap = std::max(done.worst_gap, report.measures.worst_gap_rel);
     done.sound = report.status == Status::ok;
+    if (watch) watch(sim.world, i + 1);
   }
   done.hash = state_hash(sim.world);
   return done;
+}
+
+/// Plays a scene and leaves four pictures of it side by side in a PNG. Returns the exit code.
+inline int draw_strip(const Scene& scene, int steps, const Script& script,
+                      const std::string& path) {
+#ifdef PANTIN_HAS_RENDER
+  constexpr int kColumns = 4, kWidth = 360, kHeight = 300;
+  auto renderer = Renderer::create({kWidth, kHeight});
+  if (!renderer) {
+    for (const Error& e : renderer.errors()) std::fprintf(stderr, "%s\n", e.message.c_str());
+    return 1;
+  }
+  View view = scene.view;
+  view.camera = framing_camera(scene.world, view, Real(kWidth) / kHeight);
+  Strip strip(kColumns, 1, kWidth, kHeight);
+  Image image;
+  play(scene, steps, script, [&](const World& world, int step) {
+    const auto frames = static_cast<std::size_t>(steps) + 1;
+    if (strip.filled() == strip.cells() ||
+        strip.frame_of(strip.filled(), frames) != static_cast<std::size_t>(step))
+      return;
+    Overlay overlay;
+    char time[32];
+    std::snprintf(time, sizeof time, "t = %.2f s", world.time);
+    overlay.lines = {time};
+    (*renderer)->draw(world, {}, view, overlay, image);
+    strip.add(image);
+  });
+  const Result<Done> written = write_png(path, strip.image());
+  if (written) return 0;
+  std::fprintf(stderr, "%s\n", written.errors().front().message.c_str());
+  return 4;
+#else
+  static_cast<void>(scene), static_cast<void>(steps), static_cast<void>(script);
+  std::fprintf(stderr, "%s: this build has no pictures\n", path.c_str());
+  return 1;
+#endif
 }
 
 /// Plays a scene, for its whole duration or for `--steps N`, and prints how it went. With --steps
@@ -47,10 +94,12 @@ inline int run(int argc, char** argv, const char* name, const Scene& scene,
                const Script& script = {}) {
   int steps = static_cast<int>(std::lround(scene.duration / scene.step));
   const bool check = argc == 3 && std::strcmp(argv[1], "--steps") == 0;
-  if (argc != 1 && !check) {
-    std::fprintf(stderr, "usage: %s [--steps N]\n", argv[0]);
+  const bool draw = argc == 3 && std::strcmp(argv[1], "--strip") == 0;
+  if (argc != 1 && !check && !draw) {
+    std::fprintf(stderr, "usage: %s [--steps N | --strip F.png]\n", argv[0]);
     return 2;
   }
+  if (draw) return draw_strip(scene, steps, script, argv[2]);
   if (check) steps = std::atoi(argv[2]);
   if (steps < 1) {
     std::fprintf(stderr, "%s: found --steps %s, expected a number from 1\n", argv[0], argv[2]);

@@ -9,6 +9,7 @@
 #ifdef PANTIN_HAS_RENDER
 #include "engine/render/capture.hpp"
 #include "engine/render/renderer.hpp"
+#include "engine/render/strip.hpp"
 #endif
 
 namespace pantin::program {
@@ -38,15 +39,8 @@ class DrawnPictures final : public Pictures {
         capture_(std::move(capture)) {
     view_.camera = framing_camera(scene.world, scene.view, static_cast<Real>(width) / height);
     image_.width = width, image_.height = height;
-    const auto cells = static_cast<std::uint64_t>(choices.strip_columns * choices.strip_rows);
-    if (!choices.strip.empty()) {
-      strip_.width = width * choices.strip_columns, strip_.height = height * choices.strip_rows;
-      strip_.rgba.assign(
-          static_cast<std::size_t>(strip_.width) * static_cast<std::size_t>(strip_.height) * 4,
-          255);
-      for (std::uint64_t i = 0; i < cells; ++i)
-        strip_frames_.push_back(cells < 2 ? 0 : i * (frames - 1) / (cells - 1));
-    }
+    if (!choices.strip.empty())
+      strip_.emplace(choices.strip_columns, choices.strip_rows, width, height);
   }
 
   /// The picture of the start, which no step leads to.
@@ -82,7 +76,7 @@ class DrawnPictures final : public Pictures {
       if (!written) return PictureFailure{written.errors(), kUnwritable};
     }
     if (!choices_.strip.empty())
-      if (const auto written = write_png(choices_.strip, strip_); !written)
+      if (const auto written = write_png(choices_.strip, strip_->image()); !written)
         return PictureFailure{written.errors(), kUnwritable};
     return static_cast<std::size_t>(capture_ ? drawn_ : 0);
   }
@@ -90,9 +84,11 @@ class DrawnPictures final : public Pictures {
  private:
   void draw_frame(const World& world, std::span<const Pose> poses, double worst_gap) {
     const std::uint64_t k = drawn_++;
-    const bool keep = !strip_frames_.empty() && next_cell_ < strip_frames_.size() &&
-                      strip_frames_[next_cell_] <= k;
-    if (!capture_ && !keep) return;
+    const auto cell_due = [&] {
+      return strip_ && strip_->filled() < strip_->cells() &&
+             strip_->frame_of(strip_->filled(), frames_) <= k;
+    };
+    if (!capture_ && !cell_due()) return;
     Overlay overlay;
     overlay.joints = choices_.overlay;
     overlay.lines = {title_, fmt::format("t = {:.3f} s", static_cast<double>(k) / fps_),
@@ -102,26 +98,9 @@ class DrawnPictures final : public Pictures {
       overlay.legend = {{Vec3(0.9, 0.75, 0.1), "joint"}, {Vec3(0.9, 0.1, 0.1), "pin out of reach"}};
     Image& image = capture_ ? capture_->next() : image_;
     renderer_->draw(world, poses, view_, overlay, image);
-    while (keep && next_cell_ < strip_frames_.size() && strip_frames_[next_cell_] <= k)
-      copy_to_strip(image);
+    while (cell_due()) strip_->add(image);
     if (!capture_) return;
     if (const auto pushed = capture_->push(); !pushed) ok_ = false;
-  }
-
-  void copy_to_strip(const Image& image) {
-    const auto column =
-        static_cast<std::size_t>(next_cell_ % static_cast<std::size_t>(choices_.strip_columns));
-    const auto row =
-        static_cast<std::size_t>(next_cell_ / static_cast<std::size_t>(choices_.strip_columns));
-    ++next_cell_;
-    const std::size_t line = static_cast<std::size_t>(image.width) * 4;
-    const std::size_t pitch = static_cast<std::size_t>(strip_.width) * 4;
-    for (std::size_t y = 0; y < static_cast<std::size_t>(image.height); ++y)
-      std::copy_n(
-          image.rgba.begin() + static_cast<std::ptrdiff_t>(y * line), line,
-          strip_.rgba.begin() +
-              static_cast<std::ptrdiff_t>(
-                  (row * static_cast<std::size_t>(image.height) + y) * pitch + column * line));
   }
 
   PictureChoices choices_;
@@ -132,9 +111,8 @@ class DrawnPictures final : public Pictures {
   std::unique_ptr<Renderer> renderer_;
   std::unique_ptr<Capture> capture_;
   std::vector<Pose> before_, poses_;
-  Image image_, strip_;
-  std::vector<std::uint64_t> strip_frames_;
-  std::size_t next_cell_ = 0;
+  Image image_;
+  std::optional<Strip> strip_;
   bool ok_ = true;
 };
 
