@@ -1,0 +1,167 @@
+#include <fmt/core.h>
+
+#include "tools/pantin/program.hpp"
+
+#ifdef PANTIN_HAS_VIEW
+#include "tools/pantin/view_loop.hpp"
+#endif
+
+namespace pantin::program {
+namespace {
+
+struct ViewOptions {
+  std::string scene, script, size, frames = ".", gl = "auto";
+  SceneChoices how;
+  int threads = 1;
+  bool json = false;
+};
+
+#ifdef PANTIN_HAS_VIEW
+
+Json to_json(const Drag& d) {
+  return {{"body", d.body},
+          {"grip", d.grip},
+          {"at_s", d.at},
+          {"held_s", d.held},
+          {"distance_moved_m", d.distance_moved},
+          {"residual_m", d.residual},
+          {"worst_residual_m", d.worst_residual},
+          {"reachable", d.reachable}};
+}
+
+Json to_json(const ViewOptions& o, const Scene& scene, const SessionReport& r) {
+  Json j;
+  j["scene"] = o.scene;
+  j["title"] = scene.title;
+  j["status"] = r.status;
+  j["solver"] = r.solver;
+  j["step_s"] = scene.step;
+  j["frames"] = r.frames;
+  j["steps"] = r.steps;
+  j["restarts"] = r.restarts;
+  j["simulated_s"] = r.time;
+  j["paused"] = r.is_paused;
+  j["speed"] = r.speed;
+  j["picks"] = Json::array();
+  for (const Drag& d : r.drags) j["picks"].push_back(to_json(d));
+  j["worst_gap_m"] = r.worst_gap;
+  j["worst_gap_rel"] = r.worst_gap_rel;
+  j["hash"] = hex(r.hash);
+  j["saved"] = r.saved;
+  j["display"] = r.driver;
+  j["gl"] = r.gl;
+  j["notes"] = r.notes;
+  j["warnings"] = scene.warnings;
+  return j;
+}
+
+void print_summary(const Scene& scene, const SessionReport& r) {
+  fmt::print("{}\n", bold(scene.title));
+  fmt::print("  solver      {}, {} steps of {:.6g} s\n", r.solver, r.steps, scene.step);
+  fmt::print("  frames      {}, by {} into {}\n", r.frames, r.gl, r.driver);
+  fmt::print("  worst gap   {:.2e} m, {:.1e} of the size\n", r.worst_gap, r.worst_gap_rel);
+  for (const Drag& d : r.drags)
+    fmt::print(
+        "  dragged     {} ({}) at {:.3f} s for {:.3f} s, {:.4g} m far; at most {:.2e} m off{}\n",
+        d.body, d.grip, d.at, d.held, d.distance_moved, d.worst_residual,
+        d.reachable ? "" : ", out of reach at the end");
+  for (const std::string& path : r.saved) fmt::print("  saved       {}\n", path);
+  for (const std::string& line : r.notes) fmt::print("  note        {}\n", line);
+  fmt::print("  hash        {}\n", hex(r.hash));
+}
+
+int view(const ViewOptions& o) {
+  std::optional<Scene> scene = open_scene(o.scene, o.how, o.json);
+  if (!scene) return kUsage;
+  SessionChoices choices;
+  choices.width = scene->output.width, choices.height = scene->output.height;
+  if (!o.size.empty() && !parse_size(o.size, choices.width, choices.height)) {
+    complain(
+        fmt::format("--size: found \"{}\", expected WIDTHxHEIGHT, each from 16 to 8192", o.size));
+    return kUsage;
+  }
+  choices.frames = o.frames, choices.gl = o.gl, choices.threads = o.threads;
+  choices.duration = o.how.duration.value_or(0);
+  choices.is_scripted = !o.script.empty();
+  if (choices.is_scripted) {
+    auto script = load_script(o.script, scene->world);
+    if (!script) {
+      for (const Error& e : script.errors()) fmt::print(stderr, "{}\n", e.message);
+      return kUsage;
+    }
+    choices.script = std::move(*script);
+  }
+  SessionReport report = show(*scene, choices);
+  if (report.status == "failed") return report.exit_code;
+  if (choices.is_scripted && report.drags.empty()) report.notes.push_back("nothing was dragged");
+  if (o.json)
+    fmt::print("{}\n",
+               to_json(o, *scene, report).dump(2, ' ', false, Json::error_handler_t::replace));
+  else
+    print_summary(*scene, report);
+  return report.exit_code;
+}
+
+#else
+
+int view(const ViewOptions&) {
+#ifdef PANTIN_HAS_RENDER
+  complain("view: this build has no window: it was configured without SDL2 (PANTIN_VIEW)");
+#else
+  complain("view: this build cannot draw: it was configured without PANTIN_RENDER");
+#endif
+  return kFailed;
+}
+
+#endif
+
+constexpr const char* kHelp =
+    R"(Mouse: left drags the body under the cursor exactly, right or shift+left by a spring,
+middle turns the camera, the wheel zooms.
+Keys: space pause, . one step, [ ] slower and faster (1/16 to 4), 1-4 solver auto, sweep, shake2,
+paper, o overlay, r restart, s save a frame, h help, q or Esc quit.
+
+Examples:
+  pantin view assets/scenes/marionette.json
+  pantin view assets/scenes/chain.json --solver sweep --size 960x540
+  pantin view assets/scenes/chain.json --script events.json --json
+
+--script plays events instead of a user's, 60 frames to the simulated second and the same every
+time; it needs no display, and ends at a quit event or a second after the last one:
+  [{"t": 0.5, "type": "mouse_down", "body": "hand_l", "button": "left"},
+   {"t": 1.0, "type": "mouse_move", "dx": 80, "dy": -40},
+   {"t": 1.5, "type": "mouse_up"},
+   {"t": 2.0, "type": "key", "key": "space"},
+   {"t": 3.0, "type": "quit"}]
+Types: mouse_down (button left, middle or right; "shift": true), mouse_move, mouse_up, wheel (dy,
+clicks), key, quit. The place is x and y in pixels, or body (seen from here, its mass centre or
+"at": [x, y, z] in the body's own frame), or dx and dy from the last place.
+
+--json prints one object: scene, title, status (ok, diverged, interrupted, unwritable), solver,
+step_s, frames, steps, restarts, simulated_s, paused, speed, picks (body, grip, at_s, held_s,
+distance_moved_m, residual_m, worst_residual_m, reachable), worst_gap_m, worst_gap_rel, hash, saved,
+display, gl, notes, warnings.
+
+Exit codes: 0 ok, 1 no window or no OpenGL, 2 usage or bad input, 3 diverged, 4 could not write,
+130 interrupted.)";
+
+}  // namespace
+
+void add_view(CLI::App& program, int& exit_code) {
+  auto o = std::make_shared<ViewOptions>();
+  CLI::App* command =
+      program.add_subcommand("view", "Shows a scene in a window, where the mouse drags bodies");
+  command->add_option("scene", o->scene, "scene file")->required();
+  add_scene_choices(*command, o->how);
+  add_threads(*command, o->threads);
+  command->add_option("--script", o->script, "JSON file of events instead of a user's");
+  command->add_option("--size", o->size, "WIDTHxHEIGHT in pixels; by default the scene's");
+  command->add_option("--frames", o->frames, "folder for saved frames; by default this one");
+  command->add_option("--gl", o->gl, "way to OpenGL: auto, surfaceless, device or osmesa")
+      ->check(CLI::IsMember({"auto", "surfaceless", "device", "osmesa"}));
+  command->add_flag("--json", o->json, "print one JSON object instead of text");
+  command->footer(kHelp);
+  command->callback([o, &exit_code] { exit_code = view(*o); });
+}
+
+}  // namespace pantin::program

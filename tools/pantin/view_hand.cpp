@@ -1,0 +1,151 @@
+#include "tools/pantin/view_hand.hpp"
+
+#ifdef PANTIN_HAS_VIEW
+#include <algorithm>
+
+#include "engine/base/rotation.hpp"
+
+namespace pantin::program {
+namespace {
+
+constexpr int kFirst = 1'000'000;    // priority: before every pin of a scene
+constexpr Real kFirmness = 400;      // 1/s^2: the weight of all stretches it by 25 mm
+constexpr Real kLeastStiffness = 1;  // N/m
+constexpr Real kWayBack = 0.5;       // s, from the release of a driven body to its path
+
+/// Mass of all that hangs together with a body, kg.
+Real mass_with(const World& world, Entity body) {
+  for (const Articulation& a : world.articulations) {
+    if (std::find(a.bodies.begin(), a.bodies.end(), body) == a.bodies.end()) continue;
+    Real mass = 0;
+    for (Entity e : a.bodies) mass += world.bodies[e].mass;
+    return mass;
+  }
+  return world.bodies[body].mass;
+}
+
+void place(Body& body, const Pose& to, Real h) {
+  body.velocity = (to.position - body.pose.position) / h;
+  body.spin = spin_between(body.pose.rotation, to.rotation, h);
+  body.pose = to;
+}
+
+}  // namespace
+
+Vec3 Hand::grip_point(const World& world) const {
+  return to_world(world.bodies[body_].pose, anchor_);
+}
+
+void Hand::take(World& world, const Picked& picked, Grip grip, const Eye& eye, double x, double y) {
+  let_go(world);
+  body_ = picked.body;
+  const Body& body = world.bodies[body_];
+  anchor_ = picked.anchor;
+  start_ = target_ = to_world(body.pose, anchor_);  // at most a step ahead of what was drawn
+  goal_ = picked.point;
+  look_again(eye, x, y);
+  now_ = {world.name_of(body_), grip == Grip::exact ? "exact" : "spring", world.time};
+  if (body.motion == Motion::driven) {
+    now_.grip = "driven";
+    take_driven(world);
+    return;
+  }
+  Pin pin;
+  pin.body = body_, pin.anchor = anchor_, pin.target = target_;
+  pin.priority = kFirst, pin.grip = grip;
+  pin.stiffness = std::max(kLeastStiffness, kFirmness * mass_with(world, body_));
+  pin_ = world.add_pin(pin, "mouse");
+}
+
+void Hand::take_driven(World& world) {
+  const auto known =
+      std::find_if(away_.begin(), away_.end(), [this](const Away& a) { return a.body == body_; });
+  if (known != away_.end()) {  // caught again on its way back
+    known->is_held = true;
+    return;
+  }
+  Away away;
+  away.body = body_;
+  if (const Drive* drive = world.drives.find(body_)) away.drive = *drive;
+  world.drives.remove(body_);
+  away_.push_back(std::move(away));
+}
+
+void Hand::move(const Eye& eye, double x, double y) {
+  if (!holds()) return;
+  goal_ = on_plane(eye, plane_, x, y) + offset_;
+}
+
+void Hand::look_again(const Eye& eye, double x, double y) {
+  plane_ = goal_;
+  // A body caught beside the pixel is not to jump there.
+  offset_ = goal_ - on_plane(eye, plane_, x, y);
+}
+
+void Hand::let_go(World& world) {
+  if (!holds()) return;
+  now_.held = world.time - now_.at;
+  now_.distance_moved = glm::length(grip_point(world) - start_);
+  if (const Pin* pin = world.pins.find(pin_)) now_.reachable = pin->reachable;
+  drags_.push_back(now_);
+  if (pin_) world.destroy(pin_);
+  for (Away& a : away_) {
+    if (a.body != body_) continue;
+    Body& body = world.bodies[body_];
+    a.is_held = false, a.left = body.pose, a.since = world.time;
+    body.velocity = body.spin = Vec3(0);
+  }
+  std::erase_if(away_, [](const Away& a) { return !a.is_held && !a.drive; });
+  body_ = pin_ = Entity{};
+}
+
+void Hand::forget() {
+  if (holds()) drags_.push_back(now_);
+  body_ = pin_ = Entity{};
+  away_.clear();
+}
+
+void Hand::before_part(World& world, Real h) {
+  lead_back(world, h);
+  if (!holds()) return;
+  target_ += (goal_ - target_) / static_cast<Real>(std::max(1, parts_left_));
+  parts_left_ = std::max(1, parts_left_ - 1);
+  if (pin_) {
+    world.pins[pin_].target = target_;
+    return;
+  }
+  Body& body = world.bodies[body_];
+  Pose to = body.pose;
+  to.position = target_ - to.rotation * anchor_;
+  place(body, to, h);
+}
+
+void Hand::lead_back(World& world, Real h) {
+  const Real end = world.time + h;
+  for (Away& a : away_) {
+    if (a.is_held) continue;
+    const Real u = (end - a.since) / kWayBack;
+    if (u >= 1) {
+      world.drives.add(a.body, *a.drive);
+      continue;
+    }
+    const Real left = 1 - u * u * u * (10 + u * (6 * u - 15));  // no jump in velocity
+    const Pose path = pose_at(*a.drive, end), began = pose_at(*a.drive, a.since);
+    place(world.bodies[a.body],
+          {path.position + left * (a.left.position - began.position),
+           glm::slerp(path.rotation, a.left.rotation, left)},
+          h);
+  }
+  std::erase_if(away_, [&](const Away& a) { return !a.is_held && world.drives.find(a.body); });
+}
+
+void Hand::after_step(const World& world) {
+  if (!holds()) return;
+  now_.residual = glm::length(grip_point(world) - target_);
+  now_.worst_residual = std::max(now_.worst_residual, now_.residual);
+  now_.distance_moved = glm::length(grip_point(world) - start_);
+  now_.held = world.time - now_.at;
+}
+
+}  // namespace pantin::program
+#endif

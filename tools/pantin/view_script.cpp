@@ -1,0 +1,159 @@
+#include "tools/pantin/view_script.hpp"
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+
+#include "engine/scene/reader.hpp"
+
+namespace pantin::program {
+namespace {
+
+using K = const std::string_view[];
+
+constexpr K kActs{"mouse_down", "mouse_move", "mouse_up", "wheel", "key", "quit"};
+constexpr K kDown{"t", "type", "x", "y", "body", "at", "button", "shift"};
+constexpr K kMove{"t", "type", "x", "y", "dx", "dy", "body", "at"};
+constexpr K kUp{"t", "type", "x", "y", "body", "at", "button"};
+constexpr K kWheel{"t", "type", "dy"};
+constexpr K kKey{"t", "type", "key"};
+constexpr K kQuit{"t", "type"};
+constexpr KeySet kSets[]{{"mouse_down event", kDown}, {"mouse_move event", kMove},
+                         {"mouse_up event", kUp},     {"wheel event", kWheel},
+                         {"key event", kKey},         {"quit event", kQuit}};
+
+constexpr std::size_t kMostBytes = 16u << 20;
+constexpr Range kTime{0, 86400, "a time from 0 to 86400 s"};
+constexpr Range kPixel{-16384, 16384, "a number of pixels from -16384 to 16384"};
+constexpr Range kClicks{-100, 100, "a number of clicks from -100 to 100"};
+
+Entity find_body(const Reader& r, NodeId value, const World& world) {
+  std::vector<std::string_view> names;
+  const std::string_view word = r.json[value].text;
+  const bool is_text = r.json[value].kind == JsonKind::string;
+  for (Entity e : world.bodies.owners()) {
+    const std::string* name = world.names.find(e);
+    if (!name) continue;
+    if (is_text && *name == word) return e;
+    names.push_back(*name);
+  }
+  r.complaints.refuse_value(value,
+                            "the name of a body" + (is_text ? hint(word, names) : std::string()));
+  return {};
+}
+
+void read_body_spot(const Reader& r, const World& world, ScriptEvent& event) {
+  event.spot = Spot::body;
+  event.body = find_body(r, r.find("body"), world);
+  event.is_centre = !r.has("at");
+  event.at = r.vec("at", Vec3(0));
+}
+
+/// Where an event of the mouse takes place: one of the ways to say it, or none.
+void read_spot(const Reader& r, const World& world, ScriptEvent& event) {
+  const bool pixel = r.has("x") || r.has("y");
+  const bool shift = event.act == Act::mouse_move && (r.has("dx") || r.has("dy"));
+  const bool body = r.has("body");
+  if (pixel + shift + body > 1) {
+    r.complaints.refuse(r.node, "found more than one place, expected one of x and y, body" +
+                                    std::string(shift ? ", dx and dy" : ""));
+    return;
+  }
+  if (r.has("at") && !body)
+    r.complaints.refuse(r.node, "found \"at\" alone, expected \"body\" beside it");
+  if (body) return read_body_spot(r, world, event);
+  if (pixel) {
+    event.spot = Spot::pixel;
+    r.need("x", "x and y in pixels"), r.need("y", "x and y in pixels");
+    event.x = r.number("x", 0, kPixel), event.y = r.number("y", 0, kPixel);
+  } else if (shift) {
+    event.spot = Spot::shift;
+    event.x = r.number("dx", 0, kPixel), event.y = r.number("dy", 0, kPixel);
+  } else if (event.act == Act::mouse_move) {
+    r.complaints.refuse(r.node, "found no place, expected x and y, dx and dy, or body");
+  }
+}
+
+ScriptEvent read_event(const JsonDocument& json, Complaints& complaints, NodeId node,
+                       const World& world) {
+  ScriptEvent event;
+  const NodeId type = json[node].kind == JsonKind::object ? json.member(node, "type") : kNoNode;
+  if (type == kNoNode) {
+    complaints.refuse(node, "found " + described(json, node) +
+                                ", expected an event with a \"type\": " + listed(kActs));
+    return event;
+  }
+  std::size_t act = 0;
+  while (act < std::size(kActs) &&
+         !(json[type].kind == JsonKind::string && json[type].text == kActs[act]))
+    ++act;
+  if (act == std::size(kActs)) {
+    complaints.refuse_value(
+        type,
+        listed(kActs) + (json[type].kind == JsonKind::string ? hint(json[type].text, kActs) : ""));
+    return event;
+  }
+  event.act = static_cast<Act>(act);
+  const Reader r(json, complaints, node, kSets[act]);
+  r.need("t", "the time of the event in seconds");
+  event.time = r.number("t", 0, kTime);
+  if (act <= static_cast<std::size_t>(Act::mouse_up)) read_spot(r, world, event);
+  if (r.accepts("button")) event.button = static_cast<int>(r.word("button", 0, kButtons));
+  if (r.accepts("shift")) event.shift = r.flag("shift", false);
+  if (event.act == Act::wheel) {
+    r.need("dy", "the clicks of the wheel, upwards positive");
+    event.y = r.number("dy", 0, kClicks);
+  }
+  if (event.act == Act::key) {
+    r.need("key", "one of " + listed(kKeys));
+    event.key = r.word("key", 0, kKeys);
+  }
+  return event;
+}
+
+Result<std::string> read_whole(const std::string& path) {
+  std::error_code trouble;
+  if (std::filesystem::is_directory(path, trouble))
+    return Error{path + ": found a directory, expected a script of events"};
+  errno = 0;
+  std::ifstream file(path, std::ios::binary);
+  if (!file)
+    return Error{path + ": found no file to read (" + std::strerror(errno ? errno : EIO) +
+                 "), expected a script of events"};
+  std::string text(kMostBytes + 1, '\0');
+  file.read(text.data(), static_cast<std::streamsize>(text.size()));
+  text.resize(static_cast<std::size_t>(file.gcount()));
+  if (text.size() > kMostBytes)
+    return Error{path + ": found more than " + std::to_string(kMostBytes) +
+                 " bytes, expected a script of events"};
+  return text;
+}
+
+}  // namespace
+
+Result<std::vector<ScriptEvent>> load_script(const std::string& path, const World& world) {
+  const Result<std::string> text = read_whole(path);
+  if (!text) return text.errors();
+  const JsonDocument json = parse_json(*text);
+  Complaints complaints(json, path);
+  std::vector<ScriptEvent> events;
+  for (const JsonFault& fault : json.faults)
+    if (fault.node == kNoNode) return complaints.errors();  // what was read ends in the middle
+  if (json[0].kind != JsonKind::array) {
+    if (!complaints.any_errors()) complaints.refuse_value(0, "an array of events");
+    return complaints.errors();
+  }
+  for (NodeId item = json[0].first_child; item != kNoNode; item = json[item].next) {
+    events.push_back(read_event(json, complaints, item, world));
+    const double before = events.size() > 1 ? events[events.size() - 2].time : 0;
+    if (events.back().time < before)
+      complaints.refuse(item, "found t " + written(events.back().time) + ", expected " +
+                                  written(before) + " or later: events stand in order of time");
+  }
+  if (complaints.any_errors()) return complaints.errors();
+  return events;
+}
+
+}  // namespace pantin::program
