@@ -27,7 +27,7 @@ struct Measures {
 struct StepReport {
   Status status = Status::ok;
   Entity body;        // where a divergence was seen
-  Real residual = 0;  // its size, m
+  Real residual = 0;  // worst joint gap then, m
   std::uint64_t tick = 0;
   Real time = 0;            // s, after the step
   int rounds_used = 0;      // most relaxation rounds of any articulation

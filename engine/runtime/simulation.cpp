@@ -97,7 +97,8 @@ void collect(const World& world, StepReport& report) {
     };
     for (const Hold& h : a.holds) {
       if (h.compliance > 0) continue;
-      note(h.residual, h.held_pin != UINT32_MAX ? world.pins.owners()[h.held_pin] : Entity{});
+      note(h.residual, h.held_pin != UINT32_MAX ? world.pins.owners()[h.held_pin]
+                                                : world.links.owners()[h.held_link]);
     }
     for (const Cord& c : a.cords) {
       const String& s = world.strings.values()[c.string];
@@ -159,6 +160,7 @@ StepReport step_world(World& world, const StepSettings& settings, const Systems&
   for (const Articulation& a : all) {
     if (!a.lost || report.status == Status::diverged) continue;
     report.status = Status::diverged, report.body = a.lost;
+    report.residual = pantin::measure(world).worst_gap;
   }
   collect(world, report);
   if (settings.measure) report.measures = measure(world), report.measured = true;
@@ -190,6 +192,14 @@ Measures measure(const World& world) {
     m.spin_momentum += l + b.mass * glm::cross(b.pose.position, b.velocity);
   }
   return m;
+}
+
+bool has_threads() {
+#ifdef PANTIN_HAS_TBB
+  return true;
+#else
+  return false;
+#endif
 }
 
 StepReport Simulation::step() {

@@ -47,6 +47,9 @@ using Systems = std::array<std::vector<System>, kPlaces>;
 StepReport step_world(World& world, const StepSettings& settings, const Systems& systems,
                       StageTimes* times = nullptr, std::span<Pose> drawn_from = {}) noexcept;
 
+/// Can a step use more than one thread in this build?
+bool has_threads();
+
 /// The rulers, of the state as it stands.
 Measures measure(const World& world);
 

@@ -265,6 +265,7 @@ Articulation pack(Builder& b, const std::vector<std::uint32_t>& slots, std::uint
     Hold h;
     h.column = b.column[g.body], h.anchor = g.anchor, h.priority = g.priority;
     h.held_body = g.held_body, h.held_pin = g.held_pin, h.held_anchor = g.held_anchor;
+    h.held_link = g.link;
     h.compliance = g.compliance;
     while (h.tree + 1 < a.trees.size() && a.trees[h.tree + 1].first <= h.column) ++h.tree;
     if (a.parents[a.trees[h.tree].first] == kHeld) measure_reach(a, h);
@@ -324,11 +325,15 @@ void carry_memory(const std::vector<Articulation>& before, const World& world,
       if (parent_of(a, c) == parent_of(*r.articulation, r.column))
         a.memory.set(kLoad, c, r.articulation->memory.vec(kLoad, r.column));
     }
-    for (Tree& t : a.trees) {
-      const Remembered& r = old[a.slots[t.first]];
-      if (r.articulation && r.articulation->count() == a.count() &&
-          r.articulation->bodies == a.bodies)
-        t.spin_momentum = r.articulation->trees.front().spin_momentum;
+    // A free tree keeps what it knows of its angular momentum only while it stays the same.
+    const Remembered& first = old[a.slots.front()];
+    if (!first.articulation || first.articulation->bodies != a.bodies) continue;
+    const Articulation& was = *first.articulation;
+    for (std::size_t t = 0; t < a.trees.size() && a.trees.size() == was.trees.size(); ++t) {
+      const std::uint32_t root = a.trees[t].first;
+      if (was.trees[t].first != root || was.parents[root] != a.parents[root]) continue;
+      a.trees[t].spin_momentum = was.trees[t].spin_momentum;
+      a.trees[t].keeps_spin = was.trees[t].keeps_spin;
     }
   }
 }

@@ -106,6 +106,7 @@ struct Tree {
   Vec3 target{0};                        // world, this step
   Vec3 target_before{0};                 // world, last step
   Vec3 spin_momentum{0};                 // free trees: angular momentum about the mass centre
+  bool keeps_spin = false;               // ... is known
 };
 
 /// A held point besides the roots: met by rows of the solve and by relaxation.
@@ -115,6 +116,7 @@ struct Hold {
   Vec3 anchor{0};                        // in the body's frame
   std::uint32_t held_body = UINT32_MAX;  // as in Tree
   std::uint32_t held_pin = UINT32_MAX;
+  std::uint32_t held_link = UINT32_MAX;  // slot in World::links, of a joint to a kinematic body
   Vec3 held_anchor{0};
   Vec3 target{0}, target_before{0};
   int priority = 0;
@@ -150,14 +152,15 @@ struct Articulation {
 
   // What the integrators remember besides the tables.
   int calm_steps = 0;
-  bool fresh = true;   // no step was taken yet, or all memory was dropped
-  Real last_step = 0;  // s
-  Real reserve = 0;    // J, lost to the integrator lately; the limiter lets it come back
+  bool fresh = true;    // no step was taken yet, or all memory was dropped
+  Real last_step = 0;   // s
+  Real reserve = 0;     // J, lost to the integrator lately; the limiter lets it come back
   bool driven = false;  // a place that holds it moved in the last step
 
   // From update to adjust, and for the report; not part of the state.
   Real energy_before = 0, kinetic_before = 0, damped = 0;  // J
   Vec3 momentum_before{0};                                 // kg m/s
+  Real force_share = 1;  // of a step's h^2 times a force over a mass in the displacement it makes
   bool forced = false, second_order = false, limited = false, disturbed = false, changed = false,
        finite = true;
   int rounds_used = 0;

@@ -37,7 +37,8 @@ class DrawnPictures final : public Pictures {
         frames_(frames),
         renderer_(std::move(renderer)),
         capture_(std::move(capture)) {
-    view_.camera = framing_camera(scene.world, scene.view, static_cast<Real>(width) / height);
+    if (view_.camera.automatic)
+      view_.camera = framing_camera(scene.world, scene.view, static_cast<Real>(width) / height);
     image_.width = width, image_.height = height;
     if (!choices.strip.empty())
       strip_.emplace(choices.strip_columns, choices.strip_rows, width, height);
@@ -94,8 +95,7 @@ class DrawnPictures final : public Pictures {
     overlay.lines = {title_, fmt::format("t = {:.3f} s", static_cast<double>(k) / fps_),
                      fmt::format("{}, step {:.4g} ms", solver_in_use(world), 1e3 * step_),
                      fmt::format("worst joint gap {:.1e} m", worst_gap)};
-    if (choices_.overlay)
-      overlay.legend = {{Vec3(0.9, 0.75, 0.1), "joint"}, {Vec3(0.9, 0.1, 0.1), "pin out of reach"}};
+    if (choices_.overlay) overlay.legend = overlay_legend(world);
     Image& image = capture_ ? capture_->next() : image_;
     renderer_->draw(world, poses, view_, overlay, image);
     while (cell_due()) strip_->add(image);
@@ -127,8 +127,9 @@ std::variant<std::unique_ptr<Pictures>, PictureFailure> Pictures::open(
                            choices.size)}},
         kUsage};
   const double fps = choices.fps > 0 ? choices.fps : scene.output.fps;
-  const auto frames =
-      1 + static_cast<std::uint64_t>(static_cast<double>(steps) * scene.step * fps * (1 + 1e-12));
+  // Frames 0, 1, ... at k / fps, the end of the run excluded: one second at 25 fps has 25.
+  const auto frames = std::max<std::uint64_t>(
+      1, static_cast<std::uint64_t>(static_cast<double>(steps) * scene.step * fps * (1 + 1e-12)));
   RenderOptions options;
   options.width = width, options.height = height, options.path = gl_path(choices.gl);
   auto renderer = Renderer::create(options);

@@ -76,6 +76,10 @@ std::optional<Scene> open_scene(const std::string& path, const SceneChoices& cho
     for (SolverSettings& s : scene.world.settings.values()) s.solver = solver;
     scene.world.touch();
   }
+  rebuild_articulations(scene.world);
+  for (const StructureFault& f : scene.world.faults)
+    scene.warnings.push_back(
+        fmt::format("{}: {} {}; it is left out", path, scene.world.name_of(f.link), f.reason));
   if (!quiet)
     for (const std::string& line : scene.warnings)
       std::fprintf(stderr, "warning: %s\n", line.c_str());
@@ -99,9 +103,13 @@ void complain(const std::string& line) { std::fprintf(stderr, "pantin: %s\n", li
 
 void catch_interrupts() {
   struct sigaction action = {};
-  action.sa_handler = [](int) { g_interrupted = 1; };
+  action.sa_handler = [](int) {
+    if (g_interrupted) _exit(kInterrupted);  // asked twice: at once
+    g_interrupted = 1;
+  };
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+  sigaction(SIGHUP, &action, nullptr);
   std::signal(SIGPIPE, SIG_IGN);
 }
 
@@ -142,7 +150,7 @@ std::vector<Unreached> unreached(const World& world) {
     for (const Hold& h : a.holds) {
       if (h.compliance > 0 || !(h.residual > bound)) continue;
       const Entity who = h.held_pin != UINT32_MAX ? world.pins.owners()[h.held_pin]
-                                                  : world.bodies.owners()[a.slots[h.column]];
+                                                  : world.links.owners()[h.held_link];
       found.push_back({world.name_of(who), h.held_pin != UINT32_MAX ? "pin" : "joint", h.residual,
                        h.reachable});
     }

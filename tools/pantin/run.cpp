@@ -1,4 +1,5 @@
 #include <fmt/core.h>
+#include <time.h>
 
 #include <chrono>
 #include <cmath>
@@ -30,10 +31,18 @@ struct Summary {
   std::vector<double> step_seconds;
   std::size_t frames = 0;
   std::string lost_body;
-  double lost_time = 0;  // s
+  double lost_time = 0, lost_gap = 0;  // s, m
+  double cpu_seconds = 0;              // of all threads, over the loop
 };
 
 using Clock = std::chrono::steady_clock;
+
+/// CPU seconds of all threads so far.
+double cpu_seconds() {
+  timespec t{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -89,6 +98,7 @@ Json to_json(const RunChoices& c, const Scene& scene, const Simulation& sim, Sum
       s.timed_steps ? static_cast<double>(s.allocations) / static_cast<double>(s.timed_steps) : 0.0;
   j["hash"] = hex(state_hash(sim.world));
   j["frames_written"] = s.frames;
+  j["cpu_ms_per_frame"] = s.frames ? 1e3 * s.cpu_seconds / static_cast<double>(s.frames) : 0.0;
   j["worst_residual_m"] = s.worst_residual;
   j["rounds_max"] = s.most_rounds;
   j["limited_steps"] = s.limited_steps;
@@ -98,7 +108,8 @@ Json to_json(const RunChoices& c, const Scene& scene, const Simulation& sim, Sum
                               {"kind", u.kind},
                               {"residual_m", u.residual},
                               {"reachable", u.reachable}});
-  if (!s.lost_body.empty()) j["lost"] = {{"body", s.lost_body}, {"time_s", s.lost_time}};
+  if (!s.lost_body.empty())
+    j["lost"] = {{"body", s.lost_body}, {"time_s", s.lost_time}, {"residual_m", s.lost_gap}};
   j["warnings"] = scene.warnings;
   return j;
 }
@@ -119,7 +130,9 @@ void print_summary(const RunChoices& c, const Scene& scene, const Simulation& si
   for (const Unreached& u : unreached(sim.world))
     fmt::print("  unreached   {} {}: {:.4g} m from its place{}\n", u.kind, u.name, u.residual,
                u.reachable ? "" : ", out of reach");
-  if (s.frames > 0) fmt::print("  frames      {}\n", s.frames);
+  if (s.frames > 0)
+    fmt::print("  frames      {}, {:.1f} ms of CPU each, steps and writing included\n", s.frames,
+               j["cpu_ms_per_frame"].get<double>());
   if (c.hash) fmt::print("  hash        {}\n", j["hash"].get<std::string>());
 }
 
@@ -151,6 +164,7 @@ int step_through(const RunChoices& c, const Scene& scene, Simulation& sim, Pictu
     if (report.status == Status::diverged) {
       s.status = "diverged";
       s.lost_body = sim.world.name_of(report.body), s.lost_time = report.time;
+      s.lost_gap = report.residual;
       complain(fmt::format(
           "{}: diverged at {:.6g} s: body {} left all bounds (worst joint gap {:.3g} m)", c.scene,
           report.time, s.lost_body, s.worst_gap));
@@ -177,9 +191,12 @@ int run(const RunChoices& c) {
     if (const auto opened = record.open(c.record, scene->world); !opened)
       return fail(opened.errors(), kUnwritable);
 
+  if (c.threads > 1 && !has_threads())
+    complain("--threads: this build has one thread (oneTBB was not there); going on with it");
   Simulation sim(scene->world, {scene->step, scene->substeps, c.threads, false});
   Summary s;
   s.energy_start = s.energy_max = measure(sim.world).energy();
+  const double cpu_before = cpu_seconds();
   int exit_code =
       step_through(c, *scene, sim, pictures.get(), c.record.empty() ? nullptr : &record, s);
   if (!c.record.empty()) {
@@ -196,6 +213,7 @@ int run(const RunChoices& c) {
     else
       s.frames = std::get<std::size_t>(finished);
   }
+  s.cpu_seconds = cpu_seconds() - cpu_before;
   if (exit_code == kUnwritable) s.status = "unwritable";
   if (c.json)
     fmt::print("{}\n",
@@ -214,7 +232,8 @@ constexpr const char* kExamples = R"(Examples:
 --json prints one object: scene, title, status (ok, diverged, interrupted, unwritable), solver,
 step_s, substeps, steps, simulated_s, bodies, joints, strings, articulations, worst_gap_m,
 worst_gap_rel, energy_start_j, energy_end_j, energy_max_j, ns_per_link_step_median,
-ns_per_link_step_p99, frame_ms_median, frame_ms_p99, allocations_per_step, hash, frames_written,
+ns_per_link_step_p99, frame_ms_median, frame_ms_p99 (a step, without drawing),
+allocations_per_step, hash, frames_written, cpu_ms_per_frame (all threads, start-up excluded),
 worst_residual_m, rounds_max, limited_steps, unreached, warnings, and lost after a divergence.
 
 Exit codes: 0 ok, 1 failed run, 2 usage or bad input, 3 diverged, 4 could not write, 130 interrupted.)";
