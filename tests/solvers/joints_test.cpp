@@ -125,7 +125,7 @@ TEST_CASE("joint loads are what the neighbours feel: equal, opposite, and of the
   Simulation sim(world, {1.0 / 60});
   for (int i = 0; i < 20; ++i) sim.step();
   const Articulation& a = sim.world.articulations[0];
-  const Real to_force = 1 / (procedural::force_share(a) * sim.settings.h * sim.settings.h);
+  const Real to_force = 1 / (a.force_share * sim.settings.h * sim.settings.h);
   REQUIRE(a.second_order);
   const Vec3 top = to_force * a.memory.vec(kLoad, 0), middle = to_force * a.memory.vec(kLoad, 1);
   CHECK(top.y == Approx(5 * 9.81).epsilon(1e-12));

@@ -8,9 +8,6 @@ namespace pantin::procedural {
 /// The articulation as the kernels see it.
 Packed packed(World& world, Articulation& a);
 
-/// What multiplies h^2 in the displacement that a steady force makes in one step.
-inline Real force_share(const Articulation& a) { return a.second_order ? 4.0 / 9 : 1.0; }
-
 /// A point of a packed body, or of a kinematic one, at the poses in the given rows.
 Vec3 point_at(const Articulation& a, std::size_t column, Vec3 anchor, Work position_row,
               Work rotation_row);

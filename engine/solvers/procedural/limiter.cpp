@@ -9,7 +9,7 @@ namespace {
 
 /// Work done on the articulation through the places that hold it, J.
 Real work_of_holders(const World& world, const Articulation& a, const EndSums& end, Real h) {
-  const Real to_force = 1 / (force_share(a) * h * h);
+  const Real to_force = 1 / (a.force_share * h * h);
   Vec3 other_impulses(0);  // N s, of all but a single held root
   Real work = 0;
   for (const Hold& hold : a.holds) {

@@ -73,6 +73,16 @@ bool is_in_reach(const Articulation& a, const Hold& h) {
   return span <= h.reach + slack && span >= h.dead_reach - slack;
 }
 
+/// Where a sweep takes a held point: to its target, or, if the links are too long to fold up so
+/// near, to the nearest place they allow. Sweeps alone would settle at a wrong bend.
+Vec3 goal_of(const Articulation& a, const Hold& h) {
+  const Tree& t = a.trees[h.tree];
+  const Vec3 way = h.target - t.target;
+  const Real span = glm::length(way);
+  if (a.parents[t.first] != kHeld || span >= h.dead_reach || !(span > 0)) return h.target;
+  return t.target + h.dead_reach / span * way;
+}
+
 const Tree& tree_of(const Articulation& a, std::size_t column) {
   std::size_t t = 0;
   while (t + 1 < a.trees.size() && a.trees[t + 1].first <= column) ++t;
@@ -109,7 +119,7 @@ void round_of_sweeps(World& world, Articulation& a, int round, bool strings) {
       continue;
     }
     const Hold& h = a.holds[i];
-    if (h.compliance == 0) sweep_from(a, a.trees[h.tree], h.column, h.anchor, h.target);
+    if (h.compliance == 0) sweep_from(a, a.trees[h.tree], h.column, h.anchor, goal_of(a, h));
   }
   for (const Tree& t : a.trees) sweep_from_root(a, t);
 }

@@ -87,7 +87,7 @@ void list_hold(Articulation& a, const Hold& h, Real step, Work position_row, Wor
   if (h.compliance > 0) {
     // k g + c (g - g_before) / h, as one spring of stiffness k + c/h.
     const Real stiffer = 1 + kSpringDamping / step;
-    row.softness = h.compliance / stiffer / (force_share(a) * step * step);
+    row.softness = h.compliance / stiffer / (a.force_share * step * step);
     gap -= (1 - 1 / stiffer) * h.gap_before;
   }
   for (int axis = 0; axis < 3; ++axis) {
@@ -115,7 +115,7 @@ void list_cord(const World& world, Articulation& a, std::uint32_t index, Real st
     // Elastic strings were settled by the first solve.
     if (s.compliance > 0) row.bound = -1e300;
   } else {
-    row.softness = s.compliance / (force_share(a) * step * step);
+    row.softness = s.compliance / (a.force_share * step * step);
     row.load = cord.load;
   }
   a.room.rows.push_back(row);

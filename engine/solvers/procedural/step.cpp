@@ -55,9 +55,10 @@ void notice_changes(World& world, Articulation& a, Real h) {
     for (Cord& cord : a.cords) cord.load *= ratio * ratio;
     for (Hold& hold : a.holds) hold.load *= ratio * ratio;
   }
-  if (changed || a.fresh)
-    for (Tree& t : a.trees)
-      if (a.parents[t.first] == kFree) t.spin_momentum = spin_momentum(world, a, t);
+  for (Tree& t : a.trees) {
+    if (a.parents[t.first] != kFree || !(changed || a.fresh || !t.keeps_spin)) continue;
+    t.spin_momentum = spin_momentum(world, a, t), t.keeps_spin = true;
+  }
 }
 
 void collect_forces(const World& world, Articulation& a) {
@@ -69,6 +70,17 @@ void collect_forces(const World& world, Articulation& a) {
     a.room.forces.set(0, c, f ? f->force / mass : Vec3(0));
     a.room.forces.set(3, c, f ? f->torque : Vec3(0));
   }
+}
+
+/// What multiplies h^2 in the displacement that a steady force at a joint or a string makes in one
+/// step. The second-order rule brakes it by the drag, as it does the weight.
+Real share_of_forces(const Articulation& a, Real h) {
+  if (a.fresh) return 0.5;
+  if (!a.second_order) return 1;
+  Real mass = 0, drag = 0;
+  for (std::size_t c = 0; c < a.count(); ++c)
+    mass += a.constants.at(kMass, c), drag += a.constants.at(kMass, c) * a.constants.at(kDrag, c);
+  return 4.0 / 9 / (1 + 2.0 / 3 * h * drag / mass);
 }
 
 Rule rule_of(const Articulation& a) {
@@ -132,7 +144,7 @@ Entity find_lost(const World& world, const Articulation& a) {
 
 /// Tells pins and strings how they fared.
 void report_holds(World& world, Articulation& a, Real h) {
-  const Real to_force = 1 / (force_share(a) * h * h);
+  const Real to_force = 1 / (a.force_share * h * h);
   for (Hold& hold : a.holds) {
     const Vec3 at = point_on(world, a.slots[hold.column], hold.anchor);
     hold.gap_before = hold.target - at;
@@ -206,6 +218,7 @@ void update(World& world, Articulation& a, Real h) {
   notice_changes(world, a, h);
   collect_forces(world, a);
   a.second_order = a.settings.solver == Solver::automatic && !a.fresh && a.calm_steps >= 2;
+  a.force_share = share_of_forces(a, h);
   const Packed p = packed(world, a);
   const StartSums start = kernels().predict(
       p, {h, {world.gravity.x, world.gravity.y, world.gravity.z}, rule_of(a), a.fresh});
@@ -261,12 +274,15 @@ bool adjust(World& world, Articulation& a, Real h, Entity& lost) {
   }
   if (repair_momentum(world, a, h)) {
     end.kinetic = end.potential = 0;
+    Vec3 momentum(0);
     for (std::size_t c = 0; c < a.count(); ++c) {
       const Body& b = world.bodies.values()[a.slots[c]];
+      momentum += b.mass * b.velocity;
       const Vec3 w = glm::conjugate(b.pose.rotation) * b.spin;
       end.kinetic += 0.5 * (b.mass * glm::dot(b.velocity, b.velocity) + glm::dot(b.inertia, w * w));
       end.potential -= b.mass * b.gravity_scale * glm::dot(world.gravity, b.pose.position);
     }
+    for (int n = 0; n < 3; ++n) end.momentum[n] = momentum[n];
   }
   const bool small_turns = end.largest_turn2 < a.settings.calm_angle * a.settings.calm_angle;
   a.disturbed = a.disturbed || !small_turns;
