@@ -97,7 +97,8 @@ std::vector<Unreached> unreached(const World& world);
 /// Median and higher percentiles of numbers; sorts them.
 double percentile(std::vector<double>& numbers, double part);
 
-/// Calls of operator new so far, by this program; counted in bench.cpp's replacement.
+/// Calls of operator new so far, of the whole program, and the bytes they asked for.
 std::uint64_t allocations();
+std::uint64_t allocated_bytes();
 
 }  // namespace pantin::program

@@ -1,0 +1,290 @@
+#include <fmt/core.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <fstream>
+#include <memory>
+
+#include "engine/solvers/procedural/kernels.hpp"
+#include "tools/pantin/program.hpp"
+
+namespace pantin::program {
+namespace {
+
+struct BenchChoices {
+  std::vector<std::string> scenes;
+  SceneChoices how;
+  std::string csv;
+  int threads = 1, repeat = 3;
+  bool json = false;
+};
+
+/// CPU time of the whole process: what steps take, whatever else the machine does.
+double cpu_seconds() {
+  timespec t{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+/// One repetition: times of all steps, and what went by.
+struct Lap {
+  std::vector<double> seconds;
+  double allocations_per_step = 0;
+};
+
+constexpr int kWarmUp = 10;  // steps that are not counted
+
+Lap lap(const Scene& scene, int threads, bool& sound) {
+  Lap l;
+  const std::uint64_t steps = steps_of(scene);
+  l.seconds.reserve(steps);
+  Simulation sim(scene.world, {scene.step, scene.substeps, threads, false});
+  for (int i = 0; i < kWarmUp; ++i) sim.step();
+  const std::uint64_t before = allocations();
+  double last = cpu_seconds();
+  for (std::uint64_t i = 0; i < steps && sound && !interrupted(); ++i) {
+    sound = sim.step().status == Status::ok;
+    const double now = cpu_seconds();
+    l.seconds.push_back(now - last);
+    last = now;
+  }
+  l.allocations_per_step = static_cast<double>(allocations() - before) / static_cast<double>(steps);
+  return l;
+}
+
+/// Accuracy, energy and stages, in a pass of their own so that they disturb no clock.
+void measure_beside(const Scene& scene, int threads, double links, Json& row) {
+  const std::uint64_t bytes_before = allocated_bytes();
+  Simulation sim(scene.world, {scene.step, scene.substeps, threads, true});
+  double worst = 0, worst_rel = 0, most_energy = measure(sim.world).energy();
+  const double start_energy = most_energy;
+  StepReport report;
+  std::uint64_t bytes = 0;
+  const std::uint64_t steps = steps_of(scene);
+  for (std::uint64_t i = 0; i < steps && !interrupted(); ++i) {
+    sim.timing = i >= kWarmUp;
+    report = sim.step();
+    if (i == 0) bytes = allocated_bytes() - bytes_before;
+    worst = std::max(worst, report.measures.worst_gap);
+    worst_rel = std::max(worst_rel, report.measures.worst_gap_rel);
+    most_energy = std::max(most_energy, report.measures.energy());
+    if (report.status == Status::diverged) break;
+  }
+  const double per =
+      1e9 / (links * static_cast<double>(std::max<std::uint64_t>(1, steps - kWarmUp)));
+  row["stages_ns_per_link"] = {{"drive", per * sim.times.drive},
+                               {"update", per * sim.times.update},
+                               {"adjust", per * sim.times.adjust},
+                               {"push_out", per * sim.times.push_out}};
+  row["bytes_per_link"] = static_cast<double>(bytes) / links;
+  row["worst_gap_m"] = worst;
+  row["worst_gap_rel"] = worst_rel;
+  row["energy_start_j"] = start_energy;
+  row["energy_end_j"] = report.measures.energy();
+  row["energy_max_j"] = most_energy;
+  row["hash"] = hex(state_hash(sim.world));
+}
+
+std::optional<Json> bench_scene(const std::string& path, const BenchChoices& c, bool& sound) {
+  const std::optional<Scene> scene = open_scene(path, c.how, true);
+  if (!scene) return std::nullopt;
+  const auto links = static_cast<double>(std::max<std::size_t>(1, scene->world.links.size()));
+  std::vector<double> medians, tails, steps;
+  double most = 0, allocated = 0;
+  for (int i = 0; i < c.repeat && sound && !interrupted(); ++i) {
+    Lap l = lap(*scene, c.threads, sound);
+    steps.insert(steps.end(), l.seconds.begin(), l.seconds.end());
+    medians.push_back(percentile(l.seconds, 0.5)), tails.push_back(percentile(l.seconds, 0.99));
+    most = std::max(most, l.seconds.empty() ? 0 : l.seconds.back());
+    allocated = std::max(allocated, l.allocations_per_step);
+  }
+  Json row;
+  row["scene"] = path;
+  row["title"] = scene->title;
+  row["status"] = sound ? "ok" : "diverged";
+  row["solver"] = solver_in_use(scene->world);
+  row["step_s"] = scene->step;
+  row["steps"] = steps_of(*scene);
+  row["repeats"] = medians.size();
+  row["bodies"] = scene->world.bodies.size();
+  row["joints"] = scene->world.links.size();
+  const double median = percentile(medians, 0.5), tail = percentile(tails, 0.5);
+  row["frame_ms_median"] = 1e3 * median;
+  row["frame_ms_p95"] = 1e3 * percentile(steps, 0.95);
+  row["frame_ms_p99"] = 1e3 * tail;
+  row["frame_ms_max"] = 1e3 * most;
+  row["ns_per_link_step_median"] = 1e9 * median / links;
+  row["ns_per_link_step_p99"] = 1e9 * tail / links;
+  row["ns_per_link_step_repeats"] = {1e9 * percentile(medians, 0) / links,
+                                     1e9 * percentile(medians, 1) / links};
+  row["allocations_per_step"] = allocated;
+  measure_beside(*scene, c.threads, links, row);
+  row["warnings"] = scene->warnings;
+  return row;
+}
+
+std::string first_line_with(const char* file, const std::string& key) {
+  std::ifstream in(file);
+  for (std::string line; std::getline(in, line);)
+    if (line.starts_with(key)) return line.substr(std::min(line.size(), line.find(':') + 2));
+  return "unknown";
+}
+
+Json header() {
+  Json j;
+  j["version"] = PANTIN_VERSION;
+#ifdef PANTIN_COMMIT
+  j["commit"] = PANTIN_COMMIT;
+#endif
+#ifdef __clang__
+  j["compiler"] = "clang " __clang_version__;
+#else
+  j["compiler"] = "gcc " __VERSION__;
+#endif
+#ifdef PANTIN_FLAGS
+  j["flags"] = PANTIN_FLAGS;
+#endif
+  j["kernels"] = procedural::kernels().name;
+  j["cpu"] = first_line_with("/proc/cpuinfo", "model name");
+  j["cores"] = sysconf(_SC_NPROCESSORS_ONLN);
+  double load[1] = {0};
+  if (getloadavg(load, 1) == 1) j["load"] = load[0];
+  j["clock"] = "process CPU time, all threads";
+  return j;
+}
+
+/// The rows as CSV, written beside the file and renamed.
+int write_csv(const std::string& path, const Json& head, const Json& rows) {
+  const std::string beside = path + ".part";
+  {
+    std::ofstream out(beside);
+    for (const auto& [key, value] : head.items())
+      out << "# " << key << ": " << (value.is_string() ? value.get<std::string>() : value.dump())
+          << '\n';
+    const char* const columns[] = {"scene",
+                                   "solver",
+                                   "step_s",
+                                   "bodies",
+                                   "joints",
+                                   "frame_ms_median",
+                                   "frame_ms_p95",
+                                   "frame_ms_p99",
+                                   "frame_ms_max",
+                                   "ns_per_link_step_median",
+                                   "ns_per_link_step_p99",
+                                   "allocations_per_step",
+                                   "bytes_per_link",
+                                   "worst_gap_m",
+                                   "worst_gap_rel",
+                                   "energy_start_j",
+                                   "energy_end_j",
+                                   "energy_max_j",
+                                   "status",
+                                   "hash"};
+    for (const char* column : columns) out << column << (column == columns[19] ? "\n" : ",");
+    for (const Json& row : rows)
+      for (const char* column : columns)
+        out << (row[column].is_string() ? row[column].get<std::string>() : row[column].dump())
+            << (column == columns[19] ? "\n" : ",");
+    out.flush();
+    if (!out) {
+      complain(fmt::format("{}: could not write: {}", path, std::strerror(errno)));
+      out.close();
+      unlink(beside.c_str());
+      return kUnwritable;
+    }
+  }
+  if (std::rename(beside.c_str(), path.c_str()) == 0) return kOk;
+  complain(fmt::format("{}: could not write: {}", path, std::strerror(errno)));
+  unlink(beside.c_str());
+  return kUnwritable;
+}
+
+void print_table(const Json& head, const Json& rows) {
+  fmt::print("pantin {}  {}  {} kernels  {} x {}  load {:.1f}\n",
+             head["version"].get<std::string>(), head["compiler"].get<std::string>(),
+             head["kernels"].get<std::string>(), head["cores"].get<long>(),
+             head["cpu"].get<std::string>(), head.value("load", 0.0));
+  fmt::print("{}\n",
+             bold(fmt::format("{:<24} {:>7} {:>6} {:>9} {:>9} {:>9} {:>8} {:>8} {:>7} {:>8} {:>9}",
+                              "scene", "solver", "joints", "median ms", "p99 ms", "max ms",
+                              "ns/link", "p99", "allocs", "B/link", "gap/size")));
+  for (const Json& r : rows) {
+    const auto scene = r["scene"].get<std::string>();
+    const std::size_t slash = scene.rfind('/');
+    fmt::print(
+        "{:<24} {:>7} {:>6} {:>9.4f} {:>9.4f} {:>9.4f} {:>8.1f} {:>8.1f} {:>7.2f} {:>8.0f} "
+        "{:>9.1e}{}\n",
+        slash == std::string::npos ? scene : scene.substr(slash + 1),
+        r["solver"].get<std::string>(), r["joints"].get<std::size_t>(),
+        r["frame_ms_median"].get<double>(), r["frame_ms_p99"].get<double>(),
+        r["frame_ms_max"].get<double>(), r["ns_per_link_step_median"].get<double>(),
+        r["ns_per_link_step_p99"].get<double>(), r["allocations_per_step"].get<double>(),
+        r["bytes_per_link"].get<double>(), r["worst_gap_rel"].get<double>(),
+        r["status"] == "ok" ? "" : "  DIVERGED");
+  }
+}
+
+int bench(const BenchChoices& c) {
+  const Json head = header();
+  Json rows = Json::array();
+  int exit_code = kOk;
+  for (const std::string& path : c.scenes) {
+    if (interrupted()) return kInterrupted;
+    bool sound = true;
+    const std::optional<Json> row = bench_scene(path, c, sound);
+    if (!row) return kUsage;
+    rows.push_back(*row);
+    if (sound) continue;
+    complain(fmt::format("{}: diverged", path));
+    exit_code = kDiverged;
+  }
+  if (!c.csv.empty())
+    if (const int failed = write_csv(c.csv, head, rows)) return failed;
+  if (c.json) {
+    Json j = head;
+    j["rows"] = rows;
+    fmt::print("{}\n", j.dump(2, ' ', false, Json::error_handler_t::replace));
+  } else {
+    print_table(head, rows);
+  }
+  return interrupted() ? kInterrupted : exit_code;
+}
+
+constexpr const char* kExamples =
+    R"(Times the steps of each scene without drawing, by the CPU time of the process; accuracy, energy and
+stages are measured in a pass of their own. No speed without its drift.
+
+Examples:
+  pantin bench assets/scenes/chain.json assets/scenes/marionette.json
+  pantin bench assets/scenes/bench_chain200.json --solver sweep --repeat 9
+  pantin bench assets/scenes/*.json --csv out/bench.csv --json
+
+--json prints version, commit, compiler, flags, kernels, cpu, cores, load, clock and rows; a row has
+scene, title, status, solver, step_s, steps, repeats, bodies, joints, frame_ms_median (median of the
+repeats' medians), frame_ms_p95, frame_ms_p99, frame_ms_max, ns_per_link_step_median,
+ns_per_link_step_p99, ns_per_link_step_repeats (least and largest median), allocations_per_step,
+stages_ns_per_link, bytes_per_link, worst_gap_m, worst_gap_rel, energy_start_j, energy_end_j,
+energy_max_j, hash, warnings.
+
+Exit codes: 0 ok, 2 usage or bad input, 3 diverged, 4 could not write, 130 interrupted.)";
+
+}  // namespace
+
+void add_bench(CLI::App& program, int& exit_code) {
+  auto c = std::make_shared<BenchChoices>();
+  CLI::App* command = program.add_subcommand("bench", "Times the steps of scenes, drift beside");
+  command->add_option("scene", c->scenes, "scene files")->required();
+  add_scene_choices(*command, c->how);
+  add_threads(*command, c->threads);
+  command->add_option("--repeat", c->repeat, "times each scene is run")->check(CLI::Range(1, 1000));
+  command->add_option("--csv", c->csv, "CSV file for the rows");
+  command->add_flag("--json", c->json, "print one JSON object instead of a table");
+  command->footer(kExamples);
+  command->callback([c, &exit_code] { exit_code = bench(*c); });
+}
+
+}  // namespace pantin::program

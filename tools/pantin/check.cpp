@@ -1,0 +1,150 @@
+#include <fmt/core.h>
+
+#include <algorithm>
+
+#include "tools/pantin/program.hpp"
+
+namespace pantin::program {
+namespace {
+
+constexpr int kSteps = 60;
+
+struct CheckChoices {
+  std::vector<std::string> scenes;
+  SceneChoices how;
+  bool json = false;
+};
+
+/// What a look at one scene and its first steps found.
+struct Finding {
+  int exit_code = kOk;
+  Json json;
+};
+
+/// Degrees of freedom that joints leave: 6 a body, less 3 a ball joint.
+std::int64_t freedoms(const World& world) {
+  std::int64_t sum = 0;
+  for (const Articulation& a : world.articulations) {
+    sum += 6 * static_cast<std::int64_t>(a.count());
+    for (std::size_t c = 0; c < a.count(); ++c) sum -= a.parents[c] == kFree ? 0 : 3;
+    sum -= 3 * static_cast<std::int64_t>(a.holds.size());
+  }
+  return sum;
+}
+
+/// Sixty steps, the second half twice: from here and from a copy. Why it failed, or nothing.
+std::string step_through(const Scene& scene, Json& j) {
+  const StepSettings how{scene.step, scene.substeps, 1, true};
+  Simulation sim(scene.world, how), copy;
+  double worst = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    if (i == kSteps / 2) copy = Simulation(sim.world, how);
+    const StepReport report = sim.step();
+    if (report.status == Status::diverged)
+      return fmt::format("diverged at {:.6g} s: body {}, worst joint gap {:.3g} m", report.time,
+                         sim.world.name_of(report.body), report.residual);
+    worst = std::max(worst, report.measures.worst_gap_rel);
+    if (worst > scene.drift_bound)
+      return fmt::format(
+          "drifted at {:.6g} s: joint {} is open by {:.3g} of the size, allowed {:.3g}",
+          report.time, sim.world.name_of(report.measures.worst_link), worst, scene.drift_bound);
+  }
+  j["worst_gap_rel"] = worst;
+  for (int i = kSteps / 2; i < kSteps; ++i) copy.step();
+  const std::uint64_t hash = state_hash(sim.world);
+  j["hash"] = hex(hash);
+  if (state_hash(copy.world) != hash) return "a copy of the World did not end in the same bits";
+  return {};
+}
+
+Finding look_at(const std::string& path, const CheckChoices& c) {
+  Finding found;
+  found.json["scene"] = path;
+  const std::optional<Scene> scene = open_scene(path, c.how, c.json);
+  if (!scene) {
+    found.json["status"] = "refused";
+    found.exit_code = kUsage;
+    return found;
+  }
+  const World& world = scene->world;
+  double mass = 0;
+  for (const Body& b : world.bodies.values())
+    if (b.motion == Motion::dynamic) mass += b.mass;
+  Json& j = found.json;
+  j["title"] = scene->title;
+  j["status"] = "ok";
+  j["bodies"] = world.bodies.size();
+  j["joints"] = world.links.size();
+  j["strings"] = world.strings.size();
+  j["pins"] = world.pins.size();
+  j["articulations"] = world.articulations.size();
+  j["freedoms"] = freedoms(world);
+  j["mass_kg"] = mass;
+  j["start_gap_m"] = measure(world).worst_gap;
+  std::string failure = step_through(*scene, j);
+  if (failure.empty() && !world.faults.empty())
+    failure =
+        fmt::format("{} {}", world.name_of(world.faults.front().link), world.faults.front().reason);
+  if (!failure.empty()) {
+    j["status"] = "failed";
+    j["failure"] = failure;
+    complain(fmt::format("{}: {}", path, failure));
+    found.exit_code = kDiverged;
+  }
+  j["warnings"] = scene->warnings;
+  if (!c.json)
+    fmt::print(
+        "{}  {}\n  {} bodies, {} joints, {} strings, {} pins in {} articulations; {} freedoms, "
+        "{:.4g} kg\n  start gap {:.1e} m; {} steps: {}\n",
+        failure.empty() ? "ok    " : "FAILED", path, world.bodies.size(), world.links.size(),
+        world.strings.size(), world.pins.size(), world.articulations.size(),
+        j["freedoms"].get<std::int64_t>(), mass, j["start_gap_m"].get<double>(), kSteps,
+        failure.empty()
+            ? fmt::format("worst gap {:.1e} of the size, hash {}", j["worst_gap_rel"].get<double>(),
+                          j["hash"].get<std::string>())
+            : failure);
+  return found;
+}
+
+int check(const CheckChoices& c) {
+  int worst = kOk;
+  Json all = Json::array();
+  for (const std::string& path : c.scenes) {
+    const Finding found = look_at(path, c);
+    // Bad input is the worse news: nothing of that scene could be looked at.
+    if (found.exit_code == kUsage || worst == kOk) worst = found.exit_code;
+    all.push_back(found.json);
+  }
+  if (c.json)
+    fmt::print("{}\n", Json{{"scenes", all}}.dump(2, ' ', false, Json::error_handler_t::replace));
+  return worst;
+}
+
+constexpr const char* kExamples =
+    R"(Loads each scene, tells what is in it and what looks wrong, and takes 60 steps: every number
+finite, joints within the scene's drift_bound, a copy made on the way ending in the same bits.
+
+Examples:
+  pantin check assets/scenes/marionette.json
+  pantin check assets/scenes/*.json --json
+
+--json prints {"scenes": [...]}, each with scene, title, status (ok, failed, refused), bodies,
+joints, strings, pins, articulations, freedoms, mass_kg, start_gap_m, worst_gap_rel, hash, warnings
+and failure if there is one.
+
+Exit codes: 0 ok, 2 usage or bad input, 3 a check failed.)";
+
+}  // namespace
+
+void add_check(CLI::App& program, int& exit_code) {
+  auto c = std::make_shared<CheckChoices>();
+  CLI::App* command =
+      program.add_subcommand("check", "Looks scenes over and tries their first steps");
+  command->add_option("scene", c->scenes, "scene files")->required();
+  add_scene_choices(*command, c->how);
+  command->add_flag("--json", c->json, "print one JSON object instead of text");
+  command->footer(kExamples);
+  command->callback([c, &exit_code] { exit_code = check(*c); });
+}
+
+}  // namespace pantin::program
