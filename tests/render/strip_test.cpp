@@ -20,7 +20,7 @@ std::uint8_t at(const Image& image, int x, int y) {
 
 TEST_CASE("a strip shows its pictures from left to right and from top to bottom") {
   Strip strip(2, 2, 3, 5);
-  for (std::uint8_t value : {10, 20, 30}) strip.add(plain(3, 5, value));
+  for (int value : {10, 20, 30}) strip.add(plain(3, 5, static_cast<std::uint8_t>(value)));
   strip.add(plain(4, 5, 99));  // of another size: left out
   CHECK(strip.filled() == 3);
   const Image& image = strip.image();
