@@ -36,37 +36,34 @@ Vec3 sag_across(Vec3 along, Vec3 sag) {
   return Vec3(0, 1, 0);
 }
 
-/// The corners of a chain: straight on, or on an arc that sags between two points.
-std::vector<Vec3> corners(const ChainRecipe& chain) {
+/// Where each link points: straight on, or along an arc that sags between two points.
+std::vector<Vec3> directions(const ChainRecipe& chain) {
   const int n = chain.links;
-  Vec3 along = chain.direction;
-  Real bend = 0;
-  Vec3 side(0);
-  if (chain.end) {
-    const Vec3 span = *chain.end - chain.start;
-    const Real distance = glm::length(span), ratio = distance / (n * chain.length);
-    if (distance > 0) along = span / distance;
-    side = sag_across(along, chain.sag);
-    if (ratio < 1 - 1e-12 && n > 1) bend = half_angle(n, ratio);
-  }
-  std::vector<Vec3> points{chain.start};
+  if (!chain.end) return std::vector<Vec3>(static_cast<std::size_t>(n), chain.direction);
+  const Vec3 span = *chain.end - chain.start;
+  const Real distance = glm::length(span), ratio = distance / (n * chain.length);
+  const Vec3 along = distance > 0 ? span / distance : chain.direction;
+  const Vec3 side = sag_across(along, chain.sag);
+  const Real bend = ratio < 1 - 1e-12 && n > 1 ? half_angle(n, ratio) : 0;
+  std::vector<Vec3> ways;
   for (int i = 0; i < n; ++i) {
     const Real angle = bend * (n - 1 - 2 * i);  // of this chord against the straight line
-    const Vec3 way = bend == 0 ? along : std::cos(angle) * along + std::sin(angle) * side;
-    points.push_back(bend == 0 ? chain.start + (i + 1) * chain.length * along
-                               : points.back() + chain.length * way);
+    ways.push_back(std::cos(angle) * along + std::sin(angle) * side);
   }
-  return points;
+  return ways;
 }
 
 }  // namespace
 
 ChainCourse course_of(const ChainRecipe& chain) {
   ChainCourse course;
-  course.joints = corners(chain);
-  for (std::size_t i = 0; i + 1 < course.joints.size(); ++i) {
-    const Vec3 a = course.joints[i], b = course.joints[i + 1];
-    course.links.push_back({0.5 * (a + b), turned_to((b - a) / glm::length(b - a))});
+  course.joints.push_back(chain.start);
+  Vec3 way(0);  // summed up apart from the start, which may be large
+  for (const Vec3 direction : directions(chain)) {
+    const Vec3 before = chain.start + chain.length * way;
+    way += direction;
+    course.joints.push_back(chain.start + chain.length * way);
+    course.links.push_back({0.5 * (before + course.joints.back()), turned_to(direction)});
   }
   return course;
 }

@@ -35,7 +35,7 @@ std::optional<Solid> read_shape(const Reading& reading, NodeId node, std::uint32
     return std::nullopt;
   }
   const Reader from = reading.open(node, kind);
-  Solid solid{{}, from.number("density", density, kPositive)};
+  Solid solid{{}, from.number("density", density, kWeight)};
   solid.shape.material = read_material(reading, from, material);
   solid.shape.local.position = from.vec("position", Vec3(0));
   const auto need = [&](std::string_view key) { return from.need(key, kSize.words) != kNoNode; };
@@ -111,7 +111,7 @@ std::optional<MassProperties> weigh(const Reader& from, const std::vector<Solid>
   MassProperties whole;
   for (const Solid& s : solids) whole = combine(whole, mass_properties(s.shape, s.density));
   if (from.has("mass")) {
-    const Real mass = from.number("mass", 1, kPositive);
+    const Real mass = from.number("mass", 1, kWeight);
     if (whole.mass > 0) whole.inertia *= mass / whole.mass;
     whole.mass = mass;
   }
@@ -156,7 +156,7 @@ Matter read_matter(const Reading& reading, const Reader& from, Motion motion) {
   from.one_of(kWeights);
   const std::size_t refused_before = from.complaints.refused();
   const std::vector<Solid> solids =
-      read_solids(reading, from, from.number("density", kWater, kPositive));
+      read_solids(reading, from, from.number("density", kWater, kWeight));
   Matter matter;
   for (const Solid& s : solids) matter.shapes.push_back(s.shape);
   std::optional<MassProperties> whole = weigh(from, solids, motion, refused_before);

@@ -27,7 +27,8 @@ inline constexpr Real kFar = 1e9;  // m, m/s, rad/s: beyond it a scene is a slip
 inline constexpr Range kAnyNumber{-kFar, kFar, "a number between -1e9 and 1e9"};
 inline constexpr Range kPositive{0, 1e12, "a number above 0, at most 1e12", true};
 inline constexpr Range kNotNegative{0, 1e12, "a number from 0 to 1e12"};
-inline constexpr Range kSize{0, kFar, "a size above 0, at most 1e9 m", true};
+inline constexpr Range kSize{1e-9, kFar, "a size from 1e-9 to 1e9 m"};
+inline constexpr Range kWeight{1e-12, 1e12, "a number from 1e-12 to 1e12"};  // mass, density
 inline constexpr Range kUnit{0, 1, "a number from 0 to 1"};
 
 /// Reads the members of one object. Every call with a key that is absent yields the alternative;

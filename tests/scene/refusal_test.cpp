@@ -49,16 +49,19 @@ TEST_CASE("Steps and durations out of range are refused") {
 
 TEST_CASE("Sizes and masses that are not positive are refused") {
   CHECK(complaints(with_body(R"("shape": {"type": "sphere", "radius": 0})")) ==
-        Lines{"t.json:1:81: /bodies/0/shape/radius: found 0, expected a size above 0, at most 1e9 "
-              "m"});
+        Lines{"t.json:1:81: /bodies/0/shape/radius: found 0, expected a size from 1e-9 to 1e9 m"});
   CHECK(complaints(with_body(R"("shape": {"type": "box", "size": [1, -1, 1]})")) ==
-        Lines{"t.json:1:80: /bodies/0/shape/size/1: found -1, expected a size above 0, at most 1e9 "
-              "m"});
+        Lines{"t.json:1:80: /bodies/0/shape/size/1: found -1, expected a size from 1e-9 to 1e9 m"});
   CHECK(complaints(with_body(R"("mass": -2, "inertia": [1, 1, 1])")) ==
-        Lines{"t.json:1:51: /bodies/0/mass: found -2, expected a number above 0, at most 1e12"});
-  CHECK(complaints(with_body(R"("shape": {"type": "sphere", "radius": 1e-120})")) ==
-        Lines{"t.json:1:27: /bodies/0: found a mass of 0 kg, expected shapes that make a finite "
-              "mass above 0"});
+        Lines{"t.json:1:51: /bodies/0/mass: found -2, expected a number from 1e-12 to 1e12"});
+  CHECK(
+      complaints(with_body(R"("shape": {"type": "sphere", "radius": 1e-120})")) ==
+      Lines{
+          "t.json:1:81: /bodies/0/shape/radius: found 1e-120, expected a size from 1e-9 to 1e9 m"});
+  CHECK(
+      complaints(with_body(R"("shapes": [])")) ==
+      Lines{"t.json:1:27: /bodies/0: found a mass of 0 kg, expected shapes that make a finite mass "
+            "above 0"});
 }
 
 TEST_CASE("Inertia that no body can have is refused") {
