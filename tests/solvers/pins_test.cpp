@@ -292,7 +292,7 @@ TEST_CASE("several pins hold a puppet at once") {
   }
   Simulation sim(std::move(w), {1.0 / 60});
   StepReport report;
-  for (int i = 0; i < 300; ++i) report = sim.step();
+  for (int i = 0; i < 900; ++i) report = sim.step();
   CHECK(report.unreached == 0);
   CHECK(sim.world.pins[pins[0]].residual <= 1e-13);
   for (Entity e : pins) CHECK(sim.world.pins[e].reachable);

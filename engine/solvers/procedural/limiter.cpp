@@ -69,10 +69,19 @@ bool is_driven(const World& world, const Articulation& a) {
   return false;
 }
 
-/// Takes all velocities so far down that the energy is `allowed`, or to nothing. A free tree keeps
-/// the motion of its mass centre. Returns the energy that is left, J.
+/// Nothing ties the articulation to the world.
+bool flies_free(const Articulation& a) {
+  for (const Tree& t : a.trees)
+    if (a.parents[t.first] != kFree) return false;
+  for (const Cord& c : a.cords)
+    if (c.column_a == UINT32_MAX || c.column_b == UINT32_MAX) return false;
+  return a.holds.empty();
+}
+
+/// Takes all velocities so far down that the energy is `allowed`, or to nothing. What flies free
+/// keeps the motion of its mass centre. Returns the energy that is left, J.
 Real slow_down(Articulation& a, const Packed& p, const EndSums& end, Real allowed) {
-  const bool free = a.trees.size() == 1 && a.parents.front() == kFree && a.cords.empty();
+  const bool free = flies_free(a);
   Real mass = 0;
   for (std::size_t c = 0; c < a.count(); ++c) mass += a.constants.at(kMass, c);
   const Vec3 momentum(end.momentum[0], end.momentum[1], end.momentum[2]);
@@ -136,8 +145,7 @@ void limit_energy(World& world, Articulation& a, const Packed& p, const EndSums&
   a.limited = a.settings.limiter && energy > allowed + slack;
   if (a.limited) {
     energy = slow_down(a, p, end, allowed);
-    const bool is_free = a.trees.size() == 1 && a.parents.front() == kFree && a.cords.empty();
-    if (!is_free && end.potential > allowed + slack) take_back(world, a, p, allowed);
+    if (!flies_free(a) && end.potential > allowed + slack) take_back(world, a, p, allowed);
   }
   const Real lent = std::max(Real(0), allowed - energy);
   a.reserve = a.limited || a.disturbed ? 0 : lent * std::exp(-h / a.settings.reservoir_time);

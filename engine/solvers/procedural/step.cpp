@@ -102,8 +102,8 @@ void close_with_rows(World& world, Articulation& a, const Packed& p, Real h) {
   k.commit(p, kRotation);
 
   // Strings are met to first order; what the turning of the bodies left is closed again.
-  for (int round = 0; round < 4 && worst_stretch(world, a) > 0.1 * a.settings.tolerance * a.size;
-       ++round) {
+  const Real enough = 0.1 * a.settings.tolerance * a.size;
+  for (int round = 0; round < a.settings.rounds && worst_stretch(world, a) > enough; ++round) {
     for (std::size_t c = 0; c < a.count(); ++c) a.room.loads[c] = a.memory.vec(kLoad, c);
     k.prepare(p, kFinalPosition, kFinalRotation, false);
     k.fill_blocks(p, a.room.blocks.data());
