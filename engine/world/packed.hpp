@@ -40,14 +40,16 @@ enum Work : std::size_t {
   kSpinStar = kRotation + 4,            // 3, predicted spin
   kArm = kSpinStar + 3,                 // 3, centre to own joint, world axes
   kParentArm = kArm + 3,                // 3, the parent's centre to the same joint
-  kGap = kParentArm + 3,                // 3, own joint point to the parent's
-  kTurning = kGap + 3,                  // 6 (xx xy xz yy yz zz), inertia; see prepare()
+  kTurning = kParentArm + 3,            // 6 (xx xy xz yy yz zz), inertia; see prepare()
   kTurn = kTurning + 6,                 // 4 (x y z w), compulsive turn, any length
   kAttach = kTurn + 4,                  // 3, where the own joint goes
   kFinalPosition = kAttach + 3,         // 3
   kFinalRotation = kFinalPosition + 3,  // 4
   kWorkRows = kFinalRotation + 4
 };
+
+/// From the own joint point to the parent's, 3 numbers; lives where kAttach comes to stand.
+inline constexpr std::size_t kGap = kAttach;
 
 /// Stiffness that the parent feels of a loaded joint, 6 numbers; lives where the final pose comes
 /// to stand, and is gone by then.

@@ -1,4 +1,6 @@
 // No step allocates once the structure is known. Every allocation of this runner is counted.
+#include <malloc.h>
+
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <cstdlib>
@@ -11,12 +13,19 @@
 
 namespace {
 
-std::atomic<long> allocations{0};
+std::atomic<long> allocations{0}, live_bytes{0};
 
 void* counted(std::size_t size, std::size_t alignment = alignof(std::max_align_t)) noexcept {
   ++allocations;
   const std::size_t whole = (size + alignment - 1) / alignment * alignment;
-  return std::aligned_alloc(alignment, whole ? whole : alignment);
+  void* p = std::aligned_alloc(alignment, whole ? whole : alignment);
+  live_bytes += static_cast<long>(malloc_usable_size(p));
+  return p;
+}
+
+void give_back(void* p) noexcept {
+  live_bytes -= static_cast<long>(malloc_usable_size(p));
+  std::free(p);
 }
 
 void* or_throw(void* p) {
@@ -36,16 +45,16 @@ void* operator new(std::size_t size, std::align_val_t a) {
 void* operator new[](std::size_t size, std::align_val_t a) {
   return or_throw(counted(size, static_cast<std::size_t>(a)));
 }
-void operator delete(void* p) noexcept { std::free(p); }
-void operator delete[](void* p) noexcept { std::free(p); }
-void operator delete(void* p, std::size_t) noexcept { std::free(p); }
-void operator delete[](void* p, std::size_t) noexcept { std::free(p); }
-void operator delete(void* p, const std::nothrow_t&) noexcept { std::free(p); }
-void operator delete[](void* p, const std::nothrow_t&) noexcept { std::free(p); }
-void operator delete(void* p, std::align_val_t) noexcept { std::free(p); }
-void operator delete[](void* p, std::align_val_t) noexcept { std::free(p); }
-void operator delete(void* p, std::size_t, std::align_val_t) noexcept { std::free(p); }
-void operator delete[](void* p, std::size_t, std::align_val_t) noexcept { std::free(p); }
+void operator delete(void* p) noexcept { give_back(p); }
+void operator delete[](void* p) noexcept { give_back(p); }
+void operator delete(void* p, std::size_t) noexcept { give_back(p); }
+void operator delete[](void* p, std::size_t) noexcept { give_back(p); }
+void operator delete(void* p, const std::nothrow_t&) noexcept { give_back(p); }
+void operator delete[](void* p, const std::nothrow_t&) noexcept { give_back(p); }
+void operator delete(void* p, std::align_val_t) noexcept { give_back(p); }
+void operator delete[](void* p, std::align_val_t) noexcept { give_back(p); }
+void operator delete(void* p, std::size_t, std::align_val_t) noexcept { give_back(p); }
+void operator delete[](void* p, std::size_t, std::align_val_t) noexcept { give_back(p); }
 
 using namespace pantin;
 using namespace pantin::test;
@@ -94,4 +103,27 @@ TEST_CASE("advancing and drawing allocate nothing after the first few") {
   const long before = allocations;
   for (int i = 0; i < 100; ++i) frame();
   CHECK(allocations == before);
+}
+
+TEST_CASE("a link takes less than a kibibyte, its body, its joint and the solver's room included") {
+  constexpr std::size_t kLinks = 1000;
+  const long before = live_bytes;
+  World world;
+  world.bodies.reserve(kLinks + 1), world.links.reserve(kLinks);
+  Body wall;
+  wall.motion = Motion::fixed;
+  Entity above = world.add_body(wall);
+  for (std::size_t i = 0; i < kLinks; ++i) {
+    Body link;
+    link.pose.position = {0, -0.1 * static_cast<Real>(i) - 0.05, 0};
+    const Entity e = world.add_body(link);
+    world.add_link(above, e, {{0, i == 0 ? 0 : -0.05, 0}, {0, 0.05, 0}});
+    above = e;
+  }
+  Simulation simulation(std::move(world));
+  for (int i = 0; i < 10; ++i) simulation.step();
+  const double per_link = static_cast<double>(live_bytes - before) / kLinks;
+  INFO(per_link << " bytes");
+  CHECK(per_link < 1024);
+  CHECK(per_link > 400);  // the count counts
 }

@@ -57,7 +57,7 @@ Lap lap(const Scene& scene, int threads, bool& sound) {
 
 /// Accuracy, energy and stages, in a pass of their own so that they disturb no clock.
 void measure_beside(const Scene& scene, int threads, double links, Json& row) {
-  const std::uint64_t bytes_before = allocated_bytes();
+  const std::uint64_t bytes_before = live_bytes();
   Simulation sim(scene.world, {scene.step, scene.substeps, threads, true});
   double worst = 0, worst_rel = 0, most_energy = measure(sim.world).energy();
   const double start_energy = most_energy;
@@ -67,7 +67,7 @@ void measure_beside(const Scene& scene, int threads, double links, Json& row) {
   for (std::uint64_t i = 0; i < steps && !interrupted(); ++i) {
     sim.timing = i >= kWarmUp;
     report = sim.step();
-    if (i == 0) bytes = allocated_bytes() - bytes_before;
+    if (i == 0) bytes = live_bytes() - bytes_before;
     worst = std::max(worst, report.measures.worst_gap);
     worst_rel = std::max(worst_rel, report.measures.worst_gap_rel);
     most_energy = std::max(most_energy, report.measures.energy());

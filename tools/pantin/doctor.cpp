@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
-#include <glm/detail/setup.hpp>
 #include <memory>
 
 #include "engine/solvers/procedural/kernels.hpp"

@@ -97,8 +97,8 @@ std::vector<Unreached> unreached(const World& world);
 /// Median and higher percentiles of numbers; sorts them.
 double percentile(std::vector<double>& numbers, double part);
 
-/// Calls of operator new so far, of the whole program, and the bytes they asked for.
+/// Calls of operator new so far, of the whole program, and the bytes that are in use.
 std::uint64_t allocations();
-std::uint64_t allocated_bytes();
+std::uint64_t live_bytes();
 
 }  // namespace pantin::program
