@@ -26,6 +26,7 @@ Json to_json(const Drag& d) {
           {"distance_moved_m", d.distance_moved},
           {"residual_m", d.residual},
           {"worst_residual_m", d.worst_residual},
+          {"worst_elsewhere_m", d.worst_elsewhere},
           {"reachable", d.reachable}};
 }
 
@@ -60,11 +61,14 @@ void print_summary(const Scene& scene, const SessionReport& r) {
   fmt::print("  solver      {}, {} steps of {:.6g} s\n", r.solver, r.steps, scene.step);
   fmt::print("  frames      {}, by {} into {}\n", r.frames, r.gl, r.driver);
   fmt::print("  worst gap   {:.2e} m, {:.1e} of the size\n", r.worst_gap, r.worst_gap_rel);
-  for (const Drag& d : r.drags)
+  for (const Drag& d : r.drags) {
     fmt::print(
         "  dragged     {} ({}) at {:.3f} s for {:.3f} s, {:.4g} m far; at most {:.2e} m off{}\n",
         d.body, d.grip, d.at, d.held, d.distance_moved, d.worst_residual,
         d.reachable ? "" : ", out of reach at the end");
+    if (d.worst_elsewhere > 1e-3)
+      fmt::print("              other held points gave way by up to {:.3g} m\n", d.worst_elsewhere);
+  }
   for (const std::string& path : r.saved) fmt::print("  saved       {}\n", path);
   for (const std::string& line : r.notes) fmt::print("  note        {}\n", line);
   fmt::print("  hash        {}\n", hex(r.hash));
@@ -139,8 +143,8 @@ clicks), key, quit. The place is x and y in pixels, or body (seen from here, its
 
 --json prints one object: scene, title, status (ok, diverged, interrupted, unwritable), solver,
 step_s, frames, steps, restarts, simulated_s, paused, speed, picks (body, grip, at_s, held_s,
-distance_moved_m, residual_m, worst_residual_m, reachable), worst_gap_m, worst_gap_rel, hash, saved,
-display, gl, notes, warnings.
+distance_moved_m, residual_m, worst_residual_m, worst_elsewhere_m of other held points, reachable),
+worst_gap_m, worst_gap_rel, hash, saved, display, gl, notes, warnings.
 
 Exit codes: 0 ok, 1 no window or no OpenGL, 2 usage or bad input, 3 diverged, 4 could not write,
 130 interrupted.)";

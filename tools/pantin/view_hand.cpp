@@ -24,6 +24,17 @@ Real mass_with(const World& world, Entity body) {
   return world.bodies[body].mass;
 }
 
+/// How far the worst held point but `pin` is from its place, m.
+Real worst_hold_but(const World& world, Entity pin) {
+  Real worst = 0;
+  for (const Articulation& a : world.articulations)
+    for (const Hold& h : a.holds) {
+      const bool is_own = h.held_pin != UINT32_MAX && world.pins.owners()[h.held_pin] == pin;
+      if (h.compliance == 0 && !is_own) worst = std::max(worst, h.residual);
+    }
+  return worst;
+}
+
 void place(Body& body, const Pose& to, Real h) {
   body.velocity = (to.position - body.pose.position) / h;
   body.spin = spin_between(body.pose.rotation, to.rotation, h);
@@ -143,6 +154,7 @@ void Hand::after_step(const World& world) {
   if (!holds()) return;
   now_.residual = glm::length(grip_point(world) - target_);
   now_.worst_residual = std::max(now_.worst_residual, now_.residual);
+  now_.worst_elsewhere = std::max(now_.worst_elsewhere, worst_hold_but(world, pin_));
   now_.distance_moved = glm::length(grip_point(world) - start_);
   now_.held = world.time - now_.at;
 }

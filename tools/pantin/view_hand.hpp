@@ -10,12 +10,13 @@ namespace pantin::program {
 
 /// One drag, from the press of a button to its release.
 struct Drag {
-  std::string body, grip;     // grip: exact, spring or driven
-  double at = 0, held = 0;    // s, simulated: when it began and how long it lasted
-  double distance_moved = 0;  // m, of the picked point, from start to end
-  double residual = 0;        // m, of the picked point from its target at the end
-  double worst_residual = 0;  // m, after any step while held
-  bool reachable = true;      // false: the links were too short at the end
+  std::string body, grip;      // grip: exact, spring or driven
+  double at = 0, held = 0;     // s, simulated: when it began and how long it lasted
+  double distance_moved = 0;   // m, of the picked point, from start to end
+  double residual = 0;         // m, of the picked point from its target at the end
+  double worst_residual = 0;   // m, after any step while held
+  double worst_elsewhere = 0;  // m, of any other held point while this one was held
+  bool reachable = true;       // false: the links were too short at the end
 };
 
 /// Drags one body at a time. A dynamic body is held by a pin that goes before all others; a driven

@@ -219,6 +219,13 @@ std::vector<std::string> Session::label() const {
                                              speed_ < 1 ? fmt::format("speed 1/{:.0f}", 1 / speed_)
                                                         : fmt::format("speed {:.0f}", speed_)),
                                  fmt::format("worst joint gap {:.1e} m", gap_)};
+  const std::vector<Unreached> off = unreached(sim_.world);
+  const auto worst = std::max_element(
+      off.begin(), off.end(),
+      [](const Unreached& a, const Unreached& b) { return a.residual < b.residual; });
+  if (worst != off.end())
+    lines.push_back(fmt::format("{} of {} is {:.2g} m from its place", worst->kind, worst->name,
+                                worst->residual));
   // A script's pictures are the same every time.
   if (!choices_.is_scripted) lines.push_back(fmt::format("frame {:.0f} ms", 1e3 * draw_seconds_));
   if (hand_.holds())

@@ -1,10 +1,12 @@
 #include "tools/pantin/view_script.hpp"
 
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <limits>
 
 #include "engine/scene/reader.hpp"
 
@@ -25,6 +27,7 @@ constexpr KeySet kSets[]{{"mouse_down event", kDown}, {"mouse_move event", kMove
                          {"key event", kKey},         {"quit event", kQuit}};
 
 constexpr std::size_t kMostBytes = 16u << 20;
+constexpr double kNoTime = std::numeric_limits<double>::quiet_NaN();  // it could not be read
 constexpr Range kTime{0, 86400, "a time from 0 to 86400 s"};
 constexpr Range kPixel{-16384, 16384, "a number of pixels from -16384 to 16384"};
 constexpr Range kClicks{-100, 100, "a number of clicks from -100 to 100"};
@@ -79,6 +82,7 @@ void read_spot(const Reader& r, const World& world, ScriptEvent& event) {
 ScriptEvent read_event(const JsonDocument& json, Complaints& complaints, NodeId node,
                        const World& world) {
   ScriptEvent event;
+  event.time = kNoTime;
   const NodeId type = json[node].kind == JsonKind::object ? json.member(node, "type") : kNoNode;
   if (type == kNoNode) {
     complaints.refuse(node, "found " + described(json, node) +
@@ -98,7 +102,7 @@ ScriptEvent read_event(const JsonDocument& json, Complaints& complaints, NodeId 
   event.act = static_cast<Act>(act);
   const Reader r(json, complaints, node, kSets[act]);
   r.need("t", "the time of the event in seconds");
-  event.time = r.number("t", 0, kTime);
+  event.time = r.number("t", kNoTime, kTime);
   if (act <= static_cast<std::size_t>(Act::mouse_up)) read_spot(r, world, event);
   if (r.accepts("button")) event.button = static_cast<int>(r.word("button", 0, kButtons));
   if (r.accepts("shift")) event.shift = r.flag("shift", false);
@@ -147,6 +151,10 @@ Result<std::vector<ScriptEvent>> load_script(const std::string& path, const Worl
   }
   for (NodeId item = json[0].first_child; item != kNoNode; item = json[item].next) {
     events.push_back(read_event(json, complaints, item, world));
+    if (std::isnan(events.back().time)) {
+      events.pop_back();
+      continue;
+    }
     const double before = events.size() > 1 ? events[events.size() - 2].time : 0;
     if (events.back().time < before)
       complaints.refuse(item, "found t " + written(events.back().time) + ", expected " +

@@ -106,6 +106,7 @@ void Session::button_up(const SDL_MouseButtonEvent& e) {
   if (e.button != holding_button_) return;
   hand_.let_go(sim_.world);
   holding_button_ = 0;
+  help_ = false;  // they know how, and the lines cover the picture
   stale_ = true;
 }
 

@@ -23,6 +23,10 @@ Result<std::unique_ptr<Window>> Window::open(const std::string& title, int width
   std::unique_ptr<Window> window(new Window);
   if (is_set("SDL_VIDEODRIVER") || is_set("DISPLAY") || is_set("WAYLAND_DISPLAY")) {
     if (auto done = window->start(title, width, height); !done) return done.errors();
+    // With a display that does not answer, SDL may take a driver that shows nothing.
+    const bool is_unseen = window->driver_ == "offscreen" || window->driver_ == "dummy";
+    if (is_unseen && !unseen && !is_set("SDL_VIDEODRIVER"))
+      return Error{"no display: the one that DISPLAY or WAYLAND_DISPLAY names cannot be opened"};
     return window;
   }
   if (!unseen)
