@@ -92,9 +92,13 @@ class DrawnPictures final : public Pictures {
     if (!capture_ && !cell_due()) return;
     Overlay overlay;
     overlay.joints = choices_.overlay;
-    overlay.lines = {title_, fmt::format("t = {:.3f} s", static_cast<double>(k) / fps_),
-                     fmt::format("{}, step {:.4g} ms", solver_in_use(world), 1e3 * step_),
-                     fmt::format("worst joint gap {:.1e} m", worst_gap)};
+    const std::string time = fmt::format("t = {:.3f} s", static_cast<double>(k) / fps_);
+    // The small pictures of a strip have room for the time only.
+    overlay.lines = {time};
+    if (capture_)
+      overlay.lines = {title_, time,
+                       fmt::format("{}, step {:.4g} ms", solver_in_use(world), 1e3 * step_),
+                       fmt::format("worst joint gap {:.1e} m", worst_gap)};
     if (choices_.overlay) overlay.legend = overlay_legend(world);
     Image& image = capture_ ? capture_->next() : image_;
     renderer_->draw(world, poses, view_, overlay, image);
