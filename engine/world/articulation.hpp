@@ -155,6 +155,7 @@ struct Articulation {
   bool fresh = true;    // no step was taken yet, or all memory was dropped
   Real last_step = 0;   // s
   Real reserve = 0;     // J, lost to the integrator lately; the limiter lets it come back
+  bool aimed = false;   // targets of roots and holds are known from the last step
   bool driven = false;  // a place that holds it moved in the last step
 
   // From update to adjust, and for the report; not part of the state.

@@ -35,8 +35,7 @@ Case random_case(Dice& dice) {
   c.arm = std::pow(10, dice.between(-2, 1)) * dice.direction();
   c.gap = std::pow(10, dice.between(-4, 1)) * dice.direction();
   c.mass = std::pow(10, dice.between(-2, 2));
-  c.moments = box_inertia(
-      c.mass, Vec3(dice.between(0.01, 1), dice.between(0.01, 1), dice.between(0.01, 1)));
+  c.moments = box_inertia(c.mass, dice.in_box(0.01, 1));
   c.rotation = dice.turn();
   return c;
 }

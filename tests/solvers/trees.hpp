@@ -19,10 +19,12 @@ class Dice {
     return low + (high - low) * static_cast<Real>(engine_() >> 11) * 0x1p-53;
   }
   int below(int count) { return static_cast<int>(between(0, count)); }
-  Vec3 in_cube(Real half) {
-    const Real x = between(-half, half), y = between(-half, half), z = between(-half, half);
+  Vec3 in_box(Real low, Real high) {
+    // One after the other: the order in which arguments are evaluated is the compiler's affair.
+    const Real x = between(low, high), y = between(low, high), z = between(low, high);
     return {x, y, z};
   }
+  Vec3 in_cube(Real half) { return in_box(-half, half); }
   Vec3 direction() {
     for (;;) {
       const Vec3 v = in_cube(1);
@@ -72,7 +74,7 @@ inline RandomTree random_tree(const TreeSpec& spec, Dice& dice) {
   std::vector<Real> ways;
   for (int i = 0; i < spec.bodies; ++i) {
     Body b;
-    const Vec3 half(dice.between(0.03, 0.2), dice.between(0.03, 0.2), dice.between(0.03, 0.2));
+    const Vec3 half = dice.in_box(0.03, 0.2);
     b.mass = std::pow(10.0, dice.between(-spec.decades, spec.decades));
     b.inertia = box_inertia(b.mass, half);
     b.drag = spec.drag;

@@ -24,16 +24,17 @@ void aim(const World& world, Articulation& a) {
   };
   for (Tree& t : a.trees) {
     if (a.parents[t.first] == kHeld) {
-      t.target_before = a.fresh ? place(t.held_body, t.held_pin, t.anchor) : t.target;
-      t.target = place(t.held_body, t.held_pin, t.anchor);
+      const Vec3 now = place(t.held_body, t.held_pin, t.anchor);
+      t.target_before = a.aimed ? t.target : now, t.target = now;
     }
     for (int n = 0; n < 3; ++n) a.room.targets.push_back(t.target[n]);
   }
   for (Hold& h : a.holds) {
-    h.target_before = a.fresh ? place(h.held_body, h.held_pin, h.held_anchor) : h.target;
-    h.target = place(h.held_body, h.held_pin, h.held_anchor);
-    if (a.fresh) h.gap_before = Vec3(0);
+    const Vec3 now = place(h.held_body, h.held_pin, h.held_anchor);
+    h.target_before = a.aimed ? h.target : now, h.target = now;
+    if (!a.aimed) h.gap_before = h.target - point_on(world, a.slots[h.column], h.anchor);
   }
+  a.aimed = true;
 }
 
 /// Bodies whose motion was changed by hand: forget what no longer holds.
