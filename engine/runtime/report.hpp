@@ -15,7 +15,9 @@ enum class Status : std::uint8_t {
 
 /// Rulers of one state, SI units.
 struct Measures {
-  Real worst_gap = 0;               // m, over all joints (held ones too)
+  // Over the joints of all trees, the one that holds a root included. Where a tree is held once
+  // more, StepReport::worst_residual tells how far that place is off.
+  Real worst_gap = 0;               // m
   Real worst_gap_rel = 0;           // the same over the articulation's size
   Entity worst_link;                // where; none for a pin
   Real kinetic = 0, potential = 0;  // J; potential of gravity, zero at the origin

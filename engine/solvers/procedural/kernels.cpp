@@ -357,7 +357,7 @@ StartSums predict_by(const Packed& p, const PredictInput& in) {
       kinetic += energy, momentum = momentum + here * v, potential -= here * dot(weight, x);
       if (rule == Rule::bdf2) {
         const Four brake = 1.0 / (1.0 + two_thirds_h * drag);
-        damped += energy * (1.0 - brake * brake);
+        damped += energy * (1.0 - 1.0 / (1.0 + 2.0 * h * drag));
         const Vec<Four> v_before = vec<Four>(m, kVelocityBefore);
         const Vec<Four> l_before = vec<Four>(m, kSpinMomentumBefore);
         const Vec<Four> v_star = brake * (third * (all(4) * v - v_before) + two_thirds_h * a);

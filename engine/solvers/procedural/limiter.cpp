@@ -49,6 +49,8 @@ Real work_of_holders(const World& world, const Articulation& a, const EndSums& e
       const Real mass = a.constants.at(kMass, c);
       impulse -= h * mass * a.constants.at(kGravityScale, c) * world.gravity;
       if (a.forced) impulse -= h * mass * a.room.forces.vec(0, c);
+      // What the drag took from the momentum, the holder gave.
+      impulse += a.constants.at(kDrag, c) * mass * a.memory.vec(kLastSlide, c);
     }
     work += glm::dot(impulse - other_impulses, moved) / h;
   }
