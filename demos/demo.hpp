@@ -62,7 +62,8 @@ inline int draw_strip(const Scene& scene, int steps, const Script& script,
     return 1;
   }
   View view = scene.view;
-  view.camera = framing_camera(scene.world, view, Real(kWidth) / kHeight);
+  if (view.camera.automatic)
+    view.camera = framing_camera(scene.world, view, Real(kWidth) / kHeight);
   Strip strip(kColumns, 1, kWidth, kHeight);
   Image image;
   play(scene, steps, script, [&](const World& world, int step) {
