@@ -1,0 +1,132 @@
+"""pantin check, bench and doctor, seen from outside: exit codes, tables, JSON, CSV."""
+import csv
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+PANTIN = os.environ["PANTIN"]
+SCENES = pathlib.Path(os.environ["PANTIN_ASSETS"]) / "scenes"
+CHAIN, MARIONETTE = str(SCENES / "chain.json"), str(SCENES / "marionette.json")
+
+BENCH_KEYS = """scene status solver step_s steps bodies joints frame_ms_median frame_ms_p95
+frame_ms_p99 frame_ms_max ns_per_link_step_median ns_per_link_step_p99 allocations_per_step
+stages_ns_per_link bytes_per_link worst_gap_m worst_gap_rel energy_start_j energy_end_j
+energy_max_j hash""".split()
+
+
+def pantin(*arguments):
+    return subprocess.run([PANTIN, *map(str, arguments)], stdin=subprocess.DEVNULL,
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=120)
+
+
+class Check(unittest.TestCase):
+    def test_every_shipped_scene_passes(self):
+        done = pantin("check", *sorted(SCENES.glob("*.json")), "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        scenes = json.loads(done.stdout)["scenes"]
+        self.assertEqual(len(scenes), len(list(SCENES.glob("*.json"))))
+        for scene in scenes:
+            with self.subTest(scene["scene"]):
+                self.assertEqual(scene["status"], "ok")
+                self.assertLessEqual(scene["worst_gap_rel"], 1e-12)
+
+    def test_counts_what_is_there(self):
+        scene = json.loads(pantin("check", CHAIN, "--json").stdout)["scenes"][0]
+        self.assertEqual((scene["bodies"], scene["joints"], scene["articulations"]), (21, 20, 1))
+        self.assertEqual(scene["freedoms"], 60)  # twenty bodies that turn freely about their joints
+
+    def test_a_drift_beyond_the_bound_fails_and_is_named(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "strict.json"
+            scene = json.loads(pathlib.Path(CHAIN).read_text())
+            scene["drift_bound"] = 1e-30
+            path.write_text(json.dumps(scene))
+            done = pantin("check", path, CHAIN)
+        self.assertEqual(done.returncode, 3, done.stdout + done.stderr)
+        self.assertIn("drifted", done.stderr)
+        self.assertIn("joint", done.stderr)
+
+    def test_bad_input_is_the_worse_news(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "bad.json"
+            path.write_text('{"version": 2}')
+            done = pantin("check", path, CHAIN)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn("bad.json:1:", done.stderr)
+        self.assertIn("ok", done.stdout)  # the other scene was looked at all the same
+
+
+class Bench(unittest.TestCase):
+    def test_a_row_has_no_speed_without_its_drift(self):
+        done = pantin("bench", CHAIN, MARIONETTE, "--duration", 1, "--repeat", 2, "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        told = json.loads(done.stdout)
+        for key in ("compiler", "kernels", "cpu", "clock"):
+            self.assertIn(key, told)
+        self.assertEqual(len(told["rows"]), 2)
+        for row in told["rows"]:
+            self.assertEqual([key for key in BENCH_KEYS if key not in row], [])
+            self.assertEqual(row["allocations_per_step"], 0)
+            self.assertGreater(row["ns_per_link_step_median"], 1)
+            self.assertLessEqual(row["frame_ms_median"], row["frame_ms_max"])
+            self.assertLess(row["worst_gap_rel"], 1e-12)
+            self.assertGreater(row["bytes_per_link"], 400)
+
+    def test_the_solver_asked_for_is_the_one_that_runs(self):
+        rows = [json.loads(pantin("bench", CHAIN, "--duration", 1, "--repeat", 1, "--solver", solver,
+                                  "--json").stdout)["rows"][0] for solver in ("auto", "sweep")]
+        self.assertEqual([row["solver"] for row in rows], ["auto", "sweep"])
+        self.assertNotEqual(rows[0]["hash"], rows[1]["hash"])
+
+    def test_csv_holds_the_rows(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "bench.csv"
+            done = pantin("bench", CHAIN, "--duration", 0.5, "--repeat", 1, "--csv", path)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            lines = [line for line in path.read_text().splitlines() if not line.startswith("#")]
+            rows = list(csv.DictReader(lines))
+            self.assertEqual(len(rows), 1)
+            self.assertLess(float(rows[0]["worst_gap_rel"]), 1e-12)
+            self.assertEqual(list(pathlib.Path(folder).iterdir()), [path])  # nothing half-written
+
+    def test_a_csv_that_cannot_be_written_is_exit_4(self):
+        with tempfile.NamedTemporaryFile() as file:
+            done = pantin("bench", CHAIN, "--duration", 0.2, "--repeat", 1, "--csv",
+                          file.name + "/below.csv")
+        self.assertEqual(done.returncode, 4, done.stderr)
+
+    def test_usage(self):
+        for arguments in (["bench"], ["bench", CHAIN, "--repeat", "0"], ["bench", "missing.json"],
+                          ["check"], ["doctor", "--frobnicate"]):
+            with self.subTest(arguments):
+                done = pantin(*arguments)
+                self.assertEqual(done.returncode, 2)
+                self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
+
+
+class Doctor(unittest.TestCase):
+    def test_tells_what_works(self):
+        told = json.loads(pantin("doctor", "--json").stdout)
+        self.assertIn(told["kernels_in_use"], told["kernels"])
+        self.assertIn("found", told["ffmpeg"])
+        if told["gl"] is not None:
+            for path in ("surfaceless", "device", "osmesa"):
+                way = told["gl"][path]
+                self.assertTrue(way["works"] or way["refused"])  # a reason where it does not work
+
+    def test_help_has_examples(self):
+        for command in ("run", "check", "bench", "doctor", "view"):
+            done = pantin(command, "--help")
+            self.assertEqual(done.returncode, 0)
+            self.assertIn("Example", done.stdout)
+
+
+if __name__ == "__main__":
+    result = unittest.main(exit=False, verbosity=0).result
+    failed = len(result.failures) + len(result.errors)
+    print(f"{result.testsRun - failed} passed, {failed} failed")
+    sys.exit(1 if failed else 0)
