@@ -1,6 +1,7 @@
 // Changes in mid-run: solver, step, structure, teleports, snapshots.
 #include <catch2/catch.hpp>
 
+#include "engine/solvers/procedural/procedural.hpp"
 #include "tests/runtime/puppets.hpp"
 #include "tests/solvers/chains.hpp"
 #include "tests/solvers/trees.hpp"
@@ -66,6 +67,29 @@ TEST_CASE("the step may change at any time: nothing jumps and no energy comes in
     CHECK(measure(sim.world).worst_gap <= kClosed);
   }
   CHECK(highest <= start + 0.01 * swing);
+}
+
+TEST_CASE("joint loads are carried over to another step as forces, and dropped after a teleport") {
+  Simulation sim = swinging();
+  for (int i = 0; i < 20; ++i) sim.step();
+  const Articulation before = sim.world.articulations[0];
+  REQUIRE(before.calm_steps > 2);
+  World w = sim.world;
+  procedural::prepare(w);
+  procedural::update(w, w.articulations[0], 0.5 * sim.settings.h);
+  for (std::size_t c = 0; c < before.count(); ++c) {
+    const Vec3 load = before.memory.vec(kLoad, c);
+    CHECK(w.articulations[0].memory.vec(kLoad, c) == 0.25 * load);
+    CHECK(glm::length(load) > 0);
+  }
+  CHECK_FALSE(w.articulations[0].second_order);
+
+  w = sim.world;
+  procedural::prepare(w);
+  w.teleport(w.bodies.owners()[4], w.bodies.values()[4].pose);
+  procedural::update(w, w.articulations[0], sim.settings.h);
+  for (std::size_t c = 0; c < before.count(); ++c)
+    CHECK(w.articulations[0].memory.vec(kLoad, c) == Vec3(0));
 }
 
 TEST_CASE("substeps are steps: four of them are a step four times as fine") {

@@ -96,6 +96,33 @@ TEST_CASE("thousands of random trees survive the same", "[.soak]") {
   for (const Setting& how : kSettings) check_torture(how, 1000, 500);
 }
 
+TEST_CASE("losses of a step with large turns are not given back") {
+  Dice dice(2);
+  RandomTree t = random_tree({}, dice);
+  Simulation sim(t.world, {1.0 / 30});
+  int large = 0, lent = 0;
+  for (int i = 0; i < 600; ++i) {
+    if (i % 60 < 20) sim.world.pins[t.pin].target += 0.2 * dice.direction();
+    std::vector<Quat> before;
+    for (Entity e : t.bodies) before.push_back(sim.world.bodies[e].pose.rotation);
+    sim.step();
+    Real turn = 0;
+    for (std::size_t n = 0; n < before.size(); ++n) {
+      const Quat now = sim.world.bodies[t.bodies[n]].pose.rotation;
+      turn = std::max(turn, glm::length(rotation_vector(now * glm::conjugate(before[n]))));
+    }
+    const Articulation& a = sim.world.articulations[0];
+    if (turn > 1.01 * a.settings.calm_angle) {
+      REQUIRE(a.reserve == 0);
+      REQUIRE(a.calm_steps == 0);
+      ++large;
+    }
+    lent += a.reserve > 0;
+  }
+  CHECK(large > 20);
+  CHECK(lent > 20);
+}
+
 TEST_CASE("a chain of 20 links at 15 Hz loses energy and never gains any") {
   ChainSpec spec;
   spec.links = 20;
