@@ -1,5 +1,4 @@
 #include <fmt/core.h>
-#include <time.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -21,13 +20,6 @@ struct BenchChoices {
   int threads = 1, repeat = 3;
   bool json = false;
 };
-
-/// CPU time of the whole process: what steps take, whatever else the machine does.
-double cpu_seconds() {
-  timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 /// One repetition: times of all steps, and what went by.
 struct Lap {

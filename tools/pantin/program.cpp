@@ -1,6 +1,7 @@
 #include "tools/pantin/program.hpp"
 
 #include <fmt/core.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -162,6 +163,12 @@ std::vector<Unreached> unreached(const World& world) {
     }
   }
   return found;
+}
+
+double cpu_seconds() {
+  timespec t{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
 
 double percentile(std::vector<double>& numbers, double part) {

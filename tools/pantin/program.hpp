@@ -94,6 +94,10 @@ struct Unreached {
 };
 std::vector<Unreached> unreached(const World& world);
 
+/// CPU seconds of all threads of the program so far: what work takes, whatever else the machine
+/// does.
+double cpu_seconds();
+
 /// Median and higher percentiles of numbers; sorts them.
 double percentile(std::vector<double>& numbers, double part);
 

@@ -1,5 +1,4 @@
 #include <fmt/core.h>
-#include <time.h>
 
 #include <chrono>
 #include <cmath>
@@ -36,13 +35,6 @@ struct Summary {
 };
 
 using Clock = std::chrono::steady_clock;
-
-/// CPU seconds of all threads so far.
-double cpu_seconds() {
-  timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
