@@ -1,22 +1,35 @@
 #pragma once
 /// Solid shapes: what a body looks like and what its mass follows from.
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "engine/base/math.hpp"
 
 namespace pantin {
 
-enum class ShapeKind : std::uint8_t { sphere, capsule, box };
+struct Surface;  // see surface.hpp
+
+enum class ShapeKind : std::uint8_t {
+  sphere,
+  capsule,
+  box,
+  hull,          // the convex hull of points
+  plane,         // the half-space y <= 0: only for fixed and driven bodies
+  mesh,          // a closed surface of triangles: likewise
+  height_field,  // heights along y over a grid of x and z: likewise
+};
 
 /// A solid in a frame of its own.
 ///
 /// `size` in metres: sphere (radius, -, -); capsule (radius, half of the straight part, -), its
-/// axis along local y; box half extents. `local` places it in the body's mass-centre frame.
+/// axis along local y; box half extents; plane (extent of its picture, -, -). hull, mesh and
+/// height_field have their size from `surface`. `local` places it in the body's mass-centre frame.
 struct Shape {
   ShapeKind kind = ShapeKind::sphere;
   Vec3 size{0.1, 0, 0};
   Pose local;
+  std::shared_ptr<const Surface> surface;  // of hull, mesh, height_field
   std::uint32_t material = 0;  // index into World::materials
 };
 

@@ -337,7 +337,7 @@ class Bench {
     const auto a = look_up(recipe.a, true), b = look_up(recipe.b, true);
     if (!a || !b || !can_tie(recipe.at, recipe.a, recipe.b, *a, *b)) return;
     PlacedJoint placed{name_for(recipe.name, recipe.a, recipe.b), recipe.at, *a, *b, {}};
-    BallJoint& joint = placed.joint;
+    Joint& joint = placed.joint;
     if (recipe.anchor_a) joint.anchor_a = from_own_frame(*a, *recipe.anchor_a);
     if (recipe.anchor_b) joint.anchor_b = from_own_frame(*b, *recipe.anchor_b);
     // Whatever is not given in a body's frame follows from where the bodies lie at the start.

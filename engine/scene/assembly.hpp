@@ -24,7 +24,7 @@ struct PlacedJoint {
   std::string name;
   NodeId at = kNoNode;
   std::uint32_t a = 0, b = 0;  // places in Assembly::bodies, or kWorldBody
-  BallJoint joint;             // an anchor in the world is a point of the assembly's frame
+  Joint joint;             // an anchor in the world is a point of the assembly's frame
 };
 
 struct PlacedString {

@@ -1,15 +1,17 @@
 #pragma once
 /// What ties bodies together and to the world.
-#include "engine/joints/ball.hpp"
+#include "engine/joints/joint.hpp"
 #include "engine/joints/string.hpp"
 #include "engine/world/entity.hpp"
 
 namespace pantin {
 
-/// Two bodies and a ball joint. Either body may be the one nearer to the root.
+/// Two bodies and a joint. Either body may be the one nearer to the root. A joint that closes a loop
+/// of dynamic bodies, or holds a tree once more, holds its point; the turns must follow from the
+/// other joints.
 struct Link {
   Entity a, b;
-  BallJoint joint;
+  Joint joint;
 };
 
 /// Two bodies and a string.
@@ -24,11 +26,12 @@ enum class Grip : std::uint8_t {
   spring,  // the point is drawn by a damped spring of `stiffness`
 };
 
-/// A point of a body held at a place in the world: a nail, a dragging hand.
+/// A point of a body held at a place in the world, or at a point of another body: a nail, a hand.
 struct Pin {
   Entity body;
   Vec3 anchor{0};    // in the body's mass-centre frame
-  Vec3 target{0};    // world, m
+  Vec3 target{0};    // world, m; where `to` names a body: in its mass-centre frame
+  Entity to;         // the body that is held on to, or none
   int priority = 0;  // of several exact pins the highest is met exactly
   Grip grip = Grip::exact;
   Real stiffness = 200;  // N/m, for a spring grip

@@ -18,7 +18,7 @@ Entity World::add_body(const Body& body, std::string name) {
   return e;
 }
 
-Entity World::add_link(Entity a, Entity b, const BallJoint& joint, std::string name) {
+Entity World::add_link(Entity a, Entity b, const Joint& joint, std::string name) {
   const Entity e = create();
   links.add(e, {a, b, joint});
   set_name(*this, e, std::move(name));

@@ -7,10 +7,12 @@
 #include "engine/geometry/shape.hpp"
 #include "engine/world/articulation.hpp"
 #include "engine/world/body.hpp"
+#include "engine/world/collision.hpp"
 #include "engine/world/drive.hpp"
 #include "engine/world/entity.hpp"
 #include "engine/world/link.hpp"
 #include "engine/world/look.hpp"
+#include "engine/world/pose_drive.hpp"
 #include "engine/world/settings.hpp"
 #include "engine/world/store.hpp"
 
@@ -26,6 +28,8 @@ struct World {
   Store<String> strings;
   Store<Pin> pins;
   Store<Drive> drives;
+  Store<PoseDrive> pose_drives;  // on links
+  Store<Collision> collisions;   // on bodies
   Store<std::string> names;
   Store<SolverSettings> settings;  // on any body: holds for the whole articulation
   UserStores user;
@@ -40,6 +44,7 @@ struct World {
   // Derived from the stores by rebuild_articulations; holds the integrators' memory.
   std::vector<Articulation> articulations;
   std::vector<StructureFault> faults;
+  std::vector<Contact> contacts;         // of the last step, in order of bodies and keys
   std::vector<std::uint32_t> kinematic;  // slots of bodies that joints do not move
   std::uint64_t built_for = 0;           // structure() at the last build
   std::uint64_t touched = 1;
@@ -54,7 +59,7 @@ struct World {
   Entity create() { return entities.create(); }
   /// A body with an optional name.
   Entity add_body(const Body& body, std::string name = {});
-  Entity add_link(Entity a, Entity b, const BallJoint& joint, std::string name = {});
+  Entity add_link(Entity a, Entity b, const Joint& joint, std::string name = {});
   Entity add_string(Entity a, Entity b, const StringJoint& joint, std::string name = {});
   /// A new pin on a body; remove it with destroy().
   Entity add_pin(const Pin& pin, std::string name = {});

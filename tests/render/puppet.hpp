@@ -43,7 +43,7 @@ class PuppetMaker {
   }
 
   void joint(Entity a, Entity b, Vec3 at) {
-    BallJoint joint{to_local(world_.bodies[a].pose, at), to_local(world_.bodies[b].pose, at)};
+    Joint joint{to_local(world_.bodies[a].pose, at), to_local(world_.bodies[b].pose, at)};
     world_.links.add(world_.create(), {a, b, joint});
   }
 

@@ -1,0 +1,50 @@
+#pragma once
+/// Surfaces that need more than three numbers: convex hulls, triangle meshes, height fields.
+/// Immutable once made, so that copies of a World may share them.
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/base/math.hpp"
+#include "engine/base/result.hpp"
+
+namespace pantin {
+
+/// Corners of one flat face, anticlockwise seen from outside: indices into `corners`.
+struct Face {
+  std::uint32_t first = 0, count = 0;
+  Vec3 normal{0};   // unit, outwards
+  Real offset = 0;  // normal . point of the face, m
+};
+
+struct Surface {
+  std::vector<Vec3> points;            // m, in the shape's frame
+  std::vector<std::uint32_t> corners;  // of all faces, one after the other
+  std::vector<Face> faces;             // hull: its flat faces; mesh and height field: triangles
+  std::vector<std::array<std::uint32_t, 2>> edges;  // hull: each once
+  Vec3 low{0}, high{0};                             // bounds, m
+  // height_field: `columns` (along x) by `rows` (along z) heights, spaced by `spacing`; its middle
+  // lies at the origin. Triangles follow from the grid.
+  std::uint32_t columns = 0, rows = 0;
+  Real spacing_x = 0, spacing_z = 0;
+};
+
+/// The convex hull of at least four points that do not lie in a plane; flat faces whole. Refuses
+/// numbers that are not finite, and hulls without volume. At most 256 corners.
+Result<std::shared_ptr<const Surface>> make_hull(std::span<const Vec3> points);
+
+/// A closed surface of triangles, anticlockwise seen from outside. Refuses what is not finite, an
+/// index out of range, a triangle without area, an edge that is not shared by exactly two triangles
+/// in opposite directions ("mesh is not closed: ..."), a surface turned inside out.
+Result<std::shared_ptr<const Surface>> make_mesh(std::span<const Vec3> points,
+                                                 std::span<const std::array<std::uint32_t, 3>> triangles);
+
+/// A ground: heights[row * columns + column], m. At least 2 by 2, spacings above zero.
+Result<std::shared_ptr<const Surface>> make_height_field(std::uint32_t columns, std::uint32_t rows,
+                                                         Real spacing_x, Real spacing_z,
+                                                         std::span<const Real> heights);
+
+}  // namespace pantin

@@ -1,0 +1,63 @@
+#pragma once
+/// Joints whose bodies share a point: they differ in which turns are left free.
+///
+///   C = p_b - p_a                       three rows, metres
+///   p_i = x_i + R_i anchor_i            anchors fixed in each body
+///   Q = (R_a F_a)^-1 (R_b F_b)          how b's joint axes stand in a's
+///
+/// The joint axes F are x, y, z. x is the axis that a hinge turns about and that a ball joint
+/// twists about; with limbs it runs along the bone.
+#include "engine/base/math.hpp"
+#include "engine/joints/limits.hpp"
+
+namespace pantin {
+
+enum class JointKind : std::uint8_t {
+  ball,       // all turns free
+  hinge,      // Q turns about x
+  universal,  // Q turns about y of a, then about z of b
+  fixed       // Q = 1
+};
+inline constexpr int kJointKinds = 4;
+
+struct Joint {
+  Vec3 anchor_a{0};  // in body a's mass-centre frame, m
+  Vec3 anchor_b{0};  // in body b's mass-centre frame, m
+  JointKind kind = JointKind::ball;
+  Quat frame_a{1, 0, 0, 0};  // from the joint axes to body a's frame
+  Quat frame_b{1, 0, 0, 0};  // ... to body b's
+  JointLimits limits;
+};
+
+/// "ball", "hinge", "universal", "fixed".
+const char* name_of(JointKind kind);
+/// False, and `kind` untouched, for any other word.
+bool joint_kind_from_name(const char* name, JointKind& kind);
+
+/// Turns that the kind leaves free: 3, 1, 2, 0.
+inline int freedoms(JointKind kind) {
+  constexpr int kFreedoms[] = {3, 1, 2, 0};
+  return kFreedoms[static_cast<int>(kind)];
+}
+
+/// What the joint lacks: from the point on body a to the point on body b, world axes, metres.
+inline Vec3 residual(const Joint& joint, const Pose& a, const Pose& b) {
+  return to_world(b, joint.anchor_b) - to_world(a, joint.anchor_a);
+}
+
+/// How b's joint axes stand in a's: Q.
+inline Quat relative_turn(const Joint& joint, Quat a, Quat b) {
+  return glm::conjugate(a * joint.frame_a) * (b * joint.frame_b);
+}
+
+/// The turn nearest to `q` (see closest_turn) that the kind allows, limits aside.
+Quat allowed_by_kind(JointKind kind, Quat q);
+
+/// ... and that the limits allow too; unit quaternions in and out. Within the limits it returns the
+/// turn that the kind allows, bit for bit.
+Quat allowed_turn(const Joint& joint, Quat q);
+
+/// How far `q` is from what kind and limits allow, rad.
+Real violation(const Joint& joint, Quat q);
+
+}  // namespace pantin

@@ -1,0 +1,63 @@
+#include "engine/joints/limits.hpp"
+
+#include <algorithm>
+
+#include "engine/base/rotation.hpp"
+
+namespace pantin {
+namespace {
+
+/// An angle brought to within half a turn of `near`.
+Real unwound(Real angle, Real near) {
+  return angle - 2 * kPi * std::round((angle - near) / (2 * kPi));
+}
+
+Quat about_x(Real angle) { return Quat(std::cos(angle / 2), std::sin(angle / 2), 0, 0); }
+Quat about_y(Real angle) { return Quat(std::cos(angle / 2), 0, std::sin(angle / 2), 0); }
+Quat about_z(Real angle) { return Quat(std::cos(angle / 2), 0, 0, std::sin(angle / 2)); }
+
+}  // namespace
+
+SwingTwist swing_twist(Quat q) {
+  if (q.w < 0 || (q.w == 0 && q.x < 0)) q = -q;
+  // The swing turned by half a turn leaves nothing to tell a twist by.
+  const Real n2 = q.w * q.w + q.x * q.x;
+  Quat twist(1, 0, 0, 0);
+  if (n2 > 1e-24) {
+    const Real n = std::sqrt(n2);
+    twist = Quat(q.w / n, q.x / n, 0, 0);
+  }
+  Vec3 swing = rotation_vector(q * glm::conjugate(twist));
+  swing.x = 0;
+  return {2 * std::atan2(twist.x, twist.w), swing};
+}
+
+Quat turn_of(const SwingTwist& parts) {
+  return glm::normalize(turn_by(parts.swing) * about_x(parts.twist));
+}
+
+UniversalAngles universal_angles(Quat q) {
+  // Q = turn_y(first) turn_x(e) turn_z(second) for some e; dropping e is the nearest such joint.
+  const Vec3 z = q * Vec3(0, 0, 1), y = glm::conjugate(q) * Vec3(0, 1, 0);
+  return {std::atan2(z.x, z.z), std::atan2(y.x, y.y)};
+}
+
+Quat turn_of(const UniversalAngles& a) { return glm::normalize(about_y(a.first) * about_z(a.second)); }
+
+Real clamped(const AngleLimit& limit, Real angle) {
+  if (!limit.on) return angle;
+  const Real middle = 0.5 * (limit.low + limit.high);
+  return std::clamp(unwound(angle, middle), limit.low, limit.high);
+}
+
+Vec3 clamped(const SwingLimit& limit, Vec3 swing) {
+  if (!limit.on) return swing;
+  // A cone locked in one direction is an arc: the other part is kept.
+  if (limit.y <= 0) swing.y = 0;
+  if (limit.z <= 0) swing.z = 0;
+  const Real y = limit.y > 0 ? swing.y / limit.y : 0, z = limit.z > 0 ? swing.z / limit.z : 0;
+  const Real beyond2 = y * y + z * z;
+  return beyond2 > 1 ? swing / std::sqrt(beyond2) : swing;
+}
+
+}  // namespace pantin
