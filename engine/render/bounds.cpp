@@ -1,6 +1,29 @@
 #include "engine/render/bounds.hpp"
 
+#include "engine/render/surface_mesh.hpp"
+
 namespace pantin {
+namespace {
+
+constexpr std::size_t kManyPoints = 64;  // beyond, a box stands for the points
+
+void add_corners(const Pose& at, Vec3 low, Vec3 high, std::vector<Ball>& to) {
+  for (int c = 0; c < 8; ++c) {
+    const Vec3 corner{c & 1 ? high.x : low.x, c & 2 ? high.y : low.y, c & 4 ? high.z : low.z};
+    to.push_back({to_world(at, corner), 0});
+  }
+}
+
+void add_surface(const Shape& shape, const Pose& at, std::vector<Ball>& to) {
+  if (!shape.surface) return;
+  const Surface& s = *shape.surface;
+  if (shape.kind == ShapeKind::height_field)
+    return add_corners(at, s.low - Vec3{0, rim_of(s), 0}, s.high, to);
+  if (s.points.size() > kManyPoints) return add_corners(at, s.low, s.high, to);
+  for (Vec3 point : s.points) to.push_back({to_world(at, point), 0});
+}
+
+}  // namespace
 
 void add_balls(const Shape& shape, const Pose& pose, std::vector<Ball>& to) {
   const Pose at = compose(pose, shape.local);
@@ -13,12 +36,28 @@ void add_balls(const Shape& shape, const Pose& pose, std::vector<Ball>& to) {
         to.push_back({to_world(at, {0, end * shape.size.y, 0}), shape.size.x});
       break;
     case ShapeKind::box:
-      for (int c = 0; c < 8; ++c) {
-        const Vec3 corner{c & 1 ? 1 : -1, c & 2 ? 1 : -1, c & 4 ? 1 : -1};
-        to.push_back({to_world(at, corner * shape.size), 0});
-      }
+      add_corners(at, -shape.size, shape.size, to);
+      break;
+    case ShapeKind::plane: {
+      const Shape slab = slab_of(shape);
+      if (shape.size.x > 0) add_corners(compose(pose, slab.local), -slab.size, slab.size, to);
+      break;
+    }
+    case ShapeKind::hull:
+    case ShapeKind::mesh:
+    case ShapeKind::height_field:
+      add_surface(shape, at, to);
       break;
   }
+}
+
+Shape slab_of(const Shape& plane) {
+  const Real half = 0.01 * plane.size.x;
+  Shape slab = plane;
+  slab.kind = ShapeKind::box;
+  slab.size = {plane.size.x, half, plane.size.x};
+  slab.local.position = to_world(plane.local, {0, -half, 0});
+  return slab;
 }
 
 bool string_ends(const World& world, std::span<const Pose> poses, const String& string, Vec3& a,

@@ -2,6 +2,7 @@
 #include <limits>
 #include <numeric>
 
+#include "engine/geometry/surface.hpp"
 #include "engine/render/bounds.hpp"
 #include "engine/render/eye.hpp"
 #include "engine/render/renderer.hpp"
@@ -118,19 +119,51 @@ void add_motion(const Ball& now, const Hanging& hanging, Vec3 centre, Vec3 down,
            place.radius});
 }
 
+struct Ground {
+  const Shape* shape;
+  Pose pose;
+};
+
+/// Of height fields, what lies around the other things; grounds as a whole where nothing else is.
+void add_grounds(std::span<const Ground> grounds, std::vector<Ball>& balls) {
+  if (balls.empty()) {
+    for (const Ground& ground : grounds) add_balls(*ground.shape, ground.pose, balls);
+    return;
+  }
+  Vec3 low{kFar}, high{-kFar};
+  for (const Ball& b : balls)
+    low = glm::min(low, b.centre - b.radius), high = glm::max(high, b.centre + b.radius);
+  const Real margin = 0.3 * std::max({high.x - low.x, high.y - low.y, high.z - low.z});
+  for (const Ground& ground : grounds) {
+    if (ground.shape->kind != ShapeKind::height_field || !ground.shape->surface) continue;
+    const Pose at = compose(ground.pose, ground.shape->local);
+    for (Vec3 point : ground.shape->surface->points) {
+      const Vec3 p = to_world(at, point);
+      const bool near = p.x > low.x - margin && p.x < high.x + margin && p.z > low.z - margin &&
+                        p.z < high.z + margin;
+      if (near) balls.push_back({p, 0});
+    }
+  }
+}
+
 std::vector<Ball> all_balls(const World& world) {
   Groups groups(world);
   const Vec3 down = down_of(world);
   std::vector<Ball> balls, own;
+  std::vector<Ground> grounds;
   const auto bodies = world.bodies.values();
   for (std::uint32_t slot = 0; slot < bodies.size(); ++slot) {
     const Pose& pose = bodies[slot].pose;
     if (!is_finite(pose)) continue;
     own.clear();
+    const std::size_t known = grounds.size();
     if (const Shapes* shapes = world.shapes.find(world.bodies.owners()[slot])) {
-      for (const Shape& shape : shapes->parts) add_balls(shape, pose, own);
+      for (const Shape& shape : shapes->parts) {
+        if (is_ground(shape.kind)) grounds.push_back({&shape, pose});
+        if (!is_ground(shape.kind)) add_balls(shape, pose, own);
+      }
     }
-    if (own.empty()) own.push_back({pose.position, 0});
+    if (own.empty() && grounds.size() == known) own.push_back({pose.position, 0});
     for (const Ball& ball : own) add_motion(ball, groups.of(slot), pose.position, down, balls);
   }
   std::vector<Vec3> curve;
@@ -140,6 +173,7 @@ std::vector<Ball> all_balls(const World& world) {
       add_string_curve(a, b, string.joint.length, down, 8, curve);
   }
   for (Vec3 point : curve) balls.push_back({point, 0});
+  add_grounds(grounds, balls);
   return balls;
 }
 

@@ -24,9 +24,11 @@ Vec3 direction_of(const Light& light) {
 
 void set_clip(FrameBlock& block, const Eye& eye, const DrawList& list) {
   Real low = kInfinity, high = 0;
-  for (const Ball& b : list.balls) {
-    const Real depth = eye.depth(b.centre);
-    low = std::min(low, depth - b.radius), high = std::max(high, depth + b.radius);
+  for (const auto* balls : {&list.balls, &list.grounds}) {
+    for (const Ball& b : *balls) {
+      const Real depth = eye.depth(b.centre);
+      low = std::min(low, depth - b.radius), high = std::max(high, depth + b.radius);
+    }
   }
   const Real far = std::max(high * 1.01, 1e-3);
   const Real near = std::clamp(low * 0.99, far * 1e-4, far * 0.99);
@@ -60,6 +62,8 @@ void set_light(FrameBlock& block, const View& view, const Eye& eye, const DrawLi
     const Vec3 middle = moving_low + moving_size / 2.0;
     if (list.movers.empty() || glm::length(c - middle) + b.radius < 2 * reach) take(b);
   }
+  if (list.movers.empty() && list.balls.empty())
+    for (const Ball& b : list.grounds) take(b);
   if (!(low.x <= high.x)) low = Vec3{-1}, high = Vec3{1};
 
   Real texel = 0;
@@ -141,6 +145,17 @@ void take(PixelRect& rect, const Eye& eye, const Ball& ball, int margin) {
           std::max(rect.y1, own.y1)};
 }
 
+/// Adds the shadow that a ball casts onto the ground from `height` above its `foot`.
+void cast_shadow(Frame& frame, const Eye& eye, Vec3 sun, const Ball& foot, Real height) {
+  if (sun.y > -0.02) {  // a setting sun: shadows everywhere
+    frame.near_ground = {0, 0, eye.width, eye.height};
+    return;
+  }
+  const Vec3 cast = foot.centre + std::max(height, 0.0) / -sun.y * Vec3{sun.x, 0, sun.z};
+  const Real texel = frame.block.sun[3];
+  take(frame.near_ground, eye, {cast, foot.radius / -sun.y + kShadowBlur * texel}, 2);
+}
+
 /// The ground that sun shadows and the shade around contacts may reach.
 void set_ground(Frame& frame, const View& view, const Eye& eye, const DrawList& list) {
   frame.ground_row = eye.height;
@@ -152,7 +167,6 @@ void set_ground(Frame& frame, const View& view, const Eye& eye, const DrawList& 
   while (frame.ground_row < eye.height && rises(frame.ground_row)) ++frame.ground_row;
 
   const Vec3 sun = direction_of(view.light);
-  const Real texel = frame.block.sun[3];
   frame.shade_low = Vec3{kInfinity}, frame.shade_high = Vec3{-kInfinity};
   for (const Ball& b : list.balls) {
     const Real height = b.centre.y - view.ground_height;
@@ -163,13 +177,25 @@ void set_ground(Frame& frame, const View& view, const Eye& eye, const DrawList& 
     frame.shade_low = glm::min(frame.shade_low, foot - wide);
     frame.shade_high = glm::max(frame.shade_high, foot + wide);
     take(frame.near_ground, eye, {foot, wide}, 2);
-    if (sun.y > -0.02) {  // a setting sun: shadows everywhere
-      frame.near_ground = {0, 0, eye.width, eye.height};
-      continue;
-    }
-    const Vec3 cast = foot + std::max(height, 0.0) / -sun.y * Vec3{sun.x, 0, sun.z};
-    take(frame.near_ground, eye, {cast, b.radius / -sun.y + kShadowBlur * texel}, 2);
+    cast_shadow(frame, eye, sun, {foot, b.radius}, height);
   }
+  for (const Ball& b : list.shades) {
+    const Real height = b.centre.y - view.ground_height, wide = 3.5 * b.radius;
+    if (height + b.radius < 0 || height > 8 * b.radius) continue;
+    const Vec3 foot{b.centre.x, view.ground_height, b.centre.z};
+    frame.shade_low = glm::min(frame.shade_low, foot - wide);
+    frame.shade_high = glm::max(frame.shade_high, foot + wide);
+    take(frame.near_ground, eye, {foot, wide}, 2);
+  }
+  for (const Ball& b : list.grounds) {  // no shade: it would take in all that lies around
+    const Real height = b.centre.y - view.ground_height;
+    if (height < 0) frame.clips_ground = true;
+    const Vec3 foot{b.centre.x, view.ground_height, b.centre.z};
+    take(frame.near_ground, eye, {foot, 0}, 2);
+    cast_shadow(frame, eye, sun, {foot, b.radius}, height);
+  }
+  if (list.around_eye) frame.near_ground = {0, 0, eye.width, eye.height};
+  if (list.balls.empty()) frame.shade_low = Vec3{-1}, frame.shade_high = Vec3{1};
   frame.near_ground.y0 = std::max(frame.near_ground.y0, frame.ground_row);
 }
 
@@ -197,6 +223,8 @@ Frame make_frame(const View& view, const Eye& eye, const DrawList& list) {
   set_colours(frame.block, view, eye);
   set_rays(frame.block, eye);
   for (const Ball& b : list.balls) take(frame.solids, eye, b, 3);
+  for (const Ball& b : list.grounds) take(frame.solids, eye, b, 3);
+  if (list.around_eye) frame.solids = {0, 0, eye.width, eye.height};
   set_ground(frame, view, eye, list);
   // Mesa cuts by what a shader writes even where the cut is not enabled.
   frame.block.viewport[2] = frame.clips_ground ? frame.block.soil[3] : -1e30f;

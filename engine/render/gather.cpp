@@ -2,11 +2,17 @@
 
 #include <algorithm>
 
+#include "engine/geometry/surface.hpp"
+
 namespace pantin {
 namespace {
 
 constexpr std::size_t kCrowd = 500;  // bodies; beyond, triangles cost more than they show
 constexpr int kSlackSegments = 24;
+
+bool has_surface(ShapeKind kind) {
+  return kind == ShapeKind::hull || kind == ShapeKind::mesh || kind == ShapeKind::height_field;
+}
 
 void store(Vec3 from, float* to) {
   for (int k = 0; k < 3; ++k) to[k] = static_cast<float>(from[k]);
@@ -19,8 +25,34 @@ Mesh round_mesh(Real radius_pixels, bool crowd) {
   return radius_pixels < 70 ? kRound32 : kRound64;
 }
 
+/// All of an instance but its core and skin.
+void fill(Instance& instance, const Pose& at, const Material& material, const Eye& eye) {
+  instance.turn[0] = static_cast<float>(at.rotation.x);
+  instance.turn[1] = static_cast<float>(at.rotation.y);
+  instance.turn[2] = static_cast<float>(at.rotation.z);
+  instance.turn[3] = static_cast<float>(at.rotation.w);
+  store(at.position - eye.position, instance.place);
+  store(material.colour, instance.colour);
+  instance.roughness = static_cast<float>(material.roughness);
+  instance.metallic = static_cast<float>(material.metallic);
+}
+
+void add_surface(const Shape& shape, const Pose& pose, const Material& material, const Eye& eye,
+                 DrawList& to) {
+  if (!shape.surface) return;
+  const auto [place, is_new] = to.places.try_emplace(shape.surface.get(), to.surfaces.size());
+  if (is_new) to.surfaces.push_back({shape.surface, {}});
+  Instance& instance = to.surfaces[place->second].instances.emplace_back();
+  fill(instance, compose(pose, shape.local), material, eye);
+  store(Vec3{1}, instance.core);
+  instance.skin = 0;
+}
+
 void add_solid(const Shape& shape, const Pose& pose, const Material& material, const Eye& eye,
                bool crowd, DrawList& to) {
+  if (shape.kind == ShapeKind::plane)
+    return add_solid(slab_of(shape), pose, material, eye, crowd, to);
+  if (has_surface(shape.kind)) return add_surface(shape, pose, material, eye, to);
   const Pose at = compose(pose, shape.local);
   Vec3 core{0};
   Real skin = shape.size.x;
@@ -34,20 +66,30 @@ void add_solid(const Shape& shape, const Pose& pose, const Material& material, c
     mesh = round_mesh(skin / (depth * eye.pixel()), crowd);
   }
   Instance& instance = to.solids[mesh].emplace_back();
-  instance.turn[0] = static_cast<float>(at.rotation.x);
-  instance.turn[1] = static_cast<float>(at.rotation.y);
-  instance.turn[2] = static_cast<float>(at.rotation.z);
-  instance.turn[3] = static_cast<float>(at.rotation.w);
-  store(at.position - eye.position, instance.place);
+  fill(instance, at, material, eye);
   store(core, instance.core);
-  store(material.colour, instance.colour);
   instance.skin = static_cast<float>(skin);
-  instance.roughness = static_cast<float>(material.roughness);
-  instance.metallic = static_cast<float>(material.metallic);
+}
+
+/// A box of about three quarters the size of a surface, each side a whole number of the shortest.
+Shape box_within(const Shape& shape) {
+  const Vec3 low = shape.surface->low, high = shape.surface->high;
+  const Vec3 half = 0.375 * (high - low);
+  const Real least = std::max(std::min({half.x, half.y, half.z}), 1e-6);
+  Shape box;
+  box.kind = ShapeKind::box;
+  box.size = least * glm::max(glm::round(half / least), Vec3{1});
+  box.local = {to_world(shape.local, 0.5 * (low + high)), shape.local.rotation};
+  return box;
 }
 
 /// Balls that fill a shape roughly, for the shade under it; none for floors and walls.
 void add_fillings(const Shape& shape, const Pose& pose, std::vector<Ball>& to) {
+  if (is_ground(shape.kind)) return;
+  if (has_surface(shape.kind)) {
+    if (shape.surface) add_fillings(box_within(shape), pose, to);
+    return;
+  }
   const Pose at = compose(pose, shape.local);
   Vec3 reach{0};
   Real radius = shape.size.x;
@@ -70,6 +112,31 @@ void add_fillings(const Shape& shape, const Pose& pose, std::vector<Ball>& to) {
              radius});
 }
 
+/// Whether a plane lies where the ground is drawn: two pictures of one place would flicker.
+bool is_drawn_ground(const Shape& shape, const Pose& pose, const View& view) {
+  if (shape.kind != ShapeKind::plane || !view.ground) return false;
+  const Pose at = compose(pose, shape.local);
+  return (at.rotation * Vec3{0, 1, 0}).y > 1 - 1e-9 &&
+         std::abs(at.position.y - view.ground_height) < 1e-3;
+}
+
+/// Whether corners of one shape lie on both sides of the eye.
+bool is_around(const Eye& eye, std::span<const Ball> corners) {
+  if (corners.size() < 4) return false;
+  bool before = false, behind = false;
+  for (const Ball& b : corners)
+    (eye.depth(b.centre) > 1e-3 * eye.distance ? before : behind) = true;
+  return before && behind;
+}
+
+void sort_nearest_first(std::vector<Instance>& list, Vec3 forward) {
+  const auto depth = [&](const Instance& i) {
+    return forward.x * i.place[0] + forward.y * i.place[1] + forward.z * i.place[2];
+  };
+  std::stable_sort(list.begin(), list.end(),
+                   [&](const Instance& a, const Instance& b) { return depth(a) < depth(b); });
+}
+
 void add_ribbon(std::span<const Vec3> points, const Eye& eye, DrawList& to) {
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Vec3 along = points[std::min(i + 1, points.size() - 1)] - points[i > 0 ? i - 1 : 0];
@@ -88,10 +155,13 @@ void add_ribbon(std::span<const Vec3> points, const Eye& eye, DrawList& to) {
 
 }  // namespace
 
-void gather(const World& world, std::span<const Pose> poses, const Eye& eye, DrawList& to) {
+void gather(const World& world, std::span<const Pose> poses, const View& view, const Eye& eye,
+            DrawList& to) {
   for (auto& list : to.solids) list.clear();
+  to.surfaces.clear(), to.places.clear();
   to.ribbon.clear(), to.ribbon_indices.clear(), to.balls.clear(), to.movers.clear();
-  to.fillings.clear();
+  to.fillings.clear(), to.grounds.clear(), to.shades.clear();
+  to.around_eye = false;
 
   const Material plain;
   const bool crowd = world.bodies.size() > kCrowd;
@@ -102,23 +172,26 @@ void gather(const World& world, std::span<const Pose> poses, const Eye& eye, Dra
     if (!is_finite(pose)) continue;
     const bool moves = world.bodies.values()[slot].motion != Motion::fixed;
     for (const Shape& shape : world.shapes.values()[i].parts) {
+      if (is_drawn_ground(shape, pose, view)) continue;
       const bool known = shape.material < world.materials.size();
       add_solid(shape, pose, known ? world.materials[shape.material] : plain, eye, crowd, to);
-      const std::size_t first = to.balls.size();
-      add_balls(shape, pose, to.balls);
+      std::vector<Ball>& balls = is_ground(shape.kind) ? to.grounds : to.balls;
+      const std::size_t first = balls.size();
+      add_balls(shape, pose, balls);
+      if (!to.around_eye) to.around_eye = is_around(eye, std::span(balls).subspan(first));
+      if (is_ground(shape.kind)) continue;
+      const std::size_t filled = to.fillings.size();
       add_fillings(shape, pose, to.fillings);
+      if (has_surface(shape.kind))
+        to.shades.insert(to.shades.end(), to.fillings.begin() + static_cast<long>(filled),
+                         to.fillings.end());
       if (moves) to.movers.insert(to.movers.end(), to.balls.begin() + first, to.balls.end());
     }
   }
 
-  // Nearer ones first: what is hidden then costs little.
-  const Vec3 forward = eye.forward;
-  const auto depth = [&](const Instance& i) {
-    return forward.x * i.place[0] + forward.y * i.place[1] + forward.z * i.place[2];
-  };
-  for (auto& list : to.solids)
-    std::stable_sort(list.begin(), list.end(),
-                     [&](const Instance& a, const Instance& b) { return depth(a) < depth(b); });
+  // What is hidden then costs little.
+  for (auto& list : to.solids) sort_nearest_first(list, eye.forward);
+  for (auto& group : to.surfaces) sort_nearest_first(group.instances, eye.forward);
 
   std::vector<Vec3> curve;
   const Vec3 down = down_of(world);

@@ -2,7 +2,9 @@
 /// Packs what a World shows into the arrays that the graphics card reads. Places are relative to
 /// the eye: far from the world's origin single precision would show.
 #include <array>
+#include <memory>
 #include <span>
+#include <unordered_map>
 #include <vector>
 
 #include "engine/render/bounds.hpp"
@@ -29,18 +31,31 @@ struct RibbonVertex {
   float side;  // -1 or 1
 };
 
+/// All solids of one surface.
+struct SurfaceSolids {
+  std::shared_ptr<const Surface> surface;
+  std::vector<Instance> instances;
+};
+
 struct DrawList {
   std::array<std::vector<Instance>, kMeshCount> solids;
+  std::vector<SurfaceSolids> surfaces;
+  std::unordered_map<const Surface*, std::size_t> places;  // in `surfaces`
   std::vector<RibbonVertex> ribbon;
   std::vector<std::uint32_t> ribbon_indices;  // triangles
-  std::vector<Ball> balls;                    // around all that is drawn
+  std::vector<Ball> balls;                    // around all that is drawn, grounds aside
+  std::vector<Ball> grounds;                  // around planes and height fields
   std::vector<Ball> movers;                   // around what is not fixed, strings included
   std::vector<Ball> fillings;                 // within the solids: what keeps light from the ground
+  std::vector<Ball> shades;                   // of these, what points among `balls` stand for
+  bool around_eye = false;                    // a shape is both before and behind the eye
 };
 
 inline constexpr Real kStringRadius = 0.0012;  // m
 
-/// Clears `to` and fills it; bodies with poses that are not finite are left out.
-void gather(const World& world, std::span<const Pose> poses, const Eye& eye, DrawList& to);
+/// Clears `to` and fills it; bodies with poses that are not finite are left out, and so are planes
+/// that the ground of `view` shows already.
+void gather(const World& world, std::span<const Pose> poses, const View& view, const Eye& eye,
+            DrawList& to);
 
 }  // namespace pantin

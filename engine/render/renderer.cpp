@@ -8,6 +8,7 @@
 #include "engine/render/frame.hpp"
 #include "engine/render/overlay.hpp"
 #include "engine/render/shaders.hpp"
+#include "engine/render/surface_store.hpp"
 
 namespace pantin {
 namespace {
@@ -30,6 +31,7 @@ class GlRenderer final : public Renderer {
         gl_(context_->gl),
         report_(std::move(report)),
         options_(options),
+        surfaces_(gl_),
         font_(load_font(usual_fonts(), std::clamp(options.height / kLetterRows, 11, 64))),
         overlay_(font_) {
     report_.font = font_.source;
@@ -63,6 +65,8 @@ class GlRenderer final : public Renderer {
   void draw_shadows();
   void draw_solids();
   void draw_world_meshes(bool depth_only);
+  void draw_surfaces(std::size_t first);
+  void point_at_instances(std::size_t first);
   void draw_backdrop();
   void merge();
   void draw_overlay(const World& world, std::span<const Pose> poses, const Overlay& overlay,
@@ -76,6 +80,7 @@ class GlRenderer final : public Renderer {
   const Gl& gl_;
   GlReport report_;
   RenderOptions options_;
+  SurfaceStore surfaces_;
   Font font_;
   OverlayList overlay_;
   Meshes meshes_ = make_meshes();
@@ -283,9 +288,11 @@ void GlRenderer::upload(const View& view, const Eye& eye) {
 
   std::size_t count = 0;
   for (const auto& list : list_.solids) count += list.size();
+  for (const auto& group : list_.surfaces) count += group.instances.size();
   std::vector<Instance> all;
   all.reserve(count);
   for (const auto& list : list_.solids) all.insert(all.end(), list.begin(), list.end());
+  for (const auto& [surface, list] : list_.surfaces) all.insert(all.end(), list.begin(), list.end());
   gl_.BindBuffer(GL_ARRAY_BUFFER, instances_);
   gl_.BufferData(GL_ARRAY_BUFFER, bytes_of(std::span<const Instance>(all)), all.data(),
                  GL_STREAM_DRAW);
@@ -305,6 +312,26 @@ void GlRenderer::upload(const View& view, const Eye& eye) {
                     shade_.data());
 }
 
+/// Sets the attributes of instances for the vertex array that is bound.
+void GlRenderer::point_at_instances(std::size_t first) {
+  for (GLuint part = 0; part < 4; ++part)
+    gl_.VertexAttribPointer(2 + part, 4, GL_FLOAT, GL_FALSE, sizeof(Instance),
+                            offset(first * sizeof(Instance) + 16 * part));
+}
+
+/// Hulls, meshes and height fields, whose instances begin at `first`.
+void GlRenderer::draw_surfaces(std::size_t first) {
+  for (const auto& [surface, list] : list_.surfaces) {
+    const StoredSurface& stored = surfaces_.stored(surface);
+    gl_.BindVertexArray(stored.array);
+    gl_.BindBuffer(GL_ARRAY_BUFFER, instances_);
+    point_at_instances(first);
+    gl_.DrawElementsInstanced(GL_TRIANGLES, stored.count, GL_UNSIGNED_INT, nullptr,
+                              static_cast<GLsizei>(list.size()));
+    first += list.size();
+  }
+}
+
 /// All solids and strings, into the shadow map or into the picture.
 void GlRenderer::draw_world_meshes(bool depth_only) {
   gl_.UseProgram(depth_only ? solid_depth_ : solid_);
@@ -315,9 +342,7 @@ void GlRenderer::draw_world_meshes(bool depth_only) {
   for (std::size_t m = 0; m < kMeshCount; ++m) {
     const std::size_t count = list_.solids[m].size();
     if (count == 0) continue;
-    for (GLuint part = 0; part < 4; ++part)
-      gl_.VertexAttribPointer(2 + part, 4, GL_FLOAT, GL_FALSE, sizeof(Instance),
-                              offset(first * sizeof(Instance) + 16 * part));
+    point_at_instances(first);
     // A texel of the shadow map is coarser than a pixel: fewer triangles do.
     const bool fine = m == kRound32 || m == kRound64;
     const MeshRange range = meshes_.ranges[depth_only && fine ? std::size_t(kRound16) : m];
@@ -326,6 +351,7 @@ void GlRenderer::draw_world_meshes(bool depth_only) {
                               static_cast<GLsizei>(count));
     first += count;
   }
+  draw_surfaces(first);
   if (list_.ribbon_indices.empty()) return;
   gl_.UseProgram(depth_only ? ribbon_depth_ : ribbon_);
   gl_.Disable(GL_CULL_FACE);
@@ -339,6 +365,7 @@ void GlRenderer::draw_shadows() {
   gl_.Viewport(0, 0, kShadowSize, kShadowSize);
   scissor({0, 0, kShadowSize, kShadowSize});
   gl_.Clear(GL_DEPTH_BUFFER_BIT);
+  scissor({1, 1, kShadowSize - 1, kShadowSize - 1});  // the border stays lit: all beyond shows it
   gl_.Enable(GL_DEPTH_TEST);
   gl_.Enable(GL_DEPTH_CLAMP);  // what stands before the map's box casts shadows into it
   gl_.Enable(GL_POLYGON_OFFSET_FILL);
@@ -436,10 +463,11 @@ void GlRenderer::draw(const World& world, std::span<const Pose> poses, const Vie
   const Real aspect = static_cast<Real>(options_.width) / options_.height;
   const Camera camera = view.camera.automatic ? framing_camera(world, view, aspect) : view.camera;
   const Eye eye = make_eye(camera, options_.width, options_.height);
-  gather(world, poses, eye, list_);
+  gather(world, poses, view, eye, list_);
   frame_ = make_frame(view, eye, list_);
 
   context_->make_current();
+  surfaces_.forget_unused();
   upload(view, eye);
   if (!frame_.solids.empty()) {
     if (options_.shadows) draw_shadows();

@@ -66,7 +66,8 @@ class Renderer {
 
 /// A camera that sees all bodies of the world in a picture of this shape (width / height), looking
 /// the way `view` does. Shapes and strings are included, where drives and a swing may carry them,
-/// and the ground below with the shadows if it is near. The result is not automatic.
+/// and the ground below with the shadows if it is near. Planes are not, and height fields only
+/// around the rest, unless there is nothing else. The result is not automatic.
 Camera framing_camera(const World& world, const View& view, Real aspect);
 
 }  // namespace pantin

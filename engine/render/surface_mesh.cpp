@@ -1,0 +1,93 @@
+#include "engine/render/surface_mesh.hpp"
+
+#include <algorithm>
+
+namespace pantin {
+namespace {
+
+std::uint32_t add_vertex(SurfaceMesh& to, Vec3 place, Vec3 normal) {
+  MeshVertex v{};
+  for (int k = 0; k < 3; ++k) {
+    v.corner[k] = static_cast<float>(place[k]);
+    v.normal[k] = static_cast<float>(normal[k]);
+  }
+  to.vertices.push_back(v);
+  return static_cast<std::uint32_t>(to.vertices.size() - 1);
+}
+
+void add_flat_faces(const Surface& surface, SurfaceMesh& to) {
+  for (const Face& face : surface.faces) {
+    const auto first = static_cast<std::uint32_t>(to.vertices.size());
+    for (std::uint32_t i = 0; i < face.count; ++i)
+      add_vertex(to, surface.points[surface.corners[face.first + i]], face.normal);
+    for (std::uint32_t i = 2; i < face.count; ++i)
+      to.indices.insert(to.indices.end(), {first, first + i - 1, first + i});
+  }
+}
+
+/// The triangles of a height field, cut as triangle_of() cuts them.
+std::vector<std::uint32_t> ground_triangles(const Surface& field) {
+  std::vector<std::uint32_t> corners;
+  for (std::uint32_t row = 0; row + 1 < field.rows; ++row) {
+    for (std::uint32_t column = 0; column + 1 < field.columns; ++column) {
+      const std::uint32_t at = row * field.columns + column, below = at + field.columns;
+      corners.insert(corners.end(), {at, below, below + 1, at, below + 1, at + 1});
+    }
+  }
+  return corners;
+}
+
+/// A wall under the border from point `from` to point `to_point`, which runs clockwise seen from above.
+void add_wall(const Surface& field, std::uint32_t from, std::uint32_t to_point, SurfaceMesh& to) {
+  const Vec3 a = field.points[from], b = field.points[to_point];
+  const Real bottom = field.low.y - rim_of(field);
+  const Vec3 normal = glm::normalize(Vec3{b.z - a.z, 0, a.x - b.x});
+  const std::uint32_t first = add_vertex(to, a, normal);
+  add_vertex(to, b, normal);
+  add_vertex(to, {b.x, bottom, b.z}, normal);
+  add_vertex(to, {a.x, bottom, a.z}, normal);
+  to.indices.insert(to.indices.end(), {first, first + 1, first + 2, first, first + 2, first + 3});
+}
+
+void add_ground(const Surface& field, SurfaceMesh& to) {
+  to.indices = ground_triangles(field);
+  std::vector<Vec3> normals(field.points.size(), Vec3{0});
+  for (std::size_t i = 0; i + 2 < to.indices.size(); i += 3) {
+    const std::uint32_t* t = &to.indices[i];
+    const Vec3 a = field.points[t[0]], b = field.points[t[1]], c = field.points[t[2]];
+    const Vec3 wide = glm::cross(b - a, c - a);  // large triangles weigh more
+    for (int k = 0; k < 3; ++k) normals[t[k]] += wide;
+  }
+  for (std::size_t i = 0; i < field.points.size(); ++i) {
+    const Real length = glm::length(normals[i]);
+    add_vertex(to, field.points[i], length > 0 ? normals[i] / length : Vec3{0, 1, 0});
+  }
+  const std::uint32_t columns = field.columns, rows = field.rows;
+  const std::uint32_t last = (rows - 1) * columns;
+  for (std::uint32_t c = 0; c + 1 < columns; ++c) {
+    add_wall(field, c, c + 1, to);
+    add_wall(field, last + c + 1, last + c, to);
+  }
+  for (std::uint32_t r = 0; r + 1 < rows; ++r) {
+    add_wall(field, (r + 1) * columns, r * columns, to);
+    add_wall(field, (r + 1) * columns - 1, (r + 2) * columns - 1, to);
+  }
+}
+
+}  // namespace
+
+Real rim_of(const Surface& field) {
+  return 0.03 * std::max(field.high.x - field.low.x, field.high.z - field.low.z);
+}
+
+SurfaceMesh make_surface_mesh(const Surface& surface) {
+  SurfaceMesh mesh;
+  const std::size_t grid = std::size_t{surface.columns} * surface.rows;
+  if (grid > 0 && surface.points.size() == grid)
+    add_ground(surface, mesh);
+  else
+    add_flat_faces(surface, mesh);
+  return mesh;
+}
+
+}  // namespace pantin

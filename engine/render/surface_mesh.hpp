@@ -1,0 +1,21 @@
+#pragma once
+/// Triangles of hulls, meshes and height fields, as the card draws them.
+#include "engine/geometry/surface.hpp"
+#include "engine/render/meshes.hpp"
+
+namespace pantin {
+
+/// Vertices whose `corner` is a place in the shape's frame, m: drawn with a core of 1 and no skin.
+struct SurfaceMesh {
+  std::vector<MeshVertex> vertices;
+  std::vector<std::uint32_t> indices;  // triangles, counter-clockwise seen from outside
+};
+
+/// Hulls and meshes get flat faces; height fields are shaded smoothly and stand on a rim, so that
+/// they look solid from the side.
+SurfaceMesh make_surface_mesh(const Surface& surface);
+
+/// How far the rim of a height field reaches below its lowest point, m.
+Real rim_of(const Surface& height_field);
+
+}  // namespace pantin
