@@ -20,6 +20,7 @@ struct Measures {
   Real worst_gap = 0;               // m
   Real worst_gap_rel = 0;           // the same over the articulation's size
   Entity worst_link;                // where; none for a pin
+  Real worst_violation = 0;         // rad: a joint beyond what its kind and limits allow
   Real kinetic = 0, potential = 0;  // J; potential of gravity, zero at the origin
   Vec3 momentum{0};                 // kg m/s, dynamic bodies
   Vec3 spin_momentum{0};            // kg m^2/s, about the world's origin
@@ -37,6 +38,11 @@ struct StepReport {
   int unreached = 0;        // pins and strings farther from their place than the tolerance
   Entity worst_hold;        // the worst of them (a pin or a string)
   Real worst_residual = 0;  // m
+  int contacts = 0;         // points that bear a load
+  Real worst_depth = 0;     // m, overlap left at a contact
+  int stops_hit = 0;        // joints held by a limit
+  int drives_capped = 0;    // pose drives that would need more torque than they may exert
+  int passes_used = 0;      // most solves of any articulation to find what stops and contacts bear
   bool measured = false;
   Measures measures;  // only if asked for
 };

@@ -89,6 +89,8 @@ void collect(const World& world, StepReport& report) {
   for (const Articulation& a : world.articulations) {
     report.rounds_used = std::max(report.rounds_used, a.rounds_used);
     report.limited += a.limited;
+    report.passes_used = std::max(report.passes_used, a.passes_used);
+    report.stops_hit += a.stops_hit, report.drives_capped += a.drives_capped;
     const Real bound = a.settings.tolerance * a.size;
     const auto note = [&](Real residual, Entity who) {
       if (residual > bound) ++report.unreached;
@@ -107,6 +109,34 @@ void collect(const World& world, StepReport& report) {
            world.strings.owners()[c.string]);
     }
   }
+  for (const Contact& c : world.contacts) {
+    report.contacts += c.active;
+    report.worst_depth = std::max(report.worst_depth, c.depth);
+  }
+}
+
+/// Articulations that touch one another are solved side by side, a pass each in turn.
+void adjust_mutual(World& world, int threads, Real h) {
+  std::vector<Articulation>& all = world.articulations;
+  int passes = 0;
+  for (const Articulation& a : all)
+    if (a.mutual) passes = std::max(passes, a.settings.passes);
+  if (passes == 0) return;
+  const auto each = [&](const auto& work) {
+    for_each_articulation(all.size(), threads, [&](std::size_t i) {
+      if (all[i].mutual) work(all[i]);
+    });
+  };
+  each([&](Articulation& a) { procedural::begin_passes(world, a, h); });
+  procedural::settle_mutual(world, h, true);
+  bool settled = false;
+  for (int n = 0; n < passes && !settled; ++n) {
+    // Each notes for itself whether it is settled: nothing is shared between threads.
+    each([&](Articulation& a) { a.settled = procedural::pass(world, a, h); });
+    settled = procedural::settle_mutual(world, h, false);
+    for (const Articulation& a : all) settled = settled && (!a.mutual || a.settled);
+  }
+  each([&](Articulation& a) { procedural::finish_passes(world, a, h, a.lost); });
 }
 
 }  // namespace
@@ -137,15 +167,17 @@ StepReport step_world(World& world, const StepSettings& settings, const Systems&
                           [&](std::size_t i) { procedural::update(world, all[i], h); });
     watch.lap(clock.update);
 
+    run(Place::before_touch);
+    procedural::touch(world, h);
+    watch.lap(clock.touch);
+
     run(Place::before_adjust);
     for_each_articulation(all.size(), settings.threads, [&](std::size_t i) {
       all[i].lost = Entity{};
-      procedural::adjust(world, all[i], h, all[i].lost);
+      if (!all[i].mutual) procedural::adjust(world, all[i], h, all[i].lost);
     });
+    adjust_mutual(world, settings.threads, h);
     watch.lap(clock.adjust);
-
-    run(Place::before_push_out);
-    watch.lap(clock.push_out);
     world.time += h;
   }
   ++world.tick;
@@ -180,6 +212,10 @@ Measures measure(const World& world) {
           glm::length(residual(link.joint, world.bodies[link.a].pose, world.bodies[link.b].pose));
       if (gap > m.worst_gap) m.worst_gap = gap, m.worst_link = world.links.owners()[a.links[c]];
       m.worst_gap_rel = std::max(m.worst_gap_rel, gap / a.size);
+      if (link.joint.kind == JointKind::ball && !link.joint.limits.any()) continue;
+      const Quat turn = relative_turn(link.joint, world.bodies[link.a].pose.rotation,
+                                      world.bodies[link.b].pose.rotation);
+      m.worst_violation = std::max(m.worst_violation, violation(link.joint, turn));
     }
   }
   for (const Body& b : world.bodies.values()) {

@@ -15,8 +15,8 @@ namespace pantin {
 enum class Place : std::uint8_t {
   before_drive,
   before_update,
+  before_touch,
   before_adjust,
-  before_push_out,
   before_measure,
   after_step
 };
@@ -34,13 +34,13 @@ struct StepSettings {
 
 /// Seconds spent in each stage since the last reset, for benchmarks.
 struct StageTimes {
-  Real drive = 0, update = 0, adjust = 0, push_out = 0, measure = 0;
+  Real drive = 0, update = 0, touch = 0, adjust = 0, measure = 0;
 };
 
 /// Systems by place, in the order they were inserted.
 using Systems = std::array<std::vector<System>, kPlaces>;
 
-/// One whole step: drive, update, adjust, push out, measure. Never throws, never prints; allocates
+/// One whole step: drive, update, touch, adjust, measure. Never throws, never prints; allocates
 /// nothing once the structure is known. A step of zero or non-finite length does nothing.
 /// `drawn_from`, if given, holds the poses at the start by slot; a body that a system teleports
 /// before the update gets the place where it lands.

@@ -37,6 +37,15 @@ struct Anchorage {
   Real compliance = 0;
 };
 
+/// A joint or a pin between two dynamic bodies besides the tree's own joints.
+struct Loop {
+  std::uint32_t body = 0, partner = 0;  // slots
+  Vec3 anchor{0}, partner_anchor{0};
+  std::uint32_t link = kNoSlot, pin = kNoSlot;
+  int priority = 0;
+  Real compliance = 0;
+};
+
 struct Neighbour {
   std::uint32_t body, link;
 };
@@ -47,6 +56,7 @@ struct Builder {
   std::vector<std::uint32_t> neighbour_start;  // by slot, into neighbours
   std::vector<Neighbour> neighbours;
   std::vector<Anchorage> anchorages;        // sorted by body slot
+  std::vector<Loop> loops;
   std::vector<std::uint32_t> column;        // by slot, in its articulation
   std::vector<std::uint32_t> articulation;  // by slot
 
@@ -78,7 +88,7 @@ void read_links(Builder& b, Islands& islands) {
     } else if (!b.is_dynamic(sb)) {
       b.anchorages.push_back({sa, link.joint.anchor_a, sb, kNoSlot, i, link.joint.anchor_b, 0, 0});
     } else if (forest.root(sa) == forest.root(sb)) {
-      fault(world, owner, "closes a loop of dynamic bodies");
+      b.loops.push_back({sb, sa, link.joint.anchor_b, link.joint.anchor_a, i, kNoSlot, 0, 0});
     } else {
       forest.join(sa, sb), islands.join(sa, sb);
       pairs.push_back({sa, {sb, i}}), pairs.push_back({sb, {sa, i}});
@@ -102,6 +112,19 @@ void read_pins(Builder& b) {
     }
     if (!b.is_dynamic(slot)) continue;  // a body that is moved otherwise needs no holding
     const Real compliance = pin.grip == Grip::exact ? 0 : 1 / pin.stiffness;
+    if (pin.to) {
+      const std::uint32_t to = world.bodies.slot(pin.to);
+      if (to == kNoSlot)
+        fault(world, world.pins.owners()[i], "holds on to a body that does not exist");
+      else if (to == slot)
+        fault(world, world.pins.owners()[i], "holds a body on to itself");
+      else if (!b.is_dynamic(to))
+        b.anchorages.push_back(
+            {slot, pin.anchor, to, i, kNoSlot, pin.target, pin.priority, compliance});
+      else
+        b.loops.push_back({slot, to, pin.anchor, pin.target, kNoSlot, i, pin.priority, compliance});
+      continue;
+    }
     b.anchorages.push_back({slot, pin.anchor, kNoSlot, i, kNoSlot, {}, pin.priority, compliance});
   }
   std::stable_sort(b.anchorages.begin(), b.anchorages.end(), [](const auto& x, const auto& y) {
@@ -111,6 +134,7 @@ void read_pins(Builder& b) {
 
 void tie_strings(Builder& b, Islands& islands) {
   World& world = b.world;
+  for (const Loop& loop : b.loops) islands.join(loop.body, loop.partner);
   for (std::uint32_t i = 0; i < world.strings.size(); ++i) {
     const String& s = world.strings.values()[i];
     const Entity owner = world.strings.owners()[i];
@@ -205,6 +229,29 @@ void set_constants(Articulation& a, std::size_t c, const Body& body) {
   a.constants.at(kGravityScale, c) = body.gravity_scale;
 }
 
+/// A joint as its column sees it; stiff if it does more than hold a point.
+PackedJoint packed_joint(const World& world, std::uint32_t link, std::uint32_t body_slot) {
+  PackedJoint j;
+  if (link == kNoSlot) return j;
+  const Link& l = world.links.values()[link];
+  j.joint = l.joint;
+  j.own_is_a = world.bodies.slot(l.a) == body_slot;
+  const PoseDrive* drive = world.pose_drives.find(world.links.owners()[link]);
+  if (drive) j.drive = world.pose_drives.slot(world.links.owners()[link]);
+  j.stiff = drive || j.joint.kind != JointKind::ball || j.joint.limits.any();
+  return j;
+}
+
+void pack_joints(const World& world, Articulation& a) {
+  a.joints.resize(a.count());
+  bool any = false;
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    a.joints[c] = packed_joint(world, a.links[c], a.slots[c]);
+    any = any || a.joints[c].stiff;
+  }
+  if (!any) a.joints.clear();
+}
+
 /// Packs one island: trees by links, best anchorages as roots, the others as holds.
 Articulation pack(Builder& b, const std::vector<std::uint32_t>& slots, std::uint32_t index) {
   World& world = b.world;
@@ -247,6 +294,7 @@ Articulation pack(Builder& b, const std::vector<std::uint32_t>& slots, std::uint
       const auto p = static_cast<std::size_t>(v.parent);
       a.constants.set(kParentAnchor, c, anchor_in(world, v.link, all[p].slot));
     }
+    a.mass += world.bodies.values()[v.slot].mass;
     const SolverSettings* s = world.settings.find(a.bodies.back());
     if (s && !settings_found) a.settings = *s, settings_found = true;
   }
@@ -278,7 +326,21 @@ Articulation pack(Builder& b, const std::vector<std::uint32_t>& slots, std::uint
     a.parents.push_back(kFree);
   }
   a.size = longest_way(a);
+  pack_joints(world, a);
   return a;
+}
+
+void tie_loops(const Builder& b, std::vector<Articulation>& made) {
+  for (const Loop& loop : b.loops) {
+    Articulation& a = made[b.articulation[loop.body]];
+    Hold h;
+    h.column = b.column[loop.body], h.partner = b.column[loop.partner];
+    h.anchor = loop.anchor, h.held_anchor = loop.partner_anchor;
+    h.held_link = loop.link, h.held_pin = loop.pin;
+    h.priority = loop.priority, h.compliance = loop.compliance;
+    while (h.tree + 1 < a.trees.size() && a.trees[h.tree + 1].first <= h.column) ++h.tree;
+    a.holds.push_back(h);
+  }
 }
 
 void tie_cords(Builder& b, std::vector<Articulation>& made) {
@@ -324,6 +386,12 @@ void carry_memory(const std::vector<Articulation>& before, const World& world,
       };
       if (parent_of(a, c) == parent_of(*r.articulation, r.column))
         a.memory.set(kLoad, c, r.articulation->memory.vec(kLoad, r.column));
+      if (a.joints.empty() || r.articulation->joints.empty()) continue;
+      const PackedJoint& was_joint = r.articulation->joints[r.column];
+      PackedJoint& joint = a.joints[c];
+      if (joint.own_is_a != was_joint.own_is_a || joint.joint.kind != was_joint.joint.kind) continue;
+      std::copy(std::begin(was_joint.loads), std::end(was_joint.loads), std::begin(joint.loads));
+      joint.share = was_joint.share;
     }
     // A free tree keeps what it knows of its angular momentum only while it stays the same.
     const Remembered& first = old[a.slots.front()];
@@ -366,6 +434,11 @@ void rebuild_articulations(World& world) {
   for (const auto& slots : members)
     made.push_back(pack(b, slots, static_cast<std::uint32_t>(made.size())));
   tie_cords(b, made);
+  tie_loops(b, made);
+  world.places.assign(world.bodies.size(), {});
+  for (std::uint32_t i = 0; i < made.size(); ++i)
+    for (std::uint32_t c = 0; c < made[i].count(); ++c)
+      world.places[made[i].slots[c]] = {i, c};
   carry_memory(world.articulations, world, made);
   world.articulations = std::move(made);
   world.built_for = world.structure();

@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "engine/base/math.hpp"
+#include "engine/joints/joint.hpp"
 #include "engine/world/entity.hpp"
+#include "engine/world/loads.hpp"
 #include "engine/world/packed.hpp"
 #include "engine/world/settings.hpp"
 
@@ -80,19 +82,83 @@ struct Row {
   Real load = 0;                    // multiplier, kg m
 };
 
+/// What elimination leaves of one body whose joint may be stiff; see tree.cpp.
+struct JointNode {
+  Mat3 give{0};       // G: relative turn per torque
+  Mat3 follow{0};     // P: turn per turn of the parent
+  Mat3 swing{0};      // Y: turn per displacement of the own joint point, reversed
+  Mat3 group{0};      // M: mass that the joint feels of everything outboard, kg
+  Mat3 lever{0};      // F: force at the joint per turn of the parent, transposed
+  Vec3 turn{0};       // turn when neither the joint point nor the parent moves
+  Vec3 load{0};       // at the joint, kg m
+  Vec3 torque{0};     // that the parent feels, kg m^2
+  bool loose = true;  // the parent's turn is not felt
+};
+
+/// The block of a body before its relative turn is eliminated: energy
+/// t.tt.t / 2 + t.ty.y + y.yy.y / 2 - gt.t - gy.y of its turn t and its joint point's slide y.
+struct JointBlock {
+  Mat3 tt{0}, ty{0}, yy{0};
+  Vec3 gt{0}, gy{0};
+};
+
+/// A stop of a joint in one direction: along . r <= room for the relative turn r.
+struct Stop {
+  Vec3 along{0};
+  Real room = 0;    // rad
+  Real weight = 0;  // kg m^2
+  Real load = 0;    // kg m^2, against `along`
+  Real soft = 0;    // rad within the soft zone
+  Real bend = 0;    // rad: what large turns add to the linear answer, by the last pass
+  bool on = false, both_ways = false;
+};
+
+/// A joint that does more than hold a point, during one step. Relative turns are those of the own
+/// body against the parent, world axes.
+struct JointTerms {
+  Mat3 free{1};         // S S^T: projects on the turns the kind leaves free
+  Vec3 align{0};        // c: brings the predicted pose to where the kind allows it
+  Mat3 spring{0};       // K of drive and soft zones, kg m^2/rad
+  Vec3 torque{0};       // of the same at no relative turn, kg m^2
+  Vec3 first, second;   // the free directions of hinge and universal
+  Stop stops[4];        // turn low and high, second or swing low and high
+  Quat parent{1, 0, 0, 0};  // predicted rotation of the parent
+  Vec3 way{0};              // relative turn of the prediction since the start
+  Vec3 turned{0};           // relative turn found by the last pass
+};
+
+/// A contact as one of its two bodies feels it.
+struct Touch {
+  std::uint32_t contact = 0;
+  std::uint32_t column = 0;
+  Real side = 1;         // 1: body a, -1: body b
+  Vec3 arm{0};           // from the joint point to the point of contact, predicted
+  Vec3 predicted{0};     // the point there, world
+  Vec3 goal{0};          // where the row wants the point
+  Vec3 bend{0};          // what turning adds to the linear answer, by the last pass
+  Real weight = 0;       // kg, along the normal
+  Real grip = 0;         // kg, across it
+};
+
 /// What one step of one articulation needs and forgets.
 struct StepRoom {
   Table work;               // see Work
   std::vector<Real> nodes;  // kNodeSize a body, see Node
   Table forces;             // 6 rows: acceleration, torque; only where forces are used
   std::vector<Row> rows;
-  std::vector<Real> inverse;                   // 6 a body: inverse of the turning block, for rows
   std::vector<Real> blocks;                    // kBlockSize a body, for trees
   std::vector<Real> targets;                   // 3 a tree
   std::vector<Real> response, factor, solved;  // rows x rows, and a row each
   std::vector<Vec3> slide, turn;               // a body each: answer to a load
   std::vector<Vec3> levers;                    // a body each: joint point of the parent to its own
+  std::vector<Vec3> gaps;                      // a body each: kGap, for more than one pass
   std::vector<Vec3> loads;                     // a body each
+  std::vector<JointNode> joint_nodes;          // a body each, where joints are stiff or rows are
+  std::vector<JointBlock> base, joint_blocks;  // likewise
+  std::vector<JointTerms> terms;               // a body each, where joints are stiff
+  std::vector<Touch> touches;                  // of this step
+  std::vector<Quat> rotations;                 // a body each: as the joints leave it
+  std::vector<Loads> forces_in, torques_in;    // a body each
   std::vector<std::uint8_t> on_path;
 };
 
@@ -109,9 +175,22 @@ struct Tree {
   bool keeps_spin = false;               // ... is known
 };
 
+/// A joint in packed form, where it does more than hold a point.
+struct PackedJoint {
+  Joint joint;
+  bool stiff = false;      // more than a free ball joint
+  bool own_is_a = false;   // the body of this column is the joint's body a
+  std::uint32_t drive = UINT32_MAX;  // slot in World::pose_drives
+  // Remembered from step to step: loads of the stops (kg m^2), and the part of its torque that a
+  // capped drive may exert.
+  Real loads[4] = {0, 0, 0, 0};
+  Real share = 1;
+};
+
 /// A held point besides the roots: met by rows of the solve and by relaxation.
 struct Hold {
   std::uint32_t column = 0;  // of the body in this articulation
+  std::uint32_t partner = UINT32_MAX;  // column of the body it is held at; none: a place, as below
   std::uint32_t tree = 0;
   Vec3 anchor{0};                        // in the body's frame
   std::uint32_t held_body = UINT32_MAX;  // as in Tree
@@ -145,9 +224,11 @@ struct Articulation {
   std::vector<Hold> holds;
   std::vector<Cord> cords;
   std::vector<std::uint32_t> links;  // slot in World::links of the joint to the parent, or kNoSlot
+  std::vector<PackedJoint> joints;   // a column each; empty where every joint is a free ball
   Table constants;                   // see Constant
   Table memory;                      // see Memory
   Real size = 0;                     // m, longest way through the joints; scales tolerances
+  Real mass = 0;                     // kg
   bool is_chain = false;             // every parent is the column before: the fast path
 
   // What the integrators remember besides the tables.
@@ -164,12 +245,21 @@ struct Articulation {
   Real force_share = 1;  // of a step's h^2 times a force over a mass in the displacement it makes
   bool forced = false, second_order = false, limited = false, disturbed = false, changed = false,
        finite = true;
-  int rounds_used = 0;
+  bool touching = false;  // a contact or a stop bore a load in the last step
+  bool settled = false;   // the last pass changed nothing
+  bool mutual = false;    // a contact with another dynamic body: solved side by side with its own
+  int rounds_used = 0, passes_used = 0, stops_hit = 0, drives_capped = 0;
+  Real stop_work = 0;  // J, done by drives, soft zones and moving contacts in the last step
   Entity lost;  // a body whose numbers went out of bounds
 
   Scratch<StepRoom> room;
 
   std::size_t count() const { return bodies.size(); }
+};
+
+/// Where a body is packed.
+struct BodyPlace {
+  std::uint32_t articulation = UINT32_MAX, column = UINT32_MAX;
 };
 
 /// What is wrong with the structure, by entity; empty when it can be solved.

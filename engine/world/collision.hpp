@@ -1,6 +1,7 @@
 #pragma once
 /// What may touch what, and the places where it does.
 #include <cstdint>
+#include <vector>
 
 #include "engine/base/math.hpp"
 #include "engine/world/entity.hpp"
@@ -35,6 +36,12 @@ struct Contact {
   bool active = false; // bears a load
   Vec3 force{0};       // N, on a, mean over the step
   Real depth = 0;      // m, overlap left after the step, never negative
+};
+
+/// Room for looking for contacts, kept between steps.
+struct TouchRoom {
+  std::vector<Real> reach;  // m, by body slot: how far its surface may move in the step
+  std::vector<Pose> ends;   // poses of driven bodies at the end of the step
 };
 
 }  // namespace pantin

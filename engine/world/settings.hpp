@@ -25,6 +25,7 @@ struct SolverSettings {
   Real calm_angle = 0.5;          // rad; a body that turns farther in a step drops the order
   Real reservoir_time = 1;        // s; how long numerical losses may be given back; 0 = never
   int rounds = 16;                // cap of the relaxation
+  int passes = 6;                 // most solves of a step, to find which stops and contacts bear
   Real tolerance = 1e-4;          // residual of a held point, part of the articulation's size
   Real stall_drop = 1e-3;         // least relative gain of a round
   bool tension_stiffness = true;  // off only to show what it is for

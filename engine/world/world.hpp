@@ -8,6 +8,7 @@
 #include "engine/world/articulation.hpp"
 #include "engine/world/body.hpp"
 #include "engine/world/collision.hpp"
+#include "engine/world/contact_search.hpp"
 #include "engine/world/drive.hpp"
 #include "engine/world/entity.hpp"
 #include "engine/world/link.hpp"
@@ -44,7 +45,10 @@ struct World {
   // Derived from the stores by rebuild_articulations; holds the integrators' memory.
   std::vector<Articulation> articulations;
   std::vector<StructureFault> faults;
+  std::vector<BodyPlace> places;         // by slot in bodies
   std::vector<Contact> contacts;         // of the last step, in order of bodies and keys
+  Scratch<TouchRoom> touch_room;
+  Scratch<ContactSearch> search;         // for contacts
   std::vector<std::uint32_t> kinematic;  // slots of bodies that joints do not move
   std::uint64_t built_for = 0;           // structure() at the last build
   std::uint64_t touched = 1;
@@ -74,7 +78,7 @@ struct World {
   /// A number that changes with the structure.
   std::uint64_t structure() const {
     return bodies.version() + links.version() + strings.version() + pins.version() +
-           settings.version() + touched;
+           settings.version() + pose_drives.version() + touched;
   }
 
   /// Moves a body at once, with its memory dropped and nothing drawn in between.

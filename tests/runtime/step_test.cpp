@@ -26,13 +26,13 @@ TEST_CASE("systems run at their places, in the order of the step and of their in
   };
   simulation.insert(Place::after_step, note("after"));
   simulation.insert(Place::before_measure, note("measure"));
-  simulation.insert(Place::before_push_out, note("push out"));
+  simulation.insert(Place::before_touch, note("touch"));
   simulation.insert(Place::before_adjust, note("adjust"));
   simulation.insert(Place::before_update, note("update"));
   simulation.insert(Place::before_drive, note("drive"));
   simulation.insert(Place::before_drive, note("drive again"));
   simulation.step();
-  CHECK(ran == std::vector<std::string>{"drive", "drive again", "update", "adjust", "push out",
+  CHECK(ran == std::vector<std::string>{"drive", "drive again", "update", "touch", "adjust",
                                         "measure", "after"});
 }
 

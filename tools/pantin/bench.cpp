@@ -70,7 +70,7 @@ void measure_beside(const Scene& scene, int threads, double links, Json& row) {
   row["stages_ns_per_link"] = {{"drive", per * sim.times.drive},
                                {"update", per * sim.times.update},
                                {"adjust", per * sim.times.adjust},
-                               {"push_out", per * sim.times.push_out}};
+                               {"touch", per * sim.times.touch}};
   row["bytes_per_link"] = static_cast<double>(bytes) / links;
   row["worst_gap_m"] = worst;
   row["worst_gap_rel"] = worst_rel;

@@ -13,20 +13,69 @@ Vec3 point_at(const Articulation& a, std::size_t column, Vec3 anchor, Work posit
               Work rotation_row);
 Vec3 point_on(const World& world, std::uint32_t slot, Vec3 anchor);
 
-/// Rows: strings and held points answered by the articulated solve (rows.cpp).
-/// Needs filled blocks; call between fill_blocks and gather_tree.
-void add_string_stiffness(const World& world, Articulation& a, Work position_row,
-                          Work rotation_row);
-/// Solves for the loads of all rows and adds them to the gathered loads. After gather_tree, before
-/// close. `again` repeats on already closed poses, for strings only.
+/// The general articulated solve (tree.cpp). Blocks of the bodies alone, from prepare()d levers.
+void fill_base(Articulation& a, bool tension);
+/// Leaf to root: room.joint_blocks (used up) to room.joint_nodes.
+void gather_joints(Articulation& a);
+/// Root to leaf: joints closed, turns and attach points left for commit(). With `again` it only
+/// closes; otherwise multipliers go to the memory, stops and drives learn what they bear. True if
+/// none of them asks for another pass.
+bool close_joints(World& world, Articulation& a, Real h, Work position_row, Work rotation_row,
+                  bool again);
+/// Loads at the joint points go up the tree: `force` becomes the load at each own joint, `torque`
+/// the turn each body makes when neither joint nor parent moves.
+void carry_up(const Articulation& a, std::vector<Loads>& force, std::vector<Loads>& torque);
+/// ... and displacements come down: `force` becomes the slide of each joint point, `torque` the
+/// turn of each body.
+void carry_down(const Articulation& a, std::vector<Loads>& force, std::vector<Loads>& torque);
+/// Slot of the body that holds a root by a joint, or UINT32_MAX.
+std::uint32_t held_body_of(const Articulation& a, std::size_t c);
+
+/// Stiff joints (joint_terms.cpp): room.terms for the poses in a row. With `again` springs are left
+/// out and stops stay as they are.
+void set_terms(const World& world, Articulation& a, Real h, Work rotation_row, bool again);
+/// After a pass: what the stops of a joint bear, from rotations not clamped yet. True if settled.
+bool settle_stops(Articulation& a, std::size_t c, Quat own, Quat parent);
+/// ... and how much of its torque a drive may exert.
+bool settle_drive(World& world, Articulation& a, Real h, std::size_t c);
+/// Work done by drive and soft zones of a joint over the step, J.
+Real work_of_springs(const Articulation& a, std::size_t c, Real h);
+/// The turn of a joint, and a body's rotation for a turn and its parent's rotation.
+Quat joint_turn(const PackedJoint& joint, Quat own, Quat parent);
+Quat own_rotation(const PackedJoint& joint, Quat parent, Quat turn);
+Quat parent_rotation(const World& world, const Articulation& a, std::size_t c, Work rotation_row);
+
+/// Contacts (contacts.cpp): rows of the bodies they touch. Where each wants its body, for a step
+/// whose poses are predicted.
+void aim_touches(World& world, Articulation& a, Real h);
+/// Adds the bearing ones to the blocks.
+void add_touches(const World& world, Articulation& a, std::vector<JointBlock>& blocks);
+/// After a pass: what contacts with fixed and driven bodies bear. True if settled.
+bool settle_touches(World& world, Articulation& a);
+/// Takes the overlap that is left from free trees by moving them whole.
+void push_out_trees(World& world, Articulation& a);
+/// Impacts to be given back, forces, depths; and the work the contacts did, J.
+Real finish_touches(World& world, Articulation& a, Real h);
+
+/// Rows: strings, pins and loops answered by the articulated solve (rows.cpp).
+void add_string_stiffness(const World& world, Articulation& a, std::vector<JointBlock>& blocks,
+                          Work position_row, Work rotation_row);
+/// Solves for the loads of all rows and adds them to the gathered loads. After gather_joints,
+/// before close_joints. `again` repeats on already closed poses, with no loads but new ones.
 void solve_rows(World& world, Articulation& a, Real h, Work position_row, Work rotation_row,
                 bool again);
-/// Largest stretch of a string at the final poses, m.
+/// Largest stretch of a string at the final poses, m; and largest gap of pins and loops.
 Real worst_stretch(const World& world, const Articulation& a);
+Real worst_hold(const Articulation& a);
+/// Where a hold wants its point, at the final poses.
+Vec3 target_of(const Articulation& a, const Hold& hold, Work position_row, Work rotation_row);
 
 /// Relaxation (relax.cpp): sweeps from each held point in turn, ending at the root, on the final
 /// poses. `strings` takes taut strings as held points too.
 void relax(World& world, Articulation& a, bool strings);
+
+/// The closing sweep alone: every joint closed and within its stops, from the roots outwards.
+void sweep_closed(const World& world, Articulation& a);
 
 /// Moves a free root to where its neighbours' meeting points want it, on the predicted poses.
 void place_free_root(Articulation& a, const Tree& tree, Real h);
@@ -34,7 +83,10 @@ void place_free_root(Articulation& a, const Tree& tree, Real h);
 /// SHAKE: two Newton steps in the directions of the step's start, then a closing sweep (shake.cpp).
 void close_shake(World& world, Articulation& a, const Packed& p, Real h);
 
-/// Group mass at the own joint of a body, the load there, and the turn when the joint stays.
+/// x of m x = b for a symmetric positive definite m, by LDL^T with floored pivots.
+Vec3 solve_symmetric(const Mat3& m, Vec3 b);
+/// Group mass at the own joint of a body, the load there, and the turn of a body whose joint point
+/// moves by `slide`: as the kernels' gather_tree left them, for ball joints alone.
 inline Mat3 group_mass(const Articulation& a, std::size_t c) {
   const Real* g = a.room.nodes.data() + kNodeSize * c + kGroup;
   return Mat3(g[0], g[4], g[8], g[1], g[5], g[9], g[2], g[6], g[10]);
@@ -43,8 +95,6 @@ inline Vec3 group_load(const Articulation& a, std::size_t c) {
   const Real* g = a.room.nodes.data() + kNodeSize * c + kGroup;
   return {g[3], g[7], g[11]};
 }
-/// x of m x = b for a symmetric positive definite m, by LDL^T with floored pivots.
-Vec3 solve_symmetric(const Mat3& m, Vec3 b);
 /// The turn per displacement of the own joint point of a body, times a displacement.
 inline Vec3 times_answer(const Articulation& a, std::size_t c, Vec3 y) {
   const Real* n = a.room.nodes.data() + kNodeSize * c + kAnswer;

@@ -563,7 +563,7 @@ INLINE Block own_block(const double* c, const double* k) {
 
 /// Eliminates the turn of a body: what its joint feels, and how it will answer. Pivot by pivot, the
 /// rest of the block updated each time, since the next body waits for the group alone.
-INLINE Rows eliminate(const Block& b, double* node, double* inverse) {
+INLINE Rows eliminate(const Block& b, double* node) {
   const double floor = 4 * 2.220446049250313e-16 * (b.tt.xx + b.tt.yy + b.tt.zz);
   const double d0 = b.tt.xx, i0 = 1 / (d0 > floor ? d0 : floor);
   const double l01 = b.tt.xy * i0, l02 = b.tt.xz * i0;
@@ -585,14 +585,6 @@ INLINE Rows eliminate(const Block& b, double* node, double* inverse) {
   // Back substitution: rows of the answer, each with what remains when the joint stays.
   const Four a1 = m1 - l12 * m2;
   Rows{(m0 - l01 * a1) - l02 * m2, a1, m2}.to(node + kAnswer);
-  if (inverse) {
-    const double u21 = -l12, u20 = l01 * l12 - l02;  // last row of L^-1
-    inverse[5] = i2;
-    inverse[4] = u21 * i2, inverse[2] = u20 * i2;
-    inverse[3] = i1 + u21 * inverse[4];
-    inverse[1] = -l01 * i1 + u21 * inverse[2];
-    inverse[0] = i0 + l01 * l01 * i1 + u20 * inverse[2];
-  }
   return group;
 }
 
@@ -612,7 +604,7 @@ void gather_chain_by(const Packed& p) {
                 vec<double>(child, kParentArm) - vec<double>(k, kArm));
       if (tension) add(b.tt, sym<double>(child, kOutwardTension));
     }
-    group = eliminate(b, p.nodes + kNodeSize * i, p.inverse ? p.inverse + 6 * i : nullptr);
+    group = eliminate(b, p.nodes + kNodeSize * i);
   }
 }
 
@@ -644,8 +636,7 @@ void fill_blocks(const Packed& p, double* blocks) {
 void gather_tree(const Packed& p, bool tension, double* blocks) {
   for (std::size_t i = p.count; i-- > 0;) {
     const double* k = column(p.work, kWorkRows, i);
-    const Rows group = eliminate(block_at(blocks + kBlockSize * i), p.nodes + kNodeSize * i,
-                                 p.inverse ? p.inverse + 6 * i : nullptr);
+    const Rows group = eliminate(block_at(blocks + kBlockSize * i), p.nodes + kNodeSize * i);
     if (p.parents[i] < 0) continue;
     const auto parent = static_cast<std::size_t>(p.parents[i]);
     Block b = block_at(blocks + kBlockSize * parent);

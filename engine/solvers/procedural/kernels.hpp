@@ -26,7 +26,6 @@ struct Packed {
   double* work;
   double* nodes;
   const double* forces;  // acceleration and torque rows, or null
-  double* inverse;       // 6 a body, or null
   bool is_chain;
 };
 

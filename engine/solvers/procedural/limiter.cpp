@@ -13,6 +13,7 @@ Real work_of_holders(const World& world, const Articulation& a, const EndSums& e
   Vec3 other_impulses(0);  // N s, of all but a single held root
   Real work = 0;
   for (const Hold& hold : a.holds) {
+    if (hold.partner != UINT32_MAX) continue;
     work += to_force * glm::dot(hold.load, hold.target - hold.target_before);
     other_impulses += to_force * h * hold.load;
   }
@@ -62,7 +63,10 @@ bool is_driven(const World& world, const Articulation& a) {
   for (const Tree& t : a.trees)
     if (a.parents[t.first] == kHeld && t.target != t.target_before) return true;
   for (const Hold& h : a.holds)
-    if (h.target != h.target_before) return true;
+    if (h.partner == UINT32_MAX && h.target != h.target_before) return true;
+  if (!a.room.touches.empty()) return true;  // a collider may lift it
+  for (const PackedJoint& j : a.joints)
+    if (j.drive != UINT32_MAX) return true;
   for (const Cord& c : a.cords) {
     if (c.column_a != UINT32_MAX && c.column_b != UINT32_MAX) continue;
     const Body& holder = world.bodies.values()[c.column_a != UINT32_MAX ? c.slot_b : c.slot_a];
@@ -122,6 +126,7 @@ void take_back(World& world, Articulation& a, const Packed& p, Real allowed) {
     k.levers(p, kPosition, kRotation);
     k.sweep(p, a.room.targets.data(), kPosition, a.settings.turn_stiffness);
     k.commit(p, kRotation);
+    if (!a.joints.empty()) sweep_closed(world, a);
     if (!a.holds.empty() || !a.cords.empty()) relax(world, a, true);
     if (potential_of_final(world, a) <= allowed) break;
   }
@@ -141,7 +146,8 @@ void limit_energy(World& world, Articulation& a, const Packed& p, const EndSums&
   a.driven = driven;
 
   const Real allowed =
-      a.energy_before + a.reserve - a.damped + end.work + work_of_holders(world, a, end, h);
+      a.energy_before + a.reserve - a.damped + end.work + a.stop_work +
+      work_of_holders(world, a, end, h);
   const Real slack = 1e-3 * a.kinetic_before + 1e-12 * std::abs(end.potential);
   Real energy = end.kinetic + end.potential;
   a.limited = a.settings.limiter && energy > allowed + slack;

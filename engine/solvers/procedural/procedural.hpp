@@ -11,9 +11,21 @@ void prepare(World& world);
 /// Update stage: predicts the free motion of every body of an articulation over `h` seconds.
 void update(World& world, Articulation& a, Real h);
 
+/// Between the stages: looks for contacts and hands them to the articulations they concern. Needs
+/// every articulation's prediction.
+void touch(World& world, Real h);
+
 /// Adjust stage: closes the joints of the predicted poses, finds velocities, writes the bodies.
 /// False if a number is not finite or out of all bounds; the bodies are then left as they were, and
 /// `lost` names one that is concerned.
 bool adjust(World& world, Articulation& a, Real h, Entity& lost);
+
+/// The same in parts, for articulations that touch one another (Articulation::mutual): all of them
+/// begin; then passes, each followed by one settle_mutual() for the whole World, until nothing
+/// changes or `most_passes` are done; then each finishes.
+void begin_passes(World& world, Articulation& a, Real h);
+bool pass(World& world, Articulation& a, Real h);
+bool settle_mutual(World& world, Real h, bool first);
+bool finish_passes(World& world, Articulation& a, Real h, Entity& lost);
 
 }  // namespace pantin::procedural

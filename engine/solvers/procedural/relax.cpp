@@ -30,45 +30,85 @@ void carry(Articulation& a, std::size_t c, Vec3 anchor, Vec3 goal) {
   a.room.work.set(kFinalPosition, c, goal - turned * anchor);
 }
 
+bool is_stiff(const Articulation& a, std::size_t c) {
+  return !a.joints.empty() && a.joints[c].stiff;
+}
+
+/// Turns a body about its joint point to the nearest pose the joint allows.
+void clamp_to_parent(const World& world, Articulation& a, std::size_t c, Vec3 joint_point) {
+  if (!is_stiff(a, c)) return;
+  const PackedJoint& j = a.joints[c];
+  const Quat own = a.room.work.quat(kFinalRotation, c);
+  const Quat parent = parent_rotation(world, a, c, kFinalRotation);
+  const Quat turn = joint_turn(j, own, parent), allowed = allowed_turn(j.joint, turn);
+  if (allowed == turn) return;
+  const Quat turned = own_rotation(j, parent, allowed);
+  a.room.work.set(kFinalRotation, c, turned);
+  a.room.work.set(kFinalPosition, c, joint_point - turned * a.constants.vec(kOwnAnchor, c));
+}
+
+/// The same for the parent of a body, about their joint.
+void clamp_parent(Articulation& a, std::size_t c, Vec3 joint_point) {
+  if (!is_stiff(a, c) || a.parents[c] < 0) return;
+  const auto p = static_cast<std::size_t>(a.parents[c]);
+  const PackedJoint& j = a.joints[c];
+  const Quat own = a.room.work.quat(kFinalRotation, c), parent = a.room.work.quat(kFinalRotation, p);
+  const Quat turn = joint_turn(j, own, parent), allowed = allowed_turn(j.joint, turn);
+  if (allowed == turn) return;
+  PackedJoint seen_from_parent = j;
+  seen_from_parent.own_is_a = !j.own_is_a;
+  const Quat turned = own_rotation(seen_from_parent, own, allowed);
+  a.room.work.set(kFinalRotation, p, turned);
+  a.room.work.set(kFinalPosition, p, joint_point - turned * a.constants.vec(kParentAnchor, c));
+}
+
 /// Closes the joint of a body to its parent.
-void follow_parent(Articulation& a, std::size_t c) {
+void follow_parent(const World& world, Articulation& a, std::size_t c) {
   const Placed parent{a.room.work, static_cast<std::size_t>(a.parents[c])};
-  carry(a, c, a.constants.vec(kOwnAnchor, c), parent.point(a.constants.vec(kParentAnchor, c)));
+  const Vec3 goal = parent.point(a.constants.vec(kParentAnchor, c));
+  carry(a, c, a.constants.vec(kOwnAnchor, c), goal);
+  clamp_to_parent(world, a, c, goal);
 }
 
 /// A sweep that starts at a held point: from its body down to the root, then everything that hangs
 /// on the way follows.
-void sweep_from(Articulation& a, const Tree& tree, std::size_t column, Vec3 anchor, Vec3 goal) {
+void sweep_from(const World& world, Articulation& a, const Tree& tree, std::size_t column,
+                Vec3 anchor, Vec3 goal) {
   const std::size_t end = tree.first + tree.count;
   std::fill(a.room.on_path.begin() + tree.first,
             a.room.on_path.begin() + static_cast<std::ptrdiff_t>(end), std::uint8_t(0));
+  std::size_t child = a.count();
   for (std::size_t c = column;;) {
     carry(a, c, anchor, goal);
+    if (child < a.count()) clamp_parent(a, child, goal);
     a.room.on_path[c] = 1;
     if (a.parents[c] < 0) break;
     goal = Placed{a.room.work, c}.point(a.constants.vec(kOwnAnchor, c));
     anchor = a.constants.vec(kParentAnchor, c);
-    c = static_cast<std::size_t>(a.parents[c]);
+    child = c, c = static_cast<std::size_t>(a.parents[c]);
   }
   for (std::size_t c = tree.first; c < end; ++c)
-    if (!a.room.on_path[c]) follow_parent(a, c);
+    if (!a.room.on_path[c]) follow_parent(world, a, c);
 }
 
 /// The closing sweep: the root to its target, everybody after it.
-void sweep_from_root(Articulation& a, const Tree& tree) {
-  if (a.parents[tree.first] == kHeld)
+void sweep_from_root(const World& world, Articulation& a, const Tree& tree) {
+  if (a.parents[tree.first] == kHeld) {
     carry(a, tree.first, a.constants.vec(kOwnAnchor, tree.first), tree.target);
-  for (std::size_t c = tree.first + 1; c < tree.first + tree.count; ++c) follow_parent(a, c);
+    clamp_to_parent(world, a, tree.first, tree.target);
+  }
+  for (std::size_t c = tree.first + 1; c < tree.first + tree.count; ++c) follow_parent(world, a, c);
 }
 
 Real residual(const Articulation& a, const Hold& h) {
-  return glm::length(h.target - point_at(a, h.column, h.anchor, kFinalPosition, kFinalRotation));
+  return glm::length(target_of(a, h, kFinalPosition, kFinalRotation) -
+                      point_at(a, h.column, h.anchor, kFinalPosition, kFinalRotation));
 }
 
 /// Can the way through the joints span the distance to the root's target?
 bool is_in_reach(const Articulation& a, const Hold& h) {
   const Tree& t = a.trees[h.tree];
-  if (a.parents[t.first] != kHeld) return true;
+  if (h.partner != UINT32_MAX || a.parents[t.first] != kHeld) return true;
   const Real span = glm::length(h.target - t.target), slack = 1e-9 * a.size;
   return span <= h.reach + slack && span >= h.dead_reach - slack;
 }
@@ -77,6 +117,7 @@ bool is_in_reach(const Articulation& a, const Hold& h) {
 /// near, to the nearest place they allow. Sweeps alone would settle at a wrong bend.
 Vec3 goal_of(const Articulation& a, const Hold& h) {
   const Tree& t = a.trees[h.tree];
+  if (h.partner != UINT32_MAX) return target_of(a, h, kFinalPosition, kFinalRotation);
   const Vec3 way = h.target - t.target;
   const Real span = glm::length(way);
   if (a.parents[t.first] != kHeld || span >= h.dead_reach || !(span > 0)) return h.target;
@@ -102,9 +143,9 @@ bool pull_string(const World& world, Articulation& a, const Cord& cord, bool end
   const bool move_b = has_b && (end_b_first || !has_a);
   const Vec3 way = s.length / span * (pb - pa);
   if (move_b)
-    sweep_from(a, tree_of(a, cord.column_b), cord.column_b, s.anchor_b, pa + way);
+    sweep_from(world, a, tree_of(a, cord.column_b), cord.column_b, s.anchor_b, pa + way);
   else
-    sweep_from(a, tree_of(a, cord.column_a), cord.column_a, s.anchor_a, pb - way);
+    sweep_from(world, a, tree_of(a, cord.column_a), cord.column_a, s.anchor_a, pb - way);
   return true;
 }
 
@@ -119,9 +160,10 @@ void round_of_sweeps(World& world, Articulation& a, int round, bool strings) {
       continue;
     }
     const Hold& h = a.holds[i];
-    if (h.compliance == 0) sweep_from(a, a.trees[h.tree], h.column, h.anchor, goal_of(a, h));
+    if (h.compliance == 0)
+      sweep_from(world, a, a.trees[h.tree], h.column, h.anchor, goal_of(a, h));
   }
-  for (const Tree& t : a.trees) sweep_from_root(a, t);
+  for (const Tree& t : a.trees) sweep_from_root(world, a, t);
 }
 
 Real worst_residual(const World& world, const Articulation& a, bool strings) {
@@ -146,6 +188,10 @@ void relax(World& world, Articulation& a, bool strings) {
     worst = now;
     if (stalled) break;
   }
+}
+
+void sweep_closed(const World& world, Articulation& a) {
+  for (const Tree& t : a.trees) sweep_from_root(world, a, t);
 }
 
 void place_free_root(Articulation& a, const Tree& tree, Real h) {

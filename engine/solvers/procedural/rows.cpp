@@ -15,12 +15,6 @@ Vec3 lever(const Articulation& a, std::size_t column, Vec3 anchor, Work rotation
   return a.room.work.quat(rotation_row, column) * anchor - a.room.work.vec(kArm, column);
 }
 
-/// From the joint point of a child's parent to the child's joint, kept in room.levers.
-Vec3 child_lever(const Articulation& a, std::size_t child) {
-  const auto parent = static_cast<std::size_t>(a.parents[child]);
-  return a.room.work.vec(kParentArm, child) - a.room.work.vec(kArm, parent);
-}
-
 struct Ends {
   Vec3 a, b;
 };
@@ -36,17 +30,6 @@ Ends ends_of(const World& world, const Articulation& a, const Cord& cord, Work p
               : point_at(a, cord.column_b, s.anchor_b, position_row, rotation_row)};
 }
 
-void add_turning(Real* block, const Mat3& m) {
-  Real* tt = block + kTurnTurn;
-  tt[0] += m[0][0], tt[1] += m[1][0], tt[2] += m[2][0];
-  tt[3] += m[1][1], tt[4] += m[2][1], tt[5] += m[2][2];
-}
-
-void add_rows(Real* rows, const Mat3& m) {
-  for (int row = 0; row < 3; ++row)
-    for (int col = 0; col < 3; ++col) rows[4 * row + col] += m[col][row];
-}
-
 /// t (1 - n n^T): how a pull t turns away sideways motion.
 Mat3 sideways(Real t, Vec3 n) { return t * (Mat3(1) - glm::outerProduct(n, n)); }
 
@@ -55,35 +38,36 @@ Mat3 crossing(Vec3 a) { return Mat3(0, a.z, -a.y, -a.z, 0, a.x, a.y, -a.x, 0); }
 
 /// A pull of `load` along `to` (unit) at a point of a body, over a string of length `span`: the
 /// pull keeps its direction in space while the body moves under it and turns.
-void add_pull(Articulation& a, std::size_t column, Vec3 anchor, Vec3 to, Real load, Real span,
-              Work rotation_row) {
-  Real* block = a.room.blocks.data() + kBlockSize * column;
+void add_pull(const Articulation& a, JointBlock& block, std::size_t column, Vec3 anchor, Vec3 to,
+              Real load, Real span, Work rotation_row) {
   const Mat3 k = sideways(load / span, to);
   const Mat3 c = crossing(lever(a, column, anchor, rotation_row));
   const Mat3 ck = c * k;
-  add_rows(block + kSlideSlide, k);
-  add_turning(block, ck * glm::transpose(c));
-  add_rows(block + kTurnSlide, ck);
+  block.yy += k, block.ty += ck, block.tt += ck * glm::transpose(c);
   const Vec3 arm = a.room.work.quat(rotation_row, column) * anchor;
   const Real reach2 = glm::dot(arm, arm), t = load * glm::dot(to, arm);
-  if (t > 0 && reach2 > 0) add_turning(block, sideways(t, arm / std::sqrt(reach2)));
+  if (t > 0 && reach2 > 0) block.tt += sideways(t, arm / std::sqrt(reach2));
 }
 
 /// A held point that rows can meet: soft, or exact with some slack left in the links between.
 bool takes_rows(const Articulation& a, const Hold& h) {
-  if (h.compliance > 0) return true;
+  if (h.compliance > 0 || h.partner != kNobody) return true;
   const Tree& t = a.trees[h.tree];
+  if (a.parents[t.first] != kHeld) return true;
   const Real span = glm::length(h.target - t.target);
   return span < 0.98 * h.reach && span > 1.02 * h.dead_reach;
 }
 
 constexpr Real kSpringDamping = 0.1;  // s: a spring grip brakes like 0.1 s of its stiffness
 
-void list_hold(Articulation& a, const Hold& h, Real step, Work position_row, Work rotation_row) {
-  Vec3 gap = h.target - point_at(a, h.column, h.anchor, position_row, rotation_row);
+void list_hold(Articulation& a, const Hold& h, Real step, Work position_row, Work rotation_row,
+               bool again) {
+  Vec3 gap = target_of(a, h, position_row, rotation_row) -
+             point_at(a, h.column, h.anchor, position_row, rotation_row);
   Row row;
-  row.column_b = h.column;
+  row.column_a = h.partner, row.column_b = h.column;
   row.arm_b = lever(a, h.column, h.anchor, rotation_row);
+  if (h.partner != kNobody) row.arm_a = lever(a, h.partner, h.held_anchor, rotation_row);
   if (h.compliance > 0) {
     // k g + c (g - g_before) / h, as one spring of stiffness k + c/h.
     const Real stiffer = 1 + kSpringDamping / step;
@@ -93,7 +77,7 @@ void list_hold(Articulation& a, const Hold& h, Real step, Work position_row, Wor
   for (int axis = 0; axis < 3; ++axis) {
     row.direction = Vec3(0);
     row.direction[axis] = 1;
-    row.bound = gap[axis], row.load = h.load[axis];
+    row.bound = gap[axis], row.load = again ? 0 : h.load[axis];
     a.room.rows.push_back(row);
   }
 }
@@ -122,87 +106,69 @@ void list_cord(const World& world, Articulation& a, std::uint32_t index, Real st
 }
 
 void clear(StepRoom& r) {
-  std::fill(r.slide.begin(), r.slide.end(), Vec3(0));
-  std::fill(r.turn.begin(), r.turn.end(), Vec3(0));
+  std::fill(r.forces_in.begin(), r.forces_in.end(), Loads{});
+  std::fill(r.torques_in.begin(), r.torques_in.end(), Loads{});
 }
 
-/// Adds the load of a row to the forces (in slide) and torques (in turn) at the joint points.
-void push(StepRoom& r, const Row& row, Real load) {
+/// Adds the load of a row to one side of the forces and torques at the joint points.
+void push(StepRoom& r, const Row& row, Real load, std::size_t side) {
   const Vec3 f = load * row.direction;
-  if (row.column_b != kNobody)
-    r.slide[row.column_b] += f, r.turn[row.column_b] += glm::cross(row.arm_b, f);
-  if (row.column_a != kNobody)
-    r.slide[row.column_a] -= f, r.turn[row.column_a] -= glm::cross(row.arm_a, f);
-}
-
-Vec3 times_inverse(const Articulation& a, std::size_t c, Vec3 v) {
-  const Real* i = a.room.inverse.data() + 6 * c;
-  return {i[0] * v.x + i[1] * v.y + i[2] * v.z, i[1] * v.x + i[3] * v.y + i[4] * v.z,
-          i[2] * v.x + i[4] * v.y + i[5] * v.z};
-}
-
-Vec3 times_answer_transposed(const Articulation& a, std::size_t c, Vec3 t) {
-  const Real* n = a.room.nodes.data() + kNodeSize * c + kAnswer;
-  return {n[0] * t.x + n[4] * t.y + n[8] * t.z, n[1] * t.x + n[5] * t.y + n[9] * t.z,
-          n[2] * t.x + n[6] * t.y + n[10] * t.z};
-}
-
-/// Loads at bodies go up the tree: `force` becomes the load at each own joint, `torque` the turn
-/// each body makes when its joint stays.
-void carry_up(Articulation& a, std::vector<Vec3>& force, std::vector<Vec3>& torque) {
-  for (std::size_t c = a.count(); c-- > 0;) {
-    if (force[c] == Vec3(0) && torque[c] == Vec3(0)) continue;
-    force[c] -= times_answer_transposed(a, c, torque[c]);
-    torque[c] = times_inverse(a, c, torque[c]);
-    if (a.parents[c] < 0) continue;
-    const auto parent = static_cast<std::size_t>(a.parents[c]);
-    torque[parent] += glm::cross(a.room.levers[c], force[c]);
-    force[parent] += force[c];
+  if (row.column_b != kNobody) {
+    r.forces_in[row.column_b].add_to_side(side, f);
+    r.torques_in[row.column_b].add_to_side(side, glm::cross(row.arm_b, f));
   }
-}
-
-/// ... and the displacements come down: `force` becomes the slide of each joint point, `torque` the
-/// turn of each body.
-void carry_down(Articulation& a, std::vector<Vec3>& force, std::vector<Vec3>& torque) {
-  for (std::size_t c = 0; c < a.count(); ++c) {
-    Vec3 y(0);
-    if (a.parents[c] >= 0) {
-      const auto parent = static_cast<std::size_t>(a.parents[c]);
-      y = force[parent] + glm::cross(torque[parent], a.room.levers[c]);
-    } else if (a.parents[c] == kFree) {
-      y = solve_symmetric(group_mass(a, c), force[c]);
-    }
-    torque[c] -= times_answer(a, c, y);
-    force[c] = y;
+  if (row.column_a != kNobody) {
+    r.forces_in[row.column_a].add_to_side(side, -f);
+    r.torques_in[row.column_a].add_to_side(side, -glm::cross(row.arm_a, f));
   }
 }
 
 /// The free answer: what gathered loads and gaps do without any row.
-void answer_freely(Articulation& a) {
+void answer_freely(Articulation& a, Work position_row) {
   const Table& w = a.room.work;
   auto tree = a.trees.begin();
   for (std::size_t c = 0; c < a.count(); ++c) {
-    Vec3 y;
+    const JointNode& n = a.room.joint_nodes[c];
+    Vec3 y, follow(0);
     if (a.parents[c] >= 0) {
       const auto parent = static_cast<std::size_t>(a.parents[c]);
-      y = a.room.slide[parent] + glm::cross(a.room.turn[parent], a.room.levers[c]) + w.vec(kGap, c);
+      y = a.room.slide[parent] + glm::cross(a.room.turn[parent], a.room.levers[c]) + a.room.gaps[c];
+      if (!n.loose) follow = n.follow * a.room.turn[parent];
     } else {
       const Tree& t = *tree++;
-      y = a.parents[c] == kFree ? solve_symmetric(group_mass(a, c), group_load(a, c))
-                                : t.target - (w.vec(kPosition, c) + w.vec(kArm, c));
+      y = a.parents[c] == kFree ? solve_symmetric(n.group, n.load)
+                                : t.target - (w.vec(position_row, c) + w.vec(kArm, c));
     }
     a.room.slide[c] = y;
-    a.room.turn[c] = answer(a, c, y);
+    a.room.turn[c] = n.turn + follow - n.swing * y;
   }
 }
 
-/// direction . (u_b - u_a) of a row, for the displacements in (slide, turn).
-Real move_along(const Articulation& a, const Row& row) {
-  const auto at = [&](std::uint32_t column, Vec3 arm) {
-    return column == kNobody ? Vec3(0)
-                             : a.room.slide[column] + glm::cross(a.room.turn[column], arm);
-  };
-  return glm::dot(row.direction, at(row.column_b, row.arm_b) - at(row.column_a, row.arm_a));
+/// direction . (u_b - u_a) of a row, for displacements `at(column, arm)`.
+template <class At>
+Real move_along(const Row& row, const At& at) {
+  Vec3 moved(0);
+  if (row.column_b != kNobody) moved += at(row.column_b, row.arm_b);
+  if (row.column_a != kNobody) moved -= at(row.column_a, row.arm_a);
+  return glm::dot(row.direction, moved);
+}
+
+/// What every row feels of a unit load on every other, four loads at a time.
+void find_response(const Articulation& a, StepRoom& r) {
+  const std::size_t n = r.rows.size();
+  for (std::size_t first = 0; first < n; first += Loads::kSides) {
+    const std::size_t sides = std::min(Loads::kSides, n - first);
+    clear(r);
+    for (std::size_t s = 0; s < sides; ++s) push(r, r.rows[first + s], 1, s);
+    carry_up(a, r.forces_in, r.torques_in);
+    carry_down(a, r.forces_in, r.torques_in);
+    for (std::size_t i = 0; i < n; ++i)
+      for (std::size_t s = 0; s < sides; ++s)
+        r.response[i * n + first + s] = move_along(r.rows[i], [&](std::uint32_t c, Vec3 arm) {
+          return r.forces_in[c].side(s) + glm::cross(r.torques_in[c].side(s), arm);
+        });
+  }
+  for (std::size_t j = 0; j < n; ++j) r.response[j * n + j] += r.rows[j].softness + 1e-300;
 }
 
 /// Leaves out strings that hang well below what this step can draw tight; one that does come tight
@@ -295,8 +261,8 @@ void solve_loads(StepRoom& r) {
 
 }  // namespace
 
-void add_string_stiffness(const World& world, Articulation& a, Work position_row,
-                          Work rotation_row) {
+void add_string_stiffness(const World& world, Articulation& a, std::vector<JointBlock>& blocks,
+                          Work position_row, Work rotation_row) {
   for (const Cord& cord : a.cords) {
     if (!(cord.load > 0)) continue;
     const StringJoint& s = world.strings.values()[cord.string].joint;
@@ -305,9 +271,11 @@ void add_string_stiffness(const World& world, Articulation& a, Work position_row
     if (!(span > 0)) continue;
     const Vec3 to_b = (e.b - e.a) / span;
     if (cord.column_a != kNobody)
-      add_pull(a, cord.column_a, s.anchor_a, to_b, cord.load, span, rotation_row);
+      add_pull(a, blocks[cord.column_a], cord.column_a, s.anchor_a, to_b, cord.load, span,
+               rotation_row);
     if (cord.column_b != kNobody)
-      add_pull(a, cord.column_b, s.anchor_b, -to_b, cord.load, span, rotation_row);
+      add_pull(a, blocks[cord.column_b], cord.column_b, s.anchor_b, -to_b, cord.load, span,
+               rotation_row);
   }
 }
 
@@ -322,53 +290,61 @@ Real worst_stretch(const World& world, const Articulation& a) {
   return worst;
 }
 
+Vec3 target_of(const Articulation& a, const Hold& hold, Work position_row, Work rotation_row) {
+  return hold.partner == kNobody
+             ? hold.target
+             : point_at(a, hold.partner, hold.held_anchor, position_row, rotation_row);
+}
+
+Real worst_hold(const Articulation& a) {
+  Real worst = 0;
+  for (const Hold& h : a.holds)
+    if (h.compliance == 0)
+      worst = std::max(
+          worst, glm::length(target_of(a, h, kFinalPosition, kFinalRotation) -
+                             point_at(a, h.column, h.anchor, kFinalPosition, kFinalRotation)));
+  return worst;
+}
+
 void solve_rows(World& world, Articulation& a, Real h, Work position_row, Work rotation_row,
                 bool again) {
   StepRoom& r = a.room;
   r.rows.clear();
-  if (!again)
-    for (const Hold& hold : a.holds)
-      if (takes_rows(a, hold)) list_hold(a, hold, h, position_row, rotation_row);
+  const auto taken = [&](const Hold& hold) {
+    return takes_rows(a, hold) && !(again && hold.compliance > 0);
+  };
+  for (const Hold& hold : a.holds)
+    if (taken(hold)) list_hold(a, hold, h, position_row, rotation_row, again);
   for (std::uint32_t c = 0; c < a.cords.size(); ++c)
     list_cord(world, a, c, h, position_row, rotation_row, again);
   if (r.rows.empty()) return;
-  for (std::size_t c = 0; c < a.count(); ++c)
-    r.levers[c] = a.parents[c] >= 0 ? child_lever(a, c) : Vec3(0);
 
-  if (again)
-    clear(r);
-  else
-    answer_freely(a);
-  for (Row& row : r.rows) row.wanted = row.bound - move_along(a, row);
+  answer_freely(a, position_row);
+  for (Row& row : r.rows)
+    row.wanted = row.bound - move_along(row, [&](std::uint32_t c, Vec3 arm) {
+                   return r.slide[c] + glm::cross(r.turn[c], arm);
+                 });
   drop_slack(r, a.size);
-  const std::size_t n = r.rows.size();
-  for (std::size_t j = 0; j < n; ++j) {
-    clear(r);
-    push(r, r.rows[j], 1);
-    carry_up(a, r.slide, r.turn);
-    carry_down(a, r.slide, r.turn);
-    for (std::size_t i = 0; i < n; ++i) r.response[i * n + j] = move_along(a, r.rows[i]);
-    r.response[j * n + j] += r.rows[j].softness + 1e-300;
-  }
+  find_response(a, r);
   solve_loads(r);
 
   // All loads at once, added to what was gathered.
   clear(r);
-  for (const Row& row : r.rows) push(r, row, row.load);
-  carry_up(a, r.slide, r.turn);
+  for (const Row& row : r.rows) push(r, row, row.load, 0);
+  carry_up(a, r.forces_in, r.torques_in);
   for (std::size_t c = 0; c < a.count(); ++c) {
-    Real* node = r.nodes.data() + kNodeSize * c;
-    for (int axis = 0; axis < 3; ++axis) {
-      node[kGroup + static_cast<std::size_t>(4 * axis + 3)] += r.slide[c][axis];
-      node[kAnswer + static_cast<std::size_t>(4 * axis + 3)] += r.turn[c][axis];
-    }
+    r.joint_nodes[c].load += r.forces_in[c].side(0);
+    r.joint_nodes[c].turn += r.torques_in[c].side(0);
   }
 
+  const std::size_t n = r.rows.size();
   std::size_t at = 0;
   for (Hold& hold : a.holds) {
-    if (again) break;
-    const bool taken = takes_rows(a, hold);
-    for (int axis = 0; axis < 3; ++axis) hold.load[axis] = taken ? r.rows[at++].load : 0;
+    const bool is_taken = taken(hold);
+    for (int axis = 0; axis < 3; ++axis) {
+      const Real load = is_taken ? r.rows[at++].load : 0;
+      hold.load[axis] = again ? hold.load[axis] + load : load;
+    }
   }
   for (std::uint32_t c = 0; c < a.cords.size(); ++c) {
     Cord& cord = a.cords[c];

@@ -20,7 +20,7 @@ const BodyLayout kLayout{words(sizeof(Body)), words(offsetof(Body, pose.position
 void aim(const World& world, Articulation& a) {
   a.room.targets.clear();
   const auto place = [&](std::uint32_t body, std::uint32_t pin, Vec3 anchor) {
-    return pin != UINT32_MAX ? world.pins.values()[pin].target : point_on(world, body, anchor);
+    return body != UINT32_MAX ? point_on(world, body, anchor) : world.pins.values()[pin].target;
   };
   for (Tree& t : a.trees) {
     if (a.parents[t.first] == kHeld) {
@@ -30,6 +30,7 @@ void aim(const World& world, Articulation& a) {
     for (int n = 0; n < 3; ++n) a.room.targets.push_back(t.target[n]);
   }
   for (Hold& h : a.holds) {
+    if (h.partner != UINT32_MAX) continue;  // loops have no place in the world
     const Vec3 now = place(h.held_body, h.held_pin, h.held_anchor);
     h.target_before = a.aimed ? h.target : now, h.target = now;
     if (!a.aimed) h.gap_before = h.target - point_on(world, a.slots[h.column], h.anchor);
@@ -91,29 +92,47 @@ Rule rule_of(const Articulation& a) {
   return a.second_order ? Rule::bdf2 : Rule::euler;
 }
 
-/// Joints closed by articulated masses, strings and reachable held points as rows of the solve.
-void close_with_rows(World& world, Articulation& a, const Packed& p, Real h) {
-  const Kernels& k = kernels();
-  k.prepare(p, kPosition, kRotation, a.settings.tension_stiffness);
-  k.fill_blocks(p, a.room.blocks.data());
-  if (a.settings.tension_stiffness) add_string_stiffness(world, a, kPosition, kRotation);
-  k.gather_tree(p, a.settings.tension_stiffness, a.room.blocks.data());
-  solve_rows(world, a, h, kPosition, kRotation, false);
-  k.close(p, a.room.targets.data(), kPosition);
-  k.commit(p, kRotation);
+bool has_rows(const Articulation& a) { return !a.holds.empty() || !a.cords.empty(); }
 
-  // Strings are met to first order; what the turning of the bodies left is closed again.
+/// Does the articulation ask for more than free ball joints in this step?
+bool is_plain(const Articulation& a) {
+  return !has_rows(a) && a.joints.empty() && a.room.touches.empty();
+}
+
+/// The general solve once, from the predicted poses: final poses, and what rows and stops bear.
+bool solve_once(World& world, Articulation& a, Real h) {
+  const Packed p = packed(world, a);
+  StepRoom& r = a.room;
+  // The blocks of the bodies stay the same from pass to pass; contacts do not.
+  r.joint_blocks = r.base;
+  add_touches(world, a, r.joint_blocks);
+  gather_joints(a);
+  if (has_rows(a)) solve_rows(world, a, h, kPosition, kRotation, false);
+  const bool settled = close_joints(world, a, h, kPosition, kRotation, false);
+  kernels().commit(p, kRotation);
+  return settled;
+}
+
+/// Strings, pins and loops are met to first order; what the turning of the bodies left is closed
+/// again from the final poses, with stops and contacts as they were found to bear.
+void close_rows(World& world, Articulation& a, Real h) {
+  const Packed p = packed(world, a);
+  StepRoom& r = a.room;
   const Real enough = 0.1 * a.settings.tolerance * a.size;
-  for (int round = 0; round < a.settings.rounds && worst_stretch(world, a) > enough; ++round) {
-    for (std::size_t c = 0; c < a.count(); ++c) a.room.loads[c] = a.memory.vec(kLoad, c);
-    k.prepare(p, kFinalPosition, kFinalRotation, false);
-    k.fill_blocks(p, a.room.blocks.data());
-    k.gather_tree(p, false, a.room.blocks.data());
+  Real worst = std::max(worst_stretch(world, a), worst_hold(a));
+  for (int round = 0; round < a.settings.rounds && worst > enough; ++round) {
+    kernels().prepare(p, kFinalPosition, kFinalRotation, false);
+    if (!a.joints.empty()) set_terms(world, a, h, kFinalRotation, true);
+    fill_base(a, false);
+    r.joint_blocks = r.base;
+    gather_joints(a);
     solve_rows(world, a, h, kFinalPosition, kFinalRotation, true);
-    k.close(p, a.room.targets.data(), kFinalPosition);
-    k.commit(p, kFinalRotation);
-    for (std::size_t c = 0; c < a.count(); ++c)
-      a.memory.set(kLoad, c, a.memory.vec(kLoad, c) + a.room.loads[c]);
+    close_joints(world, a, h, kFinalPosition, kFinalRotation, true);
+    kernels().commit(p, kFinalRotation);
+    a.rounds_used = round + 1;
+    const Real now = std::max(worst_stretch(world, a), worst_hold(a));
+    if (worst - now < a.settings.stall_drop * worst) break;
+    worst = now;
   }
 }
 
@@ -148,7 +167,10 @@ void report_holds(World& world, Articulation& a, Real h) {
   const Real to_force = 1 / (a.force_share * h * h);
   for (Hold& hold : a.holds) {
     const Vec3 at = point_on(world, a.slots[hold.column], hold.anchor);
-    hold.gap_before = hold.target - at;
+    const Vec3 to = hold.partner == UINT32_MAX
+                        ? hold.target
+                        : point_on(world, a.slots[hold.partner], hold.held_anchor);
+    hold.gap_before = to - at;
     hold.residual = glm::length(hold.gap_before);
     if (hold.held_pin == UINT32_MAX) continue;
     Pin& pin = world.pins.values()[hold.held_pin];
@@ -158,7 +180,7 @@ void report_holds(World& world, Articulation& a, Real h) {
     if (t.held_pin == UINT32_MAX) continue;
     Pin& pin = world.pins.values()[t.held_pin];
     const Vec3 at = point_on(world, a.slots[t.first], pin.anchor);
-    pin.residual = glm::length(pin.target - at), pin.reachable = true;
+    pin.residual = glm::length(t.target - at), pin.reachable = true;
   }
   for (const Cord& cord : a.cords)
     world.strings.values()[cord.string].tension = to_force * cord.load;
@@ -177,8 +199,7 @@ Packed packed(World& world, Articulation& a) {
           a.room.work.data(),
           a.room.nodes.data(),
           a.forced ? a.room.forces.data() : nullptr,
-          a.room.inverse.empty() ? nullptr : a.room.inverse.data(),
-          a.is_chain && a.room.inverse.empty() && a.settings.solver != Solver::shake2};
+          a.is_chain};
 }
 
 Vec3 point_at(const Articulation& a, std::size_t column, Vec3 anchor, Work position_row,
@@ -190,25 +211,49 @@ Vec3 point_on(const World& world, std::uint32_t slot, Vec3 anchor) {
   return to_world(world.bodies.values()[slot].pose, anchor);
 }
 
+namespace {
+
+/// Room for the general solve; made when a step first needs it.
+void make_room_for_passes(Articulation& a) {
+  StepRoom& r = a.room;
+  const std::size_t n = a.count(), rows = 3 * a.holds.size() + a.cords.size();
+  if (r.joint_nodes.size() == n) return;
+  r.joint_nodes.assign(n, {}), r.base.assign(n, {}), r.joint_blocks.assign(n, {});
+  r.terms.assign(a.joints.empty() ? 0 : n, {});
+  r.slide.assign(n, Vec3(0)), r.turn.assign(n, Vec3(0)), r.levers.assign(n, Vec3(0));
+  r.gaps.assign(n, Vec3(0));
+  r.rotations.assign(n, kNoTurn);
+  if (rows == 0) return;
+  r.forces_in.assign(n, {}), r.torques_in.assign(n, {});
+  r.on_path.assign(std::max(n, rows), 0);
+  r.rows.reserve(rows), r.response.assign(rows * rows, 0);
+  r.factor.assign(rows * rows, 0), r.solved.assign(rows, 0);
+}
+
+bool touches_anything(const World& world, const Articulation& a) {
+  return std::any_of(a.bodies.begin(), a.bodies.end(),
+                     [&](Entity e) { return world.collisions.find(e) != nullptr; });
+}
+
+}  // namespace
+
 void prepare(World& world) {
   for (Articulation& a : world.articulations) {
     const std::size_t n = a.count(), padded = a.slots.size();
-    const std::size_t rows = 3 * a.holds.size() + a.cords.size();
-    const bool tree = !a.is_chain || rows > 0 || a.settings.solver == Solver::shake2;
+    const bool shake = a.settings.solver == Solver::shake2;
     StepRoom& r = a.room;
     r.work.resize(kWorkRows, n);
     for (std::size_t c = n; c < padded; ++c) r.work.at(kTurn + 3, c) = 1;  // padding turns nowhere
     r.nodes.assign(kNodeSize * n, 0);
     r.targets.reserve(3 * a.trees.size());
     if (!world.forces.empty()) r.forces.resize(6, n);
-    if (tree) r.blocks.assign(kBlockSize * n, 0);
-    if (tree) r.slide.assign(n, Vec3(0)), r.turn.assign(n, Vec3(0));
-    if (tree || a.parents.front() == kFree) r.loads.assign(n, Vec3(0));  // also outboard masses
-    if (rows > 0) {
-      r.levers.assign(n, Vec3(0));
-      r.inverse.assign(6 * n, 0), r.on_path.assign(std::max(n, rows), 0);
-      r.rows.reserve(rows), r.response.assign(rows * rows, 0);
-      r.factor.assign(rows * rows, 0), r.solved.assign(rows, 0);
+    if (!a.is_chain || shake) r.blocks.assign(kBlockSize * n, 0);
+    if (shake) r.slide.assign(n, Vec3(0)), r.turn.assign(n, Vec3(0));
+    if (shake || a.parents.front() == kFree) r.loads.assign(n, Vec3(0));  // also outboard masses
+    if (has_rows(a) || !a.joints.empty()) make_room_for_passes(a);
+    if (!world.collisions.empty() && touches_anything(world, a)) {
+      r.touches.reserve(8 * n);
+      make_room_for_passes(a);
     }
   }
 }
@@ -229,7 +274,81 @@ void update(World& world, Articulation& a, Real h) {
   a.momentum_before = Vec3(start.momentum[0], start.momentum[1], start.momentum[2]);
 }
 
-bool adjust(World& world, Articulation& a, Real h, Entity& lost) {
+void begin_passes(World& world, Articulation& a, Real h) {
+  a.disturbed = a.limited = false;
+  a.rounds_used = a.passes_used = a.stops_hit = a.drives_capped = 0;
+  a.stop_work = 0;
+  if (!a.finite || a.settings.solver != Solver::automatic || is_plain(a)) return;
+  make_room_for_passes(a);
+  const bool tension = a.settings.tension_stiffness;
+  kernels().prepare(packed(world, a), kPosition, kRotation, tension);
+  if (!a.joints.empty()) set_terms(world, a, h, kRotation, false);
+  fill_base(a, tension);
+  if (tension) add_string_stiffness(world, a, a.room.base, kPosition, kRotation);
+  aim_touches(world, a, h);
+}
+
+bool pass(World& world, Articulation& a, Real h) {
+  if (!a.finite || a.settings.solver != Solver::automatic || is_plain(a)) return true;
+  ++a.passes_used;
+  const bool settled = solve_once(world, a, h);
+  return settle_touches(world, a) && settled;
+}
+
+namespace {
+
+/// Free ball joints alone: everything in one go.
+EndSums close_plain(Articulation& a, const Packed& p, const FinishInput& in) {
+  const Kernels& k = kernels();
+  if (p.is_chain) {
+    k.gather_chain(p, a.settings.tension_stiffness);
+  } else {
+    k.prepare(p, kPosition, kRotation, a.settings.tension_stiffness);
+    k.fill_blocks(p, a.room.blocks.data());
+    k.gather_tree(p, a.settings.tension_stiffness, a.room.blocks.data());
+  }
+  return k.close_and_finish(p, a.room.targets.data(), in);
+}
+
+/// Stops and drives after the last pass: what they bear is remembered, and told.
+void finish_joints(Articulation& a, Real h) {
+  for (std::size_t c = 0; c < a.joints.size(); ++c) {
+    PackedJoint& j = a.joints[c];
+    if (!j.stiff) continue;
+    bool hit = false;
+    for (int s = 0; s < 4; ++s) {
+      const Stop& stop = a.room.terms[c].stops[s];
+      j.loads[s] = stop.on ? stop.load : 0;
+      hit = hit || (stop.on && !stop.both_ways);
+    }
+    a.stops_hit += hit;
+    a.drives_capped += j.drive != UINT32_MAX && j.share < 1;
+    a.stop_work += work_of_springs(a, c, h);
+  }
+}
+
+bool touches_bear(const World& world, const Articulation& a) {
+  return std::any_of(a.room.touches.begin(), a.room.touches.end(),
+                     [&](const Touch& t) { return world.contacts[t.contact].active; });
+}
+
+/// The kinetic and potential energy and the momentum of the bodies as they stand.
+void sum_up(const World& world, const Articulation& a, EndSums& end) {
+  end.kinetic = end.potential = 0;
+  Vec3 momentum(0);
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    const Body& b = world.bodies.values()[a.slots[c]];
+    momentum += b.mass * b.velocity;
+    const Vec3 w = glm::conjugate(b.pose.rotation) * b.spin;
+    end.kinetic += 0.5 * (b.mass * glm::dot(b.velocity, b.velocity) + glm::dot(b.inertia, w * w));
+    end.potential -= b.mass * b.gravity_scale * glm::dot(world.gravity, b.pose.position);
+  }
+  for (int n = 0; n < 3; ++n) end.momentum[n] = momentum[n];
+}
+
+}  // namespace
+
+bool finish_passes(World& world, Articulation& a, Real h, Entity& lost) {
   if (!a.finite) {  // joints could hide it
     lost = find_lost(world, a);
     return false;
@@ -237,60 +356,48 @@ bool adjust(World& world, Articulation& a, Real h, Entity& lost) {
   const Packed p = packed(world, a);
   const Kernels& k = kernels();
   const Solver solver = a.settings.solver;
-  a.disturbed = a.limited = false;
-  a.rounds_used = 0;
-  const FinishInput in{h,
-                       {world.gravity.x, world.gravity.y, world.gravity.z},
-                       rule_of(a),
-                       a.fresh,
-                       a.settings.calm_angle};
-  const Real* targets = a.room.targets.data();
-  const bool rows = !a.holds.empty() || !a.cords.empty();
+  FinishInput in{h,
+                 {world.gravity.x, world.gravity.y, world.gravity.z},
+                 rule_of(a),
+                 a.fresh,
+                 a.settings.calm_angle};
   const bool one_held_tree = a.trees.size() == 1 && a.parents.front() == kHeld;
+  a.touching = false;
   EndSums end;
-  if (solver == Solver::automatic && !rows) {
-    if (p.is_chain) {
-      k.gather_chain(p, a.settings.tension_stiffness);
-    } else {
-      k.prepare(p, kPosition, kRotation, a.settings.tension_stiffness);
-      k.fill_blocks(p, a.room.blocks.data());
-      k.gather_tree(p, a.settings.tension_stiffness, a.room.blocks.data());
-    }
-    end = k.close_and_finish(p, targets, in);
-  } else if (solver == Solver::sweep && !rows && one_held_tree) {
-    end = k.sweep_and_finish(p, targets, a.settings.turn_stiffness, in);
+  if (is_plain(a) && solver == Solver::automatic) {
+    end = close_plain(a, p, in);
+  } else if (is_plain(a) && solver == Solver::sweep && one_held_tree) {
+    end = k.sweep_and_finish(p, a.room.targets.data(), a.settings.turn_stiffness, in);
   } else {
-    if (solver == Solver::automatic)
-      close_with_rows(world, a, p, h);
-    else if (solver == Solver::shake2)
+    if (solver == Solver::automatic) {
+      if (has_rows(a)) close_rows(world, a, h);
+      if (!a.joints.empty()) finish_joints(a, h);
+      a.touching = a.stops_hit > 0 || touches_bear(world, a);
+    } else if (solver == Solver::shake2) {
       close_shake(world, a, p, h);
-    else
+    } else {
       close_kinematic(a, p, h);
-    if (rows) relax(world, a, solver != Solver::automatic);
+    }
+    if (!a.joints.empty() && solver != Solver::automatic) sweep_closed(world, a);
+    if (has_rows(a)) relax(world, a, solver != Solver::automatic);
+    if (!a.room.touches.empty()) push_out_trees(world, a);
+    // What strikes a stop or the ground stops there: no rule that looks farther back than the step.
+    if (a.touching) a.disturbed = true;
+    if (a.touching && solver == Solver::automatic) in.rule = Rule::euler, in.first = false;
     end = k.finish(p, in);
   }
   if (!end.sane) {
     lost = find_lost(world, a);
     return false;
   }
-  if (repair_momentum(world, a, h)) {
-    end.kinetic = end.potential = 0;
-    Vec3 momentum(0);
-    for (std::size_t c = 0; c < a.count(); ++c) {
-      const Body& b = world.bodies.values()[a.slots[c]];
-      momentum += b.mass * b.velocity;
-      const Vec3 w = glm::conjugate(b.pose.rotation) * b.spin;
-      end.kinetic += 0.5 * (b.mass * glm::dot(b.velocity, b.velocity) + glm::dot(b.inertia, w * w));
-      end.potential -= b.mass * b.gravity_scale * glm::dot(world.gravity, b.pose.position);
-    }
-    for (int n = 0; n < 3; ++n) end.momentum[n] = momentum[n];
-  }
+  if (!a.touching && repair_momentum(world, a, h)) sum_up(world, a, end);
+  if (!a.room.touches.empty()) a.stop_work += finish_touches(world, a, h);
   const bool small_turns = end.largest_turn2 < a.settings.calm_angle * a.settings.calm_angle;
   a.disturbed = a.disturbed || !small_turns;
   if (solver == Solver::automatic) limit_energy(world, a, p, end, h);
   const bool calm = !a.limited && !a.disturbed;
   a.calm_steps = calm ? std::min(a.calm_steps + 1, 1000) : 0;
-  if (rows || a.trees.front().held_pin != UINT32_MAX) report_holds(world, a, h);
+  if (has_rows(a) || a.trees.front().held_pin != UINT32_MAX) report_holds(world, a, h);
   for (std::size_t c = 0; a.changed && c < a.count(); ++c) {
     Body& b = world.bodies.values()[a.slots[c]];
     b.restart = b.teleport = false;
@@ -298,6 +405,13 @@ bool adjust(World& world, Articulation& a, Real h, Entity& lost) {
   a.fresh = false;
   a.last_step = h;
   return true;
+}
+
+bool adjust(World& world, Articulation& a, Real h, Entity& lost) {
+  begin_passes(world, a, h);
+  for (int n = 0; n < a.settings.passes; ++n)
+    if (pass(world, a, h)) break;
+  return finish_passes(world, a, h, lost);
 }
 
 }  // namespace pantin::procedural

@@ -1,0 +1,335 @@
+// Contacts as rows of the bodies they touch: stiff springs with multipliers, so that any number of
+// them, dependent or not, is answered by one way up and one way down the tree.
+//
+// A row draws the point of contact p to its goal with the load
+//   f = l + w n n.(goal - p) + g (1 - n n^T)(goal - p)
+// and learns the multiplier l from what it bore: along the normal only pushes count; across it
+// friction bears at most mu times that, and where the point slides the grip g is cut down so that
+// it brakes by just as much (lagged, isotropic). [Alart & Curnier 1991, augmented Lagrangian]
+#include <algorithm>
+
+#include "engine/base/rotation.hpp"
+#include "engine/geometry/surface.hpp"
+#include "engine/solvers/procedural/internal.hpp"
+#include "engine/solvers/procedural/procedural.hpp"
+#include "engine/solvers/procedural/push_out.hpp"
+#include "engine/world/find_contacts.hpp"
+
+namespace pantin::procedural {
+namespace {
+
+/// Rows outweigh the articulation by this much; what is left is met by their loads.
+constexpr Real kRowWeight = 1e4;
+/// Of a contact between dynamic bodies each side yields: the row weighs about as much as they do.
+constexpr Real kMutualWeight = 1;
+/// Approaches slower than this are not given back, m/s.
+constexpr Real kQuiet = 0.2;
+
+/// Distance of the farthest point of a body's shapes from its mass centre, m.
+Real extent_of(const Shapes& shapes) {
+  Real most = 0;
+  for (const Shape& s : shapes.parts) {
+    Real own = 0;
+    switch (s.kind) {
+      case ShapeKind::sphere:
+        own = s.size.x;
+        break;
+      case ShapeKind::capsule:
+        own = s.size.x + s.size.y;
+        break;
+      case ShapeKind::box:
+        own = glm::length(s.size);
+        break;
+      default:
+        if (s.surface)
+          own = glm::length(glm::max(glm::abs(s.surface->low), glm::abs(s.surface->high)));
+    }
+    most = std::max(most, own + glm::length(s.local.position));
+  }
+  return most;
+}
+
+/// How far a body's surface may come in this step: the way predicted, and what joints may add.
+Real reach_of(const World& world, const Articulation& a, std::size_t c, Real drawn, Real h) {
+  const Body& b = world.bodies.values()[a.slots[c]];
+  const Shapes* shapes = world.shapes.find(a.bodies[c]);
+  if (!shapes) return 0;
+  const Real extent = extent_of(*shapes);
+  const Real slide = glm::length(a.room.work.vec(kPosition, c) - b.pose.position);
+  const Quat turn = a.room.work.quat(kRotation, c) * glm::conjugate(b.pose.rotation);
+  return 1.25 * (slide + extent * glm::length(rotation_vector(turn))) + drawn + 0.02 * extent +
+         glm::length(world.gravity) * h * h;
+}
+
+/// How far a hand draws an articulation in this step.
+Real drawn_by_hands(const Articulation& a) {
+  Real most = 0;
+  for (const Tree& t : a.trees)
+    if (a.parents[t.first] == kHeld)
+      most = std::max(most, glm::length(t.target - t.target_before));
+  for (const Hold& hold : a.holds)
+    most = std::max(most, glm::length(hold.target - hold.target_before));
+  return most;
+}
+
+void find_reaches(World& world, Real h) {
+  std::vector<Real>& reach = world.touch_room.reach;
+  reach.assign(world.bodies.size(), 0);
+  for (const Articulation& a : world.articulations) {
+    const Real drawn = drawn_by_hands(a);
+    for (std::size_t c = 0; c < a.count(); ++c)
+      if (world.collisions.find(a.bodies[c])) reach[a.slots[c]] = reach_of(world, a, c, drawn, h);
+  }
+}
+
+bool moves(const Body& b) {
+  return b.motion == Motion::driven && (b.velocity != Vec3(0) || b.spin != Vec3(0));
+}
+
+/// Contacts are looked for where everything was at the start of the step: driven bodies are put
+/// back there for the search, and their reach is the way they come.
+void search(World& world, Real h) {
+  std::vector<Pose>& ends = world.touch_room.ends;
+  ends.clear();
+  for (std::uint32_t slot : world.kinematic) {
+    Body& b = world.bodies.values()[slot];
+    if (!moves(b)) continue;
+    ends.push_back(b.pose);
+    b.pose.position -= h * b.velocity;
+    b.pose.rotation = glm::normalize(turn_by(-h * b.spin) * b.pose.rotation);
+    const Shapes* shapes = world.shapes.find(world.bodies.owners()[slot]);
+    const Real extent = shapes ? extent_of(*shapes) : 0;
+    world.touch_room.reach[slot] = h * (glm::length(b.velocity) + extent * glm::length(b.spin));
+  }
+  find_contacts(world, world.touch_room.reach);
+  auto end = ends.begin();
+  for (std::uint32_t slot : world.kinematic)
+    if (Body& b = world.bodies.values()[slot]; moves(b)) b.pose = *end++;
+}
+
+bool is_dynamic(const World& world, std::uint32_t slot) {
+  return world.bodies.values()[slot].motion == Motion::dynamic;
+}
+
+/// Displacement of a point of a fixed or driven body over the step.
+Vec3 way_of(const Body& b, Vec3 at, Real h) {
+  return moves(b) ? h * (b.velocity + glm::cross(b.spin, at - b.pose.position)) : Vec3(0);
+}
+
+Vec3 final_point(const Articulation& a, std::size_t column, Vec3 anchor) {
+  return point_at(a, column, anchor, kFinalPosition, kFinalRotation);
+}
+
+/// Where a pass takes the point of a contact, to first order, as its row saw it.
+Vec3 moved_to(const Articulation& a, const Touch& t) {
+  return t.predicted + t.bend + a.room.slide[t.column] + glm::cross(a.room.turn[t.column], t.arm);
+}
+
+/// Turning takes the point farther than its row knew: the next pass takes account of it.
+void learn_bend(const Articulation& a, Touch& t, Vec3 anchor) {
+  t.bend += final_point(a, t.column, anchor) - moved_to(a, t);
+}
+
+/// Parts of a vector across a unit normal.
+Vec3 across(Vec3 v, Vec3 n) { return v - glm::dot(v, n) * n; }
+
+/// The speed at which two bodies come together at a contact, m/s; what was there before the step.
+Real approach(const World& world, const Contact& c) {
+  const auto speed = [&](std::uint32_t slot, Vec3 point) {
+    const Body& b = world.bodies.values()[slot];
+    return b.velocity + glm::cross(b.spin, b.pose.rotation * point);
+  };
+  return -glm::dot(c.normal, speed(c.slot_a, c.point_a) - speed(c.slot_b, c.point_b));
+}
+
+/// Goal of a's point against a body that joints do not move.
+Vec3 goal_of(const World& world, const Contact& c, Vec3 start, Real h) {
+  const Body& b = world.bodies.values()[c.slot_b];
+  const Vec3 end = to_world(b.pose, c.point_b);
+  const Vec3 wanted = start + way_of(b, end, h);
+  return wanted + (glm::dot(c.normal, end - wanted) + h * c.impact) * c.normal;
+}
+
+/// What a contact learns from a pass. `miss` leads from where its row took the point to its goal,
+/// `depth` is the overlap that is left. /// True if it bears as it was thought to.
+bool learn(Contact& c, Vec3 miss, Real depth, Real weight, Real size) {
+  const Real lack = glm::dot(miss, c.normal);
+  if (!c.active) {
+    if (!(depth > 1e-9 * size)) return true;
+    c.active = true, c.load = Vec3(0), c.sliding = 1;
+    return false;
+  }
+  const Real normal = glm::dot(c.load, c.normal) + weight * lack;
+  if (normal <= 0) {
+    c.active = false, c.load = Vec3(0), c.sliding = 1;
+    return false;
+  }
+  const Vec3 grip = across(c.load, c.normal) + weight * across(miss, c.normal);
+  const Real most = c.friction * normal, held = glm::length(grip), before = c.sliding;
+  const bool sticks = held <= most;
+  c.sliding = sticks ? 1 : most / held;
+  c.force = normal * c.normal + c.sliding * grip;
+  c.load = normal * c.normal + (sticks ? grip : Vec3(0));
+  return depth < 1e-6 * size && std::abs(c.sliding - before) <= 0.1 * before;
+}
+
+}  // namespace
+
+void touch(World& world, Real h) {
+  for (Articulation& a : world.articulations) a.room.touches.clear(), a.mutual = false;
+  if (world.collisions.empty()) {
+    world.contacts.clear();
+    return;
+  }
+  find_reaches(world, h);
+  search(world, h);
+  for (std::uint32_t i = 0; i < world.contacts.size(); ++i) {
+    Contact& c = world.contacts[i];
+    const Body& b = world.bodies.values()[c.slot_b];
+    if (moves(b)) c.normal = glm::normalize(turn_by(h * b.spin) * c.normal);
+    c.active = glm::dot(c.load, c.normal) > 0 || c.impact > 0;
+    // Below zero: an approach, to be given back in the step after it was stopped.
+    if (c.impact <= 0)
+      c.impact = c.restitution > 0 && approach(world, c) > kQuiet ? -approach(world, c) : 0;
+    const bool mutual = is_dynamic(world, c.slot_b);
+    for (int side = 0; side < (mutual ? 2 : 1); ++side) {
+      const BodyPlace at = world.places[side == 0 ? c.slot_a : c.slot_b];
+      Articulation& a = world.articulations[at.articulation];
+      Touch t;
+      t.contact = i, t.column = at.column, t.side = side == 0 ? 1 : -1;
+      a.mutual = a.mutual || mutual;
+      a.room.touches.push_back(t);
+    }
+  }
+}
+
+void aim_touches(World& world, Articulation& a, Real h) {
+  const Real ratio = a.last_step > 0 && !a.fresh ? h / a.last_step : 1;
+  for (Touch& t : a.room.touches) {
+    Contact& c = world.contacts[t.contact];
+    const bool mutual = is_dynamic(world, c.slot_b);
+    if (!mutual && ratio != 1) c.load *= ratio * ratio;
+    const Vec3 point = t.side > 0 ? c.point_a : c.point_b;
+    const Vec3 arm = a.room.work.quat(kRotation, t.column) * point;
+    t.predicted = a.room.work.vec(kPosition, t.column) + arm;
+    t.arm = arm - a.room.work.vec(kArm, t.column);
+    t.goal = t.predicted;
+    t.weight = kRowWeight * a.mass;
+    if (mutual) continue;
+    Contact given = c;
+    given.impact = std::max(Real(0), c.impact);
+    t.goal = goal_of(world, given, to_world(world.bodies.values()[c.slot_a].pose, point), h);
+  }
+}
+
+void add_touches(const World& world, Articulation& a, std::vector<JointBlock>& blocks) {
+  for (Touch& t : a.room.touches) {
+    const Contact& c = world.contacts[t.contact];
+    if (!c.active) continue;
+    t.grip = t.weight * c.sliding;
+    const Vec3 n = c.normal;
+    const Vec3 bearing = glm::dot(c.load, n) * n;
+    const Vec3 held = t.side * (bearing + c.sliding * (c.load - bearing));
+    const Mat3 w = t.grip * Mat3(1) + (t.weight - t.grip) * glm::outerProduct(n, n);
+    const Vec3 f = held + w * (t.goal - t.bend - t.predicted);
+    const Mat3 k(0, t.arm.z, -t.arm.y, -t.arm.z, 0, t.arm.x, t.arm.y, -t.arm.x, 0);
+    JointBlock& b = blocks[t.column];
+    const Mat3 kw = k * w;
+    b.yy += w, b.ty += kw, b.tt -= kw * k;
+    b.gy += f, b.gt += glm::cross(t.arm, f);
+  }
+}
+
+bool settle_touches(World& world, Articulation& a) {
+  bool settled = true;
+  for (Touch& t : a.room.touches) {
+    Contact& c = world.contacts[t.contact];
+    if (is_dynamic(world, c.slot_b)) continue;
+    const Vec3 miss = t.goal - moved_to(a, t);
+    learn_bend(a, t, c.point_a);
+    const Real depth = glm::dot(c.normal, t.goal - moved_to(a, t));
+    settled = learn(c, miss, depth, t.weight, a.size) && settled;
+  }
+  return settled;
+}
+
+bool settle_mutual(World& world, Real h, bool first) {
+  bool settled = !first;
+  for (std::uint32_t i = 0; i < world.contacts.size(); ++i) {
+    Contact& c = world.contacts[i];
+    if (!is_dynamic(world, c.slot_b)) continue;
+    const BodyPlace at = world.places[c.slot_a], bt = world.places[c.slot_b];
+    Articulation &a = world.articulations[at.articulation], &b = world.articulations[bt.articulation];
+    const auto touch_of = [&](Articulation& of, Real side) -> Touch& {
+      for (Touch& t : of.room.touches)
+        if (t.contact == i && t.side == side) return t;
+      return of.room.touches.front();
+    };
+    Touch &ta = touch_of(a, 1), &tb = touch_of(b, -1);
+    const Real ma = a.constants.at(kMass, at.column), mb = b.constants.at(kMass, bt.column);
+    const Real weight = kMutualWeight * std::sqrt(ma * a.mass * mb * b.mass) /
+                        (std::sqrt(ma * a.mass) + std::sqrt(mb * b.mass));
+    const Vec3 pa = first ? ta.predicted : moved_to(a, ta), pb = first ? tb.predicted : moved_to(b, tb);
+    const Vec3 start = to_world(world.bodies.values()[c.slot_a].pose, c.point_a) -
+                       to_world(world.bodies.values()[c.slot_b].pose, c.point_b);
+    // How far a's point misses its place against b's: out of the overlap, and where it started.
+    const Vec3 apart = pa - pb, slip = across(apart - start, c.normal);
+    const Real lift = h * std::max(Real(0), c.impact);
+    const Vec3 miss = (lift - glm::dot(apart, c.normal)) * c.normal - slip;
+    ta.weight = tb.weight = 2 * weight;
+    if (!first) {
+      learn_bend(a, ta, c.point_a), learn_bend(b, tb, c.point_b);
+      const Real depth = lift - glm::dot(moved_to(a, ta) - moved_to(b, tb), c.normal);
+      settled = learn(c, miss, depth, weight, std::min(a.size, b.size)) && settled;
+    }
+    ta.goal = pa + 0.5 * miss, tb.goal = pb - 0.5 * miss;
+  }
+  return settled;
+}
+
+void push_out_trees(World& world, Articulation& a) {
+  for (const Tree& tree : a.trees) {
+    if (a.parents[tree.first] != kFree) continue;
+    for (int round = 0; round < 4; ++round) {
+      HalfSpaces planes;
+      for (const Touch& t : a.room.touches) {
+        const Contact& c = world.contacts[t.contact];
+        if (is_dynamic(world, c.slot_b) || t.column < tree.first ||
+            t.column >= tree.first + tree.count)
+          continue;
+        const Vec3 on_b = to_world(world.bodies.values()[c.slot_b].pose, c.point_b);
+        const Real depth = glm::dot(c.normal, on_b - final_point(a, t.column, c.point_a));
+        if (depth > 0) planes.add(c.normal, depth);
+      }
+      if (planes.count == 0) break;
+      const Vec3 out = push_out(planes);
+      for (std::size_t c = tree.first; c < tree.first + tree.count; ++c)
+        a.room.work.set(kFinalPosition, c, a.room.work.vec(kFinalPosition, c) + out);
+    }
+  }
+}
+
+Real finish_touches(World& world, Articulation& a, Real h) {
+  const Real to_force = 1 / (a.force_share * h * h);
+  Real work = 0;
+  for (Touch& t : a.room.touches) {
+    Contact& c = world.contacts[t.contact];
+    if (t.side < 0) continue;
+    const Body &body = world.bodies.values()[c.slot_a], &other = world.bodies.values()[c.slot_b];
+    const Vec3 on_b = to_world(other.pose, c.point_b);
+    const Real apart = glm::dot(c.normal, to_world(body.pose, c.point_a) - on_b);
+    c.depth = std::max(Real(0), -apart);
+    c.force = c.active ? to_force * c.force : Vec3(0);
+    if (c.impact > 0) {
+      work += std::max(Real(0), glm::dot(c.force, h * c.impact * c.normal));
+      c.impact = 0;
+    } else if (c.impact < 0) {
+      c.impact = c.active ? -c.restitution * c.impact : 0;
+    }
+    if (c.active) work += std::max(Real(0), glm::dot(c.force, way_of(other, on_b, h)));
+    if (c.active && c.gap < 0) work += std::max(Real(0), -c.gap * glm::dot(c.force, c.normal));
+  }
+  return work;
+}
+
+}  // namespace pantin::procedural

@@ -1,0 +1,261 @@
+// The articulated solve in its general form: joints may leave fewer turns free than all, carry
+// springs and stops, and pass torque to the parent; bodies may be tied to places in the world.
+//
+// With the own joint point's slide y and the parent's turn t_p, a body turns by t = t_p + c + r,
+// where r lies in the free directions. Minimising the energy of JointBlock over r, with a spring K
+// that pulls with b at r = 0, leaves with G = S (S^T (tt + K) S)^-1 S^T
+//   t = [c + G (gt + b - tt c)] + P t_p - Y y,   P = 1 - G tt,  Y = G ty
+// and to the parent an energy of the same form in (t_p, y). [Featherstone's articulated inertia, in
+// displacements instead of accelerations]
+#include <algorithm>
+
+#include "engine/base/rotation.hpp"
+#include "engine/solvers/procedural/internal.hpp"
+
+namespace pantin::procedural {
+namespace {
+
+/// Stops outweigh the inertia they hold by this much; what is left is met by their loads.
+constexpr Real kStopWeight = 1e4;
+
+Mat3 crossing(Vec3 v) { return Mat3(0, v.z, -v.y, -v.z, 0, v.x, v.y, -v.x, 0); }
+
+/// The inverse of a symmetric positive definite matrix, pivots floored.
+Mat3 inverse_of(const Mat3& m) {
+  const Real floor = 4 * 2.220446049250313e-16 * (m[0][0] + m[1][1] + m[2][2]);
+  const Real i0 = 1 / std::max(m[0][0], floor), l10 = m[0][1] * i0, l20 = m[0][2] * i0;
+  const Real i1 = 1 / std::max(m[1][1] - l10 * m[0][1], floor), s = m[1][2] - l20 * m[0][1];
+  const Real l21 = s * i1;
+  const Real i2 = 1 / std::max(m[2][2] - l20 * m[0][2] - l21 * s, floor);
+  const Real u20 = l10 * l21 - l20;
+  const Real xx = i0 + l10 * l10 * i1 + u20 * u20 * i2, xy = -l10 * i1 - l21 * u20 * i2;
+  const Real xz = u20 * i2, yy = i1 + l21 * l21 * i2, yz = -l21 * i2;
+  return Mat3(xx, xy, xz, xy, yy, yz, xz, yz, i2);
+}
+
+/// Relative turn per torque in the directions a kind leaves free.
+Mat3 give_of(JointKind kind, const JointTerms& t, const Mat3& stiffness) {
+  switch (kind) {
+    case JointKind::ball:
+      return inverse_of(stiffness);
+    case JointKind::hinge: {
+      const Real d = glm::dot(t.first, stiffness * t.first);
+      return d > 0 ? glm::outerProduct(t.first, t.first) / d : Mat3(0);
+    }
+    case JointKind::universal: {
+      const Vec3 k1 = stiffness * t.first, k2 = stiffness * t.second;
+      const Real a = glm::dot(t.first, k1), b = glm::dot(t.first, k2), d = glm::dot(t.second, k2);
+      const Real det = a * d - b * b;
+      if (!(det > 1e-14 * a * d)) return Mat3(0);
+      const Vec3 u = (d * t.first - b * t.second) / det, v = (a * t.second - b * t.first) / det;
+      return glm::outerProduct(t.first, u) + glm::outerProduct(t.second, v);
+    }
+    case JointKind::fixed:
+      break;
+  }
+  return Mat3(0);
+}
+
+/// A free ball joint: the parent does not feel the body's turn.
+void eliminate_loose(const JointBlock& b, JointNode& n) {
+  n.loose = true;
+  n.give = inverse_of(b.tt);
+  n.swing = n.give * b.ty;
+  n.turn = n.give * b.gt;
+  n.group = b.yy - glm::transpose(b.ty) * n.swing;
+  n.load = b.gy - glm::transpose(b.ty) * n.turn;
+}
+
+/// Any other joint. Leaves in `b` what the parent feels, at the own joint point.
+void eliminate_stiff(JointBlock& b, const PackedJoint& joint, JointTerms& t, JointNode& n) {
+  Mat3 stiffness = b.tt + t.spring;
+  Vec3 torque = t.torque;
+  const Real weight = kStopWeight * (b.tt[0][0] + b.tt[1][1] + b.tt[2][2]);
+  for (Stop& stop : t.stops) {
+    if (!stop.on) continue;
+    stop.weight = weight;
+    stiffness += weight * glm::outerProduct(stop.along, stop.along);
+    torque += (weight * (stop.room - stop.bend) - stop.load) * stop.along;
+  }
+  n.loose = false;
+  n.give = give_of(joint.joint.kind, t, stiffness);
+  const Mat3 held = b.tt * n.give;  // tt G
+  n.follow = Mat3(1) - glm::transpose(held);
+  n.swing = n.give * b.ty;
+  const Vec3 own = b.tt * t.align, found = n.give * (b.gt + torque - own);
+  n.turn = t.align + found;
+  n.lever = b.ty - held * b.ty;
+  n.group = b.yy - glm::transpose(b.ty) * n.swing;
+  n.load = b.gy - glm::transpose(b.ty) * n.turn;
+  n.torque = b.gt - b.tt * n.turn;
+  b.tt -= held * b.tt;
+}
+
+/// Adds a body, as felt at its joint, to the block of its parent. `felt` is the turning part.
+void add_child(JointBlock& parent, const JointNode& n, const Mat3& felt, Vec3 gap, Vec3 rho) {
+  const Mat3 k = crossing(rho);
+  const Mat3 km = k * n.group;
+  const Vec3 f = n.load - n.group * gap;
+  parent.yy += n.group, parent.gy += f, parent.gt += glm::cross(rho, f);
+  parent.ty += km, parent.tt -= km * k;
+  if (n.loose) return;
+  // y = y_p + X t with X = -K.
+  const Mat3 fx = n.lever * k;
+  parent.ty += n.lever;
+  parent.tt += felt - fx - glm::transpose(fx);
+  parent.gt += n.torque - n.lever * gap;
+}
+
+Mat3 symmetric_at(const Table& w, std::size_t row, std::size_t c) {
+  const Real xx = w.at(row, c), xy = w.at(row + 1, c), xz = w.at(row + 2, c);
+  const Real yy = w.at(row + 3, c), yz = w.at(row + 4, c), zz = w.at(row + 5, c);
+  return Mat3(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+}
+
+/// Cayley's map with its angle kept below 148 degrees; a number that is none turns nothing.
+Quat turn_within(Vec3 d) {
+  const Real far = std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)});
+  if (!(far < 1e30)) return kNoTurn;
+  return cayley(far > 4 ? 4 / far * d : d);
+}
+
+bool is_stiff(const Articulation& a, std::size_t c) {
+  return !a.joints.empty() && a.joints[c].stiff;
+}
+
+}  // namespace
+
+std::uint32_t held_body_of(const Articulation& a, std::size_t c) {
+  for (const Tree& t : a.trees)
+    if (t.first == c) return t.held_body;
+  return UINT32_MAX;
+}
+
+void fill_base(Articulation& a, bool tension) {
+  const Table& w = a.room.work;
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    JointBlock& b = a.room.base[c];
+    const Real mass = a.constants.at(kMass, c);
+    b.tt = symmetric_at(w, kTurning, c);
+    b.ty = crossing(-mass * w.vec(kArm, c));
+    b.yy = Mat3(mass);
+    b.gt = b.gy = Vec3(0);
+    a.room.levers[c] = Vec3(0);
+    a.room.gaps[c] = w.vec(kGap, c);  // closing the joints writes over it
+  }
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    if (a.parents[c] < 0) continue;
+    const auto parent = static_cast<std::size_t>(a.parents[c]);
+    a.room.levers[c] = w.vec(kParentArm, c) - w.vec(kArm, parent);
+    if (tension) a.room.base[parent].tt += symmetric_at(w, kOutwardTension, c);
+  }
+}
+
+void gather_joints(Articulation& a) {
+  std::vector<JointBlock>& blocks = a.room.joint_blocks;
+  for (std::size_t c = a.count(); c-- > 0;) {
+    JointNode& n = a.room.joint_nodes[c];
+    if (is_stiff(a, c))
+      eliminate_stiff(blocks[c], a.joints[c], a.room.terms[c], n);
+    else
+      eliminate_loose(blocks[c], n);
+    if (a.parents[c] < 0) continue;
+    add_child(blocks[static_cast<std::size_t>(a.parents[c])], n, blocks[c].tt, a.room.gaps[c],
+              a.room.levers[c]);
+  }
+}
+
+bool close_joints(World& world, Articulation& a, Real h, Work position_row, Work rotation_row,
+                  bool again) {
+  StepRoom& r = a.room;
+  Table& w = r.work;
+  bool settled = true;
+  auto tree = a.trees.begin();
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    const JointNode& n = r.joint_nodes[c];
+    const Quat q = w.quat(rotation_row, c);
+    const Vec3 own = w.vec(position_row, c) + w.vec(kArm, c);
+    Vec3 goal, parent_turn(0);
+    Quat parent_now = kNoTurn;
+    if (a.parents[c] >= 0) {
+      const auto p = static_cast<std::size_t>(a.parents[c]);
+      parent_now = r.rotations[p], parent_turn = r.turn[p];
+      // The parent's joint point is on its place; the arm between the two turns with it.
+      goal = w.vec(kAttach, p) + parent_now * (a.constants.vec(kParentAnchor, c) -
+                                               a.constants.vec(kOwnAnchor, p));
+    } else {
+      goal = a.parents[c] == kHeld ? tree->target : own + solve_symmetric(n.group, n.load);
+      ++tree;
+    }
+    const Vec3 y = goal - own;
+    Vec3 d = n.turn - n.swing * y;
+    Vec3 load = n.group * y - n.load;
+    if (!n.loose) d += n.follow * parent_turn, load += glm::transpose(n.lever) * parent_turn;
+    if (a.parents[c] == kFree || !(glm::dot(load, load) < 1e36)) load = Vec3(0);
+    if (!again) a.memory.set(kLoad, c, load);
+    if (!is_finite(d)) d = Vec3(0);
+    Quat now;
+    if (n.loose) {
+      now = glm::normalize(turn_within(d) * q);
+    } else {
+      JointTerms& t = r.terms[c];
+      const PackedJoint& joint = a.joints[c];
+      if (a.parents[c] < 0) parent_now = t.parent;
+      t.turned = d - parent_turn - t.align;
+      const Quat relative = turn_within(t.turned) * (turn_by(t.align) * q);
+      now = glm::normalize(parent_now * glm::conjugate(t.parent) * relative);
+      const Quat turn = joint_turn(joint, now, parent_now);
+      const Quat kind = allowed_by_kind(joint.joint.kind, turn);
+      if (!again) {
+        const Quat unclamped = own_rotation(joint, parent_now, kind);
+        settled = settle_stops(a, c, unclamped, parent_now) && settled;
+        settled = settle_drive(world, a, h, c) && settled;
+      }
+      const Quat allowed = allowed_turn(joint.joint, kind);
+      if (joint.joint.kind != JointKind::ball || !(allowed == turn))
+        now = own_rotation(joint, parent_now, allowed);
+    }
+    r.slide[c] = y, r.turn[c] = d;
+    r.rotations[c] = now;
+    w.set(kTurn, c, now * glm::conjugate(q));
+    w.set(kAttach, c, goal);
+  }
+  return settled;
+}
+
+void carry_up(const Articulation& a, std::vector<Loads>& force, std::vector<Loads>& torque) {
+  for (std::size_t c = a.count(); c-- > 0;) {
+    if (force[c].none() && torque[c].none()) continue;
+    const JointNode& n = a.room.joint_nodes[c];
+    Loads f = force[c];
+    f.subtract(Loads::transposed_times(n.swing, torque[c]));
+    Loads t;
+    if (!n.loose) t = Loads::transposed_times(n.follow, torque[c]);
+    torque[c] = Loads::times(n.give, torque[c]);
+    force[c] = f;
+    if (a.parents[c] < 0) continue;
+    const auto parent = static_cast<std::size_t>(a.parents[c]);
+    force[parent].add(f);
+    torque[parent].add_cross(a.room.levers[c], f);
+    if (!n.loose) torque[parent].add(t);
+  }
+}
+
+void carry_down(const Articulation& a, std::vector<Loads>& force, std::vector<Loads>& torque) {
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    const JointNode& n = a.room.joint_nodes[c];
+    Loads y;
+    if (a.parents[c] >= 0) {
+      const auto parent = static_cast<std::size_t>(a.parents[c]);
+      y = force[parent];
+      y.subtract_cross(a.room.levers[c], torque[parent]);
+      if (!n.loose) torque[c].add(Loads::times(n.follow, torque[parent]));
+    } else if (a.parents[c] == kFree) {
+      y = Loads::times(inverse_of(n.group), force[c]);
+    }
+    torque[c].subtract(Loads::times(n.swing, y));
+    force[c] = y;
+  }
+}
+
+}  // namespace pantin::procedural
