@@ -29,8 +29,8 @@ struct Shape {
   ShapeKind kind = ShapeKind::sphere;
   Vec3 size{0.1, 0, 0};
   Pose local;
-  std::shared_ptr<const Surface> surface;  // of hull, mesh, height_field
   std::uint32_t material = 0;  // index into World::materials
+  std::shared_ptr<const Surface> surface = nullptr;  // of hull, mesh, height_field
 };
 
 /// The shapes of one body.
@@ -45,10 +45,11 @@ struct MassProperties {
   Mat3 inertia{0};  // kg m^2, about `centre`
 };
 
-/// Volume in m^3.
+/// Volume in m^3; of a plane or a height field, which have no end, 0.
 Real volume(const Shape& shape);
 
 /// Mass properties of one solid of constant `density` (kg/m^3), in the frame of `shape.local`.
+/// Exact for hulls and meshes, by tetrahedra. A plane or a height field has no mass.
 MassProperties mass_properties(const Shape& shape, Real density);
 
 /// Sum of two solids given in one frame (parallel axes).

@@ -10,6 +10,7 @@
 
 #include "engine/base/math.hpp"
 #include "engine/base/result.hpp"
+#include "engine/geometry/box_tree.hpp"
 
 namespace pantin {
 
@@ -25,12 +26,25 @@ struct Surface {
   std::vector<std::uint32_t> corners;  // of all faces, one after the other
   std::vector<Face> faces;             // hull: its flat faces; mesh and height field: triangles
   std::vector<std::array<std::uint32_t, 2>> edges;  // hull: each once
-  Vec3 low{0}, high{0};                             // bounds, m
+  std::vector<std::array<std::uint32_t, 2>> sides;  // hull: faces left and right of each edge
+  std::vector<std::array<std::uint32_t, 3>> neighbours;  // mesh: triangle across each edge
+  BoxTree tree;                                          // mesh: over its triangles
+  Vec3 low{0}, high{0};                                  // bounds, m
   // height_field: `columns` (along x) by `rows` (along z) heights, spaced by `spacing`; its middle
   // lies at the origin. Triangles follow from the grid.
   std::uint32_t columns = 0, rows = 0;
   Real spacing_x = 0, spacing_z = 0;
 };
+
+/// Three corners of a triangle of a mesh or a height field, anticlockwise seen from outside.
+///
+/// A height field has two a cell: triangle 2 c holds the corners at (x, z), (x, z + 1) and
+/// (x + 1, z + 1) of cell c = row * (columns - 1) + column, triangle 2 c + 1 the other two.
+std::array<Vec3, 3> triangle_of(const Surface& surface, std::uint32_t index);
+
+/// The triangle across edge `edge` (from corner `edge` to the next), or UINT32_MAX at the rim of a
+/// height field.
+std::uint32_t neighbour_of(const Surface& surface, std::uint32_t index, std::uint32_t edge);
 
 /// The convex hull of at least four points that do not lie in a plane; flat faces whole. Refuses
 /// numbers that are not finite, and hulls without volume. At most 256 corners.

@@ -21,8 +21,9 @@ bool is_inside(const Shape& shape, Vec3 p) {
     }
     case ShapeKind::box:
       return glm::all(glm::lessThanEqual(glm::abs(p), shape.size));
+    default:
+      return false;
   }
-  return false;
 }
 
 /// Sums over `n`^3 cells of a cube of half edge `half` about `middle`.

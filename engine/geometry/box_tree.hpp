@@ -1,0 +1,111 @@
+#pragma once
+/// Boxes along the axes, and a tree of them that answers "which of these overlap this one?".
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/base/math.hpp"
+
+namespace pantin {
+
+/// A box along the axes, m. The default one is empty.
+struct Box {
+  Vec3 low{1e300}, high{-1e300};
+
+  void add(Vec3 p) { low = glm::min(low, p), high = glm::max(high, p); }
+  void add(const Box& other) { low = glm::min(low, other.low), high = glm::max(high, other.high); }
+  Box grown(Real by) const { return {low - by, high + by}; }
+  /// Boxes that share a face overlap.
+  bool overlaps(const Box& o) const {
+    return low.x <= o.high.x && o.low.x <= high.x && low.y <= o.high.y && o.low.y <= high.y &&
+           low.z <= o.high.z && o.low.z <= high.z;
+  }
+  friend bool operator==(const Box&, const Box&) = default;
+};
+
+/// Squared distance from a point to a box, m^2; 0 inside.
+inline Real distance_squared(const Box& box, Vec3 p) {
+  const Vec3 out = glm::max(glm::max(box.low - p, p - box.high), Vec3(0));
+  return glm::dot(out, out);
+}
+
+/// A binary tree over boxes, named by their index.
+///
+/// The tree keeps its room: building again or refitting over no more boxes than before allocates
+/// nothing. What a query finds does not depend on how the tree was built; the order of the finds
+/// does.
+class BoxTree {
+ public:
+  /// Sorts the boxes into a new tree; n log n.
+  void build(std::span<const Box> boxes);
+  /// Takes the boxes at their new places, as many as before; n. The tree stays as it was sorted,
+  /// so it gets worse as boxes wander: see `looseness`.
+  void refit(std::span<const Box> boxes);
+  /// How much larger the branches are than when they were sorted, 1 for none.
+  Real looseness() const { return sorted_area_ > 0 ? area_ / sorted_area_ : 1; }
+  std::size_t size() const { return items_.size(); }
+
+  /// Calls `found(index)` for every box that overlaps `box`.
+  template <class Found>
+  void query(const Box& box, Found&& found) const {
+    if (nodes_.empty()) return;
+    std::uint32_t stack[kDeepest], depth = 0;
+    stack[depth++] = 0;
+    while (depth > 0) {
+      const Node& node = nodes_[stack[--depth]];
+      if (!node.box.overlaps(box)) continue;
+      if (node.count > 0) {
+        for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
+          if (boxes_[i].overlaps(box)) found(items_[i]);
+        continue;
+      }
+      stack[depth++] = node.first + 1;
+      stack[depth++] = node.first;
+    }
+  }
+
+  /// Visits the boxes nearer to `p` than the best so far: `distance(index)` returns the squared
+  /// distance of what is in the box. Returns the least, at most `best`.
+  template <class Distance>
+  Real nearest(Vec3 p, Real best, Distance&& distance) const {
+    if (nodes_.empty()) return best;
+    std::uint32_t stack[kDeepest], depth = 0;
+    stack[depth++] = 0;
+    while (depth > 0) {
+      const Node& node = nodes_[stack[--depth]];
+      if (distance_squared(node.box, p) > best) continue;
+      if (node.count > 0) {
+        for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
+          if (distance_squared(boxes_[i], p) <= best) best = std::min(best, distance(items_[i]));
+        continue;
+      }
+      const bool swap = distance_squared(nodes_[node.first].box, p) >
+                        distance_squared(nodes_[node.first + 1].box, p);
+      stack[depth++] = node.first + (swap ? 0 : 1);
+      stack[depth++] = node.first + (swap ? 1 : 0);
+    }
+    return best;
+  }
+
+ private:
+  // Halving keeps the tree at most 32 deep; each level leaves one node behind on the stack.
+  static constexpr std::uint32_t kDeepest = 64;
+  static constexpr std::uint32_t kLeaf = 4;  // boxes in a leaf, at most
+
+  struct Node {
+    Box box;
+    std::uint32_t first = 0;  // leaf: of its boxes; branch: of its two nodes, side by side
+    std::uint32_t count = 0;  // leaf: of its boxes; branch: 0
+  };
+
+  void split(std::uint32_t node, std::uint32_t first, std::uint32_t count,
+             std::span<const Box> boxes);
+  void fit();
+
+  std::vector<Node> nodes_;
+  std::vector<std::uint32_t> items_;  // indices of the boxes, leaf by leaf
+  std::vector<Box> boxes_;            // in that order
+  Real area_ = 0, sorted_area_ = 0;   // of all branches, m^2
+};
+
+}  // namespace pantin

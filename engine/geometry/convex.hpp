@@ -1,0 +1,66 @@
+#pragma once
+/// Convex pieces as the contact search sees them, all in one frame: a core of points with flat
+/// faces, and a radius around it.
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/base/math.hpp"
+#include "engine/geometry/box_tree.hpp"
+#include "engine/geometry/shape.hpp"
+#include "engine/geometry/surface.hpp"
+
+namespace pantin {
+
+/// A sphere has one point, a capsule two and an edge; only boxes, hulls and triangles have faces.
+struct Convex {
+  std::span<const Vec3> points;
+  std::span<const Face> faces;
+  std::span<const std::uint32_t> corners;                // of the faces
+  std::span<const std::array<std::uint32_t, 2>> edges;   // points
+  std::span<const std::array<std::uint32_t, 2>> sides;   // faces left and right of each edge
+  Real radius = 0;                                       // m
+  Vec3 centre{0};                                        // a point inside the core
+  Real size = 0;                                         // m, half of its widest extent or so
+
+  /// The point of the core farthest along `direction`; of several the first.
+  std::uint32_t farthest(Vec3 direction) const {
+    std::uint32_t best = 0;
+    Real most = glm::dot(points[0], direction);
+    for (std::uint32_t i = 1; i < points.size(); ++i)
+      if (const Real way = glm::dot(points[i], direction); way > most) most = way, best = i;
+    return best;
+  }
+};
+
+/// Where the placed points and faces of one piece are kept.
+struct ConvexRoom {
+  std::vector<Vec3> points;
+  std::vector<Face> faces;
+};
+
+/// A sphere, capsule, box or hull placed at `at`, good as long as `room` and the shape are.
+Convex place(const Shape& shape, const Pose& at, ConvexRoom& room);
+
+/// Bounds of a sphere, capsule, box or hull at `at`; of a hull, mesh or height field those of the
+/// box around it. A plane has none that end.
+Box bounds_of(const Shape& shape, const Pose& at);
+
+/// The two points of two pieces' cores that are nearest to each other.
+struct Nearest {
+  Vec3 on_a{0}, on_b{0};
+  Vec3 normal{0};     // unit, from b to a
+  Real distance = 0;  // of the cores, m
+  enum class State : std::uint8_t {
+    apart,    // as above
+    beyond,   // farther apart than the limit; `normal` separates them, the rest is unknown
+    overlap,  // or so near that no direction can be told
+  } state = State::apart;
+};
+
+/// Distance of two cores by Gilbert, Johnson and Keerthi's walk over simplexes, given up when it is
+/// certain to exceed `limit`. [Gilbert, Johnson & Keerthi 1988]
+Nearest nearest(const Convex& a, const Convex& b, Real limit);
+
+}  // namespace pantin

@@ -1,0 +1,430 @@
+#include "engine/geometry/manifold.hpp"
+
+#include <algorithm>
+
+namespace pantin {
+namespace {
+
+// Features: nine bits for each of two sides of a corner of the clipped face. Those of a are numbered
+// from 0, those of b from 256.
+constexpr std::uint32_t kOfB = 256;
+constexpr std::uint64_t kClosest = 0x3ffff, kDeepest = 0x3fffe;
+
+constexpr std::size_t kMostPoints = 8;   // of two convex pieces
+constexpr std::size_t kMostCorners = 520;  // of a face of 256 cut by one of 256
+
+/// A direction from b to a, and how far it keeps their cores apart.
+struct Axis {
+  enum class From : std::uint8_t { none, face_a, face_b, edges };
+  Vec3 normal{0, 1, 0};
+  Real gap = -1e300;  // m, below 0: overlap
+  From from = From::none;
+  std::uint32_t edge_a = 0, edge_b = 0;
+};
+
+// A normal this far out of a triangle's wedge is still in it: rounding of what is on its border.
+constexpr Real kWedgeSlack = 1e-6;
+
+}  // namespace
+
+bool allows(const Facing& facing, Vec3 normal) {
+  const Real up = glm::dot(normal, facing.normal);
+  if (!(up > -kWedgeSlack)) return false;
+  for (int e = 0; e < 3; ++e) {
+    const Real out = glm::dot(normal, facing.outward[e]);
+    if (out <= kWedgeSlack) continue;
+    const Real rise = glm::dot(facing.beyond[e], facing.normal),
+               lean = glm::dot(facing.beyond[e], facing.outward[e]);
+    if (lean <= 0 || out * rise - up * lean > kWedgeSlack) return false;
+  }
+  return true;
+}
+
+bool sticks_out(const Facing& facing, int edge) {
+  return glm::dot(facing.beyond[edge], facing.outward[edge]) > 1e-6;
+}
+
+namespace {
+
+// ---- Axis of least overlap ---------------------------------------------------------------------
+
+Vec3 edge_of(const Convex& c, std::size_t e) {
+  return c.points[c.edges[e][1]] - c.points[c.edges[e][0]];
+}
+
+void try_faces(const Convex& a, const Convex& b, const Facing* facing, Axis& best) {
+  for (const Face& f : b.faces) {
+    const Real gap = glm::dot(f.normal, a.points[a.farthest(-f.normal)]) - f.offset;
+    if (gap > best.gap) best = {f.normal, gap, Axis::From::face_b, 0, 0};
+  }
+  // Of two faces that say the same, that of b keeps the word.
+  const Real head_start = 1e-7 * (a.size + b.size);
+  for (const Face& f : a.faces) {
+    const Real gap = glm::dot(f.normal, b.points[b.farthest(-f.normal)]) - f.offset;
+    if (gap > best.gap + head_start && (!facing || allows(*facing, -f.normal)))
+      best = {-f.normal, gap, Axis::From::face_a, 0, 0};
+  }
+}
+
+/// Direction in which two edges face each other, if they make a face of the difference of the two
+/// solids; zero otherwise. [Gregorius 2013, "The separating axis test between convex polyhedra"]
+Vec3 facing_edges(const Convex& a, std::size_t ea, const Convex& b, std::size_t eb,
+                  const Facing* facing) {
+  const Vec3 da = edge_of(a, ea), db = edge_of(b, eb);
+  Vec3 outer_a(0), outer_b(0);  // about where the faces beside the edges look
+  Real before_a = 0, before_b = 0;
+  if (!a.sides.empty()) {
+    const Vec3 l = a.faces[a.sides[ea][0]].normal, r = a.faces[a.sides[ea][1]].normal;
+    before_a = glm::dot(r, db);
+    if (glm::dot(l, db) * before_a >= 0) return Vec3(0);
+    outer_a = l + r;
+  }
+  if (!b.sides.empty()) {
+    const Vec3 l = b.faces[b.sides[eb][0]].normal, r = b.faces[b.sides[eb][1]].normal;
+    before_b = glm::dot(l, da);
+    if (before_b * glm::dot(r, da) >= 0) return Vec3(0);
+    outer_b = l + r;
+    if (!a.sides.empty() && before_b * before_a >= 0) return Vec3(0);
+  } else if (facing) {
+    outer_b = facing->outward[eb];
+  }
+  Vec3 n = glm::cross(da, db);
+  const Real length = glm::length(n);
+  if (!(length > 1e-6 * glm::length(da) * glm::length(db))) return Vec3(0);  // parallel
+  n /= length;
+  const Vec3 outer = outer_b != Vec3(0) ? outer_b : outer_a != Vec3(0) ? -outer_a : a.centre - b.centre;
+  if (glm::dot(n, outer) < 0) n = -n;
+  if (outer_a != Vec3(0) && glm::dot(n, outer_a) > 0) return Vec3(0);
+  return n;
+}
+
+void try_edges(const Convex& a, const Convex& b, const Facing* facing, Axis& best) {
+  for (std::uint32_t i = 0; i < a.edges.size(); ++i)
+    for (std::uint32_t j = 0; j < b.edges.size(); ++j) {
+      const Vec3 n = facing_edges(a, i, b, j, facing);
+      if (n == Vec3(0)) continue;
+      const Real gap = glm::dot(n, a.points[a.edges[i][0]] - b.points[b.edges[j][0]]);
+      if (gap > best.gap && (!facing || allows(*facing, n)))
+        best = {n, gap, Axis::From::edges, i, j};
+    }
+}
+
+/// A direction at right angles to what there is of an edge, mostly upwards.
+Vec3 any_normal(const Convex& a, const Convex& b) {
+  const Convex& c = a.edges.empty() ? b : a;
+  if (c.edges.empty()) return {0, 1, 0};
+  const Vec3 d = glm::normalize(edge_of(c, 0));
+  const Vec3 side = std::abs(d.y) < 0.9 ? Vec3(0, 1, 0) : Vec3(1, 0, 0);
+  return glm::normalize(side - glm::dot(side, d) * d);
+}
+
+/// The direction in which the least way parts two cores that overlap or all but touch.
+Axis least_overlap(const Convex& a, const Convex& b, const Facing* facing) {
+  Axis face, edges;
+  try_faces(a, b, facing, face);
+  try_edges(a, b, facing, edges);
+  // Faces give several points and the same ones next step, so edges have to be clearly better.
+  const bool clear = edges.gap > face.gap + 0.01 * std::abs(face.gap) + 1e-7 * (a.size + b.size);
+  if (edges.from != Axis::From::none && clear) return edges;
+  if (face.from != Axis::From::none) return face;
+  face.normal = any_normal(a, b);
+  face.gap = glm::dot(face.normal, a.points[a.farthest(-face.normal)]) -
+             glm::dot(face.normal, b.points[b.farthest(face.normal)]);
+  return face;
+}
+
+// ---- Points ------------------------------------------------------------------------------------
+
+/// A corner of the face that is cut, with the labels of its two sides.
+struct Corner {
+  Vec3 point;
+  std::uint32_t in, out;
+};
+
+struct Polygon {
+  Corner corners[kMostCorners];
+  std::size_t count = 0;
+
+  void add(const Corner& c) {
+    if (count < kMostCorners) corners[count++] = c;
+  }
+};
+
+const Face* face_towards(const Convex& c, Vec3 direction) {
+  const Face* best = nullptr;
+  Real most = -2;
+  for (const Face& f : c.faces)
+    if (const Real m = glm::dot(f.normal, direction); m > most) most = m, best = &f;
+  return best;
+}
+
+std::uint32_t corner_of(const Convex& c, const Face& f, std::uint32_t i) {
+  return c.corners[f.first + i % f.count];
+}
+
+/// The face, edge or point of the core that looks along `direction`.
+void feature_towards(const Convex& c, Vec3 direction, std::uint32_t label, Polygon& p) {
+  p.count = 0;
+  if (const Face* f = face_towards(c, direction)) {
+    for (std::uint32_t i = 0; i < f->count; ++i)
+      p.add({c.points[corner_of(c, *f, i)], label + corner_of(c, *f, i + f->count - 1),
+             label + corner_of(c, *f, i)});
+    return;
+  }
+  for (std::uint32_t i = 0; i < c.points.size(); ++i) p.add({c.points[i], label + i, label + i});
+}
+
+/// Cuts away what lies beyond the plane `side` . x > `offset`.
+void cut(const Polygon& from, Vec3 side, Real offset, Real slack, std::uint32_t label, Polygon& to) {
+  to.count = 0;
+  const std::size_t edges = from.count == 2 ? 1 : from.count;
+  const auto height = [&](const Corner& c) { return glm::dot(side, c.point) - offset; };
+  if (from.count == 2 && height(from.corners[0]) <= slack) to.add(from.corners[0]);
+  for (std::size_t i = 0; i < edges; ++i) {
+    const Corner &p = from.corners[i], &q = from.corners[(i + 1) % from.count];
+    const Real hp = height(p), hq = height(q);
+    if ((hp <= slack) != (hq <= slack)) {
+      const Real t = glm::clamp(hp / (hp - hq), Real(0), Real(1));
+      const bool leaving = hp <= slack;
+      to.add({p.point + t * (q.point - p.point), leaving ? p.out : label,
+              leaving ? label : p.out});
+    }
+    if (hq <= slack) to.add(q);
+  }
+}
+
+struct Clip {
+  const Convex& a;
+  const Convex& b;
+  Vec3 normal;  // from b to a
+  Real margin;
+  const Facing* facing;
+  std::vector<TouchPoint>& out;
+  bool left_out = false;  // points that a neighbour of the triangle has
+};
+
+std::uint64_t feature_of(const Corner& c) {
+  return static_cast<std::uint64_t>(c.in) << 9 | c.out;
+}
+
+/// Edges of a triangle that do not stick out need no points: the neighbour goes on there.
+bool goes_on(const Facing* facing, const Corner& c) {
+  if (!facing) return false;
+  for (std::uint32_t side : {c.in, c.out})
+    if (side >= kOfB && side - kOfB < 3 && !sticks_out(*facing, static_cast<int>(side - kOfB)))
+      return std::abs(1 - glm::dot(facing->normal, facing->beyond[side - kOfB])) < 1e-9;
+  return false;
+}
+
+/// Cuts the feature of one piece that looks at the other by the sides of the other's face, and
+/// measures along the normal.
+void clip_against(Clip& k, bool b_is_cutter) {
+  const Convex& cutter = b_is_cutter ? k.b : k.a;
+  const Convex& other = b_is_cutter ? k.a : k.b;
+  const Vec3 out_of = b_is_cutter ? k.normal : -k.normal;
+  const Face& face = *face_towards(cutter, out_of);
+  const Real facing = glm::dot(face.normal, out_of);
+  if (facing < 0.05) return;  // seen from its edge
+  Polygon rooms[2];
+  Polygon *from = &rooms[0], *to = &rooms[1];
+  feature_towards(other, -out_of, b_is_cutter ? 0 : kOfB, *from);
+  const Real slack = 1e-9 * (k.a.size + k.b.size);
+  for (std::uint32_t i = 0; i < face.count; ++i) {
+    const std::uint32_t first = corner_of(cutter, face, i);
+    const Vec3 u = cutter.points[first], v = cutter.points[corner_of(cutter, face, i + 1)];
+    const Vec3 side = glm::normalize(glm::cross(v - u, out_of));
+    cut(*from, side, glm::dot(side, u), slack, (b_is_cutter ? kOfB : 0) + first, *to);
+    std::swap(from, to);
+    if (from->count == 0) return;
+  }
+  for (std::size_t i = 0; i < from->count; ++i) {
+    const Corner& c = from->corners[i];
+    const Real apart = (glm::dot(face.normal, c.point) - face.offset) / facing;
+    const Real gap = apart - k.a.radius - k.b.radius;
+    if (gap > k.margin) continue;
+    if (goes_on(k.facing, c)) {
+      k.left_out = true;
+      continue;
+    }
+    const Vec3 opposite = c.point - apart * out_of;
+    const Vec3 on_a = b_is_cutter ? c.point : opposite, on_b = b_is_cutter ? opposite : c.point;
+    k.out.push_back({on_a - k.a.radius * k.normal, on_b + k.b.radius * k.normal, k.normal, gap,
+                     feature_of(c)});
+  }
+}
+
+/// The point of segment p to q nearest to x.
+Vec3 nearest_on(Vec3 p, Vec3 q, Vec3 x) {
+  const Vec3 d = q - p;
+  const Real length = glm::dot(d, d);
+  return length > 0 ? p + glm::clamp(glm::dot(x - p, d) / length, Real(0), Real(1)) * d : p;
+}
+
+/// Two round rods side by side touch at both ends of what they share, each with its own normal.
+void clip_rods(const Clip& k) {
+  const Vec3 da = edge_of(k.a, 0), db = edge_of(k.b, 0);
+  if (glm::length(glm::cross(da, db)) > 0.3 * glm::length(da) * glm::length(db)) return;
+  const auto add = [&](Vec3 on_a, Vec3 on_b, std::uint64_t feature) {
+    const Vec3 way = on_a - on_b;
+    const Real apart = glm::length(way), gap = apart - k.a.radius - k.b.radius;
+    if (!(apart > 1e-9 * (k.a.size + k.b.size)) || gap > k.margin) return;
+    const Vec3 n = way / apart;
+    k.out.push_back({on_a - k.a.radius * n, on_b + k.b.radius * n, n, gap, feature});
+  };
+  // An end counts where the other rod is beside it.
+  const auto beside = [](Vec3 p, Vec3 q, Vec3 x) {
+    const Vec3 d = q - p;
+    const Real t = glm::dot(x - p, d) / glm::dot(d, d);
+    return t >= -1e-9 && t <= 1 + 1e-9;
+  };
+  for (std::uint32_t i = 0; i < 2; ++i) {
+    const Vec3 end = k.a.points[i];
+    if (beside(k.b.points[0], k.b.points[1], end))
+      add(end, nearest_on(k.b.points[0], k.b.points[1], end), i);
+  }
+  for (std::uint32_t i = 0; i < 2; ++i) {
+    const Vec3 end = k.b.points[i];
+    if (beside(k.a.points[0], k.a.points[1], end))
+      add(nearest_on(k.a.points[0], k.a.points[1], end), end, kOfB + i);
+  }
+}
+
+/// Drops points that others stand for: the same place and the same normal.
+void drop_doubles(std::vector<TouchPoint>& points, std::size_t first, Real near) {
+  std::size_t kept = first;
+  for (std::size_t i = first; i < points.size(); ++i) {
+    const auto same = [&](const TouchPoint& p) {
+      return glm::distance(p.on_a, points[i].on_a) <= near &&
+             glm::dot(p.normal, points[i].normal) > 1 - 1e-9;
+    };
+    const auto begin = points.begin() + static_cast<std::ptrdiff_t>(first);
+    const auto end = points.begin() + static_cast<std::ptrdiff_t>(kept);
+    if (std::none_of(begin, end, same)) points[kept++] = points[i];
+  }
+  points.resize(kept);
+}
+
+void clip(Clip& k) {
+  if (k.a.points.size() < 2 || k.b.points.size() < 2) return;
+  if (k.a.faces.empty() && k.b.faces.empty()) return clip_rods(k);
+  if (k.a.faces.empty() || k.b.faces.empty()) return clip_against(k, k.a.faces.empty());
+  const Real facing_a = -glm::dot(face_towards(k.a, -k.normal)->normal, k.normal);
+  const Real facing_b = glm::dot(face_towards(k.b, k.normal)->normal, k.normal);
+  clip_against(k, facing_b + 0.01 >= facing_a);
+}
+
+/// The points of two lines that are nearest to each other, for edges that cross.
+void cross_edges(const Convex& a, const Convex& b, const Axis& axis, Vec3& on_a, Vec3& on_b) {
+  const Vec3 pa = a.points[a.edges[axis.edge_a][0]], pb = b.points[b.edges[axis.edge_b][0]];
+  const Vec3 da = edge_of(a, axis.edge_a), db = edge_of(b, axis.edge_b), r = pa - pb;
+  const Real aa = glm::dot(da, da), bb = glm::dot(db, db), ab = glm::dot(da, db);
+  const Real whole = aa * bb - ab * ab;
+  const Real s = whole > 0 ? (ab * glm::dot(db, r) - bb * glm::dot(da, r)) / whole : 0;
+  on_a = pa + glm::clamp(s, Real(0), Real(1)) * da;
+  on_b = on_a - axis.gap * axis.normal;
+}
+
+void touch_overlapping(const Convex& a, const Convex& b, Real margin, const Facing* facing,
+                       std::vector<TouchPoint>& out) {
+  const Axis axis = least_overlap(a, b, facing);
+  const Vec3 n = axis.normal;
+  const Real gap = axis.gap - a.radius - b.radius;
+  if (gap > margin) return;
+  const std::size_t first = out.size();
+  Clip k{a, b, n, margin, facing, out};
+  if (axis.from != Axis::From::edges) clip(k);
+  if (k.left_out || out.size() > first) return spread_out(out, first, kMostPoints);
+  Vec3 on_a, on_b;
+  if (axis.from == Axis::From::edges) {
+    cross_edges(a, b, axis, on_a, on_b);
+  } else {
+    on_a = a.points[a.farthest(-n)];
+    on_b = on_a - axis.gap * n;
+  }
+  out.push_back({on_a - a.radius * n, on_b + b.radius * n, n, gap, kDeepest});
+}
+
+/// A face of either piece that is all but at right angles to the line between the nearest points and
+/// keeps the pieces as far apart: its normal has fewer rounding errors.
+void settle_on_face(const Convex& a, const Convex& b, Nearest& near) {
+  const Real slack = 1e-9 * near.distance + 1e-12 * (a.size + b.size);
+  if (const Face* f = face_towards(b, near.normal); f && glm::dot(f->normal, near.normal) > 1 - 1e-9) {
+    const Real gap = glm::dot(f->normal, a.points[a.farthest(-f->normal)]) - f->offset;
+    if (gap >= near.distance - slack) {
+      near.normal = f->normal, near.distance = gap;
+      near.on_b = near.on_a - gap * f->normal;
+      return;
+    }
+  }
+  if (const Face* f = face_towards(a, -near.normal);
+      f && glm::dot(f->normal, near.normal) < -1 + 1e-9) {
+    const Real gap = glm::dot(f->normal, b.points[b.farthest(-f->normal)]) - f->offset;
+    if (gap < near.distance - slack) return;
+    near.normal = -f->normal, near.distance = gap;
+    near.on_a = near.on_b - gap * f->normal;
+  }
+}
+
+}  // namespace
+
+void touch_convex(const Convex& a, const Convex& b, Real margin, const Facing* facing,
+                  std::vector<TouchPoint>& out) {
+  const Real radii = a.radius + b.radius;
+  Nearest near = nearest(a, b, margin + radii);
+  if (near.state == Nearest::State::beyond) return;
+  if (near.state == Nearest::State::overlap) return touch_overlapping(a, b, margin, facing, out);
+  settle_on_face(a, b, near);
+  const Real gap = near.distance - radii;
+  if (gap > margin) return;
+  const std::size_t first = out.size();
+  if (facing && !allows(*facing, near.normal)) {
+    // An edge that does not stick out: only what lies over the triangle itself counts.
+    if (glm::dot(near.normal, facing->normal) < 0) return;
+    Clip over{a, b, facing->normal, margin, facing, out};
+    clip(over);
+    return spread_out(out, first, kMostPoints);
+  }
+  Clip k{a, b, near.normal, margin, facing, out};
+  clip(k);
+  Real least = 1e300;
+  for (std::size_t i = first; i < out.size(); ++i) least = glm::min(least, out[i].gap);
+  if (!k.left_out && least > gap + 1e-6 * (a.size + b.size))
+    out.push_back({near.on_a - a.radius * near.normal, near.on_b + b.radius * near.normal,
+                   near.normal, gap, kClosest});
+  drop_doubles(out, first, 1e-7 * (a.size + b.size));
+  spread_out(out, first, kMostPoints);
+}
+
+void touch_plane(const Convex& a, Vec3 normal, Real offset, Real margin,
+                 std::vector<TouchPoint>& out) {
+  for (std::uint32_t i = 0; i < a.points.size(); ++i) {
+    const Real height = glm::dot(normal, a.points[i]) - offset, gap = height - a.radius;
+    if (gap > margin) continue;
+    out.push_back({a.points[i] - a.radius * normal, a.points[i] - height * normal, normal, gap, i});
+  }
+}
+
+void spread_out(std::vector<TouchPoint>& points, std::size_t first, std::size_t most) {
+  if (points.size() - first <= most) return;
+  const auto begin = points.begin() + static_cast<std::ptrdiff_t>(first);
+  std::iter_swap(begin, std::min_element(begin, points.end(), [](const auto& p, const auto& q) {
+                   return p.gap < q.gap;
+                 }));
+  for (std::size_t kept = 1; kept < most; ++kept) {
+    // What matters is a place far from the others, and what is deeper than they are.
+    std::size_t best = first + kept;
+    Real farthest = -1;
+    for (std::size_t i = first + kept; i < points.size(); ++i) {
+      Real way = 1e300;
+      for (std::size_t j = first; j < first + kept; ++j) {
+        const Vec3 d = points[i].on_a - points[j].on_a;
+        way = glm::min(way, glm::dot(d, d));
+      }
+      if (way > farthest) farthest = way, best = i;
+    }
+    std::swap(points[first + kept], points[best]);
+  }
+  points.resize(first + most);
+}
+
+}  // namespace pantin

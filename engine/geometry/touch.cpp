@@ -1,0 +1,247 @@
+#include "engine/geometry/touch.hpp"
+
+#include <algorithm>
+
+#include "engine/base/check.hpp"
+
+namespace pantin {
+namespace {
+
+constexpr std::size_t kMostOnSurface = 16;
+constexpr std::uint32_t kNone = UINT32_MAX;
+constexpr std::uint64_t kFeatureBits = 18;  // of two convex pieces; the triangle goes above
+
+constexpr std::array<std::uint32_t, 3> kCorners{0, 1, 2};
+constexpr std::array<std::array<std::uint32_t, 2>, 3> kEdges{{{0, 1}, {1, 2}, {2, 0}}};
+
+Vec3 normal_of(const Surface& s, std::uint32_t triangle) {
+  if (s.columns == 0) return s.faces[triangle].normal;
+  const auto p = triangle_of(s, triangle);
+  return glm::normalize(glm::cross(p[1] - p[0], p[2] - p[0]));
+}
+
+/// One triangle of a surface as a convex piece.
+struct Tile {
+  Tile(const Surface& s, std::uint32_t number) : index(number), points(triangle_of(s, number)) {
+    const Vec3 n = normal_of(s, number);
+    face = {0, 3, n, glm::dot(n, points[0])};
+  }
+
+  /// What lies beyond its edges, looked up only for triangles that are near.
+  Facing facing(const Surface& s) const {
+    Facing f;
+    f.normal = face.normal;
+    for (std::uint32_t e = 0; e < 3; ++e) {
+      f.outward[e] = glm::normalize(glm::cross(points[(e + 1) % 3] - points[e], face.normal));
+      const std::uint32_t beyond = neighbour_of(s, index, e);
+      f.beyond[e] = beyond == kNone ? face.normal : normal_of(s, beyond);
+    }
+    return f;
+  }
+
+  Convex convex() const {
+    const Vec3 centre = (points[0] + points[1] + points[2]) / 3.0;
+    const Real size = std::sqrt(glm::max(glm::dot(points[0] - centre, points[0] - centre),
+                                         glm::dot(points[1] - centre, points[1] - centre)));
+    return {points, {&face, 1}, kCorners, kEdges, {}, 0, centre, size};
+  }
+
+  std::uint32_t index;
+  std::array<Vec3, 3> points;
+  Face face;
+};
+
+Box bounds_of(const Convex& c) {
+  Box box;
+  for (Vec3 p : c.points) box.add(p);
+  return box.grown(c.radius);
+}
+
+struct OnSurface {
+  const Convex& a;
+  const Surface& surface;
+  Real margin;
+  std::vector<TouchPoint>& out;
+};
+
+void touch_tile(const OnSurface& k, std::uint32_t index) {
+  const Tile tile(k.surface, index);
+  const Face& f = tile.face;
+  // Above its plane by more than the margin: nothing of it is nearer.
+  const Real above = glm::dot(f.normal, k.a.points[k.a.farthest(-f.normal)]) - f.offset;
+  if (above - k.a.radius > k.margin) return;
+  // All of it below: the triangle is seen from behind.
+  if (glm::dot(f.normal, k.a.points[k.a.farthest(f.normal)]) < f.offset) return;
+  const Facing facing = tile.facing(k.surface);
+  const std::size_t first = k.out.size();
+  touch_convex(k.a, tile.convex(), k.margin, &facing, k.out);
+  for (std::size_t i = first; i < k.out.size(); ++i)
+    k.out[i].feature |= static_cast<std::uint64_t>(index) << kFeatureBits;
+}
+
+/// Pushes a out along one triangle's normal, as if the triangle's plane went on for ever.
+void push_out(const OnSurface& k, std::uint32_t index) {
+  const Tile tile(k.surface, index);
+  const std::size_t first = k.out.size();
+  touch_plane(k.a, tile.face.normal, tile.face.offset, glm::min(k.margin, Real(0)), k.out);
+  spread_out(k.out, first, 4);
+  constexpr std::uint64_t kFromWithin = 0x1ff << 9;  // unlike any side of a clipped corner
+  for (std::size_t i = first; i < k.out.size(); ++i)
+    k.out[i].feature |= static_cast<std::uint64_t>(index) << kFeatureBits | kFromWithin;
+}
+
+/// The same points from several triangles once, and no more of them than are of use.
+void tidy(std::vector<TouchPoint>& out, std::size_t first, Real size) {
+  std::sort(out.begin() + static_cast<std::ptrdiff_t>(first), out.end(),
+            [](const TouchPoint& p, const TouchPoint& q) { return p.feature < q.feature; });
+  std::size_t kept = first;
+  for (std::size_t i = first; i < out.size(); ++i) {
+    bool known = false;
+    for (std::size_t j = first; j < kept && !known; ++j)
+      known = glm::distance(out[j].on_a, out[i].on_a) <= 1e-6 * size &&
+              glm::dot(out[j].normal, out[i].normal) > 1 - 1e-6;
+    if (!known) out[kept++] = out[i];
+  }
+  out.resize(kept);
+  spread_out(out, first, kMostOnSurface);
+}
+
+/// The triangle nearest to p, and whether p is on its inner side.
+struct NearestTile {
+  std::uint32_t index = kNone;
+  bool inside = false;
+};
+
+/// The point of a triangle that is nearest to p. [Ericson 2005, sec. 5.1.5]
+Vec3 nearest_in(const std::array<Vec3, 3>& t, Vec3 p) {
+  const Vec3 ab = t[1] - t[0], ac = t[2] - t[0], ap = p - t[0];
+  const Real d1 = glm::dot(ab, ap), d2 = glm::dot(ac, ap);
+  if (d1 <= 0 && d2 <= 0) return t[0];
+  const Vec3 bp = p - t[1];
+  const Real d3 = glm::dot(ab, bp), d4 = glm::dot(ac, bp);
+  if (d3 >= 0 && d4 <= d3) return t[1];
+  const Real vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return t[0] + d1 / (d1 - d3) * ab;
+  const Vec3 cp = p - t[2];
+  const Real d5 = glm::dot(ab, cp), d6 = glm::dot(ac, cp);
+  if (d6 >= 0 && d5 <= d6) return t[2];
+  const Real vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return t[0] + d2 / (d2 - d6) * ac;
+  const Real va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0)
+    return t[1] + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (t[2] - t[1]);
+  const Real sum = va + vb + vc;
+  return t[0] + vb / sum * ab + vc / sum * ac;
+}
+
+NearestTile nearest_tile(const Surface& s, Vec3 p) {
+  NearestTile found;
+  Real facing = 0, best = 1e300;
+  const Real slack = 1e-12 * glm::dot(s.high - s.low, s.high - s.low);
+  s.tree.nearest(p, 1e300, [&](std::uint32_t index) {
+    const Vec3 way = p - nearest_in(triangle_of(s, index), p);
+    const Real d = glm::dot(way, way), up = glm::dot(s.faces[index].normal, way);
+    // At an edge or a corner several are as near; the one that is seen most squarely tells the side.
+    const bool better = d < best - slack || (d <= best + slack && std::abs(up) > std::abs(facing));
+    if (better) facing = up, found = {index, up < 0};
+    best = glm::min(best, d);
+    return d + slack;
+  });
+  return found;
+}
+
+void touch_mesh(const OnSurface& k, std::vector<std::uint32_t>& triangles) {
+  const Vec3 c = k.a.centre;
+  const Surface& s = k.surface;
+  if (glm::all(glm::lessThan(s.low, c)) && glm::all(glm::lessThan(c, s.high)))
+    if (const NearestTile at = nearest_tile(s, c); at.inside) return push_out(k, at.index);
+  triangles.clear();
+  s.tree.query(bounds_of(k.a).grown(glm::max(k.margin, Real(0))),
+               [&](std::uint32_t t) { triangles.push_back(t); });
+  std::sort(triangles.begin(), triangles.end());
+  for (std::uint32_t t : triangles) touch_tile(k, t);
+}
+
+/// Number of the cell at `x` along one side of a grid of `lines`, kept within it.
+std::uint32_t cell_at(Real x, Real spacing, std::uint32_t lines) {
+  const Real at = std::floor(x / spacing + (lines - 1) / 2.0);
+  return static_cast<std::uint32_t>(glm::clamp(at, Real(0), static_cast<Real>(lines - 2)));
+}
+
+/// The triangle above or below p.
+std::uint32_t tile_at(const Surface& s, Vec3 p) {
+  const std::uint32_t column = cell_at(p.x, s.spacing_x, s.columns),
+                      row = cell_at(p.z, s.spacing_z, s.rows);
+  const Real u = p.x / s.spacing_x + (s.columns - 1) / 2.0 - column,
+             w = p.z / s.spacing_z + (s.rows - 1) / 2.0 - row;
+  return 2 * (row * (s.columns - 1) + column) + (u > w ? 1 : 0);
+}
+
+void touch_heights(const OnSurface& k) {
+  const Surface& s = k.surface;
+  const Box box = bounds_of(k.a).grown(glm::max(k.margin, Real(0)));
+  if (box.high.x < s.low.x || box.low.x > s.high.x || box.high.z < s.low.z ||
+      box.low.z > s.high.z || box.low.y > s.high.y)
+    return;
+  const Vec3 c = k.a.centre;
+  if (c.x >= s.low.x && c.x <= s.high.x && c.z >= s.low.z && c.z <= s.high.z) {
+    const std::uint32_t under = tile_at(s, c);
+    const Vec3 n = normal_of(s, under);
+    if (glm::dot(n, c - triangle_of(s, under)[0]) < 0) push_out(k, under);
+  }
+  const std::uint32_t x0 = cell_at(box.low.x, s.spacing_x, s.columns),
+                      x1 = cell_at(box.high.x, s.spacing_x, s.columns),
+                      z0 = cell_at(box.low.z, s.spacing_z, s.rows),
+                      z1 = cell_at(box.high.z, s.spacing_z, s.rows);
+  for (std::uint32_t z = z0; z <= z1; ++z)
+    for (std::uint32_t x = x0; x <= x1; ++x) {
+      const Vec3* p = &s.points[static_cast<std::size_t>(z) * s.columns + x];
+      const Real top = glm::max(glm::max(p[0].y, p[1].y),
+                                glm::max(p[s.columns].y, p[s.columns + 1].y));
+      if (box.low.y > top) continue;
+      const std::uint32_t cell = z * (s.columns - 1) + x;
+      touch_tile(k, 2 * cell), touch_tile(k, 2 * cell + 1);
+    }
+}
+
+/// Points found in b's frame, as seen from outside.
+void to_outside(const Pose& at, std::vector<TouchPoint>& out, std::size_t first) {
+  const Mat3 turn = glm::mat3_cast(at.rotation);
+  for (std::size_t i = first; i < out.size(); ++i) {
+    TouchPoint& p = out[i];
+    p.on_a = at.position + turn * p.on_a, p.on_b = at.position + turn * p.on_b;
+    p.normal = turn * p.normal;
+  }
+}
+
+}  // namespace
+
+void touch(const Shape& a, const Pose& at_a, const Shape& b, const Pose& at_b, Real margin,
+           NarrowRoom& room, std::vector<TouchPoint>& out) {
+  PANTIN_ASSERT(is_convex(a.kind));
+  // In b's own frame numbers stay small, and surfaces need not be moved.
+  const Quat back = glm::conjugate(at_b.rotation);
+  const Pose within{back * (at_a.position - at_b.position), back * at_a.rotation};
+  const Convex piece = place(a, within, room.a);
+  const std::size_t first = out.size();
+  switch (b.kind) {
+    case ShapeKind::plane:
+      touch_plane(piece, {0, 1, 0}, 0, margin, out);
+      break;
+    case ShapeKind::mesh:
+    case ShapeKind::height_field: {
+      const OnSurface k{piece, *b.surface, margin, out};
+      if (b.kind == ShapeKind::mesh)
+        touch_mesh(k, room.triangles);
+      else
+        touch_heights(k);
+      tidy(out, first, piece.size);
+      break;
+    }
+    default:
+      touch_convex(piece, place(b, Pose{}, room.b), margin, nullptr, out);
+  }
+  to_outside(at_b, out, first);
+}
+
+}  // namespace pantin
