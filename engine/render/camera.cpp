@@ -47,9 +47,10 @@ class Groups {
     for (bool joining : {true, false}) {
       for (const Link& l : world.links.values()) tie(l.a, l.b, joining);
       for (const String& s : world.strings.values()) tie(s.a, s.b, joining);
+      for (const Pin& pin : world.pins.values()) tie(pin.body, pin.to, joining);
     }
     for (const Pin& pin : world.pins.values())
-      if (const std::uint32_t slot = world.bodies.slot(pin.body); slot != kNoSlot)
+      if (const std::uint32_t slot = world.bodies.slot(pin.body); slot != kNoSlot && !pin.to)
         hold(top(slot), pin.target, Sway{});
     for (std::uint32_t slot = 0; slot < up_.size(); ++slot) of_[top(slot)].sway.take_all(own(slot));
   }

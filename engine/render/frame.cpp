@@ -116,6 +116,16 @@ void set_rays(FrameBlock& block, const Eye& eye) {
   store(down, 0, block.ray[2]);
 }
 
+void unite(PixelRect& rect, const PixelRect& own) {
+  if (own.empty()) return;
+  if (rect.empty()) {
+    rect = own;
+    return;
+  }
+  rect = {std::min(rect.x0, own.x0), std::min(rect.y0, own.y0), std::max(rect.x1, own.x1),
+          std::max(rect.y1, own.y1)};
+}
+
 /// Grows `rect` by the picture of a ball; by everything if the ball reaches the eye's plane.
 void take(PixelRect& rect, const Eye& eye, const Ball& ball, int margin) {
   const Real depth = eye.depth(ball.centre);
@@ -136,13 +146,7 @@ void take(PixelRect& rect, const Eye& eye, const Ball& ball, int margin) {
   };
   const PixelRect own{bound(x, eye.tan_x, eye.width, false), bound(y, eye.tan_y, eye.height, false),
                       bound(x, eye.tan_x, eye.width, true), bound(y, eye.tan_y, eye.height, true)};
-  if (own.empty()) return;
-  if (rect.empty()) {
-    rect = own;
-    return;
-  }
-  rect = {std::min(rect.x0, own.x0), std::min(rect.y0, own.y0), std::max(rect.x1, own.x1),
-          std::max(rect.y1, own.y1)};
+  unite(rect, own);
 }
 
 /// Adds the shadow that a ball casts onto the ground from `height` above its `foot`.
@@ -187,14 +191,17 @@ void set_ground(Frame& frame, const View& view, const Eye& eye, const DrawList& 
     frame.shade_high = glm::max(frame.shade_high, foot + wide);
     take(frame.near_ground, eye, {foot, wide}, 2);
   }
+  bool leaves = list.around_eye;
   for (const Ball& b : list.grounds) {  // no shade: it would take in all that lies around
     const Real height = b.centre.y - view.ground_height;
     if (height < 0) frame.clips_ground = true;
     const Vec3 foot{b.centre.x, view.ground_height, b.centre.z};
+    const Vec3 seen = eye.project(foot);
+    leaves |= seen.x < 0 || seen.y < 0 || seen.x > eye.width || seen.y > eye.height;
     take(frame.near_ground, eye, {foot, 0}, 2);
     cast_shadow(frame, eye, sun, {foot, b.radius}, height);
   }
-  if (list.around_eye) frame.near_ground = {0, 0, eye.width, eye.height};
+  if (leaves) frame.near_ground = {0, 0, eye.width, eye.height};
   if (list.balls.empty()) frame.shade_low = Vec3{-1}, frame.shade_high = Vec3{1};
   frame.near_ground.y0 = std::max(frame.near_ground.y0, frame.ground_row);
 }
@@ -224,6 +231,11 @@ Frame make_frame(const View& view, const Eye& eye, const DrawList& list) {
   set_rays(frame.block, eye);
   for (const Ball& b : list.balls) take(frame.solids, eye, b, 3);
   for (const Ball& b : list.grounds) take(frame.solids, eye, b, 3);
+  if (list.seen_low.x < list.seen_high.x && list.seen_low.y < list.seen_high.y)
+    unite(frame.solids,
+          {static_cast<int>(list.seen_low.x), static_cast<int>(list.seen_low.y),
+           std::min(static_cast<int>(list.seen_high.x) + 1, eye.width),
+           std::min(static_cast<int>(list.seen_high.y) + 1, eye.height)});
   if (list.around_eye) frame.solids = {0, 0, eye.width, eye.height};
   set_ground(frame, view, eye, list);
   // Mesa cuts by what a shader writes even where the cut is not enabled.

@@ -120,13 +120,31 @@ bool is_drawn_ground(const Shape& shape, const Pose& pose, const View& view) {
          std::abs(at.position.y - view.ground_height) < 1e-3;
 }
 
-/// Whether corners of one shape lie on both sides of the eye.
-bool is_around(const Eye& eye, std::span<const Ball> corners) {
-  if (corners.size() < 4) return false;
-  bool before = false, behind = false;
-  for (const Ball& b : corners)
-    (eye.depth(b.centre) > 1e-3 * eye.distance ? before : behind) = true;
-  return before && behind;
+/// Notes what is seen of a shape some of whose corners lie beside the picture or behind the eye: its
+/// corners alone would not tell.
+void note_seen(const Eye& eye, std::span<const Ball> corners, DrawList& to) {
+  if (corners.size() < 4) return;
+  Vec3 low{1e9}, high{-1e9};
+  std::size_t behind = 0;
+  for (const Ball& b : corners) {
+    const Vec3 p = eye.project(b.centre);
+    if (p.z <= 1e-3 * eye.distance) {
+      ++behind;
+      continue;
+    }
+    low = glm::min(low, p), high = glm::max(high, p);
+  }
+  if (behind == corners.size()) return;
+  if (behind > 0) {
+    to.around_eye = true;
+    return;
+  }
+  const Vec3 size(eye.width, eye.height, 0);
+  const bool within = low.x >= 0 && low.y >= 0 && high.x <= size.x && high.y <= size.y;
+  const bool beside = high.x < 0 || high.y < 0 || low.x > size.x || low.y > size.y;
+  if (within || beside) return;
+  to.seen_low = glm::min(to.seen_low, glm::max(low, Vec3{0}));
+  to.seen_high = glm::max(to.seen_high, glm::min(high, size));
 }
 
 void sort_nearest_first(std::vector<Instance>& list, Vec3 forward) {
@@ -162,6 +180,7 @@ void gather(const World& world, std::span<const Pose> poses, const View& view, c
   to.ribbon.clear(), to.ribbon_indices.clear(), to.balls.clear(), to.movers.clear();
   to.fillings.clear(), to.grounds.clear(), to.shades.clear();
   to.around_eye = false;
+  to.seen_low = Vec3{1e9}, to.seen_high = Vec3{-1e9};
 
   const Material plain;
   const bool crowd = world.bodies.size() > kCrowd;
@@ -178,7 +197,7 @@ void gather(const World& world, std::span<const Pose> poses, const View& view, c
       std::vector<Ball>& balls = is_ground(shape.kind) ? to.grounds : to.balls;
       const std::size_t first = balls.size();
       add_balls(shape, pose, balls);
-      if (!to.around_eye) to.around_eye = is_around(eye, std::span(balls).subspan(first));
+      note_seen(eye, std::span(balls).subspan(first), to);
       if (is_ground(shape.kind)) continue;
       const std::size_t filled = to.fillings.size();
       add_fillings(shape, pose, to.fillings);

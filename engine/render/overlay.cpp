@@ -2,31 +2,12 @@
 
 #include <algorithm>
 
-#include "engine/render/bounds.hpp"
 #include "engine/render/frame.hpp"
 
 namespace pantin {
 namespace {
 
 constexpr Vec3 kPaper{0.06, 0.07, 0.09}, kInk{0.96, 0.97, 0.98};
-constexpr Vec3 kAxes[3] = {{0.92, 0.25, 0.22}, {0.25, 0.75, 0.28}, {0.25, 0.45, 0.95}};
-constexpr Vec3 kJoint{0.10, 0.80, 0.85}, kOpenJoint{1.0, 0.1, 0.1}, kPin{0.98, 0.78, 0.12};
-constexpr Vec3 kUnreached{1.0, 0.25, 0.15}, kSlack{1.0, 0.55, 0.10};
-
-/// The colours above are written as they look; legends are linear [IEC 61966-2-1].
-Vec3 linear(Vec3 srgb) {
-  const auto part = [](Real x) {
-    return x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);
-  };
-  return {part(srgb.x), part(srgb.y), part(srgb.z)};
-}
-
-bool is_visible(Vec3 world, const Eye& eye) {
-  return is_finite(world) && eye.depth(world) > 1e-3 * eye.distance;
-}
-
-/// How thick marks are: 1.5 pixels in a picture of 720 rows.
-Real stroke(const Eye& eye) { return std::max(1.0, eye.height / 480.0); }
 
 }  // namespace
 
@@ -67,6 +48,16 @@ void OverlayList::add_line(Vec3 a, Vec3 b, Real width, Vec3 colour, Real opacity
   add_quad(corners, locals,
            {static_cast<float>(w), static_cast<float>(h), static_cast<float>(h), 1}, colour,
            opacity);
+}
+
+void OverlayList::add_triangle(Vec3 a, Vec3 b, Vec3 c, Vec3 colour, Real opacity) {
+  const auto corner = [](Vec3 p, int k) { return static_cast<float>(p[k]); };
+  const float corners[4][2] = {{corner(a, 0), corner(a, 1)},
+                               {corner(b, 0), corner(b, 1)},
+                               {corner(c, 0), corner(c, 1)},
+                               {corner(c, 0), corner(c, 1)}};
+  // The middle of a box without end: no border, so that neighbours join without a seam.
+  add_quad(corners, {{0, 0}, {0, 0}, {0, 0}, {0, 0}}, {1e4f, 1e4f, 0, 1}, colour, opacity);
 }
 
 void OverlayList::add_ring(Vec3 middle, Real radius, Real width, Vec3 colour) {
@@ -130,72 +121,6 @@ void OverlayList::add_labels(const Overlay& overlay, const Eye& eye) {
     add_text({edge + pad + 1.6 * swatch, y, 0}, entry.text, kInk);
     y += line;
   }
-}
-
-void OverlayList::add_world_line(Vec3 a, Vec3 b, const Eye& eye, Real width, Vec3 colour) {
-  if (is_visible(a, eye) && is_visible(b, eye))
-    add_line(eye.project(a), eye.project(b), width, colour);
-}
-
-void OverlayList::add_joints(const World& world, std::span<const Pose> poses, const Eye& eye) {
-  const Real thin = stroke(eye);
-  const auto axis_pixels = std::max(8.0, eye.height / 48.0);
-  for (std::uint32_t slot = 0; slot < world.bodies.size(); ++slot) {
-    const Pose& pose = pose_of(world, poses, slot);
-    if (!is_finite(pose) || !is_visible(pose.position, eye)) continue;
-    const Real size = axis_pixels * eye.pixel() * eye.depth(pose.position);
-    for (int k = 0; k < 3; ++k) {
-      Vec3 tip{0};
-      tip[k] = size;
-      add_world_line(pose.position, to_world(pose, tip), eye, 1.2 * thin, kAxes[k]);
-    }
-  }
-  std::vector<Vec3> curve;
-  for (const String& string : world.strings.values()) {
-    Vec3 a, b;
-    if (!string_ends(world, poses, string, a, b)) continue;
-    curve.clear();
-    add_string_curve(a, b, string.joint.length, down_of(world), 24, curve);
-    for (std::size_t i = 1; curve.size() > 2 && i < curve.size(); ++i)
-      add_world_line(curve[i - 1], curve[i], eye, 1.2 * thin, kSlack);
-  }
-  const auto place = [&](Entity body, Vec3 anchor, Vec3& at) {
-    const std::uint32_t slot = world.bodies.slot(body);
-    if (slot == kNoSlot) return false;
-    at = to_world(pose_of(world, poses, slot), anchor);
-    return is_visible(at, eye);
-  };
-  for (const Link& link : world.links.values()) {
-    Vec3 a, b;
-    if (!place(link.a, link.joint.anchor_a, a) || !place(link.b, link.joint.anchor_b, b)) continue;
-    const Vec3 from = eye.project(a), to = eye.project(b);
-    if (glm::length(Vec3{to.x - from.x, to.y - from.y, 0}) > 0.5)
-      add_line(from, to, 2 * thin, kOpenJoint);
-    add_ring(from, std::max(4.0, eye.height / 110.0), thin, kJoint);
-  }
-  for (const Pin& pin : world.pins.values()) {
-    Vec3 at;
-    if (!place(pin.body, pin.anchor, at)) continue;
-    const Real size = std::max(3.0, eye.height / 160.0);
-    const Vec3 colour = pin.reachable ? kPin : kUnreached;
-    add_box(eye.project(at), {size, size, 0}, size, colour, 1);
-    if (!is_visible(pin.target, eye)) continue;
-    const Vec3 target = eye.project(pin.target);
-    add_world_line(at, pin.target, eye, thin, colour);
-    add_line(target - Vec3{size, size, 0}, target + Vec3{size, size, 0}, 1.4 * thin, colour);
-    add_line(target - Vec3{size, -size, 0}, target + Vec3{size, -size, 0}, 1.4 * thin, colour);
-  }
-}
-
-std::vector<LegendEntry> overlay_legend(const World& world) {
-  std::vector<LegendEntry> entries;
-  if (!world.links.empty()) entries.push_back({linear(kJoint), "ring: joint"});
-  if (!world.strings.empty()) entries.push_back({linear(kSlack), "curve: slack string"});
-  if (!world.pins.empty()) {
-    entries.push_back({linear(kPin), "cross: pin"});
-    entries.push_back({linear(kUnreached), "red cross: out of reach"});
-  }
-  return entries;
 }
 
 }  // namespace pantin

@@ -1,5 +1,5 @@
 #pragma once
-/// What lies flat over the picture: panels, text, and the marks of the debug view.
+/// What lies flat over the picture: panels, text, lines.
 #include <span>
 #include <vector>
 
@@ -26,19 +26,16 @@ class OverlayList {
 
   void add_box(Vec3 middle, Vec3 half, Real radius, Vec3 colour, Real opacity);
   void add_line(Vec3 a, Vec3 b, Real width, Vec3 colour, Real opacity = 1);
+  void add_triangle(Vec3 a, Vec3 b, Vec3 c, Vec3 colour, Real opacity);
   void add_ring(Vec3 middle, Real radius, Real width, Vec3 colour);
   void add_text(Vec3 baseline, std::string_view utf8, Vec3 colour);
 
   /// The lines of `overlay` on a panel at the top left, its legend on one at the bottom left.
   void add_labels(const Overlay& overlay, const Eye& eye);
-  /// Axes of bodies, rings at joints with a red line where they gape, pins with the way to their
-  /// target, slack strings in orange.
-  void add_joints(const World& world, std::span<const Pose> poses, const Eye& eye);
 
  private:
   void add_quad(const float (&corners)[4][2], const float (&locals)[4][2], const float (&form)[4],
                 Vec3 colour, Real opacity);
-  void add_world_line(Vec3 a, Vec3 b, const Eye& eye, Real width, Vec3 colour);
 
   const Font& font_;
   std::vector<OverlayVertex> vertices_;

@@ -6,7 +6,7 @@
 #include "engine/render/context.hpp"
 #include "engine/render/font.hpp"
 #include "engine/render/frame.hpp"
-#include "engine/render/overlay.hpp"
+#include "engine/render/marks.hpp"
 #include "engine/render/shaders.hpp"
 #include "engine/render/surface_store.hpp"
 
@@ -432,7 +432,10 @@ void GlRenderer::merge() {
 void GlRenderer::draw_overlay(const World& world, std::span<const Pose> poses,
                               const Overlay& overlay, const Eye& eye) {
   overlay_.clear();
-  if (overlay.joints) overlay_.add_joints(world, poses, eye);
+  if (overlay.joints) {
+    Pen pen(overlay_, eye);
+    add_marks({world, poses}, pen);
+  }
   overlay_.add_labels(overlay, eye);
   const auto vertices = overlay_.vertices();
   if (vertices.empty()) return;

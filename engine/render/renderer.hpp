@@ -44,7 +44,7 @@ struct LegendEntry {
 struct Overlay {
   std::vector<std::string> lines;   // top left
   std::vector<LegendEntry> legend;  // bottom left
-  bool joints = false;              // rings at joints, axes of bodies, pins, slack strings marked
+  bool joints = false;  // marks: joints and their ranges, pins, slack strings, muscles, contacts
 };
 
 /// What the marks of Overlay::joints mean, as far as this world can show them.

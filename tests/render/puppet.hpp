@@ -43,7 +43,9 @@ class PuppetMaker {
   }
 
   void joint(Entity a, Entity b, Vec3 at) {
-    Joint joint{to_local(world_.bodies[a].pose, at), to_local(world_.bodies[b].pose, at)};
+    Joint joint;
+    joint.anchor_a = to_local(world_.bodies[a].pose, at);
+    joint.anchor_b = to_local(world_.bodies[b].pose, at);
     world_.links.add(world_.create(), {a, b, joint});
   }
 

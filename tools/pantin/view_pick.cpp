@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "engine/geometry/surface.hpp"
+
 namespace pantin::program {
 namespace {
 
@@ -54,6 +56,55 @@ std::optional<Real> meet_box(Vec3 from, Vec3 way, Vec3 half) {
   return enter;
 }
 
+/// The upper side of the slab that a plane is drawn as.
+std::optional<Real> meet_plane(Vec3 from, Vec3 way, Real extent) {
+  if (from.y <= 0 || way.y >= 0) return std::nullopt;
+  const Real t = -from.y / way.y;
+  const Vec3 at = from + t * way;
+  if (std::abs(at.x) > extent || std::abs(at.z) > extent) return std::nullopt;
+  return t;
+}
+
+/// A triangle seen from outside. [Moeller & Trumbore 1997]
+std::optional<Real> meet_triangle(Vec3 from, Vec3 way, Vec3 a, Vec3 b, Vec3 c) {
+  const Vec3 ab = b - a, ac = c - a, p = glm::cross(way, ac);
+  const Real facing = glm::dot(ab, p);
+  if (facing <= 0) return std::nullopt;
+  const Vec3 s = from - a, q = glm::cross(s, ab);
+  const Real u = glm::dot(s, p) / facing, v = glm::dot(way, q) / facing;
+  const Real t = glm::dot(ac, q) / facing;
+  if (u < 0 || v < 0 || u + v > 1 || t < 0) return std::nullopt;
+  return t;
+}
+
+std::optional<Real> meet_surface(Vec3 from, Vec3 way, const Surface& surface) {
+  std::optional<Real> best;
+  const Vec3 middle = 0.5 * (surface.low + surface.high), half = 0.5 * (surface.high - surface.low);
+  const Vec3 inside = glm::abs(from - middle);
+  const bool within = inside.x <= half.x && inside.y <= half.y && inside.z <= half.z;
+  // A little wider: a flat field has no height.
+  if (!within && !meet_box(from - middle, way, half + 1e-9)) return std::nullopt;
+  const auto take = [&](Vec3 a, Vec3 b, Vec3 c) {
+    const auto t = meet_triangle(from, way, a, b, c);
+    if (t && (!best || *t < *best)) best = t;
+  };
+  if (surface.columns > 0) {
+    const std::uint32_t count = 2 * (surface.columns - 1) * (surface.rows - 1);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      const auto corners = triangle_of(surface, i);
+      take(corners[0], corners[1], corners[2]);
+    }
+    return best;
+  }
+  for (const Face& face : surface.faces) {
+    const auto corner = [&](std::uint32_t i) {
+      return surface.points[surface.corners[face.first + i]];
+    };
+    for (std::uint32_t i = 2; i < face.count; ++i) take(corner(0), corner(i - 1), corner(i));
+  }
+  return best;
+}
+
 std::optional<Picked> pick_exactly(const World& world, std::span<const Pose> poses,
                                    const Ray& ray) {
   std::optional<Picked> best;
@@ -89,6 +140,12 @@ std::optional<Real> meet(const Ray& ray, const Shape& shape, const Pose& pose) {
       return meet_sphere(from, way, Vec3(0), shape.size.x);
     case ShapeKind::capsule:
       return meet_capsule(from, way, shape.size.x, shape.size.y);
+    case ShapeKind::plane:
+      return meet_plane(from, way, shape.size.x);
+    case ShapeKind::hull:
+    case ShapeKind::mesh:
+    case ShapeKind::height_field:
+      return shape.surface ? meet_surface(from, way, *shape.surface) : std::nullopt;
     case ShapeKind::box:
       break;
   }

@@ -1,0 +1,294 @@
+#include "engine/render/marks.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "engine/base/rotation.hpp"
+#include "engine/geometry/surface.hpp"
+#include "engine/render/bounds.hpp"
+
+namespace pantin {
+namespace {
+
+constexpr Real kNoCap = 1e100;  // N m; muscles stronger than this have no greatest torque
+
+/// Colours are written as they look; legends are linear [IEC 61966-2-1].
+Vec3 linear(Vec3 srgb) {
+  const auto part = [](Real x) {
+    return x <= 0.04045 ? x / 12.92 : std::pow((x + 0.055) / 1.055, 2.4);
+  };
+  return {part(srgb.x), part(srgb.y), part(srgb.z)};
+}
+
+/// Radius of a shape about the origin of its body; without bound for grounds.
+Real reach_of(const Shape& shape) {
+  const Real off = glm::length(shape.local.position);
+  if (is_ground(shape.kind)) return std::numeric_limits<Real>::infinity();
+  if (shape.kind == ShapeKind::sphere) return off + shape.size.x;
+  if (shape.kind == ShapeKind::capsule) return off + shape.size.x + shape.size.y;
+  if (shape.kind == ShapeKind::box) return off + glm::length(shape.size);
+  if (!shape.surface) return off;
+  return off + 0.5 * glm::length(shape.surface->high - shape.surface->low);
+}
+
+Real reach_of(const World& world, Entity body) {
+  const Shapes* shapes = world.shapes.find(body);
+  Real reach = 0;
+  if (shapes)
+    for (const Shape& shape : shapes->parts) reach = std::max(reach, reach_of(shape));
+  return reach > 0 ? reach : std::numeric_limits<Real>::infinity();
+}
+
+void add_body_axes(const Scene& scene, Pen& pen) {
+  const Real pixels = std::max(8.0, pen.eye().height / 48.0);
+  for (std::uint32_t slot = 0; slot < scene.world.bodies.size(); ++slot) {
+    const Pose& pose = pose_of(scene.world, scene.poses, slot);
+    if (!is_finite(pose) || !pen.sees(pose.position)) continue;
+    for (int k = 0; k < 3; ++k) {
+      Vec3 tip{0};
+      tip[k] = pen.metres(pose.position, pixels);
+      pen.line(pose.position, to_world(pose, tip), 1.2 * pen.fine(), ink::kAxes[k]);
+    }
+  }
+}
+
+void add_slack_strings(const Scene& scene, Pen& pen) {
+  std::vector<Vec3> curve;
+  for (const String& string : scene.world.strings.values()) {
+    Vec3 a, b;
+    if (!string_ends(scene.world, scene.poses, string, a, b)) continue;
+    curve.clear();
+    add_string_curve(a, b, string.joint.length, down_of(scene.world), 24, curve);
+    if (curve.size() > 2) pen.path(curve, 1.2 * pen.fine(), ink::kSlack);
+  }
+}
+
+void add_joint_rings(const Scene& scene, Pen& pen) {
+  for (const Link& link : scene.world.links.values()) {
+    Vec3 a, b;
+    if (!scene.place(link.a, link.joint.anchor_a, a) ||
+        !scene.place(link.b, link.joint.anchor_b, b) || !pen.sees(a) || !pen.sees(b))
+      continue;
+    const Vec3 gap = pen.eye().project(b) - pen.eye().project(a);
+    if (std::hypot(gap.x, gap.y) > 0.5) pen.line(a, b, 2 * pen.fine(), ink::kOpenJoint);
+    pen.ring(a, std::max(4.0, pen.eye().height / 110.0), pen.fine(), ink::kJoint);
+  }
+}
+
+/// How far an exact pin may be from its target before it counts as unreached, m, by body slot.
+std::vector<Real> pin_tolerances(const World& world) {
+  std::vector<Real> tolerances(world.bodies.size(), std::numeric_limits<Real>::infinity());
+  for (const Articulation& a : world.articulations)
+    for (Entity body : a.bodies)
+      if (const std::uint32_t slot = world.bodies.slot(body); slot != kNoSlot)
+        tolerances[slot] = a.settings.tolerance * a.size;
+  return tolerances;
+}
+
+void add_pins(const Scene& scene, Pen& pen) {
+  const World& world = scene.world;
+  if (world.pins.empty()) return;
+  const std::vector<Real> tolerances = pin_tolerances(world);
+  const Real size = std::max(3.0, pen.eye().height / 160.0);
+  for (const Pin& pin : world.pins.values()) {
+    Vec3 at, target = pin.target;
+    if (!scene.place(pin.body, pin.anchor, at)) continue;
+    if (pin.to && !scene.place(pin.to, pin.target, target)) continue;
+    const Real enough = tolerances[world.bodies.slot(pin.body)];
+    const bool missed = !pin.reachable || (pin.grip == Grip::exact && pin.residual > enough);
+    const Vec3 colour = missed ? ink::kWarning : ink::kPin;
+    pen.dot(at, size, colour);
+    pen.line(at, target, pen.fine(), colour);
+    pen.cross(target, size, 1.4 * pen.fine(), colour);
+    if (missed) pen.ring(target, 1.9 * size, pen.fine(), colour);
+  }
+}
+
+/// Weight of an articulation, N, on an average: what forces are measured by.
+Real usual_weight(const World& world) {
+  Real mass = 0;
+  for (const Body& body : world.bodies.values())
+    if (body.motion == Motion::dynamic) mass += body.mass;
+  const Real pull = glm::length(world.gravity);
+  const auto count = static_cast<Real>(std::max<std::size_t>(world.articulations.size(), 1));
+  return mass * (pull > 0 ? pull : 9.81) / count;
+}
+
+/// Lines grow as log(1 + 9 force / weight); that of a whole weight is a ninth of the picture.
+void add_contacts(const Scene& scene, Pen& pen) {
+  const World& world = scene.world;
+  if (world.contacts.empty()) return;
+  const Real weight = std::max(usual_weight(world), 1e-12);
+  const Real whole = pen.eye().height / 9.0 * pen.eye().pixel() * pen.eye().distance;
+  for (const Contact& contact : world.contacts) {
+    if (contact.slot_a >= world.bodies.size()) continue;
+    const Vec3 at = to_world(pose_of(world, scene.poses, contact.slot_a), contact.point_a);
+    if (!contact.active) {
+      pen.dot(at, 1.4 * pen.fine(), ink::kNear);
+      continue;
+    }
+    const Real force = glm::length(contact.force);
+    const Real length = whole * std::log10(1 + 9 * force / weight);
+    if (force > 0) pen.line(at, at + length / force * contact.force, 1.6 * pen.fine(), ink::kContact);
+    pen.dot(at, 2.6 * pen.fine(), ink::kContact);
+    if (contact.sliding < 1) pen.cross(at, 4 * pen.fine(), 1.3 * pen.fine(), ink::kSlide);
+  }
+}
+
+/// Part of the greatest torque; without one, of what the spring would exert half a turn away.
+Real effort(const PoseDrive& drive) {
+  const Real most = drive.max_torque < kNoCap ? drive.max_torque : kPi * drive.stiffness;
+  return most > 0 ? std::clamp(drive.torque / most, 0.0, 1.0) : 0;
+}
+
+/// An arrow about the axis of the turn that is still to be made; three quarters of a circle are
+/// the greatest torque.
+void add_muscle(const Scene& scene, const PoseDrive& drive, const Link& link, Pen& pen) {
+  const World& world = scene.world;
+  Vec3 at;
+  if (!scene.place(link.a, link.joint.anchor_a, at) || !pen.sees(at)) return;
+  const std::uint32_t b = world.bodies.slot(link.b);
+  const Real size = mark_size(scene, link, at, pen);
+  if (size <= 0 || b == kNoSlot) return;
+  const Quat turn_a = pose_of(world, scene.poses, world.bodies.slot(link.a)).rotation;
+  const Quat now = relative_turn(link.joint, turn_a, pose_of(world, scene.poses, b).rotation);
+  const Vec3 rest = rotation_vector(target_at(drive, world.time) * glm::conjugate(now));
+  const Real angle = glm::length(rest);
+  const Vec3 axis =
+      turn_a * link.joint.frame_a * (angle > 1e-6 ? rest / angle : Vec3{1, 0, 0});
+  // It begins at the side, so that short arrows are not seen end on.
+  Vec3 side = glm::cross(axis, pen.eye().forward);
+  if (glm::length(side) < 1e-3) side = glm::cross(axis, pen.eye().up);
+  const Real radius = 0.45 * size, sweep = std::max(0.12, 1.5 * kPi * effort(drive));
+  const Arc arc{at, axis, radius * glm::normalize(side), 0, sweep};
+  const std::vector<Vec3> points = points_of(arc);
+  const Vec3 colour = drive.capped ? ink::kWarning : ink::kMuscle;
+  pen.path(points, 2 * pen.fine(), colour);
+  const Vec3 tip = points.back(), out = glm::normalize(tip - at);
+  const Vec3 back = 0.22 * radius * glm::cross(out, axis);
+  pen.line(tip, tip + back + 0.16 * radius * out, 2 * pen.fine(), colour);
+  pen.line(tip, tip + back - 0.16 * radius * out, 2 * pen.fine(), colour);
+}
+
+void add_muscles(const Scene& scene, Pen& pen) {
+  const World& world = scene.world;
+  for (std::size_t i = 0; i < world.pose_drives.size(); ++i)
+    if (const Link* link = world.links.find(world.pose_drives.owners()[i]))
+      add_muscle(scene, world.pose_drives.values()[i], *link, pen);
+}
+
+}  // namespace
+
+void Pen::line(Vec3 a, Vec3 b, Real width, Vec3 colour, Real opacity) {
+  if (sees(a) && sees(b)) list_.add_line(eye_.project(a), eye_.project(b), width, colour, opacity);
+}
+
+void Pen::dot(Vec3 place, Real radius, Vec3 colour) {
+  if (sees(place)) list_.add_box(eye_.project(place), {radius, radius, 0}, radius, colour, 1);
+}
+
+void Pen::square(Vec3 place, Real half, Vec3 colour) {
+  if (sees(place)) list_.add_box(eye_.project(place), {half, half, 0}, 0.2 * half, colour, 1);
+}
+
+void Pen::ring(Vec3 place, Real radius, Real width, Vec3 colour) {
+  if (sees(place)) list_.add_ring(eye_.project(place), radius, width, colour);
+}
+
+void Pen::cross(Vec3 place, Real reach, Real width, Vec3 colour) {
+  if (!sees(place)) return;
+  const Vec3 at = eye_.project(place);
+  for (Real sign : {1.0, -1.0}) {
+    const Vec3 arm{reach, sign * reach, 0};
+    list_.add_line(at - arm, at + arm, width, colour);
+  }
+}
+
+void Pen::triangle(Vec3 a, Vec3 b, Vec3 c, Vec3 colour, Real opacity) {
+  if (sees(a) && sees(b) && sees(c))
+    list_.add_triangle(eye_.project(a), eye_.project(b), eye_.project(c), colour, opacity);
+}
+
+void Pen::path(std::span<const Vec3> points, Real width, Vec3 colour, Real opacity) {
+  for (std::size_t i = 1; i < points.size(); ++i)
+    line(points[i - 1], points[i], width, colour, opacity);
+}
+
+void Pen::fan(Vec3 apex, std::span<const Vec3> rim, Vec3 colour) {
+  for (std::size_t i = 1; i < rim.size(); ++i) triangle(apex, rim[i - 1], rim[i], colour, 0.16);
+}
+
+bool Scene::place(Entity body, Vec3 anchor, Vec3& at) const {
+  const std::uint32_t slot = world.bodies.slot(body);
+  if (slot == kNoSlot) return false;
+  at = to_world(pose_of(world, poses, slot), anchor);
+  return is_finite(at);
+}
+
+std::vector<Vec3> points_of(const Arc& arc) {
+  constexpr Real kStep = 0.13;  // rad; finer shows no more at the size of marks
+  const int pieces = std::max(1, static_cast<int>(std::ceil((arc.high - arc.low) / kStep)));
+  std::vector<Vec3> points;
+  for (int i = 0; i <= pieces; ++i) {
+    const Real angle = arc.low + (arc.high - arc.low) * i / pieces;
+    points.push_back(arc.centre + turn_by(angle * arc.axis) * arc.zero);
+  }
+  return points;
+}
+
+Real mark_size(const Scene& scene, const Link& link, Vec3 at, const Pen& pen) {
+  if (!pen.sees(at)) return 0;
+  const Real pixel = pen.metres(at, 1), height = pen.eye().height;
+  const Real body = 0.7 * std::min(reach_of(scene.world, link.a), reach_of(scene.world, link.b));
+  if (body < height / 200 * pixel) return 0;
+  return std::clamp(body, height / 36 * pixel, height / 8 * pixel);
+}
+
+void add_marks(const Scene& scene, Pen& pen) {
+  add_body_axes(scene, pen);
+  add_slack_strings(scene, pen);
+  add_turn_marks(scene, pen);
+  add_joint_rings(scene, pen);
+  add_muscles(scene, pen);
+  add_pins(scene, pen);
+  add_contacts(scene, pen);
+}
+
+std::vector<LegendEntry> overlay_legend(const World& world) {
+  bool ranges = false, axes = false, locks = false;
+  const auto is_lock = [](const AngleLimit& l) { return l.on && !(l.high > l.low); };
+  for (const Link& link : world.links.values()) {
+    const JointLimits& limits = link.joint.limits;
+    ranges |= limits.any();
+    axes |= link.joint.kind == JointKind::hinge || link.joint.kind == JointKind::universal;
+    locks |= link.joint.kind == JointKind::fixed || is_lock(limits.turn) ||
+             is_lock(limits.second) ||
+             (limits.swing.on && limits.swing.y <= 0 && limits.swing.z <= 0);
+  }
+  std::vector<LegendEntry> entries;
+  const auto name = [&](bool present, Vec3 colour, const std::string& text) {
+    if (present) entries.push_back({linear(colour), text});
+  };
+  name(!world.links.empty(), ink::kJoint, "ring: joint");
+  name(axes, ink::kHinge, "line: hinge axis");
+  name(ranges, ink::kRange, "fan, arc: range of a joint");
+  name(locks, ink::kLocked, "square: locked");
+  name(!world.strings.empty(), ink::kSlack, "curve: slack string");
+  name(!world.pins.empty(), ink::kPin, "cross: pin");
+  name(!world.pose_drives.empty(), ink::kMuscle, "arrow: muscle at work");
+  const bool contacts = !world.collisions.empty() || !world.contacts.empty();
+  name(contacts, ink::kContact, "dot, line: contact and its force");
+  name(contacts, ink::kSlide, "cross on a dot: slides");
+  name(contacts, ink::kNear, "small dot: about to touch");
+  std::string red;
+  const auto warn = [&](bool present, const char* text) {
+    if (present) red += (red.empty() ? "red: " : ", ") + std::string(text);
+  };
+  warn(ranges, "at a stop");
+  warn(!world.pins.empty(), "out of reach");
+  warn(!world.pose_drives.empty(), "at full strength");
+  name(!red.empty(), ink::kWarning, red);
+  return entries;
+}
+
+}  // namespace pantin

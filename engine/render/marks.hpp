@@ -1,0 +1,82 @@
+#pragma once
+/// The marks of the debug view: what joints, stops, contacts, pins and muscles do, drawn flat over
+/// the picture where they are in it.
+#include <algorithm>
+#include <span>
+#include <vector>
+
+#include "engine/render/bounds.hpp"
+#include "engine/render/overlay.hpp"
+
+namespace pantin {
+
+/// Colours of the marks, sRGB.
+namespace ink {
+inline constexpr Vec3 kAxes[3] = {{0.92, 0.25, 0.22}, {0.25, 0.75, 0.28}, {0.25, 0.45, 0.95}};
+inline constexpr Vec3 kJoint{0.10, 0.80, 0.85}, kOpenJoint{1.0, 0.1, 0.1};
+inline constexpr Vec3 kPin{0.98, 0.78, 0.12}, kSlack{1.0, 0.55, 0.10};
+inline constexpr Vec3 kRange{0.66, 0.50, 1.0}, kHinge{0.80, 0.86, 0.92}, kLocked{0.72, 0.74, 0.80};
+inline constexpr Vec3 kContact{0.45, 0.95, 0.30}, kNear{0.55, 0.62, 0.50}, kSlide{1.0, 0.95, 0.75};
+inline constexpr Vec3 kMuscle{0.98, 0.45, 0.80};
+inline constexpr Vec3 kWarning{1.0, 0.25, 0.15};  // at a stop, out of reach, at full strength
+}  // namespace ink
+
+/// Draws lines between places of the world; what is behind the eye is left out.
+class Pen {
+ public:
+  Pen(OverlayList& list, const Eye& eye) : list_(list), eye_(eye) {}
+
+  const Eye& eye() const { return eye_; }
+  /// Width of a fine line: 1.5 pixels in a picture of 720 rows.
+  Real fine() const { return std::max(1.0, eye_.height / 480.0); }
+  bool sees(Vec3 place) const {
+    return is_finite(place) && eye_.depth(place) > 1e-3 * eye_.distance;
+  }
+  /// Length at `place` that covers so many pixels, m.
+  Real metres(Vec3 place, Real pixels) const { return pixels * eye_.pixel() * eye_.depth(place); }
+
+  /// `width`, `radius` and `reach` are in pixels.
+  void line(Vec3 a, Vec3 b, Real width, Vec3 colour, Real opacity = 1);
+  void dot(Vec3 place, Real radius, Vec3 colour);
+  void square(Vec3 place, Real half, Vec3 colour);
+  void ring(Vec3 place, Real radius, Real width, Vec3 colour);
+  void cross(Vec3 place, Real reach, Real width, Vec3 colour);
+  void triangle(Vec3 a, Vec3 b, Vec3 c, Vec3 colour, Real opacity);
+  void path(std::span<const Vec3> points, Real width, Vec3 colour, Real opacity = 1);
+  /// A translucent fan from `apex` to a rim.
+  void fan(Vec3 apex, std::span<const Vec3> rim, Vec3 colour);
+
+ private:
+  OverlayList& list_;
+  const Eye& eye_;
+};
+
+/// A World as it is drawn: poses by slot of World::bodies, or its own where there are none.
+struct Scene {
+  const World& world;
+  std::span<const Pose> poses;
+
+  /// Where a point of a body is; false if the body is gone or its pose not finite.
+  bool place(Entity body, Vec3 anchor, Vec3& at) const;
+};
+
+/// A circle's arc about `axis` (unit) through `centre`, from angle `low` to `high`; angle 0 is the
+/// way of `zero`, whose length is the radius.
+struct Arc {
+  Vec3 centre{0}, axis{1, 0, 0}, zero{0, 1, 0};
+  Real low = 0, high = 0;  // rad
+};
+std::vector<Vec3> points_of(const Arc& arc);
+
+/// All marks: see Overlay::joints.
+void add_marks(const Scene& scene, Pen& pen);
+
+/// How far joints may turn and where they stand: sectors of hinges and universal joints, cones of
+/// ball joints with an arc for the twist, in the warning colour where they are at a stop; axes of
+/// hinges; squares at what is locked. Two thirds of the smaller body in size.
+void add_turn_marks(const Scene& scene, Pen& pen);
+
+/// The length that marks at a joint are given, m; 0 where they would be too small to read.
+Real mark_size(const Scene& scene, const Link& link, Vec3 at, const Pen& pen);
+
+}  // namespace pantin

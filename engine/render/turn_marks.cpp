@@ -1,0 +1,175 @@
+#include <algorithm>
+
+#include "engine/base/rotation.hpp"
+#include "engine/render/marks.hpp"
+
+namespace pantin {
+namespace {
+
+constexpr Real kAtStop = 1e-3;  // rad, within which a joint stands at its stop
+constexpr int kRimPoints = 40;
+
+const Vec3 kX{1, 0, 0}, kY{0, 1, 0}, kZ{0, 0, 1};
+
+/// One joint that is being marked.
+struct Marked {
+  const Joint& joint;
+  Vec3 at{0};      // world
+  Quat a, b;       // its axes in each body, to the world
+  Quat turn;       // b's in a's
+  Real size = 0;   // m
+};
+
+bool is_locked(const AngleLimit& limit) { return limit.on && !(limit.high > limit.low); }
+bool is_locked(const SwingLimit& limit) { return limit.on && limit.y <= 0 && limit.z <= 0; }
+
+bool is_at_stop(const AngleLimit& limit, Real angle) {
+  if (!limit.on || is_locked(limit) || limit.high - limit.low >= 2 * kPi) return false;
+  const Real to = clamped(limit, angle);
+  return std::abs(std::remainder(to - angle, 2 * kPi)) > kAtStop || to - limit.low < kAtStop ||
+         limit.high - to < kAtStop;
+}
+
+bool is_at_stop(const SwingLimit& limit, Vec3 swing) {
+  if (!limit.on || is_locked(limit)) return false;
+  // A little more swing would be drawn back.
+  const Real size = glm::length(swing);
+  if (size <= 0) return false;
+  Vec3 more = swing * (1 + kAtStop / size);
+  if (limit.y <= 0) more.y = 0;  // locked this way: it always stands at that stop
+  if (limit.z <= 0) more.z = 0;
+  return glm::length(clamped(limit, more) - more) > 0;
+}
+
+Vec3 colour_of(bool at_stop) { return at_stop ? ink::kWarning : ink::kRange; }
+
+/// A sector from the lowest to the highest angle, with a line where the joint is.
+void add_sector(Pen& pen, const Arc& whole, const AngleLimit& limit, Real angle) {
+  const Vec3 colour = colour_of(is_at_stop(limit, angle));
+  const auto way = [&](Real turned) {
+    return whole.centre + turn_by(turned * whole.axis) * whole.zero;
+  };
+  Arc arc = whole;
+  arc.low = limit.low, arc.high = std::min(limit.high, limit.low + 2 * kPi);
+  const std::vector<Vec3> rim = points_of(arc);
+  pen.fan(arc.centre, rim, colour);
+  pen.path(rim, pen.fine(), colour, 0.9);
+  pen.line(arc.centre, rim.front(), pen.fine(), colour, 0.9);
+  pen.line(arc.centre, rim.back(), pen.fine(), colour, 0.9);
+  pen.line(arc.centre, way(angle), 1.8 * pen.fine(), colour);
+  pen.dot(way(angle), 2.4 * pen.fine(), colour);
+}
+
+void add_axis(Pen& pen, const Marked& m, Vec3 axis) {
+  pen.line(m.at - 0.45 * m.size * axis, m.at + 0.45 * m.size * axis, 1.8 * pen.fine(), ink::kHinge);
+}
+
+void add_lock(Pen& pen, const Marked& m) { pen.square(m.at, 2.6 * pen.fine(), ink::kLocked); }
+
+/// Across `axis`, towards the middle of body b, so that a sector's line lies along the limb.
+Vec3 limb_across(const Marked& m, Vec3 axis) {
+  const Vec3 limb = glm::conjugate(m.joint.frame_b) * -m.joint.anchor_b;
+  const Vec3 across = limb - glm::dot(limb, axis) * axis;
+  const Real length = glm::length(across);
+  return length > 1e-6 * glm::length(limb) && length > 0 ? across / length : kY;
+}
+
+void add_hinge(Pen& pen, const Marked& m) {
+  const AngleLimit& limit = m.joint.limits.turn;
+  add_axis(pen, m, m.a * kX);
+  if (is_locked(limit)) return add_lock(pen, m);
+  if (!limit.on) return;
+  const Arc arc{m.at, m.a * kX, m.a * (m.size * limb_across(m, kX)), 0, 0};
+  add_sector(pen, arc, limit, swing_twist(m.turn).twist);
+}
+
+void add_universal(Pen& pen, const Marked& m) {
+  const JointLimits& limits = m.joint.limits;
+  const UniversalAngles angles = universal_angles(m.turn);
+  add_axis(pen, m, m.a * kY), add_axis(pen, m, m.b * kZ);
+  if (is_locked(limits.turn) || is_locked(limits.second)) add_lock(pen, m);
+  const Quat between = m.a * turn_by({0, angles.first, 0});
+  if (limits.turn.on && !is_locked(limits.turn))
+    add_sector(pen, {m.at, m.a * kY, m.a * (m.size * kX), 0, 0}, limits.turn, angles.first);
+  if (limits.second.on && !is_locked(limits.second))
+    add_sector(pen, {m.at, between * kZ, between * (0.8 * m.size * kX), 0, 0}, limits.second,
+               angles.second);
+}
+
+/// The cone that b's x axis may point into, b's x axis, and that of a as a thin line.
+void add_cone(Pen& pen, const Marked& m, Vec3 swing) {
+  const SwingLimit& limit = m.joint.limits.swing;
+  const Vec3 colour = colour_of(is_at_stop(limit, swing));
+  std::vector<Vec3> rim;
+  for (int i = 0; i <= kRimPoints; ++i) {
+    const Real t = 2 * kPi * i / kRimPoints;
+    const Quat out = turn_by({0, limit.y * std::cos(t), limit.z * std::sin(t)});
+    rim.push_back(m.at + m.a * (out * (m.size * kX)));
+    if (i % (kRimPoints / 8) == 0) pen.line(m.at, rim.back(), 0.8 * pen.fine(), colour, 0.45);
+  }
+  pen.fan(m.at, rim, colour);
+  pen.path(rim, pen.fine(), colour, 0.9);
+  pen.line(m.at, m.at + m.a * (0.6 * m.size * kX), 0.8 * pen.fine(), ink::kHinge, 0.8);
+  const Vec3 tip = m.at + m.b * (m.size * kX);
+  pen.line(m.at, tip, 1.8 * pen.fine(), colour);
+  pen.dot(tip, 2.4 * pen.fine(), colour);
+}
+
+/// An arc about the end of b's x axis, with a line where the twist is.
+void add_twist(Pen& pen, const Marked& m, const SwingTwist& at) {
+  const AngleLimit& limit = m.joint.limits.turn;
+  const Vec3 axis = m.b * kX, middle = m.at + 1.2 * m.size * axis;
+  const Vec3 colour = colour_of(is_at_stop(limit, at.twist));
+  Arc arc{middle, axis, m.a * (turn_by(at.swing) * (0.36 * m.size * kY)), limit.low, 0};
+  arc.high = std::min(limit.high, limit.low + 2 * kPi);
+  const std::vector<Vec3> rim = points_of(arc);
+  pen.path(rim, 1.4 * pen.fine(), colour);
+  for (const Vec3 end : {rim.front(), rim.back()})
+    pen.line(middle + 0.75 * (end - middle), end, pen.fine(), colour);
+  const Vec3 now = middle + turn_by(at.twist * axis) * arc.zero;
+  pen.line(middle, now, 1.4 * pen.fine(), colour);
+  pen.line(m.at, middle, pen.fine(), ink::kRange);
+}
+
+void add_ball(Pen& pen, const Marked& m) {
+  const JointLimits& limits = m.joint.limits;
+  const SwingTwist at = swing_twist(m.turn);
+  if (is_locked(limits.swing) || is_locked(limits.turn)) add_lock(pen, m);
+  if (limits.swing.on && !is_locked(limits.swing)) add_cone(pen, m, at.swing);
+  if (limits.turn.on && !is_locked(limits.turn)) add_twist(pen, m, at);
+}
+
+}  // namespace
+
+void add_turn_marks(const Scene& scene, Pen& pen) {
+  const World& world = scene.world;
+  for (const Link& link : world.links.values()) {
+    const Joint& joint = link.joint;
+    if (joint.kind == JointKind::ball && !joint.limits.any()) continue;
+    Vec3 at, other;
+    if (!scene.place(link.a, joint.anchor_a, at) || !scene.place(link.b, joint.anchor_b, other))
+      continue;
+    const Real size = mark_size(scene, link, at, pen);
+    if (size <= 0) continue;
+    const Quat a = pose_of(world, scene.poses, world.bodies.slot(link.a)).rotation;
+    const Quat b = pose_of(world, scene.poses, world.bodies.slot(link.b)).rotation;
+    const Marked m{joint, at, a * joint.frame_a, b * joint.frame_b, relative_turn(joint, a, b),
+                   size};
+    switch (joint.kind) {
+      case JointKind::ball:
+        add_ball(pen, m);
+        break;
+      case JointKind::hinge:
+        add_hinge(pen, m);
+        break;
+      case JointKind::universal:
+        add_universal(pen, m);
+        break;
+      case JointKind::fixed:
+        add_lock(pen, m);
+        break;
+    }
+  }
+}
+
+}  // namespace pantin

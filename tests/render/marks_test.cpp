@@ -1,0 +1,244 @@
+// The marks of the debug view: ranges of joints, muscles, pins and contacts.
+#include "engine/render/marks.hpp"
+
+#include "engine/base/rotation.hpp"
+#include "engine/render/frame.hpp"
+#include "tests/render/pictures.hpp"
+
+using namespace pantin;
+using namespace pantin::picture;
+
+namespace {
+
+constexpr int kWidth = 480, kHeight = 270;
+constexpr Real kArm = 0.5;  // m, from the joint to the middle of body b
+
+/// Two grey capsules tied at (0, 1, 0): a above it, b turned by `turn` from pointing downwards.
+struct Stage {
+  World world;
+  View view;
+  Entity link;
+  Quat turn;
+
+  Stage(const Joint& like, Quat turned) : turn(turned) {
+    world.materials = {{"grey", {0.3, 0.3, 0.3}, 0.6, 0}};
+    view.camera = {{0, 1, 3.5}, {0, 1, 0}, 0.7, false};
+    view.ground = false;
+    const Entity a = body({{0, 1 + kArm, 0}, kNoTurn});
+    const Entity b = body({Vec3{0, 1, 0} + turn * Vec3{0, -kArm, 0}, turn});
+    Joint joint = like;
+    joint.anchor_a = {0, -kArm, 0}, joint.anchor_b = {0, kArm, 0};
+    link = world.create();
+    world.links.add(link, {a, b, joint});
+  }
+  Entity body(const Pose& pose) {
+    const Entity e = world.create();
+    Body made;
+    made.pose = pose;
+    world.bodies.add(e, made);
+    Shape shape;
+    shape.kind = ShapeKind::capsule;
+    shape.size = {0.05, 0.4, 0};
+    world.shapes.add(e, Shapes{{shape}});
+    return e;
+  }
+  Image draw() {
+    Image image;
+    Overlay overlay;
+    overlay.joints = true;
+    if (auto renderer = renderer_or_skip({kWidth, kHeight, 4, true, GlPath::automatic}))
+      renderer->draw(world, {}, view, overlay, image);
+    return image;
+  }
+  /// Pixels near a place that look like a mark of this colour.
+  int count(const Image& image, Vec3 place, Vec3 colour, int reach = 6) const {
+    const Vec3 p = make_eye(view.camera, kWidth, kHeight).project(place);
+    const auto byte = [](Real c) { return static_cast<int>(std::lround(255 * c)); };
+    const Pixel wanted{byte(colour.x), byte(colour.y), byte(colour.z)};
+    int found = 0;
+    for (int y = -reach; y <= reach; ++y)
+      for (int x = -reach; x <= reach; ++x) {
+        const int px = static_cast<int>(p.x) + x, py = static_cast<int>(p.y) + y;
+        if (px < 0 || py < 0 || px >= kWidth || py >= kHeight) continue;
+        found += difference(pixel(image, px, py), wanted) < 60;
+      }
+    return found;
+  }
+};
+
+/// How large marks are at the joint of a Stage, m.
+Real size_of(const Stage& s) {
+  const Font font;
+  OverlayList list(font);
+  const Eye eye = make_eye(s.view.camera, kWidth, kHeight);
+  const Pen pen(list, eye);
+  return mark_size({s.world, {}}, *s.world.links.find(s.link), {0, 1, 0}, pen);
+}
+
+const Vec3 kAt{0, 1, 0};
+
+/// A hinge about z, which looks at the eye.
+Joint hinge(Real low, Real high) {
+  Joint joint;
+  joint.kind = JointKind::hinge;
+  joint.frame_a = joint.frame_b = turn_by({0, -kPi / 2, 0});  // x becomes z
+  joint.limits.turn = {true, low, high};
+  return joint;
+}
+
+/// A ball joint whose x points down the limb.
+Joint ball(Real y, Real z) {
+  Joint joint;
+  joint.frame_a = joint.frame_b = turn_by({0, 0, -kPi / 2});  // x becomes -y
+  joint.limits.swing = {true, y, z};
+  return joint;
+}
+
+}  // namespace
+
+TEST_CASE("a hinge within its range is marked in one colour, at its stop in the warning colour") {
+  const Quat turned = turn_by({0, 0, 0.6});
+  for (const bool at_stop : {false, true}) {
+    Stage s(hinge(-0.2, at_stop ? 0.6 : 1.2), turned);
+    const Image image = s.draw();
+    if (image.rgba.empty()) return;
+    const Vec3 tip = kAt + size_of(s) * (turned * Vec3{0, -1, 0});
+    CHECK((s.count(image, tip, ink::kWarning) > 8) == at_stop);
+    CHECK((s.count(image, tip, ink::kRange) > 8) == !at_stop);
+  }
+}
+
+TEST_CASE("the sector of a hinge runs from its lowest to its highest angle") {
+  Stage s(hinge(-0.2, 1.2), turn_by({0, 0, 0.6}));
+  const Image image = s.draw();
+  if (image.rgba.empty()) return;
+  const auto rim = [&](Real angle) {
+    return kAt + size_of(s) * (turn_by({0, 0, angle}) * Vec3{0, -1, 0});
+  };
+  for (Real angle : {-0.19, 0.2, 0.9, 1.19}) CHECK(s.count(image, rim(angle), ink::kRange, 3) > 1);
+  for (Real angle : {-0.6, 1.6, 2.5}) CHECK(s.count(image, rim(angle), ink::kRange, 3) == 0);
+}
+
+TEST_CASE("a cone is drawn to its half angles and turns to the warning colour at its rim") {
+  // Seen along z, swings about the joint's z show their full angle.
+  for (const bool at_stop : {false, true}) {
+    const Real swing = at_stop ? 0.5 : 0.1;
+    Stage s(ball(0.8, 0.5), turn_by({0, 0, swing}));
+    const Image image = s.draw();
+    if (image.rgba.empty()) return;
+    const Real size = size_of(s);
+    const Vec3 colour = at_stop ? ink::kWarning : ink::kRange;
+    const Vec3 other = at_stop ? ink::kRange : ink::kWarning;
+    for (Real side : {-0.5, 0.5}) {
+      const Vec3 rim = kAt + size * (turn_by({0, 0, side}) * Vec3{0, -1, 0});
+      CHECK(s.count(image, rim, colour, 4) > 2);
+      CHECK(s.count(image, rim, other, 4) == 0);
+    }
+    const Vec3 tip = kAt + size * (s.turn * Vec3{0, -1, 0});
+    CHECK(s.count(image, tip, colour) > 8);
+  }
+}
+
+TEST_CASE("the arc of a twist turns to the warning colour where the twist is at its stop") {
+  for (const bool at_stop : {false, true}) {
+    Joint joint = ball(0.8, 0.8);
+    joint.limits.turn = {true, -0.4, at_stop ? 0.3 : 0.9};
+    Stage s(joint, turn_by({0, -0.3, 0}));  // x points down: twists by 0.3
+    s.view.camera = {{0, -2, 1.2}, {0, 1, 0}, 0.7, false};
+    const Image image = s.draw();
+    if (image.rgba.empty()) return;
+    const Vec3 end = kAt + Vec3{0, -1.2 * size_of(s), 0};
+    CHECK((s.count(image, end, ink::kWarning, 14) > 8) == at_stop);
+  }
+}
+
+TEST_CASE("locked joints carry a square, hinges without limits only their axis") {
+  Joint joint;
+  joint.kind = JointKind::fixed;
+  Stage fixed(joint, kNoTurn);
+  const Image locked = fixed.draw();
+  if (locked.rgba.empty()) return;
+  CHECK(fixed.count(locked, kAt, ink::kLocked) > 8);
+
+  Joint free = hinge(0, 0);
+  free.limits.turn.on = false;
+  free.frame_a = free.frame_b = kNoTurn;  // about x, across the picture
+  Stage s(free, kNoTurn);
+  const Image image = s.draw();
+  CHECK(s.count(image, kAt, ink::kRange, 40) == 0);
+  CHECK(s.count(image, kAt + Vec3{0.4 * size_of(s), 0, 0}, ink::kHinge, 4) > 3);
+}
+
+TEST_CASE("a muscle's arrow grows with its torque and is in the warning colour when capped") {
+  const auto marked = [](Real torque, bool capped, Vec3 colour) {
+    Stage s(hinge(-3, 3), kNoTurn);
+    PoseDrive drive;
+    drive.target = turn_by({1, 0, 0});
+    drive.stiffness = 10, drive.max_torque = 20;
+    drive.torque = torque, drive.capped = capped;
+    s.world.pose_drives.add(s.link, drive);
+    const Image image = s.draw();
+    return image.rgba.empty() ? -1 : s.count(image, kAt, colour, 30);
+  };
+  const int weak = marked(2, false, ink::kMuscle);
+  if (weak < 0) return;
+  CHECK(weak > 3);
+  CHECK(marked(15, false, ink::kMuscle) > 2 * weak);
+  CHECK(marked(20, true, ink::kMuscle) == 0);
+  CHECK(marked(20, true, ink::kWarning) > 20);
+}
+
+TEST_CASE("a contact is a dot with a line along its force, and a cross where it slides") {
+  Stage s(Joint{}, kNoTurn);
+  const Vec3 at{0.4, 0.8, 0};
+  Contact contact;
+  contact.slot_a = 1;
+  contact.point_a = to_local(s.world.bodies.values()[1].pose, at);
+  contact.active = true;
+  contact.force = {20, 0, 0};
+  s.world.contacts.push_back(contact);
+  const Image sticks = s.draw();
+  if (sticks.rgba.empty()) return;
+  CHECK(s.count(sticks, at, ink::kContact, 4) > 8);
+  CHECK(s.count(sticks, at + Vec3{0.2, 0, 0}, ink::kContact, 4) > 5);   // about its weight
+  CHECK(s.count(sticks, at - Vec3{0.2, 0, 0}, ink::kContact, 4) == 0);
+  CHECK(s.count(sticks, at, ink::kSlide) == 0);
+  s.world.contacts[0].sliding = 0.5;
+  CHECK(s.count(s.draw(), at, ink::kSlide) > 3);
+  s.world.contacts[0].active = false;
+  CHECK(s.count(s.draw(), at + Vec3{0.2, 0, 0}, ink::kContact, 8) == 0);
+}
+
+TEST_CASE("a pin to another body runs to a point of that body, in the warning colour if missed") {
+  Stage s(Joint{}, kNoTurn);
+  const Entity other = s.body({{1, 1, 0}, turn_by({0, 0, kPi / 2})});
+  Pin pin;
+  pin.body = s.world.bodies.owners()[1];
+  pin.to = other;
+  pin.target = {0.2, 0, 0};  // above the middle of `other`, in the world
+  s.world.pins.add(s.world.create(), pin);
+  const Vec3 target{1, 1.2, 0};
+  const Image held = s.draw();
+  if (held.rgba.empty()) return;
+  CHECK(s.count(held, target, ink::kPin) > 5);
+  s.world.pins.values()[0].reachable = false;
+  const Image missed = s.draw();
+  CHECK(s.count(missed, target, ink::kPin) == 0);
+  CHECK(s.count(missed, target, ink::kWarning) > 5);
+}
+
+TEST_CASE("the legend names the marks that the world can show, and no others") {
+  const auto names = [](const World& world, const char* word) {
+    for (const LegendEntry& entry : overlay_legend(world))
+      if (entry.text.find(word) != std::string::npos) return true;
+    return false;
+  };
+  World empty;
+  CHECK(overlay_legend(empty).empty());
+  Stage s(hinge(0, 1), kNoTurn);
+  for (const char* word : {"joint", "hinge", "range", "stop"}) CHECK(names(s.world, word));
+  for (const char* word : {"pin", "muscle", "contact", "locked"}) CHECK_FALSE(names(s.world, word));
+  s.world.pose_drives.add(s.link, {});
+  s.world.collisions.add(s.world.bodies.owners()[0], {});
+  for (const char* word : {"muscle", "strength", "contact", "slides"}) CHECK(names(s.world, word));
+}
