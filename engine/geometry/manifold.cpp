@@ -66,47 +66,57 @@ void try_faces(const Convex& a, const Convex& b, const Facing* facing, Axis& bes
   }
 }
 
-/// Direction in which two edges face each other, if they make a face of the difference of the two
-/// solids; zero otherwise. [Gregorius 2013, "The separating axis test between convex polyhedra"]
-Vec3 facing_edges(const Convex& a, std::size_t ea, const Convex& b, std::size_t eb,
-                  const Facing* facing) {
-  const Vec3 da = edge_of(a, ea), db = edge_of(b, eb);
-  Vec3 outer_a(0), outer_b(0);  // about where the faces beside the edges look
-  Real before_a = 0, before_b = 0;
-  if (!a.sides.empty()) {
-    const Vec3 l = a.faces[a.sides[ea][0]].normal, r = a.faces[a.sides[ea][1]].normal;
-    before_a = glm::dot(r, db);
-    if (glm::dot(l, db) * before_a >= 0) return Vec3(0);
-    outer_a = l + r;
-  }
-  if (!b.sides.empty()) {
-    const Vec3 l = b.faces[b.sides[eb][0]].normal, r = b.faces[b.sides[eb][1]].normal;
-    before_b = glm::dot(l, da);
-    if (before_b * glm::dot(r, da) >= 0) return Vec3(0);
-    outer_b = l + r;
-    if (!a.sides.empty() && before_b * before_a >= 0) return Vec3(0);
-  } else if (facing) {
-    outer_b = facing->outward[eb];
-  }
-  Vec3 n = glm::cross(da, db);
+/// An edge and the faces beside it, as the test of edges against edges wants them.
+struct Ridge {
+  Vec3 from, along;
+  Vec3 left{0}, right{0};  // normals of the faces; zero for a rod
+};
+
+Ridge ridge_of(const Convex& c, std::size_t e) {
+  Ridge r{c.points[c.edges[e][0]], edge_of(c, e)};
+  if (!c.sides.empty())
+    r.left = c.faces[c.sides[e][0]].normal, r.right = c.faces[c.sides[e][1]].normal;
+  return r;
+}
+
+/// Whether the arcs that two edges make on the sphere of normals cross, so that the edges make a
+/// face of the difference of the solids. An edge without faces crosses wherever the other does.
+/// [Gregorius 2013, "The separating axis test between convex polyhedra"]
+bool arcs_cross(const Ridge& a, const Ridge& b, bool a_has_faces, bool b_has_faces) {
+  const Real left_b = glm::dot(b.left, a.along);
+  if (b_has_faces && left_b * glm::dot(b.right, a.along) >= 0) return false;
+  const Real right_a = glm::dot(a.right, b.along);
+  if (a_has_faces && glm::dot(a.left, b.along) * right_a >= 0) return false;
+  return !(a_has_faces && b_has_faces && left_b * right_a >= 0);
+}
+
+/// The direction from b to a at right angles to both edges; zero if they are parallel, or if it
+/// would lead through one of the solids. `outward` is of a triangle's edge, else zero.
+Vec3 across_edges(const Ridge& a, const Ridge& b, Vec3 outward, Vec3 apart) {
+  Vec3 n = glm::cross(a.along, b.along);
   const Real length = glm::length(n);
-  if (!(length > 1e-6 * glm::length(da) * glm::length(db))) return Vec3(0);  // parallel
+  if (!(length > 1e-6 * glm::length(a.along) * glm::length(b.along))) return Vec3(0);
   n /= length;
-  const Vec3 outer = outer_b != Vec3(0) ? outer_b : outer_a != Vec3(0) ? -outer_a : a.centre - b.centre;
+  const Vec3 out_a = a.left + a.right, out_b = b.left + b.right + outward;
+  const Vec3 outer = out_b != Vec3(0) ? out_b : out_a != Vec3(0) ? -out_a : apart;
   if (glm::dot(n, outer) < 0) n = -n;
-  if (outer_a != Vec3(0) && glm::dot(n, outer_a) > 0) return Vec3(0);
-  return n;
+  return out_a != Vec3(0) && glm::dot(n, out_a) > 0 ? Vec3(0) : n;
 }
 
 void try_edges(const Convex& a, const Convex& b, const Facing* facing, Axis& best) {
-  for (std::uint32_t i = 0; i < a.edges.size(); ++i)
-    for (std::uint32_t j = 0; j < b.edges.size(); ++j) {
-      const Vec3 n = facing_edges(a, i, b, j, facing);
+  for (std::uint32_t j = 0; j < b.edges.size(); ++j) {
+    const Ridge rb = ridge_of(b, j);
+    for (std::uint32_t i = 0; i < a.edges.size(); ++i) {
+      const Ridge ra = ridge_of(a, i);
+      if (!arcs_cross(ra, rb, !a.sides.empty(), !b.sides.empty())) continue;
+      const Vec3 n =
+          across_edges(ra, rb, facing ? facing->outward[j] : Vec3(0), a.centre - b.centre);
       if (n == Vec3(0)) continue;
-      const Real gap = glm::dot(n, a.points[a.edges[i][0]] - b.points[b.edges[j][0]]);
+      const Real gap = glm::dot(n, ra.from - rb.from);
       if (gap > best.gap && (!facing || allows(*facing, n)))
         best = {n, gap, Axis::From::edges, i, j};
     }
+  }
 }
 
 /// A direction at right angles to what there is of an edge, mostly upwards.
@@ -289,20 +299,6 @@ void clip_rods(const Clip& k) {
   }
 }
 
-/// Drops points that others stand for: the same place and the same normal.
-void drop_doubles(std::vector<TouchPoint>& points, std::size_t first, Real near) {
-  std::size_t kept = first;
-  for (std::size_t i = first; i < points.size(); ++i) {
-    const auto same = [&](const TouchPoint& p) {
-      return glm::distance(p.on_a, points[i].on_a) <= near &&
-             glm::dot(p.normal, points[i].normal) > 1 - 1e-9;
-    };
-    const auto begin = points.begin() + static_cast<std::ptrdiff_t>(first);
-    const auto end = points.begin() + static_cast<std::ptrdiff_t>(kept);
-    if (std::none_of(begin, end, same)) points[kept++] = points[i];
-  }
-  points.resize(kept);
-}
 
 void clip(Clip& k) {
   if (k.a.points.size() < 2 || k.b.points.size() < 2) return;
@@ -333,7 +329,11 @@ void touch_overlapping(const Convex& a, const Convex& b, Real margin, const Faci
   const std::size_t first = out.size();
   Clip k{a, b, n, margin, facing, out};
   if (axis.from != Axis::From::edges) clip(k);
-  if (k.left_out || out.size() > first) return spread_out(out, first, kMostPoints);
+  Real least = 1e300;
+  for (std::size_t i = first; i < out.size(); ++i) least = glm::min(least, out[i].gap);
+  // The deepest corner may lie beside the face that it is to leave; a triangle's neighbour has it.
+  const bool complete = least <= gap + 1e-6 * (a.size + b.size) || (facing && least < 1e300);
+  if (k.left_out || complete) return spread_out(out, first, kMostPoints);
   Vec3 on_a, on_b;
   if (axis.from == Axis::From::edges) {
     cross_edges(a, b, axis, on_a, on_b);
@@ -342,6 +342,7 @@ void touch_overlapping(const Convex& a, const Convex& b, Real margin, const Faci
     on_b = on_a - axis.gap * n;
   }
   out.push_back({on_a - a.radius * n, on_b + b.radius * n, n, gap, kDeepest});
+  spread_out(out, first, kMostPoints);
 }
 
 /// A face of either piece that is all but at right angles to the line between the nearest points and
@@ -366,6 +367,24 @@ void settle_on_face(const Convex& a, const Convex& b, Nearest& near) {
 }
 
 }  // namespace
+
+void drop_doubles(std::vector<TouchPoint>& points, std::size_t first, Real near) {
+  std::size_t kept = first;
+  for (std::size_t i = first; i < points.size(); ++i) {
+    std::size_t j = first;
+    const auto same = [&](const TouchPoint& p) {
+      return (glm::distance(p.on_a, points[i].on_a) <= near ||
+              glm::distance(p.on_b, points[i].on_b) <= near) &&
+             glm::dot(p.normal, points[i].normal) > 1 - 1e-6;
+    };
+    while (j < kept && !same(points[j])) ++j;
+    if (j == kept)
+      points[kept++] = points[i];
+    else if (points[i].gap < points[j].gap - near)
+      points[j] = points[i];
+  }
+  points.resize(kept);
+}
 
 void touch_convex(const Convex& a, const Convex& b, Real margin, const Facing* facing,
                   std::vector<TouchPoint>& out) {

@@ -39,6 +39,10 @@ void touch_convex(const Convex& a, const Convex& b, Real margin, const Facing* f
 void touch_plane(const Convex& a, Vec3 normal, Real offset, Real margin,
                  std::vector<TouchPoint>& out);
 
+/// Of points from `first` on with the same normal and, within `near` (m), the same place on either
+/// side, keeps the deepest.
+void drop_doubles(std::vector<TouchPoint>& points, std::size_t first, Real near);
+
 /// Keeps `most` of the points from `first` on: the deepest, then those that lie far from the kept.
 void spread_out(std::vector<TouchPoint>& points, std::size_t first, std::size_t most);
 

@@ -94,15 +94,7 @@ void push_out(const OnSurface& k, std::uint32_t index) {
 void tidy(std::vector<TouchPoint>& out, std::size_t first, Real size) {
   std::sort(out.begin() + static_cast<std::ptrdiff_t>(first), out.end(),
             [](const TouchPoint& p, const TouchPoint& q) { return p.feature < q.feature; });
-  std::size_t kept = first;
-  for (std::size_t i = first; i < out.size(); ++i) {
-    bool known = false;
-    for (std::size_t j = first; j < kept && !known; ++j)
-      known = glm::distance(out[j].on_a, out[i].on_a) <= 1e-6 * size &&
-              glm::dot(out[j].normal, out[i].normal) > 1 - 1e-6;
-    if (!known) out[kept++] = out[i];
-  }
-  out.resize(kept);
+  drop_doubles(out, first, 1e-6 * size);
   spread_out(out, first, kMostOnSurface);
 }
 
