@@ -129,7 +129,8 @@ void add_contacts(const Scene& scene, Pen& pen) {
     }
     const Real force = glm::length(contact.force);
     const Real length = whole * std::log10(1 + 9 * force / weight);
-    if (force > 0) pen.line(at, at + length / force * contact.force, 1.6 * pen.fine(), ink::kContact);
+    if (force > 0)
+      pen.line(at, at + length / force * contact.force, 1.6 * pen.fine(), ink::kContact);
     pen.dot(at, 2.6 * pen.fine(), ink::kContact);
     if (contact.sliding < 1) pen.cross(at, 4 * pen.fine(), 1.3 * pen.fine(), ink::kSlide);
   }

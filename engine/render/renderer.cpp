@@ -292,7 +292,8 @@ void GlRenderer::upload(const View& view, const Eye& eye) {
   std::vector<Instance> all;
   all.reserve(count);
   for (const auto& list : list_.solids) all.insert(all.end(), list.begin(), list.end());
-  for (const auto& [surface, list] : list_.surfaces) all.insert(all.end(), list.begin(), list.end());
+  for (const auto& [surface, list] : list_.surfaces)
+    all.insert(all.end(), list.begin(), list.end());
   gl_.BindBuffer(GL_ARRAY_BUFFER, instances_);
   gl_.BufferData(GL_ARRAY_BUFFER, bytes_of(std::span<const Instance>(all)), all.data(),
                  GL_STREAM_DRAW);

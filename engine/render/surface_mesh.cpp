@@ -37,9 +37,10 @@ std::vector<std::uint32_t> ground_triangles(const Surface& field) {
   return corners;
 }
 
-/// A wall under the border from point `from` to point `to_point`, which runs clockwise seen from above.
-void add_wall(const Surface& field, std::uint32_t from, std::uint32_t to_point, SurfaceMesh& to) {
-  const Vec3 a = field.points[from], b = field.points[to_point];
+/// A wall under a piece of the border, from one point to the next: the border runs clockwise seen
+/// from above.
+void add_wall(const Surface& field, std::uint32_t from, std::uint32_t next, SurfaceMesh& to) {
+  const Vec3 a = field.points[from], b = field.points[next];
   const Real bottom = field.low.y - rim_of(field);
   const Vec3 normal = glm::normalize(Vec3{b.z - a.z, 0, a.x - b.x});
   const std::uint32_t first = add_vertex(to, a, normal);

@@ -227,6 +227,26 @@ TEST_CASE("a pin to another body runs to a point of that body, in the warning co
   CHECK(s.count(missed, target, ink::kWarning) > 5);
 }
 
+TEST_CASE("flat, full and locked ranges, bodies that are gone and lost poses still give a picture") {
+  Joint flat = ball(0, 0.5), full = ball(kPi, kPi), wound = hinge(-9, 9), none = ball(0, 0);
+  full.limits.turn = {true, -kPi, kPi}, none.limits.turn = {true, 0.1, 0.1};
+  for (const Joint& joint : {flat, full, wound, none}) {
+    Stage s(joint, turn_by({0, 0, 0.2}));
+    PoseDrive drive;
+    s.world.pose_drives.add(s.link, drive);
+    const Image image = s.draw();
+    if (image.rgba.empty()) return;
+    CHECK(s.count(image, kAt, ink::kWarning, 40) == 0);
+    Contact contact;
+    contact.slot_a = 77;
+    s.world.contacts.push_back(contact);
+    s.world.bodies.values()[1].pose.position.x = std::nan("");
+    CHECK_FALSE(s.draw().rgba.empty());
+    s.world.bodies.remove(s.world.bodies.owners()[1]);
+    CHECK_FALSE(s.draw().rgba.empty());
+  }
+}
+
 TEST_CASE("the legend names the marks that the world can show, and no others") {
   const auto names = [](const World& world, const char* word) {
     for (const LegendEntry& entry : overlay_legend(world))
