@@ -128,12 +128,13 @@ void adjust_mutual(World& world, int threads, Real h) {
     });
   };
   each([&](Articulation& a) { procedural::begin_passes(world, a, h); });
-  procedural::settle_mutual(world, h, true);
   bool settled = false;
   for (int n = 0; n < passes && !settled; ++n) {
+    each([&](Articulation& a) { procedural::begin_pass(world, a, h); });
+    procedural::solve_mutual(world, h);
     // Each notes for itself whether it is settled: nothing is shared between threads.
-    each([&](Articulation& a) { a.settled = procedural::pass(world, a, h); });
-    settled = procedural::settle_mutual(world, h, false);
+    each([&](Articulation& a) { a.settled = procedural::end_pass(world, a, h); });
+    settled = true;
     for (const Articulation& a : all) settled = settled && (!a.mutual || a.settled);
   }
   each([&](Articulation& a) { procedural::finish_passes(world, a, h, a.lost); });

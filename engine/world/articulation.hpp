@@ -78,6 +78,7 @@ struct Row {
   Real softness = 0;        // compliance over step^2, 1/kg
   Real wanted = 0;          // how far the free motion falls short of the bound
   bool one_sided = false;
+  bool rigid = false;  // nothing moves along it, or it follows from other rows
   std::uint32_t cord = UINT32_MAX;  // the string it stands for, in Articulation::cords
   Real load = 0;                    // multiplier, kg m
 };
@@ -116,10 +117,11 @@ struct Stop {
 /// A joint that does more than hold a point, during one step. Relative turns are those of the own
 /// body against the parent, world axes.
 struct JointTerms {
-  Mat3 free{1};         // S S^T: projects on the turns the kind leaves free
   Vec3 align{0};        // c: brings the predicted pose to where the kind allows it
-  Mat3 spring{0};       // K of drive and soft zones, kg m^2/rad
+  Mat3 spring{0};       // K of soft zones, kg m^2/rad
   Vec3 torque{0};       // of the same at no relative turn, kg m^2
+  Real drive_spring = 0;  // likewise of the drive, as if nothing capped it
+  Vec3 drive_torque{0};
   Vec3 first, second;   // the free directions of hinge and universal
   Stop stops[4];        // turn low and high, second or swing low and high
   Quat parent{1, 0, 0, 0};  // predicted rotation of the parent
@@ -157,6 +159,9 @@ struct StepRoom {
   std::vector<JointBlock> base, joint_blocks;  // likewise
   std::vector<JointTerms> terms;               // a body each, where joints are stiff
   std::vector<Touch> touches;                  // of this step
+  std::vector<std::uint32_t> mutual;           // of touches: those with other dynamic bodies
+  std::vector<Mat3> mutual_response;           // of every such point to a load at every other
+  std::vector<Vec3> mutual_moved;              // such points: displacement of the prediction
   std::vector<Quat> rotations;                 // a body each: as the joints leave it
   std::vector<Loads> forces_in, torques_in;    // a body each
   std::vector<std::uint8_t> on_path;

@@ -38,10 +38,20 @@ struct Contact {
   Real depth = 0;      // m, overlap left after the step, never negative
 };
 
-/// Room for looking for contacts, kept between steps.
+/// A contact of two dynamic bodies while its load is found.
+struct MutualContact {
+  std::uint32_t contact = 0;             // in World::contacts
+  std::uint32_t a = 0, b = 0;            // articulations
+  std::uint32_t place_a = 0, place_b = 0;  // in their lists of such points
+  Vec3 wanted{0};                        // displacement of a's point against b's, beyond the free one
+  Real stiffness = 0, side_stiffness = 0;  // kg: along the normal, across it
+};
+
+/// Room for contacts, kept between steps.
 struct TouchRoom {
   std::vector<Real> reach;  // m, by body slot: how far its surface may move in the step
   std::vector<Pose> ends;   // poses of driven bodies at the end of the step
+  std::vector<MutualContact> mutual;
 };
 
 }  // namespace pantin

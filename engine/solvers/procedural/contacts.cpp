@@ -20,8 +20,6 @@ namespace {
 
 /// Rows outweigh the articulation by this much; what is left is met by their loads.
 constexpr Real kRowWeight = 1e4;
-/// Of a contact between dynamic bodies each side yields: the row weighs about as much as they do.
-constexpr Real kMutualWeight = 1;
 /// Approaches slower than this are not given back, m/s.
 constexpr Real kQuiet = 0.2;
 
@@ -120,16 +118,6 @@ Vec3 final_point(const Articulation& a, std::size_t column, Vec3 anchor) {
   return point_at(a, column, anchor, kFinalPosition, kFinalRotation);
 }
 
-/// Where a pass takes the point of a contact, to first order, as its row saw it.
-Vec3 moved_to(const Articulation& a, const Touch& t) {
-  return t.predicted + t.bend + a.room.slide[t.column] + glm::cross(a.room.turn[t.column], t.arm);
-}
-
-/// Turning takes the point farther than its row knew: the next pass takes account of it.
-void learn_bend(const Articulation& a, Touch& t, Vec3 anchor) {
-  t.bend += final_point(a, t.column, anchor) - moved_to(a, t);
-}
-
 /// Parts of a vector across a unit normal.
 Vec3 across(Vec3 v, Vec3 n) { return v - glm::dot(v, n) * n; }
 
@@ -208,13 +196,13 @@ void aim_touches(World& world, Articulation& a, Real h) {
   for (Touch& t : a.room.touches) {
     Contact& c = world.contacts[t.contact];
     const bool mutual = is_dynamic(world, c.slot_b);
-    if (!mutual && ratio != 1) c.load *= ratio * ratio;
+    if (t.side > 0 && ratio != 1) c.load *= ratio * ratio;
     const Vec3 point = t.side > 0 ? c.point_a : c.point_b;
     const Vec3 arm = a.room.work.quat(kRotation, t.column) * point;
     t.predicted = a.room.work.vec(kPosition, t.column) + arm;
     t.arm = arm - a.room.work.vec(kArm, t.column);
-    t.goal = t.predicted;
     t.weight = kRowWeight * a.mass;
+    t.bend = Vec3(0);
     if (mutual) continue;
     Contact given = c;
     given.impact = std::max(Real(0), c.impact);
@@ -225,11 +213,11 @@ void aim_touches(World& world, Articulation& a, Real h) {
 void add_touches(const World& world, Articulation& a, std::vector<JointBlock>& blocks) {
   for (Touch& t : a.room.touches) {
     const Contact& c = world.contacts[t.contact];
-    if (!c.active) continue;
+    if (!c.active || is_dynamic(world, c.slot_b)) continue;
     t.grip = t.weight * c.sliding;
     const Vec3 n = c.normal;
     const Vec3 bearing = glm::dot(c.load, n) * n;
-    const Vec3 held = t.side * (bearing + c.sliding * (c.load - bearing));
+    const Vec3 held = bearing + c.sliding * (c.load - bearing);
     const Mat3 w = t.grip * Mat3(1) + (t.weight - t.grip) * glm::outerProduct(n, n);
     const Vec3 f = held + w * (t.goal - t.bend - t.predicted);
     const Mat3 k(0, t.arm.z, -t.arm.y, -t.arm.z, 0, t.arm.x, t.arm.y, -t.arm.x, 0);
@@ -244,45 +232,16 @@ bool settle_touches(World& world, Articulation& a) {
   bool settled = true;
   for (Touch& t : a.room.touches) {
     Contact& c = world.contacts[t.contact];
-    if (is_dynamic(world, c.slot_b)) continue;
+    if (is_dynamic(world, c.slot_b)) {
+      const Vec3 before = t.bend;
+      learn_bend(a, t, t.side > 0 ? c.point_a : c.point_b);
+      settled = settled && std::abs(glm::dot(c.normal, t.bend - before)) < 1e-5 * a.size;
+      continue;
+    }
     const Vec3 miss = t.goal - moved_to(a, t);
     learn_bend(a, t, c.point_a);
     const Real depth = glm::dot(c.normal, t.goal - moved_to(a, t));
     settled = learn(c, miss, depth, t.weight, a.size) && settled;
-  }
-  return settled;
-}
-
-bool settle_mutual(World& world, Real h, bool first) {
-  bool settled = !first;
-  for (std::uint32_t i = 0; i < world.contacts.size(); ++i) {
-    Contact& c = world.contacts[i];
-    if (!is_dynamic(world, c.slot_b)) continue;
-    const BodyPlace at = world.places[c.slot_a], bt = world.places[c.slot_b];
-    Articulation &a = world.articulations[at.articulation], &b = world.articulations[bt.articulation];
-    const auto touch_of = [&](Articulation& of, Real side) -> Touch& {
-      for (Touch& t : of.room.touches)
-        if (t.contact == i && t.side == side) return t;
-      return of.room.touches.front();
-    };
-    Touch &ta = touch_of(a, 1), &tb = touch_of(b, -1);
-    const Real ma = a.constants.at(kMass, at.column), mb = b.constants.at(kMass, bt.column);
-    const Real weight = kMutualWeight * std::sqrt(ma * a.mass * mb * b.mass) /
-                        (std::sqrt(ma * a.mass) + std::sqrt(mb * b.mass));
-    const Vec3 pa = first ? ta.predicted : moved_to(a, ta), pb = first ? tb.predicted : moved_to(b, tb);
-    const Vec3 start = to_world(world.bodies.values()[c.slot_a].pose, c.point_a) -
-                       to_world(world.bodies.values()[c.slot_b].pose, c.point_b);
-    // How far a's point misses its place against b's: out of the overlap, and where it started.
-    const Vec3 apart = pa - pb, slip = across(apart - start, c.normal);
-    const Real lift = h * std::max(Real(0), c.impact);
-    const Vec3 miss = (lift - glm::dot(apart, c.normal)) * c.normal - slip;
-    ta.weight = tb.weight = 2 * weight;
-    if (!first) {
-      learn_bend(a, ta, c.point_a), learn_bend(b, tb, c.point_b);
-      const Real depth = lift - glm::dot(moved_to(a, ta) - moved_to(b, tb), c.normal);
-      settled = learn(c, miss, depth, weight, std::min(a.size, b.size)) && settled;
-    }
-    ta.goal = pa + 0.5 * miss, tb.goal = pb - 0.5 * miss;
   }
   return settled;
 }
@@ -307,6 +266,14 @@ void push_out_trees(World& world, Articulation& a) {
         a.room.work.set(kFinalPosition, c, a.room.work.vec(kFinalPosition, c) + out);
     }
   }
+}
+
+Vec3 moved_to(const Articulation& a, const Touch& t) {
+  return t.predicted + t.bend + a.room.slide[t.column] + glm::cross(a.room.turn[t.column], t.arm);
+}
+
+void learn_bend(const Articulation& a, Touch& t, Vec3 anchor) {
+  t.bend += final_point(a, t.column, anchor) - moved_to(a, t);
 }
 
 Real finish_touches(World& world, Articulation& a, Real h) {

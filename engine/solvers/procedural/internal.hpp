@@ -52,6 +52,21 @@ void aim_touches(World& world, Articulation& a, Real h);
 void add_touches(const World& world, Articulation& a, std::vector<JointBlock>& blocks);
 /// After a pass: what contacts with fixed and driven bodies bear. True if settled.
 bool settle_touches(World& world, Articulation& a);
+/// Where a pass takes the point of a contact, to first order, as its row saw it; and what turning
+/// adds to that, for the next pass.
+Vec3 moved_to(const Articulation& a, const Touch& t);
+void learn_bend(const Articulation& a, Touch& t, Vec3 anchor);
+
+/// Contacts between dynamic bodies (mutual.cpp): how an articulation answers to loads at them.
+/// After gather_joints; needs room.slide and room.turn of the free answer.
+void find_mutual_response(World& world, Articulation& a);
+/// Adds the loads found to what was gathered.
+void add_mutual_loads(const World& world, Articulation& a);
+/// The free answer: what gathered loads and gaps do, into room.slide and room.turn.
+void answer_freely(Articulation& a, Work position_row);
+/// Adds loads in room.forces_in and torques_in, side 0, to the gathered nodes.
+void add_loads(Articulation& a);
+
 /// Takes the overlap that is left from free trees by moving them whole.
 void push_out_trees(World& world, Articulation& a);
 /// Impacts to be given back, forces, depths; and the work the contacts did, J.

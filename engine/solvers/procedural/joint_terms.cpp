@@ -101,7 +101,6 @@ void measure_stops(const At& at, Excess (&out)[4]) {
 void set_freedom(const At& at, JointTerms& t) {
   switch (at.packed.joint.kind) {
     case JointKind::ball:
-      t.free = Mat3(1);
       return;
     case JointKind::hinge:
       t.first = at.a * kX;
@@ -133,18 +132,19 @@ void add_soft_zones(const JointLimits& limits, Real to_load, Real h, JointTerms&
   }
 }
 
-/// The drive as an implicit spring, as much of it as its cap lets through.
-void add_drive(const World& world, const At& at, Real to_load, Real h, Real share, JointTerms& t) {
+/// The drive as an implicit spring, cap aside.
+void add_drive(const World& world, const At& at, Real to_load, Real h, JointTerms& t) {
   const PoseDrive& drive = world.pose_drives.values()[at.packed.drive];
   const Quat own = at.own_at(at.turn);
   const Quat target = target_at(drive, world.time + h);
   const Vec3 lack = rotation_vector(at.own_at(target) * glm::conjugate(own));
   Vec3 ahead(0);
   if (!drive.keys.empty())
-    ahead = at.sign() * (at.a * rotation_vector(target * glm::conjugate(target_at(drive, world.time))));
-  const Real k = share * drive.stiffness * to_load, d = share * drive.damping * to_load / h;
-  t.spring += Mat3(k + d);
-  t.torque += k * lack - d * (t.way - ahead);
+    ahead = at.sign() *
+            (at.a * rotation_vector(target * glm::conjugate(target_at(drive, world.time))));
+  const Real k = drive.stiffness * to_load, d = drive.damping * to_load / h;
+  t.drive_spring = k + d;
+  t.drive_torque = k * lack - d * (t.way - ahead);
 }
 
 }  // namespace
@@ -173,7 +173,7 @@ void set_terms(const World& world, Articulation& a, Real h, Work rotation_row, b
     JointTerms& t = a.room.terms[c];
     const Quat own = a.room.work.quat(rotation_row, c);
     t.parent = parent_rotation(world, a, c, rotation_row);
-    t.spring = Mat3(0), t.torque = Vec3(0), t.align = Vec3(0);
+    t.spring = Mat3(0), t.torque = t.drive_torque = t.align = Vec3(0), t.drive_spring = 0;
     Quat aligned = own;
     const At before(j, own, t.parent);
     if (j.joint.kind != JointKind::ball) {
@@ -211,7 +211,7 @@ void set_terms(const World& world, Articulation& a, Real h, Work rotation_row, b
     }
     t.way += t.align;
     add_soft_zones(j.joint.limits, to_load, h, t);
-    if (j.drive != UINT32_MAX) add_drive(world, at, to_load, h, j.share, t);
+    if (j.drive != UINT32_MAX) add_drive(world, at, to_load, h, t);
   }
 }
 
@@ -251,22 +251,19 @@ bool settle_drive(World& world, Articulation& a, Real h, std::size_t c) {
   PoseDrive& drive = world.pose_drives.values()[j.drive];
   const JointTerms& t = a.room.terms[c];
   const Real to_load = a.force_share * h * h;
-  // The torque that passed, soft zones aside, and what it would be without a cap.
-  JointTerms alone;
-  alone.way = t.way;
-  const Quat own = turn_by(t.align) * a.room.work.quat(kRotation, c);
-  add_drive(world, At(j, own, t.parent), to_load, h, 1, alone);
-  const Real whole = glm::length(alone.torque - alone.spring * t.turned) / to_load;
+  const Real whole = glm::length(t.drive_torque - t.drive_spring * t.turned) / to_load;
   const Real share = whole > drive.max_torque ? drive.max_torque / whole : 1;
   drive.torque = j.share * whole, drive.capped = share < 1;
-  const bool settled = std::abs(share - j.share) <= 0.02 * j.share;
-  j.share = share;
+  const bool settled = std::abs(share - j.share) <= 1e-4 * j.share;
+  if (!settled) j.share = share;
   return settled;
 }
 
 Real work_of_springs(const Articulation& a, std::size_t c, Real h) {
   const JointTerms& t = a.room.terms[c];
-  return glm::dot(t.torque - t.spring * t.turned, t.way + t.turned) / (a.force_share * h * h);
+  const Vec3 torque = t.torque - t.spring * t.turned +
+                      a.joints[c].share * (t.drive_torque - t.drive_spring * t.turned);
+  return glm::dot(torque, t.way + t.turned) / (a.force_share * h * h);
 }
 
 }  // namespace pantin::procedural

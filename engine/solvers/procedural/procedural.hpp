@@ -21,11 +21,12 @@ void touch(World& world, Real h);
 bool adjust(World& world, Articulation& a, Real h, Entity& lost);
 
 /// The same in parts, for articulations that touch one another (Articulation::mutual): all of them
-/// begin; then passes, each followed by one settle_mutual() for the whole World, until nothing
-/// changes or `most_passes` are done; then each finishes.
+/// begin; then passes, until nothing changes: all begin the pass, the loads between them are found
+/// for the whole World at once, all end it. At last each finishes.
 void begin_passes(World& world, Articulation& a, Real h);
-bool pass(World& world, Articulation& a, Real h);
-bool settle_mutual(World& world, Real h, bool first);
+void begin_pass(World& world, Articulation& a, Real h);
+void solve_mutual(World& world, Real h);
+bool end_pass(World& world, Articulation& a, Real h);
 bool finish_passes(World& world, Articulation& a, Real h, Entity& lost);
 
 }  // namespace pantin::procedural

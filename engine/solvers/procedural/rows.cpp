@@ -123,27 +123,6 @@ void push(StepRoom& r, const Row& row, Real load, std::size_t side) {
   }
 }
 
-/// The free answer: what gathered loads and gaps do without any row.
-void answer_freely(Articulation& a, Work position_row) {
-  const Table& w = a.room.work;
-  auto tree = a.trees.begin();
-  for (std::size_t c = 0; c < a.count(); ++c) {
-    const JointNode& n = a.room.joint_nodes[c];
-    Vec3 y, follow(0);
-    if (a.parents[c] >= 0) {
-      const auto parent = static_cast<std::size_t>(a.parents[c]);
-      y = a.room.slide[parent] + glm::cross(a.room.turn[parent], a.room.levers[c]) + a.room.gaps[c];
-      if (!n.loose) follow = n.follow * a.room.turn[parent];
-    } else {
-      const Tree& t = *tree++;
-      y = a.parents[c] == kFree ? solve_symmetric(n.group, n.load)
-                                : t.target - (w.vec(position_row, c) + w.vec(kArm, c));
-    }
-    a.room.slide[c] = y;
-    a.room.turn[c] = n.turn + follow - n.swing * y;
-  }
-}
-
 /// direction . (u_b - u_a) of a row, for displacements `at(column, arm)`.
 template <class At>
 Real move_along(const Row& row, const At& at) {
@@ -182,6 +161,14 @@ void drop_slack(StepRoom& r, Real size) {
   });
 }
 
+/// A row that nothing can move along (a planar linkage, out of its plane) bears nothing.
+void drop_rigid(StepRoom& r) {
+  const std::size_t n = r.rows.size();
+  Real most = 0;
+  for (std::size_t i = 0; i < n; ++i) most = std::max(most, r.response[i * n + i]);
+  for (std::size_t i = 0; i < n; ++i) r.rows[i].rigid = !(r.response[i * n + i] > 1e-12 * most);
+}
+
 /// Projected Gauss-Seidel from the last step's loads: rows that can only pull stay non-negative.
 void iterate(StepRoom& r, int rounds) {
   const std::size_t n = r.rows.size();
@@ -189,6 +176,10 @@ void iterate(StepRoom& r, int rounds) {
     Real largest = 0, change = 0;
     for (std::size_t i = 0; i < n; ++i) {
       Row& row = r.rows[i];
+      if (row.rigid) {
+        row.load = 0;
+        continue;
+      }
       const Real* w = &r.response[i * n];
       Real lack = row.wanted;
       for (std::size_t j = 0; j < n; ++j) lack -= w[j] * r.rows[j].load;
@@ -202,8 +193,9 @@ void iterate(StepRoom& r, int rounds) {
   }
 }
 
-/// Solves the rows marked active exactly, by LDL^T. False if the system is not definite enough.
-bool solve_active(StepRoom& r, const std::vector<std::uint8_t>& active) {
+/// Solves the rows marked active exactly, by LDL^T. A row that follows from those before it is
+/// marked inactive and rigid; false if a string does.
+bool solve_active(StepRoom& r, std::vector<std::uint8_t>& active) {
   const std::size_t n = r.rows.size();
   std::vector<Real>&l = r.factor, &x = r.solved;
   for (std::size_t i = 0; i < n; ++i) {
@@ -213,9 +205,14 @@ bool solve_active(StepRoom& r, const std::vector<std::uint8_t>& active) {
       Real s = r.response[i * n + j];
       for (std::size_t k = 0; k < j; ++k)
         if (active[k]) s -= l[i * n + k] * l[k * n + k] * l[j * n + k];
-      if (i == j && !(s > 1e-10 * r.response[i * n + i])) return false;
+      if (i == j && !(s > 1e-10 * r.response[i * n + i])) {
+        if (r.rows[i].one_sided) return false;
+        r.rows[i].rigid = true, active[i] = 0;
+        break;
+      }
       l[i * n + j] = i == j ? s : s / l[j * n + j];
     }
+    if (!active[i]) continue;
     x[i] = r.rows[i].wanted;
     for (std::size_t k = 0; k < i; ++k)
       if (active[k]) x[i] -= l[i * n + k] * x[k];
@@ -233,17 +230,19 @@ bool solve_active(StepRoom& r, const std::vector<std::uint8_t>& active) {
 /// Where it does not settle (contradictory or nearly dependent rows) the iteration's answer stands.
 void solve_loads(StepRoom& r) {
   const std::size_t n = r.rows.size();
+  drop_rigid(r);
   iterate(r, 12);
   std::vector<std::uint8_t>& active = r.on_path;
   if (active.size() < n) active.resize(n);
-  for (std::size_t i = 0; i < n; ++i) active[i] = !r.rows[i].one_sided || r.rows[i].load > 0;
+  for (std::size_t i = 0; i < n; ++i)
+    active[i] = !r.rows[i].rigid && (!r.rows[i].one_sided || r.rows[i].load > 0);
   for (int trial = 0; trial < 8; ++trial) {
     if (!solve_active(r, active)) break;
     bool settled = true;
     for (std::size_t i = 0; i < n; ++i)
       if (active[i] && r.rows[i].one_sided && r.solved[i] < 0) active[i] = 0, settled = false;
     for (std::size_t i = 0; settled && i < n; ++i) {
-      if (active[i]) continue;
+      if (active[i] || r.rows[i].rigid) continue;
       Real lack = r.rows[i].wanted, terms = std::abs(lack);
       for (std::size_t j = 0; j < n; ++j) {
         if (!active[j]) continue;
@@ -260,6 +259,35 @@ void solve_loads(StepRoom& r) {
 }
 
 }  // namespace
+
+void answer_freely(Articulation& a, Work position_row) {
+  const Table& w = a.room.work;
+  auto tree = a.trees.begin();
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    const JointNode& n = a.room.joint_nodes[c];
+    Vec3 y, follow(0);
+    if (a.parents[c] >= 0) {
+      const auto parent = static_cast<std::size_t>(a.parents[c]);
+      y = a.room.slide[parent] + glm::cross(a.room.turn[parent], a.room.levers[c]) + a.room.gaps[c];
+      if (!n.loose) follow = n.follow * a.room.turn[parent];
+    } else {
+      const Tree& t = *tree++;
+      y = a.parents[c] == kFree ? solve_symmetric(n.group, n.load)
+                                : t.target - (w.vec(position_row, c) + w.vec(kArm, c));
+    }
+    a.room.slide[c] = y;
+    a.room.turn[c] = n.turn + follow - n.swing * y;
+  }
+}
+
+void add_loads(Articulation& a) {
+  StepRoom& r = a.room;
+  carry_up(a, r.forces_in, r.torques_in);
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    r.joint_nodes[c].load += r.forces_in[c].side(0);
+    r.joint_nodes[c].turn += r.torques_in[c].side(0);
+  }
+}
 
 void add_string_stiffness(const World& world, Articulation& a, std::vector<JointBlock>& blocks,
                           Work position_row, Work rotation_row) {
@@ -331,11 +359,7 @@ void solve_rows(World& world, Articulation& a, Real h, Work position_row, Work r
   // All loads at once, added to what was gathered.
   clear(r);
   for (const Row& row : r.rows) push(r, row, row.load, 0);
-  carry_up(a, r.forces_in, r.torques_in);
-  for (std::size_t c = 0; c < a.count(); ++c) {
-    r.joint_nodes[c].load += r.forces_in[c].side(0);
-    r.joint_nodes[c].turn += r.torques_in[c].side(0);
-  }
+  add_loads(a);
 
   const std::size_t n = r.rows.size();
   std::size_t at = 0;

@@ -99,18 +99,21 @@ bool is_plain(const Articulation& a) {
   return !has_rows(a) && a.joints.empty() && a.room.touches.empty();
 }
 
-/// The general solve once, from the predicted poses: final poses, and what rows and stops bear.
-bool solve_once(World& world, Articulation& a, Real h) {
-  const Packed p = packed(world, a);
+/// The general solve from the predicted poses, leaf to root: loads of strings, pins and loops too.
+void gather_once(World& world, Articulation& a, Real h) {
   StepRoom& r = a.room;
   // The blocks of the bodies stay the same from pass to pass; contacts do not.
   r.joint_blocks = r.base;
   add_touches(world, a, r.joint_blocks);
   gather_joints(a);
   if (has_rows(a)) solve_rows(world, a, h, kPosition, kRotation, false);
+}
+
+/// ... and root to leaf: final poses, and what contacts and stops bear. True if settled.
+bool close_once(World& world, Articulation& a, Real h) {
   const bool settled = close_joints(world, a, h, kPosition, kRotation, false);
-  kernels().commit(p, kRotation);
-  return settled;
+  kernels().commit(packed(world, a), kRotation);
+  return settle_touches(world, a) && settled;
 }
 
 /// Strings, pins and loops are met to first order; what the turning of the bodies left is closed
@@ -217,6 +220,7 @@ namespace {
 void make_room_for_passes(Articulation& a) {
   StepRoom& r = a.room;
   const std::size_t n = a.count(), rows = 3 * a.holds.size() + a.cords.size();
+  if (r.forces_in.empty() && a.mutual) r.forces_in.assign(n, {}), r.torques_in.assign(n, {});
   if (r.joint_nodes.size() == n) return;
   r.joint_nodes.assign(n, {}), r.base.assign(n, {}), r.joint_blocks.assign(n, {});
   r.terms.assign(a.joints.empty() ? 0 : n, {});
@@ -288,11 +292,26 @@ void begin_passes(World& world, Articulation& a, Real h) {
   aim_touches(world, a, h);
 }
 
-bool pass(World& world, Articulation& a, Real h) {
-  if (!a.finite || a.settings.solver != Solver::automatic || is_plain(a)) return true;
+namespace {
+
+bool takes_passes(const Articulation& a) {
+  return a.finite && a.settings.solver == Solver::automatic && !is_plain(a);
+}
+
+}  // namespace
+
+void begin_pass(World& world, Articulation& a, Real h) {
+  if (!takes_passes(a)) return;
   ++a.passes_used;
-  const bool settled = solve_once(world, a, h);
-  return settle_touches(world, a) && settled;
+  gather_once(world, a, h);
+  answer_freely(a, kPosition);
+  find_mutual_response(world, a);
+}
+
+bool end_pass(World& world, Articulation& a, Real h) {
+  if (!takes_passes(a)) return true;
+  add_mutual_loads(world, a);
+  return close_once(world, a, h);
 }
 
 namespace {
@@ -383,14 +402,17 @@ bool finish_passes(World& world, Articulation& a, Real h, Entity& lost) {
     if (!a.room.touches.empty()) push_out_trees(world, a);
     // What strikes a stop or the ground stops there: no rule that looks farther back than the step.
     if (a.touching) a.disturbed = true;
-    if (a.touching && solver == Solver::automatic) in.rule = Rule::euler, in.first = false;
+    if (a.touching && solver == Solver::automatic) {
+      in.rule = Rule::euler, in.first = false;
+      a.second_order = a.fresh = false;
+    }
     end = k.finish(p, in);
   }
   if (!end.sane) {
     lost = find_lost(world, a);
     return false;
   }
-  if (!a.touching && repair_momentum(world, a, h)) sum_up(world, a, end);
+  if (!touches_bear(world, a) && repair_momentum(world, a, h)) sum_up(world, a, end);
   if (!a.room.touches.empty()) a.stop_work += finish_touches(world, a, h);
   const bool small_turns = end.largest_turn2 < a.settings.calm_angle * a.settings.calm_angle;
   a.disturbed = a.disturbed || !small_turns;
@@ -409,8 +431,12 @@ bool finish_passes(World& world, Articulation& a, Real h, Entity& lost) {
 
 bool adjust(World& world, Articulation& a, Real h, Entity& lost) {
   begin_passes(world, a, h);
-  for (int n = 0; n < a.settings.passes; ++n)
-    if (pass(world, a, h)) break;
+  bool settled = !takes_passes(a);
+  for (int n = 0; n < a.settings.passes && !settled; ++n) {
+    ++a.passes_used;
+    gather_once(world, a, h);
+    settled = close_once(world, a, h);
+  }
   return finish_passes(world, a, h, lost);
 }
 

@@ -68,8 +68,8 @@ void eliminate_loose(const JointBlock& b, JointNode& n) {
 
 /// Any other joint. Leaves in `b` what the parent feels, at the own joint point.
 void eliminate_stiff(JointBlock& b, const PackedJoint& joint, JointTerms& t, JointNode& n) {
-  Mat3 stiffness = b.tt + t.spring;
-  Vec3 torque = t.torque;
+  Mat3 stiffness = b.tt + t.spring + Mat3(joint.share * t.drive_spring);
+  Vec3 torque = t.torque + joint.share * t.drive_torque;
   const Real weight = kStopWeight * (b.tt[0][0] + b.tt[1][1] + b.tt[2][2]);
   for (Stop& stop : t.stops) {
     if (!stop.on) continue;
