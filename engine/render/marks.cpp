@@ -114,12 +114,13 @@ Real usual_weight(const World& world) {
   return mass * (pull > 0 ? pull : 9.81) / count;
 }
 
-/// Lines grow as log(1 + 9 force / weight); that of a whole weight is a ninth of the picture.
+/// Lines grow as log(1 + 9 force / weight); that of a whole weight is a tenth of the picture high,
+/// and none is longer than three tenths.
 void add_contacts(const Scene& scene, Pen& pen) {
   const World& world = scene.world;
   if (world.contacts.empty()) return;
   const Real weight = std::max(usual_weight(world), 1e-12);
-  const Real whole = pen.eye().height / 9.0 * pen.eye().pixel() * pen.eye().distance;
+  const Real whole = pen.eye().height / 10.0 * pen.eye().pixel() * pen.eye().distance;
   for (const Contact& contact : world.contacts) {
     if (contact.slot_a >= world.bodies.size()) continue;
     const Vec3 at = to_world(pose_of(world, scene.poses, contact.slot_a), contact.point_a);
@@ -128,7 +129,7 @@ void add_contacts(const Scene& scene, Pen& pen) {
       continue;
     }
     const Real force = glm::length(contact.force);
-    const Real length = whole * std::log10(1 + 9 * force / weight);
+    const Real length = whole * std::min(std::log10(1 + 9 * force / weight), 3.0);
     if (force > 0)
       pen.line(at, at + length / force * contact.force, 1.6 * pen.fine(), ink::kContact);
     pen.dot(at, 2.6 * pen.fine(), ink::kContact);
