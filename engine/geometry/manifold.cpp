@@ -15,7 +15,7 @@ constexpr std::size_t kMostCorners = 520;  // of a face of 256 cut by one of 256
 
 /// A direction from b to a, and how far it keeps their cores apart.
 struct Axis {
-  enum class From : std::uint8_t { none, face_a, face_b, edges };
+  enum class From : std::uint8_t { none, face_a, face_b, beyond, edges };
   Vec3 normal{0, 1, 0};
   Real gap = -1e300;  // m, below 0: overlap
   From from = From::none;
@@ -63,6 +63,16 @@ void try_faces(const Convex& a, const Convex& b, const Facing* facing, Axis& bes
     const Real gap = glm::dot(f.normal, b.points[b.farthest(-f.normal)]) - f.offset;
     if (gap > best.gap + head_start && (!facing || allows(*facing, -f.normal)))
       best = {-f.normal, gap, Axis::From::face_a, 0, 0};
+  }
+}
+
+/// A triangle's neighbours know the way out at its edges.
+void try_beyond(const Convex& a, const Convex& b, const Facing& facing, Axis& best) {
+  for (int e = 0; e < 3; ++e) {
+    if (!sticks_out(facing, e)) continue;
+    const Vec3 n = facing.beyond[e];
+    const Real gap = glm::dot(n, a.points[a.farthest(-n)] - b.points[static_cast<std::size_t>(e)]);
+    if (gap > best.gap && allows(facing, n)) best = {n, gap, Axis::From::beyond, 0, 0};
   }
 }
 
@@ -132,6 +142,7 @@ Vec3 any_normal(const Convex& a, const Convex& b) {
 Axis least_overlap(const Convex& a, const Convex& b, const Facing* facing) {
   Axis face, edges;
   try_faces(a, b, facing, face);
+  if (facing) try_beyond(a, b, *facing, face);
   try_edges(a, b, facing, edges);
   // Faces give several points and the same ones next step, so edges have to be clearly better.
   const bool clear = edges.gap > face.gap + 0.01 * std::abs(face.gap) + 1e-7 * (a.size + b.size);
@@ -210,20 +221,25 @@ struct Clip {
   Real margin;
   const Facing* facing;
   std::vector<TouchPoint>& out;
-  bool left_out = false;  // points that a neighbour of the triangle has
+  // Points that a neighbour of the triangle has: whether there are any, and the deepest, unless the
+  // triangle is covered all over.
+  bool left_out = false;
+  TouchPoint deepest{{}, {}, {}, 1e300, 0};
 };
 
 std::uint64_t feature_of(const Corner& c) {
   return static_cast<std::uint64_t>(c.in) << 9 | c.out;
 }
 
-/// Edges of a triangle that do not stick out need no points: the neighbour goes on there.
+/// Whether the neighbours of a triangle go on in its plane at a corner of what it was clipped to, so
+/// that the corner is theirs as well.
 bool goes_on(const Facing* facing, const Corner& c) {
   if (!facing) return false;
-  for (std::uint32_t side : {c.in, c.out})
-    if (side >= kOfB && side - kOfB < 3 && !sticks_out(*facing, static_cast<int>(side - kOfB)))
-      return std::abs(1 - glm::dot(facing->normal, facing->beyond[side - kOfB])) < 1e-9;
-  return false;
+  const auto flat = [&](std::uint32_t side) {
+    return 1 - glm::dot(facing->normal, facing->beyond[side - kOfB]) < 1e-9;
+  };
+  const bool in = c.in >= kOfB, out = c.out >= kOfB;
+  return (in || out) && (!in || flat(c.in)) && (!out || flat(c.out));
 }
 
 /// Cuts the feature of one piece that looks at the other by the sides of the other's face, and
@@ -247,20 +263,25 @@ void clip_against(Clip& k, bool b_is_cutter) {
     std::swap(from, to);
     if (from->count == 0) return;
   }
+  std::size_t covered = 0;
   for (std::size_t i = 0; i < from->count; ++i) {
     const Corner& c = from->corners[i];
     const Real apart = (glm::dot(face.normal, c.point) - face.offset) / facing;
     const Real gap = apart - k.a.radius - k.b.radius;
     if (gap > k.margin) continue;
-    if (goes_on(k.facing, c)) {
-      k.left_out = true;
-      continue;
-    }
     const Vec3 opposite = c.point - apart * out_of;
     const Vec3 on_a = b_is_cutter ? c.point : opposite, on_b = b_is_cutter ? opposite : c.point;
-    k.out.push_back({on_a - k.a.radius * k.normal, on_b + k.b.radius * k.normal, k.normal, gap,
-                     feature_of(c)});
+    const TouchPoint p{on_a - k.a.radius * k.normal, on_b + k.b.radius * k.normal, k.normal, gap,
+                       feature_of(c)};
+    if (!goes_on(k.facing, c)) {
+      k.out.push_back(p);
+      continue;
+    }
+    k.left_out = true;
+    covered += c.in >= kOfB && c.out >= kOfB;
+    if (gap < k.deepest.gap) k.deepest = p;
   }
+  if (covered == 3) k.deepest.gap = 1e300;
 }
 
 /// The point of segment p to q nearest to x.
@@ -324,24 +345,24 @@ void touch_overlapping(const Convex& a, const Convex& b, Real margin, const Faci
                        std::vector<TouchPoint>& out) {
   const Axis axis = least_overlap(a, b, facing);
   const Vec3 n = axis.normal;
-  const Real gap = axis.gap - a.radius - b.radius;
+  const Real gap = axis.gap - a.radius - b.radius, slack = 1e-6 * (a.size + b.size);
   if (gap > margin) return;
   const std::size_t first = out.size();
   Clip k{a, b, n, margin, facing, out};
-  if (axis.from != Axis::From::edges) clip(k);
+  if (axis.from != Axis::From::edges && axis.from != Axis::From::beyond) clip(k);
   Real least = 1e300;
   for (std::size_t i = first; i < out.size(); ++i) least = glm::min(least, out[i].gap);
+  // A neighbour that a does not cut through has no points to take over.
+  if (k.deepest.gap < least - slack) out.push_back(k.deepest), least = k.deepest.gap;
   // The deepest corner may lie beside the face that it is to leave; a triangle's neighbour has it.
-  const bool complete = least <= gap + 1e-6 * (a.size + b.size) || (facing && least < 1e300);
-  if (k.left_out || complete) return spread_out(out, first, kMostPoints);
-  Vec3 on_a, on_b;
-  if (axis.from == Axis::From::edges) {
-    cross_edges(a, b, axis, on_a, on_b);
-  } else {
-    on_a = a.points[a.farthest(-n)];
-    on_b = on_a - axis.gap * n;
+  if (least > gap + slack && !(facing && (k.left_out || least < 1e300))) {
+    Vec3 on_a = a.points[a.farthest(-n)], on_b = on_a - axis.gap * n;
+    if (axis.from == Axis::From::edges)
+      cross_edges(a, b, axis, on_a, on_b);
+    else if (axis.from == Axis::From::face_a)
+      on_b = b.points[b.farthest(n)], on_a = on_b + axis.gap * n;
+    out.push_back({on_a - a.radius * n, on_b + b.radius * n, n, gap, kDeepest});
   }
-  out.push_back({on_a - a.radius * n, on_b + b.radius * n, n, gap, kDeepest});
   spread_out(out, first, kMostPoints);
 }
 

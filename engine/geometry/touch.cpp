@@ -1,6 +1,7 @@
 #include "engine/geometry/touch.hpp"
 
 #include <algorithm>
+#include <tuple>
 
 #include "engine/base/check.hpp"
 
@@ -10,6 +11,8 @@ namespace {
 constexpr std::size_t kMostOnSurface = 16;
 constexpr std::uint32_t kNone = UINT32_MAX;
 constexpr std::uint64_t kFeatureBits = 18;  // of two convex pieces; the triangle goes above
+
+constexpr std::uint64_t kFromWithin = 0x1ff << 9;  // unlike any side of a clipped corner
 
 constexpr std::array<std::uint32_t, 3> kCorners{0, 1, 2};
 constexpr std::array<std::array<std::uint32_t, 2>, 3> kEdges{{{0, 1}, {1, 2}, {2, 0}}};
@@ -84,8 +87,11 @@ void push_out(const OnSurface& k, std::uint32_t index) {
   const Tile tile(k.surface, index);
   const std::size_t first = k.out.size();
   touch_plane(k.a, tile.face.normal, tile.face.offset, glm::min(k.margin, Real(0)), k.out);
-  spread_out(k.out, first, 4);
-  constexpr std::uint64_t kFromWithin = 0x1ff << 9;  // unlike any side of a clipped corner
+  std::sort(k.out.begin() + static_cast<std::ptrdiff_t>(first), k.out.end(),
+            [](const TouchPoint& p, const TouchPoint& q) {
+              return std::tie(p.gap, p.feature) < std::tie(q.gap, q.feature);
+            });
+  k.out.resize(glm::min(k.out.size(), first + 4));
   for (std::size_t i = first; i < k.out.size(); ++i)
     k.out[i].feature |= static_cast<std::uint64_t>(index) << kFeatureBits | kFromWithin;
 }
@@ -169,18 +175,29 @@ std::uint32_t tile_at(const Surface& s, Vec3 p) {
   return 2 * (row * (s.columns - 1) + column) + (u > w ? 1 : 0);
 }
 
+/// A corner that got below the ground is pushed up along the triangle over it, however deep.
+void lift_corners(const OnSurface& k) {
+  const Surface& s = k.surface;
+  for (std::uint32_t i = 0; i < k.a.points.size(); ++i) {
+    const Vec3 p = k.a.points[i];
+    if (p.x < s.low.x || p.x > s.high.x || p.z < s.low.z || p.z > s.high.z || p.y > s.high.y)
+      continue;
+    const std::uint32_t over = tile_at(s, p);
+    const Vec3 n = normal_of(s, over);
+    const Real height = glm::dot(n, p - triangle_of(s, over)[0]), gap = height - k.a.radius;
+    if (height < 0 && gap <= k.margin)
+      k.out.push_back({p - k.a.radius * n, p - height * n, n, gap,
+                       static_cast<std::uint64_t>(over) << kFeatureBits | kFromWithin | i});
+  }
+}
+
 void touch_heights(const OnSurface& k) {
   const Surface& s = k.surface;
   const Box box = bounds_of(k.a).grown(glm::max(k.margin, Real(0)));
   if (box.high.x < s.low.x || box.low.x > s.high.x || box.high.z < s.low.z ||
       box.low.z > s.high.z || box.low.y > s.high.y)
     return;
-  const Vec3 c = k.a.centre;
-  if (c.x >= s.low.x && c.x <= s.high.x && c.z >= s.low.z && c.z <= s.high.z) {
-    const std::uint32_t under = tile_at(s, c);
-    const Vec3 n = normal_of(s, under);
-    if (glm::dot(n, c - triangle_of(s, under)[0]) < 0) push_out(k, under);
-  }
+  lift_corners(k);
   const std::uint32_t x0 = cell_at(box.low.x, s.spacing_x, s.columns),
                       x1 = cell_at(box.high.x, s.spacing_x, s.columns),
                       z0 = cell_at(box.low.z, s.spacing_z, s.rows),

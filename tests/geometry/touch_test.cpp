@@ -1,0 +1,359 @@
+// Where two solids touch: exact places for each pair of kinds, agreement between ways to describe
+// one solid, and a reference by brute force.
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <random>
+
+#include "engine/base/rotation.hpp"
+#include "engine/geometry/touch.hpp"
+
+using namespace pantin;
+
+namespace {
+
+using Points = std::vector<TouchPoint>;
+using Triangle = std::array<std::uint32_t, 3>;
+
+const Shape kPlane{ShapeKind::plane, {10, 0, 0}, {}, 0};
+
+Shape ball(Real r) { return {ShapeKind::sphere, {r, 0, 0}, {}, 0}; }
+Shape rod(Real r, Real half) { return {ShapeKind::capsule, {r, half, 0}, {}, 0}; }
+Shape box(Vec3 half) { return {ShapeKind::box, half, {}, 0}; }
+
+std::vector<Vec3> corners(Vec3 half) {
+  std::vector<Vec3> points;
+  for (int i = 0; i < 8; ++i)
+    points.push_back(half * Vec3(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1));
+  return points;
+}
+
+Shape hull(Vec3 half) { return {ShapeKind::hull, {}, {}, 0, *make_hull(corners(half))}; }
+
+Shape mesh(Vec3 half) {
+  const std::vector<Triangle> sides{{0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}, {0, 1, 5}, {0, 5, 4},
+                                    {2, 6, 7}, {2, 7, 3}, {0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}};
+  return {ShapeKind::mesh, {}, {}, 0, *make_mesh(corners(half), sides)};
+}
+
+Shape field(std::uint32_t columns, std::uint32_t rows, Real spacing, const auto& height) {
+  std::vector<Real> heights;
+  for (std::uint32_t r = 0; r < rows; ++r)
+    for (std::uint32_t c = 0; c < columns; ++c)
+      heights.push_back(height((c - (columns - 1) / 2.0) * spacing, (r - (rows - 1) / 2.0) * spacing));
+  return {ShapeKind::height_field, {}, {}, 0,
+          *make_height_field(columns, rows, spacing, spacing, heights)};
+}
+
+Points touching(const Shape& a, const Pose& at_a, const Shape& b, const Pose& at_b, Real margin) {
+  NarrowRoom room;
+  Points out;
+  touch(a, at_a, b, at_b, margin, room, out);
+  return out;
+}
+
+Pose at(Vec3 position) { return {position, kNoTurn}; }
+Pose lying(Vec3 position) { return {position, turn_by({0, 0, kPi / 2})}; }  // rods along x
+
+Real least(const Points& points) {
+  Real gap = 1e300;
+  for (const TouchPoint& p : points) gap = std::min(gap, p.gap);
+  return gap;
+}
+
+bool sound(const Points& points) {
+  return std::all_of(points.begin(), points.end(), [](const TouchPoint& p) {
+    return is_finite(p.on_a) && is_finite(p.on_b) && std::abs(glm::length(p.normal) - 1) < 1e-12 &&
+           std::abs(glm::dot(p.normal, p.on_a - p.on_b) - p.gap) < 1e-9;
+  });
+}
+
+bool all_along(const Points& points, Vec3 normal, Real within = 1e-12) {
+  return std::all_of(points.begin(), points.end(), [&](const TouchPoint& p) {
+    return glm::distance(p.normal, normal) < within;
+  });
+}
+
+struct Dice {
+  std::mt19937_64 random{17};
+  Real between(Real low, Real high) {
+    return low + (high - low) * static_cast<Real>(random() >> 11) * 0x1p-53;
+  }
+  Vec3 within(Real far) { return {between(-far, far), between(-far, far), between(-far, far)}; }
+  Quat turn() { return glm::normalize(Quat(between(-1, 1), between(-1, 1), between(-1, 1), between(-1, 1))); }
+};
+
+}  // namespace
+
+TEST_CASE("each kind touches a plane with all of its corners that are near enough") {
+  const Points one = touching(ball(0.3), at({1, 0.5, 2}), kPlane, {}, 1);
+  REQUIRE(one.size() == 1);
+  CHECK(std::abs(one[0].gap - 0.2) < 1e-15);
+  CHECK(glm::distance(one[0].on_a, Vec3(1, 0.2, 2)) < 1e-15);
+  CHECK(glm::distance(one[0].on_b, Vec3(1, 0, 2)) < 1e-15);
+  CHECK(touching(ball(0.3), at({0, 0.5, 0}), kPlane, {}, 0.1).empty());
+
+  CHECK(touching(rod(0.1, 0.4), lying({0, 0.1, 0}), kPlane, {}, 0.01).size() == 2);
+  CHECK(touching(rod(0.1, 0.4), at({0, 0.5, 0}), kPlane, {}, 0.01).size() == 1);
+  CHECK(touching(box({1, 2, 3}), at({0, 1.9, 0}), kPlane, {}, 0.01).size() == 4);
+  CHECK(touching(hull({1, 2, 3}), at({0, 1.9, 0}), kPlane, {}, 10).size() == 8);
+  for (const TouchPoint& p : touching(box({1, 2, 3}), at({0, 1.9, 0}), kPlane, {}, 0.01)) {
+    CHECK(std::abs(p.gap + 0.1) < 1e-15);
+    CHECK(std::abs(std::abs(p.on_a.x) - 1) + std::abs(std::abs(p.on_a.z) - 3) < 1e-14);
+  }
+}
+
+TEST_CASE("a rod touches a box with two points along a face and one across an edge") {
+  const Shape block = box({1, 1, 1});
+  const Points along = touching(rod(0.1, 0.5), lying({0, 1.1, 0}), block, {}, 0.01);
+  REQUIRE(along.size() == 2);
+  CHECK(all_along(along, {0, 1, 0}));
+  CHECK(std::abs(along[0].gap) < 1e-15);
+  // Beyond the face only its end counts.
+  const Points over = touching(rod(0.1, 0.5), lying({1.2, 1.05, 0}), block, {}, 0.01);
+  REQUIRE(over.size() == 2);
+  CHECK(std::max(over[0].on_b.x, over[1].on_b.x) == Approx(1));
+  // Across an edge, seen from between its faces: the edge turned up.
+  const Pose ridge{{0, 0, 0}, turn_by({0, 0, kPi / 4})};
+  const Points across = touching(rod(0.1, 0.5), lying({0, std::sqrt(2.0) + 0.08, 0}), block, ridge, 0.01);
+  REQUIRE(across.size() == 1);
+  CHECK(std::abs(across[0].gap + 0.02) < 1e-14);
+  CHECK(glm::distance(across[0].normal, Vec3(0, 1, 0)) < 1e-12);
+  // Along that edge there are two.
+  const Pose forward{{0, std::sqrt(2.0) + 0.1, 0}, turn_by({kPi / 2, 0, 0})};
+  CHECK(touching(rod(0.1, 0.5), forward, block, ridge, 0.01).size() == 2);
+  // A corner, from the outside along the diagonal.
+  const Vec3 way = glm::normalize(Vec3(1, 1, 1));
+  const Points corner = touching(ball(0.2), at(Vec3(1, 1, 1) + 0.3 * way), block, {}, 1);
+  REQUIRE(corner.size() == 1);
+  CHECK(std::abs(corner[0].gap - 0.1) < 1e-15);
+  CHECK(glm::distance(corner[0].normal, way) < 1e-14);
+}
+
+TEST_CASE("rods touch once where they cross and twice side by side") {
+  const Points crossed = touching(rod(0.1, 1), lying({0, 0.25, 0}), rod(0.1, 1),
+                                  {{0, 0, 0}, turn_by({kPi / 2, 0, 0})}, 0.1);
+  REQUIRE(crossed.size() == 1);
+  CHECK(std::abs(crossed[0].gap - 0.05) < 1e-15);
+  const Points beside = touching(rod(0.1, 1), at({0.25, 0.5, 0}), rod(0.1, 1), {}, 0.1);
+  REQUIRE(beside.size() == 2);
+  CHECK(all_along(beside, {1, 0, 0}));
+  CHECK(std::abs(beside[0].on_a.y - beside[1].on_a.y) == Approx(1.5));
+}
+
+TEST_CASE("boxes touch with the corners of what their faces share, and once where edges cross") {
+  const Shape block = box({1, 0.5, 1});
+  const Points stacked = touching(box({0.5, 0.5, 0.5}), at({0.8, 0.99, 0}), block, {}, 0.01);
+  REQUIRE(stacked.size() == 4);
+  CHECK(all_along(stacked, {0, 1, 0}));
+  for (const TouchPoint& p : stacked) {
+    CHECK(p.gap == Approx(-0.01));
+    CHECK((std::abs(p.on_a.x - 0.3) < 1e-12 || std::abs(p.on_a.x - 1) < 1e-12));
+  }
+  // A square turned by 45 degrees on another shares an octagon.
+  const Points eight = touching(box({1, 1, 1}), {{0, 2, 0}, turn_by({0, kPi / 4, 0})},
+                                box({1, 1, 1}), {}, 0.01);
+  CHECK(eight.size() == 8);
+  // Two ridges at right angles to each other.
+  const Real high = std::sqrt(2.0);
+  for (Real gap : {0.3, 0.001, -0.001, -0.02}) {
+    const Points ridges = touching(box({1, 1, 1}), {{0, 2 * high + gap, 0}, turn_by({kPi / 4, 0, 0})},
+                                   box({1, 1, 1}), {{0, 0, 0}, turn_by({0, 0, kPi / 4})}, gap + 1e-4);
+    REQUIRE(ridges.size() == 1);
+    CHECK(ridges[0].gap == Approx(gap));
+    CHECK(glm::distance(ridges[0].normal, Vec3(0, 1, 0)) < 1e-12);
+    CHECK(glm::length(ridges[0].on_b - Vec3(0, high, 0)) < 1e-9);
+  }
+}
+
+TEST_CASE("a hull that is a box touches as the box does") {
+  Dice dice;
+  const Vec3 half(0.3, 0.5, 0.2);
+  const Shape other = box({0.4, 0.25, 0.6});
+  for (int i = 0; i < 400; ++i) {
+    const Pose here{dice.within(0.8), dice.turn()}, there{dice.within(0.3), dice.turn()};
+    const Points as_box = touching(other, here, box(half), there, 0.2);
+    const Points as_hull = touching(other, here, hull(half), there, 0.2);
+    CHECK(as_box.size() == as_hull.size());
+    CHECK((as_box.empty() || std::abs(least(as_box) - least(as_hull)) < 1e-9));
+  }
+}
+
+TEST_CASE("a mesh that is a box pushes as the box does") {
+  Dice dice;
+  const Vec3 half(0.6, 0.4, 0.5);
+  int seen = 0, off = 0;
+  for (const Shape& a : {ball(0.1), rod(0.05, 0.15), box({0.1, 0.15, 0.05}), hull({0.1, 0.15, 0.05})})
+    for (int i = 0; i < 1500; ++i) {
+      const Pose here{dice.within(0.9), dice.turn()}, there{dice.within(0.1), dice.turn()};
+      const Points want = touching(a, here, box(half), there, 0.05);
+      const Points got = touching(a, here, mesh(half), there, 0.05);
+      CHECK(sound(got));
+      CHECK(got.size() <= 16);
+      CHECK(want.empty() == got.empty());
+      if (want.empty()) continue;
+      // Deep inside a mesh counts the middle, so only shallow touches agree in depth.
+      if (least(want) < -0.04) {
+        CHECK(least(got) < -0.02);
+        continue;
+      }
+      ++seen;
+      off += std::abs(least(got) - least(want)) > 0.03 * std::abs(least(want)) + 1e-6;
+    }
+  CHECK(seen > 500);
+  // A limit: a triangle knows its neighbours but not theirs, so at a corner of the mesh an overlap of
+  // edges may be left by a longer way than the shortest.
+  CHECK(off <= 2);
+}
+
+TEST_CASE("distances agree with a search over all directions that can part two solids") {
+  // Of faces, pairs of edges, pairs of corners and corners over edges one keeps two cores farthest
+  // apart; that is their distance, or the least overlap.
+  Dice dice;
+  ConvexRoom room_a, room_b;
+  const auto apart = [](const Convex& a, const Convex& b) {
+    Real best = -1e300;
+    const auto consider = [&](Vec3 n) {
+      const Real length = glm::length(n);
+      if (length < 1e-9) return;
+      n /= length;
+      best = std::max(best, glm::dot(n, a.points[a.farthest(-n)]) - glm::dot(n, b.points[b.farthest(n)]));
+    };
+    const auto edge = [](const Convex& c, const auto& e) { return c.points[e[1]] - c.points[e[0]]; };
+    const auto square = [](Vec3 w, Vec3 d) { return w - glm::dot(w, d) / glm::dot(d, d) * d; };
+    for (const Face& f : b.faces) consider(f.normal);
+    for (const Face& f : a.faces) consider(-f.normal);
+    for (const auto& e : a.edges)
+      for (const auto& f : b.edges)
+        for (Real way : {1.0, -1.0}) consider(way * glm::cross(edge(a, e), edge(b, f)));
+    for (Vec3 p : a.points)
+      for (Vec3 q : b.points) consider(p - q);
+    for (Vec3 p : a.points)
+      for (const auto& f : b.edges) consider(square(p - b.points[f[0]], edge(b, f)));
+    for (Vec3 q : b.points)
+      for (const auto& e : a.edges) consider(square(a.points[e[0]] - q, edge(a, e)));
+    return best;
+  };
+  std::vector<Vec3> cloud;
+  for (int i = 0; i < 20; ++i) cloud.push_back(dice.turn() * Vec3(dice.between(0.4, 0.5), 0, 0));
+  const Shape stone{ShapeKind::hull, {}, {}, 0, *make_hull(cloud)};
+  const std::vector<Shape> kinds{ball(0.2), rod(0.1, 0.4), box({0.2, 0.4, 0.3}), stone};
+  for (const Shape& a : kinds)
+    for (const Shape& b : kinds)
+      for (int i = 0; i < 300; ++i) {
+        Pose here{dice.within(1), dice.turn()};
+        const Pose there{dice.within(0.3), i % 4 ? dice.turn() : here.rotation};
+        const Points got = touching(a, here, b, there, 10);
+        const Convex ca = place(a, here, room_a), cb = place(b, there, room_b);
+        const Real core = apart(ca, cb), want = core - ca.radius - cb.radius;
+        REQUIRE(!got.empty());
+        CHECK(sound(got));
+        CHECK(got.size() <= 8);
+        const bool faceless = ca.faces.empty() && cb.faces.empty();
+        if (core > 1e-6)
+          CHECK(std::abs(least(got) - want) < 1e-8);
+        else if (!faceless)
+          CHECK(std::abs(least(got) - want) < 0.011 * std::abs(core) + 1e-6);
+      }
+}
+
+TEST_CASE("touching does not depend on where the world's origin is") {
+  Dice dice;
+  const std::vector<Shape> kinds{ball(0.2), rod(0.1, 0.4), box({0.2, 0.4, 0.3}), hull({0.2, 0.3, 0.4}),
+                                 mesh({0.3, 0.3, 0.3})};
+  for (std::size_t i = 0; i < 4; ++i)
+    for (const Shape& b : kinds)
+      for (int round = 0; round < 30; ++round) {
+        const Pose here{dice.within(0.6), dice.turn()}, there{dice.within(0.2), dice.turn()};
+        const Pose moved{dice.within(5), dice.turn()};
+        const Points one = touching(kinds[i], here, b, there, 0.1);
+        const Points two = touching(kinds[i], compose(moved, here), b, compose(moved, there), 0.1);
+        REQUIRE(one.size() == two.size());
+        for (std::size_t p = 0; p < one.size(); ++p) {
+          CHECK(one[p].feature == two[p].feature);
+          CHECK(std::abs(one[p].gap - two[p].gap) < 1e-9);
+          CHECK(glm::distance(to_world(moved, one[p].on_a), two[p].on_a) < 1e-6);
+        }
+      }
+}
+
+TEST_CASE("nothing degenerate gives numbers that are none") {
+  const std::vector<Shape> kinds{ball(0.2), ball(0), rod(0.1, 0), rod(0.1, 0.4), rod(0, 0.4),
+                                 box({0.2, 0.4, 0.3}), box({0.2, 0, 0.3}), hull({0.2, 0.3, 0.4})};
+  const std::vector<Shape> surfaces{kPlane, mesh({0.3, 0.3, 0.3}),
+                                    field(4, 4, 0.5, [](Real, Real) { return 0.0; })};
+  for (const Shape& a : kinds)
+    for (const Vec3 place : {Vec3(0), Vec3(0.2, 0, 0), Vec3(0, 0.4, 0), Vec3(0, 0.7, 0), Vec3(0.4, 0.8, 0.6),
+                             Vec3(0, 1e-12, 0), Vec3(0.3, 0.3, 0.3), Vec3(0, -0.4, 0)})
+      for (const Quat& turn : {kNoTurn, turn_by({0, 0, kPi / 2}), turn_by({0.3, 0.2, 0.1})}) {
+        for (const Shape& b : kinds) CHECK(sound(touching(a, {place, turn}, b, {}, 0.3)));
+        for (const Shape& b : surfaces) CHECK(sound(touching(a, {place, turn}, b, {}, 0.3)));
+      }
+  const Points same = touching(ball(0.2), {}, ball(0.3), {}, 0);
+  REQUIRE(same.size() == 1);
+  CHECK(same[0].gap == Approx(-0.5));
+  CHECK(std::abs(touching(box(Vec3(0.5)), at({0, 1, 0}), box(Vec3(0.5)), {}, 0.1)[0].gap) < 1e-15);
+}
+
+TEST_CASE("what slides over flat ground of triangles is only ever pushed up") {
+  Dice dice;
+  const Shape ground = field(21, 21, 0.25, [](Real, Real) { return 0.0; });
+  const std::vector<Shape> kinds{ball(0.1), rod(0.1, 0.3), box({0.3, 0.1, 0.2}), hull({0.3, 0.1, 0.2})};
+  for (const Shape& a : kinds)
+    for (int i = 0; i < 300; ++i) {
+      const Vec3 place(dice.between(-2, 2), dice.between(0.08, 0.12), dice.between(-2, 2));
+      const Quat turn = turn_by({0, dice.between(-3, 3), 0}) *
+                        (a.kind == ShapeKind::capsule ? turn_by({0, 0, kPi / 2}) : kNoTurn);
+      const Points got = touching(a, {place, turn}, ground, {}, 0.05);
+      CHECK(all_along(got, {0, 1, 0}));
+      REQUIRE(!got.empty());
+      CHECK(std::abs(least(got) - (place.y - 0.1)) < 1e-9);
+      // As many as the plane has.
+      CHECK(got.size() >= touching(a, {place, turn}, kPlane, {}, 0.05).size());
+    }
+}
+
+TEST_CASE("a tilted ground of triangles holds as a tilted plane does") {
+  Dice dice;
+  const Real slope = 0.3;
+  const Shape ground = field(21, 21, 0.25, [&](Real x, Real) { return slope * x; });
+  const Pose tilt{{0, 0, 0}, turn_by({0, 0, std::atan(slope)})};
+  for (const Shape& a : {ball(0.1), rod(0.1, 0.3), box({0.3, 0.1, 0.2}), hull({0.3, 0.1, 0.2})})
+    for (int i = 0; i < 300; ++i) {
+      const Pose here{to_world(tilt, {dice.between(-1.5, 1.5), dice.between(0.05, 0.3), dice.between(-1.5, 1.5)}),
+                      dice.turn()};
+      const Points want = touching(a, here, kPlane, tilt, 0.03);
+      const Points got = touching(a, here, ground, {}, 0.03);
+      CHECK(want.empty() == got.empty());
+      CHECK(all_along(got, tilt.rotation * Vec3(0, 1, 0), 1e-6));
+      if (!want.empty()) CHECK(std::abs(least(got) - least(want)) < 1e-6);
+    }
+}
+
+TEST_CASE("a body below a height field is pushed up, one within a mesh out") {
+  const Shape ground = field(9, 9, 0.5, [](Real x, Real z) { return 0.1 * std::sin(3 * x + z); });
+  for (const Shape& a : {ball(0.1), rod(0.1, 0.3), box({0.3, 0.1, 0.2}), hull({0.3, 0.1, 0.2})}) {
+    const Points deep = touching(a, at({0.3, -3, 0.4}), ground, {}, 0.1);
+    REQUIRE(!deep.empty());
+    CHECK(least(deep) < -2.5);
+    for (const TouchPoint& p : deep) CHECK(p.normal.y > 0.8);
+    const Points within = touching(a, at({0.2, 0.9, 0.1}), mesh(Vec3(2)), {}, 0.1);
+    REQUIRE(!within.empty());
+    CHECK(all_along(within, {0, 1, 0}));
+    CHECK(least(within) < -1.1);
+  }
+  CHECK(touching(ball(0.1), at({0.3, 5, 0.4}), ground, {}, 0.1).empty());
+  CHECK(touching(ball(0.1), at({9, 0, 0.4}), ground, {}, 0.1).empty());
+}
+
+TEST_CASE("features keep their numbers while a body slides") {
+  const Shape block = box({1, 0.5, 1});
+  const auto keys = [&](Real x, const Shape& b) {
+    std::vector<std::uint64_t> all;
+    for (const TouchPoint& p : touching(box(Vec3(0.2)), at({x, 0.7, 0.1}), b, {}, 0.01))
+      all.push_back(p.feature);
+    std::sort(all.begin(), all.end());
+    CHECK(std::unique(all.begin(), all.end()) == all.end());
+    return all;
+  };
+  for (const Shape& b : {block, mesh({1, 0.5, 1})}) CHECK(keys(0.31, b) == keys(0.32, b));
+}
