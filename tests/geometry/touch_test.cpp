@@ -82,6 +82,29 @@ struct Dice {
   Quat turn() { return glm::normalize(Quat(between(-1, 1), between(-1, 1), between(-1, 1), between(-1, 1))); }
 };
 
+/// A ball of triangles with hills and hollows, about 1 m across.
+Shape rough_stone(Dice& dice) {
+  constexpr std::uint32_t kAround = 12, kRings = 7;
+  std::vector<Vec3> points{{0, 0.6, 0}, {0, -0.6, 0}};
+  std::vector<Triangle> triangles;
+  const auto at_ring = [](std::uint32_t ring, std::uint32_t i) { return 2 + ring * kAround + i % kAround; };
+  for (std::uint32_t r = 0; r < kRings; ++r)
+    for (std::uint32_t i = 0; i < kAround; ++i) {
+      const Real up = kPi * (0.5 - (r + 1.0) / (kRings + 1)), about = 2 * kPi * i / kAround;
+      points.push_back(dice.between(0.45, 0.65) *
+                       Vec3(std::cos(up) * std::cos(about), std::sin(up), -std::cos(up) * std::sin(about)));
+    }
+  for (std::uint32_t i = 0; i < kAround; ++i) {
+    triangles.push_back({0, at_ring(0, i), at_ring(0, i + 1)});
+    triangles.push_back({1, at_ring(kRings - 1, i + 1), at_ring(kRings - 1, i)});
+    for (std::uint32_t r = 0; r + 1 < kRings; ++r) {
+      triangles.push_back({at_ring(r, i), at_ring(r + 1, i), at_ring(r + 1, i + 1)});
+      triangles.push_back({at_ring(r, i), at_ring(r + 1, i + 1), at_ring(r, i + 1)});
+    }
+  }
+  return {ShapeKind::mesh, {}, {}, 0, *make_mesh(points, triangles)};
+}
+
 }  // namespace
 
 TEST_CASE("each kind touches a plane with all of its corners that are near enough") {
@@ -343,6 +366,44 @@ TEST_CASE("a body below a height field is pushed up, one within a mesh out") {
   }
   CHECK(touching(ball(0.1), at({0.3, 5, 0.4}), ground, {}, 0.1).empty());
   CHECK(touching(ball(0.1), at({9, 0, 0.4}), ground, {}, 0.1).empty());
+}
+
+TEST_CASE("over rough surfaces the nearest point is found, with a normal along the shortest way") {
+  Dice dice;
+  const Shape hills = field(13, 13, 0.3, [&](Real, Real) { return dice.between(-0.15, 0.15); });
+  const Shape stone = rough_stone(dice);
+  ConvexRoom room;
+  for (const Shape& a : {ball(0.1), rod(0.06, 0.2), box({0.2, 0.1, 0.15}), hull({0.1, 0.2, 0.15})})
+    for (const Shape& b : {hills, stone}) {
+      const bool ground = b.kind == ShapeKind::height_field;
+      const std::uint32_t count = ground ? 2 * 12 * 12 : static_cast<std::uint32_t>(b.surface->faces.size());
+      int seen = 0;
+      for (int i = 0; i < 400; ++i) {
+        const Vec3 out = dice.turn() * Vec3(dice.between(0.6, 1.4), 0, 0);
+        const Vec3 over(dice.between(-1.2, 1.2), dice.between(0, 0.5), dice.between(-1.2, 1.2));
+        const Pose here{ground ? over : out, dice.turn()};
+        const Convex piece = place(a, here, room);
+        Nearest want;
+        want.distance = 1e300;
+        for (std::uint32_t t = 0; t < count; ++t) {
+          const auto corner = triangle_of(*b.surface, t);
+          const Convex tile{corner, {}, {}, {}, {}, 0, (corner[0] + corner[1] + corner[2]) / 3.0, 1};
+          const Nearest n = nearest(piece, tile, 10);
+          if (n.state == Nearest::State::overlap) want.distance = 0;
+          if (n.distance < want.distance) want = n;
+        }
+        if (want.distance < 1e-6 || want.distance - piece.radius > 0.1) continue;
+        if (ground && here.position.y < 0.2) continue;  // it may all be below
+        ++seen;
+        const Points got = touching(a, here, b, {}, 0.1);
+        CHECK(sound(got));
+        REQUIRE(!got.empty());
+        CHECK(std::abs(least(got) - (want.distance - piece.radius)) < 1e-7);
+        const auto best = std::min_element(got.begin(), got.end(), [](const auto& p, const auto& q) { return p.gap < q.gap; });
+        CHECK(glm::dot(best->normal, want.normal) > 1 - 1e-6);
+      }
+      CHECK(seen > 40);
+    }
 }
 
 TEST_CASE("features keep their numbers while a body slides") {
