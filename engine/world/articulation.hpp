@@ -165,6 +165,7 @@ struct StepRoom {
   std::vector<Quat> rotations;                 // a body each: as the joints leave it
   std::vector<Loads> forces_in, torques_in;    // a body each
   std::vector<std::uint8_t> on_path;
+  Real part = 1;  // of the way to the held points that the last round went
 };
 
 /// One tree of the articulation: bodies [first, first + count), parents before children.

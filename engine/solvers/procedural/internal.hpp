@@ -15,6 +15,8 @@ Vec3 point_on(const World& world, std::uint32_t slot, Vec3 anchor);
 
 /// The general articulated solve (tree.cpp). Blocks of the bodies alone, from prepare()d levers.
 void fill_base(Articulation& a, bool tension);
+/// Gaps of the joints, before closing them writes over that row.
+void keep_gaps(Articulation& a);
 /// Leaf to root: room.joint_blocks (used up) to room.joint_nodes.
 void gather_joints(Articulation& a);
 /// Root to leaf: joints closed, turns and attach points left for commit(). With `again` it only

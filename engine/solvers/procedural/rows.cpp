@@ -55,7 +55,7 @@ bool takes_rows(const Articulation& a, const Hold& h) {
   const Tree& t = a.trees[h.tree];
   if (a.parents[t.first] != kHeld) return true;
   const Real span = glm::length(h.target - t.target);
-  return span < 0.98 * h.reach && span > 1.02 * h.dead_reach;
+  return span < (1 - 1e-9) * h.reach && span > (1 + 1e-9) * h.dead_reach;
 }
 
 constexpr Real kSpringDamping = 0.1;  // s: a spring grip brakes like 0.1 s of its stiffness
@@ -318,6 +318,25 @@ Real worst_stretch(const World& world, const Articulation& a) {
   return worst;
 }
 
+namespace {
+
+constexpr Real kSight = 0.3;  // rad: turns up to which the first-order answer can be trusted
+
+/// Shortens the way to the held points so that no body turns farther than the rows can see.
+void keep_in_sight(Articulation& a) {
+  StepRoom& r = a.room;
+  clear(r);
+  for (const Row& row : r.rows) push(r, row, row.load, 0);
+  carry_up(a, r.forces_in, r.torques_in);
+  carry_down(a, r.forces_in, r.torques_in);
+  Real most = 0;
+  for (const Loads& turn : r.torques_in) most = std::max(most, glm::length(turn.side(0)));
+  r.part = most > kSight ? kSight / most : 1;
+  for (Row& row : r.rows) row.load *= r.part;
+}
+
+}  // namespace
+
 Vec3 target_of(const Articulation& a, const Hold& hold, Work position_row, Work rotation_row) {
   return hold.partner == kNobody
              ? hold.target
@@ -356,6 +375,7 @@ void solve_rows(World& world, Articulation& a, Real h, Work position_row, Work r
   find_response(a, r);
   solve_loads(r);
 
+  if (again) keep_in_sight(a);
   // All loads at once, added to what was gathered.
   clear(r);
   for (const Row& row : r.rows) push(r, row, row.load, 0);

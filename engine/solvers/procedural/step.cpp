@@ -116,6 +116,8 @@ bool close_once(World& world, Articulation& a, Real h) {
   return settle_touches(world, a) && settled;
 }
 
+constexpr Real kFarOff = 1e-2;  // of the size: a residual that the first answer could not see
+
 /// Strings, pins and loops are met to first order; what the turning of the bodies left is closed
 /// again from the final poses, with stops and contacts as they were found to bear.
 void close_rows(World& world, Articulation& a, Real h) {
@@ -123,20 +125,37 @@ void close_rows(World& world, Articulation& a, Real h) {
   StepRoom& r = a.room;
   const Real enough = 0.1 * a.settings.tolerance * a.size;
   Real worst = std::max(worst_stretch(world, a), worst_hold(a));
+  if (!(worst > enough)) return;
+  if (worst > kFarOff * a.size) {
+    // A jump: solved once more from the prediction, with joints as stiff as it loads them.
+    fill_base(a, true);
+    add_string_stiffness(world, a, r.base, kPosition, kRotation);
+    gather_once(world, a, h);
+    close_once(world, a, h);
+    worst = std::max(worst_stretch(world, a), worst_hold(a));
+  }
+  // The loads of the step itself are kept for the next one.
+  for (std::size_t c = 0; c < a.count(); ++c) r.loads[c] = a.memory.vec(kLoad, c);
   for (int round = 0; round < a.settings.rounds && worst > enough; ++round) {
     kernels().prepare(p, kFinalPosition, kFinalRotation, false);
     if (!a.joints.empty()) set_terms(world, a, h, kFinalRotation, true);
-    fill_base(a, false);
+    keep_gaps(a);
+    fill_base(a, true);
     r.joint_blocks = r.base;
     gather_joints(a);
     solve_rows(world, a, h, kFinalPosition, kFinalRotation, true);
     close_joints(world, a, h, kFinalPosition, kFinalRotation, true);
     kernels().commit(p, kFinalRotation);
+    // What the whole way would have loaded the joints with stiffens the next round.
+    for (std::size_t c = 0; r.part < 1 && c < a.count(); ++c)
+      a.memory.set(kLoad, c, a.memory.vec(kLoad, c) / r.part);
     a.rounds_used = round + 1;
     const Real now = std::max(worst_stretch(world, a), worst_hold(a));
-    if (worst - now < a.settings.stall_drop * worst) break;
+    // A long way to go may lead round a bend; what cannot be reached stands still.
+    if (std::abs(worst - now) < a.settings.stall_drop * worst) break;
     worst = now;
   }
+  for (std::size_t c = 0; c < a.count(); ++c) a.memory.set(kLoad, c, r.loads[c]);
 }
 
 /// Joints closed one after the other, as if what is nearer the root could not give way.
@@ -225,7 +244,7 @@ void make_room_for_passes(Articulation& a) {
   r.joint_nodes.assign(n, {}), r.base.assign(n, {}), r.joint_blocks.assign(n, {});
   r.terms.assign(a.joints.empty() ? 0 : n, {});
   r.slide.assign(n, Vec3(0)), r.turn.assign(n, Vec3(0)), r.levers.assign(n, Vec3(0));
-  r.gaps.assign(n, Vec3(0));
+  r.gaps.assign(n, Vec3(0)), r.loads.assign(n, Vec3(0));
   r.rotations.assign(n, kNoTurn);
   if (rows == 0) return;
   r.forces_in.assign(n, {}), r.torques_in.assign(n, {});
@@ -285,8 +304,9 @@ void begin_passes(World& world, Articulation& a, Real h) {
   if (!a.finite || a.settings.solver != Solver::automatic || is_plain(a)) return;
   make_room_for_passes(a);
   const bool tension = a.settings.tension_stiffness;
-  kernels().prepare(packed(world, a), kPosition, kRotation, tension);
+  kernels().prepare(packed(world, a), kPosition, kRotation, false);
   if (!a.joints.empty()) set_terms(world, a, h, kRotation, false);
+  keep_gaps(a);
   fill_base(a, tension);
   if (tension) add_string_stiffness(world, a, a.room.base, kPosition, kRotation);
   aim_touches(world, a, h);

@@ -112,6 +112,12 @@ Mat3 symmetric_at(const Table& w, std::size_t row, std::size_t c) {
   return Mat3(xx, xy, xz, xy, yy, yz, xz, yz, zz);
 }
 
+/// t (1 - r r^T / r^2) where t > 0: a loaded joint's force turns with its body within the step.
+Mat3 tension_stiffness(Real t, Vec3 r) {
+  const Real r2 = glm::dot(r, r);
+  return t > 0 && r2 > 0 ? t * (Mat3(1) - glm::outerProduct(r, r) / r2) : Mat3(0);
+}
+
 /// Cayley's map with its angle kept below 148 degrees; a number that is none turns nothing.
 Quat turn_within(Vec3 d) {
   const Real far = std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)});
@@ -131,6 +137,10 @@ std::uint32_t held_body_of(const Articulation& a, std::size_t c) {
   return UINT32_MAX;
 }
 
+void keep_gaps(Articulation& a) {
+  for (std::size_t c = 0; c < a.count(); ++c) a.room.gaps[c] = a.room.work.vec(kGap, c);
+}
+
 void fill_base(Articulation& a, bool tension) {
   const Table& w = a.room.work;
   for (std::size_t c = 0; c < a.count(); ++c) {
@@ -141,13 +151,18 @@ void fill_base(Articulation& a, bool tension) {
     b.yy = Mat3(mass);
     b.gt = b.gy = Vec3(0);
     a.room.levers[c] = Vec3(0);
-    a.room.gaps[c] = w.vec(kGap, c);  // closing the joints writes over it
   }
   for (std::size_t c = 0; c < a.count(); ++c) {
     if (a.parents[c] < 0) continue;
     const auto parent = static_cast<std::size_t>(a.parents[c]);
     a.room.levers[c] = w.vec(kParentArm, c) - w.vec(kArm, parent);
-    if (tension) a.room.base[parent].tt += symmetric_at(w, kOutwardTension, c);
+  }
+  for (std::size_t c = 0; tension && c < a.count(); ++c) {
+    const Vec3 load = a.memory.vec(kLoad, c), arm = w.vec(kArm, c), out = w.vec(kParentArm, c);
+    a.room.base[c].tt += tension_stiffness(glm::dot(load, arm), arm);
+    if (a.parents[c] >= 0)
+      a.room.base[static_cast<std::size_t>(a.parents[c])].tt +=
+          tension_stiffness(-glm::dot(load, out), out);
   }
 }
 
@@ -192,7 +207,7 @@ bool close_joints(World& world, Articulation& a, Real h, Work position_row, Work
     Vec3 load = n.group * y - n.load;
     if (!n.loose) d += n.follow * parent_turn, load += glm::transpose(n.lever) * parent_turn;
     if (a.parents[c] == kFree || !(glm::dot(load, load) < 1e36)) load = Vec3(0);
-    if (!again) a.memory.set(kLoad, c, load);
+    a.memory.set(kLoad, c, load);
     if (!is_finite(d)) d = Vec3(0);
     Quat now;
     if (n.loose) {
