@@ -40,12 +40,11 @@ void BoxTree::split(std::uint32_t node, std::uint32_t first, std::uint32_t count
   const int axis = wide.x >= wide.y && wide.x >= wide.z ? 0 : wide.y >= wide.z ? 1 : 2;
   const auto begin = items_.begin() + first;
   // Ties go by index, so that the tree is one whatever the library's way of selecting.
-  std::nth_element(begin, begin + count / 2, begin + count,
-                   [&](std::uint32_t a, std::uint32_t b) {
-                     const Real ma = boxes[a].low[axis] + boxes[a].high[axis];
-                     const Real mb = boxes[b].low[axis] + boxes[b].high[axis];
-                     return ma < mb || (ma == mb && a < b);
-                   });
+  std::nth_element(begin, begin + count / 2, begin + count, [&](std::uint32_t a, std::uint32_t b) {
+    const Real ma = boxes[a].low[axis] + boxes[a].high[axis];
+    const Real mb = boxes[b].low[axis] + boxes[b].high[axis];
+    return ma < mb || (ma == mb && a < b);
+  });
   const auto child = static_cast<std::uint32_t>(nodes_.size());
   nodes_[node].first = child, nodes_[node].count = 0;
   nodes_.emplace_back(), nodes_.emplace_back();

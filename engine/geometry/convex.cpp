@@ -10,8 +10,18 @@ using Pair = std::array<std::uint32_t, 2>;
 /// Topology of a box: corner i has the sign bits x = 1, y = 2, z = 4.
 constexpr std::array<std::uint32_t, 24> kBoxCorners{0, 4, 6, 2, 1, 3, 7, 5, 0, 1, 5, 4,
                                                     2, 6, 7, 3, 0, 2, 3, 1, 4, 5, 7, 6};
-constexpr std::array<Pair, 12> kBoxEdges{
-    {{0, 1}, {2, 3}, {4, 5}, {6, 7}, {0, 2}, {1, 3}, {4, 6}, {5, 7}, {0, 4}, {1, 5}, {2, 6}, {3, 7}}};
+constexpr std::array<Pair, 12> kBoxEdges{{{0, 1},
+                                          {2, 3},
+                                          {4, 5},
+                                          {6, 7},
+                                          {0, 2},
+                                          {1, 3},
+                                          {4, 6},
+                                          {5, 7},
+                                          {0, 4},
+                                          {1, 5},
+                                          {2, 6},
+                                          {3, 7}}};
 
 /// Faces of a box: 0, 1 at low and high x, and so on. The left face is that in whose round the edge
 /// runs from its first corner to its second.
@@ -40,8 +50,8 @@ Convex place_box(Vec3 half, const Pose& at, ConvexRoom& room) {
     const Vec3 normal = f % 2 ? turn[axis] : -turn[axis];
     room.faces[f] = {4 * f, 4, normal, glm::dot(normal, at.position) + half[axis]};
   }
-  return {room.points, room.faces, kBoxCorners, kBoxEdges, kBoxSides, 0, at.position,
-          glm::length(half)};
+  return {room.points, room.faces, kBoxCorners, kBoxEdges,
+          kBoxSides,   0,          at.position, glm::length(half)};
 }
 
 Convex place_hull(const Surface& hull, const Pose& at, ConvexRoom& room) {
@@ -76,8 +86,8 @@ Convex place(const Shape& shape, const Pose& at, ConvexRoom& room) {
       const Vec3 half = at.rotation * Vec3(0, shape.size.y, 0);
       if (half == Vec3(0)) break;
       room.points.assign({at.position - half, at.position + half});
-      return {room.points, {}, {}, kCapsuleEdge, {}, shape.size.x, at.position,
-              shape.size.x + shape.size.y};
+      return {room.points, {},           {},          kCapsuleEdge,
+              {},          shape.size.x, at.position, shape.size.x + shape.size.y};
     }
     default:
       break;
@@ -249,7 +259,8 @@ Nearest nearest(const Convex& a, const Convex& b, Real limit) {
       return n;
     }
     if (s.count > 0) {
-      if (kept_distance - ahead <= 1e-15 * kept_distance + 1e-16 * length * (a.size + b.size)) break;
+      if (kept_distance - ahead <= 1e-15 * kept_distance + 1e-16 * length * (a.size + b.size))
+        break;
       bool known = false;
       for (int i = 0; i < s.count; ++i) known |= s.v[i].a == next.a && s.v[i].b == next.b;
       if (known) break;

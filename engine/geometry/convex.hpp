@@ -17,12 +17,12 @@ namespace pantin {
 struct Convex {
   std::span<const Vec3> points;
   std::span<const Face> faces;
-  std::span<const std::uint32_t> corners;                // of the faces
-  std::span<const std::array<std::uint32_t, 2>> edges;   // points
-  std::span<const std::array<std::uint32_t, 2>> sides;   // faces left and right of each edge
-  Real radius = 0;                                       // m
-  Vec3 centre{0};                                        // a point inside the core
-  Real size = 0;                                         // m, half of its widest extent or so
+  std::span<const std::uint32_t> corners;               // of the faces
+  std::span<const std::array<std::uint32_t, 2>> edges;  // points
+  std::span<const std::array<std::uint32_t, 2>> sides;  // faces left and right of each edge
+  Real radius = 0;                                      // m
+  Vec3 centre{0};                                       // a point inside the core
+  Real size = 0;                                        // m, half of its widest extent or so
 
   /// The point of the core farthest along `direction`; of several the first.
   std::uint32_t farthest(Vec3 direction) const {

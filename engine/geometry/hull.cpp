@@ -216,12 +216,12 @@ Surface assemble(std::span<const Vec3> points, std::vector<Loop> loops) {
   }
   for (const Loop& loop : loops) {
     if (loop.size() < 3) continue;
-    Face face{static_cast<std::uint32_t>(s.corners.size()),
-              static_cast<std::uint32_t>(loop.size()), Vec3(0), 0};
+    Face face{static_cast<std::uint32_t>(s.corners.size()), static_cast<std::uint32_t>(loop.size()),
+              Vec3(0), 0};
     for (std::uint32_t c : loop) s.corners.push_back(index[c]);
     for (std::size_t i = 1; i + 1 < loop.size(); ++i)
-      face.normal += glm::cross(points[loop[i]] - points[loop[0]],
-                                points[loop[i + 1]] - points[loop[0]]);
+      face.normal +=
+          glm::cross(points[loop[i]] - points[loop[0]], points[loop[i + 1]] - points[loop[0]]);
     face.normal = glm::normalize(face.normal);
     face.offset = -1e300;
     for (Vec3 p : s.points) face.offset = glm::max(face.offset, glm::dot(face.normal, p));
@@ -244,7 +244,8 @@ Result<std::shared_ptr<const Surface>> make_hull(std::span<const Vec3> points) {
   }
   const Vec3 wide = bounds.high - bounds.low;
   // Round-off of a plane through three of the points, with room to spare.
-  const Real flat = 1e-10 * glm::max(glm::length(wide), 1e-3 * glm::length(bounds.high + bounds.low));
+  const Real flat =
+      1e-10 * glm::max(glm::length(wide), 1e-3 * glm::length(bounds.high + bounds.low));
   Quickhull hull(points, flat);
   if (!hull.start())
     return Error{"hull has no volume: its points lie in a plane, on a line or in one place"};

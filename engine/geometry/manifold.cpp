@@ -5,12 +5,12 @@
 namespace pantin {
 namespace {
 
-// Features: nine bits for each of two sides of a corner of the clipped face. Those of a are numbered
-// from 0, those of b from 256.
+// Features: nine bits for each of two sides of a corner of the clipped face. Those of a are
+// numbered from 0, those of b from 256.
 constexpr std::uint32_t kOfB = 256;
 constexpr std::uint64_t kClosest = 0x3ffff, kDeepest = 0x3fffe;
 
-constexpr std::size_t kMostPoints = 8;   // of two convex pieces
+constexpr std::size_t kMostPoints = 8;     // of two convex pieces
 constexpr std::size_t kMostCorners = 520;  // of a face of 256 cut by one of 256
 
 /// A direction from b to a, and how far it keeps their cores apart.
@@ -196,7 +196,8 @@ void feature_towards(const Convex& c, Vec3 direction, std::uint32_t label, Polyg
 }
 
 /// Cuts away what lies beyond the plane `side` . x > `offset`.
-void cut(const Polygon& from, Vec3 side, Real offset, Real slack, std::uint32_t label, Polygon& to) {
+void cut(const Polygon& from, Vec3 side, Real offset, Real slack, std::uint32_t label,
+         Polygon& to) {
   to.count = 0;
   const std::size_t edges = from.count == 2 ? 1 : from.count;
   const auto height = [&](const Corner& c) { return glm::dot(side, c.point) - offset; };
@@ -207,8 +208,7 @@ void cut(const Polygon& from, Vec3 side, Real offset, Real slack, std::uint32_t 
     if ((hp <= slack) != (hq <= slack)) {
       const Real t = glm::clamp(hp / (hp - hq), Real(0), Real(1));
       const bool leaving = hp <= slack;
-      to.add({p.point + t * (q.point - p.point), leaving ? p.out : label,
-              leaving ? label : p.out});
+      to.add({p.point + t * (q.point - p.point), leaving ? p.out : label, leaving ? label : p.out});
     }
     if (hq <= slack) to.add(q);
   }
@@ -227,12 +227,10 @@ struct Clip {
   TouchPoint deepest{{}, {}, {}, 1e300, 0};
 };
 
-std::uint64_t feature_of(const Corner& c) {
-  return static_cast<std::uint64_t>(c.in) << 9 | c.out;
-}
+std::uint64_t feature_of(const Corner& c) { return static_cast<std::uint64_t>(c.in) << 9 | c.out; }
 
-/// Whether the neighbours of a triangle go on in its plane at a corner of what it was clipped to, so
-/// that the corner is theirs as well.
+/// Whether the neighbours of a triangle go on in its plane at a corner of what it was clipped to,
+/// so that the corner is theirs as well.
 bool goes_on(const Facing* facing, const Corner& c) {
   if (!facing) return false;
   const auto flat = [&](std::uint32_t side) {
@@ -320,7 +318,6 @@ void clip_rods(const Clip& k) {
   }
 }
 
-
 void clip(Clip& k) {
   if (k.a.points.size() < 2 || k.b.points.size() < 2) return;
   if (k.a.faces.empty() && k.b.faces.empty()) return clip_rods(k);
@@ -366,11 +363,12 @@ void touch_overlapping(const Convex& a, const Convex& b, Real margin, const Faci
   spread_out(out, first, kMostPoints);
 }
 
-/// A face of either piece that is all but at right angles to the line between the nearest points and
-/// keeps the pieces as far apart: its normal has fewer rounding errors.
+/// A face of either piece that is all but at right angles to the line between the nearest points
+/// and keeps the pieces as far apart: its normal has fewer rounding errors.
 void settle_on_face(const Convex& a, const Convex& b, Nearest& near) {
   const Real slack = 1e-9 * near.distance + 1e-12 * (a.size + b.size);
-  if (const Face* f = face_towards(b, near.normal); f && glm::dot(f->normal, near.normal) > 1 - 1e-9) {
+  if (const Face* f = face_towards(b, near.normal);
+      f && glm::dot(f->normal, near.normal) > 1 - 1e-9) {
     const Real gap = glm::dot(f->normal, a.points[a.farthest(-f->normal)]) - f->offset;
     if (gap >= near.distance - slack) {
       near.normal = f->normal, near.distance = gap;

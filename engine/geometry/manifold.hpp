@@ -22,8 +22,8 @@ struct Facing {
   Vec3 beyond[3];   // normal of the neighbour there
 };
 
-/// Whether a body may be pushed from this triangle along `normal`: from within the wedge between the
-/// faces at each edge, so that nothing catches on an edge that does not stick out.
+/// Whether a body may be pushed from this triangle along `normal`: from within the wedge between
+/// the faces at each edge, so that nothing catches on an edge that does not stick out.
 bool allows(const Facing& facing, Vec3 normal);
 
 /// Whether the surface sticks out at the edge.

@@ -55,7 +55,8 @@ std::vector<Error> check_triangles(std::span<const Vec3> points,
       continue;
     }
     const Vec3 a = points[corners[0]], b = points[corners[1]] - a, c = points[corners[2]] - a;
-    const Real area = glm::length(glm::cross(b, c)), long_side = glm::max(glm::dot(b, b), glm::dot(c, c));
+    const Real area = glm::length(glm::cross(b, c)),
+               long_side = glm::max(glm::dot(b, b), glm::dot(c, c));
     if (is_finite(a + b + c) && !(area > 1e-12 * long_side))
       errors.push_back({numbered("triangle", t) + " has no area, its points are " + text(a) + ", " +
                         text(a + b) + ", " + text(a + c)});
@@ -77,8 +78,8 @@ std::vector<Error> check_edges(std::span<const HalfEdge> edges) {
     if (end - i == 1)
       errors.push_back({where + " belongs to no other triangle, expected two"});
     else if (end - i > 2)
-      errors.push_back({where + " belongs to " + std::to_string(end - i) +
-                        " triangles, expected two"});
+      errors.push_back(
+          {where + " belongs to " + std::to_string(end - i) + " triangles, expected two"});
     else if (edges[i].forward == edges[i + 1].forward)
       errors.push_back({where + " runs the same way in triangle " +
                         std::to_string(edges[i + 1].triangle) +
@@ -111,7 +112,8 @@ std::array<Vec3, 3> triangle_of(const Surface& s, std::uint32_t index) {
     const std::uint32_t* c = &s.corners[s.faces[index].first];
     return {s.points[c[0]], s.points[c[1]], s.points[c[2]]};
   }
-  const std::uint32_t cell = index / 2, row = cell / (s.columns - 1), column = cell % (s.columns - 1);
+  const std::uint32_t cell = index / 2, row = cell / (s.columns - 1),
+                      column = cell % (s.columns - 1);
   const std::uint32_t near = row * s.columns + column, far = near + s.columns;
   if (index % 2 == 0) return {s.points[near], s.points[far], s.points[far + 1]};
   return {s.points[near], s.points[far + 1], s.points[near + 1]};
@@ -149,7 +151,8 @@ Result<std::shared_ptr<const Surface>> make_mesh(std::span<const Vec3> points,
   }
   std::vector<Box> boxes(triangles.size());
   for (std::size_t t = 0; t < triangles.size(); ++t) {
-    const Vec3 a = points[triangles[t][0]], b = points[triangles[t][1]], c = points[triangles[t][2]];
+    const Vec3 a = points[triangles[t][0]], b = points[triangles[t][1]],
+               c = points[triangles[t][2]];
     const Vec3 normal = glm::normalize(glm::cross(b - a, c - a));
     s->faces.push_back({static_cast<std::uint32_t>(3 * t), 3, normal, glm::dot(normal, a)});
     s->corners.insert(s->corners.end(), triangles[t].begin(), triangles[t].end());
@@ -185,7 +188,8 @@ Result<std::shared_ptr<const Surface>> make_height_field(std::uint32_t columns, 
     complain(" has ", heights.size(), " heights, expected columns times rows, ",
              static_cast<std::size_t>(columns) * rows);
   for (std::size_t i = 0; i < heights.size(); ++i)
-    if (!std::isfinite(heights[i])) complain(": height ", i, " is ", heights[i], ", expected a number");
+    if (!std::isfinite(heights[i]))
+      complain(": height ", i, " is ", heights[i], ", expected a number");
   if (!errors.empty()) return errors;
 
   auto s = std::make_shared<Surface>();

@@ -25,8 +25,8 @@ struct Surface {
   std::vector<Vec3> points;            // m, in the shape's frame
   std::vector<std::uint32_t> corners;  // of all faces, one after the other
   std::vector<Face> faces;             // hull: its flat faces; mesh and height field: triangles
-  std::vector<std::array<std::uint32_t, 2>> edges;  // hull: each once
-  std::vector<std::array<std::uint32_t, 2>> sides;  // hull: faces left and right of each edge
+  std::vector<std::array<std::uint32_t, 2>> edges;       // hull: each once
+  std::vector<std::array<std::uint32_t, 2>> sides;       // hull: faces left and right of each edge
   std::vector<std::array<std::uint32_t, 3>> neighbours;  // mesh: triangle across each edge
   BoxTree tree;                                          // mesh: over its triangles
   Vec3 low{0}, high{0};                                  // bounds, m
@@ -53,8 +53,8 @@ Result<std::shared_ptr<const Surface>> make_hull(std::span<const Vec3> points);
 /// A closed surface of triangles, anticlockwise seen from outside. Refuses what is not finite, an
 /// index out of range, a triangle without area, an edge that is not shared by exactly two triangles
 /// in opposite directions ("mesh is not closed: ..."), a surface turned inside out.
-Result<std::shared_ptr<const Surface>> make_mesh(std::span<const Vec3> points,
-                                                 std::span<const std::array<std::uint32_t, 3>> triangles);
+Result<std::shared_ptr<const Surface>> make_mesh(
+    std::span<const Vec3> points, std::span<const std::array<std::uint32_t, 3>> triangles);
 
 /// A ground: heights[row * columns + column], m. At least 2 by 2, spacings above zero.
 Result<std::shared_ptr<const Surface>> make_height_field(std::uint32_t columns, std::uint32_t rows,

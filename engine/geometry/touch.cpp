@@ -64,10 +64,14 @@ struct OnSurface {
   const Convex& a;
   const Surface& surface;
   Real margin;
+  Box reach;  // of a, grown by the margin
   std::vector<TouchPoint>& out;
 };
 
 void touch_tile(const OnSurface& k, std::uint32_t index) {
+  Box box;
+  for (Vec3 p : triangle_of(k.surface, index)) box.add(p);
+  if (!box.overlaps(k.reach)) return;
   const Tile tile(k.surface, index);
   const Face& f = tile.face;
   // Above its plane by more than the margin: nothing of it is nearer.
@@ -139,7 +143,8 @@ NearestTile nearest_tile(const Surface& s, Vec3 p) {
   s.tree.nearest(p, 1e300, [&](std::uint32_t index) {
     const Vec3 way = p - nearest_in(triangle_of(s, index), p);
     const Real d = glm::dot(way, way), up = glm::dot(s.faces[index].normal, way);
-    // At an edge or a corner several are as near; the one that is seen most squarely tells the side.
+    // At an edge or a corner several are as near; the one that is seen most squarely tells the
+    // side.
     const bool better = d < best - slack || (d <= best + slack && std::abs(up) > std::abs(facing));
     if (better) facing = up, found = {index, up < 0};
     best = glm::min(best, d);
@@ -154,8 +159,7 @@ void touch_mesh(const OnSurface& k, std::vector<std::uint32_t>& triangles) {
   if (glm::all(glm::lessThan(s.low, c)) && glm::all(glm::lessThan(c, s.high)))
     if (const NearestTile at = nearest_tile(s, c); at.inside) return push_out(k, at.index);
   triangles.clear();
-  s.tree.query(bounds_of(k.a).grown(glm::max(k.margin, Real(0))),
-               [&](std::uint32_t t) { triangles.push_back(t); });
+  s.tree.query(k.reach, [&](std::uint32_t t) { triangles.push_back(t); });
   std::sort(triangles.begin(), triangles.end());
   for (std::uint32_t t : triangles) touch_tile(k, t);
 }
@@ -193,7 +197,7 @@ void lift_corners(const OnSurface& k) {
 
 void touch_heights(const OnSurface& k) {
   const Surface& s = k.surface;
-  const Box box = bounds_of(k.a).grown(glm::max(k.margin, Real(0)));
+  const Box& box = k.reach;
   if (box.high.x < s.low.x || box.low.x > s.high.x || box.high.z < s.low.z ||
       box.low.z > s.high.z || box.low.y > s.high.y)
     return;
@@ -205,8 +209,8 @@ void touch_heights(const OnSurface& k) {
   for (std::uint32_t z = z0; z <= z1; ++z)
     for (std::uint32_t x = x0; x <= x1; ++x) {
       const Vec3* p = &s.points[static_cast<std::size_t>(z) * s.columns + x];
-      const Real top = glm::max(glm::max(p[0].y, p[1].y),
-                                glm::max(p[s.columns].y, p[s.columns + 1].y));
+      const Real top =
+          glm::max(glm::max(p[0].y, p[1].y), glm::max(p[s.columns].y, p[s.columns + 1].y));
       if (box.low.y > top) continue;
       const std::uint32_t cell = z * (s.columns - 1) + x;
       touch_tile(k, 2 * cell), touch_tile(k, 2 * cell + 1);
@@ -239,7 +243,8 @@ void touch(const Shape& a, const Pose& at_a, const Shape& b, const Pose& at_b, R
       break;
     case ShapeKind::mesh:
     case ShapeKind::height_field: {
-      const OnSurface k{piece, *b.surface, margin, out};
+      const Box reach = bounds_of(piece).grown(glm::max(margin, Real(0)));
+      const OnSurface k{piece, *b.surface, margin, reach, out};
       if (b.kind == ShapeKind::mesh)
         touch_mesh(k, room.triangles);
       else

@@ -12,8 +12,8 @@ namespace pantin {
 /// One shape of a body that may touch, placed in the world.
 struct SolidPart {
   Pose pose;
-  Box box;           // as it stands
-  Real extent = 0;   // m, half its diagonal
+  Box box;                  // as it stands
+  Real extent = 0;          // m, half its diagonal
   std::uint32_t slot = 0;   // of the body
   std::uint32_t index = 0;  // among the body's shapes
   const Shape* shape = nullptr;
@@ -38,7 +38,7 @@ struct FoundPoint {
 struct ContactSearch {
   std::vector<SolidPart> parts;
   std::vector<Solid> solids;
-  std::vector<std::uint32_t> articulations;  // by slot
+  std::vector<std::uint32_t> articulations;           // by slot
   std::vector<std::uint32_t> still, endless, moving;  // parts; parts; solids
   std::vector<std::uint32_t> solid_at;                // by slot; UINT32_MAX: none
   std::vector<Box> boxes, still_boxes, moving_boxes;

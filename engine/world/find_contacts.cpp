@@ -150,7 +150,8 @@ std::uint64_t key_of(const SolidPart& a, const SolidPart& b, std::uint64_t featu
 
 void touch_parts(const Search& s, const SolidPart& a, const SolidPart& b) {
   ContactSearch& room = s.room;
-  const bool bounded = b.shape->kind != ShapeKind::plane && b.shape->kind != ShapeKind::height_field;
+  const bool bounded =
+      b.shape->kind != ShapeKind::plane && b.shape->kind != ShapeKind::height_field;
   const Real extent = bounded ? glm::min(a.extent, b.extent) : a.extent;
   const Real margin = s.reach[a.slot] + s.reach[b.slot] + kSlop * extent;
   if (bounded && !a.box.grown(margin).overlaps(b.box)) return;

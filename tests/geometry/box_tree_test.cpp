@@ -1,9 +1,9 @@
 // The tree of boxes against all pairs.
+#include "engine/geometry/box_tree.hpp"
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <random>
-
-#include "engine/geometry/box_tree.hpp"
 
 using namespace pantin;
 
@@ -80,9 +80,8 @@ TEST_CASE("the nearest box is found") {
     const Vec3 p = crowd.any(12, 0).low;
     Real want = 1e300;
     for (const Box& box : crowd.boxes) want = std::min(want, distance_squared(box, p));
-    const Real got = tree.nearest(p, 1e300, [&](std::uint32_t index) {
-      return distance_squared(crowd.boxes[index], p);
-    });
+    const Real got = tree.nearest(
+        p, 1e300, [&](std::uint32_t index) { return distance_squared(crowd.boxes[index], p); });
     CHECK(got == want);
   }
 }

@@ -1,11 +1,12 @@
 // Hulls, meshes and height fields: what is made of points, and what is refused.
+#include "engine/geometry/surface.hpp"
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <limits>
 #include <random>
 
 #include "engine/geometry/shape.hpp"
-#include "engine/geometry/surface.hpp"
 
 using namespace pantin;
 
@@ -154,8 +155,9 @@ TEST_CASE("hull and mesh of a box weigh what the box weighs") {
   for (Vec3& p : points) p = p * Vec3(0.3, 0.5, 0.2) + Vec3(0.4, 0.1, -0.3);
   const Pose placed{to_world(aside, {0.4, 0.1, -0.3}), aside.rotation};
   const MassProperties want = mass_properties({ShapeKind::box, {0.3, 0.5, 0.2}, placed, 0}, 700);
-  for (const Shape& shape : {Shape{ShapeKind::hull, {}, aside, 0, *make_hull(points)},
-                             Shape{ShapeKind::mesh, {}, aside, 0, *make_mesh(points, kCubeSides)}}) {
+  for (const Shape& shape :
+       {Shape{ShapeKind::hull, {}, aside, 0, *make_hull(points)},
+        Shape{ShapeKind::mesh, {}, aside, 0, *make_mesh(points, kCubeSides)}}) {
     const MassProperties got = mass_properties(shape, 700);
     CHECK(got.mass == Approx(want.mass).epsilon(1e-13));
     CHECK(glm::distance(got.centre, want.centre) < 1e-14);

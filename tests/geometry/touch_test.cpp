@@ -1,11 +1,12 @@
 // Where two solids touch: exact places for each pair of kinds, agreement between ways to describe
 // one solid, and a reference by brute force.
+#include "engine/geometry/touch.hpp"
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <random>
 
 #include "engine/base/rotation.hpp"
-#include "engine/geometry/touch.hpp"
 
 using namespace pantin;
 
@@ -30,8 +31,9 @@ std::vector<Vec3> corners(Vec3 half) {
 Shape hull(Vec3 half) { return {ShapeKind::hull, {}, {}, 0, *make_hull(corners(half))}; }
 
 Shape mesh(Vec3 half) {
-  const std::vector<Triangle> sides{{0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}, {0, 1, 5}, {0, 5, 4},
-                                    {2, 6, 7}, {2, 7, 3}, {0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}};
+  const std::vector<Triangle> sides{{0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5},
+                                    {0, 1, 5}, {0, 5, 4}, {2, 6, 7}, {2, 7, 3},
+                                    {0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}};
   return {ShapeKind::mesh, {}, {}, 0, *make_mesh(corners(half), sides)};
 }
 
@@ -39,8 +41,12 @@ Shape field(std::uint32_t columns, std::uint32_t rows, Real spacing, const auto&
   std::vector<Real> heights;
   for (std::uint32_t r = 0; r < rows; ++r)
     for (std::uint32_t c = 0; c < columns; ++c)
-      heights.push_back(height((c - (columns - 1) / 2.0) * spacing, (r - (rows - 1) / 2.0) * spacing));
-  return {ShapeKind::height_field, {}, {}, 0,
+      heights.push_back(
+          height((c - (columns - 1) / 2.0) * spacing, (r - (rows - 1) / 2.0) * spacing));
+  return {ShapeKind::height_field,
+          {},
+          {},
+          0,
           *make_height_field(columns, rows, spacing, spacing, heights)};
 }
 
@@ -68,9 +74,8 @@ bool sound(const Points& points) {
 }
 
 bool all_along(const Points& points, Vec3 normal, Real within = 1e-12) {
-  return std::all_of(points.begin(), points.end(), [&](const TouchPoint& p) {
-    return glm::distance(p.normal, normal) < within;
-  });
+  return std::all_of(points.begin(), points.end(),
+                     [&](const TouchPoint& p) { return glm::distance(p.normal, normal) < within; });
 }
 
 struct Dice {
@@ -79,7 +84,9 @@ struct Dice {
     return low + (high - low) * static_cast<Real>(random() >> 11) * 0x1p-53;
   }
   Vec3 within(Real far) { return {between(-far, far), between(-far, far), between(-far, far)}; }
-  Quat turn() { return glm::normalize(Quat(between(-1, 1), between(-1, 1), between(-1, 1), between(-1, 1))); }
+  Quat turn() {
+    return glm::normalize(Quat(between(-1, 1), between(-1, 1), between(-1, 1), between(-1, 1)));
+  }
 };
 
 /// A ball of triangles with hills and hollows, about 1 m across.
@@ -87,12 +94,14 @@ Shape rough_stone(Dice& dice) {
   constexpr std::uint32_t kAround = 12, kRings = 7;
   std::vector<Vec3> points{{0, 0.6, 0}, {0, -0.6, 0}};
   std::vector<Triangle> triangles;
-  const auto at_ring = [](std::uint32_t ring, std::uint32_t i) { return 2 + ring * kAround + i % kAround; };
+  const auto at_ring = [](std::uint32_t ring, std::uint32_t i) {
+    return 2 + ring * kAround + i % kAround;
+  };
   for (std::uint32_t r = 0; r < kRings; ++r)
     for (std::uint32_t i = 0; i < kAround; ++i) {
       const Real up = kPi * (0.5 - (r + 1.0) / (kRings + 1)), about = 2 * kPi * i / kAround;
-      points.push_back(dice.between(0.45, 0.65) *
-                       Vec3(std::cos(up) * std::cos(about), std::sin(up), -std::cos(up) * std::sin(about)));
+      points.push_back(dice.between(0.45, 0.65) * Vec3(std::cos(up) * std::cos(about), std::sin(up),
+                                                       -std::cos(up) * std::sin(about)));
     }
   for (std::uint32_t i = 0; i < kAround; ++i) {
     triangles.push_back({0, at_ring(0, i), at_ring(0, i + 1)});
@@ -137,7 +146,8 @@ TEST_CASE("a rod touches a box with two points along a face and one across an ed
   CHECK(std::max(over[0].on_b.x, over[1].on_b.x) == Approx(1));
   // Across an edge, seen from between its faces: the edge turned up.
   const Pose ridge{{0, 0, 0}, turn_by({0, 0, kPi / 4})};
-  const Points across = touching(rod(0.1, 0.5), lying({0, std::sqrt(2.0) + 0.08, 0}), block, ridge, 0.01);
+  const Points across =
+      touching(rod(0.1, 0.5), lying({0, std::sqrt(2.0) + 0.08, 0}), block, ridge, 0.01);
   REQUIRE(across.size() == 1);
   CHECK(std::abs(across[0].gap + 0.02) < 1e-14);
   CHECK(glm::distance(across[0].normal, Vec3(0, 1, 0)) < 1e-12);
@@ -173,14 +183,15 @@ TEST_CASE("boxes touch with the corners of what their faces share, and once wher
     CHECK((std::abs(p.on_a.x - 0.3) < 1e-12 || std::abs(p.on_a.x - 1) < 1e-12));
   }
   // A square turned by 45 degrees on another shares an octagon.
-  const Points eight = touching(box({1, 1, 1}), {{0, 2, 0}, turn_by({0, kPi / 4, 0})},
-                                box({1, 1, 1}), {}, 0.01);
+  const Points eight =
+      touching(box({1, 1, 1}), {{0, 2, 0}, turn_by({0, kPi / 4, 0})}, box({1, 1, 1}), {}, 0.01);
   CHECK(eight.size() == 8);
   // Two ridges at right angles to each other.
   const Real high = std::sqrt(2.0);
   for (Real gap : {0.3, 0.001, -0.001, -0.02}) {
-    const Points ridges = touching(box({1, 1, 1}), {{0, 2 * high + gap, 0}, turn_by({kPi / 4, 0, 0})},
-                                   box({1, 1, 1}), {{0, 0, 0}, turn_by({0, 0, kPi / 4})}, gap + 1e-4);
+    const Points ridges =
+        touching(box({1, 1, 1}), {{0, 2 * high + gap, 0}, turn_by({kPi / 4, 0, 0})}, box({1, 1, 1}),
+                 {{0, 0, 0}, turn_by({0, 0, kPi / 4})}, gap + 1e-4);
     REQUIRE(ridges.size() == 1);
     CHECK(ridges[0].gap == Approx(gap));
     CHECK(glm::distance(ridges[0].normal, Vec3(0, 1, 0)) < 1e-12);
@@ -205,7 +216,8 @@ TEST_CASE("a mesh that is a box pushes as the box does") {
   Dice dice;
   const Vec3 half(0.6, 0.4, 0.5);
   int seen = 0, off = 0;
-  for (const Shape& a : {ball(0.1), rod(0.05, 0.15), box({0.1, 0.15, 0.05}), hull({0.1, 0.15, 0.05})})
+  for (const Shape& a :
+       {ball(0.1), rod(0.05, 0.15), box({0.1, 0.15, 0.05}), hull({0.1, 0.15, 0.05})})
     for (int i = 0; i < 1500; ++i) {
       const Pose here{dice.within(0.9), dice.turn()}, there{dice.within(0.1), dice.turn()};
       const Points want = touching(a, here, box(half), there, 0.05);
@@ -223,8 +235,8 @@ TEST_CASE("a mesh that is a box pushes as the box does") {
       off += std::abs(least(got) - least(want)) > 0.03 * std::abs(least(want)) + 1e-6;
     }
   CHECK(seen > 500);
-  // A limit: a triangle knows its neighbours but not theirs, so at a corner of the mesh an overlap of
-  // edges may be left by a longer way than the shortest.
+  // A limit: a triangle knows its neighbours but not theirs, so at a corner of the mesh an overlap
+  // of edges may be left by a longer way than the shortest.
   CHECK(off <= 2);
 }
 
@@ -239,9 +251,12 @@ TEST_CASE("distances agree with a search over all directions that can part two s
       const Real length = glm::length(n);
       if (length < 1e-9) return;
       n /= length;
-      best = std::max(best, glm::dot(n, a.points[a.farthest(-n)]) - glm::dot(n, b.points[b.farthest(n)]));
+      best = std::max(best,
+                      glm::dot(n, a.points[a.farthest(-n)]) - glm::dot(n, b.points[b.farthest(n)]));
     };
-    const auto edge = [](const Convex& c, const auto& e) { return c.points[e[1]] - c.points[e[0]]; };
+    const auto edge = [](const Convex& c, const auto& e) {
+      return c.points[e[1]] - c.points[e[0]];
+    };
     const auto square = [](Vec3 w, Vec3 d) { return w - glm::dot(w, d) / glm::dot(d, d) * d; };
     for (const Face& f : b.faces) consider(f.normal);
     for (const Face& f : a.faces) consider(-f.normal);
@@ -281,8 +296,8 @@ TEST_CASE("distances agree with a search over all directions that can part two s
 
 TEST_CASE("touching does not depend on where the world's origin is") {
   Dice dice;
-  const std::vector<Shape> kinds{ball(0.2), rod(0.1, 0.4), box({0.2, 0.4, 0.3}), hull({0.2, 0.3, 0.4}),
-                                 mesh({0.3, 0.3, 0.3})};
+  const std::vector<Shape> kinds{ball(0.2), rod(0.1, 0.4), box({0.2, 0.4, 0.3}),
+                                 hull({0.2, 0.3, 0.4}), mesh({0.3, 0.3, 0.3})};
   for (std::size_t i = 0; i < 4; ++i)
     for (const Shape& b : kinds)
       for (int round = 0; round < 30; ++round) {
@@ -300,13 +315,16 @@ TEST_CASE("touching does not depend on where the world's origin is") {
 }
 
 TEST_CASE("nothing degenerate gives numbers that are none") {
-  const std::vector<Shape> kinds{ball(0.2), ball(0), rod(0.1, 0), rod(0.1, 0.4), rod(0, 0.4),
-                                 box({0.2, 0.4, 0.3}), box({0.2, 0, 0.3}), hull({0.2, 0.3, 0.4})};
+  const std::vector<Shape> kinds{ball(0.2),          ball(0),
+                                 rod(0.1, 0),        rod(0.1, 0.4),
+                                 rod(0, 0.4),        box({0.2, 0.4, 0.3}),
+                                 box({0.2, 0, 0.3}), hull({0.2, 0.3, 0.4})};
   const std::vector<Shape> surfaces{kPlane, mesh({0.3, 0.3, 0.3}),
                                     field(4, 4, 0.5, [](Real, Real) { return 0.0; })};
   for (const Shape& a : kinds)
-    for (const Vec3 place : {Vec3(0), Vec3(0.2, 0, 0), Vec3(0, 0.4, 0), Vec3(0, 0.7, 0), Vec3(0.4, 0.8, 0.6),
-                             Vec3(0, 1e-12, 0), Vec3(0.3, 0.3, 0.3), Vec3(0, -0.4, 0)})
+    for (const Vec3 place :
+         {Vec3(0), Vec3(0.2, 0, 0), Vec3(0, 0.4, 0), Vec3(0, 0.7, 0), Vec3(0.4, 0.8, 0.6),
+          Vec3(0, 1e-12, 0), Vec3(0.3, 0.3, 0.3), Vec3(0, -0.4, 0)})
       for (const Quat& turn : {kNoTurn, turn_by({0, 0, kPi / 2}), turn_by({0.3, 0.2, 0.1})}) {
         for (const Shape& b : kinds) CHECK(sound(touching(a, {place, turn}, b, {}, 0.3)));
         for (const Shape& b : surfaces) CHECK(sound(touching(a, {place, turn}, b, {}, 0.3)));
@@ -320,7 +338,8 @@ TEST_CASE("nothing degenerate gives numbers that are none") {
 TEST_CASE("what slides over flat ground of triangles is only ever pushed up") {
   Dice dice;
   const Shape ground = field(21, 21, 0.25, [](Real, Real) { return 0.0; });
-  const std::vector<Shape> kinds{ball(0.1), rod(0.1, 0.3), box({0.3, 0.1, 0.2}), hull({0.3, 0.1, 0.2})};
+  const std::vector<Shape> kinds{ball(0.1), rod(0.1, 0.3), box({0.3, 0.1, 0.2}),
+                                 hull({0.3, 0.1, 0.2})};
   for (const Shape& a : kinds)
     for (int i = 0; i < 300; ++i) {
       const Vec3 place(dice.between(-2, 2), dice.between(0.08, 0.12), dice.between(-2, 2));
@@ -342,7 +361,8 @@ TEST_CASE("a tilted ground of triangles holds as a tilted plane does") {
   const Pose tilt{{0, 0, 0}, turn_by({0, 0, std::atan(slope)})};
   for (const Shape& a : {ball(0.1), rod(0.1, 0.3), box({0.3, 0.1, 0.2}), hull({0.3, 0.1, 0.2})})
     for (int i = 0; i < 300; ++i) {
-      const Pose here{to_world(tilt, {dice.between(-1.5, 1.5), dice.between(0.05, 0.3), dice.between(-1.5, 1.5)}),
+      const Pose here{to_world(tilt, {dice.between(-1.5, 1.5), dice.between(0.05, 0.3),
+                                      dice.between(-1.5, 1.5)}),
                       dice.turn()};
       const Points want = touching(a, here, kPlane, tilt, 0.03);
       const Points got = touching(a, here, ground, {}, 0.03);
@@ -376,7 +396,8 @@ TEST_CASE("over rough surfaces the nearest point is found, with a normal along t
   for (const Shape& a : {ball(0.1), rod(0.06, 0.2), box({0.2, 0.1, 0.15}), hull({0.1, 0.2, 0.15})})
     for (const Shape& b : {hills, stone}) {
       const bool ground = b.kind == ShapeKind::height_field;
-      const std::uint32_t count = ground ? 2 * 12 * 12 : static_cast<std::uint32_t>(b.surface->faces.size());
+      const std::uint32_t count =
+          ground ? 2 * 12 * 12 : static_cast<std::uint32_t>(b.surface->faces.size());
       int seen = 0;
       for (int i = 0; i < 400; ++i) {
         const Vec3 out = dice.turn() * Vec3(dice.between(0.6, 1.4), 0, 0);
@@ -387,7 +408,8 @@ TEST_CASE("over rough surfaces the nearest point is found, with a normal along t
         want.distance = 1e300;
         for (std::uint32_t t = 0; t < count; ++t) {
           const auto corner = triangle_of(*b.surface, t);
-          const Convex tile{corner, {}, {}, {}, {}, 0, (corner[0] + corner[1] + corner[2]) / 3.0, 1};
+          const Convex tile{corner, {}, {}, {}, {}, 0, (corner[0] + corner[1] + corner[2]) / 3.0,
+                            1};
           const Nearest n = nearest(piece, tile, 10);
           if (n.state == Nearest::State::overlap) want.distance = 0;
           if (n.distance < want.distance) want = n;
@@ -399,7 +421,8 @@ TEST_CASE("over rough surfaces the nearest point is found, with a normal along t
         CHECK(sound(got));
         REQUIRE(!got.empty());
         CHECK(std::abs(least(got) - (want.distance - piece.radius)) < 1e-7);
-        const auto best = std::min_element(got.begin(), got.end(), [](const auto& p, const auto& q) { return p.gap < q.gap; });
+        const auto best = std::min_element(
+            got.begin(), got.end(), [](const auto& p, const auto& q) { return p.gap < q.gap; });
         CHECK(glm::dot(best->normal, want.normal) > 1 - 1e-6);
       }
       CHECK(seen > 40);

@@ -1,12 +1,13 @@
 // The search for contacts: who may touch whom, what is carried over, and agreement with a look at
 // every pair.
+#include "engine/world/find_contacts.hpp"
+
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <random>
 #include <tuple>
 
 #include "engine/geometry/touch.hpp"
-#include "engine/world/find_contacts.hpp"
 #include "engine/world/world.hpp"
 
 using namespace pantin;
@@ -24,7 +25,8 @@ struct Stage {
   Quat turn() {
     return glm::normalize(Quat(between(-1, 1), between(-1, 1), between(-1, 1), between(-1, 1)));
   }
-  Entity body(const Shape& shape, Vec3 at, Motion motion = Motion::dynamic, Collision collision = {}) {
+  Entity body(const Shape& shape, Vec3 at, Motion motion = Motion::dynamic,
+              Collision collision = {}) {
     Body b;
     b.pose.position = at;
     b.motion = motion;
@@ -98,7 +100,8 @@ TEST_CASE("fixed and driven bodies do not touch each other; groups have to agree
 
 TEST_CASE("moving bodies touch where one asks for others, or both for their own") {
   Stage s;
-  const Entity a = s.body(ball(1), {}), b = s.body(ball(1), {1.5, 0, 0}), c = s.body(ball(1), {0.7, 1, 0});
+  const Entity a = s.body(ball(1), {}), b = s.body(ball(1), {1.5, 0, 0}),
+               c = s.body(ball(1), {0.7, 1, 0});
   CHECK(s.search() == 0);
   s.world.collisions[c].others = true;
   CHECK(s.search() == 2);
@@ -132,7 +135,8 @@ TEST_CASE("contacts keep what they bore as long as they last") {
   s.body(ball(0.5), {3, 0.5, 0});
   REQUIRE(s.search() == 5);
   for (std::size_t i = 0; i < 5; ++i)
-    s.world.contacts[i].load = Vec3(0, static_cast<Real>(i + 1), 0), s.world.contacts[i].sliding = 0.5;
+    s.world.contacts[i].load = Vec3(0, static_cast<Real>(i + 1), 0),
+    s.world.contacts[i].sliding = 0.5;
   s.world.bodies.values()[1].pose.position.x += 0.01;
   s.world.bodies.values()[2].pose.position.y += 1;
   REQUIRE(s.search() == 4);
@@ -154,12 +158,16 @@ TEST_CASE("the search finds what a look at all pairs of shapes finds, in order, 
   s.body({ShapeKind::height_field, {}, {}, 0, ground}, {}, Motion::fixed);
   s.body(kPlane, {0, -1.4, 0}, Motion::fixed);
   for (int i = 0; i < 150; ++i) {
-    const Shape shape = i % 3 == 0 ? ball(s.between(0.1, 0.4))
-                                   : box({s.between(0.1, 0.4), s.between(0.1, 0.4), s.between(0.1, 0.4)});
+    const Shape shape = i % 3 == 0
+                            ? ball(s.between(0.1, 0.4))
+                            : box({s.between(0.1, 0.4), s.between(0.1, 0.4), s.between(0.1, 0.4)});
     const Entity e = s.body(shape, {s.between(-4, 4), s.between(-2, 1), s.between(-4, 4)},
-                            i % 5 == 0 ? Motion::fixed : i % 7 == 0 ? Motion::driven : Motion::dynamic,
+                            i % 5 == 0   ? Motion::fixed
+                            : i % 7 == 0 ? Motion::driven
+                                         : Motion::dynamic,
                             i % 2 ? social() : Collision{});
-    s.world.shapes[e].parts.push_back({ShapeKind::capsule, {0.1, 0.2, 0}, {{0, 0.4, 0.1}, s.turn()}, 0});
+    s.world.shapes[e].parts.push_back(
+        {ShapeKind::capsule, {0.1, 0.2, 0}, {{0, 0.4, 0.1}, s.turn()}, 0});
   }
   for (int round = 0; round < 3; ++round) {
     for (Body& b : s.world.bodies.values()) {
@@ -171,7 +179,8 @@ TEST_CASE("the search finds what a look at all pairs of shapes finds, in order, 
     std::vector<Place> got, want;
     for (const Contact& c : s.world.contacts) got.emplace_back(c.slot_a, c.slot_b, c.gap);
     const auto contacts = s.world.contacts;
-    for (std::size_t i = 1; i < contacts.size(); ++i) CHECK(order(contacts[i - 1]) < order(contacts[i]));
+    for (std::size_t i = 1; i < contacts.size(); ++i)
+      CHECK(order(contacts[i - 1]) < order(contacts[i]));
 
     NarrowRoom room;
     std::vector<TouchPoint> points;
@@ -186,8 +195,8 @@ TEST_CASE("the search finds what a look at all pairs of shapes finds, in order, 
         for (const Shape& p : s.world.shapes[owners[a]].parts)
           for (const Shape& q : s.world.shapes[owners[b]].parts) {
             points.clear();
-            touch(p, compose(bodies[a].pose, p.local), q, compose(bodies[b].pose, q.local), 0.1, room,
-                  points);
+            touch(p, compose(bodies[a].pose, p.local), q, compose(bodies[b].pose, q.local), 0.1,
+                  room, points);
             for (const TouchPoint& t : points) want.emplace_back(a, b, t.gap);
           }
       }
@@ -205,7 +214,8 @@ TEST_CASE("a copy of a world finds the same contacts") {
   Stage s;
   s.body(kPlane, {}, Motion::fixed);
   for (int i = 0; i < 40; ++i)
-    s.body(box(Vec3(0.2)), {s.between(-1, 1), s.between(0, 0.5), s.between(-1, 1)}, Motion::dynamic, social());
+    s.body(box(Vec3(0.2)), {s.between(-1, 1), s.between(0, 0.5), s.between(-1, 1)}, Motion::dynamic,
+           social());
   s.search(0.1);
   World copy = s.world;
   find_contacts(copy, s.reach);
