@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <set>
 #include <string>
 #include <unordered_map>
 
 #include "engine/base/rotation.hpp"
+#include "engine/scene/place.hpp"
 #include "engine/scene/utf8.hpp"
 
 namespace pantin {
@@ -20,27 +20,6 @@ Pose placed(const Pose& by, const Pose& pose) {
   if (by.rotation == kNoTurn) return {by.position + pose.position, pose.rotation};
   return compose(by, pose);
 }
-
-/// Sets of dynamic bodies that joints tie together.
-class Trees {
- public:
-  explicit Trees(std::size_t count) : parent_(count) {
-    std::iota(parent_.begin(), parent_.end(), 0u);
-  }
-  /// False if both are in one tree already.
-  bool join(std::uint32_t a, std::uint32_t b) {
-    a = root(a), b = root(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-    return a != b;
-  }
-
- private:
-  std::uint32_t root(std::uint32_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  std::vector<std::uint32_t> parent_;
-};
 
 /// What all groups of a file share while they are assembled.
 struct Shop {
@@ -73,12 +52,10 @@ class Bench {
     for (const InstanceRecipe& instance : group_.instances) add_instance(instance);
     for (const GridRecipe& grid : group_.grids) add_grid(grid);
     for (const DriveRecipe& drive : group_.drives) add_drive(drive);
-    const std::size_t nested = made_.joints.size();
     for (const ChainRecipe& chain : group_.chains) add_joints_of(chain);
     for (const JointRecipe& joint : group_.joints) add_joint(joint);
     for (const StringRecipe& string : group_.strings) add_string(string);
     for (const PinRecipe& pin : group_.pins) add_pin(pin);
-    refuse_loops(nested);
     return std::move(made_);
   }
 
@@ -106,6 +83,8 @@ class Bench {
       for (const PlacedDrive& d : a.drives)
         if (const auto* path = std::get_if<Keyframes>(&d.drive.path))
           parts += copies * static_cast<Real>(path->keys.size());
+      for (const PlacedJoint& j : a.joints)
+        if (j.drive) parts += copies * static_cast<Real>(j.drive->keys.size());
     }
   };
 
@@ -178,6 +157,7 @@ class Bench {
     p.body.mass = recipe.matter.mass, p.body.inertia = recipe.matter.inertia;
     p.body.drag = recipe.drag, p.body.gravity_scale = recipe.gravity_scale;
     p.body.motion = recipe.motion;
+    p.collision = recipe.collision ? &*recipe.collision : nullptr;
     return p;
   }
 
@@ -185,7 +165,7 @@ class Bench {
 
   void add_links_of(const ChainRecipe& chain) {
     const ChainCourse course = course_of(chain);
-    const Vec3 middle = 0.5 * (course.joints.front() + course.joints.back());
+    const Vec3 middle = course.middle(chain.closed);
     Real factor = 1;
     bool is_whole = true;
     for (std::size_t i = 0; i < course.links.size(); ++i) {
@@ -240,6 +220,9 @@ class Bench {
     const auto moved_anchor = [&](std::uint32_t body, Vec3 anchor) {
       return body == kWorldBody ? to_world(at, anchor) : anchor;
     };
+    const auto moved_axes = [&](std::uint32_t body, Quat axes) {
+      return body == kWorldBody ? glm::normalize(at.rotation * axes) : axes;
+    };
     for (const PlacedBody& b : part.bodies) {
       PlacedBody p = b;
       p.name.insert(0, prefix);
@@ -249,13 +232,16 @@ class Bench {
       if (instance.solver) p.solver = &*instance.solver;
       add(std::move(p));
     }
-    for (const PlacedJoint& j : part.joints)
-      made_.joints.push_back(
-          {prefix + j.name,
-           j.at,
-           moved_place(j.a),
-           moved_place(j.b),
-           {moved_anchor(j.a, j.joint.anchor_a), moved_anchor(j.b, j.joint.anchor_b)}});
+    for (const PlacedJoint& j : part.joints) {
+      PlacedJoint& p = made_.joints.emplace_back(j);
+      p.name.insert(0, prefix);
+      p.a = moved_place(j.a), p.b = moved_place(j.b);
+      p.joint.anchor_a = moved_anchor(j.a, j.joint.anchor_a);
+      p.joint.anchor_b = moved_anchor(j.b, j.joint.anchor_b);
+      p.joint.frame_a = moved_axes(j.a, j.joint.frame_a);
+      p.joint.frame_b = moved_axes(j.b, j.joint.frame_b);
+      if (j.drive) p.drive = hastened(*j.drive, ahead);
+    }
     for (const PlacedString& s : part.strings)
       made_.strings.push_back(
           {prefix + s.name,
@@ -265,8 +251,8 @@ class Bench {
            {moved_anchor(s.a, s.joint.anchor_a), moved_anchor(s.b, s.joint.anchor_b),
             s.joint.length, s.joint.compliance}});
     for (const PlacedPin& p : part.pins) {
-      made_.pins.push_back({prefix + p.name, p.at, moved_place(p.body), p.pin});
-      made_.pins.back().pin.target = to_world(at, p.pin.target);
+      made_.pins.push_back({prefix + p.name, p.at, moved_place(p.body), p.pin, moved_place(p.to)});
+      if (p.to == kWorldBody) made_.pins.back().pin.target = to_world(at, p.pin.target);
     }
     for (const PlacedDrive& d : part.drives)
       made_.drives.push_back({d.at, moved_place(d.body), hastened(moved(d.drive, at), ahead)});
@@ -299,24 +285,6 @@ class Bench {
     return name;
   }
 
-  // ---- Anchors ----
-
-  Vec3 from_own_frame(std::uint32_t body, Vec3 point) const {
-    if (body == kWorldBody || !made_.bodies[body].matter->is_moved) return point;
-    return to_local(made_.bodies[body].matter->centre, point);
-  }
-  Vec3 from_scene(std::uint32_t body, Vec3 point) const {
-    return body == kWorldBody ? point : to_local(made_.bodies[body].body.pose, point);
-  }
-  Vec3 to_scene(std::uint32_t body, Vec3 anchor) const {
-    return to_world(made_.pose_of(body), anchor);
-  }
-  /// Where a point was given, in the mass-centre frame; otherwise the own frame's origin.
-  Vec3 anchor_of(std::uint32_t body, const PointRecipe& point) const {
-    if (point.in_scene) return from_scene(body, *point.in_scene);
-    return from_own_frame(body, point.in_body.value_or(Vec3(0)));
-  }
-
   // ---- Joints, strings, pins, drives ----
 
   /// Complains if a joint or string cannot tie these two.
@@ -336,56 +304,54 @@ class Bench {
   void add_joint(const JointRecipe& recipe) {
     const auto a = look_up(recipe.a, true), b = look_up(recipe.b, true);
     if (!a || !b || !can_tie(recipe.at, recipe.a, recipe.b, *a, *b)) return;
-    PlacedJoint placed{name_for(recipe.name, recipe.a, recipe.b), recipe.at, *a, *b, {}};
-    Joint& joint = placed.joint;
-    if (recipe.anchor_a) joint.anchor_a = from_own_frame(*a, *recipe.anchor_a);
-    if (recipe.anchor_b) joint.anchor_b = from_own_frame(*b, *recipe.anchor_b);
-    // Whatever is not given in a body's frame follows from where the bodies lie at the start.
-    Vec3 point = recipe.anchor.value_or(Vec3(0));
-    if (recipe.anchor_a)
-      point = to_scene(*a, joint.anchor_a);
-    else if (recipe.anchor_b)
-      point = to_scene(*b, joint.anchor_b);
-    if (!recipe.anchor_a) joint.anchor_a = from_scene(*a, point);
-    if (!recipe.anchor_b) joint.anchor_b = from_scene(*b, point);
+    PlacedJoint placed{name_for(recipe.name, recipe.a, recipe.b), recipe.at, *a, *b,
+                       joint_of(made_, recipe, *a, *b), recipe.turn.drive};
     made_.joints.push_back(std::move(placed));
   }
 
   void add_joints_of(const ChainRecipe& chain) {
     const ChainCourse course = course_of(chain);
-    const auto attach = [&](const std::optional<Reference>& to, const char* name,
-                            std::uint32_t link, Vec3 point, Vec3 anchor) {
+    const auto attach = [&](const std::optional<Reference>& to, const char* name, ChainEnd end) {
       const auto body = to ? look_up(*to, true) : std::nullopt;
       if (!body) return;
-      if (*body == link)
+      end.body = *body;
+      if (*body == end.link)
         shop_.complaints.refuse_value(to->at, "another body than the link itself");
       else
-        made_.joints.push_back(
-            {chain.name + "/" + name, chain.at, *body, link, {from_scene(*body, point), anchor}});
+        made_.joints.push_back({chain.name + "/" + name, chain.at, end.body, end.link,
+                                chain_end_joint(made_, chain.turn, end), chain.turn.drive});
     };
-    // Anchors are taken in the links' own frames, so that all links are alike to the last bit.
+    // Anchors are taken in the links' own frames, so that equal links are alike to the last bit.
     const std::uint32_t first = place_of_.find(chain.name + "/0")->second;
     const auto links = static_cast<std::uint32_t>(chain.links);
-    const Vec3 top = from_own_frame(first, {0, chain.length / 2, 0});
-    const Vec3 bottom = from_own_frame(first, {0, -chain.length / 2, 0});
-    attach(chain.attach, "top", first, course.joints.front(), top);
-    for (std::uint32_t i = 1; i < links; ++i)
-      made_.joints.push_back({chain.name + "/" + std::to_string(i - 1) + "-" + std::to_string(i),
-                              chain.at,
-                              first + i - 1,
-                              first + i,
-                              {bottom, top}});
-    attach(chain.end_attach, "end", first + links - 1, course.joints.back(), bottom);
+    const auto end_of = [&](std::uint32_t i, Real side) {
+      return from_own_frame(made_, first, {0, side * course.lengths[i] / 2, 0});
+    };
+    attach(chain.attach, "top", {0, first, course.joints.front(), end_of(0, 1)});
+    Joint joint = chain_joint(made_, chain.turn, first);
+    const auto tie = [&](std::uint32_t a, std::uint32_t b, const std::optional<PoseDrive>& drive) {
+      joint.anchor_a = end_of(a, -1), joint.anchor_b = end_of(b, 1);
+      made_.joints.push_back({chain.name + "/" + std::to_string(a) + "-" + std::to_string(b),
+                              chain.at, first + a, first + b, joint, drive});
+    };
+    for (std::uint32_t i = 1; i < links; ++i) tie(i - 1, i, chain.turn.drive);
+    if (chain.closed) {
+      // Of a joint that closes a loop only the point is held, so it claims no more.
+      joint.kind = JointKind::ball, joint.limits = {};
+      tie(links - 1, 0, std::nullopt);
+    }
+    attach(chain.end_attach, "end",
+           {0, first + links - 1, course.joints.back(), end_of(links - 1, -1)});
   }
 
   void add_string(const StringRecipe& recipe) {
     const auto a = look_up(recipe.a, true), b = look_up(recipe.b, true);
     if (!a || !b || !can_tie(recipe.at, recipe.a, recipe.b, *a, *b)) return;
     StringJoint joint;
-    joint.anchor_a = anchor_of(*a, recipe.at_a);
-    joint.anchor_b = anchor_of(*b, recipe.at_b);
+    joint.anchor_a = anchor_of(made_, *a, recipe.at_a);
+    joint.anchor_b = anchor_of(made_, *b, recipe.at_b);
     joint.compliance = recipe.compliance;
-    const Real span = glm::length(to_scene(*b, joint.anchor_b) - to_scene(*a, joint.anchor_a));
+    const Real span = glm::length(to_scene(made_, *b, joint.anchor_b) - to_scene(made_, *a, joint.anchor_a));
     joint.length = recipe.length.value_or(recipe.slack * span);
     if (!(joint.length > 0)) {
       shop_.complaints.refuse(
@@ -404,10 +370,23 @@ class Bench {
       return;
     }
     PlacedPin placed{recipe.name, recipe.at, *body, recipe.pin};
-    placed.pin.anchor = anchor_of(*body, recipe.point);
-    placed.pin.target = recipe.target.value_or(to_scene(*body, placed.pin.anchor));
+    placed.pin.anchor = anchor_of(made_, *body, recipe.point);
+    placed.pin.target = recipe.target.value_or(to_scene(made_, *body, placed.pin.anchor));
+    if (recipe.to && !hold_on(recipe, placed)) return;
     if (placed.name.empty()) placed.name = name_for("", recipe.body, {"pin"});
     made_.pins.push_back(std::move(placed));
+  }
+
+  /// Brings a pin's target into the frame of the body it holds on to.
+  bool hold_on(const PinRecipe& recipe, PlacedPin& placed) {
+    const auto to = look_up(*recipe.to, false);
+    if (!to) return false;
+    placed.to = *to;
+    placed.pin.target = recipe.anchor_to ? from_own_frame(made_, *to, *recipe.anchor_to)
+                                         : from_scene(made_, *to, placed.pin.target);
+    if (*to != placed.body) return true;
+    shop_.complaints.refuse_value(recipe.to->at, "another body than the one that is held");
+    return false;
   }
 
   void add_drive(const DriveRecipe& recipe) {
@@ -424,53 +403,25 @@ class Bench {
     }
     body.is_driven_by_path = true;
     PlacedDrive placed{recipe.at, *place, {}};
-    if (recipe.keys.empty())
+    if (recipe.keys.empty()) {
       placed.drive.path = sway_of(recipe, body.body.pose);
-    else
-      placed.drive.path = keyframes_of(recipe, body.body.pose);
+    } else {
+      const Keyframes path = keyframes_of(recipe, body.body.pose);
+      refuse_open_loop(recipe.at, path);
+      placed.drive.path = path;
+    }
     body.body.pose = pose_at(placed.drive, 0);
     made_.drives.push_back(std::move(placed));
   }
 
-  /// Unless the file says where the sway's centre is, it passes through the body's place at time 0.
-  static Lissajous sway_of(const DriveRecipe& recipe, const Pose& start) {
-    Lissajous sway = recipe.sway;
-    const Pose away = pose_at({sway}, 0);
-    sway.centre.position = recipe.centre.value_or(start.position - away.position);
-    sway.centre.rotation = glm::conjugate(away.rotation) * start.rotation;
-    return sway;
-  }
-
-  Keyframes keyframes_of(const DriveRecipe& recipe, const Pose& start) {
-    Keyframes path;
-    path.loop = recipe.loop;
-    for (const KeyRecipe& key : recipe.keys)
-      path.keys.push_back(
-          {key.time,
-           {key.position.value_or(start.position), key.rotation.value_or(start.rotation)}});
+  void refuse_open_loop(NodeId at, const Keyframes& path) {
     const Pose &first = path.keys.front().pose, &last = path.keys.back().pose;
     const Real gap = glm::length(last.position - first.position);
     const Real turn = glm::length(rotation_vector(last.rotation * glm::conjugate(first.rotation)));
     if (path.loop && (gap > 1e-9 || turn > 1e-6))
-      shop_.complaints.refuse(recipe.at, "found a loop whose last key is " + written(gap) +
-                                             " m and " + written(turn * 180 / kPi) +
-                                             " degrees from its first, expected the same pose");
-    return path;
-  }
-
-  // ---- Structure ----
-
-  /// The procedural solver walks trees. Joints before `nested` lie within prefabs checked before.
-  void refuse_loops(std::size_t nested) {
-    Trees trees(made_.bodies.size());
-    for (std::size_t i = 0; i < made_.joints.size(); ++i) {
-      const PlacedJoint& j = made_.joints[i];
-      if (!made_.is_dynamic(j.a) || !made_.is_dynamic(j.b) || trees.join(j.a, j.b) || i < nested)
-        continue;
-      shop_.complaints.refuse(j.at, "found a loop of dynamic bodies closed by joint \"" + j.name +
-                                        "\", expected a tree of joints (a string or a pin may "
-                                        "close a loop)");
-    }
+      shop_.complaints.refuse(at, "found a loop whose last key is " + written(gap) + " m and " +
+                                      written(turn * 180 / kPi) +
+                                      " degrees from its first, expected the same pose");
   }
 
   Shop& shop_;

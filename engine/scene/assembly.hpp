@@ -1,5 +1,6 @@
 #pragma once
 /// A recipe with its names looked up and its prefabs, grids and chains written out.
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,13 +19,15 @@ struct PlacedBody {
   const SolverSettings* solver = nullptr;
   std::uint32_t material = UINT32_MAX;  // for all its shapes; UINT32_MAX: as they say
   bool is_driven_by_path = false;
+  const Collision* collision = nullptr;  // of solid bodies
 };
 
 struct PlacedJoint {
   std::string name;
   NodeId at = kNoNode;
   std::uint32_t a = 0, b = 0;  // places in Assembly::bodies, or kWorldBody
-  Joint joint;             // an anchor in the world is a point of the assembly's frame
+  Joint joint;  // an anchor and axes in the world are those of the assembly's frame
+  std::optional<PoseDrive> drive{};
 };
 
 struct PlacedString {
@@ -39,6 +42,7 @@ struct PlacedPin {
   NodeId at = kNoNode;
   std::uint32_t body = 0;
   Pin pin;
+  std::uint32_t to = kWorldBody;  // the body held on to; its target is in that one's frame
 };
 
 struct PlacedDrive {
@@ -64,8 +68,8 @@ struct Assembly {
   }
 };
 
-/// Complains of names that lead nowhere, prefabs that contain themselves, joints that close loops,
-/// and counts beyond the limits.
+/// Complains of names that lead nowhere, prefabs that contain themselves, and counts beyond the
+/// limits.
 Assembly assemble(const Recipe& recipe, const JsonDocument& json, Complaints& complaints,
                   const SceneLimits& limits);
 
@@ -73,11 +77,18 @@ Assembly assemble(const Recipe& recipe, const JsonDocument& json, Complaints& co
 struct ChainCourse {
   std::vector<Pose> links;
   std::vector<Vec3> joints;  // one more than links: both ends included
+  std::vector<Real> lengths;  // m, of the links
+  /// What the chain starts turning about.
+  Vec3 middle(bool closed) const;
 };
 ChainCourse course_of(const ChainRecipe& chain);
 
+/// The joint axes of a chain's joints in the own frame of a link: a hinge turns about its z; other
+/// kinds have x along the chain and y along its z.
+Quat chain_axes(JointKind kind);
+
 /// Warns of what will run but hardly as meant: mass ratios, pins out of reach, strings too short,
-/// joints that start open.
+/// joints that start open or beyond their limits, or that close a loop and are more than a ball.
 void warn_of_structure(const Assembly& assembly, Complaints& complaints);
 
 /// Fills the World of a scene.

@@ -1,4 +1,5 @@
 #include <cmath>
+#include <numeric>
 
 #include "engine/base/rotation.hpp"
 #include "engine/scene/assembly.hpp"
@@ -13,6 +14,14 @@ Quat turned_to(Vec3 direction) {
   if (c > 1 - 1e-15) return kNoTurn;
   if (c < -1 + 1e-12) return Quat(0, 0, 0, 1);
   return glm::normalize(Quat(1 + c, glm::cross(down, direction)));
+}
+
+/// The turn that carries -y to `direction` and z as near to `axis` as it can get.
+Quat turned_to(Vec3 direction, Vec3 axis) {
+  const Vec3 z = axis - glm::dot(axis, direction) * direction;
+  if (glm::length(z) < 1e-9) return turned_to(direction);
+  const Vec3 out = glm::normalize(z);
+  return glm::normalize(glm::quat_cast(Mat3(glm::cross(-direction, out), -direction, out)));
 }
 
 /// The half angle between neighbours of `n` equal chords of an arc whose ends are `ratio` times
@@ -36,10 +45,9 @@ Vec3 sag_across(Vec3 along, Vec3 sag) {
   return Vec3(0, 1, 0);
 }
 
-/// Where each link points: straight on, or along an arc that sags between two points.
-std::vector<Vec3> directions(const ChainRecipe& chain) {
+/// Equal links along an arc that sags between two points.
+std::vector<Vec3> arc_of(const ChainRecipe& chain) {
   const int n = chain.links;
-  if (!chain.end) return std::vector<Vec3>(static_cast<std::size_t>(n), chain.direction);
   const Vec3 span = *chain.end - chain.start;
   const Real distance = glm::length(span), ratio = distance / (n * chain.length);
   const Vec3 along = distance > 0 ? span / distance : chain.direction;
@@ -53,9 +61,25 @@ std::vector<Vec3> directions(const ChainRecipe& chain) {
   return ways;
 }
 
-}  // namespace
+/// Equal links around a circle: the first along the chain's direction, the next towards its sag.
+std::vector<Vec3> ring_of(const ChainRecipe& chain) {
+  const Vec3 side = sag_across(chain.direction, chain.sag);
+  std::vector<Vec3> ways;
+  for (int i = 0; i < chain.links; ++i) {
+    const Real angle = 2 * kPi * i / chain.links;
+    ways.push_back(std::cos(angle) * chain.direction + std::sin(angle) * side);
+  }
+  return ways;
+}
 
-ChainCourse course_of(const ChainRecipe& chain) {
+/// Where each link points.
+std::vector<Vec3> directions(const ChainRecipe& chain) {
+  if (chain.end) return arc_of(chain);
+  if (chain.closed) return ring_of(chain);
+  return std::vector<Vec3>(static_cast<std::size_t>(chain.links), chain.direction);
+}
+
+ChainCourse equal_links(const ChainRecipe& chain) {
   ChainCourse course;
   course.joints.push_back(chain.start);
   Vec3 way(0);  // summed up apart from the start, which may be large
@@ -64,8 +88,61 @@ ChainCourse course_of(const ChainRecipe& chain) {
     way += direction;
     course.joints.push_back(chain.start + chain.length * way);
     course.links.push_back({0.5 * (before + course.joints.back()), turned_to(direction)});
+    course.lengths.push_back(chain.length);
   }
   return course;
+}
+
+ChainCourse along_path(const ChainRecipe& chain) {
+  ChainCourse course;
+  course.joints = chain.path;
+  if (chain.closed) course.joints.push_back(chain.path.front());
+  for (std::size_t i = 0; i + 1 < course.joints.size(); ++i) {
+    const Vec3 from = course.joints[i], to = course.joints[i + 1];
+    course.lengths.push_back(glm::length(to - from));
+    course.links.push_back({0.5 * (from + to), turned_to((to - from) / course.lengths.back())});
+  }
+  return course;
+}
+
+/// The axis about which the chain bends most, or nothing if it is straight.
+std::optional<Vec3> bend_axis(const ChainCourse& course) {
+  Vec3 sum(0), size(0);
+  for (std::size_t i = 0; i + 2 < course.joints.size(); ++i) {
+    const Vec3 a = course.joints[i + 1] - course.joints[i],
+               b = course.joints[i + 2] - course.joints[i + 1];
+    sum += glm::cross(a, b), size.x += glm::dot(a, a);
+  }
+  if (glm::length(sum) < 1e-9 * size.x) return std::nullopt;
+  return glm::normalize(sum);
+}
+
+}  // namespace
+
+Vec3 ChainCourse::middle(bool closed) const {
+  if (!closed) return 0.5 * (joints.front() + joints.back());
+  Vec3 sum(0);
+  for (const Pose& link : links) sum += link.position;
+  return sum / static_cast<Real>(links.size());
+}
+
+ChainCourse course_of(const ChainRecipe& chain) {
+  ChainCourse course = chain.path.empty() ? equal_links(chain) : along_path(chain);
+  std::optional<Vec3> axis = chain.axis;
+  const bool bends = chain.turn.kind != JointKind::ball || chain.closed || !chain.path.empty();
+  if (!axis && bends) axis = bend_axis(course);
+  if (!axis) return course;
+  for (std::size_t i = 0; i < course.links.size(); ++i)
+    course.links[i].rotation =
+        turned_to(glm::normalize(course.joints[i + 1] - course.joints[i]), *axis);
+  return course;
+}
+
+Quat chain_axes(JointKind kind) {
+  const Vec3 along(0, -1, 0), out(0, 0, 1);
+  const Mat3 axes = kind == JointKind::hinge ? Mat3(out, along, glm::cross(out, along))
+                                             : Mat3(along, out, glm::cross(along, out));
+  return glm::normalize(glm::quat_cast(axes));
 }
 
 }  // namespace pantin

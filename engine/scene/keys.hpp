@@ -20,26 +20,43 @@ inline constexpr K kScene{"$schema",  "version",   "title",       "gravity", "st
                           "substeps", "duration",  "drift_bound", "solver",  "materials",
                           "bodies",   "joints",    "strings",     "pins",    "drives",
                           "prefabs",  "instances", "generators",  "camera",  "light",
-                          "ground",   "output"};
+                          "ground",   "output",    "collision",   "collision_groups"};
 inline constexpr K kSolver{"type",    "turn_stiffness",  "calm_angle_deg", "reservoir_time",
                            "rounds",  "tolerance",       "stall_drop",     "tension_stiffness",
-                           "limiter", "paper_reluctance"};
+                           "limiter", "paper_reluctance", "passes"};
 inline constexpr K kMaterial{"name", "colour", "roughness", "metallic"};
 inline constexpr K kBody{
     "name",         "shape",    "shapes",           "material", "density",
     "mass",         "inertia",  "centre_of_mass",   "position", "rotation",
     "rotation_deg", "velocity", "angular_velocity", "drag",     "gravity_scale",
-    "motion",       "solver"};
+    "motion",       "solver",   "collision"};
 inline constexpr K kSphere{"type", "radius", "position", "material", "density"};
 inline constexpr K kCapsule{"type",     "radius",       "length",   "position",
                             "rotation", "rotation_deg", "material", "density"};
 inline constexpr K kBox{"type",         "size",     "position", "rotation",
                         "rotation_deg", "material", "density"};
-inline constexpr K kJoint{"name", "type", "a", "b", "anchor", "anchor_a", "anchor_b"};
+inline constexpr K kHull{"type",         "points",   "file",    "position", "rotation",
+                         "rotation_deg", "material", "density"};
+inline constexpr K kPlane{"type", "size", "position", "rotation", "rotation_deg", "material"};
+inline constexpr K kMesh{"type",     "points",       "triangles", "file",   "position",
+                         "rotation", "rotation_deg", "material",  "density"};
+inline constexpr K kHeightField{"type",     "columns",  "rows",         "spacing", "heights",
+                                "position", "rotation", "rotation_deg", "material"};
+inline constexpr K kCollision{"friction", "restitution", "groups", "with", "others", "self"};
+inline constexpr K kJoint{"name",     "type",     "kind",     "a",      "b",        "anchor",
+                          "anchor_a", "anchor_b", "axis",     "across", "axis_a",   "across_a",
+                          "axis_b",   "across_b", "rest",     "rest_deg", "limits", "drive"};
+inline constexpr K kLimits{"angle",     "angle_deg", "twist", "twist_deg", "cone",
+                           "cone_deg",  "swing",     "swing_deg", "first", "first_deg",
+                           "second",    "second_deg", "soft"};
+inline constexpr K kSoft{"zone", "zone_deg", "stiffness", "damping"};
+inline constexpr K kPoseDrive{"target",  "target_deg", "angle", "angle_deg", "stiffness",
+                              "damping", "max_torque", "keys",  "loop"};
+inline constexpr K kPoseKey{"time", "target", "target_deg", "angle", "angle_deg"};
 inline constexpr K kString{"name",    "a",       "b",      "anchor_a", "anchor_b",
                            "point_a", "point_b", "length", "slack",    "compliance"};
-inline constexpr K kPin{"name",   "body",     "anchor", "point",
-                        "target", "priority", "grip",   "stiffness"};
+inline constexpr K kPin{"name",      "body",     "anchor", "point",    "to",
+                        "anchor_to", "target",   "priority", "grip",   "stiffness"};
 inline constexpr K kDrive{"body", "keyframes", "loop", "lissajous"};
 inline constexpr K kKeyframe{"time", "position", "rotation", "rotation_deg"};
 inline constexpr K kLissajous{"centre",   "amplitude",      "frequency",      "phase_deg",
@@ -48,7 +65,7 @@ inline constexpr K kPrefab{"name", "bodies", "joints",    "strings",
                            "pins", "drives", "instances", "generators"};
 inline constexpr K kInstance{"name",         "prefab",      "position", "rotation",
                              "rotation_deg", "time_offset", "solver"};
-inline constexpr K kGenerators{"chains", "grids"};
+inline constexpr K kGenerators{"chains", "grids", "stairs"};
 inline constexpr K kChain{"name",       "links",
                           "length",     "start",
                           "direction",  "end",
@@ -60,9 +77,14 @@ inline constexpr K kChain{"name",       "links",
                           "mass_ratio", "tip_mass_factor",
                           "velocity",   "angular_velocity",
                           "drag",       "gravity_scale",
-                          "solver"};
+                          "solver",     "collision",
+                          "path",       "closed",
+                          "kind",       "axis",
+                          "limits",     "drive"};
 inline constexpr K kGrid{"name",     "prefab",       "count",       "spacing", "position",
                          "rotation", "rotation_deg", "time_offset", "solver"};
+inline constexpr K kStairs{"name",     "count",    "width",        "rise",     "run",
+                           "position", "rotation", "rotation_deg", "material", "collision"};
 inline constexpr K kCamera{"eye", "target", "field_of_view_deg", "automatic"};
 inline constexpr K kLight{"direction", "colour", "strength", "sky", "ground"};
 inline constexpr K kGround{"visible", "height"};
@@ -70,7 +92,7 @@ inline constexpr K kOutput{"size", "fps"};
 
 }  // namespace keys
 
-inline constexpr std::array<KeySet, 22> kKeySets{{
+inline constexpr std::array<KeySet, 32> kKeySets{{
     {"scene", keys::kScene},
     {"solver", keys::kSolver},
     {"material", keys::kMaterial},
@@ -78,7 +100,16 @@ inline constexpr std::array<KeySet, 22> kKeySets{{
     {"sphere", keys::kSphere},
     {"capsule", keys::kCapsule},
     {"box", keys::kBox},
+    {"hull", keys::kHull},
+    {"plane", keys::kPlane},
+    {"mesh", keys::kMesh},
+    {"height_field", keys::kHeightField},
+    {"collision", keys::kCollision},
     {"joint", keys::kJoint},
+    {"limits", keys::kLimits},
+    {"soft", keys::kSoft},
+    {"pose_drive", keys::kPoseDrive},
+    {"pose_key", keys::kPoseKey},
     {"string", keys::kString},
     {"pin", keys::kPin},
     {"drive", keys::kDrive},
@@ -89,6 +120,7 @@ inline constexpr std::array<KeySet, 22> kKeySets{{
     {"generators", keys::kGenerators},
     {"chain", keys::kChain},
     {"grid", keys::kGrid},
+    {"stairs", keys::kStairs},
     {"camera", keys::kCamera},
     {"light", keys::kLight},
     {"ground", keys::kGround},

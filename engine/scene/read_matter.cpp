@@ -9,65 +9,19 @@ namespace pantin {
 namespace {
 
 constexpr Real kWater = 1000;  // kg/m^3, the density of bodies that do not name theirs
-constexpr std::string_view kKinds[] = {"sphere", "capsule", "box"};
 
-/// A shape and its density, in the body's own frame.
-struct Solid {
-  Shape shape;
-  Real density;
-};
-
-std::optional<Solid> read_shape(const Reading& reading, NodeId node, std::uint32_t material,
-                                Real density) {
-  const JsonDocument& json = reading.json;
-  if (json[node].kind != JsonKind::object) {
-    reading.complaints.refuse_value(node, "an object (sphere, capsule or box)");
-    return std::nullopt;
-  }
-  const NodeId type = json.member(node, "type");
-  if (type == kNoNode) {
-    reading.complaints.refuse(node, "found no \"type\", expected sphere, capsule or box");
-    return std::nullopt;
-  }
-  const std::string_view kind = json[type].kind == JsonKind::string ? json[type].text : "";
-  if (std::find(std::begin(kKinds), std::end(kKinds), kind) == std::end(kKinds)) {
-    reading.complaints.refuse_value(type, listed(kKinds) + hint(kind, kKinds));
-    return std::nullopt;
-  }
-  const Reader from = reading.open(node, kind);
-  Solid solid{{}, from.number("density", density, kWeight)};
-  solid.shape.material = read_material(reading, from, material);
-  solid.shape.local.position = from.vec("position", Vec3(0));
-  const auto need = [&](std::string_view key) { return from.need(key, kSize.words) != kNoNode; };
-  bool is_whole = true;
-  if (kind == "box") {
-    solid.shape.kind = ShapeKind::box;
-    is_whole = from.need("size", "the three edges of the box") != kNoNode;
-    solid.shape.size = 0.5 * from.vec("size", Vec3(1), kSize);
-  } else {
-    is_whole = need("radius");
-    solid.shape.size = {from.number("radius", 1, kSize), 0, 0};
-  }
-  if (kind == "capsule") {
-    solid.shape.kind = ShapeKind::capsule;
-    is_whole = need("length") && is_whole;
-    solid.shape.size.y = 0.5 * from.number("length", 1, kSize);
-  }
-  if (kind != "sphere") solid.shape.local.rotation = from.rotation(kNoTurn);
-  if (!is_whole) return std::nullopt;
-  return solid;
-}
-
-std::vector<Solid> read_solids(const Reading& reading, const Reader& from, Real density) {
+std::vector<DenseShape> read_solids(const Reading& reading, const Reader& from, Motion motion) {
   constexpr std::string_view kBoth[] = {"shape", "shapes"};
   from.one_of(kBoth);
   // A chain names its materials link by link.
   const std::uint32_t material = from.accepts("material") ? read_material(reading, from, 0) : 0;
+  const Real density = from.number("density", kWater, kWeight);
   std::vector<NodeId> nodes = from.items("shapes");
   if (const NodeId one = from.find("shape"); one != kNoNode) nodes = {one};
-  std::vector<Solid> solids;
+  std::vector<DenseShape> solids;
   for (NodeId node : nodes)
-    if (const auto solid = read_shape(reading, node, material, density)) solids.push_back(*solid);
+    if (const auto solid = read_shape(reading, node, {material, density, motion}))
+      solids.push_back(*solid);
   return solids;
 }
 
@@ -106,10 +60,10 @@ void snap(MassProperties& whole) {
 
 /// Mass, centre and inertia from shapes and from what the file says of them; nothing if they do not
 /// make a body.
-std::optional<MassProperties> weigh(const Reader& from, const std::vector<Solid>& solids,
+std::optional<MassProperties> weigh(const Reader& from, const std::vector<DenseShape>& solids,
                                     Motion motion, std::size_t refused_before) {
   MassProperties whole;
-  for (const Solid& s : solids) whole = combine(whole, mass_properties(s.shape, s.density));
+  for (const DenseShape& s : solids) whole = combine(whole, mass_properties(s.shape, s.density));
   if (from.has("mass")) {
     const Real mass = from.number("mass", 1, kWeight);
     if (whole.mass > 0) whole.inertia *= mass / whole.mass;
@@ -155,10 +109,9 @@ Matter read_matter(const Reading& reading, const Reader& from, Motion motion) {
   constexpr std::string_view kWeights[] = {"density", "mass"};
   from.one_of(kWeights);
   const std::size_t refused_before = from.complaints.refused();
-  const std::vector<Solid> solids =
-      read_solids(reading, from, from.number("density", kWater, kWeight));
+  const std::vector<DenseShape> solids = read_solids(reading, from, motion);
   Matter matter;
-  for (const Solid& s : solids) matter.shapes.push_back(s.shape);
+  for (const DenseShape& s : solids) matter.shapes.push_back(s.shape);
   std::optional<MassProperties> whole = weigh(from, solids, motion, refused_before);
   if (!whole || !(whole->mass > 0)) return matter;
   matter.mass = whole->mass;

@@ -12,15 +12,7 @@ namespace {
 constexpr std::string_view kSolverNames[] = {"auto", "sweep", "shake2", "paper"};
 constexpr std::string_view kReluctances[] = {"inertia_over_mass", "literal_step"};
 constexpr std::string_view kMotions[] = {"dynamic", "fixed", "driven"};
-constexpr std::string_view kJointTypes[] = {"ball"};
 constexpr std::string_view kGrips[] = {"exact", "spring"};
-constexpr std::string_view kBodyOrWorld = "the name of a body, or \"world\"";
-
-constexpr Range kDegrees{-1e6, 1e6, "an angle in degrees, between -1e6 and 1e6"};
-constexpr Range kTime{-1e6, 1e6, "a time in seconds, between -1e6 and 1e6"};
-
-/// A name that may be left out; complaints as for one that may not.
-std::string optional_name(const Reader& from) { return from.has("name") ? from.name() : ""; }
 
 PointRecipe read_point(const Reader& from, std::string_view in_scene, std::string_view in_body) {
   const std::string_view both[] = {in_scene, in_body};
@@ -77,32 +69,6 @@ void read_sway(const Reading& reading, const Reader& drive_from, DriveRecipe& dr
                                   "\"keyframes\" only: this curve repeats by itself");
 }
 
-/// How many links a chain has and how it lies; no links if it cannot be laid out.
-void read_course(const Reading& reading, const Reader& from, ChainRecipe& chain) {
-  constexpr std::string_view kWays[] = {"direction", "end"};
-  from.one_of(kWays);
-  const bool has_links = from.need("links", "a number of links") != kNoNode;
-  const bool has_length = from.need("length", "the length of one link in m") != kNoNode;
-  const auto most = static_cast<int>(std::min<std::size_t>(
-      reading.limits.bodies, static_cast<std::size_t>(std::numeric_limits<int>::max())));
-  const int links = from.whole("links", 0, 1, std::max(1, most));
-  chain.length = from.number("length", 0, kSize);
-  chain.start = from.vec("start", Vec3(0));
-  chain.direction = from.direction("direction", chain.direction);
-  chain.end = from.vec_if("end");
-  chain.sag = from.direction("sag", chain.sag);
-  if (!has_links || !has_length || links == 0 || chain.length == 0) return;
-  if (chain.end) {
-    const Real reach = links * chain.length, span = glm::length(*chain.end - chain.start);
-    const bool can_reach = span <= reach * (1 + 1e-9) && (links > 1 || span >= reach * (1 - 1e-9));
-    if (!can_reach)
-      reading.complaints.refuse(from.find("end"), "found an end " + written(span) +
-                                                      " m from the start, expected one that " +
-                                                      written(reach) + " m of links can meet");
-  }
-  chain.links = links;
-}
-
 }  // namespace
 
 std::optional<SolverSettings> read_solver(const Reading& reading, const Reader& outer,
@@ -117,6 +83,7 @@ std::optional<SolverSettings> read_solver(const Reading& reading, const Reader& 
   s.calm_angle = from.number("calm_angle_deg", s.calm_angle * (180 / kPi), kPositive) * (kPi / 180);
   if (!from.has("calm_angle_deg")) s.calm_angle = base.calm_angle;
   s.reservoir_time = from.number("reservoir_time", s.reservoir_time, kNotNegative);
+  s.passes = from.whole("passes", s.passes, 1, 64);
   s.rounds = from.whole("rounds", s.rounds, 1, 10'000);
   s.tolerance = from.number("tolerance", s.tolerance, kPositive);
   s.stall_drop = from.number("stall_drop", s.stall_drop, kUnit);
@@ -151,32 +118,9 @@ BodyRecipe read_body(const Reading& reading, NodeId node) {
   body.drag = from.number("drag", body.drag, kNotNegative);
   body.gravity_scale = from.number("gravity_scale", 1, kAnyNumber);
   body.solver = read_solver(reading, from, reading.solver);
+  const bool has_shapes = from.has("shape") || from.has("shapes");
+  body.collision = read_collision(reading, from, has_shapes, reading.collision);
   return body;
-}
-
-std::optional<JointRecipe> read_joint(const Reading& reading, NodeId node) {
-  const Reader from = reading.open(node, "joint");
-  from.word("type", 0, kJointTypes);
-  JointRecipe joint;
-  joint.at = node;
-  joint.name = optional_name(from);
-  const auto a = read_reference(from, "a", kBodyOrWorld, true);
-  const auto b = read_reference(from, "b", kBodyOrWorld, true);
-  joint.anchor = from.vec_if("anchor");
-  joint.anchor_a = from.vec_if("anchor_a");
-  joint.anchor_b = from.vec_if("anchor_b");
-  for (std::string_view key : {"anchor_a", "anchor_b"}) {
-    const std::string_view both[] = {"anchor", key};
-    from.one_of(both);
-  }
-  if (from.is_object() && !joint.anchor && !joint.anchor_a && !joint.anchor_b)
-    reading.complaints.refuse(
-        node,
-        "found no \"anchor\", expected the point of the scene where the bodies "
-        "meet, or \"anchor_a\" and \"anchor_b\" in their own frames");
-  if (!a || !b) return std::nullopt;
-  joint.a = *a, joint.b = *b;
-  return joint;
 }
 
 std::optional<StringRecipe> read_string(const Reading& reading, NodeId node) {
@@ -205,7 +149,14 @@ std::optional<PinRecipe> read_pin(const Reading& reading, NodeId node) {
   pin.name = optional_name(from);
   const auto body = read_reference(from, "body", "the name of a body", true);
   pin.point = read_point(from, "point", "anchor");
+  constexpr std::string_view kGoals[] = {"target", "anchor_to"};
+  from.one_of(kGoals);
   pin.target = from.vec_if("target");
+  pin.anchor_to = from.vec_if("anchor_to");
+  pin.to = read_reference(from, "to", "the name of a body", false);
+  if (pin.anchor_to && !from.has("to"))
+    reading.complaints.refuse_key(from.find("anchor_to"),
+                                  "found \"anchor_to\" without \"to\", expected the body it lies in");
   pin.pin.priority = from.whole("priority", 0, -1'000'000, 1'000'000);
   pin.pin.grip = static_cast<Grip>(from.word("grip", 0, kGrips));
   pin.pin.stiffness = from.number("stiffness", pin.pin.stiffness, kPositive);
@@ -267,30 +218,6 @@ std::optional<GridRecipe> read_grid(const Reading& reading, NodeId node) {
   }
   if (prefab) grid.each.prefab = *prefab;
   return grid;
-}
-
-ChainRecipe read_chain(const Reading& reading, NodeId node) {
-  const Reader from = reading.open(node, "chain");
-  ChainRecipe chain;
-  chain.at = node;
-  if (!from.is_object()) return chain;
-  chain.name = from.name();
-  read_course(reading, from, chain);
-  for (NodeId material : from.items("materials"))
-    chain.materials.push_back(find_material(reading, material, 0));
-  BodyRecipe& link = chain.link;
-  link.at = node;
-  link.matter = read_matter(reading, from, Motion::dynamic);
-  link.velocity = from.vec("velocity", Vec3(0));
-  link.spin = from.vec("angular_velocity", Vec3(0));
-  link.drag = from.number("drag", link.drag, kNotNegative);
-  link.gravity_scale = from.number("gravity_scale", 1, kAnyNumber);
-  link.solver = read_solver(reading, from, reading.solver);
-  chain.mass_ratio = from.number("mass_ratio", 1, kPositive);
-  chain.tip_mass_factor = from.number("tip_mass_factor", 1, kPositive);
-  chain.attach = read_reference(from, "attach", kBodyOrWorld, false);
-  chain.end_attach = read_reference(from, "end_attach", kBodyOrWorld, false);
-  return chain;
 }
 
 }  // namespace pantin

@@ -29,6 +29,10 @@ void read_generators(const Reading& reading, const Reader& outer, Group& group) 
     else
       group.broken.push_back(chain.name);
   }
+  for (NodeId item : from.items("stairs")) {
+    BodyRecipe stairs = read_stairs(reading, item);
+    if (!stairs.name.empty()) group.bodies.push_back(std::move(stairs));
+  }
 }
 
 /// Complains of names given twice; one name space for all that a group contains.
@@ -174,15 +178,18 @@ void read_head(const Reader& from, Scene& scene) {
 
 }  // namespace
 
-Recipe read_recipe(const JsonDocument& json, Complaints& complaints, const SceneLimits& limits) {
+Recipe read_recipe(const JsonDocument& json, Complaints& complaints, const SceneLimits& limits,
+                   const std::string& folder) {
   Recipe recipe;
   Reading reading{json, complaints, limits};
+  reading.folder = folder;
   const Reader from = reading.open(0, "scene");
   if (!from.is_object()) return recipe;
   Scene& scene = recipe.scene;
   read_head(from, scene);
   read_materials(reading, from);
   if (const auto solver = read_solver(reading, from, reading.solver)) reading.solver = *solver;
+  read_scene_collision(reading, from);
   scene.world.materials = reading.materials;
   scene.world.default_settings = reading.solver;
   read_camera(reading, from, scene.view.camera);

@@ -160,11 +160,12 @@ Vec3 Reader::vec_or_number(std::string_view key, Vec3 otherwise) const {
 
 Pose Reader::pose() const { return {vec("position", Vec3(0)), rotation(kNoTurn)}; }
 
-Quat Reader::rotation(Quat otherwise) const {
-  constexpr std::string_view kBoth[] = {"rotation", "rotation_deg"};
-  one_of(kBoth);
-  if (has("rotation_deg")) return from_degrees(vec("rotation_deg", Vec3(0)));
-  const NodeId value = find("rotation");
+Quat Reader::rotation(Quat otherwise, std::string_view key) const {
+  const std::string key_deg = std::string(key) + "_deg";
+  const std::string_view both[] = {key, key_deg};
+  one_of(both);
+  if (has(key_deg)) return from_degrees(vec(key_deg, Vec3(0)));
+  const NodeId value = find(key);
   Real q[4];
   if (value == kNoNode || !read_numbers(json, complaints, value, q, kAnyNumber)) return otherwise;
   const Quat quaternion(q[3], q[0], q[1], q[2]);

@@ -66,7 +66,9 @@ class Reader {
   Vec3 vec_or_number(std::string_view key, Vec3 otherwise) const;
   /// "position" and "rotation" or "rotation_deg".
   Pose pose() const;
-  Quat rotation(Quat otherwise) const;
+  Quat rotation(Quat otherwise) const { return rotation(otherwise, "rotation"); }
+  /// A quaternion under `key`, or three angles under `key`_deg; not both.
+  Quat rotation(Quat otherwise, std::string_view key) const;
   /// "#rrggbb" in sRGB or three linear numbers from 0 to 1 (lights: above 1 too).
   Vec3 colour(std::string_view key, Vec3 otherwise, Real most = 1) const;
   /// A name of one's own: not empty, without "/", not "world".

@@ -36,6 +36,7 @@ struct BodyRecipe {
   Real drag = 0.3, gravity_scale = 1;
   Motion motion = Motion::dynamic;
   std::optional<SolverSettings> solver;
+  std::optional<Collision> collision;
 };
 
 /// A point given in the scene at the start, in a body's own frame, or not at all.
@@ -43,11 +44,30 @@ struct PointRecipe {
   std::optional<Vec3> in_scene, in_body;
 };
 
+/// The x axis of a joint and what its y axis is nearest to; without `across` some direction across.
+struct AxesRecipe {
+  Vec3 axis{1, 0, 0};
+  std::optional<Vec3> across;
+};
+
+/// What a joint lets its bodies do, apart from where it is.
+struct TurnRecipe {
+  JointKind kind = JointKind::ball;
+  JointLimits limits;
+  std::optional<PoseDrive> drive;
+  /// Whether it matters how the joint axes lie.
+  bool needs_axes() const { return kind != JointKind::ball || limits.any() || drive; }
+};
+
 struct JointRecipe {
   std::string name;
   NodeId at = kNoNode;
   Reference a, b;
   std::optional<Vec3> anchor, anchor_a, anchor_b;
+  AxesRecipe axes;                         // in the scene at the start, unless given in a body:
+  std::optional<AxesRecipe> axes_a, axes_b;
+  Quat rest{1, 0, 0, 0};                   // Q at the start; with both axes given, those tell it
+  TurnRecipe turn;
 };
 
 struct StringRecipe {
@@ -66,7 +86,9 @@ struct PinRecipe {
   Reference body;
   PointRecipe point;
   std::optional<Vec3> target;
-  Pin pin;  // priority, grip, stiffness
+  std::optional<Reference> to;
+  std::optional<Vec3> anchor_to;  // in the own frame of `to`
+  Pin pin;                        // priority, grip, stiffness
 };
 
 struct KeyRecipe {
@@ -110,6 +132,10 @@ struct ChainRecipe {
   std::optional<Vec3> end;
   std::optional<Reference> attach, end_attach;
   Real mass_ratio = 1, tip_mass_factor = 1;
+  std::vector<Vec3> path;    // joint after joint, m; empty: laid out by what stands above
+  bool closed = false;       // the last link is jointed to the first
+  std::optional<Vec3> axis;  // where the links' own z axes point as nearly as they can
+  TurnRecipe turn;
 };
 
 /// What a prefab and the scene itself have in common.
@@ -135,6 +161,8 @@ struct Recipe {
   std::vector<Group> prefabs;
 };
 
-Recipe read_recipe(const JsonDocument& json, Complaints& complaints, const SceneLimits& limits);
+/// Files that the scene names are looked for in `folder`.
+Recipe read_recipe(const JsonDocument& json, Complaints& complaints, const SceneLimits& limits,
+                   const std::string& folder);
 
 }  // namespace pantin

@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <numeric>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/scene/assembly.hpp"
@@ -29,6 +31,71 @@ void warn_of_joints(const Assembly& assembly, Complaints& complaints) {
                       "joint " + quoted(j.name) + " has a mass ratio of " + written(ratio) +
                           ":1 (" + a->name + " " + written(a->body.mass) + " kg, " + b->name + " " +
                           written(b->body.mass) + " kg); above 100:1 expect less accurate motion");
+  }
+}
+
+/// Sets of dynamic bodies that joints tie together.
+class Trees {
+ public:
+  explicit Trees(std::size_t count) : parent_(count), is_held_(count, false) {
+    std::iota(parent_.begin(), parent_.end(), 0u);
+  }
+  /// False if both are in one tree already.
+  bool join(std::uint32_t a, std::uint32_t b) {
+    a = root(a), b = root(b);
+    parent_[std::max(a, b)] = std::min(a, b);
+    return a != b;
+  }
+  /// False if the body's tree is held already. After all joins.
+  bool hold(std::uint32_t body) {
+    const std::uint32_t tree = root(body);
+    const bool is_first = !is_held_[tree];
+    is_held_[tree] = true;
+    return is_first;
+  }
+
+ private:
+  std::uint32_t root(std::uint32_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+  std::vector<std::uint32_t> parent_;
+  std::vector<bool> is_held_;
+};
+
+/// Joints that close a loop, or hold a tree once more, hold their point and nothing else.
+void warn_of_loops(const Assembly& assembly, Complaints& complaints) {
+  Trees trees(assembly.bodies.size());
+  std::vector<std::pair<std::uint32_t, const PlacedJoint*>> holds;  // by body
+  const auto warn = [&](const PlacedJoint& j, const char* does) {
+    const bool turns = j.joint.kind != JointKind::ball || j.joint.limits.any() || j.drive;
+    if (turns)
+      complaints.warn(j.at, "loop",
+                      "joint " + quoted(j.name) + " " + does +
+                          ", so only its point is held, not its kind, limits or drive");
+  };
+  for (const PlacedJoint& j : assembly.joints) {
+    const bool a = assembly.is_dynamic(j.a), b = assembly.is_dynamic(j.b);
+    if (a && b && !trees.join(j.a, j.b)) warn(j, "closes a loop of dynamic bodies");
+    if (a != b) holds.emplace_back(a ? j.a : j.b, &j);
+  }
+  std::stable_sort(holds.begin(), holds.end(),
+                   [](const auto& x, const auto& y) { return x.first < y.first; });
+  for (const auto& [body, joint] : holds)
+    if (!trees.hold(body)) warn(*joint, "holds what another joint holds in place already");
+}
+
+/// Joints that start turned as they must not be.
+void warn_of_turns(const Assembly& assembly, Complaints& complaints) {
+  constexpr Real kBeyond = 1e-6;  // rad
+  for (const PlacedJoint& j : assembly.joints) {
+    const Quat start = relative_turn(j.joint, assembly.pose_of(j.a).rotation,
+                                     assembly.pose_of(j.b).rotation);
+    const Real beyond = violation(j.joint, start);
+    if (beyond > kBeyond)
+      complaints.warn(j.at, "turn",
+                      "joint " + quoted(j.name) + " starts " + written(beyond * 180 / kPi) +
+                          " degrees beyond what its kind and limits allow; it will jump there");
   }
 }
 
@@ -82,8 +149,9 @@ class Reach {
       }
     }
     for (const PlacedPin& p : assembly.pins)
-      if (p.pin.grip == Grip::exact)
-        hold({p.body, p.pin.anchor, p.pin.target, p.pin.priority, p.at, "pin " + quoted(p.name)});
+      if (p.pin.grip == Grip::exact && !assembly.is_dynamic(p.to))
+        hold({p.body, p.pin.anchor, to_world(assembly.pose_of(p.to), p.pin.target), p.pin.priority,
+              p.at, "pin " + quoted(p.name)});
   }
 
   void warn(Complaints& complaints) {
@@ -165,6 +233,8 @@ class Reach {
 
 void warn_of_structure(const Assembly& assembly, Complaints& complaints) {
   warn_of_joints(assembly, complaints);
+  warn_of_loops(assembly, complaints);
+  warn_of_turns(assembly, complaints);
   warn_of_strings(assembly, complaints);
   Reach(assembly).warn(complaints);
 }

@@ -32,13 +32,25 @@ std::string scene_with(std::string_view what, const std::string& key) {
   if (what == "capsule")
     return body(R"("shape": {"type": "capsule", "radius": 1, "length": 1, )" + extra + "}");
   if (what == "box") return body(R"("shape": {"type": "box", "size": [1, 1, 1], )" + extra + "}");
+  for (std::string_view shape : {"hull", "plane", "mesh", "height_field"})
+    if (what == shape)
+      return body(R"("shape": {"type": ")" + std::string(shape) + "\", " + extra + "}");
+  const auto joint = [&](const std::string& members) {
+    return part("joints", R"([{"a": "a", "b": "b", "anchor": [0, 0, 0], )" + members + "}]");
+  };
+  if (what == "limits") return joint("\"limits\": {" + extra + "}");
+  if (what == "soft") return joint("\"limits\": {\"soft\": {" + extra + "}}");
+  if (what == "pose_drive") return joint("\"drive\": {" + extra + "}");
+  if (what == "pose_key") return joint("\"drive\": {\"keys\": [{\"time\": 0, " + extra + "}]}");
   if (what == "keyframe")
     return part("drives", R"([{"body": "a", "keyframes": [{"time": 0, )" + extra + "}]}]");
   if (what == "lissajous")
     return part("drives", R"([{"body": "a", "lissajous": {)" + extra + "}}]");
+  if (what == "stairs") return part("generators", R"({"stairs": [{)" + extra + "}]}");
   if (what == "chain" || what == "grid")
     return part("generators", "{\"" + std::string(what) + "s\": [{" + extra + "}]}");
-  for (std::string_view one : {"solver", "generators", "camera", "light", "ground", "output"})
+  for (std::string_view one : {"solver", "generators", "camera", "light", "ground", "output",
+                               "collision"})
     if (what == one) return part(std::string(what), "{" + extra + "}");
   return part(std::string(what) + "s", "[{" + extra + "}]");
 }

@@ -1,0 +1,144 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include "engine/scene/read.hpp"
+
+namespace pantin {
+namespace {
+
+int most_links(const Reading& reading) {
+  constexpr auto kMost = static_cast<std::size_t>(std::numeric_limits<int>::max());
+  return std::max(1, static_cast<int>(std::min(reading.limits.bodies, kMost)));
+}
+
+/// A chain from point to point; no links if they do not make one.
+void read_path(const Reading& reading, const Reader& from, ChainRecipe& chain) {
+  for (std::string_view key : {"links", "length", "start", "direction", "end", "sag"}) {
+    const std::string_view both[] = {"path", key};
+    from.one_of(both);
+  }
+  const std::size_t refused_before = reading.complaints.refused();
+  const std::vector<NodeId> nodes = from.items("path");
+  for (NodeId node : nodes) {
+    Vec3 p(0);
+    if (!read_numbers(reading.json, reading.complaints, node, {&p.x, 3}, kAnyNumber)) continue;
+    if (!chain.path.empty() && glm::length(p - chain.path.back()) < kSize.least)
+      reading.complaints.refuse(node, "found the point before again, expected another");
+    chain.path.push_back(p);
+  }
+  const std::size_t least = chain.closed ? 3 : 2;
+  if (nodes.size() < least)
+    reading.complaints.refuse_value(from.find("path"),
+                                    chain.closed ? "three points or more of a closed chain"
+                                                 : "two points or more");
+  else if (chain.closed && glm::length(chain.path.back() - chain.path.front()) < kSize.least)
+    reading.complaints.refuse(nodes.back(), "found the first point again, expected another: a "
+                                            "closed chain returns by itself");
+  if (reading.complaints.refused() != refused_before) return;
+  chain.links = static_cast<int>(chain.path.size()) - (chain.closed ? 0 : 1);
+}
+
+/// Whether links can lie as asked; complains if not.
+bool can_lie(const Reading& reading, const Reader& from, const ChainRecipe& chain, int links) {
+  if (chain.closed && links < 3) {
+    reading.complaints.refuse_value(from.find("links"), "3 links or more of a closed chain");
+    return false;
+  }
+  if (!chain.end) return true;
+  const Real reach = links * chain.length, span = glm::length(*chain.end - chain.start);
+  if (span <= reach * (1 + 1e-9) && (links > 1 || span >= reach * (1 - 1e-9))) return true;
+  reading.complaints.refuse(from.find("end"), "found an end " + written(span) +
+                                                  " m from the start, expected one that " +
+                                                  written(reach) + " m of links can meet");
+  return true;  // as long as it is, so that names in it are known
+}
+
+/// How many links a chain has and how it lies; no links if it cannot be laid out.
+void read_course(const Reading& reading, const Reader& from, ChainRecipe& chain) {
+  constexpr std::string_view kWays[] = {"direction", "end"};
+  constexpr std::string_view kEnds[] = {"closed", "end"};
+  chain.closed = from.flag("closed", false);
+  if (from.has("axis")) chain.axis = from.direction("axis", Vec3(0, 0, 1));
+  if (from.has("path")) return read_path(reading, from, chain);
+  from.one_of(kWays);
+  if (chain.closed) from.one_of(kEnds);
+  const bool has_links = from.need("links", "a number of links") != kNoNode;
+  const bool has_length = from.need("length", "the length of one link in m") != kNoNode;
+  const int links = from.whole("links", 0, 1, most_links(reading));
+  chain.length = from.number("length", 0, kSize);
+  chain.start = from.vec("start", Vec3(0));
+  chain.direction = from.direction("direction", chain.direction);
+  chain.end = from.vec_if("end");
+  chain.sag = from.direction("sag", chain.sag);
+  if (!has_links || !has_length || links == 0 || chain.length == 0) return;
+  if (can_lie(reading, from, chain, links)) chain.links = links;
+}
+
+void read_attachments(const Reader& from, ChainRecipe& chain) {
+  chain.attach = read_reference(from, "attach", kBodyOrWorld, false);
+  chain.end_attach = read_reference(from, "end_attach", kBodyOrWorld, false);
+  if (chain.closed && from.has("end_attach"))
+    from.complaints.refuse_key(from.find("end_attach"),
+                               "found \"end_attach\" of a closed chain, expected none: its end is "
+                               "its start");
+}
+
+}  // namespace
+
+ChainRecipe read_chain(const Reading& reading, NodeId node) {
+  const Reader from = reading.open(node, "chain");
+  ChainRecipe chain;
+  chain.at = node;
+  if (!from.is_object()) return chain;
+  chain.name = from.name();
+  read_course(reading, from, chain);
+  for (NodeId material : from.items("materials"))
+    chain.materials.push_back(find_material(reading, material, 0));
+  BodyRecipe& link = chain.link;
+  link.at = node;
+  link.matter = read_matter(reading, from, Motion::dynamic);
+  link.velocity = from.vec("velocity", Vec3(0));
+  link.spin = from.vec("angular_velocity", Vec3(0));
+  link.drag = from.number("drag", link.drag, kNotNegative);
+  link.gravity_scale = from.number("gravity_scale", 1, kAnyNumber);
+  link.solver = read_solver(reading, from, reading.solver);
+  link.collision = read_collision(reading, from, from.has("shape") || from.has("shapes"),
+                                  reading.collision);
+  chain.mass_ratio = from.number("mass_ratio", 1, kPositive);
+  chain.tip_mass_factor = from.number("tip_mass_factor", 1, kPositive);
+  read_attachments(from, chain);
+  chain.turn = read_turn(reading, from);
+  return chain;
+}
+
+BodyRecipe read_stairs(const Reading& reading, NodeId node) {
+  constexpr int kMostSteps = 10'000;
+  const Reader from = reading.open(node, "stairs");
+  BodyRecipe stairs;
+  if (!from.is_object()) return stairs;
+  stairs.at = node, stairs.motion = Motion::fixed;
+  const std::string name = from.name();
+  bool is_whole = from.need("count", "a number of steps") != kNoNode;
+  for (std::string_view key : {"width", "rise", "run"})
+    is_whole = from.need(key, kSize.words) != kNoNode && is_whole;
+  const int count = from.whole("count", 1, 1, kMostSteps);
+  const Real width = from.number("width", 1, kSize), rise = from.number("rise", 1, kSize),
+             run = from.number("run", 1, kSize);
+  stairs.pose = from.pose();
+  const std::uint32_t material = read_material(reading, from, 0);
+  // Each step reaches down to the floor, so that none can be slipped under.
+  for (int i = 0; i < count; ++i) {
+    Shape step{ShapeKind::box, 0.5 * Vec3(run, (i + 1) * rise, width), {}};
+    step.local.position = {(i + 0.5) * run, step.size.y, 0};
+    step.material = material;
+    stairs.matter.shapes.push_back(step);
+  }
+  const std::optional<Collision> solid = reading.collision.value_or(Collision{});
+  stairs.collision = read_collision(reading, from, true, solid);
+  if (is_whole) stairs.name = name;
+  return stairs;
+}
+
+}  // namespace pantin

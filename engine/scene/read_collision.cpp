@@ -1,0 +1,87 @@
+#include <algorithm>
+#include <string>
+
+#include "engine/scene/read.hpp"
+
+namespace pantin {
+namespace {
+
+constexpr std::size_t kGroups = 32;
+
+/// The bit of a group given by its name or its number; 0 after a complaint.
+std::uint32_t group_bit(const Reading& reading, NodeId node) {
+  const JsonNode& value = reading.json[node];
+  if (value.kind == JsonKind::number && value.number >= 0 && value.number < kGroups &&
+      value.number == static_cast<Real>(static_cast<std::uint32_t>(value.number)))
+    return std::uint32_t(1) << static_cast<std::uint32_t>(value.number);
+  const std::string_view name = value.kind == JsonKind::string ? value.text : "";
+  const auto it = std::find(reading.groups.begin(), reading.groups.end(), name);
+  if (it != reading.groups.end() && !name.empty())
+    return std::uint32_t(1) << (it - reading.groups.begin());
+  reading.complaints.refuse_value(node, "a name of \"collision_groups\", or a number from 0 to 31" +
+                                            hint(name, reading.groups));
+  return 0;
+}
+
+std::uint32_t read_bits(const Reading& reading, const Reader& from, std::string_view key,
+                        std::uint32_t otherwise) {
+  if (!from.has(key)) return otherwise;
+  std::uint32_t bits = 0;
+  for (NodeId node : from.items(key)) bits |= group_bit(reading, node);
+  return bits;
+}
+
+Collision read_details(const Reading& reading, NodeId node, const Collision& base) {
+  const Reader from = reading.open(node, "collision");
+  Collision c = base;
+  c.friction = from.number("friction", c.friction, kNotNegative);
+  c.restitution = from.number("restitution", c.restitution, kUnit);
+  c.groups = read_bits(reading, from, "groups", c.groups);
+  c.with = read_bits(reading, from, "with", c.with);
+  c.others = from.flag("others", c.others);
+  c.self = from.flag("self", c.self);
+  return c;
+}
+
+/// What stands under "collision"; nothing if it is false.
+std::optional<Collision> read_value(const Reading& reading, NodeId node) {
+  const Collision base = reading.collision.value_or(Collision{});
+  if (reading.json[node].kind == JsonKind::object) return read_details(reading, node, base);
+  if (reading.json[node].kind != JsonKind::boolean)
+    reading.complaints.refuse_value(node, "true, false or an object (collision)");
+  else if (reading.json[node].boolean)
+    return base;
+  return std::nullopt;
+}
+
+}  // namespace
+
+void read_scene_collision(Reading& reading, const Reader& scene) {
+  for (NodeId node : scene.items("collision_groups")) {
+    const JsonNode& value = reading.json[node];
+    const auto same = std::find(reading.groups.begin(), reading.groups.end(), value.text);
+    if (value.kind != JsonKind::string || value.text.empty())
+      reading.complaints.refuse_value(node, "the name of a group");
+    else if (same != reading.groups.end())
+      reading.complaints.refuse_value(node, "a name that no group before has");
+    else if (reading.groups.size() == kGroups)
+      reading.complaints.refuse_value(node, "at most 32 groups");
+    else
+      reading.groups.push_back(value.text);
+  }
+  const NodeId node = scene.find("collision");
+  if (node != kNoNode) reading.collision = read_value(reading, node);
+}
+
+std::optional<Collision> read_collision(const Reading& reading, const Reader& from, bool has_shapes,
+                                        const std::optional<Collision>& otherwise) {
+  const NodeId node = from.find("collision");
+  if (node == kNoNode) return has_shapes ? otherwise : std::nullopt;
+  const auto collision = read_value(reading, node);
+  if (!collision || has_shapes) return collision;
+  reading.complaints.refuse_key(node, "found \"collision\" of a body without a shape, expected a "
+                                      "shape that touches");
+  return std::nullopt;
+}
+
+}  // namespace pantin

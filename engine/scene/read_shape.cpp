@@ -1,0 +1,209 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <string>
+
+#include "engine/geometry/surface.hpp"
+#include "engine/scene/obj.hpp"
+#include "engine/scene/read.hpp"
+#include "engine/scene/text_file.hpp"
+
+namespace pantin {
+namespace {
+
+using Triangle = std::array<std::uint32_t, 3>;
+using SurfacePointer = std::shared_ptr<const Surface>;
+
+// In the order of ShapeKind.
+constexpr std::string_view kKinds[] = {"sphere", "capsule", "box",         "hull",
+                                       "plane",  "mesh",    "height_field"};
+constexpr std::string_view kPointsOrFile[] = {"points", "file"};
+
+std::vector<Vec3> read_points(const Reader& from) {
+  std::vector<Vec3> points;
+  for (NodeId node : from.items("points")) {
+    Vec3 p(0);
+    read_numbers(from.json, from.complaints, node, {&p.x, 3}, kAnyNumber);
+    points.push_back(p);  // also where it is wrong, so that triangles are checked against them all
+  }
+  return points;
+}
+
+std::vector<Triangle> read_triangles(const Reader& from, std::size_t points) {
+  const Range corner{0, static_cast<Real>(points) - 1,
+                     "the place of a point in \"points\", counted from 0"};
+  std::vector<Triangle> triangles;
+  for (NodeId node : from.items("triangles")) {
+    Real c[3] = {0, 0, 0};
+    if (!read_numbers(from.json, from.complaints, node, c, corner)) continue;
+    const bool is_whole = std::all_of(c, c + 3, [](Real x) { return x == std::floor(x); });
+    if (!is_whole) from.complaints.refuse_value(node, "three whole numbers");
+    const auto place = [&](int i) { return static_cast<std::uint32_t>(c[i]); };
+    triangles.push_back({place(0), place(1), place(2)});
+  }
+  return triangles;
+}
+
+/// The OBJ file under "file"; nothing after a complaint.
+std::optional<ObjMesh> read_obj(const Reading& reading, const Reader& from) {
+  const NodeId node = from.find("file");
+  const std::string name = from.text("file", "");
+  if (name.empty()) {
+    if (reading.json[node].kind == JsonKind::string)
+      from.complaints.refuse_value(node, "the path of an OBJ file");
+    return std::nullopt;
+  }
+  const std::string path = (std::filesystem::path(reading.folder) / name).string();
+  const auto text = read_text(path, reading.limits.bytes, "an OBJ file");
+  if (!text) {
+    from.complaints.refuse(node, text.errors().front().message);
+    return std::nullopt;
+  }
+  auto mesh = parse_obj(*text, path);
+  if (mesh) return std::move(*mesh);
+  for (const Error& e : mesh.errors()) from.complaints.refuse(node, e.message);
+  return std::nullopt;
+}
+
+/// Keeps a surface, or complains of what it lacks at the shape.
+SurfacePointer kept(const Reader& from, Result<SurfacePointer> made) {
+  if (made) return std::move(*made);
+  for (const Error& e : made.errors()) from.complaints.refuse(from.node, e.message);
+  return nullptr;
+}
+
+SurfacePointer read_hull(const Reading& reading, const Reader& from) {
+  from.one_of(kPointsOrFile);
+  if (from.has("file")) {
+    const auto mesh = read_obj(reading, from);
+    return mesh ? kept(from, make_hull(mesh->points)) : nullptr;
+  }
+  if (from.need("points", "four points or more, or a \"file\"") == kNoNode) return nullptr;
+  const std::size_t refused_before = from.complaints.refused();
+  const std::vector<Vec3> points = read_points(from);
+  return from.complaints.refused() == refused_before ? kept(from, make_hull(points)) : nullptr;
+}
+
+SurfacePointer read_mesh(const Reading& reading, const Reader& from) {
+  from.one_of(kPointsOrFile);
+  if (from.has("file")) {
+    if (from.has("triangles"))
+      from.complaints.refuse_key(from.find("triangles"),
+                                 "found \"triangles\" beside \"file\", expected only one of them");
+    const auto mesh = read_obj(reading, from);
+    return mesh ? kept(from, make_mesh(mesh->points, mesh->triangles)) : nullptr;
+  }
+  const bool has_points = from.need("points", "\"points\" and \"triangles\", or a \"file\"") != kNoNode;
+  const std::size_t refused_before = from.complaints.refused();
+  const std::vector<Vec3> points = read_points(from);
+  const std::vector<Triangle> triangles = read_triangles(from, points.size());
+  if (!has_points || from.need("triangles", "three places in \"points\" for each") == kNoNode)
+    return nullptr;
+  if (from.complaints.refused() != refused_before) return nullptr;
+  return kept(from, make_mesh(points, triangles));
+}
+
+SurfacePointer read_height_field(const Reader& from) {
+  constexpr int kMost = 1 << 20;
+  bool is_whole = true;
+  for (std::string_view key : {"columns", "rows", "spacing", "heights"})
+    is_whole = from.need(key, "\"columns\", \"rows\", \"spacing\" and \"heights\"") != kNoNode && is_whole;
+  const std::size_t refused_before = from.complaints.refused();
+  const int columns = from.whole("columns", 2, 2, kMost), rows = from.whole("rows", 2, 2, kMost);
+  Real spacing[2] = {1, 1};
+  const NodeId at = from.find("spacing");
+  if (at != kNoNode && from.json[at].kind == JsonKind::array)
+    read_numbers(from.json, from.complaints, at, spacing, kSize);
+  else
+    spacing[0] = spacing[1] = from.number("spacing", 1, kSize);
+  std::vector<Real> heights(from.items("heights").size());
+  if (!heights.empty())
+    read_numbers(from.json, from.complaints, from.find("heights"), heights, kAnyNumber);
+  if (!is_whole || from.complaints.refused() != refused_before) return nullptr;
+  return kept(from, make_height_field(static_cast<std::uint32_t>(columns),
+                                      static_cast<std::uint32_t>(rows), spacing[0], spacing[1],
+                                      heights));
+}
+
+/// Which kind of shape stands here; nothing after a complaint.
+std::optional<ShapeKind> read_kind(const Reading& reading, NodeId node) {
+  const JsonDocument& json = reading.json;
+  if (json[node].kind != JsonKind::object) {
+    reading.complaints.refuse_value(node, "an object (" + listed(kKinds) + ")");
+    return std::nullopt;
+  }
+  const NodeId type = json.member(node, "type");
+  if (type == kNoNode) {
+    reading.complaints.refuse(node, "found no \"type\", expected " + listed(kKinds));
+    return std::nullopt;
+  }
+  const std::string_view word = json[type].kind == JsonKind::string ? json[type].text : "";
+  const auto it = std::find(std::begin(kKinds), std::end(kKinds), word);
+  if (it != std::end(kKinds)) return static_cast<ShapeKind>(it - std::begin(kKinds));
+  reading.complaints.refuse_value(type, listed(kKinds) + hint(word, kKinds));
+  return std::nullopt;
+}
+
+/// A sphere, a capsule, a box or a plane; false if a size is missing.
+bool read_size(const Reader& from, Shape& shape) {
+  const auto need = [&](std::string_view key) { return from.need(key, kSize.words) != kNoNode; };
+  if (shape.kind == ShapeKind::plane) {
+    shape.size = {0.5 * from.number("size", 20, kSize), 0, 0};
+    return true;
+  }
+  if (shape.kind == ShapeKind::box) {
+    const bool is_whole = from.need("size", "the three edges of the box") != kNoNode;
+    shape.size = 0.5 * from.vec("size", Vec3(1), kSize);
+    return is_whole;
+  }
+  bool is_whole = need("radius");
+  shape.size = {from.number("radius", 1, kSize), 0, 0};
+  if (shape.kind != ShapeKind::capsule) return is_whole;
+  is_whole = need("length") && is_whole;
+  shape.size.y = 0.5 * from.number("length", 1, kSize);
+  return is_whole;
+}
+
+bool read_form(const Reading& reading, const Reader& from, Shape& shape) {
+  switch (shape.kind) {
+    case ShapeKind::hull:
+      return bool(shape.surface = read_hull(reading, from));
+    case ShapeKind::mesh:
+      return bool(shape.surface = read_mesh(reading, from));
+    case ShapeKind::height_field:
+      return bool(shape.surface = read_height_field(from));
+    default:
+      return read_size(from, shape);
+  }
+}
+
+/// Grounds and hollow things only stand: contacts with them are sought one way.
+void refuse_moving(const Reader& from, ShapeKind kind, Motion motion) {
+  if (motion != Motion::dynamic || kind < ShapeKind::plane) return;
+  const std::string_view name = kKinds[static_cast<std::size_t>(kind)];
+  from.complaints.refuse(from.find("type"),
+                         "found a " + std::string(name) +
+                             " on a dynamic body, expected it on a fixed or driven one" +
+                             (kind == ShapeKind::mesh ? "; a hull, or several, can move" : ""));
+}
+
+}  // namespace
+
+std::optional<DenseShape> read_shape(const Reading& reading, NodeId node,
+                                const SolidDefaults& otherwise) {
+  const auto kind = read_kind(reading, node);
+  if (!kind) return std::nullopt;
+  const Reader from = reading.open(node, kKinds[static_cast<std::size_t>(*kind)]);
+  refuse_moving(from, *kind, otherwise.motion);
+  DenseShape solid;
+  solid.shape.kind = *kind;
+  if (from.accepts("density")) solid.density = from.number("density", otherwise.density, kWeight);
+  solid.shape.material = read_material(reading, from, otherwise.material);
+  solid.shape.local.position = from.vec("position", Vec3(0));
+  if (*kind != ShapeKind::sphere) solid.shape.local.rotation = from.rotation(kNoTurn);
+  if (!read_form(reading, from, solid.shape)) return std::nullopt;
+  return solid;
+}
+
+}  // namespace pantin
