@@ -113,6 +113,14 @@ JointLimits read_limits(const Reading& reading, const Reader& outer, JointKind k
   return limits;
 }
 
+/// What a turn of joint axes may be written as.
+std::string turn_words(JointKind kind, bool in_degrees) {
+  std::string words;
+  if (kind == JointKind::hinge) words = "an angle, or ";
+  if (kind == JointKind::universal) words = "two angles, or ";
+  return words + (in_degrees ? "three angles in degrees" : "a quaternion [x, y, z, w]");
+}
+
 /// "target", or "angle" of a hinge.
 std::optional<Quat> read_target(const Reader& from, JointKind kind) {
   constexpr std::string_view kAll[] = {"target", "target_deg", "angle", "angle_deg"};
@@ -267,6 +275,11 @@ std::optional<Quat> read_joint_turn(const Reader& from, std::string_view key, Jo
   if (kind == JointKind::universal && from.json[node].count == 2) {
     if (!read_angles(from, key, angles)) return std::nullopt;
     return turn_of(UniversalAngles{angles[0], angles[1]});
+  }
+  const bool in_degrees = !from.has(key);
+  if (from.json[node].count != (in_degrees ? 3u : 4u)) {
+    from.complaints.refuse_value(node, turn_words(kind, in_degrees));
+    return std::nullopt;
   }
   const Quat turn = from.rotation(kNoTurn, key);
   const Real off = glm::length(rotation_vector(allowed_by_kind(kind, turn) * glm::conjugate(turn)));
