@@ -127,11 +127,14 @@ void adjust_mutual(World& world, int threads, Real h) {
       if (all[i].mutual) work(all[i]);
     });
   };
-  each([&](Articulation& a) { procedural::begin_passes(world, a, h); });
+  each([&](Articulation& a) {
+    procedural::begin_passes(world, a, h);
+    procedural::begin_iterating(world, a);
+  });
   bool settled = false;
   for (int n = 0; n < passes && !settled; ++n) {
     each([&](Articulation& a) { procedural::begin_pass(world, a, h); });
-    procedural::solve_mutual(world, h);
+    procedural::iterate_mutual(world, h);
     // Each notes for itself whether it is settled: nothing is shared between threads.
     each([&](Articulation& a) { a.settled = procedural::end_pass(world, a, h); });
     settled = true;

@@ -103,15 +103,18 @@ struct JointBlock {
   Vec3 gt{0}, gy{0};
 };
 
-/// A stop of a joint in one direction: along . r <= room for the relative turn r.
+/// A stop of a joint in one direction: along . r <= room for the relative turn r. While it is on,
+/// that direction is locked there and bears a load.
 struct Stop {
   Vec3 along{0};
-  Real room = 0;    // rad
-  Real weight = 0;  // kg m^2
-  Real load = 0;    // kg m^2, against `along`
-  Real soft = 0;    // rad within the soft zone
-  Real bend = 0;    // rad: what large turns add to the linear answer, by the last pass
+  Real room = 0;  // rad
+  Real bend = 0;  // rad: what large turns add to the linear answer, by the last pass
+  Real load = 0;  // kg m^2, against `along`
+  Real soft = 0;  // rad within the soft zone
   bool on = false, both_ways = false;
+  // For the load: along . (pull - by_turn t - by_slide y - by_relative r).
+  Real pull = 0;
+  Vec3 by_turn{0}, by_slide{0}, by_relative{0};
 };
 
 /// A joint that does more than hold a point, during one step. Relative turns are those of the own
@@ -142,6 +145,18 @@ struct Touch {
   Real grip = 0;         // kg, across it
 };
 
+/// A contact or a stop whose load is found by iteration. It takes three numbers, or one.
+struct LoadRow {
+  bool is_stop = false;
+  std::uint32_t column = 0;
+  std::uint32_t touch = 0;   // of a contact, in StepRoom::touches
+  std::uint32_t stop = 0;    // of a joint
+  std::uint32_t number = 0;  // the first
+  std::uint32_t other = UINT32_MAX, other_row = 0;  // articulation and row of a mutual contact's b
+  Vec3 wanted{0};            // displacement beyond the free one; of a stop: x
+  Real stiffness = 0, side_stiffness = 0;  // along the normal, across it
+};
+
 /// What one step of one articulation needs and forgets.
 struct StepRoom {
   Table work;               // see Work
@@ -159,9 +174,8 @@ struct StepRoom {
   std::vector<JointBlock> base, joint_blocks;  // likewise
   std::vector<JointTerms> terms;               // a body each, where joints are stiff
   std::vector<Touch> touches;                  // of this step
-  std::vector<std::uint32_t> mutual;           // of touches: those with other dynamic bodies
-  std::vector<Mat3> mutual_response;           // of every such point to a load at every other
-  std::vector<Vec3> mutual_moved;              // such points: displacement of the prediction
+  std::vector<LoadRow> load_rows;              // contacts and stops whose loads are iterated
+  std::vector<Real> load_response, load_moved;  // numbers x numbers, and a number each
   std::vector<Quat> rotations;                 // a body each: as the joints leave it
   std::vector<Loads> forces_in, torques_in;    // a body each
   std::vector<std::uint8_t> on_path;
@@ -239,6 +253,7 @@ struct Articulation {
 
   // What the integrators remember besides the tables.
   int calm_steps = 0;
+  int iterating = 0;    // steps for which loads are iterated from the start, since guessing failed
   bool fresh = true;    // no step was taken yet, or all memory was dropped
   Real last_step = 0;   // s
   Real reserve = 0;     // J, lost to the integrator lately; the limiter lets it come back
@@ -251,8 +266,10 @@ struct Articulation {
   Real force_share = 1;  // of a step's h^2 times a force over a mass in the displacement it makes
   bool forced = false, second_order = false, limited = false, disturbed = false, changed = false,
        finite = true;
+  bool bears = false;     // a contact bears a load
   bool touching = false;  // a contact or a stop bore a load in the last step
   bool settled = false;   // the last pass changed nothing
+  bool iterates = false;  // loads of stops and contacts are iterated in this step
   bool mutual = false;    // a contact with another dynamic body: solved side by side with its own
   int rounds_used = 0, passes_used = 0, stops_hit = 0, drives_capped = 0;
   Real stop_work = 0;  // J, done by drives, soft zones and moving contacts in the last step

@@ -8,6 +8,8 @@
 
 namespace pantin {
 
+struct Articulation;
+
 /// A component: the body's Shapes are solid. Bodies without it touch nothing.
 ///
 /// A dynamic body touches every fixed or driven one whose groups agree. Dynamic bodies touch one
@@ -31,6 +33,7 @@ struct Contact {
   Real friction = 0, restitution = 0;
   // What the step left:
   Vec3 load{0};        // multiplier on a, kg m, world
+  Vec3 before{0};      // the same after the step before
   Real sliding = 1;    // part of the sticking load that friction can bear; 1: sticks
   Real impact = 0;     // m/s, approach not yet given back by restitution
   bool active = false; // bears a load
@@ -38,20 +41,11 @@ struct Contact {
   Real depth = 0;      // m, overlap left after the step, never negative
 };
 
-/// A contact of two dynamic bodies while its load is found.
-struct MutualContact {
-  std::uint32_t contact = 0;             // in World::contacts
-  std::uint32_t a = 0, b = 0;            // articulations
-  std::uint32_t place_a = 0, place_b = 0;  // in their lists of such points
-  Vec3 wanted{0};                        // displacement of a's point against b's, beyond the free one
-  Real stiffness = 0, side_stiffness = 0;  // kg: along the normal, across it
-};
-
 /// Room for contacts, kept between steps.
 struct TouchRoom {
   std::vector<Real> reach;  // m, by body slot: how far its surface may move in the step
   std::vector<Pose> ends;   // poses of driven bodies at the end of the step
-  std::vector<MutualContact> mutual;
+  std::vector<Articulation*> mutual;
 };
 
 }  // namespace pantin

@@ -102,7 +102,7 @@ void add_articulation(Hash& hash, const Articulation& a) {
   for (const Tree& t : a.trees) hash.add(t.target), hash.add(t.spin_momentum);
   for (const Hold& h : a.holds) hash.add(h.target), hash.add(h.load), hash.add(h.gap_before);
   for (const Cord& c : a.cords) hash.add(c.load);
-  hash.add(a.calm_steps), hash.add(a.fresh), hash.add(a.last_step);
+  hash.add(a.iterating), hash.add(a.calm_steps), hash.add(a.fresh), hash.add(a.last_step);
   hash.add(a.reserve), hash.add(a.driven), hash.add(a.aimed);
 }
 

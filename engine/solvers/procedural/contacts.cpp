@@ -197,6 +197,7 @@ void aim_touches(World& world, Articulation& a, Real h) {
     Contact& c = world.contacts[t.contact];
     const bool mutual = is_dynamic(world, c.slot_b);
     if (t.side > 0 && ratio != 1) c.load *= ratio * ratio;
+    if (t.side > 0) c.before = c.load;
     const Vec3 point = t.side > 0 ? c.point_a : c.point_b;
     const Vec3 arm = a.room.work.quat(kRotation, t.column) * point;
     t.predicted = a.room.work.vec(kPosition, t.column) + arm;
@@ -213,7 +214,7 @@ void aim_touches(World& world, Articulation& a, Real h) {
 void add_touches(const World& world, Articulation& a, std::vector<JointBlock>& blocks) {
   for (Touch& t : a.room.touches) {
     const Contact& c = world.contacts[t.contact];
-    if (!c.active || is_dynamic(world, c.slot_b)) continue;
+    if (!c.active) continue;
     t.grip = t.weight * c.sliding;
     const Vec3 n = c.normal;
     const Vec3 bearing = glm::dot(c.load, n) * n;
@@ -228,16 +229,34 @@ void add_touches(const World& world, Articulation& a, std::vector<JointBlock>& b
   }
 }
 
+bool settle_iterated(World& world, Articulation& a) {
+  bool settled = true;
+  for (Touch& t : a.room.touches) {
+    Contact& c = world.contacts[t.contact];
+    const Vec3 before = t.bend;
+    if (t.side > 0) {
+      const Vec3 slip = across(t.goal - moved_to(a, t), c.normal);
+      const Real normal = glm::dot(c.load, c.normal);
+      c.active = normal > 0, c.force = c.load;
+      // As a row of the solve the contact would brake like this; a sliding one keeps no grip.
+      if (c.sliding < 1 && !is_dynamic(world, c.slot_b)) {
+        const Real whole = t.weight * glm::length(slip), most = c.friction * normal;
+        c.sliding = whole > most ? most / whole : 1;
+        c.load = normal * c.normal;
+      }
+    }
+    learn_bend(a, t, t.side > 0 ? c.point_a : c.point_b);
+    settled = settled && std::abs(glm::dot(c.normal, t.bend - before)) < 1e-5 * a.size;
+    if (!is_dynamic(world, c.slot_b))
+      settled = settled && glm::dot(c.normal, t.goal - moved_to(a, t)) < 1e-5 * a.size;
+  }
+  return settled;
+}
+
 bool settle_touches(World& world, Articulation& a) {
   bool settled = true;
   for (Touch& t : a.room.touches) {
     Contact& c = world.contacts[t.contact];
-    if (is_dynamic(world, c.slot_b)) {
-      const Vec3 before = t.bend;
-      learn_bend(a, t, t.side > 0 ? c.point_a : c.point_b);
-      settled = settled && std::abs(glm::dot(c.normal, t.bend - before)) < 1e-5 * a.size;
-      continue;
-    }
     const Vec3 miss = t.goal - moved_to(a, t);
     learn_bend(a, t, c.point_a);
     const Real depth = glm::dot(c.normal, t.goal - moved_to(a, t));
@@ -281,20 +300,24 @@ Real finish_touches(World& world, Articulation& a, Real h) {
   Real work = 0;
   for (Touch& t : a.room.touches) {
     Contact& c = world.contacts[t.contact];
-    if (t.side < 0) continue;
+    if (t.side < 0) {
+      if (c.active && c.gap < 0) work -= c.gap * a.mass * glm::length(world.gravity);
+      continue;
+    }
     const Body &body = world.bodies.values()[c.slot_a], &other = world.bodies.values()[c.slot_b];
     const Vec3 on_b = to_world(other.pose, c.point_b);
     const Real apart = glm::dot(c.normal, to_world(body.pose, c.point_a) - on_b);
     c.depth = std::max(Real(0), -apart);
     c.force = c.active ? to_force * c.force : Vec3(0);
+    // What is given back, or lifted out of an overlap, may be gained; no more than that.
     if (c.impact > 0) {
-      work += std::max(Real(0), glm::dot(c.force, h * c.impact * c.normal));
+      work += 0.5 * a.mass * c.impact * c.impact;
       c.impact = 0;
     } else if (c.impact < 0) {
       c.impact = c.active ? -c.restitution * c.impact : 0;
     }
     if (c.active) work += std::max(Real(0), glm::dot(c.force, way_of(other, on_b, h)));
-    if (c.active && c.gap < 0) work += std::max(Real(0), -c.gap * glm::dot(c.force, c.normal));
+    if (c.active && c.gap < 0) work -= c.gap * a.mass * glm::length(world.gravity);
   }
   return work;
 }

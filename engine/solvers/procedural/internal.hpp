@@ -36,8 +36,9 @@ std::uint32_t held_body_of(const Articulation& a, std::size_t c);
 /// Stiff joints (joint_terms.cpp): room.terms for the poses in a row. With `again` springs are left
 /// out and stops stay as they are.
 void set_terms(const World& world, Articulation& a, Real h, Work rotation_row, bool again);
-/// After a pass: what the stops of a joint bear, from rotations not clamped yet. True if settled.
-bool settle_stops(Articulation& a, std::size_t c, Quat own, Quat parent);
+/// After a pass: what the stops of a joint bear, from rotations not clamped yet and the linear
+/// answer `turn` and `slide`. True if settled.
+bool settle_stops(Articulation& a, std::size_t c, Quat own, Quat parent, Vec3 turn, Vec3 slide);
 /// ... and how much of its torque a drive may exert.
 bool settle_drive(World& world, Articulation& a, Real h, std::size_t c);
 /// Work done by drive and soft zones of a joint over the step, J.
@@ -59,11 +60,15 @@ bool settle_touches(World& world, Articulation& a);
 Vec3 moved_to(const Articulation& a, const Touch& t);
 void learn_bend(const Articulation& a, Touch& t, Vec3 anchor);
 
-/// Contacts between dynamic bodies (mutual.cpp): how an articulation answers to loads at them.
+/// Loads by iteration (loads.cpp): how an articulation answers to loads of its contacts and stops.
 /// After gather_joints; needs room.slide and room.turn of the free answer.
-void find_mutual_response(World& world, Articulation& a);
+void find_load_response(const World& world, Articulation& a);
+/// Finds the loads of all contacts and stops of these articulations together.
+void iterate_loads(World& world, std::span<Articulation* const> all, Real h);
 /// Adds the loads found to what was gathered.
-void add_mutual_loads(const World& world, Articulation& a);
+void add_iterated_loads(World& world, Articulation& a);
+/// After a pass with iterated loads: what turning adds, and what contacts bear. True if settled.
+bool settle_iterated(World& world, Articulation& a);
 /// The free answer: what gathered loads and gaps do, into room.slide and room.turn.
 void answer_freely(Articulation& a, Work position_row);
 /// Adds loads in room.forces_in and torques_in, side 0, to the gathered nodes.

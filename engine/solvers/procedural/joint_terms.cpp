@@ -215,12 +215,38 @@ void set_terms(const World& world, Articulation& a, Real h, Work rotation_row, b
   }
 }
 
-bool settle_stops(Articulation& a, std::size_t c, Quat own, Quat parent) {
+namespace {
+
+/// What the stops that are on bear, from the balance of torques along them.
+void find_loads(JointTerms& t, Vec3 turn, Vec3 slide) {
+  Stop* on[2] = {nullptr, nullptr};
+  for (Stop& stop : t.stops)
+    if (stop.on && !on[1]) (on[0] ? on[1] : on[0]) = &stop;
+  const auto push = [&](const Stop& s) {
+    return s.pull - glm::dot(s.by_turn, turn) - glm::dot(s.by_slide, slide) -
+           glm::dot(s.by_relative, t.turned);
+  };
+  if (!on[0]) return;
+  const Real first = push(*on[0]);
+  on[0]->load = first;
+  if (!on[1]) return;
+  const Real second = push(*on[1]), c = glm::dot(on[0]->along, on[1]->along), det = 1 - c * c;
+  if (!(det > 1e-6)) {
+    on[1]->load = 0;
+    return;
+  }
+  on[0]->load = (first - c * second) / det, on[1]->load = (second - c * first) / det;
+}
+
+}  // namespace
+
+bool settle_stops(Articulation& a, std::size_t c, Quat own, Quat parent, Vec3 turn, Vec3 slide) {
   PackedJoint& j = a.joints[c];
   JointTerms& t = a.room.terms[c];
   Excess excess[4];
   const At at(j, own, parent);
   measure_stops(at, excess);
+  if (!a.iterates) find_loads(t, turn, slide);
   bool settled = true;
   for (int s = 0; s < 4; ++s) {
     Stop& stop = t.stops[s];
@@ -233,8 +259,9 @@ bool settle_stops(Articulation& a, std::size_t c, Quat own, Quat parent) {
       stop.load *= std::max(Real(0), same);
     }
     const Real linear = glm::dot(stop.along, t.turned) - stop.room;
-    if (stop.on) {
-      stop.load += stop.weight * (linear + stop.bend);
+    if (a.iterates && !stop.both_ways) {
+      settled = settled && std::abs(beyond - linear - stop.bend) < 1e-4;
+    } else if (stop.on) {
       if (stop.load <= 0 && !stop.both_ways) stop.load = 0, stop.on = false, settled = false;
       settled = settled && beyond < 1e-6;
     } else if (beyond > 1e-9) {

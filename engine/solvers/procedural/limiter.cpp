@@ -77,6 +77,7 @@ bool is_driven(const World& world, const Articulation& a) {
 
 /// Nothing ties the articulation to the world.
 bool flies_free(const Articulation& a) {
+  if (a.bears) return false;
   for (const Tree& t : a.trees)
     if (a.parents[t.first] != kFree) return false;
   for (const Cord& c : a.cords)
@@ -153,7 +154,7 @@ void limit_energy(World& world, Articulation& a, const Packed& p, const EndSums&
   a.limited = a.settings.limiter && energy > allowed + slack;
   if (a.limited) {
     energy = slow_down(a, p, end, allowed);
-    if (!flies_free(a) && end.potential > allowed + slack) take_back(world, a, p, allowed);
+    if (!a.bears && !flies_free(a) && end.potential > allowed + slack) take_back(world, a, p, allowed);
   }
   const Real lent = std::max(Real(0), allowed - energy);
   a.reserve = a.limited || a.disturbed ? 0 : lent * std::exp(-h / a.settings.reservoir_time);

@@ -24,8 +24,9 @@ bool adjust(World& world, Articulation& a, Real h, Entity& lost);
 /// begin; then passes, until nothing changes: all begin the pass, the loads between them are found
 /// for the whole World at once, all end it. At last each finishes.
 void begin_passes(World& world, Articulation& a, Real h);
+void begin_iterating(World& world, Articulation& a);
 void begin_pass(World& world, Articulation& a, Real h);
-void solve_mutual(World& world, Real h);
+void iterate_mutual(World& world, Real h);
 bool end_pass(World& world, Articulation& a, Real h);
 bool finish_passes(World& world, Articulation& a, Real h, Entity& lost);
 

@@ -104,7 +104,7 @@ void gather_once(World& world, Articulation& a, Real h) {
   StepRoom& r = a.room;
   // The blocks of the bodies stay the same from pass to pass; contacts do not.
   r.joint_blocks = r.base;
-  add_touches(world, a, r.joint_blocks);
+  if (!a.iterates) add_touches(world, a, r.joint_blocks);
   gather_joints(a);
   if (has_rows(a)) solve_rows(world, a, h, kPosition, kRotation, false);
 }
@@ -113,7 +113,7 @@ void gather_once(World& world, Articulation& a, Real h) {
 bool close_once(World& world, Articulation& a, Real h) {
   const bool settled = close_joints(world, a, h, kPosition, kRotation, false);
   kernels().commit(packed(world, a), kRotation);
-  return settle_touches(world, a) && settled;
+  return (a.iterates ? settle_iterated(world, a) : settle_touches(world, a)) && settled;
 }
 
 constexpr Real kFarOff = 1e-2;  // of the size: a residual that the first answer could not see
@@ -239,7 +239,7 @@ namespace {
 void make_room_for_passes(Articulation& a) {
   StepRoom& r = a.room;
   const std::size_t n = a.count(), rows = 3 * a.holds.size() + a.cords.size();
-  if (r.forces_in.empty() && a.mutual) r.forces_in.assign(n, {}), r.torques_in.assign(n, {});
+  if (r.forces_in.empty() && a.iterates) r.forces_in.assign(n, {}), r.torques_in.assign(n, {});
   if (r.joint_nodes.size() == n) return;
   r.joint_nodes.assign(n, {}), r.base.assign(n, {}), r.joint_blocks.assign(n, {});
   r.terms.assign(a.joints.empty() ? 0 : n, {});
@@ -300,7 +300,7 @@ void update(World& world, Articulation& a, Real h) {
 void begin_passes(World& world, Articulation& a, Real h) {
   a.disturbed = a.limited = false;
   a.rounds_used = a.passes_used = a.stops_hit = a.drives_capped = 0;
-  a.stop_work = 0;
+  a.stop_work = 0, a.iterates = false;
   if (!a.finite || a.settings.solver != Solver::automatic || is_plain(a)) return;
   make_room_for_passes(a);
   const bool tension = a.settings.tension_stiffness;
@@ -320,18 +320,43 @@ bool takes_passes(const Articulation& a) {
 
 }  // namespace
 
+void begin_iterating(World& world, Articulation& a) {
+  if (a.iterates || !takes_passes(a)) return;
+  a.iterates = true;
+  make_room_for_passes(a);
+  for (std::size_t c = 0; c < a.joints.size(); ++c)
+    for (Stop& stop : a.room.terms[c].stops) {
+      stop.bend = 0;
+      if (stop.both_ways) continue;
+      stop.on = false;
+      stop.load = std::max(Real(0), a.joints[c].loads[&stop - a.room.terms[c].stops]);
+    }
+  for (Touch& t : a.room.touches) {
+    t.bend = Vec3(0);
+    if (t.side > 0) world.contacts[t.contact].load = world.contacts[t.contact].before;
+  }
+}
+
 void begin_pass(World& world, Articulation& a, Real h) {
   if (!takes_passes(a)) return;
   ++a.passes_used;
   gather_once(world, a, h);
   answer_freely(a, kPosition);
-  find_mutual_response(world, a);
+  find_load_response(world, a);
 }
 
 bool end_pass(World& world, Articulation& a, Real h) {
   if (!takes_passes(a)) return true;
-  add_mutual_loads(world, a);
+  add_iterated_loads(world, a);
   return close_once(world, a, h);
+}
+
+void iterate_mutual(World& world, Real h) {
+  std::vector<Articulation*>& all = world.touch_room.mutual;
+  all.clear();
+  for (Articulation& a : world.articulations)
+    if (a.mutual && takes_passes(a)) all.push_back(&a);
+  iterate_loads(world, all, h);
 }
 
 namespace {
@@ -357,8 +382,9 @@ void finish_joints(Articulation& a, Real h) {
     bool hit = false;
     for (int s = 0; s < 4; ++s) {
       const Stop& stop = a.room.terms[c].stops[s];
-      j.loads[s] = stop.on ? stop.load : 0;
-      hit = hit || (stop.on && !stop.both_ways);
+      const bool bears = stop.on || (a.iterates && stop.load > 0);
+      j.loads[s] = bears ? stop.load : 0;
+      hit = hit || (bears && !stop.both_ways);
     }
     a.stops_hit += hit;
     a.drives_capped += j.drive != UINT32_MAX && j.share < 1;
@@ -401,7 +427,7 @@ bool finish_passes(World& world, Articulation& a, Real h, Entity& lost) {
                  a.fresh,
                  a.settings.calm_angle};
   const bool one_held_tree = a.trees.size() == 1 && a.parents.front() == kHeld;
-  a.touching = false;
+  a.touching = a.bears = false;
   EndSums end;
   if (is_plain(a) && solver == Solver::automatic) {
     end = close_plain(a, p, in);
@@ -411,7 +437,8 @@ bool finish_passes(World& world, Articulation& a, Real h, Entity& lost) {
     if (solver == Solver::automatic) {
       if (has_rows(a)) close_rows(world, a, h);
       if (!a.joints.empty()) finish_joints(a, h);
-      a.touching = a.stops_hit > 0 || touches_bear(world, a);
+      a.bears = touches_bear(world, a);
+      a.touching = a.stops_hit > 0 || a.bears;
     } else if (solver == Solver::shake2) {
       close_shake(world, a, p, h);
     } else {
@@ -432,7 +459,7 @@ bool finish_passes(World& world, Articulation& a, Real h, Entity& lost) {
     lost = find_lost(world, a);
     return false;
   }
-  if (!touches_bear(world, a) && repair_momentum(world, a, h)) sum_up(world, a, end);
+  if (!a.bears && repair_momentum(world, a, h)) sum_up(world, a, end);
   if (!a.room.touches.empty()) a.stop_work += finish_touches(world, a, h);
   const bool small_turns = end.largest_turn2 < a.settings.calm_angle * a.settings.calm_angle;
   a.disturbed = a.disturbed || !small_turns;
@@ -449,13 +476,27 @@ bool finish_passes(World& world, Articulation& a, Real h, Entity& lost) {
   return true;
 }
 
+/// After a wrong guess the next steps do not guess.
+constexpr int kStepsIterating = 16;
+
 bool adjust(World& world, Articulation& a, Real h, Entity& lost) {
   begin_passes(world, a, h);
   bool settled = !takes_passes(a);
-  for (int n = 0; n < a.settings.passes && !settled; ++n) {
+  // Mostly the stops and contacts that bore in the last step bear in this one, and one pass, two
+  // at most, confirm it. Otherwise their loads are iterated.
+  const int guesses = a.iterating > 0 ? 0 : std::min(2, a.settings.passes);
+  for (int n = 0; n < guesses && !settled; ++n) {
     ++a.passes_used;
     gather_once(world, a, h);
     settled = close_once(world, a, h);
+  }
+  a.iterating = settled ? 0 : a.iterating > 0 ? a.iterating - 1 : kStepsIterating;
+  if (!settled && a.settings.passes > guesses) begin_iterating(world, a);
+  for (int n = guesses; n < a.settings.passes && !settled; ++n) {
+    begin_pass(world, a, h);
+    Articulation* const alone[] = {&a};
+    iterate_loads(world, alone, h);
+    settled = end_pass(world, a, h);
   }
   return finish_passes(world, a, h, lost);
 }

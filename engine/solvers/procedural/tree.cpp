@@ -15,9 +15,6 @@
 namespace pantin::procedural {
 namespace {
 
-/// Stops outweigh the inertia they hold by this much; what is left is met by their loads.
-constexpr Real kStopWeight = 1e4;
-
 Mat3 crossing(Vec3 v) { return Mat3(0, v.z, -v.y, -v.z, 0, v.x, v.y, -v.x, 0); }
 
 /// The inverse of a symmetric positive definite matrix, pivots floored.
@@ -33,27 +30,71 @@ Mat3 inverse_of(const Mat3& m) {
   return Mat3(xx, xy, xz, xy, yy, yz, xz, yz, i2);
 }
 
-/// Relative turn per torque in the directions a kind leaves free.
-Mat3 give_of(JointKind kind, const JointTerms& t, const Mat3& stiffness) {
-  switch (kind) {
+/// The directions a kind leaves free, orthonormal, locked ones taken out; returns how many.
+std::size_t free_directions(const PackedJoint& joint, JointTerms& t, Vec3 (&free)[3]) {
+  Vec3 locked[2];
+  std::size_t locks = 0, count = 0;
+  for (const Stop& stop : t.stops) {
+    if (!stop.on || locks == 2) continue;
+    Vec3 n = stop.along;
+    for (std::size_t i = 0; i < locks; ++i) n -= glm::dot(n, locked[i]) * locked[i];
+    if (const Real size = glm::length(n); size > 1e-6) locked[locks++] = n / size;
+  }
+  const auto add = [&](Vec3 v) {
+    for (std::size_t i = 0; i < locks; ++i) v -= glm::dot(v, locked[i]) * locked[i];
+    for (std::size_t i = 0; i < count; ++i) v -= glm::dot(v, free[i]) * free[i];
+    if (const Real size = glm::length(v); size > 1e-3) free[count++] = v / size;
+  };
+  switch (joint.joint.kind) {
     case JointKind::ball:
-      return inverse_of(stiffness);
-    case JointKind::hinge: {
-      const Real d = glm::dot(t.first, stiffness * t.first);
-      return d > 0 ? glm::outerProduct(t.first, t.first) / d : Mat3(0);
-    }
-    case JointKind::universal: {
-      const Vec3 k1 = stiffness * t.first, k2 = stiffness * t.second;
-      const Real a = glm::dot(t.first, k1), b = glm::dot(t.first, k2), d = glm::dot(t.second, k2);
-      const Real det = a * d - b * b;
-      if (!(det > 1e-14 * a * d)) return Mat3(0);
-      const Vec3 u = (d * t.first - b * t.second) / det, v = (a * t.second - b * t.first) / det;
-      return glm::outerProduct(t.first, u) + glm::outerProduct(t.second, v);
-    }
+      if (locks == 2) {
+        add(glm::cross(locked[0], locked[1]));
+      } else if (locks == 1) {
+        const Vec3 n = glm::abs(locked[0]);
+        const Vec3 other = n.x <= n.y && n.x <= n.z ? Vec3(1, 0, 0)
+                           : n.y <= n.z             ? Vec3(0, 1, 0)
+                                                    : Vec3(0, 0, 1);
+        add(other), add(glm::cross(locked[0], free[0]));
+      } else {
+        add(Vec3(1, 0, 0)), add(Vec3(0, 1, 0)), add(Vec3(0, 0, 1));
+      }
+      break;
+    case JointKind::hinge:
+      add(t.first);
+      break;
+    case JointKind::universal:
+      add(t.first), add(t.second);
+      break;
     case JointKind::fixed:
       break;
   }
-  return Mat3(0);
+  return count;
+}
+
+/// G = S (S^T K S)^-1 S^T for the directions S.
+Mat3 give_of(const Mat3& stiffness, const Vec3 (&free)[3], std::size_t count) {
+  if (count == 3) return inverse_of(stiffness);
+  if (count == 1) return glm::outerProduct(free[0], free[0]) / glm::dot(free[0], stiffness * free[0]);
+  if (count == 0) return Mat3(0);
+  const Vec3 k0 = stiffness * free[0], k1 = stiffness * free[1];
+  const Real a = glm::dot(free[0], k0), b = glm::dot(free[1], k0), d = glm::dot(free[1], k1);
+  const Real l = b / a, e = std::max(d - l * b, 1e-15 * d);
+  const Vec3 v = free[1] - l * free[0];
+  return glm::outerProduct(free[0], free[0]) / a + glm::outerProduct(v, v) / e;
+}
+
+/// The relative turn that the stops which are on hold the joint to.
+Vec3 held_turn(const JointTerms& t) {
+  const Stop* on[2] = {nullptr, nullptr};
+  for (const Stop& stop : t.stops)
+    if (stop.on && !on[1]) (on[0] ? on[1] : on[0]) = &stop;
+  if (!on[0]) return Vec3(0);
+  const Real first = on[0]->room - on[0]->bend;
+  if (!on[1]) return first * on[0]->along;
+  const Real second = on[1]->room - on[1]->bend, c = glm::dot(on[0]->along, on[1]->along);
+  const Real det = 1 - c * c;
+  if (!(det > 1e-6)) return first * on[0]->along;
+  return ((first - c * second) * on[0]->along + (second - c * first) * on[1]->along) / det;
 }
 
 /// A free ball joint: the parent does not feel the body's turn.
@@ -68,27 +109,29 @@ void eliminate_loose(const JointBlock& b, JointNode& n) {
 
 /// Any other joint. Leaves in `b` what the parent feels, at the own joint point.
 void eliminate_stiff(JointBlock& b, const PackedJoint& joint, JointTerms& t, JointNode& n) {
-  Mat3 stiffness = b.tt + t.spring + Mat3(joint.share * t.drive_spring);
-  Vec3 torque = t.torque + joint.share * t.drive_torque;
-  const Real weight = kStopWeight * (b.tt[0][0] + b.tt[1][1] + b.tt[2][2]);
-  for (Stop& stop : t.stops) {
-    if (!stop.on) continue;
-    stop.weight = weight;
-    stiffness += weight * glm::outerProduct(stop.along, stop.along);
-    torque += (weight * (stop.room - stop.bend) - stop.load) * stop.along;
-  }
+  const Mat3 spring = t.spring + Mat3(joint.share * t.drive_spring);
+  const Vec3 torque = t.torque + joint.share * t.drive_torque;
+  const Mat3 stiffness = b.tt + spring;
+  const Vec3 held = held_turn(t), stays = t.align + held;
+  Vec3 free[3];
+  const std::size_t count = free_directions(joint, t, free);
   n.loose = false;
-  n.give = give_of(joint.joint.kind, t, stiffness);
-  const Mat3 held = b.tt * n.give;  // tt G
-  n.follow = Mat3(1) - glm::transpose(held);
+  n.give = give_of(stiffness, free, count);
+  for (Stop& stop : t.stops) {
+    if (stop.along == Vec3(0)) continue;
+    stop.pull = glm::dot(stop.along, b.gt + torque);
+    stop.by_turn = b.tt * stop.along, stop.by_slide = glm::transpose(b.ty) * stop.along;
+    stop.by_relative = spring * stop.along;
+  }
+  const Mat3 passed = b.tt * n.give;  // tt G
+  n.follow = Mat3(1) - glm::transpose(passed);
   n.swing = n.give * b.ty;
-  const Vec3 own = b.tt * t.align, found = n.give * (b.gt + torque - own);
-  n.turn = t.align + found;
-  n.lever = b.ty - held * b.ty;
+  n.turn = stays + n.give * (b.gt + torque - b.tt * stays - spring * held);
+  n.lever = b.ty - passed * b.ty;
   n.group = b.yy - glm::transpose(b.ty) * n.swing;
   n.load = b.gy - glm::transpose(b.ty) * n.turn;
   n.torque = b.gt - b.tt * n.turn;
-  b.tt -= held * b.tt;
+  b.tt -= passed * b.tt;
 }
 
 /// Adds a body, as felt at its joint, to the block of its parent. `felt` is the turning part.
@@ -223,7 +266,7 @@ bool close_joints(World& world, Articulation& a, Real h, Work position_row, Work
       const Quat kind = allowed_by_kind(joint.joint.kind, turn);
       if (!again) {
         const Quat unclamped = own_rotation(joint, parent_now, kind);
-        settled = settle_stops(a, c, unclamped, parent_now) && settled;
+        settled = settle_stops(a, c, unclamped, parent_now, d, y) && settled;
         settled = settle_drive(world, a, h, c) && settled;
       }
       const Quat allowed = allowed_turn(joint.joint, kind);
