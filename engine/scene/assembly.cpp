@@ -351,7 +351,8 @@ class Bench {
     joint.anchor_a = anchor_of(made_, *a, recipe.at_a);
     joint.anchor_b = anchor_of(made_, *b, recipe.at_b);
     joint.compliance = recipe.compliance;
-    const Real span = glm::length(to_scene(made_, *b, joint.anchor_b) - to_scene(made_, *a, joint.anchor_a));
+    const Real span = glm::length(to_scene(made_, *b, joint.anchor_b) -
+                                  to_scene(made_, *a, joint.anchor_a));
     joint.length = recipe.length.value_or(recipe.slack * span);
     if (!(joint.length > 0)) {
       shop_.complaints.refuse(

@@ -16,10 +16,10 @@ struct ObjMesh {
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 
-/// Reads the lines `v x y z` and `f i j k ...`; all others are passed over. Faces of more than three
-/// corners become fans about their first. Corners may be i, i/j, i//k or i/j/k, of which i counts,
-/// from 1, or from the last point backwards if negative. Complaints begin "name:line: "; at most
-/// some twenty are told.
+/// Reads the lines `v x y z` and `f i j k ...`; all others are passed over. Faces of more than
+/// three corners become fans about their first. Corners may be i, i/j, i//k or i/j/k, of which i
+/// counts, from 1, or from the last point backwards if negative. Complaints begin "name:line: ";
+/// at most twenty are told.
 Result<ObjMesh> parse_obj(std::string_view text, std::string_view name);
 
 }  // namespace pantin

@@ -17,8 +17,8 @@ Vec3 anchor_of(const Assembly& assembly, std::uint32_t body, const PointRecipe& 
 Joint joint_of(const Assembly& assembly, const JointRecipe& recipe, std::uint32_t a,
                std::uint32_t b);
 
-/// The joint of a chain's last link and a body, or of a body and its first link. Joint axes are those
-/// of the chain in the link; in the body they agree with them at the start.
+/// The joint of a body and a chain's first or last link. Joint axes are those of the chain in the
+/// link; in the body they agree with them at the start.
 struct ChainEnd {
   std::uint32_t body, link;  // the link's side of the joint is b
   Vec3 point;                // in the scene

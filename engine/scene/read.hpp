@@ -36,18 +36,19 @@ std::uint32_t read_material(const Reading& reading, const Reader& from, std::uin
 /// The same, where `node` is the name itself.
 std::uint32_t find_material(const Reading& reading, NodeId node, std::uint32_t otherwise);
 
-/// A shape in the body's own frame and its density; complains of what a body of this motion cannot
-/// have. Nothing if it cannot be read.
+/// A shape in the body's own frame, and its density.
 struct DenseShape {
   Shape shape;
   Real density = 0;  // kg/m^3
 };
-struct SolidDefaults {
+struct ShapeDefaults {
   std::uint32_t material = 0;
   Real density = 1000;
   Motion motion = Motion::dynamic;
 };
-std::optional<DenseShape> read_shape(const Reading& reading, NodeId node, const SolidDefaults& otherwise);
+/// Complains of what a body of this motion cannot have. Nothing if it cannot be read.
+std::optional<DenseShape> read_shape(const Reading& reading, NodeId node,
+                                     const ShapeDefaults& otherwise);
 
 /// "collision_groups" and "collision" of the whole scene.
 void read_scene_collision(Reading& reading, const Reader& scene);
@@ -60,8 +61,8 @@ std::optional<Collision> read_collision(const Reading& reading, const Reader& fr
 /// "kind", "limits" and "drive" of a joint, or of the joints of a chain.
 TurnRecipe read_turn(const Reading& reading, const Reader& from);
 
-/// An angle or angles under `key` (rad) or `key`_deg, not both; false, and `into` untouched, if
-/// neither is given or it does not fit.
+/// An angle or angles under `key` (rad) or `key`_deg, not both; false if neither is given or it does
+/// not fit.
 bool read_angles(const Reader& from, std::string_view key, std::span<Real> into);
 
 /// A turn of joint axes under `key` or `key`_deg: a quaternion or three angles; for a hinge one

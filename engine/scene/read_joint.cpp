@@ -1,202 +1,11 @@
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <string>
 
-#include "engine/base/rotation.hpp"
 #include "engine/scene/read.hpp"
 
 namespace pantin {
 namespace {
 
-constexpr std::string_view kKinds[] = {"ball", "hinge", "universal", "fixed"};
-constexpr std::string_view kBallOnly[] = {"ball"};
-constexpr Range kRadians{-1e4, 1e4, "an angle in rad, between -1e4 and 1e4"};
-
-std::string_view name_of_kind(JointKind kind) { return kKinds[static_cast<std::size_t>(kind)]; }
-
-/// A limit's key and what may have it.
-struct LimitKey {
-  std::string_view key;
-  JointKind kind;
-};
-constexpr LimitKey kLimitKeys[] = {{"angle", JointKind::hinge},     {"twist", JointKind::ball},
-                                   {"cone", JointKind::ball},       {"swing", JointKind::ball},
-                                   {"first", JointKind::universal}, {"second", JointKind::universal}};
-
-std::string limits_of(JointKind kind) {
-  std::vector<std::string_view> has;
-  for (const LimitKey& limit : kLimitKeys)
-    if (limit.kind == kind) has.push_back(limit.key);
-  return has.empty() ? "none: a fixed joint turns nowhere"
-                     : "those of a " + std::string(name_of_kind(kind)) + " joint: " + listed(has);
-}
-
-/// The value of `key` or `key`_deg.
-NodeId either(const Reader& from, std::string_view key) {
-  const NodeId node = from.find(key);
-  return node != kNoNode ? node : from.find(std::string(key) + "_deg");
-}
-
-void refuse_foreign_limits(const Reader& from, JointKind kind) {
-  for (const LimitKey& limit : kLimitKeys) {
-    if (limit.kind == kind) continue;
-    for (const std::string& key : {std::string(limit.key), std::string(limit.key) + "_deg"})
-      if (from.has(key))
-        from.complaints.refuse_key(from.find(key),
-                                   "found a limit \"" + key + "\", expected " + limits_of(kind));
-  }
-}
-
-AngleLimit read_range(const Reader& from, std::string_view key) {
-  AngleLimit limit;
-  Real ends[2];
-  if (!read_angles(from, key, ends)) return limit;
-  limit = {true, ends[0], ends[1]};
-  if (limit.low <= limit.high) return limit;
-  const bool in_degrees = !from.has(key);
-  const Real unit = in_degrees ? 180 / kPi : 1;
-  from.complaints.refuse(either(from, key), "found limits from " + written(limit.low * unit) +
-                                                " to " + written(limit.high * unit) +
-                                                ", expected the lower one first");
-  return {};
-}
-
-/// Half angles of the cone that a swing must stay in.
-SwingLimit read_swing(const Reader& from) {
-  for (std::string_view cone : {"cone", "cone_deg"})
-    for (std::string_view swing : {"swing", "swing_deg"}) {
-      const std::string_view both[] = {cone, swing};
-      from.one_of(both);
-    }
-  Real half[2];
-  const bool is_round = either(from, "cone") != kNoNode;
-  if (is_round ? !read_angles(from, "cone", {half, 1}) : !read_angles(from, "swing", half)) return {};
-  if (is_round) half[1] = half[0];
-  // Half a turn in degrees need not round to pi.
-  const auto fits = [](Real x) { return x >= 0 && x <= kPi * (1 + 1e-12); };
-  if (fits(half[0]) && fits(half[1]))
-    return {true, std::min(half[0], kPi), std::min(half[1], kPi)};
-  const NodeId node = either(from, is_round ? "cone" : "swing");
-  const Real worst = fits(half[0]) ? half[1] : half[0];
-  from.complaints.refuse(node, "found a swing of " + written(worst) + " rad (" +
-                                   written(worst * 180 / kPi) +
-                                   " degrees), expected 0 to pi rad (180 degrees)");
-  return {};
-}
-
-void read_soft(const Reading& reading, const Reader& outer, JointLimits& limits) {
-  const NodeId node = outer.find("soft");
-  if (node == kNoNode) return;
-  const Reader from = reading.open(node, "soft");
-  Real zone = 0;
-  if (either(from, "zone") == kNoNode)
-    from.need("zone", "how far before the stop the spring begins, in rad, or \"zone_deg\"");
-  else if (read_angles(from, "zone", {&zone, 1}) && !(zone > 0))
-    from.complaints.refuse_value(either(from, "zone"), "an angle above 0");
-  limits.soft_zone = std::max(zone, Real(0));
-  limits.soft_stiffness = from.number("stiffness", 0, kNotNegative);
-  limits.soft_damping = from.number("damping", 0, kNotNegative);
-}
-
-JointLimits read_limits(const Reading& reading, const Reader& outer, JointKind kind) {
-  JointLimits limits;
-  const NodeId node = outer.find("limits");
-  if (node == kNoNode) return limits;
-  const Reader from = reading.open(node, "limits");
-  refuse_foreign_limits(from, kind);
-  if (kind == JointKind::hinge) limits.turn = read_range(from, "angle");
-  if (kind == JointKind::ball) limits.turn = read_range(from, "twist"), limits.swing = read_swing(from);
-  if (kind == JointKind::universal)
-    limits.turn = read_range(from, "first"), limits.second = read_range(from, "second");
-  read_soft(reading, from, limits);
-  return limits;
-}
-
-/// What a turn of joint axes may be written as.
-std::string turn_words(JointKind kind, bool in_degrees) {
-  std::string words;
-  if (kind == JointKind::hinge) words = "an angle, or ";
-  if (kind == JointKind::universal) words = "two angles, or ";
-  return words + (in_degrees ? "three angles in degrees" : "a quaternion [x, y, z, w]");
-}
-
-/// "target", or "angle" of a hinge.
-std::optional<Quat> read_target(const Reader& from, JointKind kind) {
-  constexpr std::string_view kAll[] = {"target", "target_deg", "angle", "angle_deg"};
-  from.one_of(kAll);
-  const NodeId angle = either(from, "angle");
-  if (angle == kNoNode) return read_joint_turn(from, "target", kind);
-  Real x = 0;
-  if (!read_angles(from, "angle", {&x, 1})) return std::nullopt;
-  if (kind == JointKind::hinge) return turn_by({x, 0, 0});
-  from.complaints.refuse_key(angle, "found the angle of a " + std::string(name_of_kind(kind)) +
-                                        " joint, expected \"target\": only a hinge has one angle");
-  return std::nullopt;
-}
-
-std::optional<PoseKey> read_pose_key(const Reading& reading, NodeId node, JointKind kind) {
-  const Reader from = reading.open(node, "pose_key");
-  const bool has_time = from.need("time", "a time in seconds") != kNoNode;
-  const bool has_turn = either(from, "target") != kNoNode || either(from, "angle") != kNoNode;
-  if (!has_turn) from.need("target", "the turn to be reached by then");
-  PoseKey key{from.number("time", NAN, kTime), read_target(from, kind).value_or(kNoTurn)};
-  if (!has_time || std::isnan(key.time)) return std::nullopt;
-  return key;
-}
-
-void read_pose_keys(const Reading& reading, const Reader& from, JointKind kind, PoseDrive& drive) {
-  for (std::string_view key : {"target", "target_deg", "angle", "angle_deg"}) {
-    const std::string_view both[] = {key, "keys"};
-    from.one_of(both);
-  }
-  const std::vector<NodeId> nodes = from.items("keys");
-  for (NodeId node : nodes) {
-    const auto key = read_pose_key(reading, node, kind);
-    if (!key) continue;
-    if (!drive.keys.empty() && !(key->time > drive.keys.back().time))
-      reading.complaints.refuse(node, "found time " + written(key->time) + " after " +
-                                          written(drive.keys.back().time) +
-                                          ", expected a later one");
-    drive.keys.push_back(*key);
-  }
-  if (from.has("keys") && nodes.size() < (drive.loop ? 2 : 1))
-    reading.complaints.refuse_value(from.find("keys"),
-                                    drive.loop ? "two keys or more for a loop" : "one key or more");
-  if (!drive.loop || drive.keys.size() < 2) return;
-  const Quat last = drive.keys.back().turn, first = drive.keys.front().turn;
-  const Real turn = glm::length(rotation_vector(last * glm::conjugate(first)));
-  if (turn > 1e-6)
-    reading.complaints.refuse(from.find("keys"), "found a loop whose last key is " +
-                                                     written(turn * 180 / kPi) +
-                                                     " degrees from its first, expected the same");
-}
-
-std::optional<PoseDrive> read_pose_drive(const Reading& reading, const Reader& outer,
-                                         JointKind kind) {
-  const NodeId node = outer.find("drive");
-  if (node == kNoNode) return std::nullopt;
-  const Reader from = reading.open(node, "pose_drive");
-  if (kind == JointKind::fixed)
-    reading.complaints.refuse_key(node, "found a drive of a fixed joint, expected none: it turns "
-                                        "nowhere");
-  PoseDrive drive;
-  drive.loop = from.flag("loop", false);
-  if (drive.loop && !from.has("keys"))
-    reading.complaints.refuse_key(from.find("loop"),
-                                  "found \"loop\" without \"keys\", expected it with them");
-  drive.target = read_target(from, kind).value_or(kNoTurn);
-  drive.stiffness = from.number("stiffness", 0, kNotNegative);
-  drive.damping = from.number("damping", 0, kNotNegative);
-  drive.max_torque = from.number("max_torque", drive.max_torque, kNotNegative);
-  if (from.is_object() && !from.has("stiffness") && !from.has("damping"))
-    reading.complaints.refuse(node, "found neither \"stiffness\" nor \"damping\", expected one of "
-                                    "them: without them a drive does nothing");
-  read_pose_keys(reading, from, kind, drive);
-  return drive;
-}
-
-/// "axis" and "across", or the same with `suffix` in a body's own frame; nothing if both are absent.
+/// "axis" and "across", or the same with `suffix` in a body's own frame; nothing without both.
 std::optional<AxesRecipe> read_axes(const Reader& from, const std::string& suffix) {
   const std::string axis = "axis" + suffix, across = "across" + suffix;
   if (!from.has(axis) && !from.has(across)) return std::nullopt;
@@ -221,82 +30,21 @@ void read_frames(const Reader& from, JointRecipe& joint) {
   joint.axes_a = read_axes(from, "_a"), joint.axes_b = read_axes(from, "_b");
   if (joint.axes_a && joint.axes_b) {
     if (!joint.axes_a->across || !joint.axes_b->across)
-      from.complaints.refuse(from.node, "found \"axis_a\" and \"axis_b\", expected \"across_a\" and "
-                                        "\"across_b\" beside them: the joint's zero is where the "
-                                        "two agree");
+      from.complaints.refuse(from.node,
+                             "found \"axis_a\" and \"axis_b\", expected \"across_a\" and "
+                             "\"across_b\" beside them: the joint's zero is where the two agree");
     for (std::string_view key : {"rest", "rest_deg"})
       if (from.has(key))
-        from.complaints.refuse_key(from.find(key), "found \"" + std::string(key) +
-                                                       "\" beside the axes in both bodies, expected "
-                                                       "only one of them: those tell it");
+        from.complaints.refuse_key(from.find(key),
+                                   "found \"" + std::string(key) +
+                                       "\" beside the axes in both bodies, expected only one of "
+                                       "them: those tell it");
     return;
   }
   joint.rest = read_joint_turn(from, "rest", joint.turn.kind).value_or(kNoTurn);
 }
 
-JointKind read_kind(const Reader& from) {
-  if (!from.accepts("type")) return static_cast<JointKind>(from.word("kind", 0, kKinds));
-  constexpr std::string_view kBoth[] = {"kind", "type"};
-  from.one_of(kBoth);
-  from.word("type", 0, kBallOnly);
-  return static_cast<JointKind>(from.word("kind", 0, kKinds));
-}
-
 }  // namespace
-
-bool read_angles(const Reader& from, std::string_view key, std::span<Real> into) {
-  const std::string key_deg = std::string(key) + "_deg";
-  const std::string_view both[] = {key, key_deg};
-  from.one_of(both);
-  const bool in_degrees = from.has(key_deg);
-  const NodeId node = either(from, key);
-  if (node == kNoNode) return false;
-  const Range& range = in_degrees ? kDegrees : kRadians;
-  if (into.size() == 1) {
-    into[0] = from.number(in_degrees ? key_deg : key, NAN, range);
-    if (std::isnan(into[0])) return false;
-  } else if (!read_numbers(from.json, from.complaints, node, into, range)) {
-    return false;
-  }
-  if (in_degrees)
-    for (Real& x : into) x *= kPi / 180;
-  return true;
-}
-
-std::optional<Quat> read_joint_turn(const Reader& from, std::string_view key, JointKind kind) {
-  const std::string key_deg = std::string(key) + "_deg";
-  const NodeId node = either(from, key);
-  if (node == kNoNode) return std::nullopt;
-  Real angles[2];
-  if (kind == JointKind::hinge && from.json[node].kind == JsonKind::number) {
-    if (!read_angles(from, key, {angles, 1})) return std::nullopt;
-    return turn_by({angles[0], 0, 0});
-  }
-  if (kind == JointKind::universal && from.json[node].count == 2) {
-    if (!read_angles(from, key, angles)) return std::nullopt;
-    return turn_of(UniversalAngles{angles[0], angles[1]});
-  }
-  const bool in_degrees = !from.has(key);
-  if (from.json[node].count != (in_degrees ? 3u : 4u)) {
-    from.complaints.refuse_value(node, turn_words(kind, in_degrees));
-    return std::nullopt;
-  }
-  const Quat turn = from.rotation(kNoTurn, key);
-  const Real off = glm::length(rotation_vector(allowed_by_kind(kind, turn) * glm::conjugate(turn)));
-  if (off <= 1e-6) return turn;
-  from.complaints.refuse(node, "found a turn " + written(off * 180 / kPi) +
-                                   " degrees from what a " + std::string(name_of_kind(kind)) +
-                                   " joint can make, expected one that it can");
-  return std::nullopt;
-}
-
-TurnRecipe read_turn(const Reading& reading, const Reader& from) {
-  TurnRecipe turn;
-  turn.kind = read_kind(from);
-  turn.limits = read_limits(reading, from, turn.kind);
-  turn.drive = read_pose_drive(reading, from, turn.kind);
-  return turn;
-}
 
 std::optional<JointRecipe> read_joint(const Reading& reading, NodeId node) {
   const Reader from = reading.open(node, "joint");

@@ -155,8 +155,9 @@ std::optional<PinRecipe> read_pin(const Reading& reading, NodeId node) {
   pin.anchor_to = from.vec_if("anchor_to");
   pin.to = read_reference(from, "to", "the name of a body", false);
   if (pin.anchor_to && !from.has("to"))
-    reading.complaints.refuse_key(from.find("anchor_to"),
-                                  "found \"anchor_to\" without \"to\", expected the body it lies in");
+    reading.complaints.refuse_key(
+        from.find("anchor_to"),
+        "found \"anchor_to\" without \"to\", expected the body it lies in");
   pin.pin.priority = from.whole("priority", 0, -1'000'000, 1'000'000);
   pin.pin.grip = static_cast<Grip>(from.word("grip", 0, kGrips));
   pin.pin.stiffness = from.number("stiffness", pin.pin.stiffness, kPositive);

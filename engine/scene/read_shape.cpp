@@ -94,7 +94,8 @@ SurfacePointer read_mesh(const Reading& reading, const Reader& from) {
     const auto mesh = read_obj(reading, from);
     return mesh ? kept(from, make_mesh(mesh->points, mesh->triangles)) : nullptr;
   }
-  const bool has_points = from.need("points", "\"points\" and \"triangles\", or a \"file\"") != kNoNode;
+  const bool has_points =
+      from.need("points", "\"points\" and \"triangles\", or a \"file\"") != kNoNode;
   const std::size_t refused_before = from.complaints.refused();
   const std::vector<Vec3> points = read_points(from);
   const std::vector<Triangle> triangles = read_triangles(from, points.size());
@@ -106,9 +107,10 @@ SurfacePointer read_mesh(const Reading& reading, const Reader& from) {
 
 SurfacePointer read_height_field(const Reader& from) {
   constexpr int kMost = 1 << 20;
+  constexpr std::string_view kAll = "\"columns\", \"rows\", \"spacing\" and \"heights\"";
   bool is_whole = true;
   for (std::string_view key : {"columns", "rows", "spacing", "heights"})
-    is_whole = from.need(key, "\"columns\", \"rows\", \"spacing\" and \"heights\"") != kNoNode && is_whole;
+    is_whole = from.need(key, kAll) != kNoNode && is_whole;
   const std::size_t refused_before = from.complaints.refused();
   const int columns = from.whole("columns", 2, 2, kMost), rows = from.whole("rows", 2, 2, kMost);
   Real spacing[2] = {1, 1};
@@ -191,7 +193,7 @@ void refuse_moving(const Reader& from, ShapeKind kind, Motion motion) {
 }  // namespace
 
 std::optional<DenseShape> read_shape(const Reading& reading, NodeId node,
-                                const SolidDefaults& otherwise) {
+                                     const ShapeDefaults& otherwise) {
   const auto kind = read_kind(reading, node);
   if (!kind) return std::nullopt;
   const Reader from = reading.open(node, kKinds[static_cast<std::size_t>(*kind)]);

@@ -36,6 +36,35 @@ class Schema(unittest.TestCase):
                 faults = CHECK.iter_errors(json.loads(scene.read_text()))
                 self.assertEqual([f.message for f in faults], [])
 
+    def test_takes_what_the_loader_takes(self):
+        joint = {"a": "world", "b": "rod", "anchor": [0, 0, 0]}
+        cube = [[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+        for way in [
+            ("joints", [{**joint, "kind": "hinge", "axis": [0, 0, 1], "rest_deg": 20,
+                         "limits": {"angle_deg": [0, 90], "soft": {"zone": 0.1, "damping": 1}}}]),
+            ("joints", [{**joint, "kind": "universal", "axis_a": [0, 1, 0], "across_a": [0, 0, 1],
+                         "rest": [0.1, 0.2], "limits": {"first": [-1, 1], "second": [-1, 1]}}]),
+            ("joints", [{**joint, "limits": {"twist": [0, 1], "swing_deg": [20, 30]},
+                         "drive": {"stiffness": 1, "target": [0, 0, 0, 1], "max_torque": 2}}]),
+            ("joints", [{**joint, "kind": "hinge", "drive": {"damping": 1, "loop": True, "keys": [
+                {"time": 0, "angle": 1}, {"time": 1, "target": 1}]}}]),
+            ("collision", {"friction": 1, "groups": ["a", 3], "with": [0], "self": True}),
+            ("collision_groups", ["a", "b"]),
+            ("bodies", [{"name": "a", "shape": {"type": "hull", "points": cube}, "collision": True},
+                        {"name": "b", "motion": "fixed", "shapes": [
+                            {"type": "plane", "size": 4}, {"type": "mesh", "file": "a.obj"},
+                            {"type": "mesh", "points": cube, "triangles": [[0, 1, 2]]},
+                            {"type": "height_field", "columns": 2, "rows": 2, "spacing": [1, 2],
+                             "heights": [0, 0, 0, 1]}]}]),
+            ("pins", [{"body": "a", "to": "b", "anchor_to": [0, 0, 0]}]),
+            ("generators", {"stairs": [{"name": "s", "count": 2, "width": 1, "rise": 1, "run": 1}],
+                            "chains": [{"name": "c", "path": cube, "closed": True, "kind": "hinge",
+                                        "axis": [0, 0, 1]}]}),
+        ]:
+            with self.subTest(way):
+                faults = CHECK.iter_errors({"version": 1, way[0]: way[1]})
+                self.assertEqual([f.message for f in faults], [])
+
     def test_refuses_faults(self):
         base = json.loads((ASSETS / "scenes" / "pendulum.json").read_text())
         for way in [
@@ -52,6 +81,24 @@ class Schema(unittest.TestCase):
             ("bodies", 0, "shape", "size", [1, 1, 1]),
             ("joints", 0, "type", "hinge"),
             ("joints", 0, "anchor", [0, 0, 0]),
+            ("joints", 0, "kind", "hinj"),
+            ("joints", 0, "limits", {"cone": 1, "swing": [1, 1]}),
+            ("joints", 0, "limits", {"soft": {"stiffness": 1}}),
+            ("joints", 0, "drive", {}),
+            ("joints", 0, "drive", {"stiffness": -1}),
+            ("joints", 0, "drive", {"stiffness": 1, "loop": True}),
+            ("joints", 0, "drive", {"stiffness": 1, "keys": [{"time": 0}]}),
+            ("bodies", 0, "collision", {"restitution": 2}),
+            ("bodies", 0, "collision", {"groups": [32]}),
+            ("bodies", 0, "shape", {"type": "hull"}),
+            ("bodies", 0, "shape", {"type": "plane", "density": 1}),
+            ("bodies", 0, "shape", {"type": "mesh", "points": []}),
+            ("bodies", 0, "shape", {"type": "height_field", "columns": 1}),
+            ("pins", [{"body": "rod", "anchor_to": [0, 0, 0]}]),
+            ("generators", {"chains": [{"name": "c", "links": 3, "path": []}]}),
+            ("generators", {"stairs": [{"name": "s", "count": 0}]}),
+            ("collision_groups", ["a", "a"]),
+            ("solver", {"passes": 0}),
             ("drives", [{"body": "rod"}]),
             ("drives", [{"body": "rod", "lissajous": {}, "loop": True}]),
         ]:
