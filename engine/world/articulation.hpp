@@ -104,14 +104,17 @@ struct JointBlock {
 };
 
 /// A stop of a joint in one direction: along . r <= room for the relative turn r. While it is on,
-/// that direction is locked there and bears a load.
+/// that direction is locked there and bears a load; with a weight it is a stiff row instead, which
+/// keeps to the load it knows where others could bear as well.
 struct Stop {
   Vec3 along{0};
   Real room = 0;  // rad
   Real bend = 0;  // rad: what large turns add to the linear answer, by the last pass
   Real load = 0;  // kg m^2, against `along`
+  Real weight = 0;  // kg m^2/rad
   Real soft = 0;  // rad within the soft zone
   bool on = false, both_ways = false;
+  bool is_lock() const { return on && weight == 0; }
   // For the load: along . (pull - by_turn t - by_slide y - by_relative r).
   Real pull = 0;
   Vec3 by_turn{0}, by_slide{0}, by_relative{0};

@@ -18,8 +18,11 @@
 namespace pantin::procedural {
 namespace {
 
-/// Rows outweigh the articulation by this much; what is left is met by their loads.
-constexpr Real kRowWeight = 1e4;
+/// Rows outweigh the articulation by this much; what is left is met by their loads, which a larger
+/// weight would make learn from rounding where contacts could bear instead of each other.
+constexpr Real kRowWeight = 30;
+/// A contact that misses its place by less is at rest, part of the size.
+constexpr Real kStill = 1e-6;
 /// Approaches slower than this are not given back, m/s.
 constexpr Real kQuiet = 0.2;
 
@@ -148,6 +151,8 @@ bool learn(Contact& c, Vec3 miss, Real depth, Real weight, Real size) {
     return false;
   }
   const Real normal = glm::dot(c.load, c.normal) + weight * lack;
+  const bool still = glm::dot(miss, miss) < kStill * kStill * size * size;
+  if (normal <= 0 && still) return true;  // as good as at rest: no reason to let go
   if (normal <= 0) {
     c.active = false, c.load = Vec3(0), c.sliding = 1;
     return false;
@@ -158,7 +163,7 @@ bool learn(Contact& c, Vec3 miss, Real depth, Real weight, Real size) {
   c.sliding = sticks ? 1 : most / held;
   c.force = normal * c.normal + c.sliding * grip;
   c.load = normal * c.normal + (sticks ? grip : Vec3(0));
-  return depth < 1e-6 * size && std::abs(c.sliding - before) <= 0.1 * before;
+  return depth < kStill * size && (still || std::abs(c.sliding - before) <= 0.1 * before);
 }
 
 }  // namespace

@@ -36,6 +36,8 @@ std::uint32_t held_body_of(const Articulation& a, std::size_t c);
 /// Stiff joints (joint_terms.cpp): room.terms for the poses in a row. With `again` springs are left
 /// out and stops stay as they are.
 void set_terms(const World& world, Articulation& a, Real h, Work rotation_row, bool again);
+/// Makes stiff rows of the stops, where contacts bear too. After fill_base.
+void soften_stops(Articulation& a);
 /// After a pass: what the stops of a joint bear, from rotations not clamped yet and the linear
 /// answer `turn` and `slide`. True if settled.
 bool settle_stops(Articulation& a, std::size_t c, Quat own, Quat parent, Vec3 turn, Vec3 slide);

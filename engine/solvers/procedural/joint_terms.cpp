@@ -10,6 +10,9 @@ namespace {
 
 const Vec3 kX(1, 0, 0), kY(0, 1, 0), kZ(0, 0, 1);
 
+/// Of a stop that is a stiff row, over its body's own inertia.
+constexpr Real kStopWeight = 100;
+
 /// A cone that is locked in one direction still needs a rim to measure by.
 constexpr Real kThinnest = 1e-6;  // rad
 
@@ -215,13 +218,22 @@ void set_terms(const World& world, Articulation& a, Real h, Work rotation_row, b
   }
 }
 
+void soften_stops(Articulation& a) {
+  for (std::size_t c = 0; c < a.joints.size(); ++c) {
+    if (!a.joints[c].stiff) continue;
+    const Mat3& tt = a.room.base[c].tt;
+    for (Stop& stop : a.room.terms[c].stops)
+      if (!stop.both_ways) stop.weight = kStopWeight * (tt[0][0] + tt[1][1] + tt[2][2]);
+  }
+}
+
 namespace {
 
 /// What the stops that are on bear, from the balance of torques along them.
 void find_loads(JointTerms& t, Vec3 turn, Vec3 slide) {
   Stop* on[2] = {nullptr, nullptr};
   for (Stop& stop : t.stops)
-    if (stop.on && !on[1]) (on[0] ? on[1] : on[0]) = &stop;
+    if (stop.is_lock() && !on[1]) (on[0] ? on[1] : on[0]) = &stop;
   const auto push = [&](const Stop& s) {
     return s.pull - glm::dot(s.by_turn, turn) - glm::dot(s.by_slide, slide) -
            glm::dot(s.by_relative, t.turned);
@@ -259,11 +271,16 @@ bool settle_stops(Articulation& a, std::size_t c, Quat own, Quat parent, Vec3 tu
       stop.load *= std::max(Real(0), same);
     }
     const Real linear = glm::dot(stop.along, t.turned) - stop.room;
+    if (stop.on && !stop.is_lock()) stop.load += stop.weight * (linear + stop.bend);
     if (a.iterates && !stop.both_ways) {
       settled = settled && std::abs(beyond - linear - stop.bend) < 1e-4;
     } else if (stop.on) {
-      if (stop.load <= 0 && !stop.both_ways) stop.load = 0, stop.on = false, settled = false;
-      settled = settled && beyond < 1e-6;
+      const bool still = !stop.is_lock() && std::abs(beyond) < 1e-6;
+      if (stop.load <= 0 && still)
+        stop.load = 0;
+      else if (stop.load <= 0 && !stop.both_ways)
+        stop.load = 0, stop.on = false, settled = false;
+      settled = settled && beyond < (stop.is_lock() ? 1e-6 : 1e-5);
     } else if (beyond > 1e-9) {
       stop.on = true, stop.load = 0, settled = false;
     }

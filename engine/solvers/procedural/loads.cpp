@@ -11,8 +11,8 @@
 namespace pantin::procedural {
 namespace {
 
-constexpr int kRounds = 60;
-constexpr Real kEnough = 1e-7;  // what a round moves, part of the size
+constexpr int kRounds = 40;
+constexpr Real kEnough = 1e-6;  // what a round moves, part of the size
 /// Stops (rad) and contacts (part of the size) farther than this from being reached have no part
 /// in a pass; one that is reached after all is heard in the next.
 constexpr Real kNear = 0.01;

@@ -94,6 +94,11 @@ Rule rule_of(const Articulation& a) {
 
 bool has_rows(const Articulation& a) { return !a.holds.empty() || !a.cords.empty(); }
 
+bool touches_bear(const World& world, const Articulation& a) {
+  return std::any_of(a.room.touches.begin(), a.room.touches.end(),
+                     [&](const Touch& t) { return world.contacts[t.contact].active; });
+}
+
 /// Does the articulation ask for more than free ball joints in this step?
 bool is_plain(const Articulation& a) {
   return !has_rows(a) && a.joints.empty() && a.room.touches.empty();
@@ -310,6 +315,7 @@ void begin_passes(World& world, Articulation& a, Real h) {
   fill_base(a, tension);
   if (tension) add_string_stiffness(world, a, a.room.base, kPosition, kRotation);
   aim_touches(world, a, h);
+  if (!a.joints.empty() && touches_bear(world, a)) soften_stops(a);
 }
 
 namespace {
@@ -328,7 +334,7 @@ void begin_iterating(World& world, Articulation& a) {
     for (Stop& stop : a.room.terms[c].stops) {
       stop.bend = 0;
       if (stop.both_ways) continue;
-      stop.on = false;
+      stop.on = false, stop.weight = 0;
       stop.load = std::max(Real(0), a.joints[c].loads[&stop - a.room.terms[c].stops]);
     }
   for (Touch& t : a.room.touches) {
@@ -390,11 +396,6 @@ void finish_joints(Articulation& a, Real h) {
     a.drives_capped += j.drive != UINT32_MAX && j.share < 1;
     a.stop_work += work_of_springs(a, c, h);
   }
-}
-
-bool touches_bear(const World& world, const Articulation& a) {
-  return std::any_of(a.room.touches.begin(), a.room.touches.end(),
-                     [&](const Touch& t) { return world.contacts[t.contact].active; });
 }
 
 /// The kinetic and potential energy and the momentum of the bodies as they stand.
@@ -477,7 +478,7 @@ bool finish_passes(World& world, Articulation& a, Real h, Entity& lost) {
 }
 
 /// After a wrong guess the next steps do not guess.
-constexpr int kStepsIterating = 16;
+constexpr int kStepsIterating = 4;
 
 bool adjust(World& world, Articulation& a, Real h, Entity& lost) {
   begin_passes(world, a, h);

@@ -35,7 +35,7 @@ std::size_t free_directions(const PackedJoint& joint, JointTerms& t, Vec3 (&free
   Vec3 locked[2];
   std::size_t locks = 0, count = 0;
   for (const Stop& stop : t.stops) {
-    if (!stop.on || locks == 2) continue;
+    if (!stop.is_lock() || locks == 2) continue;
     Vec3 n = stop.along;
     for (std::size_t i = 0; i < locks; ++i) n -= glm::dot(n, locked[i]) * locked[i];
     if (const Real size = glm::length(n); size > 1e-6) locked[locks++] = n / size;
@@ -87,7 +87,7 @@ Mat3 give_of(const Mat3& stiffness, const Vec3 (&free)[3], std::size_t count) {
 Vec3 held_turn(const JointTerms& t) {
   const Stop* on[2] = {nullptr, nullptr};
   for (const Stop& stop : t.stops)
-    if (stop.on && !on[1]) (on[0] ? on[1] : on[0]) = &stop;
+    if (stop.is_lock() && !on[1]) (on[0] ? on[1] : on[0]) = &stop;
   if (!on[0]) return Vec3(0);
   const Real first = on[0]->room - on[0]->bend;
   if (!on[1]) return first * on[0]->along;
@@ -109,8 +109,13 @@ void eliminate_loose(const JointBlock& b, JointNode& n) {
 
 /// Any other joint. Leaves in `b` what the parent feels, at the own joint point.
 void eliminate_stiff(JointBlock& b, const PackedJoint& joint, JointTerms& t, JointNode& n) {
-  const Mat3 spring = t.spring + Mat3(joint.share * t.drive_spring);
-  const Vec3 torque = t.torque + joint.share * t.drive_torque;
+  Mat3 spring = t.spring + Mat3(joint.share * t.drive_spring);
+  Vec3 torque = t.torque + joint.share * t.drive_torque;
+  for (const Stop& stop : t.stops) {
+    if (!stop.on || stop.is_lock()) continue;
+    spring += stop.weight * glm::outerProduct(stop.along, stop.along);
+    torque += (stop.weight * (stop.room - stop.bend) - stop.load) * stop.along;
+  }
   const Mat3 stiffness = b.tt + spring;
   const Vec3 held = held_turn(t), stays = t.align + held;
   Vec3 free[3];
