@@ -146,6 +146,7 @@ struct Touch {
   Vec3 bend{0};          // what turning adds to the linear answer, by the last pass
   Real weight = 0;       // kg, along the normal
   Real grip = 0;         // kg, across it
+  bool listed = false;   // its load was iterated in the last pass
 };
 
 /// A contact or a stop whose load is found by iteration. It takes three numbers, or one.

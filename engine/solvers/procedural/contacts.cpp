@@ -252,7 +252,7 @@ bool settle_iterated(World& world, Articulation& a) {
     }
     learn_bend(a, t, t.side > 0 ? c.point_a : c.point_b);
     settled = settled && std::abs(glm::dot(c.normal, t.bend - before)) < 1e-5 * a.size;
-    if (!is_dynamic(world, c.slot_b))
+    if (!t.listed && !is_dynamic(world, c.slot_b))
       settled = settled && glm::dot(c.normal, t.goal - moved_to(a, t)) < 1e-5 * a.size;
   }
   return settled;

@@ -65,8 +65,10 @@ void learn_bend(const Articulation& a, Touch& t, Vec3 anchor);
 /// Loads by iteration (loads.cpp): how an articulation answers to loads of its contacts and stops.
 /// After gather_joints; needs room.slide and room.turn of the free answer.
 void find_load_response(const World& world, Articulation& a);
-/// Finds the loads of all contacts and stops of these articulations together.
-void iterate_loads(World& world, std::span<Articulation* const> all, Real h);
+/// Finds the loads of all contacts and stops of these articulations together, in so many rounds or
+/// until one moves nothing farther than `enough`, part of the size.
+void iterate_loads(World& world, std::span<Articulation* const> all, Real h, int rounds,
+                   Real enough);
 /// Adds the loads found to what was gathered.
 void add_iterated_loads(World& world, Articulation& a);
 /// After a pass with iterated loads: what turning adds, and what contacts bear. True if settled.

@@ -11,8 +11,6 @@
 namespace pantin::procedural {
 namespace {
 
-constexpr int kRounds = 40;
-constexpr Real kEnough = 1e-6;  // what a round moves, part of the size
 /// Stops (rad) and contacts (part of the size) farther than this from being reached have no part
 /// in a pass; one that is reached after all is heard in the next.
 constexpr Real kNear = 0.01;
@@ -63,11 +61,13 @@ void list_rows(const World& world, Articulation& a) {
   r.load_rows.clear();
   std::uint32_t number = 0;
   for (std::uint32_t i = 0; i < r.touches.size(); ++i) {
-    const Touch& t = r.touches[i];
+    Touch& t = r.touches[i];
     const Contact& contact = world.contacts[t.contact];
+    t.listed = false;
     if (!is_mutual(world, t) && contact.load == Vec3(0) &&
         clearance(a, t, contact.normal) > kNear * a.size)
       continue;
+    t.listed = true;
     LoadRow row;
     row.touch = i, row.column = r.touches[i].column, row.number = number;
     r.load_rows.push_back(row);
@@ -273,7 +273,8 @@ void find_load_response(const World& world, Articulation& a) {
       [&](std::size_t c) { return a.room.turn[c]; });
 }
 
-void iterate_loads(World& world, std::span<Articulation* const> all, Real h) {
+void iterate_loads(World& world, std::span<Articulation* const> all, Real h, int rounds,
+                   Real enough) {
   pair_up(world, all);
   for (Articulation* a : all)
     for (LoadRow& row : a->room.load_rows) {
@@ -282,7 +283,7 @@ void iterate_loads(World& world, std::span<Articulation* const> all, Real h) {
       else if (speaks(*a, row))
         start_contact(world, *a, row, h);
     }
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < rounds; ++round) {
     bool moved_any = false;
     for (Articulation* a : all) {
       Real most = 0;
@@ -292,7 +293,7 @@ void iterate_loads(World& world, std::span<Articulation* const> all, Real h) {
         else if (speaks(*a, row))
           most = std::max(most, relax_contact(world, *a, row));
       }
-      moved_any = moved_any || most > kEnough * a->size;
+      moved_any = moved_any || most > enough * a->size;
     }
     if (!moved_any) break;
   }

@@ -362,7 +362,7 @@ void iterate_mutual(World& world, Real h) {
   all.clear();
   for (Articulation& a : world.articulations)
     if (a.mutual && takes_passes(a)) all.push_back(&a);
-  iterate_loads(world, all, h);
+  iterate_loads(world, all, h, 100, 1e-9);
 }
 
 namespace {
@@ -496,7 +496,7 @@ bool adjust(World& world, Articulation& a, Real h, Entity& lost) {
   for (int n = guesses; n < a.settings.passes && !settled; ++n) {
     begin_pass(world, a, h);
     Articulation* const alone[] = {&a};
-    iterate_loads(world, alone, h);
+    iterate_loads(world, alone, h, 50, 1e-8);
     settled = end_pass(world, a, h);
   }
   return finish_passes(world, a, h, lost);
