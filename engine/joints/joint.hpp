@@ -26,7 +26,7 @@ struct Joint {
   JointKind kind = JointKind::ball;
   Quat frame_a{1, 0, 0, 0};  // from the joint axes to body a's frame
   Quat frame_b{1, 0, 0, 0};  // ... to body b's
-  JointLimits limits;
+  JointLimits limits = {};
 };
 
 /// "ball", "hinge", "universal", "fixed".

@@ -22,9 +22,9 @@ struct SwingLimit {
 };
 
 struct JointLimits {
-  AngleLimit turn;    // hinge: its angle; ball: twist; universal: about y of a
-  AngleLimit second;  // universal: about z of b
-  SwingLimit swing;   // ball
+  AngleLimit turn{};   // hinge: its angle; ball: twist; universal: about y of a
+  AngleLimit second{}; // universal: about z of b
+  SwingLimit swing{};  // ball
   // Before a stop comes a spring: within `soft_zone` of it a torque grows up to `soft_stiffness`
   // times that angle, and brakes.
   Real soft_zone = 0;       // rad

@@ -50,7 +50,7 @@ TEST_CASE("an articulation takes less than a kibibyte a link") {
   const auto bytes = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
   const std::size_t all =
       bytes(a.constants.numbers()) + bytes(a.memory.numbers()) + bytes(a.room.work.numbers()) +
-      bytes(a.room.nodes) + bytes(a.room.blocks) + bytes(a.room.inverse) + bytes(a.room.slide) +
+      bytes(a.room.nodes) + bytes(a.room.blocks) + bytes(a.room.slide) +
       bytes(a.room.turn) + bytes(a.room.loads) + bytes(a.bodies) + bytes(a.slots) +
       bytes(a.parents) + bytes(a.links) + spec.links * (sizeof(Body) + sizeof(Link));
   CHECK(all < 1024u * static_cast<std::size_t>(spec.links));

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <fstream>
 #include <memory>
+#include <numeric>
 
 #include "engine/solvers/procedural/kernels.hpp"
 #include "tools/pantin/program.hpp"
@@ -51,6 +52,8 @@ Lap lap(const Scene& scene, int threads, bool& sound) {
 void measure_beside(const Scene& scene, int threads, double links, Json& row) {
   const std::uint64_t bytes_before = live_bytes();
   Simulation sim(scene.world, {scene.step, scene.substeps, threads, true});
+  double depth = 0, violation = 0, residual = 0, passes = 0;
+  int contacts = 0, stops = 0;
   double worst = 0, worst_rel = 0, most_energy = measure(sim.world).energy();
   const double start_energy = most_energy;
   StepReport report;
@@ -63,6 +66,11 @@ void measure_beside(const Scene& scene, int threads, double links, Json& row) {
     worst = std::max(worst, report.measures.worst_gap);
     worst_rel = std::max(worst_rel, report.measures.worst_gap_rel);
     most_energy = std::max(most_energy, report.measures.energy());
+    depth = std::max(depth, report.worst_depth);
+    violation = std::max(violation, report.measures.worst_violation);
+    residual = std::max(residual, report.worst_residual);
+    contacts = std::max(contacts, report.contacts), stops = std::max(stops, report.stops_hit);
+    passes += report.passes_used;
     if (report.status == Status::diverged) break;
   }
   const double per =
@@ -72,6 +80,12 @@ void measure_beside(const Scene& scene, int threads, double links, Json& row) {
                                {"adjust", per * sim.times.adjust},
                                {"touch", per * sim.times.touch}};
   row["bytes_per_link"] = static_cast<double>(bytes) / links;
+  row["contacts_max"] = contacts;
+  row["contact_depth_m"] = depth;
+  row["limit_hits_max"] = stops;
+  row["limit_violation_rad"] = violation;
+  row["worst_residual_m"] = residual;
+  row["passes_mean"] = passes / static_cast<double>(std::max<std::uint64_t>(1, steps));
   row["worst_gap_m"] = worst;
   row["worst_gap_rel"] = worst_rel;
   row["energy_start_j"] = start_energy;
@@ -105,6 +119,10 @@ std::optional<Json> bench_scene(const std::string& path, const BenchChoices& c, 
   row["joints"] = scene->world.links.size();
   const double median = percentile(medians, 0.5), tail = percentile(tails, 0.5);
   row["frame_ms_median"] = 1e3 * median;
+  row["frame_ms_mean"] =
+      steps.empty() ? 0.0
+                    : 1e3 * std::accumulate(steps.begin(), steps.end(), 0.0) /
+                          static_cast<double>(steps.size());
   row["frame_ms_p95"] = 1e3 * percentile(steps, 0.95);
   row["frame_ms_p99"] = 1e3 * tail;
   row["frame_ms_max"] = 1e3 * most;
@@ -171,16 +189,22 @@ int write_csv(const std::string& path, const Json& head, const Json& rows) {
                                    "bytes_per_link",
                                    "worst_gap_m",
                                    "worst_gap_rel",
+                                   "contacts_max",
+                                   "contact_depth_m",
+                                   "limit_hits_max",
+                                   "limit_violation_rad",
+                                   "worst_residual_m",
+                                   "passes_mean",
                                    "energy_start_j",
                                    "energy_end_j",
                                    "energy_max_j",
                                    "status",
                                    "hash"};
-    for (const char* column : columns) out << column << (column == columns[19] ? "\n" : ",");
+    for (const char* column : columns) out << column << (column == columns[25] ? "\n" : ",");
     for (const Json& row : rows)
       for (const char* column : columns)
         out << (row[column].is_string() ? row[column].get<std::string>() : row[column].dump())
-            << (column == columns[19] ? "\n" : ",");
+            << (column == columns[25] ? "\n" : ",");
     out.flush();
     if (!out) {
       complain(fmt::format("{}: could not write: {}", path, std::strerror(errno)));
@@ -259,8 +283,9 @@ Examples:
 scene, title, status, solver, step_s, steps, repeats, bodies, joints, frame_ms_median (median of the
 repeats' medians), frame_ms_p95, frame_ms_p99, frame_ms_max, ns_per_link_step_median,
 ns_per_link_step_p99, ns_per_link_step_repeats (least and largest median), allocations_per_step,
-stages_ns_per_link, bytes_per_link, worst_gap_m, worst_gap_rel, energy_start_j, energy_end_j,
-energy_max_j, hash, warnings.
+frame_ms_mean, stages_ns_per_link, bytes_per_link, worst_gap_m, worst_gap_rel, contacts_max,
+contact_depth_m, limit_hits_max, limit_violation_rad, worst_residual_m, passes_mean,
+energy_start_j, energy_end_j, energy_max_j, hash, warnings.
 
 Exit codes: 0 ok, 2 usage or bad input, 3 diverged, 4 could not write, 130 interrupted.)";
 

@@ -26,6 +26,12 @@ struct Summary {
   double energy_start = 0, energy_end = 0, energy_max = 0;  // J
   double worst_residual = 0;                                // m, of pins and strings
   int most_rounds = 0;
+  double worst_violation = 0, worst_depth = 0;  // rad, m
+  int contacts_now = 0, stops_now = 0;
+  int most_contacts = 0, most_stops = 0, most_capped = 0, most_passes = 0;
+  double passes = 0, acceleration2 = 0;  // sums: passes; (m/s^2)^2 of mass centres, last second
+  std::uint64_t still_samples = 0;
+  std::vector<Vec3> velocities;  // of the step before
   std::uint64_t limited_steps = 0, allocations = 0, timed_steps = 0;
   std::vector<double> step_seconds;
   std::size_t frames = 0;
@@ -40,8 +46,21 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
+/// Accelerations of the mass centres over the last second of the run: how quiet it ends.
+void note_quiet(const Simulation& sim, double until, Summary& s) {
+  const auto bodies = sim.world.bodies.values();
+  const bool late = sim.world.time > until - 1 && s.velocities.size() == bodies.size();
+  for (std::size_t i = 0; late && i < bodies.size(); ++i) {
+    if (bodies[i].motion != Motion::dynamic) continue;
+    const Vec3 a = (bodies[i].velocity - s.velocities[i]) / sim.settings.h;
+    s.acceleration2 += glm::dot(a, a), ++s.still_samples;
+  }
+  s.velocities.clear();
+  for (const Body& b : bodies) s.velocities.push_back(b.velocity);
+}
+
 /// One step, timed without its measures, and what is told of it.
-StepReport timed_step(Simulation& sim, Summary& s) {
+StepReport timed_step(Simulation& sim, double until, Summary& s) {
   const std::uint64_t allocated = allocations();
   const Clock::time_point start = Clock::now();
   StepReport report = sim.step();
@@ -57,6 +76,15 @@ StepReport timed_step(Simulation& sim, Summary& s) {
   s.worst_residual = std::max(s.worst_residual, report.worst_residual);
   s.most_rounds = std::max(s.most_rounds, report.rounds_used);
   s.limited_steps += report.limited > 0;
+  s.worst_violation = std::max(s.worst_violation, m.worst_violation);
+  s.worst_depth = std::max(s.worst_depth, report.worst_depth);
+  s.most_contacts = std::max(s.most_contacts, report.contacts);
+  s.most_stops = std::max(s.most_stops, report.stops_hit);
+  s.most_capped = std::max(s.most_capped, report.drives_capped);
+  s.most_passes = std::max(s.most_passes, report.passes_used);
+  s.passes += report.passes_used;
+  s.contacts_now = report.contacts, s.stops_now = report.stops_hit;
+  note_quiet(sim, until, s);
   ++s.steps;
   return report;
 }
@@ -94,6 +122,17 @@ Json to_json(const RunChoices& c, const Scene& scene, const Simulation& sim, Sum
   j["worst_residual_m"] = s.worst_residual;
   j["rounds_max"] = s.most_rounds;
   j["limited_steps"] = s.limited_steps;
+  j["contacts"] = s.contacts_now;
+  j["contacts_max"] = s.most_contacts;
+  j["contact_depth_m"] = s.worst_depth;
+  j["limit_hits"] = s.stops_now;
+  j["limit_hits_max"] = s.most_stops;
+  j["limit_violation_rad"] = s.worst_violation;
+  j["drives_capped_max"] = s.most_capped;
+  j["passes_mean"] = s.steps ? s.passes / static_cast<double>(s.steps) : 0.0;
+  j["passes_max"] = s.most_passes;
+  j["final_acceleration_rms"] =
+      s.still_samples ? std::sqrt(s.acceleration2 / static_cast<double>(s.still_samples)) : 0.0;
   j["unreached"] = Json::array();
   for (const Unreached& u : unreached(sim.world))
     j["unreached"].push_back({{"name", u.name},
@@ -152,7 +191,7 @@ int step_through(const RunChoices& c, const Scene& scene, Simulation& sim, Pictu
       return kInterrupted;
     }
     if (pictures) pictures->before_step(sim.world);
-    const StepReport report = timed_step(sim, s);
+    const StepReport report = timed_step(sim, scene.duration, s);
     if (report.status == Status::diverged) {
       s.status = "diverged";
       s.lost_body = sim.world.name_of(report.body), s.lost_time = report.time;
@@ -226,7 +265,11 @@ step_s, substeps, steps, simulated_s, bodies, joints, strings, articulations, wo
 worst_gap_rel, energy_start_j, energy_end_j, energy_max_j, ns_per_link_step_median,
 ns_per_link_step_p99, frame_ms_median, frame_ms_p99 (a step, without drawing),
 allocations_per_step, hash, frames_written, cpu_ms_per_frame (all threads, start-up excluded),
-worst_residual_m, rounds_max, limited_steps, unreached, warnings, and lost after a divergence.
+worst_residual_m, rounds_max, limited_steps, contacts (bearing, at the end), contacts_max,
+contact_depth_m (worst overlap after a step), limit_hits (joints held by a limit, at the end),
+limit_hits_max, limit_violation_rad, drives_capped_max, passes_mean, passes_max,
+final_acceleration_rms (m/s^2, mass centres, last second), unreached, warnings, and lost after a
+divergence.
 
 Exit codes: 0 ok, 1 failed run, 2 usage or bad input, 3 diverged, 4 could not write, 130 interrupted.)";
 
