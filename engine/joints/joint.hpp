@@ -20,13 +20,39 @@ enum class JointKind : std::uint8_t {
 };
 inline constexpr int kJointKinds = 4;
 
+/// Turns from the joint axes to the frames of both bodies. Takes no room while both are none, as
+/// with most ball joints. A value: copies are deep.
+class JointFrames {
+ public:
+  JointFrames() = default;
+  JointFrames(Quat a, Quat b) { set(a, b); }
+  JointFrames(const JointFrames& o) { *this = o; }
+  JointFrames(JointFrames&&) = default;
+  JointFrames& operator=(const JointFrames& o) {
+    held_ = o.held_ ? std::make_unique<Both>(*o.held_) : nullptr;
+    return *this;
+  }
+  JointFrames& operator=(JointFrames&&) = default;
+
+  Quat a() const { return held_ ? held_->a : kNoTurn; }
+  Quat b() const { return held_ ? held_->b : kNoTurn; }
+  void set(Quat a, Quat b) { held_ = std::make_unique<Both>(Both{a, b}); }
+  void set_a(Quat to) { set(to, b()); }
+  void set_b(Quat to) { set(a(), to); }
+
+ private:
+  struct Both {
+    Quat a, b;
+  };
+  std::unique_ptr<Both> held_;
+};
+
 struct Joint {
   Vec3 anchor_a{0};  // in body a's mass-centre frame, m
   Vec3 anchor_b{0};  // in body b's mass-centre frame, m
   JointKind kind = JointKind::ball;
-  Quat frame_a{1, 0, 0, 0};  // from the joint axes to body a's frame
-  Quat frame_b{1, 0, 0, 0};  // ... to body b's
-  JointLimits limits = {};
+  JointFrames frames = {};
+  RareLimits limits = {};
 };
 
 /// "ball", "hinge", "universal", "fixed".
@@ -47,7 +73,7 @@ inline Vec3 residual(const Joint& joint, const Pose& a, const Pose& b) {
 
 /// How b's joint axes stand in a's: Q.
 inline Quat relative_turn(const Joint& joint, Quat a, Quat b) {
-  return glm::conjugate(a * joint.frame_a) * (b * joint.frame_b);
+  return glm::conjugate(a * joint.frames.a()) * (b * joint.frames.b());
 }
 
 /// The turn nearest to `q` (see closest_turn) that the kind allows, limits aside.

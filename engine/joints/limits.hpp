@@ -4,6 +4,8 @@
 /// A turn Q of ball joints is split into a twist about x and, after it, a swing about an axis in
 /// the y-z plane: Q = swing twist [Lee 2000, sec. 4, which leaves it open]. A universal joint is
 /// split into its two angles: Q = turn about y by the first, then about its z by the second.
+#include <memory>
+
 #include "engine/base/math.hpp"
 
 namespace pantin {
@@ -31,6 +33,39 @@ struct JointLimits {
   Real soft_stiffness = 0;  // N m/rad
   Real soft_damping = 0;    // N m s/rad, within the zone
   bool any() const { return turn.on || second.on || swing.on; }
+};
+
+/// Limits that take no room where there are none, as with most joints. A value: copies are deep.
+class RareLimits {
+ public:
+  RareLimits() = default;
+  RareLimits(const JointLimits& limits) {
+    if (limits.any()) held_ = std::make_unique<JointLimits>(limits);
+  }
+  RareLimits(const RareLimits& o) { *this = o; }
+  RareLimits(RareLimits&&) = default;
+  RareLimits& operator=(const RareLimits& o) {
+    held_ = o.held_ ? std::make_unique<JointLimits>(*o.held_) : nullptr;
+    return *this;
+  }
+  RareLimits& operator=(RareLimits&&) = default;
+
+  const JointLimits& operator*() const {
+    static const JointLimits kNone;
+    return held_ ? *held_ : kNone;
+  }
+  const JointLimits* operator->() const { return &**this; }
+  operator const JointLimits&() const { return **this; }
+  bool any() const { return held_ && held_->any(); }
+
+  /// For changing them; they take room from now on.
+  JointLimits& edit() {
+    if (!held_) held_ = std::make_unique<JointLimits>();
+    return *held_;
+  }
+
+ private:
+  std::unique_ptr<JointLimits> held_;
 };
 
 /// Q = swing * twist. `angle` of the twist in (-pi, pi]; `swing` as a rotation vector, its x is 0.

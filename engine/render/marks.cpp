@@ -157,7 +157,7 @@ void add_muscle(const Scene& scene, const PoseDrive& drive, const Link& link, Pe
   const Vec3 rest = rotation_vector(target_at(drive, world.time) * glm::conjugate(now));
   const Real angle = glm::length(rest);
   const Vec3 axis =
-      turn_a * link.joint.frame_a * (angle > 1e-6 ? rest / angle : Vec3{1, 0, 0});
+      turn_a * link.joint.frames.a() * (angle > 1e-6 ? rest / angle : Vec3{1, 0, 0});
   // It begins at the side, so that short arrows are not seen end on.
   Vec3 side = glm::cross(axis, pen.eye().forward);
   if (glm::length(side) < 1e-3) side = glm::cross(axis, pen.eye().up);

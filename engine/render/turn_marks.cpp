@@ -68,14 +68,14 @@ void add_lock(Pen& pen, const Marked& m) { pen.square(m.at, 2.6 * pen.fine(), in
 
 /// Across `axis`, towards the middle of body b, so that a sector's line lies along the limb.
 Vec3 limb_across(const Marked& m, Vec3 axis) {
-  const Vec3 limb = glm::conjugate(m.joint.frame_b) * -m.joint.anchor_b;
+  const Vec3 limb = glm::conjugate(m.joint.frames.b()) * -m.joint.anchor_b;
   const Vec3 across = limb - glm::dot(limb, axis) * axis;
   const Real length = glm::length(across);
   return length > 1e-6 * glm::length(limb) && length > 0 ? across / length : kY;
 }
 
 void add_hinge(Pen& pen, const Marked& m) {
-  const AngleLimit& limit = m.joint.limits.turn;
+  const AngleLimit& limit = m.joint.limits->turn;
   add_axis(pen, m, m.a * kX);
   if (is_locked(limit)) return add_lock(pen, m);
   if (!limit.on) return;
@@ -98,7 +98,7 @@ void add_universal(Pen& pen, const Marked& m) {
 
 /// The cone that b's x axis may point into, b's x axis, and that of a as a thin line.
 void add_cone(Pen& pen, const Marked& m, Vec3 swing) {
-  const SwingLimit& limit = m.joint.limits.swing;
+  const SwingLimit& limit = m.joint.limits->swing;
   const Vec3 colour = colour_of(is_at_stop(limit, swing));
   std::vector<Vec3> rim;
   for (int i = 0; i <= kRimPoints; ++i) {
@@ -117,7 +117,7 @@ void add_cone(Pen& pen, const Marked& m, Vec3 swing) {
 
 /// An arc about the end of b's x axis, with a line where the twist is.
 void add_twist(Pen& pen, const Marked& m, const SwingTwist& at) {
-  const AngleLimit& limit = m.joint.limits.turn;
+  const AngleLimit& limit = m.joint.limits->turn;
   const Vec3 axis = m.b * kX, middle = m.at + 1.2 * m.size * axis;
   const Vec3 colour = colour_of(is_at_stop(limit, at.twist));
   Arc arc{middle, axis, m.a * (turn_by(at.swing) * (0.36 * m.size * kY)), limit.low, 0};
@@ -153,7 +153,7 @@ void add_turn_marks(const Scene& scene, Pen& pen) {
     if (size <= 0) continue;
     const Quat a = pose_of(world, scene.poses, world.bodies.slot(link.a)).rotation;
     const Quat b = pose_of(world, scene.poses, world.bodies.slot(link.b)).rotation;
-    const Marked m{joint, at, a * joint.frame_a, b * joint.frame_b, relative_turn(joint, a, b),
+    const Marked m{joint, at, a * joint.frames.a(), b * joint.frames.b(), relative_turn(joint, a, b),
                    size};
     switch (joint.kind) {
       case JointKind::ball:

@@ -238,8 +238,8 @@ class Bench {
       p.a = moved_place(j.a), p.b = moved_place(j.b);
       p.joint.anchor_a = moved_anchor(j.a, j.joint.anchor_a);
       p.joint.anchor_b = moved_anchor(j.b, j.joint.anchor_b);
-      p.joint.frame_a = moved_axes(j.a, j.joint.frame_a);
-      p.joint.frame_b = moved_axes(j.b, j.joint.frame_b);
+      p.joint.frames.set(moved_axes(j.a, j.joint.frames.a()),
+                         moved_axes(j.b, j.joint.frames.b()));
       if (j.drive) p.drive = hastened(*j.drive, ahead);
     }
     for (const PlacedString& s : part.strings)

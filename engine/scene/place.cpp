@@ -50,15 +50,15 @@ void place_anchors(const Assembly& assembly, const JointRecipe& recipe, std::uin
 /// Both frames, such that b's axes stand in a's at the start as the recipe says.
 void place_axes(const Assembly& assembly, const JointRecipe& recipe, std::uint32_t a,
                 std::uint32_t b, Joint& joint) {
-  if (recipe.axes_a) joint.frame_a = axes_from_own_frame(assembly, a, axes_of(*recipe.axes_a));
-  if (recipe.axes_b) joint.frame_b = axes_from_own_frame(assembly, b, axes_of(*recipe.axes_b));
+  if (recipe.axes_a) joint.frames.set_a(axes_from_own_frame(assembly, a, axes_of(*recipe.axes_a)));
+  if (recipe.axes_b) joint.frames.set_b(axes_from_own_frame(assembly, b, axes_of(*recipe.axes_b)));
   if (recipe.axes_a && recipe.axes_b) return;
   Quat axes = axes_of(recipe.axes);  // a's, in the scene
-  if (recipe.axes_a) axes = turn_of_body(assembly, a) * joint.frame_a;
+  if (recipe.axes_a) axes = turn_of_body(assembly, a) * joint.frames.a();
   if (recipe.axes_b)
-    axes = turn_of_body(assembly, b) * joint.frame_b * glm::conjugate(recipe.rest);
-  if (!recipe.axes_a) joint.frame_a = axes_from_scene(assembly, a, axes);
-  if (!recipe.axes_b) joint.frame_b = axes_from_scene(assembly, b, axes * recipe.rest);
+    axes = turn_of_body(assembly, b) * joint.frames.b() * glm::conjugate(recipe.rest);
+  if (!recipe.axes_a) joint.frames.set_a(axes_from_scene(assembly, a, axes));
+  if (!recipe.axes_b) joint.frames.set_b(axes_from_scene(assembly, b, axes * recipe.rest));
 }
 
 }  // namespace
@@ -95,16 +95,18 @@ Joint chain_end_joint(const Assembly& assembly, const TurnRecipe& turn, const Ch
   Joint joint = chain_joint(assembly, turn, end.link);
   joint.anchor_a = from_scene(assembly, end.body, end.point), joint.anchor_b = end.anchor;
   if (turn.needs_axes())
-    joint.frame_a = axes_from_scene(assembly, end.body,
-                                    turn_of_body(assembly, end.link) * joint.frame_b);
+    joint.frames.set_a(axes_from_scene(assembly, end.body,
+                                       turn_of_body(assembly, end.link) * joint.frames.b()));
   return joint;
 }
 
 Joint chain_joint(const Assembly& assembly, const TurnRecipe& turn, std::uint32_t link) {
   Joint joint;
   joint.kind = turn.kind, joint.limits = turn.limits;
-  if (turn.needs_axes())
-    joint.frame_a = joint.frame_b = axes_from_own_frame(assembly, link, chain_axes(turn.kind));
+  if (turn.needs_axes()) {
+    const Quat axes = axes_from_own_frame(assembly, link, chain_axes(turn.kind));
+    joint.frames.set(axes, axes);
+  }
   return joint;
 }
 

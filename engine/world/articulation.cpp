@@ -243,13 +243,15 @@ PackedJoint packed_joint(const World& world, std::uint32_t link, std::uint32_t b
 }
 
 void pack_joints(const World& world, Articulation& a) {
-  a.joints.resize(a.count());
-  bool any = false;
+  std::vector<PackedJoint> joints;
   for (std::size_t c = 0; c < a.count(); ++c) {
-    a.joints[c] = packed_joint(world, a.links[c], a.slots[c]);
-    any = any || a.joints[c].stiff;
+    PackedJoint joint = packed_joint(world, a.links[c], a.slots[c]);
+    if (!joint.stiff && joints.empty()) continue;
+    joints.resize(c);  // free joints before this one
+    joints.push_back(std::move(joint));
   }
-  if (!any) a.joints.clear();
+  if (!joints.empty()) joints.resize(a.count());
+  a.joints = std::move(joints);
 }
 
 /// Packs one island: trees by links, best anchorages as roots, the others as holds.
@@ -435,8 +437,8 @@ void rebuild_articulations(World& world) {
     made.push_back(pack(b, slots, static_cast<std::uint32_t>(made.size())));
   tie_cords(b, made);
   tie_loops(b, made);
-  world.places.assign(world.bodies.size(), {});
-  for (std::uint32_t i = 0; i < made.size(); ++i)
+  world.places.assign(world.collisions.empty() ? 0 : world.bodies.size(), {});
+  for (std::uint32_t i = 0; i < made.size() && !world.places.empty(); ++i)
     for (std::uint32_t c = 0; c < made[i].count(); ++c)
       world.places[made[i].slots[c]] = {i, c};
   carry_memory(world.articulations, world, made);

@@ -45,7 +45,7 @@ struct World {
   // Derived from the stores by rebuild_articulations; holds the integrators' memory.
   std::vector<Articulation> articulations;
   std::vector<StructureFault> faults;
-  std::vector<BodyPlace> places;         // by slot in bodies
+  std::vector<BodyPlace> places;         // by slot in bodies; only where anything is solid
   std::vector<Contact> contacts;         // of the last step, in order of bodies and keys
   Scratch<TouchRoom> touch_room;
   Scratch<ContactSearch> search;         // for contacts
@@ -78,7 +78,7 @@ struct World {
   /// A number that changes with the structure.
   std::uint64_t structure() const {
     return bodies.version() + links.version() + strings.version() + pins.version() +
-           settings.version() + pose_drives.version() + touched;
+           settings.version() + pose_drives.version() + collisions.version() + touched;
   }
 
   /// Moves a body at once, with its memory dropped and nothing drawn in between.

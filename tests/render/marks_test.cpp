@@ -81,16 +81,16 @@ const Vec3 kAt{0, 1, 0};
 Joint hinge(Real low, Real high) {
   Joint joint;
   joint.kind = JointKind::hinge;
-  joint.frame_a = joint.frame_b = turn_by({0, -kPi / 2, 0});  // x becomes z
-  joint.limits.turn = {true, low, high};
+  joint.frames.set(turn_by({0, -kPi / 2, 0}), turn_by({0, -kPi / 2, 0}));  // x becomes z
+  joint.limits.edit().turn = {true, low, high};
   return joint;
 }
 
 /// A ball joint whose x points down the limb.
 Joint ball(Real y, Real z) {
   Joint joint;
-  joint.frame_a = joint.frame_b = turn_by({0, 0, -kPi / 2});  // x becomes -y
-  joint.limits.swing = {true, y, z};
+  joint.frames.set(turn_by({0, 0, -kPi / 2}), turn_by({0, 0, -kPi / 2}));  // x becomes -y
+  joint.limits.edit().swing = {true, y, z};
   return joint;
 }
 
@@ -142,7 +142,7 @@ TEST_CASE("a cone is drawn to its half angles and turns to the warning colour at
 TEST_CASE("the arc of a twist turns to the warning colour where the twist is at its stop") {
   for (const bool at_stop : {false, true}) {
     Joint joint = ball(0.8, 0.8);
-    joint.limits.turn = {true, -0.4, at_stop ? 0.3 : 0.9};
+    joint.limits.edit().turn = {true, -0.4, at_stop ? 0.3 : 0.9};
     Stage s(joint, turn_by({0, -0.3, 0}));  // x points down: twists by 0.3
     s.view.camera = {{0, -2, 1.2}, {0, 1, 0}, 0.7, false};
     const Image image = s.draw();
@@ -161,8 +161,8 @@ TEST_CASE("locked joints carry a square, hinges without limits only their axis")
   CHECK(fixed.count(locked, kAt, ink::kLocked) > 8);
 
   Joint free = hinge(0, 0);
-  free.limits.turn.on = false;
-  free.frame_a = free.frame_b = kNoTurn;  // about x, across the picture
+  free.limits.edit().turn.on = false;
+  free.frames.set(kNoTurn, kNoTurn);  // about x, across the picture
   Stage s(free, kNoTurn);
   const Image image = s.draw();
   CHECK(s.count(image, kAt, ink::kRange, 40) == 0);
@@ -229,7 +229,7 @@ TEST_CASE("a pin to another body runs to a point of that body, in the warning co
 
 TEST_CASE("flat, full and locked ranges, bodies that are gone and lost poses still give a picture") {
   Joint flat = ball(0, 0.5), full = ball(kPi, kPi), wound = hinge(-9, 9), none = ball(0, 0);
-  full.limits.turn = {true, -kPi, kPi}, none.limits.turn = {true, 0.1, 0.1};
+  full.limits.edit().turn = {true, -kPi, kPi}, none.limits.edit().turn = {true, 0.1, 0.1};
   for (const Joint& joint : {flat, full, wound, none}) {
     Stage s(joint, turn_by({0, 0, 0.2}));
     PoseDrive drive;

@@ -31,8 +31,8 @@ TEST_CASE("The hinges of a straight chain start at zero about the axis it is giv
   CHECK(s.world.links.size() == 4);
   CHECK(s.world.pose_drives.size() == 4);
   for (const Link& l : s.world.links.values()) {
-    CHECK((l.joint.kind == JointKind::hinge && l.joint.limits.turn.high == Approx(kPi / 6)));
-    const Quat axes = s.world.bodies[l.b].pose.rotation * l.joint.frame_b;
+    CHECK((l.joint.kind == JointKind::hinge && l.joint.limits->turn.high == Approx(kPi / 6)));
+    const Quat axes = s.world.bodies[l.b].pose.rotation * l.joint.frames.b();
     CHECK(distance(axes * Vec3(1, 0, 0), {0, 0, 1}) < 1e-12);
     CHECK(glm::length(rotation_vector(start_of(s.world, l))) < 1e-12);
   }
@@ -43,7 +43,7 @@ TEST_CASE("The balls of a chain twist about its links") {
   const Scene s = with_chain(R"("links": 3, "length": 0.5, "direction": [1, 0, 0],
 "limits": {"cone_deg": 20, "twist_deg": [-5, 5]})");
   for (const Link& l : s.world.links.values()) {
-    const Quat axes = s.world.bodies[l.a].pose.rotation * l.joint.frame_a;
+    const Quat axes = s.world.bodies[l.a].pose.rotation * l.joint.frames.a();
     CHECK(distance(axes * Vec3(1, 0, 0), {1, 0, 0}) < 1e-12);
   }
 }

@@ -22,7 +22,7 @@ Quat start_of(const Scene& s, const Link& l) {
 
 /// The joint axes of a in the world.
 Quat axes_of(const Scene& s, const Link& l) {
-  return s.world.bodies[l.a].pose.rotation * l.joint.frame_a;
+  return s.world.bodies[l.a].pose.rotation * l.joint.frames.a();
 }
 
 /// Two hammers, each with its mass centre and principal axes away from its own frame, the first one
@@ -43,7 +43,7 @@ TEST_CASE("A plain ball joint keeps its axes at rest in the bodies, whatever the
   const Scene s = hammers(R"("axis": [0, 1, 0])");
   const Joint& j = link_of(s, "j").joint;
   CHECK(j.kind == JointKind::ball);
-  CHECK((j.frame_a == kNoTurn && j.frame_b == kNoTurn && !j.limits.any()));
+  CHECK((j.frames.a() == kNoTurn && j.frames.b() == kNoTurn && !j.limits.any()));
   CHECK(hammers(R"("type": "ball")").world.links.values()[0].joint.kind == JointKind::ball);
 }
 

@@ -24,8 +24,8 @@ struct At {
 
   At(const PackedJoint& j, Quat own, Quat parent)
       : packed(j),
-        a((j.own_is_a ? own : parent) * j.joint.frame_a),
-        b((j.own_is_a ? parent : own) * j.joint.frame_b),
+        a((j.own_is_a ? own : parent) * j.joint.frames.a()),
+        b((j.own_is_a ? parent : own) * j.joint.frames.b()),
         turn(glm::conjugate(a) * b) {}
 
   /// 1 if the own body is the joint's b, whose turn against a is counted; else -1.
@@ -33,8 +33,8 @@ struct At {
 
   /// The own body's rotation where b's axes stand in a's as `q` says, for a parent that stays.
   Quat own_at(Quat q) const {
-    return packed.own_is_a ? b * glm::conjugate(q) * glm::conjugate(packed.joint.frame_a)
-                           : a * q * glm::conjugate(packed.joint.frame_b);
+    return packed.own_is_a ? b * glm::conjugate(q) * glm::conjugate(packed.joint.frames.a())
+                           : a * q * glm::conjugate(packed.joint.frames.b());
   }
 };
 
@@ -193,7 +193,7 @@ void set_terms(const World& world, Articulation& a, Real h, Work rotation_row, b
       stop = Stop{};
       if (!excess[s].watched) continue;
       stop.along = at.sign() * excess[s].along, stop.room = -excess[s].angle;
-      stop.both_ways = s % 2 == 1 && (s == 1 ? j.joint.limits.turn : j.joint.limits.second).on &&
+      stop.both_ways = s % 2 == 1 && (s == 1 ? j.joint.limits->turn : j.joint.limits->second).on &&
                        excess[s - 1].watched && excess[s - 1].angle + excess[s].angle > -1e-12;
       // A lock is one stop that holds both ways.
       if (s % 2 == 0 && excess[s + 1].watched && excess[s].angle + excess[s + 1].angle > -1e-12) {

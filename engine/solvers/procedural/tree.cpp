@@ -257,9 +257,10 @@ bool close_joints(World& world, Articulation& a, Real h, Work position_row, Work
     if (a.parents[c] == kFree || !(glm::dot(load, load) < 1e36)) load = Vec3(0);
     a.memory.set(kLoad, c, load);
     if (!is_finite(d)) d = Vec3(0);
-    Quat now;
+    Quat now, turned;
     if (n.loose) {
-      now = glm::normalize(turn_within(d) * q);
+      turned = turn_within(d);
+      now = glm::normalize(turned * q);
     } else {
       JointTerms& t = r.terms[c];
       const PackedJoint& joint = a.joints[c];
@@ -277,10 +278,11 @@ bool close_joints(World& world, Articulation& a, Real h, Work position_row, Work
       const Quat allowed = allowed_turn(joint.joint, kind);
       if (joint.joint.kind != JointKind::ball || !(allowed == turn))
         now = own_rotation(joint, parent_now, allowed);
+      turned = now * glm::conjugate(q);
     }
     r.slide[c] = y, r.turn[c] = d;
     r.rotations[c] = now;
-    w.set(kTurn, c, now * glm::conjugate(q));
+    w.set(kTurn, c, turned);
     w.set(kAttach, c, goal);
   }
   return settled;
