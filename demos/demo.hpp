@@ -28,8 +28,37 @@ using Script = std::function<void(Simulation&, int)>;
 
 struct Outcome {
   std::uint64_t hash = 0;
-  Real worst_gap = 0;  // part of the articulation's size
-  bool sound = true;   // every step could be taken
+  Real worst_gap = 0;        // part of the articulation's size
+  Real worst_violation = 0;  // rad, of what joints allow
+  Real worst_depth = 0;      // m, at contacts
+  Real worst_residual = 0;   // m, of pins, strings and loops
+  bool sound = true;         // every step could be taken
+};
+
+/// Numbers found at the end of a demo beside those expected.
+struct Findings {
+  std::string text;  // a line each
+  bool as_expected = true;
+
+  void expect(const char* what, Real found, Real least, Real most) {
+    const bool good = found >= least && found <= most;
+    char line[200];
+    std::snprintf(line, sizeof line, "%s%s: found %.6g, expected %.6g to %.6g\n",
+                  good ? "  " : "FAILED: ", what, found, least, most);
+    text += line;
+    as_expected = as_expected && good;
+  }
+};
+
+/// What must hold when a demo has run for its whole duration.
+using Check = std::function<void(const World&, const Outcome&, Findings&)>;
+
+/// What a demo may add to its scene.
+struct Extras {
+  Check check = {};
+  bool joints = false;                         // mark joints and their ranges in pictures
+  int columns = 4, width = 360, height = 300;  // of the strip, and pixels of each of its pictures
+  Real last_picture = 0;                       // s; 0: at the end
 };
 
 /// Sees the World before the first step and after every step.
@@ -44,6 +73,9 @@ inline Outcome play(const Scene& scene, int steps, const Script& script,
     if (script) script(sim, i);
     const StepReport report = sim.step();
     done.worst_gap = std::max(done.worst_gap, report.measures.worst_gap_rel);
+    done.worst_violation = std::max(done.worst_violation, report.measures.worst_violation);
+    done.worst_depth = std::max(done.worst_depth, report.worst_depth);
+    done.worst_residual = std::max(done.worst_residual, report.worst_residual);
     done.sound = report.status == Status::ok;
     if (watch) watch(sim.world, i + 1);
   }
@@ -51,20 +83,19 @@ inline Outcome play(const Scene& scene, int steps, const Script& script,
   return done;
 }
 
-/// Plays a scene and leaves four pictures of it side by side in a PNG. Returns the exit code.
-inline int draw_strip(const Scene& scene, int steps, const Script& script,
+/// Plays a scene and leaves pictures of it side by side in a PNG. Returns the exit code.
+inline int draw_strip(const Scene& scene, int steps, const Script& script, const Extras& extras,
                       const std::string& path) {
 #ifdef PANTIN_HAS_RENDER
-  constexpr int kColumns = 4, kWidth = 360, kHeight = 300;
-  auto renderer = Renderer::create({kWidth, kHeight});
+  auto renderer = Renderer::create({extras.width, extras.height});
   if (!renderer) {
     for (const Error& e : renderer.errors()) std::fprintf(stderr, "%s\n", e.message.c_str());
     return 1;
   }
   View view = scene.view;
   if (view.camera.automatic)
-    view.camera = framing_camera(scene.world, view, Real(kWidth) / kHeight);
-  Strip strip(kColumns, 1, kWidth, kHeight);
+    view.camera = framing_camera(scene.world, view, Real(extras.width) / extras.height);
+  Strip strip(extras.columns, 1, extras.width, extras.height);
   Image image;
   play(scene, steps, script, [&](const World& world, int step) {
     const auto frames = static_cast<std::size_t>(steps) + 1;
@@ -75,6 +106,7 @@ inline int draw_strip(const Scene& scene, int steps, const Script& script,
     char time[32];
     std::snprintf(time, sizeof time, "t = %.2f s", world.time);
     overlay.lines = {time};
+    overlay.joints = extras.joints;
     (*renderer)->draw(world, {}, view, overlay, image);
     strip.add(image);
   });
@@ -84,36 +116,46 @@ inline int draw_strip(const Scene& scene, int steps, const Script& script,
   return 4;
 #else
   static_cast<void>(scene), static_cast<void>(steps), static_cast<void>(script);
+  static_cast<void>(extras);
   std::fprintf(stderr, "%s: this build has no pictures\n", path.c_str());
   return 1;
 #endif
 }
 
 /// Plays a scene, for its whole duration or for `--steps N`, and prints how it went. With --steps
-/// it is played twice: the second time must end in the same bits. Returns the exit code.
+/// it is played twice: the second time must end in the same bits. Without, the extras' check is
+/// made at the end. Returns the exit code.
 inline int run(int argc, char** argv, const char* name, const Scene& scene,
-               const Script& script = {}) {
+               const Script& script = {}, const Extras& extras = {}) {
   int steps = static_cast<int>(std::lround(scene.duration / scene.step));
-  const bool check = argc == 3 && std::strcmp(argv[1], "--steps") == 0;
+  const bool twice = argc == 3 && std::strcmp(argv[1], "--steps") == 0;
   const bool draw = argc == 3 && std::strcmp(argv[1], "--strip") == 0;
-  if (argc != 1 && !check && !draw) {
+  if (argc != 1 && !twice && !draw) {
     std::fprintf(stderr, "usage: %s [--steps N | --strip F.png]\n", argv[0]);
     return 2;
   }
-  if (draw) return draw_strip(scene, steps, script, argv[2]);
-  if (check) steps = std::atoi(argv[2]);
+  if (draw && extras.last_picture > 0)
+    steps = static_cast<int>(std::lround(extras.last_picture / scene.step));
+  if (draw) return draw_strip(scene, steps, script, extras, argv[2]);
+  if (twice) steps = std::atoi(argv[2]);
   if (steps < 1) {
     std::fprintf(stderr, "%s: found --steps %s, expected a number from 1\n", argv[0], argv[2]);
     return 2;
   }
-  const Outcome first = play(scene, steps, script);
-  const bool stable = !check || play(scene, steps, script).hash == first.hash;
+  World end;
+  const Outcome first = play(scene, steps, script, [&](const World& w, int step) {
+    if (step == steps) end = w;
+  });
+  const bool stable = !twice || play(scene, steps, script).hash == first.hash;
   const bool tight = first.worst_gap <= scene.drift_bound;
   std::printf("%-12s %5d steps  %4zu bodies  worst joint gap %.1e of size  hash %016llx%s%s%s\n",
               name, steps, scene.world.bodies.size(), first.worst_gap,
               static_cast<unsigned long long>(first.hash), first.sound ? "" : "  DIVERGED",
               tight ? "" : "  DRIFTED", stable ? "" : "  NOT REPEATABLE");
-  return first.sound && tight && stable ? 0 : 3;
+  Findings findings;
+  if (extras.check && !twice && first.sound) extras.check(end, first, findings);
+  std::printf("%s", findings.text.c_str());
+  return first.sound && tight && stable && findings.as_expected ? 0 : 3;
 }
 
 }  // namespace pantin::demos

@@ -1,0 +1,80 @@
+// An arm and a leg whose muscles pull beyond the ranges of their joints: the joints stop there.
+#include <algorithm>
+#include <numbers>
+
+#include "demos/demo.hpp"
+
+using namespace pantin;
+
+namespace {
+
+constexpr Real kDegree = std::numbers::pi / 180;
+
+struct Range {
+  Real least = 1e300, most = -1e300;
+  void add(Real x) { least = std::min(least, x), most = std::max(most, x); }
+};
+
+struct Reached {
+  Range elbow, knee, ankle_first, ankle_second, shoulder_twist;
+  Real shoulder_swing = 0, hip_swing = 0;  // hip: 1 is on the rim of its elliptic cone
+};
+
+Quat turn(const World& w, const char* name) {
+  const Link& l = w.links[w.find(name)];
+  return relative_turn(l.joint, w.bodies[l.a].pose.rotation, w.bodies[l.b].pose.rotation);
+}
+
+Real hinge_angle(const World& w, const char* name) {
+  const Quat q = turn(w, name);
+  return std::remainder(2 * std::atan2(q.x, q.w), 2 * std::numbers::pi);
+}
+
+void look(const World& w, Reached& r) {
+  r.elbow.add(hinge_angle(w, "elbow"));
+  r.knee.add(hinge_angle(w, "knee"));
+  const UniversalAngles ankle = universal_angles(turn(w, "ankle"));
+  r.ankle_first.add(ankle.first);
+  r.ankle_second.add(ankle.second);
+  const SwingTwist shoulder = swing_twist(turn(w, "shoulder")), hip = swing_twist(turn(w, "hip"));
+  r.shoulder_twist.add(shoulder.twist);
+  r.shoulder_swing = std::max(r.shoulder_swing, glm::length(shoulder.swing));
+  const Vec3 part = hip.swing / Vec3(1, 70 * kDegree, 25 * kDegree);
+  r.hip_swing = std::max(r.hip_swing, glm::length(part));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const Scene scene = demos::load("joint_ranges");
+  Reached reached;
+  demos::Extras extras;
+  extras.joints = true;
+  extras.check = [&](const World& w, const demos::Outcome& worst, demos::Findings& f) {
+    look(w, reached);
+    const auto stops = [&](const char* what, Real found, Real degrees) {
+      const Real limit = degrees * kDegree;
+      f.expect(what, found / kDegree, (limit - 1e-9) / kDegree, (limit + 1e-9) / kDegree);
+    };
+    stops("elbow straight, degrees", reached.elbow.least, 0);
+    stops("elbow bent, degrees", reached.elbow.most, 145);
+    stops("knee bent, degrees", reached.knee.least, -140);
+    stops("knee straight, degrees", reached.knee.most, 0);
+    stops("ankle, toes up or down, least", reached.ankle_first.least, -25);
+    stops("ankle, toes up or down, most", reached.ankle_first.most, 45);
+    stops("ankle to one side, degrees", reached.ankle_second.least, -15);
+    stops("ankle to the other side, degrees", reached.ankle_second.most, 15);
+    stops("shoulder swung, degrees", reached.shoulder_swing, 50);
+    stops("shoulder twisted inwards, degrees", reached.shoulder_twist.least, -30);
+    stops("shoulder twisted outwards, degrees", reached.shoulder_twist.most, 45);
+    f.expect("hip swung, part of its cone", reached.hip_swing, 1 - 1e-9, 1 + 1e-9);
+    f.expect("worst turn beyond a limit, rad", worst.worst_violation, 0, 1e-12);
+  };
+  return demos::run(
+      argc, argv, "joint_ranges", scene,
+      [&](Simulation& sim, int step) {
+        if (step == 0) reached = {};
+        look(sim.world, reached);
+      },
+      extras);
+}
