@@ -271,6 +271,8 @@ struct Articulation {
   bool forced = false, second_order = false, limited = false, disturbed = false, changed = false,
        finite = true;
   bool bears = false;     // a contact bears a load
+  bool rows_hold = false; // the last gathering had stiff rows of contacts
+  int parts_left = 0;     // of a step taken in parts, after this one
   bool touching = false;  // a contact or a stop bore a load in the last step
   bool settled = false;   // the last pass changed nothing
   bool iterates = false;  // loads of stops and contacts are iterated in this step

@@ -31,7 +31,7 @@ struct Pin {
   Entity body;
   Vec3 anchor{0};    // in the body's mass-centre frame
   Vec3 target{0};    // world, m; where `to` names a body: in its mass-centre frame
-  Entity to;         // the body that is held on to, or none
+  Entity to{};       // the body that is held on to, or none
   int priority = 0;  // of several exact pins the highest is met exactly
   Grip grip = Grip::exact;
   Real stiffness = 200;  // N/m, for a spring grip

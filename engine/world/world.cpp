@@ -2,6 +2,8 @@
 
 #include <unordered_set>
 
+#include "engine/geometry/surface.hpp"
+
 namespace pantin {
 namespace {
 
@@ -52,12 +54,13 @@ void World::destroy(std::span<const Entity> doomed) {
   };
   add_orphans(links, [&](const Link& l) { return refers(l.a) || refers(l.b); });
   add_orphans(strings, [&](const String& s) { return refers(s.a) || refers(s.b); });
-  add_orphans(pins, [&](const Pin& p) { return refers(p.body); });
+  add_orphans(pins, [&](const Pin& p) { return refers(p.body) || refers(p.to); });
   // Handles are freed in order of index, so that the next ones do not depend on a hash order.
   std::sort(all.begin(), all.end(), [](Entity a, Entity b) { return a.index > b.index; });
 
   bodies.remove(all), forces.remove(all), origins.remove(all), shapes.remove(all);
   links.remove(all), strings.remove(all), pins.remove(all), drives.remove(all);
+  pose_drives.remove(all), collisions.remove(all);
   names.remove(all), settings.remove(all), user.remove(all);
   for (Entity e : all) entities.destroy(e);
 }
@@ -100,6 +103,10 @@ void add_articulation(Hash& hash, const Articulation& a) {
   for (Real number : a.memory.numbers()) hash.add(number);
   for (std::int32_t parent : a.parents) hash.add(parent);
   for (const Tree& t : a.trees) hash.add(t.target), hash.add(t.spin_momentum);
+  for (const PackedJoint& j : a.joints) {
+    for (Real load : j.loads) hash.add(load);
+    hash.add(j.share);
+  }
   for (const Hold& h : a.holds) hash.add(h.target), hash.add(h.load), hash.add(h.gap_before);
   for (const Cord& c : a.cords) hash.add(c.load);
   hash.add(a.iterating), hash.add(a.calm_steps), hash.add(a.fresh), hash.add(a.last_step);
@@ -109,8 +116,52 @@ void add_articulation(Hash& hash, const Articulation& a) {
 void add_settings(Hash& hash, const SolverSettings& s) {
   hash.add(static_cast<std::uint32_t>(s.solver)), hash.add(s.turn_stiffness);
   hash.add(s.calm_angle), hash.add(s.reservoir_time), hash.add(s.rounds), hash.add(s.tolerance);
-  hash.add(s.stall_drop), hash.add(s.tension_stiffness), hash.add(s.limiter);
+  hash.add(s.passes), hash.add(s.stall_drop), hash.add(s.tension_stiffness), hash.add(s.limiter);
   hash.add(static_cast<std::uint32_t>(s.paper_reluctance));
+}
+
+void add_joint(Hash& hash, const Joint& j) {
+  hash.add(j.anchor_a), hash.add(j.anchor_b);
+  hash.add(static_cast<std::uint32_t>(j.kind));
+  hash.add(j.frames.a()), hash.add(j.frames.b());
+  if (!j.limits.any()) return;
+  for (const AngleLimit& l : {j.limits->turn, j.limits->second})
+    hash.add(l.on), hash.add(l.low), hash.add(l.high);
+  hash.add(j.limits->swing.on), hash.add(j.limits->swing.y), hash.add(j.limits->swing.z);
+  hash.add(j.limits->soft_zone), hash.add(j.limits->soft_stiffness);
+  hash.add(j.limits->soft_damping);
+}
+
+void add_drive(Hash& hash, const PoseDrive& d) {
+  hash.add(d.target);
+  hash.add(d.stiffness), hash.add(d.damping), hash.add(d.max_torque), hash.add(d.loop);
+  for (const PoseKey& key : d.keys) hash.add(key.time), hash.add(key.turn);
+}
+
+void add_surface(Hash& hash, const Surface& s) {
+  hash.add(s.columns), hash.add(s.rows), hash.add(s.spacing_x), hash.add(s.spacing_z);
+  for (Vec3 p : s.points) hash.add(p);
+  for (std::uint32_t corner : s.corners) hash.add(corner);
+}
+
+/// What is solid, and what the contacts bore in the last step.
+void add_contacts(Hash& hash, const World& world) {
+  for (std::size_t i = 0; i < world.collisions.size(); ++i) {
+    const Entity e = world.collisions.owners()[i];
+    const Collision& c = world.collisions.values()[i];
+    hash.add(e.index), hash.add(c.friction), hash.add(c.restitution);
+    hash.add(c.groups), hash.add(c.with), hash.add(c.others), hash.add(c.self);
+    const Shapes* shapes = world.shapes.find(e);
+    if (!shapes) continue;
+    for (const Shape& s : shapes->parts) {
+      hash.add(static_cast<std::uint32_t>(s.kind)), hash.add(s.size), hash.add(s.local);
+      if (s.surface) add_surface(hash, *s.surface);
+    }
+  }
+  for (const Contact& c : world.contacts) {
+    hash.add(c.slot_a), hash.add(c.slot_b), hash.add(c.key);
+    hash.add(c.load), hash.add(c.sliding), hash.add(c.impact);
+  }
 }
 
 void add_path(Hash& hash, const Keyframes& path) {
@@ -151,15 +202,19 @@ std::uint64_t state_hash(const World& world) {
     add_settings(hash, world.settings.values()[i]);
   }
   for (const Link& l : world.links.values())
-    hash.add(l.a.index), hash.add(l.b.index), hash.add(l.joint.anchor_a),
-        hash.add(l.joint.anchor_b);
+    hash.add(l.a.index), hash.add(l.b.index), add_joint(hash, l.joint);
+  for (std::size_t i = 0; i < world.pose_drives.size(); ++i) {
+    hash.add(world.pose_drives.owners()[i].index);
+    add_drive(hash, world.pose_drives.values()[i]);
+  }
+  add_contacts(hash, world);
   for (const String& s : world.strings.values()) {
     hash.add(s.a.index), hash.add(s.b.index), hash.add(s.joint.anchor_a),
         hash.add(s.joint.anchor_b);
     hash.add(s.joint.length), hash.add(s.joint.compliance);
   }
   for (const Pin& p : world.pins.values()) {
-    hash.add(p.body.index), hash.add(p.anchor), hash.add(p.target), hash.add(p.priority);
+    hash.add(p.body.index), hash.add(p.to.index), hash.add(p.anchor), hash.add(p.target), hash.add(p.priority);
     hash.add(static_cast<std::uint32_t>(p.grip)), hash.add(p.stiffness);
   }
   for (const Articulation& a : world.articulations) add_articulation(hash, a);

@@ -23,6 +23,8 @@ namespace {
 constexpr Real kRowWeight = 30;
 /// A contact that misses its place by less is at rest, part of the size.
 constexpr Real kStill = 1e-6;
+/// Overlaps up to this part of the size are taken out by moving a free tree whole.
+constexpr Real kSlight = 5e-3;
 /// Approaches slower than this are not given back, m/s.
 constexpr Real kQuiet = 0.2;
 
@@ -134,10 +136,12 @@ Real approach(const World& world, const Contact& c) {
 }
 
 /// Goal of a's point against a body that joints do not move.
-Vec3 goal_of(const World& world, const Contact& c, Vec3 start, Real h) {
+Vec3 goal_of(const World& world, const Contact& c, Vec3 start, Real h, int parts_left) {
   const Body& b = world.bodies.values()[c.slot_b];
-  const Vec3 end = to_world(b.pose, c.point_b);
-  const Vec3 wanted = start + way_of(b, end, h);
+  Vec3 end = to_world(b.pose, c.point_b);
+  const Vec3 way = way_of(b, end, h);
+  end -= Real(parts_left) * way;
+  const Vec3 wanted = start + way;
   return wanted + (glm::dot(c.normal, end - wanted) + h * c.impact) * c.normal;
 }
 
@@ -212,7 +216,8 @@ void aim_touches(World& world, Articulation& a, Real h) {
     if (mutual) continue;
     Contact given = c;
     given.impact = std::max(Real(0), c.impact);
-    t.goal = goal_of(world, given, to_world(world.bodies.values()[c.slot_a].pose, point), h);
+    t.goal = goal_of(world, given, to_world(world.bodies.values()[c.slot_a].pose, point), h,
+                     a.parts_left);
   }
 }
 
@@ -282,7 +287,8 @@ void push_out_trees(World& world, Articulation& a) {
           continue;
         const Vec3 on_b = to_world(world.bodies.values()[c.slot_b].pose, c.point_b);
         const Real depth = glm::dot(c.normal, on_b - final_point(a, t.column, c.point_a));
-        if (depth > 0) planes.add(c.normal, depth);
+        // A deep overlap is left to the next step: to lift all for one body would throw it.
+        if (depth > 0 && depth < kSlight * a.size) planes.add(c.normal, depth);
       }
       if (planes.count == 0) break;
       const Vec3 out = push_out(planes);
@@ -302,11 +308,11 @@ void learn_bend(const Articulation& a, Touch& t, Vec3 anchor) {
 
 Real finish_touches(World& world, Articulation& a, Real h) {
   const Real to_force = 1 / (a.force_share * h * h);
-  Real work = 0;
+  Real work = 0, lift = 0;
   for (Touch& t : a.room.touches) {
     Contact& c = world.contacts[t.contact];
     if (t.side < 0) {
-      if (c.active && c.gap < 0) work -= c.gap * a.mass * glm::length(world.gravity);
+      if (c.active) lift = std::max(lift, -c.gap);
       continue;
     }
     const Body &body = world.bodies.values()[c.slot_a], &other = world.bodies.values()[c.slot_b];
@@ -322,9 +328,9 @@ Real finish_touches(World& world, Articulation& a, Real h) {
       c.impact = c.active ? -c.restitution * c.impact : 0;
     }
     if (c.active) work += std::max(Real(0), glm::dot(c.force, way_of(other, on_b, h)));
-    if (c.active && c.gap < 0) work -= c.gap * a.mass * glm::length(world.gravity);
+    if (c.active) lift = std::max(lift, -c.gap);
   }
-  return work;
+  return work + lift * a.mass * glm::length(world.gravity);
 }
 
 }  // namespace pantin::procedural

@@ -154,7 +154,9 @@ void limit_energy(World& world, Articulation& a, const Packed& p, const EndSums&
   a.limited = a.settings.limiter && energy > allowed + slack;
   if (a.limited) {
     energy = slow_down(a, p, end, allowed);
-    if (!a.bears && !flies_free(a) && end.potential > allowed + slack) take_back(world, a, p, allowed);
+    // Contacts may have to lift a little more than is accounted for.
+    const Real lift = a.bears ? 0.01 * a.mass * glm::length(world.gravity) * a.size : 0;
+    if (!flies_free(a) && end.potential > allowed + slack + lift) take_back(world, a, p, allowed);
   }
   const Real lent = std::max(Real(0), allowed - energy);
   a.reserve = a.limited || a.disturbed ? 0 : lent * std::exp(-h / a.settings.reservoir_time);

@@ -109,7 +109,8 @@ void gather_once(World& world, Articulation& a, Real h) {
   StepRoom& r = a.room;
   // The blocks of the bodies stay the same from pass to pass; contacts do not.
   r.joint_blocks = r.base;
-  if (!a.iterates) add_touches(world, a, r.joint_blocks);
+  a.rows_hold = !a.iterates && touches_bear(world, a);
+  if (a.rows_hold) add_touches(world, a, r.joint_blocks);
   gather_joints(a);
   if (has_rows(a)) solve_rows(world, a, h, kPosition, kRotation, false);
 }
@@ -477,28 +478,80 @@ bool finish_passes(World& world, Articulation& a, Real h, Entity& lost) {
   return true;
 }
 
+namespace {
+
 /// After a wrong guess the next steps do not guess.
 constexpr int kStepsIterating = 4;
+/// Passes that guess cost a tenth of one that iterates.
+constexpr int kGuesses = 8;
+/// With more contacts than this, iterating costs more than taking the step in parts.
+constexpr std::ptrdiff_t kFewContacts = 24;
+/// A step that does not settle is taken again in so many parts.
+constexpr int kParts = 4;
 
-bool adjust(World& world, Articulation& a, Real h, Entity& lost) {
-  begin_passes(world, a, h);
+std::ptrdiff_t bearing(const World& world, const Articulation& a) {
+  return std::count_if(a.room.touches.begin(), a.room.touches.end(),
+                       [&](const Touch& t) { return world.contacts[t.contact].active; });
+}
+
+/// Passes from the predicted poses, until nothing changes. False if they run out before.
+bool take_passes(World& world, Articulation& a, Real h, bool in_parts) {
   bool settled = !takes_passes(a);
   // Mostly the stops and contacts that bore in the last step bear in this one, and one pass, two
   // at most, confirm it. Otherwise their loads are iterated.
-  const int guesses = a.iterating > 0 ? 0 : std::min(2, a.settings.passes);
+  const bool few = in_parts || bearing(world, a) <= kFewContacts;
+  const int guesses = few && a.iterating > 0 ? 0 : a.settings.passes <= 2 ? a.settings.passes : kGuesses;
   for (int n = 0; n < guesses && !settled; ++n) {
     ++a.passes_used;
     gather_once(world, a, h);
     settled = close_once(world, a, h);
   }
   a.iterating = settled ? 0 : a.iterating > 0 ? a.iterating - 1 : kStepsIterating;
-  if (!settled && a.settings.passes > guesses) begin_iterating(world, a);
-  for (int n = guesses; n < a.settings.passes && !settled; ++n) {
+  if (settled || a.settings.passes <= 2) return settled;
+  if (!in_parts && bearing(world, a) > kFewContacts) return false;
+  begin_iterating(world, a);
+  for (int n = 2; n < a.settings.passes && !settled; ++n) {
     begin_pass(world, a, h);
     Articulation* const alone[] = {&a};
     iterate_loads(world, alone, h, 50, 1e-8);
     settled = end_pass(world, a, h);
   }
+  return settled;
+}
+
+/// The same step once more, in equal parts: what turns too far for one settles in several.
+bool adjust_in_parts(World& world, Articulation& a, Real h, Entity& lost) {
+  for (const Touch& t : a.room.touches)
+    if (t.side > 0) world.contacts[t.contact].load = world.contacts[t.contact].before;
+  int passes = a.passes_used;
+  bool sound = true;
+  const std::vector<Tree> trees = a.trees;  // where this step brings them
+  for (int part = 1; part <= kParts && sound; ++part) {
+    a.parts_left = kParts - part;
+    update(world, a, h / kParts);
+    for (std::size_t t = 0; t < trees.size(); ++t) {
+      const Vec3 whole = trees[t].target - trees[t].target_before;
+      a.trees[t].target = trees[t].target_before + Real(part) / kParts * whole;
+      a.trees[t].target_before = a.trees[t].target - whole / Real(kParts);
+      for (std::size_t n = 0; n < 3; ++n)
+        a.room.targets[3 * t + n] = a.trees[t].target[static_cast<int>(n)];
+    }
+    begin_passes(world, a, h / kParts);
+    take_passes(world, a, h / kParts, true);
+    passes += a.passes_used;
+    sound = finish_passes(world, a, h / kParts, lost);
+  }
+  a.passes_used = passes, a.parts_left = 0;
+  return sound;
+}
+
+}  // namespace
+
+bool adjust(World& world, Articulation& a, Real h, Entity& lost) {
+  begin_passes(world, a, h);
+  const bool settled = take_passes(world, a, h, false);
+  if (!settled && !a.room.touches.empty() && a.settings.passes > 2)
+    return adjust_in_parts(world, a, h, lost);
   return finish_passes(world, a, h, lost);
 }
 

@@ -250,7 +250,13 @@ bool close_joints(World& world, Articulation& a, Real h, Work position_row, Work
       goal = a.parents[c] == kHeld ? tree->target : own + solve_symmetric(n.group, n.load);
       ++tree;
     }
-    const Vec3 y = goal - own;
+    // What the next body answers to is where this joint really is, large turns included. Stiff
+    // rows would have to fight that: bodies they hold answer to the linear solution alone.
+    Vec3 y = goal - own;
+    if (a.rows_hold && !again && a.parents[c] >= 0) {
+      const auto p = static_cast<std::size_t>(a.parents[c]);
+      y = r.slide[p] + glm::cross(r.turn[p], r.levers[c]) + r.gaps[c];
+    }
     Vec3 d = n.turn - n.swing * y;
     Vec3 load = n.group * y - n.load;
     if (!n.loose) d += n.follow * parent_turn, load += glm::transpose(n.lever) * parent_turn;
