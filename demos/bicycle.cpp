@@ -1,0 +1,49 @@
+// Pedals turn a wheel by a chain: the ring of links is closed, teeth push its rollers.
+#include <numbers>
+
+#include "demos/demo.hpp"
+#include "engine/base/rotation.hpp"
+
+using namespace pantin;
+
+namespace {
+
+constexpr Real kWhole = 2 * std::numbers::pi;
+
+/// How far a body has turned about z against an angle it had before, rad.
+Real turned(const World& w, Entity body, Real from) {
+  const Quat q = w.origin_pose(body).rotation;
+  return std::remainder(2 * std::atan2(q.z, q.w) - from, kWhole);
+}
+
+/// The way of the pedals, rad: from rest to half a turn a second, anticlockwise.
+Real pedalled(Real time) {
+  const Real rise = std::min(time, Real(1));
+  return kWhole / 2 * (rise * rise / 2 + (time - rise));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const Scene scene = demos::load("bicycle");
+  const Entity pedals = scene.world.find("pedals"), wheel = scene.world.find("wheel");
+  Real angle = 0;  // of the wheel, whole turns counted
+  demos::Extras extras;
+  extras.last_picture = 2.1;
+  extras.check = [&](const World& w, const demos::Outcome& worst, demos::Findings& f) {
+    angle += turned(w, wheel, angle);
+    const Real way = pedalled(w.time);
+    f.expect("turns of the pedals", way / kWhole, 2, 4);
+    f.expect("turns of the wheel over these, by teeth 1.6", angle / way, 1.45, 1.65);
+    f.expect("loop open at the worst, part of 1.2 m", worst.worst_residual / 1.2, 0, 1e-4);
+    f.expect("worst depth of a contact, m", worst.worst_depth, 0, 0.01);
+  };
+  const auto script = [&](Simulation& sim, int step) {
+    World& w = sim.world;
+    if (step == 0) angle = 0;
+    angle += turned(w, wheel, angle);
+    w.bodies[pedals].pose.rotation = turn_by(Vec3(0, 0, pedalled(w.time + sim.settings.h))) *
+                                     scene.world.bodies[pedals].pose.rotation;
+  };
+  return demos::run(argc, argv, "bicycle", scene, script, extras);
+}
