@@ -42,6 +42,7 @@ struct StepReport {
   Real worst_depth = 0;     // m, overlap left at a contact
   int stops_hit = 0;        // joints held by a limit
   int drives_capped = 0;    // pose drives that would need more torque than they may exert
+  int resting = 0;          // articulations that lie still and are let lie
   int passes_used = 0;      // most solves of any articulation to find what stops and contacts bear
   bool measured = false;
   Measures measures;  // only if asked for

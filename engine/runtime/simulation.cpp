@@ -89,6 +89,7 @@ void collect(const World& world, StepReport& report) {
   for (const Articulation& a : world.articulations) {
     report.rounds_used = std::max(report.rounds_used, a.rounds_used);
     report.limited += a.limited;
+    report.resting += a.resting;
     report.passes_used = std::max(report.passes_used, a.passes_used);
     report.stops_hit += a.stops_hit, report.drives_capped += a.drives_capped;
     const Real bound = a.settings.tolerance * a.size;

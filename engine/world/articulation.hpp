@@ -258,6 +258,9 @@ struct Articulation {
   // What the integrators remember besides the tables.
   int calm_steps = 0;
   int iterating = 0;    // steps for which loads are iterated from the start, since guessing failed
+  Real still_for = 0;     // s, without motion to speak of
+  bool resting = false;   // lies still until something stirs it
+  Vec3 resting_in{0};     // the gravity it rests in, m/s^2
   bool fresh = true;    // no step was taken yet, or all memory was dropped
   Real last_step = 0;   // s
   Real reserve = 0;     // J, lost to the integrator lately; the limiter lets it come back

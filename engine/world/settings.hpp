@@ -26,6 +26,9 @@ struct SolverSettings {
   Real reservoir_time = 1;        // s; how long numerical losses may be given back; 0 = never
   int rounds = 16;                // cap of the relaxation
   int passes = 6;                 // most solves of a step, to find which stops and contacts bear
+  // What lies on others and moves no faster than this for half a second is let lie until something
+  // stirs it, m/s; 0: never.
+  Real rest_speed = 2e-3;
   Real tolerance = 1e-4;          // residual of a held point, part of the articulation's size
   Real stall_drop = 1e-3;         // least relative gain of a round
   bool tension_stiffness = true;  // off only to show what it is for

@@ -109,6 +109,7 @@ void add_articulation(Hash& hash, const Articulation& a) {
   }
   for (const Hold& h : a.holds) hash.add(h.target), hash.add(h.load), hash.add(h.gap_before);
   for (const Cord& c : a.cords) hash.add(c.load);
+  hash.add(a.still_for), hash.add(a.resting), hash.add(a.resting_in);
   hash.add(a.iterating), hash.add(a.calm_steps), hash.add(a.fresh), hash.add(a.last_step);
   hash.add(a.reserve), hash.add(a.driven), hash.add(a.aimed);
 }
@@ -116,7 +117,7 @@ void add_articulation(Hash& hash, const Articulation& a) {
 void add_settings(Hash& hash, const SolverSettings& s) {
   hash.add(static_cast<std::uint32_t>(s.solver)), hash.add(s.turn_stiffness);
   hash.add(s.calm_angle), hash.add(s.reservoir_time), hash.add(s.rounds), hash.add(s.tolerance);
-  hash.add(s.passes), hash.add(s.stall_drop), hash.add(s.tension_stiffness), hash.add(s.limiter);
+  hash.add(s.rest_speed), hash.add(s.passes), hash.add(s.stall_drop), hash.add(s.tension_stiffness), hash.add(s.limiter);
   hash.add(static_cast<std::uint32_t>(s.paper_reluctance));
 }
 

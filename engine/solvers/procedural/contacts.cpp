@@ -22,7 +22,7 @@ namespace {
 /// weight would make learn from rounding where contacts could bear instead of each other.
 constexpr Real kRowWeight = 30;
 /// A contact that misses its place by less is at rest, part of the size.
-constexpr Real kStill = 1e-6;
+constexpr Real kStill = 1e-5;
 /// Overlaps up to this part of the size are taken out by moving a free tree whole.
 constexpr Real kSlight = 5e-3;
 /// Approaches slower than this are not given back, m/s.
@@ -172,7 +172,27 @@ bool learn(Contact& c, Vec3 miss, Real depth, Real weight, Real size) {
 
 }  // namespace
 
+void keep_touches(World& world, Articulation& a, Real h) {
+  const Real to_force = 1 / (a.force_share * h * h);
+  for (const Touch& t : a.room.touches) {
+    if (t.side < 0) continue;
+    Contact& c = world.contacts[t.contact];
+    c.force = to_force * c.load, c.depth = std::max(Real(0), -c.gap);
+  }
+  a.passes_used = a.rounds_used = 0, a.limited = false;
+}
+
 void touch(World& world, Real h) {
+  // Where everything lies still and nothing comes, the contacts stay as they are.
+  const auto lies = [](const Articulation& a) { return a.resting; };
+  const auto comes = [&](std::uint32_t slot) {
+    const Body& b = world.bodies.values()[slot];
+    return moves(b) || b.restart || b.teleport;
+  };
+  if (!world.contacts.empty() &&
+      std::all_of(world.articulations.begin(), world.articulations.end(), lies) &&
+      std::none_of(world.kinematic.begin(), world.kinematic.end(), comes))
+    return;
   for (Articulation& a : world.articulations) a.room.touches.clear(), a.mutual = false;
   if (world.collisions.empty()) {
     world.contacts.clear();
@@ -189,6 +209,12 @@ void touch(World& world, Real h) {
     if (c.impact <= 0)
       c.impact = c.restitution > 0 && approach(world, c) > kQuiet ? -approach(world, c) : 0;
     const bool mutual = is_dynamic(world, c.slot_b);
+    Articulation& own = world.articulations[world.places[c.slot_a].articulation];
+    if (own.resting && (mutual || comes(c.slot_b))) stir(world, own, h);
+    if (mutual) {
+      Articulation& other = world.articulations[world.places[c.slot_b].articulation];
+      if (other.resting) stir(world, other, h);
+    }
     for (int side = 0; side < (mutual ? 2 : 1); ++side) {
       const BodyPlace at = world.places[side == 0 ? c.slot_a : c.slot_b];
       Articulation& a = world.articulations[at.articulation];

@@ -78,6 +78,8 @@ void answer_freely(Articulation& a, Work position_row);
 /// Adds loads in room.forces_in and torques_in, side 0, to the gathered nodes.
 void add_loads(Articulation& a);
 
+/// Contacts of what lies still bear what they bore.
+void keep_touches(World& world, Articulation& a, Real h);
 /// Takes the overlap that is left from free trees by moving them whole.
 void push_out_trees(World& world, Articulation& a);
 /// Impacts to be given back, forces, depths; and the work the contacts did, J.

@@ -275,7 +275,7 @@ bool settle_stops(Articulation& a, std::size_t c, Quat own, Quat parent, Vec3 tu
     if (a.iterates && !stop.both_ways) {
       settled = settled && std::abs(beyond - linear - stop.bend) < 1e-4;
     } else if (stop.on) {
-      const bool still = !stop.is_lock() && std::abs(beyond) < 1e-6;
+      const bool still = !stop.is_lock() && std::abs(beyond) < 1e-5;
       if (stop.load <= 0 && still)
         stop.load = 0;
       else if (stop.load <= 0 && !stop.both_ways)

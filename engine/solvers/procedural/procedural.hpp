@@ -11,6 +11,9 @@ void prepare(World& world);
 /// Update stage: predicts the free motion of every body of an articulation over `h` seconds.
 void update(World& world, Articulation& a, Real h);
 
+/// Wakes an articulation that lies still (Articulation::resting), within a step.
+void stir(World& world, Articulation& a, Real h);
+
 /// Between the stages: looks for contacts and hands them to the articulations they concern. Needs
 /// every articulation's prediction.
 void touch(World& world, Real h);

@@ -287,7 +287,38 @@ void prepare(World& world) {
   }
 }
 
+bool is_stirred(const World& world, const Articulation& a) {
+  if (world.gravity != a.resting_in) return true;
+  for (const Tree& t : a.trees)
+    if (t.target != t.target_before) return true;
+  for (const Hold& h : a.holds)
+    if (h.target != h.target_before) return true;
+  for (const Entity e : a.bodies) {
+    const Body& b = world.bodies[e];
+    if (b.restart || b.teleport || b.velocity != Vec3(0) || b.spin != Vec3(0)) return true;
+    const Force* f = world.forces.find(e);
+    if (f && (f->force != Vec3(0) || f->torque != Vec3(0))) return true;
+  }
+  return false;
+}
+
+void stir(World& world, Articulation& a, Real h) {
+  a.resting = false, a.still_for = 0;
+  update(world, a, h);
+}
+
 void update(World& world, Articulation& a, Real h) {
+  if (a.resting) {
+    aim(world, a);
+    if (!is_stirred(world, a)) {
+      for (std::size_t c = 0; c < a.count(); ++c) {  // where others look for it
+        const Pose& pose = world.bodies.values()[a.slots[c]].pose;
+        a.room.work.set(kPosition, c, pose.position), a.room.work.set(kRotation, c, pose.rotation);
+      }
+      return;
+    }
+    a.resting = false, a.still_for = 0;
+  }
   if (!world.forces.empty() && a.room.forces.numbers().empty()) a.room.forces.resize(6, a.count());
   aim(world, a);
   notice_changes(world, a, h);
@@ -415,6 +446,34 @@ void sum_up(const World& world, const Articulation& a, EndSums& end) {
 
 }  // namespace
 
+namespace {
+
+constexpr Real kRestAfter = 0.5;  // s
+
+/// Does it lie on others, without moving, long enough to be let lie? What touches other dynamic
+/// bodies, or has muscles or strings, does not.
+void notice_rest(World& world, Articulation& a, Real h) {
+  const Real slow = a.settings.rest_speed;
+  bool still = a.bears && !a.mutual && a.cords.empty();
+  for (std::size_t c = 0; still && c < a.count(); ++c) {
+    const Body& b = world.bodies.values()[a.slots[c]];
+    still = glm::length(b.velocity) < slow && glm::length(b.spin) < 10 * slow;
+    still = still && (a.joints.empty() || a.joints[c].drive == UINT32_MAX);
+  }
+  a.still_for = still ? a.still_for + h : 0;
+  a.resting = a.still_for > kRestAfter;
+  if (!a.resting) return;
+  a.resting_in = world.gravity;
+  for (std::uint32_t c = 0; c < a.count(); ++c) {
+    Body& b = world.bodies.values()[a.slots[c]];
+    b.velocity = b.spin = Vec3(0);
+    a.memory.set(kLastSlide, c, Vec3(0)), a.memory.set(kLastTurn, c, Vec3(0));
+    a.memory.set(kVelocityBefore, c, Vec3(0)), a.memory.set(kSpinMomentumBefore, c, Vec3(0));
+  }
+}
+
+}  // namespace
+
 bool finish_passes(World& world, Articulation& a, Real h, Entity& lost) {
   if (!a.finite) {  // joints could hide it
     lost = find_lost(world, a);
@@ -475,6 +534,7 @@ bool finish_passes(World& world, Articulation& a, Real h, Entity& lost) {
   }
   a.fresh = false;
   a.last_step = h;
+  notice_rest(world, a, h);
   return true;
 }
 
@@ -548,6 +608,10 @@ bool adjust_in_parts(World& world, Articulation& a, Real h, Entity& lost) {
 }  // namespace
 
 bool adjust(World& world, Articulation& a, Real h, Entity& lost) {
+  if (a.resting) {
+    keep_touches(world, a, h);
+    return true;
+  }
   begin_passes(world, a, h);
   const bool settled = take_passes(world, a, h, false);
   if (!settled && !a.room.touches.empty() && a.settings.passes > 2)
