@@ -39,7 +39,7 @@ int main(int argc, char** argv) {
   Fall fall;
   demos::Extras extras;
   extras.columns = 5, extras.width = 288;
-  extras.last_picture = 4;
+  extras.last_picture = 2;
   extras.check = [&](const World& w, const demos::Outcome& worst, demos::Findings& f) {
     look(w, fall);
     f.expect("past the last stair after, s", fall.passed, 1, 4);
@@ -52,7 +52,7 @@ int main(int argc, char** argv) {
     if (step == 0) fall = {};
     look(sim.world, fall);
     const Entity chest = sim.world.find("puppet/chest");
-    if (step < 18) sim.world.push(chest, {400, 0, 50}, sim.world.bodies[chest].pose.position);
+    if (step < 18) sim.world.push(chest, {900, 0, 25}, sim.world.bodies[chest].pose.position);
   };
   return demos::run(argc, argv, "stairs", scene, script, extras);
 }
