@@ -2,7 +2,6 @@
 #include <numbers>
 
 #include "demos/demo.hpp"
-#include "engine/base/rotation.hpp"
 
 using namespace pantin;
 
@@ -16,7 +15,8 @@ Real turned(const World& w, Entity body, Real from) {
   return std::remainder(2 * std::atan2(q.z, q.w) - from, kWhole);
 }
 
-/// The way of the pedals, rad: from rest to half a turn a second, anticlockwise.
+/// The way of the pedals by the keys of the scene, rad: from rest to half a turn a second,
+/// anticlockwise.
 Real pedalled(Real time) {
   const Real rise = std::min(time, Real(1));
   return kWhole / 2 * (rise * rise / 2 + (time - rise));
@@ -26,7 +26,7 @@ Real pedalled(Real time) {
 
 int main(int argc, char** argv) {
   const Scene scene = demos::load("bicycle");
-  const Entity pedals = scene.world.find("pedals"), wheel = scene.world.find("wheel");
+  const Entity wheel = scene.world.find("wheel");
   Real angle = 0;  // of the wheel, whole turns counted
   demos::Extras extras;
   extras.last_picture = 2.1;
@@ -39,11 +39,8 @@ int main(int argc, char** argv) {
     f.expect("worst depth of a contact, m", worst.worst_depth, 0, 0.01);
   };
   const auto script = [&](Simulation& sim, int step) {
-    World& w = sim.world;
     if (step == 0) angle = 0;
-    angle += turned(w, wheel, angle);
-    w.bodies[pedals].pose.rotation = turn_by(Vec3(0, 0, pedalled(w.time + sim.settings.h))) *
-                                     scene.world.bodies[pedals].pose.rotation;
+    angle += turned(sim.world, wheel, angle);
   };
   return demos::run(argc, argv, "bicycle", scene, script, extras);
 }
