@@ -23,6 +23,8 @@ namespace {
 constexpr Real kRowWeight = 30;
 /// A contact that misses its place by less is at rest, part of the size.
 constexpr Real kStill = 1e-5;
+/// One that slips by less does not have to know yet how much its friction can bear.
+constexpr Real kNoSlip = 1e-6;
 /// Overlaps up to this part of the size are taken out by moving a free tree whole.
 constexpr Real kSlight = 5e-3;
 /// Approaches slower than this are not given back, m/s.
@@ -167,7 +169,9 @@ bool learn(Contact& c, Vec3 miss, Real depth, Real weight, Real size) {
   c.sliding = sticks ? 1 : most / held;
   c.force = normal * c.normal + c.sliding * grip;
   c.load = normal * c.normal + (sticks ? grip : Vec3(0));
-  return depth < kStill * size && (still || std::abs(c.sliding - before) <= 0.1 * before);
+  const Real slip = glm::length(across(miss, c.normal));
+  const bool rubs = (c.sliding < 1 || before < 1) && slip > kNoSlip * size;
+  return depth < kStill * size && (!rubs || std::abs(c.sliding - before) <= 0.05 * before);
 }
 
 }  // namespace
@@ -282,8 +286,9 @@ bool settle_iterated(World& world, Articulation& a) {
       }
     }
     learn_bend(a, t, t.side > 0 ? c.point_a : c.point_b);
-    settled = settled && std::abs(glm::dot(c.normal, t.bend - before)) < 1e-5 * a.size;
-    if (!t.listed && !is_dynamic(world, c.slot_b))
+    if (is_dynamic(world, c.slot_b))
+      settled = settled && std::abs(glm::dot(c.normal, t.bend - before)) < 1e-5 * a.size;
+    else
       settled = settled && glm::dot(c.normal, t.goal - moved_to(a, t)) < 1e-5 * a.size;
   }
   return settled;
@@ -337,6 +342,14 @@ Real finish_touches(World& world, Articulation& a, Real h) {
   Real work = 0, lift = 0;
   for (Touch& t : a.room.touches) {
     Contact& c = world.contacts[t.contact];
+    // What another dynamic body does to this one it may gain.
+    if (is_dynamic(world, c.slot_b)) {
+      const Vec3 arm = world.bodies.values()[a.slots[t.column]].pose.rotation *
+                       (t.side > 0 ? c.point_a : c.point_b);
+      const Vec3 way = a.memory.vec(kLastSlide, t.column) +
+                       glm::cross(a.memory.vec(kLastTurn, t.column), arm);
+      work += std::max(Real(0), t.side * to_force * glm::dot(c.load, way));
+    }
     if (t.side < 0) {
       if (c.active) lift = std::max(lift, -c.gap);
       continue;

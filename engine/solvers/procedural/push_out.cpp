@@ -8,7 +8,7 @@ namespace {
 /// Leaves every plane, but for round-off?
 bool leaves_all(const HalfSpaces& p, Vec3 u) {
   for (std::size_t i = 0; i < p.count; ++i) {
-    const Real slack = 1e-12 * (std::abs(p.depths[i]) + glm::length(u));
+    const Real slack = 1e-10 * (std::abs(p.depths[i]) + glm::length(u));
     if (glm::dot(p.normals[i], u) < p.depths[i] - slack) return false;
   }
   return true;
@@ -64,11 +64,10 @@ Vec3 push_out(const HalfSpaces& p) {
     if (p.depths[i] > deepest) deepest = p.depths[i], fallback = alone;
     consider(alone);
   }
-  if (least < 1e300) return best;
+  if (least < 1e300) return best;  // no way out of that plane is shorter
   for (std::size_t i = 0; i < p.count; ++i)
     for (std::size_t j = i + 1; j < p.count; ++j)
       if (edge_of(p.normals[i], p.depths[i], p.normals[j], p.depths[j], u)) consider(u);
-  if (least < 1e300) return best;
   for (std::size_t i = 0; i < p.count; ++i)
     for (std::size_t j = i + 1; j < p.count; ++j)
       for (std::size_t k = j + 1; k < p.count; ++k)

@@ -544,6 +544,8 @@ namespace {
 constexpr int kStepsIterating = 4;
 /// Passes that guess cost a tenth of one that iterates.
 constexpr int kGuesses = 8;
+/// Passes are counted from the third when they iterate; more of them make nothing better.
+constexpr int kIterations = 4;
 /// With more contacts than this, iterating costs more than taking the step in parts.
 constexpr std::ptrdiff_t kFewContacts = 24;
 /// A step that does not settle is taken again in so many parts.
@@ -570,7 +572,7 @@ bool take_passes(World& world, Articulation& a, Real h, bool in_parts) {
   if (settled || a.settings.passes <= 2) return settled;
   if (!in_parts && bearing(world, a) > kFewContacts) return false;
   begin_iterating(world, a);
-  for (int n = 2; n < a.settings.passes && !settled; ++n) {
+  for (int n = 2; n < std::min(kIterations, a.settings.passes) && !settled; ++n) {
     begin_pass(world, a, h);
     Articulation* const alone[] = {&a};
     iterate_loads(world, alone, h, 50, 1e-8);
