@@ -52,7 +52,7 @@ int main(int argc, char** argv) {
     if (step == 0) fall = {};
     look(sim.world, fall);
     const Entity chest = sim.world.find("puppet/chest");
-    if (step < 18) sim.world.push(chest, {900, 0, 25}, sim.world.bodies[chest].pose.position);
+    if (step < 18) sim.world.push(chest, {1200, 0, 0}, sim.world.bodies[chest].pose.position);
   };
   return demos::run(argc, argv, "stairs", scene, script, extras);
 }

@@ -520,7 +520,13 @@ bool finish_passes(World& world, Articulation& a, Real h, Entity& lost) {
     lost = find_lost(world, a);
     return false;
   }
-  if (!a.bears && repair_momentum(world, a, h)) sum_up(world, a, end);
+  // Near others nothing is moved that was just kept apart from them; what they did to the angular
+  // momentum is not to be given back later.
+  if (a.room.touches.empty()) {
+    if (repair_momentum(world, a, h)) sum_up(world, a, end);
+  } else {
+    for (Tree& t : a.trees) t.keeps_spin = false;
+  }
   if (!a.room.touches.empty()) a.stop_work += finish_touches(world, a, h);
   const bool small_turns = end.largest_turn2 < a.settings.calm_angle * a.settings.calm_angle;
   a.disturbed = a.disturbed || !small_turns;
