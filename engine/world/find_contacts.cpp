@@ -1,9 +1,11 @@
 #include "engine/world/find_contacts.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <tuple>
 
 #include "engine/base/check.hpp"
+#include "engine/geometry/surface.hpp"
 #include "engine/world/world.hpp"
 
 namespace pantin {
@@ -12,6 +14,7 @@ namespace {
 constexpr std::uint32_t kNone = UINT32_MAX;
 // Contacts may be this much farther off than the bodies can move, so that rounding loses none.
 constexpr Real kSlop = 1e-4;
+constexpr std::uint64_t kFeatures = (1ull << 44) - 1, kCore = kFeatures;
 
 std::uint64_t pair_of(std::uint32_t a, std::uint32_t b) {
   return static_cast<std::uint64_t>(std::min(a, b)) << 32 | std::max(a, b);
@@ -144,8 +147,35 @@ void list_pairs(const Search& s) {
 
 /// Ten bits for each of the two shapes, the rest for the feature.
 std::uint64_t key_of(const SolidPart& a, const SolidPart& b, std::uint64_t feature) {
-  constexpr std::uint64_t kShapes = 0x3ff, kFeatures = (1ull << 44) - 1;
+  constexpr std::uint64_t kShapes = 0x3ff;
   return (a.index & kShapes) << 54 | (b.index & kShapes) << 44 | (feature & kFeatures);
+}
+
+/// Radius of a ball about a shape's origin that lies within it, m; below zero if there is none.
+Real radius_within(const Shape& shape) {
+  if (shape.kind == ShapeKind::box) return glm::min(shape.size.x, glm::min(shape.size.y, shape.size.z));
+  if (shape.kind != ShapeKind::hull) return shape.size.x;
+  Real least = std::numeric_limits<Real>::infinity();
+  for (const Face& face : shape.surface->faces) least = glm::min(least, face.offset);
+  return least;
+}
+
+/// A body that may turn or come far in one step turns its corners away from where they were found:
+/// what does not turn, a ball within it, stays in front of the nearest point as well.
+void keep_core(const Search& s, const SolidPart& a, const SolidPart& b) {
+  ContactSearch& room = s.room;
+  if (room.points.empty() || s.reach[a.slot] < a.extent || a.shape->kind == ShapeKind::sphere)
+    return;
+  const Real radius = radius_within(*a.shape);
+  if (!(radius > 0)) return;
+  TouchPoint core = *std::min_element(
+      room.points.begin(), room.points.end(),
+      [](const TouchPoint& p, const TouchPoint& q) { return p.gap < q.gap; });
+  core.on_a = a.pose.position, core.on_b += radius * core.normal;
+  core.gap = glm::dot(core.normal, core.on_a - core.on_b);
+  core.feature = kCore;
+  room.found.push_back({b.slot, key_of(a, b, core.feature),
+                        room.solids[room.solid_at[b.slot]].collision, core});
 }
 
 void touch_parts(const Search& s, const SolidPart& a, const SolidPart& b) {
@@ -160,6 +190,7 @@ void touch_parts(const Search& s, const SolidPart& a, const SolidPart& b) {
   const Collision* other = room.solids[room.solid_at[b.slot]].collision;
   for (const TouchPoint& p : room.points)
     room.found.push_back({b.slot, key_of(a, b, p.feature), other, p});
+  if (s.world.bodies.values()[b.slot].motion != Motion::dynamic) keep_core(s, a, b);
 }
 
 void touch_still(const Search& s, const Solid& a) {

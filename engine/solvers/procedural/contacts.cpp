@@ -27,6 +27,8 @@ constexpr Real kStill = 1e-5;
 constexpr Real kNoSlip = 1e-6;
 /// Overlaps up to this part of the size are taken out by moving a free tree whole.
 constexpr Real kSlight = 5e-3;
+/// A load beyond this (its square, kg^2 m^2) is none.
+constexpr Real kTooLarge = 1e36;
 /// Approaches slower than this are not given back, m/s.
 constexpr Real kQuiet = 0.2;
 
@@ -236,6 +238,7 @@ void aim_touches(World& world, Articulation& a, Real h) {
     Contact& c = world.contacts[t.contact];
     const bool mutual = is_dynamic(world, c.slot_b);
     if (t.side > 0 && ratio != 1) c.load *= ratio * ratio;
+    if (t.side > 0 && !(glm::dot(c.load, c.load) < kTooLarge)) c.load = Vec3(0), c.active = false;
     if (t.side > 0) c.before = c.load;
     const Vec3 point = t.side > 0 ? c.point_a : c.point_b;
     const Vec3 arm = a.room.work.quat(kRotation, t.column) * point;
@@ -339,16 +342,20 @@ void learn_bend(const Articulation& a, Touch& t, Vec3 anchor) {
 
 Real finish_touches(World& world, Articulation& a, Real h) {
   const Real to_force = 1 / (a.force_share * h * h);
-  Real work = 0, lift = 0;
+  Real work = 0, lift = 0, given = 0, most_given = 0;
   for (Touch& t : a.room.touches) {
     Contact& c = world.contacts[t.contact];
-    // What another dynamic body does to this one it may gain.
+    // What another articulation does to this one it may gain, as far as the other had it.
     if (is_dynamic(world, c.slot_b)) {
+      const Articulation& other =
+          world.articulations[world.places[t.side > 0 ? c.slot_b : c.slot_a].articulation];
       const Vec3 arm = world.bodies.values()[a.slots[t.column]].pose.rotation *
                        (t.side > 0 ? c.point_a : c.point_b);
       const Vec3 way = a.memory.vec(kLastSlide, t.column) +
                        glm::cross(a.memory.vec(kLastTurn, t.column), arm);
-      work += std::max(Real(0), t.side * to_force * glm::dot(c.load, way));
+      if (&other != &a)
+        given += std::clamp(t.side * to_force * glm::dot(c.load, way), Real(0), other.kinetic_before);
+      most_given = std::max(most_given, &other != &a ? other.kinetic_before : 0);
     }
     if (t.side < 0) {
       if (c.active) lift = std::max(lift, -c.gap);
@@ -369,7 +376,7 @@ Real finish_touches(World& world, Articulation& a, Real h) {
     if (c.active) work += std::max(Real(0), glm::dot(c.force, way_of(other, on_b, h)));
     if (c.active) lift = std::max(lift, -c.gap);
   }
-  return work + lift * a.mass * glm::length(world.gravity);
+  return work + std::min(given, most_given) + lift * a.mass * glm::length(world.gravity);
 }
 
 }  // namespace pantin::procedural

@@ -77,7 +77,7 @@ bool is_driven(const World& world, const Articulation& a) {
 
 /// Nothing ties the articulation to the world.
 bool flies_free(const Articulation& a) {
-  if (a.bears) return false;
+  if (a.bears || !a.room.touches.empty()) return false;
   for (const Tree& t : a.trees)
     if (a.parents[t.first] != kFree) return false;
   for (const Cord& c : a.cords)
@@ -156,7 +156,12 @@ void limit_energy(World& world, Articulation& a, const Packed& p, const EndSums&
     energy = slow_down(a, p, end, allowed);
     // Contacts may have to lift a little more than is accounted for.
     const Real lift = a.bears ? 0.01 * a.mass * glm::length(world.gravity) * a.size : 0;
-    if (!flies_free(a) && end.potential > allowed + slack + lift) take_back(world, a, p, allowed);
+    // A step among contacts that found more motion than there was did not find its way.
+    const Real may_have = a.kinetic_before + std::max(Real(0), allowed - a.energy_before) +
+                          0.1 * a.mass * glm::length(world.gravity) * a.size;
+    const bool wild = !a.room.touches.empty() && end.kinetic > 4 * may_have;
+    if (wild) take_back(world, a, p, -1e300);
+    if (!wild && !flies_free(a) && end.potential > allowed + slack + lift) take_back(world, a, p, allowed);
   }
   const Real lent = std::max(Real(0), allowed - energy);
   a.reserve = a.limited || a.disturbed ? 0 : lent * std::exp(-h / a.settings.reservoir_time);

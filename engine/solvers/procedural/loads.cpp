@@ -190,9 +190,12 @@ void start_contact(World& world, Articulation& a, LoadRow& row, Real h) {
     row.wanted = (lift - glm::dot(apart, c.normal)) * c.normal - across(apart - before, c.normal);
   }
   const Real along = glm::dot(c.normal, k * c.normal);
-  const Real aside = 0.5 * (k[0][0] + k[1][1] + k[2][2] - along);
-  row.stiffness = along > 0 ? 1 / along : 0;
-  row.side_stiffness = aside > 0 ? 1 / aside : 0;
+  // At least what the softer direction across gives: a mean would overshoot in it.
+  const Real aside = k[0][0] + k[1][1] + k[2][2] - along;
+  // What hardly gives way cannot be moved by a load either.
+  const Real least = 1e-6 / a.mass;
+  row.stiffness = along > least ? 1 / along : 0;
+  row.side_stiffness = aside > least ? 1 / aside : 0;
   apply(a, row, c.load);
   if (row.other != UINT32_MAX) {
     Articulation& b = world.articulations[row.other];
@@ -206,7 +209,8 @@ void start_stop(Articulation& a, LoadRow& row) {
   const Real k = a.room.load_response[row.number * n + row.number];
   const Vec3 align = a.room.terms[row.column].align;
   row.wanted.x = stop.room - stop.bend + glm::dot(stop.along, align);
-  row.stiffness = k > 0 ? 1 / k : 0;
+  const Mat3& give = a.room.joint_nodes[row.column].give;
+  row.stiffness = k > 1e-6 * (give[0][0] + give[1][1] + give[2][2]) ? 1 / k : 0;
   apply(a, row.number, -stop.load);
 }
 
@@ -224,7 +228,9 @@ Real relax_contact(World& world, Articulation& a, const LoadRow& row) {
   const Real most = c.friction * normal, held = glm::length(grip);
   c.sliding = held > most ? most / held : 1;
   grip *= c.sliding;
-  const Vec3 load = normal * c.normal + grip, change = load - c.load;
+  Vec3 load = normal * c.normal + grip;
+  if (!is_finite(load)) load = Vec3(0);
+  const Vec3 change = load - c.load;
   c.load = load;
   if (change == Vec3(0)) return 0;
   apply(a, row, change);

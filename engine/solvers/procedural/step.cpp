@@ -474,6 +474,37 @@ void notice_rest(World& world, Articulation& a, Real h) {
 
 }  // namespace
 
+namespace {
+
+/// A solve among contacts that ends nowhere (loads that no iteration could reconcile) moves nothing:
+/// the bodies stay where they were, at rest, and the loads are forgotten. Counts as limited.
+bool stays(World& world, Articulation& a, Real h) {
+  Real fastest = 0, farthest = 0;
+  bool finite = true;
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    const Body& b = world.bodies.values()[a.slots[c]];
+    const Vec3 x = a.room.work.vec(kFinalPosition, c);
+    finite = finite && is_finite(x) && is_finite(a.room.work.quat(kFinalRotation, c));
+    fastest = std::max(fastest, glm::length(b.velocity));
+    farthest = std::max(farthest, glm::length(x - b.pose.position));
+  }
+  if (finite && farthest < 10 * a.size + 10 * h * fastest) return false;
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    const Body& b = world.bodies.values()[a.slots[c]];
+    a.room.work.set(kFinalPosition, c, b.pose.position);
+    a.room.work.set(kFinalRotation, c, b.pose.rotation);
+    a.memory.set(kLoad, c, Vec3(0));
+  }
+  for (const Touch& t : a.room.touches) {
+    Contact& contact = world.contacts[t.contact];
+    if (t.side > 0) contact.load = contact.force = Vec3(0), contact.active = false;
+  }
+  for (PackedJoint& j : a.joints) std::fill(std::begin(j.loads), std::end(j.loads), 0);
+  return true;
+}
+
+}  // namespace
+
 bool finish_passes(World& world, Articulation& a, Real h, Entity& lost) {
   if (!a.finite) {  // joints could hide it
     lost = find_lost(world, a);
@@ -508,6 +539,8 @@ bool finish_passes(World& world, Articulation& a, Real h, Entity& lost) {
     if (!a.joints.empty() && solver != Solver::automatic) sweep_closed(world, a);
     if (has_rows(a)) relax(world, a, solver != Solver::automatic);
     if (!a.room.touches.empty()) push_out_trees(world, a);
+    const bool stayed = solver == Solver::automatic && !a.room.touches.empty() && stays(world, a, h);
+    if (stayed) a.touching = a.limited = true;
     // What strikes a stop or the ground stops there: no rule that looks farther back than the step.
     if (a.touching) a.disturbed = true;
     if (a.touching && solver == Solver::automatic) {
@@ -515,6 +548,11 @@ bool finish_passes(World& world, Articulation& a, Real h, Entity& lost) {
       a.second_order = a.fresh = false;
     }
     end = k.finish(p, in);
+    if (stayed) {
+      const Vec3 still(0);
+      k.scale(p, 0, &still[0]);
+      end.kinetic = 0;
+    }
   }
   if (!end.sane) {
     lost = find_lost(world, a);
@@ -581,7 +619,7 @@ bool take_passes(World& world, Articulation& a, Real h, bool in_parts) {
   for (int n = 2; n < std::min(kIterations, a.settings.passes) && !settled; ++n) {
     begin_pass(world, a, h);
     Articulation* const alone[] = {&a};
-    iterate_loads(world, alone, h, 50, 1e-8);
+    iterate_loads(world, alone, h, 100, 1e-8);
     settled = end_pass(world, a, h);
   }
   return settled;
