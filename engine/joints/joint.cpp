@@ -7,7 +7,9 @@
 namespace pantin {
 namespace {
 
-constexpr const char* kNames[kJointKinds] = {"ball", "hinge", "universal", "fixed"};
+constexpr const char* kNames[kJointKinds] = {
+    "ball",  "hinge",  "universal", "fixed",  "cylindrical", "prismatic",
+    "screw", "planar", "distance",  "spring", "custom"};
 
 Real twist_of(Quat q) { return swing_twist(q).twist; }
 Quat hinged(Real angle) { return Quat(std::cos(angle / 2), std::sin(angle / 2), 0, 0); }
@@ -17,6 +19,8 @@ Quat hinged(Real angle) { return Quat(std::cos(angle / 2), std::sin(angle / 2), 
 const char* name_of(JointKind kind) { return kNames[static_cast<int>(kind)]; }
 
 bool joint_kind_from_name(const char* name, JointKind& kind) {
+  if (std::strcmp(name, "spherical") == 0) name = "ball";
+  if (std::strcmp(name, "revolute") == 0) name = "hinge";
   for (int i = 0; i < kJointKinds; ++i) {
     if (std::strcmp(name, kNames[i]) != 0) continue;
     kind = static_cast<JointKind>(i);
@@ -33,7 +37,7 @@ Quat allowed_by_kind(JointKind kind, Quat q) {
       return turn_of(universal_angles(q));
     case JointKind::fixed:
       return Quat(1, 0, 0, 0);
-    case JointKind::ball:
+    default:
       break;
   }
   return q;
@@ -51,7 +55,7 @@ Quat allowed_turn(const Joint& joint, Quat q) {
     }
     case JointKind::fixed:
       return Quat(1, 0, 0, 0);
-    case JointKind::ball:
+    default:
       break;
   }
   if (!limits.turn.on && !limits.swing.on) return q;

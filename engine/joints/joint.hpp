@@ -1,5 +1,6 @@
 #pragma once
-/// Joints whose bodies share a point: they differ in which turns are left free.
+/// Joints between two bodies. The first four kinds share a point and differ in which turns are left
+/// free; every solver knows them. The others are for the Lagrangian solver (see rows.hpp).
 ///
 ///   C = p_b - p_a                       three rows, metres
 ///   p_i = x_i + R_i anchor_i            anchors fixed in each body
@@ -8,7 +9,9 @@
 /// The joint axes F are x, y, z. x is the axis that a hinge turns about and that a ball joint
 /// twists about; with limbs it runs along the bone.
 #include "engine/base/math.hpp"
+#include "engine/joints/extras.hpp"
 #include "engine/joints/limits.hpp"
+#include "engine/joints/rare.hpp"
 
 namespace pantin {
 
@@ -16,9 +19,19 @@ enum class JointKind : std::uint8_t {
   ball,       // all turns free
   hinge,      // Q turns about x
   universal,  // Q turns about y of a, then about z of b
-  fixed       // Q = 1
+  fixed,      // Q = 1
+  cylindrical,  // turns about x, slides along it
+  prismatic,    // slides along x
+  screw,        // slides along x by extras->pitch for each rad it turns about it
+  planar,       // slides across x, turns about it
+  distance,     // the anchors stay extras->length apart
+  spring,       // holds nothing: a spring and damper between the anchors (extras->slide)
+  custom        // extras->custom
 };
-inline constexpr int kJointKinds = 4;
+inline constexpr int kPointKinds = 4, kJointKinds = 11;
+
+/// Whether the procedural solver knows the kind: its bodies share a point.
+inline bool holds_point(JointKind kind) { return static_cast<int>(kind) < kPointKinds; }
 
 /// Turns from the joint axes to the frames of both bodies. Takes no room while both are none, as
 /// with most ball joints. A value: copies are deep.
@@ -53,16 +66,17 @@ struct Joint {
   JointKind kind = JointKind::ball;
   JointFrames frames = {};
   RareLimits limits = {};
+  Rare<JointExtras> extras = {};
 };
 
-/// "ball", "hinge", "universal", "fixed".
+/// "ball", "hinge", "universal", "fixed", "cylindrical" ...
 const char* name_of(JointKind kind);
-/// False, and `kind` untouched, for any other word.
+/// Also by the names "spherical" and "revolute". False, and `kind` untouched, for any other word.
 bool joint_kind_from_name(const char* name, JointKind& kind);
 
-/// Turns that the kind leaves free: 3, 1, 2, 0.
+/// Motions that the kind leaves free, 0 to 6; of a custom kind 6.
 inline int freedoms(JointKind kind) {
-  constexpr int kFreedoms[] = {3, 1, 2, 0};
+  constexpr int kFreedoms[kJointKinds] = {3, 1, 2, 0, 2, 1, 1, 3, 5, 6, 6};
   return kFreedoms[static_cast<int>(kind)];
 }
 

@@ -168,6 +168,8 @@ void add_turn_marks(const Scene& scene, Pen& pen) {
       case JointKind::fixed:
         add_lock(pen, m);
         break;
+      default:
+        break;
     }
   }
 }

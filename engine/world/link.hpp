@@ -21,6 +21,21 @@ struct String {
   Real tension = 0;  // N, mean over the last step; 0 when slack
 };
 
+/// Couples a freedom of one link to a freedom of another, as gears, belts and racks do:
+///
+///   coordinate of second = ratio * coordinate of first + offset
+///
+/// Only the Lagrangian solver knows it. Turns are counted in whole from the pose the World was
+/// given in; `offset` then follows from that pose where it is not set.
+struct Ratio {
+  Entity first, second;                      // links with a hinge, slide or screw
+  bool slides_first = false;                 // the slide along x (m) of `first`, not its turn (rad)
+  bool slides_second = false;                // likewise
+  Real ratio = 1;                            // rad/rad, m/rad ...
+  Real offset = 0;                           // rad or m
+  bool has_offset = false;
+};
+
 enum class Grip : std::uint8_t {
   exact,   // the point goes to its target, whatever it weighs
   spring,  // the point is drawn by a damped spring of `stiffness`

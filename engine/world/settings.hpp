@@ -11,6 +11,22 @@ enum class Solver : std::uint8_t {
   sweep,      // least displacement, root to leaf: kinematic posing
   shake2,     // two Newton steps in start-of-step directions, then a closing sweep
   paper,      // the literal rule of [Lee 2000]; a control for charts
+  lagrangian, // Newton's and Euler's equations with multipliers: exact joints of every kind
+};
+
+/// How the Lagrangian solver steps.
+enum class Integrator : std::uint8_t {
+  euler,     // semi-implicit, in momenta: order 1, one solve, never blows up
+  rattle,    // symplectic and reversible: order 2, energy bounded in long runs
+  rk4,       // Runge-Kutta with projection: order 4; of its family the 5(4) pair when adaptive
+  implicit,  // generalised alpha: order 2, stiff springs do not limit the step
+};
+
+/// What the Lagrangian solver does about joints that drift apart.
+enum class Stabilisation : std::uint8_t {
+  projection,  // back onto them after every step, by the least mass-weighted motion
+  baumgarte,   // drawn back by the equations themselves; for charts
+  none,        // nothing; for charts
 };
 
 /// Which length^2 the literal rule takes for its `h` [Lee 2000, sec. 3.2].
@@ -34,9 +50,20 @@ struct SolverSettings {
   bool tension_stiffness = true;  // off only to show what it is for
   bool limiter = true;            // off only to show what it is for
   PaperReluctance paper_reluctance = PaperReluctance::inertia_over_mass;
+  // Of the Lagrangian solver:
+  Integrator integrator = Integrator::rk4;
+  Stabilisation stabilisation = Stabilisation::projection;
+  Real baumgarte = 0;       // euler: part of the gap closed in a step (0: 0.2); else rate, 1/s (0: 5)
+  Real step_tolerance = 0;  // rk4: steps are divided so that each errs by less (m, rad, m/s, rad/s)
+  Real damping_ratio = 0.8; // implicit: spectral radius at infinity, 0 to 1
 };
 
-/// "auto", "sweep", "shake2", "paper".
+/// "euler", "rattle", "rk4", "implicit".
+const char* name_of(Integrator integrator);
+/// False, and `integrator` untouched, for any other word.
+bool integrator_from_name(const char* name, Integrator& integrator);
+
+/// "auto", "sweep", "shake2", "paper", "lagrangian".
 const char* name_of(Solver solver);
 /// False, and `solver` untouched, for any other word.
 bool solver_from_name(const char* name, Solver& solver);

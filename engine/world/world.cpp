@@ -34,6 +34,13 @@ Entity World::add_string(Entity a, Entity b, const StringJoint& joint, std::stri
   return e;
 }
 
+Entity World::add_ratio(const Ratio& ratio, std::string name) {
+  const Entity e = create();
+  ratios.add(e, ratio);
+  set_name(*this, e, std::move(name));
+  return e;
+}
+
 Entity World::add_pin(const Pin& pin, std::string name) {
   const Entity e = create();
   pins.add(e, pin);
@@ -55,11 +62,13 @@ void World::destroy(std::span<const Entity> doomed) {
   add_orphans(links, [&](const Link& l) { return refers(l.a) || refers(l.b); });
   add_orphans(strings, [&](const String& s) { return refers(s.a) || refers(s.b); });
   add_orphans(pins, [&](const Pin& p) { return refers(p.body) || refers(p.to); });
+  for (const Entity e : std::vector<Entity>(all)) gone.insert(e);  // ratios tie links
+  add_orphans(ratios, [&](const Ratio& r) { return refers(r.first) || refers(r.second); });
   // Handles are freed in order of index, so that the next ones do not depend on a hash order.
   std::sort(all.begin(), all.end(), [](Entity a, Entity b) { return a.index > b.index; });
 
   bodies.remove(all), forces.remove(all), origins.remove(all), shapes.remove(all);
-  links.remove(all), strings.remove(all), pins.remove(all), drives.remove(all);
+  links.remove(all), strings.remove(all), ratios.remove(all), pins.remove(all), drives.remove(all);
   pose_drives.remove(all), collisions.remove(all);
   names.remove(all), settings.remove(all), user.remove(all);
   for (Entity e : all) entities.destroy(e);
@@ -119,9 +128,25 @@ void add_settings(Hash& hash, const SolverSettings& s) {
   hash.add(s.calm_angle), hash.add(s.reservoir_time), hash.add(s.rounds), hash.add(s.tolerance);
   hash.add(s.rest_speed), hash.add(s.passes), hash.add(s.stall_drop), hash.add(s.tension_stiffness), hash.add(s.limiter);
   hash.add(static_cast<std::uint32_t>(s.paper_reluctance));
+  hash.add(static_cast<std::uint32_t>(s.integrator));
+  hash.add(static_cast<std::uint32_t>(s.stabilisation));
+  hash.add(s.baumgarte), hash.add(s.step_tolerance), hash.add(s.damping_ratio);
+}
+
+void add_freedom(Hash& hash, const Freedom& f) {
+  hash.add(f.spring.stiffness), hash.add(f.spring.damping), hash.add(f.spring.rest);
+  hash.add(f.friction.viscous), hash.add(f.friction.dry), hash.add(f.friction.slip);
+  hash.add(static_cast<std::uint32_t>(f.motor.kind)), hash.add(f.motor.target);
+  hash.add(f.motor.gain), hash.add(f.motor.damping), hash.add(f.motor.cap);
 }
 
 void add_joint(Hash& hash, const Joint& j) {
+  if (j.extras.any()) {
+    hash.add(j.extras->length), hash.add(j.extras->pitch);
+    add_freedom(hash, j.extras->turn), add_freedom(hash, j.extras->slide);
+    hash.add(j.extras->travel.on), hash.add(j.extras->travel.low), hash.add(j.extras->travel.high);
+    hash.add(j.extras->restitution);
+  }
   hash.add(j.anchor_a), hash.add(j.anchor_b);
   hash.add(static_cast<std::uint32_t>(j.kind));
   hash.add(j.frames.a()), hash.add(j.frames.b());
@@ -204,6 +229,11 @@ std::uint64_t state_hash(const World& world) {
   }
   for (const Link& l : world.links.values())
     hash.add(l.a.index), hash.add(l.b.index), add_joint(hash, l.joint);
+  for (const Ratio& r : world.ratios.values()) {
+    hash.add(r.first.index), hash.add(r.second.index);
+    hash.add(r.slides_first), hash.add(r.slides_second);
+    hash.add(r.ratio), hash.add(r.offset), hash.add(r.has_offset);
+  }
   for (std::size_t i = 0; i < world.pose_drives.size(); ++i) {
     hash.add(world.pose_drives.owners()[i].index);
     add_drive(hash, world.pose_drives.values()[i]);

@@ -27,6 +27,7 @@ struct World {
   Store<Shapes> shapes;
   Store<Link> links;
   Store<String> strings;
+  Store<Ratio> ratios;
   Store<Pin> pins;
   Store<Drive> drives;
   Store<PoseDrive> pose_drives;  // on links
@@ -64,6 +65,7 @@ struct World {
   /// A body with an optional name.
   Entity add_body(const Body& body, std::string name = {});
   Entity add_link(Entity a, Entity b, const Joint& joint, std::string name = {});
+  Entity add_ratio(const Ratio& ratio, std::string name = {});
   Entity add_string(Entity a, Entity b, const StringJoint& joint, std::string name = {});
   /// A new pin on a body; remove it with destroy().
   Entity add_pin(const Pin& pin, std::string name = {});
@@ -77,7 +79,7 @@ struct World {
   void touch() { ++touched; }
   /// A number that changes with the structure.
   std::uint64_t structure() const {
-    return bodies.version() + links.version() + strings.version() + pins.version() +
+    return bodies.version() + links.version() + strings.version() + ratios.version() + pins.version() +
            settings.version() + pose_drives.version() + collisions.version() + touched;
   }
 

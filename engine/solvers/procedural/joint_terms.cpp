@@ -87,10 +87,10 @@ void measure_stops(const At& at, Excess (&out)[4]) {
       watch(limits.second, angles.second, at.b * kZ, &out[2], &out[3]);
       return;
     }
-    case JointKind::fixed:
-      return;
     case JointKind::ball:
       break;
+    default:  // fixed; other kinds do not come here
+      return;
   }
   if (!limits.any()) return;
   const SwingTwist parts = swing_twist(at.turn);
@@ -111,7 +111,7 @@ void set_freedom(const At& at, JointTerms& t) {
     case JointKind::universal:
       t.first = at.a * kY, t.second = at.b * kZ;
       return;
-    case JointKind::fixed:
+    default:  // fixed; other kinds do not come here
       return;
   }
 }

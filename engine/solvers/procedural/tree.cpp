@@ -65,7 +65,7 @@ std::size_t free_directions(const PackedJoint& joint, JointTerms& t, Vec3 (&free
     case JointKind::universal:
       add(t.first), add(t.second);
       break;
-    case JointKind::fixed:
+    default:  // fixed; other kinds do not come here
       break;
   }
   return count;

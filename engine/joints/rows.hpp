@@ -1,0 +1,55 @@
+#pragma once
+/// The equations of joints for solvers that work with forces of constraint.
+///
+///   C(q) = 0        residual, metres or (sines of) radians
+///   J V = dC/dt     V = (velocity, spin) of both bodies, world axes
+///   J a = gamma     gamma = -(dJ/dt) V
+///
+/// [Nelson & Cohen; every row written anew for angular velocities, world axes]
+#include "engine/base/math.hpp"
+#include "engine/joints/joint.hpp"
+
+namespace pantin {
+
+/// One body as its joints see it: mass-centre pose and motion, world axes.
+struct Placed {
+  Vec3 position{0};
+  Quat rotation{1, 0, 0, 0};
+  Mat3 turn{1};  // of `rotation`
+  Vec3 velocity{0}, spin{0};
+};
+
+/// Where the numbers of a block of rows go; what is null is not wanted.
+///
+/// Row i has C at c[i], gamma at gamma[i] and its Jacobian in four vectors from j[4 * i]: velocity
+/// and spin of body a, velocity and spin of body b.
+struct RowsOut {
+  Real* c = nullptr;
+  Vec3* j = nullptr;
+  Real* gamma = nullptr;
+};
+
+/// Rows of a joint: ball 3, hinge 5, universal 4, fixed 6, cylindrical 4, prismatic 5, screw 5,
+/// planar 3, distance 1, spring 0, custom its own.
+int row_count(const Joint& joint);
+
+/// The equations of a joint. `angle_before` (rad): the turn about x of a screw at the last step, so
+/// that whole turns are counted.
+void write_rows(const Joint& joint, const Placed& a, const Placed& b, Real angle_before,
+                RowsOut out);
+
+/// A scalar that a joint leaves free, as one row: value at c[0], Jacobian in j[0..3], gamma.
+enum class Coordinate : std::uint8_t {
+  turn,    // rad, about x: of b against a; the value nearest to `before` on the circle
+  second,  // rad, universal: about z of b
+  slide,   // m, along x of a from anchor to anchor; kinds distance and spring: the length
+  swing    // ball: 1 minus the elliptic measure of SwingLimit, at least 0 within the cone
+};
+void write_coordinate(const Joint& joint, Coordinate which, const Placed& a, const Placed& b,
+                      Real before, RowsOut out);
+
+/// False where a joint stands at a spurious root of its equations (an axis antiparallel to the one
+/// it should coincide with).
+bool on_right_branch(const Joint& joint, Quat a, Quat b);
+
+}  // namespace pantin
