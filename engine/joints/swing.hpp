@@ -1,0 +1,69 @@
+#pragma once
+/// The swing of a ball joint as a scalar that its cone bounds from below by zero:
+///
+///   C = 1 - (y/Y)^2 - (z/Z)^2,  (0, y, z) the swing's rotation vector
+///
+/// The swing carries x of a to x of b by the angle phi, so with p, q, r the parts of b's x along
+/// x, y, z of a and h = phi / sin phi, p = cos phi:  y = -r h,  z = q h.
+#include <algorithm>
+
+#include "engine/joints/primitives.hpp"
+
+namespace pantin {
+
+/// h = phi / sin phi as a function of p = cos phi, and its first two derivatives.
+struct SwingScale {
+  Real h = 1, first = 0, second = 0;
+};
+
+/// `sine`: of phi, not negative. At a half turn, where all three are without bound, they are cut.
+inline SwingScale swing_scale(Real p, Real sine) {
+  const Real e = 1 - p;
+  SwingScale out;
+  if (e < 0.1) {
+    // h = sum of a_n e^n, a_n = a_(n-1) n / (2 n + 1); what is left out is below 1e-20.
+    Real term = 1, power1 = 0, power2 = 0;  // a_n e^n; the powers of e one and two lower
+    Real a = 1, e1 = 1, e2 = 0;
+    for (int n = 1; n <= 16; ++n) {
+      a *= n / (2.0 * n + 1);
+      power1 += n * a * e1;
+      power2 += n * (n - 1) * a * e2;
+      e2 = e1, e1 *= e;
+      term += a * e1;
+    }
+    out.h = term, out.first = -power1, out.second = power2;
+    return out;
+  }
+  // h' (1 - p p) = p h - 1, from which h'' follows
+  const Real s2 = std::max(sine * sine, 1e-12);
+  out.h = std::atan2(sine, p) / std::sqrt(s2);
+  out.first = (p * out.h - 1) / s2;
+  out.second = (out.h + 3 * p * out.first) / s2;
+  return out;
+}
+
+inline TurnRow swing_row(const Joint& joint, const Placed& a, const Placed& b) {
+  // A cone locked in one direction has no inside; it is kept a hair open.
+  constexpr Real kNarrowest = 1e-4;
+  const SwingLimit cone = joint.limits->swing;
+  const Real y = std::max(cone.y, kNarrowest), z = std::max(cone.z, kNarrowest);
+  const Real by_q = 1 / (z * z), by_r = 1 / (y * y);
+
+  const JointAxes on_a = axes_on_a(joint, a);
+  const Vec3 x = axes_on_b(joint, b).x();
+  const TurnRow p = dot_row(on_a.x(), x, a, b);
+  const TurnRow q = dot_row(on_a.y(), x, a, b), r = dot_row(on_a.z(), x, a, b);
+
+  // C = 1 - h h m with m = q q / Z Z + r r / Y Y; its gradient and Hessian in p, q, r
+  const Real m = by_q * q.c * q.c + by_r * r.c * r.c;
+  const auto [h, h1, h2] = swing_scale(p.c, std::sqrt(q.c * q.c + r.c * r.c));
+  const Real to_p = -2 * h * h1 * m, to_q = -2 * h * h * by_q * q.c, to_r = -2 * h * h * by_r * r.c;
+  const Real rate_p = p.rate(a, b), rate_q = q.rate(a, b), rate_r = r.rate(a, b);
+  const Real bend = -2 * (h1 * h1 + h * h2) * m * rate_p * rate_p -
+                    8 * h * h1 * rate_p * (by_q * q.c * rate_q + by_r * r.c * rate_r) -
+                    2 * h * h * (by_q * rate_q * rate_q + by_r * rate_r * rate_r);
+  return {1 - h * h * m, to_p * p.k + to_q * q.k + to_r * r.k,
+          to_p * p.gamma + to_q * q.gamma + to_r * r.gamma - bend};
+}
+
+}  // namespace pantin
