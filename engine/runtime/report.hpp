@@ -10,7 +10,8 @@ namespace pantin {
 enum class Status : std::uint8_t {
   ok,
   diverged,      // a number is not finite or out of all bounds; the bodies concerned were not moved
-  system_failed  // a user's own system threw; the rest of the step was taken
+  system_failed, // a user's own system threw; the rest of the step was taken
+  inconsistent   // joints of a mechanism contradict one another; see StepReport::worst_hold
 };
 
 /// Rulers of one state, SI units.
@@ -22,9 +23,10 @@ struct Measures {
   Entity worst_link;                // where; none for a pin
   Real worst_violation = 0;         // rad: a joint beyond what its kind and limits allow
   Real kinetic = 0, potential = 0;  // J; potential of gravity, zero at the origin
+  Real elastic = 0;                 // J; in springs along the freedoms of joints
   Vec3 momentum{0};                 // kg m/s, dynamic bodies
   Vec3 spin_momentum{0};            // kg m^2/s, about the world's origin
-  Real energy() const { return kinetic + potential; }
+  Real energy() const { return kinetic + potential + elastic; }
 };
 
 struct StepReport {
@@ -44,6 +46,11 @@ struct StepReport {
   int drives_capped = 0;    // pose drives that would need more torque than they may exert
   int resting = 0;          // articulations that lie still and are let lie
   int passes_used = 0;      // most solves of any articulation to find what stops and contacts bear
+  // Of mechanisms (Lagrangian solver):
+  int rows = 0, rank = 0;    // of the joints' equations; fewer: some follow from others
+  Real worst_constraint = 0; // m or rad, residual after the step
+  int parts = 0;             // most steps of the integrator that this step was made of
+  int events = 0;            // limits that were reached
   bool measured = false;
   Measures measures;  // only if asked for
 };

@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "engine/base/rotation.hpp"
+#include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "engine/solvers/procedural/procedural.hpp"
 
 #ifdef PANTIN_HAS_TBB
@@ -77,11 +78,13 @@ void note_teleports(const World& world, std::span<Pose> drawn_from) {
 void rebuild_if_changed(World& world) {
   if (world.built_for != world.structure()) {
     rebuild_articulations(world);
-    procedural::prepare(world);
-  } else if (!world.articulations.empty() &&
-             world.articulations.front().room.targets.capacity() == 0) {
-    procedural::prepare(world);  // a copied World brings no scratch along
+    procedural::prepare(world), lagrangian::prepare(world);
+    return;
   }
+  // A copied World brings no scratch along.
+  if (!world.articulations.empty() && world.articulations.front().room.targets.capacity() == 0)
+    procedural::prepare(world);
+  if (!world.mechanisms.empty() && !world.mechanisms.front().room.ready) lagrangian::prepare(world);
 }
 
 /// What the articulations have to say, gathered in their order.
@@ -108,6 +111,16 @@ void collect(const World& world, StepReport& report) {
       if (s.joint.compliance > 0) continue;
       note(stretch(s.joint, world.bodies[s.a].pose, world.bodies[s.b].pose),
            world.strings.owners()[c.string]);
+    }
+  }
+  for (const Mechanism& m : world.mechanisms) {
+    report.rows += static_cast<int>(m.rows), report.rank += static_cast<int>(m.rank);
+    report.worst_constraint = std::max(report.worst_constraint, m.residual);
+    report.parts = std::max(report.parts, m.parts), report.events += m.events;
+    for (const MechanismFault& f : m.faults) {
+      if (f.kind != MechanismFault::inconsistent || report.status != Status::ok) continue;
+      report.status = Status::inconsistent;
+      report.worst_hold = joint_of(world, m.blocks[f.block]), report.worst_residual = f.residual;
     }
   }
   for (const Contact& c : world.contacts) {
@@ -168,6 +181,9 @@ StepReport step_world(World& world, const StepSettings& settings, const Systems&
 
     run(Place::before_update);
     note_teleports(world, drawn_from);
+    for_each_articulation(world.mechanisms.size(), settings.threads, [&](std::size_t i) {
+      lagrangian::step(world, world.mechanisms[i], h);
+    });
     for_each_articulation(all.size(), settings.threads,
                           [&](std::size_t i) { procedural::update(world, all[i], h); });
     watch.lap(clock.update);
@@ -194,6 +210,10 @@ StepReport step_world(World& world, const StepSettings& settings, const Systems&
 
   Stopwatch watch(times != nullptr);
   run(Place::before_measure);
+  for (const Mechanism& m : world.mechanisms) {
+    if (!m.lost || report.status == Status::diverged) continue;
+    report.status = Status::diverged, report.body = m.lost, report.residual = m.residual;
+  }
   for (const Articulation& a : all) {
     if (!a.lost || report.status == Status::diverged) continue;
     report.status = Status::diverged, report.body = a.lost;
@@ -206,6 +226,41 @@ StepReport step_world(World& world, const StepSettings& settings, const Systems&
   run(Place::after_step);
   return report;
 }
+
+namespace {
+
+Placed placed(const Body& b) {
+  return {b.pose.position, b.pose.rotation, glm::mat3_cast(b.pose.rotation), b.velocity, b.spin};
+}
+
+/// Rulers of the joints of a mechanism.
+void measure_joints(const World& world, const Mechanism& mechanism, Measures& m) {
+  for (std::size_t i = 0; i < mechanism.blocks.size(); ++i) {
+    const Block& block = mechanism.blocks[i];
+    if (block.kind != BlockKind::joint) continue;
+    const Link& link = world.links.values()[block.source];
+    Real c[6] = {};
+    write_rows(link.joint, placed(world.bodies[link.a]), placed(world.bodies[link.b]),
+               mechanism.memory[i].before[0], {c, nullptr, nullptr});
+    Real sum = 0;
+    for (const Real x : c) sum += x * x;
+    const Real gap = std::sqrt(sum);
+    if (gap > m.worst_gap) m.worst_gap = gap, m.worst_link = world.links.owners()[block.source];
+    m.worst_gap_rel = std::max(m.worst_gap_rel, gap / std::max(mechanism.size, Real(1e-3)));
+  }
+  for (const Effort& e : mechanism.efforts) {
+    const Link& link = world.links.values()[e.link];
+    Real x = 0;
+    write_coordinate(link.joint, e.coordinate, placed(world.bodies[link.a]),
+                     placed(world.bodies[link.b]), e.before, {&x, nullptr, nullptr});
+    const JointExtras& extras = *link.joint.extras;
+    const SpringDamper& s =
+        e.coordinate == Coordinate::turn ? extras.turn.spring : extras.slide.spring;
+    m.elastic += 0.5 * s.stiffness * (x - s.rest) * (x - s.rest);
+  }
+}
+
+}  // namespace
 
 Measures measure(const World& world) {
   Measures m;
@@ -223,6 +278,7 @@ Measures measure(const World& world) {
       m.worst_violation = std::max(m.worst_violation, violation(link.joint, turn));
     }
   }
+  for (const Mechanism& mechanism : world.mechanisms) measure_joints(world, mechanism, m);
   for (const Body& b : world.bodies.values()) {
     if (b.motion != Motion::dynamic) continue;
     const Vec3 local = glm::conjugate(b.pose.rotation) * b.spin;

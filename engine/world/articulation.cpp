@@ -3,29 +3,11 @@
 #include <algorithm>
 #include <numeric>
 
+#include "engine/world/islands.hpp"
 #include "engine/world/world.hpp"
 
 namespace pantin {
 namespace {
-
-/// Sets of body slots that links and strings tie together.
-class Islands {
- public:
-  explicit Islands(std::size_t count) : parent_(count) {
-    std::iota(parent_.begin(), parent_.end(), 0u);
-  }
-  std::uint32_t root(std::uint32_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void join(std::uint32_t a, std::uint32_t b) {
-    a = root(a), b = root(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
 
 /// A place that can hold a tree: a link to a kinematic body, or an exact pin.
 struct Anchorage {
@@ -62,7 +44,7 @@ struct Builder {
 
   explicit Builder(World& w) : world(w) {}
   bool is_dynamic(std::uint32_t slot) const {
-    return world.bodies.values()[slot].motion == Motion::dynamic;
+    return world.bodies.values()[slot].motion == Motion::dynamic && !world.is_exact(slot);
   }
 };
 
@@ -81,8 +63,12 @@ void read_links(Builder& b, Islands& islands) {
       fault(world, owner, "names a body that does not exist");
     } else if (sa == sb) {
       fault(world, owner, "ties a body to itself");
+    } else if (world.is_exact(sa) || world.is_exact(sb)) {
+      continue;  // kept by a mechanism
     } else if (!b.is_dynamic(sa) && !b.is_dynamic(sb)) {
       fault(world, owner, "ties two bodies that joints cannot move");
+    } else if (!holds_point(link.joint.kind)) {
+      fault(world, owner, "is of a kind that only the Lagrangian solver knows");
     } else if (!b.is_dynamic(sa)) {
       b.anchorages.push_back({sb, link.joint.anchor_b, sa, kNoSlot, i, link.joint.anchor_a, 0, 0});
     } else if (!b.is_dynamic(sb)) {
@@ -412,6 +398,7 @@ void carry_memory(const std::vector<Articulation>& before, const World& world,
 
 void rebuild_articulations(World& world) {
   world.faults.clear(), world.kinematic.clear();
+  rebuild_mechanisms(world);
   Builder b(world);
   Islands islands(world.bodies.size());
   read_links(b, islands);

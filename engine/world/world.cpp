@@ -123,6 +123,16 @@ void add_articulation(Hash& hash, const Articulation& a) {
   hash.add(a.reserve), hash.add(a.driven), hash.add(a.aimed);
 }
 
+void add_mechanism(Hash& hash, const Mechanism& m) {
+  for (const BlockMemory& b : m.memory)
+    hash.add(b.before[0]), hash.add(b.before[1]), hash.add(b.active);
+  for (Real load : m.loads) hash.add(load);
+  for (const auto* list : {&m.accelerations, &m.lagged, &m.owed})
+    for (Vec3 v : *list) hash.add(v);
+  for (const Effort& e : m.efforts) hash.add(e.before);
+  hash.add(m.fresh), hash.add(m.try_step);
+}
+
 void add_settings(Hash& hash, const SolverSettings& s) {
   hash.add(static_cast<std::uint32_t>(s.solver)), hash.add(s.turn_stiffness);
   hash.add(s.calm_angle), hash.add(s.reservoir_time), hash.add(s.rounds), hash.add(s.tolerance);
@@ -249,6 +259,7 @@ std::uint64_t state_hash(const World& world) {
     hash.add(static_cast<std::uint32_t>(p.grip)), hash.add(p.stiffness);
   }
   for (const Articulation& a : world.articulations) add_articulation(hash, a);
+  for (const Mechanism& m : world.mechanisms) add_mechanism(hash, m);
   world.user.add_to(hash);
   return hash.value();
 }

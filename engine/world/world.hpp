@@ -12,6 +12,7 @@
 #include "engine/world/drive.hpp"
 #include "engine/world/entity.hpp"
 #include "engine/world/link.hpp"
+#include "engine/world/mechanism.hpp"
 #include "engine/world/look.hpp"
 #include "engine/world/pose_drive.hpp"
 #include "engine/world/settings.hpp"
@@ -45,6 +46,8 @@ struct World {
 
   // Derived from the stores by rebuild_articulations; holds the integrators' memory.
   std::vector<Articulation> articulations;
+  std::vector<Mechanism> mechanisms;     // of the Lagrangian solver, likewise
+  std::vector<std::uint8_t> exact;       // by slot in bodies: moved by a mechanism; empty: none is
   std::vector<StructureFault> faults;
   std::vector<BodyPlace> places;         // by slot in bodies; only where anything is solid
   std::vector<Contact> contacts;         // of the last step, in order of bodies and keys
@@ -77,6 +80,8 @@ struct World {
 
   /// Tells the solvers that masses, anchors, motions or settings were changed by hand.
   void touch() { ++touched; }
+  /// Whether a mechanism moves the body at `slot`.
+  bool is_exact(std::uint32_t slot) const { return slot < exact.size() && exact[slot] != 0; }
   /// A number that changes with the structure.
   std::uint64_t structure() const {
     return bodies.version() + links.version() + strings.version() + ratios.version() + pins.version() +

@@ -1,0 +1,306 @@
+// Explicit steps: Euler in momenta, RATTLE, Runge-Kutta.
+#include <algorithm>
+
+#include "engine/base/rotation.hpp"
+#include "engine/solvers/lagrangian/internal.hpp"
+
+namespace pantin::lagrangian {
+namespace {
+
+constexpr int kMostIterations = 40;
+
+/// L = R I R^T w.
+Vec3 spin_momentum(const Placed& at, Vec3 inertia) {
+  return at.turn * (inertia * (at.spin * at.turn));
+}
+
+/// Momenta of all bodies as placed, plus `h` times the forces.
+void kick(Mechanism& m, Real h) {
+  for (std::size_t b = 0; b < m.count(); ++b) {
+    const Placed& at = m.room.placed[b];
+    m.room.momenta[2 * b] = m.mass[b] * at.velocity + h * m.room.force[2 * b];
+    m.room.momenta[2 * b + 1] =
+        spin_momentum(at, m.inertia[b]) + h * m.room.force[2 * b + 1];
+  }
+}
+
+/// The mean spin of a free body of angular momentum `l` over `h` seconds: w = I(q at h/2)^-1 l.
+Vec3 mean_spin(Quat q, Vec3 inertia, Vec3 l, Real h) {
+  Vec3 w = q * ((glm::conjugate(q) * l) / inertia);
+  for (int i = 0; i < 8; ++i) {
+    const Quat half = turn_by(0.5 * h * w) * q;
+    const Vec3 next = half * ((glm::conjugate(half) * l) / inertia);
+    const Real change = glm::length(next - w);
+    w = next;
+    if (change <= 1e-14 * glm::length(w)) break;
+  }
+  return w;
+}
+
+/// Free rotation over `h`: turns about the body's axes one after the other and back, symplectic and
+/// reversible. `l` in body axes. [McLachlan 1993; Reich 1994]
+void rotate_freely(Quat& q, Vec3& l, Vec3 inertia, Real h) {
+  constexpr int kAxis[] = {2, 1, 0, 1, 2};
+  constexpr Real kPart[] = {0.5, 0.5, 1, 0.5, 0.5};
+  for (int i = 0; i < 5; ++i) {
+    const int axis = kAxis[i], next = (axis + 1) % 3, last = (axis + 2) % 3;
+    const Real angle = kPart[i] * h * l[axis] / inertia[axis];
+    const Real c = std::cos(angle), s = std::sin(angle);
+    const Real a = l[next], b = l[last];
+    l[next] = c * a + s * b, l[last] = c * b - s * a;
+    Vec3 way(0);
+    way[axis] = angle;
+    q = q * turn_by(way);
+  }
+  q = glm::normalize(q);
+}
+
+void keep_loads(Mechanism& m, std::span<const Real> lambda, Real factor_of) {
+  for (std::size_t r = 0; r < m.rows; ++r) m.loads[r] = factor_of * lambda[r];
+}
+
+/// Adds J^T (scale lambda) of the given Jacobian to the momenta.
+void push(Mechanism& m, const std::vector<Vec3>& jacobian, std::span<const Real> lambda,
+          Real scale) {
+  for (const Block& b : m.blocks)
+    for (std::size_t r = 0; r < b.rows; ++r) {
+      const Real load = scale * lambda[b.first_row + r];
+      if (load == 0) continue;
+      for (std::size_t k = 0; k < b.count; ++k) {
+        if (b.body[k] >= m.count()) continue;
+        const Vec3* j = &jacobian[b.first_vector + 2 * (r * b.count + k)];
+        m.room.momenta[2 * b.body[k]] += load * j[0];
+        m.room.momenta[2 * b.body[k] + 1] += load * j[1];
+      }
+    }
+}
+
+Real rate_or_default(const Mechanism& m, Real standard) {
+  return m.settings.baumgarte > 0 ? m.settings.baumgarte : standard;
+}
+
+void right_of_rates(Mechanism& m) {
+  std::fill(m.room.right.begin(), m.room.right.end(), 0.0);
+  take_known(m, m.room.right, false);
+}
+
+}  // namespace
+
+bool step_euler(const World& world, Mechanism& m, const Span& span) {
+  MechanismRoom& room = m.room;
+  const bool draws = m.settings.stabilisation == Stabilisation::baumgarte;
+  place(m);
+  // Joints to frames are met where these will be: the step is implicit in what moves them.
+  place_frames(world, m, span.part(1), span.whole);
+  for (std::size_t n = m.count(); n < room.placed.size(); ++n) {
+    // ... by their mean motion over the step.
+    room.placed[n].position -= span.h * room.placed[n].velocity;
+    room.placed[n].turn =
+        glm::mat3_cast(turn_by(-span.h * room.placed[n].spin) * room.placed[n].rotation);
+  }
+  write_all_rows(world, m, {draws, false});
+  add_forces(world, m, false);
+  factor(m, false);
+  kick(m, span.h);
+  room.residuals = room.momenta;  // with the free motion's spin in place of its momentum
+  for (std::size_t b = 0; b < m.count(); ++b) {
+    const Vec3 w = mean_spin(room.state.q[b], m.inertia[b], room.momenta[2 * b + 1], span.h);
+    const Placed at{{}, {}, room.placed[b].turn, {}, w};
+    room.residuals[2 * b + 1] = spin_momentum(at, m.inertia[b]);
+  }
+  right_of_rates(m);
+  if (draws)
+    for (std::size_t r = 0; r < m.rows; ++r)
+      room.right[r] -= rate_or_default(m, 0.2) / span.h * room.c[r];
+  solve(m, room.residuals, room.right, room.correction, room.lambda);
+  push(m, room.jacobian, room.lambda, 1);
+  keep_loads(m, room.lambda, 1 / span.h);
+  Motions& s = room.state;
+  for (std::size_t b = 0; b < m.count(); ++b) {
+    s.v[b] = room.correction[2 * b];
+    s.x[b] += span.h * s.v[b];
+    s.q[b] = glm::normalize(turn_by(span.h * room.correction[2 * b + 1]) * s.q[b]);
+    s.w[b] = s.q[b] * ((glm::conjugate(s.q[b]) * room.momenta[2 * b + 1]) / m.inertia[b]);
+  }
+  return true;
+}
+
+bool step_rattle(const World& world, Mechanism& m, const Span& span) {
+  MechanismRoom& room = m.room;
+  Motions& s = room.state;
+  const Real h = span.h, enough = tolerance_of(m);
+  place(m), place_frames(world, m, span.part(0), span.whole);
+  write_all_rows(world, m, {false, false});
+  add_forces(world, m, false);
+  factor(m, false);
+  kick(m, h / 2);
+  room.jacobian_before = room.jacobian;
+  room.residuals = room.momenta;
+  room.from = s;
+  place_frames(world, m, span.part(1), span.whole);
+  std::copy(m.loads.begin(), m.loads.end(), room.sum_lambda.begin());
+  for (std::size_t i = 0; i < m.blocks.size(); ++i)
+    if (!bears(m, i)) room.sum_lambda[m.blocks[i].first_row] = 0;
+  Real before = std::numeric_limits<Real>::infinity();
+  bool closed = false;
+  for (int n = 0; n < kMostIterations && !closed; ++n) {
+    room.momenta = room.residuals;
+    push(m, room.jacobian_before, room.sum_lambda, h / 2);
+    for (std::size_t b = 0; b < m.count(); ++b) {
+      s.x[b] = room.from.x[b] + h / m.mass[b] * room.momenta[2 * b];
+      s.q[b] = room.from.q[b];
+      Vec3 l = glm::conjugate(s.q[b]) * room.momenta[2 * b + 1];
+      rotate_freely(s.q[b], l, m.inertia[b], h);
+      room.momenta[2 * b + 1] = s.q[b] * l;
+      s.v[b] = room.momenta[2 * b] / m.mass[b], s.w[b] = s.q[b] * (l / m.inertia[b]);
+    }
+    place(m);
+    write_all_rows(world, m, {true, false});
+    const Real worst = worst_residual(m);
+    ++m.iterations;
+    if (!std::isfinite(worst)) return false;
+    closed = worst <= enough || (worst <= 1e3 * enough && worst > 0.5 * before);
+    const Real last = before;
+    before = worst;
+    if (closed) break;
+    if (n > 0 && worst > 0.25 * last) factor(m, false);
+    if (n > 12 && worst > 1e3 * last) return false;
+    for (std::size_t i = 0; i < m.blocks.size(); ++i)
+      for (std::size_t r = 0; r < m.blocks[i].rows; ++r) {
+        const std::size_t row = m.blocks[i].first_row + r;
+        room.right[row] = bears(m, i) ? -2 / (h * h) * room.c[row] : 0;
+      }
+    loads_for(m, room.right, room.step_lambda);
+    for (std::size_t r = 0; r < m.rows; ++r) room.sum_lambda[r] += room.step_lambda[r];
+  }
+  if (!closed) return false;
+  m.residual = before;
+  factor(m, true);
+  room.residuals = room.momenta;
+  // Forces that depend on the motion need the motion they make: once more with it.
+  for (int n = 0; n < (m.damped ? 3 : 1); ++n) {
+    add_forces(world, m, false);
+    for (std::size_t i = 0; i < room.momenta.size(); ++i)
+      room.momenta[i] = room.residuals[i] + h / 2 * room.force[i];
+    right_of_rates(m);
+    solve(m, room.momenta, room.right, room.correction, room.lambda);
+    for (std::size_t b = 0; b < m.count(); ++b) {
+      room.placed[b].velocity = s.v[b] = room.correction[2 * b];
+      room.placed[b].spin = s.w[b] = room.correction[2 * b + 1];
+    }
+  }
+  for (std::size_t r = 0; r < m.rows; ++r)
+    m.loads[r] = 0.5 * room.sum_lambda[r] + room.lambda[r] / h;
+  return true;
+}
+
+void accelerate(const World& world, Mechanism& m, Real part, Real whole) {
+  MechanismRoom& room = m.room;
+  const bool draws = m.settings.stabilisation == Stabilisation::baumgarte;
+  place(m), place_frames(world, m, part, whole);
+  write_all_rows(world, m, {draws, true});
+  add_forces(world, m, true);
+  factor(m, false);
+  std::copy(room.gamma.begin(), room.gamma.end(), room.right.begin());
+  take_known(m, room.right, true);
+  if (draws) {
+    const Real rate = rate_or_default(m, 5);
+    for (const Block& b : m.blocks)
+      for (std::size_t r = 0; r < b.rows; ++r)
+        room.right[b.first_row + r] -=
+            2 * rate * rate_of(m, b, r) + rate * rate * room.c[b.first_row + r];
+  }
+  solve(m, room.force, room.right, std::span(room.motion).first(2 * m.count()), room.lambda);
+}
+
+namespace {
+
+/// A table of an explicit Runge-Kutta method.
+struct Table7 {
+  int stages;
+  Real c[7], a[7][6], b[7], lower[7];
+};
+
+constexpr Table7 kClassic{4,
+                          {0, 0.5, 0.5, 1},
+                          {{}, {0.5}, {0, 0.5}, {0, 0, 1}},
+                          {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6},
+                          {}};
+/// [Dormand & Prince 1980]
+constexpr Table7 kPair{
+    7,
+    {0, 1.0 / 5, 3.0 / 10, 4.0 / 5, 8.0 / 9, 1, 1},
+    {{},
+     {1.0 / 5},
+     {3.0 / 40, 9.0 / 40},
+     {44.0 / 45, -56.0 / 15, 32.0 / 9},
+     {19372.0 / 6561, -25360.0 / 2187, 64448.0 / 6561, -212.0 / 729},
+     {9017.0 / 3168, -355.0 / 33, 46732.0 / 5247, 49.0 / 176, -5103.0 / 18656},
+     {35.0 / 384, 0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784, 11.0 / 84}},
+    {35.0 / 384, 0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784, 11.0 / 84, 0},
+    {5179.0 / 57600, 0, 7571.0 / 16695, 393.0 / 640, -92097.0 / 339200, 187.0 / 2100, 1.0 / 40}};
+
+/// state = from + h sum of weight_i rates_i.
+void combine(Mechanism& m, const Real* weights, int count, Real h) {
+  MechanismRoom& room = m.room;
+  for (std::size_t b = 0; b < m.count(); ++b) {
+    Vec3 x(0), v(0), w(0);
+    Quat q(0, 0, 0, 0);
+    for (int i = 0; i < count; ++i) {
+      if (weights[i] == 0) continue;
+      const Vec3* rate = &room.rates[i][3 * b];
+      x += weights[i] * rate[0], v += weights[i] * rate[1], w += weights[i] * rate[2];
+      q += weights[i] * room.quat_rates[i][b];
+    }
+    room.state.x[b] = room.from.x[b] + h * x;
+    room.state.v[b] = room.from.v[b] + h * v;
+    room.state.w[b] = room.from.w[b] + h * w;
+    room.state.q[b] = glm::normalize(room.from.q[b] + h * q);
+  }
+}
+
+bool runge_kutta(const World& world, Mechanism& m, const Span& span, const Table7& t) {
+  MechanismRoom& room = m.room;
+  room.from = room.state;
+  std::fill(m.loads.begin(), m.loads.end(), 0.0);
+  for (int i = 0; i < t.stages; ++i) {
+    if (i > 0) combine(m, t.a[i], i, span.h);
+    accelerate(world, m, span.part(t.c[i]), span.whole);
+    for (std::size_t b = 0; b < m.count(); ++b) {
+      room.rates[i][3 * b] = room.state.v[b];
+      room.rates[i][3 * b + 1] = room.motion[2 * b];
+      room.rates[i][3 * b + 2] = room.motion[2 * b + 1];
+      room.quat_rates[i][b] = Quat(0, 0.5 * room.state.w[b]) * room.state.q[b];
+    }
+    for (std::size_t r = 0; r < m.rows; ++r) m.loads[r] += t.b[i] * room.lambda[r];
+  }
+  combine(m, t.b, t.stages, span.h);
+  return all_finite(m);
+}
+
+}  // namespace
+
+bool step_rk4(const World& world, Mechanism& m, const Span& span) {
+  return runge_kutta(world, m, span, kClassic);
+}
+
+bool step_rk54(const World& world, Mechanism& m, const Span& span, Real& error) {
+  MechanismRoom& room = m.room;
+  if (!runge_kutta(world, m, span, kPair)) return false;
+  error = 0;
+  for (std::size_t b = 0; b < m.count(); ++b) {
+    Vec3 x(0), v(0), w(0);
+    Quat q(0, 0, 0, 0);
+    for (int i = 0; i < kPair.stages; ++i) {
+      const Real e = span.h * (kPair.b[i] - kPair.lower[i]);
+      const Vec3* rate = &room.rates[i][3 * b];
+      x += e * rate[0], v += e * rate[1], w += e * rate[2];
+      q += e * room.quat_rates[i][b];
+    }
+    for (const Real part : {glm::length(x), glm::length(v), glm::length(w), 2 * glm::length(q)})
+      error = std::max(error, part);
+  }
+  return std::isfinite(error);
+}
+
+}  // namespace pantin::lagrangian

@@ -1,0 +1,93 @@
+#pragma once
+/// Shared by the files of the Lagrangian solver. Names follow the equations
+///
+///   M a = f + J^T lambda,   J a = gamma
+///
+/// with twists V = (velocity, spin) and accelerations a of all bodies, world axes.
+#include <span>
+
+#include "engine/world/world.hpp"
+
+namespace pantin::lagrangian {
+
+/// Chooses the order of elimination and lays out the factor. Once a structure.
+KktPattern make_pattern(const Mechanism& m);
+
+/// Which of the row arrays are wanted.
+struct Want {
+  bool c = true, gamma = true;
+};
+
+/// Poses and twists in `room.state` to what rows and masses need: rotation matrices, world inertia.
+void place(Mechanism& m);
+/// Rows of all blocks at the placed bodies. Inactive limits have a Jacobian of zeros.
+void write_all_rows(const World& world, Mechanism& m, Want want);
+/// Where frames are at `part` (0 to 1) of a step of `h` that ends at World::time + h, with their
+/// twists, and their accelerations in `room.motion` behind those of the bodies.
+void place_frames(const World& world, Mechanism& m, Real part, Real h);
+/// Forces and torques on the bodies at the placed state, into room.force. The gyroscopic torque is
+/// left out where the integrator keeps momenta.
+void add_forces(const World& world, Mechanism& m, bool gyroscopic);
+
+/// Force or torque along a freedom, and how it falls with the coordinate and its rate.
+struct Pull {
+  Real effort = 0, stiffness = 0, damping = 0;
+};
+Pull pull_of(const Freedom& freedom, Real coordinate, Real rate);
+/// The joint's coordinate with its Jacobian, between the mechanism's bodies as placed.
+struct CoordinateRow {
+  Real value = 0, gamma = 0;
+  Vec3 j[4];
+  Real rate = 0;
+};
+CoordinateRow coordinate_row(const World& world, const Mechanism& m, std::uint32_t link,
+                             Coordinate which, std::uint32_t a, std::uint32_t b, Real before);
+
+/// Factors J M^-1 J^T of the rows as written. Redundant rows are noted in m.faults if `report`.
+void factor(Mechanism& m, bool report);
+/// With the factor as it stands: M a = force + J^T lambda, J a + diag(weights) lambda = right.
+/// `accelerations` holds two vectors a body of the mechanism (frames are known and belong into
+/// `right`). Refined against the rows as they are now. Returns the worst |right - J a| that is left,
+/// relative to what was asked.
+Real solve(Mechanism& m, std::span<const Vec3> force, std::span<const Real> right,
+           std::span<Vec3> accelerations, std::span<Real> lambda);
+
+/// Loads alone, without refinement: (J M^-1 J^T) lambda = right with the factor as it stands.
+void loads_for(Mechanism& m, std::span<const Real> right, std::span<Real> lambda);
+
+/// A part of a step: from `from` seconds after its start, `h` long; the step is `whole` long.
+struct Span {
+  Real from = 0, h = 0, whole = 0;
+  Real part(Real c) const { return (from + c * h) / whole; }
+};
+
+/// One step from room.state to room.state, by one integrator. False: it did not converge. m.loads
+/// are the mean forces of constraint.
+bool step_euler(const World& world, Mechanism& m, const Span& span);
+bool step_rattle(const World& world, Mechanism& m, const Span& span);
+bool step_rk4(const World& world, Mechanism& m, const Span& span);
+bool step_implicit(const World& world, Mechanism& m, const Span& span);
+/// One step of the 5(4) pair; `error` is the worst of its estimate.
+bool step_rk54(const World& world, Mechanism& m, const Span& span, Real& error);
+
+/// Accelerations at the state as it stands, into room.motion and room.lambda.
+void accelerate(const World& world, Mechanism& m, Real part, Real whole);
+
+/// Takes what frames do off the right-hand side: J V of their twists, or J a of their accelerations.
+void take_known(Mechanism& m, std::span<Real> right, bool accelerations);
+/// J V of all bodies as placed.
+Real rate_of(const Mechanism& m, const Block& b, std::size_t row);
+
+/// Moves bodies back onto their joints and twists into their directions, where frames are at `part`
+/// of the step: the least mass-weighted change. Rows are left written. False: joints stay open.
+bool project(const World& world, Mechanism& m, Real part, Real whole);
+/// ... twists only; `wanted` holds rates by row, or is empty.
+void project_twists(Mechanism& m, std::span<const Real> wanted);
+
+/// Bounds on residuals that count as none.
+Real tolerance_of(const Mechanism& m);
+Real worst_residual(const Mechanism& m);
+bool bears(const Mechanism& m, std::size_t block);
+bool all_finite(const Mechanism& m);
+
+}  // namespace pantin::lagrangian

@@ -1,0 +1,21 @@
+#pragma once
+/// The Lagrangian solver: Newton's and Euler's equations in absolute coordinates, with multipliers
+/// for the joints, in time linear in the bodies. [Nelson & Cohen; Baraff 1996]
+///
+/// Method, orders and figures: README.md beside this file.
+#include "engine/world/world.hpp"
+
+namespace pantin::lagrangian {
+
+/// Makes room for the steps of all mechanisms. After rebuild_articulations.
+void prepare(World& world);
+
+/// One step of `h` seconds from World::time, of one mechanism: joints, limits, forces. Where it
+/// cannot be taken, m.lost names a body and nothing has moved.
+void step(World& world, Mechanism& m, Real h);
+
+/// What is wrong with the joints as the World stands, by name: rows that follow from others, joints
+/// that cannot all be closed, joints at a wrong root. Does not move anything; allocates.
+std::vector<MechanismFault> inspect(const World& world, std::size_t mechanism);
+
+}  // namespace pantin::lagrangian

@@ -1,0 +1,161 @@
+// The order of elimination: bodies on few blocks first, then least degree. A block whose bodies are
+// all hubs waits for one of them: it has no pivot before.
+#include <algorithm>
+#include <set>
+
+#include "engine/solvers/lagrangian/internal.hpp"
+
+namespace pantin::lagrangian {
+namespace {
+
+constexpr std::uint32_t kNone = UINT32_MAX;
+/// Bodies on more blocks than this become hubs: d blocks that meet make d (d - 1) / 2 products.
+constexpr std::size_t kMostMeetings = 4;
+
+using Sets = std::vector<std::vector<std::uint32_t>>;  // sorted neighbours, by node
+
+void connect(Sets& near, std::uint32_t a, std::uint32_t b) {
+  const auto add = [&](std::uint32_t x, std::uint32_t y) {
+    const auto it = std::lower_bound(near[x].begin(), near[x].end(), y);
+    if (it == near[x].end() || *it != y) near[x].insert(it, y);
+  };
+  if (a != b) add(a, b), add(b, a);
+}
+
+struct Incident {
+  std::uint32_t block;
+  std::uint8_t at;
+};
+
+std::vector<std::vector<Incident>> incidents(const Mechanism& m) {
+  std::vector<std::vector<Incident>> met(m.count());
+  for (std::uint32_t i = 0; i < m.blocks.size(); ++i)
+    for (std::uint8_t k = 0; k < m.blocks[i].count; ++k)
+      if (m.blocks[i].body[k] < m.count()) met[m.blocks[i].body[k]].push_back({i, k});
+  return met;
+}
+
+/// Eliminates nodes of least degree; `near` becomes each node's later neighbours.
+std::vector<std::uint32_t> least_degree(Sets& near, std::vector<std::uint8_t>& ready,
+                                        const std::vector<std::uint32_t>& size) {
+  const auto cost = [&](std::uint32_t n) {
+    std::size_t sum = 0;
+    for (std::uint32_t i : near[n]) sum += size[i];
+    return sum;
+  };
+  std::set<std::pair<std::size_t, std::uint32_t>> queue;
+  std::vector<std::size_t> key(near.size());
+  for (std::uint32_t n = 0; n < near.size(); ++n) {
+    key[n] = cost(n);
+    if (ready[n]) queue.insert({key[n], n});
+  }
+  std::vector<std::uint32_t> order;
+  std::vector<std::uint8_t> done(near.size(), 0);
+  while (order.size() < near.size()) {
+    if (queue.empty()) {  // rows on frames alone: no pivot ever
+      for (std::uint32_t n = 0; n < near.size(); ++n)
+        if (!done[n] && !ready[n]) ready[n] = 1, queue.insert({key[n], n});
+    }
+    const std::uint32_t n = queue.begin()->second;
+    queue.erase(queue.begin());
+    done[n] = 1, order.push_back(n);
+    for (std::uint32_t i : near[n]) {
+      near[i].erase(std::lower_bound(near[i].begin(), near[i].end(), n));
+      for (std::uint32_t j : near[n]) connect(near, i, j);
+    }
+    for (std::uint32_t i : near[n]) {
+      if (ready[i]) queue.erase({key[i], i});
+      key[i] = cost(i), ready[i] = 1;
+      queue.insert({key[i], i});
+    }
+  }
+  return order;
+}
+
+}  // namespace
+
+KktPattern make_pattern(const Mechanism& m) {
+  KktPattern p;
+  const auto met = incidents(m);
+  const auto blocks = static_cast<std::uint32_t>(m.blocks.size());
+  p.hub_of.assign(m.count(), kNone);
+  for (std::uint32_t b = 0; b < m.count(); ++b)
+    if (met[b].size() > kMostMeetings)
+      p.hub_of[b] = static_cast<std::uint32_t>(p.hubs.size()), p.hubs.push_back(b);
+  const std::size_t nodes = blocks + p.hubs.size();
+
+  Sets near(nodes);
+  std::vector<std::uint8_t> ready(nodes, 0);
+  std::vector<std::uint32_t> size(nodes, 6);
+  for (std::uint32_t i = 0; i < blocks; ++i) size[i] = m.blocks[i].rows;
+  for (std::uint32_t b = 0; b < m.count(); ++b) {
+    const std::uint32_t hub = p.hub_of[b];
+    for (std::size_t i = 0; i < met[b].size(); ++i) {
+      if (hub != kNone) {
+        connect(near, met[b][i].block, blocks + hub);
+        continue;
+      }
+      ready[met[b][i].block] = 1;
+      for (std::size_t j = 0; j < i; ++j) connect(near, met[b][i].block, met[b][j].block);
+    }
+    if (hub != kNone) ready[blocks + hub] = 1;
+  }
+  p.order = least_degree(near, ready, size);
+
+  p.place.assign(nodes, 0);
+  for (std::uint32_t at = 0; at < nodes; ++at) p.place[p.order[at]] = at;
+  for (std::uint32_t at = 0; at < nodes; ++at) {
+    const std::uint32_t n = p.order[at];
+    p.size.push_back(static_cast<std::uint8_t>(size[n]));
+    p.unknown.push_back(static_cast<std::uint32_t>(p.unknowns));
+    p.unknowns += size[n];
+    p.diagonal.push_back(static_cast<std::uint32_t>(p.numbers));
+    p.numbers += size[n] * size[n];
+    p.first.push_back(static_cast<std::uint32_t>(p.later.size()));
+    std::vector<std::uint32_t> later;
+    for (std::uint32_t i : near[n]) later.push_back(p.place[i]);
+    std::sort(later.begin(), later.end());
+    for (std::uint32_t to : later) {
+      p.later.push_back(to);
+      p.offset.push_back(static_cast<std::uint32_t>(p.numbers));
+      p.numbers += size[n] * size[p.order[to]];
+    }
+  }
+  p.first.push_back(static_cast<std::uint32_t>(p.later.size()));
+
+  const auto number_at = [&](std::uint32_t row, std::uint32_t column) {
+    if (row == column) return p.diagonal[row];
+    const auto from = p.later.begin() + p.first[column], to = p.later.begin() + p.first[column + 1];
+    return p.offset[static_cast<std::size_t>(std::lower_bound(from, to, row) - p.later.begin())];
+  };
+  for (std::uint32_t at = 0; at < nodes; ++at) {
+    p.first_target.push_back(static_cast<std::uint32_t>(p.targets.size()));
+    for (std::uint32_t i = p.first[at]; i < p.first[at + 1]; ++i)
+      for (std::uint32_t j = p.first[at]; j <= i; ++j)
+        p.targets.push_back(number_at(p.later[i], p.later[j]));
+  }
+  p.first_target.push_back(static_cast<std::uint32_t>(p.targets.size()));
+
+  for (std::uint32_t b = 0; b < m.count(); ++b) {
+    p.first_meeting.push_back(static_cast<std::uint32_t>(p.meetings.size()));
+    for (std::size_t i = 0; i < met[b].size(); ++i) {
+      const std::uint32_t one = p.place[met[b][i].block];
+      if (p.hub_of[b] != kNone) {
+        const std::uint32_t hub = p.place[blocks + p.hub_of[b]];
+        p.hub_meetings.push_back({met[b][i].block, number_at(std::max(one, hub), std::min(one, hub)),
+                                  met[b][i].at, hub > one});
+        continue;
+      }
+      for (std::size_t j = i; j < met[b].size(); ++j) {
+        const std::uint32_t two = p.place[met[b][j].block];
+        p.meetings.push_back({met[b][i].block, met[b][j].block,
+                              number_at(std::max(one, two), std::min(one, two)), met[b][i].at,
+                              met[b][j].at, two > one});
+      }
+    }
+  }
+  p.first_meeting.push_back(static_cast<std::uint32_t>(p.meetings.size()));
+  return p;
+}
+
+}  // namespace pantin::lagrangian

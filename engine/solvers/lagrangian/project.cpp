@@ -1,0 +1,84 @@
+// Back onto the joints, by the least mass-weighted motion. [Ascher, Chin, Petzold & Reich 1995]
+#include <algorithm>
+
+#include "engine/base/rotation.hpp"
+#include "engine/solvers/lagrangian/internal.hpp"
+
+namespace pantin::lagrangian {
+namespace {
+
+constexpr int kRounds = 12;
+
+void move_bodies(Mechanism& m, std::span<const Vec3> way) {
+  Motions& s = m.room.state;
+  for (std::size_t b = 0; b < m.count(); ++b) {
+    s.x[b] += way[2 * b];
+    s.q[b] = glm::normalize(turn_by(way[2 * b + 1]) * s.q[b]);
+  }
+}
+
+}  // namespace
+
+Real rate_of(const Mechanism& m, const Block& b, std::size_t row) {
+  Real rate = 0;
+  for (std::size_t k = 0; k < b.count; ++k) {
+    const Vec3* j = &m.room.jacobian[b.first_vector + 2 * (row * b.count + k)];
+    const Placed& at = m.room.placed[b.body[k]];
+    rate += glm::dot(j[0], at.velocity) + glm::dot(j[1], at.spin);
+  }
+  return rate;
+}
+
+void take_known(Mechanism& m, std::span<Real> right, bool accelerations) {
+  for (const Block& b : m.blocks)
+    for (std::size_t k = 0; k < b.count; ++k) {
+      const std::uint32_t n = b.body[k];
+      if (n < m.count()) continue;
+      const Vec3 v = accelerations ? m.room.motion[2 * n] : m.room.placed[n].velocity;
+      const Vec3 w = accelerations ? m.room.motion[2 * n + 1] : m.room.placed[n].spin;
+      if (v == Vec3(0) && w == Vec3(0)) continue;
+      for (std::size_t r = 0; r < b.rows; ++r) {
+        const Vec3* j = &m.room.jacobian[b.first_vector + 2 * (r * b.count + k)];
+        right[b.first_row + r] -= glm::dot(j[0], v) + glm::dot(j[1], w);
+      }
+    }
+}
+
+void project_twists(Mechanism& m, std::span<const Real> wanted) {
+  MechanismRoom& room = m.room;
+  for (std::size_t i = 0; i < m.blocks.size(); ++i)
+    for (std::size_t r = 0; r < m.blocks[i].rows; ++r) {
+      const std::size_t row = m.blocks[i].first_row + r;
+      room.right[row] = (wanted.empty() ? 0 : wanted[row]) - rate_of(m, m.blocks[i], r);
+    }
+  solve(m, {}, room.right, room.correction, room.lambda);
+  for (std::size_t b = 0; b < m.count(); ++b) {
+    room.state.v[b] += room.correction[2 * b], room.state.w[b] += room.correction[2 * b + 1];
+    room.placed[b].velocity = room.state.v[b], room.placed[b].spin = room.state.w[b];
+  }
+}
+
+bool project(const World& world, Mechanism& m, Real part, Real whole) {
+  MechanismRoom& room = m.room;
+  const Real enough = tolerance_of(m);
+  place_frames(world, m, part, whole);
+  Real before = std::numeric_limits<Real>::infinity();
+  for (int round = 0;; ++round) {
+    place(m);
+    write_all_rows(world, m, {true, false});
+    const Real worst = worst_residual(m);
+    if (!std::isfinite(worst)) return false;
+    // A factor serves as long as it brings the residual down; rows are always the newest.
+    if (round == 0 || worst > 0.1 * before) factor(m, round == 0);
+    m.residual = worst;
+    if (worst <= enough || round == kRounds || (round > 2 && worst > 0.5 * before)) break;
+    before = worst;
+    for (std::size_t r = 0; r < m.rows; ++r) room.right[r] = -room.c[r];
+    solve(m, {}, room.right, room.correction, room.lambda);
+    move_bodies(m, room.correction);
+  }
+  project_twists(m, {});
+  return m.residual <= 1e-7 * std::max(Real(1), m.size);
+}
+
+}  // namespace pantin::lagrangian

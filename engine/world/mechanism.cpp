@@ -1,0 +1,352 @@
+#include "engine/world/mechanism.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "engine/world/islands.hpp"
+#include "engine/world/world.hpp"
+
+namespace pantin {
+namespace {
+
+constexpr std::uint32_t kNobody = UINT32_MAX;
+
+bool is_dynamic(const World& world, std::uint32_t slot) {
+  return world.bodies.values()[slot].motion == Motion::dynamic;
+}
+
+/// The slots of a link's bodies; none where it cannot be used.
+struct Ends {
+  std::uint32_t a = kNobody, b = kNobody;
+};
+Ends ends_of(const World& world, Entity a, Entity b) {
+  const Ends ends{world.bodies.slot(a), world.bodies.slot(b)};
+  if (ends.a == kNoSlot || ends.b == kNoSlot || ends.a == ends.b) return {};
+  return ends;
+}
+
+bool moves_both(const World& world, Ends ends) {
+  return ends.a != kNobody && is_dynamic(world, ends.a) && is_dynamic(world, ends.b);
+}
+
+/// The settings that hold for an island: of its first body that has any.
+const SolverSettings& settings_of(const World& world, const std::vector<std::uint32_t>& slots) {
+  for (std::uint32_t slot : slots)
+    if (const SolverSettings* s = world.settings.find(world.bodies.owners()[slot])) return *s;
+  return world.default_settings;
+}
+
+std::vector<std::vector<std::uint32_t>> groups(const World& world, Islands& islands,
+                                               const auto& wanted) {
+  std::vector<std::vector<std::uint32_t>> made;
+  std::vector<std::uint32_t> at(world.bodies.size(), kNobody);
+  for (std::uint32_t slot = 0; slot < world.bodies.size(); ++slot) {
+    if (!wanted(slot)) continue;
+    std::uint32_t& place = at[islands.root(slot)];
+    if (place == kNobody) place = static_cast<std::uint32_t>(made.size()), made.emplace_back();
+    made[place].push_back(slot);
+  }
+  return made;
+}
+
+/// Everything the builder looks up while it packs mechanisms.
+struct Packer {
+  World& world;
+  std::vector<std::uint32_t> owner;   // mechanism, by slot
+  std::vector<std::uint32_t> number;  // in it
+};
+
+std::uint32_t add_frame(Mechanism& m, std::uint32_t slot, std::uint32_t pin) {
+  for (std::size_t i = 0; i < m.frames.size() && pin == kNobody; ++i)
+    if (m.frames[i].slot == slot && m.frames[i].pin == kNobody)
+      return static_cast<std::uint32_t>(m.count() + i);
+  MechanismFrame f;
+  f.slot = slot, f.pin = pin;
+  m.frames.push_back(f);
+  return static_cast<std::uint32_t>(m.count() + m.frames.size() - 1);
+}
+
+/// A body's number in the mechanism, as a frame if it is not its own.
+std::uint32_t number_of(Packer& p, std::uint32_t mechanism, std::uint32_t slot) {
+  if (p.owner[slot] == mechanism) return p.number[slot];
+  return add_frame(p.world.mechanisms[mechanism], slot, kNobody);
+}
+
+void add_block(Mechanism& m, Block block) {
+  if (block.rows == 0) return;
+  block.first_row = static_cast<std::uint32_t>(m.rows);
+  block.first_vector = static_cast<std::uint32_t>(m.vectors);
+  m.rows += block.rows;
+  m.vectors += 2u * block.rows * block.count;
+  m.blocks.push_back(block);
+}
+
+void add_limits(Mechanism& m, const Joint& joint, Block block) {
+  block.kind = BlockKind::limit, block.rows = 1;
+  const auto add = [&](Coordinate which, bool upper, Real bound, bool lock) {
+    block.coordinate = which, block.upper = upper, block.bound = bound, block.lock = lock;
+    add_block(m, block);
+    m.unilateral = true;
+  };
+  const auto add_range = [&](Coordinate which, const AngleLimit& range) {
+    if (!range.on) return;
+    if (range.low == range.high) return add(which, false, range.low, true);
+    add(which, false, range.low, false), add(which, true, range.high, false);
+  };
+  const bool turns = joint.kind == JointKind::hinge || joint.kind == JointKind::ball ||
+                     joint.kind == JointKind::universal;
+  if (turns) add_range(Coordinate::turn, joint.limits->turn);
+  if (joint.kind == JointKind::universal) add_range(Coordinate::second, joint.limits->second);
+  if (joint.kind == JointKind::ball && joint.limits->swing.on)
+    add(Coordinate::swing, false, 0, false);
+  const bool slides = joint.kind == JointKind::cylindrical ||
+                      joint.kind == JointKind::prismatic || joint.kind == JointKind::screw;
+  if (slides) add_range(Coordinate::slide, joint.extras->travel);
+}
+
+void add_efforts(Mechanism& m, const Joint& joint, Block block) {
+  const auto add = [&](Coordinate which, const Freedom& freedom) {
+    if (!freedom.any()) return;
+    Effort e;
+    e.link = block.source, e.body[0] = block.body[0], e.body[1] = block.body[1];
+    e.coordinate = which;
+    e.block = m.settings.integrator == Integrator::implicit;
+    m.efforts.push_back(e);
+    m.damped = true;
+    if (!e.block) return;
+    block.kind = BlockKind::spring, block.rows = 1, block.coordinate = which;
+    add_block(m, block);
+  };
+  add(Coordinate::turn, joint.extras->turn), add(Coordinate::slide, joint.extras->slide);
+}
+
+void pack_links(Packer& p) {
+  World& world = p.world;
+  for (std::uint32_t i = 0; i < world.links.size(); ++i) {
+    const Link& link = world.links.values()[i];
+    const Ends ends = ends_of(world, link.a, link.b);
+    if (ends.a == kNobody) continue;  // reported with the articulations
+    const std::uint32_t at =
+        p.owner[ends.a] != kNobody ? p.owner[ends.a] : p.owner[ends.b];
+    if (at == kNobody) continue;
+    Mechanism& m = world.mechanisms[at];
+    Block block;
+    block.rows = static_cast<std::uint8_t>(row_count(link.joint));
+    block.source = i, block.count = 2;
+    block.body[0] = number_of(p, at, ends.a), block.body[1] = number_of(p, at, ends.b);
+    add_block(m, block);
+    add_limits(m, link.joint, block);
+    add_efforts(m, link.joint, block);
+    if (!world.pose_drives.find(world.links.owners()[i])) continue;
+    m.pose_drives.push_back({i, {block.body[0], block.body[1]}});
+    m.damped = true;
+  }
+}
+
+void pack_pins(Packer& p) {
+  World& world = p.world;
+  for (std::uint32_t i = 0; i < world.pins.size(); ++i) {
+    const Pin& pin = world.pins.values()[i];
+    const std::uint32_t slot = world.bodies.slot(pin.body);
+    const std::uint32_t to = pin.to ? world.bodies.slot(pin.to) : kNoSlot;
+    if (slot == kNoSlot || (pin.to && (to == kNoSlot || to == slot))) continue;
+    // What hangs on a mechanism is no joint of it: see owed.
+    const std::uint32_t at = p.owner[slot] != kNobody ? p.owner[slot]
+                             : to != kNoSlot          ? p.owner[to]
+                                                      : kNobody;
+    if (at == kNobody || (p.owner[slot] == kNobody && is_dynamic(world, slot)) ||
+        (to != kNoSlot && p.owner[to] == kNobody && is_dynamic(world, to)))
+      continue;
+    Mechanism& m = world.mechanisms[at];
+    Block block;
+    block.kind = BlockKind::pin, block.source = i, block.rows = 3, block.count = 2;
+    block.body[0] = number_of(p, at, slot);
+    block.body[1] = to != kNoSlot ? number_of(p, at, to) : add_frame(m, kNobody, i);
+    if (pin.grip == Grip::exact)
+      add_block(m, block);
+    else
+      m.elastic_pins.push_back({i, {block.body[0], block.body[1]}});
+  }
+}
+
+void pack_strings(Packer& p) {
+  World& world = p.world;
+  for (std::uint32_t i = 0; i < world.strings.size(); ++i) {
+    const String& s = world.strings.values()[i];
+    const Ends ends = ends_of(world, s.a, s.b);
+    if (ends.a == kNobody) continue;
+    const auto fits = [&](std::uint32_t slot) {
+      return p.owner[slot] != kNobody || !is_dynamic(world, slot);
+    };
+    const std::uint32_t at = p.owner[ends.a] != kNobody ? p.owner[ends.a] : p.owner[ends.b];
+    if (at == kNobody || !fits(ends.a) || !fits(ends.b)) continue;
+    Mechanism& m = world.mechanisms[at];
+    Block block;
+    block.kind = BlockKind::string, block.source = i, block.rows = 1, block.count = 2;
+    block.body[0] = number_of(p, at, ends.a), block.body[1] = number_of(p, at, ends.b);
+    if (s.joint.compliance > 0) {
+      m.elastic_strings.push_back({i, {block.body[0], block.body[1]}});
+      continue;
+    }
+    add_block(m, block);
+    m.unilateral = true;
+  }
+}
+
+bool fits_ratio(const Joint& joint, bool slides) {
+  const JointKind k = joint.kind;
+  if (slides)
+    return k == JointKind::prismatic || k == JointKind::cylindrical || k == JointKind::screw;
+  return k == JointKind::hinge || k == JointKind::cylindrical || k == JointKind::screw;
+}
+
+void pack_ratios(Packer& p) {
+  World& world = p.world;
+  for (std::uint32_t i = 0; i < world.ratios.size(); ++i) {
+    const Ratio& r = world.ratios.values()[i];
+    const Entity owner = world.ratios.owners()[i];
+    const Link *one = world.links.find(r.first), *two = world.links.find(r.second);
+    if (!one || !two || r.first == r.second) {
+      world.faults.push_back({owner, "couples joints that do not exist or are the same"});
+      continue;
+    }
+    if (!fits_ratio(one->joint, r.slides_first) || !fits_ratio(two->joint, r.slides_second)) {
+      world.faults.push_back({owner, "couples a freedom that the joint does not have"});
+      continue;
+    }
+    const Ends e1 = ends_of(world, one->a, one->b), e2 = ends_of(world, two->a, two->b);
+    if (e1.a == kNobody || e2.a == kNobody) continue;
+    std::uint32_t at = kNobody;
+    for (std::uint32_t slot : {e1.a, e1.b, e2.a, e2.b})
+      if (at == kNobody) at = p.owner[slot];
+    if (at == kNobody) {
+      world.faults.push_back({owner, "is of a kind that only the Lagrangian solver knows"});
+      continue;
+    }
+    Block block;
+    block.kind = BlockKind::ratio, block.source = i, block.rows = 1, block.bound = r.offset;
+    block.coordinate = r.slides_first ? Coordinate::slide : Coordinate::turn;
+    block.second = r.slides_second ? Coordinate::slide : Coordinate::turn;
+    for (std::uint32_t slot : {e1.a, e1.b, e2.a, e2.b}) {
+      const std::uint32_t number = number_of(p, at, slot);
+      if (std::find(block.body, block.body + block.count, number) == block.body + block.count)
+        block.body[block.count++] = number;
+    }
+    add_block(world.mechanisms[at], block);
+  }
+}
+
+/// Whether rows may depend on one another: blocks close a loop, over the ground too.
+bool has_loops(const Mechanism& m) {
+  const auto ground = static_cast<std::uint32_t>(m.count());
+  Islands sets(m.count() + 1);
+  for (const Block& b : m.blocks) {
+    if (b.kind == BlockKind::spring) continue;
+    if (b.kind == BlockKind::ratio || b.kind == BlockKind::limit) continue;
+    const std::uint32_t one = std::min(b.body[0], ground), two = std::min(b.body[1], ground);
+    if (sets.root(one) == sets.root(two)) return true;
+    sets.join(one, two);
+  }
+  return false;
+}
+
+/// What an earlier build remembers of a body or a block.
+void carry_memory(const World& world, const std::vector<Mechanism>& before, Mechanism& m) {
+  m.memory.assign(m.blocks.size(), {});
+  m.loads.assign(m.rows, 0);
+  m.accelerations.assign(2 * m.count(), Vec3(0));
+  m.lagged = m.owed = m.owed_before = m.accelerations;
+  if (before.empty()) return;
+  for (const Mechanism& was : before) {
+    if (was.bodies != m.bodies) continue;
+    m.accelerations = was.accelerations, m.lagged = was.lagged;
+    m.owed = was.owed, m.owed_before = was.owed_before;
+    m.try_step = was.try_step;
+    const bool same = was.blocks.size() == m.blocks.size() && was.rows == m.rows &&
+                      was.frames.size() == m.frames.size() &&
+                      was.efforts.size() == m.efforts.size();
+    if (!same) continue;
+    // Only what was changed by hand in place: the counts of whole turns go on.
+    m.memory = was.memory, m.loads = was.loads, m.fresh = was.fresh;
+    m.frames = was.frames;
+    for (std::size_t i = 0; i < m.efforts.size(); ++i) m.efforts[i].before = was.efforts[i].before;
+  }
+  (void)world;
+}
+
+}  // namespace
+
+Entity joint_of(const World& world, const Block& block) {
+  switch (block.kind) {
+    case BlockKind::pin:
+      return world.pins.owners()[block.source];
+    case BlockKind::ratio:
+      return world.ratios.owners()[block.source];
+    case BlockKind::string:
+      return world.strings.owners()[block.source];
+    default:
+      return world.links.owners()[block.source];
+  }
+}
+
+void rebuild_mechanisms(World& world) {
+  std::vector<Mechanism> before = std::move(world.mechanisms);
+  world.mechanisms.clear(), world.exact.clear();
+  const auto wants = [](const SolverSettings& s) { return s.solver == Solver::lagrangian; };
+  bool any = wants(world.default_settings);
+  for (const SolverSettings& s : world.settings.values()) any = any || wants(s);
+  if (!any) return;
+
+  Islands islands(world.bodies.size());
+  for (const Link& link : world.links.values())
+    if (const Ends e = ends_of(world, link.a, link.b); moves_both(world, e)) islands.join(e.a, e.b);
+  for (const Ratio& r : world.ratios.values()) {
+    const Link *one = world.links.find(r.first), *two = world.links.find(r.second);
+    if (!one || !two) continue;
+    std::uint32_t last = kNobody;
+    for (Entity body : {one->a, one->b, two->a, two->b}) {
+      const std::uint32_t slot = world.bodies.slot(body);
+      if (slot == kNoSlot || !is_dynamic(world, slot)) continue;
+      if (last != kNobody) islands.join(last, slot);
+      last = slot;
+    }
+  }
+  const auto dynamic = [&](std::uint32_t slot) { return is_dynamic(world, slot); };
+  std::vector<std::uint8_t> exact(world.bodies.size(), 0);
+  for (const auto& slots : groups(world, islands, dynamic))
+    if (wants(settings_of(world, slots)))
+      for (std::uint32_t slot : slots) exact[slot] = 1;
+  // Strings and pins tie mechanisms to one another, but none to other articulations.
+  const auto tie = [&](Entity a, Entity b) {
+    const Ends e = ends_of(world, a, b);
+    if (e.a != kNobody && exact[e.a] && exact[e.b]) islands.join(e.a, e.b);
+  };
+  for (const String& s : world.strings.values()) tie(s.a, s.b);
+  for (const Pin& pin : world.pins.values())
+    if (pin.to) tie(pin.body, pin.to);
+
+  Packer p{world, {}, {}};
+  p.owner.assign(world.bodies.size(), kNobody), p.number = p.owner;
+  for (const auto& slots : groups(world, islands, [&](std::uint32_t s) { return exact[s] != 0; })) {
+    Mechanism m;
+    m.settings = settings_of(world, slots);
+    for (std::uint32_t slot : slots) {
+      p.owner[slot] = static_cast<std::uint32_t>(world.mechanisms.size());
+      p.number[slot] = static_cast<std::uint32_t>(m.count());
+      const Body& b = world.bodies.values()[slot];
+      m.bodies.push_back(world.bodies.owners()[slot]), m.slots.push_back(slot);
+      m.mass.push_back(b.mass), m.inertia.push_back(b.inertia);
+      m.drag.push_back(b.drag), m.gravity_scale.push_back(b.gravity_scale);
+      m.damped = m.damped || b.drag != 0;
+    }
+    world.mechanisms.push_back(std::move(m));
+  }
+  world.exact = std::move(exact);
+  pack_links(p), pack_pins(p), pack_strings(p), pack_ratios(p);
+  for (Mechanism& m : world.mechanisms) {
+    m.loops = has_loops(m);
+    carry_memory(world, before, m);
+  }
+}
+
+}  // namespace pantin

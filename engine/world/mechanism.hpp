@@ -1,0 +1,184 @@
+#pragma once
+/// A mechanism: bodies whose joints the Lagrangian solver keeps, packed for it.
+///
+/// Built from the components when the structure changes, then kept from step to step; what the
+/// integrators remember lives here and is copied, hashed and restored with the World.
+#include <cstdint>
+#include <vector>
+
+#include "engine/base/math.hpp"
+#include "engine/joints/rows.hpp"
+#include "engine/world/articulation.hpp"
+#include "engine/world/entity.hpp"
+#include "engine/world/settings.hpp"
+
+namespace pantin {
+
+/// Where a block of rows comes from.
+enum class BlockKind : std::uint8_t {
+  joint,   // a link
+  pin,     // a pin: the rows of a ball joint
+  ratio,   // a ratio
+  limit,   // one side of a coordinate of a link; bears only while it is active
+  string,  // a string: likewise
+  spring   // a freedom of a link whose effort is met at the end of the step (implicit only)
+};
+
+/// Rows that are eliminated together: 1 to 6, on up to 4 bodies.
+struct Block {
+  BlockKind kind = BlockKind::joint;
+  Coordinate coordinate = Coordinate::turn;  // limit, spring; ratio: of the first link
+  Coordinate second = Coordinate::turn;      // ratio: of the second link
+  bool upper = false;                        // limit: the upper bound
+  bool lock = false;                         // limit: both bounds are one
+  std::uint8_t rows = 0, count = 0;          // of rows, of bodies
+  std::uint32_t source = 0;                  // slot in the store of its kind; limit, spring: links
+  std::uint32_t body[4] = {};                // in the mechanism
+  std::uint32_t first_row = 0;
+  std::uint32_t first_vector = 0;  // in the Jacobian: 2 * count vectors a row
+  Real bound = 0;                  // limit: value; ratio: offset
+};
+
+/// What a block remembers.
+struct BlockMemory {
+  Real before[2] = {0, 0};  // coordinates at the last step, whole turns counted
+  bool active = false;      // limit, string: it bears
+};
+
+/// A freedom of a link along which something acts.
+struct Effort {
+  std::uint32_t link = 0, body[2] = {};
+  Coordinate coordinate = Coordinate::turn;
+  Real before = 0;    // the coordinate at the last step
+  bool block = false; // met by a spring block instead
+};
+
+/// Something that pulls between two bodies, by its slot in its store.
+struct Pulling {
+  std::uint32_t source = 0, body[2] = {};
+};
+
+/// A body that the mechanism does not move: the world, a fixed or driven body, a pin's place.
+struct MechanismFrame {
+  std::uint32_t slot = UINT32_MAX;  // in World::bodies; none: see pin
+  std::uint32_t pin = UINT32_MAX;   // in World::pins; none: the world
+  Pose before;                      // at the end of the last step
+  bool known = false;
+};
+
+/// What is wrong with a mechanism as it stands.
+struct MechanismFault {
+  enum Kind : std::uint8_t { redundant, inconsistent, wrong_branch } kind = redundant;
+  std::uint32_t block = 0;  // see joint_of
+  int rows = 0;             // redundant: how many of its rows follow from others
+  Real residual = 0;        // inconsistent: m or rad that the joint lacks, or m/s^2 of it
+};
+
+/// One elimination order of rows and hubs, and where its numbers go.
+///
+/// Bodies on few blocks are eliminated first: J M^-1 J^T of the blocks that meet there. Hubs, bodies
+/// on many, stay as six unknowns each. Nodes are the blocks, then the hubs.
+struct KktPattern {
+  std::vector<std::uint32_t> order, place;  // node at each place; place of each node
+  std::vector<std::uint8_t> size;           // unknowns, by place
+  std::vector<std::uint32_t> unknown;       // first of them, by place
+  std::vector<std::uint32_t> diagonal;      // in `values`, by place
+  std::vector<std::uint32_t> first;         // by place: into later and offset
+  std::vector<std::uint32_t> later, offset; // places that a place still meets; their numbers
+  std::vector<std::uint32_t> first_target, targets;  // of the products of pairs of those
+  struct Meeting {  // of two blocks at a body
+    std::uint32_t p = 0, q = 0, target = 0;
+    std::uint8_t at_p = 0, at_q = 0;
+    bool flipped = false;  // the numbers at `target` have q's rows first
+  };
+  std::vector<std::uint32_t> first_meeting;  // by body
+  std::vector<Meeting> meetings;
+  struct HubMeeting {
+    std::uint32_t block = 0, target = 0;
+    std::uint8_t at = 0;
+    bool flipped = false;
+  };
+  std::vector<HubMeeting> hub_meetings;
+  std::vector<std::uint32_t> hubs;    // bodies
+  std::vector<std::uint32_t> hub_of;  // by body, or UINT32_MAX
+  std::size_t numbers = 0, unknowns = 0;
+};
+
+/// The motion of all bodies of a mechanism at one time, frames last.
+struct Motions {
+  std::vector<Vec3> x;
+  std::vector<Quat> q;
+  std::vector<Vec3> v, w;
+};
+
+/// Room for a step, kept between steps.
+struct MechanismRoom {
+  bool ready = false;
+  KktPattern pattern;
+  std::vector<Real> values, scales, unknowns;  // of the factor
+  std::vector<Vec3> weighted;                  // J M^-1 of one body's blocks
+  std::vector<Placed> placed;
+  std::vector<Mat3> give;                      // world inverse inertia
+  std::vector<Vec3> jacobian, jacobian_before;
+  std::vector<Real> c, gamma;
+  std::vector<Vec3> force;                     // and torque, two a body
+  std::vector<Vec3> motion, correction;        // accelerations or twists, two a body
+  std::vector<Real> right, lambda, step_lambda, lack;
+  // Now; at the start of a part of the step, of one step of the integrator, of an attempt.
+  Motions state, start, from, begin;
+  std::vector<Vec3> applied;                   // forces and torques from outside, two a body
+  std::vector<Vec3> momenta, residuals;        // two a body
+  std::vector<Vec3> rates[7];                  // Runge-Kutta: v and accelerations, three a body
+  std::vector<Quat> quat_rates[7];
+  std::vector<Real> sum_lambda;
+  std::vector<Real> weights;                   // implicit: compliances of spring rows
+  bool springs_bear = false;
+  Real worst_lack = 0;                         // of J a = gamma, part of what was asked
+  std::uint32_t worst_lack_block = 0;
+};
+
+struct Mechanism {
+  SolverSettings settings;
+  std::vector<Entity> bodies;        // the ones it moves
+  std::vector<std::uint32_t> slots;  // in World::bodies
+  std::vector<MechanismFrame> frames;         // numbered after the bodies
+  std::vector<Real> mass, drag, gravity_scale;
+  std::vector<Vec3> inertia;
+  std::vector<Block> blocks;
+  std::vector<Effort> efforts;
+  std::vector<Pulling> pose_drives;      // by link
+  std::vector<Pulling> elastic_strings, elastic_pins;
+  std::size_t rows = 0, vectors = 0;
+  Real size = 0;       // m, scales tolerances
+  bool loops = false;  // rows may depend on one another
+  bool unilateral = false, damped = false;
+
+  // What the integrators remember.
+  std::vector<BlockMemory> memory;
+  std::vector<Real> loads;                // by row: N or N m over the last step
+  std::vector<Vec3> accelerations, lagged;  // implicit: two a body
+  std::vector<Vec3> owed;                 // forces and torques of what hangs on it, two a body
+  std::vector<Vec3> owed_before;
+  bool fresh = true;
+  Real try_step = 0;  // s, adaptive
+
+  // For the report.
+  std::vector<MechanismFault> faults;
+  std::size_t rank = 0;
+  Entity lost;
+  Real residual = 0;          // worst of C after the step
+  int solves = 0, parts = 0, iterations = 0, events = 0;
+
+  Scratch<MechanismRoom> room;
+
+  std::size_t count() const { return bodies.size(); }
+};
+
+/// The link, pin, string or ratio that a block comes from.
+Entity joint_of(const World& world, const Block& block);
+
+/// Rebuilds World::mechanisms and World::exact, carrying memory over by body and joint. Part of
+/// rebuild_articulations.
+void rebuild_mechanisms(World& world);
+
+}  // namespace pantin
