@@ -23,7 +23,7 @@ inline constexpr K kScene{"$schema",  "version",   "title",       "gravity", "st
                           "ground",   "output",    "collision",   "collision_groups"};
 inline constexpr K kSolver{"type",    "turn_stiffness",  "calm_angle_deg", "reservoir_time",
                            "rounds",  "tolerance",       "stall_drop",     "tension_stiffness",
-                           "limiter", "paper_reluctance", "passes"};
+                           "limiter", "paper_reluctance", "passes",          "rest_speed"};
 inline constexpr K kMaterial{"name", "colour", "roughness", "metallic"};
 inline constexpr K kBody{
     "name",         "shape",    "shapes",           "material", "density",

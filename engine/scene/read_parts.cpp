@@ -84,6 +84,7 @@ std::optional<SolverSettings> read_solver(const Reading& reading, const Reader& 
   if (!from.has("calm_angle_deg")) s.calm_angle = base.calm_angle;
   s.reservoir_time = from.number("reservoir_time", s.reservoir_time, kNotNegative);
   s.passes = from.whole("passes", s.passes, 1, 64);
+  s.rest_speed = from.number("rest_speed", s.rest_speed, kNotNegative);
   s.rounds = from.whole("rounds", s.rounds, 1, 10'000);
   s.tolerance = from.number("tolerance", s.tolerance, kPositive);
   s.stall_drop = from.number("stall_drop", s.stall_drop, kUnit);

@@ -285,4 +285,8 @@ TEST_CASE("Stairs without steps, and chains bent by limits of other joints, are 
               "those of a hinge joint: angle"});
   CHECK(with_scene(R"("solver": {"passes": 65})") ==
         Lines{"t.json:2:22: /solver/passes: found 65, expected a whole number from 1 to 64"});
+  CHECK(with_scene(R"("solver": {"rest_speed": -0.001})") ==
+        Lines{"t.json:2:26: /solver/rest_speed: found -0.001, expected a number from 0 to 1e12"});
+  CHECK(with_scene(R"("solver": {"rest_speed": 1e999})") ==
+        Lines{"t.json:2:26: /solver/rest_speed: found 1e999, expected a finite number"});
 }

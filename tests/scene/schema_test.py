@@ -99,6 +99,7 @@ class Schema(unittest.TestCase):
             ("generators", {"stairs": [{"name": "s", "count": 0}]}),
             ("collision_groups", ["a", "a"]),
             ("solver", {"passes": 0}),
+            ("solver", {"rest_speed": -0.001}),
             ("drives", [{"body": "rod"}]),
             ("drives", [{"body": "rod", "lissajous": {}, "loop": True}]),
         ]:
