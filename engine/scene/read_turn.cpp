@@ -89,6 +89,10 @@ SwingLimit read_swing(const Reader& from) {
 void read_soft(const Reading& reading, const Reader& outer, JointLimits& limits) {
   const NodeId node = outer.find("soft");
   if (node == kNoNode) return;
+  const std::string_view ranges[] = {"angle", "twist", "cone", "swing", "first", "second"};
+  if (std::ranges::all_of(ranges, [&](auto key) { return either(outer, key) == kNoNode; }))
+    reading.complaints.refuse_key(
+        node, "found \"soft\" without a limit, expected one beside it, whose stops it softens");
   const Reader from = reading.open(node, "soft");
   Real zone = 0;
   if (either(from, "zone") == kNoNode)
@@ -162,9 +166,11 @@ void read_pose_keys(const Reading& reading, const Reader& from, JointKind kind, 
                                           ", expected a later one");
     drive.keys.push_back(*key);
   }
-  if (from.has("keys") && nodes.size() < (drive.loop ? 2 : 1))
-    reading.complaints.refuse_value(from.find("keys"),
-                                    drive.loop ? "two keys or more for a loop" : "one key or more");
+  const NodeId list = from.find("keys");
+  const bool is_list = list != kNoNode && from.json[list].kind == JsonKind::array;
+  if (is_list && nodes.size() < (drive.loop ? 2 : 1))
+    reading.complaints.refuse_value(
+        list, drive.loop ? "two keys or more for a loop" : "one key or more");
   if (!drive.loop || drive.keys.size() < 2) return;
   const Quat last = drive.keys.back().turn, first = drive.keys.front().turn;
   const Real turn = glm::length(rotation_vector(last * glm::conjugate(first)));

@@ -63,10 +63,13 @@ TEST_CASE("Limits that leave nothing, or that no joint reaches, are refused") {
   CHECK(with_joint(R"("limits": {"swing": [1, 1], "cone": 1})") ==
         Lines{"t.json:5:12: /joints/0/limits/swing: found \"swing\" beside \"cone\", expected "
               "only one of them"});
-  CHECK(with_joint(R"("limits": {"soft": {"stiffness": -1}})") ==
-        Lines{"t.json:5:20: /joints/0/limits/soft: found no \"zone\", expected how far before "
+  CHECK(with_joint(R"("limits": {"soft": {"zone": 0.1, "stiffness": 1}})") ==
+        Lines{"t.json:5:12: /joints/0/limits/soft: found \"soft\" without a limit, expected one "
+              "beside it, whose stops it softens"});
+  CHECK(with_joint(R"("limits": {"cone": 1, "soft": {"stiffness": -1}})") ==
+        Lines{"t.json:5:31: /joints/0/limits/soft: found no \"zone\", expected how far before "
               "the stop the spring begins, in rad, or \"zone_deg\"",
-              "t.json:5:34: /joints/0/limits/soft/stiffness: found -1, expected a number from 0 "
+              "t.json:5:45: /joints/0/limits/soft/stiffness: found -1, expected a number from 0 "
               "to 1e12"});
   CHECK(with_joint(R"("kind": "hinge", "limits": {"angle": 1, "soft": {"zone": 0}})") ==
         Lines{"t.json:5:38: /joints/0/limits/angle: found 1, expected an array of 2 numbers",
@@ -145,6 +148,8 @@ TEST_CASE("Keys of a joint's drive that lead nowhere are refused") {
   CHECK(with_joint(R"("kind": "hinge", "drive": {"stiffness": 1, "loop": true})") ==
         Lines{"t.json:5:44: /joints/0/drive/loop: found \"loop\" without \"keys\", expected it "
               "with them"});
+  CHECK(with_joint(R"("kind": "hinge", "drive": {"stiffness": 1, "keys": {}})") ==
+        Lines{"t.json:5:52: /joints/0/drive/keys: found an empty object, expected an array"});
   CHECK(with_joint(R"("kind": "hinge", "drive": {"stiffness": 1, "keys": []})") ==
         Lines{"t.json:5:52: /joints/0/drive/keys: found an empty array, expected one key or more"});
 }

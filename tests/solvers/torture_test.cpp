@@ -36,12 +36,12 @@ AngleLimit random_range(Dice& dice) {
   return limit;
 }
 
-/// A joint of any kind halfway between two bodies, its zero where they stand.
+/// A joint halfway between two bodies, its zero where they stand.
 Joint random_joint(const Pose& a, const Pose& b, Dice& dice) {
   Joint joint;
   const Vec3 middle = 0.5 * (a.position + b.position);
   joint.anchor_a = to_local(a, middle), joint.anchor_b = to_local(b, middle);
-  joint.kind = static_cast<JointKind>(dice.below(kJointKinds));
+  joint.kind = static_cast<JointKind>(dice.below(4));
   const Quat frame = dice.turn();
   joint.frames.set(frame, glm::conjugate(b.rotation) * a.rotation * frame);
   JointLimits limits;
