@@ -152,11 +152,11 @@ std::string told(const Outcome& o) {
 
 }  // namespace
 
-// Measured, with either kernels: of 60 runs none gains energy, one is 11 cm below the ground for a
-// step. Of 300 five gain (seeds 140, 161, 168, 180, 280: all touch themselves, from the start on in
-// one another), at most 0.72; 20 sink by more than 5 cm, at most 0.40 m, mostly at steps of 1/20 s
-// or with densities six decades apart. Violation 1.1e-12 rad. Gaps 1e-14, but in three runs (seeds
-// 23, 25, 43) up to 6.4e-7: the loads of stops in a tree in flight do not settle there.
+// Measured: of 60 runs none gains energy, one is 11 cm below the ground for a step. Of 300 five gain
+// (seeds 140, 161, 168 and 280, which touch themselves, and 180), at most 0.72; 20 sink by more than
+// 5 cm, at most 0.40 m, all but one at steps of 1/20 s or with densities six decades apart. Violation
+// 1.1e-12 rad. Gaps 1e-14, but in three runs (seeds 23, 25, 43) up to 6.4e-7: the loads of stops in
+// a tree in flight do not settle there.
 TEST_CASE("random jointed bodies with limits survive a fall") {
   const Outcome o = falls(60);
   INFO(told(o));
