@@ -198,6 +198,7 @@ StepReport step_world(World& world, const StepSettings& settings, const Systems&
       if (!all[i].mutual) procedural::adjust(world, all[i], h, all[i].lost);
     });
     adjust_mutual(world, settings.threads, h);
+    if (!world.mechanisms.empty()) procedural::tell_reactions(world, h);
     watch.lap(clock.adjust);
     world.time += h;
   }

@@ -96,8 +96,14 @@ void read_pins(Builder& b) {
       fault(world, world.pins.owners()[i], "names a body that does not exist");
       continue;
     }
-    if (!b.is_dynamic(slot)) continue;  // a body that is moved otherwise needs no holding
     const Real compliance = pin.grip == Grip::exact ? 0 : 1 / pin.stiffness;
+    if (!b.is_dynamic(slot)) {  // a body that is moved otherwise needs no holding, but may hold
+      const std::uint32_t to = pin.to ? world.bodies.slot(pin.to) : kNoSlot;
+      if (world.is_exact(slot) && to != kNoSlot && b.is_dynamic(to))
+        b.anchorages.push_back(
+            {to, pin.target, slot, i, kNoSlot, pin.anchor, pin.priority, compliance});
+      continue;
+    }
     if (pin.to) {
       const std::uint32_t to = world.bodies.slot(pin.to);
       if (to == kNoSlot)

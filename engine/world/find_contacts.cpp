@@ -52,7 +52,7 @@ void list_jointed(const World& world, ContactSearch& room) {
 void add_part(const Search& s, std::uint32_t slot, const Shapes& shapes, std::uint32_t index) {
   const Shape& shape = shapes.parts[index];
   const Body& body = s.world.bodies.values()[slot];
-  const bool moves = body.motion == Motion::dynamic;
+  const bool moves = body.motion == Motion::dynamic && !s.world.is_exact(slot);
   if (moves && !is_convex(shape.kind)) return;
   if (!is_convex(shape.kind) && shape.kind != ShapeKind::plane && !shape.surface) return;
   if (shape.kind == ShapeKind::hull && !shape.surface) return;
@@ -90,7 +90,7 @@ void list_solids(const Search& s) {
     solid.count = static_cast<std::uint32_t>(room.parts.size()) - solid.first;
     if (solid.count == 0) continue;
     room.solid_at[slot] = static_cast<std::uint32_t>(room.solids.size());
-    if (s.world.bodies.values()[slot].motion == Motion::dynamic) {
+    if (s.world.bodies.values()[slot].motion == Motion::dynamic && !s.world.is_exact(slot)) {
       room.moving.push_back(room.solid_at[slot]);
       Box box;
       for (std::uint32_t p = 0; p < solid.count; ++p) box.add(room.parts[solid.first + p].box);
@@ -190,7 +190,8 @@ void touch_parts(const Search& s, const SolidPart& a, const SolidPart& b) {
   const Collision* other = room.solids[room.solid_at[b.slot]].collision;
   for (const TouchPoint& p : room.points)
     room.found.push_back({b.slot, key_of(a, b, p.feature), other, p});
-  if (s.world.bodies.values()[b.slot].motion != Motion::dynamic) keep_core(s, a, b);
+  if (s.world.bodies.values()[b.slot].motion != Motion::dynamic || s.world.is_exact(b.slot))
+    keep_core(s, a, b);
 }
 
 void touch_still(const Search& s, const Solid& a) {

@@ -236,6 +236,44 @@ void pack_ratios(Packer& p) {
   }
 }
 
+/// Points where articulations of other solvers hang on mechanisms, each with a body for their mass.
+void find_hangings(Packer& p) {
+  World& world = p.world;
+  const auto add = [&](BlockKind kind, std::uint32_t source, std::uint32_t own, Vec3 anchor,
+                       std::uint32_t other) {
+    if (own == kNoSlot || other == kNoSlot || p.owner[own] == kNobody) return;
+    if (p.owner[other] != kNobody || !is_dynamic(world, other)) return;
+    Mechanism& m = world.mechanisms[p.owner[own]];
+    Hanging h;
+    h.kind = kind, h.source = source, h.body = p.number[own], h.anchor = anchor;
+    h.guess = static_cast<std::uint32_t>(m.count());
+    m.bodies.push_back({}), m.slots.push_back(kNobody);
+    m.mass.push_back(1), m.inertia.push_back(Vec3(1));
+    m.drag.push_back(0), m.gravity_scale.push_back(0);
+    m.hangings.push_back(h);
+  };
+  for (std::uint32_t i = 0; i < world.pins.size(); ++i) {
+    const Pin& pin = world.pins.values()[i];
+    if (!pin.to) continue;
+    const std::uint32_t a = world.bodies.slot(pin.body), b = world.bodies.slot(pin.to);
+    add(BlockKind::pin, i, a, pin.anchor, b), add(BlockKind::pin, i, b, pin.target, a);
+  }
+  for (std::uint32_t i = 0; i < world.strings.size(); ++i) {
+    const String& s = world.strings.values()[i];
+    const std::uint32_t a = world.bodies.slot(s.a), b = world.bodies.slot(s.b);
+    add(BlockKind::string, i, a, s.joint.anchor_a, b), add(BlockKind::string, i, b, s.joint.anchor_b, a);
+  }
+}
+
+void pack_hangings(Mechanism& m) {
+  for (std::uint32_t i = 0; i < m.hangings.size(); ++i) {
+    Block block;
+    block.kind = BlockKind::hanging, block.source = i, block.rows = 3, block.count = 2;
+    block.body[0] = m.hangings[i].body, block.body[1] = m.hangings[i].guess;
+    add_block(m, block);
+  }
+}
+
 /// Whether rows may depend on one another: blocks close a loop, over the ground too.
 bool has_loops(const Mechanism& m) {
   const auto ground = static_cast<std::uint32_t>(m.count());
@@ -255,18 +293,19 @@ void carry_memory(const World& world, const std::vector<Mechanism>& before, Mech
   m.memory.assign(m.blocks.size(), {});
   m.loads.assign(m.rows, 0);
   m.accelerations.assign(2 * m.count(), Vec3(0));
-  m.lagged = m.owed = m.owed_before = m.accelerations;
+  m.lagged = m.owed = m.accelerations;
   if (before.empty()) return;
   for (const Mechanism& was : before) {
     if (was.bodies != m.bodies) continue;
     m.accelerations = was.accelerations, m.lagged = was.lagged;
-    m.owed = was.owed, m.owed_before = was.owed_before;
+    m.owed = was.owed;
     m.try_step = was.try_step;
     const bool same = was.blocks.size() == m.blocks.size() && was.rows == m.rows &&
                       was.frames.size() == m.frames.size() &&
                       was.efforts.size() == m.efforts.size();
     if (!same) continue;
     // Only what was changed by hand in place: the counts of whole turns go on.
+    m.hangings = was.hangings;
     m.memory = was.memory, m.loads = was.loads, m.fresh = was.fresh;
     m.frames = was.frames;
     for (std::size_t i = 0; i < m.efforts.size(); ++i) m.efforts[i].before = was.efforts[i].before;
@@ -284,6 +323,8 @@ Entity joint_of(const World& world, const Block& block) {
       return world.ratios.owners()[block.source];
     case BlockKind::string:
       return world.strings.owners()[block.source];
+    case BlockKind::hanging:
+      return {};
     default:
       return world.links.owners()[block.source];
   }
@@ -342,8 +383,10 @@ void rebuild_mechanisms(World& world) {
     world.mechanisms.push_back(std::move(m));
   }
   world.exact = std::move(exact);
+  find_hangings(p);
   pack_links(p), pack_pins(p), pack_strings(p), pack_ratios(p);
   for (Mechanism& m : world.mechanisms) {
+    pack_hangings(m);
     m.loops = has_loops(m);
     carry_memory(world, before, m);
   }

@@ -21,6 +21,7 @@ enum class BlockKind : std::uint8_t {
   ratio,   // a ratio
   limit,   // one side of a coordinate of a link; bears only while it is active
   string,  // a string: likewise
+  hanging, // what another solver's articulation hangs on: see Hanging
   spring   // a freedom of a link whose effort is met at the end of the step (implicit only)
 };
 
@@ -56,6 +57,24 @@ struct Effort {
 /// Something that pulls between two bodies, by its slot in its store.
 struct Pulling {
   std::uint32_t source = 0, body[2] = {};
+};
+
+/// A point where a pin or a string ties the mechanism to an articulation of another solver.
+///
+/// The mechanism moves first, then the articulation follows the point and tells the force that this
+/// took. For its own step the mechanism takes that force to go on, and to change as if the
+/// articulation were a point of its mass: a body of its own, tied to the point. What this guess
+/// owes is paid in the next step, so momentum lags behind by one step, and no more.
+struct Hanging {
+  BlockKind kind = BlockKind::pin;  // or string
+  std::uint32_t source = 0;         // slot in its store
+  std::uint32_t body = 0, guess = 0;  // in the mechanism: where it hangs, and the body of its mass
+  Vec3 anchor{0};                   // in the body
+  Real mass = 0;                    // kg
+  Vec3 force{0};                    // N on the mechanism in the last step
+  Vec3 debt{0};                     // N s
+  Vec3 acceleration{0};             // m/s^2, of the point in the last step
+  Vec3 start{0};                    // m/s, of the point at the start of this step
 };
 
 /// A body that the mechanism does not move: the world, a fixed or driven body, a pin's place.
@@ -157,8 +176,8 @@ struct Mechanism {
   std::vector<BlockMemory> memory;
   std::vector<Real> loads;                // by row: N or N m over the last step
   std::vector<Vec3> accelerations, lagged;  // implicit: two a body
-  std::vector<Vec3> owed;                 // forces and torques of what hangs on it, two a body
-  std::vector<Vec3> owed_before;
+  std::vector<Hanging> hangings;
+  std::vector<Vec3> owed;                 // forces and torques of what lies on it, two a body
   bool fresh = true;
   Real try_step = 0;  // s, adaptive
 

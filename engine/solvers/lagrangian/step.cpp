@@ -14,10 +14,37 @@ constexpr Real kTouch = 1e-9;
 constexpr Real kQuiet = 1e-3;
 constexpr int kMostEvents = 32, kMostHalvings = 12, kMostSteps = 200000;
 
+/// Bodies that are no more than the mass of what hangs on a point: where it is, moving with it.
+void gather_hangings(Mechanism& m, Real h) {
+  Motions& s = m.room.state;
+  for (Hanging& g : m.hangings) {
+    const std::size_t n = g.guess;
+    const Vec3 arm = s.q[g.body] * g.anchor;
+    s.x[n] = s.x[g.body] + arm, s.q[n] = kNoTurn;
+    s.v[n] = s.v[g.body] + glm::cross(s.w[g.body], arm), s.w[n] = Vec3(0);
+    // Of what hangs slack, nothing is felt.
+    const bool slack = g.kind == BlockKind::string && g.force == Vec3(0);
+    m.mass[n] = slack ? 1e-6 * g.mass : g.mass;
+    m.inertia[n] = Vec3(m.mass[n]);
+    m.room.applied[2 * n] = g.force + g.debt / h + m.mass[n] * g.acceleration;
+    m.room.applied[2 * n + 1] = Vec3(0);
+    g.start = s.v[n];
+  }
+}
+
+/// What the mechanism was given at the points where something hangs: not owed any more.
+void settle_hangings(Mechanism& m, Real h) {
+  for (Hanging& g : m.hangings) {
+    const Vec3 change = m.room.state.v[g.guess] - g.start;
+    g.debt -= h * m.room.applied[2 * g.guess] - m.mass[g.guess] * change;
+    g.acceleration = change / h;
+  }
+}
+
 void gather(const World& world, Mechanism& m) {
   Motions& s = m.room.state;
   Vec3 low(1e300), high(-1e300);
-  for (std::size_t b = 0; b < m.count(); ++b) {
+  for (std::size_t b = 0; b + m.hangings.size() < m.count(); ++b) {
     const Body& body = world.bodies.values()[m.slots[b]];
     s.x[b] = body.pose.position, s.q[b] = body.pose.rotation;
     s.v[b] = body.velocity, s.w[b] = body.spin;
@@ -37,7 +64,7 @@ void gather(const World& world, Mechanism& m) {
 
 void write_back(World& world, const Mechanism& m) {
   const Motions& s = m.room.state;
-  for (std::size_t b = 0; b < m.count(); ++b) {
+  for (std::size_t b = 0; b + m.hangings.size() < m.count(); ++b) {
     Body& body = world.bodies.values()[m.slots[b]];
     body.pose = {s.x[b], s.q[b]};
     body.velocity = s.v[b], body.spin = s.w[b];
@@ -355,6 +382,7 @@ void step(World& world, Mechanism& m, Real h) {
   m.lost = Entity{}, m.faults.clear(), m.room.worst_lack = 0;
   m.parts = m.iterations = m.events = m.solves = 0;
   gather(world, m);
+  gather_hangings(m, h);
   const bool begins = m.fresh;
   bool good = all_finite(m);
   if (good && begins) good = start(world, m, h);
@@ -370,7 +398,7 @@ void step(World& world, Mechanism& m, Real h) {
   }
   if (!good) {
     m.lost = m.bodies.front();
-    for (std::size_t b = 0; b < m.count(); ++b)
+    for (std::size_t b = 0; b + m.hangings.size() < m.count(); ++b)
       if (!is_finite(m.room.state.x[b]) || !is_finite(m.room.state.w[b])) {
         m.lost = m.bodies[b];
         break;
@@ -378,6 +406,8 @@ void step(World& world, Mechanism& m, Real h) {
     m.fresh = true;
     return;
   }
+  settle_hangings(m, h);
+  std::fill(m.owed.begin(), m.owed.end(), Vec3(0));
   count_turns(world, m, false);
   write_back(world, m);
   for (std::size_t i = 0; i < m.frames.size(); ++i) {
@@ -392,6 +422,7 @@ std::vector<MechanismFault> inspect(const World& world, std::size_t number) {
   gather(world, m);
   m.faults.clear();
   constexpr Real kAny = 1e-3;
+  gather_hangings(m, kAny);
   const bool closed = start(world, m, kAny);
   std::vector<MechanismFault> found = m.faults;
   if (!closed) {

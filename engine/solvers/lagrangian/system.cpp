@@ -236,6 +236,12 @@ void write_all_rows(const World& world, Mechanism& m, Want want) {
       case BlockKind::pin:
         write_rows(joint_of_pin(world.pins.values()[b.source]), at(0), at(1), 0, out);
         break;
+      case BlockKind::hanging: {
+        Joint j;
+        j.anchor_a = m.hangings[b.source].anchor;
+        write_rows(j, at(0), at(1), 0, out);
+        break;
+      }
       case BlockKind::ratio:
         write_ratio(world, m, b, m.memory[i]);
         break;

@@ -89,8 +89,9 @@ void find_reaches(World& world, Real h) {
   }
 }
 
+/// Of a body that joints do not move: whether it moves all the same.
 bool moves(const Body& b) {
-  return b.motion == Motion::driven && (b.velocity != Vec3(0) || b.spin != Vec3(0));
+  return b.motion != Motion::fixed && (b.velocity != Vec3(0) || b.spin != Vec3(0));
 }
 
 /// Contacts are looked for where everything was at the start of the step: driven bodies are put
@@ -115,7 +116,7 @@ void search(World& world, Real h) {
 }
 
 bool is_dynamic(const World& world, std::uint32_t slot) {
-  return world.bodies.values()[slot].motion == Motion::dynamic;
+  return world.bodies.values()[slot].motion == Motion::dynamic && !world.is_exact(slot);
 }
 
 /// Displacement of a point of a fixed or driven body over the step.
@@ -209,7 +210,8 @@ void touch(World& world, Real h) {
   for (std::uint32_t i = 0; i < world.contacts.size(); ++i) {
     Contact& c = world.contacts[i];
     const Body& b = world.bodies.values()[c.slot_b];
-    if (moves(b)) c.normal = glm::normalize(turn_by(h * b.spin) * c.normal);
+    if (!is_dynamic(world, c.slot_b) && moves(b))
+      c.normal = glm::normalize(turn_by(h * b.spin) * c.normal);
     c.active = glm::dot(c.load, c.normal) > 0 || c.impact > 0;
     // Below zero: an approach, to be given back in the step after it was stopped.
     if (c.impact <= 0)
@@ -373,7 +375,8 @@ Real finish_touches(World& world, Articulation& a, Real h) {
     } else if (c.impact < 0) {
       c.impact = c.active ? -c.restitution * c.impact : 0;
     }
-    if (c.active) work += std::max(Real(0), glm::dot(c.force, way_of(other, on_b, h)));
+    if (c.active && !is_dynamic(world, c.slot_b))
+      work += std::max(Real(0), glm::dot(c.force, way_of(other, on_b, h)));
     if (c.active) lift = std::max(lift, -c.gap);
   }
   return work + std::min(given, most_given) + lift * a.mass * glm::length(world.gravity);

@@ -18,8 +18,8 @@ constexpr Real kNear = 0.01;
 Vec3 across(Vec3 v, Vec3 n) { return v - glm::dot(v, n) * n; }
 
 bool is_mutual(const World& world, const Touch& t) {
-  const Body& b = world.bodies.values()[world.contacts[t.contact].slot_b];
-  return b.motion == Motion::dynamic;
+  const std::uint32_t slot = world.contacts[t.contact].slot_b;
+  return world.bodies.values()[slot].motion == Motion::dynamic && !world.is_exact(slot);
 }
 
 void clear(StepRoom& r) {

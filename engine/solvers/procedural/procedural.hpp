@@ -33,4 +33,8 @@ void iterate_mutual(World& world, Real h);
 bool end_pass(World& world, Articulation& a, Real h);
 bool finish_passes(World& world, Articulation& a, Real h, Entity& lost);
 
+/// After all articulations are adjusted: what they pulled and pressed on bodies of mechanisms over
+/// the step of `h` seconds becomes Hanging::force and Mechanism::owed.
+void tell_reactions(World& world, Real h);
+
 }  // namespace pantin::procedural
