@@ -247,6 +247,7 @@ void find_hangings(Packer& p) {
     Hanging h;
     h.kind = kind, h.source = source, h.body = p.number[own], h.anchor = anchor;
     h.guess = static_cast<std::uint32_t>(m.count());
+    h.mass = world.bodies.values()[other].mass;  // until its articulation tells
     m.bodies.push_back({}), m.slots.push_back(kNobody);
     m.mass.push_back(1), m.inertia.push_back(Vec3(1));
     m.drag.push_back(0), m.gravity_scale.push_back(0);

@@ -61,10 +61,11 @@ struct Pulling {
 
 /// A point where a pin or a string ties the mechanism to an articulation of another solver.
 ///
-/// The mechanism moves first, then the articulation follows the point and tells the force that this
-/// took. For its own step the mechanism takes that force to go on, and to change as if the
-/// articulation were a point of its mass: a body of its own, tied to the point. What this guess
-/// owes is paid in the next step, so momentum lags behind by one step, and no more.
+/// The mechanism moves first, then the articulation follows the point and tells the impulse that
+/// this took: the mechanism owes it. In its next step it is given what it owes, on a body of its own
+/// at that point with the articulation's mass, so that it feels at once what its own motion
+/// will cost; what such a guess takes too much or too little is owed again. Momentum is late by one
+/// step, and never lost: momentum of all bodies + debts = constant.
 struct Hanging {
   BlockKind kind = BlockKind::pin;  // or string
   std::uint32_t source = 0;         // slot in its store
@@ -73,7 +74,6 @@ struct Hanging {
   Real mass = 0;                    // kg
   Vec3 force{0};                    // N on the mechanism in the last step
   Vec3 debt{0};                     // N s
-  Vec3 acceleration{0};             // m/s^2, of the point in the last step
   Vec3 start{0};                    // m/s, of the point at the start of this step
 };
 

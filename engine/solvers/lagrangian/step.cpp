@@ -24,9 +24,9 @@ void gather_hangings(Mechanism& m, Real h) {
     s.v[n] = s.v[g.body] + glm::cross(s.w[g.body], arm), s.w[n] = Vec3(0);
     // Of what hangs slack, nothing is felt.
     const bool slack = g.kind == BlockKind::string && g.force == Vec3(0);
-    m.mass[n] = slack ? 1e-6 * g.mass : g.mass;
+    m.mass[n] = (slack ? 1e-6 : 1) * g.mass;
     m.inertia[n] = Vec3(m.mass[n]);
-    m.room.applied[2 * n] = g.force + g.debt / h + m.mass[n] * g.acceleration;
+    m.room.applied[2 * n] = g.debt / h;
     m.room.applied[2 * n + 1] = Vec3(0);
     g.start = s.v[n];
   }
@@ -37,7 +37,6 @@ void settle_hangings(Mechanism& m, Real h) {
   for (Hanging& g : m.hangings) {
     const Vec3 change = m.room.state.v[g.guess] - g.start;
     g.debt -= h * m.room.applied[2 * g.guess] - m.mass[g.guess] * change;
-    g.acceleration = change / h;
   }
 }
 
@@ -101,7 +100,8 @@ void count_turns(const World& world, Mechanism& m, bool anew) {
       if (anew && !r.has_offset) b.bound = before[1] - r.ratio * before[0];
       continue;
     }
-    if (b.kind == BlockKind::pin || b.kind == BlockKind::string) continue;
+    if (b.kind != BlockKind::joint && b.kind != BlockKind::limit && b.kind != BlockKind::spring)
+      continue;
     const Joint& joint = world.links.values()[b.source].joint;
     const bool screw = b.kind == BlockKind::joint && joint.kind == JointKind::screw;
     if (b.kind == BlockKind::joint && !screw) continue;

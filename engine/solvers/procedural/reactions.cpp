@@ -53,6 +53,7 @@ void tell(World& world, Articulation& a, Real h) {
       return;
     }
     g->force = -force, g->mass = a.mass;
+    g->debt += h * g->force;
     r.told[r.count++] = g, r.sizes += glm::length(force);
   };
   for (const Tree& t : a.trees)
@@ -91,7 +92,7 @@ void tell(World& world, Articulation& a, Real h) {
   for (std::size_t i = 0; i < r.count; ++i) {
     const Real part = r.sizes > 0 ? glm::length(r.told[i]->force) / r.sizes
                                   : Real(1) / static_cast<Real>(r.count);
-    r.told[i]->force -= part * lack;
+    r.told[i]->force -= part * lack, r.told[i]->debt -= h * part * lack;
   }
 }
 
