@@ -476,11 +476,14 @@ void notice_rest(World& world, Articulation& a, Real h) {
 
 namespace {
 
-/// A solve among contacts that ends nowhere (loads that no iteration could reconcile) moves nothing:
-/// the bodies stay where they were, at rest, and the loads are forgotten. Counts as limited.
-bool stays(World& world, Articulation& a, Real h) {
+/// A solve among contacts or stops that ends nowhere (loads that no iteration could reconcile) moves
+/// nothing: the bodies stay where they were, at rest, and the loads are forgotten. What flies free
+/// goes on with the motion of its mass centre, left in `drift` (m/s). Counts as limited.
+bool stays(World& world, Articulation& a, Real h, Vec3& drift) {
   Real fastest = 0, farthest = 0;
-  bool finite = true;
+  bool finite = true, flies = a.room.touches.empty() && a.cords.empty() && a.holds.empty();
+  for (const Tree& t : a.trees) flies = flies && a.parents[t.first] == kFree;
+  drift = flies ? a.momentum_before / a.mass + h * world.gravity : Vec3(0);
   for (std::size_t c = 0; c < a.count(); ++c) {
     const Body& b = world.bodies.values()[a.slots[c]];
     const Vec3 x = a.room.work.vec(kFinalPosition, c);
@@ -491,7 +494,7 @@ bool stays(World& world, Articulation& a, Real h) {
   if (finite && farthest < 10 * a.size + 10 * h * fastest) return false;
   for (std::size_t c = 0; c < a.count(); ++c) {
     const Body& b = world.bodies.values()[a.slots[c]];
-    a.room.work.set(kFinalPosition, c, b.pose.position);
+    a.room.work.set(kFinalPosition, c, b.pose.position + h * drift);
     a.room.work.set(kFinalRotation, c, b.pose.rotation);
     a.memory.set(kLoad, c, Vec3(0));
   }
@@ -539,7 +542,9 @@ bool finish_passes(World& world, Articulation& a, Real h, Entity& lost) {
     if (!a.joints.empty() && solver != Solver::automatic) sweep_closed(world, a);
     if (has_rows(a)) relax(world, a, solver != Solver::automatic);
     if (!a.room.touches.empty()) push_out_trees(world, a);
-    const bool stayed = solver == Solver::automatic && !a.room.touches.empty() && stays(world, a, h);
+    Vec3 drift(0);
+    const bool may_stay = solver == Solver::automatic && (!a.room.touches.empty() || a.touching);
+    const bool stayed = may_stay && stays(world, a, h, drift);
     if (stayed) a.touching = a.limited = true;
     // What strikes a stop or the ground stops there: no rule that looks farther back than the step.
     if (a.touching) a.disturbed = true;
@@ -549,9 +554,8 @@ bool finish_passes(World& world, Articulation& a, Real h, Entity& lost) {
     }
     end = k.finish(p, in);
     if (stayed) {
-      const Vec3 still(0);
-      k.scale(p, 0, &still[0]);
-      end.kinetic = 0;
+      k.scale(p, 0, &drift[0]);
+      end.kinetic = 0.5 * a.mass * glm::dot(drift, drift);
     }
   }
   if (!end.sane) {
