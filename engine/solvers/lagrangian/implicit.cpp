@@ -33,7 +33,7 @@ void find_springs(const World& world, Mechanism& m, std::span<Real> asked, Real 
     const Freedom& f = b.coordinate == Coordinate::turn ? extras.turn : extras.slide;
     const Pull p = pull_of(f, m.room.c[b.first_row], rate_of(m, b, 0));
     const Real give = p.stiffness * by_way + p.damping * by_speed;
-    m.room.weights[b.first_row] = 1 / std::max(give, 1e-9 * m.room.scales[i] + 1e-12);
+    m.room.weights[b.first_row] = 1 / std::max(give, 1e-9 * m.room.scales[b.first_row] + 1e-12);
     asked[b.first_row] = p.effort;
   }
 }

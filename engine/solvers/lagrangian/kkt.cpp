@@ -20,6 +20,8 @@ namespace {
 constexpr Real kRegular = 1e-8;
 /// A pivot this small, part of the mean diagonal, means a row that follows from others.
 constexpr Real kSingular = 1e-12;
+/// Rows that follow from others are known by pivots that grow with the weight: this many times.
+constexpr Real kProbe = 4;
 constexpr int kRefinements = 8;
 constexpr Real kExact = 2e-13;
 
@@ -54,23 +56,22 @@ void meet(Mechanism& m, const KktPattern::Meeting& k, const Vec3* w) {
     add_product<0>(w, j, stride, p.rows, q.rows, to, step_p, step_q);
 }
 
-/// The mean diagonal of J M^-1 J^T of each block.
+/// The diagonal of J M^-1 J^T: rows of lengths and rows of angles may be far apart in size.
 void find_scales(Mechanism& m) {
   const KktPattern& p = m.room.pattern;
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
     const Block& b = m.blocks[i];
     const Real* d = &m.room.values[p.diagonal[p.place[i]]];
-    Real sum = 0;
-    for (std::size_t r = 0; r < b.rows; ++r) sum += d[r * b.rows + r];
-    for (std::size_t k = 0; k < b.count; ++k) {
-      const std::uint32_t body = b.body[k];
-      if (body >= m.count() || p.hub_of[body] == UINT32_MAX) continue;
-      for (std::size_t r = 0; r < b.rows; ++r) {
+    for (std::size_t r = 0; r < b.rows; ++r) {
+      Real sum = d[r * b.rows + r];
+      for (std::size_t k = 0; k < b.count; ++k) {
+        const std::uint32_t body = b.body[k];
+        if (body >= m.count() || p.hub_of[body] == UINT32_MAX) continue;
         const Vec3* j = row_of(m, b, r, k);
         sum += glm::dot(j[0], j[0]) / m.mass[body] + glm::dot(j[1], m.room.give[body] * j[1]);
       }
+      m.room.scales[b.first_row + r] = sum;
     }
-    m.room.scales[i] = sum / b.rows;
   }
 }
 
@@ -116,16 +117,16 @@ void assemble(Mechanism& m) {
 }
 
 /// Cholesky of `sign` times a square block, lower part, reciprocals on the diagonal. Returns the
-/// number of pivots at or below `least`; those rows are cut out.
+/// number of pivots at or below `least` of the row's scale; those rows are cut out.
 template <int R>
-int decompose(Real* d, std::size_t rows, Real sign, Real least) {
+int decompose(Real* d, std::size_t rows, Real sign, const Real* scales, Real least) {
   const std::size_t n = R ? R : rows;
   int cut = 0;
   for (std::size_t c = 0; c < n; ++c) {
     Real pivot = sign * d[c * n + c];
     for (std::size_t k = 0; k < c; ++k) pivot -= d[c * n + k] * d[c * n + k];
     Real inverse = 0;  // cut out
-    if (pivot > least)
+    if (pivot > (scales ? least * scales[c] : 0))
       inverse = 1 / std::sqrt(pivot);
     else
       ++cut;
@@ -165,12 +166,13 @@ void take_off(const Real* yi, const Real* yj, std::size_t ni, std::size_t nj, st
 }
 
 template <int R>
-void eliminate(Mechanism& m, std::uint32_t at, Real sign, Real least, int& cut) {
+void eliminate(Mechanism& m, std::uint32_t at, Real sign, const Real* scales, Real least,
+               int& cut) {
   const KktPattern& p = m.room.pattern;
   Real* v = m.room.values.data();
   Real* d = v + p.diagonal[at];
   const std::size_t n = p.size[at];
-  cut = decompose<R>(d, n, sign, least);
+  cut = decompose<R>(d, n, sign, scales, least);
   const std::uint32_t from = p.first[at], to = p.first[at + 1];
   for (std::uint32_t i = from; i < to; ++i)
     divide<R>(d, n, v + p.offset[i], p.size[p.later[i]]);
@@ -231,61 +233,82 @@ void back_solve(Mechanism& m) {
   }
 }
 
-}  // namespace
-
-void factor(Mechanism& m, bool report) {
+/// Factors with this weight on the rows. False: a row of a tree follows from others.
+bool factor_weighted(Mechanism& m, Real weight) {
   MechanismRoom& room = m.room;
   const KktPattern& p = room.pattern;
   assemble(m);
   find_scales(m);
-  const std::size_t blocks = m.blocks.size();
-  bool regular = m.loops;
-  if (report) m.rank = m.rows;
   for (std::uint32_t at = 0; at < p.order.size(); ++at) {
     const std::uint32_t node = p.order[at];
     const std::size_t n = p.size[at];
     Real* d = &room.values[p.diagonal[at]];
     int cut = 0;
-    if (node >= blocks) {
-      eliminate<6>(m, at, -1, 0, cut);
+    if (node >= m.blocks.size()) {
+      eliminate<6>(m, at, -1, nullptr, 0, cut);
       continue;
     }
     const Block& b = m.blocks[node];
-    const Real scale = room.scales[node];
-    if (!bears(m, node)) {
-      for (std::size_t r = 0; r < n; ++r) d[r * n + r] = 1;
-    } else if (regular) {
-      for (std::size_t r = 0; r < n; ++r) d[r * n + r] += kRegular * scale;
+    const Real* scales = &room.scales[b.first_row];
+    for (std::size_t r = 0; r < n; ++r) {
+      if (bears(m, node)) d[r * n + r] += weight * scales[r];
+      else d[r * n + r] = 1;
+      d[r * n + r] += room.weights[b.first_row + r];
     }
-    for (std::size_t r = 0; r < n; ++r) d[r * n + r] += room.weights[b.first_row + r];
-    const Real least = regular ? 0.5 * kRegular * scale : kSingular * scale;
+    const Real least = weight > 0 ? 0.5 * weight : kSingular;
     switch (n) {
-      case 1: eliminate<1>(m, at, 1, least, cut); break;
-      case 3: eliminate<3>(m, at, 1, least, cut); break;
-      case 5: eliminate<5>(m, at, 1, least, cut); break;
-      default: eliminate<0>(m, at, 1, least, cut);
+      case 1: eliminate<1>(m, at, 1, scales, least, cut); break;
+      case 3: eliminate<3>(m, at, 1, scales, least, cut); break;
+      case 5: eliminate<5>(m, at, 1, scales, least, cut); break;
+      default: eliminate<0>(m, at, 1, scales, least, cut);
     }
-    if (!bears(m, node)) continue;
-    if (!regular && cut > 0) {  // a tree, but stretched out: as if it had loops from now on
-      m.loops = true;
-      if (report) m.faults.clear();
-      return factor(m, report);
-    }
-    if (!report) continue;
-    // A row that follows from others has little more than the weight that was put on it.
-    int dependent = cut;
-    for (std::size_t r = 0; r < n && regular; ++r) {
-      const Real inverse = room.values[p.diagonal[at] + r * n + r];
-      if (inverse != 0 && 1 < 10 * kRegular * scale * inverse * inverse) ++dependent;
-    }
-    m.rank -= static_cast<std::size_t>(dependent);
-    if (dependent > 0) {
-      MechanismFault f;
-      f.kind = MechanismFault::redundant, f.block = node, f.rows = dependent;
-      m.faults.push_back(f);
-    }
+    if (weight == 0 && cut > 0 && bears(m, node)) return false;
   }
   ++m.solves;
+  return true;
+}
+
+/// 1 / pivot of a row of the factor; 0: the row was cut out.
+Real inverse_pivot(const Mechanism& m, std::size_t block, std::size_t row) {
+  const KktPattern& p = m.room.pattern;
+  const Real root =
+      m.room.values[p.diagonal[p.place[block]] + row * m.blocks[block].rows + row];
+  return root * root;
+}
+
+/// Rank and redundant blocks, by the factor and that of kProbe times the weight in room.lack.
+void find_redundant(Mechanism& m) {
+  for (std::uint32_t i = 0; i < m.blocks.size(); ++i) {
+    if (!bears(m, i)) continue;
+    int dependent = 0;
+    for (std::size_t r = 0; r < m.blocks[i].rows; ++r) {
+      const Real now = inverse_pivot(m, i, r), probe = m.room.lack[m.blocks[i].first_row + r];
+      if (now == 0 || now * 2 > kProbe * probe) ++dependent;
+    }
+    if (dependent == 0) continue;
+    m.rank -= static_cast<std::size_t>(dependent);
+    MechanismFault f;
+    f.kind = MechanismFault::redundant, f.block = i, f.rows = dependent;
+    m.faults.push_back(f);
+  }
+}
+
+}  // namespace
+
+void factor(Mechanism& m, bool report) {
+  if (report) m.rank = m.rows, m.faults.clear();
+  if (!m.loops) {
+    if (factor_weighted(m, 0)) return;
+    m.loops = true;  // a tree, but stretched out: as if it had loops from now on
+  }
+  if (report) {
+    factor_weighted(m, kProbe * kRegular);
+    for (std::size_t i = 0; i < m.blocks.size(); ++i)
+      for (std::size_t r = 0; r < m.blocks[i].rows; ++r)
+        m.room.lack[m.blocks[i].first_row + r] = inverse_pivot(m, i, r);
+  }
+  factor_weighted(m, kRegular);
+  if (report) find_redundant(m);
 }
 
 namespace {

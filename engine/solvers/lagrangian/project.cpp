@@ -17,6 +17,16 @@ void move_bodies(Mechanism& m, std::span<const Vec3> way) {
   }
 }
 
+/// Solves for a correction, whose size is that of rounding in the end: what it lacks, part of that,
+/// says nothing about the joints.
+void correct(Mechanism& m) {
+  MechanismRoom& room = m.room;
+  const Real lack = room.worst_lack;
+  const std::uint32_t block = room.worst_lack_block;
+  solve(m, {}, room.right, room.correction, room.lambda);
+  room.worst_lack = lack, room.worst_lack_block = block;
+}
+
 }  // namespace
 
 Real rate_of(const Mechanism& m, const Block& b, std::size_t row) {
@@ -51,7 +61,7 @@ void project_twists(Mechanism& m, std::span<const Real> wanted) {
       const std::size_t row = m.blocks[i].first_row + r;
       room.right[row] = (wanted.empty() ? 0 : wanted[row]) - rate_of(m, m.blocks[i], r);
     }
-  solve(m, {}, room.right, room.correction, room.lambda);
+  correct(m);
   for (std::size_t b = 0; b < m.count(); ++b) {
     room.state.v[b] += room.correction[2 * b], room.state.w[b] += room.correction[2 * b + 1];
     room.placed[b].velocity = room.state.v[b], room.placed[b].spin = room.state.w[b];
@@ -74,7 +84,7 @@ bool project(const World& world, Mechanism& m, Real part, Real whole) {
     if (worst <= enough || round == kRounds || (round > 2 && worst > 0.5 * before)) break;
     before = worst;
     for (std::size_t r = 0; r < m.rows; ++r) room.right[r] = -room.c[r];
-    solve(m, {}, room.right, room.correction, room.lambda);
+    correct(m);
     move_bodies(m, room.correction);
   }
   project_twists(m, {});
