@@ -175,7 +175,7 @@ Problem bricard(const Json& file, const Json& one) {
   p.error = [](const World& at, const std::vector<Real>& row) {
     return glm::length(to_world(body(at, 3).pose, {0, 0, 0.5}) - Vec3(row[9], row[10], row[11]));
   };
-  p.divisions = 10, p.allowed = 1e-6, p.allowed_adaptive = 1e-7;
+  p.divisions = 20, p.allowed = 1e-5, p.allowed_adaptive = 1e-6;
   return p;
 }
 
@@ -227,12 +227,13 @@ Problem free_body(const Json& file, const Json& one) {
   return p;
 }
 
-/// The stretches that the crank can pass in one go; a missing row does not end one.
+/// The stretches that the crank can pass in one go. At a change point, which has no row, the
+/// branches of the file meet, and its names for them change places.
 std::vector<std::pair<std::size_t, std::size_t>> stretches(const Problem& p) {
   std::vector<std::pair<std::size_t, std::size_t>> found;
   std::size_t first = 0;
   for (std::size_t i = 1; i <= p.rows.size(); ++i)
-    if (i == p.rows.size() || p.at_step[i] - p.at_step[i - 1] > 2) {
+    if (i == p.rows.size() || p.at_step[i] - p.at_step[i - 1] > 1) {
       found.emplace_back(first, i);
       first = i;
     }
@@ -289,6 +290,28 @@ void four_bar(const Json& file, const Json& one, std::vector<Problem>& problems)
   }
 }
 
+/// The parallelogram through its change point: on as a parallelogram, which the file tells by its
+/// open branch before and its crossed branch after.
+void add_way_through(std::vector<Problem>& problems) {
+  const auto find = [&](const char* id) {
+    return *std::find_if(problems.begin(), problems.end(),
+                         [&](const Problem& p) { return p.id == id; });
+  };
+  Problem p = find("parallelogram_change_point_open_1");
+  const Problem after = find("parallelogram_change_point_crossed_2");
+  p.id = "parallelogram_through_change_point";
+  for (const auto& row : after.rows) {
+    p.rows.push_back(row);
+    p.at_step.push_back(static_cast<int>(std::lround((row[0] - p.rows[0][0]) / p.every)));
+  }
+  Keyframes& keys = std::get<Keyframes>(p.world.drives.values()[0].path);
+  const Real first = p.rows[0][0];
+  keys.keys.clear();
+  for (int i = 0; i <= p.at_step.back() + 1; ++i)
+    keys.keys.push_back({i * p.every, {Vec3(0), turn_by(Vec3(0, 0, first + i * p.every))}});
+  problems.push_back(std::move(p));
+}
+
 }  // namespace
 
 Joint hinge_about(Vec3 axis, Vec3 anchor_a, Vec3 anchor_b) {
@@ -315,6 +338,7 @@ std::vector<Problem> read_problems(const std::string& folder) {
   }
   const Json file = read(folder, "four_bar");
   for (const Json& one : file.at("cases")) four_bar(file, one, problems);
+  add_way_through(problems);
   return problems;
 }
 
