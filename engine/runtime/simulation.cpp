@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "engine/base/rotation.hpp"
+#include "engine/runtime/coupling.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "engine/solvers/procedural/procedural.hpp"
 
@@ -182,8 +183,9 @@ StepReport step_world(World& world, const StepSettings& settings, const Systems&
     run(Place::before_update);
     note_teleports(world, drawn_from);
     for_each_articulation(world.mechanisms.size(), settings.threads, [&](std::size_t i) {
-      lagrangian::step(world, world.mechanisms[i], h);
+      if (!is_coupled(world.mechanisms[i])) lagrangian::step(world, world.mechanisms[i], h);
     });
+    begin_coupled(world);
     for_each_articulation(all.size(), settings.threads,
                           [&](std::size_t i) { procedural::update(world, all[i], h); });
     watch.lap(clock.update);
@@ -195,10 +197,13 @@ StepReport step_world(World& world, const StepSettings& settings, const Systems&
     run(Place::before_adjust);
     for_each_articulation(all.size(), settings.threads, [&](std::size_t i) {
       all[i].lost = Entity{};
-      if (!all[i].mutual) procedural::adjust(world, all[i], h, all[i].lost);
+      if (!all[i].mutual && !steps_coupled(world, i))
+        procedural::adjust(world, all[i], h, all[i].lost);
     });
+    step_coupled(world, h);
     adjust_mutual(world, settings.threads, h);
-    if (!world.mechanisms.empty()) procedural::tell_reactions(world, h);
+    settle_mutual(world, h);
+    if (!world.mechanisms.empty()) procedural::tell_pressures(world);
     watch.lap(clock.adjust);
     world.time += h;
   }

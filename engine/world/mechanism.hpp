@@ -9,6 +9,7 @@
 #include "engine/base/math.hpp"
 #include "engine/joints/rows.hpp"
 #include "engine/world/articulation.hpp"
+#include "engine/world/body.hpp"
 #include "engine/world/entity.hpp"
 #include "engine/world/settings.hpp"
 
@@ -61,20 +62,22 @@ struct Pulling {
 
 /// A point where a pin or a string ties the mechanism to an articulation of another solver.
 ///
-/// The mechanism moves first, then the articulation follows the point and tells the impulse that
-/// this took: the mechanism owes it. In its next step it is given what it owes, on a body of its own
-/// at that point with the articulation's mass, so that it feels at once what its own motion
-/// will cost; what such a guess takes too much or too little is owed again. Momentum is late by one
-/// step, and never lost: momentum of all bodies + debts = constant.
+/// The mechanism moves as if the articulation were a point of its mass there, pushed by `asked`;
+/// then the articulation follows the point and tells the impulse that this took. Both are done again
+/// until that is what the mechanism was given. See step_coupled.
 struct Hanging {
-  BlockKind kind = BlockKind::pin;  // or string
-  std::uint32_t source = 0;         // slot in its store
+  BlockKind kind = BlockKind::pin;    // or string
+  std::uint32_t source = 0;           // slot in its store
   std::uint32_t body = 0, guess = 0;  // in the mechanism: where it hangs, and the body of its mass
-  Vec3 anchor{0};                   // in the body
-  Real mass = 0;                    // kg
-  Vec3 force{0};                    // N on the mechanism in the last step
-  Vec3 debt{0};                     // N s
-  Vec3 start{0};                    // m/s, of the point at the start of this step
+  Vec3 anchor{0};                     // in the body
+  Real mass = 0;                      // kg
+  Vec3 force{0};                      // N on the mechanism, mean over the last step
+  Vec3 asked{0};                      // N s, on the point mass
+  Vec3 debt{0};                       // N s, what is left of the last step
+  // Within a step:
+  Vec3 given{0}, lack{0}, start{0};   // N s; N s; m/s of the point
+  Real relax = 1;
+  bool taut = false;
 };
 
 /// A body that the mechanism does not move: the world, a fixed or driven body, a pin's place.
@@ -187,10 +190,19 @@ struct Mechanism {
   Entity lost;
   Real residual = 0;          // worst of C after the step
   int solves = 0, parts = 0, iterations = 0, events = 0;
+  int rounds = 0;  // with what hangs on it
 
   Scratch<MechanismRoom> room;
 
   std::size_t count() const { return bodies.size(); }
+};
+
+/// Room for taking the steps of what hangs together again; see step_coupled.
+struct CouplingRoom {
+  std::vector<Articulation> articulations;
+  std::vector<Mechanism> mechanisms;
+  std::vector<std::vector<Body>> bodies;
+  std::vector<std::uint8_t> hanging;
 };
 
 /// The link, pin, string or ratio that a block comes from.

@@ -130,7 +130,7 @@ void add_mechanism(Hash& hash, const Mechanism& m) {
   for (const auto* list : {&m.accelerations, &m.lagged, &m.owed})
     for (Vec3 v : *list) hash.add(v);
   for (const Effort& e : m.efforts) hash.add(e.before);
-  for (const Hanging& h : m.hangings) hash.add(h.force), hash.add(h.debt), hash.add(h.mass);
+  for (const Hanging& h : m.hangings) hash.add(h.force), hash.add(h.asked), hash.add(h.debt);
   hash.add(m.fresh), hash.add(m.try_step);
 }
 

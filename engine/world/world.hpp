@@ -53,6 +53,7 @@ struct World {
   std::vector<Contact> contacts;         // of the last step, in order of bodies and keys
   Scratch<TouchRoom> touch_room;
   Scratch<ContactSearch> search;         // for contacts
+  Scratch<CouplingRoom> coupling;
   std::vector<std::uint32_t> kinematic;  // slots of bodies that joints do not move
   std::uint64_t built_for = 0;           // structure() at the last build
   std::uint64_t touched = 1;

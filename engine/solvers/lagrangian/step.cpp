@@ -23,20 +23,20 @@ void gather_hangings(Mechanism& m, Real h) {
     s.x[n] = s.x[g.body] + arm, s.q[n] = kNoTurn;
     s.v[n] = s.v[g.body] + glm::cross(s.w[g.body], arm), s.w[n] = Vec3(0);
     // Of what hangs slack, nothing is felt.
-    const bool slack = g.kind == BlockKind::string && g.force == Vec3(0);
+    const bool slack = g.kind == BlockKind::string && !g.taut;
     m.mass[n] = (slack ? 1e-6 : 1) * g.mass;
     m.inertia[n] = Vec3(m.mass[n]);
-    m.room.applied[2 * n] = g.debt / h;
+    m.room.applied[2 * n] = g.asked / h;
     m.room.applied[2 * n + 1] = Vec3(0);
     g.start = s.v[n];
   }
 }
 
-/// What the mechanism was given at the points where something hangs: not owed any more.
-void settle_hangings(Mechanism& m, Real h) {
+/// What the mechanism was given at the points where something hangs.
+void settle_hangings(Mechanism& m) {
   for (Hanging& g : m.hangings) {
     const Vec3 change = m.room.state.v[g.guess] - g.start;
-    g.debt -= h * m.room.applied[2 * g.guess] - m.mass[g.guess] * change;
+    g.given = g.asked - m.mass[g.guess] * change;
   }
 }
 
@@ -407,7 +407,7 @@ void step(World& world, Mechanism& m, Real h) {
     m.fresh = true;
     return;
   }
-  settle_hangings(m, h);
+  settle_hangings(m);
   std::fill(m.owed.begin(), m.owed.end(), Vec3(0));
   count_turns(world, m, false);
   write_back(world, m);

@@ -33,8 +33,9 @@ void iterate_mutual(World& world, Real h);
 bool end_pass(World& world, Articulation& a, Real h);
 bool finish_passes(World& world, Articulation& a, Real h, Entity& lost);
 
-/// After all articulations are adjusted: what they pulled and pressed on bodies of mechanisms over
-/// the step of `h` seconds becomes Hanging::force and Mechanism::owed.
-void tell_reactions(World& world, Real h);
+/// What an adjusted articulation pulled on mechanisms over the step: Hanging::force.
+void tell_pulls(World& world, Articulation& a, Real h);
+/// What all pressed on them by contacts: Mechanism::owed, for the next step.
+void tell_pressures(World& world);
 
 }  // namespace pantin::procedural

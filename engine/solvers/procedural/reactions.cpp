@@ -42,7 +42,24 @@ struct Reactions {
   bool others = false;  // holders that are no mechanism's
 };
 
-void tell(World& world, Articulation& a, Real h) {
+/// What an articulation presses on mechanisms is felt in their next step.
+void press(World& world, const Articulation& a) {
+  for (const Touch& t : a.room.touches) {
+    const Contact& c = world.contacts[t.contact];
+    if (t.side < 0 || !c.active || !world.is_exact(c.slot_b)) continue;
+    for (Mechanism& m : world.mechanisms)
+      for (std::size_t b = 0; b + m.hangings.size() < m.count(); ++b) {
+        if (m.slots[b] != c.slot_b) continue;
+        const Body& body = world.bodies.values()[c.slot_b];
+        m.owed[2 * b] -= c.force;
+        m.owed[2 * b + 1] -= glm::cross(body.pose.rotation * c.point_b, c.force);
+      }
+  }
+}
+
+}  // namespace
+
+void tell_pulls(World& world, Articulation& a, Real h) {
   const Real to_force = 1 / (a.force_share * h * h);
   Reactions r;
   const auto hold = [&](BlockKind kind, std::uint32_t source, Vec3 force) {
@@ -53,7 +70,6 @@ void tell(World& world, Articulation& a, Real h) {
       return;
     }
     g->force = -force, g->mass = a.mass;
-    g->debt += h * g->force;
     r.told[r.count++] = g, r.sizes += glm::length(force);
   };
   for (const Tree& t : a.trees)
@@ -70,19 +86,8 @@ void tell(World& world, Articulation& a, Real h) {
     const Vec3 on_a = span > 0 ? to_force * cord.load / span * to_b : Vec3(0);
     hold(BlockKind::string, cord.string, cord.column_a != UINT32_MAX ? on_a : -on_a);
   }
-  for (const Touch& t : a.room.touches) {
-    const Contact& c = world.contacts[t.contact];
-    if (t.side < 0 || !c.active) continue;
-    r.sum += c.force, r.others = true;
-    if (!world.is_exact(c.slot_b)) continue;
-    for (Mechanism& m : world.mechanisms)
-      for (std::size_t b = 0; b + m.hangings.size() < m.count(); ++b) {
-        if (m.slots[b] != c.slot_b) continue;
-        const Body& body = world.bodies.values()[c.slot_b];
-        m.owed[2 * b] -= c.force;
-        m.owed[2 * b + 1] -= glm::cross(body.pose.rotation * c.point_b, c.force);
-      }
-  }
+  for (const Touch& t : a.room.touches)
+    r.others = r.others || (t.side > 0 && world.contacts[t.contact].active);
   if (r.count == 0 || r.others) return;
   Vec3 momentum(0);
   for (std::size_t c = 0; c < a.count(); ++c)
@@ -92,17 +97,12 @@ void tell(World& world, Articulation& a, Real h) {
   for (std::size_t i = 0; i < r.count; ++i) {
     const Real part = r.sizes > 0 ? glm::length(r.told[i]->force) / r.sizes
                                   : Real(1) / static_cast<Real>(r.count);
-    r.told[i]->force -= part * lack, r.told[i]->debt -= h * part * lack;
+    r.told[i]->force -= part * lack;
   }
 }
 
-}  // namespace
-
-void tell_reactions(World& world, Real h) {
-  bool any = false;
-  for (const Mechanism& m : world.mechanisms) any = any || !m.hangings.empty();
-  if (!any && world.contacts.empty()) return;
-  for (Articulation& a : world.articulations) tell(world, a, h);
+void tell_pressures(World& world) {
+  for (const Articulation& a : world.articulations) press(world, a);
 }
 
 }  // namespace pantin::procedural
