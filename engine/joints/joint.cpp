@@ -32,10 +32,14 @@ bool joint_kind_from_name(const char* name, JointKind& kind) {
 Quat allowed_by_kind(JointKind kind, Quat q) {
   switch (kind) {
     case JointKind::hinge:
+    case JointKind::cylindrical:
+    case JointKind::screw:
+    case JointKind::planar:
       return hinged(twist_of(q));
     case JointKind::universal:
       return turn_of(universal_angles(q));
     case JointKind::fixed:
+    case JointKind::prismatic:
       return Quat(1, 0, 0, 0);
     default:
       break;
@@ -47,6 +51,9 @@ Quat allowed_turn(const Joint& joint, Quat q) {
   const JointLimits& limits = joint.limits;
   switch (joint.kind) {
     case JointKind::hinge:
+    case JointKind::cylindrical:
+    case JointKind::screw:
+    case JointKind::planar:
       return hinged(clamped(limits.turn, twist_of(q)));
     case JointKind::universal: {
       const UniversalAngles at = universal_angles(q);
@@ -54,6 +61,7 @@ Quat allowed_turn(const Joint& joint, Quat q) {
                                      clamped(limits.second, at.second)});
     }
     case JointKind::fixed:
+    case JointKind::prismatic:
       return Quat(1, 0, 0, 0);
     default:
       break;

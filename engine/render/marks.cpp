@@ -70,7 +70,8 @@ void add_joint_rings(const Scene& scene, Pen& pen) {
         !scene.place(link.b, link.joint.anchor_b, b) || !pen.sees(a) || !pen.sees(b))
       continue;
     const Vec3 gap = pen.eye().project(b) - pen.eye().project(a);
-    if (std::hypot(gap.x, gap.y) > 0.5) pen.line(a, b, 2 * pen.fine(), ink::kOpenJoint);
+    const bool meets = holds_point(link.joint.kind);  // others have their own lines
+    if (meets && std::hypot(gap.x, gap.y) > 0.5) pen.line(a, b, 2 * pen.fine(), ink::kOpenJoint);
     pen.ring(a, std::max(4.0, pen.eye().height / 110.0), pen.fine(), ink::kJoint);
   }
 }
@@ -257,11 +258,17 @@ void add_marks(const Scene& scene, Pen& pen) {
 }
 
 std::vector<LegendEntry> overlay_legend(const World& world) {
-  bool ranges = false, axes = false, locks = false;
+  bool ranges = false, axes = false, locks = false, slides = false, springs = false, rods = false,
+       stops = false;
   const auto is_lock = [](const AngleLimit& l) { return l.on && !(l.high > l.low); };
   for (const Link& link : world.links.values()) {
     const JointLimits& limits = link.joint.limits;
     ranges |= limits.any();
+    slides |= link.joint.kind == JointKind::cylindrical || link.joint.kind == JointKind::prismatic ||
+              link.joint.kind == JointKind::screw;
+    rods |= link.joint.kind == JointKind::distance;
+    springs |= link.joint.kind == JointKind::spring;
+    stops |= limits.any() || link.joint.extras->travel.on;
     axes |= link.joint.kind == JointKind::hinge || link.joint.kind == JointKind::universal;
     locks |= link.joint.kind == JointKind::fixed || is_lock(limits.turn) ||
              is_lock(limits.second) ||
@@ -273,6 +280,9 @@ std::vector<LegendEntry> overlay_legend(const World& world) {
   };
   name(!world.links.empty(), ink::kJoint, "ring: joint");
   name(axes, ink::kHinge, "line: hinge axis");
+  name(slides, ink::kTie, "line: slides along it");
+  name(rods, ink::kTie, "line: distance kept");
+  name(springs, ink::kTie, "zigzag: spring");
   name(ranges, ink::kRange, "fan, arc: range of a joint");
   name(locks, ink::kLocked, "square: locked");
   name(!world.strings.empty(), ink::kSlack, "curve: slack string");
@@ -286,7 +296,7 @@ std::vector<LegendEntry> overlay_legend(const World& world) {
   const auto warn = [&](bool present, const char* text) {
     if (present) red += (red.empty() ? "red: " : ", ") + std::string(text);
   };
-  warn(ranges, "at a stop");
+  warn(stops, "at a stop");
   warn(!world.pins.empty(), "out of reach");
   warn(!world.pose_drives.empty(), "at full strength");
   name(!red.empty(), ink::kWarning, red);

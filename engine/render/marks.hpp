@@ -18,6 +18,7 @@ inline constexpr Vec3 kPin{0.98, 0.78, 0.12}, kSlack{1.0, 0.55, 0.10};
 inline constexpr Vec3 kRange{0.66, 0.50, 1.0}, kHinge{0.80, 0.86, 0.92}, kLocked{0.72, 0.74, 0.80};
 inline constexpr Vec3 kContact{0.45, 0.95, 0.30}, kNear{0.55, 0.62, 0.50}, kSlide{1.0, 0.95, 0.75};
 inline constexpr Vec3 kMuscle{0.98, 0.45, 0.80};
+inline constexpr Vec3 kTie{0.05, 0.60, 0.42};  // what joints slide along, distances, springs
 inline constexpr Vec3 kWarning{1.0, 0.25, 0.15};  // at a stop, out of reach, at full strength
 }  // namespace ink
 
@@ -73,7 +74,8 @@ void add_marks(const Scene& scene, Pen& pen);
 
 /// How far joints may turn and where they stand: sectors of hinges and universal joints, cones of
 /// ball joints with an arc for the twist, in the warning colour where they are at a stop; axes of
-/// hinges; squares at what is locked. Two thirds of the smaller body in size.
+/// hinges; squares at what is locked; lines that joints slide along, lines and zigzags of distances
+/// and springs. Two thirds of the smaller body in size.
 void add_turn_marks(const Scene& scene, Pen& pen);
 
 /// The length that marks at a joint are given, m; 0 where they would be too small to read.

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 
 #include "engine/base/rotation.hpp"
 #include "engine/render/marks.hpp"
@@ -131,6 +132,43 @@ void add_twist(Pen& pen, const Marked& m, const SwingTwist& at) {
   pen.line(m.at, middle, pen.fine(), ink::kRange);
 }
 
+/// The line that a joint slides along, with a dash across each end of its travel, and b's anchor on
+/// it; in the warning colour where it is at a stop.
+void add_slide(Pen& pen, const Marked& m, Vec3 other) {
+  constexpr Real kNear = 1e-3;  // part of the mark's size
+  const Vec3 axis = m.a * kX, side = 0.15 * m.size * (m.a * kY);
+  const AngleLimit& travel = m.joint.extras->travel;
+  const Real along = glm::dot(other - m.at, axis);
+  const bool at_stop = travel.on && (along - travel.low < kNear * m.size ||
+                                     travel.high - along < kNear * m.size);
+  const Real low = travel.on ? travel.low : std::min(along, Real(0)) - 0.45 * m.size;
+  const Real high = travel.on ? travel.high : std::max(along, Real(0)) + 0.45 * m.size;
+  pen.line(m.at + low * axis, m.at + high * axis, 1.8 * pen.fine(), ink::kTie);
+  for (Real end : {low, high})
+    if (travel.on)
+      pen.line(m.at + end * axis - side, m.at + end * axis + side, 1.4 * pen.fine(),
+               colour_of(at_stop));
+  pen.dot(m.at + along * axis, 2.4 * pen.fine(), travel.on ? colour_of(at_stop) : ink::kTie);
+}
+
+/// From anchor to anchor: a straight line, or the zigzag of a spring.
+void add_line(Pen& pen, const Marked& m, Vec3 other) {
+  const Vec3 way = other - m.at;
+  const Real length = glm::length(way);
+  if (m.joint.kind == JointKind::distance || length <= 0)
+    return pen.line(m.at, other, 1.4 * pen.fine(), ink::kTie);
+  constexpr int kTurns = 6;
+  Vec3 side = glm::cross(way, pen.eye().forward);
+  if (glm::length(side) < 1e-3 * length) side = glm::cross(way, pen.eye().up);
+  side *= std::min(0.15 * m.size, 0.2 * length) / glm::length(side);
+  std::vector<Vec3> points{m.at, m.at + 0.15 * way};
+  for (int i = 0; i < 2 * kTurns; ++i)
+    points.push_back(m.at + (0.15 + 0.7 * (i + 0.5) / (2 * kTurns)) * way +
+                     (i % 2 == 0 ? side : -side));
+  points.push_back(m.at + 0.85 * way), points.push_back(other);
+  pen.path(points, 1.4 * pen.fine(), ink::kTie);
+}
+
 void add_ball(Pen& pen, const Marked& m) {
   const JointLimits& limits = m.joint.limits;
   const SwingTwist at = swing_twist(m.turn);
@@ -168,7 +206,19 @@ void add_turn_marks(const Scene& scene, Pen& pen) {
       case JointKind::fixed:
         add_lock(pen, m);
         break;
-      default:
+      case JointKind::cylindrical:
+      case JointKind::prismatic:
+      case JointKind::screw:
+        add_slide(pen, m, other);
+        break;
+      case JointKind::planar:
+        add_axis(pen, m, m.a * kX);
+        break;
+      case JointKind::distance:
+      case JointKind::spring:
+        add_line(pen, m, other);
+        break;
+      case JointKind::custom:
         break;
     }
   }

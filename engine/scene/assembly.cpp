@@ -8,6 +8,7 @@
 
 #include "engine/base/rotation.hpp"
 #include "engine/scene/place.hpp"
+#include "engine/scene/read.hpp"
 #include "engine/scene/utf8.hpp"
 
 namespace pantin {
@@ -54,6 +55,7 @@ class Bench {
     for (const DriveRecipe& drive : group_.drives) add_drive(drive);
     for (const ChainRecipe& chain : group_.chains) add_joints_of(chain);
     for (const JointRecipe& joint : group_.joints) add_joint(joint);
+    for (const RatioRecipe& ratio : group_.ratios) add_ratio(ratio);
     for (const StringRecipe& string : group_.strings) add_string(string);
     for (const PinRecipe& pin : group_.pins) add_pin(pin);
     return std::move(made_);
@@ -67,7 +69,7 @@ class Bench {
         if (!x.name.empty()) own_names_.insert(x.name);
     };
     note(group_.bodies), note(group_.instances), note(group_.chains);
-    note(group_.joints), note(group_.strings), note(group_.pins);
+    note(group_.joints), note(group_.ratios), note(group_.strings), note(group_.pins);
     for (const GridRecipe& grid : group_.grids) own_names_.insert(grid.each.name);
   }
 
@@ -92,7 +94,8 @@ class Bench {
     Count count;
     count.bodies = static_cast<Real>(group_.bodies.size());
     count.links =
-        static_cast<Real>(group_.joints.size() + group_.strings.size() + group_.pins.size());
+        static_cast<Real>(group_.joints.size() + group_.ratios.size() + group_.strings.size() +
+                          group_.pins.size());
     bool good = true;
     const auto add = [&](const InstanceRecipe& instance, Real copies) {
       const Assembly* part = shop_.prefab(instance.prefab);
@@ -135,7 +138,8 @@ class Bench {
       return false;
     };
     return check(count.bodies, shop_.bodies, shop_.limits.bodies, "bodies") &&
-           check(count.links, shop_.links, shop_.limits.links, "joints, strings and pins") &&
+           check(count.links, shop_.links, shop_.limits.links,
+                 "joints, ratios, strings and pins") &&
            check(count.parts, shop_.parts, shop_.limits.parts, "shapes and keyframes");
   }
 
@@ -214,6 +218,7 @@ class Bench {
   void copy(const Assembly& part, const InstanceRecipe& instance, const std::string& prefix,
             const Pose& at, Real ahead) {
     const auto first = static_cast<std::uint32_t>(made_.bodies.size());
+    const auto first_joint = static_cast<std::uint32_t>(made_.joints.size());
     const auto moved_place = [&](std::uint32_t body) {
       return body == kWorldBody ? kWorldBody : first + body;
     };
@@ -242,6 +247,9 @@ class Bench {
                          moved_axes(j.b, j.joint.frames.b()));
       if (j.drive) p.drive = hastened(*j.drive, ahead);
     }
+    for (const PlacedRatio& r : part.ratios)
+      made_.ratios.push_back(
+          {prefix + r.name, r.at, first_joint + r.first, first_joint + r.second, r.ratio});
     for (const PlacedString& s : part.strings)
       made_.strings.push_back(
           {prefix + s.name,
@@ -306,7 +314,66 @@ class Bench {
     if (!a || !b || !can_tie(recipe.at, recipe.a, recipe.b, *a, *b)) return;
     PlacedJoint placed{name_for(recipe.name, recipe.a, recipe.b), recipe.at, *a, *b,
                        joint_of(made_, recipe, *a, *b), recipe.turn.drive};
+    if (recipe.turn.is_line() && !(placed.joint.extras->length > 0) && !recipe.turn.length)
+      shop_.complaints.refuse(recipe.at, "found " + a_joint(placed.joint.kind) +
+                                             " whose ends start at one point, expected a "
+                                             "\"length\"");
     made_.joints.push_back(std::move(placed));
+  }
+
+  /// The place of a named joint; complains and returns nothing if there is none.
+  std::optional<std::uint32_t> look_up_joint(const Reference& reference) {
+    if (joint_of_.size() != made_.joints.size())
+      for (std::uint32_t i = 0; i < made_.joints.size(); ++i)
+        joint_of_.emplace(made_.joints[i].name, i);
+    const auto it = joint_of_.find(std::string(reference.name));
+    if (it != joint_of_.end()) return it->second;
+    for (const std::string& name : broken_)
+      if (reference.name.starts_with(name + "/")) return std::nullopt;
+    std::vector<std::string_view> names;
+    if (shop_.complaints.refused() < kHintsEnough)
+      for (const PlacedJoint& j : made_.joints) names.push_back(j.name);
+    shop_.complaints.refuse_value(reference.at,
+                                  "the name of a joint" + hint(reference.name, names));
+    return std::nullopt;
+  }
+
+  /// Whether a ratio counts the slide of a joint: as the file says, or the one freedom it has.
+  /// Complains of a joint that cannot move so.
+  bool slides(const std::optional<bool>& asked, std::uint32_t joint, NodeId at) {
+    const JointKind kind = made_.joints[joint].joint.kind;
+    const bool turns = kind == JointKind::hinge || kind == JointKind::cylindrical ||
+                       kind == JointKind::screw;
+    const bool can_slide = kind == JointKind::prismatic || kind == JointKind::cylindrical ||
+                           kind == JointKind::screw;
+    const bool slides = asked.value_or(can_slide && !turns);
+    if (slides ? can_slide : turns) return slides;
+    shop_.complaints.refuse(
+        at, "found the " + std::string(slides ? "slide" : "turn") + " of " + a_joint(kind) +
+                ", expected a joint that " +
+                (slides ? "slides: cylindrical, prismatic or screw"
+                        : "turns about one axis: hinge, cylindrical or screw"));
+    return slides;
+  }
+
+  void add_ratio(const RatioRecipe& recipe) {
+    const auto first = look_up_joint(recipe.first), second = look_up_joint(recipe.second);
+    if (!first || !second) return;
+    if (*first == *second) {
+      shop_.complaints.refuse_value(recipe.second.at, "another joint than the first");
+      return;
+    }
+    PlacedRatio placed{name_for(recipe.name, recipe.first, recipe.second), recipe.at, *first,
+                       *second, {}};
+    Ratio& r = placed.ratio;
+    r.slides_first = slides(recipe.slides_first, *first, recipe.first.at);
+    r.slides_second = slides(recipe.slides_second, *second, recipe.second.at);
+    r.ratio = recipe.ratio, r.has_offset = recipe.offset.has_value();
+    r.offset = recipe.offset.value_or(0) * (recipe.in_degrees ? kPi / 180 : 1);
+    if (recipe.in_degrees && r.slides_second)
+      shop_.complaints.refuse(recipe.at,
+                              "found \"offset_deg\" of a slide, expected \"offset\" in m");
+    made_.ratios.push_back(std::move(placed));
   }
 
   void add_joints_of(const ChainRecipe& chain) {
@@ -337,7 +404,7 @@ class Bench {
     for (std::uint32_t i = 1; i < links; ++i) tie(i - 1, i, chain.turn.drive);
     if (chain.closed) {
       // Of a joint that closes a loop only the point is held, so it claims no more.
-      joint.kind = JointKind::ball, joint.limits = {};
+      joint.kind = JointKind::ball, joint.limits = {}, joint.extras = {};
       tie(links - 1, 0, std::nullopt);
     }
     attach(chain.end_attach, "end",
@@ -429,6 +496,7 @@ class Bench {
   const Group& group_;
   Assembly made_;
   std::unordered_map<std::string, std::uint32_t> place_of_;  // bodies by name
+  std::unordered_map<std::string, std::uint32_t> joint_of_;  // joints by name, once asked for
   std::unordered_map<const InstanceRecipe*, const Assembly*> prefab_of_;
   std::set<std::string> own_names_;
   std::vector<std::string> broken_;

@@ -30,6 +30,13 @@ struct PlacedJoint {
   std::optional<PoseDrive> drive{};
 };
 
+struct PlacedRatio {
+  std::string name;
+  NodeId at = kNoNode;
+  std::uint32_t first = 0, second = 0;  // places in Assembly::joints
+  Ratio ratio;
+};
+
 struct PlacedString {
   std::string name;
   NodeId at = kNoNode;
@@ -55,11 +62,12 @@ struct PlacedDrive {
 struct Assembly {
   std::vector<PlacedBody> bodies;
   std::vector<PlacedJoint> joints;
+  std::vector<PlacedRatio> ratios;
   std::vector<PlacedString> strings;
   std::vector<PlacedPin> pins;
   std::vector<PlacedDrive> drives;
 
-  std::size_t links() const { return joints.size() + strings.size() + pins.size(); }
+  std::size_t links() const { return joints.size() + ratios.size() + strings.size() + pins.size(); }
   Pose pose_of(std::uint32_t body) const {
     return body == kWorldBody ? Pose{} : bodies[body].body.pose;
   }
@@ -87,9 +95,18 @@ ChainCourse course_of(const ChainRecipe& chain);
 /// kinds have x along the chain and y along its z.
 Quat chain_axes(JointKind kind);
 
+/// Which solver moves each body that is dynamic: that of the first body, among all that joints and
+/// ratios tie together, that names one.
+std::vector<Solver> solvers_of(const Assembly& assembly, Solver otherwise);
+
+/// Complains of joints and ratios that the solver of their bodies does not know.
+void refuse_unsolved(const Assembly& assembly, const std::vector<Solver>& solvers,
+                     const JsonDocument& json, Complaints& complaints);
+
 /// Warns of what will run but hardly as meant: mass ratios, pins out of reach, strings too short,
 /// joints that start open or beyond their limits, or that close a loop and are more than a ball.
-void warn_of_structure(const Assembly& assembly, Complaints& complaints);
+void warn_of_structure(const Assembly& assembly, const std::vector<Solver>& solvers,
+                       Complaints& complaints);
 
 /// Fills the World of a scene.
 void build_world(const Assembly& assembly, World& world);

@@ -20,10 +20,13 @@ inline constexpr K kScene{"$schema",  "version",   "title",       "gravity", "st
                           "substeps", "duration",  "drift_bound", "solver",  "materials",
                           "bodies",   "joints",    "strings",     "pins",    "drives",
                           "prefabs",  "instances", "generators",  "camera",  "light",
-                          "ground",   "output",    "collision",   "collision_groups"};
+                          "ground",   "output",    "collision",   "collision_groups",
+                          "ratios"};
 inline constexpr K kSolver{"type",    "turn_stiffness",  "calm_angle_deg", "reservoir_time",
                            "rounds",  "tolerance",       "stall_drop",     "tension_stiffness",
-                           "limiter", "paper_reluctance", "passes",          "rest_speed"};
+                           "limiter", "paper_reluctance", "passes",        "rest_speed",
+                           "integrator", "stabilisation", "baumgarte",     "step_tolerance",
+                           "damping_ratio"};
 inline constexpr K kMaterial{"name", "colour", "roughness", "metallic"};
 inline constexpr K kBody{
     "name",         "shape",    "shapes",           "material", "density",
@@ -45,11 +48,20 @@ inline constexpr K kHeightField{"type",     "columns",  "rows",         "spacing
 inline constexpr K kCollision{"friction", "restitution", "groups", "with", "others", "self"};
 inline constexpr K kJoint{"name",     "type",     "kind",     "a",      "b",        "anchor",
                           "anchor_a", "anchor_b", "axis",     "across", "axis_a",   "across_a",
-                          "axis_b",   "across_b", "rest",     "rest_deg", "limits", "drive"};
+                          "axis_b",   "across_b", "rest",     "rest_deg", "limits", "drive",
+                          "point_a",  "point_b",  "length",   "pitch",    "stiffness", "damping",
+                          "spring",   "friction", "motor",    "turn",     "slide"};
 inline constexpr K kLimits{"angle",     "angle_deg", "twist", "twist_deg", "cone",
                            "cone_deg",  "swing",     "swing_deg", "first", "first_deg",
-                           "second",    "second_deg", "soft"};
+                           "second",    "second_deg", "soft",  "travel",    "restitution"};
 inline constexpr K kSoft{"zone", "zone_deg", "stiffness", "damping"};
+inline constexpr K kSpring{"stiffness", "damping", "rest", "rest_deg"};
+inline constexpr K kFriction{"viscous", "dry", "slip"};
+inline constexpr K kMotor{"velocity", "velocity_deg", "position", "position_deg",
+                          "gain",     "damping",      "cap"};
+inline constexpr K kFreedom{"spring", "friction", "motor"};
+inline constexpr K kRatio{"name",  "first",  "first_moves", "second", "second_moves",
+                          "ratio", "offset", "offset_deg"};
 inline constexpr K kPoseDrive{"target",  "target_deg", "angle", "angle_deg", "stiffness",
                               "damping", "max_torque", "keys",  "loop"};
 inline constexpr K kPoseKey{"time", "target", "target_deg", "angle", "angle_deg"};
@@ -62,7 +74,7 @@ inline constexpr K kKeyframe{"time", "position", "rotation", "rotation_deg"};
 inline constexpr K kLissajous{"centre",   "amplitude",      "frequency",      "phase_deg",
                               "turn_deg", "turn_frequency", "turn_phase_deg", "rise"};
 inline constexpr K kPrefab{"name", "bodies", "joints",    "strings",
-                           "pins", "drives", "instances", "generators"};
+                           "pins", "drives", "instances", "generators", "ratios"};
 inline constexpr K kInstance{"name",         "prefab",      "position", "rotation",
                              "rotation_deg", "time_offset", "solver"};
 inline constexpr K kGenerators{"chains", "grids", "stairs"};
@@ -80,7 +92,9 @@ inline constexpr K kChain{"name",       "links",
                           "solver",     "collision",
                           "path",       "closed",
                           "kind",       "axis",
-                          "limits",     "drive"};
+                          "limits",     "drive",
+                          "spring",     "friction",
+                          "motor"};
 inline constexpr K kGrid{"name",     "prefab",       "count",       "spacing", "position",
                          "rotation", "rotation_deg", "time_offset", "solver"};
 inline constexpr K kStairs{"name",     "count",    "width",        "rise",     "run",
@@ -92,7 +106,7 @@ inline constexpr K kOutput{"size", "fps"};
 
 }  // namespace keys
 
-inline constexpr std::array<KeySet, 32> kKeySets{{
+inline constexpr std::array<KeySet, 37> kKeySets{{
     {"scene", keys::kScene},
     {"solver", keys::kSolver},
     {"material", keys::kMaterial},
@@ -108,6 +122,11 @@ inline constexpr std::array<KeySet, 32> kKeySets{{
     {"joint", keys::kJoint},
     {"limits", keys::kLimits},
     {"soft", keys::kSoft},
+    {"spring", keys::kSpring},
+    {"friction", keys::kFriction},
+    {"motor", keys::kMotor},
+    {"freedom", keys::kFreedom},
+    {"ratio", keys::kRatio},
     {"pose_drive", keys::kPoseDrive},
     {"pose_key", keys::kPoseKey},
     {"string", keys::kString},

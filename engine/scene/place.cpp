@@ -47,6 +47,17 @@ void place_anchors(const Assembly& assembly, const JointRecipe& recipe, std::uin
   if (!recipe.anchor_b) joint.anchor_b = from_scene(assembly, b, point);
 }
 
+/// The ends of a kind that is a line, and its length where the file names none.
+void place_line(const Assembly& assembly, const JointRecipe& recipe, std::uint32_t a,
+                std::uint32_t b, Joint& joint) {
+  joint.anchor_a = anchor_of(assembly, a, {recipe.point_a, recipe.anchor_a});
+  joint.anchor_b = anchor_of(assembly, b, {recipe.point_b, recipe.anchor_b});
+  const Vec3 line = to_scene(assembly, b, joint.anchor_b) - to_scene(assembly, a, joint.anchor_a);
+  JointExtras& extras = joint.extras.edit();
+  extras.length = recipe.turn.length.value_or(glm::length(line));
+  if (joint.kind == JointKind::spring) extras.slide.spring.rest = extras.length;
+}
+
 /// Both frames, such that b's axes stand in a's at the start as the recipe says.
 void place_axes(const Assembly& assembly, const JointRecipe& recipe, std::uint32_t a,
                 std::uint32_t b, Joint& joint) {
@@ -85,6 +96,11 @@ Joint joint_of(const Assembly& assembly, const JointRecipe& recipe, std::uint32_
                std::uint32_t b) {
   Joint joint;
   joint.kind = recipe.turn.kind, joint.limits = recipe.turn.limits;
+  joint.extras = recipe.turn.extras;
+  if (recipe.turn.is_line()) {
+    place_line(assembly, recipe, a, b, joint);
+    return joint;
+  }
   place_anchors(assembly, recipe, a, b, joint);
   // A plain ball joint may turn all ways, however its axes lie.
   if (recipe.turn.needs_axes()) place_axes(assembly, recipe, a, b, joint);
@@ -102,7 +118,7 @@ Joint chain_end_joint(const Assembly& assembly, const TurnRecipe& turn, const Ch
 
 Joint chain_joint(const Assembly& assembly, const TurnRecipe& turn, std::uint32_t link) {
   Joint joint;
-  joint.kind = turn.kind, joint.limits = turn.limits;
+  joint.kind = turn.kind, joint.limits = turn.limits, joint.extras = turn.extras;
   if (turn.needs_axes()) {
     const Quat axes = axes_from_own_frame(assembly, link, chain_axes(turn.kind));
     joint.frames.set(axes, axes);

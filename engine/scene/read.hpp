@@ -58,7 +58,17 @@ void read_scene_collision(Reading& reading, const Reader& scene);
 std::optional<Collision> read_collision(const Reading& reading, const Reader& from, bool has_shapes,
                                         const std::optional<Collision>& otherwise);
 
-/// "kind", "limits" and "drive" of a joint, or of the joints of a chain.
+/// The value of `key` or `key`_deg.
+NodeId either(const Reader& from, std::string_view key);
+
+/// The name of a kind with its article: "a hinge joint".
+std::string a_joint(JointKind kind);
+
+/// Measures of the kind and what acts along its freedoms: "pitch", "spring", "friction", "motor",
+/// "turn", "slide" and so on. Complains of keys that a joint of this kind cannot have.
+void read_extras(const Reading& reading, const Reader& from, TurnRecipe& turn);
+
+/// "kind", "limits", "drive" and extras of a joint, or of the joints of a chain.
 TurnRecipe read_turn(const Reading& reading, const Reader& from);
 
 /// An angle or angles under `key` (rad) or `key`_deg, not both; false if neither is given or it does
@@ -74,6 +84,7 @@ inline std::string optional_name(const Reader& from) { return from.has("name") ?
 
 inline constexpr std::string_view kBodyOrWorld = "the name of a body, or \"world\"";
 inline constexpr Range kDegrees{-1e6, 1e6, "an angle in degrees, between -1e6 and 1e6"};
+inline constexpr Range kRadians{-1e4, 1e4, "an angle in rad, between -1e4 and 1e4"};
 inline constexpr Range kTime{-1e6, 1e6, "a time in seconds, between -1e6 and 1e6"};
 
 /// Shapes, mass, mass centre and inertia. The frame of a body that is not dynamic stays its own,
@@ -85,6 +96,7 @@ std::optional<Reference> read_reference(const Reader& from, std::string_view key
 
 BodyRecipe read_body(const Reading& reading, NodeId node);
 std::optional<JointRecipe> read_joint(const Reading& reading, NodeId node);
+std::optional<RatioRecipe> read_ratio(const Reading& reading, NodeId node);
 std::optional<StringRecipe> read_string(const Reading& reading, NodeId node);
 std::optional<PinRecipe> read_pin(const Reading& reading, NodeId node);
 std::optional<DriveRecipe> read_drive(const Reading& reading, NodeId node);

@@ -60,13 +60,17 @@ std::optional<JointRecipe> read_joint(const Reading& reading, NodeId node) {
     const std::string_view both[] = {"anchor", key};
     from.one_of(both);
   }
-  if (from.is_object() && !joint.anchor && !joint.anchor_a && !joint.anchor_b)
+  joint.turn = read_turn(reading, from);
+  constexpr std::string_view kEndA[] = {"anchor_a", "point_a"}, kEndB[] = {"anchor_b", "point_b"};
+  from.one_of(kEndA), from.one_of(kEndB);
+  joint.point_a = from.vec_if("point_a"), joint.point_b = from.vec_if("point_b");
+  if (from.is_object() && !joint.turn.is_line() && !joint.anchor && !joint.anchor_a &&
+      !joint.anchor_b)
     reading.complaints.refuse(
         node,
         "found no \"anchor\", expected the point of the scene where the bodies "
         "meet, or \"anchor_a\" and \"anchor_b\" in their own frames");
-  joint.turn = read_turn(reading, from);
-  read_frames(from, joint);
+  if (!joint.turn.is_line()) read_frames(from, joint);
   if (!a || !b) return std::nullopt;
   joint.a = *a, joint.b = *b;
   return joint;

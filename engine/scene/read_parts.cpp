@@ -9,7 +9,9 @@
 namespace pantin {
 namespace {
 
-constexpr std::string_view kSolverNames[] = {"auto", "sweep", "shake2", "paper"};
+constexpr std::string_view kSolverNames[] = {"auto", "sweep", "shake2", "paper", "lagrangian"};
+constexpr std::string_view kIntegrators[] = {"euler", "rattle", "rk4", "implicit"};
+constexpr std::string_view kStabilisations[] = {"projection", "baumgarte", "none"};
 constexpr std::string_view kReluctances[] = {"inertia_over_mass", "literal_step"};
 constexpr std::string_view kMotions[] = {"dynamic", "fixed", "driven"};
 constexpr std::string_view kGrips[] = {"exact", "spring"};
@@ -69,6 +71,29 @@ void read_sway(const Reading& reading, const Reader& drive_from, DriveRecipe& dr
                                   "\"keyframes\" only: this curve repeats by itself");
 }
 
+/// The settings of the Lagrangian solver.
+void read_exact(const Reader& from, SolverSettings& s) {
+  s.integrator = static_cast<Integrator>(
+      from.word("integrator", static_cast<std::size_t>(s.integrator), kIntegrators));
+  s.stabilisation = static_cast<Stabilisation>(
+      from.word("stabilisation", static_cast<std::size_t>(s.stabilisation), kStabilisations));
+  s.baumgarte = from.number("baumgarte", s.baumgarte, kNotNegative);
+  if (from.has("baumgarte") && s.integrator == Integrator::euler && s.baumgarte > 1)
+    from.complaints.refuse_value(
+        from.find("baumgarte"),
+        "a number from 0 to 1: with \"euler\" it is the part of a gap closed in a step");
+  s.step_tolerance = from.number("step_tolerance", s.step_tolerance, kPositive);
+  if (s.integrator != Integrator::rk4) {
+    if (from.has("step_tolerance"))
+      from.complaints.refuse_key(from.find("step_tolerance"),
+                                 std::string("found \"step_tolerance\" with the integrator \"") +
+                                     name_of(s.integrator) +
+                                     "\", expected it with \"rk4\" only: no other divides steps");
+    s.step_tolerance = 0;  // of the settings around it
+  }
+  s.damping_ratio = from.number("damping_ratio", s.damping_ratio, kUnit);
+}
+
 }  // namespace
 
 std::optional<SolverSettings> read_solver(const Reading& reading, const Reader& outer,
@@ -92,6 +117,7 @@ std::optional<SolverSettings> read_solver(const Reading& reading, const Reader& 
   s.limiter = from.flag("limiter", s.limiter);
   s.paper_reluctance = static_cast<PaperReluctance>(
       from.word("paper_reluctance", static_cast<std::size_t>(s.paper_reluctance), kReluctances));
+  read_exact(from, s);
   return s;
 }
 
@@ -122,6 +148,32 @@ BodyRecipe read_body(const Reading& reading, NodeId node) {
   const bool has_shapes = from.has("shape") || from.has("shapes");
   body.collision = read_collision(reading, from, has_shapes, reading.collision);
   return body;
+}
+
+std::optional<RatioRecipe> read_ratio(const Reading& reading, NodeId node) {
+  constexpr std::string_view kMoves[] = {"turn", "slide"};
+  constexpr std::string_view kOffsets[] = {"offset", "offset_deg"};
+  const Reader from = reading.open(node, "ratio");
+  RatioRecipe r;
+  r.at = node;
+  r.name = optional_name(from);
+  const auto first = read_reference(from, "first", "the name of a joint", true);
+  const auto second = read_reference(from, "second", "the name of a joint", true);
+  if (from.has("first_moves")) r.slides_first = from.word("first_moves", 0, kMoves) == 1;
+  if (from.has("second_moves")) r.slides_second = from.word("second_moves", 0, kMoves) == 1;
+  const NodeId ratio = from.need("ratio", "how far the second moves for each unit of the first");
+  r.ratio = from.number("ratio", 1, kAnyNumber);
+  if (ratio != kNoNode && r.ratio == 0)
+    from.complaints.refuse_value(ratio, "a number other than 0");
+  from.one_of(kOffsets);
+  r.in_degrees = from.has("offset_deg");
+  if (r.in_degrees)
+    r.offset = from.number("offset_deg", 0, kDegrees);
+  else if (from.has("offset"))
+    r.offset = from.number("offset", 0, kAnyNumber);
+  if (!first || !second) return std::nullopt;
+  r.first = *first, r.second = *second;
+  return r;
 }
 
 std::optional<StringRecipe> read_string(const Reading& reading, NodeId node) {

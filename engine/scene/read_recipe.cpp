@@ -51,6 +51,7 @@ void refuse_repeated_names(const Reading& reading, const Group& group) {
   for (const auto& x : group.grids) see(x.each.name, x.each.at);
   for (const auto& x : group.chains) see(x.name, x.at);
   for (const auto& x : group.joints) see(x.name, x.at);
+  for (const auto& x : group.ratios) see(x.name, x.at);
   for (const auto& x : group.strings) see(x.name, x.at);
   for (const auto& x : group.pins) see(x.name, x.at);
 }
@@ -62,6 +63,7 @@ void read_group(const Reading& reading, const Reader& from, Group& group) {
     if (!body.name.empty()) group.bodies.push_back(std::move(body));
   }
   read_all(reading, from, "joints", read_joint, group.joints);
+  read_all(reading, from, "ratios", read_ratio, group.ratios);
   read_all(reading, from, "strings", read_string, group.strings);
   read_all(reading, from, "pins", read_pin, group.pins);
   read_all(reading, from, "drives", read_drive, group.drives);

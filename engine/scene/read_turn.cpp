@@ -8,11 +8,11 @@
 namespace pantin {
 namespace {
 
-constexpr std::string_view kKinds[] = {"ball", "hinge", "universal", "fixed"};
+constexpr std::string_view kKinds[] = {"ball",        "hinge",     "universal", "fixed",
+                                       "cylindrical", "prismatic", "screw",     "planar",
+                                       "distance",    "spring"};
+constexpr std::span<const std::string_view> kChainKinds(kKinds, kPointKinds);
 constexpr std::string_view kBallOnly[] = {"ball"};
-constexpr Range kRadians{-1e4, 1e4, "an angle in rad, between -1e4 and 1e4"};
-
-std::string_view name_of_kind(JointKind kind) { return kKinds[static_cast<std::size_t>(kind)]; }
 
 /// A limit's key and what may have it.
 struct LimitKey {
@@ -20,31 +20,35 @@ struct LimitKey {
   JointKind kind;
 };
 constexpr LimitKey kLimitKeys[] = {
-    {"angle", JointKind::hinge}, {"twist", JointKind::ball},      {"cone", JointKind::ball},
-    {"swing", JointKind::ball},  {"first", JointKind::universal}, {"second", JointKind::universal}};
+    {"angle", JointKind::hinge},        {"twist", JointKind::ball},
+    {"cone", JointKind::ball},          {"swing", JointKind::ball},
+    {"first", JointKind::universal},    {"second", JointKind::universal},
+    {"travel", JointKind::cylindrical}, {"travel", JointKind::prismatic},
+    {"travel", JointKind::screw}};
+
+bool may_have(JointKind kind, std::string_view limit) {
+  return std::any_of(std::begin(kLimitKeys), std::end(kLimitKeys),
+                     [&](const LimitKey& l) { return l.kind == kind && l.key == limit; });
+}
 
 std::string limits_of(JointKind kind) {
   std::vector<std::string_view> has;
   for (const LimitKey& limit : kLimitKeys)
     if (limit.kind == kind) has.push_back(limit.key);
-  return has.empty() ? "none: a fixed joint turns nowhere"
-                     : "those of a " + std::string(name_of_kind(kind)) + " joint: " + listed(has);
-}
-
-/// The value of `key` or `key`_deg.
-NodeId either(const Reader& from, std::string_view key) {
-  const NodeId node = from.find(key);
-  return node != kNoNode ? node : from.find(std::string(key) + "_deg");
+  if (!has.empty()) return "those of " + a_joint(kind) + ": " + listed(has);
+  return kind == JointKind::fixed ? "none: a fixed joint turns nowhere"
+                                  : "none: " + a_joint(kind) + " has no limits";
 }
 
 void refuse_foreign_limits(const Reader& from, JointKind kind) {
-  for (const LimitKey& limit : kLimitKeys) {
-    if (limit.kind == kind) continue;
-    for (const std::string& key : {std::string(limit.key), std::string(limit.key) + "_deg"})
-      if (from.has(key))
-        from.complaints.refuse_key(from.find(key),
-                                   "found a limit \"" + key + "\", expected " + limits_of(kind));
-  }
+  const auto refuse = [&](const std::string& key) {
+    if (from.has(key))
+      from.complaints.refuse_key(from.find(key),
+                                 "found a limit \"" + key + "\", expected " + limits_of(kind));
+  };
+  for (std::string_view key : {"angle", "twist", "cone", "swing", "first", "second"})
+    if (!may_have(kind, key)) refuse(std::string(key)), refuse(std::string(key) + "_deg");
+  if (!may_have(kind, "travel")) refuse("travel");
 }
 
 AngleLimit read_range(const Reader& from, std::string_view key) {
@@ -104,8 +108,21 @@ void read_soft(const Reading& reading, const Reader& outer, JointLimits& limits)
   limits.soft_damping = from.number("damping", 0, kNotNegative);
 }
 
-JointLimits read_limits(const Reading& reading, const Reader& outer, JointKind kind) {
+/// How far a joint may slide, m.
+AngleLimit read_travel(const Reader& from) {
+  const NodeId node = from.find("travel");
+  Real ends[2];
+  if (node == kNoNode || !read_numbers(from.json, from.complaints, node, ends, kAnyNumber))
+    return {};
+  if (ends[0] <= ends[1]) return {true, ends[0], ends[1]};
+  from.complaints.refuse(node, "found travel from " + written(ends[0]) + " to " +
+                                   written(ends[1]) + " m, expected the lower one first");
+  return {};
+}
+
+JointLimits read_limits(const Reading& reading, const Reader& outer, TurnRecipe& turn) {
   JointLimits limits;
+  const JointKind kind = turn.kind;
   const NodeId node = outer.find("limits");
   if (node == kNoNode) return limits;
   const Reader from = reading.open(node, "limits");
@@ -116,13 +133,23 @@ JointLimits read_limits(const Reading& reading, const Reader& outer, JointKind k
   if (kind == JointKind::universal)
     limits.turn = read_range(from, "first"), limits.second = read_range(from, "second");
   read_soft(reading, from, limits);
+  if (from.has("travel") && may_have(kind, "travel"))
+    turn.extras.edit().travel = read_travel(from);
+  if (from.has("restitution"))
+    turn.extras.edit().restitution = from.number("restitution", 0, kUnit);
   return limits;
+}
+
+/// Whether Q is told by one angle, about x.
+bool turns_about_x(JointKind kind) {
+  return kind == JointKind::hinge || kind == JointKind::cylindrical || kind == JointKind::screw ||
+         kind == JointKind::planar;
 }
 
 /// What a turn of joint axes may be written as.
 std::string turn_words(JointKind kind, bool in_degrees) {
   std::string words;
-  if (kind == JointKind::hinge) words = "an angle, or ";
+  if (turns_about_x(kind)) words = "an angle, or ";
   if (kind == JointKind::universal) words = "two angles, or ";
   return words + (in_degrees ? "three angles in degrees" : "a quaternion [x, y, z, w]");
 }
@@ -136,8 +163,8 @@ std::optional<Quat> read_target(const Reader& from, JointKind kind) {
   Real x = 0;
   if (!read_angles(from, "angle", {&x, 1})) return std::nullopt;
   if (kind == JointKind::hinge) return turn_by({x, 0, 0});
-  from.complaints.refuse_key(angle, "found the angle of a " + std::string(name_of_kind(kind)) +
-                                        " joint, expected \"target\": only a hinge has one angle");
+  from.complaints.refuse_key(angle, "found the angle of " + a_joint(kind) +
+                                        ", expected \"target\": only a hinge has one angle");
   return std::nullopt;
 }
 
@@ -188,6 +215,10 @@ std::optional<PoseDrive> read_pose_drive(const Reading& reading, const Reader& o
   if (kind == JointKind::fixed)
     reading.complaints.refuse_key(node, "found a drive of a fixed joint, expected none: it turns "
                                         "nowhere");
+  if (!holds_point(kind))
+    reading.complaints.refuse_key(node, "found a drive of " + a_joint(kind) +
+                                            ", expected a \"motor\" or a \"spring\": drives turn "
+                                            "joints that share a point");
   PoseDrive drive;
   drive.loop = from.flag("loop", false);
   if (drive.loop && !from.has("keys"))
@@ -204,15 +235,35 @@ std::optional<PoseDrive> read_pose_drive(const Reading& reading, const Reader& o
   return drive;
 }
 
+/// The word under "kind", or one that means the same; a chain has the kinds that share a point.
+JointKind read_word(const Reader& from, std::span<const std::string_view> kinds) {
+  const NodeId node = from.find("kind");
+  const std::string_view word = node == kNoNode ? "ball" : from.json[node].text;
+  if (word == "spherical") return JointKind::ball;
+  if (word == "revolute") return JointKind::hinge;
+  if (word != "custom" || kinds.size() == kChainKinds.size())
+    return static_cast<JointKind>(from.word("kind", 0, kinds));
+  from.complaints.refuse_value(node, "a kind that a file can tell: a custom joint is made in C++, "
+                                     "with JointExtras::custom");
+  return JointKind::ball;
+}
+
 JointKind read_kind(const Reader& from) {
-  if (!from.accepts("type")) return static_cast<JointKind>(from.word("kind", 0, kKinds));
+  if (!from.accepts("type")) return read_word(from, kChainKinds);
   constexpr std::string_view kBoth[] = {"kind", "type"};
   from.one_of(kBoth);
   from.word("type", 0, kBallOnly);
-  return static_cast<JointKind>(from.word("kind", 0, kKinds));
+  return read_word(from, kKinds);
 }
 
 }  // namespace
+
+std::string a_joint(JointKind kind) { return std::string("a ") + name_of(kind) + " joint"; }
+
+NodeId either(const Reader& from, std::string_view key) {
+  const NodeId node = from.find(key);
+  return node != kNoNode ? node : from.find(std::string(key) + "_deg");
+}
 
 bool read_angles(const Reader& from, std::string_view key, std::span<Real> into) {
   const std::string key_deg = std::string(key) + "_deg";
@@ -239,7 +290,7 @@ std::optional<Quat> read_joint_turn(const Reader& from, std::string_view key, Jo
   const NodeId node = either(from, key);
   if (node == kNoNode) return std::nullopt;
   Real angles[2];
-  if (kind == JointKind::hinge && from.json[node].kind == JsonKind::number) {
+  if (turns_about_x(kind) && from.json[node].kind == JsonKind::number) {
     if (!read_angles(from, key, {angles, 1})) return std::nullopt;
     return turn_by({angles[0], 0, 0});
   }
@@ -256,15 +307,16 @@ std::optional<Quat> read_joint_turn(const Reader& from, std::string_view key, Jo
   const Real off = glm::length(rotation_vector(allowed_by_kind(kind, turn) * glm::conjugate(turn)));
   if (off <= 1e-6) return turn;
   from.complaints.refuse(node, "found a turn " + written(off * 180 / kPi) +
-                                   " degrees from what a " + std::string(name_of_kind(kind)) +
-                                   " joint can make, expected one that it can");
+                                   " degrees from what " + a_joint(kind) +
+                                   " can make, expected one that it can");
   return std::nullopt;
 }
 
 TurnRecipe read_turn(const Reading& reading, const Reader& from) {
   TurnRecipe turn;
   turn.kind = read_kind(from);
-  turn.limits = read_limits(reading, from, turn.kind);
+  turn.limits = read_limits(reading, from, turn);
+  read_extras(reading, from, turn);
   turn.drive = read_pose_drive(reading, from, turn.kind);
   return turn;
 }

@@ -55,8 +55,14 @@ struct TurnRecipe {
   JointKind kind = JointKind::ball;
   JointLimits limits;
   std::optional<PoseDrive> drive;
+  Rare<JointExtras> extras;
+  std::optional<Real> length;  // m; by default as placed
+  /// Whether its bodies are tied by their anchors' distance alone.
+  bool is_line() const { return kind == JointKind::distance || kind == JointKind::spring; }
   /// Whether it matters how the joint axes lie.
-  bool needs_axes() const { return kind != JointKind::ball || limits.any() || drive; }
+  bool needs_axes() const {
+    return (kind != JointKind::ball && !is_line()) || limits.any() || drive;
+  }
 };
 
 struct JointRecipe {
@@ -64,10 +70,21 @@ struct JointRecipe {
   NodeId at = kNoNode;
   Reference a, b;
   std::optional<Vec3> anchor, anchor_a, anchor_b;
+  std::optional<Vec3> point_a, point_b;    // of kinds that are lines: in the scene
   AxesRecipe axes;                         // in the scene at the start, unless given in a body:
   std::optional<AxesRecipe> axes_a, axes_b;
   Quat rest{1, 0, 0, 0};                   // Q at the start; with both axes given, those tell it
   TurnRecipe turn;
+};
+
+struct RatioRecipe {
+  std::string name;
+  NodeId at = kNoNode;
+  Reference first, second;  // joints
+  std::optional<bool> slides_first, slides_second;  // by default as the kind of joint
+  Real ratio = 1;
+  std::optional<Real> offset;  // as written
+  bool in_degrees = false;
 };
 
 struct StringRecipe {
@@ -144,6 +161,7 @@ struct Group {
   NodeId at = kNoNode;
   std::vector<BodyRecipe> bodies;
   std::vector<JointRecipe> joints;
+  std::vector<RatioRecipe> ratios;
   std::vector<StringRecipe> strings;
   std::vector<PinRecipe> pins;
   std::vector<DriveRecipe> drives;

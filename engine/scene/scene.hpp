@@ -2,6 +2,7 @@
 /// A scene: a World ready to run, and how it wants to be run and seen. Reads scene files,
 /// version 1.
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -39,12 +40,23 @@ struct SceneLimits {
   std::size_t depth = 64;          // nesting of JSON values and of prefabs
 };
 
+/// What takes the place of a scene's solver settings, in all its articulations.
+struct SolverChoices {
+  std::optional<Solver> solver;
+  // Of the Lagrangian solver:
+  std::optional<Integrator> integrator;
+  std::optional<Stabilisation> stabilisation;
+  std::optional<Real> step_tolerance;
+  void apply(SolverSettings& settings) const;
+};
+
 /// Reads a scene file. A bad file yields every complaint at once, each one line:
 ///   puppet.json:12:7: /joints/3/a: found "shim", expected the name of a body; nearest is "shin"
-Result<Scene> load_scene(const std::string& path, const SceneLimits& limits = {});
+Result<Scene> load_scene(const std::string& path, const SceneLimits& limits = {},
+                         const SolverChoices& choices = {});
 
 /// The same from text; `name` stands for the file in complaints.
 Result<Scene> parse_scene(std::string_view text, std::string_view name,
-                          const SceneLimits& limits = {});
+                          const SceneLimits& limits = {}, const SolverChoices& choices = {});
 
 }  // namespace pantin

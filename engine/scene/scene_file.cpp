@@ -30,10 +30,17 @@ void build_world(const Assembly& assembly, World& world) {
     fixed.motion = Motion::fixed;
     return ground = world.add_body(fixed, "world");
   };
+  std::vector<Entity> links;
+  links.reserve(assembly.joints.size());
   for (const PlacedJoint& j : assembly.joints) {
     const Entity a = entity(j.a), b = entity(j.b);
-    const Entity link = world.add_link(a, b, j.joint, j.name);
-    if (j.drive) world.pose_drives.add(link, *j.drive);
+    links.push_back(world.add_link(a, b, j.joint, j.name));
+    if (j.drive) world.pose_drives.add(links.back(), *j.drive);
+  }
+  for (const PlacedRatio& r : assembly.ratios) {
+    Ratio ratio = r.ratio;
+    ratio.first = links[r.first], ratio.second = links[r.second];
+    world.add_ratio(ratio, r.name);
   }
   for (const PlacedString& s : assembly.strings) {
     const Entity a = entity(s.a), b = entity(s.b);
@@ -48,7 +55,16 @@ void build_world(const Assembly& assembly, World& world) {
   for (const PlacedDrive& d : assembly.drives) world.drives.add(entities[d.body], d.drive);
 }
 
-Result<Scene> parse_scene(std::string_view text, std::string_view name, const SceneLimits& limits) {
+void SolverChoices::apply(SolverSettings& settings) const {
+  settings.solver = solver.value_or(settings.solver);
+  settings.integrator = integrator.value_or(settings.integrator);
+  settings.stabilisation = stabilisation.value_or(settings.stabilisation);
+  settings.step_tolerance = step_tolerance.value_or(settings.step_tolerance);
+  if (settings.integrator != Integrator::rk4) settings.step_tolerance = 0;
+}
+
+Result<Scene> parse_scene(std::string_view text, std::string_view name, const SceneLimits& limits,
+                          const SolverChoices& choices) {
   if (text.size() > limits.bytes) return Error{too_long(name, limits.bytes, "a scene file")};
   const JsonDocument json = parse_json(text, {limits.values, limits.depth});
   Complaints complaints(json, std::string(name));
@@ -60,18 +76,25 @@ Result<Scene> parse_scene(std::string_view text, std::string_view name, const Sc
                               std::filesystem::path(name).parent_path().string());
   const Assembly assembly = assemble(recipe, json, complaints, limits);
   if (complaints.any_errors()) return complaints.errors();
-  warn_of_structure(assembly, complaints);
   Scene scene = std::move(recipe.scene);
+  std::vector<Solver> solvers = solvers_of(assembly, scene.world.default_settings.solver);
+  if (choices.solver) solvers.assign(solvers.size(), *choices.solver);
+  refuse_unsolved(assembly, solvers, json, complaints);
+  if (complaints.any_errors()) return complaints.errors();
+  warn_of_structure(assembly, solvers, complaints);
   build_world(assembly, scene.world);
+  choices.apply(scene.world.default_settings);
+  for (SolverSettings& s : scene.world.settings.values()) choices.apply(s);
   if (scene.title.empty()) scene.title = std::filesystem::path(name).stem().string();
   scene.warnings = complaints.warnings();
   return scene;
 }
 
-Result<Scene> load_scene(const std::string& path, const SceneLimits& limits) {
+Result<Scene> load_scene(const std::string& path, const SceneLimits& limits,
+                         const SolverChoices& choices) {
   const Result<std::string> text = read_text(path, limits.bytes, "a scene file");
   if (!text) return text.errors();
-  return parse_scene(*text, path, limits);
+  return parse_scene(*text, path, limits, choices);
 }
 
 }  // namespace pantin

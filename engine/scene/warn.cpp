@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <string>
 #include <utility>
@@ -15,14 +16,48 @@ constexpr std::size_t kMostHeld = 8;  // points of one tree that are compared wi
 
 std::string quoted(const std::string& name) { return "\"" + name + "\""; }
 
-void warn_of_joints(const Assembly& assembly, Complaints& complaints) {
+/// By body: whether the Lagrangian solver moves it.
+struct Exact {
+  const Assembly& assembly;
+  const std::vector<Solver>& solvers;
+  bool has(std::uint32_t body) const {
+    return assembly.is_dynamic(body) && solvers[body] == Solver::lagrangian;
+  }
+  bool has(const PlacedJoint& joint) const { return has(joint.a) || has(joint.b); }
+};
+
+/// How far a joint is from where its kind lets the anchors be, m.
+Real gap_of(const PlacedJoint& j, const Pose& a, const Pose& b) {
+  const Vec3 apart = residual(j.joint, a, b);
+  const Vec3 x = a.rotation * (j.joint.frames.a() * Vec3(1, 0, 0));
+  const Real along = glm::dot(apart, x);
+  switch (j.joint.kind) {
+    case JointKind::cylindrical:
+    case JointKind::prismatic:
+      return glm::length(apart - along * x);
+    case JointKind::screw: {
+      const Real turn = swing_twist(relative_turn(j.joint, a.rotation, b.rotation)).twist;
+      return glm::length(apart - j.joint.extras->pitch * turn * x);
+    }
+    case JointKind::planar:
+      return std::abs(along);
+    case JointKind::distance:
+      return std::abs(glm::length(apart) - j.joint.extras->length);
+    case JointKind::spring:
+      return 0;
+    default:
+      return glm::length(apart);
+  }
+}
+
+void warn_of_joints(const Assembly& assembly, const Exact& exact, Complaints& complaints) {
   for (const PlacedJoint& j : assembly.joints) {
-    const Real gap = glm::length(residual(j.joint, assembly.pose_of(j.a), assembly.pose_of(j.b)));
+    const Real gap = gap_of(j, assembly.pose_of(j.a), assembly.pose_of(j.b));
     if (gap > kOpen)
       complaints.warn(j.at, "gap",
                       "joint " + quoted(j.name) + " starts " + written(gap) +
                           " m open; the first step closes it");
-    if (!assembly.is_dynamic(j.a) || !assembly.is_dynamic(j.b)) continue;
+    if (!assembly.is_dynamic(j.a) || !assembly.is_dynamic(j.b) || exact.has(j)) continue;
     const PlacedBody *a = &assembly.bodies[j.a], *b = &assembly.bodies[j.b];
     if (a->body.mass < b->body.mass) std::swap(a, b);
     const Real ratio = a->body.mass / b->body.mass;
@@ -63,8 +98,9 @@ class Trees {
   std::vector<bool> is_held_;
 };
 
-/// Joints that close a loop, or hold a tree once more, hold their point and nothing else.
-void warn_of_loops(const Assembly& assembly, Complaints& complaints) {
+/// Joints that close a loop, or hold a tree once more, hold their point and nothing else; not so with
+/// the Lagrangian solver.
+void warn_of_loops(const Assembly& assembly, const Exact& exact, Complaints& complaints) {
   Trees trees(assembly.bodies.size());
   std::vector<std::pair<std::uint32_t, const PlacedJoint*>> holds;  // by body
   const auto warn = [&](const PlacedJoint& j, const char* does) {
@@ -75,6 +111,7 @@ void warn_of_loops(const Assembly& assembly, Complaints& complaints) {
                           ", so only its point is held, not its kind, limits or drive");
   };
   for (const PlacedJoint& j : assembly.joints) {
+    if (exact.has(j)) continue;
     const bool a = assembly.is_dynamic(j.a), b = assembly.is_dynamic(j.b);
     if (a && b && !trees.join(j.a, j.b)) warn(j, "closes a loop of dynamic bodies");
     if (a != b) holds.emplace_back(a ? j.a : j.b, &j);
@@ -97,6 +134,26 @@ void warn_of_turns(const Assembly& assembly, Complaints& complaints) {
                       "joint " + quoted(j.name) + " starts " + written(beyond * 180 / kPi) +
                           " degrees beyond what its kind and limits allow; it will jump there");
   }
+}
+
+/// What the Lagrangian solver does not know yet: a line for each.
+void warn_of_exact(const Assembly& assembly, const Exact& exact, Complaints& complaints) {
+  std::size_t solid = 0;
+  const PlacedBody* first = nullptr;
+  for (std::uint32_t i = 0; i < assembly.bodies.size(); ++i)
+    if (assembly.bodies[i].collision && exact.has(i) && solid++ == 0) first = &assembly.bodies[i];
+  if (solid > 0)
+    complaints.warn(first->at, "contact",
+                    "body " + quoted(first->name) +
+                        (solid > 1 ? " and " + std::to_string(solid - 1) + " more are" : " is") +
+                        " solid, but the solver \"lagrangian\" does not know contacts yet; " +
+                        (solid > 1 ? "they touch" : "it touches") + " nothing");
+  for (const PlacedJoint& j : assembly.joints)
+    if (exact.has(j) && j.joint.limits->soft_zone > 0)
+      complaints.warn(j.at, "soft",
+                      "joint " + quoted(j.name) +
+                          " has a soft stop, but the solver \"lagrangian\" does not know them yet; "
+                          "the stop is hard");
 }
 
 void warn_of_strings(const Assembly& assembly, Complaints& complaints) {
@@ -136,6 +193,7 @@ class Reach {
   explicit Reach(const Assembly& assembly)
       : assembly_(assembly), edges_(assembly.bodies.size()), held_(assembly.bodies.size()) {
     for (const PlacedJoint& j : assembly.joints) {
+      if (!holds_point(j.joint.kind)) continue;  // the way over it has no fixed length
       const bool a = assembly.is_dynamic(j.a), b = assembly.is_dynamic(j.b);
       if (a && b) {
         edges_[j.a].push_back({j.b, j.joint.anchor_a, j.joint.anchor_b});
@@ -231,9 +289,12 @@ class Reach {
 
 }  // namespace
 
-void warn_of_structure(const Assembly& assembly, Complaints& complaints) {
-  warn_of_joints(assembly, complaints);
-  warn_of_loops(assembly, complaints);
+void warn_of_structure(const Assembly& assembly, const std::vector<Solver>& solvers,
+                       Complaints& complaints) {
+  const Exact exact{assembly, solvers};
+  warn_of_joints(assembly, exact, complaints);
+  warn_of_loops(assembly, exact, complaints);
+  warn_of_exact(assembly, exact, complaints);
   warn_of_turns(assembly, complaints);
   warn_of_strings(assembly, complaints);
   Reach(assembly).warn(complaints);

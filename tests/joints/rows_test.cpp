@@ -18,7 +18,7 @@ using test::Dice;
 namespace {
 
 /// A block of at most six rows.
-struct Block {
+struct Equations {
   std::array<Real, 6> c{}, gamma{};
   std::array<Vec3, 24> j{};
   RowsOut out() { return {c.data(), j.data(), gamma.data()}; }
@@ -29,14 +29,14 @@ struct Block {
   }
 };
 
-Block rows_of(const Joint& joint, const Placed& a, const Placed& b, Real before = 0) {
-  Block block;
+Equations rows_of(const Joint& joint, const Placed& a, const Placed& b, Real before = 0) {
+  Equations block;
   write_rows(joint, a, b, before, block.out());
   return block;
 }
-Block coordinate(const Joint& joint, Coordinate which, const Placed& a, const Placed& b,
+Equations coordinate(const Joint& joint, Coordinate which, const Placed& a, const Placed& b,
                  Real before = 0) {
-  Block block;
+  Equations block;
   write_coordinate(joint, which, a, b, before, block.out());
   return block;
 }
@@ -133,13 +133,13 @@ Misses misses(const Ajar& s, int rows, Write write) {
   constexpr Real h = 1e-3, weights[] = {45, -9, 1};
   const auto at = [&](Real t) {
     const Placed a = s.a.after(t), b = s.b.after(t);
-    Block block = write(a, b);
+    Equations block = write(a, b);
     for (int i = 0; i < rows; ++i) block.gamma[std::size_t(i)] = block.rate(i, a, b);
     return block;
   };
-  Block change;
+  Equations change;
   for (int n = 1; n <= 3; ++n) {
-    const Block ahead = at(n * h), behind = at(-n * h);
+    const Equations ahead = at(n * h), behind = at(-n * h);
     for (std::size_t i = 0; i < 6; ++i) {
       change.c[i] += weights[n - 1] * (ahead.c[i] - behind.c[i]) / (60 * h);
       change.gamma[i] += weights[n - 1] * (ahead.gamma[i] - behind.gamma[i]) / (60 * h);
@@ -147,7 +147,7 @@ Misses misses(const Ajar& s, int rows, Write write) {
   }
   const Placed a = s.a.start, b = s.b.start;
   const Placed push_a{{}, {}, {}, s.a.push, s.a.twist}, push_b{{}, {}, {}, s.b.push, s.b.twist};
-  const Block here = write(a, b);
+  const Equations here = write(a, b);
   Misses out;
   for (int i = 0; i < rows; ++i) {
     const auto k = std::size_t(i);
@@ -177,7 +177,7 @@ Placed placed(const json& entry, int i) {
 }
 
 /// Row `mine` of a block against row `theirs` of an entry, which is `scale` times as large.
-Real miss(const Block& block, int mine, const json& entry, int theirs, Real scale = 1) {
+Real miss(const Equations& block, int mine, const json& entry, int theirs, Real scale = 1) {
   const auto i = std::size_t(mine);
   const Real c = entry.at("C").at(theirs), gamma = entry.at("gamma").at(theirs);
   Real worst = std::max(std::abs(scale * block.c[i] - c), std::abs(scale * block.gamma[i] - gamma));
@@ -238,7 +238,7 @@ TEST_CASE("the primitives of joints are those of the stored numbers") {
       }
       const AnchorSpan span = span_of(joint, a, b, true);
       const auto f = [&] { return a.turn * vec(p.at(1)); };
-      Block block;
+      Equations block;
       if (name == "pt") write_point(span, block.out());
       if (name == "d1") write_square(0, f(), b.turn * vec(p.at(2)), a, b, block.out());
       if (name == "d2") write_along(0, f(), span, a, block.out());
@@ -253,7 +253,7 @@ TEST_CASE("the kinds of joints are those of the stored numbers") {
   for (const json& entry : stored().at("joints")) {
     INFO(entry.at("kind").get<std::string>());
     const Joint joint = joint_of(entry);
-    const Block block = rows_of(joint, placed(entry, 0), placed(entry, 1));
+    const Equations block = rows_of(joint, placed(entry, 0), placed(entry, 1));
     const int rows = row_count(joint);
     REQUIRE(rows == int(entry.at("C").size()));
     // The page has a prismatic joint's third direction before its offsets.
@@ -345,7 +345,7 @@ TEST_CASE("rows do not notice bodies that move as one, and their forces balance"
     const auto kind = static_cast<JointKind>(k);
     INFO(name_of(kind));
     const Real tolerance = kind == JointKind::custom ? 1e-11 : 1e-13;
-    const auto check = [&](const Block& block, int rows, Placed a, Placed b) {
+    const auto check = [&](const Equations& block, int rows, Placed a, Placed b) {
       a.velocity = dice.in_cube(1), a.spin = b.spin = dice.in_cube(1);
       b.velocity = a.velocity + glm::cross(a.spin, b.position - a.position);
       for (int i = 0; i < rows; ++i) {
@@ -392,7 +392,7 @@ TEST_CASE("a closed joint lacks nothing, and moves in its freedoms without lacki
       if (kind == JointKind::screw) q = about_x(turn), d.x = turn * joint.extras->pitch;
       if (kind == JointKind::planar) q = about_x(turn), d = {0, turn, second};
       if (kind == JointKind::distance) d = joint.extras->length * dice.direction();
-      const Block block = rows_of(joint, a, standing(joint, a, q, axes * d), turn);
+      const Equations block = rows_of(joint, a, standing(joint, a, q, axes * d), turn);
       REQUIRE(row_count(joint) == 6 - freedoms(kind));
       for (int row = 0; row < row_count(joint); ++row)
         REQUIRE(std::abs(block.c[std::size_t(row)]) <= 4e-15);
@@ -412,7 +412,7 @@ TEST_CASE("spurious roots are told from the true one") {
       const Joint joint = any_joint(kind, dice);
       const Placed a = placed(Vec3(0), dice.turn());
       const Placed b = standing(joint, a, roots[root], Vec3(0));
-      const Block block = rows_of(joint, a, b);
+      const Equations block = rows_of(joint, a, b);
       for (int i = 0; i < row_count(joint); ++i)
         CHECK(std::abs(block.c[std::size_t(i)]) <= 2e-15);  // a root of the equations it is
       const bool whole = kind == JointKind::fixed || kind == JointKind::prismatic;
@@ -471,7 +471,7 @@ TEST_CASE("slides and lengths run from anchor to anchor") {
   const Placed a = placed(Vec3(0), kNoTurn);
   Joint plain;
   plain.kind = JointKind::spring;
-  const Block block = coordinate(plain, Coordinate::slide, a, a);
+  const Equations block = coordinate(plain, Coordinate::slide, a, a);
   CHECK(block.c[0] == 0);
   CHECK(block.gamma[0] == 0);
   for (int i = 0; i < 4; ++i) CHECK(block.j[std::size_t(i)] == Vec3(0));
@@ -487,7 +487,7 @@ TEST_CASE("turns and screws count whole turns") {
     for (int i = 1; i <= 40; ++i) {
       const Real angle = i * step;
       const Placed b = standing(joint, a, about_x(angle), joint.extras->pitch * angle * x);
-      const Block block = rows_of(joint, a, b, before);
+      const Equations block = rows_of(joint, a, b, before);
       REQUIRE(std::abs(block.c[4]) <= 1e-13);
       before = coordinate(joint, Coordinate::turn, a, b, before).c[0];
       REQUIRE(before == Approx(angle).epsilon(1e-14));
@@ -503,10 +503,10 @@ TEST_CASE("a ball joint from outside has the rows of the one within") {
   for (int i = 0; i < 500; ++i) {
     Ajar s = ajar(JointKind::ball, dice);
     const Placed a = s.a.start, b = s.b.start;
-    const Block within = rows_of(s.joint, a, b);
+    const Equations within = rows_of(s.joint, a, b);
     s.joint.kind = JointKind::custom;
     REQUIRE(row_count(s.joint) == 4);
-    const Block outside = rows_of(s.joint, a, b);
+    const Equations outside = rows_of(s.joint, a, b);
     for (std::size_t row = 0; row < 3; ++row) {
       worst = std::max(worst, std::abs(within.c[row] - outside.c[row]));
       worst_gamma = std::max(worst_gamma, std::abs(within.gamma[row] - outside.gamma[row]));
@@ -526,7 +526,7 @@ TEST_CASE("a joint from outside without its equations, or at rest, is no trouble
   CHECK(row_count(joint) == 0);
   write_rows(joint, {}, {}, 0, {});
   joint.extras.edit().custom = std::make_shared<UserBall>(Vec3(1, 2, 3), Vec3(0));
-  const Block block = rows_of(joint, {}, {});
+  const Equations block = rows_of(joint, {}, {});
   for (std::size_t i = 0; i < 4; ++i) CHECK(block.gamma[i] == 0);
 }
 
@@ -537,7 +537,7 @@ TEST_CASE("numbers do not depend on which others are asked for") {
     INFO(name_of(s.joint.kind));
     const Placed a = s.a.start, b = s.b.start;
     const auto check = [&](auto write) {
-      Block all, alone;
+      Equations all, alone;
       write(all.out());
       write({alone.c.data(), nullptr, nullptr});
       write({nullptr, alone.j.data(), nullptr});

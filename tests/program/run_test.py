@@ -107,6 +107,23 @@ class Run(unittest.TestCase):
         self.assert_refused(pantin("runs", CHAIN), "runs", "run")
         self.assert_refused(pantin("run", CHAIN, "--step", 1e-6, "--duration", 1e6), "steps")
 
+    def test_options_of_the_lagrangian_solver_are_refused_where_they_do_nothing(self):
+        for command in ("run", "check", "bench"):
+            for option, value in (("--integrator", "rk4"), ("--tolerance", "1e-6"),
+                                  ("--stabilisation", "none")):
+                with self.subTest(command=command, option=option):
+                    done = pantin(command, CHAIN, option, value)
+                    self.assertEqual(done.returncode, 2)
+                    self.assertEqual(done.stderr, f"{CHAIN}: found {option}, expected a scene that "
+                                     'the solver "lagrangian" moves; add --solver lagrangian\n')
+        self.assert_refused(pantin("run", CHAIN, "--solver", "lagrangian", "--integrator", "euler",
+                                   "--tolerance", "1e-6"), "--tolerance", '"euler"', '"rk4" only')
+        for option, value in (("--integrator", "rk5"), ("--tolerance", "0"), ("--tolerance", "-1"),
+                              ("--tolerance", "nan"), ("--stabilisation", "some")):
+            with self.subTest(option=option, value=value):
+                self.assert_refused(pantin("run", CHAIN, "--solver", "lagrangian", option, value),
+                                    option)
+
     def test_bad_scenes_are_refused_with_their_place(self):
         self.assert_refused(pantin("run", "nowhere.json"), "nowhere.json")
         bad = self.folder / "bad.json"

@@ -169,6 +169,39 @@ TEST_CASE("locked joints carry a square, hinges without limits only their axis")
   CHECK(s.count(image, kAt + Vec3{0.4 * size_of(s), 0, 0}, ink::kHinge, 4) > 3);
 }
 
+TEST_CASE("a slider is marked along its axis, in the warning colour at the end of its travel") {
+  for (JointKind kind : {JointKind::prismatic, JointKind::cylindrical, JointKind::screw})
+    for (const bool at_stop : {false, true}) {
+      Joint joint;
+      joint.kind = kind;  // along x, across the picture
+      joint.extras.edit().travel = {true, at_stop ? 0.0 : -0.3, 0.3};
+      Stage s(joint, kNoTurn);
+      const Image image = s.draw();
+      if (image.rgba.empty()) return;
+      CHECK(s.count(image, kAt + Vec3{0.15, 0, 0}, ink::kTie, 4) > 3);
+      CHECK(s.count(image, kAt + Vec3{0.45, 0, 0}, ink::kTie, 4) == 0);
+      CHECK(s.count(image, kAt + Vec3{0.3, 0, 0}, at_stop ? ink::kWarning : ink::kRange, 5) > 3);
+      CHECK(s.count(image, kAt + Vec3{0.3, 0, 0}, at_stop ? ink::kRange : ink::kWarning, 5) == 0);
+    }
+}
+
+TEST_CASE("a distance is a line from anchor to anchor, a spring a zigzag about it") {
+  for (JointKind kind : {JointKind::distance, JointKind::spring}) {
+    Joint joint;
+    joint.kind = kind;
+    Stage s(joint, kNoTurn);
+    s.world.links.find(s.link)->joint.anchor_a = {0.5, -0.5, 0};
+    s.world.links.find(s.link)->joint.anchor_b = {-0.5, 0.5, 0};
+    const Image image = s.draw();
+    if (image.rgba.empty()) return;
+    for (Real x : {-0.45, 0.45}) CHECK(s.count(image, kAt + Vec3{x, 0, 0}, ink::kTie, 4) > 3);
+    int aside = 0;
+    for (Real x = -0.3; x <= 0.3; x += 0.01)
+      aside += s.count(image, kAt + Vec3{x, 0.03, 0}, ink::kTie, 0);
+    CHECK((aside > 2) == (kind == JointKind::spring));
+  }
+}
+
 TEST_CASE("a muscle's arrow grows with its torque and is in the warning colour when capped") {
   const auto marked = [](Real torque, bool capped, Vec3 colour) {
     Stage s(hinge(-3, 3), kNoTurn);
@@ -258,6 +291,12 @@ TEST_CASE("the legend names the marks that the world can show, and no others") {
   Stage s(hinge(0, 1), kNoTurn);
   for (const char* word : {"joint", "hinge", "range", "stop"}) CHECK(names(s.world, word));
   for (const char* word : {"pin", "muscle", "contact", "locked"}) CHECK_FALSE(names(s.world, word));
+  for (const char* word : {"slides along", "distance", "spring"}) CHECK_FALSE(names(s.world, word));
+  Joint& joint = s.world.links.find(s.link)->joint;
+  joint.kind = JointKind::prismatic;
+  CHECK(names(s.world, "slides along"));
+  joint.kind = JointKind::spring;
+  CHECK(names(s.world, "spring"));
   s.world.pose_drives.add(s.link, {});
   s.world.collisions.add(s.world.bodies.owners()[0], {});
   for (const char* word : {"muscle", "strength", "contact", "slides"}) CHECK(names(s.world, word));

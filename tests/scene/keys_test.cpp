@@ -40,6 +40,10 @@ std::string scene_with(std::string_view what, const std::string& key) {
   };
   if (what == "limits") return joint("\"limits\": {" + extra + "}");
   if (what == "soft") return joint("\"limits\": {\"soft\": {" + extra + "}}");
+  for (std::string_view part_of : {"spring", "friction", "motor"})
+    if (what == part_of)
+      return joint("\"kind\": \"hinge\", \"" + std::string(what) + "\": {" + extra + "}");
+  if (what == "freedom") return joint("\"kind\": \"cylindrical\", \"turn\": {" + extra + "}");
   if (what == "pose_drive") return joint("\"drive\": {" + extra + "}");
   if (what == "pose_key") return joint("\"drive\": {\"keys\": [{\"time\": 0, " + extra + "}]}");
   if (what == "keyframe")

@@ -249,7 +249,7 @@ TEST_CASE("Absurd counts are refused before anything is built") {
   CHECK(complaints(with_two(R"("joints": [{"a": "a", "b": "b", "anchor": [0, 0, 0]}],
 "pins": [{"body": "a"}])"),
                    few) ==
-        Lines{"t.json:1:1: found 2 joints, strings and pins, expected at most 1"});
+        Lines{"t.json:1:1: found 2 joints, ratios, strings and pins, expected at most 1"});
 }
 
 TEST_CASE("Prefabs that double themselves over and over are refused early") {
@@ -338,7 +338,8 @@ TEST_CASE("All faults are told at once, in the order of the text") {
               "t.json:3:44: /bodies/0/shape/type: found \"ball\", expected sphere, capsule, "
               "box, hull, plane, mesh or height_field; nearest is \"hull\"",
               "t.json:4:28: /joints/0/b: found \"c\", expected the name of a body or \"world\"",
-              "t.json:5:20: /solver/type: found \"fast\", expected auto, sweep, shake2 or paper",
+              "t.json:5:20: /solver/type: found \"fast\", expected auto, sweep, shake2, "
+              "paper or lagrangian",
               "t.json:5:49: /output/size/0: found 0, expected a whole number of pixels from 16 to "
               "16384",
               "t.json:5:52: /output/size/1: found 10, expected a whole number of pixels from 16 to "

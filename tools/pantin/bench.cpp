@@ -277,6 +277,7 @@ stages are measured in a pass of their own. No speed without its drift.
 Examples:
   pantin bench assets/scenes/chain.json assets/scenes/marionette.json
   pantin bench assets/scenes/bench_chain200.json --solver sweep --repeat 9
+  pantin bench assets/scenes/chain10.json --solver lagrangian --integrator euler
   pantin bench assets/scenes/*.json --csv out/bench.csv --json
 
 --json prints version, commit, compiler, flags, kernels, cpu, cores, load, clock and rows; a row has

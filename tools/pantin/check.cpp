@@ -127,6 +127,7 @@ finite, joints within the scene's drift_bound, a copy made on the way ending in 
 Examples:
   pantin check assets/scenes/marionette.json
   pantin check assets/scenes/*.json --json
+  pantin check assets/scenes/chain10.json --solver lagrangian
 
 --json prints {"scenes": [...]}, each with scene, title, status (ok, failed, refused), bodies,
 joints, strings, pins, articulations, freedoms, mass_kg, start_gap_m, worst_gap_rel, hash, warnings

@@ -17,6 +17,46 @@ namespace {
 
 volatile std::sig_atomic_t g_interrupted = 0;  // a signal handler can reach nothing else
 
+/// The solver settings that the command line asks for.
+SolverChoices solver_choices(const SceneChoices& c) {
+  SolverChoices choices;
+  if (c.solver) solver_from_name(c.solver->c_str(), choices.solver.emplace());
+  if (c.integrator) integrator_from_name(c.integrator->c_str(), choices.integrator.emplace());
+  if (c.stabilisation)
+    choices.stabilisation = *c.stabilisation == "projection"  ? Stabilisation::projection
+                            : *c.stabilisation == "baumgarte" ? Stabilisation::baumgarte
+                                                              : Stabilisation::none;
+  choices.step_tolerance = c.tolerance;
+  return choices;
+}
+
+/// Why an option cannot do what it is for, or nothing.
+std::string idle_option(const SceneChoices& c, const World& world) {
+  const char* option = c.integrator      ? "--integrator"
+                       : c.tolerance     ? "--tolerance"
+                       : c.stabilisation ? "--stabilisation"
+                                         : nullptr;
+  if (!option) return {};
+  const SolverSettings* odd = nullptr;  // not of rk4
+  bool any = false;
+  const auto look = [&](const SolverSettings& s) {
+    if (s.solver != Solver::lagrangian) return;
+    any = true;
+    if (s.integrator != Integrator::rk4) odd = &s;
+  };
+  look(world.default_settings);
+  for (const SolverSettings& s : world.settings.values()) look(s);
+  if (!any)
+    return fmt::format("found {}, expected a scene that the solver \"lagrangian\" moves; add "
+                       "--solver lagrangian",
+                       option);
+  if (c.tolerance && odd)
+    return fmt::format("found --tolerance with the integrator \"{}\", expected it with \"rk4\" "
+                       "only: no other divides steps",
+                       name_of(odd->integrator));
+  return {};
+}
+
 double now() {
   using Clock = std::chrono::steady_clock;
   return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
@@ -40,8 +80,21 @@ CLI::Validator between(double least, double most) {
 
 void add_scene_choices(CLI::App& command, SceneChoices& choices) {
   command
-      .add_option("--solver", choices.solver, "auto, sweep, shake2 or paper; for the whole scene")
-      ->check(CLI::IsMember({"auto", "sweep", "shake2", "paper"}));
+      .add_option("--solver", choices.solver,
+                  "auto, sweep, shake2, paper or lagrangian; for the whole scene")
+      ->check(CLI::IsMember({"auto", "sweep", "shake2", "paper", "lagrangian"}));
+  command
+      .add_option("--integrator", choices.integrator,
+                  "of lagrangian: euler, rattle, rk4 or implicit")
+      ->check(CLI::IsMember({"euler", "rattle", "rk4", "implicit"}));
+  command
+      .add_option("--tolerance", choices.tolerance,
+                  "of lagrangian with rk4: divide steps so that each errs by less")
+      ->check(between(1e-15, 1.0));
+  command
+      .add_option("--stabilisation", choices.stabilisation,
+                  "of lagrangian: projection, baumgarte or none")
+      ->check(CLI::IsMember({"projection", "baumgarte", "none"}));
   command.add_option("--step", choices.step, "step length in seconds, up to 1")
       ->check(between(1e-6, 1.0));
   command.add_option("--substeps", choices.substeps, "equal parts each step is taken in")
@@ -56,7 +109,7 @@ void add_threads(CLI::App& command, int& threads) {
 }
 
 std::optional<Scene> open_scene(const std::string& path, const SceneChoices& choices, bool quiet) {
-  Result<Scene> loaded = load_scene(path);
+  Result<Scene> loaded = load_scene(path, {}, solver_choices(choices));
   if (!loaded) {
     for (const Error& e : loaded.errors()) std::fprintf(stderr, "%s\n", e.message.c_str());
     return std::nullopt;
@@ -70,12 +123,9 @@ std::optional<Scene> open_scene(const std::string& path, const SceneChoices& cho
                  scene.duration / scene.step, scene.step, kMostSteps);
     return std::nullopt;
   }
-  if (choices.solver) {
-    Solver solver = Solver::automatic;
-    solver_from_name(choices.solver->c_str(), solver);
-    scene.world.default_settings.solver = solver;
-    for (SolverSettings& s : scene.world.settings.values()) s.solver = solver;
-    scene.world.touch();
+  if (const std::string why = idle_option(choices, scene.world); !why.empty()) {
+    std::fprintf(stderr, "%s: %s\n", path.c_str(), why.c_str());
+    return std::nullopt;
   }
   rebuild_articulations(scene.world);
   for (const StructureFault& f : scene.world.faults)

@@ -34,13 +34,15 @@ void add_view(CLI::App& program, int& exit_code);
 
 /// How a scene is to be run, where the command line says so.
 struct SceneChoices {
-  std::optional<std::string> solver;
+  std::optional<std::string> solver, integrator, stabilisation;
   std::optional<double> step, duration;  // s
+  std::optional<double> tolerance;       // of a step
   std::optional<int> substeps;
 };
 /// A finite number from `least` to `most`.
 CLI::Validator between(double least, double most);
-/// --solver, --step, --substeps, --duration, with their bounds.
+/// --solver, --integrator, --tolerance, --stabilisation, --step, --substeps, --duration, with their
+/// bounds.
 void add_scene_choices(CLI::App& command, SceneChoices& choices);
 /// --threads.
 void add_threads(CLI::App& command, int& threads);

@@ -259,6 +259,8 @@ constexpr const char* kExamples = R"(Examples:
   pantin run assets/scenes/chain.json --frames out/chain --video out/chain.mp4 --size 1920x1080
   pantin run assets/scenes/marionette.json --strip out/marionette.png
   pantin run assets/scenes/chain10.json --step 0.004166667 --record out/chain10.csv --json
+  pantin run assets/scenes/chain10.json --solver lagrangian --integrator rattle
+  pantin run assets/scenes/chain10.json --solver lagrangian --tolerance 1e-8
 
 --json prints one object: scene, title, status (ok, diverged, interrupted, unwritable), solver,
 step_s, substeps, steps, simulated_s, bodies, joints, strings, articulations, worst_gap_m,

@@ -1,0 +1,201 @@
+// Joints, ratios and settings for the Lagrangian solver that cannot be: the whole line is checked.
+#include "tests/scene/scenes.hpp"
+
+using namespace pantin;
+using namespace pantin::test;
+
+namespace {
+
+/// Complaints about a joint of these members, on line 5, for the Lagrangian solver.
+Lines with_joint(const std::string& members) {
+  return complaints(with_two("\"solver\": {\"type\": \"lagrangian\"}, \"joints\": [{\"a\": \"a\", \"b\": \"b\",\n" +
+                             members + "}]"));
+}
+/// The same at a point.
+Lines at_point(const std::string& members) {
+  return with_joint(R"("anchor": [0, 0, 0], )" + members);
+}
+/// Complaints about one ratio, on line 8, of the joints "h" (a hinge), "s" (a slider), "f" (fixed).
+Lines with_ratio(const std::string& members) {
+  return complaints(R"({"version": 1, "solver": {"type": "lagrangian"}, "bodies": [
+{"name": "a", "mass": 1, "inertia": [1, 1, 1]}, {"name": "b", "mass": 1, "inertia": [1, 1, 1]}],
+"joints": [
+{"name": "h", "kind": "hinge", "a": "world", "b": "a", "anchor": [0, 0, 0]},
+{"name": "s", "kind": "prismatic", "a": "world", "b": "b", "anchor": [0, 0, 0]},
+{"name": "f", "kind": "fixed", "a": "a", "b": "b", "anchor": [0, 0, 0]}],
+"ratios": [{
+)" + members + "}]}");
+}
+Lines with_solver(const std::string& members) {
+  return complaints("{\"version\": 1, \"solver\": {\n" + members + "}}");
+}
+Lines with_masses(const std::string& members) { return complaints(with_body("\n" + members)); }
+
+}  // namespace
+
+TEST_CASE("Kinds that a file cannot tell, or that lack their measure, are refused") {
+  CHECK(at_point(R"("kind": "custom")") ==
+        Lines{"t.json:5:30: /joints/0/kind: found \"custom\", expected a kind that a file can tell: "
+              "a custom joint is made in C++, with JointExtras::custom"});
+  CHECK(at_point(R"("kind": "screw")") ==
+        Lines{"t.json:4:46: /joints/0: found no \"pitch\", expected how far it slides for each rad "
+              "it turns, in m"});
+  CHECK(at_point(R"("kind": "screw", "pitch": 0)") ==
+        Lines{"t.json:5:48: /joints/0/pitch: found 0, expected a number other than 0: a screw "
+              "without pitch is a hinge"});
+  CHECK(with_joint(R"("kind": "spring")") ==
+        Lines{"t.json:4:46: /joints/0: found no \"stiffness\", expected how hard it pulls, in N/m"});
+}
+
+TEST_CASE("Axes, lengths, stiffnesses, caps and slips that cannot be are refused") {
+  CHECK(at_point(R"("kind": "prismatic", "axis": [0, 0, 0])") ==
+        Lines{"t.json:5:51: /joints/0/axis: found an array of 3, expected a direction: three "
+              "numbers, not all 0"});
+  CHECK(with_joint(R"("kind": "distance", "length": -1)") ==
+        Lines{"t.json:5:31: /joints/0/length: found -1, expected a size from 1e-9 to 1e9 m"});
+  CHECK(with_joint(R"("kind": "spring", "length": -1, "stiffness": -2, "damping": -3)") ==
+        Lines{"t.json:5:29: /joints/0/length: found -1, expected a number from 0 to 1e12",
+              "t.json:5:46: /joints/0/stiffness: found -2, expected a number from 0 to 1e12",
+              "t.json:5:61: /joints/0/damping: found -3, expected a number from 0 to 1e12"});
+  CHECK(at_point(R"("kind": "hinge", "friction": {"dry": -1, "slip": 0}, "spring": {"stiffness": -1})") ==
+        Lines{"t.json:5:59: /joints/0/friction/dry: found -1, expected a number from 0 to 1e12",
+              "t.json:5:71: /joints/0/friction/slip: found 0, expected a number above 0, at most "
+              "1e12",
+              "t.json:5:99: /joints/0/spring/stiffness: found -1, expected a number from 0 to 1e12"});
+  CHECK(at_point(R"("kind": "hinge", "motor": {"velocity": 1, "gain": 0, "cap": -1})") ==
+        Lines{"t.json:5:72: /joints/0/motor/gain: found 0, expected a number above 0, at most 1e12",
+              "t.json:5:82: /joints/0/motor/cap: found -1, expected a number from 0 to 1e12"});
+}
+
+TEST_CASE("Travel that is reversed and restitution beyond 1 are refused") {
+  CHECK(at_point(R"("kind": "prismatic", "limits": {"travel": [1, -1], "restitution": 1.5})") ==
+        Lines{"t.json:5:64: /joints/0/limits/travel: found travel from 1 to -1 m, expected the lower "
+              "one first",
+              "t.json:5:88: /joints/0/limits/restitution: found 1.5, expected a number from 0 to 1"});
+  CHECK(at_point(R"("kind": "hinge", "limits": {"travel": [0, 1]})") ==
+        Lines{"t.json:5:50: /joints/0/limits/travel: found a limit \"travel\", expected those of a "
+              "hinge joint: angle"});
+  CHECK(at_point(R"("kind": "planar", "limits": {"angle": [0, 1]})") ==
+        Lines{"t.json:5:51: /joints/0/limits/angle: found a limit \"angle\", expected none: a planar "
+              "joint has no limits"});
+}
+
+TEST_CASE("What belongs to other kinds of joints is refused") {
+  CHECK(at_point(R"("kind": "hinge", "pitch": 1, "slide": {})") ==
+        Lines{"t.json:5:39: /joints/0/pitch: found \"pitch\" of a hinge joint, expected it of these "
+              "kinds only: screw",
+              "t.json:5:51: /joints/0/slide: found \"slide\" of a hinge joint, expected it of these "
+              "kinds only: cylindrical"});
+  CHECK(at_point(R"("motor": {})") ==
+        Lines{"t.json:5:22: /joints/0/motor: found \"motor\" of a ball joint, expected it of these "
+              "kinds only: hinge, universal, cylindrical, prismatic or screw"});
+  CHECK(at_point(R"("kind": "distance")") ==
+        Lines{"t.json:5:1: /joints/0/anchor: found \"anchor\" of a distance joint, expected only its "
+              "ends: \"point_a\" and \"point_b\" in the scene, or \"anchor_a\" and \"anchor_b\" in "
+              "the bodies"});
+  CHECK(at_point(R"("kind": "cylindrical", "turn": {}, "motor": {"velocity": 1, "gain": 1})") ==
+        Lines{"t.json:5:57: /joints/0/motor: found \"motor\" beside \"turn\", expected only one of "
+              "them"});
+  CHECK(at_point(R"("kind": "prismatic", "drive": {"stiffness": 1})") ==
+        Lines{"t.json:5:43: /joints/0/drive: found a drive of a prismatic joint, expected a "
+              "\"motor\" or a \"spring\": drives turn joints that share a point"});
+  CHECK(with_joint(R"("kind": "distance", "point_a": [0, 0, 0], "point_b": [0, 0, 0])") ==
+        Lines{"t.json:4:46: /joints/0: found a distance joint whose ends start at one point, "
+              "expected a \"length\""});
+}
+
+TEST_CASE("Springs, friction and motors that do nothing, or two things at once, are refused") {
+  CHECK(at_point(R"("kind": "hinge", "spring": {}, "friction": {}, "motor": {}, "rest_deg": 1)") ==
+        Lines{"t.json:5:49: /joints/0/spring: found neither \"stiffness\" nor \"damping\", expected "
+              "one of them: without them a spring does nothing",
+              "t.json:5:65: /joints/0/friction: found neither \"viscous\" nor \"dry\", expected one "
+              "of them: without them there is no friction",
+              "t.json:5:78: /joints/0/motor: found no \"velocity\", expected the speed it keeps, or "
+              "the \"position\" it goes to",
+              "t.json:5:78: /joints/0/motor: found no \"gain\", expected how hard it corrects what is "
+              "off: effort for each unit of it"});
+  CHECK(at_point(R"("kind": "hinge", "motor": {"velocity": 1, "position": 1, "gain": 1})") ==
+        Lines{"t.json:5:64: /joints/0/motor/position: found \"position\" beside \"velocity\", "
+              "expected only one of them"});
+  CHECK(at_point(R"("kind": "hinge", "motor": {"velocity": 1, "gain": 1, "damping": 1})") ==
+        Lines{"t.json:5:75: /joints/0/motor/damping: found \"damping\" of a motor that keeps a "
+              "speed, expected it with \"position\" only"});
+  CHECK(at_point(R"("kind": "prismatic", "motor": {"velocity_deg": 1, "gain": 1})") ==
+        Lines{"t.json:5:53: /joints/0/motor/velocity_deg: found \"velocity_deg\" of a slide, "
+              "expected \"velocity\" in m or m/s"});
+}
+
+TEST_CASE("Ratios that couple nothing are refused") {
+  CHECK(with_ratio(R"("first": "h", "second": "s", "ratio": 0)") ==
+        Lines{"t.json:8:39: /ratios/0/ratio: found 0, expected a number other than 0"});
+  CHECK(with_ratio(R"("first": "h", "second": "h", "ratio": 1)") ==
+        Lines{"t.json:8:25: /ratios/0/second: found \"h\", expected another joint than the first"});
+  CHECK(with_ratio(R"("first": "f", "second": "s", "second_moves": "turn", "ratio": 1)") ==
+        Lines{"t.json:8:10: /ratios/0/first: found the turn of a fixed joint, expected a joint that "
+              "turns about one axis: hinge, cylindrical or screw",
+              "t.json:8:25: /ratios/0/second: found the turn of a prismatic joint, expected a joint "
+              "that turns about one axis: hinge, cylindrical or screw"});
+  CHECK(with_ratio(R"("first": "h", "first_moves": "slide", "second": "gear")") ==
+        Lines{"t.json:7:12: /ratios/0: found no \"ratio\", expected how far the second moves for each "
+              "unit of the first",
+              "t.json:8:49: /ratios/0/second: found \"gear\", expected the name of a joint"});
+  CHECK(with_ratio(R"("first": "h", "second": "s", "ratio": 1, "offset_deg": 3)") ==
+        Lines{"t.json:7:12: /ratios/0: found \"offset_deg\" of a slide, expected \"offset\" in m"});
+}
+
+TEST_CASE("Settings that no solver has are refused") {
+  CHECK(with_solver(R"("type": "lagrange")") ==
+        Lines{"t.json:2:9: /solver/type: found \"lagrange\", expected auto, sweep, shake2, paper or "
+              "lagrangian"});
+  CHECK(with_solver(R"("integrator": "rk5", "stabilisation": "some", "step_tolerance": 0)") ==
+        Lines{"t.json:2:15: /solver/integrator: found \"rk5\", expected euler, rattle, rk4 or "
+              "implicit; nearest is \"rk4\"",
+              "t.json:2:39: /solver/stabilisation: found \"some\", expected projection, baumgarte or "
+              "none; nearest is \"none\"",
+              "t.json:2:65: /solver/step_tolerance: found 0, expected a number above 0, at most "
+              "1e12"});
+  CHECK(with_solver(R"("integrator": "rattle", "step_tolerance": 1e-6)") ==
+        Lines{"t.json:2:25: /solver/step_tolerance: found \"step_tolerance\" with the integrator "
+              "\"rattle\", expected it with \"rk4\" only: no other divides steps"});
+  CHECK(with_solver(R"("integrator": "euler", "baumgarte": 2, "damping_ratio": 1.5)") ==
+        Lines{"t.json:2:37: /solver/baumgarte: found 2, expected a number from 0 to 1: with "
+              "\"euler\" it is the part of a gap closed in a step",
+              "t.json:2:57: /solver/damping_ratio: found 1.5, expected a number from 0 to 1"});
+}
+
+TEST_CASE("Kinds, extras and ratios that the chosen solver does not know are refused, by name") {
+  const auto refused = [](const std::string& members) {
+    return complaints(with_two("\"joints\": [{\"name\": \"j\", \"a\": \"a\", \"b\": \"b\",\n" + members + "}]"));
+  };
+  CHECK(refused(R"("kind": "distance")") ==
+        Lines{"t.json:5:9: /joints/0/kind: found a distance joint \"j\" solved by \"auto\", expected "
+              "the solver \"lagrangian\": no other knows it"});
+  CHECK(refused(R"("anchor": [0, 0, 0], "kind": "hinge", "friction": {"dry": 1},
+"limits": {"angle": [0, 1], "restitution": 0.5})") ==
+        Lines{"t.json:5:51: /joints/0/friction: found \"friction\" of joint \"j\" solved by \"auto\", "
+              "expected the solver \"lagrangian\": no other knows it",
+              "t.json:6:44: /joints/0/limits/restitution: found \"restitution\" of joint \"j\" solved "
+              "by \"auto\", expected the solver \"lagrangian\": no other knows it"});
+  CHECK(complaints(with_two(R"("joints": [
+{"name": "i", "kind": "hinge", "a": "world", "b": "a", "anchor": [0, 0, 0]},
+{"name": "j", "kind": "hinge", "a": "world", "b": "b", "anchor": [1, 0, 0]}],
+"ratios": [{"name": "gears", "first": "i", "second": "j", "ratio": 2}])")) ==
+        Lines{"t.json:7:12: /ratios/0: found ratio \"gears\" of joints solved by \"auto\", expected "
+              "the solver \"lagrangian\": no other knows it"});
+}
+
+TEST_CASE("Bodies that no matter makes, and joints from a body to itself, are refused") {
+  CHECK(with_masses(R"("mass": 1, "inertia": [1, 0, 1])") ==
+        Lines{"t.json:2:23: /bodies/0/inertia: found principal moments 1, 0, 1, expected positive "
+              "ones, each at most the sum of the others"});
+  CHECK(with_masses(R"("mass": 1, "inertia": [-1, 1, 1])") ==
+        Lines{"t.json:2:23: /bodies/0/inertia: found principal moments -1, 1, 1, expected positive "
+              "ones, each at most the sum of the others"});
+  CHECK(with_masses(R"("mass": 1, "inertia": [1, 1, 3])") ==
+        Lines{"t.json:2:23: /bodies/0/inertia: found principal moments 1, 1, 3, expected positive "
+              "ones, each at most the sum of the others"});
+  CHECK(complaints(with_two(R"("joints": [{"a": "a", "b": "a", "anchor": [0, 0, 0]}])")) ==
+        Lines{"t.json:4:12: /joints/0: found \"a\" tied to \"a\", expected two different ones"});
+  CHECK(complaints(R"({"version": 1, "step": 0})") ==
+        Lines{"t.json:1:24: /step: found 0, expected a step above 0, at most 1 s"});
+}
