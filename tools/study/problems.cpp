@@ -146,7 +146,7 @@ Problem windows(const Json& file, const Json& one) {
   p.error = [](const World& at, const std::vector<Real>& row) {
     return glm::length(tip(body(at, 1), 1) - Vec3(row[1], row[2], 0));
   };
-  p.divisions = n > 10 ? 10 : 5, p.allowed = 1e-5, p.allowed_adaptive = 1e-5;
+  p.divisions = 5, p.allowed = 1e-4, p.allowed_adaptive = 1e-5;
   return p;
 }
 

@@ -1,0 +1,361 @@
+// Measures the solvers: reference problems, orders, energies, work against error, cost.
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+#include <functional>
+#include <string>
+
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
+#include "engine/solvers/lagrangian/internal.hpp"
+#include "tools/study/problems.hpp"
+
+#ifdef PANTIN_HAS_EIGEN
+#include <Eigen/Dense>
+#endif
+
+using namespace pantin;
+using namespace pantin::study;
+
+namespace {
+
+constexpr const char* kUsage = R"(usage: study WHAT [--small] [--csv FILE]
+
+Measures the solvers and prints what it found.
+
+  references  every reference problem: error, drift of energy, open joints, CPU time
+  orders      error against step
+  energy      energy of a double pendulum over a minute
+  work        CPU time against error, chains of 10 and 50 links, every solver
+  cost        one solve against a dense factorisation; time and memory for up to 100,000 bodies
+
+  --small     a few points of each, in a second or two
+  --csv FILE  write comma separated values to FILE, not to the standard output
+
+CPU times are medians of repeated runs on one thread; `spread` is the widest of them less the
+narrowest, part of the median.
+)";
+
+bool small = false;
+std::FILE* out = stdout;
+
+void tell(const std::string& what) {
+  if (isatty(STDERR_FILENO)) std::fprintf(stderr, "\r\033[K%s", what.c_str());
+}
+
+struct Timing {
+  double seconds = 0, spread = 0;
+};
+
+/// Runs `once`, which returns its own CPU seconds, until it has been seen often enough.
+Timing time_often(const std::function<double()>& once) {
+  std::vector<double> times;
+  double total = 0;
+  const std::size_t least = small ? 1 : 5;
+  while (times.size() < least || (total < (small ? 0 : 0.3) && times.size() < 100)) {
+    times.push_back(once());
+    total += times.back();
+    if (total > 20) break;
+  }
+  const auto [low, high] = std::minmax_element(times.begin(), times.end());
+  return {median(times), (*high - *low) / std::max(median(times), 1e-12)};
+}
+
+/// A way of stepping, by the words of charts.
+struct Method {
+  const char* name;
+  Solver solver;
+  Integrator integrator;
+};
+constexpr Method kMethods[] = {
+    {"euler", Solver::lagrangian, Integrator::euler},
+    {"rattle", Solver::lagrangian, Integrator::rattle},
+    {"rk4", Solver::lagrangian, Integrator::rk4},
+    {"implicit", Solver::lagrangian, Integrator::implicit},
+    {"auto", Solver::automatic, Integrator::rk4},
+    {"shake2", Solver::shake2, Integrator::rk4},
+    {"sweep", Solver::sweep, Integrator::rk4},
+};
+
+World with(World w, const Method& method, Real tolerance = 0) {
+  w.default_settings.solver = method.solver;
+  w.default_settings.integrator = method.integrator;
+  w.default_settings.step_tolerance = tolerance;
+  return w;
+}
+
+void references(const std::string& folder) {
+  std::vector<Problem> problems = read_problems(folder);
+  for (const bool rest : {true, false})
+    for (Problem& p : read_hanging_chains(folder, rest)) problems.push_back(std::move(p));
+  const bool table = out == stdout;
+  if (table)
+    std::printf("%-22s %-32s %-7s %-9s %-8s %-8s %-8s %-8s %-9s %s\n", "problem", "case", "steps",
+                "h or tol", "error", "energy", "open", "rank", "CPU s", "spread");
+  else
+    std::fprintf(out, "problem,case,steps,step_s,tolerance,error,energy_drift_j,constraint,rows,"
+                      "least_rank,cpu_s,spread\n");
+  for (const Problem& given : problems)
+    for (const bool adaptive : {false, true}) {
+      if (adaptive && given.file == "catenary") continue;
+      if (small && (given.id.find("N40") != std::string::npos || given.id.ends_with("settles")))
+        continue;
+      tell(given.file + " " + given.id);
+      Problem p = given;
+      if (adaptive) p.world.default_settings.step_tolerance = 1e-10;
+      const int divisions = adaptive ? 1 : p.divisions;
+      const Score s = score(p, divisions);
+      const Timing t = time_often([&] { return time_of(p, divisions, 1); });
+      const double drift = p.conserves ? s.energy : NAN;
+      if (table) {
+        std::printf("%-22s %-32s %-7s %-9.3g %-8.1e %-8.1e %-8.1e %3d/%-4d %-9.4f %.0f %%%s\n",
+                    p.file.c_str(), p.id.c_str(), adaptive ? "rk54" : "rk4",
+                    adaptive ? 1e-10 : p.every / divisions, s.error, drift, s.constraint,
+                    s.least_rank, s.rows, t.seconds, 100 * t.spread,
+                    s.status == Status::ok ? "" : "  failed");
+        std::fflush(out);
+      } else {
+        std::fprintf(out, "%s,%s,%s,%.9g,%g,%.3e,%.3e,%.3e,%d,%d,%.4e,%.3f\n", p.file.c_str(),
+                     p.id.c_str(), adaptive ? "rk54" : "rk4", p.every / divisions,
+                     adaptive ? 1e-10 : 0.0, s.error, drift, s.constraint, s.rows, s.least_rank,
+                     t.seconds, t.spread);
+      }
+    }
+  tell("");
+}
+
+/// Worlds at `count` times `every` apart, by the pair of Runge-Kutta within 1e-13.
+std::vector<World> exact_way(const World& start, Real every, int count) {
+  Simulation sim(with(start, kMethods[2], 1e-13), {every});
+  std::vector<World> way;
+  for (int i = 0; i < count; ++i) {
+    sim.step();
+    way.push_back(sim.world);
+  }
+  return way;
+}
+
+/// The worst distance from the exact way, m; infinite where the run failed.
+Real error_along(const World& start, const std::vector<World>& way, Real every, int divisions,
+                 bool turns) {
+  Simulation sim(start, {every / divisions});
+  Real worst = 0;
+  for (const World& at : way) {
+    for (int i = 0; i < divisions; ++i)
+      if (sim.step().status == Status::diverged) return INFINITY;
+    worst = std::max(worst, turns ? difference(sim.world, at) : distance(sim.world, at));
+  }
+  return worst;
+}
+
+void orders() {
+  std::fprintf(out, "method,step_s,error\n");
+  const World start = chain(5, 1, kPi / 2);
+  const std::vector<World> way = exact_way(start, 0.5, 1);
+  for (const Method& method : kMethods) {
+    if (method.solver == Solver::sweep) continue;
+    tell(method.name);
+    for (int divisions = 25; divisions <= (small ? 50 : 1600); divisions *= 2)
+      std::fprintf(out, "%s,%.9g,%.6e\n", method.name, 0.5 / divisions,
+                   error_along(with(start, method), way, 0.5, divisions, true));
+  }
+  tell("");
+}
+
+void energy() {
+  std::fprintf(out, "method,time_s,energy_j\n");
+  const int steps = small ? 300 : 6000;
+  for (const Method& method : kMethods) {
+    if (method.solver == Solver::sweep) continue;
+    tell(method.name);
+    Simulation sim(with(chain(2, 1, kPi / 2), method), {0.01});
+    for (int i = 0; i <= steps; ++i) {
+      if (i % 5 == 0)
+        std::fprintf(out, "%s,%.2f,%.9g\n", method.name, 0.01 * i, measure(sim.world).energy());
+      sim.step();
+    }
+  }
+  tell("");
+}
+
+double time_run(const World& start, Real every, int count, int divisions) {
+  Simulation sim(start, {every / divisions});
+  const double from = cpu_seconds();
+  for (int i = 0; i < count * divisions; ++i) sim.step();
+  return cpu_seconds() - from;
+}
+
+void work() {
+  constexpr Real kEvery = 0.1;
+  const int count = small ? 2 : 10;
+  std::fprintf(out, "links,method,step_s,tolerance,error,cpu_per_second,spread\n");
+  for (const int links : {10, 50}) {
+    if (small && links > 10) break;
+    const Real length = 0.1;
+    const World start = chain(links, length, kPi / 4);
+    const std::vector<World> way = exact_way(start, kEvery, count);
+    const auto point = [&](const char* name, const World& w, int divisions, Real tolerance) {
+      tell(std::to_string(links) + " links, " + name);
+      const Real error = error_along(w, way, kEvery, divisions, false) / (links * length);
+      if (!(error < 1)) return;
+      const Timing t = time_often([&] { return time_run(w, kEvery, count, divisions); });
+      std::fprintf(out, "%d,%s,%.9g,%g,%.4e,%.4e,%.3f\n", links, name, kEvery / divisions,
+                   tolerance, error, t.seconds / (count * kEvery), t.spread);
+    };
+    for (const Method& method : kMethods)
+      for (int divisions = 3; divisions <= (small ? 6 : 400); divisions *= 2)
+        point(method.name, with(start, method), divisions, 0);
+    for (Real tolerance = 1e-3; tolerance > (small ? 1e-5 : 5e-12); tolerance *= 0.1)
+      point("rk54", with(start, kMethods[2], tolerance), 1, tolerance);
+  }
+  tell("");
+}
+
+/// Bytes in use on the heap; 0 where the library does not tell.
+double bytes_in_use() {
+#ifdef __GLIBC__
+  const struct mallinfo2 all = mallinfo2();
+  return static_cast<double>(all.uordblks) + static_cast<double>(all.hblkhd);
+#else
+  return 0;
+#endif
+}
+
+#ifdef PANTIN_HAS_EIGEN
+/// Seconds of a dense LU of the same equations; `a` is compared with its answer.
+double time_dense(const Mechanism& m, std::span<const Vec3> force, std::span<const Real> right,
+                  std::span<const Vec3> a, Real& apart) {
+  const auto bodies = static_cast<Eigen::Index>(m.count());
+  const auto rows = static_cast<Eigen::Index>(m.rows), all = 6 * bodies + rows;
+  Eigen::MatrixXd k = Eigen::MatrixXd::Zero(all, all);
+  Eigen::VectorXd b(all);
+  for (Eigen::Index i = 0; i < bodies; ++i) {
+    const auto n = static_cast<std::size_t>(i);
+    const Mat3 take = glm::inverse(m.room.give[n]);
+    for (int r = 0; r < 3; ++r) {
+      k(6 * i + r, 6 * i + r) = m.mass[n];
+      for (int c = 0; c < 3; ++c) k(6 * i + 3 + r, 6 * i + 3 + c) = take[c][r];
+      b(6 * i + r) = force[2 * n][r], b(6 * i + 3 + r) = force[2 * n + 1][r];
+    }
+  }
+  for (const Block& block : m.blocks)
+    for (std::size_t r = 0; r < block.rows; ++r)
+      for (std::size_t e = 0; e < block.count; ++e) {
+        if (block.body[e] >= m.count()) continue;
+        const Eigen::Index row = 6 * bodies + static_cast<Eigen::Index>(block.first_row + r);
+        for (int c = 0; c < 6; ++c) {
+          const Vec3& part =
+              m.room.jacobian[block.first_vector + 2 * (r * block.count + e) + (c < 3 ? 0 : 1)];
+          const Eigen::Index column = 6 * Eigen::Index{block.body[e]} + c;
+          k(row, column) += part[c % 3], k(column, row) += part[c % 3];
+        }
+      }
+  for (Eigen::Index r = 0; r < rows; ++r) b(6 * bodies + r) = right[static_cast<std::size_t>(r)];
+  const double from = cpu_seconds();
+  const Eigen::VectorXd x = Eigen::PartialPivLU<Eigen::Ref<Eigen::MatrixXd>>(k).solve(b);
+  const double seconds = cpu_seconds() - from;
+  Real most = 1e-300;
+  apart = 0;
+  for (Eigen::Index i = 0; i < 6 * bodies; ++i) {
+    most = std::max(most, std::abs(x(i)));
+    apart = std::max(apart, std::abs(x(i) - a[static_cast<std::size_t>(i / 3)][int(i % 3)]));
+  }
+  apart /= most;
+  return seconds;
+}
+#endif
+
+void cost() {
+  std::fprintf(out, "what,integrator,bodies,seconds,spread,bytes_per_body,dense_seconds,ratio,apart\n");
+  for (const int n : {100, 300, 1000}) {
+    if (small && n > 100) break;
+    tell("one solve, " + std::to_string(n) + " bodies");
+    Simulation sim(chain(n, 0.1, kPi / 4), {1e-3});
+    for (int i = 0; i < 3; ++i) sim.step();
+    Mechanism& m = sim.world.mechanisms.at(0);
+    std::vector<Vec3> a(2 * m.count()), force(2 * m.count(), Vec3(0));
+    for (std::size_t b = 0; b < m.count(); ++b) force[2 * b].y = -9.81 * m.mass[b];
+    const std::vector<Real> right(m.rows, 0);
+    std::vector<Real> lambda(m.rows);
+    const Timing t = time_often([&] {
+      const double from = cpu_seconds();
+      lagrangian::factor(m, false);
+      lagrangian::solve(m, force, right, a, lambda);
+      return cpu_seconds() - from;
+    });
+    double dense = NAN;
+    Real apart = NAN;
+#ifdef PANTIN_HAS_EIGEN
+    dense = time_dense(m, force, right, a, apart);
+#endif
+    std::fprintf(out, "solve,,%d,%.4e,%.3f,,%.4e,%.1f,%.2e\n", n, t.seconds, t.spread, dense,
+                 dense / t.seconds, apart);
+    std::fflush(out);
+  }
+  for (const Method& method : kMethods) {
+    if (method.solver != Solver::lagrangian) continue;
+    std::vector<double> sizes, times;
+    for (const int n : {100, 1000, 10000, 100000}) {
+      if (small && n > 1000) break;
+      tell(std::string(method.name) + ", " + std::to_string(n) + " bodies");
+      const double before = bytes_in_use();
+      Simulation sim(with(chain(n, 0.1, kPi / 4), method), {1e-3});
+      sim.step();
+      const double held = bytes_in_use() - before;
+      const Timing t = time_often([&] {
+        const double from = cpu_seconds();
+        sim.step();
+        return cpu_seconds() - from;
+      });
+      sizes.push_back(std::log(n)), times.push_back(std::log(t.seconds));
+      std::fprintf(out, "step,%s,%d,%.4e,%.3f,%.0f,,,\n", method.name, n, t.seconds, t.spread,
+                   held / n);
+      std::fflush(out);
+    }
+    double x = 0, y = 0, xx = 0, xy = 0;
+    const auto count = static_cast<double>(sizes.size());
+    for (std::size_t i = 0; i < sizes.size(); ++i)
+      x += sizes[i] / count, y += times[i] / count;
+    for (std::size_t i = 0; i < sizes.size(); ++i)
+      xx += (sizes[i] - x) * (sizes[i] - x), xy += (sizes[i] - x) * (times[i] - y);
+    std::fprintf(out, "exponent,%s,,%.3f,,,,,\n", method.name, xy / xx);
+  }
+  tell("");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::string what, file;
+  for (int i = 1; i < argc; ++i) {
+    const std::string word = argv[i];
+    if (word == "--help" || word == "-h") return std::fputs(kUsage, stdout), 0;
+    if (word == "--small") small = true;
+    else if (word == "--csv" && i + 1 < argc) file = argv[++i];
+    else if (what.empty() && word[0] != '-') what = word;
+    else return std::fprintf(stderr, "study: found \"%s\"; see study --help\n", argv[i]), 2;
+  }
+  const std::pair<const char*, std::function<void()>> studies[] = {
+      {"references", [] { references(PANTIN_STUDY_DATA); }}, {"orders", orders},
+      {"energy", energy}, {"work", work}, {"cost", cost}};
+  for (const auto& [name, run] : studies) {
+    if (what != name) continue;
+    if (!file.empty() && !(out = std::fopen(file.c_str(), "w")))
+      return std::fprintf(stderr, "study: could not write %s\n", file.c_str()), 4;
+    try {
+      run();
+    } catch (const std::exception& e) {
+      return std::fprintf(stderr, "study: %s\n", e.what()), 1;
+    }
+    if (std::fflush(out) != 0 || std::ferror(out))
+      return std::fprintf(stderr, "study: could not write %s\n", file.c_str()), 4;
+    return 0;
+  }
+  std::fprintf(stderr, "study: expected references, orders, energy, work or cost; see study --help\n");
+  return 2;
+}
