@@ -156,7 +156,7 @@ void add_line(Pen& pen, const Marked& m, Vec3 other) {
   const Vec3 way = other - m.at;
   const Real length = glm::length(way);
   if (m.joint.kind == JointKind::distance || length <= 0)
-    return pen.line(m.at, other, 1.4 * pen.fine(), ink::kTie);
+    return pen.line(m.at, other, 2 * pen.fine(), ink::kTie);
   constexpr int kTurns = 6;
   Vec3 side = glm::cross(way, pen.eye().forward);
   if (glm::length(side) < 1e-3 * length) side = glm::cross(way, pen.eye().up);
@@ -166,7 +166,7 @@ void add_line(Pen& pen, const Marked& m, Vec3 other) {
     points.push_back(m.at + (0.15 + 0.7 * (i + 0.5) / (2 * kTurns)) * way +
                      (i % 2 == 0 ? side : -side));
   points.push_back(m.at + 0.85 * way), points.push_back(other);
-  pen.path(points, 1.4 * pen.fine(), ink::kTie);
+  pen.path(points, 2 * pen.fine(), ink::kTie);
 }
 
 void add_ball(Pen& pen, const Marked& m) {

@@ -194,7 +194,7 @@ TEST_CASE("a distance is a line from anchor to anchor, a spring a zigzag about i
     s.world.links.find(s.link)->joint.anchor_b = {-0.5, 0.5, 0};
     const Image image = s.draw();
     if (image.rgba.empty()) return;
-    for (Real x : {-0.45, 0.45}) CHECK(s.count(image, kAt + Vec3{x, 0, 0}, ink::kTie, 4) > 3);
+    for (Real x : {-0.4, 0.4}) CHECK(s.count(image, kAt + Vec3{x, 0, 0}, ink::kTie, 4) > 3);
     int aside = 0;
     for (Real x = -0.3; x <= 0.3; x += 0.01)
       aside += s.count(image, kAt + Vec3{x, 0.03, 0}, ink::kTie, 0);
