@@ -12,7 +12,9 @@ namespace {
 constexpr Real kTouch = 1e-9;
 /// Slower approaches are not given back, m/s or rad/s.
 constexpr Real kQuiet = 1e-3;
-constexpr int kMostEvents = 32, kMostHalvings = 12, kMostSteps = 200000;
+constexpr int kMostEvents = 8, kMostSearches = 16, kMostHalvings = 6, kMostSteps = 200000;
+/// More steps of the integrator than this make no step: it is given up and told.
+constexpr int kMostParts = 1000;
 
 /// Bodies that are no more than the mass of what hangs on a point: where it is, moving with it.
 void gather_hangings(Mechanism& m, Real h) {
@@ -199,7 +201,7 @@ bool go(const World& world, Mechanism& m, const Span& span) {
       good = integrate(world, m,
                        {span.from + i * span.h / parts, span.h / parts, span.whole});
     if (good) return true;
-    if (++halvings > kMostHalvings) return false;
+    if (++halvings > kMostHalvings || m.parts > kMostParts) return false;
     m.room.state = m.room.start;
     std::fill(m.loads.begin(), m.loads.end(), 0.0);
     m.fresh = true;
@@ -294,7 +296,7 @@ bool go_among_limits(World& world, Mechanism& m, Real h) {
     if (Real depth = deepest(m); depth > kTouch && m.events < kMostEvents) {
       // Where the first limit is met: regula falsi, with the far end's weight halved (Illinois).
       Real low = 0, high = length, at_low = kTouch, at_high = -depth;
-      for (int n = 0; n < 60 && depth > kTouch; ++n) {
+      for (int n = 0; n < kMostSearches && depth > kTouch; ++n) {
         length = low + (high - low) * at_low / (at_low - at_high);
         if (high - low < 1e-12 * h) break;
         if (!attempt(length)) return false;

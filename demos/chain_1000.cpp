@@ -1,0 +1,22 @@
+// A thousand links by the exact solver, in time linear in their number.
+#include "demos/demo.hpp"
+
+using namespace pantin;
+
+int main(int argc, char** argv) {
+  const Scene scene = demos::load("chain_1000");
+  const Real start = measure(scene.world).energy();
+  Real most = 0;
+  demos::Extras extras;
+  extras.last_picture = 1.2;
+  extras.check = [&](const World& w, const demos::Outcome& worst, demos::Findings& f) {
+    f.expect("energy gained, J", most, -1e9, 1e-6);
+    f.expect("bodies of one mechanism", static_cast<Real>(w.mechanisms.front().count()), 1000, 1000);
+    f.expect("joints open at the worst, part of the size", worst.worst_gap, 0, 1e-12);
+  };
+  const auto script = [&](Simulation& sim, int step) {
+    if (step == 0) most = -1e9;
+    if (step > 0) most = std::max(most, measure(sim.world).energy() - start);
+  };
+  return demos::run(argc, argv, "chain_1000", scene, script, extras);
+}
