@@ -137,7 +137,10 @@ bool step_implicit(const World& world, Mechanism& m, const Span& span) {
     if (n == 0 || worst > 0.25 * before) factor(m, false);
     if (n > 12 && worst > 1e3 * before) return false;
     before = worst;
+    // A correction is of the size of rounding in the end: what it lacks, part of that, says nothing.
+    const Real lack = room.worst_lack;
     solve(m, room.momenta, room.right, room.correction, room.lambda);
+    room.worst_lack = lack;
     for (std::size_t i = 0; i < 2 * m.count(); ++i) room.residuals[i] += room.correction[i];
     for (std::size_t r = 0; r < m.rows; ++r) room.sum_lambda[r] += room.lambda[r];
   }

@@ -281,7 +281,9 @@ void strike(const World& world, Mechanism& m) {
 bool go_among_limits(World& world, Mechanism& m, Real h) {
   MechanismRoom& room = m.room;
   Real done = 0;
-  for (m.events = 0; done < h * (1 - 1e-12);) {
+  m.events = 0;
+  // What is left after so many blows is taken at once.
+  for (int tries = 0; done < h * (1 - 1e-12); ++tries) {
     room.begin = room.state;
     bool again = false;
     const auto attempt = [&](Real length) {
@@ -293,7 +295,7 @@ bool go_among_limits(World& world, Mechanism& m, Real h) {
     if (!attempt(length)) return false;
     for (int n = 0; n < 16 && let_go(m); ++n)
       if (!attempt(length)) return false;
-    if (Real depth = deepest(m); depth > kTouch && m.events < kMostEvents) {
+    if (Real depth = deepest(m); depth > kTouch && tries < kMostEvents) {
       // Where the first limit is met: regula falsi, with the far end's weight halved (Illinois).
       Real low = 0, high = length, at_low = kTouch, at_high = -depth;
       for (int n = 0; n < kMostSearches && depth > kTouch; ++n) {
