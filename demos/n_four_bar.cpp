@@ -17,7 +17,7 @@ int main(int argc, char** argv) {
   for (int i = 0; i < kPosts; ++i) posts[i] = scene.world.find("post" + std::to_string(i));
   Real worst_energy = 0, worst_angle = 0, way = 0, last = 0;
   demos::Extras extras;
-  extras.columns = 4, extras.width = 420, extras.height = 150;
+  extras.columns = 4, extras.width = 400, extras.height = 180;
   extras.last_picture = 2.4;
   extras.check = [&](const World&, const demos::Outcome& worst, demos::Findings& f) {
     f.expect("energy gained or lost of 190, J", worst_energy, 0, 1e-2);
