@@ -307,11 +307,14 @@ void carry_memory(const World& world, const std::vector<Mechanism>& before, Mech
     if (!same) continue;
     // Only what was changed by hand in place: the counts of whole turns go on.
     m.hangings = was.hangings;
-    m.memory = was.memory, m.loads = was.loads, m.fresh = was.fresh;
+    m.memory = was.memory, m.loads = was.loads, m.fresh = was.fresh, m.counted = was.counted;
+    for (std::size_t i = 0; i < m.blocks.size() && m.counted; ++i)
+      if (m.blocks[i].kind == BlockKind::ratio &&
+          !world.ratios.values()[m.blocks[i].source].has_offset)
+        m.blocks[i].bound = was.blocks[i].bound;
     m.frames = was.frames;
     for (std::size_t i = 0; i < m.efforts.size(); ++i) m.efforts[i].before = was.efforts[i].before;
   }
-  (void)world;
 }
 
 }  // namespace

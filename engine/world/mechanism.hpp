@@ -182,6 +182,7 @@ struct Mechanism {
   std::vector<Hanging> hangings;
   std::vector<Vec3> owed;                 // forces and torques of what lies on it, two a body
   bool fresh = true;
+  bool counted = false;  // whole turns have been counted from the start
   Real try_step = 0;  // s, adaptive
 
   // For the report.

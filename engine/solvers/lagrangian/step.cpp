@@ -89,7 +89,8 @@ Real value_of(const World& world, const Mechanism& m, Entity link, Coordinate wh
   return c;
 }
 
-/// Coordinates as they are now, so that whole turns are counted. `anew`: from the nearest turn.
+/// Coordinates as they are now, so that whole turns are counted. `anew`: from the nearest turn, or
+/// from the one that the slide of a screw or a rack tells.
 void count_turns(const World& world, Mechanism& m, bool anew) {
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
     Block& b = m.blocks[i];
@@ -97,7 +98,10 @@ void count_turns(const World& world, Mechanism& m, bool anew) {
     if (anew) before[0] = before[1] = 0;
     if (b.kind == BlockKind::ratio) {
       const Ratio& r = world.ratios.values()[b.source];
+      if (anew && r.has_offset && r.slides_second && r.ratio != 0)
+        before[0] = (value_of(world, m, r.second, b.second, 0) - r.offset) / r.ratio;
       before[0] = value_of(world, m, r.first, b.coordinate, before[0]);
+      if (anew && r.has_offset) before[1] = r.ratio * before[0] + r.offset;
       before[1] = value_of(world, m, r.second, b.second, before[1]);
       if (anew && !r.has_offset) b.bound = before[1] - r.ratio * before[0];
       continue;
@@ -108,9 +112,15 @@ void count_turns(const World& world, Mechanism& m, bool anew) {
     const bool screw = b.kind == BlockKind::joint && joint.kind == JointKind::screw;
     if (b.kind == BlockKind::joint && !screw) continue;
     if (!screw && b.coordinate != Coordinate::turn && b.coordinate != Coordinate::second) continue;
-    Real c = 0;
-    write_coordinate(joint, screw ? Coordinate::turn : b.coordinate, m.room.placed[b.body[0]],
-                     m.room.placed[b.body[1]], before[0], {&c, nullptr, nullptr});
+    const auto value = [&](Coordinate which) {
+      Real c = 0;
+      write_coordinate(joint, which, m.room.placed[b.body[0]], m.room.placed[b.body[1]], before[0],
+                       {&c, nullptr, nullptr});
+      return c;
+    };
+    if (anew && screw && joint.extras->pitch != 0)
+      before[0] = value(Coordinate::slide) / joint.extras->pitch;
+    Real c = value(screw ? Coordinate::turn : b.coordinate);
     if (anew && b.kind == BlockKind::limit && !b.lock) {
       // A range that does not contain the nearest turn may contain another.
       const AngleLimit& range = b.coordinate == Coordinate::second ? joint.limits->second
@@ -333,7 +343,8 @@ bool go_among_limits(World& world, Mechanism& m, Real h) {
 /// The first step of a mechanism, or the first after something was changed by hand: onto its joints.
 bool start(const World& world, Mechanism& m, Real h) {
   place(m), place_frames(world, m, 0, h);
-  count_turns(world, m, true);
+  count_turns(world, m, !m.counted);
+  m.counted = true;
   write_all_rows(world, m, {true, true});
   for (std::size_t i = 0; i < m.blocks.size(); ++i)
     m.memory[i].active = is_one_sided(m, i) && m.room.c[m.blocks[i].first_row] <= kTouch;
