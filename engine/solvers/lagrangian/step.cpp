@@ -224,13 +224,13 @@ bool is_one_sided(const Mechanism& m, std::size_t i) {
   return (b.kind == BlockKind::limit && !b.lock) || b.kind == BlockKind::string;
 }
 
-/// The deepest overstep of a limit that does not bear.
-Real deepest(const Mechanism& m) {
-  Real least = 0;
+/// How far the nearest limit is that does not bear; below zero where one is overstepped.
+Real clearance(const Mechanism& m) {
+  Real least = 1e300;
   for (std::size_t i = 0; i < m.blocks.size(); ++i)
     if (is_one_sided(m, i) && !m.memory[i].active)
       least = std::min(least, m.room.c[m.blocks[i].first_row]);
-  return -least;
+  return least;
 }
 
 /// Limits that would have pulled let go. True if any did.
@@ -295,6 +295,9 @@ bool go_among_limits(World& world, Mechanism& m, Real h) {
   // What is left after so many blows is taken at once.
   for (int tries = 0; done < h * (1 - 1e-12); ++tries) {
     room.begin = room.state;
+    place(m), place_frames(world, m, done / h, h);
+    write_all_rows(world, m, {true, false});
+    const Real at_start = clearance(m);
     bool again = false;
     const auto attempt = [&](Real length) {
       room.state = room.begin;
@@ -305,25 +308,28 @@ bool go_among_limits(World& world, Mechanism& m, Real h) {
     if (!attempt(length)) return false;
     for (int n = 0; n < 16 && let_go(m); ++n)
       if (!attempt(length)) return false;
-    if (Real depth = deepest(m); depth > kTouch && tries < kMostEvents) {
-      // Where the first limit is met: regula falsi, with the far end's weight halved (Illinois).
-      Real low = 0, high = length, at_low = kTouch, at_high = -depth;
-      for (int n = 0; n < kMostSearches && depth > kTouch; ++n) {
+    if (Real left = clearance(m); left < -kTouch && tries < kMostEvents) {
+      // Where the first limit is met: regula falsi, an end that stays loses half its weight
+      // (Illinois).
+      Real low = 0, high = length, at_low = std::max(at_start, kTouch), at_high = left;
+      int side = 0;
+      bool met = false;
+      for (int n = 0; n < kMostSearches && !met && high - low > 1e-12 * h; ++n) {
         length = low + (high - low) * at_low / (at_low - at_high);
-        if (high - low < 1e-12 * h) break;
         if (!attempt(length)) return false;
-        depth = deepest(m);
-        if (depth > 0.5 * kTouch) {
-          high = length, at_high = -depth, at_low *= 0.5;
+        left = clearance(m);
+        met = std::abs(left) <= kTouch;
+        if (left < 0) {
+          high = length, at_high = left;
+          if (side < 0) at_low *= 0.5;
+          side = -1;
         } else {
-          Real least = 1e300;
-          for (std::size_t i = 0; i < m.blocks.size(); ++i)
-            if (is_one_sided(m, i) && !m.memory[i].active)
-              least = std::min(least, room.c[m.blocks[i].first_row]);
-          low = length, at_low = std::max(least, kTouch), at_high *= 0.5;
-          if (least <= kTouch) break;
+          low = length, at_low = left;
+          if (side > 0) at_high *= 0.5;
+          side = 1;
         }
       }
+      if (!met && !attempt(length = high)) return false;
     }
     done += length;
     bool reached = false;
@@ -348,6 +354,9 @@ bool start(const World& world, Mechanism& m, Real h) {
   write_all_rows(world, m, {true, true});
   for (std::size_t i = 0; i < m.blocks.size(); ++i)
     m.memory[i].active = is_one_sided(m, i) && m.room.c[m.blocks[i].first_row] <= kTouch;
+  write_all_rows(world, m, {true, false});
+  for (std::size_t i = 0; i < m.blocks.size(); ++i)  // what is leaving its limit may go
+    if (m.memory[i].active && rate_of(m, m.blocks[i], 0) > kQuiet) m.memory[i].active = false;
   std::fill(m.loads.begin(), m.loads.end(), 0.0);
   return project(world, m, 0, h);
 }
@@ -383,7 +392,7 @@ void make_room(Mechanism& m) {
   const std::size_t stages = pair ? 7 : m.settings.integrator == Integrator::rk4 ? 4 : 0;
   for (std::size_t i = 0; i < stages; ++i)
     r.rates[i].assign(3 * bodies, Vec3(0)), r.quat_rates[i].assign(bodies, kNoTurn);
-  m.faults.reserve(m.blocks.size());
+  m.faults.reserve(m.blocks.size() + 1);
   r.ready = true;
 }
 
