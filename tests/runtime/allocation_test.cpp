@@ -92,6 +92,27 @@ TEST_CASE("a step allocates nothing after the first few") {
   CHECK(allocations_in(simulation, 300) == 0);
 }
 
+TEST_CASE("a step of the Lagrangian solver allocates nothing after the first few, limits met or not") {
+  const auto integrator =
+      GENERATE(Integrator::euler, Integrator::rattle, Integrator::rk4, Integrator::implicit);
+  const Real tolerance = GENERATE(0.0, 1e-8);
+  World world = hung_chain(10).world;
+  world.default_settings.solver = Solver::lagrangian;
+  world.default_settings.integrator = integrator;
+  world.default_settings.step_tolerance = tolerance;
+  for (Link& l : world.links.values()) {
+    l.joint.limits.edit().turn = {true, -0.1, 0.1};
+    l.joint.limits.edit().swing = {true, 0.3, 0.2};
+    l.joint.extras.edit().turn.spring.stiffness = 0.1;
+  }
+  Body& last = world.bodies.values()[10];
+  last.spin = {3, 2, 1};
+  Simulation simulation(std::move(world));
+  simulation.settings.measure = true;
+  allocations_in(simulation, 3);
+  CHECK(allocations_in(simulation, 60) == 0);
+}
+
 TEST_CASE("advancing and drawing allocate nothing after the first few") {
   Puppet p = swaying_puppet();
   Simulation simulation(p.world);

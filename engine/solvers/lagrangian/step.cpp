@@ -424,7 +424,8 @@ void step(World& world, Mechanism& m, Real h) {
   if (!good) {
     m.lost = m.bodies.front();
     for (std::size_t b = 0; b + m.hangings.size() < m.count(); ++b)
-      if (!is_finite(m.room.state.x[b]) || !is_finite(m.room.state.w[b])) {
+      if (const Motions& s = m.room.state; !is_finite(s.x[b]) || !is_finite(s.q[b]) ||
+                                           !is_finite(s.v[b]) || !is_finite(s.w[b])) {
         m.lost = m.bodies[b];
         break;
       }
