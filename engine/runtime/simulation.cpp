@@ -217,7 +217,7 @@ StepReport step_world(World& world, const StepSettings& settings, const Systems&
   Stopwatch watch(times != nullptr);
   run(Place::before_measure);
   for (const Mechanism& m : world.mechanisms) {
-    if (!m.lost || report.status == Status::diverged) continue;
+    if (!m.lost || m.cannot_close || report.status == Status::diverged) continue;
     report.status = Status::diverged, report.body = m.lost, report.residual = m.residual;
   }
   for (const Articulation& a : all) {

@@ -192,6 +192,7 @@ struct Mechanism {
   Real residual = 0;          // worst of C after the step
   int solves = 0, parts = 0, iterations = 0, events = 0;
   int rounds = 0;  // with what hangs on it
+  bool cannot_close = false;  // its joints, as they were given
 
   Scratch<MechanismRoom> room;
 

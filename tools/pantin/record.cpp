@@ -7,6 +7,8 @@
 #include <cstring>
 #include <filesystem>
 
+#include "engine/solvers/lagrangian/lagrangian.hpp"
+
 namespace pantin::program {
 namespace {
 
@@ -50,7 +52,16 @@ Result<Done> Record::open(const std::string& path, const World& world) {
          {"x", "y", "z", "qx", "qy", "qz", "qw", "vx", "vy", "vz", "wx", "wy", "wz"})
       row += ',' + field(world.name_of(e) + '.' + what);
   for (Entity e : world.links.owners()) row += ',' + field(world.name_of(e) + ".gap_m");
-  row += ",kinetic_j,potential_j,energy_j,px,py,pz,lx,ly,lz\n";
+  row += ",kinetic_j,potential_j,energy_j,px,py,pz,lx,ly,lz";
+  World built = world;
+  rebuild_articulations(built);
+  exact_ = !built.mechanisms.empty();
+  for (const Mechanism& m : built.mechanisms)
+    for (const Block& b : m.blocks)
+      for (const char* what : {"fx", "fy", "fz", "tx", "ty", "tz"})
+        if (b.kind == BlockKind::joint)
+          row += ',' + field(built.name_of(joint_of(built, b)) + '.' + what);
+  row += exact_ ? ",elastic_j,rows,rank\n" : "\n";
   if (std::fputs(row.c_str(), file_) < 0) return fail("could not write the record");
   return Done{};
 }
@@ -72,6 +83,18 @@ Result<Done> Record::add(const World& world, const Measures& m) {
   row += fmt::format(",{},{},{}", m.kinetic, m.potential, m.energy());
   add_vec(row, m.momentum);
   add_vec(row, m.spin_momentum);
+  if (exact_) {
+    std::size_t rows = 0, rank = 0;
+    for (const Mechanism& mechanism : world.mechanisms) {
+      rows += mechanism.rows, rank += mechanism.rank;
+      for (const Block& b : mechanism.blocks) {
+        if (b.kind != BlockKind::joint) continue;
+        const lagrangian::JointForce f = lagrangian::joint_force(mechanism, b);
+        add_vec(row, f.force), add_vec(row, f.torque);
+      }
+    }
+    row += fmt::format(",{},{},{}", m.elastic, rows, rank);
+  }
   row += '\n';
   if (std::fputs(row.c_str(), file_) < 0) return fail("could not write the record");
   return Done{};

@@ -139,6 +139,20 @@ Json to_json(const RunChoices& c, const Scene& scene, const Simulation& sim, Sum
                               {"kind", u.kind},
                               {"residual_m", u.residual},
                               {"reachable", u.reachable}});
+  for (const Mechanism& m : sim.world.mechanisms) {
+    Json one = {{"bodies", m.count() - m.hangings.size()},
+                {"integrator", name_of(m.settings.integrator)},
+                {"equations", m.rows},
+                {"rank", m.rank},
+                {"redundant", Json::array()},
+                {"residual", m.residual},
+                {"parts", m.parts}};
+    for (const MechanismFault& f : m.faults)
+      if (f.kind == MechanismFault::redundant)
+        one["redundant"].push_back({{"joint", sim.world.name_of(joint_of(sim.world, m.blocks[f.block]))},
+                                    {"rows", f.rows}});
+    j["mechanisms"].push_back(one);
+  }
   if (!s.lost_body.empty())
     j["lost"] = {{"body", s.lost_body}, {"time_s", s.lost_time}, {"residual_m", s.lost_gap}};
   j["warnings"] = scene.warnings;
@@ -184,6 +198,7 @@ int step_through(const RunChoices& c, const Scene& scene, Simulation& sim, Pictu
     if (!row) fail(row.errors(), kUnwritable);
     return static_cast<bool>(row);
   };
+  if (record) rebuild_articulations(sim.world);  // the first row has all columns too
   if (!write_row(measure(sim.world))) return kUnwritable;
   for (std::uint64_t i = 0; i < steps; ++i) {
     if (interrupted()) {
@@ -199,6 +214,14 @@ int step_through(const RunChoices& c, const Scene& scene, Simulation& sim, Pictu
       complain(fmt::format(
           "{}: diverged at {:.6g} s: body {} left all bounds (worst joint gap {:.3g} m)", c.scene,
           report.time, s.lost_body, s.worst_gap));
+      return kDiverged;
+    }
+    if (report.status == Status::inconsistent) {
+      s.status = "inconsistent";
+      const std::string name = sim.world.name_of(report.worst_hold);
+      complain(fmt::format(
+          "{}: inconsistent at {:.6g} s: joints contradict one another, {} lacks the most ({:.3g})",
+          c.scene, report.time, name, report.worst_residual));
       return kDiverged;
     }
     if (!write_row(report.measures)) return kUnwritable;
@@ -262,7 +285,8 @@ constexpr const char* kExamples = R"(Examples:
   pantin run assets/scenes/chain10.json --solver lagrangian --integrator rattle
   pantin run assets/scenes/chain10.json --solver lagrangian --tolerance 1e-8
 
---json prints one object: scene, title, status (ok, diverged, interrupted, unwritable), solver,
+--json prints one object: scene, title, status (ok, diverged,
+inconsistent, interrupted, unwritable), solver,
 step_s, substeps, steps, simulated_s, bodies, joints, strings, articulations, worst_gap_m,
 worst_gap_rel, energy_start_j, energy_end_j, energy_max_j, ns_per_link_step_median,
 ns_per_link_step_p99, frame_ms_median, frame_ms_p99 (a step, without drawing),
@@ -270,7 +294,8 @@ allocations_per_step, hash, frames_written, cpu_ms_per_frame (all threads, start
 worst_residual_m, rounds_max, limited_steps, contacts (bearing, at the end), contacts_max,
 contact_depth_m (worst overlap after a step), limit_hits (joints held by a limit, at the end),
 limit_hits_max, limit_violation_rad, drives_capped_max, passes_mean, passes_max,
-final_acceleration_rms (m/s^2, mass centres, last second), unreached, warnings, and lost after a
+final_acceleration_rms (m/s^2, mass centres, last second), unreached, mechanisms
+(Lagrangian: bodies, integrator, equations, rank, redundant, residual, parts), warnings, and lost after a
 divergence.
 
 Exit codes: 0 ok, 1 failed run, 2 usage or bad input, 3 diverged, 4 could not write, 130 interrupted.)";

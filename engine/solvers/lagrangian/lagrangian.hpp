@@ -18,4 +18,11 @@ void step(World& world, Mechanism& m, Real h);
 /// that cannot all be closed, joints at a wrong root. Does not move anything; allocates.
 std::vector<MechanismFault> inspect(const World& world, std::size_t mechanism);
 
+/// What a joint does to its body b, mean over the last step, world axes.
+struct JointForce {
+  Vec3 force{0};   // N
+  Vec3 torque{0};  // N m, about the mass centre of b
+};
+JointForce joint_force(const Mechanism& m, const Block& joint);
+
 }  // namespace pantin::lagrangian

@@ -411,6 +411,7 @@ void step(World& world, Mechanism& m, Real h) {
   const bool begins = m.fresh;
   bool good = all_finite(m);
   if (good && begins) good = start(world, m, h);
+  m.cannot_close = begins && !good && all_finite(m);
   if (good && m.unilateral) good = go_among_limits(world, m, h);
   else if (good) good = go(world, m, {0, h, h});
   const bool open = !good || m.room.worst_lack > 1e-2;
@@ -440,6 +441,17 @@ void step(World& world, Mechanism& m, Real h) {
     const Placed& at = m.room.placed[m.count() + i];
     m.frames[i].before = {at.position, at.rotation}, m.frames[i].known = true;
   }
+}
+
+JointForce joint_force(const Mechanism& m, const Block& joint) {
+  JointForce sum;
+  if (!m.room.ready) return sum;
+  for (std::size_t r = 0; r < joint.rows; ++r) {
+    const Vec3* j = &m.room.jacobian[joint.first_vector + 2 * (r * joint.count + 1)];
+    sum.force += m.loads[joint.first_row + r] * j[0];
+    sum.torque += m.loads[joint.first_row + r] * j[1];
+  }
+  return sum;
 }
 
 std::vector<MechanismFault> inspect(const World& world, std::size_t number) {
