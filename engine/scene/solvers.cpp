@@ -1,32 +1,13 @@
 #include <algorithm>
-#include <numeric>
 #include <set>
 #include <string>
 
 #include "engine/scene/assembly.hpp"
 #include "engine/scene/read.hpp"
+#include "engine/world/islands.hpp"
 
 namespace pantin {
 namespace {
-
-/// Sets of bodies; each is known by its lowest.
-class Sets {
- public:
-  explicit Sets(std::size_t count) : parent_(count) {
-    std::iota(parent_.begin(), parent_.end(), 0u);
-  }
-  std::uint32_t root(std::uint32_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void join(std::uint32_t a, std::uint32_t b) {
-    a = root(a), b = root(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<std::uint32_t> parent_;
-};
 
 /// The dynamic body of a joint.
 std::uint32_t mover(const Assembly& assembly, const PlacedJoint& joint) {
@@ -54,7 +35,7 @@ std::vector<Extra> extras_of(const PlacedJoint& joint, const JsonDocument& json)
 }  // namespace
 
 std::vector<Solver> solvers_of(const Assembly& assembly, Solver otherwise) {
-  Sets sets(assembly.bodies.size());
+  Islands sets(assembly.bodies.size());
   const auto tie = [&](std::uint32_t a, std::uint32_t b) {
     if (assembly.is_dynamic(a) && assembly.is_dynamic(b)) sets.join(a, b);
   };

@@ -227,10 +227,12 @@ void pack_ratios(Packer& p) {
     block.kind = BlockKind::ratio, block.source = i, block.rows = 1, block.bound = r.offset;
     block.coordinate = r.slides_first ? Coordinate::slide : Coordinate::turn;
     block.second = r.slides_second ? Coordinate::slide : Coordinate::turn;
+    std::uint8_t* end = block.ends;
     for (std::uint32_t slot : {e1.a, e1.b, e2.a, e2.b}) {
       const std::uint32_t number = number_of(p, at, slot);
-      if (std::find(block.body, block.body + block.count, number) == block.body + block.count)
-        block.body[block.count++] = number;
+      const auto found = std::find(block.body, block.body + block.count, number);
+      *end++ = static_cast<std::uint8_t>(found - block.body);
+      if (found == block.body + block.count) block.body[block.count++] = number;
     }
     add_block(world.mechanisms[at], block);
   }
@@ -386,7 +388,9 @@ void rebuild_mechanisms(World& world) {
     }
     world.mechanisms.push_back(std::move(m));
   }
-  world.exact = std::move(exact);
+  world.exact.resize(world.bodies.size());
+  for (std::uint32_t slot = 0; slot < world.bodies.size(); ++slot)
+    world.exact[slot] = {p.owner[slot], p.number[slot]};
   find_hangings(p);
   pack_links(p), pack_pins(p), pack_strings(p), pack_ratios(p);
   for (Mechanism& m : world.mechanisms) {

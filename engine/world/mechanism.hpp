@@ -36,6 +36,7 @@ struct Block {
   std::uint8_t rows = 0, count = 0;          // of rows, of bodies
   std::uint32_t source = 0;                  // slot in the store of its kind; limit, spring: links
   std::uint32_t body[4] = {};                // in the mechanism
+  std::uint8_t ends[4] = {};                 // ratio: of a, b of the first link and of the second
   std::uint32_t first_row = 0;
   std::uint32_t first_vector = 0;  // in the Jacobian: 2 * count vectors a row
   Real bound = 0;                  // limit: value; ratio: offset
@@ -205,6 +206,11 @@ struct CouplingRoom {
   std::vector<Mechanism> mechanisms;
   std::vector<std::vector<Body>> bodies;
   std::vector<std::uint8_t> hanging;
+};
+
+/// Where a mechanism keeps a body.
+struct MechanismPlace {
+  std::uint32_t mechanism = UINT32_MAX, body = UINT32_MAX;
 };
 
 /// The link, pin, string or ratio that a block comes from.

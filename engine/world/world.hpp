@@ -47,7 +47,7 @@ struct World {
   // Derived from the stores by rebuild_articulations; holds the integrators' memory.
   std::vector<Articulation> articulations;
   std::vector<Mechanism> mechanisms;     // of the Lagrangian solver, likewise
-  std::vector<std::uint8_t> exact;       // by slot in bodies: moved by a mechanism; empty: none is
+  std::vector<MechanismPlace> exact;     // by slot in bodies; empty: no mechanism moves any
   std::vector<StructureFault> faults;
   std::vector<BodyPlace> places;         // by slot in bodies; only where anything is solid
   std::vector<Contact> contacts;         // of the last step, in order of bodies and keys
@@ -82,7 +82,7 @@ struct World {
   /// Tells the solvers that masses, anchors, motions or settings were changed by hand.
   void touch() { ++touched; }
   /// Whether a mechanism moves the body at `slot`.
-  bool is_exact(std::uint32_t slot) const { return slot < exact.size() && exact[slot] != 0; }
+  bool is_exact(std::uint32_t slot) const { return slot < exact.size() && exact[slot].mechanism != UINT32_MAX; }
   /// A number that changes with the structure.
   std::uint64_t structure() const {
     return bodies.version() + links.version() + strings.version() + ratios.version() + pins.version() +

@@ -73,19 +73,13 @@ void write_back(World& world, const Mechanism& m) {
   }
 }
 
-/// The value of a coordinate of a block as placed.
-Real value_of(const World& world, const Mechanism& m, Entity link, Coordinate which, Real before) {
-  const Link& l = world.links[link];
-  const auto placed = [&](Entity e) {
-    const std::uint32_t slot = world.bodies.slot(e);
-    for (std::size_t b = 0; b < m.count(); ++b)
-      if (m.slots[b] == slot) return m.room.placed[b];
-    for (std::size_t i = 0; i < m.frames.size(); ++i)
-      if (m.frames[i].slot == slot) return m.room.placed[m.count() + i];
-    return Placed{};
-  };
+/// A coordinate that a ratio couples; `end` 0: of its first link, 2: of its second.
+Real value_of(const World& world, const Mechanism& m, const Block& b, int end, Real before) {
+  const Ratio& r = world.ratios.values()[b.source];
   Real c = 0;
-  write_coordinate(l.joint, which, placed(l.a), placed(l.b), before, {&c, nullptr, nullptr});
+  write_coordinate(world.links[end == 0 ? r.first : r.second].joint,
+                   end == 0 ? b.coordinate : b.second, m.room.placed[b.body[b.ends[end]]],
+                   m.room.placed[b.body[b.ends[end + 1]]], before, {&c, nullptr, nullptr});
   return c;
 }
 
@@ -99,10 +93,10 @@ void count_turns(const World& world, Mechanism& m, bool anew) {
     if (b.kind == BlockKind::ratio) {
       const Ratio& r = world.ratios.values()[b.source];
       if (anew && r.has_offset && r.slides_second && r.ratio != 0)
-        before[0] = (value_of(world, m, r.second, b.second, 0) - r.offset) / r.ratio;
-      before[0] = value_of(world, m, r.first, b.coordinate, before[0]);
+        before[0] = (value_of(world, m, b, 2, 0) - r.offset) / r.ratio;
+      before[0] = value_of(world, m, b, 0, before[0]);
       if (anew && r.has_offset) before[1] = r.ratio * before[0] + r.offset;
-      before[1] = value_of(world, m, r.second, b.second, before[1]);
+      before[1] = value_of(world, m, b, 2, before[1]);
       if (anew && !r.has_offset) b.bound = before[1] - r.ratio * before[0];
       continue;
     }
@@ -256,7 +250,6 @@ void strike(const World& world, Mechanism& m) {
     place(m);
     write_all_rows(world, m, {true, false});
     factor(m, false);
-    std::fill(room.step_lambda.begin(), room.step_lambda.end(), 0.0);
     std::vector<Real>& wanted = room.sum_lambda;
     std::fill(wanted.begin(), wanted.end(), 0.0);
     for (std::size_t i = 0; i < m.blocks.size(); ++i) {

@@ -118,31 +118,18 @@ void write_ratio(const World& world, Mechanism& m, const Block& b, const BlockMe
   Vec3* j = &m.room.jacobian[b.first_vector];
   std::fill(j, j + 2 * b.count, Vec3(0));
   Real c = -b.bound, gamma = 0;
-  const auto add = [&](Entity e, Coordinate which, Real before, Real factor) {
-    const Link& link = world.links[e];
-    std::uint32_t at[2];
-    // Bodies of the block by the slots they have; frames too.
-    const auto find = [&](Entity body) {
-      const std::uint32_t slot = world.bodies.slot(body);
-      for (std::uint32_t k = 0; k < b.count; ++k) {
-        const std::uint32_t n = b.body[k];
-        const std::uint32_t own =
-            n < m.count() ? m.slots[n] : m.frames[n - m.count()].slot;
-        if (own == slot) return k;
-      }
-      return 0u;
-    };
-    at[0] = find(link.a), at[1] = find(link.b);
+  const auto add = [&](Entity e, const std::uint8_t* ends, Coordinate which, Real before,
+                       Real factor) {
     Real value = 0, g = 0;
     Vec3 row[4];
-    write_coordinate(link.joint, which, m.room.placed[b.body[at[0]]],
-                     m.room.placed[b.body[at[1]]], before, {&value, row, &g});
+    write_coordinate(world.links[e].joint, which, m.room.placed[b.body[ends[0]]],
+                     m.room.placed[b.body[ends[1]]], before, {&value, row, &g});
     c += factor * value, gamma += factor * g;
-    for (int e2 = 0; e2 < 2; ++e2)
-      for (int i = 0; i < 2; ++i) j[2 * at[e2] + i] += factor * row[2 * e2 + i];
+    for (int end = 0; end < 2; ++end)
+      for (int i = 0; i < 2; ++i) j[2 * ends[end] + i] += factor * row[2 * end + i];
   };
-  add(ratio.second, b.second, memory.before[1], 1);
-  add(ratio.first, b.coordinate, memory.before[0], -ratio.ratio);
+  add(ratio.second, b.ends + 2, b.second, memory.before[1], 1);
+  add(ratio.first, b.ends, b.coordinate, memory.before[0], -ratio.ratio);
   m.room.c[b.first_row] = c, m.room.gamma[b.first_row] = gamma;
 }
 

@@ -47,13 +47,11 @@ void press(World& world, const Articulation& a) {
   for (const Touch& t : a.room.touches) {
     const Contact& c = world.contacts[t.contact];
     if (t.side < 0 || !c.active || !world.is_exact(c.slot_b)) continue;
-    for (Mechanism& m : world.mechanisms)
-      for (std::size_t b = 0; b + m.hangings.size() < m.count(); ++b) {
-        if (m.slots[b] != c.slot_b) continue;
-        const Body& body = world.bodies.values()[c.slot_b];
-        m.owed[2 * b] -= c.force;
-        m.owed[2 * b + 1] -= glm::cross(body.pose.rotation * c.point_b, c.force);
-      }
+    const MechanismPlace at = world.exact[c.slot_b];
+    std::vector<Vec3>& owed = world.mechanisms[at.mechanism].owed;
+    owed[2 * at.body] -= c.force;
+    owed[2 * at.body + 1] -=
+        glm::cross(world.bodies.values()[c.slot_b].pose.rotation * c.point_b, c.force);
   }
 }
 
