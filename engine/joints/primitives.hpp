@@ -66,6 +66,7 @@ inline void write_point(const AnchorSpan& s, RowsOut out) {
     if (out.c) out.c[i] = -s.d[i];
     if (out.gamma) out.gamma[i] = s.bend[i];
   }
+  if (out.point) out.point[0] = s.arm_a, out.point[1] = s.arm_b;
   if (!out.j) return;
   const Vec3 r = s.arm_a, q = s.arm_b;
   Vec3* j = out.j;
@@ -126,6 +127,7 @@ inline TurnRow twist_row(const JointAxes& on_a, const JointAxes& on_b, const Pla
 inline void write_row(int row, const TurnRow& r, RowsOut out) {
   if (out.c) out.c[row] = r.c;
   if (out.gamma) out.gamma[row] = r.gamma;
+  if (out.point) out.point[row - 1] = r.k;
   if (!out.j) return;
   Vec3* j = out.j + 4 * row;
   j[0] = Vec3(0), j[1] = r.k, j[2] = Vec3(0), j[3] = -r.k;

@@ -22,11 +22,13 @@ struct Placed {
 /// Where the numbers of a block of rows go; what is null is not wanted.
 ///
 /// Row i has C at c[i], gamma at gamma[i] and its Jacobian in four vectors from j[4 * i]: velocity
-/// and spin of body a, velocity and spin of body b.
+/// and spin of body a, velocity and spin of body b. Kinds that hold a point can say it shorter, in
+/// `point`: the arms of a and b, then for each row from 3 on the k of J = (0, k, 0, -k).
 struct RowsOut {
   Real* c = nullptr;
   Vec3* j = nullptr;
   Real* gamma = nullptr;
+  Vec3* point = nullptr;
 };
 
 /// Rows of a joint: ball 3, hinge 5, universal 4, fixed 6, cylindrical 4, prismatic 5, screw 5,

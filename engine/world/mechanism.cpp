@@ -4,6 +4,7 @@
 #include <array>
 
 #include "engine/world/islands.hpp"
+#include "engine/world/jacobian.hpp"
 #include "engine/world/world.hpp"
 
 namespace pantin {
@@ -77,12 +78,12 @@ void add_block(Mechanism& m, Block block) {
   block.first_row = static_cast<std::uint32_t>(m.rows);
   block.first_vector = static_cast<std::uint32_t>(m.vectors);
   m.rows += block.rows;
-  m.vectors += 2u * block.rows * block.count;
+  m.vectors += vectors_of(block);
   m.blocks.push_back(block);
 }
 
 void add_limits(Mechanism& m, const Joint& joint, Block block) {
-  block.kind = BlockKind::limit, block.rows = 1;
+  block.kind = BlockKind::limit, block.rows = 1, block.point = false;
   const auto add = [&](Coordinate which, bool upper, Real bound, bool lock) {
     block.coordinate = which, block.upper = upper, block.bound = bound, block.lock = lock;
     add_block(m, block);
@@ -114,7 +115,8 @@ void add_efforts(Mechanism& m, const Joint& joint, Block block) {
     m.efforts.push_back(e);
     m.damped = true;
     if (!e.block) return;
-    block.kind = BlockKind::spring, block.rows = 1, block.coordinate = which;
+    block.kind = BlockKind::spring, block.rows = 1, block.point = false;
+    block.coordinate = which;
     add_block(m, block);
   };
   add(Coordinate::turn, joint.extras->turn), add(Coordinate::slide, joint.extras->slide);
@@ -132,7 +134,7 @@ void pack_links(Packer& p) {
     Mechanism& m = world.mechanisms[at];
     Block block;
     block.rows = static_cast<std::uint8_t>(row_count(link.joint));
-    block.source = i, block.count = 2;
+    block.source = i, block.count = 2, block.point = holds_point(link.joint.kind);
     block.body[0] = number_of(p, at, ends.a), block.body[1] = number_of(p, at, ends.b);
     add_block(m, block);
     add_limits(m, link.joint, block);
@@ -160,6 +162,7 @@ void pack_pins(Packer& p) {
     Mechanism& m = world.mechanisms[at];
     Block block;
     block.kind = BlockKind::pin, block.source = i, block.rows = 3, block.count = 2;
+    block.point = true;
     block.body[0] = number_of(p, at, slot);
     block.body[1] = to != kNoSlot ? number_of(p, at, to) : add_frame(m, kNobody, i);
     if (pin.grip == Grip::exact)
@@ -272,6 +275,7 @@ void pack_hangings(Mechanism& m) {
   for (std::uint32_t i = 0; i < m.hangings.size(); ++i) {
     Block block;
     block.kind = BlockKind::hanging, block.source = i, block.rows = 3, block.count = 2;
+    block.point = true;
     block.body[0] = m.hangings[i].body, block.body[1] = m.hangings[i].guess;
     add_block(m, block);
   }

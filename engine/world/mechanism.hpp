@@ -33,12 +33,13 @@ struct Block {
   Coordinate second = Coordinate::turn;      // ratio: of the second link
   bool upper = false;                        // limit: the upper bound
   bool lock = false;                         // limit: both bounds are one
+  bool point = false;                        // rows 0 to 2 hold a point, the others turn
   std::uint8_t rows = 0, count = 0;          // of rows, of bodies
   std::uint32_t source = 0;                  // slot in the store of its kind; limit, spring: links
   std::uint32_t body[4] = {};                // in the mechanism
   std::uint8_t ends[4] = {};                 // ratio: of a, b of the first link and of the second
   std::uint32_t first_row = 0;
-  std::uint32_t first_vector = 0;  // in the Jacobian: 2 * count vectors a row
+  std::uint32_t first_vector = 0;  // in the Jacobian: see world/jacobian.hpp
   Real bound = 0;                  // limit: value; ratio: offset
 };
 
@@ -104,7 +105,7 @@ struct MechanismFault {
 struct KktPattern {
   std::vector<std::uint32_t> order, place;  // node at each place; place of each node
   std::vector<std::uint8_t> size;           // unknowns, by place
-  std::vector<std::uint32_t> unknown;       // first of them, by place
+  std::vector<std::uint32_t> unknown;       // first of them, by place: rows, then hubs
   std::vector<std::uint32_t> diagonal;      // in `values`, by place
   std::vector<std::uint32_t> first;         // by place: into later and offset
   std::vector<std::uint32_t> later, offset; // places that a place still meets; their numbers
@@ -113,6 +114,7 @@ struct KktPattern {
     std::uint32_t p = 0, q = 0, target = 0;
     std::uint8_t at_p = 0, at_q = 0;
     bool flipped = false;  // the numbers at `target` have q's rows first
+    bool plain = false;    // all that p meets there holds a point, as p does
   };
   std::vector<std::uint32_t> first_meeting;  // by body
   std::vector<Meeting> meetings;
@@ -138,15 +140,15 @@ struct Motions {
 struct MechanismRoom {
   bool ready = false;
   KktPattern pattern;
-  std::vector<Real> values, scales, unknowns;  // of the factor
-  std::vector<Vec3> weighted;                  // J M^-1 of one body's blocks
+  std::vector<Real> values, scales;            // of the factor
   std::vector<Placed> placed;
   std::vector<Mat3> give;                      // world inverse inertia
   std::vector<Vec3> jacobian, jacobian_before;
   std::vector<Real> c, gamma;
   std::vector<Vec3> force;                     // and torque, two a body
   std::vector<Vec3> motion, correction;        // accelerations or twists, two a body
-  std::vector<Real> right, lambda, step_lambda, lack;
+  std::vector<Real> right, lambda, step_lambda;
+  std::vector<Real> lack;                      // and the unknowns of hubs
   // Now; at the start of a part of the step, of one step of the integrator, of an attempt.
   Motions state, start, from, begin;
   std::vector<Vec3> applied;                   // forces and torques from outside, two a body

@@ -61,9 +61,9 @@ std::vector<Vec3> constraint_forces(const Mechanism& m) {
     for (std::size_t r = 0; r < b.rows; ++r)
       for (std::size_t k = 0; k < b.count; ++k) {
         if (b.body[k] >= m.count()) continue;
-        const Vec3* j = &m.room.jacobian[b.first_vector + 2 * (r * b.count + k)];
-        f[2 * b.body[k]] += m.room.lambda[b.first_row + r] * j[0];
-        f[2 * b.body[k] + 1] += m.room.lambda[b.first_row + r] * j[1];
+        const RowVectors j = row_of(b, &m.room.jacobian[b.first_vector], r, k);
+        f[2 * b.body[k]] += m.room.lambda[b.first_row + r] * j.v;
+        f[2 * b.body[k] + 1] += m.room.lambda[b.first_row + r] * j.w;
       }
   return f;
 }
@@ -77,9 +77,9 @@ Real lack_of(const Mechanism& m) {
       size = std::max(size, std::abs(sum));
       for (std::size_t k = 0; k < b.count; ++k) {
         if (b.body[k] >= m.count()) continue;
-        const Vec3* j = &m.room.jacobian[b.first_vector + 2 * (r * b.count + k)];
-        const Real part = glm::dot(j[0], m.room.motion[2 * b.body[k]]) +
-                          glm::dot(j[1], m.room.motion[2 * b.body[k] + 1]);
+        const RowVectors j = row_of(b, &m.room.jacobian[b.first_vector], r, k);
+        const Real part = glm::dot(j.v, m.room.motion[2 * b.body[k]]) +
+                          glm::dot(j.w, m.room.motion[2 * b.body[k] + 1]);
         sum -= part, size = std::max(size, std::abs(part));
       }
       worst = std::max(worst, std::abs(sum));
@@ -311,21 +311,23 @@ TEST_CASE("forces of constraint do no work and have no sum") {
       for (std::size_t r = 0; r < b.rows; ++r)
         for (std::size_t k = 0; k < b.count; ++k) {
           if (b.body[k] >= m.count()) continue;
-          const Vec3* j = &m.room.jacobian[b.first_vector + 2 * (r * b.count + k)];
+          const RowVectors j = row_of(b, &m.room.jacobian[b.first_vector], r, k);
           const Real load = m.room.lambda[b.first_row + r];
-          power += load * (glm::dot(j[0], m.room.state.v[b.body[k]]) +
-                           glm::dot(j[1], m.room.state.w[b.body[k]]));
+          power += load * (glm::dot(j.v, m.room.state.v[b.body[k]]) +
+                           glm::dot(j.w, m.room.state.w[b.body[k]]));
           size = std::max(size, std::abs(load));  // twists are of order one
         }
     worst = std::max(worst, std::abs(power) / size);
     // Each block pushes its two bodies equally, force and moment about the origin.
     for (const Block& b : m.blocks)
       for (std::size_t r = 0; r < b.rows; ++r) {
-        const Vec3* j = &m.room.jacobian[b.first_vector + 2 * (r * b.count)];
+        const RowVectors on_a = row_of(b, &m.room.jacobian[b.first_vector], r, 0);
+        const RowVectors on_b = row_of(b, &m.room.jacobian[b.first_vector], r, 1);
         const Vec3 x = m.room.placed[b.body[0]].position, y = m.room.placed[b.body[1]].position;
-        sum = std::max(sum, glm::length(j[0] + j[2]));
+        sum = std::max(sum, glm::length(on_a.v + on_b.v));
         if (std::abs(m.room.c[b.first_row]) < 1e-12)
-          sum = std::max(sum, glm::length(j[1] + j[3] + glm::cross(x, j[0]) + glm::cross(y, j[2])));
+          sum = std::max(sum, glm::length(on_a.w + on_b.w + glm::cross(x, on_a.v) +
+                                          glm::cross(y, on_b.v)));
       }
   }
   INFO("power " << worst << ", sum " << sum);

@@ -248,9 +248,9 @@ double time_dense(const Mechanism& m, std::span<const Vec3> force, std::span<con
       for (std::size_t e = 0; e < block.count; ++e) {
         if (block.body[e] >= m.count()) continue;
         const Eigen::Index row = 6 * bodies + static_cast<Eigen::Index>(block.first_row + r);
+        const RowVectors j = row_of(block, &m.room.jacobian[block.first_vector], r, e);
         for (int c = 0; c < 6; ++c) {
-          const Vec3& part =
-              m.room.jacobian[block.first_vector + 2 * (r * block.count + e) + (c < 3 ? 0 : 1)];
+          const Vec3& part = c < 3 ? j.v : j.w;
           const Eigen::Index column = 6 * Eigen::Index{block.body[e]} + c;
           k(row, column) += part[c % 3], k(column, row) += part[c % 3];
         }

@@ -108,15 +108,13 @@ bool step_implicit(const World& world, Mechanism& m, const Span& span) {
     for (std::size_t i = 0; i < m.blocks.size(); ++i) {
       const Block& b = m.blocks[i];
       const bool on = bears(m, i);
+      for (std::size_t e = 0; e < b.count && on; ++e)
+        if (b.body[e] < m.count())
+          add_pull(b, &room.jacobian[b.first_vector], e, &room.sum_lambda[b.first_row],
+                   &room.momenta[2 * b.body[e]]);
       for (std::size_t r = 0; r < b.rows; ++r) {
         const std::size_t row = b.first_row + r;
         const Real load = on ? room.sum_lambda[row] : 0;
-        for (std::size_t e = 0; e < b.count && load != 0; ++e) {
-          if (b.body[e] >= m.count()) continue;
-          const Vec3* j = &room.jacobian[b.first_vector + 2 * (r * b.count + e)];
-          room.momenta[2 * b.body[e]] += load * j[0];
-          room.momenta[2 * b.body[e] + 1] += load * j[1];
-        }
         if (b.kind == BlockKind::spring) {
           const Real lack = room.right[row] - load;
           scale = std::max(scale, std::abs(load));

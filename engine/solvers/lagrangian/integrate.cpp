@@ -44,13 +44,14 @@ void rotate_freely(Quat& q, Vec3& l, Vec3 inertia, Real h) {
   constexpr Real kPart[] = {0.5, 0.5, 1, 0.5, 0.5};
   for (int i = 0; i < 5; ++i) {
     const int axis = kAxis[i], next = (axis + 1) % 3, last = (axis + 2) % 3;
-    const Real angle = kPart[i] * h * l[axis] / inertia[axis];
-    const Real c = std::cos(angle), s = std::sin(angle);
+    const Real half = 0.5 * kPart[i] * h * l[axis] / inertia[axis];
+    const Real ch = std::cos(half), sh = std::sin(half);
+    const Real c = 1 - 2 * sh * sh, s = 2 * sh * ch;
     const Real a = l[next], b = l[last];
     l[next] = c * a + s * b, l[last] = c * b - s * a;
     Vec3 way(0);
-    way[axis] = angle;
-    q = q * turn_by(way);
+    way[axis] = sh;
+    q = q * Quat(ch, way);
   }
   q = glm::normalize(q);
 }
@@ -62,17 +63,13 @@ void keep_loads(Mechanism& m, std::span<const Real> lambda, Real factor_of) {
 /// Adds J^T (scale lambda) of the given Jacobian to the momenta.
 void push(Mechanism& m, const std::vector<Vec3>& jacobian, std::span<const Real> lambda,
           Real scale) {
-  for (const Block& b : m.blocks)
-    for (std::size_t r = 0; r < b.rows; ++r) {
-      const Real load = scale * lambda[b.first_row + r];
-      if (load == 0) continue;
-      for (std::size_t k = 0; k < b.count; ++k) {
-        if (b.body[k] >= m.count()) continue;
-        const Vec3* j = &jacobian[b.first_vector + 2 * (r * b.count + k)];
-        m.room.momenta[2 * b.body[k]] += load * j[0];
-        m.room.momenta[2 * b.body[k] + 1] += load * j[1];
-      }
-    }
+  for (const Block& b : m.blocks) {
+    Real load[6];
+    for (std::size_t r = 0; r < b.rows; ++r) load[r] = scale * lambda[b.first_row + r];
+    for (std::size_t k = 0; k < b.count; ++k)
+      if (b.body[k] < m.count())
+        add_pull(b, &jacobian[b.first_vector], k, load, &m.room.momenta[2 * b.body[k]]);
+  }
 }
 
 Real rate_or_default(const Mechanism& m, Real standard) {

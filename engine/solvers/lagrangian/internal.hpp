@@ -6,6 +6,7 @@
 /// with twists V = (velocity, spin) and accelerations a of all bodies, world axes.
 #include <span>
 
+#include "engine/world/jacobian.hpp"
 #include "engine/world/world.hpp"
 
 namespace pantin::lagrangian {
@@ -47,10 +48,11 @@ CoordinateRow coordinate_row(const World& world, const Mechanism& m, std::uint32
 void factor(Mechanism& m, bool report);
 /// With the factor as it stands: M a = force + J^T lambda, J a + diag(weights) lambda = right.
 /// `accelerations` holds two vectors a body of the mechanism (frames are known and belong into
-/// `right`). Refined against the rows as they are now. Returns the worst |right - J a| that is left,
-/// relative to what was asked.
+/// `right`). Where there are loops, refined against the rows as they are now until no more than
+/// `enough` of what was asked is left. Returns the worst |right - J a|, relative to what was asked.
+inline constexpr Real kExact = 2e-13;
 Real solve(Mechanism& m, std::span<const Vec3> force, std::span<const Real> right,
-           std::span<Vec3> accelerations, std::span<Real> lambda);
+           std::span<Vec3> accelerations, std::span<Real> lambda, Real enough = kExact);
 
 /// Loads alone, without refinement: (J M^-1 J^T) lambda = right with the factor as it stands.
 void loads_for(Mechanism& m, std::span<const Real> right, std::span<Real> lambda);

@@ -22,38 +22,78 @@ constexpr Real kRegular = 1e-8;
 constexpr Real kSingular = 1e-12;
 /// Rows that follow from others are known by pivots that grow with the weight: this many times.
 constexpr Real kProbe = 4;
+/// ... and are looked for where pivots are below this part of the scale.
+constexpr Real kSuspect = 1e-4;
 constexpr int kRefinements = 8;
-constexpr Real kExact = 2e-13;
 
-Real dot2(const Vec3* x, const Vec3* y) { return glm::dot(x[0], y[0]) + glm::dot(x[1], y[1]); }
-
-/// Row `row` of a block, the vectors of its body at `at`.
-const Vec3* row_of(const Mechanism& m, const Block& b, std::size_t row, std::size_t at) {
-  return &m.room.jacobian[b.first_vector + 2 * (row * b.count + at)];
+Real dot2(const RowVectors& x, const RowVectors& y) {
+  return glm::dot(x.v, y.v) + glm::dot(x.w, y.w);
 }
 
-/// S += W J^T for the blocks p and q of one meeting. R = 0: sizes known at run time only.
+const Vec3* jacobian_of(const Mechanism& m, const Block& b) {
+  return &m.room.jacobian[b.first_vector];
+}
+
+/// S += J_p M^-1 J_q^T at one body, both blocks of the kind that holds a point. `w`: the angular
+/// parts of J_p M^-1, signs left out. R = 0: sizes known at run time only.
 template <int R>
-void add_product(const Vec3* w, const Vec3* j, std::size_t stride, std::size_t rows_p,
-                 std::size_t rows_q, Real* to, std::size_t step_p, std::size_t step_q) {
+void meet_points(const Vec3* w, const Vec3* j, std::size_t at_q, Real per_mass, Real sign,
+                 std::size_t rows_p, std::size_t rows_q, Real* to, std::size_t step_p,
+                 std::size_t step_q) {
   const std::size_t np = R ? R : rows_p, nq = R ? R : rows_q;
-  for (std::size_t r = 0; r < np; ++r)
-    for (std::size_t s = 0; s < nq; ++s)
-      to[r * step_p + s * step_q] += dot2(w + 2 * r, j + s * stride);
+  const Vec3 arm = j[at_q];
+  for (std::size_t r = 0; r < np; ++r, to += step_p) {
+    const Vec3 x = glm::cross(w[r], arm);
+    to[0] += sign * x.x, to[step_q] += sign * x.y, to[2 * step_q] += sign * x.z;
+    if (r < 3) to[r * step_q] += sign * per_mass;
+    for (std::size_t s = 3; s < nq; ++s) to[s * step_q] += sign * glm::dot(w[r], j[s - 1]);
+  }
 }
 
-void meet(Mechanism& m, const KktPattern::Meeting& k, const Vec3* w) {
-  const Block &p = m.blocks[k.p], &q = m.blocks[k.q];
-  const Vec3* j = row_of(m, q, 0, k.at_q);
-  const std::size_t stride = 2u * q.count;
-  Real* to = &m.room.values[k.target];
-  const std::size_t step_p = k.flipped ? 1 : q.rows, step_q = k.flipped ? p.rows : 1;
-  if (p.rows == 3 && q.rows == 3)
-    add_product<3>(w, j, stride, 3, 3, to, step_p, step_q);
-  else if (p.rows == 5 && q.rows == 5)
-    add_product<5>(w, j, stride, 5, 5, to, step_p, step_q);
-  else
-    add_product<0>(w, j, stride, p.rows, q.rows, to, step_p, step_q);
+/// The meetings of one body.
+void meet_at(Mechanism& m, std::size_t body) {
+  const KktPattern& p = m.room.pattern;
+  const Real per_mass = 1 / m.mass[body];
+  const Mat3& give = m.room.give[body];
+  RowVectors full[6];
+  Vec3 w[6];
+  std::uint32_t last = UINT32_MAX;
+  for (std::uint32_t i = p.first_meeting[body]; i < p.first_meeting[body + 1]; ++i) {
+    const KktPattern::Meeting& k = p.meetings[i];
+    const Block &one = m.blocks[k.p], &two = m.blocks[k.q];
+    const Vec3 *j = jacobian_of(m, one), *to_j = jacobian_of(m, two);
+    if (k.p != last) {
+      last = k.p;
+      if (one.point) {
+        const Vec3 r = j[k.at_p];  // of -[r]x, times the inverse inertia
+        w[0] = r.z * give[1] - r.y * give[2];
+        w[1] = r.x * give[2] - r.z * give[0];
+        w[2] = r.y * give[0] - r.x * give[1];
+        for (std::size_t s = 3; s < one.rows; ++s) w[s] = give * j[s - 1];
+      }
+      for (std::size_t r = 0; r < one.rows && (!one.point || !k.plain); ++r) {
+        full[r] = row_of(one, j, r, k.at_p);
+        full[r].v *= per_mass, full[r].w = give * full[r].w;
+      }
+    }
+    Real* to = &m.room.values[k.target];
+    const std::size_t step_p = k.flipped ? 1 : two.rows, step_q = k.flipped ? one.rows : 1;
+    if (!one.point || !two.point) {
+      for (std::size_t s = 0; s < two.rows; ++s) {
+        const RowVectors row = row_of(two, to_j, s, k.at_q);
+        for (std::size_t r = 0; r < one.rows; ++r)
+          to[r * step_p + s * step_q] += dot2(full[r], row);
+      }
+      continue;
+    }
+    const Real sign = k.at_p == k.at_q ? 1 : -1;
+    if (one.rows == 3 && two.rows == 3)
+      meet_points<3>(w, to_j, k.at_q, per_mass, sign, 3, 3, to, step_p, step_q);
+    else if (one.rows == 5 && two.rows == 5)
+      meet_points<5>(w, to_j, k.at_q, per_mass, sign, 5, 5, to, step_p, step_q);
+    else
+      meet_points<0>(w, to_j, k.at_q, per_mass, sign, one.rows, two.rows, to, step_p, step_q);
+  }
 }
 
 /// The diagonal of J M^-1 J^T: rows of lengths and rows of angles may be far apart in size.
@@ -62,15 +102,15 @@ void find_scales(Mechanism& m) {
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
     const Block& b = m.blocks[i];
     const Real* d = &m.room.values[p.diagonal[p.place[i]]];
+    for (std::size_t r = 0; r < b.rows; ++r) m.room.scales[b.first_row + r] = d[r * b.rows + r];
+  }
+  for (const KktPattern::HubMeeting& k : p.hub_meetings) {
+    const Block& b = m.blocks[k.block];
+    const std::uint32_t body = b.body[k.at];
     for (std::size_t r = 0; r < b.rows; ++r) {
-      Real sum = d[r * b.rows + r];
-      for (std::size_t k = 0; k < b.count; ++k) {
-        const std::uint32_t body = b.body[k];
-        if (body >= m.count() || p.hub_of[body] == UINT32_MAX) continue;
-        const Vec3* j = row_of(m, b, r, k);
-        sum += glm::dot(j[0], j[0]) / m.mass[body] + glm::dot(j[1], m.room.give[body] * j[1]);
-      }
-      m.room.scales[b.first_row + r] = sum;
+      const RowVectors j = row_of(b, jacobian_of(m, b), r, k.at);
+      m.room.scales[b.first_row + r] +=
+          glm::dot(j.v, j.v) / m.mass[body] + glm::dot(j.w, m.room.give[body] * j.w);
     }
   }
 }
@@ -78,31 +118,14 @@ void find_scales(Mechanism& m) {
 void assemble(Mechanism& m) {
   const KktPattern& p = m.room.pattern;
   std::fill(m.room.values.begin(), m.room.values.end(), 0.0);
-  for (std::size_t b = 0; b < m.count(); ++b) {
-    const Real per_mass = 1 / m.mass[b];
-    const Mat3& give = m.room.give[b];
-    Vec3 w[12];
-    std::uint32_t last = UINT32_MAX;
-    for (std::uint32_t i = p.first_meeting[b]; i < p.first_meeting[b + 1]; ++i) {
-      const KktPattern::Meeting& k = p.meetings[i];
-      if (k.p != last) {
-        const Block& block = m.blocks[k.p];
-        for (std::size_t r = 0; r < block.rows; ++r) {
-          const Vec3* j = row_of(m, block, r, k.at_p);
-          w[2 * r] = per_mass * j[0], w[2 * r + 1] = give * j[1];
-        }
-        last = k.p;
-      }
-      meet(m, k, w);
-    }
-  }
+  for (std::size_t b = 0; b < m.count(); ++b) meet_at(m, b);
   for (const KktPattern::HubMeeting& k : p.hub_meetings) {
     const Block& block = m.blocks[k.block];
     Real* to = &m.room.values[k.target];
     for (std::size_t r = 0; r < block.rows; ++r) {
-      const Vec3* j = row_of(m, block, r, k.at);
+      const RowVectors j = row_of(block, jacobian_of(m, block), r, k.at);
       for (int c = 0; c < 6; ++c)
-        (k.flipped ? to[c * block.rows + r] : to[r * 6 + c]) = c < 3 ? j[0][c] : j[1][c - 3];
+        (k.flipped ? to[c * block.rows + r] : to[r * 6 + c]) = c < 3 ? j.v[c] : j.w[c - 3];
     }
   }
   for (std::size_t h = 0; h < p.hubs.size(); ++h) {
@@ -116,53 +139,61 @@ void assemble(Mechanism& m) {
   }
 }
 
-/// Cholesky of `sign` times a square block, lower part, reciprocals on the diagonal. Returns the
-/// number of pivots at or below `least` of the row's scale; those rows are cut out.
+/// L D L^T of a square block, lower part; the diagonal becomes 1 / D. Pivots of `sign` at or below
+/// `least` of the row's scale are cut out, as rows without a load. Returns how many.
 template <int R>
 int decompose(Real* d, std::size_t rows, Real sign, const Real* scales, Real least) {
   const std::size_t n = R ? R : rows;
   int cut = 0;
   for (std::size_t c = 0; c < n; ++c) {
-    Real pivot = sign * d[c * n + c];
-    for (std::size_t k = 0; k < c; ++k) pivot -= d[c * n + k] * d[c * n + k];
-    Real inverse = 0;  // cut out
-    if (pivot > (scales ? least * scales[c] : 0))
-      inverse = 1 / std::sqrt(pivot);
-    else
-      ++cut;
+    const Real pivot = d[c * n + c];
+    const bool stands = sign * pivot > (scales ? least * scales[c] : 0);
+    const Real inverse = stands ? 1 / pivot : 0;
+    cut += stands ? 0 : 1;
+    // The column below, and what it takes off the rest.
     for (std::size_t r = c + 1; r < n; ++r) {
-      Real x = sign * d[r * n + c];
-      for (std::size_t k = 0; k < c; ++k) x -= d[r * n + k] * d[c * n + k];
-      d[r * n + c] = x * inverse;
+      const Real x = d[r * n + c];
+      const Real l = x * inverse;
+      for (std::size_t k = c + 1; k < r; ++k) d[r * n + k] -= x * d[k * n + c];
+      d[r * n + r] -= x * l;
+      d[r * n + c] = l;
     }
     d[c * n + c] = inverse;
   }
   return cut;
 }
 
-/// Y = B L^-T, row by row: `b` has `count` rows of n.
+/// Y = L^-1 B into `y`, and D^-1 Y in place of B: `rows` by `count` numbers, as in the factor.
 template <int R>
-void divide(const Real* d, std::size_t rows, Real* b, std::size_t count) {
-  const std::size_t n = R ? R : rows;
-  for (std::size_t r = 0; r < count; ++r, b += n)
-    for (std::size_t c = 0; c < n; ++c) {
-      Real x = b[c];
-      for (std::size_t k = 0; k < c; ++k) x -= b[k] * d[c * n + k];
-      b[c] = x * d[c * n + c];
+void divide(const Real* d, std::size_t rows, Real* b, Real* y, std::size_t count) {
+  const std::size_t n = R ? R : rows, width = R ? R : count;
+  for (std::size_t c = 0; c < n; ++c) {
+    Real own[6];  // stays in registers: nothing else can point to it
+    for (std::size_t r = 0; r < width; ++r) own[r] = b[c * width + r];
+    for (std::size_t k = 0; k < c; ++k) {
+      const Real l = d[c * n + k];
+      for (std::size_t r = 0; r < width; ++r) own[r] -= l * y[k * width + r];
     }
+    const Real inverse = d[c * n + c];
+    for (std::size_t r = 0; r < width; ++r)
+      y[c * width + r] = own[r], b[c * width + r] = own[r] * inverse;
+  }
 }
 
-/// T -= sign Y_i Y_j^T.
+/// T -= Z^T Y. Of a block on the diagonal only the lower part is read later.
 template <int R>
-void take_off(const Real* yi, const Real* yj, std::size_t ni, std::size_t nj, std::size_t rows,
-              Real sign, Real* t) {
-  const std::size_t n = R ? R : rows, ri = R ? R : ni, rj = R ? R : nj;
-  for (std::size_t r = 0; r < ri; ++r)
-    for (std::size_t s = 0; s < rj; ++s) {
-      Real sum = 0;
-      for (std::size_t k = 0; k < n; ++k) sum += yi[r * n + k] * yj[s * n + k];
-      t[r * rj + s] -= sign * sum;
+void take_off(const Real* z, const Real* y, std::size_t nz, std::size_t ny, std::size_t rows,
+              Real* t) {
+  const std::size_t n = R ? R : rows, wz = R ? R : nz, wy = R ? R : ny;
+  for (std::size_t r = 0; r < wz; ++r) {
+    Real row[6];
+    for (std::size_t s = 0; s < wy; ++s) row[s] = t[r * wy + s];
+    for (std::size_t k = 0; k < n; ++k) {
+      const Real part = z[k * wz + r];
+      for (std::size_t s = 0; s < wy; ++s) row[s] -= part * y[k * wy + s];
     }
+    for (std::size_t s = 0; s < wy; ++s) t[r * wy + s] = row[s];
+  }
 }
 
 template <int R>
@@ -174,62 +205,87 @@ void eliminate(Mechanism& m, std::uint32_t at, Real sign, const Real* scales, Re
   const std::size_t n = p.size[at];
   cut = decompose<R>(d, n, sign, scales, least);
   const std::uint32_t from = p.first[at], to = p.first[at + 1];
-  for (std::uint32_t i = from; i < to; ++i)
-    divide<R>(d, n, v + p.offset[i], p.size[p.later[i]]);
   const std::uint32_t* target = &p.targets[p.first_target[at]];
-  for (std::uint32_t i = from; i < to; ++i)
+  Real y[36];
+  for (std::uint32_t i = from; i < to; ++i) {
+    const std::size_t ni = p.size[p.later[i]];
+    if (R && ni == R) divide<R>(d, n, v + p.offset[i], y, R);
+    else divide<0>(d, n, v + p.offset[i], y, ni);
     for (std::uint32_t j = from; j <= i; ++j, ++target) {
-      const std::size_t ni = p.size[p.later[i]], nj = p.size[p.later[j]];
+      const std::size_t nj = p.size[p.later[j]];
       if (R && ni == R && nj == R)
-        take_off<R>(v + p.offset[i], v + p.offset[j], ni, nj, n, sign, v + *target);
+        take_off<R>(v + p.offset[j], y, nj, ni, n, v + *target);
       else
-        take_off<0>(v + p.offset[i], v + p.offset[j], ni, nj, n, sign, v + *target);
+        take_off<0>(v + p.offset[j], y, nj, ni, n, v + *target);
     }
+  }
+}
+
+/// other -= B^T own, and own -= B other, for one block of the factor beside the diagonal.
+template <int R>
+void take_forward(const Real* b, const Real* own, std::size_t rows, Real* other,
+                  std::size_t count) {
+  const std::size_t n = R ? R : rows, width = R ? R : count;
+  Real sum[6];
+  for (std::size_t r = 0; r < width; ++r) sum[r] = other[r];
+  for (std::size_t k = 0; k < n; ++k) {
+    const Real part = own[k];
+    for (std::size_t r = 0; r < width; ++r) sum[r] -= b[k * width + r] * part;
+  }
+  for (std::size_t r = 0; r < width; ++r) other[r] = sum[r];
+}
+template <int R>
+void take_back(const Real* b, Real* own, std::size_t rows, const Real* other, std::size_t count) {
+  const std::size_t n = R ? R : rows, width = R ? R : count;
+  for (std::size_t k = 0; k < n; ++k) {
+    Real sum = own[k];
+    for (std::size_t r = 0; r < width; ++r) sum -= b[k * width + r] * other[r];
+    own[k] = sum;
+  }
+}
+
+template <int R>
+void go_forward(const KktPattern& p, const Real* v, Real* y, std::uint32_t at) {
+  const std::size_t n = R ? R : p.size[at];
+  const Real* d = v + p.diagonal[at];
+  Real* own = y + p.unknown[at];
+  for (std::size_t r = 1; r < n; ++r)
+    for (std::size_t k = 0; k < r; ++k) own[r] -= d[r * n + k] * own[k];
+  for (std::uint32_t i = p.first[at]; i < p.first[at + 1]; ++i) {
+    const std::uint32_t to = p.later[i];
+    if (R && p.size[to] == R) take_forward<R>(v + p.offset[i], own, n, y + p.unknown[to], R);
+    else take_forward<0>(v + p.offset[i], own, n, y + p.unknown[to], p.size[to]);
+  }
+  for (std::size_t r = 0; r < n; ++r) own[r] *= d[r * n + r];
+}
+template <int R>
+void go_back(const KktPattern& p, const Real* v, Real* y, std::uint32_t at) {
+  const std::size_t n = R ? R : p.size[at];
+  const Real* d = v + p.diagonal[at];
+  Real* own = y + p.unknown[at];
+  for (std::uint32_t i = p.first[at]; i < p.first[at + 1]; ++i) {
+    const std::uint32_t to = p.later[i];
+    if (R && p.size[to] == R) take_back<R>(v + p.offset[i], own, n, y + p.unknown[to], R);
+    else take_back<0>(v + p.offset[i], own, n, y + p.unknown[to], p.size[to]);
+  }
+  for (std::size_t r = n; r-- > 1;)
+    for (std::size_t k = 0; k < r; ++k) own[k] -= d[r * n + k] * own[r];
 }
 
 /// The unknowns from the right-hand side, in place, with the factor.
-void back_solve(Mechanism& m) {
+void back_solve(const Mechanism& m, Real* y) {
   const KktPattern& p = m.room.pattern;
   const Real* v = m.room.values.data();
-  Real* y = m.room.unknowns.data();
-  const std::size_t blocks = m.blocks.size();
-  for (std::uint32_t at = 0; at < p.order.size(); ++at) {
-    const std::size_t n = p.size[at];
-    const Real sign = p.order[at] < blocks ? 1 : -1;
-    const Real* d = v + p.diagonal[at];
-    Real* own = y + p.unknown[at];
-    for (std::size_t r = 0; r < n; ++r) {
-      Real x = own[r];
-      for (std::size_t k = 0; k < r; ++k) x -= d[r * n + k] * own[k];
-      own[r] = x * d[r * n + r];
-    }
-    for (std::uint32_t i = p.first[at]; i < p.first[at + 1]; ++i) {
-      const Real* b = v + p.offset[i];
-      Real* other = y + p.unknown[p.later[i]];
-      for (std::size_t r = 0; r < p.size[p.later[i]]; ++r) {
-        Real sum = 0;
-        for (std::size_t k = 0; k < n; ++k) sum += b[r * n + k] * own[k];
-        other[r] -= sign * sum;
-      }
-    }
+  const auto count = static_cast<std::uint32_t>(p.order.size());
+  for (std::uint32_t at = 0; at < count; ++at) {
+    if (p.size[at] == 3) go_forward<3>(p, v, y, at);
+    else if (p.size[at] == 5) go_forward<5>(p, v, y, at);
+    else go_forward<0>(p, v, y, at);
   }
-  for (std::uint32_t at = static_cast<std::uint32_t>(p.order.size()); at-- > 0;) {
-    const std::size_t n = p.size[at];
-    const Real sign = p.order[at] < blocks ? 1 : -1;
-    const Real* d = v + p.diagonal[at];
-    Real* own = y + p.unknown[at];
-    for (std::size_t k = 0; k < n; ++k) own[k] *= sign;
-    for (std::uint32_t i = p.first[at]; i < p.first[at + 1]; ++i) {
-      const Real* b = v + p.offset[i];
-      const Real* other = y + p.unknown[p.later[i]];
-      for (std::size_t r = 0; r < p.size[p.later[i]]; ++r)
-        for (std::size_t k = 0; k < n; ++k) own[k] -= sign * (b[r * n + k] * other[r]);
-    }
-    for (std::size_t r = n; r-- > 0;) {
-      Real x = own[r];
-      for (std::size_t k = r + 1; k < n; ++k) x -= d[k * n + r] * own[k];
-      own[r] = x * d[r * n + r];
-    }
+  for (std::uint32_t at = count; at-- > 0;) {
+    if (p.size[at] == 3) go_back<3>(p, v, y, at);
+    else if (p.size[at] == 5) go_back<5>(p, v, y, at);
+    else go_back<0>(p, v, y, at);
   }
 }
 
@@ -271,9 +327,7 @@ bool factor_weighted(Mechanism& m, Real weight) {
 /// 1 / pivot of a row of the factor; 0: the row was cut out.
 Real inverse_pivot(const Mechanism& m, std::size_t block, std::size_t row) {
   const KktPattern& p = m.room.pattern;
-  const Real root =
-      m.room.values[p.diagonal[p.place[block]] + row * m.blocks[block].rows + row];
-  return root * root;
+  return m.room.values[p.diagonal[p.place[block]] + row * m.blocks[block].rows + row];
 }
 
 /// Rank and redundant blocks, by the factor and that of kProbe times the weight in room.lack.
@@ -293,6 +347,16 @@ void find_redundant(Mechanism& m) {
   }
 }
 
+/// Whether a pivot is so small that its row may follow from others.
+bool any_suspect(const Mechanism& m) {
+  for (std::size_t i = 0; i < m.blocks.size(); ++i)
+    for (std::size_t r = 0; r < m.blocks[i].rows && bears(m, i); ++r)
+      if (const Real inverse = inverse_pivot(m, i, r);
+          inverse == 0 || inverse * m.room.scales[m.blocks[i].first_row + r] * kSuspect > 1)
+        return true;
+  return false;
+}
+
 }  // namespace
 
 void factor(Mechanism& m, bool report) {
@@ -301,76 +365,83 @@ void factor(Mechanism& m, bool report) {
     if (factor_weighted(m, 0)) return;
     m.loops = true;  // a tree, but stretched out: as if it had loops from now on
   }
-  if (report) {
-    factor_weighted(m, kProbe * kRegular);
-    for (std::size_t i = 0; i < m.blocks.size(); ++i)
-      for (std::size_t r = 0; r < m.blocks[i].rows; ++r)
-        m.room.lack[m.blocks[i].first_row + r] = inverse_pivot(m, i, r);
-  }
   factor_weighted(m, kRegular);
-  if (report) find_redundant(m);
+  if (!report || !any_suspect(m)) return;
+  MechanismRoom& room = m.room;
+  factor_weighted(m, kProbe * kRegular);
+  for (std::size_t i = 0; i < m.blocks.size(); ++i)
+    for (std::size_t r = 0; r < m.blocks[i].rows; ++r)
+      room.lack[m.blocks[i].first_row + r] = inverse_pivot(m, i, r);
+  factor_weighted(m, kRegular);
+  find_redundant(m);
 }
 
 namespace {
 
+/// right - J a, into room.lack; no motion means none.
+void find_lack(Mechanism& m, std::span<const Real> right, std::span<const Vec3> a) {
+  for (std::size_t i = 0; i < m.blocks.size(); ++i) {
+    const Block& b = m.blocks[i];
+    Real* lack = &m.room.lack[b.first_row];
+    const bool on = bears(m, i);
+    for (std::size_t r = 0; r < b.rows; ++r) lack[r] = on ? right[b.first_row + r] : 0;
+    for (std::size_t k = 0; k < b.count && on && !a.empty(); ++k)
+      if (b.body[k] < m.count())
+        add_rates(b, jacobian_of(m, b), k, -a[2 * b.body[k]], -a[2 * b.body[k] + 1], lack);
+  }
+}
+
 /// right - J a - weights lambda, into room.lack. Returns its worst part, and in `asked` how large
 /// its terms are.
-Real find_lack(Mechanism& m, std::span<const Real> right, std::span<const Vec3> a,
-               std::span<const Real> lambda, Real& asked) {
+Real measure_lack(Mechanism& m, std::span<const Real> right, std::span<const Vec3> a,
+                  std::span<const Real> lambda, Real& asked) {
   MechanismRoom& room = m.room;
   Real worst = 0;
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
     const Block& b = m.blocks[i];
-    const bool on = bears(m, i);
+    Real* lack = &room.lack[b.first_row];
+    if (!bears(m, i)) {
+      std::fill(lack, lack + b.rows, 0.0);
+      continue;
+    }
     for (std::size_t r = 0; r < b.rows; ++r) {
       const std::size_t row = b.first_row + r;
-      Real sum = 0, size = std::abs(right[row]);
-      for (std::size_t k = 0; k < b.count; ++k) {
-        if (b.body[k] >= m.count()) continue;
-        const Real part = dot2(row_of(m, b, r, k), &a[2 * b.body[k]]);
-        sum += part, size = std::max(size, std::abs(part));
-      }
-      const Real lack = on ? right[row] - sum - room.weights[row] * lambda[row] : 0;
-      room.lack[row] = lack;
-      worst = std::max(worst, std::abs(lack));
-      if (on) asked = std::max(asked, size);
+      lack[r] = right[row] - room.weights[row] * lambda[row];
+      asked = std::max(asked, std::abs(right[row]));
     }
+    for (std::size_t k = 0; k < b.count; ++k) {
+      if (b.body[k] >= m.count()) continue;
+      Real part[6] = {};
+      add_rates(b, jacobian_of(m, b), k, a[2 * b.body[k]], a[2 * b.body[k] + 1], part);
+      for (std::size_t r = 0; r < b.rows; ++r)
+        lack[r] -= part[r], asked = std::max(asked, std::abs(part[r]));
+    }
+    for (std::size_t r = 0; r < b.rows; ++r) worst = std::max(worst, std::abs(lack[r]));
   }
   return worst;
 }
 
-/// a = M^-1 (force + J^T lambda); hubs too, though they have been unknowns.
+/// a = M^-1 (force + J^T lambda); hubs too, though they have been unknowns. No force, or no loads,
+/// means none.
 void find_motion(Mechanism& m, std::span<const Vec3> force, std::span<const Real> lambda,
                  std::span<Vec3> a) {
-  for (std::size_t b = 0; b < m.count(); ++b)
-    a[2 * b] = force.empty() ? Vec3(0) : force[2 * b],
-          a[2 * b + 1] = force.empty() ? Vec3(0) : force[2 * b + 1];
-  for (const Block& b : m.blocks)
-    for (std::size_t r = 0; r < b.rows; ++r) {
-      const Real load = lambda[b.first_row + r];
-      if (load == 0) continue;
-      for (std::size_t k = 0; k < b.count; ++k) {
-        if (b.body[k] >= m.count()) continue;
-        const Vec3* j = row_of(m, b, r, k);
-        a[2 * b.body[k]] += load * j[0], a[2 * b.body[k] + 1] += load * j[1];
-      }
-    }
+  if (force.empty()) std::fill(a.begin(), a.end(), Vec3(0));
+  else std::copy(force.begin(), force.end(), a.begin());
+  if (!lambda.empty())
+    for (const Block& b : m.blocks)
+      for (std::size_t k = 0; k < b.count; ++k)
+        if (b.body[k] < m.count())
+          add_pull(b, jacobian_of(m, b), k, &lambda[b.first_row], &a[2 * b.body[k]]);
   for (std::size_t b = 0; b < m.count(); ++b)
     a[2 * b] *= 1 / m.mass[b], a[2 * b + 1] = m.room.give[b] * a[2 * b + 1];
 }
 
-/// One solve with the factor: room.lack on the right, no force; lambda into `to`.
-void find_loads(Mechanism& m, std::span<Real> to) {
-  MechanismRoom& room = m.room;
-  const KktPattern& p = room.pattern;
-  std::fill(room.unknowns.begin(), room.unknowns.end(), 0.0);
-  for (std::size_t i = 0; i < m.blocks.size(); ++i)
-    for (std::size_t r = 0; r < m.blocks[i].rows; ++r)
-      room.unknowns[p.unknown[p.place[i]] + r] = room.lack[m.blocks[i].first_row + r];
-  back_solve(m);
-  for (std::size_t i = 0; i < m.blocks.size(); ++i)
-    for (std::size_t r = 0; r < m.blocks[i].rows; ++r)
-      to[m.blocks[i].first_row + r] = room.unknowns[p.unknown[p.place[i]] + r];
+/// One solve with the factor: room.lack, which it uses up, on the right, no force.
+void find_loads(Mechanism& m, std::span<Real> lambda) {
+  std::vector<Real>& lack = m.room.lack;
+  std::fill(lack.begin() + static_cast<std::ptrdiff_t>(m.rows), lack.end(), 0.0);
+  back_solve(m, lack.data());
+  std::copy_n(lack.begin(), m.rows, lambda.begin());
 }
 
 }  // namespace
@@ -381,19 +452,21 @@ void loads_for(Mechanism& m, std::span<const Real> right, std::span<Real> lambda
 }
 
 Real solve(Mechanism& m, std::span<const Vec3> force, std::span<const Real> right,
-           std::span<Vec3> a, std::span<Real> lambda) {
+           std::span<Vec3> a, std::span<Real> lambda, Real enough) {
   MechanismRoom& room = m.room;
-  std::fill(lambda.begin(), lambda.end(), 0.0);
+  if (!force.empty()) find_motion(m, force, {}, a);
+  find_lack(m, right, force.empty() ? std::span<const Vec3>{} : a);
+  find_loads(m, lambda);
   find_motion(m, force, lambda, a);
-  Real asked = 1e-300;
-  Real lack = find_lack(m, right, a, lambda, asked);
-  for (int n = 0; n < kRefinements && lack > 0; ++n) {
+  if (!m.loops) return 0;  // the factor is exact
+  Real asked = 1e-300, lack = std::numeric_limits<Real>::infinity();
+  for (int n = 0;; ++n) {
+    const Real before = lack;
+    lack = measure_lack(m, right, a, lambda, asked);
+    if (lack <= enough * asked || n == kRefinements || !(lack < 0.5 * before)) break;
     find_loads(m, room.step_lambda);
     for (std::size_t r = 0; r < m.rows; ++r) lambda[r] += room.step_lambda[r];
     find_motion(m, force, lambda, a);
-    const Real before = lack;
-    lack = find_lack(m, right, a, lambda, asked);
-    if (lack <= kExact * asked || (n > 0 && !(lack < 0.5 * before))) break;
   }
   const Real part = lack / asked;
   if (part > room.worst_lack) {

@@ -56,8 +56,11 @@ std::vector<std::uint32_t> least_degree(Sets& near, std::vector<std::uint8_t>& r
       for (std::uint32_t n = 0; n < near.size(); ++n)
         if (!done[n] && !ready[n]) ready[n] = 1, queue.insert({key[n], n});
     }
-    const std::uint32_t n = queue.begin()->second;
-    queue.erase(queue.begin());
+    // From both ends in turn: two eliminations that do not wait for one another.
+    auto next = queue.begin();
+    if (order.size() % 2 == 1) next = std::prev(queue.lower_bound({next->first + 1, 0}));
+    const std::uint32_t n = next->second;
+    queue.erase(next);
     done[n] = 1, order.push_back(n);
     for (std::uint32_t i : near[n]) {
       near[i].erase(std::lower_bound(near[i].begin(), near[i].end(), n));
@@ -101,14 +104,15 @@ KktPattern make_pattern(const Mechanism& m) {
     if (hub != kNone) ready[blocks + hub] = 1;
   }
   p.order = least_degree(near, ready, size);
+  p.unknowns = m.rows + 6 * p.hubs.size();
 
   p.place.assign(nodes, 0);
   for (std::uint32_t at = 0; at < nodes; ++at) p.place[p.order[at]] = at;
   for (std::uint32_t at = 0; at < nodes; ++at) {
     const std::uint32_t n = p.order[at];
     p.size.push_back(static_cast<std::uint8_t>(size[n]));
-    p.unknown.push_back(static_cast<std::uint32_t>(p.unknowns));
-    p.unknowns += size[n];
+    p.unknown.push_back(n < blocks ? m.blocks[n].first_row
+                                   : static_cast<std::uint32_t>(m.rows) + 6 * (n - blocks));
     p.diagonal.push_back(static_cast<std::uint32_t>(p.numbers));
     p.numbers += size[n] * size[n];
     p.first.push_back(static_cast<std::uint32_t>(p.later.size()));
@@ -143,14 +147,17 @@ KktPattern make_pattern(const Mechanism& m) {
       if (p.hub_of[b] != kNone) {
         const std::uint32_t hub = p.place[blocks + p.hub_of[b]];
         p.hub_meetings.push_back({met[b][i].block, number_at(std::max(one, hub), std::min(one, hub)),
-                                  met[b][i].at, hub > one});
+                                  met[b][i].at, one > hub});
         continue;
       }
+      const bool plain = std::all_of(met[b].begin(), met[b].end(), [&](const Incident& k) {
+        return m.blocks[k.block].point;
+      });
       for (std::size_t j = i; j < met[b].size(); ++j) {
         const std::uint32_t two = p.place[met[b][j].block];
         p.meetings.push_back({met[b][i].block, met[b][j].block,
                               number_at(std::max(one, two), std::min(one, two)), met[b][i].at,
-                              met[b][j].at, two > one});
+                              met[b][j].at, one > two, plain});
       }
     }
   }

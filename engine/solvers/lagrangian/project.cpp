@@ -23,7 +23,7 @@ void correct(Mechanism& m) {
   MechanismRoom& room = m.room;
   const Real lack = room.worst_lack;
   const std::uint32_t block = room.worst_lack_block;
-  solve(m, {}, room.right, room.correction, room.lambda);
+  solve(m, {}, room.right, room.correction, room.lambda, 1e-6);
   room.worst_lack = lack, room.worst_lack_block = block;
 }
 
@@ -32,9 +32,9 @@ void correct(Mechanism& m) {
 Real rate_of(const Mechanism& m, const Block& b, std::size_t row) {
   Real rate = 0;
   for (std::size_t k = 0; k < b.count; ++k) {
-    const Vec3* j = &m.room.jacobian[b.first_vector + 2 * (row * b.count + k)];
+    const RowVectors j = row_of(b, &m.room.jacobian[b.first_vector], row, k);
     const Placed& at = m.room.placed[b.body[k]];
-    rate += glm::dot(j[0], at.velocity) + glm::dot(j[1], at.spin);
+    rate += glm::dot(j.v, at.velocity) + glm::dot(j.w, at.spin);
   }
   return rate;
 }
@@ -47,19 +47,19 @@ void take_known(Mechanism& m, std::span<Real> right, bool accelerations) {
       const Vec3 v = accelerations ? m.room.motion[2 * n] : m.room.placed[n].velocity;
       const Vec3 w = accelerations ? m.room.motion[2 * n + 1] : m.room.placed[n].spin;
       if (v == Vec3(0) && w == Vec3(0)) continue;
-      for (std::size_t r = 0; r < b.rows; ++r) {
-        const Vec3* j = &m.room.jacobian[b.first_vector + 2 * (r * b.count + k)];
-        right[b.first_row + r] -= glm::dot(j[0], v) + glm::dot(j[1], w);
-      }
+      add_rates(b, &m.room.jacobian[b.first_vector], k, -v, -w, &right[b.first_row]);
     }
 }
 
 void project_twists(Mechanism& m, std::span<const Real> wanted) {
   MechanismRoom& room = m.room;
-  for (std::size_t i = 0; i < m.blocks.size(); ++i)
-    for (std::size_t r = 0; r < m.blocks[i].rows; ++r) {
-      const std::size_t row = m.blocks[i].first_row + r;
-      room.right[row] = (wanted.empty() ? 0 : wanted[row]) - rate_of(m, m.blocks[i], r);
+  if (wanted.empty()) std::fill(room.right.begin(), room.right.end(), 0.0);
+  else std::copy(wanted.begin(), wanted.end(), room.right.begin());
+  for (const Block& b : m.blocks)
+    for (std::size_t k = 0; k < b.count; ++k) {
+      const Placed& at = room.placed[b.body[k]];
+      add_rates(b, &room.jacobian[b.first_vector], k, -at.velocity, -at.spin,
+                &room.right[b.first_row]);
     }
   correct(m);
   for (std::size_t b = 0; b < m.count(); ++b) {

@@ -368,13 +368,13 @@ void make_room(Mechanism& m) {
   MechanismRoom& r = m.room;
   r.pattern = make_pattern(m);
   const std::size_t bodies = m.count(), all = bodies + m.frames.size();
-  r.values.assign(r.pattern.numbers, 0), r.unknowns.assign(r.pattern.unknowns, 0);
+  r.values.assign(r.pattern.numbers, 0);
   r.scales.assign(m.rows, 1);
   r.placed.assign(all, {}), r.give.assign(bodies, Mat3(1));
   r.jacobian.assign(m.vectors, Vec3(0)), r.jacobian_before = r.jacobian;
-  for (auto* rows : {&r.c, &r.gamma, &r.right, &r.lambda, &r.step_lambda, &r.lack, &r.sum_lambda,
-                     &r.weights})
+  for (auto* rows : {&r.c, &r.gamma, &r.right, &r.lambda, &r.step_lambda, &r.sum_lambda, &r.weights})
     rows->assign(m.rows, 0);
+  r.lack.assign(r.pattern.unknowns, 0);
   for (auto* twice : {&r.force, &r.correction, &r.applied, &r.momenta, &r.residuals})
     twice->assign(2 * bodies, Vec3(0));
   r.motion.assign(2 * all, Vec3(0));
@@ -439,11 +439,9 @@ void step(World& world, Mechanism& m, Real h) {
 JointForce joint_force(const Mechanism& m, const Block& joint) {
   JointForce sum;
   if (!m.room.ready) return sum;
-  for (std::size_t r = 0; r < joint.rows; ++r) {
-    const Vec3* j = &m.room.jacobian[joint.first_vector + 2 * (r * joint.count + 1)];
-    sum.force += m.loads[joint.first_row + r] * j[0];
-    sum.torque += m.loads[joint.first_row + r] * j[1];
-  }
+  Vec3 pull[2] = {Vec3(0), Vec3(0)};
+  add_pull(joint, &m.room.jacobian[joint.first_vector], 1, &m.loads[joint.first_row], pull);
+  sum.force = pull[0], sum.torque = pull[1];
   return sum;
 }
 

@@ -213,8 +213,9 @@ void write_all_rows(const World& world, Mechanism& m, Want want) {
   MechanismRoom& room = m.room;
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
     const Block& b = m.blocks[i];
-    const RowsOut out{want.c ? &room.c[b.first_row] : nullptr, &room.jacobian[b.first_vector],
-                      want.gamma ? &room.gamma[b.first_row] : nullptr};
+    Vec3* j = &room.jacobian[b.first_vector];
+    const RowsOut out{want.c ? &room.c[b.first_row] : nullptr, b.point ? nullptr : j,
+                      want.gamma ? &room.gamma[b.first_row] : nullptr, b.point ? j : nullptr};
     const auto at = [&](int k) -> const Placed& { return room.placed[b.body[k]]; };
     switch (b.kind) {
       case BlockKind::joint:
@@ -224,9 +225,9 @@ void write_all_rows(const World& world, Mechanism& m, Want want) {
         write_rows(joint_of_pin(world.pins.values()[b.source]), at(0), at(1), 0, out);
         break;
       case BlockKind::hanging: {
-        Joint j;
-        j.anchor_a = m.hangings[b.source].anchor;
-        write_rows(j, at(0), at(1), 0, out);
+        Joint joint;
+        joint.anchor_a = m.hangings[b.source].anchor;
+        write_rows(joint, at(0), at(1), 0, out);
         break;
       }
       case BlockKind::ratio:
