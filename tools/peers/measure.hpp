@@ -25,10 +25,10 @@ struct Point {
   std::size_t peer = 0;
   const Method* method = nullptr;
   int links = 0;
-  double setting = 0;   // steps in a frame, or a tolerance
-  double error = 0;     // m, of the worst centre after a second
-  double energy = 0;    // gained where it was farthest from none, part of what the chain can give
-  double gap = 0;       // m, the worst of any joint at the end of a frame
+  double setting = 0;     // steps in a frame, or a tolerance
+  double error = 0;       // m, of the worst centre after a second
+  double energy = 0;      // gained where it was farthest from none, part of what the chain can give
+  double gap = 0;         // m, the worst of any joint at the end of a frame
   double failed_at = -1;  // s; below zero: it did not
   Counts counts;
   std::vector<double> ms;  // CPU time of a simulated second, a number a round

@@ -38,7 +38,7 @@ World build(const Chain& chain) {
 struct Way {
   Solver solver;
   Integrator integrator;
-  int evaluations;     // of a step of the integrator; 0: it does not tell
+  int evaluations;      // of a step of the integrator; 0: it does not tell
   int step_frames = 0;  // frames of an adaptive step as a whole
 };
 
@@ -113,8 +113,7 @@ constexpr Method kMethods[] = {
     {"rk4", false, 0, 0, 1, true, make<kExact, Integrator::rk4, 4>},
     {"implicit", false, 0, 0, 1, true, make<kExact, Integrator::implicit, 0>},
     {"rk54 by frames", true, 1e-1, 1e-10, 1, true, make<kExact, Integrator::rk4, 7, 1>},
-    {"rk54 in one go", true, 1e-1, 1e-10, kFrames, true,
-     make<kExact, Integrator::rk4, 7, kFrames>},
+    {"rk54 in one go", true, 1e-1, 1e-10, kFrames, true, make<kExact, Integrator::rk4, 7, kFrames>},
     {"auto", false, 0, 0, 1, false, make<Solver::automatic, Integrator::rk4, 0>},
 };
 constexpr Engine kEngine{PANTIN_PEERS_COMMIT, PANTIN_PEERS_FLAGS, kMethods, std::size(kMethods)};

@@ -55,8 +55,8 @@ struct Method {
   const char* name;
   bool adaptive;  // `setting` is a tolerance, from `loosest` to `tightest`; else steps in a frame
   double loosest, tightest;
-  int stride;     // frames that must be taken at once
-  bool exact;     // of the solver that is compared; else it stands beside it
+  int stride;  // frames that must be taken at once
+  bool exact;  // of the solver that is compared; else it stands beside it
   std::unique_ptr<Run> (*start)(const Chain& chain, double setting);
 };
 

@@ -56,10 +56,8 @@ struct Table {
   int stages;
   double a[7][6], b[7], lower[7];
 };
-constexpr Table kClassic{4,
-                         {{}, {0.5}, {0, 0.5}, {0, 0, 1}},
-                         {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6},
-                         {}};
+constexpr Table kClassic{
+    4, {{}, {0.5}, {0, 0.5}, {0, 0, 1}}, {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6}, {}};
 /// [Dormand & Prince 1980]
 constexpr Table kPair{
     7,
@@ -78,7 +76,10 @@ enum class Way { euler, rk4, rk54 };
 class PinocchioRun final : public Run {
  public:
   PinocchioRun(const Chain& chain, Way way, double setting)
-      : chain_(chain), way_(way), model_(build(chain)), data_(model_),
+      : chain_(chain),
+        way_(way),
+        model_(build(chain)),
+        data_(model_),
         tolerance_(way == Way::rk54 ? setting : 0),
         steps_in_frame_(way == Way::rk54 ? 1 : static_cast<int>(setting)) {
     for (VectorXd* x : {&v_, &from_v_, &turn_, &tau_}) x->setZero(model_.nv);
@@ -100,8 +101,10 @@ class PinocchioRun final : public Run {
     const double h = 1.0 / (kFrames * steps_in_frame_);
     counts_.steps += steps;
     for (long i = 0; i < steps; ++i)
-      if (way_ == Way::euler) euler(h);
-      else q_.swap(from_q_), v_.swap(from_v_), runge_kutta(kClassic, h);
+      if (way_ == Way::euler)
+        euler(h);
+      else
+        q_.swap(from_q_), v_.swap(from_v_), runge_kutta(kClassic, h);
     return true;
   }
 
@@ -161,8 +164,10 @@ class PinocchioRun final : public Run {
   /// One step from from_q_, from_v_ to q_, v_.
   void runge_kutta(const Table& t, double h) {
     for (int i = 0; i < t.stages; ++i) {
-      if (i == 0) q_ = from_q_, v_ = from_v_, turn_.setZero();
-      else combine(t.a[i], i, h);
+      if (i == 0)
+        q_ = from_q_, v_ = from_v_, turn_.setZero();
+      else
+        combine(t.a[i], i, h);
       rate_[i] = accelerate();
       turn_rates(turn_rate_[i]);
     }

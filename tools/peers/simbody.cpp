@@ -13,7 +13,9 @@ using SimTK::Vec3;
 class SimbodyRun final : public Run {
  public:
   SimbodyRun(const Chain& chain, bool adaptive, double setting)
-      : chain_(chain), matter_(system_), forces_(system_),
+      : chain_(chain),
+        matter_(system_),
+        forces_(system_),
         gravity_(forces_, matter_, -SimTK::YAxis, chain.gravity) {
     const Vec3 half(chain.length / 2, 0, 0);
     const SimTK::Body::Rigid link(SimTK::MassProperties(
@@ -75,9 +77,9 @@ class SimbodyRun final : public Run {
   }
 
   Counts counts() override {
-    return {integrator_->getNumStepsAttempted(),
-            system_.getNumRealizationsOfThisStage(SimTK::Stage::Acceleration) -
-                evaluations_before_};
+    return {
+        integrator_->getNumStepsAttempted(),
+        system_.getNumRealizationsOfThisStage(SimTK::Stage::Acceleration) - evaluations_before_};
   }
 
  private:

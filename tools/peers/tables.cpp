@@ -69,12 +69,11 @@ void print_points(const Report& report, int links, std::FILE* out) {
       std::fprintf(out, "failed at %.2f s\n", p.failed_at);
       continue;
     }
-    std::fprintf(out, "%9s %10s %7s %9s %9s %10s %9s\n", number("%.1e", p.error).c_str(),
-                 number("%.3f", of_round(p, -1)).c_str(),
-                 number("%.0f %%", 100 * spread(p.ms)).c_str(),
-                 number("%.0f", ns_per_step(p)).c_str(),
-                 number("%.0f", ns_per_evaluation(p)).c_str(),
-                 number("%+.1e", 100 * p.energy).c_str(), number("%.0e", p.gap).c_str());
+    std::fprintf(
+        out, "%9s %10s %7s %9s %9s %10s %9s\n", number("%.1e", p.error).c_str(),
+        number("%.3f", of_round(p, -1)).c_str(), number("%.0f %%", 100 * spread(p.ms)).c_str(),
+        number("%.0f", ns_per_step(p)).c_str(), number("%.0f", ns_per_evaluation(p)).c_str(),
+        number("%+.1e", 100 * p.energy).c_str(), number("%.0e", p.gap).c_str());
   }
 }
 
@@ -259,8 +258,9 @@ void print_tables(const Report& report, std::FILE* out) {
 }
 
 void print_csv(const Report& report, std::FILE* out) {
-  std::fprintf(out, "engine,method,links,step_s,tolerance,error_m,cpu_ms_per_s,spread,"
-                    "ns_per_link_step,ns_per_link_evaluation,energy_percent,gap_m,failed_at_s\n");
+  std::fprintf(out,
+               "engine,method,links,step_s,tolerance,error_m,cpu_ms_per_s,spread,"
+               "ns_per_link_step,ns_per_link_evaluation,energy_percent,gap_m,failed_at_s\n");
   for (const Point& p : report.points) {
     std::fprintf(out, "%s,%s,%d,%.6g,%.6g,", report.peers[p.peer].name.c_str(), p.method->name,
                  p.links, p.step(), p.method->adaptive ? p.setting : 0.0);
@@ -273,7 +273,8 @@ void print_csv(const Report& report, std::FILE* out) {
 }
 
 void print_json(const Report& report, std::FILE* out) {
-  std::fprintf(out, "{\n  \"rounds\": %d, \"cpu_s\": %.1f, \"wall_s\": %.1f, \"load\": [%.2f, %.2f],\n",
+  std::fprintf(out,
+               "{\n  \"rounds\": %d, \"cpu_s\": %.1f, \"wall_s\": %.1f, \"load\": [%.2f, %.2f],\n",
                report.rounds, report.cpu_seconds, report.wall_seconds, report.load_before,
                report.load_after);
   const char* comma = "";
@@ -325,7 +326,8 @@ void print_json(const Report& report, std::FILE* out) {
       for (const Ratio& r : ratios_of(report, reference.links, peer)) {
         std::fprintf(out,
                      "%s\n    {\"links\": %d, \"error_m\": %g, \"exact\": %s, "
-                     "\"ours\": \"%s\", \"ours_ms\": %s, \"peer\": \"%s\", \"peer_ms\": %s, \"ratio\": %s, \"lowest\": %s, "
+                     "\"ours\": \"%s\", \"ours_ms\": %s, \"peer\": \"%s\", \"peer_ms\": %s, "
+                     "\"ratio\": %s, \"lowest\": %s, "
                      "\"highest\": %s}",
                      comma, reference.links, r.level, r.exact ? "true" : "false",
                      r.ours.name.c_str(), json_number(r.ours.ms).c_str(), r.others.name.c_str(),
