@@ -54,6 +54,9 @@ struct Report {
   double load_before = 0, load_after = 0;
 };
 
+/// Shows how far things are, at a terminal.
+void tell(const std::string& what);
+
 double median(std::vector<double> values);
 /// Widest less narrowest, part of the median.
 double spread(const std::vector<double>& values);

@@ -1,5 +1,6 @@
 // Measures the exact solver beside other engines, in one run.
 #include <dlfcn.h>
+#include <sys/resource.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -8,9 +9,8 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <random>
 
-#include "tools/peers/measure.hpp"
+#include "tools/peers/rounds.hpp"
 
 using namespace pantin::peers;
 
@@ -41,8 +41,8 @@ Examples:
   peers --links 10 --only rk4,rk54 --rounds 9
   peers --engine ours_before=/tmp/before/bin/peers_ours.so --only "ours" --cost ""
 
-Every round goes through all methods in another order; figures are medians of the rounds.
-Exit code: 0, or 2 for a wrong call, 4 where a file could not be written.
+Every round goes through all methods, in another order and in a process of its own; figures are
+medians of the rounds. Exit code: 0, or 1 where a round was lost, 2 for a wrong call, 4 where a file could not be written.
 )";
 
 struct Choices {
@@ -52,7 +52,7 @@ struct Choices {
   std::vector<std::string> only;
   std::vector<std::pair<std::string, std::string>> modules;
   std::string csv;
-  bool json = false, small = false;
+  bool json = false, small = false, serve = false;
 };
 
 [[noreturn]] void refuse(const std::string& why) {
@@ -102,6 +102,8 @@ Choices read_choices(int argc, char** argv) {
       c.json = true;
     } else if (word == "--small") {
       c.small = true;
+    } else if (word == kServe) {
+      c.serve = true;
     } else {
       static constexpr const char* kKnown[] = {"--links",   "--cost", "--rounds", "--finest",
                                                "--longest", "--only", "--engine", "--csv"};
@@ -131,16 +133,19 @@ Choices read_choices(int argc, char** argv) {
   return c;
 }
 
-void tell(const std::string& what) {
-  if (isatty(STDERR_FILENO)) std::fprintf(stderr, "\r\033[K%s", what.c_str());
-}
-
-double seconds_of(clockid_t clock) {
+double wall_seconds() {
   timespec t{};
-  clock_gettime(clock, &t);
+  clock_gettime(CLOCK_MONOTONIC, &t);
   return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
 }
-double cpu_seconds() { return seconds_of(CLOCK_PROCESS_CPUTIME_ID); }
+
+/// CPU time of the processes that this one started and that ended.
+double cpu_seconds_of_children() {
+  rusage all{};
+  getrusage(RUSAGE_CHILDREN, &all);
+  return static_cast<double>(all.ru_utime.tv_sec + all.ru_stime.tv_sec) +
+         1e-6 * static_cast<double>(all.ru_utime.tv_usec + all.ru_stime.tv_usec);
+}
 
 double load() {
   double average = NAN;
@@ -169,7 +174,7 @@ std::vector<Peer> find_peers(const Choices& choices) {
     const auto file = folder / (std::string("peers_") + name + ".so");
     if (std::filesystem::exists(file))
       add(name, file);
-    else
+    else if (!choices.serve)
       std::fprintf(stderr, "peers: without %s: it was not built\n", name);
   }
   for (const auto& [name, file] : choices.modules)
@@ -275,30 +280,14 @@ Reference find_reference(const std::vector<Peer>& peers, int links) {
   return reference;
 }
 
-/// A point and the run that measures it.
-struct Task {
-  Point point;
-  std::unique_ptr<Run> run;
-  int repeats = 1;
-};
-
-/// CPU ms of one second of motion, the reset not counted.
-double time_once(Run& run) {
-  run.reset();
-  const double from = cpu_seconds();
-  run.advance(kFrames);
-  return 1e3 * (cpu_seconds() - from);
-}
-
 /// Goes frame by frame, and once in one go for the error. Returns the CPU ms of the latter.
-double judge(Task& task, const Reference* reference) {
-  Point& p = task.point;
+double judge(Point& p, Run& run, const Reference* reference) {
   const Chain chain = chain_of(p.links);
   std::vector<LinkState> links(static_cast<std::size_t>(p.links));
-  task.run->reset();
+  run.reset();
   for (int frame = 0; frame < kFrames && !p.failed(); frame += p.method->stride) {
-    const bool going = task.run->advance(p.method->stride);
-    task.run->read(links.data());
+    const bool going = run.advance(p.method->stride);
+    run.read(links.data());
     const State s = look(chain, links);
     const double gain = s.energy / chain.energy();
     if (!going || !s.finite || s.gap >= chain.length * p.links || gain > 10)
@@ -307,9 +296,9 @@ double judge(Task& task, const Reference* reference) {
     if (std::abs(gain) > std::abs(p.energy)) p.energy = gain;
   }
   if (p.failed()) return 0;
-  const double ms = time_once(*task.run);
-  p.counts = task.run->counts();
-  task.run->read(links.data());
+  const double ms = time_once(run);
+  p.counts = run.counts();
+  run.read(links.data());
   p.error = reference ? distance(links, *reference) : NAN;
   return ms;
 }
@@ -346,11 +335,9 @@ void plan(const Choices& choices, const Report& report, int links, const Referen
         Task task;
         task.point.peer = i, task.point.method = &method;
         task.point.links = links, task.point.setting = setting;
-        task.run = method.start(chain_of(links), setting);
-        before = judge(task, reference);
+        before = judge(task.point, *method.start(chain_of(links), setting), reference);
         const bool enough = !task.point.failed() && task.point.error < kRounding;
         task.repeats = static_cast<int>(std::clamp(kEnoughMs / std::max(before, 0.01), 1.0, 20.0));
-        if (task.point.failed()) task.run.reset();
         tasks.push_back(std::move(task));
         if (enough) break;
       }
@@ -358,30 +345,18 @@ void plan(const Choices& choices, const Report& report, int links, const Referen
   tell("");
 }
 
-/// Rounds through all tasks, each in an order of its own, so that what the machine does between
-/// times hits all alike.
-void time_all(const Choices& choices, std::vector<Task>& tasks) {
-  std::mt19937 dice(1);
-  std::vector<Task*> order;
-  for (Task& task : tasks)
-    if (!task.point.failed()) order.push_back(&task);
-  for (int round = 0; round < choices.rounds; ++round) {
-    std::shuffle(order.begin(), order.end(), dice);
-    for (std::size_t i = 0; i < order.size(); ++i) {
-      tell("round " + std::to_string(round + 1) + " of " + std::to_string(choices.rounds) + ": " +
-           std::to_string(i) + " of " + std::to_string(order.size()));
-      double sum = 0;
-      for (int n = 0; n < order[i]->repeats; ++n) sum += time_once(*order[i]->run);
-      order[i]->point.ms.push_back(sum / order[i]->repeats);
-    }
-  }
-  tell("");
-}
-
 }  // namespace
+
+void pantin::peers::tell(const std::string& what) {
+  if (isatty(STDERR_FILENO)) std::fprintf(stderr, "\r\033[K%s", what.c_str());
+}
 
 int main(int argc, char** argv) {
   const Choices choices = read_choices(argc, argv);
+  if (choices.serve) {
+    serve_round(find_peers(choices));
+    return 0;
+  }
   const auto could_not_write = [&] {
     std::fprintf(stderr, "peers: could not write %s\n", choices.csv.c_str());
     return 4;
@@ -402,10 +377,13 @@ int main(int argc, char** argv) {
   }
   for (const int links : choices.cost) plan(choices, report, links, nullptr, tasks);
   if (tasks.empty()) refuse("nothing is left to measure");
-  const double cpu = cpu_seconds(), wall = seconds_of(CLOCK_MONOTONIC);
-  time_all(choices, tasks);
-  report.cpu_seconds = cpu_seconds() - cpu,
-  report.wall_seconds = seconds_of(CLOCK_MONOTONIC) - wall;
+  const double from = wall_seconds(), spent = cpu_seconds_of_children();
+  if (!time_rounds(choices.rounds, argv, tasks, report)) {
+    std::fputs("peers: a round did not come to its end\n", stderr);
+    return 1;
+  }
+  report.wall_seconds = wall_seconds() - from,
+  report.cpu_seconds = cpu_seconds_of_children() - spent;
   report.load_after = load();
   for (Task& task : tasks) report.points.push_back(std::move(task.point));
 

@@ -109,9 +109,9 @@ Ratio ratio_at(const Report& report, const Ways& ways, std::size_t ours, double 
           best_of(report, ways, level, -1, leave)};
   std::vector<double> rounds;
   for (int round = 0; round < report.rounds; ++round) {
-    const double ratio = best_of(report, ways, level, round, take).ms /
-                         best_of(report, ways, level, round, leave).ms;
-    if (std::isfinite(ratio)) rounds.push_back(ratio);
+    const double mine = best_of(report, ways, level, round, take).ms;
+    const double theirs = best_of(report, ways, level, round, leave).ms;
+    if (std::isfinite(mine) && std::isfinite(theirs)) rounds.push_back(mine / theirs);
   }
   if (!rounds.empty()) {
     r.median = median(rounds);
@@ -249,7 +249,8 @@ void print_tables(const Report& report, std::FILE* out) {
   for (const Point& p : report.points)
     if (!p.ms.empty()) spreads.push_back(spread(p.ms));
   std::fprintf(out,
-               "\n%d rounds, each through everything in another order; medians. Spread (widest less"
+               "\n%d rounds, each through everything in another order and process; medians. Spread "
+               "(widest less"
                " narrowest\nover median): median %.0f %%, worst %.0f %%. CPU %.0f s of %.0f s that"
                " passed; load %.2f before, %.2f after.\n",
                report.rounds, 100 * median(spreads),
