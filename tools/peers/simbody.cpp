@@ -27,7 +27,7 @@ class SimbodyRun final : public Run {
       SimTK::MobilizedBody::Ball(before, Vec3(i == 0 ? 0 : chain.length, 0, 0), link, Vec3(0));
     }
     start_ = system_.realizeTopology();
-    system_.realize(start_, SimTK::Stage::Position);
+    system_.realizeModel(start_);
     if (adaptive) {
       integrator_ = std::make_unique<SimTK::RungeKuttaMersonIntegrator>(system_);
       integrator_->setAccuracy(setting);
