@@ -41,7 +41,7 @@ void copy_memory(const Articulation& from, Articulation& to) {
 void copy_memory(const Mechanism& from, Mechanism& to) {
   to.memory = from.memory, to.loads = from.loads, to.owed = from.owed, to.frames = from.frames;
   to.accelerations = from.accelerations, to.lagged = from.lagged, to.efforts = from.efforts;
-  to.fresh = from.fresh, to.try_step = from.try_step;
+  to.fresh = from.fresh, to.try_step = from.try_step, to.rescues = from.rescues;
 }
 
 /// Whether a mechanism holds any part of the articulation.

@@ -51,6 +51,7 @@ struct StepReport {
   Real worst_constraint = 0; // m or rad, residual after the step
   int parts = 0;             // most steps of the integrator that this step was made of
   int events = 0;            // limits that were reached
+  int rescued = 0;           // mechanisms whose step Euler took: their integrator could not
   bool measured = false;
   Measures measures;  // only if asked for
 };

@@ -118,6 +118,7 @@ void collect(const World& world, StepReport& report) {
     report.rows += static_cast<int>(m.rows), report.rank += static_cast<int>(m.rank);
     report.worst_constraint = std::max(report.worst_constraint, m.residual);
     report.parts = std::max(report.parts, m.parts), report.events += m.events;
+    report.rescued += m.rescues > 0;
     for (const MechanismFault& f : m.faults) {
       if (f.kind != MechanismFault::inconsistent || report.status != Status::ok) continue;
       report.status = Status::inconsistent;

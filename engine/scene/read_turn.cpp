@@ -23,8 +23,9 @@ constexpr LimitKey kLimitKeys[] = {
     {"angle", JointKind::hinge},        {"twist", JointKind::ball},
     {"cone", JointKind::ball},          {"swing", JointKind::ball},
     {"first", JointKind::universal},    {"second", JointKind::universal},
-    {"travel", JointKind::cylindrical}, {"travel", JointKind::prismatic},
-    {"travel", JointKind::screw}};
+    {"angle", JointKind::cylindrical},  {"travel", JointKind::cylindrical},
+    {"travel", JointKind::prismatic},   {"angle", JointKind::screw},
+    {"travel", JointKind::screw},       {"angle", JointKind::planar}};
 
 bool may_have(JointKind kind, std::string_view limit) {
   return std::any_of(std::begin(kLimitKeys), std::end(kLimitKeys),
@@ -120,6 +121,12 @@ AngleLimit read_travel(const Reader& from) {
   return {};
 }
 
+/// Whether Q is told by one angle, about x.
+bool turns_about_x(JointKind kind) {
+  return kind == JointKind::hinge || kind == JointKind::cylindrical || kind == JointKind::screw ||
+         kind == JointKind::planar;
+}
+
 JointLimits read_limits(const Reading& reading, const Reader& outer, TurnRecipe& turn) {
   JointLimits limits;
   const JointKind kind = turn.kind;
@@ -127,7 +134,7 @@ JointLimits read_limits(const Reading& reading, const Reader& outer, TurnRecipe&
   if (node == kNoNode) return limits;
   const Reader from = reading.open(node, "limits");
   refuse_foreign_limits(from, kind);
-  if (kind == JointKind::hinge) limits.turn = read_range(from, "angle");
+  if (turns_about_x(kind)) limits.turn = read_range(from, "angle");
   if (kind == JointKind::ball)
     limits.turn = read_range(from, "twist"), limits.swing = read_swing(from);
   if (kind == JointKind::universal)
@@ -138,12 +145,6 @@ JointLimits read_limits(const Reading& reading, const Reader& outer, TurnRecipe&
   if (from.has("restitution"))
     turn.extras.edit().restitution = from.number("restitution", 0, kUnit);
   return limits;
-}
-
-/// Whether Q is told by one angle, about x.
-bool turns_about_x(JointKind kind) {
-  return kind == JointKind::hinge || kind == JointKind::cylindrical || kind == JointKind::screw ||
-         kind == JointKind::planar;
 }
 
 /// What a turn of joint axes may be written as.

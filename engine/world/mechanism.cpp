@@ -94,9 +94,7 @@ void add_limits(Mechanism& m, const Joint& joint, Block block) {
     if (range.low == range.high) return add(which, false, range.low, true);
     add(which, false, range.low, false), add(which, true, range.high, false);
   };
-  const bool turns = joint.kind == JointKind::hinge || joint.kind == JointKind::ball ||
-                     joint.kind == JointKind::universal;
-  if (turns) add_range(Coordinate::turn, joint.limits->turn);
+  add_range(Coordinate::turn, joint.limits->turn);
   if (joint.kind == JointKind::universal) add_range(Coordinate::second, joint.limits->second);
   if (joint.kind == JointKind::ball && joint.limits->swing.on)
     add(Coordinate::swing, false, 0, false);
@@ -306,7 +304,7 @@ void carry_memory(const World& world, const std::vector<Mechanism>& before, Mech
     if (was.bodies != m.bodies) continue;
     m.accelerations = was.accelerations, m.lagged = was.lagged;
     m.owed = was.owed;
-    m.try_step = was.try_step;
+    m.try_step = was.try_step, m.rescues = was.rescues;
     const bool same = was.blocks.size() == m.blocks.size() && was.rows == m.rows &&
                       was.frames.size() == m.frames.size() &&
                       was.efforts.size() == m.efforts.size();

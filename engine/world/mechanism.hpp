@@ -158,6 +158,7 @@ struct MechanismRoom {
   std::vector<Real> sum_lambda;
   std::vector<Real> weights;                   // implicit: compliances of spring rows
   bool springs_bear = false;
+  Real opened = 0;                             // residual before the last projection
   Real worst_lack = 0;                         // of J a = gamma, part of what was asked
   std::uint32_t worst_lack_block = 0;
 };
@@ -175,6 +176,7 @@ struct Mechanism {
   std::vector<Pulling> elastic_strings, elastic_pins;
   std::size_t rows = 0, vectors = 0;
   Real size = 0;       // m, scales tolerances
+  Real reach = 0;      // m, the longest arm of a joint
   bool loops = false;  // rows may depend on one another
   bool unilateral = false, damped = false;
 
@@ -187,6 +189,7 @@ struct Mechanism {
   bool fresh = true;
   bool counted = false;  // whole turns have been counted from the start
   Real try_step = 0;  // s, adaptive
+  int rescues = 0;    // steps in a row that Euler took, since the integrator could not
 
   // For the report.
   std::vector<MechanismFault> faults;

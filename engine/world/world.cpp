@@ -131,7 +131,7 @@ void add_mechanism(Hash& hash, const Mechanism& m) {
     for (Vec3 v : *list) hash.add(v);
   for (const Effort& e : m.efforts) hash.add(e.before);
   for (const Hanging& h : m.hangings) hash.add(h.force), hash.add(h.asked), hash.add(h.debt);
-  hash.add(m.fresh), hash.add(m.try_step);
+  hash.add(m.fresh), hash.add(m.try_step), hash.add(m.rescues);
 }
 
 void add_settings(Hash& hash, const SolverSettings& s) {

@@ -75,9 +75,9 @@ TEST_CASE("Travel that is reversed and restitution beyond 1 are refused") {
   CHECK(at_point(R"("kind": "hinge", "limits": {"travel": [0, 1]})") ==
         Lines{"t.json:5:50: /joints/0/limits/travel: found a limit \"travel\", expected those of a "
               "hinge joint: angle"});
-  CHECK(at_point(R"("kind": "planar", "limits": {"angle": [0, 1]})") ==
-        Lines{"t.json:5:51: /joints/0/limits/angle: found a limit \"angle\", expected none: a planar "
-              "joint has no limits"});
+  CHECK(at_point(R"("kind": "planar", "limits": {"travel": [0, 1]})") ==
+        Lines{"t.json:5:51: /joints/0/limits/travel: found a limit \"travel\", expected those of a "
+              "planar joint: angle"});
 }
 
 TEST_CASE("What belongs to other kinds of joints is refused") {

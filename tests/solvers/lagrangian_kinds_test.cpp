@@ -322,6 +322,30 @@ TEST_CASE("a pendulum leaves its stop with the part e of its speed") {
     }
 }
 
+TEST_CASE("what turns and slides has stops for its turn") {
+  for (JointKind kind : {JointKind::cylindrical, JointKind::screw, JointKind::planar}) {
+    CAPTURE(name_of(kind));
+    Body b = solid(1, kMoments);
+    b.spin = {2, 0, 0};
+    if (kind == JointKind::screw) b.velocity = {0.2, 0, 0};
+    Single s = single(Integrator::rk4, kind, b, kNoTurn, Vec3(0));
+    Joint& joint = s.world.links[s.link].joint;
+    joint.limits.edit().turn = {true, -1, 2.5};
+    joint.extras.edit().restitution = 1;
+    joint.extras.edit().pitch = 0.1;
+    Simulation sim(s.world, {1e-2});
+    for (int i = 0; i < 500; ++i) {
+      REQUIRE(sim.step().status == Status::ok);
+      const Real angle = turn_of(s, sim.world);
+      REQUIRE(angle >= -1 - 2e-9);
+      REQUIRE(angle <= 2.5 + 2e-9);
+    }
+    // 10 rad on a way of 3.5 rad there and 3.5 rad back.
+    CHECK(turn_of(s, sim.world) == Approx(2.5 - (10 - 2.5 - 2 * 3.5)).margin(1e-7).epsilon(0));
+    CHECK(std::abs(sim.world.bodies[s.body].spin.x) == Approx(2).epsilon(1e-12));
+  }
+}
+
 TEST_CASE("a slide between two stops goes to and fro without loss") {
   for (Integrator integrator : kAll) {
     Body b = solid(1, kMoments);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "tools/pantin/program.hpp"
 
 namespace pantin::program {
@@ -21,13 +22,23 @@ struct Finding {
   Json json;
 };
 
-/// Degrees of freedom that joints leave: 6 a body, less 3 a ball joint.
+/// Degrees of freedom that joints leave: 6 a body, less 3 a joint's point; of mechanisms less the
+/// rank of their joints' equations.
 std::int64_t freedoms(const World& world) {
   std::int64_t sum = 0;
   for (const Articulation& a : world.articulations) {
     sum += 6 * static_cast<std::int64_t>(a.count());
     for (std::size_t c = 0; c < a.count(); ++c) sum -= a.parents[c] == kFree ? 0 : 3;
     sum -= 3 * static_cast<std::int64_t>(a.holds.size());
+  }
+  for (std::size_t i = 0; i < world.mechanisms.size(); ++i) {
+    const Mechanism& m = world.mechanisms[i];
+    sum += 6 * static_cast<std::int64_t>(m.count() - m.hangings.size());
+    for (const Block& b : m.blocks)
+      if (b.kind == BlockKind::joint || b.kind == BlockKind::pin || b.kind == BlockKind::ratio)
+        sum -= b.rows;
+    for (const MechanismFault& f : lagrangian::inspect(world, i))
+      if (f.kind == MechanismFault::redundant) sum += f.rows;
   }
   return sum;
 }
@@ -78,6 +89,7 @@ Finding look_at(const std::string& path, const CheckChoices& c) {
   j["strings"] = world.strings.size();
   j["pins"] = world.pins.size();
   j["articulations"] = world.articulations.size();
+  j["mechanisms"] = world.mechanisms.size();
   j["freedoms"] = freedoms(world);
   j["mass_kg"] = mass;
   j["start_gap_m"] = measure(world).worst_gap;
@@ -94,11 +106,12 @@ Finding look_at(const std::string& path, const CheckChoices& c) {
   j["warnings"] = scene->warnings;
   if (!c.json)
     fmt::print(
-        "{}  {}\n  {} bodies, {} joints, {} strings, {} pins in {} articulations; {} freedoms, "
-        "{:.4g} kg\n  start gap {:.1e} m; {} steps: {}\n",
+        "{}  {}\n  {} bodies, {} joints, {} strings, {} pins in {} articulations and {} mechanisms; {} "
+        "freedoms, {:.4g} kg\n  start gap {:.1e} m; {} steps: {}\n",
         failure.empty() ? "ok    " : "FAILED", path, world.bodies.size(), world.links.size(),
         world.strings.size(), world.pins.size(), world.articulations.size(),
-        j["freedoms"].get<std::int64_t>(), mass, j["start_gap_m"].get<double>(), kSteps,
+        world.mechanisms.size(), j["freedoms"].get<std::int64_t>(), mass,
+        j["start_gap_m"].get<double>(), kSteps,
         failure.empty()
             ? fmt::format("worst gap {:.1e} of the size, hash {}", j["worst_gap_rel"].get<double>(),
                           j["hash"].get<std::string>())
@@ -130,8 +143,8 @@ Examples:
   pantin check assets/scenes/chain10.json --solver lagrangian
 
 --json prints {"scenes": [...]}, each with scene, title, status (ok, failed, refused), bodies,
-joints, strings, pins, articulations, freedoms, mass_kg, start_gap_m, worst_gap_rel, hash, warnings
-and failure if there is one.
+joints, strings, pins, articulations, mechanisms, freedoms, mass_kg, start_gap_m, worst_gap_rel,
+hash, warnings and failure if there is one.
 
 Exit codes: 0 ok, 2 usage or bad input, 3 a check failed.)";
 

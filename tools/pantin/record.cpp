@@ -61,7 +61,7 @@ Result<Done> Record::open(const std::string& path, const World& world) {
       for (const char* what : {"fx", "fy", "fz", "tx", "ty", "tz"})
         if (b.kind == BlockKind::joint)
           row += ',' + field(built.name_of(joint_of(built, b)) + '.' + what);
-  row += exact_ ? ",elastic_j,rows,rank\n" : "\n";
+  row += exact_ ? ",elastic_j,rows,rank,rescued\n" : "\n";
   if (std::fputs(row.c_str(), file_) < 0) return fail("could not write the record");
   return Done{};
 }
@@ -84,16 +84,16 @@ Result<Done> Record::add(const World& world, const Measures& m) {
   add_vec(row, m.momentum);
   add_vec(row, m.spin_momentum);
   if (exact_) {
-    std::size_t rows = 0, rank = 0;
+    std::size_t rows = 0, rank = 0, rescued = 0;
     for (const Mechanism& mechanism : world.mechanisms) {
-      rows += mechanism.rows, rank += mechanism.rank;
+      rows += mechanism.rows, rank += mechanism.rank, rescued += mechanism.rescues > 0;
       for (const Block& b : mechanism.blocks) {
         if (b.kind != BlockKind::joint) continue;
         const lagrangian::JointForce f = lagrangian::joint_force(mechanism, b);
         add_vec(row, f.force), add_vec(row, f.torque);
       }
     }
-    row += fmt::format(",{},{},{}", m.elastic, rows, rank);
+    row += fmt::format(",{},{},{},{}", m.elastic, rows, rank, rescued);
   }
   row += '\n';
   if (std::fputs(row.c_str(), file_) < 0) return fail("could not write the record");

@@ -26,8 +26,8 @@ constexpr double kSlack = 1e-9;
 
 constexpr SDL_Keycode kKeyCodes[]{SDLK_SPACE, SDLK_PERIOD, SDLK_LEFTBRACKET, SDLK_RIGHTBRACKET,
                                   SDLK_1,     SDLK_2,      SDLK_3,           SDLK_4,
-                                  SDLK_o,     SDLK_r,      SDLK_s,           SDLK_h,
-                                  SDLK_q,     SDLK_ESCAPE};
+                                  SDLK_5,     SDLK_o,      SDLK_r,           SDLK_s,
+                                  SDLK_h,     SDLK_q,      SDLK_ESCAPE};
 static_assert(std::size(kKeyCodes) == std::size(kKeys));
 constexpr std::uint8_t kButtonCodes[]{SDL_BUTTON_LEFT, SDL_BUTTON_MIDDLE, SDL_BUTTON_RIGHT};
 static_assert(std::size(kButtonCodes) == std::size(kButtons));
@@ -35,7 +35,7 @@ static_assert(std::size(kButtonCodes) == std::size(kButtons));
 constexpr const char* kHelp[]{
     "left: drag   right or shift: drag by a spring   middle: turn   wheel: zoom",
     "space: pause   . step   [ ] slower, faster   r restart   o overlay   s save a frame",
-    "1 auto   2 sweep   3 shake2   4 paper   h these lines   q quit"};
+    "1 auto   2 sweep   3 shake2   4 paper   5 lagrangian   h these lines   q quit"};
 
 double seconds_between(Clock::time_point from, Clock::time_point to) {
   return std::chrono::duration<double>(to - from).count();

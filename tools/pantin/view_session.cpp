@@ -119,8 +119,9 @@ void Session::mouse_moved(const SDL_MouseMotionEvent& e) {
 
 void Session::key_down(SDL_Keycode key) {
   stale_ = true;
-  constexpr Solver kSolvers[]{Solver::automatic, Solver::sweep, Solver::shake2, Solver::paper};
-  if (key >= SDLK_1 && key <= SDLK_4) return choose(kSolvers[key - SDLK_1]);
+  constexpr Solver kSolvers[]{Solver::automatic, Solver::sweep, Solver::shake2, Solver::paper,
+                              Solver::lagrangian};
+  if (key >= SDLK_1 && key <= SDLK_5) return choose(kSolvers[key - SDLK_1]);
   switch (key) {
     case SDLK_SPACE:
       paused_ = !paused_;
@@ -201,6 +202,14 @@ void Session::zoom(double clicks) {
 }
 
 void Session::choose(Solver solver) {
+  if (solver != Solver::lagrangian) {
+    if (!sim_.world.ratios.values().empty())
+      return tell("only the solver lagrangian knows ratios");
+    for (const Link& link : sim_.world.links.values())
+      if (!holds_point(link.joint.kind))
+        return tell(fmt::format("only the solver lagrangian knows {} joints",
+                                pantin::name_of(link.joint.kind)));
+  }
   chosen_ = solver;
   sim_.world.default_settings.solver = solver;
   for (SolverSettings& s : sim_.world.settings.values()) s.solver = solver;

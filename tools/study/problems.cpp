@@ -264,7 +264,8 @@ void four_bar(const Json& file, const Json& one, std::vector<Problem>& problems)
     turning.spin = {0, 0, 1};
     const Entity handle = w.add_body(turning);
     Keyframes keys;
-    for (int i = 0; i <= p.at_step.back() + 1; ++i)
+    // From before the start, so that the crank has its speed then.
+    for (int i = -1; i <= p.at_step.back() + 1; ++i)
       keys.keys.push_back({i * p.every, {Vec3(0), turn_by(Vec3(0, 0, first[0] + i * p.every))}});
     w.drives.add(handle, Drive{keys});
     const Vec3 at_crank = flat(first[0], crank);
@@ -307,7 +308,7 @@ void add_way_through(std::vector<Problem>& problems) {
   Keyframes& keys = std::get<Keyframes>(p.world.drives.values()[0].path);
   const Real first = p.rows[0][0];
   keys.keys.clear();
-  for (int i = 0; i <= p.at_step.back() + 1; ++i)
+  for (int i = -1; i <= p.at_step.back() + 1; ++i)
     keys.keys.push_back({i * p.every, {Vec3(0), turn_by(Vec3(0, 0, first + i * p.every))}});
   problems.push_back(std::move(p));
 }

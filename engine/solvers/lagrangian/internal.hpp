@@ -46,6 +46,8 @@ CoordinateRow coordinate_row(const World& world, const Mechanism& m, std::uint32
 
 /// Factors J M^-1 J^T of the rows as written. Redundant rows are noted in m.faults if `report`.
 void factor(Mechanism& m, bool report);
+/// ... with rows that give way by `weight` of their diagonal.
+void factor_soft(Mechanism& m, Real weight);
 /// With the factor as it stands: M a = force + J^T lambda, J a + diag(weights) lambda = right.
 /// `accelerations` holds two vectors a body of the mechanism (frames are known and belong into
 /// `right`). Where there are loops, refined against the rows as they are now until no more than

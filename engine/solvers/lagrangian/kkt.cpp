@@ -359,6 +359,8 @@ bool any_suspect(const Mechanism& m) {
 
 }  // namespace
 
+void factor_soft(Mechanism& m, Real weight) { factor_weighted(m, weight); }
+
 void factor(Mechanism& m, bool report) {
   if (report) m.rank = m.rows, m.faults.clear();
   if (!m.loops) {

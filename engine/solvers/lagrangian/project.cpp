@@ -7,7 +7,13 @@
 namespace pantin::lagrangian {
 namespace {
 
-constexpr int kRounds = 12;
+constexpr int kRounds = 40;
+/// Residuals of so many times the bound may be all that rounding leaves.
+constexpr Real kFine = 1e3;
+/// Weights on rows where a plain correction leads astray, parts of their diagonal.
+constexpr Real kSoftest = 1e-12, kSoftestLoop = 1e-6, kSofter = 100, kStiffer = 0.3, kStiffest = 1;
+/// Joints of a rescued step may stay open by this part of the longest arm.
+constexpr Real kLoose = 0.02;
 
 void move_bodies(Mechanism& m, std::span<const Vec3> way) {
   Motions& s = m.room.state;
@@ -19,11 +25,11 @@ void move_bodies(Mechanism& m, std::span<const Vec3> way) {
 
 /// Solves for a correction, whose size is that of rounding in the end: what it lacks, part of that,
 /// says nothing about the joints.
-void correct(Mechanism& m) {
+void correct(Mechanism& m, Real enough = 1e-6) {
   MechanismRoom& room = m.room;
   const Real lack = room.worst_lack;
   const std::uint32_t block = room.worst_lack_block;
-  solve(m, {}, room.right, room.correction, room.lambda, 1e-6);
+  solve(m, {}, room.right, room.correction, room.lambda, enough);
   room.worst_lack = lack, room.worst_lack_block = block;
 }
 
@@ -69,26 +75,51 @@ void project_twists(Mechanism& m, std::span<const Real> wanted) {
 }
 
 bool project(const World& world, Mechanism& m, Real part, Real whole) {
+  constexpr Real kAny = std::numeric_limits<Real>::infinity();
   MechanismRoom& room = m.room;
   const Real enough = tolerance_of(m);
   place_frames(world, m, part, whole);
-  Real before = std::numeric_limits<Real>::infinity();
-  for (int round = 0;; ++round) {
+  const auto look = [&] {
     place(m);
     write_all_rows(world, m, {true, false});
-    const Real worst = worst_residual(m);
-    if (!std::isfinite(worst)) return false;
+    m.residual = worst_residual(m);
+  };
+  look();
+  room.opened = m.residual;
+  if (!std::isfinite(m.residual)) return false;
+  factor(m, true);
+  const Real softest = m.loops ? kSoftestLoop : kSoftest;
+  Real before = kAny, weight = 0;
+  bool fresh = true;  // the factor, at the last correction
+  for (int round = 0; m.residual > enough && round < kRounds; ++round) {
+    const bool better = m.residual < (weight > 0 ? 1 : 0.5) * before;
+    if (better) {
+      room.from.x = room.state.x, room.from.q = room.state.q;
+      weight *= kStiffer;
+    } else {
+      if (m.residual <= kFine * enough) break;
+      room.state.x = room.from.x, room.state.q = room.from.q;
+      look();
+      // The way was too long for a line: again, shorter, along what gives way easily.
+      // [Levenberg 1944]
+      if (fresh) weight = std::max(softest, kSofter * weight);
+      if (weight > kStiffest) break;
+    }
     // A factor serves as long as it brings the residual down; rows are always the newest.
-    if (round == 0 || worst > 0.1 * before) factor(m, round == 0);
-    m.residual = worst;
-    if (worst <= enough || round == kRounds || (round > 2 && worst > 0.5 * before)) break;
-    before = worst;
+    const bool serves = round == 0 || (better && weight == 0 && m.residual <= 0.1 * before);
+    if (weight > 0) factor_soft(m, weight);
+    else if (!serves) factor(m, false);
+    fresh = round == 0 || !serves;
+    before = m.residual;
     for (std::size_t r = 0; r < m.rows; ++r) room.right[r] = -room.c[r];
-    correct(m);
+    correct(m, weight > 0 ? kAny : 1e-6);
     move_bodies(m, room.correction);
+    look();
   }
+  if (weight > 0) factor(m, false);
   project_twists(m, {});
-  return m.residual <= 1e-7 * std::max(Real(1), m.size);
+  const Real loose = m.rescues > 0 ? kLoose * m.reach : 0;
+  return m.residual <= std::max(1e-7 * std::max(Real(1), m.size), loose);
 }
 
 }  // namespace pantin::lagrangian

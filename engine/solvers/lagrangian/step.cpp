@@ -15,6 +15,12 @@ constexpr Real kQuiet = 1e-3;
 constexpr int kMostEvents = 8, kMostSearches = 16, kMostHalvings = 6, kMostSteps = 200000;
 /// More steps of the integrator than this make no step: it is given up and told.
 constexpr int kMostParts = 1000;
+/// Residual that a step of Runge-Kutta may leave to the projection, part of the way of bodies.
+constexpr Real kMostOpened = 0.05;
+/// Steps that Euler takes before the integrator is tried again.
+constexpr int kPatience = 8;
+/// Bodies that turn farther in a step, rad, have it halved; not by the implicit integrator.
+constexpr Real kMostTurn = 0.5;
 
 /// Bodies that are no more than the mass of what hangs on a point: where it is, moving with it.
 void gather_hangings(Mechanism& m, Real h) {
@@ -55,12 +61,13 @@ void gather(const World& world, Mechanism& m) {
     m.room.applied[2 * b] = f ? f->force : Vec3(0);
     m.room.applied[2 * b + 1] = f ? f->torque : Vec3(0);
   }
-  m.size = glm::length(high - low);
+  m.size = glm::length(high - low), m.reach = 0;
   for (const Block& b : m.blocks) {
     if (b.kind != BlockKind::joint) continue;
     const Joint& j = world.links.values()[b.source].joint;
-    m.size = std::max({m.size, glm::length(j.anchor_a), glm::length(j.anchor_b)});
+    m.reach = std::max({m.reach, glm::length(j.anchor_a), glm::length(j.anchor_b)});
   }
+  m.size = std::max(m.size, m.reach);
 }
 
 void write_back(World& world, const Mechanism& m) {
@@ -130,10 +137,20 @@ void count_turns(const World& world, Mechanism& m, bool anew) {
   }
 }
 
+/// Whether joints were opened by little beside the way that bodies went. A step of high order that
+/// opens more passes a place where rows nearly depend on one another: it may end on another branch.
+bool keeps_joints(const Mechanism& m, Real h) {
+  Real speed = 0;
+  for (std::size_t b = 0; b < m.count(); ++b)
+    speed = std::max(speed,
+                     glm::length(m.room.state.v[b]) + m.reach * glm::length(m.room.state.w[b]));
+  return m.room.opened <= std::max(kMostOpened * h * speed, 1e-9 * m.size);
+}
+
 /// One step of the integrator, projected. False: not taken.
-bool integrate(const World& world, Mechanism& m, const Span& span) {
+bool integrate(const World& world, Mechanism& m, const Span& span, Integrator integrator) {
   bool done = false;
-  switch (m.settings.integrator) {
+  switch (integrator) {
     case Integrator::euler:
       done = step_euler(world, m, span);
       break;
@@ -150,9 +167,10 @@ bool integrate(const World& world, Mechanism& m, const Span& span) {
   ++m.parts;
   if (!done || !all_finite(m)) return false;
   m.fresh = false;
-  if (m.settings.integrator == Integrator::rattle) return true;  // ends on its joints by itself
+  if (integrator == Integrator::rattle) return true;  // ends on its joints by itself
   if (m.settings.stabilisation == Stabilisation::projection)
-    return project(world, m, span.part(1), span.whole) && all_finite(m);
+    return project(world, m, span.part(1), span.whole) && all_finite(m) &&
+           (integrator != Integrator::rk4 || keeps_joints(m, span.h));
   place(m), place_frames(world, m, span.part(1), span.whole);
   write_all_rows(world, m, {true, false});
   m.residual = worst_residual(m);
@@ -189,28 +207,51 @@ bool integrate_adaptively(const World& world, Mechanism& m, const Span& span) {
   return true;
 }
 
-/// As long as asked, by halves where the step is too long for the integrator.
-bool go(const World& world, Mechanism& m, const Span& span) {
-  if (m.settings.integrator == Integrator::rk4 && m.settings.step_tolerance > 0)
-    return integrate_adaptively(world, m, span);
+/// By one integrator, in halves where the step is too long for it: at most so many times halved.
+bool go_by(const World& world, Mechanism& m, const Span& span, Integrator integrator,
+           int most_halvings, int most_parts) {
   Real fastest = 0;
-  for (std::size_t b = 0; b < m.count() && m.settings.integrator == Integrator::rattle; ++b)
-    fastest = std::max(fastest, glm::length(m.room.state.w[b]));
-  int parts = 1, halvings = 0;
-  while (parts < 64 && fastest * span.h > 1.0 * parts) parts *= 2;
-  m.room.start = m.room.state;
-  for (;;) {
+  for (std::size_t b = 0; b < m.count() && integrator != Integrator::implicit; ++b)
+    fastest = std::max(fastest, glm::length(m.room.start.w[b]));
+  int parts = 1;
+  while (parts < 64 && fastest * span.h > kMostTurn * parts) parts *= 2;
+  for (int halvings = 0;; parts *= 2) {
     bool good = true;
     for (int i = 0; i < parts && good; ++i)
-      good = integrate(world, m,
-                       {span.from + i * span.h / parts, span.h / parts, span.whole});
+      good = integrate(world, m, {span.from + i * span.h / parts, span.h / parts, span.whole},
+                       integrator);
     if (good) return true;
-    if (++halvings > kMostHalvings || m.parts > kMostParts) return false;
     m.room.state = m.room.start;
     std::fill(m.loads.begin(), m.loads.end(), 0.0);
     m.fresh = true;
-    parts *= 2;
+    if (++halvings > most_halvings || m.parts > most_parts) return false;
   }
+}
+
+/// As long as asked. What no part of the step was short enough for is done by Euler, which loses
+/// energy but does not blow up; in the end with joints that stay open a little.
+bool go(const World& world, Mechanism& m, const Span& span) {
+  const Integrator chosen = m.settings.integrator;
+  if (chosen == Integrator::rk4 && m.settings.step_tolerance > 0)
+    return integrate_adaptively(world, m, span);
+  m.room.start = m.room.state;
+  const int before = m.rescues;
+  m.rescues = 0;
+  // After a rescue there is little hope in halves, and none at once.
+  if (before % kPatience == 0 &&
+      go_by(world, m, span, chosen, before > 0 ? 1 : kMostHalvings, kMostParts))
+    return true;
+  if (chosen != Integrator::euler &&
+      go_by(world, m, span, Integrator::euler, kMostHalvings, 2 * kMostParts)) {
+    m.rescues = before + 1;
+  } else {
+    m.rescues = before + 1;
+    for (Vec3& w : m.room.state.w)  // what turns too fast for any step is slowed
+      if (const Real turn = glm::length(w) * span.h; turn > 1) w /= turn;
+    if (!integrate(world, m, span, Integrator::euler)) return m.rescues = 0, false;
+  }
+  m.fresh = chosen == Integrator::implicit;  // its accelerations are to be found anew
+  return true;
 }
 
 bool is_one_sided(const Mechanism& m, std::size_t i) {
