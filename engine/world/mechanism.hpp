@@ -115,6 +115,7 @@ struct KktPattern {
     std::uint8_t at_p = 0, at_q = 0;
     bool flipped = false;  // the numbers at `target` have q's rows first
     bool plain = false;    // all that p meets there holds a point, as p does
+    bool opens = false;    // the first to write at `target`
   };
   std::vector<std::uint32_t> first_meeting;  // by body
   std::vector<Meeting> meetings;
@@ -124,6 +125,17 @@ struct KktPattern {
     bool flipped = false;
   };
   std::vector<HubMeeting> hub_meetings;
+  struct Range {
+    std::uint32_t from = 0, count = 0;
+  };
+  std::vector<Range> untouched;  // numbers that no meeting writes: fill, hubs
+  struct Incident {
+    std::uint32_t block = 0;
+    std::uint8_t at = 0;
+  };
+  std::vector<std::uint32_t> first_incident;  // by body
+  std::vector<Incident> incidents;
+  std::vector<std::uint32_t> framed;  // blocks that have a frame among their bodies
   std::vector<std::uint32_t> hubs;    // bodies
   std::vector<std::uint32_t> hub_of;  // by body, or UINT32_MAX
   std::size_t numbers = 0, unknowns = 0;
@@ -152,6 +164,7 @@ struct MechanismRoom {
   // Now; at the start of a part of the step, of one step of the integrator, of an attempt.
   Motions state, start, from, begin;
   std::vector<Vec3> applied;                   // forces and torques from outside, two a body
+  bool pushed = false;                         // any of those, or owed, is not zero
   std::vector<Vec3> momenta, residuals;        // two a body
   std::vector<Vec3> rates[7];                  // Runge-Kutta: v and accelerations, three a body
   std::vector<Quat> quat_rates[7];

@@ -270,6 +270,24 @@ double time_dense(const Mechanism& m, std::span<const Vec3> force, std::span<con
 }
 #endif
 
+constexpr int kSizes[] = {100, 1000, 10000, 100000};
+
+/// How times grow with sizes: the slope of their logarithms.
+struct Growth {
+  std::vector<double> sizes, times;
+  void add(int size, double seconds) {
+    sizes.push_back(std::log(size)), times.push_back(std::log(seconds));
+  }
+  double exponent() const {
+    double x = 0, y = 0, xx = 0, xy = 0;
+    const auto count = static_cast<double>(sizes.size());
+    for (std::size_t i = 0; i < sizes.size(); ++i) x += sizes[i] / count, y += times[i] / count;
+    for (std::size_t i = 0; i < sizes.size(); ++i)
+      xx += (sizes[i] - x) * (sizes[i] - x), xy += (sizes[i] - x) * (times[i] - y);
+    return xy / xx;
+  }
+};
+
 void cost() {
   std::fprintf(out, "what,integrator,bodies,seconds,spread,bytes_per_body,dense_seconds,ratio,apart\n");
   for (const int n : {100, 300, 1000}) {
@@ -297,33 +315,45 @@ void cost() {
                  dense / t.seconds, apart);
     std::fflush(out);
   }
+  // Places, rows, forces, factor and solution at one instant.
+  Growth accelerations;
+  for (const int n : kSizes) {
+    if (small && n > 1000) break;
+    tell("accelerations, " + std::to_string(n) + " bodies");
+    const double before = bytes_in_use();
+    Simulation sim(with(chain(n, 0.1, kPi / 4), kMethods[2]), {1e-3});
+    sim.step();
+    const double held = bytes_in_use() - before;
+    Mechanism& m = sim.world.mechanisms.at(0);
+    const Timing t = time_often([&] {
+      const double from = cpu_seconds();
+      for (int i = 0; i < 20000 / n + 1; ++i) lagrangian::accelerate(sim.world, m, 0, 1e-3);
+      return (cpu_seconds() - from) / (20000 / n + 1);
+    });
+    accelerations.add(n, t.seconds);
+    std::fprintf(out, "acceleration,,%d,%.4e,%.3f,%.0f,,,\n", n, t.seconds, t.spread, held / n);
+    std::fflush(out);
+  }
+  std::fprintf(out, "exponent,,,%.3f,,,,,\n", accelerations.exponent());
   for (const Method& method : kMethods) {
     if (method.solver != Solver::lagrangian) continue;
-    std::vector<double> sizes, times;
-    for (const int n : {100, 1000, 10000, 100000}) {
+    Growth steps;
+    for (const int n : kSizes) {
       if (small && n > 1000) break;
       tell(std::string(method.name) + ", " + std::to_string(n) + " bodies");
-      const double before = bytes_in_use();
-      Simulation sim(with(chain(n, 0.1, kPi / 4), method), {1e-3});
+      // The tension of a longer chain makes its links quicker: as many steps a period for all.
+      Simulation sim(with(chain(n, 0.1, kPi / 4), method), {1e-2 / std::sqrt(n)});
       sim.step();
-      const double held = bytes_in_use() - before;
       const Timing t = time_often([&] {
         const double from = cpu_seconds();
         sim.step();
         return cpu_seconds() - from;
       });
-      sizes.push_back(std::log(n)), times.push_back(std::log(t.seconds));
-      std::fprintf(out, "step,%s,%d,%.4e,%.3f,%.0f,,,\n", method.name, n, t.seconds, t.spread,
-                   held / n);
+      steps.add(n, t.seconds);
+      std::fprintf(out, "step,%s,%d,%.4e,%.3f,,,,\n", method.name, n, t.seconds, t.spread);
       std::fflush(out);
     }
-    double x = 0, y = 0, xx = 0, xy = 0;
-    const auto count = static_cast<double>(sizes.size());
-    for (std::size_t i = 0; i < sizes.size(); ++i)
-      x += sizes[i] / count, y += times[i] / count;
-    for (std::size_t i = 0; i < sizes.size(); ++i)
-      xx += (sizes[i] - x) * (sizes[i] - x), xy += (sizes[i] - x) * (times[i] - y);
-    std::fprintf(out, "exponent,%s,,%.3f,,,,,\n", method.name, xy / xx);
+    std::fprintf(out, "exponent,%s,,%.3f,,,,,\n", method.name, steps.exponent());
   }
   tell("");
 }

@@ -77,6 +77,7 @@ void meet_at(Mechanism& m, std::size_t body) {
       }
     }
     Real* to = &m.room.values[k.target];
+    if (k.opens) std::fill_n(to, one.rows * two.rows, 0.0);
     const std::size_t step_p = k.flipped ? 1 : two.rows, step_q = k.flipped ? one.rows : 1;
     if (!one.point || !two.point) {
       for (std::size_t s = 0; s < two.rows; ++s) {
@@ -84,24 +85,27 @@ void meet_at(Mechanism& m, std::size_t body) {
         for (std::size_t r = 0; r < one.rows; ++r)
           to[r * step_p + s * step_q] += dot2(full[r], row);
       }
-      continue;
+    } else {
+      const Real sign = k.at_p == k.at_q ? 1 : -1;
+      if (one.rows == 3 && two.rows == 3)
+        meet_points<3>(w, to_j, k.at_q, per_mass, sign, 3, 3, to, step_p, step_q);
+      else if (one.rows == 5 && two.rows == 5)
+        meet_points<5>(w, to_j, k.at_q, per_mass, sign, 5, 5, to, step_p, step_q);
+      else
+        meet_points<0>(w, to_j, k.at_q, per_mass, sign, one.rows, two.rows, to, step_p, step_q);
     }
-    const Real sign = k.at_p == k.at_q ? 1 : -1;
-    if (one.rows == 3 && two.rows == 3)
-      meet_points<3>(w, to_j, k.at_q, per_mass, sign, 3, 3, to, step_p, step_q);
-    else if (one.rows == 5 && two.rows == 5)
-      meet_points<5>(w, to_j, k.at_q, per_mass, sign, 5, 5, to, step_p, step_q);
-    else
-      meet_points<0>(w, to_j, k.at_q, per_mass, sign, one.rows, two.rows, to, step_p, step_q);
+    if (k.p == k.q)
+      for (std::size_t r = 0; r < one.rows; ++r)
+        m.room.scales[one.first_row + r] = to[r * (one.rows + 1u)];
   }
 }
 
-/// The diagonal of J M^-1 J^T: rows of lengths and rows of angles may be far apart in size.
-void find_scales(Mechanism& m) {
+/// What hubs add to the diagonal of J M^-1 J^T.
+void add_scales_of_hubs(Mechanism& m) {
   const KktPattern& p = m.room.pattern;
-  for (std::size_t i = 0; i < m.blocks.size(); ++i) {
-    const Block& b = m.blocks[i];
-    const Real* d = &m.room.values[p.diagonal[p.place[i]]];
+  for (const KktPattern::HubMeeting& k : p.hub_meetings) {
+    const Block& b = m.blocks[k.block];
+    const Real* d = &m.room.values[p.diagonal[p.place[k.block]]];
     for (std::size_t r = 0; r < b.rows; ++r) m.room.scales[b.first_row + r] = d[r * b.rows + r];
   }
   for (const KktPattern::HubMeeting& k : p.hub_meetings) {
@@ -115,10 +119,14 @@ void find_scales(Mechanism& m) {
   }
 }
 
+/// The matrix, and in room.scales the diagonal of J M^-1 J^T: rows of lengths and rows of angles may
+/// be far apart in size.
 void assemble(Mechanism& m) {
   const KktPattern& p = m.room.pattern;
-  std::fill(m.room.values.begin(), m.room.values.end(), 0.0);
+  for (const KktPattern::Range& r : p.untouched)
+    std::fill_n(m.room.values.begin() + r.from, r.count, 0.0);
   for (std::size_t b = 0; b < m.count(); ++b) meet_at(m, b);
+  add_scales_of_hubs(m);
   for (const KktPattern::HubMeeting& k : p.hub_meetings) {
     const Block& block = m.blocks[k.block];
     Real* to = &m.room.values[k.target];
@@ -294,7 +302,6 @@ bool factor_weighted(Mechanism& m, Real weight) {
   MechanismRoom& room = m.room;
   const KktPattern& p = room.pattern;
   assemble(m);
-  find_scales(m);
   for (std::uint32_t at = 0; at < p.order.size(); ++at) {
     const std::uint32_t node = p.order[at];
     const std::size_t n = p.size[at];
@@ -423,19 +430,24 @@ Real measure_lack(Mechanism& m, std::span<const Real> right, std::span<const Vec
   return worst;
 }
 
-/// a = M^-1 (force + J^T lambda); hubs too, though they have been unknowns. No force, or no loads,
-/// means none.
-void find_motion(Mechanism& m, std::span<const Vec3> force, std::span<const Real> lambda,
-                 std::span<Vec3> a) {
-  if (force.empty()) std::fill(a.begin(), a.end(), Vec3(0));
-  else std::copy(force.begin(), force.end(), a.begin());
-  if (!lambda.empty())
-    for (const Block& b : m.blocks)
-      for (std::size_t k = 0; k < b.count; ++k)
-        if (b.body[k] < m.count())
-          add_pull(b, jacobian_of(m, b), k, &lambda[b.first_row], &a[2 * b.body[k]]);
+/// a = M^-1 force.
+void find_free_motion(const Mechanism& m, std::span<const Vec3> force, std::span<Vec3> a) {
   for (std::size_t b = 0; b < m.count(); ++b)
-    a[2 * b] *= 1 / m.mass[b], a[2 * b + 1] = m.room.give[b] * a[2 * b + 1];
+    a[2 * b] = 1 / m.mass[b] * force[2 * b], a[2 * b + 1] = m.room.give[b] * force[2 * b + 1];
+}
+
+/// a += M^-1 J^T lambda; hubs too, though they have been unknowns.
+void add_motion(const Mechanism& m, std::span<const Real> lambda, std::span<Vec3> a) {
+  const KktPattern& p = m.room.pattern;
+  for (std::size_t body = 0; body < m.count(); ++body) {
+    Vec3 pull[2] = {Vec3(0), Vec3(0)};
+    for (std::uint32_t i = p.first_incident[body]; i < p.first_incident[body + 1]; ++i) {
+      const Block& b = m.blocks[p.incidents[i].block];
+      add_pull(b, jacobian_of(m, b), p.incidents[i].at, &lambda[b.first_row], pull);
+    }
+    a[2 * body] += 1 / m.mass[body] * pull[0];
+    a[2 * body + 1] += m.room.give[body] * pull[1];
+  }
 }
 
 /// One solve with the factor: room.lack, which it uses up, on the right, no force.
@@ -456,10 +468,11 @@ void loads_for(Mechanism& m, std::span<const Real> right, std::span<Real> lambda
 Real solve(Mechanism& m, std::span<const Vec3> force, std::span<const Real> right,
            std::span<Vec3> a, std::span<Real> lambda, Real enough) {
   MechanismRoom& room = m.room;
-  if (!force.empty()) find_motion(m, force, {}, a);
+  if (force.empty()) std::fill(a.begin(), a.end(), Vec3(0));
+  else find_free_motion(m, force, a);
   find_lack(m, right, force.empty() ? std::span<const Vec3>{} : a);
   find_loads(m, lambda);
-  find_motion(m, force, lambda, a);
+  add_motion(m, lambda, a);
   if (!m.loops) return 0;  // the factor is exact
   Real asked = 1e-300, lack = std::numeric_limits<Real>::infinity();
   for (int n = 0;; ++n) {
@@ -468,7 +481,7 @@ Real solve(Mechanism& m, std::span<const Vec3> force, std::span<const Real> righ
     if (lack <= enough * asked || n == kRefinements || !(lack < 0.5 * before)) break;
     find_loads(m, room.step_lambda);
     for (std::size_t r = 0; r < m.rows; ++r) lambda[r] += room.step_lambda[r];
-    find_motion(m, force, lambda, a);
+    add_motion(m, room.step_lambda, a);
   }
   const Real part = lack / asked;
   if (part > room.worst_lack) {

@@ -22,10 +22,7 @@ void connect(Sets& near, std::uint32_t a, std::uint32_t b) {
   if (a != b) add(a, b), add(b, a);
 }
 
-struct Incident {
-  std::uint32_t block;
-  std::uint8_t at;
-};
+using Incident = KktPattern::Incident;
 
 std::vector<std::vector<Incident>> incidents(const Mechanism& m) {
   std::vector<std::vector<Incident>> met(m.count());
@@ -162,6 +159,27 @@ KktPattern make_pattern(const Mechanism& m) {
     }
   }
   p.first_meeting.push_back(static_cast<std::uint32_t>(p.meetings.size()));
+
+  std::vector<std::uint8_t> written(p.numbers, 0);
+  for (KktPattern::Meeting& k : p.meetings)
+    k.opens = written[k.target] == 0, written[k.target] = 1;
+  const auto look_for_untouched = [&](std::uint32_t from, std::size_t count) {
+    if (!written[from]) p.untouched.push_back({from, static_cast<std::uint32_t>(count)});
+  };
+  for (std::uint32_t at = 0; at < nodes; ++at) {
+    look_for_untouched(p.diagonal[at], std::size_t{p.size[at]} * p.size[at]);
+    for (std::uint32_t i = p.first[at]; i < p.first[at + 1]; ++i)
+      look_for_untouched(p.offset[i], std::size_t{p.size[at]} * p.size[p.later[i]]);
+  }
+  for (const auto& of_body : met) {
+    p.first_incident.push_back(static_cast<std::uint32_t>(p.incidents.size()));
+    p.incidents.insert(p.incidents.end(), of_body.begin(), of_body.end());
+  }
+  p.first_incident.push_back(static_cast<std::uint32_t>(p.incidents.size()));
+  for (std::uint32_t i = 0; i < blocks; ++i)
+    if (std::any_of(m.blocks[i].body, m.blocks[i].body + m.blocks[i].count,
+                    [&](std::uint32_t b) { return b >= m.count(); }))
+      p.framed.push_back(i);
   return p;
 }
 

@@ -46,7 +46,8 @@ Real rate_of(const Mechanism& m, const Block& b, std::size_t row) {
 }
 
 void take_known(Mechanism& m, std::span<Real> right, bool accelerations) {
-  for (const Block& b : m.blocks)
+  for (const std::uint32_t i : m.room.pattern.framed) {
+    const Block& b = m.blocks[i];
     for (std::size_t k = 0; k < b.count; ++k) {
       const std::uint32_t n = b.body[k];
       if (n < m.count()) continue;
@@ -55,6 +56,7 @@ void take_known(Mechanism& m, std::span<Real> right, bool accelerations) {
       if (v == Vec3(0) && w == Vec3(0)) continue;
       add_rates(b, &m.room.jacobian[b.first_vector], k, -v, -w, &right[b.first_row]);
     }
+  }
 }
 
 void project_twists(Mechanism& m, std::span<const Real> wanted) {

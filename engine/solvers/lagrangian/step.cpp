@@ -442,6 +442,9 @@ void step(World& world, Mechanism& m, Real h) {
   m.parts = m.iterations = m.events = m.solves = 0;
   gather(world, m);
   gather_hangings(m, h);
+  const auto acts = [](Vec3 v) { return v != Vec3(0); };
+  m.room.pushed = std::any_of(m.owed.begin(), m.owed.end(), acts) ||
+                  std::any_of(m.room.applied.begin(), m.room.applied.end(), acts);
   const bool begins = m.fresh;
   bool good = all_finite(m);
   if (good && begins) good = start(world, m, h);

@@ -292,7 +292,8 @@ void add_forces(const World& world, Mechanism& m, bool gyroscopic) {
     f[2 * b + 1] = -m.drag[b] * l;
     if (gyroscopic) f[2 * b + 1] -= glm::cross(at.spin, l);
   }
-  for (std::size_t i = 0; i < m.owed.size(); ++i) f[i] += m.owed[i] + m.room.applied[i];
+  for (std::size_t i = 0; i < m.owed.size() && m.room.pushed; ++i)
+    f[i] += m.owed[i] + m.room.applied[i];
   for (const Effort& e : m.efforts) {
     if (e.block) continue;
     const JointExtras& extras = *world.links.values()[e.link].joint.extras;
