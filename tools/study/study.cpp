@@ -24,7 +24,7 @@ using namespace pantin::study;
 
 namespace {
 
-constexpr const char* kUsage = R"(usage: study WHAT [--small] [--csv FILE]
+constexpr const char* kUsage = R"(usage: study WHAT [--small] [--json] [--csv FILE]
 
 Measures the solvers and prints what it found.
 
@@ -35,10 +35,16 @@ Measures the solvers and prints what it found.
   cost        one solve against a dense factorisation; time and memory for up to 100,000 bodies
 
   --small     a few points of each, in a second or two
+  --json      print one array of objects, a row each, keys as the columns' names
   --csv FILE  write comma separated values to FILE, not to the standard output
 
 CPU times are medians of repeated runs on one thread; `spread` is the widest of them less the
 narrowest, part of the median.
+
+Examples:
+  study references
+  study cost --small --json
+  study work --csv work.csv
 )";
 
 bool small = false;
@@ -360,12 +366,55 @@ void cost() {
 
 }  // namespace
 
+namespace {
+
+/// The rows of `csv` as one JSON array of objects; what is no number is a string, no value null.
+void print_json(std::FILE* csv) {
+  const auto cells = [](const std::string& line) {
+    std::vector<std::string> all(1);
+    for (const char c : line)
+      if (c == ',') all.emplace_back();
+      else if (c != '\n') all.back() += c;
+    return all;
+  };
+  const auto value = [](const std::string& cell) -> std::string {
+    char* end = nullptr;
+    const double x = std::strtod(cell.c_str(), &end);
+    if (cell.empty() || (*end == 0 && !std::isfinite(x))) return "null";
+    return *end == 0 ? cell : '"' + cell + '"';
+  };
+  char line[4096];
+  std::vector<std::string> names;
+  const char* before = "[\n  ";
+  while (std::fgets(line, sizeof line, csv)) {
+    const std::vector<std::string> row = cells(line);
+    if (names.empty()) {
+      names = row;
+      continue;
+    }
+    std::printf("%s{", before);
+    before = ",\n  ";
+    for (std::size_t i = 0; i < row.size() && i < names.size(); ++i)
+      std::printf("%s\"%s\": %s", i > 0 ? ", " : "", names[i].c_str(), value(row[i]).c_str());
+    std::printf("}");
+  }
+  std::printf("\n]\n");
+}
+
+int fail_to_write(const std::string& file) {
+  return std::fprintf(stderr, "study: could not write %s\n", file.c_str()), 4;
+}
+
+}  // namespace
+
 int main(int argc, char** argv) {
   std::string what, file;
+  bool json = false;
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
     if (word == "--help" || word == "-h") return std::fputs(kUsage, stdout), 0;
     if (word == "--small") small = true;
+    else if (word == "--json") json = true;
     else if (word == "--csv" && i + 1 < argc) file = argv[++i];
     else if (what.empty() && word[0] != '-') what = word;
     else return std::fprintf(stderr, "study: found \"%s\"; see study --help\n", argv[i]), 2;
@@ -375,15 +424,20 @@ int main(int argc, char** argv) {
       {"energy", energy}, {"work", work}, {"cost", cost}};
   for (const auto& [name, run] : studies) {
     if (what != name) continue;
-    if (!file.empty() && !(out = std::fopen(file.c_str(), "w")))
-      return std::fprintf(stderr, "study: could not write %s\n", file.c_str()), 4;
+    // Beside its place until it is whole.
+    const std::string part = file + ".part";
+    if (!file.empty()) out = std::fopen(part.c_str(), "w+");
+    else if (json) out = std::tmpfile();
+    if (!out) return fail_to_write(file.empty() ? "a temporary file" : part);
     try {
       run();
     } catch (const std::exception& e) {
+      if (!file.empty()) std::remove(part.c_str());
       return std::fprintf(stderr, "study: %s\n", e.what()), 1;
     }
-    if (std::fflush(out) != 0 || std::ferror(out))
-      return std::fprintf(stderr, "study: could not write %s\n", file.c_str()), 4;
+    if (std::fflush(out) != 0 || std::ferror(out)) return fail_to_write(file);
+    if (json) std::rewind(out), print_json(out);
+    if (!file.empty() && std::rename(part.c_str(), file.c_str()) != 0) return fail_to_write(file);
     return 0;
   }
   std::fprintf(stderr, "study: expected references, orders, energy, work or cost; see study --help\n");

@@ -110,7 +110,7 @@ bool step_implicit(const World& world, Mechanism& m, const Span& span) {
       const bool on = bears(m, i);
       for (std::size_t e = 0; e < b.count && on; ++e)
         if (b.body[e] < m.count())
-          add_pull(b, &room.jacobian[b.first_vector], e, &room.sum_lambda[b.first_row],
+          add_pull(b, jacobian_of(m, b), e, &room.sum_lambda[b.first_row],
                    &room.momenta[2 * b.body[e]]);
       for (std::size_t r = 0; r < b.rows; ++r) {
         const std::size_t row = b.first_row + r;

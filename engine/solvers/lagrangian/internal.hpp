@@ -44,6 +44,14 @@ struct CoordinateRow {
 CoordinateRow coordinate_row(const World& world, const Mechanism& m, std::uint32_t link,
                              Coordinate which, std::uint32_t a, std::uint32_t b, Real before);
 
+/// What room.jacobian keeps of a block.
+inline const Vec3* jacobian_of(const Mechanism& m, const Block& b) {
+  return &m.room.jacobian[b.first_vector];
+}
+
+/// The matrix into room.values, and in room.scales the diagonal of J M^-1 J^T: rows of lengths and
+/// rows of angles may be far apart in size.
+void assemble(Mechanism& m);
 /// Factors J M^-1 J^T of the rows as written. Redundant rows are noted in m.faults if `report`.
 void factor(Mechanism& m, bool report);
 /// ... with rows that give way by `weight` of their diagonal.
@@ -87,6 +95,15 @@ Real rate_of(const Mechanism& m, const Block& b, std::size_t row);
 bool project(const World& world, Mechanism& m, Real part, Real whole);
 /// ... twists only; `wanted` holds rates by row, or is empty.
 void project_twists(Mechanism& m, std::span<const Real> wanted);
+
+/// As long as asked. What no part of the step was short enough for is done by Euler, which loses
+/// energy but does not blow up; in the end with joints that stay open a little.
+bool advance(const World& world, Mechanism& m, const Span& span);
+
+/// Which limits bear from the start, by the rows as written: those that are met and not being left.
+void begin_limits(const World& world, Mechanism& m);
+/// A step among limits: as far as the first that is reached, then on with what is left.
+bool advance_among_limits(World& world, Mechanism& m, Real h);
 
 /// Bounds on residuals that count as none.
 Real tolerance_of(const Mechanism& m);

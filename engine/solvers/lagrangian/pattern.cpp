@@ -143,7 +143,8 @@ KktPattern make_pattern(const Mechanism& m) {
       const std::uint32_t one = p.place[met[b][i].block];
       if (p.hub_of[b] != kNone) {
         const std::uint32_t hub = p.place[blocks + p.hub_of[b]];
-        p.hub_meetings.push_back({met[b][i].block, number_at(std::max(one, hub), std::min(one, hub)),
+        p.hub_meetings.push_back({met[b][i].block,
+                                  number_at(std::max(one, hub), std::min(one, hub)),
                                   met[b][i].at, one > hub});
         continue;
       }

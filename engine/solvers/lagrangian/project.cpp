@@ -38,7 +38,7 @@ void correct(Mechanism& m, Real enough = 1e-6) {
 Real rate_of(const Mechanism& m, const Block& b, std::size_t row) {
   Real rate = 0;
   for (std::size_t k = 0; k < b.count; ++k) {
-    const RowVectors j = row_of(b, &m.room.jacobian[b.first_vector], row, k);
+    const RowVectors j = row_of(b, jacobian_of(m, b), row, k);
     const Placed& at = m.room.placed[b.body[k]];
     rate += glm::dot(j.v, at.velocity) + glm::dot(j.w, at.spin);
   }
@@ -54,7 +54,7 @@ void take_known(Mechanism& m, std::span<Real> right, bool accelerations) {
       const Vec3 v = accelerations ? m.room.motion[2 * n] : m.room.placed[n].velocity;
       const Vec3 w = accelerations ? m.room.motion[2 * n + 1] : m.room.placed[n].spin;
       if (v == Vec3(0) && w == Vec3(0)) continue;
-      add_rates(b, &m.room.jacobian[b.first_vector], k, -v, -w, &right[b.first_row]);
+      add_rates(b, jacobian_of(m, b), k, -v, -w, &right[b.first_row]);
     }
   }
 }
@@ -66,7 +66,7 @@ void project_twists(Mechanism& m, std::span<const Real> wanted) {
   for (const Block& b : m.blocks)
     for (std::size_t k = 0; k < b.count; ++k) {
       const Placed& at = room.placed[b.body[k]];
-      add_rates(b, &room.jacobian[b.first_vector], k, -at.velocity, -at.spin,
+      add_rates(b, jacobian_of(m, b), k, -at.velocity, -at.spin,
                 &room.right[b.first_row]);
     }
   correct(m);

@@ -1,4 +1,4 @@
-// One step: gather, integrate, stop at limits, project, write back.
+// One step: gather, integrate, write back.
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
@@ -7,20 +7,6 @@
 
 namespace pantin::lagrangian {
 namespace {
-
-/// A limit that is overstepped by less is met, m or rad.
-constexpr Real kTouch = 1e-9;
-/// Slower approaches are not given back, m/s or rad/s.
-constexpr Real kQuiet = 1e-3;
-constexpr int kMostEvents = 8, kMostSearches = 16, kMostHalvings = 6, kMostSteps = 200000;
-/// More steps of the integrator than this make no step: it is given up and told.
-constexpr int kMostParts = 1000;
-/// Residual that a step of Runge-Kutta may leave to the projection, part of the way of bodies.
-constexpr Real kMostOpened = 0.05;
-/// Steps that Euler takes before the integrator is tried again.
-constexpr int kPatience = 8;
-/// Bodies that turn farther in a step, rad, have it halved; not by the implicit integrator.
-constexpr Real kMostTurn = 0.5;
 
 /// Bodies that are no more than the mass of what hangs on a point: where it is, moving with it.
 void gather_hangings(Mechanism& m, Real h) {
@@ -119,10 +105,11 @@ void count_turns(const World& world, Mechanism& m, bool anew) {
                        {&c, nullptr, nullptr});
       return c;
     };
-    if (anew && screw && joint.extras->pitch != 0)
-      before[0] = value(Coordinate::slide) / joint.extras->pitch;
+    // The slide of a screw tells its whole turns.
+    const bool told = joint.kind == JointKind::screw && joint.extras->pitch != 0;
+    if (anew && told) before[0] = value(Coordinate::slide) / joint.extras->pitch;
     Real c = value(screw ? Coordinate::turn : b.coordinate);
-    if (anew && b.kind == BlockKind::limit && !b.lock) {
+    if (anew && !told && b.kind == BlockKind::limit && !b.lock) {
       // A range that does not contain the nearest turn may contain another.
       const AngleLimit& range = b.coordinate == Coordinate::second ? joint.limits->second
                                                                    : joint.limits->turn;
@@ -137,260 +124,13 @@ void count_turns(const World& world, Mechanism& m, bool anew) {
   }
 }
 
-/// Whether joints were opened by little beside the way that bodies went. A step of high order that
-/// opens more passes a place where rows nearly depend on one another: it may end on another branch.
-bool keeps_joints(const Mechanism& m, Real h) {
-  Real speed = 0;
-  for (std::size_t b = 0; b < m.count(); ++b)
-    speed = std::max(speed,
-                     glm::length(m.room.state.v[b]) + m.reach * glm::length(m.room.state.w[b]));
-  return m.room.opened <= std::max(kMostOpened * h * speed, 1e-9 * m.size);
-}
-
-/// One step of the integrator, projected. False: not taken.
-bool integrate(const World& world, Mechanism& m, const Span& span, Integrator integrator) {
-  bool done = false;
-  switch (integrator) {
-    case Integrator::euler:
-      done = step_euler(world, m, span);
-      break;
-    case Integrator::rattle:
-      done = step_rattle(world, m, span);
-      break;
-    case Integrator::rk4:
-      done = step_rk4(world, m, span);
-      break;
-    case Integrator::implicit:
-      done = step_implicit(world, m, span);
-      break;
-  }
-  ++m.parts;
-  if (!done || !all_finite(m)) return false;
-  m.fresh = false;
-  if (integrator == Integrator::rattle) return true;  // ends on its joints by itself
-  if (m.settings.stabilisation == Stabilisation::projection)
-    return project(world, m, span.part(1), span.whole) && all_finite(m) &&
-           (integrator != Integrator::rk4 || keeps_joints(m, span.h));
-  place(m), place_frames(world, m, span.part(1), span.whole);
-  write_all_rows(world, m, {true, false});
-  m.residual = worst_residual(m);
-  return all_finite(m);
-}
-
-/// Steps of the pair, each within the tolerance. False: they became too small.
-bool integrate_adaptively(const World& world, Mechanism& m, const Span& span) {
-  const Real goal = m.settings.step_tolerance;
-  Real done = 0, h = m.try_step > 0 ? std::min(m.try_step, span.h) : span.h / 16;
-  for (int n = 0; done < span.h * (1 - 1e-14); ++n) {
-    if (n > kMostSteps || h < 1e-12 * span.whole) return false;
-    const bool last = done + h > span.h * (1 - 1e-12);
-    const Real now = last ? span.h - done : h;
-    m.room.start = m.room.state;
-    const Real lack = m.room.worst_lack;
-    Real error = 0;
-    const Span part{span.from + done, now, span.whole};
-    bool good = step_rk54(world, m, part, error);
-    ++m.parts;
-    const Real factor_of = good ? 0.9 * std::pow(goal / std::max(error, 1e-300), 0.2) : 0.1;
-    good = good && error <= goal;
-    if (good && m.settings.stabilisation == Stabilisation::projection)
-      good = project(world, m, part.part(1), span.whole);
-    if (good) {
-      done += now, m.fresh = false;
-      if (!last || factor_of < 1) h = now * std::clamp(factor_of, 0.2, 5.0);
-    } else {
-      m.room.state = m.room.start, m.room.worst_lack = lack;
-      h = now * std::clamp(factor_of, 0.1, 0.7);
-    }
-  }
-  m.try_step = h;
-  return true;
-}
-
-/// By one integrator, in halves where the step is too long for it: at most so many times halved.
-bool go_by(const World& world, Mechanism& m, const Span& span, Integrator integrator,
-           int most_halvings, int most_parts) {
-  Real fastest = 0;
-  for (std::size_t b = 0; b < m.count() && integrator != Integrator::implicit; ++b)
-    fastest = std::max(fastest, glm::length(m.room.start.w[b]));
-  int parts = 1;
-  while (parts < 64 && fastest * span.h > kMostTurn * parts) parts *= 2;
-  for (int halvings = 0;; parts *= 2) {
-    bool good = true;
-    for (int i = 0; i < parts && good; ++i)
-      good = integrate(world, m, {span.from + i * span.h / parts, span.h / parts, span.whole},
-                       integrator);
-    if (good) return true;
-    m.room.state = m.room.start;
-    std::fill(m.loads.begin(), m.loads.end(), 0.0);
-    m.fresh = true;
-    if (++halvings > most_halvings || m.parts > most_parts) return false;
-  }
-}
-
-/// As long as asked. What no part of the step was short enough for is done by Euler, which loses
-/// energy but does not blow up; in the end with joints that stay open a little.
-bool go(const World& world, Mechanism& m, const Span& span) {
-  const Integrator chosen = m.settings.integrator;
-  if (chosen == Integrator::rk4 && m.settings.step_tolerance > 0)
-    return integrate_adaptively(world, m, span);
-  m.room.start = m.room.state;
-  const int before = m.rescues;
-  m.rescues = 0;
-  // After a rescue there is little hope in halves, and none at once.
-  if (before % kPatience == 0 &&
-      go_by(world, m, span, chosen, before > 0 ? 1 : kMostHalvings, kMostParts))
-    return true;
-  if (chosen != Integrator::euler &&
-      go_by(world, m, span, Integrator::euler, kMostHalvings, 2 * kMostParts)) {
-    m.rescues = before + 1;
-  } else {
-    m.rescues = before + 1;
-    for (Vec3& w : m.room.state.w)  // what turns too fast for any step is slowed
-      if (const Real turn = glm::length(w) * span.h; turn > 1) w /= turn;
-    if (!integrate(world, m, span, Integrator::euler)) return m.rescues = 0, false;
-  }
-  m.fresh = chosen == Integrator::implicit;  // its accelerations are to be found anew
-  return true;
-}
-
-bool is_one_sided(const Mechanism& m, std::size_t i) {
-  const Block& b = m.blocks[i];
-  return (b.kind == BlockKind::limit && !b.lock) || b.kind == BlockKind::string;
-}
-
-/// How far the nearest limit is that does not bear; below zero where one is overstepped.
-Real clearance(const Mechanism& m) {
-  Real least = 1e300;
-  for (std::size_t i = 0; i < m.blocks.size(); ++i)
-    if (is_one_sided(m, i) && !m.memory[i].active)
-      least = std::min(least, m.room.c[m.blocks[i].first_row]);
-  return least;
-}
-
-/// Limits that would have pulled let go. True if any did.
-bool let_go(Mechanism& m) {
-  bool any = false;
-  Real scale = 0;
-  for (Real load : m.loads) scale = std::max(scale, std::abs(load));
-  for (std::size_t i = 0; i < m.blocks.size(); ++i) {
-    if (!is_one_sided(m, i) || !m.memory[i].active) continue;
-    if (m.loads[m.blocks[i].first_row] >= -1e-9 * scale) continue;
-    m.memory[i].active = false, any = true;
-  }
-  return any;
-}
-
-/// What reached a limit stops there, or is thrown back; blows reach through the whole mechanism.
-void strike(const World& world, Mechanism& m) {
-  MechanismRoom& room = m.room;
-  for (std::size_t i = 0; i < m.blocks.size(); ++i)
-    if (is_one_sided(m, i) && !m.memory[i].active && room.c[m.blocks[i].first_row] <= kTouch)
-      m.memory[i].active = true;
-  for (int round = 0; round < 8; ++round) {
-    place(m);
-    write_all_rows(world, m, {true, false});
-    factor(m, false);
-    std::vector<Real>& wanted = room.sum_lambda;
-    std::fill(wanted.begin(), wanted.end(), 0.0);
-    for (std::size_t i = 0; i < m.blocks.size(); ++i) {
-      if (!is_one_sided(m, i) || !m.memory[i].active) continue;
-      const Block& b = m.blocks[i];
-      const Real rate = rate_of(m, b, 0);
-      const Real bounce = b.kind == BlockKind::limit
-                              ? world.links.values()[b.source].joint.extras->restitution
-                              : 0;
-      if (rate < -kQuiet) wanted[b.first_row] = -bounce * rate;
-    }
-    room.start.v = room.state.v, room.start.w = room.state.w;
-    project_twists(m, wanted);
-    bool pulled = false;
-    for (std::size_t i = 0; i < m.blocks.size(); ++i) {
-      if (!is_one_sided(m, i) || !m.memory[i].active) continue;
-      const std::size_t row = m.blocks[i].first_row;
-      const bool leaves = wanted[row] > 0;
-      if (room.lambda[row] < 0) m.memory[i].active = false, pulled = true;
-      else if (leaves && round == 7) m.memory[i].active = false;
-    }
-    if (!pulled) {
-      for (std::size_t i = 0; i < m.blocks.size(); ++i)
-        if (is_one_sided(m, i) && wanted[m.blocks[i].first_row] > 0) m.memory[i].active = false;
-      return;
-    }
-    room.state.v = room.start.v, room.state.w = room.start.w;
-  }
-}
-
-/// A step among limits: as far as the first that is reached, then on with what is left.
-bool go_among_limits(World& world, Mechanism& m, Real h) {
-  MechanismRoom& room = m.room;
-  Real done = 0;
-  m.events = 0;
-  // What is left after so many blows is taken at once.
-  for (int tries = 0; done < h * (1 - 1e-12); ++tries) {
-    room.begin = room.state;
-    place(m), place_frames(world, m, done / h, h);
-    write_all_rows(world, m, {true, false});
-    const Real at_start = clearance(m);
-    bool again = false;
-    const auto attempt = [&](Real length) {
-      room.state = room.begin;
-      m.fresh = m.fresh || again, again = true;
-      return go(world, m, {done, length, h});
-    };
-    Real length = h - done;
-    if (!attempt(length)) return false;
-    for (int n = 0; n < 16 && let_go(m); ++n)
-      if (!attempt(length)) return false;
-    if (Real left = clearance(m); left < -kTouch && tries < kMostEvents) {
-      // Where the first limit is met: regula falsi, an end that stays loses half its weight
-      // (Illinois).
-      Real low = 0, high = length, at_low = std::max(at_start, kTouch), at_high = left;
-      int side = 0;
-      bool met = false;
-      for (int n = 0; n < kMostSearches && !met && high - low > 1e-12 * h; ++n) {
-        length = low + (high - low) * at_low / (at_low - at_high);
-        if (!attempt(length)) return false;
-        left = clearance(m);
-        met = std::abs(left) <= kTouch;
-        if (left < 0) {
-          high = length, at_high = left;
-          if (side < 0) at_low *= 0.5;
-          side = -1;
-        } else {
-          low = length, at_low = left;
-          if (side > 0) at_high *= 0.5;
-          side = 1;
-        }
-      }
-      if (!met && !attempt(length = high)) return false;
-    }
-    done += length;
-    bool reached = false;
-    for (std::size_t i = 0; i < m.blocks.size(); ++i)
-      reached = reached || (is_one_sided(m, i) && !m.memory[i].active &&
-                            room.c[m.blocks[i].first_row] <= kTouch);
-    if (!reached) continue;
-    ++m.events;
-    strike(world, m);
-    if (m.settings.integrator == Integrator::implicit) m.fresh = true;
-    place_frames(world, m, done / h, h);
-    if (!project(world, m, done / h, h)) return false;
-  }
-  return true;
-}
-
 /// The first step of a mechanism, or the first after something was changed by hand: onto its joints.
 bool start(const World& world, Mechanism& m, Real h) {
   place(m), place_frames(world, m, 0, h);
   count_turns(world, m, !m.counted);
   m.counted = true;
   write_all_rows(world, m, {true, true});
-  for (std::size_t i = 0; i < m.blocks.size(); ++i)
-    m.memory[i].active = is_one_sided(m, i) && m.room.c[m.blocks[i].first_row] <= kTouch;
-  write_all_rows(world, m, {true, false});
-  for (std::size_t i = 0; i < m.blocks.size(); ++i)  // what is leaving its limit may go
-    if (m.memory[i].active && rate_of(m, m.blocks[i], 0) > kQuiet) m.memory[i].active = false;
+  begin_limits(world, m);
   std::fill(m.loads.begin(), m.loads.end(), 0.0);
   return project(world, m, 0, h);
 }
@@ -449,8 +189,8 @@ void step(World& world, Mechanism& m, Real h) {
   bool good = all_finite(m);
   if (good && begins) good = start(world, m, h);
   m.cannot_close = begins && !good && all_finite(m);
-  if (good && m.unilateral) good = go_among_limits(world, m, h);
-  else if (good) good = go(world, m, {0, h, h});
+  if (good && m.unilateral) good = advance_among_limits(world, m, h);
+  else if (good) good = advance(world, m, {0, h, h});
   const bool open = !good || m.room.worst_lack > 1e-2;
   if (open && !m.blocks.empty()) {
     MechanismFault f;

@@ -1,0 +1,138 @@
+// As far as asked by the integrator chosen: in halves where the step is too long for it, by steps
+// within a tolerance, by Euler where nothing else helps.
+#include <algorithm>
+
+#include "engine/solvers/lagrangian/internal.hpp"
+
+namespace pantin::lagrangian {
+namespace {
+
+constexpr int kMostHalvings = 6, kMostSteps = 200000;
+/// More steps of the integrator than this make no step: it is given up and told.
+constexpr int kMostParts = 1000;
+/// Residual that a step of Runge-Kutta may leave to the projection, part of the way of bodies.
+constexpr Real kMostOpened = 0.05;
+/// Steps that Euler takes before the integrator is tried again.
+constexpr int kPatience = 8;
+/// Bodies that turn farther in a step, rad, have it halved; not by the implicit integrator.
+constexpr Real kMostTurn = 0.5;
+
+/// Whether joints were opened by little beside the way that bodies went. A step of high order that
+/// opens more passes a place where rows nearly depend on one another: it may end on another branch.
+bool keeps_joints(const Mechanism& m, Real h) {
+  Real speed = 0;
+  for (std::size_t b = 0; b < m.count(); ++b)
+    speed = std::max(speed,
+                     glm::length(m.room.state.v[b]) + m.reach * glm::length(m.room.state.w[b]));
+  return m.room.opened <= std::max(kMostOpened * h * speed, 1e-9 * m.size);
+}
+
+/// One step of the integrator, projected. False: not taken.
+bool integrate(const World& world, Mechanism& m, const Span& span, Integrator integrator) {
+  bool done = false;
+  switch (integrator) {
+    case Integrator::euler:
+      done = step_euler(world, m, span);
+      break;
+    case Integrator::rattle:
+      done = step_rattle(world, m, span);
+      break;
+    case Integrator::rk4:
+      done = step_rk4(world, m, span);
+      break;
+    case Integrator::implicit:
+      done = step_implicit(world, m, span);
+      break;
+  }
+  ++m.parts;
+  if (!done || !all_finite(m)) return false;
+  m.fresh = false;
+  // Ends on its joints by itself, or so near that rounding keeps it off.
+  if (integrator == Integrator::rattle && m.residual <= tolerance_of(m)) return true;
+  if (m.settings.stabilisation == Stabilisation::projection)
+    return project(world, m, span.part(1), span.whole) && all_finite(m) &&
+           (integrator != Integrator::rk4 || keeps_joints(m, span.h));
+  place(m), place_frames(world, m, span.part(1), span.whole);
+  write_all_rows(world, m, {true, false});
+  m.residual = worst_residual(m);
+  return all_finite(m);
+}
+
+/// Steps of the pair, each within the tolerance. False: they became too small.
+bool integrate_adaptively(const World& world, Mechanism& m, const Span& span) {
+  const Real goal = m.settings.step_tolerance;
+  Real done = 0, h = m.try_step > 0 ? std::min(m.try_step, span.h) : span.h / 16;
+  for (int n = 0; done < span.h * (1 - 1e-14); ++n) {
+    if (n > kMostSteps || h < 1e-12 * span.whole) return false;
+    const bool last = done + h > span.h * (1 - 1e-12);
+    const Real now = last ? span.h - done : h;
+    m.room.start = m.room.state;
+    const Real lack = m.room.worst_lack;
+    Real error = 0;
+    const Span part{span.from + done, now, span.whole};
+    bool good = step_rk54(world, m, part, error);
+    ++m.parts;
+    const Real factor_of = good ? 0.9 * std::pow(goal / std::max(error, 1e-300), 0.2) : 0.1;
+    good = good && error <= goal;
+    if (good && m.settings.stabilisation == Stabilisation::projection)
+      good = project(world, m, part.part(1), span.whole);
+    if (good) {
+      done += now, m.fresh = false;
+      if (!last || factor_of < 1) h = now * std::clamp(factor_of, 0.2, 5.0);
+    } else {
+      m.room.state = m.room.start, m.room.worst_lack = lack;
+      h = now * std::clamp(factor_of, 0.1, 0.7);
+    }
+  }
+  m.try_step = h;
+  return true;
+}
+
+/// By one integrator, in halves where the step is too long for it: at most so many times halved.
+bool go_by(const World& world, Mechanism& m, const Span& span, Integrator integrator,
+           int most_halvings, int most_parts) {
+  Real fastest = 0;
+  for (std::size_t b = 0; b < m.count() && integrator != Integrator::implicit; ++b)
+    fastest = std::max(fastest, glm::length(m.room.start.w[b]));
+  int parts = 1;
+  while (parts < 64 && fastest * span.h > kMostTurn * parts) parts *= 2;
+  for (int halvings = 0;; parts *= 2) {
+    bool good = true;
+    for (int i = 0; i < parts && good; ++i)
+      good = integrate(world, m, {span.from + i * span.h / parts, span.h / parts, span.whole},
+                       integrator);
+    if (good) return true;
+    m.room.state = m.room.start;
+    std::fill(m.loads.begin(), m.loads.end(), 0.0);
+    m.fresh = true;
+    if (++halvings > most_halvings || m.parts > most_parts) return false;
+  }
+}
+
+}  // namespace
+
+bool advance(const World& world, Mechanism& m, const Span& span) {
+  const Integrator chosen = m.settings.integrator;
+  if (chosen == Integrator::rk4 && m.settings.step_tolerance > 0)
+    return integrate_adaptively(world, m, span);
+  m.room.start = m.room.state;
+  const int before = m.rescues;
+  m.rescues = 0;
+  // After a rescue there is little hope in halves, and none at once.
+  if (before % kPatience == 0 &&
+      go_by(world, m, span, chosen, before > 0 ? 1 : kMostHalvings, kMostParts))
+    return true;
+  if (chosen != Integrator::euler &&
+      go_by(world, m, span, Integrator::euler, kMostHalvings, 2 * kMostParts)) {
+    m.rescues = before + 1;
+  } else {
+    m.rescues = before + 1;
+    for (Vec3& w : m.room.state.w)  // what turns too fast for any step is slowed
+      if (const Real turn = glm::length(w) * span.h; turn > 1) w /= turn;
+    if (!integrate(world, m, span, Integrator::euler)) return m.rescues = 0, false;
+  }
+  m.fresh = chosen == Integrator::implicit;  // its accelerations are to be found anew
+  return true;
+}
+
+}  // namespace pantin::lagrangian
