@@ -115,7 +115,7 @@ void collect(const World& world, StepReport& report) {
     }
   }
   for (const Mechanism& m : world.mechanisms) {
-    report.rows += static_cast<int>(m.rows), report.rank += static_cast<int>(m.rank);
+    report.rows += static_cast<int>(m.equations()), report.rank += static_cast<int>(m.rank);
     report.worst_constraint = std::max(report.worst_constraint, m.residual);
     report.parts = std::max(report.parts, m.parts), report.events += m.events;
     report.rescued += m.rescues > 0;

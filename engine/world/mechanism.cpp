@@ -109,10 +109,9 @@ void add_efforts(Mechanism& m, const Joint& joint, Block block) {
     Effort e;
     e.link = block.source, e.body[0] = block.body[0], e.body[1] = block.body[1];
     e.coordinate = which;
-    e.block = m.settings.integrator == Integrator::implicit;
     m.efforts.push_back(e);
     m.damped = true;
-    if (!e.block) return;
+    ++m.effort_rows;
     block.kind = BlockKind::spring, block.rows = 1, block.point = false;
     block.coordinate = which;
     add_block(m, block);
@@ -130,6 +129,13 @@ void pack_links(Packer& p) {
         p.owner[ends.a] != kNobody ? p.owner[ends.a] : p.owner[ends.b];
     if (at == kNobody) continue;
     Mechanism& m = world.mechanisms[at];
+    if (link.joint.kind == JointKind::custom) {
+      const auto& custom = link.joint.extras->custom;
+      if (!custom || custom->rows() < 1 || custom->rows() > 6) {
+        world.faults.push_back({world.links.owners()[i], "is a custom joint of no row, or of more than six"});
+        continue;
+      }
+    }
     Block block;
     block.rows = static_cast<std::uint8_t>(row_count(link.joint));
     block.source = i, block.count = 2, block.point = holds_point(link.joint.kind);
@@ -296,7 +302,7 @@ bool has_loops(const Mechanism& m) {
 /// What an earlier build remembers of a body or a block.
 void carry_memory(const World& world, const std::vector<Mechanism>& before, Mechanism& m) {
   m.memory.assign(m.blocks.size(), {});
-  m.loads.assign(m.rows, 0);
+  m.loads.assign(m.rows, 0), m.forces = m.loads;
   m.accelerations.assign(2 * m.count(), Vec3(0));
   m.lagged = m.owed = m.accelerations;
   if (before.empty()) return;

@@ -23,7 +23,7 @@ enum class BlockKind : std::uint8_t {
   limit,   // one side of a coordinate of a link; bears only while it is active
   string,  // a string: likewise
   hanging, // what another solver's articulation hangs on: see Hanging
-  spring   // a freedom of a link whose effort is met at the end of the step (implicit only)
+  spring   // a freedom of a link whose effort is met at the end of the step (Euler, implicit)
 };
 
 /// Rows that are eliminated together: 1 to 6, on up to 4 bodies.
@@ -54,7 +54,6 @@ struct Effort {
   std::uint32_t link = 0, body[2] = {};
   Coordinate coordinate = Coordinate::turn;
   Real before = 0;    // the coordinate at the last step
-  bool block = false; // met by a spring block instead
 };
 
 /// Something that pulls between two bodies, by its slot in its store.
@@ -169,8 +168,10 @@ struct MechanismRoom {
   std::vector<Vec3> rates[7];                  // Runge-Kutta: v and accelerations, three a body
   std::vector<Quat> quat_rates[7];
   std::vector<Real> sum_lambda;
+  std::vector<Real> impulses, impulses_at_start, impulses_before;  // by row, of the step so far
   std::vector<Real> weights;                   // implicit: compliances of spring rows
   bool springs_bear = false;
+  Real time = 0;                               // s, that frames and drives are placed at
   Real opened = 0;                             // residual before the last projection
   Real worst_lack = 0;                         // of J a = gamma, part of what was asked
   std::uint32_t worst_lack_block = 0;
@@ -188,6 +189,7 @@ struct Mechanism {
   std::vector<Pulling> pose_drives;      // by link
   std::vector<Pulling> elastic_strings, elastic_pins;
   std::size_t rows = 0, vectors = 0;
+  std::size_t effort_rows = 0;  // of the rows, those of efforts
   Real size = 0;       // m, scales tolerances
   Real reach = 0;      // m, the longest arm of a joint
   bool loops = false;  // rows may depend on one another
@@ -195,7 +197,8 @@ struct Mechanism {
 
   // What the integrators remember.
   std::vector<BlockMemory> memory;
-  std::vector<Real> loads;                // by row: N or N m over the last step
+  std::vector<Real> loads;                // by row: N or N m over the integrator's last step
+  std::vector<Real> forces;               // by row: mean over the whole of the last step
   std::vector<Vec3> accelerations, lagged;  // implicit: two a body
   std::vector<Hanging> hangings;
   std::vector<Vec3> owed;                 // forces and torques of what lies on it, two a body
@@ -216,6 +219,8 @@ struct Mechanism {
   Scratch<MechanismRoom> room;
 
   std::size_t count() const { return bodies.size(); }
+  /// Of the joints.
+  std::size_t equations() const { return rows - effort_rows; }
 };
 
 /// Room for taking the steps of what hangs together again; see step_coupled.

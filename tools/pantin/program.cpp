@@ -12,6 +12,8 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "engine/solvers/lagrangian/lagrangian.hpp"
+
 namespace pantin::program {
 namespace {
 
@@ -108,6 +110,35 @@ void add_threads(CLI::App& command, int& threads) {
       ->check(CLI::Range(1, 256));
 }
 
+namespace {
+
+/// Whether joints of a mechanism cannot be closed together; told by their names. Joints that stand at
+/// a mirrored root are a warning.
+bool refuse_contradictions(const std::string& path, Scene& scene) {
+  bool any = false;
+  for (std::size_t i = 0; i < scene.world.mechanisms.size(); ++i) {
+    std::string names;
+    double lack = 0;
+    for (const MechanismFault& f : lagrangian::inspect(scene.world, i)) {
+      const Entity joint = joint_of(scene.world, scene.world.mechanisms[i].blocks[f.block]);
+      if (f.kind == MechanismFault::wrong_branch)
+        scene.warnings.push_back(fmt::format("{}: joint {} starts with its axes opposed, where it "
+                                             "can stand but should not", path,
+                                             scene.world.name_of(joint)));
+      if (f.kind != MechanismFault::inconsistent) continue;
+      names += (names.empty() ? "" : ", ") + scene.world.name_of(joint);
+      lack = std::max(lack, f.residual);
+    }
+    if (names.empty()) continue;
+    std::fprintf(stderr, "%s: found joints that contradict one another: %s stay open by up to %.3g (m or "
+                 "rad), expected joints that can all be closed\n", path.c_str(), names.c_str(), lack);
+    any = true;
+  }
+  return any;
+}
+
+}  // namespace
+
 std::optional<Scene> open_scene(const std::string& path, const SceneChoices& choices, bool quiet) {
   Result<Scene> loaded = load_scene(path, {}, solver_choices(choices));
   if (!loaded) {
@@ -131,6 +162,7 @@ std::optional<Scene> open_scene(const std::string& path, const SceneChoices& cho
   for (const StructureFault& f : scene.world.faults)
     scene.warnings.push_back(
         fmt::format("{}: {} {}; it is left out", path, scene.world.name_of(f.link), f.reason));
+  if (refuse_contradictions(path, scene)) return std::nullopt;
   if (!quiet)
     for (const std::string& line : scene.warnings)
       std::fprintf(stderr, "warning: %s\n", line.c_str());

@@ -86,7 +86,7 @@ Result<Done> Record::add(const World& world, const Measures& m) {
   if (exact_) {
     std::size_t rows = 0, rank = 0, rescued = 0;
     for (const Mechanism& mechanism : world.mechanisms) {
-      rows += mechanism.rows, rank += mechanism.rank, rescued += mechanism.rescues > 0;
+      rows += mechanism.equations(), rank += mechanism.rank, rescued += mechanism.rescues > 0;
       for (const Block& b : mechanism.blocks) {
         if (b.kind != BlockKind::joint) continue;
         const lagrangian::JointForce f = lagrangian::joint_force(mechanism, b);

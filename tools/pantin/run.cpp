@@ -143,7 +143,7 @@ Json to_json(const RunChoices& c, const Scene& scene, const Simulation& sim, Sum
   for (const Mechanism& m : sim.world.mechanisms) {
     Json one = {{"bodies", m.count() - m.hangings.size()},
                 {"integrator", name_of(m.settings.integrator)},
-                {"equations", m.rows},
+                {"equations", m.equations()},
                 {"rank", m.rank},
                 {"redundant", Json::array()},
                 {"residual", m.residual},
@@ -216,7 +216,7 @@ int step_through(const RunChoices& c, const Scene& scene, Simulation& sim, Pictu
       s.lost_body = sim.world.name_of(report.body), s.lost_time = report.time;
       s.lost_gap = report.residual;
       complain(fmt::format(
-          "{}: diverged at {:.6g} s: body {} left all bounds (worst joint gap {:.3g} m)", c.scene,
+          "{}: diverged at {:.6g} s: body {} could not go on or left all bounds (worst joint gap {:.3g} m)", c.scene,
           report.time, s.lost_body, s.worst_gap));
       return kDiverged;
     }

@@ -169,7 +169,7 @@ void Session::notice(const StepReport& step) {
   if (step.status != Status::diverged) return;
   if (report_.exit_code == kOk) report_.exit_code = kDiverged, report_.status = "diverged";
   paused_ = true;
-  tell(fmt::format("diverged: body {} left all bounds", sim_.world.name_of(step.body)));
+  tell(fmt::format("diverged: body {} could not go on or left all bounds", sim_.world.name_of(step.body)));
 }
 
 void Session::look() {

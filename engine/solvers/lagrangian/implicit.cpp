@@ -9,6 +9,8 @@ namespace pantin::lagrangian {
 namespace {
 
 constexpr int kMostIterations = 40;
+/// Iterations by tangents; what has not converged then goes on by secants, which cannot cycle.
+constexpr int kNewton = 6;
 
 struct Weights {
   Real am, af, gamma, beta;
@@ -22,22 +24,6 @@ Weights weights_of(Real rho) {
   return w;
 }
 
-/// Efforts of spring rows as placed: what they should bear goes to `asked`, how they give way to
-/// room.weights. `by_way`, `by_speed`: how coordinates and rates follow the acceleration.
-void find_springs(const World& world, Mechanism& m, std::span<Real> asked, Real by_way,
-                  Real by_speed) {
-  for (std::size_t i = 0; i < m.blocks.size(); ++i) {
-    const Block& b = m.blocks[i];
-    if (b.kind != BlockKind::spring) continue;
-    const JointExtras& extras = *world.links.values()[b.source].joint.extras;
-    const Freedom& f = b.coordinate == Coordinate::turn ? extras.turn : extras.slide;
-    const Pull p = pull_of(f, m.room.c[b.first_row], rate_of(m, b, 0));
-    const Real give = p.stiffness * by_way + p.damping * by_speed;
-    m.room.weights[b.first_row] = 1 / std::max(give, 1e-9 * m.room.scales[b.first_row] + 1e-12);
-    asked[b.first_row] = p.effort;
-  }
-}
-
 }  // namespace
 
 bool step_implicit(const World& world, Mechanism& m, const Span& span) {
@@ -49,15 +35,12 @@ bool step_implicit(const World& world, Mechanism& m, const Span& span) {
   room.springs_bear = true;
   if (m.fresh) {
     // Springs act as forces for the start: their rows have no say in accelerations.
-    std::fill(room.weights.begin(), room.weights.end(), 0.0);
     place(m), place_frames(world, m, span.part(0), span.whole);
     write_all_rows(world, m, {true, true});
-    factor(m, false);
-    find_springs(world, m, m.loads, 0, 0);
+    meet_efforts(world, m, m.loads, 0, 0, false);
+    std::fill(room.weights.begin(), room.weights.end(), 0.0);
     room.springs_bear = false;
-    for (Effort& e : m.efforts) e.block = false;
     accelerate(world, m, span.part(0), span.whole);
-    for (Effort& e : m.efforts) e.block = true;
     room.springs_bear = true;
     for (std::size_t i = 0; i < m.blocks.size(); ++i)
       if (m.blocks[i].kind != BlockKind::spring)
@@ -93,7 +76,7 @@ bool step_implicit(const World& world, Mechanism& m, const Span& span) {
     write_all_rows(world, m, {true, false});
     add_forces(world, m, true);
     std::fill(room.right.begin(), room.right.end(), 0.0);
-    find_springs(world, m, room.right, by_way, by_speed);
+    meet_efforts(world, m, room.right, by_way, by_speed, n >= kNewton);
     // M a - J^T lambda - f, as a force that is missing.
     Real missing = 0, scale = 1e-300, open = 0;
     for (std::size_t b = 0; b < m.count(); ++b) {
@@ -151,7 +134,7 @@ bool step_implicit(const World& world, Mechanism& m, const Span& span) {
   }
   std::copy(room.sum_lambda.begin(), room.sum_lambda.end(), m.loads.begin());
   std::fill(room.weights.begin(), room.weights.end(), 0.0);
-  return all_finite(m);
+  return all_within_bounds(m);
 }
 
 }  // namespace pantin::lagrangian

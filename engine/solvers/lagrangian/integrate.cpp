@@ -10,7 +10,7 @@ namespace {
 constexpr int kMostIterations = 40;
 /// Rates times the step that Runge-Kutta is let meet, and changes of speed too small to matter:
 /// squares, part of all.
-constexpr Real kFastest = 2, kUnfelt = 1e-6;
+constexpr Real kFastest = 2, kUnfelt = 1e-6, kTurning = 2.5e-3;
 
 /// L = R I R^T w.
 Vec3 spin_momentum(const Placed& at, Vec3 inertia) {
@@ -24,6 +24,18 @@ void kick(Mechanism& m, Real h) {
     m.room.momenta[2 * b] = m.mass[b] * at.velocity + h * m.room.force[2 * b];
     m.room.momenta[2 * b + 1] =
         spin_momentum(at, m.inertia[b]) + h * m.room.force[2 * b + 1];
+  }
+}
+
+/// Drag as it will be at the end of the step in place of that at its start.
+void brake(Mechanism& m, Real h) {
+  for (std::size_t b = 0; b < m.count(); ++b) {
+    if (m.drag[b] == 0) continue;
+    const Placed& at = m.room.placed[b];
+    const Real part = 1 / (1 + h * m.drag[b]);
+    Vec3* p = &m.room.momenta[2 * b];
+    p[0] = part * (p[0] + h * m.drag[b] * m.mass[b] * at.velocity);
+    p[1] = part * (p[1] + h * m.drag[b] * spin_momentum(at, m.inertia[b]));
   }
 }
 
@@ -98,22 +110,28 @@ bool step_euler(const World& world, Mechanism& m, const Span& span) {
     room.placed[n].turn =
         glm::mat3_cast(turn_by(-span.h * room.placed[n].spin) * room.placed[n].rotation);
   }
-  write_all_rows(world, m, {draws, false});
+  room.springs_bear = true;
+  write_all_rows(world, m, {draws || !m.efforts.empty(), false});
   add_forces(world, m, false);
+  right_of_rates(m);
+  if (draws)
+    for (const Block& b : m.blocks)
+      for (std::size_t r = b.first_row; r < b.first_row + b.rows && b.kind != BlockKind::spring; ++r)
+        room.right[r] -= rate_or_default(m, 0.2) / span.h * room.c[r];
+  meet_efforts_at_end(world, m, room.right, span.h);
   factor(m, false);
   kick(m, span.h);
+  brake(m, span.h);
   room.residuals = room.momenta;  // with the free motion's spin in place of its momentum
   for (std::size_t b = 0; b < m.count(); ++b) {
     const Vec3 w = mean_spin(room.state.q[b], m.inertia[b], room.momenta[2 * b + 1], span.h);
     const Placed at{{}, {}, room.placed[b].turn, {}, w};
     room.residuals[2 * b + 1] = spin_momentum(at, m.inertia[b]);
   }
-  right_of_rates(m);
-  if (draws)
-    for (std::size_t r = 0; r < m.rows; ++r)
-      room.right[r] -= rate_or_default(m, 0.2) / span.h * room.c[r];
   solve(m, room.residuals, room.right, room.correction, room.lambda);
   push(m, room.jacobian, room.lambda, 1);
+  room.springs_bear = false;
+  if (!m.efforts.empty()) std::fill(room.weights.begin(), room.weights.end(), 0.0);
   keep_loads(m, room.lambda, 1 / span.h);
   Motions& s = room.state;
   for (std::size_t b = 0; b < m.count(); ++b) {
@@ -275,29 +293,34 @@ bool runge_kutta(const World& world, Mechanism& m, const Span& span, const Table
     for (std::size_t r = 0; r < m.rows; ++r) m.loads[r] += t.b[i] * room.lambda[r];
   }
   combine(m, t.b, t.stages, span.h);
-  return all_finite(m);
+  return all_within_bounds(m);
 }
 
 /// Whether the step just taken is too long for the fastest motion there is: its rate is about
 /// 2 |k3 - k2| / (h |k2 - k1|) [Hairer & Wanner II, sec. IV.2], and the method grows beyond 2.8 / h.
-/// All bodies count alike: what is light moves fastest.
-bool is_unstable(const Mechanism& m, Real h) {
+/// All bodies count alike: what is light moves fastest. Where motion turns back k2 is k1; a part of
+/// k1 itself stands in for the difference.
+bool is_unstable(const World& world, const Mechanism& m, Real h) {
   const MechanismRoom& room = m.room;
-  Real first = 0, second = 0, moving = 0;
+  const Real fall = glm::dot(world.gravity, world.gravity) * static_cast<Real>(m.count());
+  Real start = 0, first = 0, second = 0, moving = 0;
   for (std::size_t b = 0; b < m.count(); ++b) {
     const Real arm2 = (m.inertia[b].x + m.inertia[b].y + m.inertia[b].z) / (3 * m.mass[b]);
     const auto size = [&](Vec3 v, Vec3 w) { return glm::dot(v, v) + arm2 * glm::dot(w, w); };
-    const Vec3 *k1 = &room.rates[0][3 * b], *k2 = &room.rates[1][3 * b], *k3 = &room.rates[2][3 * b];
-    first += size(k2[1] - k1[1], k2[2] - k1[2]), second += size(k3[1] - k2[1], k3[2] - k2[2]);
+    const Vec3* k[3] = {&room.rates[0][3 * b], &room.rates[1][3 * b], &room.rates[2][3 * b]};
+    start += size(k[0][1], k[0][2]);
+    first += size(k[1][1] - k[0][1], k[1][2] - k[0][2]);
+    second += size(k[2][1] - k[1][1], k[2][2] - k[1][2]);
     moving += size(room.state.v[b], room.state.w[b]);
   }
-  return 4 * second > kFastest * kFastest * first && h * h * second > kUnfelt * moving;
+  return 4 * second > kFastest * kFastest * (first + kTurning * start) &&
+         h * h * second > kUnfelt * (moving + h * h * (start + fall));
 }
 
 }  // namespace
 
 bool step_rk4(const World& world, Mechanism& m, const Span& span) {
-  return runge_kutta(world, m, span, kClassic) && !is_unstable(m, span.h);
+  return runge_kutta(world, m, span, kClassic) && !is_unstable(world, m, span.h);
 }
 
 bool step_rk54(const World& world, Mechanism& m, const Span& span, Real& error) {

@@ -12,7 +12,8 @@
 namespace pantin::lagrangian {
 
 /// Chooses the order of elimination and lays out the factor. Once a structure.
-KktPattern make_pattern(const Mechanism& m);
+/// Without hubs its pivots tell the rank.
+KktPattern make_pattern(const Mechanism& m, bool may_have_hubs = true);
 
 /// Which of the row arrays are wanted.
 struct Want {
@@ -34,7 +35,23 @@ void add_forces(const World& world, Mechanism& m, bool gyroscopic);
 struct Pull {
   Real effort = 0, stiffness = 0, damping = 0;
 };
-Pull pull_of(const Freedom& freedom, Real coordinate, Real rate);
+/// `secant`: slopes towards the state without effort, which bound efforts that saturate.
+Pull pull_of(const Freedom& freedom, Real coordinate, Real rate, bool secant);
+/// Efforts as forces at the placed state, added to room.force.
+void push_efforts(const World& world, Mechanism& m);
+/// The stiffest effort of all by the rows as placed, over what it moves: 1/s^2 and 1/s.
+struct Stiffness {
+  Real spring = 0, damper = 0;
+};
+Stiffness stiffness_of(const World& world, const Mechanism& m);
+/// Efforts as rows: what they should bear goes to `asked`, how they give way to room.weights.
+/// `by_way`, `by_speed`: how coordinates and rates follow the unknown acceleration.
+void meet_efforts(const World& world, Mechanism& m, std::span<Real> asked, Real by_way,
+                  Real by_speed, bool secant);
+/// ... of a step of `h` whose unknowns are twists and impulses: efforts as they will be at its end,
+///
+///   rate + impulse / (h (h k + c)) = (effort + c rate_before) / (h k + c)
+void meet_efforts_at_end(const World& world, Mechanism& m, std::span<Real> right, Real h);
 /// The joint's coordinate with its Jacobian, between the mechanism's bodies as placed.
 struct CoordinateRow {
   Real value = 0, gamma = 0;
@@ -54,6 +71,9 @@ inline const Vec3* jacobian_of(const Mechanism& m, const Block& b) {
 void assemble(Mechanism& m);
 /// Factors J M^-1 J^T of the rows as written. Redundant rows are noted in m.faults if `report`.
 void factor(Mechanism& m, bool report);
+/// Rank and redundant rows where bodies are hubs: by a pattern without them, which takes long, so
+/// that it is done when the motion begins.
+void find_rank(Mechanism& m);
 /// ... with rows that give way by `weight` of their diagonal.
 void factor_soft(Mechanism& m, Real weight);
 /// With the factor as it stands: M a = force + J^T lambda, J a + diag(weights) lambda = right.
@@ -109,6 +129,8 @@ bool advance_among_limits(World& world, Mechanism& m, Real h);
 Real tolerance_of(const Mechanism& m);
 Real worst_residual(const Mechanism& m);
 bool bears(const Mechanism& m, std::size_t block);
-bool all_finite(const Mechanism& m);
+/// Numbers, and not beyond 1e12 m, 1e9 m/s or 1e9 rad/s.
+bool is_within_bounds(const Motions& motions, std::size_t body);
+bool all_within_bounds(const Mechanism& m);
 
 }  // namespace pantin::lagrangian

@@ -92,7 +92,7 @@ void eliminate(Mechanism& m, std::uint32_t at, Real sign, const Real* scales, Re
   const std::size_t n = p.size[at];
   cut = decompose<R>(d, n, sign, scales, least);
   const std::uint32_t from = p.first[at], to = p.first[at + 1];
-  const std::uint32_t* target = &p.targets[p.first_target[at]];
+  const std::uint32_t* target = p.targets.data() + p.first_target[at];
   Real y[36];
   for (std::uint32_t i = from; i < to; ++i) {
     const std::size_t ni = p.size[p.later[i]];
@@ -219,7 +219,7 @@ Real inverse_pivot(const Mechanism& m, std::size_t block, std::size_t row) {
 /// Rank and redundant blocks, by the factor and that of kProbe times the weight in room.lack.
 void find_redundant(Mechanism& m) {
   for (std::uint32_t i = 0; i < m.blocks.size(); ++i) {
-    if (!bears(m, i)) continue;
+    if (!bears(m, i) || m.blocks[i].kind == BlockKind::spring) continue;
     int dependent = 0;
     for (std::size_t r = 0; r < m.blocks[i].rows; ++r) {
       const Real now = inverse_pivot(m, i, r), probe = m.room.lack[m.blocks[i].first_row + r];
@@ -245,16 +245,10 @@ bool any_suspect(const Mechanism& m) {
 
 }  // namespace
 
-void factor_soft(Mechanism& m, Real weight) { factor_weighted(m, weight); }
+namespace {
 
-void factor(Mechanism& m, bool report) {
-  if (report) m.rank = m.rows, m.faults.clear();
-  if (!m.loops) {
-    if (factor_weighted(m, 0)) return;
-    m.loops = true;  // a tree, but stretched out: as if it had loops from now on
-  }
-  factor_weighted(m, kRegular);
-  if (!report || !any_suspect(m)) return;
+/// With the rows as written: which follow from others, by factors of two weights.
+void probe(Mechanism& m) {
   MechanismRoom& room = m.room;
   factor_weighted(m, kProbe * kRegular);
   for (std::size_t i = 0; i < m.blocks.size(); ++i)
@@ -262,6 +256,36 @@ void factor(Mechanism& m, bool report) {
       room.lack[m.blocks[i].first_row + r] = inverse_pivot(m, i, r);
   factor_weighted(m, kRegular);
   find_redundant(m);
+}
+
+}  // namespace
+
+void factor_soft(Mechanism& m, Real weight) { factor_weighted(m, weight); }
+
+void factor(Mechanism& m, bool report) {
+  const bool hubs = !m.room.pattern.hubs.empty();
+  if (report && !hubs) m.rank = m.equations(), m.faults.clear();
+  if (!m.loops) {
+    if (factor_weighted(m, 0)) return;
+    m.loops = true;  // a tree, but stretched out: as if it had loops from now on
+  }
+  factor_weighted(m, kRegular);
+  if (!report || hubs || !any_suspect(m)) return;
+  probe(m);
+}
+
+void find_rank(Mechanism& m) {
+  MechanismRoom& room = m.room;
+  if (room.pattern.hubs.empty()) return;  // told by factor()
+  m.rank = m.equations(), m.faults.clear();
+  if (!m.loops) return;
+  KktPattern with_hubs = make_pattern(m, false);
+  std::swap(room.pattern, with_hubs);
+  room.values.resize(std::max(room.values.size(), room.pattern.numbers));
+  factor_weighted(m, kRegular);
+  probe(m);
+  std::swap(room.pattern, with_hubs);
+  factor_weighted(m, kRegular);
 }
 
 namespace {
@@ -295,7 +319,7 @@ Real measure_lack(Mechanism& m, std::span<const Real> right, std::span<const Vec
     for (std::size_t r = 0; r < b.rows; ++r) {
       const std::size_t row = b.first_row + r;
       lack[r] = right[row] - room.weights[row] * lambda[row];
-      asked = std::max(asked, std::abs(right[row]));
+      if (b.kind != BlockKind::spring) asked = std::max(asked, std::abs(right[row]));
     }
     for (std::size_t k = 0; k < b.count; ++k) {
       if (b.body[k] >= m.count()) continue;

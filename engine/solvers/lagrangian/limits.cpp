@@ -10,7 +10,8 @@ namespace {
 constexpr Real kQuiet = 1e-3;
 /// A limit that is overstepped by less is met, m or rad.
 constexpr Real kTouch = 1e-9;
-constexpr int kMostEvents = 8, kMostSearches = 16;
+/// Blows in a step, tries to find one, and steps of the integrator after which none is looked for.
+constexpr int kMostEvents = 8, kMostSearches = 16, kMostParts = 200;
 
 /// Limits but for locks, and strings.
 bool is_one_sided(const Mechanism& m, std::size_t i) {
@@ -72,6 +73,7 @@ void strike(const World& world, Mechanism& m) {
       else if (leaves && round == 7) m.memory[i].active = false;
     }
     if (!pulled) {
+      for (std::size_t r = 0; r < m.rows; ++r) room.impulses[r] += room.lambda[r];
       for (std::size_t i = 0; i < m.blocks.size(); ++i)
         if (is_one_sided(m, i) && wanted[m.blocks[i].first_row] > 0) m.memory[i].active = false;
       return;
@@ -96,13 +98,13 @@ bool advance_among_limits(World& world, Mechanism& m, Real h) {
   m.events = 0;
   // What is left after so many blows is taken at once.
   for (int tries = 0; done < h * (1 - 1e-12); ++tries) {
-    room.begin = room.state;
+    room.begin = room.state, room.impulses_before = room.impulses;
     place(m), place_frames(world, m, done / h, h);
     write_all_rows(world, m, {true, false});
     const Real at_start = clearance(m);
     bool again = false;
     const auto attempt = [&](Real length) {
-      room.state = room.begin;
+      room.state = room.begin, room.impulses = room.impulses_before;
       m.fresh = m.fresh || again, again = true;
       return advance(world, m, {done, length, h});
     };
@@ -110,7 +112,7 @@ bool advance_among_limits(World& world, Mechanism& m, Real h) {
     if (!attempt(length)) return false;
     for (int n = 0; n < 16 && let_go(m); ++n)
       if (!attempt(length)) return false;
-    if (Real left = clearance(m); left < -kTouch && tries < kMostEvents) {
+    if (Real left = clearance(m); left < -kTouch && tries < kMostEvents && m.parts < kMostParts) {
       // Where the first limit is met: regula falsi, an end that stays loses half its weight
       // (Illinois).
       Real low = 0, high = length, at_low = std::max(at_start, kTouch), at_high = left;

@@ -74,13 +74,13 @@ std::vector<std::uint32_t> least_degree(Sets& near, std::vector<std::uint8_t>& r
 
 }  // namespace
 
-KktPattern make_pattern(const Mechanism& m) {
+KktPattern make_pattern(const Mechanism& m, bool may_have_hubs) {
   KktPattern p;
   const auto met = incidents(m);
   const auto blocks = static_cast<std::uint32_t>(m.blocks.size());
   p.hub_of.assign(m.count(), kNone);
   for (std::uint32_t b = 0; b < m.count(); ++b)
-    if (met[b].size() > kMostMeetings)
+    if (may_have_hubs && met[b].size() > kMostMeetings)
       p.hub_of[b] = static_cast<std::uint32_t>(p.hubs.size()), p.hubs.push_back(b);
   const std::size_t nodes = blocks + p.hubs.size();
 

@@ -50,8 +50,10 @@ void gather(const World& world, Mechanism& m) {
   m.size = glm::length(high - low), m.reach = 0;
   for (const Block& b : m.blocks) {
     if (b.kind != BlockKind::joint) continue;
+    // Anchors in the world say where it stands, not how large it is.
     const Joint& j = world.links.values()[b.source].joint;
-    m.reach = std::max({m.reach, glm::length(j.anchor_a), glm::length(j.anchor_b)});
+    if (b.body[0] < m.count()) m.reach = std::max(m.reach, glm::length(j.anchor_a));
+    if (b.body[1] < m.count()) m.reach = std::max(m.reach, glm::length(j.anchor_b));
   }
   m.size = std::max(m.size, m.reach);
 }
@@ -132,7 +134,9 @@ bool start(const World& world, Mechanism& m, Real h) {
   write_all_rows(world, m, {true, true});
   begin_limits(world, m);
   std::fill(m.loads.begin(), m.loads.end(), 0.0);
-  return project(world, m, 0, h);
+  if (!project(world, m, 0, h)) return false;
+  find_rank(m);
+  return true;
 }
 
 std::uint32_t worst_block(const Mechanism& m) {
@@ -153,7 +157,8 @@ void make_room(Mechanism& m) {
   r.scales.assign(m.rows, 1);
   r.placed.assign(all, {}), r.give.assign(bodies, Mat3(1));
   r.jacobian.assign(m.vectors, Vec3(0)), r.jacobian_before = r.jacobian;
-  for (auto* rows : {&r.c, &r.gamma, &r.right, &r.lambda, &r.step_lambda, &r.sum_lambda, &r.weights})
+  for (auto* rows : {&r.c, &r.gamma, &r.right, &r.lambda, &r.step_lambda, &r.sum_lambda, &r.weights,
+                     &r.impulses, &r.impulses_at_start, &r.impulses_before})
     rows->assign(m.rows, 0);
   r.lack.assign(r.pattern.unknowns, 0);
   for (auto* twice : {&r.force, &r.correction, &r.applied, &r.momenta, &r.residuals})
@@ -178,17 +183,19 @@ void prepare(World& world) {
 }
 
 void step(World& world, Mechanism& m, Real h) {
-  m.lost = Entity{}, m.faults.clear(), m.room.worst_lack = 0;
+  m.lost = Entity{}, m.room.worst_lack = 0;
+  std::erase_if(m.faults, [](const auto& f) { return f.kind == MechanismFault::inconsistent; });
   m.parts = m.iterations = m.events = m.solves = 0;
   gather(world, m);
   gather_hangings(m, h);
   const auto acts = [](Vec3 v) { return v != Vec3(0); };
   m.room.pushed = std::any_of(m.owed.begin(), m.owed.end(), acts) ||
                   std::any_of(m.room.applied.begin(), m.room.applied.end(), acts);
+  std::fill(m.room.impulses.begin(), m.room.impulses.end(), 0.0);
   const bool begins = m.fresh;
-  bool good = all_finite(m);
+  bool good = all_within_bounds(m);
   if (good && begins) good = start(world, m, h);
-  m.cannot_close = begins && !good && all_finite(m);
+  m.cannot_close = begins && !good && all_within_bounds(m);
   if (good && m.unilateral) good = advance_among_limits(world, m, h);
   else if (good) good = advance(world, m, {0, h, h});
   const bool open = !good || m.room.worst_lack > 1e-2;
@@ -202,14 +209,16 @@ void step(World& world, Mechanism& m, Real h) {
   if (!good) {
     m.lost = m.bodies.front();
     for (std::size_t b = 0; b + m.hangings.size() < m.count(); ++b)
-      if (const Motions& s = m.room.state; !is_finite(s.x[b]) || !is_finite(s.q[b]) ||
-                                           !is_finite(s.v[b]) || !is_finite(s.w[b])) {
+      if (!is_within_bounds(m.room.state, b) || !(m.mass[b] > 0) || !(m.inertia[b].x > 0) ||
+          !(m.inertia[b].y > 0) || !(m.inertia[b].z > 0) || !is_finite(m.room.applied[2 * b]) ||
+          !is_finite(m.room.applied[2 * b + 1])) {
         m.lost = m.bodies[b];
         break;
       }
     m.fresh = true;
     return;
   }
+  for (std::size_t r = 0; r < m.rows; ++r) m.forces[r] = m.room.impulses[r] / h;
   settle_hangings(m);
   std::fill(m.owed.begin(), m.owed.end(), Vec3(0));
   count_turns(world, m, false);
@@ -224,7 +233,7 @@ JointForce joint_force(const Mechanism& m, const Block& joint) {
   JointForce sum;
   if (!m.room.ready) return sum;
   Vec3 pull[2] = {Vec3(0), Vec3(0)};
-  add_pull(joint, &m.room.jacobian[joint.first_vector], 1, &m.loads[joint.first_row], pull);
+  add_pull(joint, &m.room.jacobian[joint.first_vector], 1, &m.forces[joint.first_row], pull);
   sum.force = pull[0], sum.torque = pull[1];
   return sum;
 }

@@ -140,10 +140,10 @@ void push_pose_drives(const World& world, Mechanism& m) {
     const Joint& joint = world.links.values()[p.source].joint;
     const Placed &a = m.room.placed[p.body[0]], &b = m.room.placed[p.body[1]];
     const Quat axes = a.rotation * joint.frames.a();
-    const Quat target = target_at(*drive, world.time), now = relative_turn(joint, a.rotation, b.rotation);
+    const Quat target = target_at(*drive, m.room.time), now = relative_turn(joint, a.rotation, b.rotation);
     const Vec3 own = drive->keys.empty() ? Vec3(0)
-                                         : axes * spin_between(target_at(*drive, world.time - kWidth),
-                                                               target_at(*drive, world.time + kWidth),
+                                         : axes * spin_between(target_at(*drive, m.room.time - kWidth),
+                                                               target_at(*drive, m.room.time + kWidth),
                                                                2 * kWidth);
     Vec3 torque = drive->stiffness * (axes * rotation_vector(target * glm::conjugate(now))) -
                   drive->damping * (b.spin - a.spin - own);
@@ -201,6 +201,7 @@ void place(Mechanism& m) {
 }
 
 void place_frames(const World& world, Mechanism& m, Real part, Real h) {
+  m.room.time = world.time + part * h;
   for (std::size_t i = 0; i < m.frames.size(); ++i) {
     const std::size_t n = m.count() + i;
     const FrameMotion f = motion_of(world, m.frames[i], part, h);
@@ -249,37 +250,6 @@ void write_all_rows(const World& world, Mechanism& m, Want want) {
   }
 }
 
-Pull pull_of(const Freedom& f, Real coordinate, Real rate) {
-  Pull p;
-  p.effort = -f.spring.stiffness * (coordinate - f.spring.rest) - f.spring.damping * rate;
-  p.stiffness = f.spring.stiffness, p.damping = f.spring.damping;
-  p.effort -= f.friction.viscous * rate, p.damping += f.friction.viscous;
-  if (f.friction.dry != 0) {
-    const Real t = std::tanh(rate / f.friction.slip);
-    p.effort -= f.friction.dry * t;
-    p.damping += f.friction.dry / f.friction.slip * (1 - t * t);
-  }
-  if (f.motor.kind == MotorKind::none) return p;
-  const bool speed = f.motor.kind == MotorKind::velocity;
-  const Real asked = speed ? f.motor.gain * (f.motor.target - rate)
-                           : f.motor.gain * (f.motor.target - coordinate) - f.motor.damping * rate;
-  p.effort += std::clamp(asked, -f.motor.cap, f.motor.cap);
-  if (std::abs(asked) >= f.motor.cap) return p;
-  p.stiffness += speed ? 0 : f.motor.gain, p.damping += speed ? f.motor.gain : f.motor.damping;
-  return p;
-}
-
-CoordinateRow coordinate_row(const World& world, const Mechanism& m, std::uint32_t link,
-                             Coordinate which, std::uint32_t a, std::uint32_t b, Real before) {
-  CoordinateRow row;
-  const Placed &at_a = m.room.placed[a], &at_b = m.room.placed[b];
-  write_coordinate(world.links.values()[link].joint, which, at_a, at_b, before,
-                   {&row.value, row.j, &row.gamma});
-  row.rate = glm::dot(row.j[0], at_a.velocity) + glm::dot(row.j[1], at_a.spin) +
-             glm::dot(row.j[2], at_b.velocity) + glm::dot(row.j[3], at_b.spin);
-  return row;
-}
-
 void add_forces(const World& world, Mechanism& m, bool gyroscopic) {
   std::vector<Vec3>& f = m.room.force;
   for (std::size_t b = 0; b < m.count(); ++b) {
@@ -294,17 +264,7 @@ void add_forces(const World& world, Mechanism& m, bool gyroscopic) {
   }
   for (std::size_t i = 0; i < m.owed.size() && m.room.pushed; ++i)
     f[i] += m.owed[i] + m.room.applied[i];
-  for (const Effort& e : m.efforts) {
-    if (e.block) continue;
-    const JointExtras& extras = *world.links.values()[e.link].joint.extras;
-    const CoordinateRow row =
-        coordinate_row(world, m, e.link, e.coordinate, e.body[0], e.body[1], e.before);
-    const Freedom& freedom = e.coordinate == Coordinate::turn ? extras.turn : extras.slide;
-    const Real effort = pull_of(freedom, row.value, row.rate).effort;
-    for (int k = 0; k < 2; ++k)
-      if (e.body[k] < m.count())
-        f[2 * e.body[k]] += effort * row.j[2 * k], f[2 * e.body[k] + 1] += effort * row.j[2 * k + 1];
-  }
+  if (!m.room.springs_bear) push_efforts(world, m);
   push_pose_drives(world, m);
   pull_elastic(world, m);
 }
@@ -323,11 +283,15 @@ Real worst_residual(const Mechanism& m) {
   return worst;
 }
 
-bool all_finite(const Mechanism& m) {
+bool is_within_bounds(const Motions& s, std::size_t b) {
+  const auto within = [](Vec3 v, Real bound) { return glm::dot(v, v) <= bound * bound; };
+  return within(s.x[b], 1e12) && is_finite(s.q[b]) && within(s.v[b], 1e9) && within(s.w[b], 1e9);
+}
+
+bool all_within_bounds(const Mechanism& m) {
   const Motions& s = m.room.state;
   for (std::size_t b = 0; b < m.count(); ++b)
-    if (!is_finite(s.x[b]) || !is_finite(s.q[b]) || !is_finite(s.v[b]) || !is_finite(s.w[b]))
-      return false;
+    if (!is_within_bounds(s, b)) return false;
   return true;
 }
 
