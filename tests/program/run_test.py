@@ -53,6 +53,21 @@ class Run(unittest.TestCase):
         for word in words:
             self.assertIn(word, done.stderr)
 
+    def test_joints_that_contradict_one_another_are_refused_before_anything_is_written(self):
+        with tempfile.TemporaryDirectory() as folder:
+            scene, record = pathlib.Path(folder) / "s.json", pathlib.Path(folder) / "r.csv"
+            joint = {"a": "world", "b": "rod", "kind": "ball"}
+            scene.write_text(json.dumps({
+                "version": 1, "step": 0.01, "duration": 1, "solver": {"type": "lagrangian"},
+                "bodies": [{"name": "rod", "mass": 1, "inertia": [0.1, 0.1, 0.1]}],
+                "joints": [{**joint, "name": "p", "anchor": [0, 0, 0]},
+                           {**joint, "name": "q", "anchor_a": [1.1, 0, 0], "anchor_b": [1, 0, 0]}]}))
+            done = pantin("run", scene, "--record", record)
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertFalse(record.exists())
+            for word in ("contradict", "p, q"):
+                self.assertIn(word, done.stderr)
+
     def test_json_has_its_keys_and_sound_numbers(self):
         told = run_json(CHAIN, "--duration", 1)
         self.assertEqual([key for key in KEYS if key not in told], [])

@@ -10,8 +10,10 @@ namespace {
 constexpr Real kQuiet = 1e-3;
 /// A limit that is overstepped by less is met, m or rad.
 constexpr Real kTouch = 1e-9;
-/// Blows in a step, tries to find one, and steps of the integrator after which none is looked for.
-constexpr int kMostEvents = 8, kMostSearches = 16, kMostParts = 200;
+/// So many blows of a step are given back; those after them are the last of ever smaller ones.
+constexpr int kMostBounces = 4;
+/// Blows in a step, tries to find one, and tries of a step after which none is looked for.
+constexpr int kMostEvents = 8, kMostSearches = 16, kMostAttempts = 60;
 
 /// Limits but for locks, and strings.
 bool is_one_sided(const Mechanism& m, std::size_t i) {
@@ -42,7 +44,7 @@ bool let_go(Mechanism& m) {
 }
 
 /// What reached a limit stops there, or is thrown back; blows reach through the whole mechanism.
-void strike(const World& world, Mechanism& m) {
+void strike(const World& world, Mechanism& m, bool gives_back) {
   MechanismRoom& room = m.room;
   for (std::size_t i = 0; i < m.blocks.size(); ++i)
     if (is_one_sided(m, i) && !m.memory[i].active && room.c[m.blocks[i].first_row] <= kTouch)
@@ -57,7 +59,7 @@ void strike(const World& world, Mechanism& m) {
       if (!is_one_sided(m, i) || !m.memory[i].active) continue;
       const Block& b = m.blocks[i];
       const Real rate = rate_of(m, b, 0);
-      const Real bounce = b.kind == BlockKind::limit
+      const Real bounce = b.kind == BlockKind::limit && gives_back
                               ? world.links.values()[b.source].joint.extras->restitution
                               : 0;
       if (rate < -kQuiet) wanted[b.first_row] = -bounce * rate;
@@ -95,6 +97,7 @@ void begin_limits(const World& world, Mechanism& m) {
 bool advance_among_limits(World& world, Mechanism& m, Real h) {
   MechanismRoom& room = m.room;
   Real done = 0;
+  int attempts = 0;
   m.events = 0;
   // What is left after so many blows is taken at once.
   for (int tries = 0; done < h * (1 - 1e-12); ++tries) {
@@ -104,6 +107,7 @@ bool advance_among_limits(World& world, Mechanism& m, Real h) {
     const Real at_start = clearance(m);
     bool again = false;
     const auto attempt = [&](Real length) {
+      ++attempts;
       room.state = room.begin, room.impulses = room.impulses_before;
       m.fresh = m.fresh || again, again = true;
       return advance(world, m, {done, length, h});
@@ -112,7 +116,7 @@ bool advance_among_limits(World& world, Mechanism& m, Real h) {
     if (!attempt(length)) return false;
     for (int n = 0; n < 16 && let_go(m); ++n)
       if (!attempt(length)) return false;
-    if (Real left = clearance(m); left < -kTouch && tries < kMostEvents && m.parts < kMostParts) {
+    if (Real left = clearance(m); left < -kTouch && tries < kMostEvents && attempts < kMostAttempts) {
       // Where the first limit is met: regula falsi, an end that stays loses half its weight
       // (Illinois).
       Real low = 0, high = length, at_low = std::max(at_start, kTouch), at_high = left;
@@ -142,7 +146,7 @@ bool advance_among_limits(World& world, Mechanism& m, Real h) {
                             room.c[m.blocks[i].first_row] <= kTouch);
     if (!reached) continue;
     ++m.events;
-    strike(world, m);
+    strike(world, m, m.events <= kMostBounces);
     if (m.settings.integrator == Integrator::implicit) m.fresh = true;
     place_frames(world, m, done / h, h);
     if (!project(world, m, done / h, h)) return false;

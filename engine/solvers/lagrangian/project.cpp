@@ -120,6 +120,7 @@ bool project(const World& world, Mechanism& m, Real part, Real whole) {
   }
   if (weight > 0) factor(m, false);
   project_twists(m, {});
+  for (std::size_t r = 0; r < m.rows; ++r) room.impulses[r] += room.lambda[r];
   const Real loose = m.rescues > 0 ? kLoose * m.reach : 0;
   return m.residual <= std::max(1e-7 * std::max(Real(1), m.size), loose);
 }

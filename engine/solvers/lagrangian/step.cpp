@@ -191,10 +191,10 @@ void step(World& world, Mechanism& m, Real h) {
   const auto acts = [](Vec3 v) { return v != Vec3(0); };
   m.room.pushed = std::any_of(m.owed.begin(), m.owed.end(), acts) ||
                   std::any_of(m.room.applied.begin(), m.room.applied.end(), acts);
-  std::fill(m.room.impulses.begin(), m.room.impulses.end(), 0.0);
   const bool begins = m.fresh;
   bool good = all_within_bounds(m);
   if (good && begins) good = start(world, m, h);
+  std::fill(m.room.impulses.begin(), m.room.impulses.end(), 0.0);
   m.cannot_close = begins && !good && all_within_bounds(m);
   if (good && m.unilateral) good = advance_among_limits(world, m, h);
   else if (good) good = advance(world, m, {0, h, h});

@@ -1,0 +1,148 @@
+// The Lagrangian solver with what is stiff, capped or struck: springs, motors, friction, stops;
+// and what it says of it.
+#include <catch2/catch.hpp>
+
+#include "tests/solvers/exact.hpp"
+
+using namespace pantin;
+using namespace pantin::test;
+
+namespace {
+
+constexpr Integrator kAll[] = {Integrator::euler, Integrator::rattle, Integrator::rk4,
+                               Integrator::implicit};
+const Quat kZ = frame_along({0, 0, 1});
+
+/// A rod of 1 m that hangs from a hinge at the origin, level.
+struct Arm {
+  World world;
+  Entity body, link;
+  JointExtras& extras() { return world.links[link].joint.extras.edit(); }
+};
+Arm arm(Integrator integrator, Vec3 gravity = {0, -9.81, 0}) {
+  Arm a;
+  a.world = exact_world(integrator, gravity);
+  const Entity ground = add_ground(a.world);
+  a.body = a.world.add_body(rod(1, 1, {{0.5, 0, 0}, kNoTurn}));
+  a.link = a.world.add_link(ground, a.body,
+                            joint_at(a.world, ground, a.body, JointKind::hinge, Vec3(0), kZ));
+  return a;
+}
+
+}  // namespace
+
+TEST_CASE("springs far too stiff for the step give no energy, whatever the integrator") {
+  for (Integrator integrator : kAll)
+    for (const Real stiffness : {1e2, 1e4, 1e6, 1e8}) {
+      Arm a = arm(integrator, Vec3(0));
+      a.extras().turn.spring = {stiffness, 0, 0.1};
+      Simulation sim(a.world, {1e-2});
+      const Real start = 0.5 * stiffness * 0.01;
+      Real most = 0;
+      for (int i = 0; i < 300; ++i) {
+        REQUIRE(sim.step().status == Status::ok);
+        most = std::max(most, measure(sim.world).energy());
+      }
+      INFO(name_of(integrator) << ", " << stiffness << " N m/rad: " << most / start);
+      // Generalised alpha overshoots at first where a spring is stretched that is so stiff.
+      if (integrator == Integrator::implicit && stiffness > 1e4) continue;
+      CHECK(most <= 1.01 * start);
+    }
+}
+
+TEST_CASE("motors with gains far too high hold their speed") {
+  for (Integrator integrator : {Integrator::euler, Integrator::rk4, Integrator::implicit})
+    for (const Real cap : {1e2, 1e4, 1e300}) {
+      Arm a = arm(integrator);
+      Motor& motor = a.extras().turn.motor;
+      motor.kind = MotorKind::velocity, motor.target = 3, motor.gain = 1e4, motor.cap = cap;
+      Simulation sim(a.world, {1e-2});
+      int rescued = 0;
+      for (int i = 0; i < 200; ++i) {
+        const StepReport report = sim.step();
+        REQUIRE(report.status == Status::ok);
+        rescued += report.rescued;
+      }
+      INFO(name_of(integrator) << ", cap " << cap << ": " << sim.world.bodies[a.body].spin.z);
+      CHECK(std::abs(sim.world.bodies[a.body].spin.z - 3) <= 0.02);
+      if (integrator != Integrator::rk4) CHECK(rescued == 0);
+    }
+}
+
+TEST_CASE("dry friction that is all but a step takes energy only") {
+  for (Integrator integrator : kAll) {
+    Arm a = arm(integrator);
+    a.extras().turn.friction = {0, 1e4, 1e-3};
+    Simulation sim(a.world, {1e-2});
+    for (int i = 0; i < 200; ++i) {
+      REQUIRE(sim.step().status == Status::ok);
+      CHECK(measure(sim.world).energy() <= 1e-3);
+    }
+    CHECK(std::abs(coordinate_of(sim.world, a.link, Coordinate::turn)) <= 1e-2);
+  }
+}
+
+TEST_CASE("steps by tolerance meet stops and go on") {
+  Arm a = arm(Integrator::rk4);
+  a.world.links[a.link].joint.limits.edit().turn = {true, -1.5, 0.5};
+  a.extras().restitution = 0.5;
+  a.world.default_settings.step_tolerance = 1e-8;
+  Simulation sim(a.world, {1.0 / 60});
+  for (int i = 0; i < 300; ++i) REQUIRE(sim.step().status == Status::ok);
+  CHECK(coordinate_of(sim.world, a.link, Coordinate::turn) == Approx(-1.5).margin(1e-8));
+}
+
+TEST_CASE("forces of constraint are means over the whole step, however it was taken") {
+  for (Integrator integrator : {Integrator::euler, Integrator::rattle, Integrator::rk4}) {
+    Arm a = arm(integrator);
+    a.world.bodies[a.body].spin = {0, 0, 20}, a.world.bodies[a.body].velocity = {0, 10, 0};
+    const Real h = 1.0 / 15;
+    Simulation sim(a.world, {h});
+    for (int i = 0; i < 5; ++i) {
+      const Vec3 before = sim.world.bodies[a.body].velocity;
+      const StepReport report = sim.step();
+      CHECK(report.parts > 1);
+      const Mechanism& m = sim.world.mechanisms[0];
+      const Vec3 change = (sim.world.bodies[a.body].velocity - before) / h - sim.world.gravity;
+      const Real off = glm::length(lagrangian::joint_force(m, m.blocks[0]).force - change);
+      INFO(name_of(integrator) << ": " << off << " of " << glm::length(change));
+      // What projections change of the speed is not of the joints' forces.
+      CHECK(off <= (integrator == Integrator::euler ? 25 : 1.0));
+    }
+  }
+}
+
+TEST_CASE("rank and freedoms of loops that run through one body on many joints") {
+  for (int legs : {3, 4, 5, 8}) {
+    World w = exact_world(Integrator::rk4);
+    const Entity ground = add_ground(w);
+    const Entity top = w.add_body(solid(3, Vec3(0.5), {{0.5, 1, 0}, kNoTurn}));
+    for (int i = 0; i < legs; ++i) {
+      const Real x = i / 4.0;
+      const Entity leg = w.add_body(rod(1, 1, {{x, 0.5, 0}, turn_by({0, 0, kPi / 2})}));
+      w.add_link(ground, leg, joint_at(w, ground, leg, JointKind::hinge, {x, 0, 0}, kZ));
+      w.add_link(leg, top, joint_at(w, leg, top, JointKind::hinge, {x, 1, 0}, kZ));
+    }
+    w.bodies[top].velocity = {1, 0, 0};
+    Simulation sim(w, {1e-2});
+    for (int i = 0; i < 20; ++i) REQUIRE(sim.step().status == Status::ok);
+    const StepReport report = sim.step();
+    CAPTURE(legs);
+    CHECK(report.rows == 10 * legs);
+    CHECK(6 * (legs + 1) - report.rank == 1);
+  }
+}
+
+TEST_CASE("a contradiction is told far from the origin too") {
+  for (const Real away : {0.0, 1e2, 1e4}) {
+    World w = exact_world(Integrator::rk4);
+    const Entity ground = add_ground(w);
+    const Entity body = w.add_body(rod(1, 1, {{away + 0.5, 0, 0}, kNoTurn}));
+    Joint near = joint_at(w, ground, body, JointKind::ball, {away, 0, 0});
+    Joint far = joint_at(w, ground, body, JointKind::ball, {away + 1, 0, 0});
+    far.anchor_a.x += 1e-3;
+    w.add_link(ground, body, near), w.add_link(ground, body, far);
+    Simulation sim(w, {1e-2});
+    CHECK(sim.step().status == Status::inconsistent);
+  }
+}
