@@ -245,13 +245,7 @@ void measure_joints(const World& world, const Mechanism& mechanism, Measures& m)
   for (std::size_t i = 0; i < mechanism.blocks.size(); ++i) {
     const Block& block = mechanism.blocks[i];
     if (block.kind != BlockKind::joint) continue;
-    const Link& link = world.links.values()[block.source];
-    Real c[6] = {};
-    write_rows(link.joint, placed(world.bodies[link.a]), placed(world.bodies[link.b]),
-               mechanism.memory[i].before[0], {c, nullptr, nullptr});
-    Real sum = 0;
-    for (const Real x : c) sum += x * x;
-    const Real gap = std::sqrt(sum);
+    const Real gap = lagrangian::joint_gap(world, mechanism, i);
     if (gap > m.worst_gap) m.worst_gap = gap, m.worst_link = world.links.owners()[block.source];
     m.worst_gap_rel = std::max(m.worst_gap_rel, gap / std::max(mechanism.size, Real(1e-3)));
   }

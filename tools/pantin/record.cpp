@@ -77,9 +77,14 @@ Result<Done> Record::add(const World& world, const Measures& m) {
     add_vec(row, b.velocity);
     add_vec(row, b.spin);
   }
+  std::vector<Real> gaps;
   for (const Link& l : world.links.values())
-    row += fmt::format(
-        ",{}", glm::length(residual(l.joint, world.bodies[l.a].pose, world.bodies[l.b].pose)));
+    gaps.push_back(glm::length(residual(l.joint, world.bodies[l.a].pose, world.bodies[l.b].pose)));
+  for (const Mechanism& mechanism : world.mechanisms)
+    for (std::size_t i = 0; i < mechanism.blocks.size(); ++i)
+      if (const Block& b = mechanism.blocks[i]; b.kind == BlockKind::joint)
+        gaps[b.source] = lagrangian::joint_gap(world, mechanism, i);
+  for (const Real gap : gaps) row += fmt::format(",{}", gap);
   row += fmt::format(",{},{},{}", m.kinetic, m.potential, m.energy());
   add_vec(row, m.momentum);
   add_vec(row, m.spin_momentum);
@@ -87,9 +92,9 @@ Result<Done> Record::add(const World& world, const Measures& m) {
     std::size_t rows = 0, rank = 0, rescued = 0;
     for (const Mechanism& mechanism : world.mechanisms) {
       rows += mechanism.equations(), rank += mechanism.rank, rescued += mechanism.rescues > 0;
-      for (const Block& b : mechanism.blocks) {
-        if (b.kind != BlockKind::joint) continue;
-        const lagrangian::JointForce f = lagrangian::joint_force(mechanism, b);
+      for (std::size_t i = 0; i < mechanism.blocks.size(); ++i) {
+        if (mechanism.blocks[i].kind != BlockKind::joint) continue;
+        const lagrangian::JointForce f = lagrangian::joint_force(mechanism, i);
         add_vec(row, f.force), add_vec(row, f.torque);
       }
     }

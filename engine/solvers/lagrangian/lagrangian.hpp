@@ -18,11 +18,15 @@ void step(World& world, Mechanism& m, Real h);
 /// that cannot all be closed, joints at a wrong root. Does not move anything; allocates.
 std::vector<MechanismFault> inspect(const World& world, std::size_t mechanism);
 
-/// What a joint does to its body b, mean over the last step, world axes.
+/// What a joint lacks as the World stands, root of the sum of squares of its residuals: m and rad.
+Real joint_gap(const World& world, const Mechanism& m, std::size_t block);
+
+/// What a joint and its stops do to its body b, mean over the last step, world axes. Springs, motors
+/// and friction are not in it.
 struct JointForce {
   Vec3 force{0};   // N
   Vec3 torque{0};  // N m, about the mass centre of b
 };
-JointForce joint_force(const Mechanism& m, const Block& joint);
+JointForce joint_force(const Mechanism& m, std::size_t block);
 
 }  // namespace pantin::lagrangian

@@ -229,13 +229,32 @@ void step(World& world, Mechanism& m, Real h) {
   }
 }
 
-JointForce joint_force(const Mechanism& m, const Block& joint) {
+JointForce joint_force(const Mechanism& m, std::size_t block) {
   JointForce sum;
   if (!m.room.ready) return sum;
   Vec3 pull[2] = {Vec3(0), Vec3(0)};
-  add_pull(joint, &m.room.jacobian[joint.first_vector], 1, &m.forces[joint.first_row], pull);
+  const Block& joint = m.blocks[block];
+  // A joint's limits come after it.
+  for (std::size_t i = block; i < m.blocks.size(); ++i) {
+    const Block& b = m.blocks[i];
+    if (i > block && (b.kind != BlockKind::limit || b.source != joint.source)) break;
+    add_pull(b, jacobian_of(m, b), 1, &m.forces[b.first_row], pull);
+  }
   sum.force = pull[0], sum.torque = pull[1];
   return sum;
+}
+
+Real joint_gap(const World& world, const Mechanism& m, std::size_t block) {
+  const auto placed = [&](Entity e) {
+    const Body& b = world.bodies[e];
+    return Placed{b.pose.position, b.pose.rotation, glm::mat3_cast(b.pose.rotation), {}, {}};
+  };
+  const Link& link = world.links.values()[m.blocks[block].source];
+  Real c[6] = {}, sum = 0;
+  write_rows(link.joint, placed(link.a), placed(link.b), m.memory[block].before[0],
+             {c, nullptr, nullptr});
+  for (const Real x : c) sum += x * x;
+  return std::sqrt(sum);
 }
 
 std::vector<MechanismFault> inspect(const World& world, std::size_t number) {
