@@ -36,7 +36,7 @@ int main(int argc, char** argv) {
     f.expect("turns of the crank", way / (2 * kPi), 2.5, 3.1);
     f.expect("joints open at the worst, part of the size", worst.worst_gap, 0, 1e-12);
     const Mechanism& m = w.mechanisms.front();
-    f.expect("equations that follow from others", static_cast<Real>(m.rows - m.rank), 3, 3);
+    f.expect("equations that follow from others", static_cast<Real>(m.equations() - m.rank), 3, 3);
   };
   const auto script = [&](Simulation& sim, int step) {
     const Real angle = angle_of(sim.world, crank);
