@@ -196,8 +196,18 @@ void step(World& world, Mechanism& m, Real h) {
   if (good && begins) good = start(world, m, h);
   std::fill(m.room.impulses.begin(), m.room.impulses.end(), 0.0);
   m.cannot_close = begins && !good && all_within_bounds(m);
-  if (good && m.unilateral) good = advance_among_limits(world, m, h);
-  else if (good) good = advance(world, m, {0, h, h});
+  if (good && m.unilateral) {
+    good = advance_among_limits(world, m, h);
+    if (!good) {  // joints first: without stops and strings for once
+      gather(world, m);
+      gather_hangings(m, h);
+      for (BlockMemory& memory : m.memory) memory.active = false;
+      std::fill(m.room.impulses.begin(), m.room.impulses.end(), 0.0);
+      good = advance(world, m, {0, h, h});
+      if (good) m.rescues = std::max(1, m.rescues);
+    }
+  }
+  if (good && !m.unilateral) good = advance(world, m, {0, h, h});
   const bool open = !good || m.room.worst_lack > 1e-2;
   if (open && !m.blocks.empty()) {
     MechanismFault f;
