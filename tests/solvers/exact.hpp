@@ -11,6 +11,9 @@
 
 namespace pantin::test {
 
+constexpr Integrator kAll[] = {Integrator::euler, Integrator::rattle, Integrator::rk4,
+                               Integrator::implicit};
+
 inline World exact_world(Integrator integrator, Vec3 gravity = {0, -9.81, 0}) {
   World w;
   w.default_settings.solver = Solver::lagrangian;

@@ -8,8 +8,6 @@ using namespace pantin::test;
 
 namespace {
 
-constexpr Integrator kAll[] = {Integrator::euler, Integrator::rattle, Integrator::rk4,
-                               Integrator::implicit};
 const Quat kZ = frame_along({0, 0, 1});
 
 /// A four-bar of hinges; `lean`: with a ball and a universal joint in place of two hinges, so that

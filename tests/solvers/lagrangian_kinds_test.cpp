@@ -10,8 +10,6 @@ using namespace pantin::test;
 namespace {
 
 constexpr Real kG = 9.81;
-constexpr Integrator kAll[] = {Integrator::euler, Integrator::rattle, Integrator::rk4,
-                               Integrator::implicit};
 
 /// One body on a joint to the ground whose point is the origin and whose axis is `axes` x.
 struct Single {

@@ -9,8 +9,6 @@ using namespace pantin::test;
 
 namespace {
 
-constexpr Integrator kAll[] = {Integrator::euler, Integrator::rattle, Integrator::rk4,
-                               Integrator::implicit};
 const Quat kZ = frame_along({0, 0, 1});
 
 /// A rod of 1 m that hangs from a hinge at the origin, level.

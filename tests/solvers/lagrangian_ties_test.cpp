@@ -9,8 +9,6 @@ using namespace pantin::test;
 namespace {
 
 constexpr Real kG = 9.81;
-constexpr Integrator kAll[] = {Integrator::euler, Integrator::rattle, Integrator::rk4,
-                               Integrator::implicit};
 const Quat kZ = frame_along({0, 0, 1});
 
 /// A wheel about z at `at`, on a hinge to `carrier`.

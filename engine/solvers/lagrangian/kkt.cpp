@@ -243,10 +243,6 @@ bool any_suspect(const Mechanism& m) {
   return false;
 }
 
-}  // namespace
-
-namespace {
-
 /// With the rows as written: which follow from others, by factors of two weights.
 void probe(Mechanism& m) {
   MechanismRoom& room = m.room;
@@ -279,12 +275,12 @@ void find_rank(Mechanism& m) {
   if (room.pattern.hubs.empty()) return;  // told by factor()
   m.rank = m.equations(), m.faults.clear();
   if (!m.loops) return;
-  KktPattern with_hubs = make_pattern(m, false);
-  std::swap(room.pattern, with_hubs);
+  KktPattern other = make_pattern(m, false);  // without hubs, for as long as it takes
+  std::swap(room.pattern, other);
   room.values.resize(std::max(room.values.size(), room.pattern.numbers));
   factor_weighted(m, kRegular);
   probe(m);
-  std::swap(room.pattern, with_hubs);
+  std::swap(room.pattern, other);
   factor_weighted(m, kRegular);
 }
 
