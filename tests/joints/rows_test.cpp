@@ -10,6 +10,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/joints/primitives.hpp"
 #include "tests/solvers/trees.hpp"
+#include "tests/paths.hpp"
 
 using namespace pantin;
 using nlohmann::json;
@@ -167,7 +168,7 @@ Vec3 vec(const json& j) { return {j.at(0), j.at(1), j.at(2)}; }
 Quat quat(const json& j) { return Quat(j.at(0), j.at(1), j.at(2), j.at(3)); }
 
 const json& stored() {
-  static const json kAll = json::parse(std::ifstream(PANTIN_TEST_DATA "/lagrangian.json"));
+  static const json kAll = json::parse(std::ifstream(test_data("lagrangian.json")));
   return kAll;
 }
 

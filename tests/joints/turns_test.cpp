@@ -5,6 +5,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/joints/joint.hpp"
 #include "tests/solvers/trees.hpp"
+#include "tests/paths.hpp"
 
 using namespace pantin;
 using test::Dice;
@@ -25,7 +26,7 @@ Joint jointed(JointKind kind, const JointLimits& limits) {
 }  // namespace
 
 TEST_CASE("clamped turns are those of the stored numbers") {
-  std::ifstream file(PANTIN_TEST_DATA "/procedural.json");
+  std::ifstream file(test_data("procedural.json"));
   const auto all = nlohmann::json::parse(file);
   for (const auto& entry : all.at("limits")) {
     INFO(entry.at("name").get<std::string>());

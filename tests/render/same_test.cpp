@@ -5,13 +5,14 @@
 #include "engine/render/capture.hpp"
 #include "tests/render/pictures.hpp"
 #include "tests/render/puppet.hpp"
+#include "tests/paths.hpp"
 
 using namespace pantin;
 using namespace pantin::picture;
 
 namespace {
 
-constexpr const char* kGolden = PANTIN_ASSETS "/../tests/render/golden/puppet.png";
+const std::string kGolden = asset("../tests/render/golden/puppet.png");
 
 struct Shot {
   RenderOptions options{640, 360, 4, true, GlPath::automatic};

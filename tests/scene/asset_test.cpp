@@ -5,6 +5,7 @@
 #include <set>
 
 #include "tests/scene/scenes.hpp"
+#include "tests/paths.hpp"
 
 using namespace pantin;
 using namespace pantin::test;
@@ -12,7 +13,7 @@ using namespace pantin::test;
 namespace {
 
 Scene shipped(const std::string& name) {
-  Result<Scene> scene = load_scene(PANTIN_ASSETS "/scenes/" + name + ".json");
+  Result<Scene> scene = load_scene(asset("scenes/" + name + ".json"));
   if (!scene)
     for (const Error& e : scene.errors()) UNSCOPED_INFO(e.message);
   REQUIRE(bool(scene));
@@ -20,7 +21,7 @@ Scene shipped(const std::string& name) {
 }
 
 nlohmann::json text_of(const std::string& name) {
-  std::ifstream file(PANTIN_ASSETS "/scenes/" + name + ".json");
+  std::ifstream file(asset("scenes/" + name + ".json"));
   return nlohmann::json::parse(file);
 }
 
@@ -28,7 +29,7 @@ nlohmann::json text_of(const std::string& name) {
 
 TEST_CASE("Every shipped scene loads, and only the one out of reach warns") {
   int count = 0;
-  for (const auto& file : std::filesystem::directory_iterator(PANTIN_ASSETS "/scenes")) {
+  for (const auto& file : std::filesystem::directory_iterator(asset("scenes"))) {
     const std::string name = file.path().stem().string();
     CAPTURE(name);
     Scene scene = shipped(name);
@@ -42,7 +43,7 @@ TEST_CASE("Every shipped scene loads, and only the one out of reach warns") {
 }
 
 TEST_CASE("Every shipped scene starts with its joints closed") {
-  for (const auto& file : std::filesystem::directory_iterator(PANTIN_ASSETS "/scenes")) {
+  for (const auto& file : std::filesystem::directory_iterator(asset("scenes"))) {
     const Scene scene = shipped(file.path().stem().string());
     const World& w = scene.world;
     for (const Link& l : w.links.values())

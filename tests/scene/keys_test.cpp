@@ -6,6 +6,7 @@
 #include <set>
 
 #include "tests/scene/scenes.hpp"
+#include "tests/paths.hpp"
 
 using namespace pantin;
 using namespace pantin::test;
@@ -13,7 +14,7 @@ using namespace pantin::test;
 namespace {
 
 nlohmann::json schema() {
-  std::ifstream file(PANTIN_ASSETS "/schema/scene.schema.json");
+  std::ifstream file(asset("schema/scene.schema.json"));
   return nlohmann::json::parse(file);
 }
 

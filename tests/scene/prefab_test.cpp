@@ -5,6 +5,7 @@
 
 #include "engine/base/rotation.hpp"
 #include "tests/scene/scenes.hpp"
+#include "tests/paths.hpp"
 
 using namespace pantin;
 using namespace pantin::test;
@@ -139,7 +140,7 @@ TEST_CASE("A chain between two points lies on an arc of equal links") {
 }
 
 TEST_CASE("A thousand marionettes are loaded in less than a second") {
-  std::ifstream file(PANTIN_ASSETS "/scenes/crowd.json");
+  std::ifstream file(asset("scenes/crowd.json"));
   std::stringstream all;
   all << file.rdbuf();
   std::string text = all.str();

@@ -4,6 +4,7 @@
 
 #include "engine/scene/json.hpp"
 #include "tests/scene/scenes.hpp"
+#include "tests/paths.hpp"
 
 using namespace pantin;
 using namespace pantin::test;
@@ -109,13 +110,13 @@ TEST_CASE("JSON is accepted and refused as by another reader") {
 }
 
 TEST_CASE("A large scene is read as by another reader") {
-  const std::string text = text_of(PANTIN_ASSETS "/scenes/marionette.json");
+  const std::string text = text_of(asset("scenes/marionette.json"));
   REQUIRE_FALSE(text.empty());
   CHECK(rebuilt(parse_json(text), 0) == nlohmann::json::parse(text));
 }
 
 TEST_CASE("Every beginning of a scene is refused, and none is mistaken") {
-  const std::string text = text_of(PANTIN_ASSETS "/scenes/pendulum.json");
+  const std::string text = text_of(asset("scenes/pendulum.json"));
   const std::size_t end = text.find_last_of('}');
   for (std::size_t length = 0; length <= end; ++length) {
     const Result<Scene> scene = parse_scene(text.substr(0, length), "t.json");
@@ -125,7 +126,7 @@ TEST_CASE("Every beginning of a scene is refused, and none is mistaken") {
 }
 
 TEST_CASE("A scene with any one byte changed is read or refused with a place") {
-  const std::string text = text_of(PANTIN_ASSETS "/scenes/pendulum.json");
+  const std::string text = text_of(asset("scenes/pendulum.json"));
   for (std::size_t i = 0; i < text.size(); ++i)
     for (char c : {'\0', '"', '{', ']', ',', '-', '9', '\xFF', 'e', ' '}) {
       std::string changed = text;

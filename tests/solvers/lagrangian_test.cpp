@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "tests/solvers/exact.hpp"
+#include "tests/paths.hpp"
 
 using namespace pantin;
 using namespace pantin::test;
@@ -15,7 +16,7 @@ using nlohmann::json;
 namespace {
 
 const json& vectors() {
-  static const json kAll = json::parse(std::ifstream(PANTIN_TEST_DATA "/lagrangian.json"));
+  static const json kAll = json::parse(std::ifstream(test_data("lagrangian.json")));
   return kAll;
 }
 

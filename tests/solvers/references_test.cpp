@@ -3,13 +3,14 @@
 #include <catch2/catch.hpp>
 
 #include "tools/study/problems.hpp"
+#include "tests/paths.hpp"
 
 using namespace pantin;
 using namespace pantin::study;
 
 namespace {
 
-const std::string kFolder = std::string(PANTIN_TEST_DATA) + "/references";
+const std::string kFolder = test_data("references");
 
 void set_exact(World& w, Integrator integrator, Real tolerance = 0) {
   w.default_settings.integrator = integrator;

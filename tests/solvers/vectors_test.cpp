@@ -7,6 +7,7 @@
 #include "engine/runtime/simulation.hpp"
 #include "engine/solvers/procedural/compulsive.hpp"
 #include "tests/solvers/stages.hpp"
+#include "tests/paths.hpp"
 
 using namespace pantin;
 using namespace pantin::test;
@@ -17,7 +18,7 @@ namespace {
 constexpr Real kTolerance = 5e-15;
 
 const json& vectors() {
-  static const json kAll = json::parse(std::ifstream(PANTIN_TEST_DATA "/procedural.json"));
+  static const json kAll = json::parse(std::ifstream(test_data("procedural.json")));
   return kAll;
 }
 
