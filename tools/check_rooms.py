@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Checks who includes whom: base <- geometry <- joints <- world <- { solvers, scene, render },
-solvers <- runtime <- demos, tests, tools. Names every offending line; exit code 1 if there is one.
+"""Checks who includes whom: base <- geometry <- joints <- world <- { contact, scene },
+contact <- { solvers, render }, solvers <- runtime <- demos, tests, tools. Names every offending line; exit code 1 if there is one.
 
 usage: check_rooms.py [ROOT]     ROOT: the repository, by default the one this file lies in
 """
@@ -10,7 +10,8 @@ import sys
 
 BELOW = {"base": []}
 for room, last in [("geometry", ["base"]), ("joints", ["geometry"]), ("world", ["joints"]),
-                   ("solvers", ["world"]), ("scene", ["world"]), ("render", ["world"]),
+                   ("contact", ["world"]), ("solvers", ["contact"]), ("scene", ["world"]),
+                   ("render", ["contact"]),
                    ("runtime", ["solvers"])]:
     BELOW[room] = sorted({r for l in last for r in [l, *BELOW[l]]})
 

@@ -6,7 +6,8 @@
 #include <span>
 #include <vector>
 
-#include "engine/runtime/report.hpp"
+#include "engine/solvers/solver.hpp"
+#include "engine/world/report.hpp"
 #include "engine/world/world.hpp"
 
 namespace pantin {
@@ -46,9 +47,6 @@ using Systems = std::array<std::vector<System>, kPlaces>;
 /// before the update gets the place where it lands.
 StepReport step_world(World& world, const StepSettings& settings, const Systems& systems,
                       StageTimes* times = nullptr, std::span<Pose> drawn_from = {}) noexcept;
-
-/// Can a step use more than one thread in this build?
-bool has_threads();
 
 /// The rulers, of the state as it stands.
 Measures measure(const World& world);
