@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "engine/base/fields.hpp"
 #include "engine/base/hash.hpp"
 #include "engine/contact/search.hpp"
 #include "engine/world/memory.hpp"
@@ -27,6 +28,25 @@ struct Contact {
   bool active = false; // bears a load
   Vec3 force{0};       // N, on a, mean over the step
   Real depth = 0;      // m, overlap left after the step, never negative
+
+  static void fields(auto& self, auto&& field) {
+    field("slot_a", self.slot_a);
+    field("slot_b", self.slot_b);
+    field("key", self.key);
+    field("point_a", passive(self.point_a));
+    field("point_b", passive(self.point_b));
+    field("normal", passive(self.normal));
+    field("gap", passive(self.gap));
+    field("friction", passive(self.friction));
+    field("restitution", passive(self.restitution));
+    field("load", self.load);
+    field("before", passive(self.before));
+    field("sliding", self.sliding);
+    field("impact", self.impact);
+    field("active", passive(self.active));
+    field("force", passive(self.force));
+    field("depth", passive(self.depth));
+  }
 };
 
 namespace contact {
