@@ -2,6 +2,7 @@
 #   SOURCE   the repository
 #   PUBLIC   headers, below engine/pantin
 #   TO       the include directory: public ones go to TO/pantin, the rest to TO/pantin/detail
+cmake_policy(VERSION 3.22)
 list(TRANSFORM PUBLIC PREPEND engine/pantin/ OUTPUT_VARIABLE todo)
 set(found)
 while(todo)
