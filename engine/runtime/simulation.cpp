@@ -273,7 +273,7 @@ Measures measure(const World& world) {
           glm::length(residual(link.joint, world.bodies[link.a].pose, world.bodies[link.b].pose));
       if (gap > m.worst_gap) m.worst_gap = gap, m.worst_link = world.links.owners()[a.links[c]];
       m.worst_gap_rel = std::max(m.worst_gap_rel, gap / a.size);
-      if (link.joint.kind == JointKind::ball && !link.joint.limits.any()) continue;
+      if (!info_of(link.joint.kind).uses_axes && !link.joint.limits.any()) continue;
       const Quat turn = relative_turn(link.joint, world.bodies[link.a].pose.rotation,
                                       world.bodies[link.b].pose.rotation);
       m.worst_violation = std::max(m.worst_violation, violation(link.joint, turn));

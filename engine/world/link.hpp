@@ -1,6 +1,6 @@
 #pragma once
 /// What ties bodies together and to the world.
-#include "engine/joints/joint.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/joints/string.hpp"
 #include "engine/world/entity.hpp"
 

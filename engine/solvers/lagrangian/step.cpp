@@ -98,9 +98,9 @@ void count_turns(const World& world, Mechanism& m, bool anew) {
     if (b.kind != BlockKind::joint && b.kind != BlockKind::limit && b.kind != BlockKind::spring)
       continue;
     const Joint& joint = world.links.values()[b.source].joint;
-    const bool screw = b.kind == BlockKind::joint && joint.kind == JointKind::screw;
-    if (b.kind == BlockKind::joint && !screw) continue;
-    if (!screw && b.coordinate != Coordinate::turn && b.coordinate != Coordinate::second) continue;
+    const bool counts = b.kind == BlockKind::joint && info_of(joint.kind).counts_turns;
+    if (b.kind == BlockKind::joint && !counts) continue;
+    if (!counts && b.coordinate != Coordinate::turn && b.coordinate != Coordinate::second) continue;
     const auto value = [&](Coordinate which) {
       Real c = 0;
       write_coordinate(joint, which, m.room.placed[b.body[0]], m.room.placed[b.body[1]], before[0],
@@ -108,9 +108,10 @@ void count_turns(const World& world, Mechanism& m, bool anew) {
       return c;
     };
     // The slide of a screw tells its whole turns.
-    const bool told = joint.kind == JointKind::screw && joint.extras->pitch != 0;
-    if (anew && told) before[0] = value(Coordinate::slide) / joint.extras->pitch;
-    Real c = value(screw ? Coordinate::turn : b.coordinate);
+    const Real pitch = info_of(joint.kind).slide_per_turn(joint);
+    const bool told = pitch != 0;
+    if (anew && told) before[0] = value(Coordinate::slide) / pitch;
+    Real c = value(counts ? Coordinate::turn : b.coordinate);
     if (anew && !told && b.kind == BlockKind::limit && !b.lock) {
       // A range that does not contain the nearest turn may contain another.
       const AngleLimit& range = b.coordinate == Coordinate::second ? joint.limits->second
