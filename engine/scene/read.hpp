@@ -69,7 +69,7 @@ std::string a_joint(JointKind kind);
 std::string kinds_where(const std::function<bool(const JointKindInfo&)>& holds);
 
 /// Measures of the kind and what acts along its freedoms: "pitch", "spring", "friction", "motor",
-/// "turn", "slide" and so on. Complains of keys that a joint of this kind cannot have.
+/// "angle", "travel" and so on. Complains of keys that a joint of this kind cannot have.
 void read_extras(const Reading& reading, const Reader& from, TurnRecipe& turn);
 
 /// "kind", "limits", "drive" and extras of a joint, or of the joints of a chain.

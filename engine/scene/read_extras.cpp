@@ -31,8 +31,8 @@ struct KindKey {
 };
 constexpr KindKey kKindKeys[] = {
     {"point_a", is_line},     {"point_b", is_line},     {"spring", acts},
-    {"friction", acts},       {"motor", acts},          {"turn", acts_twice},
-    {"slide", acts_twice},    {"anchor", is_no_line},   {"axis", is_no_line},
+    {"friction", acts},       {"motor", acts},          {"angle", acts_twice},
+    {"travel", acts_twice},   {"anchor", is_no_line},   {"axis", is_no_line},
     {"across", is_no_line},   {"axis_a", is_no_line},   {"across_a", is_no_line},
     {"axis_b", is_no_line},   {"across_b", is_no_line}, {"rest", is_no_line},
     {"rest_deg", is_no_line}};
@@ -137,16 +137,16 @@ bool has_freedom(const Reader& from) {
   return from.has("spring") || from.has("friction") || from.has("motor");
 }
 
-/// "turn" and "slide" of a cylindrical joint; beside them nothing stands for its turn.
+/// "angle" and "travel" of a cylindrical joint; beside them nothing stands for its turn.
 void read_freedoms(const Reading& reading, const Reader& from, JointExtras& extras) {
   for (std::string_view key : {"spring", "friction", "motor"}) {
-    const std::string_view both[] = {"turn", key};
+    const std::string_view both[] = {"angle", key};
     from.one_of(both);
   }
-  if (const NodeId node = from.find("turn"); node != kNoNode)
-    extras.turn = read_freedom(reading, reading.open(node, "freedom"), false);
-  if (const NodeId node = from.find("slide"); node != kNoNode)
-    extras.slide = read_freedom(reading, reading.open(node, "freedom"), true);
+  if (const NodeId node = from.find("angle"); node != kNoNode)
+    extras.turn = read_freedom(reading, reading.open(node, "dof"), false);
+  if (const NodeId node = from.find("travel"); node != kNoNode)
+    extras.slide = read_freedom(reading, reading.open(node, "dof"), true);
 }
 
 Range range_of(const Parameter& p) {

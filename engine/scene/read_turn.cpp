@@ -202,7 +202,7 @@ std::optional<PoseDrive> read_pose_drive(const Reading& reading, const Reader& o
                                          JointKind kind) {
   const NodeId node = outer.find("drive");
   if (node == kNoNode) return std::nullopt;
-  const Reader from = reading.open(node, "pose_drive");
+  const Reader from = reading.open(node, "joint_drive");
   if (holds_point(kind) && turns_of(kind) == Turns::nowhere)
     reading.complaints.refuse_key(node, "found a drive of " + a_joint(kind) +
                                             ", expected none: it turns nowhere");
