@@ -7,6 +7,7 @@ namespace pantin::joint_kinds {
 struct distance : Line, TurnsFreely {
   static constexpr std::string_view name = "distance";
   static constexpr int rows = 1, freedoms = 5;
+  static constexpr FreeCoordinate coordinates[] = {{Coordinate::slide}};
   static constexpr Parameter parameters[] = {
       {.key = "length", .range = ParameterRange::size, .as_placed = true, .value = length}};
   static constexpr Mark marks[] = {Mark::rod};

@@ -1,5 +1,7 @@
 #include "engine/joints/joint.hpp"
 
+#include <vector>
+
 #include "engine/base/rotation.hpp"
 #include "engine/joints/kinds.hpp"
 
@@ -42,6 +44,18 @@ bool joint_kind_from_name(std::string_view name, JointKind& kind) {
     return true;
   }
   return false;
+}
+
+std::string kinds_where(const std::function<bool(const JointKindInfo&)>& holds) {
+  std::vector<std::string_view> names;
+  for (const JointKindInfo& info : kJointKindInfos)
+    if (holds(info)) names.push_back(info.name);
+  std::string all;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (i > 0) all += i + 1 == names.size() ? " or " : ", ";
+    all += names[i];
+  }
+  return all;
 }
 
 Quat allowed_by_kind(JointKind kind, Quat q) { return info_of(kind).allowed({}, q); }

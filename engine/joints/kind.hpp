@@ -29,8 +29,9 @@ enum CoordinateUse : std::uint8_t {
 
 struct FreeCoordinate {
   Coordinate which;
-  std::string_view limit;  // key of its limit in scene files; a swing has "swing" too
-  int use = kUnused;       // CoordinateUse, or-ed
+  std::string_view limit = "";  // key of its limit in scene files, if it has one; a swing has
+                                // "swing" too
+  int use = kUnused;            // CoordinateUse, or-ed
 };
 
 enum class ParameterRange : std::uint8_t { any, not_negative, size };

@@ -3,6 +3,9 @@
 /// names, rows, limits, keys of scene files and marks come from the file.
 ///
 /// Kinds that hold a point are known to every solver, the others to the Lagrangian solver.
+#include <functional>
+#include <string>
+
 #include "engine/joints/ball.hpp"
 #include "engine/joints/custom.hpp"
 #include "engine/joints/cylindrical.hpp"
@@ -91,6 +94,9 @@ constexpr const JointKindInfo& info_of(JointKind kind) {
 constexpr const char* name_of(JointKind kind) { return info_of(kind).name.data(); }
 /// Also by the aliases "spherical" and "revolute". False, and `kind` untouched, for any other word.
 bool joint_kind_from_name(std::string_view name, JointKind& kind);
+
+/// Names of the kinds of which something holds: "hinge, cylindrical or screw".
+std::string kinds_where(const std::function<bool(const JointKindInfo&)>& holds);
 
 /// Motions that the kind leaves free, 0 to 6; of a custom kind 6.
 constexpr int freedoms(JointKind kind) { return info_of(kind).freedoms; }

@@ -7,6 +7,7 @@ namespace pantin::joint_kinds {
 struct spring : Line, TurnsFreely {
   static constexpr std::string_view name = "spring";
   static constexpr int rows = 0, freedoms = 6;
+  static constexpr FreeCoordinate coordinates[] = {{Coordinate::slide}};
   static constexpr Parameter parameters[] = {
       {.key = "length",
        .range = ParameterRange::not_negative,

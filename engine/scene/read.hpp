@@ -1,6 +1,5 @@
 #pragma once
 /// The pieces that read_recipe() is made of.
-#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -64,9 +63,6 @@ NodeId either(const Reader& from, std::string_view key);
 
 /// The name of a kind with its article: "a hinge joint".
 std::string a_joint(JointKind kind);
-
-/// Names of the kinds of which something holds: "hinge, cylindrical or screw".
-std::string kinds_where(const std::function<bool(const JointKindInfo&)>& holds);
 
 /// Measures of the kind and what acts along its freedoms: "pitch", "spring", "friction", "motor",
 /// "angle", "travel" and so on. Complains of keys that a joint of this kind cannot have.

@@ -258,13 +258,6 @@ JointKind read_kind(const Reader& from) {
 
 std::string a_joint(JointKind kind) { return std::string("a ") + name_of(kind) + " joint"; }
 
-std::string kinds_where(const std::function<bool(const JointKindInfo&)>& holds) {
-  std::vector<std::string_view> names;
-  for (const JointKindInfo& info : kJointKindInfos)
-    if (holds(info)) names.push_back(info.name);
-  return listed(names);
-}
-
 NodeId either(const Reader& from, std::string_view key) {
   const NodeId node = from.find(key);
   return node != kNoNode ? node : from.find(std::string(key) + "_deg");

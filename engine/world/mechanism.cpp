@@ -96,6 +96,7 @@ void add_limits(Mechanism& m, const Joint& joint, Block block) {
   };
   add_range(Coordinate::turn, joint.limits->turn);  // of custom kinds too
   for (const FreeCoordinate& c : info_of(joint.kind).coordinates) {
+    if (c.limit.empty()) continue;
     if (c.which == Coordinate::second) add_range(c.which, joint.limits->second);
     if (c.which == Coordinate::slide) add_range(c.which, joint.extras->travel);
     if (c.which == Coordinate::swing && joint.limits->swing.on) add(c.which, false, 0, false);
