@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "engine/base/math.hpp"
+#include "engine/world/integrators.hpp"
 
 namespace pantin {
 
@@ -12,14 +13,6 @@ enum class Solver : std::uint8_t {
   shake2,     // two Newton steps in start-of-step directions, then a closing sweep
   paper,      // the literal rule of [Lee 2000]; a control for charts
   lagrangian, // Newton's and Euler's equations with multipliers: exact joints of every kind
-};
-
-/// How the Lagrangian solver steps.
-enum class Integrator : std::uint8_t {
-  euler,     // semi-implicit, in momenta: order 1, one solve, never blows up
-  rattle,    // symplectic and reversible: order 2, energy bounded in long runs
-  rk4,       // Runge-Kutta with projection: order 4; of its family the 5(4) pair when adaptive
-  implicit,  // generalised alpha: order 2, stiff springs do not limit the step
 };
 
 /// What the Lagrangian solver does about joints that drift apart.
@@ -57,11 +50,6 @@ struct SolverSettings {
   Real step_tolerance = 0;  // rk4: steps are divided so that each errs by less (m, rad, m/s, rad/s)
   Real damping_ratio = 0.8; // implicit: spectral radius at infinity, 0 to 1
 };
-
-/// "euler", "rattle", "rk4", "implicit".
-const char* name_of(Integrator integrator);
-/// False, and `integrator` untouched, for any other word.
-bool integrator_from_name(const char* name, Integrator& integrator);
 
 /// "auto", "sweep", "shake2", "paper", "lagrangian".
 const char* name_of(Solver solver);

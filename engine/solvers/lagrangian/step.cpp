@@ -2,7 +2,7 @@
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
-#include "engine/solvers/lagrangian/internal.hpp"
+#include "engine/solvers/lagrangian/integrator.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 
 namespace pantin::lagrangian {
@@ -168,9 +168,9 @@ void make_room(Mechanism& m) {
   for (Motions* s : {&r.state, &r.start, &r.from, &r.begin})
     s->x.assign(bodies, {}), s->q.assign(bodies, kNoTurn), s->v.assign(bodies, {}),
         s->w.assign(bodies, {});
-  const bool pair = m.settings.integrator == Integrator::rk4 && m.settings.step_tolerance > 0;
-  const std::size_t stages = pair ? 7 : m.settings.integrator == Integrator::rk4 ? 4 : 0;
-  for (std::size_t i = 0; i < stages; ++i)
+  const IntegratorRow& by = row_of(m.settings.integrator);
+  const bool estimates = by.step_estimated && m.settings.step_tolerance > 0;
+  for (int i = 0; i < (estimates ? by.stages_estimated : by.stages); ++i)
     r.rates[i].assign(3 * bodies, Vec3(0)), r.quat_rates[i].assign(bodies, kNoTurn);
   m.faults.reserve(m.blocks.size() + 1);
   r.ready = true;
