@@ -6,6 +6,7 @@
 ///
 /// The joint axes F are x, y, z. x is the axis that a hinge turns about and that a ball joint
 /// twists about; with limbs it runs along the bone.
+#include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
 #include "engine/joints/extras.hpp"
 #include "engine/joints/limits.hpp"
@@ -36,9 +37,16 @@ class JointFrames {
   void set_a(Quat to) { set(to, b()); }
   void set_b(Quat to) { set(a(), to); }
 
+  static void fields(auto& self, auto&& field) { field("held", self.held_); }
+
  private:
   struct Both {
-    Quat a, b;
+    Quat a{1, 0, 0, 0}, b{1, 0, 0, 0};
+
+    static void fields(auto& self, auto&& field) {
+      field("a", self.a);
+      field("b", self.b);
+    }
   };
   std::unique_ptr<Both> held_;
 };
@@ -50,6 +58,15 @@ struct Joint {
   JointFrames frames = {};
   RareLimits limits = {};
   Rare<JointExtras> extras = {};
+
+  static void fields(auto& self, auto&& field) {
+    field("anchor_a", self.anchor_a);
+    field("anchor_b", self.anchor_b);
+    field("kind", self.kind);
+    field("frames", self.frames);
+    field("limits", self.limits);
+    field("extras", self.extras);
+  }
 };
 
 /// From the point on body a to the point on body b, world axes, m.

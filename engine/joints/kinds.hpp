@@ -85,6 +85,7 @@ constexpr JointKindInfo info_of() {
 inline constexpr JointKindInfo kJointKindInfos[] = {PANTIN_JOINT_KINDS(PANTIN_INFO)};
 #undef PANTIN_INFO
 inline constexpr int kJointKinds = static_cast<int>(std::size(kJointKindInfos));
+constexpr JointKind last_of(JointKind) { return static_cast<JointKind>(kJointKinds - 1); }
 
 constexpr const JointKindInfo& info_of(JointKind kind) {
   return kJointKindInfos[static_cast<int>(kind)];

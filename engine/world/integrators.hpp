@@ -32,6 +32,10 @@ struct IntegratorInfo {
 inline constexpr IntegratorInfo kIntegrators[] = {PANTIN_INTEGRATORS(PANTIN_INFO)};
 #undef PANTIN_INFO
 
+constexpr Integrator last_of(Integrator) {
+  return static_cast<Integrator>(std::size(kIntegrators) - 1);
+}
+
 #define PANTIN_NAME(word, ...) #word,
 inline constexpr std::string_view kIntegratorNames[] = {PANTIN_INTEGRATORS(PANTIN_NAME)};
 #undef PANTIN_NAME
