@@ -123,7 +123,7 @@ TEST_CASE("every kind is solved: it stays closed while it moves") {
   });
 }
 
-TEST_CASE("the schema has the words for every kind that a file can tell") {
+TEST_CASE("the schema has the words for every kind and integrator that a file can tell") {
   std::ifstream file(asset("schema/scene.schema.json"));
   const nlohmann::json defs = nlohmann::json::parse(file).at("$defs");
   std::set<std::string> words, of_chains;
@@ -137,4 +137,7 @@ TEST_CASE("the schema has the words for every kind that a file can tell") {
   };
   CHECK(told("joint") == words);
   CHECK(told("chain") == of_chains);
+  const std::set<std::string> integrators(std::begin(kIntegratorNames),
+                                          std::end(kIntegratorNames));
+  CHECK(defs.at("solver").at("properties").at("integrator").at("enum") == integrators);
 }

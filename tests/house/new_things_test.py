@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""A new kind of joint is one file and one word in a list: CONTRIBUTING.md, "Add a joint in ten
-minutes", is followed to the letter in a copy of the engine, which is built and tried."""
+"""A new kind of joint, and a new integrator, is one file and one word in a list: CONTRIBUTING.md is
+followed to the letter in a copy of the engine, which is built and tried."""
 import os
 import pathlib
 import re
@@ -14,7 +14,12 @@ COPIED = ["CMakeLists.txt", "engine", "tools/package", "tests/contract/joint_kin
           "tests/solvers/trees.hpp"]
 LEFT_OUT = "-DPANTIN_{}=OFF"
 
-# The bead falls along its ring; one period of a pendulum of half a turn is not needed to tell.
+GUIDES = {
+    "## Add a joint in ten minutes": ["engine/joints/ring.hpp", "engine/joints/kinds.hpp"],
+    "## Add an integrator of the exact solver": [
+        "engine/solvers/lagrangian/midpoint.cpp", "engine/world/integrators.hpp"],
+}
+
 PROGRAM = r"""
 #include <cmath>
 #include <cstdio>
@@ -27,6 +32,17 @@ PROGRAM = r"""
 using namespace pantin;
 
 #define REQUIRE(x) if (!(x)) return std::printf("not so: %s\n", #x), 1
+
+/// Where the bead is after half a second.
+Vec3 after(const World& start, const char* by, int steps) {
+  World world = start;
+  if (!integrator_from_name(by, world.default_settings.integrator)) return Vec3(1e9);
+  for (Body& b : world.bodies.values()) b.drag = 0;
+  Simulation simulation(world, {0.5 / steps});
+  for (int i = 0; i < steps; ++i)
+    if (simulation.step().status != Status::ok) return Vec3(1e9);
+  return simulation.world.bodies.values()[0].pose.position;
+}
 
 int main(int, char** arguments) {
   const auto scene = load_scene(arguments[1]);
@@ -54,6 +70,12 @@ int main(int, char** arguments) {
   REQUIRE(lowest < -0.299);
   REQUIRE(fastest > 2 && fastest < std::sqrt(2 * 9.81 * 0.3) + 1e-3);  // 2.426 m/s without drag
 
+  const Vec3 exact = after(scene->world, "rk4", 2000);
+  const Real one = glm::length(after(scene->world, "midpoint", 100) - exact);
+  const Real half = glm::length(after(scene->world, "midpoint", 200) - exact);
+  std::printf("midpoint errs by %.2g m, in half the step by %.2g m\n", double(one), double(half));
+  REQUIRE(std::abs(std::log2(one / half) - 2) < 0.2);
+
   const std::string hinge = R"({"version": 1, "bodies": [{"name": "b", "mass": 1, "inertia": [1, 1, 1]}],
     "joints": [{"kind": "hinge", "a": "world", "b": "b", "anchor": [0, 0, 0], "radius": 1}]})";
   const auto refused = parse_scene(hinge, "hinge.json");
@@ -75,33 +97,51 @@ endif()
 """
 
 
-def steps():
-    """The files of the guide, as {path: text}, in its order."""
+def steps(heading):
+    """The files of a part of the guide, as {path: text}, in its order."""
     guide = (ROOT / "CONTRIBUTING.md").read_text()
-    part = guide.split("## Add a joint in ten minutes")[1].split("\n## ")[0]
+    part = guide.split(heading)[1].split("\n## ")[0]
     return dict(re.findall(r"^```\w+ (\S+)\n(.*?)^```$", part, re.M | re.S))
 
 
 def add_to_list(path, lines):
-    """The include among the others, the word at the end of the list."""
-    include, word = [line for line in lines.splitlines() if line]
+    """An include among the others, a word at the end of the list that has words like it."""
     text = path.read_text()
-    first = re.search(r'^#include "engine/joints/', text, re.M).start()
-    last = list(re.finditer(r"^  KIND\(\w+\)$", text, re.M))[-1]
-    text = text[:last.start()] + last.group() + " \\\n" + word + text[last.end():]
-    path.write_text(text[:first] + include + "\n" + text[first:])
+    for line in lines.splitlines():
+        if line.startswith("#include"):
+            first = re.search(r'^#include "engine/', text, re.M).start()
+            text = text[:first] + line + "\n" + text[first:]
+        elif line:
+            like = re.escape(line.split("(")[0])
+            last = list(re.finditer(rf"^{like}\(.*\)$", text, re.M))[-1]
+            text = text[:last.end()] + " \\\n" + line + text[last.end():]
+    path.write_text(text)
 
 
-class NewJoint(unittest.TestCase):
+class NewThings(unittest.TestCase):
     def run_there(self, *command, **more):
         done = subprocess.run(command, cwd=self.there, capture_output=True, text=True, **more)
         self.assertEqual(done.returncode, 0, f"{command}\n{done.stdout[-6000:]}{done.stderr[-3000:]}")
         return done.stdout
 
-    def test_is_one_file_and_one_word(self):
-        files = steps()
-        engine = [name for name in files if name.startswith("engine/")]
-        self.assertEqual(engine, ["engine/joints/ring.hpp", "engine/joints/kinds.hpp"])
+    def contents(self):
+        return {p: p.read_bytes() for p in (self.there / "engine").rglob("*") if p.is_file()}
+
+    def follow(self, heading, expected):
+        files = steps(heading)
+        self.assertEqual([name for name in files if name.startswith("engine/")], expected)
+        before = self.contents()
+        for name, text in files.items():
+            path = self.there / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            if path.exists():
+                add_to_list(path, text)
+            else:
+                path.write_text(text)
+        touched = [p for p, now in self.contents().items() if before.get(p) != now]
+        self.assertLessEqual(len(touched), 2, touched)
+
+    def test_are_one_file_and_one_word(self):
         with tempfile.TemporaryDirectory() as folder:
             self.there = pathlib.Path(folder)
             for name in COPIED:
@@ -109,17 +149,8 @@ class NewJoint(unittest.TestCase):
                 to.parent.mkdir(parents=True, exist_ok=True)
                 copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copyfile
                 copy(ROOT / name, to)
-            before = {p: p.read_bytes() for p in (self.there / "engine").rglob("*") if p.is_file()}
-            for name, text in files.items():
-                path = self.there / name
-                path.parent.mkdir(parents=True, exist_ok=True)
-                if path.exists():
-                    add_to_list(path, text)
-                else:
-                    path.write_text(text)
-            after = {p: p.read_bytes() for p in (self.there / "engine").rglob("*") if p.is_file()}
-            touched = [p for p in after if before.get(p) != after[p]]
-            self.assertLessEqual(len(touched), 2, touched)
+            for heading, expected in GUIDES.items():
+                self.follow(heading, expected)
             self.try_it()
 
     def try_it(self):
