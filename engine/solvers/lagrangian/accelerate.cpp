@@ -5,8 +5,8 @@
 
 namespace pantin::lagrangian {
 
-void accelerate(const World& world, Mechanism& m, Real part, Real whole) {
-  MechanismRoom& room = m.room;
+void accelerate(const World& world, Island& m, Real part, Real whole) {
+  StepScratch& room = m.room;
   const bool draws = m.settings.stabilisation == Stabilisation::baumgarte;
   place(m), place_frames(world, m, part, whole);
   write_all_rows(world, m, {draws, true});

@@ -21,7 +21,7 @@ constexpr Real kStiff = 4;
 
 /// Whether joints were opened by little beside the way that bodies went. A step of high order that
 /// opens more passes a place where rows nearly depend on one another: it may end on another branch.
-bool keeps_joints(const Mechanism& m, Real h) {
+bool keeps_joints(const Island& m, Real h) {
   Real speed = 0;
   for (std::size_t b = 0; b < m.count(); ++b)
     speed = std::max(speed,
@@ -29,12 +29,12 @@ bool keeps_joints(const Mechanism& m, Real h) {
   return m.room.opened <= std::max(kMostOpened * h * speed, 1e-9 * m.size);
 }
 
-void add_loads(Mechanism& m, Real h) {
+void add_loads(Island& m, Real h) {
   for (std::size_t r = 0; r < m.rows; ++r) m.room.impulses[r] += h * m.loads[r];
 }
 
 /// One step of the integrator, projected. False: not taken.
-bool integrate(const World& world, Mechanism& m, const Span& span, const IntegratorRow& by) {
+bool integrate(const World& world, Island& m, const Span& span, const IntegratorRow& by) {
   const bool done = by.step(world, m, span);
   ++m.parts;
   if (!done || !all_within_bounds(m)) return false;
@@ -52,7 +52,7 @@ bool integrate(const World& world, Mechanism& m, const Span& span, const Integra
 }
 
 /// Steps that tell their error, each within the tolerance. False: they became too small.
-bool integrate_adaptively(const World& world, Mechanism& m, const Span& span,
+bool integrate_adaptively(const World& world, Island& m, const Span& span,
                           const IntegratorRow& by) {
   const Real goal = m.settings.step_tolerance;
   Real done = 0, h = m.try_step > 0 ? m.try_step : span.h / 16;
@@ -83,14 +83,14 @@ bool integrate_adaptively(const World& world, Mechanism& m, const Span& span,
   return true;
 }
 
-Real fastest_spin(const Mechanism& m) {
+Real fastest_spin(const Island& m) {
   Real most = 0;
   for (const Vec3& w : m.room.state.w) most = std::max(most, glm::dot(w, w));
   return std::sqrt(most);
 }
 
 /// By one integrator, in halves where the step is too long for it: at most so many times halved.
-bool go_by(const World& world, Mechanism& m, const Span& span, const IntegratorRow& by,
+bool go_by(const World& world, Island& m, const Span& span, const IntegratorRow& by,
            int most_halvings, int most_parts) {
   const bool bound = !by.turns_far;
   const Real fastest = bound ? fastest_spin(m) : 0;
@@ -121,7 +121,7 @@ bool go_by(const World& world, Mechanism& m, const Span& span, const IntegratorR
 
 /// The last resort: joints that stay open a little, what turns too fast for any step slowed down;
 /// and if that does not help, from rest.
-bool go_loosely(const World& world, Mechanism& m, const Span& span) {
+bool go_loosely(const World& world, Island& m, const Span& span) {
   Motions& s = m.room.state;
   for (Vec3& w : s.w)
     if (const Real turn = glm::length(w) * span.h; turn > 1) w /= turn;
@@ -133,10 +133,10 @@ bool go_loosely(const World& world, Mechanism& m, const Span& span) {
 
 }  // namespace
 
-bool advance(const World& world, Mechanism& m, const Span& span) {
+bool advance(const World& world, Island& m, const Span& span) {
   const IntegratorRow& asked = row_of(m.settings.integrator);
   const IntegratorRow& chosen =
-      asked.carries_hangings || m.hangings.empty() ? asked : integrators::euler;
+      asked.carries_interfaces || m.interfaces.empty() ? asked : integrators::euler;
   if (chosen.step_estimated && m.settings.step_tolerance > 0)
     return integrate_adaptively(world, m, span, chosen);
   m.room.start = m.room.state, m.room.impulses_at_start = m.room.impulses;

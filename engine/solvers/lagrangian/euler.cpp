@@ -6,7 +6,7 @@ namespace pantin::lagrangian {
 namespace {
 
 /// Drag as it will be at the end of the step in place of that at its start.
-void brake(Mechanism& m, Real h) {
+void brake(Island& m, Real h) {
   for (std::size_t b = 0; b < m.count(); ++b) {
     if (m.drag[b] == 0) continue;
     const Placed& at = m.room.placed[b];
@@ -30,12 +30,12 @@ Vec3 mean_spin(Quat q, Vec3 inertia, Vec3 l, Real h) {
   return w;
 }
 
-void keep_loads(Mechanism& m, std::span<const Real> lambda, Real factor_of) {
+void keep_loads(Island& m, std::span<const Real> lambda, Real factor_of) {
   for (std::size_t r = 0; r < m.rows; ++r) m.loads[r] = factor_of * lambda[r];
 }
 
-bool step(const World& world, Mechanism& m, const Span& span) {
-  MechanismRoom& room = m.room;
+bool step(const World& world, Island& m, const Span& span) {
+  StepScratch& room = m.room;
   const bool draws = m.settings.stabilisation == Stabilisation::baumgarte;
   place(m);
   // Joints to frames are met where these will be: the step is implicit in what moves them.

@@ -24,8 +24,8 @@ Weights weights_of(Real rho) {
   return w;
 }
 
-bool step(const World& world, Mechanism& m, const Span& span) {
-  MechanismRoom& room = m.room;
+bool step(const World& world, Island& m, const Span& span) {
+  StepScratch& room = m.room;
   Motions& s = room.state;
   const Real h = span.h;
   const Weights k = weights_of(m.settings.damping_ratio);
@@ -140,7 +140,7 @@ bool step(const World& world, Mechanism& m, const Span& span) {
 // Its twists are not the sums of what acts: what hangs there would not be met.
 const IntegratorRow integrators::implicit{.step = step,
                                           .turns_far = true,
-                                          .carries_hangings = false,
+                                          .carries_interfaces = false,
                                           .keeps_accelerations = true};
 
 }  // namespace pantin::lagrangian

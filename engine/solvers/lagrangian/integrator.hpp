@@ -8,9 +8,9 @@ namespace pantin::lagrangian {
 struct IntegratorRow {
   /// One step from room.state to room.state; m.loads become the mean forces of constraint. False:
   /// it did not converge, or is too long.
-  bool (*step)(const World&, Mechanism&, const Span&);
+  bool (*step)(const World&, Island&, const Span&);
   /// ... that tells the worst of what it errs by, so that steps keep a tolerance; or null.
-  bool (*step_estimated)(const World&, Mechanism&, const Span&, Real& error) = nullptr;
+  bool (*step_estimated)(const World&, Island&, const Span&, Real& error) = nullptr;
   /// How many rates of the state (room.rates) both need.
   int stages = 0, stages_estimated = 0;
   /// Needs no projection where its residual is within the tolerance.
@@ -22,7 +22,7 @@ struct IntegratorRow {
   /// Steps in which bodies turn far are not halved.
   bool turns_far = false;
   /// Meets what other solvers hang on the mechanism; Euler takes the place of one that does not.
-  bool carries_hangings = true;
+  bool carries_interfaces = true;
   /// Goes on from accelerations, which are to be found anew after a jump or another's step.
   bool keeps_accelerations = false;
 };

@@ -12,7 +12,7 @@ inline Vec3 spin_momentum(const Placed& at, Vec3 inertia) {
 }
 
 /// Momenta of all bodies as placed, plus `h` times the forces.
-inline void kick(Mechanism& m, Real h) {
+inline void kick(Island& m, Real h) {
   for (std::size_t b = 0; b < m.count(); ++b) {
     const Placed& at = m.room.placed[b];
     m.room.momenta[2 * b] = m.mass[b] * at.velocity + h * m.room.force[2 * b];
@@ -22,7 +22,7 @@ inline void kick(Mechanism& m, Real h) {
 }
 
 /// Adds J^T (scale lambda) of the given Jacobian to the momenta.
-inline void push(Mechanism& m, const std::vector<Vec3>& jacobian, std::span<const Real> lambda,
+inline void push(Island& m, const std::vector<Vec3>& jacobian, std::span<const Real> lambda,
           Real scale) {
   for (const Block& b : m.blocks) {
     Real load[6];
@@ -33,12 +33,12 @@ inline void push(Mechanism& m, const std::vector<Vec3>& jacobian, std::span<cons
   }
 }
 
-inline Real rate_or_default(const Mechanism& m, Real standard) {
+inline Real rate_or_default(const Island& m, Real standard) {
   return m.settings.baumgarte > 0 ? m.settings.baumgarte : standard;
 }
 
 /// J V of what is known, to the right-hand side of rates.
-inline void right_of_rates(Mechanism& m) {
+inline void right_of_rates(Island& m) {
   std::fill(m.room.right.begin(), m.room.right.end(), 0.0);
   take_known(m, m.room.right, false);
 }

@@ -27,8 +27,8 @@ void rotate_freely(Quat& q, Vec3& l, Vec3 inertia, Real h) {
   q = glm::normalize(q);
 }
 
-bool step(const World& world, Mechanism& m, const Span& span) {
-  MechanismRoom& room = m.room;
+bool step(const World& world, Island& m, const Span& span) {
+  StepScratch& room = m.room;
   Motions& s = room.state;
   const Real h = span.h, enough = tolerance_of(m);
   place(m), place_frames(world, m, span.part(0), span.whole);

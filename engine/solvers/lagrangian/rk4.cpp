@@ -36,8 +36,8 @@ constexpr Table7 kPair{
     {5179.0 / 57600, 0, 7571.0 / 16695, 393.0 / 640, -92097.0 / 339200, 187.0 / 2100, 1.0 / 40}};
 
 /// state = from + h sum of weight_i rates_i.
-void combine(Mechanism& m, const Real* weights, int count, Real h) {
-  MechanismRoom& room = m.room;
+void combine(Island& m, const Real* weights, int count, Real h) {
+  StepScratch& room = m.room;
   for (std::size_t b = 0; b < m.count(); ++b) {
     Vec3 x(0), v(0), w(0);
     Quat q(0, 0, 0, 0);
@@ -54,8 +54,8 @@ void combine(Mechanism& m, const Real* weights, int count, Real h) {
   }
 }
 
-bool runge_kutta(const World& world, Mechanism& m, const Span& span, const Table7& t) {
-  MechanismRoom& room = m.room;
+bool runge_kutta(const World& world, Island& m, const Span& span, const Table7& t) {
+  StepScratch& room = m.room;
   room.from = room.state;
   std::fill(m.loads.begin(), m.loads.end(), 0.0);
   for (int i = 0; i < t.stages; ++i) {
@@ -77,8 +77,8 @@ bool runge_kutta(const World& world, Mechanism& m, const Span& span, const Table
 /// 2 |k3 - k2| / (h |k2 - k1|) [Hairer & Wanner II, sec. IV.2], and the method grows beyond 2.8 / h.
 /// All bodies count alike: what is light moves fastest. Where motion turns back k2 is k1; a part of
 /// k1 itself stands in for the difference.
-bool is_unstable(const World& world, const Mechanism& m, Real h) {
-  const MechanismRoom& room = m.room;
+bool is_unstable(const World& world, const Island& m, Real h) {
+  const StepScratch& room = m.room;
   const Real fall = glm::dot(world.gravity, world.gravity) * static_cast<Real>(m.count());
   Real start = 0, first = 0, second = 0, moving = 0;
   for (std::size_t b = 0; b < m.count(); ++b) {
@@ -94,12 +94,12 @@ bool is_unstable(const World& world, const Mechanism& m, Real h) {
          h * h * second > kUnfelt * (moving + h * h * (start + fall));
 }
 
-bool step(const World& world, Mechanism& m, const Span& span) {
+bool step(const World& world, Island& m, const Span& span) {
   return runge_kutta(world, m, span, kClassic) && !is_unstable(world, m, span.h);
 }
 
-bool step_estimated(const World& world, Mechanism& m, const Span& span, Real& error) {
-  MechanismRoom& room = m.room;
+bool step_estimated(const World& world, Island& m, const Span& span, Real& error) {
+  StepScratch& room = m.room;
   if (!runge_kutta(world, m, span, kPair)) return false;
   error = 0;
   for (std::size_t b = 0; b < m.count(); ++b) {
