@@ -4,7 +4,6 @@
 #include <string>
 
 #include "demos/demo.hpp"
-#include "engine/contact/contact.hpp"
 
 using namespace pantin;
 
