@@ -9,7 +9,7 @@
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
-#include "engine/geometry/surface.hpp"
+#include "engine/geometry/kinds.hpp"
 #include "engine/solvers/procedural/internal.hpp"
 #include "engine/solvers/procedural/procedural.hpp"
 #include "engine/solvers/procedural/push_out.hpp"
@@ -35,24 +35,8 @@ constexpr Real kQuiet = 0.2;
 /// Distance of the farthest point of a body's shapes from its mass centre, m.
 Real extent_of(const Shapes& shapes) {
   Real most = 0;
-  for (const Shape& s : shapes.parts) {
-    Real own = 0;
-    switch (s.kind) {
-      case ShapeKind::sphere:
-        own = s.size.x;
-        break;
-      case ShapeKind::capsule:
-        own = s.size.x + s.size.y;
-        break;
-      case ShapeKind::box:
-        own = glm::length(s.size);
-        break;
-      default:
-        if (s.surface)
-          own = glm::length(glm::max(glm::abs(s.surface->low), glm::abs(s.surface->high)));
-    }
-    most = std::max(most, own + glm::length(s.local.position));
-  }
+  for (const Shape& s : shapes.parts)
+    most = std::max(most, pantin::reach_of(s) + glm::length(s.local.position));
   return most;
 }
 
