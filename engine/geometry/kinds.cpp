@@ -58,13 +58,17 @@ Real inner_radius(const Shape& shape) {
 std::optional<RayEntry> cast(const Shape& shape, Vec3 from, Vec3 way, Real limit) {
   if (!is_complete(shape)) return std::nullopt;
   const auto exact = traits_of(shape.kind).cast;
-  return exact ? exact(shape, from, way, limit) : cast_smooth(shape, from, way, limit);
+  if (exact) return exact(shape, from, way, limit);
+  ConvexRoom room;
+  return cast_at(place(shape, Pose{}, room), from, way, limit);
 }
 
 std::optional<SurfacePoint> closest(const Shape& shape, Vec3 p, Real limit) {
   if (!is_complete(shape)) return std::nullopt;
   const auto exact = traits_of(shape.kind).closest;
-  return exact ? exact(shape, p, limit) : closest_smooth(shape, p, limit);
+  if (exact) return exact(shape, p, limit);
+  ConvexRoom room;
+  return closest_of(place(shape, Pose{}, room), p, limit);
 }
 
 bool contains(const Shape& shape, Vec3 p) {

@@ -44,7 +44,7 @@ class Polytope {
   void start();
   bool add(std::uint32_t i, std::uint32_t j, std::uint32_t k);
   bool expand(const Difference& to);
-  Separation answer(const Side& side) const;
+  Separation answer(const Side& side, Real reach) const;
 
   const Convex &a_, &b_;
   Real size_;
@@ -114,7 +114,8 @@ bool Polytope::expand(const Difference& to) {
   return true;
 }
 
-Separation Polytope::answer(const Side& side) const {
+/// The pieces are free of each other `reach` along the side's normal, which is as far as they go.
+Separation Polytope::answer(const Side& side, Real reach) const {
   Simplex s;
   for (std::uint32_t i = 0; i < 3; ++i) {
     s.v[i].w = points_[side.corners[i]].w - side.offset * side.normal;
@@ -124,26 +125,27 @@ Separation Polytope::answer(const Side& side) const {
   Vec3 nearest;
   shrink(s, nearest);
   Separation found;
-  for (int i = 0; i < s.count; ++i) {
-    found.on_a += s.v[i].share * points_[s.v[i].a].on_a;
-    found.on_b += s.v[i].share * points_[s.v[i].a].on_b;
-  }
-  found.normal = -side.normal, found.distance = -side.offset;
+  for (int i = 0; i < s.count; ++i) found.on_a += s.v[i].share * points_[s.v[i].a].on_a;
+  found.normal = -side.normal, found.distance = -reach;
+  found.on_b = found.on_a - found.distance * found.normal;
   return found;
 }
 
 Separation Polytope::grow() {
   Side best;
+  Real reach = 0;
+  best.normal = {0, -1, 0};  // of a difference without volume
   while (side_count_ > 0) {
     best = *std::min_element(
         sides_.begin(), sides_.begin() + static_cast<std::ptrdiff_t>(side_count_),
         [](const Side& p, const Side& q) { return p.offset < q.offset; });
-    if (point_count_ == kPoints) break;
     const Difference next = farthest(a_, b_, best.normal);
-    if (glm::dot(best.normal, next.w) - best.offset <= kOverlap * size_) break;
+    reach = glm::dot(best.normal, next.w);
+    if (point_count_ == kPoints) break;
+    if (reach - best.offset <= kOverlap * size_) break;
     if (!expand(next)) break;
   }
-  return answer(best);
+  return answer(best, reach);
 }
 
 }  // namespace

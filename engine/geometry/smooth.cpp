@@ -204,25 +204,21 @@ void touch_smooth(const Convex& a, const Convex& b, Real margin, const Facing* f
 
 namespace {
 
-Separation from_point(const Shape& shape, Vec3 p, Real limit) {
-  ConvexRoom room;
-  const Convex piece = place(shape, Pose{}, room);
+Separation from_point(const Convex& piece, Vec3 p, Real limit) {
   const Convex point{{&p, 1}, {}, {}, {}, {}, 0, p, 0};
-  return separate(point, piece, limit);
+  Separation apart = separate(point, piece, limit + piece.radius);
+  apart.distance -= piece.radius, apart.on_b += piece.radius * apart.normal;
+  return apart;
 }
 
 }  // namespace
 
-std::optional<RayEntry> cast_smooth(const Shape& shape, Vec3 from, Vec3 way, Real limit) {
-  ConvexRoom room;
-  const Convex piece = place(shape, Pose{}, room);
+std::optional<RayEntry> cast_at(const Convex& piece, Vec3 from, Vec3 way, Real limit) {
   const Real close = 1e-10 * piece.size;
   RayEntry entry;
-  // The shape lies beyond the plane at its nearest point: as far as that nothing is met.
+  // The piece lies beyond the plane at its nearest point: as far as that nothing is met.
   for (int round = 0; round < 200; ++round) {
-    const Vec3 p = from + entry.distance * way;
-    const Convex point{{&p, 1}, {}, {}, {}, {}, 0, p, 0};
-    const Separation apart = separate(point, piece, 1e300);
+    const Separation apart = from_point(piece, from + entry.distance * way, 1e300);
     if (round == 0 && apart.distance < 0) return std::nullopt;
     entry.normal = apart.normal;
     if (apart.distance <= close) return entry;
@@ -234,8 +230,8 @@ std::optional<RayEntry> cast_smooth(const Shape& shape, Vec3 from, Vec3 way, Rea
   return entry;
 }
 
-std::optional<SurfacePoint> closest_smooth(const Shape& shape, Vec3 p, Real limit) {
-  const Separation apart = from_point(shape, p, glm::max(limit, Real(0)));
+std::optional<SurfacePoint> closest_of(const Convex& piece, Vec3 p, Real limit) {
+  const Separation apart = from_point(piece, p, glm::max(limit, Real(0)));
   if (apart.is_beyond || apart.distance > limit) return std::nullopt;
   return SurfacePoint{apart.on_b, apart.normal, apart.distance};
 }

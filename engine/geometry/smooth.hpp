@@ -20,7 +20,9 @@ struct Separation {
 };
 
 /// The separation of two cores, with the normal along which it is largest. Distances by Gilbert,
-/// Johnson and Keerthi's walk, overlaps by expanding a polytope towards the nearest side.
+/// Johnson and Keerthi's walk, overlaps by expanding a polytope towards the nearest side: the way out
+/// that is given suffices always; of round pieces that are nearly concentric it is up to a fiftieth
+/// longer than the least.
 /// [Gilbert, Johnson & Keerthi 1988; van den Bergen 2001]
 Separation separate(const Convex& a, const Convex& b, Real limit);
 
@@ -36,8 +38,8 @@ std::span<const Vec3> corners_towards(const Convex& c, Vec3 direction, Real marg
 void touch_smooth(const Convex& a, const Convex& b, Real margin, const Facing* facing,
                   std::vector<TouchPoint>& out);
 
-/// As cast() and closest() of kinds.hpp, for a kind with a support function only.
-std::optional<RayEntry> cast_smooth(const Shape& shape, Vec3 from, Vec3 way, Real limit);
-std::optional<SurfacePoint> closest_smooth(const Shape& shape, Vec3 p, Real limit);
+/// As cast() and closest() of kinds.hpp, for any convex piece.
+std::optional<RayEntry> cast_at(const Convex& piece, Vec3 from, Vec3 way, Real limit);
+std::optional<SurfacePoint> closest_of(const Convex& piece, Vec3 p, Real limit);
 
 }  // namespace pantin

@@ -1,5 +1,6 @@
 #pragma once
-/// Questions to the shapes in a World: rays, sliding shapes, overlaps, nearest points.
+/// Questions to the shapes in a World: rays, sliding shapes, overlaps, nearest points. Meshes and
+/// height fields are met from outside; all that lies below a field is inside of it.
 ///
 ///   Queries queries(world);
 ///   if (const RayAnswer seen = queries.cast_ray({eye, 50.0 * forward})) use(seen.hit->point);

@@ -45,7 +45,7 @@ TEST_CASE("a ray enters every kind where samples along it first get inside") {
     CAPTURE(name_of(s.shape.kind));
     int met = 0;
     for (int trial = 0; trial < 400; ++trial) {
-      const Vec3 from = dice.vec(1.6), way = dice.direction();
+      const Vec3 from = dice.vec(1.6), way = glm::normalize(dice.vec(0.8) - from);
       if (s.inside(from)) continue;
       constexpr int kSteps = 3000;
       constexpr Real kLimit = 3;
