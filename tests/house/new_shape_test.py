@@ -99,7 +99,7 @@ class NewShape(unittest.TestCase):
         ray = float(re.search(r"^ray (.*)$", self.output, re.M)[1])
         near = float(re.search(r"^near (.*)$", self.output, re.M)[1])
         self.assertAlmostEqual(ray, math.sqrt(RADIUS ** 2 - 0.02 ** 2), delta=2e-4)
-        self.assertAlmostEqual(near, 0.5 - RADIUS, delta=2e-4)
+        self.assertAlmostEqual(near, 0.3 - RADIUS, delta=2e-4)
 
     def test_is_described_like_the_others(self):
         described = json.loads(re.search(r"^schema (.*)$", self.output, re.M)[1])

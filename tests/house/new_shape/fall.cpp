@@ -33,7 +33,7 @@ int main(int count, char** arguments) {
   const Body& body = world.bodies[first];
   const RayAnswer seen =
       queries.cast_ray({body.pose.position + Vec3(2, 0.01, 0.02), {-4, 0, 0}});
-  const ClosestAnswer near = queries.closest_point(body.pose.position + Vec3(0.5, 0, 0), 1);
+  const ClosestAnswer near = queries.closest_point(body.pose.position + Vec3(0.3, 0, 0), 1);
   std::printf("ray %.17g\nnear %.17g\n", seen ? seen.hit->point.x - body.pose.position.x : -1,
               near ? near.hit->distance : -1);
   std::printf("schema %s\n", schema_of(world.shapes[first].parts[0].kind).c_str());
