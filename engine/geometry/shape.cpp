@@ -81,16 +81,17 @@ const char* Shape::restored() const {
   constexpr const char* kWrong = "has no surface of its kind";
   const bool is_field = surface && surface->columns > 0;
   const bool is_mesh = surface && !surface->neighbours.empty();
-  switch (kind) {
-    case ShapeKind::hull:
+  switch (traits_of(kind).source) {
+    case SurfaceSource::points:
       return surface && !is_field && !is_mesh ? nullptr : kWrong;
-    case ShapeKind::mesh:
+    case SurfaceSource::triangles:
       return is_mesh ? nullptr : kWrong;
-    case ShapeKind::height_field:
+    case SurfaceSource::heights:
       return is_field ? nullptr : kWrong;
-    default:
-      return nullptr;
+    case SurfaceSource::none:
+      break;
   }
+  return nullptr;
 }
 
 }  // namespace pantin

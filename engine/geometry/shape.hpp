@@ -18,7 +18,11 @@ enum class ShapeKind : std::uint8_t {
   PANTIN_SHAPE_KINDS(PANTIN_ENUMERATOR)
 #undef PANTIN_ENUMERATOR
 };
-constexpr ShapeKind last_of(ShapeKind) { return ShapeKind::height_field; }
+constexpr ShapeKind last_of(ShapeKind) {
+#define PANTIN_COUNT(word) +1
+  return static_cast<ShapeKind>(PANTIN_SHAPE_KINDS(PANTIN_COUNT) - 1);
+#undef PANTIN_COUNT
+}
 
 /// A solid in a frame of its own.
 ///

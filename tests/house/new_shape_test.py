@@ -118,7 +118,7 @@ find_package(glm CONFIG REQUIRED)
 add_compile_options(-O0 -g0 -ffp-contract=off -DPANTIN_CHECKED)
 include_directories(${CMAKE_SOURCE_DIR})
 file(GLOB_RECURSE core CONFIGURE_DEPENDS engine/*.cpp)
-list(FILTER core EXCLUDE REGEX "/engine/render/")
+list(FILTER core EXCLUDE REGEX "/engine/(render|pantin)/")
 add_executable(fall fall.cpp ${core})
 set_source_files_properties(${CMAKE_SOURCE_DIR}/engine/solvers/procedural/kernels.cpp PROPERTIES
                             COMPILE_DEFINITIONS PANTIN_KERNELS=baseline COMPILE_OPTIONS "-O1;-Wno-psabi"
