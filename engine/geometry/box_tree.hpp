@@ -31,8 +31,8 @@ inline Real distance_squared(const Box& box, Vec3 p) {
   return glm::dot(out, out);
 }
 
-/// The distances between which a ray is inside a box, `way` of any length; it misses where the first
-/// is above the second.
+/// The distances between which a ray is inside a box, in units of `way`; it misses where the first is
+/// above the second.
 inline std::array<Real, 2> ray_range(const Box& box, Vec3 from, Vec3 way) {
   Real enter = -1e300, leave = 1e300;
   for (int i = 0; i < 3; ++i) {

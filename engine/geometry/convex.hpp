@@ -68,8 +68,8 @@ struct Nearest {
   } state = State::apart;
 };
 
-/// Distance of two cores with points by Gilbert, Johnson and Keerthi's walk over simplexes, given up when it is
-/// certain to exceed `limit`. [Gilbert, Johnson & Keerthi 1988]
+/// Distance of two cores with points by Gilbert, Johnson and Keerthi's walk over simplexes, given up
+/// when it is certain to exceed `limit`. [Gilbert, Johnson & Keerthi 1988]
 Nearest nearest(const Convex& a, const Convex& b, Real limit);
 
 }  // namespace pantin

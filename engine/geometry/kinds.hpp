@@ -145,8 +145,8 @@ Real inner_radius(const Shape& shape);
 /// start. A ray that starts inside does not enter, unless it leaves and comes back.
 std::optional<RayEntry> cast(const Shape& shape, Vec3 from, Vec3 way, Real limit);
 
-/// The point of the surface nearest to `p`, in the shape's own frame, if that is nearer than `limit`
-/// (m) or if `p` is inside.
+/// The point of the surface nearest to `p`, in the shape's own frame, if that is nearer than
+/// `limit` (m) or if `p` is inside.
 std::optional<SurfacePoint> closest(const Shape& shape, Vec3 p, Real limit);
 
 /// Whether `p`, in the shape's own frame, is inside.

@@ -189,7 +189,7 @@ void touch_smooth(const Convex& a, const Convex& b, Real margin, const Facing* f
   if (over_only) {
     const Vec3 low = a.extreme(-n);
     if (const auto h = height_at(on_b, glm::dot(u, low), glm::dot(v, low)))
-      apart.distance = glm::dot(n, low) - *h, apart.on_a = low, apart.on_b = low - apart.distance * n;
+      apart = {low, low - (glm::dot(n, low) - *h) * n, n, glm::dot(n, low) - *h, false};
     else
       return spread_out(out, first, kMostPoints);
   }

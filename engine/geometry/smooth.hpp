@@ -20,10 +20,9 @@ struct Separation {
 };
 
 /// The separation of two cores, with the normal along which it is largest. Distances by Gilbert,
-/// Johnson and Keerthi's walk, overlaps by expanding a polytope towards the nearest side: the way out
-/// that is given suffices always; of round pieces that are nearly concentric it is up to a twentieth
-/// longer than the least.
-/// [Gilbert, Johnson & Keerthi 1988; van den Bergen 2001]
+/// Johnson and Keerthi's walk, overlaps by expanding a polytope towards the nearest side. The way
+/// out that is given suffices always; of round pieces that are nearly concentric it is up to a
+/// twentieth longer than the least. [Gilbert, Johnson & Keerthi 1988; Bergen 2001]
 Separation separate(const Convex& a, const Convex& b, Real limit);
 
 /// Memory for the corners of a smooth piece.

@@ -18,7 +18,7 @@ struct Slide {
 };
 
 /// Steps up to the plane that parts the two, again and again: what lies beyond it is not met
-/// before. [van den Bergen 2004, "Ray casting against general convex objects"]
+/// before. [Bergen 2004, "Ray casting against general convex objects"]
 std::optional<SweepHit> sweep_convex(const Slide& k, const Convex& b, Real limit) {
   ConvexRoom room;
   SweepHit hit;

@@ -161,7 +161,9 @@ QueryStatus Queries::overlap(const Shape& shape, const Pose& at, const QueryFilt
 ClosestAnswer Queries::closest_point(Vec3 place, Real within, const QueryFilter& filter) const {
   if (!is_finite(place) || !(within >= 0)) return {{}, QueryStatus::not_finite};
   ClosestAnswer answer;
-  const auto key = [](const ClosestPoint& p) { return std::tie(p.distance, p.body.index, p.shape); };
+  const auto key = [](const ClosestPoint& p) {
+    return std::tie(p.distance, p.body.index, p.shape);
+  };
   const auto look = [&](std::uint32_t number) {
     const Item& item = items_[number];
     if (!sees(filter, item)) return;

@@ -127,8 +127,9 @@ TEST_CASE("the closest point of a field is the nearest of its triangles") {
 }
 
 TEST_CASE("rays meet balls, rods, blocks and planes where the closed forms say") {
-  const Shape ball{ShapeKind::sphere, {0.5, 0, 0}, {}, 0}, rod{ShapeKind::capsule, {0.2, 0.3, 0}, {}, 0},
-      block{ShapeKind::box, {1, 2, 3}, {}, 0}, plane{ShapeKind::plane, {1, 0, 0}, {}, 0};
+  const Shape ball{ShapeKind::sphere, {0.5, 0, 0}, {}, 0};
+  const Shape rod{ShapeKind::capsule, {0.2, 0.3, 0}, {}, 0};
+  const Shape block{ShapeKind::box, {1, 2, 3}, {}, 0}, plane{ShapeKind::plane, {1, 0, 0}, {}, 0};
   CHECK(cast(ball, {-2, 0.3, 0}, {1, 0, 0}, 10)->distance == Approx(2 - 0.4).epsilon(1e-14));
   CHECK(cast(ball, {-2, 0.3, 0}, {1, 0, 0}, 10)->normal.y == Approx(0.6).epsilon(1e-14));
   CHECK_FALSE(cast(ball, {-2, 0.3, 0}, {-1, 0, 0}, 10));

@@ -86,7 +86,8 @@ TEST_CASE("smooth pieces are as far apart, and overlap as deep, as those with co
 
 TEST_CASE("a smooth block touches planes, blocks and grounds as the block does") {
   Dice dice;
-  const Shape block{ShapeKind::box, {0.3, 0.2, 0.4}, {}, 0}, other{ShapeKind::box, {1, 0.5, 1}, {}, 0};
+  const Shape block{ShapeKind::box, {0.3, 0.2, 0.4}, {}, 0};
+  const Shape other{ShapeKind::box, {1, 0.5, 1}, {}, 0};
   for (int trial = 0; trial < 200; ++trial) {
     const Real margin = 0.01;
     // Flat on it, or turned about the upright; a little above or below.
@@ -124,7 +125,8 @@ TEST_CASE("rays and nearest points by support functions agree with the kinds' ow
       const Vec3 from = dice.vec(1.5);
       const Vec3 way = glm::normalize(dice.vec(0.6) - from);
       CAPTURE(name_of(shape.kind), from.x, from.y, from.z, way.x, way.y, way.z);
-      const auto expected = closest(shape, from, 100), found = closest_of(smooth(shape, {}), from, 100);
+      const auto expected = closest(shape, from, 100);
+      const auto found = closest_of(smooth(shape, {}), from, 100);
       REQUIRE(found);
       CHECK(found->distance == Approx(expected->distance).margin(1e-8));
       if (expected->distance < 1e-3) continue;

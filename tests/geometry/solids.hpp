@@ -33,7 +33,8 @@ struct Sample {
 
 /// An L of two blocks, along y: not convex.
 inline std::shared_ptr<const Surface> corner_mesh() {
-  const std::vector<Vec3> outline{{0, 0, 0}, {1, 0, 0}, {1, 0, 0.5}, {0.5, 0, 0.5}, {0.5, 0, 1}, {0, 0, 1}};
+  const std::vector<Vec3> outline{{0, 0, 0},     {1, 0, 0},   {1, 0, 0.5},
+                                  {0.5, 0, 0.5}, {0.5, 0, 1}, {0, 0, 1}};
   std::vector<Vec3> points;
   for (Real y : {-0.4, 0.4})
     for (Vec3 p : outline) points.push_back({p.x - 0.4, y, p.z - 0.4});
@@ -61,13 +62,15 @@ inline std::vector<Sample> samples() {
     };
   };
   std::vector<Sample> all;
-  all.push_back({{ShapeKind::sphere, {0.7, 0, 0}, {}, 0}, [](Vec3 p) { return glm::length(p) < 0.7; }});
+  all.push_back(
+      {{ShapeKind::sphere, {0.7, 0, 0}, {}, 0}, [](Vec3 p) { return glm::length(p) < 0.7; }});
   all.push_back({{ShapeKind::capsule, {0.3, 0.5, 0}, {}, 0}, [](Vec3 p) {
                    return glm::length(p - Vec3(0, glm::clamp(p.y, -0.5, 0.5), 0)) < 0.3;
                  }});
   all.push_back({{ShapeKind::box, {0.3, 0.6, 0.4}, {}, 0}, in_box({0.3, 0.6, 0.4})});
   // An octahedron.
-  const std::vector<Vec3> tips{{0.8, 0, 0}, {-0.8, 0, 0}, {0, 0.8, 0}, {0, -0.8, 0}, {0, 0, 0.8}, {0, 0, -0.8}};
+  const std::vector<Vec3> tips{{0.8, 0, 0},  {-0.8, 0, 0}, {0, 0.8, 0},
+                               {0, -0.8, 0}, {0, 0, 0.8},  {0, 0, -0.8}};
   all.push_back({{ShapeKind::hull, {}, {}, 0, *make_hull(tips)}, [](Vec3 p) {
                    return std::abs(p.x) + std::abs(p.y) + std::abs(p.z) < 0.8;
                  }});

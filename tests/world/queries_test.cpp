@@ -274,7 +274,8 @@ TEST_CASE("overlap and touch agree, and a slide ends where overlaps begin") {
   const Queries queries(world);
   int met = 0, inside = 0;
   for (int trial = 0; trial < 150; ++trial) {
-    const Shape shapes[] = {ball(0.3), block({0.2, 0.3, 0.1}), {ShapeKind::capsule, {0.1, 0.3, 0}, {}, 0}};
+    const Shape shapes[] = {
+        ball(0.3), block({0.2, 0.3, 0.1}), {ShapeKind::capsule, {0.1, 0.3, 0}, {}, 0}};
     const Shape& shape = shapes[trial % 3];
     const Pose from{dice.vec(7), dice.turn()};
     std::vector<Overlap> found;

@@ -1,4 +1,4 @@
-// Heights along y over a grid of x and z, for fixed and driven bodies: solid is all that lies below.
+// Heights along y over a grid of x and z, for fixed and driven bodies: all below is solid.
 #include <algorithm>
 
 #include "engine/geometry/kinds/parts.hpp"

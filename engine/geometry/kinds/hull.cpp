@@ -47,7 +47,8 @@ std::optional<RayEntry> cast(const Shape& shape, Vec3 from, Vec3 way, Real limit
   Real enter = -1, leave = limit;
   RayEntry entry;
   for (const Face& face : shape.surface->faces) {
-    const Real above = glm::dot(face.normal, from) - face.offset, sinks = -glm::dot(face.normal, way);
+    const Real above = glm::dot(face.normal, from) - face.offset,
+               sinks = -glm::dot(face.normal, way);
     if (sinks == 0) {
       if (above > 0) return std::nullopt;
       continue;
