@@ -1,13 +1,12 @@
 #include "engine/contact/detect.hpp"
 
 #include <algorithm>
-#include <limits>
 #include <tuple>
 
 #include "engine/base/check.hpp"
 #include "engine/base/rotation.hpp"
 #include "engine/contact/memory.hpp"
-#include "engine/geometry/surface.hpp"
+#include "engine/geometry/kinds.hpp"
 
 namespace pantin::contact {
 namespace {
@@ -54,18 +53,17 @@ void add_part(const Finder& s, std::uint32_t slot, const Shapes& shapes, std::ui
   const Body& body = s.world.bodies.values()[slot];
   const bool moves = feels_contacts(s.partition, slot);
   if (moves && !is_convex(shape.kind)) return;
-  if (!is_convex(shape.kind) && shape.kind != ShapeKind::plane && !shape.surface) return;
-  if (shape.kind == ShapeKind::hull && !shape.surface) return;
+  if (!is_complete(shape)) return;
   SolidPart part{compose(body.pose, shape.local), {}, 0, slot, index, &shape};
   if (!is_finite(part.pose)) return;  // lost bodies are reported elsewhere
   const auto number = static_cast<std::uint32_t>(s.room.parts.size());
-  if (shape.kind == ShapeKind::plane) {
+  if (traits_of(shape.kind).shape_class == ShapeClass::half_space) {
     s.room.endless.push_back(number);
   } else {
     part.box = bounds_of(shape, part.pose);
     part.extent = glm::length(part.box.high - part.box.low) / 2;
     // Whatever is below a height field is to be pushed up.
-    if (shape.kind == ShapeKind::height_field) {
+    if (is_unbounded(shape.kind)) {
       s.room.endless.push_back(number);
     } else if (!moves) {
       s.room.still.push_back(number);
@@ -151,22 +149,13 @@ std::uint64_t key_of(const SolidPart& a, const SolidPart& b, std::uint64_t featu
   return (a.index & kShapes) << 54 | (b.index & kShapes) << 44 | (feature & kFeatures);
 }
 
-/// Radius of a ball about a shape's origin that lies within it, m; below zero if there is none.
-Real radius_within(const Shape& shape) {
-  if (shape.kind == ShapeKind::box) return glm::min(shape.size.x, glm::min(shape.size.y, shape.size.z));
-  if (shape.kind != ShapeKind::hull) return shape.size.x;
-  Real least = std::numeric_limits<Real>::infinity();
-  for (const Face& face : shape.surface->faces) least = glm::min(least, face.offset);
-  return least;
-}
-
 /// A body that may turn or come far in one step turns its corners away from where they were found:
 /// what does not turn, a ball within it, stays in front of the nearest point as well.
 void keep_core(const Finder& s, const SolidPart& a, const SolidPart& b) {
   Search& room = s.room;
-  if (room.points.empty() || s.reach[a.slot] < a.extent || a.shape->kind == ShapeKind::sphere)
+  if (room.points.empty() || s.reach[a.slot] < a.extent || traits_of(a.shape->kind).is_round)
     return;
-  const Real radius = radius_within(*a.shape);
+  const Real radius = inner_radius(*a.shape);
   if (!(radius > 0)) return;
   TouchPoint core = *std::min_element(
       room.points.begin(), room.points.end(),
@@ -180,8 +169,7 @@ void keep_core(const Finder& s, const SolidPart& a, const SolidPart& b) {
 
 void touch_parts(const Finder& s, const SolidPart& a, const SolidPart& b) {
   Search& room = s.room;
-  const bool bounded =
-      b.shape->kind != ShapeKind::plane && b.shape->kind != ShapeKind::height_field;
+  const bool bounded = !is_unbounded(b.shape->kind);
   const Real extent = bounded ? glm::min(a.extent, b.extent) : a.extent;
   const Real margin = s.reach[a.slot] + s.reach[b.slot] + kSlop * extent;
   if (bounded && !a.box.grown(margin).overlaps(b.box)) return;
@@ -277,24 +265,8 @@ void find_contacts(World& world, std::span<const Real> reach) {
 
 Real extent_of(const Shapes& shapes) {
   Real most = 0;
-  for (const Shape& s : shapes.parts) {
-    Real own = 0;
-    switch (s.kind) {
-      case ShapeKind::sphere:
-        own = s.size.x;
-        break;
-      case ShapeKind::capsule:
-        own = s.size.x + s.size.y;
-        break;
-      case ShapeKind::box:
-        own = glm::length(s.size);
-        break;
-      default:
-        if (s.surface)
-          own = glm::length(glm::max(glm::abs(s.surface->low), glm::abs(s.surface->high)));
-    }
-    most = std::max(most, own + glm::length(s.local.position));
-  }
+  for (const Shape& s : shapes.parts)
+    most = std::max(most, pantin::reach_of(s) + glm::length(s.local.position));
   return most;
 }
 

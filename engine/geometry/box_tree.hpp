@@ -1,5 +1,7 @@
 #pragma once
 /// Boxes along the axes, and a tree of them that answers "which of these overlap this one?".
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -27,6 +29,21 @@ struct Box {
 inline Real distance_squared(const Box& box, Vec3 p) {
   const Vec3 out = glm::max(glm::max(box.low - p, p - box.high), Vec3(0));
   return glm::dot(out, out);
+}
+
+/// The distances between which a ray is inside a box, in units of `way`; it misses where the first is
+/// above the second.
+inline std::array<Real, 2> ray_range(const Box& box, Vec3 from, Vec3 way) {
+  Real enter = -1e300, leave = 1e300;
+  for (int i = 0; i < 3; ++i) {
+    if (way[i] == 0) {
+      if (from[i] < box.low[i] || from[i] > box.high[i]) return {1, 0};
+      continue;
+    }
+    const Real one = (box.low[i] - from[i]) / way[i], two = (box.high[i] - from[i]) / way[i];
+    enter = std::max(enter, std::min(one, two)), leave = std::min(leave, std::max(one, two));
+  }
+  return {enter, leave};
 }
 
 /// A binary tree over boxes, named by their index.
@@ -85,6 +102,32 @@ class BoxTree {
       stack[depth++] = node.first + (swap ? 1 : 0);
     }
     return best;
+  }
+
+  /// Visits the boxes that a ray enters before `limit`, in units of `way`: `entry(index, limit)`
+  /// returns the limit from then on.
+  template <class Entry>
+  void cast(Vec3 from, Vec3 way, Real limit, Entry&& entry) const {
+    if (nodes_.empty()) return;
+    const auto meets = [&](const Box& box) {
+      const auto [enter, leave] = ray_range(box, from, way);
+      return enter <= leave && leave >= 0 && enter <= limit;
+    };
+    std::uint32_t stack[kDeepest], depth = 0;
+    stack[depth++] = 0;
+    while (depth > 0) {
+      const Node& node = nodes_[stack[--depth]];
+      if (!meets(node.box)) continue;
+      if (node.count > 0) {
+        for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
+          if (meets(boxes_[i])) limit = entry(items_[i], limit);
+        continue;
+      }
+      const Box &one = nodes_[node.first].box, &two = nodes_[node.first + 1].box;
+      const bool swap = ray_range(one, from, way)[0] > ray_range(two, from, way)[0];
+      stack[depth++] = node.first + (swap ? 0 : 1);
+      stack[depth++] = node.first + (swap ? 1 : 0);
+    }
   }
 
  private:

@@ -23,6 +23,10 @@ struct Convex {
   Real radius = 0;                                      // m
   Vec3 centre{0};                                       // a point inside the core
   Real size = 0;                                        // m, half of its widest extent or so
+  // A smooth piece has no points: the support function of its kind stands for them.
+  const Shape* smooth = nullptr;
+  Mat3 turn{1};  // of a smooth piece, whose origin is at `origin`
+  Vec3 origin{0};
 
   /// The point of the core farthest along `direction`; of several the first.
   std::uint32_t farthest(Vec3 direction) const {
@@ -32,6 +36,11 @@ struct Convex {
       if (const Real way = glm::dot(points[i], direction); way > most) most = way, best = i;
     return best;
   }
+  /// The farthest point of the core itself, of smooth pieces too.
+  Vec3 extreme(Vec3 direction) const {
+    return smooth ? smooth_extreme(direction) : points[farthest(direction)];
+  }
+  Vec3 smooth_extreme(Vec3 direction) const;
 };
 
 /// Where the placed points and faces of one piece are kept.
@@ -40,11 +49,11 @@ struct ConvexRoom {
   std::vector<Face> faces;
 };
 
-/// A sphere, capsule, box or hull placed at `at`, good as long as `room` and the shape are.
+/// A convex shape placed at `at`, good as long as `room` and the shape are.
 Convex place(const Shape& shape, const Pose& at, ConvexRoom& room);
 
-/// Bounds of a sphere, capsule, box or hull at `at`; of a hull, mesh or height field those of the
-/// box around it. A plane has none that end.
+/// Bounds of a shape at `at`; of a hull, mesh or height field those of the box around it. A plane
+/// has none that end.
 Box bounds_of(const Shape& shape, const Pose& at);
 
 /// The two points of two pieces' cores that are nearest to each other.
@@ -59,8 +68,8 @@ struct Nearest {
   } state = State::apart;
 };
 
-/// Distance of two cores by Gilbert, Johnson and Keerthi's walk over simplexes, given up when it is
-/// certain to exceed `limit`. [Gilbert, Johnson & Keerthi 1988]
+/// Distance of two cores with points by Gilbert, Johnson and Keerthi's walk over simplexes, given up
+/// when it is certain to exceed `limit`. [Gilbert, Johnson & Keerthi 1988]
 Nearest nearest(const Convex& a, const Convex& b, Real limit);
 
 }  // namespace pantin

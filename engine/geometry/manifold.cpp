@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "engine/geometry/smooth.hpp"
+
 namespace pantin {
 namespace {
 
@@ -407,6 +409,7 @@ void drop_doubles(std::vector<TouchPoint>& points, std::size_t first, Real near)
 
 void touch_convex(const Convex& a, const Convex& b, Real margin, const Facing* facing,
                   std::vector<TouchPoint>& out) {
+  if (a.smooth || b.smooth) return touch_smooth(a, b, margin, facing, out);
   const Real radii = a.radius + b.radius;
   Nearest near = nearest(a, b, margin + radii);
   if (near.state == Nearest::State::beyond) return;
@@ -435,10 +438,12 @@ void touch_convex(const Convex& a, const Convex& b, Real margin, const Facing* f
 
 void touch_plane(const Convex& a, Vec3 normal, Real offset, Real margin,
                  std::vector<TouchPoint>& out) {
-  for (std::uint32_t i = 0; i < a.points.size(); ++i) {
-    const Real height = glm::dot(normal, a.points[i]) - offset, gap = height - a.radius;
+  CornerRoom room;
+  const std::span<const Vec3> corners = corners_towards(a, -normal, margin, room);
+  for (std::uint32_t i = 0; i < corners.size(); ++i) {
+    const Real height = glm::dot(normal, corners[i]) - offset, gap = height - a.radius;
     if (gap > margin) continue;
-    out.push_back({a.points[i] - a.radius * normal, a.points[i] - height * normal, normal, gap, i});
+    out.push_back({corners[i] - a.radius * normal, corners[i] - height * normal, normal, gap, i});
   }
 }
 

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "engine/base/rotation.hpp"
-#include "engine/geometry/surface.hpp"
+#include "engine/geometry/kinds.hpp"
 
 namespace pantin {
 namespace {
@@ -14,83 +14,25 @@ Mat3 parallel_axis(Real mass, Vec3 offset) {
   return mass * (glm::dot(offset, offset) * Mat3(1) - glm::outerProduct(offset, offset));
 }
 
-Vec3 unit_moments(const Shape& shape) {
-  const Real r = shape.size.x;
-  switch (shape.kind) {
-    case ShapeKind::sphere:
-      return Vec3(0.4 * r * r);
-    case ShapeKind::capsule: {
-      // A cylinder and two half balls, weighted by their volumes.
-      const Real c = shape.size.y;
-      const Real cylinder = 2 * c * r * r, balls = 4.0 / 3 * r * r * r;  // both over pi
-      const Real whole = cylinder + balls;
-      const Real along = (cylinder * r * r / 2 + balls * 0.4 * r * r) / whole;
-      const Real across =
-          (cylinder * (r * r / 4 + c * c / 3) + balls * (0.4 * r * r + c * c + 0.75 * c * r)) /
-          whole;
-      return {across, along, across};
-    }
-    case ShapeKind::box: {
-      const Vec3 s = shape.size * shape.size / 3.0;
-      return {s.y + s.z, s.x + s.z, s.x + s.y};
-    }
-    default:
-      return Vec3(0);
-  }
-}
-
-bool has_faces(const Shape& shape) {
-  return (shape.kind == ShapeKind::hull || shape.kind == ShapeKind::mesh) && shape.surface;
-}
-
-/// Of density 1, in the surface's own frame: signed tetrahedra from one of its points.
-MassProperties enclosed(const Surface& surface) {
-  const Vec3 apex = (surface.low + surface.high) / 2.0;
-  Real volume = 0;
-  Vec3 first(0);   // integral of x
-  Mat3 second(0);  // integral of x x^T
-  for (const Face& face : surface.faces)
-    for (std::uint32_t i = 1; i + 1 < face.count; ++i) {
-      const Vec3 a = surface.points[surface.corners[face.first]] - apex,
-                 b = surface.points[surface.corners[face.first + i]] - apex,
-                 c = surface.points[surface.corners[face.first + i + 1]] - apex, sum = a + b + c;
-      const Real v = glm::dot(a, glm::cross(b, c)) / 6;
-      volume += v, first += v / 4 * sum;
-      second += v / 20 * (glm::outerProduct(a, a) + glm::outerProduct(b, b) +
-                          glm::outerProduct(c, c) + glm::outerProduct(sum, sum));
-    }
-  const Vec3 centre = first / volume;
-  second -= volume * glm::outerProduct(centre, centre);
-  const Real trace = second[0][0] + second[1][1] + second[2][2];
-  return {volume, apex + centre, trace * Mat3(1) - second};
-}
-
 }  // namespace
 
 Real volume(const Shape& shape) {
-  const Real r = shape.size.x;
-  switch (shape.kind) {
-    case ShapeKind::sphere:
-      return 4.0 / 3 * kPi * r * r * r;
-    case ShapeKind::capsule:
-      return kPi * r * r * (2 * shape.size.y + 4.0 / 3 * r);
-    case ShapeKind::box:
-      return 8 * shape.size.x * shape.size.y * shape.size.z;
-    default:
-      return has_faces(shape) ? enclosed(*shape.surface).mass : 0;
-  }
+  const ShapeTraits& kind = traits_of(shape.kind);
+  if (kind.volume) return kind.volume(shape);
+  return kind.enclosed && is_complete(shape) ? kind.enclosed(shape).mass : 0;
 }
 
 MassProperties mass_properties(const Shape& shape, Real density) {
-  if (has_faces(shape)) {
-    const MassProperties inside = enclosed(*shape.surface);
+  const ShapeTraits& kind = traits_of(shape.kind);
+  if (kind.enclosed && is_complete(shape)) {
+    const MassProperties inside = kind.enclosed(shape);
     const Mat3 turn = glm::mat3_cast(shape.local.rotation);
     return {density * inside.mass, to_world(shape.local, inside.centre),
             density * (turn * inside.inertia * glm::transpose(turn))};
   }
   const Real mass = density * volume(shape);
-  return {mass, shape.local.position,
-          world_inertia(shape.local.rotation, mass * unit_moments(shape))};
+  const Vec3 moments = kind.unit_moments ? kind.unit_moments(shape) : Vec3(0);
+  return {mass, shape.local.position, world_inertia(shape.local.rotation, mass * moments)};
 }
 
 MassProperties combine(const MassProperties& a, const MassProperties& b) {
@@ -139,16 +81,17 @@ const char* Shape::restored() const {
   constexpr const char* kWrong = "has no surface of its kind";
   const bool is_field = surface && surface->columns > 0;
   const bool is_mesh = surface && !surface->neighbours.empty();
-  switch (kind) {
-    case ShapeKind::hull:
+  switch (traits_of(kind).source) {
+    case SurfaceSource::points:
       return surface && !is_field && !is_mesh ? nullptr : kWrong;
-    case ShapeKind::mesh:
+    case SurfaceSource::triangles:
       return is_mesh ? nullptr : kWrong;
-    case ShapeKind::height_field:
+    case SurfaceSource::heights:
       return is_field ? nullptr : kWrong;
-    default:
-      return nullptr;
+    case SurfaceSource::none:
+      break;
   }
+  return nullptr;
 }
 
 }  // namespace pantin

@@ -6,27 +6,30 @@
 
 #include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
+#include "engine/geometry/kind_list.hpp"
 
 namespace pantin {
 
 struct Surface;  // see surface.hpp
 
+/// What each kind is, stands in its file under kinds/.
 enum class ShapeKind : std::uint8_t {
-  sphere,
-  capsule,
-  box,
-  hull,          // the convex hull of points
-  plane,         // the half-space y <= 0: only for fixed and driven bodies
-  mesh,          // a closed surface of triangles: likewise
-  height_field,  // heights along y over a grid of x and z: likewise
+#define PANTIN_ENUMERATOR(word) word,
+  PANTIN_SHAPE_KINDS(PANTIN_ENUMERATOR)
+#undef PANTIN_ENUMERATOR
 };
-constexpr ShapeKind last_of(ShapeKind) { return ShapeKind::height_field; }
+constexpr ShapeKind last_of(ShapeKind) {
+#define PANTIN_COUNT(word) +1
+  return static_cast<ShapeKind>(PANTIN_SHAPE_KINDS(PANTIN_COUNT) - 1);
+#undef PANTIN_COUNT
+}
 
 /// A solid in a frame of its own.
 ///
 /// `size` in metres: sphere (radius, -, -); capsule (radius, half of the straight part, -), its
-/// axis along local y; box half extents; plane (extent of its picture, -, -). hull, mesh and
-/// height_field have their size from `surface`. `local` places it in the body's mass-centre frame.
+/// axis along local y; box half extents; plane (extent of its picture, -, -); of every kind, what
+/// `sizes` of its traits says. hull, mesh and height_field have their size from `surface`. `local`
+/// places it in the body's mass-centre frame.
 struct Shape {
   ShapeKind kind = ShapeKind::sphere;
   Vec3 size{0.1, 0, 0};

@@ -179,6 +179,63 @@ std::uint32_t neighbour_of(const Surface& s, std::uint32_t index, std::uint32_t 
   return row > 0 ? 2 * (cell - across) : UINT32_MAX;
 }
 
+Vec3 normal_of(const Surface& s, std::uint32_t triangle) {
+  if (s.columns == 0) return s.faces[triangle].normal;
+  const auto p = triangle_of(s, triangle);
+  return glm::normalize(glm::cross(p[1] - p[0], p[2] - p[0]));
+}
+
+Vec3 nearest_in(const std::array<Vec3, 3>& t, Vec3 p) {
+  const Vec3 ab = t[1] - t[0], ac = t[2] - t[0], ap = p - t[0];
+  const Real d1 = glm::dot(ab, ap), d2 = glm::dot(ac, ap);
+  if (d1 <= 0 && d2 <= 0) return t[0];
+  const Vec3 bp = p - t[1];
+  const Real d3 = glm::dot(ab, bp), d4 = glm::dot(ac, bp);
+  if (d3 >= 0 && d4 <= d3) return t[1];
+  const Real vc = d1 * d4 - d3 * d2;
+  if (vc <= 0 && d1 >= 0 && d3 <= 0) return t[0] + d1 / (d1 - d3) * ab;
+  const Vec3 cp = p - t[2];
+  const Real d5 = glm::dot(ab, cp), d6 = glm::dot(ac, cp);
+  if (d6 >= 0 && d5 <= d6) return t[2];
+  const Real vb = d5 * d2 - d1 * d6;
+  if (vb <= 0 && d2 >= 0 && d6 <= 0) return t[0] + d2 / (d2 - d6) * ac;
+  const Real va = d3 * d6 - d5 * d4;
+  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0)
+    return t[1] + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (t[2] - t[1]);
+  const Real sum = va + vb + vc;
+  return t[0] + vb / sum * ab + vc / sum * ac;
+}
+
+NearestTile nearest_tile(const Surface& s, Vec3 p) {
+  NearestTile found;
+  Real facing = 0, best = 1e300;
+  const Real slack = 1e-12 * glm::dot(s.high - s.low, s.high - s.low);
+  s.tree.nearest(p, 1e300, [&](std::uint32_t index) {
+    const Vec3 way = p - nearest_in(triangle_of(s, index), p);
+    const Real d = glm::dot(way, way), up = glm::dot(s.faces[index].normal, way);
+    // At an edge or a corner several are as near; the one that is seen most squarely tells the
+    // side.
+    const bool better = d < best - slack || (d <= best + slack && std::abs(up) > std::abs(facing));
+    if (better) facing = up, found = {index, up < 0};
+    best = glm::min(best, d);
+    return d + slack;
+  });
+  return found;
+}
+
+std::uint32_t cell_at(Real x, Real spacing, std::uint32_t lines) {
+  const Real at = std::floor(x / spacing + (lines - 1) / 2.0);
+  return static_cast<std::uint32_t>(glm::clamp(at, Real(0), static_cast<Real>(lines - 2)));
+}
+
+std::uint32_t tile_at(const Surface& s, Vec3 p) {
+  const std::uint32_t column = cell_at(p.x, s.spacing_x, s.columns),
+                      row = cell_at(p.z, s.spacing_z, s.rows);
+  const Real u = p.x / s.spacing_x + (s.columns - 1) / 2.0 - column,
+             w = p.z / s.spacing_z + (s.rows - 1) / 2.0 - row;
+  return 2 * (row * (s.columns - 1) + column) + (u > w ? 1 : 0);
+}
+
 Result<std::shared_ptr<const Surface>> make_mesh(std::span<const Vec3> points,
                                                  std::span<const Triangle> triangles) {
   std::vector<Error> errors = check_triangles(points, triangles);

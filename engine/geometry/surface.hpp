@@ -72,6 +72,25 @@ std::array<Vec3, 3> triangle_of(const Surface& surface, std::uint32_t index);
 /// height field.
 std::uint32_t neighbour_of(const Surface& surface, std::uint32_t index, std::uint32_t edge);
 
+/// The outward normal of a triangle.
+Vec3 normal_of(const Surface& surface, std::uint32_t index);
+
+/// The point of a triangle that is nearest to p. [Ericson 2005, sec. 5.1.5]
+Vec3 nearest_in(const std::array<Vec3, 3>& triangle, Vec3 p);
+
+/// The triangle of a mesh nearest to p, and whether p is on its inner side.
+struct NearestTile {
+  std::uint32_t index = UINT32_MAX;
+  bool inside = false;
+};
+NearestTile nearest_tile(const Surface& mesh, Vec3 p);
+
+/// Number of the cell at `x` along one side of a grid of `lines`, kept within it.
+std::uint32_t cell_at(Real x, Real spacing, std::uint32_t lines);
+
+/// The triangle of a height field above or below p; beside the field, one of its rim.
+std::uint32_t tile_at(const Surface& height_field, Vec3 p);
+
 /// The convex hull of at least four points that do not lie in a plane; flat faces whole. Refuses
 /// numbers that are not finite, and hulls without volume. At most 256 corners.
 Result<std::shared_ptr<const Surface>> make_hull(std::span<const Vec3> points);

@@ -4,6 +4,7 @@
 #include <tuple>
 
 #include "engine/base/check.hpp"
+#include "engine/geometry/smooth.hpp"
 
 namespace pantin {
 namespace {
@@ -16,12 +17,6 @@ constexpr std::uint64_t kFromWithin = 0x1ff << 9;  // unlike any side of a clipp
 
 constexpr std::array<std::uint32_t, 3> kCorners{0, 1, 2};
 constexpr std::array<std::array<std::uint32_t, 2>, 3> kEdges{{{0, 1}, {1, 2}, {2, 0}}};
-
-Vec3 normal_of(const Surface& s, std::uint32_t triangle) {
-  if (s.columns == 0) return s.faces[triangle].normal;
-  const auto p = triangle_of(s, triangle);
-  return glm::normalize(glm::cross(p[1] - p[0], p[2] - p[0]));
-}
 
 /// One triangle of a surface as a convex piece.
 struct Tile {
@@ -55,6 +50,7 @@ struct Tile {
 };
 
 Box bounds_of(const Convex& c) {
+  if (c.smooth) return bounds_of(*c.smooth, {c.origin, glm::quat_cast(c.turn)}).grown(c.radius);
   Box box;
   for (Vec3 p : c.points) box.add(p);
   return box.grown(c.radius);
@@ -75,10 +71,10 @@ void touch_tile(const OnSurface& k, std::uint32_t index) {
   const Tile tile(k.surface, index);
   const Face& f = tile.face;
   // Above its plane by more than the margin: nothing of it is nearer.
-  const Real above = glm::dot(f.normal, k.a.points[k.a.farthest(-f.normal)]) - f.offset;
+  const Real above = glm::dot(f.normal, k.a.extreme(-f.normal)) - f.offset;
   if (above - k.a.radius > k.margin) return;
   // All of it below: the triangle is seen from behind.
-  if (glm::dot(f.normal, k.a.points[k.a.farthest(f.normal)]) < f.offset) return;
+  if (glm::dot(f.normal, k.a.extreme(f.normal)) < f.offset) return;
   const Facing facing = tile.facing(k.surface);
   const std::size_t first = k.out.size();
   touch_convex(k.a, tile.convex(), k.margin, &facing, k.out);
@@ -108,51 +104,6 @@ void tidy(std::vector<TouchPoint>& out, std::size_t first, Real size) {
   spread_out(out, first, kMostOnSurface);
 }
 
-/// The triangle nearest to p, and whether p is on its inner side.
-struct NearestTile {
-  std::uint32_t index = kNone;
-  bool inside = false;
-};
-
-/// The point of a triangle that is nearest to p. [Ericson 2005, sec. 5.1.5]
-Vec3 nearest_in(const std::array<Vec3, 3>& t, Vec3 p) {
-  const Vec3 ab = t[1] - t[0], ac = t[2] - t[0], ap = p - t[0];
-  const Real d1 = glm::dot(ab, ap), d2 = glm::dot(ac, ap);
-  if (d1 <= 0 && d2 <= 0) return t[0];
-  const Vec3 bp = p - t[1];
-  const Real d3 = glm::dot(ab, bp), d4 = glm::dot(ac, bp);
-  if (d3 >= 0 && d4 <= d3) return t[1];
-  const Real vc = d1 * d4 - d3 * d2;
-  if (vc <= 0 && d1 >= 0 && d3 <= 0) return t[0] + d1 / (d1 - d3) * ab;
-  const Vec3 cp = p - t[2];
-  const Real d5 = glm::dot(ab, cp), d6 = glm::dot(ac, cp);
-  if (d6 >= 0 && d5 <= d6) return t[2];
-  const Real vb = d5 * d2 - d1 * d6;
-  if (vb <= 0 && d2 >= 0 && d6 <= 0) return t[0] + d2 / (d2 - d6) * ac;
-  const Real va = d3 * d6 - d5 * d4;
-  if (va <= 0 && d4 - d3 >= 0 && d5 - d6 >= 0)
-    return t[1] + (d4 - d3) / ((d4 - d3) + (d5 - d6)) * (t[2] - t[1]);
-  const Real sum = va + vb + vc;
-  return t[0] + vb / sum * ab + vc / sum * ac;
-}
-
-NearestTile nearest_tile(const Surface& s, Vec3 p) {
-  NearestTile found;
-  Real facing = 0, best = 1e300;
-  const Real slack = 1e-12 * glm::dot(s.high - s.low, s.high - s.low);
-  s.tree.nearest(p, 1e300, [&](std::uint32_t index) {
-    const Vec3 way = p - nearest_in(triangle_of(s, index), p);
-    const Real d = glm::dot(way, way), up = glm::dot(s.faces[index].normal, way);
-    // At an edge or a corner several are as near; the one that is seen most squarely tells the
-    // side.
-    const bool better = d < best - slack || (d <= best + slack && std::abs(up) > std::abs(facing));
-    if (better) facing = up, found = {index, up < 0};
-    best = glm::min(best, d);
-    return d + slack;
-  });
-  return found;
-}
-
 void touch_mesh(const OnSurface& k, std::vector<std::uint32_t>& triangles) {
   const Vec3 c = k.a.centre;
   const Surface& s = k.surface;
@@ -164,26 +115,13 @@ void touch_mesh(const OnSurface& k, std::vector<std::uint32_t>& triangles) {
   for (std::uint32_t t : triangles) touch_tile(k, t);
 }
 
-/// Number of the cell at `x` along one side of a grid of `lines`, kept within it.
-std::uint32_t cell_at(Real x, Real spacing, std::uint32_t lines) {
-  const Real at = std::floor(x / spacing + (lines - 1) / 2.0);
-  return static_cast<std::uint32_t>(glm::clamp(at, Real(0), static_cast<Real>(lines - 2)));
-}
-
-/// The triangle above or below p.
-std::uint32_t tile_at(const Surface& s, Vec3 p) {
-  const std::uint32_t column = cell_at(p.x, s.spacing_x, s.columns),
-                      row = cell_at(p.z, s.spacing_z, s.rows);
-  const Real u = p.x / s.spacing_x + (s.columns - 1) / 2.0 - column,
-             w = p.z / s.spacing_z + (s.rows - 1) / 2.0 - row;
-  return 2 * (row * (s.columns - 1) + column) + (u > w ? 1 : 0);
-}
-
 /// A corner that got below the ground is pushed up along the triangle over it, however deep.
 void lift_corners(const OnSurface& k) {
   const Surface& s = k.surface;
-  for (std::uint32_t i = 0; i < k.a.points.size(); ++i) {
-    const Vec3 p = k.a.points[i];
+  CornerRoom room;
+  const std::span<const Vec3> corners = corners_towards(k.a, {0, -1, 0}, k.margin, room);
+  for (std::uint32_t i = 0; i < corners.size(); ++i) {
+    const Vec3 p = corners[i];
     if (p.x < s.low.x || p.x > s.high.x || p.z < s.low.z || p.z > s.high.z || p.y > s.high.y)
       continue;
     const std::uint32_t over = tile_at(s, p);
@@ -237,23 +175,24 @@ void touch(const Shape& a, const Pose& at_a, const Shape& b, const Pose& at_b, R
   const Pose within{back * (at_a.position - at_b.position), back * at_a.rotation};
   const Convex piece = place(a, within, room.a);
   const std::size_t first = out.size();
-  switch (b.kind) {
-    case ShapeKind::plane:
+  switch (traits_of(b.kind).shape_class) {
+    case ShapeClass::half_space:
       touch_plane(piece, {0, 1, 0}, 0, margin, out);
       break;
-    case ShapeKind::mesh:
-    case ShapeKind::height_field: {
+    case ShapeClass::mesh:
+    case ShapeClass::heights: {
       const Box reach = bounds_of(piece).grown(glm::max(margin, Real(0)));
       const OnSurface k{piece, *b.surface, margin, reach, out};
-      if (b.kind == ShapeKind::mesh)
+      if (traits_of(b.kind).shape_class == ShapeClass::mesh)
         touch_mesh(k, room.triangles);
       else
         touch_heights(k);
       tidy(out, first, piece.size);
       break;
     }
-    default:
+    case ShapeClass::convex:
       touch_convex(piece, place(b, Pose{}, room.b), margin, nullptr, out);
+      break;
   }
   to_outside(at_b, out, first);
 }

@@ -2,6 +2,7 @@
 /// Where two solids touch or are about to.
 #include <vector>
 
+#include "engine/geometry/kinds.hpp"
 #include "engine/geometry/manifold.hpp"
 
 namespace pantin {
@@ -11,12 +12,6 @@ struct NarrowRoom {
   ConvexRoom a, b;
   std::vector<std::uint32_t> triangles;
 };
-
-/// Whether a shape has one convex piece: what a dynamic body may be made of.
-inline bool is_convex(ShapeKind kind) {
-  return kind == ShapeKind::sphere || kind == ShapeKind::capsule || kind == ShapeKind::box ||
-         kind == ShapeKind::hull;
-}
 
 /// Appends the points of `a`, a convex shape placed at `at_a`, and of `b`, any shape at `at_b`,
 /// whose gap is below `margin` (m). World axes; `Shape::local` is not looked at.

@@ -5,6 +5,7 @@
 #include <pantin/figures.hpp>
 #include <pantin/joints.hpp>
 #include <pantin/measure.hpp>
+#include <pantin/queries.hpp>
 #include <pantin/shapes.hpp>
 #include <pantin/simulation.hpp>
 #include <pantin/world.hpp>

@@ -17,38 +17,41 @@ void add_corners(const Pose& at, Vec3 low, Vec3 high, std::vector<Ball>& to) {
 void add_surface(const Shape& shape, const Pose& at, std::vector<Ball>& to) {
   if (!shape.surface) return;
   const Surface& s = *shape.surface;
-  if (shape.kind == ShapeKind::height_field)
+  if (traits_of(shape.kind).shape_class == ShapeClass::heights)
     return add_corners(at, s.low - Vec3{0, rim_of(s), 0}, s.high, to);
   if (s.points.size() > kManyPoints) return add_corners(at, s.low, s.high, to);
   for (Vec3 point : s.points) to.push_back({to_world(at, point), 0});
+}
+
+/// A ball at each corner of the core; a core without extent along an axis has but one side there.
+void add_rounded(const RoundedBox& box, const Pose& at, std::vector<Ball>& to) {
+  if (box.radius == 0) return add_corners(at, -box.core, box.core, to);
+  for (int c = 0; c < 8; ++c) {
+    Vec3 corner(0);
+    bool again = false;
+    for (int k = 0; k < 3; ++k) {
+      again |= box.core[k] == 0 && (c & 1 << k);
+      corner[k] = box.core[k] == 0 ? 0 : c & 1 << k ? box.core[k] : -box.core[k];
+    }
+    if (!again) to.push_back({to_world(at, corner), box.radius});
+  }
 }
 
 }  // namespace
 
 void add_balls(const Shape& shape, const Pose& pose, std::vector<Ball>& to) {
   const Pose at = compose(pose, shape.local);
-  switch (shape.kind) {
-    case ShapeKind::sphere:
-      to.push_back({at.position, shape.size.x});
-      break;
-    case ShapeKind::capsule:
-      for (Real end : {-1.0, 1.0})
-        to.push_back({to_world(at, {0, end * shape.size.y, 0}), shape.size.x});
-      break;
-    case ShapeKind::box:
-      add_corners(at, -shape.size, shape.size, to);
-      break;
-    case ShapeKind::plane: {
-      const Shape slab = slab_of(shape);
-      if (shape.size.x > 0) add_corners(compose(pose, slab.local), -slab.size, slab.size, to);
-      break;
-    }
-    case ShapeKind::hull:
-    case ShapeKind::mesh:
-    case ShapeKind::height_field:
-      add_surface(shape, at, to);
-      break;
+  const ShapeTraits& kind = traits_of(shape.kind);
+  if (kind.shape_class == ShapeClass::half_space) {
+    const Shape slab = slab_of(shape);
+    if (shape.size.x > 0) add_corners(compose(pose, slab.local), -slab.size, slab.size, to);
+    return;
   }
+  const auto box = kind.rounded ? kind.rounded(shape) : std::nullopt;
+  if (box) return add_rounded(*box, at, to);
+  if (has_surface(shape.kind)) return add_surface(shape, at, to);
+  const Box bounds = bounds_of(shape, Pose{});
+  add_corners(at, bounds.low, bounds.high, to);
 }
 
 Shape slab_of(const Shape& plane) {

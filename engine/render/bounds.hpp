@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/geometry/kinds.hpp"
 #include "engine/world/world.hpp"
 
 namespace pantin {
@@ -13,18 +14,13 @@ struct Ball {
 };
 
 /// Balls whose hull holds the shape of a body at `pose`: one for a sphere, two for a capsule, eight
-/// points for a box and for what has many corners, else its corners. None for a shape that lacks
-/// its surface.
+/// points for a box and for what has many corners or none, else its corners. None for a shape that
+/// lacks its surface.
 void add_balls(const Shape& shape, const Pose& pose, std::vector<Ball>& to);
 
 /// The flat box that a plane is drawn as: its upper side is the plane, as far as `size.x` from the
 /// middle to each side.
 Shape slab_of(const Shape& plane);
-
-/// Grounds are drawn, but matter less than what stands on them.
-inline bool is_ground(ShapeKind kind) {
-  return kind == ShapeKind::plane || kind == ShapeKind::height_field;
-}
 
 /// The pose of a body by its slot: from `poses`, or its own where `poses` is empty or too short.
 inline const Pose& pose_of(const World& world, std::span<const Pose> poses, std::uint32_t slot) {

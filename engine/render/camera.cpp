@@ -136,7 +136,8 @@ void add_grounds(std::span<const Ground> grounds, std::vector<Ball>& balls) {
     low = glm::min(low, b.centre - b.radius), high = glm::max(high, b.centre + b.radius);
   const Real margin = 0.3 * std::max({high.x - low.x, high.y - low.y, high.z - low.z});
   for (const Ground& ground : grounds) {
-    if (ground.shape->kind != ShapeKind::height_field || !ground.shape->surface) continue;
+    const ShapeClass of = traits_of(ground.shape->kind).shape_class;
+    if (of != ShapeClass::heights || !ground.shape->surface) continue;
     const Pose at = compose(ground.pose, ground.shape->local);
     for (Vec3 point : ground.shape->surface->points) {
       const Vec3 p = to_world(at, point);

@@ -3,16 +3,13 @@
 #include <algorithm>
 
 #include "engine/geometry/surface.hpp"
+#include "engine/render/surface_mesh.hpp"
 
 namespace pantin {
 namespace {
 
 constexpr std::size_t kCrowd = 500;  // bodies; beyond, triangles cost more than they show
 constexpr int kSlackSegments = 24;
-
-bool has_surface(ShapeKind kind) {
-  return kind == ShapeKind::hull || kind == ShapeKind::mesh || kind == ShapeKind::height_field;
-}
 
 void store(Vec3 from, float* to) {
   for (int k = 0; k < 3; ++k) to[k] = static_cast<float>(from[k]);
@@ -37,11 +34,26 @@ void fill(Instance& instance, const Pose& at, const Material& material, const Ey
   instance.metallic = static_cast<float>(material.metallic);
 }
 
+std::optional<RoundedBox> rounded_box(const Shape& shape) {
+  const auto rounded = traits_of(shape.kind).rounded;
+  return rounded ? rounded(shape) : std::nullopt;
+}
+
+/// The surface of a shape, or one that stands for it; kept, so that the card keeps it too.
+const std::shared_ptr<const Surface>& surface_of(const Shape& shape, DrawList& to) {
+  if (has_surface(shape.kind)) return shape.surface;
+  const auto key = std::make_tuple(shape.kind, shape.size.x, shape.size.y, shape.size.z);
+  const auto [place, is_new] = to.stand_ins.try_emplace(key);
+  if (is_new) place->second = tessellate(shape);
+  return place->second;
+}
+
 void add_surface(const Shape& shape, const Pose& pose, const Material& material, const Eye& eye,
                  DrawList& to) {
-  if (!shape.surface) return;
-  const auto [place, is_new] = to.places.try_emplace(shape.surface.get(), to.surfaces.size());
-  if (is_new) to.surfaces.push_back({shape.surface, {}});
+  const std::shared_ptr<const Surface>& surface = surface_of(shape, to);
+  if (!surface) return;
+  const auto [place, is_new] = to.places.try_emplace(surface.get(), to.surfaces.size());
+  if (is_new) to.surfaces.push_back({surface, {}});
   Instance& instance = to.surfaces[place->second].instances.emplace_back();
   fill(instance, compose(pose, shape.local), material, eye);
   store(Vec3{1}, instance.core);
@@ -50,18 +62,18 @@ void add_surface(const Shape& shape, const Pose& pose, const Material& material,
 
 void add_solid(const Shape& shape, const Pose& pose, const Material& material, const Eye& eye,
                bool crowd, DrawList& to) {
-  if (shape.kind == ShapeKind::plane)
+  if (traits_of(shape.kind).shape_class == ShapeClass::half_space)
     return add_solid(slab_of(shape), pose, material, eye, crowd, to);
-  if (has_surface(shape.kind)) return add_surface(shape, pose, material, eye, to);
+  const auto rounded = rounded_box(shape);
+  if (!rounded) return add_surface(shape, pose, material, eye, to);
   const Pose at = compose(pose, shape.local);
-  Vec3 core{0};
-  Real skin = shape.size.x;
+  Vec3 core = rounded->core;
+  Real skin = rounded->radius;
   Mesh mesh = kBox;
-  if (shape.kind == ShapeKind::box) {
-    skin = 0.08 * std::min({shape.size.x, shape.size.y, shape.size.z});
-    core = shape.size - skin;
-  } else {
-    if (shape.kind == ShapeKind::capsule) core.y = shape.size.y;
+  if (skin == 0) {  // sharp edges are drawn with a bevel
+    skin = 0.08 * std::min({core.x, core.y, core.z});
+    core -= skin;
+  } else if (core.x == 0 && core.z == 0) {
     const Real depth = std::max(eye.depth(at.position) - core.y, Real(1e-6));
     mesh = round_mesh(skin / (depth * eye.pixel()), crowd);
   }
@@ -71,9 +83,11 @@ void add_solid(const Shape& shape, const Pose& pose, const Material& material, c
   instance.skin = static_cast<float>(skin);
 }
 
-/// A box of about three quarters the size of a surface, each side a whole number of the shortest.
+/// A box of about three quarters the size of a shape, each side a whole number of the shortest.
 Shape box_within(const Shape& shape) {
-  const Vec3 low = shape.surface->low, high = shape.surface->high;
+  const Box bounds = shape.surface ? Box{shape.surface->low, shape.surface->high}
+                                   : bounds_of(shape, Pose{});
+  const Vec3 low = bounds.low, high = bounds.high;
   const Vec3 half = 0.375 * (high - low);
   const Real least = std::max(std::min({half.x, half.y, half.z}), 1e-6);
   Shape box;
@@ -86,17 +100,17 @@ Shape box_within(const Shape& shape) {
 /// Balls that fill a shape roughly, for the shade under it; none for floors and walls.
 void add_fillings(const Shape& shape, const Pose& pose, std::vector<Ball>& to) {
   if (is_ground(shape.kind)) return;
-  if (has_surface(shape.kind)) {
-    if (shape.surface) add_fillings(box_within(shape), pose, to);
+  const auto rounded = rounded_box(shape);
+  if (!rounded) {
+    if (is_complete(shape)) add_fillings(box_within(shape), pose, to);
     return;
   }
   const Pose at = compose(pose, shape.local);
-  Vec3 reach{0};
-  Real radius = shape.size.x;
-  if (shape.kind == ShapeKind::capsule) reach.y = shape.size.y;
-  if (shape.kind == ShapeKind::box) {
-    radius = std::min({shape.size.x, shape.size.y, shape.size.z});
-    reach = shape.size - radius;
+  Vec3 reach = rounded->core;
+  Real radius = rounded->radius;
+  if (radius == 0) {
+    radius = std::min({reach.x, reach.y, reach.z});
+    reach -= radius;
   }
   int count[3];
   for (int k = 0; k < 3; ++k) {
@@ -114,7 +128,8 @@ void add_fillings(const Shape& shape, const Pose& pose, std::vector<Ball>& to) {
 
 /// Whether a plane lies where the ground is drawn: two pictures of one place would flicker.
 bool is_drawn_ground(const Shape& shape, const Pose& pose, const View& view) {
-  if (shape.kind != ShapeKind::plane || !view.ground) return false;
+  const bool flat = traits_of(shape.kind).shape_class == ShapeClass::half_space;
+  if (!flat || !view.ground) return false;
   const Pose at = compose(pose, shape.local);
   return (at.rotation * Vec3{0, 1, 0}).y > 1 - 1e-9 &&
          std::abs(at.position.y - view.ground_height) < 1e-3;
@@ -201,7 +216,7 @@ void gather(const World& world, std::span<const Pose> poses, const View& view, c
       if (is_ground(shape.kind)) continue;
       const std::size_t filled = to.fillings.size();
       add_fillings(shape, pose, to.fillings);
-      if (has_surface(shape.kind))
+      if (!rounded_box(shape))
         to.shades.insert(to.shades.end(), to.fillings.begin() + static_cast<long>(filled),
                          to.fillings.end());
       if (moves) to.movers.insert(to.movers.end(), to.balls.begin() + first, to.balls.end());

@@ -2,8 +2,10 @@
 /// Packs what a World shows into the arrays that the graphics card reads. Places are relative to
 /// the eye: far from the world's origin single precision would show.
 #include <array>
+#include <map>
 #include <memory>
 #include <span>
+#include <tuple>
 #include <unordered_map>
 #include <vector>
 
@@ -41,6 +43,8 @@ struct DrawList {
   std::array<std::vector<Instance>, kMeshCount> solids;
   std::vector<SurfaceSolids> surfaces;
   std::unordered_map<const Surface*, std::size_t> places;  // in `surfaces`
+  // Surfaces that stand for shapes without one, by kind and size; kept from picture to picture.
+  std::map<std::tuple<ShapeKind, Real, Real, Real>, std::shared_ptr<const Surface>> stand_ins;
   std::vector<RibbonVertex> ribbon;
   std::vector<std::uint32_t> ribbon_indices;  // triangles
   std::vector<Ball> balls;                    // around all that is drawn, grounds aside

@@ -22,21 +22,18 @@ Vec3 linear(Vec3 srgb) {
 }
 
 /// Radius of a shape about the origin of its body; without bound for grounds.
-Real reach_of(const Shape& shape) {
+Real drawn_reach(const Shape& shape) {
   const Real off = glm::length(shape.local.position);
   if (is_ground(shape.kind)) return std::numeric_limits<Real>::infinity();
-  if (shape.kind == ShapeKind::sphere) return off + shape.size.x;
-  if (shape.kind == ShapeKind::capsule) return off + shape.size.x + shape.size.y;
-  if (shape.kind == ShapeKind::box) return off + glm::length(shape.size);
-  if (!shape.surface) return off;
-  return off + 0.5 * glm::length(shape.surface->high - shape.surface->low);
+  if (shape.surface) return off + 0.5 * glm::length(shape.surface->high - shape.surface->low);
+  return off + reach_of(shape);
 }
 
 Real reach_of(const World& world, Entity body) {
   const Shapes* shapes = world.shapes.find(body);
   Real reach = 0;
   if (shapes)
-    for (const Shape& shape : shapes->parts) reach = std::max(reach, reach_of(shape));
+    for (const Shape& shape : shapes->parts) reach = std::max(reach, drawn_reach(shape));
   return reach > 0 ? reach : std::numeric_limits<Real>::infinity();
 }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "engine/geometry/kinds.hpp"
+
 namespace pantin {
 namespace {
 
@@ -76,6 +78,28 @@ void add_ground(const Surface& field, SurfaceMesh& to) {
 }
 
 }  // namespace
+
+std::shared_ptr<const Surface> tessellate(const Shape& shape) {
+  constexpr int kAround = 24, kAbove = 5;  // a hull has 256 corners at most
+  const auto support = traits_of(shape.kind).support;
+  if (!support) return nullptr;
+  std::vector<Vec3> points;
+  const auto add = [&](Vec3 direction) {
+    const Vec3 p = support(shape, direction);
+    const Real same = 1e-6 * glm::length(p);
+    const bool known = std::any_of(points.begin(), points.end(),
+                                   [&](Vec3 q) { return glm::distance(p, q) <= same; });
+    if (!known) points.push_back(p);
+  };
+  for (int row = -(kAbove - 1); row < kAbove; ++row)
+    for (int i = 0; i < kAround; ++i) {
+      const Real rise = kPi / 2 * row / kAbove, around = 2 * kPi * i / kAround;
+      add({std::cos(rise) * std::cos(around), std::sin(rise), std::cos(rise) * std::sin(around)});
+    }
+  add({0, 1, 0}), add({0, -1, 0});
+  auto hull = make_hull(points);
+  return hull ? *hull : nullptr;
+}
 
 Real rim_of(const Surface& field) {
   return 0.03 * std::max(field.high.x - field.low.x, field.high.z - field.low.z);

@@ -1,5 +1,6 @@
 #pragma once
 /// Triangles of hulls, meshes and height fields, as the card draws them.
+#include "engine/geometry/shape.hpp"
 #include "engine/geometry/surface.hpp"
 #include "engine/render/meshes.hpp"
 
@@ -14,6 +15,10 @@ struct SurfaceMesh {
 /// Hulls and meshes get flat faces; height fields are shaded smoothly and stand on a rim, so that
 /// they look solid from the side.
 SurfaceMesh make_surface_mesh(const Surface& surface);
+
+/// A hull of points of a convex shape that is known by its support function; null if it is too
+/// flat to have one.
+std::shared_ptr<const Surface> tessellate(const Shape& shape);
 
 /// How far the rim of a height field reaches below its lowest point, m.
 Real rim_of(const Surface& height_field);

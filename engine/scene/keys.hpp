@@ -36,18 +36,6 @@ inline constexpr K kBody{
     "mass",         "inertia",  "centre_of_mass",   "position", "rotation",
     "rotation_deg", "velocity", "angular_velocity", "drag",     "gravity_scale",
     "motion",       "solver",   "collision"};
-inline constexpr K kSphere{"type", "radius", "position", "material", "density"};
-inline constexpr K kCapsule{"type",     "radius",       "length",   "position",
-                            "rotation", "rotation_deg", "material", "density"};
-inline constexpr K kBox{"type",         "size",     "position", "rotation",
-                        "rotation_deg", "material", "density"};
-inline constexpr K kHull{"type",         "points",   "file",    "position", "rotation",
-                         "rotation_deg", "material", "density"};
-inline constexpr K kPlane{"type", "size", "position", "rotation", "rotation_deg", "material"};
-inline constexpr K kMesh{"type",     "points",       "triangles", "file",   "position",
-                         "rotation", "rotation_deg", "material",  "density"};
-inline constexpr K kHeightField{"type",     "columns",  "rows",         "spacing", "heights",
-                                "position", "rotation", "rotation_deg", "material"};
 inline constexpr K kCollision{"friction", "restitution", "groups", "with", "others", "self"};
 /// What kinds of joints have of their own, each key once.
 constexpr auto each_parameter(auto take) {
@@ -136,18 +124,11 @@ inline constexpr K kOutput{"size", "fps"};
 
 }  // namespace keys
 
-inline constexpr std::array<KeySet, 37> kKeySets{{
+inline constexpr std::array<KeySet, 30> kKeySets{{
     {"scene", keys::kScene},
     {"solver", keys::kSolver},
     {"material", keys::kMaterial},
     {"body", keys::kBody},
-    {"sphere", keys::kSphere},
-    {"capsule", keys::kCapsule},
-    {"box", keys::kBox},
-    {"hull", keys::kHull},
-    {"plane", keys::kPlane},
-    {"mesh", keys::kMesh},
-    {"height_field", keys::kHeightField},
     {"collision", keys::kCollision},
     {"joint", keys::kJoint},
     {"limits", keys::kLimits},

@@ -4,9 +4,11 @@
 #include <filesystem>
 #include <string>
 
+#include "engine/geometry/kinds.hpp"
 #include "engine/geometry/surface.hpp"
 #include "engine/scene/obj.hpp"
 #include "engine/scene/read.hpp"
+#include "engine/scene/shape_keys.hpp"
 #include "engine/scene/text_file.hpp"
 
 namespace pantin {
@@ -15,9 +17,6 @@ namespace {
 using Triangle = std::array<std::uint32_t, 3>;
 using SurfacePointer = std::shared_ptr<const Surface>;
 
-// In the order of ShapeKind.
-constexpr std::string_view kKinds[] = {"sphere", "capsule", "box",         "hull",
-                                       "plane",  "mesh",    "height_field"};
 constexpr std::string_view kPointsOrFile[] = {"points", "file"};
 
 std::vector<Vec3> read_points(const Reader& from) {
@@ -132,62 +131,59 @@ SurfacePointer read_height_field(const Reader& from) {
 std::optional<ShapeKind> read_kind(const Reading& reading, NodeId node) {
   const JsonDocument& json = reading.json;
   if (json[node].kind != JsonKind::object) {
-    reading.complaints.refuse_value(node, "an object (" + listed(kKinds) + ")");
+    reading.complaints.refuse_value(node, "an object (" + listed(kShapeNames) + ")");
     return std::nullopt;
   }
   const NodeId type = json.member(node, "type");
   if (type == kNoNode) {
-    reading.complaints.refuse(node, "found no \"type\", expected " + listed(kKinds));
+    reading.complaints.refuse(node, "found no \"type\", expected " + listed(kShapeNames));
     return std::nullopt;
   }
   const std::string_view word = json[type].kind == JsonKind::string ? json[type].text : "";
-  const auto it = std::find(std::begin(kKinds), std::end(kKinds), word);
-  if (it != std::end(kKinds)) return static_cast<ShapeKind>(it - std::begin(kKinds));
-  reading.complaints.refuse_value(type, listed(kKinds) + hint(word, kKinds));
+  const auto it = std::find(std::begin(kShapeNames), std::end(kShapeNames), word);
+  if (it != std::end(kShapeNames)) return static_cast<ShapeKind>(it - std::begin(kShapeNames));
+  reading.complaints.refuse_value(type, listed(kShapeNames) + hint(word, kShapeNames));
   return std::nullopt;
 }
 
-/// A sphere, a capsule, a box or a plane; false if a size is missing.
+/// The lengths that the kind has in scenes; false if one is missing.
 bool read_size(const Reader& from, Shape& shape) {
-  const auto need = [&](std::string_view key) { return from.need(key, kSize.words) != kNoNode; };
-  if (shape.kind == ShapeKind::plane) {
-    shape.size = {0.5 * from.number("size", 20, kSize), 0, 0};
-    return true;
+  bool is_whole = true;
+  shape.size = Vec3(0);
+  for (const SizeKey& size : traits_of(shape.kind).sizes) {
+    const std::string_view expected = size.expected.empty() ? kSize.words : size.expected;
+    if (size.otherwise == 0) is_whole = from.need(size.key, expected) != kNoNode && is_whole;
+    const Real otherwise = size.otherwise > 0 ? size.otherwise : 1;
+    if (size.count == 3)
+      shape.size = size.scale * from.vec(size.key, Vec3(otherwise), kSize);
+    else
+      shape.size[size.first] = size.scale * from.number(size.key, otherwise, kSize);
   }
-  if (shape.kind == ShapeKind::box) {
-    const bool is_whole = from.need("size", "the three edges of the box") != kNoNode;
-    shape.size = 0.5 * from.vec("size", Vec3(1), kSize);
-    return is_whole;
-  }
-  bool is_whole = need("radius");
-  shape.size = {from.number("radius", 1, kSize), 0, 0};
-  if (shape.kind != ShapeKind::capsule) return is_whole;
-  is_whole = need("length") && is_whole;
-  shape.size.y = 0.5 * from.number("length", 1, kSize);
   return is_whole;
 }
 
 bool read_form(const Reading& reading, const Reader& from, Shape& shape) {
-  switch (shape.kind) {
-    case ShapeKind::hull:
+  switch (traits_of(shape.kind).source) {
+    case SurfaceSource::points:
       return bool(shape.surface = read_hull(reading, from));
-    case ShapeKind::mesh:
+    case SurfaceSource::triangles:
       return bool(shape.surface = read_mesh(reading, from));
-    case ShapeKind::height_field:
+    case SurfaceSource::heights:
       return bool(shape.surface = read_height_field(from));
-    default:
-      return read_size(from, shape);
+    case SurfaceSource::none:
+      break;
   }
+  return read_size(from, shape);
 }
 
 /// Grounds and hollow things only stand: contacts with them are sought one way.
 void refuse_moving(const Reader& from, ShapeKind kind, Motion motion) {
-  if (motion != Motion::dynamic || kind < ShapeKind::plane) return;
-  const std::string_view name = kKinds[static_cast<std::size_t>(kind)];
+  if (motion != Motion::dynamic || is_convex(kind)) return;
+  const bool closed = traits_of(kind).shape_class == ShapeClass::mesh;
   from.complaints.refuse(from.find("type"),
-                         "found a " + std::string(name) +
+                         "found a " + std::string(name_of(kind)) +
                              " on a dynamic body, expected it on a fixed or driven one" +
-                             (kind == ShapeKind::mesh ? "; a hull, or several, can move" : ""));
+                             (closed ? "; a hull, or several, can move" : ""));
 }
 
 }  // namespace
@@ -196,14 +192,14 @@ std::optional<DenseShape> read_shape(const Reading& reading, NodeId node,
                                      const ShapeDefaults& otherwise) {
   const auto kind = read_kind(reading, node);
   if (!kind) return std::nullopt;
-  const Reader from = reading.open(node, kKinds[static_cast<std::size_t>(*kind)]);
+  const Reader from(reading.json, reading.complaints, node, keys_of(*kind));
   refuse_moving(from, *kind, otherwise.motion);
   DenseShape solid;
   solid.shape.kind = *kind;
   if (from.accepts("density")) solid.density = from.number("density", otherwise.density, kWeight);
   solid.shape.material = read_material(reading, from, otherwise.material);
   solid.shape.local.position = from.vec("position", Vec3(0));
-  if (*kind != ShapeKind::sphere) solid.shape.local.rotation = from.rotation(kNoTurn);
+  if (!traits_of(*kind).is_round) solid.shape.local.rotation = from.rotation(kNoTurn);
   if (!read_form(reading, from, solid.shape)) return std::nullopt;
   return solid;
 }

@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "engine/geometry/kinds.hpp"
+#include "engine/scene/shape_keys.hpp"
 #include "tests/scene/scenes.hpp"
 #include "tests/paths.hpp"
 
@@ -29,13 +31,13 @@ std::string scene_with(std::string_view what, const std::string& key) {
   };
   if (what == "scene") return "{\"version\": 1, " + extra + "}";
   if (what == "body") return body(extra);
-  if (what == "sphere") return body(R"("shape": {"type": "sphere", "radius": 1, )" + extra + "}");
-  if (what == "capsule")
-    return body(R"("shape": {"type": "capsule", "radius": 1, "length": 1, )" + extra + "}");
-  if (what == "box") return body(R"("shape": {"type": "box", "size": [1, 1, 1], )" + extra + "}");
-  for (std::string_view shape : {"hull", "plane", "mesh", "height_field"})
-    if (what == shape)
-      return body(R"("shape": {"type": ")" + std::string(shape) + "\", " + extra + "}");
+  for (std::size_t i = 0; i < std::size(kShapeNames); ++i)
+    if (what == kShapeNames[i]) {
+      std::string members = R"("shape": {"type": ")" + std::string(what) + "\", ";
+      for (const SizeKey& size : kShapeTraits[i]->sizes)
+        members += "\"" + std::string(size.key) + (size.count == 3 ? "\": [1, 1, 1], " : "\": 1, ");
+      return body(members + extra + "}");
+    }
   const auto joint = [&](const std::string& members) {
     return part("joints", R"([{"a": "a", "b": "b", "anchor": [0, 0, 0], )" + members + "}]");
   };
@@ -60,14 +62,34 @@ std::string scene_with(std::string_view what, const std::string& key) {
   return part(std::string(what) + "s", "[{" + extra + "}]");
 }
 
+/// All kinds of objects, shapes too.
+std::vector<KeySet> all_kinds() {
+  std::vector<KeySet> all(kKeySets.begin(), kKeySets.end());
+  for (std::size_t i = 0; i < std::size(kShapeNames); ++i)
+    all.push_back(keys_of(static_cast<ShapeKind>(i)));
+  return all;
+}
+
 }  // namespace
+
+TEST_CASE("The schema describes shapes as the table of their kinds does") {
+  const nlohmann::json defs = schema().at("$defs");
+  nlohmann::json kinds = nlohmann::json::array();
+  for (std::size_t i = 0; i < std::size(kShapeNames); ++i) {
+    const std::string name(kShapeNames[i]);
+    CAPTURE(name);
+    kinds.push_back({{"$ref", "#/$defs/" + name}});
+    CHECK(defs.at(name) == nlohmann::json::parse(schema_of(static_cast<ShapeKind>(i))));
+  }
+  CHECK(defs.at("shape").at("oneOf") == kinds);
+}
 
 TEST_CASE("Loader and schema have the same kinds of objects with the same keys") {
   const nlohmann::json defs = schema().at("$defs");
   std::set<std::string> with_keys;
   for (const auto& [name, value] : defs.items())
     if (value.contains("properties")) with_keys.insert(name);
-  for (const KeySet& set : kKeySets) {
+  for (const KeySet& set : all_kinds()) {
     CAPTURE(set.what);
     REQUIRE(with_keys.erase(std::string(set.what)) == 1);
     const nlohmann::json& kind = defs.at(std::string(set.what));
@@ -82,7 +104,7 @@ TEST_CASE("Loader and schema have the same kinds of objects with the same keys")
 }
 
 TEST_CASE("Every kind of object refuses a key it does not know") {
-  for (const KeySet& set : kKeySets) {
+  for (const KeySet& set : all_kinds()) {
     const std::string text = scene_with(set.what, "frobnicate");
     CAPTURE(text);
     const Lines lines = complaints(text);
@@ -135,7 +157,7 @@ TEST_CASE("A key beside its old name is refused") {
 
 TEST_CASE("Every key of every kind of object is read") {
   // An object as the value fits no key but those of objects; a key that nobody reads would pass.
-  for (const KeySet& set : kKeySets)
+  for (const KeySet& set : all_kinds())
     for (std::string_view key : set.keys) {
       std::string text = scene_with(set.what, std::string(key));
       const std::size_t at = text.rfind("\": 1");

@@ -4,20 +4,13 @@
 #include <span>
 
 #include "engine/render/eye.hpp"
+#include "engine/world/queries.hpp"
 #include "engine/world/world.hpp"
 
 namespace pantin::program {
 
-/// A half-line in the world; `way` has unit length.
-struct Ray {
-  Vec3 origin{0}, way{0, 0, -1};
-};
-
-/// The ray that the middle of a pixel shows; x from the left, y from the top.
+/// The ray that the middle of a pixel shows, 1 m of it; x from the left, y from the top.
 Ray ray_through(const Eye& eye, double x, double y);
-
-/// Distance along the ray to a shape at `pose`, or none. A ray that starts inside meets no surface.
-std::optional<Real> meet(const Ray& ray, const Shape& shape, const Pose& pose);
 
 /// A point on a body's surface.
 struct Picked {

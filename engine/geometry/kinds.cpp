@@ -1,0 +1,83 @@
+#include "engine/geometry/kinds.hpp"
+
+#include "engine/geometry/smooth.hpp"
+#include "engine/geometry/surface.hpp"
+
+namespace pantin {
+namespace {
+
+Box bounds_by_support(const Shape& shape, const Pose& at) {
+  const auto support = traits_of(shape.kind).support;
+  const Mat3 turn = glm::mat3_cast(at.rotation), back = glm::transpose(turn);
+  Box box;
+  for (int k = 0; k < 3; ++k) {
+    box.low[k] = at.position[k] + (turn * support(shape, -back[k]))[k];
+    box.high[k] = at.position[k] + (turn * support(shape, back[k]))[k];
+  }
+  return box;
+}
+
+}  // namespace
+
+Convex place(const Shape& shape, const Pose& at, ConvexRoom& room) {
+  const ShapeTraits& kind = traits_of(shape.kind);
+  if (kind.place) return kind.place(shape, at, room);
+  Convex c;
+  const Box box = bounds_of(shape, Pose{});
+  c.smooth = &shape, c.turn = glm::mat3_cast(at.rotation), c.origin = at.position;
+  c.centre = at.position + c.turn * ((box.low + box.high) / 2.0);
+  c.size = glm::length(box.high - box.low) / 2;
+  return c;
+}
+
+Vec3 Convex::smooth_extreme(Vec3 direction) const {
+  return origin + turn * traits_of(smooth->kind).support(*smooth, direction * turn);
+}
+
+Box bounds_of(const Shape& shape, const Pose& at) {
+  const ShapeTraits& kind = traits_of(shape.kind);
+  return kind.bounds ? kind.bounds(shape, at) : bounds_by_support(shape, at);
+}
+
+Real reach_of(const Shape& shape) {
+  const ShapeTraits& kind = traits_of(shape.kind);
+  if (kind.rounded)
+    if (const auto box = kind.rounded(shape)) return glm::length(box->core) + box->radius;
+  if (shape.surface)
+    return glm::length(glm::max(glm::abs(shape.surface->low), glm::abs(shape.surface->high)));
+  if (!kind.support || !is_complete(shape)) return 0;
+  const Box box = bounds_by_support(shape, Pose{});
+  return glm::length(glm::max(glm::abs(box.low), glm::abs(box.high)));
+}
+
+Real inner_radius(const Shape& shape) {
+  const auto radius = traits_of(shape.kind).inner_radius;
+  return radius && is_complete(shape) ? radius(shape) : 0;
+}
+
+std::optional<RayEntry> cast(const Shape& shape, Vec3 from, Vec3 way, Real limit) {
+  if (!is_complete(shape)) return std::nullopt;
+  const auto exact = traits_of(shape.kind).cast;
+  if (exact) return exact(shape, from, way, limit);
+  ConvexRoom room;
+  return cast_at(place(shape, Pose{}, room), from, way, limit);
+}
+
+std::optional<SurfacePoint> closest(const Shape& shape, Vec3 p, Real limit) {
+  if (!is_complete(shape)) return std::nullopt;
+  const auto exact = traits_of(shape.kind).closest;
+  if (exact) return exact(shape, p, limit);
+  ConvexRoom room;
+  return closest_of(place(shape, Pose{}, room), p, limit);
+}
+
+bool contains(const Shape& shape, Vec3 p) {
+  if (shape.surface && !is_unbounded(shape.kind) &&
+      !(glm::all(glm::lessThanEqual(shape.surface->low, p)) &&
+        glm::all(glm::lessThanEqual(p, shape.surface->high))))
+    return false;
+  const auto near = closest(shape, p, 0);
+  return near && near->distance < 0;
+}
+
+}  // namespace pantin

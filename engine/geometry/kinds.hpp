@@ -1,0 +1,155 @@
+#pragma once
+/// What the engine asks of a kind of shape, and the table of all kinds.
+///
+/// A kind is one file, engine/geometry/kinds/<word>.cpp, that fills in a ShapeTraits, and one word
+/// in kind_list.hpp. Contacts, mass, queries, pictures, scene files and their schema follow from
+/// that. A convex kind may leave out every function that can be had from `support`.
+#include <optional>
+#include <span>
+#include <string_view>
+
+#include "engine/geometry/convex.hpp"
+#include "engine/geometry/shape.hpp"
+
+namespace pantin {
+
+/// How shapes of a kind collide, whatever else they are.
+enum class ShapeClass : std::uint8_t {
+  convex,      // one convex piece; the only class that dynamic bodies may have
+  half_space,  // all below y = 0, without end
+  mesh,        // the inside of Surface::faces, a closed surface of triangles
+  heights,     // all below a grid of heights, Surface::columns by Surface::rows
+};
+
+/// What a surface is made of, for kinds that have one.
+enum class SurfaceSource : std::uint8_t { none, points, triangles, heights };
+
+/// A length that a scene file gives, or three of them.
+struct SizeKey {
+  std::string_view key;    // "radius"
+  std::string_view about;  // for the schema
+  int first = 0;           // components of Shape::size: this one, and those behind it
+  int count = 1;           // 1 or 3
+  Real scale = 1;          // what the number is multiplied by: 0.5 for whole edges
+  Real otherwise = 0;      // m, where the key is absent; 0: it must not be
+  std::string_view expected = {};  // for complaints; empty: a size
+};
+
+/// Where a ray in a shape's own frame enters it.
+struct RayEntry {
+  Real distance = 0;  // m
+  Vec3 normal{0, 1, 0};
+};
+
+/// The place of a shape's surface nearest to a point, in the shape's own frame.
+struct SurfacePoint {
+  Vec3 point{0};
+  Vec3 normal{0, 1, 0};  // outwards, unit
+  Real distance = 0;     // m, from the surface to the point; below 0 inside
+};
+
+/// A box about the origin, grown by a radius: what spheres, capsules and boxes are.
+struct RoundedBox {
+  Vec3 core{0};     // m, half extents
+  Real radius = 0;  // m
+};
+
+/// One row of the table. Functions get shapes in their own frame; `Shape::local` is not looked at.
+struct ShapeTraits {
+  std::string_view about;  // one line, for the schema
+  ShapeClass shape_class = ShapeClass::convex;
+  SurfaceSource source = SurfaceSource::none;
+  bool is_round = false;   // looks the same however it is turned
+  bool is_ground = false;  // drawn, but of less interest than what stands on it
+  std::span<const SizeKey> sizes = {};
+
+  // Of a convex kind: the farthest point along a direction, which need not have unit length.
+  Vec3 (*support)(const Shape&, Vec3 direction) = nullptr;
+
+  // Volume (m^3) and principal moments for a mass of 1 kg (m^2), of a kind whose mass centre is its
+  // origin and whose principal axes are its own; else `enclosed`, at density 1. None: no mass.
+  Real (*volume)(const Shape&) = nullptr;
+  Vec3 (*unit_moments)(const Shape&) = nullptr;
+  MassProperties (*enclosed)(const Shape&) = nullptr;
+
+  // Exact where the kind is a rounded box.
+  std::optional<RoundedBox> (*rounded)(const Shape&) = nullptr;
+
+  // Radius of a ball about the origin that lies within the shape, m. None: 0.
+  Real (*inner_radius)(const Shape&) = nullptr;
+
+  // Bounds at a pose. None: from `support`.
+  Box (*bounds)(const Shape&, const Pose&) = nullptr;
+
+  // The shape as corners with flat faces and a radius. None: contacts follow from `support`.
+  Convex (*place)(const Shape&, const Pose&, ConvexRoom&) = nullptr;
+
+  // Where a ray, `way` of unit length, first enters within `limit` (m) of where it starts, which
+  // is outside. None: from `support`.
+  std::optional<RayEntry> (*cast)(const Shape&, Vec3 from, Vec3 way, Real limit) = nullptr;
+
+  // The nearest point of the surface if that is nearer than `limit` (m), or if `p` is inside.
+  // None: from `support`.
+  std::optional<SurfacePoint> (*closest)(const Shape&, Vec3 p, Real limit) = nullptr;
+};
+
+/// One constant for each word of the list, defined in the kind's file.
+namespace shape_kinds {
+#define PANTIN_DECLARE(word) extern const ShapeTraits word;
+PANTIN_SHAPE_KINDS(PANTIN_DECLARE)
+#undef PANTIN_DECLARE
+}  // namespace shape_kinds
+
+/// The words of the list: names of the kinds, in the order of ShapeKind.
+inline constexpr std::string_view kShapeNames[] = {
+#define PANTIN_NAME(word) #word,
+    PANTIN_SHAPE_KINDS(PANTIN_NAME)
+#undef PANTIN_NAME
+};
+
+inline constexpr const ShapeTraits* kShapeTraits[] = {
+#define PANTIN_ROW(word) &shape_kinds::word,
+    PANTIN_SHAPE_KINDS(PANTIN_ROW)
+#undef PANTIN_ROW
+};
+
+inline const ShapeTraits& traits_of(ShapeKind kind) {
+  return *kShapeTraits[static_cast<std::size_t>(kind)];
+}
+inline std::string_view name_of(ShapeKind kind) {
+  return kShapeNames[static_cast<std::size_t>(kind)];
+}
+
+/// Whether a shape has one convex piece: what a dynamic body may be made of.
+inline bool is_convex(ShapeKind kind) {
+  return traits_of(kind).shape_class == ShapeClass::convex;
+}
+/// Whether what is below it has no end, so that bounds do not tell what may touch it.
+inline bool is_unbounded(ShapeKind kind) {
+  const ShapeClass c = traits_of(kind).shape_class;
+  return c == ShapeClass::half_space || c == ShapeClass::heights;
+}
+inline bool has_surface(ShapeKind kind) { return traits_of(kind).source != SurfaceSource::none; }
+/// Grounds are drawn, but matter less than what stands on them.
+inline bool is_ground(ShapeKind kind) { return traits_of(kind).is_ground; }
+/// Whether the shape has the surface that its kind needs.
+inline bool is_complete(const Shape& shape) { return !has_surface(shape.kind) || shape.surface; }
+
+/// Distance of the farthest point from the shape's origin, m; of a half-space 0.
+Real reach_of(const Shape& shape);
+
+/// Radius of a ball about the origin that lies within the shape, m; 0 if there is none.
+Real inner_radius(const Shape& shape);
+
+/// Where a ray in the shape's own frame, `way` of unit length, enters it within `limit` (m) of its
+/// start. A ray that starts inside does not enter, unless it leaves and comes back.
+std::optional<RayEntry> cast(const Shape& shape, Vec3 from, Vec3 way, Real limit);
+
+/// The point of the surface nearest to `p`, in the shape's own frame, if that is nearer than
+/// `limit` (m) or if `p` is inside.
+std::optional<SurfacePoint> closest(const Shape& shape, Vec3 p, Real limit);
+
+/// Whether `p`, in the shape's own frame, is inside.
+bool contains(const Shape& shape, Vec3 p);
+
+}  // namespace pantin

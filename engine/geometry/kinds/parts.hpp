@@ -1,0 +1,32 @@
+#pragma once
+/// What several kinds of shapes are made of.
+#include "engine/geometry/kinds.hpp"
+
+namespace pantin::shape_kinds {
+
+/// Half extents along the outer axes of a box with half extents `extent`, turned by `turn`.
+inline Vec3 spread(const Mat3& turn, Vec3 extent) {
+  return Vec3(glm::dot(glm::abs(Vec3(turn[0].x, turn[1].x, turn[2].x)), extent),
+              glm::dot(glm::abs(Vec3(turn[0].y, turn[1].y, turn[2].y)), extent),
+              glm::dot(glm::abs(Vec3(turn[0].z, turn[1].z, turn[2].z)), extent));
+}
+
+/// Bounds of the box around a surface.
+Box bounds_of_surface(const Shape& shape, const Pose& at);
+
+/// What faces enclose, at density 1: signed tetrahedra from one point.
+MassProperties enclosed_by_faces(const Shape& shape);
+
+/// The first entry of a ray into a ball about `centre`.
+std::optional<RayEntry> cast_ball(Vec3 from, Vec3 way, Vec3 centre, Real radius);
+
+/// The nearest point of a rounded box. Of a point at equal distances from several sides the first
+/// axis counts, and its positive side.
+SurfacePoint closest_of_rounded(const RoundedBox& rounded, Vec3 p);
+
+/// Entry of a ray through a triangle from its outer side, and the distance: nothing beyond `limit`.
+/// [Moeller & Trumbore 1997]
+std::optional<RayEntry> cast_triangle(const std::array<Vec3, 3>& corners, Vec3 from, Vec3 way,
+                                      Real limit);
+
+}  // namespace pantin::shape_kinds

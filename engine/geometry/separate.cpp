@@ -1,0 +1,188 @@
+// Distance and overlap of convex pieces by their support functions.
+#include <algorithm>
+
+#include "engine/geometry/simplex.hpp"
+#include "engine/geometry/smooth.hpp"
+
+namespace pantin {
+namespace {
+
+constexpr int kMostRounds = 96;
+constexpr Real kTouching = 1e-7;  // of the sizes: nearer than this, overlap tells the direction
+constexpr Real kOverlap = 1e-11;  // of the sizes: accuracy of overlaps
+
+/// A point of the difference of two pieces, and where it comes from.
+struct Difference {
+  Vec3 w{0}, on_a{0}, on_b{0};
+};
+
+Difference farthest(const Convex& a, const Convex& b, Vec3 direction) {
+  Difference d;
+  d.on_a = a.extreme(direction), d.on_b = b.extreme(-direction);
+  d.w = d.on_a - d.on_b;
+  return d;
+}
+
+// ---- Overlap -----------------------------------------------------------------------------------
+
+/// A polytope within the difference of two pieces, that grows where it is nearest to the origin.
+class Polytope {
+ public:
+  Polytope(const Convex& a, const Convex& b) : a_(a), b_(b), size_(a.size + b.size) { start(); }
+
+  Separation grow();
+
+ private:
+  static constexpr std::size_t kPoints = 100, kFaces = 4 * kPoints;
+
+  struct Side {
+    std::array<std::uint32_t, 3> corners{};
+    Vec3 normal{0};
+    Real offset = 0;  // m, of its plane along the normal; the origin is inside if all are above 0
+  };
+
+  void start();
+  bool add(std::uint32_t i, std::uint32_t j, std::uint32_t k);
+  bool expand(const Difference& to);
+  Separation answer(const Side& side, Real reach) const;
+
+  const Convex &a_, &b_;
+  Real size_;
+  std::array<Difference, kPoints> points_;
+  std::array<Side, kFaces> sides_;
+  std::size_t point_count_ = 0, side_count_ = 0;
+};
+
+bool Polytope::add(std::uint32_t i, std::uint32_t j, std::uint32_t k) {
+  const Vec3 p = points_[i].w, n = glm::cross(points_[j].w - p, points_[k].w - p);
+  const Real area = glm::length(n);
+  if (!(area > 1e-26 * size_ * size_) || side_count_ == kFaces) return false;
+  sides_[side_count_++] = {{i, j, k}, n / area, glm::dot(n / area, p)};
+  return true;
+}
+
+/// A tetrahedron of points far from one another.
+void Polytope::start() {
+  const auto most = [&](std::span<const Vec3> directions, auto&& measure) {
+    Difference best;
+    Real highest = -1;
+    for (Vec3 d : directions)
+      for (Real sign : {1.0, -1.0}) {
+        const Difference p = farthest(a_, b_, sign * d);
+        if (const Real m = measure(p.w); m > highest) highest = m, best = p;
+      }
+    return best;
+  };
+  const std::array<Vec3, 3> axes{Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)};
+  points_[0] = farthest(a_, b_, {1, 0, 0});
+  const Vec3 o = points_[0].w;
+  points_[1] = most(axes, [&](Vec3 w) { return glm::distance(w, o); });
+  const Vec3 along = points_[1].w - o;
+  points_[2] = most(axes, [&](Vec3 w) { return glm::length(glm::cross(along, w - o)); });
+  const Vec3 up = glm::cross(along, points_[2].w - o);
+  const std::array<Vec3, 1> normal{up};
+  points_[3] = most(normal, [&](Vec3 w) { return std::abs(glm::dot(up, w - o)); });
+  point_count_ = 4;
+  if (glm::dot(up, points_[3].w - o) > 0) std::swap(points_[1], points_[2]);
+  add(0, 1, 2), add(0, 2, 3), add(0, 3, 1), add(1, 3, 2);
+}
+
+/// Replaces the sides that see a point by a cone to it; false if that cannot be done exactly.
+bool Polytope::expand(const Difference& to) {
+  struct Edge {
+    std::uint32_t from, to;
+  };
+  std::array<Edge, 3 * kFaces> rim;
+  std::size_t edges = 0, kept = 0;
+  const auto toggle = [&](std::uint32_t i, std::uint32_t j) {
+    for (std::size_t e = 0; e < edges; ++e)
+      if (rim[e].from == j && rim[e].to == i) return void(rim[e] = rim[--edges]);
+    rim[edges++] = {i, j};
+  };
+  for (std::size_t s = 0; s < side_count_; ++s) {
+    const Side& side = sides_[s];
+    if (glm::dot(side.normal, to.w) - side.offset > 1e-13 * size_)
+      for (std::size_t i = 0; i < 3; ++i) toggle(side.corners[i], side.corners[(i + 1) % 3]);
+    else
+      sides_[kept++] = side;
+  }
+  side_count_ = kept;
+  const auto apex = static_cast<std::uint32_t>(point_count_);
+  points_[point_count_++] = to;
+  for (std::size_t e = 0; e < edges; ++e)
+    if (!add(rim[e].from, rim[e].to, apex)) return false;
+  return true;
+}
+
+/// The pieces are free of each other `reach` along the side's normal, which is as far as they go.
+Separation Polytope::answer(const Side& side, Real reach) const {
+  Simplex s;
+  for (std::uint32_t i = 0; i < 3; ++i) {
+    s.v[i].w = points_[side.corners[i]].w - side.offset * side.normal;
+    s.v[i].a = side.corners[i];
+  }
+  s.count = 3;
+  Vec3 nearest;
+  shrink(s, nearest);
+  Separation found;
+  for (int i = 0; i < s.count; ++i) found.on_a += s.v[i].share * points_[s.v[i].a].on_a;
+  found.normal = -side.normal, found.distance = -reach;
+  found.on_b = found.on_a - found.distance * found.normal;
+  return found;
+}
+
+Separation Polytope::grow() {
+  Side best;
+  Real reach = 0;
+  best.normal = {0, -1, 0};  // of a difference without volume
+  while (side_count_ > 0) {
+    best = *std::min_element(
+        sides_.begin(), sides_.begin() + static_cast<std::ptrdiff_t>(side_count_),
+        [](const Side& p, const Side& q) { return p.offset < q.offset; });
+    const Difference next = farthest(a_, b_, best.normal);
+    reach = glm::dot(best.normal, next.w);
+    if (point_count_ == kPoints) break;
+    if (reach - best.offset <= kOverlap * size_) break;
+    if (!expand(next)) break;
+  }
+  return answer(best, reach);
+}
+
+}  // namespace
+
+// ---- Distance ----------------------------------------------------------------------------------
+
+Separation separate(const Convex& a, const Convex& b, Real limit) {
+  const Real size = a.size + b.size, touching = kTouching * size;
+  std::array<Difference, kMostRounds> seen;
+  Simplex s, kept;
+  Vec3 v = a.centre - b.centre, last(0);
+  if (v == Vec3(0)) v = Vec3(0, 1, 0);
+  Real kept_distance = 1e300;
+  for (std::uint32_t round = 0; round < kMostRounds; ++round) {
+    seen[round] = farthest(a, b, -v);
+    const Vec3 w = seen[round].w;
+    const Real ahead = glm::dot(v, w), length = glm::length(v);
+    if (ahead > limit * length) {
+      Separation found;
+      found.normal = v / length, found.distance = ahead / length, found.is_beyond = true;
+      return found;
+    }
+    if (s.count > 0 && kept_distance - ahead <= 1e-14 * kept_distance + 1e-16 * length * size)
+      break;
+    s.v[s.count++] = {w, round, round, 1};
+    if (!shrink(s, v) || glm::dot(v, v) <= touching * touching) return Polytope(a, b).grow();
+    if (glm::dot(v, v) >= kept_distance) break;  // no progress: rounding has the word
+    kept = s, last = v, kept_distance = glm::dot(v, v);
+  }
+  Separation found;
+  for (int i = 0; i < kept.count; ++i) {
+    found.on_a += kept.v[i].share * seen[kept.v[i].a].on_a;
+    found.on_b += kept.v[i].share * seen[kept.v[i].a].on_b;
+  }
+  found.distance = glm::length(last);
+  found.normal = last / found.distance;
+  return found;
+}
+
+}  // namespace pantin

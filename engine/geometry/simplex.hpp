@@ -1,0 +1,25 @@
+#pragma once
+/// Simplexes in the difference of two convex pieces, for walks towards the origin.
+/// [Gilbert, Johnson & Keerthi 1988]
+#include <cstdint>
+
+#include "engine/base/math.hpp"
+
+namespace pantin {
+
+struct Vertex {
+  Vec3 w{0};                  // of a less of b
+  std::uint32_t a = 0, b = 0;  // their numbers
+  Real share = 1;
+};
+
+struct Simplex {
+  Vertex v[4];
+  int count = 0;
+};
+
+/// Leaves the part of a simplex that is nearest to the origin, with its shares, and that point;
+/// false if the origin is inside.
+bool shrink(Simplex& s, Vec3& point);
+
+}  // namespace pantin

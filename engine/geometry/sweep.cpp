@@ -1,0 +1,131 @@
+#include "engine/geometry/sweep.hpp"
+
+#include "engine/base/check.hpp"
+#include "engine/geometry/smooth.hpp"
+#include "engine/geometry/surface.hpp"
+#include "engine/geometry/touch.hpp"
+
+namespace pantin {
+namespace {
+
+constexpr int kMostRounds = 200;
+constexpr Real kClose = 1e-9;  // of the sizes: nearer counts as touching
+
+struct Slide {
+  const Shape& shape;
+  Pose at;
+  Vec3 way;
+};
+
+/// Steps up to the plane that parts the two, again and again: what lies beyond it is not met
+/// before. [Bergen 2004, "Ray casting against general convex objects"]
+std::optional<SweepHit> sweep_convex(const Slide& k, const Convex& b, Real limit) {
+  ConvexRoom room;
+  SweepHit hit;
+  for (int round = 0; round < kMostRounds; ++round) {
+    const Pose at{k.at.position + hit.distance * k.way, k.at.rotation};
+    const Convex a = place(k.shape, at, room);
+    const Separation apart = separate(a, b, 1e300);
+    const Real gap = apart.distance - a.radius - b.radius;
+    hit.normal = apart.normal, hit.point = apart.on_b + b.radius * apart.normal;
+    if (gap <= kClose * (a.size + b.size)) return hit;
+    const Real sinks = -glm::dot(apart.normal, k.way);
+    if (!(sinks > 0)) return std::nullopt;
+    hit.distance += gap / sinks;
+    if (!(hit.distance <= limit)) return std::nullopt;
+  }
+  return hit;
+}
+
+std::optional<SweepHit> sweep_half_space(const Slide& k, Real limit) {
+  ConvexRoom room;
+  const Convex a = place(k.shape, k.at, room);
+  const Vec3 low = a.extreme({0, -1, 0}) - Vec3(0, a.radius, 0);
+  SweepHit hit;
+  if (low.y > 0) {
+    if (!(k.way.y < 0)) return std::nullopt;
+    hit.distance = low.y / -k.way.y;
+    if (hit.distance > limit) return std::nullopt;
+  }
+  hit.point = low + hit.distance * k.way;
+  hit.point.y = 0;
+  return hit;
+}
+
+/// Triangles that face the slide, one by one.
+struct OverTriangles {
+  const Slide& k;
+  const Surface& surface;
+  Real limit;
+  std::optional<SweepHit> best{};
+
+  void take(std::uint32_t index) {
+    const std::array<Vec3, 3> t = triangle_of(surface, index);
+    if (glm::dot(normal_of(surface, index), k.way) >= 0) return;
+    const Vec3 centre = (t[0] + t[1] + t[2]) / 3.0;
+    const Convex tile{t, {}, {}, {}, {}, 0, centre, glm::distance(t[0], centre)};
+    const auto hit = sweep_convex(k, tile, limit);
+    if (hit && (!best || hit->distance < best->distance)) best = hit, limit = hit->distance;
+  }
+};
+
+std::optional<SweepHit> sweep_surface(const Slide& k, const Surface& s, Real limit) {
+  const Box start = bounds_of(k.shape, k.at);
+  Box swept = start;
+  swept.add({start.low + limit * k.way, start.high + limit * k.way});
+  if (!swept.overlaps({s.low, s.high})) return std::nullopt;
+  OverTriangles over{k, s, limit};
+  if (s.columns == 0) {
+    s.tree.query(swept, [&](std::uint32_t t) { over.take(t); });
+    return over.best;
+  }
+  const std::uint32_t x0 = cell_at(swept.low.x, s.spacing_x, s.columns),
+                      x1 = cell_at(swept.high.x, s.spacing_x, s.columns),
+                      z0 = cell_at(swept.low.z, s.spacing_z, s.rows),
+                      z1 = cell_at(swept.high.z, s.spacing_z, s.rows);
+  for (std::uint32_t z = z0; z <= z1; ++z)
+    for (std::uint32_t x = x0; x <= x1; ++x)
+      for (std::uint32_t i = 0; i < 2; ++i) over.take(2 * (z * (s.columns - 1) + x) + i);
+  return over.best;
+}
+
+/// What overlaps from the start.
+std::optional<SweepHit> overlap_at_start(const Slide& k, const Shape& b) {
+  NarrowRoom room;
+  std::vector<TouchPoint> points;
+  touch(k.shape, k.at, b, Pose{}, 0, room, points);
+  const TouchPoint* deepest = nullptr;
+  for (const TouchPoint& p : points)
+    if (!deepest || p.gap < deepest->gap) deepest = &p;
+  if (!deepest) return std::nullopt;
+  return SweepHit{0, deepest->on_b, deepest->normal};
+}
+
+}  // namespace
+
+std::optional<SweepHit> sweep(const Shape& a, const Pose& at_a, const Shape& b, const Pose& at_b,
+                              Vec3 way, Real limit) {
+  PANTIN_ASSERT(is_convex(a.kind));
+  if (!is_complete(a) || !is_complete(b)) return std::nullopt;
+  const Quat back = glm::conjugate(at_b.rotation);
+  const Slide k{a, {back * (at_a.position - at_b.position), back * at_a.rotation}, back * way};
+  std::optional<SweepHit> hit = overlap_at_start(k, b);
+  ConvexRoom room;
+  if (!hit) switch (traits_of(b.kind).shape_class) {
+      case ShapeClass::half_space:
+        hit = sweep_half_space(k, limit);
+        break;
+      case ShapeClass::mesh:
+      case ShapeClass::heights:
+        hit = sweep_surface(k, *b.surface, limit);
+        break;
+      case ShapeClass::convex:
+        hit = sweep_convex(k, place(b, Pose{}, room), limit);
+        break;
+    }
+  if (!hit) return std::nullopt;
+  hit->point = to_world(at_b, hit->point), hit->normal = at_b.rotation * hit->normal;
+  return hit;
+}
+
+}  // namespace pantin

@@ -1,0 +1,187 @@
+#include "engine/world/queries.hpp"
+
+#include <algorithm>
+#include <tuple>
+
+#include "engine/geometry/sweep.hpp"
+#include "engine/world/world.hpp"
+
+namespace pantin {
+namespace {
+
+/// A ray's entry into one shape: distance and normal, world axes.
+std::optional<RayEntry> enter(const Shape& shape, const Pose& at, const Ray& ray,
+                              const RayEntry& unit) {
+  const Vec3 from = to_local(at, ray.origin), way = glm::conjugate(at.rotation) * unit.normal;
+  if (ray.start_inside == StartInside::hit && contains(shape, from)) {
+    const auto near = closest(shape, from, 0);
+    return RayEntry{0, at.rotation * (near ? near->normal : -way)};
+  }
+  if (way == Vec3(0)) return std::nullopt;
+  auto entry = cast(shape, from, way, unit.distance);
+  if (entry) entry->normal = at.rotation * entry->normal;
+  return entry;
+}
+
+auto order(const RayHit& h) { return std::tie(h.fraction, h.body.index, h.shape); }
+
+}  // namespace
+
+void Queries::refit(const World& world, std::span<const Pose> poses) {
+  items_.clear(), unbounded_.clear(), bounded_.clear(), boxes_.clear(), left_out_ = 0;
+  const auto owners = world.bodies.owners();
+  for (std::uint32_t slot = 0; slot < owners.size(); ++slot) {
+    const Shapes* shapes = world.shapes.find(owners[slot]);
+    if (!shapes) continue;
+    const Collision* collision = world.collisions.find(owners[slot]);
+    const Pose& pose = slot < poses.size() ? poses[slot] : world.bodies.values()[slot].pose;
+    for (std::uint32_t i = 0; i < shapes->parts.size(); ++i) {
+      const Shape& shape = shapes->parts[i];
+      Item item{shape, compose(pose, shape.local), owners[slot], i};
+      if (!is_finite(item.at) || !is_complete(shape)) {
+        ++left_out_;
+        continue;
+      }
+      if (collision)
+        item.groups = collision->groups, item.with = collision->with, item.is_solid = true;
+      const auto number = static_cast<std::uint32_t>(items_.size());
+      if (is_unbounded(shape.kind))
+        unbounded_.push_back(number);
+      else
+        bounded_.push_back(number), boxes_.push_back(bounds_of(shape, item.at));
+      items_.push_back(std::move(item));
+    }
+  }
+  if (tree_.size() == boxes_.size()) tree_.refit(boxes_);
+  if (tree_.size() != boxes_.size() || tree_.looseness() > 1.5) tree_.build(boxes_);
+}
+
+bool Queries::sees(const QueryFilter& filter, const Item& item) {
+  if (filter.bodies == QueryBodies::solid && !item.is_solid) return false;
+  if (filter.except && filter.except == item.body) return false;
+  return (filter.groups & item.with) && (item.groups & filter.with);
+}
+
+/// Calls `found(hit)` for entries within the limit; it returns the limit from then on, a fraction.
+template <class Found>
+void Queries::visit_ray(const Ray& ray, const QueryFilter& filter, Found&& found) const {
+  const Real length = glm::length(ray.way);
+  const Vec3 unit = length > 0 ? ray.way / length : Vec3(0);
+  const auto look = [&](std::uint32_t number, Real limit) {
+    const Item& item = items_[number];
+    if (!sees(filter, item)) return limit;
+    const auto entry = enter(item.shape, item.at, ray, {limit, unit});
+    if (!entry) return limit;
+    const Real fraction = length > 0 ? glm::min(entry->distance / length, Real(1)) : 0;
+    const Vec3 point = ray.origin + entry->distance * unit;
+    // A little farther, so that rounding does not hide what is as near.
+    const Real so_far = found(RayHit{item.body, item.index, point, entry->normal, fraction});
+    return glm::min(limit, length * so_far * (1 + 1e-12));
+  };
+  Real limit = length;
+  for (std::uint32_t number : unbounded_) limit = look(number, limit);
+  tree_.cast(ray.origin, unit, limit,
+             [&](std::uint32_t box, Real so_far) { return look(bounded_[box], so_far); });
+}
+
+RayAnswer Queries::cast_ray(const Ray& ray, const QueryFilter& filter) const {
+  if (!is_finite(ray.origin) || !is_finite(ray.way)) return {{}, QueryStatus::not_finite};
+  RayAnswer answer;
+  visit_ray(ray, filter, [&](const RayHit& hit) {
+    if (!answer.hit || order(hit) < order(*answer.hit)) answer.hit = hit;
+    return answer.hit->fraction;
+  });
+  return answer;
+}
+
+QueryStatus Queries::cast_ray_through(const Ray& ray, const QueryFilter& filter,
+                                      std::vector<RayHit>& out) const {
+  out.clear();
+  if (!is_finite(ray.origin) || !is_finite(ray.way)) return QueryStatus::not_finite;
+  visit_ray(ray, filter, [&](const RayHit& hit) {
+    out.push_back(hit);
+    return Real(1);
+  });
+  std::sort(out.begin(), out.end(),
+            [](const RayHit& a, const RayHit& b) { return order(a) < order(b); });
+  return QueryStatus::ok;
+}
+
+RayAnswer Queries::cast_shape(const Shape& shape, const Pose& from, Vec3 way,
+                              const QueryFilter& filter) const {
+  if (!is_finite(from) || !is_finite(way) || !is_finite(shape.size))
+    return {{}, QueryStatus::not_finite};
+  if (!is_convex(shape.kind) || !is_complete(shape)) return {{}, QueryStatus::bad_shape};
+  const Pose at = compose(from, shape.local);
+  const Real length = glm::length(way);
+  const Vec3 unit = length > 0 ? way / length : Vec3(0);
+  RayAnswer answer;
+  const auto look = [&](std::uint32_t number) {
+    const Item& item = items_[number];
+    if (!sees(filter, item)) return;
+    const Real limit = answer.hit ? answer.hit->fraction * length : length;
+    const auto met = sweep(shape, at, item.shape, item.at, unit, limit);
+    if (!met) return;
+    const Real fraction = length > 0 ? glm::min(met->distance / length, Real(1)) : 0;
+    const RayHit hit{item.body, item.index, met->point, met->normal, fraction};
+    if (!answer.hit || order(hit) < order(*answer.hit)) answer.hit = hit;
+  };
+  Box swept = bounds_of(shape, at);
+  swept.add({swept.low + way, swept.high + way});
+  for (std::uint32_t number : unbounded_) look(number);
+  tree_.query(swept, [&](std::uint32_t box) { look(bounded_[box]); });
+  return answer;
+}
+
+QueryStatus Queries::overlap(const Shape& shape, const Pose& at, const QueryFilter& filter,
+                             std::vector<Overlap>& out) const {
+  out.clear();
+  if (!is_finite(at) || !is_finite(shape.size)) return QueryStatus::not_finite;
+  if (!is_convex(shape.kind) || !is_complete(shape)) return QueryStatus::bad_shape;
+  const Pose pose = compose(at, shape.local);
+  std::vector<std::uint32_t> numbers = unbounded_;
+  tree_.query(bounds_of(shape, pose), [&](std::uint32_t box) { numbers.push_back(bounded_[box]); });
+  std::sort(numbers.begin(), numbers.end());
+  NarrowRoom room;
+  std::vector<TouchPoint> points;
+  for (std::uint32_t number : numbers) {
+    const Item& item = items_[number];
+    if (!sees(filter, item)) continue;
+    points.clear();
+    touch(shape, pose, item.shape, item.at, 0, room, points);
+    if (points.empty()) continue;
+    const TouchPoint& deepest =
+        *std::min_element(points.begin(), points.end(),
+                          [](const TouchPoint& a, const TouchPoint& b) { return a.gap < b.gap; });
+    out.push_back({item.body, item.index, -deepest.gap, deepest.normal, deepest.on_b});
+  }
+  return QueryStatus::ok;
+}
+
+ClosestAnswer Queries::closest_point(Vec3 place, Real within, const QueryFilter& filter) const {
+  if (!is_finite(place) || !(within >= 0)) return {{}, QueryStatus::not_finite};
+  ClosestAnswer answer;
+  const auto key = [](const ClosestPoint& p) {
+    return std::tie(p.distance, p.body.index, p.shape);
+  };
+  const auto look = [&](std::uint32_t number) {
+    const Item& item = items_[number];
+    if (!sees(filter, item)) return;
+    const Real limit = answer.hit ? glm::max(answer.hit->distance, Real(0)) : within;
+    const auto near = closest(item.shape, to_local(item.at, place), limit);
+    if (!near) return;
+    const ClosestPoint found{item.body, item.index, to_world(item.at, near->point),
+                             item.at.rotation * near->normal, near->distance};
+    if (!answer.hit || key(found) < key(*answer.hit)) answer.hit = found;
+  };
+  for (std::uint32_t number : unbounded_) look(number);
+  const Real start = answer.hit ? glm::max(answer.hit->distance, Real(0)) : within;
+  tree_.nearest(place, start * start, [&](std::uint32_t box) {
+    look(bounded_[box]);
+    const Real now = answer.hit ? glm::max(answer.hit->distance, Real(0)) : within;
+    return now * now;
+  });
+  return answer;
+}
+
+}  // namespace pantin
