@@ -6,7 +6,7 @@
 
 #include "engine/base/check.hpp"
 #include "engine/base/rotation.hpp"
-#include "engine/scene/utf8.hpp"
+#include "engine/base/utf8.hpp"
 
 namespace pantin {
 namespace {
@@ -38,7 +38,7 @@ Reader::Reader(const JsonDocument& j, Complaints& c, NodeId n, const KeySet& set
   for (NodeId child = json[node].first_child; child != kNoNode; child = json[child].next) {
     const std::string_view key = json[child].key;
     if (accepts(key)) continue;
-    const std::string_view near = nearest(key, set.keys);
+    const std::string_view near = complaints.hints.nearest(key, set.keys);
     complaints.refuse_key(child, "found key \"" + clipped(key) + "\", expected a key of a " +
                                      std::string(set.what) +
                                      (near.empty() ? ": " + listed(set.keys)
@@ -107,7 +107,7 @@ std::size_t Reader::word(std::string_view key, std::size_t otherwise,
     const auto it = std::find(words.begin(), words.end(), json[value].text);
     if (it != words.end()) return static_cast<std::size_t>(it - words.begin());
   }
-  complaints.refuse_value(value, listed(words) + hint(json[value].text, words));
+  complaints.refuse_value(value, listed(words) + complaints.hints.of(json[value].text, words));
   return otherwise;
 }
 
