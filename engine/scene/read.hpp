@@ -75,7 +75,7 @@ std::optional<Collision> read_collision(const Reading& reading, const Reader& fr
 NodeId either(const Reader& from, std::string_view key);
 
 /// Measures of the kind and what acts along its freedoms: "pitch", "spring", "friction", "motor",
-/// "turn", "slide" and so on. Complains of keys that a joint of this kind cannot have.
+/// "angle", "travel" and so on. Complains of keys that a joint of this kind cannot have.
 void read_extras(const Reading& reading, const Reader& from, TurnRecipe& turn);
 
 /// "kind", "limits", "drive" and extras of a joint, or of the joints of a chain.

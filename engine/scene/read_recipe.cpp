@@ -93,10 +93,10 @@ void read_group(const OpenGroup& open, const Reader& from) {
     open.note(ElementKind::body, node);
   }
   read_all(open, from.items("joints"), ElementKind::joint, read_joint, group.joints);
-  read_all(open, from.items("ratios"), ElementKind::ratio, read_ratio, group.ratios);
-  read_all(open, from.items("strings"), ElementKind::string, read_string, group.strings);
+  read_all(open, from.items("gears"), ElementKind::ratio, read_ratio, group.ratios);
+  read_all(open, from.items("cables"), ElementKind::string, read_string, group.strings);
   read_all(open, from.items("pins"), ElementKind::pin, read_pin, group.pins);
-  read_all(open, from.items("drives"), ElementKind::drive, read_drive, group.drives);
+  read_all(open, from.items("paths"), ElementKind::drive, read_drive, group.drives);
   read_all(open, from.items("instances"), ElementKind::instance, read_instance, group.instances);
   read_generators(open, from);
   refuse_repeated_names(open);
