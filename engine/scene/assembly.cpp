@@ -34,7 +34,11 @@ void BuildCount::add(const BuildCount& other, Real times) {
 }
 
 BuildContext::BuildContext(const Recipe& r, BuildMessages& m, const SceneLimits& l)
-    : recipe(r), messages(m), limits(l), poll(l.is_cancelled), built_(r.prefabs.size()),
+    : recipe(r),
+      messages(m),
+      limits(l),
+      poll(l.is_cancelled),
+      built_(r.prefabs.size()),
       states_(r.prefabs.size(), State::unknown) {
   for (std::uint32_t i = 0; i < recipe.prefabs.size(); ++i)
     number_of_.try_emplace(recipe.prefabs[i].name, i);
@@ -47,8 +51,8 @@ void BuildContext::tell_of_cycle(std::uint32_t which, const ElementId& at,
     way += recipe.prefabs[*it].name + " -> ";
   const std::string& name = recipe.prefabs[which].name;
   messages.error(at, member,
-                 "found " + quoted_name(name) + ", expected a prefab that does not contain itself (" +
-                     way + name + ")");
+                 "found " + quoted_name(name) +
+                     ", expected a prefab that does not contain itself (" + way + name + ")");
 }
 
 void BuildContext::build(std::uint32_t which) {

@@ -27,7 +27,7 @@ struct PlacedJoint {
   std::string name;
   ElementId at{};
   std::uint32_t a = 0, b = 0;  // places in Assembly::bodies, or kWorldBody
-  Joint joint;  // an anchor and axes in the world are those of the assembly's frame
+  Joint joint;                 // an anchor and axes in the world are those of the assembly's frame
   std::optional<PoseDrive> drive{};
 };
 
@@ -84,7 +84,7 @@ Assembly assemble(const Recipe& recipe, BuildMessages& messages, const SceneLimi
 /// Places the links of a chain: the own frame of each, and where the chain ends.
 struct ChainCourse {
   std::vector<Pose> links;
-  std::vector<Vec3> joints;  // one more than links: both ends included
+  std::vector<Vec3> joints;   // one more than links: both ends included
   std::vector<Real> lengths;  // m, of the links
   /// What the chain starts turning about.
   Vec3 middle(bool closed) const;

@@ -44,7 +44,8 @@ struct BuildContext {
   void tell_of_cycle(std::uint32_t which, const ElementId& at, std::string_view member);
   void build(std::uint32_t which);
 
-  std::unordered_map<std::string_view, std::uint32_t> number_of_;  // of prefabs; the first of a name
+  std::unordered_map<std::string_view, std::uint32_t>
+      number_of_;  // of prefabs; the first of a name
   std::vector<BuiltPrefab> built_;
   std::vector<State> states_;
   std::vector<std::uint32_t> open_;  // prefabs being built, outermost first

@@ -65,11 +65,9 @@ void GroupBuilder::add_drive(Element<DriveRecipe> e) {
   if (!place) return;
   PlacedBody& driven = made_.bodies[*place];
   const auto refuse = [&](const char* expected) {
-    messages_.error(e.id, "body",
-                    "found " + quoted_name(e.recipe.body) + ", expected " + expected);
+    messages_.error(e.id, "body", "found " + quoted_name(e.recipe.body) + ", expected " + expected);
   };
-  if (driven.body.motion != Motion::driven)
-    return refuse("a body whose \"motion\" is \"driven\"");
+  if (driven.body.motion != Motion::driven) return refuse("a body whose \"motion\" is \"driven\"");
   if (driven.is_driven_by_path) return refuse("a body without another drive");
   driven.is_driven_by_path = true;
   PlacedDrive placed{e.id, *place, {}};

@@ -20,9 +20,9 @@ bool GroupBuilder::can_tie(const Ends& ends) {
   else if (!made_.is_dynamic(ends.a) && !made_.is_dynamic(ends.b))
     fault = "expected a dynamic body on one side";
   if (!fault) return true;
-  messages_.error(ends.id, "",
-                  "found " + quoted_name(ends.a_name) + " tied to " + quoted_name(ends.b_name) +
-                      ", " + fault);
+  messages_.error(
+      ends.id, "",
+      "found " + quoted_name(ends.a_name) + " tied to " + quoted_name(ends.b_name) + ", " + fault);
   return false;
 }
 
@@ -30,8 +30,12 @@ void GroupBuilder::add_joint(Element<JointRecipe> e) {
   const JointRecipe& recipe = e.recipe;
   const auto a = body_or_world(recipe.a, e.id, "a"), b = body_or_world(recipe.b, e.id, "b");
   if (!a || !b || !can_tie({e.id, recipe.a, recipe.b, *a, *b})) return;
-  PlacedJoint placed{name_for(recipe.name, recipe.a, recipe.b), e.id, *a, *b,
-                     joint_of(made_, recipe, *a, *b), recipe.turn.drive};
+  PlacedJoint placed{name_for(recipe.name, recipe.a, recipe.b),
+                     e.id,
+                     *a,
+                     *b,
+                     joint_of(made_, recipe, *a, *b),
+                     recipe.turn.drive};
   if (recipe.turn.is_line() && !(placed.joint.extras->length > 0) && !recipe.turn.length)
     messages_.error(e.id, "",
                     "found " + a_joint(placed.joint.kind) +
@@ -44,10 +48,10 @@ void GroupBuilder::add_joint(Element<JointRecipe> e) {
 bool GroupBuilder::slides(const std::optional<bool>& asked, std::uint32_t joint,
                           const Wanted& place) {
   const JointKind kind = made_.joints[joint].joint.kind;
-  const bool turns = kind == JointKind::hinge || kind == JointKind::cylindrical ||
-                     kind == JointKind::screw;
-  const bool can_slide = kind == JointKind::prismatic || kind == JointKind::cylindrical ||
-                         kind == JointKind::screw;
+  const bool turns =
+      kind == JointKind::hinge || kind == JointKind::cylindrical || kind == JointKind::screw;
+  const bool can_slide =
+      kind == JointKind::prismatic || kind == JointKind::cylindrical || kind == JointKind::screw;
   const bool slides = asked.value_or(can_slide && !turns);
   if (slides ? can_slide : turns) return slides;
   messages_.error(place.from, place.member,
@@ -69,9 +73,9 @@ void GroupBuilder::add_ratio(Element<RatioRecipe> e) {
              second = look_up(joints_, recipe.second, at_second);
   if (!first || !second) return;
   if (*first == *second) {
-    messages_.error(e.id, "second",
-                    "found " + quoted_name(recipe.second) +
-                        ", expected another joint than the first");
+    messages_.error(
+        e.id, "second",
+        "found " + quoted_name(recipe.second) + ", expected another joint than the first");
     return;
   }
   PlacedRatio placed{name_for(recipe.name, recipe.first, recipe.second), e.id, *first, *second, {}};
@@ -132,8 +136,8 @@ void GroupBuilder::add_string(Element<StringRecipe> e) {
   joint.anchor_a = anchor_of(made_, *a, recipe.at_a);
   joint.anchor_b = anchor_of(made_, *b, recipe.at_b);
   joint.compliance = recipe.compliance;
-  const Real span = glm::length(to_scene(made_, *b, joint.anchor_b) -
-                                to_scene(made_, *a, joint.anchor_a));
+  const Real span =
+      glm::length(to_scene(made_, *b, joint.anchor_b) - to_scene(made_, *a, joint.anchor_a));
   joint.length = recipe.length.value_or(recipe.slack * span);
   if (!(joint.length > 0)) {
     messages_.error(e.id, "",
@@ -170,9 +174,9 @@ bool GroupBuilder::hold_on(Element<PinRecipe> e, PlacedPin& placed) {
   placed.pin.target = recipe.anchor_to ? from_own_frame(made_, *to, *recipe.anchor_to)
                                        : from_scene(made_, *to, placed.pin.target);
   if (*to != placed.body) return true;
-  messages_.error(e.id, "to",
-                  "found " + quoted_name(*recipe.to) +
-                      ", expected another body than the one that is held");
+  messages_.error(
+      e.id, "to",
+      "found " + quoted_name(*recipe.to) + ", expected another body than the one that is held");
   return false;
 }
 

@@ -111,8 +111,7 @@ void read_prefabs(const Reading& reading, const Reader& from, std::vector<Group>
     prefab.name = item.name();
     read_group({reading, static_cast<std::uint32_t>(prefabs.size()), prefab}, item);
     const auto [first, is_new] = known.try_emplace(prefab.name, node);
-    if (!is_new && !prefab.name.empty())
-      refuse_repeated(reading, node, prefab.name, first->second);
+    if (!is_new && !prefab.name.empty()) refuse_repeated(reading, node, prefab.name, first->second);
   }
 }
 

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <filesystem>
 #include <string>
+#include <system_error>
 
 #include "engine/geometry/surface.hpp"
 #include "engine/scene/obj.hpp"
@@ -56,6 +57,11 @@ SurfacePointer kept(const Reader& from, Result<SurfacePointer> made) {
 SurfacePointer surface_of_file(const Reading& reading, const Reader& from, ShapeKind kind,
                                const std::string& path) {
   const NodeId node = from.find("file");
+  std::error_code trouble;
+  if (std::filesystem::is_other(path, trouble)) {  // a pipe may never end
+    from.complaints.refuse(node, path + ": found a device or a pipe, expected an OBJ file");
+    return nullptr;
+  }
   const auto text = read_text(path, reading.limits.bytes, "an OBJ file");
   if (!text) {
     from.complaints.refuse(node, text.errors().front().message);

