@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "engine/base/disjoint_sets.hpp"
 #include "engine/scene/assembly.hpp"
-#include "engine/world/islands.hpp"
 
 namespace pantin {
 namespace {
@@ -42,7 +42,7 @@ std::vector<Extra> extras_of(const PlacedJoint& joint) {
 }  // namespace
 
 std::vector<Solver> solvers_of(const Assembly& assembly, Solver otherwise) {
-  Islands sets(assembly.bodies.size());
+  DisjointSets sets(assembly.bodies.size());
   const auto tie = [&](std::uint32_t a, std::uint32_t b) {
     if (assembly.is_dynamic(a) && assembly.is_dynamic(b)) sets.join(a, b);
   };
