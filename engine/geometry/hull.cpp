@@ -11,6 +11,7 @@ namespace {
 
 constexpr std::uint32_t kNone = UINT32_MAX;
 constexpr std::size_t kMostCorners = 256;
+constexpr std::size_t kMostRaised = 16 * kMostCorners;  // before flat neighbours are joined
 
 struct Facet {
   std::array<std::uint32_t, 3> corners;
@@ -27,7 +28,8 @@ class Quickhull {
 
   /// False if the points lie in a plane.
   bool start();
-  void grow();
+  /// False if there are far more corners than a hull may have.
+  bool grow();
   const std::vector<Facet>& facets() const { return facets_; }
 
  private:
@@ -95,14 +97,17 @@ void Quickhull::share(std::span<const std::uint32_t> orphans, std::uint32_t from
       }
 }
 
-void Quickhull::grow() {
+bool Quickhull::grow() {
+  std::size_t raised = 0;
   for (std::uint32_t f = 0; f < facets_.size(); ++f) {
     if (facets_[f].gone || facets_[f].above.empty()) continue;
+    if (++raised > kMostRaised) return false;
     std::uint32_t apex = facets_[f].above[0];
     for (std::uint32_t p : facets_[f].above)
       if (height(facets_[f], p) > height(facets_[f], apex)) apex = p;
     raise(f, apex);
   }
+  return true;
 }
 
 /// Replaces what `apex` sees by a cone to it. A facet in whose plane it lies goes too, so that no
@@ -249,7 +254,9 @@ Result<std::shared_ptr<const Surface>> make_hull(std::span<const Vec3> points) {
   Quickhull hull(points, flat);
   if (!hull.start())
     return Error{"hull has no volume: its points lie in a plane, on a line or in one place"};
-  hull.grow();
+  if (!hull.grow())
+    return Error{"hull has more than " + std::to_string(kMostRaised) +
+                 " corners, expected at most 256: give fewer points"};
   auto s = std::make_shared<Surface>(
       assemble(points, rims(hull.facets(), group_flat(hull.facets(), points, 4 * flat))));
   if (s->points.size() > kMostCorners)

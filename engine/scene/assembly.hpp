@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/scene/build_messages.hpp"
 #include "engine/scene/recipe.hpp"
 
 namespace pantin {
@@ -13,7 +14,7 @@ inline constexpr std::uint32_t kWorldBody = UINT32_MAX;
 
 struct PlacedBody {
   std::string name;
-  NodeId at = kNoNode;
+  ElementId at{};
   Body body;
   const Matter* matter = nullptr;
   const SolverSettings* solver = nullptr;
@@ -24,36 +25,36 @@ struct PlacedBody {
 
 struct PlacedJoint {
   std::string name;
-  NodeId at = kNoNode;
+  ElementId at{};
   std::uint32_t a = 0, b = 0;  // places in Assembly::bodies, or kWorldBody
-  Joint joint;  // an anchor and axes in the world are those of the assembly's frame
+  Joint joint;                 // an anchor and axes in the world are those of the assembly's frame
   std::optional<PoseDrive> drive{};
 };
 
 struct PlacedRatio {
   std::string name;
-  NodeId at = kNoNode;
+  ElementId at{};
   std::uint32_t first = 0, second = 0;  // places in Assembly::joints
   Ratio ratio;
 };
 
 struct PlacedString {
   std::string name;
-  NodeId at = kNoNode;
+  ElementId at{};
   std::uint32_t a = 0, b = 0;
   StringJoint joint;
 };
 
 struct PlacedPin {
   std::string name;
-  NodeId at = kNoNode;
+  ElementId at{};
   std::uint32_t body = 0;
   Pin pin;
   std::uint32_t to = kWorldBody;  // the body held on to; its target is in that one's frame
 };
 
 struct PlacedDrive {
-  NodeId at = kNoNode;
+  ElementId at{};
   std::uint32_t body = 0;
   Drive drive;
 };
@@ -76,15 +77,14 @@ struct Assembly {
   }
 };
 
-/// Complains of names that lead nowhere, prefabs that contain themselves, and counts beyond the
-/// limits.
-Assembly assemble(const Recipe& recipe, const JsonDocument& json, Complaints& complaints,
-                  const SceneLimits& limits);
+/// Tells of names that lead nowhere, prefabs that contain themselves, and counts beyond the limits;
+/// those before anything is copied. Throws Cancelled where the limits say so.
+Assembly assemble(const Recipe& recipe, BuildMessages& messages, const SceneLimits& limits);
 
 /// Places the links of a chain: the own frame of each, and where the chain ends.
 struct ChainCourse {
   std::vector<Pose> links;
-  std::vector<Vec3> joints;  // one more than links: both ends included
+  std::vector<Vec3> joints;   // one more than links: both ends included
   std::vector<Real> lengths;  // m, of the links
   /// What the chain starts turning about.
   Vec3 middle(bool closed) const;
@@ -99,14 +99,14 @@ Quat chain_axes(JointKind kind);
 /// ratios tie together, that names one.
 std::vector<Solver> solvers_of(const Assembly& assembly, Solver otherwise);
 
-/// Complains of joints and ratios that the solver of their bodies does not know.
+/// Tells of joints and ratios that the solver of their bodies does not know.
 void refuse_unsolved(const Assembly& assembly, const std::vector<Solver>& solvers,
-                     const JsonDocument& json, Complaints& complaints);
+                     BuildMessages& messages);
 
 /// Warns of what will run but hardly as meant: mass ratios, pins out of reach, strings too short,
 /// joints that start open or beyond their limits, or that close a loop and are more than a ball.
 void warn_of_structure(const Assembly& assembly, const std::vector<Solver>& solvers,
-                       Complaints& complaints);
+                       BuildMessages& messages);
 
 /// Fills the World of a scene.
 void build_world(const Assembly& assembly, World& world);

@@ -8,7 +8,7 @@
 #include <limits>
 #include <utility>
 
-#include "engine/scene/utf8.hpp"
+#include "engine/base/utf8.hpp"
 
 namespace pantin {
 namespace {
@@ -19,7 +19,8 @@ bool is_digit(char c) { return c >= '0' && c <= '9'; }
 bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '_'; }
 
 /// The power of ten of the first digit that is not 0, of a number that from_chars finds out of
-/// range.
+/// range; at most kFarPower either way.
+constexpr std::int64_t kFarPower = std::int64_t(1) << 40;  // beyond the length of any text
 std::int64_t leading_power(std::string_view digits) {
   const std::size_t e = std::min(digits.find_first_of("eE"), digits.size());
   const std::string_view mantissa = digits.substr(0, e);
@@ -31,7 +32,8 @@ std::int64_t leading_power(std::string_view digits) {
     const std::string_view tail = digits.substr(e + (digits[e + 1] == '+' ? 2 : 1));
     // More digits than an integer holds are certainly out of range too.
     if (std::from_chars(tail.data(), tail.data() + tail.size(), exponent).ec != std::errc())
-      return tail[0] == '-' ? -1 : 1;
+      return tail[0] == '-' ? -kFarPower : kFarPower;
+    exponent = std::clamp(exponent, -kFarPower, kFarPower);
   }
   return static_cast<std::int64_t>(point) - static_cast<std::int64_t>(first) + exponent;
 }
@@ -39,7 +41,7 @@ std::int64_t leading_power(std::string_view digits) {
 class Parser {
  public:
   Parser(JsonDocument& document, const JsonLimits& limits)
-      : document_(document), text_(document.text), limits_(limits) {}
+      : document_(document), text_(document.text), limits_(limits), poll_(limits.poll) {}
 
   void parse() {
     if (text_.starts_with(kByteOrderMark)) at_ = kByteOrderMark.size();
@@ -87,6 +89,15 @@ class Parser {
     return kNoNode;
   }
 
+  /// A fault that leaves the rest readable.
+  void note(std::size_t offset, NodeId id, std::string message) {
+    constexpr std::size_t kMostKept = 10'000;
+    if (document_.faults.size() < kMostKept)
+      document_.faults.push_back({static_cast<std::uint32_t>(offset), id, std::move(message)});
+    else
+      ++document_.more_faults;
+  }
+
   void skip_space() {
     while (at_ < text_.size() &&
            (text_[at_] == ' ' || text_[at_] == '\n' || text_[at_] == '\t' || text_[at_] == '\r'))
@@ -99,6 +110,7 @@ class Parser {
   }
 
   NodeId value(NodeId parent, std::size_t depth) {
+    poll_();
     skip_space();
     if (depth > limits_.depth)
       return fail("a value nested " + std::to_string(depth) + " deep",
@@ -180,9 +192,8 @@ class Parser {
     std::sort(keys.begin(), keys.end());
     for (std::size_t i = 1; i < keys.size(); ++i)
       if (keys[i].first == keys[i - 1].first)
-        document_.faults.push_back(
-            {document_[keys[i].second].key_offset, keys[i].second,
-             "found key \"" + clipped(keys[i].first) + "\" again, expected each key once"});
+        note(document_[keys[i].second].key_offset, keys[i].second,
+             "found key \"" + clipped(keys[i].first) + "\" again, expected each key once");
   }
 
   bool number(NodeId id) {
@@ -223,8 +234,7 @@ class Parser {
     if (answer.ec == std::errc()) return;
     if (leading_power(digits) < 0) return;  // too small to be told from 0
     node.number = std::numeric_limits<double>::quiet_NaN();
-    document_.faults.push_back(
-        {node.offset, id, "found " + clipped(digits) + ", expected a finite number"});
+    note(node.offset, id, "found " + clipped(digits) + ", expected a finite number");
   }
 
   /// NaN and the like: no JSON, but plain enough to read on after them.
@@ -232,9 +242,8 @@ class Parser {
     at_ += letters;
     document_.nodes[id].kind = JsonKind::number;
     document_.nodes[id].number = std::numeric_limits<double>::quiet_NaN();
-    document_.faults.push_back(
-        {static_cast<std::uint32_t>(start), id,
-         "found " + std::string(text_.substr(start, at_ - start)) + ", expected a finite number"});
+    note(start, id,
+         "found " + std::string(text_.substr(start, at_ - start)) + ", expected a finite number");
     return true;
   }
 
@@ -323,6 +332,7 @@ class Parser {
   JsonDocument& document_;
   std::string_view text_;
   const JsonLimits& limits_;
+  Poll poll_;
   std::size_t at_ = 0;
 };
 
@@ -357,17 +367,22 @@ std::string JsonDocument::pointer(NodeId id) const {
   return whole;
 }
 
-LineColumn place_of(std::string_view text, std::size_t offset) {
-  LineColumn place;
-  const std::size_t start = text.starts_with(kByteOrderMark) ? kByteOrderMark.size() : 0;
-  for (std::size_t i = start; i < offset && i < text.size(); ++i) {
-    if (text[i] == '\n') {
-      ++place.line, place.column = 1;
-    } else if (!is_utf8_tail(text[i])) {
-      ++place.column;
-    }
+TextCursor::TextCursor(std::string_view text) : text_(text) {
+  if (text_.starts_with(kByteOrderMark)) at_ = kByteOrderMark.size();
+}
+
+LineColumn TextCursor::place_of(std::size_t offset) {
+  for (; at_ < offset && at_ < text_.size(); ++at_) {
+    if (text_[at_] == '\n')
+      ++place_.line, place_.column = 1;
+    else if (!is_utf8_tail(text_[at_]))
+      ++place_.column;
   }
-  return place;
+  return place_;
+}
+
+LineColumn place_of(std::string_view text, std::size_t offset) {
+  return TextCursor(text).place_of(offset);
 }
 
 JsonDocument parse_json(std::string_view text, const JsonLimits& limits) {

@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/scene/poll.hpp"
+
 namespace pantin {
 
 enum class JsonKind : std::uint8_t { null, boolean, number, string, array, object };
@@ -39,6 +41,7 @@ struct JsonFault {
 struct JsonLimits {
   std::size_t values = 8'000'000;
   std::size_t depth = 64;
+  Poll poll{};
 };
 
 /// Owns the nodes; `text` must outlive it. Node 0 is the whole.
@@ -46,6 +49,7 @@ struct JsonDocument {
   std::string_view text;
   std::vector<JsonNode> nodes;
   std::vector<JsonFault> faults;
+  std::size_t more_faults = 0;  // beyond some thousands they are counted only
   std::deque<std::string> unescaped;
 
   const JsonNode& operator[](NodeId id) const { return nodes[id]; }
@@ -61,8 +65,21 @@ struct LineColumn {
 };
 LineColumn place_of(std::string_view text, std::size_t offset);
 
+/// The same for many bytes in ascending order, in one pass over the text.
+class TextCursor {
+ public:
+  explicit TextCursor(std::string_view text);
+  LineColumn place_of(std::size_t offset);
+
+ private:
+  std::string_view text_;
+  std::size_t at_ = 0;
+  LineColumn place_;
+};
+
 /// Reads strict JSON in UTF-8, with or without a byte order mark. Faults that leave the rest
 /// readable (keys given twice, numbers that are not finite) are collected; others end the reading.
+/// Throws Cancelled where the poll says so.
 JsonDocument parse_json(std::string_view text, const JsonLimits& limits = {});
 
 }  // namespace pantin

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <optional>
 
-#include "engine/scene/utf8.hpp"
+#include "engine/base/utf8.hpp"
 
 namespace pantin {
 namespace {
@@ -51,7 +51,7 @@ class ObjReader {
 
  private:
   void complain(std::string_view found, const std::string& expected) {
-    errors_.push_back({std::string(name_) + ":" + std::to_string(line_) + ": found " +
+    errors_.push_back({printable(name_) + ":" + std::to_string(line_) + ": found " +
                        (found.empty() ? "the end of the line" : "\"" + clipped(found) + "\"") +
                        ", expected " + expected});
   }

@@ -1,27 +1,40 @@
 #pragma once
 /// The pieces that read_recipe() is made of.
+#include <map>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <unordered_map>
+#include <utility>
 #include <vector>
 
+#include "engine/scene/json_recipe.hpp"
+#include "engine/scene/poll.hpp"
 #include "engine/scene/reader.hpp"
-#include "engine/scene/recipe.hpp"
 
 namespace pantin {
+
+/// Surfaces made from files, by kind and path: shapes that name one file share it. Null: refused.
+using SurfaceFiles = std::map<std::pair<ShapeKind, std::string>, std::shared_ptr<const Surface>>;
 
 /// What every part of a file is read against.
 struct Reading {
   const JsonDocument& json;
   Complaints& complaints;
+  JsonPlaces& places;
   const SceneLimits& limits;
+  Poll& poll;
+  SurfaceFiles& surfaces;
   std::vector<Material> materials{};  // the first is the default
+  std::unordered_map<std::string_view, std::uint32_t> material_of{};  // by name, in the text
   SolverSettings solver{};            // of the scene; bodies and instances change some of it
   std::optional<Collision> collision{};           // of bodies that say nothing of it
   std::vector<std::string_view> groups{};         // of collision: a name for each bit, from 0
   std::string folder{};                           // where files that the scene names lie
 
   Reader open(NodeId node, std::string_view what) const {
+    poll();
     return Reader(json, complaints, node, keys_of(what));
   }
 };
@@ -61,9 +74,6 @@ std::optional<Collision> read_collision(const Reading& reading, const Reader& fr
 /// The value of `key` or `key`_deg.
 NodeId either(const Reader& from, std::string_view key);
 
-/// The name of a kind with its article: "a hinge joint".
-std::string a_joint(JointKind kind);
-
 /// Measures of the kind and what acts along its freedoms: "pitch", "spring", "friction", "motor",
 /// "angle", "travel" and so on. Complains of keys that a joint of this kind cannot have.
 void read_extras(const Reading& reading, const Reader& from, TurnRecipe& turn);
@@ -91,8 +101,9 @@ inline constexpr Range kTime{-1e6, 1e6, "a time in seconds, between -1e6 and 1e6
 /// since nothing turns it about its mass centre.
 Matter read_matter(const Reading& reading, const Reader& from, Motion motion);
 
-std::optional<Reference> read_reference(const Reader& from, std::string_view key,
-                                        std::string_view expected, bool is_needed);
+/// The name of something else: text that is not empty; complains otherwise.
+std::optional<std::string> read_reference(const Reader& from, std::string_view key,
+                                          std::string_view expected, bool is_needed);
 
 BodyRecipe read_body(const Reading& reading, NodeId node);
 std::optional<JointRecipe> read_joint(const Reading& reading, NodeId node);

@@ -33,7 +33,7 @@ void read_path(const Reading& reading, const Reader& from, ChainRecipe& chain) {
     reading.complaints.refuse_value(from.find("path"),
                                     chain.closed ? "three points or more of a closed chain"
                                                  : "two points or more");
-  else if (chain.closed && glm::length(chain.path.back() - chain.path.front()) < kSize.least)
+  else if (reading.complaints.refused() == refused_before && chain.closed && glm::length(chain.path.back() - chain.path.front()) < kSize.least)
     reading.complaints.refuse(nodes.back(), "found the first point again, expected another: a "
                                             "closed chain returns by itself");
   if (reading.complaints.refused() != refused_before) return;
@@ -90,14 +90,12 @@ void read_attachments(const Reader& from, ChainRecipe& chain) {
 ChainRecipe read_chain(const Reading& reading, NodeId node) {
   const Reader from = reading.open(node, "chain");
   ChainRecipe chain;
-  chain.at = node;
   if (!from.is_object()) return chain;
   chain.name = from.name();
   read_course(reading, from, chain);
   for (NodeId material : from.items("materials"))
     chain.materials.push_back(find_material(reading, material, 0));
   BodyRecipe& link = chain.link;
-  link.at = node;
   link.matter = read_matter(reading, from, Motion::dynamic);
   link.velocity = from.vec("velocity", Vec3(0));
   link.spin = from.vec("angular_velocity", Vec3(0));
@@ -118,7 +116,7 @@ BodyRecipe read_stairs(const Reading& reading, NodeId node) {
   const Reader from = reading.open(node, "stairs");
   BodyRecipe stairs;
   if (!from.is_object()) return stairs;
-  stairs.at = node, stairs.motion = Motion::fixed;
+  stairs.motion = Motion::fixed;
   const std::string name = from.name();
   bool is_whole = from.need("count", "a number of steps") != kNoNode;
   for (std::string_view key : {"width", "rise", "run"})

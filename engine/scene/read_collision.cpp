@@ -19,7 +19,7 @@ std::uint32_t group_bit(const Reading& reading, NodeId node) {
   if (it != reading.groups.end() && !name.empty())
     return std::uint32_t(1) << (it - reading.groups.begin());
   reading.complaints.refuse_value(node, "a name of \"collision_groups\", or a number from 0 to 31" +
-                                            hint(name, reading.groups));
+                                            reading.complaints.hints.of(name, reading.groups));
   return 0;
 }
 

@@ -49,7 +49,6 @@ void read_frames(const Reader& from, JointRecipe& joint) {
 std::optional<JointRecipe> read_joint(const Reading& reading, NodeId node) {
   const Reader from = reading.open(node, "joint");
   JointRecipe joint;
-  joint.at = node;
   joint.name = optional_name(from);
   const auto a = read_reference(from, "a", kBodyOrWorld, true);
   const auto b = read_reference(from, "b", kBodyOrWorld, true);

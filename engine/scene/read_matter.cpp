@@ -3,7 +3,7 @@
 #include <string>
 
 #include "engine/scene/read.hpp"
-#include "engine/scene/utf8.hpp"
+#include "engine/base/utf8.hpp"
 
 namespace pantin {
 namespace {
@@ -94,14 +94,15 @@ std::uint32_t read_material(const Reading& reading, const Reader& from, std::uin
 }
 
 std::uint32_t find_material(const Reading& reading, NodeId node, std::uint32_t otherwise) {
-  const std::string_view name =
-      reading.json[node].kind == JsonKind::string ? reading.json[node].text : "";
+  const JsonNode& value = reading.json[node];
+  const std::string_view name = value.kind == JsonKind::string ? value.text : "";
+  if (const auto found = reading.material_of.find(name); found != reading.material_of.end())
+    return found->second;
   std::vector<std::string_view> names;
-  for (std::uint32_t i = 1; i < reading.materials.size(); ++i) {
-    if (reading.materials[i].name == name) return i;
+  Hints& hints = reading.complaints.hints;
+  for (std::size_t i = 1; i < reading.materials.size() && hints.any_left(); ++i)
     names.push_back(reading.materials[i].name);
-  }
-  reading.complaints.refuse_value(node, "the name of a material" + hint(name, names));
+  reading.complaints.refuse_value(node, "the name of a material" + hints.of(name, names));
   return otherwise;
 }
 

@@ -122,12 +122,12 @@ std::optional<SolverSettings> read_solver(const Reading& reading, const Reader& 
   return s;
 }
 
-std::optional<Reference> read_reference(const Reader& from, std::string_view key,
-                                        std::string_view expected, bool is_needed) {
+std::optional<std::string> read_reference(const Reader& from, std::string_view key,
+                                          std::string_view expected, bool is_needed) {
   const NodeId node = is_needed ? from.need(key, expected) : from.find(key);
   if (node == kNoNode) return std::nullopt;
   if (from.json[node].kind == JsonKind::string && !from.json[node].text.empty())
-    return Reference{from.json[node].text, node};
+    return std::string(from.json[node].text);
   from.complaints.refuse_value(node, expected);
   return std::nullopt;
 }
@@ -135,7 +135,6 @@ std::optional<Reference> read_reference(const Reader& from, std::string_view key
 BodyRecipe read_body(const Reading& reading, NodeId node) {
   const Reader from = reading.open(node, "body");
   BodyRecipe body;
-  body.at = node;
   if (!from.is_object()) return body;
   body.name = from.name();
   body.motion = static_cast<Motion>(from.word("motion", 0, kMotions));
@@ -156,7 +155,6 @@ std::optional<RatioRecipe> read_ratio(const Reading& reading, NodeId node) {
   constexpr std::string_view kOffsets[] = {"offset", "offset_deg"};
   const Reader from = reading.open(node, "gear");
   RatioRecipe r;
-  r.at = node;
   r.name = optional_name(from);
   const auto first = read_reference(from, "first", "the name of a joint", true);
   const auto second = read_reference(from, "second", "the name of a joint", true);
@@ -181,7 +179,6 @@ std::optional<StringRecipe> read_string(const Reading& reading, NodeId node) {
   constexpr std::string_view kLengths[] = {"length", "slack"};
   const Reader from = reading.open(node, "cable");
   StringRecipe string;
-  string.at = node;
   string.name = optional_name(from);
   const auto a = read_reference(from, "a", kBodyOrWorld, true);
   const auto b = read_reference(from, "b", kBodyOrWorld, true);
@@ -199,7 +196,6 @@ std::optional<StringRecipe> read_string(const Reading& reading, NodeId node) {
 std::optional<PinRecipe> read_pin(const Reading& reading, NodeId node) {
   const Reader from = reading.open(node, "pin");
   PinRecipe pin;
-  pin.at = node;
   pin.name = optional_name(from);
   const auto body = read_reference(from, "body", "the name of a body", true);
   pin.point = read_point(from, "point", "anchor");
@@ -224,7 +220,6 @@ std::optional<DriveRecipe> read_drive(const Reading& reading, NodeId node) {
   constexpr std::string_view kPaths[] = {"keyframes", "lissajous"};
   const Reader from = reading.open(node, "path");
   DriveRecipe drive;
-  drive.at = node;
   const auto body = read_reference(from, "body", "the name of a driven body", true);
   from.one_of(kPaths);
   drive.loop = from.flag("loop", false);
@@ -241,7 +236,6 @@ std::optional<InstanceRecipe> read_instance(const Reading& reading, NodeId node)
   const Reader from = reading.open(node, "instance");
   if (!from.is_object()) return std::nullopt;
   InstanceRecipe instance;
-  instance.at = node;
   instance.name = from.name();
   const auto prefab = read_reference(from, "prefab", "the name of a prefab", true);
   instance.pose = from.pose();
@@ -255,7 +249,6 @@ std::optional<GridRecipe> read_grid(const Reading& reading, NodeId node) {
   const Reader from = reading.open(node, "grid");
   if (!from.is_object()) return std::nullopt;
   GridRecipe grid;
-  grid.each.at = node;
   grid.each.name = from.name();
   const auto prefab = read_reference(from, "prefab", "the name of a prefab", true);
   grid.each.pose = from.pose();

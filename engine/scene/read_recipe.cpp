@@ -1,96 +1,123 @@
 #include <algorithm>
-#include <map>
 #include <string>
+#include <unordered_map>
 
 #include "engine/scene/read.hpp"
 
 namespace pantin {
 namespace {
 
+/// A group that is being read.
+struct OpenGroup {
+  const Reading& reading;
+  std::uint32_t number;  // as in ElementId
+  Group& group;
+
+  void note(ElementKind kind, NodeId node) const { reading.places.add(number, kind, node); }
+};
+
 /// Reads each item of an array; those that cannot be read are left out.
 template <class T, class Read>
-void read_all(const Reading& reading, const Reader& from, std::string_view key, Read read,
+void read_all(const OpenGroup& open, const std::vector<NodeId>& nodes, ElementKind kind, Read read,
               std::vector<T>& into) {
-  const std::vector<NodeId> nodes = from.items(key);
   into.reserve(nodes.size());
   for (NodeId node : nodes)
-    if (auto item = read(reading, node)) into.push_back(std::move(*item));
+    if (auto item = read(open.reading, node)) {
+      into.push_back(std::move(*item));
+      open.note(kind, node);
+    }
 }
 
-void read_generators(const Reading& reading, const Reader& outer, Group& group) {
+void read_generators(const OpenGroup& open, const Reader& outer) {
   const NodeId node = outer.find("generators");
   if (node == kNoNode) return;
-  const Reader from = reading.open(node, "generators");
-  read_all(reading, from, "grids", read_grid, group.grids);
+  const Reader from = open.reading.open(node, "generators");
+  Group& group = open.group;
+  read_all(open, from.items("grids"), ElementKind::grid, read_grid, group.grids);
   for (NodeId item : from.items("chains")) {
-    ChainRecipe chain = read_chain(reading, item);
-    if (chain.links > 0)
+    ChainRecipe chain = read_chain(open.reading, item);
+    if (chain.links > 0) {
       group.chains.push_back(std::move(chain));
-    else
+      open.note(ElementKind::chain, item);
+    } else {
       group.broken.push_back(chain.name);
+    }
   }
   for (NodeId item : from.items("stairs")) {
-    BodyRecipe stairs = read_stairs(reading, item);
-    if (!stairs.name.empty()) group.bodies.push_back(std::move(stairs));
+    BodyRecipe stairs = read_stairs(open.reading, item);
+    if (stairs.name.empty()) continue;
+    group.bodies.push_back(std::move(stairs));
+    open.note(ElementKind::body, item);
   }
+}
+
+/// Complains of a name that another element has, found at `named`.
+void refuse_repeated(const Reading& reading, NodeId named, const std::string& name, NodeId first) {
+  reading.complaints.refuse(reading.json.member(named, "name"),
+                            "found the name \"" + name + "\" again, expected one that " +
+                                reading.json.pointer(first) + " does not have");
 }
 
 /// Complains of names given twice; one name space for all that a group contains.
-void refuse_repeated_names(const Reading& reading, const Group& group) {
-  std::map<std::string_view, NodeId> known;
-  const auto see = [&](const std::string& name, NodeId at) {
-    if (name.empty()) return;
-    const auto [first, is_new] = known.try_emplace(name, at);
-    if (!is_new)
-      reading.complaints.refuse(reading.json.member(at, "name"),
-                                "found the name \"" + name + "\" again, expected one that " +
-                                    reading.json.pointer(first->second) + " does not have");
+void refuse_repeated_names(const OpenGroup& open) {
+  std::unordered_map<std::string_view, NodeId> known;
+  const auto see = [&](const auto& items, ElementKind kind, const auto& name_of) {
+    for (std::uint32_t i = 0; i < items.size(); ++i) {
+      const std::string& name = name_of(items[i]);
+      if (name.empty()) continue;
+      const NodeId at = open.reading.places.node({kind, open.number, i});
+      const auto [first, is_new] = known.try_emplace(name, at);
+      if (!is_new) refuse_repeated(open.reading, at, name, first->second);
+    }
   };
-  for (const auto& x : group.bodies) see(x.name, x.at);
-  for (const auto& x : group.instances) see(x.name, x.at);
-  for (const auto& x : group.grids) see(x.each.name, x.each.at);
-  for (const auto& x : group.chains) see(x.name, x.at);
-  for (const auto& x : group.joints) see(x.name, x.at);
-  for (const auto& x : group.ratios) see(x.name, x.at);
-  for (const auto& x : group.strings) see(x.name, x.at);
-  for (const auto& x : group.pins) see(x.name, x.at);
+  const auto own = [](const auto& x) -> const std::string& { return x.name; };
+  const Group& group = open.group;
+  see(group.bodies, ElementKind::body, own);
+  see(group.instances, ElementKind::instance, own);
+  see(group.grids, ElementKind::grid,
+      [](const GridRecipe& g) -> const std::string& { return g.each.name; });
+  see(group.chains, ElementKind::chain, own);
+  see(group.joints, ElementKind::joint, own);
+  see(group.ratios, ElementKind::ratio, own);
+  see(group.strings, ElementKind::string, own);
+  see(group.pins, ElementKind::pin, own);
 }
 
-void read_group(const Reading& reading, const Reader& from, Group& group) {
-  group.at = from.node;
+void read_group(const OpenGroup& open, const Reader& from) {
+  Group& group = open.group;
+  open.note(ElementKind::group, from.node);
   for (NodeId node : from.items("bodies")) {
-    BodyRecipe body = read_body(reading, node);
-    if (!body.name.empty()) group.bodies.push_back(std::move(body));
+    BodyRecipe body = read_body(open.reading, node);
+    if (body.name.empty()) continue;
+    group.bodies.push_back(std::move(body));
+    open.note(ElementKind::body, node);
   }
-  read_all(reading, from, "joints", read_joint, group.joints);
-  read_all(reading, from, "gears", read_ratio, group.ratios);
-  read_all(reading, from, "cables", read_string, group.strings);
-  read_all(reading, from, "pins", read_pin, group.pins);
-  read_all(reading, from, "paths", read_drive, group.drives);
-  read_all(reading, from, "instances", read_instance, group.instances);
-  read_generators(reading, from, group);
-  refuse_repeated_names(reading, group);
+  read_all(open, from.items("joints"), ElementKind::joint, read_joint, group.joints);
+  read_all(open, from.items("gears"), ElementKind::ratio, read_ratio, group.ratios);
+  read_all(open, from.items("cables"), ElementKind::string, read_string, group.strings);
+  read_all(open, from.items("pins"), ElementKind::pin, read_pin, group.pins);
+  read_all(open, from.items("paths"), ElementKind::drive, read_drive, group.drives);
+  read_all(open, from.items("instances"), ElementKind::instance, read_instance, group.instances);
+  read_generators(open, from);
+  refuse_repeated_names(open);
 }
 
 void read_prefabs(const Reading& reading, const Reader& from, std::vector<Group>& prefabs) {
-  std::map<std::string, NodeId> known;
+  std::unordered_map<std::string, NodeId> known;
   for (NodeId node : from.items("prefabs")) {
     const Reader item = reading.open(node, "prefab");
     if (!item.is_object()) continue;
     Group& prefab = prefabs.emplace_back();
     prefab.name = item.name();
-    read_group(reading, item, prefab);
+    read_group({reading, static_cast<std::uint32_t>(prefabs.size()), prefab}, item);
     const auto [first, is_new] = known.try_emplace(prefab.name, node);
-    if (!is_new && !prefab.name.empty())
-      reading.complaints.refuse(item.find("name"),
-                                "found the name \"" + prefab.name + "\" again, expected one that " +
-                                    reading.json.pointer(first->second) + " does not have");
+    if (!is_new && !prefab.name.empty()) refuse_repeated(reading, node, prefab.name, first->second);
   }
 }
 
 void read_materials(Reading& reading, const Reader& from) {
   reading.materials.assign(1, Material{});
-  std::map<std::string, NodeId> known;
+  std::vector<NodeId> nodes{kNoNode};  // by number of the material
   for (NodeId node : from.items("materials")) {
     const Reader item = reading.open(node, "material");
     if (!item.is_object()) continue;
@@ -99,12 +126,14 @@ void read_materials(Reading& reading, const Reader& from) {
     material.colour = item.colour("colour", material.colour);
     material.roughness = item.number("roughness", material.roughness, kUnit);
     material.metallic = item.number("metallic", material.metallic, kUnit);
-    const auto [first, is_new] = known.try_emplace(material.name, node);
-    if (!is_new && !material.name.empty())
-      reading.complaints.refuse(
-          item.find("name"), "found the name \"" + material.name + "\" again, expected one that " +
-                                 reading.json.pointer(first->second) + " does not have");
+    if (!material.name.empty()) {
+      const std::string_view name = reading.json[item.find("name")].text;
+      const auto number = static_cast<std::uint32_t>(reading.materials.size());
+      const auto [first, is_new] = reading.material_of.try_emplace(name, number);
+      if (!is_new) refuse_repeated(reading, node, material.name, nodes[first->second]);
+    }
     reading.materials.push_back(std::move(material));
+    nodes.push_back(node);
   }
 }
 
@@ -180,11 +209,12 @@ void read_head(const Reader& from, Scene& scene) {
 
 }  // namespace
 
-Recipe read_recipe(const JsonDocument& json, Complaints& complaints, const SceneLimits& limits,
-                   const std::string& folder) {
+Recipe read_recipe(const JsonDocument& json, JsonPlaces& places, const ReadContext& context) {
   Recipe recipe;
-  Reading reading{json, complaints, limits};
-  reading.folder = folder;
+  Poll poll(context.limits.is_cancelled);
+  SurfaceFiles surfaces;
+  Reading reading{json, places.complaints(), places, context.limits, poll, surfaces};
+  reading.folder = context.folder;
   const Reader from = reading.open(0, "scene");
   if (!from.is_object()) return recipe;
   Scene& scene = recipe.scene;
@@ -199,7 +229,7 @@ Recipe read_recipe(const JsonDocument& json, Complaints& complaints, const Scene
   read_ground(reading, from, scene.view);
   read_output(reading, from, scene.output);
   read_prefabs(reading, from, recipe.prefabs);
-  read_group(reading, from, recipe.top);
+  read_group({reading, 0, recipe.top}, from);
   return recipe;
 }
 

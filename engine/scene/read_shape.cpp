@@ -3,6 +3,7 @@
 #include <cmath>
 #include <filesystem>
 #include <string>
+#include <system_error>
 
 #include "engine/geometry/kinds.hpp"
 #include "engine/geometry/surface.hpp"
@@ -44,27 +45,6 @@ std::vector<Triangle> read_triangles(const Reader& from, std::size_t points) {
   return triangles;
 }
 
-/// The OBJ file under "file"; nothing after a complaint.
-std::optional<ObjMesh> read_obj(const Reading& reading, const Reader& from) {
-  const NodeId node = from.find("file");
-  const std::string name = from.text("file", "");
-  if (name.empty()) {
-    if (reading.json[node].kind == JsonKind::string)
-      from.complaints.refuse_value(node, "the path of an OBJ file");
-    return std::nullopt;
-  }
-  const std::string path = (std::filesystem::path(reading.folder) / name).string();
-  const auto text = read_text(path, reading.limits.bytes, "an OBJ file");
-  if (!text) {
-    from.complaints.refuse(node, text.errors().front().message);
-    return std::nullopt;
-  }
-  auto mesh = parse_obj(*text, path);
-  if (mesh) return std::move(*mesh);
-  for (const Error& e : mesh.errors()) from.complaints.refuse(node, e.message);
-  return std::nullopt;
-}
-
 /// Keeps a surface, or complains of what it lacks at the shape.
 SurfacePointer kept(const Reader& from, Result<SurfacePointer> made) {
   if (made) return std::move(*made);
@@ -72,12 +52,50 @@ SurfacePointer kept(const Reader& from, Result<SurfacePointer> made) {
   return nullptr;
 }
 
+/// Makes a surface of an OBJ file's contents; null after a complaint at `node`.
+SurfacePointer surface_of_file(const Reading& reading, const Reader& from, ShapeKind kind,
+                               const std::string& path) {
+  const NodeId node = from.find("file");
+  std::error_code trouble;
+  if (std::filesystem::is_other(path, trouble)) {  // a pipe may never end
+    from.complaints.refuse(node, path + ": found a device or a pipe, expected an OBJ file");
+    return nullptr;
+  }
+  const auto text = read_text(path, reading.limits.bytes, "an OBJ file");
+  if (!text) {
+    from.complaints.refuse(node, text.errors().front().message);
+    return nullptr;
+  }
+  const auto mesh = parse_obj(*text, path);
+  if (mesh)
+    return kept(from, kind == ShapeKind::hull ? make_hull(mesh->points)
+                                              : make_mesh(mesh->points, mesh->triangles));
+  for (const Error& e : mesh.errors()) from.complaints.refuse(node, e.message);
+  return nullptr;
+}
+
+/// The surface of the OBJ file under "file"; null after a complaint. Each file is read once, however
+/// many shapes name it.
+SurfacePointer read_obj(const Reading& reading, const Reader& from, ShapeKind kind) {
+  const NodeId node = from.find("file");
+  const std::string name = from.text("file", "");
+  if (name.empty()) {
+    if (reading.json[node].kind == JsonKind::string)
+      from.complaints.refuse_value(node, "the path of an OBJ file");
+    return nullptr;
+  }
+  const std::string path = (std::filesystem::path(reading.folder) / name).string();
+  const auto [known, is_new] = reading.surfaces.try_emplace({kind, path});
+  if (is_new)
+    known->second = surface_of_file(reading, from, kind, path);
+  else if (!known->second)
+    from.complaints.refuse_value(node, "another file: this one was refused above");
+  return known->second;
+}
+
 SurfacePointer read_hull(const Reading& reading, const Reader& from) {
   from.one_of(kPointsOrFile);
-  if (from.has("file")) {
-    const auto mesh = read_obj(reading, from);
-    return mesh ? kept(from, make_hull(mesh->points)) : nullptr;
-  }
+  if (from.has("file")) return read_obj(reading, from, ShapeKind::hull);
   if (from.need("points", "four points or more, or a \"file\"") == kNoNode) return nullptr;
   const std::size_t refused_before = from.complaints.refused();
   const std::vector<Vec3> points = read_points(from);
@@ -90,8 +108,7 @@ SurfacePointer read_mesh(const Reading& reading, const Reader& from) {
     if (from.has("triangles"))
       from.complaints.refuse_key(from.find("triangles"),
                                  "found \"triangles\" beside \"file\", expected only one of them");
-    const auto mesh = read_obj(reading, from);
-    return mesh ? kept(from, make_mesh(mesh->points, mesh->triangles)) : nullptr;
+    return read_obj(reading, from, ShapeKind::mesh);
   }
   const bool has_points =
       from.need("points", "\"points\" and \"triangles\", or a \"file\"") != kNoNode;
@@ -142,7 +159,7 @@ std::optional<ShapeKind> read_kind(const Reading& reading, NodeId node) {
   const std::string_view word = json[type].kind == JsonKind::string ? json[type].text : "";
   const auto it = std::find(std::begin(kShapeNames), std::end(kShapeNames), word);
   if (it != std::end(kShapeNames)) return static_cast<ShapeKind>(it - std::begin(kShapeNames));
-  reading.complaints.refuse_value(type, listed(kShapeNames) + hint(word, kShapeNames));
+  reading.complaints.refuse_value(type, listed(kShapeNames) + reading.complaints.hints.of(word, kShapeNames));
   return std::nullopt;
 }
 

@@ -6,7 +6,7 @@
 
 #include "engine/base/check.hpp"
 #include "engine/base/rotation.hpp"
-#include "engine/scene/utf8.hpp"
+#include "engine/base/utf8.hpp"
 
 namespace pantin {
 namespace {
@@ -47,7 +47,7 @@ Reader::Reader(const JsonDocument& j, Complaints& c, NodeId n, const KeySet& set
 }
 
 void Reader::refuse_unknown(NodeId child) const {
-  const std::string_view key = json[child].key, near = nearest(key, set_.keys);
+  const std::string_view key = json[child].key, near = complaints.hints.nearest(key, set_.keys);
   complaints.refuse_key(child, "found key \"" + clipped(key) + "\", expected a key of a " +
                                    std::string(set_.what) +
                                    (near.empty() ? ": " + listed(set_.keys)
@@ -134,7 +134,7 @@ std::size_t Reader::word(std::string_view key, std::size_t otherwise,
                                              std::string(today) + "\" today");
     if (it != words.end()) return static_cast<std::size_t>(it - words.begin());
   }
-  complaints.refuse_value(value, listed(words) + hint(json[value].text, words));
+  complaints.refuse_value(value, listed(words) + complaints.hints.of(json[value].text, words));
   return otherwise;
 }
 

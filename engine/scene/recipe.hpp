@@ -1,22 +1,15 @@
 #pragma once
-/// A scene file as read: every value typed and checked by itself, names not yet looked up.
+/// A scene as a reader of some format leaves it: every value typed and checked by itself, names not
+/// yet looked up. It knows no format and no file; what building it finds wrong is told by element
+/// (build_messages.hpp), and the reader knows where in its file each of them stands.
 #include <array>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
-#include "engine/scene/complaints.hpp"
-#include "engine/scene/json.hpp"
 #include "engine/scene/scene.hpp"
 
 namespace pantin {
-
-/// The name of something else in the file. Views into the file's text.
-struct Reference {
-  std::string_view name;
-  NodeId at = kNoNode;
-};
 
 /// What a body is made of, in its mass-centre frame.
 struct Matter {
@@ -29,7 +22,6 @@ struct Matter {
 
 struct BodyRecipe {
   std::string name;
-  NodeId at = kNoNode;
   Matter matter;
   Pose pose;  // of the body's own frame
   Vec3 velocity{0}, spin{0};
@@ -50,6 +42,9 @@ struct AxesRecipe {
   std::optional<Vec3> across;
 };
 
+/// The name of a kind with its article, for messages: "a hinge joint".
+std::string a_joint(JointKind kind);
+
 /// What a joint lets its bodies do, apart from where it is.
 struct TurnRecipe {
   JointKind kind = JointKind::ball;
@@ -67,8 +62,7 @@ struct TurnRecipe {
 
 struct JointRecipe {
   std::string name;
-  NodeId at = kNoNode;
-  Reference a, b;
+  std::string a, b;
   std::optional<Vec3> anchor, anchor_a, anchor_b;
   std::optional<Vec3> point_a, point_b;    // of kinds that are lines: in the scene
   AxesRecipe axes;                         // in the scene at the start, unless given in a body:
@@ -79,8 +73,7 @@ struct JointRecipe {
 
 struct RatioRecipe {
   std::string name;
-  NodeId at = kNoNode;
-  Reference first, second;  // joints
+  std::string first, second;  // joints
   std::optional<bool> slides_first, slides_second;  // by default as the kind of joint
   Real ratio = 1;
   std::optional<Real> offset;  // as written
@@ -89,8 +82,7 @@ struct RatioRecipe {
 
 struct StringRecipe {
   std::string name;
-  NodeId at = kNoNode;
-  Reference a, b;
+  std::string a, b;
   PointRecipe at_a, at_b;
   std::optional<Real> length;
   Real slack = 1;
@@ -99,11 +91,10 @@ struct StringRecipe {
 
 struct PinRecipe {
   std::string name;
-  NodeId at = kNoNode;
-  Reference body;
+  std::string body;
   PointRecipe point;
   std::optional<Vec3> target;
-  std::optional<Reference> to;
+  std::optional<std::string> to;
   std::optional<Vec3> anchor_to;  // in the own frame of `to`
   Pin pin;                        // priority, grip, stiffness
 };
@@ -115,8 +106,7 @@ struct KeyRecipe {
 };
 
 struct DriveRecipe {
-  NodeId at = kNoNode;
-  Reference body;
+  std::string body;
   std::vector<KeyRecipe> keys;  // empty: a sway
   bool loop = false;
   Lissajous sway;  // angles of a prefab's frame; centre as below
@@ -125,8 +115,7 @@ struct DriveRecipe {
 
 struct InstanceRecipe {
   std::string name;
-  NodeId at = kNoNode;
-  Reference prefab;
+  std::string prefab;  // empty if it could not be read: told already, names below are unknown
   Pose pose;
   Real time_offset = 0;
   std::optional<SolverSettings> solver;
@@ -140,14 +129,13 @@ struct GridRecipe {
 
 struct ChainRecipe {
   std::string name;
-  NodeId at = kNoNode;
   int links = 0;
   Real length = 0;                       // of one link, joint to joint
   BodyRecipe link;                       // its own frame: middle of the link, -y along the chain
   std::vector<std::uint32_t> materials;  // taken in turn; empty: as the shapes say
   Vec3 start{0}, direction{0, -1, 0}, sag{0, -1, 0};
   std::optional<Vec3> end;
-  std::optional<Reference> attach, end_attach;
+  std::optional<std::string> attach, end_attach;
   Real mass_ratio = 1, tip_mass_factor = 1;
   std::vector<Vec3> path;    // joint after joint, m; empty: laid out by what stands above
   bool closed = false;       // the last link is jointed to the first
@@ -155,10 +143,9 @@ struct ChainRecipe {
   TurnRecipe turn;
 };
 
-/// What a prefab and the scene itself have in common.
+/// What a prefab and the scene itself have in common. Names are unique in it.
 struct Group {
   std::string name;
-  NodeId at = kNoNode;
   std::vector<BodyRecipe> bodies;
   std::vector<JointRecipe> joints;
   std::vector<RatioRecipe> ratios;
@@ -172,15 +159,11 @@ struct Group {
   std::vector<std::string> broken;
 };
 
-/// The whole file. `scene` lacks only its World's entities.
+/// The whole. `scene` lacks only its World's entities.
 struct Recipe {
   Scene scene;
   Group top;
   std::vector<Group> prefabs;
 };
-
-/// Files that the scene names are looked for in `folder`.
-Recipe read_recipe(const JsonDocument& json, Complaints& complaints, const SceneLimits& limits,
-                   const std::string& folder);
 
 }  // namespace pantin

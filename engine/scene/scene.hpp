@@ -2,6 +2,7 @@
 /// A scene: a World ready to run, and how it wants to be run and seen. Reads scene files,
 /// version 1.
 #include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -30,7 +31,7 @@ struct Scene {
   std::vector<std::string> warnings;  // whole lines, the place included
 };
 
-/// Counts beyond which a file is refused as absurd.
+/// Counts beyond which a file is refused as absurd, before anything is made of it.
 struct SceneLimits {
   std::size_t bytes = 64u << 20;
   std::size_t bodies = 1'000'000;
@@ -38,6 +39,10 @@ struct SceneLimits {
   std::size_t parts = 4'000'000;   // shapes and keyframes
   std::size_t values = 8'000'000;  // JSON values in the file
   std::size_t depth = 64;          // nesting of JSON values and of prefabs
+  std::size_t copies = 1'000'000;  // of prefabs, by grids
+  std::size_t name_bytes = 128u << 20;  // of all names together; those of copies grow with depth
+  /// Asked now and then while a scene is read; true calls the reading off, with one complaint.
+  std::function<bool()> is_cancelled{};
 };
 
 /// What takes the place of a scene's solver settings, in all its articulations.

@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "engine/base/utf8.hpp"
 #include "engine/scene/assembly.hpp"
+#include "engine/scene/json_recipe.hpp"
 #include "engine/scene/scene.hpp"
 #include "engine/scene/text_file.hpp"
 
@@ -63,31 +65,46 @@ void SolverChoices::apply(SolverSettings& settings) const {
   if (!info_of(settings.integrator).takes_tolerance) settings.step_tolerance = 0;
 }
 
-Result<Scene> parse_scene(std::string_view text, std::string_view name, const SceneLimits& limits,
+namespace {
+
+Result<Scene> parse_whole(std::string_view text, std::string_view name, const SceneLimits& limits,
                           const SolverChoices& choices) {
   if (text.size() > limits.bytes) return Error{too_long(name, limits.bytes, "a scene file")};
-  const JsonDocument json = parse_json(text, {limits.values, limits.depth});
+  const JsonDocument json =
+      parse_json(text, {limits.values, limits.depth, Poll(limits.is_cancelled)});
   Complaints complaints(json, std::string(name));
   const bool is_json = std::none_of(json.faults.begin(), json.faults.end(),
                                     [](const JsonFault& f) { return f.node == kNoNode; });
   if (!is_json) return complaints.errors();
 
-  Recipe recipe = read_recipe(json, complaints, limits,
-                              std::filesystem::path(name).parent_path().string());
-  const Assembly assembly = assemble(recipe, json, complaints, limits);
+  JsonPlaces places(json, complaints);
+  Recipe recipe = read_recipe(
+      json, places, {limits, std::filesystem::path(name).parent_path().string()});
+  const Assembly assembly = assemble(recipe, places, limits);
   if (complaints.any_errors()) return complaints.errors();
   Scene scene = std::move(recipe.scene);
   std::vector<Solver> solvers = solvers_of(assembly, scene.world.default_settings.solver);
   if (choices.solver) solvers.assign(solvers.size(), *choices.solver);
-  refuse_unsolved(assembly, solvers, json, complaints);
+  refuse_unsolved(assembly, solvers, places);
   if (complaints.any_errors()) return complaints.errors();
-  warn_of_structure(assembly, solvers, complaints);
+  warn_of_structure(assembly, solvers, places);
   build_world(assembly, scene.world);
   choices.apply(scene.world.default_settings);
   for (SolverSettings& s : scene.world.settings.values()) choices.apply(s);
   if (scene.title.empty()) scene.title = std::filesystem::path(name).stem().string();
   scene.warnings = complaints.warnings();
   return scene;
+}
+
+}  // namespace
+
+Result<Scene> parse_scene(std::string_view text, std::string_view name, const SceneLimits& limits,
+                          const SolverChoices& choices) {
+  try {
+    return parse_whole(text, name, limits, choices);
+  } catch (const Cancelled&) {
+    return Error{printable(name) + ": reading was called off"};
+  }
 }
 
 Result<Scene> load_scene(const std::string& path, const SceneLimits& limits,

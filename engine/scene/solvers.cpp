@@ -1,10 +1,12 @@
 #include <algorithm>
 #include <set>
 #include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
-#include "engine/scene/assembly.hpp"
-#include "engine/scene/read.hpp"
 #include "engine/base/disjoint_sets.hpp"
+#include "engine/scene/assembly.hpp"
 
 namespace pantin {
 namespace {
@@ -14,21 +16,26 @@ std::uint32_t mover(const Assembly& assembly, const PlacedJoint& joint) {
   return assembly.is_dynamic(joint.a) ? joint.a : joint.b;
 }
 
-/// What a joint has that only the Lagrangian solver knows, by the place it is written at.
+/// What a joint has that only the Lagrangian solver knows, by the member it is written in.
 struct Extra {
-  NodeId at;
+  std::string_view member;
   std::string what;
 };
-std::vector<Extra> extras_of(const PlacedJoint& joint, const JsonDocument& json) {
-  if (!is_articulated(joint.joint.kind))
-    return {{json.member(joint.at, "kind"), a_joint(joint.joint.kind) + " \"" + joint.name + "\""}};
+std::vector<Extra> extras_of(const PlacedJoint& joint) {
+  const std::string name = "\"" + joint.name + "\"", named = "joint " + name;
+  if (!is_articulated(joint.joint.kind)) return {{"kind", a_joint(joint.joint.kind) + " " + name}};
+  const JointExtras& extras = *joint.joint.extras;
+  const SpringDamper& spring = extras.turn.spring;
+  const JointFriction& friction = extras.turn.friction;
   std::vector<Extra> found;
-  const auto look = [&](NodeId object, const std::string& key) {
-    const NodeId at = object == kNoNode ? kNoNode : json.member(object, key);
-    if (at != kNoNode) found.push_back({at, "\"" + key + "\" of joint \"" + joint.name + "\""});
-  };
-  for (const char* key : {"spring", "friction", "motor"}) look(joint.at, key);
-  look(json.member(joint.at, "limits"), "restitution");
+  if (spring.stiffness != 0 || spring.damping != 0)
+    found.push_back({"spring", "\"spring\" of " + named});
+  if (friction.viscous != 0 || friction.dry != 0)
+    found.push_back({"friction", "\"friction\" of " + named});
+  if (extras.turn.motor.kind != MotorKind::none)
+    found.push_back({"motor", "\"motor\" of " + named});
+  if (extras.restitution != 0)
+    found.push_back({"limits/restitution", "\"restitution\" of " + named});
   return found;
 }
 
@@ -55,24 +62,25 @@ std::vector<Solver> solvers_of(const Assembly& assembly, Solver otherwise) {
 }
 
 void refuse_unsolved(const Assembly& assembly, const std::vector<Solver>& solvers,
-                     const JsonDocument& json, Complaints& complaints) {
-  std::set<NodeId> told;  // the fault of a prefab once, however often it is copied
-  const auto refuse = [&](NodeId at, const std::string& what, Solver solver) {
-    if (told.insert(at).second)
-      complaints.refuse(at, "found " + what + " solved by \"" + name_of(solver) +
-                                "\", expected the solver \"lagrangian\": no other knows it");
+                     BuildMessages& messages) {
+  // The fault of a prefab once, however often it is copied.
+  std::set<std::pair<ElementId, std::string_view>> told;
+  const auto refuse = [&](const ElementId& at, const Extra& extra, Solver solver) {
+    if (told.insert({at, extra.member}).second)
+      messages.error(at, extra.member,
+                     "found " + extra.what + " solved by \"" + name_of(solver) +
+                         "\", expected the solver \"lagrangian\": no other knows it");
   };
   for (const PlacedJoint& j : assembly.joints) {
     const Solver solver = solvers[mover(assembly, j)];
     if (solver == Solver::lagrangian || (!j.joint.extras.any() && is_articulated(j.joint.kind)))
       continue;
-    for (const Extra& extra : extras_of(j, json))
-      refuse(extra.at, extra.what, solver);
+    for (const Extra& extra : extras_of(j)) refuse(j.at, extra, solver);
   }
   for (const PlacedRatio& r : assembly.ratios)
     if (const Solver solver = solvers[mover(assembly, assembly.joints[r.first])];
         solver != Solver::lagrangian)
-      refuse(r.at, "ratio \"" + r.name + "\" of joints", solver);
+      refuse(r.at, {"", "ratio \"" + r.name + "\" of joints"}, solver);
 }
 
 }  // namespace pantin

@@ -6,10 +6,12 @@
 #include <fstream>
 #include <system_error>
 
+#include "engine/base/utf8.hpp"
+
 namespace pantin {
 
 std::string too_long(std::string_view name, std::size_t most, std::string_view what) {
-  return std::string(name) + ": found more than " + std::to_string(most) + " bytes, expected " +
+  return printable(name) + ": found more than " + std::to_string(most) + " bytes, expected " +
          std::string(what);
 }
 
@@ -17,11 +19,11 @@ Result<std::string> read_text(const std::string& path, std::size_t most, std::st
   const std::string expected = ", expected " + std::string(what);
   std::error_code trouble;
   if (std::filesystem::is_directory(path, trouble))
-    return Error{path + ": found a directory" + expected};
+    return Error{printable(path) + ": found a directory" + expected};
   errno = 0;
   std::ifstream file(path, std::ios::binary);
   if (!file)
-    return Error{path + ": found no file to read (" + std::strerror(errno ? errno : EIO) + ")" +
+    return Error{printable(path) + ": found no file to read (" + std::strerror(errno ? errno : EIO) + ")" +
                  expected};
   std::string text;
   // In pieces, so that a device without an end is noticed.
@@ -33,7 +35,7 @@ Result<std::string> read_text(const std::string& path, std::size_t most, std::st
     text.resize(before + static_cast<std::size_t>(file.gcount()));
   }
   if (text.size() > most) return Error{too_long(path, most, what)};
-  if (file.bad()) return Error{path + ": found an error while reading" + expected};
+  if (file.bad()) return Error{printable(path) + ": found an error while reading" + expected};
   return text;
 }
 

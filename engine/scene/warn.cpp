@@ -31,11 +31,11 @@ Real gap_of(const PlacedJoint& j, const Pose& a, const Pose& b) {
   return info_of(j.joint.kind).gap(j.joint, a, b);
 }
 
-void warn_of_joints(const Assembly& assembly, const Exact& exact, Complaints& complaints) {
+void warn_of_joints(const Assembly& assembly, const Exact& exact, BuildMessages& messages) {
   for (const PlacedJoint& j : assembly.joints) {
     const Real gap = gap_of(j, assembly.pose_of(j.a), assembly.pose_of(j.b));
     if (gap > kOpen)
-      complaints.warn(j.at, "gap",
+      messages.warn(j.at, "gap",
                       "joint " + quoted(j.name) + " starts " + written(gap) +
                           " m open; the first step closes it");
     if (!assembly.is_dynamic(j.a) || !assembly.is_dynamic(j.b) || exact.has(j)) continue;
@@ -43,7 +43,7 @@ void warn_of_joints(const Assembly& assembly, const Exact& exact, Complaints& co
     if (a->body.mass < b->body.mass) std::swap(a, b);
     const Real ratio = a->body.mass / b->body.mass;
     if (ratio > kHeavy)
-      complaints.warn(j.at, "ratio",
+      messages.warn(j.at, "ratio",
                       "joint " + quoted(j.name) + " has a mass ratio of " + written(ratio) +
                           ":1 (" + a->name + " " + written(a->body.mass) + " kg, " + b->name + " " +
                           written(b->body.mass) + " kg); above 100:1 expect less accurate motion");
@@ -81,13 +81,13 @@ class Trees {
 
 /// Joints that close a loop, or hold a tree once more, hold their point and nothing else; not so with
 /// the Lagrangian solver.
-void warn_of_loops(const Assembly& assembly, const Exact& exact, Complaints& complaints) {
+void warn_of_loops(const Assembly& assembly, const Exact& exact, BuildMessages& messages) {
   Trees trees(assembly.bodies.size());
   std::vector<std::pair<std::uint32_t, const PlacedJoint*>> holds;  // by body
   const auto warn = [&](const PlacedJoint& j, const char* does) {
     const bool turns = info_of(j.joint.kind).uses_axes || j.joint.limits.any() || j.drive;
     if (turns)
-      complaints.warn(j.at, "loop",
+      messages.warn(j.at, "loop",
                       "joint " + quoted(j.name) + " " + does +
                           ", so only its point is held, not its kind, limits or drive");
   };
@@ -104,44 +104,44 @@ void warn_of_loops(const Assembly& assembly, const Exact& exact, Complaints& com
 }
 
 /// Joints that start turned as they must not be.
-void warn_of_turns(const Assembly& assembly, Complaints& complaints) {
+void warn_of_turns(const Assembly& assembly, BuildMessages& messages) {
   constexpr Real kBeyond = 1e-6;  // rad
   for (const PlacedJoint& j : assembly.joints) {
     const Quat start = relative_turn(j.joint, assembly.pose_of(j.a).rotation,
                                      assembly.pose_of(j.b).rotation);
     const Real beyond = violation(j.joint, start);
     if (beyond > kBeyond)
-      complaints.warn(j.at, "turn",
+      messages.warn(j.at, "turn",
                       "joint " + quoted(j.name) + " starts " + written(beyond * 180 / kPi) +
                           " degrees beyond what its kind and limits allow; it will jump there");
   }
 }
 
 /// What the Lagrangian solver does not know yet: a line for each.
-void warn_of_exact(const Assembly& assembly, const Exact& exact, Complaints& complaints) {
+void warn_of_exact(const Assembly& assembly, const Exact& exact, BuildMessages& messages) {
   std::size_t solid = 0;
   const PlacedBody* first = nullptr;
   for (std::uint32_t i = 0; i < assembly.bodies.size(); ++i)
     if (assembly.bodies[i].collision && exact.has(i) && solid++ == 0) first = &assembly.bodies[i];
   if (solid > 0)
-    complaints.warn(first->at, "contact",
+    messages.warn(first->at, "contact",
                     "body " + quoted(first->name) +
                         (solid > 1 ? " and " + std::to_string(solid - 1) + " more are" : " is") +
                         " solid, but the solver \"lagrangian\" does not know contacts yet; " +
                         (solid > 1 ? "they touch" : "it touches") + " nothing");
   for (const PlacedJoint& j : assembly.joints)
     if (exact.has(j) && j.joint.limits->soft_zone > 0)
-      complaints.warn(j.at, "soft",
+      messages.warn(j.at, "soft",
                       "joint " + quoted(j.name) +
                           " has a soft stop, but the solver \"lagrangian\" does not know them yet; "
                           "the stop is hard");
 }
 
-void warn_of_strings(const Assembly& assembly, Complaints& complaints) {
+void warn_of_strings(const Assembly& assembly, BuildMessages& messages) {
   for (const PlacedString& s : assembly.strings) {
     const Real over = stretch(s.joint, assembly.pose_of(s.a), assembly.pose_of(s.b));
     if (over > kOpen)
-      complaints.warn(s.at, "short",
+      messages.warn(s.at, "short",
                       "string " + quoted(s.name) + " of " + written(s.joint.length) + " m starts " +
                           written(over) + " m too short; it will pull hard at first");
   }
@@ -153,7 +153,7 @@ struct Held {
   std::uint32_t body;
   Vec3 anchor, target;
   int priority;
-  NodeId at;
+  ElementId at;
   std::string name;
 };
 
@@ -193,7 +193,7 @@ class Reach {
               p.at, "pin " + quoted(p.name)});
   }
 
-  void warn(Complaints& complaints) {
+  void warn(BuildMessages& messages) {
     std::vector<bool> seen(assembly_.bodies.size(), false);
     for (std::uint32_t start = 0; start < held_.size(); ++start) {
       if (seen[start] || held_[start].empty()) continue;
@@ -204,7 +204,7 @@ class Reach {
       }
       std::stable_sort(all.begin(), all.end(),
                        [](const Held* a, const Held* b) { return a->priority > b->priority; });
-      for (std::size_t i = 0; i < std::min(all.size(), kMostHeld); ++i) compare(all, i, complaints);
+      for (std::size_t i = 0; i < std::min(all.size(), kMostHeld); ++i) compare(all, i, messages);
     }
   }
 
@@ -227,7 +227,7 @@ class Reach {
   }
 
   /// Compares the held points after `i` with it.
-  void compare(const std::vector<const Held*>& all, std::size_t i, Complaints& complaints) {
+  void compare(const std::vector<const Held*>& all, std::size_t i, BuildMessages& messages) {
     if (i + 1 == all.size()) return;
     const Held& from = *all[i];
     std::vector<std::uint32_t> order{from.body};
@@ -241,11 +241,11 @@ class Reach {
         order.push_back(e.body);
       }
     }
-    for (std::size_t k = i + 1; k < all.size(); ++k) judge(from, *all[k], complaints);
+    for (std::size_t k = i + 1; k < all.size(); ++k) judge(from, *all[k], messages);
     for (std::uint32_t body : order) ways_[body] = {};
   }
 
-  void judge(const Held& from, const Held& to, Complaints& complaints) const {
+  void judge(const Held& from, const Held& to, BuildMessages& messages) const {
     const Way& way = ways_[to.body];
     const Real last = glm::length(to.anchor - way.entry);
     const Real reach = way.length + last, longest = std::max(way.longest, last);
@@ -254,10 +254,10 @@ class Reach {
     const std::string where = to.name + " is held " + written(distance) + " m from " + from.name +
                               ", but the way between ";
     if (distance > reach + kOpen)
-      complaints.warn(to.at, "reach",
+      messages.warn(to.at, "reach",
                       where + "measures only " + written(reach) + " m; it stays out of reach");
     else if (distance < least - kOpen)
-      complaints.warn(to.at, "reach",
+      messages.warn(to.at, "reach",
                       where + "cannot fold below " + written(least) + " m; it stays out of reach");
   }
 
@@ -271,14 +271,14 @@ class Reach {
 }  // namespace
 
 void warn_of_structure(const Assembly& assembly, const std::vector<Solver>& solvers,
-                       Complaints& complaints) {
+                       BuildMessages& messages) {
   const Exact exact{assembly, solvers};
-  warn_of_joints(assembly, exact, complaints);
-  warn_of_loops(assembly, exact, complaints);
-  warn_of_exact(assembly, exact, complaints);
-  warn_of_turns(assembly, complaints);
-  warn_of_strings(assembly, complaints);
-  Reach(assembly).warn(complaints);
+  warn_of_joints(assembly, exact, messages);
+  warn_of_loops(assembly, exact, messages);
+  warn_of_exact(assembly, exact, messages);
+  warn_of_turns(assembly, messages);
+  warn_of_strings(assembly, messages);
+  Reach(assembly).warn(messages);
 }
 
 }  // namespace pantin

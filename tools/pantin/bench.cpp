@@ -8,6 +8,7 @@
 #include <memory>
 #include <numeric>
 
+#include "engine/base/utf8.hpp"
 #include "engine/solvers/articulated/kernels.hpp"
 #include "tools/pantin/program.hpp"
 
@@ -229,7 +230,7 @@ void print_table(const Json& head, const Json& rows) {
                               "scene", "solver", "joints", "median ms", "p99 ms", "max ms",
                               "ns/link", "p99", "allocs", "B/link", "gap/size")));
   for (const Json& r : rows) {
-    const auto scene = r["scene"].get<std::string>();
+    const auto scene = printable(r["scene"].get<std::string>());
     const std::size_t slash = scene.rfind('/');
     fmt::print(
         "{:<24} {:>7} {:>6} {:>9.4f} {:>9.4f} {:>9.4f} {:>8.1f} {:>8.1f} {:>7.2f} {:>8.0f} "
@@ -263,7 +264,7 @@ int bench(const BenchChoices& c) {
   if (c.json) {
     Json j = head;
     j["rows"] = rows;
-    fmt::print("{}\n", j.dump(2, ' ', false, Json::error_handler_t::replace));
+    print_json(j);
   } else {
     print_table(head, rows);
   }

@@ -150,7 +150,7 @@ void print_gl(const Json& gl) {
 int doctor(bool json) {
   const Json j = examine();
   if (json) {
-    fmt::print("{}\n", j.dump(2, ' ', false, Json::error_handler_t::replace));
+    print_json(j);
     return kOk;
   }
   fmt::print("{}\n", bold("pantin " PANTIN_VERSION));

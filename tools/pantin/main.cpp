@@ -3,7 +3,7 @@
 #include <clocale>
 #include <cstdio>
 
-#include "engine/scene/complaints.hpp"
+#include "engine/scene/words.hpp"
 #include "tools/pantin/program.hpp"
 
 using namespace pantin::program;

@@ -12,6 +12,7 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "engine/base/utf8.hpp"
 #include "engine/solvers/articulated/island.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "engine/solvers/solver.hpp"
@@ -19,7 +20,8 @@
 namespace pantin::program {
 namespace {
 
-volatile std::sig_atomic_t g_interrupted = 0;  // a signal handler can reach nothing else
+// A signal handler can reach nothing else.
+volatile std::sig_atomic_t g_interrupted = 0, g_at_once = 0;
 
 /// The solver settings that the command line asks for.
 SolverChoices solver_choices(const SceneChoices& c) {
@@ -134,8 +136,9 @@ bool refuse_contradictions(const std::string& path, Scene& scene) {
       lack = std::max(lack, f.residual);
     }
     if (names.empty()) continue;
-    std::fprintf(stderr, "%s: found joints that contradict one another: %s stay open by up to %.3g (m or "
-                 "rad), expected joints that can all be closed\n", path.c_str(), names.c_str(), lack);
+    print_error(fmt::format("{}: found joints that contradict one another: {} stay open by up to "
+                            "{:.3g} (m or rad), expected joints that can all be closed",
+                            path, names, lack));
     any = true;
   }
   return any;
@@ -144,9 +147,10 @@ bool refuse_contradictions(const std::string& path, Scene& scene) {
 }  // namespace
 
 std::optional<Scene> open_scene(const std::string& path, const SceneChoices& choices, bool quiet) {
+  const EndsAtOnce while_nothing_is_written;
   Result<Scene> loaded = load_scene(path, {}, solver_choices(choices));
   if (!loaded) {
-    for (const Error& e : loaded.errors()) std::fprintf(stderr, "%s\n", e.message.c_str());
+    for (const Error& e : loaded.errors()) print_error(e.message);
     return std::nullopt;
   }
   Scene& scene = *loaded;
@@ -154,12 +158,12 @@ std::optional<Scene> open_scene(const std::string& path, const SceneChoices& cho
   if (choices.substeps) scene.substeps = *choices.substeps;
   if (choices.duration) scene.duration = *choices.duration;
   if (scene.duration / scene.step > kMostSteps) {
-    std::fprintf(stderr, "%s: found %.6g steps of %.6g s, expected at most %g\n", path.c_str(),
-                 scene.duration / scene.step, scene.step, kMostSteps);
+    print_error(fmt::format("{}: found {:.6g} steps of {:.6g} s, expected at most {:g}", path,
+                            scene.duration / scene.step, scene.step, kMostSteps));
     return std::nullopt;
   }
   if (const std::string why = idle_option(choices, scene.world); !why.empty()) {
-    std::fprintf(stderr, "%s: %s\n", path.c_str(), why.c_str());
+    print_error(path + ": " + why);
     return std::nullopt;
   }
   compile_if_changed(scene.world);
@@ -168,8 +172,7 @@ std::optional<Scene> open_scene(const std::string& path, const SceneChoices& cho
         fmt::format("{}: {} {}; it is left out", path, scene.world.name_of(f.link), f.reason));
   if (refuse_contradictions(path, scene)) return std::nullopt;
   if (!quiet)
-    for (const std::string& line : scene.warnings)
-      std::fprintf(stderr, "warning: %s\n", line.c_str());
+    for (const std::string& line : scene.warnings) print_error("warning: " + line);
   return std::move(*loaded);
 }
 
@@ -186,12 +189,21 @@ std::uint64_t steps_of(const Scene& scene) {
   return static_cast<std::uint64_t>(std::max(1.0, std::round(scene.duration / scene.step)));
 }
 
-void complain(const std::string& line) { std::fprintf(stderr, "pantin: %s\n", line.c_str()); }
+void print_error(const std::string& line) {
+  std::fprintf(stderr, "%s\n", printable(line).c_str());
+}
+
+void complain(const std::string& line) { print_error("pantin: " + line); }
+
+void print_json(const Json& json) {
+  // In ASCII: of all characters that terminals act upon, JSON itself asks only for some to be escaped.
+  fmt::print("{}\n", json.dump(2, ' ', true, Json::error_handler_t::replace));
+}
 
 void catch_interrupts() {
   struct sigaction action = {};
   action.sa_handler = [](int) {
-    if (g_interrupted) _exit(kInterrupted);  // asked twice: at once
+    if (g_interrupted || g_at_once > 0) _exit(kInterrupted);  // asked twice: at once
     g_interrupted = 1;
   };
   sigaction(SIGINT, &action, nullptr);
@@ -202,7 +214,15 @@ void catch_interrupts() {
 
 bool interrupted() { return g_interrupted != 0; }
 
-Progress::Progress(std::string what) : what_(std::move(what)), on_(isatty(STDERR_FILENO) == 1) {}
+EndsAtOnce::EndsAtOnce() {
+  g_at_once = g_at_once + 1;
+  if (g_interrupted) _exit(kInterrupted);
+}
+
+EndsAtOnce::~EndsAtOnce() { g_at_once = g_at_once - 1; }
+
+Progress::Progress(std::string what)
+    : what_(printable(what)), on_(isatty(STDERR_FILENO) == 1) {}
 
 Progress::~Progress() {
   if (on_ && last_ >= 0) std::fputs("\r\033[K", stderr);
@@ -217,7 +237,8 @@ void Progress::show(double part_done) {
 
 std::string bold(const std::string& text) {
   static const bool kPlain = isatty(STDOUT_FILENO) != 1 || std::getenv("NO_COLOR");
-  return kPlain ? text : "\033[1m" + text + "\033[0m";
+  const std::string safe = printable(text);
+  return kPlain ? safe : "\033[1m" + safe + "\033[0m";
 }
 
 std::string solver_in_use(const World& world) {

@@ -60,10 +60,24 @@ std::uint64_t steps_of(const Scene& scene);
 
 /// A line on stderr: "pantin: ...".
 void complain(const std::string& line);
+/// A line on stderr as it is. Both print only what is printable.
+void print_error(const std::string& line);
+/// JSON on stdout. Nothing in it acts upon a terminal.
+void print_json(const Json& json);
 
-/// SIGINT and SIGTERM set a flag; loops look at it between steps.
+/// SIGINT, SIGTERM and SIGHUP set a flag; loops look at it between steps.
 void catch_interrupts();
 bool interrupted();
+
+/// While one of these lives the program ends at once when it is interrupted: nothing has been
+/// written that would have to be finished.
+class EndsAtOnce {
+ public:
+  EndsAtOnce();
+  ~EndsAtOnce();
+  EndsAtOnce(const EndsAtOnce&) = delete;
+  EndsAtOnce& operator=(const EndsAtOnce&) = delete;
+};
 
 /// A line that is written over and over on a terminal, and not at all elsewhere.
 class Progress {
@@ -79,7 +93,7 @@ class Progress {
   double last_ = -1;
 };
 
-/// Bold, if stdout is a terminal and NO_COLOR is not set.
+/// Printable, and bold if stdout is a terminal and NO_COLOR is not set.
 std::string bold(const std::string& text);
 
 /// The solver in use: that of the articulations if they agree, "mixed" otherwise.

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "engine/base/utf8.hpp"
 #include "tools/pantin/pictures.hpp"
 #include "tools/pantin/program.hpp"
 #include "tools/pantin/record.hpp"
@@ -177,7 +178,8 @@ void print_summary(const RunChoices& c, const Scene& scene, const Simulation& si
              j["frame_ms_median"].get<double>(), j["frame_ms_p99"].get<double>(),
              j["ns_per_link_step_median"].get<double>());
   for (const Unreached& u : unreached(sim.world))
-    fmt::print("  unreached   {} {}: {:.4g} m from its place{}\n", u.kind, u.name, u.residual,
+    fmt::print("  unreached   {} {}: {:.4g} m from its place{}\n", u.kind, printable(u.name),
+               u.residual,
                u.reachable ? "" : ", out of reach");
   if (s.rescued_steps > 0)
     fmt::print("  rescued     {} steps were too long for the integrator; Euler's method took them\n",
@@ -277,8 +279,7 @@ int run(const RunChoices& c) {
   s.cpu_seconds = cpu_seconds() - cpu_before;
   if (exit_code == kUnwritable) s.status = "unwritable";
   if (c.json)
-    fmt::print("{}\n",
-               to_json(c, *scene, sim, s).dump(2, ' ', false, Json::error_handler_t::replace));
+    print_json(to_json(c, *scene, sim, s));
   else
     print_summary(c, *scene, sim, s);
   return exit_code;

@@ -1,5 +1,6 @@
 #include <fmt/core.h>
 
+#include "engine/base/utf8.hpp"
 #include "tools/pantin/program.hpp"
 
 #ifdef PANTIN_HAS_VIEW
@@ -64,13 +65,13 @@ void print_summary(const Scene& scene, const SessionReport& r) {
   for (const Drag& d : r.drags) {
     fmt::print(
         "  dragged     {} ({}) at {:.3f} s for {:.3f} s, {:.4g} m far; at most {:.2e} m off{}\n",
-        d.body, d.grip, d.at, d.held, d.distance_moved, d.worst_residual,
+        printable(d.body), d.grip, d.at, d.held, d.distance_moved, d.worst_residual,
         d.reachable ? "" : ", out of reach at the end");
     if (d.worst_elsewhere > 1e-3)
       fmt::print("              other held points gave way by up to {:.3g} m\n", d.worst_elsewhere);
   }
   for (const std::string& path : r.saved) fmt::print("  saved       {}\n", path);
-  for (const std::string& line : r.notes) fmt::print("  note        {}\n", line);
+  for (const std::string& line : r.notes) fmt::print("  note        {}\n", printable(line));
   fmt::print("  hash        {}\n", hex(r.hash));
 }
 
@@ -90,7 +91,7 @@ int view(const ViewOptions& o) {
   if (choices.is_scripted) {
     auto script = load_script(o.script, scene->world);
     if (!script) {
-      for (const Error& e : script.errors()) fmt::print(stderr, "{}\n", e.message);
+      for (const Error& e : script.errors()) print_error(e.message);
       return kUsage;
     }
     choices.script = std::move(*script);
@@ -99,8 +100,7 @@ int view(const ViewOptions& o) {
   if (report.status == "failed") return report.exit_code;
   if (choices.is_scripted && report.drags.empty()) report.notes.push_back("nothing was dragged");
   if (o.json)
-    fmt::print("{}\n",
-               to_json(o, *scene, report).dump(2, ' ', false, Json::error_handler_t::replace));
+    print_json(to_json(o, *scene, report));
   else
     print_summary(*scene, report);
   return report.exit_code;

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "engine/base/utf8.hpp"
 #include "engine/render/capture.hpp"
 #include "tools/pantin/program.hpp"
 #include "tools/pantin/view_session.hpp"
@@ -77,7 +78,7 @@ bool Session::open() {
   }
   renderer_ = std::move(*renderer);
   report_.gl = renderer_->report().path;
-  auto window = Window::open(scene_.title + " - pantin", choices_.width, choices_.height,
+  auto window = Window::open(printable(scene_.title) + " - pantin", choices_.width, choices_.height,
                              choices_.is_scripted);
   if (!window) {
     fail(window.errors(), kFailed, "failed");

@@ -14,7 +14,12 @@ std::size_t first_bad_utf8(std::string_view text);
 
 void add_utf8(std::string& text, std::uint32_t character);
 
-/// At most some forty characters, for complaints; no control characters.
+/// The same text without anything that a terminal acts upon: control characters, marks that change
+/// the direction of writing and bytes that are no UTF-8 become "\u001b", "\u009b", "\xff" and so
+/// on. Whoever prints text of a file prints this. Applied twice it changes nothing more.
+std::string printable(std::string_view text);
+
+/// At most some forty bytes of it, printable, for messages.
 std::string clipped(std::string_view text);
 
 }  // namespace pantin

@@ -1,4 +1,7 @@
-#include "engine/scene/utf8.hpp"
+#include "engine/base/utf8.hpp"
+
+#include <array>
+#include <cstdio>
 
 namespace pantin {
 namespace {
@@ -17,6 +20,27 @@ std::size_t character_length(std::string_view text, std::size_t i) {
   const bool surrogate = lead == 0xED && second >= 0xA0;
   const bool beyond = lead == 0xF4 && second >= 0x90;
   return overlong || surrogate || beyond ? 0 : length;
+}
+
+/// The code point of one sound character.
+std::uint32_t decoded(std::string_view character) {
+  const auto lead = static_cast<unsigned char>(character[0]);
+  if (lead < 0x80) return lead;
+  std::uint32_t c = lead & (0x7Fu >> character.size());
+  for (char tail : character.substr(1)) c = (c << 6) | (static_cast<unsigned char>(tail) & 0x3F);
+  return c;
+}
+
+/// Control characters [ECMA-48], ends of lines, and marks that turn the direction of writing.
+bool is_acted_upon(std::uint32_t c) {
+  return c < 0x20 || (c >= 0x7F && c < 0xA0) || c == 0x061C || c == 0x200E || c == 0x200F ||
+         (c >= 0x2028 && c <= 0x202E) || (c >= 0x2066 && c <= 0x2069);
+}
+
+void add_escape(std::string& text, const char* format, std::uint32_t c) {
+  std::array<char, 12> escape{};
+  std::snprintf(escape.data(), escape.size(), format, static_cast<unsigned>(c));
+  text += escape.data();
 }
 
 }  // namespace
@@ -45,14 +69,31 @@ void add_utf8(std::string& text, std::uint32_t c) {
   }
 }
 
+std::string printable(std::string_view text) {
+  std::string result;
+  result.reserve(text.size());
+  for (std::size_t i = 0; i < text.size();) {
+    const std::size_t length = character_length(text, i);
+    if (length == 0) {
+      add_escape(result, "\\x%02x", static_cast<unsigned char>(text[i++]));
+      continue;
+    }
+    const std::uint32_t c = decoded(text.substr(i, length));
+    if (is_acted_upon(c))
+      add_escape(result, "\\u%04x", c);
+    else
+      result += text.substr(i, length);
+    i += length;
+  }
+  return result;
+}
+
 std::string clipped(std::string_view text) {
   constexpr std::size_t kMost = 40;
-  std::string result;
-  for (char c : text.substr(0, kMost))
-    result += static_cast<unsigned char>(c) < 0x20 || c == 0x7F ? ' ' : c;
-  if (text.size() <= kMost) return result;
-  while (!result.empty() && is_utf8_tail(text[result.size()])) result.pop_back();
-  return result + "...";
+  if (text.size() <= kMost) return printable(text);
+  std::size_t end = kMost;
+  while (end > 0 && is_utf8_tail(text[end])) --end;
+  return printable(text.substr(0, end)) + "...";
 }
 
 }  // namespace pantin

@@ -1,0 +1,101 @@
+#pragma once
+/// Builds one group of a recipe: its names looked up, its prefabs, grids and chains written out.
+#include <optional>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <unordered_set>
+#include <vector>
+
+#include "engine/scene/build_context.hpp"
+
+namespace pantin {
+
+/// `number` as in ElementId.
+Assembly build_group(BuildContext& context, const Group& group, std::uint32_t number);
+
+/// An element that is being built.
+template <class T>
+struct Element {
+  const T& recipe;
+  ElementId id;
+};
+
+class GroupBuilder {
+ public:
+  GroupBuilder(BuildContext& context, const Group& group, std::uint32_t number)
+      : context_(context), messages_(context.messages), group_(group), number_(number) {}
+
+  Assembly build();
+
+ private:
+  /// Calls a member function for each element of a list.
+  template <class T, class F>
+  void each(const std::vector<T>& list, ElementKind kind, F f) {
+    for (std::uint32_t i = 0; i < list.size(); ++i) {
+      context_.poll();
+      (this->*f)(Element<T>{list[i], {kind, number_, i}});
+    }
+  }
+
+  // Names: group_builder.cpp.
+  using Places = std::unordered_map<std::string, std::uint32_t>;
+  /// What a name leads to, and how messages call it.
+  struct Wanted {
+    const ElementId& from;
+    std::string_view member;
+    std::string_view what;
+  };
+  void gather_names();
+  bool is_below_broken(const std::string& name) const;
+  /// The place of a name; tells of it and returns nothing if there is none.
+  std::optional<std::uint32_t> look_up(const Places& places, const std::string& name,
+                                       const Wanted& wanted);
+  std::optional<std::uint32_t> body_or_world(const std::string& name, const ElementId& from,
+                                             std::string_view member);
+  std::optional<std::uint32_t> body(const std::string& name, const ElementId& from,
+                                    std::string_view member);
+  std::string name_for(const std::string& given, const std::string& a, const std::string& b);
+
+  // Counts, known before anything is made: group_builder.cpp.
+  bool make_space();
+  bool fits(const BuildCount& count, const ElementId& at);
+  const BuiltPrefab* prefab_of(const InstanceRecipe& instance, const ElementId& id);
+
+  // Bodies and their paths: group_bodies.cpp.
+  std::uint32_t add(PlacedBody body);
+  void add_body(Element<BodyRecipe> e);
+  void add_links_of(Element<ChainRecipe> e);
+  void add_drive(Element<DriveRecipe> e);
+  void refuse_open_loop(const ElementId& at, const Keyframes& path);
+
+  // Copies of prefabs: group_copies.cpp.
+  struct Copy;
+  void add_instance(Element<InstanceRecipe> e);
+  void add_grid(Element<GridRecipe> e);
+  void copy(const Copy& how);
+
+  // Joints, ratios, strings, pins: group_links.cpp.
+  struct Ends;
+  bool can_tie(const Ends& ends);
+  void add_joints_of(Element<ChainRecipe> e);
+  void add_joint(Element<JointRecipe> e);
+  void add_ratio(Element<RatioRecipe> e);
+  bool slides(const std::optional<bool>& asked, std::uint32_t joint, const Wanted& place);
+  void add_string(Element<StringRecipe> e);
+  void add_pin(Element<PinRecipe> e);
+  bool hold_on(Element<PinRecipe> e, PlacedPin& placed);
+
+  BuildContext& context_;
+  BuildMessages& messages_;
+  const Group& group_;
+  std::uint32_t number_;
+  Assembly made_;
+  Places bodies_, joints_;                                   // by name; joints once asked for
+  std::vector<std::uint32_t> first_links_;                   // by chain: its first body
+  std::vector<const BuiltPrefab*> of_instances_, of_grids_;  // null: broken
+  std::unordered_set<std::string> own_names_, broken_;
+  std::unordered_map<std::string, int> unnamed_;  // how many share a made-up name
+};
+
+}  // namespace pantin

@@ -1,0 +1,101 @@
+#include <utility>
+
+#include "engine/scene/group_builder.hpp"
+#include "engine/scene/place.hpp"
+
+namespace pantin {
+namespace {
+
+/// A pose moved by a rigid motion; one without a turn leaves rotations as they are to the last bit.
+Pose placed(const Pose& by, const Pose& pose) {
+  if (by.rotation == kNoTurn) return {by.position + pose.position, pose.rotation};
+  return compose(by, pose);
+}
+
+}  // namespace
+
+/// One copy of a prefab.
+struct GroupBuilder::Copy {
+  const Assembly& part;
+  const InstanceRecipe& instance;
+  std::string prefix;  // of names
+  Pose at;
+  Real ahead;  // s, of paths and drives
+};
+
+void GroupBuilder::add_instance(Element<InstanceRecipe> e) {
+  const InstanceRecipe& instance = e.recipe;
+  if (const BuiltPrefab* prefab = of_instances_[e.id.index])
+    copy({prefab->assembly, instance, instance.name + "/", instance.pose, instance.time_offset});
+}
+
+void GroupBuilder::add_grid(Element<GridRecipe> e) {
+  const GridRecipe& grid = e.recipe;
+  const BuiltPrefab* prefab = of_grids_[e.id.index];
+  if (!prefab) return;
+  int copies = 0;
+  for (int y = 0; y < grid.count[1]; ++y)
+    for (int z = 0; z < grid.count[2]; ++z)
+      for (int x = 0; x < grid.count[0]; ++x) {
+        const Vec3 from_middle(x - (grid.count[0] - 1) / 2.0, y - (grid.count[1] - 1) / 2.0,
+                               z - (grid.count[2] - 1) / 2.0);
+        const Pose at{to_world(grid.each.pose, from_middle * grid.spacing),
+                      grid.each.pose.rotation};
+        copy({prefab->assembly, grid.each, grid.each.name + "/" + std::to_string(copies) + "/", at,
+              copies * grid.each.time_offset});
+        ++copies;
+      }
+}
+
+void GroupBuilder::copy(const Copy& how) {
+  context_.poll();
+  const auto first = static_cast<std::uint32_t>(made_.bodies.size());
+  const auto first_joint = static_cast<std::uint32_t>(made_.joints.size());
+  const auto moved_place = [&](std::uint32_t body) {
+    return body == kWorldBody ? kWorldBody : first + body;
+  };
+  const auto moved_anchor = [&](std::uint32_t body, Vec3 anchor) {
+    return body == kWorldBody ? to_world(how.at, anchor) : anchor;
+  };
+  const auto moved_axes = [&](std::uint32_t body, Quat axes) {
+    return body == kWorldBody ? glm::normalize(how.at.rotation * axes) : axes;
+  };
+  for (const PlacedBody& b : how.part.bodies) {
+    PlacedBody p = b;
+    p.name.insert(0, how.prefix);
+    p.body.pose = placed(how.at, b.body.pose);
+    p.body.velocity = how.at.rotation * b.body.velocity;
+    p.body.spin = how.at.rotation * b.body.spin;
+    if (how.instance.solver) p.solver = &*how.instance.solver;
+    add(std::move(p));
+  }
+  for (const PlacedJoint& j : how.part.joints) {
+    PlacedJoint& p = made_.joints.emplace_back(j);
+    p.name.insert(0, how.prefix);
+    p.a = moved_place(j.a), p.b = moved_place(j.b);
+    p.joint.anchor_a = moved_anchor(j.a, j.joint.anchor_a);
+    p.joint.anchor_b = moved_anchor(j.b, j.joint.anchor_b);
+    p.joint.frames.set(moved_axes(j.a, j.joint.frames.a()), moved_axes(j.b, j.joint.frames.b()));
+    if (j.drive) p.drive = hastened(*j.drive, how.ahead);
+  }
+  for (const PlacedRatio& r : how.part.ratios)
+    made_.ratios.push_back(
+        {how.prefix + r.name, r.at, first_joint + r.first, first_joint + r.second, r.ratio});
+  for (const PlacedString& s : how.part.strings) {
+    PlacedString& p = made_.strings.emplace_back(s);
+    p.name.insert(0, how.prefix);
+    p.a = moved_place(s.a), p.b = moved_place(s.b);
+    p.joint.anchor_a = moved_anchor(s.a, s.joint.anchor_a);
+    p.joint.anchor_b = moved_anchor(s.b, s.joint.anchor_b);
+  }
+  for (const PlacedPin& p : how.part.pins) {
+    made_.pins.push_back(
+        {how.prefix + p.name, p.at, moved_place(p.body), p.pin, moved_place(p.to)});
+    if (p.to == kWorldBody) made_.pins.back().pin.target = to_world(how.at, p.pin.target);
+  }
+  for (const PlacedDrive& d : how.part.drives)
+    made_.drives.push_back(
+        {d.at, moved_place(d.body), hastened(moved(d.drive, how.at), how.ahead)});
+}
+
+}  // namespace pantin

@@ -1,0 +1,185 @@
+#include <utility>
+
+#include "engine/scene/group_builder.hpp"
+#include "engine/scene/place.hpp"
+
+namespace pantin {
+
+/// The two sides of a joint or a string.
+struct GroupBuilder::Ends {
+  ElementId id;
+  const std::string &a_name, &b_name;
+  std::uint32_t a, b;
+};
+
+/// Tells if a joint or string cannot tie these two.
+bool GroupBuilder::can_tie(const Ends& ends) {
+  const char* fault = nullptr;
+  if (ends.a == ends.b)
+    fault = "expected two different ones";
+  else if (!made_.is_dynamic(ends.a) && !made_.is_dynamic(ends.b))
+    fault = "expected a dynamic body on one side";
+  if (!fault) return true;
+  messages_.error(
+      ends.id, "",
+      "found " + quoted_name(ends.a_name) + " tied to " + quoted_name(ends.b_name) + ", " + fault);
+  return false;
+}
+
+void GroupBuilder::add_joint(Element<JointRecipe> e) {
+  const JointRecipe& recipe = e.recipe;
+  const auto a = body_or_world(recipe.a, e.id, "a"), b = body_or_world(recipe.b, e.id, "b");
+  if (!a || !b || !can_tie({e.id, recipe.a, recipe.b, *a, *b})) return;
+  PlacedJoint placed{name_for(recipe.name, recipe.a, recipe.b),
+                     e.id,
+                     *a,
+                     *b,
+                     joint_of(made_, recipe, *a, *b),
+                     recipe.turn.drive};
+  const Parameter* measured = info_of(placed.joint.kind).measured();
+  if (measured && !recipe.turn.length && !(measured->value(placed.joint.extras.edit()) > 0))
+    messages_.error(e.id, "",
+                    "found " + a_joint(placed.joint.kind) +
+                        " whose ends start at one point, expected a \"" +
+                        std::string(measured->key) + "\"");
+  made_.joints.push_back(std::move(placed));
+}
+
+/// Whether a ratio counts the slide of a joint: as the file says, or the one freedom it has.
+/// Tells of a joint that cannot move so.
+bool GroupBuilder::slides(const std::optional<bool>& asked, std::uint32_t joint,
+                          const Wanted& place) {
+  const JointKind kind = made_.joints[joint].joint.kind;
+  const bool turns = info_of(kind).is_used(Coordinate::turn, kGeared);
+  const bool can_slide = info_of(kind).is_used(Coordinate::slide, kGeared);
+  const bool slides = asked.value_or(can_slide && !turns);
+  if (slides ? can_slide : turns) return slides;
+  messages_.error(place.from, place.member,
+                  "found the " + std::string(slides ? "slide" : "turn") + " of " + a_joint(kind) +
+                      ", expected a joint that " +
+                      (slides ? "slides: " : "turns about one axis: ") +
+                      kinds_where([&](const JointKindInfo& info) {
+                        return info.is_used(slides ? Coordinate::slide : Coordinate::turn, kGeared);
+                      }));
+  return slides;
+}
+
+void GroupBuilder::add_ratio(Element<RatioRecipe> e) {
+  const RatioRecipe& recipe = e.recipe;
+  if (joints_.empty())  // all joints are made by now
+    for (std::uint32_t i = 0; i < made_.joints.size(); ++i)
+      joints_.emplace(made_.joints[i].name, i);
+  const Wanted at_first{e.id, "first", "the name of a joint"},
+      at_second{e.id, "second", "the name of a joint"};
+  const auto first = look_up(joints_, recipe.first, at_first),
+             second = look_up(joints_, recipe.second, at_second);
+  if (!first || !second) return;
+  if (*first == *second) {
+    messages_.error(
+        e.id, "second",
+        "found " + quoted_name(recipe.second) + ", expected another joint than the first");
+    return;
+  }
+  PlacedRatio placed{name_for(recipe.name, recipe.first, recipe.second), e.id, *first, *second, {}};
+  Ratio& r = placed.ratio;
+  r.slides_first = slides(recipe.slides_first, *first, at_first);
+  r.slides_second = slides(recipe.slides_second, *second, at_second);
+  r.ratio = recipe.ratio, r.has_offset = recipe.offset.has_value();
+  r.offset = recipe.offset.value_or(0) * (recipe.in_degrees ? kPi / 180 : 1);
+  if (recipe.in_degrees && r.slides_second)
+    messages_.error(e.id, "", "found \"offset_deg\" of a slide, expected \"offset\" in m");
+  made_.ratios.push_back(std::move(placed));
+}
+
+void GroupBuilder::add_joints_of(Element<ChainRecipe> e) {
+  const ChainRecipe& chain = e.recipe;
+  const ChainCourse course = course_of(chain);
+  const auto attach = [&](const std::optional<std::string>& to, const char* member,
+                          const char* name, ChainEnd end) {
+    const auto body = to ? body_or_world(*to, e.id, member) : std::nullopt;
+    if (!body) return;
+    end.body = *body;
+    if (*body == end.link)
+      messages_.error(e.id, member,
+                      "found " + quoted_name(*to) + ", expected another body than the link itself");
+    else
+      made_.joints.push_back({chain.name + "/" + name, e.id, end.body, end.link,
+                              chain_end_joint(made_, chain.turn, end), chain.turn.drive});
+  };
+  // Anchors are taken in the links' own frames, so that equal links are alike to the last bit.
+  const std::uint32_t first = first_links_[e.id.index];
+  const auto links = static_cast<std::uint32_t>(chain.links);
+  const auto end_of = [&](std::uint32_t i, Real side) {
+    return from_own_frame(made_, first, {0, side * course.lengths[i] / 2, 0});
+  };
+  attach(chain.attach, "attach", "top", {0, first, course.joints.front(), end_of(0, 1)});
+  Joint joint = chain_joint(made_, chain.turn, first);
+  const auto tie = [&](std::uint32_t a, std::uint32_t b, const std::optional<PoseDrive>& drive) {
+    context_.poll();
+    joint.anchor_a = end_of(a, -1), joint.anchor_b = end_of(b, 1);
+    made_.joints.push_back({chain.name + "/" + std::to_string(a) + "-" + std::to_string(b), e.id,
+                            first + a, first + b, joint, drive});
+  };
+  for (std::uint32_t i = 1; i < links; ++i) tie(i - 1, i, chain.turn.drive);
+  if (chain.closed) {
+    // Of a joint that closes a loop only the point is held, so it claims no more.
+    joint.kind = JointKind::ball, joint.limits = {}, joint.extras = {};
+    tie(links - 1, 0, std::nullopt);
+  }
+  attach(chain.end_attach, "end_attach", "end",
+         {0, first + links - 1, course.joints.back(), end_of(links - 1, -1)});
+}
+
+void GroupBuilder::add_string(Element<StringRecipe> e) {
+  const StringRecipe& recipe = e.recipe;
+  const auto a = body_or_world(recipe.a, e.id, "a"), b = body_or_world(recipe.b, e.id, "b");
+  if (!a || !b || !can_tie({e.id, recipe.a, recipe.b, *a, *b})) return;
+  StringJoint joint;
+  joint.anchor_a = anchor_of(made_, *a, recipe.at_a);
+  joint.anchor_b = anchor_of(made_, *b, recipe.at_b);
+  joint.compliance = recipe.compliance;
+  const Real span =
+      glm::length(to_scene(made_, *b, joint.anchor_b) - to_scene(made_, *a, joint.anchor_a));
+  joint.length = recipe.length.value_or(recipe.slack * span);
+  if (!(joint.length > 0)) {
+    messages_.error(e.id, "",
+                    "found a string whose ends start at one point, expected a \"length\"");
+    return;
+  }
+  made_.strings.push_back({name_for(recipe.name, recipe.a, recipe.b), e.id, *a, *b, joint});
+}
+
+void GroupBuilder::add_pin(Element<PinRecipe> e) {
+  const PinRecipe& recipe = e.recipe;
+  const auto held = body(recipe.body, e.id, "body");
+  if (!held) return;
+  if (!made_.is_dynamic(*held)) {
+    messages_.error(e.id, "body",
+                    "found " + quoted_name(recipe.body) +
+                        ", expected a dynamic body: this one is not moved by pins");
+    return;
+  }
+  PlacedPin placed{recipe.name, e.id, *held, recipe.pin};
+  placed.pin.anchor = anchor_of(made_, *held, recipe.point);
+  placed.pin.target = recipe.target.value_or(to_scene(made_, *held, placed.pin.anchor));
+  if (recipe.to && !hold_on(e, placed)) return;
+  placed.name = name_for(recipe.name, recipe.body, "pin");
+  made_.pins.push_back(std::move(placed));
+}
+
+/// Brings a pin's target into the frame of the body it holds on to.
+bool GroupBuilder::hold_on(Element<PinRecipe> e, PlacedPin& placed) {
+  const PinRecipe& recipe = e.recipe;
+  const auto to = body(*recipe.to, e.id, "to");
+  if (!to) return false;
+  placed.to = *to;
+  placed.pin.target = recipe.anchor_to ? from_own_frame(made_, *to, *recipe.anchor_to)
+                                       : from_scene(made_, *to, placed.pin.target);
+  if (*to != placed.body) return true;
+  messages_.error(
+      e.id, "to",
+      "found " + quoted_name(*recipe.to) + ", expected another body than the one that is held");
+  return false;
+}
+
+}  // namespace pantin

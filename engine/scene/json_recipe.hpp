@@ -1,0 +1,46 @@
+#pragma once
+/// Fills a recipe from a scene file in JSON, and remembers where each element stands in it.
+#include <array>
+#include <string>
+#include <vector>
+
+#include "engine/scene/build_messages.hpp"
+#include "engine/scene/complaints.hpp"
+#include "engine/scene/recipe.hpp"
+
+namespace pantin {
+
+class JsonPlaces final : public BuildMessages {
+ public:
+  JsonPlaces(const JsonDocument& json, Complaints& complaints)
+      : json_(json), complaints_(complaints) {}
+
+  /// Notes where the next element of a kind stands, group by group.
+  void add(std::uint32_t group, ElementKind kind, NodeId node);
+  NodeId node(const ElementId& at) const;
+  Complaints& complaints() { return complaints_; }
+
+  void error(const ElementId& at, std::string_view member, std::string message) override;
+  void warn(const ElementId& at, std::string_view kind, std::string message) override;
+  std::size_t errors() const override { return complaints_.refused(); }
+  Hints& hints() override { return complaints_.hints; }
+
+ private:
+  static constexpr std::size_t kKinds = static_cast<std::size_t>(ElementKind::chain) + 1;
+  using Nodes = std::array<std::vector<NodeId>, kKinds>;
+
+  const JsonDocument& json_;
+  Complaints& complaints_;
+  std::vector<Nodes> groups_;
+};
+
+/// What a reader needs besides the text.
+struct ReadContext {
+  const SceneLimits& limits;
+  std::string folder;  // files that the scene names are looked for here
+};
+
+/// Complains through `places`, and fills it.
+Recipe read_recipe(const JsonDocument& json, JsonPlaces& places, const ReadContext& context);
+
+}  // namespace pantin
