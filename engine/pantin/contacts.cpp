@@ -3,6 +3,8 @@
 
 #include <pantin/contacts.hpp>
 
+#include "engine/contact/contact.hpp"
+
 namespace pantin {
 namespace {
 
@@ -41,7 +43,7 @@ bool ContactEvents::touched(Entity a, Entity b) const {
 }
 
 void ContactEvents::collect(const World& world, Real seconds) {
-  const std::vector<Contact>& contacts = world.contacts;
+  const std::vector<Contact>& contacts = contacts_of(world);
   const auto bodies = world.bodies.values();
   for (std::size_t i = 0; i < contacts.size();) {
     const std::uint32_t slot_a = contacts[i].slot_a, slot_b = contacts[i].slot_b;
