@@ -4,7 +4,6 @@
 #include <tuple>
 #include <type_traits>
 
-#include "engine/base/fields.hpp"
 #include "engine/world/store.hpp"
 
 namespace pantin {
@@ -15,11 +14,15 @@ template <class T, class W>
 auto* find_store(W& world) {
   using Found = std::conditional_t<std::is_const_v<W>, const Store<T>, Store<T>>;
   Found* found = nullptr;
-  W::fields(world, [&](const char*, auto&& field) {
-    unwrap(field, [&](Role, auto& member) {
-      if constexpr (std::is_same_v<decltype(&member), Found*>) found = &member;
-    });
-  });
+  const auto look = [&](auto&... stores) {
+    const auto one = [&](auto& store) {
+      if constexpr (std::is_same_v<decltype(&store), Found*>) found = &store;
+    };
+    (one(stores), ...);
+  };
+  look(world.bodies, world.forces, world.origins, world.shapes, world.links, world.strings,
+       world.ratios, world.pins, world.drives, world.pose_drives, world.collisions, world.names,
+       world.settings);
   if (found) return found;
   if constexpr (std::is_const_v<W>)
     return world.user.template find<T>();
