@@ -1,6 +1,7 @@
 // A hand leads a marionette over a hanging bridge, whose planks give way under its feet.
 #include <algorithm>
 #include <numbers>
+#include <optional>
 #include <string>
 
 #include "demos/demo.hpp"
@@ -45,6 +46,7 @@ struct Crossing {
   Real middle_at_rest = 0, middle_lowest = 1e300;    // m, height of the middle plank
   Real off_pin = 0;                                  // m
   int carried = 0;                                   // steps with a foot on a plank
+  std::optional<ContactEvents> contacts = {};
 };
 
 void look(const World& w, Crossing& c) {
@@ -57,8 +59,10 @@ void look(const World& w, Crossing& c) {
   if (w.time < 1) c.middle_at_rest = middle;
   c.middle_lowest = std::min(c.middle_lowest, middle);
   for (const Pin& pin : w.pins.values()) c.off_pin = std::max(c.off_pin, pin.residual);
-  c.carried += std::ranges::any_of(contacts_of(w), [&](const Contact& at) {
-    return at.active && w.bodies.values()[at.slot_b].motion == Motion::dynamic;
+  if (!c.contacts) c.contacts.emplace(w);
+  c.carried += std::ranges::any_of(c.contacts->update(w), [&](const ContactEvent& e) {
+    return e.impulse != Vec3(0) && w.bodies[e.a].motion == Motion::dynamic &&
+           w.bodies[e.b].motion == Motion::dynamic;
   });
 }
 

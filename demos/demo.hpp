@@ -32,6 +32,7 @@ struct Outcome {
   Real worst_depth = 0;      // m, at contacts
   Real worst_residual = 0;   // m, of pins, strings and loops
   bool sound = true;         // every step could be taken
+  StepReport last;           // of the last step
 };
 
 /// Numbers found at the end of a demo beside those expected.
@@ -76,6 +77,7 @@ inline Outcome play(const Scene& scene, int steps, const Script& script,
     done.worst_depth = std::max(done.worst_depth, report.worst_depth);
     done.worst_residual = std::max(done.worst_residual, report.worst_residual);
     done.sound = report.status == Status::ok;
+    done.last = report;
     if (watch) watch(sim.world, i + 1);
   }
   done.hash = state_hash(sim.world);

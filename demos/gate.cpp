@@ -1,12 +1,12 @@
 // A rope of the procedural solver hangs on a gate of the Lagrangian one: each feels the other.
 #include "demos/demo.hpp"
-#include "engine/solvers/lagrangian/lagrangian.hpp"
 
 using namespace pantin;
 
 int main(int argc, char** argv) {
   const Scene scene = demos::load("gate");
-  const Entity gate = scene.world.find("gate"), end = scene.world.find("rope/13");
+  const Entity gate = scene.world.find("gate"), end = scene.world.find("rope/13"),
+               knot = scene.world.find("knot");
   Real farthest = 0, pulled = 0;
   demos::Extras extras;
   extras.last_picture = 2.4;
@@ -23,8 +23,8 @@ int main(int argc, char** argv) {
     const Vec3 out = sim.world.bodies[end].pose.position - corner;
     farthest = std::max(farthest, std::hypot(out.x, out.z));
     if (step == 0) return;
-    for (const contact::Interface& h : lagrangian::islands_of(sim.world).front().interfaces)
-      pulled = std::max(pulled, glm::length(h.force));
+    if (const auto force = pin_force(sim.world, knot))
+      pulled = std::max(pulled, glm::length(*force));
   };
   return demos::run(argc, argv, "gate", scene, script, extras);
 }

@@ -28,7 +28,8 @@ const lagrangian::Island* mechanism_of(const World& world, Entity a, Entity b) {
   return nullptr;
 }
 
-std::optional<BlockAt> find_block(const lagrangian::Island* m, lagrangian::BlockKind kind, std::uint32_t source) {
+std::optional<BlockAt> find_block(const lagrangian::Island* m, lagrangian::BlockKind kind,
+                                  std::uint32_t source) {
   if (!m) return std::nullopt;
   for (std::size_t i = 0; i < m->blocks.size(); ++i)
     if (m->blocks[i].kind == kind && m->blocks[i].source == source) return BlockAt{m, i};
@@ -117,6 +118,18 @@ std::optional<Vec3> articulated_pin_force(const World& world, std::uint32_t pin)
   return std::nullopt;
 }
 
+/// Of a pin between islands of two solvers.
+std::optional<Vec3> interface_force(const World& world, const lagrangian::Island* leader,
+                                    const Pin& pin, std::uint32_t slot) {
+  if (!leader) return std::nullopt;
+  for (const contact::Interface& tie : leader->interfaces) {
+    if (tie.kind != contact::TieKind::pin || tie.source != slot) continue;
+    const Owner owner = owner_of(partition_of(world), world.bodies.slot(pin.body));
+    return owner && owner.solver == kLagrangian ? tie.force : -tie.force;
+  }
+  return std::nullopt;
+}
+
 /// Of a pin that pulls by a spring on a mechanism.
 Vec3 spring_force(const World& world, const Pin& pin) {
   const Body& body = world.bodies[pin.body];
@@ -179,7 +192,9 @@ std::optional<Vec3> pin_force(const World& world, Entity pin) {
     if (m->fresh || !m->room.ready) return std::nullopt;
     return -lagrangian::joint_force(*m, at->block).force;
   }
-  if (m && p.grip == Grip::spring) return m->fresh ? std::nullopt : std::optional(spring_force(world, p));
+  if (m && m->fresh) return std::nullopt;
+  if (const auto force = interface_force(world, m, p, slot)) return force;
+  if (m && p.grip == Grip::spring) return spring_force(world, p);
   return articulated_pin_force(world, slot);
 }
 

@@ -1,0 +1,90 @@
+#include <algorithm>
+#include <tuple>
+
+#include <pantin/contacts.hpp>
+
+#include "engine/contact/contact.hpp"
+
+namespace pantin {
+namespace {
+
+/// A pair that touched goes on touching while it is nearer than this, m: a load that comes and goes
+/// between two steps is one contact.
+constexpr Real kStillTouching = 1e-4;
+
+auto key(const ContactEvent& e) {
+  return std::tuple(e.a.index, e.b.index, e.a.generation, e.b.generation);
+}
+bool is_before(const ContactEvent& p, const ContactEvent& q) { return key(p) < key(q); }
+
+/// Contacts come by pairs of slots, one after the other; what their points say is added up.
+struct Sum {
+  Vec3 impulse{0}, normal{0}, point{0};
+  Real depth = 0, weight = 0;
+  bool bears = false, is_near = false;
+
+  void add(const Contact& c, Vec3 at, Real seconds) {
+    const bool counts = c.active || c.depth > 0;
+    bears = bears || counts, is_near = is_near || c.gap < kStillTouching;
+    const Real w = counts ? 1 : 1e-9;  // points that bear nothing count where no other does
+    impulse += seconds * c.force;
+    normal += w * c.normal, point += w * at, weight += w;
+    depth = std::max(depth, c.depth);
+  }
+};
+
+}  // namespace
+
+bool ContactEvents::touched(Entity a, Entity b) const {
+  ContactEvent wanted;
+  wanted.a = a, wanted.b = b;
+  const auto at = std::lower_bound(before_.begin(), before_.end(), wanted, is_before);
+  return at != before_.end() && key(*at) == key(wanted);
+}
+
+void ContactEvents::collect(const World& world, Real seconds) {
+  const std::vector<Contact>& contacts = contacts_of(world);
+  const auto bodies = world.bodies.values();
+  for (std::size_t i = 0; i < contacts.size();) {
+    const std::uint32_t slot_a = contacts[i].slot_a, slot_b = contacts[i].slot_b;
+    Sum sum;
+    for (; i < contacts.size() && contacts[i].slot_a == slot_a && contacts[i].slot_b == slot_b; ++i)
+      if (std::max(slot_a, slot_b) < bodies.size())
+        sum.add(contacts[i], to_world(bodies[slot_b].pose, contacts[i].point_b), seconds);
+    if (sum.weight == 0) continue;
+    ContactEvent e;
+    e.a = world.bodies.owners()[slot_a], e.b = world.bodies.owners()[slot_b];
+    e.impulse = sum.impulse, e.point = sum.point / sum.weight, e.depth = sum.depth;
+    const Real length = glm::length(sum.normal);
+    e.normal = length > 0 ? sum.normal / length : contacts[i - 1].normal;
+    if (e.b.index < e.a.index)
+      std::swap(e.a, e.b), e.impulse = -e.impulse, e.normal = -e.normal;
+    if (sum.bears || (sum.is_near && touched(e.a, e.b))) now_.push_back(e);
+  }
+}
+
+void ContactEvents::compare() {
+  events_.clear();
+  for (ContactEvent& e : now_) {
+    e.phase = touched(e.a, e.b) ? ContactPhase::persist : ContactPhase::begin;
+    events_.push_back(e);
+  }
+  for (const ContactEvent& e : before_) {
+    if (std::binary_search(now_.begin(), now_.end(), e, is_before)) continue;
+    events_.push_back(e);
+    events_.back().phase = ContactPhase::end;
+    events_.back().impulse = Vec3(0), events_.back().depth = 0;
+  }
+}
+
+std::span<const ContactEvent> ContactEvents::update(const World& world) {
+  before_.swap(now_);
+  now_.clear();
+  collect(world, std::max(Real(0), world.time - time_));
+  std::sort(now_.begin(), now_.end(), is_before);
+  compare();
+  time_ = world.time;
+  return events_;
+}
+
+}  // namespace pantin

@@ -1,0 +1,66 @@
+#pragma once
+/// Who touches whom: events by pairs of bodies; layers.
+///
+/// A body takes part if it has a Collision (RigidBody::collision). Which pairs are looked at is said by
+/// layers, and by Collision::others and ::self for bodies that both move.
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include <pantin/world.hpp>
+
+namespace pantin {
+
+/// The bit of layer `number`, 0 to 31; several are combined by |.
+constexpr std::uint32_t collision_layer(unsigned number) { return 1u << (number % 32); }
+inline constexpr std::uint32_t kAllLayers = UINT32_MAX;
+
+/// A Collision that lies in some layers and touches what lies in others. Of two bodies each has to
+/// touch a layer of the other.
+constexpr Collision in_layers(std::uint32_t layers, std::uint32_t touches = kAllLayers,
+                              Collision with = {}) {
+  with.groups = layers, with.with = touches;
+  return with;
+}
+
+enum class ContactPhase : std::uint8_t { begin, persist, end };
+
+/// Two bodies that touch, began to or ceased to. `a` has the lower index.
+struct ContactEvent {
+  ContactPhase phase = ContactPhase::begin;
+  Entity a, b;
+  Vec3 impulse{0};        // N s on a, all points together, of the time since the last update
+  Vec3 point{0};          // world, m: where b bears, the middle of all points
+  Vec3 normal{0, 1, 0};   // unit, world, from b to a
+  Real depth = 0;         // m, overlap at the deepest point
+};
+
+/// Keeps who touched whom, and says what changed. One for each World that is watched:
+///
+///   ContactEvents events(simulation.world);
+///   simulation.step();
+///   for (const ContactEvent& event : events.update(simulation.world)) ...
+///
+/// A pair that bore a load goes on touching while it stays nearer than 0.1 mm. Where a step is taken
+/// in substeps, forces are those of the last one. An end names bodies that may be gone.
+class ContactEvents {
+ public:
+  /// What touches in this World as it stands is known from the start: it does not begin.
+  explicit ContactEvents(const World& world) : time_(world.time) { update(world); }
+
+  /// Compares the World with the last one seen. Begins and persists in the order of a's and b's
+  /// indices, then ends likewise; good until the next update.
+  std::span<const ContactEvent> update(const World& world);
+  /// Those of the last update.
+  std::span<const ContactEvent> events() const { return events_; }
+
+ private:
+  void collect(const World& world, Real seconds);
+  void compare();
+  bool touched(Entity a, Entity b) const;
+
+  Real time_ = 0;
+  std::vector<ContactEvent> now_, before_, events_;
+};
+
+}  // namespace pantin
