@@ -99,6 +99,16 @@ class Bench(unittest.TestCase):
                           file.name + "/below.csv")
         self.assertEqual(done.returncode, 4, done.stderr)
 
+    def test_a_csv_can_go_into_a_device(self):
+        done = pantin("bench", CHAIN, "--duration", 0.2, "--repeat", 1, "--csv", "/dev/full")
+        self.assertEqual(done.returncode, 4, done.stderr)
+        self.assertIn("/dev/full", done.stderr)
+        done = pantin("bench", CHAIN, "--duration", 0.2, "--repeat", 1, "--csv", "/dev/stdout")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("worst_gap_rel", done.stdout)
+        for device in ("full", "null"):
+            self.assertTrue(pathlib.Path("/dev", device).is_char_device())
+
     def test_usage(self):
         for arguments in (["bench"], ["bench", CHAIN, "--repeat", "0"], ["bench", "missing.json"],
                           ["check"], ["doctor", "--frobnicate"]):

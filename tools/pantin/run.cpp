@@ -196,11 +196,9 @@ int step_through(const RunChoices& c, const Scene& scene, Simulation& sim, Pictu
   const std::uint64_t steps = steps_of(scene);
   s.step_seconds.reserve(steps);
   Progress progress(scene.title);
+  // A row that could not be written is told when the record is closed.
   const auto write_row = [&](const Measures& m) -> bool {
-    if (!record) return true;
-    const Result<Done> row = record->add(sim.world, m);
-    if (!row) fail(row.errors(), kUnwritable);
-    return static_cast<bool>(row);
+    return !record || static_cast<bool>(record->add(sim.world, m));
   };
   if (record) rebuild_articulations(sim.world);  // the first row has all columns too
   if (!write_row(measure(sim.world))) return kUnwritable;
