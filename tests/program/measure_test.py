@@ -39,6 +39,27 @@ class Check(unittest.TestCase):
         self.assertEqual((scene["bodies"], scene["joints"], scene["articulations"]), (21, 20, 1))
         self.assertEqual(scene["freedoms"], 60)  # twenty bodies that turn freely about their joints
 
+    def test_freedoms_are_those_that_the_joints_leave(self):
+        rod = {"mass": 1, "inertia": [0.1, 0.1, 0.1]}
+        joint = {"a": "world", "b": "rod", "anchor": [0, 0, 0], "axis": [0, 0, 1]}
+        free = {"ball": 3, "hinge": 1, "universal": 2, "fixed": 0}
+        slides = {"prismatic": 1, "cylindrical": 2}
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "joint.json"
+            for solver, kinds in (("auto", free), ("lagrangian", {**free, **slides})):
+                for kind, left in kinds.items():
+                    with self.subTest(solver=solver, kind=kind):
+                        axis = {} if kind in ("ball", "fixed") else {"axis": [0, 0, 1]}
+                        second = {"axis_2": [0, 1, 0]} if kind == "universal" else {}
+                        joint = {"name": "j", "a": "world", "b": "rod", "kind": kind,
+                                 "anchor": [0, 0, 0], **axis, **second}
+                        path.write_text(json.dumps({"version": 1, "solver": {"type": solver},
+                                                    "bodies": [{"name": "rod", **rod}],
+                                                    "joints": [joint]}))
+                        done = pantin("check", path, "--json")
+                        self.assertEqual(done.returncode, 0, done.stderr)
+                        self.assertEqual(json.loads(done.stdout)["scenes"][0]["freedoms"], left)
+
     def test_a_drift_beyond_the_bound_fails_and_is_named(self):
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder) / "strict.json"

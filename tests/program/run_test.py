@@ -107,6 +107,19 @@ class Run(unittest.TestCase):
         shown = pantin("run", CHAIN, "--duration", 1, "--hash").stdout
         self.assertIn(run_json(CHAIN, "--duration", 1)["hash"], shown)
 
+    def test_the_solver_of_every_part_is_told(self):
+        gate = SCENES / "gate.json"  # hinges by one solver, a chain by the other
+        told = run_json(gate, "--duration", 0.1)
+        self.assertEqual((told["solver"], sorted(told["solvers"])), ("mixed", ["auto", "lagrangian"]))
+        self.assertEqual(sum(told["solvers"].values()), 15)  # the bodies that move
+        shown = pantin("run", gate, "--duration", 0.1).stdout
+        for solver, bodies in told["solvers"].items():
+            self.assertIn(f"{solver} ({bodies} bodies)", shown)
+        told = run_json(gate, "--duration", 0.1, "--solver", "lagrangian")
+        self.assertEqual((told["solver"], list(told["solvers"])), ("lagrangian", ["lagrangian"]))
+        told = run_json(SCENES / "four_bar.json", "--duration", 0.1)
+        self.assertEqual(told["solver"], "lagrangian")
+
     def test_every_solver_runs(self):
         for solver in ("auto", "sweep", "shake2", "paper"):
             told = run_json(MARIONETTE, "--duration", 0.5, "--solver", solver)

@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "engine/base/atomic_file.hpp"
+#include "engine/base/compiler.hpp"
 #include "engine/solvers/procedural/kernels.hpp"
 #include "tools/pantin/program.hpp"
 
@@ -111,6 +112,7 @@ std::optional<Json> bench_scene(const std::string& path, const BenchChoices& c, 
   row["title"] = scene->title;
   row["status"] = sound ? "ok" : "diverged";
   row["solver"] = solver_in_use(scene->world);
+  row["solvers"] = solvers_json(scene->world);
   row["step_s"] = scene->step;
   row["steps"] = steps_of(*scene);
   row["repeats"] = medians.size();
@@ -148,11 +150,7 @@ Json header() {
 #ifdef PANTIN_COMMIT
   j["commit"] = PANTIN_COMMIT;
 #endif
-#ifdef __clang__
-  j["compiler"] = "clang " __clang_version__;
-#else
-  j["compiler"] = "gcc " __VERSION__;
-#endif
+  j["compiler"] = PANTIN_COMPILER;
 #ifdef PANTIN_FLAGS
   j["flags"] = PANTIN_FLAGS;
 #endif
@@ -254,7 +252,7 @@ Examples:
   pantin bench assets/scenes/*.json --csv out/bench.csv --json
 
 --json prints version, commit, compiler, flags, kernels, cpu, cores, load, clock and rows; a row has
-scene, title, status, solver, step_s, steps, repeats, bodies, joints, frame_ms_median (median of the
+scene, title, status, solver, solvers, step_s, steps, repeats, bodies, joints, frame_ms_median (median of the
 repeats' medians), frame_ms_p95, frame_ms_p99, frame_ms_max, ns_per_link_step_median,
 ns_per_link_step_p99, ns_per_link_step_repeats (least and largest median), allocations_per_step,
 frame_ms_mean, stages_ns_per_link, bytes_per_link, worst_gap_m, worst_gap_rel, contacts_max,

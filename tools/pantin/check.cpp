@@ -22,22 +22,21 @@ struct Finding {
   Json json;
 };
 
-/// Degrees of freedom that joints leave: 6 a body, less 3 a joint's point; of mechanisms less the
-/// rank of their joints' equations.
+/// Degrees of freedom that the joints and exact pins leave: 6 a body, less the rank of their rows.
+/// They are counted by the solver that has rows for every kind of joint, whichever runs the scene.
 std::int64_t freedoms(const World& world) {
+  World counted = world;
+  counted.default_settings.solver = Solver::lagrangian;
+  for (SolverSettings& settings : counted.settings.values()) settings.solver = Solver::lagrangian;
+  rebuild_articulations(counted);
   std::int64_t sum = 0;
-  for (const Articulation& a : world.articulations) {
-    sum += 6 * static_cast<std::int64_t>(a.count());
-    for (std::size_t c = 0; c < a.count(); ++c) sum -= a.parents[c] == kFree ? 0 : 3;
-    sum -= 3 * static_cast<std::int64_t>(a.holds.size());
-  }
-  for (std::size_t i = 0; i < world.mechanisms.size(); ++i) {
-    const Mechanism& m = world.mechanisms[i];
+  for (std::size_t i = 0; i < counted.mechanisms.size(); ++i) {
+    const Mechanism& m = counted.mechanisms[i];
     sum += 6 * static_cast<std::int64_t>(m.count() - m.hangings.size());
     for (const Block& b : m.blocks)
       if (b.kind == BlockKind::joint || b.kind == BlockKind::pin || b.kind == BlockKind::ratio)
         sum -= b.rows;
-    for (const MechanismFault& f : lagrangian::inspect(world, i))
+    for (const MechanismFault& f : lagrangian::inspect(counted, i))
       if (f.kind == MechanismFault::redundant) sum += f.rows;
   }
   return sum;
@@ -90,6 +89,8 @@ Finding look_at(const std::string& path, const CheckChoices& c) {
   j["pins"] = world.pins.size();
   j["articulations"] = world.articulations.size();
   j["mechanisms"] = world.mechanisms.size();
+  j["solver"] = solver_in_use(world);
+  j["solvers"] = solvers_json(world);
   j["freedoms"] = freedoms(world);
   j["mass_kg"] = mass;
   j["start_gap_m"] = measure(world).worst_gap;
@@ -107,11 +108,11 @@ Finding look_at(const std::string& path, const CheckChoices& c) {
   if (!c.json)
     fmt::print(
         "{}  {}\n  {} bodies, {} joints, {} strings, {} pins in {} articulations and {} mechanisms; {} "
-        "freedoms, {:.4g} kg\n  start gap {:.1e} m; {} steps: {}\n",
+        "freedoms, {:.4g} kg\n  solver {}; start gap {:.1e} m; {} steps: {}\n",
         failure.empty() ? "ok    " : "FAILED", path, world.bodies.size(), world.links.size(),
         world.strings.size(), world.pins.size(), world.articulations.size(),
         world.mechanisms.size(), j["freedoms"].get<std::int64_t>(), mass,
-        j["start_gap_m"].get<double>(), kSteps,
+        describe_solvers(world), j["start_gap_m"].get<double>(), kSteps,
         failure.empty()
             ? fmt::format("worst gap {:.1e} of the size, hash {}", j["worst_gap_rel"].get<double>(),
                           j["hash"].get<std::string>())
@@ -143,8 +144,8 @@ Examples:
   pantin check assets/scenes/chain10.json --solver lagrangian
 
 --json prints {"scenes": [...]}, each with scene, title, status (ok, failed, refused), bodies,
-joints, strings, pins, articulations, mechanisms, freedoms, mass_kg, start_gap_m, worst_gap_rel,
-hash, warnings and failure if there is one.
+joints, strings, pins, articulations, mechanisms, solver, solvers (bodies of each), freedoms,
+mass_kg, start_gap_m, worst_gap_rel, hash, warnings and failure if there is one.
 
 Exit codes: 0 ok, 2 usage or bad input, 3 a check failed.)";
 

@@ -218,12 +218,37 @@ std::string bold(const std::string& text) {
   return kPlain ? text : "\033[1m" + text + "\033[0m";
 }
 
+std::vector<std::pair<Solver, std::size_t>> solvers_in_use(const World& world) {
+  std::vector<std::pair<Solver, std::size_t>> used;
+  const auto add = [&](Solver solver, std::size_t bodies) {
+    for (auto& [known, count] : used)
+      if (known == solver) return void(count += bodies);
+    used.emplace_back(solver, bodies);
+  };
+  for (const Articulation& a : world.articulations) add(a.settings.solver, a.count());
+  for (const Mechanism& m : world.mechanisms) add(m.settings.solver, m.count() - m.hangings.size());
+  if (used.empty()) add(world.default_settings.solver, 0);
+  return used;
+}
+
 std::string solver_in_use(const World& world) {
-  if (world.articulations.empty()) return pantin::name_of(world.default_settings.solver);
-  const Solver first = world.articulations.front().settings.solver;
-  for (const Articulation& a : world.articulations)
-    if (a.settings.solver != first) return "mixed";
-  return pantin::name_of(first);
+  const auto used = solvers_in_use(world);
+  return used.size() == 1 ? pantin::name_of(used.front().first) : "mixed";
+}
+
+std::string describe_solvers(const World& world) {
+  const auto used = solvers_in_use(world);
+  if (used.size() == 1) return pantin::name_of(used.front().first);
+  std::string text;
+  for (const auto& [solver, bodies] : used)
+    text += fmt::format("{}{} ({} bodies)", text.empty() ? "" : " + ", pantin::name_of(solver), bodies);
+  return text;
+}
+
+Json solvers_json(const World& world) {
+  Json j = Json::object();
+  for (const auto& [solver, bodies] : solvers_in_use(world)) j[pantin::name_of(solver)] = bodies;
+  return j;
 }
 
 std::string hex(std::uint64_t hash) { return fmt::format("{:016x}", hash); }
