@@ -18,13 +18,13 @@ using K = const std::string_view[];
 
 inline constexpr K kScene{"$schema",  "version",   "title",       "gravity", "step",
                           "substeps", "duration",  "drift_bound", "solver",  "materials",
-                          "bodies",   "joints",    "strings",     "pins",    "drives",
+                          "bodies",   "joints",    "cables",      "pins",    "paths",
                           "prefabs",  "instances", "generators",  "camera",  "light",
                           "ground",   "output",    "collision",   "collision_groups",
-                          "ratios"};
-inline constexpr K kSolver{"type",    "turn_stiffness",  "calm_angle_deg", "reservoir_time",
-                           "rounds",  "tolerance",       "stall_drop",     "tension_stiffness",
-                           "limiter", "paper_reluctance", "passes",        "rest_speed",
+                          "gears"};
+inline constexpr K kSolver{"type",    "rotation_stiffness",  "calm_angle_deg", "reservoir_time",
+                           "sweeps",  "tolerance",       "stall_drop",     "tension_stiffness",
+                           "limiter", "paper_reluctance", "active_set_iterations", "sleep_speed",
                            "integrator", "stabilisation", "baumgarte",     "step_tolerance",
                            "damping_ratio"};
 inline constexpr K kMaterial{"name", "colour", "roughness", "metallic"};
@@ -50,7 +50,7 @@ inline constexpr K kJoint{"name",     "type",     "kind",     "a",      "b",    
                           "anchor_a", "anchor_b", "axis",     "across", "axis_a",   "across_a",
                           "axis_b",   "across_b", "rest",     "rest_deg", "limits", "drive",
                           "point_a",  "point_b",  "length",   "pitch",    "stiffness", "damping",
-                          "spring",   "friction", "motor",    "turn",     "slide"};
+                          "spring",   "friction", "motor",    "angle",    "travel"};
 inline constexpr K kLimits{"angle",     "angle_deg", "twist", "twist_deg", "cone",
                            "cone_deg",  "swing",     "swing_deg", "first", "first_deg",
                            "second",    "second_deg", "soft",  "travel",    "restitution"};
@@ -59,22 +59,22 @@ inline constexpr K kSpring{"stiffness", "damping", "rest", "rest_deg"};
 inline constexpr K kFriction{"viscous", "dry", "slip"};
 inline constexpr K kMotor{"velocity", "velocity_deg", "position", "position_deg",
                           "gain",     "damping",      "cap"};
-inline constexpr K kFreedom{"spring", "friction", "motor"};
-inline constexpr K kRatio{"name",  "first",  "first_moves", "second", "second_moves",
+inline constexpr K kDof{"spring", "friction", "motor"};
+inline constexpr K kGear{"name",  "first",  "first_coordinate", "second", "second_coordinate",
                           "ratio", "offset", "offset_deg"};
-inline constexpr K kPoseDrive{"target",  "target_deg", "angle", "angle_deg", "stiffness",
+inline constexpr K kJointDrive{"target",  "target_deg", "angle", "angle_deg", "stiffness",
                               "damping", "max_torque", "keys",  "loop"};
 inline constexpr K kPoseKey{"time", "target", "target_deg", "angle", "angle_deg"};
-inline constexpr K kString{"name",    "a",       "b",      "anchor_a", "anchor_b",
+inline constexpr K kCable{"name",    "a",       "b",      "anchor_a", "anchor_b",
                            "point_a", "point_b", "length", "slack",    "compliance"};
 inline constexpr K kPin{"name",      "body",     "anchor", "point",    "to",
                         "anchor_to", "target",   "priority", "grip",   "stiffness"};
-inline constexpr K kDrive{"body", "keyframes", "loop", "lissajous"};
+inline constexpr K kPath{"body", "keyframes", "loop", "lissajous"};
 inline constexpr K kKeyframe{"time", "position", "rotation", "rotation_deg"};
 inline constexpr K kLissajous{"centre",   "amplitude",      "frequency",      "phase_deg",
-                              "turn_deg", "turn_frequency", "turn_phase_deg", "rise"};
-inline constexpr K kPrefab{"name", "bodies", "joints",    "strings",
-                           "pins", "drives", "instances", "generators", "ratios"};
+                              "rotation_deg", "rotation_frequency", "rotation_phase_deg", "rise"};
+inline constexpr K kPrefab{"name", "bodies", "joints",    "cables",
+                           "pins", "paths",  "instances", "generators", "gears"};
 inline constexpr K kInstance{"name",         "prefab",      "position", "rotation",
                              "rotation_deg", "time_offset", "solver"};
 inline constexpr K kGenerators{"chains", "grids", "stairs"};
@@ -125,13 +125,13 @@ inline constexpr std::array<KeySet, 37> kKeySets{{
     {"spring", keys::kSpring},
     {"friction", keys::kFriction},
     {"motor", keys::kMotor},
-    {"freedom", keys::kFreedom},
-    {"ratio", keys::kRatio},
-    {"pose_drive", keys::kPoseDrive},
+    {"dof", keys::kDof},
+    {"gear", keys::kGear},
+    {"joint_drive", keys::kJointDrive},
     {"pose_key", keys::kPoseKey},
-    {"string", keys::kString},
+    {"cable", keys::kCable},
     {"pin", keys::kPin},
-    {"drive", keys::kDrive},
+    {"path", keys::kPath},
     {"keyframe", keys::kKeyframe},
     {"lissajous", keys::kLissajous},
     {"prefab", keys::kPrefab},
@@ -145,6 +145,43 @@ inline constexpr std::array<KeySet, 37> kKeySets{{
     {"ground", keys::kGround},
     {"output", keys::kOutput},
 }};
+
+/// A key, or a word under a key, that files of earlier versions use. The reader takes it with a
+/// warning that names today's.
+struct OldKey {
+  std::string_view what, old, today;
+};
+inline constexpr OldKey kOldKeys[] = {
+    {"scene", "strings", "cables"},
+    {"scene", "drives", "paths"},
+    {"scene", "ratios", "gears"},
+    {"prefab", "strings", "cables"},
+    {"prefab", "drives", "paths"},
+    {"prefab", "ratios", "gears"},
+    {"solver", "passes", "active_set_iterations"},
+    {"solver", "rounds", "sweeps"},
+    {"solver", "rest_speed", "sleep_speed"},
+    {"solver", "turn_stiffness", "rotation_stiffness"},
+    {"joint", "turn", "angle"},
+    {"joint", "slide", "travel"},
+    {"gear", "first_moves", "first_coordinate"},
+    {"gear", "second_moves", "second_coordinate"},
+    {"lissajous", "turn_deg", "rotation_deg"},
+    {"lissajous", "turn_frequency", "rotation_frequency"},
+    {"lissajous", "turn_phase_deg", "rotation_phase_deg"},
+};
+inline constexpr OldKey kOldWords[] = {
+    {"gear", "turn", "angle"},
+    {"gear", "slide", "travel"},
+};
+
+/// Today's name for an old one in such a table, or "".
+constexpr std::string_view today_of(std::span<const OldKey> table, std::string_view what,
+                                    std::string_view old) {
+  for (const OldKey& key : table)
+    if (key.what == what && key.old == old) return key.today;
+  return {};
+}
 
 /// The keys of one kind of object; the kind must be in the list.
 constexpr const KeySet& keys_of(std::string_view what) {

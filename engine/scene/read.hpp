@@ -65,7 +65,7 @@ NodeId either(const Reader& from, std::string_view key);
 std::string a_joint(JointKind kind);
 
 /// Measures of the kind and what acts along its freedoms: "pitch", "spring", "friction", "motor",
-/// "turn", "slide" and so on. Complains of keys that a joint of this kind cannot have.
+/// "angle", "travel" and so on. Complains of keys that a joint of this kind cannot have.
 void read_extras(const Reading& reading, const Reader& from, TurnRecipe& turn);
 
 /// "kind", "limits", "drive" and extras of a joint, or of the joints of a chain.

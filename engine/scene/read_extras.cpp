@@ -23,7 +23,7 @@ constexpr KindKey kKindKeys[] = {
     {"point_a", kLines},   {"point_b", kLines},         {"length", kLines},
     {"pitch", kScrew},     {"stiffness", kSpringKind},  {"damping", kSpringKind},
     {"spring", kMoved},    {"friction", kMoved},        {"motor", kMoved},
-    {"turn", kCylinder},   {"slide", kCylinder},        {"anchor", ~kLines},
+    {"angle", kCylinder},  {"travel", kCylinder},       {"anchor", ~kLines},
     {"axis", ~kLines},     {"across", ~kLines},         {"axis_a", ~kLines},
     {"across_a", ~kLines}, {"axis_b", ~kLines},         {"across_b", ~kLines},
     {"rest", ~kLines},     {"rest_deg", ~kLines}};
@@ -133,16 +133,16 @@ bool has_freedom(const Reader& from) {
   return from.has("spring") || from.has("friction") || from.has("motor");
 }
 
-/// "turn" and "slide" of a cylindrical joint; beside them nothing stands for its turn.
+/// "angle" and "travel" of a cylindrical joint; beside them nothing stands for its turn.
 void read_freedoms(const Reading& reading, const Reader& from, JointExtras& extras) {
   for (std::string_view key : {"spring", "friction", "motor"}) {
-    const std::string_view both[] = {"turn", key};
+    const std::string_view both[] = {"angle", key};
     from.one_of(both);
   }
-  if (const NodeId node = from.find("turn"); node != kNoNode)
-    extras.turn = read_freedom(reading, reading.open(node, "freedom"), false);
-  if (const NodeId node = from.find("slide"); node != kNoNode)
-    extras.slide = read_freedom(reading, reading.open(node, "freedom"), true);
+  if (const NodeId node = from.find("angle"); node != kNoNode)
+    extras.turn = read_freedom(reading, reading.open(node, "dof"), false);
+  if (const NodeId node = from.find("travel"); node != kNoNode)
+    extras.slide = read_freedom(reading, reading.open(node, "dof"), true);
 }
 
 /// "length", and of a spring what it is made of.

@@ -61,9 +61,9 @@ void read_sway(const Reading& reading, const Reader& drive_from, DriveRecipe& dr
   drive.sway.amplitude = from.vec("amplitude", Vec3(0));
   drive.sway.frequency = from.vec_or_number("frequency", Vec3(0));
   drive.sway.phase = degrees(from, "phase_deg");
-  drive.sway.turn_amplitude = from.vec("turn_deg", Vec3(0), kDegrees) * (kPi / 180);
-  drive.sway.turn_frequency = from.vec_or_number("turn_frequency", drive.sway.frequency);
-  drive.sway.turn_phase = degrees(from, "turn_phase_deg");
+  drive.sway.turn_amplitude = from.vec("rotation_deg", Vec3(0), kDegrees) * (kPi / 180);
+  drive.sway.turn_frequency = from.vec_or_number("rotation_frequency", drive.sway.frequency);
+  drive.sway.turn_phase = degrees(from, "rotation_phase_deg");
   drive.sway.rise = from.number("rise", 0, kNotNegative);
   if (drive_from.has("loop"))
     reading.complaints.refuse_key(drive_from.find("loop"),
@@ -104,13 +104,13 @@ std::optional<SolverSettings> read_solver(const Reading& reading, const Reader& 
   SolverSettings s = base;
   const auto type = from.word("type", static_cast<std::size_t>(s.solver), kSolverNames);
   s.solver = static_cast<Solver>(type);
-  s.turn_stiffness = from.number("turn_stiffness", s.turn_stiffness, kNotNegative);
+  s.turn_stiffness = from.number("rotation_stiffness", s.turn_stiffness, kNotNegative);
   s.calm_angle = from.number("calm_angle_deg", s.calm_angle * (180 / kPi), kPositive) * (kPi / 180);
   if (!from.has("calm_angle_deg")) s.calm_angle = base.calm_angle;
   s.reservoir_time = from.number("reservoir_time", s.reservoir_time, kNotNegative);
-  s.passes = from.whole("passes", s.passes, 1, 64);
-  s.rest_speed = from.number("rest_speed", s.rest_speed, kNotNegative);
-  s.rounds = from.whole("rounds", s.rounds, 1, 10'000);
+  s.passes = from.whole("active_set_iterations", s.passes, 1, 64);
+  s.rest_speed = from.number("sleep_speed", s.rest_speed, kNotNegative);
+  s.rounds = from.whole("sweeps", s.rounds, 1, 10'000);
   s.tolerance = from.number("tolerance", s.tolerance, kPositive);
   s.stall_drop = from.number("stall_drop", s.stall_drop, kUnit);
   s.tension_stiffness = from.flag("tension_stiffness", s.tension_stiffness);
@@ -151,16 +151,16 @@ BodyRecipe read_body(const Reading& reading, NodeId node) {
 }
 
 std::optional<RatioRecipe> read_ratio(const Reading& reading, NodeId node) {
-  constexpr std::string_view kMoves[] = {"turn", "slide"};
+  constexpr std::string_view kMoves[] = {"angle", "travel"};
   constexpr std::string_view kOffsets[] = {"offset", "offset_deg"};
-  const Reader from = reading.open(node, "ratio");
+  const Reader from = reading.open(node, "gear");
   RatioRecipe r;
   r.at = node;
   r.name = optional_name(from);
   const auto first = read_reference(from, "first", "the name of a joint", true);
   const auto second = read_reference(from, "second", "the name of a joint", true);
-  if (from.has("first_moves")) r.slides_first = from.word("first_moves", 0, kMoves) == 1;
-  if (from.has("second_moves")) r.slides_second = from.word("second_moves", 0, kMoves) == 1;
+  if (from.has("first_coordinate")) r.slides_first = from.word("first_coordinate", 0, kMoves) == 1;
+  if (from.has("second_coordinate")) r.slides_second = from.word("second_coordinate", 0, kMoves) == 1;
   const NodeId ratio = from.need("ratio", "how far the second moves for each unit of the first");
   r.ratio = from.number("ratio", 1, kAnyNumber);
   if (ratio != kNoNode && r.ratio == 0)
@@ -178,7 +178,7 @@ std::optional<RatioRecipe> read_ratio(const Reading& reading, NodeId node) {
 
 std::optional<StringRecipe> read_string(const Reading& reading, NodeId node) {
   constexpr std::string_view kLengths[] = {"length", "slack"};
-  const Reader from = reading.open(node, "string");
+  const Reader from = reading.open(node, "cable");
   StringRecipe string;
   string.at = node;
   string.name = optional_name(from);
@@ -221,7 +221,7 @@ std::optional<PinRecipe> read_pin(const Reading& reading, NodeId node) {
 
 std::optional<DriveRecipe> read_drive(const Reading& reading, NodeId node) {
   constexpr std::string_view kPaths[] = {"keyframes", "lissajous"};
-  const Reader from = reading.open(node, "drive");
+  const Reader from = reading.open(node, "path");
   DriveRecipe drive;
   drive.at = node;
   const auto body = read_reference(from, "body", "the name of a driven body", true);

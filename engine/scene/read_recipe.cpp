@@ -63,10 +63,10 @@ void read_group(const Reading& reading, const Reader& from, Group& group) {
     if (!body.name.empty()) group.bodies.push_back(std::move(body));
   }
   read_all(reading, from, "joints", read_joint, group.joints);
-  read_all(reading, from, "ratios", read_ratio, group.ratios);
-  read_all(reading, from, "strings", read_string, group.strings);
+  read_all(reading, from, "gears", read_ratio, group.ratios);
+  read_all(reading, from, "cables", read_string, group.strings);
   read_all(reading, from, "pins", read_pin, group.pins);
-  read_all(reading, from, "drives", read_drive, group.drives);
+  read_all(reading, from, "paths", read_drive, group.drives);
   read_all(reading, from, "instances", read_instance, group.instances);
   read_generators(reading, from, group);
   refuse_repeated_names(reading, group);

@@ -212,7 +212,7 @@ std::optional<PoseDrive> read_pose_drive(const Reading& reading, const Reader& o
                                          JointKind kind) {
   const NodeId node = outer.find("drive");
   if (node == kNoNode) return std::nullopt;
-  const Reader from = reading.open(node, "pose_drive");
+  const Reader from = reading.open(node, "joint_drive");
   if (kind == JointKind::fixed)
     reading.complaints.refuse_key(node, "found a drive of a fixed joint, expected none: it turns "
                                         "nowhere");

@@ -38,12 +38,29 @@ Reader::Reader(const JsonDocument& j, Complaints& c, NodeId n, const KeySet& set
   for (NodeId child = json[node].first_child; child != kNoNode; child = json[child].next) {
     const std::string_view key = json[child].key;
     if (accepts(key)) continue;
-    const std::string_view near = nearest(key, set.keys);
-    complaints.refuse_key(child, "found key \"" + clipped(key) + "\", expected a key of a " +
-                                     std::string(set.what) +
-                                     (near.empty() ? ": " + listed(set.keys)
-                                                   : "; nearest is \"" + std::string(near) + "\""));
+    const std::string_view today = today_of(kOldKeys, set.what, key);
+    if (today.empty())
+      refuse_unknown(child);
+    else
+      has_old_keys_ = true, warn_of_old(child, today);
   }
+}
+
+void Reader::refuse_unknown(NodeId child) const {
+  const std::string_view key = json[child].key, near = nearest(key, set_.keys);
+  complaints.refuse_key(child, "found key \"" + clipped(key) + "\", expected a key of a " +
+                                   std::string(set_.what) +
+                                   (near.empty() ? ": " + listed(set_.keys)
+                                                 : "; nearest is \"" + std::string(near) + "\""));
+}
+
+void Reader::warn_of_old(NodeId child, std::string_view today) const {
+  const std::string old(json[child].key), now(today);
+  if (json.member(node, today) != kNoNode)
+    complaints.refuse_key(child, "found \"" + old + "\" beside \"" + now +
+                                     "\", expected only the latter, its name today");
+  else
+    complaints.warn(child, "old key", "the key \"" + old + "\" is called \"" + now + "\" today");
 }
 
 bool Reader::accepts(std::string_view key) const {
@@ -52,7 +69,13 @@ bool Reader::accepts(std::string_view key) const {
 
 NodeId Reader::find(std::string_view key) const {
   PANTIN_ASSERT(accepts(key));
-  return is_object() ? json.member(node, key) : kNoNode;
+  if (!is_object()) return kNoNode;
+  const NodeId value = json.member(node, key);
+  if (value != kNoNode || !has_old_keys_) return value;
+  for (const OldKey& old : kOldKeys)
+    if (old.what == set_.what && old.today == key)
+      if (const NodeId found = json.member(node, old.old); found != kNoNode) return found;
+  return kNoNode;
 }
 
 NodeId Reader::need(std::string_view key, std::string_view expected) const {
@@ -104,7 +127,11 @@ std::size_t Reader::word(std::string_view key, std::size_t otherwise,
   const NodeId value = find(key);
   if (value == kNoNode) return otherwise;
   if (json[value].kind == JsonKind::string) {
-    const auto it = std::find(words.begin(), words.end(), json[value].text);
+    const std::string_view today = today_of(kOldWords, set_.what, json[value].text);
+    const auto it = std::find(words.begin(), words.end(), today.empty() ? json[value].text : today);
+    if (it != words.end() && !today.empty())
+      complaints.warn(value, "old word", "\"" + std::string(json[value].text) + "\" is called \"" +
+                                             std::string(today) + "\" today");
     if (it != words.end()) return static_cast<std::size_t>(it - words.begin());
   }
   complaints.refuse_value(value, listed(words) + hint(json[value].text, words));

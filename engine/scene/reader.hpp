@@ -35,7 +35,7 @@ inline constexpr Range kUnit{0, 1, "a number from 0 to 1"};
 /// every call with a value that does not fit complains and yields the alternative too.
 class Reader {
  public:
-  /// Complains if `node` is no object or has keys that `set` lacks.
+  /// Complains if `node` is no object or has keys that `set` lacks; warns of old keys.
   Reader(const JsonDocument& json, Complaints& complaints, NodeId node, const KeySet& set);
 
   const JsonDocument& json;
@@ -81,7 +81,11 @@ class Reader {
   void one_of(std::span<const std::string_view> keys) const;
 
  private:
+  void refuse_unknown(NodeId child) const;
+  void warn_of_old(NodeId child, std::string_view today) const;
+
   const KeySet& set_;
+  bool has_old_keys_ = false;
 };
 
 /// Reads an array of exactly `into.size()` numbers; complains and returns false otherwise.

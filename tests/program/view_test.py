@@ -38,7 +38,7 @@ CARRIED = {
     "version": 1,
     "bodies": [{"name": "bar", "motion": "driven", "position": [0, 1, 0],
                 "shape": {"type": "sphere", "radius": 0.1}}],
-    "drives": [{"body": "bar", "lissajous": {"centre": [0, 1, 0], "amplitude": [0.3, 0, 0],
+    "paths": [{"body": "bar", "lissajous": {"centre": [0, 1, 0], "amplitude": [0.3, 0, 0],
                                              "frequency": [1, 0, 0]}}],
     "camera": {"eye": [0, 1, 3], "target": [0, 1, 0], "automatic": False},
 }

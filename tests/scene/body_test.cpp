@@ -16,7 +16,7 @@ Real distance(Vec3 a, Vec3 b) { return glm::length(a - b); }
 TEST_CASE("The head of a scene is read, and what is absent is as documented") {
   const Scene s = good(R"({"version": 1, "title": "T", "gravity": [0, -1, 0.5], "step": 0.01,
 "substeps": 3, "duration": 2, "drift_bound": 1e-6, "output": {"size": [640, 360], "fps": 30},
-"solver": {"type": "shake2", "calm_angle_deg": 90, "rounds": 5, "limiter": false},
+"solver": {"type": "shake2", "calm_angle_deg": 90, "sweeps": 5, "limiter": false},
 "camera": {"eye": [1, 2, 3], "target": [0, 1, 0], "field_of_view_deg": 90},
 "ground": {"height": -1}, "light": {"strength": 2, "direction": [0, -2, 0]},
 "materials": [{"name": "m", "colour": "#ff8000", "roughness": 0.1, "metallic": 1}]})");
@@ -162,7 +162,7 @@ TEST_CASE("What is tied to the world is tied to one fixed body without a shape")
 }
 
 TEST_CASE("Strings are as long as told, or as the way between their ends") {
-  const Scene s = good(with_two(R"("strings": [{"a": "a", "b": "b"},
+  const Scene s = good(with_two(R"("cables": [{"a": "a", "b": "b"},
 {"a": "a", "b": "b", "slack": 1.5, "compliance": 0.01},
 {"a": "a", "b": "b", "length": 2, "point_a": [0, 3, 0], "anchor_b": [0, 0.1, 0]}])"));
   const auto strings = s.world.strings.values();
@@ -189,7 +189,7 @@ TEST_CASE("Pins hold a point where it is unless told otherwise") {
 }
 
 TEST_CASE("Settings of a body change only what they name") {
-  const Scene s = good(R"({"version": 1, "solver": {"rounds": 7}, "bodies": [{"name": "a",
+  const Scene s = good(R"({"version": 1, "solver": {"sweeps": 7}, "bodies": [{"name": "a",
 "mass": 1, "inertia": [1, 1, 1], "solver": {"type": "paper", "paper_reluctance": "literal_step"}}]})");
   const SolverSettings& own = s.world.settings[s.world.find("a")];
   CHECK((own.solver == Solver::paper && own.rounds == 7));
@@ -201,9 +201,9 @@ TEST_CASE("Driven bodies start where their path does") {
   const Scene s = good(R"({"version": 1, "bodies": [{"name": "k", "motion": "driven"},
 {"name": "l", "motion": "driven", "position": [0, 1, 0], "rotation_deg": [0, 30, 0]},
 {"name": "c", "motion": "driven"}],
-"drives": [{"body": "k", "keyframes": [{"time": 0, "position": [0, 2, 0]}, {"time": 1, "rotation_deg": [0, 0, 90]}]},
+"paths": [{"body": "k", "keyframes": [{"time": 0, "position": [0, 2, 0]}, {"time": 1, "rotation_deg": [0, 0, 90]}]},
 {"body": "l", "lissajous": {"amplitude": [1, 0, 0], "frequency": 1, "phase_deg": 90,
- "turn_deg": [0, 30, 0], "turn_phase_deg": 90}},
+ "rotation_deg": [0, 30, 0], "rotation_phase_deg": 90}},
 {"body": "c", "lissajous": {"centre": [5, 0, 0], "amplitude": [1, 0, 0], "frequency": 1, "phase_deg": 90}}]})");
   CHECK(body_of(s, "k").pose.position == Vec3(0, 2, 0));
   const Drive& k = s.world.drives[s.world.find("k")];

@@ -23,7 +23,7 @@ Lines with_ratio(const std::string& members) {
 {"name": "h", "kind": "hinge", "a": "world", "b": "a", "anchor": [0, 0, 0]},
 {"name": "s", "kind": "prismatic", "a": "world", "b": "b", "anchor": [0, 0, 0]},
 {"name": "f", "kind": "fixed", "a": "a", "b": "b", "anchor": [0, 0, 0]}],
-"ratios": [{
+"gears": [{
 )" + members + "}]}");
 }
 Lines with_solver(const std::string& members) {
@@ -81,10 +81,10 @@ TEST_CASE("Travel that is reversed and restitution beyond 1 are refused") {
 }
 
 TEST_CASE("What belongs to other kinds of joints is refused") {
-  CHECK(at_point(R"("kind": "hinge", "pitch": 1, "slide": {})") ==
+  CHECK(at_point(R"("kind": "hinge", "pitch": 1, "travel": {})") ==
         Lines{"t.json:5:39: /joints/0/pitch: found \"pitch\" of a hinge joint, expected it of these "
               "kinds only: screw",
-              "t.json:5:51: /joints/0/slide: found \"slide\" of a hinge joint, expected it of these "
+              "t.json:5:51: /joints/0/travel: found \"travel\" of a hinge joint, expected it of these "
               "kinds only: cylindrical"});
   CHECK(at_point(R"("motor": {})") ==
         Lines{"t.json:5:22: /joints/0/motor: found \"motor\" of a ball joint, expected it of these "
@@ -93,8 +93,8 @@ TEST_CASE("What belongs to other kinds of joints is refused") {
         Lines{"t.json:5:1: /joints/0/anchor: found \"anchor\" of a distance joint, expected only its "
               "ends: \"point_a\" and \"point_b\" in the scene, or \"anchor_a\" and \"anchor_b\" in "
               "the bodies"});
-  CHECK(at_point(R"("kind": "cylindrical", "turn": {}, "motor": {"velocity": 1, "gain": 1})") ==
-        Lines{"t.json:5:57: /joints/0/motor: found \"motor\" beside \"turn\", expected only one of "
+  CHECK(at_point(R"("kind": "cylindrical", "angle": {}, "motor": {"velocity": 1, "gain": 1})") ==
+        Lines{"t.json:5:58: /joints/0/motor: found \"motor\" beside \"angle\", expected only one of "
               "them"});
   CHECK(at_point(R"("kind": "prismatic", "drive": {"stiffness": 1})") ==
         Lines{"t.json:5:43: /joints/0/drive: found a drive of a prismatic joint, expected a "
@@ -127,20 +127,20 @@ TEST_CASE("Springs, friction and motors that do nothing, or two things at once, 
 
 TEST_CASE("Ratios that couple nothing are refused") {
   CHECK(with_ratio(R"("first": "h", "second": "s", "ratio": 0)") ==
-        Lines{"t.json:8:39: /ratios/0/ratio: found 0, expected a number other than 0"});
+        Lines{"t.json:8:39: /gears/0/ratio: found 0, expected a number other than 0"});
   CHECK(with_ratio(R"("first": "h", "second": "h", "ratio": 1)") ==
-        Lines{"t.json:8:25: /ratios/0/second: found \"h\", expected another joint than the first"});
-  CHECK(with_ratio(R"("first": "f", "second": "s", "second_moves": "turn", "ratio": 1)") ==
-        Lines{"t.json:8:10: /ratios/0/first: found the turn of a fixed joint, expected a joint that "
+        Lines{"t.json:8:25: /gears/0/second: found \"h\", expected another joint than the first"});
+  CHECK(with_ratio(R"("first": "f", "second": "s", "second_coordinate": "angle", "ratio": 1)") ==
+        Lines{"t.json:8:10: /gears/0/first: found the turn of a fixed joint, expected a joint that "
               "turns about one axis: hinge, cylindrical or screw",
-              "t.json:8:25: /ratios/0/second: found the turn of a prismatic joint, expected a joint "
+              "t.json:8:25: /gears/0/second: found the turn of a prismatic joint, expected a joint "
               "that turns about one axis: hinge, cylindrical or screw"});
-  CHECK(with_ratio(R"("first": "h", "first_moves": "slide", "second": "gear")") ==
-        Lines{"t.json:7:12: /ratios/0: found no \"ratio\", expected how far the second moves for each "
+  CHECK(with_ratio(R"("first": "h", "first_coordinate": "travel", "second": "gear")") ==
+        Lines{"t.json:7:11: /gears/0: found no \"ratio\", expected how far the second moves for each "
               "unit of the first",
-              "t.json:8:49: /ratios/0/second: found \"gear\", expected the name of a joint"});
+              "t.json:8:55: /gears/0/second: found \"gear\", expected the name of a joint"});
   CHECK(with_ratio(R"("first": "h", "second": "s", "ratio": 1, "offset_deg": 3)") ==
-        Lines{"t.json:7:12: /ratios/0: found \"offset_deg\" of a slide, expected \"offset\" in m"});
+        Lines{"t.json:7:11: /gears/0: found \"offset_deg\" of a slide, expected \"offset\" in m"});
 }
 
 TEST_CASE("Settings that no solver has are refused") {
@@ -179,8 +179,8 @@ TEST_CASE("Kinds, extras and ratios that the chosen solver does not know are ref
   CHECK(complaints(with_two(R"("joints": [
 {"name": "i", "kind": "hinge", "a": "world", "b": "a", "anchor": [0, 0, 0]},
 {"name": "j", "kind": "hinge", "a": "world", "b": "b", "anchor": [1, 0, 0]}],
-"ratios": [{"name": "gears", "first": "i", "second": "j", "ratio": 2}])")) ==
-        Lines{"t.json:7:12: /ratios/0: found ratio \"gears\" of joints solved by \"auto\", expected "
+"gears": [{"name": "gears", "first": "i", "second": "j", "ratio": 2}])")) ==
+        Lines{"t.json:7:11: /gears/0: found ratio \"gears\" of joints solved by \"auto\", expected "
               "the solver \"lagrangian\": no other knows it"});
 }
 

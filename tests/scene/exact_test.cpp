@@ -82,7 +82,7 @@ TEST_CASE("Springs, friction and motors act on the turn of a hinge and on the sl
 
 TEST_CASE("A cylindrical joint tells what acts on its turn from what acts on its slide") {
   const JointExtras both = *joint_of(joined(R"("kind": "cylindrical", "anchor": [0, 0, 0],
-"turn": {"friction": {"viscous": 1}}, "slide": {"spring": {"stiffness": 2, "rest": 0.5}})"))
+"angle": {"friction": {"viscous": 1}}, "travel": {"spring": {"stiffness": 2, "rest": 0.5}})"))
                                 .extras;
   CHECK(both.turn.friction.viscous == 1);
   CHECK((both.slide.spring.stiffness == 2 && both.slide.spring.rest == 0.5));
@@ -92,7 +92,7 @@ TEST_CASE("Ratios couple joints by name, by the freedom that each has") {
   const Scene s = exact(R"("joints": [
 {"name": "wheel", "kind": "hinge", "a": "world", "b": "a", "anchor": [0, 0, 0], "axis": [0, 0, 1]},
 {"name": "rack", "kind": "prismatic", "a": "world", "b": "b", "anchor": [1, 0, 0]}],
-"ratios": [{"name": "pinion", "first": "wheel", "second": "rack", "ratio": -0.1},
+"gears": [{"name": "pinion", "first": "wheel", "second": "rack", "ratio": -0.1},
 {"first": "rack", "second": "wheel", "ratio": -10, "offset_deg": 90}])");
   const Ratio& r = s.world.ratios[s.world.find("pinion")];
   CHECK((r.first == s.world.find("wheel") && r.second == s.world.find("rack")));
@@ -107,9 +107,9 @@ TEST_CASE("Ratios of a prefab couple the joints of each copy") {
 {"name": "a", "mass": 1, "inertia": [1, 1, 1]}, {"name": "b", "mass": 1, "inertia": [1, 1, 1], "position": [1, 0, 0]}],
 "joints": [{"name": "i", "kind": "hinge", "a": "world", "b": "a", "anchor": [0, 0, 0]},
 {"name": "j", "kind": "screw", "pitch": 0.1, "a": "world", "b": "b", "anchor": [1, 0, 0]}],
-"ratios": [{"name": "r", "first": "i", "second": "j", "second_moves": "slide", "ratio": 2}]}],
+"gears": [{"name": "r", "first": "i", "second": "j", "second_coordinate": "travel", "ratio": 2}]}],
 "instances": [{"name": "l", "prefab": "p"}, {"name": "r", "prefab": "p", "position": [0, 0, 5]}],
-"ratios": [{"first": "l/i", "second": "r/i", "ratio": 1}]})");
+"gears": [{"first": "l/i", "second": "r/i", "ratio": 1}]})");
   for (const char* copy : {"l", "r"}) {
     const Ratio& r = s.world.ratios[s.world.find(std::string(copy) + "/r")];
     CHECK(s.world.name_of(r.first) == std::string(copy) + "/i");
@@ -154,7 +154,7 @@ TEST_CASE("The solver of a body holds for all that joints and ratios tie to it")
   CHECK(complaints(scene("")) ==
         Lines{"t.json:6:23: /joints/1/kind: found a prismatic joint \"j\" solved by \"auto\", "
               "expected the solver \"lagrangian\": no other knows it"});
-  CHECK(good(scene(R"(, "ratios": [{"first": "i", "second": "j", "ratio": 1}])")).warnings.empty());
+  CHECK(good(scene(R"(, "gears": [{"first": "i", "second": "j", "ratio": 1}])")).warnings.empty());
 }
 
 TEST_CASE("What the Lagrangian solver does not know yet is told") {

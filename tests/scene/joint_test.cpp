@@ -212,11 +212,11 @@ TEST_CASE("A pin of an instance goes on holding on to its own copy") {
 }
 
 TEST_CASE("The number of solves of a step and the speed of rest are read") {
-  CHECK(good(R"({"version": 1, "solver": {"passes": 9}})").world.default_settings.passes == 9);
+  CHECK(good(R"({"version": 1, "solver": {"active_set_iterations": 9}})").world.default_settings.passes == 9);
   const auto rest_speed = [](const char* text) {
     return good(text).world.default_settings.rest_speed;
   };
   CHECK(rest_speed(R"({"version": 1})") == SolverSettings{}.rest_speed);
-  CHECK(rest_speed(R"({"version": 1, "solver": {"rest_speed": 0}})") == 0);
-  CHECK(rest_speed(R"({"version": 1, "solver": {"rest_speed": 0.01}})") == 0.01);
+  CHECK(rest_speed(R"({"version": 1, "solver": {"sleep_speed": 0}})") == 0);
+  CHECK(rest_speed(R"({"version": 1, "solver": {"sleep_speed": 0.01}})") == 0.01);
 }

@@ -44,13 +44,13 @@ std::string scene_with(std::string_view what, const std::string& key) {
   for (std::string_view part_of : {"spring", "friction", "motor"})
     if (what == part_of)
       return joint("\"kind\": \"hinge\", \"" + std::string(what) + "\": {" + extra + "}");
-  if (what == "freedom") return joint("\"kind\": \"cylindrical\", \"turn\": {" + extra + "}");
-  if (what == "pose_drive") return joint("\"drive\": {" + extra + "}");
+  if (what == "dof") return joint("\"kind\": \"cylindrical\", \"angle\": {" + extra + "}");
+  if (what == "joint_drive") return joint("\"drive\": {" + extra + "}");
   if (what == "pose_key") return joint("\"drive\": {\"keys\": [{\"time\": 0, " + extra + "}]}");
   if (what == "keyframe")
-    return part("drives", R"([{"body": "a", "keyframes": [{"time": 0, )" + extra + "}]}]");
+    return part("paths", R"([{"body": "a", "keyframes": [{"time": 0, )" + extra + "}]}]");
   if (what == "lissajous")
-    return part("drives", R"([{"body": "a", "lissajous": {)" + extra + "}}]");
+    return part("paths", R"([{"body": "a", "lissajous": {)" + extra + "}}]");
   if (what == "stairs") return part("generators", R"({"stairs": [{)" + extra + "}]}");
   if (what == "chain" || what == "grid")
     return part("generators", "{\"" + std::string(what) + "s\": [{" + extra + "}]}");
@@ -92,6 +92,45 @@ TEST_CASE("Every kind of object refuses a key it does not know") {
       return line.find(expected) != std::string::npos;
     }));
   }
+}
+
+TEST_CASE("Every old key is read as today's, with a warning that names it") {
+  for (const OldKey& old : kOldKeys) {
+    CAPTURE(old.what, old.old);
+    CHECK_FALSE(std::ranges::count(keys_of(old.what).keys, old.old));
+    CHECK(std::ranges::count(keys_of(old.what).keys, old.today) == 1);
+    // What is wrong with the value shows that somebody read it; errors hide warnings.
+    std::string text = scene_with(old.what, std::string(old.old));
+    text.replace(text.rfind("\": 1"), 4, "\": {\"frobnicate\": [[]]}");
+    const Lines lines = complaints(text);
+    const std::string place = "/" + std::string(old.old);
+    CHECK(std::any_of(lines.begin(), lines.end(), [&](const std::string& line) {
+      return line.find(place) != std::string::npos && line.find("found key") == std::string::npos;
+    }));
+  }
+  const Scene s = good(R"({"version": 1, "solver": {"type": "lagrangian", "passes": 9},
+"bodies": [{"name": "l", "mass": 1, "inertia": [1, 1, 1]}, {"name": "r", "mass": 1, "inertia": [1, 1, 1]}],
+"joints": [{"name": "i", "a": "world", "b": "l", "kind": "cylindrical", "anchor": [0, 0, 0],
+"slide": {"friction": {"dry": 3}}},
+{"name": "j", "a": "world", "b": "r", "kind": "hinge", "anchor": [0, 0, 0]}],
+"ratios": [{"name": "g", "first": "i", "first_moves": "slide", "second": "j", "ratio": 2}]})");
+  CHECK(s.warnings ==
+        Lines{"t.json:1:59: /solver/passes: the key \"passes\" is called "
+              "\"active_set_iterations\" today",
+              "t.json:4:10: /joints/0/slide: the key \"slide\" is called \"travel\" today",
+              "t.json:6:11: /ratios: the key \"ratios\" is called \"gears\" today",
+              "t.json:6:55: /ratios/0/first_moves: the key \"first_moves\" is called "
+              "\"first_coordinate\" today",
+              "t.json:6:55: /ratios/0/first_moves: \"slide\" is called \"travel\" today"});
+  CHECK(s.world.ratios[s.world.find("g")].slides_first);
+  CHECK(s.world.links[s.world.find("i")].joint.extras->slide.friction.dry == 3);
+  CHECK(s.world.default_settings.passes == 9);
+}
+
+TEST_CASE("A key beside its old name is refused") {
+  CHECK(complaints(R"({"version": 1, "strings": [], "cables": []})") ==
+        Lines{"t.json:1:16: /strings: found \"strings\" beside \"cables\", expected only the "
+              "latter, its name today"});
 }
 
 TEST_CASE("Every key of every kind of object is read") {

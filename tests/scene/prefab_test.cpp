@@ -21,9 +21,9 @@ const std::string kArmPrefab = R"({"version": 1, "prefabs": [{"name": "arm", "bo
 {"name": "handle", "motion": "driven", "position": [0.5, 2, 0]}],
 "joints": [{"a": "world", "b": "upper", "anchor": [0, 1.2, 0]},
 {"name": "elbow", "a": "upper", "b": "lower", "anchor": [0.25, 1, 0]}],
-"strings": [{"name": "line", "a": "handle", "b": "lower"}],
+"cables": [{"name": "line", "a": "handle", "b": "lower"}],
 "pins": [{"name": "nail", "body": "lower", "grip": "spring"}],
-"drives": [{"body": "handle", "lissajous": {"amplitude": [1, 0, 0], "frequency": 0.25, "rise": 1}}]}]
+"paths": [{"body": "handle", "lissajous": {"amplitude": [1, 0, 0], "frequency": 0.25, "rise": 1}}]}]
 )";
 
 }  // namespace

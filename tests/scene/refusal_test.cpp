@@ -126,15 +126,15 @@ TEST_CASE("Names that lead nowhere are refused with the nearest that leads somew
       complaints(R"({"version": 1, "bodies": [
 {"name": "shin", "motion": "fixed"}],
 "joints": [{"a": "shim", "b": "wurld", "anchor": [0, 0, 0]}],
-"pins": [{"body": "world"}], "strings": [{"a": "shin", "b": "nobody"}],
-"drives": [{"body": "chin", "keyframes": [{"time": 0}]}],
+"pins": [{"body": "world"}], "cables": [{"a": "shin", "b": "nobody"}],
+"paths": [{"body": "chin", "keyframes": [{"time": 0}]}],
 "instances": [{"name": "i", "prefab": "p"}]})") ==
       Lines{"t.json:3:18: /joints/0/a: found \"shim\", expected the name of a body or \"world\"; "
             "nearest is \"shin\"",
             "t.json:3:31: /joints/0/b: found \"wurld\", expected the name of a body or \"world\"",
             "t.json:4:19: /pins/0/body: found \"world\", expected the name of a body",
-            "t.json:4:61: /strings/0/b: found \"nobody\", expected the name of a body or \"world\"",
-            "t.json:5:21: /drives/0/body: found \"chin\", expected the name of a body; nearest is "
+            "t.json:4:60: /cables/0/b: found \"nobody\", expected the name of a body or \"world\"",
+            "t.json:5:20: /paths/0/body: found \"chin\", expected the name of a body; nearest is "
             "\"shin\"",
             "t.json:6:39: /instances/0/prefab: found \"p\", expected the name of a prefab"});
   CHECK(complaints(R"({"version": 1, "materials": [{"name": "wood"}],
@@ -148,17 +148,17 @@ TEST_CASE("Joints and strings that cannot tie anything are refused") {
         Lines{"t.json:4:12: /joints/0: found \"a\" tied to \"a\", expected two different ones"});
   CHECK(
       complaints(R"({"version": 1, "bodies": [{"name": "f", "motion": "fixed"}],
-"strings": [{"a": "f", "b": "world", "point_b": [0, 1, 0]}]})") ==
+"cables": [{"a": "f", "b": "world", "point_b": [0, 1, 0]}]})") ==
       Lines{
-          "t.json:2:13: /strings/0: found \"f\" tied to \"world\", expected a dynamic body on one "
+          "t.json:2:12: /cables/0: found \"f\" tied to \"world\", expected a dynamic body on one "
           "side"});
   CHECK(
       complaints(with_two(R"("joints": [{"a": "a", "b": "b"}])")) ==
       Lines{
           "t.json:4:12: /joints/0: found no \"anchor\", expected the point of the scene where the "
           "bodies meet, or \"anchor_a\" and \"anchor_b\" in their own frames"});
-  CHECK(complaints(with_two(R"("strings": [{"a": "a", "b": "b", "point_b": [0, 0, 0]}])")) ==
-        Lines{"t.json:4:13: /strings/0: found a string whose ends start at one point, expected a "
+  CHECK(complaints(with_two(R"("cables": [{"a": "a", "b": "b", "point_b": [0, 0, 0]}])")) ==
+        Lines{"t.json:4:12: /cables/0: found a string whose ends start at one point, expected a "
               "\"length\""});
   CHECK(complaints(
             with_two(R"("joints": [{"type": "hing", "a": "a", "b": "b", "anchor": [0, 0, 0]}])")) ==
@@ -169,38 +169,38 @@ TEST_CASE("Pins and drives on bodies of the wrong motion are refused") {
   CHECK(
       complaints(R"({"version": 1, "bodies": [{"name": "f", "motion": "fixed"}],
 "pins": [{"body": "f"}],
-"drives": [{"body": "f", "lissajous": {}}]})") ==
+"paths": [{"body": "f", "lissajous": {}}]})") ==
       Lines{
           "t.json:2:19: /pins/0/body: found \"f\", expected a dynamic body: this one is not moved "
           "by pins",
-          "t.json:3:21: /drives/0/body: found \"f\", expected a body whose \"motion\" is "
+          "t.json:3:20: /paths/0/body: found \"f\", expected a body whose \"motion\" is "
           "\"driven\""});
 }
 
 TEST_CASE("Paths that make no sense are refused") {
   const auto drive = [](const std::string& members) {
     return complaints(R"({"version": 1, "bodies": [{"name": "d", "motion": "driven"}],
-"drives": [{"body": "d")" +
+"paths": [{"body": "d")" +
                       members + "}]}");
   };
   CHECK(drive("") ==
-        Lines{"t.json:2:12: /drives/0: found no \"keyframes\", expected \"keyframes\" or "
+        Lines{"t.json:2:11: /paths/0: found no \"keyframes\", expected \"keyframes\" or "
               "\"lissajous\""});
   CHECK(
       drive(R"(, "keyframes": [])") ==
       Lines{
-          "t.json:2:39: /drives/0/keyframes: found an empty array, expected one keyframe or more"});
+          "t.json:2:38: /paths/0/keyframes: found an empty array, expected one keyframe or more"});
   CHECK(drive(R"(, "keyframes": [{"time": 1}, {"time": 1}])") ==
-        Lines{"t.json:2:53: /drives/0/keyframes/1: found time 1 after 1, expected a later one"});
+        Lines{"t.json:2:52: /paths/0/keyframes/1: found time 1 after 1, expected a later one"});
   CHECK(
       drive(R"(, "keyframes": [{"time": 0}, {"time": 1, "position": [0, 2, 0]}], "loop": true)") ==
-      Lines{"t.json:2:12: /drives/0: found a loop whose last key is 2 m and 0 degrees from its "
+      Lines{"t.json:2:11: /paths/0: found a loop whose last key is 2 m and 0 degrees from its "
             "first, expected the same pose"});
   CHECK(drive(R"(, "lissajous": {}, "loop": true)") ==
-        Lines{"t.json:2:43: /drives/0/loop: found \"loop\" beside \"lissajous\", expected it with "
+        Lines{"t.json:2:42: /paths/0/loop: found \"loop\" beside \"lissajous\", expected it with "
               "\"keyframes\" only: this curve repeats by itself"});
   CHECK(drive(R"(, "lissajous": {}}, {"body": "d", "lissajous": {})") ==
-        Lines{"t.json:2:53: /drives/1/body: found \"d\", expected a body without another drive"});
+        Lines{"t.json:2:52: /paths/1/body: found \"d\", expected a body without another drive"});
 }
 
 TEST_CASE("Keys that exclude one another are refused together") {
@@ -358,9 +358,9 @@ TEST_CASE("A fault inside a prefab is told once, and what depends on it is not")
   CHECK(complaints(R"({"version": 1, "prefabs": [
 {"name": "p", "bodies": [{"name": "b", "motion": "fixed", "drag": -1}]}],
 "instances": [{"name": "i", "prefab": "p"}, {"name": "j", "prefab": "p"}],
-"drives": [{"body": "k/b", "lissajous": {}}]})") ==
+"paths": [{"body": "k/b", "lissajous": {}}]})") ==
         Lines{"t.json:2:67: /prefabs/0/bodies/0/drag: found -1, expected a number from 0 to 1e12",
-              "t.json:4:21: /drives/0/body: found \"k/b\", expected the name of a body; nearest is "
+              "t.json:4:20: /paths/0/body: found \"k/b\", expected the name of a body; nearest is "
               "\"i/b\""});
   CHECK(complaints(R"({"version": 1,
 "instances": [{"name": "i", "prefab": "q"}],

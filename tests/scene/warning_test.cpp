@@ -78,17 +78,17 @@ TEST_CASE("A pin too near for a long link is told") {
 }
 
 TEST_CASE("Strings that start too short are told") {
-  const Scene s = good(with_two(R"("strings": [{"name": "line", "a": "a", "b": "b", "length": 0.75},
+  const Scene s = good(with_two(R"("cables": [{"name": "line", "a": "a", "b": "b", "length": 0.75},
 {"a": "a", "b": "b", "length": 1}])"));
   CHECK(s.warnings ==
-        Lines{"t.json:4:13: /strings/0: string \"line\" of 0.75 m starts 0.25 m too short; "
+        Lines{"t.json:4:12: /cables/0: string \"line\" of 0.75 m starts 0.25 m too short; "
               "it will pull hard at first"});
 }
 
 TEST_CASE("A path that starts elsewhere than the body it drives is seen in what is tied to it") {
   const Scene s = good(R"({"version": 1, "bodies": [{"name": "hand", "motion": "driven"},
 {"name": "ball", "shape": {"type": "sphere", "radius": 0.1}, "position": [0, -1, 0]}],
-"drives": [{"body": "hand", "keyframes": [{"time": 0, "position": [0, 2, 0]}]}],
+"paths": [{"body": "hand", "keyframes": [{"time": 0, "position": [0, 2, 0]}]}],
 "joints": [{"name": "j", "a": "hand", "b": "ball", "anchor_a": [0, 0, 0], "anchor_b": [0, 1, 0]}]})");
   CHECK(s.warnings ==
         Lines{"t.json:4:12: /joints/0: joint \"j\" starts 2 m open; the first step closes it"});
