@@ -41,7 +41,6 @@ class Check(unittest.TestCase):
 
     def test_freedoms_are_those_that_the_joints_leave(self):
         rod = {"mass": 1, "inertia": [0.1, 0.1, 0.1]}
-        joint = {"a": "world", "b": "rod", "anchor": [0, 0, 0], "axis": [0, 0, 1]}
         free = {"ball": 3, "hinge": 1, "universal": 2, "fixed": 0}
         slides = {"prismatic": 1, "cylindrical": 2}
         with tempfile.TemporaryDirectory() as folder:
@@ -50,9 +49,8 @@ class Check(unittest.TestCase):
                 for kind, left in kinds.items():
                     with self.subTest(solver=solver, kind=kind):
                         axis = {} if kind in ("ball", "fixed") else {"axis": [0, 0, 1]}
-                        second = {"axis_2": [0, 1, 0]} if kind == "universal" else {}
                         joint = {"name": "j", "a": "world", "b": "rod", "kind": kind,
-                                 "anchor": [0, 0, 0], **axis, **second}
+                                 "anchor": [0, 0, 0], **axis}
                         path.write_text(json.dumps({"version": 1, "solver": {"type": solver},
                                                     "bodies": [{"name": "rod", **rod}],
                                                     "joints": [joint]}))

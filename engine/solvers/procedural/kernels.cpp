@@ -3,13 +3,11 @@
 
 #include <math.h>
 
-#include "engine/base/compiler.hpp"
+#include "engine/base/lanes.hpp"
 
 #ifndef PANTIN_KERNELS
 #define PANTIN_KERNELS baseline
 #endif
-
-PANTIN_QUIET_VECTORS
 
 namespace pantin::procedural {
 namespace {
