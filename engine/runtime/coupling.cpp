@@ -2,160 +2,120 @@
 
 #include <algorithm>
 
-#include "engine/solvers/lagrangian/lagrangian.hpp"
-#include "engine/solvers/procedural/procedural.hpp"
+#include "engine/solvers/solver.hpp"
 
 namespace pantin {
 namespace {
 
 constexpr int kMostRounds = 24;
-constexpr Real kEnough = 1e-6;
+constexpr Real kImpulseTolerance = 1e-6;  // of what is exchanged
 
-void save_bodies(const World& world, std::span<const std::uint32_t> slots, std::size_t count,
-                 std::vector<Body>& to) {
-  to.clear();
-  for (std::size_t i = 0; i < count; ++i) to.push_back(world.bodies.values()[slots[i]]);
-}
+struct CoupledIsland {
+  const SolverRow* solver;
+  std::size_t island;
+};
 
-void restore_bodies(World& world, std::span<const std::uint32_t> slots,
-                    const std::vector<Body>& from) {
-  for (std::size_t i = 0; i < from.size(); ++i) world.bodies.values()[slots[i]] = from[i];
-}
+/// The islands at interfaces, in the order of the solvers.
+struct Coupled {
+  std::vector<CoupledIsland> leaders, followers;
+  std::vector<contact::Reaction> reactions;
+  void add_to(Hash&) const {}  // found anew in each step
+};
 
-/// What a step of an articulation starts from: the same that its fingerprint is made of.
-void copy_memory(const Articulation& from, Articulation& to) {
-  to.memory = from.memory, to.trees = from.trees, to.holds = from.holds, to.cords = from.cords;
-  to.joints.resize(from.joints.size());
-  for (std::size_t i = 0; i < from.joints.size(); ++i) {
-    std::copy(std::begin(from.joints[i].loads), std::end(from.joints[i].loads),
-              std::begin(to.joints[i].loads));
-    to.joints[i].share = from.joints[i].share;
-  }
-  to.calm_steps = from.calm_steps, to.iterating = from.iterating, to.still_for = from.still_for;
-  to.resting = from.resting, to.resting_in = from.resting_in, to.fresh = from.fresh;
-  to.last_step = from.last_step, to.reserve = from.reserve;
-  to.aimed = from.aimed, to.driven = from.driven;
-  to.second_order = from.second_order, to.disturbed = from.disturbed;
-}
-
-void copy_memory(const Mechanism& from, Mechanism& to) {
-  to.memory = from.memory, to.loads = from.loads, to.owed = from.owed, to.frames = from.frames;
-  to.accelerations = from.accelerations, to.lagged = from.lagged, to.efforts = from.efforts;
-  to.fresh = from.fresh, to.try_step = from.try_step, to.rescues = from.rescues;
-}
-
-/// Whether a mechanism holds any part of the articulation.
-bool hangs(const World& world, const Articulation& a) {
-  const auto exact_pin = [&](std::uint32_t pin) {
-    if (pin == UINT32_MAX) return false;
-    const Pin& p = world.pins.values()[pin];
-    return world.is_exact(world.bodies.slot(p.body)) || (p.to && world.is_exact(world.bodies.slot(p.to)));
-  };
-  for (const Tree& t : a.trees)
-    if (exact_pin(t.held_pin)) return true;
-  for (const Hold& h : a.holds)
-    if (exact_pin(h.held_pin)) return true;
-  for (const Cord& c : a.cords)
-    if (world.is_exact(c.slot_a) || world.is_exact(c.slot_b)) return true;
-  return false;
+std::span<contact::Interface> interfaces_of(World& world, const CoupledIsland& leader) {
+  return leader.solver->interfaces(world, leader.island);
 }
 
 template <class Work>
-void each_articulation(World& world, const Work& work) {
-  CouplingRoom& room = world.coupling;
-  for (std::size_t i = 0; i < world.articulations.size(); ++i)
-    if (room.hanging[i]) work(world.articulations[i], room.articulations[i], room.bodies[i]);
+void each_interface(World& world, const Coupled& coupled, const Work& work) {
+  for (const CoupledIsland& leader : coupled.leaders)
+    for (contact::Interface& i : interfaces_of(world, leader)) work(i);
 }
 
-template <class Work>
-void each_mechanism(World& world, const Work& work) {
-  CouplingRoom& room = world.coupling;
-  for (std::size_t i = 0; i < world.mechanisms.size(); ++i)
-    if (is_coupled(world.mechanisms[i]))
-      work(world.mechanisms[i], room.mechanisms[i], room.bodies[world.articulations.size() + i]);
+contact::Interface* find_interface(World& world, const Coupled& coupled,
+                                   const contact::Reaction& reaction) {
+  for (const CoupledIsland& leader : coupled.leaders)
+    for (contact::Interface& i : interfaces_of(world, leader))
+      if (i.kind == reaction.kind && i.source == reaction.source) return &i;
+  return nullptr;
+}
+
+void tell_reactions(World& world, Coupled& coupled, const CoupledIsland& follower, Real h) {
+  coupled.reactions.clear();
+  follower.solver->react(world, follower.island, h, coupled.reactions);
+  for (const contact::Reaction& reaction : coupled.reactions)
+    if (contact::Interface* i = find_interface(world, coupled, reaction))
+      i->force = reaction.force, i->mass = reaction.mass;
 }
 
 /// What each pull still lacks; true if all are met. Sets the pace of the next round.
-bool find_lacks(World& world, Real h, bool first) {
+bool find_lacks(World& world, const Coupled& coupled, Real h, bool first) {
   bool settled = true;
-  each_mechanism(world, [&](Mechanism& m, Mechanism&, std::vector<Body>&) {
-    for (Hanging& g : m.hangings) {
-      const Vec3 lack = h * g.force + g.debt - g.given;
-      const Real bound = kEnough * h * (glm::length(g.force) + 1e-3 * g.mass);
-      settled = settled && glm::length(lack) <= bound;
-      const Vec3 change = lack - g.lack;  // [Aitken 1926], a vector at a time
-      const Real size = glm::dot(change, change);
-      if (!first && size > 0)
-        g.relax = std::clamp(-g.relax * glm::dot(g.lack, change) / size, 0.1, 3.0);
-      g.lack = lack;
-    }
+  each_interface(world, coupled, [&](contact::Interface& g) {
+    const Vec3 lack = h * g.force + g.debt - g.given;
+    const Real bound = kImpulseTolerance * h * (glm::length(g.force) + 1e-3 * g.mass);
+    settled = settled && glm::length(lack) <= bound;
+    const Vec3 change = lack - g.lack;  // [Aitken 1926], a vector at a time
+    const Real size = glm::dot(change, change);
+    if (!first && size > 0)
+      g.relax = std::clamp(-g.relax * glm::dot(g.lack, change) / size, 0.1, 3.0);
+    g.lack = lack;
   });
   return settled;
 }
 
 }  // namespace
 
-void begin_coupled(World& world) {
-  CouplingRoom& room = world.coupling;
-  const bool any = std::any_of(world.mechanisms.begin(), world.mechanisms.end(), is_coupled);
-  room.hanging.assign(any ? world.articulations.size() : 0, 0);
-  if (!any) return;
-  room.articulations.resize(world.articulations.size());
-  room.mechanisms.resize(world.mechanisms.size());
-  room.bodies.resize(world.articulations.size() + world.mechanisms.size());
-  for (std::size_t i = 0; i < world.articulations.size(); ++i)
-    room.hanging[i] = hangs(world, world.articulations[i]);
-  each_articulation(world, [&](Articulation& a, Articulation& kept, std::vector<Body>& bodies) {
-    copy_memory(a, kept), save_bodies(world, a.slots, a.count(), bodies);
-  });
-  each_mechanism(world, [&](Mechanism& m, Mechanism& kept, std::vector<Body>& bodies) {
-    copy_memory(m, kept);
-    save_bodies(world, m.slots, m.count() - m.hangings.size(), bodies);
-    for (Hanging& g : m.hangings) g.relax = 1, g.lack = Vec3(0), g.taut = g.force != Vec3(0);
+void save_coupled(World& world) {
+  Coupled& coupled = world.memory.of<Coupled>();
+  coupled.leaders.clear(), coupled.followers.clear();
+  for (const SolverRow* solver : kSolvers)
+    for (std::size_t i = 0; i < solver->count(world); ++i)
+      if (!solver->interfaces(world, i).empty()) coupled.leaders.push_back({solver, i});
+  if (coupled.leaders.empty()) return;
+  for (const SolverRow* solver : kSolvers)
+    for (std::size_t i = 0; i < solver->count(world); ++i)
+      if (solver->follows(world, i)) coupled.followers.push_back({solver, i});
+  for (const CoupledIsland& c : coupled.leaders) c.solver->save(world, c.island);
+  for (const CoupledIsland& c : coupled.followers) c.solver->save(world, c.island);
+  each_interface(world, coupled, [](contact::Interface& i) {
+    i.relax = 1, i.lack = Vec3(0), i.taut = i.force != Vec3(0);
   });
 }
 
 void step_coupled(World& world, Real h) {
-  if (world.coupling.hanging.empty()) return;
-  for (int round = 0;; ++round) {
+  Coupled& coupled = world.memory.of<Coupled>();
+  for (int round = 0; !coupled.leaders.empty(); ++round) {
     bool failed = false;
-    each_mechanism(world, [&](Mechanism& m, Mechanism& kept, std::vector<Body>& bodies) {
-      copy_memory(kept, m), restore_bodies(world, m.slots, bodies);
-      lagrangian::step(world, m, h);
-      failed = failed || m.lost;
-    });
-    each_articulation(world, [&](Articulation& a, Articulation& kept, std::vector<Body>& bodies) {
-      if (a.mutual) return;
-      copy_memory(kept, a), restore_bodies(world, a.slots, bodies);
-      procedural::update(world, a, h);
-      a.lost = Entity{};
-      procedural::adjust(world, a, h, a.lost);
-      procedural::tell_pulls(world, a, h);
-    });
-    const bool last = find_lacks(world, h, round == 0) || failed || round + 1 == kMostRounds;
-    each_mechanism(world, [&](Mechanism& m, Mechanism&, std::vector<Body>&) {
-      m.rounds = round + 1;
-      for (Hanging& g : m.hangings) {
-        g.taut = g.taut || g.force != Vec3(0);
-        if (last) g.debt = g.lack;
-        else g.asked += g.relax * g.lack;
-      }
+    for (const CoupledIsland& c : coupled.leaders)
+      failed = !c.solver->repeat(world, c.island, h) || failed;
+    for (const CoupledIsland& c : coupled.followers) {
+      if (c.solver->touches(world, c.island)) continue;
+      c.solver->repeat(world, c.island, h);
+      tell_reactions(world, coupled, c, h);
+    }
+    const bool last =
+        find_lacks(world, coupled, h, round == 0) || failed || round + 1 == kMostRounds;
+    each_interface(world, coupled, [&](contact::Interface& i) {
+      i.taut = i.taut || i.force != Vec3(0);
+      i.rounds = round + 1;
+      if (last) i.debt = i.lack;
+      else i.asked += i.relax * i.lack;
     });
     if (last) return;
   }
 }
 
-void settle_mutual(World& world, Real h) {
-  if (world.coupling.hanging.empty()) return;
-  each_articulation(world, [&](Articulation& a, Articulation&, std::vector<Body>&) {
-    if (!a.mutual) return;
-    procedural::tell_pulls(world, a, h);
-    for (Mechanism& m : world.mechanisms)
-      for (Hanging& g : m.hangings) {
-        const Vec3 lack = h * g.force - g.given;
-        g.asked += lack - g.debt, g.debt = lack;
-      }
-  });
+void settle_touching(World& world, Real h) {
+  Coupled& coupled = world.memory.of<Coupled>();
+  for (const CoupledIsland& c : coupled.followers) {
+    if (!c.solver->touches(world, c.island)) continue;
+    tell_reactions(world, coupled, c, h);
+    each_interface(world, coupled, [&](contact::Interface& g) {
+      const Vec3 lack = h * g.force - g.given;
+      g.asked += lack - g.debt, g.debt = lack;
+    });
+  }
 }
 
 }  // namespace pantin

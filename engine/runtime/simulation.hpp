@@ -4,8 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "engine/runtime/report.hpp"
 #include "engine/runtime/systems.hpp"
+#include "engine/solvers/solver.hpp"
+#include "engine/world/report.hpp"
 #include "engine/world/world.hpp"
 
 namespace pantin {
@@ -28,9 +29,6 @@ struct StageTimes {
 /// before the update gets the place where it lands.
 StepReport step_world(World& world, const StepSettings& settings, const Systems& systems,
                       StageTimes* times = nullptr, std::span<Pose> drawn_from = {}) noexcept;
-
-/// Can a step use more than one thread in this build?
-bool has_threads();
 
 /// The rulers, of the state as it stands.
 Measures measure(const World& world);

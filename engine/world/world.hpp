@@ -5,15 +5,14 @@
 #include <vector>
 
 #include "engine/geometry/shape.hpp"
-#include "engine/world/articulation.hpp"
 #include "engine/world/body.hpp"
 #include "engine/world/collision.hpp"
-#include "engine/world/contact_search.hpp"
 #include "engine/world/drive.hpp"
 #include "engine/world/entity.hpp"
 #include "engine/world/link.hpp"
-#include "engine/world/mechanism.hpp"
 #include "engine/world/look.hpp"
+#include "engine/world/memory.hpp"
+#include "engine/world/partition.hpp"
 #include "engine/world/pose_drive.hpp"
 #include "engine/world/settings.hpp"
 #include "engine/world/store.hpp"
@@ -45,18 +44,7 @@ struct World {
   std::uint64_t tick = 0;  // whole steps taken
   Real time = 0;           // s
 
-  // Derived from the stores by rebuild_articulations; holds the integrators' memory.
-  std::vector<Articulation> articulations;
-  std::vector<Mechanism> mechanisms;     // of the Lagrangian solver, likewise
-  std::vector<MechanismPlace> exact;     // by slot in bodies; empty: no mechanism moves any
-  std::vector<StructureFault> faults;
-  std::vector<BodyPlace> places;         // by slot in bodies; only where anything is solid
-  std::vector<Contact> contacts;         // of the last step, in order of bodies and keys
-  Scratch<TouchRoom> touch_room;
-  Scratch<ContactSearch> search;         // for contacts
-  Scratch<CouplingRoom> coupling;
-  std::vector<std::uint32_t> kinematic;  // slots of bodies that joints do not move
-  std::uint64_t built_for = 0;           // structure() at the last build
+  Memories memory;  // of the solvers; see the rooms contact and solvers
   std::uint64_t touched = 1;
 
   /// The store of a user's own component type, made on first use; copied, destroyed and (if the
@@ -105,8 +93,6 @@ struct World {
 
   /// Tells the solvers that masses, anchors, motions or settings were changed by hand.
   void touch() { ++touched; }
-  /// Whether a mechanism moves the body at `slot`.
-  bool is_exact(std::uint32_t slot) const { return slot < exact.size() && exact[slot].mechanism != UINT32_MAX; }
   /// A number that changes with the structure.
   std::uint64_t structure() const {
     return bodies.version() + links.version() + strings.version() + ratios.version() + pins.version() +

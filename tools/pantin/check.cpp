@@ -2,7 +2,9 @@
 
 #include <algorithm>
 
+#include "engine/solvers/articulated/island.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
+#include "engine/solvers/solver.hpp"
 #include "tools/pantin/program.hpp"
 
 namespace pantin::program {
@@ -28,16 +30,18 @@ std::int64_t freedoms(const World& world) {
   World counted = world;
   counted.default_settings.solver = Solver::lagrangian;
   for (SolverSettings& settings : counted.settings.values()) settings.solver = Solver::lagrangian;
-  rebuild_articulations(counted);
+  counted.touch();
+  compile_if_changed(counted);
   std::int64_t sum = 0;
-  for (std::size_t i = 0; i < counted.mechanisms.size(); ++i) {
-    const Mechanism& m = counted.mechanisms[i];
-    sum += 6 * static_cast<std::int64_t>(m.count() - m.hangings.size());
-    for (const Block& b : m.blocks)
-      if (b.kind == BlockKind::joint || b.kind == BlockKind::pin || b.kind == BlockKind::ratio)
+  for (std::size_t i = 0; i < lagrangian::islands_of(counted).size(); ++i) {
+    const lagrangian::Island& m = lagrangian::islands_of(counted)[i];
+    sum += 6 * static_cast<std::int64_t>(m.count() - m.interfaces.size());
+    for (const lagrangian::Block& b : m.blocks)
+      if (b.kind == lagrangian::BlockKind::joint || b.kind == lagrangian::BlockKind::pin ||
+          b.kind == lagrangian::BlockKind::ratio)
         sum -= b.rows;
-    for (const MechanismFault& f : lagrangian::inspect(counted, i))
-      if (f.kind == MechanismFault::redundant) sum += f.rows;
+    for (const lagrangian::Fault& f : lagrangian::inspect(counted, i))
+      if (f.kind == lagrangian::Fault::redundant) sum += f.rows;
   }
   return sum;
 }
@@ -87,17 +91,17 @@ Finding look_at(const std::string& path, const CheckChoices& c) {
   j["joints"] = world.links.size();
   j["strings"] = world.strings.size();
   j["pins"] = world.pins.size();
-  j["articulations"] = world.articulations.size();
-  j["mechanisms"] = world.mechanisms.size();
+  j["articulations"] = articulated::islands_of(world).size();
+  j["mechanisms"] = lagrangian::islands_of(world).size();
   j["solver"] = solver_in_use(world);
   j["solvers"] = solvers_json(world);
   j["freedoms"] = freedoms(world);
   j["mass_kg"] = mass;
   j["start_gap_m"] = measure(world).worst_gap;
   std::string failure = step_through(*scene, j);
-  if (failure.empty() && !world.faults.empty())
+  if (failure.empty() && !partition_of(world).faults.empty())
     failure =
-        fmt::format("{} {}", world.name_of(world.faults.front().link), world.faults.front().reason);
+        fmt::format("{} {}", world.name_of(partition_of(world).faults.front().link), partition_of(world).faults.front().reason);
   if (!failure.empty()) {
     j["status"] = "failed";
     j["failure"] = failure;
@@ -110,9 +114,9 @@ Finding look_at(const std::string& path, const CheckChoices& c) {
         "{}  {}\n  {} bodies, {} joints, {} strings, {} pins in {} articulations and {} mechanisms; {} "
         "freedoms, {:.4g} kg\n  solver {}; start gap {:.1e} m; {} steps: {}\n",
         failure.empty() ? "ok    " : "FAILED", path, world.bodies.size(), world.links.size(),
-        world.strings.size(), world.pins.size(), world.articulations.size(),
-        world.mechanisms.size(), j["freedoms"].get<std::int64_t>(), mass,
-        describe_solvers(world), j["start_gap_m"].get<double>(), kSteps,
+        world.strings.size(), world.pins.size(), articulated::islands_of(world).size(),
+        lagrangian::islands_of(world).size(), j["freedoms"].get<std::int64_t>(), mass, describe_solvers(world),
+        j["start_gap_m"].get<double>(), kSteps,
         failure.empty()
             ? fmt::format("worst gap {:.1e} of the size, hash {}", j["worst_gap_rel"].get<double>(),
                           j["hash"].get<std::string>())

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "engine/base/atomic_file.hpp"
-#include "engine/runtime/report.hpp"
+#include "engine/world/report.hpp"
 #include "engine/world/world.hpp"
 
 namespace pantin::program {
