@@ -13,6 +13,7 @@
 #include <optional>
 #include <thread>
 
+#include "engine/base/atomic_file.hpp"
 #include "engine/render/ffmpeg.hpp"
 #include "engine/render/png.hpp"
 
@@ -182,7 +183,7 @@ class ThreadedCapture final : public Capture {
   Result<Done> write_one(const Image& image) {
     if (!options_.frames_directory.empty()) {
       const std::string path = options_.frames_directory + "/" + frame_name(written_);
-      if (auto done = write_beside(path, encoder_.encode(image)); !done) return done;
+      if (auto done = write_file(path, as_text(encoder_.encode(image))); !done) return done;
     }
     if (ffmpeg_) return ffmpeg_->write(image);
     return Done{};

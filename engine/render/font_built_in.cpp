@@ -1,15 +1,13 @@
 // The coarse letters of stb_easy_font, for machines without any font.
 #include <algorithm>
 
+#include "engine/base/compiler.hpp"
 #include "engine/render/font.hpp"
 
 #if __has_include(<stb/stb_easy_font.h>)
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wconversion"
-#pragma GCC diagnostic ignored "-Wunused-function"
-#pragma GCC diagnostic ignored "-Wunused-parameter"
+PANTIN_QUIET_BEGIN
 #include <stb/stb_easy_font.h>
-#pragma GCC diagnostic pop
+PANTIN_QUIET_END
 #define PANTIN_HAS_EASY_FONT
 #endif
 

@@ -177,15 +177,13 @@ void set_ground(Frame& frame, const View& view, const Eye& eye, const DrawList& 
     if (height - b.radius < 0) frame.clips_ground = true;
     if (height + b.radius < 0) continue;
     const Vec3 foot{b.centre.x, view.ground_height, b.centre.z};
-    const Real wide = 2.5 * std::max(b.radius, kStringRadius) + 0.02 * eye.distance;
-    frame.shade_low = glm::min(frame.shade_low, foot - wide);
-    frame.shade_high = glm::max(frame.shade_high, foot + wide);
-    take(frame.near_ground, eye, {foot, wide}, 2);
     cast_shadow(frame, eye, sun, {foot, b.radius}, height);
   }
-  for (const Ball& b : list.shades) {
-    const Real height = b.centre.y - view.ground_height, wide = 3.5 * b.radius;
-    if (height + b.radius < 0 || height > 8 * b.radius) continue;
+  // A margin keeps the shade from being cut where a texel of its map reaches farther than the shade.
+  const Real margin = 0.02 * eye.distance;
+  for (const Ball& b : list.fillings) {
+    const Real height = b.centre.y - view.ground_height, wide = kShadeReach * b.radius + margin;
+    if (!shades_ground(b, height)) continue;
     const Vec3 foot{b.centre.x, view.ground_height, b.centre.z};
     frame.shade_low = glm::min(frame.shade_low, foot - wide);
     frame.shade_high = glm::max(frame.shade_high, foot + wide);
@@ -202,7 +200,8 @@ void set_ground(Frame& frame, const View& view, const Eye& eye, const DrawList& 
     cast_shadow(frame, eye, sun, {foot, b.radius}, height);
   }
   if (leaves) frame.near_ground = {0, 0, eye.width, eye.height};
-  if (list.balls.empty()) frame.shade_low = Vec3{-1}, frame.shade_high = Vec3{1};
+  if (!(frame.shade_low.x < frame.shade_high.x))
+    frame.shade_low = Vec3{-1}, frame.shade_high = Vec3{1};
   frame.near_ground.y0 = std::max(frame.near_ground.y0, frame.ground_row);
 }
 

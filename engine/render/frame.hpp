@@ -44,7 +44,12 @@ inline constexpr int kShadowSize = 1024;  // texels
 
 Frame make_frame(const View& view, const Eye& eye, const DrawList& list);
 
-inline constexpr int kShadeSize = 128;  // texels a side of the map of contact shade
+inline constexpr int kShadeSize = 128;   // texels a side of the map of contact shade
+inline constexpr Real kShadeReach = 4;   // radii of a ball; farther its shade is too faint to see
+/// Whether a ball with its centre that high above the ground takes visible light from it.
+inline bool shades_ground(const Ball& ball, Real height) {
+  return height + ball.radius >= 0 && height <= 8 * ball.radius;
+}
 
 /// How open the ground between `low` and `high` is to the sky, 0..255, rows along z: the cosine-
 /// weighted part of the sky that balls leave free, r^2 h / d^3 of it being taken by each.

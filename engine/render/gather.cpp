@@ -112,18 +112,20 @@ void add_fillings(const Shape& shape, const Pose& pose, std::vector<Ball>& to) {
     radius = std::min({reach.x, reach.y, reach.z});
     reach -= radius;
   }
-  int count[3];
+  // Balls that hardly overlap: each takes light of its own, so the same place must not count twice.
+  const Real apart = 1.6 * radius;
+  int gaps[3];
   for (int k = 0; k < 3; ++k) {
     if (reach[k] > 12 * radius) return;
-    count[k] = static_cast<int>(std::ceil(reach[k] / radius));
+    gaps[k] = static_cast<int>(std::ceil(2 * reach[k] / apart));
   }
-  for (int x = -count[0]; x <= count[0]; ++x)
-    for (int y = -count[1]; y <= count[1]; ++y)
-      for (int z = -count[2]; z <= count[2]; ++z)
-        to.push_back(
-            {to_world(at, {x * reach.x / std::max(count[0], 1), y * reach.y / std::max(count[1], 1),
-                           z * reach.z / std::max(count[2], 1)}),
-             radius});
+  const auto along = [&](int axis, int i) {
+    return gaps[axis] > 0 ? reach[axis] * (2.0 * i / gaps[axis] - 1) : 0.0;
+  };
+  for (int x = 0; x <= gaps[0]; ++x)
+    for (int y = 0; y <= gaps[1]; ++y)
+      for (int z = 0; z <= gaps[2]; ++z)
+        to.push_back({to_world(at, {along(0, x), along(1, y), along(2, z)}), radius});
 }
 
 /// Whether a plane lies where the ground is drawn: two pictures of one place would flicker.
@@ -193,7 +195,7 @@ void gather(const World& world, std::span<const Pose> poses, const View& view, c
   for (auto& list : to.solids) list.clear();
   to.surfaces.clear(), to.places.clear();
   to.ribbon.clear(), to.ribbon_indices.clear(), to.balls.clear(), to.movers.clear();
-  to.fillings.clear(), to.grounds.clear(), to.shades.clear();
+  to.fillings.clear(), to.grounds.clear();
   to.around_eye = false;
   to.seen_low = Vec3{1e9}, to.seen_high = Vec3{-1e9};
 
@@ -214,11 +216,7 @@ void gather(const World& world, std::span<const Pose> poses, const View& view, c
       add_balls(shape, pose, balls);
       note_seen(eye, std::span(balls).subspan(first), to);
       if (is_ground(shape.kind)) continue;
-      const std::size_t filled = to.fillings.size();
       add_fillings(shape, pose, to.fillings);
-      if (!rounded_box(shape))
-        to.shades.insert(to.shades.end(), to.fillings.begin() + static_cast<long>(filled),
-                         to.fillings.end());
       if (moves) to.movers.insert(to.movers.end(), to.balls.begin() + first, to.balls.end());
     }
   }

@@ -51,7 +51,6 @@ struct DrawList {
   std::vector<Ball> grounds;                  // around planes and height fields
   std::vector<Ball> movers;                   // around what is not fixed, strings included
   std::vector<Ball> fillings;                 // within the solids: what keeps light from the ground
-  std::vector<Ball> shades;                   // of these, what points among `balls` stand for
   bool around_eye = false;                    // a shape is both before and behind the eye
   Vec3 seen_low{1e9}, seen_high{-1e9};        // pixels, around shapes that are cut by the picture
 };

@@ -1,13 +1,10 @@
 #include "engine/render/png.hpp"
 
-#include <fcntl.h>
 #include <libdeflate.h>
-#include <unistd.h>
 
-#include <cerrno>
-#include <cstdio>
 #include <cstring>
 
+#include "engine/base/atomic_file.hpp"
 #include "engine/base/check.hpp"
 #include "engine/render/capture.hpp"
 
@@ -85,27 +82,8 @@ std::span<const std::uint8_t> PngEncoder::encode(const Image& image) {
   return {file_.data(), at};
 }
 
-Result<Done> write_beside(const std::string& path, std::span<const std::uint8_t> bytes) {
-  const std::string part = path + ".part";
-  const auto failed = [&](int reason) {
-    ::unlink(part.c_str());
-    return Error{path + ": " + std::strerror(reason)};
-  };
-  const int file = ::open(part.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-  if (file < 0) return Error{path + ": " + std::strerror(errno)};
-  while (!bytes.empty()) {
-    const ssize_t written = ::write(file, bytes.data(), bytes.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) {
-      const int reason = written < 0 ? errno : ENOSPC;
-      ::close(file);
-      return failed(reason);
-    }
-    bytes = bytes.subspan(static_cast<std::size_t>(written));
-  }
-  if (::close(file) != 0) return failed(errno);
-  if (std::rename(part.c_str(), path.c_str()) != 0) return failed(errno);
-  return Done{};
+std::string_view as_text(std::span<const std::uint8_t> bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
 std::vector<std::uint8_t> encode_png(const Image& image) {
@@ -116,7 +94,7 @@ std::vector<std::uint8_t> encode_png(const Image& image) {
 
 Result<Done> write_png(const std::string& path, const Image& image) {
   PngEncoder encoder;
-  return write_beside(path, encoder.encode(image));
+  return write_file(path, as_text(encoder.encode(image)));
 }
 
 }  // namespace pantin

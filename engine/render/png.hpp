@@ -3,6 +3,7 @@
 /// usual writers both in time and in size.
 #include <memory>
 #include <span>
+#include <string_view>
 
 #include "engine/render/renderer.hpp"
 
@@ -25,8 +26,7 @@ class PngEncoder {
   std::vector<std::uint8_t> rows_, file_;
 };
 
-/// Writes all bytes to `path`.part and renames it; nothing is left behind on failure. The error is
-/// "<path>: <reason>".
-Result<Done> write_beside(const std::string& path, std::span<const std::uint8_t> bytes);
+/// Bytes as what files are written from.
+std::string_view as_text(std::span<const std::uint8_t> bytes);
 
 }  // namespace pantin

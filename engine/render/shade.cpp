@@ -9,10 +9,10 @@ struct Grid {
   float x, z, step_x, step_z;  // centre of the first texel, distance to the next
 };
 
-/// Darkens the texels around one ball; beyond four radii its shade is too faint to see.
+/// Darkens the texels around one ball.
 void add_shade(const Grid& grid, float x, float z, float height, float radius, float spread,
                std::vector<float>& open) {
-  const float reach = 4 * radius + spread;
+  const float reach = static_cast<float>(kShadeReach) * radius + spread;
   const auto first = [](float from, float step) {
     return std::max(0, static_cast<int>(std::ceil(from / step)));
   };
@@ -50,7 +50,7 @@ void shade_ground(std::span<const Ball> balls, Vec3 low, Vec3 high, Real ground_
   std::vector<float> open(kShadeSize * kShadeSize, 1.f);
   for (const Ball& b : balls) {
     const Real height = b.centre.y - ground_height;
-    if (height + b.radius < 0 || height > 8 * b.radius) continue;
+    if (!shades_ground(b, height)) continue;
     add_shade(grid, static_cast<float>(b.centre.x - low.x), static_cast<float>(b.centre.z - low.z),
               static_cast<float>(height), static_cast<float>(b.radius), spread, open);
   }

@@ -7,7 +7,7 @@
 
 namespace pantin {
 
-/// Sources without their #version line; `kFrameSource` goes before each.
+/// Sources without their line `version`; `kFrameSource` goes before each.
 extern const char* const kFrameSource;
 extern const char* const kSolidVertex;
 extern const char* const kRibbonVertex;

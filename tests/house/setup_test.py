@@ -99,7 +99,7 @@ class Setup(unittest.TestCase):
         self.assertIn("--check", err)
 
     def test_scripts_have_help(self):
-        for script in ("setup", "build", "demo", "test"):
+        for script in ("setup", "build", "demo", "test", "format", "docs"):
             done = subprocess.run([SETUP.parent / script, "--help"], capture_output=True, text=True,
                                   env={"PATH": os.environ["PATH"]})
             self.assertEqual(done.returncode, 0)

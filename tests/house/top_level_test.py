@@ -27,7 +27,8 @@ class TopLevel(unittest.TestCase):
         self.assertEqual(sorted(n for n in ALLOWED | HIDDEN if not (ROOT / n).exists()), [])
 
     def test_scripts_can_be_run(self):
-        for name in (".ci/run", "tools/setup", "tools/build", "tools/demo", "tools/test"):
+        for name in (".ci/run", "tools/setup", "tools/build", "tools/demo", "tools/test", "tools/format",
+                     "tools/docs"):
             self.assertTrue((ROOT / name).stat().st_mode & 0o111, f"{name} is not executable")
 
 

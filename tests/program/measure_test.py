@@ -39,6 +39,25 @@ class Check(unittest.TestCase):
         self.assertEqual((scene["bodies"], scene["joints"], scene["articulations"]), (21, 20, 1))
         self.assertEqual(scene["freedoms"], 60)  # twenty bodies that turn freely about their joints
 
+    def test_freedoms_are_those_that_the_joints_leave(self):
+        rod = {"mass": 1, "inertia": [0.1, 0.1, 0.1]}
+        free = {"ball": 3, "hinge": 1, "universal": 2, "fixed": 0}
+        slides = {"prismatic": 1, "cylindrical": 2}
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "joint.json"
+            for solver, kinds in (("auto", free), ("lagrangian", {**free, **slides})):
+                for kind, left in kinds.items():
+                    with self.subTest(solver=solver, kind=kind):
+                        axis = {} if kind in ("ball", "fixed") else {"axis": [0, 0, 1]}
+                        joint = {"name": "j", "a": "world", "b": "rod", "kind": kind,
+                                 "anchor": [0, 0, 0], **axis}
+                        path.write_text(json.dumps({"version": 1, "solver": {"type": solver},
+                                                    "bodies": [{"name": "rod", **rod}],
+                                                    "joints": [joint]}))
+                        done = pantin("check", path, "--json")
+                        self.assertEqual(done.returncode, 0, done.stderr)
+                        self.assertEqual(json.loads(done.stdout)["scenes"][0]["freedoms"], left)
+
     def test_a_drift_beyond_the_bound_fails_and_is_named(self):
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder) / "strict.json"
@@ -98,6 +117,16 @@ class Bench(unittest.TestCase):
             done = pantin("bench", CHAIN, "--duration", 0.2, "--repeat", 1, "--csv",
                           file.name + "/below.csv")
         self.assertEqual(done.returncode, 4, done.stderr)
+
+    def test_a_csv_can_go_into_a_device(self):
+        done = pantin("bench", CHAIN, "--duration", 0.2, "--repeat", 1, "--csv", "/dev/full")
+        self.assertEqual(done.returncode, 4, done.stderr)
+        self.assertIn("/dev/full", done.stderr)
+        done = pantin("bench", CHAIN, "--duration", 0.2, "--repeat", 1, "--csv", "/dev/stdout")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertIn("worst_gap_rel", done.stdout)
+        for device in ("full", "null"):
+            self.assertTrue(pathlib.Path("/dev", device).is_char_device())
 
     def test_usage(self):
         for arguments in (["bench"], ["bench", CHAIN, "--repeat", "0"], ["bench", "missing.json"],

@@ -3,7 +3,9 @@ import csv
 import json
 import os
 import pathlib
+import resource
 import signal
+import stat
 import subprocess
 import sys
 import tempfile
@@ -35,6 +37,16 @@ def can_draw():
     with tempfile.TemporaryDirectory() as folder:
         return pantin("run", CHAIN, "--frames", folder, "--size", "32x32", "--duration",
                       "0.02").returncode != 1
+
+
+def own_device(folder, name, minor):
+    """A device like /dev/`name` that may come to harm, where one can be made; else that one."""
+    try:
+        os.mknod(folder / name, 0o666 | stat.S_IFCHR, os.makedev(1, minor))
+        (folder / name).open("w").close()
+        return folder / name
+    except OSError:
+        return pathlib.Path("/dev") / name
 
 
 class Run(unittest.TestCase):
@@ -94,6 +106,19 @@ class Run(unittest.TestCase):
                             run_json(CHAIN, "--duration", 1, "--solver", "sweep")["hash"])
         shown = pantin("run", CHAIN, "--duration", 1, "--hash").stdout
         self.assertIn(run_json(CHAIN, "--duration", 1)["hash"], shown)
+
+    def test_the_solver_of_every_part_is_told(self):
+        gate = SCENES / "gate.json"  # hinges by one solver, a chain by the other
+        told = run_json(gate, "--duration", 0.1)
+        self.assertEqual((told["solver"], sorted(told["solvers"])), ("mixed", ["auto", "lagrangian"]))
+        self.assertEqual(sum(told["solvers"].values()), 15)  # the bodies that move
+        shown = pantin("run", gate, "--duration", 0.1).stdout
+        for solver, bodies in told["solvers"].items():
+            self.assertIn(f"{solver} ({bodies} bodies)", shown)
+        told = run_json(gate, "--duration", 0.1, "--solver", "lagrangian")
+        self.assertEqual((told["solver"], list(told["solvers"])), ("lagrangian", ["lagrangian"]))
+        told = run_json(SCENES / "four_bar.json", "--duration", 0.1)
+        self.assertEqual(told["solver"], "lagrangian")
 
     def test_every_solver_runs(self):
         for solver in ("auto", "sweep", "shake2", "paper"):
@@ -209,6 +234,41 @@ class Run(unittest.TestCase):
         self.assertIn("/dev/full", done.stderr)
         self.assertTrue(pathlib.Path("/dev/full").is_char_device())
 
+    def test_a_disk_that_is_full_costs_no_older_record(self):
+        """A limit on the size of files stands for the disk: writing beyond it fails alike."""
+        record = self.folder / "chain.csv"
+        record.write_text("whole\n")
+        for room, most_bytes, duration in (("mid-run", 30000, 2), ("at the end", 100, 0.05)):
+            def fill_the_disk():
+                resource.setrlimit(resource.RLIMIT_FSIZE, (most_bytes, most_bytes))
+
+            with self.subTest(room):
+                done = pantin("run", CHAIN, "--duration", duration, "--record", record, "--json",
+                              preexec_fn=fill_the_disk)
+                self.assertEqual(done.returncode, 4, done.stderr)
+                self.assertEqual(json.loads(done.stdout)["status"], "unwritable")
+                self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
+                self.assertIn(str(record), done.stderr)
+                self.assertEqual(record.read_text(), "whole\n")
+                self.assertEqual(os.listdir(self.folder), ["chain.csv"])
+
+    def test_standard_output_takes_a_record_and_stays_what_it_is(self):
+        lines = pantin("run", CHAIN, "--duration", 0.1, "--record", "/dev/stdout").stdout.splitlines()
+        self.assertTrue(lines[0].startswith("time_s,"))
+        path = self.folder / "out.csv"
+        with path.open("w") as out:
+            subprocess.run([PANTIN, "run", CHAIN, "--duration", "0.1", "--record", "/dev/stdout"],
+                           stdout=out, check=True)
+        self.assertTrue(pathlib.Path("/dev/stdout").is_symlink())
+
+    def test_a_link_to_a_record_stays_a_link(self):
+        record, link = self.folder / "there.csv", self.folder / "link.csv"
+        record.write_text("old")
+        link.symlink_to(record.name)
+        self.assertEqual(pantin("run", CHAIN, "--duration", 0.1, "--record", link).returncode, 0)
+        self.assertTrue(link.is_symlink())
+        self.assertTrue(record.read_text().startswith("time_s,"))
+
     def test_interrupts_leave_whole_files(self):
         for number in (signal.SIGINT, signal.SIGTERM):
             record = self.folder / f"{number}.csv"
@@ -266,6 +326,20 @@ class Pictures(Run):
         self.assertEqual(done.returncode, 1)
         self.assertIn("nonsense", done.stderr)
         self.assertEqual(pantin("run", CHAIN, "--duration", 0.1, env=environment).returncode, 0)
+
+    def test_a_picture_is_written_into_a_device(self):
+        for name, minor, exit_code in (("null", 3, 0), ("full", 7, 4)):
+            device = own_device(self.folder, name, minor)
+            done = pantin("run", CHAIN, "--duration", 0.2, "--size", "64x36", "--strip", device)
+            self.assertEqual(done.returncode, exit_code, done.stderr)
+            self.assertTrue(device.is_char_device())
+        pipe = self.folder / "pipe"
+        os.mkfifo(pipe)
+        reader = subprocess.Popen(["cat", pipe], stdout=subprocess.PIPE)
+        done = pantin("run", CHAIN, "--duration", 0.2, "--size", "64x36", "--strip", pipe)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertTrue(reader.communicate(timeout=60)[0].endswith(b"IEND\xaeB\x60\x82"))
+        self.assertTrue(pipe.is_fifo())
 
     def test_an_interrupt_keeps_the_frames(self):
         folder = self.folder / "frames"

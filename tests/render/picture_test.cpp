@@ -9,6 +9,7 @@ using namespace pantin::picture;
 namespace {
 
 constexpr int kWidth = 320, kHeight = 180;
+const Quat kOnItsSide = glm::angleAxis(Real(kPi / 2), Vec3{0, 0, 1});
 
 View plain_view() {
   View view;
@@ -130,6 +131,42 @@ TEST_CASE("a foot on the ground darkens the ground around it without any sun") {
   const Image image = s.draw();
   if (image.rgba.empty()) return;
   CHECK(s.at(image, {0.05, 0, 0.24}).sum() < 0.85 * s.at(image, {0.05, 0, 0.9}).sum());
+}
+
+TEST_CASE("the shade around boxes and capsules fades out, without an edge") {
+  const Shape shapes[] = {{ShapeKind::box, {0.3, 0.3, 0.3}, {}, kShirt},
+                          {ShapeKind::box, {0.6, 0.2, 0.3}, {}, kShirt},
+                          {ShapeKind::capsule, {0.2, 0.5, 0}, {{0, 0, 0}, kOnItsSide}, kShirt}};
+  for (const Shape& shape : shapes) {
+    CAPTURE(static_cast<int>(shape.kind), shape.size.x);
+    Stage s;
+    s.view.camera = {{0, 3, 4}, {0, 0, 0}, 0.9, false};
+    s.view.light.strength = 0;
+    const Image bare = s.draw();
+    if (bare.rgba.empty()) return;
+    s.make.body({{0, 0.3, 0}, kNoTurn}, {shape}, Motion::fixed);
+    const Image image = s.draw();
+    // How dark the ground is, by the bare ground's brightness; above 1 where there is the solid.
+    const auto dark = [&](int x, int y) {
+      const Pixel p = pixel(image, x, y);
+      if (p.r > 1.3 * p.g) return 2.0;
+      return static_cast<double>(p.sum()) / pixel(bare, x, y).sum();
+    };
+    double steepest = 0, darkest = 1;
+    for (int y = 1; y < kHeight; ++y)
+      for (int x = 3; x + 3 < kWidth; ++x) {
+        bool solid = false;
+        for (int k = -3; k <= 3; ++k)
+          for (int j = -3; j <= 3 && !solid; ++j)
+            solid = dark(x + k, std::clamp(y + j, 0, kHeight - 1)) > 1.5;
+        if (solid) continue;
+        darkest = std::min(darkest, dark(x, y));
+        steepest = std::max({steepest, std::abs(dark(x, y) - dark(x - 1, y)),
+                             std::abs(dark(x, y) - dark(x, y - 1))});
+      }
+    CHECK(darkest < 0.9);
+    CHECK(steepest < 0.1);
+  }
 }
 
 TEST_CASE("strings are seen at least a pixel wide, however far away") {

@@ -139,7 +139,7 @@ TEST_CASE("A chain between two points lies on an arc of equal links") {
   CHECK(w.bodies[w.find("c/3")].pose.position.y < 1.2);
 }
 
-TEST_CASE("A thousand marionettes are loaded in less than a second") {
+TEST_CASE("A thousand marionettes are loaded in less than a second", "[timed]") {
   std::ifstream file(asset("scenes/crowd.json"));
   std::stringstream all;
   all << file.rdbuf();

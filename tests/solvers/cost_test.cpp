@@ -91,7 +91,7 @@ PinCost pin_cost(int links, int most) {
 
 }  // namespace
 
-TEST_CASE("a link of a chain of a thousand costs what one of fifty costs") {
+TEST_CASE("a link of a chain of a thousand costs what one of fifty costs", "[timed]") {
   const Solver solver = GENERATE(Solver::automatic, Solver::sweep);
   Real ratio = 1e9;
   // A machine with other work to do may disturb one measurement, not all.
@@ -102,7 +102,7 @@ TEST_CASE("a link of a chain of a thousand costs what one of fifty costs") {
 }
 
 // Measured: 36 ns a link for each more pin beside 390 for the chain with one; pantin_tests -s tells.
-TEST_CASE("a pin more along a taut chain costs a fifth of the chain at most") {
+TEST_CASE("a pin more along a taut chain costs a fifth of the chain at most", "[timed]") {
   constexpr int kLinks = 100;
   PinCost cost{1, 1};
   for (int attempt = 0; attempt < 5 && cost.each > 0.2 * cost.first; ++attempt)

@@ -1,13 +1,13 @@
-#include <fmt/core.h>
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <fstream>
 #include <memory>
 #include <numeric>
 
+#include "engine/base/atomic_file.hpp"
+#include "engine/base/compiler.hpp"
 #include "engine/base/utf8.hpp"
 #include "engine/solvers/articulated/kernels.hpp"
 #include "tools/pantin/program.hpp"
@@ -113,6 +113,7 @@ std::optional<Json> bench_scene(const std::string& path, const BenchChoices& c, 
   row["title"] = scene->title;
   row["status"] = sound ? "ok" : "diverged";
   row["solver"] = solver_in_use(scene->world);
+  row["solvers"] = solvers_json(scene->world);
   row["step_s"] = scene->step;
   row["steps"] = steps_of(*scene);
   row["repeats"] = medians.size();
@@ -150,11 +151,7 @@ Json header() {
 #ifdef PANTIN_COMMIT
   j["commit"] = PANTIN_COMMIT;
 #endif
-#ifdef __clang__
-  j["compiler"] = "clang " __clang_version__;
-#else
-  j["compiler"] = "gcc " __VERSION__;
-#endif
+  j["compiler"] = PANTIN_COMPILER;
 #ifdef PANTIN_FLAGS
   j["flags"] = PANTIN_FLAGS;
 #endif
@@ -167,57 +164,28 @@ Json header() {
   return j;
 }
 
-/// The rows as CSV, written beside the file and renamed.
-int write_csv(const std::string& path, const Json& head, const Json& rows) {
-  const std::string beside = path + ".part";
-  {
-    std::ofstream out(beside);
-    for (const auto& [key, value] : head.items())
-      out << "# " << key << ": " << (value.is_string() ? value.get<std::string>() : value.dump())
-          << '\n';
-    const char* const columns[] = {"scene",
-                                   "solver",
-                                   "step_s",
-                                   "bodies",
-                                   "joints",
-                                   "frame_ms_median",
-                                   "frame_ms_p95",
-                                   "frame_ms_p99",
-                                   "frame_ms_max",
-                                   "ns_per_link_step_median",
-                                   "ns_per_link_step_p99",
-                                   "allocations_per_step",
-                                   "bytes_per_link",
-                                   "worst_gap_m",
-                                   "worst_gap_rel",
-                                   "contacts_max",
-                                   "contact_depth_m",
-                                   "limit_hits_max",
-                                   "limit_violation_rad",
-                                   "worst_residual_m",
-                                   "passes_mean",
-                                   "energy_start_j",
-                                   "energy_end_j",
-                                   "energy_max_j",
-                                   "status",
-                                   "hash"};
-    for (const char* column : columns) out << column << (column == columns[25] ? "\n" : ",");
-    for (const Json& row : rows)
-      for (const char* column : columns)
-        out << (row[column].is_string() ? row[column].get<std::string>() : row[column].dump())
-            << (column == columns[25] ? "\n" : ",");
-    out.flush();
-    if (!out) {
-      complain(fmt::format("{}: could not write: {}", path, std::strerror(errno)));
-      out.close();
-      unlink(beside.c_str());
-      return kUnwritable;
+/// The rows as CSV.
+std::string csv_of(const Json& head, const Json& rows) {
+  std::string text;
+  for (const auto& [key, value] : head.items())
+    text += fmt::format("# {}: {}\n", key,
+                        value.is_string() ? value.get<std::string>() : value.dump());
+  const std::string_view columns[] = {
+      "scene", "solver", "step_s", "bodies", "joints", "frame_ms_median", "frame_ms_p95",
+      "frame_ms_p99", "frame_ms_max", "ns_per_link_step_median", "ns_per_link_step_p99",
+      "allocations_per_step", "bytes_per_link", "worst_gap_m", "worst_gap_rel", "contacts_max",
+      "contact_depth_m", "limit_hits_max", "limit_violation_rad", "worst_residual_m", "passes_mean",
+      "energy_start_j", "energy_end_j", "energy_max_j", "status", "hash"};
+  text += fmt::format("{}\n", fmt::join(columns, ","));
+  for (const Json& row : rows) {
+    std::vector<std::string> cells;
+    for (const std::string_view column : columns) {
+      const Json& cell = row[std::string(column)];
+      cells.push_back(cell.is_string() ? cell.get<std::string>() : cell.dump());
     }
+    text += fmt::format("{}\n", fmt::join(cells, ","));
   }
-  if (std::rename(beside.c_str(), path.c_str()) == 0) return kOk;
-  complain(fmt::format("{}: could not write: {}", path, std::strerror(errno)));
-  unlink(beside.c_str());
-  return kUnwritable;
+  return text;
 }
 
 void print_table(const Json& head, const Json& rows) {
@@ -260,7 +228,10 @@ int bench(const BenchChoices& c) {
     exit_code = kDiverged;
   }
   if (!c.csv.empty())
-    if (const int failed = write_csv(c.csv, head, rows)) return failed;
+    if (const auto written = write_file(c.csv, csv_of(head, rows)); !written) {
+      complain(written.errors().front().message);
+      return kUnwritable;
+    }
   if (c.json) {
     Json j = head;
     j["rows"] = rows;
@@ -282,7 +253,7 @@ Examples:
   pantin bench assets/scenes/*.json --csv out/bench.csv --json
 
 --json prints version, commit, compiler, flags, kernels, cpu, cores, load, clock and rows; a row has
-scene, title, status, solver, step_s, steps, repeats, bodies, joints, frame_ms_median (median of the
+scene, title, status, solver, solvers, step_s, steps, repeats, bodies, joints, frame_ms_median (median of the
 repeats' medians), frame_ms_p95, frame_ms_p99, frame_ms_max, ns_per_link_step_median,
 ns_per_link_step_p99, ns_per_link_step_repeats (least and largest median), allocations_per_step,
 frame_ms_mean, stages_ns_per_link, bytes_per_link, worst_gap_m, worst_gap_rel, contacts_max,

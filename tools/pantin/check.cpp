@@ -5,6 +5,7 @@
 #include "engine/base/utf8.hpp"
 #include "engine/solvers/articulated/island.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
+#include "engine/solvers/solver.hpp"
 #include "tools/pantin/program.hpp"
 
 namespace pantin::program {
@@ -25,22 +26,23 @@ struct Finding {
   Json json;
 };
 
-/// Degrees of freedom that joints leave: 6 a body, less 3 a joint's point; of mechanisms less the
-/// rank of their joints' equations.
+/// Degrees of freedom that the joints and exact pins leave: 6 a body, less the rank of their rows.
+/// They are counted by the solver that has rows for every kind of joint, whichever runs the scene.
 std::int64_t freedoms(const World& world) {
+  World counted = world;
+  counted.default_settings.solver = Solver::lagrangian;
+  for (SolverSettings& settings : counted.settings.values()) settings.solver = Solver::lagrangian;
+  counted.touch();
+  compile_if_changed(counted);
   std::int64_t sum = 0;
-  for (const articulated::Island& a : articulated::islands_of(world)) {
-    sum += 6 * static_cast<std::int64_t>(a.count());
-    for (std::size_t c = 0; c < a.count(); ++c) sum -= a.parents[c] == articulated::kFree ? 0 : 3;
-    sum -= 3 * static_cast<std::int64_t>(a.holds.size());
-  }
-  for (std::size_t i = 0; i < lagrangian::islands_of(world).size(); ++i) {
-    const lagrangian::Island& m = lagrangian::islands_of(world)[i];
+  for (std::size_t i = 0; i < lagrangian::islands_of(counted).size(); ++i) {
+    const lagrangian::Island& m = lagrangian::islands_of(counted)[i];
     sum += 6 * static_cast<std::int64_t>(m.count() - m.interfaces.size());
     for (const lagrangian::Block& b : m.blocks)
-      if (b.kind == lagrangian::BlockKind::joint || b.kind == lagrangian::BlockKind::pin || b.kind == lagrangian::BlockKind::ratio)
+      if (b.kind == lagrangian::BlockKind::joint || b.kind == lagrangian::BlockKind::pin ||
+          b.kind == lagrangian::BlockKind::ratio)
         sum -= b.rows;
-    for (const lagrangian::Fault& f : lagrangian::inspect(world, i))
+    for (const lagrangian::Fault& f : lagrangian::inspect(counted, i))
       if (f.kind == lagrangian::Fault::redundant) sum += f.rows;
   }
   return sum;
@@ -97,6 +99,8 @@ Finding look_at(const std::string& path, const CheckChoices& c) {
   j["pins"] = world.pins.size();
   j["articulations"] = articulated::islands_of(world).size();
   j["mechanisms"] = lagrangian::islands_of(world).size();
+  j["solver"] = solver_in_use(world);
+  j["solvers"] = solvers_json(world);
   j["freedoms"] = freedoms(world);
   j["mass_kg"] = mass;
   j["start_gap_m"] = measure(world).worst_gap;
@@ -118,10 +122,10 @@ Finding look_at(const std::string& path, const CheckChoices& c) {
   if (!c.json)
     fmt::print(
         "{}  {}\n  {} bodies, {} joints, {} strings, {} pins in {} articulations and {} mechanisms; {} "
-        "freedoms, {:.4g} kg\n  start gap {:.1e} m; {} steps: {}\n",
+        "freedoms, {:.4g} kg\n  solver {}; start gap {:.1e} m; {} steps: {}\n",
         failure.empty() ? "ok    " : "FAILED", printable(path), world.bodies.size(), world.links.size(),
         world.strings.size(), world.pins.size(), articulated::islands_of(world).size(),
-        lagrangian::islands_of(world).size(), j["freedoms"].get<std::int64_t>(), mass,
+        lagrangian::islands_of(world).size(), j["freedoms"].get<std::int64_t>(), mass, describe_solvers(world),
         j["start_gap_m"].get<double>(), steps,
         failure.empty()
             ? fmt::format("worst gap {:.1e} of the size, hash {}", j["worst_gap_rel"].get<double>(),
@@ -157,8 +161,8 @@ Examples:
   pantin check assets/scenes/chain10.json --solver lagrangian
 
 --json prints {"scenes": [...]}, each with scene, title, status (ok, failed, refused), bodies,
-joints, strings, pins, articulations, mechanisms, freedoms, mass_kg, start_gap_m, steps, worst_gap_rel,
-hash, warnings and failure if there is one.
+joints, strings, pins, articulations, mechanisms, solver, solvers (bodies of each), freedoms,
+mass_kg, start_gap_m, steps, worst_gap_rel, hash, warnings and failure if there is one.
 
 Exit codes: 0 ok, 2 usage or bad input, 3 a check failed.)";
 

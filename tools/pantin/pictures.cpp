@@ -97,7 +97,7 @@ class DrawnPictures final : public Pictures {
     overlay.lines = {time};
     if (capture_)
       overlay.lines = {title_, time,
-                       fmt::format("{}, step {:.4g} ms", solver_in_use(world), 1e3 * step_),
+                       fmt::format("{}, step {:.4g} ms", describe_solvers(world), 1e3 * step_),
                        fmt::format("worst joint gap {:.1e} m", worst_gap)};
     if (choices_.overlay) overlay.legend = overlay_legend(world);
     Image& image = capture_ ? capture_->next() : image_;

@@ -209,7 +209,9 @@ void catch_interrupts() {
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
   sigaction(SIGHUP, &action, nullptr);
+  // Writing then fails, and is told.
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
 }
 
 bool interrupted() { return g_interrupted != 0; }
@@ -241,12 +243,39 @@ std::string bold(const std::string& text) {
   return kPlain ? safe : "\033[1m" + safe + "\033[0m";
 }
 
-std::string solver_in_use(const World& world) {
-  if (articulated::islands_of(world).empty()) return pantin::name_of(world.default_settings.solver);
-  const Solver first = articulated::islands_of(world).front().settings.solver;
+std::vector<std::pair<Solver, std::size_t>> solvers_in_use(const World& world) {
+  std::vector<std::pair<Solver, std::size_t>> used;
+  const auto add = [&](Solver solver, std::size_t bodies) {
+    for (auto& [known, count] : used)
+      if (known == solver) return void(count += bodies);
+    used.emplace_back(solver, bodies);
+  };
   for (const articulated::Island& a : articulated::islands_of(world))
-    if (a.settings.solver != first) return "mixed";
-  return pantin::name_of(first);
+    add(a.settings.solver, a.count());
+  for (const lagrangian::Island& m : lagrangian::islands_of(world))
+    add(m.settings.solver, m.count() - m.interfaces.size());
+  if (used.empty()) add(world.default_settings.solver, 0);
+  return used;
+}
+
+std::string solver_in_use(const World& world) {
+  const auto used = solvers_in_use(world);
+  return used.size() == 1 ? pantin::name_of(used.front().first) : "mixed";
+}
+
+std::string describe_solvers(const World& world) {
+  const auto used = solvers_in_use(world);
+  if (used.size() == 1) return pantin::name_of(used.front().first);
+  std::string text;
+  for (const auto& [solver, bodies] : used)
+    text += fmt::format("{}{} ({} bodies)", text.empty() ? "" : " + ", pantin::name_of(solver), bodies);
+  return text;
+}
+
+Json solvers_json(const World& world) {
+  Json j = Json::object();
+  for (const auto& [solver, bodies] : solvers_in_use(world)) j[pantin::name_of(solver)] = bodies;
+  return j;
 }
 
 std::string hex(std::uint64_t hash) { return fmt::format("{:016x}", hash); }

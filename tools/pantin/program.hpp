@@ -96,8 +96,14 @@ class Progress {
 /// Printable, and bold if stdout is a terminal and NO_COLOR is not set.
 std::string bold(const std::string& text);
 
-/// The solver in use: that of the articulations if they agree, "mixed" otherwise.
+/// The solvers that move the bodies of a world whose structure is built, and how many bodies each.
+std::vector<std::pair<Solver, std::size_t>> solvers_in_use(const World& world);
+/// The solver in use, or "mixed".
 std::string solver_in_use(const World& world);
+/// The same in full: "auto", or "auto (12 bodies) + lagrangian (4 bodies)".
+std::string describe_solvers(const World& world);
+/// The same as an object: {"auto": 12, "lagrangian": 4}.
+Json solvers_json(const World& world);
 
 /// A hash as 16 hexadecimal digits.
 std::string hex(std::uint64_t hash);

@@ -1,11 +1,6 @@
 #include "tools/pantin/record.hpp"
 
 #include <fmt/core.h>
-#include <unistd.h>
-
-#include <cerrno>
-#include <cstring>
-#include <filesystem>
 
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "engine/solvers/solver.hpp"
@@ -28,25 +23,8 @@ void add_vec(std::string& row, Vec3 v) { row += fmt::format(",{},{},{}", v.x, v.
 
 }  // namespace
 
-Record::~Record() {
-  if (!file_) return;
-  std::fclose(file_);
-  if (beside_ != path_) unlink(beside_.c_str());
-}
-
-Result<Done> Record::fail(const char* what) {
-  return Error{fmt::format("{}: {}: {}", path_, what, std::strerror(errno))};
-}
-
 Result<Done> Record::open(const std::string& path, const World& world) {
-  // A pipe or a device is written to; a rename would replace it by a file.
-  std::error_code ignored;
-  const auto kind = std::filesystem::status(path, ignored).type();
-  const bool is_special =
-      kind == std::filesystem::file_type::fifo || kind == std::filesystem::file_type::character;
-  path_ = path, beside_ = is_special ? path : path + ".part";
-  file_ = std::fopen(beside_.c_str(), "we");
-  if (!file_) return fail("could not create the record");
+  if (auto opened = file_.open(path); !opened) return opened;
   std::string row = "time_s";
   for (Entity e : world.bodies.owners())
     for (const char* what :
@@ -63,8 +41,7 @@ Result<Done> Record::open(const std::string& path, const World& world) {
         if (b.kind == lagrangian::BlockKind::joint)
           row += ',' + field(built.name_of(lagrangian::joint_of(built, b)) + '.' + what);
   row += exact_ ? ",elastic_j,rows,rank,rescued\n" : "\n";
-  if (std::fputs(row.c_str(), file_) < 0) return fail("could not write the record");
-  return Done{};
+  return file_.write(row);
 }
 
 Result<Done> Record::add(const World& world, const Measures& m) {
@@ -102,22 +79,9 @@ Result<Done> Record::add(const World& world, const Measures& m) {
     row += fmt::format(",{},{},{},{}", m.elastic, rows, rank, rescued);
   }
   row += '\n';
-  if (std::fputs(row.c_str(), file_) < 0) return fail("could not write the record");
-  return Done{};
+  return file_.write(row);
 }
 
-Result<Done> Record::close() {
-  const bool written = std::fflush(file_) == 0;
-  const int error = errno;
-  const bool closed = std::fclose(file_) == 0;
-  file_ = nullptr;
-  const bool in_place = beside_ == path_;
-  if (written && closed && (in_place || std::rename(beside_.c_str(), path_.c_str()) == 0))
-    return Done{};
-  if (!written) errno = error;
-  const Result<Done> failure = fail("could not write the record");
-  if (!in_place) unlink(beside_.c_str());
-  return failure;
-}
+Result<Done> Record::close() { return file_.commit(); }
 
 }  // namespace pantin::program

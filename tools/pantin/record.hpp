@@ -1,9 +1,8 @@
 #pragma once
 // The record of a run: one CSV row a step.
-#include <cstdio>
 #include <string>
 
-#include "engine/base/result.hpp"
+#include "engine/base/atomic_file.hpp"
 #include "engine/world/report.hpp"
 #include "engine/world/world.hpp"
 
@@ -17,19 +16,17 @@ namespace pantin::program {
 /// joints and their rank. Grows beside `path` and takes its place when it is closed.
 class Record {
  public:
-  ~Record();  // abandons what was not closed
   /// Opens the file and writes the header.
   Result<Done> open(const std::string& path, const World& world);
   /// Writes the row of a state.
   Result<Done> add(const World& world, const Measures& measures);
-  /// Puts the file into its place, whole up to the last row.
+  /// Puts the file into its place, whole up to the last row; after a failed `add` it fails too, and
+  /// an older file stays.
   Result<Done> close();
 
  private:
-  Result<Done> fail(const char* what);
-  std::string path_, beside_;
+  AtomicFile file_;
   bool exact_ = false;  // mechanisms are recorded
-  std::FILE* file_ = nullptr;
 };
 
 }  // namespace pantin::program

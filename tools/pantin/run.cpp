@@ -100,6 +100,7 @@ Json to_json(const RunChoices& c, const Scene& scene, const Simulation& sim, Sum
   j["title"] = scene.title;
   j["status"] = s.status;
   j["solver"] = solver_in_use(sim.world);
+  j["solvers"] = solvers_json(sim.world);
   j["step_s"] = scene.step;
   j["substeps"] = scene.substeps;
   j["steps"] = s.steps;
@@ -167,7 +168,7 @@ Json to_json(const RunChoices& c, const Scene& scene, const Simulation& sim, Sum
 void print_summary(const RunChoices& c, const Scene& scene, const Simulation& sim, Summary& s) {
   const Json j = to_json(c, scene, sim, s);
   fmt::print("{}\n", bold(scene.title));
-  fmt::print("  solver      {}, {} steps of {:.6g} s\n", j["solver"].get<std::string>(), s.steps,
+  fmt::print("  solver      {}, {} steps of {:.6g} s\n", describe_solvers(sim.world), s.steps,
              scene.step);
   fmt::print("  bodies      {} with {} joints, {} strings\n", sim.world.bodies.size(),
              sim.world.links.size(), sim.world.strings.size());
@@ -201,11 +202,9 @@ int step_through(const RunChoices& c, const Scene& scene, Simulation& sim, Pictu
   const std::uint64_t steps = steps_of(scene);
   s.step_seconds.reserve(steps);
   Progress progress(scene.title);
+  // A row that could not be written is told when the record is closed.
   const auto write_row = [&](const Measures& m) -> bool {
-    if (!record) return true;
-    const Result<Done> row = record->add(sim.world, m);
-    if (!row) fail(row.errors(), kUnwritable);
-    return static_cast<bool>(row);
+    return !record || static_cast<bool>(record->add(sim.world, m));
   };
   if (record) compile_if_changed(sim.world);  // the first row has all columns too
   if (!write_row(measure(sim.world))) return kUnwritable;
@@ -294,7 +293,7 @@ constexpr const char* kExamples = R"(Examples:
   pantin run assets/scenes/chain10.json --solver lagrangian --tolerance 1e-8
 
 --json prints one object: scene, title, status (ok, diverged,
-inconsistent, interrupted, unwritable), solver,
+inconsistent, interrupted, unwritable), solver ("mixed" if several), solvers (bodies of each),
 step_s, substeps, steps, simulated_s, bodies, joints, strings, articulations, worst_gap_m,
 worst_gap_rel, energy_start_j, energy_end_j, energy_max_j, ns_per_link_step_median,
 ns_per_link_step_p99, frame_ms_median, frame_ms_p99 (a step, without drawing),

@@ -128,11 +128,11 @@ paper, lagrangian, o overlay, r restart, s save a frame, h help, q or Esc quit.
 Examples:
   pantin view assets/scenes/marionette.json
   pantin view assets/scenes/chain.json --solver sweep --size 960x540
-  pantin view assets/scenes/chain.json --script events.json --json
+  pantin view assets/scenes/marionette.json --script events.json --json
 
 --script plays events instead of a user's, 60 frames to the simulated second and the same every
 time; it needs no display, and ends at a quit event or a second after the last one:
-  [{"t": 0.5, "type": "mouse_down", "body": "hand_l", "button": "left"},
+  [{"t": 0.5, "type": "mouse_down", "body": "pantin/hand_l", "button": "left"},
    {"t": 1.0, "type": "mouse_move", "dx": 80, "dy": -40},
    {"t": 1.5, "type": "mouse_up"},
    {"t": 2.0, "type": "key", "key": "space"},

@@ -225,7 +225,7 @@ void Session::tell(std::string line) {
 }
 
 std::string Session::solver() const {
-  return chosen_ ? pantin::name_of(*chosen_) : solver_in_use(sim_.world);
+  return chosen_ ? pantin::name_of(*chosen_) : describe_solvers(sim_.world);
 }
 
 }  // namespace pantin::program

@@ -361,11 +361,10 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "peers: could not write %s\n", choices.csv.c_str());
     return 4;
   };
-  // Better told now than after minutes.
-  if (std::FILE* file = choices.csv.empty() ? nullptr : std::fopen(choices.csv.c_str(), "a"))
-    std::fclose(file);
-  else if (!choices.csv.empty())
-    return could_not_write();
+  // Better told now than after minutes. Beside its place until it is whole.
+  const std::string part = choices.csv + ".part";
+  std::FILE* const file = choices.csv.empty() ? nullptr : std::fopen(part.c_str(), "w");
+  if (!file && !choices.csv.empty()) return could_not_write();
   Report report;
   report.rounds = choices.rounds;
   report.load_before = load();
@@ -376,10 +375,14 @@ int main(int argc, char** argv) {
     plan(choices, report, links, &report.references.back(), tasks);
   }
   for (const int links : choices.cost) plan(choices, report, links, nullptr, tasks);
-  if (tasks.empty()) refuse("nothing is left to measure");
+  if (tasks.empty()) {
+    if (file) std::remove(part.c_str());
+    refuse("nothing is left to measure");
+  }
   const double from = wall_seconds(), spent = cpu_seconds_of_children();
   if (!time_rounds(choices.rounds, argv, tasks, report)) {
     std::fputs("peers: a round did not come to its end\n", stderr);
+    if (file) std::remove(part.c_str());
     return 1;
   }
   report.wall_seconds = wall_seconds() - from,
@@ -391,9 +394,10 @@ int main(int argc, char** argv) {
     print_json(report, stdout);
   else
     print_tables(report, stdout);
-  if (choices.csv.empty()) return 0;
-  std::FILE* const file = std::fopen(choices.csv.c_str(), "w");
-  if (file) print_csv(report, file);
-  const bool bad = !file || std::ferror(file) != 0;
-  return (file && std::fclose(file) != 0) || bad ? could_not_write() : 0;
+  if (!file) return 0;
+  print_csv(report, file);
+  const bool bad = std::fflush(file) != 0 || std::ferror(file) != 0;
+  if (std::fclose(file) == 0 && !bad && std::rename(part.c_str(), choices.csv.c_str()) == 0) return 0;
+  std::remove(part.c_str());
+  return could_not_write();
 }

@@ -12,6 +12,7 @@
 #include <malloc.h>
 #endif
 
+#include "engine/base/atomic_file.hpp"
 #include "engine/solvers/lagrangian/internal.hpp"
 #include "tools/study/problems.hpp"
 
@@ -401,6 +402,14 @@ void print_json(std::FILE* csv) {
   std::printf("\n]\n");
 }
 
+std::string text_of(std::FILE* file) {
+  std::string text;
+  char some[4096];
+  std::rewind(file);
+  while (const std::size_t n = std::fread(some, 1, sizeof some, file)) text.append(some, n);
+  return text;
+}
+
 int fail_to_write(const std::string& file) {
   return std::fprintf(stderr, "study: could not write %s\n", file.c_str()), 4;
 }
@@ -424,20 +433,16 @@ int main(int argc, char** argv) {
       {"energy", energy}, {"work", work}, {"cost", cost}};
   for (const auto& [name, run] : studies) {
     if (what != name) continue;
-    // Beside its place until it is whole.
-    const std::string part = file + ".part";
-    if (!file.empty()) out = std::fopen(part.c_str(), "w+");
-    else if (json) out = std::tmpfile();
-    if (!out) return fail_to_write(file.empty() ? "a temporary file" : part);
+    if (!file.empty() || json) out = std::tmpfile();
+    if (!out) return fail_to_write("a temporary file");
     try {
       run();
     } catch (const std::exception& e) {
-      if (!file.empty()) std::remove(part.c_str());
       return std::fprintf(stderr, "study: %s\n", e.what()), 1;
     }
-    if (std::fflush(out) != 0 || std::ferror(out)) return fail_to_write(file);
+    if (std::fflush(out) != 0 || std::ferror(out)) return fail_to_write("its numbers");
     if (json) std::rewind(out), print_json(out);
-    if (!file.empty() && std::rename(part.c_str(), file.c_str()) != 0) return fail_to_write(file);
+    if (!file.empty() && !write_file(file, text_of(out))) return fail_to_write(file);
     return 0;
   }
   std::fprintf(stderr, "study: expected references, orders, energy, work or cost; see study --help\n");

@@ -1,6 +1,7 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "engine/base/compiler.hpp"
 #include "engine/solvers/articulated/kernels.hpp"
 
 namespace pantin::articulated {
@@ -14,7 +15,7 @@ const Kernels* const* all_kernels() {
   static const Kernels* const kBaselineOnly[] = {&kernels_baseline, nullptr};
 #ifdef PANTIN_HAS_AVX2
   static const Kernels* const kBoth[] = {&kernels_baseline, &kernels_avx2, nullptr};
-  if (__builtin_cpu_supports("avx2")) return kBoth;
+  if (PANTIN_CPU_HAS_AVX2()) return kBoth;
 #endif
   return kBaselineOnly;
 }

@@ -3,12 +3,10 @@
 
 #include <math.h>
 
+#include "engine/base/lanes.hpp"
+
 #ifndef PANTIN_KERNELS
 #define PANTIN_KERNELS baseline
-#endif
-
-#ifdef __GNUC__
-#pragma GCC diagnostic ignored "-Wpsabi"  // vectors are passed between inlined functions only
 #endif
 
 namespace pantin::articulated {
@@ -16,17 +14,13 @@ namespace {
 
 // ---------------------------------------------------------------- numbers, four side by side
 
-typedef double Four __attribute__((vector_size(32)));
-typedef double Two __attribute__((vector_size(16)));
-typedef double FourAnyhow __attribute__((vector_size(32), aligned(8), may_alias));
-#define INLINE inline __attribute__((always_inline))
+#define INLINE PANTIN_INLINE
 
-INLINE Four load(const double* p) { return *reinterpret_cast<const FourAnyhow*>(p); }
-INLINE void store(double* p, Four v) { *reinterpret_cast<FourAnyhow*>(p) = v; }
+INLINE Four load(const double* p) { return load_four(p); }
+INLINE void store(double* p, Four v) { store_four(p, v); }
 INLINE Four all(double x) { return Four{x, x, x, x}; }
 INLINE Four root(Four x) {
-  return Four{__builtin_sqrt(x[0]), __builtin_sqrt(x[1]), __builtin_sqrt(x[2]),
-              __builtin_sqrt(x[3])};
+  return Four{::sqrt(x[0]), ::sqrt(x[1]), ::sqrt(x[2]), ::sqrt(x[3])};
 }
 INLINE double sum(Four x) { return (x[0] + x[1]) + (x[2] + x[3]); }
 INLINE double largest(Four x) {
@@ -151,7 +145,7 @@ INLINE Qua<Four> exponential(Vec<Four> r) {
 /// Cephes library, which holds to 0.66, and beyond from a quarter of pi.
 INLINE Four arc_tangent(Four t) {
   const auto large = t > all(0.66);
-  const Four x = large ? (t - 1.0) / (t + 1.0) : t;
+  const Four x = choose(large, (t - 1.0) / (t + 1.0), t);
   const Four z = x * x;
   const Four p = ((-8.750608600031904122785e-1 * z - 1.615753718733365076637e1) * z -
                   7.500855792314704667340e1) *
@@ -164,13 +158,13 @@ INLINE Four arc_tangent(Four t) {
                      z +
                  1.945506571482613964425e2;
   const Four a = x + x * z * (p * z - 6.485021904942025371773e1) / d;
-  return large ? a + 0.78539816339744830962 : a;
+  return choose(large, a + 0.78539816339744830962, a);
 }
 
 /// The rotation vector of a unit quaternion, the short way round: 2 asin(n)/n times its vector
 /// part, by the series up to 0.4 rad, beyond by the tangent of a quarter of the angle.
 INLINE Vec<Four> logarithm(Qua<Four> q) {
-  const Four sign = q.w < 0 ? all(-1.0) : all(1.0);
+  const Four sign = choose(q.w < 0.0, all(-1.0), all(1.0));
   const Four z = q.x * q.x + q.y * q.y + q.z * q.z;
   Four s;
   if (!any_not_below(z, 0.04)) {
@@ -182,8 +176,8 @@ INLINE Vec<Four> logarithm(Qua<Four> q) {
   } else {
     const Four n = root(z);
     const auto turned = n > all(1e-150);
-    const Four some = turned ? n : all(1.0);
-    s = turned ? 4.0 * arc_tangent(some / (1.0 + sign * q.w)) / some : all(2.0);
+    const Four some = choose(turned, n, all(1.0));
+    s = choose(turned, 4.0 * arc_tangent(some / (1.0 + sign * q.w)) / some, all(2.0));
     s = sign * s;
   }
   return {s * q.x, s * q.y, s * q.z};
@@ -388,7 +382,7 @@ StartSums predict_by(const Packed& p, const PredictInput& in) {
           sum(potential),
           sum(damped),
           {sum(momentum.x), sum(momentum.y), sum(momentum.z)},
-          sum(probe) < __builtin_inf()};
+          sum(probe) < HUGE_VAL};
 }
 
 StartSums predict(const Packed& p, const PredictInput& in) {
@@ -458,9 +452,9 @@ void levers(const Packed& p, std::size_t position_row, std::size_t rotation_row)
 /// of the force turns with the body within the step.
 INLINE Sym<Four> tension_stiffness(Four t, Vec<Four> r) {
   const Four r2 = dot(r, r);
-  const auto pulls = (t > 0) & (r2 > 0);
-  t = pulls ? t : all(0.0);
-  const Four s = t / (pulls ? r2 : all(1.0));
+  const auto pulls = (t > 0.0) & (r2 > 0.0);
+  t = choose(pulls, t, all(0.0));
+  const Four s = t / choose(pulls, r2, all(1.0));
   const Vec<Four> sr = s * r;
   return {t - sr.x * r.x, -sr.x * r.y, -sr.x * r.z, t - sr.y * r.y, -sr.y * r.z, t - sr.z * r.z};
 }
@@ -729,9 +723,9 @@ struct LeastDisplacement {
     const double s2 = ma2 * ma2 * a2;
     // With M = Z + |C|: Z + C is M or S^2 / M, and the quaternion (S, Z + C) or (M S, S^2).
     // |(S, Z + C)|^2 = 2 Z (Z + C). Which case it is does not settle, so it is no branch.
-    const double z = __builtin_sqrt(c * c + s2), m = z + magnitude(c);
+    const double z = ::sqrt(c * c + s2), m = z + magnitude(c);
     const auto same = Two{c, c} >= Two{0, 0};
-    const Two pick = same ? Two{1, m} : Two{m, s2};  // factor of S, scalar part
+    const Two pick = choose(same, Two{1, m}, Two{m, s2});  // factor of S, scalar part
     put(k, kTurn, Qua<double>{pick[0] * s.x, pick[0] * s.y, pick[0] * s.z, pick[1]});
     return {s, 1 / z, pick[0] / (z * pick[1])};
   }
@@ -829,7 +823,7 @@ struct Finish {
     const Vec<Four> slide = x - bodies.vec(p.layout.position);
     const Vec<Four> turned_by = logarithm(mul(q, back(bodies.qua(p.layout.rotation))));
     const Four turned2 = here * dot(turned_by, turned_by);
-    turned = turned2 > turned ? turned2 : turned;
+    turned = choose(turned2 > turned, turned2, turned);
 
     Vec<Four> v, w, l;
     if (rule == Rule::verlet || rule == Rule::midpoint) {
@@ -854,9 +848,9 @@ struct Finish {
         // A large turn: its own rate is bounded, the impulse is not.
         const Four calm2 = all(in.calm_angle * in.calm_angle);
         const Vec<Four> plain = all(per) * turned_by;
-        w.x = turned2 >= calm2 ? plain.x : w.x;
-        w.y = turned2 >= calm2 ? plain.y : w.y;
-        w.z = turned2 >= calm2 ? plain.z : w.z;
+        w.x = choose(turned2 >= calm2, plain.x, w.x);
+        w.y = choose(turned2 >= calm2, plain.y, w.y);
+        w.z = choose(turned2 >= calm2, plain.z, w.z);
         l = times_inertia(q, moments, w);
       }
     }

@@ -1,0 +1,44 @@
+#pragma once
+/// All that a compiler offers beyond the language. Everything else is standard C++20, so that a
+/// new compiler needs a look at this file only; without its gifts the plain forms below do the same,
+/// bit for bit, and slower (PANTIN_PLAIN_CPP asks for them).
+/// Vectors are in lanes.hpp beside it.
+
+#if defined(__GNUC__) && !defined(PANTIN_PLAIN_CPP)
+#define PANTIN_INLINE inline __attribute__((always_inline))
+#elif defined(_MSC_VER)
+#define PANTIN_INLINE __forceinline
+#else
+#define PANTIN_INLINE inline
+#endif
+
+#ifdef __GNUC__
+/// Vectors wider than the baseline's registers are passed between inlined functions only.
+#define PANTIN_QUIET_VECTORS _Pragma("GCC diagnostic ignored \"-Wpsabi\"")
+/// Around headers of others that do not keep our warnings.
+#define PANTIN_QUIET_BEGIN                                                                     \
+  _Pragma("GCC diagnostic push") _Pragma("GCC diagnostic ignored \"-Wconversion\"")            \
+      _Pragma("GCC diagnostic ignored \"-Wunused-function\"")                                  \
+          _Pragma("GCC diagnostic ignored \"-Wunused-parameter\"")
+#define PANTIN_QUIET_END _Pragma("GCC diagnostic pop")
+#else
+#define PANTIN_QUIET_VECTORS
+#define PANTIN_QUIET_BEGIN
+#define PANTIN_QUIET_END
+#endif
+
+// What compiled this, for the heads of measurements.
+#if defined(__clang__)
+#define PANTIN_COMPILER "clang " __clang_version__
+#elif defined(__GNUC__)
+#define PANTIN_COMPILER "gcc " __VERSION__
+#else
+#define PANTIN_COMPILER "unknown"
+#endif
+
+// Whether the processor this runs on has AVX2; asked only where the AVX2 kernels are built.
+#ifdef __GNUC__
+#define PANTIN_CPU_HAS_AVX2() __builtin_cpu_supports("avx2")
+#else
+#define PANTIN_CPU_HAS_AVX2() false
+#endif

@@ -1,0 +1,84 @@
+"""The examples that the program's help gives, run as they stand."""
+import json
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+PANTIN = os.environ["PANTIN"]
+ASSETS = pathlib.Path(os.environ["PANTIN_ASSETS"])
+# Only to be quick, and to end without a user.
+BRIEF = {"run": "--duration 0.05", "bench": "--duration 0.05", "view": "--duration 0.05"}
+QUIT = '[{"t": 0.05, "type": "quit"}]'
+
+
+def call(line, folder):
+    """A command line as a shell takes it, where `pantin` is on PATH; its exit code and output."""
+    paths = f"{pathlib.Path(PANTIN).parent}{os.pathsep}{os.environ['PATH']}"
+    return subprocess.run(line, shell=True, cwd=folder, env={**os.environ, "PATH": paths},
+                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                          text=True, timeout=120)
+
+
+class Examples(unittest.TestCase):
+    def setUp(self):
+        self.kept = tempfile.TemporaryDirectory()
+        self.folder = pathlib.Path(self.kept.name)
+        (self.folder / "assets").symlink_to(ASSETS.resolve())
+        (self.folder / "out").mkdir()
+
+    def tearDown(self):
+        self.kept.cleanup()
+
+    def help_of(self, command):
+        done = call(f"pantin {command} --help", self.folder)
+        self.assertEqual(done.returncode, 0)
+        return done.stdout
+
+    def run_example(self, command, line, script):
+        """Runs a line of the help; 1 means that this build or machine cannot draw."""
+        name = re.search(r"--script (\S+)", line)
+        if name:
+            (self.folder / name[1]).write_text(script)
+        elif command == "view":
+            (self.folder / "quit.json").write_text(QUIT)
+            line += " --script quit.json"
+        if "--video" in line and not shutil.which("ffmpeg"):
+            return
+        # One scene stands for all: those have a test of their own.
+        line = line.replace("/*.json", "/chain10.json")
+        if "--duration" not in line and not name:
+            line += " " + BRIEF.get(command, "")
+        done = call(line, self.folder)
+        needs_pictures = command == "view" or re.search("--(frames|video|strip)", line)
+        if done.returncode == 1 and needs_pictures:
+            return
+        self.assertEqual(done.returncode, 0, f"{line}\n{done.stderr}")
+        if "--json" in line:
+            json.loads(done.stdout)
+        if name:
+            self.assertNotIn("nothing was dragged", done.stdout)
+
+    def test_every_example_of_every_command_works(self):
+        for command in ("run", "check", "bench", "doctor", "view"):
+            text = self.help_of(command)
+            lines = re.findall(r"^\s*(pantin .*)$", text.split("Examples:")[1], re.M)
+            self.assertGreater(len(lines), 0, command)
+            script = re.search(r"^\s*(\[\{.*?\}\])$", text, re.M | re.S)
+            if script:
+                json.loads(script[1])
+            for line in lines:
+                with self.subTest(line):
+                    self.assertTrue(line.startswith(f"pantin {command}"))
+                    self.run_example(command, line, script and script[1])
+
+
+if __name__ == "__main__":
+    result = unittest.main(exit=False, verbosity=0).result
+    failed = len(result.failures) + len(result.errors)
+    print(f"{result.testsRun - failed} passed, {failed} failed")
+    sys.exit(1 if failed else 0)
