@@ -44,20 +44,36 @@ void copy_memory(const Mechanism& from, Mechanism& to) {
   to.fresh = from.fresh, to.try_step = from.try_step, to.rescues = from.rescues;
 }
 
-/// Whether a mechanism holds any part of the articulation.
+/// Whether a mechanism that takes part in the step holds any part of the articulation.
 bool hangs(const World& world, const Articulation& a) {
+  const auto is_moving = [&](std::uint32_t slot) {
+    return world.is_exact(slot) && is_coupled(world.mechanisms[world.exact[slot].mechanism]);
+  };
   const auto exact_pin = [&](std::uint32_t pin) {
     if (pin == UINT32_MAX) return false;
     const Pin& p = world.pins.values()[pin];
-    return world.is_exact(world.bodies.slot(p.body)) || (p.to && world.is_exact(world.bodies.slot(p.to)));
+    return is_moving(world.bodies.slot(p.body)) || (p.to && is_moving(world.bodies.slot(p.to)));
   };
   for (const Tree& t : a.trees)
     if (exact_pin(t.held_pin)) return true;
   for (const Hold& h : a.holds)
     if (exact_pin(h.held_pin)) return true;
   for (const Cord& c : a.cords)
-    if (world.is_exact(c.slot_a) || world.is_exact(c.slot_b)) return true;
+    if (is_moving(c.slot_a) || is_moving(c.slot_b)) return true;
   return false;
+}
+
+/// Whether the articulation hangs there.
+bool holds(const Articulation& a, const Hanging& g) {
+  const bool pin = g.kind == BlockKind::pin;
+  if (pin && std::any_of(a.trees.begin(), a.trees.end(),
+                         [&](const Tree& t) { return t.held_pin == g.source; }))
+    return true;
+  if (pin)
+    return std::any_of(a.holds.begin(), a.holds.end(),
+                       [&](const Hold& h) { return h.held_pin == g.source; });
+  return std::any_of(a.cords.begin(), a.cords.end(),
+                     [&](const Cord& c) { return c.string == g.source; });
 }
 
 template <class Work>
@@ -73,6 +89,11 @@ void each_mechanism(World& world, const Work& work) {
   for (std::size_t i = 0; i < world.mechanisms.size(); ++i)
     if (is_coupled(world.mechanisms[i]))
       work(world.mechanisms[i], room.mechanisms[i], room.bodies[world.articulations.size() + i]);
+}
+
+/// What its contacts bore and are to give back, as it was when they were found.
+void restore_contacts(World& world, const Articulation& a) {
+  for (const Touch& t : a.room.touches) world.contacts[t.contact] = world.coupling.contacts[t.contact];
 }
 
 /// What each pull still lacks; true if all are met. Sets the pace of the next round.
@@ -115,8 +136,42 @@ void begin_coupled(World& world) {
   });
 }
 
+void renumber_coupled(World& world) {
+  CouplingRoom old = std::move(static_cast<CouplingRoom&>(world.coupling));
+  CouplingRoom& room = world.coupling;
+  static_cast<CouplingRoom&>(room) = CouplingRoom();
+  const std::size_t before = old.articulations.size(), count = world.articulations.size();
+  if (std::none_of(world.mechanisms.begin(), world.mechanisms.end(), is_coupled)) return;
+  room.hanging.assign(count, 0);
+  room.articulations.resize(count), room.mechanisms.resize(world.mechanisms.size());
+  room.bodies.resize(count + world.mechanisms.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    Articulation& a = world.articulations[i];
+    room.hanging[i] = hangs(world, a);
+    if (!room.hanging[i]) continue;
+    if (a.was < before && old.hanging[a.was]) {
+      room.articulations[i] = std::move(old.articulations[a.was]);
+      copy_slots(a, room.articulations[i]);
+      room.bodies[i] = std::move(old.bodies[a.was]);
+    } else {
+      copy_memory(a, room.articulations[i]), save_bodies(world, a.slots, a.count(), room.bodies[i]);
+    }
+  }
+  for (std::size_t i = 0; i < world.mechanisms.size(); ++i) {
+    const Mechanism& m = world.mechanisms[i];
+    if (!is_coupled(m)) continue;  // so it was packed before the step
+    room.mechanisms[i] = std::move(old.mechanisms[m.was]);
+    for (std::size_t f = 0; f < m.frames.size(); ++f) {
+      MechanismFrame& kept = room.mechanisms[i].frames[f];
+      kept.slot = m.frames[f].slot, kept.pin = m.frames[f].pin;
+    }
+    room.bodies[count + i] = std::move(old.bodies[before + m.was]);
+  }
+}
+
 void step_coupled(World& world, Real h) {
   if (world.coupling.hanging.empty()) return;
+  world.coupling.contacts = world.contacts;
   for (int round = 0;; ++round) {
     bool failed = false;
     each_mechanism(world, [&](Mechanism& m, Mechanism& kept, std::vector<Body>& bodies) {
@@ -127,6 +182,7 @@ void step_coupled(World& world, Real h) {
     each_articulation(world, [&](Articulation& a, Articulation& kept, std::vector<Body>& bodies) {
       if (a.mutual) return;
       copy_memory(kept, a), restore_bodies(world, a.slots, bodies);
+      restore_contacts(world, a);
       procedural::update(world, a, h);
       a.lost = Entity{};
       procedural::adjust(world, a, h, a.lost);
@@ -152,6 +208,7 @@ void settle_mutual(World& world, Real h) {
     procedural::tell_pulls(world, a, h);
     for (Mechanism& m : world.mechanisms)
       for (Hanging& g : m.hangings) {
+        if (!holds(a, g)) continue;
         const Vec3 lack = h * g.force - g.given;
         g.asked += lack - g.debt, g.debt = lack;
       }

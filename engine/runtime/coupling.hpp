@@ -5,6 +5,10 @@
 
 namespace pantin {
 
+/// After structural changes within a step, once everything else was built anew: what begin_coupled
+/// remembered goes on under today's numbers.
+void renumber_coupled(World& world);
+
 /// Before the step: remembers where all that hangs together starts from.
 void begin_coupled(World& world);
 
@@ -23,6 +27,6 @@ inline bool steps_coupled(const World& world, std::size_t articulation) {
 }
 
 /// Whether anything hangs on the mechanism.
-inline bool is_coupled(const Mechanism& m) { return !m.hangings.empty(); }
+inline bool is_coupled(const Mechanism& m) { return !m.hangings.empty() && !m.sits_out; }
 
 }  // namespace pantin

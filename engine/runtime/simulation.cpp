@@ -31,15 +31,32 @@ void for_each_articulation(std::size_t count, [[maybe_unused]] int threads, cons
 }
 
 /// The scene's hands: bodies that follow a path are moved to where it is at the end of the step.
-void drive(World& world, Real h) {
+/// Those whose path leads nowhere stay, at rest; the first is told.
+void drive(World& world, Real h, StepReport& report) {
   const Real until = world.time + h;
   for (std::size_t i = 0; i < world.drives.size(); ++i) {
     Body* b = world.bodies.find(world.drives.owners()[i]);
     if (!b || b->motion != Motion::driven) continue;
     const Pose to = pose_at(world.drives.values()[i], until);
-    b->velocity = (to.position - b->pose.position) / h;
-    b->spin = spin_between(b->pose.rotation, to.rotation, h);
-    b->pose = to;
+    const Vec3 velocity = (to.position - b->pose.position) / h;
+    const Vec3 spin = spin_between(b->pose.rotation, to.rotation, h);
+    if (is_finite(to) && is_finite(velocity) && is_finite(spin)) {
+      b->pose = to, b->velocity = velocity, b->spin = spin;
+      continue;
+    }
+    b->velocity = b->spin = Vec3(0);
+    if (report.status != Status::diverged)
+      report.status = Status::diverged, report.body = world.drives.owners()[i];
+  }
+}
+
+/// Driven bodies without a path are where they were put by hand, which may be nowhere.
+void look_at_hands(const World& world, StepReport& report) {
+  for (std::uint32_t slot : world.kinematic) {
+    const Body& b = world.bodies.values()[slot];
+    if (report.status == Status::diverged || world.is_exact(slot)) return;
+    if (is_finite(b.pose) && is_finite(b.velocity) && is_finite(b.spin)) continue;
+    report.status = Status::diverged, report.body = world.bodies.owners()[slot];
   }
 }
 
@@ -88,6 +105,60 @@ void rebuild_if_changed(World& world) {
   if (!world.mechanisms.empty() && !world.mechanisms.front().room.ready) lagrangian::prepare(world);
 }
 
+/// Structural changes between the update and the adjust stage. True if there were any.
+bool take_up_changes(World& world, Real h) {
+  const bool copied =  // another World was put in this one's place: without its predictions
+      std::any_of(world.articulations.begin(), world.articulations.end(),
+                  [](const Articulation& a) { return a.room.work.numbers().empty(); });
+  if (world.built_for == world.structure() && !copied) return false;
+  for (Articulation& a : world.articulations) a.awaits_update |= a.room.work.numbers().empty();
+  rebuild_if_changed(world);
+  procedural::prepare(world), lagrangian::prepare(world);
+  for (Mechanism& m : world.mechanisms) m.sits_out = m.sits_out || m.was == UINT32_MAX || copied;
+  renumber_coupled(world);
+  for (Articulation& a : world.articulations)
+    if (a.awaits_update) procedural::update(world, a, h);
+  return true;
+}
+
+/// What was pushed before the step acts in all its parts, what systems push in the part that runs.
+void begin_forces(World& world) {
+  ForceRoom& room = world.force_room;
+  room.whole.clear();
+  for (std::size_t i = 0; i < world.forces.size(); ++i)
+    room.whole.push_back({world.forces.owners()[i], world.forces.values()[i]});
+}
+
+/// After the update stage: what comes later acts in the next part.
+void note_felt(World& world) {
+  ForceRoom& room = world.force_room;
+  room.felt.clear();
+  for (std::size_t i = 0; i < world.forces.size(); ++i)
+    room.felt.push_back({world.forces.owners()[i], world.forces.values()[i]});
+}
+
+void end_forces(World& world, bool is_last) {
+  ForceRoom& room = world.force_room;
+  const auto each = [&](const auto& list, Real sign) {
+    for (const auto& [owner, force] : list)
+      if (Force* f = world.forces.find(owner))
+        f->force += sign * force.force, f->torque += sign * force.torque;
+  };
+  const auto acted = [](const auto& p) {
+    return p.second.force != Vec3(0) || p.second.torque != Vec3(0);
+  };
+  if (std::none_of(room.felt.begin(), room.felt.end(), acted) &&
+      std::none_of(room.whole.begin(), room.whole.end(), acted))
+    return;
+  each(room.felt, -1);
+  // Not even a number that is none outlives its part.
+  for (const auto& [owner, force] : room.felt)
+    if (Force* f = world.forces.find(owner);
+        f && !(is_finite(force.force) && is_finite(force.torque)))
+      *f = Force{};
+  if (!is_last) each(room.whole, 1);
+}
+
 /// What the articulations have to say, gathered in their order.
 void collect(const World& world, StepReport& report) {
   for (const Articulation& a : world.articulations) {
@@ -125,6 +196,8 @@ void collect(const World& world, StepReport& report) {
       report.worst_hold = joint_of(world, m.blocks[f.block]), report.worst_residual = f.residual;
     }
   }
+  report.faults = static_cast<int>(world.faults.size());
+  if (report.faults > 0) report.fault = world.faults.front().link;
   for (const Contact& c : world.contacts) {
     report.contacts += c.active;
     report.worst_depth = std::max(report.worst_depth, c.depth);
@@ -161,76 +234,133 @@ void adjust_mutual(World& world, int threads, Real h) {
 
 }  // namespace
 
-StepReport step_world(World& world, const StepSettings& settings, const Systems& systems,
-                      StageTimes* times, std::span<Pose> drawn_from) noexcept {
+namespace {
+
+/// One step of a world: what all its parts share.
+struct Step {
+  World& world;
+  const StepSettings& settings;
+  const Systems& systems;
+  StageTimes& clock;
+  bool timed;
+  std::span<Pose> drawn_from;
+  Real h;  // s, of a part
   StepReport report;
-  report.tick = world.tick, report.time = world.time;
-  const int substeps = std::max(1, settings.substeps);
-  const Real h = settings.h / substeps;
-  if (!(h > 0) || !std::isfinite(h)) return report;
-  rebuild_if_changed(world);
+
+  void run(Place place) { run_systems(systems, place, world, settings.h, report); }
+};
+
+/// Drive and update stage.
+void predict(Step& s) {
+  World& world = s.world;
   std::vector<Articulation>& all = world.articulations;
-  StageTimes ignored;
-  StageTimes& clock = times ? *times : ignored;
-  const auto run = [&](Place place) { run_systems(systems, place, world, settings.h, report); };
+  Stopwatch watch(s.timed);
+  drive(world, s.h, s.report);
+  rebuild_if_changed(world);
+  watch.lap(s.clock.drive);
 
-  for (int part = 0; part < substeps; ++part) {
-    Stopwatch watch(times != nullptr);
-    run(Place::before_drive);
-    drive(world, h);
-    rebuild_if_changed(world);
-    watch.lap(clock.drive);
+  s.run(Place::before_update);
+  rebuild_if_changed(world);
+  look_at_hands(world, s.report);
+  note_teleports(world, s.drawn_from);
+  for (Mechanism& m : world.mechanisms) m.sits_out = false;
+  for_each_articulation(world.mechanisms.size(), s.settings.threads, [&](std::size_t i) {
+    if (!is_coupled(world.mechanisms[i])) lagrangian::step(world, world.mechanisms[i], s.h);
+  });
+  begin_coupled(world);
+  for_each_articulation(all.size(), s.settings.threads,
+                        [&](std::size_t i) { procedural::update(world, all[i], s.h); });
+  note_felt(world);
+  watch.lap(s.clock.update);
+}
 
-    run(Place::before_update);
-    note_teleports(world, drawn_from);
-    for_each_articulation(world.mechanisms.size(), settings.threads, [&](std::size_t i) {
-      if (!is_coupled(world.mechanisms[i])) lagrangian::step(world, world.mechanisms[i], h);
-    });
-    begin_coupled(world);
-    for_each_articulation(all.size(), settings.threads,
-                          [&](std::size_t i) { procedural::update(world, all[i], h); });
-    watch.lap(clock.update);
+/// Touch and adjust stage.
+void close(Step& s) {
+  World& world = s.world;
+  std::vector<Articulation>& all = world.articulations;
+  Stopwatch watch(s.timed);
+  s.run(Place::before_touch);
+  take_up_changes(world, s.h);
+  procedural::touch(world, s.h);
+  watch.lap(s.clock.touch);
 
-    run(Place::before_touch);
-    procedural::touch(world, h);
-    watch.lap(clock.touch);
+  s.run(Place::before_adjust);
+  if (take_up_changes(world, s.h)) procedural::touch(world, s.h);
+  for_each_articulation(all.size(), s.settings.threads, [&](std::size_t i) {
+    all[i].lost = Entity{};
+    if (!all[i].mutual && !steps_coupled(world, i))
+      procedural::adjust(world, all[i], s.h, all[i].lost);
+  });
+  step_coupled(world, s.h);
+  adjust_mutual(world, s.settings.threads, s.h);
+  settle_mutual(world, s.h);
+  if (!world.mechanisms.empty()) procedural::tell_pressures(world);
+  watch.lap(s.clock.adjust);
+}
 
-    run(Place::before_adjust);
-    for_each_articulation(all.size(), settings.threads, [&](std::size_t i) {
-      all[i].lost = Entity{};
-      if (!all[i].mutual && !steps_coupled(world, i))
-        procedural::adjust(world, all[i], h, all[i].lost);
-    });
-    step_coupled(world, h);
-    adjust_mutual(world, settings.threads, h);
-    settle_mutual(world, h);
-    if (!world.mechanisms.empty()) procedural::tell_pressures(world);
-    watch.lap(clock.adjust);
-    world.time += h;
-  }
-  ++world.tick;
-  for (Force& f : world.forces.values()) f = Force{};
-  for (std::uint32_t slot : world.kinematic) {
-    Body& b = world.bodies.values()[slot];
-    b.restart = b.teleport = false;
-  }
-
-  Stopwatch watch(times != nullptr);
-  run(Place::before_measure);
+/// What went wrong with an island, the worst first.
+void note_failures(const World& world, StepReport& report) {
   for (const Mechanism& m : world.mechanisms) {
     if (!m.lost || m.cannot_close || report.status == Status::diverged) continue;
     report.status = Status::diverged, report.body = m.lost, report.residual = m.residual;
   }
-  for (const Articulation& a : all) {
+  for (const Articulation& a : world.articulations) {
     if (!a.lost || report.status == Status::diverged) continue;
     report.status = Status::diverged, report.body = a.lost;
     report.residual = pantin::measure(world).worst_gap;
   }
-  collect(world, report);
-  if (settings.measure) report.measures = measure(world), report.measured = true;
-  watch.lap(clock.measure);
+  for (const Articulation& a : world.articulations)
+    if (a.grew && report.status == Status::ok)
+      report.status = Status::energy_grew, report.body = a.bodies.back();
+}
+
+}  // namespace
+
+StepReport step_world(World& world, const StepSettings& settings, const Systems& systems,
+                      StageTimes* times, std::span<Pose> drawn_from) noexcept {
+  StageTimes ignored;
+  const int substeps = std::max(1, settings.substeps);
+  Step s{world, settings, systems, times ? *times : ignored, times != nullptr, drawn_from,
+         settings.h / substeps, {}};
+  StepReport& report = s.report;
   report.tick = world.tick, report.time = world.time;
-  run(Place::after_step);
+  if (!(settings.h > 0) || !std::isfinite(settings.h)) return report;
+  if (!(s.h >= kShortestStep && s.h <= kLongestStep)) {
+    report.status = Status::bad_clock;
+    return report;
+  }
+  rebuild_if_changed(world);
+  begin_forces(world);
+  bool sound = true;
+  for (int part = 0; part < substeps && sound; ++part) {
+    s.run(Place::before_drive);
+    sound = std::isfinite(world.time);
+    if (!sound) break;
+    predict(s);
+    close(s);
+    note_failures(world, report);
+    end_forces(world, part + 1 == substeps);
+    world.time += s.h;
+  }
+  if (!sound) {
+    rebuild_if_changed(world);
+    report.status = Status::bad_clock;
+    return report;
+  }
+  ++world.tick;
+  for (std::uint32_t slot : world.kinematic) {
+    Body& b = world.bodies.values()[slot];
+    b.restart = b.teleport = false;
+  }
+  collect(world, report);
+
+  Stopwatch watch(times != nullptr);
+  s.run(Place::before_measure);
+  rebuild_if_changed(world);
+  if (settings.measure) report.measures = measure(world), report.measured = true;
+  watch.lap(s.clock.measure);
+  report.tick = world.tick, report.time = world.time;
+  s.run(Place::after_step);
   return report;
 }
 
@@ -265,6 +395,11 @@ void measure_joints(const World& world, const Mechanism& mechanism, Measures& m)
 
 Measures measure(const World& world) {
   Measures m;
+  if (world.built_for != world.structure()) {  // changed since the last step
+    World built = world;
+    rebuild_articulations(built);
+    return measure(built);
+  }
   for (const Articulation& a : world.articulations) {
     for (std::size_t c = 0; c < a.count(); ++c) {
       if (a.links[c] == kNoSlot) continue;

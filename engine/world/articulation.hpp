@@ -181,6 +181,7 @@ struct StepRoom {
   std::vector<LoadRow> load_rows;              // contacts and stops whose loads are iterated
   std::vector<Real> load_response, load_moved;  // numbers x numbers, and a number each
   std::vector<Quat> rotations;                 // a body each: as the joints leave it
+  std::vector<Vec3> velocities;                // a body each: at the start, while energy is watched
   std::vector<Loads> forces_in, torques_in;    // a body each
   std::vector<std::uint8_t> on_path;
   Real part = 1;  // of the way to the held points that the last round went
@@ -283,6 +284,12 @@ struct Articulation {
   int rounds_used = 0, passes_used = 0, stops_hit = 0, drives_capped = 0;
   Real stop_work = 0;  // J, done by drives, soft zones and moving contacts in the last step
   Entity lost;  // a body whose numbers went out of bounds
+  Entity unfit;               // a body whose mass or inertia no step can be computed with
+  bool awaits_update = true;  // packed after the update stage of a step, which is to be made up for
+  std::uint32_t was = UINT32_MAX;  // its number before the last build, if that left it as it was
+  // Of solvers that do not keep the energy: what they may have, and whether there is more by far.
+  Real budget = 0, usual = 0;  // J; and what it can swing with
+  bool watched = false, grew = false;
 
   Scratch<StepRoom> room;
 
@@ -294,14 +301,12 @@ struct BodyPlace {
   std::uint32_t articulation = UINT32_MAX, column = UINT32_MAX;
 };
 
-/// What is wrong with the structure, by entity; empty when it can be solved.
-struct StructureFault {
-  Entity link;         // the link or string concerned
-  const char* reason;  // one clause
-};
+/// Slots of trees, holds and cables, from an island to one that was built from the same things.
+void copy_slots(const Articulation& from, Articulation& to);
 
-/// Rebuilds `world.articulations` from its components, carrying the integrators' memory over by
-/// body. Faulty links are left out and listed in `world.faults`.
+/// Rebuilds `world.articulations` from its components. What the change does not concern goes on as
+/// if there had been none; of an island whose own structure changed the integrators' memory is
+/// carried over by body. Faulty links are left out and listed in `world.faults`.
 void rebuild_articulations(World& world);
 
 }  // namespace pantin

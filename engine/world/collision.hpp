@@ -46,6 +46,7 @@ struct TouchRoom {
   std::vector<Real> reach;  // m, by body slot: how far its surface may move in the step
   std::vector<Pose> ends;   // poses of driven bodies at the end of the step
   std::vector<Articulation*> mutual;
+  bool stale = false;  // bodies were numbered anew: contacts are to be looked for again
 };
 
 }  // namespace pantin

@@ -132,7 +132,7 @@ void pack_links(Packer& p) {
     if (link.joint.kind == JointKind::custom) {
       const auto& custom = link.joint.extras->custom;
       if (!custom || custom->rows() < 1 || custom->rows() > 6) {
-        world.faults.push_back({world.links.owners()[i], "is a custom joint of no row, or of more than six"});
+        world.faults.push_back({world.links.owners()[i], "is a custom joint of no row, or of more than six", StructureFault::left_out, false});
         continue;
       }
     }
@@ -214,11 +214,11 @@ void pack_ratios(Packer& p) {
     const Entity owner = world.ratios.owners()[i];
     const Link *one = world.links.find(r.first), *two = world.links.find(r.second);
     if (!one || !two || r.first == r.second) {
-      world.faults.push_back({owner, "couples joints that do not exist or are the same"});
+      world.faults.push_back({owner, "couples joints that do not exist or are the same", StructureFault::left_out, false});
       continue;
     }
     if (!fits_ratio(one->joint, r.slides_first) || !fits_ratio(two->joint, r.slides_second)) {
-      world.faults.push_back({owner, "couples a freedom that the joint does not have"});
+      world.faults.push_back({owner, "couples a freedom that the joint does not have", StructureFault::left_out, false});
       continue;
     }
     const Ends e1 = ends_of(world, one->a, one->b), e2 = ends_of(world, two->a, two->b);
@@ -227,7 +227,7 @@ void pack_ratios(Packer& p) {
     for (std::uint32_t slot : {e1.a, e1.b, e2.a, e2.b})
       if (at == kNobody) at = p.owner[slot];
     if (at == kNobody) {
-      world.faults.push_back({owner, "is of a kind that only the Lagrangian solver knows"});
+      world.faults.push_back({owner, "is of a kind that only the Lagrangian solver knows", StructureFault::left_out, false});
       continue;
     }
     Block block;
@@ -299,31 +299,96 @@ bool has_loops(const Mechanism& m) {
   return false;
 }
 
-/// What an earlier build remembers of a body or a block.
-void carry_memory(const World& world, const std::vector<Mechanism>& before, Mechanism& m) {
+/// Whether a mechanism is made of the same things as before; slots are those of their builds.
+struct Unchanged {
+  const World& world;
+  const Mechanism &was, &now;
+
+  static Entity at(std::span<const Entity> owners, std::uint32_t slot) {
+    return slot < owners.size() ? owners[slot] : Entity{};
+  }
+  Entity source_of(BlockKind kind, std::uint32_t source, bool before) const {
+    const BuiltFrom& b = world.built;
+    switch (kind) {
+      case BlockKind::pin:
+        return at(before ? std::span<const Entity>(b.pins) : world.pins.owners(), source);
+      case BlockKind::ratio:
+        return at(before ? std::span<const Entity>(b.ratios) : world.ratios.owners(), source);
+      case BlockKind::string:
+        return at(before ? std::span<const Entity>(b.strings) : world.strings.owners(), source);
+      case BlockKind::hanging: {  // by what hangs there
+        const Hanging& h = (before ? was : now).hangings[source];
+        return source_of(h.kind, h.source, before);
+      }
+      default:
+        return at(before ? std::span<const Entity>(b.links) : world.links.owners(), source);
+    }
+  }
+  bool operator()(const Block& a, const Block& b) const {
+    return a.kind == b.kind && a.coordinate == b.coordinate && a.second == b.second &&
+           a.upper == b.upper && a.lock == b.lock && a.rows == b.rows && a.count == b.count &&
+           std::equal(a.body, a.body + 4, b.body) && std::equal(a.ends, a.ends + 4, b.ends) &&
+           source_of(a.kind, a.source, true) == source_of(b.kind, b.source, false);
+  }
+  bool operator()(const MechanismFrame& a, const MechanismFrame& b) const {
+    return at(world.built.bodies, a.slot) == at(world.bodies.owners(), b.slot) &&
+           at(world.built.pins, a.pin) == at(world.pins.owners(), b.pin);
+  }
+  bool operator()(const Effort& a, const Effort& b) const {
+    return a.coordinate == b.coordinate && std::equal(a.body, a.body + 2, b.body) &&
+           at(world.built.links, a.link) == at(world.links.owners(), b.link);
+  }
+  template <class T>
+  bool all(const std::vector<T>& a, const std::vector<T>& b) const {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), *this);
+  }
+  bool is_so() const {
+    return was.bodies == now.bodies && was.rows == now.rows && all(was.blocks, now.blocks) &&
+           all(was.frames, now.frames) && all(was.efforts, now.efforts) &&
+           was.hangings.size() == now.hangings.size();
+  }
+};
+
+/// What only a step changes goes on: counts of whole turns, what hangs there, what was found.
+void carry_on(const World& world, Mechanism& was, Mechanism& m) {
+  for (std::size_t i = 0; i < m.hangings.size(); ++i) {
+    const Hanging today = m.hangings[i];
+    Hanging& h = m.hangings[i] = was.hangings[i];
+    h.source = today.source, h.anchor = today.anchor;
+    h.body = today.body, h.guess = today.guess;
+  }
+  m.memory = was.memory, m.loads = was.loads, m.forces = was.forces;
+  m.fresh = was.fresh, m.counted = was.counted;
+  for (std::size_t i = 0; i < m.blocks.size() && m.counted; ++i)
+    if (m.blocks[i].kind == BlockKind::ratio &&
+        !world.ratios.values()[m.blocks[i].source].has_offset)
+      m.blocks[i].bound = was.blocks[i].bound;
+  for (std::size_t i = 0; i < m.frames.size(); ++i)
+    m.frames[i].before = was.frames[i].before, m.frames[i].known = was.frames[i].known;
+  for (std::size_t i = 0; i < m.efforts.size(); ++i) m.efforts[i].before = was.efforts[i].before;
+  m.faults = was.faults, m.rank = was.rank, m.lost = was.lost, m.residual = was.residual;
+  m.solves = was.solves, m.parts = was.parts, m.iterations = was.iterations;
+  m.events = was.events, m.rounds = was.rounds, m.cannot_close = was.cannot_close;
+  m.size = was.size, m.reach = was.reach, m.sits_out = was.sits_out;
+  if (m.settings == was.settings) m.room = std::move(was.room);
+}
+
+/// What an earlier build remembers of the bodies and the blocks of a mechanism.
+void carry_memory(const World& world, std::vector<Mechanism>& before, Mechanism& m) {
   m.memory.assign(m.blocks.size(), {});
   m.loads.assign(m.rows, 0), m.forces = m.loads;
   m.accelerations.assign(2 * m.count(), Vec3(0));
   m.lagged = m.owed = m.accelerations;
-  if (before.empty()) return;
-  for (const Mechanism& was : before) {
+  for (std::uint32_t i = 0; i < before.size(); ++i) {
+    Mechanism& was = before[i];
     if (was.bodies != m.bodies) continue;
     m.accelerations = was.accelerations, m.lagged = was.lagged;
     m.owed = was.owed;
     m.try_step = was.try_step, m.rescues = was.rescues;
-    const bool same = was.blocks.size() == m.blocks.size() && was.rows == m.rows &&
-                      was.frames.size() == m.frames.size() &&
-                      was.efforts.size() == m.efforts.size();
-    if (!same) continue;
-    // Only what was changed by hand in place: the counts of whole turns go on.
-    m.hangings = was.hangings;
-    m.memory = was.memory, m.loads = was.loads, m.fresh = was.fresh, m.counted = was.counted;
-    for (std::size_t i = 0; i < m.blocks.size() && m.counted; ++i)
-      if (m.blocks[i].kind == BlockKind::ratio &&
-          !world.ratios.values()[m.blocks[i].source].has_offset)
-        m.blocks[i].bound = was.blocks[i].bound;
-    m.frames = was.frames;
-    for (std::size_t i = 0; i < m.efforts.size(); ++i) m.efforts[i].before = was.efforts[i].before;
+    if (!Unchanged{world, was, m}.is_so()) continue;
+    carry_on(world, was, m);
+    m.was = i;
+    return;
   }
 }
 

@@ -10,6 +10,7 @@
 #include "engine/joints/rows.hpp"
 #include "engine/world/articulation.hpp"
 #include "engine/world/body.hpp"
+#include "engine/world/collision.hpp"
 #include "engine/world/entity.hpp"
 #include "engine/world/settings.hpp"
 
@@ -215,6 +216,9 @@ struct Mechanism {
   int solves = 0, parts = 0, iterations = 0, events = 0;
   int rounds = 0;  // with what hangs on it
   bool cannot_close = false;  // its joints, as they were given
+  Entity unfit;               // a body whose mass or inertia no step can be computed with
+  bool sits_out = false;      // packed within a step, which it does not take part in any more
+  std::uint32_t was = UINT32_MAX;  // its number before the last build, if that left it as it was
 
   Scratch<MechanismRoom> room;
 
@@ -229,6 +233,7 @@ struct CouplingRoom {
   std::vector<Mechanism> mechanisms;
   std::vector<std::vector<Body>> bodies;
   std::vector<std::uint8_t> hanging;
+  std::vector<Contact> contacts;
 };
 
 /// Where a mechanism keeps a body.

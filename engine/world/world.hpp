@@ -2,6 +2,7 @@
 /// Everything that exists. A value: copying it is a snapshot.
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/geometry/shape.hpp"
@@ -11,6 +12,7 @@
 #include "engine/world/contact_search.hpp"
 #include "engine/world/drive.hpp"
 #include "engine/world/entity.hpp"
+#include "engine/world/faults.hpp"
 #include "engine/world/link.hpp"
 #include "engine/world/mechanism.hpp"
 #include "engine/world/look.hpp"
@@ -19,6 +21,19 @@
 #include "engine/world/store.hpp"
 
 namespace pantin {
+
+/// What the last build was made from: the owners of the slots that its parts name.
+struct BuiltFrom {
+  std::vector<Entity> bodies, links, strings, ratios, pins;
+  std::vector<std::uint8_t> solid;  // by slot in bodies
+  std::uint64_t touched = 0;
+};
+
+/// Room for forces while a step is taken in parts.
+struct ForceRoom {
+  std::vector<std::pair<Entity, Force>> whole;  // pushed for the whole step, from outside
+  std::vector<std::pair<Entity, Force>> felt;   // what the update stage of this part took up
+};
 
 struct World {
   Entities entities;
@@ -56,6 +71,8 @@ struct World {
   Scratch<CouplingRoom> coupling;
   std::vector<std::uint32_t> kinematic;  // slots of bodies that joints do not move
   std::uint64_t built_for = 0;           // structure() at the last build
+  BuiltFrom built;
+  Scratch<ForceRoom> force_room;
   std::uint64_t touched = 1;
 
   /// The store of a user's own component type, made on first use; copied, destroyed and (if the
@@ -79,7 +96,8 @@ struct World {
   void destroy(Entity e) { destroy(std::span<const Entity>(&e, 1)); }
   bool is_alive(Entity e) const { return entities.is_alive(e); }
 
-  /// Tells the solvers that masses, anchors, motions or settings were changed by hand.
+  /// Tells the solvers that masses, anchors, motions or settings were changed by hand. Wakes all
+  /// that sleeps; islands that were not changed go on otherwise.
   void touch() { ++touched; }
   /// Whether a mechanism moves the body at `slot`.
   bool is_exact(std::uint32_t slot) const { return slot < exact.size() && exact[slot].mechanism != UINT32_MAX; }
@@ -89,11 +107,14 @@ struct World {
            settings.version() + pose_drives.version() + collisions.version() + touched;
   }
 
-  /// Moves a body at once, with its memory dropped and nothing drawn in between.
-  void teleport(Entity body, const Pose& pose);
+  /// Moves a body at once, with its memory dropped and nothing drawn in between. False, and
+  /// nothing happens, if there is no such body.
+  bool teleport(Entity body, const Pose& pose);
 
   /// Pushes a dynamic body with `force` (N, world axes) at `point` (world) during the next step.
-  void push(Entity body, Vec3 force, Vec3 point);
+  /// Within a step, from a system: during the substep that runs; from before_touch on, the next.
+  /// False, and nothing happens, if there is no such body.
+  bool push(Entity body, Vec3 force, Vec3 point);
 
   /// The name of an entity, or "#<index>".
   std::string name_of(Entity e) const;

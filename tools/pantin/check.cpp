@@ -54,6 +54,9 @@ std::string step_through(const Scene& scene, Json& j) {
     if (report.status == Status::diverged)
       return fmt::format("diverged at {:.6g} s: body {}, worst joint gap {:.3g} m", report.time,
                          sim.world.name_of(report.body), report.residual);
+    if (report.status == Status::energy_grew)
+      return fmt::format("energy grew severalfold by itself at {:.6g} s: body {}", report.time,
+                         sim.world.name_of(report.body));
     worst = std::max(worst, report.measures.worst_gap_rel);
     if (worst > scene.drift_bound)
       return fmt::format(
@@ -94,9 +97,9 @@ Finding look_at(const std::string& path, const CheckChoices& c) {
   j["mass_kg"] = mass;
   j["start_gap_m"] = measure(world).worst_gap;
   std::string failure = step_through(*scene, j);
-  if (failure.empty() && !world.faults.empty())
-    failure =
-        fmt::format("{} {}", world.name_of(world.faults.front().link), world.faults.front().reason);
+  for (const StructureFault& f : world.faults)
+    if (failure.empty() && !f.is_minor)
+      failure = fmt::format("{} {}", world.name_of(f.link), f.reason);
   if (!failure.empty()) {
     j["status"] = "failed";
     j["failure"] = failure;

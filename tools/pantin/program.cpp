@@ -160,8 +160,10 @@ std::optional<Scene> open_scene(const std::string& path, const SceneChoices& cho
   }
   rebuild_articulations(scene.world);
   for (const StructureFault& f : scene.world.faults)
-    scene.warnings.push_back(
-        fmt::format("{}: {} {}; it is left out", path, scene.world.name_of(f.link), f.reason));
+    if (!f.is_minor)  // of which the reader warned
+      scene.warnings.push_back(fmt::format("{}: {} {}{}", path, scene.world.name_of(f.link), f.reason,
+                                           f.kind == StructureFault::left_out ? "; it is left out"
+                                                                              : ""));
   if (refuse_contradictions(path, scene)) return std::nullopt;
   if (!quiet)
     for (const std::string& line : scene.warnings)

@@ -186,6 +186,10 @@ void step(World& world, Mechanism& m, Real h) {
   m.lost = Entity{}, m.room.worst_lack = 0;
   std::erase_if(m.faults, [](const auto& f) { return f.kind == MechanismFault::inconsistent; });
   m.parts = m.iterations = m.events = m.solves = 0;
+  if (m.unfit) {
+    m.lost = m.unfit, m.cannot_close = false;
+    return;
+  }
   gather(world, m);
   gather_hangings(m, h);
   const auto acts = [](Vec3 v) { return v != Vec3(0); };

@@ -196,10 +196,11 @@ void touch(World& world, Real h) {
     const Body& b = world.bodies.values()[slot];
     return moves(b) || b.restart || b.teleport;
   };
-  if (!world.contacts.empty() &&
+  if (!world.contacts.empty() && !world.touch_room.stale &&
       std::all_of(world.articulations.begin(), world.articulations.end(), lies) &&
       std::none_of(world.kinematic.begin(), world.kinematic.end(), comes))
     return;
+  world.touch_room.stale = false;
   for (Articulation& a : world.articulations) a.room.touches.clear(), a.mutual = false;
   if (world.collisions.empty()) {
     world.contacts.clear();

@@ -1,0 +1,116 @@
+// Solvers that keep no account of the energy are watched: what they have may only come from what
+// they had, from hands that move, from pushes. Sums that no figure depends on, so bounds will do.
+#include <algorithm>
+
+#include "engine/solvers/procedural/internal.hpp"
+
+namespace pantin::procedural {
+namespace {
+
+/// "Severalfold": beyond what is accounted for by so many times what the island had at first, and
+/// what it can swing with: of a fall through its own size, and of turning by a radian a second.
+constexpr Real kSeveral = 3;
+
+struct Energy {
+  Real kinetic = 0, stored = 0;  // J; stored: in weight, springs that hold points, cables that give
+  Real whole() const { return kinetic + stored; }
+};
+
+Energy energy_of(const World& world, const Articulation& a) {
+  Energy e;
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    const Body& b = world.bodies.values()[a.slots[c]];
+    const Vec3 w = glm::conjugate(b.pose.rotation) * b.spin;
+    e.kinetic += 0.5 * (b.mass * glm::dot(b.velocity, b.velocity) + glm::dot(b.inertia, w * w));
+    e.stored -= b.mass * b.gravity_scale * glm::dot(world.gravity, b.pose.position);
+  }
+  for (const Hold& h : a.holds) {
+    if (!(h.compliance > 0)) continue;
+    const Vec3 at = point_on(world, a.slots[h.column], h.anchor);
+    const Vec3 to = h.partner == UINT32_MAX ? h.target
+                                            : point_on(world, a.slots[h.partner], h.held_anchor);
+    e.stored += 0.5 * glm::dot(to - at, to - at) / h.compliance;
+  }
+  for (const Cord& c : a.cords) {
+    const StringJoint& s = world.strings.values()[c.string].joint;
+    if (!(s.compliance > 0)) continue;
+    const Real drawn =
+        stretch(s, world.bodies.values()[c.slot_a].pose, world.bodies.values()[c.slot_b].pose);
+    e.stored += 0.5 * drawn * drawn / s.compliance;
+  }
+  return e;
+}
+
+/// The fastest place that holds the island, m/s. A gap that is to be closed counts as a way.
+Real hand_speed(const World& world, const Articulation& a, Real h) {
+  Real most = 0;
+  for (const Tree& t : a.trees)
+    if (a.parents[t.first] == kHeld)
+      most = std::max(most, glm::length(t.target - t.target_before) / h);
+  for (const Hold& hold : a.holds) {
+    const Vec3 way = hold.partner == UINT32_MAX ? hold.target - hold.target_before : Vec3(0);
+    const Real gap = hold.compliance > 0 ? 0 : std::max(glm::length(hold.gap_before), hold.residual);
+    most = std::max(most, (glm::length(way) + gap) / h);
+  }
+  for (const Cord& c : a.cords) {
+    if (c.column_a != UINT32_MAX && c.column_b != UINT32_MAX) continue;
+    const String& s = world.strings.values()[c.string];
+    const bool a_moves = c.column_a != UINT32_MAX;
+    const Body& holder = world.bodies.values()[a_moves ? c.slot_b : c.slot_a];
+    const Vec3 arm = holder.pose.rotation * (a_moves ? s.joint.anchor_b : s.joint.anchor_a);
+    most = std::max(most, glm::length(holder.velocity + glm::cross(holder.spin, arm)));
+  }
+  return most;
+}
+
+/// At most what was done on the island in the step: what its bodies were pulled by, weight and
+/// pushes aside, along the way of the fastest hand; and what pushes did.
+Real most_work(const World& world, const Articulation& a, Real h) {
+  Real pulls = 0, pushed = 0;
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    const Body& b = world.bodies.values()[a.slots[c]];
+    Vec3 change = b.mass * (b.velocity - a.room.velocities[c] -
+                            h * b.gravity_scale * world.gravity);
+    const Force* f = a.forced ? world.forces.find(a.bodies[c]) : nullptr;
+    if (f) {
+      change -= h * f->force;
+      pushed += h * std::max(Real(0), glm::dot(f->force, b.velocity) + glm::dot(f->torque, b.spin));
+    }
+    pulls += glm::length(change);
+  }
+  const Real speed = hand_speed(world, a, h);
+  // A spring that is drawn along gains by the way of its hand.
+  for (const Hold& hold : a.holds)
+    if (hold.compliance > 0 && hold.partner == UINT32_MAX) {
+      const Vec3 way = hold.target - hold.target_before;
+      pushed += glm::length(way) * (glm::length(hold.gap_before) + glm::length(way)) /
+                hold.compliance;
+    }
+  return pulls * speed + pushed;
+}
+
+}  // namespace
+
+void begin_watch(const World& world, Articulation& a) {
+  a.grew = false;
+  a.room.velocities.resize(a.count());
+  for (std::size_t c = 0; c < a.count(); ++c)
+    a.room.velocities[c] = world.bodies.values()[a.slots[c]].velocity;
+  if (a.fresh || a.changed) a.watched = false;
+}
+
+void end_watch(const World& world, Articulation& a, Real h) {
+  const Energy now = energy_of(world, a);
+  // The first step brings together what was given apart; among contacts nothing is accounted for.
+  if (!a.watched || !a.room.touches.empty()) {
+    a.watched = true, a.budget = now.whole();
+    a.usual = now.kinetic + a.mass * a.size * (glm::length(world.gravity) + 0.5 * a.size);
+    return;
+  }
+  a.budget += most_work(world, a, h);
+  a.grew = !(now.whole() <= a.budget + kSeveral * a.usual);
+  // What was lost is not to come back much later: the account follows downwards.
+  a.budget = std::min(a.budget, now.whole() + a.usual);
+}
+
+}  // namespace pantin::procedural
