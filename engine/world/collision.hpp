@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
 #include "engine/world/entity.hpp"
 
@@ -21,6 +22,15 @@ struct Collision {
   std::uint32_t with = UINT32_MAX;  // bits: what it touches; both have to agree
   bool others = false;              // dynamic bodies of other articulations too
   bool self = false;                // dynamic bodies of its own articulation too
+
+  static void fields(auto& self, auto&& field) {
+    field("friction", self.friction);
+    field("restitution", self.restitution);
+    field("groups", self.groups);
+    field("with", self.with);
+    field("others", self.others);
+    field("self", self.self);
+  }
 };
 
 /// One point where two bodies touch or are about to.
@@ -39,6 +49,25 @@ struct Contact {
   bool active = false; // bears a load
   Vec3 force{0};       // N, on a, mean over the step
   Real depth = 0;      // m, overlap left after the step, never negative
+
+  static void fields(auto& self, auto&& field) {
+    field("slot_a", self.slot_a);
+    field("slot_b", self.slot_b);
+    field("key", self.key);
+    field("point_a", passive(self.point_a));
+    field("point_b", passive(self.point_b));
+    field("normal", passive(self.normal));
+    field("gap", passive(self.gap));
+    field("friction", passive(self.friction));
+    field("restitution", passive(self.restitution));
+    field("load", self.load);
+    field("before", passive(self.before));
+    field("sliding", self.sliding);
+    field("impact", self.impact);
+    field("active", passive(self.active));
+    field("force", passive(self.force));
+    field("depth", passive(self.depth));
+  }
 };
 
 /// Room for contacts, kept between steps.

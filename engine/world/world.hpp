@@ -19,6 +19,7 @@
 #include "engine/world/pose_drive.hpp"
 #include "engine/world/settings.hpp"
 #include "engine/world/store.hpp"
+#include "engine/world/view.hpp"
 
 namespace pantin {
 
@@ -82,6 +83,29 @@ struct World {
     return user.of<T>();
   }
 
+  /// All entities that have every one of these components, for loops like
+  ///
+  ///   for (auto [entity, body, wind] : world.view<Body, Wind>()) body.velocity += ...;
+  ///
+  /// in the order of the first component's store. The components are references, const where the
+  /// World is. Nothing may be added to or removed from these stores within the loop.
+  template <class... Components>
+  ComponentView<World, Components...> view() {
+    return ComponentView<World, Components...>(*this);
+  }
+  template <class... Components>
+  ComponentView<const World, Components...> view() const {
+    return ComponentView<const World, Components...>(*this);
+  }
+
+  /// Adds what a description says: RigidBody, HingeJoint, CableJoint ... of <pantin/pantin.hpp>, or
+  /// any type of yours with a function `add_to(World&, const T&)` in its namespace. Theirs return a
+  /// Result<Entity>, with errors and the World as it was where the description is wrong.
+  template <class T>
+  [[nodiscard]] auto add(const T& description) {
+    return add_to(*this, description);
+  }
+
   Entity create() { return entities.create(); }
   /// A body with an optional name.
   Entity add_body(const Body& body, std::string name = {});
@@ -122,6 +146,32 @@ struct World {
   Entity find(std::string_view name) const;
   /// The pose of the frame a body was placed by (its own frame in a scene file).
   Pose origin_pose(Entity body) const;
+
+  /// The components and what holds for all. Which handles are in use, names and looks do not decide
+  /// the next step; of shapes those that are solid do: see state_hash.
+  static void fields(auto& self, auto&& field) {
+    field("entities", passive(self.entities));
+    field("bodies", self.bodies);
+    field("forces", self.forces);
+    field("origins", passive(self.origins));
+    field("shapes", passive(self.shapes));
+    field("links", self.links);
+    field("strings", self.strings);
+    field("ratios", self.ratios);
+    field("pins", self.pins);
+    field("drives", self.drives);
+    field("pose_drives", self.pose_drives);
+    field("collisions", self.collisions);
+    field("names", passive(self.names));
+    field("settings", self.settings);
+    field("user", derived(self.user));
+    field("gravity", self.gravity);
+    field("default_settings", self.default_settings);
+    field("materials", passive(self.materials));
+    field("tick", self.tick);
+    field("time", self.time);
+    field("touched", passive(self.touched));
+  }
 };
 
 /// A fingerprint of everything that decides the next step.
