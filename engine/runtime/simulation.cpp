@@ -137,7 +137,9 @@ void note_felt(World& world) {
     room.felt.push_back({world.forces.owners()[i], world.forces.values()[i]});
 }
 
-void end_forces(World& world, bool is_last) {
+/// What came too late acts in the next part; after the last one in all parts of the next step, by
+/// as much less. `left` is how many parts are to come.
+void end_forces(World& world, int left, int parts) {
   ForceRoom& room = world.force_room;
   const auto each = [&](const auto& list, Real sign) {
     for (const auto& [owner, force] : list)
@@ -147,16 +149,18 @@ void end_forces(World& world, bool is_last) {
   const auto acted = [](const auto& p) {
     return p.second.force != Vec3(0) || p.second.torque != Vec3(0);
   };
-  if (std::none_of(room.felt.begin(), room.felt.end(), acted) &&
-      std::none_of(room.whole.begin(), room.whole.end(), acted))
-    return;
-  each(room.felt, -1);
+  const bool any = std::any_of(room.felt.begin(), room.felt.end(), acted) ||
+                   std::any_of(room.whole.begin(), room.whole.end(), acted);
+  if (any) each(room.felt, -1);
   // Not even a number that is none outlives its part.
   for (const auto& [owner, force] : room.felt)
     if (Force* f = world.forces.find(owner);
         f && !(is_finite(force.force) && is_finite(force.torque)))
       *f = Force{};
-  if (!is_last) each(room.whole, 1);
+  if (left > 0) return each(room.whole, 1);
+  if (parts > 1)
+    for (Force& f : world.forces.values())
+      f.force /= static_cast<Real>(parts), f.torque /= static_cast<Real>(parts);
 }
 
 /// What the articulations have to say, gathered in their order.
@@ -339,7 +343,7 @@ StepReport step_world(World& world, const StepSettings& settings, const Systems&
     predict(s);
     close(s);
     note_failures(world, report);
-    end_forces(world, part + 1 == substeps);
+    end_forces(world, substeps - part - 1, substeps);
     world.time += s.h;
   }
   if (!sound) {

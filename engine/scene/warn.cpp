@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/scene/assembly.hpp"
+#include "engine/world/faults.hpp"
 
 namespace pantin {
 namespace {
@@ -136,24 +137,34 @@ void warn_of_turns(const Assembly& assembly, Complaints& complaints) {
   }
 }
 
-/// What the Lagrangian solver does not know yet: a line for each.
-void warn_of_exact(const Assembly& assembly, const Exact& exact, Complaints& complaints) {
+/// What a solver does not know, but does not keep a scene from being run: a line for each.
+void warn_of_unknown(const Assembly& assembly, const Exact& exact, Solver solver,
+                     Complaints& complaints) {
+  const bool is_exact = solver == Solver::lagrangian;
+  const std::string who = std::string("but the solver \"") + name_of(solver) + "\" does not know ";
   std::size_t solid = 0;
   const PlacedBody* first = nullptr;
   for (std::uint32_t i = 0; i < assembly.bodies.size(); ++i)
-    if (assembly.bodies[i].collision && exact.has(i) && solid++ == 0) first = &assembly.bodies[i];
-  if (solid > 0)
+    if (assembly.bodies[i].collision && assembly.is_dynamic(i) && exact.solvers[i] == solver &&
+        solid++ == 0)
+      first = &assembly.bodies[i];
+  if (solid > 0 && !knows(solver, Feature::contact))
     complaints.warn(first->at, "contact",
                     "body " + quoted(first->name) +
                         (solid > 1 ? " and " + std::to_string(solid - 1) + " more are" : " is") +
-                        " solid, but the solver \"lagrangian\" does not know contacts yet; " +
-                        (solid > 1 ? "they touch" : "it touches") + " nothing");
-  for (const PlacedJoint& j : assembly.joints)
-    if (exact.has(j) && j.joint.limits->soft_zone > 0)
+                        " solid, " + who +
+                        (is_exact ? std::string("contacts yet; ") +
+                                        (solid > 1 ? "they touch" : "it touches") + " nothing"
+                                  : "contacts; only what flies free is pushed out"));
+  for (const PlacedJoint& j : assembly.joints) {
+    const std::uint32_t mover = assembly.is_dynamic(j.a) ? j.a : j.b;
+    if (j.joint.limits->soft_zone > 0 && assembly.is_dynamic(mover) &&
+        exact.solvers[mover] == solver &&
+        !knows(solver, Feature::soft_stop))
       complaints.warn(j.at, "soft",
-                      "joint " + quoted(j.name) +
-                          " has a soft stop, but the solver \"lagrangian\" does not know them yet; "
-                          "the stop is hard");
+                      "joint " + quoted(j.name) + " has a soft stop, " + who +
+                          (is_exact ? "them yet; " : "them; ") + "the stop is hard");
+  }
 }
 
 void warn_of_strings(const Assembly& assembly, Complaints& complaints) {
@@ -294,7 +305,8 @@ void warn_of_structure(const Assembly& assembly, const std::vector<Solver>& solv
   const Exact exact{assembly, solvers};
   warn_of_joints(assembly, exact, complaints);
   warn_of_loops(assembly, exact, complaints);
-  warn_of_exact(assembly, exact, complaints);
+  for (Solver solver : {Solver::lagrangian, Solver::sweep, Solver::shake2, Solver::paper})
+    warn_of_unknown(assembly, exact, solver, complaints);
   warn_of_turns(assembly, complaints);
   warn_of_strings(assembly, complaints);
   Reach(assembly).warn(complaints);

@@ -117,6 +117,19 @@ void list_unknown(Owners& owners) {
     for (Entity end : {s.a, s.b})
       if (note(world.strings.owners()[i], owners.settings(end), Feature::cable, "is")) break;
   }
+  for (std::size_t i = 0; i < world.ratios.size(); ++i) {
+    const Ratio& r = world.ratios.values()[i];
+    const Entity owner = world.ratios.owners()[i];
+    const Link *one = world.links.find(r.first), *two = world.links.find(r.second);
+    if (!one || !two || r.first == r.second) {
+      if (world.mechanisms.empty())  // otherwise told with them
+        world.faults.push_back({owner, "couples joints that do not exist or are the same",
+                                StructureFault::left_out, false});
+      continue;
+    }
+    for (Entity body : {one->a, one->b, two->a, two->b})
+      if (note(owner, owners.settings(body), Feature::ratio, "is")) break;
+  }
   // Of an island one body stands for all.
   std::vector<const SolverSettings*> told;
   for (Entity e : world.collisions.owners()) {

@@ -226,10 +226,7 @@ void pack_ratios(Packer& p) {
     std::uint32_t at = kNobody;
     for (std::uint32_t slot : {e1.a, e1.b, e2.a, e2.b})
       if (at == kNobody) at = p.owner[slot];
-    if (at == kNobody) {
-      world.faults.push_back({owner, "is of a kind that only the Lagrangian solver knows", StructureFault::left_out, false});
-      continue;
-    }
+    if (at == kNobody) continue;  // of no mechanism: see list_faults
     Block block;
     block.kind = BlockKind::ratio, block.source = i, block.rows = 1, block.bound = r.offset;
     block.coordinate = r.slides_first ? Coordinate::slide : Coordinate::turn;
