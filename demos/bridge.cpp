@@ -4,7 +4,6 @@
 #include <string>
 
 #include "demos/demo.hpp"
-#include "engine/base/rotation.hpp"
 
 using namespace pantin;
 
