@@ -26,7 +26,8 @@ constexpr Knowledge kKnowledge[kFeatures] = {
     {"a soft stop", kAuto, "\"auto\""},
     {"a pose drive", kAuto | kExact, "\"auto\" or \"lagrangian\""},
     {"a cable", kAuto | kExact, "\"auto\" or \"lagrangian\""},
-    {"contact", kAuto, "\"auto\""}};
+    {"contact", kAuto, "\"auto\""},
+    {"a spring grip", kAuto | kExact, "\"auto\" or \"lagrangian\""}};
 
 const Knowledge& knowledge(Feature f) { return kKnowledge[static_cast<int>(f)]; }
 
@@ -97,7 +98,8 @@ void list_unknown(Owners& owners) {
   World& world = owners.world;
   const auto note = [&](Entity who, const SolverSettings* how, Feature what, const char* verb) {
     if (!how || knows(how->solver, what)) return false;
-    const bool minor = what == Feature::contact || what == Feature::soft_stop;
+    const bool minor = what == Feature::contact || what == Feature::soft_stop ||
+                       what == Feature::spring_grip;
     world.faults.push_back(
         {who, unknown_to(how->solver, what, verb), StructureFault::unknown, minor});
     return true;
@@ -117,6 +119,9 @@ void list_unknown(Owners& owners) {
     for (Entity end : {s.a, s.b})
       if (note(world.strings.owners()[i], owners.settings(end), Feature::cable, "is")) break;
   }
+  for (std::size_t i = 0; i < world.pins.size(); ++i)
+    if (const Pin& p = world.pins.values()[i]; p.grip == Grip::spring)
+      note(world.pins.owners()[i], owners.settings(p.body), Feature::spring_grip, "has");
   for (std::size_t i = 0; i < world.ratios.size(); ++i) {
     const Ratio& r = world.ratios.values()[i];
     const Entity owner = world.ratios.owners()[i];

@@ -23,9 +23,10 @@ enum class Feature : std::uint8_t {
   soft_stop,    // a zone before a limit
   pose_drive,   // a muscle
   cable,
-  contact
+  contact,
+  spring_grip  // of a pin
 };
-inline constexpr int kFeatures = 10;
+inline constexpr int kFeatures = 11;
 
 /// Which solver does what: the only place that says so.
 bool knows(Solver solver, Feature feature);
@@ -46,8 +47,8 @@ struct StructureFault {
   Entity link;         // what is concerned: a joint, a string, a pin, a body ...
   std::string reason;  // one clause
   Kind kind = left_out;
-  // Unknown, but of a thing that scenes are read with all the same, with a warning: contacts and
-  // soft stops.
+  // Unknown, but of a thing that scenes are read with all the same: contacts, soft stops, springs
+  // that hold points.
   bool is_minor = false;
 };
 

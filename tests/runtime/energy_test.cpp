@@ -167,7 +167,7 @@ TEST_CASE("pushes are work") {
     c.world.default_settings.solver = solver;
     Simulation sim(c.world, {1.0 / 120});
     sim.insert(Place::before_update, [&](World& w, Real) {
-      w.push(c.rods.back(), 40.0 * glm::normalize(w.bodies[c.rods.back()].velocity + Vec3(0, 1e-3, 0)),
+      w.push(c.rods.back(), 4.0 * glm::normalize(w.bodies[c.rods.back()].velocity + Vec3(0, 1e-3, 0)),
              w.bodies[c.rods.back()].pose.position);
     });
     INFO(name_of(solver));

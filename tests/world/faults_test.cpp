@@ -73,6 +73,12 @@ std::vector<Case> cases() {
        }},
       {Feature::cable,
        [](Chain& c) { return c.world.add_string(c.hook, c.rods[2], {Vec3(0), Vec3(0), 2, 0}); }},
+      {Feature::spring_grip,
+       [](Chain& c) {
+         Pin p;
+         p.body = c.rods[2], p.grip = Grip::spring;
+         return c.world.add_pin(p);
+       }},
       {Feature::contact,
        [](Chain& c) {
          Shape ball;

@@ -12,8 +12,8 @@ namespace {
 constexpr Real kSeveral = 3;
 
 struct Energy {
-  Real kinetic = 0, stored = 0;  // J; stored: in weight, springs that hold points, cables that give
-  Real whole() const { return kinetic + stored; }
+  Real kinetic = 0, potential = 0;  // J
+  Real whole() const { return kinetic + potential; }
 };
 
 Energy energy_of(const World& world, const Articulation& a) {
@@ -22,21 +22,7 @@ Energy energy_of(const World& world, const Articulation& a) {
     const Body& b = world.bodies.values()[a.slots[c]];
     const Vec3 w = glm::conjugate(b.pose.rotation) * b.spin;
     e.kinetic += 0.5 * (b.mass * glm::dot(b.velocity, b.velocity) + glm::dot(b.inertia, w * w));
-    e.stored -= b.mass * b.gravity_scale * glm::dot(world.gravity, b.pose.position);
-  }
-  for (const Hold& h : a.holds) {
-    if (!(h.compliance > 0)) continue;
-    const Vec3 at = point_on(world, a.slots[h.column], h.anchor);
-    const Vec3 to = h.partner == UINT32_MAX ? h.target
-                                            : point_on(world, a.slots[h.partner], h.held_anchor);
-    e.stored += 0.5 * glm::dot(to - at, to - at) / h.compliance;
-  }
-  for (const Cord& c : a.cords) {
-    const StringJoint& s = world.strings.values()[c.string].joint;
-    if (!(s.compliance > 0)) continue;
-    const Real drawn =
-        stretch(s, world.bodies.values()[c.slot_a].pose, world.bodies.values()[c.slot_b].pose);
-    e.stored += 0.5 * drawn * drawn / s.compliance;
+    e.potential -= b.mass * b.gravity_scale * glm::dot(world.gravity, b.pose.position);
   }
   return e;
 }
@@ -48,8 +34,9 @@ Real hand_speed(const World& world, const Articulation& a, Real h) {
     if (a.parents[t.first] == kHeld)
       most = std::max(most, glm::length(t.target - t.target_before) / h);
   for (const Hold& hold : a.holds) {
+    if (hold.compliance > 0) continue;  // springs are not solved here
     const Vec3 way = hold.partner == UINT32_MAX ? hold.target - hold.target_before : Vec3(0);
-    const Real gap = hold.compliance > 0 ? 0 : std::max(glm::length(hold.gap_before), hold.residual);
+    const Real gap = std::max(glm::length(hold.gap_before), hold.residual);
     most = std::max(most, (glm::length(way) + gap) / h);
   }
   for (const Cord& c : a.cords) {
@@ -79,13 +66,6 @@ Real most_work(const World& world, const Articulation& a, Real h) {
     pulls += glm::length(change);
   }
   const Real speed = hand_speed(world, a, h);
-  // A spring that is drawn along gains by the way of its hand.
-  for (const Hold& hold : a.holds)
-    if (hold.compliance > 0 && hold.partner == UINT32_MAX) {
-      const Vec3 way = hold.target - hold.target_before;
-      pushed += glm::length(way) * (glm::length(hold.gap_before) + glm::length(way)) /
-                hold.compliance;
-    }
   return pulls * speed + pushed;
 }
 
