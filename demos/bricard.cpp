@@ -1,5 +1,6 @@
 // Bricard's loop falls and swings: six hinges hold thirty freedoms of five rods, and it moves.
 #include "demos/demo.hpp"
+#include "engine/solvers/lagrangian/lagrangian.hpp"
 
 using namespace pantin;
 
@@ -12,7 +13,7 @@ int main(int argc, char** argv) {
   extras.check = [&](const World& w, const demos::Outcome& worst, demos::Findings& f) {
     f.expect("energy gained or lost, J", worst_energy, 0, 2e-3);
     f.expect("joints open at the worst, part of the size", worst.worst_gap, 0, 1e-12);
-    const Mechanism& m = w.mechanisms.front();
+    const lagrangian::Island& m = lagrangian::islands_of(w).front();
     f.expect("equations of its hinges", static_cast<Real>(m.equations()), 30, 30);
     f.expect("that do not follow from others", static_cast<Real>(m.rank), 29, 29);
   };

@@ -57,7 +57,7 @@ void look(const World& w, Crossing& c) {
   if (w.time < 1) c.middle_at_rest = middle;
   c.middle_lowest = std::min(c.middle_lowest, middle);
   for (const Pin& pin : w.pins.values()) c.off_pin = std::max(c.off_pin, pin.residual);
-  c.carried += std::ranges::any_of(w.contacts, [&](const Contact& at) {
+  c.carried += std::ranges::any_of(contacts_of(w), [&](const Contact& at) {
     return at.active && w.bodies.values()[at.slot_b].motion == Motion::dynamic;
   });
 }

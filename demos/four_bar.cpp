@@ -1,5 +1,6 @@
 // A motor turns the crank of a four-bar linkage; the coupler's far end is where geometry says.
 #include "demos/demo.hpp"
+#include "engine/solvers/lagrangian/lagrangian.hpp"
 
 using namespace pantin;
 
@@ -35,7 +36,7 @@ int main(int argc, char** argv) {
     f.expect("coupler off its place, m", worst_place, 0, 2e-9);
     f.expect("turns of the crank", way / (2 * kPi), 2.5, 3.1);
     f.expect("joints open at the worst, part of the size", worst.worst_gap, 0, 1e-12);
-    const Mechanism& m = w.mechanisms.front();
+    const lagrangian::Island& m = lagrangian::islands_of(w).front();
     f.expect("equations that follow from others", static_cast<Real>(m.equations() - m.rank), 3, 3);
   };
   const auto script = [&](Simulation& sim, int step) {

@@ -1,5 +1,6 @@
 // A rope of the procedural solver hangs on a gate of the Lagrangian one: each feels the other.
 #include "demos/demo.hpp"
+#include "engine/solvers/lagrangian/lagrangian.hpp"
 
 using namespace pantin;
 
@@ -22,7 +23,7 @@ int main(int argc, char** argv) {
     const Vec3 out = sim.world.bodies[end].pose.position - corner;
     farthest = std::max(farthest, std::hypot(out.x, out.z));
     if (step == 0) return;
-    for (const Hanging& h : sim.world.mechanisms.front().hangings)
+    for (const contact::Interface& h : lagrangian::islands_of(sim.world).front().interfaces)
       pulled = std::max(pulled, glm::length(h.force));
   };
   return demos::run(argc, argv, "gate", scene, script, extras);

@@ -3,7 +3,9 @@
 #include <limits>
 
 #include "engine/joints/rows.hpp"
+#include "engine/solvers/articulated/island.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
+#include "engine/solvers/solver.hpp"
 
 namespace pantin {
 namespace {
@@ -12,21 +14,21 @@ constexpr Real kNoNumber = std::numeric_limits<Real>::quiet_NaN();
 
 /// Of a block of a mechanism.
 struct BlockAt {
-  const Mechanism* mechanism = nullptr;
+  const lagrangian::Island* mechanism = nullptr;
   std::size_t block = 0;
 };
 
 /// The mechanism that moves one of two bodies.
-const Mechanism* mechanism_of(const World& world, Entity a, Entity b) {
+const lagrangian::Island* mechanism_of(const World& world, Entity a, Entity b) {
   for (const Entity e : {a, b}) {
     const std::uint32_t slot = e ? world.bodies.slot(e) : kNoSlot;
-    if (slot != kNoSlot && world.is_exact(slot))
-      return &world.mechanisms[world.exact[slot].mechanism];
+    const Owner owner = owner_of(partition_of(world), slot);
+    if (owner && owner.solver == kLagrangian) return &lagrangian::islands_of(world)[owner.island];
   }
   return nullptr;
 }
 
-std::optional<BlockAt> find_block(const Mechanism* m, BlockKind kind, std::uint32_t source) {
+std::optional<BlockAt> find_block(const lagrangian::Island* m, lagrangian::BlockKind kind, std::uint32_t source) {
   if (!m) return std::nullopt;
   for (std::size_t i = 0; i < m->blocks.size(); ++i)
     if (m->blocks[i].kind == kind && m->blocks[i].source == source) return BlockAt{m, i};
@@ -36,14 +38,14 @@ std::optional<BlockAt> find_block(const Mechanism* m, BlockKind kind, std::uint3
 /// The angle that the solver counts whole turns from; 0 where it counts none.
 Real counted_angle(const World& world, std::uint32_t link) {
   const Link& l = world.links.values()[link];
-  const Mechanism* m = mechanism_of(world, l.a, l.b);
+  const lagrangian::Island* m = mechanism_of(world, l.a, l.b);
   if (!m) return 0;
-  for (const Effort& e : m->efforts)
+  for (const lagrangian::Effort& e : m->efforts)
     if (e.link == link && e.coordinate == Coordinate::turn) return e.before;
   for (std::size_t i = 0; i < m->blocks.size(); ++i) {
-    const Block& b = m->blocks[i];
-    const bool screw = b.kind == BlockKind::joint && l.joint.kind == JointKind::screw;
-    const bool counts = b.kind == BlockKind::limit || b.kind == BlockKind::spring;
+    const lagrangian::Block& b = m->blocks[i];
+    const bool screw = b.kind == lagrangian::BlockKind::joint && l.joint.kind == JointKind::screw;
+    const bool counts = b.kind == lagrangian::BlockKind::limit || b.kind == lagrangian::BlockKind::spring;
     if (b.source == link && (screw || (counts && b.coordinate == Coordinate::turn)))
       return m->memory[i].before[0];
   }
@@ -95,7 +97,7 @@ CoordinateAt coordinate(const World& world, Entity joint, Coordinate which) {
 }
 
 /// What the procedural solver divides multipliers by to have newtons; 0 before its first step.
-Real to_force(const Articulation& a) {
+Real to_force(const articulated::Island& a) {
   const Real h = a.last_step;
   return h > 0 ? 1 / (a.force_share * h * h) : 0;
 }
@@ -103,15 +105,15 @@ Real to_force(const Articulation& a) {
 /// Finds what holds a body of an articulation, by a function of a tree, of a hold: the force on it.
 std::optional<Vec3> articulated_link_force(const World& world, std::uint32_t slot) {
   const Link& link = world.links.values()[slot];
-  for (const Articulation& a : world.articulations) {
+  for (const articulated::Island& a : articulated::islands_of(world)) {
     const Real scale = to_force(a);
     if (scale == 0) continue;
     for (std::size_t c = 0; c < a.count(); ++c) {
       if (a.links[c] != slot) continue;
-      const Vec3 on_own = scale * a.memory.vec(kLoad, c);
+      const Vec3 on_own = scale * a.memory.vec(articulated::kLoad, c);
       return a.bodies[c] == link.b ? on_own : -on_own;
     }
-    for (const Hold& h : a.holds) {
+    for (const articulated::Hold& h : a.holds) {
       if (h.held_link != slot) continue;
       const Vec3 on_held = scale * h.load;
       return a.bodies[h.column] == link.b ? on_held : -on_held;
@@ -121,12 +123,12 @@ std::optional<Vec3> articulated_link_force(const World& world, std::uint32_t slo
 }
 
 std::optional<Vec3> articulated_pin_force(const World& world, std::uint32_t pin) {
-  for (const Articulation& a : world.articulations) {
+  for (const articulated::Island& a : articulated::islands_of(world)) {
     const Real scale = to_force(a);
     if (scale == 0) continue;
-    for (const Tree& t : a.trees)
-      if (t.held_pin == pin) return scale * a.memory.vec(kLoad, t.first);
-    for (const Hold& h : a.holds)
+    for (const articulated::Tree& t : a.trees)
+      if (t.held_pin == pin) return scale * a.memory.vec(articulated::kLoad, t.first);
+    for (const articulated::Hold& h : a.holds)
       if (h.held_pin == pin) return scale * h.load;
   }
   return std::nullopt;
@@ -162,7 +164,7 @@ std::optional<JointReaction> joint_reaction(const World& world, Entity joint) {
   const std::uint32_t slot = world.links.slot(joint);
   if (slot == kNoSlot) return std::nullopt;
   const Link& link = world.links.values()[slot];
-  if (const auto at = find_block(mechanism_of(world, link.a, link.b), BlockKind::joint, slot)) {
+  if (const auto at = find_block(mechanism_of(world, link.a, link.b), lagrangian::BlockKind::joint, slot)) {
     if (at->mechanism->fresh || !at->mechanism->room.ready) return std::nullopt;
     const lagrangian::JointForce f = lagrangian::joint_force(*at->mechanism, at->block);
     const Vec3 arm = world.bodies[link.b].pose.rotation * link.joint.anchor_b;
@@ -177,8 +179,8 @@ Real cable_tension(const World& world, Entity cable) {
   const std::uint32_t slot = world.strings.slot(cable);
   if (slot == kNoSlot) return kNoNumber;
   const String& s = world.strings.values()[slot];
-  const Mechanism* m = mechanism_of(world, s.a, s.b);
-  if (const auto at = find_block(m, BlockKind::string, slot))
+  const lagrangian::Island* m = mechanism_of(world, s.a, s.b);
+  if (const auto at = find_block(m, lagrangian::BlockKind::cable, slot))
     return glm::length(lagrangian::joint_force(*at->mechanism, at->block).force);
   if (m && s.joint.compliance > 0)
     return stretch(s.joint, world.bodies[s.a].pose, world.bodies[s.b].pose) / s.joint.compliance;
@@ -189,8 +191,8 @@ std::optional<Vec3> pin_force(const World& world, Entity pin) {
   const std::uint32_t slot = world.pins.slot(pin);
   if (slot == kNoSlot) return std::nullopt;
   const Pin& p = world.pins.values()[slot];
-  const Mechanism* m = mechanism_of(world, p.body, p.to);
-  if (const auto at = find_block(m, BlockKind::pin, slot)) {
+  const lagrangian::Island* m = mechanism_of(world, p.body, p.to);
+  if (const auto at = find_block(m, lagrangian::BlockKind::pin, slot)) {
     if (m->fresh || !m->room.ready) return std::nullopt;
     return -lagrangian::joint_force(*m, at->block).force;
   }

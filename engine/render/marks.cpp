@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "engine/base/rotation.hpp"
+#include "engine/contact/contact.hpp"
 #include "engine/geometry/surface.hpp"
 #include "engine/render/bounds.hpp"
 
@@ -76,27 +77,15 @@ void add_joint_rings(const Scene& scene, Pen& pen) {
   }
 }
 
-/// How far an exact pin may be from its target before it counts as unreached, m, by body slot.
-std::vector<Real> pin_tolerances(const World& world) {
-  std::vector<Real> tolerances(world.bodies.size(), std::numeric_limits<Real>::infinity());
-  for (const Articulation& a : world.articulations)
-    for (Entity body : a.bodies)
-      if (const std::uint32_t slot = world.bodies.slot(body); slot != kNoSlot)
-        tolerances[slot] = a.settings.tolerance * a.size;
-  return tolerances;
-}
-
 void add_pins(const Scene& scene, Pen& pen) {
   const World& world = scene.world;
   if (world.pins.empty()) return;
-  const std::vector<Real> tolerances = pin_tolerances(world);
   const Real size = std::max(3.0, pen.eye().height / 160.0);
   for (const Pin& pin : world.pins.values()) {
     Vec3 at, target = pin.target;
     if (!scene.place(pin.body, pin.anchor, at)) continue;
     if (pin.to && !scene.place(pin.to, pin.target, target)) continue;
-    const Real enough = tolerances[world.bodies.slot(pin.body)];
-    const bool missed = !pin.reachable || (pin.grip == Grip::exact && pin.residual > enough);
+    const bool missed = !pin.reachable || pin.missed;
     const Vec3 colour = missed ? ink::kWarning : ink::kPin;
     pen.dot(at, size, colour);
     pen.line(at, target, pen.fine(), colour);
@@ -105,13 +94,13 @@ void add_pins(const Scene& scene, Pen& pen) {
   }
 }
 
-/// Weight of an articulation, N, on an average: what forces are measured by.
+/// Weight of an island, N, on an average: what forces are measured by.
 Real usual_weight(const World& world) {
   Real mass = 0;
   for (const Body& body : world.bodies.values())
     if (body.motion == Motion::dynamic) mass += body.mass;
   const Real pull = glm::length(world.gravity);
-  const auto count = static_cast<Real>(std::max<std::size_t>(world.articulations.size(), 1));
+  const auto count = static_cast<Real>(std::max<std::size_t>(partition_of(world).islands.size(), 1));
   return mass * (pull > 0 ? pull : 9.81) / count;
 }
 
@@ -119,10 +108,10 @@ Real usual_weight(const World& world) {
 /// and none is longer than three tenths.
 void add_contacts(const Scene& scene, Pen& pen) {
   const World& world = scene.world;
-  if (world.contacts.empty()) return;
+  if (contacts_of(world).empty()) return;
   const Real weight = std::max(usual_weight(world), 1e-12);
   const Real whole = pen.eye().height / 10.0 * pen.eye().pixel() * pen.eye().distance;
-  for (const Contact& contact : world.contacts) {
+  for (const Contact& contact : contacts_of(world)) {
     if (contact.slot_a >= world.bodies.size()) continue;
     const Vec3 at = to_world(pose_of(world, scene.poses, contact.slot_a), contact.point_a);
     if (!contact.active) {
@@ -288,7 +277,7 @@ std::vector<LegendEntry> overlay_legend(const World& world) {
   name(!world.strings.empty(), ink::kSlack, "curve: slack string");
   name(!world.pins.empty(), ink::kPin, "cross: pin");
   name(!world.pose_drives.empty(), ink::kMuscle, "arrow: muscle at work");
-  const bool contacts = !world.collisions.empty() || !world.contacts.empty();
+  const bool contacts = !world.collisions.empty() || !contacts_of(world).empty();
   name(contacts, ink::kContact, "dot, line: contact and its force");
   name(contacts, ink::kSlide, "cross on a dot: slides");
   name(contacts, ink::kNear, "small dot: about to touch");

@@ -4,8 +4,9 @@
 #include <span>
 #include <vector>
 
-#include "engine/runtime/report.hpp"
+#include "engine/contact/contact.hpp"
 #include "engine/runtime/systems.hpp"
+#include "engine/world/report.hpp"
 #include "engine/world/world.hpp"
 
 namespace pantin {
@@ -40,7 +41,7 @@ inline constexpr Real kShortestStep = 1e-12, kLongestStep = 1e6;
 StepReport step_world(World& world, const StepSettings& settings, const Systems& systems,
                       StageTimes* times = nullptr, std::span<Pose> drawn_from = {}) noexcept;
 
-/// Can a step use more than one thread in this build?
+/// Whether a step can use more than one thread in this build.
 bool has_threads();
 
 /// The rulers, of the state as it stands.

@@ -4,8 +4,8 @@
 
 #include "engine/scene/assembly.hpp"
 #include "engine/scene/read.hpp"
+#include "engine/base/disjoint_sets.hpp"
 #include "engine/world/faults.hpp"
-#include "engine/world/islands.hpp"
 
 namespace pantin {
 namespace {
@@ -41,7 +41,7 @@ std::vector<Extra> extras_of(const PlacedJoint& joint, const JsonDocument& json)
 }  // namespace
 
 std::vector<Solver> solvers_of(const Assembly& assembly, Solver otherwise) {
-  Islands sets(assembly.bodies.size());
+  DisjointSets sets(assembly.bodies.size());
   const auto tie = [&](std::uint32_t a, std::uint32_t b) {
     if (assembly.is_dynamic(a) && assembly.is_dynamic(b)) sets.join(a, b);
   };

@@ -10,8 +10,6 @@
 
 namespace pantin {
 
-struct World;
-
 /// What not every solver knows.
 enum class Feature : std::uint8_t {
   kind,         // a joint whose bodies do not share a point
@@ -51,13 +49,5 @@ struct StructureFault {
   // that hold points.
   bool is_minor = false;
 };
-
-/// All that is wrong with a World as it stands, without a step: joints that cannot be used, motors,
-/// springs, friction, ratios, kinds of joints and the like under a solver that does not know them,
-/// impossible masses. StepReport::faults counts the same.
-std::vector<StructureFault> check(const World& world);
-
-/// The part of a build that adds what solvers do not know and impossible numbers to World::faults.
-void list_faults(World& world);
 
 }  // namespace pantin

@@ -77,6 +77,7 @@ struct Pin {
   Real stiffness = 200;  // N/m, for a spring grip
   // What the last step left:
   Real residual = 0;      // m, distance of the point from its target
+  bool missed = false;    // exact: that is more than the solver's tolerance
   bool reachable = true;  // false: the links between this pin and a better one are too short
 
   static void fields(auto& self, auto&& field) {
@@ -88,6 +89,7 @@ struct Pin {
     field("grip", self.grip);
     field("stiffness", self.stiffness);
     field("residual", passive(self.residual));
+    field("missed", passive(self.missed));
     field("reachable", passive(self.reachable));
   }
 };

@@ -112,33 +112,6 @@ Pose World::origin_pose(Entity body) const {
 
 namespace {
 
-void add_articulation(Hash& hash, const Articulation& a) {
-  for (Real number : a.constants.numbers()) hash.add(number);
-  for (Real number : a.memory.numbers()) hash.add(number);
-  for (std::int32_t parent : a.parents) hash.add(parent);
-  for (const Tree& t : a.trees) hash.add(t.target), hash.add(t.spin_momentum);
-  for (const PackedJoint& j : a.joints) {
-    for (Real load : j.loads) hash.add(load);
-    hash.add(j.share);
-  }
-  for (const Hold& h : a.holds) hash.add(h.target), hash.add(h.load), hash.add(h.gap_before);
-  for (const Cord& c : a.cords) hash.add(c.load);
-  hash.add(a.still_for), hash.add(a.resting), hash.add(a.resting_in);
-  hash.add(a.iterating), hash.add(a.calm_steps), hash.add(a.fresh), hash.add(a.last_step);
-  hash.add(a.reserve), hash.add(a.driven), hash.add(a.aimed);
-}
-
-void add_mechanism(Hash& hash, const Mechanism& m) {
-  for (const BlockMemory& b : m.memory)
-    hash.add(b.before[0]), hash.add(b.before[1]), hash.add(b.active);
-  for (Real load : m.loads) hash.add(load);
-  for (const auto* list : {&m.accelerations, &m.lagged, &m.owed})
-    for (Vec3 v : *list) hash.add(v);
-  for (const Effort& e : m.efforts) hash.add(e.before);
-  for (const Hanging& h : m.hangings) hash.add(h.force), hash.add(h.asked), hash.add(h.debt);
-  hash.add(m.fresh), hash.add(m.try_step), hash.add(m.rescues);
-}
-
 /// Handles by the place that they name: a new one in an old place is the same.
 struct EntityRule {
   const Entities& entities;
@@ -159,9 +132,7 @@ std::uint64_t state_hash(const World& world) {
   Hash hash;
   hash_fields(hash, world, EntityRule{world.entities});
   add_solids(hash, world);
-  for (const Contact& c : world.contacts) hash_fields(hash, c);
-  for (const Articulation& a : world.articulations) add_articulation(hash, a);
-  for (const Mechanism& m : world.mechanisms) add_mechanism(hash, m);
+  world.memory.add_to(hash);
   world.user.add_to(hash);
   return hash.value();
 }

@@ -2,39 +2,23 @@
 /// Everything that exists. A value: copying it is a snapshot.
 #include <span>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "engine/geometry/shape.hpp"
-#include "engine/world/articulation.hpp"
 #include "engine/world/body.hpp"
 #include "engine/world/collision.hpp"
-#include "engine/world/contact_search.hpp"
 #include "engine/world/drive.hpp"
 #include "engine/world/entity.hpp"
-#include "engine/world/faults.hpp"
 #include "engine/world/link.hpp"
-#include "engine/world/mechanism.hpp"
 #include "engine/world/look.hpp"
+#include "engine/world/memory.hpp"
+#include "engine/world/partition.hpp"
 #include "engine/world/pose_drive.hpp"
 #include "engine/world/settings.hpp"
 #include "engine/world/store.hpp"
 #include "engine/world/view.hpp"
 
 namespace pantin {
-
-/// What the last build was made from: the owners of the slots that its parts name.
-struct BuiltFrom {
-  std::vector<Entity> bodies, links, strings, ratios, pins;
-  std::vector<std::uint8_t> solid;  // by slot in bodies
-  std::uint64_t touched = 0;
-};
-
-/// Room for forces while a step is taken in parts.
-struct ForceRoom {
-  std::vector<std::pair<Entity, Force>> whole;  // pushed for the whole step, from outside
-  std::vector<std::pair<Entity, Force>> felt;   // what the update stage of this part took up
-};
 
 struct World {
   Entities entities;
@@ -60,20 +44,7 @@ struct World {
   std::uint64_t tick = 0;  // whole steps taken
   Real time = 0;           // s
 
-  // Derived from the stores by rebuild_articulations; holds the integrators' memory.
-  std::vector<Articulation> articulations;
-  std::vector<Mechanism> mechanisms;     // of the Lagrangian solver, likewise
-  std::vector<MechanismPlace> exact;     // by slot in bodies; empty: no mechanism moves any
-  std::vector<StructureFault> faults;
-  std::vector<BodyPlace> places;         // by slot in bodies; only where anything is solid
-  std::vector<Contact> contacts;         // of the last step, in order of bodies and keys
-  Scratch<TouchRoom> touch_room;
-  Scratch<ContactSearch> search;         // for contacts
-  Scratch<CouplingRoom> coupling;
-  std::vector<std::uint32_t> kinematic;  // slots of bodies that joints do not move
-  std::uint64_t built_for = 0;           // structure() at the last build
-  BuiltFrom built;
-  Scratch<ForceRoom> force_room;
+  Memories memory;  // of the solvers; see the rooms contact and solvers
   std::uint64_t touched = 1;
 
   /// The store of a user's own component type, made on first use; copied, destroyed and (if the
@@ -123,8 +94,6 @@ struct World {
   /// Tells the solvers that masses, anchors, motions or settings were changed by hand. Wakes all
   /// that sleeps; islands that were not changed go on otherwise.
   void touch() { ++touched; }
-  /// Whether a mechanism moves the body at `slot`.
-  bool is_exact(std::uint32_t slot) const { return slot < exact.size() && exact[slot].mechanism != UINT32_MAX; }
   /// A number that changes with the structure.
   std::uint64_t structure() const {
     return bodies.version() + links.version() + strings.version() + ratios.version() + pins.version() +

@@ -1,4 +1,5 @@
 // The marks of the debug view: ranges of joints, muscles, pins and contacts.
+#include "engine/contact/contact.hpp"
 #include "engine/render/marks.hpp"
 
 #include "engine/base/rotation.hpp"
@@ -229,16 +230,16 @@ TEST_CASE("a contact is a dot with a line along its force, and a cross where it 
   contact.point_a = to_local(s.world.bodies.values()[1].pose, at);
   contact.active = true;
   contact.force = {20, 0, 0};
-  s.world.contacts.push_back(contact);
+  contacts_of(s.world).push_back(contact);
   const Image sticks = s.draw();
   if (sticks.rgba.empty()) return;
   CHECK(s.count(sticks, at, ink::kContact, 4) > 8);
   CHECK(s.count(sticks, at + Vec3{0.2, 0, 0}, ink::kContact, 4) > 5);   // about its weight
   CHECK(s.count(sticks, at - Vec3{0.2, 0, 0}, ink::kContact, 4) == 0);
   CHECK(s.count(sticks, at, ink::kSlide) == 0);
-  s.world.contacts[0].sliding = 0.5;
+  contacts_of(s.world)[0].sliding = 0.5;
   CHECK(s.count(s.draw(), at, ink::kSlide) > 3);
-  s.world.contacts[0].active = false;
+  contacts_of(s.world)[0].active = false;
   CHECK(s.count(s.draw(), at + Vec3{0.2, 0, 0}, ink::kContact, 8) == 0);
 }
 
@@ -272,7 +273,7 @@ TEST_CASE("flat, full and locked ranges, bodies that are gone and lost poses sti
     CHECK(s.count(image, kAt, ink::kWarning, 40) == 0);
     Contact contact;
     contact.slot_a = 77;
-    s.world.contacts.push_back(contact);
+    contacts_of(s.world).push_back(contact);
     s.world.bodies.values()[1].pose.position.x = std::nan("");
     CHECK_FALSE(s.draw().rgba.empty());
     s.world.bodies.remove(s.world.bodies.owners()[1]);

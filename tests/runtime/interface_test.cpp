@@ -2,7 +2,9 @@
 // and each interface keeps its own account.
 #include <catch2/catch.hpp>
 
+#include "engine/contact/contact.hpp"
 #include "engine/runtime/simulation.hpp"
+#include "engine/solvers/lagrangian/island.hpp"
 
 using namespace pantin;
 
@@ -104,9 +106,9 @@ Flyer add_flyer(World& w, Vec3 at) {
 Vec3 momentum_of(const World& w, const Flyer& f) {
   Vec3 sum(0);
   for (Entity e : f.all) sum += w.bodies[e].mass * w.bodies[e].velocity;
-  for (const Mechanism& m : w.mechanisms)
+  for (const lagrangian::Island& m : lagrangian::islands_of(w))
     if (m.bodies.front() == f.beam)
-      for (const Hanging& h : m.hangings) sum += h.debt;
+      for (const contact::Interface& h : m.interfaces) sum += h.debt;
   return sum;
 }
 
@@ -149,7 +151,7 @@ TEST_CASE("a rope that touches others leaves the account of another rope alone")
     o.pose.position = sim.world.bodies[busy.tip].pose.position - Vec3(0, 0.0999, 0);
     o.velocity = sim.world.bodies[busy.tip].velocity + Vec3(0, 0.05, 0), o.restart = true;
     REQUIRE(sim.step().status == Status::ok);
-    for (const Contact& contact : sim.world.contacts) touched = touched || contact.active;
+    for (const Contact& contact : contacts_of(sim.world)) touched = touched || contact.active;
     worst = std::max(worst, glm::length(momentum_of(sim.world, quiet) - start));
   }
   CHECK(touched);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/runtime/simulation.hpp"
+#include "engine/solvers/articulated/island.hpp"
 #include "tests/runtime/puppets.hpp"
 
 using namespace pantin;
@@ -150,7 +151,7 @@ TEST_CASE("structures that cannot be solved are left out and named") {
   Simulation simulation(w);
   simulation.step();
   std::vector<Entity> named;
-  for (const StructureFault& f : simulation.world.faults) named.push_back(f.link);
+  for (const StructureFault& f : partition_of(simulation.world).faults) named.push_back(f.link);
   CHECK(named == std::vector<Entity>{self, nobody});
 }
 
@@ -178,5 +179,5 @@ TEST_CASE("solvers are switched while the simulation runs") {
       REQUIRE(report.measures.worst_gap_rel <= 1e-12);
     }
   }
-  CHECK(simulation.world.articulations[0].settings.solver == Solver::automatic);
+  CHECK(articulated::islands_of(simulation.world)[0].settings.solver == Solver::automatic);
 }

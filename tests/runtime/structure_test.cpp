@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "engine/runtime/simulation.hpp"
+#include "engine/solvers/articulated/island.hpp"
+#include "engine/solvers/solver.hpp"
 #include "tests/runtime/puppets.hpp"
 
 using namespace pantin;
@@ -151,7 +153,7 @@ TEST_CASE("anything may be created and destroyed by a system at any place") {
           REQUIRE((report.status == Status::ok || report.status == Status::inconsistent));
           REQUIRE(is_sound(sim.world));
         }
-        for (const Articulation& a : sim.world.articulations)
+        for (const auto& a : articulated::islands_of(std::as_const(sim.world)))
           for (Entity e : a.bodies) REQUIRE(sim.world.bodies.find(e));
       }
 }
@@ -223,7 +225,7 @@ TEST_CASE("what sleeps goes on sleeping when something else comes or goes, and w
   for (int i = 0; i < 120; ++i) report = sim.step();
   REQUIRE(report.resting == 2);
   const auto rests = [&](Entity e) {
-    for (const Articulation& a : sim.world.articulations)
+    for (const auto& a : articulated::islands_of(std::as_const(sim.world)))
       if (a.bodies.front() == e) return a.resting;
     return false;
   };
@@ -265,7 +267,7 @@ TEST_CASE("building the structure once more changes nothing") {
   for (int steps : {0, 1, 7}) {
     Simulation once(Zoo().world), often(Zoo().world);
     for (int i = 0; i < steps; ++i) once.step(), often.step();
-    for (int i = 0; i < 3; ++i) often.world.touch(), rebuild_articulations(often.world);
+    for (int i = 0; i < 3; ++i) often.world.touch(), compile_if_changed(often.world);
     for (int i = 0; i < 30; ++i) {
       once.step(), often.step();
       // The touch is part of no state: but what had begun to calm down is not to begin again.

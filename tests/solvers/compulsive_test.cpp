@@ -1,5 +1,5 @@
 // The motion of one body whose joint point must reach a place: what holds for every arm and gap.
-#include "engine/solvers/procedural/compulsive.hpp"
+#include "engine/solvers/articulated/compulsive.hpp"
 
 #include <catch2/catch.hpp>
 
@@ -8,7 +8,7 @@
 
 using namespace pantin;
 using namespace pantin::test;
-using namespace pantin::procedural;
+using namespace pantin::articulated;
 
 namespace {
 

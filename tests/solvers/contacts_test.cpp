@@ -1,13 +1,13 @@
 #include <catch2/catch.hpp>
 
-#include "engine/solvers/procedural/push_out.hpp"
+#include "engine/solvers/articulated/push_out.hpp"
 #include "tests/solvers/solids.hpp"
 #include "tests/solvers/trees.hpp"
 
 using namespace pantin;
 using namespace pantin::test;
-using procedural::HalfSpaces;
-using procedural::push_out;
+using articulated::HalfSpaces;
+using articulated::push_out;
 
 TEST_CASE("one plane is left exactly, a wedge of any opening at once") {
   HalfSpaces plane;
@@ -177,7 +177,7 @@ TEST_CASE("a tower of boxes stands, each bearing those above") {
   CHECK(measure(sim.world).kinetic <= 1e-5);
   // The lowest contacts bear the weight of all five.
   Real borne = 0;
-  for (const Contact& c : sim.world.contacts)
+  for (const Contact& c : contacts_of(sim.world))
     if (sim.world.bodies.values()[c.slot_b].motion == Motion::fixed) borne += c.force.y;
   CHECK(borne == Approx(5 * 32 * 9.81).epsilon(1e-3));
 }

@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "tests/solvers/chains.hpp"
+#include "engine/solvers/articulated/island.hpp"
 
 using namespace pantin;
 using namespace pantin::test;
@@ -116,7 +117,7 @@ TEST_CASE("an articulation takes less than a kibibyte a link") {
   spec.links = 1000;
   Simulation sim(chain(spec), {1.0 / 60});
   sim.step();
-  const Articulation& a = sim.world.articulations[0];
+  const articulated::Island& a = articulated::islands_of(sim.world)[0];
   const auto bytes = [](const auto& v) { return v.capacity() * sizeof(v[0]); };
   const std::size_t all =
       bytes(a.constants.numbers()) + bytes(a.memory.numbers()) + bytes(a.room.work.numbers()) +

@@ -19,7 +19,7 @@
 #pragma GCC optimize("O0")
 #endif
 #define PANTIN_KERNELS unoptimised
-#include "engine/solvers/procedural/kernels.cpp"
+#include "engine/solvers/articulated/kernels.cpp"
 #undef PANTIN_KERNELS
 #if defined(__clang__)
 #pragma clang optimize on
@@ -29,7 +29,7 @@
 
 using namespace pantin;
 using namespace pantin::test;
-using procedural::Kernels;
+using articulated::Kernels;
 
 namespace {
 
@@ -74,16 +74,16 @@ std::uint64_t hash_after(World start, int steps, int threads, int substeps = 1) 
 }
 
 /// Everything that the kernels write while one articulation is stepped with one table of them.
-std::uint64_t hash_of_stages(const Kernels& k, const World& start, procedural::Rule rule,
+std::uint64_t hash_of_stages(const Kernels& k, const World& start, articulated::Rule rule,
                              bool least_displacement, bool first) {
   Stages s(start, k);
-  Articulation& a = s.articulation();
+  articulated::Island& a = s.articulation();
   Hash hash;
   const auto note = [&](const auto& numbers) {
     for (Real number : numbers) hash.add(number);
   };
   Real gravity[3] = {0.5, -9.81, 0.25};
-  const procedural::StartSums sums =
+  const articulated::StartSums sums =
       k.predict(s.packed(), {0.02, {gravity[0], gravity[1], gravity[2]}, rule, first});
   hash.add(sums.kinetic), hash.add(sums.potential), hash.add(sums.damped);
   note(sums.momentum), note(a.room.work.numbers());
@@ -93,8 +93,8 @@ std::uint64_t hash_of_stages(const Kernels& k, const World& start, procedural::R
   else
     s.gather(true), s.close();
   note(a.room.work.numbers()), note(a.memory.numbers());
-  const procedural::FinishInput in{0.02, {gravity[0], gravity[1], gravity[2]}, rule, first, 0.5};
-  const auto note_end = [&](const procedural::EndSums& end) {
+  const articulated::FinishInput in{0.02, {gravity[0], gravity[1], gravity[2]}, rule, first, 0.5};
+  const auto note_end = [&](const articulated::EndSums& end) {
     hash.add(end.kinetic), hash.add(end.potential), hash.add(end.work);
     hash.add(end.largest_turn2), note(end.momentum);
     for (const Body& b : s.world.bodies.values())
@@ -118,8 +118,8 @@ std::uint64_t hash_of_stages(const Kernels& k, const World& start, procedural::R
 }  // namespace
 
 TEST_CASE("all builds of the kernels give the same bits at every stage") {
-  using procedural::Rule;
-  const Kernels* const* all = procedural::all_kernels();
+  using articulated::Rule;
+  const Kernels* const* all = articulated::all_kernels();
   REQUIRE(all[0] != nullptr);
   int compared = 0;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
@@ -143,7 +143,7 @@ TEST_CASE("all builds of the kernels give the same bits at every stage") {
       for (bool least_displacement : {false, true})
         for (bool first : {false, true}) {
           INFO("tree " << seed << ", rule " << static_cast<int>(rule));
-          const std::uint64_t slowest = hash_of_stages(procedural::kernels_unoptimised, t.world,
+          const std::uint64_t slowest = hash_of_stages(articulated::kernels_unoptimised, t.world,
                                                        rule, least_displacement, first);
           for (const Kernels* const* k = all; *k; ++k, ++compared) {
             INFO("kernels " << (*k)->name);
@@ -184,7 +184,7 @@ TEST_CASE("a whole run has the same bits with any kernels, and in any process") 
     return std::strtoull(out.c_str() + at + 9, nullptr, 16);
   };
   const std::uint64_t here = hash_after(everything(), 150, 1);
-  for (const Kernels* const* k = procedural::all_kernels(); *k; ++k) {
+  for (const Kernels* const* k = articulated::all_kernels(); *k; ++k) {
     INFO("kernels " << (*k)->name);
     CHECK(hash_in_process((*k)->name) == here);
   }

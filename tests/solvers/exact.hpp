@@ -8,6 +8,7 @@
 #include "engine/runtime/simulation.hpp"
 #include "engine/solvers/lagrangian/internal.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
+#include "engine/solvers/solver.hpp"
 
 namespace pantin::test {
 
@@ -85,10 +86,10 @@ inline Real worst_gap(const World& w) {
 }
 
 /// The mechanism with its room made and the bodies' state in it, as a step would have it.
-inline Mechanism& ready(World& w, std::size_t which = 0) {
-  rebuild_articulations(w);
+inline lagrangian::Island& ready(World& w, std::size_t which = 0) {
+  compile_if_changed(w);
   lagrangian::prepare(w);
-  Mechanism& m = w.mechanisms.at(which);
+  lagrangian::Island& m = lagrangian::islands_of(w).at(which);
   for (std::size_t b = 0; b < m.count(); ++b) {
     const Body& body = w.bodies.values()[m.slots[b]];
     m.room.state.x[b] = body.pose.position, m.room.state.q[b] = body.pose.rotation;

@@ -27,7 +27,7 @@ Real worst_gap(Solver solver, const TreeSpec& spec, const Drag& drag, std::uint6
     const StepReport report = sim.step();
     REQUIRE(report.status == Status::ok);
     const Real far = t.pin ? glm::length(sim.world.pins[t.pin].target) : 0;
-    const Real scale = sim.world.articulations[0].size + drag.speed * drag.h + far;
+    const Real scale = articulated::islands_of(sim.world)[0].size + drag.speed * drag.h + far;
     worst = std::max(worst, report.measures.worst_gap / scale);
     if (t.pin) worst = std::max(worst, worst_pin_gap(sim.world) / scale);
   }
@@ -124,10 +124,10 @@ TEST_CASE("joint loads are what the neighbours feel: equal, opposite, and of the
   world.add_link(upper, lower, {{0, -0.25, 0}, {0, 0.25, 0}});
   Simulation sim(world, {1.0 / 60});
   for (int i = 0; i < 20; ++i) sim.step();
-  const Articulation& a = sim.world.articulations[0];
+  const articulated::Island& a = articulated::islands_of(sim.world)[0];
   const Real to_force = 1 / (a.force_share * sim.settings.h * sim.settings.h);
   REQUIRE(a.second_order);
-  const Vec3 top = to_force * a.memory.vec(kLoad, 0), middle = to_force * a.memory.vec(kLoad, 1);
+  const Vec3 top = to_force * a.memory.vec(articulated::kLoad, 0), middle = to_force * a.memory.vec(articulated::kLoad, 1);
   CHECK(top.y == Approx(5 * 9.81).epsilon(1e-12));
   CHECK(middle.y == Approx(3 * 9.81).epsilon(1e-12));
   CHECK(std::abs(top.x) + std::abs(top.z) + std::abs(middle.x) + std::abs(middle.z) < 1e-12);

@@ -100,7 +100,7 @@ TEST_CASE("forces of constraint are means over the whole step, however it was ta
       const Vec3 before = sim.world.bodies[a.body].velocity;
       const StepReport report = sim.step();
       CHECK(report.parts > 1);
-      const Mechanism& m = sim.world.mechanisms[0];
+      const lagrangian::Island& m = lagrangian::islands_of(sim.world)[0];
       const Vec3 change = (sim.world.bodies[a.body].velocity - before) / h - sim.world.gravity;
       const Real off = glm::length(lagrangian::joint_force(m, 0).force - change);
       INFO(name_of(integrator) << ": " << off << " of " << glm::length(change));
@@ -121,7 +121,7 @@ TEST_CASE("what rests on a stop is held by its joint") {
     w.links[link].joint.extras.edit().travel = {true, -0.3, 1};
     Simulation sim(w, {1e-2});
     for (int i = 0; i < 100; ++i) REQUIRE(sim.step().status == Status::ok);
-    const Vec3 force = lagrangian::joint_force(sim.world.mechanisms[0], 0).force;
+    const Vec3 force = lagrangian::joint_force(lagrangian::islands_of(sim.world)[0], 0).force;
     INFO(name_of(integrator) << ": " << force.y);
     CHECK(glm::length(force - Vec3(0, 2 * 9.81, 0)) <= 1e-6);
   }

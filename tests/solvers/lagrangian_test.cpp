@@ -56,13 +56,13 @@ World system_of(const json& k) {
 }
 
 /// J^T lambda on each body, force and torque.
-std::vector<Vec3> constraint_forces(const Mechanism& m) {
+std::vector<Vec3> constraint_forces(const lagrangian::Island& m) {
   std::vector<Vec3> f(2 * m.count(), Vec3(0));
-  for (const Block& b : m.blocks)
+  for (const lagrangian::Block& b : m.blocks)
     for (std::size_t r = 0; r < b.rows; ++r)
       for (std::size_t k = 0; k < b.count; ++k) {
         if (b.body[k] >= m.count()) continue;
-        const RowVectors j = row_of(b, &m.room.jacobian[b.first_vector], r, k);
+        const lagrangian::RowVectors j = lagrangian::row_of(b, &m.room.jacobian[b.first_vector], r, k);
         f[2 * b.body[k]] += m.room.lambda[b.first_row + r] * j.v;
         f[2 * b.body[k] + 1] += m.room.lambda[b.first_row + r] * j.w;
       }
@@ -70,15 +70,15 @@ std::vector<Vec3> constraint_forces(const Mechanism& m) {
 }
 
 /// What a = room.motion leaves of J a = right, part of the largest term.
-Real lack_of(const Mechanism& m) {
+Real lack_of(const lagrangian::Island& m) {
   Real worst = 0, size = 1e-300;
-  for (const Block& b : m.blocks)
+  for (const lagrangian::Block& b : m.blocks)
     for (std::size_t r = 0; r < b.rows; ++r) {
       Real sum = m.room.right[b.first_row + r];
       size = std::max(size, std::abs(sum));
       for (std::size_t k = 0; k < b.count; ++k) {
         if (b.body[k] >= m.count()) continue;
-        const RowVectors j = row_of(b, &m.room.jacobian[b.first_vector], r, k);
+        const lagrangian::RowVectors j = lagrangian::row_of(b, &m.room.jacobian[b.first_vector], r, k);
         const Real part = glm::dot(j.v, m.room.motion[2 * b.body[k]]) +
                           glm::dot(j.w, m.room.motion[2 * b.body[k] + 1]);
         sum -= part, size = std::max(size, std::abs(part));
@@ -167,7 +167,7 @@ World random_world(const Random& spec, unsigned seed, std::vector<Entity>* made 
 }
 
 /// Where all bodies are and how frames move; the sway by differences of its own.
-Real compare_with_dense(const World& w, const Mechanism& m, Motion2& dense) {
+Real compare_with_dense(const World& w, const lagrangian::Island& m, Motion2& dense) {
   std::vector<Placed> at;
   std::vector<Vec3> known(2 * w.bodies.size(), Vec3(0));
   for (std::size_t s = 0; s < w.bodies.size(); ++s) {
@@ -206,7 +206,7 @@ Real compare_with_dense(const World& w, const Mechanism& m, Motion2& dense) {
 TEST_CASE("accelerations and forces of constraint are those of the vectors") {
   for (const json& k : vectors().at("kkt")) {
     World w = system_of(k);
-    Mechanism& m = ready(w);
+    lagrangian::Island& m = ready(w);
     lagrangian::accelerate(w, m, 0, 1e-3);
     const std::vector<Vec3> forces = constraint_forces(m);
     Real size = 0, worst = 0, worst_force = 0;
@@ -228,9 +228,9 @@ TEST_CASE("accelerations and forces of constraint are those of the vectors") {
     CHECK(report.rows == static_cast<int>(k.at("J").size()));
     CHECK(report.rank == k.at("rank").get<int>());
     int redundant = 0;
-    for (const MechanismFault& f : sim.world.mechanisms[0].faults) {
-      CHECK(f.kind == MechanismFault::redundant);
-      CHECK(sim.world.links.find(joint_of(sim.world, sim.world.mechanisms[0].blocks[f.block])));
+    for (const lagrangian::Fault& f : lagrangian::islands_of(sim.world)[0].faults) {
+      CHECK(f.kind == lagrangian::Fault::redundant);
+      CHECK(sim.world.links.find(lagrangian::joint_of(sim.world, lagrangian::islands_of(sim.world)[0].blocks[f.block])));
       redundant += f.rows;
     }
     CHECK(redundant == report.rows - report.rank);
@@ -246,7 +246,7 @@ TEST_CASE("random trees, hubs and loops: as by dense elimination") {
     spec.driven = seed % 5 == 2, spec.heavy = seed % 6 == 5;
     INFO("seed " << seed);
     World w = random_world(spec, seed);
-    Mechanism& m = ready(w);
+    lagrangian::Island& m = ready(w);
     lagrangian::accelerate(w, m, 0, 1e-3);
     Motion2 dense;
     const Real miss = compare_with_dense(w, m, dense);
@@ -275,7 +275,7 @@ TEST_CASE("the order in which bodies and links are named does not matter") {
     World w[2] = {random_world(spec, seed, &bodies[0]), random_world(spec, seed, &bodies[1], true)};
     std::vector<Vec3> a[2];
     for (int i = 0; i < 2; ++i) {
-      Mechanism& m = ready(w[i]);
+      lagrangian::Island& m = ready(w[i]);
       lagrangian::accelerate(w[i], m, 0, 1e-3);
       for (Entity e : bodies[i])
         for (std::size_t b = 0; b < m.count(); ++b)
@@ -284,7 +284,7 @@ TEST_CASE("the order in which bodies and links are named does not matter") {
     }
     REQUIRE(a[0].size() == a[1].size());
     Motion2 dense;
-    compare_with_dense(w[0], w[0].mechanisms[0], dense);
+    compare_with_dense(w[0], lagrangian::islands_of(w[0])[0], dense);
     if (dense.rank < dense.rows) continue;
     Real size = 1;
     for (std::size_t i = 0; i < a[0].size(); ++i) size = std::max(size, glm::length(a[0][i]));
@@ -301,18 +301,18 @@ TEST_CASE("forces of constraint do no work and have no sum") {
     Random spec;
     spec.bodies = 3 + static_cast<int>(seed % 20), spec.hubs = seed % 2;
     World w = random_world(spec, seed);
-    Mechanism& m = ready(w);
+    lagrangian::Island& m = ready(w);
     lagrangian::place(m), lagrangian::place_frames(w, m, 0, 1);
     lagrangian::write_all_rows(w, m, {true, false});
     lagrangian::factor(m, false);
     lagrangian::project_twists(m, {});
     lagrangian::accelerate(w, m, 0, 1e-3);
     Real power = 0, size = 1e-300;
-    for (const Block& b : m.blocks)
+    for (const lagrangian::Block& b : m.blocks)
       for (std::size_t r = 0; r < b.rows; ++r)
         for (std::size_t k = 0; k < b.count; ++k) {
           if (b.body[k] >= m.count()) continue;
-          const RowVectors j = row_of(b, &m.room.jacobian[b.first_vector], r, k);
+          const lagrangian::RowVectors j = lagrangian::row_of(b, &m.room.jacobian[b.first_vector], r, k);
           const Real load = m.room.lambda[b.first_row + r];
           power += load * (glm::dot(j.v, m.room.state.v[b.body[k]]) +
                            glm::dot(j.w, m.room.state.w[b.body[k]]));
@@ -320,10 +320,10 @@ TEST_CASE("forces of constraint do no work and have no sum") {
         }
     worst = std::max(worst, std::abs(power) / size);
     // Each block pushes its two bodies equally, force and moment about the origin.
-    for (const Block& b : m.blocks)
+    for (const lagrangian::Block& b : m.blocks)
       for (std::size_t r = 0; r < b.rows; ++r) {
-        const RowVectors on_a = row_of(b, &m.room.jacobian[b.first_vector], r, 0);
-        const RowVectors on_b = row_of(b, &m.room.jacobian[b.first_vector], r, 1);
+        const lagrangian::RowVectors on_a = lagrangian::row_of(b, &m.room.jacobian[b.first_vector], r, 0);
+        const lagrangian::RowVectors on_b = lagrangian::row_of(b, &m.room.jacobian[b.first_vector], r, 1);
         const Vec3 x = m.room.placed[b.body[0]].position, y = m.room.placed[b.body[1]].position;
         sum = std::max(sum, glm::length(on_a.v + on_b.v));
         if (std::abs(m.room.c[b.first_row]) < 1e-12)
@@ -390,7 +390,7 @@ TEST_CASE("spherical chains: as in quaternion coordinates with a norm to keep") 
       w.add_link(before, e, joint_at(w, before, e, JointKind::ball, at));
       at += q * Vec3(1, 0, 0), before = e;
     }
-    Mechanism& m = ready(w);
+    lagrangian::Island& m = ready(w);
     lagrangian::place(m), lagrangian::place_frames(w, m, 0, 1);
     lagrangian::write_all_rows(w, m, {true, false});
     lagrangian::factor(m, false);

@@ -58,7 +58,7 @@ TEST_CASE("a string lets a body fall, then holds it") {
     CHECK(worst <= (integrator == Integrator::euler ? 3e-3 : 1e-8));
     CHECK(glm::length(sim.world.bodies[body].velocity) <= 1e-10);
     // The load of its row is the weight.
-    const Mechanism& m = sim.world.mechanisms[0];
+    const lagrangian::Island& m = lagrangian::islands_of(sim.world)[0];
     CHECK(std::abs(m.loads[0] - 2 * kG) <= 1e-8);
   }
 }

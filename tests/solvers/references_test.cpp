@@ -4,6 +4,7 @@
 
 #include "tools/study/problems.hpp"
 #include "tests/paths.hpp"
+#include "engine/solvers/lagrangian/lagrangian.hpp"
 
 using namespace pantin;
 using namespace pantin::study;
@@ -65,12 +66,12 @@ TEST_CASE("the redundant joint of a loop is counted and named") {
     const StepReport r = sim.step();
     CHECK(r.rows == (bricard ? 30 : 35));
     CHECK(r.rank == 29);
-    const Mechanism& m = sim.world.mechanisms.at(0);
+    const lagrangian::Island& m = lagrangian::islands_of(sim.world).at(0);
     int rows = 0;
-    for (const MechanismFault& f : m.faults) {
-      CHECK(f.kind == MechanismFault::redundant);
+    for (const lagrangian::Fault& f : m.faults) {
+      CHECK(f.kind == lagrangian::Fault::redundant);
       rows += f.rows;
-      CHECK(sim.world.links.find(joint_of(sim.world, m.blocks[f.block])) != nullptr);
+      CHECK(sim.world.links.find(lagrangian::joint_of(sim.world, m.blocks[f.block])) != nullptr);
     }
     CHECK(rows == r.rows - r.rank);
   }

@@ -1,7 +1,7 @@
 // Changes in mid-run: solver, step, structure, teleports, snapshots.
 #include <catch2/catch.hpp>
 
-#include "engine/solvers/procedural/procedural.hpp"
+#include "engine/solvers/articulated/articulated.hpp"
 #include "tests/runtime/puppets.hpp"
 #include "tests/solvers/chains.hpp"
 #include "tests/solvers/trees.hpp"
@@ -72,24 +72,24 @@ TEST_CASE("the step may change at any time: nothing jumps and no energy comes in
 TEST_CASE("joint loads are carried over to another step as forces, and dropped after a teleport") {
   Simulation sim = swinging();
   for (int i = 0; i < 20; ++i) sim.step();
-  const Articulation before = sim.world.articulations[0];
+  const articulated::Island before = articulated::islands_of(sim.world)[0];
   REQUIRE(before.calm_steps > 2);
   World w = sim.world;
-  procedural::prepare(w);
-  procedural::update(w, w.articulations[0], 0.5 * sim.settings.h);
+  articulated::prepare(w);
+  articulated::update(w, articulated::islands_of(w)[0], 0.5 * sim.settings.h);
   for (std::size_t c = 0; c < before.count(); ++c) {
-    const Vec3 load = before.memory.vec(kLoad, c);
-    CHECK(w.articulations[0].memory.vec(kLoad, c) == 0.25 * load);
+    const Vec3 load = before.memory.vec(articulated::kLoad, c);
+    CHECK(articulated::islands_of(w)[0].memory.vec(articulated::kLoad, c) == 0.25 * load);
     CHECK(glm::length(load) > 0);
   }
-  CHECK_FALSE(w.articulations[0].second_order);
+  CHECK_FALSE(articulated::islands_of(w)[0].second_order);
 
   w = sim.world;
-  procedural::prepare(w);
+  articulated::prepare(w);
   w.teleport(w.bodies.owners()[4], w.bodies.values()[4].pose);
-  procedural::update(w, w.articulations[0], sim.settings.h);
+  articulated::update(w, articulated::islands_of(w)[0], sim.settings.h);
   for (std::size_t c = 0; c < before.count(); ++c)
-    CHECK(w.articulations[0].memory.vec(kLoad, c) == Vec3(0));
+    CHECK(articulated::islands_of(w)[0].memory.vec(articulated::kLoad, c) == Vec3(0));
 }
 
 TEST_CASE("substeps are steps: four of them are a step four times as fine") {
@@ -159,7 +159,7 @@ TEST_CASE("cutting a link leaves both halves moving as they did") {
   sim.world.destroy(c.links[5]);
   sim.step();
   lower([&](const Body& b) { after += b.mass * b.velocity; });
-  CHECK(sim.world.articulations.size() == 2);
+  CHECK(articulated::islands_of(sim.world).size() == 2);
   const Vec3 expected = momentum + mass / 240 * sim.world.gravity;
   CHECK(glm::length(after - expected) <= 1e-12 * glm::length(expected));
   for (std::size_t i = 0; i < c.rods.size(); ++i)
@@ -209,8 +209,8 @@ TEST_CASE("solver settings hold for the articulation that has them") {
   c.world.settings.add(c.rods[2], how);
   Simulation sim(c.world);
   sim.step();
-  REQUIRE(sim.world.articulations.size() == 2);
-  for (const Articulation& a : sim.world.articulations) {
+  REQUIRE(articulated::islands_of(sim.world).size() == 2);
+  for (const articulated::Island& a : articulated::islands_of(sim.world)) {
     const bool is_chain = a.bodies[0] != other;
     CHECK(a.settings.solver == (is_chain ? Solver::sweep : Solver::automatic));
     CHECK(a.settings.turn_stiffness == (is_chain ? 3 : 1));

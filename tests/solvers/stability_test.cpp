@@ -4,6 +4,7 @@
 
 #include "tests/solvers/chains.hpp"
 #include "tests/solvers/trees.hpp"
+#include "engine/solvers/articulated/island.hpp"
 
 using namespace pantin;
 using namespace pantin::test;
@@ -60,7 +61,7 @@ Outcome torture(const Setting& how, std::uint64_t seed) {
     if (!o.finite) return o;
     const Real far = glm::length(sim.world.pins[t.pin].target);
     const Real gap = std::max(report.measures.worst_gap, worst_pin_gap(sim.world));
-    o.gap = std::max(o.gap, gap / (sim.world.articulations[0].size + moved + far));
+    o.gap = std::max(o.gap, gap / (articulated::islands_of(sim.world)[0].size + moved + far));
     const Real energy = report.measures.energy() - t.lowest_potential();
     if (i == 149) start = energy;
     if (!dragged) o.growth = std::max(o.growth, energy / start);
@@ -111,7 +112,7 @@ TEST_CASE("losses of a step with large turns are not given back") {
       const Quat now = sim.world.bodies[t.bodies[n]].pose.rotation;
       turn = std::max(turn, glm::length(rotation_vector(now * glm::conjugate(before[n]))));
     }
-    const Articulation& a = sim.world.articulations[0];
+    const articulated::Island& a = articulated::islands_of(sim.world)[0];
     if (turn > 1.01 * a.settings.calm_angle) {
       REQUIRE(a.reserve == 0);
       REQUIRE(a.calm_steps == 0);

@@ -1,89 +1,90 @@
 #pragma once
 // The adjust stage from given predicted poses, without a step around it.
 #include "engine/base/rotation.hpp"
-#include "engine/solvers/procedural/internal.hpp"
-#include "engine/solvers/procedural/procedural.hpp"
+#include "engine/solvers/articulated/internal.hpp"
+#include "engine/solvers/articulated/articulated.hpp"
+#include "engine/solvers/solver.hpp"
 
 namespace pantin::test {
 
 /// The first articulation of a World whose bodies stand at predicted poses, joints open.
 class Stages {
  public:
-  explicit Stages(World start, const procedural::Kernels& kernels = procedural::kernels())
+  explicit Stages(World start, const articulated::Kernels& kernels = articulated::kernels())
       : world(std::move(start)), k_(kernels) {
-    rebuild_articulations(world);
-    procedural::prepare(world);
-    Articulation& a = articulation();
+    compile_if_changed(world);
+    articulated::prepare(world);
+    articulated::Island& a = articulation();
     for (std::size_t c = 0; c < a.slots.size(); ++c) {
       const Pose& pose = world.bodies.values()[a.slots[c]].pose;
-      a.room.work.set(kPosition, c, pose.position);
-      a.room.work.set(kRotation, c, pose.rotation);
+      a.room.work.set(articulated::kPosition, c, pose.position);
+      a.room.work.set(articulated::kRotation, c, pose.rotation);
     }
-    for (Tree& t : a.trees) {
-      if (t.held_body != UINT32_MAX) t.target = procedural::point_on(world, t.held_body, t.anchor);
+    for (articulated::Tree& t : a.trees) {
+      if (t.held_body != UINT32_MAX) t.target = articulated::point_on(world, t.held_body, t.anchor);
       for (int n = 0; n < 3; ++n) a.room.targets.push_back(t.target[n]);
     }
     levers();
   }
 
   World world;
-  Articulation& articulation() { return world.articulations.front(); }
-  procedural::Packed packed() { return procedural::packed(world, articulation()); }
+  articulated::Island& articulation() { return articulated::islands_of(world).front(); }
+  articulated::Packed packed() { return articulated::packed(world, articulation()); }
 
-  void levers() { k_.levers(packed(), kPosition, kRotation); }
+  void levers() { k_.levers(packed(), articulated::kPosition, articulated::kRotation); }
   /// Least displacement, root to leaf.
   void sweep() {
-    Articulation& a = articulation();
-    k_.sweep(packed(), a.room.targets.data(), kPosition, a.settings.turn_stiffness);
-    k_.commit(packed(), kRotation);
+    articulated::Island& a = articulation();
+    k_.sweep(packed(), a.room.targets.data(), articulated::kPosition, a.settings.turn_stiffness);
+    k_.commit(packed(), articulated::kRotation);
   }
   /// The rule as printed.
-  void literal(Real h) { procedural::literal_sweep(articulation(), h); }
+  void literal(Real h) { articulated::literal_sweep(articulation(), h); }
   /// Articulated masses up.
   void gather(bool tension) {
-    Articulation& a = articulation();
+    articulated::Island& a = articulation();
     if (a.is_chain) {
       k_.gather_chain(packed(), tension);
       return;
     }
-    k_.prepare(packed(), kPosition, kRotation, tension);
+    k_.prepare(packed(), articulated::kPosition, articulated::kRotation, tension);
     k_.fill_blocks(packed(), a.room.blocks.data());
     k_.gather_tree(packed(), tension, a.room.blocks.data());
   }
   /// ... and down again.
   void close() {
-    k_.close(packed(), articulation().room.targets.data(), kPosition);
-    k_.commit(packed(), kRotation);
+    k_.close(packed(), articulation().room.targets.data(), articulated::kPosition);
+    k_.commit(packed(), articulated::kRotation);
   }
 
   /// The linear answer of a free pair to the gap between them, mapped to rotations exactly: what
   /// close() mends to close the joint.
   void answer_linearly(Pose& root, Pose& child) {
-    const Articulation& a = articulation();
-    const Table& w = a.room.work;
+    const articulated::Island& a = articulation();
+    const articulated::Table& w = a.room.work;
     const Vec3 slide =
-        procedural::solve_symmetric(procedural::group_mass(a, 0), procedural::group_load(a, 0));
-    const Vec3 turn = procedural::answer(a, 0, slide);
-    const Vec3 follow = slide + glm::cross(turn, w.vec(kParentArm, 1)) + w.vec(kGap, 1);
-    const Vec3 turn_child = procedural::answer(a, 1, follow);
+        articulated::solve_symmetric(articulated::group_mass(a, 0), articulated::group_load(a, 0));
+    const Vec3 turn = articulated::answer(a, 0, slide);
+    const Vec3 follow = slide + glm::cross(turn, w.vec(articulated::kParentArm, 1)) + w.vec(articulated::kGap, 1);
+    const Vec3 turn_child = articulated::answer(a, 1, follow);
     root = {root.position + slide, glm::normalize(turn_by(turn) * root.rotation)};
-    child = {child.position + follow - glm::cross(turn_child, w.vec(kArm, 1)),
+    child = {child.position + follow - glm::cross(turn_child, w.vec(articulated::kArm, 1)),
              glm::normalize(turn_by(turn_child) * child.rotation)};
   }
 
   std::size_t column(Entity body) {
-    const Articulation& a = articulation();
+    const articulated::Island& a = articulation();
     std::size_t c = 0;
     while (a.bodies[c] != body) ++c;
     return c;
   }
   Pose predicted(Entity body) {
-    const Table& w = articulation().room.work;
-    return {w.vec(kPosition, column(body)), w.quat(kRotation, column(body))};
+    const articulated::Table& w = articulation().room.work;
+    return {w.vec(articulated::kPosition, column(body)), w.quat(articulated::kRotation, column(body))};
   }
   Pose final(Entity body) {
-    const Table& w = articulation().room.work;
-    return {w.vec(kFinalPosition, column(body)), w.quat(kFinalRotation, column(body))};
+    const articulated::Table& w = articulation().room.work;
+    return {w.vec(articulated::kFinalPosition, column(body)), w.quat(articulated::kFinalRotation, column(body))};
   }
 
   /// The mass-weighted squared displacement of all material points between the predicted and the
@@ -106,7 +107,7 @@ class Stages {
   }
 
  private:
-  const procedural::Kernels& k_;
+  const articulated::Kernels& k_;
 };
 
 }  // namespace pantin::test

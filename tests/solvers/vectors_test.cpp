@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/runtime/simulation.hpp"
-#include "engine/solvers/procedural/compulsive.hpp"
+#include "engine/solvers/articulated/compulsive.hpp"
 #include "tests/solvers/stages.hpp"
 #include "tests/paths.hpp"
 
@@ -84,10 +84,10 @@ Pose moved(const json& body, Vec3 goal, bool paper) {
   const Real mass = body.at("m");
   const Vec3 arm = at.rotation * vec(body.at("rb")), gap = goal - (at.position + arm);
   const Mat3 inertia = world_inertia(at.rotation, vec(body.at("I")));
-  const procedural::CompulsiveMotion m =
-      paper ? procedural::literal_rule(arm, gap,
-                                       procedural::inertia_about_turn(arm, gap, inertia) / mass)
-            : procedural::least_displacement(arm, gap, mass, inertia);
+  const articulated::CompulsiveMotion m =
+      paper ? articulated::literal_rule(arm, gap,
+                                       articulated::inertia_about_turn(arm, gap, inertia) / mass)
+            : articulated::least_displacement(arm, gap, mass, inertia);
   return {at.position + m.slide, glm::normalize(m.turn * at.rotation)};
 }
 
@@ -120,7 +120,7 @@ TEST_CASE("vectors: how much of its angle the printed rule turns") {
     // Any direction of the gap will do: the exponential knows lengths only.
     for (Real phi : {0.3, kPi / 2, 2.5}) {
       const Vec3 arm(0, r, 0), gap = s * Vec3(std::sin(phi), std::cos(phi), 0);
-      const procedural::CompulsiveMotion m = procedural::literal_rule(arm, gap, reluctance);
+      const articulated::CompulsiveMotion m = articulated::literal_rule(arm, gap, reluctance);
       const Real ratio = glm::length(rotation_vector(m.turn)) / phi;
       CHECK(std::abs(ratio - entry.at("ratio").get<Real>()) <= kTolerance);
     }
@@ -137,7 +137,7 @@ TEST_CASE("vectors: two free bodies meet") {
     const Real ma = a.at("m"), mb = b.at("m");
     Pose to[2];
     if (!is_articulated(entry)) {
-      const Vec3 meet = procedural::meeting_point(ma, to_world(pose(a), vec(b.at("ra"))), mb,
+      const Vec3 meet = articulated::meeting_point(ma, to_world(pose(a), vec(b.at("ra"))), mb,
                                                   to_world(pose(b), vec(b.at("rb"))));
       CHECK(miss(meet, vec(entry.at("c"))) <= kTolerance);
       json first = a;
@@ -167,10 +167,10 @@ TEST_CASE("vectors: a chain of five and a tree of four limbs") {
       INFO(which << ", " << entry.at("rule"));
       std::vector<Entity> bodies;
       Stages s(world_of(entry.at("bodies"), bodies));
-      Table& memory = s.articulation().memory;
+      articulated::Table& memory = s.articulation().memory;
       const bool tension = entry.contains("lambda_in");
       for (std::size_t i = 0; tension && i < bodies.size(); ++i)
-        memory.set(kLoad, s.column(bodies[i]), vec(entry.at("lambda_in").at(i)));
+        memory.set(articulated::kLoad, s.column(bodies[i]), vec(entry.at("lambda_in").at(i)));
       if (is_articulated(entry))
         s.gather(tension), s.close();
       else if (is_paper(entry))
@@ -180,7 +180,7 @@ TEST_CASE("vectors: a chain of five and a tree of four limbs") {
       CHECK(worst_miss(s, bodies, entry.at("out")) <= kTolerance);
       CHECK(std::abs(s.action() - entry.at("displacement_action").get<Real>()) <= kTolerance);
       for (std::size_t i = 0; tension && i < bodies.size(); ++i)
-        CHECK(miss(memory.vec(kLoad, s.column(bodies[i])), vec(entry.at("lambda_out").at(i))) <=
+        CHECK(miss(memory.vec(articulated::kLoad, s.column(bodies[i])), vec(entry.at("lambda_out").at(i))) <=
               kTolerance);
     }
   }
@@ -192,9 +192,9 @@ TEST_CASE("vectors: the update stage") {
   const Real h = v.at("dt"), keep = v.at("k");
   const Vec3 x_before = vec(v.at("x_prev")), x = vec(v.at("x")), a = vec(v.at("a"));
   const Quat q_before = quat(v.at("q_prev")), q = quat(v.at("q"));
-  CHECK(miss(procedural::verlet_position(x_before, x, a, h, keep), vec(v.at("x_next"))) <=
+  CHECK(miss(articulated::verlet_position(x_before, x, a, h, keep), vec(v.at("x_next"))) <=
         kTolerance);
-  CHECK(miss(procedural::verlet_rotation(q_before, q, keep), quat(v.at("q_next"))) <= kTolerance);
+  CHECK(miss(articulated::verlet_rotation(q_before, q, keep), quat(v.at("q_next"))) <= kTolerance);
 
   // The same through a step, where the recursion is kept as a velocity.
   World world;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/runtime/simulation.hpp"
+#include "engine/solvers/solver.hpp"
 #include "tests/runtime/puppets.hpp"
 
 using namespace pantin;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/runtime/simulation.hpp"
+#include "engine/solvers/articulated/island.hpp"
 #include "tests/runtime/puppets.hpp"
 
 using namespace pantin;
@@ -121,13 +122,13 @@ TEST_CASE("the state hash changes with every number the integrators remember") {
   Simulation simulation(hung_chain(3).world);
   for (int i = 0; i < 5; ++i) simulation.step();
   const World& world = simulation.world;
-  REQUIRE(world.articulations.size() == 1);
+  REQUIRE(articulated::islands_of(world).size() == 1);
   std::set<std::uint64_t> seen{state_hash(world)};
-  const std::size_t count = world.articulations[0].memory.numbers().size();
+  const std::size_t count = articulated::islands_of(world)[0].memory.numbers().size();
   REQUIRE(count > 0);
   for (std::size_t i = 0; i < count; ++i) {
     World changed = world;
-    nudge(changed.articulations[0].memory.data()[i]);
+    nudge(articulated::islands_of(changed)[0].memory.data()[i]);
     CHECK(seen.insert(state_hash(changed)).second);
   }
 }

@@ -8,7 +8,7 @@
 #include <memory>
 #include <numeric>
 
-#include "engine/solvers/procedural/kernels.hpp"
+#include "engine/solvers/articulated/kernels.hpp"
 #include "tools/pantin/program.hpp"
 
 namespace pantin::program {
@@ -157,7 +157,7 @@ Json header() {
 #ifdef PANTIN_FLAGS
   j["flags"] = PANTIN_FLAGS;
 #endif
-  j["kernels"] = procedural::kernels().name;
+  j["kernels"] = articulated::kernels().name;
   j["cpu"] = first_line_with("/proc/cpuinfo", "model name");
   j["cores"] = sysconf(_SC_NPROCESSORS_ONLN);
   double load[1] = {0};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "engine/solvers/articulated/island.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "tools/pantin/program.hpp"
 
@@ -26,19 +27,19 @@ struct Finding {
 /// rank of their joints' equations.
 std::int64_t freedoms(const World& world) {
   std::int64_t sum = 0;
-  for (const Articulation& a : world.articulations) {
+  for (const articulated::Island& a : articulated::islands_of(world)) {
     sum += 6 * static_cast<std::int64_t>(a.count());
-    for (std::size_t c = 0; c < a.count(); ++c) sum -= a.parents[c] == kFree ? 0 : 3;
+    for (std::size_t c = 0; c < a.count(); ++c) sum -= a.parents[c] == articulated::kFree ? 0 : 3;
     sum -= 3 * static_cast<std::int64_t>(a.holds.size());
   }
-  for (std::size_t i = 0; i < world.mechanisms.size(); ++i) {
-    const Mechanism& m = world.mechanisms[i];
-    sum += 6 * static_cast<std::int64_t>(m.count() - m.hangings.size());
-    for (const Block& b : m.blocks)
-      if (b.kind == BlockKind::joint || b.kind == BlockKind::pin || b.kind == BlockKind::ratio)
+  for (std::size_t i = 0; i < lagrangian::islands_of(world).size(); ++i) {
+    const lagrangian::Island& m = lagrangian::islands_of(world)[i];
+    sum += 6 * static_cast<std::int64_t>(m.count() - m.interfaces.size());
+    for (const lagrangian::Block& b : m.blocks)
+      if (b.kind == lagrangian::BlockKind::joint || b.kind == lagrangian::BlockKind::pin || b.kind == lagrangian::BlockKind::ratio)
         sum -= b.rows;
-    for (const MechanismFault& f : lagrangian::inspect(world, i))
-      if (f.kind == MechanismFault::redundant) sum += f.rows;
+    for (const lagrangian::Fault& f : lagrangian::inspect(world, i))
+      if (f.kind == lagrangian::Fault::redundant) sum += f.rows;
   }
   return sum;
 }
@@ -91,13 +92,13 @@ Finding look_at(const std::string& path, const CheckChoices& c) {
   j["joints"] = world.links.size();
   j["strings"] = world.strings.size();
   j["pins"] = world.pins.size();
-  j["articulations"] = world.articulations.size();
-  j["mechanisms"] = world.mechanisms.size();
+  j["articulations"] = articulated::islands_of(world).size();
+  j["mechanisms"] = lagrangian::islands_of(world).size();
   j["freedoms"] = freedoms(world);
   j["mass_kg"] = mass;
   j["start_gap_m"] = measure(world).worst_gap;
   std::string failure = step_through(*scene, j);
-  for (const StructureFault& f : world.faults)
+  for (const StructureFault& f : partition_of(world).faults)
     if (failure.empty() && !f.is_minor)
       failure = fmt::format("{} {}", world.name_of(f.link), f.reason);
   if (!failure.empty()) {
@@ -112,8 +113,8 @@ Finding look_at(const std::string& path, const CheckChoices& c) {
         "{}  {}\n  {} bodies, {} joints, {} strings, {} pins in {} articulations and {} mechanisms; {} "
         "freedoms, {:.4g} kg\n  start gap {:.1e} m; {} steps: {}\n",
         failure.empty() ? "ok    " : "FAILED", path, world.bodies.size(), world.links.size(),
-        world.strings.size(), world.pins.size(), world.articulations.size(),
-        world.mechanisms.size(), j["freedoms"].get<std::int64_t>(), mass,
+        world.strings.size(), world.pins.size(), articulated::islands_of(world).size(),
+        lagrangian::islands_of(world).size(), j["freedoms"].get<std::int64_t>(), mass,
         j["start_gap_m"].get<double>(), kSteps,
         failure.empty()
             ? fmt::format("worst gap {:.1e} of the size, hash {}", j["worst_gap_rel"].get<double>(),

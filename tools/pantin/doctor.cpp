@@ -7,11 +7,12 @@
 #include <cstdlib>
 #include <memory>
 
-#include "engine/solvers/procedural/kernels.hpp"
+#include "engine/solvers/articulated/kernels.hpp"
 #include "tools/pantin/program.hpp"
 
 #ifdef PANTIN_HAS_RENDER
 #include "engine/render/renderer.hpp"
+#include "engine/solvers/solver.hpp"
 #endif
 #ifdef PANTIN_HAS_VIEW
 #include <SDL.h>
@@ -97,9 +98,9 @@ Json examine() {
   j["cores"] = sysconf(_SC_NPROCESSORS_ONLN);
   j["threads"] = has_threads();
   j["kernels"] = Json::array();
-  for (const procedural::Kernels* const* k = procedural::all_kernels(); *k; ++k)
+  for (const articulated::Kernels* const* k = articulated::all_kernels(); *k; ++k)
     j["kernels"].push_back((*k)->name);
-  j["kernels_in_use"] = procedural::kernels().name;
+  j["kernels_in_use"] = articulated::kernels().name;
   j["libraries"] = {
       {"glm", fmt::format("{}.{}.{}.{}", GLM_VERSION_MAJOR, GLM_VERSION_MINOR, GLM_VERSION_PATCH,
                           GLM_VERSION_REVISION)},

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "engine/base/result.hpp"
-#include "engine/runtime/report.hpp"
+#include "engine/world/report.hpp"
 #include "engine/scene/scene.hpp"
 
 namespace pantin::program {

@@ -12,7 +12,9 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "engine/solvers/articulated/island.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
+#include "engine/solvers/solver.hpp"
 
 namespace pantin::program {
 namespace {
@@ -116,16 +118,16 @@ namespace {
 /// a mirrored root are a warning.
 bool refuse_contradictions(const std::string& path, Scene& scene) {
   bool any = false;
-  for (std::size_t i = 0; i < scene.world.mechanisms.size(); ++i) {
+  for (std::size_t i = 0; i < lagrangian::islands_of(scene.world).size(); ++i) {
     std::string names;
     double lack = 0;
-    for (const MechanismFault& f : lagrangian::inspect(scene.world, i)) {
-      const Entity joint = joint_of(scene.world, scene.world.mechanisms[i].blocks[f.block]);
-      if (f.kind == MechanismFault::wrong_branch)
+    for (const lagrangian::Fault& f : lagrangian::inspect(scene.world, i)) {
+      const Entity joint = lagrangian::joint_of(scene.world, lagrangian::islands_of(scene.world)[i].blocks[f.block]);
+      if (f.kind == lagrangian::Fault::wrong_branch)
         scene.warnings.push_back(fmt::format("{}: joint {} starts with its axes opposed, where it "
                                              "can stand but should not", path,
                                              scene.world.name_of(joint)));
-      if (f.kind != MechanismFault::inconsistent) continue;
+      if (f.kind != lagrangian::Fault::inconsistent) continue;
       names += (names.empty() ? "" : ", ") + scene.world.name_of(joint);
       lack = std::max(lack, f.residual);
     }
@@ -158,8 +160,8 @@ std::optional<Scene> open_scene(const std::string& path, const SceneChoices& cho
     std::fprintf(stderr, "%s: %s\n", path.c_str(), why.c_str());
     return std::nullopt;
   }
-  rebuild_articulations(scene.world);
-  for (const StructureFault& f : scene.world.faults)
+  compile_if_changed(scene.world);
+  for (const StructureFault& f : partition_of(scene.world).faults)
     if (!f.is_minor)  // of which the reader warned
       scene.warnings.push_back(fmt::format("{}: {} {}{}", path, scene.world.name_of(f.link), f.reason,
                                            f.kind == StructureFault::left_out ? "; it is left out"
@@ -219,9 +221,9 @@ std::string bold(const std::string& text) {
 }
 
 std::string solver_in_use(const World& world) {
-  if (world.articulations.empty()) return pantin::name_of(world.default_settings.solver);
-  const Solver first = world.articulations.front().settings.solver;
-  for (const Articulation& a : world.articulations)
+  if (articulated::islands_of(world).empty()) return pantin::name_of(world.default_settings.solver);
+  const Solver first = articulated::islands_of(world).front().settings.solver;
+  for (const articulated::Island& a : articulated::islands_of(world))
     if (a.settings.solver != first) return "mixed";
   return pantin::name_of(first);
 }
@@ -230,16 +232,16 @@ std::string hex(std::uint64_t hash) { return fmt::format("{:016x}", hash); }
 
 std::vector<Unreached> unreached(const World& world) {
   std::vector<Unreached> found;
-  for (const Articulation& a : world.articulations) {
+  for (const articulated::Island& a : articulated::islands_of(world)) {
     const Real bound = a.settings.tolerance * a.size;
-    for (const Hold& h : a.holds) {
+    for (const articulated::Hold& h : a.holds) {
       if (h.compliance > 0 || !(h.residual > bound)) continue;
       const Entity who = h.held_pin != UINT32_MAX ? world.pins.owners()[h.held_pin]
                                                   : world.links.owners()[h.held_link];
       found.push_back({world.name_of(who), h.held_pin != UINT32_MAX ? "pin" : "joint", h.residual,
                        h.reachable});
     }
-    for (const Cord& c : a.cords) {
+    for (const articulated::Cord& c : a.cords) {
       const String& s = world.strings.values()[c.string];
       const Real far = stretch(s.joint, world.bodies[s.a].pose, world.bodies[s.b].pose);
       if (s.joint.compliance == 0 && far > bound)

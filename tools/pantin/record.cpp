@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "engine/solvers/lagrangian/lagrangian.hpp"
+#include "engine/solvers/solver.hpp"
 
 namespace pantin::program {
 namespace {
@@ -54,13 +55,13 @@ Result<Done> Record::open(const std::string& path, const World& world) {
   for (Entity e : world.links.owners()) row += ',' + field(world.name_of(e) + ".gap_m");
   row += ",kinetic_j,potential_j,energy_j,px,py,pz,lx,ly,lz";
   World built = world;
-  rebuild_articulations(built);
-  exact_ = !built.mechanisms.empty();
-  for (const Mechanism& m : built.mechanisms)
-    for (const Block& b : m.blocks)
+  compile_if_changed(built);
+  exact_ = !lagrangian::islands_of(built).empty();
+  for (const lagrangian::Island& m : lagrangian::islands_of(built))
+    for (const lagrangian::Block& b : m.blocks)
       for (const char* what : {"fx", "fy", "fz", "tx", "ty", "tz"})
-        if (b.kind == BlockKind::joint)
-          row += ',' + field(built.name_of(joint_of(built, b)) + '.' + what);
+        if (b.kind == lagrangian::BlockKind::joint)
+          row += ',' + field(built.name_of(lagrangian::joint_of(built, b)) + '.' + what);
   row += exact_ ? ",elastic_j,rows,rank,rescued\n" : "\n";
   if (std::fputs(row.c_str(), file_) < 0) return fail("could not write the record");
   return Done{};
@@ -80,9 +81,9 @@ Result<Done> Record::add(const World& world, const Measures& m) {
   std::vector<Real> gaps;
   for (const Link& l : world.links.values())
     gaps.push_back(glm::length(residual(l.joint, world.bodies[l.a].pose, world.bodies[l.b].pose)));
-  for (const Mechanism& mechanism : world.mechanisms)
+  for (const lagrangian::Island& mechanism : lagrangian::islands_of(world))
     for (std::size_t i = 0; i < mechanism.blocks.size(); ++i)
-      if (const Block& b = mechanism.blocks[i]; b.kind == BlockKind::joint)
+      if (const lagrangian::Block& b = mechanism.blocks[i]; b.kind == lagrangian::BlockKind::joint)
         gaps[b.source] = lagrangian::joint_gap(world, mechanism, i);
   for (const Real gap : gaps) row += fmt::format(",{}", gap);
   row += fmt::format(",{},{},{}", m.kinetic, m.potential, m.energy());
@@ -90,10 +91,10 @@ Result<Done> Record::add(const World& world, const Measures& m) {
   add_vec(row, m.spin_momentum);
   if (exact_) {
     std::size_t rows = 0, rank = 0, rescued = 0;
-    for (const Mechanism& mechanism : world.mechanisms) {
+    for (const lagrangian::Island& mechanism : lagrangian::islands_of(world)) {
       rows += mechanism.equations(), rank += mechanism.rank, rescued += mechanism.rescues > 0;
       for (std::size_t i = 0; i < mechanism.blocks.size(); ++i) {
-        if (mechanism.blocks[i].kind != BlockKind::joint) continue;
+        if (mechanism.blocks[i].kind != lagrangian::BlockKind::joint) continue;
         const lagrangian::JointForce f = lagrangian::joint_force(mechanism, i);
         add_vec(row, f.force), add_vec(row, f.torque);
       }

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "engine/base/result.hpp"
-#include "engine/runtime/report.hpp"
+#include "engine/world/report.hpp"
 #include "engine/world/world.hpp"
 
 namespace pantin::program {

@@ -6,6 +6,9 @@
 #include "tools/pantin/pictures.hpp"
 #include "tools/pantin/program.hpp"
 #include "tools/pantin/record.hpp"
+#include "engine/solvers/articulated/island.hpp"
+#include "engine/solvers/lagrangian/lagrangian.hpp"
+#include "engine/solvers/solver.hpp"
 
 namespace pantin::program {
 namespace {
@@ -103,7 +106,7 @@ Json to_json(const RunChoices& c, const Scene& scene, const Simulation& sim, Sum
   j["bodies"] = sim.world.bodies.size();
   j["joints"] = sim.world.links.size();
   j["strings"] = sim.world.strings.size();
-  j["articulations"] = sim.world.articulations.size();
+  j["articulations"] = articulated::islands_of(sim.world).size();
   j["worst_gap_m"] = s.worst_gap;
   j["worst_gap_rel"] = s.worst_gap_rel;
   j["energy_start_j"] = s.energy_start;
@@ -140,17 +143,17 @@ Json to_json(const RunChoices& c, const Scene& scene, const Simulation& sim, Sum
                               {"kind", u.kind},
                               {"residual_m", u.residual},
                               {"reachable", u.reachable}});
-  for (const Mechanism& m : sim.world.mechanisms) {
-    Json one = {{"bodies", m.count() - m.hangings.size()},
+  for (const lagrangian::Island& m : lagrangian::islands_of(sim.world)) {
+    Json one = {{"bodies", m.count() - m.interfaces.size()},
                 {"integrator", name_of(m.settings.integrator)},
                 {"equations", m.equations()},
                 {"rank", m.rank},
                 {"redundant", Json::array()},
                 {"residual", m.residual},
                 {"parts", m.parts}};
-    for (const MechanismFault& f : m.faults)
-      if (f.kind == MechanismFault::redundant)
-        one["redundant"].push_back({{"joint", sim.world.name_of(joint_of(sim.world, m.blocks[f.block]))},
+    for (const lagrangian::Fault& f : m.faults)
+      if (f.kind == lagrangian::Fault::redundant)
+        one["redundant"].push_back({{"joint", sim.world.name_of(lagrangian::joint_of(sim.world, m.blocks[f.block]))},
                                     {"rows", f.rows}});
     j["mechanisms"].push_back(one);
   }
@@ -202,7 +205,7 @@ int step_through(const RunChoices& c, const Scene& scene, Simulation& sim, Pictu
     if (!row) fail(row.errors(), kUnwritable);
     return static_cast<bool>(row);
   };
-  if (record) rebuild_articulations(sim.world);  // the first row has all columns too
+  if (record) compile_if_changed(sim.world);  // the first row has all columns too
   if (!write_row(measure(sim.world))) return kUnwritable;
   for (std::uint64_t i = 0; i < steps; ++i) {
     if (interrupted()) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
+#include "engine/solvers/articulated/island.hpp"
 
 namespace pantin::program {
 namespace {
@@ -15,7 +16,7 @@ constexpr Real kWayBack = 0.5;       // s, from the release of a driven body to 
 
 /// Mass of all that hangs together with a body, kg.
 Real mass_with(const World& world, Entity body) {
-  for (const Articulation& a : world.articulations) {
+  for (const articulated::Island& a : articulated::islands_of(world)) {
     if (std::find(a.bodies.begin(), a.bodies.end(), body) == a.bodies.end()) continue;
     Real mass = 0;
     for (Entity e : a.bodies) mass += world.bodies[e].mass;
@@ -27,8 +28,8 @@ Real mass_with(const World& world, Entity body) {
 /// How far the worst held point but `pin` is from its place, m.
 Real worst_hold_but(const World& world, Entity pin) {
   Real worst = 0;
-  for (const Articulation& a : world.articulations)
-    for (const Hold& h : a.holds) {
+  for (const articulated::Island& a : articulated::islands_of(world))
+    for (const articulated::Hold& h : a.holds) {
       const bool is_own = h.held_pin != UINT32_MAX && world.pins.owners()[h.held_pin] == pin;
       if (h.compliance == 0 && !is_own) worst = std::max(worst, h.residual);
     }

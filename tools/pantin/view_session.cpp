@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/solvers/solver.hpp"
 #include "tools/pantin/program.hpp"
 
 namespace pantin::program {

@@ -3,7 +3,7 @@
 
 #include "engine/runtime/simulation.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
-#include "engine/solvers/procedural/procedural.hpp"
+#include "engine/solvers/articulated/articulated.hpp"
 #include "tools/peers/peer.hpp"
 
 namespace {
@@ -55,13 +55,13 @@ class OurRun final : public Run {
       steps_in_frame_ = static_cast<int>(setting);
       h_ = 1 / (kFrames * setting);
     }
-    rebuild_articulations(start_);
+    compile_if_changed(start_);
     reset();
   }
 
   void reset() override {
     sim_.world = start_;
-    procedural::prepare(sim_.world), lagrangian::prepare(sim_.world);
+    articulated::prepare(sim_.world), lagrangian::prepare(sim_.world);
     sim_.settings.h = h_;
     counts_ = {};
   }

@@ -26,7 +26,7 @@ struct Problem {
 /// All cases that the solver covers. Throws where a file is missing or not as expected.
 std::vector<Problem> read_problems(const std::string& folder);
 
-/// Hanging chains: `rest` starts from the shape at rest, otherwise from two straight halves, damped.
+/// contact::Interface chains: `rest` starts from the shape at rest, otherwise from two straight halves, damped.
 std::vector<Problem> read_hanging_chains(const std::string& folder, bool rest);
 
 struct Score {

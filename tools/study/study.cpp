@@ -234,7 +234,7 @@ double bytes_in_use() {
 
 #ifdef PANTIN_HAS_EIGEN
 /// Seconds of a dense LU of the same equations; `a` is compared with its answer.
-double time_dense(const Mechanism& m, std::span<const Vec3> force, std::span<const Real> right,
+double time_dense(const lagrangian::Island& m, std::span<const Vec3> force, std::span<const Real> right,
                   std::span<const Vec3> a, Real& apart) {
   const auto bodies = static_cast<Eigen::Index>(m.count());
   const auto rows = static_cast<Eigen::Index>(m.rows), all = 6 * bodies + rows;
@@ -249,12 +249,12 @@ double time_dense(const Mechanism& m, std::span<const Vec3> force, std::span<con
       b(6 * i + r) = force[2 * n][r], b(6 * i + 3 + r) = force[2 * n + 1][r];
     }
   }
-  for (const Block& block : m.blocks)
+  for (const lagrangian::Block& block : m.blocks)
     for (std::size_t r = 0; r < block.rows; ++r)
       for (std::size_t e = 0; e < block.count; ++e) {
         if (block.body[e] >= m.count()) continue;
         const Eigen::Index row = 6 * bodies + static_cast<Eigen::Index>(block.first_row + r);
-        const RowVectors j = row_of(block, &m.room.jacobian[block.first_vector], r, e);
+        const lagrangian::RowVectors j = lagrangian::row_of(block, &m.room.jacobian[block.first_vector], r, e);
         for (int c = 0; c < 6; ++c) {
           const Vec3& part = c < 3 ? j.v : j.w;
           const Eigen::Index column = 6 * Eigen::Index{block.body[e]} + c;
@@ -301,7 +301,7 @@ void cost() {
     tell("one solve, " + std::to_string(n) + " bodies");
     Simulation sim(chain(n, 0.1, kPi / 4), {1e-3});
     for (int i = 0; i < 3; ++i) sim.step();
-    Mechanism& m = sim.world.mechanisms.at(0);
+    lagrangian::Island& m = lagrangian::islands_of(sim.world).at(0);
     std::vector<Vec3> a(2 * m.count()), force(2 * m.count(), Vec3(0));
     for (std::size_t b = 0; b < m.count(); ++b) force[2 * b].y = -9.81 * m.mass[b];
     const std::vector<Real> right(m.rows, 0);
@@ -330,7 +330,7 @@ void cost() {
     Simulation sim(with(chain(n, 0.1, kPi / 4), kMethods[2]), {1e-3});
     sim.step();
     const double held = bytes_in_use() - before;
-    Mechanism& m = sim.world.mechanisms.at(0);
+    lagrangian::Island& m = lagrangian::islands_of(sim.world).at(0);
     const Timing t = time_often([&] {
       const double from = cpu_seconds();
       for (int i = 0; i < 20000 / n + 1; ++i) lagrangian::accelerate(sim.world, m, 0, 1e-3);

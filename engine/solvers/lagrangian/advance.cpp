@@ -21,7 +21,7 @@ constexpr Real kStiff = 4;
 
 /// Whether joints were opened by little beside the way that bodies went. A step of high order that
 /// opens more passes a place where rows nearly depend on one another: it may end on another branch.
-bool keeps_joints(const Mechanism& m, Real h) {
+bool keeps_joints(const Island& m, Real h) {
   Real speed = 0;
   for (std::size_t b = 0; b < m.count(); ++b)
     speed = std::max(speed,
@@ -29,12 +29,12 @@ bool keeps_joints(const Mechanism& m, Real h) {
   return m.room.opened <= std::max(kMostOpened * h * speed, 1e-9 * m.size);
 }
 
-void add_loads(Mechanism& m, Real h) {
+void add_loads(Island& m, Real h) {
   for (std::size_t r = 0; r < m.rows; ++r) m.room.impulses[r] += h * m.loads[r];
 }
 
 /// One step of the integrator, projected. False: not taken.
-bool integrate(const World& world, Mechanism& m, const Span& span, Integrator integrator) {
+bool integrate(const World& world, Island& m, const Span& span, Integrator integrator) {
   bool done = false;
   switch (integrator) {
     case Integrator::euler:
@@ -66,7 +66,7 @@ bool integrate(const World& world, Mechanism& m, const Span& span, Integrator in
 }
 
 /// Steps of the pair, each within the tolerance. False: they became too small.
-bool integrate_adaptively(const World& world, Mechanism& m, const Span& span) {
+bool integrate_adaptively(const World& world, Island& m, const Span& span) {
   const Real goal = m.settings.step_tolerance;
   Real done = 0, h = m.try_step > 0 ? m.try_step : span.h / 16;
   for (int n = 0; done < span.h * (1 - 1e-14); ++n) {
@@ -96,14 +96,14 @@ bool integrate_adaptively(const World& world, Mechanism& m, const Span& span) {
   return true;
 }
 
-Real fastest_spin(const Mechanism& m) {
+Real fastest_spin(const Island& m) {
   Real most = 0;
   for (const Vec3& w : m.room.state.w) most = std::max(most, glm::dot(w, w));
   return std::sqrt(most);
 }
 
 /// By one integrator, in halves where the step is too long for it: at most so many times halved.
-bool go_by(const World& world, Mechanism& m, const Span& span, Integrator integrator,
+bool go_by(const World& world, Island& m, const Span& span, Integrator integrator,
            int most_halvings, int most_parts) {
   const bool bound = integrator != Integrator::implicit;
   const Real fastest = bound ? fastest_spin(m) : 0;
@@ -135,7 +135,7 @@ bool go_by(const World& world, Mechanism& m, const Span& span, Integrator integr
 
 /// The last resort: joints that stay open a little, what turns too fast for any step slowed down;
 /// and if that does not help, from rest.
-bool go_loosely(const World& world, Mechanism& m, const Span& span) {
+bool go_loosely(const World& world, Island& m, const Span& span) {
   Motions& s = m.room.state;
   for (Vec3& w : s.w)
     if (const Real turn = glm::length(w) * span.h; turn > 1) w /= turn;
@@ -147,9 +147,9 @@ bool go_loosely(const World& world, Mechanism& m, const Span& span) {
 
 }  // namespace
 
-bool advance(const World& world, Mechanism& m, const Span& span) {
+bool advance(const World& world, Island& m, const Span& span) {
   // The implicit method's twists are not the sums of what acts: what hangs there would not be met.
-  const bool bare = m.hangings.empty();
+  const bool bare = m.interfaces.empty();
   const Integrator chosen = m.settings.integrator == Integrator::implicit && !bare
                                 ? Integrator::euler
                                 : m.settings.integrator;

@@ -28,7 +28,7 @@ void meet_points(const Vec3* w, const Vec3* j, std::size_t at_q, Real per_mass, 
 }
 
 /// The meetings of one body.
-void meet_at(Mechanism& m, std::size_t body) {
+void meet_at(Island& m, std::size_t body) {
   const KktPattern& p = m.room.pattern;
   const Real per_mass = 1 / m.mass[body];
   const Mat3& give = m.room.give[body];
@@ -78,7 +78,7 @@ void meet_at(Mechanism& m, std::size_t body) {
 }
 
 /// What hubs add to the diagonal of J M^-1 J^T.
-void add_scales_of_hubs(Mechanism& m) {
+void add_scales_of_hubs(Island& m) {
   const KktPattern& p = m.room.pattern;
   for (const KktPattern::HubMeeting& k : p.hub_meetings) {
     const Block& b = m.blocks[k.block];
@@ -98,7 +98,7 @@ void add_scales_of_hubs(Mechanism& m) {
 
 }  // namespace
 
-void assemble(Mechanism& m) {
+void assemble(Island& m) {
   const KktPattern& p = m.room.pattern;
   for (const KktPattern::Range& r : p.untouched)
     std::fill_n(m.room.values.begin() + r.from, r.count, 0.0);

@@ -10,7 +10,7 @@ namespace {
 constexpr Real kSlack = 1e-10;
 
 /// J M^-1 J^T of a row.
-Real mobility(const Mechanism& m, const Block& b) {
+Real mobility(const Island& m, const Block& b) {
   Real sum = 0;
   for (std::size_t k = 0; k < b.count; ++k) {
     if (b.body[k] >= m.count()) continue;
@@ -49,7 +49,7 @@ Pull pull_of(const Freedom& f, Real coordinate, Real rate, bool secant) {
   return p;
 }
 
-CoordinateRow coordinate_row(const World& world, const Mechanism& m, std::uint32_t link,
+CoordinateRow coordinate_row(const World& world, const Island& m, std::uint32_t link,
                              Coordinate which, std::uint32_t a, std::uint32_t b, Real before) {
   CoordinateRow row;
   const Placed &at_a = m.room.placed[a], &at_b = m.room.placed[b];
@@ -60,7 +60,7 @@ CoordinateRow coordinate_row(const World& world, const Mechanism& m, std::uint32
   return row;
 }
 
-void push_efforts(const World& world, Mechanism& m) {
+void push_efforts(const World& world, Island& m) {
   for (const Effort& e : m.efforts) {
     const CoordinateRow row =
         coordinate_row(world, m, e.link, e.coordinate, e.body[0], e.body[1], e.before);
@@ -73,7 +73,7 @@ void push_efforts(const World& world, Mechanism& m) {
   }
 }
 
-Stiffness stiffness_of(const World& world, const Mechanism& m) {
+Stiffness stiffness_of(const World& world, const Island& m) {
   Stiffness most;
   for (const Effort& e : m.efforts) {
     const CoordinateRow row =
@@ -90,7 +90,7 @@ Stiffness stiffness_of(const World& world, const Mechanism& m) {
   return most;
 }
 
-void meet_efforts(const World& world, Mechanism& m, std::span<Real> asked, Real by_way, Real by_speed,
+void meet_efforts(const World& world, Island& m, std::span<Real> asked, Real by_way, Real by_speed,
                   bool secant) {
   for (const Block& b : m.blocks) {
     if (b.kind != BlockKind::spring) continue;
@@ -102,7 +102,7 @@ void meet_efforts(const World& world, Mechanism& m, std::span<Real> asked, Real 
   }
 }
 
-void meet_efforts_at_end(const World& world, Mechanism& m, std::span<Real> right, Real h) {
+void meet_efforts_at_end(const World& world, Island& m, std::span<Real> right, Real h) {
   for (const Block& b : m.blocks) {
     if (b.kind != BlockKind::spring) continue;
     const Freedom& f = freedom_of(world, b.source, b.coordinate);

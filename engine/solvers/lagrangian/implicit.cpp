@@ -26,8 +26,8 @@ Weights weights_of(Real rho) {
 
 }  // namespace
 
-bool step_implicit(const World& world, Mechanism& m, const Span& span) {
-  MechanismRoom& room = m.room;
+bool step_implicit(const World& world, Island& m, const Span& span) {
+  StepScratch& room = m.room;
   Motions& s = room.state;
   const Real h = span.h;
   const Weights k = weights_of(m.settings.damping_ratio);

@@ -18,7 +18,7 @@ Vec3 spin_momentum(const Placed& at, Vec3 inertia) {
 }
 
 /// Momenta of all bodies as placed, plus `h` times the forces.
-void kick(Mechanism& m, Real h) {
+void kick(Island& m, Real h) {
   for (std::size_t b = 0; b < m.count(); ++b) {
     const Placed& at = m.room.placed[b];
     m.room.momenta[2 * b] = m.mass[b] * at.velocity + h * m.room.force[2 * b];
@@ -28,7 +28,7 @@ void kick(Mechanism& m, Real h) {
 }
 
 /// Drag as it will be at the end of the step in place of that at its start.
-void brake(Mechanism& m, Real h) {
+void brake(Island& m, Real h) {
   for (std::size_t b = 0; b < m.count(); ++b) {
     if (m.drag[b] == 0) continue;
     const Placed& at = m.room.placed[b];
@@ -71,12 +71,12 @@ void rotate_freely(Quat& q, Vec3& l, Vec3 inertia, Real h) {
   q = glm::normalize(q);
 }
 
-void keep_loads(Mechanism& m, std::span<const Real> lambda, Real factor_of) {
+void keep_loads(Island& m, std::span<const Real> lambda, Real factor_of) {
   for (std::size_t r = 0; r < m.rows; ++r) m.loads[r] = factor_of * lambda[r];
 }
 
 /// Adds J^T (scale lambda) of the given Jacobian to the momenta.
-void push(Mechanism& m, const std::vector<Vec3>& jacobian, std::span<const Real> lambda,
+void push(Island& m, const std::vector<Vec3>& jacobian, std::span<const Real> lambda,
           Real scale) {
   for (const Block& b : m.blocks) {
     Real load[6];
@@ -87,19 +87,19 @@ void push(Mechanism& m, const std::vector<Vec3>& jacobian, std::span<const Real>
   }
 }
 
-Real rate_or_default(const Mechanism& m, Real standard) {
+Real rate_or_default(const Island& m, Real standard) {
   return m.settings.baumgarte > 0 ? m.settings.baumgarte : standard;
 }
 
-void right_of_rates(Mechanism& m) {
+void right_of_rates(Island& m) {
   std::fill(m.room.right.begin(), m.room.right.end(), 0.0);
   take_known(m, m.room.right, false);
 }
 
 }  // namespace
 
-bool step_euler(const World& world, Mechanism& m, const Span& span) {
-  MechanismRoom& room = m.room;
+bool step_euler(const World& world, Island& m, const Span& span) {
+  StepScratch& room = m.room;
   const bool draws = m.settings.stabilisation == Stabilisation::baumgarte;
   place(m);
   // Joints to frames are met where these will be: the step is implicit in what moves them.
@@ -143,8 +143,8 @@ bool step_euler(const World& world, Mechanism& m, const Span& span) {
   return true;
 }
 
-bool step_rattle(const World& world, Mechanism& m, const Span& span) {
-  MechanismRoom& room = m.room;
+bool step_rattle(const World& world, Island& m, const Span& span) {
+  StepScratch& room = m.room;
   Motions& s = room.state;
   const Real h = span.h, enough = tolerance_of(m);
   place(m), place_frames(world, m, span.part(0), span.whole);
@@ -212,8 +212,8 @@ bool step_rattle(const World& world, Mechanism& m, const Span& span) {
   return true;
 }
 
-void accelerate(const World& world, Mechanism& m, Real part, Real whole) {
-  MechanismRoom& room = m.room;
+void accelerate(const World& world, Island& m, Real part, Real whole) {
+  StepScratch& room = m.room;
   const bool draws = m.settings.stabilisation == Stabilisation::baumgarte;
   place(m), place_frames(world, m, part, whole);
   write_all_rows(world, m, {draws, true});
@@ -259,8 +259,8 @@ constexpr Table7 kPair{
     {5179.0 / 57600, 0, 7571.0 / 16695, 393.0 / 640, -92097.0 / 339200, 187.0 / 2100, 1.0 / 40}};
 
 /// state = from + h sum of weight_i rates_i.
-void combine(Mechanism& m, const Real* weights, int count, Real h) {
-  MechanismRoom& room = m.room;
+void combine(Island& m, const Real* weights, int count, Real h) {
+  StepScratch& room = m.room;
   for (std::size_t b = 0; b < m.count(); ++b) {
     Vec3 x(0), v(0), w(0);
     Quat q(0, 0, 0, 0);
@@ -277,8 +277,8 @@ void combine(Mechanism& m, const Real* weights, int count, Real h) {
   }
 }
 
-bool runge_kutta(const World& world, Mechanism& m, const Span& span, const Table7& t) {
-  MechanismRoom& room = m.room;
+bool runge_kutta(const World& world, Island& m, const Span& span, const Table7& t) {
+  StepScratch& room = m.room;
   room.from = room.state;
   std::fill(m.loads.begin(), m.loads.end(), 0.0);
   for (int i = 0; i < t.stages; ++i) {
@@ -300,8 +300,8 @@ bool runge_kutta(const World& world, Mechanism& m, const Span& span, const Table
 /// 2 |k3 - k2| / (h |k2 - k1|) [Hairer & Wanner II, sec. IV.2], and the method grows beyond 2.8 / h.
 /// All bodies count alike: what is light moves fastest. Where motion turns back k2 is k1; a part of
 /// k1 itself stands in for the difference.
-bool is_unstable(const World& world, const Mechanism& m, Real h) {
-  const MechanismRoom& room = m.room;
+bool is_unstable(const World& world, const Island& m, Real h) {
+  const StepScratch& room = m.room;
   const Real fall = glm::dot(world.gravity, world.gravity) * static_cast<Real>(m.count());
   Real start = 0, first = 0, second = 0, moving = 0;
   for (std::size_t b = 0; b < m.count(); ++b) {
@@ -319,12 +319,12 @@ bool is_unstable(const World& world, const Mechanism& m, Real h) {
 
 }  // namespace
 
-bool step_rk4(const World& world, Mechanism& m, const Span& span) {
+bool step_rk4(const World& world, Island& m, const Span& span) {
   return runge_kutta(world, m, span, kClassic) && !is_unstable(world, m, span.h);
 }
 
-bool step_rk54(const World& world, Mechanism& m, const Span& span, Real& error) {
-  MechanismRoom& room = m.room;
+bool step_rk54(const World& world, Island& m, const Span& span, Real& error) {
+  StepScratch& room = m.room;
   if (!runge_kutta(world, m, span, kPair)) return false;
   error = 0;
   for (std::size_t b = 0; b < m.count(); ++b) {

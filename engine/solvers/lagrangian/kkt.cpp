@@ -84,7 +84,7 @@ void take_off(const Real* z, const Real* y, std::size_t nz, std::size_t ny, std:
 }
 
 template <int R>
-void eliminate(Mechanism& m, std::uint32_t at, Real sign, const Real* scales, Real least,
+void eliminate(Island& m, std::uint32_t at, Real sign, const Real* scales, Real least,
                int& cut) {
   const KktPattern& p = m.room.pattern;
   Real* v = m.room.values.data();
@@ -160,7 +160,7 @@ void go_back(const KktPattern& p, const Real* v, Real* y, std::uint32_t at) {
 }
 
 /// The unknowns from the right-hand side, in place, with the factor.
-void back_solve(const Mechanism& m, Real* y) {
+void back_solve(const Island& m, Real* y) {
   const KktPattern& p = m.room.pattern;
   const Real* v = m.room.values.data();
   const auto count = static_cast<std::uint32_t>(p.order.size());
@@ -177,8 +177,8 @@ void back_solve(const Mechanism& m, Real* y) {
 }
 
 /// Factors with this weight on the rows. False: a row of a tree follows from others.
-bool factor_weighted(Mechanism& m, Real weight) {
-  MechanismRoom& room = m.room;
+bool factor_weighted(Island& m, Real weight) {
+  StepScratch& room = m.room;
   const KktPattern& p = room.pattern;
   assemble(m);
   for (std::uint32_t at = 0; at < p.order.size(); ++at) {
@@ -211,13 +211,13 @@ bool factor_weighted(Mechanism& m, Real weight) {
 }
 
 /// 1 / pivot of a row of the factor; 0: the row was cut out.
-Real inverse_pivot(const Mechanism& m, std::size_t block, std::size_t row) {
+Real inverse_pivot(const Island& m, std::size_t block, std::size_t row) {
   const KktPattern& p = m.room.pattern;
   return m.room.values[p.diagonal[p.place[block]] + row * m.blocks[block].rows + row];
 }
 
 /// Rank and redundant blocks, by the factor and that of kProbe times the weight in room.lack.
-void find_redundant(Mechanism& m) {
+void find_redundant(Island& m) {
   for (std::uint32_t i = 0; i < m.blocks.size(); ++i) {
     if (!bears(m, i) || m.blocks[i].kind == BlockKind::spring) continue;
     int dependent = 0;
@@ -227,14 +227,14 @@ void find_redundant(Mechanism& m) {
     }
     if (dependent == 0) continue;
     m.rank -= static_cast<std::size_t>(dependent);
-    MechanismFault f;
-    f.kind = MechanismFault::redundant, f.block = i, f.rows = dependent;
+    Fault f;
+    f.kind = Fault::redundant, f.block = i, f.rows = dependent;
     m.faults.push_back(f);
   }
 }
 
 /// Whether a pivot is so small that its row may follow from others.
-bool any_suspect(const Mechanism& m) {
+bool any_suspect(const Island& m) {
   for (std::size_t i = 0; i < m.blocks.size(); ++i)
     for (std::size_t r = 0; r < m.blocks[i].rows && bears(m, i); ++r)
       if (const Real inverse = inverse_pivot(m, i, r);
@@ -244,8 +244,8 @@ bool any_suspect(const Mechanism& m) {
 }
 
 /// With the rows as written: which follow from others, by factors of two weights.
-void probe(Mechanism& m) {
-  MechanismRoom& room = m.room;
+void probe(Island& m) {
+  StepScratch& room = m.room;
   factor_weighted(m, kProbe * kRegular);
   for (std::size_t i = 0; i < m.blocks.size(); ++i)
     for (std::size_t r = 0; r < m.blocks[i].rows; ++r)
@@ -256,9 +256,9 @@ void probe(Mechanism& m) {
 
 }  // namespace
 
-void factor_soft(Mechanism& m, Real weight) { factor_weighted(m, weight); }
+void factor_soft(Island& m, Real weight) { factor_weighted(m, weight); }
 
-void factor(Mechanism& m, bool report) {
+void factor(Island& m, bool report) {
   const bool hubs = !m.room.pattern.hubs.empty();
   if (report && !hubs) m.rank = m.equations(), m.faults.clear();
   if (!m.loops) {
@@ -270,8 +270,8 @@ void factor(Mechanism& m, bool report) {
   probe(m);
 }
 
-void find_rank(Mechanism& m) {
-  MechanismRoom& room = m.room;
+void find_rank(Island& m) {
+  StepScratch& room = m.room;
   if (room.pattern.hubs.empty()) return;  // told by factor()
   m.rank = m.equations(), m.faults.clear();
   if (!m.loops) return;
@@ -287,7 +287,7 @@ void find_rank(Mechanism& m) {
 namespace {
 
 /// right - J a, into room.lack; no motion means none.
-void find_lack(Mechanism& m, std::span<const Real> right, std::span<const Vec3> a) {
+void find_lack(Island& m, std::span<const Real> right, std::span<const Vec3> a) {
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
     const Block& b = m.blocks[i];
     Real* lack = &m.room.lack[b.first_row];
@@ -301,9 +301,9 @@ void find_lack(Mechanism& m, std::span<const Real> right, std::span<const Vec3> 
 
 /// right - J a - weights lambda, into room.lack. Returns its worst part, and in `asked` how large
 /// its terms are.
-Real measure_lack(Mechanism& m, std::span<const Real> right, std::span<const Vec3> a,
+Real measure_lack(Island& m, std::span<const Real> right, std::span<const Vec3> a,
                   std::span<const Real> lambda, Real& asked) {
-  MechanismRoom& room = m.room;
+  StepScratch& room = m.room;
   Real worst = 0;
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
     const Block& b = m.blocks[i];
@@ -330,13 +330,13 @@ Real measure_lack(Mechanism& m, std::span<const Real> right, std::span<const Vec
 }
 
 /// a = M^-1 force.
-void find_free_motion(const Mechanism& m, std::span<const Vec3> force, std::span<Vec3> a) {
+void find_free_motion(const Island& m, std::span<const Vec3> force, std::span<Vec3> a) {
   for (std::size_t b = 0; b < m.count(); ++b)
     a[2 * b] = 1 / m.mass[b] * force[2 * b], a[2 * b + 1] = m.room.give[b] * force[2 * b + 1];
 }
 
 /// a += M^-1 J^T lambda; hubs too, though they have been unknowns.
-void add_motion(const Mechanism& m, std::span<const Real> lambda, std::span<Vec3> a) {
+void add_motion(const Island& m, std::span<const Real> lambda, std::span<Vec3> a) {
   const KktPattern& p = m.room.pattern;
   for (std::size_t body = 0; body < m.count(); ++body) {
     Vec3 pull[2] = {Vec3(0), Vec3(0)};
@@ -350,7 +350,7 @@ void add_motion(const Mechanism& m, std::span<const Real> lambda, std::span<Vec3
 }
 
 /// One solve with the factor: room.lack, which it uses up, on the right, no force.
-void find_loads(Mechanism& m, std::span<Real> lambda) {
+void find_loads(Island& m, std::span<Real> lambda) {
   std::vector<Real>& lack = m.room.lack;
   std::fill(lack.begin() + static_cast<std::ptrdiff_t>(m.rows), lack.end(), 0.0);
   back_solve(m, lack.data());
@@ -359,14 +359,14 @@ void find_loads(Mechanism& m, std::span<Real> lambda) {
 
 }  // namespace
 
-void loads_for(Mechanism& m, std::span<const Real> right, std::span<Real> lambda) {
+void loads_for(Island& m, std::span<const Real> right, std::span<Real> lambda) {
   std::copy(right.begin(), right.end(), m.room.lack.begin());
   find_loads(m, lambda);
 }
 
-Real solve(Mechanism& m, std::span<const Vec3> force, std::span<const Real> right,
+Real solve(Island& m, std::span<const Vec3> force, std::span<const Real> right,
            std::span<Vec3> a, std::span<Real> lambda, Real enough) {
-  MechanismRoom& room = m.room;
+  StepScratch& room = m.room;
   if (force.empty()) std::fill(a.begin(), a.end(), Vec3(0));
   else find_free_motion(m, force, a);
   find_lack(m, right, force.empty() ? std::span<const Vec3>{} : a);

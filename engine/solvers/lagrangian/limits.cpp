@@ -16,13 +16,13 @@ constexpr int kMostBounces = 4;
 constexpr int kMostEvents = 8, kMostSearches = 16, kMostAttempts = 60;
 
 /// Limits but for locks, and strings.
-bool is_one_sided(const Mechanism& m, std::size_t i) {
+bool is_one_sided(const Island& m, std::size_t i) {
   const Block& b = m.blocks[i];
-  return (b.kind == BlockKind::limit && !b.lock) || b.kind == BlockKind::string;
+  return (b.kind == BlockKind::limit && !b.lock) || b.kind == BlockKind::cable;
 }
 
 /// How far the nearest limit is that does not bear; below zero where one is overstepped.
-Real clearance(const Mechanism& m) {
+Real clearance(const Island& m) {
   Real least = 1e300;
   for (std::size_t i = 0; i < m.blocks.size(); ++i)
     if (is_one_sided(m, i) && !m.memory[i].active)
@@ -31,7 +31,7 @@ Real clearance(const Mechanism& m) {
 }
 
 /// Limits that would have pulled let go. True if any did.
-bool let_go(Mechanism& m) {
+bool let_go(Island& m) {
   bool any = false;
   Real scale = 0;
   for (Real load : m.loads) scale = std::max(scale, std::abs(load));
@@ -44,8 +44,8 @@ bool let_go(Mechanism& m) {
 }
 
 /// What reached a limit stops there, or is thrown back; blows reach through the whole mechanism.
-void strike(const World& world, Mechanism& m, bool gives_back) {
-  MechanismRoom& room = m.room;
+void strike(const World& world, Island& m, bool gives_back) {
+  StepScratch& room = m.room;
   for (std::size_t i = 0; i < m.blocks.size(); ++i)
     if (is_one_sided(m, i) && !m.memory[i].active && room.c[m.blocks[i].first_row] <= kTouch)
       m.memory[i].active = true;
@@ -86,7 +86,7 @@ void strike(const World& world, Mechanism& m, bool gives_back) {
 
 }  // namespace
 
-void begin_limits(const World& world, Mechanism& m) {
+void begin_limits(const World& world, Island& m) {
   for (std::size_t i = 0; i < m.blocks.size(); ++i)
     m.memory[i].active = is_one_sided(m, i) && m.room.c[m.blocks[i].first_row] <= kTouch;
   write_all_rows(world, m, {true, false});
@@ -94,8 +94,8 @@ void begin_limits(const World& world, Mechanism& m) {
     if (m.memory[i].active && rate_of(m, m.blocks[i], 0) > kQuiet) m.memory[i].active = false;
 }
 
-bool advance_among_limits(World& world, Mechanism& m, Real h) {
-  MechanismRoom& room = m.room;
+bool advance_among_limits(World& world, Island& m, Real h) {
+  StepScratch& room = m.room;
   Real done = 0;
   int attempts = 0;
   m.events = 0;

@@ -24,7 +24,7 @@ void connect(Sets& near, std::uint32_t a, std::uint32_t b) {
 
 using Incident = KktPattern::Incident;
 
-std::vector<std::vector<Incident>> incidents(const Mechanism& m) {
+std::vector<std::vector<Incident>> incidents(const Island& m) {
   std::vector<std::vector<Incident>> met(m.count());
   for (std::uint32_t i = 0; i < m.blocks.size(); ++i)
     for (std::uint8_t k = 0; k < m.blocks[i].count; ++k)
@@ -74,7 +74,7 @@ std::vector<std::uint32_t> least_degree(Sets& near, std::vector<std::uint8_t>& r
 
 }  // namespace
 
-KktPattern make_pattern(const Mechanism& m, bool may_have_hubs) {
+KktPattern make_pattern(const Island& m, bool may_have_hubs) {
   KktPattern p;
   const auto met = incidents(m);
   const auto blocks = static_cast<std::uint32_t>(m.blocks.size());

@@ -15,7 +15,7 @@ constexpr Real kSoftest = 1e-12, kSoftestLoop = 1e-6, kSofter = 100, kStiffer = 
 /// Joints of a rescued step may stay open by this part of the longest arm.
 constexpr Real kLoose = 0.02;
 
-void move_bodies(Mechanism& m, std::span<const Vec3> way) {
+void move_bodies(Island& m, std::span<const Vec3> way) {
   Motions& s = m.room.state;
   for (std::size_t b = 0; b < m.count(); ++b) {
     s.x[b] += way[2 * b];
@@ -25,8 +25,8 @@ void move_bodies(Mechanism& m, std::span<const Vec3> way) {
 
 /// Solves for a correction, whose size is that of rounding in the end: what it lacks, part of that,
 /// says nothing about the joints.
-void correct(Mechanism& m, Real enough = 1e-6) {
-  MechanismRoom& room = m.room;
+void correct(Island& m, Real enough = 1e-6) {
+  StepScratch& room = m.room;
   const Real lack = room.worst_lack;
   const std::uint32_t block = room.worst_lack_block;
   solve(m, {}, room.right, room.correction, room.lambda, enough);
@@ -35,7 +35,7 @@ void correct(Mechanism& m, Real enough = 1e-6) {
 
 }  // namespace
 
-Real rate_of(const Mechanism& m, const Block& b, std::size_t row) {
+Real rate_of(const Island& m, const Block& b, std::size_t row) {
   Real rate = 0;
   for (std::size_t k = 0; k < b.count; ++k) {
     const RowVectors j = row_of(b, jacobian_of(m, b), row, k);
@@ -45,7 +45,7 @@ Real rate_of(const Mechanism& m, const Block& b, std::size_t row) {
   return rate;
 }
 
-void take_known(Mechanism& m, std::span<Real> right, bool accelerations) {
+void take_known(Island& m, std::span<Real> right, bool accelerations) {
   for (const std::uint32_t i : m.room.pattern.framed) {
     const Block& b = m.blocks[i];
     for (std::size_t k = 0; k < b.count; ++k) {
@@ -59,8 +59,8 @@ void take_known(Mechanism& m, std::span<Real> right, bool accelerations) {
   }
 }
 
-void project_twists(Mechanism& m, std::span<const Real> wanted) {
-  MechanismRoom& room = m.room;
+void project_twists(Island& m, std::span<const Real> wanted) {
+  StepScratch& room = m.room;
   if (wanted.empty()) std::fill(room.right.begin(), room.right.end(), 0.0);
   else std::copy(wanted.begin(), wanted.end(), room.right.begin());
   for (const Block& b : m.blocks)
@@ -76,9 +76,9 @@ void project_twists(Mechanism& m, std::span<const Real> wanted) {
   }
 }
 
-bool project(const World& world, Mechanism& m, Real part, Real whole) {
+bool project(const World& world, Island& m, Real part, Real whole) {
   constexpr Real kAny = std::numeric_limits<Real>::infinity();
-  MechanismRoom& room = m.room;
+  StepScratch& room = m.room;
   const Real enough = tolerance_of(m);
   place_frames(world, m, part, whole);
   const auto look = [&] {

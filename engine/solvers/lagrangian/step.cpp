@@ -9,15 +9,15 @@ namespace pantin::lagrangian {
 namespace {
 
 /// Bodies that are no more than the mass of what hangs on a point: where it is, moving with it.
-void gather_hangings(Mechanism& m, Real h) {
+void gather_interfaces(Island& m, Real h) {
   Motions& s = m.room.state;
-  for (Hanging& g : m.hangings) {
+  for (contact::Interface& g : m.interfaces) {
     const std::size_t n = g.guess;
     const Vec3 arm = s.q[g.body] * g.anchor;
     s.x[n] = s.x[g.body] + arm, s.q[n] = kNoTurn;
     s.v[n] = s.v[g.body] + glm::cross(s.w[g.body], arm), s.w[n] = Vec3(0);
     // Of what hangs slack, nothing is felt.
-    const bool slack = g.kind == BlockKind::string && !g.taut;
+    const bool slack = g.kind == contact::TieKind::cable && !g.taut;
     m.mass[n] = (slack ? 1e-6 : 1) * g.mass;
     m.inertia[n] = Vec3(m.mass[n]);
     m.room.applied[2 * n] = g.asked / h;
@@ -27,17 +27,17 @@ void gather_hangings(Mechanism& m, Real h) {
 }
 
 /// What the mechanism was given at the points where something hangs.
-void settle_hangings(Mechanism& m) {
-  for (Hanging& g : m.hangings) {
+void settle_interfaces(Island& m) {
+  for (contact::Interface& g : m.interfaces) {
     const Vec3 change = m.room.state.v[g.guess] - g.start;
     g.given = g.asked - m.mass[g.guess] * change;
   }
 }
 
-void gather(const World& world, Mechanism& m) {
+void gather(const World& world, Island& m) {
   Motions& s = m.room.state;
   Vec3 low(1e300), high(-1e300);
-  for (std::size_t b = 0; b + m.hangings.size() < m.count(); ++b) {
+  for (std::size_t b = 0; b < m.own(); ++b) {
     const Body& body = world.bodies.values()[m.slots[b]];
     s.x[b] = body.pose.position, s.q[b] = body.pose.rotation;
     s.v[b] = body.velocity, s.w[b] = body.spin;
@@ -58,9 +58,9 @@ void gather(const World& world, Mechanism& m) {
   m.size = std::max(m.size, m.reach);
 }
 
-void write_back(World& world, const Mechanism& m) {
+void write_back(World& world, const Island& m) {
   const Motions& s = m.room.state;
-  for (std::size_t b = 0; b + m.hangings.size() < m.count(); ++b) {
+  for (std::size_t b = 0; b < m.own(); ++b) {
     Body& body = world.bodies.values()[m.slots[b]];
     body.pose = {s.x[b], s.q[b]};
     body.velocity = s.v[b], body.spin = s.w[b];
@@ -69,7 +69,7 @@ void write_back(World& world, const Mechanism& m) {
 }
 
 /// A coordinate that a ratio couples; `end` 0: of its first link, 2: of its second.
-Real value_of(const World& world, const Mechanism& m, const Block& b, int end, Real before) {
+Real value_of(const World& world, const Island& m, const Block& b, int end, Real before) {
   const Ratio& r = world.ratios.values()[b.source];
   Real c = 0;
   write_coordinate(world.links[end == 0 ? r.first : r.second].joint,
@@ -80,7 +80,7 @@ Real value_of(const World& world, const Mechanism& m, const Block& b, int end, R
 
 /// Coordinates as they are now, so that whole turns are counted. `anew`: from the nearest turn, or
 /// from the one that the slide of a screw or a rack tells.
-void count_turns(const World& world, Mechanism& m, bool anew) {
+void count_turns(const World& world, Island& m, bool anew) {
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
     Block& b = m.blocks[i];
     Real* before = m.memory[i].before;
@@ -127,7 +127,7 @@ void count_turns(const World& world, Mechanism& m, bool anew) {
 }
 
 /// The first step of a mechanism, or the first after something was changed by hand: onto its joints.
-bool start(const World& world, Mechanism& m, Real h) {
+bool start(const World& world, Island& m, Real h) {
   place(m), place_frames(world, m, 0, h);
   count_turns(world, m, !m.counted);
   m.counted = true;
@@ -139,7 +139,7 @@ bool start(const World& world, Mechanism& m, Real h) {
   return true;
 }
 
-std::uint32_t worst_block(const Mechanism& m) {
+std::uint32_t worst_block(const Island& m) {
   std::uint32_t worst = 0;
   Real most = -1;
   for (std::uint32_t i = 0; i < m.blocks.size(); ++i)
@@ -149,8 +149,8 @@ std::uint32_t worst_block(const Mechanism& m) {
   return worst;
 }
 
-void make_room(Mechanism& m) {
-  MechanismRoom& r = m.room;
+void make_room(Island& m) {
+  StepScratch& r = m.room;
   r.pattern = make_pattern(m);
   const std::size_t bodies = m.count(), all = bodies + m.frames.size();
   r.values.assign(r.pattern.numbers, 0);
@@ -178,20 +178,22 @@ void make_room(Mechanism& m) {
 }  // namespace
 
 void prepare(World& world) {
-  for (Mechanism& m : world.mechanisms)
+  for (Island& m : islands_of(world)) {
+    m.sits_out = false;
     if (!m.room.ready) make_room(m);
+  }
 }
 
-void step(World& world, Mechanism& m, Real h) {
+void step(World& world, Island& m, Real h) {
   m.lost = Entity{}, m.room.worst_lack = 0;
-  std::erase_if(m.faults, [](const auto& f) { return f.kind == MechanismFault::inconsistent; });
+  std::erase_if(m.faults, [](const auto& f) { return f.kind == Fault::inconsistent; });
   m.parts = m.iterations = m.events = m.solves = 0;
   if (m.unfit) {
     m.lost = m.unfit, m.cannot_close = false;
     return;
   }
   gather(world, m);
-  gather_hangings(m, h);
+  gather_interfaces(m, h);
   const auto acts = [](Vec3 v) { return v != Vec3(0); };
   m.room.pushed = std::any_of(m.owed.begin(), m.owed.end(), acts) ||
                   std::any_of(m.room.applied.begin(), m.room.applied.end(), acts);
@@ -204,7 +206,7 @@ void step(World& world, Mechanism& m, Real h) {
     good = advance_among_limits(world, m, h);
     if (!good) {  // joints first: without stops and strings for once
       gather(world, m);
-      gather_hangings(m, h);
+      gather_interfaces(m, h);
       for (BlockMemory& memory : m.memory) memory.active = false;
       std::fill(m.room.impulses.begin(), m.room.impulses.end(), 0.0);
       good = advance(world, m, {0, h, h});
@@ -214,15 +216,15 @@ void step(World& world, Mechanism& m, Real h) {
   if (good && !m.unilateral) good = advance(world, m, {0, h, h});
   const bool open = !good || m.room.worst_lack > 1e-2;
   if (open && !m.blocks.empty()) {
-    MechanismFault f;
-    f.kind = MechanismFault::inconsistent;
+    Fault f;
+    f.kind = Fault::inconsistent;
     f.block = good ? m.room.worst_lack_block : worst_block(m);
     f.residual = good ? m.room.worst_lack : m.residual;
     m.faults.push_back(f);
   }
   if (!good) {
     m.lost = m.bodies.front();
-    for (std::size_t b = 0; b + m.hangings.size() < m.count(); ++b)
+    for (std::size_t b = 0; b < m.own(); ++b)
       if (!is_within_bounds(m.room.state, b) || !(m.mass[b] > 0) || !(m.inertia[b].x > 0) ||
           !(m.inertia[b].y > 0) || !(m.inertia[b].z > 0) || !is_finite(m.room.applied[2 * b]) ||
           !is_finite(m.room.applied[2 * b + 1])) {
@@ -233,8 +235,7 @@ void step(World& world, Mechanism& m, Real h) {
     return;
   }
   for (std::size_t r = 0; r < m.rows; ++r) m.forces[r] = m.room.impulses[r] / h;
-  settle_hangings(m);
-  std::fill(m.owed.begin(), m.owed.end(), Vec3(0));
+  settle_interfaces(m);
   count_turns(world, m, false);
   write_back(world, m);
   for (std::size_t i = 0; i < m.frames.size(); ++i) {
@@ -243,7 +244,7 @@ void step(World& world, Mechanism& m, Real h) {
   }
 }
 
-JointForce joint_force(const Mechanism& m, std::size_t block) {
+JointForce joint_force(const Island& m, std::size_t block) {
   JointForce sum;
   if (!m.room.ready) return sum;
   Vec3 pull[2] = {Vec3(0), Vec3(0)};
@@ -258,7 +259,7 @@ JointForce joint_force(const Mechanism& m, std::size_t block) {
   return sum;
 }
 
-Real joint_gap(const World& world, const Mechanism& m, std::size_t block) {
+Real joint_gap(const World& world, const Island& m, std::size_t block) {
   const auto placed = [&](Entity e) {
     const Body& b = world.bodies[e];
     return Placed{b.pose.position, b.pose.rotation, glm::mat3_cast(b.pose.rotation), {}, {}};
@@ -271,15 +272,15 @@ Real joint_gap(const World& world, const Mechanism& m, std::size_t block) {
   return std::sqrt(sum);
 }
 
-std::vector<MechanismFault> inspect(const World& world, std::size_t number) {
-  Mechanism m = world.mechanisms[number];
+std::vector<Fault> inspect(const World& world, std::size_t number) {
+  Island m = islands_of(world)[number];
   make_room(m);
   gather(world, m);
   m.faults.clear();
   constexpr Real kAny = 1e-3;
-  gather_hangings(m, kAny);
+  gather_interfaces(m, kAny);
   const bool closed = start(world, m, kAny);
-  std::vector<MechanismFault> found = m.faults;
+  std::vector<Fault> found = m.faults;
   if (!closed) {
     const std::uint32_t worst = worst_block(m);
     for (std::uint32_t i = 0; i < m.blocks.size(); ++i) {
@@ -287,7 +288,7 @@ std::vector<MechanismFault> inspect(const World& world, std::size_t number) {
       for (std::size_t r = 0; r < m.blocks[i].rows && bears(m, i); ++r)
         lack = std::max(lack, std::abs(m.room.c[m.blocks[i].first_row + r]));
       if (i == worst || lack > 0.1 * m.residual)
-        found.push_back({MechanismFault::inconsistent, i, 0, lack});
+        found.push_back({Fault::inconsistent, i, 0, lack});
     }
   }
   for (std::uint32_t i = 0; i < m.blocks.size(); ++i) {
@@ -295,7 +296,7 @@ std::vector<MechanismFault> inspect(const World& world, std::size_t number) {
     if (b.kind == BlockKind::joint &&
         !on_right_branch(world.links.values()[b.source].joint, m.room.placed[b.body[0]].rotation,
                          m.room.placed[b.body[1]].rotation))
-      found.push_back({MechanismFault::wrong_branch, i, 0, 0});
+      found.push_back({Fault::wrong_branch, i, 0, 0});
   }
   return found;
 }

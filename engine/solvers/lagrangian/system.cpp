@@ -47,7 +47,7 @@ FrameMotion evenly(const Pose& from, const Pose& to, Real part, Real h) {
   return f;
 }
 
-FrameMotion motion_of(const World& world, const MechanismFrame& frame, Real part, Real h) {
+FrameMotion motion_of(const World& world, const Frame& frame, Real part, Real h) {
   if (frame.pin != UINT32_MAX) {
     const Pose to{world.pins.values()[frame.pin].target, kNoTurn};
     return evenly(frame.known ? frame.before : to, to, part, h);
@@ -84,10 +84,10 @@ Joint joint_of_string(const String& s) {
   return j;
 }
 
-void write_limit(const World& world, Mechanism& m, const Block& b, const BlockMemory& memory,
+void write_limit(const World& world, Island& m, const Block& b, const BlockMemory& memory,
                  bool bears_load) {
   const auto& link = world.links;
-  const bool is_string = b.kind == BlockKind::string;
+  const bool is_string = b.kind == BlockKind::cable;
   Vec3* j = &m.room.jacobian[b.first_vector];
   Real& c = m.room.c[b.first_row];
   Real& gamma = m.room.gamma[b.first_row];
@@ -113,7 +113,7 @@ void write_limit(const World& world, Mechanism& m, const Block& b, const BlockMe
   for (int i = 0; i < 4; ++i) j[i] *= sign;
 }
 
-void write_ratio(const World& world, Mechanism& m, const Block& b, const BlockMemory& memory) {
+void write_ratio(const World& world, Island& m, const Block& b, const BlockMemory& memory) {
   const Ratio& ratio = world.ratios.values()[b.source];
   Vec3* j = &m.room.jacobian[b.first_vector];
   std::fill(j, j + 2 * b.count, Vec3(0));
@@ -133,7 +133,7 @@ void write_ratio(const World& world, Mechanism& m, const Block& b, const BlockMe
   m.room.c[b.first_row] = c, m.room.gamma[b.first_row] = gamma;
 }
 
-void push_pose_drives(const World& world, Mechanism& m) {
+void push_pose_drives(const World& world, Island& m) {
   for (const Pulling& p : m.pose_drives) {
     const PoseDrive* drive = world.pose_drives.find(world.links.owners()[p.source]);
     if (!drive) continue;
@@ -155,14 +155,14 @@ void push_pose_drives(const World& world, Mechanism& m) {
 }
 
 /// A force on the mechanism's own bodies, at points of theirs.
-void pull(Mechanism& m, const Pulling& p, Vec3 on_a, Vec3 arm_a, Vec3 arm_b) {
+void pull(Island& m, const Pulling& p, Vec3 on_a, Vec3 arm_a, Vec3 arm_b) {
   if (p.body[0] < m.count())
     m.room.force[2 * p.body[0]] += on_a, m.room.force[2 * p.body[0] + 1] += glm::cross(arm_a, on_a);
   if (p.body[1] < m.count())
     m.room.force[2 * p.body[1]] -= on_a, m.room.force[2 * p.body[1] + 1] -= glm::cross(arm_b, on_a);
 }
 
-void pull_elastic(const World& world, Mechanism& m) {
+void pull_elastic(const World& world, Island& m) {
   for (const Pulling& p : m.elastic_strings) {
     const StringJoint& s = world.strings.values()[p.source].joint;
     const Placed &a = m.room.placed[p.body[0]], &b = m.room.placed[p.body[1]];
@@ -185,14 +185,14 @@ void pull_elastic(const World& world, Mechanism& m) {
 
 }  // namespace
 
-bool bears(const Mechanism& m, std::size_t block) {
+bool bears(const Island& m, std::size_t block) {
   const Block& b = m.blocks[block];
   if (b.kind == BlockKind::spring) return m.room.springs_bear;
-  if (b.kind != BlockKind::limit && b.kind != BlockKind::string) return true;
+  if (b.kind != BlockKind::limit && b.kind != BlockKind::cable) return true;
   return b.lock || m.memory[block].active;
 }
 
-void place(Mechanism& m) {
+void place(Island& m) {
   const Motions& s = m.room.state;
   for (std::size_t b = 0; b < m.count(); ++b) {
     place_body(m.room.placed[b], s.x[b], s.q[b], s.v[b], s.w[b]);
@@ -200,7 +200,7 @@ void place(Mechanism& m) {
   }
 }
 
-void place_frames(const World& world, Mechanism& m, Real part, Real h) {
+void place_frames(const World& world, Island& m, Real part, Real h) {
   m.room.time = world.time + part * h;
   for (std::size_t i = 0; i < m.frames.size(); ++i) {
     const std::size_t n = m.count() + i;
@@ -210,8 +210,8 @@ void place_frames(const World& world, Mechanism& m, Real part, Real h) {
   }
 }
 
-void write_all_rows(const World& world, Mechanism& m, Want want) {
-  MechanismRoom& room = m.room;
+void write_all_rows(const World& world, Island& m, Want want) {
+  StepScratch& room = m.room;
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
     const Block& b = m.blocks[i];
     Vec3* j = &room.jacobian[b.first_vector];
@@ -225,9 +225,9 @@ void write_all_rows(const World& world, Mechanism& m, Want want) {
       case BlockKind::pin:
         write_rows(joint_of_pin(world.pins.values()[b.source]), at(0), at(1), 0, out);
         break;
-      case BlockKind::hanging: {
+      case BlockKind::interface: {
         Joint joint;
-        joint.anchor_a = m.hangings[b.source].anchor;
+        joint.anchor_a = m.interfaces[b.source].anchor;
         write_rows(joint, at(0), at(1), 0, out);
         break;
       }
@@ -235,7 +235,7 @@ void write_all_rows(const World& world, Mechanism& m, Want want) {
         write_ratio(world, m, b, m.memory[i]);
         break;
       case BlockKind::limit:
-      case BlockKind::string:
+      case BlockKind::cable:
         write_limit(world, m, b, m.memory[i], bears(m, i));
         break;
       case BlockKind::spring:
@@ -250,7 +250,7 @@ void write_all_rows(const World& world, Mechanism& m, Want want) {
   }
 }
 
-void add_forces(const World& world, Mechanism& m, bool gyroscopic) {
+void add_forces(const World& world, Island& m, bool gyroscopic) {
   std::vector<Vec3>& f = m.room.force;
   for (std::size_t b = 0; b < m.count(); ++b) {
     const Placed& at = m.room.placed[b];
@@ -269,9 +269,9 @@ void add_forces(const World& world, Mechanism& m, bool gyroscopic) {
   pull_elastic(world, m);
 }
 
-Real tolerance_of(const Mechanism& m) { return 1e-13 * std::max(Real(1), m.size); }
+Real tolerance_of(const Island& m) { return 1e-13 * std::max(Real(1), m.size); }
 
-Real worst_residual(const Mechanism& m) {
+Real worst_residual(const Island& m) {
   Real worst = 0;
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
     const Block& b = m.blocks[i];
@@ -288,7 +288,7 @@ bool is_within_bounds(const Motions& s, std::size_t b) {
   return within(s.x[b], 1e12) && is_finite(s.q[b]) && within(s.v[b], 1e9) && within(s.w[b], 1e9);
 }
 
-bool all_within_bounds(const Mechanism& m) {
+bool all_within_bounds(const Island& m) {
   const Motions& s = m.room.state;
   for (std::size_t b = 0; b < m.count(); ++b)
     if (!is_within_bounds(s, b)) return false;

@@ -1,0 +1,28 @@
+// Rulers of a World as it stands.
+#include "engine/runtime/simulation.hpp"
+#include "engine/solvers/solver.hpp"
+
+namespace pantin {
+
+Measures measure(const World& world) {
+  if (partition_of(world).built_for != world.structure()) {  // changed since the last step
+    World built = world;
+    compile_if_changed(built);
+    return measure(built);
+  }
+  Measures m;
+  for (auto solver = kSolvers.rbegin(); solver != kSolvers.rend(); ++solver)
+    (*solver)->measure(world, m);
+  for (const Body& b : world.bodies.values()) {
+    if (b.motion != Motion::dynamic) continue;
+    const Vec3 local = glm::conjugate(b.pose.rotation) * b.spin;
+    const Vec3 l = b.pose.rotation * (b.inertia * local);
+    m.kinetic += 0.5 * (b.mass * glm::dot(b.velocity, b.velocity) + glm::dot(l, b.spin));
+    m.potential -= b.mass * b.gravity_scale * glm::dot(world.gravity, b.pose.position);
+    m.momentum += b.mass * b.velocity;
+    m.spin_momentum += l + b.mass * glm::cross(b.pose.position, b.velocity);
+  }
+  return m;
+}
+
+}  // namespace pantin

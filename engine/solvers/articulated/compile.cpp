@@ -1,0 +1,571 @@
+#include "engine/solvers/articulated/island.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include "engine/base/disjoint_sets.hpp"
+#include "engine/solvers/solver.hpp"
+#include "engine/world/world.hpp"
+
+namespace pantin::articulated {
+namespace {
+
+/// A place that can hold a tree: a link to a kinematic body, or an exact pin.
+struct Anchorage {
+  std::uint32_t body = 0;  // slot of the dynamic body
+  Vec3 anchor{0};          // in it
+  std::uint32_t held_body = kNoSlot, held_pin = kNoSlot, link = kNoSlot;
+  Vec3 held_anchor{0};
+  int priority = 0;
+  Real compliance = 0;
+};
+
+/// A joint or a pin between two dynamic bodies besides the tree's own joints.
+struct Loop {
+  std::uint32_t body = 0, partner = 0;  // slots
+  Vec3 anchor{0}, partner_anchor{0};
+  std::uint32_t link = kNoSlot, pin = kNoSlot;
+  int priority = 0;
+  Real compliance = 0;
+};
+
+struct Neighbour {
+  std::uint32_t body, link;
+};
+
+/// Everything the builder looks up while it packs trees.
+struct Builder {
+  World& world;
+  Partition& partition;
+  std::vector<std::uint32_t> neighbour_start;  // by slot, into neighbours
+  std::vector<Neighbour> neighbours;
+  std::vector<Anchorage> anchorages;        // sorted by body slot
+  std::vector<Loop> loops;
+  std::vector<std::uint32_t> column;        // by slot, in its island
+  std::vector<std::uint32_t> island;        // by slot
+
+  explicit Builder(World& w) : world(w), partition(w.memory.of<Partition>()) {}
+  /// Whether this solver moves the body.
+  bool is_dynamic(std::uint32_t slot) const {
+    const Owner owner = owner_of(partition, slot);
+    return owner && owner.solver == kArticulated;
+  }
+  /// Whether another one does.
+  bool is_foreign(std::uint32_t slot) const {
+    const Owner owner = owner_of(partition, slot);
+    return owner && owner.solver != kArticulated;
+  }
+  void fault(Entity e, const char* reason) {
+    partition.faults.push_back({e, reason, StructureFault::left_out, false});
+  }
+};
+
+/// Sorts links into neighbour lists of dynamic bodies and anchorages; reports what cannot be used.
+void read_links(Builder& b) {
+  World& world = b.world;
+  DisjointSets forest(world.bodies.size());
+  std::vector<std::pair<std::uint32_t, Neighbour>> pairs;
+  for (std::uint32_t i = 0; i < world.links.size(); ++i) {
+    const Link& link = world.links.values()[i];
+    const Entity owner = world.links.owners()[i];
+    const std::uint32_t sa = world.bodies.slot(link.a), sb = world.bodies.slot(link.b);
+    if (sa == kNoSlot || sb == kNoSlot) {
+      b.fault(owner, "names a body that does not exist");
+    } else if (sa == sb) {
+      b.fault(owner, "ties a body to itself");
+    } else if (b.is_foreign(sa) || b.is_foreign(sb)) {
+      continue;  // kept by that solver
+    } else if (!b.is_dynamic(sa) && !b.is_dynamic(sb)) {
+      b.fault(owner, "ties two bodies that joints cannot move");
+    } else if (!holds_point(link.joint.kind)) {
+      b.fault(owner, "is of a kind that only the Lagrangian solver knows");
+    } else if (!b.is_dynamic(sa)) {
+      b.anchorages.push_back({sb, link.joint.anchor_b, sa, kNoSlot, i, link.joint.anchor_a, 0, 0});
+    } else if (!b.is_dynamic(sb)) {
+      b.anchorages.push_back({sa, link.joint.anchor_a, sb, kNoSlot, i, link.joint.anchor_b, 0, 0});
+    } else if (forest.root(sa) == forest.root(sb)) {
+      b.loops.push_back({sb, sa, link.joint.anchor_b, link.joint.anchor_a, i, kNoSlot, 0, 0});
+    } else {
+      forest.join(sa, sb);
+      pairs.push_back({sa, {sb, i}}), pairs.push_back({sb, {sa, i}});
+    }
+  }
+  std::stable_sort(pairs.begin(), pairs.end(),
+                   [](const auto& x, const auto& y) { return x.first < y.first; });
+  b.neighbour_start.assign(world.bodies.size() + 1, 0);
+  for (const auto& [slot, n] : pairs) ++b.neighbour_start[slot + 1], b.neighbours.push_back(n);
+  std::partial_sum(b.neighbour_start.begin(), b.neighbour_start.end(), b.neighbour_start.begin());
+}
+
+void read_pins(Builder& b) {
+  World& world = b.world;
+  for (std::uint32_t i = 0; i < world.pins.size(); ++i) {
+    const Pin& pin = world.pins.values()[i];
+    const std::uint32_t slot = world.bodies.slot(pin.body);
+    if (slot == kNoSlot) {
+      b.fault(world.pins.owners()[i], "names a body that does not exist");
+      continue;
+    }
+    const Real compliance = pin.grip == Grip::exact ? 0 : 1 / pin.stiffness;
+    if (!b.is_dynamic(slot)) {  // a body that is moved otherwise needs no holding, but may hold
+      const std::uint32_t to = pin.to ? world.bodies.slot(pin.to) : kNoSlot;
+      if (b.is_foreign(slot) && to != kNoSlot && b.is_dynamic(to))
+        b.anchorages.push_back(
+            {to, pin.target, slot, i, kNoSlot, pin.anchor, pin.priority, compliance});
+      continue;
+    }
+    if (pin.to) {
+      const std::uint32_t to = world.bodies.slot(pin.to);
+      if (to == kNoSlot)
+        b.fault(world.pins.owners()[i], "holds on to a body that does not exist");
+      else if (to == slot)
+        b.fault(world.pins.owners()[i], "holds a body on to itself");
+      else if (!b.is_dynamic(to))
+        b.anchorages.push_back(
+            {slot, pin.anchor, to, i, kNoSlot, pin.target, pin.priority, compliance});
+      else
+        b.loops.push_back({slot, to, pin.anchor, pin.target, kNoSlot, i, pin.priority, compliance});
+      continue;
+    }
+    b.anchorages.push_back({slot, pin.anchor, kNoSlot, i, kNoSlot, {}, pin.priority, compliance});
+  }
+  std::stable_sort(b.anchorages.begin(), b.anchorages.end(), [](const auto& x, const auto& y) {
+    return x.body != y.body ? x.body < y.body : x.priority > y.priority;
+  });
+}
+
+void check_strings(Builder& b) {
+  for (std::uint32_t i = 0; i < b.world.strings.size(); ++i) {
+    const String& s = b.world.strings.values()[i];
+    const std::uint32_t sa = b.world.bodies.slot(s.a), sb = b.world.bodies.slot(s.b);
+    if (sa == kNoSlot || sb == kNoSlot)
+      b.fault(b.world.strings.owners()[i], "names a body that does not exist");
+    else if (sa == sb)
+      b.fault(b.world.strings.owners()[i], "ties a body to itself");
+  }
+}
+
+/// Anchorages of a set of bodies, best first.
+std::vector<Anchorage> anchorages_of(const Builder& b, const std::vector<std::uint32_t>& slots) {
+  std::vector<Anchorage> found;
+  for (std::uint32_t slot : slots) {
+    auto it = std::lower_bound(b.anchorages.begin(), b.anchorages.end(), slot,
+                               [](const Anchorage& a, std::uint32_t s) { return a.body < s; });
+    for (; it != b.anchorages.end() && it->body == slot; ++it) found.push_back(*it);
+  }
+  std::stable_sort(found.begin(), found.end(), [](const Anchorage& x, const Anchorage& y) {
+    if ((x.compliance == 0) != (y.compliance == 0)) return x.compliance == 0;
+    return x.priority > y.priority;
+  });
+  return found;
+}
+
+/// Bodies reachable over links from `start`, parents before children, each with its joint.
+struct Visit {
+  std::uint32_t slot, link;
+  std::int32_t parent;  // place in the list, or -1
+};
+std::vector<Visit> walk(const Builder& b, std::uint32_t start) {
+  std::vector<Visit> order, stack{{start, kNoSlot, -1}};
+  while (!stack.empty()) {
+    const Visit v = stack.back();
+    stack.pop_back();
+    order.push_back(v);
+    const std::uint32_t from = b.neighbour_start[v.slot], to = b.neighbour_start[v.slot + 1];
+    for (std::uint32_t i = to; i-- > from;)
+      if (b.neighbours[i].link != v.link)
+        stack.push_back({b.neighbours[i].body, b.neighbours[i].link,
+                         static_cast<std::int32_t>(order.size()) - 1});
+  }
+  return order;
+}
+
+Vec3 anchor_in(const World& world, std::uint32_t link, std::uint32_t body_slot) {
+  const Link& l = world.links.values()[link];
+  return world.bodies.slot(l.a) == body_slot ? l.joint.anchor_a : l.joint.anchor_b;
+}
+
+/// Distance between the points where the way from the root to a hold enters and leaves each body.
+void measure_reach(const Island& a, Hold& hold) {
+  Vec3 exit = hold.anchor;
+  Real longest = 0;
+  hold.reach = 0;
+  for (std::int32_t i = static_cast<std::int32_t>(hold.column); i >= 0;) {
+    const auto c = static_cast<std::size_t>(i);
+    const Real span = glm::length(exit - a.constants.vec(kOwnAnchor, c));
+    hold.reach += span;
+    longest = std::max(longest, span);
+    exit = a.constants.vec(kParentAnchor, c);
+    i = a.parents[c];
+  }
+  hold.dead_reach = std::max(Real(0), 2 * longest - hold.reach);
+}
+
+/// Longest way from a root through the joints, the outer arm included.
+Real longest_way(const Island& a) {
+  Real longest = 0;
+  std::vector<Real> way(a.count(), 0);
+  for (std::size_t i = 0; i < a.count(); ++i) {
+    const Real arm = glm::length(a.constants.vec(kOwnAnchor, i));
+    if (a.parents[i] >= 0) {
+      const auto p = static_cast<std::size_t>(a.parents[i]);
+      way[i] =
+          way[p] + glm::length(a.constants.vec(kParentAnchor, i) - a.constants.vec(kOwnAnchor, p));
+    }
+    const Vec3 moments = a.constants.vec(kInertia, i);
+    const Real gyration = std::sqrt((moments.x + moments.y + moments.z) / a.constants.at(kMass, i));
+    longest = std::max(longest, way[i] + std::max(2 * arm, gyration));
+  }
+  return longest;
+}
+
+void set_constants(Island& a, std::size_t c, const Body& body) {
+  a.constants.at(kMass, c) = body.mass;
+  a.constants.set(kInertia, c, body.inertia);
+  a.constants.at(kDrag, c) = body.drag;
+  a.constants.at(kGravityScale, c) = body.gravity_scale;
+}
+
+/// A joint as its column sees it; stiff if it does more than hold a point.
+PackedJoint packed_joint(const World& world, std::uint32_t link, std::uint32_t body_slot) {
+  PackedJoint j;
+  if (link == kNoSlot) return j;
+  const Link& l = world.links.values()[link];
+  j.joint = l.joint;
+  j.own_is_a = world.bodies.slot(l.a) == body_slot;
+  const PoseDrive* drive = world.pose_drives.find(world.links.owners()[link]);
+  if (drive) j.drive = world.pose_drives.slot(world.links.owners()[link]);
+  j.stiff = drive || j.joint.kind != JointKind::ball || j.joint.limits.any();
+  return j;
+}
+
+void pack_joints(const World& world, Island& a) {
+  std::vector<PackedJoint> joints;
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    PackedJoint joint = packed_joint(world, a.links[c], a.slots[c]);
+    if (!joint.stiff && joints.empty()) continue;
+    joints.resize(c);  // free joints before this one
+    joints.push_back(std::move(joint));
+  }
+  if (!joints.empty()) joints.resize(a.count());
+  a.joint_memory.assign(joints.size(), {});
+  a.joints = std::move(joints);
+}
+
+/// Packs one island: trees by links, best anchorages as roots, the others as holds.
+Island pack(Builder& b, const IslandPlan& plan, std::uint32_t index) {
+  World& world = b.world;
+  Island a;
+  a.settings = plan.settings;
+  const std::vector<std::uint32_t>& slots = plan.slots;
+  const std::vector<Anchorage> anchorages = anchorages_of(b, slots);
+  std::vector<Visit> all;
+  std::vector<const Anchorage*> roots;
+  const auto add_tree = [&](std::uint32_t start, const Anchorage* root) {
+    Tree tree;
+    tree.first = static_cast<std::uint32_t>(all.size());
+    for (Visit v : walk(b, start)) {
+      b.column[v.slot] = static_cast<std::uint32_t>(all.size());
+      b.island[v.slot] = index;
+      if (v.parent >= 0) v.parent += static_cast<std::int32_t>(tree.first);
+      all.push_back(v);
+    }
+    tree.count = static_cast<std::uint32_t>(all.size()) - tree.first;
+    if (root) {
+      tree.held_body = root->held_body, tree.held_pin = root->held_pin;
+      tree.anchor = root->held_anchor;
+    }
+    a.trees.push_back(tree), roots.push_back(root);
+  };
+  for (const Anchorage& g : anchorages)
+    if (g.compliance == 0 && b.column[g.body] == kNoSlot) add_tree(g.body, &g);
+  for (std::uint32_t slot : slots)
+    if (b.column[slot] == kNoSlot) add_tree(slot, nullptr);
+
+  a.constants.resize(kConstantRows, all.size());
+  a.memory.resize(kMemoryRows, all.size());
+  for (std::size_t c = 0; c < all.size(); ++c) {
+    const Visit& v = all[c];
+    a.bodies.push_back(world.bodies.owners()[v.slot]);
+    a.slots.push_back(v.slot), a.links.push_back(v.link), a.parents.push_back(v.parent);
+    set_constants(a, c, world.bodies.values()[v.slot]);
+    if (v.parent >= 0) {
+      a.constants.set(kOwnAnchor, c, anchor_in(world, v.link, v.slot));
+      const auto p = static_cast<std::size_t>(v.parent);
+      a.constants.set(kParentAnchor, c, anchor_in(world, v.link, all[p].slot));
+    }
+    a.mass += world.bodies.values()[v.slot].mass;
+  }
+  a.is_chain = a.trees.size() == 1;
+  for (std::size_t t = 0; t < a.trees.size(); ++t) {
+    const std::size_t first = a.trees[t].first;
+    a.parents[first] = roots[t] ? kHeld : kFree;
+    if (!roots[t]) continue;
+    a.links[first] = roots[t]->link;
+    a.constants.set(kOwnAnchor, first, roots[t]->anchor);
+  }
+  for (std::size_t c = 1; c < all.size(); ++c)
+    a.is_chain = a.is_chain && a.parents[c] == static_cast<std::int32_t>(c) - 1;
+  for (const Anchorage& g : anchorages) {
+    if (std::find(roots.begin(), roots.end(), &g) != roots.end()) continue;
+    Hold h;
+    h.column = b.column[g.body], h.anchor = g.anchor, h.priority = g.priority;
+    h.held_body = g.held_body, h.held_pin = g.held_pin, h.held_anchor = g.held_anchor;
+    h.held_link = g.link;
+    h.compliance = g.compliance;
+    while (h.tree + 1 < a.trees.size() && a.trees[h.tree + 1].first <= h.column) ++h.tree;
+    if (a.parents[a.trees[h.tree].first] == kHeld) measure_reach(a, h);
+    a.holds.push_back(h);
+  }
+  // Padding repeats the last body: lanes beyond the end compute harmless numbers.
+  while (a.slots.size() % kLanes != 0) {
+    set_constants(a, a.slots.size(), world.bodies.values()[a.slots.back()]);
+    a.slots.push_back(a.slots.back());
+    a.parents.push_back(kFree);
+  }
+  a.size = longest_way(a);
+  pack_joints(world, a);
+  return a;
+}
+
+void tie_loops(const Builder& b, std::vector<Island>& made) {
+  for (const Loop& loop : b.loops) {
+    Island& a = made[b.island[loop.body]];
+    Hold h;
+    h.column = b.column[loop.body], h.partner = b.column[loop.partner];
+    h.anchor = loop.anchor, h.held_anchor = loop.partner_anchor;
+    h.held_link = loop.link, h.held_pin = loop.pin;
+    h.priority = loop.priority, h.compliance = loop.compliance;
+    while (h.tree + 1 < a.trees.size() && a.trees[h.tree + 1].first <= h.column) ++h.tree;
+    a.holds.push_back(h);
+  }
+}
+
+void tie_cords(Builder& b, std::vector<Island>& made) {
+  World& world = b.world;
+  for (std::uint32_t i = 0; i < world.strings.size(); ++i) {
+    const String& s = world.strings.values()[i];
+    Cord cord;
+    cord.string = i;
+    cord.slot_a = world.bodies.slot(s.a), cord.slot_b = world.bodies.slot(s.b);
+    if (cord.slot_a == kNoSlot || cord.slot_b == kNoSlot || cord.slot_a == cord.slot_b) continue;
+    cord.column_a = b.column[cord.slot_a], cord.column_b = b.column[cord.slot_b];
+    const std::uint32_t owner = cord.column_a != kNoSlot ? cord.slot_a : cord.slot_b;
+    if (b.column[owner] == kNoSlot) continue;  // between two kinematic bodies
+    made[b.island[owner]].cords.push_back(cord);
+  }
+}
+
+/// Slots of trees, holds and cables, from an island to one that was built from the same things.
+void copy_slots(const IslandMemory& from, IslandMemory& to) {
+  for (std::size_t i = 0; i < to.trees.size(); ++i)
+    to.trees[i].held_body = from.trees[i].held_body, to.trees[i].held_pin = from.trees[i].held_pin;
+  for (std::size_t i = 0; i < to.holds.size(); ++i) {
+    Hold& h = to.holds[i];
+    h.held_body = from.holds[i].held_body, h.held_pin = from.holds[i].held_pin;
+    h.held_link = from.holds[i].held_link;
+  }
+  for (std::size_t i = 0; i < to.cords.size(); ++i) {
+    Cord& c = to.cords[i];
+    c.string = from.cords[i].string, c.slot_a = from.cords[i].slot_a;
+    c.slot_b = from.cords[i].slot_b;
+  }
+}
+
+/// Whether a slot of the last build and one of this name the same thing.
+bool is_same(std::span<const Entity> was, std::uint32_t old, std::span<const Entity> now,
+             std::uint32_t slot) {
+  if (old == kNoSlot || slot == kNoSlot) return old == slot;
+  return old < was.size() && slot < now.size() && was[old] == now[slot];
+}
+
+bool is_same(const AngleLimit& a, const AngleLimit& b) {
+  return a.on == b.on && a.low == b.low && a.high == b.high;
+}
+
+bool is_same(const JointLimits& a, const JointLimits& b) {
+  return is_same(a.turn, b.turn) && is_same(a.second, b.second) && a.swing.on == b.swing.on &&
+         a.swing.y == b.swing.y && a.swing.z == b.swing.z && a.soft_zone == b.soft_zone &&
+         a.soft_stiffness == b.soft_stiffness && a.soft_damping == b.soft_damping;
+}
+
+bool is_same(const PackedJoint& a, const PackedJoint& b) {
+  return a.stiff == b.stiff && a.own_is_a == b.own_is_a &&
+         (a.drive == kNoSlot) == (b.drive == kNoSlot) && a.joint.kind == b.joint.kind &&
+         a.joint.anchor_a == b.joint.anchor_a && a.joint.anchor_b == b.joint.anchor_b &&
+         a.joint.frames.a() == b.joint.frames.a() && a.joint.frames.b() == b.joint.frames.b() &&
+         is_same(*a.joint.limits, *b.joint.limits);
+}
+
+/// Whether an island is built just as it was: then nothing that it remembers is to change.
+struct Unchanged {
+  const World& world;
+  const BuiltFrom& was;
+
+  bool body(std::uint32_t old, std::uint32_t now) const {
+    return is_same(was.bodies, old, world.bodies.owners(), now);
+  }
+  bool pin(std::uint32_t old, std::uint32_t now) const {
+    return is_same(was.pins, old, world.pins.owners(), now);
+  }
+  bool link(std::uint32_t old, std::uint32_t now) const {
+    return is_same(was.links, old, world.links.owners(), now);
+  }
+  bool operator()(const Tree& a, const Tree& b) const {
+    return a.first == b.first && a.count == b.count && a.anchor == b.anchor &&
+           body(a.held_body, b.held_body) && pin(a.held_pin, b.held_pin);
+  }
+  bool operator()(const Hold& a, const Hold& b) const {
+    return a.column == b.column && a.partner == b.partner && a.tree == b.tree &&
+           a.anchor == b.anchor && a.held_anchor == b.held_anchor && a.priority == b.priority &&
+           a.compliance == b.compliance && body(a.held_body, b.held_body) &&
+           pin(a.held_pin, b.held_pin) && link(a.held_link, b.held_link);
+  }
+  bool operator()(const Cord& a, const Cord& b) const {
+    return a.column_a == b.column_a && a.column_b == b.column_b && body(a.slot_a, b.slot_a) &&
+           body(a.slot_b, b.slot_b) &&
+           is_same(was.strings, a.string, world.strings.owners(), b.string);
+  }
+  bool operator()(const PackedJoint& a, const PackedJoint& b) const { return is_same(a, b); }
+  bool operator()(std::uint32_t a, std::uint32_t b) const { return link(a, b); }
+
+  template <class T>
+  bool all(const std::vector<T>& a, const std::vector<T>& b) const {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), *this);
+  }
+  bool operator()(const Island& a, const Island& b) const {
+    return a.bodies == b.bodies && a.parents == b.parents && a.settings == b.settings &&
+           a.constants.numbers() == b.constants.numbers() && a.unfit == b.unfit &&
+           all(a.trees, b.trees) && all(a.holds, b.holds) && all(a.cords, b.cords) &&
+           all(a.links, b.links) && all(a.joints, b.joints);
+  }
+};
+
+/// The island as it was, with the slots of today.
+Island renumbered(Island old, Island& made) {
+  copy_slots(made, old);
+  old.slots = std::move(made.slots), old.links = std::move(made.links);
+  for (std::size_t i = 0; i < old.joints.size(); ++i) old.joints[i].drive = made.joints[i].drive;
+  return old;
+}
+
+/// Islands that are built as they were go on as they were; so does what a repeated step of theirs
+/// starts from.
+void keep_unchanged(World& world, std::vector<Island>& before, std::vector<Island>& made) {
+  Islands& all = world.memory.of<Islands>();
+  const BuiltFrom& built = partition_of(world).built;
+  std::vector<Islands::Saved> saved(made.size());
+  all.scratch.saved.resize(before.size());
+  std::vector<std::uint32_t> at(world.bodies.size(), kNoSlot);  // by slot of the first body
+  for (std::uint32_t i = 0; i < before.size(); ++i)
+    if (const std::uint32_t slot = world.bodies.slot(before[i].bodies.front()); slot != kNoSlot)
+      at[slot] = i;
+  const Unchanged unchanged{world, built};
+  for (std::size_t i = 0; i < made.size(); ++i) {
+    Island& a = made[i];
+    const std::uint32_t was = at[a.slots.front()];
+    if (was == kNoSlot || !unchanged(before[was], a)) continue;
+    a = renumbered(std::move(before[was]), a);
+    a.was = was;
+    if (world.touched != built.touched) a.resting = false, a.still_for = 0;
+    saved[i] = std::move(all.scratch.saved[was]);
+    copy_slots(a, saved[i].memory);
+  }
+  all.scratch.saved = std::move(saved);
+}
+
+/// What an earlier build remembered of a body.
+struct Remembered {
+  const Island* island = nullptr;
+  std::size_t column = 0;
+};
+
+void carry_memory(const std::vector<Island>& before, const World& world,
+                  std::vector<Island>& made) {
+  std::vector<Remembered> old(world.bodies.size());
+  for (const Island& a : before)
+    for (std::size_t c = 0; c < a.count(); ++c)
+      if (const std::uint32_t slot = world.bodies.slot(a.bodies[c]); slot != kNoSlot)
+        old[slot] = {&a, c};
+  for (Island& a : made) {
+    for (std::size_t c = 0; c < a.count(); ++c) {
+      const Remembered& r = old[a.slots[c]];
+      if (!r.island) continue;
+      a.fresh = a.fresh && r.island->fresh;
+      a.last_step = r.island->last_step;
+      for (std::size_t row = 0; row < kLoad; ++row)
+        a.memory.at(row, c) = r.island->memory.at(row, r.column);
+      // A joint keeps its load while it points the same way.
+      const auto parent_of = [](const Island& x, std::size_t column) {
+        const std::int32_t p = x.parents[column];
+        return p >= 0 ? x.bodies[static_cast<std::size_t>(p)] : Entity{};
+      };
+      if (parent_of(a, c) == parent_of(*r.island, r.column))
+        a.memory.set(kLoad, c, r.island->memory.vec(kLoad, r.column));
+      if (a.joints.empty() || r.island->joints.empty()) continue;
+      const PackedJoint& was_joint = r.island->joints[r.column];
+      const PackedJoint& joint = a.joints[c];
+      if (joint.own_is_a != was_joint.own_is_a || joint.joint.kind != was_joint.joint.kind) continue;
+      a.joint_memory[c] = r.island->joint_memory[r.column];
+    }
+    // A free tree keeps what it knows of its angular momentum only while it stays the same.
+    const Remembered& first = old[a.slots.front()];
+    if (!first.island || first.island->bodies != a.bodies) continue;
+    const Island& was = *first.island;
+    for (std::size_t t = 0; t < a.trees.size() && a.trees.size() == was.trees.size(); ++t) {
+      const std::uint32_t root = a.trees[t].first;
+      if (was.trees[t].first != root || was.parents[root] != a.parents[root]) continue;
+      a.trees[t].spin_momentum = was.trees[t].spin_momentum;
+      a.trees[t].keeps_spin = was.trees[t].keeps_spin;
+    }
+  }
+}
+
+}  // namespace
+
+void compile(World& world, std::span<const IslandPlan> plans) {
+  Builder b(world);
+  read_links(b);
+  read_pins(b);
+  check_strings(b);
+  b.column.assign(world.bodies.size(), kNoSlot);
+  b.island.assign(world.bodies.size(), kNoSlot);
+  std::vector<Island> made;
+  made.reserve(plans.size());
+  for (const IslandPlan& plan : plans)
+    made.push_back(pack(b, plan, static_cast<std::uint32_t>(made.size())));
+  tie_cords(b, made);
+  tie_loops(b, made);
+  for (const Island& a : made)
+    for (std::uint32_t c = 0; c < a.count(); ++c) b.partition.set_column(a.slots[c], c);
+  for (std::size_t i = 0; i < made.size(); ++i) made[i].unfit = plans[i].unfit;
+  std::vector<Island>& list = world.memory.of<Islands>().list;
+  carry_memory(list, world, made);
+  keep_unchanged(world, list, made);
+  list = std::move(made);
+}
+
+std::vector<Island>& islands_of(World& world) { return world.memory.of<Islands>().list; }
+const std::vector<Island>& islands_of(const World& world) {
+  return world.memory.of<Islands>().list;
+}
+
+void Islands::add_to(Hash& hash) const {
+  for (const Island& a : list) {
+    for (Real number : a.constants.numbers()) hash.add(number);
+    for (Real number : a.memory.numbers()) hash.add(number);
+    for (std::int32_t parent : a.parents) hash.add(parent);
+    for (const Tree& t : a.trees) hash.add(t.target), hash.add(t.spin_momentum);
+    for (const JointMemory& j : a.joint_memory) {
+      for (Real load : j.loads) hash.add(load);
+      hash.add(j.share);
+    }
+    for (const Hold& h : a.holds) hash.add(h.target), hash.add(h.load), hash.add(h.gap_before);
+    for (const Cord& c : a.cords) hash.add(c.load);
+    hash.add(a.still_for), hash.add(a.resting), hash.add(a.resting_in);
+    hash.add(a.iterating), hash.add(a.calm_steps), hash.add(a.fresh), hash.add(a.last_step);
+    hash.add(a.reserve), hash.add(a.driven), hash.add(a.aimed);
+  }
+}
+
+}  // namespace pantin::articulated

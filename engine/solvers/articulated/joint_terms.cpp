@@ -1,0 +1,313 @@
+// What stiff joints ask of the articulated solve: the turns their kind leaves free, their stops and
+// their springs, seen from the predicted poses.
+#include <algorithm>
+
+#include "engine/base/rotation.hpp"
+#include "engine/solvers/articulated/internal.hpp"
+
+namespace pantin::articulated {
+namespace {
+
+const Vec3 kX(1, 0, 0), kY(0, 1, 0), kZ(0, 0, 1);
+
+/// Of a stop that is a stiff row, over its body's own inertia.
+constexpr Real kStopWeight = 100;
+
+/// A cone that is locked in one direction still needs a rim to measure by.
+constexpr Real kThinnest = 1e-6;  // rad
+
+/// A joint at given rotations of its two bodies.
+struct At {
+  const PackedJoint& packed;
+  Quat a, b;  // joint axes of both bodies, world
+  Quat turn;  // of b's in a's
+
+  At(const PackedJoint& j, Quat own, Quat parent)
+      : packed(j),
+        a((j.own_is_a ? own : parent) * j.joint.frames.a()),
+        b((j.own_is_a ? parent : own) * j.joint.frames.b()),
+        turn(glm::conjugate(a) * b) {}
+
+  /// 1 if the own body is the joint's b, whose turn against a is counted; else -1.
+  Real sign() const { return packed.own_is_a ? -1 : 1; }
+
+  /// The own body's rotation where b's axes stand in a's as `q` says, for a parent that stays.
+  Quat own_at(Quat q) const {
+    return packed.own_is_a ? b * glm::conjugate(q) * glm::conjugate(packed.joint.frames.a())
+                           : a * q * glm::conjugate(packed.joint.frames.b());
+  }
+};
+
+/// One direction of a joint that a stop watches: how far beyond the stop it is (below zero: room),
+/// and along which relative turn of b against a that grows.
+struct Excess {
+  Real angle = 0;
+  Vec3 along{0};
+  bool watched = false;
+};
+
+void watch(const AngleLimit& limit, Real angle, Vec3 along, Excess* low, Excess* high) {
+  if (!limit.on) return;
+  const Real middle = 0.5 * (limit.low + limit.high);
+  angle -= 2 * kPi * std::round((angle - middle) / (2 * kPi));
+  *low = {limit.low - angle, -along, true};
+  *high = {angle - limit.high, along, true};
+}
+
+void watch(const SwingLimit& limit, const At& at, Vec3 swing, Excess* out) {
+  if (!limit.on) return;
+  const Real y = std::max(limit.y, kThinnest), z = std::max(limit.z, kThinnest);
+  const Real angle = glm::length(swing), m = std::hypot(swing.y / y, swing.z / z);
+  if (!(m > 1e-9) || !(angle > 1e-12)) {  // at the middle: the whole cone is room
+    *out = {-std::min(y, z), Vec3(0), false};
+    return;
+  }
+  // d(swing) = (w.e) e + (angle / sin angle) (w.(x_b x e)) (x_a x e) for a relative spin w.
+  const Vec3 local = swing / angle, e = at.a * local;
+  const Vec3 slope = at.a * Vec3(0, swing.y / (y * y * m), swing.z / (z * z * m));
+  const Vec3 xa = at.a * kX, xb = at.b * kX;
+  const Real ratio = std::sin(angle) > 1e-6 ? angle / std::sin(angle) : 1e6;
+  const Vec3 grow =
+      glm::dot(slope, e) * e + ratio * glm::dot(slope, glm::cross(xa, e)) * glm::cross(xb, e);
+  const Real size = glm::length(grow);
+  *out = {(m - 1) / size, grow / size, true};
+}
+
+/// The stops of a joint: turn low and high, second (or swing, then one alone) low and high.
+void measure_stops(const At& at, Excess (&out)[4]) {
+  const Joint& joint = at.packed.joint;
+  const JointLimits& limits = joint.limits;
+  switch (joint.kind) {
+    case JointKind::hinge:
+      watch(limits.turn, swing_twist(at.turn).twist, at.a * kX, &out[0], &out[1]);
+      return;
+    case JointKind::universal: {
+      const UniversalAngles angles = universal_angles(at.turn);
+      watch(limits.turn, angles.first, at.a * kY, &out[0], &out[1]);
+      watch(limits.second, angles.second, at.b * kZ, &out[2], &out[3]);
+      return;
+    }
+    case JointKind::ball:
+      break;
+    default:  // fixed; other kinds do not come here
+      return;
+  }
+  if (!limits.any()) return;
+  const SwingTwist parts = swing_twist(at.turn);
+  const Vec3 xa = at.a * kX, xb = at.b * kX;
+  const Real c = 1 + glm::dot(xa, xb);
+  if (c > 1e-6) watch(limits.turn, parts.twist, (xa + xb) / c, &out[0], &out[1]);
+  watch(limits.swing, at, parts.swing, &out[2]);
+}
+
+/// What the kind leaves free, at an allowed pose.
+void set_freedom(const At& at, JointTerms& t) {
+  switch (at.packed.joint.kind) {
+    case JointKind::ball:
+      return;
+    case JointKind::hinge:
+      t.first = at.a * kX;
+      return;
+    case JointKind::universal:
+      t.first = at.a * kY, t.second = at.b * kZ;
+      return;
+    default:  // fixed; other kinds do not come here
+      return;
+  }
+}
+
+/// Adds a spring of stiffness k (kg m^2/rad) along a direction, that pulls with `torque` where the
+/// joint is not turned any further.
+void add_spring(JointTerms& t, Real k, Vec3 along, Real torque) {
+  t.spring += k * glm::outerProduct(along, along);
+  t.torque += torque * along;
+}
+
+void add_soft_zones(const JointLimits& limits, Real to_load, Real h, JointTerms& t) {
+  if (!(limits.soft_zone > 0)) return;
+  for (Stop& stop : t.stops) {
+    if (stop.along == Vec3(0)) continue;
+    // Within the zone at the prediction: whatever leaves it meanwhile is let go the next step.
+    stop.soft = limits.soft_zone - stop.room;
+    if (!(stop.soft > 0)) continue;
+    const Real k = limits.soft_stiffness * to_load, d = limits.soft_damping * to_load / h;
+    add_spring(t, k + d, stop.along, -k * stop.soft - d * glm::dot(stop.along, t.way));
+  }
+}
+
+/// The drive as an implicit spring, cap aside.
+void add_drive(const World& world, const At& at, Real to_load, Real h, JointTerms& t) {
+  const PoseDrive& drive = world.pose_drives.values()[at.packed.drive];
+  const Quat own = at.own_at(at.turn);
+  const Quat target = target_at(drive, world.time + h);
+  const Vec3 lack = rotation_vector(at.own_at(target) * glm::conjugate(own));
+  Vec3 ahead(0);
+  if (!drive.keys.empty())
+    ahead = at.sign() *
+            (at.a * rotation_vector(target * glm::conjugate(target_at(drive, world.time))));
+  const Real k = drive.stiffness * to_load, d = drive.damping * to_load / h;
+  t.drive_spring = k + d;
+  t.drive_torque = k * lack - d * (t.way - ahead);
+}
+
+}  // namespace
+
+Quat parent_rotation(const World& world, const Island& a, std::size_t c, Work rotation_row) {
+  if (a.parents[c] >= 0)
+    return a.room.work.quat(rotation_row, static_cast<std::size_t>(a.parents[c]));
+  const std::uint32_t held = held_body_of(a, c);
+  return held == UINT32_MAX ? kNoTurn : world.bodies.values()[held].pose.rotation;
+}
+
+Quat own_rotation(const PackedJoint& joint, Quat parent, Quat turn) {
+  const At at(joint, kNoTurn, parent);
+  return glm::normalize(at.own_at(turn));
+}
+
+Quat joint_turn(const PackedJoint& joint, Quat own, Quat parent) {
+  return At(joint, own, parent).turn;
+}
+
+void set_terms(const World& world, Island& a, Real h, Work rotation_row, bool again) {
+  const Real to_load = a.force_share * h * h;
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    PackedJoint& j = a.joints[c];
+    if (!j.stiff) continue;
+    JointTerms& t = a.room.terms[c];
+    const Quat own = a.room.work.quat(rotation_row, c);
+    t.parent = parent_rotation(world, a, c, rotation_row);
+    t.spring = Mat3(0), t.torque = t.drive_torque = t.align = Vec3(0), t.drive_spring = 0;
+    Quat aligned = own;
+    const At before(j, own, t.parent);
+    if (j.joint.kind != JointKind::ball) {
+      aligned = glm::normalize(before.own_at(allowed_by_kind(j.joint.kind, before.turn)));
+      t.align = rotation_vector(aligned * glm::conjugate(own));
+    }
+    const At at(j, aligned, t.parent);
+    set_freedom(at, t);
+    Excess excess[4];
+    measure_stops(at, excess);
+    for (int s = 0; s < 4; ++s) {
+      Stop& stop = t.stops[s];
+      const bool was_on = stop.on;
+      stop = Stop{};
+      if (!excess[s].watched) continue;
+      stop.along = at.sign() * excess[s].along, stop.room = -excess[s].angle;
+      stop.both_ways = s % 2 == 1 && (s == 1 ? j.joint.limits->turn : j.joint.limits->second).on &&
+                       excess[s - 1].watched && excess[s - 1].angle + excess[s].angle > -1e-12;
+      // A lock is one stop that holds both ways.
+      if (s % 2 == 0 && excess[s + 1].watched && excess[s].angle + excess[s + 1].angle > -1e-12) {
+        stop = Stop{};
+        continue;
+      }
+      stop.load = again ? 0 : a.joint_memory[c].loads[s];
+      stop.on = stop.both_ways || (again ? was_on : stop.load > 0) || stop.room < 0;
+    }
+    if (again) continue;
+    const Body& body = world.bodies.values()[a.slots[c]];
+    t.way = rotation_vector(own * glm::conjugate(body.pose.rotation));
+    if (a.parents[c] >= 0) {
+      const Body& q = world.bodies.values()[a.slots[static_cast<std::size_t>(a.parents[c])]];
+      t.way -= rotation_vector(t.parent * glm::conjugate(q.pose.rotation));
+    } else if (const std::uint32_t held = held_body_of(a, c); held != UINT32_MAX) {
+      t.way -= h * world.bodies.values()[held].spin;
+    }
+    t.way += t.align;
+    add_soft_zones(j.joint.limits, to_load, h, t);
+    if (j.drive != UINT32_MAX) add_drive(world, at, to_load, h, t);
+  }
+}
+
+void soften_stops(Island& a) {
+  for (std::size_t c = 0; c < a.joints.size(); ++c) {
+    if (!a.joints[c].stiff) continue;
+    const Mat3& tt = a.room.base[c].tt;
+    for (Stop& stop : a.room.terms[c].stops)
+      if (!stop.both_ways) stop.weight = kStopWeight * (tt[0][0] + tt[1][1] + tt[2][2]);
+  }
+}
+
+namespace {
+
+/// What the stops that are on bear, from the balance of torques along them.
+void find_loads(JointTerms& t, Vec3 turn, Vec3 slide) {
+  Stop* on[2] = {nullptr, nullptr};
+  for (Stop& stop : t.stops)
+    if (stop.is_lock() && !on[1]) (on[0] ? on[1] : on[0]) = &stop;
+  const auto push = [&](const Stop& s) {
+    return s.pull - glm::dot(s.by_turn, turn) - glm::dot(s.by_slide, slide) -
+           glm::dot(s.by_relative, t.turned);
+  };
+  if (!on[0]) return;
+  const Real first = push(*on[0]);
+  on[0]->load = first;
+  if (!on[1]) return;
+  const Real second = push(*on[1]), c = glm::dot(on[0]->along, on[1]->along), det = 1 - c * c;
+  if (!(det > 1e-6)) {
+    on[1]->load = 0;
+    return;
+  }
+  on[0]->load = (first - c * second) / det, on[1]->load = (second - c * first) / det;
+}
+
+}  // namespace
+
+bool settle_stops(Island& a, std::size_t c, Quat own, Quat parent, Vec3 turn, Vec3 slide) {
+  PackedJoint& j = a.joints[c];
+  JointTerms& t = a.room.terms[c];
+  Excess excess[4];
+  const At at(j, own, parent);
+  measure_stops(at, excess);
+  if (!a.iterates) find_loads(t, turn, slide);
+  bool settled = true;
+  for (int s = 0; s < 4; ++s) {
+    Stop& stop = t.stops[s];
+    if (!excess[s].watched) continue;
+    const Real beyond = excess[s].angle;
+    const Vec3 along = at.sign() * excess[s].along;
+    if (const Real same = glm::dot(along, stop.along); same < 0.7) {
+      // A swing has come round to another side of its cone.
+      stop.along = along, stop.room = glm::dot(along, t.turned) - beyond, stop.bend = 0;
+      stop.load *= std::max(Real(0), same);
+    }
+    const Real linear = glm::dot(stop.along, t.turned) - stop.room;
+    if (stop.on && !stop.is_lock()) stop.load += stop.weight * (linear + stop.bend);
+    if (a.iterates && !stop.both_ways) {
+      settled = settled && std::abs(beyond - linear - stop.bend) < 1e-4;
+    } else if (stop.on) {
+      const bool still = !stop.is_lock() && std::abs(beyond) < 1e-5;
+      if (stop.load <= 0 && still)
+        stop.load = 0;
+      else if (stop.load <= 0 && !stop.both_ways)
+        stop.load = 0, stop.on = false, settled = false;
+      settled = settled && beyond < (stop.is_lock() ? 1e-6 : 1e-5);
+    } else if (beyond > 1e-9) {
+      stop.on = true, stop.load = 0, settled = false;
+    }
+    stop.bend = beyond - linear;
+  }
+  return settled;
+}
+
+bool settle_drive(World& world, Island& a, Real h, std::size_t c) {
+  if (a.joints[c].drive == UINT32_MAX) return true;
+  PoseDrive& drive = world.pose_drives.values()[a.joints[c].drive];
+  Real& known = a.joint_memory[c].share;
+  const JointTerms& t = a.room.terms[c];
+  const Real to_load = a.force_share * h * h;
+  const Real whole = glm::length(t.drive_torque - t.drive_spring * t.turned) / to_load;
+  const Real share = whole > drive.max_torque ? drive.max_torque / whole : 1;
+  drive.torque = known * whole, drive.capped = share < 1;
+  const bool settled = std::abs(share - known) <= 1e-4 * known;
+  if (!settled) known = share;
+  return settled;
+}
+
+Real work_of_springs(const Island& a, std::size_t c, Real h) {
+  const JointTerms& t = a.room.terms[c];
+  const Vec3 torque = t.torque - t.spring * t.turned +
+                      a.joint_memory[c].share * (t.drive_torque - t.drive_spring * t.turned);
+  return glm::dot(torque, t.way + t.turned) / (a.force_share * h * h);
+}
+
+}  // namespace pantin::articulated

@@ -1,0 +1,78 @@
+#include "engine/solvers/articulated/push_out.hpp"
+
+#include <algorithm>
+
+namespace pantin::articulated {
+namespace {
+
+/// Leaves every plane, but for round-off?
+bool leaves_all(const HalfSpaces& p, Vec3 u) {
+  for (std::size_t i = 0; i < p.count; ++i) {
+    const Real slack = 1e-10 * (std::abs(p.depths[i]) + glm::length(u));
+    if (glm::dot(p.normals[i], u) < p.depths[i] - slack) return false;
+  }
+  return true;
+}
+
+/// The nearest point of the edge of two planes; false if they have none.
+bool edge_of(Vec3 n, Real a, Vec3 m, Real b, Vec3& u) {
+  const Real c = glm::dot(n, m), det = 1 - c * c;
+  if (!(det > 1e-12)) return false;
+  u = (a - c * b) / det * n + (b - c * a) / det * m;
+  return true;
+}
+
+/// The corner of three planes.
+bool corner_of(const HalfSpaces& p, std::size_t i, std::size_t j, std::size_t k, Vec3& u) {
+  const Vec3 c = glm::cross(p.normals[j], p.normals[k]);
+  const Real det = glm::dot(p.normals[i], c);
+  if (!(std::abs(det) > 1e-9)) return false;
+  u = (p.depths[i] * c + p.depths[j] * glm::cross(p.normals[k], p.normals[i]) +
+       p.depths[k] * glm::cross(p.normals[i], p.normals[j])) /
+      det;
+  return true;
+}
+
+}  // namespace
+
+void HalfSpaces::add(Vec3 normal, Real depth) {
+  for (std::size_t i = 0; i < count; ++i) {
+    if (glm::dot(normals[i], normal) < 1 - 1e-12) continue;
+    depths[i] = std::max(depths[i], depth);  // the same plane
+    return;
+  }
+  std::size_t at = count;
+  if (count == normals.size()) {
+    at = static_cast<std::size_t>(std::min_element(depths.begin(), depths.end()) - depths.begin());
+    if (depths[at] >= depth) return;
+  } else {
+    ++count;
+  }
+  normals[at] = normal, depths[at] = depth;
+}
+
+Vec3 push_out(const HalfSpaces& p) {
+  Vec3 best(0), u;
+  Real least = 1e300, deepest = 0;
+  const auto consider = [&](Vec3 way) {
+    const Real d2 = glm::dot(way, way);
+    if (d2 < least && leaves_all(p, way)) least = d2, best = way;
+  };
+  Vec3 fallback(0);
+  for (std::size_t i = 0; i < p.count; ++i) {
+    const Vec3 alone = p.depths[i] * p.normals[i];
+    if (p.depths[i] > deepest) deepest = p.depths[i], fallback = alone;
+    consider(alone);
+  }
+  if (least < 1e300) return best;  // no way out of that plane is shorter
+  for (std::size_t i = 0; i < p.count; ++i)
+    for (std::size_t j = i + 1; j < p.count; ++j)
+      if (edge_of(p.normals[i], p.depths[i], p.normals[j], p.depths[j], u)) consider(u);
+  for (std::size_t i = 0; i < p.count; ++i)
+    for (std::size_t j = i + 1; j < p.count; ++j)
+      for (std::size_t k = j + 1; k < p.count; ++k)
+        if (corner_of(p, i, j, k, u)) consider(u);
+  return least < 1e300 ? best : fallback;
+}
+
+}  // namespace pantin::articulated

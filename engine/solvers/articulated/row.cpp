@@ -1,0 +1,186 @@
+// The articulated solver's row in the table of solvers.
+#include <algorithm>
+
+#include "engine/solvers/articulated/articulated.hpp"
+#include "engine/solvers/solver.hpp"
+
+namespace pantin::articulated {
+namespace {
+
+/// Whether another solver moves a body that holds any part of the island.
+bool follows(const World& world, std::size_t island) {
+  const Partition& partition = partition_of(world);
+  const auto foreign = [&](std::uint32_t slot) {
+    const Owner owner = owner_of(partition, slot);
+    return owner && owner.solver != kArticulated;
+  };
+  const auto foreign_pin = [&](std::uint32_t pin) {
+    if (pin == kNoSlot) return false;
+    const Pin& p = world.pins.values()[pin];
+    return foreign(world.bodies.slot(p.body)) || (p.to && foreign(world.bodies.slot(p.to)));
+  };
+  const Island& a = islands_of(world)[island];
+  for (const Tree& t : a.trees)
+    if (foreign_pin(t.held_pin)) return true;
+  for (const Hold& h : a.holds)
+    if (foreign_pin(h.held_pin)) return true;
+  for (const Cord& c : a.cords)
+    if (foreign(c.slot_a) || foreign(c.slot_b)) return true;
+  return false;
+}
+
+void predict(World& world, const StepTask& task) {
+  std::vector<Island>& all = islands_of(world);
+  for_each_island(all.size(), task.threads, [&](std::size_t i) { update(world, all[i], task.h); });
+}
+
+void save(World& world, std::size_t island);
+
+/// What was compiled within a step is predicted from where it is.
+void catch_up(World& world, const StepTask& task) {
+  std::vector<Island>& all = islands_of(world);
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (!all[i].room.predicted) save(world, i), update(world, all[i], task.h);
+}
+
+/// Islands that touch one another are solved side by side, a pass each in turn.
+void adjust_touching(World& world, const StepTask& task) {
+  std::vector<Island>& all = islands_of(world);
+  int passes = 0;
+  for (const Island& a : all)
+    if (a.mutual) passes = std::max(passes, a.settings.passes);
+  if (passes == 0) return;
+  const Real h = task.h;
+  const auto each = [&](const auto& work) {
+    for_each_island(all.size(), task.threads, [&](std::size_t i) {
+      if (all[i].mutual) work(all[i]);
+    });
+  };
+  each([&](Island& a) { begin_passes(world, a, h), begin_iterating(world, a); });
+  bool settled = false;
+  for (int n = 0; n < passes && !settled; ++n) {
+    each([&](Island& a) { begin_pass(world, a, h); });
+    iterate_mutual(world, h);
+    // Each notes for itself whether it is settled: nothing is shared between threads.
+    each([&](Island& a) { a.settled = end_pass(world, a, h); });
+    settled = true;
+    for (const Island& a : all) settled = settled && (!a.mutual || a.settled);
+  }
+  each([&](Island& a) { finish_passes(world, a, h, a.lost); });
+}
+
+void adjust_alone(World& world, const StepTask& task) {
+  std::vector<Island>& all = islands_of(world);
+  for_each_island(all.size(), task.threads, [&](std::size_t i) {
+    all[i].lost = Entity{};
+    if (!all[i].mutual && !follows(world, i)) adjust(world, all[i], task.h, all[i].lost);
+  });
+}
+
+bool touches(const World& world, std::size_t island) { return islands_of(world)[island].mutual; }
+
+std::size_t count(const World& world) { return islands_of(world).size(); }
+
+std::span<contact::Interface> interfaces(World&, std::size_t) { return {}; }
+
+Islands::Saved& saved_of(World& world, std::size_t island) {
+  Islands& all = world.memory.of<Islands>();
+  all.scratch.saved.resize(all.list.size());
+  return all.scratch.saved[island];
+}
+
+void save(World& world, std::size_t island) {
+  const Island& a = islands_of(world)[island];
+  Islands::Saved& s = saved_of(world, island);
+  s.memory = a;
+  s.bodies.clear();
+  for (std::size_t c = 0; c < a.count(); ++c)
+    s.bodies.push_back(world.bodies.values()[a.slots[c]]);
+}
+
+bool repeat(World& world, std::size_t island, Real h) {
+  Island& a = islands_of(world)[island];
+  const Islands::Saved& s = saved_of(world, island);
+  static_cast<IslandMemory&>(a) = s.memory;
+  for (std::size_t c = 0; c < a.count(); ++c) world.bodies.values()[a.slots[c]] = s.bodies[c];
+  update(world, a, h);
+  a.lost = Entity{};
+  return adjust(world, a, h, a.lost);
+}
+
+void report_holds(const World& world, const Island& a, StepReport& report) {
+  const Real bound = a.settings.tolerance * a.size;
+  const auto note = [&](Real residual, Entity who) {
+    if (residual > bound) ++report.unreached;
+    if (residual > report.worst_residual) report.worst_residual = residual, report.worst_hold = who;
+  };
+  for (const Hold& h : a.holds) {
+    if (h.compliance > 0) continue;
+    note(h.residual, h.held_pin != kNoSlot ? world.pins.owners()[h.held_pin]
+                                           : world.links.owners()[h.held_link]);
+  }
+  for (const Cord& c : a.cords) {
+    const String& s = world.strings.values()[c.string];
+    if (s.joint.compliance > 0) continue;
+    note(stretch(s.joint, world.bodies[s.a].pose, world.bodies[s.b].pose),
+         world.strings.owners()[c.string]);
+  }
+}
+
+void measure(const World& world, Measures& m) {
+  for (const Island& a : islands_of(world))
+    for (std::size_t c = 0; c < a.count(); ++c) {
+      if (a.links[c] == kNoSlot) continue;
+      const Link& link = world.links.values()[a.links[c]];
+      const Pose &pa = world.bodies[link.a].pose, &pb = world.bodies[link.b].pose;
+      const Real gap = glm::length(residual(link.joint, pa, pb));
+      if (gap > m.worst_gap) m.worst_gap = gap, m.worst_link = world.links.owners()[a.links[c]];
+      m.worst_gap_rel = std::max(m.worst_gap_rel, gap / a.size);
+      if (link.joint.kind == JointKind::ball && !link.joint.limits.any()) continue;
+      const Quat turn = relative_turn(link.joint, pa.rotation, pb.rotation);
+      m.worst_violation = std::max(m.worst_violation, violation(link.joint, turn));
+    }
+}
+
+void report(const World& world, StepReport& report) {
+  for (const Island& a : islands_of(world)) {
+    report.rounds_used = std::max(report.rounds_used, a.rounds_used);
+    report.limited += a.limited;
+    report.resting += a.resting;
+    report.passes_used = std::max(report.passes_used, a.passes_used);
+    report.stops_hit += a.stops_hit, report.drives_capped += a.drives_capped;
+    report_holds(world, a, report);
+    if (a.grew && report.status == Status::ok)
+      report.status = Status::energy_grew, report.body = a.bodies.back();
+    if (!a.lost || report.status == Status::diverged) continue;
+    Measures gaps;
+    measure(world, gaps);
+    report.status = Status::diverged, report.body = a.lost, report.residual = gaps.worst_gap;
+  }
+}
+
+}  // namespace
+
+const SolverRow kRow{.name = "articulated",
+                     .feels_contacts = true,
+                     .compile = compile,
+                     .prepare = prepare,
+                     .predict = predict,
+                     .catch_up = catch_up,
+                     .asleep = all_asleep,
+                     .find_reaches = find_reaches,
+                     .take_contacts = take_contacts,
+                     .adjust = adjust_alone,
+                     .adjust_touching = adjust_touching,
+                     .count = count,
+                     .interfaces = interfaces,
+                     .follows = follows,
+                     .touches = touches,
+                     .save = save,
+                     .repeat = repeat,
+                     .react = react,
+                     .press = press,
+                     .report = report,
+                     .measure = measure};
+
+}  // namespace pantin::articulated

@@ -1,0 +1,455 @@
+#include "engine/solvers/lagrangian/island.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "engine/base/disjoint_sets.hpp"
+#include "engine/solvers/lagrangian/jacobian.hpp"
+#include "engine/solvers/solver.hpp"
+#include "engine/world/world.hpp"
+
+namespace pantin::lagrangian {
+namespace {
+
+constexpr std::uint32_t kNobody = UINT32_MAX;
+
+bool is_dynamic(const World& world, std::uint32_t slot) {
+  return world.bodies.values()[slot].motion == Motion::dynamic;
+}
+
+/// The slots of a link's bodies; none where it cannot be used.
+struct Ends {
+  std::uint32_t a = kNobody, b = kNobody;
+};
+Ends ends_of(const World& world, Entity a, Entity b) {
+  const Ends ends{world.bodies.slot(a), world.bodies.slot(b)};
+  if (ends.a == kNoSlot || ends.b == kNoSlot || ends.a == ends.b) return {};
+  return ends;
+}
+
+/// Everything the builder looks up while it packs islands.
+struct Packer {
+  World& world;
+  Partition& partition;
+  std::vector<Island>& islands;
+  std::vector<std::uint32_t> owner;   // island, by slot
+  std::vector<std::uint32_t> number;  // in it
+};
+
+std::uint32_t add_frame(Island& m, std::uint32_t slot, std::uint32_t pin) {
+  for (std::size_t i = 0; i < m.frames.size() && pin == kNobody; ++i)
+    if (m.frames[i].slot == slot && m.frames[i].pin == kNobody)
+      return static_cast<std::uint32_t>(m.count() + i);
+  Frame f;
+  f.slot = slot, f.pin = pin;
+  m.frames.push_back(f);
+  return static_cast<std::uint32_t>(m.count() + m.frames.size() - 1);
+}
+
+/// A body's number in the mechanism, as a frame if it is not its own.
+std::uint32_t number_of(Packer& p, std::uint32_t island, std::uint32_t slot) {
+  if (p.owner[slot] == island) return p.number[slot];
+  return add_frame(p.islands[island], slot, kNobody);
+}
+
+void add_block(Island& m, Block block) {
+  if (block.rows == 0) return;
+  block.first_row = static_cast<std::uint32_t>(m.rows);
+  block.first_vector = static_cast<std::uint32_t>(m.vectors);
+  m.rows += block.rows;
+  m.vectors += vectors_of(block);
+  m.blocks.push_back(block);
+}
+
+void add_limits(Island& m, const Joint& joint, Block block) {
+  block.kind = BlockKind::limit, block.rows = 1, block.point = false;
+  const auto add = [&](Coordinate which, bool upper, Real bound, bool lock) {
+    block.coordinate = which, block.upper = upper, block.bound = bound, block.lock = lock;
+    add_block(m, block);
+    m.unilateral = true;
+  };
+  const auto add_range = [&](Coordinate which, const AngleLimit& range) {
+    if (!range.on) return;
+    if (range.low == range.high) return add(which, false, range.low, true);
+    add(which, false, range.low, false), add(which, true, range.high, false);
+  };
+  add_range(Coordinate::turn, joint.limits->turn);
+  if (joint.kind == JointKind::universal) add_range(Coordinate::second, joint.limits->second);
+  if (joint.kind == JointKind::ball && joint.limits->swing.on)
+    add(Coordinate::swing, false, 0, false);
+  const bool slides = joint.kind == JointKind::cylindrical ||
+                      joint.kind == JointKind::prismatic || joint.kind == JointKind::screw;
+  if (slides) add_range(Coordinate::slide, joint.extras->travel);
+}
+
+void add_efforts(Island& m, const Joint& joint, Block block) {
+  const auto add = [&](Coordinate which, const Freedom& freedom) {
+    if (!freedom.any()) return;
+    Effort e;
+    e.link = block.source, e.body[0] = block.body[0], e.body[1] = block.body[1];
+    e.coordinate = which;
+    m.efforts.push_back(e);
+    m.damped = true;
+    ++m.effort_rows;
+    block.kind = BlockKind::spring, block.rows = 1, block.point = false;
+    block.coordinate = which;
+    add_block(m, block);
+  };
+  add(Coordinate::turn, joint.extras->turn), add(Coordinate::slide, joint.extras->slide);
+}
+
+void pack_links(Packer& p) {
+  World& world = p.world;
+  for (std::uint32_t i = 0; i < world.links.size(); ++i) {
+    const Link& link = world.links.values()[i];
+    const Ends ends = ends_of(world, link.a, link.b);
+    if (ends.a == kNobody) continue;  // reported by the articulated solver
+    const std::uint32_t at =
+        p.owner[ends.a] != kNobody ? p.owner[ends.a] : p.owner[ends.b];
+    if (at == kNobody) continue;
+    Island& m = p.islands[at];
+    if (link.joint.kind == JointKind::custom) {
+      const auto& custom = link.joint.extras->custom;
+      if (!custom || custom->rows() < 1 || custom->rows() > 6) {
+        p.partition.faults.push_back({world.links.owners()[i], "is a custom joint of no row, or of more than six", StructureFault::left_out, false});
+        continue;
+      }
+    }
+    Block block;
+    block.rows = static_cast<std::uint8_t>(row_count(link.joint));
+    block.source = i, block.count = 2, block.point = holds_point(link.joint.kind);
+    block.body[0] = number_of(p, at, ends.a), block.body[1] = number_of(p, at, ends.b);
+    add_block(m, block);
+    add_limits(m, link.joint, block);
+    add_efforts(m, link.joint, block);
+    if (!world.pose_drives.find(world.links.owners()[i])) continue;
+    m.pose_drives.push_back({i, {block.body[0], block.body[1]}});
+    m.damped = true;
+  }
+}
+
+void pack_pins(Packer& p) {
+  World& world = p.world;
+  for (std::uint32_t i = 0; i < world.pins.size(); ++i) {
+    const Pin& pin = world.pins.values()[i];
+    const std::uint32_t slot = world.bodies.slot(pin.body);
+    const std::uint32_t to = pin.to ? world.bodies.slot(pin.to) : kNoSlot;
+    if (slot == kNoSlot || (pin.to && (to == kNoSlot || to == slot))) continue;
+    // What hangs on a mechanism is no joint of it: see owed.
+    const std::uint32_t at = p.owner[slot] != kNobody ? p.owner[slot]
+                             : to != kNoSlot          ? p.owner[to]
+                                                      : kNobody;
+    if (at == kNobody || (p.owner[slot] == kNobody && is_dynamic(world, slot)) ||
+        (to != kNoSlot && p.owner[to] == kNobody && is_dynamic(world, to)))
+      continue;
+    Island& m = p.islands[at];
+    Block block;
+    block.kind = BlockKind::pin, block.source = i, block.rows = 3, block.count = 2;
+    block.point = true;
+    block.body[0] = number_of(p, at, slot);
+    block.body[1] = to != kNoSlot ? number_of(p, at, to) : add_frame(m, kNobody, i);
+    if (pin.grip == Grip::exact)
+      add_block(m, block);
+    else
+      m.elastic_pins.push_back({i, {block.body[0], block.body[1]}});
+  }
+}
+
+void pack_strings(Packer& p) {
+  World& world = p.world;
+  for (std::uint32_t i = 0; i < world.strings.size(); ++i) {
+    const String& s = world.strings.values()[i];
+    const Ends ends = ends_of(world, s.a, s.b);
+    if (ends.a == kNobody) continue;
+    const auto fits = [&](std::uint32_t slot) {
+      return p.owner[slot] != kNobody || !is_dynamic(world, slot);
+    };
+    const std::uint32_t at = p.owner[ends.a] != kNobody ? p.owner[ends.a] : p.owner[ends.b];
+    if (at == kNobody || !fits(ends.a) || !fits(ends.b)) continue;
+    Island& m = p.islands[at];
+    Block block;
+    block.kind = BlockKind::cable, block.source = i, block.rows = 1, block.count = 2;
+    block.body[0] = number_of(p, at, ends.a), block.body[1] = number_of(p, at, ends.b);
+    if (s.joint.compliance > 0) {
+      m.elastic_strings.push_back({i, {block.body[0], block.body[1]}});
+      continue;
+    }
+    add_block(m, block);
+    m.unilateral = true;
+  }
+}
+
+bool fits_ratio(const Joint& joint, bool slides) {
+  const JointKind k = joint.kind;
+  if (slides)
+    return k == JointKind::prismatic || k == JointKind::cylindrical || k == JointKind::screw;
+  return k == JointKind::hinge || k == JointKind::cylindrical || k == JointKind::screw;
+}
+
+void pack_ratios(Packer& p) {
+  World& world = p.world;
+  for (std::uint32_t i = 0; i < world.ratios.size(); ++i) {
+    const Ratio& r = world.ratios.values()[i];
+    const Entity owner = world.ratios.owners()[i];
+    const Link *one = world.links.find(r.first), *two = world.links.find(r.second);
+    if (!one || !two || r.first == r.second) {
+      p.partition.faults.push_back({owner, "couples joints that do not exist or are the same", StructureFault::left_out, false});
+      continue;
+    }
+    if (!fits_ratio(one->joint, r.slides_first) || !fits_ratio(two->joint, r.slides_second)) {
+      p.partition.faults.push_back({owner, "couples a freedom that the joint does not have", StructureFault::left_out, false});
+      continue;
+    }
+    const Ends e1 = ends_of(world, one->a, one->b), e2 = ends_of(world, two->a, two->b);
+    if (e1.a == kNobody || e2.a == kNobody) continue;
+    std::uint32_t at = kNobody;
+    for (std::uint32_t slot : {e1.a, e1.b, e2.a, e2.b})
+      if (at == kNobody) at = p.owner[slot];
+    if (at == kNobody) continue;  // of no island here: see list_faults
+    Block block;
+    block.kind = BlockKind::ratio, block.source = i, block.rows = 1, block.bound = r.offset;
+    block.coordinate = r.slides_first ? Coordinate::slide : Coordinate::turn;
+    block.second = r.slides_second ? Coordinate::slide : Coordinate::turn;
+    std::uint8_t* end = block.ends;
+    for (std::uint32_t slot : {e1.a, e1.b, e2.a, e2.b}) {
+      const std::uint32_t number = number_of(p, at, slot);
+      const auto found = std::find(block.body, block.body + block.count, number);
+      *end++ = static_cast<std::uint8_t>(found - block.body);
+      if (found == block.body + block.count) block.body[block.count++] = number;
+    }
+    add_block(p.islands[at], block);
+  }
+}
+
+/// Points where islands of other solvers are tied, each with a body for their mass.
+void find_interfaces(Packer& p) {
+  World& world = p.world;
+  const auto add = [&](contact::TieKind kind, std::uint32_t source, std::uint32_t own, Vec3 anchor,
+                       std::uint32_t other) {
+    if (own == kNoSlot || other == kNoSlot || p.owner[own] == kNobody) return;
+    if (p.owner[other] != kNobody || !is_dynamic(world, other)) return;
+    Island& m = p.islands[p.owner[own]];
+    contact::Interface h;
+    h.kind = kind, h.source = source, h.body = p.number[own], h.anchor = anchor;
+    h.guess = static_cast<std::uint32_t>(m.count());
+    h.mass = world.bodies.values()[other].mass;  // until its solver tells
+    m.bodies.push_back({}), m.slots.push_back(kNobody);
+    m.mass.push_back(1), m.inertia.push_back(Vec3(1));
+    m.drag.push_back(0), m.gravity_scale.push_back(0);
+    m.interfaces.push_back(h);
+  };
+  for (std::uint32_t i = 0; i < world.pins.size(); ++i) {
+    const Pin& pin = world.pins.values()[i];
+    if (!pin.to) continue;
+    const std::uint32_t a = world.bodies.slot(pin.body), b = world.bodies.slot(pin.to);
+    add(contact::TieKind::pin, i, a, pin.anchor, b), add(contact::TieKind::pin, i, b, pin.target, a);
+  }
+  for (std::uint32_t i = 0; i < world.strings.size(); ++i) {
+    const String& s = world.strings.values()[i];
+    const std::uint32_t a = world.bodies.slot(s.a), b = world.bodies.slot(s.b);
+    add(contact::TieKind::cable, i, a, s.joint.anchor_a, b), add(contact::TieKind::cable, i, b, s.joint.anchor_b, a);
+  }
+}
+
+void pack_interfaces(Island& m) {
+  for (std::uint32_t i = 0; i < m.interfaces.size(); ++i) {
+    Block block;
+    block.kind = BlockKind::interface, block.source = i, block.rows = 3, block.count = 2;
+    block.point = true;
+    block.body[0] = m.interfaces[i].body, block.body[1] = m.interfaces[i].guess;
+    add_block(m, block);
+  }
+}
+
+/// Whether rows may depend on one another: blocks close a loop, over the ground too.
+bool has_loops(const Island& m) {
+  const auto ground = static_cast<std::uint32_t>(m.count());
+  DisjointSets sets(m.count() + 1);
+  for (const Block& b : m.blocks) {
+    if (b.kind == BlockKind::spring) continue;
+    if (b.kind == BlockKind::ratio || b.kind == BlockKind::limit) continue;
+    const std::uint32_t one = std::min(b.body[0], ground), two = std::min(b.body[1], ground);
+    if (sets.root(one) == sets.root(two)) return true;
+    sets.join(one, two);
+  }
+  return false;
+}
+
+/// Whether an island is made of the same things as before; slots are those of their builds.
+struct Unchanged {
+  const World& world;
+  const BuiltFrom& built;
+  const Island &was, &now;
+
+  static Entity at(std::span<const Entity> owners, std::uint32_t slot) {
+    return slot < owners.size() ? owners[slot] : Entity{};
+  }
+  Entity source_of(BlockKind kind, std::uint32_t source, bool before) const {
+    const BuiltFrom& b = built;
+    switch (kind) {
+      case BlockKind::pin:
+        return at(before ? std::span<const Entity>(b.pins) : world.pins.owners(), source);
+      case BlockKind::ratio:
+        return at(before ? std::span<const Entity>(b.ratios) : world.ratios.owners(), source);
+      case BlockKind::cable:
+        return at(before ? std::span<const Entity>(b.strings) : world.strings.owners(), source);
+      case BlockKind::interface: {  // by what hangs there
+        const contact::Interface& h = (before ? was : now).interfaces[source];
+        return source_of(h.kind == contact::TieKind::pin ? BlockKind::pin : BlockKind::cable, h.source,
+                         before);
+      }
+      default:
+        return at(before ? std::span<const Entity>(b.links) : world.links.owners(), source);
+    }
+  }
+  bool operator()(const Block& a, const Block& b) const {
+    return a.kind == b.kind && a.coordinate == b.coordinate && a.second == b.second &&
+           a.upper == b.upper && a.lock == b.lock && a.rows == b.rows && a.count == b.count &&
+           std::equal(a.body, a.body + 4, b.body) && std::equal(a.ends, a.ends + 4, b.ends) &&
+           source_of(a.kind, a.source, true) == source_of(b.kind, b.source, false);
+  }
+  bool operator()(const Frame& a, const Frame& b) const {
+    return at(built.bodies, a.slot) == at(world.bodies.owners(), b.slot) &&
+           at(built.pins, a.pin) == at(world.pins.owners(), b.pin);
+  }
+  bool operator()(const Effort& a, const Effort& b) const {
+    return a.coordinate == b.coordinate && std::equal(a.body, a.body + 2, b.body) &&
+           at(built.links, a.link) == at(world.links.owners(), b.link);
+  }
+  template <class T>
+  bool all(const std::vector<T>& a, const std::vector<T>& b) const {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), *this);
+  }
+  bool is_so() const {
+    return was.bodies == now.bodies && was.rows == now.rows && all(was.blocks, now.blocks) &&
+           all(was.frames, now.frames) && all(was.efforts, now.efforts) &&
+           was.interfaces.size() == now.interfaces.size();
+  }
+};
+
+/// What only a step changes goes on: counts of whole turns, what hangs there, what was found.
+void carry_on(const World& world, Island& was, Island& m) {
+  for (std::size_t i = 0; i < m.interfaces.size(); ++i) {
+    const contact::Interface today = m.interfaces[i];
+    contact::Interface& h = m.interfaces[i] = was.interfaces[i];
+    h.source = today.source, h.anchor = today.anchor;
+    h.body = today.body, h.guess = today.guess;
+  }
+  m.memory = was.memory, m.loads = was.loads, m.forces = was.forces;
+  m.fresh = was.fresh, m.counted = was.counted;
+  for (std::size_t i = 0; i < m.blocks.size() && m.counted; ++i)
+    if (m.blocks[i].kind == BlockKind::ratio &&
+        !world.ratios.values()[m.blocks[i].source].has_offset)
+      m.blocks[i].bound = was.blocks[i].bound;
+  for (std::size_t i = 0; i < m.frames.size(); ++i)
+    m.frames[i].before = was.frames[i].before, m.frames[i].known = was.frames[i].known;
+  for (std::size_t i = 0; i < m.efforts.size(); ++i) m.efforts[i].before = was.efforts[i].before;
+  m.faults = was.faults, m.rank = was.rank, m.lost = was.lost, m.residual = was.residual;
+  m.solves = was.solves, m.parts = was.parts, m.iterations = was.iterations;
+  m.events = was.events, m.cannot_close = was.cannot_close;
+  m.size = was.size, m.reach = was.reach, m.sits_out = was.sits_out;
+  if (m.settings == was.settings) m.room = std::move(was.room);
+}
+
+/// What an earlier build remembers of the bodies and the blocks of an island; which it was, if this
+/// is made of the same things.
+std::uint32_t carry_memory(const World& world, std::vector<Island>& before, Island& m) {
+  m.memory.assign(m.blocks.size(), {});
+  m.loads.assign(m.rows, 0), m.forces = m.loads;
+  m.accelerations.assign(2 * m.count(), Vec3(0));
+  m.lagged = m.owed = m.accelerations;
+  for (std::uint32_t i = 0; i < before.size(); ++i) {
+    Island& was = before[i];
+    if (was.bodies != m.bodies) continue;
+    m.accelerations = was.accelerations, m.lagged = was.lagged;
+    m.try_step = was.try_step, m.rescues = was.rescues;
+    if (!Unchanged{world, partition_of(world).built, was, m}.is_so()) continue;
+    carry_on(world, was, m);
+    return i;
+  }
+  return kNobody;
+}
+
+/// What a repeated step starts from goes on too.
+void carry_saved(const Island& m, Islands::Saved& was, Islands::Saved& saved) {
+  saved = std::move(was);
+  if (saved.memory.frames.size() != m.frames.size()) return;
+  for (std::size_t f = 0; f < m.frames.size(); ++f)
+    saved.memory.frames[f].slot = m.frames[f].slot, saved.memory.frames[f].pin = m.frames[f].pin;
+  for (std::size_t e = 0; e < m.efforts.size() && e < saved.memory.efforts.size(); ++e)
+    saved.memory.efforts[e].link = m.efforts[e].link;
+}
+
+}  // namespace
+
+Entity joint_of(const World& world, const Block& block) {
+  switch (block.kind) {
+    case BlockKind::pin:
+      return world.pins.owners()[block.source];
+    case BlockKind::ratio:
+      return world.ratios.owners()[block.source];
+    case BlockKind::cable:
+      return world.strings.owners()[block.source];
+    case BlockKind::interface:
+      return {};
+    default:
+      return world.links.owners()[block.source];
+  }
+}
+
+void compile(World& world, std::span<const IslandPlan> plans) {
+  std::vector<Island> before = std::move(islands_of(world));
+  std::vector<Island>& islands = islands_of(world);
+  islands.clear();
+  Packer p{world, world.memory.of<Partition>(), islands, {}, {}};
+  p.owner.assign(world.bodies.size(), kNobody), p.number = p.owner;
+  for (const IslandPlan& plan : plans) {
+    Island m;
+    m.settings = plan.settings, m.unfit = plan.unfit;
+    for (std::uint32_t slot : plan.slots) {
+      p.owner[slot] = static_cast<std::uint32_t>(islands.size());
+      p.number[slot] = static_cast<std::uint32_t>(m.count());
+      p.partition.set_column(slot, p.number[slot]);
+      const Body& b = world.bodies.values()[slot];
+      m.bodies.push_back(world.bodies.owners()[slot]), m.slots.push_back(slot);
+      m.mass.push_back(b.mass), m.inertia.push_back(b.inertia);
+      m.drag.push_back(b.drag), m.gravity_scale.push_back(b.gravity_scale);
+      m.damped = m.damped || b.drag != 0;
+    }
+    islands.push_back(std::move(m));
+  }
+  find_interfaces(p);
+  pack_links(p), pack_pins(p), pack_strings(p), pack_ratios(p);
+  Islands& all = world.memory.of<Islands>();
+  std::vector<Islands::Saved> saved(islands.size());
+  all.scratch.saved.resize(before.size());
+  for (std::size_t i = 0; i < islands.size(); ++i) {
+    Island& m = islands[i];
+    pack_interfaces(m);
+    m.loops = has_loops(m);
+    if (const std::uint32_t was = carry_memory(world, before, m); was != kNobody)
+      carry_saved(m, all.scratch.saved[was], saved[i]);
+  }
+  all.scratch.saved = std::move(saved);
+}
+
+std::vector<Island>& islands_of(World& world) { return world.memory.of<Islands>().list; }
+const std::vector<Island>& islands_of(const World& world) {
+  return world.memory.of<Islands>().list;
+}
+
+void Islands::add_to(Hash& hash) const {
+  for (const Island& m : list) {
+    for (const BlockMemory& b : m.memory)
+      hash.add(b.before[0]), hash.add(b.before[1]), hash.add(b.active);
+    for (Real load : m.loads) hash.add(load);
+    for (const auto* vectors : {&m.accelerations, &m.lagged})
+      for (Vec3 v : *vectors) hash.add(v);
+    for (const Effort& e : m.efforts) hash.add(e.before);
+    for (const contact::Interface& i : m.interfaces)
+      hash.add(i.force), hash.add(i.asked), hash.add(i.debt);
+    hash.add(m.fresh), hash.add(m.try_step), hash.add(m.rescues);
+  }
+}
+
+}  // namespace pantin::lagrangian

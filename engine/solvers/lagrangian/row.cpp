@@ -1,0 +1,145 @@
+// The Lagrangian solver's row in the table of solvers.
+#include <algorithm>
+
+#include "engine/solvers/lagrangian/lagrangian.hpp"
+#include "engine/solvers/solver.hpp"
+
+namespace pantin::lagrangian {
+namespace {
+
+/// What presses on the bodies since the last step.
+void take_pressures(World& world) {
+  std::vector<Island>& all = islands_of(world);
+  for (Island& m : all) m.owed.assign(2 * m.count(), Vec3(0));
+  for (const contact::Pressure& p : world.memory.of<contact::Memory>().pressures) {
+    const Owner owner = owner_of(partition_of(world), world.bodies.slot(p.body));
+    if (!owner || owner.solver != kLagrangian) continue;
+    std::vector<Vec3>& owed = all[owner.island].owed;
+    owed[2 * owner.column] += p.force, owed[2 * owner.column + 1] += p.torque;
+  }
+}
+
+/// Whole steps; islands that lead interfaces take theirs in repeat().
+void predict(World& world, const StepTask& task) {
+  take_pressures(world);
+  std::vector<Island>& all = islands_of(world);
+  for (Island& m : all) m.room.in_step = true;
+  for_each_island(all.size(), task.threads, [&](std::size_t i) {
+    if (all[i].interfaces.empty()) step(world, all[i], task.h);
+  });
+}
+
+/// What was compiled within a step has been stepped as it was before, if at all.
+void catch_up(World& world, const StepTask&) {
+  for (Island& m : islands_of(world)) m.sits_out = !m.room.in_step;
+}
+
+// Its bodies feel no contacts: obstacles that others are kept away from. They count as asleep, since
+// whoever looks for contacts sees them move.
+bool asleep(const World&) { return true; }
+void find_reaches(const World&, Real, std::span<Real>) {}
+void take_contacts(World&, Real) {}
+void adjust(World&, const StepTask&) {}
+bool never(const World&, std::size_t) { return false; }
+void react(World&, std::size_t, Real, std::vector<contact::Reaction>&) {}
+void press(const World&, std::vector<contact::Pressure>&) {}
+
+std::size_t count(const World& world) { return islands_of(world).size(); }
+
+std::span<contact::Interface> interfaces(World& world, std::size_t island) {
+  Island& m = islands_of(world)[island];
+  return m.sits_out ? std::span<contact::Interface>() : std::span(m.interfaces);
+}
+
+Islands::Saved& saved_of(World& world, std::size_t island) {
+  Islands& all = world.memory.of<Islands>();
+  all.scratch.saved.resize(all.list.size());
+  return all.scratch.saved[island];
+}
+
+void save(World& world, std::size_t island) {
+  const Island& m = islands_of(world)[island];
+  Islands::Saved& s = saved_of(world, island);
+  s.memory = m;
+  s.bodies.clear();
+  for (std::size_t b = 0; b < m.own(); ++b) s.bodies.push_back(world.bodies.values()[m.slots[b]]);
+}
+
+bool repeat(World& world, std::size_t island, Real h) {
+  Island& m = islands_of(world)[island];
+  const Islands::Saved& s = saved_of(world, island);
+  static_cast<IslandMemory&>(m) = s.memory;
+  for (std::size_t b = 0; b < m.own(); ++b) world.bodies.values()[m.slots[b]] = s.bodies[b];
+  step(world, m, h);
+  return !m.lost;
+}
+
+void report(const World& world, StepReport& report) {
+  for (const Island& m : islands_of(world)) {
+    if (m.lost && !m.cannot_close && report.status != Status::diverged)
+      report.status = Status::diverged, report.body = m.lost, report.residual = m.residual;
+    report.rows += static_cast<int>(m.equations()), report.rank += static_cast<int>(m.rank);
+    report.worst_constraint = std::max(report.worst_constraint, m.residual);
+    report.parts = std::max(report.parts, m.parts), report.events += m.events;
+    report.rescued += m.rescues > 0;
+    for (const Fault& f : m.faults) {
+      if (f.kind != Fault::inconsistent || report.status != Status::ok) continue;
+      report.status = Status::inconsistent;
+      report.worst_hold = joint_of(world, m.blocks[f.block]), report.worst_residual = f.residual;
+    }
+  }
+}
+
+Placed placed(const Body& b) {
+  return {b.pose.position, b.pose.rotation, glm::mat3_cast(b.pose.rotation), b.velocity, b.spin};
+}
+
+void measure_island(const World& world, const Island& island, Measures& m) {
+  for (std::size_t i = 0; i < island.blocks.size(); ++i) {
+    const Block& block = island.blocks[i];
+    if (block.kind != BlockKind::joint) continue;
+    const Real gap = joint_gap(world, island, i);
+    if (gap > m.worst_gap) m.worst_gap = gap, m.worst_link = world.links.owners()[block.source];
+    m.worst_gap_rel = std::max(m.worst_gap_rel, gap / std::max(island.size, Real(1e-3)));
+  }
+  for (const Effort& e : island.efforts) {
+    const Link& link = world.links.values()[e.link];
+    Real x = 0;
+    write_coordinate(link.joint, e.coordinate, placed(world.bodies[link.a]),
+                     placed(world.bodies[link.b]), e.before, {&x, nullptr, nullptr});
+    const JointExtras& extras = *link.joint.extras;
+    const SpringDamper& s =
+        e.coordinate == Coordinate::turn ? extras.turn.spring : extras.slide.spring;
+    m.elastic += 0.5 * s.stiffness * (x - s.rest) * (x - s.rest);
+  }
+}
+
+void measure(const World& world, Measures& m) {
+  for (const Island& island : islands_of(world)) measure_island(world, island, m);
+}
+
+}  // namespace
+
+const SolverRow kRow{.name = "lagrangian",
+                     .feels_contacts = false,
+                     .compile = compile,
+                     .prepare = prepare,
+                     .predict = predict,
+                     .catch_up = catch_up,
+                     .asleep = asleep,
+                     .find_reaches = find_reaches,
+                     .take_contacts = take_contacts,
+                     .adjust = adjust,
+                     .adjust_touching = adjust,
+                     .count = count,
+                     .interfaces = interfaces,
+                     .follows = never,
+                     .touches = never,
+                     .save = save,
+                     .repeat = repeat,
+                     .react = react,
+                     .press = press,
+                     .report = report,
+                     .measure = measure};
+
+}  // namespace pantin::lagrangian

@@ -1,0 +1,122 @@
+#include "engine/solvers/solver.hpp"
+
+#include <algorithm>
+
+#ifdef PANTIN_HAS_TBB
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+#endif
+
+namespace pantin {
+
+std::uint8_t row_of(Solver solver) {
+  return solver == Solver::lagrangian ? kLagrangian : kArticulated;
+}
+
+namespace {
+
+/// Shares the islands out; who moves a body is known from then on.
+std::array<std::vector<IslandPlan>, kSolverCount> partition(World& world) {
+  Partition& all = world.memory.of<Partition>();
+  all.islands.clear(), all.faults.clear(), all.kinematic.clear();
+  all.island.assign(world.bodies.size(), Owner::kNone);
+  all.column.assign(world.collisions.empty() ? 0 : world.bodies.size(), Owner::kNone);
+  std::array<std::vector<IslandPlan>, kSolverCount> plans;
+  for (IslandPlan& plan : find_islands(world, row_of)) {
+    std::vector<IslandPlan>& own = plans[plan.solver];
+    for (const std::uint32_t slot : plan.slots)
+      all.island[slot] = static_cast<std::uint32_t>(all.islands.size());
+    all.islands.push_back({plan.solver, kSolvers[plan.solver]->feels_contacts,
+                           static_cast<std::uint32_t>(own.size())});
+    own.push_back(std::move(plan));
+  }
+  for (std::uint32_t slot = 0; slot < world.bodies.size(); ++slot)
+    if (!owner_of(all, slot).feels_contacts) all.kinematic.push_back(slot);
+  return plans;
+}
+
+/// Contacts name slots: those of today, or they end. What lay on something that is gone wakes.
+void renumber_contacts(World& world, const BuiltFrom& built) {
+  contact::Memory& memory = world.memory.of<contact::Memory>();
+  const auto now = [&](std::uint32_t slot) {
+    const Entity e = slot < built.bodies.size() ? built.bodies[slot] : Entity{};
+    return world.collisions.find(e) ? world.bodies.slot(e) : kNoSlot;
+  };
+  std::erase_if(memory.contacts, [&](Contact& c) {
+    const std::uint32_t a = now(c.slot_a), b = now(c.slot_b);
+    if (a != kNoSlot && b != kNoSlot) {
+      c.slot_a = a, c.slot_b = b;
+      return false;
+    }
+    for (const std::uint32_t slot : {a, b})
+      if (slot != kNoSlot) world.bodies.values()[slot].restart = true;
+    return true;
+  });
+  memory.scratch.stale = true;
+}
+
+/// What became solid since the last build wakes what it touches.
+void note_what_comes(World& world, const Partition& now) {
+  if (now.built.bodies.empty()) return;
+  std::vector<std::uint8_t> was(world.bodies.size(), 0);
+  for (std::size_t i = 0; i < now.built.bodies.size(); ++i)
+    if (const std::uint32_t slot = world.bodies.slot(now.built.bodies[i]); slot != kNoSlot)
+      was[slot] = now.built.solid[i];
+  for (const std::uint32_t slot : now.kinematic)
+    if (!was[slot] && world.collisions.find(world.bodies.owners()[slot]))
+      world.bodies.values()[slot].restart = true;
+}
+
+void remember_build(const World& world, BuiltFrom& b) {
+  const auto copy = [](std::span<const Entity> from, std::vector<Entity>& to) {
+    to.assign(from.begin(), from.end());
+  };
+  copy(world.bodies.owners(), b.bodies), copy(world.links.owners(), b.links);
+  copy(world.strings.owners(), b.strings), copy(world.ratios.owners(), b.ratios);
+  copy(world.pins.owners(), b.pins);
+  b.solid.clear();
+  for (const Entity e : b.bodies) b.solid.push_back(world.collisions.find(e) != nullptr);
+  b.touched = world.touched;
+}
+
+}  // namespace
+
+void compile_if_changed(World& world) {
+  // Made in this order, whoever asks first: what is hashed does not depend on it.
+  Partition& now = world.memory.of<Partition>();
+  world.memory.of<contact::Memory>();
+  if (now.built_for != world.structure()) {
+    auto plans = partition(world);
+    list_faults(world, plans);
+    for (std::size_t i = 0; i < kSolverCount; ++i) kSolvers[i]->compile(world, plans[i]);
+    renumber_contacts(world, now.built);
+    note_what_comes(world, now);
+    remember_build(world, now.built);
+    now.built_for = world.structure();
+  }
+  for (const SolverRow* solver : kSolvers) solver->prepare(world);
+}
+
+void run_islands(std::size_t count, [[maybe_unused]] int threads, IslandWork work) {
+#ifdef PANTIN_HAS_TBB
+  if (threads > 1 && count > 1) {
+    // Asking for more threads than there are cores makes TBB print a warning.
+    tbb::task_arena arena(std::min(threads, tbb::this_task_arena::max_concurrency()));
+    arena.execute([&] {
+      tbb::parallel_for(std::size_t(0), count, [&](std::size_t i) { work.run(work.with, i); });
+    });
+    return;
+  }
+#endif
+  for (std::size_t i = 0; i < count; ++i) work.run(work.with, i);
+}
+
+bool has_threads() {
+#ifdef PANTIN_HAS_TBB
+  return true;
+#else
+  return false;
+#endif
+}
+
+}  // namespace pantin

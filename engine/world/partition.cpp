@@ -1,0 +1,76 @@
+#include "engine/world/partition.hpp"
+
+#include "engine/base/disjoint_sets.hpp"
+#include "engine/world/world.hpp"
+
+namespace pantin {
+namespace {
+
+bool is_dynamic(const World& world, std::uint32_t slot) {
+  return slot != kNoSlot && world.bodies.values()[slot].motion == Motion::dynamic;
+}
+
+/// Sets that only joints and gears make.
+void join_along_joints(const World& world, DisjointSets& sets) {
+  const auto join_all = [&](std::initializer_list<Entity> bodies) {
+    std::uint32_t last = kNoSlot;
+    for (const Entity body : bodies) {
+      const std::uint32_t slot = world.bodies.slot(body);
+      if (!is_dynamic(world, slot)) continue;
+      if (last != kNoSlot) sets.join(last, slot);
+      last = slot;
+    }
+  };
+  for (const Link& link : world.links.values()) join_all({link.a, link.b});
+  for (const Ratio& r : world.ratios.values()) {
+    const Link *one = world.links.find(r.first), *two = world.links.find(r.second);
+    if (one && two) join_all({one->a, one->b, two->a, two->b});
+  }
+}
+
+/// The sets among the dynamic bodies, by their lowest slot.
+std::vector<IslandPlan> list_sets(const World& world, DisjointSets& sets) {
+  std::vector<IslandPlan> made;
+  std::vector<std::uint32_t> at(world.bodies.size(), kNoSlot);
+  for (std::uint32_t slot = 0; slot < world.bodies.size(); ++slot) {
+    if (!is_dynamic(world, slot)) continue;
+    std::uint32_t& place = at[sets.root(slot)];
+    if (place == kNoSlot) place = static_cast<std::uint32_t>(made.size()), made.emplace_back();
+    made[place].slots.push_back(slot);
+  }
+  for (IslandPlan& island : made) {
+    island.settings = world.default_settings;
+    for (const std::uint32_t slot : island.slots) {
+      const SolverSettings* s = world.settings.find(world.bodies.owners()[slot]);
+      if (!s) continue;
+      island.settings = *s;
+      break;
+    }
+  }
+  return made;
+}
+
+}  // namespace
+
+std::vector<IslandPlan> find_islands(const World& world, RowOf row_of) {
+  DisjointSets sets(world.bodies.size());
+  join_along_joints(world, sets);
+  std::vector<std::uint8_t> row(world.bodies.size(), 0);
+  for (const IslandPlan& island : list_sets(world, sets))
+    for (const std::uint32_t slot : island.slots) row[slot] = row_of(island.settings.solver);
+
+  const auto tie = [&](Entity a, Entity b) {
+    const std::uint32_t sa = world.bodies.slot(a), sb = world.bodies.slot(b);
+    if (is_dynamic(world, sa) && is_dynamic(world, sb) && row[sa] == row[sb]) sets.join(sa, sb);
+  };
+  for (const String& s : world.strings.values()) tie(s.a, s.b);
+  for (const Pin& pin : world.pins.values())
+    if (pin.to) tie(pin.body, pin.to);
+  std::vector<IslandPlan> islands = list_sets(world, sets);
+  for (IslandPlan& island : islands) island.solver = row[island.slots.front()];
+  return islands;
+}
+
+const Partition& partition_of(const World& world) { return world.memory.of<Partition>(); }
+
+}  // namespace pantin

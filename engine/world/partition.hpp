@@ -1,0 +1,83 @@
+#pragma once
+/// Islands: bodies that joints, cables, pins and gears connect, each moved by one solver.
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/base/hash.hpp"
+#include "engine/world/entity.hpp"
+#include "engine/world/faults.hpp"
+#include "engine/world/settings.hpp"
+
+namespace pantin {
+
+struct World;
+
+/// Which solver moves a body, and where it keeps it.
+struct Owner {
+  static constexpr std::uint32_t kNone = UINT32_MAX;
+  std::uint8_t solver = 0;        // row of kSolvers
+  bool feels_contacts = false;    // its solver moves it away from what it touches
+  std::uint32_t island = kNone;   // of that solver; none: no solver moves the body
+  std::uint32_t column = kNone;   // in the island; known where anything is solid
+  explicit operator bool() const { return island != kNone; }
+};
+
+/// One island as its solver is asked to move it.
+struct IslandPlan {
+  std::uint8_t solver = 0;
+  SolverSettings settings;           // of its first body that has any
+  std::vector<std::uint32_t> slots;  // in World::bodies, ascending
+  Entity unfit;                      // a body that no step can be computed with, or none
+};
+
+/// What the last build was made from: the owners of the slots that its islands name.
+struct BuiltFrom {
+  std::vector<Entity> bodies, links, strings, ratios, pins;
+  std::vector<std::uint8_t> solid;  // by slot in bodies
+  std::uint64_t touched = 0;        // World::touched then
+};
+
+/// Who moves what. Derived from the components; rebuilt when World::structure() changes.
+struct Partition {
+  struct Place {
+    std::uint8_t solver = 0;
+    bool feels_contacts = false;
+    std::uint32_t island = 0;  // of that solver
+  };
+  std::vector<Place> islands;            // of all solvers
+  std::vector<std::uint32_t> island;     // by slot in World::bodies: in `islands`, or Owner::kNone
+  std::vector<std::uint32_t> column;     // by slot; empty where nothing is solid
+  std::vector<std::uint32_t> kinematic;  // slots of bodies that no solver moves
+  std::vector<StructureFault> faults;
+  std::uint64_t built_for = 0;           // World::structure() then; 0: never
+  BuiltFrom built;
+
+  void set_column(std::uint32_t slot, std::uint32_t to) {
+    if (!column.empty()) column[slot] = to;
+  }
+  void add_to(Hash&) const {}  // derived
+};
+
+/// The row of the solver that a setting names.
+using RowOf = std::uint8_t (*)(Solver);
+
+/// Finds all islands. Joints and gears connect whatever they tie; all that they connect is moved by
+/// the solver of the first body with settings. Cables and pins connect bodies of one solver only:
+/// between two solvers they are interfaces. Ordered by their lowest slot.
+std::vector<IslandPlan> find_islands(const World& world, RowOf row_of);
+
+/// The World's partition as of the last step.
+const Partition& partition_of(const World& world);
+/// Who moves the body in `slot`; nobody where no step was prepared since the body came.
+inline Owner owner_of(const Partition& partition, std::uint32_t slot) {
+  Owner owner;
+  if (slot >= partition.island.size() || partition.island[slot] == Owner::kNone) return owner;
+  const Partition::Place& place = partition.islands[partition.island[slot]];
+  owner.solver = place.solver, owner.feels_contacts = place.feels_contacts;
+  owner.island = place.island;
+  if (slot < partition.column.size()) owner.column = partition.column[slot];
+  return owner;
+}
+
+}  // namespace pantin
