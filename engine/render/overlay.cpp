@@ -7,7 +7,7 @@
 namespace pantin {
 namespace {
 
-constexpr Vec3 kPaper{0.06, 0.07, 0.09}, kInk{0.96, 0.97, 0.98};
+constexpr Vec3 kPaper{0.06, 0.07, 0.09}, kInk{0.96, 0.97, 0.98}, kAlarm{1, 0.36, 0.3};
 
 }  // namespace
 
@@ -101,12 +101,15 @@ void OverlayList::add_labels(const Overlay& overlay, const Eye& eye) {
   Real widest = 0;
   for (const std::string& text : overlay.lines)
     widest = std::max(widest, static_cast<Real>(font_.width(text)));
-  if (!overlay.lines.empty()) {
-    Real y = panel(edge, widest, overlay.lines.size());
+  const bool alarms = !overlay.alarm.empty();
+  if (alarms) widest = std::max(widest, static_cast<Real>(font_.width(overlay.alarm)));
+  if (alarms || !overlay.lines.empty()) {
+    Real y = panel(edge, widest, overlay.lines.size() + alarms);
     for (const std::string& text : overlay.lines) {
       add_text({edge + pad, y, 0}, text, kInk);
       y += line;
     }
+    if (alarms) add_text({edge + pad, y, 0}, overlay.alarm, kAlarm);
   }
   if (overlay.legend.empty()) return;
   widest = 0;

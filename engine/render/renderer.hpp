@@ -43,6 +43,7 @@ struct LegendEntry {
 /// What is written and drawn over the picture.
 struct Overlay {
   std::vector<std::string> lines;   // top left
+  std::string alarm;                // below them, in red
   std::vector<LegendEntry> legend;  // bottom left
   bool joints = false;  // marks: joints and their ranges, pins, slack strings, muscles, contacts
 };

@@ -19,6 +19,7 @@ struct CoupledIsland {
 struct Coupled {
   std::vector<CoupledIsland> leaders, followers;
   std::vector<contact::Reaction> reactions;
+  std::vector<Contact> contacts;  // as they were found for the step
   void add_to(Hash&) const {}  // found anew in each step
 };
 
@@ -48,6 +49,17 @@ void tell_reactions(World& world, Coupled& coupled, const CoupledIsland& followe
       i->force = reaction.force, i->mass = reaction.mass;
 }
 
+/// What the contacts of an island bore and are to give back, as it was when they were found.
+void restore_contacts(World& world, const Coupled& coupled, const CoupledIsland& of) {
+  const Partition& partition = partition_of(world);
+  std::vector<Contact>& contacts = contacts_of(world);
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const Owner owner = owner_of(partition, contacts[i].slot_a);
+    if (owner.island == of.island && kSolvers[owner.solver] == of.solver)
+      contacts[i] = coupled.contacts[i];
+  }
+}
+
 /// What each pull still lacks; true if all are met. Sets the pace of the next round.
 bool find_lacks(World& world, const Coupled& coupled, Real h, bool first) {
   bool settled = true;
@@ -66,16 +78,20 @@ bool find_lacks(World& world, const Coupled& coupled, Real h, bool first) {
 
 }  // namespace
 
-void save_coupled(World& world) {
+void recouple(World& world) {
   Coupled& coupled = world.memory.of<Coupled>();
   coupled.leaders.clear(), coupled.followers.clear();
   for (const SolverRow* solver : kSolvers)
     for (std::size_t i = 0; i < solver->count(world); ++i)
       if (!solver->interfaces(world, i).empty()) coupled.leaders.push_back({solver, i});
-  if (coupled.leaders.empty()) return;
   for (const SolverRow* solver : kSolvers)
     for (std::size_t i = 0; i < solver->count(world); ++i)
       if (solver->follows(world, i)) coupled.followers.push_back({solver, i});
+}
+
+void save_coupled(World& world) {
+  recouple(world);
+  Coupled& coupled = world.memory.of<Coupled>();
   for (const CoupledIsland& c : coupled.leaders) c.solver->save(world, c.island);
   for (const CoupledIsland& c : coupled.followers) c.solver->save(world, c.island);
   each_interface(world, coupled, [](contact::Interface& i) {
@@ -85,12 +101,15 @@ void save_coupled(World& world) {
 
 void step_coupled(World& world, Real h) {
   Coupled& coupled = world.memory.of<Coupled>();
-  for (int round = 0; !coupled.leaders.empty(); ++round) {
+  if (coupled.leaders.empty() && coupled.followers.empty()) return;
+  coupled.contacts = contacts_of(world);
+  for (int round = 0;; ++round) {
     bool failed = false;
     for (const CoupledIsland& c : coupled.leaders)
       failed = !c.solver->repeat(world, c.island, h) || failed;
     for (const CoupledIsland& c : coupled.followers) {
       if (c.solver->touches(world, c.island)) continue;
+      if (round > 0) restore_contacts(world, coupled, c);
       c.solver->repeat(world, c.island, h);
       tell_reactions(world, coupled, c, h);
     }
@@ -111,10 +130,11 @@ void settle_touching(World& world, Real h) {
   for (const CoupledIsland& c : coupled.followers) {
     if (!c.solver->touches(world, c.island)) continue;
     tell_reactions(world, coupled, c, h);
-    each_interface(world, coupled, [&](contact::Interface& g) {
-      const Vec3 lack = h * g.force - g.given;
-      g.asked += lack - g.debt, g.debt = lack;
-    });
+    for (const contact::Reaction& reaction : coupled.reactions)  // its own interfaces alone
+      if (contact::Interface* g = find_interface(world, coupled, reaction)) {
+        const Vec3 lack = h * g->force - g->given;
+        g->asked += lack - g->debt, g->debt = lack;
+      }
   }
 }
 

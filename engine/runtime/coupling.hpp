@@ -8,6 +8,10 @@ namespace pantin {
 /// Before the step: remembers where all islands with interfaces start from.
 void save_coupled(World& world);
 
+/// After structural changes within a step, once the islands caught up: what save_coupled remembered
+/// goes on for those that did not change.
+void recouple(World& world);
+
 /// One step of `h` seconds of all islands that lead interfaces and of those that follow them;
 /// contacts are those found for the step. Momentum is exchanged to 1e-6 of each pull; what is left
 /// of it is carried into the next step. Allocates nothing once it has run.

@@ -5,6 +5,11 @@
 namespace pantin {
 
 Measures measure(const World& world) {
+  if (partition_of(world).built_for != world.structure()) {  // changed since the last step
+    World built = world;
+    compile_if_changed(built);
+    return measure(built);
+  }
   Measures m;
   for (auto solver = kSolvers.rbegin(); solver != kSolvers.rend(); ++solver)
     (*solver)->measure(world, m);

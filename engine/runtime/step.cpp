@@ -12,15 +12,32 @@ namespace pantin {
 namespace {
 
 /// The scene's hands: bodies that follow a path are moved to where it is at the end of the step.
-void drive(World& world, Real h) {
+/// Those whose path leads nowhere stay, at rest; the first is told.
+void drive(World& world, Real h, StepReport& report) {
   const Real until = world.time + h;
   for (std::size_t i = 0; i < world.drives.size(); ++i) {
     Body* b = world.bodies.find(world.drives.owners()[i]);
     if (!b || b->motion != Motion::driven) continue;
     const Pose to = pose_at(world.drives.values()[i], until);
-    b->velocity = (to.position - b->pose.position) / h;
-    b->spin = spin_between(b->pose.rotation, to.rotation, h);
-    b->pose = to;
+    const Vec3 velocity = (to.position - b->pose.position) / h;
+    const Vec3 spin = spin_between(b->pose.rotation, to.rotation, h);
+    if (is_finite(to) && is_finite(velocity) && is_finite(spin)) {
+      b->pose = to, b->velocity = velocity, b->spin = spin;
+      continue;
+    }
+    b->velocity = b->spin = Vec3(0);
+    if (report.status != Status::diverged)
+      report.status = Status::diverged, report.body = world.drives.owners()[i];
+  }
+}
+
+/// Driven bodies without a path are where they were put by hand, which may be nowhere.
+void look_at_hands(const World& world, StepReport& report) {
+  for (std::uint32_t slot : partition_of(world).kinematic) {
+    const Body& b = world.bodies.values()[slot];
+    if (report.status == Status::diverged) return;
+    if (is_finite(b.pose) && is_finite(b.velocity) && is_finite(b.spin)) continue;
+    report.status = Status::diverged, report.body = world.bodies.owners()[slot];
   }
 }
 
@@ -66,12 +83,14 @@ void detect_contacts(World& world, Real h) {
     return contact::moves(b) || b.restart || b.teleport;
   };
   const std::vector<std::uint32_t>& kinematic = partition_of(world).kinematic;
+  contact::DetectScratch& scratch = world.memory.of<contact::Memory>().scratch;
   // Where everything is asleep and nothing comes, the contacts stay as they are.
-  if (!contacts.empty() && std::all_of(kSolvers.begin(), kSolvers.end(), asleep) &&
+  if (!contacts.empty() && !scratch.stale && std::all_of(kSolvers.begin(), kSolvers.end(), asleep) &&
       std::none_of(kinematic.begin(), kinematic.end(), comes))
     return;
+  scratch.stale = false;
   if (!world.collisions.empty()) {
-    std::vector<Real>& reach = world.memory.of<contact::Memory>().scratch.reach;
+    std::vector<Real>& reach = scratch.reach;
     reach.assign(world.bodies.size(), 0);
     for (const SolverRow* solver : kSolvers) solver->find_reaches(world, h, reach);
     contact::detect(world, h);
@@ -88,72 +107,190 @@ void note_pressures(World& world) {
   for (const SolverRow* solver : kSolvers) solver->press(world, pressures);
 }
 
-/// What was asked of the bodies for this step is done with.
+/// What was asked of kinematic bodies for this step is done with.
 void clear_requests(World& world) {
-  for (Force& f : world.forces.values()) f = Force{};
   for (const std::uint32_t slot : partition_of(world).kinematic) {
     Body& b = world.bodies.values()[slot];
     b.restart = b.teleport = false;
   }
 }
 
+/// Forces while a step is taken in parts.
+struct ForceRoom {
+  std::vector<std::pair<Entity, Force>> whole;  // pushed for the whole step, from outside
+  std::vector<std::pair<Entity, Force>> felt;   // what the update stage of this part took up
+  void add_to(Hash&) const {}                   // of one step
+};
+
+/// What was pushed before the step acts in all its parts, what systems push in the part that runs.
+void begin_forces(World& world) {
+  ForceRoom& room = world.memory.of<ForceRoom>();
+  room.whole.clear();
+  for (std::size_t i = 0; i < world.forces.size(); ++i)
+    room.whole.push_back({world.forces.owners()[i], world.forces.values()[i]});
+}
+
+/// After the update stage: what comes later acts in the next part.
+void note_felt(World& world) {
+  ForceRoom& room = world.memory.of<ForceRoom>();
+  room.felt.clear();
+  for (std::size_t i = 0; i < world.forces.size(); ++i)
+    room.felt.push_back({world.forces.owners()[i], world.forces.values()[i]});
+}
+
+/// What came too late acts in the next part; after the last one in all parts of the next step, by
+/// as much less. `left` is how many parts are to come.
+void end_forces(World& world, int left, int parts) {
+  ForceRoom& room = world.memory.of<ForceRoom>();
+  const auto each = [&](const auto& list, Real sign) {
+    for (const auto& [owner, force] : list)
+      if (Force* f = world.forces.find(owner))
+        f->force += sign * force.force, f->torque += sign * force.torque;
+  };
+  const auto acted = [](const auto& p) {
+    return p.second.force != Vec3(0) || p.second.torque != Vec3(0);
+  };
+  const bool any = std::any_of(room.felt.begin(), room.felt.end(), acted) ||
+                   std::any_of(room.whole.begin(), room.whole.end(), acted);
+  if (any) each(room.felt, -1);
+  // Not even a number that is none outlives its part.
+  for (const auto& [owner, force] : room.felt)
+    if (Force* f = world.forces.find(owner);
+        f && !(is_finite(force.force) && is_finite(force.torque)))
+      *f = Force{};
+  if (left > 0) return each(room.whole, 1);
+  if (parts > 1)
+    for (Force& f : world.forces.values())
+      f.force /= static_cast<Real>(parts), f.torque /= static_cast<Real>(parts);
+}
+
 void report_step(const World& world, StepReport& report) {
   for (const SolverRow* solver : kSolvers) solver->report(world, report);
+  const std::vector<StructureFault>& faults = partition_of(world).faults;
+  report.faults = static_cast<int>(faults.size());
+  if (report.faults > 0) report.fault = faults.front().link;
   for (const Contact& c : contacts_of(world)) {
     report.contacts += c.active;
     report.worst_depth = std::max(report.worst_depth, c.depth);
   }
 }
 
+/// One step of a world: what all its parts share.
+struct Step {
+  World& world;
+  const StepSettings& settings;
+  const Systems& systems;
+  StageTimes& clock;
+  bool timed;
+  std::span<Pose> drawn_from;
+  StepTask task;
+  StepReport report;
+
+  void run(Place place) { run_systems(systems, place, world, settings.h, report); }
+};
+
+/// Drive and update stage.
+void predict(Step& s) {
+  World& world = s.world;
+  Stopwatch watch(s.timed);
+  drive(world, s.task.h, s.report);
+  compile_if_changed(world);
+  watch.lap(s.clock.drive);
+
+  s.run(Place::before_update);
+  compile_if_changed(world);
+  look_at_hands(world, s.report);
+  note_teleports(world, s.drawn_from);
+  save_coupled(world);
+  for (const SolverRow* solver : kSolvers) solver->predict(world, s.task);
+  note_felt(world);
+  watch.lap(s.clock.update);
+}
+
+/// Structural changes between the update and the adjust stage.
+void take_up_changes(World& world, const StepTask& task) {
+  compile_if_changed(world);
+  for (const SolverRow* solver : kSolvers) solver->catch_up(world, task);
+  recouple(world);
+}
+
+/// Touch and adjust stage.
+void close(Step& s) {
+  World& world = s.world;
+  Stopwatch watch(s.timed);
+  s.run(Place::before_touch);
+  if (!s.systems.at(Place::before_touch).empty()) take_up_changes(world, s.task);
+  detect_contacts(world, s.task.h);
+  watch.lap(s.clock.touch);
+
+  s.run(Place::before_adjust);
+  if (!s.systems.at(Place::before_adjust).empty()) {
+    take_up_changes(world, s.task);
+    if (world.memory.of<contact::Memory>().scratch.stale) detect_contacts(world, s.task.h);
+  }
+  for (const SolverRow* solver : kSolvers) solver->adjust(world, s.task);
+  step_coupled(world, s.task.h);
+  for (const SolverRow* solver : kSolvers) solver->adjust_touching(world, s.task);
+  settle_touching(world, s.task.h);
+  note_pressures(world);
+  watch.lap(s.clock.adjust);
+}
+
+/// A failure is told whichever part it happened in.
+void note_failures(const World& world, StepReport& report) {
+  StepReport now;
+  for (const SolverRow* solver : kSolvers) solver->report(world, now);
+  if ((now.status != Status::diverged && now.status != Status::energy_grew) ||
+      report.status == Status::diverged)
+    return;
+  if (report.status != Status::ok && now.status != Status::diverged) return;
+  report.status = now.status, report.body = now.body, report.residual = now.residual;
+}
+
 }  // namespace
 
 StepReport step_world(World& world, const StepSettings& settings, const Systems& systems,
                       StageTimes* times, std::span<Pose> drawn_from) noexcept {
-  StepReport report;
-  report.tick = world.tick, report.time = world.time;
-  const int substeps = std::max(1, settings.substeps);
-  const StepTask task{settings.h / substeps, settings.threads};
-  if (!(task.h > 0) || !std::isfinite(task.h)) return report;
-  compile_if_changed(world);
   StageTimes ignored;
-  StageTimes& clock = times ? *times : ignored;
-  Stopwatch watch(times != nullptr);
-  const auto run = [&](Place place) { run_systems(systems, place, world, settings.h, report); };
-
-  for (int part = 0; part < substeps; ++part) {
-    run(Place::before_drive);
-    drive(world, task.h);
+  const int substeps = std::max(1, settings.substeps);
+  Step s{world, settings, systems, times ? *times : ignored, times != nullptr, drawn_from,
+         {settings.h / substeps, settings.threads}, {}};
+  StepReport& report = s.report;
+  report.tick = world.tick, report.time = world.time;
+  if (!(settings.h > 0) || !std::isfinite(settings.h)) return report;
+  if (!(s.task.h >= kShortestStep && s.task.h <= kLongestStep)) {
+    report.status = Status::bad_clock;
+    return report;
+  }
+  compile_if_changed(world);
+  begin_forces(world);
+  bool sound = true;
+  for (int part = 0; part < substeps && sound; ++part) {
+    s.run(Place::before_drive);
+    sound = std::isfinite(world.time);
+    if (!sound) break;
+    predict(s);
+    close(s);
+    if (part + 1 < substeps) note_failures(world, report);
+    end_forces(world, substeps - part - 1, substeps);
+    world.time += s.task.h;
+  }
+  if (!sound) {
     compile_if_changed(world);
-    watch.lap(clock.drive);
-
-    run(Place::before_update);
-    note_teleports(world, drawn_from);
-    save_coupled(world);
-    for (const SolverRow* solver : kSolvers) solver->predict(world, task);
-    watch.lap(clock.update);
-
-    run(Place::before_touch);
-    detect_contacts(world, task.h);
-    watch.lap(clock.touch);
-
-    run(Place::before_adjust);
-    for (const SolverRow* solver : kSolvers) solver->adjust(world, task);
-    step_coupled(world, task.h);
-    for (const SolverRow* solver : kSolvers) solver->adjust_touching(world, task);
-    settle_touching(world, task.h);
-    note_pressures(world);
-    watch.lap(clock.adjust);
-    world.time += task.h;
+    report.status = Status::bad_clock;
+    return report;
   }
   ++world.tick;
   clear_requests(world);
-
-  run(Place::before_measure);
   report_step(world, report);
+
+  Stopwatch watch(times != nullptr);
+  s.run(Place::before_measure);
+  compile_if_changed(world);
   if (settings.measure) report.measures = measure(world), report.measured = true;
-  watch.lap(clock.measure);
+  watch.lap(s.clock.measure);
   report.tick = world.tick, report.time = world.time;
-  run(Place::after_step);
+  s.run(Place::after_step);
   return report;
 }
 

@@ -7,6 +7,7 @@
 
 #include "engine/base/disjoint_sets.hpp"
 #include "engine/scene/assembly.hpp"
+#include "engine/world/faults.hpp"
 
 namespace pantin {
 namespace {
@@ -16,26 +17,29 @@ std::uint32_t mover(const Assembly& assembly, const PlacedJoint& joint) {
   return assembly.is_dynamic(joint.a) ? joint.a : joint.b;
 }
 
-/// What a joint has that only the Lagrangian solver knows, by the member it is written in.
+/// What a joint has that not every solver knows, by the member it is written in.
 struct Extra {
   std::string_view member;
   std::string what;
+  Feature feature;
 };
 std::vector<Extra> extras_of(const PlacedJoint& joint) {
   const std::string name = "\"" + joint.name + "\"", named = "joint " + name;
-  if (!is_articulated(joint.joint.kind)) return {{"kind", a_joint(joint.joint.kind) + " " + name}};
+  if (!is_articulated(joint.joint.kind))
+    return {{"kind", a_joint(joint.joint.kind) + " " + name, Feature::kind}};
   const JointExtras& extras = *joint.joint.extras;
   const SpringDamper& spring = extras.turn.spring;
   const JointFriction& friction = extras.turn.friction;
   std::vector<Extra> found;
   if (spring.stiffness != 0 || spring.damping != 0)
-    found.push_back({"spring", "\"spring\" of " + named});
+    found.push_back({"spring", "\"spring\" of " + named, Feature::spring});
   if (friction.viscous != 0 || friction.dry != 0)
-    found.push_back({"friction", "\"friction\" of " + named});
+    found.push_back({"friction", "\"friction\" of " + named, Feature::friction});
   if (extras.turn.motor.kind != MotorKind::none)
-    found.push_back({"motor", "\"motor\" of " + named});
+    found.push_back({"motor", "\"motor\" of " + named, Feature::motor});
   if (extras.restitution != 0)
-    found.push_back({"limits/restitution", "\"restitution\" of " + named});
+    found.push_back({"limits/restitution", "\"restitution\" of " + named, Feature::restitution});
+  if (joint.drive) found.push_back({"drive", "\"drive\" of " + named, Feature::pose_drive});
   return found;
 }
 
@@ -66,21 +70,23 @@ void refuse_unsolved(const Assembly& assembly, const std::vector<Solver>& solver
   // The fault of a prefab once, however often it is copied.
   std::set<std::pair<ElementId, std::string_view>> told;
   const auto refuse = [&](const ElementId& at, const Extra& extra, Solver solver) {
-    if (told.insert({at, extra.member}).second)
+    if (!knows(solver, extra.feature) && told.insert({at, extra.member}).second)
       messages.error(at, extra.member,
                      "found " + extra.what + " solved by \"" + name_of(solver) +
-                         "\", expected the solver \"lagrangian\": no other knows it");
+                         "\", expected the solver " + solvers_that_know(extra.feature) +
+                         ": no other knows it");
   };
   for (const PlacedJoint& j : assembly.joints) {
-    const Solver solver = solvers[mover(assembly, j)];
-    if (solver == Solver::lagrangian || (!j.joint.extras.any() && is_articulated(j.joint.kind)))
-      continue;
-    for (const Extra& extra : extras_of(j)) refuse(j.at, extra, solver);
+    if (!j.joint.extras.any() && is_articulated(j.joint.kind) && !j.drive) continue;
+    for (const Extra& extra : extras_of(j)) refuse(j.at, extra, solvers[mover(assembly, j)]);
   }
   for (const PlacedRatio& r : assembly.ratios)
-    if (const Solver solver = solvers[mover(assembly, assembly.joints[r.first])];
-        solver != Solver::lagrangian)
-      refuse(r.at, {"", "ratio \"" + r.name + "\" of joints"}, solver);
+    refuse(r.at, {"", "ratio \"" + r.name + "\" of joints", Feature::ratio},
+           solvers[mover(assembly, assembly.joints[r.first])]);
+  for (const PlacedString& s : assembly.strings)
+    for (const std::uint32_t end : {s.a, s.b})
+      if (assembly.is_dynamic(end))
+        refuse(s.at, {"", "cable \"" + s.name + "\"", Feature::cable}, solvers[end]);
 }
 
 }  // namespace pantin

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/scene/assembly.hpp"
+#include "engine/world/faults.hpp"
 
 namespace pantin {
 namespace {
@@ -117,24 +118,34 @@ void warn_of_turns(const Assembly& assembly, BuildMessages& messages) {
   }
 }
 
-/// What the Lagrangian solver does not know yet: a line for each.
-void warn_of_exact(const Assembly& assembly, const Exact& exact, BuildMessages& messages) {
+/// What a solver does not know, but does not keep a scene from being run: a line for each.
+void warn_of_unknown(const Assembly& assembly, const Exact& exact, Solver solver,
+                     BuildMessages& messages) {
+  const bool is_exact = solver == Solver::lagrangian;
+  const std::string who = std::string("but the solver \"") + name_of(solver) + "\" does not know ";
   std::size_t solid = 0;
   const PlacedBody* first = nullptr;
   for (std::uint32_t i = 0; i < assembly.bodies.size(); ++i)
-    if (assembly.bodies[i].collision && exact.has(i) && solid++ == 0) first = &assembly.bodies[i];
-  if (solid > 0)
+    if (assembly.bodies[i].collision && assembly.is_dynamic(i) && exact.solvers[i] == solver &&
+        solid++ == 0)
+      first = &assembly.bodies[i];
+  if (solid > 0 && !knows(solver, Feature::contact))
     messages.warn(first->at, "contact",
                     "body " + quoted(first->name) +
                         (solid > 1 ? " and " + std::to_string(solid - 1) + " more are" : " is") +
-                        " solid, but the solver \"lagrangian\" does not know contacts yet; " +
-                        (solid > 1 ? "they touch" : "it touches") + " nothing");
-  for (const PlacedJoint& j : assembly.joints)
-    if (exact.has(j) && j.joint.limits->soft_zone > 0)
+                        " solid, " + who +
+                        (is_exact ? std::string("contacts yet; ") +
+                                        (solid > 1 ? "they touch" : "it touches") + " nothing"
+                                  : "contacts; only what flies free is pushed out"));
+  for (const PlacedJoint& j : assembly.joints) {
+    const std::uint32_t mover = assembly.is_dynamic(j.a) ? j.a : j.b;
+    if (j.joint.limits->soft_zone > 0 && assembly.is_dynamic(mover) &&
+        exact.solvers[mover] == solver &&
+        !knows(solver, Feature::soft_stop))
       messages.warn(j.at, "soft",
-                      "joint " + quoted(j.name) +
-                          " has a soft stop, but the solver \"lagrangian\" does not know them yet; "
-                          "the stop is hard");
+                      "joint " + quoted(j.name) + " has a soft stop, " + who +
+                          (is_exact ? "them yet; " : "them; ") + "the stop is hard");
+  }
 }
 
 void warn_of_strings(const Assembly& assembly, BuildMessages& messages) {
@@ -275,7 +286,8 @@ void warn_of_structure(const Assembly& assembly, const std::vector<Solver>& solv
   const Exact exact{assembly, solvers};
   warn_of_joints(assembly, exact, messages);
   warn_of_loops(assembly, exact, messages);
-  warn_of_exact(assembly, exact, messages);
+  for (Solver solver : {Solver::lagrangian, Solver::sweep, Solver::shake2, Solver::paper})
+    warn_of_unknown(assembly, exact, solver, messages);
   warn_of_turns(assembly, messages);
   warn_of_strings(assembly, messages);
   Reach(assembly).warn(messages);

@@ -35,6 +35,50 @@ std::array<std::vector<IslandPlan>, kSolverCount> partition(World& world) {
   return plans;
 }
 
+/// Contacts name slots: those of today, or they end. What lay on something that is gone wakes.
+void renumber_contacts(World& world, const BuiltFrom& built) {
+  contact::Memory& memory = world.memory.of<contact::Memory>();
+  const auto now = [&](std::uint32_t slot) {
+    const Entity e = slot < built.bodies.size() ? built.bodies[slot] : Entity{};
+    return world.collisions.find(e) ? world.bodies.slot(e) : kNoSlot;
+  };
+  std::erase_if(memory.contacts, [&](Contact& c) {
+    const std::uint32_t a = now(c.slot_a), b = now(c.slot_b);
+    if (a != kNoSlot && b != kNoSlot) {
+      c.slot_a = a, c.slot_b = b;
+      return false;
+    }
+    for (const std::uint32_t slot : {a, b})
+      if (slot != kNoSlot) world.bodies.values()[slot].restart = true;
+    return true;
+  });
+  memory.scratch.stale = true;
+}
+
+/// What became solid since the last build wakes what it touches.
+void note_what_comes(World& world, const Partition& now) {
+  if (now.built.bodies.empty()) return;
+  std::vector<std::uint8_t> was(world.bodies.size(), 0);
+  for (std::size_t i = 0; i < now.built.bodies.size(); ++i)
+    if (const std::uint32_t slot = world.bodies.slot(now.built.bodies[i]); slot != kNoSlot)
+      was[slot] = now.built.solid[i];
+  for (const std::uint32_t slot : now.kinematic)
+    if (!was[slot] && world.collisions.find(world.bodies.owners()[slot]))
+      world.bodies.values()[slot].restart = true;
+}
+
+void remember_build(const World& world, BuiltFrom& b) {
+  const auto copy = [](std::span<const Entity> from, std::vector<Entity>& to) {
+    to.assign(from.begin(), from.end());
+  };
+  copy(world.bodies.owners(), b.bodies), copy(world.links.owners(), b.links);
+  copy(world.strings.owners(), b.strings), copy(world.ratios.owners(), b.ratios);
+  copy(world.pins.owners(), b.pins);
+  b.solid.clear();
+  for (const Entity e : b.bodies) b.solid.push_back(world.collisions.find(e) != nullptr);
+  b.touched = world.touched;
+}
+
 }  // namespace
 
 void compile_if_changed(World& world) {
@@ -42,8 +86,12 @@ void compile_if_changed(World& world) {
   Partition& now = world.memory.of<Partition>();
   world.memory.of<contact::Memory>();
   if (now.built_for != world.structure()) {
-    const auto plans = partition(world);
+    auto plans = partition(world);
+    list_faults(world, plans);
     for (std::size_t i = 0; i < kSolverCount; ++i) kSolvers[i]->compile(world, plans[i]);
+    renumber_contacts(world, now.built);
+    note_what_comes(world, now);
+    remember_build(world, now.built);
     now.built_for = world.structure();
   }
   for (const SolverRow* solver : kSolvers) solver->prepare(world);

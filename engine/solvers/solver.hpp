@@ -36,6 +36,9 @@ struct SolverRow {
   /// The update stage: free motion of all its islands. Islands with interfaces of their own
   /// (leaders) wait for `repeat`.
   void (*predict)(World&, const StepTask&);
+  /// After islands were compiled anew within a step, between the update and the adjust stage: the
+  /// changed ones are predicted, or sit the substep out.
+  void (*catch_up)(World&, const StepTask&);
   /// Whether nothing that it moves moves.
   bool (*asleep)(const World&);
   /// How far the surfaces of its bodies may move in the step, m, by body slot.
@@ -88,6 +91,14 @@ std::uint8_t row_of(Solver solver);
 /// Finds the islands anew if the structure changed and has their solvers compile them; makes memory
 /// for the steps where there is none.
 void compile_if_changed(World& world);
+
+/// All that is wrong with a World as it stands, without a step: joints that cannot be used, motors,
+/// springs, friction, ratios, kinds of joints and the like under a solver that does not know them,
+/// impossible masses. StepReport::faults counts the same.
+std::vector<StructureFault> check(const World& world);
+/// The part of compile_if_changed that finds what solvers do not know and impossible numbers, and
+/// marks the islands concerned.
+void list_faults(World& world, std::span<std::vector<IslandPlan>> plans);
 
 /// A function of an island's number, borrowed: no memory is taken for it.
 struct IslandWork {

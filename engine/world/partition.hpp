@@ -6,6 +6,7 @@
 
 #include "engine/base/hash.hpp"
 #include "engine/world/entity.hpp"
+#include "engine/world/faults.hpp"
 #include "engine/world/settings.hpp"
 
 namespace pantin {
@@ -22,17 +23,19 @@ struct Owner {
   explicit operator bool() const { return island != kNone; }
 };
 
-/// A link, cable, pin or gear that cannot be used, and why, in one clause.
-struct StructureFault {
-  Entity link;
-  const char* reason;
-};
-
 /// One island as its solver is asked to move it.
 struct IslandPlan {
   std::uint8_t solver = 0;
   SolverSettings settings;           // of its first body that has any
   std::vector<std::uint32_t> slots;  // in World::bodies, ascending
+  Entity unfit;                      // a body that no step can be computed with, or none
+};
+
+/// What the last build was made from: the owners of the slots that its islands name.
+struct BuiltFrom {
+  std::vector<Entity> bodies, links, strings, ratios, pins;
+  std::vector<std::uint8_t> solid;  // by slot in bodies
+  std::uint64_t touched = 0;        // World::touched then
 };
 
 /// Who moves what. Derived from the components; rebuilt when World::structure() changes.
@@ -48,6 +51,7 @@ struct Partition {
   std::vector<std::uint32_t> kinematic;  // slots of bodies that no solver moves
   std::vector<StructureFault> faults;
   std::uint64_t built_for = 0;           // World::structure() then; 0: never
+  BuiltFrom built;
 
   void set_column(std::uint32_t slot, std::uint32_t to) {
     if (!column.empty()) column[slot] = to;

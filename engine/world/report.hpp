@@ -11,7 +11,10 @@ enum class Status : std::uint8_t {
   ok,
   diverged,      // a number is not finite or out of all bounds; the bodies concerned were not moved
   system_failed, // a user's own system threw; the rest of the step was taken
-  inconsistent   // joints of a mechanism contradict one another; see StepReport::worst_hold
+  inconsistent,  // joints of a mechanism contradict one another; see StepReport::worst_hold
+  bad_clock,     // World::time is not finite, or the step is too short or too long to compute with
+                 // (see kShortestStep): what was left of it was not taken
+  energy_grew    // a solver that does not keep the energy made it grow severalfold; see README
 };
 
 /// Rulers of one state, SI units.
@@ -31,7 +34,7 @@ struct Measures {
 
 struct StepReport {
   Status status = Status::ok;
-  Entity body;        // where a divergence was seen
+  Entity body;        // where a divergence, or energy that grew, was seen
   Real residual = 0;  // worst joint gap then, m
   std::uint64_t tick = 0;
   Real time = 0;            // s, after the step
@@ -52,6 +55,9 @@ struct StepReport {
   int parts = 0;             // most steps of the integrator that this step was made of
   int events = 0;            // limits that were reached
   int rescued = 0;           // mechanisms whose step Euler took: their integrator could not
+  // What the structure has that cannot be used or that its solver does not know: see check(World).
+  int faults = 0;
+  Entity fault;  // of the first
   bool measured = false;
   Measures measures;  // only if asked for
 };

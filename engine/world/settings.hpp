@@ -54,6 +54,8 @@ struct SolverSettings {
   Real step_tolerance = 0;  // rk4: steps are divided so that each errs by less (m, rad, m/s, rad/s)
   Real damping_ratio = 0.8; // implicit: spectral radius at infinity, 0 to 1
 
+  friend bool operator==(const SolverSettings&, const SolverSettings&) = default;
+
   static void fields(auto& self, auto&& field) {
     field("solver", self.solver);
     field("turn_stiffness", self.turn_stiffness);

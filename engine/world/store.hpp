@@ -19,6 +19,9 @@ namespace pantin {
 
 inline constexpr std::uint32_t kNoSlot = UINT32_MAX;
 
+/// std::out_of_range: an entity has no such component, or does not exist any more.
+[[noreturn]] void throw_missing(Entity owner);
+
 /// A dense array of `T` with the entity that owns each value.
 ///
 /// Values are visited in insertion order, also after removals, so that runs repeat. `version`
@@ -81,14 +84,14 @@ class Store {
     return s == kNoSlot ? nullptr : &values_[s];
   }
 
-  /// The value of an owner that must have one.
+  /// The value of an owner that has one; throws std::out_of_range for any other.
   T& operator[](Entity owner) {
-    PANTIN_ASSERT(find(owner));
-    return values_[slots_[owner.index]];
+    if (T* found = find(owner)) return *found;
+    throw_missing(owner);
   }
   const T& operator[](Entity owner) const {
-    PANTIN_ASSERT(find(owner));
-    return values_[slots_[owner.index]];
+    if (const T* found = find(owner)) return *found;
+    throw_missing(owner);
   }
 
   std::span<T> values() { return values_; }

@@ -74,17 +74,22 @@ void World::destroy(std::span<const Entity> doomed) {
   for (Entity e : all) entities.destroy(e);
 }
 
-void World::teleport(Entity body, const Pose& pose) {
-  Body& b = bodies[body];
-  b.pose = pose;
-  b.restart = b.teleport = true;
+bool World::teleport(Entity body, const Pose& pose) {
+  Body* b = bodies.find(body);
+  if (!b) return false;
+  b->pose = pose;
+  b->restart = b->teleport = true;
+  return true;
 }
 
-void World::push(Entity body, Vec3 force, Vec3 point) {
+bool World::push(Entity body, Vec3 force, Vec3 point) {
+  const Body* b = bodies.find(body);
+  if (!b) return false;
   Force* f = forces.find(body);
   if (!f) f = &forces.add(body, {});
   f->force += force;
-  f->torque += glm::cross(point - bodies[body].pose.position, force);
+  f->torque += glm::cross(point - b->pose.position, force);
+  return true;
 }
 
 std::string World::name_of(Entity e) const {

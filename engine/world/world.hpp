@@ -91,7 +91,8 @@ struct World {
   void destroy(Entity e) { destroy(std::span<const Entity>(&e, 1)); }
   bool is_alive(Entity e) const { return entities.is_alive(e); }
 
-  /// Tells the solvers that masses, anchors, motions or settings were changed by hand.
+  /// Tells the solvers that masses, anchors, motions or settings were changed by hand. Wakes all
+  /// that sleeps; islands that were not changed go on otherwise.
   void touch() { ++touched; }
   /// A number that changes with the structure.
   std::uint64_t structure() const {
@@ -99,11 +100,14 @@ struct World {
            settings.version() + pose_drives.version() + collisions.version() + touched;
   }
 
-  /// Moves a body at once, with its memory dropped and nothing drawn in between.
-  void teleport(Entity body, const Pose& pose);
+  /// Moves a body at once, with its memory dropped and nothing drawn in between. False, and
+  /// nothing happens, if there is no such body.
+  bool teleport(Entity body, const Pose& pose);
 
   /// Pushes a dynamic body with `force` (N, world axes) at `point` (world) during the next step.
-  void push(Entity body, Vec3 force, Vec3 point);
+  /// Within a step, from a system: during the substep that runs; from before_touch on, the next.
+  /// False, and nothing happens, if there is no such body.
+  bool push(Entity body, Vec3 force, Vec3 point);
 
   /// The name of an entity, or "#<index>".
   std::string name_of(Entity e) const;

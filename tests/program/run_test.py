@@ -65,6 +65,14 @@ class Run(unittest.TestCase):
         for word in words:
             self.assertIn(word, done.stderr)
 
+    def assert_refused_lines(self, done, *words):
+        """The same with a line for each fault."""
+        self.assertEqual(done.returncode, 2, done.stderr)
+        self.assertEqual(done.stdout, "")
+        for line in done.stderr.splitlines():
+            for word in words:
+                self.assertIn(word, line)
+
     def test_joints_that_contradict_one_another_are_refused_before_anything_is_written(self):
         with tempfile.TemporaryDirectory() as folder:
             scene, record = pathlib.Path(folder) / "s.json", pathlib.Path(folder) / "r.csv"
@@ -122,8 +130,36 @@ class Run(unittest.TestCase):
 
     def test_every_solver_runs(self):
         for solver in ("auto", "sweep", "shake2", "paper"):
-            told = run_json(MARIONETTE, "--duration", 0.5, "--solver", solver)
+            told = run_json(CHAIN, "--duration", 0.5, "--solver", solver)
             self.assertEqual((told["solver"], told["status"]), (solver, "ok"))
+
+    def test_a_record_changes_nothing(self):
+        for scene in ("chain", "marionette", "stairs", "standing", "mobile", "pinned_chain",
+                      "four_bar", "gate"):
+            path = SCENES / f"{scene}.json"
+            plain = run_json(path, "--duration", 0.3)
+            told = run_json(path, "--duration", 0.3, "--record", self.folder / "r.csv")
+            self.assertEqual((scene, told["hash"]), (scene, plain["hash"]))
+
+    def test_cables_and_muscles_are_refused_with_solvers_that_do_not_know_them(self):
+        for solver in ("sweep", "shake2", "paper"):
+            self.assert_refused_lines(pantin("run", MARIONETTE, "--solver", solver),
+                                      "cable", solver, "auto")
+            self.assert_refused_lines(pantin("run", SCENES / "standing.json", "--solver", solver),
+                                      "drive", solver, "auto")
+
+    def test_energy_that_grows_by_itself_ends_the_run(self):
+        swing = str(SCENES / "chain10.json")
+        done = pantin("run", swing, "--solver", "shake2", "--step", 1 / 30, "--duration", 20, "--json")
+        self.assertEqual(done.returncode, 3, done.stderr)
+        told = json.loads(done.stdout)
+        self.assertEqual(told["status"], "energy_grew")
+        self.assertIn("body", told["lost"])
+        self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
+        for word in ("chain10.json", "energy", "shake2", told["lost"]["body"]):
+            self.assertIn(word, done.stderr)
+        # It is told long before it is out of all bounds.
+        self.assertLess(told["energy_max_j"] - told["energy_start_j"], 1000)
 
     def test_step_and_duration_decide_the_number_of_steps(self):
         told = run_json(CHAIN, "--step", 0.01, "--substeps", 3, "--duration", 0.5)

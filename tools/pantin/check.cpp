@@ -62,6 +62,9 @@ std::string step_through(const Scene& scene, Json& j) {
     if (report.status == Status::diverged)
       return fmt::format("diverged at {:.6g} s: body {}, worst joint gap {:.3g} m", report.time,
                          sim.world.name_of(report.body), report.residual);
+    if (report.status == Status::energy_grew)
+      return fmt::format("energy grew severalfold by itself at {:.6g} s: body {}", report.time,
+                         sim.world.name_of(report.body));
     worst = std::max(worst, report.measures.worst_gap_rel);
     if (worst > scene.drift_bound)
       return fmt::format(
@@ -109,9 +112,9 @@ Finding look_at(const std::string& path, const CheckChoices& c) {
   if (steps < kSteps)
     print_error(fmt::format("warning: {}: took {} of {} steps in {:g} s of CPU time; the rest is "
                             "not looked at", path, steps, kSteps, kMostSeconds));
-  if (failure.empty() && !partition_of(world).faults.empty())
-    failure =
-        fmt::format("{} {}", world.name_of(partition_of(world).faults.front().link), partition_of(world).faults.front().reason);
+  for (const StructureFault& f : partition_of(world).faults)
+    if (failure.empty() && !f.is_minor)
+      failure = fmt::format("{} {}", world.name_of(f.link), f.reason);
   if (!failure.empty()) {
     j["status"] = "failed";
     j["failure"] = failure;

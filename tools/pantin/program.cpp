@@ -168,8 +168,10 @@ std::optional<Scene> open_scene(const std::string& path, const SceneChoices& cho
   }
   compile_if_changed(scene.world);
   for (const StructureFault& f : partition_of(scene.world).faults)
-    scene.warnings.push_back(
-        fmt::format("{}: {} {}; it is left out", path, scene.world.name_of(f.link), f.reason));
+    if (!f.is_minor)  // of which the reader warned
+      scene.warnings.push_back(fmt::format("{}: {} {}{}", path, scene.world.name_of(f.link), f.reason,
+                                           f.kind == StructureFault::left_out ? "; it is left out"
+                                                                              : ""));
   if (refuse_contradictions(path, scene)) return std::nullopt;
   if (!quiet)
     for (const std::string& line : scene.warnings) print_error("warning: " + line);

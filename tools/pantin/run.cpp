@@ -224,6 +224,16 @@ int step_through(const RunChoices& c, const Scene& scene, Simulation& sim, Pictu
           report.time, s.lost_body, s.worst_gap));
       return kDiverged;
     }
+    if (report.status == Status::energy_grew) {
+      s.status = "energy_grew";
+      s.lost_body = sim.world.name_of(report.body), s.lost_time = report.time;
+      s.lost_gap = report.measures.worst_gap;
+      complain(fmt::format("{}: energy grew severalfold by itself at {:.6g} s, from {:.4g} J to "
+                           "{:.4g} J: body {}; the solver \"{}\" does not keep it",
+                           c.scene, report.time, s.energy_start, s.energy_end, s.lost_body,
+                           solver_in_use(sim.world)));
+      return kDiverged;
+    }
     if (report.status == Status::inconsistent) {
       s.status = "inconsistent";
       const std::string name = sim.world.name_of(report.worst_hold);
@@ -293,7 +303,7 @@ constexpr const char* kExamples = R"(Examples:
   pantin run assets/scenes/chain10.json --solver lagrangian --tolerance 1e-8
 
 --json prints one object: scene, title, status (ok, diverged,
-inconsistent, interrupted, unwritable), solver ("mixed" if several), solvers (bodies of each),
+inconsistent, energy_grew, interrupted, unwritable), solver ("mixed" if several), solvers (bodies of each),
 step_s, substeps, steps, simulated_s, bodies, joints, strings, articulations, worst_gap_m,
 worst_gap_rel, energy_start_j, energy_end_j, energy_max_j, ns_per_link_step_median,
 ns_per_link_step_p99, frame_ms_median, frame_ms_p99 (a step, without drawing),
@@ -304,9 +314,9 @@ contact_depth_m (worst overlap after a step), limit_hits (joints held by a limit
 limit_hits_max, limit_violation_rad, drives_capped_max, passes_mean, passes_max,
 final_acceleration_rms (m/s^2, mass centres, last second), unreached, mechanisms
 (Lagrangian: bodies, integrator, equations, rank, redundant, residual, parts), warnings, and lost after a
-divergence.
+divergence or a growth of energy.
 
-Exit codes: 0 ok, 1 failed run, 2 usage or bad input, 3 diverged, 4 could not write, 130 interrupted.)";
+Exit codes: 0 ok, 1 failed run, 2 usage or bad input, 3 diverged or energy grew, 4 could not write, 130 interrupted.)";
 
 }  // namespace
 

@@ -141,12 +141,12 @@ Types: mouse_down (button left, middle or right; "shift": true), mouse_move, mou
 clicks), key, quit. The place is x and y in pixels, or body (seen from here, its mass centre or
 "at": [x, y, z] in the body's own frame), or dx and dy from the last place.
 
---json prints one object: scene, title, status (ok, diverged, interrupted, unwritable), solver,
+--json prints one object: scene, title, status (ok, diverged, energy_grew, interrupted, unwritable), solver,
 step_s, frames, steps, restarts, simulated_s, paused, speed, picks (body, grip, at_s, held_s,
 distance_moved_m, residual_m, worst_residual_m, worst_elsewhere_m of other held points, reachable),
 worst_gap_m, worst_gap_rel, hash, saved, display, gl, notes, warnings.
 
-Exit codes: 0 ok, 1 no window or no OpenGL, 2 usage or bad input, 3 diverged, 4 could not write,
+Exit codes: 0 ok, 1 no window or no OpenGL, 2 usage or bad input, 3 diverged or energy grew, 4 could not write,
 130 interrupted.)";
 
 }  // namespace

@@ -241,6 +241,7 @@ void Session::draw() {
   const Clock::time_point start = Clock::now();
   Overlay overlay;
   overlay.lines = label();
+  overlay.alarm = alarm_;
   overlay.joints = overlay_;
   if (overlay_) overlay.legend = overlay_legend(sim_.world);
   renderer_->draw(sim_.world, poses_, view_, overlay, image_);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/solvers/solver.hpp"
 #include "tools/pantin/program.hpp"
 
 namespace pantin::program {
@@ -33,6 +34,7 @@ Session::Session(const Scene& scene, const SessionChoices& choices)
 void Session::start_over() {
   hand_.forget();
   holding_button_ = 0;
+  alarm_.clear();
   const int most_steps = sim_.most_steps;
   sim_ = Simulation(scene_.world, {scene_.step, scene_.substeps, choices_.threads, false});
   sim_.most_steps = most_steps;
@@ -166,10 +168,22 @@ void Session::single_step() {
 }
 
 void Session::notice(const StepReport& step) {
-  if (step.status != Status::diverged) return;
-  if (report_.exit_code == kOk) report_.exit_code = kDiverged, report_.status = "diverged";
+  const std::string body = sim_.world.name_of(step.body);
+  if (step.status == Status::diverged)
+    stop("diverged", fmt::format("diverged: body {} could not go on or left all bounds", body));
+  if (step.status == Status::bad_clock)
+    stop("diverged", "diverged: the time or the step is no number to compute with");
+  if (step.status == Status::energy_grew)
+    stop("energy_grew", fmt::format("energy grew severalfold by itself where body {} is: the solver "
+                                    "{} does not keep it", body, solver()));
+}
+
+/// A step that is not to be gone on from: pauses, and stays to be seen in red.
+void Session::stop(const char* status, std::string line) {
+  if (report_.exit_code == kOk) report_.exit_code = kDiverged, report_.status = status;
   paused_ = true;
-  tell(fmt::format("diverged: body {} could not go on or left all bounds", sim_.world.name_of(step.body)));
+  alarm_ = line;
+  tell(std::move(line));
 }
 
 void Session::look() {
@@ -202,18 +216,23 @@ void Session::zoom(double clicks) {
 }
 
 void Session::choose(Solver solver) {
-  if (solver != Solver::lagrangian) {
-    if (!sim_.world.ratios.values().empty())
-      return tell("only the solver lagrangian knows ratios");
-    for (const Link& link : sim_.world.links.values())
-      if (!is_articulated(link.joint.kind))
-        return tell(fmt::format("only the solver lagrangian knows {} joints",
-                                pantin::name_of(link.joint.kind)));
+  const auto choose_in = [solver](World& world) {
+    world.default_settings.solver = solver;
+    for (SolverSettings& s : world.settings.values()) s.solver = solver;
+    world.touch();
+  };
+  World tried = sim_.world;
+  choose_in(tried);
+  const std::vector<StructureFault> before = check(sim_.world);
+  for (const StructureFault& f : check(tried)) {
+    const bool known = std::any_of(before.begin(), before.end(),
+                                   [&](const StructureFault& b) { return b.link == f.link; });
+    if (!known && !f.is_minor)
+      return tell(fmt::format("not with the solver {}: {} {}", pantin::name_of(solver),
+                              tried.name_of(f.link), f.reason));
   }
   chosen_ = solver;
-  sim_.world.default_settings.solver = solver;
-  for (SolverSettings& s : sim_.world.settings.values()) s.solver = solver;
-  sim_.world.touch();
+  choose_in(sim_.world);
 }
 
 /// A line for the picture and for the report.

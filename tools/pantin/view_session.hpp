@@ -49,6 +49,7 @@ class Session {
   void look();
   void choose(Solver solver);
   void tell(std::string line);
+  void stop(const char* status, std::string line);
   std::string solver() const;
 
   const Scene& scene_;
@@ -64,6 +65,7 @@ class Session {
   std::optional<Solver> chosen_;
   SessionReport report_;
   std::string message_;
+  std::string alarm_;  // why the last step stopped the run, until it starts over
   int message_frames_ = 0;  // for which it is still shown
   double fraction_ = 0;     // of the next step
   double gap_ = 0;          // m, after the last step

@@ -145,6 +145,11 @@ void literal_sweep(Island& a, Real h);
 /// since a stable method lends and returns energy within a swing.
 void limit_energy(World& world, Island& a, const Packed& p, const EndSums& end, Real h);
 
+/// Of solvers that do not keep the energy: what an island has before a step; and whether it has
+/// severalfold more after it than it had and than hands, pushes and drives gave (StepResult::grew).
+void begin_watch(const World& world, Island& a);
+void end_watch(const World& world, Island& a, Real h);
+
 /// Gives free trees back the momentum that closing the joints cost (momentum.cpp). True if any was.
 bool repair_momentum(World& world, Island& a, Real h);
 /// Angular momentum of a tree about its mass centre, from the bodies.

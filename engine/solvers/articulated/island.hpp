@@ -175,7 +175,9 @@ struct StepScratch {
   std::vector<Real> load_response, load_moved;  // numbers x numbers, and a number each
   std::vector<Quat> rotations;                 // a body each: as the joints leave it
   std::vector<Loads> forces_in, torques_in;    // a body each
+  std::vector<Vec3> velocities;                // a body each: at the start, while energy is watched
   std::vector<std::uint8_t> on_path;
+  bool predicted = false;  // by an update stage; where it is not, one is to be made up for
   Real part = 1;  // of the way to the held points that the last round went
 };
 
@@ -246,6 +248,7 @@ struct IslandStructure {
   Real size = 0;                      // m, longest way through the joints; scales tolerances
   Real mass = 0;                      // kg
   bool is_chain = false;              // every parent is the column before: the fast path
+  Entity unfit;                       // a body that no step can be computed with, or none
 };
 
 /// What an island keeps from step to step: this and its bodies decide the next step.
@@ -265,6 +268,9 @@ struct IslandMemory {
   Real reserve = 0;       // J, lost to the integrator lately; the limiter lets it come back
   bool aimed = false;     // targets of roots and holds are known from the last step
   bool driven = false;    // a place that holds it moved in the last step
+  // Of solvers that do not keep the energy: what they may have, and what they can swing with.
+  bool watched = false;
+  Real budget = 0, usual = 0;  // J
 };
 
 /// How this step is taken, chosen as it goes.
@@ -280,6 +286,7 @@ struct StepPlan {
   bool iterates = false;      // loads of stops and contacts are iterated in this step
   bool rows_hold = false;     // the last gathering had stiff rows of contacts
   int parts_left = 0;         // of a step taken in substeps, after this one
+  std::uint32_t was = UINT32_MAX;  // its number before the last build, if that left it as it was
 };
 
 /// What the step left, for the report and for the choices of the next.
@@ -292,6 +299,7 @@ struct StepResult {
   int rounds_used = 0, passes_used = 0, stops_hit = 0, drives_capped = 0;
   Real stop_work = 0;      // J, done by drives, soft zones and moving contacts
   Entity lost;             // a body whose numbers went out of bounds
+  bool grew = false;       // has severalfold more energy than it can have
 };
 
 struct Island : IslandStructure, IslandMemory, StepPlan, StepResult {
@@ -320,8 +328,9 @@ struct Islands {
 std::vector<Island>& islands_of(World& world);
 const std::vector<Island>& islands_of(const World& world);
 
-/// Packs all islands that this solver moves, carrying memory over by body. Links that it cannot use
-/// are left out and listed in the partition's faults.
+/// Packs all islands that this solver moves. What a change does not concern goes on as if there had
+/// been none; of an island whose own structure changed memory is carried over by body. Links that
+/// this solver cannot use are left out and listed in the partition's faults.
 void compile(World& world, std::span<const IslandPlan> plans);
 
 }  // namespace pantin::articulated

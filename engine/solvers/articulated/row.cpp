@@ -34,6 +34,15 @@ void predict(World& world, const StepTask& task) {
   for_each_island(all.size(), task.threads, [&](std::size_t i) { update(world, all[i], task.h); });
 }
 
+void save(World& world, std::size_t island);
+
+/// What was compiled within a step is predicted from where it is.
+void catch_up(World& world, const StepTask& task) {
+  std::vector<Island>& all = islands_of(world);
+  for (std::size_t i = 0; i < all.size(); ++i)
+    if (!all[i].room.predicted) save(world, i), update(world, all[i], task.h);
+}
+
 /// Islands that touch one another are solved side by side, a pass each in turn.
 void adjust_touching(World& world, const StepTask& task) {
   std::vector<Island>& all = islands_of(world);
@@ -141,6 +150,8 @@ void report(const World& world, StepReport& report) {
     report.passes_used = std::max(report.passes_used, a.passes_used);
     report.stops_hit += a.stops_hit, report.drives_capped += a.drives_capped;
     report_holds(world, a, report);
+    if (a.grew && report.status == Status::ok)
+      report.status = Status::energy_grew, report.body = a.bodies.back();
     if (!a.lost || report.status == Status::diverged) continue;
     Measures gaps;
     measure(world, gaps);
@@ -155,6 +166,7 @@ const SolverRow kRow{.name = "articulated",
                      .compile = compile,
                      .prepare = prepare,
                      .predict = predict,
+                     .catch_up = catch_up,
                      .asleep = all_asleep,
                      .find_reaches = find_reaches,
                      .take_contacts = take_contacts,

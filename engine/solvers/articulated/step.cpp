@@ -310,16 +310,23 @@ void stir(World& world, Island& a, Real h) {
   update(world, a, h);
 }
 
+/// What does not move is where it is, for others that look for it.
+void predict_still(const World& world, Island& a) {
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    const Pose& pose = world.bodies.values()[a.slots[c]].pose;
+    a.room.work.set(kPosition, c, pose.position), a.room.work.set(kRotation, c, pose.rotation);
+  }
+}
+
 void update(World& world, Island& a, Real h) {
+  a.room.predicted = true;
+  if (a.unfit) {
+    a.finite = false;
+    return predict_still(world, a);
+  }
   if (a.resting) {
     aim(world, a);
-    if (!is_stirred(world, a)) {
-      for (std::size_t c = 0; c < a.count(); ++c) {  // where others look for it
-        const Pose& pose = world.bodies.values()[a.slots[c]].pose;
-        a.room.work.set(kPosition, c, pose.position), a.room.work.set(kRotation, c, pose.rotation);
-      }
-      return;
-    }
+    if (!is_stirred(world, a)) return predict_still(world, a);
     a.resting = false, a.still_for = 0;
   }
   if (!world.forces.empty() && a.room.forces.numbers().empty()) a.room.forces.resize(6, a.count());
@@ -335,6 +342,7 @@ void update(World& world, Island& a, Real h) {
   a.damped = start.damped;
   a.finite = start.finite;
   a.momentum_before = Vec3(start.momentum[0], start.momentum[1], start.momentum[2]);
+  if (a.finite && a.settings.solver != Solver::automatic) begin_watch(world, a);
 }
 
 void begin_passes(World& world, Island& a, Real h) {
@@ -513,7 +521,7 @@ bool stays(World& world, Island& a, Real h, Vec3& drift) {
 
 bool finish_passes(World& world, Island& a, Real h, Entity& lost) {
   if (!a.finite) {  // joints could hide it
-    lost = find_lost(world, a);
+    lost = a.unfit ? a.unfit : find_lost(world, a);
     return false;
   }
   const Packed p = packed(world, a);
@@ -575,7 +583,10 @@ bool finish_passes(World& world, Island& a, Real h, Entity& lost) {
   if (!a.room.touches.empty()) a.stop_work += finish_touches(world, a, h);
   const bool small_turns = end.largest_turn2 < a.settings.calm_angle * a.settings.calm_angle;
   a.disturbed = a.disturbed || !small_turns;
-  if (solver == Solver::automatic) limit_energy(world, a, p, end, h);
+  if (solver == Solver::automatic)
+    limit_energy(world, a, p, end, h);
+  else
+    end_watch(world, a, h);
   const bool calm = !a.limited && !a.disturbed;
   a.calm_steps = calm ? std::min(a.calm_steps + 1, 1000) : 0;
   if (has_rows(a) || a.trees.front().held_pin != UINT32_MAX) report_holds(world, a, h);

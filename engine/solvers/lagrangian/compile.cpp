@@ -109,7 +109,7 @@ void pack_links(Packer& p) {
     if (at == kNobody) continue;
     Island& m = p.islands[at];
     if (const char* reason = info_of(link.joint.kind).fault(link.joint)) {
-      p.partition.faults.push_back({world.links.owners()[i], reason});
+      p.partition.faults.push_back({world.links.owners()[i], reason, StructureFault::left_out, false});
       continue;
     }
     Block block;
@@ -187,11 +187,11 @@ void pack_ratios(Packer& p) {
     const Entity owner = world.ratios.owners()[i];
     const Link *one = world.links.find(r.first), *two = world.links.find(r.second);
     if (!one || !two || r.first == r.second) {
-      p.partition.faults.push_back({owner, "couples joints that do not exist or are the same"});
+      p.partition.faults.push_back({owner, "couples joints that do not exist or are the same", StructureFault::left_out, false});
       continue;
     }
     if (!fits_ratio(one->joint, r.slides_first) || !fits_ratio(two->joint, r.slides_second)) {
-      p.partition.faults.push_back({owner, "couples a freedom that the joint does not have"});
+      p.partition.faults.push_back({owner, "couples a freedom that the joint does not have", StructureFault::left_out, false});
       continue;
     }
     const Ends e1 = ends_of(world, one->a, one->b), e2 = ends_of(world, two->a, two->b);
@@ -199,10 +199,7 @@ void pack_ratios(Packer& p) {
     std::uint32_t at = kNobody;
     for (std::uint32_t slot : {e1.a, e1.b, e2.a, e2.b})
       if (at == kNobody) at = p.owner[slot];
-    if (at == kNobody) {
-      p.partition.faults.push_back({owner, "is of a kind that only the Lagrangian solver knows"});
-      continue;
-    }
+    if (at == kNobody) continue;  // of no island here: see list_faults
     Block block;
     block.kind = BlockKind::ratio, block.source = i, block.rows = 1, block.bound = r.offset;
     block.coordinate = r.slides_first ? Coordinate::slide : Coordinate::turn;
@@ -272,31 +269,109 @@ bool has_loops(const Island& m) {
   return false;
 }
 
-/// What an earlier build remembers of a body or a block.
-void carry_memory(const World& world, const std::vector<Island>& before, Island& m) {
+/// Whether an island is made of the same things as before; slots are those of their builds.
+struct Unchanged {
+  const World& world;
+  const BuiltFrom& built;
+  const Island &was, &now;
+
+  static Entity at(std::span<const Entity> owners, std::uint32_t slot) {
+    return slot < owners.size() ? owners[slot] : Entity{};
+  }
+  Entity source_of(BlockKind kind, std::uint32_t source, bool before) const {
+    const BuiltFrom& b = built;
+    switch (kind) {
+      case BlockKind::pin:
+        return at(before ? std::span<const Entity>(b.pins) : world.pins.owners(), source);
+      case BlockKind::ratio:
+        return at(before ? std::span<const Entity>(b.ratios) : world.ratios.owners(), source);
+      case BlockKind::cable:
+        return at(before ? std::span<const Entity>(b.strings) : world.strings.owners(), source);
+      case BlockKind::interface: {  // by what hangs there
+        const contact::Interface& h = (before ? was : now).interfaces[source];
+        return source_of(h.kind == contact::TieKind::pin ? BlockKind::pin : BlockKind::cable, h.source,
+                         before);
+      }
+      default:
+        return at(before ? std::span<const Entity>(b.links) : world.links.owners(), source);
+    }
+  }
+  bool operator()(const Block& a, const Block& b) const {
+    return a.kind == b.kind && a.coordinate == b.coordinate && a.second == b.second &&
+           a.upper == b.upper && a.lock == b.lock && a.rows == b.rows && a.count == b.count &&
+           std::equal(a.body, a.body + 4, b.body) && std::equal(a.ends, a.ends + 4, b.ends) &&
+           source_of(a.kind, a.source, true) == source_of(b.kind, b.source, false);
+  }
+  bool operator()(const Frame& a, const Frame& b) const {
+    return at(built.bodies, a.slot) == at(world.bodies.owners(), b.slot) &&
+           at(built.pins, a.pin) == at(world.pins.owners(), b.pin);
+  }
+  bool operator()(const Effort& a, const Effort& b) const {
+    return a.coordinate == b.coordinate && std::equal(a.body, a.body + 2, b.body) &&
+           at(built.links, a.link) == at(world.links.owners(), b.link);
+  }
+  template <class T>
+  bool all(const std::vector<T>& a, const std::vector<T>& b) const {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), *this);
+  }
+  bool is_so() const {
+    return was.bodies == now.bodies && was.rows == now.rows && all(was.blocks, now.blocks) &&
+           all(was.frames, now.frames) && all(was.efforts, now.efforts) &&
+           was.interfaces.size() == now.interfaces.size();
+  }
+};
+
+/// What only a step changes goes on: counts of whole turns, what hangs there, what was found.
+void carry_on(const World& world, Island& was, Island& m) {
+  for (std::size_t i = 0; i < m.interfaces.size(); ++i) {
+    const contact::Interface today = m.interfaces[i];
+    contact::Interface& h = m.interfaces[i] = was.interfaces[i];
+    h.source = today.source, h.anchor = today.anchor;
+    h.body = today.body, h.guess = today.guess;
+  }
+  m.memory = was.memory, m.loads = was.loads, m.forces = was.forces;
+  m.fresh = was.fresh, m.counted = was.counted;
+  for (std::size_t i = 0; i < m.blocks.size() && m.counted; ++i)
+    if (m.blocks[i].kind == BlockKind::ratio &&
+        !world.ratios.values()[m.blocks[i].source].has_offset)
+      m.blocks[i].bound = was.blocks[i].bound;
+  for (std::size_t i = 0; i < m.frames.size(); ++i)
+    m.frames[i].before = was.frames[i].before, m.frames[i].known = was.frames[i].known;
+  for (std::size_t i = 0; i < m.efforts.size(); ++i) m.efforts[i].before = was.efforts[i].before;
+  m.faults = was.faults, m.rank = was.rank, m.lost = was.lost, m.residual = was.residual;
+  m.solves = was.solves, m.parts = was.parts, m.iterations = was.iterations;
+  m.events = was.events, m.cannot_close = was.cannot_close;
+  m.size = was.size, m.reach = was.reach, m.sits_out = was.sits_out;
+  if (m.settings == was.settings) m.room = std::move(was.room);
+}
+
+/// What an earlier build remembers of the bodies and the blocks of an island; which it was, if this
+/// is made of the same things.
+std::uint32_t carry_memory(const World& world, std::vector<Island>& before, Island& m) {
   m.memory.assign(m.blocks.size(), {});
   m.loads.assign(m.rows, 0), m.forces = m.loads;
   m.accelerations.assign(2 * m.count(), Vec3(0));
   m.lagged = m.owed = m.accelerations;
-  if (before.empty()) return;
-  for (const Island& was : before) {
+  for (std::uint32_t i = 0; i < before.size(); ++i) {
+    Island& was = before[i];
     if (was.bodies != m.bodies) continue;
     m.accelerations = was.accelerations, m.lagged = was.lagged;
     m.try_step = was.try_step, m.rescues = was.rescues;
-    const bool same = was.blocks.size() == m.blocks.size() && was.rows == m.rows &&
-                      was.frames.size() == m.frames.size() &&
-                      was.efforts.size() == m.efforts.size();
-    if (!same) continue;
-    // Only what was changed by hand in place: the counts of whole turns go on.
-    m.interfaces = was.interfaces;
-    m.memory = was.memory, m.loads = was.loads, m.fresh = was.fresh, m.counted = was.counted;
-    for (std::size_t i = 0; i < m.blocks.size() && m.counted; ++i)
-      if (m.blocks[i].kind == BlockKind::ratio &&
-          !world.ratios.values()[m.blocks[i].source].has_offset)
-        m.blocks[i].bound = was.blocks[i].bound;
-    m.frames = was.frames;
-    for (std::size_t i = 0; i < m.efforts.size(); ++i) m.efforts[i].before = was.efforts[i].before;
+    if (!Unchanged{world, partition_of(world).built, was, m}.is_so()) continue;
+    carry_on(world, was, m);
+    return i;
   }
+  return kNobody;
+}
+
+/// What a repeated step starts from goes on too.
+void carry_saved(const Island& m, Islands::Saved& was, Islands::Saved& saved) {
+  saved = std::move(was);
+  if (saved.memory.frames.size() != m.frames.size()) return;
+  for (std::size_t f = 0; f < m.frames.size(); ++f)
+    saved.memory.frames[f].slot = m.frames[f].slot, saved.memory.frames[f].pin = m.frames[f].pin;
+  for (std::size_t e = 0; e < m.efforts.size() && e < saved.memory.efforts.size(); ++e)
+    saved.memory.efforts[e].link = m.efforts[e].link;
 }
 
 }  // namespace
@@ -324,7 +399,7 @@ void compile(World& world, std::span<const IslandPlan> plans) {
   p.owner.assign(world.bodies.size(), kNobody), p.number = p.owner;
   for (const IslandPlan& plan : plans) {
     Island m;
-    m.settings = plan.settings;
+    m.settings = plan.settings, m.unfit = plan.unfit;
     for (std::uint32_t slot : plan.slots) {
       p.owner[slot] = static_cast<std::uint32_t>(islands.size());
       p.number[slot] = static_cast<std::uint32_t>(m.count());
@@ -339,11 +414,17 @@ void compile(World& world, std::span<const IslandPlan> plans) {
   }
   find_interfaces(p);
   pack_links(p), pack_pins(p), pack_strings(p), pack_ratios(p);
-  for (Island& m : islands) {
+  Islands& all = world.memory.of<Islands>();
+  std::vector<Islands::Saved> saved(islands.size());
+  all.scratch.saved.resize(before.size());
+  for (std::size_t i = 0; i < islands.size(); ++i) {
+    Island& m = islands[i];
     pack_interfaces(m);
     m.loops = has_loops(m);
-    carry_memory(world, before, m);
+    if (const std::uint32_t was = carry_memory(world, before, m); was != kNobody)
+      carry_saved(m, all.scratch.saved[was], saved[i]);
   }
+  all.scratch.saved = std::move(saved);
 }
 
 std::vector<Island>& islands_of(World& world) { return world.memory.of<Islands>().list; }

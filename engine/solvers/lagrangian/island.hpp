@@ -134,6 +134,7 @@ struct Motions {
 /// Room for a step, kept between steps.
 struct StepScratch {
   bool ready = false;
+  bool in_step = false;  // the step that runs has begun with it
   KktPattern pattern;
   std::vector<Real> values, scales;            // of the factor
   std::vector<Placed> placed;
@@ -178,6 +179,7 @@ struct IslandStructure {
   bool loops = false;           // rows may depend on one another
   bool unilateral = false;      // limits or cables
   bool damped = false;
+  Entity unfit;  // a body that no step can be computed with, or none
 };
 
 /// What an island keeps from step to step: this and its bodies decide the next step.
@@ -202,6 +204,7 @@ struct StepResult {
   Real residual = 0;          // worst of C after the step
   int solves = 0, parts = 0, iterations = 0, events = 0;
   bool cannot_close = false;  // its joints, as they were given
+  bool sits_out = false;      // compiled within a step, which it does not take part in any more
 };
 
 struct Island : IslandStructure, IslandMemory, StepResult {

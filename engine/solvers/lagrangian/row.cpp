@@ -23,9 +23,15 @@ void take_pressures(World& world) {
 void predict(World& world, const StepTask& task) {
   take_pressures(world);
   std::vector<Island>& all = islands_of(world);
+  for (Island& m : all) m.room.in_step = true;
   for_each_island(all.size(), task.threads, [&](std::size_t i) {
     if (all[i].interfaces.empty()) step(world, all[i], task.h);
   });
+}
+
+/// What was compiled within a step has been stepped as it was before, if at all.
+void catch_up(World& world, const StepTask&) {
+  for (Island& m : islands_of(world)) m.sits_out = !m.room.in_step;
 }
 
 // Its bodies feel no contacts: obstacles that others are kept away from. They count as asleep, since
@@ -41,7 +47,8 @@ void press(const World&, std::vector<contact::Pressure>&) {}
 std::size_t count(const World& world) { return islands_of(world).size(); }
 
 std::span<contact::Interface> interfaces(World& world, std::size_t island) {
-  return islands_of(world)[island].interfaces;
+  Island& m = islands_of(world)[island];
+  return m.sits_out ? std::span<contact::Interface>() : std::span(m.interfaces);
 }
 
 Islands::Saved& saved_of(World& world, std::size_t island) {
@@ -118,6 +125,7 @@ const SolverRow kRow{.name = "lagrangian",
                      .compile = compile,
                      .prepare = prepare,
                      .predict = predict,
+                     .catch_up = catch_up,
                      .asleep = asleep,
                      .find_reaches = find_reaches,
                      .take_contacts = take_contacts,

@@ -179,14 +179,20 @@ void make_room(Island& m) {
 }  // namespace
 
 void prepare(World& world) {
-  for (Island& m : islands_of(world))
+  for (Island& m : islands_of(world)) {
+    m.sits_out = false;
     if (!m.room.ready) make_room(m);
+  }
 }
 
 void step(World& world, Island& m, Real h) {
   m.lost = Entity{}, m.room.worst_lack = 0;
   std::erase_if(m.faults, [](const auto& f) { return f.kind == Fault::inconsistent; });
   m.parts = m.iterations = m.events = m.solves = 0;
+  if (m.unfit) {
+    m.lost = m.unfit, m.cannot_close = false;
+    return;
+  }
   gather(world, m);
   gather_interfaces(m, h);
   const auto acts = [](Vec3 v) { return v != Vec3(0); };

@@ -1,0 +1,96 @@
+// Solvers that keep no account of the energy are watched: what they have may only come from what
+// they had, from hands that move, from pushes. Sums that no figure depends on, so bounds will do.
+#include <algorithm>
+
+#include "engine/solvers/articulated/internal.hpp"
+
+namespace pantin::articulated {
+namespace {
+
+/// "Severalfold": beyond what is accounted for by so many times what the island had at first, and
+/// what it can swing with: of a fall through its own size, and of turning by a radian a second.
+constexpr Real kSeveral = 3;
+
+struct Energy {
+  Real kinetic = 0, potential = 0;  // J
+  Real whole() const { return kinetic + potential; }
+};
+
+Energy energy_of(const World& world, const Island& a) {
+  Energy e;
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    const Body& b = world.bodies.values()[a.slots[c]];
+    const Vec3 w = glm::conjugate(b.pose.rotation) * b.spin;
+    e.kinetic += 0.5 * (b.mass * glm::dot(b.velocity, b.velocity) + glm::dot(b.inertia, w * w));
+    e.potential -= b.mass * b.gravity_scale * glm::dot(world.gravity, b.pose.position);
+  }
+  return e;
+}
+
+/// The fastest place that holds the island, m/s. A gap that is to be closed counts as a way.
+Real hand_speed(const World& world, const Island& a, Real h) {
+  Real most = 0;
+  for (const Tree& t : a.trees)
+    if (a.parents[t.first] == kHeld)
+      most = std::max(most, glm::length(t.target - t.target_before) / h);
+  for (const Hold& hold : a.holds) {
+    if (hold.compliance > 0) continue;  // springs are not solved here
+    const Vec3 way = hold.partner == UINT32_MAX ? hold.target - hold.target_before : Vec3(0);
+    const Real gap = std::max(glm::length(hold.gap_before), hold.residual);
+    most = std::max(most, (glm::length(way) + gap) / h);
+  }
+  for (const Cord& c : a.cords) {
+    if (c.column_a != UINT32_MAX && c.column_b != UINT32_MAX) continue;
+    const String& s = world.strings.values()[c.string];
+    const bool a_moves = c.column_a != UINT32_MAX;
+    const Body& holder = world.bodies.values()[a_moves ? c.slot_b : c.slot_a];
+    const Vec3 arm = holder.pose.rotation * (a_moves ? s.joint.anchor_b : s.joint.anchor_a);
+    most = std::max(most, glm::length(holder.velocity + glm::cross(holder.spin, arm)));
+  }
+  return most;
+}
+
+/// At most what was done on the island in the step: what its bodies were pulled by, weight and
+/// pushes aside, along the way of the fastest hand; and what pushes did.
+Real most_work(const World& world, const Island& a, Real h) {
+  Real pulls = 0, pushed = 0;
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    const Body& b = world.bodies.values()[a.slots[c]];
+    Vec3 change = b.mass * (b.velocity - a.room.velocities[c] -
+                            h * b.gravity_scale * world.gravity);
+    const Force* f = a.forced ? world.forces.find(a.bodies[c]) : nullptr;
+    if (f) {
+      change -= h * f->force;
+      pushed += h * std::max(Real(0), glm::dot(f->force, b.velocity) + glm::dot(f->torque, b.spin));
+    }
+    pulls += glm::length(change);
+  }
+  const Real speed = hand_speed(world, a, h);
+  return pulls * speed + pushed;
+}
+
+}  // namespace
+
+void begin_watch(const World& world, Island& a) {
+  a.grew = false;
+  a.room.velocities.resize(a.count());
+  for (std::size_t c = 0; c < a.count(); ++c)
+    a.room.velocities[c] = world.bodies.values()[a.slots[c]].velocity;
+  if (a.fresh || a.changed) a.watched = false;
+}
+
+void end_watch(const World& world, Island& a, Real h) {
+  const Energy now = energy_of(world, a);
+  // The first step brings together what was given apart; among contacts nothing is accounted for.
+  if (!a.watched || !a.room.touches.empty()) {
+    a.watched = true, a.budget = now.whole();
+    a.usual = now.kinetic + a.mass * a.size * (glm::length(world.gravity) + 0.5 * a.size);
+    return;
+  }
+  a.budget += most_work(world, a, h);
+  a.grew = !(now.whole() <= a.budget + kSeveral * a.usual);
+  // What was lost is not to come back much later: the account follows downwards.
+  a.budget = std::min(a.budget, now.whole() + a.usual);
+}
+
+}  // namespace pantin::articulated

@@ -1,0 +1,152 @@
+// What is wrong with a World: see check().
+#include <algorithm>
+
+#include "engine/solvers/solver.hpp"
+
+namespace pantin {
+namespace {
+
+std::string unknown_to(Solver solver, Feature feature, const char* verb) {
+  return std::string(verb) + ' ' + name_of(feature) + ", which its solver \"" + name_of(solver) +
+         "\" does not know, only " + solvers_that_know(feature);
+}
+
+bool is_mass(Real x) { return x > 0 && std::isfinite(x) && std::isfinite(1 / x); }
+
+/// Why no step can be computed with a dynamic body, or null.
+const char* fault_of(const Body& b) {
+  if (!is_mass(b.mass)) return "has a mass that is not a positive number";
+  if (!is_mass(b.inertia.x) || !is_mass(b.inertia.y) || !is_mass(b.inertia.z))
+    return "has an inertia that is not three positive numbers";
+  if (!std::isfinite(b.drag) || !std::isfinite(b.gravity_scale))
+    return "has a drag or a gravity scale that is not finite";
+  return nullptr;
+}
+
+bool is_sound(const Joint& j) {
+  return is_finite(j.anchor_a) && is_finite(j.anchor_b) && is_finite(j.frames.a()) &&
+         is_finite(j.frames.b());
+}
+
+bool is_sound(const StringJoint& s) {
+  return is_finite(s.anchor_a) && is_finite(s.anchor_b) && !std::isnan(s.length) &&
+         s.compliance >= 0 && std::isfinite(s.compliance);
+}
+
+bool is_sound(const Pin& p) {
+  const bool draws = p.grip == Grip::exact || (std::isfinite(1 / p.stiffness) && p.stiffness > 0);
+  return is_finite(p.anchor) && draws;
+}
+
+/// The plans of the islands, by slot of their bodies.
+struct Plans {
+  World& world;
+  std::vector<StructureFault>& faults;
+  std::vector<IslandPlan*> of;
+
+  const SolverSettings* settings(Entity body) const {
+    const std::uint32_t slot = world.bodies.slot(body);
+    return slot == kNoSlot || !of[slot] ? nullptr : &of[slot]->settings;
+  }
+  /// The island of a body does not move; the body is told.
+  void stop(Entity body) const {
+    const std::uint32_t slot = world.bodies.slot(body);
+    if (slot != kNoSlot && of[slot] && !of[slot]->unfit) of[slot]->unfit = body;
+  }
+};
+
+void list_unknown(const Plans& owners) {
+  const World& world = owners.world;
+  const auto note = [&](Entity who, const SolverSettings* how, Feature what, const char* verb) {
+    if (!how || knows(how->solver, what)) return false;
+    const bool minor = what == Feature::contact || what == Feature::soft_stop ||
+                       what == Feature::spring_grip;
+    owners.faults.push_back(
+        {who, unknown_to(how->solver, what, verb), StructureFault::unknown, minor});
+    return true;
+  };
+  for (std::size_t i = 0; i < world.links.size(); ++i) {
+    const Link& link = world.links.values()[i];
+    const Entity owner = world.links.owners()[i];
+    const SolverSettings* how = owners.settings(link.a);
+    if (!how) how = owners.settings(link.b);
+    if (link.joint.extras.any() || link.joint.limits.any())
+      for (Feature f : features_of(link.joint))
+        if (f != Feature::kind) note(owner, how, f, "has");  // kinds are left out
+    if (world.pose_drives.find(owner)) note(owner, how, Feature::pose_drive, "has");
+  }
+  for (std::size_t i = 0; i < world.strings.size(); ++i) {
+    const String& s = world.strings.values()[i];
+    for (Entity end : {s.a, s.b})
+      if (note(world.strings.owners()[i], owners.settings(end), Feature::cable, "is")) break;
+  }
+  for (std::size_t i = 0; i < world.pins.size(); ++i)
+    if (const Pin& p = world.pins.values()[i]; p.grip == Grip::spring)
+      note(world.pins.owners()[i], owners.settings(p.body), Feature::spring_grip, "has");
+  for (std::size_t i = 0; i < world.ratios.size(); ++i) {
+    const Ratio& r = world.ratios.values()[i];
+    const Entity owner = world.ratios.owners()[i];
+    const Link *one = world.links.find(r.first), *two = world.links.find(r.second);
+    if (!one || !two || r.first == r.second) continue;  // told by the exact solver
+    for (Entity body : {one->a, one->b, two->a, two->b})
+      if (note(owner, owners.settings(body), Feature::ratio, "is")) break;
+  }
+  // Of an island one body stands for all.
+  std::vector<const SolverSettings*> told;
+  for (Entity e : world.collisions.owners()) {
+    const SolverSettings* how = owners.settings(e);
+    if (!how || how->solver == Solver::automatic ||
+        std::find(told.begin(), told.end(), how) != told.end())
+      continue;
+    told.push_back(how);
+    note(e, how, Feature::contact, "is made for");
+  }
+}
+
+void list_impossible(const Plans& owners) {
+  const World& world = owners.world;
+  const auto impossible = [&](Entity who, std::string why) {
+    owners.faults.push_back({who, std::move(why), StructureFault::impossible, false});
+  };
+  const auto stop_both = [&](Entity who, const char* what, Entity a, Entity b) {
+    impossible(who, std::string(what));
+    owners.stop(a), owners.stop(b);
+  };
+  for (std::size_t slot = 0; slot < world.bodies.size(); ++slot) {
+    const Entity e = world.bodies.owners()[slot];
+    const Body& b = world.bodies.values()[slot];
+    const char* why = b.motion == Motion::dynamic ? fault_of(b) : nullptr;
+    if (!why) continue;
+    impossible(e, why), owners.stop(e);
+  }
+  for (std::size_t i = 0; i < world.links.size(); ++i)
+    if (const Link& l = world.links.values()[i]; !is_sound(l.joint))
+      stop_both(world.links.owners()[i], "has an anchor or axes that are not finite", l.a, l.b);
+  for (std::size_t i = 0; i < world.strings.size(); ++i)
+    if (const String& s = world.strings.values()[i]; !is_sound(s.joint))
+      stop_both(world.strings.owners()[i], "has a number that is none", s.a, s.b);
+  for (std::size_t i = 0; i < world.pins.size(); ++i)
+    if (const Pin& p = world.pins.values()[i]; !is_sound(p))
+      stop_both(world.pins.owners()[i], "has an anchor or a stiffness that is none", p.body, p.to);
+}
+
+}  // namespace
+
+void list_faults(World& world, std::span<std::vector<IslandPlan>> plans) {
+  Plans all{world, world.memory.of<Partition>().faults, {}};
+  all.of.assign(world.bodies.size(), nullptr);
+  for (std::vector<IslandPlan>& list : plans)
+    for (IslandPlan& plan : list)
+      for (const std::uint32_t slot : plan.slots) all.of[slot] = &plan;
+  list_unknown(all);
+  list_impossible(all);
+}
+
+std::vector<StructureFault> check(const World& world) {
+  World built = world;
+  built.touch();
+  compile_if_changed(built);
+  return partition_of(built).faults;
+}
+
+}  // namespace pantin

@@ -1,0 +1,71 @@
+#include "engine/world/faults.hpp"
+
+#include <stdexcept>
+
+#include "engine/world/store.hpp"
+
+namespace pantin {
+namespace {
+
+constexpr unsigned bit(Solver s) { return 1u << static_cast<int>(s); }
+constexpr unsigned kAuto = bit(Solver::automatic), kExact = bit(Solver::lagrangian);
+
+struct Knowledge {
+  const char* name;
+  unsigned solvers;
+  const char* told;
+};
+// By Feature. Sweeps pose: they close joints one after the other and clamp hard limits, no more.
+constexpr Knowledge kKnowledge[kFeatures] = {
+    {"a kind of joint whose bodies share no point", kExact, "\"lagrangian\""},
+    {"a spring", kExact, "\"lagrangian\""},
+    {"friction", kExact, "\"lagrangian\""},
+    {"a motor", kExact, "\"lagrangian\""},
+    {"limits with restitution", kExact, "\"lagrangian\""},
+    {"a ratio", kExact, "\"lagrangian\""},
+    {"a soft stop", kAuto, "\"auto\""},
+    {"a pose drive", kAuto | kExact, "\"auto\" or \"lagrangian\""},
+    {"a cable", kAuto | kExact, "\"auto\" or \"lagrangian\""},
+    {"contact", kAuto, "\"auto\""},
+    {"a spring grip", kAuto | kExact, "\"auto\" or \"lagrangian\""}};
+
+const Knowledge& knowledge(Feature f) { return kKnowledge[static_cast<int>(f)]; }
+
+}  // namespace
+
+bool knows(Solver solver, Feature feature) { return (knowledge(feature).solvers & bit(solver)) != 0; }
+
+const char* solvers_that_know(Feature feature) { return knowledge(feature).told; }
+
+const char* name_of(Feature feature) { return knowledge(feature).name; }
+
+std::vector<Feature> features_of(const Joint& joint) {
+  std::vector<Feature> found;
+  const auto add = [&](Feature f, bool is_there) {
+    if (is_there) found.push_back(f);
+  };
+  add(Feature::kind, !holds_point(joint.kind));
+  if (joint.extras.any()) {
+    const Freedom &turn = joint.extras->turn, &slide = joint.extras->slide;
+    const auto springs = [](const Freedom& f) {
+      return f.spring.stiffness != 0 || f.spring.damping != 0;
+    };
+    const auto rubs = [](const Freedom& f) {
+      return f.friction.viscous != 0 || f.friction.dry != 0;
+    };
+    add(Feature::spring, springs(turn) || springs(slide));
+    add(Feature::friction, rubs(turn) || rubs(slide));
+    add(Feature::motor,
+        turn.motor.kind != MotorKind::none || slide.motor.kind != MotorKind::none);
+    add(Feature::restitution, joint.extras->restitution != 0);
+  }
+  add(Feature::soft_stop, joint.limits.any() && joint.limits->soft_zone > 0);
+  return found;
+}
+
+void throw_missing(Entity owner) {
+  throw std::out_of_range("no such component of entity #" + std::to_string(owner.index) +
+                          ", generation " + std::to_string(owner.generation));
+}
+
+}  // namespace pantin

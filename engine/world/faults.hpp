@@ -1,0 +1,53 @@
+#pragma once
+/// What a World has that cannot be used as it stands, or that the solver chosen for it does not know.
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "engine/joints/joint.hpp"
+#include "engine/world/entity.hpp"
+#include "engine/world/settings.hpp"
+
+namespace pantin {
+
+/// What not every solver knows.
+enum class Feature : std::uint8_t {
+  kind,         // a joint whose bodies do not share a point
+  spring,       // along the freedom of a joint
+  friction,     // likewise
+  motor,        // likewise
+  restitution,  // of the limits of a joint
+  ratio,        // of two joints
+  soft_stop,    // a zone before a limit
+  pose_drive,   // a muscle
+  cable,
+  contact,
+  spring_grip  // of a pin
+};
+inline constexpr int kFeatures = 11;
+
+/// Which solver does what: the only place that says so.
+bool knows(Solver solver, Feature feature);
+/// The solvers that know it, in words: "\"lagrangian\"", "\"auto\" or \"lagrangian\"".
+const char* solvers_that_know(Feature feature);
+/// "a spring", "a motor", "a cable" ...
+const char* name_of(Feature feature);
+
+/// What a joint has besides a shared point and hard limits; kinds included.
+std::vector<Feature> features_of(const Joint& joint);
+
+struct StructureFault {
+  enum Kind : std::uint8_t {
+    left_out,   // cannot be solved: the step is taken without it
+    unknown,    // its solver does not know it: the step is taken as if it were not there
+    impossible  // a number that no step can be computed with: its island does not move
+  };
+  Entity link;         // what is concerned: a joint, a string, a pin, a body ...
+  std::string reason;  // one clause
+  Kind kind = left_out;
+  // Unknown, but of a thing that scenes are read with all the same: contacts, soft stops, springs
+  // that hold points.
+  bool is_minor = false;
+};
+
+}  // namespace pantin

@@ -1,0 +1,159 @@
+// Islands of two solvers that are solved by turns: what is tried again is tried from the same start,
+// and each interface keeps its own account.
+#include <catch2/catch.hpp>
+
+#include "engine/contact/contact.hpp"
+#include "engine/runtime/simulation.hpp"
+#include "engine/solvers/lagrangian/island.hpp"
+
+using namespace pantin;
+
+namespace {
+
+Entity add_exact(World& w, Vec3 at, Real mass) {
+  SolverSettings lagrangian;
+  lagrangian.solver = Solver::lagrangian;
+  Body b;
+  b.drag = 0, b.mass = mass, b.inertia = mass * Vec3(0.01, 0.09, 0.09), b.pose.position = at;
+  const Entity e = w.add_body(b);
+  w.settings.add(e, lagrangian);
+  return e;
+}
+
+Entity add_ball(World& w, Vec3 at, const Collision& collision) {
+  Body b;
+  b.drag = 0, b.mass = 0.5, b.inertia = Vec3(0.002), b.pose.position = at;
+  const Entity e = w.add_body(b);
+  Shape ball;
+  ball.size = {0.1, 0, 0};
+  w.shapes.add(e, {{ball}});
+  w.collisions.add(e, collision);
+  return e;
+}
+
+Entity add_floor(World& w) {
+  Body b;
+  b.motion = Motion::fixed;
+  const Entity e = w.add_body(b);
+  Shape plane;
+  plane.kind = ShapeKind::plane, plane.size = {5, 0, 0};
+  w.shapes.add(e, {{plane}});
+  w.collisions.add(e, {});
+  return e;
+}
+
+/// How high a ball jumps that falls from a metre; tied by a slack cable to a body that stays, to a
+/// heavy one of the exact solver, or to nothing.
+Real jump(int tied, Real restitution) {
+  World w;
+  add_floor(w);
+  Collision c;
+  c.restitution = restitution;
+  const Entity ball = add_ball(w, {0, 1.1, 0}, c);
+  Entity above;
+  if (tied == 1) {
+    Body hook;
+    hook.motion = Motion::fixed, hook.pose.position = {0, 3, 0};
+    above = w.add_body(hook);
+  }
+  if (tied == 2) {
+    above = add_exact(w, {0, 3, 0}, 20);
+    w.bodies[above].gravity_scale = 0;
+  }
+  if (tied > 0) w.add_string(above, ball, {Vec3(0), Vec3(0), 3.5, 0});
+  Simulation sim(w, {1.0 / 240});
+  Real highest = 0;
+  bool hit = false;
+  for (int i = 0; i < 300; ++i) {
+    REQUIRE(sim.step().status == Status::ok);
+    const Body& b = sim.world.bodies[ball];
+    hit = hit || b.velocity.y > 0;
+    if (hit) highest = std::max(highest, b.pose.position.y - 0.1);
+  }
+  return highest;
+}
+
+/// A beam that flies free and turns, with a rope of three links at its end; all told.
+struct Flyer {
+  Entity beam, tip;
+  std::vector<Entity> all;
+};
+Flyer add_flyer(World& w, Vec3 at) {
+  Flyer f;
+  f.beam = add_exact(w, at + Vec3(0.5, 0, 0), 2);
+  w.bodies[f.beam].velocity = {0, 1, 0}, w.bodies[f.beam].spin = {0, 0, 2};
+  f.all.push_back(f.beam);
+  Entity above = f.beam;
+  for (int i = 0; i < 3; ++i) {
+    Body b;
+    b.drag = 0, b.mass = 0.1, b.inertia = Vec3(1e-4);
+    b.pose.position = at + Vec3(1, -0.05 - 0.1 * i, 0);
+    f.tip = w.add_body(b);
+    f.all.push_back(f.tip);
+    if (i > 0) {
+      w.add_link(above, f.tip, {{0, -0.05, 0}, {0, 0.05, 0}});
+    } else {
+      Pin p;
+      p.body = f.tip, p.anchor = {0, 0.05, 0}, p.to = above, p.target = {0.5, 0, 0};
+      w.add_pin(p);
+    }
+    above = f.tip;
+  }
+  return f;
+}
+
+/// Momentum of a flyer, with what its rope still owes the beam.
+Vec3 momentum_of(const World& w, const Flyer& f) {
+  Vec3 sum(0);
+  for (Entity e : f.all) sum += w.bodies[e].mass * w.bodies[e].velocity;
+  for (const lagrangian::Island& m : lagrangian::islands_of(w))
+    if (m.bodies.front() == f.beam)
+      for (const contact::Interface& h : m.interfaces) sum += h.debt;
+  return sum;
+}
+
+}  // namespace
+
+TEST_CASE("what hangs on a body of the exact solver bounces as it would alone") {
+  for (Real restitution : {0.4, 0.8}) {
+    const Real alone = jump(0, restitution), fixed = jump(1, restitution);
+    INFO("restitution " << restitution);
+    CHECK(alone == Approx(restitution * restitution).epsilon(0.1));
+    CHECK(fixed == Approx(alone).epsilon(0.02));
+    CHECK(jump(2, restitution) == Approx(alone).epsilon(0.02));
+  }
+}
+
+TEST_CASE("a rope that touches others leaves the account of another rope alone") {
+  World w;
+  w.gravity = Vec3(0);
+  const Flyer quiet = add_flyer(w, {0, 0, 0}), busy = add_flyer(w, {20, 0, 0});
+  Shape ball;
+  ball.size = {0.05, 0, 0};
+  Collision c;
+  c.others = true;
+  w.shapes.add(busy.tip, {{ball}});
+  w.collisions.add(busy.tip, c);
+  Body b = w.bodies[busy.tip];
+  b.pose.position -= Vec3(0, 0.0999, 0), b.mass = 0.4, b.inertia = Vec3(4e-4);
+  const Entity other = w.add_body(b);
+  w.shapes.add(other, {{ball}});
+  w.collisions.add(other, c);
+  b.velocity = {0, 3, 0};
+
+  Simulation sim(w, {1.0 / 240});
+  const Vec3 start = momentum_of(sim.world, quiet);
+  Real worst = 0;
+  bool touched = false;
+  for (int i = 0; i < 600; ++i) {
+    // The other ball is kept against the rope.
+    Body& o = sim.world.bodies[other];
+    o.pose.position = sim.world.bodies[busy.tip].pose.position - Vec3(0, 0.0999, 0);
+    o.velocity = sim.world.bodies[busy.tip].velocity + Vec3(0, 0.05, 0), o.restart = true;
+    REQUIRE(sim.step().status == Status::ok);
+    for (const Contact& contact : contacts_of(sim.world)) touched = touched || contact.active;
+    worst = std::max(worst, glm::length(momentum_of(sim.world, quiet) - start));
+  }
+  CHECK(touched);
+  CHECK(worst <= 1e-11);
+}

@@ -1,0 +1,168 @@
+// What a solver does not know is told, not passed over.
+#include <catch2/catch.hpp>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "engine/runtime/simulation.hpp"
+#include "engine/solvers/solver.hpp"
+#include "tests/runtime/puppets.hpp"
+
+using namespace pantin;
+using namespace pantin::test;
+
+namespace {
+
+constexpr Solver kAll[] = {Solver::automatic, Solver::sweep, Solver::shake2, Solver::paper,
+                           Solver::lagrangian};
+
+struct Case {
+  Feature feature;
+  std::function<Entity(Chain&)> add;  // returns who is to be named
+};
+
+Joint& hinge(Chain& c) {
+  Joint& j = c.world.links[c.links[1]].joint;
+  j.kind = JointKind::hinge;
+  return j;
+}
+
+std::vector<Case> cases() {
+  return {
+      {Feature::spring,
+       [](Chain& c) { return hinge(c).extras.edit().turn.spring.stiffness = 2, c.links[1]; }},
+      {Feature::spring,
+       [](Chain& c) { return hinge(c).extras.edit().turn.spring.damping = 2, c.links[1]; }},
+      {Feature::friction,
+       [](Chain& c) { return hinge(c).extras.edit().turn.friction.dry = 2, c.links[1]; }},
+      {Feature::motor,
+       [](Chain& c) {
+         hinge(c).extras.edit().turn.motor = {MotorKind::velocity, 1, 1, 0, 5};
+         return c.links[1];
+       }},
+      {Feature::restitution,
+       [](Chain& c) {
+         hinge(c).limits.edit().turn = {true, -1, 1};
+         hinge(c).extras.edit().restitution = 0.5;
+         return c.links[1];
+       }},
+      {Feature::kind,
+       [](Chain& c) {
+         hinge(c).kind = JointKind::prismatic;
+         return c.links[1];
+       }},
+      {Feature::ratio,
+       [](Chain& c) {
+         hinge(c).kind = JointKind::hinge;
+         c.world.links[c.links[2]].joint.kind = JointKind::hinge;
+         Ratio r;
+         r.first = c.links[1], r.second = c.links[2], r.ratio = 2;
+         return c.world.add_ratio(r);
+       }},
+      {Feature::soft_stop,
+       [](Chain& c) {
+         JointLimits& l = c.world.links[c.links[1]].joint.limits.edit();
+         l.swing = {true, 1, 1}, l.soft_zone = 0.1, l.soft_stiffness = 5;
+         return c.links[1];
+       }},
+      {Feature::pose_drive,
+       [](Chain& c) {
+         PoseDrive d;
+         d.stiffness = 2;
+         c.world.pose_drives.add(c.links[1], d);
+         return c.links[1];
+       }},
+      {Feature::cable,
+       [](Chain& c) { return c.world.add_string(c.hook, c.rods[2], {Vec3(0), Vec3(0), 2, 0}); }},
+      {Feature::spring_grip,
+       [](Chain& c) {
+         Pin p;
+         p.body = c.rods[2], p.grip = Grip::spring;
+         return c.world.add_pin(p);
+       }},
+      {Feature::contact,
+       [](Chain& c) {
+         Shape ball;
+         c.world.shapes.add(c.rods[1], {{ball}});
+         c.world.collisions.add(c.rods[1], {});
+         return c.rods[1];
+       }},
+  };
+}
+
+}  // namespace
+
+TEST_CASE("what a solver does not know is told by name, with the solvers that do") {
+  for (Solver solver : kAll)
+    for (const Case& c : cases()) {
+      INFO(name_of(solver) << ", " << name_of(c.feature));
+      Chain chain = hung_chain(4);
+      chain.world.default_settings.solver = solver;
+      const Entity who = c.add(chain);
+      const std::vector<StructureFault> faults = check(chain.world);
+      StepReport report;
+      Simulation sim(chain.world);
+      for (int i = 0; i < 3; ++i) report = sim.step();
+      if (knows(solver, c.feature)) {
+        CHECK(faults.empty());
+        CHECK(report.faults == 0);
+        CHECK_FALSE(report.fault);
+        continue;
+      }
+      REQUIRE(faults.size() == 1);
+      CHECK(faults.front().link == who);
+      CHECK(report.faults == 1);
+      CHECK(report.fault == who);
+      const bool left_out = c.feature == Feature::kind;
+      CHECK(faults.front().kind == (left_out ? StructureFault::left_out : StructureFault::unknown));
+      if (left_out) continue;
+      CHECK(faults.front().reason.find(name_of(c.feature)) != std::string::npos);
+      CHECK(faults.front().reason.find(name_of(solver)) != std::string::npos);
+      CHECK(faults.front().reason.find(solvers_that_know(c.feature)) != std::string::npos);
+    }
+}
+
+TEST_CASE("every feature is known to a solver") {
+  for (int f = 0; f < kFeatures; ++f) {
+    bool known = false;
+    for (Solver s : kAll) known = known || knows(s, static_cast<Feature>(f));
+    CHECK(known);
+  }
+}
+
+TEST_CASE("a check changes nothing, finds nothing in a sound World, and needs no step") {
+  Puppet p = swaying_puppet();
+  const std::uint64_t before = state_hash(p.world);
+  CHECK(check(p.world).empty());
+  CHECK(state_hash(p.world) == before);
+  // Changed by hand, without a touch: found all the same.
+  Simulation sim(p.world);
+  for (int i = 0; i < 3; ++i) sim.step();
+  sim.world.bodies[p.trunk].mass = 0;
+  const auto faults = check(sim.world);
+  REQUIRE(faults.size() == 1);
+  CHECK(faults.front().link == p.trunk);
+  CHECK(faults.front().kind == StructureFault::impossible);
+}
+
+TEST_CASE("islands are told apart: each by the solver it has") {
+  Chain chain = hung_chain(3);
+  Entity last;
+  for (int i = 0; i < 2; ++i) {
+    Body fixed;
+    fixed.motion = Motion::fixed, fixed.pose.position = {0, 0, 3.0 + i};
+    const Entity hook = chain.world.add_body(fixed);
+    const Entity e = chain.world.add_body(rod({kHalfLink, 0, 3.0 + i}));
+    Joint j{Vec3(0), {-kHalfLink, 0, 0}};
+    j.kind = JointKind::hinge;
+    j.extras.edit().turn.motor = {MotorKind::velocity, 1, 1, 0, 5};
+    const Entity link = chain.world.add_link(hook, e, j);
+    SolverSettings how;
+    how.solver = i == 0 ? Solver::lagrangian : Solver::automatic;
+    chain.world.settings.add(e, how);
+    if (i == 1) last = link;
+  }
+  const auto faults = check(chain.world);
+  REQUIRE(faults.size() == 1);
+  CHECK(faults.front().link == last);
+}
