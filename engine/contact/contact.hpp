@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "engine/base/fields.hpp"
 #include "engine/base/hash.hpp"
 #include "engine/contact/search.hpp"
 #include "engine/world/memory.hpp"
@@ -27,6 +28,25 @@ struct Contact {
   bool active = false; // bears a load
   Vec3 force{0};       // N, on a, mean over the step
   Real depth = 0;      // m, overlap left after the step, never negative
+
+  static void fields(auto& self, auto&& field) {
+    field("slot_a", self.slot_a);
+    field("slot_b", self.slot_b);
+    field("key", self.key);
+    field("point_a", passive(self.point_a));
+    field("point_b", passive(self.point_b));
+    field("normal", passive(self.normal));
+    field("gap", passive(self.gap));
+    field("friction", passive(self.friction));
+    field("restitution", passive(self.restitution));
+    field("load", self.load);
+    field("before", passive(self.before));
+    field("sliding", self.sliding);
+    field("impact", self.impact);
+    field("active", passive(self.active));
+    field("force", passive(self.force));
+    field("depth", passive(self.depth));
+  }
 };
 
 namespace contact {
@@ -54,6 +74,23 @@ struct Interface {
   Real relax = 1;
   int rounds = 0;  // in which the step was taken
   bool taut = false;
+
+  static void fields(auto& self, auto&& field) {
+    field("kind", derived(self.kind));
+    field("source", derived(self.source));
+    field("body", derived(self.body));
+    field("guess", derived(self.guess));
+    field("anchor", derived(self.anchor));
+    field("mass", self.mass);
+    field("force", self.force);
+    field("asked", self.asked);
+    field("debt", self.debt);
+    field("given", derived(self.given));
+    field("lack", derived(self.lack));
+    field("start", derived(self.start));
+    field("relax", derived(self.relax));
+    field("taut", derived(self.taut));
+  }
 };
 
 /// What a follower pulled on the body of another solver through a pin or a cable.
@@ -70,6 +107,12 @@ struct Pressure {
   Entity body;
   Vec3 force{0};   // N
   Vec3 torque{0};  // N m, about the mass centre
+
+  static void fields(auto& self, auto&& field) {
+    field("body", self.body);
+    field("force", self.force);
+    field("torque", self.torque);
+  }
 };
 
 /// What the search needs from step to step but not for its answer.
@@ -86,7 +129,11 @@ struct Memory {
   std::vector<Pressure> pressures;  // of the last step
   Scratch<DetectScratch> scratch;
 
-  void add_to(Hash& hash) const;
+  static void fields(auto& self, auto&& field) {
+    field("contacts", self.contacts);
+    field("pressures", self.pressures);
+    field("scratch", derived(self.scratch));
+  }
 };
 
 /// Whether a body's own motion answers to contacts; to others it is an obstacle on a given path.

@@ -324,13 +324,4 @@ void detect(World& world, Real h) {
     if (Body& b = world.bodies.values()[slot]; moves(b)) b.pose = *end++;
 }
 
-void Memory::add_to(Hash& hash) const {
-  for (const Contact& c : contacts) {
-    hash.add(c.slot_a), hash.add(c.slot_b), hash.add(c.key);
-    hash.add(c.load), hash.add(c.sliding), hash.add(c.impact);
-  }
-  for (const Pressure& p : pressures)
-    hash.add(p.body.index), hash.add(p.force), hash.add(p.torque);
-}
-
 }  // namespace pantin::contact

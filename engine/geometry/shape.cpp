@@ -135,4 +135,20 @@ bool is_possible_inertia(Vec3 m) {
   return m.x <= m.y + m.z + slack && m.y <= m.x + m.z + slack && m.z <= m.x + m.y + slack;
 }
 
+const char* Shape::restored() const {
+  constexpr const char* kWrong = "has no surface of its kind";
+  const bool is_field = surface && surface->columns > 0;
+  const bool is_mesh = surface && !surface->neighbours.empty();
+  switch (kind) {
+    case ShapeKind::hull:
+      return surface && !is_field && !is_mesh ? nullptr : kWrong;
+    case ShapeKind::mesh:
+      return is_mesh ? nullptr : kWrong;
+    case ShapeKind::height_field:
+      return is_field ? nullptr : kWrong;
+    default:
+      return nullptr;
+  }
+}
+
 }  // namespace pantin

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
 
 namespace pantin {
@@ -19,6 +20,7 @@ enum class ShapeKind : std::uint8_t {
   mesh,          // a closed surface of triangles: likewise
   height_field,  // heights along y over a grid of x and z: likewise
 };
+constexpr ShapeKind last_of(ShapeKind) { return ShapeKind::height_field; }
 
 /// A solid in a frame of its own.
 ///
@@ -31,11 +33,25 @@ struct Shape {
   Pose local;
   std::uint32_t material = 0;  // index into World::materials
   std::shared_ptr<const Surface> surface = nullptr;  // of hull, mesh, height_field
+
+  static void fields(auto& self, auto&& field) {
+    field("kind", self.kind);
+    field("size", self.size);
+    field("local", self.local);
+    field("material", passive(self.material));
+    field("surface", self.surface);
+  }
+  /// Null if the surface is there and of the kind, or what is wrong; asked after reading.
+  const char* restored() const;
 };
 
 /// The shapes of one body.
 struct Shapes {
   std::vector<Shape> parts;
+
+  static void fields(auto& self, auto&& field) {
+    field("parts", self.parts);
+  }
 };
 
 /// Mass, mass centre and inertia about that centre, in the frame the shapes are placed in.

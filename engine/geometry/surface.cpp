@@ -4,6 +4,8 @@
 #include <sstream>
 #include <tuple>
 
+#include "engine/base/archive.hpp"
+
 namespace pantin {
 namespace {
 
@@ -105,7 +107,50 @@ void add_bounds(Surface& s) {
   s.low = bounds.low, s.high = bounds.high;
 }
 
+/// What is wrong with a surface that should be the one that `made` is, or null.
+const char* differs(const Result<std::shared_ptr<const Surface>>& made, const Surface& s) {
+  return made && same_fields(**made, s) ? nullptr : "is no whole surface";
+}
+
+const char* check_hull(const Surface& s) {
+  constexpr const char* kWrong = "names a point or a face that is none";
+  const auto below = [](const auto& list, std::size_t count) {
+    for (const auto& pair : list)
+      for (std::uint32_t index : pair)
+        if (index >= count) return false;
+    return true;
+  };
+  if (s.points.size() < 4 || s.points.size() > 256 || s.faces.size() < 4) return "is no hull";
+  for (Vec3 p : s.points)
+    if (!is_finite(p)) return "has a point that is no number";
+  for (std::uint32_t corner : s.corners)
+    if (corner >= s.points.size()) return kWrong;
+  for (const Face& f : s.faces)
+    if (f.count < 3 || f.first > s.corners.size() || f.count > s.corners.size() - f.first)
+      return kWrong;
+  if (s.sides.size() != s.edges.size()) return kWrong;
+  return below(s.edges, s.points.size()) && below(s.sides, s.faces.size()) ? nullptr : kWrong;
+}
+
 }  // namespace
+
+const char* Surface::restored() {
+  if (columns > 0 || rows > 0) {
+    if (points.size() != static_cast<std::size_t>(columns) * rows) return "is no whole surface";
+    std::vector<Real> heights;
+    for (Vec3 p : points) heights.push_back(p.y);
+    return differs(make_height_field(columns, rows, spacing_x, spacing_z, heights), *this);
+  }
+  if (neighbours.empty()) return check_hull(*this);
+  if (corners.size() % 3 != 0) return "is no whole surface";
+  std::vector<Triangle> triangles;
+  for (std::size_t i = 0; i < corners.size(); i += 3)
+    triangles.push_back({corners[i], corners[i + 1], corners[i + 2]});
+  auto made = make_mesh(points, triangles);
+  if (const char* why = differs(made, *this)) return why;
+  tree = (*made)->tree;
+  return nullptr;
+}
 
 std::array<Vec3, 3> triangle_of(const Surface& s, std::uint32_t index) {
   if (s.columns == 0) {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
 #include "engine/base/result.hpp"
 #include "engine/geometry/box_tree.hpp"
@@ -19,6 +20,13 @@ struct Face {
   std::uint32_t first = 0, count = 0;
   Vec3 normal{0};   // unit, outwards
   Real offset = 0;  // normal . point of the face, m
+
+  static void fields(auto& self, auto&& field) {
+    field("first", self.first);
+    field("count", self.count);
+    field("normal", self.normal);
+    field("offset", self.offset);
+  }
 };
 
 struct Surface {
@@ -34,6 +42,24 @@ struct Surface {
   // lies at the origin. Triangles follow from the grid.
   std::uint32_t columns = 0, rows = 0;
   Real spacing_x = 0, spacing_z = 0;
+
+  static void fields(auto& self, auto&& field) {
+    field("points", self.points);
+    field("corners", self.corners);
+    field("faces", passive(self.faces));
+    field("edges", passive(self.edges));
+    field("sides", passive(self.sides));
+    field("neighbours", passive(self.neighbours));
+    field("tree", derived(self.tree));
+    field("low", passive(self.low));
+    field("high", passive(self.high));
+    field("columns", self.columns);
+    field("rows", self.rows);
+    field("spacing_x", self.spacing_x);
+    field("spacing_z", self.spacing_z);
+  }
+  /// Makes the tree after reading; null, or what is wrong.
+  const char* restored();
 };
 
 /// Three corners of a triangle of a mesh or a height field, anticlockwise seen from outside.

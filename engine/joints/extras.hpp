@@ -5,6 +5,7 @@
 #include <memory>
 #include <span>
 
+#include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
 #include "engine/joints/limits.hpp"
 
@@ -15,6 +16,12 @@ struct SpringDamper {
   Real stiffness = 0;  // N m/rad or N/m
   Real damping = 0;    // N m s/rad or N s/m
   Real rest = 0;       // rad or m
+
+  static void fields(auto& self, auto&& field) {
+    field("stiffness", self.stiffness);
+    field("damping", self.damping);
+    field("rest", self.rest);
+  }
 };
 
 /// effort = -viscous rate - dry tanh(rate / slip): dry friction whose step at rest is rounded off.
@@ -22,9 +29,16 @@ struct JointFriction {
   Real viscous = 0;  // N m s/rad or N s/m
   Real dry = 0;      // N m or N
   Real slip = 1e-2;  // rad/s or m/s, above zero
+
+  static void fields(auto& self, auto&& field) {
+    field("viscous", self.viscous);
+    field("dry", self.dry);
+    field("slip", self.slip);
+  }
 };
 
 enum class MotorKind : std::uint8_t { none, velocity, position };
+constexpr MotorKind last_of(MotorKind) { return MotorKind::position; }
 
 /// velocity: effort = gain (target - rate); position: gain (target - coordinate) - damping rate.
 /// At most `cap` either way.
@@ -34,6 +48,14 @@ struct Motor {
   Real gain = 0;     // N m s/rad or N s/m; N m/rad or N/m
   Real damping = 0;  // position: N m s/rad or N s/m
   Real cap = 1e300;  // N m or N
+
+  static void fields(auto& self, auto&& field) {
+    field("kind", self.kind);
+    field("target", self.target);
+    field("gain", self.gain);
+    field("damping", self.damping);
+    field("cap", self.cap);
+  }
 };
 
 /// What acts along one freedom of a joint.
@@ -44,6 +66,12 @@ struct Freedom {
   bool any() const {
     return spring.stiffness != 0 || spring.damping != 0 || friction.viscous != 0 ||
            friction.dry != 0 || motor.kind != MotorKind::none;
+  }
+
+  static void fields(auto& self, auto&& field) {
+    field("spring", self.spring);
+    field("friction", self.friction);
+    field("motor", self.motor);
   }
 };
 
@@ -56,6 +84,9 @@ class CustomJoint {
   /// What the joint lacks, `rows` numbers, for bodies at these mass-centre poses. Smooth; all zero
   /// where the joint is closed; independent of anything but its arguments.
   virtual void residual(const Pose& a, const Pose& b, std::span<Real> c) const = 0;
+  /// A number that differs where the residual differs, for state_hash. Joints of this kind cannot
+  /// be saved: see save_world.
+  virtual std::uint64_t fingerprint() const { return static_cast<std::uint64_t>(rows()); }
 };
 
 struct JointExtras {
@@ -66,6 +97,16 @@ struct JointExtras {
   AngleLimit travel = {};  // m along x: cylindrical, prismatic, screw
   Real restitution = 0;    // part of the speed with which a limit is left again, 0 to 1
   std::shared_ptr<const CustomJoint> custom = nullptr;
+
+  static void fields(auto& self, auto&& field) {
+    field("length", self.length);
+    field("pitch", self.pitch);
+    field("turn", self.turn);
+    field("slide", self.slide);
+    field("travel", self.travel);
+    field("restitution", self.restitution);
+    field("custom", self.custom);
+  }
 };
 
 }  // namespace pantin

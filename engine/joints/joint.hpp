@@ -8,6 +8,7 @@
 ///
 /// The joint axes F are x, y, z. x is the axis that a hinge turns about and that a ball joint
 /// twists about; with limbs it runs along the bone.
+#include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
 #include "engine/joints/extras.hpp"
 #include "engine/joints/limits.hpp"
@@ -28,6 +29,7 @@ enum class JointKind : std::uint8_t {
   spring,       // holds nothing: a spring and damper between the anchors (extras->slide)
   custom        // extras->custom
 };
+constexpr JointKind last_of(JointKind) { return JointKind::custom; }
 inline constexpr int kPointKinds = 4, kJointKinds = 11;
 
 /// Whether the procedural solver knows the kind: its bodies share a point.
@@ -53,9 +55,16 @@ class JointFrames {
   void set_a(Quat to) { set(to, b()); }
   void set_b(Quat to) { set(a(), to); }
 
+  static void fields(auto& self, auto&& field) { field("held", self.held_); }
+
  private:
   struct Both {
-    Quat a, b;
+    Quat a{1, 0, 0, 0}, b{1, 0, 0, 0};
+
+    static void fields(auto& self, auto&& field) {
+      field("a", self.a);
+      field("b", self.b);
+    }
   };
   std::unique_ptr<Both> held_;
 };
@@ -67,6 +76,15 @@ struct Joint {
   JointFrames frames = {};
   RareLimits limits = {};
   Rare<JointExtras> extras = {};
+
+  static void fields(auto& self, auto&& field) {
+    field("anchor_a", self.anchor_a);
+    field("anchor_b", self.anchor_b);
+    field("kind", self.kind);
+    field("frames", self.frames);
+    field("limits", self.limits);
+    field("extras", self.extras);
+  }
 };
 
 /// "ball", "hinge", "universal", "fixed", "cylindrical" ...

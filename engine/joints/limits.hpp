@@ -6,6 +6,7 @@
 /// split into its two angles: Q = turn about y by the first, then about its z by the second.
 #include <memory>
 
+#include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
 
 namespace pantin {
@@ -14,6 +15,12 @@ namespace pantin {
 struct AngleLimit {
   bool on = false;
   Real low = 0, high = 0;
+
+  static void fields(auto& self, auto&& field) {
+    field("on", self.on);
+    field("low", self.low);
+    field("high", self.high);
+  }
 };
 
 /// A cone of elliptic section: the swing's rotation vector (0, y, z) has (y / `y`)^2 + (z / `z`)^2
@@ -21,6 +28,12 @@ struct AngleLimit {
 struct SwingLimit {
   bool on = false;
   Real y = 0, z = 0;
+
+  static void fields(auto& self, auto&& field) {
+    field("on", self.on);
+    field("y", self.y);
+    field("z", self.z);
+  }
 };
 
 struct JointLimits {
@@ -33,6 +46,15 @@ struct JointLimits {
   Real soft_stiffness = 0;  // N m/rad
   Real soft_damping = 0;    // N m s/rad, within the zone
   bool any() const { return turn.on || second.on || swing.on; }
+
+  static void fields(auto& self, auto&& field) {
+    field("turn", self.turn);
+    field("second", self.second);
+    field("swing", self.swing);
+    field("soft_zone", self.soft_zone);
+    field("soft_stiffness", self.soft_stiffness);
+    field("soft_damping", self.soft_damping);
+  }
 };
 
 /// Limits that take no room where there are none, as with most joints. A value: copies are deep.
@@ -63,6 +85,8 @@ class RareLimits {
     if (!held_) held_ = std::make_unique<JointLimits>();
     return *held_;
   }
+
+  static void fields(auto& self, auto&& field) { field("held", self.held_); }
 
  private:
   std::unique_ptr<JointLimits> held_;

@@ -30,6 +30,8 @@ class Rare {
     return *held_;
   }
 
+  static void fields(auto& self, auto&& field) { field("held", self.held_); }
+
  private:
   std::unique_ptr<T> held_;
 };

@@ -4,6 +4,7 @@
 ///   C = |p_b - p_a| - length <= 0       one unilateral row, metres
 #include <algorithm>
 
+#include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
 
 namespace pantin {
@@ -13,6 +14,13 @@ struct StringJoint {
   Vec3 anchor_b{0};     // in body b's mass-centre frame
   Real length = 1;      // m, when taut and unloaded
   Real compliance = 0;  // m/N; 0 does not stretch
+
+  static void fields(auto& self, auto&& field) {
+    field("anchor_a", self.anchor_a);
+    field("anchor_b", self.anchor_b);
+    field("length", self.length);
+    field("compliance", self.compliance);
+  }
 };
 
 /// How far the string is drawn beyond its length, never negative, metres.

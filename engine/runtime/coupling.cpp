@@ -19,7 +19,13 @@ struct CoupledIsland {
 struct Coupled {
   std::vector<CoupledIsland> leaders, followers;
   std::vector<contact::Reaction> reactions;
-  void add_to(Hash&) const {}  // found anew in each step
+
+  // Found anew in each step.
+  static void fields(auto& self, auto&& field) {
+    field("leaders", derived(self.leaders));
+    field("followers", derived(self.followers));
+    field("reactions", derived(self.reactions));
+  }
 };
 
 std::span<contact::Interface> interfaces_of(World& world, const CoupledIsland& leader) {

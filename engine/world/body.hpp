@@ -2,6 +2,7 @@
 /// A rigid thing.
 #include <cstdint>
 
+#include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
 
 namespace pantin {
@@ -11,6 +12,7 @@ enum class Motion : std::uint8_t {
   fixed,    // never moves
   driven,   // moved by a Drive, or by whoever writes its pose; joints follow it
 };
+constexpr Motion last_of(Motion) { return Motion::driven; }
 
 /// A rigid body, seen from its mass centre.
 ///
@@ -29,12 +31,30 @@ struct Body {
   Vec3 inertia{1};        // principal moments, kg m^2
   Real drag = 0.3;        // rate c of the damping exp(-c t), 1/s
   Real gravity_scale = 1;
+
+  static void fields(auto& self, auto&& field) {
+    field("pose", self.pose);
+    field("velocity", self.velocity);
+    field("spin", self.spin);
+    field("motion", self.motion);
+    field("restart", self.restart);
+    field("teleport", self.teleport);
+    field("mass", self.mass);
+    field("inertia", self.inertia);
+    field("drag", self.drag);
+    field("gravity_scale", self.gravity_scale);
+  }
 };
 
 /// What pushes a body during the next step; World::push() adds to it, each step clears it.
 struct Force {
   Vec3 force{0};   // N, world axes, at the mass centre
   Vec3 torque{0};  // N m, world axes
+
+  static void fields(auto& self, auto&& field) {
+    field("force", self.force);
+    field("torque", self.torque);
+  }
 };
 
 }  // namespace pantin

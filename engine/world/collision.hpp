@@ -2,6 +2,7 @@
 /// What may touch what.
 #include <cstdint>
 
+#include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
 
 namespace pantin {
@@ -17,6 +18,15 @@ struct Collision {
   std::uint32_t with = UINT32_MAX;  // bits: what it touches; both have to agree
   bool others = false;              // dynamic bodies of other islands too
   bool self = false;                // dynamic bodies of its own island too
+
+  static void fields(auto& self, auto&& field) {
+    field("friction", self.friction);
+    field("restitution", self.restitution);
+    field("groups", self.groups);
+    field("with", self.with);
+    field("others", self.others);
+    field("self", self.self);
+  }
 };
 
 }  // namespace pantin

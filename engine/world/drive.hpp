@@ -3,6 +3,7 @@
 #include <variant>
 #include <vector>
 
+#include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
 
 namespace pantin {
@@ -10,6 +11,11 @@ namespace pantin {
 struct Keyframe {
   Real time = 0;  // s
   Pose pose;      // of the body's mass-centre frame
+
+  static void fields(auto& self, auto&& field) {
+    field("time", self.time);
+    field("pose", self.pose);
+  }
 };
 
 /// Passes through every key pose: Catmull-Rom in position, slerp in rotation. Before the first and
@@ -18,6 +24,11 @@ struct Keyframe {
 struct Keyframes {
   std::vector<Keyframe> keys;  // times strictly increasing
   bool loop = false;
+
+  static void fields(auto& self, auto&& field) {
+    field("keys", self.keys);
+    field("loop", self.loop);
+  }
 };
 
 /// A sway about `centre`: axis by axis amplitude sin(2 pi frequency t + phase), in the directions
@@ -33,11 +44,27 @@ struct Lissajous {
   Vec3 turn_phase{0};      // rad
   Real rise = 0;           // s
   Quat axes{1, 0, 0, 0};   // from the sway's axes to the world's
+
+  static void fields(auto& self, auto&& field) {
+    field("centre", self.centre);
+    field("amplitude", self.amplitude);
+    field("frequency", self.frequency);
+    field("phase", self.phase);
+    field("turn_amplitude", self.turn_amplitude);
+    field("turn_frequency", self.turn_frequency);
+    field("turn_phase", self.turn_phase);
+    field("rise", self.rise);
+    field("axes", self.axes);
+  }
 };
 
 /// A component of driven bodies. A driven body without one is moved by live calls.
 struct Drive {
   std::variant<Keyframes, Lissajous> path;
+
+  static void fields(auto& self, auto&& field) {
+    field("path", self.path);
+  }
 };
 
 /// Where the path is at `time` (s). A path without keys is the world's origin.

@@ -4,6 +4,8 @@
 #include <functional>
 #include <vector>
 
+#include "engine/base/fields.hpp"
+
 namespace pantin {
 
 /// A handle to something in a World. The default one names nothing.
@@ -13,6 +15,11 @@ struct Entity {
 
   friend bool operator==(const Entity&, const Entity&) = default;
   explicit operator bool() const { return index != UINT32_MAX; }
+
+  static void fields(auto& self, auto&& field) {
+    field("index", self.index);
+    field("generation", self.generation);
+  }
 };
 
 /// Hands out handles; one that was destroyed is told from the one that got its place.
@@ -41,11 +48,39 @@ class Entities {
     return true;
   }
   std::size_t alive() const { return alive_; }
+  /// Of handles ever made at the same time.
+  std::size_t capacity() const { return generations_.size(); }
+
+  static void fields(auto& self, auto&& field) {
+    field("generations", self.generations_);
+    field("free", self.free_);
+    field("alive", derived(self.alive_));
+  }
+  /// Counts the living after reading; null, or what is wrong.
+  const char* restored() {
+    if (free_.size() > generations_.size()) return "has more free places than places";
+    std::vector<bool> seen(generations_.size(), false);
+    for (std::uint32_t index : free_) {
+      if (index >= seen.size() || seen[index]) return "names a free place that is none";
+      seen[index] = true;
+    }
+    alive_ = generations_.size() - free_.size();
+    return nullptr;
+  }
 
  private:
   std::vector<std::uint32_t> generations_;
   std::vector<std::uint32_t> free_;
   std::size_t alive_ = 0;
+};
+
+/// For hash_fields: handles count by the place that they name, so that a new one in an old place is
+/// the same.
+struct EntityRule {
+  const Entities& entities;
+  void operator()(Hash& hash, const Entity& e) const {
+    hash.add(e.index), hash.add(entities.is_alive(e));
+  }
 };
 
 }  // namespace pantin

@@ -1,5 +1,6 @@
 #pragma once
 /// What ties bodies together and to the world.
+#include "engine/base/fields.hpp"
 #include "engine/joints/joint.hpp"
 #include "engine/joints/string.hpp"
 #include "engine/world/entity.hpp"
@@ -12,6 +13,12 @@ namespace pantin {
 struct Link {
   Entity a, b;
   Joint joint;
+
+  static void fields(auto& self, auto&& field) {
+    field("a", self.a);
+    field("b", self.b);
+    field("joint", self.joint);
+  }
 };
 
 /// Two bodies and a string.
@@ -19,6 +26,13 @@ struct String {
   Entity a, b;
   StringJoint joint;
   Real tension = 0;  // N, mean over the last step; 0 when slack
+
+  static void fields(auto& self, auto&& field) {
+    field("a", self.a);
+    field("b", self.b);
+    field("joint", self.joint);
+    field("tension", passive(self.tension));
+  }
 };
 
 /// Couples a freedom of one link to a freedom of another, as gears, belts and racks do:
@@ -34,12 +48,23 @@ struct Ratio {
   Real ratio = 1;                            // rad/rad, m/rad ...
   Real offset = 0;                           // rad or m
   bool has_offset = false;
+
+  static void fields(auto& self, auto&& field) {
+    field("first", self.first);
+    field("second", self.second);
+    field("slides_first", self.slides_first);
+    field("slides_second", self.slides_second);
+    field("ratio", self.ratio);
+    field("offset", self.offset);
+    field("has_offset", self.has_offset);
+  }
 };
 
 enum class Grip : std::uint8_t {
   exact,   // the point goes to its target, whatever it weighs
   spring,  // the point is drawn by a damped spring of `stiffness`
 };
+constexpr Grip last_of(Grip) { return Grip::spring; }
 
 /// A point of a body held at a place in the world, or at a point of another body: a nail, a hand.
 struct Pin {
@@ -54,6 +79,18 @@ struct Pin {
   Real residual = 0;      // m, distance of the point from its target
   bool missed = false;    // exact: that is more than the solver's tolerance
   bool reachable = true;  // false: the links between this pin and a better one are too short
+
+  static void fields(auto& self, auto&& field) {
+    field("body", self.body);
+    field("anchor", self.anchor);
+    field("target", self.target);
+    field("to", self.to);
+    field("priority", self.priority);
+    field("grip", self.grip);
+    field("stiffness", self.stiffness);
+    field("residual", passive(self.residual));
+    field("reachable", passive(self.reachable));
+  }
 };
 
 }  // namespace pantin

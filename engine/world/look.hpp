@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
 
 namespace pantin {
@@ -13,6 +14,13 @@ struct Material {
   Vec3 colour{0.7, 0.7, 0.7};  // linear RGB, 0..1
   Real roughness = 0.5;        // 0..1
   Real metallic = 0;           // 0..1
+
+  static void fields(auto& self, auto&& field) {
+    field("name", self.name);
+    field("colour", self.colour);
+    field("roughness", self.roughness);
+    field("metallic", self.metallic);
+  }
 };
 
 /// A camera that looks from `eye` to `target`. With `automatic` the picture frames the whole scene

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/base/fields.hpp"
 #include "engine/base/hash.hpp"
 #include "engine/world/entity.hpp"
 #include "engine/world/settings.hpp"
@@ -43,7 +44,12 @@ struct Partition {
   std::size_t islands = 0;               // of all solvers
   std::uint64_t built_for = 0;           // World::structure() then; 0: never
 
-  void add_to(Hash&) const {}  // derived
+  static void fields(auto& self, auto&& field) {
+    field("owners", derived(self.owners));
+    field("kinematic", derived(self.kinematic));
+    field("faults", derived(self.faults));
+    field("built_for", derived(self.built_for));
+  }
 };
 
 /// The row of the solver that a setting names.

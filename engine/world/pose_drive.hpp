@@ -2,6 +2,7 @@
 /// A muscle: a joint drawn towards a target pose.
 #include <vector>
 
+#include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
 
 namespace pantin {
@@ -10,6 +11,11 @@ namespace pantin {
 struct PoseKey {
   Real time = 0;  // s
   Quat turn{1, 0, 0, 0};
+
+  static void fields(auto& self, auto&& field) {
+    field("time", self.time);
+    field("turn", self.turn);
+  }
 };
 
 /// A component of links: a spring and damper between the bodies of a joint, capped.
@@ -30,6 +36,17 @@ struct PoseDrive {
   // What the last step left:
   Real torque = 0;  // N m, size of the torque exerted
   bool capped = false;
+
+  static void fields(auto& self, auto&& field) {
+    field("target", self.target);
+    field("stiffness", self.stiffness);
+    field("damping", self.damping);
+    field("max_torque", self.max_torque);
+    field("keys", self.keys);
+    field("loop", self.loop);
+    field("torque", passive(self.torque));
+    field("capped", passive(self.capped));
+  }
 };
 
 /// The target at `time` (s).

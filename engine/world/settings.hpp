@@ -2,6 +2,7 @@
 /// How an articulation is to be solved.
 #include <cstdint>
 
+#include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
 
 namespace pantin {
@@ -13,6 +14,7 @@ enum class Solver : std::uint8_t {
   paper,      // the literal rule of [Lee 2000]; a control for charts
   lagrangian, // Newton's and Euler's equations with multipliers: exact joints of every kind
 };
+constexpr Solver last_of(Solver) { return Solver::lagrangian; }
 
 /// How the Lagrangian solver steps.
 enum class Integrator : std::uint8_t {
@@ -21,6 +23,7 @@ enum class Integrator : std::uint8_t {
   rk4,       // Runge-Kutta with projection: order 4; of its family the 5(4) pair when adaptive
   implicit,  // generalised alpha: order 2, stiff springs do not limit the step
 };
+constexpr Integrator last_of(Integrator) { return Integrator::implicit; }
 
 /// What the Lagrangian solver does about joints that drift apart.
 enum class Stabilisation : std::uint8_t {
@@ -28,12 +31,14 @@ enum class Stabilisation : std::uint8_t {
   baumgarte,   // drawn back by the equations themselves; for charts
   none,        // nothing; for charts
 };
+constexpr Stabilisation last_of(Stabilisation) { return Stabilisation::none; }
 
 /// Which length^2 the literal rule takes for its `h` [Lee 2000, sec. 3.2].
 enum class PaperReluctance : std::uint8_t {
   inertia_over_mass,  // I / m
   literal_step,       // I dt^2 / (2 m), as printed
 };
+constexpr PaperReluctance last_of(PaperReluctance) { return PaperReluctance::literal_step; }
 
 struct SolverSettings {
   Solver solver = Solver::automatic;
@@ -56,6 +61,26 @@ struct SolverSettings {
   Real baumgarte = 0;       // euler: part of the gap closed in a step (0: 0.2); else rate, 1/s (0: 5)
   Real step_tolerance = 0;  // rk4: steps are divided so that each errs by less (m, rad, m/s, rad/s)
   Real damping_ratio = 0.8; // implicit: spectral radius at infinity, 0 to 1
+
+  static void fields(auto& self, auto&& field) {
+    field("solver", self.solver);
+    field("turn_stiffness", self.turn_stiffness);
+    field("calm_angle", self.calm_angle);
+    field("reservoir_time", self.reservoir_time);
+    field("rounds", self.rounds);
+    field("passes", self.passes);
+    field("rest_speed", self.rest_speed);
+    field("tolerance", self.tolerance);
+    field("stall_drop", self.stall_drop);
+    field("tension_stiffness", self.tension_stiffness);
+    field("limiter", self.limiter);
+    field("paper_reluctance", self.paper_reluctance);
+    field("integrator", self.integrator);
+    field("stabilisation", self.stabilisation);
+    field("baumgarte", self.baumgarte);
+    field("step_tolerance", self.step_tolerance);
+    field("damping_ratio", self.damping_ratio);
+  }
 };
 
 /// "euler", "rattle", "rk4", "implicit".

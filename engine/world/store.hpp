@@ -5,9 +5,12 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <string_view>
+#include <typeinfo>
 #include <utility>
 #include <vector>
 
+#include "engine/base/archive.hpp"
 #include "engine/base/check.hpp"
 #include "engine/base/hash.hpp"
 #include "engine/world/entity.hpp"
@@ -100,18 +103,31 @@ class Store {
     owners_.reserve(count);
   }
 
+  static void fields(auto& self, auto&& field) {
+    field("values", self.values_);
+    field("owners", self.owners_);
+    field("slots", derived(self.slots_));
+    field("version", passive(self.version_));
+  }
+  /// Finds the slots of the owners again after reading; null, or what is wrong.
+  const char* restored(const Entities& entities) {
+    if (owners_.size() != values_.size()) return "has not as many owners as values";
+    slots_.clear();
+    for (std::size_t i = 0; i < owners_.size(); ++i) {
+      const Entity owner = owners_[i];
+      if (!entities.is_alive(owner)) return "has an owner that does not exist";
+      if (owner.index >= slots_.size()) slots_.resize(owner.index + 1, kNoSlot);
+      if (slots_[owner.index] != kNoSlot) return "has two values for one owner";
+      slots_[owner.index] = static_cast<std::uint32_t>(i);
+    }
+    return nullptr;
+  }
+
  private:
   std::vector<T> values_;
   std::vector<Entity> owners_;
   std::vector<std::uint32_t> slots_;
   std::uint64_t version_ = 0;
-};
-
-/// A component that says which of its numbers belong to the state: `static void fields(auto& self,
-/// auto&& field)` calls `field("name", self.member)` for each.
-template <class T>
-concept HasFields = requires(const T& value) {
-  T::fields(value, [](const char*, const auto&) {});
 };
 
 /// A store whose component type the engine does not know.
@@ -120,8 +136,16 @@ class AnyStore {
   virtual ~AnyStore() = default;
   virtual std::unique_ptr<AnyStore> clone() const = 0;
   virtual void remove(std::span<const Entity> doomed) = 0;
-  virtual void add_to(Hash& hash) const = 0;
+  virtual void add_to(Hash& hash, const EntityRule& rule) const = 0;
   virtual const void* type() const = 0;
+  virtual std::size_t size() const = 0;
+  /// `T::name` of the component, or what the compiler calls it.
+  virtual std::string_view name() const = 0;
+  /// A fingerprint of its fields; 0 if it has none and cannot be saved.
+  virtual std::uint64_t fingerprint() const = 0;
+  virtual void write(FieldWriter& to) const = 0;
+  /// Null, or what is wrong.
+  virtual const char* read(FieldReader& from, const Entities& entities) = 0;
 };
 
 /// The address of this names the type `T`.
@@ -135,15 +159,35 @@ class UserStore final : public AnyStore {
 
   std::unique_ptr<AnyStore> clone() const override { return std::make_unique<UserStore>(*this); }
   void remove(std::span<const Entity> doomed) override { store.remove(doomed); }
-  void add_to(Hash& hash) const override {
+  void add_to([[maybe_unused]] Hash& hash,
+              [[maybe_unused]] const EntityRule& rule) const override {
     if constexpr (HasFields<T>) {
       for (std::size_t i = 0; i < store.size(); ++i) {
         hash.add(store.owners()[i].index);
-        T::fields(store.values()[i], [&](const char*, const auto& number) { hash.add(number); });
+        hash_fields(hash, store.values()[i], rule);
       }
     }
   }
   const void* type() const override { return &kTypeName<T>; }
+  std::size_t size() const override { return store.size(); }
+  std::string_view name() const override {
+    if constexpr (requires { std::string_view(T::name); })
+      return T::name;
+    else
+      return typeid(T).name();
+  }
+  std::uint64_t fingerprint() const override {
+    if constexpr (HasFields<T>) return fields_fingerprint<T>() | 1;
+    return 0;
+  }
+  void write([[maybe_unused]] FieldWriter& to) const override {
+    if constexpr (HasFields<T>) to.write(store);
+  }
+  const char* read([[maybe_unused]] FieldReader& from,
+                   [[maybe_unused]] const Entities& entities) override {
+    if constexpr (HasFields<T>) from.read(store);
+    return from.ok() ? store.restored(entities) : nullptr;
+  }
 };
 
 /// The stores of a user's own component types, made on first use; copying copies them all.
@@ -171,8 +215,15 @@ class UserStores {
   void remove(std::span<const Entity> doomed) {
     for (auto& s : stores_) s->remove(doomed);
   }
-  void add_to(Hash& hash) const {
-    for (const auto& s : stores_) s->add_to(hash);
+  void add_to(Hash& hash, const EntityRule& rule) const {
+    for (const auto& s : stores_) s->add_to(hash, rule);
+  }
+  /// In order of first use.
+  std::span<const std::unique_ptr<AnyStore>> all() const { return stores_; }
+  AnyStore* find(std::string_view name) {
+    for (auto& s : stores_)
+      if (s->name() == name) return s.get();
+    return nullptr;
   }
 
  private:

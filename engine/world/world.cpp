@@ -107,129 +107,21 @@ Pose World::origin_pose(Entity body) const {
 
 namespace {
 
-void add_settings(Hash& hash, const SolverSettings& s) {
-  hash.add(static_cast<std::uint32_t>(s.solver)), hash.add(s.turn_stiffness);
-  hash.add(s.calm_angle), hash.add(s.reservoir_time), hash.add(s.rounds), hash.add(s.tolerance);
-  hash.add(s.rest_speed), hash.add(s.passes), hash.add(s.stall_drop), hash.add(s.tension_stiffness), hash.add(s.limiter);
-  hash.add(static_cast<std::uint32_t>(s.paper_reluctance));
-  hash.add(static_cast<std::uint32_t>(s.integrator));
-  hash.add(static_cast<std::uint32_t>(s.stabilisation));
-  hash.add(s.baumgarte), hash.add(s.step_tolerance), hash.add(s.damping_ratio);
-}
-
-void add_freedom(Hash& hash, const Freedom& f) {
-  hash.add(f.spring.stiffness), hash.add(f.spring.damping), hash.add(f.spring.rest);
-  hash.add(f.friction.viscous), hash.add(f.friction.dry), hash.add(f.friction.slip);
-  hash.add(static_cast<std::uint32_t>(f.motor.kind)), hash.add(f.motor.target);
-  hash.add(f.motor.gain), hash.add(f.motor.damping), hash.add(f.motor.cap);
-}
-
-void add_joint(Hash& hash, const Joint& j) {
-  if (j.extras.any()) {
-    hash.add(j.extras->length), hash.add(j.extras->pitch);
-    add_freedom(hash, j.extras->turn), add_freedom(hash, j.extras->slide);
-    hash.add(j.extras->travel.on), hash.add(j.extras->travel.low), hash.add(j.extras->travel.high);
-    hash.add(j.extras->restitution);
-  }
-  hash.add(j.anchor_a), hash.add(j.anchor_b);
-  hash.add(static_cast<std::uint32_t>(j.kind));
-  hash.add(j.frames.a()), hash.add(j.frames.b());
-  if (!j.limits.any()) return;
-  for (const AngleLimit& l : {j.limits->turn, j.limits->second})
-    hash.add(l.on), hash.add(l.low), hash.add(l.high);
-  hash.add(j.limits->swing.on), hash.add(j.limits->swing.y), hash.add(j.limits->swing.z);
-  hash.add(j.limits->soft_zone), hash.add(j.limits->soft_stiffness);
-  hash.add(j.limits->soft_damping);
-}
-
-void add_drive(Hash& hash, const PoseDrive& d) {
-  hash.add(d.target);
-  hash.add(d.stiffness), hash.add(d.damping), hash.add(d.max_torque), hash.add(d.loop);
-  for (const PoseKey& key : d.keys) hash.add(key.time), hash.add(key.turn);
-}
-
-void add_surface(Hash& hash, const Surface& s) {
-  hash.add(s.columns), hash.add(s.rows), hash.add(s.spacing_x), hash.add(s.spacing_z);
-  for (Vec3 p : s.points) hash.add(p);
-  for (std::uint32_t corner : s.corners) hash.add(corner);
-}
-
-/// What is solid.
-void add_contacts(Hash& hash, const World& world) {
-  for (std::size_t i = 0; i < world.collisions.size(); ++i) {
-    const Entity e = world.collisions.owners()[i];
-    const Collision& c = world.collisions.values()[i];
-    hash.add(e.index), hash.add(c.friction), hash.add(c.restitution);
-    hash.add(c.groups), hash.add(c.with), hash.add(c.others), hash.add(c.self);
-    const Shapes* shapes = world.shapes.find(e);
-    if (!shapes) continue;
-    for (const Shape& s : shapes->parts) {
-      hash.add(static_cast<std::uint32_t>(s.kind)), hash.add(s.size), hash.add(s.local);
-      if (s.surface) add_surface(hash, *s.surface);
-    }
-  }
-}
-
-void add_path(Hash& hash, const Keyframes& path) {
-  hash.add(path.loop);
-  for (const Keyframe& key : path.keys) hash.add(key.time), hash.add(key.pose);
-}
-
-void add_path(Hash& hash, const Lissajous& path) {
-  hash.add(path.centre);
-  hash.add(path.amplitude), hash.add(path.frequency), hash.add(path.phase);
-  hash.add(path.turn_amplitude), hash.add(path.turn_frequency), hash.add(path.turn_phase);
-  hash.add(path.rise), hash.add(path.axes);
+/// The shapes of what is solid.
+void add_solids(Hash& hash, const World& world) {
+  for (const Entity e : world.collisions.owners())
+    if (const Shapes* shapes = world.shapes.find(e)) hash_fields(hash, *shapes);
 }
 
 }  // namespace
 
 std::uint64_t state_hash(const World& world) {
   Hash hash;
-  hash.add(world.tick), hash.add(world.time), hash.add(world.gravity);
-  for (std::size_t i = 0; i < world.bodies.size(); ++i) {
-    const Body& b = world.bodies.values()[i];
-    hash.add(world.bodies.owners()[i].index);
-    hash.add(b.pose), hash.add(b.velocity), hash.add(b.spin);
-    hash.add(b.mass), hash.add(b.inertia), hash.add(b.drag), hash.add(b.gravity_scale);
-    hash.add(static_cast<std::uint32_t>(b.motion)), hash.add(b.restart);
-  }
-  for (std::size_t i = 0; i < world.forces.size(); ++i) {
-    const Force& f = world.forces.values()[i];
-    hash.add(world.forces.owners()[i].index), hash.add(f.force), hash.add(f.torque);
-  }
-  for (std::size_t i = 0; i < world.drives.size(); ++i) {
-    hash.add(world.drives.owners()[i].index);
-    std::visit([&](const auto& path) { add_path(hash, path); }, world.drives.values()[i].path);
-  }
-  add_settings(hash, world.default_settings);
-  for (std::size_t i = 0; i < world.settings.size(); ++i) {
-    hash.add(world.settings.owners()[i].index);
-    add_settings(hash, world.settings.values()[i]);
-  }
-  for (const Link& l : world.links.values())
-    hash.add(l.a.index), hash.add(l.b.index), add_joint(hash, l.joint);
-  for (const Ratio& r : world.ratios.values()) {
-    hash.add(r.first.index), hash.add(r.second.index);
-    hash.add(r.slides_first), hash.add(r.slides_second);
-    hash.add(r.ratio), hash.add(r.offset), hash.add(r.has_offset);
-  }
-  for (std::size_t i = 0; i < world.pose_drives.size(); ++i) {
-    hash.add(world.pose_drives.owners()[i].index);
-    add_drive(hash, world.pose_drives.values()[i]);
-  }
-  add_contacts(hash, world);
-  for (const String& s : world.strings.values()) {
-    hash.add(s.a.index), hash.add(s.b.index), hash.add(s.joint.anchor_a),
-        hash.add(s.joint.anchor_b);
-    hash.add(s.joint.length), hash.add(s.joint.compliance);
-  }
-  for (const Pin& p : world.pins.values()) {
-    hash.add(p.body.index), hash.add(p.to.index), hash.add(p.anchor), hash.add(p.target), hash.add(p.priority);
-    hash.add(static_cast<std::uint32_t>(p.grip)), hash.add(p.stiffness);
-  }
-  world.memory.add_to(hash);
-  world.user.add_to(hash);
+  const EntityRule rule{world.entities};
+  hash_fields(hash, world, rule);
+  add_solids(hash, world);
+  world.memory.add_to(hash, rule);
+  world.user.add_to(hash, rule);
   return hash.value();
 }
 

@@ -87,6 +87,32 @@ struct World {
   Entity find(std::string_view name) const;
   /// The pose of the frame a body was placed by (its own frame in a scene file).
   Pose origin_pose(Entity body) const;
+
+  /// The components and what holds for all. Which handles are in use, names and looks do not decide
+  /// the next step; of shapes those that are solid do: see state_hash.
+  static void fields(auto& self, auto&& field) {
+    field("entities", passive(self.entities));
+    field("bodies", self.bodies);
+    field("forces", self.forces);
+    field("origins", passive(self.origins));
+    field("shapes", passive(self.shapes));
+    field("links", self.links);
+    field("strings", self.strings);
+    field("ratios", self.ratios);
+    field("pins", self.pins);
+    field("drives", self.drives);
+    field("pose_drives", self.pose_drives);
+    field("collisions", self.collisions);
+    field("names", passive(self.names));
+    field("settings", self.settings);
+    field("user", derived(self.user));
+    field("gravity", self.gravity);
+    field("default_settings", self.default_settings);
+    field("materials", passive(self.materials));
+    field("tick", self.tick);
+    field("time", self.time);
+    field("touched", passive(self.touched));
+  }
 };
 
 /// A fingerprint of everything that decides the next step.

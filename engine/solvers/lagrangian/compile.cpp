@@ -294,14 +294,12 @@ void carry_memory(const World& world, const std::vector<Island>& before, Island&
                       was.efforts.size() == m.efforts.size();
     if (!same) continue;
     // Only what was changed by hand in place: the counts of whole turns go on.
-    m.interfaces = was.interfaces;
-    m.memory = was.memory, m.loads = was.loads, m.fresh = was.fresh, m.counted = was.counted;
+    copy_state<IslandMemory>(was, m);
+    if (was.interfaces.size() == m.interfaces.size()) copy_state(was.interfaces, m.interfaces);
     for (std::size_t i = 0; i < m.blocks.size() && m.counted; ++i)
       if (m.blocks[i].kind == BlockKind::ratio &&
           !world.ratios.values()[m.blocks[i].source].has_offset)
         m.blocks[i].bound = was.blocks[i].bound;
-    m.frames = was.frames;
-    for (std::size_t i = 0; i < m.efforts.size(); ++i) m.efforts[i].before = was.efforts[i].before;
   }
 }
 
@@ -355,20 +353,6 @@ void compile(World& world, std::span<const IslandPlan> plans) {
 std::vector<Island>& islands_of(World& world) { return world.memory.of<Islands>().list; }
 const std::vector<Island>& islands_of(const World& world) {
   return world.memory.of<Islands>().list;
-}
-
-void Islands::add_to(Hash& hash) const {
-  for (const Island& m : list) {
-    for (const BlockMemory& b : m.memory)
-      hash.add(b.before[0]), hash.add(b.before[1]), hash.add(b.active);
-    for (Real load : m.loads) hash.add(load);
-    for (const auto* vectors : {&m.accelerations, &m.lagged})
-      for (Vec3 v : *vectors) hash.add(v);
-    for (const Effort& e : m.efforts) hash.add(e.before);
-    for (const contact::Interface& i : m.interfaces)
-      hash.add(i.force), hash.add(i.asked), hash.add(i.debt);
-    hash.add(m.fresh), hash.add(m.try_step), hash.add(m.rescues);
-  }
 }
 
 }  // namespace pantin::lagrangian
