@@ -1,5 +1,6 @@
 // Bricard's loop falls and swings: six hinges hold thirty freedoms of five rods, and it moves.
 #include "demos/demo.hpp"
+#include "engine/solvers/lagrangian/lagrangian.hpp"
 
 using namespace pantin;
 

@@ -5,6 +5,7 @@
 
 #include "demos/demo.hpp"
 #include "engine/base/rotation.hpp"
+#include "engine/contact/contact.hpp"
 
 using namespace pantin;
 

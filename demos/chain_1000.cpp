@@ -1,6 +1,7 @@
 // A thousand links by the exact solver, in time linear in their number; after a second one end is
 // let go.
 #include "demos/demo.hpp"
+#include "engine/solvers/lagrangian/lagrangian.hpp"
 
 using namespace pantin;
 

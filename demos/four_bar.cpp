@@ -1,5 +1,6 @@
 // A motor turns the crank of a four-bar linkage; the coupler's far end is where geometry says.
 #include "demos/demo.hpp"
+#include "engine/solvers/lagrangian/lagrangian.hpp"
 
 using namespace pantin;
 

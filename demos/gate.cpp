@@ -1,5 +1,6 @@
 // A rope of the procedural solver hangs on a gate of the Lagrangian one: each feels the other.
 #include "demos/demo.hpp"
+#include "engine/solvers/lagrangian/lagrangian.hpp"
 
 using namespace pantin;
 

@@ -100,7 +100,7 @@ Real usual_weight(const World& world) {
   for (const Body& body : world.bodies.values())
     if (body.motion == Motion::dynamic) mass += body.mass;
   const Real pull = glm::length(world.gravity);
-  const auto count = static_cast<Real>(std::max<std::size_t>(partition_of(world).islands, 1));
+  const auto count = static_cast<Real>(std::max<std::size_t>(partition_of(world).islands.size(), 1));
   return mass * (pull > 0 ? pull : 9.81) / count;
 }
 

@@ -18,20 +18,20 @@ namespace {
 /// Shares the islands out; who moves a body is known from then on.
 std::array<std::vector<IslandPlan>, kSolverCount> partition(World& world) {
   Partition& all = world.memory.of<Partition>();
-  all.owners.assign(world.bodies.size(), {});
-  all.faults.clear(), all.kinematic.clear(), all.islands = 0;
+  all.islands.clear(), all.faults.clear(), all.kinematic.clear();
+  all.island.assign(world.bodies.size(), Owner::kNone);
+  all.column.assign(world.collisions.empty() ? 0 : world.bodies.size(), Owner::kNone);
   std::array<std::vector<IslandPlan>, kSolverCount> plans;
   for (IslandPlan& plan : find_islands(world, row_of)) {
     std::vector<IslandPlan>& own = plans[plan.solver];
-    for (const std::uint32_t slot : plan.slots) {
-      Owner& owner = all.owners[slot];
-      owner.solver = plan.solver, owner.island = static_cast<std::uint32_t>(own.size());
-      owner.feels_contacts = kSolvers[plan.solver]->feels_contacts;
-    }
-    own.push_back(std::move(plan)), ++all.islands;
+    for (const std::uint32_t slot : plan.slots)
+      all.island[slot] = static_cast<std::uint32_t>(all.islands.size());
+    all.islands.push_back({plan.solver, kSolvers[plan.solver]->feels_contacts,
+                           static_cast<std::uint32_t>(own.size())});
+    own.push_back(std::move(plan));
   }
   for (std::uint32_t slot = 0; slot < world.bodies.size(); ++slot)
-    if (!all.owners[slot].feels_contacts) all.kinematic.push_back(slot);
+    if (!owner_of(all, slot).feels_contacts) all.kinematic.push_back(slot);
   return plans;
 }
 
@@ -49,17 +49,18 @@ void compile_if_changed(World& world) {
   for (const SolverRow* solver : kSolvers) solver->prepare(world);
 }
 
-void for_each_island(std::size_t count, [[maybe_unused]] int threads,
-                     const std::function<void(std::size_t)>& work) {
+void run_islands(std::size_t count, [[maybe_unused]] int threads, IslandWork work) {
 #ifdef PANTIN_HAS_TBB
   if (threads > 1 && count > 1) {
     // Asking for more threads than there are cores makes TBB print a warning.
     tbb::task_arena arena(std::min(threads, tbb::this_task_arena::max_concurrency()));
-    arena.execute([&] { tbb::parallel_for(std::size_t(0), count, work); });
+    arena.execute([&] {
+      tbb::parallel_for(std::size_t(0), count, [&](std::size_t i) { work.run(work.with, i); });
+    });
     return;
   }
 #endif
-  for (std::size_t i = 0; i < count; ++i) work(i);
+  for (std::size_t i = 0; i < count; ++i) work.run(work.with, i);
 }
 
 bool has_threads() {

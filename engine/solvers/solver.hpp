@@ -6,7 +6,6 @@
 /// another: what crosses islands goes through the room contact.
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <vector>
 
@@ -90,8 +89,18 @@ std::uint8_t row_of(Solver solver);
 /// for the steps where there is none.
 void compile_if_changed(World& world);
 
+/// A function of an island's number, borrowed: no memory is taken for it.
+struct IslandWork {
+  void (*run)(const void* with, std::size_t island);
+  const void* with;
+};
+void run_islands(std::size_t count, int threads, IslandWork work);
 /// Runs `work(i)` for every i below `count` on the threads of a task; no two i share anything.
-void for_each_island(std::size_t count, int threads, const std::function<void(std::size_t)>& work);
+template <class Work>
+void for_each_island(std::size_t count, int threads, const Work& work) {
+  run_islands(count, threads,
+              {[](const void* with, std::size_t i) { (*static_cast<const Work*>(with))(i); }, &work});
+}
 /// Whether a step can use more than one thread in this build.
 bool has_threads();
 

@@ -19,7 +19,7 @@ struct Owner {
   std::uint8_t solver = 0;        // row of kSolvers
   bool feels_contacts = false;    // its solver moves it away from what it touches
   std::uint32_t island = kNone;   // of that solver; none: no solver moves the body
-  std::uint32_t column = kNone;   // in the island
+  std::uint32_t column = kNone;   // in the island; known where anything is solid
   explicit operator bool() const { return island != kNone; }
 };
 
@@ -38,14 +38,26 @@ struct IslandPlan {
 
 /// Who moves what. Derived from the components; rebuilt when World::structure() changes.
 struct Partition {
-  std::vector<Owner> owners;             // by slot in World::bodies
+  struct Place {
+    std::uint8_t solver = 0;
+    bool feels_contacts = false;
+    std::uint32_t island = 0;  // of that solver
+  };
+  std::vector<Place> islands;            // of all solvers
+  std::vector<std::uint32_t> island;     // by slot in World::bodies: in `islands`, or Owner::kNone
+  std::vector<std::uint32_t> column;     // by slot; empty where nothing is solid
   std::vector<std::uint32_t> kinematic;  // slots of bodies that no solver moves
   std::vector<StructureFault> faults;
-  std::size_t islands = 0;               // of all solvers
   std::uint64_t built_for = 0;           // World::structure() then; 0: never
 
+  void set_column(std::uint32_t slot, std::uint32_t to) {
+    if (!column.empty()) column[slot] = to;
+  }
+
   static void fields(auto& self, auto&& field) {
-    field("owners", derived(self.owners));
+    field("islands", derived(self.islands));
+    field("island", derived(self.island));
+    field("column", derived(self.column));
     field("kinematic", derived(self.kinematic));
     field("faults", derived(self.faults));
     field("built_for", derived(self.built_for));
@@ -64,7 +76,13 @@ std::vector<IslandPlan> find_islands(const World& world, RowOf row_of);
 const Partition& partition_of(const World& world);
 /// Who moves the body in `slot`; nobody where no step was prepared since the body came.
 inline Owner owner_of(const Partition& partition, std::uint32_t slot) {
-  return slot < partition.owners.size() ? partition.owners[slot] : Owner{};
+  Owner owner;
+  if (slot >= partition.island.size() || partition.island[slot] == Owner::kNone) return owner;
+  const Partition::Place& place = partition.islands[partition.island[slot]];
+  owner.solver = place.solver, owner.feels_contacts = place.feels_contacts;
+  owner.island = place.island;
+  if (slot < partition.column.size()) owner.column = partition.column[slot];
+  return owner;
 }
 
 }  // namespace pantin

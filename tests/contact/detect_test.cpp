@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "engine/geometry/touch.hpp"
+#include "engine/solvers/solver.hpp"
 #include "engine/world/world.hpp"
 
 using namespace pantin;
@@ -38,7 +39,7 @@ struct Stage {
   std::size_t search(Real by = 0) {
     compile_if_changed(world);
     reach.assign(world.bodies.size(), by);
-    find_contacts(world, reach);
+    contact::find_contacts(world, reach);
     return contacts_of(world).size();
   }
 };
@@ -218,8 +219,8 @@ TEST_CASE("a copy of a world finds the same contacts") {
            social());
   s.search(0.1);
   World copy = s.world;
-  find_contacts(copy, s.reach);
-  find_contacts(s.world, s.reach);
+  contact::find_contacts(copy, s.reach);
+  contact::find_contacts(s.world, s.reach);
   REQUIRE(contacts_of(copy).size() == contacts_of(s.world).size());
   for (std::size_t i = 0; i < contacts_of(copy).size(); ++i) {
     CHECK(order(contacts_of(copy)[i]) == order(contacts_of(s.world)[i]));

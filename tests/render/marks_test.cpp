@@ -1,4 +1,5 @@
 // The marks of the debug view: ranges of joints, muscles, pins and contacts.
+#include "engine/contact/contact.hpp"
 #include "engine/render/marks.hpp"
 
 #include "engine/base/rotation.hpp"

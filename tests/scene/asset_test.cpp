@@ -6,6 +6,7 @@
 
 #include "tests/scene/scenes.hpp"
 #include "tests/paths.hpp"
+#include "engine/solvers/solver.hpp"
 
 using namespace pantin;
 using namespace pantin::test;

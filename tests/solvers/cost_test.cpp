@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "tests/solvers/chains.hpp"
+#include "engine/solvers/articulated/island.hpp"
 
 using namespace pantin;
 using namespace pantin::test;

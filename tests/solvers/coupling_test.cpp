@@ -3,6 +3,7 @@
 
 #include "engine/base/rotation.hpp"
 #include "engine/runtime/simulation.hpp"
+#include "engine/solvers/lagrangian/lagrangian.hpp"
 
 using namespace pantin;
 

@@ -127,7 +127,7 @@ TEST_CASE("joint loads are what the neighbours feel: equal, opposite, and of the
   const articulated::Island& a = articulated::islands_of(sim.world)[0];
   const Real to_force = 1 / (a.force_share * sim.settings.h * sim.settings.h);
   REQUIRE(a.second_order);
-  const Vec3 top = to_force * a.memory.vec(kLoad, 0), middle = to_force * a.memory.vec(kLoad, 1);
+  const Vec3 top = to_force * a.memory.vec(articulated::kLoad, 0), middle = to_force * a.memory.vec(articulated::kLoad, 1);
   CHECK(top.y == Approx(5 * 9.81).epsilon(1e-12));
   CHECK(middle.y == Approx(3 * 9.81).epsilon(1e-12));
   CHECK(std::abs(top.x) + std::abs(top.z) + std::abs(middle.x) + std::abs(middle.z) < 1e-12);

@@ -62,7 +62,7 @@ std::vector<Vec3> constraint_forces(const lagrangian::Island& m) {
     for (std::size_t r = 0; r < b.rows; ++r)
       for (std::size_t k = 0; k < b.count; ++k) {
         if (b.body[k] >= m.count()) continue;
-        const RowVectors j = row_of(b, &m.room.jacobian[b.first_vector], r, k);
+        const lagrangian::RowVectors j = lagrangian::row_of(b, &m.room.jacobian[b.first_vector], r, k);
         f[2 * b.body[k]] += m.room.lambda[b.first_row + r] * j.v;
         f[2 * b.body[k] + 1] += m.room.lambda[b.first_row + r] * j.w;
       }
@@ -78,7 +78,7 @@ Real lack_of(const lagrangian::Island& m) {
       size = std::max(size, std::abs(sum));
       for (std::size_t k = 0; k < b.count; ++k) {
         if (b.body[k] >= m.count()) continue;
-        const RowVectors j = row_of(b, &m.room.jacobian[b.first_vector], r, k);
+        const lagrangian::RowVectors j = lagrangian::row_of(b, &m.room.jacobian[b.first_vector], r, k);
         const Real part = glm::dot(j.v, m.room.motion[2 * b.body[k]]) +
                           glm::dot(j.w, m.room.motion[2 * b.body[k] + 1]);
         sum -= part, size = std::max(size, std::abs(part));
@@ -312,7 +312,7 @@ TEST_CASE("forces of constraint do no work and have no sum") {
       for (std::size_t r = 0; r < b.rows; ++r)
         for (std::size_t k = 0; k < b.count; ++k) {
           if (b.body[k] >= m.count()) continue;
-          const RowVectors j = row_of(b, &m.room.jacobian[b.first_vector], r, k);
+          const lagrangian::RowVectors j = lagrangian::row_of(b, &m.room.jacobian[b.first_vector], r, k);
           const Real load = m.room.lambda[b.first_row + r];
           power += load * (glm::dot(j.v, m.room.state.v[b.body[k]]) +
                            glm::dot(j.w, m.room.state.w[b.body[k]]));
@@ -322,8 +322,8 @@ TEST_CASE("forces of constraint do no work and have no sum") {
     // Each block pushes its two bodies equally, force and moment about the origin.
     for (const lagrangian::Block& b : m.blocks)
       for (std::size_t r = 0; r < b.rows; ++r) {
-        const RowVectors on_a = row_of(b, &m.room.jacobian[b.first_vector], r, 0);
-        const RowVectors on_b = row_of(b, &m.room.jacobian[b.first_vector], r, 1);
+        const lagrangian::RowVectors on_a = lagrangian::row_of(b, &m.room.jacobian[b.first_vector], r, 0);
+        const lagrangian::RowVectors on_b = lagrangian::row_of(b, &m.room.jacobian[b.first_vector], r, 1);
         const Vec3 x = m.room.placed[b.body[0]].position, y = m.room.placed[b.body[1]].position;
         sum = std::max(sum, glm::length(on_a.v + on_b.v));
         if (std::abs(m.room.c[b.first_row]) < 1e-12)

@@ -3,6 +3,7 @@
 
 #include "tests/solvers/chains.hpp"
 #include "tests/solvers/trees.hpp"
+#include "engine/solvers/articulated/island.hpp"
 
 using namespace pantin;
 using namespace pantin::test;

@@ -4,6 +4,7 @@
 
 #include "tools/study/problems.hpp"
 #include "tests/paths.hpp"
+#include "engine/solvers/lagrangian/lagrangian.hpp"
 
 using namespace pantin;
 using namespace pantin::study;

@@ -78,8 +78,8 @@ TEST_CASE("joint loads are carried over to another step as forces, and dropped a
   articulated::prepare(w);
   articulated::update(w, articulated::islands_of(w)[0], 0.5 * sim.settings.h);
   for (std::size_t c = 0; c < before.count(); ++c) {
-    const Vec3 load = before.memory.vec(kLoad, c);
-    CHECK(articulated::islands_of(w)[0].memory.vec(kLoad, c) == 0.25 * load);
+    const Vec3 load = before.memory.vec(articulated::kLoad, c);
+    CHECK(articulated::islands_of(w)[0].memory.vec(articulated::kLoad, c) == 0.25 * load);
     CHECK(glm::length(load) > 0);
   }
   CHECK_FALSE(articulated::islands_of(w)[0].second_order);
@@ -89,7 +89,7 @@ TEST_CASE("joint loads are carried over to another step as forces, and dropped a
   w.teleport(w.bodies.owners()[4], w.bodies.values()[4].pose);
   articulated::update(w, articulated::islands_of(w)[0], sim.settings.h);
   for (std::size_t c = 0; c < before.count(); ++c)
-    CHECK(articulated::islands_of(w)[0].memory.vec(kLoad, c) == Vec3(0));
+    CHECK(articulated::islands_of(w)[0].memory.vec(articulated::kLoad, c) == Vec3(0));
 }
 
 TEST_CASE("substeps are steps: four of them are a step four times as fine") {

@@ -3,6 +3,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 #include "engine/solvers/articulated/articulated.hpp"
+#include "engine/solvers/solver.hpp"
 
 namespace pantin::test {
 
@@ -16,10 +17,10 @@ class Stages {
     articulated::Island& a = articulation();
     for (std::size_t c = 0; c < a.slots.size(); ++c) {
       const Pose& pose = world.bodies.values()[a.slots[c]].pose;
-      a.room.work.set(kPosition, c, pose.position);
-      a.room.work.set(kRotation, c, pose.rotation);
+      a.room.work.set(articulated::kPosition, c, pose.position);
+      a.room.work.set(articulated::kRotation, c, pose.rotation);
     }
-    for (Tree& t : a.trees) {
+    for (articulated::Tree& t : a.trees) {
       if (t.held_body != UINT32_MAX) t.target = articulated::point_on(world, t.held_body, t.anchor);
       for (int n = 0; n < 3; ++n) a.room.targets.push_back(t.target[n]);
     }
@@ -30,12 +31,12 @@ class Stages {
   articulated::Island& articulation() { return articulated::islands_of(world).front(); }
   articulated::Packed packed() { return articulated::packed(world, articulation()); }
 
-  void levers() { k_.levers(packed(), kPosition, kRotation); }
+  void levers() { k_.levers(packed(), articulated::kPosition, articulated::kRotation); }
   /// Least displacement, root to leaf.
   void sweep() {
     articulated::Island& a = articulation();
-    k_.sweep(packed(), a.room.targets.data(), kPosition, a.settings.turn_stiffness);
-    k_.commit(packed(), kRotation);
+    k_.sweep(packed(), a.room.targets.data(), articulated::kPosition, a.settings.turn_stiffness);
+    k_.commit(packed(), articulated::kRotation);
   }
   /// The rule as printed.
   void literal(Real h) { articulated::literal_sweep(articulation(), h); }
@@ -46,28 +47,28 @@ class Stages {
       k_.gather_chain(packed(), tension);
       return;
     }
-    k_.prepare(packed(), kPosition, kRotation, tension);
+    k_.prepare(packed(), articulated::kPosition, articulated::kRotation, tension);
     k_.fill_blocks(packed(), a.room.blocks.data());
     k_.gather_tree(packed(), tension, a.room.blocks.data());
   }
   /// ... and down again.
   void close() {
-    k_.close(packed(), articulation().room.targets.data(), kPosition);
-    k_.commit(packed(), kRotation);
+    k_.close(packed(), articulation().room.targets.data(), articulated::kPosition);
+    k_.commit(packed(), articulated::kRotation);
   }
 
   /// The linear answer of a free pair to the gap between them, mapped to rotations exactly: what
   /// close() mends to close the joint.
   void answer_linearly(Pose& root, Pose& child) {
     const articulated::Island& a = articulation();
-    const Table& w = a.room.work;
+    const articulated::Table& w = a.room.work;
     const Vec3 slide =
         articulated::solve_symmetric(articulated::group_mass(a, 0), articulated::group_load(a, 0));
     const Vec3 turn = articulated::answer(a, 0, slide);
-    const Vec3 follow = slide + glm::cross(turn, w.vec(kParentArm, 1)) + w.vec(kGap, 1);
+    const Vec3 follow = slide + glm::cross(turn, w.vec(articulated::kParentArm, 1)) + w.vec(articulated::kGap, 1);
     const Vec3 turn_child = articulated::answer(a, 1, follow);
     root = {root.position + slide, glm::normalize(turn_by(turn) * root.rotation)};
-    child = {child.position + follow - glm::cross(turn_child, w.vec(kArm, 1)),
+    child = {child.position + follow - glm::cross(turn_child, w.vec(articulated::kArm, 1)),
              glm::normalize(turn_by(turn_child) * child.rotation)};
   }
 
@@ -78,12 +79,12 @@ class Stages {
     return c;
   }
   Pose predicted(Entity body) {
-    const Table& w = articulation().room.work;
-    return {w.vec(kPosition, column(body)), w.quat(kRotation, column(body))};
+    const articulated::Table& w = articulation().room.work;
+    return {w.vec(articulated::kPosition, column(body)), w.quat(articulated::kRotation, column(body))};
   }
   Pose final(Entity body) {
-    const Table& w = articulation().room.work;
-    return {w.vec(kFinalPosition, column(body)), w.quat(kFinalRotation, column(body))};
+    const articulated::Table& w = articulation().room.work;
+    return {w.vec(articulated::kFinalPosition, column(body)), w.quat(articulated::kFinalRotation, column(body))};
   }
 
   /// The mass-weighted squared displacement of all material points between the predicted and the

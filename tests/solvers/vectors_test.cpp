@@ -167,10 +167,10 @@ TEST_CASE("vectors: a chain of five and a tree of four limbs") {
       INFO(which << ", " << entry.at("rule"));
       std::vector<Entity> bodies;
       Stages s(world_of(entry.at("bodies"), bodies));
-      Table& memory = s.articulation().memory;
+      articulated::Table& memory = s.articulation().memory;
       const bool tension = entry.contains("lambda_in");
       for (std::size_t i = 0; tension && i < bodies.size(); ++i)
-        memory.set(kLoad, s.column(bodies[i]), vec(entry.at("lambda_in").at(i)));
+        memory.set(articulated::kLoad, s.column(bodies[i]), vec(entry.at("lambda_in").at(i)));
       if (is_articulated(entry))
         s.gather(tension), s.close();
       else if (is_paper(entry))
@@ -180,7 +180,7 @@ TEST_CASE("vectors: a chain of five and a tree of four limbs") {
       CHECK(worst_miss(s, bodies, entry.at("out")) <= kTolerance);
       CHECK(std::abs(s.action() - entry.at("displacement_action").get<Real>()) <= kTolerance);
       for (std::size_t i = 0; tension && i < bodies.size(); ++i)
-        CHECK(miss(memory.vec(kLoad, s.column(bodies[i])), vec(entry.at("lambda_out").at(i))) <=
+        CHECK(miss(memory.vec(articulated::kLoad, s.column(bodies[i])), vec(entry.at("lambda_out").at(i))) <=
               kTolerance);
     }
   }

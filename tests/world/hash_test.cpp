@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/runtime/simulation.hpp"
+#include "engine/solvers/articulated/island.hpp"
 #include "tests/runtime/puppets.hpp"
 
 using namespace pantin;

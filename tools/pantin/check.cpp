@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "engine/solvers/articulated/island.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "tools/pantin/program.hpp"
 
@@ -28,7 +29,7 @@ std::int64_t freedoms(const World& world) {
   std::int64_t sum = 0;
   for (const articulated::Island& a : articulated::islands_of(world)) {
     sum += 6 * static_cast<std::int64_t>(a.count());
-    for (std::size_t c = 0; c < a.count(); ++c) sum -= a.parents[c] == kFree ? 0 : 3;
+    for (std::size_t c = 0; c < a.count(); ++c) sum -= a.parents[c] == articulated::kFree ? 0 : 3;
     sum -= 3 * static_cast<std::int64_t>(a.holds.size());
   }
   for (std::size_t i = 0; i < lagrangian::islands_of(world).size(); ++i) {

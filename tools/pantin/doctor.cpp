@@ -12,6 +12,7 @@
 
 #ifdef PANTIN_HAS_RENDER
 #include "engine/render/renderer.hpp"
+#include "engine/solvers/solver.hpp"
 #endif
 #ifdef PANTIN_HAS_VIEW
 #include <SDL.h>

@@ -12,7 +12,9 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "engine/solvers/articulated/island.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
+#include "engine/solvers/solver.hpp"
 
 namespace pantin::program {
 namespace {
@@ -230,14 +232,14 @@ std::vector<Unreached> unreached(const World& world) {
   std::vector<Unreached> found;
   for (const articulated::Island& a : articulated::islands_of(world)) {
     const Real bound = a.settings.tolerance * a.size;
-    for (const Hold& h : a.holds) {
+    for (const articulated::Hold& h : a.holds) {
       if (h.compliance > 0 || !(h.residual > bound)) continue;
       const Entity who = h.held_pin != UINT32_MAX ? world.pins.owners()[h.held_pin]
                                                   : world.links.owners()[h.held_link];
       found.push_back({world.name_of(who), h.held_pin != UINT32_MAX ? "pin" : "joint", h.residual,
                        h.reachable});
     }
-    for (const Cord& c : a.cords) {
+    for (const articulated::Cord& c : a.cords) {
       const String& s = world.strings.values()[c.string];
       const Real far = stretch(s.joint, world.bodies[s.a].pose, world.bodies[s.b].pose);
       if (s.joint.compliance == 0 && far > bound)

@@ -7,6 +7,9 @@
 #include "tools/pantin/pictures.hpp"
 #include "tools/pantin/program.hpp"
 #include "tools/pantin/record.hpp"
+#include "engine/solvers/articulated/island.hpp"
+#include "engine/solvers/lagrangian/lagrangian.hpp"
+#include "engine/solvers/solver.hpp"
 
 namespace pantin::program {
 namespace {

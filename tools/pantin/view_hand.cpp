@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
+#include "engine/solvers/articulated/island.hpp"
 
 namespace pantin::program {
 namespace {
@@ -28,7 +29,7 @@ Real mass_with(const World& world, Entity body) {
 Real worst_hold_but(const World& world, Entity pin) {
   Real worst = 0;
   for (const articulated::Island& a : articulated::islands_of(world))
-    for (const Hold& h : a.holds) {
+    for (const articulated::Hold& h : a.holds) {
       const bool is_own = h.held_pin != UINT32_MAX && world.pins.owners()[h.held_pin] == pin;
       if (h.compliance == 0 && !is_own) worst = std::max(worst, h.residual);
     }

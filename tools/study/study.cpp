@@ -249,7 +249,7 @@ double time_dense(const lagrangian::Island& m, std::span<const Vec3> force, std:
       b(6 * i + r) = force[2 * n][r], b(6 * i + 3 + r) = force[2 * n + 1][r];
     }
   }
-  for (const Block& block : m.blocks)
+  for (const lagrangian::Block& block : m.blocks)
     for (std::size_t r = 0; r < block.rows; ++r)
       for (std::size_t e = 0; e < block.count; ++e) {
         if (block.body[e] >= m.count()) continue;

@@ -48,12 +48,12 @@ struct Builder {
   explicit Builder(World& w) : world(w), partition(w.memory.of<Partition>()) {}
   /// Whether this solver moves the body.
   bool is_dynamic(std::uint32_t slot) const {
-    const Owner& owner = partition.owners[slot];
+    const Owner owner = owner_of(partition, slot);
     return owner && owner.solver == kArticulated;
   }
   /// Whether another one does.
   bool is_foreign(std::uint32_t slot) const {
-    const Owner& owner = partition.owners[slot];
+    const Owner owner = owner_of(partition, slot);
     return owner && owner.solver != kArticulated;
   }
   void fault(Entity e, const char* reason) { partition.faults.push_back({e, reason}); }
@@ -450,7 +450,7 @@ void compile(World& world, std::span<const IslandPlan> plans) {
   tie_cords(b, made);
   tie_loops(b, made);
   for (const Island& a : made)
-    for (std::uint32_t c = 0; c < a.count(); ++c) b.partition.owners[a.slots[c]].column = c;
+    for (std::uint32_t c = 0; c < a.count(); ++c) b.partition.set_column(a.slots[c], c);
   std::vector<Island>& list = world.memory.of<Islands>().list;
   carry_memory(list, world, made);
   list = std::move(made);

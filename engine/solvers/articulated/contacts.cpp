@@ -149,7 +149,7 @@ void take_contact(World& world, std::uint32_t contact, bool is_a, Real h) {
   const Contact& c = contacts_of(world)[contact];
   const Partition& partition = partition_of(world);
   const bool mutual = contact::feels_contacts(partition, c.slot_b);
-  const Owner at = partition.owners[is_a ? c.slot_a : c.slot_b];
+  const Owner at = owner_of(partition, is_a ? c.slot_a : c.slot_b);
   Island& a = islands_of(world)[at.island];
   const Body& b = world.bodies.values()[c.slot_b];
   const bool comes = contact::moves(b) || b.restart || b.teleport;
@@ -295,7 +295,8 @@ Real finish_touches(World& world, Island& a, Real h) {
     // What another articulation does to this one it may gain, as far as the other had it.
     if (is_dynamic(world, c.slot_b)) {
       const Island& other =
-          islands_of(world)[partition_of(world).owners[t.side > 0 ? c.slot_b : c.slot_a].island];
+          islands_of(
+              world)[owner_of(partition_of(world), t.side > 0 ? c.slot_b : c.slot_a).island];
       const Vec3 arm = world.bodies.values()[a.slots[t.column]].pose.rotation *
                        (t.side > 0 ? c.point_a : c.point_b);
       const Vec3 way = a.memory.vec(kLastSlide, t.column) +

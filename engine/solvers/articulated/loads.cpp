@@ -258,7 +258,7 @@ void pair_up(World& world, std::span<Island* const> all) {
       if (row.is_stop || !speaks(*a, row)) continue;
       const Touch& t = a->room.touches[row.touch];
       if (!is_mutual(world, t)) continue;
-      row.other = partition_of(world).owners[contacts_of(world)[t.contact].slot_b].island;
+      row.other = owner_of(partition_of(world), contacts_of(world)[t.contact].slot_b).island;
       const Island& b = islands_of(world)[row.other];
       for (std::uint32_t i = 0; i < b.room.load_rows.size(); ++i) {
         const LoadRow& other = b.room.load_rows[i];

@@ -332,7 +332,7 @@ void compile(World& world, std::span<const IslandPlan> plans) {
     for (std::uint32_t slot : plan.slots) {
       p.owner[slot] = static_cast<std::uint32_t>(islands.size());
       p.number[slot] = static_cast<std::uint32_t>(m.count());
-      p.partition.owners[slot].column = p.number[slot];
+      p.partition.set_column(slot, p.number[slot]);
       const Body& b = world.bodies.values()[slot];
       m.bodies.push_back(world.bodies.owners()[slot]), m.slots.push_back(slot);
       m.mass.push_back(b.mass), m.inertia.push_back(b.inertia);
