@@ -170,19 +170,23 @@ Result<Saved> save_world(const World& world, const std::string& path) {
   Saved saved;
   const Result<std::string> bytes = world_to_bytes(world, &saved);
   if (!bytes) return bytes.errors();
-  const std::string beside = path + ".part";
+  std::error_code failed;
+  const auto there = std::filesystem::status(path, failed);
+  // A pipe or a device is written to; a rename would replace it by a file.
+  const bool replaces = !exists(there) || is_regular_file(there);
+  const std::string beside = replaces ? path + ".part" : path;
   errno = 0;
   {
     std::ofstream out(beside, std::ios::binary | std::ios::trunc);
     out.write(bytes->data(), static_cast<std::streamsize>(bytes->size()));
     out.close();
     if (!out) {
-      const Error failed = error(path, "cannot be written: " + std::generic_category().message(errno));
-      std::remove(beside.c_str());
-      return failed;
+      const Error told = error(path, "cannot be written: " + std::generic_category().message(errno));
+      if (replaces) std::remove(beside.c_str());
+      return told;
     }
   }
-  std::error_code failed;
+  if (!replaces) return saved;
   std::filesystem::rename(beside, path, failed);
   if (failed) {
     std::remove(beside.c_str());
