@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Checks who includes whom: base <- geometry <- joints <- world <- { contact, scene },
-contact <- { solvers, render }, solvers <- runtime <- demos, tests, tools. Names every offending line; exit code 1 if there is one.
+contact <- { solvers, render }, solvers <- runtime <- pantin <- demos, tests, tools. Names every
+offending line; exit code 1 if there is one.
 
 usage: check_rooms.py [ROOT]     ROOT: the repository, by default the one this file lies in
 """
@@ -11,8 +12,8 @@ import sys
 BELOW = {"base": []}
 for room, last in [("geometry", ["base"]), ("joints", ["geometry"]), ("world", ["joints"]),
                    ("contact", ["world"]), ("solvers", ["contact"]), ("scene", ["world"]),
-                   ("render", ["contact"]),
-                   ("runtime", ["solvers"])]:
+                   ("render", ["contact"]), ("runtime", ["solvers"]),
+                   ("pantin", ["runtime", "scene", "render"])]:
     BELOW[room] = sorted({r for l in last for r in [l, *BELOW[l]]})
 
 # Libraries that are one place's own business. The core rooms know glm, and that through one file.
@@ -24,6 +25,7 @@ OWNERS = {
     "ft2build.h": ["engine/render/"],
     "libdeflate.h": ["engine/render/", "tests/"],
     "SDL": ["tools/"],
+    "pantin/": ["engine/pantin/", "demos/", "tests/", "tools/"],
     "CLI/": ["tools/"],
     "fmt/": ["tools/"],
 }

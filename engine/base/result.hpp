@@ -1,5 +1,6 @@
 #pragma once
 /// Either a value or the reasons why there is none, for things a user can get wrong.
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <variant>
@@ -10,6 +11,19 @@ namespace pantin {
 /// One complaint: where, what was found, what was expected. `message` is one whole line.
 struct Error {
   std::string message;
+};
+
+/// What Result::value() throws where there is none; what() holds all complaints, a line each.
+class NoValue : public std::runtime_error {
+ public:
+  explicit NoValue(const std::vector<Error>& errors) : std::runtime_error(lines(errors)) {}
+
+ private:
+  static std::string lines(const std::vector<Error>& errors) {
+    std::string text;
+    for (const Error& e : errors) text += (text.empty() ? "" : "\n") + e.message;
+    return text;
+  }
 };
 
 template <class T>
@@ -24,6 +38,16 @@ class Result {
   const T& operator*() const { return std::get<0>(held_); }
   T* operator->() { return &std::get<0>(held_); }
   const T* operator->() const { return &std::get<0>(held_); }
+
+  /// The value, for callers who have nothing better to do without one than to stop: throws NoValue.
+  T& value() & {
+    if (!*this) throw NoValue(errors());
+    return std::get<0>(held_);
+  }
+  T value() && {
+    if (!*this) throw NoValue(errors());
+    return std::get<0>(std::move(held_));
+  }
 
   /// All complaints, in the order they were met. Only for a failed result.
   const std::vector<Error>& errors() const { return std::get<1>(held_); }

@@ -3,10 +3,41 @@
 #include <algorithm>
 
 namespace pantin {
+namespace {
 
-StepReport Simulation::step() {
-  return step_world(world, settings, systems_, timing ? &times : nullptr);
+Error within_step(const std::string& what) {
+  return {"Simulation: found " + what + " within a step, expected it between steps"};
 }
+
+}  // namespace
+
+Result<Done> Simulation::insert(Place place, System system) {
+  if (stepping_) return within_step("an insertion of a system");
+  systems_.insert(place, std::move(system));
+  return Done{};
+}
+
+Result<Done> Simulation::insert(Place place, SystemOrder order, System system) {
+  if (stepping_) return within_step("an insertion of system '" + order.name + "'");
+  return systems_.insert(place, std::move(order), std::move(system));
+}
+
+Result<Done> Simulation::remove(std::string_view name) {
+  const std::string who = "system '" + std::string(name) + "'";
+  if (stepping_) return within_step("a removal of " + who);
+  if (systems_.remove(name)) return Done{};
+  return Error{who + ": found no system of that name to remove"};
+}
+
+StepReport Simulation::take_step(std::span<Pose> drawn_from) {
+  stepping_ = true;
+  const StepReport report =
+      step_world(world, settings, systems_, timing ? &times : nullptr, drawn_from);
+  stepping_ = false;
+  return report;
+}
+
+StepReport Simulation::step() { return take_step({}); }
 
 Advance Simulation::advance(Real wall_seconds) {
   Advance done;
@@ -17,8 +48,7 @@ Advance Simulation::advance(Real wall_seconds) {
     before_.clear();
     for (const Body& b : world.bodies.values()) before_.push_back(b.pose);
     before_version_ = world.bodies.version();
-    const StepReport report =
-        step_world(world, settings, systems_, timing ? &times : nullptr, before_);
+    const StepReport report = take_step(before_);
     if (done.report.status == Status::ok) done.report = report;
     left_over_ -= h;
     ++done.steps;

@@ -1,30 +1,15 @@
 #pragma once
 /// The order of one step, and the loop around it.
-#include <array>
-#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
 
+#include "engine/runtime/systems.hpp"
 #include "engine/solvers/solver.hpp"
 #include "engine/world/report.hpp"
 #include "engine/world/world.hpp"
 
 namespace pantin {
-
-/// The named places of a step where a user's own system may run.
-enum class Place : std::uint8_t {
-  before_drive,
-  before_update,
-  before_touch,
-  before_adjust,
-  before_measure,
-  after_step
-};
-inline constexpr std::size_t kPlaces = 6;
-
-/// A user's own system: called with the World and the step length in seconds.
-using System = std::function<void(World&, Real)>;
 
 struct StepSettings {
   Real h = 1.0 / 60;     // s
@@ -37,9 +22,6 @@ struct StepSettings {
 struct StageTimes {
   Real drive = 0, update = 0, touch = 0, adjust = 0, measure = 0;
 };
-
-/// Systems by place, in the order they were inserted.
-using Systems = std::array<std::vector<System>, kPlaces>;
 
 /// One whole step: drive, update, touch, adjust, measure. Never throws, never prints; allocates
 /// nothing once the structure is known. A step of zero or non-finite length does nothing.
@@ -69,10 +51,13 @@ class Simulation {
   StepSettings settings;
   int most_steps = 4;  // cap on catching up in one advance()
 
-  /// Adds a plain function at a named place of the step.
-  void insert(Place place, System system) {
-    systems_[static_cast<std::size_t>(place)].push_back(std::move(system));
-  }
+  /// Adds a plain function at a named place of the step. Systems are inserted and removed between
+  /// steps; within one that is refused.
+  Result<Done> insert(Place place, System system);
+  /// Adds one that has a name, and an order among its neighbours.
+  Result<Done> insert(Place place, SystemOrder order, System system);
+  /// Removes the system of that name; refuses where there is none.
+  Result<Done> remove(std::string_view name);
 
   /// One whole step.
   StepReport step();
@@ -87,7 +72,10 @@ class Simulation {
   bool timing = false;
 
  private:
+  StepReport take_step(std::span<Pose> drawn_from);
+
   Systems systems_;
+  bool stepping_ = false;
   Real left_over_ = 0;
   std::vector<Pose> before_;  // poses before the last step of advance(), by body slot
   std::uint64_t before_version_ = 0;

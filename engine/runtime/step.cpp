@@ -42,9 +42,9 @@ class Stopwatch {
 };
 
 void run_systems(const Systems& systems, Place place, World& world, Real h, StepReport& report) {
-  for (const System& system : systems[static_cast<std::size_t>(place)]) {
+  for (const PlacedSystem& system : systems.at(place)) {
     try {
-      system(world, h);
+      system.run(world, h);
     } catch (...) {
       report.status = Status::system_failed;
     }

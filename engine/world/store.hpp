@@ -212,6 +212,13 @@ class UserStores {
     stores_.push_back(std::make_unique<UserStore<T>>());
     return static_cast<UserStore<T>&>(*stores_.back()).store;
   }
+  /// The store of a type, or null while nobody asked for one.
+  template <class T>
+  const Store<T>* find() const {
+    for (const auto& s : stores_)
+      if (s->type() == &kTypeName<T>) return &static_cast<const UserStore<T>&>(*s).store;
+    return nullptr;
+  }
   void remove(std::span<const Entity> doomed) {
     for (auto& s : stores_) s->remove(doomed);
   }

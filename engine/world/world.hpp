@@ -16,6 +16,7 @@
 #include "engine/world/pose_drive.hpp"
 #include "engine/world/settings.hpp"
 #include "engine/world/store.hpp"
+#include "engine/world/view.hpp"
 
 namespace pantin {
 
@@ -51,6 +52,29 @@ struct World {
   template <class T>
   Store<T>& store() {
     return user.of<T>();
+  }
+
+  /// All entities that have every one of these components, for loops like
+  ///
+  ///   for (auto [entity, body, wind] : world.view<Body, Wind>()) body.velocity += ...;
+  ///
+  /// in the order of the first component's store. The components are references, const where the
+  /// World is. Nothing may be added to or removed from these stores within the loop.
+  template <class... Components>
+  ComponentView<World, Components...> view() {
+    return ComponentView<World, Components...>(*this);
+  }
+  template <class... Components>
+  ComponentView<const World, Components...> view() const {
+    return ComponentView<const World, Components...>(*this);
+  }
+
+  /// Adds what a description says: RigidBody, HingeJoint, CableJoint ... of <pantin/pantin.hpp>, or
+  /// any type of yours with a function `add_to(World&, const T&)` in its namespace. Theirs return a
+  /// Result<Entity>, with errors and the World as it was where the description is wrong.
+  template <class T>
+  [[nodiscard]] auto add(const T& description) {
+    return add_to(*this, description);
   }
 
   Entity create() { return entities.create(); }

@@ -1,0 +1,181 @@
+#include <cmath>
+#include <limits>
+
+#include <pantin/shapes.hpp>
+
+#include "engine/base/rotation.hpp"
+#include "engine/geometry/surface.hpp"
+#include "engine/pantin/findings.hpp"
+
+namespace pantin {
+namespace {
+
+using Surfaces = Result<std::shared_ptr<const Surface>>;
+
+/// Turns the shapes of a description into the engine's, checking each.
+struct ShapeMaker {
+  Findings& findings;
+  Motion motion;
+  Shape shape = {};
+  bool made = true;
+
+  void place(const Pose& at) {
+    findings.finite("shape.at", at);
+    shape.local = {at.position, findings.rotation("shape.at", at.rotation)};
+  }
+  void need_still(const char* what) {
+    if (motion == Motion::dynamic)
+      findings.add("shape", std::string("a ") + what + " on a dynamic body",
+                   "a sphere, a capsule, a box or a hull");
+  }
+  void take(ShapeKind kind, const Surfaces& surface) {
+    shape.kind = kind;
+    if (surface) {
+      shape.surface = *surface;
+      return;
+    }
+    for (const Error& e : surface.errors()) findings.add("shape", e.message, "a sound surface");
+  }
+
+  void operator()(std::monostate) { made = false; }
+  void operator()(const SphereShape& s) {
+    findings.above_zero("shape.radius", s.radius);
+    shape.kind = ShapeKind::sphere, shape.size = {s.radius, 0, 0};
+    place(s.at);
+  }
+  void operator()(const CapsuleShape& s) {
+    findings.above_zero("shape.radius", s.radius);
+    findings.not_negative("shape.half_length", s.half_length);
+    shape.kind = ShapeKind::capsule, shape.size = {s.radius, s.half_length, 0};
+    place(s.at);
+  }
+  void operator()(const BoxShape& s) {
+    for (int i = 0; i < 3; ++i) findings.above_zero("shape.half_extents", s.half_extents[i]);
+    shape.kind = ShapeKind::box, shape.size = s.half_extents;
+    place(s.at);
+  }
+  void operator()(const HullShape& s) {
+    take(ShapeKind::hull, make_hull(s.points));
+    place(s.at);
+  }
+  void operator()(const PlaneShape& s) {
+    need_still("plane");
+    findings.above_zero("shape.drawn_extent", s.drawn_extent);
+    shape.kind = ShapeKind::plane, shape.size = {s.drawn_extent, 0, 0};
+    place(s.at);
+  }
+  void operator()(const MeshShape& s) {
+    need_still("mesh");
+    take(ShapeKind::mesh, make_mesh(s.points, s.triangles));
+    place(s.at);
+  }
+  void operator()(const HeightFieldShape& s) {
+    need_still("height field");
+    if (std::uint64_t(s.columns) * s.rows != s.heights.size())
+      findings.add("shape.heights", std::to_string(s.heights.size()) + " numbers",
+                   "columns times rows of them");
+    else
+      take(ShapeKind::height_field,
+           make_height_field(s.columns, s.rows, s.spacing_x, s.spacing_z, s.heights));
+    place(s.at);
+  }
+};
+
+std::vector<Shape> shapes_of(const RigidBody& body, Findings& findings) {
+  std::vector<Shape> shapes;
+  const auto add = [&](const BodyShape& described) {
+    ShapeMaker maker{findings, body.motion};
+    maker.shape.material = body.material;
+    std::visit(maker, described);
+    if (maker.made) shapes.push_back(std::move(maker.shape));
+  };
+  add(body.shape);
+  for (const BodyShape& s : body.shapes) add(s);
+  return shapes;
+}
+
+/// Takes away what is only round-off, so that frames that coincide do so exactly.
+void snap(MassProperties& whole) {
+  const Mat3& t = whole.inertia;
+  const Real trace = t[0][0] + t[1][1] + t[2][2];
+  const Real extent = std::sqrt(trace / whole.mass);
+  for (int i = 0; i < 3; ++i) {
+    if (std::abs(whole.centre[i]) < 1e-12 * extent) whole.centre[i] = 0;
+    for (int j = 0; j < 3; ++j)
+      if (i != j && std::abs(t[i][j]) < 1e-12 * trace) whole.inertia[i][j] = 0;
+  }
+}
+
+MassProperties weigh(const RigidBody& body, const std::vector<Shape>& shapes, Findings& findings) {
+  MassProperties whole;
+  for (const Shape& s : shapes) whole = combine(whole, mass_properties(s, body.density));
+  if (body.mass) {
+    if (whole.mass > 0) whole.inertia *= *body.mass / whole.mass;
+    whole.mass = *body.mass;
+  }
+  if (body.inertia) whole.inertia = *body.inertia;
+  if (!findings.ok()) return whole;
+  if (shapes.empty() && !body.mass) {
+    findings.add("shape", "none, and no mass", "a shape, or mass and inertia");
+  } else if (shapes.empty() && !body.inertia) {
+    findings.add("inertia", "none, and no shape", "an inertia, or a shape that tells it");
+  } else if (const Vec3 moments = principal_inertia(whole.inertia).moments;
+             !(whole.mass > 0) || !std::isfinite(whole.mass) || !is_finite(moments) ||
+             !is_possible_inertia(moments)) {
+    findings.add("mass and inertia", shown(whole.mass) + " kg, " + shown(moments) + " kg m^2",
+                 "a finite mass above 0 and three moments, each at most the sum of the others");
+  }
+  return whole;
+}
+
+void check(const RigidBody& body, Findings& findings) {
+  findings.above_zero("density", body.density);
+  if (body.mass) findings.above_zero("mass", *body.mass);
+  if (body.inertia)
+    for (int i = 0; i < 3; ++i) findings.finite("inertia", (*body.inertia)[i]);
+  findings.finite("position", body.position);
+  findings.finite("velocity", body.velocity);
+  findings.finite("angular_velocity", body.angular_velocity);
+  findings.not_negative("drag", body.drag);
+  findings.finite("gravity_scale", body.gravity_scale);
+  if (body.material >= findings.world().materials.size())
+    findings.add("material", std::to_string(body.material), "an index into World::materials");
+  if (!body.collision) return;
+  findings.not_negative("collision.friction", body.collision->friction);
+  findings.within("collision.restitution", body.collision->restitution, 0, 1);
+}
+
+}  // namespace
+
+Result<Entity> add_to(World& world, const RigidBody& described) {
+  Findings findings(world, "RigidBody", described.name);
+  check(described, findings);
+  const Pose frame{described.position, findings.rotation("rotation", described.rotation)};
+  std::vector<Shape> shapes = shapes_of(described, findings);
+  Body body;
+  Pose centre;  // the mass-centre frame in the body's own
+  if (described.motion == Motion::dynamic) {
+    MassProperties whole = weigh(described, shapes, findings);
+    if (!findings.ok()) return findings.take();
+    snap(whole);
+    const PrincipalInertia principal = principal_inertia(whole.inertia);
+    body.mass = whole.mass, body.inertia = principal.moments;
+    centre = {whole.centre, principal.rotation};
+  }
+  if (!findings.ok()) return findings.take();
+
+  const bool moved = centre.position != Vec3(0) || centre.rotation != kNoTurn;
+  if (moved)
+    for (Shape& s : shapes) s.local = compose(inverse(centre), s.local);
+  body.motion = described.motion;
+  body.pose = moved ? compose(frame, centre) : frame;
+  body.velocity = described.velocity, body.spin = described.angular_velocity;
+  body.drag = described.drag, body.gravity_scale = described.gravity_scale;
+  const Entity e = world.add_body(body, described.name);
+  if (moved) world.origins.add(e, inverse(centre));
+  if (!shapes.empty()) world.shapes.add(e, {std::move(shapes)});
+  if (described.collision) world.collisions.add(e, *described.collision);
+  return e;
+}
+
+}  // namespace pantin

@@ -1,0 +1,285 @@
+#include <pantin/joints.hpp>
+
+#include "engine/pantin/findings.hpp"
+
+namespace pantin {
+namespace {
+
+/// A joint's frame in the world, as either body carries it.
+struct WorldFrames {
+  Pose a, b;
+};
+
+/// Some direction square to a unit vector; the same for the same vector.
+Vec3 any_across(Vec3 x) {
+  const Vec3 size = glm::abs(x);
+  const Vec3 least = size.x <= size.y && size.x <= size.z ? Vec3(1, 0, 0)
+                     : size.y <= size.z                   ? Vec3(0, 1, 0)
+                                                          : Vec3(0, 0, 1);
+  return glm::normalize(glm::cross(x, least));
+}
+
+Quat axes_of(Vec3 x, Vec3 y) { return glm::normalize(glm::quat_cast(Mat3(x, y, glm::cross(x, y)))); }
+
+/// Joint axes with x along `axis` and y as near to `across` as that allows.
+Quat axes_along(Findings& findings, const char* member, Vec3 axis, Vec3 across) {
+  const Vec3 x = findings.direction(member, axis);
+  if (across == Vec3(0)) return axes_of(x, any_across(x));
+  const Vec3 wish = findings.direction("across", across);
+  const Vec3 y = wish - glm::dot(wish, x) * x;
+  if (glm::length(y) > 1e-6) return axes_of(x, glm::normalize(y));
+  findings.add("across", shown(across), std::string("a direction that is not that of ") + member);
+  return kNoTurn;
+}
+
+WorldFrames at_place(Findings& findings, Vec3 anchor, Quat axes) {
+  findings.finite("anchor", anchor);
+  return {{anchor, axes}, {anchor, axes}};
+}
+
+/// Both sides as the bodies see them, in the world.
+WorldFrames from_local(Findings& findings, Entity a, Entity b, const LocalFrames& local) {
+  const auto side = [&](Entity body, const char* member, Pose frame) {
+    findings.finite(member, frame.position);
+    frame.rotation = findings.rotation(member, frame.rotation);
+    return findings.ok() ? compose(findings.world().origin_pose(body), frame) : frame;
+  };
+  return {side(a, "frames.in_a", local.in_a), side(b, "frames.in_b", local.in_b)};
+}
+
+enum class Axes : std::uint8_t { needed, none };
+
+Joint make_joint(const World& world, JointKind kind, Entity a, Entity b, const WorldFrames& at,
+                 Axes axes = Axes::needed) {
+  const Pose &on_a = world.bodies[a].pose, &on_b = world.bodies[b].pose;
+  Joint joint;
+  joint.kind = kind;
+  joint.anchor_a = to_local(on_a, at.a.position), joint.anchor_b = to_local(on_b, at.b.position);
+  if (axes == Axes::none) return joint;
+  const Quat frame_a = glm::normalize(glm::conjugate(on_a.rotation) * at.a.rotation),
+             frame_b = glm::normalize(glm::conjugate(on_b.rotation) * at.b.rotation);
+  if (frame_a != kNoTurn || frame_b != kNoTurn) joint.frames.set(frame_a, frame_b);
+  return joint;
+}
+
+AngleLimit limit_of(Findings& findings, const char* member, const std::optional<Interval>& range) {
+  if (!range) return {};
+  if (!std::isfinite(range->low) || !std::isfinite(range->high) || range->low > range->high)
+    findings.add(member, shown(range->low) + " to " + shown(range->high),
+                 "two finite numbers, the lower one first");
+  return {true, range->low, range->high};
+}
+
+void soften(Findings& findings, const std::optional<SoftStop>& soft, JointLimits& limits) {
+  if (!soft) return;
+  findings.above_zero("soft_stop.zone", soft->zone);
+  findings.not_negative("soft_stop.stiffness", soft->stiffness);
+  findings.not_negative("soft_stop.damping", soft->damping);
+  if (!limits.any()) findings.add("soft_stop", "one", "limits beside it");
+  limits.soft_zone = soft->zone, limits.soft_stiffness = soft->stiffness;
+  limits.soft_damping = soft->damping;
+}
+
+void check(Findings& findings, const std::optional<PoseDrive>& drive) {
+  if (!drive) return;
+  findings.rotation("drive.target", drive->target);
+  findings.not_negative("drive.stiffness", drive->stiffness);
+  findings.not_negative("drive.damping", drive->damping);
+  if (!(drive->max_torque >= 0))
+    findings.add("drive.max_torque", shown(drive->max_torque), "0 or a number above it");
+  for (std::size_t i = 0; i < drive->keys.size(); ++i) {
+    findings.finite("drive.keys.time", drive->keys[i].time);
+    findings.rotation("drive.keys.turn", drive->keys[i].turn);
+    if (i > 0 && !(drive->keys[i].time > drive->keys[i - 1].time))
+      findings.add("drive.keys", "times that do not grow", "each key after the one before");
+  }
+}
+
+Freedom freedom_of(Findings& findings, const Motor& motor, const SpringDamper& spring,
+                   const JointFriction& friction) {
+  findings.not_negative("spring.stiffness", spring.stiffness);
+  findings.not_negative("spring.damping", spring.damping);
+  findings.finite("spring.rest", spring.rest);
+  findings.not_negative("friction.viscous", friction.viscous);
+  findings.not_negative("friction.dry", friction.dry);
+  findings.above_zero("friction.slip", friction.slip);
+  if (motor.kind == MotorKind::none) {
+    if (motor.target != 0 || motor.gain != 0)
+      findings.add("motor.kind", "none, with a target or a gain", "velocity or position");
+  } else {
+    findings.finite("motor.target", motor.target);
+    findings.above_zero("motor.gain", motor.gain);
+    findings.not_negative("motor.damping", motor.damping);
+    if (!(motor.cap >= 0)) findings.add("motor.cap", shown(motor.cap), "0 or a number above it");
+  }
+  return {spring, friction, motor};
+}
+
+/// Joint extras only where something differs from none.
+void equip(Joint& joint, const Freedom& turn, const Freedom& slide, const AngleLimit& travel,
+           Real restitution) {
+  if (turn.any()) joint.extras.edit().turn = turn;
+  if (slide.any()) joint.extras.edit().slide = slide;
+  if (travel.on) joint.extras.edit().travel = travel;
+  if (restitution != 0) joint.extras.edit().restitution = restitution;
+}
+
+/// Frames of a joint with one axis.
+template <class T>
+WorldFrames frames_of(Findings& findings, const T& joint, const char* member, Vec3 axis) {
+  findings.bodies(joint.a, joint.b);
+  if (joint.frames) return from_local(findings, joint.a, joint.b, *joint.frames);
+  return at_place(findings, joint.anchor, axes_along(findings, member, axis, Vec3(0)));
+}
+
+/// The last step, once nothing is wrong.
+Result<Entity> link(World& world, Entity a, Entity b, const Joint& joint, const std::string& name,
+                    const std::optional<PoseDrive>& drive = {}) {
+  const Entity e = world.add_link(a, b, joint, name);
+  if (drive) world.pose_drives.add(e, *drive);
+  return e;
+}
+
+}  // namespace
+
+Result<Entity> add_to(World& world, const BallJoint& described) {
+  Findings findings(world, "BallJoint", described.name);
+  findings.bodies(described.a, described.b);
+  WorldFrames at;
+  if (described.frames) {
+    at = from_local(findings, described.a, described.b, *described.frames);
+  } else {
+    const Quat axes = axes_along(findings, "axis", described.axis, described.across);
+    at = at_place(findings, described.anchor, axes);
+    if (described.cone_axis)
+      at.a.rotation = axes_along(findings, "cone_axis", *described.cone_axis, described.across);
+  }
+  JointLimits limits;
+  limits.turn = limit_of(findings, "twist", described.twist);
+  if (described.cone) {
+    findings.within("cone.y", described.cone->y, 0, kPi);
+    findings.within("cone.z", described.cone->z, 0, kPi);
+    limits.swing = {true, described.cone->y, described.cone->z};
+  }
+  soften(findings, described.soft_stop, limits);
+  check(findings, described.drive);
+  if (!findings.ok()) return findings.take();
+  const bool turns_matter = limits.any() || described.drive || described.frames;
+  Joint joint = make_joint(world, JointKind::ball, described.a, described.b, at,
+                           turns_matter ? Axes::needed : Axes::none);
+  joint.limits = limits;
+  return link(world, described.a, described.b, joint, described.name, described.drive);
+}
+
+Result<Entity> add_to(World& world, const HingeJoint& described) {
+  Findings findings(world, "HingeJoint", described.name);
+  const WorldFrames at = frames_of(findings, described, "axis", described.axis);
+  JointLimits limits;
+  limits.turn = limit_of(findings, "limits", described.limits);
+  soften(findings, described.soft_stop, limits);
+  const Freedom turn =
+      freedom_of(findings, described.motor, described.spring, described.friction);
+  findings.within("restitution", described.restitution, 0, 1);
+  check(findings, described.drive);
+  if (!findings.ok()) return findings.take();
+  Joint joint = make_joint(world, JointKind::hinge, described.a, described.b, at);
+  joint.limits = limits;
+  equip(joint, turn, {}, {}, described.restitution);
+  return link(world, described.a, described.b, joint, described.name, described.drive);
+}
+
+Result<Entity> add_to(World& world, const FixedJoint& described) {
+  Findings findings(world, "FixedJoint", described.name);
+  findings.bodies(described.a, described.b);
+  const WorldFrames at =
+      described.frames ? from_local(findings, described.a, described.b, *described.frames)
+                       : at_place(findings, described.anchor, kNoTurn);
+  if (!findings.ok()) return findings.take();
+  return link(world, described.a, described.b,
+              make_joint(world, JointKind::fixed, described.a, described.b, at), described.name);
+}
+
+Result<Entity> add_to(World& world, const UniversalJoint& described) {
+  Findings findings(world, "UniversalJoint", described.name);
+  findings.bodies(described.a, described.b);
+  WorldFrames at;
+  if (described.frames) {
+    at = from_local(findings, described.a, described.b, *described.frames);
+  } else {
+    const Vec3 y = findings.direction("axis_a", described.axis_a);
+    const Vec3 z = findings.direction("axis_b", described.axis_b);
+    if (std::abs(glm::dot(y, z)) > 1e-6)
+      findings.add("axis_b", shown(described.axis_b), "a direction square to axis_a");
+    const Vec3 x = findings.ok() ? glm::normalize(glm::cross(y, z)) : Vec3(1, 0, 0);
+    at = at_place(findings, described.anchor, findings.ok() ? axes_of(x, y) : kNoTurn);
+  }
+  JointLimits limits;
+  limits.turn = limit_of(findings, "limits", described.limits);
+  limits.second = limit_of(findings, "second_limits", described.second_limits);
+  soften(findings, described.soft_stop, limits);
+  check(findings, described.drive);
+  if (!findings.ok()) return findings.take();
+  Joint joint = make_joint(world, JointKind::universal, described.a, described.b, at);
+  joint.limits = limits;
+  return link(world, described.a, described.b, joint, described.name, described.drive);
+}
+
+Result<Entity> add_to(World& world, const PrismaticJoint& described) {
+  Findings findings(world, "PrismaticJoint", described.name);
+  const WorldFrames at = frames_of(findings, described, "axis", described.axis);
+  const AngleLimit travel = limit_of(findings, "travel", described.travel);
+  const Freedom slide =
+      freedom_of(findings, described.motor, described.spring, described.friction);
+  findings.within("restitution", described.restitution, 0, 1);
+  if (!findings.ok()) return findings.take();
+  Joint joint = make_joint(world, JointKind::prismatic, described.a, described.b, at);
+  equip(joint, {}, slide, travel, described.restitution);
+  return link(world, described.a, described.b, joint, described.name);
+}
+
+Result<Entity> add_to(World& world, const CylindricalJoint& described) {
+  Findings findings(world, "CylindricalJoint", described.name);
+  const WorldFrames at = frames_of(findings, described, "axis", described.axis);
+  JointLimits limits;
+  limits.turn = limit_of(findings, "limits", described.limits);
+  const AngleLimit travel = limit_of(findings, "travel", described.travel);
+  const Freedom turn =
+      freedom_of(findings, described.motor, described.spring, described.friction);
+  const Freedom slide = freedom_of(findings, described.travel_motor, described.travel_spring,
+                                   described.travel_friction);
+  findings.within("restitution", described.restitution, 0, 1);
+  if (!findings.ok()) return findings.take();
+  Joint joint = make_joint(world, JointKind::cylindrical, described.a, described.b, at);
+  joint.limits = limits;
+  equip(joint, turn, slide, travel, described.restitution);
+  return link(world, described.a, described.b, joint, described.name);
+}
+
+Result<Entity> add_to(World& world, const ScrewJoint& described) {
+  Findings findings(world, "ScrewJoint", described.name);
+  const WorldFrames at = frames_of(findings, described, "axis", described.axis);
+  if (described.pitch == 0 || !std::isfinite(described.pitch))
+    findings.add("pitch", shown(described.pitch), "metres for each radian, not 0");
+  JointLimits limits;
+  limits.turn = limit_of(findings, "limits", described.limits);
+  const AngleLimit travel = limit_of(findings, "travel", described.travel);
+  const Freedom turn =
+      freedom_of(findings, described.motor, described.spring, described.friction);
+  findings.within("restitution", described.restitution, 0, 1);
+  if (!findings.ok()) return findings.take();
+  Joint joint = make_joint(world, JointKind::screw, described.a, described.b, at);
+  joint.limits = limits;
+  equip(joint, turn, {}, travel, described.restitution);
+  joint.extras.edit().pitch = described.pitch;
+  return link(world, described.a, described.b, joint, described.name);
+}
+
+Result<Entity> add_to(World& world, const PlanarJoint& described) {
+  Findings findings(world, "PlanarJoint", described.name);
+  const WorldFrames at = frames_of(findings, described, "normal", described.normal);
+  if (!findings.ok()) return findings.take();
+  return link(world, described.a, described.b,
+              make_joint(world, JointKind::planar, described.a, described.b, at), described.name);
+}
+
+}  // namespace pantin

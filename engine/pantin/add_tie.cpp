@@ -1,0 +1,133 @@
+// What ties two points or two joints: rods, springs, cables, pins, gears.
+#include <pantin/joints.hpp>
+
+#include "engine/pantin/findings.hpp"
+
+namespace pantin {
+namespace {
+
+/// Checks the two ends and says how far they are apart, or the length that was asked for.
+template <class T>
+Real length_of(Findings& findings, const T& tie, const char* member,
+               const std::optional<Real>& wish) {
+  findings.bodies(tie.a, tie.b);
+  findings.finite("anchor_a", tie.anchor_a), findings.finite("anchor_b", tie.anchor_b);
+  if (wish) findings.not_negative(member, *wish);
+  return wish ? *wish : glm::distance(tie.anchor_a, tie.anchor_b);
+}
+
+template <class T>
+Vec3 local_a(const World& world, const T& tie) {
+  return to_local(world.bodies[tie.a].pose, tie.anchor_a);
+}
+template <class T>
+Vec3 local_b(const World& world, const T& tie) {
+  return to_local(world.bodies[tie.b].pose, tie.anchor_b);
+}
+
+bool turns_about_axis(JointKind kind) {
+  return kind == JointKind::hinge || kind == JointKind::cylindrical || kind == JointKind::screw;
+}
+bool slides_along_axis(JointKind kind) {
+  return kind == JointKind::prismatic || kind == JointKind::cylindrical ||
+         kind == JointKind::screw;
+}
+
+void check_geared(Findings& findings, const char* member, Entity e, JointCoordinate coordinate) {
+  const World& world = findings.world();
+  const Link* link = world.is_alive(e) ? world.links.find(e) : nullptr;
+  if (!link) {
+    findings.add(member, e ? "'" + world.name_of(e) + "', which is no joint" : "no entity",
+                 "a joint");
+  } else if (coordinate == JointCoordinate::angle && !turns_about_axis(link->joint.kind)) {
+    findings.add(member, std::string("a joint of kind ") + name_of(link->joint.kind),
+                 "one with an angle: hinge, cylindrical or screw");
+  } else if (coordinate == JointCoordinate::travel && !slides_along_axis(link->joint.kind)) {
+    findings.add(member, std::string("a joint of kind ") + name_of(link->joint.kind),
+                 "one with a travel: prismatic, cylindrical or screw");
+  }
+}
+
+}  // namespace
+
+Result<Entity> add_to(World& world, const DistanceJoint& described) {
+  Findings findings(world, "DistanceJoint", described.name);
+  const Real length = length_of(findings, described, "length", described.length);
+  if (findings.ok()) findings.above_zero("length", length);
+  if (!findings.ok()) return findings.take();
+  Joint joint;
+  joint.kind = JointKind::distance;
+  joint.anchor_a = local_a(world, described), joint.anchor_b = local_b(world, described);
+  joint.extras.edit().length = length;
+  return world.add_link(described.a, described.b, joint, described.name);
+}
+
+Result<Entity> add_to(World& world, const SpringJoint& described) {
+  Findings findings(world, "SpringJoint", described.name);
+  const Real length = length_of(findings, described, "rest_length", described.rest_length);
+  findings.not_negative("stiffness", described.stiffness);
+  findings.not_negative("damping", described.damping);
+  if (described.stiffness == 0 && described.damping == 0)
+    findings.add("stiffness", "0, and no damping", "one of them above 0");
+  if (!findings.ok()) return findings.take();
+  Joint joint;
+  joint.kind = JointKind::spring;
+  joint.anchor_a = local_a(world, described), joint.anchor_b = local_b(world, described);
+  joint.extras.edit().slide.spring = {described.stiffness, described.damping, length};
+  joint.extras.edit().length = length;
+  return world.add_link(described.a, described.b, joint, described.name);
+}
+
+Result<Entity> add_to(World& world, const CableJoint& described) {
+  Findings findings(world, "CableJoint", described.name);
+  const Real length = length_of(findings, described, "length", described.length);
+  if (findings.ok()) findings.above_zero("length", length);
+  findings.not_negative("compliance", described.compliance);
+  if (!findings.ok()) return findings.take();
+  StringJoint cable;
+  cable.anchor_a = local_a(world, described), cable.anchor_b = local_b(world, described);
+  cable.length = length, cable.compliance = described.compliance;
+  return world.add_string(described.a, described.b, cable, described.name);
+}
+
+Result<Entity> add_to(World& world, const PinConstraint& described) {
+  Findings findings(world, "PinConstraint", described.name);
+  findings.body("body", described.body);
+  if (described.to) findings.body("to", described.to);
+  findings.finite("point", described.point);
+  const Vec3 target = described.target.value_or(described.point);
+  findings.finite("target", target);
+  findings.not_negative("stiffness", described.stiffness);
+  if (findings.ok() && described.to == described.body)
+    findings.add("to", "the pinned body itself", "another one");
+  if (findings.ok() && world.bodies[described.body].motion != Motion::dynamic)
+    findings.add("body", "a body that is fixed or driven", "a dynamic one");
+  if (!findings.ok()) return findings.take();
+  Pin pin;
+  pin.body = described.body, pin.to = described.to, pin.priority = described.priority;
+  pin.anchor = to_local(world.bodies[described.body].pose, described.point);
+  pin.target = described.to ? to_local(world.bodies[described.to].pose, target) : target;
+  if (described.stiffness > 0) pin.grip = Grip::spring, pin.stiffness = described.stiffness;
+  return world.add_pin(pin, described.name);
+}
+
+Result<Entity> add_to(World& world, const GearJoint& described) {
+  Findings findings(world, "GearJoint", described.name);
+  check_geared(findings, "first", described.first, described.of_first);
+  check_geared(findings, "second", described.second, described.of_second);
+  if (described.ratio == 0 || !std::isfinite(described.ratio))
+    findings.add("ratio", shown(described.ratio), "a finite number that is not 0");
+  if (described.offset) findings.finite("offset", *described.offset);
+  if (described.first == described.second && described.of_first == described.of_second)
+    findings.add("second", "the same coordinate as first", "another one");
+  if (!findings.ok()) return findings.take();
+  Ratio gear;
+  gear.first = described.first, gear.second = described.second;
+  gear.slides_first = described.of_first == JointCoordinate::travel;
+  gear.slides_second = described.of_second == JointCoordinate::travel;
+  gear.ratio = described.ratio;
+  gear.has_offset = described.offset.has_value(), gear.offset = described.offset.value_or(0);
+  return world.add_ratio(gear, described.name);
+}
+
+}  // namespace pantin

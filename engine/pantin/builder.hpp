@@ -1,0 +1,38 @@
+#pragma once
+/// Building figures of several parts. Not installed.
+#include <string>
+#include <vector>
+
+#include <pantin/world.hpp>
+
+namespace pantin {
+
+/// Builds one thing after the other; what was built is taken back if something fails.
+class Builder {
+ public:
+  Builder(World& world, std::string name) : world_(world), name_(std::move(name)) {}
+
+  template <class T>
+  Entity add(T described, const std::string& part) {
+    if (!errors_.empty()) return {};
+    if (!name_.empty()) described.name = name_ + '/' + part;
+    Result<Entity> made = world_.add(described);
+    if (!made) {
+      errors_ = made.errors();
+      world_.destroy(made_);
+      return {};
+    }
+    made_.push_back(*made);
+    return *made;
+  }
+  std::vector<Error> take() { return std::move(errors_); }
+  bool ok() const { return errors_.empty(); }
+
+ private:
+  World& world_;
+  std::string name_;
+  std::vector<Entity> made_;
+  std::vector<Error> errors_;
+};
+
+}  // namespace pantin

@@ -1,0 +1,71 @@
+#include <pantin/figures.hpp>
+
+#include "engine/base/rotation.hpp"
+#include "engine/pantin/builder.hpp"
+#include "engine/pantin/findings.hpp"
+
+namespace pantin {
+namespace {
+
+/// The shortest rotation that turns y into a unit direction.
+Quat from_y(Vec3 to) {
+  const Vec3 axis = glm::cross(Vec3(0, 1, 0), to);
+  const Real sine = glm::length(axis);
+  if (sine < 1e-12) return to.y > 0 ? kNoTurn : Quat(0, 1, 0, 0);
+  return turn_by(axis / sine * std::atan2(sine, to.y));
+}
+
+void check(const ChainOptions& options, Findings& findings) {
+  findings.finite("from", options.from), findings.finite("to", options.to);
+  findings.above_zero("radius", options.radius);
+  if (options.links < 1 || options.links > 1'000'000)
+    findings.add("links", std::to_string(options.links), "1 to 1000000");
+  if (options.start) findings.body("start", options.start);
+  if (options.end) findings.body("end", options.end);
+  if (!findings.ok()) return;
+  const Real half = glm::distance(options.from, options.to) / options.links / 2;
+  if (!(half > options.radius))
+    findings.add("radius", shown(options.radius), "less than half a link, " + shown(half));
+}
+
+Entity join(Builder& builder, const ChainOptions& options, Entity a, Entity b, int place,
+            const Pose& frame) {
+  const std::string part = "joint" + std::to_string(place);
+  if (options.joint == ChainJoint::universal) {
+    UniversalJoint joint{.a = a, .b = b, .anchor = frame.position};
+    joint.axis_a = frame.rotation * Vec3(1, 0, 0), joint.axis_b = frame.rotation * Vec3(0, 0, 1);
+    return builder.add(joint, part);
+  }
+  return builder.add(BallJoint{.a = a, .b = b, .anchor = frame.position}, part);
+}
+
+}  // namespace
+
+Result<Chain> build_chain(World& world, const ChainOptions& options) {
+  Findings findings(world, "Chain", options.name);
+  check(options, findings);
+  if (!findings.ok()) return findings.take();
+  Builder builder(world, options.name);
+  Chain chain;
+  const Vec3 step = (options.to - options.from) / Real(options.links);
+  const Real half = glm::length(step) / 2;
+  const Quat along = from_y(step / (2 * half));
+  const auto joint_at = [&](int place) { return options.from + Real(place) * step; };
+  for (int i = 0; i < options.links && builder.ok(); ++i) {
+    RigidBody link;
+    link.shape = CapsuleShape{.radius = options.radius, .half_length = half - options.radius};
+    link.density = options.density, link.drag = options.drag, link.collision = options.collision;
+    link.position = joint_at(i) + step / 2.0, link.rotation = along;
+    chain.links.push_back(builder.add(link, std::to_string(i)));
+  }
+  for (int i = 0; i <= options.links && builder.ok(); ++i) {
+    const Entity a = i == 0 ? options.start : chain.links[static_cast<std::size_t>(i - 1)];
+    const Entity b =
+        i == options.links ? options.end : chain.links[static_cast<std::size_t>(i)];
+    if (a && b) chain.joints.push_back(join(builder, options, a, b, i, {joint_at(i), along}));
+  }
+  if (!builder.ok()) return builder.take();
+  return chain;
+}
+
+}  // namespace pantin

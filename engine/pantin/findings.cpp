@@ -1,0 +1,89 @@
+#include "engine/pantin/findings.hpp"
+
+#include <cstdio>
+
+namespace pantin {
+
+std::string shown(Real number) {
+  char text[40];
+  std::snprintf(text, sizeof text, "%g", number);
+  return text;
+}
+
+std::string shown(Vec3 v) { return "(" + shown(v.x) + ", " + shown(v.y) + ", " + shown(v.z) + ")"; }
+
+Findings::Findings(const World& world, const char* type, const std::string& name)
+    : world_(world), who_(type) {
+  if (!name.empty()) who_ += " '" + name + "'";
+}
+
+void Findings::add(const char* member, const std::string& found, const std::string& expected) {
+  errors_.push_back({who_ + ": " + member + ": found " + found + ", expected " + expected});
+}
+
+void Findings::above_zero(const char* member, Real number) {
+  if (!(number > 0) || !std::isfinite(number)) add(member, shown(number), "a number above 0");
+}
+
+void Findings::not_negative(const char* member, Real number) {
+  if (!(number >= 0) || !std::isfinite(number)) add(member, shown(number), "0 or a number above it");
+}
+
+void Findings::within(const char* member, Real number, Real low, Real high) {
+  if (!(number >= low && number <= high))
+    add(member, shown(number), "a number from " + shown(low) + " to " + shown(high));
+}
+
+void Findings::finite(const char* member, Real number) {
+  if (!std::isfinite(number)) add(member, shown(number), "a finite number");
+}
+
+void Findings::finite(const char* member, Vec3 v) {
+  if (!is_finite(v)) add(member, shown(v), "finite numbers");
+}
+
+void Findings::finite(const char* member, const Pose& pose) {
+  finite(member, pose.position);
+  rotation(member, pose.rotation);
+}
+
+Vec3 Findings::direction(const char* member, Vec3 v) {
+  // Scaled first: neither the squares of large nor those of small numbers are lost.
+  const Real size = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+  if (is_finite(v) && size > 0) return glm::normalize(v / size);
+  add(member, shown(v), "a direction that is not zero");
+  return {1, 0, 0};
+}
+
+Quat Findings::rotation(const char* member, Quat q) {
+  const Real length = glm::length(q);
+  if (is_finite(q) && length > 1e-6 && std::isfinite(length)) {
+    // Of unit length already: not a bit is changed.
+    return std::abs(length - 1) < 1e-15 ? q : glm::normalize(q);
+  }
+  add(member,
+      "(w " + shown(q.w) + ", x " + shown(q.x) + ", y " + shown(q.y) + ", z " + shown(q.z) + ")",
+      "a quaternion that is not zero");
+  return kNoTurn;
+}
+
+void Findings::body(const char* member, Entity e) {
+  if (world_.is_alive(e) && world_.bodies.find(e)) return;
+  if (!e)
+    add(member, "no entity", "a body");
+  else if (!world_.is_alive(e))
+    add(member, "an entity that was destroyed or is of another World (#" +
+                    std::to_string(e.index) + ")", "a body");
+  else
+    add(member, "'" + world_.name_of(e) + "', which is no body", "a body");
+}
+
+void Findings::bodies(Entity a, Entity b) {
+  body("a", a), body("b", b);
+  if (!ok()) return;
+  if (a == b) add("b", "the same body as a", "another one");
+  else if (world_.bodies[a].motion != Motion::dynamic && world_.bodies[b].motion != Motion::dynamic)
+    add("a and b", "two bodies that joints do not move", "at least one that is dynamic");
+}
+
+}  // namespace pantin

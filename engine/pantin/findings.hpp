@@ -1,0 +1,46 @@
+#pragma once
+/// What is wrong with a description, gathered while it is checked. Not installed.
+#include <string>
+#include <vector>
+
+#include <pantin/world.hpp>
+
+namespace pantin {
+
+/// A number as a message shows it.
+std::string shown(Real number);
+std::string shown(Vec3 v);
+
+/// Gathers errors of the form "HingeJoint 'knee': axis: found (0, 0, 0), expected ...".
+class Findings {
+ public:
+  Findings(const World& world, const char* type, const std::string& name);
+
+  void add(const char* member, const std::string& found, const std::string& expected);
+  bool ok() const { return errors_.empty(); }
+  std::vector<Error> take() { return std::move(errors_); }
+
+  void above_zero(const char* member, Real number);
+  void not_negative(const char* member, Real number);
+  void within(const char* member, Real number, Real low, Real high);
+  void finite(const char* member, Real number);
+  void finite(const char* member, Vec3 v);
+  void finite(const char* member, const Pose& pose);
+  /// A direction: finite and not zero; of unit length after that.
+  Vec3 direction(const char* member, Vec3 v);
+  /// A rotation: finite and not zero; of unit length after that.
+  Quat rotation(const char* member, Quat q);
+  /// A living entity with a body.
+  void body(const char* member, Entity e);
+  /// Two different bodies, one of them dynamic.
+  void bodies(Entity a, Entity b);
+
+  const World& world() const { return world_; }
+
+ private:
+  const World& world_;
+  std::string who_;
+  std::vector<Error> errors_;
+};
+
+}  // namespace pantin

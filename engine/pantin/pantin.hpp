@@ -1,0 +1,10 @@
+#pragma once
+/// The core of pantin: worlds, bodies, joints, figures, the step, what can be read back.
+///
+/// Scene files and pictures are libraries of their own: <pantin/scene.hpp>, <pantin/render.hpp>.
+#include <pantin/figures.hpp>
+#include <pantin/joints.hpp>
+#include <pantin/measure.hpp>
+#include <pantin/shapes.hpp>
+#include <pantin/simulation.hpp>
+#include <pantin/world.hpp>

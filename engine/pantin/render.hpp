@@ -1,0 +1,6 @@
+#pragma once
+/// Pictures without a window, PNG files, video. Link pantin::render.
+#include <pantin/world.hpp>
+
+#include "engine/render/capture.hpp"
+#include "engine/render/renderer.hpp"

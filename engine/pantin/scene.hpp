@@ -1,0 +1,5 @@
+#pragma once
+/// Scene files. Link pantin::scene.
+#include <pantin/world.hpp>
+
+#include "engine/scene/scene.hpp"

@@ -1,0 +1,91 @@
+#pragma once
+/// Rigid bodies made of shapes: `world.add(RigidBody{.shape = BoxShape{...}, .density = 600})`.
+///
+/// Mass, mass centre, inertia and principal axes follow from the shapes and the density. Adding
+/// checks everything and changes nothing if something is wrong; see joints.hpp.
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include <pantin/world.hpp>
+
+namespace pantin {
+
+// Every shape lies in the frame of its body, moved by `at`.
+
+struct SphereShape {
+  Real radius = 0;  // m
+  Pose at = {};
+};
+
+/// A cylinder with half balls at both ends, along y.
+struct CapsuleShape {
+  Real radius = 0;       // m
+  Real half_length = 0;  // m, of the straight part
+  Pose at = {};
+};
+
+struct BoxShape {
+  Vec3 half_extents{0};  // m
+  Pose at = {};
+};
+
+/// The convex hull of points that do not lie in one plane.
+struct HullShape {
+  std::vector<Vec3> points = {};  // m
+  Pose at = {};
+};
+
+/// The half-space y <= 0. For bodies that are fixed or driven.
+struct PlaneShape {
+  Real drawn_extent = 50;  // m, of its picture
+  Pose at = {};
+};
+
+/// A closed surface, triangles anticlockwise seen from outside. For bodies that are fixed or driven.
+struct MeshShape {
+  std::vector<Vec3> points = {};  // m
+  std::vector<std::array<std::uint32_t, 3>> triangles = {};
+  Pose at = {};
+};
+
+/// A ground: heights[row * columns + column] (m) over x (columns) and z (rows), its middle at the
+/// origin. For bodies that are fixed or driven.
+struct HeightFieldShape {
+  std::uint32_t columns = 0, rows = 0;
+  Real spacing_x = 1, spacing_z = 1;  // m
+  std::vector<Real> heights = {};     // m
+  Pose at = {};
+};
+
+using BodyShape = std::variant<std::monostate, SphereShape, CapsuleShape, BoxShape, HullShape,
+                               PlaneShape, MeshShape, HeightFieldShape>;
+
+/// A body, placed by the frame that its shapes are given in; the mass centre may lie elsewhere.
+///
+/// A dynamic body needs shapes that make a mass, or `mass` and `inertia`. With `mass` the density is
+/// scaled to meet it.
+struct RigidBody {
+  Motion motion = Motion::dynamic;
+  BodyShape shape = {};
+  std::vector<BodyShape> shapes = {};       // further ones
+  Real density = 1000;                      // kg/m^3
+  std::optional<Real> mass = {};            // kg
+  std::optional<Mat3> inertia = {};         // kg m^2, about the mass centre, in the body's frame
+  Vec3 position{0};                         // m
+  Quat rotation{1, 0, 0, 0};                // need not be of unit length
+  Vec3 velocity{0};                         // m/s, of the mass centre
+  Vec3 angular_velocity{0};                 // rad/s, world axes
+  std::optional<Collision> collision = {};  // none: touches nothing
+  Real drag = Body{}.drag;                  // 1/s
+  Real gravity_scale = 1;
+  std::uint32_t material = 0;               // index into World::materials
+  std::string name = {};
+};
+
+Result<Entity> add_to(World& world, const RigidBody& body);
+
+}  // namespace pantin
