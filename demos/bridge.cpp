@@ -4,8 +4,6 @@
 #include <string>
 
 #include "demos/demo.hpp"
-#include "engine/base/rotation.hpp"
-#include "engine/contact/contact.hpp"
 
 using namespace pantin;
 

@@ -1,7 +1,6 @@
 // A chain built through the API, its top dragged along a figure of eight; a user's own component
 // and system keep the greatest height its tip has reached.
 #include "demos/demo.hpp"
-#include "engine/geometry/shape.hpp"
 
 using namespace pantin;
 

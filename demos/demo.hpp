@@ -6,11 +6,10 @@
 #include <functional>
 #include <string>
 
-#include "engine/runtime/simulation.hpp"
-#include "engine/scene/scene.hpp"
+#include <pantin/pantin.hpp>
+#include <pantin/scene.hpp>
 #ifdef PANTIN_HAS_RENDER
-#include "engine/render/capture.hpp"
-#include "engine/render/strip.hpp"
+#include <pantin/render.hpp>
 #endif
 
 namespace pantin::demos {

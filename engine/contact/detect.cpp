@@ -6,7 +6,7 @@
 
 #include "engine/base/check.hpp"
 #include "engine/base/rotation.hpp"
-#include "engine/contact/contact.hpp"
+#include "engine/contact/memory.hpp"
 #include "engine/geometry/surface.hpp"
 
 namespace pantin::contact {
@@ -325,3 +325,14 @@ void detect(World& world, Real h) {
 }
 
 }  // namespace pantin::contact
+
+namespace pantin {
+
+const std::vector<Contact>& contacts_of(const World& world) {
+  return world.memory.of<contact::Memory>().contacts;
+}
+std::vector<Contact>& contacts_of(World& world) {
+  return world.memory.of<contact::Memory>().contacts;
+}
+
+}  // namespace pantin

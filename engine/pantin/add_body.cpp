@@ -5,7 +5,7 @@
 
 #include "engine/base/rotation.hpp"
 #include "engine/geometry/surface.hpp"
-#include "engine/pantin/findings.hpp"
+#include "engine/pantin/detail/findings.hpp"
 
 namespace pantin {
 namespace {

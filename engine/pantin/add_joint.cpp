@@ -1,6 +1,6 @@
 #include <pantin/joints.hpp>
 
-#include "engine/pantin/findings.hpp"
+#include "engine/pantin/detail/findings.hpp"
 
 namespace pantin {
 namespace {

@@ -1,7 +1,7 @@
 // What ties two points or two joints: rods, springs, cables, pins, gears.
 #include <pantin/joints.hpp>
 
-#include "engine/pantin/findings.hpp"
+#include "engine/pantin/detail/findings.hpp"
 
 namespace pantin {
 namespace {

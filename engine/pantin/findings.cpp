@@ -1,4 +1,4 @@
-#include "engine/pantin/findings.hpp"
+#include "engine/pantin/detail/findings.hpp"
 
 #include <cstdio>
 

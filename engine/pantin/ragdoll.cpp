@@ -2,8 +2,8 @@
 #include <pantin/figures.hpp>
 
 #include "engine/base/rotation.hpp"
-#include "engine/pantin/builder.hpp"
-#include "engine/pantin/findings.hpp"
+#include "engine/pantin/detail/builder.hpp"
+#include "engine/pantin/detail/findings.hpp"
 
 namespace pantin {
 namespace {

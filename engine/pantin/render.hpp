@@ -4,3 +4,4 @@
 
 #include "engine/render/capture.hpp"
 #include "engine/render/renderer.hpp"
+#include "engine/render/strip.hpp"

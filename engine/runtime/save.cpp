@@ -8,7 +8,7 @@
 #include <system_error>
 
 #include "engine/base/archive.hpp"
-#include "engine/contact/contact.hpp"
+#include "engine/contact/memory.hpp"
 #include "engine/geometry/surface.hpp"
 #include "engine/solvers/solver.hpp"
 

@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
+#include "engine/contact/contact.hpp"
 #include "engine/runtime/systems.hpp"
-#include "engine/solvers/solver.hpp"
 #include "engine/world/report.hpp"
 #include "engine/world/world.hpp"
 
@@ -29,6 +29,9 @@ struct StageTimes {
 /// before the update gets the place where it lands.
 StepReport step_world(World& world, const StepSettings& settings, const Systems& systems,
                       StageTimes* times = nullptr, std::span<Pose> drawn_from = {}) noexcept;
+
+/// Whether a step can use more than one thread in this build.
+bool has_threads();
 
 /// The rulers, of the state as it stands.
 Measures measure(const World& world);

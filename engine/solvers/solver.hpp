@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "engine/contact/contact.hpp"
+#include "engine/contact/memory.hpp"
 #include "engine/world/partition.hpp"
 #include "engine/world/report.hpp"
 #include "engine/world/world.hpp"

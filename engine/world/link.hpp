@@ -89,6 +89,7 @@ struct Pin {
     field("grip", self.grip);
     field("stiffness", self.stiffness);
     field("residual", passive(self.residual));
+    field("missed", passive(self.missed));
     field("reachable", passive(self.reachable));
   }
 };

@@ -15,11 +15,13 @@ set(prefix ${WORK}/moved)
 run(${CMAKE_COMMAND} --install ${BUILD} --prefix ${WORK}/installed)
 file(RENAME ${WORK}/installed ${prefix})
 
+run(${PYTHON} -B ${SOURCE}/headers.py ${prefix}/include ${COMPILER} ${FLAGS})
+
 run(${CMAKE_COMMAND} -S ${SOURCE} -B ${WORK}/build -G ${GENERATOR} -DCMAKE_PREFIX_PATH=${prefix}
     -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_CXX_FLAGS=${FLAGS} -DCMAKE_BUILD_TYPE=${TYPE}
     -DWITH_SCENE=${SCENE} -DWITH_RENDER=${RENDER})
 run(${CMAKE_COMMAND} --build ${WORK}/build)
-run(${WORK}/build/hang)
+run(${WORK}/build/door)
 if(SCENE)
   run(${WORK}/build/read_scene)
 endif()
@@ -32,7 +34,7 @@ if(PKG_CONFIG)
   set(ENV{PKG_CONFIG_PATH} ${prefix}/${LIBDIR}/pkgconfig)
   execute_process(COMMAND ${PKG_CONFIG} --static --cflags --libs pantin OUTPUT_VARIABLE flags
                   COMMAND_ERROR_IS_FATAL ANY)
-  separate_arguments(flags UNIX_COMMAND "${FLAGS} -std=c++20 ${SOURCE}/hang.cpp -o hang ${flags}")
+  separate_arguments(flags UNIX_COMMAND "${FLAGS} -std=c++20 ${SOURCE}/door.cpp -o door ${flags}")
   run(${COMPILER} ${flags})
-  run(${WORK}/hang)
+  run(${WORK}/door)
 endif()

@@ -1,7 +1,7 @@
 // A scene file that is none, through the installed headers: the answer is a complaint, not a crash.
 #include <cstdio>
 
-#include "engine/scene/scene.hpp"
+#include <pantin/scene.hpp>
 
 int main() {
   const auto scene = pantin::parse_scene("{", "broken.json");

@@ -1,7 +1,7 @@
 // One PNG, through the installed headers.
 #include <cstdio>
 
-#include "engine/render/capture.hpp"
+#include <pantin/render.hpp>
 
 int main() {
   pantin::Image grey{4, 4, std::vector<std::uint8_t>(4 * 4 * 4, 127)};

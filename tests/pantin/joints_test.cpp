@@ -5,6 +5,7 @@
 #include <pantin/pantin.hpp>
 
 #include "engine/base/rotation.hpp"
+#include "engine/joints/rows.hpp"
 
 using namespace pantin;
 

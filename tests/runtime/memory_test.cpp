@@ -1,7 +1,7 @@
 // What solvers remember: every field that decides the next step is hashed, and no other.
 #include <catch2/catch.hpp>
 
-#include "engine/contact/contact.hpp"
+#include "engine/contact/memory.hpp"
 #include "engine/solvers/articulated/island.hpp"
 #include "engine/solvers/lagrangian/island.hpp"
 #include "tests/base/arity.hpp"

@@ -8,6 +8,7 @@
 #include "engine/runtime/simulation.hpp"
 #include "engine/solvers/lagrangian/internal.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
+#include "engine/solvers/solver.hpp"
 
 namespace pantin::test {
 

@@ -254,7 +254,7 @@ double time_dense(const lagrangian::Island& m, std::span<const Vec3> force, std:
       for (std::size_t e = 0; e < block.count; ++e) {
         if (block.body[e] >= m.count()) continue;
         const Eigen::Index row = 6 * bodies + static_cast<Eigen::Index>(block.first_row + r);
-        const RowVectors j = row_of(block, &m.room.jacobian[block.first_vector], r, e);
+        const lagrangian::RowVectors j = lagrangian::row_of(block, &m.room.jacobian[block.first_vector], r, e);
         for (int c = 0; c < 6; ++c) {
           const Vec3& part = c < 3 ? j.v : j.w;
           const Eigen::Index column = 6 * Eigen::Index{block.body[e]} + c;

@@ -1,7 +1,7 @@
 #pragma once
 /// The articulated solver: free motion first, then the joints closed. [Lee 2000], corrected and made
 /// to keep energy and order; the method and its measures are described in the functions.
-#include "engine/contact/contact.hpp"
+#include "engine/contact/memory.hpp"
 #include "engine/solvers/articulated/island.hpp"
 
 namespace pantin::articulated {

@@ -1,6 +1,6 @@
 #pragma once
 /// What the files of the procedural solver share.
-#include "engine/contact/contact.hpp"
+#include "engine/contact/memory.hpp"
 #include "engine/solvers/articulated/island.hpp"
 #include "engine/solvers/articulated/kernels.hpp"
 #include "engine/world/world.hpp"

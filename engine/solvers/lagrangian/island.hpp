@@ -8,7 +8,7 @@
 
 #include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
-#include "engine/contact/contact.hpp"
+#include "engine/contact/memory.hpp"
 #include "engine/joints/rows.hpp"
 #include "engine/world/body.hpp"
 #include "engine/world/entity.hpp"

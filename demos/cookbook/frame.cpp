@@ -1,0 +1,22 @@
+// One picture of a ragdoll, without a window.
+#include <cstdio>
+
+#include <pantin/pantin.hpp>
+#include <pantin/render.hpp>
+
+using namespace pantin;
+
+int main() {
+  World world;
+  build_ragdoll(world, {}).value();
+  auto renderer = Renderer::create({.width = 320, .height = 240});
+  if (!renderer) {  // no OpenGL on this machine
+    std::printf("no picture: %s\n", renderer.errors().front().message.c_str());
+    return 0;
+  }
+  Image image;
+  (*renderer)->draw(world, {}, View{}, {}, image);
+  write_png("ragdoll.png", image).value();
+  std::printf("ragdoll.png, %d x %d\n", image.width, image.height);
+}
+// prints: ragdoll.png, 320 x 240|no picture: 
