@@ -421,6 +421,7 @@ void carry_memory(const std::vector<Island>& before, const World& world,
     // What was changed lies elsewhere: this island goes on as if nothing had happened.
     if (is_unchanged(*first.island, a)) {
       copy_state<IslandMemory>(*first.island, a);
+      a.resting = false;  // for a step: what it lay on may be gone
       continue;
     }
     // A free tree keeps what it knows of its angular momentum only while it stays the same.
