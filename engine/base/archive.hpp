@@ -168,9 +168,20 @@ class FieldReader {
     for_each_part(value, [&](const char* name, auto&& part) {
       if constexpr (!kIsDerived<std::remove_cvref_t<decltype(part)>>) {
         field_ = name;
-        unwrap(part, [&](Role, auto& member) { read(member); });
+        if constexpr (kIsInPlace<std::remove_cvref_t<decltype(part)>>)
+          read_in_place(part.value);
+        else
+          unwrap(part, [&](Role, auto& member) { read(member); });
       }
     });
+  }
+
+  template <class T>
+  void read_in_place(std::vector<T>& list) {
+    std::uint64_t count = 0;
+    get(&count, sizeof count);
+    if (count != list.size()) return fail("has another length than the structure");
+    for (T& element : list) read(element);
   }
 
   template <class... Kinds>

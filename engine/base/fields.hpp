@@ -12,7 +12,8 @@
 ///     }
 ///   };
 ///
-/// A plain field is state: the next step depends on it. `passive` ones are kept and saved, but no
+/// A plain field is state: the next step depends on it; so is `in_place`, a list that is as long
+/// as the structure asks for. `passive` ones are kept and saved, but no
 /// step reads them: results, names, looks. `derived` ones follow from the rest (caches, scratch):
 /// they are made again, never saved. The name "" is not used.
 #include <array>
@@ -41,6 +42,11 @@ template <class T>
 struct DerivedField {
   T& value;
 };
+/// State in a list whose length follows from the rest: read into what is there.
+template <class T>
+struct InPlaceField {
+  T& value;
+};
 
 template <class T>
 PassiveField<T> passive(T& member) {
@@ -50,6 +56,10 @@ template <class T>
 DerivedField<T> derived(T& member) {
   return {member};
 }
+template <class T>
+InPlaceField<T> in_place(T& member) {
+  return {member};
+}
 
 template <class T>
 inline constexpr bool kIsMarked = false;
@@ -57,6 +67,10 @@ template <class T>
 inline constexpr bool kIsMarked<PassiveField<T>> = true;
 template <class T>
 inline constexpr bool kIsMarked<DerivedField<T>> = true;
+template <class T>
+inline constexpr bool kIsInPlace = false;
+template <class T>
+inline constexpr bool kIsInPlace<InPlaceField<T>> = true;
 template <class T>
 inline constexpr bool kIsDerived = false;
 template <class T>
@@ -71,9 +85,13 @@ enum class Role : std::uint8_t { state, passive, derived };
 
 /// Takes the mark off a field: calls `to(role, member)`.
 template <class T, class To>
-  requires(!kIsMarked<T>)
+  requires(!kIsMarked<T> && !kIsInPlace<T>)
 void unwrap(T& member, To&& to) {
   to(Role::state, member);
+}
+template <class T, class To>
+void unwrap(const InPlaceField<T>& field, To&& to) {
+  to(Role::state, field.value);
 }
 template <class T, class To>
 void unwrap(const PassiveField<T>& field, To&& to) {
@@ -173,7 +191,8 @@ void hash_fields(Hash& hash, const T& value, const Rule& rule = {}) {
     hash.add(std::string_view(value));
   } else if constexpr (FixedParts<const T>) {
     for_each_part(value, [&](const char*, const auto& part) {
-      if constexpr (!kIsMarked<std::remove_cvref_t<decltype(part)>>) hash_fields(hash, part, rule);
+      if constexpr (!kIsMarked<std::remove_cvref_t<decltype(part)>>)
+        unwrap(part, [&](Role, const auto& member) { hash_fields(hash, member, rule); });
     });
   } else if constexpr (fields::kIsVector<T>) {
     hash.add(static_cast<std::uint64_t>(value.size()));
@@ -210,7 +229,10 @@ void copy_state(const T& from, T& to) {
   if constexpr (HasFields<T>) {
     T::fields(from, [&](const char*, const auto& part) {
       using Part = std::remove_cvref_t<decltype(part)>;
-      if constexpr (!kIsMarked<Part>) copy_state(part, same_member(from, part, to));
+      if constexpr (!kIsMarked<Part>)
+        unwrap(part, [&](Role, const auto& member) {
+          copy_state(member, same_member(from, member, to));
+        });
     });
   } else if constexpr (fields::kIsVector<T>) {
     to.resize(from.size());

@@ -296,12 +296,6 @@ void detect(World& world, Real h) {
     if (Body& b = world.bodies.values()[slot]; moves(b)) b.pose = *end++;
 }
 
-void Memory::add_to(Hash& hash) const {
-  for (const Contact& c : contacts) hash_fields(hash, c);
-  for (const Pressure& p : pressures)
-    hash.add(p.body.index), hash.add(p.force), hash.add(p.torque);
-}
-
 }  // namespace pantin::contact
 
 namespace pantin {

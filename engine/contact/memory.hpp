@@ -35,6 +35,24 @@ struct Interface {
   Real relax = 1;
   int rounds = 0;  // in which the step was taken
   bool taut = false;
+
+  static void fields(auto& self, auto&& field) {
+    field("kind", derived(self.kind));
+    field("source", derived(self.source));
+    field("body", derived(self.body));
+    field("guess", derived(self.guess));
+    field("anchor", derived(self.anchor));
+    field("mass", self.mass);
+    field("force", self.force);
+    field("asked", self.asked);
+    field("debt", self.debt);
+    field("given", derived(self.given));
+    field("lack", derived(self.lack));
+    field("start", derived(self.start));
+    field("relax", derived(self.relax));
+    field("rounds", derived(self.rounds));
+    field("taut", derived(self.taut));
+  }
 };
 
 /// What a follower pulled on the body of another solver through a pin or a cable.
@@ -51,6 +69,12 @@ struct Pressure {
   Entity body;
   Vec3 force{0};   // N
   Vec3 torque{0};  // N m, about the mass centre
+
+  static void fields(auto& self, auto&& field) {
+    field("body", self.body);
+    field("force", self.force);
+    field("torque", self.torque);
+  }
 };
 
 /// What the search needs from step to step but not for its answer.
@@ -68,7 +92,11 @@ struct Memory {
   std::vector<Pressure> pressures;  // of the last step
   Scratch<DetectScratch> scratch;
 
-  void add_to(Hash& hash) const;
+  static void fields(auto& self, auto&& field) {
+    field("contacts", self.contacts);
+    field("pressures", self.pressures);
+    field("scratch", derived(self.scratch));
+  }
 };
 
 /// Whether a body's own motion answers to contacts; to others it is an obstacle on a given path.

@@ -20,7 +20,14 @@ struct Coupled {
   std::vector<CoupledIsland> leaders, followers;
   std::vector<contact::Reaction> reactions;
   std::vector<Contact> contacts;  // as they were found for the step
-  void add_to(Hash&) const {}  // found anew in each step
+
+  // Found anew in each step.
+  static void fields(auto& self, auto&& field) {
+    field("leaders", derived(self.leaders));
+    field("followers", derived(self.followers));
+    field("reactions", derived(self.reactions));
+    field("contacts", derived(self.contacts));
+  }
 };
 
 std::span<contact::Interface> interfaces_of(World& world, const CoupledIsland& leader) {

@@ -74,6 +74,15 @@ class Entities {
   std::size_t alive_ = 0;
 };
 
+/// For hash_fields: handles count by the place that they name, so that a new one in an old place is
+/// the same.
+struct EntityRule {
+  const Entities& entities;
+  void operator()(Hash& hash, const Entity& e) const {
+    hash.add(e.index), hash.add(entities.is_alive(e));
+  }
+};
+
 }  // namespace pantin
 
 template <>

@@ -2,10 +2,12 @@
 /// What solvers remember of a World from step to step. The World knows nothing of it but how to copy
 /// it, so that a copy of a World is a snapshot and goes on alike.
 #include <memory>
-#include <type_traits>
+#include <string>
+#include <string_view>
+#include <typeinfo>
 #include <vector>
 
-#include "engine/base/hash.hpp"
+#include "engine/base/archive.hpp"
 #include "engine/world/store.hpp"
 
 namespace pantin {
@@ -23,8 +25,8 @@ struct Scratch : T {
   Scratch& operator=(Scratch&&) = default;
 };
 
-/// One value of each type that asks for one, copied and hashed together. A type offers
-/// `void add_to(Hash&) const` for what decides the next step.
+/// One value of each type that asks for one, copied, hashed and saved together. A type lists its
+/// fields: see base/fields.hpp.
 class Memories {
  public:
   Memories() = default;
@@ -54,8 +56,36 @@ class Memories {
     return kNone;
   }
 
-  void add_to(Hash& hash) const {
-    for (const auto& one : values_) one->add_to(hash);
+  void add_to(Hash& hash, const EntityRule& rule) const {
+    for (const auto& one : values_) one->add_to(hash, rule);
+  }
+
+  /// Writes what the step needs of each value, by name.
+  void write(FieldWriter& to) const {
+    for (const auto& one : values_) {
+      FieldWriter own;
+      one->write(own);
+      if (own.bytes().empty()) continue;
+      to.write(std::string(one->name())), to.write(one->fingerprint()), to.write(own.bytes());
+    }
+    to.write(std::string());
+  }
+  /// Reads into the values that are there, compiled for the same structure; null, or what is wrong.
+  const char* read(FieldReader& from) {
+    for (std::string name, bytes; from.ok();) {
+      std::uint64_t fingerprint = 0;
+      from.read(name);
+      if (name.empty()) break;
+      from.read(fingerprint), from.read(bytes);
+      if (!from.ok()) break;
+      Any* one = find(name);
+      if (!one || one->fingerprint() != fingerprint)
+        return "holds memory of a solver that this version does not know";
+      FieldReader own(bytes);
+      one->read(own);
+      if (!own.ok() || own.left() > 0) return "holds memory that does not fit the structure";
+    }
+    return nullptr;
   }
 
  private:
@@ -63,7 +93,11 @@ class Memories {
     explicit Any(const void* t) : type(t) {}
     virtual ~Any() = default;
     virtual std::unique_ptr<Any> clone() const = 0;
-    virtual void add_to(Hash& hash) const = 0;
+    virtual void add_to(Hash& hash, const EntityRule& rule) const = 0;
+    virtual std::string_view name() const = 0;
+    virtual std::uint64_t fingerprint() const = 0;
+    virtual void write(FieldWriter& to) const = 0;
+    virtual void read(FieldReader& from) = 0;
     const void* type;
   };
   template <class T>
@@ -74,13 +108,25 @@ class Memories {
       copy->value = value;
       return copy;
     }
-    void add_to(Hash& hash) const override { value.add_to(hash); }
+    void add_to(Hash& hash, const EntityRule& rule) const override {
+      hash_fields(hash, value, rule);
+    }
+    std::string_view name() const override { return typeid(T).name(); }
+    std::uint64_t fingerprint() const override { return fields_fingerprint<T>(); }
+    void write(FieldWriter& to) const override { to.write(value); }
+    void read(FieldReader& from) override { from.read(value); }
     T value;
   };
 
   Any* find(const void* type) const {
     for (const auto& one : values_)
       if (one->type == type) return one.get();
+    return nullptr;
+  }
+
+  Any* find(std::string_view name) const {
+    for (const auto& one : values_)
+      if (one->name() == name) return one.get();
     return nullptr;
   }
 

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/base/fields.hpp"
 #include "engine/base/hash.hpp"
 #include "engine/world/entity.hpp"
 #include "engine/world/faults.hpp"
@@ -56,7 +57,15 @@ struct Partition {
   void set_column(std::uint32_t slot, std::uint32_t to) {
     if (!column.empty()) column[slot] = to;
   }
-  void add_to(Hash&) const {}  // derived
+
+  static void fields(auto& self, auto&& field) {
+    field("islands", derived(self.islands));
+    field("island", derived(self.island));
+    field("column", derived(self.column));
+    field("kinematic", derived(self.kinematic));
+    field("faults", derived(self.faults));
+    field("built_for", derived(self.built_for));
+  }
 };
 
 /// The row of the solver that a setting names.

@@ -139,7 +139,7 @@ class AnyStore {
   virtual ~AnyStore() = default;
   virtual std::unique_ptr<AnyStore> clone() const = 0;
   virtual void remove(std::span<const Entity> doomed) = 0;
-  virtual void add_to(Hash& hash) const = 0;
+  virtual void add_to(Hash& hash, const EntityRule& rule) const = 0;
   virtual const void* type() const = 0;
   virtual std::size_t size() const = 0;
   /// `T::name` of the component, or what the compiler calls it.
@@ -162,11 +162,12 @@ class UserStore final : public AnyStore {
 
   std::unique_ptr<AnyStore> clone() const override { return std::make_unique<UserStore>(*this); }
   void remove(std::span<const Entity> doomed) override { store.remove(doomed); }
-  void add_to(Hash& hash) const override {
+  void add_to([[maybe_unused]] Hash& hash,
+              [[maybe_unused]] const EntityRule& rule) const override {
     if constexpr (HasFields<T>) {
       for (std::size_t i = 0; i < store.size(); ++i) {
         hash.add(store.owners()[i].index);
-        hash_fields(hash, store.values()[i]);
+        hash_fields(hash, store.values()[i], rule);
       }
     }
   }
@@ -224,8 +225,8 @@ class UserStores {
   void remove(std::span<const Entity> doomed) {
     for (auto& s : stores_) s->remove(doomed);
   }
-  void add_to(Hash& hash) const {
-    for (const auto& s : stores_) s->add_to(hash);
+  void add_to(Hash& hash, const EntityRule& rule) const {
+    for (const auto& s : stores_) s->add_to(hash, rule);
   }
   /// In order of first use.
   std::span<const std::unique_ptr<AnyStore>> all() const { return stores_; }

@@ -112,14 +112,6 @@ Pose World::origin_pose(Entity body) const {
 
 namespace {
 
-/// Handles by the place that they name: a new one in an old place is the same.
-struct EntityRule {
-  const Entities& entities;
-  void operator()(Hash& hash, const Entity& e) const {
-    hash.add(e.index), hash.add(entities.is_alive(e));
-  }
-};
-
 /// The shapes of what is solid.
 void add_solids(Hash& hash, const World& world) {
   for (const Entity e : world.collisions.owners())
@@ -130,10 +122,11 @@ void add_solids(Hash& hash, const World& world) {
 
 std::uint64_t state_hash(const World& world) {
   Hash hash;
-  hash_fields(hash, world, EntityRule{world.entities});
+  const EntityRule rule{world.entities};
+  hash_fields(hash, world, rule);
   add_solids(hash, world);
-  world.memory.add_to(hash);
-  world.user.add_to(hash);
+  world.memory.add_to(hash, rule);
+  world.user.add_to(hash, rule);
   return hash.value();
 }
 

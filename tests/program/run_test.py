@@ -73,6 +73,21 @@ class Run(unittest.TestCase):
             for word in words:
                 self.assertIn(word, line)
 
+    def test_a_run_that_was_saved_and_loaded_ends_in_the_same_bits(self):
+        state, other = self.folder / "half.world", self.folder / "other.world"
+        half = run_json(MARIONETTE, "--duration", "0.5", "--save", state)
+        rest = run_json(MARIONETTE, "--duration", "0.5", "--load", state)
+        whole = run_json(MARIONETTE, "--duration", "1")
+        self.assertEqual(half["steps"] + rest["steps"], whole["steps"])
+        self.assertNotEqual(half["hash"], whole["hash"])
+        self.assertEqual(rest["hash"], whole["hash"])
+        other.write_bytes(state.read_bytes()[:-1])
+        self.assert_refused(pantin("run", MARIONETTE, "--load", other), "other.world", "expected")
+        missing = self.folder / "none" / "state.world"
+        done = pantin("run", CHAIN, "--duration", "0.02", "--save", missing)
+        self.assertEqual(done.returncode, 4, done.stderr)
+        self.assertIn(str(missing), done.stderr)
+
     def test_joints_that_contradict_one_another_are_refused_before_anything_is_written(self):
         with tempfile.TemporaryDirectory() as folder:
             scene, record = pathlib.Path(folder) / "s.json", pathlib.Path(folder) / "r.csv"

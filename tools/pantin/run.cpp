@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/base/utf8.hpp"
+#include "engine/runtime/save.hpp"
 #include "tools/pantin/pictures.hpp"
 #include "tools/pantin/program.hpp"
 #include "tools/pantin/record.hpp"
@@ -15,7 +16,7 @@ namespace pantin::program {
 namespace {
 
 struct RunChoices {
-  std::string scene, record;
+  std::string scene, record, load, save;
   SceneChoices how;
   PictureChoices pictures;
   int threads = 1;
@@ -203,6 +204,7 @@ int step_through(const RunChoices& c, const Scene& scene, Simulation& sim, Pictu
   s.step_seconds.reserve(steps);
   Progress progress(scene.title);
   // A row that could not be written is told when the record is closed.
+  const Real until = sim.world.time + scene.duration;
   const auto write_row = [&](const Measures& m) -> bool {
     return !record || static_cast<bool>(record->add(sim.world, m));
   };
@@ -214,7 +216,7 @@ int step_through(const RunChoices& c, const Scene& scene, Simulation& sim, Pictu
       return kInterrupted;
     }
     if (pictures) pictures->before_step(sim.world);
-    const StepReport report = timed_step(sim, scene.duration, s);
+    const StepReport report = timed_step(sim, until, s);
     if (report.status == Status::diverged) {
       s.status = "diverged";
       s.lost_body = sim.world.name_of(report.body), s.lost_time = report.time;
@@ -252,6 +254,11 @@ int step_through(const RunChoices& c, const Scene& scene, Simulation& sim, Pictu
 int run(const RunChoices& c) {
   std::optional<Scene> scene = open_scene(c.scene, c.how, c.json);
   if (!scene) return kUsage;
+  if (!c.load.empty()) {
+    Result<World> loaded = load_world(c.load);
+    if (!loaded) return fail(loaded.errors(), kUsage);
+    scene->world = std::move(*loaded);
+  }
   std::unique_ptr<Pictures> pictures;
   if (c.pictures.wanted()) {
     auto opened = Pictures::open(c.pictures, *scene, steps_of(*scene));
@@ -286,6 +293,9 @@ int run(const RunChoices& c) {
       s.frames = std::get<std::size_t>(finished);
   }
   s.cpu_seconds = cpu_seconds() - cpu_before;
+  if (!c.save.empty() && exit_code == kOk)
+    if (const auto saved = save_world(sim.world, c.save); !saved)
+      exit_code = fail(saved.errors(), kUnwritable);
   if (exit_code == kUnwritable) s.status = "unwritable";
   if (c.json)
     print_json(to_json(c, *scene, sim, s));
@@ -301,6 +311,8 @@ constexpr const char* kExamples = R"(Examples:
   pantin run assets/scenes/chain10.json --step 0.004166667 --record out/chain10.csv --json
   pantin run assets/scenes/chain10.json --solver lagrangian --integrator rattle
   pantin run assets/scenes/chain10.json --solver lagrangian --tolerance 1e-8
+  pantin run assets/scenes/marionette.json --save out/marionette.world
+  pantin run assets/scenes/marionette.json --load out/marionette.world --strip out/later.png
 
 --json prints one object: scene, title, status (ok, diverged,
 inconsistent, energy_grew, interrupted, unwritable), solver ("mixed" if several), solvers (bodies of each),
@@ -327,6 +339,8 @@ void add_run(CLI::App& program, int& exit_code) {
   add_scene_choices(*command, c->how);
   add_threads(*command, c->threads);
   command->add_option("--record", c->record, "CSV file: poses, velocities, gaps, energy, momentum");
+  command->add_option("--load", c->load, "goes on from a state that --save wrote, with this scene's step");
+  command->add_option("--save", c->save, "file for the state at the end, to go on from with --load");
   command->add_option("--frames", c->pictures.frames, "folder for frame_000000.png and so on");
   command->add_option("--video", c->pictures.video, "video file, .mp4 or .mkv (needs ffmpeg)");
   command->add_option("--strip", c->pictures.strip, "one PNG with frames of the run side by side");

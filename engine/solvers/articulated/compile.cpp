@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "engine/base/archive.hpp"
 #include "engine/base/disjoint_sets.hpp"
 #include "engine/solvers/solver.hpp"
 #include "engine/world/world.hpp"
@@ -480,6 +481,33 @@ struct Remembered {
   std::size_t column = 0;
 };
 
+/// Whether an island is what it was, down to every number that is packed; its slots may be others.
+bool is_unchanged(const Island& was, const Island& now) {
+  const auto all = [](const auto& one, const auto& other, auto same) {
+    return std::equal(one.begin(), one.end(), other.begin(), other.end(), same);
+  };
+  const auto same_hold = [](const Hold& a, const Hold& b) {
+    return a.column == b.column && a.partner == b.partner && a.anchor == b.anchor &&
+           a.held_anchor == b.held_anchor && a.priority == b.priority &&
+           a.compliance == b.compliance && (a.held_pin == kNoSlot) == (b.held_pin == kNoSlot);
+  };
+  const auto same_cord = [](const Cord& a, const Cord& b) {
+    return a.column_a == b.column_a && a.column_b == b.column_b;
+  };
+  const auto same_tree = [](const Tree& a, const Tree& b) {
+    return a.first == b.first && a.anchor == b.anchor &&
+           (a.held_pin == kNoSlot) == (b.held_pin == kNoSlot);
+  };
+  const auto same_joint = [](const PackedJoint& a, const PackedJoint& b) {
+    return a.own_is_a == b.own_is_a && (a.drive == kNoSlot) == (b.drive == kNoSlot) &&
+           same_fields(a.joint, b.joint);
+  };
+  return was.bodies == now.bodies && was.parents == now.parents &&
+         same_fields(was.constants, now.constants) && same_fields(was.settings, now.settings) &&
+         all(was.trees, now.trees, same_tree) && all(was.holds, now.holds, same_hold) &&
+         all(was.cords, now.cords, same_cord) && all(was.joints, now.joints, same_joint);
+}
+
 void carry_memory(const std::vector<Island>& before, const World& world,
                   std::vector<Island>& made) {
   std::vector<Remembered> old(world.bodies.size());
@@ -508,9 +536,15 @@ void carry_memory(const std::vector<Island>& before, const World& world,
       if (joint.own_is_a != was_joint.own_is_a || joint.joint.kind != was_joint.joint.kind) continue;
       a.joint_memory[c] = r.island->joint_memory[r.column];
     }
-    // A free tree keeps what it knows of its angular momentum only while it stays the same.
     const Remembered& first = old[a.slots.front()];
     if (!first.island || first.island->bodies != a.bodies) continue;
+    // What was changed lies elsewhere: this island goes on as if nothing had happened.
+    if (is_unchanged(*first.island, a)) {
+      copy_state<IslandMemory>(*first.island, a);
+      a.resting = false;  // for a step: what it lay on may be gone
+      continue;
+    }
+    // A free tree keeps what it knows of its angular momentum only while it stays the same.
     const Island& was = *first.island;
     for (std::size_t t = 0; t < a.trees.size() && a.trees.size() == was.trees.size(); ++t) {
       const std::uint32_t root = a.trees[t].first;
@@ -548,24 +582,6 @@ void compile(World& world, std::span<const IslandPlan> plans) {
 std::vector<Island>& islands_of(World& world) { return world.memory.of<Islands>().list; }
 const std::vector<Island>& islands_of(const World& world) {
   return world.memory.of<Islands>().list;
-}
-
-void Islands::add_to(Hash& hash) const {
-  for (const Island& a : list) {
-    for (Real number : a.constants.numbers()) hash.add(number);
-    for (Real number : a.memory.numbers()) hash.add(number);
-    for (std::int32_t parent : a.parents) hash.add(parent);
-    for (const Tree& t : a.trees) hash.add(t.target), hash.add(t.spin_momentum);
-    for (const JointMemory& j : a.joint_memory) {
-      for (Real load : j.loads) hash.add(load);
-      hash.add(j.share);
-    }
-    for (const Hold& h : a.holds) hash.add(h.target), hash.add(h.load), hash.add(h.gap_before);
-    for (const Cord& c : a.cords) hash.add(c.load);
-    hash.add(a.still_for), hash.add(a.resting), hash.add(a.resting_in);
-    hash.add(a.iterating), hash.add(a.calm_steps), hash.add(a.fresh), hash.add(a.last_step);
-    hash.add(a.reserve), hash.add(a.driven), hash.add(a.aimed);
-  }
 }
 
 }  // namespace pantin::articulated

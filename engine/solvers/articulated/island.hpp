@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
 #include "engine/joints/joint.hpp"
 #include "engine/solvers/articulated/loads.hpp"
@@ -51,6 +52,11 @@ class Table {
   }
   Real* data() { return numbers_.data(); }
   const std::vector<Real>& numbers() const { return numbers_; }
+
+  static void fields(auto& self, auto&& field) {
+    field("numbers", in_place(self.numbers_));
+    field("rows", derived(self.rows_));
+  }
 
  private:
   std::size_t place(std::size_t row, std::size_t column) const {
@@ -192,6 +198,18 @@ struct Tree {
   Vec3 target_before{0};                 // world, last step
   Vec3 spin_momentum{0};                 // free trees: angular momentum about the mass centre
   bool keeps_spin = false;               // ... is known
+
+  static void fields(auto& self, auto&& field) {
+    field("first", derived(self.first));
+    field("count", derived(self.count));
+    field("held_body", derived(self.held_body));
+    field("held_pin", derived(self.held_pin));
+    field("anchor", derived(self.anchor));
+    field("target", self.target);
+    field("target_before", derived(self.target_before));
+    field("spin_momentum", self.spin_momentum);
+    field("keeps_spin", self.keeps_spin);
+  }
 };
 
 /// A joint in packed form, where it does more than hold a point.
@@ -206,6 +224,11 @@ struct PackedJoint {
 struct JointMemory {
   Real loads[4] = {0, 0, 0, 0};  // of the stops, kg m^2
   Real share = 1;                // of its torque that a capped drive may exert
+
+  static void fields(auto& self, auto&& field) {
+    field("loads", self.loads);
+    field("share", self.share);
+  }
 };
 
 /// A held point besides the roots: met by rows of the solve and by relaxation.
@@ -226,6 +249,27 @@ struct Hold {
   Real reach = 0, dead_reach = 0;  // largest and smallest distance to the root's target
   Real residual = 0;
   bool reachable = true;
+
+  static void fields(auto& self, auto&& field) {
+    field("column", derived(self.column));
+    field("partner", derived(self.partner));
+    field("tree", derived(self.tree));
+    field("anchor", derived(self.anchor));
+    field("held_body", derived(self.held_body));
+    field("held_pin", derived(self.held_pin));
+    field("held_link", derived(self.held_link));
+    field("held_anchor", derived(self.held_anchor));
+    field("target", self.target);
+    field("target_before", derived(self.target_before));
+    field("priority", derived(self.priority));
+    field("compliance", derived(self.compliance));
+    field("load", self.load);
+    field("gap_before", self.gap_before);
+    field("reach", derived(self.reach));
+    field("dead_reach", derived(self.dead_reach));
+    field("residual", passive(self.residual));
+    field("reachable", passive(self.reachable));
+  }
 };
 
 /// A string in packed form. A column of UINT32_MAX means a kinematic body at `slot`.
@@ -234,6 +278,15 @@ struct Cord {
   std::uint32_t column_a = UINT32_MAX, column_b = UINT32_MAX;
   std::uint32_t slot_a = 0, slot_b = 0;
   Real load = 0;  // multiplier of the last step, kg m
+
+  static void fields(auto& self, auto&& field) {
+    field("string", derived(self.string));
+    field("column_a", derived(self.column_a));
+    field("column_b", derived(self.column_b));
+    field("slot_a", derived(self.slot_a));
+    field("slot_b", derived(self.slot_b));
+    field("load", self.load);
+  }
 };
 
 /// What an island is made of: const within a step.
@@ -249,6 +302,20 @@ struct IslandStructure {
   Real mass = 0;                      // kg
   bool is_chain = false;              // every parent is the column before: the fast path
   Entity unfit;                       // a body that no step can be computed with, or none
+
+  static void fields(auto& self, auto&& field) {
+    field("settings", self.settings);
+    field("bodies", derived(self.bodies));
+    field("slots", derived(self.slots));
+    field("parents", derived(self.parents));
+    field("links", derived(self.links));
+    field("joints", derived(self.joints));
+    field("constants", self.constants);
+    field("size", derived(self.size));
+    field("mass", derived(self.mass));
+    field("is_chain", derived(self.is_chain));
+    field("unfit", derived(self.unfit));
+  }
 };
 
 /// What an island keeps from step to step: this and its bodies decide the next step.
@@ -271,6 +338,27 @@ struct IslandMemory {
   // Of solvers that do not keep the energy: what they may have, and what they can swing with.
   bool watched = false;
   Real budget = 0, usual = 0;  // J
+
+  static void fields(auto& self, auto&& field) {
+    field("memory", self.memory);
+    field("trees", in_place(self.trees));
+    field("holds", in_place(self.holds));
+    field("cords", in_place(self.cords));
+    field("joint_memory", in_place(self.joint_memory));
+    field("calm_steps", self.calm_steps);
+    field("iterating", self.iterating);
+    field("still_for", self.still_for);
+    field("resting", self.resting);
+    field("resting_in", self.resting_in);
+    field("fresh", self.fresh);
+    field("last_step", self.last_step);
+    field("reserve", self.reserve);
+    field("aimed", self.aimed);
+    field("driven", self.driven);
+    field("watched", self.watched);
+    field("budget", self.budget);
+    field("usual", self.usual);
+  }
 };
 
 /// How this step is taken, chosen as it goes.
@@ -306,6 +394,13 @@ struct Island : IslandStructure, IslandMemory, StepPlan, StepResult {
   Scratch<StepScratch> room;
 
   std::size_t count() const { return bodies.size(); }
+
+  // Plan and result belong to one step.
+  static void fields(auto& self, auto&& field) {
+    IslandStructure::fields(self, field);
+    IslandMemory::fields(self, field);
+    field("room", derived(self.room));
+  }
 };
 
 /// All islands of the articulated solver, and what a repeated step starts from.
@@ -321,7 +416,10 @@ struct Islands {
   };
   Scratch<TogetherScratch> scratch;
 
-  void add_to(Hash& hash) const;
+  static void fields(auto& self, auto&& field) {
+    field("list", in_place(self.list));
+    field("scratch", derived(self.scratch));
+  }
 };
 
 /// The islands of a World, as compiled last.

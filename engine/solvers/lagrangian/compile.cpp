@@ -432,18 +432,4 @@ const std::vector<Island>& islands_of(const World& world) {
   return world.memory.of<Islands>().list;
 }
 
-void Islands::add_to(Hash& hash) const {
-  for (const Island& m : list) {
-    for (const BlockMemory& b : m.memory)
-      hash.add(b.before[0]), hash.add(b.before[1]), hash.add(b.active);
-    for (Real load : m.loads) hash.add(load);
-    for (const auto* vectors : {&m.accelerations, &m.lagged})
-      for (Vec3 v : *vectors) hash.add(v);
-    for (const Effort& e : m.efforts) hash.add(e.before);
-    for (const contact::Interface& i : m.interfaces)
-      hash.add(i.force), hash.add(i.asked), hash.add(i.debt);
-    hash.add(m.fresh), hash.add(m.try_step), hash.add(m.rescues);
-  }
-}
-
 }  // namespace pantin::lagrangian

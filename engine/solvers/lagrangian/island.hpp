@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
 #include "engine/contact/memory.hpp"
 #include "engine/joints/rows.hpp"
@@ -45,12 +46,34 @@ struct Block {
   std::uint32_t first_row = 0;
   std::uint32_t first_vector = 0;  // in the Jacobian: see solvers/lagrangian/jacobian.hpp
   Real bound = 0;                  // limit: value; ratio: offset
+
+  static void fields(auto& self, auto&& field) {
+    field("kind", derived(self.kind));
+    field("coordinate", derived(self.coordinate));
+    field("second", derived(self.second));
+    field("upper", derived(self.upper));
+    field("lock", derived(self.lock));
+    field("point", derived(self.point));
+    field("rows", derived(self.rows));
+    field("count", derived(self.count));
+    field("source", derived(self.source));
+    field("body", derived(self.body));
+    field("ends", derived(self.ends));
+    field("first_row", derived(self.first_row));
+    field("first_vector", derived(self.first_vector));
+    field("bound", self.bound);
+  }
 };
 
 /// What a block remembers.
 struct BlockMemory {
   Real before[2] = {0, 0};  // coordinates at the last step, whole turns counted
   bool active = false;      // limit, string: it bears
+
+  static void fields(auto& self, auto&& field) {
+    field("before", self.before);
+    field("active", self.active);
+  }
 };
 
 /// A freedom of a link along which something acts.
@@ -58,6 +81,13 @@ struct Effort {
   std::uint32_t link = 0, body[2] = {};
   Coordinate coordinate = Coordinate::turn;
   Real before = 0;    // the coordinate at the last step
+
+  static void fields(auto& self, auto&& field) {
+    field("link", derived(self.link));
+    field("body", derived(self.body));
+    field("coordinate", derived(self.coordinate));
+    field("before", self.before);
+  }
 };
 
 /// Something that pulls between two bodies, by its slot in its store.
@@ -71,6 +101,13 @@ struct Frame {
   std::uint32_t pin = UINT32_MAX;   // in World::pins; none: the world
   Pose before;                      // at the end of the last step
   bool known = false;
+
+  static void fields(auto& self, auto&& field) {
+    field("slot", derived(self.slot));
+    field("pin", derived(self.pin));
+    field("before", self.before);
+    field("known", self.known);
+  }
 };
 
 /// What is wrong with a mechanism as it stands.
@@ -180,6 +217,29 @@ struct IslandStructure {
   bool unilateral = false;      // limits or cables
   bool damped = false;
   Entity unfit;  // a body that no step can be computed with, or none
+
+  static void fields(auto& self, auto&& field) {
+    field("settings", self.settings);
+    field("bodies", derived(self.bodies));
+    field("slots", derived(self.slots));
+    field("mass", in_place(self.mass));
+    field("drag", in_place(self.drag));
+    field("gravity_scale", in_place(self.gravity_scale));
+    field("inertia", in_place(self.inertia));
+    field("blocks", in_place(self.blocks));
+    field("pose_drives", derived(self.pose_drives));
+    field("elastic_strings", derived(self.elastic_strings));
+    field("elastic_pins", derived(self.elastic_pins));
+    field("rows", derived(self.rows));
+    field("vectors", derived(self.vectors));
+    field("effort_rows", derived(self.effort_rows));
+    field("size", derived(self.size));
+    field("reach", derived(self.reach));
+    field("loops", derived(self.loops));
+    field("unilateral", derived(self.unilateral));
+    field("damped", derived(self.damped));
+    field("unfit", derived(self.unfit));
+  }
 };
 
 /// What an island keeps from step to step: this and its bodies decide the next step.
@@ -193,6 +253,19 @@ struct IslandMemory {
   bool counted = false;  // whole turns have been counted from the start
   Real try_step = 0;     // s, adaptive
   int rescues = 0;       // steps in a row that Euler took, since the integrator could not
+
+  static void fields(auto& self, auto&& field) {
+    field("memory", in_place(self.memory));
+    field("loads", in_place(self.loads));
+    field("frames", in_place(self.frames));
+    field("efforts", in_place(self.efforts));
+    field("accelerations", in_place(self.accelerations));
+    field("lagged", in_place(self.lagged));
+    field("fresh", self.fresh);
+    field("counted", self.counted);
+    field("try_step", self.try_step);
+    field("rescues", self.rescues);
+  }
 };
 
 /// What the step left, for the report.
@@ -217,6 +290,15 @@ struct Island : IslandStructure, IslandMemory, StepResult {
   std::size_t own() const { return bodies.size() - interfaces.size(); }
   /// Of the joints.
   std::size_t equations() const { return rows - effort_rows; }
+
+  // The result belongs to one step, and `owed` is gathered in each.
+  static void fields(auto& self, auto&& field) {
+    IslandStructure::fields(self, field);
+    IslandMemory::fields(self, field);
+    field("interfaces", in_place(self.interfaces));
+    field("owed", derived(self.owed));
+    field("room", derived(self.room));
+  }
 };
 
 /// All islands of the Lagrangian solver, and what a repeated step starts from.
@@ -231,7 +313,10 @@ struct Islands {
   };
   Scratch<TogetherScratch> scratch;
 
-  void add_to(Hash& hash) const;
+  static void fields(auto& self, auto&& field) {
+    field("list", in_place(self.list));
+    field("scratch", derived(self.scratch));
+  }
 };
 
 /// The islands of a World, as compiled last.

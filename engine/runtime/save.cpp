@@ -1,0 +1,207 @@
+#include "engine/runtime/save.hpp"
+
+#include <cerrno>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <system_error>
+
+#include "engine/base/archive.hpp"
+#include "engine/contact/memory.hpp"
+#include "engine/geometry/surface.hpp"
+#include "engine/solvers/solver.hpp"
+
+namespace pantin {
+namespace {
+
+constexpr std::uint64_t kMagic = 0x444c524f574e5450;  // "PTNWORLD", where the low byte comes first
+constexpr std::uint32_t kVersion = 1;
+
+/// Before everything else.
+struct Header {
+  std::uint64_t magic = kMagic;
+  std::uint32_t version = kVersion;
+  std::uint64_t layout = 0;    // fields_fingerprint of the World
+  std::uint64_t size = 0;      // of the rest, bytes
+  std::uint64_t checksum = 0;  // of the rest
+
+  static void fields(auto& self, auto&& field) {
+    field("magic", self.magic);
+    field("version", self.version);
+    field("layout", self.layout);
+    field("size", self.size);
+    field("checksum", self.checksum);
+  }
+};
+
+constexpr std::size_t kHeaderSize = 36;
+
+void write_header(FieldWriter& to, const Header& header) {
+  Header::fields(header, [&](const char*, const auto& number) { to.write(number); });
+}
+
+Header read_header(FieldReader& from) {
+  Header header{0, 0, 0, 0, 0};
+  Header::fields(header, [&](const char*, auto& number) { from.read(number); });
+  return header;
+}
+
+std::uint64_t checksum(std::string_view bytes) {
+  Hash hash;
+  hash.add(bytes);
+  return hash.value();
+}
+
+Error error(std::string_view place, const std::string& what) {
+  std::string line(place);
+  line += ": ";
+  line += what;
+  return {line};
+}
+
+void write_user(FieldWriter& to, const UserStores& user, Saved* saved) {
+  for (const auto& store : user.all()) {
+    if (store->size() == 0) continue;
+    const std::string name(store->name());
+    if (store->fingerprint() == 0) {
+      if (saved) saved->left_out.push_back(name);
+      continue;
+    }
+    FieldWriter own;
+    store->write(own);
+    to.write(name), to.write(store->fingerprint()), to.write(own.bytes());
+  }
+  to.write(std::string());
+}
+
+/// Empty, or what is wrong.
+std::string read_user(FieldReader& from, World& world) {
+  for (std::string name, bytes; from.ok();) {
+    std::uint64_t fingerprint = 0;
+    from.read(name);
+    if (name.empty()) break;
+    from.read(fingerprint), from.read(bytes);
+    if (!from.ok()) break;
+    AnyStore* store = world.user.find(name);
+    if (!store) return "holds components " + name + ", name their type: load_world<T>(path)";
+    if (store->fingerprint() != fingerprint)
+      return "holds components " + name + " with other fields than the program has";
+    FieldReader own(bytes);
+    if (const char* why = store->read(own, world.entities)) return "component " + name + ' ' + why;
+    if (!own.ok() || own.left() > 0) return "component " + name + ": " + own.fault();
+  }
+  return {};
+}
+
+/// Finds slots again and looks at what one component says of another; empty, or what is wrong.
+std::string check_components(World& world) {
+  std::string wrong;
+  World::fields(world, [&](const char* name, auto&& part) {
+    unwrap(part, [&](Role, auto& member) {
+      if constexpr (requires { member.restored(world.entities); })
+        if (const char* why = member.restored(world.entities))
+          wrong = std::string(name) + ' ' + why;
+    });
+  });
+  for (const Shapes& shapes : world.shapes.values())
+    for (const Shape& shape : shapes.parts)
+      if (shape.material >= world.materials.size()) wrong = "shapes name a material that is none";
+  return wrong;
+}
+
+std::string check_contacts(const World& world) {
+  for (const Contact& c : contacts_of(world))
+    if (c.slot_a >= world.bodies.size() || c.slot_b >= world.bodies.size())
+      return "contacts name a body that is none";
+  return {};
+}
+
+}  // namespace
+
+Result<std::string> world_to_bytes(const World& world, Saved* saved) {
+  World current = world;  // with islands that fit the components, as the next step would make them
+  compile_if_changed(current);
+  FieldWriter payload;
+  payload.write(current);
+  if (!payload.unwritable().empty())
+    return error("save_world", "found a joint of a kind of your own (CustomJoint), expected kinds "
+                               "that are built in: only those can be saved");
+  write_user(payload, current.user, saved);
+  current.memory.write(payload);
+  Header header;
+  header.layout = fields_fingerprint<World>();
+  header.size = payload.bytes().size(), header.checksum = checksum(payload.bytes());
+  FieldWriter whole;
+  write_header(whole, header);
+  whole.put(payload.bytes().data(), payload.bytes().size());
+  return whole.take();
+}
+
+Result<World> world_from_bytes(std::string_view bytes, World like, std::string_view place) {
+  FieldReader head(bytes.substr(0, kHeaderSize));
+  const Header header = read_header(head);
+  if (!head.ok() || header.magic != kMagic)
+    return error(place, "found other bytes, expected a World saved by pantin");
+  if (header.version != kVersion || header.layout != fields_fingerprint<World>())
+    return error(place, "found a World saved by another version of pantin, expected this one's");
+  const std::string_view rest = bytes.substr(kHeaderSize);
+  if (header.size != rest.size())
+    return error(place, "found " + std::to_string(rest.size()) + " bytes after the header, expected " +
+                            std::to_string(header.size));
+  if (header.checksum != checksum(rest))
+    return error(place, "found changed bytes, expected those that were saved");
+
+  FieldReader from(rest);
+  World world;
+  world.user = std::move(like.user);
+  from.read(world);
+  if (!from.ok()) return error(place, from.fault());
+  if (std::string why = check_components(world); !why.empty()) return error(place, why);
+  if (std::string why = read_user(from, world); !why.empty()) return error(place, why);
+  compile_if_changed(world);
+  if (const char* why = world.memory.read(from)) return error(place, why);
+  if (!from.ok() || from.left() > 0) return error(place, "memory " + from.fault());
+  if (std::string why = check_contacts(world); !why.empty()) return error(place, why);
+  return world;
+}
+
+Result<Saved> save_world(const World& world, const std::string& path) {
+  Saved saved;
+  const Result<std::string> bytes = world_to_bytes(world, &saved);
+  if (!bytes) return bytes.errors();
+  std::error_code failed;
+  const auto there = std::filesystem::status(path, failed);
+  // A pipe or a device is written to; a rename would replace it by a file.
+  const bool replaces = !exists(there) || is_regular_file(there);
+  const std::string beside = replaces ? path + ".part" : path;
+  errno = 0;
+  {
+    std::ofstream out(beside, std::ios::binary | std::ios::trunc);
+    out.write(bytes->data(), static_cast<std::streamsize>(bytes->size()));
+    out.close();
+    if (!out) {
+      const Error told = error(path, "cannot be written: " + std::generic_category().message(errno));
+      if (replaces) std::remove(beside.c_str());
+      return told;
+    }
+  }
+  if (!replaces) return saved;
+  std::filesystem::rename(beside, path, failed);
+  if (failed) {
+    std::remove(beside.c_str());
+    return error(path, "cannot be written: " + failed.message());
+  }
+  return saved;
+}
+
+Result<World> load_world(const std::string& path, World like) {
+  errno = 0;
+  std::ifstream in(path, std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  if (!in.is_open() || in.bad() || (bytes.empty() && errno != 0))
+    return error(path, "cannot be read: " + std::generic_category().message(errno));
+  return world_from_bytes(bytes, std::move(like), path);
+}
+
+}  // namespace pantin

@@ -1,0 +1,197 @@
+// A World saved in mid-run goes on from the file as if nothing had happened.
+#include "engine/runtime/save.hpp"
+
+#include <catch2/catch.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+
+#include "engine/base/archive.hpp"
+#include "tests/runtime/running.hpp"
+
+using namespace pantin;
+using namespace pantin::test;
+
+namespace {
+
+struct Wind {
+  static constexpr const char* name = "wind";
+  Vec3 force{0};
+  int gusts = 0;
+
+  static void fields(auto& self, auto&& field) {
+    field("force", self.force);
+    field("gusts", self.gusts);
+  }
+};
+
+struct Breeze {
+  static constexpr const char* name = "wind";
+  Vec3 force{0};
+
+  static void fields(auto& self, auto&& field) { field("force", self.force); }
+};
+
+struct Remark {
+  std::string text;
+};
+
+class Tie final : public CustomJoint {
+ public:
+  int rows() const override { return 1; }
+  void residual(const Pose& a, const Pose& b, std::span<Real> c) const override {
+    c[0] = a.position.y - b.position.y;
+  }
+};
+
+std::vector<std::uint64_t> hashes(World world, int steps) {
+  Simulation sim(std::move(world));
+  std::vector<std::uint64_t> all;
+  for (int i = 0; i < steps; ++i) sim.step(), all.push_back(state_hash(sim.world));
+  return all;
+}
+
+World after(World world, int steps) {
+  Simulation sim(std::move(world));
+  for (int i = 0; i < steps; ++i) sim.step();
+  return std::move(sim.world);
+}
+
+std::string only_error(const Result<World>& result) {
+  REQUIRE_FALSE(result);
+  REQUIRE(result.errors().size() == 1);
+  return result.errors()[0].message;
+}
+
+std::string path_of(const char* name) {
+  return (std::filesystem::temp_directory_path() / name).string();
+}
+
+}  // namespace
+
+TEST_CASE("a World that was saved and loaded goes on with the same bits") {
+  for (const auto& [name, start] : running_worlds())
+    for (const int steps : {0, 1, 40}) {
+      INFO(name << " after " << steps << " steps");
+      const World running = after(start, steps);
+      const auto bytes = world_to_bytes(running);
+      REQUIRE(bytes);
+      const auto loaded = world_from_bytes(*bytes);
+      if (!loaded) FAIL(loaded.errors()[0].message);
+      if (steps > 0) CHECK(state_hash(*loaded) == state_hash(running));
+      CHECK(same_fields(*loaded, running));
+      CHECK(hashes(*loaded, 40) == hashes(running, 40));
+    }
+}
+
+TEST_CASE("a World changed in its structure since the last step is saved as it will go on") {
+  Puppet p = swaying_puppet();
+  p.world = after(p.world, 20);
+  p.world.destroy(p.string);
+  const auto bytes = world_to_bytes(p.world);
+  REQUIRE(bytes);
+  const auto loaded = world_from_bytes(*bytes);
+  REQUIRE(loaded);
+  CHECK(hashes(*loaded, 20) == hashes(p.world, 20));
+}
+
+TEST_CASE("handles are good in the loaded World, those that were given back too") {
+  Puppet p = swaying_puppet();
+  p.world.destroy(p.left);
+  const auto loaded = world_from_bytes(*world_to_bytes(p.world));
+  REQUIRE(loaded);
+  World copy = *loaded;
+  CHECK_FALSE(copy.is_alive(p.left));
+  CHECK(copy.name_of(p.right) == p.world.name_of(p.right));
+  CHECK(copy.create() == p.world.create());
+}
+
+TEST_CASE("components of the user's own are saved by their fields") {
+  Puppet p = swaying_puppet();
+  p.world.store<Wind>().add(p.left, {{1, 2, 3}, 4});
+  p.world.store<Remark>().add(p.left, {"left hand"});
+  const std::string path = path_of("pantin_save_test.world");
+  const auto saved = save_world(p.world, path);
+  REQUIRE(saved);
+  REQUIRE(saved->left_out.size() == 1);
+  CHECK(saved->left_out[0].find("Remark") != std::string::npos);
+
+  const auto loaded = load_world<Wind>(path);
+  REQUIRE(loaded);
+  World world = *loaded;
+  CHECK(world.store<Wind>()[p.left].gusts == 4);
+  CHECK(state_hash(world) == state_hash(world));
+  CHECK(only_error(load_world(path)) ==
+        path + ": holds components wind, name their type: load_world<T>(path)");
+  CHECK(only_error(load_world<Breeze>(path)) ==
+        path + ": holds components wind with other fields than the program has");
+  std::remove(path.c_str());
+}
+
+TEST_CASE("a joint of the user's own kind cannot be saved, and this is said") {
+  World w = geared_wheels(Integrator::rk4);
+  Joint joint;
+  joint.kind = JointKind::custom;
+  joint.extras.edit().custom = std::make_shared<Tie>();
+  w.add_link(w.bodies.owners()[0], w.bodies.owners()[1], joint);
+  const auto bytes = world_to_bytes(w);
+  REQUIRE_FALSE(bytes);
+  CHECK(bytes.errors()[0].message.find("CustomJoint") != std::string::npos);
+}
+
+TEST_CASE("files that cannot be read or written are refused with one line") {
+  CHECK(only_error(load_world("/no/such/file")) ==
+        "/no/such/file: cannot be read: No such file or directory");
+  const auto saved = save_world(World{}, "/no/such/file");
+  REQUIRE_FALSE(saved);
+  CHECK(saved.errors()[0].message == "/no/such/file: cannot be written: No such file or directory");
+  const std::string path = path_of("pantin_save_other.world");
+  std::ofstream(path) << "{\"version\": 1, \"bodies\": [], \"padding\": \"1234567890\"}";
+  CHECK(only_error(load_world(path)) ==
+        path + ": found other bytes, expected a World saved by pantin");
+  std::remove(path.c_str());
+}
+
+TEST_CASE("an older file stays whole where a new one cannot be written") {
+  const std::string path = path_of("pantin_save_old.world");
+  REQUIRE(save_world(falling_pile(), path));
+  std::filesystem::create_directory(path + ".part");  // in the way
+  CHECK_FALSE(save_world(World{}, path));
+  const auto loaded = load_world(path);
+  REQUIRE(loaded);
+  CHECK(loaded->bodies.size() == falling_pile().bodies.size());
+  std::filesystem::remove(path + ".part");
+  std::remove(path.c_str());
+}
+
+TEST_CASE("a saved World that was cut off or changed is refused") {
+  const std::string whole = *world_to_bytes(after(falling_pile(), 30));
+  for (std::size_t size = 0; size < whole.size(); size += size < 200 ? 1 : 97)
+    CHECK_FALSE(world_from_bytes(std::string_view(whole).substr(0, size)));
+  for (std::size_t i = 0; i < whole.size(); i += i < 200 ? 1 : 97) {
+    std::string changed = whole;
+    changed[i] = static_cast<char>(changed[i] ^ 0x20);
+    CHECK_FALSE(world_from_bytes(changed));
+  }
+}
+
+TEST_CASE("a changed file with the right checksum is refused or steps; nothing worse happens") {
+  const std::string whole = *world_to_bytes(after(stopped_arm(), 10));
+  constexpr std::size_t kHeader = 36, kChecksum = 28;
+  int read = 0, refused = 0;
+  for (std::size_t i = kHeader; i < whole.size(); i += 13) {
+    std::string changed = whole;
+    changed[i] = static_cast<char>(changed[i] ^ (i % 2 == 0 ? 0xff : 0x01));
+    Hash hash;
+    hash.add(std::string_view(changed).substr(kHeader));
+    const std::uint64_t sum = hash.value();
+    changed.replace(kChecksum, sizeof sum, reinterpret_cast<const char*>(&sum), sizeof sum);
+    auto loaded = world_from_bytes(changed);
+    if (loaded && loaded->default_settings.passes < 100 && loaded->default_settings.rounds < 100)
+      Simulation(std::move(*loaded)).step(), ++read;  // the sanitizers look on
+    else
+      ++refused;
+  }
+  CHECK(read > 0);
+  CHECK(refused > 0);
+}
