@@ -119,7 +119,12 @@ void clear_requests(World& world) {
 struct ForceRoom {
   std::vector<std::pair<Entity, Force>> whole;  // pushed for the whole step, from outside
   std::vector<std::pair<Entity, Force>> felt;   // what the update stage of this part took up
-  void add_to(Hash&) const {}                   // of one step
+
+  // Of one step.
+  static void fields(auto& self, auto&& field) {
+    field("whole", derived(self.whole));
+    field("felt", derived(self.felt));
+  }
 };
 
 /// What was pushed before the step acts in all its parts, what systems push in the part that runs.

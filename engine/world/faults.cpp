@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 
+#include "engine/joints/kinds.hpp"
 #include "engine/world/store.hpp"
 
 namespace pantin {
@@ -44,7 +45,7 @@ std::vector<Feature> features_of(const Joint& joint) {
   const auto add = [&](Feature f, bool is_there) {
     if (is_there) found.push_back(f);
   };
-  add(Feature::kind, !holds_point(joint.kind));
+  add(Feature::kind, !is_articulated(joint.kind));
   if (joint.extras.any()) {
     const Freedom &turn = joint.extras->turn, &slide = joint.extras->slide;
     const auto springs = [](const Freedom& f) {
