@@ -139,5 +139,6 @@ TEST_CASE("the schema has the words for every kind and integrator that a file ca
   CHECK(told("chain") == of_chains);
   const std::set<std::string> integrators(std::begin(kIntegratorNames),
                                           std::end(kIntegratorNames));
-  CHECK(defs.at("solver").at("properties").at("integrator").at("enum") == integrators);
+  const nlohmann::json& settings = defs.at("solver").at("properties");
+  CHECK(settings.at("integrator").at("enum").get<std::set<std::string>>() == integrators);
 }

@@ -34,7 +34,7 @@ void keep_loads(Island& m, std::span<const Real> lambda, Real factor_of) {
   for (std::size_t r = 0; r < m.rows; ++r) m.loads[r] = factor_of * lambda[r];
 }
 
-bool step(const World& world, Island& m, const Span& span) {
+bool step_euler(const World& world, Island& m, const Span& span) {
   StepScratch& room = m.room;
   const bool draws = m.settings.stabilisation == Stabilisation::baumgarte;
   place(m);
@@ -81,6 +81,6 @@ bool step(const World& world, Island& m, const Span& span) {
 
 }  // namespace
 
-const IntegratorRow integrators::euler{.step = step};
+const IntegratorRow integrators::euler{.step = step_euler};
 
 }  // namespace pantin::lagrangian

@@ -24,7 +24,7 @@ Weights weights_of(Real rho) {
   return w;
 }
 
-bool step(const World& world, Island& m, const Span& span) {
+bool step_implicit(const World& world, Island& m, const Span& span) {
   StepScratch& room = m.room;
   Motions& s = room.state;
   const Real h = span.h;
@@ -138,7 +138,7 @@ bool step(const World& world, Island& m, const Span& span) {
 }  // namespace
 
 // Its twists are not the sums of what acts: what hangs there would not be met.
-const IntegratorRow integrators::implicit{.step = step,
+const IntegratorRow integrators::implicit{.step = step_implicit,
                                           .turns_far = true,
                                           .carries_interfaces = false,
                                           .keeps_accelerations = true};

@@ -27,7 +27,7 @@ void rotate_freely(Quat& q, Vec3& l, Vec3 inertia, Real h) {
   q = glm::normalize(q);
 }
 
-bool step(const World& world, Island& m, const Span& span) {
+bool step_rattle(const World& world, Island& m, const Span& span) {
   StepScratch& room = m.room;
   Motions& s = room.state;
   const Real h = span.h, enough = tolerance_of(m);
@@ -99,6 +99,6 @@ bool step(const World& world, Island& m, const Span& span) {
 }  // namespace
 
 const IntegratorRow integrators::rattle{
-    .step = step, .ends_on_joints = true, .efforts_are_forces = true};
+    .step = step_rattle, .ends_on_joints = true, .efforts_are_forces = true};
 
 }  // namespace pantin::lagrangian

@@ -94,7 +94,7 @@ bool is_unstable(const World& world, const Island& m, Real h) {
          h * h * second > kUnfelt * (moving + h * h * (start + fall));
 }
 
-bool step(const World& world, Island& m, const Span& span) {
+bool step_rk4(const World& world, Island& m, const Span& span) {
   return runge_kutta(world, m, span, kClassic) && !is_unstable(world, m, span.h);
 }
 
@@ -119,7 +119,7 @@ bool step_estimated(const World& world, Island& m, const Span& span, Real& error
 
 }  // namespace
 
-const IntegratorRow integrators::rk4{.step = step,
+const IntegratorRow integrators::rk4{.step = step_rk4,
                                      .step_estimated = step_estimated,
                                      .stages = kClassic.stages,
                                      .stages_estimated = kPair.stages,
