@@ -43,7 +43,8 @@ struct ContactEvent {
 ///
 /// A pair that bore a load goes on touching while it stays nearer than 0.1 mm. Where a step is taken
 /// in substeps, forces are those of the last one. Impulses are the solver's loads: true of what rests,
-/// too large in the step of an impact (a ball that fell 0.2 m: twice its momentum). An end names bodies that may be gone.
+/// too large in the step of an impact (a ball that fell 0.2 m: twice its momentum). An end names
+/// bodies that may be gone.
 class ContactEvents {
  public:
   /// What touches in this World as it stands is known from the start: it does not begin.
