@@ -42,7 +42,9 @@ struct ContactEvent {
 ///   for (const ContactEvent& event : events.update(simulation.world)) ...
 ///
 /// A pair that bore a load goes on touching while it stays nearer than 0.1 mm. Where a step is taken
-/// in substeps, forces are those of the last one. An end names bodies that may be gone.
+/// in substeps, forces are those of the last one. Impulses are the solver's loads: true of what rests,
+/// too large in the step of an impact (a ball that fell 0.2 m: twice its momentum). An end names
+/// bodies that may be gone.
 class ContactEvents {
  public:
   /// What touches in this World as it stands is known from the start: it does not begin.
