@@ -23,7 +23,7 @@ struct Extra {
 };
 std::vector<Extra> extras_of(const PlacedJoint& joint) {
   const std::string name = "\"" + joint.name + "\"", named = "joint " + name;
-  if (!holds_point(joint.joint.kind)) return {{"kind", a_joint(joint.joint.kind) + " " + name}};
+  if (!is_articulated(joint.joint.kind)) return {{"kind", a_joint(joint.joint.kind) + " " + name}};
   const JointExtras& extras = *joint.joint.extras;
   const SpringDamper& spring = extras.turn.spring;
   const JointFriction& friction = extras.turn.friction;
@@ -73,7 +73,7 @@ void refuse_unsolved(const Assembly& assembly, const std::vector<Solver>& solver
   };
   for (const PlacedJoint& j : assembly.joints) {
     const Solver solver = solvers[mover(assembly, j)];
-    if (solver == Solver::lagrangian || (!j.joint.extras.any() && holds_point(j.joint.kind)))
+    if (solver == Solver::lagrangian || (!j.joint.extras.any() && is_articulated(j.joint.kind)))
       continue;
     for (const Extra& extra : extras_of(j)) refuse(j.at, extra, solver);
   }
