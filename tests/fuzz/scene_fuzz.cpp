@@ -7,6 +7,7 @@
 #include "engine/base/utf8.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "engine/scene/scene.hpp"
+#include "engine/solvers/solver.hpp"
 
 using namespace pantin;
 
@@ -38,7 +39,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   for (const std::string& line : scene->warnings) demand(line == printable(line));
   World& world = scene->world;
   if (world.bodies.size() > 200 || world.links.size() > 200) return 0;
-  rebuild_articulations(world);
+  compile_if_changed(world);
   if (world.bodies.size() > 20 ||
       world.links.size() + world.strings.size() + world.pins.size() > 20)
     return 0;
