@@ -1,14 +1,20 @@
 #pragma once
 /// Two bodies share a point: C = p_a - p_b.
-#include "engine/joints/primitives.hpp"
+#include "engine/joints/kind.hpp"
 
-namespace pantin {
+namespace pantin::joint_kinds {
 
-struct BallRows {
-  static constexpr int rows = 3;
+struct ball : SharesPoint, TurnsFreely {
+  static constexpr std::string_view name = "ball", alias = "spherical";
+  static constexpr int rows = 3, freedoms = 3;
+  static constexpr bool uses_axes = false;  // unless it has limits or a drive
+  static constexpr FreeCoordinate coordinates[] = {{Coordinate::turn, "twist"},
+                                                   {Coordinate::swing, "cone"}};
+  static constexpr Mark marks[] = {Mark::cone_and_twist};
+
   static void write(const Joint& joint, const Placed& a, const Placed& b, RowsOut out) {
     write_point(span_of(joint, a, b, out.gamma != nullptr), out);
   }
 };
 
-}  // namespace pantin
+}  // namespace pantin::joint_kinds

@@ -7,19 +7,30 @@
 #include <array>
 
 #include "engine/base/rotation.hpp"
-#include "engine/joints/primitives.hpp"
+#include "engine/joints/kind.hpp"
 
-namespace pantin {
+namespace pantin::joint_kinds {
 
-struct CustomRows {
-  static constexpr int most = 6;
-  static int rows(const Joint& joint) {
-    const auto& custom = joint.extras->custom;
-    return custom ? std::clamp(custom->rows(), 0, most) : 0;
+struct custom : Kind, TurnsFreely {
+  static constexpr std::string_view name = "custom";
+  static constexpr int most = 6, rows = kOwnRows, freedoms = 6;
+  static constexpr bool in_files = false;
+
+  static int own_rows(const Joint& joint) {
+    const auto& from = joint.extras->custom;
+    return from ? std::clamp(from->rows(), 0, most) : 0;
+  }
+  static const char* fault(const Joint& joint) {
+    const auto& from = joint.extras->custom;
+    const bool fits = from && from->rows() >= 1 && from->rows() <= most;
+    return fits ? nullptr : "is a custom joint of no row, or of more than six";
+  }
+  static Real gap(const Joint& joint, const Pose& a, const Pose& b) {
+    return glm::length(residual(joint, a, b));
   }
 
   static void write(const Joint& joint, const Placed& a, const Placed& b, RowsOut out) {
-    const int n = rows(joint);
+    const int n = own_rows(joint);
     if (n == 0) return;
     const Differences of{*joint.extras->custom, a, b, n};
     if (out.c) of.values(0, {}, out.c);
@@ -81,4 +92,4 @@ struct CustomRows {
   };
 };
 
-}  // namespace pantin
+}  // namespace pantin::joint_kinds

@@ -1,11 +1,16 @@
 #pragma once
 /// A shared line x, along which and about which b moves.
-#include "engine/joints/primitives.hpp"
+#include "engine/joints/kind.hpp"
 
-namespace pantin {
+namespace pantin::joint_kinds {
 
-struct CylindricalRows {
-  static constexpr int rows = 4;
+struct cylindrical : SlidesAlongX, TurnsAboutX {
+  static constexpr std::string_view name = "cylindrical";
+  static constexpr int rows = 4, freedoms = 2;
+  static constexpr FreeCoordinate coordinates[] = {
+      {Coordinate::turn, "angle", kActuated | kGeared},
+      {Coordinate::slide, "travel", kActuated | kGeared}};
+
   static void write(const Joint& joint, const Placed& a, const Placed& b, RowsOut out) {
     write(joint, span_of(joint, a, b, out.gamma != nullptr), a, b, out);
   }
@@ -20,4 +25,4 @@ struct CylindricalRows {
   }
 };
 
-}  // namespace pantin
+}  // namespace pantin::joint_kinds

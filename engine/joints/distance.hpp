@@ -1,14 +1,23 @@
 #pragma once
 /// The anchors stay a length L above zero apart: C = (d.d - L L) / (2 L), close to |d| - L.
-#include "engine/joints/primitives.hpp"
+#include "engine/joints/kind.hpp"
 
-namespace pantin {
+namespace pantin::joint_kinds {
 
-struct DistanceRows {
-  static constexpr int rows = 1;
+struct distance : Line, TurnsFreely {
+  static constexpr std::string_view name = "distance";
+  static constexpr int rows = 1, freedoms = 5;
+  static constexpr FreeCoordinate coordinates[] = {{Coordinate::slide}};
+  static constexpr Parameter parameters[] = {
+      {.key = "length", .range = ParameterRange::size, .as_placed = true, .value = length}};
+  static constexpr Mark marks[] = {Mark::rod};
+
+  static Real gap(const Joint& joint, const Pose& a, const Pose& b) {
+    return std::abs(glm::length(residual(joint, a, b)) - joint.extras->length);
+  }
   static void write(const Joint& joint, const Placed& a, const Placed& b, RowsOut out) {
     write_distance(0, joint.extras->length, span_of(joint, a, b, out.gamma != nullptr), out);
   }
 };
 
-}  // namespace pantin
+}  // namespace pantin::joint_kinds

@@ -90,8 +90,8 @@ class CustomJoint {
 };
 
 struct JointExtras {
-  Real length = 0;      // distance and spring kinds: m
-  Real pitch = 0;       // screw: m along x for each rad of turn
+  Real length = 0;      // m, of kinds with such a parameter: distance, spring
+  Real pitch = 0;       // m/rad, likewise: screw, along x for each rad of turn
   Freedom turn = {};    // about x: hinge, universal (of a), cylindrical, screw
   Freedom slide = {};   // along x: cylindrical, prismatic; along the line: distance-like `spring`
   AngleLimit travel = {};  // m along x: cylindrical, prismatic, screw

@@ -2,14 +2,17 @@
 /// A shared point and shared axes.
 #include "engine/joints/hinge.hpp"
 
-namespace pantin {
+namespace pantin::joint_kinds {
 
-struct FixedRows {
-  static constexpr int rows = 6;
+struct fixed : SharesPoint, TurnsNowhere {
+  static constexpr std::string_view name = "fixed";
+  static constexpr int rows = 6, freedoms = 0;
+  static constexpr Mark marks[] = {Mark::lock};
+
   static void write(const Joint& joint, const Placed& a, const Placed& b, RowsOut out) {
-    HingeRows::write(joint, a, b, out);
+    hinge::write(joint, a, b, out);
     write_square(5, axes_on_a(joint, a).y(), axes_on_b(joint, b).z(), a, b, out);
   }
 };
 
-}  // namespace pantin
+}  // namespace pantin::joint_kinds

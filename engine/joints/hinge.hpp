@@ -2,12 +2,17 @@
 /// A shared point and a shared axis x: y and z of a stay square to x of b.
 #include "engine/joints/ball.hpp"
 
-namespace pantin {
+namespace pantin::joint_kinds {
 
-struct HingeRows {
-  static constexpr int rows = 5;
+struct hinge : SharesPoint, TurnsAboutX {
+  static constexpr std::string_view name = "hinge", alias = "revolute";
+  static constexpr int rows = 5, freedoms = 1;
+  static constexpr FreeCoordinate coordinates[] = {
+      {Coordinate::turn, "angle", kActuated | kGeared}};
+  static constexpr Mark marks[] = {Mark::axis_x, Mark::angle};
+
   static void write(const Joint& joint, const Placed& a, const Placed& b, RowsOut out) {
-    BallRows::write(joint, a, b, out);
+    ball::write(joint, a, b, out);
     const JointAxes on_a = axes_on_a(joint, a);
     const Vec3 x = axes_on_b(joint, b).x();
     write_square(3, on_a.y(), x, a, b, out);
@@ -15,4 +20,4 @@ struct HingeRows {
   }
 };
 
-}  // namespace pantin
+}  // namespace pantin::joint_kinds

@@ -1,71 +1,20 @@
 #include "engine/joints/joint.hpp"
 
-#include <cstring>
+#include <vector>
 
 #include "engine/base/rotation.hpp"
+#include "engine/joints/kinds.hpp"
 
 namespace pantin {
 namespace {
 
-constexpr const char* kNames[kJointKinds] = {
-    "ball",  "hinge",  "universal", "fixed",  "cylindrical", "prismatic",
-    "screw", "planar", "distance",  "spring", "custom"};
-
-Real twist_of(Quat q) { return swing_twist(q).twist; }
 Quat hinged(Real angle) { return Quat(std::cos(angle / 2), std::sin(angle / 2), 0, 0); }
 
 }  // namespace
 
-const char* name_of(JointKind kind) { return kNames[static_cast<int>(kind)]; }
+namespace joint_kinds {
 
-bool joint_kind_from_name(const char* name, JointKind& kind) {
-  if (std::strcmp(name, "spherical") == 0) name = "ball";
-  if (std::strcmp(name, "revolute") == 0) name = "hinge";
-  for (int i = 0; i < kJointKinds; ++i) {
-    if (std::strcmp(name, kNames[i]) != 0) continue;
-    kind = static_cast<JointKind>(i);
-    return true;
-  }
-  return false;
-}
-
-Quat allowed_by_kind(JointKind kind, Quat q) {
-  switch (kind) {
-    case JointKind::hinge:
-    case JointKind::cylindrical:
-    case JointKind::screw:
-    case JointKind::planar:
-      return hinged(twist_of(q));
-    case JointKind::universal:
-      return turn_of(universal_angles(q));
-    case JointKind::fixed:
-    case JointKind::prismatic:
-      return Quat(1, 0, 0, 0);
-    default:
-      break;
-  }
-  return q;
-}
-
-Quat allowed_turn(const Joint& joint, Quat q) {
-  const JointLimits& limits = joint.limits;
-  switch (joint.kind) {
-    case JointKind::hinge:
-    case JointKind::cylindrical:
-    case JointKind::screw:
-    case JointKind::planar:
-      return hinged(clamped(limits.turn, twist_of(q)));
-    case JointKind::universal: {
-      const UniversalAngles at = universal_angles(q);
-      return turn_of(UniversalAngles{clamped(limits.turn, at.first),
-                                     clamped(limits.second, at.second)});
-    }
-    case JointKind::fixed:
-    case JointKind::prismatic:
-      return Quat(1, 0, 0, 0);
-    default:
-      break;
-  }
+Quat TurnsFreely::allowed(const JointLimits& limits, Quat q) {
   if (!limits.turn.on && !limits.swing.on) return q;
   const SwingTwist at = swing_twist(q);
   const SwingTwist to{clamped(limits.turn, at.twist), clamped(limits.swing, at.swing)};
@@ -73,6 +22,46 @@ Quat allowed_turn(const Joint& joint, Quat q) {
   const Real off = std::remainder(to.twist - at.twist, 2 * kPi);
   if (std::abs(off) < 1e-15 && to.swing == at.swing) return q;
   return turn_of(to);
+}
+
+Quat TurnsAboutX::allowed(const JointLimits& limits, Quat q) {
+  return hinged(clamped(limits.turn, swing_twist(q).twist));
+}
+
+Quat TurnsAboutTwo::allowed(const JointLimits& limits, Quat q) {
+  const UniversalAngles at = universal_angles(q);
+  return turn_of(
+      UniversalAngles{clamped(limits.turn, at.first), clamped(limits.second, at.second)});
+}
+
+}  // namespace joint_kinds
+
+bool joint_kind_from_name(std::string_view name, JointKind& kind) {
+  for (int i = 0; i < kJointKinds; ++i) {
+    const JointKindInfo& info = kJointKindInfos[i];
+    if (name.empty() || (name != info.name && name != info.alias)) continue;
+    kind = static_cast<JointKind>(i);
+    return true;
+  }
+  return false;
+}
+
+std::string kinds_where(const std::function<bool(const JointKindInfo&)>& holds) {
+  std::vector<std::string_view> names;
+  for (const JointKindInfo& info : kJointKindInfos)
+    if (holds(info)) names.push_back(info.name);
+  std::string all;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (i > 0) all += i + 1 == names.size() ? " or " : ", ";
+    all += names[i];
+  }
+  return all;
+}
+
+Quat allowed_by_kind(JointKind kind, Quat q) { return info_of(kind).allowed({}, q); }
+
+Quat allowed_turn(const Joint& joint, Quat q) {
+  return info_of(joint.kind).allowed(joint.limits, q);
 }
 
 Real violation(const Joint& joint, Quat q) {

@@ -1,8 +1,6 @@
 #pragma once
-/// Joints between two bodies. The first four kinds share a point and differ in which turns are left
-/// free; every solver knows them. The others are for the Lagrangian solver (see rows.hpp).
+/// Joints between two bodies: what every kind has. The kinds themselves are listed in kinds.hpp.
 ///
-///   C = p_b - p_a                       three rows, metres
 ///   p_i = x_i + R_i anchor_i            anchors fixed in each body
 ///   Q = (R_a F_a)^-1 (R_b F_b)          how b's joint axes stand in a's
 ///
@@ -16,24 +14,8 @@
 
 namespace pantin {
 
-enum class JointKind : std::uint8_t {
-  ball,       // all turns free
-  hinge,      // Q turns about x
-  universal,  // Q turns about y of a, then about z of b
-  fixed,      // Q = 1
-  cylindrical,  // turns about x, slides along it
-  prismatic,    // slides along x
-  screw,        // slides along x by extras->pitch for each rad it turns about it
-  planar,       // slides across x, turns about it
-  distance,     // the anchors stay extras->length apart
-  spring,       // holds nothing: a spring and damper between the anchors (extras->slide)
-  custom        // extras->custom
-};
-constexpr JointKind last_of(JointKind) { return JointKind::custom; }
-inline constexpr int kPointKinds = 4, kJointKinds = 11;
-
-/// Whether the procedural solver knows the kind: its bodies share a point.
-inline bool holds_point(JointKind kind) { return static_cast<int>(kind) < kPointKinds; }
+/// Named by the list of kinds, kinds.hpp: JointKind::hinge. The first, 0, is the ball.
+enum class JointKind : std::uint8_t;
 
 /// Turns from the joint axes to the frames of both bodies. Takes no room while both are none, as
 /// with most ball joints. A value: copies are deep.
@@ -72,7 +54,7 @@ class JointFrames {
 struct Joint {
   Vec3 anchor_a{0};  // in body a's mass-centre frame, m
   Vec3 anchor_b{0};  // in body b's mass-centre frame, m
-  JointKind kind = JointKind::ball;
+  JointKind kind{};      // ball
   JointFrames frames = {};
   RareLimits limits = {};
   Rare<JointExtras> extras = {};
@@ -87,18 +69,7 @@ struct Joint {
   }
 };
 
-/// "ball", "hinge", "universal", "fixed", "cylindrical" ...
-const char* name_of(JointKind kind);
-/// Also by the names "spherical" and "revolute". False, and `kind` untouched, for any other word.
-bool joint_kind_from_name(const char* name, JointKind& kind);
-
-/// Motions that the kind leaves free, 0 to 6; of a custom kind 6.
-inline int freedoms(JointKind kind) {
-  constexpr int kFreedoms[kJointKinds] = {3, 1, 2, 0, 2, 1, 1, 3, 5, 6, 6};
-  return kFreedoms[static_cast<int>(kind)];
-}
-
-/// What the joint lacks: from the point on body a to the point on body b, world axes, metres.
+/// From the point on body a to the point on body b, world axes, m.
 inline Vec3 residual(const Joint& joint, const Pose& a, const Pose& b) {
   return to_world(b, joint.anchor_b) - to_world(a, joint.anchor_a);
 }

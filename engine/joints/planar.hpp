@@ -1,11 +1,18 @@
 #pragma once
 /// b's anchor stays in the plane through a's anchor across x; b turns about x only.
-#include "engine/joints/primitives.hpp"
+#include "engine/joints/kind.hpp"
 
-namespace pantin {
+namespace pantin::joint_kinds {
 
-struct PlanarRows {
-  static constexpr int rows = 3;
+struct planar : Kind, TurnsAboutX {
+  static constexpr std::string_view name = "planar";
+  static constexpr int rows = 3, freedoms = 3;
+  static constexpr FreeCoordinate coordinates[] = {{Coordinate::turn, "angle"}};
+  static constexpr Mark marks[] = {Mark::axis_x};
+
+  static Real gap(const Joint& joint, const Pose& a, const Pose& b) {
+    return std::abs(glm::dot(residual(joint, a, b), axis_x_of_a(joint, a)));
+  }
   static void write(const Joint& joint, const Placed& a, const Placed& b, RowsOut out) {
     const JointAxes on_a = axes_on_a(joint, a);
     const Vec3 x = axes_on_b(joint, b).x();
@@ -15,4 +22,4 @@ struct PlanarRows {
   }
 };
 
-}  // namespace pantin
+}  // namespace pantin::joint_kinds

@@ -4,14 +4,31 @@
 ///   C_4 = x_a.d - pitch angle           angle: the one nearest to `angle_before`
 #include "engine/joints/cylindrical.hpp"
 
-namespace pantin {
+namespace pantin::joint_kinds {
 
-struct ScrewRows {
-  static constexpr int rows = 5;
+struct screw : SlidesAlongX, TurnsAboutX {
+  static constexpr std::string_view name = "screw";
+  static constexpr int rows = 5, freedoms = 1;
+  static constexpr bool counts_turns = true;
+  static constexpr FreeCoordinate coordinates[] = {
+      {Coordinate::turn, "angle", kActuated | kGeared}, {Coordinate::slide, "travel", kGeared}};
+  static constexpr Parameter parameters[] = {
+      {.key = "pitch",
+       .needed = "how far it slides for each rad it turns, in m",
+       .never_zero = "a screw without pitch is a hinge",
+       .value = [](JointExtras& extras) -> Real& { return extras.pitch; }}};
+
+  static Real slide_per_turn(const Joint& joint) { return joint.extras->pitch; }
+  static Real gap(const Joint& joint, const Pose& a, const Pose& b) {
+    const Vec3 x = axis_x_of_a(joint, a);
+    const Real turn = swing_twist(relative_turn(joint, a.rotation, b.rotation)).twist;
+    return glm::length(residual(joint, a, b) - slide_per_turn(joint) * turn * x);
+  }
+
   static void write(const Joint& joint, const Placed& a, const Placed& b, Real angle_before,
                     RowsOut out) {
     const AnchorSpan span = span_of(joint, a, b, out.gamma != nullptr);
-    CylindricalRows::write(joint, span, a, b, out);
+    cylindrical::write(joint, span, a, b, out);
     const JointAxes on_a = axes_on_a(joint, a);
     write_along(4, on_a.x(), span, a, out);
     const TurnRow turn = twist_row(on_a, axes_on_b(joint, b), a, b, angle_before);
@@ -22,4 +39,4 @@ struct ScrewRows {
   }
 };
 
-}  // namespace pantin
+}  // namespace pantin::joint_kinds

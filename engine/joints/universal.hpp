@@ -2,27 +2,24 @@
 /// A shared point; y of a stays square to z of b. Turns about y of a, then about z of b.
 #include "engine/joints/ball.hpp"
 
-namespace pantin {
+namespace pantin::joint_kinds {
 
-struct UniversalRows {
-  static constexpr int rows = 4;
+struct universal : SharesPoint, TurnsAboutTwo {
+  static constexpr std::string_view name = "universal";
+  static constexpr int rows = 4, freedoms = 2;
+  static constexpr FreeCoordinate coordinates[] = {{Coordinate::turn, "first", kActuated},
+                                                   {Coordinate::second, "second"}};
+  static constexpr Mark marks[] = {Mark::axis_y, Mark::axis_z, Mark::two_angles};
+
+  static void write_coordinate(const Joint& joint, Coordinate which, const Placed& a,
+                               const Placed& b, Real before, RowsOut out) {
+    if (which == Coordinate::turn) return write_row(0, universal_first(joint, a, b, before), out);
+    Kind::write_coordinate(joint, which, a, b, before, out);
+  }
   static void write(const Joint& joint, const Placed& a, const Placed& b, RowsOut out) {
-    BallRows::write(joint, a, b, out);
+    ball::write(joint, a, b, out);
     write_square(3, axes_on_a(joint, a).y(), axes_on_b(joint, b).z(), a, b, out);
   }
 };
 
-/// The two angles of universal_angles: how z of b stands about y of a, and y of a about z of b.
-inline TurnRow universal_first(const Joint& joint, const Placed& a, const Placed& b, Real before) {
-  const JointAxes on_a = axes_on_a(joint, a);
-  const Vec3 z = axes_on_b(joint, b).z();
-  return angle_row(dot_row(on_a.x(), z, a, b), dot_row(on_a.z(), z, a, b), a, b, before);
-}
-inline TurnRow universal_second(const Joint& joint, const Placed& a, const Placed& b,
-                                Real before) {
-  const JointAxes on_b = axes_on_b(joint, b);
-  const Vec3 y = axes_on_a(joint, a).y();
-  return angle_row(dot_row(y, on_b.x(), a, b), dot_row(y, on_b.y(), a, b), a, b, before);
-}
-
-}  // namespace pantin
+}  // namespace pantin::joint_kinds

@@ -25,27 +25,19 @@ Vec3 local_b(const World& world, const T& tie) {
   return to_local(world.bodies[tie.b].pose, tie.anchor_b);
 }
 
-bool turns_about_axis(JointKind kind) {
-  return kind == JointKind::hinge || kind == JointKind::cylindrical || kind == JointKind::screw;
-}
-bool slides_along_axis(JointKind kind) {
-  return kind == JointKind::prismatic || kind == JointKind::cylindrical ||
-         kind == JointKind::screw;
-}
-
 void check_geared(Findings& findings, const char* member, Entity e, JointCoordinate coordinate) {
   const World& world = findings.world();
   const Link* link = world.is_alive(e) ? world.links.find(e) : nullptr;
-  if (!link) {
-    findings.add(member, e ? "'" + world.name_of(e) + "', which is no joint" : "no entity",
-                 "a joint");
-  } else if (coordinate == JointCoordinate::angle && !turns_about_axis(link->joint.kind)) {
-    findings.add(member, std::string("a joint of kind ") + name_of(link->joint.kind),
-                 "one with an angle: hinge, cylindrical or screw");
-  } else if (coordinate == JointCoordinate::travel && !slides_along_axis(link->joint.kind)) {
-    findings.add(member, std::string("a joint of kind ") + name_of(link->joint.kind),
-                 "one with a travel: prismatic, cylindrical or screw");
-  }
+  if (!link)
+    return findings.add(member, e ? "'" + world.name_of(e) + "', which is no joint" : "no entity",
+                        "a joint");
+  const bool slides = coordinate == JointCoordinate::travel;
+  const auto fits = [&](const JointKindInfo& kind) {
+    return kind.is_used(slides ? Coordinate::slide : Coordinate::turn, kGeared);
+  };
+  if (fits(info_of(link->joint.kind))) return;
+  findings.add(member, std::string("a joint of kind ") + name_of(link->joint.kind),
+               (slides ? "one with a travel: " : "one with an angle: ") + kinds_where(fits));
 }
 
 }  // namespace

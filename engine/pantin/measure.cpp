@@ -44,7 +44,8 @@ Real counted_angle(const World& world, std::uint32_t link) {
     if (e.link == link && e.coordinate == Coordinate::turn) return e.before;
   for (std::size_t i = 0; i < m->blocks.size(); ++i) {
     const lagrangian::Block& b = m->blocks[i];
-    const bool screw = b.kind == lagrangian::BlockKind::joint && l.joint.kind == JointKind::screw;
+    const bool screw =
+        b.kind == lagrangian::BlockKind::joint && info_of(l.joint.kind).counts_turns;
     const bool counts = b.kind == lagrangian::BlockKind::limit || b.kind == lagrangian::BlockKind::spring;
     if (b.source == link && (screw || (counts && b.coordinate == Coordinate::turn)))
       return m->memory[i].before[0];
@@ -56,25 +57,7 @@ Placed placed(const Body& b) {
   return {b.pose.position, b.pose.rotation, glm::mat3_cast(b.pose.rotation), b.velocity, b.spin};
 }
 
-bool has(JointKind kind, Coordinate which) {
-  switch (kind) {
-    case JointKind::ball:
-    case JointKind::hinge:
-    case JointKind::planar:
-      return which == Coordinate::turn;
-    case JointKind::universal:
-      return which == Coordinate::turn || which == Coordinate::second;
-    case JointKind::cylindrical:
-    case JointKind::screw:
-      return which == Coordinate::turn || which == Coordinate::slide;
-    case JointKind::prismatic:
-    case JointKind::distance:
-    case JointKind::spring:
-      return which == Coordinate::slide;
-    default:
-      return false;
-  }
-}
+bool has(JointKind kind, Coordinate which) { return info_of(kind).find(which) != nullptr; }
 
 struct CoordinateAt {
   Real value = kNoNumber, rate = kNoNumber;

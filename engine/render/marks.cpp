@@ -250,14 +250,13 @@ std::vector<LegendEntry> overlay_legend(const World& world) {
   for (const Link& link : world.links.values()) {
     const JointLimits& limits = link.joint.limits;
     ranges |= limits.any();
-    slides |= link.joint.kind == JointKind::cylindrical || link.joint.kind == JointKind::prismatic ||
-              link.joint.kind == JointKind::screw;
-    rods |= link.joint.kind == JointKind::distance;
-    springs |= link.joint.kind == JointKind::spring;
+    for (const Mark mark : info_of(link.joint.kind).marks) {
+      slides |= mark == Mark::slide, rods |= mark == Mark::rod, springs |= mark == Mark::zigzag;
+      axes |= mark == Mark::axis_x || mark == Mark::axis_y || mark == Mark::axis_z;
+      locks |= mark == Mark::lock;
+    }
     stops |= limits.any() || link.joint.extras->travel.on;
-    axes |= link.joint.kind == JointKind::hinge || link.joint.kind == JointKind::universal;
-    locks |= link.joint.kind == JointKind::fixed || is_lock(limits.turn) ||
-             is_lock(limits.second) ||
+    locks |= is_lock(limits.turn) || is_lock(limits.second) ||
              (limits.swing.on && limits.swing.y <= 0 && limits.swing.z <= 0);
   }
   std::vector<LegendEntry> entries;

@@ -75,19 +75,17 @@ Vec3 limb_across(const Marked& m, Vec3 axis) {
   return length > 1e-6 * glm::length(limb) && length > 0 ? across / length : kY;
 }
 
-void add_hinge(Pen& pen, const Marked& m) {
+void add_angle(Pen& pen, const Marked& m) {
   const AngleLimit& limit = m.joint.limits->turn;
-  add_axis(pen, m, m.a * kX);
   if (is_locked(limit)) return add_lock(pen, m);
   if (!limit.on) return;
   const Arc arc{m.at, m.a * kX, m.a * (m.size * limb_across(m, kX)), 0, 0};
   add_sector(pen, arc, limit, swing_twist(m.turn).twist);
 }
 
-void add_universal(Pen& pen, const Marked& m) {
+void add_two_angles(Pen& pen, const Marked& m) {
   const JointLimits& limits = m.joint.limits;
   const UniversalAngles angles = universal_angles(m.turn);
-  add_axis(pen, m, m.a * kY), add_axis(pen, m, m.b * kZ);
   if (is_locked(limits.turn) || is_locked(limits.second)) add_lock(pen, m);
   const Quat between = m.a * turn_by({0, angles.first, 0});
   if (limits.turn.on && !is_locked(limits.turn))
@@ -151,12 +149,14 @@ void add_slide(Pen& pen, const Marked& m, Vec3 other) {
   pen.dot(m.at + along * axis, 2.4 * pen.fine(), travel.on ? colour_of(at_stop) : ink::kTie);
 }
 
-/// From anchor to anchor: a straight line, or the zigzag of a spring.
-void add_line(Pen& pen, const Marked& m, Vec3 other) {
+void add_rod(Pen& pen, const Marked& m, Vec3 other) {
+  pen.line(m.at, other, 2 * pen.fine(), ink::kTie);
+}
+
+void add_zigzag(Pen& pen, const Marked& m, Vec3 other) {
   const Vec3 way = other - m.at;
   const Real length = glm::length(way);
-  if (m.joint.kind == JointKind::distance || length <= 0)
-    return pen.line(m.at, other, 2 * pen.fine(), ink::kTie);
+  if (length <= 0) return add_rod(pen, m, other);
   constexpr int kTurns = 6;
   Vec3 side = glm::cross(way, pen.eye().forward);
   if (glm::length(side) < 1e-3 * length) side = glm::cross(way, pen.eye().up);
@@ -169,12 +169,38 @@ void add_line(Pen& pen, const Marked& m, Vec3 other) {
   pen.path(points, 2 * pen.fine(), ink::kTie);
 }
 
-void add_ball(Pen& pen, const Marked& m) {
+void add_cone_and_twist(Pen& pen, const Marked& m) {
   const JointLimits& limits = m.joint.limits;
   const SwingTwist at = swing_twist(m.turn);
   if (is_locked(limits.swing) || is_locked(limits.turn)) add_lock(pen, m);
   if (limits.swing.on && !is_locked(limits.swing)) add_cone(pen, m, at.swing);
   if (limits.turn.on && !is_locked(limits.turn)) add_twist(pen, m, at);
+}
+
+/// `other`: b's anchor.
+void add_mark(Pen& pen, const Marked& m, Mark mark, Vec3 other) {
+  switch (mark) {
+    case Mark::axis_x:
+      return add_axis(pen, m, m.a * kX);
+    case Mark::axis_y:
+      return add_axis(pen, m, m.a * kY);
+    case Mark::axis_z:
+      return add_axis(pen, m, m.b * kZ);
+    case Mark::angle:
+      return add_angle(pen, m);
+    case Mark::two_angles:
+      return add_two_angles(pen, m);
+    case Mark::cone_and_twist:
+      return add_cone_and_twist(pen, m);
+    case Mark::lock:
+      return add_lock(pen, m);
+    case Mark::slide:
+      return add_slide(pen, m, other);
+    case Mark::rod:
+      return add_rod(pen, m, other);
+    case Mark::zigzag:
+      return add_zigzag(pen, m, other);
+  }
 }
 
 }  // namespace
@@ -183,7 +209,9 @@ void add_turn_marks(const Scene& scene, Pen& pen) {
   const World& world = scene.world;
   for (const Link& link : world.links.values()) {
     const Joint& joint = link.joint;
-    if (joint.kind == JointKind::ball && !joint.limits.any()) continue;
+    const std::span<const Mark> marks = info_of(joint.kind).marks;
+    const auto shows = [&](Mark mark) { return mark != Mark::cone_and_twist || joint.limits.any(); };
+    if (std::ranges::none_of(marks, shows)) continue;
     Vec3 at, other;
     if (!scene.place(link.a, joint.anchor_a, at) || !scene.place(link.b, joint.anchor_b, other))
       continue;
@@ -193,34 +221,7 @@ void add_turn_marks(const Scene& scene, Pen& pen) {
     const Quat b = pose_of(world, scene.poses, world.bodies.slot(link.b)).rotation;
     const Marked m{joint, at, a * joint.frames.a(), b * joint.frames.b(), relative_turn(joint, a, b),
                    size};
-    switch (joint.kind) {
-      case JointKind::ball:
-        add_ball(pen, m);
-        break;
-      case JointKind::hinge:
-        add_hinge(pen, m);
-        break;
-      case JointKind::universal:
-        add_universal(pen, m);
-        break;
-      case JointKind::fixed:
-        add_lock(pen, m);
-        break;
-      case JointKind::cylindrical:
-      case JointKind::prismatic:
-      case JointKind::screw:
-        add_slide(pen, m, other);
-        break;
-      case JointKind::planar:
-        add_axis(pen, m, m.a * kX);
-        break;
-      case JointKind::distance:
-      case JointKind::spring:
-        add_line(pen, m, other);
-        break;
-      case JointKind::custom:
-        break;
-    }
+    for (const Mark mark : marks) add_mark(pen, m, mark, other);
   }
 }
 

@@ -314,10 +314,11 @@ class Bench {
     if (!a || !b || !can_tie(recipe.at, recipe.a, recipe.b, *a, *b)) return;
     PlacedJoint placed{name_for(recipe.name, recipe.a, recipe.b), recipe.at, *a, *b,
                        joint_of(made_, recipe, *a, *b), recipe.turn.drive};
-    if (recipe.turn.is_line() && !(placed.joint.extras->length > 0) && !recipe.turn.length)
+    const Parameter* measured = info_of(placed.joint.kind).measured();
+    if (measured && !recipe.turn.length && !(measured->value(placed.joint.extras.edit()) > 0))
       shop_.complaints.refuse(recipe.at, "found " + a_joint(placed.joint.kind) +
-                                             " whose ends start at one point, expected a "
-                                             "\"length\"");
+                                             " whose ends start at one point, expected a \"" +
+                                             std::string(measured->key) + "\"");
     made_.joints.push_back(std::move(placed));
   }
 
@@ -342,17 +343,17 @@ class Bench {
   /// Complains of a joint that cannot move so.
   bool slides(const std::optional<bool>& asked, std::uint32_t joint, NodeId at) {
     const JointKind kind = made_.joints[joint].joint.kind;
-    const bool turns = kind == JointKind::hinge || kind == JointKind::cylindrical ||
-                       kind == JointKind::screw;
-    const bool can_slide = kind == JointKind::prismatic || kind == JointKind::cylindrical ||
-                           kind == JointKind::screw;
+    const bool turns = info_of(kind).is_used(Coordinate::turn, kGeared);
+    const bool can_slide = info_of(kind).is_used(Coordinate::slide, kGeared);
     const bool slides = asked.value_or(can_slide && !turns);
     if (slides ? can_slide : turns) return slides;
     shop_.complaints.refuse(
         at, "found the " + std::string(slides ? "slide" : "turn") + " of " + a_joint(kind) +
                 ", expected a joint that " +
-                (slides ? "slides: cylindrical, prismatic or screw"
-                        : "turns about one axis: hinge, cylindrical or screw"));
+                (slides ? "slides: " : "turns about one axis: ") +
+                kinds_where([&](const JointKindInfo& info) {
+                  return info.is_used(slides ? Coordinate::slide : Coordinate::turn, kGeared);
+                }));
     return slides;
   }
 

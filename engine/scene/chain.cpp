@@ -129,7 +129,7 @@ Vec3 ChainCourse::middle(bool closed) const {
 ChainCourse course_of(const ChainRecipe& chain) {
   ChainCourse course = chain.path.empty() ? equal_links(chain) : along_path(chain);
   std::optional<Vec3> axis = chain.axis;
-  const bool bends = chain.turn.kind != JointKind::ball || chain.closed || !chain.path.empty();
+  const bool bends = info_of(chain.turn.kind).uses_axes || chain.closed || !chain.path.empty();
   if (!axis && bends) axis = bend_axis(course);
   if (!axis) return course;
   for (std::size_t i = 0; i < course.links.size(); ++i)
@@ -140,7 +140,8 @@ ChainCourse course_of(const ChainRecipe& chain) {
 
 Quat chain_axes(JointKind kind) {
   const Vec3 along(0, -1, 0), out(0, 0, 1);
-  const Mat3 axes = kind == JointKind::hinge ? Mat3(out, along, glm::cross(out, along))
+  const bool bends = turns_of(kind) == Turns::about_x;
+  const Mat3 axes = bends ? Mat3(out, along, glm::cross(out, along))
                                              : Mat3(along, out, glm::cross(along, out));
   return glm::normalize(glm::quat_cast(axes));
 }

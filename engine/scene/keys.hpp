@@ -1,9 +1,12 @@
 #pragma once
 /// THE list of keys a scene file may use, kind of object by kind of object. The reader refuses all
 /// others; the JSON Schema has the same names under $defs, which a test compares.
+#include <algorithm>
 #include <array>
 #include <span>
 #include <string_view>
+
+#include "engine/joints/kinds.hpp"
 
 namespace pantin {
 
@@ -34,11 +37,38 @@ inline constexpr K kBody{
     "rotation_deg", "velocity", "angular_velocity", "drag",     "gravity_scale",
     "motion",       "solver",   "collision"};
 inline constexpr K kCollision{"friction", "restitution", "groups", "with", "others", "self"};
-inline constexpr K kJoint{"name",     "type",     "kind",     "a",      "b",        "anchor",
+/// What kinds of joints have of their own, each key once.
+constexpr auto each_parameter(auto take) {
+  for (int i = 0; i < kJointKinds; ++i)
+    for (const Parameter& p : kJointKindInfos[i].parameters) {
+      bool first = true;
+      for (int k = 0; k < i; ++k)
+        for (const Parameter& q : kJointKindInfos[k].parameters) first = first && q.key != p.key;
+      if (first) take(p.key);
+    }
+}
+inline constexpr std::size_t kParameterCount = [] {
+  std::size_t count = 0;
+  each_parameter([&](std::string_view) { ++count; });
+  return count;
+}();
+inline constexpr auto kJointParameters = [] {
+  std::array<std::string_view, kParameterCount> keys;
+  std::size_t count = 0;
+  each_parameter([&](std::string_view key) { keys[count++] = key; });
+  return keys;
+}();
+
+inline constexpr K kEveryJoint{"name",     "type",     "kind",     "a",      "b",        "anchor",
                           "anchor_a", "anchor_b", "axis",     "across", "axis_a",   "across_a",
                           "axis_b",   "across_b", "rest",     "rest_deg", "limits", "drive",
-                          "point_a",  "point_b",  "length",   "pitch",    "stiffness", "damping",
-                          "spring",   "friction", "motor",    "angle",    "travel"};
+                          "point_a",  "point_b",  "spring",   "friction", "motor",    "angle",
+                          "travel"};
+inline constexpr auto kJoint = [] {
+  std::array<std::string_view, std::size(kEveryJoint) + kParameterCount> keys;
+  std::ranges::copy(kJointParameters, std::ranges::copy(kEveryJoint, keys.begin()).out);
+  return keys;
+}();
 inline constexpr K kLimits{"angle",     "angle_deg", "twist", "twist_deg", "cone",
                            "cone_deg",  "swing",     "swing_deg", "first", "first_deg",
                            "second",    "second_deg", "soft",  "travel",    "restitution"};

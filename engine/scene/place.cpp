@@ -47,15 +47,23 @@ void place_anchors(const Assembly& assembly, const JointRecipe& recipe, std::uin
   if (!recipe.anchor_b) joint.anchor_b = from_scene(assembly, b, point);
 }
 
-/// The ends of a kind that is a line, and its length where the file names none.
+/// The ends of a kind that is a line.
 void place_line(const Assembly& assembly, const JointRecipe& recipe, std::uint32_t a,
                 std::uint32_t b, Joint& joint) {
   joint.anchor_a = anchor_of(assembly, a, {recipe.point_a, recipe.anchor_a});
   joint.anchor_b = anchor_of(assembly, b, {recipe.point_b, recipe.anchor_b});
+}
+
+/// The parameter that the file may leave to how the anchors lie, and what follows from it.
+void measure_parameter(const Assembly& assembly, const JointRecipe& recipe, std::uint32_t a,
+                       std::uint32_t b, Joint& joint) {
+  const JointKindInfo& kind = info_of(joint.kind);
+  const Parameter* parameter = kind.measured();
+  if (!parameter) return;
   const Vec3 line = to_scene(assembly, b, joint.anchor_b) - to_scene(assembly, a, joint.anchor_a);
   JointExtras& extras = joint.extras.edit();
-  extras.length = recipe.turn.length.value_or(glm::length(line));
-  if (joint.kind == JointKind::spring) extras.slide.spring.rest = extras.length;
+  parameter->value(extras) = recipe.turn.length.value_or(glm::length(line));
+  kind.complete(extras);
 }
 
 /// Both frames, such that b's axes stand in a's at the start as the recipe says.
@@ -97,13 +105,14 @@ Joint joint_of(const Assembly& assembly, const JointRecipe& recipe, std::uint32_
   Joint joint;
   joint.kind = recipe.turn.kind, joint.limits = recipe.turn.limits;
   joint.extras = recipe.turn.extras;
-  if (recipe.turn.is_line()) {
+  if (recipe.turn.is_line())
     place_line(assembly, recipe, a, b, joint);
-    return joint;
-  }
-  place_anchors(assembly, recipe, a, b, joint);
+  else
+    place_anchors(assembly, recipe, a, b, joint);
   // A plain ball joint may turn all ways, however its axes lie.
-  if (recipe.turn.needs_axes()) place_axes(assembly, recipe, a, b, joint);
+  if (!recipe.turn.is_line() && recipe.turn.needs_axes())
+    place_axes(assembly, recipe, a, b, joint);
+  measure_parameter(assembly, recipe, a, b, joint);
   return joint;
 }
 

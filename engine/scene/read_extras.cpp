@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <string>
 
@@ -6,50 +7,53 @@
 namespace pantin {
 namespace {
 
-/// Sets of kinds, a bit each.
-constexpr unsigned bit(JointKind kind) { return 1u << static_cast<unsigned>(kind); }
-constexpr unsigned kScrew = bit(JointKind::screw), kCylinder = bit(JointKind::cylindrical),
-                   kSpringKind = bit(JointKind::spring),
-                   kLines = bit(JointKind::distance) | kSpringKind,
-                   kMoved = bit(JointKind::hinge) | bit(JointKind::universal) | kCylinder | kScrew |
-                            bit(JointKind::prismatic);
+using Info = JointKindInfo;
+using KindTest = bool (*)(const Info&);
+
+/// How many coordinates springs, friction and motors may act along.
+std::ptrdiff_t actuated(const Info& kind) {
+  return std::ranges::count_if(kind.coordinates,
+                               [](const FreeCoordinate& c) { return (c.use & kActuated) != 0; });
+}
+bool acts(const Info& kind) { return actuated(kind) > 0; }
+bool acts_twice(const Info& kind) { return actuated(kind) > 1; }
+bool is_line(const Info& kind) { return kind.is_line; }
+bool is_no_line(const Info& kind) { return !kind.is_line; }
+
+bool has_parameter(const Info& kind, std::string_view key) {
+  return std::ranges::any_of(kind.parameters, [&](const Parameter& p) { return p.key == key; });
+}
 
 /// A key and the kinds that may have it.
 struct KindKey {
   std::string_view key;
-  unsigned kinds;
+  KindTest fits;
 };
 constexpr KindKey kKindKeys[] = {
-    {"point_a", kLines},   {"point_b", kLines},         {"length", kLines},
-    {"pitch", kScrew},     {"stiffness", kSpringKind},  {"damping", kSpringKind},
-    {"spring", kMoved},    {"friction", kMoved},        {"motor", kMoved},
-    {"angle", kCylinder},  {"travel", kCylinder},       {"anchor", ~kLines},
-    {"axis", ~kLines},     {"across", ~kLines},         {"axis_a", ~kLines},
-    {"across_a", ~kLines}, {"axis_b", ~kLines},         {"across_b", ~kLines},
-    {"rest", ~kLines},     {"rest_deg", ~kLines}};
-
-bool has_key(const KindKey& key, JointKind kind) { return (key.kinds & bit(kind)) != 0; }
-
-std::string kinds_of(const KindKey& key) {
-  std::vector<std::string_view> names;
-  for (int i = 0; i < kJointKinds; ++i)
-    if (has_key(key, static_cast<JointKind>(i)))
-      names.push_back(name_of(static_cast<JointKind>(i)));
-  return listed(names);
-}
+    {"point_a", is_line},     {"point_b", is_line},     {"spring", acts},
+    {"friction", acts},       {"motor", acts},          {"angle", acts_twice},
+    {"travel", acts_twice},   {"anchor", is_no_line},   {"axis", is_no_line},
+    {"across", is_no_line},   {"axis_a", is_no_line},   {"across_a", is_no_line},
+    {"axis_b", is_no_line},   {"across_b", is_no_line}, {"rest", is_no_line},
+    {"rest_deg", is_no_line}};
 
 /// Complains of what belongs to other kinds.
 void refuse_foreign_keys(const Reader& from, JointKind kind) {
-  const bool is_chain = !from.accepts("pitch");  // its "length" and "axis" mean other things
+  const bool is_chain = !from.accepts("type");  // its "length" and "axis" mean other things
+  const auto refuse = [&](std::string_view key, const std::string& expected) {
+    from.complaints.refuse_key(from.find(key), "found \"" + std::string(key) + "\" of " +
+                                                   a_joint(kind) + ", expected " + expected);
+  };
+  const std::string only = "it of these kinds only: ";
+  for (std::string_view key : keys::kJointParameters)
+    if (!is_chain && from.has(key) && !has_parameter(info_of(kind), key))
+      refuse(key, only + kinds_where([&](const Info& info) { return has_parameter(info, key); }));
   for (const KindKey& key : kKindKeys) {
-    if (has_key(key, kind) || (is_chain && key.kinds != kMoved) || !from.has(key.key)) continue;
-    const std::string found =
-        "found \"" + std::string(key.key) + "\" of " + a_joint(kind) + ", expected ";
-    from.complaints.refuse_key(
-        from.find(key.key),
-        found + (key.kinds == ~kLines ? "only its ends: \"point_a\" and \"point_b\" in the scene, "
-                                        "or \"anchor_a\" and \"anchor_b\" in the bodies"
-                                      : "it of these kinds only: " + kinds_of(key)));
+    if (key.fits(info_of(kind)) || (is_chain && key.fits != acts) || !from.has(key.key)) continue;
+    refuse(key.key, key.fits == is_no_line
+                        ? "only its ends: \"point_a\" and \"point_b\" in the scene, or "
+                          "\"anchor_a\" and \"anchor_b\" in the bodies"
+                        : only + kinds_where(key.fits));
   }
 }
 
@@ -145,33 +149,42 @@ void read_freedoms(const Reading& reading, const Reader& from, JointExtras& extr
     extras.slide = read_freedom(reading, reading.open(node, "dof"), true);
 }
 
-/// "length", and of a spring what it is made of.
-void read_line(const Reader& from, TurnRecipe& turn) {
-  const bool is_spring = turn.kind == JointKind::spring;
-  if (from.has("length")) turn.length = from.number("length", 1, is_spring ? kNotNegative : kSize);
-  if (!is_spring) return;
-  from.need("stiffness", "how hard it pulls, in N/m");
-  SpringDamper& spring = turn.extras.edit().slide.spring;
-  spring.stiffness = from.number("stiffness", 0, kNotNegative);
-  spring.damping = from.number("damping", 0, kNotNegative);
+Range range_of(const Parameter& p) {
+  switch (p.range) {
+    case ParameterRange::not_negative:
+      return kNotNegative;
+    case ParameterRange::size:
+      return kSize;
+    case ParameterRange::any:
+      break;
+  }
+  return kAnyNumber;
+}
+
+void read_parameter(const Reader& from, const Parameter& p, TurnRecipe& turn) {
+  if (!p.needed.empty()) from.need(p.key, p.needed);
+  const NodeId node = from.find(p.key);
+  if (p.as_placed) {
+    if (node != kNoNode) turn.length = from.number(p.key, 1, range_of(p));
+    return;
+  }
+  Real& value = p.value(turn.extras.edit());
+  value = from.number(p.key, 0, range_of(p));
+  if (p.never_zero.empty() || node == kNoNode) return;
+  if (from.json[node].kind == JsonKind::number && from.json[node].number == 0)
+    from.complaints.refuse_value(node, "a number other than 0: " + std::string(p.never_zero));
 }
 
 }  // namespace
 
 void read_extras(const Reading& reading, const Reader& from, TurnRecipe& turn) {
   if (!from.is_object()) return;
-  const JointKind kind = turn.kind;
-  refuse_foreign_keys(from, kind);
-  if (turn.is_line()) return read_line(from, turn);
-  if (kind == JointKind::screw) {
-    const NodeId node = from.need("pitch", "how far it slides for each rad it turns, in m");
-    turn.extras.edit().pitch = from.number("pitch", 0, kAnyNumber);
-    if (node != kNoNode && from.json[node].kind == JsonKind::number && from.json[node].number == 0)
-      from.complaints.refuse_value(node, "a number other than 0: a screw without pitch is a hinge");
-  }
-  if (kind == JointKind::cylindrical) read_freedoms(reading, from, turn.extras.edit());
-  if ((kMoved & bit(kind)) == 0 || !has_freedom(from)) return;
-  const bool slides = kind == JointKind::prismatic;
+  const Info& kind = info_of(turn.kind);
+  refuse_foreign_keys(from, turn.kind);
+  for (const Parameter& p : kind.parameters) read_parameter(from, p, turn);
+  if (acts_twice(kind)) read_freedoms(reading, from, turn.extras.edit());
+  if (!acts(kind) || !has_freedom(from)) return;
+  const bool slides = !kind.is_used(Coordinate::turn, kActuated);
   JointExtras& extras = turn.extras.edit();
   (slides ? extras.slide : extras.turn) = read_freedom(reading, from, slides);
 }

@@ -10,7 +10,6 @@ namespace pantin {
 namespace {
 
 constexpr std::string_view kSolverNames[] = {"auto", "sweep", "shake2", "paper", "lagrangian"};
-constexpr std::string_view kIntegrators[] = {"euler", "rattle", "rk4", "implicit"};
 constexpr std::string_view kStabilisations[] = {"projection", "baumgarte", "none"};
 constexpr std::string_view kReluctances[] = {"inertia_over_mass", "literal_step"};
 constexpr std::string_view kMotions[] = {"dynamic", "fixed", "driven"};
@@ -74,21 +73,23 @@ void read_sway(const Reading& reading, const Reader& drive_from, DriveRecipe& dr
 /// The settings of the Lagrangian solver.
 void read_exact(const Reader& from, SolverSettings& s) {
   s.integrator = static_cast<Integrator>(
-      from.word("integrator", static_cast<std::size_t>(s.integrator), kIntegrators));
+      from.word("integrator", static_cast<std::size_t>(s.integrator), kIntegratorNames));
   s.stabilisation = static_cast<Stabilisation>(
       from.word("stabilisation", static_cast<std::size_t>(s.stabilisation), kStabilisations));
   s.baumgarte = from.number("baumgarte", s.baumgarte, kNotNegative);
-  if (from.has("baumgarte") && s.integrator == Integrator::euler && s.baumgarte > 1)
+  if (from.has("baumgarte") && info_of(s.integrator).baumgarte_is_part && s.baumgarte > 1)
     from.complaints.refuse_value(
         from.find("baumgarte"),
-        "a number from 0 to 1: with \"euler\" it is the part of a gap closed in a step");
+        "a number from 0 to 1: with \"" + std::string(name_of(s.integrator)) +
+            "\" it is the part of a gap closed in a step");
   s.step_tolerance = from.number("step_tolerance", s.step_tolerance, kPositive);
-  if (s.integrator != Integrator::rk4) {
+  if (!info_of(s.integrator).takes_tolerance) {
     if (from.has("step_tolerance"))
       from.complaints.refuse_key(from.find("step_tolerance"),
                                  std::string("found \"step_tolerance\" with the integrator \"") +
                                      name_of(s.integrator) +
-                                     "\", expected it with \"rk4\" only: no other divides steps");
+                                     "\", expected it with \"" + name_of(kTakesTolerance) +
+                                     "\" only: no other divides steps");
     s.step_tolerance = 0;  // of the settings around it
   }
   s.damping_ratio = from.number("damping_ratio", s.damping_ratio, kUnit);

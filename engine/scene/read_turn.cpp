@@ -8,48 +8,41 @@
 namespace pantin {
 namespace {
 
-constexpr std::string_view kKinds[] = {"ball",        "hinge",     "universal", "fixed",
-                                       "cylindrical", "prismatic", "screw",     "planar",
-                                       "distance",    "spring"};
-constexpr std::span<const std::string_view> kChainKinds(kKinds, kPointKinds);
 constexpr std::string_view kBallOnly[] = {"ball"};
 
-/// A limit's key and what may have it.
-struct LimitKey {
-  std::string_view key;
-  JointKind kind;
-};
-constexpr LimitKey kLimitKeys[] = {
-    {"angle", JointKind::hinge},        {"twist", JointKind::ball},
-    {"cone", JointKind::ball},          {"swing", JointKind::ball},
-    {"first", JointKind::universal},    {"second", JointKind::universal},
-    {"angle", JointKind::cylindrical},  {"travel", JointKind::cylindrical},
-    {"travel", JointKind::prismatic},   {"angle", JointKind::screw},
-    {"travel", JointKind::screw},       {"angle", JointKind::planar}};
-
-bool may_have(JointKind kind, std::string_view limit) {
-  return std::any_of(std::begin(kLimitKeys), std::end(kLimitKeys),
-                     [&](const LimitKey& l) { return l.kind == kind && l.key == limit; });
+/// Keys of a coordinate's limit: of a swing there are two.
+std::vector<std::string_view> keys_of(const FreeCoordinate& c) {
+  if (c.limit.empty()) return {};
+  if (c.which == Coordinate::swing) return {c.limit, "swing"};
+  return {c.limit};
 }
 
-std::string limits_of(JointKind kind) {
-  std::vector<std::string_view> has;
-  for (const LimitKey& limit : kLimitKeys)
-    if (limit.kind == kind) has.push_back(limit.key);
+std::vector<std::string_view> limits_of(JointKind kind) {
+  std::vector<std::string_view> keys;
+  for (const FreeCoordinate& c : info_of(kind).coordinates)
+    for (std::string_view key : keys_of(c)) keys.push_back(key);
+  return keys;
+}
+
+bool may_have(JointKind kind, std::string_view limit) {
+  return std::ranges::count(limits_of(kind), limit) > 0;
+}
+
+std::string limits_in_words(JointKind kind) {
+  const std::vector<std::string_view> has = limits_of(kind);
   if (!has.empty()) return "those of " + a_joint(kind) + ": " + listed(has);
-  return kind == JointKind::fixed ? "none: a fixed joint turns nowhere"
-                                  : "none: " + a_joint(kind) + " has no limits";
+  return "none: " + a_joint(kind) +
+         (turns_of(kind) == Turns::nowhere ? " turns nowhere" : " has no limits");
 }
 
 void refuse_foreign_limits(const Reader& from, JointKind kind) {
-  const auto refuse = [&](const std::string& key) {
-    if (from.has(key))
-      from.complaints.refuse_key(from.find(key),
-                                 "found a limit \"" + key + "\", expected " + limits_of(kind));
-  };
-  for (std::string_view key : {"angle", "twist", "cone", "swing", "first", "second"})
-    if (!may_have(kind, key)) refuse(std::string(key)), refuse(std::string(key) + "_deg");
-  if (!may_have(kind, "travel")) refuse("travel");
+  for (std::string_view limit : keys::kLimits) {
+    if (limit == "soft" || limit == "restitution" || !from.has(limit)) continue;
+    const std::string_view key = limit.substr(0, limit.rfind("_deg"));
+    if (!may_have(kind, key))
+      from.complaints.refuse_key(from.find(limit), "found a limit \"" + std::string(limit) +
+                                                       "\", expected " + limits_in_words(kind));
+  }
 }
 
 AngleLimit read_range(const Reader& from, std::string_view key) {
@@ -110,8 +103,8 @@ void read_soft(const Reading& reading, const Reader& outer, JointLimits& limits)
 }
 
 /// How far a joint may slide, m.
-AngleLimit read_travel(const Reader& from) {
-  const NodeId node = from.find("travel");
+AngleLimit read_travel(const Reader& from, std::string_view key) {
+  const NodeId node = from.find(key);
   Real ends[2];
   if (node == kNoNode || !read_numbers(from.json, from.complaints, node, ends, kAnyNumber))
     return {};
@@ -122,26 +115,23 @@ AngleLimit read_travel(const Reader& from) {
 }
 
 /// Whether Q is told by one angle, about x.
-bool turns_about_x(JointKind kind) {
-  return kind == JointKind::hinge || kind == JointKind::cylindrical || kind == JointKind::screw ||
-         kind == JointKind::planar;
-}
+bool turns_about_x(JointKind kind) { return turns_of(kind) == Turns::about_x; }
 
 JointLimits read_limits(const Reading& reading, const Reader& outer, TurnRecipe& turn) {
   JointLimits limits;
-  const JointKind kind = turn.kind;
   const NodeId node = outer.find("limits");
   if (node == kNoNode) return limits;
   const Reader from = reading.open(node, "limits");
-  refuse_foreign_limits(from, kind);
-  if (turns_about_x(kind)) limits.turn = read_range(from, "angle");
-  if (kind == JointKind::ball)
-    limits.turn = read_range(from, "twist"), limits.swing = read_swing(from);
-  if (kind == JointKind::universal)
-    limits.turn = read_range(from, "first"), limits.second = read_range(from, "second");
+  refuse_foreign_limits(from, turn.kind);
+  for (const FreeCoordinate& c : info_of(turn.kind).coordinates) {
+    if (c.limit.empty()) continue;
+    if (c.which == Coordinate::turn) limits.turn = read_range(from, c.limit);
+    if (c.which == Coordinate::second) limits.second = read_range(from, c.limit);
+    if (c.which == Coordinate::swing) limits.swing = read_swing(from);
+    if (c.which == Coordinate::slide && from.has(c.limit))
+      turn.extras.edit().travel = read_travel(from, c.limit);
+  }
   read_soft(reading, from, limits);
-  if (from.has("travel") && may_have(kind, "travel"))
-    turn.extras.edit().travel = read_travel(from);
   if (from.has("restitution"))
     turn.extras.edit().restitution = from.number("restitution", 0, kUnit);
   return limits;
@@ -151,7 +141,7 @@ JointLimits read_limits(const Reading& reading, const Reader& outer, TurnRecipe&
 std::string turn_words(JointKind kind, bool in_degrees) {
   std::string words;
   if (turns_about_x(kind)) words = "an angle, or ";
-  if (kind == JointKind::universal) words = "two angles, or ";
+  if (turns_of(kind) == Turns::about_two) words = "two angles, or ";
   return words + (in_degrees ? "three angles in degrees" : "a quaternion [x, y, z, w]");
 }
 
@@ -163,7 +153,7 @@ std::optional<Quat> read_target(const Reader& from, JointKind kind) {
   if (angle == kNoNode) return read_joint_turn(from, "target", kind);
   Real x = 0;
   if (!read_angles(from, "angle", {&x, 1})) return std::nullopt;
-  if (kind == JointKind::hinge) return turn_by({x, 0, 0});
+  if (turns_about_x(kind)) return turn_by({x, 0, 0});
   from.complaints.refuse_key(angle, "found the angle of " + a_joint(kind) +
                                         ", expected \"target\": only a hinge has one angle");
   return std::nullopt;
@@ -213,9 +203,9 @@ std::optional<PoseDrive> read_pose_drive(const Reading& reading, const Reader& o
   const NodeId node = outer.find("drive");
   if (node == kNoNode) return std::nullopt;
   const Reader from = reading.open(node, "joint_drive");
-  if (kind == JointKind::fixed)
-    reading.complaints.refuse_key(node, "found a drive of a fixed joint, expected none: it turns "
-                                        "nowhere");
+  if (holds_point(kind) && turns_of(kind) == Turns::nowhere)
+    reading.complaints.refuse_key(node, "found a drive of " + a_joint(kind) +
+                                            ", expected none: it turns nowhere");
   if (!holds_point(kind))
     reading.complaints.refuse_key(node, "found a drive of " + a_joint(kind) +
                                             ", expected a \"motor\" or a \"spring\": drives turn "
@@ -236,25 +226,32 @@ std::optional<PoseDrive> read_pose_drive(const Reading& reading, const Reader& o
   return drive;
 }
 
-/// The word under "kind", or one that means the same; a chain has the kinds that share a point.
-JointKind read_word(const Reader& from, std::span<const std::string_view> kinds) {
-  const NodeId node = from.find("kind");
-  const std::string_view word = node == kNoNode ? "ball" : from.json[node].text;
-  if (word == "spherical") return JointKind::ball;
-  if (word == "revolute") return JointKind::hinge;
-  if (word != "custom" || kinds.size() == kChainKinds.size())
-    return static_cast<JointKind>(from.word("kind", 0, kinds));
-  from.complaints.refuse_value(node, "a kind that a file can tell: a custom joint is made in C++, "
-                                     "with JointExtras::custom");
-  return JointKind::ball;
-}
-
+/// The kind under "kind", by its name or its alias; a chain has only kinds that share a point.
 JointKind read_kind(const Reader& from) {
-  if (!from.accepts("type")) return read_word(from, kChainKinds);
-  constexpr std::string_view kBoth[] = {"kind", "type"};
-  from.one_of(kBoth);
-  from.word("type", 0, kBallOnly);
-  return read_word(from, kKinds);
+  const bool is_chain = !from.accepts("type");
+  if (!is_chain) {
+    constexpr std::string_view kBoth[] = {"kind", "type"};
+    from.one_of(kBoth);
+    from.word("type", 0, kBallOnly);
+  }
+  const NodeId node = from.find("kind");
+  if (node == kNoNode) return JointKind::ball;
+  std::vector<JointKind> kinds;
+  std::vector<std::string_view> names;
+  for (int i = 0; i < kJointKinds; ++i) {
+    const JointKindInfo& info = kJointKindInfos[i];
+    if (!info.in_files || (is_chain && !info.holds_point)) continue;
+    kinds.push_back(static_cast<JointKind>(i)), names.push_back(info.name);
+  }
+  const std::string_view word =
+      from.json[node].kind == JsonKind::string ? from.json[node].text : "";
+  JointKind named = JointKind::ball;
+  const bool is_kind = joint_kind_from_name(word, named);
+  if (is_kind && std::ranges::count(kinds, named) > 0) return named;
+  if (is_chain || !is_kind || info_of(named).in_files) return kinds[from.word("kind", 0, names)];
+  from.complaints.refuse_value(node, "a kind that a file can tell: " + a_joint(named) +
+                                         " is made in C++, with JointExtras::custom");
+  return JointKind::ball;
 }
 
 }  // namespace
@@ -295,7 +292,7 @@ std::optional<Quat> read_joint_turn(const Reader& from, std::string_view key, Jo
     if (!read_angles(from, key, {angles, 1})) return std::nullopt;
     return turn_by({angles[0], 0, 0});
   }
-  if (kind == JointKind::universal && from.json[node].count == 2) {
+  if (turns_of(kind) == Turns::about_two && from.json[node].count == 2) {
     if (!read_angles(from, key, angles)) return std::nullopt;
     return turn_of(UniversalAngles{angles[0], angles[1]});
   }

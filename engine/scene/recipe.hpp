@@ -56,12 +56,12 @@ struct TurnRecipe {
   JointLimits limits;
   std::optional<PoseDrive> drive;
   Rare<JointExtras> extras;
-  std::optional<Real> length;  // m; by default as placed
+  std::optional<Real> length;  // m, the parameter that is by default as placed
   /// Whether its bodies are tied by their anchors' distance alone.
-  bool is_line() const { return kind == JointKind::distance || kind == JointKind::spring; }
+  bool is_line() const { return info_of(kind).is_line; }
   /// Whether it matters how the joint axes lie.
   bool needs_axes() const {
-    return (kind != JointKind::ball && !is_line()) || limits.any() || drive;
+    return info_of(kind).uses_axes || limits.any() || drive;
   }
 };
 

@@ -60,7 +60,7 @@ void SolverChoices::apply(SolverSettings& settings) const {
   settings.integrator = integrator.value_or(settings.integrator);
   settings.stabilisation = stabilisation.value_or(settings.stabilisation);
   settings.step_tolerance = step_tolerance.value_or(settings.step_tolerance);
-  if (settings.integrator != Integrator::rk4) settings.step_tolerance = 0;
+  if (!info_of(settings.integrator).takes_tolerance) settings.step_tolerance = 0;
 }
 
 Result<Scene> parse_scene(std::string_view text, std::string_view name, const SceneLimits& limits,

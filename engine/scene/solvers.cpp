@@ -20,7 +20,7 @@ struct Extra {
   std::string what;
 };
 std::vector<Extra> extras_of(const PlacedJoint& joint, const JsonDocument& json) {
-  if (!holds_point(joint.joint.kind))
+  if (!is_articulated(joint.joint.kind))
     return {{json.member(joint.at, "kind"), a_joint(joint.joint.kind) + " \"" + joint.name + "\""}};
   std::vector<Extra> found;
   const auto look = [&](NodeId object, const std::string& key) {
@@ -64,7 +64,7 @@ void refuse_unsolved(const Assembly& assembly, const std::vector<Solver>& solver
   };
   for (const PlacedJoint& j : assembly.joints) {
     const Solver solver = solvers[mover(assembly, j)];
-    if (solver == Solver::lagrangian || (!j.joint.extras.any() && holds_point(j.joint.kind)))
+    if (solver == Solver::lagrangian || (!j.joint.extras.any() && is_articulated(j.joint.kind)))
       continue;
     for (const Extra& extra : extras_of(j, json))
       refuse(extra.at, extra.what, solver);

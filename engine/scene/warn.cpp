@@ -28,26 +28,7 @@ struct Exact {
 
 /// How far a joint is from where its kind lets the anchors be, m.
 Real gap_of(const PlacedJoint& j, const Pose& a, const Pose& b) {
-  const Vec3 apart = residual(j.joint, a, b);
-  const Vec3 x = a.rotation * (j.joint.frames.a() * Vec3(1, 0, 0));
-  const Real along = glm::dot(apart, x);
-  switch (j.joint.kind) {
-    case JointKind::cylindrical:
-    case JointKind::prismatic:
-      return glm::length(apart - along * x);
-    case JointKind::screw: {
-      const Real turn = swing_twist(relative_turn(j.joint, a.rotation, b.rotation)).twist;
-      return glm::length(apart - j.joint.extras->pitch * turn * x);
-    }
-    case JointKind::planar:
-      return std::abs(along);
-    case JointKind::distance:
-      return std::abs(glm::length(apart) - j.joint.extras->length);
-    case JointKind::spring:
-      return 0;
-    default:
-      return glm::length(apart);
-  }
+  return info_of(j.joint.kind).gap(j.joint, a, b);
 }
 
 void warn_of_joints(const Assembly& assembly, const Exact& exact, Complaints& complaints) {
@@ -104,7 +85,7 @@ void warn_of_loops(const Assembly& assembly, const Exact& exact, Complaints& com
   Trees trees(assembly.bodies.size());
   std::vector<std::pair<std::uint32_t, const PlacedJoint*>> holds;  // by body
   const auto warn = [&](const PlacedJoint& j, const char* does) {
-    const bool turns = j.joint.kind != JointKind::ball || j.joint.limits.any() || j.drive;
+    const bool turns = info_of(j.joint.kind).uses_axes || j.joint.limits.any() || j.drive;
     if (turns)
       complaints.warn(j.at, "loop",
                       "joint " + quoted(j.name) + " " + does +

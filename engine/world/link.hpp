@@ -1,7 +1,7 @@
 #pragma once
 /// What ties bodies together and to the world.
 #include "engine/base/fields.hpp"
-#include "engine/joints/joint.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/joints/string.hpp"
 #include "engine/world/entity.hpp"
 

@@ -13,11 +13,6 @@ constexpr std::array<std::pair<Solver, const char*>, 5> kNames{
      {Solver::shake2, "shake2"},
      {Solver::paper, "paper"},
      {Solver::lagrangian, "lagrangian"}}};
-constexpr std::array<std::pair<Integrator, const char*>, 4> kIntegrators{
-    {{Integrator::euler, "euler"},
-     {Integrator::rattle, "rattle"},
-     {Integrator::rk4, "rk4"},
-     {Integrator::implicit, "implicit"}}};
 
 }  // namespace
 
@@ -32,22 +27,6 @@ bool solver_from_name(const char* name, Solver& solver) {
   for (const auto& [value, known] : kNames)
     if (std::string_view(name) == known) {
       solver = value;
-      return true;
-    }
-  return false;
-}
-
-const char* name_of(Integrator integrator) {
-  for (const auto& [value, name] : kIntegrators)
-    if (value == integrator) return name;
-  return "?";
-}
-
-bool integrator_from_name(const char* name, Integrator& integrator) {
-  if (!name) return false;
-  for (const auto& [value, known] : kIntegrators)
-    if (std::string_view(name) == known) {
-      integrator = value;
       return true;
     }
   return false;

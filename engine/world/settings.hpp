@@ -4,6 +4,7 @@
 
 #include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
+#include "engine/world/integrators.hpp"
 
 namespace pantin {
 
@@ -15,15 +16,6 @@ enum class Solver : std::uint8_t {
   lagrangian, // Newton's and Euler's equations with multipliers: exact joints of every kind
 };
 constexpr Solver last_of(Solver) { return Solver::lagrangian; }
-
-/// How the Lagrangian solver steps.
-enum class Integrator : std::uint8_t {
-  euler,     // semi-implicit, in momenta: order 1, one solve, never blows up
-  rattle,    // symplectic and reversible: order 2, energy bounded in long runs
-  rk4,       // Runge-Kutta with projection: order 4; of its family the 5(4) pair when adaptive
-  implicit,  // generalised alpha: order 2, stiff springs do not limit the step
-};
-constexpr Integrator last_of(Integrator) { return Integrator::implicit; }
 
 /// What the Lagrangian solver does about joints that drift apart.
 enum class Stabilisation : std::uint8_t {
@@ -82,11 +74,6 @@ struct SolverSettings {
     field("damping_ratio", self.damping_ratio);
   }
 };
-
-/// "euler", "rattle", "rk4", "implicit".
-const char* name_of(Integrator integrator);
-/// False, and `integrator` untouched, for any other word.
-bool integrator_from_name(const char* name, Integrator& integrator);
 
 /// "auto", "sweep", "shake2", "paper", "lagrangian".
 const char* name_of(Solver solver);

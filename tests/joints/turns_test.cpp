@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/base/rotation.hpp"
-#include "engine/joints/joint.hpp"
+#include "engine/joints/kinds.hpp"
 #include "tests/solvers/trees.hpp"
 #include "tests/paths.hpp"
 

@@ -12,8 +12,10 @@
 
 namespace pantin::test {
 
-constexpr Integrator kAll[] = {Integrator::euler, Integrator::rattle, Integrator::rk4,
-                               Integrator::implicit};
+/// Every integrator in the list.
+#define PANTIN_VALUE(word, ...) Integrator::word,
+constexpr Integrator kAll[] = {PANTIN_INTEGRATORS(PANTIN_VALUE)};
+#undef PANTIN_VALUE
 
 inline World exact_world(Integrator integrator, Vec3 gravity = {0, -9.81, 0}) {
   World w;

@@ -75,7 +75,9 @@ TEST_CASE("hinges hold what would turn them another way, momentum kept") {
     if (before) {
       Joint j;
       j.anchor_a = {0.5, 0, 0}, j.anchor_b = {-0.5, 0, 0};
-      j.kind = static_cast<JointKind>(i % kPointKinds);
+      constexpr JointKind kKinds[] = {JointKind::ball, JointKind::hinge, JointKind::universal,
+                                      JointKind::fixed};
+      j.kind = kKinds[i % 4];
       const Quat axes = dice.turn();
       j.frames.set(axes, axes);
       w.add_link(before, e, j);

@@ -1,6 +1,6 @@
 #include "tools/pantin/program.hpp"
 
-#include <fmt/core.h>
+#include <fmt/format.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -41,12 +41,12 @@ std::string idle_option(const SceneChoices& c, const World& world) {
                        : c.stabilisation ? "--stabilisation"
                                          : nullptr;
   if (!option) return {};
-  const SolverSettings* odd = nullptr;  // not of rk4
+  const SolverSettings* odd = nullptr;  // takes no tolerance
   bool any = false;
   const auto look = [&](const SolverSettings& s) {
     if (s.solver != Solver::lagrangian) return;
     any = true;
-    if (s.integrator != Integrator::rk4) odd = &s;
+    if (!info_of(s.integrator).takes_tolerance) odd = &s;
   };
   look(world.default_settings);
   for (const SolverSettings& s : world.settings.values()) look(s);
@@ -55,9 +55,9 @@ std::string idle_option(const SceneChoices& c, const World& world) {
                        "--solver lagrangian",
                        option);
   if (c.tolerance && odd)
-    return fmt::format("found --tolerance with the integrator \"{}\", expected it with \"rk4\" "
+    return fmt::format("found --tolerance with the integrator \"{}\", expected it with \"{}\" "
                        "only: no other divides steps",
-                       name_of(odd->integrator));
+                       name_of(odd->integrator), name_of(kTakesTolerance));
   return {};
 }
 
@@ -87,10 +87,12 @@ void add_scene_choices(CLI::App& command, SceneChoices& choices) {
       .add_option("--solver", choices.solver,
                   "auto, sweep, shake2, paper or lagrangian; for the whole scene")
       ->check(CLI::IsMember({"auto", "sweep", "shake2", "paper", "lagrangian"}));
+  const std::vector<std::string> integrators(std::begin(kIntegratorNames),
+                                             std::end(kIntegratorNames));
   command
       .add_option("--integrator", choices.integrator,
-                  "of lagrangian: euler, rattle, rk4 or implicit")
-      ->check(CLI::IsMember({"euler", "rattle", "rk4", "implicit"}));
+                  fmt::format("of lagrangian: {}", fmt::join(integrators, ", ")))
+      ->check(CLI::IsMember(integrators));
   command
       .add_option("--tolerance", choices.tolerance,
                   "of lagrangian with rk4: divide steps so that each errs by less")

@@ -206,7 +206,7 @@ void Session::choose(Solver solver) {
     if (!sim_.world.ratios.values().empty())
       return tell("only the solver lagrangian knows ratios");
     for (const Link& link : sim_.world.links.values())
-      if (!holds_point(link.joint.kind))
+      if (!is_articulated(link.joint.kind))
         return tell(fmt::format("only the solver lagrangian knows {} joints",
                                 pantin::name_of(link.joint.kind)));
   }

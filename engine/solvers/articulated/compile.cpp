@@ -75,7 +75,7 @@ void read_links(Builder& b) {
       continue;  // kept by that solver
     } else if (!b.is_dynamic(sa) && !b.is_dynamic(sb)) {
       b.fault(owner, "ties two bodies that joints cannot move");
-    } else if (!holds_point(link.joint.kind)) {
+    } else if (!is_articulated(link.joint.kind)) {
       b.fault(owner, "is of a kind that only the Lagrangian solver knows");
     } else if (!b.is_dynamic(sa)) {
       b.anchorages.push_back({sb, link.joint.anchor_b, sa, kNoSlot, i, link.joint.anchor_a, 0, 0});
@@ -233,7 +233,7 @@ PackedJoint packed_joint(const World& world, std::uint32_t link, std::uint32_t b
   j.own_is_a = world.bodies.slot(l.a) == body_slot;
   const PoseDrive* drive = world.pose_drives.find(world.links.owners()[link]);
   if (drive) j.drive = world.pose_drives.slot(world.links.owners()[link]);
-  j.stiff = drive || j.joint.kind != JointKind::ball || j.joint.limits.any();
+  j.stiff = drive || info_of(j.joint.kind).uses_axes || j.joint.limits.any();
   return j;
 }
 

@@ -77,19 +77,19 @@ void watch(const SwingLimit& limit, const At& at, Vec3 swing, Excess* out) {
 void measure_stops(const At& at, Excess (&out)[4]) {
   const Joint& joint = at.packed.joint;
   const JointLimits& limits = joint.limits;
-  switch (joint.kind) {
-    case JointKind::hinge:
+  switch (turns_of(joint.kind)) {
+    case Turns::about_x:
       watch(limits.turn, swing_twist(at.turn).twist, at.a * kX, &out[0], &out[1]);
       return;
-    case JointKind::universal: {
+    case Turns::about_two: {
       const UniversalAngles angles = universal_angles(at.turn);
       watch(limits.turn, angles.first, at.a * kY, &out[0], &out[1]);
       watch(limits.second, angles.second, at.b * kZ, &out[2], &out[3]);
       return;
     }
-    case JointKind::ball:
+    case Turns::freely:
       break;
-    default:  // fixed; other kinds do not come here
+    default:  // nowhere; other kinds do not come here
       return;
   }
   if (!limits.any()) return;
@@ -102,16 +102,16 @@ void measure_stops(const At& at, Excess (&out)[4]) {
 
 /// What the kind leaves free, at an allowed pose.
 void set_freedom(const At& at, JointTerms& t) {
-  switch (at.packed.joint.kind) {
-    case JointKind::ball:
+  switch (turns_of(at.packed.joint.kind)) {
+    case Turns::freely:
       return;
-    case JointKind::hinge:
+    case Turns::about_x:
       t.first = at.a * kX;
       return;
-    case JointKind::universal:
+    case Turns::about_two:
       t.first = at.a * kY, t.second = at.b * kZ;
       return;
-    default:  // fixed; other kinds do not come here
+    default:  // nowhere; other kinds do not come here
       return;
   }
 }
@@ -179,7 +179,7 @@ void set_terms(const World& world, Island& a, Real h, Work rotation_row, bool ag
     t.spring = Mat3(0), t.torque = t.drive_torque = t.align = Vec3(0), t.drive_spring = 0;
     Quat aligned = own;
     const At before(j, own, t.parent);
-    if (j.joint.kind != JointKind::ball) {
+    if (turns_of(j.joint.kind) != Turns::freely) {
       aligned = glm::normalize(before.own_at(allowed_by_kind(j.joint.kind, before.turn)));
       t.align = rotation_vector(aligned * glm::conjugate(own));
     }

@@ -127,7 +127,7 @@ void measure(const World& world, Measures& m) {
       const Real gap = glm::length(residual(link.joint, pa, pb));
       if (gap > m.worst_gap) m.worst_gap = gap, m.worst_link = world.links.owners()[a.links[c]];
       m.worst_gap_rel = std::max(m.worst_gap_rel, gap / a.size);
-      if (link.joint.kind == JointKind::ball && !link.joint.limits.any()) continue;
+      if (!info_of(link.joint.kind).uses_axes && !link.joint.limits.any()) continue;
       const Quat turn = relative_turn(link.joint, pa.rotation, pb.rotation);
       m.worst_violation = std::max(m.worst_violation, violation(link.joint, turn));
     }

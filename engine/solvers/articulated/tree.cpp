@@ -45,8 +45,8 @@ std::size_t free_directions(const PackedJoint& joint, JointTerms& t, Vec3 (&free
     for (std::size_t i = 0; i < count; ++i) v -= glm::dot(v, free[i]) * free[i];
     if (const Real size = glm::length(v); size > 1e-3) free[count++] = v / size;
   };
-  switch (joint.joint.kind) {
-    case JointKind::ball:
+  switch (turns_of(joint.joint.kind)) {
+    case Turns::freely:
       if (locks == 2) {
         add(glm::cross(locked[0], locked[1]));
       } else if (locks == 1) {
@@ -59,13 +59,13 @@ std::size_t free_directions(const PackedJoint& joint, JointTerms& t, Vec3 (&free
         add(Vec3(1, 0, 0)), add(Vec3(0, 1, 0)), add(Vec3(0, 0, 1));
       }
       break;
-    case JointKind::hinge:
+    case Turns::about_x:
       add(t.first);
       break;
-    case JointKind::universal:
+    case Turns::about_two:
       add(t.first), add(t.second);
       break;
-    default:  // fixed; other kinds do not come here
+    default:  // nowhere; other kinds do not come here
       break;
   }
   return count;
@@ -285,7 +285,7 @@ bool close_joints(World& world, Island& a, Real h, Work position_row, Work rotat
         settled = settle_drive(world, a, h, c) && settled;
       }
       const Quat allowed = allowed_turn(joint.joint, kind);
-      if (joint.joint.kind != JointKind::ball || !(allowed == turn))
+      if (turns_of(joint.joint.kind) != Turns::freely || !(allowed == turn))
         now = own_rotation(joint, parent_now, allowed);
       turned = now * glm::conjugate(q);
     }

@@ -2,7 +2,7 @@
 // within a tolerance, by Euler where nothing else helps.
 #include <algorithm>
 
-#include "engine/solvers/lagrangian/internal.hpp"
+#include "engine/solvers/lagrangian/integrator.hpp"
 
 namespace pantin::lagrangian {
 namespace {
@@ -34,39 +34,26 @@ void add_loads(Island& m, Real h) {
 }
 
 /// One step of the integrator, projected. False: not taken.
-bool integrate(const World& world, Island& m, const Span& span, Integrator integrator) {
-  bool done = false;
-  switch (integrator) {
-    case Integrator::euler:
-      done = step_euler(world, m, span);
-      break;
-    case Integrator::rattle:
-      done = step_rattle(world, m, span);
-      break;
-    case Integrator::rk4:
-      done = step_rk4(world, m, span);
-      break;
-    case Integrator::implicit:
-      done = step_implicit(world, m, span);
-      break;
-  }
+bool integrate(const World& world, Island& m, const Span& span, const IntegratorRow& by) {
+  const bool done = by.step(world, m, span);
   ++m.parts;
   if (!done || !all_within_bounds(m)) return false;
   m.fresh = false;
   add_loads(m, span.h);
   // Ends on its joints by itself, or so near that rounding keeps it off.
-  if (integrator == Integrator::rattle && m.residual <= tolerance_of(m)) return true;
+  if (by.ends_on_joints && m.residual <= tolerance_of(m)) return true;
   if (m.settings.stabilisation == Stabilisation::projection)
     return project(world, m, span.part(1), span.whole) && all_within_bounds(m) &&
-           (integrator != Integrator::rk4 || keeps_joints(m, span.h));
+           (!by.may_open_joints || keeps_joints(m, span.h));
   place(m), place_frames(world, m, span.part(1), span.whole);
   write_all_rows(world, m, {true, false});
   m.residual = worst_residual(m);
   return all_within_bounds(m);
 }
 
-/// Steps of the pair, each within the tolerance. False: they became too small.
-bool integrate_adaptively(const World& world, Island& m, const Span& span) {
+/// Steps that tell their error, each within the tolerance. False: they became too small.
+bool integrate_adaptively(const World& world, Island& m, const Span& span,
+                          const IntegratorRow& by) {
   const Real goal = m.settings.step_tolerance;
   Real done = 0, h = m.try_step > 0 ? m.try_step : span.h / 16;
   for (int n = 0; done < span.h * (1 - 1e-14); ++n) {
@@ -77,7 +64,7 @@ bool integrate_adaptively(const World& world, Island& m, const Span& span) {
     const Real lack = m.room.worst_lack;
     Real error = 0;
     const Span part{span.from + done, now, span.whole};
-    bool good = step_rk54(world, m, part, error);
+    bool good = by.step_estimated(world, m, part, error);
     ++m.parts;
     const Real factor_of = good ? 0.9 * std::pow(goal / std::max(error, 1e-300), 0.2) : 0.1;
     good = good && error <= goal;
@@ -103,14 +90,13 @@ Real fastest_spin(const Island& m) {
 }
 
 /// By one integrator, in halves where the step is too long for it: at most so many times halved.
-bool go_by(const World& world, Island& m, const Span& span, Integrator integrator,
+bool go_by(const World& world, Island& m, const Span& span, const IntegratorRow& by,
            int most_halvings, int most_parts) {
-  const bool bound = integrator != Integrator::implicit;
+  const bool bound = !by.turns_far;
   const Real fastest = bound ? fastest_spin(m) : 0;
   int parts = 1;
   while (parts < 64 && fastest * span.h > kMostTurn * parts) parts *= 2;
-  if (!m.efforts.empty() && (integrator == Integrator::rattle || integrator == Integrator::rk4)) {
-    // Efforts are forces to these: their steps must be shorter than what springs and dampers do.
+  if (!m.efforts.empty() && by.efforts_are_forces) {
     place(m), place_frames(world, m, span.part(0), span.whole);
     const Stiffness stiff = stiffness_of(world, m);
     const auto is_long = [&](Real h) {
@@ -123,7 +109,7 @@ bool go_by(const World& world, Island& m, const Span& span, Integrator integrato
     bool good = true;
     for (int i = 0; i < parts && good; ++i)
       good = integrate(world, m, {span.from + i * span.h / parts, span.h / parts, span.whole},
-                       integrator) &&
+                       by) &&
              (!bound || parts >= 64 || fastest_spin(m) * span.h <= 2 * kMostTurn * parts);
     if (good) return true;
     m.room.state = m.room.start, m.room.impulses = m.room.impulses_at_start;
@@ -139,22 +125,20 @@ bool go_loosely(const World& world, Island& m, const Span& span) {
   Motions& s = m.room.state;
   for (Vec3& w : s.w)
     if (const Real turn = glm::length(w) * span.h; turn > 1) w /= turn;
-  if (integrate(world, m, span, Integrator::euler)) return true;
+  if (integrate(world, m, span, integrators::euler)) return true;
   s = m.room.start, m.room.impulses = m.room.impulses_at_start;
   std::fill(s.v.begin(), s.v.end(), Vec3(0)), std::fill(s.w.begin(), s.w.end(), Vec3(0));
-  return integrate(world, m, span, Integrator::euler);
+  return integrate(world, m, span, integrators::euler);
 }
 
 }  // namespace
 
 bool advance(const World& world, Island& m, const Span& span) {
-  // The implicit method's twists are not the sums of what acts: what hangs there would not be met.
-  const bool bare = m.interfaces.empty();
-  const Integrator chosen = m.settings.integrator == Integrator::implicit && !bare
-                                ? Integrator::euler
-                                : m.settings.integrator;
-  if (chosen == Integrator::rk4 && m.settings.step_tolerance > 0)
-    return integrate_adaptively(world, m, span);
+  const IntegratorRow& asked = row_of(m.settings.integrator);
+  const IntegratorRow& chosen =
+      asked.carries_interfaces || m.interfaces.empty() ? asked : integrators::euler;
+  if (chosen.step_estimated && m.settings.step_tolerance > 0)
+    return integrate_adaptively(world, m, span, chosen);
   m.room.start = m.room.state, m.room.impulses_at_start = m.room.impulses;
   const int before = m.rescues;
   m.rescues = 0;
@@ -162,11 +146,11 @@ bool advance(const World& world, Island& m, const Span& span) {
   if (before % kPatience == 0 &&
       go_by(world, m, span, chosen, before > 0 ? kRetries : kMostHalvings, kMostParts))
     return true;
-  const bool by_halves = chosen != Integrator::euler &&
-                         go_by(world, m, span, Integrator::euler, kMostHalvings, 2 * kMostParts);
+  const bool by_halves = &chosen != &integrators::euler &&
+                         go_by(world, m, span, integrators::euler, kMostHalvings, 2 * kMostParts);
   m.rescues = before + 1;
   if (!by_halves && !go_loosely(world, m, span)) return m.rescues = 0, false;
-  m.fresh = chosen == Integrator::implicit;  // its accelerations are to be found anew
+  m.fresh = chosen.keeps_accelerations;
   return true;
 }
 

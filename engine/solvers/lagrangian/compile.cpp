@@ -73,13 +73,13 @@ void add_limits(Island& m, const Joint& joint, Block block) {
     if (range.low == range.high) return add(which, false, range.low, true);
     add(which, false, range.low, false), add(which, true, range.high, false);
   };
-  add_range(Coordinate::turn, joint.limits->turn);
-  if (joint.kind == JointKind::universal) add_range(Coordinate::second, joint.limits->second);
-  if (joint.kind == JointKind::ball && joint.limits->swing.on)
-    add(Coordinate::swing, false, 0, false);
-  const bool slides = joint.kind == JointKind::cylindrical ||
-                      joint.kind == JointKind::prismatic || joint.kind == JointKind::screw;
-  if (slides) add_range(Coordinate::slide, joint.extras->travel);
+  add_range(Coordinate::turn, joint.limits->turn);  // of custom kinds too
+  for (const FreeCoordinate& c : info_of(joint.kind).coordinates) {
+    if (c.limit.empty()) continue;
+    if (c.which == Coordinate::second) add_range(c.which, joint.limits->second);
+    if (c.which == Coordinate::slide) add_range(c.which, joint.extras->travel);
+    if (c.which == Coordinate::swing && joint.limits->swing.on) add(c.which, false, 0, false);
+  }
 }
 
 void add_efforts(Island& m, const Joint& joint, Block block) {
@@ -108,12 +108,9 @@ void pack_links(Packer& p) {
         p.owner[ends.a] != kNobody ? p.owner[ends.a] : p.owner[ends.b];
     if (at == kNobody) continue;
     Island& m = p.islands[at];
-    if (link.joint.kind == JointKind::custom) {
-      const auto& custom = link.joint.extras->custom;
-      if (!custom || custom->rows() < 1 || custom->rows() > 6) {
-        p.partition.faults.push_back({world.links.owners()[i], "is a custom joint of no row, or of more than six"});
-        continue;
-      }
+    if (const char* reason = info_of(link.joint.kind).fault(link.joint)) {
+      p.partition.faults.push_back({world.links.owners()[i], reason});
+      continue;
     }
     Block block;
     block.rows = static_cast<std::uint8_t>(row_count(link.joint));
@@ -180,10 +177,7 @@ void pack_strings(Packer& p) {
 }
 
 bool fits_ratio(const Joint& joint, bool slides) {
-  const JointKind k = joint.kind;
-  if (slides)
-    return k == JointKind::prismatic || k == JointKind::cylindrical || k == JointKind::screw;
-  return k == JointKind::hinge || k == JointKind::cylindrical || k == JointKind::screw;
+  return info_of(joint.kind).is_used(slides ? Coordinate::slide : Coordinate::turn, kGeared);
 }
 
 void pack_ratios(Packer& p) {

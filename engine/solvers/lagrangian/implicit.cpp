@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
-#include "engine/solvers/lagrangian/internal.hpp"
+#include "engine/solvers/lagrangian/integrator.hpp"
 
 namespace pantin::lagrangian {
 namespace {
@@ -23,8 +23,6 @@ Weights weights_of(Real rho) {
   w.beta = 0.25 * (w.gamma + 0.5) * (w.gamma + 0.5);
   return w;
 }
-
-}  // namespace
 
 bool step_implicit(const World& world, Island& m, const Span& span) {
   StepScratch& room = m.room;
@@ -136,5 +134,13 @@ bool step_implicit(const World& world, Island& m, const Span& span) {
   std::fill(room.weights.begin(), room.weights.end(), 0.0);
   return all_within_bounds(m);
 }
+
+}  // namespace
+
+// Its twists are not the sums of what acts: what hangs there would not be met.
+const IntegratorRow integrators::implicit{.step = step_implicit,
+                                          .turns_far = true,
+                                          .carries_interfaces = false,
+                                          .keeps_accelerations = true};
 
 }  // namespace pantin::lagrangian

@@ -93,15 +93,6 @@ struct Span {
   Real part(Real c) const { return (from + c * h) / whole; }
 };
 
-/// One step from room.state to room.state, by one integrator. False: it did not converge. m.loads
-/// are the mean forces of constraint.
-bool step_euler(const World& world, Island& m, const Span& span);
-bool step_rattle(const World& world, Island& m, const Span& span);
-bool step_rk4(const World& world, Island& m, const Span& span);
-bool step_implicit(const World& world, Island& m, const Span& span);
-/// One step of the 5(4) pair; `error` is the worst of its estimate.
-bool step_rk54(const World& world, Island& m, const Span& span, Real& error);
-
 /// Accelerations at the state as it stands, into room.motion and room.lambda.
 void accelerate(const World& world, Island& m, Real part, Real whole);
 

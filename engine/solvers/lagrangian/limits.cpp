@@ -1,7 +1,7 @@
 // Limits and strings: one row each, which bears only while it pushes.
 #include <algorithm>
 
-#include "engine/solvers/lagrangian/internal.hpp"
+#include "engine/solvers/lagrangian/integrator.hpp"
 
 namespace pantin::lagrangian {
 namespace {
@@ -147,7 +147,7 @@ bool advance_among_limits(World& world, Island& m, Real h) {
     if (!reached) continue;
     ++m.events;
     strike(world, m, m.events <= kMostBounces);
-    if (m.settings.integrator == Integrator::implicit) m.fresh = true;
+    if (row_of(m.settings.integrator).keeps_accelerations) m.fresh = true;
     place_frames(world, m, done / h, h);
     if (!project(world, m, done / h, h)) return false;
   }

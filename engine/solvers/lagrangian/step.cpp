@@ -2,7 +2,7 @@
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
-#include "engine/solvers/lagrangian/internal.hpp"
+#include "engine/solvers/lagrangian/integrator.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 
 namespace pantin::lagrangian {
@@ -98,9 +98,9 @@ void count_turns(const World& world, Island& m, bool anew) {
     if (b.kind != BlockKind::joint && b.kind != BlockKind::limit && b.kind != BlockKind::spring)
       continue;
     const Joint& joint = world.links.values()[b.source].joint;
-    const bool screw = b.kind == BlockKind::joint && joint.kind == JointKind::screw;
-    if (b.kind == BlockKind::joint && !screw) continue;
-    if (!screw && b.coordinate != Coordinate::turn && b.coordinate != Coordinate::second) continue;
+    const bool counts = b.kind == BlockKind::joint && info_of(joint.kind).counts_turns;
+    if (b.kind == BlockKind::joint && !counts) continue;
+    if (!counts && b.coordinate != Coordinate::turn && b.coordinate != Coordinate::second) continue;
     const auto value = [&](Coordinate which) {
       Real c = 0;
       write_coordinate(joint, which, m.room.placed[b.body[0]], m.room.placed[b.body[1]], before[0],
@@ -108,9 +108,10 @@ void count_turns(const World& world, Island& m, bool anew) {
       return c;
     };
     // The slide of a screw tells its whole turns.
-    const bool told = joint.kind == JointKind::screw && joint.extras->pitch != 0;
-    if (anew && told) before[0] = value(Coordinate::slide) / joint.extras->pitch;
-    Real c = value(screw ? Coordinate::turn : b.coordinate);
+    const Real pitch = info_of(joint.kind).slide_per_turn(joint);
+    const bool told = pitch != 0;
+    if (anew && told) before[0] = value(Coordinate::slide) / pitch;
+    Real c = value(counts ? Coordinate::turn : b.coordinate);
     if (anew && !told && b.kind == BlockKind::limit && !b.lock) {
       // A range that does not contain the nearest turn may contain another.
       const AngleLimit& range = b.coordinate == Coordinate::second ? joint.limits->second
@@ -167,9 +168,9 @@ void make_room(Island& m) {
   for (Motions* s : {&r.state, &r.start, &r.from, &r.begin})
     s->x.assign(bodies, {}), s->q.assign(bodies, kNoTurn), s->v.assign(bodies, {}),
         s->w.assign(bodies, {});
-  const bool pair = m.settings.integrator == Integrator::rk4 && m.settings.step_tolerance > 0;
-  const std::size_t stages = pair ? 7 : m.settings.integrator == Integrator::rk4 ? 4 : 0;
-  for (std::size_t i = 0; i < stages; ++i)
+  const IntegratorRow& by = row_of(m.settings.integrator);
+  const bool estimates = by.step_estimated && m.settings.step_tolerance > 0;
+  for (int i = 0; i < (estimates ? by.stages_estimated : by.stages); ++i)
     r.rates[i].assign(3 * bodies, Vec3(0)), r.quat_rates[i].assign(bodies, kNoTurn);
   m.faults.reserve(m.blocks.size() + 1);
   r.ready = true;

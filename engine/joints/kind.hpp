@@ -1,0 +1,194 @@
+#pragma once
+/// What a kind of joint tells of itself. A kind is a struct of static members in a file of its own,
+/// named in kinds.hpp; solvers, scene reader, marks and tests read it from there and from nowhere
+/// else. `Kind` has what most kinds leave as it is; a kind picks one of Turns... beside it.
+///
+/// A kind needs: name, rows, freedoms, write().
+#include <span>
+#include <string_view>
+
+#include "engine/joints/coordinates.hpp"
+
+namespace pantin {
+
+/// Which relative turns Q a kind leaves free.
+enum class Turns : std::uint8_t {
+  freely,     // all
+  about_x,    // about x
+  about_two,  // about y of a, then about z of b
+  nowhere,    // Q = 1
+  own         // as the kind's own allowed() and on_right_branch() say
+};
+
+/// Who uses a free coordinate besides its limits.
+enum CoordinateUse : std::uint8_t {
+  kUnused = 0,
+  kActuated = 1,  // springs, friction and motors of scene files act along it
+  kGeared = 2     // a ratio may couple it
+};
+
+struct FreeCoordinate {
+  Coordinate which;
+  std::string_view limit = "";  // key of its limit in scene files, if it has one; a swing has
+                                // "swing" too
+  int use = kUnused;            // CoordinateUse, or-ed
+};
+
+enum class ParameterRange : std::uint8_t { any, not_negative, size };
+
+/// A number that a joint of a kind has, by its key in scene files.
+struct Parameter {
+  std::string_view key;
+  std::string_view needed = "";      // what it is, if a file must tell it
+  std::string_view never_zero = "";  // why, if it must not be 0
+  ParameterRange range = ParameterRange::any;
+  bool as_placed = false;  // by default the distance of the anchors at the start; one of a kind
+  Real& (*value)(JointExtras&) = nullptr;
+};
+
+/// What the debug view draws at a joint.
+enum class Mark : std::uint8_t {
+  axis_x, axis_y, axis_z,  // lines: x of a, y of a, z of b
+  angle,                   // sector of the limit of the turn, or a square where it is locked
+  two_angles,              // likewise, of a universal joint
+  cone_and_twist,          // likewise, of a ball joint
+  lock,                    // a square
+  slide,                   // the line that b's anchor slides along, with its ends
+  rod, zigzag              // from anchor to anchor
+};
+
+inline constexpr int kOwnRows = -1;
+
+/// All of it, for those who ask by JointKind.
+struct JointKindInfo {
+  std::string_view name, alias;
+  int rows;  // kOwnRows: as own_rows says
+  int freedoms;
+  Turns turns;
+  bool holds_point;
+  bool is_line;
+  bool uses_axes;
+  bool in_files;
+  bool counts_turns;
+  std::span<const FreeCoordinate> coordinates;
+  std::span<const Parameter> parameters;
+  std::span<const Mark> marks;
+  int (*own_rows)(const Joint&);
+  const char* (*fault)(const Joint&);
+  Real (*slide_per_turn)(const Joint&);
+  Real (*gap)(const Joint&, const Pose& a, const Pose& b);
+  void (*complete)(JointExtras&);
+  Quat (*allowed)(const JointLimits&, Quat);
+  bool (*on_right_branch)(const Mat3&);
+
+  const FreeCoordinate* find(Coordinate which) const {
+    for (const FreeCoordinate& c : coordinates)
+      if (c.which == which) return &c;
+    return nullptr;
+  }
+  bool is_used(Coordinate which, CoordinateUse use) const {
+    const FreeCoordinate* c = find(which);
+    return c && (c->use & use) != 0;
+  }
+  const Parameter* measured() const {
+    for (const Parameter& p : parameters)
+      if (p.as_placed) return &p;
+    return nullptr;
+  }
+};
+
+namespace joint_kinds {
+
+/// x of a, world axes.
+inline Vec3 axis_x_of_a(const Joint& joint, const Pose& a) {
+  return a.rotation * (joint.frames.a() * Vec3(1, 0, 0));
+}
+
+/// What a kind is unless it says otherwise.
+struct Kind {
+  /// Another word for it in scene files.
+  static constexpr std::string_view alias = "";
+  /// Rows 0 to 2 are those of write_point, all others are turn rows: RowsOut::point is written.
+  static constexpr bool holds_point = false;
+  /// Nothing but the line between the anchors counts; scene files may give its ends as points.
+  static constexpr bool is_line = false;
+  /// It matters how the joint axes lie.
+  static constexpr bool uses_axes = true;
+  /// A scene file can tell it.
+  static constexpr bool in_files = true;
+  /// write() is given the turn about x of the last step too, so that whole turns are counted.
+  static constexpr bool counts_turns = false;
+  static constexpr std::span<const FreeCoordinate> coordinates = {};
+  static constexpr std::span<const Parameter> parameters = {};
+  static constexpr std::span<const Mark> marks = {};
+
+  /// Rows of one joint, where `rows` is kOwnRows.
+  static int own_rows(const Joint&) { return 0; }
+  /// Why this joint cannot be solved, or null.
+  static const char* fault(const Joint&) { return nullptr; }
+  /// m/rad by which the slide tells the turn; 0 if it does not.
+  static Real slide_per_turn(const Joint&) { return 0; }
+  /// Sets what follows from the parameters.
+  static void complete(JointExtras&) {}
+  static void write_coordinate(const Joint& joint, Coordinate which, const Placed& a,
+                               const Placed& b, Real before, RowsOut out) {
+    write_axis_coordinate(joint, which, a, b, before, out);
+  }
+};
+
+/// The anchors stay at one place.
+struct SharesPoint : Kind {
+  static constexpr bool holds_point = true;
+  static Real gap(const Joint& joint, const Pose& a, const Pose& b) {
+    return glm::length(residual(joint, a, b));
+  }
+};
+
+/// b's anchor stays on the line x of a.
+struct SlidesAlongX : Kind {
+  static constexpr Mark marks[] = {Mark::slide};
+  static Real gap(const Joint& joint, const Pose& a, const Pose& b) {
+    const Vec3 apart = residual(joint, a, b), x = axis_x_of_a(joint, a);
+    return glm::length(apart - glm::dot(apart, x) * x);
+  }
+};
+
+/// Only the distance of the anchors counts: it is the slide.
+struct Line : Kind {
+  static constexpr bool is_line = true, uses_axes = false;
+  static Real& length(JointExtras& extras) { return extras.length; }
+  static void write_coordinate(const Joint& joint, Coordinate which, const Placed& a,
+                               const Placed& b, Real before, RowsOut out) {
+    if (which == Coordinate::slide)
+      return write_length(0, span_of(joint, a, b, out.gamma != nullptr), out);
+    Kind::write_coordinate(joint, which, a, b, before, out);
+  }
+};
+
+// allowed(): the turn nearest to `q` that kind and limits allow. on_right_branch(): false where Q,
+// as a matrix, is a root of the rows that is not meant: an axis antiparallel to the one it should
+// coincide with. The second root of a universal joint is the first with both angles half a turn on.
+
+struct TurnsFreely {
+  static constexpr Turns turns = Turns::freely;
+  static Quat allowed(const JointLimits& limits, Quat q);
+  static bool on_right_branch(const Mat3&) { return true; }
+};
+struct TurnsAboutX {
+  static constexpr Turns turns = Turns::about_x;
+  static Quat allowed(const JointLimits& limits, Quat q);
+  static bool on_right_branch(const Mat3& q) { return q[0].x > 0; }
+};
+struct TurnsAboutTwo {
+  static constexpr Turns turns = Turns::about_two;
+  static Quat allowed(const JointLimits& limits, Quat q);
+  static bool on_right_branch(const Mat3&) { return true; }
+};
+struct TurnsNowhere {
+  static constexpr Turns turns = Turns::nowhere;
+  static Quat allowed(const JointLimits&, Quat) { return kNoTurn; }
+  static bool on_right_branch(const Mat3& q) { return q[0].x > 0 && q[1].y > 0; }
+};
+
+}  // namespace joint_kinds
+}  // namespace pantin

@@ -1,0 +1,112 @@
+#pragma once
+/// THE list of the kinds of joints. A new one is a file, included here, and a word in the list:
+/// names, rows, limits, keys of scene files and marks come from the file.
+///
+/// Kinds that hold a point are known to every solver, the others to the Lagrangian solver.
+#include <functional>
+#include <string>
+
+#include "engine/joints/ball.hpp"
+#include "engine/joints/custom.hpp"
+#include "engine/joints/cylindrical.hpp"
+#include "engine/joints/distance.hpp"
+#include "engine/joints/fixed.hpp"
+#include "engine/joints/hinge.hpp"
+#include "engine/joints/planar.hpp"
+#include "engine/joints/prismatic.hpp"
+#include "engine/joints/screw.hpp"
+#include "engine/joints/spring.hpp"
+#include "engine/joints/universal.hpp"
+
+#define PANTIN_JOINT_KINDS(KIND) \
+  KIND(ball)                     \
+  KIND(hinge)                    \
+  KIND(universal)                \
+  KIND(fixed)                    \
+  KIND(cylindrical)              \
+  KIND(prismatic)                \
+  KIND(screw)                    \
+  KIND(planar)                   \
+  KIND(distance)                 \
+  KIND(spring)                   \
+  KIND(custom)
+
+namespace pantin {
+
+#define PANTIN_WORD(kind) kind,
+enum class JointKind : std::uint8_t { PANTIN_JOINT_KINDS(PANTIN_WORD) };
+#undef PANTIN_WORD
+
+static_assert(JointKind::ball == JointKind{}, "a joint that says nothing is a ball");
+
+namespace joint_kinds {
+
+template <class K>
+void write(const Joint& joint, const Placed& a, const Placed& b, Real angle_before, RowsOut out) {
+  if constexpr (K::counts_turns)
+    K::write(joint, a, b, angle_before, out);
+  else
+    K::write(joint, a, b, out);
+}
+
+template <class K>
+Real gap_of_rows(const Joint& joint, const Pose& a, const Pose& b) {
+  const auto placed = [](const Pose& at) {
+    return Placed{at.position, at.rotation, glm::mat3_cast(at.rotation), {}, {}};
+  };
+  Real c[6] = {}, sum = 0;
+  write<K>(joint, placed(a), placed(b), 0, {c, nullptr, nullptr});
+  for (const Real x : c) sum += x * x;
+  return std::sqrt(sum);
+}
+
+/// The kind's own measure of how far it is open, or the size of its residual.
+template <class K>
+constexpr auto gap_of() {
+  if constexpr (requires { &K::gap; })
+    return &K::gap;
+  else
+    return &gap_of_rows<K>;
+}
+
+template <class K>
+constexpr JointKindInfo info_of() {
+  static_assert(K::rows == kOwnRows || (K::rows >= 0 && K::rows <= 6));
+  static_assert(!K::holds_point || K::rows >= 3);
+  return {K::name,       K::alias,      K::rows,        K::freedoms,    K::turns,
+          K::holds_point, K::is_line,   K::uses_axes,   K::in_files,    K::counts_turns,
+          K::coordinates, K::parameters, K::marks,      &K::own_rows,   &K::fault,
+          &K::slide_per_turn, gap_of<K>(), &K::complete, &K::allowed,   &K::on_right_branch};
+}
+
+}  // namespace joint_kinds
+
+#define PANTIN_INFO(kind) joint_kinds::info_of<joint_kinds::kind>(),
+inline constexpr JointKindInfo kJointKindInfos[] = {PANTIN_JOINT_KINDS(PANTIN_INFO)};
+#undef PANTIN_INFO
+inline constexpr int kJointKinds = static_cast<int>(std::size(kJointKindInfos));
+constexpr JointKind last_of(JointKind) { return static_cast<JointKind>(kJointKinds - 1); }
+
+constexpr const JointKindInfo& info_of(JointKind kind) {
+  return kJointKindInfos[static_cast<int>(kind)];
+}
+
+/// "ball", "hinge", "universal", "fixed", "cylindrical" ...
+constexpr const char* name_of(JointKind kind) { return info_of(kind).name.data(); }
+/// Also by the aliases "spherical" and "revolute". False, and `kind` untouched, for any other word.
+bool joint_kind_from_name(std::string_view name, JointKind& kind);
+
+/// Names of the kinds of which something holds: "hinge, cylindrical or screw".
+std::string kinds_where(const std::function<bool(const JointKindInfo&)>& holds);
+
+/// Motions that the kind leaves free, 0 to 6; of a custom kind 6.
+constexpr int freedoms(JointKind kind) { return info_of(kind).freedoms; }
+/// Whether its bodies share a point.
+constexpr bool holds_point(JointKind kind) { return info_of(kind).holds_point; }
+constexpr Turns turns_of(JointKind kind) { return info_of(kind).turns; }
+/// Whether the articulated solver knows it: besides the point there are only turns it has a model of.
+constexpr bool is_articulated(JointKind kind) {
+  return holds_point(kind) && turns_of(kind) != Turns::own;
+}
+
+}  // namespace pantin

@@ -1,0 +1,129 @@
+// Runge-Kutta: the classic method of order 4; within a tolerance the 5(4) pair.
+#include <algorithm>
+
+#include "engine/solvers/lagrangian/integrator.hpp"
+
+namespace pantin::lagrangian {
+namespace {
+
+/// Rates times the step that Runge-Kutta is let meet, and changes of speed too small to matter:
+/// squares, part of all.
+constexpr Real kFastest = 2, kUnfelt = 1e-6, kTurning = 2.5e-3;
+
+/// A table of an explicit Runge-Kutta method.
+struct Table7 {
+  int stages;
+  Real c[7], a[7][6], b[7], lower[7];
+};
+
+constexpr Table7 kClassic{4,
+                          {0, 0.5, 0.5, 1},
+                          {{}, {0.5}, {0, 0.5}, {0, 0, 1}},
+                          {1.0 / 6, 1.0 / 3, 1.0 / 3, 1.0 / 6},
+                          {}};
+/// [Dormand & Prince 1980]
+constexpr Table7 kPair{
+    7,
+    {0, 1.0 / 5, 3.0 / 10, 4.0 / 5, 8.0 / 9, 1, 1},
+    {{},
+     {1.0 / 5},
+     {3.0 / 40, 9.0 / 40},
+     {44.0 / 45, -56.0 / 15, 32.0 / 9},
+     {19372.0 / 6561, -25360.0 / 2187, 64448.0 / 6561, -212.0 / 729},
+     {9017.0 / 3168, -355.0 / 33, 46732.0 / 5247, 49.0 / 176, -5103.0 / 18656},
+     {35.0 / 384, 0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784, 11.0 / 84}},
+    {35.0 / 384, 0, 500.0 / 1113, 125.0 / 192, -2187.0 / 6784, 11.0 / 84, 0},
+    {5179.0 / 57600, 0, 7571.0 / 16695, 393.0 / 640, -92097.0 / 339200, 187.0 / 2100, 1.0 / 40}};
+
+/// state = from + h sum of weight_i rates_i.
+void combine(Island& m, const Real* weights, int count, Real h) {
+  StepScratch& room = m.room;
+  for (std::size_t b = 0; b < m.count(); ++b) {
+    Vec3 x(0), v(0), w(0);
+    Quat q(0, 0, 0, 0);
+    for (int i = 0; i < count; ++i) {
+      if (weights[i] == 0) continue;
+      const Vec3* rate = &room.rates[i][3 * b];
+      x += weights[i] * rate[0], v += weights[i] * rate[1], w += weights[i] * rate[2];
+      q += weights[i] * room.quat_rates[i][b];
+    }
+    room.state.x[b] = room.from.x[b] + h * x;
+    room.state.v[b] = room.from.v[b] + h * v;
+    room.state.w[b] = room.from.w[b] + h * w;
+    room.state.q[b] = glm::normalize(room.from.q[b] + h * q);
+  }
+}
+
+bool runge_kutta(const World& world, Island& m, const Span& span, const Table7& t) {
+  StepScratch& room = m.room;
+  room.from = room.state;
+  std::fill(m.loads.begin(), m.loads.end(), 0.0);
+  for (int i = 0; i < t.stages; ++i) {
+    if (i > 0) combine(m, t.a[i], i, span.h);
+    accelerate(world, m, span.part(t.c[i]), span.whole);
+    for (std::size_t b = 0; b < m.count(); ++b) {
+      room.rates[i][3 * b] = room.state.v[b];
+      room.rates[i][3 * b + 1] = room.motion[2 * b];
+      room.rates[i][3 * b + 2] = room.motion[2 * b + 1];
+      room.quat_rates[i][b] = Quat(0, 0.5 * room.state.w[b]) * room.state.q[b];
+    }
+    for (std::size_t r = 0; r < m.rows; ++r) m.loads[r] += t.b[i] * room.lambda[r];
+  }
+  combine(m, t.b, t.stages, span.h);
+  return all_within_bounds(m);
+}
+
+/// Whether the step just taken is too long for the fastest motion there is: its rate is about
+/// 2 |k3 - k2| / (h |k2 - k1|) [Hairer & Wanner II, sec. IV.2], and the method grows beyond 2.8 / h.
+/// All bodies count alike: what is light moves fastest. Where motion turns back k2 is k1; a part of
+/// k1 itself stands in for the difference.
+bool is_unstable(const World& world, const Island& m, Real h) {
+  const StepScratch& room = m.room;
+  const Real fall = glm::dot(world.gravity, world.gravity) * static_cast<Real>(m.count());
+  Real start = 0, first = 0, second = 0, moving = 0;
+  for (std::size_t b = 0; b < m.count(); ++b) {
+    const Real arm2 = (m.inertia[b].x + m.inertia[b].y + m.inertia[b].z) / (3 * m.mass[b]);
+    const auto size = [&](Vec3 v, Vec3 w) { return glm::dot(v, v) + arm2 * glm::dot(w, w); };
+    const Vec3* k[3] = {&room.rates[0][3 * b], &room.rates[1][3 * b], &room.rates[2][3 * b]};
+    start += size(k[0][1], k[0][2]);
+    first += size(k[1][1] - k[0][1], k[1][2] - k[0][2]);
+    second += size(k[2][1] - k[1][1], k[2][2] - k[1][2]);
+    moving += size(room.state.v[b], room.state.w[b]);
+  }
+  return 4 * second > kFastest * kFastest * (first + kTurning * start) &&
+         h * h * second > kUnfelt * (moving + h * h * (start + fall));
+}
+
+bool step_rk4(const World& world, Island& m, const Span& span) {
+  return runge_kutta(world, m, span, kClassic) && !is_unstable(world, m, span.h);
+}
+
+bool step_estimated(const World& world, Island& m, const Span& span, Real& error) {
+  StepScratch& room = m.room;
+  if (!runge_kutta(world, m, span, kPair)) return false;
+  error = 0;
+  for (std::size_t b = 0; b < m.count(); ++b) {
+    Vec3 x(0), v(0), w(0);
+    Quat q(0, 0, 0, 0);
+    for (int i = 0; i < kPair.stages; ++i) {
+      const Real e = span.h * (kPair.b[i] - kPair.lower[i]);
+      const Vec3* rate = &room.rates[i][3 * b];
+      x += e * rate[0], v += e * rate[1], w += e * rate[2];
+      q += e * room.quat_rates[i][b];
+    }
+    for (const Real part : {glm::length(x), glm::length(v), glm::length(w), 2 * glm::length(q)})
+      error = std::max(error, part);
+  }
+  return std::isfinite(error);
+}
+
+}  // namespace
+
+const IntegratorRow integrators::rk4{.step = step_rk4,
+                                     .step_estimated = step_estimated,
+                                     .stages = kClassic.stages,
+                                     .stages_estimated = kPair.stages,
+                                     .may_open_joints = true,
+                                     .efforts_are_forces = true};
+
+}  // namespace pantin::lagrangian

@@ -1,0 +1,307 @@
+// What holds for every kind of joint in the list, read from what the kind tells of itself. A new
+// kind needs no line here.
+#include <array>
+#include <catch2/catch.hpp>
+#include <set>
+
+#include "engine/base/rotation.hpp"
+#include "engine/joints/kinds.hpp"
+#include "tests/solvers/trees.hpp"
+
+using namespace pantin;
+using test::Dice;
+
+namespace {
+
+constexpr int kCases = 50;
+constexpr Real kStep = 1e-3;  // of differences, s; sixth order
+
+/// Six rows of a joint, or one of a coordinate.
+struct Rows {
+  std::array<Real, 6> c{}, gamma{};
+  std::array<Vec3, 24> j{};
+  RowsOut out() { return {c.data(), j.data(), gamma.data()}; }
+  Real rate(int row, const Placed& a, const Placed& b) const {
+    const Vec3* k = &j[std::size_t(4 * row)];
+    return glm::dot(k[0], a.velocity) + glm::dot(k[1], a.spin) + glm::dot(k[2], b.velocity) +
+           glm::dot(k[3], b.spin);
+  }
+};
+
+/// Two bodies and a joint between them.
+struct Pair {
+  Joint joint;
+  Placed a, b;
+};
+
+/// Rows of a kind that comes from outside: the anchors at one place.
+class SharedPoint : public CustomJoint {
+ public:
+  SharedPoint(Vec3 a, Vec3 b) : a_(a), b_(b) {}
+  int rows() const override { return 3; }
+  void residual(const Pose& a, const Pose& b, std::span<Real> c) const override {
+    const Vec3 d = to_world(b, b_) - to_world(a, a_);
+    c[0] = d.x, c[1] = d.y, c[2] = d.z;
+  }
+
+ private:
+  Vec3 a_, b_;
+};
+
+Placed placed(Vec3 position, Quat rotation, Vec3 velocity = Vec3(0), Vec3 spin = Vec3(0)) {
+  return {position, rotation, glm::mat3_cast(rotation), velocity, spin};
+}
+
+/// A joint of the kind with its parameters, and bodies under way that stand off its solution by
+/// `off` m and rad.
+Pair any_pair(JointKind kind, Dice& dice, Real off) {
+  Pair s;
+  s.joint.kind = kind;
+  s.joint.anchor_a = dice.in_cube(1), s.joint.anchor_b = dice.in_cube(1);
+  const Quat frame_a = dice.turn(), frame_b = dice.turn();
+  s.joint.frames.set(frame_a, frame_b);
+  s.joint.limits.edit().swing = {true, 1, 2};
+  JointExtras& extras = s.joint.extras.edit();
+  for (const Parameter& p : info_of(kind).parameters) p.value(extras) = dice.between(0.5, 1);
+  extras.custom = std::make_shared<SharedPoint>(s.joint.anchor_a, s.joint.anchor_b);
+  info_of(kind).complete(extras);
+  s.a = placed(dice.in_cube(1), dice.turn(), dice.in_cube(1), dice.in_cube(1));
+  const Quat q = turn_by(off * dice.direction());
+  const Quat turn = s.a.rotation * s.joint.frames.a() * q * glm::conjugate(s.joint.frames.b());
+  const Vec3 gap = off * dice.direction();
+  s.b = placed(s.a.position + s.a.rotation * s.joint.anchor_a + gap - turn * s.joint.anchor_b,
+               turn, dice.in_cube(1), dice.in_cube(1));
+  return s;
+}
+
+/// The body after a time at constant velocities.
+Placed after(const Placed& at, Real t) {
+  return placed(at.position + t * at.velocity, turn_by(t * at.spin) * at.rotation, at.velocity,
+                at.spin);
+}
+
+/// The worst of dC/dt - J V, and of d(J V)/dt + gamma, along constant velocities.
+std::array<Real, 2> misses(const Pair& s, int rows, auto write) {
+  constexpr Real kWeights[] = {45, -9, 1};
+  Rows change;
+  for (int n = -3; n <= 3; ++n) {
+    if (n == 0) continue;
+    const Placed a = after(s.a, n * kStep), b = after(s.b, n * kStep);
+    Rows there;
+    write(a, b, there.out());
+    const Real weight = (n < 0 ? -1 : 1) * kWeights[std::abs(n) - 1] / (60 * kStep);
+    for (int i = 0; i < rows; ++i) {
+      change.c[std::size_t(i)] += weight * there.c[std::size_t(i)];
+      change.gamma[std::size_t(i)] += weight * there.rate(i, a, b);
+    }
+  }
+  Rows here;
+  write(s.a, s.b, here.out());
+  std::array<Real, 2> worst{};
+  for (int i = 0; i < rows; ++i) {
+    const auto k = std::size_t(i);
+    worst[0] = std::max(worst[0], std::abs(change.c[k] - here.rate(i, s.a, s.b)));
+    worst[1] = std::max(worst[1], std::abs(change.gamma[k] + here.gamma[k]));
+  }
+  return worst;
+}
+
+/// y = (J J^T)^-1 c; the smallest pivot tells how far the rows are from depending on one another.
+Real solve(const Rows& rows, int count, std::array<Real, 6>& y) {
+  std::array<std::array<Real, 6>, 6> m{};
+  y = rows.c;
+  const auto n = std::size_t(count);
+  for (std::size_t i = 0; i < n; ++i)
+    for (std::size_t k = 0; k < n; ++k)
+      for (std::size_t v = 0; v < 4; ++v) m[i][k] += glm::dot(rows.j[4 * i + v], rows.j[4 * k + v]);
+  Real least = 1e300;
+  for (std::size_t p = 0; p < n; ++p) {
+    least = std::min(least, m[p][p]);
+    for (std::size_t i = p + 1; i < n; ++i) {
+      const Real factor = m[i][p] / m[p][p];
+      for (std::size_t k = p; k < n; ++k) m[i][k] -= factor * m[p][k];
+      y[i] -= factor * y[p];
+    }
+  }
+  for (std::size_t p = n; p-- > 0;) {
+    for (std::size_t k = p + 1; k < n; ++k) y[p] -= m[p][k] * y[k];
+    y[p] /= m[p][p];
+  }
+  return least;
+}
+
+/// Newton steps onto the joint. The least pivot of the last.
+Real close(Pair& s) {
+  const int rows = row_count(s.joint);
+  Real least = 1e300;
+  for (int round = 0; round < 30; ++round) {
+    Rows here;
+    write_rows(s.joint, s.a, s.b, 0, here.out());
+    std::array<Real, 6> y{};
+    least = solve(here, rows, y);
+    std::array<Vec3, 4> move{};
+    for (std::size_t i = 0; i < std::size_t(rows); ++i)
+      for (std::size_t v = 0; v < 4; ++v) move[v] -= y[i] * here.j[4 * i + v];
+    s.a = placed(s.a.position + move[0], glm::normalize(turn_by(move[1]) * s.a.rotation),
+                 s.a.velocity, s.a.spin);
+    s.b = placed(s.b.position + move[2], glm::normalize(turn_by(move[3]) * s.b.rotation),
+                 s.b.velocity, s.b.spin);
+  }
+  return least;
+}
+
+template <class Check>
+void for_every_kind(Check check) {
+  Dice dice(31);
+  for (int i = 0; i < kJointKinds; ++i) {
+    const auto kind = static_cast<JointKind>(i);
+    INFO(name_of(kind));
+    check(kind, info_of(kind), dice);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("every kind has names of its own, by which it is found") {
+  std::set<std::string_view> names;
+  for_every_kind([&](JointKind kind, const JointKindInfo& info, Dice&) {
+    CHECK(name_of(kind) == std::string(info.name));
+    for (const std::string_view name : {info.name, info.alias}) {
+      if (name.empty()) continue;
+      CHECK(names.insert(name).second);
+      JointKind found{};
+      REQUIRE(joint_kind_from_name(name, found));
+      CHECK(found == kind);
+    }
+  });
+  JointKind untouched = JointKind::screw;
+  CHECK_FALSE(joint_kind_from_name("", untouched));
+  CHECK_FALSE(joint_kind_from_name("hinj", untouched));
+  CHECK(untouched == JointKind::screw);
+}
+
+TEST_CASE("every kind takes as many motions as it has rows, and they are independent") {
+  for_every_kind([](JointKind kind, const JointKindInfo& info, Dice& dice) {
+    for (int i = 0; i < kCases; ++i) {
+      Pair s = any_pair(kind, dice, 0.2);
+      if (info.rows != kOwnRows) {
+        REQUIRE(row_count(s.joint) == info.rows);
+        REQUIRE(info.rows + freedoms(kind) == 6);
+      }
+      REQUIRE(info.fault(s.joint) == nullptr);
+      if (row_count(s.joint) > 0) REQUIRE(close(s) > 1e-3);
+    }
+  });
+}
+
+TEST_CASE("rows of every kind have the derivatives that differences find") {
+  for_every_kind([](JointKind kind, const JointKindInfo& info, Dice& dice) {
+    // Rows that come by differences themselves are as good as those.
+    const Real loose = info.rows == kOwnRows ? 1e3 : 1;
+    for (int i = 0; i < kCases; ++i) {
+      const Pair s = any_pair(kind, dice, 0.4);
+      const auto worst = misses(s, row_count(s.joint), [&](const Placed& a, const Placed& b,
+                                                           RowsOut out) {
+        write_rows(s.joint, a, b, 0.1, out);
+      });
+      REQUIRE(worst[0] <= 1e-11);
+      REQUIRE(worst[1] <= 2e-11 * loose);
+    }
+  });
+}
+
+TEST_CASE("every entry of every kind's Jacobian is the derivative that differences find") {
+  for_every_kind([](JointKind kind, const JointKindInfo&, Dice& dice) {
+    for (int i = 0; i < 5; ++i)
+      for (int column = 0; column < 12; ++column) {
+        Pair s = any_pair(kind, dice, 0.4);
+        Vec3* twists[] = {&s.a.velocity, &s.a.spin, &s.b.velocity, &s.b.spin};
+        for (Vec3* twist : twists) *twist = Vec3(0);
+        (*twists[column / 3])[column % 3] = 1;
+        const auto worst = misses(s, row_count(s.joint), [&](const Placed& a, const Placed& b,
+                                                             RowsOut out) {
+          write_rows(s.joint, a, b, 0.1, out);
+        });
+        INFO("column " << column);
+        REQUIRE(worst[0] <= 1e-11);
+      }
+  });
+}
+
+TEST_CASE("coordinates of every kind have the derivatives that differences find") {
+  for_every_kind([](JointKind kind, const JointKindInfo& info, Dice& dice) {
+    for (const FreeCoordinate& c : info.coordinates)
+      for (int i = 0; i < kCases; ++i) {
+        const Pair s = any_pair(kind, dice, 0.4);
+        const auto worst = misses(s, 1, [&](const Placed& a, const Placed& b, RowsOut out) {
+          write_coordinate(s.joint, c.which, a, b, 0, out);
+        });
+        INFO("coordinate " << int(c.which));
+        REQUIRE(worst[0] <= 1e-10);
+        REQUIRE(worst[1] <= 1e-9);
+      }
+  });
+}
+
+TEST_CASE("what is closed has no gap, stands as the kind allows, and is the root that is meant") {
+  for_every_kind([](JointKind kind, const JointKindInfo& info, Dice& dice) {
+    for (int i = 0; i < kCases; ++i) {
+      Pair s = any_pair(kind, dice, 0.2);
+      s.joint.limits = {};
+      close(s);
+      const Pose a{s.a.position, s.a.rotation}, b{s.b.position, s.b.rotation};
+      REQUIRE(std::abs(info.gap(s.joint, a, b)) <= 1e-12);
+      REQUIRE(on_right_branch(s.joint, a.rotation, b.rotation));
+      const Quat q = relative_turn(s.joint, a.rotation, b.rotation);
+      REQUIRE(violation(s.joint, q) <= 1e-7);  // rows are sines and products of them
+      const Quat any = dice.turn(), allowed = allowed_by_kind(kind, any);
+      const Quat again = allowed_by_kind(kind, allowed);
+      REQUIRE(glm::length(rotation_vector(again * glm::conjugate(allowed))) <= 1e-14);
+    }
+  });
+}
+
+TEST_CASE("kinds that hold a point write it the short way too") {
+  for_every_kind([](JointKind kind, const JointKindInfo& info, Dice& dice) {
+    if (!info.holds_point) return;
+    for (int i = 0; i < kCases; ++i) {
+      const Pair s = any_pair(kind, dice, 0.4);
+      Rows whole;
+      write_rows(s.joint, s.a, s.b, 0, whole.out());
+      std::array<Vec3, 5> point;
+      point.fill(Vec3(1e9));
+      write_rows(s.joint, s.a, s.b, 0, {nullptr, nullptr, nullptr, point.data()});
+      CHECK(point[0] == s.a.turn * s.joint.anchor_a);
+      CHECK(point[1] == s.b.turn * s.joint.anchor_b);
+      for (int row = 0; row < 3; ++row)
+        for (std::size_t v = 0; v < 4; v += 2) {
+          Vec3 unit(0);
+          unit[row] = v == 0 ? 1 : -1;
+          CHECK(whole.j[4 * std::size_t(row) + v] == unit);
+        }
+      for (int row = 3; row < row_count(s.joint); ++row) {
+        const Vec3* j = &whole.j[4 * std::size_t(row)];
+        CHECK(j[0] == Vec3(0));
+        CHECK(j[2] == Vec3(0));
+        CHECK(j[1] == point[std::size_t(row) - 1]);
+        CHECK(j[3] == -j[1]);
+      }
+    }
+  });
+}
+
+TEST_CASE("a kind's slide tells its turn where it says so") {
+  for_every_kind([](JointKind kind, const JointKindInfo& info, Dice& dice) {
+    for (int i = 0; i < kCases; ++i) {
+      Pair s = any_pair(kind, dice, 0.2);
+      const Real pitch = info.slide_per_turn(s.joint);
+      if (pitch == 0) return;
+      REQUIRE(info.counts_turns);
+      close(s);
+      Real turn = 0, slide = 0;
+      write_coordinate(s.joint, Coordinate::turn, s.a, s.b, 0, {&turn, nullptr, nullptr});
+      write_coordinate(s.joint, Coordinate::slide, s.a, s.b, 0, {&slide, nullptr, nullptr});
+      CHECK(slide == Approx(pitch * turn).margin(1e-12));
+    }
+  });
+}

@@ -1,0 +1,170 @@
+#!/usr/bin/env python3
+"""A new kind of joint, and a new integrator, is one file and one word in a list: CONTRIBUTING.md is
+followed to the letter in a copy of the engine, which is built and tried."""
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+ROOT = pathlib.Path(__file__).parents[2]
+COPIED = ["CMakeLists.txt", "engine", "tools/package", "tests/contract/joint_kinds_test.cpp",
+          "tests/solvers/trees.hpp"]
+LEFT_OUT = "-DPANTIN_{}=OFF"
+
+GUIDES = {
+    "## Add a joint in ten minutes": ["engine/joints/ring.hpp", "engine/joints/kinds.hpp"],
+    "## Add an integrator of the exact solver": [
+        "engine/solvers/lagrangian/midpoint.cpp", "engine/world/integrators.hpp"],
+}
+
+PROGRAM = r"""
+#include <cmath>
+#include <cstdio>
+#include <string>
+
+#include "engine/joints/kinds.hpp"
+#include "engine/runtime/simulation.hpp"
+#include "engine/scene/scene.hpp"
+
+using namespace pantin;
+
+#define REQUIRE(x) if (!(x)) return std::printf("not so: %s\n", #x), 1
+
+/// Where the bead is after half a second.
+Vec3 after(const World& start, const char* by, int steps) {
+  World world = start;
+  if (!integrator_from_name(by, world.default_settings.integrator)) return Vec3(1e9);
+  for (Body& b : world.bodies.values()) b.drag = 0;
+  Simulation simulation(world, {0.5 / steps});
+  for (int i = 0; i < steps; ++i)
+    if (simulation.step().status != Status::ok) return Vec3(1e9);
+  return simulation.world.bodies.values()[0].pose.position;
+}
+
+int main(int, char** arguments) {
+  const auto scene = load_scene(arguments[1]);
+  if (!scene) return std::printf("%s\n", scene.errors().front().message.c_str()), 1;
+  REQUIRE(scene->warnings.empty());
+  const Joint joint = scene->world.links.values()[0].joint;
+  REQUIRE(std::string(name_of(joint.kind)) == "ring");
+  REQUIRE(joint.kind == JointKind::ring && row_count(joint) == 2 && freedoms(joint.kind) == 4);
+
+  Simulation simulation(scene->world, {scene->step, scene->substeps, 1, true});
+  Real worst = 0, lowest = 0, fastest = 0;
+  for (int i = 0; i < 480; ++i) {
+    const StepReport report = simulation.step();
+    REQUIRE(report.status == Status::ok);
+    worst = std::max(worst, report.measures.worst_gap);
+    const Body& bead = simulation.world.bodies.values()[0];
+    worst = std::max(worst, std::abs(glm::length(bead.pose.position) - 0.3));
+    worst = std::max(worst, std::abs(bead.pose.position.z));
+    lowest = std::min(lowest, bead.pose.position.y);
+    fastest = std::max(fastest, glm::length(bead.velocity));
+  }
+  std::printf("off the ring by %.2g m, %.4f m down, %.4f m/s\n", double(worst), double(lowest),
+              double(fastest));
+  REQUIRE(worst <= 1e-9);
+  REQUIRE(lowest < -0.299);
+  REQUIRE(fastest > 2 && fastest < std::sqrt(2 * 9.81 * 0.3) + 1e-3);  // 2.426 m/s without drag
+
+  const Vec3 exact = after(scene->world, "rk4", 2000);
+  const Real one = glm::length(after(scene->world, "midpoint", 100) - exact);
+  const Real half = glm::length(after(scene->world, "midpoint", 200) - exact);
+  std::printf("midpoint errs by %.2g m, in half the step by %.2g m\n", double(one), double(half));
+  REQUIRE(std::abs(std::log2(one / half) - 2) < 0.2);
+
+  const std::string hinge = R"({"version": 1, "bodies": [{"name": "b", "mass": 1, "inertia": [1, 1, 1]}],
+    "joints": [{"kind": "hinge", "a": "world", "b": "b", "anchor": [0, 0, 0], "radius": 1}]})";
+  const auto refused = parse_scene(hinge, "hinge.json");
+  REQUIRE(!refused && refused.errors().size() == 1);
+  REQUIRE(refused.errors().front().message.find("of these kinds only: ring") != std::string::npos);
+  return 0;
+}
+"""
+
+BUILD = """
+find_package(Catch2 2.13 CONFIG QUIET)
+add_executable(tried tried.cpp)
+target_link_libraries(tried PRIVATE pantin_scene)
+if(TARGET Catch2::Catch2)
+  file(WRITE ${PROJECT_BINARY_DIR}/main.cpp "#define CATCH_CONFIG_MAIN\\n#include <catch2/catch.hpp>\\n")
+  add_executable(contract ${PROJECT_BINARY_DIR}/main.cpp tests/contract/joint_kinds_test.cpp)
+  target_link_libraries(contract PRIVATE pantin_core Catch2::Catch2)
+endif()
+"""
+
+
+def steps(heading):
+    """The files of a part of the guide, as {path: text}, in its order."""
+    guide = (ROOT / "CONTRIBUTING.md").read_text()
+    part = guide.split(heading)[1].split("\n## ")[0]
+    return dict(re.findall(r"^```\w+ (\S+)\n(.*?)^```$", part, re.M | re.S))
+
+
+def add_to_list(path, lines):
+    """An include among the others, a word at the end of the list that has words like it."""
+    text = path.read_text()
+    for line in lines.splitlines():
+        if line.startswith("#include"):
+            first = re.search(r'^#include "engine/', text, re.M).start()
+            text = text[:first] + line + "\n" + text[first:]
+        elif line:
+            like = re.escape(line.split("(")[0])
+            last = list(re.finditer(rf"^{like}\(.*\)$", text, re.M))[-1]
+            text = text[:last.end()] + " \\\n" + line + text[last.end():]
+    path.write_text(text)
+
+
+class NewThings(unittest.TestCase):
+    def run_there(self, *command, **more):
+        done = subprocess.run(command, cwd=self.there, capture_output=True, text=True, **more)
+        self.assertEqual(done.returncode, 0, f"{command}\n{done.stdout[-6000:]}{done.stderr[-3000:]}")
+        return done.stdout
+
+    def contents(self):
+        return {p: p.read_bytes() for p in (self.there / "engine").rglob("*") if p.is_file()}
+
+    def follow(self, heading, expected):
+        files = steps(heading)
+        self.assertEqual([name for name in files if name.startswith("engine/")], expected)
+        before = self.contents()
+        for name, text in files.items():
+            path = self.there / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            if path.exists():
+                add_to_list(path, text)
+            else:
+                path.write_text(text)
+        touched = [p for p, now in self.contents().items() if before.get(p) != now]
+        self.assertLessEqual(len(touched), 2, touched)
+
+    def test_are_one_file_and_one_word(self):
+        with tempfile.TemporaryDirectory() as folder:
+            self.there = pathlib.Path(folder)
+            for name in COPIED:
+                to = self.there / name
+                to.parent.mkdir(parents=True, exist_ok=True)
+                copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copyfile
+                copy(ROOT / name, to)
+            for heading, expected in GUIDES.items():
+                self.follow(heading, expected)
+            self.try_it()
+
+    def try_it(self):
+        (self.there / "tried.cpp").write_text(PROGRAM)
+        with open(self.there / "CMakeLists.txt", "a") as lists:
+            lists.write(BUILD)
+        # Warnings and speed are other tests' business.
+        self.run_there("cmake", "-B", "built", "-DCMAKE_BUILD_TYPE=None", "-DCMAKE_CXX_FLAGS=-O0 -w",
+                       *[LEFT_OUT.format(f) for f in ("RENDER", "PROGRAM", "VIEW", "DEMOS", "TESTS")])
+        self.run_there("cmake", "--build", "built", "--parallel", str(os.cpu_count() or 1))
+        print(self.run_there("built/bin/tried", "assets/scenes/ring.json"), end="")
+        if (self.there / "built/bin/contract").exists():
+            print(self.run_there("built/bin/contract").strip().splitlines()[-1])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,144 @@
+// Every kind of joint in the list as scene files tell it, read from what the kind tells of itself.
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "engine/joints/kinds.hpp"
+#include "engine/runtime/simulation.hpp"
+#include "engine/scene/keys.hpp"
+#include "tests/paths.hpp"
+#include "tests/scene/scenes.hpp"
+
+using namespace pantin;
+using namespace pantin::test;
+
+namespace {
+
+constexpr Real kValue = 0.25;  // of every parameter
+
+/// The members of a joint of this kind, all parameters told.
+std::string members_of(const JointKindInfo& kind, std::string_view word) {
+  std::string members = "\"kind\": \"" + std::string(word) + "\"";
+  if (!kind.is_line) members += R"(, "anchor_a": [0.1, 0, 0], "anchor_b": [-0.2, 0, 0.1])";
+  for (const Parameter& p : kind.parameters)
+    members += ", \"" + std::string(p.key) + "\": " + std::to_string(kValue);
+  return members;
+}
+
+std::string with_joint(const std::string& members) {
+  return with_two("\"solver\": {\"type\": \"lagrangian\"},\n"
+                  "\"joints\": [{\"name\": \"j\", \"a\": \"a\", \"b\": \"b\", " +
+                  members + "}]");
+}
+
+Joint joint_of(const Scene& scene) { return scene.world.links[scene.world.find("j")].joint; }
+
+void for_every_kind(auto check) {
+  for (int i = 0; i < kJointKinds; ++i) {
+    INFO(kJointKindInfos[i].name);
+    if (kJointKindInfos[i].in_files) check(static_cast<JointKind>(i), kJointKindInfos[i]);
+  }
+}
+
+bool any_has(const Lines& lines, std::string_view part) {
+  return std::ranges::any_of(lines,
+                             [&](const std::string& l) { return l.find(part) != l.npos; });
+}
+
+/// Keys of limits that a file may give a joint of this kind, with a value that fits.
+std::vector<std::pair<std::string, std::string>> limits_of(const JointKindInfo& kind) {
+  std::vector<std::pair<std::string, std::string>> limits;
+  for (const FreeCoordinate& c : kind.coordinates) {
+    if (c.limit.empty()) continue;
+    limits.emplace_back(c.limit, c.which == Coordinate::swing ? "1" : "[-0.5, 1]");
+    if (c.which == Coordinate::swing) limits.emplace_back("swing", "[1, 0.5]");
+  }
+  return limits;
+}
+
+}  // namespace
+
+TEST_CASE("every kind is read by its names, with its parameters") {
+  for_every_kind([](JointKind kind, const JointKindInfo& info) {
+    for (const std::string_view word : {info.name, info.alias}) {
+      if (word.empty()) continue;
+      const Joint joint = joint_of(good(with_joint(members_of(info, word))));
+      CHECK(joint.kind == kind);
+      JointExtras extras = *joint.extras;
+      for (const Parameter& p : info.parameters) CHECK(p.value(extras) == kValue);
+    }
+  });
+}
+
+TEST_CASE("every kind needs the parameters it says, and refuses those of others") {
+  for_every_kind([](JointKind, const JointKindInfo& info) {
+    JointKindInfo without = info;
+    without.parameters = {};
+    const std::string bare = with_joint(members_of(without, info.name));
+    std::set<std::string_view> own;
+    for (const Parameter& p : info.parameters) {
+      own.insert(p.key);
+      if (!p.needed.empty()) CHECK(any_has(complaints(bare), p.needed));
+    }
+    for (const std::string_view key : keys::kJointParameters) {
+      if (own.contains(key)) continue;
+      const Lines lines = complaints(
+          with_joint(members_of(info, info.name) + ", \"" + std::string(key) + "\": 1"));
+      CHECK(any_has(lines, "found \"" + std::string(key) + "\" of a " + std::string(info.name)));
+    }
+  });
+}
+
+TEST_CASE("every kind has the limits it says, and refuses others") {
+  std::set<std::string> all;
+  for_every_kind([&](JointKind, const JointKindInfo& info) {
+    for (const auto& [key, value] : limits_of(info)) {
+      all.insert(key);
+      const Joint joint = joint_of(good(with_joint(members_of(info, info.name) +
+                                                   ", \"limits\": {\"" + key + "\": " + value +
+                                                   "}")));
+      CHECK((joint.limits.any() || joint.extras->travel.on));
+    }
+  });
+  for_every_kind([&](JointKind, const JointKindInfo& info) {
+    std::set<std::string> foreign = all;
+    for (const auto& [key, value] : limits_of(info)) foreign.erase(key);
+    for (const std::string& key : foreign) {
+      const Lines lines = complaints(
+          with_joint(members_of(info, info.name) + ", \"limits\": {\"" + key + "\": [0, 1]}"));
+      CHECK(any_has(lines, "found a limit \"" + key + "\""));
+    }
+  });
+}
+
+TEST_CASE("every kind is solved: it stays closed while it moves") {
+  for_every_kind([](JointKind, const JointKindInfo& info) {
+    const Scene scene = good(with_joint(members_of(info, info.name)));
+    Simulation simulation(scene.world, {1.0 / 240, 1, 1, true});
+    for (int i = 0; i < 120; ++i) {
+      const StepReport report = simulation.step();
+      REQUIRE(report.status == Status::ok);
+      REQUIRE(report.measures.worst_gap <= 1e-10);
+    }
+  });
+}
+
+TEST_CASE("the schema has the words for every kind and integrator that a file can tell") {
+  std::ifstream file(asset("schema/scene.schema.json"));
+  const nlohmann::json defs = nlohmann::json::parse(file).at("$defs");
+  std::set<std::string> words, of_chains;
+  for_every_kind([&](JointKind, const JointKindInfo& info) {
+    words.emplace(info.name);
+    if (!info.alias.empty()) words.emplace(info.alias);
+    if (info.holds_point) of_chains.emplace(info.name);
+  });
+  const auto told = [&](const char* what) {
+    return defs.at(what).at("properties").at("kind").at("enum").get<std::set<std::string>>();
+  };
+  CHECK(told("joint") == words);
+  CHECK(told("chain") == of_chains);
+  const std::set<std::string> integrators(std::begin(kIntegratorNames),
+                                          std::end(kIntegratorNames));
+  const nlohmann::json& settings = defs.at("solver").at("properties");
+  CHECK(settings.at("integrator").at("enum").get<std::set<std::string>>() == integrators);
+}
