@@ -65,6 +65,7 @@ struct Partition {
     field("kinematic", derived(self.kinematic));
     field("faults", derived(self.faults));
     field("built_for", derived(self.built_for));
+    field("built", derived(self.built));
   }
 };
 

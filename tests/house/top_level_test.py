@@ -4,7 +4,7 @@ import subprocess
 import unittest
 
 ROOT = pathlib.Path(__file__).parents[2]
-ALLOWED = {"CMakeLists.txt", "CMakePresets.json", "CONTRIBUTING.md", "LICENSE", "README.md",
+ALLOWED = {"CMakeLists.txt", "CMakePresets.json", "CHANGELOG.md", "CONTRIBUTING.md", "LICENSE", "README.md",
            "assets", "demos", "engine", "tests", "tools"}
 HIDDEN = {".ci", ".clang-format", ".gitignore"}
 IGNORED = {".git", "build", "out", "compile_commands.json", ".cache"}  # as in .gitignore

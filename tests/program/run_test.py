@@ -125,8 +125,8 @@ class Run(unittest.TestCase):
         crowd = SCENES / "crowd.json"
         hashes = {run_json(crowd, "--duration", 0.5, "--threads", n)["hash"] for n in (1, 1, 2, 4)}
         self.assertEqual(len(hashes), 1)
-        self.assertNotEqual(run_json(CHAIN, "--duration", 1)["hash"],
-                            run_json(CHAIN, "--duration", 1, "--solver", "sweep")["hash"])
+        self.assertNotEqual(run_json(CHAIN, "--duration", 0.5)["hash"],
+                            run_json(CHAIN, "--duration", 0.5, "--solver", "sweep")["hash"])
         shown = pantin("run", CHAIN, "--duration", 1, "--hash").stdout
         self.assertIn(run_json(CHAIN, "--duration", 1)["hash"], shown)
 
@@ -164,14 +164,13 @@ class Run(unittest.TestCase):
                                       "drive", solver, "auto")
 
     def test_energy_that_grows_by_itself_ends_the_run(self):
-        swing = str(SCENES / "chain10.json")
-        done = pantin("run", swing, "--solver", "shake2", "--step", 1 / 30, "--duration", 20, "--json")
+        done = pantin("run", CHAIN, "--solver", "sweep", "--duration", 2, "--json")
         self.assertEqual(done.returncode, 3, done.stderr)
         told = json.loads(done.stdout)
         self.assertEqual(told["status"], "energy_grew")
         self.assertIn("body", told["lost"])
         self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
-        for word in ("chain10.json", "energy", "shake2", told["lost"]["body"]):
+        for word in ("chain.json", "energy", "sweep", told["lost"]["body"]):
             self.assertIn(word, done.stderr)
         # It is told long before it is out of all bounds.
         self.assertLess(told["energy_max_j"] - told["energy_start_j"], 1000)

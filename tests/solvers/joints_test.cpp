@@ -25,7 +25,9 @@ Real worst_gap(Solver solver, const TreeSpec& spec, const Drag& drag, std::uint6
   for (int i = 0; i < steps; ++i) {
     if (t.pin) sim.world.pins[t.pin].target += drag.speed * drag.h * dice.direction();
     const StepReport report = sim.step();
-    REQUIRE(report.status == Status::ok);
+    // Solvers that do not keep the energy say so; their joints are closed all the same.
+    const bool told = solver != Solver::automatic && report.status == Status::energy_grew;
+    REQUIRE((report.status == Status::ok || told));
     const Real far = t.pin ? glm::length(sim.world.pins[t.pin].target) : 0;
     const Real scale = articulated::islands_of(sim.world)[0].size + drag.speed * drag.h + far;
     worst = std::max(worst, report.measures.worst_gap / scale);

@@ -481,33 +481,6 @@ struct Remembered {
   std::size_t column = 0;
 };
 
-/// Whether an island is what it was, down to every number that is packed; its slots may be others.
-bool is_unchanged(const Island& was, const Island& now) {
-  const auto all = [](const auto& one, const auto& other, auto same) {
-    return std::equal(one.begin(), one.end(), other.begin(), other.end(), same);
-  };
-  const auto same_hold = [](const Hold& a, const Hold& b) {
-    return a.column == b.column && a.partner == b.partner && a.anchor == b.anchor &&
-           a.held_anchor == b.held_anchor && a.priority == b.priority &&
-           a.compliance == b.compliance && (a.held_pin == kNoSlot) == (b.held_pin == kNoSlot);
-  };
-  const auto same_cord = [](const Cord& a, const Cord& b) {
-    return a.column_a == b.column_a && a.column_b == b.column_b;
-  };
-  const auto same_tree = [](const Tree& a, const Tree& b) {
-    return a.first == b.first && a.anchor == b.anchor &&
-           (a.held_pin == kNoSlot) == (b.held_pin == kNoSlot);
-  };
-  const auto same_joint = [](const PackedJoint& a, const PackedJoint& b) {
-    return a.own_is_a == b.own_is_a && (a.drive == kNoSlot) == (b.drive == kNoSlot) &&
-           same_fields(a.joint, b.joint);
-  };
-  return was.bodies == now.bodies && was.parents == now.parents &&
-         same_fields(was.constants, now.constants) && same_fields(was.settings, now.settings) &&
-         all(was.trees, now.trees, same_tree) && all(was.holds, now.holds, same_hold) &&
-         all(was.cords, now.cords, same_cord) && all(was.joints, now.joints, same_joint);
-}
-
 void carry_memory(const std::vector<Island>& before, const World& world,
                   std::vector<Island>& made) {
   std::vector<Remembered> old(world.bodies.size());
@@ -538,12 +511,6 @@ void carry_memory(const std::vector<Island>& before, const World& world,
     }
     const Remembered& first = old[a.slots.front()];
     if (!first.island || first.island->bodies != a.bodies) continue;
-    // What was changed lies elsewhere: this island goes on as if nothing had happened.
-    if (is_unchanged(*first.island, a)) {
-      copy_state<IslandMemory>(*first.island, a);
-      a.resting = false;  // for a step: what it lay on may be gone
-      continue;
-    }
     // A free tree keeps what it knows of its angular momentum only while it stays the same.
     const Island& was = *first.island;
     for (std::size_t t = 0; t < a.trees.size() && a.trees.size() == was.trees.size(); ++t) {

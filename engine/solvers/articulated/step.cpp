@@ -261,6 +261,11 @@ void make_room_for_passes(Island& a) {
   r.factor.assign(rows * rows, 0), r.solved.assign(rows, 0);
 }
 
+bool has_free_tree(const Island& a) {
+  return std::any_of(a.trees.begin(), a.trees.end(),
+                     [&](const Tree& t) { return a.parents[t.first] == kFree; });
+}
+
 bool touches_anything(const World& world, const Island& a) {
   return std::any_of(a.bodies.begin(), a.bodies.end(),
                      [&](Entity e) { return world.collisions.find(e) != nullptr; });
@@ -281,7 +286,7 @@ void prepare(World& world) {
     if (!world.forces.empty()) r.forces.resize(6, n);
     if (!a.is_chain || shake) r.blocks.assign(kBlockSize * n, 0);
     if (shake) r.slide.assign(n, Vec3(0)), r.turn.assign(n, Vec3(0));
-    if (shake || a.parents.front() == kFree) r.loads.assign(n, Vec3(0));  // also outboard masses
+    if (shake || has_free_tree(a)) r.loads.assign(n, Vec3(0));  // also outboard masses
     if (has_rows(a) || !a.joints.empty()) make_room_for_passes(a);
     if (!world.collisions.empty() && touches_anything(world, a)) {
       r.touches.reserve(8 * n);
