@@ -1,6 +1,6 @@
 #pragma once
 /// THE list of shape kinds, in the order of their numbers. A new kind is one word here and the file
-/// engine/geometry/kinds/<word>.cpp, which defines shape_kinds::<word>; see kinds.hpp. Editors that
+/// engine/geometry/kinds/WORD.cpp, which defines shape_kinds::WORD; see kinds.hpp. Editors that
 /// check scenes want the new kind in assets/schema too, as schema_of() prints it: a test compares.
 #define PANTIN_SHAPE_KINDS(kind) \
   kind(sphere)                   \

@@ -1,7 +1,7 @@
 #pragma once
 /// What the engine asks of a kind of shape, and the table of all kinds.
 ///
-/// A kind is one file, engine/geometry/kinds/<word>.cpp, that fills in a ShapeTraits, and one word
+/// A kind is one file, engine/geometry/kinds/WORD.cpp, that fills in a ShapeTraits, and one word
 /// in kind_list.hpp. Contacts, mass, queries, pictures, scene files and their schema follow from
 /// that. A convex kind may leave out every function that can be had from `support`.
 #include <optional>

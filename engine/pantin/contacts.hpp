@@ -2,7 +2,7 @@
 /// Who touches whom: events by pairs of bodies; layers.
 ///
 /// A body takes part if it has a Collision (RigidBody::collision). Which pairs are looked at is said by
-/// layers, and by Collision::others and ::self for bodies that both move.
+/// layers, and by the fields `others` and `self` of Collision, for bodies that both move.
 #include <cstdint>
 #include <span>
 #include <vector>

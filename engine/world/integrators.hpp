@@ -1,6 +1,6 @@
 #pragma once
 /// THE list of the integrators of the Lagrangian solver. A new one is a row here and a file
-/// engine/solvers/lagrangian/`<word>`.cpp, which defines `lagrangian::integrators::<word>`.
+/// engine/solvers/lagrangian/WORD.cpp, which defines `lagrangian::integrators::WORD`.
 #include <cstdint>
 #include <iterator>
 #include <string_view>
