@@ -10,7 +10,7 @@ namespace {
 constexpr Real kWhole = 2 * std::numbers::pi;
 
 /// How far a body has turned about z against an angle it had before, rad.
-Real turned(const World& w, Entity body, Real from) {
+Real rotated(const World& w, Entity body, Real from) {
   const Quat q = w.origin_pose(body).rotation;
   return std::remainder(2 * std::atan2(q.z, q.w) - from, kWhole);
 }
@@ -28,10 +28,10 @@ int main(int argc, char** argv) {
   const Scene scene = demos::load("bicycle");
   const Entity wheel = scene.world.find("wheel");
   Real angle = 0;  // of the wheel, whole turns counted
-  demos::Extras extras;
-  extras.last_picture = 2.1;
-  extras.check = [&](const World& w, const demos::Outcome& worst, demos::Findings& f) {
-    angle += turned(w, wheel, angle);
+  demos::Extras parameters;
+  parameters.last_picture = 2.1;
+  parameters.check = [&](const World& w, const demos::Outcome& worst, demos::Findings& f) {
+    angle += rotated(w, wheel, angle);
     const Real way = pedalled(w.time);
     f.expect("turns of the pedals", way / kWhole, 2, 4);
     f.expect("turns of the wheel over these, by teeth 1.6", angle / way, 1.45, 1.65);
@@ -40,7 +40,7 @@ int main(int argc, char** argv) {
   };
   const auto script = [&](Simulation& sim, int step) {
     if (step == 0) angle = 0;
-    angle += turned(sim.world, wheel, angle);
+    angle += rotated(sim.world, wheel, angle);
   };
-  return demos::run(argc, argv, "bicycle", scene, script, extras);
+  return demos::run(argc, argv, "bicycle", scene, script, parameters);
 }

@@ -34,10 +34,11 @@ void lead(World& w, Real duration) {
       pose.position.y += rise * (0.004 * std::sin(2 * stride) - 0.014);
       pose.position.z += 0.006 * rise * std::sin(stride);
       if (std::string(part) == "leg_bar")
-        pose.rotation = turn_by(Vec3(0.6 * rise * std::sin(stride), 0, 0)) * from.rotation;
+        pose.rotation =
+            from_rotation_vector(Vec3(0.6 * rise * std::sin(stride), 0, 0)) * from.rotation;
       path.keys.push_back({time, pose});
     }
-    w.drives.add(e, Drive{path});
+    w.paths.add(e, KinematicPath{path});
   }
 }
 
@@ -72,9 +73,9 @@ int main(int argc, char** argv) {
   Scene scene = demos::load("bridge");
   lead(scene.world, scene.duration);
   Crossing crossing;
-  demos::Extras extras;
-  extras.width = 380, extras.height = 300;
-  extras.check = [&](const World& w, const demos::Outcome& worst, demos::Findings& f) {
+  demos::Extras parameters;
+  parameters.width = 380, parameters.height = 300;
+  parameters.check = [&](const World& w, const demos::Outcome& worst, demos::Findings& f) {
     look(w, crossing);
     const Vec3 pelvis = w.bodies[w.find("pantin/pelvis")].pose.position;
     f.expect("pelvis along the way at the end, m", pelvis.x, 1.05, 1.4);
@@ -92,5 +93,5 @@ int main(int argc, char** argv) {
     if (step == 0) crossing = {};
     look(sim.world, crossing);
   };
-  return demos::run(argc, argv, "bridge", scene, script, extras);
+  return demos::run(argc, argv, "bridge", scene, script, parameters);
 }

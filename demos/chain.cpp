@@ -22,7 +22,7 @@ Scene dragged_chain(int links, Entity& tip) {
   Lissajous eight;
   eight.centre = hand.pose;
   eight.amplitude = Vec3(0.6, 0.25, 0), eight.frequency = Vec3(0.4, 0.8, 0);
-  world.drives.add(before, {eight});
+  world.paths.add(before, {eight});
 
   Shape rod;
   rod.kind = ShapeKind::capsule;
@@ -51,7 +51,7 @@ int main(int argc, char** argv) {
   const Scene scene = dragged_chain(20, tip);
   return demos::run(argc, argv, "chain", scene, [&](Simulation& sim, int step) {
     if (step > 0) return;
-    sim.insert(Place::after_step, [tip](World& world, Real) {
+    sim.insert(Stage::after_step, [tip](World& world, Real) {
       Highest& highest = world.store<Highest>()[tip];
       highest.y = std::max(highest.y, world.bodies[tip].pose.position.y);
     });

@@ -19,9 +19,9 @@ Real aside(const World& w, const Scene& scene, int rope) {
 int main(int argc, char** argv) {
   const Scene scene = demos::load("curtain");
   Real farthest[kRopes] = {};
-  demos::Extras extras;
-  extras.last_picture = 4.8;
-  extras.check = [&](const World& w, const demos::Outcome& worst, demos::Findings& f) {
+  demos::Extras parameters;
+  parameters.last_picture = 4.8;
+  parameters.check = [&](const World& w, const demos::Outcome& worst, demos::Findings& f) {
     Real left = 0;
     for (int i = 0; i < kRopes; ++i) left = std::max(left, aside(w, scene, i));
     f.expect("least that a rope was pushed aside, m", *std::ranges::min_element(farthest), 0.15, 1);
@@ -35,5 +35,5 @@ int main(int argc, char** argv) {
         for (int i = 0; i < kRopes; ++i)
           farthest[i] = std::max(step == 0 ? 0 : farthest[i], aside(sim.world, scene, i));
       },
-      extras);
+      parameters);
 }

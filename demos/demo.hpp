@@ -4,10 +4,9 @@
 #include <cstdlib>
 #include <cstring>
 #include <functional>
-#include <string>
-
 #include <pantin/pantin.hpp>
 #include <pantin/scene.hpp>
+#include <string>
 #ifdef PANTIN_HAS_RENDER
 #include <pantin/render.hpp>
 #endif
@@ -27,10 +26,10 @@ using Script = std::function<void(Simulation&, int)>;
 
 struct Outcome {
   std::uint64_t hash = 0;
-  Real worst_gap = 0;        // part of the articulation's size
+  Real worst_gap = 0;        // part of the island's size
   Real worst_violation = 0;  // rad, of what joints allow
   Real worst_depth = 0;      // m, at contacts
-  Real worst_residual = 0;   // m, of pins, strings and loops
+  Real worst_residual = 0;   // m, of pins, cables and loops
   bool sound = true;         // every step could be taken
   StepReport last;           // of the last step
 };
@@ -85,18 +84,18 @@ inline Outcome play(const Scene& scene, int steps, const Script& script,
 }
 
 /// Plays a scene and leaves pictures of it side by side in a PNG. Returns the exit code.
-inline int draw_strip(const Scene& scene, int steps, const Script& script, const Extras& extras,
+inline int draw_strip(const Scene& scene, int steps, const Script& script, const Extras& parameters,
                       const std::string& path) {
 #ifdef PANTIN_HAS_RENDER
-  auto renderer = Renderer::create({extras.width, extras.height});
+  auto renderer = Renderer::create({parameters.width, parameters.height});
   if (!renderer) {
     for (const Error& e : renderer.errors()) std::fprintf(stderr, "%s\n", e.message.c_str());
     return 1;
   }
   View view = scene.view;
   if (view.camera.automatic)
-    view.camera = framing_camera(scene.world, view, Real(extras.width) / extras.height);
-  Strip strip(extras.columns, 1, extras.width, extras.height);
+    view.camera = framing_camera(scene.world, view, Real(parameters.width) / parameters.height);
+  Strip strip(parameters.columns, 1, parameters.width, parameters.height);
   Image image;
   play(scene, steps, script, [&](const World& world, int step) {
     const auto frames = static_cast<std::size_t>(steps) + 1;
@@ -107,7 +106,7 @@ inline int draw_strip(const Scene& scene, int steps, const Script& script, const
     char time[32];
     std::snprintf(time, sizeof time, "t = %.2f s", world.time);
     overlay.lines = {time};
-    overlay.joints = extras.joints;
+    overlay.joints = parameters.joints;
     (*renderer)->draw(world, {}, view, overlay, image);
     strip.add(image);
   });
@@ -117,7 +116,7 @@ inline int draw_strip(const Scene& scene, int steps, const Script& script, const
   return 4;
 #else
   static_cast<void>(scene), static_cast<void>(steps), static_cast<void>(script);
-  static_cast<void>(extras);
+  static_cast<void>(parameters);
   std::fprintf(stderr, "%s: this build has no pictures\n", path.c_str());
   return 1;
 #endif
@@ -127,7 +126,7 @@ inline int draw_strip(const Scene& scene, int steps, const Script& script, const
 /// it is played twice: the second time must end in the same bits. Without, the extras' check is
 /// made at the end. Returns the exit code.
 inline int run(int argc, char** argv, const char* name, const Scene& scene,
-               const Script& script = {}, const Extras& extras = {}) {
+               const Script& script = {}, const Extras& parameters = {}) {
   int steps = static_cast<int>(std::lround(scene.duration / scene.step));
   const bool twice = argc == 3 && std::strcmp(argv[1], "--steps") == 0;
   const bool draw = argc == 3 && std::strcmp(argv[1], "--strip") == 0;
@@ -135,9 +134,9 @@ inline int run(int argc, char** argv, const char* name, const Scene& scene,
     std::fprintf(stderr, "usage: %s [--steps N | --strip F.png]\n", argv[0]);
     return 2;
   }
-  if (draw && extras.last_picture > 0)
-    steps = static_cast<int>(std::lround(extras.last_picture / scene.step));
-  if (draw) return draw_strip(scene, steps, script, extras, argv[2]);
+  if (draw && parameters.last_picture > 0)
+    steps = static_cast<int>(std::lround(parameters.last_picture / scene.step));
+  if (draw) return draw_strip(scene, steps, script, parameters, argv[2]);
   if (twice) steps = std::atoi(argv[2]);
   if (steps < 1) {
     std::fprintf(stderr, "%s: found --steps %s, expected a number from 1\n", argv[0], argv[2]);
@@ -154,7 +153,7 @@ inline int run(int argc, char** argv, const char* name, const Scene& scene,
               static_cast<unsigned long long>(first.hash), first.sound ? "" : "  DIVERGED",
               tight ? "" : "  DRIFTED", stable ? "" : "  NOT REPEATABLE");
   Findings findings;
-  if (extras.check && !twice && first.sound) extras.check(end, first, findings);
+  if (parameters.check && !twice && first.sound) parameters.check(end, first, findings);
   std::printf("%s", findings.text.c_str());
   return first.sound && tight && stable && findings.as_expected ? 0 : 3;
 }

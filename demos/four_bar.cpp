@@ -17,10 +17,10 @@ Vec3 far_end(Real angle) {
   const Vec3 tip(kCrank * std::cos(angle), kCrank * std::sin(angle), 0);
   const Vec3 away = Vec3(kGround, 0, 0) - tip;
   const Real d = glm::length(away);
-  const Real open = std::acos((kCoupler * kCoupler + d * d - kRocker * kRocker) /
-                              (2 * kCoupler * d));
-  const Real turn = std::atan2(away.y, away.x) + open;
-  return tip + kCoupler * Vec3(std::cos(turn), std::sin(turn), 0) + Vec3(0, kUp, 0);
+  const Real open =
+      std::acos((kCoupler * kCoupler + d * d - kRocker * kRocker) / (2 * kCoupler * d));
+  const Real rotation = std::atan2(away.y, away.x) + open;
+  return tip + kCoupler * Vec3(std::cos(rotation), std::sin(rotation), 0) + Vec3(0, kUp, 0);
 }
 
 }  // namespace
@@ -29,9 +29,9 @@ int main(int argc, char** argv) {
   const Scene scene = demos::load("four_bar");
   const Entity crank = scene.world.find("crank"), coupler = scene.world.find("coupler");
   Real worst_place = 0, way = 0, last = 0;
-  demos::Extras extras;
-  extras.last_picture = 1.7;
-  extras.check = [&](const World&, const demos::Outcome& worst, demos::Findings& f) {
+  demos::Extras parameters;
+  parameters.last_picture = 1.7;
+  parameters.check = [&](const World&, const demos::Outcome& worst, demos::Findings& f) {
     f.expect("coupler off its place, m", worst_place, 0, 2e-9);
     f.expect("turns of the crank", way / (2 * kPi), 2.5, 3.1);
     f.expect("joints open at the worst, part of the size", worst.worst_gap, 0, 1e-12);
@@ -44,5 +44,5 @@ int main(int argc, char** argv) {
     const Vec3 found = to_world(sim.world.origin_pose(coupler), {kCoupler / 2, 0, 0});
     worst_place = std::max(worst_place, glm::length(found - far_end(angle)));
   };
-  return demos::run(argc, argv, "four_bar", scene, script, extras);
+  return demos::run(argc, argv, "four_bar", scene, script, parameters);
 }

@@ -1,4 +1,4 @@
-// A rope of the procedural solver hangs on a gate of the Lagrangian one: each feels the other.
+// A rope of the articulated solver hangs on a gate of the Lagrangian one: each feels the other.
 #include "demos/demo.hpp"
 
 using namespace pantin;
@@ -8,14 +8,14 @@ int main(int argc, char** argv) {
   const Entity gate = scene.world.find("gate"), end = scene.world.find("rope/13"),
                knot = scene.world.find("knot");
   Real farthest = 0, pulled = 0;
-  demos::Extras extras;
-  extras.last_picture = 2.4;
-  extras.check = [&](const World& w, const demos::Outcome& worst, demos::Findings& f) {
+  demos::Extras parameters;
+  parameters.last_picture = 2.4;
+  parameters.check = [&](const World& w, const demos::Outcome& worst, demos::Findings& f) {
     f.expect("rope swings out, m", farthest, 0.1, 1);
     f.expect("pull of the rope on the gate at most, N", pulled, 1, 60);
     f.expect("knot open at the worst, m", worst.worst_residual, 0, 1e-4);
     f.expect("joints open at the worst, part of the size", worst.worst_gap, 0, 1e-11);
-    f.expect("gate still turns, rad/s", std::abs(w.bodies[gate].spin.y), 0, 1.6);
+    f.expect("gate still turns, rad/s", std::abs(w.bodies[gate].angular_velocity.y), 0, 1.6);
   };
   const auto script = [&](Simulation& sim, int step) {
     if (step == 0) farthest = pulled = 0;
@@ -26,5 +26,5 @@ int main(int argc, char** argv) {
     if (const auto force = pin_force(sim.world, knot))
       pulled = std::max(pulled, glm::length(*force));
   };
-  return demos::run(argc, argv, "gate", scene, script, extras);
+  return demos::run(argc, argv, "gate", scene, script, parameters);
 }

@@ -1,4 +1,5 @@
-// An arm and a leg whose muscles pull beyond the ranges of their joints: the joints stop there.
+// An arm and a leg whose joint drives pull beyond the ranges of their joints: the joints stop
+// there.
 #include <algorithm>
 #include <numbers>
 
@@ -20,23 +21,24 @@ struct Reached {
   Real shoulder_swing = 0, hip_swing = 0;  // hip: 1 is on the rim of its elliptic cone
 };
 
-Quat turn(const World& w, const char* name) {
+Quat rotation(const World& w, const char* name) {
   const Link& l = w.links[w.find(name)];
-  return relative_turn(l.joint, w.bodies[l.a].pose.rotation, w.bodies[l.b].pose.rotation);
+  return relative_rotation(l.joint, w.bodies[l.a].pose.rotation, w.bodies[l.b].pose.rotation);
 }
 
 Real hinge_angle(const World& w, const char* name) {
-  const Quat q = turn(w, name);
+  const Quat q = rotation(w, name);
   return std::remainder(2 * std::atan2(q.x, q.w), 2 * std::numbers::pi);
 }
 
 void look(const World& w, Reached& r) {
   r.elbow.add(hinge_angle(w, "elbow"));
   r.knee.add(hinge_angle(w, "knee"));
-  const UniversalAngles ankle = universal_angles(turn(w, "ankle"));
+  const UniversalAngles ankle = universal_angles(rotation(w, "ankle"));
   r.ankle_first.add(ankle.first);
   r.ankle_second.add(ankle.second);
-  const SwingTwist shoulder = swing_twist(turn(w, "shoulder")), hip = swing_twist(turn(w, "hip"));
+  const SwingTwist shoulder = swing_twist(rotation(w, "shoulder")),
+                   hip = swing_twist(rotation(w, "hip"));
   r.shoulder_twist.add(shoulder.twist);
   r.shoulder_swing = std::max(r.shoulder_swing, glm::length(shoulder.swing));
   const Vec3 part = hip.swing / Vec3(1, 70 * kDegree, 25 * kDegree);
@@ -48,9 +50,9 @@ void look(const World& w, Reached& r) {
 int main(int argc, char** argv) {
   const Scene scene = demos::load("joint_ranges");
   Reached reached;
-  demos::Extras extras;
-  extras.joints = true;
-  extras.check = [&](const World& w, const demos::Outcome& worst, demos::Findings& f) {
+  demos::Extras parameters;
+  parameters.joints = true;
+  parameters.check = [&](const World& w, const demos::Outcome& worst, demos::Findings& f) {
     look(w, reached);
     const auto stops = [&](const char* what, Real found, Real degrees) {
       const Real limit = degrees * kDegree;
@@ -76,5 +78,5 @@ int main(int argc, char** argv) {
         if (step == 0) reached = {};
         look(sim.world, reached);
       },
-      extras);
+      parameters);
 }

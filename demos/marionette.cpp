@@ -1,4 +1,4 @@
-// A puppet on strings: it walks and waves as its bars are rocked.
+// A puppet on cables: it walks and waves as its bars are rocked.
 #include "demos/demo.hpp"
 
 int main(int argc, char** argv) {

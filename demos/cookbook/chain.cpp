@@ -1,6 +1,5 @@
 // A chain hung by one end and let go.
 #include <cstdio>
-
 #include <pantin/pantin.hpp>
 
 using namespace pantin;

@@ -1,6 +1,5 @@
 // A ball falls on the ground, bounces and comes to rest: who touches whom, when, how hard.
 #include <cstdio>
-
 #include <pantin/pantin.hpp>
 
 using namespace pantin;
@@ -8,7 +7,9 @@ using namespace pantin;
 int main() {
   World world;
   world
-      .add(RigidBody{.motion = Motion::fixed, .shape = PlaneShape{}, .collision = Collision{},
+      .add(RigidBody{.motion = Motion::fixed,
+                     .shape = PlaneShape{},
+                     .collision = Collision{},
                      .name = "ground"})
       .value();
   world

@@ -1,6 +1,5 @@
 // A four-bar linkage whose crank is turned by a motor, with exact joints.
 #include <cstdio>
-
 #include <pantin/pantin.hpp>
 
 using namespace pantin;
@@ -19,9 +18,10 @@ int main() {
   };
   const Entity frame = world.add(RigidBody{.motion = Motion::fixed}).value();
   const Entity crank = bar(a, b), coupler = bar(b, c), rocker = bar(c, d);
-  const Motor motor{.kind = MotorKind::velocity, .target = 2 * kPi, .gain = 50};
+  const JointMotor motor{.kind = MotorKind::velocity, .target = 2 * kPi, .gain = 50};
   const Entity drive =
-      world.add(HingeJoint{.a = frame, .b = crank, .anchor = a, .axis = out, .motor = motor}).value();
+      world.add(HingeJoint{.a = frame, .b = crank, .anchor = a, .axis = out, .motor = motor})
+          .value();
   world.add(HingeJoint{.a = crank, .b = coupler, .anchor = b, .axis = out}).value();
   world.add(HingeJoint{.a = coupler, .b = rocker, .anchor = c, .axis = out}).value();
   const Entity swing =

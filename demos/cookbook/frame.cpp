@@ -1,6 +1,5 @@
 // One picture of a ragdoll, without a window.
 #include <cstdio>
-
 #include <pantin/pantin.hpp>
 #include <pantin/render.hpp>
 
@@ -19,4 +18,4 @@ int main() {
   write_png("ragdoll.png", image).value();
   std::printf("ragdoll.png, %d x %d\n", image.width, image.height);
 }
-// prints: ragdoll.png, 320 x 240|no picture: 
+// prints: ragdoll.png, 320 x 240|no picture:

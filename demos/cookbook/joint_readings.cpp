@@ -1,6 +1,5 @@
 // What a pendulum's hinge says: its angle, its speed, what it bears.
 #include <cstdio>
-
 #include <pantin/pantin.hpp>
 
 using namespace pantin;
@@ -9,12 +8,11 @@ int main() {
   World world;
   world.default_settings.solver = Solver::lagrangian;
   const Entity frame = world.add(RigidBody{.motion = Motion::fixed}).value();
-  const Entity bob = world
-                         .add(RigidBody{.shape = SphereShape{.radius = 0.05},
-                                        .mass = 2.0,
-                                        .position = {1, 0, 0},
-                                        .drag = 0})
-                         .value();
+  const Entity bob =
+      world
+          .add(RigidBody{
+              .shape = SphereShape{.radius = 0.05}, .mass = 2.0, .position = {1, 0, 0}, .drag = 0})
+          .value();
   const Entity hinge = world.add(HingeJoint{.a = frame, .b = bob, .axis = {0, 0, 1}}).value();
 
   Simulation simulation(world, {.h = 1e-3});

@@ -1,6 +1,5 @@
 // Two hundred chains stepped by several threads; the bits are those of one thread.
 #include <cstdio>
-
 #include <pantin/pantin.hpp>
 
 using namespace pantin;

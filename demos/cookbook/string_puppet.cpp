@@ -1,6 +1,5 @@
-// A puppet on five strings, held by a crossbar that sways.
+// A puppet on five cables, held by a crossbar that sways.
 #include <cstdio>
-
 #include <pantin/pantin.hpp>
 
 using namespace pantin;
@@ -13,20 +12,21 @@ int main() {
   Lissajous sway;
   sway.centre.position = hand, sway.rise = 1;
   sway.amplitude = {0.1, 0.03, 0.05}, sway.frequency = {0.4, 0.8, 0.3};
-  world.drives.add(bar, {sway});
+  world.paths.add(bar, {sway});
 
-  std::vector<Entity> strings;
-  for (const Entity limb : {puppet.head, puppet.forearms[0], puppet.forearms[1], puppet.shins[0],
-                            puppet.shins[1]}) {
+  std::vector<Entity> cables;
+  for (const Entity limb :
+       {puppet.head, puppet.forearms[0], puppet.forearms[1], puppet.shins[0], puppet.shins[1]}) {
     const Vec3 below = world.bodies[limb].pose.position;
-    const CableJoint string{.a = bar, .b = limb, .anchor_a = {below.x, hand.y, 0}, .anchor_b = below};
-    strings.push_back(world.add(string).value());
+    const CableJoint string{
+        .a = bar, .b = limb, .anchor_a = {below.x, hand.y, 0}, .anchor_b = below};
+    cables.push_back(world.add(string).value());
   }
   Simulation simulation(world);
   for (int i = 0; i < 600; ++i)
     if (simulation.step().status != Status::ok) return 1;
   Real borne = 0;
-  for (const Entity string : strings) borne += cable_tension(simulation.world, string);
+  for (const Entity string : cables) borne += cable_tension(simulation.world, string);
   std::printf("the strings pull with %.0f N together\n", borne);
 }
-// prints: the strings pull with [1-4][0-9] N together
+// prints: the cables pull with [1-4][0-9] N together

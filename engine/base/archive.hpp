@@ -1,6 +1,6 @@
 #pragma once
-/// Structs with `fields` to bytes and back. Numbers are stored as they lie in memory, so that the
-/// same bits come back; the order of bytes is the machine's.
+/// Structs with `fields` to bytes and back. Numbers are stored in their memory representation, so
+/// that the same bits come back; the order of bytes is the machine's.
 #include <cstring>
 #include <string>
 #include <string_view>

@@ -25,7 +25,8 @@ struct Target {
 bool names_a_device(const fs::path& path) {
   std::error_code none;
   const std::string name = fs::absolute(path, none).lexically_normal().generic_string();
-  return (name.starts_with("/dev/") && !name.starts_with("/dev/shm/")) || name.starts_with("/proc/");
+  return (name.starts_with("/dev/") && !name.starts_with("/dev/shm/")) ||
+         name.starts_with("/proc/");
 }
 
 Target resolve(const std::string& path) {

@@ -8,10 +8,10 @@
 
 namespace pantin {
 
-/// A file that appears under its name whole or not at all: it grows beside its place, as `path`.part,
-/// and `commit` renames it, so that a full disk or an interrupt costs no older file. A link is
-/// followed, and its target replaced. Devices, pipes and standard output have no older version and
-/// must stay what they are: they are written in place.
+/// A file that appears under its name whole or not at all: it grows beside its place, as
+/// `path`.part, and `commit` renames it, so that a full disk or an interrupt costs no older file. A
+/// link is followed, and its target replaced. Devices, pipes and standard output have no older
+/// version and must stay what they are: they are written in place.
 ///
 /// Errors are one line, "<path>: <reason>". After the first one nothing more is written, and every
 /// later call returns it again.

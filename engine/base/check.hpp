@@ -1,5 +1,5 @@
 #pragma once
-/// PANTIN_ASSERT: mistakes of the programmer stop at once, in Debug builds and in tests.
+/// PANTIN_ASSERT: programming errors abort the program, in Debug builds and in tests.
 #include <cstdio>
 #include <cstdlib>
 

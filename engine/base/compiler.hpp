@@ -1,8 +1,8 @@
 #pragma once
 /// All that a compiler offers beyond the language. Everything else is standard C++20, so that a
-/// new compiler needs a look at this file only; without its gifts the plain forms below do the same,
-/// bit for bit, and slower (PANTIN_PLAIN_CPP asks for them).
-/// Vectors are in lanes.hpp beside it.
+/// new compiler needs a look at this file only; without its gifts the plain forms below do the
+/// same, bit for bit, and slower (PANTIN_PLAIN_CPP asks for them). Vectors are in lanes.hpp beside
+/// it.
 
 #if defined(__GNUC__) && !defined(PANTIN_PLAIN_CPP)
 #define PANTIN_INLINE inline __attribute__((always_inline))
@@ -16,9 +16,9 @@
 /// Vectors wider than the baseline's registers are passed between inlined functions only.
 #define PANTIN_QUIET_VECTORS _Pragma("GCC diagnostic ignored \"-Wpsabi\"")
 /// Around headers of others that do not keep our warnings.
-#define PANTIN_QUIET_BEGIN                                                                     \
-  _Pragma("GCC diagnostic push") _Pragma("GCC diagnostic ignored \"-Wconversion\"")            \
-      _Pragma("GCC diagnostic ignored \"-Wunused-function\"")                                  \
+#define PANTIN_QUIET_BEGIN                                                          \
+  _Pragma("GCC diagnostic push") _Pragma("GCC diagnostic ignored \"-Wconversion\"") \
+      _Pragma("GCC diagnostic ignored \"-Wunused-function\"")                       \
           _Pragma("GCC diagnostic ignored \"-Wunused-parameter\"")
 #define PANTIN_QUIET_END _Pragma("GCC diagnostic pop")
 #else

@@ -1,5 +1,5 @@
 #pragma once
-/// Sets of things that are tied together.
+/// Disjoint sets (union-find).
 #include <algorithm>
 #include <cstdint>
 #include <numeric>
@@ -7,7 +7,8 @@
 
 namespace pantin {
 
-/// Numbers below `count`, joined to sets by and by; a set is known by its lowest number.
+/// Numbers below `count`, merged into sets one pair at a time. The representative of a set is its
+/// lowest number.
 class DisjointSets {
  public:
   explicit DisjointSets(std::size_t count) : parent_(count) {

@@ -85,8 +85,7 @@ enum class Role : std::uint8_t { state, passive, derived };
 
 /// Takes the mark off a field: calls `to(role, member)`.
 template <class T, class To>
-  requires(!kIsMarked<T> && !kIsInPlace<T>)
-void unwrap(T& member, To&& to) {
+requires(!kIsMarked<T> && !kIsInPlace<T>) void unwrap(T& member, To&& to) {
   to(Role::state, member);
 }
 template <class T, class To>
@@ -147,12 +146,14 @@ inline constexpr bool kIsSpace = std::same_as<T, Vec3> || std::same_as<T, Quat> 
 
 /// An enum that names its last value by a function `last_of(E)`: others are refused in files.
 template <class T>
-concept HasLast = std::is_enum_v<T> && requires(T value) { last_of(value); };
+concept HasLast = std::is_enum_v<T> && requires(T value) {
+  last_of(value);
+};
 
 /// Types whose parts are always the same: calls `part(name, member)` for each, marks left on.
 template <class T>
-concept FixedParts = HasFields<T> || fields::kIsSpace<std::remove_cv_t<T>> ||
-                     fields::kIsArray<std::remove_cv_t<T>>;
+concept FixedParts =
+    HasFields<T> || fields::kIsSpace<std::remove_cv_t<T>> || fields::kIsArray<std::remove_cv_t<T>>;
 
 template <FixedParts T, class Part>
 void for_each_part(T& value, Part&& part) {
@@ -222,8 +223,8 @@ Member& same_member(const T& one, const Member& member, T& other) {
   return *reinterpret_cast<Member*>(reinterpret_cast<char*>(&other) + offset);
 }
 
-/// Copies the state from `from` to `to`, and nothing else: what is passive or derived in `to` stays,
-/// also in the elements of vectors that are equally long.
+/// Copies the state from `from` to `to`, and nothing else: what is passive or derived in `to`
+/// stays, also in the elements of vectors that are equally long.
 template <class T>
 void copy_state(const T& from, T& to) {
   if constexpr (HasFields<T>) {

@@ -1,5 +1,5 @@
 #pragma once
-/// A 64-bit fingerprint of state, over the bits of the numbers: equal states, equal fingerprints.
+/// A 64-bit hash of state, computed from the bits of the numbers: equal states have equal hashes.
 #include <cstdint>
 #include <cstring>
 #include <string_view>

@@ -17,9 +17,7 @@ typedef double Four __attribute__((vector_size(32)));
 typedef double Two __attribute__((vector_size(16)));
 typedef double UnalignedFour __attribute__((vector_size(32), aligned(8), may_alias));
 
-PANTIN_INLINE Four load_four(const double* p) {
-  return *reinterpret_cast<const UnalignedFour*>(p);
-}
+PANTIN_INLINE Four load_four(const double* p) { return *reinterpret_cast<const UnalignedFour*>(p); }
 PANTIN_INLINE void store_four(double* p, Four v) { *reinterpret_cast<UnalignedFour*>(p) = v; }
 
 template <class Mask, class T>
@@ -39,24 +37,24 @@ using Four = LanesOf<double, 4>;
 using Two = LanesOf<double, 2>;
 
 // Lane by lane; a number counts as that number in every lane.
-#define PANTIN_LANES(op, Result)                                                               \
-  template <int N>                                                                             \
-  PANTIN_INLINE LanesOf<Result, N> operator op(LanesOf<double, N> a, LanesOf<double, N> b) {   \
-    LanesOf<Result, N> r{};                                                                    \
-    for (int i = 0; i < N; ++i) r.lane[i] = a.lane[i] op b.lane[i];                            \
-    return r;                                                                                  \
-  }                                                                                            \
-  template <int N>                                                                             \
-  PANTIN_INLINE LanesOf<Result, N> operator op(double a, LanesOf<double, N> b) {               \
-    LanesOf<Result, N> r{};                                                                    \
-    for (int i = 0; i < N; ++i) r.lane[i] = a op b.lane[i];                                    \
-    return r;                                                                                  \
-  }                                                                                            \
-  template <int N>                                                                             \
-  PANTIN_INLINE LanesOf<Result, N> operator op(LanesOf<double, N> a, double b) {               \
-    LanesOf<Result, N> r{};                                                                    \
-    for (int i = 0; i < N; ++i) r.lane[i] = a.lane[i] op b;                                    \
-    return r;                                                                                  \
+#define PANTIN_LANES(op, Result)                                                             \
+  template <int N>                                                                           \
+  PANTIN_INLINE LanesOf<Result, N> operator op(LanesOf<double, N> a, LanesOf<double, N> b) { \
+    LanesOf<Result, N> r{};                                                                  \
+    for (int i = 0; i < N; ++i) r.lane[i] = a.lane[i] op b.lane[i];                          \
+    return r;                                                                                \
+  }                                                                                          \
+  template <int N>                                                                           \
+  PANTIN_INLINE LanesOf<Result, N> operator op(double a, LanesOf<double, N> b) {             \
+    LanesOf<Result, N> r{};                                                                  \
+    for (int i = 0; i < N; ++i) r.lane[i] = a op b.lane[i];                                  \
+    return r;                                                                                \
+  }                                                                                          \
+  template <int N>                                                                           \
+  PANTIN_INLINE LanesOf<Result, N> operator op(LanesOf<double, N> a, double b) {             \
+    LanesOf<Result, N> r{};                                                                  \
+    for (int i = 0; i < N; ++i) r.lane[i] = a.lane[i] op b;                                  \
+    return r;                                                                                \
   }
 PANTIN_LANES(+, double)
 PANTIN_LANES(-, double)
@@ -97,7 +95,8 @@ PANTIN_INLINE void store_four(double* p, Four v) {
 }
 
 template <class T, int N>
-PANTIN_INLINE LanesOf<T, N> choose(LanesOf<long long, N> mask, LanesOf<T, N> yes, LanesOf<T, N> no) {
+PANTIN_INLINE LanesOf<T, N> choose(LanesOf<long long, N> mask, LanesOf<T, N> yes,
+                                   LanesOf<T, N> no) {
   for (int i = 0; i < N; ++i) no.lane[i] = mask.lane[i] != 0 ? yes.lane[i] : no.lane[i];
   return no;
 }

@@ -1,5 +1,5 @@
 #pragma once
-/// The words for space: numbers, vectors, rotations, poses. The only file that includes glm.
+/// Numbers, vectors, rotations and poses. The only file that includes glm.
 ///
 /// SI units, +Y up, right-handed. Quaternions rotate body axes into world axes. In memory glm keeps
 /// them as (x, y, z, w), which is also the order of scene files; the constructor takes w first.
@@ -19,9 +19,9 @@ using Quat = glm::dquat;
 using Mat3 = glm::dmat3;
 
 inline constexpr Real kPi = std::numbers::pi_v<Real>;
-inline const Quat kNoTurn{1, 0, 0, 0};
+inline const Quat kIdentity{1, 0, 0, 0};
 
-/// Where a rigid frame is: `position` of its origin and `rotation` of its axes, in the outer frame.
+/// A rigid frame: `position` of its origin and `rotation` of its axes, in the outer frame.
 struct Pose {
   Vec3 position{0};
   Quat rotation{1, 0, 0, 0};

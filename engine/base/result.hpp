@@ -1,5 +1,5 @@
 #pragma once
-/// Either a value or the reasons why there is none, for things a user can get wrong.
+/// Either a value or the errors that explain why there is none. For mistakes that a user can make.
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -8,7 +8,7 @@
 
 namespace pantin {
 
-/// One complaint: where, what was found, what was expected. `message` is one whole line.
+/// One error: where it is, what was found, what was expected. `message` is one whole line.
 struct Error {
   std::string message;
 };
@@ -49,7 +49,7 @@ class Result {
     return std::get<0>(std::move(held_));
   }
 
-  /// All complaints, in the order they were met. Only for a failed result.
+  /// All errors, in the order in which they were found. Only for a failed result.
   const std::vector<Error>& errors() const { return std::get<1>(held_); }
 
  private:

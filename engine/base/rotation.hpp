@@ -4,8 +4,8 @@
 
 namespace pantin {
 
-/// The quaternion of a rotation vector; its angle may be any number.
-inline Quat turn_by(Vec3 rotation_vector) {
+/// The quaternion of a rotation vector (exponential map); any angle is allowed.
+inline Quat from_rotation_vector(Vec3 rotation_vector) {
   const Real angle2 = glm::dot(rotation_vector, rotation_vector);
   if (angle2 < 1e-6) {  // series: sin(t/2)/t loses digits near zero
     const Real scale = 0.5 - angle2 / 48 + angle2 * angle2 / 3840;
@@ -26,16 +26,17 @@ inline Vec3 rotation_vector(Quat q) {
   return v * (2 * std::atan2(n, q.w) / n);
 }
 
-/// The rotation that Cayley's map makes of `d`: angle 2 atan(|d|/2), always below pi, no
-/// trigonometry.
+/// The rotation of `d` by Cayley's map: angle 2 atan(|d|/2), always below pi, without trigonometry.
 inline Quat cayley(Vec3 d) { return glm::normalize(Quat(1, 0.5 * d)); }
 
-/// A part `k` of a rotation, taken the short way round.
-inline Quat part_of(Quat turn, Real k) { return turn_by(k * rotation_vector(turn)); }
+/// The fraction `k` of a rotation, along the shortest path.
+inline Quat fraction_of(Quat rotation, Real k) {
+  return from_rotation_vector(k * rotation_vector(rotation));
+}
 
 /// Angular velocity that carries `from` to `to` in `h` seconds at a constant rate, world axes,
 /// rad/s.
-inline Vec3 spin_between(Quat from, Quat to, Real h) {
+inline Vec3 angular_velocity_between(Quat from, Quat to, Real h) {
   return rotation_vector(to * glm::conjugate(from)) / h;
 }
 

@@ -10,22 +10,22 @@ namespace pantin {
 
 struct World;
 
-/// One point where two bodies touch or are about to.
+/// One contact point of two bodies that touch or may touch within the step.
 struct Contact {
   std::uint32_t slot_a = 0, slot_b = 0;  // in World::bodies; a is dynamic
-  std::uint64_t key = 0;                 // the shapes and features concerned: the same next step
+  std::uint64_t key = 0;                 // identifies shapes and features; equal in the next step
   Vec3 point_a{0}, point_b{0};           // in the bodies' mass-centre frames, m
   Vec3 normal{0, 1, 0};                  // unit, world, from b to a
   Real gap = 0;                          // m, at the start of the step; below 0: overlap
   Real friction = 0, restitution = 0;
-  // What the step left:
-  Vec3 load{0};        // multiplier on a, kg m, world
-  Vec3 before{0};      // the same after the step before
-  Real sliding = 1;    // part of the sticking load that friction can bear; 1: sticks
-  Real impact = 0;     // m/s, approach not yet given back by restitution
-  bool active = false; // bears a load
-  Vec3 force{0};       // N, on a, mean over the step
-  Real depth = 0;      // m, overlap left after the step, never negative
+  // Results of the step:
+  Vec3 lambda{0};       // multiplier on a, kg m, world
+  Vec3 before{0};       // the same after the step before
+  Real sliding = 1;     // fraction of the sticking force that friction can provide; 1: sticks
+  Real impact = 0;      // m/s, approach speed that restitution has yet to return
+  bool active = false;  // exerts a force
+  Vec3 force{0};        // N, on a, mean over the step
+  Real depth = 0;       // m, penetration after the step, never negative
 
   static void fields(auto& self, auto&& field) {
     field("slot_a", self.slot_a);
@@ -37,7 +37,7 @@ struct Contact {
     field("gap", passive(self.gap));
     field("friction", passive(self.friction));
     field("restitution", passive(self.restitution));
-    field("load", self.load);
+    field("lambda", self.lambda);
     field("before", passive(self.before));
     field("sliding", self.sliding);
     field("impact", self.impact);
@@ -47,7 +47,7 @@ struct Contact {
   }
 };
 
-/// The contacts of the last step, in order of bodies and keys.
+/// Contacts of the last step, sorted by bodies and key.
 const std::vector<Contact>& contacts_of(const World& world);
 std::vector<Contact>& contacts_of(World& world);
 

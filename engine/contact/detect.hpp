@@ -1,5 +1,5 @@
 #pragma once
-/// Where bodies touch, or may come to touch within a step.
+/// Contact detection.
 #include <span>
 
 #include "engine/base/math.hpp"
@@ -12,23 +12,24 @@ struct World;
 
 namespace contact {
 
-/// Fills contacts_of(world) from the poses as they stand: every point at which two bodies that may
-/// touch are nearer than they can come together within a step, so that nothing passes through a
-/// thin thing. `reach` (m, by body slot) says how far each body's surface may move.
+/// Fills contacts_of(world) from the poses as they stand: all points where two bodies may come into
+/// contact within the step, so that fast bodies do not tunnel through thin ones. `reach` (m, by
+/// body slot) bounds the displacement of each body's surface.
 ///
 /// At most 8 points for a pair of convex shapes and 16 for a shape on a mesh or a height field.
-/// What the contacts of the step before bore (load, sliding, impact) is carried over to those of
-/// the same bodies and key. Ordered by slots and key, each once; allocates nothing once warm.
+/// Lambda, sliding and impact of the previous step are carried over to contacts of the same bodies
+/// and key (warm start). Sorted by slots and key without duplicates; does not allocate in the
+/// steady state.
 void find_contacts(World& world, std::span<const Real> reach);
 
-/// The contacts of a step of `h` seconds, with the poses at its start and the solvers' reaches in
-/// Memory::scratch. Kinematic bodies already stand where the step brings them.
+/// Detects the contacts of a step of `h` seconds from the poses at its start and the solvers'
+/// reaches in Memory::scratch. Kinematic bodies are already at their poses at the end of the step.
 void detect(World& world, Real h);
 
 /// Distance of the farthest point of a body's shapes from its mass centre, m.
 Real extent_of(const Shapes& shapes);
 
-/// Of a body that no solver moves: whether it moves all the same.
+/// Whether a body without a solver moves (a kinematic body).
 bool moves(const Body& b);
 
 }  // namespace contact

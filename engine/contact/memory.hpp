@@ -1,6 +1,6 @@
 #pragma once
-/// What crosses islands and is kept from step to step: contacts, and interfaces where pins and cables
-/// tie islands of different solvers.
+/// What crosses islands and is kept from step to step: contacts, and interfaces where pins and
+/// cables tie islands of different solvers.
 #include <cstdint>
 #include <vector>
 
@@ -12,59 +12,59 @@
 
 namespace pantin::contact {
 
-/// What ties the islands of two solvers at an interface.
+/// Kind of connection at an interface.
 enum class TieKind : std::uint8_t { pin, cable };
 
-/// A point where a pin or a cable ties an island, the leader, to an island of another solver, the
-/// follower.
+/// An interface: a point where a pin or a cable connects an island, the leader, to an island of
+/// another solver, the follower.
 ///
-/// The leader moves as if the follower were a point of its mass there, pushed by `asked`; then the
-/// follower follows the point and tells the impulse that this took. Both are done again until that
-/// is what the leader was given. See runtime/coupling.hpp.
+/// The leader steps with a point mass of the follower's mass at the interface, on which `impulse`
+/// acts. Then the follower tracks the point and reports its reaction. Both steps repeat until the
+/// reaction equals the transmitted impulse. See runtime/coupling.hpp.
 struct Interface {
   TieKind kind = TieKind::pin;
-  std::uint32_t source = 0;           // slot in the store of its kind
-  std::uint32_t body = 0, guess = 0;  // columns of the leader: where it is tied; the point mass
-  Vec3 anchor{0};                     // in the body
-  Real mass = 0;                      // kg
-  Vec3 force{0};                      // N on the leader, mean over the last step
-  Vec3 asked{0};                      // N s, on the point mass
-  Vec3 debt{0};                       // N s, what is left of the last step
+  std::uint32_t source = 0;  // slot in the store of its kind
+  std::uint32_t body = 0,
+                point_mass = 0;  // columns of the leader: the connected body; the point mass
+  Vec3 anchor{0};                // in the body
+  Real mass = 0;                 // kg
+  Vec3 force{0};                 // N on the leader, mean over the last step
+  Vec3 impulse{0};               // N s, on the point mass
+  Vec3 carried{0};               // N s, residual carried over from the last step
   // Within a step:
-  Vec3 given{0}, lack{0}, start{0};   // N s; N s; m/s of the point
+  Vec3 transmitted{0}, residual{0}, start{0};  // N s; N s; m/s of the point
   Real relax = 1;
-  int rounds = 0;  // in which the step was taken
+  int iterations = 0;  // in which the step converged
   bool taut = false;
 
   static void fields(auto& self, auto&& field) {
     field("kind", derived(self.kind));
     field("source", derived(self.source));
     field("body", derived(self.body));
-    field("guess", derived(self.guess));
+    field("guess", derived(self.point_mass));
     field("anchor", derived(self.anchor));
     field("mass", self.mass);
     field("force", self.force);
-    field("asked", self.asked);
-    field("debt", self.debt);
-    field("given", derived(self.given));
-    field("lack", derived(self.lack));
+    field("impulse", self.impulse);
+    field("carried", self.carried);
+    field("given", derived(self.transmitted));
+    field("lack", derived(self.residual));
     field("start", derived(self.start));
     field("relax", derived(self.relax));
-    field("rounds", derived(self.rounds));
+    field("rounds", derived(self.iterations));
     field("taut", derived(self.taut));
   }
 };
 
-/// What a follower pulled on the body of another solver through a pin or a cable.
+/// Reaction of a follower on the leader's body through a pin or a cable.
 struct Reaction {
   TieKind kind = TieKind::pin;
   std::uint32_t source = 0;  // slot in the store of its kind
   Vec3 force{0};             // N on the other body, mean over the step
-  Real mass = 0;             // kg, of the island that pulls
+  Real mass = 0;             // kg, of the follower
 };
 
-/// What bodies in contact press on one that feels no contacts itself; its solver takes it along in
-/// the next step.
+/// Contact force on a body whose solver has no contact response; applied in its next step.
 struct Pressure {
   Entity body;
   Vec3 force{0};   // N
@@ -77,7 +77,7 @@ struct Pressure {
   }
 };
 
-/// What the search needs from step to step but not for its answer.
+/// Scratch memory of contact detection; not part of the state.
 struct DetectScratch {
   std::vector<Real> reach;  // m, by body slot: how far its surface may move in the step
   std::vector<Pose> ends;   // poses of kinematic bodies at the end of the step
@@ -86,7 +86,7 @@ struct DetectScratch {
   Search search;
 };
 
-/// Everything between islands that a step remembers.
+/// State between islands.
 struct Memory {
   std::vector<Contact> contacts;    // of the last step, in order of bodies and keys
   std::vector<Pressure> pressures;  // of the last step
@@ -99,7 +99,7 @@ struct Memory {
   }
 };
 
-/// Whether a body's own motion answers to contacts; to others it is an obstacle on a given path.
+/// Whether contacts affect the motion of a body; otherwise it is a kinematic obstacle.
 inline bool feels_contacts(const Partition& partition, std::uint32_t slot) {
   return owner_of(partition, slot).feels_contacts;
 }

@@ -5,11 +5,11 @@
 namespace pantin {
 namespace {
 
-Nearest finish(const Convex& a, const Convex& b, const Simplex& s, Vec3 v) {
+Nearest closest_points(const Convex& a, const Convex& b, const Simplex& s, Vec3 v) {
   Nearest n;
   for (int i = 0; i < s.count; ++i) {
-    n.on_a += s.v[i].share * a.points[s.v[i].a];
-    n.on_b += s.v[i].share * b.points[s.v[i].b];
+    n.on_a += s.v[i].weight * a.points[s.v[i].a];
+    n.on_b += s.v[i].weight * b.points[s.v[i].b];
   }
   n.distance = glm::length(v);
   n.normal = v / n.distance;
@@ -19,7 +19,7 @@ Nearest finish(const Convex& a, const Convex& b, const Simplex& s, Vec3 v) {
 }  // namespace
 
 Nearest nearest(const Convex& a, const Convex& b, Real limit) {
-  // Nearer than this, rounding leaves no direction worth having.
+  // Below this distance rounding errors make the direction meaningless.
   const Real touching = 1e-9 * (a.size + b.size);
   Simplex s;
   Vec3 v = a.centre - b.centre, last(0);
@@ -49,10 +49,10 @@ Nearest nearest(const Convex& a, const Convex& b, Real limit) {
       n.state = Nearest::State::overlap;
       return n;
     }
-    if (glm::dot(v, v) >= kept_distance) break;  // no progress: rounding has the word
+    if (glm::dot(v, v) >= kept_distance) break;  // no progress: rounding errors dominate
     kept = s, last = v, kept_distance = glm::dot(v, v);
   }
-  return finish(a, b, kept, last);
+  return closest_points(a, b, kept, last);
 }
 
 }  // namespace pantin

@@ -1,13 +1,13 @@
 #pragma once
-/// Convex pieces as the contact search sees them, all in one frame: a core of points with flat
-/// faces, and a radius around it.
+/// Convex pieces for collision detection, all in one frame: a polyhedral core and a radius around
+/// it.
 #include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "engine/base/math.hpp"
-#include "engine/geometry/box_tree.hpp"
+#include "engine/geometry/aabb_tree.hpp"
 #include "engine/geometry/shape.hpp"
 #include "engine/geometry/surface.hpp"
 
@@ -25,10 +25,10 @@ struct Convex {
   Real size = 0;                                        // m, half of its widest extent or so
   // A smooth piece has no points: the support function of its kind stands for them.
   const Shape* smooth = nullptr;
-  Mat3 turn{1};  // of a smooth piece, whose origin is at `origin`
+  Mat3 rotation{1};  // of a smooth piece, whose origin is at `origin`
   Vec3 origin{0};
 
-  /// The point of the core farthest along `direction`; of several the first.
+  /// Support point: the point of the core farthest along `direction`; of several the first.
   std::uint32_t farthest(Vec3 direction) const {
     std::uint32_t best = 0;
     Real most = glm::dot(points[0], direction);
@@ -43,33 +43,33 @@ struct Convex {
   Vec3 smooth_extreme(Vec3 direction) const;
 };
 
-/// Where the placed points and faces of one piece are kept.
-struct ConvexRoom {
+/// Memory for the transformed points and faces of one piece.
+struct ConvexScratch {
   std::vector<Vec3> points;
   std::vector<Face> faces;
 };
 
 /// A convex shape placed at `at`, good as long as `room` and the shape are.
-Convex place(const Shape& shape, const Pose& at, ConvexRoom& room);
+Convex convex_piece(const Shape& shape, const Pose& at, ConvexScratch& scratch);
 
 /// Bounds of a shape at `at`; of a hull, mesh or height field those of the box around it. A plane
-/// has none that end.
-Box bounds_of(const Shape& shape, const Pose& at);
+/// is unbounded.
+Aabb bounds_of(const Shape& shape, const Pose& at);
 
-/// The two points of two pieces' cores that are nearest to each other.
+/// Closest points of the cores of two pieces.
 struct Nearest {
   Vec3 on_a{0}, on_b{0};
   Vec3 normal{0};     // unit, from b to a
   Real distance = 0;  // of the cores, m
   enum class State : std::uint8_t {
     apart,    // as above
-    beyond,   // farther apart than the limit; `normal` separates them, the rest is unknown
-    overlap,  // or so near that no direction can be told
+    beyond,   // farther apart than the limit; `normal` separates them, the rest is undefined
+    overlap,  // or too close for a well-defined direction
   } state = State::apart;
 };
 
-/// Distance of two cores with points by Gilbert, Johnson and Keerthi's walk over simplexes, given up
-/// when it is certain to exceed `limit`. [Gilbert, Johnson & Keerthi 1988]
+/// Distance of two cores with points by Gilbert, Johnson and Keerthi's walk over simplexes, given
+/// up when it is certain to exceed `limit`. [Gilbert, Johnson & Keerthi 1988]
 Nearest nearest(const Convex& a, const Convex& b, Real limit);
 
 }  // namespace pantin

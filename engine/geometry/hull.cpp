@@ -1,4 +1,4 @@
-// Convex hulls: quickhull on triangles, then flat neighbours made whole.
+// Convex hulls: quickhull on triangles, then coplanar neighbours are merged.
 #include <algorithm>
 #include <map>
 #include <numeric>
@@ -87,7 +87,8 @@ bool Quickhull::start() {
   return true;
 }
 
-/// Gives each point to the first facet from number `from` on that it lies above; others are inside.
+/// Assigns each point to the first facet from number `from` on that it lies above; others are
+/// inside.
 void Quickhull::share(std::span<const std::uint32_t> orphans, std::uint32_t from) {
   for (std::uint32_t p : orphans)
     for (std::uint32_t f = from; f < facets_.size(); ++f)
@@ -110,8 +111,8 @@ bool Quickhull::grow() {
   return true;
 }
 
-/// Replaces what `apex` sees by a cone to it. A facet in whose plane it lies goes too, so that no
-/// triangle of the cone is flat against what stays.
+/// Replaces the facets visible from `apex` by a cone to it. Coplanar facets are replaced too, so
+/// that no new triangle is coplanar with a remaining one.
 void Quickhull::raise(std::uint32_t facet, std::uint32_t apex) {
   std::vector<std::uint32_t> seen{facet}, orphans;
   facets_[facet].gone = true;
@@ -143,7 +144,7 @@ void Quickhull::raise(std::uint32_t facet, std::uint32_t apex) {
   share(orphans, first_new);
 }
 
-/// Facets of one plane get one number; those that are gone none.
+/// Coplanar facets get the same number; removed facets none.
 std::vector<std::uint32_t> group_flat(const std::vector<Facet>& facets,
                                       std::span<const Vec3> points, Real flat) {
   std::vector<std::uint32_t> group(facets.size(), kNone), stack;
@@ -210,7 +211,7 @@ Surface assemble(std::span<const Vec3> points, std::vector<Loop> loops) {
     for (std::uint32_t c : loop) ++faces_at[c];
   Surface s;
   for (Loop& loop : loops) {
-    // A point between two faces only lies on a straight edge.
+    // A vertex of only two faces lies on a straight edge.
     std::erase_if(loop, [&](std::uint32_t c) { return faces_at[c] < 3; });
     if (loop.size() < 3) continue;
     for (std::uint32_t c : loop) index[c] = 0;
@@ -241,14 +242,14 @@ Surface assemble(std::span<const Vec3> points, std::vector<Loop> loops) {
 Result<std::shared_ptr<const Surface>> make_hull(std::span<const Vec3> points) {
   if (points.size() < 4)
     return Error{"hull has " + std::to_string(points.size()) + " points, expected at least 4"};
-  Box bounds;
+  Aabb bounds;
   for (std::size_t i = 0; i < points.size(); ++i) {
     if (!is_finite(points[i]))
       return Error{"hull: point " + std::to_string(i) + " is not finite, expected numbers"};
     bounds.add(points[i]);
   }
   const Vec3 wide = bounds.high - bounds.low;
-  // Round-off of a plane through three of the points, with room to spare.
+  // Round-off of a plane through three of the points, with a safety margin.
   const Real flat =
       1e-10 * glm::max(glm::length(wide), 1e-3 * glm::length(bounds.high + bounds.low));
   Quickhull hull(points, flat);
@@ -262,7 +263,7 @@ Result<std::shared_ptr<const Surface>> make_hull(std::span<const Vec3> points) {
   if (s->points.size() > kMostCorners)
     return Error{"hull has " + std::to_string(s->points.size()) +
                  " corners, expected at most 256: give fewer points"};
-  bounds = Box{};
+  bounds = Aabb{};
   for (Vec3 p : s->points) bounds.add(p);
   s->low = bounds.low, s->high = bounds.high;
   return std::shared_ptr<const Surface>(std::move(s));

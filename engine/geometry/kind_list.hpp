@@ -3,10 +3,4 @@
 /// engine/geometry/kinds/WORD.cpp, which defines shape_kinds::WORD; see kinds.hpp. Editors that
 /// check scenes want the new kind in assets/schema too, as schema_of() prints it: a test compares.
 #define PANTIN_SHAPE_KINDS(kind) \
-  kind(sphere)                   \
-  kind(capsule)                  \
-  kind(box)                      \
-  kind(hull)                     \
-  kind(plane)                    \
-  kind(mesh)                     \
-  kind(height_field)
+  kind(sphere) kind(capsule) kind(box) kind(hull) kind(plane) kind(mesh) kind(height_field)

@@ -6,35 +6,35 @@
 namespace pantin {
 namespace {
 
-Box bounds_by_support(const Shape& shape, const Pose& at) {
+Aabb bounds_by_support(const Shape& shape, const Pose& at) {
   const auto support = traits_of(shape.kind).support;
-  const Mat3 turn = glm::mat3_cast(at.rotation), back = glm::transpose(turn);
-  Box box;
+  const Mat3 rotation = glm::mat3_cast(at.rotation), back = glm::transpose(rotation);
+  Aabb box;
   for (int k = 0; k < 3; ++k) {
-    box.low[k] = at.position[k] + (turn * support(shape, -back[k]))[k];
-    box.high[k] = at.position[k] + (turn * support(shape, back[k]))[k];
+    box.low[k] = at.position[k] + (rotation * support(shape, -back[k]))[k];
+    box.high[k] = at.position[k] + (rotation * support(shape, back[k]))[k];
   }
   return box;
 }
 
 }  // namespace
 
-Convex place(const Shape& shape, const Pose& at, ConvexRoom& room) {
+Convex convex_piece(const Shape& shape, const Pose& at, ConvexScratch& scratch) {
   const ShapeTraits& kind = traits_of(shape.kind);
-  if (kind.place) return kind.place(shape, at, room);
+  if (kind.convex_piece) return kind.convex_piece(shape, at, scratch);
   Convex c;
-  const Box box = bounds_of(shape, Pose{});
-  c.smooth = &shape, c.turn = glm::mat3_cast(at.rotation), c.origin = at.position;
-  c.centre = at.position + c.turn * ((box.low + box.high) / 2.0);
+  const Aabb box = bounds_of(shape, Pose{});
+  c.smooth = &shape, c.rotation = glm::mat3_cast(at.rotation), c.origin = at.position;
+  c.centre = at.position + c.rotation * ((box.low + box.high) / 2.0);
   c.size = glm::length(box.high - box.low) / 2;
   return c;
 }
 
 Vec3 Convex::smooth_extreme(Vec3 direction) const {
-  return origin + turn * traits_of(smooth->kind).support(*smooth, direction * turn);
+  return origin + rotation * traits_of(smooth->kind).support(*smooth, direction * rotation);
 }
 
-Box bounds_of(const Shape& shape, const Pose& at) {
+Aabb bounds_of(const Shape& shape, const Pose& at) {
   const ShapeTraits& kind = traits_of(shape.kind);
   return kind.bounds ? kind.bounds(shape, at) : bounds_by_support(shape, at);
 }
@@ -46,7 +46,7 @@ Real reach_of(const Shape& shape) {
   if (shape.surface)
     return glm::length(glm::max(glm::abs(shape.surface->low), glm::abs(shape.surface->high)));
   if (!kind.support || !is_complete(shape)) return 0;
-  const Box box = bounds_by_support(shape, Pose{});
+  const Aabb box = bounds_by_support(shape, Pose{});
   return glm::length(glm::max(glm::abs(box.low), glm::abs(box.high)));
 }
 
@@ -59,16 +59,16 @@ std::optional<RayEntry> cast(const Shape& shape, Vec3 from, Vec3 way, Real limit
   if (!is_complete(shape)) return std::nullopt;
   const auto exact = traits_of(shape.kind).cast;
   if (exact) return exact(shape, from, way, limit);
-  ConvexRoom room;
-  return cast_at(place(shape, Pose{}, room), from, way, limit);
+  ConvexScratch scratch;
+  return cast_at(convex_piece(shape, Pose{}, scratch), from, way, limit);
 }
 
 std::optional<SurfacePoint> closest(const Shape& shape, Vec3 p, Real limit) {
   if (!is_complete(shape)) return std::nullopt;
   const auto exact = traits_of(shape.kind).closest;
   if (exact) return exact(shape, p, limit);
-  ConvexRoom room;
-  return closest_of(place(shape, Pose{}, room), p, limit);
+  ConvexScratch scratch;
+  return closest_of(convex_piece(shape, Pose{}, scratch), p, limit);
 }
 
 bool contains(const Shape& shape, Vec3 p) {

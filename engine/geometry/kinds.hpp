@@ -26,12 +26,12 @@ enum class SurfaceSource : std::uint8_t { none, points, triangles, heights };
 
 /// A length that a scene file gives, or three of them.
 struct SizeKey {
-  std::string_view key;    // "radius"
-  std::string_view about;  // for the schema
-  int first = 0;           // components of Shape::size: this one, and those behind it
-  int count = 1;           // 1 or 3
-  Real scale = 1;          // what the number is multiplied by: 0.5 for whole edges
-  Real otherwise = 0;      // m, where the key is absent; 0: it must not be
+  std::string_view key;            // "radius"
+  std::string_view about;          // for the schema
+  int first = 0;                   // components of Shape::size: this one, and those behind it
+  int count = 1;                   // 1 or 3
+  Real scale = 1;                  // what the number is multiplied by: 0.5 for whole edges
+  Real otherwise = 0;              // m, where the key is absent; 0: it must not be
   std::string_view expected = {};  // for complaints; empty: a size
 };
 
@@ -54,7 +54,7 @@ struct RoundedBox {
   Real radius = 0;  // m
 };
 
-/// One row of the table. Functions get shapes in their own frame; `Shape::local` is not looked at.
+/// One row of the table. Functions get shapes in their own frame; `Shape::local` is ignored.
 struct ShapeTraits {
   std::string_view about;  // one line, for the schema
   ShapeClass shape_class = ShapeClass::convex;
@@ -79,10 +79,10 @@ struct ShapeTraits {
   Real (*inner_radius)(const Shape&) = nullptr;
 
   // Bounds at a pose. None: from `support`.
-  Box (*bounds)(const Shape&, const Pose&) = nullptr;
+  Aabb (*bounds)(const Shape&, const Pose&) = nullptr;
 
   // The shape as corners with flat faces and a radius. None: contacts follow from `support`.
-  Convex (*place)(const Shape&, const Pose&, ConvexRoom&) = nullptr;
+  Convex (*convex_piece)(const Shape&, const Pose&, ConvexScratch&) = nullptr;
 
   // Where a ray, `way` of unit length, first enters within `limit` (m) of where it starts, which
   // is outside. None: from `support`.
@@ -120,10 +120,8 @@ inline std::string_view name_of(ShapeKind kind) {
   return kShapeNames[static_cast<std::size_t>(kind)];
 }
 
-/// Whether a shape has one convex piece: what a dynamic body may be made of.
-inline bool is_convex(ShapeKind kind) {
-  return traits_of(kind).shape_class == ShapeClass::convex;
-}
+/// Whether a shape is convex, as required for dynamic bodies.
+inline bool is_convex(ShapeKind kind) { return traits_of(kind).shape_class == ShapeClass::convex; }
 /// Whether what is below it has no end, so that bounds do not tell what may touch it.
 inline bool is_unbounded(ShapeKind kind) {
   const ShapeClass c = traits_of(kind).shape_class;

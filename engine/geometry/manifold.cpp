@@ -15,7 +15,7 @@ constexpr std::uint64_t kClosest = 0x3ffff, kDeepest = 0x3fffe;
 constexpr std::size_t kMostPoints = 8;     // of two convex pieces
 constexpr std::size_t kMostCorners = 520;  // of a face of 256 cut by one of 256
 
-/// A direction from b to a, and how far it keeps their cores apart.
+/// A separating axis from b to a, with the separation of the cores.
 struct Axis {
   enum class From : std::uint8_t { none, face_a, face_b, beyond, edges };
   Vec3 normal{0, 1, 0};
@@ -24,20 +24,20 @@ struct Axis {
   std::uint32_t edge_a = 0, edge_b = 0;
 };
 
-// A normal this far out of a triangle's wedge is still in it: rounding of what is on its border.
-constexpr Real kWedgeSlack = 1e-6;
+// Tolerance for normals on the boundary of a triangle's wedge.
+constexpr Real kWedgeTolerance = 1e-6;
 
 }  // namespace
 
 bool allows(const Facing& facing, Vec3 normal) {
   const Real up = glm::dot(normal, facing.normal);
-  if (!(up > -kWedgeSlack)) return false;
+  if (!(up > -kWedgeTolerance)) return false;
   for (int e = 0; e < 3; ++e) {
     const Real out = glm::dot(normal, facing.outward[e]);
-    if (out <= kWedgeSlack) continue;
+    if (out <= kWedgeTolerance) continue;
     const Real rise = glm::dot(facing.beyond[e], facing.normal),
                lean = glm::dot(facing.beyond[e], facing.outward[e]);
-    if (lean <= 0 || out * rise - up * lean > kWedgeSlack) return false;
+    if (lean <= 0 || out * rise - up * lean > kWedgeTolerance) return false;
   }
   return true;
 }
@@ -59,7 +59,7 @@ void try_faces(const Convex& a, const Convex& b, const Facing* facing, Axis& bes
     const Real gap = glm::dot(f.normal, a.points[a.farthest(-f.normal)]) - f.offset;
     if (gap > best.gap) best = {f.normal, gap, Axis::From::face_b, 0, 0};
   }
-  // Of two faces that say the same, that of b keeps the word.
+  // Of two equally good faces, that of b is preferred.
   const Real head_start = 1e-7 * (a.size + b.size);
   for (const Face& f : a.faces) {
     const Real gap = glm::dot(f.normal, b.points[b.farthest(-f.normal)]) - f.offset;
@@ -68,7 +68,7 @@ void try_faces(const Convex& a, const Convex& b, const Facing* facing, Axis& bes
   }
 }
 
-/// A triangle's neighbours know the way out at its edges.
+/// Normals of a triangle's neighbours are candidates at its edges.
 void try_beyond(const Convex& a, const Convex& b, const Facing& facing, Axis& best) {
   for (int e = 0; e < 3; ++e) {
     if (!sticks_out(facing, e)) continue;
@@ -78,7 +78,7 @@ void try_beyond(const Convex& a, const Convex& b, const Facing& facing, Axis& be
   }
 }
 
-/// An edge and the faces beside it, as the test of edges against edges wants them.
+/// An edge with its adjacent faces, for the edge-edge test.
 struct Ridge {
   Vec3 from, along;
   Vec3 left{0}, right{0};  // normals of the faces; zero for a rod
@@ -140,13 +140,13 @@ Vec3 any_normal(const Convex& a, const Convex& b) {
   return glm::normalize(side - glm::dot(side, d) * d);
 }
 
-/// The direction in which the least way parts two cores that overlap or all but touch.
+/// The axis of least penetration of two cores (separating axis test).
 Axis least_overlap(const Convex& a, const Convex& b, const Facing* facing) {
   Axis face, edges;
   try_faces(a, b, facing, face);
   if (facing) try_beyond(a, b, *facing, face);
   try_edges(a, b, facing, edges);
-  // Faces give several points and the same ones next step, so edges have to be clearly better.
+  // Face contacts give several persistent points, so an edge contact must be clearly better.
   const bool clear = edges.gap > face.gap + 0.01 * std::abs(face.gap) + 1e-7 * (a.size + b.size);
   if (edges.from != Axis::From::none && clear) return edges;
   if (face.from != Axis::From::none) return face;
@@ -197,7 +197,7 @@ void feature_towards(const Convex& c, Vec3 direction, std::uint32_t label, Polyg
   for (std::uint32_t i = 0; i < c.points.size(); ++i) p.add({c.points[i], label + i, label + i});
 }
 
-/// Cuts away what lies beyond the plane `side` . x > `offset`.
+/// Clips a polygon to the half-space side . x <= offset.
 void cut(const Polygon& from, Vec3 side, Real offset, Real slack, std::uint32_t label,
          Polygon& to) {
   to.count = 0;
@@ -222,17 +222,16 @@ struct Clip {
   Vec3 normal;  // from b to a
   Real margin;
   const Facing* facing;
-  std::vector<TouchPoint>& out;
+  std::vector<ContactPoint>& out;
   // Points that a neighbour of the triangle has: whether there are any, and the deepest, unless the
   // triangle is covered all over.
   bool left_out = false;
-  TouchPoint deepest{{}, {}, {}, 1e300, 0};
+  ContactPoint deepest{{}, {}, {}, 1e300, 0};
 };
 
 std::uint64_t feature_of(const Corner& c) { return static_cast<std::uint64_t>(c.in) << 9 | c.out; }
 
-/// Whether the neighbours of a triangle go on in its plane at a corner of what it was clipped to,
-/// so that the corner is theirs as well.
+/// Whether a clipped corner also belongs to coplanar neighbours of the triangle.
 bool goes_on(const Facing* facing, const Corner& c) {
   if (!facing) return false;
   const auto flat = [&](std::uint32_t side) {
@@ -251,8 +250,8 @@ void clip_against(Clip& k, bool b_is_cutter) {
   const Face& face = *face_towards(cutter, out_of);
   const Real facing = glm::dot(face.normal, out_of);
   if (facing < 0.05) return;  // seen from its edge
-  Polygon rooms[2];
-  Polygon *from = &rooms[0], *to = &rooms[1];
+  Polygon polygons[2];
+  Polygon *from = &polygons[0], *to = &polygons[1];
   feature_towards(other, -out_of, b_is_cutter ? 0 : kOfB, *from);
   const Real slack = 1e-9 * (k.a.size + k.b.size);
   for (std::uint32_t i = 0; i < face.count; ++i) {
@@ -271,8 +270,8 @@ void clip_against(Clip& k, bool b_is_cutter) {
     if (gap > k.margin) continue;
     const Vec3 opposite = c.point - apart * out_of;
     const Vec3 on_a = b_is_cutter ? c.point : opposite, on_b = b_is_cutter ? opposite : c.point;
-    const TouchPoint p{on_a - k.a.radius * k.normal, on_b + k.b.radius * k.normal, k.normal, gap,
-                       feature_of(c)};
+    const ContactPoint p{on_a - k.a.radius * k.normal, on_b + k.b.radius * k.normal, k.normal, gap,
+                         feature_of(c)};
     if (!goes_on(k.facing, c)) {
       k.out.push_back(p);
       continue;
@@ -291,7 +290,7 @@ Vec3 nearest_on(Vec3 p, Vec3 q, Vec3 x) {
   return length > 0 ? p + glm::clamp(glm::dot(x - p, d) / length, Real(0), Real(1)) * d : p;
 }
 
-/// Two round rods side by side touch at both ends of what they share, each with its own normal.
+/// Two parallel capsules touch at both ends of their overlap, each end with its own normal.
 void clip_rods(const Clip& k) {
   const Vec3 da = edge_of(k.a, 0), db = edge_of(k.b, 0);
   if (glm::length(glm::cross(da, db)) > 0.3 * glm::length(da) * glm::length(db)) return;
@@ -340,8 +339,8 @@ void cross_edges(const Convex& a, const Convex& b, const Axis& axis, Vec3& on_a,
   on_b = on_a - axis.gap * axis.normal;
 }
 
-void touch_overlapping(const Convex& a, const Convex& b, Real margin, const Facing* facing,
-                       std::vector<TouchPoint>& out) {
+void collide_overlapping(const Convex& a, const Convex& b, Real margin, const Facing* facing,
+                         std::vector<ContactPoint>& out) {
   const Axis axis = least_overlap(a, b, facing);
   const Vec3 n = axis.normal;
   const Real gap = axis.gap - a.radius - b.radius, slack = 1e-6 * (a.size + b.size);
@@ -353,7 +352,7 @@ void touch_overlapping(const Convex& a, const Convex& b, Real margin, const Faci
   for (std::size_t i = first; i < out.size(); ++i) least = glm::min(least, out[i].gap);
   // A neighbour that a does not cut through has no points to take over.
   if (k.deepest.gap < least - slack) out.push_back(k.deepest), least = k.deepest.gap;
-  // The deepest corner may lie beside the face that it is to leave; a triangle's neighbour has it.
+  // The deepest vertex may lie beside the reference face; then a neighbouring triangle has it.
   if (least > gap + slack && !(facing && (k.left_out || least < 1e300))) {
     Vec3 on_a = a.points[a.farthest(-n)], on_b = on_a - axis.gap * n;
     if (axis.from == Axis::From::edges)
@@ -362,12 +361,12 @@ void touch_overlapping(const Convex& a, const Convex& b, Real margin, const Faci
       on_b = b.points[b.farthest(n)], on_a = on_b + axis.gap * n;
     out.push_back({on_a - a.radius * n, on_b + b.radius * n, n, gap, kDeepest});
   }
-  spread_out(out, first, kMostPoints);
+  reduce_points(out, first, kMostPoints);
 }
 
 /// A face of either piece that is all but at right angles to the line between the nearest points
 /// and keeps the pieces as far apart: its normal has fewer rounding errors.
-void settle_on_face(const Convex& a, const Convex& b, Nearest& near) {
+void snap_to_face(const Convex& a, const Convex& b, Nearest& near) {
   const Real slack = 1e-9 * near.distance + 1e-12 * (a.size + b.size);
   if (const Face* f = face_towards(b, near.normal);
       f && glm::dot(f->normal, near.normal) > 1 - 1e-9) {
@@ -389,11 +388,11 @@ void settle_on_face(const Convex& a, const Convex& b, Nearest& near) {
 
 }  // namespace
 
-void drop_doubles(std::vector<TouchPoint>& points, std::size_t first, Real near) {
+void drop_duplicates(std::vector<ContactPoint>& points, std::size_t first, Real near) {
   std::size_t kept = first;
   for (std::size_t i = first; i < points.size(); ++i) {
     std::size_t j = first;
-    const auto same = [&](const TouchPoint& p) {
+    const auto same = [&](const ContactPoint& p) {
       return (glm::distance(p.on_a, points[i].on_a) <= near ||
               glm::distance(p.on_b, points[i].on_b) <= near) &&
              glm::dot(p.normal, points[i].normal) > 1 - 1e-6;
@@ -407,23 +406,23 @@ void drop_doubles(std::vector<TouchPoint>& points, std::size_t first, Real near)
   points.resize(kept);
 }
 
-void touch_convex(const Convex& a, const Convex& b, Real margin, const Facing* facing,
-                  std::vector<TouchPoint>& out) {
+void collide_convex(const Convex& a, const Convex& b, Real margin, const Facing* facing,
+                    std::vector<ContactPoint>& out) {
   if (a.smooth || b.smooth) return touch_smooth(a, b, margin, facing, out);
   const Real radii = a.radius + b.radius;
   Nearest near = nearest(a, b, margin + radii);
   if (near.state == Nearest::State::beyond) return;
-  if (near.state == Nearest::State::overlap) return touch_overlapping(a, b, margin, facing, out);
-  settle_on_face(a, b, near);
+  if (near.state == Nearest::State::overlap) return collide_overlapping(a, b, margin, facing, out);
+  snap_to_face(a, b, near);
   const Real gap = near.distance - radii;
   if (gap > margin) return;
   const std::size_t first = out.size();
   if (facing && !allows(*facing, near.normal)) {
-    // An edge that does not stick out: only what lies over the triangle itself counts.
+    // A concave or flat edge: only points above the triangle itself count.
     if (glm::dot(near.normal, facing->normal) < 0) return;
     Clip over{a, b, facing->normal, margin, facing, out};
     clip(over);
-    return spread_out(out, first, kMostPoints);
+    return reduce_points(out, first, kMostPoints);
   }
   Clip k{a, b, near.normal, margin, facing, out};
   clip(k);
@@ -432,14 +431,14 @@ void touch_convex(const Convex& a, const Convex& b, Real margin, const Facing* f
   if (!k.left_out && least > gap + 1e-6 * (a.size + b.size))
     out.push_back({near.on_a - a.radius * near.normal, near.on_b + b.radius * near.normal,
                    near.normal, gap, kClosest});
-  drop_doubles(out, first, 1e-7 * (a.size + b.size));
-  spread_out(out, first, kMostPoints);
+  drop_duplicates(out, first, 1e-7 * (a.size + b.size));
+  reduce_points(out, first, kMostPoints);
 }
 
-void touch_plane(const Convex& a, Vec3 normal, Real offset, Real margin,
-                 std::vector<TouchPoint>& out) {
-  CornerRoom room;
-  const std::span<const Vec3> corners = corners_towards(a, -normal, margin, room);
+void collide_plane(const Convex& a, Vec3 normal, Real offset, Real margin,
+                   std::vector<ContactPoint>& out) {
+  CornerRoom scratch;
+  const std::span<const Vec3> corners = corners_towards(a, -normal, margin, scratch);
   for (std::uint32_t i = 0; i < corners.size(); ++i) {
     const Real height = glm::dot(normal, corners[i]) - offset, gap = height - a.radius;
     if (gap > margin) continue;
@@ -447,7 +446,7 @@ void touch_plane(const Convex& a, Vec3 normal, Real offset, Real margin,
   }
 }
 
-void spread_out(std::vector<TouchPoint>& points, std::size_t first, std::size_t most) {
+void reduce_points(std::vector<ContactPoint>& points, std::size_t first, std::size_t most) {
   if (points.size() - first <= most) return;
   const auto begin = points.begin() + static_cast<std::ptrdiff_t>(first);
   std::iter_swap(begin, std::min_element(begin, points.end(), [](const auto& p, const auto& q) {

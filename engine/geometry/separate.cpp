@@ -125,7 +125,7 @@ Separation Polytope::answer(const Side& side, Real reach) const {
   Vec3 nearest;
   shrink(s, nearest);
   Separation found;
-  for (int i = 0; i < s.count; ++i) found.on_a += s.v[i].share * points_[s.v[i].a].on_a;
+  for (int i = 0; i < s.count; ++i) found.on_a += s.v[i].weight * points_[s.v[i].a].on_a;
   found.normal = -side.normal, found.distance = -reach;
   found.on_b = found.on_a - found.distance * found.normal;
   return found;
@@ -136,9 +136,9 @@ Separation Polytope::grow() {
   Real reach = 0;
   best.normal = {0, -1, 0};  // of a difference without volume
   while (side_count_ > 0) {
-    best = *std::min_element(
-        sides_.begin(), sides_.begin() + static_cast<std::ptrdiff_t>(side_count_),
-        [](const Side& p, const Side& q) { return p.offset < q.offset; });
+    best =
+        *std::min_element(sides_.begin(), sides_.begin() + static_cast<std::ptrdiff_t>(side_count_),
+                          [](const Side& p, const Side& q) { return p.offset < q.offset; });
     const Difference next = farthest(a_, b_, best.normal);
     reach = glm::dot(best.normal, next.w);
     if (point_count_ == kPoints) break;
@@ -172,13 +172,13 @@ Separation separate(const Convex& a, const Convex& b, Real limit) {
       break;
     s.v[s.count++] = {w, round, round, 1};
     if (!shrink(s, v) || glm::dot(v, v) <= touching * touching) return Polytope(a, b).grow();
-    if (glm::dot(v, v) >= kept_distance) break;  // no progress: rounding has the word
+    if (glm::dot(v, v) >= kept_distance) break;  // no progress: rounding errors dominate
     kept = s, last = v, kept_distance = glm::dot(v, v);
   }
   Separation found;
   for (int i = 0; i < kept.count; ++i) {
-    found.on_a += kept.v[i].share * seen[kept.v[i].a].on_a;
-    found.on_b += kept.v[i].share * seen[kept.v[i].a].on_b;
+    found.on_a += kept.v[i].weight * seen[kept.v[i].a].on_a;
+    found.on_b += kept.v[i].weight * seen[kept.v[i].a].on_b;
   }
   found.distance = glm::length(last);
   found.normal = last / found.distance;

@@ -60,9 +60,9 @@ PrincipalInertia principal_inertia(const Mat3& tensor) {
       const Real t = (theta >= 0 ? 1.0 : -1.0) / (std::abs(theta) + std::sqrt(theta * theta + 1));
       const int axis = 3 - p - q;
       Vec3 rotation(0);
-      // Positive angles turn axis p towards q; about y that order is z to x.
+      // Positive angles rotate axis p towards q; about y the order is z to x.
       rotation[axis] = (axis == 1 ? 1 : -1) * std::atan(t);
-      const Quat step = turn_by(rotation);
+      const Quat step = from_rotation_vector(rotation);
       const Mat3 r = glm::mat3_cast(step);
       d = glm::transpose(r) * d * r;
       turn = glm::normalize(turn * step);

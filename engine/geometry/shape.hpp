@@ -1,5 +1,5 @@
 #pragma once
-/// Solid shapes: what a body looks like and what its mass follows from.
+/// Shapes of bodies, for rendering, collision and mass properties.
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -24,7 +24,7 @@ constexpr ShapeKind last_of(ShapeKind) {
 #undef PANTIN_COUNT
 }
 
-/// A solid in a frame of its own.
+/// A shape in its own frame.
 ///
 /// `size` in metres: sphere (radius, -, -); capsule (radius, half of the straight part, -), its
 /// axis along local y; box half extents; plane (extent of its picture, -, -); of every kind, what
@@ -34,7 +34,7 @@ struct Shape {
   ShapeKind kind = ShapeKind::sphere;
   Vec3 size{0.1, 0, 0};
   Pose local;
-  std::uint32_t material = 0;  // index into World::materials
+  std::uint32_t material = 0;                        // index into World::materials
   std::shared_ptr<const Surface> surface = nullptr;  // of hull, mesh, height_field
 
   static void fields(auto& self, auto&& field) {
@@ -50,11 +50,9 @@ struct Shape {
 
 /// The shapes of one body.
 struct Shapes {
-  std::vector<Shape> parts;
+  std::vector<Shape> list;
 
-  static void fields(auto& self, auto&& field) {
-    field("parts", self.parts);
-  }
+  static void fields(auto& self, auto&& field) { field("list", self.list); }
 };
 
 /// Mass, mass centre and inertia about that centre, in the frame the shapes are placed in.
@@ -64,27 +62,27 @@ struct MassProperties {
   Mat3 inertia{0};  // kg m^2, about `centre`
 };
 
-/// Volume in m^3; of a plane or a height field, which have no end, 0.
+/// Volume in m^3; 0 for a plane or a height field, which are unbounded.
 Real volume(const Shape& shape);
 
 /// Mass properties of one solid of constant `density` (kg/m^3), in the frame of `shape.local`.
 /// Exact for hulls and meshes, by tetrahedra. A plane or a height field has no mass.
 MassProperties mass_properties(const Shape& shape, Real density);
 
-/// Sum of two solids given in one frame (parallel axes).
+/// Sum of two mass properties in one frame (parallel axis theorem).
 MassProperties combine(const MassProperties& a, const MassProperties& b);
 
-/// Inertia of three principal axes: `rotation` turns principal axes into the frame of the tensor.
+/// Principal moments; `rotation` maps principal axes to the frame of the tensor.
 struct PrincipalInertia {
   Vec3 moments{1};
   Quat rotation{1, 0, 0, 0};
 };
 
 /// Diagonalises a symmetric tensor by Jacobi rotations; the axes stay as near to the given ones as
-/// the tensor allows, so a diagonal tensor returns itself and no turn.
+/// the tensor allows, so a diagonal tensor returns itself and the identity.
 PrincipalInertia principal_inertia(const Mat3& tensor);
 
-/// Three positive moments that some solid body can have: each at most the sum of the other two.
+/// Whether the moments are physical: positive, each at most the sum of the other two.
 bool is_possible_inertia(Vec3 moments);
 
 }  // namespace pantin

@@ -3,7 +3,7 @@
 namespace pantin {
 namespace {
 
-/// Leaves the part of an edge that is nearest to the origin, with its shares; returns the point.
+/// Leaves the part of an edge that is nearest to the origin, with its weights; returns the point.
 Vec3 shrink_edge(Simplex& s) {
   const Vec3 d = s.v[1].w - s.v[0].w;
   const Real length = glm::dot(d, d), t = -glm::dot(s.v[0].w, d);
@@ -12,10 +12,10 @@ Vec3 shrink_edge(Simplex& s) {
   } else if (!(t < length)) {
     s.v[0] = s.v[1], s.count = 1;
   } else {
-    s.v[1].share = t / length, s.v[0].share = 1 - s.v[1].share;
-    return s.v[0].w + s.v[1].share * d;
+    s.v[1].weight = t / length, s.v[0].weight = 1 - s.v[1].weight;
+    return s.v[0].w + s.v[1].weight * d;
   }
-  s.v[0].share = 1;
+  s.v[0].weight = 1;
   return s.v[0].w;
 }
 
@@ -35,7 +35,7 @@ Vec3 shrink_triangle(Simplex& s) {
              wc = glm::dot(n, glm::cross(a, b));
   if (area > 1e-30 * scale * scale && wa > 0 && wb > 0 && wc > 0) {
     const Real sum = wa + wb + wc;
-    s.v[0].share = wa / sum, s.v[1].share = wb / sum, s.v[2].share = wc / sum;
+    s.v[0].weight = wa / sum, s.v[1].weight = wb / sum, s.v[2].weight = wc / sum;
     return glm::dot(n, a) / area * n;
   }
   // Nearest to an edge or a corner: the best of the three edges.
@@ -80,7 +80,7 @@ bool shrink_tetrahedron(Simplex& s, Vec3& point) {
 bool shrink(Simplex& s, Vec3& point) {
   switch (s.count) {
     case 1:
-      s.v[0].share = 1;
+      s.v[0].weight = 1;
       point = s.v[0].w;
       return true;
     case 2:

@@ -8,9 +8,9 @@
 namespace pantin {
 
 struct Vertex {
-  Vec3 w{0};                  // of a less of b
+  Vec3 w{0};                   // of a less of b
   std::uint32_t a = 0, b = 0;  // their numbers
-  Real share = 1;
+  Real weight = 1;
 };
 
 struct Simplex {
@@ -18,7 +18,7 @@ struct Simplex {
   int count = 0;
 };
 
-/// Leaves the part of a simplex that is nearest to the origin, with its shares, and that point;
+/// Leaves the part of a simplex that is nearest to the origin, with its weights, and that point;
 /// false if the origin is inside.
 bool shrink(Simplex& s, Vec3& point);
 

@@ -61,9 +61,9 @@ struct Flat {
   };
   std::array<Corner, 16> corners{};
   std::size_t count = 0;
-  Real area = 0;                     // signed, twice
-  Real slack = 0;                    // m
-  Real rise_x = 0, rise_y = 0;       // of the plane through the corners
+  Real area = 0;                // signed, twice
+  Real slack = 0;               // m
+  Real rise_x = 0, rise_y = 0;  // of the plane through the corners
   Real mean_x = 0, mean_y = 0, mean_height = 0;
 };
 
@@ -118,7 +118,7 @@ struct Clip {
   const Flat& b;
   const std::array<Vec3, 3>& frame;
   Real radius_a, radius_b, margin;
-  std::vector<TouchPoint>& out;
+  std::vector<ContactPoint>& out;
 
   void add(Vec3 at, Real on_a, Real on_b, std::uint64_t feature) const {
     const Real gap = on_a - on_b - radius_a - radius_b;
@@ -144,10 +144,10 @@ void clip(const Clip& k) {
       const auto &p = k.a.corners[i], &q = k.a.corners[(i + 1) % k.a.count];
       const auto &r = k.b.corners[j], &s = k.b.corners[(j + 1) % k.b.count];
       const Real ax = q.x - p.x, ay = q.y - p.y, bx = s.x - r.x, by = s.y - r.y;
-      const Real turn = ax * by - ay * bx;
-      if (std::abs(turn) < 1e-9 * std::hypot(ax, ay) * std::hypot(bx, by)) continue;
-      const Real t = ((r.x - p.x) * by - (r.y - p.y) * bx) / turn,
-                 u = ((r.x - p.x) * ay - (r.y - p.y) * ax) / turn;
+      const Real rotation = ax * by - ay * bx;
+      if (std::abs(rotation) < 1e-9 * std::hypot(ax, ay) * std::hypot(bx, by)) continue;
+      const Real t = ((r.x - p.x) * by - (r.y - p.y) * bx) / rotation,
+                 u = ((r.x - p.x) * ay - (r.y - p.y) * ax) / rotation;
       if (!(t > 0 && t < 1 && u > 0 && u < 1)) continue;
       k.add({p.x + t * ax, p.y + t * ay, 0}, p.height + t * (q.height - p.height),
             r.height + u * (s.height - r.height),
@@ -158,24 +158,25 @@ void clip(const Clip& k) {
 }  // namespace
 
 std::span<const Vec3> corners_towards(const Convex& c, Vec3 direction, Real margin,
-                                      CornerRoom& room) {
+                                      CornerRoom& scratch) {
   if (!c.smooth) return c.points;
   const Patch patch = patch_of(c, direction, margin);
-  room[0] = c.extreme(direction);
+  scratch[0] = c.extreme(direction);
   std::size_t count = 1;
   for (std::size_t i = 0; i < patch.count; ++i)
-    if (glm::distance(patch.points[i], room[0]) > kSame * c.size) room[count++] = patch.points[i];
-  return {room.data(), count};
+    if (glm::distance(patch.points[i], scratch[0]) > kSame * c.size)
+      scratch[count++] = patch.points[i];
+  return {scratch.data(), count};
 }
 
 void touch_smooth(const Convex& a, const Convex& b, Real margin, const Facing* facing,
-                  std::vector<TouchPoint>& out) {
+                  std::vector<ContactPoint>& out) {
   const Real radii = a.radius + b.radius, size = a.size + b.size;
   Separation apart = separate(a, b, margin + radii);
   if (apart.is_beyond || apart.distance - radii > margin) return;
   bool over_only = false;
   if (facing && !allows(*facing, apart.normal)) {
-    // An edge that does not stick out: only what lies over the triangle itself counts.
+    // A concave or flat edge: only points above the triangle itself count.
     if (apart.distance > 0 && glm::dot(apart.normal, facing->normal) < 0) return;
     apart.normal = facing->normal, over_only = true;
   }
@@ -191,15 +192,15 @@ void touch_smooth(const Convex& a, const Convex& b, Real margin, const Facing* f
     if (const auto h = height_at(on_b, glm::dot(u, low), glm::dot(v, low)))
       apart = {low, low - (glm::dot(n, low) - *h) * n, n, glm::dot(n, low) - *h, false};
     else
-      return spread_out(out, first, kMostPoints);
+      return reduce_points(out, first, kMostPoints);
   }
   const Real gap = apart.distance - radii;
   Real least = 1e300;
   for (std::size_t i = first; i < out.size(); ++i) least = glm::min(least, out[i].gap);
   if (least > gap + 1e-9 * size && gap <= margin)
     out.push_back({apart.on_a - a.radius * n, apart.on_b + b.radius * n, n, gap, kClosest});
-  drop_doubles(out, first, 1e-4 * size);
-  spread_out(out, first, kMostPoints);
+  drop_duplicates(out, first, 1e-4 * size);
+  reduce_points(out, first, kMostPoints);
 }
 
 namespace {

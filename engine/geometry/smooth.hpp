@@ -31,11 +31,11 @@ using CornerRoom = std::array<Vec3, 9>;
 /// The points of a core; of a smooth one those that may come within `margin` (m) of a plane that it
 /// faces along `direction`: the farthest, and what is farthest when the piece is tilted a little.
 std::span<const Vec3> corners_towards(const Convex& c, Vec3 direction, Real margin,
-                                      CornerRoom& room);
+                                      CornerRoom& scratch);
 
-/// As touch_convex(), where one of the pieces or both are smooth.
+/// As collide_convex(), where one of the pieces or both are smooth.
 void touch_smooth(const Convex& a, const Convex& b, Real margin, const Facing* facing,
-                  std::vector<TouchPoint>& out);
+                  std::vector<ContactPoint>& out);
 
 /// As cast() and closest() of kinds.hpp, for any convex piece.
 std::optional<RayEntry> cast_at(const Convex& piece, Vec3 from, Vec3 way, Real limit);

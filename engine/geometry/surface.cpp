@@ -102,7 +102,7 @@ Real enclosed_volume(const Surface& s) {
 }
 
 void add_bounds(Surface& s) {
-  Box bounds;
+  Aabb bounds;
   for (Vec3 p : s.points) bounds.add(p);
   s.low = bounds.low, s.high = bounds.high;
 }
@@ -213,8 +213,8 @@ NearestTile nearest_tile(const Surface& s, Vec3 p) {
   s.tree.nearest(p, 1e300, [&](std::uint32_t index) {
     const Vec3 way = p - nearest_in(triangle_of(s, index), p);
     const Real d = glm::dot(way, way), up = glm::dot(s.faces[index].normal, way);
-    // At an edge or a corner several are as near; the one that is seen most squarely tells the
-    // side.
+    // At an edge or vertex several triangles are equally near; the one with the most frontal normal
+    // determines the side.
     const bool better = d < best - slack || (d <= best + slack && std::abs(up) > std::abs(facing));
     if (better) facing = up, found = {index, up < 0};
     best = glm::min(best, d);
@@ -251,7 +251,7 @@ Result<std::shared_ptr<const Surface>> make_mesh(std::span<const Vec3> points,
     s->neighbours[edges[i].triangle][edges[i].edge] = edges[i + 1].triangle;
     s->neighbours[edges[i + 1].triangle][edges[i + 1].edge] = edges[i].triangle;
   }
-  std::vector<Box> boxes(triangles.size());
+  std::vector<Aabb> boxes(triangles.size());
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     const Vec3 a = points[triangles[t][0]], b = points[triangles[t][1]],
                c = points[triangles[t][2]];

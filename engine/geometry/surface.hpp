@@ -1,6 +1,6 @@
 #pragma once
-/// Surfaces that need more than three numbers: convex hulls, triangle meshes, height fields.
-/// Immutable once made, so that copies of a World may share them.
+/// Convex hulls, triangle meshes and height fields. Immutable, so that copies of a World may share
+/// them.
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -11,11 +11,11 @@
 #include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
 #include "engine/base/result.hpp"
-#include "engine/geometry/box_tree.hpp"
+#include "engine/geometry/aabb_tree.hpp"
 
 namespace pantin {
 
-/// Corners of one flat face, anticlockwise seen from outside: indices into `corners`.
+/// One planar face, vertices anticlockwise seen from outside: a range of `corners`.
 struct Face {
   std::uint32_t first = 0, count = 0;
   Vec3 normal{0};   // unit, outwards
@@ -36,7 +36,7 @@ struct Surface {
   std::vector<std::array<std::uint32_t, 2>> edges;       // hull: each once
   std::vector<std::array<std::uint32_t, 2>> sides;       // hull: faces left and right of each edge
   std::vector<std::array<std::uint32_t, 3>> neighbours;  // mesh: triangle across each edge
-  BoxTree tree;                                          // mesh: over its triangles
+  AabbTree tree;                                         // mesh: over its triangles
   Vec3 low{0}, high{0};                                  // bounds, m
   // height_field: `columns` (along x) by `rows` (along z) heights, spaced by `spacing`; its middle
   // lies at the origin. Triangles follow from the grid.
@@ -91,17 +91,17 @@ std::uint32_t cell_at(Real x, Real spacing, std::uint32_t lines);
 /// The triangle of a height field above or below p; beside the field, one of its rim.
 std::uint32_t tile_at(const Surface& height_field, Vec3 p);
 
-/// The convex hull of at least four points that do not lie in a plane; flat faces whole. Refuses
-/// numbers that are not finite, and hulls without volume. At most 256 corners.
+/// The convex hull of at least four points that are not coplanar; coplanar triangles are merged. An
+/// error for numbers that are not finite and for hulls without volume. At most 256 vertices.
 Result<std::shared_ptr<const Surface>> make_hull(std::span<const Vec3> points);
 
-/// A closed surface of triangles, anticlockwise seen from outside. Refuses what is not finite, an
-/// index out of range, a triangle without area, an edge that is not shared by exactly two triangles
-/// in opposite directions ("mesh is not closed: ..."), a surface turned inside out.
+/// A closed triangle mesh, anticlockwise seen from outside. An error for numbers that are not
+/// finite, indices out of range, degenerate triangles, edges not shared by exactly two triangles in
+/// opposite directions ("mesh is not closed: ..."), and inverted surfaces.
 Result<std::shared_ptr<const Surface>> make_mesh(
     std::span<const Vec3> points, std::span<const std::array<std::uint32_t, 3>> triangles);
 
-/// A ground: heights[row * columns + column], m. At least 2 by 2, spacings above zero.
+/// Terrain: heights[row * columns + column], m. At least 2 by 2, spacings above zero.
 Result<std::shared_ptr<const Surface>> make_height_field(std::uint32_t columns, std::uint32_t rows,
                                                          Real spacing_x, Real spacing_z,
                                                          std::span<const Real> heights);

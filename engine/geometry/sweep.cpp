@@ -1,9 +1,9 @@
 #include "engine/geometry/sweep.hpp"
 
 #include "engine/base/check.hpp"
+#include "engine/geometry/collide.hpp"
 #include "engine/geometry/smooth.hpp"
 #include "engine/geometry/surface.hpp"
-#include "engine/geometry/touch.hpp"
 
 namespace pantin {
 namespace {
@@ -20,11 +20,11 @@ struct Slide {
 /// Steps up to the plane that parts the two, again and again: what lies beyond it is not met
 /// before. [Bergen 2004, "Ray casting against general convex objects"]
 std::optional<SweepHit> sweep_convex(const Slide& k, const Convex& b, Real limit) {
-  ConvexRoom room;
+  ConvexScratch scratch;
   SweepHit hit;
   for (int round = 0; round < kMostRounds; ++round) {
     const Pose at{k.at.position + hit.distance * k.way, k.at.rotation};
-    const Convex a = place(k.shape, at, room);
+    const Convex a = convex_piece(k.shape, at, scratch);
     const Separation apart = separate(a, b, 1e300);
     const Real gap = apart.distance - a.radius - b.radius;
     hit.normal = apart.normal, hit.point = apart.on_b + b.radius * apart.normal;
@@ -38,8 +38,8 @@ std::optional<SweepHit> sweep_convex(const Slide& k, const Convex& b, Real limit
 }
 
 std::optional<SweepHit> sweep_half_space(const Slide& k, Real limit) {
-  ConvexRoom room;
-  const Convex a = place(k.shape, k.at, room);
+  ConvexScratch scratch;
+  const Convex a = convex_piece(k.shape, k.at, scratch);
   const Vec3 low = a.extreme({0, -1, 0}) - Vec3(0, a.radius, 0);
   SweepHit hit;
   if (low.y > 0) {
@@ -70,8 +70,8 @@ struct OverTriangles {
 };
 
 std::optional<SweepHit> sweep_surface(const Slide& k, const Surface& s, Real limit) {
-  const Box start = bounds_of(k.shape, k.at);
-  Box swept = start;
+  const Aabb start = bounds_of(k.shape, k.at);
+  Aabb swept = start;
   swept.add({start.low + limit * k.way, start.high + limit * k.way});
   if (!swept.overlaps({s.low, s.high})) return std::nullopt;
   OverTriangles over{k, s, limit};
@@ -91,11 +91,11 @@ std::optional<SweepHit> sweep_surface(const Slide& k, const Surface& s, Real lim
 
 /// What overlaps from the start.
 std::optional<SweepHit> overlap_at_start(const Slide& k, const Shape& b) {
-  NarrowRoom room;
-  std::vector<TouchPoint> points;
-  touch(k.shape, k.at, b, Pose{}, 0, room, points);
-  const TouchPoint* deepest = nullptr;
-  for (const TouchPoint& p : points)
+  NarrowPhaseScratch scratch;
+  std::vector<ContactPoint> points;
+  collide(k.shape, k.at, b, Pose{}, 0, scratch, points);
+  const ContactPoint* deepest = nullptr;
+  for (const ContactPoint& p : points)
     if (!deepest || p.gap < deepest->gap) deepest = &p;
   if (!deepest) return std::nullopt;
   return SweepHit{0, deepest->on_b, deepest->normal};
@@ -110,7 +110,7 @@ std::optional<SweepHit> sweep(const Shape& a, const Pose& at_a, const Shape& b, 
   const Quat back = glm::conjugate(at_b.rotation);
   const Slide k{a, {back * (at_a.position - at_b.position), back * at_a.rotation}, back * way};
   std::optional<SweepHit> hit = overlap_at_start(k, b);
-  ConvexRoom room;
+  ConvexScratch scratch;
   if (!hit) switch (traits_of(b.kind).shape_class) {
       case ShapeClass::half_space:
         hit = sweep_half_space(k, limit);
@@ -120,7 +120,7 @@ std::optional<SweepHit> sweep(const Shape& a, const Pose& at_a, const Shape& b, 
         hit = sweep_surface(k, *b.surface, limit);
         break;
       case ShapeClass::convex:
-        hit = sweep_convex(k, place(b, Pose{}, room), limit);
+        hit = sweep_convex(k, convex_piece(b, Pose{}, scratch), limit);
         break;
     }
   if (!hit) return std::nullopt;

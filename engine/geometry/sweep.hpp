@@ -8,14 +8,14 @@ namespace pantin {
 
 /// First contact of a slide.
 struct SweepHit {
-  Real distance = 0;      // m, along the way; 0: it started within
-  Vec3 point{0};          // of the other shape
-  Vec3 normal{0, 1, 0};   // unit, out of the other shape
+  Real distance = 0;     // m, along the way; 0: it started within
+  Vec3 point{0};         // of the other shape
+  Vec3 normal{0, 1, 0};  // unit, out of the other shape
 };
 
 /// Where `a`, a convex shape at `at_a`, first touches `b` at `at_b`, when it slides along `way`, of
-/// unit length, for at most `limit` (m). World axes; `Shape::local` is not looked at. Distances are
-/// good to 1e-9 of the shapes' sizes.
+/// unit length, for at most `limit` (m). World axes; `Shape::local` is ignored. Distances are good
+/// to 1e-9 of the shapes' sizes.
 std::optional<SweepHit> sweep(const Shape& a, const Pose& at_a, const Shape& b, const Pose& at_b,
                               Vec3 way, Real limit);
 

@@ -1,21 +1,21 @@
 #pragma once
-/// A shared line x, along which and about which b moves.
+/// Cylindrical joint: b rotates about and translates along a shared axis x.
 #include "engine/joints/kind.hpp"
 
 namespace pantin::joint_kinds {
 
 struct cylindrical : SlidesAlongX, TurnsAboutX {
   static constexpr std::string_view name = "cylindrical";
-  static constexpr int rows = 4, freedoms = 2;
+  static constexpr int rows = 4, degrees_of_freedom = 2;
   static constexpr FreeCoordinate coordinates[] = {
-      {Coordinate::turn, "angle", kActuated | kGeared},
-      {Coordinate::slide, "travel", kActuated | kGeared}};
+      {Coordinate::angle, "angle", kActuated | kGeared},
+      {Coordinate::travel, "travel", kActuated | kGeared}};
 
-  static void write(const Joint& joint, const Placed& a, const Placed& b, RowsOut out) {
+  static void write(const Joint& joint, const BodyState& a, const BodyState& b, RowsOut out) {
     write(joint, span_of(joint, a, b, out.gamma != nullptr), a, b, out);
   }
-  static void write(const Joint& joint, const AnchorSpan& span, const Placed& a, const Placed& b,
-                    RowsOut out) {
+  static void write(const Joint& joint, const AnchorSpan& span, const BodyState& a,
+                    const BodyState& b, RowsOut out) {
     const JointAxes on_a = axes_on_a(joint, a);
     const Vec3 y = on_a.y(), z = on_a.z(), x = axes_on_b(joint, b).x();
     write_square(0, y, x, a, b, out);

@@ -1,15 +1,15 @@
 #pragma once
-/// A shared point and shared axes.
+/// Fixed joint: a shared point and shared axes.
 #include "engine/joints/hinge.hpp"
 
 namespace pantin::joint_kinds {
 
 struct fixed : SharesPoint, TurnsNowhere {
   static constexpr std::string_view name = "fixed";
-  static constexpr int rows = 6, freedoms = 0;
+  static constexpr int rows = 6, degrees_of_freedom = 0;
   static constexpr Mark marks[] = {Mark::lock};
 
-  static void write(const Joint& joint, const Placed& a, const Placed& b, RowsOut out) {
+  static void write(const Joint& joint, const BodyState& a, const BodyState& b, RowsOut out) {
     hinge::write(joint, a, b, out);
     write_square(5, axes_on_a(joint, a).y(), axes_on_b(joint, b).z(), a, b, out);
   }

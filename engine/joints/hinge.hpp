@@ -1,17 +1,17 @@
 #pragma once
-/// A shared point and a shared axis x: y and z of a stay square to x of b.
+/// Hinge joint: a shared point and a shared axis x; y and z of a stay perpendicular to x of b.
 #include "engine/joints/ball.hpp"
 
 namespace pantin::joint_kinds {
 
 struct hinge : SharesPoint, TurnsAboutX {
   static constexpr std::string_view name = "hinge", alias = "revolute";
-  static constexpr int rows = 5, freedoms = 1;
+  static constexpr int rows = 5, degrees_of_freedom = 1;
   static constexpr FreeCoordinate coordinates[] = {
-      {Coordinate::turn, "angle", kActuated | kGeared}};
+      {Coordinate::angle, "angle", kActuated | kGeared}};
   static constexpr Mark marks[] = {Mark::axis_x, Mark::angle};
 
-  static void write(const Joint& joint, const Placed& a, const Placed& b, RowsOut out) {
+  static void write(const Joint& joint, const BodyState& a, const BodyState& b, RowsOut out) {
     ball::write(joint, a, b, out);
     const JointAxes on_a = axes_on_a(joint, a);
     const Vec3 x = axes_on_b(joint, b).x();

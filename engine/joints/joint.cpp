@@ -15,23 +15,23 @@ Quat hinged(Real angle) { return Quat(std::cos(angle / 2), std::sin(angle / 2), 
 namespace joint_kinds {
 
 Quat TurnsFreely::allowed(const JointLimits& limits, Quat q) {
-  if (!limits.turn.on && !limits.swing.on) return q;
+  if (!limits.angle.on && !limits.swing.on) return q;
   const SwingTwist at = swing_twist(q);
-  const SwingTwist to{clamped(limits.turn, at.twist), clamped(limits.swing, at.swing)};
-  // A twist equal but for whole turns is the same turn.
+  const SwingTwist to{clamped(limits.angle, at.twist), clamped(limits.swing, at.swing)};
+  // Twists that differ by whole revolutions are the same rotation.
   const Real off = std::remainder(to.twist - at.twist, 2 * kPi);
   if (std::abs(off) < 1e-15 && to.swing == at.swing) return q;
-  return turn_of(to);
+  return rotation_of(to);
 }
 
 Quat TurnsAboutX::allowed(const JointLimits& limits, Quat q) {
-  return hinged(clamped(limits.turn, swing_twist(q).twist));
+  return hinged(clamped(limits.angle, swing_twist(q).twist));
 }
 
 Quat TurnsAboutTwo::allowed(const JointLimits& limits, Quat q) {
   const UniversalAngles at = universal_angles(q);
-  return turn_of(
-      UniversalAngles{clamped(limits.turn, at.first), clamped(limits.second, at.second)});
+  return rotation_of(
+      UniversalAngles{clamped(limits.angle, at.first), clamped(limits.second, at.second)});
 }
 
 }  // namespace joint_kinds
@@ -60,12 +60,12 @@ std::string kinds_where(const std::function<bool(const JointKindInfo&)>& holds) 
 
 Quat allowed_by_kind(JointKind kind, Quat q) { return info_of(kind).allowed({}, q); }
 
-Quat allowed_turn(const Joint& joint, Quat q) {
+Quat allowed_rotation(const Joint& joint, Quat q) {
   return info_of(joint.kind).allowed(joint.limits, q);
 }
 
 Real violation(const Joint& joint, Quat q) {
-  return glm::length(rotation_vector(allowed_turn(joint, q) * glm::conjugate(q)));
+  return glm::length(rotation_vector(allowed_rotation(joint, q) * glm::conjugate(q)));
 }
 
 }  // namespace pantin

@@ -2,23 +2,23 @@
 /// Joints between two bodies: what every kind has. The kinds themselves are listed in kinds.hpp.
 ///
 ///   p_i = x_i + R_i anchor_i            anchors fixed in each body
-///   Q = (R_a F_a)^-1 (R_b F_b)          how b's joint axes stand in a's
+///   Q = (R_a F_a)^-1 (R_b F_b) rotation of b's joint axes relative to a's
 ///
-/// The joint axes F are x, y, z. x is the axis that a hinge turns about and that a ball joint
-/// twists about; with limbs it runs along the bone.
+/// The joint axes F are x, y, z. x is the hinge axis, and the twist axis of a ball joint; in limbs
+/// it runs along the bone.
 #include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
-#include "engine/joints/extras.hpp"
+#include "engine/joints/boxed.hpp"
 #include "engine/joints/limits.hpp"
-#include "engine/joints/rare.hpp"
+#include "engine/joints/parameters.hpp"
 
 namespace pantin {
 
 /// Named by the list of kinds, kinds.hpp: JointKind::hinge. The first, 0, is the ball.
 enum class JointKind : std::uint8_t;
 
-/// Turns from the joint axes to the frames of both bodies. Takes no room while both are none, as
-/// with most ball joints. A value: copies are deep.
+/// Rotations from the joint axes to the frames of both bodies. Needs no memory while both are the
+/// identity, as for most ball joints. Copies are deep.
 class JointFrames {
  public:
   JointFrames() = default;
@@ -31,8 +31,8 @@ class JointFrames {
   }
   JointFrames& operator=(JointFrames&&) = default;
 
-  Quat a() const { return held_ ? held_->a : kNoTurn; }
-  Quat b() const { return held_ ? held_->b : kNoTurn; }
+  Quat a() const { return held_ ? held_->a : kIdentity; }
+  Quat b() const { return held_ ? held_->b : kIdentity; }
   void set(Quat a, Quat b) { held_ = std::make_unique<Both>(Both{a, b}); }
   void set_a(Quat to) { set(to, b()); }
   void set_b(Quat to) { set(a(), to); }
@@ -54,10 +54,10 @@ class JointFrames {
 struct Joint {
   Vec3 anchor_a{0};  // in body a's mass-centre frame, m
   Vec3 anchor_b{0};  // in body b's mass-centre frame, m
-  JointKind kind{};      // ball
+  JointKind kind{};  // ball
   JointFrames frames = {};
-  RareLimits limits = {};
-  Rare<JointExtras> extras = {};
+  BoxedLimits limits = {};
+  Boxed<JointParameters> parameters = {};
 
   static void fields(auto& self, auto&& field) {
     field("anchor_a", self.anchor_a);
@@ -65,7 +65,7 @@ struct Joint {
     field("kind", self.kind);
     field("frames", self.frames);
     field("limits", self.limits);
-    field("extras", self.extras);
+    field("parameters", self.parameters);
   }
 };
 
@@ -74,19 +74,19 @@ inline Vec3 residual(const Joint& joint, const Pose& a, const Pose& b) {
   return to_world(b, joint.anchor_b) - to_world(a, joint.anchor_a);
 }
 
-/// How b's joint axes stand in a's: Q.
-inline Quat relative_turn(const Joint& joint, Quat a, Quat b) {
+/// Q, the rotation of b's joint axes relative to a's.
+inline Quat relative_rotation(const Joint& joint, Quat a, Quat b) {
   return glm::conjugate(a * joint.frames.a()) * (b * joint.frames.b());
 }
 
-/// The turn nearest to `q` (see closest_turn) that the kind allows, limits aside.
+/// The rotation nearest to `q` that the kind allows, without limits.
 Quat allowed_by_kind(JointKind kind, Quat q);
 
-/// ... and that the limits allow too; unit quaternions in and out. Within the limits it returns the
-/// turn that the kind allows, bit for bit.
-Quat allowed_turn(const Joint& joint, Quat q);
+/// The rotation nearest to `q` that kind and limits allow; unit quaternions. Within the limits it
+/// equals allowed_by_kind bit for bit.
+Quat allowed_rotation(const Joint& joint, Quat q);
 
-/// How far `q` is from what kind and limits allow, rad.
+/// Angle between `q` and the nearest allowed rotation, rad.
 Real violation(const Joint& joint, Quat q);
 
 }  // namespace pantin

@@ -43,18 +43,21 @@ struct Parameter {
   std::string_view never_zero = "";  // why, if it must not be 0
   ParameterRange range = ParameterRange::any;
   bool as_placed = false;  // by default the distance of the anchors at the start; one of a kind
-  Real& (*value)(JointExtras&) = nullptr;
+  Real& (*value)(JointParameters&) = nullptr;
 };
 
 /// What the debug view draws at a joint.
 enum class Mark : std::uint8_t {
-  axis_x, axis_y, axis_z,  // lines: x of a, y of a, z of b
-  angle,                   // sector of the limit of the turn, or a square where it is locked
-  two_angles,              // likewise, of a universal joint
-  cone_and_twist,          // likewise, of a ball joint
-  lock,                    // a square
-  slide,                   // the line that b's anchor slides along, with its ends
-  rod, zigzag              // from anchor to anchor
+  axis_x,
+  axis_y,
+  axis_z,          // lines: x of a, y of a, z of b
+  angle,           // sector of the limit of the turn, or a square where it is locked
+  two_angles,      // likewise, of a universal joint
+  cone_and_twist,  // likewise, of a ball joint
+  lock,            // a square
+  translation,     // the line that b's anchor slides along, with its ends
+  rod,
+  zigzag  // from anchor to anchor
 };
 
 inline constexpr int kOwnRows = -1;
@@ -63,8 +66,8 @@ inline constexpr int kOwnRows = -1;
 struct JointKindInfo {
   std::string_view name, alias;
   int rows;  // kOwnRows: as own_rows says
-  int freedoms;
-  Turns turns;
+  int degrees_of_freedom;
+  Turns rotations;
   bool holds_point;
   bool is_line;
   bool uses_axes;
@@ -77,7 +80,7 @@ struct JointKindInfo {
   const char* (*fault)(const Joint&);
   Real (*slide_per_turn)(const Joint&);
   Real (*gap)(const Joint&, const Pose& a, const Pose& b);
-  void (*complete)(JointExtras&);
+  void (*complete)(JointParameters&);
   Quat (*allowed)(const JointLimits&, Quat);
   bool (*on_right_branch)(const Mat3&);
 
@@ -129,9 +132,9 @@ struct Kind {
   /// m/rad by which the slide tells the turn; 0 if it does not.
   static Real slide_per_turn(const Joint&) { return 0; }
   /// Sets what follows from the parameters.
-  static void complete(JointExtras&) {}
-  static void write_coordinate(const Joint& joint, Coordinate which, const Placed& a,
-                               const Placed& b, Real before, RowsOut out) {
+  static void complete(JointParameters&) {}
+  static void write_coordinate(const Joint& joint, Coordinate which, const BodyState& a,
+                               const BodyState& b, Real before, RowsOut out) {
     write_axis_coordinate(joint, which, a, b, before, out);
   }
 };
@@ -146,7 +149,7 @@ struct SharesPoint : Kind {
 
 /// b's anchor stays on the line x of a.
 struct SlidesAlongX : Kind {
-  static constexpr Mark marks[] = {Mark::slide};
+  static constexpr Mark marks[] = {Mark::translation};
   static Real gap(const Joint& joint, const Pose& a, const Pose& b) {
     const Vec3 apart = residual(joint, a, b), x = axis_x_of_a(joint, a);
     return glm::length(apart - glm::dot(apart, x) * x);
@@ -156,10 +159,10 @@ struct SlidesAlongX : Kind {
 /// Only the distance of the anchors counts: it is the slide.
 struct Line : Kind {
   static constexpr bool is_line = true, uses_axes = false;
-  static Real& length(JointExtras& extras) { return extras.length; }
-  static void write_coordinate(const Joint& joint, Coordinate which, const Placed& a,
-                               const Placed& b, Real before, RowsOut out) {
-    if (which == Coordinate::slide)
+  static Real& length(JointParameters& own) { return own.length; }
+  static void write_coordinate(const Joint& joint, Coordinate which, const BodyState& a,
+                               const BodyState& b, Real before, RowsOut out) {
+    if (which == Coordinate::travel)
       return write_length(0, span_of(joint, a, b, out.gamma != nullptr), out);
     Kind::write_coordinate(joint, which, a, b, before, out);
   }
@@ -170,23 +173,23 @@ struct Line : Kind {
 // coincide with. The second root of a universal joint is the first with both angles half a turn on.
 
 struct TurnsFreely {
-  static constexpr Turns turns = Turns::freely;
+  static constexpr Turns rotations = Turns::freely;
   static Quat allowed(const JointLimits& limits, Quat q);
   static bool on_right_branch(const Mat3&) { return true; }
 };
 struct TurnsAboutX {
-  static constexpr Turns turns = Turns::about_x;
+  static constexpr Turns rotations = Turns::about_x;
   static Quat allowed(const JointLimits& limits, Quat q);
   static bool on_right_branch(const Mat3& q) { return q[0].x > 0; }
 };
 struct TurnsAboutTwo {
-  static constexpr Turns turns = Turns::about_two;
+  static constexpr Turns rotations = Turns::about_two;
   static Quat allowed(const JointLimits& limits, Quat q);
   static bool on_right_branch(const Mat3&) { return true; }
 };
 struct TurnsNowhere {
-  static constexpr Turns turns = Turns::nowhere;
-  static Quat allowed(const JointLimits&, Quat) { return kNoTurn; }
+  static constexpr Turns rotations = Turns::nowhere;
+  static Quat allowed(const JointLimits&, Quat) { return kIdentity; }
   static bool on_right_branch(const Mat3& q) { return q[0].x > 0 && q[1].y > 0; }
 };
 

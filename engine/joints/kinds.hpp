@@ -42,7 +42,8 @@ static_assert(JointKind::ball == JointKind{}, "a joint that says nothing is a ba
 namespace joint_kinds {
 
 template <class K>
-void write(const Joint& joint, const Placed& a, const Placed& b, Real angle_before, RowsOut out) {
+void write(const Joint& joint, const BodyState& a, const BodyState& b, Real angle_before,
+           RowsOut out) {
   if constexpr (K::counts_turns)
     K::write(joint, a, b, angle_before, out);
   else
@@ -52,7 +53,7 @@ void write(const Joint& joint, const Placed& a, const Placed& b, Real angle_befo
 template <class K>
 Real gap_of_rows(const Joint& joint, const Pose& a, const Pose& b) {
   const auto placed = [](const Pose& at) {
-    return Placed{at.position, at.rotation, glm::mat3_cast(at.rotation), {}, {}};
+    return BodyState{at.position, at.rotation, glm::mat3_cast(at.rotation), {}, {}};
   };
   Real c[6] = {}, sum = 0;
   write<K>(joint, placed(a), placed(b), 0, {c, nullptr, nullptr});
@@ -73,10 +74,11 @@ template <class K>
 constexpr JointKindInfo info_of() {
   static_assert(K::rows == kOwnRows || (K::rows >= 0 && K::rows <= 6));
   static_assert(!K::holds_point || K::rows >= 3);
-  return {K::name,       K::alias,      K::rows,        K::freedoms,    K::turns,
-          K::holds_point, K::is_line,   K::uses_axes,   K::in_files,    K::counts_turns,
-          K::coordinates, K::parameters, K::marks,      &K::own_rows,   &K::fault,
-          &K::slide_per_turn, gap_of<K>(), &K::complete, &K::allowed,   &K::on_right_branch};
+  return {K::name,      K::alias,        K::rows,        K::degrees_of_freedom,
+          K::rotations, K::holds_point,  K::is_line,     K::uses_axes,
+          K::in_files,  K::counts_turns, K::coordinates, K::parameters,
+          K::marks,     &K::own_rows,    &K::fault,      &K::slide_per_turn,
+          gap_of<K>(),  &K::complete,    &K::allowed,    &K::on_right_branch};
 }
 
 }  // namespace joint_kinds
@@ -99,12 +101,13 @@ bool joint_kind_from_name(std::string_view name, JointKind& kind);
 /// Names of the kinds of which something holds: "hinge, cylindrical or screw".
 std::string kinds_where(const std::function<bool(const JointKindInfo&)>& holds);
 
-/// Motions that the kind leaves free, 0 to 6; of a custom kind 6.
-constexpr int freedoms(JointKind kind) { return info_of(kind).freedoms; }
+/// Degrees of freedom of the kind, 0 to 6; 6 for a custom kind.
+constexpr int degrees_of_freedom(JointKind kind) { return info_of(kind).degrees_of_freedom; }
 /// Whether its bodies share a point.
 constexpr bool holds_point(JointKind kind) { return info_of(kind).holds_point; }
-constexpr Turns turns_of(JointKind kind) { return info_of(kind).turns; }
-/// Whether the articulated solver knows it: besides the point there are only turns it has a model of.
+constexpr Turns turns_of(JointKind kind) { return info_of(kind).rotations; }
+/// Whether the articulated solver knows it: besides the point there are only turns it has a model
+/// of.
 constexpr bool is_articulated(JointKind kind) {
   return holds_point(kind) && turns_of(kind) != Turns::own;
 }

@@ -7,7 +7,7 @@
 namespace pantin {
 namespace {
 
-/// An angle brought to within half a turn of `near`.
+/// The angle unwrapped to within half a revolution of `near`.
 Real unwound(Real angle, Real near) {
   return angle - 2 * kPi * std::round((angle - near) / (2 * kPi));
 }
@@ -20,7 +20,7 @@ Quat about_z(Real angle) { return Quat(std::cos(angle / 2), 0, 0, std::sin(angle
 
 SwingTwist swing_twist(Quat q) {
   if (q.w < 0 || (q.w == 0 && q.x < 0)) q = -q;
-  // The swing turned by half a turn leaves nothing to tell a twist by.
+  // A swing of half a revolution leaves the twist undefined.
   const Real n2 = q.w * q.w + q.x * q.x;
   Quat twist(1, 0, 0, 0);
   if (n2 > 1e-24) {
@@ -32,8 +32,8 @@ SwingTwist swing_twist(Quat q) {
   return {2 * std::atan2(twist.x, twist.w), swing};
 }
 
-Quat turn_of(const SwingTwist& parts) {
-  return glm::normalize(turn_by(parts.swing) * about_x(parts.twist));
+Quat rotation_of(const SwingTwist& parts) {
+  return glm::normalize(from_rotation_vector(parts.swing) * about_x(parts.twist));
 }
 
 UniversalAngles universal_angles(Quat q) {
@@ -42,7 +42,9 @@ UniversalAngles universal_angles(Quat q) {
   return {std::atan2(z.x, z.z), std::atan2(y.x, y.y)};
 }
 
-Quat turn_of(const UniversalAngles& a) { return glm::normalize(about_y(a.first) * about_z(a.second)); }
+Quat rotation_of(const UniversalAngles& a) {
+  return glm::normalize(about_y(a.first) * about_z(a.second));
+}
 
 Real clamped(const AngleLimit& limit, Real angle) {
   if (!limit.on) return angle;
@@ -52,7 +54,7 @@ Real clamped(const AngleLimit& limit, Real angle) {
 
 Vec3 clamped(const SwingLimit& limit, Vec3 swing) {
   if (!limit.on) return swing;
-  // A cone locked in one direction is an arc: the other part is kept.
+  // A cone locked in one direction is an arc: the other component remains.
   if (limit.y <= 0) swing.y = 0;
   if (limit.z <= 0) swing.z = 0;
   const Real y = limit.y > 0 ? swing.y / limit.y : 0, z = limit.z > 0 ? swing.z / limit.z : 0;

@@ -1,9 +1,10 @@
 #pragma once
-/// How far a joint may turn.
+/// Limits of joint rotations.
 ///
-/// A turn Q of ball joints is split into a twist about x and, after it, a swing about an axis in
-/// the y-z plane: Q = swing twist [Lee 2000, sec. 4, which leaves it open]. A universal joint is
-/// split into its two angles: Q = turn about y by the first, then about its z by the second.
+/// A rotation Q of a ball joint is decomposed into a twist about x followed by a swing about an
+/// axis in the y-z plane: Q = swing twist [Lee 2000, sec. 4, which leaves it open]. A universal
+/// joint is decomposed into two angles: Q = rotation about y by the first, then about its z by the
+/// second.
 #include <memory>
 
 #include "engine/base/fields.hpp"
@@ -11,7 +12,7 @@
 
 namespace pantin {
 
-/// An angle between two others, rad. Equal ones lock it. The range need not contain zero.
+/// A range of angles, rad. Equal bounds lock the angle. The range need not contain zero.
 struct AngleLimit {
   bool on = false;
   Real low = 0, high = 0;
@@ -23,8 +24,8 @@ struct AngleLimit {
   }
 };
 
-/// A cone of elliptic section: the swing's rotation vector (0, y, z) has (y / `y`)^2 + (z / `z`)^2
-/// at most 1. Half angles in rad, from 0 (locked) to pi. Equal ones make a round cone.
+/// An elliptic cone: the rotation vector (0, y, z) of the swing satisfies (y / `y`)^2 + (z / `z`)^2
+/// <= 1. Half angles in rad, from 0 (locked) to pi. Equal ones make a circular cone.
 struct SwingLimit {
   bool on = false;
   Real y = 0, z = 0;
@@ -37,18 +38,18 @@ struct SwingLimit {
 };
 
 struct JointLimits {
-  AngleLimit turn{};   // hinge: its angle; ball: twist; universal: about y of a
-  AngleLimit second{}; // universal: about z of b
-  SwingLimit swing{};  // ball
-  // Before a stop comes a spring: within `soft_zone` of it a torque grows up to `soft_stiffness`
-  // times that angle, and brakes.
+  AngleLimit angle{};   // hinge: its angle; ball: twist; universal: about y of a
+  AngleLimit second{};  // universal: about z of b
+  SwingLimit swing{};   // ball
+  // Soft zone: within `soft_zone` of a limit a spring and damper act, with torque up to
+  // soft_stiffness * soft_zone.
   Real soft_zone = 0;       // rad
   Real soft_stiffness = 0;  // N m/rad
   Real soft_damping = 0;    // N m s/rad, within the zone
-  bool any() const { return turn.on || second.on || swing.on; }
+  bool any() const { return angle.on || second.on || swing.on; }
 
   static void fields(auto& self, auto&& field) {
-    field("turn", self.turn);
+    field("angle", self.angle);
     field("second", self.second);
     field("swing", self.swing);
     field("soft_zone", self.soft_zone);
@@ -57,20 +58,20 @@ struct JointLimits {
   }
 };
 
-/// Limits that take no room where there are none, as with most joints. A value: copies are deep.
-class RareLimits {
+/// Limits that need no memory where there are none, as in most joints. Copies are deep.
+class BoxedLimits {
  public:
-  RareLimits() = default;
-  RareLimits(const JointLimits& limits) {
+  BoxedLimits() = default;
+  BoxedLimits(const JointLimits& limits) {
     if (limits.any()) held_ = std::make_unique<JointLimits>(limits);
   }
-  RareLimits(const RareLimits& o) { *this = o; }
-  RareLimits(RareLimits&&) = default;
-  RareLimits& operator=(const RareLimits& o) {
+  BoxedLimits(const BoxedLimits& o) { *this = o; }
+  BoxedLimits(BoxedLimits&&) = default;
+  BoxedLimits& operator=(const BoxedLimits& o) {
     held_ = o.held_ ? std::make_unique<JointLimits>(*o.held_) : nullptr;
     return *this;
   }
-  RareLimits& operator=(RareLimits&&) = default;
+  BoxedLimits& operator=(BoxedLimits&&) = default;
 
   const JointLimits& operator*() const {
     static const JointLimits kNone;
@@ -80,7 +81,7 @@ class RareLimits {
   operator const JointLimits&() const { return **this; }
   bool any() const { return held_ && held_->any(); }
 
-  /// For changing them; they take room from now on.
+  /// For changing them; allocates memory.
   JointLimits& edit() {
     if (!held_) held_ = std::make_unique<JointLimits>();
     return *held_;
@@ -93,26 +94,26 @@ class RareLimits {
 };
 
 /// Q = swing * twist. `angle` of the twist in (-pi, pi]; `swing` as a rotation vector, its x is 0.
-/// Where the swing is a half turn, the twist is none.
+/// Where the swing is half a revolution, the twist is zero.
 struct SwingTwist {
   Real twist = 0;
   Vec3 swing{0};
 };
 SwingTwist swing_twist(Quat q);
-Quat turn_of(const SwingTwist& parts);
+Quat rotation_of(const SwingTwist& parts);
 
-/// The two angles of a universal joint for the nearest turn it can make.
+/// The two angles of a universal joint whose rotation is nearest.
 struct UniversalAngles {
   Real first = 0, second = 0;
 };
 UniversalAngles universal_angles(Quat q);
-Quat turn_of(const UniversalAngles& angles);
+Quat rotation_of(const UniversalAngles& angles);
 
-/// The angle within a limit that is nearest on the circle. Angles are told apart by whole turns
-/// only as far as the limit reaches: a range of more than a turn allows all.
+/// The angle within a limit that is nearest on the circle. A range of more than a revolution allows
+/// every angle.
 Real clamped(const AngleLimit& limit, Real angle);
 
-/// A swing beyond the cone is drawn back along itself to its rim.
+/// Scales a swing beyond the cone back to its boundary.
 Vec3 clamped(const SwingLimit& limit, Vec3 swing);
 
 }  // namespace pantin

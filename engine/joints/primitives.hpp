@@ -1,18 +1,18 @@
 #pragma once
-/// What the equations of joints are made of: points, directions, and lengths of two bodies.
+/// Building blocks of joint equations: points, directions and lengths of two bodies.
 ///
 ///   f, g    unit directions fixed in a and in b, world axes
 ///   d       from the point on a to the point on b
-///   w       spin of a less that of b
+///   w angular velocity of a minus that of b
 ///
-/// Second derivatives hold away from the solution too. Header only: the solvers' inner loop.
-/// [Nelson & Cohen, sec. 4, in angular velocities; the double cross products of gamma multiplied
-/// out, so that a spin which both bodies share drops out and leaves no rounding behind]
+/// Second derivatives are exact away from the solution too. Header only, for the solvers' inner
+/// loop. [Nelson & Cohen, sec. 4, in angular velocities; the double cross products of gamma
+/// multiplied out, so that a common angular velocity cancels without rounding errors]
 #include "engine/joints/rows.hpp"
 
 namespace pantin {
 
-/// Axis 0 to 2 of a turn.
+/// Axis 0 to 2 of a rotation.
 inline Vec3 axis_of(Quat q, int i) {
   if (i == 0)
     return {1 - 2 * (q.y * q.y + q.z * q.z), 2 * (q.x * q.y + q.w * q.z),
@@ -26,45 +26,47 @@ inline Vec3 axis_of(Quat q, int i) {
 
 /// The joint axes on one body, world axes: x is k, y is u, z is v of the method's tables.
 struct JointAxes {
-  const Mat3& turn;
+  const Mat3& rotation_matrix;
   Quat frame;
-  Vec3 x() const { return turn * axis_of(frame, 0); }
-  Vec3 y() const { return turn * axis_of(frame, 1); }
-  Vec3 z() const { return turn * axis_of(frame, 2); }
+  Vec3 x() const { return rotation_matrix * axis_of(frame, 0); }
+  Vec3 y() const { return rotation_matrix * axis_of(frame, 1); }
+  Vec3 z() const { return rotation_matrix * axis_of(frame, 2); }
 };
-inline JointAxes axes_on_a(const Joint& joint, const Placed& a) {
-  return {a.turn, joint.frames.a()};
+inline JointAxes axes_on_a(const Joint& joint, const BodyState& a) {
+  return {a.rotation_matrix, joint.frames.a()};
 }
-inline JointAxes axes_on_b(const Joint& joint, const Placed& b) {
-  return {b.turn, joint.frames.b()};
+inline JointAxes axes_on_b(const Joint& joint, const BodyState& b) {
+  return {b.rotation_matrix, joint.frames.b()};
 }
 
-/// The two anchors: arms from the mass centres, and what lies between them.
+/// The two anchors: arms from the mass centres, and the vector between them.
 struct AnchorSpan {
   Vec3 arm_a, arm_b;
-  Vec3 d;        // from anchor to anchor
-  Vec3 rate{0};  // d'
-  Vec3 bend{0};  // what of d'' does not come from accelerations
+  Vec3 d;                     // from anchor to anchor
+  Vec3 rate{0};               // d'
+  Vec3 bias_acceleration{0};  // part of d'' that does not depend on accelerations
 };
 
-/// `moving`: rate and bend are wanted too.
-inline AnchorSpan span_of(const Joint& joint, const Placed& a, const Placed& b, bool moving) {
+/// `moving`: computes rate and bias acceleration too.
+inline AnchorSpan span_of(const Joint& joint, const BodyState& a, const BodyState& b, bool moving) {
   AnchorSpan s;
-  s.arm_a = a.turn * joint.anchor_a, s.arm_b = b.turn * joint.anchor_b;
+  s.arm_a = a.rotation_matrix * joint.anchor_a, s.arm_b = b.rotation_matrix * joint.anchor_b;
   s.d = b.position + s.arm_b - a.position - s.arm_a;
   if (moving) {
-    const Vec3 turn_a = glm::cross(a.spin, s.arm_a), turn_b = glm::cross(b.spin, s.arm_b);
-    s.rate = b.velocity + turn_b - a.velocity - turn_a;
-    s.bend = glm::cross(b.spin, turn_b) - glm::cross(a.spin, turn_a);
+    const Vec3 velocity_a = glm::cross(a.angular_velocity, s.arm_a),
+               velocity_b = glm::cross(b.angular_velocity, s.arm_b);
+    s.rate = b.velocity + velocity_b - a.velocity - velocity_a;
+    s.bias_acceleration =
+        glm::cross(b.angular_velocity, velocity_b) - glm::cross(a.angular_velocity, velocity_a);
   }
   return s;
 }
 
-/// PT, rows 0 to 2: both anchors at one place, C = -d.
+/// Rows 0 to 2: coincident anchors, C = -d.
 inline void write_point(const AnchorSpan& s, RowsOut out) {
   for (int i = 0; i < 3; ++i) {
     if (out.c) out.c[i] = -s.d[i];
-    if (out.gamma) out.gamma[i] = s.bend[i];
+    if (out.gamma) out.gamma[i] = s.bias_acceleration[i];
   }
   if (out.point) out.point[0] = s.arm_a, out.point[1] = s.arm_b;
   if (!out.j) return;
@@ -75,37 +77,39 @@ inline void write_point(const AnchorSpan& s, RowsOut out) {
   j[8] = {0, 0, 1}, j[9] = {r.y, -r.x, 0}, j[10] = {0, 0, -1}, j[11] = {-q.y, q.x, 0};
 }
 
-/// A scalar that depends on nothing but how both bodies are turned: J = (0, k, 0, -k).
-struct TurnRow {
+/// A scalar that depends on the rotations of both bodies only: J = (0, k, 0, -k).
+struct AngularRow {
   Real c;
   Vec3 k;
   Real gamma;
-  Real rate(const Placed& a, const Placed& b) const { return glm::dot(k, a.spin - b.spin); }
+  Real rate(const BodyState& a, const BodyState& b) const {
+    return glm::dot(k, a.angular_velocity - b.angular_velocity);
+  }
 };
-inline TurnRow operator+(const TurnRow& p, const TurnRow& q) {
+inline AngularRow operator+(const AngularRow& p, const AngularRow& q) {
   return {p.c + q.c, p.k + q.k, p.gamma + q.gamma};
 }
-inline TurnRow operator-(const TurnRow& p, const TurnRow& q) {
+inline AngularRow operator-(const AngularRow& p, const AngularRow& q) {
   return {p.c - q.c, p.k - q.k, p.gamma - q.gamma};
 }
 
 /// D1: C = f.g, gamma = w.w f.g - (w_a.g)(w.f) + (w_b.f)(w.g).
-inline TurnRow dot_row(Vec3 f, Vec3 g, const Placed& a, const Placed& b) {
-  const Vec3 w = a.spin - b.spin;
+inline AngularRow dot_row(Vec3 f, Vec3 g, const BodyState& a, const BodyState& b) {
+  const Vec3 w = a.angular_velocity - b.angular_velocity;
   const Real c = glm::dot(f, g);
   return {c, glm::cross(f, g),
-          glm::dot(w, w) * c - glm::dot(a.spin, g) * glm::dot(w, f) +
-              glm::dot(b.spin, f) * glm::dot(w, g)};
+          glm::dot(w, w) * c - glm::dot(a.angular_velocity, g) * glm::dot(w, f) +
+              glm::dot(b.angular_velocity, f) * glm::dot(w, g)};
 }
 
-/// The angle theta = atan2(s, c), nearest on the circle to `before`, by the quotient rule:
+/// The angle theta = atan2(s, c), unwrapped to be nearest to `before`, by the quotient rule:
 ///
 ///   theta' = (c s' - s c') / n,  n = s s + c c
 ///   theta'' = (c s'' - s c'') / n - theta' n' / n
 ///
-/// Where n vanishes there is no angle: zeros.
-inline TurnRow angle_row(const TurnRow& s, const TurnRow& c, const Placed& a, const Placed& b,
-                         Real before) {
+/// Where n vanishes the angle is undefined: zeros.
+inline AngularRow angle_row(const AngularRow& s, const AngularRow& c, const BodyState& a,
+                            const BodyState& b, Real before) {
   const Real n = s.c * s.c + c.c * c.c;
   if (n < 1e-40) return {before, Vec3(0), 0};
   const Real p = c.c / n, q = s.c / n;
@@ -116,15 +120,15 @@ inline TurnRow angle_row(const TurnRow& s, const TurnRow& c, const Placed& a, co
           p * s.gamma - q * c.gamma + 2 * (p * rs - q * rc) * (p * rc + q * rs)};
 }
 
-/// The twist about x of b against a (see swing_twist): equal to the angle where the x axes agree.
-inline TurnRow twist_row(const JointAxes& on_a, const JointAxes& on_b, const Placed& a,
-                         const Placed& b, Real before) {
+/// The twist about x of b relative to a (see swing_twist); the joint angle where the x axes agree.
+inline AngularRow twist_row(const JointAxes& on_a, const JointAxes& on_b, const BodyState& a,
+                            const BodyState& b, Real before) {
   const Vec3 ya = on_a.y(), za = on_a.z(), yb = on_b.y(), zb = on_b.z();
   return angle_row(dot_row(za, yb, a, b) - dot_row(ya, zb, a, b),
                    dot_row(ya, yb, a, b) + dot_row(za, zb, a, b), a, b, before);
 }
 
-inline void write_row(int row, const TurnRow& r, RowsOut out) {
+inline void write_row(int row, const AngularRow& r, RowsOut out) {
   if (out.c) out.c[row] = r.c;
   if (out.gamma) out.gamma[row] = r.gamma;
   if (out.point) out.point[row - 1] = r.k;
@@ -133,18 +137,19 @@ inline void write_row(int row, const TurnRow& r, RowsOut out) {
   j[0] = Vec3(0), j[1] = r.k, j[2] = Vec3(0), j[3] = -r.k;
 }
 
-/// D1 at once: f and g stay square to each other.
-inline void write_square(int row, Vec3 f, Vec3 g, const Placed& a, const Placed& b, RowsOut out) {
+/// D1 as a row: f and g stay perpendicular.
+inline void write_square(int row, Vec3 f, Vec3 g, const BodyState& a, const BodyState& b,
+                         RowsOut out) {
   write_row(row, dot_row(f, g, a, b), out);
 }
 
-/// D2: C = f.d, how far b's anchor lies along f.
-inline void write_along(int row, Vec3 f, const AnchorSpan& s, const Placed& a, RowsOut out) {
+/// D2: C = f.d, the travel of b's anchor along f.
+inline void write_along(int row, Vec3 f, const AnchorSpan& s, const BodyState& a, RowsOut out) {
   if (out.c) out.c[row] = glm::dot(f, s.d);
   if (out.gamma) {
-    const Vec3 turning = glm::cross(a.spin, f);
-    out.gamma[row] = -(glm::dot(glm::cross(a.spin, turning), s.d) +
-                       2 * glm::dot(turning, s.rate) + glm::dot(f, s.bend));
+    const Vec3 turning = glm::cross(a.angular_velocity, f);
+    out.gamma[row] = -(glm::dot(glm::cross(a.angular_velocity, turning), s.d) +
+                       2 * glm::dot(turning, s.rate) + glm::dot(f, s.bias_acceleration));
   }
   if (!out.j) return;
   Vec3* j = out.j + 4 * row;
@@ -154,14 +159,15 @@ inline void write_along(int row, Vec3 f, const AnchorSpan& s, const Placed& a, R
 /// DIST: C = (d.d - L L) / (2 L) with L above zero.
 inline void write_distance(int row, Real length, const AnchorSpan& s, RowsOut out) {
   if (out.c) out.c[row] = (glm::dot(s.d, s.d) - length * length) / (2 * length);
-  if (out.gamma) out.gamma[row] = -(glm::dot(s.rate, s.rate) + glm::dot(s.d, s.bend)) / length;
+  if (out.gamma)
+    out.gamma[row] = -(glm::dot(s.rate, s.rate) + glm::dot(s.d, s.bias_acceleration)) / length;
   if (!out.j) return;
   const Vec3 n = s.d / length;
   Vec3* j = out.j + 4 * row;
   j[0] = -n, j[1] = glm::cross(n, s.arm_a), j[2] = n, j[3] = glm::cross(s.arm_b, n);
 }
 
-/// The length |d| itself. Where the anchors meet it has no derivatives: zeros.
+/// The length |d|. Where the anchors coincide it has no derivatives: zeros.
 inline void write_length(int row, const AnchorSpan& s, RowsOut out) {
   const Real length = glm::length(s.d);
   const Real inverse = length > 1e-150 ? 1 / length : 0;
@@ -169,7 +175,7 @@ inline void write_length(int row, const AnchorSpan& s, RowsOut out) {
   if (out.c) out.c[row] = length;
   if (out.gamma) {
     const Vec3 across = s.rate - glm::dot(n, s.rate) * n;
-    out.gamma[row] = -(glm::dot(across, across) * inverse + glm::dot(n, s.bend));
+    out.gamma[row] = -(glm::dot(across, across) * inverse + glm::dot(n, s.bias_acceleration));
   }
   if (!out.j) return;
   Vec3* j = out.j + 4 * row;

@@ -1,16 +1,16 @@
 #pragma once
-/// A shared line x, along which b slides without turning.
+/// Prismatic joint: b translates along a shared axis x without rotation.
 #include "engine/joints/cylindrical.hpp"
 
 namespace pantin::joint_kinds {
 
 struct prismatic : SlidesAlongX, TurnsNowhere {
   static constexpr std::string_view name = "prismatic";
-  static constexpr int rows = 5, freedoms = 1;
+  static constexpr int rows = 5, degrees_of_freedom = 1;
   static constexpr FreeCoordinate coordinates[] = {
-      {Coordinate::slide, "travel", kActuated | kGeared}};
+      {Coordinate::travel, "travel", kActuated | kGeared}};
 
-  static void write(const Joint& joint, const Placed& a, const Placed& b, RowsOut out) {
+  static void write(const Joint& joint, const BodyState& a, const BodyState& b, RowsOut out) {
     cylindrical::write(joint, a, b, out);
     write_square(4, axes_on_a(joint, a).y(), axes_on_b(joint, b).z(), a, b, out);
   }

@@ -9,7 +9,7 @@ int row_count(const Joint& joint) {
   return info.rows == kOwnRows ? info.own_rows(joint) : info.rows;
 }
 
-void write_rows(const Joint& joint, const Placed& a, const Placed& b, Real angle_before,
+void write_rows(const Joint& joint, const BodyState& a, const BodyState& b, Real angle_before,
                 RowsOut out) {
 #define PANTIN_CASE(kind) \
   case JointKind::kind:   \
@@ -18,22 +18,22 @@ void write_rows(const Joint& joint, const Placed& a, const Placed& b, Real angle
 #undef PANTIN_CASE
 }
 
-void write_axis_coordinate(const Joint& joint, Coordinate which, const Placed& a, const Placed& b,
-                           Real before, RowsOut out) {
+void write_axis_coordinate(const Joint& joint, Coordinate which, const BodyState& a,
+                           const BodyState& b, Real before, RowsOut out) {
   switch (which) {
-    case Coordinate::turn:
+    case Coordinate::angle:
       return write_row(0, twist_row(axes_on_a(joint, a), axes_on_b(joint, b), a, b, before), out);
     case Coordinate::second:
       return write_row(0, universal_second(joint, a, b, before), out);
     case Coordinate::swing:
       return write_row(0, swing_row(joint, a, b), out);
-    case Coordinate::slide:
+    case Coordinate::travel:
       break;
   }
   write_along(0, axes_on_a(joint, a).x(), span_of(joint, a, b, out.gamma != nullptr), a, out);
 }
 
-void write_coordinate(const Joint& joint, Coordinate which, const Placed& a, const Placed& b,
+void write_coordinate(const Joint& joint, Coordinate which, const BodyState& a, const BodyState& b,
                       Real before, RowsOut out) {
 #define PANTIN_CASE(kind) \
   case JointKind::kind:   \
@@ -43,7 +43,7 @@ void write_coordinate(const Joint& joint, Coordinate which, const Placed& a, con
 }
 
 bool on_right_branch(const Joint& joint, Quat a, Quat b) {
-  return info_of(joint.kind).on_right_branch(glm::mat3_cast(relative_turn(joint, a, b)));
+  return info_of(joint.kind).on_right_branch(glm::mat3_cast(relative_rotation(joint, a, b)));
 }
 
 }  // namespace pantin

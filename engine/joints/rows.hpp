@@ -1,8 +1,8 @@
 #pragma once
-/// The equations of joints for solvers that work with forces of constraint.
+/// Joint equations for solvers with constraint forces.
 ///
 ///   C(q) = 0        residual, metres or (sines of) radians
-///   J V = dC/dt     V = (velocity, spin) of both bodies, world axes
+///   J V = dC/dt     V = (velocity, angular velocity) of both bodies, world axes
 ///   J a = gamma     gamma = -(dJ/dt) V
 ///
 /// [Nelson & Cohen; every row written anew for angular velocities, world axes]
@@ -11,19 +11,20 @@
 
 namespace pantin {
 
-/// One body as its joints see it: mass-centre pose and motion, world axes.
-struct Placed {
+/// State of one body for joint equations: mass-centre pose and motion, world axes.
+struct BodyState {
   Vec3 position{0};
   Quat rotation{1, 0, 0, 0};
-  Mat3 turn{1};  // of `rotation`
-  Vec3 velocity{0}, spin{0};
+  Mat3 rotation_matrix{1};  // of `rotation`
+  Vec3 velocity{0}, angular_velocity{0};
 };
 
-/// Where the numbers of a block of rows go; what is null is not wanted.
+/// Destination of a block of rows; null pointers are skipped.
 ///
 /// Row i has C at c[i], gamma at gamma[i] and its Jacobian in four vectors from j[4 * i]: velocity
-/// and spin of body a, velocity and spin of body b. Kinds that hold a point can say it shorter, in
-/// `point`: the arms of a and b, then for each row from 3 on the k of J = (0, k, 0, -k).
+/// and angular velocity of body a, velocity and angular velocity of body b. Kinds that share a
+/// point have a compact form in `point`: the arms of a and b, then for each row from 3 on the k of
+/// J = (0, k, 0, -k).
 struct RowsOut {
   Real* c = nullptr;
   Vec3* j = nullptr;
@@ -35,23 +36,23 @@ struct RowsOut {
 /// planar 3, distance 1, spring 0, custom its own.
 int row_count(const Joint& joint);
 
-/// The equations of a joint. `angle_before` (rad): the turn about x of a screw at the last step, so
-/// that whole turns are counted.
-void write_rows(const Joint& joint, const Placed& a, const Placed& b, Real angle_before,
+/// The equations of a joint. `angle_before` (rad): the angle about x of a screw after the last
+/// step, so that whole revolutions are counted.
+void write_rows(const Joint& joint, const BodyState& a, const BodyState& b, Real angle_before,
                 RowsOut out);
 
-/// A scalar that a joint leaves free, as one row: value at c[0], Jacobian in j[0..3], gamma.
+/// A joint coordinate as one row: value at c[0], Jacobian in j[0..3], gamma.
 enum class Coordinate : std::uint8_t {
-  turn,    // rad, about x: of b against a; the value nearest to `before` on the circle
+  angle,   // rad, about x: of b relative to a; the value nearest to `before`
   second,  // rad, universal: about z of b
-  slide,   // m, along x of a from anchor to anchor; kinds distance and spring: the length
+  travel,  // m, along x of a from anchor to anchor; kinds distance and spring: the length
   swing    // ball: 1 minus the elliptic measure of SwingLimit, at least 0 within the cone
 };
-void write_coordinate(const Joint& joint, Coordinate which, const Placed& a, const Placed& b,
+void write_coordinate(const Joint& joint, Coordinate which, const BodyState& a, const BodyState& b,
                       Real before, RowsOut out);
 
-/// False where a joint stands at a spurious root of its equations (an axis antiparallel to the one
-/// it should coincide with).
+/// False at a spurious solution of the joint equations (an axis antiparallel to the one it should
+/// coincide with).
 bool on_right_branch(const Joint& joint, Quat a, Quat b);
 
 }  // namespace pantin

@@ -1,30 +1,27 @@
 #pragma once
-/// Holds nothing: a spring and damper between the anchors, told by extras->slide.
+/// Holds nothing: a spring and damper between the anchors, told by parameters->translation.
 #include "engine/joints/kind.hpp"
 
 namespace pantin::joint_kinds {
 
 struct spring : Line, TurnsFreely {
   static constexpr std::string_view name = "spring";
-  static constexpr int rows = 0, freedoms = 6;
-  static constexpr FreeCoordinate coordinates[] = {{Coordinate::slide}};
+  static constexpr int rows = 0, degrees_of_freedom = 6;
+  static constexpr FreeCoordinate coordinates[] = {{Coordinate::travel}};
   static constexpr Parameter parameters[] = {
-      {.key = "length",
-       .range = ParameterRange::not_negative,
-       .as_placed = true,
-       .value = length},
+      {.key = "length", .range = ParameterRange::not_negative, .as_placed = true, .value = length},
       {.key = "stiffness",
        .needed = "how hard it pulls, in N/m",
        .range = ParameterRange::not_negative,
-       .value = [](JointExtras& extras) -> Real& { return extras.slide.spring.stiffness; }},
+       .value = [](JointParameters& own) -> Real& { return own.translation.spring.stiffness; }},
       {.key = "damping",
        .range = ParameterRange::not_negative,
-       .value = [](JointExtras& extras) -> Real& { return extras.slide.spring.damping; }}};
+       .value = [](JointParameters& own) -> Real& { return own.translation.spring.damping; }}};
   static constexpr Mark marks[] = {Mark::zigzag};
 
-  static void complete(JointExtras& extras) { extras.slide.spring.rest = extras.length; }
+  static void complete(JointParameters& own) { own.translation.spring.rest = own.length; }
   static Real gap(const Joint&, const Pose&, const Pose&) { return 0; }
-  static void write(const Joint&, const Placed&, const Placed&, RowsOut) {}
+  static void write(const Joint&, const BodyState&, const BodyState&, RowsOut) {}
 };
 
 }  // namespace pantin::joint_kinds

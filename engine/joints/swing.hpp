@@ -1,5 +1,5 @@
 #pragma once
-/// The swing of a ball joint as a scalar that its cone bounds from below by zero:
+/// The swing of a ball joint as a scalar coordinate, bounded from below by zero:
 ///
 ///   C = 1 - (y/Y)^2 - (z/Z)^2,  (0, y, z) the swing's rotation vector
 ///
@@ -16,7 +16,7 @@ struct SwingScale {
   Real h = 1, first = 0, second = 0;
 };
 
-/// `sine`: of phi, not negative. At a half turn, where all three are without bound, they are cut.
+/// `sine`: of phi, not negative. At half a revolution, where all three diverge, they are bounded.
 inline SwingScale swing_scale(Real p, Real sine) {
   const Real e = 1 - p;
   SwingScale out;
@@ -42,8 +42,8 @@ inline SwingScale swing_scale(Real p, Real sine) {
   return out;
 }
 
-inline TurnRow swing_row(const Joint& joint, const Placed& a, const Placed& b) {
-  // A cone locked in one direction has no inside; it is kept a hair open.
+inline AngularRow swing_row(const Joint& joint, const BodyState& a, const BodyState& b) {
+  // A cone locked in one direction has no interior; a small opening is kept.
   constexpr Real kNarrowest = 1e-4;
   const SwingLimit cone = joint.limits->swing;
   const Real y = std::max(cone.y, kNarrowest), z = std::max(cone.z, kNarrowest);
@@ -51,19 +51,19 @@ inline TurnRow swing_row(const Joint& joint, const Placed& a, const Placed& b) {
 
   const JointAxes on_a = axes_on_a(joint, a);
   const Vec3 x = axes_on_b(joint, b).x();
-  const TurnRow p = dot_row(on_a.x(), x, a, b);
-  const TurnRow q = dot_row(on_a.y(), x, a, b), r = dot_row(on_a.z(), x, a, b);
+  const AngularRow p = dot_row(on_a.x(), x, a, b);
+  const AngularRow q = dot_row(on_a.y(), x, a, b), r = dot_row(on_a.z(), x, a, b);
 
   // C = 1 - h h m with m = q q / Z Z + r r / Y Y; its gradient and Hessian in p, q, r
   const Real m = by_q * q.c * q.c + by_r * r.c * r.c;
   const auto [h, h1, h2] = swing_scale(p.c, std::sqrt(q.c * q.c + r.c * r.c));
   const Real to_p = -2 * h * h1 * m, to_q = -2 * h * h * by_q * q.c, to_r = -2 * h * h * by_r * r.c;
   const Real rate_p = p.rate(a, b), rate_q = q.rate(a, b), rate_r = r.rate(a, b);
-  const Real bend = -2 * (h1 * h1 + h * h2) * m * rate_p * rate_p -
-                    8 * h * h1 * rate_p * (by_q * q.c * rate_q + by_r * r.c * rate_r) -
-                    2 * h * h * (by_q * rate_q * rate_q + by_r * rate_r * rate_r);
+  const Real bias_acceleration = -2 * (h1 * h1 + h * h2) * m * rate_p * rate_p -
+                                 8 * h * h1 * rate_p * (by_q * q.c * rate_q + by_r * r.c * rate_r) -
+                                 2 * h * h * (by_q * rate_q * rate_q + by_r * rate_r * rate_r);
   return {1 - h * h * m, to_p * p.k + to_q * q.k + to_r * r.k,
-          to_p * p.gamma + to_q * q.gamma + to_r * r.gamma - bend};
+          to_p * p.gamma + to_q * q.gamma + to_r * r.gamma - bias_acceleration};
 }
 
 }  // namespace pantin

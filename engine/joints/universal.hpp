@@ -1,22 +1,23 @@
 #pragma once
-/// A shared point; y of a stays square to z of b. Turns about y of a, then about z of b.
+/// Universal joint: a shared point; y of a stays perpendicular to z of b. Rotates about y of a,
+/// then about z of b.
 #include "engine/joints/ball.hpp"
 
 namespace pantin::joint_kinds {
 
 struct universal : SharesPoint, TurnsAboutTwo {
   static constexpr std::string_view name = "universal";
-  static constexpr int rows = 4, freedoms = 2;
-  static constexpr FreeCoordinate coordinates[] = {{Coordinate::turn, "first", kActuated},
+  static constexpr int rows = 4, degrees_of_freedom = 2;
+  static constexpr FreeCoordinate coordinates[] = {{Coordinate::angle, "first", kActuated},
                                                    {Coordinate::second, "second"}};
   static constexpr Mark marks[] = {Mark::axis_y, Mark::axis_z, Mark::two_angles};
 
-  static void write_coordinate(const Joint& joint, Coordinate which, const Placed& a,
-                               const Placed& b, Real before, RowsOut out) {
-    if (which == Coordinate::turn) return write_row(0, universal_first(joint, a, b, before), out);
+  static void write_coordinate(const Joint& joint, Coordinate which, const BodyState& a,
+                               const BodyState& b, Real before, RowsOut out) {
+    if (which == Coordinate::angle) return write_row(0, universal_first(joint, a, b, before), out);
     Kind::write_coordinate(joint, which, a, b, before, out);
   }
-  static void write(const Joint& joint, const Placed& a, const Placed& b, RowsOut out) {
+  static void write(const Joint& joint, const BodyState& a, const BodyState& b, RowsOut out) {
     ball::write(joint, a, b, out);
     write_square(3, axes_on_a(joint, a).y(), axes_on_b(joint, b).z(), a, b, out);
   }

@@ -1,6 +1,5 @@
 #include <cmath>
 #include <limits>
-
 #include <pantin/shapes.hpp>
 
 #include "engine/base/rotation.hpp"
@@ -19,7 +18,7 @@ struct ShapeMaker {
   Shape shape = {};
   bool made = true;
 
-  void place(const Pose& at) {
+  void stage(const Pose& at) {
     findings.finite("shape.at", at);
     shape.local = {at.position, findings.rotation("shape.at", at.rotation)};
   }
@@ -41,33 +40,33 @@ struct ShapeMaker {
   void operator()(const SphereShape& s) {
     findings.above_zero("shape.radius", s.radius);
     shape.kind = ShapeKind::sphere, shape.size = {s.radius, 0, 0};
-    place(s.at);
+    stage(s.at);
   }
   void operator()(const CapsuleShape& s) {
     findings.above_zero("shape.radius", s.radius);
     findings.not_negative("shape.half_length", s.half_length);
     shape.kind = ShapeKind::capsule, shape.size = {s.radius, s.half_length, 0};
-    place(s.at);
+    stage(s.at);
   }
   void operator()(const BoxShape& s) {
     for (int i = 0; i < 3; ++i) findings.above_zero("shape.half_extents", s.half_extents[i]);
     shape.kind = ShapeKind::box, shape.size = s.half_extents;
-    place(s.at);
+    stage(s.at);
   }
   void operator()(const HullShape& s) {
     take(ShapeKind::hull, make_hull(s.points));
-    place(s.at);
+    stage(s.at);
   }
   void operator()(const PlaneShape& s) {
     need_still("plane");
     findings.above_zero("shape.drawn_extent", s.drawn_extent);
     shape.kind = ShapeKind::plane, shape.size = {s.drawn_extent, 0, 0};
-    place(s.at);
+    stage(s.at);
   }
   void operator()(const MeshShape& s) {
     need_still("mesh");
     take(ShapeKind::mesh, make_mesh(s.points, s.triangles));
-    place(s.at);
+    stage(s.at);
   }
   void operator()(const HeightFieldShape& s) {
     need_still("height field");
@@ -77,7 +76,7 @@ struct ShapeMaker {
     else
       take(ShapeKind::height_field,
            make_height_field(s.columns, s.rows, s.spacing_x, s.spacing_z, s.heights));
-    place(s.at);
+    stage(s.at);
   }
 };
 
@@ -94,7 +93,7 @@ std::vector<Shape> shapes_of(const RigidBody& body, Findings& findings) {
   return shapes;
 }
 
-/// Takes away what is only round-off, so that frames that coincide do so exactly.
+/// Removes rounding errors, so that coincident frames agree exactly.
 void snap(MassProperties& whole) {
   const Mat3& t = whole.inertia;
   const Real trace = t[0][0] + t[1][1] + t[2][2];
@@ -164,12 +163,12 @@ Result<Entity> add_to(World& world, const RigidBody& described) {
   }
   if (!findings.ok()) return findings.take();
 
-  const bool moved = centre.position != Vec3(0) || centre.rotation != kNoTurn;
+  const bool moved = centre.position != Vec3(0) || centre.rotation != kIdentity;
   if (moved)
     for (Shape& s : shapes) s.local = compose(inverse(centre), s.local);
   body.motion = described.motion;
   body.pose = moved ? compose(frame, centre) : frame;
-  body.velocity = described.velocity, body.spin = described.angular_velocity;
+  body.velocity = described.velocity, body.angular_velocity = described.angular_velocity;
   body.drag = described.drag, body.gravity_scale = described.gravity_scale;
   const Entity e = world.add_body(body, described.name);
   if (moved) world.origins.add(e, inverse(centre));

@@ -19,7 +19,9 @@ Vec3 any_across(Vec3 x) {
   return glm::normalize(glm::cross(x, least));
 }
 
-Quat axes_of(Vec3 x, Vec3 y) { return glm::normalize(glm::quat_cast(Mat3(x, y, glm::cross(x, y)))); }
+Quat axes_of(Vec3 x, Vec3 y) {
+  return glm::normalize(glm::quat_cast(Mat3(x, y, glm::cross(x, y))));
+}
 
 /// Joint axes with x along `axis` and y as near to `across` as that allows.
 Quat axes_along(Findings& findings, const char* member, Vec3 axis, Vec3 across) {
@@ -29,7 +31,7 @@ Quat axes_along(Findings& findings, const char* member, Vec3 axis, Vec3 across) 
   const Vec3 y = wish - glm::dot(wish, x) * x;
   if (glm::length(y) > 1e-6) return axes_of(x, glm::normalize(y));
   findings.add("across", shown(across), std::string("a direction that is not that of ") + member);
-  return kNoTurn;
+  return kIdentity;
 }
 
 WorldFrames at_place(Findings& findings, Vec3 anchor, Quat axes) {
@@ -58,7 +60,7 @@ Joint make_joint(const World& world, JointKind kind, Entity a, Entity b, const W
   if (axes == Axes::none) return joint;
   const Quat frame_a = glm::normalize(glm::conjugate(on_a.rotation) * at.a.rotation),
              frame_b = glm::normalize(glm::conjugate(on_b.rotation) * at.b.rotation);
-  if (frame_a != kNoTurn || frame_b != kNoTurn) joint.frames.set(frame_a, frame_b);
+  if (frame_a != kIdentity || frame_b != kIdentity) joint.frames.set(frame_a, frame_b);
   return joint;
 }
 
@@ -80,7 +82,7 @@ void soften(Findings& findings, const std::optional<SoftStop>& soft, JointLimits
   limits.soft_damping = soft->damping;
 }
 
-void check(Findings& findings, const std::optional<PoseDrive>& drive) {
+void check(Findings& findings, const std::optional<JointDrive>& drive) {
   if (!drive) return;
   findings.rotation("drive.target", drive->target);
   findings.not_negative("drive.stiffness", drive->stiffness);
@@ -89,14 +91,14 @@ void check(Findings& findings, const std::optional<PoseDrive>& drive) {
     findings.add("drive.max_torque", shown(drive->max_torque), "0 or a number above it");
   for (std::size_t i = 0; i < drive->keys.size(); ++i) {
     findings.finite("drive.keys.time", drive->keys[i].time);
-    findings.rotation("drive.keys.turn", drive->keys[i].turn);
+    findings.rotation("drive.keys.turn", drive->keys[i].rotation);
     if (i > 0 && !(drive->keys[i].time > drive->keys[i - 1].time))
       findings.add("drive.keys", "times that do not grow", "each key after the one before");
   }
 }
 
-Freedom freedom_of(Findings& findings, const Motor& motor, const SpringDamper& spring,
-                   const JointFriction& friction) {
+Dof freedom_of(Findings& findings, const JointMotor& motor, const SpringDamper& spring,
+               const JointFriction& friction) {
   findings.not_negative("spring.stiffness", spring.stiffness);
   findings.not_negative("spring.damping", spring.damping);
   findings.finite("spring.rest", spring.rest);
@@ -116,12 +118,12 @@ Freedom freedom_of(Findings& findings, const Motor& motor, const SpringDamper& s
 }
 
 /// Joint extras only where something differs from none.
-void equip(Joint& joint, const Freedom& turn, const Freedom& slide, const AngleLimit& travel,
+void equip(Joint& joint, const Dof& rotation, const Dof& translation, const AngleLimit& travel,
            Real restitution) {
-  if (turn.any()) joint.extras.edit().turn = turn;
-  if (slide.any()) joint.extras.edit().slide = slide;
-  if (travel.on) joint.extras.edit().travel = travel;
-  if (restitution != 0) joint.extras.edit().restitution = restitution;
+  if (rotation.any()) joint.parameters.edit().rotation = rotation;
+  if (translation.any()) joint.parameters.edit().translation = translation;
+  if (travel.on) joint.parameters.edit().travel = travel;
+  if (restitution != 0) joint.parameters.edit().restitution = restitution;
 }
 
 /// Frames of a joint with one axis.
@@ -134,9 +136,9 @@ WorldFrames frames_of(Findings& findings, const T& joint, const char* member, Ve
 
 /// The last step, once nothing is wrong.
 Result<Entity> link(World& world, Entity a, Entity b, const Joint& joint, const std::string& name,
-                    const std::optional<PoseDrive>& drive = {}) {
+                    const std::optional<JointDrive>& drive = {}) {
   const Entity e = world.add_link(a, b, joint, name);
-  if (drive) world.pose_drives.add(e, *drive);
+  if (drive) world.joint_drives.add(e, *drive);
   return e;
 }
 
@@ -155,7 +157,7 @@ Result<Entity> add_to(World& world, const BallJoint& described) {
       at.a.rotation = axes_along(findings, "cone_axis", *described.cone_axis, described.across);
   }
   JointLimits limits;
-  limits.turn = limit_of(findings, "twist", described.twist);
+  limits.angle = limit_of(findings, "twist", described.twist);
   if (described.cone) {
     findings.within("cone.y", described.cone->y, 0, kPi);
     findings.within("cone.z", described.cone->z, 0, kPi);
@@ -175,25 +177,24 @@ Result<Entity> add_to(World& world, const HingeJoint& described) {
   Findings findings(world, "HingeJoint", described.name);
   const WorldFrames at = frames_of(findings, described, "axis", described.axis);
   JointLimits limits;
-  limits.turn = limit_of(findings, "limits", described.limits);
+  limits.angle = limit_of(findings, "limits", described.limits);
   soften(findings, described.soft_stop, limits);
-  const Freedom turn =
-      freedom_of(findings, described.motor, described.spring, described.friction);
+  const Dof rotation = freedom_of(findings, described.motor, described.spring, described.friction);
   findings.within("restitution", described.restitution, 0, 1);
   check(findings, described.drive);
   if (!findings.ok()) return findings.take();
   Joint joint = make_joint(world, JointKind::hinge, described.a, described.b, at);
   joint.limits = limits;
-  equip(joint, turn, {}, {}, described.restitution);
+  equip(joint, rotation, {}, {}, described.restitution);
   return link(world, described.a, described.b, joint, described.name, described.drive);
 }
 
 Result<Entity> add_to(World& world, const FixedJoint& described) {
   Findings findings(world, "FixedJoint", described.name);
   findings.bodies(described.a, described.b);
-  const WorldFrames at =
-      described.frames ? from_local(findings, described.a, described.b, *described.frames)
-                       : at_place(findings, described.anchor, kNoTurn);
+  const WorldFrames at = described.frames
+                             ? from_local(findings, described.a, described.b, *described.frames)
+                             : at_place(findings, described.anchor, kIdentity);
   if (!findings.ok()) return findings.take();
   return link(world, described.a, described.b,
               make_joint(world, JointKind::fixed, described.a, described.b, at), described.name);
@@ -211,10 +212,10 @@ Result<Entity> add_to(World& world, const UniversalJoint& described) {
     if (std::abs(glm::dot(y, z)) > 1e-6)
       findings.add("axis_b", shown(described.axis_b), "a direction square to axis_a");
     const Vec3 x = findings.ok() ? glm::normalize(glm::cross(y, z)) : Vec3(1, 0, 0);
-    at = at_place(findings, described.anchor, findings.ok() ? axes_of(x, y) : kNoTurn);
+    at = at_place(findings, described.anchor, findings.ok() ? axes_of(x, y) : kIdentity);
   }
   JointLimits limits;
-  limits.turn = limit_of(findings, "limits", described.limits);
+  limits.angle = limit_of(findings, "limits", described.limits);
   limits.second = limit_of(findings, "second_limits", described.second_limits);
   soften(findings, described.soft_stop, limits);
   check(findings, described.drive);
@@ -228,12 +229,12 @@ Result<Entity> add_to(World& world, const PrismaticJoint& described) {
   Findings findings(world, "PrismaticJoint", described.name);
   const WorldFrames at = frames_of(findings, described, "axis", described.axis);
   const AngleLimit travel = limit_of(findings, "travel", described.travel);
-  const Freedom slide =
+  const Dof translation =
       freedom_of(findings, described.motor, described.spring, described.friction);
   findings.within("restitution", described.restitution, 0, 1);
   if (!findings.ok()) return findings.take();
   Joint joint = make_joint(world, JointKind::prismatic, described.a, described.b, at);
-  equip(joint, {}, slide, travel, described.restitution);
+  equip(joint, {}, translation, travel, described.restitution);
   return link(world, described.a, described.b, joint, described.name);
 }
 
@@ -241,17 +242,16 @@ Result<Entity> add_to(World& world, const CylindricalJoint& described) {
   Findings findings(world, "CylindricalJoint", described.name);
   const WorldFrames at = frames_of(findings, described, "axis", described.axis);
   JointLimits limits;
-  limits.turn = limit_of(findings, "limits", described.limits);
+  limits.angle = limit_of(findings, "limits", described.limits);
   const AngleLimit travel = limit_of(findings, "travel", described.travel);
-  const Freedom turn =
-      freedom_of(findings, described.motor, described.spring, described.friction);
-  const Freedom slide = freedom_of(findings, described.travel_motor, described.travel_spring,
-                                   described.travel_friction);
+  const Dof rotation = freedom_of(findings, described.motor, described.spring, described.friction);
+  const Dof translation = freedom_of(findings, described.travel_motor, described.travel_spring,
+                                     described.travel_friction);
   findings.within("restitution", described.restitution, 0, 1);
   if (!findings.ok()) return findings.take();
   Joint joint = make_joint(world, JointKind::cylindrical, described.a, described.b, at);
   joint.limits = limits;
-  equip(joint, turn, slide, travel, described.restitution);
+  equip(joint, rotation, translation, travel, described.restitution);
   return link(world, described.a, described.b, joint, described.name);
 }
 
@@ -261,16 +261,15 @@ Result<Entity> add_to(World& world, const ScrewJoint& described) {
   if (described.pitch == 0 || !std::isfinite(described.pitch))
     findings.add("pitch", shown(described.pitch), "metres for each radian, not 0");
   JointLimits limits;
-  limits.turn = limit_of(findings, "limits", described.limits);
+  limits.angle = limit_of(findings, "limits", described.limits);
   const AngleLimit travel = limit_of(findings, "travel", described.travel);
-  const Freedom turn =
-      freedom_of(findings, described.motor, described.spring, described.friction);
+  const Dof rotation = freedom_of(findings, described.motor, described.spring, described.friction);
   findings.within("restitution", described.restitution, 0, 1);
   if (!findings.ok()) return findings.take();
   Joint joint = make_joint(world, JointKind::screw, described.a, described.b, at);
   joint.limits = limits;
-  equip(joint, turn, {}, travel, described.restitution);
-  joint.extras.edit().pitch = described.pitch;
+  equip(joint, rotation, {}, travel, described.restitution);
+  joint.parameters.edit().pitch = described.pitch;
   return link(world, described.a, described.b, joint, described.name);
 }
 

@@ -31,13 +31,13 @@ void check_geared(Findings& findings, const char* member, Entity e, JointCoordin
   if (!link)
     return findings.add(member, e ? "'" + world.name_of(e) + "', which is no joint" : "no entity",
                         "a joint");
-  const bool slides = coordinate == JointCoordinate::travel;
+  const bool translates = coordinate == JointCoordinate::travel;
   const auto fits = [&](const JointKindInfo& kind) {
-    return kind.is_used(slides ? Coordinate::slide : Coordinate::turn, kGeared);
+    return kind.is_used(translates ? Coordinate::travel : Coordinate::angle, kGeared);
   };
   if (fits(info_of(link->joint.kind))) return;
   findings.add(member, std::string("a joint of kind ") + name_of(link->joint.kind),
-               (slides ? "one with a travel: " : "one with an angle: ") + kinds_where(fits));
+               (translates ? "one with a travel: " : "one with an angle: ") + kinds_where(fits));
 }
 
 }  // namespace
@@ -50,7 +50,7 @@ Result<Entity> add_to(World& world, const DistanceJoint& described) {
   Joint joint;
   joint.kind = JointKind::distance;
   joint.anchor_a = local_a(world, described), joint.anchor_b = local_b(world, described);
-  joint.extras.edit().length = length;
+  joint.parameters.edit().length = length;
   return world.add_link(described.a, described.b, joint, described.name);
 }
 
@@ -65,8 +65,8 @@ Result<Entity> add_to(World& world, const SpringJoint& described) {
   Joint joint;
   joint.kind = JointKind::spring;
   joint.anchor_a = local_a(world, described), joint.anchor_b = local_b(world, described);
-  joint.extras.edit().slide.spring = {described.stiffness, described.damping, length};
-  joint.extras.edit().length = length;
+  joint.parameters.edit().translation.spring = {described.stiffness, described.damping, length};
+  joint.parameters.edit().length = length;
   return world.add_link(described.a, described.b, joint, described.name);
 }
 
@@ -76,10 +76,10 @@ Result<Entity> add_to(World& world, const CableJoint& described) {
   if (findings.ok()) findings.above_zero("length", length);
   findings.not_negative("compliance", described.compliance);
   if (!findings.ok()) return findings.take();
-  StringJoint cable;
+  CableParameters cable;
   cable.anchor_a = local_a(world, described), cable.anchor_b = local_b(world, described);
   cable.length = length, cable.compliance = described.compliance;
-  return world.add_string(described.a, described.b, cable, described.name);
+  return world.add_cable(described.a, described.b, cable, described.name);
 }
 
 Result<Entity> add_to(World& world, const PinConstraint& described) {
@@ -113,13 +113,13 @@ Result<Entity> add_to(World& world, const GearJoint& described) {
   if (described.first == described.second && described.of_first == described.of_second)
     findings.add("second", "the same coordinate as first", "another one");
   if (!findings.ok()) return findings.take();
-  Ratio gear;
+  Gear gear;
   gear.first = described.first, gear.second = described.second;
-  gear.slides_first = described.of_first == JointCoordinate::travel;
-  gear.slides_second = described.of_second == JointCoordinate::travel;
+  gear.first_travels = described.of_first == JointCoordinate::travel;
+  gear.second_travels = described.of_second == JointCoordinate::travel;
   gear.ratio = described.ratio;
   gear.has_offset = described.offset.has_value(), gear.offset = described.offset.value_or(0);
-  return world.add_ratio(gear, described.name);
+  return world.add_gear(gear, described.name);
 }
 
 }  // namespace pantin

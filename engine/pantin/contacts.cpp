@@ -1,7 +1,6 @@
 #include <algorithm>
-#include <tuple>
-
 #include <pantin/contacts.hpp>
+#include <tuple>
 
 #include "engine/contact/contact.hpp"
 
@@ -35,7 +34,7 @@ struct Sum {
 
 }  // namespace
 
-bool ContactEvents::touched(Entity a, Entity b) const {
+bool ContactEvents::edit_count(Entity a, Entity b) const {
   ContactEvent wanted;
   wanted.a = a, wanted.b = b;
   const auto at = std::lower_bound(before_.begin(), before_.end(), wanted, is_before);
@@ -57,16 +56,15 @@ void ContactEvents::collect(const World& world, Real seconds) {
     e.impulse = sum.impulse, e.point = sum.point / sum.weight, e.depth = sum.depth;
     const Real length = glm::length(sum.normal);
     e.normal = length > 0 ? sum.normal / length : contacts[i - 1].normal;
-    if (e.b.index < e.a.index)
-      std::swap(e.a, e.b), e.impulse = -e.impulse, e.normal = -e.normal;
-    if (sum.bears || (sum.is_near && touched(e.a, e.b))) now_.push_back(e);
+    if (e.b.index < e.a.index) std::swap(e.a, e.b), e.impulse = -e.impulse, e.normal = -e.normal;
+    if (sum.bears || (sum.is_near && edit_count(e.a, e.b))) now_.push_back(e);
   }
 }
 
 void ContactEvents::compare() {
   events_.clear();
   for (ContactEvent& e : now_) {
-    e.phase = touched(e.a, e.b) ? ContactPhase::persist : ContactPhase::begin;
+    e.phase = edit_count(e.a, e.b) ? ContactPhase::persist : ContactPhase::begin;
     events_.push_back(e);
   }
   for (const ContactEvent& e : before_) {

@@ -1,13 +1,12 @@
 #pragma once
 /// Who touches whom: events by pairs of bodies; layers.
 ///
-/// A body takes part if it has a Collision (RigidBody::collision). Which pairs are looked at is said by
-/// layers, and by the fields `others` and `self` of Collision, for bodies that both move.
+/// A body takes part if it has a Collision (RigidBody::collision). Which pairs are looked at is
+/// said by layers, and by the fields `others` and `self` of Collision, for bodies that both move.
 #include <cstdint>
+#include <pantin/world.hpp>
 #include <span>
 #include <vector>
-
-#include <pantin/world.hpp>
 
 namespace pantin {
 
@@ -29,10 +28,10 @@ enum class ContactPhase : std::uint8_t { begin, persist, end };
 struct ContactEvent {
   ContactPhase phase = ContactPhase::begin;
   Entity a, b;
-  Vec3 impulse{0};        // N s on a, all points together, of the time since the last update
-  Vec3 point{0};          // world, m: where b bears, the middle of all points
-  Vec3 normal{0, 1, 0};   // unit, world, from b to a
-  Real depth = 0;         // m, overlap at the deepest point
+  Vec3 impulse{0};       // N s on a, all points together, of the time since the last update
+  Vec3 point{0};         // world, m: where b bears, the middle of all points
+  Vec3 normal{0, 1, 0};  // unit, world, from b to a
+  Real depth = 0;        // m, overlap at the deepest point
 };
 
 /// Keeps who touched whom, and says what changed. One for each World that is watched:
@@ -41,10 +40,10 @@ struct ContactEvent {
 ///   simulation.step();
 ///   for (const ContactEvent& event : events.update(simulation.world)) ...
 ///
-/// A pair that bore a load goes on touching while it stays nearer than 0.1 mm. Where a step is taken
-/// in substeps, forces are those of the last one. Impulses are the solver's loads: true of what rests,
-/// too large in the step of an impact (a ball that fell 0.2 m: twice its momentum). An end names
-/// bodies that may be gone.
+/// A pair that bore a load goes on touching while it stays nearer than 0.1 mm. Where a step is
+/// taken in substeps, forces are those of the last one. Impulses are the solver's loads: true of
+/// what rests, too large in the step of an impact (a ball that fell 0.2 m: twice its momentum). An
+/// end names bodies that may be gone.
 class ContactEvents {
  public:
   /// What touches in this World as it stands is known from the start: it does not begin.
@@ -59,7 +58,7 @@ class ContactEvents {
  private:
   void collect(const World& world, Real seconds);
   void compare();
-  bool touched(Entity a, Entity b) const;
+  bool edit_count(Entity a, Entity b) const;
 
   Real time_ = 0;
   std::vector<ContactEvent> now_, before_, events_;

@@ -7,12 +7,12 @@
 namespace pantin {
 namespace {
 
-/// The shortest rotation that turns y into a unit direction.
+/// The shortest rotation from y to a unit direction.
 Quat from_y(Vec3 to) {
   const Vec3 axis = glm::cross(Vec3(0, 1, 0), to);
   const Real sine = glm::length(axis);
-  if (sine < 1e-12) return to.y > 0 ? kNoTurn : Quat(0, 1, 0, 0);
-  return turn_by(axis / sine * std::atan2(sine, to.y));
+  if (sine < 1e-12) return to.y > 0 ? kIdentity : Quat(0, 1, 0, 0);
+  return from_rotation_vector(axis / sine * std::atan2(sine, to.y));
 }
 
 void check(const ChainOptions& options, Findings& findings) {
@@ -28,9 +28,9 @@ void check(const ChainOptions& options, Findings& findings) {
     findings.add("radius", shown(options.radius), "less than half a link, " + shown(half));
 }
 
-Entity join(Builder& builder, const ChainOptions& options, Entity a, Entity b, int place,
+Entity join(Builder& builder, const ChainOptions& options, Entity a, Entity b, int stage,
             const Pose& frame) {
-  const std::string part = "joint" + std::to_string(place);
+  const std::string part = "joint" + std::to_string(stage);
   if (options.joint == ChainJoint::universal) {
     UniversalJoint joint{.a = a, .b = b, .anchor = frame.position};
     joint.axis_a = frame.rotation * Vec3(1, 0, 0), joint.axis_b = frame.rotation * Vec3(0, 0, 1);
@@ -50,7 +50,7 @@ Result<Chain> build_chain(World& world, const ChainOptions& options) {
   const Vec3 step = (options.to - options.from) / Real(options.links);
   const Real half = glm::length(step) / 2;
   const Quat along = from_y(step / (2 * half));
-  const auto joint_at = [&](int place) { return options.from + Real(place) * step; };
+  const auto joint_at = [&](int stage) { return options.from + Real(stage) * step; };
   for (int i = 0; i < options.links && builder.ok(); ++i) {
     RigidBody link;
     link.shape = CapsuleShape{.radius = options.radius, .half_length = half - options.radius};
@@ -60,8 +60,7 @@ Result<Chain> build_chain(World& world, const ChainOptions& options) {
   }
   for (int i = 0; i <= options.links && builder.ok(); ++i) {
     const Entity a = i == 0 ? options.start : chain.links[static_cast<std::size_t>(i - 1)];
-    const Entity b =
-        i == options.links ? options.end : chain.links[static_cast<std::size_t>(i)];
+    const Entity b = i == options.links ? options.end : chain.links[static_cast<std::size_t>(i)];
     if (a && b) chain.joints.push_back(join(builder, options, a, b, i, {joint_at(i), along}));
   }
   if (!builder.ok()) return builder.take();

@@ -1,14 +1,14 @@
 #pragma once
-/// Whole figures of several bodies and joints: `build_chain(world, ...)`, `build_ragdoll(world, ...)`.
+/// Whole figures of several bodies and joints: `build_chain(world, ...)`, `build_ragdoll(world,
+/// ...)`.
 ///
 /// Either everything is built or, if something is wrong, nothing and the errors say why.
 #include <array>
 #include <optional>
-#include <string>
-#include <vector>
-
 #include <pantin/joints.hpp>
 #include <pantin/shapes.hpp>
+#include <string>
+#include <vector>
 
 namespace pantin {
 
@@ -16,15 +16,15 @@ enum class ChainJoint : std::uint8_t { ball, universal };
 
 /// Equal links, capsules end to end in a straight line.
 struct ChainOptions {
-  Vec3 from{0}, to{0};                      // world, m
+  Vec3 from{0}, to{0};  // world, m
   int links = 10;
-  Real radius = 0.02;                       // m, less than half a link
-  Real density = 1000;                      // kg/m^3
-  Entity start = {}, end = {};              // bodies that hold its ends, if any
+  Real radius = 0.02;           // m, less than half a link
+  Real density = 1000;          // kg/m^3
+  Entity start = {}, end = {};  // bodies that hold its ends, if any
   ChainJoint joint = ChainJoint::ball;
   std::optional<Collision> collision = {};
-  Real drag = Body{}.drag;                  // 1/s
-  std::string name = {};                    // links are called name/0, name/1 ...
+  Real drag = Body{}.drag;  // 1/s
+  std::string name = {};    // links are called name/0, name/1 ...
 };
 struct Chain {
   std::vector<Entity> links;   // from start to end
@@ -34,13 +34,13 @@ Result<Chain> build_chain(World& world, const ChainOptions& options);
 
 /// A human figure of thirteen bodies that stands upright, with the ranges of human joints.
 struct RagdollOptions {
-  Vec3 position{0};                         // world, m: between the soles
-  Quat rotation{1, 0, 0, 0};                // it looks along z
-  Real height = 1.75;                       // m
-  Real mass = 70;                           // kg
+  Vec3 position{0};           // world, m: between the soles
+  Quat rotation{1, 0, 0, 0};  // it looks along z
+  Real height = 1.75;         // m
+  Real mass = 70;             // kg
   std::optional<Collision> collision = Collision{};
-  Real drag = 0.05;                         // 1/s
-  std::string name = {};                    // bodies are called name/pelvis ...
+  Real drag = 0.05;       // 1/s
+  std::string name = {};  // bodies are called name/pelvis ...
 };
 /// Pairs are left, right.
 struct Ragdoll {

@@ -26,7 +26,8 @@ void Findings::above_zero(const char* member, Real number) {
 }
 
 void Findings::not_negative(const char* member, Real number) {
-  if (!(number >= 0) || !std::isfinite(number)) add(member, shown(number), "0 or a number above it");
+  if (!(number >= 0) || !std::isfinite(number))
+    add(member, shown(number), "0 or a number above it");
 }
 
 void Findings::within(const char* member, Real number, Real low, Real high) {
@@ -64,7 +65,7 @@ Quat Findings::rotation(const char* member, Quat q) {
   add(member,
       "(w " + shown(q.w) + ", x " + shown(q.x) + ", y " + shown(q.y) + ", z " + shown(q.z) + ")",
       "a quaternion that is not zero");
-  return kNoTurn;
+  return kIdentity;
 }
 
 void Findings::body(const char* member, Entity e) {
@@ -72,8 +73,9 @@ void Findings::body(const char* member, Entity e) {
   if (!e)
     add(member, "no entity", "a body");
   else if (!world_.is_alive(e))
-    add(member, "an entity that was destroyed or is of another World (#" +
-                    std::to_string(e.index) + ")", "a body");
+    add(member,
+        "an entity that was destroyed or is of another World (#" + std::to_string(e.index) + ")",
+        "a body");
   else
     add(member, "'" + world_.name_of(e) + "', which is no body", "a body");
 }
@@ -81,7 +83,8 @@ void Findings::body(const char* member, Entity e) {
 void Findings::bodies(Entity a, Entity b) {
   body("a", a), body("b", b);
   if (!ok()) return;
-  if (a == b) add("b", "the same body as a", "another one");
+  if (a == b)
+    add("b", "the same body as a", "another one");
   else if (world_.bodies[a].motion != Motion::dynamic && world_.bodies[b].motion != Motion::dynamic)
     add("a and b", "two bodies that joints do not move", "at least one that is dynamic");
 }

@@ -1,33 +1,32 @@
 #pragma once
-/// What ties bodies together, said as it stands in the world: `world.add(HingeJoint{...})`.
+/// Builders of joints in world space: `world.add(HingeJoint{...})`.
 ///
-/// Anchors and axes are points (m) and directions in world space at the present poses of the bodies,
-/// so the two sides of a joint cannot contradict each other: every joint starts closed, at angle and
-/// travel zero. Directions need not be of unit length. Where the bodies do not stand together yet,
-/// `frames` gives each side in its own body instead.
+/// Anchors and axes are points (m) and directions in world space at the present poses of the
+/// bodies, so the two sides of a joint cannot contradict each other: every joint starts closed, at
+/// angle and travel zero. Directions need not be of unit length. For bodies that are not assembled
+/// yet, `frames` gives each side in its own body instead.
 ///
-/// Adding checks everything and changes nothing if something is wrong: the errors of the Result name
-/// the joint, the member, what was found and what was expected. A joint lives as an entity; remove it
-/// with World::destroy().
+/// Adding checks everything and changes nothing if something is wrong: the errors of the Result
+/// name the joint, the member, what was found and what was expected. A joint lives as an entity;
+/// remove it with World::destroy().
 #include <optional>
-#include <string>
-
 #include <pantin/world.hpp>
+#include <string>
 
 namespace pantin {
 
-/// From one number to another: rad or m.
+/// A closed range: rad or m.
 struct Interval {
   Real low = 0, high = 0;
 };
 
-/// The joint's frame as each body sees it, in the frame the body was placed by (RigidBody::position).
-/// x is the axis of the joint; y and z as the kind says.
+/// The joint frame in each body, in the frame the body was placed by (RigidBody::position). x is
+/// the axis of the joint; y and z depend on the kind.
 struct LocalFrames {
   Pose in_a = {}, in_b = {};
 };
 
-/// Before a stop comes a spring: within `zone` of it a torque grows up to stiffness * zone.
+/// Soft limit: within `zone` of the limit a spring acts, with torque up to stiffness * zone.
 struct SoftStop {
   Real zone = 0;       // rad
   Real stiffness = 0;  // N m/rad
@@ -39,39 +38,38 @@ struct ConeLimit {
   Real y = 0, z = 0;  // of swings about the joint's y and z
 };
 
-
 /// A shared point; every rotation is free, within an optional cone and range of twist.
 struct BallJoint {
   Entity a = {}, b = {};
   Vec3 anchor{0};
-  Vec3 axis{1, 0, 0};                         // of the twist: along the bone of b
-  Vec3 across{0};                             // y of the cone; zero: any
-  std::optional<Vec3> cone_axis = {};         // middle of the cone, fixed in a; none: `axis`
-  std::optional<ConeLimit> cone = {};         // how far `axis` may swing from the middle
-  std::optional<Interval> twist = {};         // rad, about `axis`
+  Vec3 axis{1, 0, 0};                  // of the twist: along the bone of b
+  Vec3 across{0};                      // y of the cone; zero: any
+  std::optional<Vec3> cone_axis = {};  // middle of the cone, fixed in a; none: `axis`
+  std::optional<ConeLimit> cone = {};  // how far `axis` may swing from the middle
+  std::optional<Interval> twist = {};  // rad, about `axis`
   std::optional<SoftStop> soft_stop = {};
-  std::optional<PoseDrive> drive = {};        // a muscle
-  std::optional<LocalFrames> frames = {};     // instead of anchor and axes
+  std::optional<JointDrive> drive = {};    // a joint drive
+  std::optional<LocalFrames> frames = {};  // instead of anchor and axes
   std::string name = {};
 };
 
-/// A shared point and a shared axis: a door, a knee.
+/// A shared point and a shared axis: a door hinge, a knee.
 struct HingeJoint {
   Entity a = {}, b = {};
   Vec3 anchor{0};
-  Vec3 axis{0};                               // b turns anticlockwise about it
-  std::optional<Interval> limits = {};        // rad
+  Vec3 axis{0};                         // b rotates anticlockwise about it
+  std::optional<Interval> limits = {};  // rad
   std::optional<SoftStop> soft_stop = {};
-  Motor motor = {};                           // Lagrangian solver
-  SpringDamper spring = {};                   // Lagrangian solver
-  JointFriction friction = {};                // Lagrangian solver
-  Real restitution = 0;                       // of the stops, 0 to 1; Lagrangian solver
-  std::optional<PoseDrive> drive = {};        // a muscle
+  JointMotor motor = {};                 // Lagrangian solver
+  SpringDamper spring = {};              // Lagrangian solver
+  JointFriction friction = {};           // Lagrangian solver
+  Real restitution = 0;                  // of the stops, 0 to 1; Lagrangian solver
+  std::optional<JointDrive> drive = {};  // a joint drive
   std::optional<LocalFrames> frames = {};
   std::string name = {};
 };
 
-/// Nothing moves: two bodies as one.
+/// No relative motion: two bodies as one.
 struct FixedJoint {
   Entity a = {}, b = {};
   Vec3 anchor{0};
@@ -79,27 +77,27 @@ struct FixedJoint {
   std::string name = {};
 };
 
-/// A shared point and two axes square to each other, one fixed in each body: a cardan shaft.
+/// A shared point and two perpendicular axes, one fixed in each body: a cardan joint.
 struct UniversalJoint {
   Entity a = {}, b = {};
   Vec3 anchor{0};
-  Vec3 axis_a{0};                             // the first rotation, fixed in a
-  Vec3 axis_b{0};                             // the second, fixed in b
-  std::optional<Interval> limits = {};        // rad, about axis_a
-  std::optional<Interval> second_limits = {}; // rad, about axis_b
+  Vec3 axis_a{0};                              // the first rotation, fixed in a
+  Vec3 axis_b{0};                              // the second, fixed in b
+  std::optional<Interval> limits = {};         // rad, about axis_a
+  std::optional<Interval> second_limits = {};  // rad, about axis_b
   std::optional<SoftStop> soft_stop = {};
-  std::optional<PoseDrive> drive = {};        // a muscle
-  std::optional<LocalFrames> frames = {};     // y and z are the axes
+  std::optional<JointDrive> drive = {};    // a joint drive
+  std::optional<LocalFrames> frames = {};  // y and z are the axes
   std::string name = {};
 };
 
-/// Slides along an axis without rotation. Lagrangian solver.
+/// Translation along an axis without rotation. Lagrangian solver.
 struct PrismaticJoint {
   Entity a = {}, b = {};
   Vec3 anchor{0};
   Vec3 axis{0};
-  std::optional<Interval> travel = {};        // m
-  Motor motor = {};
+  std::optional<Interval> travel = {};  // m
+  JointMotor motor = {};
   SpringDamper spring = {};
   JointFriction friction = {};
   Real restitution = 0;
@@ -107,15 +105,15 @@ struct PrismaticJoint {
   std::string name = {};
 };
 
-/// Slides along an axis and turns about it. Lagrangian solver.
+/// Translation along an axis and rotation about it. Lagrangian solver.
 struct CylindricalJoint {
   Entity a = {}, b = {};
   Vec3 anchor{0};
   Vec3 axis{0};
-  std::optional<Interval> limits = {};        // rad
-  std::optional<Interval> travel = {};        // m
-  Motor motor = {};                           // of the rotation
-  Motor travel_motor = {};
+  std::optional<Interval> limits = {};  // rad
+  std::optional<Interval> travel = {};  // m
+  JointMotor motor = {};                // of the rotation
+  JointMotor travel_motor = {};
   SpringDamper spring = {}, travel_spring = {};
   JointFriction friction = {}, travel_friction = {};
   Real restitution = 0;
@@ -123,15 +121,15 @@ struct CylindricalJoint {
   std::string name = {};
 };
 
-/// Slides along an axis by `pitch` for each radian that it turns about it. Lagrangian solver.
+/// Translation along an axis by `pitch` per radian of rotation about it. Lagrangian solver.
 struct ScrewJoint {
   Entity a = {}, b = {};
   Vec3 anchor{0};
   Vec3 axis{0};
-  Real pitch = 0;                             // m/rad, not zero
-  std::optional<Interval> limits = {};        // rad
-  std::optional<Interval> travel = {};        // m
-  Motor motor = {};                           // of the rotation
+  Real pitch = 0;                       // m/rad, not zero
+  std::optional<Interval> limits = {};  // rad
+  std::optional<Interval> travel = {};  // m
+  JointMotor motor = {};                // of the rotation
   SpringDamper spring = {};
   JointFriction friction = {};
   Real restitution = 0;
@@ -139,20 +137,20 @@ struct ScrewJoint {
   std::string name = {};
 };
 
-/// Slides in a plane and turns about its normal. Lagrangian solver.
+/// Translation in a plane and rotation about its normal. Lagrangian solver.
 struct PlanarJoint {
   Entity a = {}, b = {};
   Vec3 anchor{0};
   Vec3 normal{0};
-  std::optional<LocalFrames> frames = {};     // x is the normal
+  std::optional<LocalFrames> frames = {};  // x is the normal
   std::string name = {};
 };
 
-/// A rod without mass: two points stay a length apart. Lagrangian solver.
+/// A massless rod: two points keep their distance. Lagrangian solver.
 struct DistanceJoint {
   Entity a = {}, b = {};
   Vec3 anchor_a{0}, anchor_b{0};
-  std::optional<Real> length = {};            // m; none: as far as they are apart
+  std::optional<Real> length = {};  // m; none: as far as they are apart
   std::string name = {};
 };
 
@@ -160,9 +158,9 @@ struct DistanceJoint {
 struct SpringJoint {
   Entity a = {}, b = {};
   Vec3 anchor_a{0}, anchor_b{0};
-  Real stiffness = 0;                         // N/m
-  Real damping = 0;                           // N s/m
-  std::optional<Real> rest_length = {};       // m; none: as far as they are apart
+  Real stiffness = 0;                    // N/m
+  Real damping = 0;                      // N s/m
+  std::optional<Real> rest_length = {};  // m; none: as far as they are apart
   std::string name = {};
 };
 
@@ -170,20 +168,19 @@ struct SpringJoint {
 struct CableJoint {
   Entity a = {}, b = {};
   Vec3 anchor_a{0}, anchor_b{0};
-  std::optional<Real> length = {};            // m; none: as far as they are apart
-  Real compliance = 0;                        // m/N; 0: does not stretch
+  std::optional<Real> length = {};  // m; none: as far as they are apart
+  Real compliance = 0;              // m/N; 0: does not stretch
   std::string name = {};
 };
 
-/// A point of a body that is kept at a place in the world, or at a point of another body: a nail, a
-/// hand.
+/// A point of a body that is held at a point of the world or of another body.
 struct PinConstraint {
   Entity body = {};
-  Vec3 point{0};                              // of the body
-  std::optional<Vec3> target = {};            // where it is to go; none: where it is
-  Entity to = {};                             // the body that the target is fixed in; none: the world
-  Real stiffness = 0;                         // N/m of a damped spring; 0: exact
-  int priority = 0;                           // of several exact pins the highest is met exactly
+  Vec3 point{0};                    // of the body
+  std::optional<Vec3> target = {};  // where it is to go; none: where it is
+  Entity to = {};                   // the body that the target is fixed in; none: the world
+  Real stiffness = 0;               // N/m of a damped spring; 0: exact
+  int priority = 0;  // of several exact pins the one of highest priority is met exactly
   std::string name = {};
 };
 
@@ -198,10 +195,10 @@ enum class JointCoordinate : std::uint8_t {
 ///
 /// Lagrangian solver.
 struct GearJoint {
-  Entity first = {}, second = {};             // joints
+  Entity first = {}, second = {};  // joints
   JointCoordinate of_first = JointCoordinate::angle, of_second = JointCoordinate::angle;
   Real ratio = 1;
-  std::optional<Real> offset = {};            // none: as they stand
+  std::optional<Real> offset = {};  // none: as they stand
   std::string name = {};
 };
 

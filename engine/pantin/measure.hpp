@@ -3,31 +3,32 @@
 ///
 /// Coordinates are those of the joint's description: angle and travel are zero in the pose it was
 /// added in (frames aside) and grow as body b turns anticlockwise about the axis or moves along it.
-/// Asking for what a joint does not have, or asking an entity that is no joint, gives no number: NaN.
+/// Asking for what a joint does not have, or asking an entity that is no joint, gives no number:
+/// NaN.
 #include <optional>
-
 #include <pantin/joints.hpp>
 
 namespace pantin {
 
 /// rad. Hinge, cylindrical, screw and planar joints: the rotation about the axis; ball joints: the
-/// twist; universal joints: about axis_a. From -pi to pi; where the Lagrangian solver needs it, whole
-/// turns are counted.
+/// twist; universal joints: about axis_a. From -pi to pi; where the Lagrangian solver needs it,
+/// whole turns are counted.
 Real joint_angle(const World& world, Entity joint);
 /// rad, universal joints: about axis_b.
 Real joint_second_angle(const World& world, Entity joint);
 /// rad/s
 Real joint_angular_speed(const World& world, Entity joint);
-/// m. Prismatic, cylindrical and screw joints: along the axis; distance and spring joints: the length.
+/// m. Prismatic, cylindrical and screw joints: along the axis; distance and spring joints: the
+/// length.
 Real joint_travel(const World& world, Entity joint);
 /// m/s
 Real joint_speed(const World& world, Entity joint);
 
-/// What a joint, its stops included, does to its body b; to a the opposite. Mean over the last step,
-/// world axes. Springs, motors and friction along free directions are not in it.
+/// What a joint, its stops included, does to its body b; to a the opposite. Mean over the last
+/// step, world axes. Springs, motors and friction along free directions are not in it.
 struct JointReaction {
-  Vec3 force{0};                       // N
-  std::optional<Vec3> torque = {};     // N m, about the anchor; the default solver does not tell it
+  Vec3 force{0};                    // N
+  std::optional<Vec3> torque = {};  // N m, about the anchor; not available from the default solver
 };
 /// None before the first step, for a copied World that was not stepped, and for what is no joint or
 /// is left out by its solver.

@@ -57,7 +57,7 @@ class Figure {
 
 const char* side_name(std::size_t side) { return side == 0 ? "_l" : "_r"; }
 
-Pose lying() { return {Vec3(0), turn_by(Vec3(0, 0, kPi / 2))}; }
+Pose lying() { return {Vec3(0), from_rotation_vector(Vec3(0, 0, kPi / 2))}; }
 
 void add_bodies(Figure& f, Ragdoll& r) {
   r.pelvis = f.body("pelvis", {0, 0.95, 0}, {CapsuleShape{0.1, 0.07, lying()}});
@@ -83,7 +83,10 @@ void add_bodies(Figure& f, Ragdoll& r) {
 }
 
 BallJoint ball(const Figure& f, Entity a, Entity b, Vec3 axis, ConeLimit cone, Real twist) {
-  return {.a = a, .b = b, .axis = f.direction(axis), .across = f.direction({1, 0, 0}),
+  return {.a = a,
+          .b = b,
+          .axis = f.direction(axis),
+          .across = f.direction({1, 0, 0}),
           .cone = ConeLimit{cone.y * kDegree, cone.z * kDegree},
           .twist = Interval{-twist * kDegree, twist * kDegree}};
 }
@@ -101,18 +104,20 @@ void add_joints(Figure& f, Ragdoll& r) {
     BallJoint shoulder = ball(f, r.chest, r.upper_arms[i], {0, -1, 0}, {95, 85}, 75);
     shoulder.cone_axis = f.direction({side * 0.5, -0.6, 0.6});
     r.shoulders[i] = f.joint("shoulder" + suffix, shoulder, {side * 0.225, 1.43, 0});
-    r.elbows[i] = f.joint("elbow" + suffix,
-                          hinge(f, r.upper_arms[i], r.forearms[i], {-1, 0, 0}, 145),
-                          {side * 0.225, 1.15, 0});
+    r.elbows[i] =
+        f.joint("elbow" + suffix, hinge(f, r.upper_arms[i], r.forearms[i], {-1, 0, 0}, 145),
+                {side * 0.225, 1.15, 0});
     BallJoint hip = ball(f, r.pelvis, r.thighs[i], {0, -1, 0}, {65, 40}, 35);
     hip.cone_axis = f.direction({side * 0.15, -0.75, 0.65});
     r.hips[i] = f.joint("hip" + suffix, hip, {side * 0.095, 0.9, 0});
     r.knees[i] = f.joint("knee" + suffix, hinge(f, r.thighs[i], r.shins[i], {1, 0, 0}, 140),
                          {side * 0.095, 0.49, 0});
-    const UniversalJoint ankle{
-        .a = r.shins[i], .b = r.feet[i], .axis_a = f.direction({1, 0, 0}),
-        .axis_b = f.direction({0, 0, 1}), .limits = Interval{-45 * kDegree, 25 * kDegree},
-        .second_limits = Interval{-15 * kDegree, 15 * kDegree}};
+    const UniversalJoint ankle{.a = r.shins[i],
+                               .b = r.feet[i],
+                               .axis_a = f.direction({1, 0, 0}),
+                               .axis_b = f.direction({0, 0, 1}),
+                               .limits = Interval{-45 * kDegree, 25 * kDegree},
+                               .second_limits = Interval{-15 * kDegree, 15 * kDegree}};
     r.ankles[i] = f.joint("ankle" + suffix, ankle, {side * 0.095, 0.08, 0});
   }
 }

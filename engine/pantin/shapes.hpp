@@ -6,11 +6,10 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <pantin/world.hpp>
 #include <string>
 #include <variant>
 #include <vector>
-
-#include <pantin/world.hpp>
 
 namespace pantin {
 
@@ -45,7 +44,8 @@ struct PlaneShape {
   Pose at = {};
 };
 
-/// A closed surface, triangles anticlockwise seen from outside. For bodies that are fixed or driven.
+/// A closed surface, triangles anticlockwise seen from outside. For bodies that are fixed or
+/// driven.
 struct MeshShape {
   std::vector<Vec3> points = {};  // m
   std::vector<std::array<std::uint32_t, 3>> triangles = {};
@@ -66,8 +66,8 @@ using BodyShape = std::variant<std::monostate, SphereShape, CapsuleShape, BoxSha
 
 /// A body, placed by the frame that its shapes are given in; the mass centre may lie elsewhere.
 ///
-/// A dynamic body needs shapes that make a mass, or `mass` and `inertia`. With `mass` the density is
-/// scaled to meet it.
+/// A dynamic body needs shapes that make a mass, or `mass` and `inertia`. With `mass` the density
+/// is scaled to meet it.
 struct RigidBody {
   Motion motion = Motion::dynamic;
   BodyShape shape = {};
@@ -82,7 +82,7 @@ struct RigidBody {
   std::optional<Collision> collision = {};  // none: touches nothing
   Real drag = Body{}.drag;                  // 1/s
   Real gravity_scale = 1;
-  std::uint32_t material = 0;               // index into World::materials
+  std::uint32_t material = 0;  // index into World::materials
   std::string name = {};
 };
 

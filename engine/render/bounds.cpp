@@ -50,7 +50,7 @@ void add_balls(const Shape& shape, const Pose& pose, std::vector<Ball>& to) {
   const auto box = kind.rounded ? kind.rounded(shape) : std::nullopt;
   if (box) return add_rounded(*box, at, to);
   if (has_surface(shape.kind)) return add_surface(shape, at, to);
-  const Box bounds = bounds_of(shape, Pose{});
+  const Aabb bounds = bounds_of(shape, Pose{});
   add_corners(at, bounds.low, bounds.high, to);
 }
 
@@ -63,7 +63,7 @@ Shape slab_of(const Shape& plane) {
   return slab;
 }
 
-bool string_ends(const World& world, std::span<const Pose> poses, const String& string, Vec3& a,
+bool string_ends(const World& world, std::span<const Pose> poses, const Cable& string, Vec3& a,
                  Vec3& b) {
   const std::uint32_t slot_a = world.bodies.slot(string.a), slot_b = world.bodies.slot(string.b);
   if (slot_a == kNoSlot || slot_b == kNoSlot) return false;

@@ -1,5 +1,5 @@
 #pragma once
-/// What a picture has to take in: balls around everything that is drawn.
+/// Bounding spheres of everything that is drawn.
 #include <span>
 #include <vector>
 
@@ -27,11 +27,11 @@ inline const Pose& pose_of(const World& world, std::span<const Pose> poses, std:
   return slot < poses.size() ? poses[slot] : world.bodies.values()[slot].pose;
 }
 
-/// The ends of a string; false if a body is gone or a pose is not finite.
-bool string_ends(const World& world, std::span<const Pose> poses, const String& string, Vec3& a,
+/// The ends of a cable; false if a body is gone or a pose is not finite.
+bool string_ends(const World& world, std::span<const Pose> poses, const Cable& string, Vec3& a,
                  Vec3& b);
 
-/// Points from `a` to `b` along a string of `length` (m): straight when taut, else a parabola of
+/// Points from `a` to `b` along a cable of `length` (m): straight when taut, else a parabola of
 /// that length which hangs along `down`. `segments` pieces when slack, one when taut; the points
 /// are added to `to`. The length is met to 0.1 %.
 void add_string_curve(Vec3 a, Vec3 b, Real length, Vec3 down, int segments, std::vector<Vec3>& to);

@@ -20,12 +20,12 @@ struct Sway {
 };
 
 /// Where a drive may carry its body, from where the body is now.
-Sway sway_of(const Drive& drive, Vec3 now) {
+Sway sway_of(const KinematicPath& drive, Vec3 now) {
   Sway sway;
-  if (const auto* keyed = std::get_if<Keyframes>(&drive.path)) {
+  if (const auto* keyed = std::get_if<Keyframes>(&drive.curve)) {
     for (const Keyframe& key : keyed->keys) sway.take(key.pose.position - now);
   } else {
-    const auto& curve = std::get<Lissajous>(drive.path);
+    const auto& curve = std::get<Lissajous>(drive.curve);
     sway.take(curve.centre.position + glm::abs(curve.amplitude) - now);
     sway.take(curve.centre.position - glm::abs(curve.amplitude) - now);
   }
@@ -38,7 +38,7 @@ struct Hanging {
   Sway sway;
 };
 
-/// The dynamic bodies in groups tied by links and strings; other bodies stay by themselves.
+/// The dynamic bodies in groups tied by links and cables; other bodies stay by themselves.
 class Groups {
  public:
   explicit Groups(const World& world) : world_(world), up_(world.bodies.size()) {
@@ -46,7 +46,7 @@ class Groups {
     of_.resize(up_.size());
     for (bool joining : {true, false}) {
       for (const Link& l : world.links.values()) tie(l.a, l.b, joining);
-      for (const String& s : world.strings.values()) tie(s.a, s.b, joining);
+      for (const Cable& s : world.cables.values()) tie(s.a, s.b, joining);
       for (const Pin& pin : world.pins.values()) tie(pin.body, pin.to, joining);
     }
     for (const Pin& pin : world.pins.values())
@@ -88,7 +88,7 @@ class Groups {
 
   /// The sway of a body's own drive.
   Sway own(std::uint32_t slot) const {
-    const Drive* drive = world_.drives.find(world_.bodies.owners()[slot]);
+    const KinematicPath* drive = world_.paths.find(world_.bodies.owners()[slot]);
     const Sway sway = drive ? sway_of(*drive, world_.bodies.values()[slot].pose.position) : Sway{};
     return is_finite(sway.low) && is_finite(sway.high) ? sway : Sway{};
   }
@@ -160,7 +160,7 @@ std::vector<Ball> all_balls(const World& world) {
     own.clear();
     const std::size_t known = grounds.size();
     if (const Shapes* shapes = world.shapes.find(world.bodies.owners()[slot])) {
-      for (const Shape& shape : shapes->parts) {
+      for (const Shape& shape : shapes->list) {
         if (is_ground(shape.kind)) grounds.push_back({&shape, pose});
         if (!is_ground(shape.kind)) add_balls(shape, pose, own);
       }
@@ -169,7 +169,7 @@ std::vector<Ball> all_balls(const World& world) {
     for (const Ball& ball : own) add_motion(ball, groups.of(slot), pose.position, down, balls);
   }
   std::vector<Vec3> curve;
-  for (const String& string : world.strings.values()) {
+  for (const Cable& string : world.cables.values()) {
     Vec3 a, b;
     if (string_ends(world, {}, string, a, b))
       add_string_curve(a, b, string.joint.length, down, 8, curve);

@@ -179,7 +179,8 @@ void set_ground(Frame& frame, const View& view, const Eye& eye, const DrawList& 
     const Vec3 foot{b.centre.x, view.ground_height, b.centre.z};
     cast_shadow(frame, eye, sun, {foot, b.radius}, height);
   }
-  // A margin keeps the shade from being cut where a texel of its map reaches farther than the shade.
+  // A margin keeps the shade from being cut where a texel of its map reaches farther than the
+  // shade.
   const Real margin = 0.02 * eye.distance;
   for (const Ball& b : list.fillings) {
     const Real height = b.centre.y - view.ground_height, wide = kShadeReach * b.radius + margin;
@@ -231,10 +232,9 @@ Frame make_frame(const View& view, const Eye& eye, const DrawList& list) {
   for (const Ball& b : list.balls) take(frame.solids, eye, b, 3);
   for (const Ball& b : list.grounds) take(frame.solids, eye, b, 3);
   if (list.seen_low.x < list.seen_high.x && list.seen_low.y < list.seen_high.y)
-    unite(frame.solids,
-          {static_cast<int>(list.seen_low.x), static_cast<int>(list.seen_low.y),
-           std::min(static_cast<int>(list.seen_high.x) + 1, eye.width),
-           std::min(static_cast<int>(list.seen_high.y) + 1, eye.height)});
+    unite(frame.solids, {static_cast<int>(list.seen_low.x), static_cast<int>(list.seen_low.y),
+                         std::min(static_cast<int>(list.seen_high.x) + 1, eye.width),
+                         std::min(static_cast<int>(list.seen_high.y) + 1, eye.height)});
   if (list.around_eye) frame.solids = {0, 0, eye.width, eye.height};
   set_ground(frame, view, eye, list);
   // Mesa cuts by what a shader writes even where the cut is not enabled.

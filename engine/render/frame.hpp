@@ -33,7 +33,7 @@ struct PixelRect {
 
 struct Frame {
   FrameBlock block;
-  PixelRect solids;       // all that is drawn of bodies and strings
+  PixelRect solids;       // all that is drawn of bodies and cables
   PixelRect near_ground;  // where shadows may fall on the ground; within the rows of the ground
   int ground_row = 0;     // first row that shows ground; the height if none does
   Vec3 shade_low{0}, shade_high{0};  // ground around the bodies, world
@@ -44,8 +44,8 @@ inline constexpr int kShadowSize = 1024;  // texels
 
 Frame make_frame(const View& view, const Eye& eye, const DrawList& list);
 
-inline constexpr int kShadeSize = 128;   // texels a side of the map of contact shade
-inline constexpr Real kShadeReach = 4;   // radii of a ball; farther its shade is too faint to see
+inline constexpr int kShadeSize = 128;  // texels a side of the map of contact shade
+inline constexpr Real kShadeReach = 4;  // radii of a ball; farther its shade is too faint to see
 /// Whether a ball with its centre that high above the ground takes visible light from it.
 inline bool shades_ground(const Ball& ball, Real height) {
   return height + ball.radius >= 0 && height <= 8 * ball.radius;

@@ -85,8 +85,8 @@ void add_solid(const Shape& shape, const Pose& pose, const Material& material, c
 
 /// A box of about three quarters the size of a shape, each side a whole number of the shortest.
 Shape box_within(const Shape& shape) {
-  const Box bounds = shape.surface ? Box{shape.surface->low, shape.surface->high}
-                                   : bounds_of(shape, Pose{});
+  const Aabb bounds =
+      shape.surface ? Aabb{shape.surface->low, shape.surface->high} : bounds_of(shape, Pose{});
   const Vec3 low = bounds.low, high = bounds.high;
   const Vec3 half = 0.375 * (high - low);
   const Real least = std::max(std::min({half.x, half.y, half.z}), 1e-6);
@@ -207,7 +207,7 @@ void gather(const World& world, std::span<const Pose> poses, const View& view, c
     const Pose& pose = pose_of(world, poses, slot);
     if (!is_finite(pose)) continue;
     const bool moves = world.bodies.values()[slot].motion != Motion::fixed;
-    for (const Shape& shape : world.shapes.values()[i].parts) {
+    for (const Shape& shape : world.shapes.values()[i].list) {
       if (is_drawn_ground(shape, pose, view)) continue;
       const bool known = shape.material < world.materials.size();
       add_solid(shape, pose, known ? world.materials[shape.material] : plain, eye, crowd, to);
@@ -227,7 +227,7 @@ void gather(const World& world, std::span<const Pose> poses, const View& view, c
 
   std::vector<Vec3> curve;
   const Vec3 down = down_of(world);
-  for (const String& string : world.strings.values()) {
+  for (const Cable& string : world.cables.values()) {
     Vec3 a, b;
     if (!string_ends(world, poses, string, a, b)) continue;
     curve.clear();

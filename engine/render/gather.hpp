@@ -26,7 +26,7 @@ struct Instance {
   float roughness;
 };
 
-/// One of the two borders of a string at one of its points; the shader turns it towards the eye.
+/// One of the two borders of a cable at one of its points; the shader rotates it towards the eye.
 struct RibbonVertex {
   float place[3];
   float tangent[3];
@@ -49,7 +49,7 @@ struct DrawList {
   std::vector<std::uint32_t> ribbon_indices;  // triangles
   std::vector<Ball> balls;                    // around all that is drawn, grounds aside
   std::vector<Ball> grounds;                  // around planes and height fields
-  std::vector<Ball> movers;                   // around what is not fixed, strings included
+  std::vector<Ball> movers;                   // around what is not fixed, cables included
   std::vector<Ball> fillings;                 // within the solids: what keeps light from the ground
   bool around_eye = false;                    // a shape is both before and behind the eye
   Vec3 seen_low{1e9}, seen_high{-1e9};        // pixels, around shapes that are cut by the picture

@@ -11,7 +11,7 @@
 namespace pantin {
 namespace {
 
-constexpr Real kNoCap = 1e100;  // N m; muscles stronger than this have no greatest torque
+constexpr Real kNoCap = 1e100;  // N m; joint drives stronger than this have no greatest torque
 
 /// Colours are written as they look; legends are linear [IEC 61966-2-1].
 Vec3 linear(Vec3 srgb) {
@@ -33,7 +33,7 @@ Real reach_of(const World& world, Entity body) {
   const Shapes* shapes = world.shapes.find(body);
   Real reach = 0;
   if (shapes)
-    for (const Shape& shape : shapes->parts) reach = std::max(reach, drawn_reach(shape));
+    for (const Shape& shape : shapes->list) reach = std::max(reach, drawn_reach(shape));
   return reach > 0 ? reach : std::numeric_limits<Real>::infinity();
 }
 
@@ -52,7 +52,7 @@ void add_body_axes(const Scene& scene, Pen& pen) {
 
 void add_slack_strings(const Scene& scene, Pen& pen) {
   std::vector<Vec3> curve;
-  for (const String& string : scene.world.strings.values()) {
+  for (const Cable& string : scene.world.cables.values()) {
     Vec3 a, b;
     if (!string_ends(scene.world, scene.poses, string, a, b)) continue;
     curve.clear();
@@ -97,7 +97,8 @@ Real usual_weight(const World& world) {
   for (const Body& body : world.bodies.values())
     if (body.motion == Motion::dynamic) mass += body.mass;
   const Real pull = glm::length(world.gravity);
-  const auto count = static_cast<Real>(std::max<std::size_t>(partition_of(world).islands.size(), 1));
+  const auto count =
+      static_cast<Real>(std::max<std::size_t>(partition_of(world).islands.size(), 1));
   return mass * (pull > 0 ? pull : 9.81) / count;
 }
 
@@ -125,14 +126,14 @@ void add_contacts(const Scene& scene, Pen& pen) {
 }
 
 /// Part of the greatest torque; without one, of what the spring would exert half a turn away.
-Real effort(const PoseDrive& drive) {
+Real effort(const JointDrive& drive) {
   const Real most = drive.max_torque < kNoCap ? drive.max_torque : kPi * drive.stiffness;
   return most > 0 ? std::clamp(drive.torque / most, 0.0, 1.0) : 0;
 }
 
 /// An arrow about the axis of the turn that is still to be made; three quarters of a circle are
 /// the greatest torque.
-void add_muscle(const Scene& scene, const PoseDrive& drive, const Link& link, Pen& pen) {
+void add_muscle(const Scene& scene, const JointDrive& drive, const Link& link, Pen& pen) {
   const World& world = scene.world;
   Vec3 at;
   if (!scene.place(link.a, link.joint.anchor_a, at) || !pen.sees(at)) return;
@@ -140,11 +141,10 @@ void add_muscle(const Scene& scene, const PoseDrive& drive, const Link& link, Pe
   const Real size = mark_size(scene, link, at, pen);
   if (size <= 0 || b == kNoSlot) return;
   const Quat turn_a = pose_of(world, scene.poses, world.bodies.slot(link.a)).rotation;
-  const Quat now = relative_turn(link.joint, turn_a, pose_of(world, scene.poses, b).rotation);
+  const Quat now = relative_rotation(link.joint, turn_a, pose_of(world, scene.poses, b).rotation);
   const Vec3 rest = rotation_vector(target_at(drive, world.time) * glm::conjugate(now));
   const Real angle = glm::length(rest);
-  const Vec3 axis =
-      turn_a * link.joint.frames.a() * (angle > 1e-6 ? rest / angle : Vec3{1, 0, 0});
+  const Vec3 axis = turn_a * link.joint.frames.a() * (angle > 1e-6 ? rest / angle : Vec3{1, 0, 0});
   // It begins at the side, so that short arrows are not seen end on.
   Vec3 side = glm::cross(axis, pen.eye().forward);
   if (glm::length(side) < 1e-3) side = glm::cross(axis, pen.eye().up);
@@ -161,9 +161,9 @@ void add_muscle(const Scene& scene, const PoseDrive& drive, const Link& link, Pe
 
 void add_muscles(const Scene& scene, Pen& pen) {
   const World& world = scene.world;
-  for (std::size_t i = 0; i < world.pose_drives.size(); ++i)
-    if (const Link* link = world.links.find(world.pose_drives.owners()[i]))
-      add_muscle(scene, world.pose_drives.values()[i], *link, pen);
+  for (std::size_t i = 0; i < world.joint_drives.size(); ++i)
+    if (const Link* link = world.links.find(world.joint_drives.owners()[i]))
+      add_muscle(scene, world.joint_drives.values()[i], *link, pen);
 }
 
 }  // namespace
@@ -220,7 +220,7 @@ std::vector<Vec3> points_of(const Arc& arc) {
   std::vector<Vec3> points;
   for (int i = 0; i <= pieces; ++i) {
     const Real angle = arc.low + (arc.high - arc.low) * i / pieces;
-    points.push_back(arc.centre + turn_by(angle * arc.axis) * arc.zero);
+    points.push_back(arc.centre + from_rotation_vector(angle * arc.axis) * arc.zero);
   }
   return points;
 }
@@ -251,12 +251,13 @@ std::vector<LegendEntry> overlay_legend(const World& world) {
     const JointLimits& limits = link.joint.limits;
     ranges |= limits.any();
     for (const Mark mark : info_of(link.joint.kind).marks) {
-      slides |= mark == Mark::slide, rods |= mark == Mark::rod, springs |= mark == Mark::zigzag;
+      slides |= mark == Mark::translation, rods |= mark == Mark::rod,
+          springs |= mark == Mark::zigzag;
       axes |= mark == Mark::axis_x || mark == Mark::axis_y || mark == Mark::axis_z;
       locks |= mark == Mark::lock;
     }
-    stops |= limits.any() || link.joint.extras->travel.on;
-    locks |= is_lock(limits.turn) || is_lock(limits.second) ||
+    stops |= limits.any() || link.joint.parameters->travel.on;
+    locks |= is_lock(limits.angle) || is_lock(limits.second) ||
              (limits.swing.on && limits.swing.y <= 0 && limits.swing.z <= 0);
   }
   std::vector<LegendEntry> entries;
@@ -270,9 +271,9 @@ std::vector<LegendEntry> overlay_legend(const World& world) {
   name(springs, ink::kTie, "zigzag: spring");
   name(ranges, ink::kRange, "fan, arc: range of a joint");
   name(locks, ink::kLocked, "square: locked");
-  name(!world.strings.empty(), ink::kSlack, "curve: slack string");
+  name(!world.cables.empty(), ink::kSlack, "curve: slack string");
   name(!world.pins.empty(), ink::kPin, "cross: pin");
-  name(!world.pose_drives.empty(), ink::kMuscle, "arrow: muscle at work");
+  name(!world.joint_drives.empty(), ink::kMuscle, "arrow: muscle at work");
   const bool contacts = !world.collisions.empty() || !contacts_of(world).empty();
   name(contacts, ink::kContact, "dot, line: contact and its force");
   name(contacts, ink::kSlide, "cross on a dot: slides");
@@ -283,7 +284,7 @@ std::vector<LegendEntry> overlay_legend(const World& world) {
   };
   warn(stops, "at a stop");
   warn(!world.pins.empty(), "out of reach");
-  warn(!world.pose_drives.empty(), "at full strength");
+  warn(!world.joint_drives.empty(), "at full strength");
   name(!red.empty(), ink::kWarning, red);
   return entries;
 }

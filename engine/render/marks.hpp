@@ -1,6 +1,6 @@
 #pragma once
-/// The marks of the debug view: what joints, stops, contacts, pins and muscles do, drawn flat over
-/// the picture where they are in it.
+/// Marks of the debug view: joints, limits, contacts, pins and joint drives, drawn over the
+/// picture.
 #include <algorithm>
 #include <span>
 #include <vector>
@@ -18,7 +18,7 @@ inline constexpr Vec3 kPin{0.98, 0.78, 0.12}, kSlack{1.0, 0.55, 0.10};
 inline constexpr Vec3 kRange{0.66, 0.50, 1.0}, kHinge{0.80, 0.86, 0.92}, kLocked{0.72, 0.74, 0.80};
 inline constexpr Vec3 kContact{0.45, 0.95, 0.30}, kNear{0.55, 0.62, 0.50}, kSlide{1.0, 0.95, 0.75};
 inline constexpr Vec3 kMuscle{0.98, 0.45, 0.80};
-inline constexpr Vec3 kTie{0.05, 0.60, 0.42};  // what joints slide along, distances, springs
+inline constexpr Vec3 kTie{0.05, 0.60, 0.42};     // what joints slide along, distances, springs
 inline constexpr Vec3 kWarning{1.0, 0.25, 0.15};  // at a stop, out of reach, at full strength
 }  // namespace ink
 

@@ -333,7 +333,7 @@ void GlRenderer::draw_surfaces(std::size_t first) {
   }
 }
 
-/// All solids and strings, into the shadow map or into the picture.
+/// All solids and cables, into the shadow map or into the picture.
 void GlRenderer::draw_world_meshes(bool depth_only) {
   gl_.UseProgram(depth_only ? solid_depth_ : solid_);
   gl_.Enable(GL_CULL_FACE);

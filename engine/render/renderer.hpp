@@ -45,7 +45,8 @@ struct Overlay {
   std::vector<std::string> lines;   // top left
   std::string alarm;                // below them, in red
   std::vector<LegendEntry> legend;  // bottom left
-  bool joints = false;  // marks: joints and their ranges, pins, slack strings, muscles, contacts
+  bool joints =
+      false;  // marks: joints and their ranges, pins, slack cables, joint drives, contacts
 };
 
 /// What the marks of Overlay::joints mean, as far as this world can show them.
@@ -66,9 +67,9 @@ class Renderer {
 };
 
 /// A camera that sees all bodies of the world in a picture of this shape (width / height), looking
-/// the way `view` does. Shapes and strings are included, where drives and a swing may carry them,
-/// and the ground below with the shadows if it is near. Planes are not, and height fields only
-/// around the rest, unless there is nothing else. The result is not automatic.
+/// the way `view` does. Shapes and cables are included, where paths and a swing may carry them, and
+/// the ground below with the shadows if it is near. Planes are not, and height fields only around
+/// the rest, unless there is nothing else. The result is not automatic.
 Camera framing_camera(const World& world, const View& view, Real aspect);
 
 }  // namespace pantin

@@ -12,7 +12,7 @@ extern const char* const kFrameSource;
 extern const char* const kSolidVertex;
 extern const char* const kRibbonVertex;
 extern const char* const kDepthFragment;    // for the shadow map
-extern const char* const kSurfaceFragment;  // solids, and strings with RIBBON defined
+extern const char* const kSurfaceFragment;  // solids, and cables with RIBBON defined
 extern const char* const kScreenVertex;     // one triangle over the whole picture
 extern const char* const kSkyFragment;
 extern const char* const kGroundFragment;  // with NEAR defined: shadows too

@@ -15,10 +15,10 @@ const Vec3 kX{1, 0, 0}, kY{0, 1, 0}, kZ{0, 0, 1};
 /// One joint that is being marked.
 struct Marked {
   const Joint& joint;
-  Vec3 at{0};      // world
-  Quat a, b;       // its axes in each body, to the world
-  Quat turn;       // b's in a's
-  Real size = 0;   // m
+  Vec3 at{0};     // world
+  Quat a, b;      // its axes in each body, to the world
+  Quat turn;      // b's in a's
+  Real size = 0;  // m
 };
 
 bool is_locked(const AngleLimit& limit) { return limit.on && !(limit.high > limit.low); }
@@ -48,7 +48,7 @@ Vec3 colour_of(bool at_stop) { return at_stop ? ink::kWarning : ink::kRange; }
 void add_sector(Pen& pen, const Arc& whole, const AngleLimit& limit, Real angle) {
   const Vec3 colour = colour_of(is_at_stop(limit, angle));
   const auto way = [&](Real turned) {
-    return whole.centre + turn_by(turned * whole.axis) * whole.zero;
+    return whole.centre + from_rotation_vector(turned * whole.axis) * whole.zero;
   };
   Arc arc = whole;
   arc.low = limit.low, arc.high = std::min(limit.high, limit.low + 2 * kPi);
@@ -76,7 +76,7 @@ Vec3 limb_across(const Marked& m, Vec3 axis) {
 }
 
 void add_angle(Pen& pen, const Marked& m) {
-  const AngleLimit& limit = m.joint.limits->turn;
+  const AngleLimit& limit = m.joint.limits->angle;
   if (is_locked(limit)) return add_lock(pen, m);
   if (!limit.on) return;
   const Arc arc{m.at, m.a * kX, m.a * (m.size * limb_across(m, kX)), 0, 0};
@@ -86,10 +86,10 @@ void add_angle(Pen& pen, const Marked& m) {
 void add_two_angles(Pen& pen, const Marked& m) {
   const JointLimits& limits = m.joint.limits;
   const UniversalAngles angles = universal_angles(m.turn);
-  if (is_locked(limits.turn) || is_locked(limits.second)) add_lock(pen, m);
-  const Quat between = m.a * turn_by({0, angles.first, 0});
-  if (limits.turn.on && !is_locked(limits.turn))
-    add_sector(pen, {m.at, m.a * kY, m.a * (m.size * kX), 0, 0}, limits.turn, angles.first);
+  if (is_locked(limits.angle) || is_locked(limits.second)) add_lock(pen, m);
+  const Quat between = m.a * from_rotation_vector({0, angles.first, 0});
+  if (limits.angle.on && !is_locked(limits.angle))
+    add_sector(pen, {m.at, m.a * kY, m.a * (m.size * kX), 0, 0}, limits.angle, angles.first);
   if (limits.second.on && !is_locked(limits.second))
     add_sector(pen, {m.at, between * kZ, between * (0.8 * m.size * kX), 0, 0}, limits.second,
                angles.second);
@@ -102,7 +102,7 @@ void add_cone(Pen& pen, const Marked& m, Vec3 swing) {
   std::vector<Vec3> rim;
   for (int i = 0; i <= kRimPoints; ++i) {
     const Real t = 2 * kPi * i / kRimPoints;
-    const Quat out = turn_by({0, limit.y * std::cos(t), limit.z * std::sin(t)});
+    const Quat out = from_rotation_vector({0, limit.y * std::cos(t), limit.z * std::sin(t)});
     rim.push_back(m.at + m.a * (out * (m.size * kX)));
     if (i % (kRimPoints / 8) == 0) pen.line(m.at, rim.back(), 0.8 * pen.fine(), colour, 0.45);
   }
@@ -116,16 +116,17 @@ void add_cone(Pen& pen, const Marked& m, Vec3 swing) {
 
 /// An arc about the end of b's x axis, with a line where the twist is.
 void add_twist(Pen& pen, const Marked& m, const SwingTwist& at) {
-  const AngleLimit& limit = m.joint.limits->turn;
+  const AngleLimit& limit = m.joint.limits->angle;
   const Vec3 axis = m.b * kX, middle = m.at + 1.2 * m.size * axis;
   const Vec3 colour = colour_of(is_at_stop(limit, at.twist));
-  Arc arc{middle, axis, m.a * (turn_by(at.swing) * (0.36 * m.size * kY)), limit.low, 0};
+  Arc arc{middle, axis, m.a * (from_rotation_vector(at.swing) * (0.36 * m.size * kY)), limit.low,
+          0};
   arc.high = std::min(limit.high, limit.low + 2 * kPi);
   const std::vector<Vec3> rim = points_of(arc);
   pen.path(rim, 1.4 * pen.fine(), colour);
   for (const Vec3 end : {rim.front(), rim.back()})
     pen.line(middle + 0.75 * (end - middle), end, pen.fine(), colour);
-  const Vec3 now = middle + turn_by(at.twist * axis) * arc.zero;
+  const Vec3 now = middle + from_rotation_vector(at.twist * axis) * arc.zero;
   pen.line(middle, now, 1.4 * pen.fine(), colour);
   pen.line(m.at, middle, pen.fine(), ink::kRange);
 }
@@ -135,10 +136,10 @@ void add_twist(Pen& pen, const Marked& m, const SwingTwist& at) {
 void add_slide(Pen& pen, const Marked& m, Vec3 other) {
   constexpr Real kNear = 1e-3;  // part of the mark's size
   const Vec3 axis = m.a * kX, side = 0.15 * m.size * (m.a * kY);
-  const AngleLimit& travel = m.joint.extras->travel;
+  const AngleLimit& travel = m.joint.parameters->travel;
   const Real along = glm::dot(other - m.at, axis);
-  const bool at_stop = travel.on && (along - travel.low < kNear * m.size ||
-                                     travel.high - along < kNear * m.size);
+  const bool at_stop =
+      travel.on && (along - travel.low < kNear * m.size || travel.high - along < kNear * m.size);
   const Real low = travel.on ? travel.low : std::min(along, Real(0)) - 0.45 * m.size;
   const Real high = travel.on ? travel.high : std::max(along, Real(0)) + 0.45 * m.size;
   pen.line(m.at + low * axis, m.at + high * axis, 1.8 * pen.fine(), ink::kTie);
@@ -172,9 +173,9 @@ void add_zigzag(Pen& pen, const Marked& m, Vec3 other) {
 void add_cone_and_twist(Pen& pen, const Marked& m) {
   const JointLimits& limits = m.joint.limits;
   const SwingTwist at = swing_twist(m.turn);
-  if (is_locked(limits.swing) || is_locked(limits.turn)) add_lock(pen, m);
+  if (is_locked(limits.swing) || is_locked(limits.angle)) add_lock(pen, m);
   if (limits.swing.on && !is_locked(limits.swing)) add_cone(pen, m, at.swing);
-  if (limits.turn.on && !is_locked(limits.turn)) add_twist(pen, m, at);
+  if (limits.angle.on && !is_locked(limits.angle)) add_twist(pen, m, at);
 }
 
 /// `other`: b's anchor.
@@ -194,7 +195,7 @@ void add_mark(Pen& pen, const Marked& m, Mark mark, Vec3 other) {
       return add_cone_and_twist(pen, m);
     case Mark::lock:
       return add_lock(pen, m);
-    case Mark::slide:
+    case Mark::translation:
       return add_slide(pen, m, other);
     case Mark::rod:
       return add_rod(pen, m, other);
@@ -210,7 +211,9 @@ void add_turn_marks(const Scene& scene, Pen& pen) {
   for (const Link& link : world.links.values()) {
     const Joint& joint = link.joint;
     const std::span<const Mark> marks = info_of(joint.kind).marks;
-    const auto shows = [&](Mark mark) { return mark != Mark::cone_and_twist || joint.limits.any(); };
+    const auto shows = [&](Mark mark) {
+      return mark != Mark::cone_and_twist || joint.limits.any();
+    };
     if (std::ranges::none_of(marks, shows)) continue;
     Vec3 at, other;
     if (!scene.place(link.a, joint.anchor_a, at) || !scene.place(link.b, joint.anchor_b, other))
@@ -219,8 +222,9 @@ void add_turn_marks(const Scene& scene, Pen& pen) {
     if (size <= 0) continue;
     const Quat a = pose_of(world, scene.poses, world.bodies.slot(link.a)).rotation;
     const Quat b = pose_of(world, scene.poses, world.bodies.slot(link.b)).rotation;
-    const Marked m{joint, at, a * joint.frames.a(), b * joint.frames.b(), relative_turn(joint, a, b),
-                   size};
+    const Marked m{
+        joint, at, a * joint.frames.a(), b * joint.frames.b(), relative_rotation(joint, a, b),
+        size};
     for (const Mark mark : marks) add_mark(pen, m, mark, other);
   }
 }

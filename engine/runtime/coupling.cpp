@@ -7,7 +7,7 @@
 namespace pantin {
 namespace {
 
-constexpr int kMostRounds = 24;
+constexpr int kMaxIterations = 24;
 constexpr Real kImpulseTolerance = 1e-6;  // of what is exchanged
 
 struct CoupledIsland {
@@ -48,7 +48,7 @@ contact::Interface* find_interface(World& world, const Coupled& coupled,
   return nullptr;
 }
 
-void tell_reactions(World& world, Coupled& coupled, const CoupledIsland& follower, Real h) {
+void export_reactions(World& world, Coupled& coupled, const CoupledIsland& follower, Real h) {
   coupled.reactions.clear();
   follower.solver->react(world, follower.island, h, coupled.reactions);
   for (const contact::Reaction& reaction : coupled.reactions)
@@ -67,20 +67,21 @@ void restore_contacts(World& world, const Coupled& coupled, const CoupledIsland&
   }
 }
 
-/// What each pull still lacks; true if all are met. Sets the pace of the next round.
-bool find_lacks(World& world, const Coupled& coupled, Real h, bool first) {
-  bool settled = true;
+/// Residuals of all interfaces; true if converged. Sets the relaxation factors of the next
+/// iteration.
+bool update_residuals(World& world, const Coupled& coupled, Real h, bool first) {
+  bool converged = true;
   each_interface(world, coupled, [&](contact::Interface& g) {
-    const Vec3 lack = h * g.force + g.debt - g.given;
+    const Vec3 residual = h * g.force + g.carried - g.transmitted;
     const Real bound = kImpulseTolerance * h * (glm::length(g.force) + 1e-3 * g.mass);
-    settled = settled && glm::length(lack) <= bound;
-    const Vec3 change = lack - g.lack;  // [Aitken 1926], a vector at a time
+    converged = converged && glm::length(residual) <= bound;
+    const Vec3 change = residual - g.residual;  // [Aitken 1926], a vector at a time
     const Real size = glm::dot(change, change);
     if (!first && size > 0)
-      g.relax = std::clamp(-g.relax * glm::dot(g.lack, change) / size, 0.1, 3.0);
-    g.lack = lack;
+      g.relax = std::clamp(-g.relax * glm::dot(g.residual, change) / size, 0.1, 3.0);
+    g.residual = residual;
   });
-  return settled;
+  return converged;
 }
 
 }  // namespace
@@ -102,7 +103,7 @@ void save_coupled(World& world) {
   for (const CoupledIsland& c : coupled.leaders) c.solver->save(world, c.island);
   for (const CoupledIsland& c : coupled.followers) c.solver->save(world, c.island);
   each_interface(world, coupled, [](contact::Interface& i) {
-    i.relax = 1, i.lack = Vec3(0), i.taut = i.force != Vec3(0);
+    i.relax = 1, i.residual = Vec3(0), i.taut = i.force != Vec3(0);
   });
 }
 
@@ -110,37 +111,39 @@ void step_coupled(World& world, Real h) {
   Coupled& coupled = world.memory.of<Coupled>();
   if (coupled.leaders.empty() && coupled.followers.empty()) return;
   coupled.contacts = contacts_of(world);
-  for (int round = 0;; ++round) {
+  for (int iteration = 0;; ++iteration) {
     bool failed = false;
     for (const CoupledIsland& c : coupled.leaders)
       failed = !c.solver->repeat(world, c.island, h) || failed;
     for (const CoupledIsland& c : coupled.followers) {
       if (c.solver->touches(world, c.island)) continue;
-      if (round > 0) restore_contacts(world, coupled, c);
+      if (iteration > 0) restore_contacts(world, coupled, c);
       c.solver->repeat(world, c.island, h);
-      tell_reactions(world, coupled, c, h);
+      export_reactions(world, coupled, c, h);
     }
-    const bool last =
-        find_lacks(world, coupled, h, round == 0) || failed || round + 1 == kMostRounds;
+    const bool last = update_residuals(world, coupled, h, iteration == 0) || failed ||
+                      iteration + 1 == kMaxIterations;
     each_interface(world, coupled, [&](contact::Interface& i) {
       i.taut = i.taut || i.force != Vec3(0);
-      i.rounds = round + 1;
-      if (last) i.debt = i.lack;
-      else i.asked += i.relax * i.lack;
+      i.iterations = iteration + 1;
+      if (last)
+        i.carried = i.residual;
+      else
+        i.impulse += i.relax * i.residual;
     });
     if (last) return;
   }
 }
 
-void settle_touching(World& world, Real h) {
+void couple_touching(World& world, Real h) {
   Coupled& coupled = world.memory.of<Coupled>();
   for (const CoupledIsland& c : coupled.followers) {
     if (!c.solver->touches(world, c.island)) continue;
-    tell_reactions(world, coupled, c, h);
+    export_reactions(world, coupled, c, h);
     for (const contact::Reaction& reaction : coupled.reactions)  // its own interfaces alone
       if (contact::Interface* g = find_interface(world, coupled, reaction)) {
-        const Vec3 lack = h * g->force - g->given;
-        g->asked += lack - g->debt, g->debt = lack;
+        const Vec3 residual = h * g->force - g->transmitted;
+        g->impulse += residual - g->carried, g->carried = residual;
       }
   }
 }

@@ -15,12 +15,13 @@ Measures measure(const World& world) {
     (*solver)->measure(world, m);
   for (const Body& b : world.bodies.values()) {
     if (b.motion != Motion::dynamic) continue;
-    const Vec3 local = glm::conjugate(b.pose.rotation) * b.spin;
+    const Vec3 local = glm::conjugate(b.pose.rotation) * b.angular_velocity;
     const Vec3 l = b.pose.rotation * (b.inertia * local);
-    m.kinetic += 0.5 * (b.mass * glm::dot(b.velocity, b.velocity) + glm::dot(l, b.spin));
+    m.kinetic +=
+        0.5 * (b.mass * glm::dot(b.velocity, b.velocity) + glm::dot(l, b.angular_velocity));
     m.potential -= b.mass * b.gravity_scale * glm::dot(world.gravity, b.pose.position);
     m.momentum += b.mass * b.velocity;
-    m.spin_momentum += l + b.mass * glm::cross(b.pose.position, b.velocity);
+    m.angular_momentum += l + b.mass * glm::cross(b.pose.position, b.velocity);
   }
   return m;
 }

@@ -53,8 +53,8 @@ std::uint64_t checksum(std::string_view bytes) {
   return hash.value();
 }
 
-Error error(std::string_view place, const std::string& what) {
-  std::string line(place);
+Error error(std::string_view stage, const std::string& what) {
+  std::string line(stage);
   line += ": ";
   line += what;
   return {line};
@@ -105,7 +105,7 @@ std::string check_components(World& world) {
     });
   });
   for (const Shapes& shapes : world.shapes.values())
-    for (const Shape& shape : shapes.parts)
+    for (const Shape& shape : shapes.list)
       if (shape.material >= world.materials.size()) wrong = "shapes name a material that is none";
   return wrong;
 }
@@ -125,8 +125,9 @@ Result<std::string> world_to_bytes(const World& world, Saved* saved) {
   FieldWriter payload;
   payload.write(current);
   if (!payload.unwritable().empty())
-    return error("save_world", "found a joint of a kind of your own (CustomJoint), expected kinds "
-                               "that are built in: only those can be saved");
+    return error("save_world",
+                 "found a joint of a kind of your own (CustomJoint), expected kinds "
+                 "that are built in: only those can be saved");
   write_user(payload, current.user, saved);
   current.memory.write(payload);
   Header header;
@@ -138,31 +139,31 @@ Result<std::string> world_to_bytes(const World& world, Saved* saved) {
   return whole.take();
 }
 
-Result<World> world_from_bytes(std::string_view bytes, World like, std::string_view place) {
+Result<World> world_from_bytes(std::string_view bytes, World like, std::string_view stage) {
   FieldReader head(bytes.substr(0, kHeaderSize));
   const Header header = read_header(head);
   if (!head.ok() || header.magic != kMagic)
-    return error(place, "found other bytes, expected a World saved by pantin");
+    return error(stage, "found other bytes, expected a World saved by pantin");
   if (header.version != kVersion || header.layout != fields_fingerprint<World>())
-    return error(place, "found a World saved by another version of pantin, expected this one's");
+    return error(stage, "found a World saved by another version of pantin, expected this one's");
   const std::string_view rest = bytes.substr(kHeaderSize);
   if (header.size != rest.size())
-    return error(place, "found " + std::to_string(rest.size()) + " bytes after the header, expected " +
-                            std::to_string(header.size));
+    return error(stage, "found " + std::to_string(rest.size()) +
+                            " bytes after the header, expected " + std::to_string(header.size));
   if (header.checksum != checksum(rest))
-    return error(place, "found changed bytes, expected those that were saved");
+    return error(stage, "found changed bytes, expected those that were saved");
 
   FieldReader from(rest);
   World world;
   world.user = std::move(like.user);
   from.read(world);
-  if (!from.ok()) return error(place, from.fault());
-  if (std::string why = check_components(world); !why.empty()) return error(place, why);
-  if (std::string why = read_user(from, world); !why.empty()) return error(place, why);
+  if (!from.ok()) return error(stage, from.fault());
+  if (std::string why = check_components(world); !why.empty()) return error(stage, why);
+  if (std::string why = read_user(from, world); !why.empty()) return error(stage, why);
   compile_if_changed(world);
-  if (const char* why = world.memory.read(from)) return error(place, why);
-  if (!from.ok() || from.left() > 0) return error(place, "memory " + from.fault());
-  if (std::string why = check_contacts(world); !why.empty()) return error(place, why);
+  if (const char* why = world.memory.read(from)) return error(stage, why);
+  if (!from.ok() || from.left() > 0) return error(stage, "memory " + from.fault());
+  if (std::string why = check_contacts(world); !why.empty()) return error(stage, why);
   return world;
 }
 
@@ -181,7 +182,8 @@ Result<Saved> save_world(const World& world, const std::string& path) {
     out.write(bytes->data(), static_cast<std::streamsize>(bytes->size()));
     out.close();
     if (!out) {
-      const Error told = error(path, "cannot be written: " + std::generic_category().message(errno));
+      const Error told =
+          error(path, "cannot be written: " + std::generic_category().message(errno));
       if (replaces) std::remove(beside.c_str());
       return told;
     }

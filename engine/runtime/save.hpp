@@ -21,9 +21,9 @@ struct Saved {
 /// The file is for this version on this kind of machine: another one refuses it.
 Result<Saved> save_world(const World& world, const std::string& path);
 
-/// The World of a file. `like` has a store of each component type of yours that the file holds, made
-/// by `like.store<T>()`; nothing else of it is used. A file of another version, one that was cut off
-/// or changed is refused with one line.
+/// The World of a file. `like` has a store of each component type of yours that the file holds,
+/// made by `like.store<T>()`; nothing else of it is used. A file of another version, one that was
+/// cut off or changed is refused with one line.
 Result<World> load_world(const std::string& path, World like = {});
 
 /// load_world<Wind, Glow>("run.world"): with the component types of yours.
@@ -35,9 +35,9 @@ Result<World> load_world(const std::string& path) {
   return load_world(path, std::move(like));
 }
 
-/// The same to and from memory; errors name `place`.
+/// The same to and from memory; errors name `stage`.
 Result<std::string> world_to_bytes(const World& world, Saved* saved = nullptr);
 Result<World> world_from_bytes(std::string_view bytes, World like = {},
-                               std::string_view place = "saved World");
+                               std::string_view stage = "saved World");
 
 }  // namespace pantin

@@ -11,15 +11,15 @@ Error within_step(const std::string& what) {
 
 }  // namespace
 
-Result<Done> Simulation::insert(Place place, System system) {
+Result<Done> Simulation::insert(Stage stage, System system) {
   if (stepping_) return within_step("an insertion of a system");
-  systems_.insert(place, std::move(system));
+  systems_.insert(stage, std::move(system));
   return Done{};
 }
 
-Result<Done> Simulation::insert(Place place, SystemOrder order, System system) {
+Result<Done> Simulation::insert(Stage stage, SystemOrder order, System system) {
   if (stepping_) return within_step("an insertion of system '" + order.name + "'");
-  return systems_.insert(place, std::move(order), std::move(system));
+  return systems_.insert(stage, std::move(order), std::move(system));
 }
 
 Result<Done> Simulation::remove(std::string_view name) {
@@ -54,7 +54,7 @@ Advance Simulation::advance(Real wall_seconds) {
     ++done.steps;
   }
   if (left_over_ >= h) {
-    // Whole steps that there is no time for are given up, the part of a step is kept.
+    // Whole steps beyond the cap are dropped; the fraction of a step is kept.
     const Real whole = std::floor(left_over_ / h) * h;
     done.dropped = whole;
     left_over_ -= whole;

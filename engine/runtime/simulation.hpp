@@ -1,5 +1,5 @@
 #pragma once
-/// The order of one step, and the loop around it.
+/// The schedule of one step, and the fixed-rate loop around it.
 #include <memory>
 #include <span>
 #include <vector>
@@ -14,13 +14,13 @@ namespace pantin {
 struct StepSettings {
   Real h = 1.0 / 60;     // s
   int substeps = 1;      // equal parts each step is taken in
-  int threads = 1;       // articulations are shared out; the result does not depend on it
+  int threads = 1;       // islands are distributed over threads; the result does not depend on it
   bool measure = false;  // fill StepReport::measures after each step
 };
 
 /// Seconds spent in each stage since the last reset, for benchmarks.
 struct StageTimes {
-  Real drive = 0, update = 0, touch = 0, adjust = 0, measure = 0;
+  Real drive = 0, update = 0, contacts = 0, adjust = 0, measure = 0;
 };
 
 /// The shortest and the longest substep that is taken, s.
@@ -33,7 +33,7 @@ inline constexpr Real kShortestStep = 1e-12, kLongestStep = 1e6;
 /// Systems may create and destroy anything at any place. What is unchanged goes on as if nothing
 /// had been; changed islands start afresh with the bodies' motion as it is. After before_drive and
 /// before_update the whole substep knows the change. After before_touch and before_adjust islands
-/// of the procedural solver are predicted anew; mechanisms that were changed there go on with the
+/// of the articulated solver are predicted anew; islands that were changed there go on with the
 /// next substep.
 ///
 /// `drawn_from`, if given, holds the poses at the start by slot; a body that a system teleports
@@ -44,10 +44,10 @@ StepReport step_world(World& world, const StepSettings& settings, const Systems&
 /// Whether a step can use more than one thread in this build.
 bool has_threads();
 
-/// The rulers, of the state as it stands.
+/// Measures of the present state.
 Measures measure(const World& world);
 
-/// What advance() did with the wall time it was given.
+/// Result of advance().
 struct Advance {
   int steps = 0;      // whole steps taken
   Real fraction = 0;  // of the next step that has passed, in [0, 1): for interpolation
@@ -65,21 +65,21 @@ class Simulation {
   StepSettings settings;
   int most_steps = 4;  // cap on catching up in one advance()
 
-  /// Adds a plain function at a named place of the step. Systems are inserted and removed between
-  /// steps; within one that is refused.
-  Result<Done> insert(Place place, System system);
+  /// Adds a user system at a stage of the step. Systems are inserted and removed between steps;
+  /// within one that is refused.
+  Result<Done> insert(Stage stage, System system);
   /// Adds one that has a name, and an order among its neighbours.
-  Result<Done> insert(Place place, SystemOrder order, System system);
+  Result<Done> insert(Stage stage, SystemOrder order, System system);
   /// Removes the system of that name; refuses where there is none.
   Result<Done> remove(std::string_view name);
 
   /// One whole step.
   StepReport step();
 
-  /// Takes as many whole steps as `wall_seconds` (and what was left before) hold.
+  /// Takes as many whole steps as fit into `wall_seconds` plus the remainder of earlier calls.
   Advance advance(Real wall_seconds);
 
-  /// Pose of a body between the last two steps; a teleported body is drawn where it is.
+  /// Interpolated pose of a body between the last two steps; a teleported body is not interpolated.
   Pose interpolated(Entity body, Real fraction) const;
 
   StageTimes times;  // filled when `timing` is set

@@ -11,23 +11,23 @@
 namespace pantin {
 namespace {
 
-/// The scene's hands: bodies that follow a path are moved to where it is at the end of the step.
-/// Those whose path leads nowhere stay, at rest; the first is told.
-void drive(World& world, Real h, StepReport& report) {
+/// Moves kinematic bodies to the poses of their paths at the end of the step. Those whose path
+/// leads nowhere stay, at rest; the first is told.
+void move_kinematic_bodies(World& world, Real h, StepReport& report) {
   const Real until = world.time + h;
-  for (std::size_t i = 0; i < world.drives.size(); ++i) {
-    Body* b = world.bodies.find(world.drives.owners()[i]);
+  for (std::size_t i = 0; i < world.paths.size(); ++i) {
+    Body* b = world.bodies.find(world.paths.owners()[i]);
     if (!b || b->motion != Motion::driven) continue;
-    const Pose to = pose_at(world.drives.values()[i], until);
+    const Pose to = pose_at(world.paths.values()[i], until);
     const Vec3 velocity = (to.position - b->pose.position) / h;
-    const Vec3 spin = spin_between(b->pose.rotation, to.rotation, h);
-    if (is_finite(to) && is_finite(velocity) && is_finite(spin)) {
-      b->pose = to, b->velocity = velocity, b->spin = spin;
+    const Vec3 angular_velocity = angular_velocity_between(b->pose.rotation, to.rotation, h);
+    if (is_finite(to) && is_finite(velocity) && is_finite(angular_velocity)) {
+      b->pose = to, b->velocity = velocity, b->angular_velocity = angular_velocity;
       continue;
     }
-    b->velocity = b->spin = Vec3(0);
+    b->velocity = b->angular_velocity = Vec3(0);
     if (report.status != Status::diverged)
-      report.status = Status::diverged, report.body = world.drives.owners()[i];
+      report.status = Status::diverged, report.body = world.paths.owners()[i];
   }
 }
 
@@ -36,12 +36,12 @@ void look_at_hands(const World& world, StepReport& report) {
   for (std::uint32_t slot : partition_of(world).kinematic) {
     const Body& b = world.bodies.values()[slot];
     if (report.status == Status::diverged) return;
-    if (is_finite(b.pose) && is_finite(b.velocity) && is_finite(b.spin)) continue;
+    if (is_finite(b.pose) && is_finite(b.velocity) && is_finite(b.angular_velocity)) continue;
     report.status = Status::diverged, report.body = world.bodies.owners()[slot];
   }
 }
 
-/// Adds the seconds of a stage to its clock, if there is one.
+/// Measures the time of a stage.
 class Stopwatch {
  public:
   explicit Stopwatch(bool on) : on_(on), last_(on ? Clock::now() : Clock::time_point()) {}
@@ -58,8 +58,8 @@ class Stopwatch {
   Clock::time_point last_;
 };
 
-void run_systems(const Systems& systems, Place place, World& world, Real h, StepReport& report) {
-  for (const PlacedSystem& system : systems.at(place)) {
+void run_systems(const Systems& systems, Stage stage, World& world, Real h, StepReport& report) {
+  for (const StagedSystem& system : systems.at(stage)) {
     try {
       system.run(world, h);
     } catch (...) {
@@ -85,7 +85,8 @@ void detect_contacts(World& world, Real h) {
   const std::vector<std::uint32_t>& kinematic = partition_of(world).kinematic;
   contact::DetectScratch& scratch = world.memory.of<contact::Memory>().scratch;
   // Where everything is asleep and nothing comes, the contacts stay as they are.
-  if (!contacts.empty() && !scratch.stale && std::all_of(kSolvers.begin(), kSolvers.end(), asleep) &&
+  if (!contacts.empty() && !scratch.stale &&
+      std::all_of(kSolvers.begin(), kSolvers.end(), asleep) &&
       std::none_of(kinematic.begin(), kinematic.end(), comes))
     return;
   scratch.stale = false;
@@ -191,18 +192,18 @@ struct Step {
   StepTask task;
   StepReport report;
 
-  void run(Place place) { run_systems(systems, place, world, settings.h, report); }
+  void run(Stage stage) { run_systems(systems, stage, world, settings.h, report); }
 };
 
 /// Drive and update stage.
 void predict(Step& s) {
   World& world = s.world;
   Stopwatch watch(s.timed);
-  drive(world, s.task.h, s.report);
+  move_kinematic_bodies(world, s.task.h, s.report);
   compile_if_changed(world);
   watch.lap(s.clock.drive);
 
-  s.run(Place::before_update);
+  s.run(Stage::before_update);
   compile_if_changed(world);
   look_at_hands(world, s.report);
   note_teleports(world, s.drawn_from);
@@ -223,20 +224,20 @@ void take_up_changes(World& world, const StepTask& task) {
 void close(Step& s) {
   World& world = s.world;
   Stopwatch watch(s.timed);
-  s.run(Place::before_touch);
-  if (!s.systems.at(Place::before_touch).empty()) take_up_changes(world, s.task);
+  s.run(Stage::before_contacts);
+  if (!s.systems.at(Stage::before_contacts).empty()) take_up_changes(world, s.task);
   detect_contacts(world, s.task.h);
-  watch.lap(s.clock.touch);
+  watch.lap(s.clock.contacts);
 
-  s.run(Place::before_adjust);
-  if (!s.systems.at(Place::before_adjust).empty()) {
+  s.run(Stage::before_adjust);
+  if (!s.systems.at(Stage::before_adjust).empty()) {
     take_up_changes(world, s.task);
     if (world.memory.of<contact::Memory>().scratch.stale) detect_contacts(world, s.task.h);
   }
   for (const SolverRow* solver : kSolvers) solver->adjust(world, s.task);
   step_coupled(world, s.task.h);
   for (const SolverRow* solver : kSolvers) solver->adjust_touching(world, s.task);
-  settle_touching(world, s.task.h);
+  couple_touching(world, s.task.h);
   note_pressures(world);
   watch.lap(s.clock.adjust);
 }
@@ -258,8 +259,14 @@ StepReport step_world(World& world, const StepSettings& settings, const Systems&
                       StageTimes* times, std::span<Pose> drawn_from) noexcept {
   StageTimes ignored;
   const int substeps = std::max(1, settings.substeps);
-  Step s{world, settings, systems, times ? *times : ignored, times != nullptr, drawn_from,
-         {settings.h / substeps, settings.threads}, {}};
+  Step s{world,
+         settings,
+         systems,
+         times ? *times : ignored,
+         times != nullptr,
+         drawn_from,
+         {settings.h / substeps, settings.threads},
+         {}};
   StepReport& report = s.report;
   report.tick = world.tick, report.time = world.time;
   if (!(settings.h > 0) || !std::isfinite(settings.h)) return report;
@@ -271,7 +278,7 @@ StepReport step_world(World& world, const StepSettings& settings, const Systems&
   begin_forces(world);
   bool sound = true;
   for (int part = 0; part < substeps && sound; ++part) {
-    s.run(Place::before_drive);
+    s.run(Stage::before_drive);
     sound = std::isfinite(world.time);
     if (!sound) break;
     predict(s);
@@ -290,12 +297,12 @@ StepReport step_world(World& world, const StepSettings& settings, const Systems&
   report_step(world, report);
 
   Stopwatch watch(times != nullptr);
-  s.run(Place::before_measure);
+  s.run(Stage::before_measure);
   compile_if_changed(world);
   if (settings.measure) report.measures = measure(world), report.measured = true;
   watch.lap(s.clock.measure);
   report.tick = world.tick, report.time = world.time;
-  s.run(Place::after_step);
+  s.run(Stage::after_step);
   return report;
 }
 

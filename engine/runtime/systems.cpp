@@ -9,14 +9,14 @@ bool contains(const std::vector<std::string>& names, std::string_view name) {
   return !name.empty() && std::find(names.begin(), names.end(), name) != names.end();
 }
 
-bool must_precede(const PlacedSystem& first, const PlacedSystem& second) {
+bool must_precede(const StagedSystem& first, const StagedSystem& second) {
   return contains(first.order.before, second.order.name) ||
          contains(second.order.after, first.order.name);
 }
 
-/// Indices in the order the systems run: of those that wait for nobody always the one that was
-/// inserted first. Shorter than the systems if some wait for one another.
-std::vector<std::size_t> running_order(const std::vector<PlacedSystem>& all) {
+/// Indices in the order of execution: of the systems without pending predecessors always the one
+/// that was inserted first. Shorter than the systems if some wait for one another.
+std::vector<std::size_t> running_order(const std::vector<StagedSystem>& all) {
   std::vector<std::size_t> order;
   std::vector<bool> done(all.size(), false);
   const auto is_ready = [&](std::size_t i) {
@@ -35,27 +35,27 @@ std::vector<std::size_t> running_order(const std::vector<PlacedSystem>& all) {
   }
 }
 
-void arrange(std::vector<PlacedSystem>& all, const std::vector<std::size_t>& order) {
-  std::vector<PlacedSystem> arranged;
+void arrange(std::vector<StagedSystem>& all, const std::vector<std::size_t>& order) {
+  std::vector<StagedSystem> arranged;
   for (const std::size_t i : order) arranged.push_back(std::move(all[i]));
   all = std::move(arranged);
 }
 
 }  // namespace
 
-void Systems::insert(Place place, System system) {
-  std::vector<PlacedSystem>& all = systems_[static_cast<std::size_t>(place)];
+void Systems::insert(Stage stage, System system) {
+  std::vector<StagedSystem>& all = systems_[static_cast<std::size_t>(stage)];
   all.push_back({std::move(system), {}, inserted_++});
   arrange(all, running_order(all));
 }
 
-Result<Done> Systems::insert(Place place, SystemOrder wish, System system) {
+Result<Done> Systems::insert(Stage stage, SystemOrder wish, System system) {
   if (wish.name.empty()) return Error{"system: found an empty name, expected one to call it by"};
   const std::string who = "system '" + wish.name + "'";
   if (has(wish.name)) return Error{who + ": found another system of that name, expected a new one"};
   if (contains(wish.before, wish.name) || contains(wish.after, wish.name))
     return Error{who + ": found an order before or after itself, expected another's name"};
-  std::vector<PlacedSystem>& all = systems_[static_cast<std::size_t>(place)];
+  std::vector<StagedSystem>& all = systems_[static_cast<std::size_t>(stage)];
   all.push_back({std::move(system), std::move(wish), inserted_});
   const std::vector<std::size_t> order = running_order(all);
   if (order.size() < all.size()) {
@@ -70,7 +70,7 @@ Result<Done> Systems::insert(Place place, SystemOrder wish, System system) {
 bool Systems::remove(std::string_view name) {
   if (!has(name)) return false;
   for (auto& all : systems_)
-    if (std::erase_if(all, [&](const PlacedSystem& s) { return s.order.name == name; }) > 0)
+    if (std::erase_if(all, [&](const StagedSystem& s) { return s.order.name == name; }) > 0)
       arrange(all, running_order(all));
   return true;
 }
@@ -78,7 +78,7 @@ bool Systems::remove(std::string_view name) {
 bool Systems::has(std::string_view name) const {
   return !name.empty() && std::any_of(systems_.begin(), systems_.end(), [&](const auto& all) {
     return std::any_of(all.begin(), all.end(),
-                       [&](const PlacedSystem& s) { return s.order.name == name; });
+                       [&](const StagedSystem& s) { return s.order.name == name; });
   });
 }
 

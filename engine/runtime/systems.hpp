@@ -1,5 +1,5 @@
 #pragma once
-/// A user's own functions within a step: where they run and in which order.
+/// User systems: their stage within a step and their order.
 #include <array>
 #include <functional>
 #include <span>
@@ -12,54 +12,53 @@
 
 namespace pantin {
 
-/// The named places of a step where a user's own system may run.
-enum class Place : std::uint8_t {
+/// Stages of a step at which user systems run.
+enum class Stage : std::uint8_t {
   before_drive,
   before_update,
-  before_touch,
+  before_contacts,
   before_adjust,
   before_measure,
   after_step
 };
-inline constexpr std::size_t kPlaces = 6;
+inline constexpr std::size_t kStages = 6;
 
-/// A user's own system: called with the World and the step length in seconds. A function of a const
-/// World& is one too.
+/// A user system, called with the World and the step length in seconds. It may take a const World&.
 using System = std::function<void(World&, Real)>;
 
-/// What a system is called, and which others of its place it runs before and after. Others may be
-/// inserted later; a name that nobody has orders nothing.
+/// Name of a system, and the systems of its stage that it runs before and after. Those may be
+/// inserted later; unknown names have no effect.
 struct SystemOrder {
   std::string name = {};
   std::vector<std::string> before = {}, after = {};
 };
 
-/// One system in its place.
-struct PlacedSystem {
+/// One system of a stage.
+struct StagedSystem {
   System run;
   SystemOrder order = {};
   std::uint64_t number = 0;  // of its insertion
 };
 
-/// Systems by place. Within a place they run in the order they were inserted, except where
-/// SystemOrder asks for another.
+/// Systems by stage. Within a stage they run in order of insertion, unless SystemOrder requires
+/// another order.
 class Systems {
  public:
-  void insert(Place place, System system);
-  /// Refuses an empty name, one that is taken (in any place), and orders that contradict one another;
-  /// nothing is changed then.
-  Result<Done> insert(Place place, SystemOrder order, System system);
+  void insert(Stage stage, System system);
+  /// An error for an empty name, a name in use (at any stage), and contradictory orders; nothing is
+  /// changed then.
+  Result<Done> insert(Stage stage, SystemOrder order, System system);
   /// False if no system has that name.
   bool remove(std::string_view name);
   bool has(std::string_view name) const;
 
-  /// The systems of a place, in the order they run.
-  std::span<const PlacedSystem> at(Place place) const {
-    return systems_[static_cast<std::size_t>(place)];
+  /// The systems of a stage, in the order of execution.
+  std::span<const StagedSystem> at(Stage stage) const {
+    return systems_[static_cast<std::size_t>(stage)];
   }
 
  private:
-  std::array<std::vector<PlacedSystem>, kPlaces> systems_;
+  std::array<std::vector<StagedSystem>, kStages> systems_;
   std::uint64_t inserted_ = 0;
 };
 

@@ -5,7 +5,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "engine/scene/assembly.hpp"
+#include "engine/scene/build.hpp"
 #include "engine/scene/poll.hpp"
 
 namespace pantin {
@@ -22,7 +22,7 @@ struct BuildCount {
 
 /// A finished prefab.
 struct BuiltPrefab {
-  Assembly assembly;
+  BuiltScene built;
   BuildCount count;  // of the assembly; no copies
 };
 

@@ -2,21 +2,21 @@
 #include <numeric>
 
 #include "engine/base/rotation.hpp"
-#include "engine/scene/assembly.hpp"
+#include "engine/scene/build.hpp"
 
 namespace pantin {
 namespace {
 
-/// The shortest turn that carries the link's own -y axis to `direction`.
+/// The shortest rotation from the link's own -y axis to `direction`.
 Quat turned_to(Vec3 direction) {
   const Vec3 down(0, -1, 0);
   const Real c = glm::dot(down, direction);
-  if (c > 1 - 1e-15) return kNoTurn;
+  if (c > 1 - 1e-15) return kIdentity;
   if (c < -1 + 1e-12) return Quat(0, 0, 0, 1);
   return glm::normalize(Quat(1 + c, glm::cross(down, direction)));
 }
 
-/// The turn that carries -y to `direction` and z as near to `axis` as it can get.
+/// The rotation from -y to `direction` with z as close to `axis` as possible.
 Quat turned_to(Vec3 direction, Vec3 axis) {
   const Vec3 z = axis - glm::dot(axis, direction) * direction;
   if (glm::length(z) < 1e-9) return turned_to(direction);
@@ -79,38 +79,38 @@ std::vector<Vec3> directions(const ChainRecipe& chain) {
   return std::vector<Vec3>(static_cast<std::size_t>(chain.links), chain.direction);
 }
 
-ChainCourse equal_links(const ChainRecipe& chain) {
-  ChainCourse course;
-  course.joints.push_back(chain.start);
+ChainLayout equal_links(const ChainRecipe& chain) {
+  ChainLayout layout;
+  layout.joints.push_back(chain.start);
   Vec3 way(0);  // summed up apart from the start, which may be large
   for (const Vec3 direction : directions(chain)) {
     const Vec3 before = chain.start + chain.length * way;
     way += direction;
-    course.joints.push_back(chain.start + chain.length * way);
-    course.links.push_back({0.5 * (before + course.joints.back()), turned_to(direction)});
-    course.lengths.push_back(chain.length);
+    layout.joints.push_back(chain.start + chain.length * way);
+    layout.links.push_back({0.5 * (before + layout.joints.back()), turned_to(direction)});
+    layout.lengths.push_back(chain.length);
   }
-  return course;
+  return layout;
 }
 
-ChainCourse along_path(const ChainRecipe& chain) {
-  ChainCourse course;
-  course.joints = chain.path;
-  if (chain.closed) course.joints.push_back(chain.path.front());
-  for (std::size_t i = 0; i + 1 < course.joints.size(); ++i) {
-    const Vec3 from = course.joints[i], to = course.joints[i + 1];
-    course.lengths.push_back(glm::length(to - from));
-    course.links.push_back({0.5 * (from + to), turned_to((to - from) / course.lengths.back())});
+ChainLayout along_path(const ChainRecipe& chain) {
+  ChainLayout layout;
+  layout.joints = chain.path;
+  if (chain.closed) layout.joints.push_back(chain.path.front());
+  for (std::size_t i = 0; i + 1 < layout.joints.size(); ++i) {
+    const Vec3 from = layout.joints[i], to = layout.joints[i + 1];
+    layout.lengths.push_back(glm::length(to - from));
+    layout.links.push_back({0.5 * (from + to), turned_to((to - from) / layout.lengths.back())});
   }
-  return course;
+  return layout;
 }
 
 /// The axis about which the chain bends most, or nothing if it is straight.
-std::optional<Vec3> bend_axis(const ChainCourse& course) {
+std::optional<Vec3> bend_axis(const ChainLayout& layout) {
   Vec3 sum(0), size(0);
-  for (std::size_t i = 0; i + 2 < course.joints.size(); ++i) {
-    const Vec3 a = course.joints[i + 1] - course.joints[i],
-               b = course.joints[i + 2] - course.joints[i + 1];
+  for (std::size_t i = 0; i + 2 < layout.joints.size(); ++i) {
+    const Vec3 a = layout.joints[i + 1] - layout.joints[i],
+               b = layout.joints[i + 2] - layout.joints[i + 1];
     sum += glm::cross(a, b), size.x += glm::dot(a, a);
   }
   if (glm::length(sum) < 1e-9 * size.x) return std::nullopt;
@@ -119,30 +119,30 @@ std::optional<Vec3> bend_axis(const ChainCourse& course) {
 
 }  // namespace
 
-Vec3 ChainCourse::middle(bool closed) const {
+Vec3 ChainLayout::middle(bool closed) const {
   if (!closed) return 0.5 * (joints.front() + joints.back());
   Vec3 sum(0);
   for (const Pose& link : links) sum += link.position;
   return sum / static_cast<Real>(links.size());
 }
 
-ChainCourse course_of(const ChainRecipe& chain) {
-  ChainCourse course = chain.path.empty() ? equal_links(chain) : along_path(chain);
+ChainLayout layout_of(const ChainRecipe& chain) {
+  ChainLayout layout = chain.path.empty() ? equal_links(chain) : along_path(chain);
   std::optional<Vec3> axis = chain.axis;
   const bool bends = info_of(chain.turn.kind).uses_axes || chain.closed || !chain.path.empty();
-  if (!axis && bends) axis = bend_axis(course);
-  if (!axis) return course;
-  for (std::size_t i = 0; i < course.links.size(); ++i)
-    course.links[i].rotation =
-        turned_to(glm::normalize(course.joints[i + 1] - course.joints[i]), *axis);
-  return course;
+  if (!axis && bends) axis = bend_axis(layout);
+  if (!axis) return layout;
+  for (std::size_t i = 0; i < layout.links.size(); ++i)
+    layout.links[i].rotation =
+        turned_to(glm::normalize(layout.joints[i + 1] - layout.joints[i]), *axis);
+  return layout;
 }
 
 Quat chain_axes(JointKind kind) {
   const Vec3 along(0, -1, 0), out(0, 0, 1);
   const bool bends = turns_of(kind) == Turns::about_x;
-  const Mat3 axes = bends ? Mat3(out, along, glm::cross(out, along))
-                                             : Mat3(along, out, glm::cross(along, out));
+  const Mat3 axes =
+      bends ? Mat3(out, along, glm::cross(out, along)) : Mat3(along, out, glm::cross(along, out));
   return glm::normalize(glm::quat_cast(axes));
 }
 

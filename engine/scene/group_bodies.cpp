@@ -9,13 +9,13 @@ namespace pantin {
 namespace {
 
 /// A body as its recipe says, its own frame at `own`.
-PlacedBody laid_out(const BodyRecipe& recipe, const ElementId& id, const Pose& own) {
-  PlacedBody p;
-  p.name = recipe.name, p.at = id, p.matter = &recipe.matter;
+BuiltBody laid_out(const BodyRecipe& recipe, const ElementId& id, const Pose& own) {
+  BuiltBody p;
+  p.name = recipe.name, p.at = id, p.mass_properties = &recipe.mass_properties;
   p.solver = recipe.solver ? &*recipe.solver : nullptr;
-  p.body.pose = recipe.matter.is_moved ? compose(own, recipe.matter.centre) : own;
-  p.body.velocity = recipe.velocity, p.body.spin = recipe.spin;
-  p.body.mass = recipe.matter.mass, p.body.inertia = recipe.matter.inertia;
+  p.body.pose = recipe.mass_properties.is_moved ? compose(own, recipe.mass_properties.centre) : own;
+  p.body.velocity = recipe.velocity, p.body.angular_velocity = recipe.angular_velocity;
+  p.body.mass = recipe.mass_properties.mass, p.body.inertia = recipe.mass_properties.inertia;
   p.body.drag = recipe.drag, p.body.gravity_scale = recipe.gravity_scale;
   p.body.motion = recipe.motion;
   p.collision = recipe.collision ? &*recipe.collision : nullptr;
@@ -24,7 +24,7 @@ PlacedBody laid_out(const BodyRecipe& recipe, const ElementId& id, const Pose& o
 
 }  // namespace
 
-std::uint32_t GroupBuilder::add(PlacedBody body) {
+std::uint32_t GroupBuilder::add(BuiltBody body) {
   context_.poll();
   const auto place = static_cast<std::uint32_t>(made_.bodies.size());
   made_.bodies.push_back(std::move(body));
@@ -37,18 +37,18 @@ void GroupBuilder::add_body(Element<BodyRecipe> e) { add(laid_out(e.recipe, e.id
 void GroupBuilder::add_links_of(Element<ChainRecipe> e) {
   const ChainRecipe& chain = e.recipe;
   first_links_.push_back(static_cast<std::uint32_t>(made_.bodies.size()));
-  const ChainCourse course = course_of(chain);
-  const Vec3 middle = course.middle(chain.closed);
+  const ChainLayout layout = layout_of(chain);
+  const Vec3 middle = layout.middle(chain.closed);
   Real factor = 1;
   bool is_whole = true;
-  for (std::size_t i = 0; i < course.links.size(); ++i) {
-    PlacedBody p = laid_out(chain.link, e.id, course.links[i]);
+  for (std::size_t i = 0; i < layout.links.size(); ++i) {
+    BuiltBody p = laid_out(chain.link, e.id, layout.links[i]);
     p.name = chain.name + "/" + std::to_string(i);
-    const Real own = factor * (i + 1 == course.links.size() ? chain.tip_mass_factor : 1);
+    const Real own = factor * (i + 1 == layout.links.size() ? chain.tip_mass_factor : 1);
     p.body.mass *= own, p.body.inertia *= own;
     factor *= chain.mass_ratio;
-    // The chain starts as one rigid thing that turns about its middle.
-    p.body.velocity += glm::cross(p.body.spin, p.body.pose.position - middle);
+    // The chain starts as a rigid body rotating about its middle.
+    p.body.velocity += glm::cross(p.body.angular_velocity, p.body.pose.position - middle);
     if (!chain.materials.empty()) p.material = chain.materials[i % chain.materials.size()];
     if (is_whole && (!std::isfinite(p.body.mass) || !is_possible_inertia(p.body.inertia))) {
       messages_.error(e.id, "",
@@ -60,29 +60,29 @@ void GroupBuilder::add_links_of(Element<ChainRecipe> e) {
   }
 }
 
-void GroupBuilder::add_drive(Element<DriveRecipe> e) {
+void GroupBuilder::add_drive(Element<PathRecipe> e) {
   const auto place = body(e.recipe.body, e.id, "body");
   if (!place) return;
-  PlacedBody& driven = made_.bodies[*place];
-  const auto refuse = [&](const char* expected) {
+  BuiltBody& driven = made_.bodies[*place];
+  const auto error = [&](const char* expected) {
     messages_.error(e.id, "body", "found " + quoted_name(e.recipe.body) + ", expected " + expected);
   };
-  if (driven.body.motion != Motion::driven) return refuse("a body whose \"motion\" is \"driven\"");
-  if (driven.is_driven_by_path) return refuse("a body without another drive");
+  if (driven.body.motion != Motion::driven) return error("a body whose \"motion\" is \"driven\"");
+  if (driven.is_driven_by_path) return error("a body without another path");
   driven.is_driven_by_path = true;
-  PlacedDrive placed{e.id, *place, {}};
+  BuiltPath placed{e.id, *place, {}};
   if (e.recipe.keys.empty()) {
-    placed.drive.path = sway_of(e.recipe, driven.body.pose);
+    placed.path.curve = sway_of(e.recipe, driven.body.pose);
   } else {
     const Keyframes path = keyframes_of(e.recipe, driven.body.pose);
-    refuse_open_loop(e.id, path);
-    placed.drive.path = path;
+    check_loop(e.id, path);
+    placed.path.curve = path;
   }
-  driven.body.pose = pose_at(placed.drive, 0);
-  made_.drives.push_back(std::move(placed));
+  driven.body.pose = pose_at(placed.path, 0);
+  made_.paths.push_back(std::move(placed));
 }
 
-void GroupBuilder::refuse_open_loop(const ElementId& at, const Keyframes& path) {
+void GroupBuilder::check_loop(const ElementId& at, const Keyframes& path) {
   const Pose &first = path.keys.front().pose, &last = path.keys.back().pose;
   const Real gap = glm::length(last.position - first.position);
   const Real turn = glm::length(rotation_vector(last.rotation * glm::conjugate(first.rotation)));

@@ -4,11 +4,11 @@
 
 namespace pantin {
 
-Assembly build_group(BuildContext& context, const Group& group, std::uint32_t number) {
+BuiltScene build_group(BuildContext& context, const Group& group, std::uint32_t number) {
   return GroupBuilder(context, group, number).build();
 }
 
-Assembly GroupBuilder::build() {
+BuiltScene GroupBuilder::build() {
   using B = GroupBuilder;
   gather_names();
   if (!make_space()) return std::move(made_);
@@ -16,11 +16,11 @@ Assembly GroupBuilder::build() {
   each(group_.chains, ElementKind::chain, &B::add_links_of);
   each(group_.instances, ElementKind::instance, &B::add_instance);
   each(group_.grids, ElementKind::grid, &B::add_grid);
-  each(group_.drives, ElementKind::drive, &B::add_drive);
+  each(group_.paths, ElementKind::drive, &B::add_drive);
   each(group_.chains, ElementKind::chain, &B::add_joints_of);
   each(group_.joints, ElementKind::joint, &B::add_joint);
-  each(group_.ratios, ElementKind::ratio, &B::add_ratio);
-  each(group_.strings, ElementKind::string, &B::add_string);
+  each(group_.gears, ElementKind::ratio, &B::add_gear);
+  each(group_.cables, ElementKind::string, &B::add_cable);
   each(group_.pins, ElementKind::pin, &B::add_pin);
   return std::move(made_);
 }
@@ -34,7 +34,7 @@ void GroupBuilder::gather_names() {
       if (!x.name.empty()) own_names_.insert(x.name);
   };
   note(group_.bodies), note(group_.instances), note(group_.chains);
-  note(group_.joints), note(group_.ratios), note(group_.strings), note(group_.pins);
+  note(group_.joints), note(group_.gears), note(group_.cables), note(group_.pins);
   for (const GridRecipe& grid : group_.grids) own_names_.insert(grid.each.name);
 }
 
@@ -73,7 +73,7 @@ std::optional<std::uint32_t> GroupBuilder::body(const std::string& name, const E
   return look_up(bodies_, name, {from, member, "the name of a body"});
 }
 
-/// A name of the form "a-b" for what has none of its own.
+/// A name of the form "a-b" for an object without a name.
 std::string GroupBuilder::name_for(const std::string& given, const std::string& a,
                                    const std::string& b) {
   if (!given.empty()) return given;
@@ -97,10 +97,10 @@ const BuiltPrefab* GroupBuilder::prefab_of(const InstanceRecipe& instance, const
 bool GroupBuilder::make_space() {
   BuildCount count;
   count.bodies = static_cast<Real>(group_.bodies.size());
-  count.links = static_cast<Real>(group_.joints.size() + group_.ratios.size() +
-                                  group_.strings.size() + group_.pins.size());
+  count.links = static_cast<Real>(group_.joints.size() + group_.gears.size() +
+                                  group_.cables.size() + group_.pins.size());
   for (const BodyRecipe& b : group_.bodies)
-    count.parts += static_cast<Real>(b.matter.shapes.size());
+    count.parts += static_cast<Real>(b.mass_properties.shapes.size());
   bool good = true;
   const auto see = [&](const BuildCount& more, Real times, const ElementId& id) {
     count.add(more, times);
@@ -109,7 +109,7 @@ bool GroupBuilder::make_space() {
   for (std::uint32_t i = 0; i < group_.chains.size(); ++i) {
     const ChainRecipe& chain = group_.chains[i];
     const Real names = 2 * static_cast<Real>(chain.name.size() + 16);
-    const Real shapes = static_cast<Real>(chain.link.matter.shapes.size());
+    const Real shapes = static_cast<Real>(chain.link.mass_properties.shapes.size());
     count.links += 1;
     see({1, 1, shapes, 0, names}, chain.links, {ElementKind::chain, number_, i});
   }
@@ -140,7 +140,7 @@ bool GroupBuilder::make_space() {
 
 bool GroupBuilder::fits(const BuildCount& count, const ElementId& at) {
   const auto check = [&](Real BuildCount::*which, std::size_t limit, const char* what) {
-    // Prefabs are kept whole while they are copied, so each counts once more.
+    // Prefabs are kept while they are copied, so each counts once more.
     const Real here = count.*which, all = here + context_.used.*which,
                most = static_cast<Real>(limit);
     if (here <= most && all <= 2 * most) return true;
@@ -156,7 +156,7 @@ bool GroupBuilder::fits(const BuildCount& count, const ElementId& at) {
   };
   const SceneLimits& limits = context_.limits;
   return check(&BuildCount::bodies, limits.bodies, "bodies") &&
-         check(&BuildCount::links, limits.links, "joints, ratios, strings and pins") &&
+         check(&BuildCount::links, limits.links, "joints, gears, cables and pins") &&
          check(&BuildCount::parts, limits.parts, "shapes and keyframes") &&
          check(&BuildCount::copies, limits.copies, "copies of prefabs") &&
          check(&BuildCount::name_bytes, limits.name_bytes, "bytes of names");

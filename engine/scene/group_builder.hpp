@@ -12,7 +12,7 @@
 namespace pantin {
 
 /// `number` as in ElementId.
-Assembly build_group(BuildContext& context, const Group& group, std::uint32_t number);
+BuiltScene build_group(BuildContext& context, const Group& group, std::uint32_t number);
 
 /// An element that is being built.
 template <class T>
@@ -26,7 +26,7 @@ class GroupBuilder {
   GroupBuilder(BuildContext& context, const Group& group, std::uint32_t number)
       : context_(context), messages_(context.messages), group_(group), number_(number) {}
 
-  Assembly build();
+  BuiltScene build();
 
  private:
   /// Calls a member function for each element of a list.
@@ -63,11 +63,11 @@ class GroupBuilder {
   const BuiltPrefab* prefab_of(const InstanceRecipe& instance, const ElementId& id);
 
   // Bodies and their paths: group_bodies.cpp.
-  std::uint32_t add(PlacedBody body);
+  std::uint32_t add(BuiltBody body);
   void add_body(Element<BodyRecipe> e);
   void add_links_of(Element<ChainRecipe> e);
-  void add_drive(Element<DriveRecipe> e);
-  void refuse_open_loop(const ElementId& at, const Keyframes& path);
+  void add_drive(Element<PathRecipe> e);
+  void check_loop(const ElementId& at, const Keyframes& path);
 
   // Copies of prefabs: group_copies.cpp.
   struct Copy;
@@ -80,17 +80,17 @@ class GroupBuilder {
   bool can_tie(const Ends& ends);
   void add_joints_of(Element<ChainRecipe> e);
   void add_joint(Element<JointRecipe> e);
-  void add_ratio(Element<RatioRecipe> e);
+  void add_gear(Element<GearRecipe> e);
   bool slides(const std::optional<bool>& asked, std::uint32_t joint, const Wanted& place);
-  void add_string(Element<StringRecipe> e);
+  void add_cable(Element<CableRecipe> e);
   void add_pin(Element<PinRecipe> e);
-  bool hold_on(Element<PinRecipe> e, PlacedPin& placed);
+  bool hold_on(Element<PinRecipe> e, BuiltPin& placed);
 
   BuildContext& context_;
   BuildMessages& messages_;
   const Group& group_;
   std::uint32_t number_;
-  Assembly made_;
+  BuiltScene made_;
   Places bodies_, joints_;                                   // by name; joints once asked for
   std::vector<std::uint32_t> first_links_;                   // by chain: its first body
   std::vector<const BuiltPrefab*> of_instances_, of_grids_;  // null: broken

@@ -6,9 +6,9 @@
 namespace pantin {
 namespace {
 
-/// A pose moved by a rigid motion; one without a turn leaves rotations as they are to the last bit.
+/// A pose moved by a rigid motion; a pure translation keeps rotations bit for bit.
 Pose placed(const Pose& by, const Pose& pose) {
-  if (by.rotation == kNoTurn) return {by.position + pose.position, pose.rotation};
+  if (by.rotation == kIdentity) return {by.position + pose.position, pose.rotation};
   return compose(by, pose);
 }
 
@@ -16,7 +16,7 @@ Pose placed(const Pose& by, const Pose& pose) {
 
 /// One copy of a prefab.
 struct GroupBuilder::Copy {
-  const Assembly& part;
+  const BuiltScene& part;
   const InstanceRecipe& instance;
   std::string prefix;  // of names
   Pose at;
@@ -26,7 +26,7 @@ struct GroupBuilder::Copy {
 void GroupBuilder::add_instance(Element<InstanceRecipe> e) {
   const InstanceRecipe& instance = e.recipe;
   if (const BuiltPrefab* prefab = of_instances_[e.id.index])
-    copy({prefab->assembly, instance, instance.name + "/", instance.pose, instance.time_offset});
+    copy({prefab->built, instance, instance.name + "/", instance.pose, instance.time_offset});
 }
 
 void GroupBuilder::add_grid(Element<GridRecipe> e) {
@@ -41,7 +41,7 @@ void GroupBuilder::add_grid(Element<GridRecipe> e) {
                                z - (grid.count[2] - 1) / 2.0);
         const Pose at{to_world(grid.each.pose, from_middle * grid.spacing),
                       grid.each.pose.rotation};
-        copy({prefab->assembly, grid.each, grid.each.name + "/" + std::to_string(copies) + "/", at,
+        copy({prefab->built, grid.each, grid.each.name + "/" + std::to_string(copies) + "/", at,
               copies * grid.each.time_offset});
         ++copies;
       }
@@ -60,42 +60,41 @@ void GroupBuilder::copy(const Copy& how) {
   const auto moved_axes = [&](std::uint32_t body, Quat axes) {
     return body == kWorldBody ? glm::normalize(how.at.rotation * axes) : axes;
   };
-  for (const PlacedBody& b : how.part.bodies) {
-    PlacedBody p = b;
+  for (const BuiltBody& b : how.part.bodies) {
+    BuiltBody p = b;
     p.name.insert(0, how.prefix);
     p.body.pose = placed(how.at, b.body.pose);
     p.body.velocity = how.at.rotation * b.body.velocity;
-    p.body.spin = how.at.rotation * b.body.spin;
+    p.body.angular_velocity = how.at.rotation * b.body.angular_velocity;
     if (how.instance.solver) p.solver = &*how.instance.solver;
     add(std::move(p));
   }
-  for (const PlacedJoint& j : how.part.joints) {
-    PlacedJoint& p = made_.joints.emplace_back(j);
+  for (const BuiltJoint& j : how.part.joints) {
+    BuiltJoint& p = made_.joints.emplace_back(j);
     p.name.insert(0, how.prefix);
     p.a = moved_place(j.a), p.b = moved_place(j.b);
     p.joint.anchor_a = moved_anchor(j.a, j.joint.anchor_a);
     p.joint.anchor_b = moved_anchor(j.b, j.joint.anchor_b);
     p.joint.frames.set(moved_axes(j.a, j.joint.frames.a()), moved_axes(j.b, j.joint.frames.b()));
-    if (j.drive) p.drive = hastened(*j.drive, how.ahead);
+    if (j.drive) p.drive = shifted(*j.drive, how.ahead);
   }
-  for (const PlacedRatio& r : how.part.ratios)
-    made_.ratios.push_back(
+  for (const BuiltGear& r : how.part.gears)
+    made_.gears.push_back(
         {how.prefix + r.name, r.at, first_joint + r.first, first_joint + r.second, r.ratio});
-  for (const PlacedString& s : how.part.strings) {
-    PlacedString& p = made_.strings.emplace_back(s);
+  for (const BuiltCable& s : how.part.cables) {
+    BuiltCable& p = made_.cables.emplace_back(s);
     p.name.insert(0, how.prefix);
     p.a = moved_place(s.a), p.b = moved_place(s.b);
     p.joint.anchor_a = moved_anchor(s.a, s.joint.anchor_a);
     p.joint.anchor_b = moved_anchor(s.b, s.joint.anchor_b);
   }
-  for (const PlacedPin& p : how.part.pins) {
+  for (const BuiltPin& p : how.part.pins) {
     made_.pins.push_back(
         {how.prefix + p.name, p.at, moved_place(p.body), p.pin, moved_place(p.to)});
     if (p.to == kWorldBody) made_.pins.back().pin.target = to_world(how.at, p.pin.target);
   }
-  for (const PlacedDrive& d : how.part.drives)
-    made_.drives.push_back(
-        {d.at, moved_place(d.body), hastened(moved(d.drive, how.at), how.ahead)});
+  for (const BuiltPath& d : how.part.paths)
+    made_.paths.push_back({d.at, moved_place(d.body), shifted(moved(d.path, how.at), how.ahead)});
 }
 
 }  // namespace pantin

@@ -30,14 +30,14 @@ void GroupBuilder::add_joint(Element<JointRecipe> e) {
   const JointRecipe& recipe = e.recipe;
   const auto a = body_or_world(recipe.a, e.id, "a"), b = body_or_world(recipe.b, e.id, "b");
   if (!a || !b || !can_tie({e.id, recipe.a, recipe.b, *a, *b})) return;
-  PlacedJoint placed{name_for(recipe.name, recipe.a, recipe.b),
-                     e.id,
-                     *a,
-                     *b,
-                     joint_of(made_, recipe, *a, *b),
-                     recipe.turn.drive};
+  BuiltJoint placed{name_for(recipe.name, recipe.a, recipe.b),
+                    e.id,
+                    *a,
+                    *b,
+                    joint_of(made_, recipe, *a, *b),
+                    recipe.turn.drive};
   const Parameter* measured = info_of(placed.joint.kind).measured();
-  if (measured && !recipe.turn.length && !(measured->value(placed.joint.extras.edit()) > 0))
+  if (measured && !recipe.turn.length && !(measured->value(placed.joint.parameters.edit()) > 0))
     messages_.error(e.id, "",
                     "found " + a_joint(placed.joint.kind) +
                         " whose ends start at one point, expected a \"" +
@@ -50,22 +50,22 @@ void GroupBuilder::add_joint(Element<JointRecipe> e) {
 bool GroupBuilder::slides(const std::optional<bool>& asked, std::uint32_t joint,
                           const Wanted& place) {
   const JointKind kind = made_.joints[joint].joint.kind;
-  const bool turns = info_of(kind).is_used(Coordinate::turn, kGeared);
-  const bool can_slide = info_of(kind).is_used(Coordinate::slide, kGeared);
+  const bool turns = info_of(kind).is_used(Coordinate::angle, kGeared);
+  const bool can_slide = info_of(kind).is_used(Coordinate::travel, kGeared);
   const bool slides = asked.value_or(can_slide && !turns);
   if (slides ? can_slide : turns) return slides;
-  messages_.error(place.from, place.member,
-                  "found the " + std::string(slides ? "slide" : "turn") + " of " + a_joint(kind) +
-                      ", expected a joint that " +
-                      (slides ? "slides: " : "turns about one axis: ") +
-                      kinds_where([&](const JointKindInfo& info) {
-                        return info.is_used(slides ? Coordinate::slide : Coordinate::turn, kGeared);
-                      }));
+  messages_.error(
+      place.from, place.member,
+      "found the " + std::string(slides ? "travel" : "angle") + " of " + a_joint(kind) +
+          ", expected a joint that " + (slides ? "slides: " : "turns about one axis: ") +
+          kinds_where([&](const JointKindInfo& info) {
+            return info.is_used(slides ? Coordinate::travel : Coordinate::angle, kGeared);
+          }));
   return slides;
 }
 
-void GroupBuilder::add_ratio(Element<RatioRecipe> e) {
-  const RatioRecipe& recipe = e.recipe;
+void GroupBuilder::add_gear(Element<GearRecipe> e) {
+  const GearRecipe& recipe = e.recipe;
   if (joints_.empty())  // all joints are made by now
     for (std::uint32_t i = 0; i < made_.joints.size(); ++i)
       joints_.emplace(made_.joints[i].name, i);
@@ -80,20 +80,20 @@ void GroupBuilder::add_ratio(Element<RatioRecipe> e) {
         "found " + quoted_name(recipe.second) + ", expected another joint than the first");
     return;
   }
-  PlacedRatio placed{name_for(recipe.name, recipe.first, recipe.second), e.id, *first, *second, {}};
-  Ratio& r = placed.ratio;
-  r.slides_first = slides(recipe.slides_first, *first, at_first);
-  r.slides_second = slides(recipe.slides_second, *second, at_second);
+  BuiltGear placed{name_for(recipe.name, recipe.first, recipe.second), e.id, *first, *second, {}};
+  Gear& r = placed.ratio;
+  r.first_travels = slides(recipe.first_travels, *first, at_first);
+  r.second_travels = slides(recipe.second_travels, *second, at_second);
   r.ratio = recipe.ratio, r.has_offset = recipe.offset.has_value();
   r.offset = recipe.offset.value_or(0) * (recipe.in_degrees ? kPi / 180 : 1);
-  if (recipe.in_degrees && r.slides_second)
+  if (recipe.in_degrees && r.second_travels)
     messages_.error(e.id, "", "found \"offset_deg\" of a slide, expected \"offset\" in m");
-  made_.ratios.push_back(std::move(placed));
+  made_.gears.push_back(std::move(placed));
 }
 
 void GroupBuilder::add_joints_of(Element<ChainRecipe> e) {
   const ChainRecipe& chain = e.recipe;
-  const ChainCourse course = course_of(chain);
+  const ChainLayout layout = layout_of(chain);
   const auto attach = [&](const std::optional<std::string>& to, const char* member,
                           const char* name, ChainEnd end) {
     const auto body = to ? body_or_world(*to, e.id, member) : std::nullopt;
@@ -106,15 +106,15 @@ void GroupBuilder::add_joints_of(Element<ChainRecipe> e) {
       made_.joints.push_back({chain.name + "/" + name, e.id, end.body, end.link,
                               chain_end_joint(made_, chain.turn, end), chain.turn.drive});
   };
-  // Anchors are taken in the links' own frames, so that equal links are alike to the last bit.
+  // Anchors are computed in the links' own frames, so that equal links agree bit for bit.
   const std::uint32_t first = first_links_[e.id.index];
   const auto links = static_cast<std::uint32_t>(chain.links);
   const auto end_of = [&](std::uint32_t i, Real side) {
-    return from_own_frame(made_, first, {0, side * course.lengths[i] / 2, 0});
+    return from_own_frame(made_, first, {0, side * layout.lengths[i] / 2, 0});
   };
-  attach(chain.attach, "attach", "top", {0, first, course.joints.front(), end_of(0, 1)});
+  attach(chain.attach, "attach", "top", {0, first, layout.joints.front(), end_of(0, 1)});
   Joint joint = chain_joint(made_, chain.turn, first);
-  const auto tie = [&](std::uint32_t a, std::uint32_t b, const std::optional<PoseDrive>& drive) {
+  const auto tie = [&](std::uint32_t a, std::uint32_t b, const std::optional<JointDrive>& drive) {
     context_.poll();
     joint.anchor_a = end_of(a, -1), joint.anchor_b = end_of(b, 1);
     made_.joints.push_back({chain.name + "/" + std::to_string(a) + "-" + std::to_string(b), e.id,
@@ -122,19 +122,19 @@ void GroupBuilder::add_joints_of(Element<ChainRecipe> e) {
   };
   for (std::uint32_t i = 1; i < links; ++i) tie(i - 1, i, chain.turn.drive);
   if (chain.closed) {
-    // Of a joint that closes a loop only the point is held, so it claims no more.
-    joint.kind = JointKind::ball, joint.limits = {}, joint.extras = {};
+    // A joint that closes a loop constrains its point only, hence a ball joint.
+    joint.kind = JointKind::ball, joint.limits = {}, joint.parameters = {};
     tie(links - 1, 0, std::nullopt);
   }
   attach(chain.end_attach, "end_attach", "end",
-         {0, first + links - 1, course.joints.back(), end_of(links - 1, -1)});
+         {0, first + links - 1, layout.joints.back(), end_of(links - 1, -1)});
 }
 
-void GroupBuilder::add_string(Element<StringRecipe> e) {
-  const StringRecipe& recipe = e.recipe;
+void GroupBuilder::add_cable(Element<CableRecipe> e) {
+  const CableRecipe& recipe = e.recipe;
   const auto a = body_or_world(recipe.a, e.id, "a"), b = body_or_world(recipe.b, e.id, "b");
   if (!a || !b || !can_tie({e.id, recipe.a, recipe.b, *a, *b})) return;
-  StringJoint joint;
+  CableParameters joint;
   joint.anchor_a = anchor_of(made_, *a, recipe.at_a);
   joint.anchor_b = anchor_of(made_, *b, recipe.at_b);
   joint.compliance = recipe.compliance;
@@ -142,11 +142,10 @@ void GroupBuilder::add_string(Element<StringRecipe> e) {
       glm::length(to_scene(made_, *b, joint.anchor_b) - to_scene(made_, *a, joint.anchor_a));
   joint.length = recipe.length.value_or(recipe.slack * span);
   if (!(joint.length > 0)) {
-    messages_.error(e.id, "",
-                    "found a string whose ends start at one point, expected a \"length\"");
+    messages_.error(e.id, "", "found a cable whose ends start at one point, expected a \"length\"");
     return;
   }
-  made_.strings.push_back({name_for(recipe.name, recipe.a, recipe.b), e.id, *a, *b, joint});
+  made_.cables.push_back({name_for(recipe.name, recipe.a, recipe.b), e.id, *a, *b, joint});
 }
 
 void GroupBuilder::add_pin(Element<PinRecipe> e) {
@@ -159,7 +158,7 @@ void GroupBuilder::add_pin(Element<PinRecipe> e) {
                         ", expected a dynamic body: this one is not moved by pins");
     return;
   }
-  PlacedPin placed{recipe.name, e.id, *held, recipe.pin};
+  BuiltPin placed{recipe.name, e.id, *held, recipe.pin};
   placed.pin.anchor = anchor_of(made_, *held, recipe.point);
   placed.pin.target = recipe.target.value_or(to_scene(made_, *held, placed.pin.anchor));
   if (recipe.to && !hold_on(e, placed)) return;
@@ -167,8 +166,8 @@ void GroupBuilder::add_pin(Element<PinRecipe> e) {
   made_.pins.push_back(std::move(placed));
 }
 
-/// Brings a pin's target into the frame of the body it holds on to.
-bool GroupBuilder::hold_on(Element<PinRecipe> e, PlacedPin& placed) {
+/// Transforms a pin's target into the frame of the other body.
+bool GroupBuilder::hold_on(Element<PinRecipe> e, BuiltPin& placed) {
   const PinRecipe& recipe = e.recipe;
   const auto to = body(*recipe.to, e.id, "to");
   if (!to) return false;

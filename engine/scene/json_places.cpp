@@ -24,7 +24,7 @@ void JsonPlaces::error(const ElementId& at, std::string_view member, std::string
     place = part;
     member.remove_prefix(std::min(end + 1, member.size()));
   }
-  complaints_.refuse(place, std::move(message));
+  complaints_.error(place, std::move(message));
 }
 
 void JsonPlaces::warn(const ElementId& at, std::string_view kind, std::string message) {

@@ -5,24 +5,24 @@
 #include <vector>
 
 #include "engine/scene/build_messages.hpp"
-#include "engine/scene/complaints.hpp"
+#include "engine/scene/diagnostics.hpp"
 #include "engine/scene/recipe.hpp"
 
 namespace pantin {
 
 class JsonPlaces final : public BuildMessages {
  public:
-  JsonPlaces(const JsonDocument& json, Complaints& complaints)
-      : json_(json), complaints_(complaints) {}
+  JsonPlaces(const JsonDocument& json, Diagnostics& diagnostics)
+      : json_(json), complaints_(diagnostics) {}
 
   /// Notes where the next element of a kind stands, group by group.
   void add(std::uint32_t group, ElementKind kind, NodeId node);
   NodeId node(const ElementId& at) const;
-  Complaints& complaints() { return complaints_; }
+  Diagnostics& diagnostics() { return complaints_; }
 
   void error(const ElementId& at, std::string_view member, std::string message) override;
   void warn(const ElementId& at, std::string_view kind, std::string message) override;
-  std::size_t errors() const override { return complaints_.refused(); }
+  std::size_t errors() const override { return complaints_.error_count(); }
   Hints& hints() override { return complaints_.hints; }
 
  private:
@@ -30,7 +30,7 @@ class JsonPlaces final : public BuildMessages {
   using Nodes = std::array<std::vector<NodeId>, kKinds>;
 
   const JsonDocument& json_;
-  Complaints& complaints_;
+  Diagnostics& complaints_;
   std::vector<Nodes> groups_;
 };
 

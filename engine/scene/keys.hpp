@@ -1,6 +1,6 @@
 #pragma once
-/// THE list of keys a scene file may use, kind of object by kind of object. The reader refuses all
-/// others; the JSON Schema has the same names under $defs, which a test compares.
+/// The keys of a scene file by kind of object. The reader rejects all others. The JSON Schema has
+/// the same names under $defs, which a test compares.
 #include <algorithm>
 #include <array>
 #include <span>
@@ -11,7 +11,7 @@
 namespace pantin {
 
 struct KeySet {
-  std::string_view what;  // the kind of object, as complaints name it
+  std::string_view what;  // the kind of object, as errors name it
   std::span<const std::string_view> keys;
 };
 
@@ -19,16 +19,28 @@ namespace keys {
 
 using K = const std::string_view[];
 
-inline constexpr K kScene{"$schema",  "version",   "title",       "gravity", "step",
-                          "substeps", "duration",  "drift_bound", "solver",  "materials",
-                          "bodies",   "joints",    "cables",      "pins",    "paths",
-                          "prefabs",  "instances", "generators",  "camera",  "light",
-                          "ground",   "output",    "collision",   "collision_groups",
-                          "gears"};
-inline constexpr K kSolver{"type",    "rotation_stiffness",  "calm_angle_deg", "reservoir_time",
-                           "sweeps",  "tolerance",       "stall_drop",     "tension_stiffness",
-                           "limiter", "paper_reluctance", "active_set_iterations", "sleep_speed",
-                           "integrator", "stabilisation", "baumgarte",     "step_tolerance",
+inline constexpr K kScene{
+    "$schema",  "version",     "title",  "gravity",   "step",      "substeps",
+    "duration", "drift_bound", "solver", "materials", "bodies",    "joints",
+    "cables",   "pins",        "paths",  "prefabs",   "instances", "generators",
+    "camera",   "light",       "ground", "output",    "collision", "collision_groups",
+    "gears"};
+inline constexpr K kSolver{"type",
+                           "rotation_stiffness",
+                           "calm_angle_deg",
+                           "reservoir_time",
+                           "sweeps",
+                           "tolerance",
+                           "stall_drop",
+                           "tension_stiffness",
+                           "limiter",
+                           "paper_reluctance",
+                           "active_set_iterations",
+                           "sleep_speed",
+                           "integrator",
+                           "stabilisation",
+                           "baumgarte",
+                           "step_tolerance",
                            "damping_ratio"};
 inline constexpr K kMaterial{"name", "colour", "roughness", "metallic"};
 inline constexpr K kBody{
@@ -59,19 +71,19 @@ inline constexpr auto kJointParameters = [] {
   return keys;
 }();
 
-inline constexpr K kEveryJoint{"name",     "type",     "kind",     "a",      "b",        "anchor",
-                          "anchor_a", "anchor_b", "axis",     "across", "axis_a",   "across_a",
-                          "axis_b",   "across_b", "rest",     "rest_deg", "limits", "drive",
-                          "point_a",  "point_b",  "spring",   "friction", "motor",    "angle",
-                          "travel"};
+inline constexpr K kEveryJoint{"name",     "type",     "kind",     "a",        "b",
+                               "anchor",   "anchor_a", "anchor_b", "axis",     "across",
+                               "axis_a",   "across_a", "axis_b",   "across_b", "rest",
+                               "rest_deg", "limits",   "drive",    "point_a",  "point_b",
+                               "spring",   "friction", "motor",    "angle",    "travel"};
 inline constexpr auto kJoint = [] {
   std::array<std::string_view, std::size(kEveryJoint) + kParameterCount> keys;
   std::ranges::copy(kJointParameters, std::ranges::copy(kEveryJoint, keys.begin()).out);
   return keys;
 }();
-inline constexpr K kLimits{"angle",     "angle_deg", "twist", "twist_deg", "cone",
-                           "cone_deg",  "swing",     "swing_deg", "first", "first_deg",
-                           "second",    "second_deg", "soft",  "travel",    "restitution"};
+inline constexpr K kLimits{"angle",    "angle_deg",  "twist",     "twist_deg", "cone",
+                           "cone_deg", "swing",      "swing_deg", "first",     "first_deg",
+                           "second",   "second_deg", "soft",      "travel",    "restitution"};
 inline constexpr K kSoft{"zone", "zone_deg", "stiffness", "damping"};
 inline constexpr K kSpring{"stiffness", "damping", "rest", "rest_deg"};
 inline constexpr K kFriction{"viscous", "dry", "slip"};
@@ -79,20 +91,21 @@ inline constexpr K kMotor{"velocity", "velocity_deg", "position", "position_deg"
                           "gain",     "damping",      "cap"};
 inline constexpr K kDof{"spring", "friction", "motor"};
 inline constexpr K kGear{"name",  "first",  "first_coordinate", "second", "second_coordinate",
-                          "ratio", "offset", "offset_deg"};
+                         "ratio", "offset", "offset_deg"};
 inline constexpr K kJointDrive{"target",  "target_deg", "angle", "angle_deg", "stiffness",
-                              "damping", "max_torque", "keys",  "loop"};
+                               "damping", "max_torque", "keys",  "loop"};
 inline constexpr K kPoseKey{"time", "target", "target_deg", "angle", "angle_deg"};
 inline constexpr K kCable{"name",    "a",       "b",      "anchor_a", "anchor_b",
-                           "point_a", "point_b", "length", "slack",    "compliance"};
-inline constexpr K kPin{"name",      "body",     "anchor", "point",    "to",
-                        "anchor_to", "target",   "priority", "grip",   "stiffness"};
+                          "point_a", "point_b", "length", "slack",    "compliance"};
+inline constexpr K kPin{"name",      "body",   "anchor",   "point", "to",
+                        "anchor_to", "target", "priority", "grip",  "stiffness"};
 inline constexpr K kPath{"body", "keyframes", "loop", "lissajous"};
 inline constexpr K kKeyframe{"time", "position", "rotation", "rotation_deg"};
-inline constexpr K kLissajous{"centre",   "amplitude",      "frequency",      "phase_deg",
-                              "rotation_deg", "rotation_frequency", "rotation_phase_deg", "rise"};
-inline constexpr K kPrefab{"name", "bodies", "joints",    "cables",
-                           "pins", "paths",  "instances", "generators", "gears"};
+inline constexpr K kLissajous{
+    "centre",       "amplitude",          "frequency",          "phase_deg",
+    "rotation_deg", "rotation_frequency", "rotation_phase_deg", "rise"};
+inline constexpr K kPrefab{"name",  "bodies",    "joints",     "cables", "pins",
+                           "paths", "instances", "generators", "gears"};
 inline constexpr K kInstance{"name",         "prefab",      "position", "rotation",
                              "rotation_deg", "time_offset", "solver"};
 inline constexpr K kGenerators{"chains", "grids", "stairs"};

@@ -18,24 +18,24 @@ namespace pantin {
 /// Surfaces made from files, by kind and path: shapes that name one file share it. Null: refused.
 using SurfaceFiles = std::map<std::pair<ShapeKind, std::string>, std::shared_ptr<const Surface>>;
 
-/// What every part of a file is read against.
+/// Context for reading a file.
 struct Reading {
   const JsonDocument& json;
-  Complaints& complaints;
+  Diagnostics& diagnostics;
   JsonPlaces& places;
   const SceneLimits& limits;
   Poll& poll;
   SurfaceFiles& surfaces;
-  std::vector<Material> materials{};  // the first is the default
+  std::vector<Material> materials{};                                  // the first is the default
   std::unordered_map<std::string_view, std::uint32_t> material_of{};  // by name, in the text
-  SolverSettings solver{};            // of the scene; bodies and instances change some of it
-  std::optional<Collision> collision{};           // of bodies that say nothing of it
-  std::vector<std::string_view> groups{};         // of collision: a name for each bit, from 0
-  std::string folder{};                           // where files that the scene names lie
+  SolverSettings solver{};                 // of the scene; bodies and instances change some of it
+  std::optional<Collision> collision{};    // of bodies without their own
+  std::vector<std::string_view> groups{};  // of collision: a name for each bit, from 0
+  std::string folder{};                    // folder of files named by the scene
 
   Reader open(NodeId node, std::string_view what) const {
     poll();
-    return Reader(json, complaints, node, keys_of(what));
+    return Reader(json, diagnostics, node, keys_of(what));
   }
 };
 
@@ -50,7 +50,7 @@ std::uint32_t read_material(const Reading& reading, const Reader& from, std::uin
 std::uint32_t find_material(const Reading& reading, NodeId node, std::uint32_t otherwise);
 
 /// A shape in the body's own frame, and its density.
-struct DenseShape {
+struct ShapeWithDensity {
   Shape shape;
   Real density = 0;  // kg/m^3
 };
@@ -59,15 +59,15 @@ struct ShapeDefaults {
   Real density = 1000;
   Motion motion = Motion::dynamic;
 };
-/// Complains of what a body of this motion cannot have. Nothing if it cannot be read.
-std::optional<DenseShape> read_shape(const Reading& reading, NodeId node,
-                                     const ShapeDefaults& otherwise);
+/// Reports what a body of this motion cannot have. Nothing if it cannot be read.
+std::optional<ShapeWithDensity> read_shape(const Reading& reading, NodeId node,
+                                           const ShapeDefaults& otherwise);
 
 /// "collision_groups" and "collision" of the whole scene.
 void read_scene_collision(Reading& reading, const Reader& scene);
 
-/// "collision": true, false or an object; what is absent is as in the scene's. Nothing for a body
-/// that is not solid; complains if one is to be solid that has no shape.
+/// "collision": true, false or an object; absent keys default to the scene's. Nothing for a body
+/// that does not collide; an error if a colliding body has no shape.
 std::optional<Collision> read_collision(const Reading& reading, const Reader& from, bool has_shapes,
                                         const std::optional<Collision>& otherwise);
 
@@ -75,21 +75,21 @@ std::optional<Collision> read_collision(const Reading& reading, const Reader& fr
 NodeId either(const Reader& from, std::string_view key);
 
 /// Measures of the kind and what acts along its freedoms: "pitch", "spring", "friction", "motor",
-/// "angle", "travel" and so on. Complains of keys that a joint of this kind cannot have.
-void read_extras(const Reading& reading, const Reader& from, TurnRecipe& turn);
+/// "angle", "travel" and so on. Reports keys that a joint of this kind cannot have.
+void read_parameters(const Reading& reading, const Reader& from, TurnRecipe& turn);
 
 /// "kind", "limits", "drive" and extras of a joint, or of the joints of a chain.
 TurnRecipe read_turn(const Reading& reading, const Reader& from);
 
-/// An angle or angles under `key` (rad) or `key`_deg, not both; false if neither is given or it does
-/// not fit.
+/// An angle or angles under `key` (rad) or `key`_deg, not both; false if neither is given or it
+/// does not fit.
 bool read_angles(const Reader& from, std::string_view key, std::span<Real> into);
 
-/// A turn of joint axes under `key` or `key`_deg: a quaternion or three angles; for a hinge one
-/// angle, for a universal joint two. Complains of turns that the kind cannot make.
+/// A rotation of joint axes under `key` or `key`_deg: a quaternion or three angles; one angle for a
+/// hinge, two for a universal joint. Reports rotations that the kind does not allow.
 std::optional<Quat> read_joint_turn(const Reader& from, std::string_view key, JointKind kind);
 
-/// A name that may be left out; complaints as for one that may not.
+/// An optional name, checked like a required one.
 inline std::string optional_name(const Reader& from) { return from.has("name") ? from.name() : ""; }
 
 inline constexpr std::string_view kBodyOrWorld = "the name of a body, or \"world\"";
@@ -97,9 +97,9 @@ inline constexpr Range kDegrees{-1e6, 1e6, "an angle in degrees, between -1e6 an
 inline constexpr Range kRadians{-1e4, 1e4, "an angle in rad, between -1e4 and 1e4"};
 inline constexpr Range kTime{-1e6, 1e6, "a time in seconds, between -1e6 and 1e6"};
 
-/// Shapes, mass, mass centre and inertia. The frame of a body that is not dynamic stays its own,
-/// since nothing turns it about its mass centre.
-Matter read_matter(const Reading& reading, const Reader& from, Motion motion);
+/// Shapes, mass, mass centre and inertia. A body that is not dynamic keeps its own frame, since
+/// nothing rotates it about its mass centre.
+BodyMassProperties read_mass_properties(const Reading& reading, const Reader& from, Motion motion);
 
 /// The name of something else: text that is not empty; complains otherwise.
 std::optional<std::string> read_reference(const Reader& from, std::string_view key,
@@ -107,10 +107,10 @@ std::optional<std::string> read_reference(const Reader& from, std::string_view k
 
 BodyRecipe read_body(const Reading& reading, NodeId node);
 std::optional<JointRecipe> read_joint(const Reading& reading, NodeId node);
-std::optional<RatioRecipe> read_ratio(const Reading& reading, NodeId node);
-std::optional<StringRecipe> read_string(const Reading& reading, NodeId node);
+std::optional<GearRecipe> read_gear(const Reading& reading, NodeId node);
+std::optional<CableRecipe> read_cable(const Reading& reading, NodeId node);
 std::optional<PinRecipe> read_pin(const Reading& reading, NodeId node);
-std::optional<DriveRecipe> read_drive(const Reading& reading, NodeId node);
+std::optional<PathRecipe> read_path(const Reading& reading, NodeId node);
 std::optional<InstanceRecipe> read_instance(const Reading& reading, NodeId node);
 std::optional<GridRecipe> read_grid(const Reading& reading, NodeId node);
 ChainRecipe read_chain(const Reading& reading, NodeId node);  // links == 0 if it cannot be read

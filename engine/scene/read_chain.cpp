@@ -19,43 +19,45 @@ void read_path(const Reading& reading, const Reader& from, ChainRecipe& chain) {
     const std::string_view both[] = {"path", key};
     from.one_of(both);
   }
-  const std::size_t refused_before = reading.complaints.refused();
+  const std::size_t refused_before = reading.diagnostics.error_count();
   const std::vector<NodeId> nodes = from.items("path");
   for (NodeId node : nodes) {
     Vec3 p(0);
-    if (!read_numbers(reading.json, reading.complaints, node, {&p.x, 3}, kAnyNumber)) continue;
+    if (!read_numbers(reading.json, reading.diagnostics, node, {&p.x, 3}, kAnyNumber)) continue;
     if (!chain.path.empty() && glm::length(p - chain.path.back()) < kSize.least)
-      reading.complaints.refuse(node, "found the point before again, expected another");
+      reading.diagnostics.error(node, "found the point before again, expected another");
     chain.path.push_back(p);
   }
   const std::size_t least = chain.closed ? 3 : 2;
   if (nodes.size() < least)
-    reading.complaints.refuse_value(from.find("path"),
-                                    chain.closed ? "three points or more of a closed chain"
-                                                 : "two points or more");
-  else if (reading.complaints.refused() == refused_before && chain.closed && glm::length(chain.path.back() - chain.path.front()) < kSize.least)
-    reading.complaints.refuse(nodes.back(), "found the first point again, expected another: a "
-                                            "closed chain returns by itself");
-  if (reading.complaints.refused() != refused_before) return;
+    reading.diagnostics.error_value(
+        from.find("path"),
+        chain.closed ? "three points or more of a closed chain" : "two points or more");
+  else if (reading.diagnostics.error_count() == refused_before && chain.closed &&
+           glm::length(chain.path.back() - chain.path.front()) < kSize.least)
+    reading.diagnostics.error(nodes.back(),
+                              "found the first point again, expected another: a "
+                              "closed chain returns by itself");
+  if (reading.diagnostics.error_count() != refused_before) return;
   chain.links = static_cast<int>(chain.path.size()) - (chain.closed ? 0 : 1);
 }
 
-/// Whether links can lie as asked; complains if not.
+/// Whether the requested layout is possible; reports an error if not.
 bool can_lie(const Reading& reading, const Reader& from, const ChainRecipe& chain, int links) {
   if (chain.closed && links < 3) {
-    reading.complaints.refuse_value(from.find("links"), "3 links or more of a closed chain");
+    reading.diagnostics.error_value(from.find("links"), "3 links or more of a closed chain");
     return false;
   }
   if (!chain.end) return true;
   const Real reach = links * chain.length, span = glm::length(*chain.end - chain.start);
   if (span <= reach * (1 + 1e-9) && (links > 1 || span >= reach * (1 - 1e-9))) return true;
-  reading.complaints.refuse(from.find("end"), "found an end " + written(span) +
+  reading.diagnostics.error(from.find("end"), "found an end " + written(span) +
                                                   " m from the start, expected one that " +
                                                   written(reach) + " m of links can meet");
   return true;  // as long as it is, so that names in it are known
 }
 
-/// How many links a chain has and how it lies; no links if it cannot be laid out.
+/// Number of links of a chain and its layout; no links if the layout is impossible.
 void read_course(const Reading& reading, const Reader& from, ChainRecipe& chain) {
   constexpr std::string_view kWays[] = {"direction", "end"};
   constexpr std::string_view kEnds[] = {"closed", "end"};
@@ -80,9 +82,10 @@ void read_attachments(const Reader& from, ChainRecipe& chain) {
   chain.attach = read_reference(from, "attach", kBodyOrWorld, false);
   chain.end_attach = read_reference(from, "end_attach", kBodyOrWorld, false);
   if (chain.closed && from.has("end_attach"))
-    from.complaints.refuse_key(from.find("end_attach"),
-                               "found \"end_attach\" of a closed chain, expected none: its end is "
-                               "its start");
+    from.diagnostics.error_at_key(
+        from.find("end_attach"),
+        "found \"end_attach\" of a closed chain, expected none: its end is "
+        "its start");
 }
 
 }  // namespace
@@ -96,14 +99,14 @@ ChainRecipe read_chain(const Reading& reading, NodeId node) {
   for (NodeId material : from.items("materials"))
     chain.materials.push_back(find_material(reading, material, 0));
   BodyRecipe& link = chain.link;
-  link.matter = read_matter(reading, from, Motion::dynamic);
+  link.mass_properties = read_mass_properties(reading, from, Motion::dynamic);
   link.velocity = from.vec("velocity", Vec3(0));
-  link.spin = from.vec("angular_velocity", Vec3(0));
+  link.angular_velocity = from.vec("angular_velocity", Vec3(0));
   link.drag = from.number("drag", link.drag, kNotNegative);
   link.gravity_scale = from.number("gravity_scale", 1, kAnyNumber);
   link.solver = read_solver(reading, from, reading.solver);
-  link.collision = read_collision(reading, from, from.has("shape") || from.has("shapes"),
-                                  reading.collision);
+  link.collision =
+      read_collision(reading, from, from.has("shape") || from.has("shapes"), reading.collision);
   chain.mass_ratio = from.number("mass_ratio", 1, kPositive);
   chain.tip_mass_factor = from.number("tip_mass_factor", 1, kPositive);
   read_attachments(from, chain);
@@ -131,7 +134,7 @@ BodyRecipe read_stairs(const Reading& reading, NodeId node) {
     Shape step{ShapeKind::box, 0.5 * Vec3(run, (i + 1) * rise, width), {}};
     step.local.position = {(i + 0.5) * run, step.size.y, 0};
     step.material = material;
-    stairs.matter.shapes.push_back(step);
+    stairs.mass_properties.shapes.push_back(step);
   }
   const std::optional<Collision> solid = reading.collision.value_or(Collision{});
   stairs.collision = read_collision(reading, from, true, solid);

@@ -18,8 +18,8 @@ std::uint32_t group_bit(const Reading& reading, NodeId node) {
   const auto it = std::find(reading.groups.begin(), reading.groups.end(), name);
   if (it != reading.groups.end() && !name.empty())
     return std::uint32_t(1) << (it - reading.groups.begin());
-  reading.complaints.refuse_value(node, "a name of \"collision_groups\", or a number from 0 to 31" +
-                                            reading.complaints.hints.of(name, reading.groups));
+  reading.diagnostics.error_value(node, "a name of \"collision_groups\", or a number from 0 to 31" +
+                                            reading.diagnostics.hints.of(name, reading.groups));
   return 0;
 }
 
@@ -48,7 +48,7 @@ std::optional<Collision> read_value(const Reading& reading, NodeId node) {
   const Collision base = reading.collision.value_or(Collision{});
   if (reading.json[node].kind == JsonKind::object) return read_details(reading, node, base);
   if (reading.json[node].kind != JsonKind::boolean)
-    reading.complaints.refuse_value(node, "true, false or an object (collision)");
+    reading.diagnostics.error_value(node, "true, false or an object (collision)");
   else if (reading.json[node].boolean)
     return base;
   return std::nullopt;
@@ -61,11 +61,11 @@ void read_scene_collision(Reading& reading, const Reader& scene) {
     const JsonNode& value = reading.json[node];
     const auto same = std::find(reading.groups.begin(), reading.groups.end(), value.text);
     if (value.kind != JsonKind::string || value.text.empty())
-      reading.complaints.refuse_value(node, "the name of a group");
+      reading.diagnostics.error_value(node, "the name of a group");
     else if (same != reading.groups.end())
-      reading.complaints.refuse_value(node, "a name that no group before has");
+      reading.diagnostics.error_value(node, "a name that no group before has");
     else if (reading.groups.size() == kGroups)
-      reading.complaints.refuse_value(node, "at most 32 groups");
+      reading.diagnostics.error_value(node, "at most 32 groups");
     else
       reading.groups.push_back(value.text);
   }
@@ -79,8 +79,9 @@ std::optional<Collision> read_collision(const Reading& reading, const Reader& fr
   if (node == kNoNode) return has_shapes ? otherwise : std::nullopt;
   const auto collision = read_value(reading, node);
   if (!collision || has_shapes) return collision;
-  reading.complaints.refuse_key(node, "found \"collision\" of a body without a shape, expected a "
-                                      "shape that touches");
+  reading.diagnostics.error_at_key(node,
+                                   "found \"collision\" of a body without a shape, expected a "
+                                   "shape that touches");
   return std::nullopt;
 }
 

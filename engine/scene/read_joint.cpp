@@ -14,7 +14,7 @@ std::optional<AxesRecipe> read_axes(const Reader& from, const std::string& suffi
   if (!from.has(across)) return axes;
   axes.across = from.direction(across, Vec3(0, 1, 0));
   if (glm::length(glm::cross(axes.axis, *axes.across)) > 1e-6) return axes;
-  from.complaints.refuse_value(from.find(across),
+  from.diagnostics.error_value(from.find(across),
                                "a direction that is not that of \"" + axis + "\"");
   axes.across.reset();
   return axes;
@@ -30,18 +30,18 @@ void read_frames(const Reader& from, JointRecipe& joint) {
   joint.axes_a = read_axes(from, "_a"), joint.axes_b = read_axes(from, "_b");
   if (joint.axes_a && joint.axes_b) {
     if (!joint.axes_a->across || !joint.axes_b->across)
-      from.complaints.refuse(from.node,
+      from.diagnostics.error(from.node,
                              "found \"axis_a\" and \"axis_b\", expected \"across_a\" and "
                              "\"across_b\" beside them: the joint's zero is where the two agree");
     for (std::string_view key : {"rest", "rest_deg"})
       if (from.has(key))
-        from.complaints.refuse_key(from.find(key),
-                                   "found \"" + std::string(key) +
-                                       "\" beside the axes in both bodies, expected only one of "
-                                       "them: those tell it");
+        from.diagnostics.error_at_key(from.find(key),
+                                      "found \"" + std::string(key) +
+                                          "\" beside the axes in both bodies, expected only one of "
+                                          "them: those tell it");
     return;
   }
-  joint.rest = read_joint_turn(from, "rest", joint.turn.kind).value_or(kNoTurn);
+  joint.rest = read_joint_turn(from, "rest", joint.turn.kind).value_or(kIdentity);
 }
 
 }  // namespace
@@ -65,7 +65,7 @@ std::optional<JointRecipe> read_joint(const Reading& reading, NodeId node) {
   joint.point_a = from.vec_if("point_a"), joint.point_b = from.vec_if("point_b");
   if (from.is_object() && !joint.turn.is_line() && !joint.anchor && !joint.anchor_a &&
       !joint.anchor_b)
-    reading.complaints.refuse(
+    reading.diagnostics.error(
         node,
         "found no \"anchor\", expected the point of the scene where the bodies "
         "meet, or \"anchor_a\" and \"anchor_b\" in their own frames");

@@ -31,30 +31,30 @@ std::optional<KeyRecipe> read_key(const Reading& reading, NodeId node) {
   KeyRecipe key;
   key.time = from.number("time", std::numeric_limits<Real>::quiet_NaN(), kTime);
   key.position = from.vec_if("position");
-  if (from.has("rotation") || from.has("rotation_deg")) key.rotation = from.rotation(kNoTurn);
+  if (from.has("rotation") || from.has("rotation_deg")) key.rotation = from.rotation(kIdentity);
   if (std::isnan(key.time)) return std::nullopt;
   return key;
 }
 
-void read_keys(const Reading& reading, const Reader& from, DriveRecipe& drive) {
+void read_keys(const Reading& reading, const Reader& from, PathRecipe& drive) {
   const std::vector<NodeId> nodes = from.items("keyframes");
   for (NodeId node : nodes) {
     const auto key = read_key(reading, node);
     if (!key) continue;
     if (!drive.keys.empty() && !(key->time > drive.keys.back().time))
-      reading.complaints.refuse(node, "found time " + written(key->time) + " after " +
+      reading.diagnostics.error(node, "found time " + written(key->time) + " after " +
                                           written(drive.keys.back().time) +
                                           ", expected a later one");
     drive.keys.push_back(*key);
   }
   const std::size_t least = drive.loop ? 2 : 1;
   if (nodes.size() < least)
-    reading.complaints.refuse_value(from.find("keyframes"), drive.loop
+    reading.diagnostics.error_value(from.find("keyframes"), drive.loop
                                                                 ? "two keyframes or more for a loop"
                                                                 : "one keyframe or more");
 }
 
-void read_sway(const Reading& reading, const Reader& drive_from, DriveRecipe& drive) {
+void read_sway(const Reading& reading, const Reader& drive_from, PathRecipe& drive) {
   const Reader from = reading.open(drive_from.find("lissajous"), "lissajous");
   drive.centre = from.vec_if("centre");
   drive.sway.amplitude = from.vec("amplitude", Vec3(0));
@@ -65,9 +65,9 @@ void read_sway(const Reading& reading, const Reader& drive_from, DriveRecipe& dr
   drive.sway.turn_phase = degrees(from, "rotation_phase_deg");
   drive.sway.rise = from.number("rise", 0, kNotNegative);
   if (drive_from.has("loop"))
-    reading.complaints.refuse_key(drive_from.find("loop"),
-                                  "found \"loop\" beside \"lissajous\", expected it with "
-                                  "\"keyframes\" only: this curve repeats by itself");
+    reading.diagnostics.error_at_key(drive_from.find("loop"),
+                                     "found \"loop\" beside \"lissajous\", expected it with "
+                                     "\"keyframes\" only: this curve repeats by itself");
 }
 
 /// The settings of the Lagrangian solver.
@@ -78,18 +78,18 @@ void read_exact(const Reader& from, SolverSettings& s) {
       from.word("stabilisation", static_cast<std::size_t>(s.stabilisation), kStabilisations));
   s.baumgarte = from.number("baumgarte", s.baumgarte, kNotNegative);
   if (from.has("baumgarte") && info_of(s.integrator).baumgarte_is_part && s.baumgarte > 1)
-    from.complaints.refuse_value(
-        from.find("baumgarte"),
-        "a number from 0 to 1: with \"" + std::string(name_of(s.integrator)) +
-            "\" it is the part of a gap closed in a step");
+    from.diagnostics.error_value(from.find("baumgarte"),
+                                 "a number from 0 to 1: with \"" +
+                                     std::string(name_of(s.integrator)) +
+                                     "\" it is the part of a gap closed in a step");
   s.step_tolerance = from.number("step_tolerance", s.step_tolerance, kPositive);
   if (!info_of(s.integrator).takes_tolerance) {
     if (from.has("step_tolerance"))
-      from.complaints.refuse_key(from.find("step_tolerance"),
-                                 std::string("found \"step_tolerance\" with the integrator \"") +
-                                     name_of(s.integrator) +
-                                     "\", expected it with \"" + name_of(kTakesTolerance) +
-                                     "\" only: no other divides steps");
+      from.diagnostics.error_at_key(from.find("step_tolerance"),
+                                    std::string("found \"step_tolerance\" with the integrator \"") +
+                                        name_of(s.integrator) + "\", expected it with \"" +
+                                        name_of(kTakesTolerance) +
+                                        "\" only: no other divides steps");
     s.step_tolerance = 0;  // of the settings around it
   }
   s.damping_ratio = from.number("damping_ratio", s.damping_ratio, kUnit);
@@ -105,13 +105,13 @@ std::optional<SolverSettings> read_solver(const Reading& reading, const Reader& 
   SolverSettings s = base;
   const auto type = from.word("type", static_cast<std::size_t>(s.solver), kSolverNames);
   s.solver = static_cast<Solver>(type);
-  s.turn_stiffness = from.number("rotation_stiffness", s.turn_stiffness, kNotNegative);
+  s.rotation_stiffness = from.number("rotation_stiffness", s.rotation_stiffness, kNotNegative);
   s.calm_angle = from.number("calm_angle_deg", s.calm_angle * (180 / kPi), kPositive) * (kPi / 180);
   if (!from.has("calm_angle_deg")) s.calm_angle = base.calm_angle;
   s.reservoir_time = from.number("reservoir_time", s.reservoir_time, kNotNegative);
-  s.passes = from.whole("active_set_iterations", s.passes, 1, 64);
-  s.rest_speed = from.number("sleep_speed", s.rest_speed, kNotNegative);
-  s.rounds = from.whole("sweeps", s.rounds, 1, 10'000);
+  s.active_set_iterations = from.whole("active_set_iterations", s.active_set_iterations, 1, 64);
+  s.sleep_speed = from.number("sleep_speed", s.sleep_speed, kNotNegative);
+  s.sweeps = from.whole("sweeps", s.sweeps, 1, 10'000);
   s.tolerance = from.number("tolerance", s.tolerance, kPositive);
   s.stall_drop = from.number("stall_drop", s.stall_drop, kUnit);
   s.tension_stiffness = from.flag("tension_stiffness", s.tension_stiffness);
@@ -128,7 +128,7 @@ std::optional<std::string> read_reference(const Reader& from, std::string_view k
   if (node == kNoNode) return std::nullopt;
   if (from.json[node].kind == JsonKind::string && !from.json[node].text.empty())
     return std::string(from.json[node].text);
-  from.complaints.refuse_value(node, expected);
+  from.diagnostics.error_value(node, expected);
   return std::nullopt;
 }
 
@@ -138,10 +138,10 @@ BodyRecipe read_body(const Reading& reading, NodeId node) {
   if (!from.is_object()) return body;
   body.name = from.name();
   body.motion = static_cast<Motion>(from.word("motion", 0, kMotions));
-  body.matter = read_matter(reading, from, body.motion);
+  body.mass_properties = read_mass_properties(reading, from, body.motion);
   body.pose = from.pose();
   body.velocity = from.vec("velocity", Vec3(0));
-  body.spin = from.vec("angular_velocity", Vec3(0));
+  body.angular_velocity = from.vec("angular_velocity", Vec3(0));
   body.drag = from.number("drag", body.drag, kNotNegative);
   body.gravity_scale = from.number("gravity_scale", 1, kAnyNumber);
   body.solver = read_solver(reading, from, reading.solver);
@@ -150,20 +150,21 @@ BodyRecipe read_body(const Reading& reading, NodeId node) {
   return body;
 }
 
-std::optional<RatioRecipe> read_ratio(const Reading& reading, NodeId node) {
+std::optional<GearRecipe> read_gear(const Reading& reading, NodeId node) {
   constexpr std::string_view kMoves[] = {"angle", "travel"};
   constexpr std::string_view kOffsets[] = {"offset", "offset_deg"};
   const Reader from = reading.open(node, "gear");
-  RatioRecipe r;
+  GearRecipe r;
   r.name = optional_name(from);
   const auto first = read_reference(from, "first", "the name of a joint", true);
   const auto second = read_reference(from, "second", "the name of a joint", true);
-  if (from.has("first_coordinate")) r.slides_first = from.word("first_coordinate", 0, kMoves) == 1;
-  if (from.has("second_coordinate")) r.slides_second = from.word("second_coordinate", 0, kMoves) == 1;
+  if (from.has("first_coordinate")) r.first_travels = from.word("first_coordinate", 0, kMoves) == 1;
+  if (from.has("second_coordinate"))
+    r.second_travels = from.word("second_coordinate", 0, kMoves) == 1;
   const NodeId ratio = from.need("ratio", "how far the second moves for each unit of the first");
   r.ratio = from.number("ratio", 1, kAnyNumber);
   if (ratio != kNoNode && r.ratio == 0)
-    from.complaints.refuse_value(ratio, "a number other than 0");
+    from.diagnostics.error_value(ratio, "a number other than 0");
   from.one_of(kOffsets);
   r.in_degrees = from.has("offset_deg");
   if (r.in_degrees)
@@ -175,22 +176,22 @@ std::optional<RatioRecipe> read_ratio(const Reading& reading, NodeId node) {
   return r;
 }
 
-std::optional<StringRecipe> read_string(const Reading& reading, NodeId node) {
+std::optional<CableRecipe> read_cable(const Reading& reading, NodeId node) {
   constexpr std::string_view kLengths[] = {"length", "slack"};
   const Reader from = reading.open(node, "cable");
-  StringRecipe string;
-  string.name = optional_name(from);
+  CableRecipe cable;
+  cable.name = optional_name(from);
   const auto a = read_reference(from, "a", kBodyOrWorld, true);
   const auto b = read_reference(from, "b", kBodyOrWorld, true);
-  string.at_a = read_point(from, "point_a", "anchor_a");
-  string.at_b = read_point(from, "point_b", "anchor_b");
+  cable.at_a = read_point(from, "point_a", "anchor_a");
+  cable.at_b = read_point(from, "point_b", "anchor_b");
   from.one_of(kLengths);
-  if (from.has("length")) string.length = from.number("length", 1, kSize);
-  string.slack = from.number("slack", 1, kPositive);
-  string.compliance = from.number("compliance", 0, kNotNegative);
+  if (from.has("length")) cable.length = from.number("length", 1, kSize);
+  cable.slack = from.number("slack", 1, kPositive);
+  cable.compliance = from.number("compliance", 0, kNotNegative);
   if (!a || !b) return std::nullopt;
-  string.a = *a, string.b = *b;
-  return string;
+  cable.a = *a, cable.b = *b;
+  return cable;
 }
 
 std::optional<PinRecipe> read_pin(const Reading& reading, NodeId node) {
@@ -205,9 +206,8 @@ std::optional<PinRecipe> read_pin(const Reading& reading, NodeId node) {
   pin.anchor_to = from.vec_if("anchor_to");
   pin.to = read_reference(from, "to", "the name of a body", false);
   if (pin.anchor_to && !from.has("to"))
-    reading.complaints.refuse_key(
-        from.find("anchor_to"),
-        "found \"anchor_to\" without \"to\", expected the body it lies in");
+    reading.diagnostics.error_at_key(
+        from.find("anchor_to"), "found \"anchor_to\" without \"to\", expected the body it lies in");
   pin.pin.priority = from.whole("priority", 0, -1'000'000, 1'000'000);
   pin.pin.grip = static_cast<Grip>(from.word("grip", 0, kGrips));
   pin.pin.stiffness = from.number("stiffness", pin.pin.stiffness, kPositive);
@@ -216,10 +216,10 @@ std::optional<PinRecipe> read_pin(const Reading& reading, NodeId node) {
   return pin;
 }
 
-std::optional<DriveRecipe> read_drive(const Reading& reading, NodeId node) {
+std::optional<PathRecipe> read_path(const Reading& reading, NodeId node) {
   constexpr std::string_view kPaths[] = {"keyframes", "lissajous"};
   const Reader from = reading.open(node, "path");
-  DriveRecipe drive;
+  PathRecipe drive;
   const auto body = read_reference(from, "body", "the name of a driven body", true);
   from.one_of(kPaths);
   drive.loop = from.flag("loop", false);
@@ -258,9 +258,9 @@ std::optional<GridRecipe> read_grid(const Reading& reading, NodeId node) {
   const NodeId count = from.need("count", "how many copies along x, y and z");
   Real n[3] = {0, 0, 0};
   constexpr Range kCopies{1, 1e6, "a whole number from 1 to 1000000"};
-  if (count != kNoNode && read_numbers(reading.json, reading.complaints, count, n, kCopies)) {
+  if (count != kNoNode && read_numbers(reading.json, reading.diagnostics, count, n, kCopies)) {
     for (std::size_t i = 0; i < 3; ++i) {
-      if (n[i] != std::floor(n[i])) reading.complaints.refuse_value(count, "whole numbers");
+      if (n[i] != std::floor(n[i])) reading.diagnostics.error_value(count, "whole numbers");
       grid.count[i] = static_cast<int>(n[i]);
     }
   }

@@ -53,13 +53,13 @@ void read_generators(const OpenGroup& open, const Reader& outer) {
 
 /// Complains of a name that another element has, found at `named`.
 void refuse_repeated(const Reading& reading, NodeId named, const std::string& name, NodeId first) {
-  reading.complaints.refuse(reading.json.member(named, "name"),
+  reading.diagnostics.error(reading.json.member(named, "name"),
                             "found the name \"" + name + "\" again, expected one that " +
                                 reading.json.pointer(first) + " does not have");
 }
 
 /// Complains of names given twice; one name space for all that a group contains.
-void refuse_repeated_names(const OpenGroup& open) {
+void check_names(const OpenGroup& open) {
   std::unordered_map<std::string_view, NodeId> known;
   const auto see = [&](const auto& items, ElementKind kind, const auto& name_of) {
     for (std::uint32_t i = 0; i < items.size(); ++i) {
@@ -78,8 +78,8 @@ void refuse_repeated_names(const OpenGroup& open) {
       [](const GridRecipe& g) -> const std::string& { return g.each.name; });
   see(group.chains, ElementKind::chain, own);
   see(group.joints, ElementKind::joint, own);
-  see(group.ratios, ElementKind::ratio, own);
-  see(group.strings, ElementKind::string, own);
+  see(group.gears, ElementKind::ratio, own);
+  see(group.cables, ElementKind::string, own);
   see(group.pins, ElementKind::pin, own);
 }
 
@@ -93,13 +93,13 @@ void read_group(const OpenGroup& open, const Reader& from) {
     open.note(ElementKind::body, node);
   }
   read_all(open, from.items("joints"), ElementKind::joint, read_joint, group.joints);
-  read_all(open, from.items("gears"), ElementKind::ratio, read_ratio, group.ratios);
-  read_all(open, from.items("cables"), ElementKind::string, read_string, group.strings);
+  read_all(open, from.items("gears"), ElementKind::ratio, read_gear, group.gears);
+  read_all(open, from.items("cables"), ElementKind::string, read_cable, group.cables);
   read_all(open, from.items("pins"), ElementKind::pin, read_pin, group.pins);
-  read_all(open, from.items("paths"), ElementKind::drive, read_drive, group.drives);
+  read_all(open, from.items("paths"), ElementKind::drive, read_path, group.paths);
   read_all(open, from.items("instances"), ElementKind::instance, read_instance, group.instances);
   read_generators(open, from);
-  refuse_repeated_names(open);
+  check_names(open);
 }
 
 void read_prefabs(const Reading& reading, const Reader& from, std::vector<Group>& prefabs) {
@@ -145,7 +145,7 @@ void read_camera(const Reading& reading, const Reader& outer, Camera& camera) {
   camera.eye = from.vec("eye", camera.eye);
   camera.target = from.vec("target", camera.target);
   if (camera.eye == camera.target)
-    reading.complaints.refuse(node, "found the eye at the target, expected two different places");
+    reading.diagnostics.error(node, "found the eye at the target, expected two different places");
   if (from.has("field_of_view_deg"))
     camera.field_of_view = from.number("field_of_view_deg", 40, kOpening) * (kPi / 180);
   // Whoever places both ends of the view wants that view.
@@ -184,10 +184,10 @@ void read_output(const Reading& reading, const Reader& outer, OutputDefaults& ou
   constexpr Range kRate{0, 1000, "a number of frames a second above 0, at most 1000", true};
   Real size[2];
   const NodeId at = from.find("size");
-  if (at != kNoNode && read_numbers(reading.json, reading.complaints, at, size, kPixels)) {
+  if (at != kNoNode && read_numbers(reading.json, reading.diagnostics, at, size, kPixels)) {
     output.width = static_cast<int>(size[0]), output.height = static_cast<int>(size[1]);
     if (output.width != size[0] || output.height != size[1])
-      reading.complaints.refuse_value(at, "whole numbers of pixels");
+      reading.diagnostics.error_value(at, "whole numbers of pixels");
   }
   output.fps = from.number("fps", output.fps, kRate);
 }
@@ -213,7 +213,7 @@ Recipe read_recipe(const JsonDocument& json, JsonPlaces& places, const ReadConte
   Recipe recipe;
   Poll poll(context.limits.is_cancelled);
   SurfaceFiles surfaces;
-  Reading reading{json, places.complaints(), places, context.limits, poll, surfaces};
+  Reading reading{json, places.diagnostics(), places, context.limits, poll, surfaces};
   reading.folder = context.folder;
   const Reader from = reading.open(0, "scene");
   if (!from.is_object()) return recipe;

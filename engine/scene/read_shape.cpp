@@ -24,7 +24,7 @@ std::vector<Vec3> read_points(const Reader& from) {
   std::vector<Vec3> points;
   for (NodeId node : from.items("points")) {
     Vec3 p(0);
-    read_numbers(from.json, from.complaints, node, {&p.x, 3}, kAnyNumber);
+    read_numbers(from.json, from.diagnostics, node, {&p.x, 3}, kAnyNumber);
     points.push_back(p);  // also where it is wrong, so that triangles are checked against them all
   }
   return points;
@@ -36,19 +36,19 @@ std::vector<Triangle> read_triangles(const Reader& from, std::size_t points) {
   std::vector<Triangle> triangles;
   for (NodeId node : from.items("triangles")) {
     Real c[3] = {0, 0, 0};
-    if (!read_numbers(from.json, from.complaints, node, c, corner)) continue;
+    if (!read_numbers(from.json, from.diagnostics, node, c, corner)) continue;
     const bool is_whole = std::all_of(c, c + 3, [](Real x) { return x == std::floor(x); });
-    if (!is_whole) from.complaints.refuse_value(node, "three whole numbers");
+    if (!is_whole) from.diagnostics.error_value(node, "three whole numbers");
     const auto place = [&](int i) { return static_cast<std::uint32_t>(c[i]); };
     triangles.push_back({place(0), place(1), place(2)});
   }
   return triangles;
 }
 
-/// Keeps a surface, or complains of what it lacks at the shape.
+/// Stores a surface, or reports its errors at the shape.
 SurfacePointer kept(const Reader& from, Result<SurfacePointer> made) {
   if (made) return std::move(*made);
-  for (const Error& e : made.errors()) from.complaints.refuse(from.node, e.message);
+  for (const Error& e : made.errors()) from.diagnostics.error(from.node, e.message);
   return nullptr;
 }
 
@@ -58,30 +58,30 @@ SurfacePointer surface_of_file(const Reading& reading, const Reader& from, Shape
   const NodeId node = from.find("file");
   std::error_code trouble;
   if (std::filesystem::is_other(path, trouble)) {  // a pipe may never end
-    from.complaints.refuse(node, path + ": found a device or a pipe, expected an OBJ file");
+    from.diagnostics.error(node, path + ": found a device or a pipe, expected an OBJ file");
     return nullptr;
   }
   const auto text = read_text(path, reading.limits.bytes, "an OBJ file");
   if (!text) {
-    from.complaints.refuse(node, text.errors().front().message);
+    from.diagnostics.error(node, text.errors().front().message);
     return nullptr;
   }
   const auto mesh = parse_obj(*text, path);
   if (mesh)
     return kept(from, kind == ShapeKind::hull ? make_hull(mesh->points)
                                               : make_mesh(mesh->points, mesh->triangles));
-  for (const Error& e : mesh.errors()) from.complaints.refuse(node, e.message);
+  for (const Error& e : mesh.errors()) from.diagnostics.error(node, e.message);
   return nullptr;
 }
 
-/// The surface of the OBJ file under "file"; null after a complaint. Each file is read once, however
-/// many shapes name it.
+/// The surface of the OBJ file under "file"; null after a complaint. Each file is read once,
+/// however many shapes name it.
 SurfacePointer read_obj(const Reading& reading, const Reader& from, ShapeKind kind) {
   const NodeId node = from.find("file");
   const std::string name = from.text("file", "");
   if (name.empty()) {
     if (reading.json[node].kind == JsonKind::string)
-      from.complaints.refuse_value(node, "the path of an OBJ file");
+      from.diagnostics.error_value(node, "the path of an OBJ file");
     return nullptr;
   }
   const std::string path = (std::filesystem::path(reading.folder) / name).string();
@@ -89,7 +89,7 @@ SurfacePointer read_obj(const Reading& reading, const Reader& from, ShapeKind ki
   if (is_new)
     known->second = surface_of_file(reading, from, kind, path);
   else if (!known->second)
-    from.complaints.refuse_value(node, "another file: this one was refused above");
+    from.diagnostics.error_value(node, "another file: this one was refused above");
   return known->second;
 }
 
@@ -97,27 +97,27 @@ SurfacePointer read_hull(const Reading& reading, const Reader& from) {
   from.one_of(kPointsOrFile);
   if (from.has("file")) return read_obj(reading, from, ShapeKind::hull);
   if (from.need("points", "four points or more, or a \"file\"") == kNoNode) return nullptr;
-  const std::size_t refused_before = from.complaints.refused();
+  const std::size_t refused_before = from.diagnostics.error_count();
   const std::vector<Vec3> points = read_points(from);
-  return from.complaints.refused() == refused_before ? kept(from, make_hull(points)) : nullptr;
+  return from.diagnostics.error_count() == refused_before ? kept(from, make_hull(points)) : nullptr;
 }
 
 SurfacePointer read_mesh(const Reading& reading, const Reader& from) {
   from.one_of(kPointsOrFile);
   if (from.has("file")) {
     if (from.has("triangles"))
-      from.complaints.refuse_key(from.find("triangles"),
-                                 "found \"triangles\" beside \"file\", expected only one of them");
+      from.diagnostics.error_at_key(
+          from.find("triangles"), "found \"triangles\" beside \"file\", expected only one of them");
     return read_obj(reading, from, ShapeKind::mesh);
   }
   const bool has_points =
       from.need("points", "\"points\" and \"triangles\", or a \"file\"") != kNoNode;
-  const std::size_t refused_before = from.complaints.refused();
+  const std::size_t refused_before = from.diagnostics.error_count();
   const std::vector<Vec3> points = read_points(from);
   const std::vector<Triangle> triangles = read_triangles(from, points.size());
   if (!has_points || from.need("triangles", "three places in \"points\" for each") == kNoNode)
     return nullptr;
-  if (from.complaints.refused() != refused_before) return nullptr;
+  if (from.diagnostics.error_count() != refused_before) return nullptr;
   return kept(from, make_mesh(points, triangles));
 }
 
@@ -127,39 +127,40 @@ SurfacePointer read_height_field(const Reader& from) {
   bool is_whole = true;
   for (std::string_view key : {"columns", "rows", "spacing", "heights"})
     is_whole = from.need(key, kAll) != kNoNode && is_whole;
-  const std::size_t refused_before = from.complaints.refused();
+  const std::size_t refused_before = from.diagnostics.error_count();
   const int columns = from.whole("columns", 2, 2, kMost), rows = from.whole("rows", 2, 2, kMost);
   Real spacing[2] = {1, 1};
   const NodeId at = from.find("spacing");
   if (at != kNoNode && from.json[at].kind == JsonKind::array)
-    read_numbers(from.json, from.complaints, at, spacing, kSize);
+    read_numbers(from.json, from.diagnostics, at, spacing, kSize);
   else
     spacing[0] = spacing[1] = from.number("spacing", 1, kSize);
   std::vector<Real> heights(from.items("heights").size());
   if (!heights.empty())
-    read_numbers(from.json, from.complaints, from.find("heights"), heights, kAnyNumber);
-  if (!is_whole || from.complaints.refused() != refused_before) return nullptr;
-  return kept(from, make_height_field(static_cast<std::uint32_t>(columns),
-                                      static_cast<std::uint32_t>(rows), spacing[0], spacing[1],
-                                      heights));
+    read_numbers(from.json, from.diagnostics, from.find("heights"), heights, kAnyNumber);
+  if (!is_whole || from.diagnostics.error_count() != refused_before) return nullptr;
+  return kept(
+      from, make_height_field(static_cast<std::uint32_t>(columns), static_cast<std::uint32_t>(rows),
+                              spacing[0], spacing[1], heights));
 }
 
 /// Which kind of shape stands here; nothing after a complaint.
 std::optional<ShapeKind> read_kind(const Reading& reading, NodeId node) {
   const JsonDocument& json = reading.json;
   if (json[node].kind != JsonKind::object) {
-    reading.complaints.refuse_value(node, "an object (" + listed(kShapeNames) + ")");
+    reading.diagnostics.error_value(node, "an object (" + listed(kShapeNames) + ")");
     return std::nullopt;
   }
   const NodeId type = json.member(node, "type");
   if (type == kNoNode) {
-    reading.complaints.refuse(node, "found no \"type\", expected " + listed(kShapeNames));
+    reading.diagnostics.error(node, "found no \"type\", expected " + listed(kShapeNames));
     return std::nullopt;
   }
   const std::string_view word = json[type].kind == JsonKind::string ? json[type].text : "";
   const auto it = std::find(std::begin(kShapeNames), std::end(kShapeNames), word);
   if (it != std::end(kShapeNames)) return static_cast<ShapeKind>(it - std::begin(kShapeNames));
-  reading.complaints.refuse_value(type, listed(kShapeNames) + reading.complaints.hints.of(word, kShapeNames));
+  reading.diagnostics.error_value(
+      type, listed(kShapeNames) + reading.diagnostics.hints.of(word, kShapeNames));
   return std::nullopt;
 }
 
@@ -197,7 +198,7 @@ bool read_form(const Reading& reading, const Reader& from, Shape& shape) {
 void refuse_moving(const Reader& from, ShapeKind kind, Motion motion) {
   if (motion != Motion::dynamic || is_convex(kind)) return;
   const bool closed = traits_of(kind).shape_class == ShapeClass::mesh;
-  from.complaints.refuse(from.find("type"),
+  from.diagnostics.error(from.find("type"),
                          "found a " + std::string(name_of(kind)) +
                              " on a dynamic body, expected it on a fixed or driven one" +
                              (closed ? "; a hull, or several, can move" : ""));
@@ -205,18 +206,18 @@ void refuse_moving(const Reader& from, ShapeKind kind, Motion motion) {
 
 }  // namespace
 
-std::optional<DenseShape> read_shape(const Reading& reading, NodeId node,
-                                     const ShapeDefaults& otherwise) {
+std::optional<ShapeWithDensity> read_shape(const Reading& reading, NodeId node,
+                                           const ShapeDefaults& otherwise) {
   const auto kind = read_kind(reading, node);
   if (!kind) return std::nullopt;
-  const Reader from(reading.json, reading.complaints, node, keys_of(*kind));
+  const Reader from(reading.json, reading.diagnostics, node, keys_of(*kind));
   refuse_moving(from, *kind, otherwise.motion);
-  DenseShape solid;
+  ShapeWithDensity solid;
   solid.shape.kind = *kind;
   if (from.accepts("density")) solid.density = from.number("density", otherwise.density, kWeight);
   solid.shape.material = read_material(reading, from, otherwise.material);
   solid.shape.local.position = from.vec("position", Vec3(0));
-  if (!traits_of(*kind).is_round) solid.shape.local.rotation = from.rotation(kNoTurn);
+  if (!traits_of(*kind).is_round) solid.shape.local.rotation = from.rotation(kIdentity);
   if (!read_form(reading, from, solid.shape)) return std::nullopt;
   return solid;
 }

@@ -35,13 +35,13 @@ std::string limits_in_words(JointKind kind) {
          (turns_of(kind) == Turns::nowhere ? " turns nowhere" : " has no limits");
 }
 
-void refuse_foreign_limits(const Reader& from, JointKind kind) {
+void check_limits(const Reader& from, JointKind kind) {
   for (std::string_view limit : keys::kLimits) {
     if (limit == "soft" || limit == "restitution" || !from.has(limit)) continue;
     const std::string_view key = limit.substr(0, limit.rfind("_deg"));
     if (!may_have(kind, key))
-      from.complaints.refuse_key(from.find(limit), "found a limit \"" + std::string(limit) +
-                                                       "\", expected " + limits_in_words(kind));
+      from.diagnostics.error_at_key(from.find(limit), "found a limit \"" + std::string(limit) +
+                                                          "\", expected " + limits_in_words(kind));
   }
 }
 
@@ -53,7 +53,7 @@ AngleLimit read_range(const Reader& from, std::string_view key) {
   if (limit.low <= limit.high) return limit;
   const bool in_degrees = !from.has(key);
   const Real unit = in_degrees ? 180 / kPi : 1;
-  from.complaints.refuse(either(from, key), "found limits from " + written(limit.low * unit) +
+  from.diagnostics.error(either(from, key), "found limits from " + written(limit.low * unit) +
                                                 " to " + written(limit.high * unit) +
                                                 ", expected the lower one first");
   return {};
@@ -72,13 +72,12 @@ SwingLimit read_swing(const Reader& from) {
       is_round ? read_angles(from, "cone", {half, 1}) : read_angles(from, "swing", half);
   if (!is_read) return {};
   if (is_round) half[1] = half[0];
-  // Half a turn in degrees need not round to pi.
+  // 180 degrees need not round to pi.
   const auto fits = [](Real x) { return x >= 0 && x <= kPi * (1 + 1e-12); };
-  if (fits(half[0]) && fits(half[1]))
-    return {true, std::min(half[0], kPi), std::min(half[1], kPi)};
+  if (fits(half[0]) && fits(half[1])) return {true, std::min(half[0], kPi), std::min(half[1], kPi)};
   const NodeId node = either(from, is_round ? "cone" : "swing");
   const Real worst = fits(half[0]) ? half[1] : half[0];
-  from.complaints.refuse(node, "found a swing of " + written(worst) + " rad (" +
+  from.diagnostics.error(node, "found a swing of " + written(worst) + " rad (" +
                                    written(worst * 180 / kPi) +
                                    " degrees), expected 0 to pi rad (180 degrees)");
   return {};
@@ -89,32 +88,32 @@ void read_soft(const Reading& reading, const Reader& outer, JointLimits& limits)
   if (node == kNoNode) return;
   const std::string_view ranges[] = {"angle", "twist", "cone", "swing", "first", "second"};
   if (std::ranges::all_of(ranges, [&](auto key) { return either(outer, key) == kNoNode; }))
-    reading.complaints.refuse_key(
+    reading.diagnostics.error_at_key(
         node, "found \"soft\" without a limit, expected one beside it, whose stops it softens");
   const Reader from = reading.open(node, "soft");
   Real zone = 0;
   if (either(from, "zone") == kNoNode)
     from.need("zone", "how far before the stop the spring begins, in rad, or \"zone_deg\"");
   else if (read_angles(from, "zone", {&zone, 1}) && !(zone > 0))
-    from.complaints.refuse_value(either(from, "zone"), "an angle above 0");
+    from.diagnostics.error_value(either(from, "zone"), "an angle above 0");
   limits.soft_zone = std::max(zone, Real(0));
   limits.soft_stiffness = from.number("stiffness", 0, kNotNegative);
   limits.soft_damping = from.number("damping", 0, kNotNegative);
 }
 
-/// How far a joint may slide, m.
+/// Range of travel of a joint, m.
 AngleLimit read_travel(const Reader& from, std::string_view key) {
   const NodeId node = from.find(key);
   Real ends[2];
-  if (node == kNoNode || !read_numbers(from.json, from.complaints, node, ends, kAnyNumber))
+  if (node == kNoNode || !read_numbers(from.json, from.diagnostics, node, ends, kAnyNumber))
     return {};
   if (ends[0] <= ends[1]) return {true, ends[0], ends[1]};
-  from.complaints.refuse(node, "found travel from " + written(ends[0]) + " to " +
-                                   written(ends[1]) + " m, expected the lower one first");
+  from.diagnostics.error(node, "found travel from " + written(ends[0]) + " to " + written(ends[1]) +
+                                   " m, expected the lower one first");
   return {};
 }
 
-/// Whether Q is told by one angle, about x.
+/// Whether one angle about x determines Q.
 bool turns_about_x(JointKind kind) { return turns_of(kind) == Turns::about_x; }
 
 JointLimits read_limits(const Reading& reading, const Reader& outer, TurnRecipe& turn) {
@@ -122,22 +121,22 @@ JointLimits read_limits(const Reading& reading, const Reader& outer, TurnRecipe&
   const NodeId node = outer.find("limits");
   if (node == kNoNode) return limits;
   const Reader from = reading.open(node, "limits");
-  refuse_foreign_limits(from, turn.kind);
+  check_limits(from, turn.kind);
   for (const FreeCoordinate& c : info_of(turn.kind).coordinates) {
     if (c.limit.empty()) continue;
-    if (c.which == Coordinate::turn) limits.turn = read_range(from, c.limit);
+    if (c.which == Coordinate::angle) limits.angle = read_range(from, c.limit);
     if (c.which == Coordinate::second) limits.second = read_range(from, c.limit);
     if (c.which == Coordinate::swing) limits.swing = read_swing(from);
-    if (c.which == Coordinate::slide && from.has(c.limit))
-      turn.extras.edit().travel = read_travel(from, c.limit);
+    if (c.which == Coordinate::travel && from.has(c.limit))
+      turn.parameters.edit().travel = read_travel(from, c.limit);
   }
   read_soft(reading, from, limits);
   if (from.has("restitution"))
-    turn.extras.edit().restitution = from.number("restitution", 0, kUnit);
+    turn.parameters.edit().restitution = from.number("restitution", 0, kUnit);
   return limits;
 }
 
-/// What a turn of joint axes may be written as.
+/// Accepted forms of a rotation of joint axes.
 std::string turn_words(JointKind kind, bool in_degrees) {
   std::string words;
   if (turns_about_x(kind)) words = "an angle, or ";
@@ -153,9 +152,9 @@ std::optional<Quat> read_target(const Reader& from, JointKind kind) {
   if (angle == kNoNode) return read_joint_turn(from, "target", kind);
   Real x = 0;
   if (!read_angles(from, "angle", {&x, 1})) return std::nullopt;
-  if (turns_about_x(kind)) return turn_by({x, 0, 0});
-  from.complaints.refuse_key(angle, "found the angle of " + a_joint(kind) +
-                                        ", expected \"target\": only a hinge has one angle");
+  if (turns_about_x(kind)) return from_rotation_vector({x, 0, 0});
+  from.diagnostics.error_at_key(angle, "found the angle of " + a_joint(kind) +
+                                           ", expected \"target\": only a hinge has one angle");
   return std::nullopt;
 }
 
@@ -164,12 +163,12 @@ std::optional<PoseKey> read_pose_key(const Reading& reading, NodeId node, JointK
   const bool has_time = from.need("time", "a time in seconds") != kNoNode;
   const bool has_turn = either(from, "target") != kNoNode || either(from, "angle") != kNoNode;
   if (!has_turn) from.need("target", "the turn to be reached by then");
-  PoseKey key{from.number("time", NAN, kTime), read_target(from, kind).value_or(kNoTurn)};
+  PoseKey key{from.number("time", NAN, kTime), read_target(from, kind).value_or(kIdentity)};
   if (!has_time || std::isnan(key.time)) return std::nullopt;
   return key;
 }
 
-void read_pose_keys(const Reading& reading, const Reader& from, JointKind kind, PoseDrive& drive) {
+void read_pose_keys(const Reading& reading, const Reader& from, JointKind kind, JointDrive& drive) {
   for (std::string_view key : {"target", "target_deg", "angle", "angle_deg"}) {
     const std::string_view both[] = {key, "keys"};
     from.one_of(both);
@@ -179,7 +178,7 @@ void read_pose_keys(const Reading& reading, const Reader& from, JointKind kind, 
     const auto key = read_pose_key(reading, node, kind);
     if (!key) continue;
     if (!drive.keys.empty() && !(key->time > drive.keys.back().time))
-      reading.complaints.refuse(node, "found time " + written(key->time) + " after " +
+      reading.diagnostics.error(node, "found time " + written(key->time) + " after " +
                                           written(drive.keys.back().time) +
                                           ", expected a later one");
     drive.keys.push_back(*key);
@@ -187,41 +186,43 @@ void read_pose_keys(const Reading& reading, const Reader& from, JointKind kind, 
   const NodeId list = from.find("keys");
   const bool is_list = list != kNoNode && from.json[list].kind == JsonKind::array;
   if (is_list && nodes.size() < (drive.loop ? 2 : 1))
-    reading.complaints.refuse_value(
-        list, drive.loop ? "two keys or more for a loop" : "one key or more");
+    reading.diagnostics.error_value(list,
+                                    drive.loop ? "two keys or more for a loop" : "one key or more");
   if (!drive.loop || drive.keys.size() < 2) return;
-  const Quat last = drive.keys.back().turn, first = drive.keys.front().turn;
+  const Quat last = drive.keys.back().rotation, first = drive.keys.front().rotation;
   const Real turn = glm::length(rotation_vector(last * glm::conjugate(first)));
   if (turn > 1e-6)
-    reading.complaints.refuse(from.find("keys"), "found a loop whose last key is " +
+    reading.diagnostics.error(from.find("keys"), "found a loop whose last key is " +
                                                      written(turn * 180 / kPi) +
                                                      " degrees from its first, expected the same");
 }
 
-std::optional<PoseDrive> read_pose_drive(const Reading& reading, const Reader& outer,
-                                         JointKind kind) {
+std::optional<JointDrive> read_pose_drive(const Reading& reading, const Reader& outer,
+                                          JointKind kind) {
   const NodeId node = outer.find("drive");
   if (node == kNoNode) return std::nullopt;
   const Reader from = reading.open(node, "joint_drive");
   if (holds_point(kind) && turns_of(kind) == Turns::nowhere)
-    reading.complaints.refuse_key(node, "found a drive of " + a_joint(kind) +
-                                            ", expected none: it turns nowhere");
+    reading.diagnostics.error_at_key(
+        node, "found a drive of " + a_joint(kind) + ", expected none: it turns nowhere");
   if (!holds_point(kind))
-    reading.complaints.refuse_key(node, "found a drive of " + a_joint(kind) +
-                                            ", expected a \"motor\" or a \"spring\": drives turn "
-                                            "joints that share a point");
-  PoseDrive drive;
+    reading.diagnostics.error_at_key(node,
+                                     "found a drive of " + a_joint(kind) +
+                                         ", expected a \"motor\" or a \"spring\": drives turn "
+                                         "joints that share a point");
+  JointDrive drive;
   drive.loop = from.flag("loop", false);
   if (drive.loop && !from.has("keys"))
-    reading.complaints.refuse_key(from.find("loop"),
-                                  "found \"loop\" without \"keys\", expected it with them");
-  drive.target = read_target(from, kind).value_or(kNoTurn);
+    reading.diagnostics.error_at_key(from.find("loop"),
+                                     "found \"loop\" without \"keys\", expected it with them");
+  drive.target = read_target(from, kind).value_or(kIdentity);
   drive.stiffness = from.number("stiffness", 0, kNotNegative);
   drive.damping = from.number("damping", 0, kNotNegative);
   drive.max_torque = from.number("max_torque", drive.max_torque, kNotNegative);
   if (from.is_object() && !from.has("stiffness") && !from.has("damping"))
-    reading.complaints.refuse(node, "found neither \"stiffness\" nor \"damping\", expected one of "
-                                    "them: without them a drive does nothing");
+    reading.diagnostics.error(node,
+                              "found neither \"stiffness\" nor \"damping\", expected one of "
+                              "them: without them a drive does nothing");
   read_pose_keys(reading, from, kind, drive);
   return drive;
 }
@@ -249,7 +250,7 @@ JointKind read_kind(const Reader& from) {
   const bool is_kind = joint_kind_from_name(word, named);
   if (is_kind && std::ranges::count(kinds, named) > 0) return named;
   if (is_chain || !is_kind || info_of(named).in_files) return kinds[from.word("kind", 0, names)];
-  from.complaints.refuse_value(node, "a kind that a file can tell: " + a_joint(named) +
+  from.diagnostics.error_value(node, "a kind that a file can tell: " + a_joint(named) +
                                          " is made in C++, with JointExtras::custom");
   return JointKind::ball;
 }
@@ -275,7 +276,7 @@ bool read_angles(const Reader& from, std::string_view key, std::span<Real> into)
     const Real angle = from.number(in_degrees ? key_deg : key, NAN, range);
     if (std::isnan(angle)) return false;
     into[0] = angle;
-  } else if (!read_numbers(from.json, from.complaints, node, into, range)) {
+  } else if (!read_numbers(from.json, from.diagnostics, node, into, range)) {
     return false;
   }
   if (in_degrees)
@@ -290,23 +291,22 @@ std::optional<Quat> read_joint_turn(const Reader& from, std::string_view key, Jo
   Real angles[2];
   if (turns_about_x(kind) && from.json[node].kind == JsonKind::number) {
     if (!read_angles(from, key, {angles, 1})) return std::nullopt;
-    return turn_by({angles[0], 0, 0});
+    return from_rotation_vector({angles[0], 0, 0});
   }
   if (turns_of(kind) == Turns::about_two && from.json[node].count == 2) {
     if (!read_angles(from, key, angles)) return std::nullopt;
-    return turn_of(UniversalAngles{angles[0], angles[1]});
+    return rotation_of(UniversalAngles{angles[0], angles[1]});
   }
   const bool in_degrees = !from.has(key);
   if (from.json[node].count != (in_degrees ? 3u : 4u)) {
-    from.complaints.refuse_value(node, turn_words(kind, in_degrees));
+    from.diagnostics.error_value(node, turn_words(kind, in_degrees));
     return std::nullopt;
   }
-  const Quat turn = from.rotation(kNoTurn, key);
+  const Quat turn = from.rotation(kIdentity, key);
   const Real off = glm::length(rotation_vector(allowed_by_kind(kind, turn) * glm::conjugate(turn)));
   if (off <= 1e-6) return turn;
-  from.complaints.refuse(node, "found a turn " + written(off * 180 / kPi) +
-                                   " degrees from what " + a_joint(kind) +
-                                   " can make, expected one that it can");
+  from.diagnostics.error(node, "found a turn " + written(off * 180 / kPi) + " degrees from what " +
+                                   a_joint(kind) + " can make, expected one that it can");
   return std::nullopt;
 }
 
@@ -314,7 +314,7 @@ TurnRecipe read_turn(const Reading& reading, const Reader& from) {
   TurnRecipe turn;
   turn.kind = read_kind(from);
   turn.limits = read_limits(reading, from, turn);
-  read_extras(reading, from, turn);
+  read_parameters(reading, from, turn);
   turn.drive = read_pose_drive(reading, from, turn.kind);
   return turn;
 }

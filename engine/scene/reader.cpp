@@ -29,10 +29,10 @@ std::optional<Vec3> colour_from(std::string_view text) {
 
 }  // namespace
 
-Reader::Reader(const JsonDocument& j, Complaints& c, NodeId n, const KeySet& set)
-    : json(j), complaints(c), node(n), set_(set) {
+Reader::Reader(const JsonDocument& j, Diagnostics& c, NodeId n, const KeySet& set)
+    : json(j), diagnostics(c), node(n), set_(set) {
   if (!is_object()) {
-    complaints.refuse_value(node, "an object (" + std::string(set.what) + ")");
+    diagnostics.error_value(node, "an object (" + std::string(set.what) + ")");
     return;
   }
   for (NodeId child = json[node].first_child; child != kNoNode; child = json[child].next) {
@@ -47,20 +47,20 @@ Reader::Reader(const JsonDocument& j, Complaints& c, NodeId n, const KeySet& set
 }
 
 void Reader::refuse_unknown(NodeId child) const {
-  const std::string_view key = json[child].key, near = complaints.hints.nearest(key, set_.keys);
-  complaints.refuse_key(child, "found key \"" + clipped(key) + "\", expected a key of a " +
-                                   std::string(set_.what) +
-                                   (near.empty() ? ": " + listed(set_.keys)
-                                                 : "; nearest is \"" + std::string(near) + "\""));
+  const std::string_view key = json[child].key, near = diagnostics.hints.nearest(key, set_.keys);
+  diagnostics.error_at_key(
+      child,
+      "found key \"" + clipped(key) + "\", expected a key of a " + std::string(set_.what) +
+          (near.empty() ? ": " + listed(set_.keys) : "; nearest is \"" + std::string(near) + "\""));
 }
 
 void Reader::warn_of_old(NodeId child, std::string_view today) const {
   const std::string old(json[child].key), now(today);
   if (json.member(node, today) != kNoNode)
-    complaints.refuse_key(child, "found \"" + old + "\" beside \"" + now +
-                                     "\", expected only the latter, its name today");
+    diagnostics.error_at_key(child, "found \"" + old + "\" beside \"" + now +
+                                        "\", expected only the latter, its name today");
   else
-    complaints.warn(child, "old key", "the key \"" + old + "\" is called \"" + now + "\" today");
+    diagnostics.warn(child, "old key", "the key \"" + old + "\" is called \"" + now + "\" today");
 }
 
 bool Reader::accepts(std::string_view key) const {
@@ -81,7 +81,7 @@ NodeId Reader::find(std::string_view key) const {
 NodeId Reader::need(std::string_view key, std::string_view expected) const {
   const NodeId value = find(key);
   if (value == kNoNode && is_object())
-    complaints.refuse(node,
+    diagnostics.error(node,
                       "found no \"" + std::string(key) + "\", expected " + std::string(expected));
   return value;
 }
@@ -91,7 +91,7 @@ Real Reader::number(std::string_view key, Real otherwise, const Range& range) co
   if (value == kNoNode || std::isnan(json[value].number)) return otherwise;
   if (json[value].kind == JsonKind::number && range.holds(json[value].number))
     return json[value].number;
-  complaints.refuse_value(value, range.words);
+  diagnostics.error_value(value, range.words);
   return otherwise;
 }
 
@@ -101,7 +101,7 @@ int Reader::whole(std::string_view key, int otherwise, int least, int most) cons
   const Real x = json[value].number;
   if (json[value].kind == JsonKind::number && x == std::floor(x) && x >= least && x <= most)
     return static_cast<int>(x);
-  complaints.refuse_value(
+  diagnostics.error_value(
       value, "a whole number from " + std::to_string(least) + " to " + std::to_string(most));
   return otherwise;
 }
@@ -110,7 +110,7 @@ bool Reader::flag(std::string_view key, bool otherwise) const {
   const NodeId value = find(key);
   if (value == kNoNode) return otherwise;
   if (json[value].kind == JsonKind::boolean) return json[value].boolean;
-  complaints.refuse_value(value, "true or false");
+  diagnostics.error_value(value, "true or false");
   return otherwise;
 }
 
@@ -118,7 +118,7 @@ std::string Reader::text(std::string_view key, std::string_view otherwise) const
   const NodeId value = find(key);
   if (value == kNoNode) return std::string(otherwise);
   if (json[value].kind == JsonKind::string) return std::string(json[value].text);
-  complaints.refuse_value(value, "text in double quotes");
+  diagnostics.error_value(value, "text in double quotes");
   return std::string(otherwise);
 }
 
@@ -130,18 +130,19 @@ std::size_t Reader::word(std::string_view key, std::size_t otherwise,
     const std::string_view today = today_of(kOldWords, set_.what, json[value].text);
     const auto it = std::find(words.begin(), words.end(), today.empty() ? json[value].text : today);
     if (it != words.end() && !today.empty())
-      complaints.warn(value, "old word", "\"" + std::string(json[value].text) + "\" is called \"" +
-                                             std::string(today) + "\" today");
+      diagnostics.warn(value, "old word",
+                       "\"" + std::string(json[value].text) + "\" is called \"" +
+                           std::string(today) + "\" today");
     if (it != words.end()) return static_cast<std::size_t>(it - words.begin());
   }
-  complaints.refuse_value(value, listed(words) + complaints.hints.of(json[value].text, words));
+  diagnostics.error_value(value, listed(words) + diagnostics.hints.of(json[value].text, words));
   return otherwise;
 }
 
-bool read_numbers(const JsonDocument& json, Complaints& complaints, NodeId array,
+bool read_numbers(const JsonDocument& json, Diagnostics& diagnostics, NodeId array,
                   std::span<Real> into, const Range& range) {
   if (json[array].kind != JsonKind::array || json[array].count != into.size()) {
-    complaints.refuse_value(array, "an array of " + std::to_string(into.size()) + " numbers");
+    diagnostics.error_value(array, "an array of " + std::to_string(into.size()) + " numbers");
     return false;
   }
   bool good = true;
@@ -151,7 +152,7 @@ bool read_numbers(const JsonDocument& json, Complaints& complaints, NodeId array
     if (std::isnan(into[i])) {
       good = false;  // refused already
     } else if (json[c].kind != JsonKind::number || !range.holds(into[i])) {
-      complaints.refuse_value(c, range.words);
+      diagnostics.error_value(c, range.words);
       good = false;
     }
   }
@@ -161,7 +162,7 @@ bool read_numbers(const JsonDocument& json, Complaints& complaints, NodeId array
 Vec3 Reader::vec(std::string_view key, Vec3 otherwise, const Range& range) const {
   const NodeId value = find(key);
   Vec3 v(0);
-  if (value == kNoNode || !read_numbers(json, complaints, value, {&v.x, 3}, range))
+  if (value == kNoNode || !read_numbers(json, diagnostics, value, {&v.x, 3}, range))
     return otherwise;
   return v;
 }
@@ -175,7 +176,7 @@ Vec3 Reader::direction(std::string_view key, Vec3 otherwise) const {
   const Vec3 v = vec(key, otherwise);
   const Real length = glm::length(v);
   if (length > 0) return v / length;
-  complaints.refuse_value(find(key), "a direction: three numbers, not all 0");
+  diagnostics.error_value(find(key), "a direction: three numbers, not all 0");
   return otherwise;
 }
 
@@ -185,7 +186,7 @@ Vec3 Reader::vec_or_number(std::string_view key, Vec3 otherwise) const {
   return Vec3(number(key, otherwise.x, kAnyNumber));
 }
 
-Pose Reader::pose() const { return {vec("position", Vec3(0)), rotation(kNoTurn)}; }
+Pose Reader::pose() const { return {vec("position", Vec3(0)), rotation(kIdentity)}; }
 
 Quat Reader::rotation(Quat otherwise, std::string_view key) const {
   const std::string key_deg = std::string(key) + "_deg";
@@ -194,17 +195,17 @@ Quat Reader::rotation(Quat otherwise, std::string_view key) const {
   if (has(key_deg)) return from_degrees(vec(key_deg, Vec3(0)));
   const NodeId value = find(key);
   Real q[4];
-  if (value == kNoNode || !read_numbers(json, complaints, value, q, kAnyNumber)) return otherwise;
+  if (value == kNoNode || !read_numbers(json, diagnostics, value, q, kAnyNumber)) return otherwise;
   const Quat quaternion(q[3], q[0], q[1], q[2]);
   const Real length = glm::length(quaternion), error = std::abs(length - 1);
   if (error > 1e-3) {
-    complaints.refuse(value, "found a quaternion of length " + written(length) +
+    diagnostics.error(value, "found a quaternion of length " + written(length) +
                                  ", expected [x, y, z, w] of length 1");
     return otherwise;
   }
   if (error > 1e-6)
-    complaints.warn(value, "quaternion",
-                    "quaternion of length " + written(length) + " was brought to length 1");
+    diagnostics.warn(value, "quaternion",
+                     "quaternion of length " + written(length) + " was brought to length 1");
   return error < 1e-15 ? quaternion : quaternion * (1 / length);
 }
 
@@ -215,7 +216,7 @@ Vec3 Reader::colour(std::string_view key, Vec3 otherwise, Real most) const {
   if (json[value].kind == JsonKind::array) return vec(key, otherwise, range);
   if (json[value].kind == JsonKind::string)
     if (const auto colour = colour_from(json[value].text)) return *colour;
-  complaints.refuse_value(value, "a colour: \"#rrggbb\" (sRGB) or [r, g, b] (linear)");
+  diagnostics.error_value(value, "a colour: \"#rrggbb\" (sRGB) or [r, g, b] (linear)");
   return otherwise;
 }
 
@@ -224,14 +225,14 @@ std::string Reader::name() const {
   const std::string word = text("name", "");
   if (value == kNoNode || json[value].kind != JsonKind::string) return {};
   if (word == "world") {
-    complaints.refuse_value(value, "another name: this one stands for what never moves");
+    diagnostics.error_value(value, "another name: this one stands for what never moves");
     return {};
   }
   const bool is_plain = std::none_of(word.begin(), word.end(), [](char c) {
     return c == '/' || static_cast<unsigned char>(c) < 0x20;
   });
   if (!word.empty() && word.size() <= kLongestName && is_plain) return word;
-  complaints.refuse_value(value, "a name of 1 to 200 bytes without \"/\"");
+  diagnostics.error_value(value, "a name of 1 to 200 bytes without \"/\"");
   return {};
 }
 
@@ -240,7 +241,7 @@ std::vector<NodeId> Reader::items(std::string_view key) const {
   const NodeId value = find(key);
   if (value == kNoNode) return result;
   if (json[value].kind != JsonKind::array) {
-    complaints.refuse_value(value, "an array");
+    diagnostics.error_value(value, "an array");
     return result;
   }
   result.reserve(json[value].count);
@@ -255,14 +256,15 @@ void Reader::one_of(std::span<const std::string_view> keys) const {
     if (first.empty())
       first = key;
     else
-      complaints.refuse_key(find(key), "found \"" + std::string(key) + "\" beside \"" +
-                                           std::string(first) + "\", expected only one of them");
+      diagnostics.error_at_key(find(key), "found \"" + std::string(key) + "\" beside \"" +
+                                              std::string(first) + "\", expected only one of them");
   }
 }
 
 Quat from_degrees(Vec3 angles) {
   const Vec3 r = angles * (kPi / 180);
-  return glm::normalize(turn_by({0, 0, r.z}) * turn_by({0, r.y, 0}) * turn_by({r.x, 0, 0}));
+  return glm::normalize(from_rotation_vector({0, 0, r.z}) * from_rotation_vector({0, r.y, 0}) *
+                        from_rotation_vector({r.x, 0, 0}));
 }
 
 }  // namespace pantin

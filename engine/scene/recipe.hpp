@@ -11,8 +11,8 @@
 
 namespace pantin {
 
-/// What a body is made of, in its mass-centre frame.
-struct Matter {
+/// Shapes and mass properties of a body, in its mass-centre frame.
+struct BodyMassProperties {
   Real mass = 1;
   Vec3 inertia{1};
   Pose centre;            // the mass-centre frame in the body's own frame
@@ -22,9 +22,9 @@ struct Matter {
 
 struct BodyRecipe {
   std::string name;
-  Matter matter;
+  BodyMassProperties mass_properties;
   Pose pose;  // of the body's own frame
-  Vec3 velocity{0}, spin{0};
+  Vec3 velocity{0}, angular_velocity{0};
   Real drag = 0.3, gravity_scale = 1;
   Motion motion = Motion::dynamic;
   std::optional<SolverSettings> solver;
@@ -36,7 +36,8 @@ struct PointRecipe {
   std::optional<Vec3> in_scene, in_body;
 };
 
-/// The x axis of a joint and what its y axis is nearest to; without `across` some direction across.
+/// The x axis of a joint and the direction nearest its y axis; without `across` any perpendicular
+/// direction.
 struct AxesRecipe {
   Vec3 axis{1, 0, 0};
   std::optional<Vec3> across;
@@ -45,42 +46,40 @@ struct AxesRecipe {
 /// The name of a kind with its article, for messages: "a hinge joint".
 std::string a_joint(JointKind kind);
 
-/// What a joint lets its bodies do, apart from where it is.
+/// Kind, limits and forces of a joint, without its position.
 struct TurnRecipe {
   JointKind kind = JointKind::ball;
   JointLimits limits;
-  std::optional<PoseDrive> drive;
-  Rare<JointExtras> extras;
+  std::optional<JointDrive> drive;
+  Boxed<JointParameters> parameters;
   std::optional<Real> length;  // m, the parameter that is by default as placed
-  /// Whether its bodies are tied by their anchors' distance alone.
+  /// Whether it acts on the distance of its anchors only.
   bool is_line() const { return info_of(kind).is_line; }
-  /// Whether it matters how the joint axes lie.
-  bool needs_axes() const {
-    return info_of(kind).uses_axes || limits.any() || drive;
-  }
+  /// Whether the orientation of the joint axes matters.
+  bool needs_axes() const { return info_of(kind).uses_axes || limits.any() || drive; }
 };
 
 struct JointRecipe {
   std::string name;
   std::string a, b;
   std::optional<Vec3> anchor, anchor_a, anchor_b;
-  std::optional<Vec3> point_a, point_b;    // of kinds that are lines: in the scene
-  AxesRecipe axes;                         // in the scene at the start, unless given in a body:
+  std::optional<Vec3> point_a, point_b;  // of kinds that are lines: in the scene
+  AxesRecipe axes;                       // in the scene at the start, unless given in a body:
   std::optional<AxesRecipe> axes_a, axes_b;
-  Quat rest{1, 0, 0, 0};                   // Q at the start; with both axes given, those tell it
+  Quat rest{1, 0, 0, 0};  // initial Q; ignored if both axes are given
   TurnRecipe turn;
 };
 
-struct RatioRecipe {
+struct GearRecipe {
   std::string name;
-  std::string first, second;  // joints
-  std::optional<bool> slides_first, slides_second;  // by default as the kind of joint
+  std::string first, second;                          // joints
+  std::optional<bool> first_travels, second_travels;  // by default as the kind of joint
   Real ratio = 1;
   std::optional<Real> offset;  // as written
   bool in_degrees = false;
 };
 
-struct StringRecipe {
+struct CableRecipe {
   std::string name;
   std::string a, b;
   PointRecipe at_a, at_b;
@@ -105,7 +104,7 @@ struct KeyRecipe {
   std::optional<Quat> rotation;
 };
 
-struct DriveRecipe {
+struct PathRecipe {
   std::string body;
   std::vector<KeyRecipe> keys;  // empty: a sway
   bool loop = false;
@@ -143,19 +142,19 @@ struct ChainRecipe {
   TurnRecipe turn;
 };
 
-/// What a prefab and the scene itself have in common. Names are unique in it.
+/// Content of a prefab or of the scene itself. Names are unique in it.
 struct Group {
   std::string name;
   std::vector<BodyRecipe> bodies;
   std::vector<JointRecipe> joints;
-  std::vector<RatioRecipe> ratios;
-  std::vector<StringRecipe> strings;
+  std::vector<GearRecipe> gears;
+  std::vector<CableRecipe> cables;
   std::vector<PinRecipe> pins;
-  std::vector<DriveRecipe> drives;
+  std::vector<PathRecipe> paths;
   std::vector<InstanceRecipe> instances;
   std::vector<GridRecipe> grids;
   std::vector<ChainRecipe> chains;
-  // Members that could not be read: names below "<member>/" are unknown, not wrong.
+  // Members that could not be read: names below "<member>/" are not reported as unknown.
   std::vector<std::string> broken;
 };
 

@@ -26,7 +26,7 @@ struct Scene {
   Real step = 1.0 / 60;  // s
   int substeps = 1;
   Real duration = 5;         // s
-  Real drift_bound = 1e-12;  // allowed joint gap, part of the articulation's size
+  Real drift_bound = 1e-12;  // allowed joint gap, part of the island's size
   OutputDefaults output;
   std::vector<std::string> warnings;  // whole lines, the place included
 };
@@ -36,16 +36,16 @@ struct SceneLimits {
   std::size_t bytes = 64u << 20;
   std::size_t bodies = 1'000'000;
   std::size_t links = 1'000'000;
-  std::size_t parts = 4'000'000;   // shapes and keyframes
-  std::size_t values = 8'000'000;  // JSON values in the file
-  std::size_t depth = 64;          // nesting of JSON values and of prefabs
-  std::size_t copies = 1'000'000;  // of prefabs, by grids
+  std::size_t parts = 4'000'000;        // shapes and keyframes
+  std::size_t values = 8'000'000;       // JSON values in the file
+  std::size_t depth = 64;               // nesting of JSON values and of prefabs
+  std::size_t copies = 1'000'000;       // of prefabs, by grids
   std::size_t name_bytes = 128u << 20;  // of all names together; those of copies grow with depth
   /// Asked now and then while a scene is read; true calls the reading off, with one complaint.
   std::function<bool()> is_cancelled{};
 };
 
-/// What takes the place of a scene's solver settings, in all its articulations.
+/// What takes the place of a scene's solver settings, in all its islands.
 struct SolverChoices {
   std::optional<Solver> solver;
   // Of the Lagrangian solver:

@@ -2,24 +2,24 @@
 #include <filesystem>
 
 #include "engine/base/utf8.hpp"
-#include "engine/scene/assembly.hpp"
+#include "engine/scene/build.hpp"
 #include "engine/scene/json_recipe.hpp"
 #include "engine/scene/scene.hpp"
 #include "engine/scene/text_file.hpp"
 
 namespace pantin {
 
-void build_world(const Assembly& assembly, World& world) {
+void build_world(const BuiltScene& built, World& world) {
   std::vector<Entity> entities;
-  entities.reserve(assembly.bodies.size());
-  for (const PlacedBody& b : assembly.bodies) {
+  entities.reserve(built.bodies.size());
+  for (const BuiltBody& b : built.bodies) {
     const Entity e = world.add_body(b.body, b.name);
     entities.push_back(e);
-    if (b.matter->is_moved) world.origins.add(e, inverse(b.matter->centre));
-    if (!b.matter->shapes.empty()) {
-      Shapes& shapes = world.shapes.add(e, {b.matter->shapes});
+    if (b.mass_properties->is_moved) world.origins.add(e, inverse(b.mass_properties->centre));
+    if (!b.mass_properties->shapes.empty()) {
+      Shapes& shapes = world.shapes.add(e, {b.mass_properties->shapes});
       if (b.material != UINT32_MAX)
-        for (Shape& s : shapes.parts) s.material = b.material;
+        for (Shape& s : shapes.list) s.material = b.material;
     }
     if (b.solver) world.settings.add(e, *b.solver);
     if (b.collision) world.collisions.add(e, *b.collision);
@@ -33,28 +33,28 @@ void build_world(const Assembly& assembly, World& world) {
     return ground = world.add_body(fixed, "world");
   };
   std::vector<Entity> links;
-  links.reserve(assembly.joints.size());
-  for (const PlacedJoint& j : assembly.joints) {
+  links.reserve(built.joints.size());
+  for (const BuiltJoint& j : built.joints) {
     const Entity a = entity(j.a), b = entity(j.b);
     links.push_back(world.add_link(a, b, j.joint, j.name));
-    if (j.drive) world.pose_drives.add(links.back(), *j.drive);
+    if (j.drive) world.joint_drives.add(links.back(), *j.drive);
   }
-  for (const PlacedRatio& r : assembly.ratios) {
-    Ratio ratio = r.ratio;
+  for (const BuiltGear& r : built.gears) {
+    Gear ratio = r.ratio;
     ratio.first = links[r.first], ratio.second = links[r.second];
-    world.add_ratio(ratio, r.name);
+    world.add_gear(ratio, r.name);
   }
-  for (const PlacedString& s : assembly.strings) {
+  for (const BuiltCable& s : built.cables) {
     const Entity a = entity(s.a), b = entity(s.b);
-    world.add_string(a, b, s.joint, s.name);
+    world.add_cable(a, b, s.joint, s.name);
   }
-  for (const PlacedPin& p : assembly.pins) {
+  for (const BuiltPin& p : built.pins) {
     Pin pin = p.pin;
     pin.body = entities[p.body];
     if (p.to != kWorldBody) pin.to = entities[p.to];
     world.add_pin(pin, p.name);
   }
-  for (const PlacedDrive& d : assembly.drives) world.drives.add(entities[d.body], d.drive);
+  for (const BuiltPath& d : built.paths) world.paths.add(entities[d.body], d.path);
 }
 
 void SolverChoices::apply(SolverSettings& settings) const {
@@ -72,27 +72,27 @@ Result<Scene> parse_whole(std::string_view text, std::string_view name, const Sc
   if (text.size() > limits.bytes) return Error{too_long(name, limits.bytes, "a scene file")};
   const JsonDocument json =
       parse_json(text, {limits.values, limits.depth, Poll(limits.is_cancelled)});
-  Complaints complaints(json, std::string(name));
+  Diagnostics diagnostics(json, std::string(name));
   const bool is_json = std::none_of(json.faults.begin(), json.faults.end(),
                                     [](const JsonFault& f) { return f.node == kNoNode; });
-  if (!is_json) return complaints.errors();
+  if (!is_json) return diagnostics.errors();
 
-  JsonPlaces places(json, complaints);
-  Recipe recipe = read_recipe(
-      json, places, {limits, std::filesystem::path(name).parent_path().string()});
-  const Assembly assembly = assemble(recipe, places, limits);
-  if (complaints.any_errors()) return complaints.errors();
+  JsonPlaces places(json, diagnostics);
+  Recipe recipe =
+      read_recipe(json, places, {limits, std::filesystem::path(name).parent_path().string()});
+  const BuiltScene built = build_scene(recipe, places, limits);
+  if (diagnostics.any_errors()) return diagnostics.errors();
   Scene scene = std::move(recipe.scene);
-  std::vector<Solver> solvers = solvers_of(assembly, scene.world.default_settings.solver);
+  std::vector<Solver> solvers = solvers_of(built, scene.world.default_settings.solver);
   if (choices.solver) solvers.assign(solvers.size(), *choices.solver);
-  refuse_unsolved(assembly, solvers, places);
-  if (complaints.any_errors()) return complaints.errors();
-  warn_of_structure(assembly, solvers, places);
-  build_world(assembly, scene.world);
+  check_solvers(built, solvers, places);
+  if (diagnostics.any_errors()) return diagnostics.errors();
+  warn_of_structure(built, solvers, places);
+  build_world(built, scene.world);
   choices.apply(scene.world.default_settings);
   for (SolverSettings& s : scene.world.settings.values()) choices.apply(s);
   if (scene.title.empty()) scene.title = std::filesystem::path(name).stem().string();
-  scene.warnings = complaints.warnings();
+  scene.warnings = diagnostics.warnings();
   return scene;
 }
 

@@ -6,15 +6,15 @@
 #include <vector>
 
 #include "engine/base/disjoint_sets.hpp"
-#include "engine/scene/assembly.hpp"
+#include "engine/scene/build.hpp"
 #include "engine/world/faults.hpp"
 
 namespace pantin {
 namespace {
 
 /// The dynamic body of a joint.
-std::uint32_t mover(const Assembly& assembly, const PlacedJoint& joint) {
-  return assembly.is_dynamic(joint.a) ? joint.a : joint.b;
+std::uint32_t mover(const BuiltScene& built, const BuiltJoint& joint) {
+  return built.is_dynamic(joint.a) ? joint.a : joint.b;
 }
 
 /// What a joint has that not every solver knows, by the member it is written in.
@@ -23,21 +23,21 @@ struct Extra {
   std::string what;
   Feature feature;
 };
-std::vector<Extra> extras_of(const PlacedJoint& joint) {
+std::vector<Extra> extras_of(const BuiltJoint& joint) {
   const std::string name = "\"" + joint.name + "\"", named = "joint " + name;
   if (!is_articulated(joint.joint.kind))
     return {{"kind", a_joint(joint.joint.kind) + " " + name, Feature::kind}};
-  const JointExtras& extras = *joint.joint.extras;
-  const SpringDamper& spring = extras.turn.spring;
-  const JointFriction& friction = extras.turn.friction;
+  const JointParameters& parameters = *joint.joint.parameters;
+  const SpringDamper& spring = parameters.rotation.spring;
+  const JointFriction& friction = parameters.rotation.friction;
   std::vector<Extra> found;
   if (spring.stiffness != 0 || spring.damping != 0)
     found.push_back({"spring", "\"spring\" of " + named, Feature::spring});
   if (friction.viscous != 0 || friction.dry != 0)
     found.push_back({"friction", "\"friction\" of " + named, Feature::friction});
-  if (extras.turn.motor.kind != MotorKind::none)
+  if (parameters.rotation.motor.kind != MotorKind::none)
     found.push_back({"motor", "\"motor\" of " + named, Feature::motor});
-  if (extras.restitution != 0)
+  if (parameters.restitution != 0)
     found.push_back({"limits/restitution", "\"restitution\" of " + named, Feature::restitution});
   if (joint.drive) found.push_back({"drive", "\"drive\" of " + named, Feature::pose_drive});
   return found;
@@ -45,48 +45,48 @@ std::vector<Extra> extras_of(const PlacedJoint& joint) {
 
 }  // namespace
 
-std::vector<Solver> solvers_of(const Assembly& assembly, Solver otherwise) {
-  DisjointSets sets(assembly.bodies.size());
+std::vector<Solver> solvers_of(const BuiltScene& built, Solver otherwise) {
+  DisjointSets sets(built.bodies.size());
   const auto tie = [&](std::uint32_t a, std::uint32_t b) {
-    if (assembly.is_dynamic(a) && assembly.is_dynamic(b)) sets.join(a, b);
+    if (built.is_dynamic(a) && built.is_dynamic(b)) sets.join(a, b);
   };
-  for (const PlacedJoint& j : assembly.joints) tie(j.a, j.b);
-  for (const PlacedRatio& r : assembly.ratios)
-    tie(mover(assembly, assembly.joints[r.first]), mover(assembly, assembly.joints[r.second]));
-  std::vector<Solver> solvers(assembly.bodies.size(), otherwise);
-  std::vector<bool> is_named(assembly.bodies.size(), false);
+  for (const BuiltJoint& j : built.joints) tie(j.a, j.b);
+  for (const BuiltGear& r : built.gears)
+    tie(mover(built, built.joints[r.first]), mover(built, built.joints[r.second]));
+  std::vector<Solver> solvers(built.bodies.size(), otherwise);
+  std::vector<bool> is_named(built.bodies.size(), false);
   for (std::uint32_t i = 0; i < solvers.size(); ++i) {
-    if (!assembly.bodies[i].solver || !assembly.is_dynamic(i)) continue;
+    if (!built.bodies[i].solver || !built.is_dynamic(i)) continue;
     const std::uint32_t root = sets.root(i);
-    if (!is_named[root]) solvers[root] = assembly.bodies[i].solver->solver;
+    if (!is_named[root]) solvers[root] = built.bodies[i].solver->solver;
     is_named[root] = true;
   }
   for (std::uint32_t i = 0; i < solvers.size(); ++i) solvers[i] = solvers[sets.root(i)];
   return solvers;
 }
 
-void refuse_unsolved(const Assembly& assembly, const std::vector<Solver>& solvers,
-                     BuildMessages& messages) {
+void check_solvers(const BuiltScene& built, const std::vector<Solver>& solvers,
+                   BuildMessages& messages) {
   // The fault of a prefab once, however often it is copied.
   std::set<std::pair<ElementId, std::string_view>> told;
-  const auto refuse = [&](const ElementId& at, const Extra& extra, Solver solver) {
+  const auto error = [&](const ElementId& at, const Extra& extra, Solver solver) {
     if (!knows(solver, extra.feature) && told.insert({at, extra.member}).second)
       messages.error(at, extra.member,
                      "found " + extra.what + " solved by \"" + name_of(solver) +
                          "\", expected the solver " + solvers_that_know(extra.feature) +
                          ": no other knows it");
   };
-  for (const PlacedJoint& j : assembly.joints) {
-    if (!j.joint.extras.any() && is_articulated(j.joint.kind) && !j.drive) continue;
-    for (const Extra& extra : extras_of(j)) refuse(j.at, extra, solvers[mover(assembly, j)]);
+  for (const BuiltJoint& j : built.joints) {
+    if (!j.joint.parameters.any() && is_articulated(j.joint.kind) && !j.drive) continue;
+    for (const Extra& extra : extras_of(j)) error(j.at, extra, solvers[mover(built, j)]);
   }
-  for (const PlacedRatio& r : assembly.ratios)
-    refuse(r.at, {"", "ratio \"" + r.name + "\" of joints", Feature::ratio},
-           solvers[mover(assembly, assembly.joints[r.first])]);
-  for (const PlacedString& s : assembly.strings)
+  for (const BuiltGear& r : built.gears)
+    error(r.at, {"", "gear \"" + r.name + "\" of joints", Feature::ratio},
+          solvers[mover(built, built.joints[r.first])]);
+  for (const BuiltCable& s : built.cables)
     for (const std::uint32_t end : {s.a, s.b})
-      if (assembly.is_dynamic(end))
-        refuse(s.at, {"", "cable \"" + s.name + "\"", Feature::cable}, solvers[end]);
+      if (built.is_dynamic(end))
+        error(s.at, {"", "cable \"" + s.name + "\"", Feature::cable}, solvers[end]);
 }
 
 }  // namespace pantin

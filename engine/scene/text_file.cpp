@@ -23,8 +23,8 @@ Result<std::string> read_text(const std::string& path, std::size_t most, std::st
   errno = 0;
   std::ifstream file(path, std::ios::binary);
   if (!file)
-    return Error{printable(path) + ": found no file to read (" + std::strerror(errno ? errno : EIO) + ")" +
-                 expected};
+    return Error{printable(path) + ": found no file to read (" +
+                 std::strerror(errno ? errno : EIO) + ")" + expected};
   std::string text;
   // In pieces, so that a device without an end is noticed.
   constexpr std::size_t kPiece = 1u << 16;

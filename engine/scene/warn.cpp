@@ -5,13 +5,13 @@
 #include <utility>
 #include <vector>
 
-#include "engine/scene/assembly.hpp"
+#include "engine/scene/build.hpp"
 #include "engine/world/faults.hpp"
 
 namespace pantin {
 namespace {
 
-constexpr Real kHeavy = 100;          // mass ratio across a joint that is worth a word
+constexpr Real kHeavy = 100;          // mass ratio across a joint from which on there is a warning
 constexpr Real kOpen = 1e-6;          // m, start gap of a joint
 constexpr std::size_t kMostHeld = 8;  // points of one tree that are compared with all others
 
@@ -19,35 +19,35 @@ std::string quoted(const std::string& name) { return "\"" + name + "\""; }
 
 /// By body: whether the Lagrangian solver moves it.
 struct Exact {
-  const Assembly& assembly;
+  const BuiltScene& built;
   const std::vector<Solver>& solvers;
   bool has(std::uint32_t body) const {
-    return assembly.is_dynamic(body) && solvers[body] == Solver::lagrangian;
+    return built.is_dynamic(body) && solvers[body] == Solver::lagrangian;
   }
-  bool has(const PlacedJoint& joint) const { return has(joint.a) || has(joint.b); }
+  bool has(const BuiltJoint& joint) const { return has(joint.a) || has(joint.b); }
 };
 
 /// How far a joint is from where its kind lets the anchors be, m.
-Real gap_of(const PlacedJoint& j, const Pose& a, const Pose& b) {
+Real gap_of(const BuiltJoint& j, const Pose& a, const Pose& b) {
   return info_of(j.joint.kind).gap(j.joint, a, b);
 }
 
-void warn_of_joints(const Assembly& assembly, const Exact& exact, BuildMessages& messages) {
-  for (const PlacedJoint& j : assembly.joints) {
-    const Real gap = gap_of(j, assembly.pose_of(j.a), assembly.pose_of(j.b));
+void warn_of_joints(const BuiltScene& built, const Exact& exact, BuildMessages& messages) {
+  for (const BuiltJoint& j : built.joints) {
+    const Real gap = gap_of(j, built.pose_of(j.a), built.pose_of(j.b));
     if (gap > kOpen)
       messages.warn(j.at, "gap",
-                      "joint " + quoted(j.name) + " starts " + written(gap) +
-                          " m open; the first step closes it");
-    if (!assembly.is_dynamic(j.a) || !assembly.is_dynamic(j.b) || exact.has(j)) continue;
-    const PlacedBody *a = &assembly.bodies[j.a], *b = &assembly.bodies[j.b];
+                    "joint " + quoted(j.name) + " starts " + written(gap) +
+                        " m open; the first step closes it");
+    if (!built.is_dynamic(j.a) || !built.is_dynamic(j.b) || exact.has(j)) continue;
+    const BuiltBody *a = &built.bodies[j.a], *b = &built.bodies[j.b];
     if (a->body.mass < b->body.mass) std::swap(a, b);
     const Real ratio = a->body.mass / b->body.mass;
     if (ratio > kHeavy)
       messages.warn(j.at, "ratio",
-                      "joint " + quoted(j.name) + " has a mass ratio of " + written(ratio) +
-                          ":1 (" + a->name + " " + written(a->body.mass) + " kg, " + b->name + " " +
-                          written(b->body.mass) + " kg); above 100:1 expect less accurate motion");
+                    "joint " + quoted(j.name) + " has a mass ratio of " + written(ratio) + ":1 (" +
+                        a->name + " " + written(a->body.mass) + " kg, " + b->name + " " +
+                        written(b->body.mass) + " kg); above 100:1 expect less accurate motion");
   }
 }
 
@@ -80,21 +80,21 @@ class Trees {
   std::vector<bool> is_held_;
 };
 
-/// Joints that close a loop, or hold a tree once more, hold their point and nothing else; not so with
-/// the Lagrangian solver.
-void warn_of_loops(const Assembly& assembly, const Exact& exact, BuildMessages& messages) {
-  Trees trees(assembly.bodies.size());
-  std::vector<std::pair<std::uint32_t, const PlacedJoint*>> holds;  // by body
-  const auto warn = [&](const PlacedJoint& j, const char* does) {
+/// Joints that close a loop, or hold a tree once more, hold their point and nothing else; not so
+/// with the Lagrangian solver.
+void warn_of_loops(const BuiltScene& built, const Exact& exact, BuildMessages& messages) {
+  Trees trees(built.bodies.size());
+  std::vector<std::pair<std::uint32_t, const BuiltJoint*>> holds;  // by body
+  const auto warn = [&](const BuiltJoint& j, const char* does) {
     const bool turns = info_of(j.joint.kind).uses_axes || j.joint.limits.any() || j.drive;
     if (turns)
       messages.warn(j.at, "loop",
-                      "joint " + quoted(j.name) + " " + does +
-                          ", so only its point is held, not its kind, limits or drive");
+                    "joint " + quoted(j.name) + " " + does +
+                        ", so only its point is held, not its kind, limits or drive");
   };
-  for (const PlacedJoint& j : assembly.joints) {
+  for (const BuiltJoint& j : built.joints) {
     if (exact.has(j)) continue;
-    const bool a = assembly.is_dynamic(j.a), b = assembly.is_dynamic(j.b);
+    const bool a = built.is_dynamic(j.a), b = built.is_dynamic(j.b);
     if (a && b && !trees.join(j.a, j.b)) warn(j, "closes a loop of dynamic bodies");
     if (a != b) holds.emplace_back(a ? j.a : j.b, &j);
   }
@@ -104,57 +104,56 @@ void warn_of_loops(const Assembly& assembly, const Exact& exact, BuildMessages& 
     if (!trees.hold(body)) warn(*joint, "holds what another joint holds in place already");
 }
 
-/// Joints that start turned as they must not be.
-void warn_of_turns(const Assembly& assembly, BuildMessages& messages) {
+/// Joints that start beyond their limits.
+void warn_of_turns(const BuiltScene& built, BuildMessages& messages) {
   constexpr Real kBeyond = 1e-6;  // rad
-  for (const PlacedJoint& j : assembly.joints) {
-    const Quat start = relative_turn(j.joint, assembly.pose_of(j.a).rotation,
-                                     assembly.pose_of(j.b).rotation);
+  for (const BuiltJoint& j : built.joints) {
+    const Quat start =
+        relative_rotation(j.joint, built.pose_of(j.a).rotation, built.pose_of(j.b).rotation);
     const Real beyond = violation(j.joint, start);
     if (beyond > kBeyond)
       messages.warn(j.at, "turn",
-                      "joint " + quoted(j.name) + " starts " + written(beyond * 180 / kPi) +
-                          " degrees beyond what its kind and limits allow; it will jump there");
+                    "joint " + quoted(j.name) + " starts " + written(beyond * 180 / kPi) +
+                        " degrees beyond what its kind and limits allow; it will jump there");
   }
 }
 
 /// What a solver does not know, but does not keep a scene from being run: a line for each.
-void warn_of_unknown(const Assembly& assembly, const Exact& exact, Solver solver,
+void warn_of_unknown(const BuiltScene& built, const Exact& exact, Solver solver,
                      BuildMessages& messages) {
   const bool is_exact = solver == Solver::lagrangian;
   const std::string who = std::string("but the solver \"") + name_of(solver) + "\" does not know ";
   std::size_t solid = 0;
-  const PlacedBody* first = nullptr;
-  for (std::uint32_t i = 0; i < assembly.bodies.size(); ++i)
-    if (assembly.bodies[i].collision && assembly.is_dynamic(i) && exact.solvers[i] == solver &&
+  const BuiltBody* first = nullptr;
+  for (std::uint32_t i = 0; i < built.bodies.size(); ++i)
+    if (built.bodies[i].collision && built.is_dynamic(i) && exact.solvers[i] == solver &&
         solid++ == 0)
-      first = &assembly.bodies[i];
+      first = &built.bodies[i];
   if (solid > 0 && !knows(solver, Feature::contact))
     messages.warn(first->at, "contact",
-                    "body " + quoted(first->name) +
-                        (solid > 1 ? " and " + std::to_string(solid - 1) + " more are" : " is") +
-                        " solid, " + who +
-                        (is_exact ? std::string("contacts yet; ") +
-                                        (solid > 1 ? "they touch" : "it touches") + " nothing"
-                                  : "contacts; only what flies free is pushed out"));
-  for (const PlacedJoint& j : assembly.joints) {
-    const std::uint32_t mover = assembly.is_dynamic(j.a) ? j.a : j.b;
-    if (j.joint.limits->soft_zone > 0 && assembly.is_dynamic(mover) &&
-        exact.solvers[mover] == solver &&
-        !knows(solver, Feature::soft_stop))
+                  "body " + quoted(first->name) +
+                      (solid > 1 ? " and " + std::to_string(solid - 1) + " more are" : " is") +
+                      " solid, " + who +
+                      (is_exact ? std::string("contacts yet; ") +
+                                      (solid > 1 ? "they touch" : "it touches") + " nothing"
+                                : "contacts; only what flies free is pushed out"));
+  for (const BuiltJoint& j : built.joints) {
+    const std::uint32_t mover = built.is_dynamic(j.a) ? j.a : j.b;
+    if (j.joint.limits->soft_zone > 0 && built.is_dynamic(mover) &&
+        exact.solvers[mover] == solver && !knows(solver, Feature::soft_stop))
       messages.warn(j.at, "soft",
-                      "joint " + quoted(j.name) + " has a soft stop, " + who +
-                          (is_exact ? "them yet; " : "them; ") + "the stop is hard");
+                    "joint " + quoted(j.name) + " has a soft stop, " + who +
+                        (is_exact ? "them yet; " : "them; ") + "the stop is hard");
   }
 }
 
-void warn_of_strings(const Assembly& assembly, BuildMessages& messages) {
-  for (const PlacedString& s : assembly.strings) {
-    const Real over = stretch(s.joint, assembly.pose_of(s.a), assembly.pose_of(s.b));
+void warn_of_strings(const BuiltScene& built, BuildMessages& messages) {
+  for (const BuiltCable& s : built.cables) {
+    const Real over = stretch(s.joint, built.pose_of(s.a), built.pose_of(s.b));
     if (over > kOpen)
       messages.warn(s.at, "short",
-                      "string " + quoted(s.name) + " of " + written(s.joint.length) + " m starts " +
-                          written(over) + " m too short; it will pull hard at first");
+                    "cable " + quoted(s.name) + " of " + written(s.joint.length) + " m starts " +
+                        written(over) + " m too short; it will pull hard at first");
   }
 }
 
@@ -182,25 +181,25 @@ struct Way {
 
 class Reach {
  public:
-  explicit Reach(const Assembly& assembly)
-      : assembly_(assembly), edges_(assembly.bodies.size()), held_(assembly.bodies.size()) {
-    for (const PlacedJoint& j : assembly.joints) {
+  explicit Reach(const BuiltScene& built)
+      : assembly_(built), edges_(built.bodies.size()), held_(built.bodies.size()) {
+    for (const BuiltJoint& j : built.joints) {
       if (!holds_point(j.joint.kind)) continue;  // the way over it has no fixed length
-      const bool a = assembly.is_dynamic(j.a), b = assembly.is_dynamic(j.b);
+      const bool a = built.is_dynamic(j.a), b = built.is_dynamic(j.b);
       if (a && b) {
         edges_[j.a].push_back({j.b, j.joint.anchor_a, j.joint.anchor_b});
         edges_[j.b].push_back({j.a, j.joint.anchor_b, j.joint.anchor_a});
       } else if (a) {
-        hold({j.a, j.joint.anchor_a, to_world(assembly.pose_of(j.b), j.joint.anchor_b), 0, j.at,
+        hold({j.a, j.joint.anchor_a, to_world(built.pose_of(j.b), j.joint.anchor_b), 0, j.at,
               "joint " + quoted(j.name)});
       } else {
-        hold({j.b, j.joint.anchor_b, to_world(assembly.pose_of(j.a), j.joint.anchor_a), 0, j.at,
+        hold({j.b, j.joint.anchor_b, to_world(built.pose_of(j.a), j.joint.anchor_a), 0, j.at,
               "joint " + quoted(j.name)});
       }
     }
-    for (const PlacedPin& p : assembly.pins)
-      if (p.pin.grip == Grip::exact && !assembly.is_dynamic(p.to))
-        hold({p.body, p.pin.anchor, to_world(assembly.pose_of(p.to), p.pin.target), p.pin.priority,
+    for (const BuiltPin& p : built.pins)
+      if (p.pin.grip == Grip::exact && !built.is_dynamic(p.to))
+        hold({p.body, p.pin.anchor, to_world(built.pose_of(p.to), p.pin.target), p.pin.priority,
               p.at, "pin " + quoted(p.name)});
   }
 
@@ -266,13 +265,13 @@ class Reach {
                               ", but the way between ";
     if (distance > reach + kOpen)
       messages.warn(to.at, "reach",
-                      where + "measures only " + written(reach) + " m; it stays out of reach");
+                    where + "measures only " + written(reach) + " m; it stays out of reach");
     else if (distance < least - kOpen)
       messages.warn(to.at, "reach",
-                      where + "cannot fold below " + written(least) + " m; it stays out of reach");
+                    where + "cannot fold below " + written(least) + " m; it stays out of reach");
   }
 
-  const Assembly& assembly_;
+  const BuiltScene& assembly_;
   std::vector<std::vector<Edge>> edges_;
   std::vector<Held> list_;
   std::vector<std::vector<std::size_t>> held_;  // by body, into list_
@@ -281,16 +280,16 @@ class Reach {
 
 }  // namespace
 
-void warn_of_structure(const Assembly& assembly, const std::vector<Solver>& solvers,
+void warn_of_structure(const BuiltScene& built, const std::vector<Solver>& solvers,
                        BuildMessages& messages) {
-  const Exact exact{assembly, solvers};
-  warn_of_joints(assembly, exact, messages);
-  warn_of_loops(assembly, exact, messages);
+  const Exact exact{built, solvers};
+  warn_of_joints(built, exact, messages);
+  warn_of_loops(built, exact, messages);
   for (Solver solver : {Solver::lagrangian, Solver::sweep, Solver::shake2, Solver::paper})
-    warn_of_unknown(assembly, exact, solver, messages);
-  warn_of_turns(assembly, messages);
-  warn_of_strings(assembly, messages);
-  Reach(assembly).warn(messages);
+    warn_of_unknown(built, exact, solver, messages);
+  warn_of_turns(built, messages);
+  warn_of_strings(built, messages);
+  Reach(built).warn(messages);
 }
 
 }  // namespace pantin

@@ -28,7 +28,7 @@ bool is_sound(const Joint& j) {
          is_finite(j.frames.b());
 }
 
-bool is_sound(const StringJoint& s) {
+bool is_sound(const CableParameters& s) {
   return is_finite(s.anchor_a) && is_finite(s.anchor_b) && !std::isnan(s.length) &&
          s.compliance >= 0 && std::isfinite(s.compliance);
 }
@@ -59,8 +59,8 @@ void list_unknown(const Plans& owners) {
   const World& world = owners.world;
   const auto note = [&](Entity who, const SolverSettings* how, Feature what, const char* verb) {
     if (!how || knows(how->solver, what)) return false;
-    const bool minor = what == Feature::contact || what == Feature::soft_stop ||
-                       what == Feature::spring_grip;
+    const bool minor =
+        what == Feature::contact || what == Feature::soft_stop || what == Feature::spring_grip;
     owners.faults.push_back(
         {who, unknown_to(how->solver, what, verb), StructureFault::unknown, minor});
     return true;
@@ -70,22 +70,22 @@ void list_unknown(const Plans& owners) {
     const Entity owner = world.links.owners()[i];
     const SolverSettings* how = owners.settings(link.a);
     if (!how) how = owners.settings(link.b);
-    if (link.joint.extras.any() || link.joint.limits.any())
+    if (link.joint.parameters.any() || link.joint.limits.any())
       for (Feature f : features_of(link.joint))
         if (f != Feature::kind) note(owner, how, f, "has");  // kinds are left out
-    if (world.pose_drives.find(owner)) note(owner, how, Feature::pose_drive, "has");
+    if (world.joint_drives.find(owner)) note(owner, how, Feature::pose_drive, "has");
   }
-  for (std::size_t i = 0; i < world.strings.size(); ++i) {
-    const String& s = world.strings.values()[i];
+  for (std::size_t i = 0; i < world.cables.size(); ++i) {
+    const Cable& s = world.cables.values()[i];
     for (Entity end : {s.a, s.b})
-      if (note(world.strings.owners()[i], owners.settings(end), Feature::cable, "is")) break;
+      if (note(world.cables.owners()[i], owners.settings(end), Feature::cable, "is")) break;
   }
   for (std::size_t i = 0; i < world.pins.size(); ++i)
     if (const Pin& p = world.pins.values()[i]; p.grip == Grip::spring)
       note(world.pins.owners()[i], owners.settings(p.body), Feature::spring_grip, "has");
-  for (std::size_t i = 0; i < world.ratios.size(); ++i) {
-    const Ratio& r = world.ratios.values()[i];
-    const Entity owner = world.ratios.owners()[i];
+  for (std::size_t i = 0; i < world.gears.size(); ++i) {
+    const Gear& r = world.gears.values()[i];
+    const Entity owner = world.gears.owners()[i];
     const Link *one = world.links.find(r.first), *two = world.links.find(r.second);
     if (!one || !two || r.first == r.second) continue;  // told by the exact solver
     for (Entity body : {one->a, one->b, two->a, two->b})
@@ -95,7 +95,7 @@ void list_unknown(const Plans& owners) {
   std::vector<const SolverSettings*> told;
   for (Entity e : world.collisions.owners()) {
     const SolverSettings* how = owners.settings(e);
-    if (!how || how->solver == Solver::automatic ||
+    if (!how || how->solver == Solver::articulated ||
         std::find(told.begin(), told.end(), how) != told.end())
       continue;
     told.push_back(how);
@@ -122,9 +122,9 @@ void list_impossible(const Plans& owners) {
   for (std::size_t i = 0; i < world.links.size(); ++i)
     if (const Link& l = world.links.values()[i]; !is_sound(l.joint))
       stop_both(world.links.owners()[i], "has an anchor or axes that are not finite", l.a, l.b);
-  for (std::size_t i = 0; i < world.strings.size(); ++i)
-    if (const String& s = world.strings.values()[i]; !is_sound(s.joint))
-      stop_both(world.strings.owners()[i], "has a number that is none", s.a, s.b);
+  for (std::size_t i = 0; i < world.cables.size(); ++i)
+    if (const Cable& s = world.cables.values()[i]; !is_sound(s.joint))
+      stop_both(world.cables.owners()[i], "has a number that is none", s.a, s.b);
   for (std::size_t i = 0; i < world.pins.size(); ++i)
     if (const Pin& p = world.pins.values()[i]; !is_sound(p))
       stop_both(world.pins.owners()[i], "has an anchor or a stiffness that is none", p.body, p.to);
@@ -144,7 +144,7 @@ void list_faults(World& world, std::span<std::vector<IslandPlan>> plans) {
 
 std::vector<StructureFault> check(const World& world) {
   World built = world;
-  built.touch();
+  built.mark_dirty();
   compile_if_changed(built);
   return partition_of(built).faults;
 }

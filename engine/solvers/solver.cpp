@@ -72,17 +72,17 @@ void remember_build(const World& world, BuiltFrom& b) {
     to.assign(from.begin(), from.end());
   };
   copy(world.bodies.owners(), b.bodies), copy(world.links.owners(), b.links);
-  copy(world.strings.owners(), b.strings), copy(world.ratios.owners(), b.ratios);
+  copy(world.cables.owners(), b.cables), copy(world.gears.owners(), b.gears);
   copy(world.pins.owners(), b.pins);
   b.solid.clear();
   for (const Entity e : b.bodies) b.solid.push_back(world.collisions.find(e) != nullptr);
-  b.touched = world.touched;
+  b.edit_count = world.edit_count;
 }
 
 }  // namespace
 
 void compile_if_changed(World& world) {
-  // Made in this order, whoever asks first: what is hashed does not depend on it.
+  // Created in this fixed order, so that the hash does not depend on the order of use.
   Partition& now = world.memory.of<Partition>();
   world.memory.of<contact::Memory>();
   if (now.built_for != world.structure()) {

@@ -1,9 +1,9 @@
 #pragma once
-/// The contract between the step and its solvers, and the table of them.
+/// The solver interface and the table of solvers.
 ///
-/// A solver is a folder and a row of kSolvers. The World's islands are shared out by row; each solver
-/// compiles its own into memory of its own (World::memory) and moves them. Solvers do not know one
-/// another: what crosses islands goes through the room contact.
+/// A solver is a folder and a row of kSolvers. Each island of the World belongs to one row; the
+/// solver compiles its islands into memory of its own (World::memory) and steps them. Solvers are
+/// independent of one another: islands interact through engine/contact.
 #include <array>
 #include <cstdint>
 #include <span>
@@ -16,59 +16,59 @@
 
 namespace pantin {
 
-/// What a solver is told of the step it takes part in.
+/// Parameters of a step.
 struct StepTask {
   Real h = 0;       // s
-  int threads = 1;  // that may work on islands; the result does not depend on it
+  int threads = 1;  // available for islands; the result does not depend on it
 };
 
-/// One solver. `island` numbers its own islands, as they were compiled.
+/// One solver. `island` is the index of one of its islands, in the order of compilation.
 struct SolverRow {
   const char* name;
-  bool feels_contacts;  // moves its bodies away from what they touch
+  bool feels_contacts;  // resolves contacts of its bodies
 
-  /// Packs all islands it is given, in their order, carrying memory over by body; writes
-  /// Owner::column of their bodies and faults into the Partition.
+  /// Packs the given islands in their order, carrying state over by body; writes Owner::column of
+  /// their bodies and faults into the Partition.
   void (*compile)(World&, std::span<const IslandPlan>);
-  /// Memory for the steps: after compile, and after the World was copied.
+  /// Allocates scratch memory: after compile, and after the World was copied.
   void (*prepare)(World&);
 
-  /// The update stage: free motion of all its islands. Islands with interfaces of their own
-  /// (leaders) wait for `repeat`.
+  /// The update stage: free motion of all islands. Leaders of interfaces are stepped by `repeat`
+  /// instead.
   void (*predict)(World&, const StepTask&);
   /// After islands were compiled anew within a step, between the update and the adjust stage: the
   /// changed ones are predicted, or sit the substep out.
   void (*catch_up)(World&, const StepTask&);
-  /// Whether nothing that it moves moves.
+  /// Whether all its islands sleep.
   bool (*asleep)(const World&);
-  /// How far the surfaces of its bodies may move in the step, m, by body slot.
+  /// Bounds on the displacement of its bodies' surfaces in the step, m, by body slot.
   void (*find_reaches)(const World&, Real h, std::span<Real> reach);
-  /// Contacts were found: each island takes those of its bodies.
+  /// After contact detection: each island takes the contacts of its bodies.
   void (*take_contacts)(World&, Real h);
-  /// The adjust stage: joints closed, contacts borne, bodies written; all islands that neither
-  /// follow an interface nor touch one another.
+  /// The adjust stage: closes joints, resolves contacts, writes bodies. For islands that neither
+  /// follow an interface nor are in contact with one another.
   void (*adjust)(World&, const StepTask&);
-  /// ... of those that touch one another.
+  /// The same for islands in contact with one another.
   void (*adjust_touching)(World&, const StepTask&);
 
   // Interfaces: see runtime/coupling.hpp.
   std::size_t (*count)(const World&);
-  /// The interfaces that the island leads.
+  /// The interfaces of which the island is the leader.
   std::span<contact::Interface> (*interfaces)(World&, std::size_t island);
-  /// Whether the island is tied to one of another solver that leads it.
+  /// Whether the island is the follower of an interface.
   bool (*follows)(const World&, std::size_t island);
-  /// Whether it touches another island of its solver.
+  /// Whether it is in contact with another island of its solver.
   bool (*touches)(const World&, std::size_t island);
-  /// Remembers where the island's step starts from, bodies included.
+  /// Saves the initial state of the step, bodies included.
   void (*save)(World&, std::size_t island);
-  /// Takes the step from there once more. False if it cannot be taken.
+  /// Repeats the step from the saved state. False if it fails.
   bool (*repeat)(World&, std::size_t island, Real h);
-  /// What a follower pulled through its interfaces over the step, added to the list.
+  /// Appends the reactions of a follower at its interfaces over the step.
   void (*react)(World&, std::size_t island, Real h, std::vector<contact::Reaction>&);
-  /// What its islands press on bodies that feel no contacts, added to the list.
+  /// Appends contact forces on bodies of solvers without contact response.
   void (*press)(const World&, std::vector<contact::Pressure>&);
 
-  /// What the step left, added to the report and to the measures.
+  /// Adds the results of the step to the report and to the measures.
   void (*report)(const World&, StepReport&);
   void (*measure)(const World&, Measures&);
 };
@@ -83,13 +83,13 @@ namespace articulated {
 extern const SolverRow kRow;
 }
 inline constexpr std::array<const SolverRow*, kSolverCount> kSolvers{&lagrangian::kRow,
-                                                                    &articulated::kRow};
+                                                                     &articulated::kRow};
 
-/// The row that runs what a setting asks for.
+/// The row of a solver setting.
 std::uint8_t row_of(Solver solver);
 
-/// Finds the islands anew if the structure changed and has their solvers compile them; makes memory
-/// for the steps where there is none.
+/// If the structure changed, finds the islands and compiles them; allocates scratch memory where
+/// needed.
 void compile_if_changed(World& world);
 
 /// All that is wrong with a World as it stands, without a step: joints that cannot be used, motors,
@@ -106,13 +106,14 @@ struct IslandWork {
   const void* with;
 };
 void run_islands(std::size_t count, int threads, IslandWork work);
-/// Runs `work(i)` for every i below `count` on the threads of a task; no two i share anything.
+/// Runs `work(i)` for every i below `count` on the threads of a task; the calls are independent.
 template <class Work>
 void for_each_island(std::size_t count, int threads, const Work& work) {
-  run_islands(count, threads,
-              {[](const void* with, std::size_t i) { (*static_cast<const Work*>(with))(i); }, &work});
+  run_islands(
+      count, threads,
+      {[](const void* with, std::size_t i) { (*static_cast<const Work*>(with))(i); }, &work});
 }
-/// Whether a step can use more than one thread in this build.
+/// Whether this build supports more than one thread per step.
 bool has_threads();
 
 }  // namespace pantin

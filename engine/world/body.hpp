@@ -1,5 +1,5 @@
 #pragma once
-/// A rigid thing.
+/// A rigid body and the forces on it.
 #include <cstdint>
 
 #include "engine/base/fields.hpp"
@@ -10,23 +10,23 @@ namespace pantin {
 enum class Motion : std::uint8_t {
   dynamic,  // moved by forces and joints
   fixed,    // never moves
-  driven,   // moved by a Drive, or by whoever writes its pose; joints follow it
+  driven,   // kinematic: moved along a KinematicPath or by the caller; joints follow it
 };
 constexpr Motion last_of(Motion) { return Motion::driven; }
 
-/// A rigid body, seen from its mass centre.
+/// A rigid body in its mass-centre frame.
 ///
 /// `pose` places the frame of principal axes at the mass centre. Anchors, shapes and `inertia` are
 /// given in that frame. A scene file may place a body by another frame of its own: see
-/// World::origins. Whoever changes `pose`, `velocity` or `spin` of a dynamic body by hand sets
-/// `restart`; whoever changes `mass`, `inertia` or `motion` calls World::touch() afterwards.
+/// World::origins. After changing `pose`, `velocity` or `angular_velocity` of a dynamic body set
+/// `restart`; after changing `mass`, `inertia` or `motion` call World::mark_dirty().
 struct Body {
   Pose pose;
-  Vec3 velocity{0};  // of the mass centre, m/s
-  Vec3 spin{0};      // angular velocity, world axes, rad/s
+  Vec3 velocity{0};          // of the mass centre, m/s
+  Vec3 angular_velocity{0};  // angular velocity, world axes, rad/s
   Motion motion = Motion::dynamic;
-  bool restart = false;   // the motion was changed by hand: integrate afresh from here
-  bool teleport = false;  // the pose jumped: do not draw the way in between
+  bool restart = false;   // the caller changed the motion: the integrator restarts from here
+  bool teleport = false;  // the pose jumped: no interpolation from the old pose
   Real mass = 1;          // kg
   Vec3 inertia{1};        // principal moments, kg m^2
   Real drag = 0.3;        // rate c of the damping exp(-c t), 1/s
@@ -35,7 +35,7 @@ struct Body {
   static void fields(auto& self, auto&& field) {
     field("pose", self.pose);
     field("velocity", self.velocity);
-    field("spin", self.spin);
+    field("angular_velocity", self.angular_velocity);
     field("motion", self.motion);
     field("restart", self.restart);
     field("teleport", self.teleport);
@@ -46,7 +46,7 @@ struct Body {
   }
 };
 
-/// What pushes a body during the next step; World::push() adds to it, each step clears it.
+/// External force on a body during the next step. World::push() adds to it; each step clears it.
 struct Force {
   Vec3 force{0};   // N, world axes, at the mass centre
   Vec3 torque{0};  // N m, world axes

@@ -1,5 +1,5 @@
 #pragma once
-/// What may touch what.
+/// Collision filters and surface properties.
 #include <cstdint>
 
 #include "engine/base/fields.hpp"
@@ -7,15 +7,15 @@
 
 namespace pantin {
 
-/// A component: the body's Shapes are solid. Bodies without it touch nothing.
+/// A component: the body's Shapes collide. Bodies without it have no contacts.
 ///
-/// A dynamic body touches every fixed or driven one whose groups agree. Dynamic bodies touch one
-/// another only where asked for. Bodies of one joint never touch.
+/// A dynamic body collides with every fixed or kinematic body whose groups agree. Dynamic bodies
+/// collide with one another only on request. Bodies connected by a joint never collide.
 struct Collision {
   Real friction = 0.5;              // Coulomb; of two bodies the geometric mean counts
   Real restitution = 0;             // 0..1; of two bodies the larger counts
-  std::uint32_t groups = 1;         // bits: what this body is
-  std::uint32_t with = UINT32_MAX;  // bits: what it touches; both have to agree
+  std::uint32_t groups = 1;         // bits: groups that this body belongs to
+  std::uint32_t with = UINT32_MAX;  // bits: groups that it collides with; both bodies must agree
   bool others = false;              // dynamic bodies of other islands too
   bool self = false;                // dynamic bodies of its own island too
 

@@ -1,5 +1,5 @@
 #pragma once
-/// Handles: an index that is used again and a generation that is not.
+/// Entity handles: a reusable index and a generation that is never reused.
 #include <cstdint>
 #include <functional>
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace pantin {
 
-/// A handle to something in a World. The default one names nothing.
+/// A handle to an object in a World. The default one refers to nothing.
 struct Entity {
   std::uint32_t index = UINT32_MAX;
   std::uint32_t generation = 0;
@@ -22,7 +22,8 @@ struct Entity {
   }
 };
 
-/// Hands out handles; one that was destroyed is told from the one that got its place.
+/// Allocates handles. The generation distinguishes a destroyed handle from the one that reuses its
+/// index.
 class Entities {
  public:
   Entity create() {
@@ -48,7 +49,7 @@ class Entities {
     return true;
   }
   std::size_t alive() const { return alive_; }
-  /// Of handles ever made at the same time.
+  /// Largest number of handles that existed at the same time.
   std::size_t capacity() const { return generations_.size(); }
 
   static void fields(auto& self, auto&& field) {

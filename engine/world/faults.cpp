@@ -9,7 +9,7 @@ namespace pantin {
 namespace {
 
 constexpr unsigned bit(Solver s) { return 1u << static_cast<int>(s); }
-constexpr unsigned kAuto = bit(Solver::automatic), kExact = bit(Solver::lagrangian);
+constexpr unsigned kAuto = bit(Solver::articulated), kExact = bit(Solver::lagrangian);
 
 struct Knowledge {
   const char* name;
@@ -34,7 +34,9 @@ const Knowledge& knowledge(Feature f) { return kKnowledge[static_cast<int>(f)]; 
 
 }  // namespace
 
-bool knows(Solver solver, Feature feature) { return (knowledge(feature).solvers & bit(solver)) != 0; }
+bool knows(Solver solver, Feature feature) {
+  return (knowledge(feature).solvers & bit(solver)) != 0;
+}
 
 const char* solvers_that_know(Feature feature) { return knowledge(feature).told; }
 
@@ -46,19 +48,17 @@ std::vector<Feature> features_of(const Joint& joint) {
     if (is_there) found.push_back(f);
   };
   add(Feature::kind, !is_articulated(joint.kind));
-  if (joint.extras.any()) {
-    const Freedom &turn = joint.extras->turn, &slide = joint.extras->slide;
-    const auto springs = [](const Freedom& f) {
+  if (joint.parameters.any()) {
+    const Dof &rotation = joint.parameters->rotation, &translation = joint.parameters->translation;
+    const auto springs = [](const Dof& f) {
       return f.spring.stiffness != 0 || f.spring.damping != 0;
     };
-    const auto rubs = [](const Freedom& f) {
-      return f.friction.viscous != 0 || f.friction.dry != 0;
-    };
-    add(Feature::spring, springs(turn) || springs(slide));
-    add(Feature::friction, rubs(turn) || rubs(slide));
+    const auto rubs = [](const Dof& f) { return f.friction.viscous != 0 || f.friction.dry != 0; };
+    add(Feature::spring, springs(rotation) || springs(translation));
+    add(Feature::friction, rubs(rotation) || rubs(translation));
     add(Feature::motor,
-        turn.motor.kind != MotorKind::none || slide.motor.kind != MotorKind::none);
-    add(Feature::restitution, joint.extras->restitution != 0);
+        rotation.motor.kind != MotorKind::none || translation.motor.kind != MotorKind::none);
+    add(Feature::restitution, joint.parameters->restitution != 0);
   }
   add(Feature::soft_stop, joint.limits.any() && joint.limits->soft_zone > 0);
   return found;

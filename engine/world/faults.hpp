@@ -1,5 +1,6 @@
 #pragma once
-/// What a World has that cannot be used as it stands, or that the solver chosen for it does not know.
+/// What a World has that cannot be used as it stands, or that the solver chosen for it does not
+/// know.
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -19,7 +20,7 @@ enum class Feature : std::uint8_t {
   restitution,  // of the limits of a joint
   ratio,        // of two joints
   soft_stop,    // a zone before a limit
-  pose_drive,   // a muscle
+  pose_drive,   // a joint drive
   cable,
   contact,
   spring_grip  // of a pin
@@ -42,7 +43,7 @@ struct StructureFault {
     unknown,    // its solver does not know it: the step is taken as if it were not there
     impossible  // a number that no step can be computed with: its island does not move
   };
-  Entity link;         // what is concerned: a joint, a string, a pin, a body ...
+  Entity link;         // what is concerned: a joint, a cable, a pin, a body ...
   std::string reason;  // one clause
   Kind kind = left_out;
   // Unknown, but of a thing that scenes are read with all the same: contacts, soft stops, springs

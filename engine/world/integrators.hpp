@@ -5,14 +5,14 @@
 #include <iterator>
 #include <string_view>
 
-#define PANTIN_INTEGRATORS(ROW)                                                            \
-  /* semi-implicit, in momenta: one solve, never blows up */                               \
-  ROW(euler, .order = 1, .baumgarte_is_part = true)                                        \
-  /* symplectic and reversible: energy bounded in long runs */                             \
-  ROW(rattle, .order = 2)                                                                  \
+#define PANTIN_INTEGRATORS(ROW)                                                             \
+  /* semi-implicit, in momenta: one solve, never blows up */                                \
+  ROW(euler, .order = 1, .baumgarte_is_part = true)                                         \
+  /* symplectic and reversible: energy bounded in long runs */                              \
+  ROW(rattle, .order = 2)                                                                   \
   /* Runge-Kutta with projection; of its family the 5(4) pair where a tolerance is asked */ \
-  ROW(rk4, .order = 4, .takes_tolerance = true)                                            \
-  /* generalised alpha: stiff springs do not limit the step */                             \
+  ROW(rk4, .order = 4, .takes_tolerance = true)                                             \
+  /* generalised alpha: stiff springs do not limit the step */                              \
   ROW(implicit, .order = 2)
 
 namespace pantin {
@@ -47,7 +47,7 @@ constexpr const IntegratorInfo& info_of(Integrator integrator) {
 /// "euler", "rattle", "rk4", "implicit".
 constexpr const char* name_of(Integrator integrator) { return info_of(integrator).name.data(); }
 
-/// False, and `integrator` untouched, for any other word.
+/// False for any other word; `integrator` is then unchanged.
 constexpr bool integrator_from_name(std::string_view name, Integrator& integrator) {
   for (const IntegratorInfo& info : kIntegrators) {
     if (info.name != name) continue;

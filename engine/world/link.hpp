@@ -1,15 +1,15 @@
 #pragma once
-/// What ties bodies together and to the world.
+/// Connections between bodies: links, cables, gears and pins.
 #include "engine/base/fields.hpp"
+#include "engine/joints/cable.hpp"
 #include "engine/joints/kinds.hpp"
-#include "engine/joints/string.hpp"
 #include "engine/world/entity.hpp"
 
 namespace pantin {
 
-/// Two bodies and a joint. Either body may be the one nearer to the root. A joint that closes a loop
-/// of dynamic bodies, or holds a tree once more, holds its point; the turns must follow from the
-/// other joints.
+/// Two bodies and a joint. Either body may be the one nearer to the root. A joint that closes a
+/// loop of dynamic bodies, or anchors a tree a second time, constrains its point only; the
+/// rotations must follow from the other joints.
 struct Link {
   Entity a, b;
   Joint joint;
@@ -21,10 +21,10 @@ struct Link {
   }
 };
 
-/// Two bodies and a string.
-struct String {
+/// Two bodies and a cable.
+struct Cable {
   Entity a, b;
-  StringJoint joint;
+  CableParameters joint;
   Real tension = 0;  // N, mean over the last step; 0 when slack
 
   static void fields(auto& self, auto&& field) {
@@ -35,25 +35,25 @@ struct String {
   }
 };
 
-/// Couples a freedom of one link to a freedom of another, as gears, belts and racks do:
+/// Couples a coordinate of one link to a coordinate of another, as gears, belts and racks do:
 ///
 ///   coordinate of second = ratio * coordinate of first + offset
 ///
-/// Only the Lagrangian solver knows it. Turns are counted in whole from the pose the World was
-/// given in; `offset` then follows from that pose where it is not set.
-struct Ratio {
-  Entity first, second;                      // links with a hinge, slide or screw
-  bool slides_first = false;                 // the slide along x (m) of `first`, not its turn (rad)
-  bool slides_second = false;                // likewise
-  Real ratio = 1;                            // rad/rad, m/rad ...
-  Real offset = 0;                           // rad or m
+/// Only the Lagrangian solver supports it. Whole revolutions are counted from the initial pose;
+/// where `offset` is not set it follows from that pose.
+struct Gear {
+  Entity first, second;         // links with a hinge, prismatic joint or screw
+  bool first_travels = false;   // the travel along x (m) of `first`, not its angle (rad)
+  bool second_travels = false;  // likewise
+  Real ratio = 1;               // rad/rad, m/rad ...
+  Real offset = 0;              // rad or m
   bool has_offset = false;
 
   static void fields(auto& self, auto&& field) {
     field("first", self.first);
     field("second", self.second);
-    field("slides_first", self.slides_first);
-    field("slides_second", self.slides_second);
+    field("first_travels", self.first_travels);
+    field("second_travels", self.second_travels);
     field("ratio", self.ratio);
     field("offset", self.offset);
     field("has_offset", self.has_offset);
@@ -61,24 +61,25 @@ struct Ratio {
 };
 
 enum class Grip : std::uint8_t {
-  exact,   // the point goes to its target, whatever it weighs
-  spring,  // the point is drawn by a damped spring of `stiffness`
+  exact,   // a hard constraint: the point reaches its target
+  spring,  // a damped spring of `stiffness`
 };
 constexpr Grip last_of(Grip) { return Grip::spring; }
 
-/// A point of a body held at a place in the world, or at a point of another body: a nail, a hand.
+/// A pin constraint: a point of a body held at a point of the world or of another body.
 struct Pin {
   Entity body;
   Vec3 anchor{0};    // in the body's mass-centre frame
   Vec3 target{0};    // world, m; where `to` names a body: in its mass-centre frame
-  Entity to{};       // the body that is held on to, or none
-  int priority = 0;  // of several exact pins the highest is met exactly
+  Entity to{};       // the other body, or none
+  int priority = 0;  // of several exact pins the one of highest priority is met exactly
   Grip grip = Grip::exact;
-  Real stiffness = 200;  // N/m, for a spring grip
-  // What the last step left:
-  Real residual = 0;      // m, distance of the point from its target
-  bool missed = false;    // exact: that is more than the solver's tolerance
-  bool reachable = true;  // false: the links between this pin and a better one are too short
+  Real stiffness = 200;  // N/m, of a spring
+  // Results of the last step:
+  Real residual = 0;    // m, distance of the point from its target
+  bool missed = false;  // exact: that is more than the solver's tolerance
+  bool reachable =
+      true;  // false: the links between this pin and one of higher priority are too short
 
   static void fields(auto& self, auto&& field) {
     field("body", self.body);

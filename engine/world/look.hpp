@@ -1,5 +1,5 @@
 #pragma once
-/// What a picture needs besides the bodies.
+/// Materials, camera and light.
 #include <array>
 #include <string>
 #include <vector>
@@ -34,7 +34,7 @@ struct Camera {
 
 /// The sun and the sky.
 struct Light {
-  Vec3 direction{-0.45, -1, -0.35};  // the way the light goes
+  Vec3 direction{-0.45, -1, -0.35};  // direction in which the light travels
   Vec3 colour{1, 0.97, 0.92};        // linear
   Real strength = 3;
   Vec3 sky{0.62, 0.70, 0.80};     // ambient from above, linear

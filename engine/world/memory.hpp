@@ -1,6 +1,6 @@
 #pragma once
-/// What solvers remember of a World from step to step. The World knows nothing of it but how to copy
-/// it, so that a copy of a World is a snapshot and goes on alike.
+/// Solver state that belongs to a World. The World only copies and hashes it, so that a copy is a
+/// snapshot that continues identically.
 #include <memory>
 #include <string>
 #include <string_view>
@@ -12,7 +12,7 @@
 
 namespace pantin {
 
-/// Memory that may be thrown away between steps; a copy starts empty.
+/// Scratch memory whose content does not survive a step; a copy starts empty.
 template <class T>
 struct Scratch : T {
   Scratch() = default;
@@ -41,14 +41,14 @@ class Memories {
     return *this;
   }
 
-  /// The value of type `T`, made on first use.
+  /// The value of type `T`, created on first use.
   template <class T>
   T& of() {
     if (Any* found = find(&kTypeName<T>)) return static_cast<One<T>*>(found)->value;
     values_.push_back(std::make_unique<One<T>>());
     return static_cast<One<T>&>(*values_.back()).value;
   }
-  /// ... or an empty one where none was made.
+  /// The same for reading; an empty value if there is none.
   template <class T>
   const T& of() const {
     if (const Any* found = find(&kTypeName<T>)) return static_cast<const One<T>*>(found)->value;

@@ -22,7 +22,7 @@ void join_along_joints(const World& world, DisjointSets& sets) {
     }
   };
   for (const Link& link : world.links.values()) join_all({link.a, link.b});
-  for (const Ratio& r : world.ratios.values()) {
+  for (const Gear& r : world.gears.values()) {
     const Link *one = world.links.find(r.first), *two = world.links.find(r.second);
     if (one && two) join_all({one->a, one->b, two->a, two->b});
   }
@@ -63,7 +63,7 @@ std::vector<IslandPlan> find_islands(const World& world, RowOf row_of) {
     const std::uint32_t sa = world.bodies.slot(a), sb = world.bodies.slot(b);
     if (is_dynamic(world, sa) && is_dynamic(world, sb) && row[sa] == row[sb]) sets.join(sa, sb);
   };
-  for (const String& s : world.strings.values()) tie(s.a, s.b);
+  for (const Cable& s : world.cables.values()) tie(s.a, s.b);
   for (const Pin& pin : world.pins.values())
     if (pin.to) tie(pin.body, pin.to);
   std::vector<IslandPlan> islands = list_sets(world, sets);

@@ -1,5 +1,5 @@
 #pragma once
-/// Islands: bodies that joints, cables, pins and gears connect, each moved by one solver.
+/// Islands: bodies connected by joints, cables, pins and gears. One solver owns each island.
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -14,32 +14,32 @@ namespace pantin {
 
 struct World;
 
-/// Which solver moves a body, and where it keeps it.
+/// The solver that owns a body, with island and column.
 struct Owner {
   static constexpr std::uint32_t kNone = UINT32_MAX;
-  std::uint8_t solver = 0;        // row of kSolvers
-  bool feels_contacts = false;    // its solver moves it away from what it touches
-  std::uint32_t island = kNone;   // of that solver; none: no solver moves the body
-  std::uint32_t column = kNone;   // in the island; known where anything is solid
+  std::uint8_t solver = 0;       // row of kSolvers
+  bool feels_contacts = false;   // its solver resolves contacts of this body
+  std::uint32_t island = kNone;  // of that solver; none: no solver owns the body
+  std::uint32_t column = kNone;  // in the island; known where anything is solid
   explicit operator bool() const { return island != kNone; }
 };
 
-/// One island as its solver is asked to move it.
+/// One island as handed to its solver for compilation.
 struct IslandPlan {
   std::uint8_t solver = 0;
-  SolverSettings settings;           // of its first body that has any
+  SolverSettings settings;           // of its first body with settings
   std::vector<std::uint32_t> slots;  // in World::bodies, ascending
   Entity unfit;                      // a body that no step can be computed with, or none
 };
 
 /// What the last build was made from: the owners of the slots that its islands name.
 struct BuiltFrom {
-  std::vector<Entity> bodies, links, strings, ratios, pins;
+  std::vector<Entity> bodies, links, cables, gears, pins;
   std::vector<std::uint8_t> solid;  // by slot in bodies
-  std::uint64_t touched = 0;        // World::touched then
+  std::uint64_t edit_count = 0;     // World::touched then
 };
 
-/// Who moves what. Derived from the components; rebuilt when World::structure() changes.
+/// Owners of all bodies. Derived from the components; rebuilt when World::structure() changes.
 struct Partition {
   struct Place {
     std::uint8_t solver = 0;
@@ -49,9 +49,9 @@ struct Partition {
   std::vector<Place> islands;            // of all solvers
   std::vector<std::uint32_t> island;     // by slot in World::bodies: in `islands`, or Owner::kNone
   std::vector<std::uint32_t> column;     // by slot; empty where nothing is solid
-  std::vector<std::uint32_t> kinematic;  // slots of bodies that no solver moves
+  std::vector<std::uint32_t> kinematic;  // slots of bodies that no solver owns
   std::vector<StructureFault> faults;
-  std::uint64_t built_for = 0;           // World::structure() then; 0: never
+  std::uint64_t built_for = 0;  // World::structure() at the last build; 0: never
   BuiltFrom built;
 
   void set_column(std::uint32_t slot, std::uint32_t to) {
@@ -69,17 +69,17 @@ struct Partition {
   }
 };
 
-/// The row of the solver that a setting names.
+/// The row in kSolvers for a solver setting.
 using RowOf = std::uint8_t (*)(Solver);
 
-/// Finds all islands. Joints and gears connect whatever they tie; all that they connect is moved by
-/// the solver of the first body with settings. Cables and pins connect bodies of one solver only:
-/// between two solvers they are interfaces. Ordered by their lowest slot.
+/// Finds all islands. Joints and gears always connect; the solver of an island is that of its first
+/// body with settings. Cables and pins connect bodies of the same solver only: between two solvers
+/// they are interfaces. Islands are ordered by their lowest slot.
 std::vector<IslandPlan> find_islands(const World& world, RowOf row_of);
 
-/// The World's partition as of the last step.
+/// The partition of the last step.
 const Partition& partition_of(const World& world);
-/// Who moves the body in `slot`; nobody where no step was prepared since the body came.
+/// The owner of the body in `slot`; none if the body is newer than the last compilation.
 inline Owner owner_of(const Partition& partition, std::uint32_t slot) {
   Owner owner;
   if (slot >= partition.island.size() || partition.island[slot] == Owner::kNone) return owner;

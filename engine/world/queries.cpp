@@ -35,8 +35,8 @@ void Queries::refit(const World& world, std::span<const Pose> poses) {
     if (!shapes) continue;
     const Collision* collision = world.collisions.find(owners[slot]);
     const Pose& pose = slot < poses.size() ? poses[slot] : world.bodies.values()[slot].pose;
-    for (std::uint32_t i = 0; i < shapes->parts.size(); ++i) {
-      const Shape& shape = shapes->parts[i];
+    for (std::uint32_t i = 0; i < shapes->list.size(); ++i) {
+      const Shape& shape = shapes->list[i];
       Item item{shape, compose(pose, shape.local), owners[slot], i};
       if (!is_finite(item.at) || !is_complete(shape)) {
         ++left_out_;
@@ -126,7 +126,7 @@ RayAnswer Queries::cast_shape(const Shape& shape, const Pose& from, Vec3 way,
     const RayHit hit{item.body, item.index, met->point, met->normal, fraction};
     if (!answer.hit || order(hit) < order(*answer.hit)) answer.hit = hit;
   };
-  Box swept = bounds_of(shape, at);
+  Aabb swept = bounds_of(shape, at);
   swept.add({swept.low + way, swept.high + way});
   for (std::uint32_t number : unbounded_) look(number);
   tree_.query(swept, [&](std::uint32_t box) { look(bounded_[box]); });
@@ -142,17 +142,17 @@ QueryStatus Queries::overlap(const Shape& shape, const Pose& at, const QueryFilt
   std::vector<std::uint32_t> numbers = unbounded_;
   tree_.query(bounds_of(shape, pose), [&](std::uint32_t box) { numbers.push_back(bounded_[box]); });
   std::sort(numbers.begin(), numbers.end());
-  NarrowRoom room;
-  std::vector<TouchPoint> points;
+  NarrowPhaseScratch room;
+  std::vector<ContactPoint> points;
   for (std::uint32_t number : numbers) {
     const Item& item = items_[number];
     if (!sees(filter, item)) continue;
     points.clear();
-    touch(shape, pose, item.shape, item.at, 0, room, points);
+    collide(shape, pose, item.shape, item.at, 0, room, points);
     if (points.empty()) continue;
-    const TouchPoint& deepest =
-        *std::min_element(points.begin(), points.end(),
-                          [](const TouchPoint& a, const TouchPoint& b) { return a.gap < b.gap; });
+    const ContactPoint& deepest = *std::min_element(
+        points.begin(), points.end(),
+        [](const ContactPoint& a, const ContactPoint& b) { return a.gap < b.gap; });
     out.push_back({item.body, item.index, -deepest.gap, deepest.normal, deepest.on_b});
   }
   return QueryStatus::ok;

@@ -13,9 +13,9 @@
 #include <span>
 #include <vector>
 
-#include "engine/geometry/box_tree.hpp"
+#include "engine/geometry/aabb_tree.hpp"
+#include "engine/geometry/collide.hpp"
 #include "engine/geometry/shape.hpp"
-#include "engine/geometry/touch.hpp"
 #include "engine/world/entity.hpp"
 
 namespace pantin {
@@ -144,8 +144,8 @@ class Queries {
   std::vector<Item> items_;
   std::vector<std::uint32_t> unbounded_;  // items that boxes do not hold
   std::vector<std::uint32_t> bounded_;    // items by box
-  std::vector<Box> boxes_;
-  BoxTree tree_;
+  std::vector<Aabb> boxes_;
+  AabbTree tree_;
   std::size_t left_out_ = 0;
 };
 

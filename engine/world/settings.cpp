@@ -8,7 +8,7 @@ namespace pantin {
 namespace {
 
 constexpr std::array<std::pair<Solver, const char*>, 5> kNames{
-    {{Solver::automatic, "auto"},
+    {{Solver::articulated, "auto"},
      {Solver::sweep, "sweep"},
      {Solver::shake2, "shake2"},
      {Solver::paper, "paper"},

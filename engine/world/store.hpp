@@ -1,5 +1,5 @@
 #pragma once
-/// One kind of component, packed: values side by side in the order they were added.
+/// Dense storage of one component type, in insertion order.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -24,13 +24,13 @@ inline constexpr std::uint32_t kNoSlot = UINT32_MAX;
 
 /// A dense array of `T` with the entity that owns each value.
 ///
-/// Values are visited in insertion order, also after removals, so that runs repeat. `version`
-/// changes whenever a value is added or removed. References are good until the next addition or
+/// Iteration follows insertion order, also after removals, so that runs are reproducible. `version`
+/// changes whenever a value is added or removed. References stay valid until the next addition or
 /// removal.
 template <class T>
 class Store {
  public:
-  /// Gives `owner` a component; one that it has already is replaced in place.
+  /// Adds a component to `owner`; an existing one is replaced in place.
   T& add(Entity owner, T value) {
     PANTIN_ASSERT(owner);
     if (T* old = find(owner)) {
@@ -45,7 +45,7 @@ class Store {
     return values_.back();
   }
 
-  /// Takes the components of all `doomed` entities away in one pass, order kept.
+  /// Removes the components of all `doomed` entities in one pass; the order is kept.
   void remove(std::span<const Entity> doomed) {
     std::size_t gone = 0;
     for (Entity e : doomed) {
@@ -68,7 +68,7 @@ class Store {
   }
   void remove(Entity owner) { remove(std::span<const Entity>(&owner, 1)); }
 
-  /// The place of the owner's value in `values()`, or kNoSlot.
+  /// The index of the owner's value in `values()`, or kNoSlot.
   std::uint32_t slot(Entity owner) const {
     if (owner.index >= slots_.size()) return kNoSlot;
     const std::uint32_t s = slots_[owner.index];
@@ -133,7 +133,7 @@ class Store {
   std::uint64_t version_ = 0;
 };
 
-/// A store whose component type the engine does not know.
+/// Type-erased store of a user's component type.
 class AnyStore {
  public:
   virtual ~AnyStore() = default;
@@ -151,7 +151,7 @@ class AnyStore {
   virtual const char* read(FieldReader& from, const Entities& entities) = 0;
 };
 
-/// The address of this names the type `T`.
+/// Its address identifies the type `T`.
 template <class T>
 inline constexpr char kTypeName = 0;
 
@@ -162,8 +162,7 @@ class UserStore final : public AnyStore {
 
   std::unique_ptr<AnyStore> clone() const override { return std::make_unique<UserStore>(*this); }
   void remove(std::span<const Entity> doomed) override { store.remove(doomed); }
-  void add_to([[maybe_unused]] Hash& hash,
-              [[maybe_unused]] const EntityRule& rule) const override {
+  void add_to([[maybe_unused]] Hash& hash, [[maybe_unused]] const EntityRule& rule) const override {
     if constexpr (HasFields<T>) {
       for (std::size_t i = 0; i < store.size(); ++i) {
         hash.add(store.owners()[i].index);
@@ -193,7 +192,7 @@ class UserStore final : public AnyStore {
   }
 };
 
-/// The stores of a user's own component types, made on first use; copying copies them all.
+/// Stores of user component types, created on first use; a copy copies them all.
 class UserStores {
  public:
   UserStores() = default;
@@ -215,7 +214,7 @@ class UserStores {
     stores_.push_back(std::make_unique<UserStore<T>>());
     return static_cast<UserStore<T>&>(*stores_.back()).store;
   }
-  /// The store of a type, or null while nobody asked for one.
+  /// The store of a type, or null if it was never used.
   template <class T>
   const Store<T>* find() const {
     for (const auto& s : stores_)

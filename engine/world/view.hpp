@@ -20,8 +20,8 @@ auto* find_store(W& world) {
     };
     (one(stores), ...);
   };
-  look(world.bodies, world.forces, world.origins, world.shapes, world.links, world.strings,
-       world.ratios, world.pins, world.drives, world.pose_drives, world.collisions, world.names,
+  look(world.bodies, world.forces, world.origins, world.shapes, world.links, world.cables,
+       world.gears, world.pins, world.paths, world.joint_drives, world.collisions, world.names,
        world.settings);
   if (found) return found;
   if constexpr (std::is_const_v<W>)
@@ -81,8 +81,9 @@ class ComponentView {
   std::size_t size() const { return std::get<0>(stores_) ? std::get<0>(stores_)->size() : 0; }
   bool has_all(std::size_t at) const {
     [[maybe_unused]] const Entity owner = std::get<0>(stores_)->owners()[at];
-    return ([&](const auto* store) { return store && store->slot(owner) != kNoSlot; }(
-                std::get<Kept<Others>*>(stores_)) &&
+    return ([&](const auto* store) {
+      return store && store->slot(owner) != kNoSlot;
+    }(std::get<Kept<Others>*>(stores_)) &&
             ...);
   }
 

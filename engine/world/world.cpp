@@ -27,16 +27,16 @@ Entity World::add_link(Entity a, Entity b, const Joint& joint, std::string name)
   return e;
 }
 
-Entity World::add_string(Entity a, Entity b, const StringJoint& joint, std::string name) {
+Entity World::add_cable(Entity a, Entity b, const CableParameters& joint, std::string name) {
   const Entity e = create();
-  strings.add(e, {a, b, joint});
+  cables.add(e, {a, b, joint});
   set_name(*this, e, std::move(name));
   return e;
 }
 
-Entity World::add_ratio(const Ratio& ratio, std::string name) {
+Entity World::add_gear(const Gear& ratio, std::string name) {
   const Entity e = create();
-  ratios.add(e, ratio);
+  gears.add(e, ratio);
   set_name(*this, e, std::move(name));
   return e;
 }
@@ -60,16 +60,16 @@ void World::destroy(std::span<const Entity> doomed) {
         all.push_back(store.owners()[i]);
   };
   add_orphans(links, [&](const Link& l) { return refers(l.a) || refers(l.b); });
-  add_orphans(strings, [&](const String& s) { return refers(s.a) || refers(s.b); });
+  add_orphans(cables, [&](const Cable& s) { return refers(s.a) || refers(s.b); });
   add_orphans(pins, [&](const Pin& p) { return refers(p.body) || refers(p.to); });
-  for (const Entity e : std::vector<Entity>(all)) gone.insert(e);  // ratios tie links
-  add_orphans(ratios, [&](const Ratio& r) { return refers(r.first) || refers(r.second); });
+  for (const Entity e : std::vector<Entity>(all)) gone.insert(e);  // gears tie links
+  add_orphans(gears, [&](const Gear& r) { return refers(r.first) || refers(r.second); });
   // Handles are freed in order of index, so that the next ones do not depend on a hash order.
   std::sort(all.begin(), all.end(), [](Entity a, Entity b) { return a.index > b.index; });
 
   bodies.remove(all), forces.remove(all), origins.remove(all), shapes.remove(all);
-  links.remove(all), strings.remove(all), ratios.remove(all), pins.remove(all), drives.remove(all);
-  pose_drives.remove(all), collisions.remove(all);
+  links.remove(all), cables.remove(all), gears.remove(all), pins.remove(all), paths.remove(all);
+  joint_drives.remove(all), collisions.remove(all);
   names.remove(all), settings.remove(all), user.remove(all);
   for (Entity e : all) entities.destroy(e);
 }

@@ -1,5 +1,5 @@
 #pragma once
-/// Everything that exists. A value: copying it is a snapshot.
+/// The World: all components. It is a value; a copy is a snapshot.
 #include <span>
 #include <string>
 #include <vector>
@@ -7,13 +7,13 @@
 #include "engine/geometry/shape.hpp"
 #include "engine/world/body.hpp"
 #include "engine/world/collision.hpp"
-#include "engine/world/drive.hpp"
 #include "engine/world/entity.hpp"
+#include "engine/world/joint_drive.hpp"
+#include "engine/world/kinematic_path.hpp"
 #include "engine/world/link.hpp"
 #include "engine/world/look.hpp"
 #include "engine/world/memory.hpp"
 #include "engine/world/partition.hpp"
-#include "engine/world/pose_drive.hpp"
 #include "engine/world/settings.hpp"
 #include "engine/world/store.hpp"
 #include "engine/world/view.hpp"
@@ -24,17 +24,18 @@ struct World {
   Entities entities;
   Store<Body> bodies;
   Store<Force> forces;
-  Store<Pose> origins;  // of bodies placed by another frame: that frame in the mass-centre frame
+  Store<Pose>
+      origins;  // of bodies placed by a frame of their own: that frame in the mass-centre frame
   Store<Shapes> shapes;
   Store<Link> links;
-  Store<String> strings;
-  Store<Ratio> ratios;
+  Store<Cable> cables;
+  Store<Gear> gears;
   Store<Pin> pins;
-  Store<Drive> drives;
-  Store<PoseDrive> pose_drives;  // on links
-  Store<Collision> collisions;   // on bodies
+  Store<KinematicPath> paths;
+  Store<JointDrive> joint_drives;  // on links
+  Store<Collision> collisions;     // on bodies
   Store<std::string> names;
-  Store<SolverSettings> settings;  // on any body: holds for the whole articulation
+  Store<SolverSettings> settings;  // on any body: holds for its whole island
   UserStores user;
 
   Vec3 gravity{0, -9.81, 0};
@@ -45,7 +46,7 @@ struct World {
   Real time = 0;           // s
 
   Memories memory;  // of the solvers; see the rooms contact and solvers
-  std::uint64_t touched = 1;
+  std::uint64_t edit_count = 1;
 
   /// The store of a user's own component type, made on first use; copied, destroyed and (if the
   /// type has `fields`) hashed like the others.
@@ -78,29 +79,30 @@ struct World {
   }
 
   Entity create() { return entities.create(); }
-  /// A body with an optional name.
+  /// Adds a body with an optional name.
   Entity add_body(const Body& body, std::string name = {});
   Entity add_link(Entity a, Entity b, const Joint& joint, std::string name = {});
-  Entity add_ratio(const Ratio& ratio, std::string name = {});
-  Entity add_string(Entity a, Entity b, const StringJoint& joint, std::string name = {});
-  /// A new pin on a body; remove it with destroy().
+  Entity add_gear(const Gear& ratio, std::string name = {});
+  Entity add_cable(Entity a, Entity b, const CableParameters& joint, std::string name = {});
+  /// Adds a pin to a body; destroy() removes it.
   Entity add_pin(const Pin& pin, std::string name = {});
 
-  /// Removes entities and every link, string and pin that refers to them.
+  /// Removes entities and every link, cable, gear and pin that refers to them.
   void destroy(std::span<const Entity> doomed);
   void destroy(Entity e) { destroy(std::span<const Entity>(&e, 1)); }
   bool is_alive(Entity e) const { return entities.is_alive(e); }
 
-  /// Tells the solvers that masses, anchors, motions or settings were changed by hand. Wakes all
-  /// that sleeps; islands that were not changed go on otherwise.
-  void touch() { ++touched; }
-  /// A number that changes with the structure.
+  /// Call after changing masses, anchors, motions or settings: the solvers then recompile. Wakes
+  /// all that sleeps; islands that were not changed go on otherwise.
+  void mark_dirty() { ++edit_count; }
+  /// Changes whenever the structure does.
   std::uint64_t structure() const {
-    return bodies.version() + links.version() + strings.version() + ratios.version() + pins.version() +
-           settings.version() + pose_drives.version() + collisions.version() + touched;
+    return bodies.version() + links.version() + cables.version() + gears.version() +
+           pins.version() + settings.version() + joint_drives.version() + collisions.version() +
+           edit_count;
   }
 
-  /// Moves a body at once, with its memory dropped and nothing drawn in between. False, and
+  /// Moves a body at once: the integrator restarts, and no pose in between is drawn. False, and
   /// nothing happens, if there is no such body.
   bool teleport(Entity body, const Pose& pose);
 
@@ -125,11 +127,11 @@ struct World {
     field("origins", passive(self.origins));
     field("shapes", passive(self.shapes));
     field("links", self.links);
-    field("strings", self.strings);
-    field("ratios", self.ratios);
+    field("cables", self.cables);
+    field("gears", self.gears);
     field("pins", self.pins);
-    field("drives", self.drives);
-    field("pose_drives", self.pose_drives);
+    field("paths", self.paths);
+    field("joint_drives", self.joint_drives);
     field("collisions", self.collisions);
     field("names", passive(self.names));
     field("settings", self.settings);
@@ -139,11 +141,11 @@ struct World {
     field("materials", passive(self.materials));
     field("tick", self.tick);
     field("time", self.time);
-    field("touched", passive(self.touched));
+    field("touched", passive(self.edit_count));
   }
 };
 
-/// A fingerprint of everything that decides the next step.
+/// A hash of everything that determines the next step.
 std::uint64_t state_hash(const World& world);
 
 }  // namespace pantin

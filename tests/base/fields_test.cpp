@@ -54,7 +54,7 @@ struct Outer {
   bool yes = false;
   int count = 0;
   Vec3 point{0};
-  Quat turn{1, 0, 0, 0};
+  Quat rotation{1, 0, 0, 0};
   Mat3 matrix{1};
   Pose pose;
   std::string word;
@@ -72,7 +72,7 @@ struct Outer {
     field("yes", self.yes);
     field("count", self.count);
     field("point", self.point);
-    field("turn", self.turn);
+    field("rotation", self.rotation);
     field("matrix", self.matrix);
     field("pose", self.pose);
     field("word", self.word);
@@ -91,7 +91,7 @@ struct Outer {
 
 Outer full() {
   Outer o;
-  o.yes = true, o.count = -7, o.point = {1, 2, 3}, o.turn = Quat(0.5, 0.5, 0.5, 0.5);
+  o.yes = true, o.count = -7, o.point = {1, 2, 3}, o.rotation = Quat(0.5, 0.5, 0.5, 0.5);
   o.matrix[1][2] = 4, o.pose.position.y = 5, o.word = "word", o.row[2] = 6;
   o.pair[1].weight = 7, o.list = {{8, Mood::cross}, {9, Mood::calm}}, o.either = Shared{10};
   o.perhaps = Inner{11, Mood::cross}, o.box = std::make_unique<Inner>(Inner{12, Mood::cross});

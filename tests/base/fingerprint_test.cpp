@@ -54,8 +54,8 @@ TEST_CASE("one bit of the input turns over about half of the fingerprint") {
     const std::uint64_t before = of(std::uint64_t(12345), std::uint64_t(678)),
                         after = of(std::uint64_t(12345) ^ (std::uint64_t(1) << bit),
                                    std::uint64_t(678));
-    const int turned = std::popcount(before ^ after);
-    total += turned, least = std::min(least, turned);
+    const int rotated = std::popcount(before ^ after);
+    total += rotated, least = std::min(least, rotated);
   }
   CHECK(total / 64 > 28);
   CHECK(total / 64 < 36);

@@ -40,12 +40,9 @@ inline void change(bool& x) { x = !x; }
 inline void change(std::string& x) { x += 'x'; }
 inline void change(Entity& e) { ++e.index; }
 template <class T>
-  requires(std::is_integral_v<T> && !std::same_as<T, bool>)
-void change(T& x) {
-  ++x;
-}
+requires(std::is_integral_v<T> && !std::same_as<T, bool>) void change(T& x) { ++x; }
 template <class T>
-  requires std::is_enum_v<T>
+requires std::is_enum_v<T>
 void change(T& x) {
   const int last = static_cast<int>(last_of(x)), now = static_cast<int>(x);
   x = static_cast<T>(now < last ? now + 1 : 0);

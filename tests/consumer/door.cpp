@@ -1,7 +1,6 @@
 // A door on a hinge and a chain on its handle, through the installed headers only.
 #include <cmath>
 #include <cstdio>
-
 #include <pantin/pantin.hpp>
 
 int main() {
@@ -36,6 +35,7 @@ int main() {
   }
   const Real angle = joint_angle(simulation.world, hinge);
   const Vec3 end = simulation.world.bodies[chain.links.back()].pose.position;
-  std::printf("door at %.3f rad, end of the chain at %.3f %.3f %.3f m\n", angle, end.x, end.y, end.z);
+  std::printf("door at %.3f rad, end of the chain at %.3f %.3f %.3f m\n", angle, end.x, end.y,
+              end.z);
   return angle > 1.5 && angle < 2.5 && end.z < -0.3 ? 0 : 1;
 }

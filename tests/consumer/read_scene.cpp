@@ -1,6 +1,5 @@
 // A scene file that is none, through the installed headers: the answer is a complaint, not a crash.
 #include <cstdio>
-
 #include <pantin/scene.hpp>
 
 int main() {

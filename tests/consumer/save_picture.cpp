@@ -1,6 +1,5 @@
 // One PNG, through the installed headers.
 #include <cstdio>
-
 #include <pantin/render.hpp>
 
 int main() {

@@ -7,7 +7,7 @@
 #include <random>
 #include <tuple>
 
-#include "engine/geometry/touch.hpp"
+#include "engine/geometry/collide.hpp"
 #include "engine/solvers/solver.hpp"
 #include "engine/world/world.hpp"
 
@@ -23,7 +23,7 @@ struct Stage {
   Real between(Real low, Real high) {
     return low + (high - low) * static_cast<Real>(random() >> 11) * 0x1p-53;
   }
-  Quat turn() {
+  Quat rotation() {
     return glm::normalize(Quat(between(-1, 1), between(-1, 1), between(-1, 1), between(-1, 1)));
   }
   Entity body(const Shape& shape, Vec3 at, Motion motion = Motion::dynamic,
@@ -108,7 +108,7 @@ TEST_CASE("moving bodies touch where one asks for others, or both for their own"
   CHECK(s.search() == 2);
   s.world.add_link(a, b, Joint{});
   s.world.add_link(b, c, Joint{});
-  CHECK(s.search() == 0);  // one articulation now
+  CHECK(s.search() == 0);  // one island now
   s.world.collisions[a].self = true;
   CHECK(s.search() == 0);
   s.world.collisions[b].self = s.world.collisions[c].self = true;
@@ -136,19 +136,19 @@ TEST_CASE("contacts keep what they bore as long as they last") {
   s.body(ball(0.5), {3, 0.5, 0});
   REQUIRE(s.search() == 5);
   for (std::size_t i = 0; i < 5; ++i)
-    contacts_of(s.world)[i].load = Vec3(0, static_cast<Real>(i + 1), 0),
+    contacts_of(s.world)[i].lambda = Vec3(0, static_cast<Real>(i + 1), 0),
     contacts_of(s.world)[i].sliding = 0.5;
   s.world.bodies.values()[1].pose.position.x += 0.01;
   s.world.bodies.values()[2].pose.position.y += 1;
   REQUIRE(s.search() == 4);
   for (std::size_t i = 0; i < 4; ++i) {
-    CHECK(contacts_of(s.world)[i].load.y == static_cast<Real>(i + 1));
+    CHECK(contacts_of(s.world)[i].lambda.y == static_cast<Real>(i + 1));
     CHECK(contacts_of(s.world)[i].sliding == 0.5);
     CHECK(!contacts_of(s.world)[i].active);
   }
   s.world.bodies.values()[2].pose.position.y -= 1;
   REQUIRE(s.search() == 5);
-  CHECK(contacts_of(s.world)[4].load == Vec3(0));
+  CHECK(contacts_of(s.world)[4].lambda == Vec3(0));
 }
 
 TEST_CASE("the search finds what a look at all pairs of shapes finds, in order, moved or not") {
@@ -167,13 +167,14 @@ TEST_CASE("the search finds what a look at all pairs of shapes finds, in order, 
                             : i % 7 == 0 ? Motion::driven
                                          : Motion::dynamic,
                             i % 2 ? social() : Collision{});
-    s.world.shapes[e].parts.push_back(
-        {ShapeKind::capsule, {0.1, 0.2, 0}, {{0, 0.4, 0.1}, s.turn()}, 0});
+    s.world.shapes[e].list.push_back(
+        {ShapeKind::capsule, {0.1, 0.2, 0}, {{0, 0.4, 0.1}, s.rotation()}, 0});
   }
   for (int round = 0; round < 3; ++round) {
     for (Body& b : s.world.bodies.values()) {
       if (b.motion == Motion::fixed) continue;
-      b.pose = {b.pose.position + Vec3(s.between(-0.5, 0.5), s.between(-0.5, 0.5), 0), s.turn()};
+      b.pose = {b.pose.position + Vec3(s.between(-0.5, 0.5), s.between(-0.5, 0.5), 0),
+                s.rotation()};
     }
     s.search(0.05);
     using Place = std::tuple<std::uint32_t, std::uint32_t, Real>;
@@ -183,8 +184,8 @@ TEST_CASE("the search finds what a look at all pairs of shapes finds, in order, 
     for (std::size_t i = 1; i < contacts.size(); ++i)
       CHECK(order(contacts[i - 1]) < order(contacts[i]));
 
-    NarrowRoom room;
-    std::vector<TouchPoint> points;
+    NarrowPhaseScratch room;
+    std::vector<ContactPoint> points;
     const auto bodies = s.world.bodies.values();
     const auto owners = s.world.bodies.owners();
     for (std::uint32_t a = 0; a < bodies.size(); ++a)
@@ -193,12 +194,12 @@ TEST_CASE("the search finds what a look at all pairs of shapes finds, in order, 
         const bool both = bodies[b].motion == Motion::dynamic;
         const Collision &ca = s.world.collisions[owners[a]], &cb = s.world.collisions[owners[b]];
         if (both && (b < a || !(ca.others || cb.others))) continue;
-        for (const Shape& p : s.world.shapes[owners[a]].parts)
-          for (const Shape& q : s.world.shapes[owners[b]].parts) {
+        for (const Shape& p : s.world.shapes[owners[a]].list)
+          for (const Shape& q : s.world.shapes[owners[b]].list) {
             points.clear();
-            touch(p, compose(bodies[a].pose, p.local), q, compose(bodies[b].pose, q.local), 0.1,
-                  room, points);
-            for (const TouchPoint& t : points) want.emplace_back(a, b, t.gap);
+            collide(p, compose(bodies[a].pose, p.local), q, compose(bodies[b].pose, q.local), 0.1,
+                    room, points);
+            for (const ContactPoint& t : points) want.emplace_back(a, b, t.gap);
           }
       }
     // The search reaches a little farther; the rest is the same.

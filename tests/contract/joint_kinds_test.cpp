@@ -21,17 +21,17 @@ struct Rows {
   std::array<Real, 6> c{}, gamma{};
   std::array<Vec3, 24> j{};
   RowsOut out() { return {c.data(), j.data(), gamma.data()}; }
-  Real rate(int row, const Placed& a, const Placed& b) const {
+  Real rate(int row, const BodyState& a, const BodyState& b) const {
     const Vec3* k = &j[std::size_t(4 * row)];
-    return glm::dot(k[0], a.velocity) + glm::dot(k[1], a.spin) + glm::dot(k[2], b.velocity) +
-           glm::dot(k[3], b.spin);
+    return glm::dot(k[0], a.velocity) + glm::dot(k[1], a.angular_velocity) +
+           glm::dot(k[2], b.velocity) + glm::dot(k[3], b.angular_velocity);
   }
 };
 
 /// Two bodies and a joint between them.
 struct Pair {
   Joint joint;
-  Placed a, b;
+  BodyState a, b;
 };
 
 /// Rows of a kind that comes from outside: the anchors at one place.
@@ -48,8 +48,9 @@ class SharedPoint : public CustomJoint {
   Vec3 a_, b_;
 };
 
-Placed placed(Vec3 position, Quat rotation, Vec3 velocity = Vec3(0), Vec3 spin = Vec3(0)) {
-  return {position, rotation, glm::mat3_cast(rotation), velocity, spin};
+BodyState placed(Vec3 position, Quat rotation, Vec3 velocity = Vec3(0),
+                 Vec3 angular_velocity = Vec3(0)) {
+  return {position, rotation, glm::mat3_cast(rotation), velocity, angular_velocity};
 }
 
 /// A joint of the kind with its parameters, and bodies under way that stand off its solution by
@@ -58,26 +59,27 @@ Pair any_pair(JointKind kind, Dice& dice, Real off) {
   Pair s;
   s.joint.kind = kind;
   s.joint.anchor_a = dice.in_cube(1), s.joint.anchor_b = dice.in_cube(1);
-  const Quat frame_a = dice.turn(), frame_b = dice.turn();
+  const Quat frame_a = dice.rotation(), frame_b = dice.rotation();
   s.joint.frames.set(frame_a, frame_b);
   s.joint.limits.edit().swing = {true, 1, 2};
-  JointExtras& extras = s.joint.extras.edit();
-  for (const Parameter& p : info_of(kind).parameters) p.value(extras) = dice.between(0.5, 1);
-  extras.custom = std::make_shared<SharedPoint>(s.joint.anchor_a, s.joint.anchor_b);
-  info_of(kind).complete(extras);
-  s.a = placed(dice.in_cube(1), dice.turn(), dice.in_cube(1), dice.in_cube(1));
-  const Quat q = turn_by(off * dice.direction());
-  const Quat turn = s.a.rotation * s.joint.frames.a() * q * glm::conjugate(s.joint.frames.b());
+  JointParameters& parameters = s.joint.parameters.edit();
+  for (const Parameter& p : info_of(kind).parameters) p.value(parameters) = dice.between(0.5, 1);
+  parameters.custom = std::make_shared<SharedPoint>(s.joint.anchor_a, s.joint.anchor_b);
+  info_of(kind).complete(parameters);
+  s.a = placed(dice.in_cube(1), dice.rotation(), dice.in_cube(1), dice.in_cube(1));
+  const Quat q = from_rotation_vector(off * dice.direction());
+  const Quat rotation = s.a.rotation * s.joint.frames.a() * q * glm::conjugate(s.joint.frames.b());
   const Vec3 gap = off * dice.direction();
-  s.b = placed(s.a.position + s.a.rotation * s.joint.anchor_a + gap - turn * s.joint.anchor_b,
-               turn, dice.in_cube(1), dice.in_cube(1));
+  s.b = placed(s.a.position + s.a.rotation * s.joint.anchor_a + gap - rotation * s.joint.anchor_b,
+               rotation, dice.in_cube(1), dice.in_cube(1));
   return s;
 }
 
 /// The body after a time at constant velocities.
-Placed after(const Placed& at, Real t) {
-  return placed(at.position + t * at.velocity, turn_by(t * at.spin) * at.rotation, at.velocity,
-                at.spin);
+BodyState after(const BodyState& at, Real t) {
+  return placed(at.position + t * at.velocity,
+                from_rotation_vector(t * at.angular_velocity) * at.rotation, at.velocity,
+                at.angular_velocity);
 }
 
 /// The worst of dC/dt - J V, and of d(J V)/dt + gamma, along constant velocities.
@@ -86,7 +88,7 @@ std::array<Real, 2> misses(const Pair& s, int rows, auto write) {
   Rows change;
   for (int n = -3; n <= 3; ++n) {
     if (n == 0) continue;
-    const Placed a = after(s.a, n * kStep), b = after(s.b, n * kStep);
+    const BodyState a = after(s.a, n * kStep), b = after(s.b, n * kStep);
     Rows there;
     write(a, b, there.out());
     const Real weight = (n < 0 ? -1 : 1) * kWeights[std::abs(n) - 1] / (60 * kStep);
@@ -142,10 +144,12 @@ Real close(Pair& s) {
     std::array<Vec3, 4> move{};
     for (std::size_t i = 0; i < std::size_t(rows); ++i)
       for (std::size_t v = 0; v < 4; ++v) move[v] -= y[i] * here.j[4 * i + v];
-    s.a = placed(s.a.position + move[0], glm::normalize(turn_by(move[1]) * s.a.rotation),
-                 s.a.velocity, s.a.spin);
-    s.b = placed(s.b.position + move[2], glm::normalize(turn_by(move[3]) * s.b.rotation),
-                 s.b.velocity, s.b.spin);
+    s.a =
+        placed(s.a.position + move[0], glm::normalize(from_rotation_vector(move[1]) * s.a.rotation),
+               s.a.velocity, s.a.angular_velocity);
+    s.b =
+        placed(s.b.position + move[2], glm::normalize(from_rotation_vector(move[3]) * s.b.rotation),
+               s.b.velocity, s.b.angular_velocity);
   }
   return least;
 }
@@ -186,7 +190,7 @@ TEST_CASE("every kind takes as many motions as it has rows, and they are indepen
       Pair s = any_pair(kind, dice, 0.2);
       if (info.rows != kOwnRows) {
         REQUIRE(row_count(s.joint) == info.rows);
-        REQUIRE(info.rows + freedoms(kind) == 6);
+        REQUIRE(info.rows + degrees_of_freedom(kind) == 6);
       }
       REQUIRE(info.fault(s.joint) == nullptr);
       if (row_count(s.joint) > 0) REQUIRE(close(s) > 1e-3);
@@ -200,10 +204,10 @@ TEST_CASE("rows of every kind have the derivatives that differences find") {
     const Real loose = info.rows == kOwnRows ? 1e3 : 1;
     for (int i = 0; i < kCases; ++i) {
       const Pair s = any_pair(kind, dice, 0.4);
-      const auto worst = misses(s, row_count(s.joint), [&](const Placed& a, const Placed& b,
-                                                           RowsOut out) {
-        write_rows(s.joint, a, b, 0.1, out);
-      });
+      const auto worst =
+          misses(s, row_count(s.joint), [&](const BodyState& a, const BodyState& b, RowsOut out) {
+            write_rows(s.joint, a, b, 0.1, out);
+          });
       REQUIRE(worst[0] <= 1e-11);
       REQUIRE(worst[1] <= 2e-11 * loose);
     }
@@ -215,13 +219,14 @@ TEST_CASE("every entry of every kind's Jacobian is the derivative that differenc
     for (int i = 0; i < 5; ++i)
       for (int column = 0; column < 12; ++column) {
         Pair s = any_pair(kind, dice, 0.4);
-        Vec3* twists[] = {&s.a.velocity, &s.a.spin, &s.b.velocity, &s.b.spin};
+        Vec3* twists[] = {&s.a.velocity, &s.a.angular_velocity, &s.b.velocity,
+                          &s.b.angular_velocity};
         for (Vec3* twist : twists) *twist = Vec3(0);
         (*twists[column / 3])[column % 3] = 1;
-        const auto worst = misses(s, row_count(s.joint), [&](const Placed& a, const Placed& b,
-                                                             RowsOut out) {
-          write_rows(s.joint, a, b, 0.1, out);
-        });
+        const auto worst =
+            misses(s, row_count(s.joint), [&](const BodyState& a, const BodyState& b, RowsOut out) {
+              write_rows(s.joint, a, b, 0.1, out);
+            });
         INFO("column " << column);
         REQUIRE(worst[0] <= 1e-11);
       }
@@ -233,7 +238,7 @@ TEST_CASE("coordinates of every kind have the derivatives that differences find"
     for (const FreeCoordinate& c : info.coordinates)
       for (int i = 0; i < kCases; ++i) {
         const Pair s = any_pair(kind, dice, 0.4);
-        const auto worst = misses(s, 1, [&](const Placed& a, const Placed& b, RowsOut out) {
+        const auto worst = misses(s, 1, [&](const BodyState& a, const BodyState& b, RowsOut out) {
           write_coordinate(s.joint, c.which, a, b, 0, out);
         });
         INFO("coordinate " << int(c.which));
@@ -252,9 +257,9 @@ TEST_CASE("what is closed has no gap, stands as the kind allows, and is the root
       const Pose a{s.a.position, s.a.rotation}, b{s.b.position, s.b.rotation};
       REQUIRE(std::abs(info.gap(s.joint, a, b)) <= 1e-12);
       REQUIRE(on_right_branch(s.joint, a.rotation, b.rotation));
-      const Quat q = relative_turn(s.joint, a.rotation, b.rotation);
+      const Quat q = relative_rotation(s.joint, a.rotation, b.rotation);
       REQUIRE(violation(s.joint, q) <= 1e-7);  // rows are sines and products of them
-      const Quat any = dice.turn(), allowed = allowed_by_kind(kind, any);
+      const Quat any = dice.rotation(), allowed = allowed_by_kind(kind, any);
       const Quat again = allowed_by_kind(kind, allowed);
       REQUIRE(glm::length(rotation_vector(again * glm::conjugate(allowed))) <= 1e-14);
     }
@@ -271,8 +276,8 @@ TEST_CASE("kinds that hold a point write it the short way too") {
       std::array<Vec3, 5> point;
       point.fill(Vec3(1e9));
       write_rows(s.joint, s.a, s.b, 0, {nullptr, nullptr, nullptr, point.data()});
-      CHECK(point[0] == s.a.turn * s.joint.anchor_a);
-      CHECK(point[1] == s.b.turn * s.joint.anchor_b);
+      CHECK(point[0] == s.a.rotation * s.joint.anchor_a);
+      CHECK(point[1] == s.b.rotation * s.joint.anchor_b);
       for (int row = 0; row < 3; ++row)
         for (std::size_t v = 0; v < 4; v += 2) {
           Vec3 unit(0);
@@ -298,10 +303,10 @@ TEST_CASE("a kind's slide tells its turn where it says so") {
       if (pitch == 0) return;
       REQUIRE(info.counts_turns);
       close(s);
-      Real turn = 0, slide = 0;
-      write_coordinate(s.joint, Coordinate::turn, s.a, s.b, 0, {&turn, nullptr, nullptr});
-      write_coordinate(s.joint, Coordinate::slide, s.a, s.b, 0, {&slide, nullptr, nullptr});
-      CHECK(slide == Approx(pitch * turn).margin(1e-12));
+      Real rotation = 0, translation = 0;
+      write_coordinate(s.joint, Coordinate::angle, s.a, s.b, 0, {&rotation, nullptr, nullptr});
+      write_coordinate(s.joint, Coordinate::travel, s.a, s.b, 0, {&translation, nullptr, nullptr});
+      CHECK(translation == Approx(pitch * rotation).margin(1e-12));
     }
   });
 }

@@ -40,8 +40,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   World& world = scene->world;
   if (world.bodies.size() > 200 || world.links.size() > 200) return 0;
   compile_if_changed(world);
-  if (world.bodies.size() > 20 ||
-      world.links.size() + world.strings.size() + world.pins.size() > 20)
+  if (world.bodies.size() > 20 || world.links.size() + world.cables.size() + world.pins.size() > 20)
     return 0;
   Simulation sim(world, {scene->step, 1, 1, true});
   sim.step();

@@ -15,8 +15,9 @@ TEST_CASE("Principal axes turn the moments back into the tensor") {
     Vec3 edges(1 + number(random), 1 + number(random), std::pow(10, 3 * number(random)));
     if (i % 5 == 0) edges.y = edges.x;
     const Vec3 s = edges * edges, moments(s.y + s.z, s.x + s.z, s.x + s.y);
-    const Quat turn = turn_by(3.0 * Vec3(number(random), number(random), number(random)));
-    const Mat3 tensor = world_inertia(turn, moments);
+    const Quat rotation =
+        from_rotation_vector(3.0 * Vec3(number(random), number(random), number(random)));
+    const Mat3 tensor = world_inertia(rotation, moments);
     const PrincipalInertia found = principal_inertia(tensor);
     const Mat3 back = world_inertia(found.rotation, found.moments);
     const Real trace = moments.x + moments.y + moments.z;

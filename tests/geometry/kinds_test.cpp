@@ -152,8 +152,8 @@ TEST_CASE("bounds, reach and inner radius hold every kind") {
   for (const Sample& s : samples()) {
     CAPTURE(name_of(s.shape.kind));
     if (is_unbounded(s.shape.kind)) continue;
-    const Pose at{dice.vec(2), dice.turn()};
-    const Box box = bounds_of(s.shape, at);
+    const Pose at{dice.vec(2), dice.rotation()};
+    const Aabb box = bounds_of(s.shape, at);
     const Real reach = reach_of(s.shape), inner = inner_radius(s.shape);
     for (int i = 0; i < 20000; ++i) {
       const Vec3 p = dice.vec(1.6), q = to_world(at, p);

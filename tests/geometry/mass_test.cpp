@@ -55,7 +55,7 @@ void check_alike(const MassProperties& a, const MassProperties& b, Real part) {
 
 Shape at_rest(ShapeKind kind, Vec3 size) { return {kind, size, Pose{}, 0}; }
 
-const Pose kAside{{0.2, -0.1, 0.15}, turn_by({0.3, -0.7, 1.1})};
+const Pose kAside{{0.2, -0.1, 0.15}, from_rotation_vector({0.3, -0.7, 1.1})};
 
 }  // namespace
 
@@ -87,9 +87,9 @@ TEST_CASE("Mass properties of solids at rest in their frame are the closed forms
 
 TEST_CASE("Two halves of a box make the box") {
   const MassProperties left =
-      mass_properties({ShapeKind::box, {0.25, 0.3, 0.2}, {{-0.25, 0, 0}, kNoTurn}, 0}, 900);
+      mass_properties({ShapeKind::box, {0.25, 0.3, 0.2}, {{-0.25, 0, 0}, kIdentity}, 0}, 900);
   const MassProperties right =
-      mass_properties({ShapeKind::box, {0.25, 0.3, 0.2}, {{0.25, 0, 0}, kNoTurn}, 0}, 900);
+      mass_properties({ShapeKind::box, {0.25, 0.3, 0.2}, {{0.25, 0, 0}, kIdentity}, 0}, 900);
   const MassProperties whole = mass_properties(at_rest(ShapeKind::box, {0.5, 0.3, 0.2}), 900);
   check_alike(combine(left, right), whole, 1e-14);
   check_alike(combine(MassProperties{}, whole), whole, 1e-16);

@@ -13,8 +13,8 @@ namespace {
 /// The same shape without its corners.
 Convex smooth(const Shape& shape, const Pose& at) {
   Convex c;
-  const Box box = bounds_of(shape, Pose{});
-  c.smooth = &shape, c.turn = glm::mat3_cast(at.rotation), c.origin = c.centre = at.position;
+  const Aabb box = bounds_of(shape, Pose{});
+  c.smooth = &shape, c.rotation = glm::mat3_cast(at.rotation), c.origin = c.centre = at.position;
   c.size = glm::length(box.high - box.low) / 2;
   return c;
 }
@@ -26,9 +26,9 @@ std::vector<Shape> convex_shapes() {
   return shapes;
 }
 
-Real least_gap(const std::vector<TouchPoint>& points) {
+Real least_gap(const std::vector<ContactPoint>& points) {
   Real least = 1e300;
-  for (const TouchPoint& p : points) least = std::min(least, p.gap);
+  for (const ContactPoint& p : points) least = std::min(least, p.gap);
   return least;
 }
 
@@ -37,9 +37,9 @@ Real least_gap(const std::vector<TouchPoint>& points) {
 TEST_CASE("support functions reach as far as corners do") {
   Dice dice;
   for (const Shape& shape : convex_shapes()) {
-    ConvexRoom room;
-    const Pose at{dice.vec(1), dice.turn()};
-    const Convex with = place(shape, at, room), without = smooth(shape, at);
+    ConvexScratch room;
+    const Pose at{dice.vec(1), dice.rotation()};
+    const Convex with = convex_piece(shape, at, room), without = smooth(shape, at);
     for (int i = 0; i < 100; ++i) {
       const Vec3 d = dice.direction();
       CHECK(glm::dot(d, without.extreme(d)) ==
@@ -54,11 +54,11 @@ TEST_CASE("smooth pieces are as far apart, and overlap as deep, as those with co
   for (const Shape& a : convex_shapes())
     for (const Shape& b : convex_shapes())
       for (int trial = 0; trial < 60; ++trial) {
-        const Pose at{dice.vec(1.1), dice.turn()}, to{Vec3(0), dice.turn()};
-        std::vector<TouchPoint> expected;
-        ConvexRoom room_a, room_b;
-        const Convex with_a = place(a, at, room_a), with_b = place(b, to, room_b);
-        touch_convex(with_a, with_b, 100, nullptr, expected);
+        const Pose at{dice.vec(1.1), dice.rotation()}, to{Vec3(0), dice.rotation()};
+        std::vector<ContactPoint> expected;
+        ConvexScratch room_a, room_b;
+        const Convex with_a = convex_piece(a, at, room_a), with_b = convex_piece(b, to, room_b);
+        collide_convex(with_a, with_b, 100, nullptr, expected);
         REQUIRE_FALSE(expected.empty());
         const Real gap = least_gap(expected);
         const Separation found = separate(smooth(a, at), smooth(b, to), 1e300);
@@ -73,11 +73,10 @@ TEST_CASE("smooth pieces are as far apart, and overlap as deep, as those with co
           // prefer a face, less may do.
           ++overlaps;
           CHECK(found.distance >= gap - (gap > -0.3 ? 1e-7 : 0.05 * -gap));
-          ConvexRoom moved;
+          ConvexScratch moved;
           const Pose out{at.position - (found.distance - 1e-6) * found.normal, at.rotation};
           CHECK(separate(smooth(a, out), smooth(b, to), 1e300).distance > 0);
-          if (with_a.radius == 0 && with_b.radius == 0)
-            CHECK(found.distance <= 0.98 * gap);
+          if (with_a.radius == 0 && with_b.radius == 0) CHECK(found.distance <= 0.98 * gap);
         }
       }
   CHECK(apart > 200);
@@ -91,29 +90,30 @@ TEST_CASE("a smooth block touches planes, blocks and grounds as the block does")
   for (int trial = 0; trial < 200; ++trial) {
     const Real margin = 0.01;
     // Flat on it, or turned about the upright; a little above or below.
-    const Quat turn = glm::angleAxis(dice.between(0, 2 * kPi), Vec3(0, 1, 0));
+    const Quat rotation = glm::angleAxis(dice.between(0, 2 * kPi), Vec3(0, 1, 0));
     const Real gap = dice.between(-0.005, 0.009);
-    std::vector<TouchPoint> on_plane, on_block, expected;
-    ConvexRoom room, room_b;
-    const Pose at{{dice.between(-0.9, 0.9), 0.7 + gap, dice.between(-0.9, 0.9)}, turn};
-    touch_plane(smooth(block, at), {0, 1, 0}, 0.5, margin, on_plane);
+    std::vector<ContactPoint> on_plane, on_block, expected;
+    ConvexScratch room, room_b;
+    const Pose at{{dice.between(-0.9, 0.9), 0.7 + gap, dice.between(-0.9, 0.9)}, rotation};
+    collide_plane(smooth(block, at), {0, 1, 0}, 0.5, margin, on_plane);
     CHECK(on_plane.size() == 4);
-    for (const TouchPoint& p : on_plane) CHECK(p.gap == Approx(gap).margin(1e-12));
-    touch_convex(smooth(block, at), place(other, {}, room), margin, nullptr, on_block);
-    touch_convex(place(block, at, room_b), place(other, {}, room), margin, nullptr, expected);
+    for (const ContactPoint& p : on_plane) CHECK(p.gap == Approx(gap).margin(1e-12));
+    collide_convex(smooth(block, at), convex_piece(other, {}, room), margin, nullptr, on_block);
+    collide_convex(convex_piece(block, at, room_b), convex_piece(other, {}, room), margin, nullptr,
+                   expected);
     CAPTURE(gap, at.position.x, at.position.z, on_block.size(), expected.size());
     REQUIRE_FALSE(on_block.empty());
     CHECK(least_gap(on_block) == Approx(least_gap(expected)).margin(1e-9));
     // The same extent bears.
-    const auto bounds = [](const std::vector<TouchPoint>& points) {
-      Box box;
-      for (const TouchPoint& p : points) box.add(p.on_b);
+    const auto bounds = [](const std::vector<ContactPoint>& points) {
+      Aabb box;
+      for (const ContactPoint& p : points) box.add(p.on_b);
       return box;
     };
-    const Box mine = bounds(on_block), theirs = bounds(expected);
+    const Aabb mine = bounds(on_block), theirs = bounds(expected);
     CHECK(glm::distance(mine.low, theirs.low) < 0.02);
     CHECK(glm::distance(mine.high, theirs.high) < 0.02);
-    for (const TouchPoint& p : on_block) CHECK(p.normal.y > 1 - 1e-6);
+    for (const ContactPoint& p : on_block) CHECK(p.normal.y > 1 - 1e-6);
   }
 }
 

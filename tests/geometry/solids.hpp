@@ -21,7 +21,7 @@ struct Dice {
       if (const Vec3 v = vec(1); glm::length(v) > 0.1 && glm::length(v) < 1)
         return glm::normalize(v);
   }
-  Quat turn() {
+  Quat rotation() {
     return glm::normalize(Quat(between(-1, 1), between(-1, 1), between(-1, 1), between(-1, 1)));
   }
 };
@@ -71,9 +71,8 @@ inline std::vector<Sample> samples() {
   // An octahedron.
   const std::vector<Vec3> tips{{0.8, 0, 0},  {-0.8, 0, 0}, {0, 0.8, 0},
                                {0, -0.8, 0}, {0, 0, 0.8},  {0, 0, -0.8}};
-  all.push_back({{ShapeKind::hull, {}, {}, 0, *make_hull(tips)}, [](Vec3 p) {
-                   return std::abs(p.x) + std::abs(p.y) + std::abs(p.z) < 0.8;
-                 }});
+  all.push_back({{ShapeKind::hull, {}, {}, 0, *make_hull(tips)},
+                 [](Vec3 p) { return std::abs(p.x) + std::abs(p.y) + std::abs(p.z) < 0.8; }});
   all.push_back({{ShapeKind::plane, {5, 0, 0}, {}, 0}, [](Vec3 p) { return p.y < 0; }});
   all.push_back({{ShapeKind::mesh, {}, {}, 0, corner_mesh()}, [](Vec3 p) {
                    const Real x = p.x + 0.4, z = p.z + 0.4;

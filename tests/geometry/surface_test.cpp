@@ -41,12 +41,13 @@ bool complains(const Result<T>& result, const std::string& part) {
 
 TEST_CASE("the hull of a grid of points is a cube of whole faces, turned or not") {
   std::mt19937_64 random(3);
-  for (int turn = 0; turn < 20; ++turn) {
+  for (int rotation = 0; rotation < 20; ++rotation) {
     std::vector<Vec3> points;
-    const Quat q = turn == 0 ? kNoTurn : any_turn(random);
+    const Quat q = rotation == 0 ? kIdentity : any_turn(random);
     for (int i = 0; i < 5; ++i)
       for (int j = 0; j < 5; ++j)
-        for (int k = 0; k < 5; ++k) points.push_back(q * (0.1 * Vec3(i, j, k)) + Vec3(3, -2, turn));
+        for (int k = 0; k < 5; ++k)
+          points.push_back(q * (0.1 * Vec3(i, j, k)) + Vec3(3, -2, rotation));
     const auto hull = make_hull(points);
     REQUIRE(hull);
     CHECK((*hull)->points.size() == 8);

@@ -50,7 +50,7 @@ int main(int, char** arguments) {
   REQUIRE(scene->warnings.empty());
   const Joint joint = scene->world.links.values()[0].joint;
   REQUIRE(std::string(name_of(joint.kind)) == "ring");
-  REQUIRE(joint.kind == JointKind::ring && row_count(joint) == 2 && freedoms(joint.kind) == 4);
+  REQUIRE(joint.kind == JointKind::ring && row_count(joint) == 2 && degrees_of_freedom(joint.kind) == 4);
 
   Simulation simulation(scene->world, {scene->step, scene->substeps, 1, true});
   Real worst = 0, lowest = 0, fastest = 0;

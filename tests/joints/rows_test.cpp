@@ -9,8 +9,8 @@
 
 #include "engine/base/rotation.hpp"
 #include "engine/joints/kinds.hpp"
-#include "tests/solvers/trees.hpp"
 #include "tests/paths.hpp"
+#include "tests/solvers/trees.hpp"
 
 using namespace pantin;
 using nlohmann::json;
@@ -23,32 +23,33 @@ struct Equations {
   std::array<Real, 6> c{}, gamma{};
   std::array<Vec3, 24> j{};
   RowsOut out() { return {c.data(), j.data(), gamma.data()}; }
-  Real rate(int row, const Placed& a, const Placed& b) const {
+  Real rate(int row, const BodyState& a, const BodyState& b) const {
     const Vec3* k = &j[std::size_t(4 * row)];
-    return glm::dot(k[0], a.velocity) + glm::dot(k[1], a.spin) + glm::dot(k[2], b.velocity) +
-           glm::dot(k[3], b.spin);
+    return glm::dot(k[0], a.velocity) + glm::dot(k[1], a.angular_velocity) +
+           glm::dot(k[2], b.velocity) + glm::dot(k[3], b.angular_velocity);
   }
 };
 
-Equations rows_of(const Joint& joint, const Placed& a, const Placed& b, Real before = 0) {
+Equations rows_of(const Joint& joint, const BodyState& a, const BodyState& b, Real before = 0) {
   Equations block;
   write_rows(joint, a, b, before, block.out());
   return block;
 }
-Equations coordinate(const Joint& joint, Coordinate which, const Placed& a, const Placed& b,
-                 Real before = 0) {
+Equations coordinate(const Joint& joint, Coordinate which, const BodyState& a, const BodyState& b,
+                     Real before = 0) {
   Equations block;
   write_coordinate(joint, which, a, b, before, block.out());
   return block;
 }
 
-Placed placed(Vec3 position, Quat rotation, Vec3 velocity = Vec3(0), Vec3 spin = Vec3(0)) {
-  return {position, rotation, glm::mat3_cast(rotation), velocity, spin};
+BodyState placed(Vec3 position, Quat rotation, Vec3 velocity = Vec3(0),
+                 Vec3 angular_velocity = Vec3(0)) {
+  return {position, rotation, glm::mat3_cast(rotation), velocity, angular_velocity};
 }
 
-Quat about_x(Real angle) { return turn_by({angle, 0, 0}); }
-Quat about_y(Real angle) { return turn_by({0, angle, 0}); }
-Quat about_z(Real angle) { return turn_by({0, 0, angle}); }
+Quat about_x(Real angle) { return from_rotation_vector({angle, 0, 0}); }
+Quat about_y(Real angle) { return from_rotation_vector({0, angle, 0}); }
+Quat about_z(Real angle) { return from_rotation_vector({0, 0, angle}); }
 
 /// A ball joint as a user would write it, and one row more: how x axes of the bodies stand.
 class UserBall : public CustomJoint {
@@ -69,33 +70,33 @@ Joint any_joint(JointKind kind, Dice& dice) {
   Joint joint;
   joint.kind = kind;
   joint.anchor_a = dice.in_cube(1), joint.anchor_b = dice.in_cube(1);
-  const Quat frame_a = dice.turn(), frame_b = dice.turn();
+  const Quat frame_a = dice.rotation(), frame_b = dice.rotation();
   joint.frames.set(frame_a, frame_b);
   JointLimits limits;
   limits.swing.on = true;
   limits.swing.y = dice.between(0.5, 2), limits.swing.z = dice.between(0.5, 2);
   joint.limits = limits;
-  JointExtras& extras = joint.extras.edit();
-  extras.length = dice.between(0.5, 2), extras.pitch = dice.between(-0.5, 0.5);
-  extras.custom = std::make_shared<UserBall>(joint.anchor_a, joint.anchor_b);
+  JointParameters& parameters = joint.parameters.edit();
+  parameters.length = dice.between(0.5, 2), parameters.pitch = dice.between(-0.5, 0.5);
+  parameters.custom = std::make_shared<UserBall>(joint.anchor_a, joint.anchor_b);
   return joint;
 }
 
 /// Body b where its axes stand by `q` in those of a and its anchor `d` away (world axes).
-Placed standing(const Joint& joint, const Placed& a, Quat q, Vec3 d) {
-  const Quat turn = a.rotation * joint.frames.a() * q * glm::conjugate(joint.frames.b());
-  return placed(a.position + a.rotation * joint.anchor_a + d - turn * joint.anchor_b, turn);
+BodyState standing(const Joint& joint, const BodyState& a, Quat q, Vec3 d) {
+  const Quat rotation = a.rotation * joint.frames.a() * q * glm::conjugate(joint.frames.b());
+  return placed(a.position + a.rotation * joint.anchor_a + d - rotation * joint.anchor_b, rotation);
 }
 
 /// Two bodies under way; constant v', and R = exp(t p) exp(t t q / 2) R0, so w' = q at first.
 struct Flow {
-  Placed start;
+  BodyState start;
   Vec3 push{0}, twist{0};
-  Placed after(Real t) const {
-    const Quat first = turn_by(t * start.spin);
+  BodyState after(Real t) const {
+    const Quat first = from_rotation_vector(t * start.angular_velocity);
     return placed(start.position + t * start.velocity + t * t / 2 * push,
-                  first * turn_by(t * t / 2 * twist) * start.rotation, start.velocity + t * push,
-                  start.spin + first * (t * twist));
+                  first * from_rotation_vector(t * t / 2 * twist) * start.rotation,
+                  start.velocity + t * push, start.angular_velocity + first * (t * twist));
   }
 };
 
@@ -110,15 +111,15 @@ Ajar ajar(JointKind kind, Dice& dice) {
   s.joint = any_joint(kind, dice);
   s.first = dice.between(-3, 3), s.second = dice.between(-3, 3);
   const Vec3 place = dice.in_cube(1);
-  s.a.start = placed(place, dice.turn());
+  s.a.start = placed(place, dice.rotation());
   const Vec3 off = dice.between(0.1, 0.5) * dice.direction();
   const Quat q = kind == JointKind::universal
                      ? about_y(s.first) * about_x(off.x) * about_z(s.second)
-                     : turn_of(SwingTwist{s.first, {0, off.y, off.z}});
+                     : rotation_of(SwingTwist{s.first, {0, off.y, off.z}});
   const Vec3 apart = dice.between(0.5, 1) * dice.direction();
   s.b.start = standing(s.joint, s.a.start, q, apart);
   for (Flow* flow : {&s.a, &s.b}) {
-    flow->start.velocity = dice.in_cube(1), flow->start.spin = dice.in_cube(1);
+    flow->start.velocity = dice.in_cube(1), flow->start.angular_velocity = dice.in_cube(1);
     flow->push = dice.in_cube(1), flow->twist = dice.in_cube(1);
   }
   return s;
@@ -133,7 +134,7 @@ template <class Write>
 Misses misses(const Ajar& s, int rows, Write write) {
   constexpr Real h = 1e-3, weights[] = {45, -9, 1};
   const auto at = [&](Real t) {
-    const Placed a = s.a.after(t), b = s.b.after(t);
+    const BodyState a = s.a.after(t), b = s.b.after(t);
     Equations block = write(a, b);
     for (int i = 0; i < rows; ++i) block.gamma[std::size_t(i)] = block.rate(i, a, b);
     return block;
@@ -146,15 +147,15 @@ Misses misses(const Ajar& s, int rows, Write write) {
       change.gamma[i] += weights[n - 1] * (ahead.gamma[i] - behind.gamma[i]) / (60 * h);
     }
   }
-  const Placed a = s.a.start, b = s.b.start;
-  const Placed push_a{{}, {}, {}, s.a.push, s.a.twist}, push_b{{}, {}, {}, s.b.push, s.b.twist};
+  const BodyState a = s.a.start, b = s.b.start;
+  const BodyState push_a{{}, {}, {}, s.a.push, s.a.twist}, push_b{{}, {}, {}, s.b.push, s.b.twist};
   const Equations here = write(a, b);
   Misses out;
   for (int i = 0; i < rows; ++i) {
     const auto k = std::size_t(i);
     out.rate = std::max(out.rate, std::abs(change.c[k] - here.rate(i, a, b)));
-    out.second = std::max(
-        out.second, std::abs(change.gamma[k] - here.rate(i, push_a, push_b) + here.gamma[k]));
+    out.second = std::max(out.second,
+                          std::abs(change.gamma[k] - here.rate(i, push_a, push_b) + here.gamma[k]));
   }
   return out;
 }
@@ -172,7 +173,7 @@ const json& stored() {
   return kAll;
 }
 
-Placed placed(const json& entry, int i) {
+BodyState placed(const json& entry, int i) {
   return placed(vec(entry.at("x").at(i)), quat(entry.at("q").at(i)), vec(entry.at("v").at(i)),
                 vec(entry.at("w").at(i)));
 }
@@ -209,7 +210,7 @@ Joint joint_of(const json& entry) {
     }
     const int first = name == "d2" ? 2 : 1;
     joint.anchor_a = vec(p.at(first)), joint.anchor_b = vec(p.at(first + 1));
-    if (name == "dist") joint.extras.edit().length = p.at(3);
+    if (name == "dist") joint.parameters.edit().length = p.at(3);
   }
   if (joint.kind == JointKind::universal) {
     const Vec3 z = glm::normalize(g[0]);
@@ -228,7 +229,7 @@ Joint joint_of(const json& entry) {
 TEST_CASE("the primitives of joints are those of the stored numbers") {
   for (const json& entry : stored().at("joints")) {
     INFO(entry.at("kind").get<std::string>());
-    const Placed a = placed(entry, 0), b = placed(entry, 1);
+    const BodyState a = placed(entry, 0), b = placed(entry, 1);
     int row = 0;
     for (const json& p : entry.at("prims")) {
       const std::string name = p.at(0);
@@ -238,10 +239,10 @@ TEST_CASE("the primitives of joints are those of the stored numbers") {
         joint.anchor_a = vec(p.at(first)), joint.anchor_b = vec(p.at(first + 1));
       }
       const AnchorSpan span = span_of(joint, a, b, true);
-      const auto f = [&] { return a.turn * vec(p.at(1)); };
+      const auto f = [&] { return a.rotation * vec(p.at(1)); };
       Equations block;
       if (name == "pt") write_point(span, block.out());
-      if (name == "d1") write_square(0, f(), b.turn * vec(p.at(2)), a, b, block.out());
+      if (name == "d1") write_square(0, f(), b.rotation * vec(p.at(2)), a, b, block.out());
       if (name == "d2") write_along(0, f(), span, a, block.out());
       if (name == "dist") write_distance(0, p.at(3), span, block.out());
       for (int i = 0; i < (name == "pt" ? 3 : 1); ++i) CHECK(miss(block, i, entry, row++) <= 1e-13);
@@ -279,7 +280,7 @@ TEST_CASE("Jacobian and gamma are the derivatives of the residual along any moti
     for (int i = 0; i < 200; ++i) {
       const Ajar s = ajar(kind, dice);
       const Real before = s.first + 4 * kPi;
-      worst = worst | misses(s, row_count(s.joint), [&](const Placed& a, const Placed& b) {
+      worst = worst | misses(s, row_count(s.joint), [&](const BodyState& a, const BodyState& b) {
                 return rows_of(s.joint, a, b, before);
               });
     }
@@ -295,12 +296,12 @@ TEST_CASE("Jacobian and gamma are the derivatives of coordinates along any motio
     Coordinate which;
   };
   const Case cases[] = {
-      {JointKind::hinge, Coordinate::turn},       {JointKind::ball, Coordinate::turn},
-      {JointKind::universal, Coordinate::turn},   {JointKind::universal, Coordinate::second},
-      {JointKind::cylindrical, Coordinate::turn}, {JointKind::screw, Coordinate::turn},
-      {JointKind::planar, Coordinate::turn},      {JointKind::cylindrical, Coordinate::slide},
-      {JointKind::prismatic, Coordinate::slide},  {JointKind::screw, Coordinate::slide},
-      {JointKind::distance, Coordinate::slide},   {JointKind::spring, Coordinate::slide},
+      {JointKind::hinge, Coordinate::angle},       {JointKind::ball, Coordinate::angle},
+      {JointKind::universal, Coordinate::angle},   {JointKind::universal, Coordinate::second},
+      {JointKind::cylindrical, Coordinate::angle}, {JointKind::screw, Coordinate::angle},
+      {JointKind::planar, Coordinate::angle},      {JointKind::cylindrical, Coordinate::travel},
+      {JointKind::prismatic, Coordinate::travel},  {JointKind::screw, Coordinate::travel},
+      {JointKind::distance, Coordinate::travel},   {JointKind::spring, Coordinate::travel},
       {JointKind::ball, Coordinate::swing}};
   Dice dice(12);
   for (const Case& c : cases) {
@@ -308,7 +309,7 @@ TEST_CASE("Jacobian and gamma are the derivatives of coordinates along any motio
     for (int i = 0; i < 200; ++i) {
       const Ajar s = ajar(c.kind, dice);
       const Real before = c.which == Coordinate::second ? s.second - 2 * kPi : s.first + 2 * kPi;
-      worst = worst | misses(s, 1, [&](const Placed& a, const Placed& b) {
+      worst = worst | misses(s, 1, [&](const BodyState& a, const BodyState& b) {
                 return coordinate(s.joint, c.which, a, b, before);
               });
     }
@@ -326,9 +327,11 @@ TEST_CASE("a swing keeps its derivatives from no swing at all to nearly half a t
       Ajar s = ajar(JointKind::ball, dice);
       const Real way = dice.between(-kPi, kPi);
       const Vec3 swing = angle * Vec3(0, std::cos(way), std::sin(way));
-      const Placed b = standing(s.joint, s.a.start, turn_of(SwingTwist{s.first, swing}), Vec3(0));
-      s.b.start.position = b.position, s.b.start.rotation = b.rotation, s.b.start.turn = b.turn;
-      worst = worst | misses(s, 1, [&](const Placed& p, const Placed& q) {
+      const BodyState b =
+          standing(s.joint, s.a.start, rotation_of(SwingTwist{s.first, swing}), Vec3(0));
+      s.b.start.position = b.position, s.b.start.rotation = b.rotation,
+      s.b.start.rotation = b.rotation;
+      worst = worst | misses(s, 1, [&](const BodyState& p, const BodyState& q) {
                 return coordinate(s.joint, Coordinate::swing, p, q);
               });
     }
@@ -346,9 +349,9 @@ TEST_CASE("rows do not notice bodies that move as one, and their forces balance"
     const auto kind = static_cast<JointKind>(k);
     INFO(name_of(kind));
     const Real tolerance = kind == JointKind::custom ? 1e-11 : 1e-13;
-    const auto check = [&](const Equations& block, int rows, Placed a, Placed b) {
-      a.velocity = dice.in_cube(1), a.spin = b.spin = dice.in_cube(1);
-      b.velocity = a.velocity + glm::cross(a.spin, b.position - a.position);
+    const auto check = [&](const Equations& block, int rows, BodyState a, BodyState b) {
+      a.velocity = dice.in_cube(1), a.angular_velocity = b.angular_velocity = dice.in_cube(1);
+      b.velocity = a.velocity + glm::cross(a.angular_velocity, b.position - a.position);
       for (int i = 0; i < rows; ++i) {
         REQUIRE(std::abs(block.rate(i, a, b)) <= tolerance);
         const Vec3* j = &block.j[std::size_t(4 * i)];
@@ -361,14 +364,14 @@ TEST_CASE("rows do not notice bodies that move as one, and their forces balance"
     };
     for (int i = 0; i < 100; ++i) {
       const Ajar s = ajar(kind, dice);
-      const Placed a = s.a.start;
-      Placed b = s.b.start;
+      const BodyState a = s.a.start;
+      BodyState b = s.b.start;
       // The rows of a shared point are along the world's axes: they turn, unless they are zero.
       if (holds_point(kind) || kind == JointKind::custom)
-        b.position = a.position + a.turn * s.joint.anchor_a - b.turn * s.joint.anchor_b;
+        b.position = a.position + a.rotation * s.joint.anchor_a - b.rotation * s.joint.anchor_b;
       check(rows_of(s.joint, a, b), row_count(s.joint), a, b);
       for (const auto which :
-           {Coordinate::turn, Coordinate::second, Coordinate::slide, Coordinate::swing})
+           {Coordinate::angle, Coordinate::second, Coordinate::travel, Coordinate::swing})
         check(coordinate(s.joint, which, a, b), 1, a, b);
     }
   }
@@ -376,26 +379,25 @@ TEST_CASE("rows do not notice bodies that move as one, and their forces balance"
 
 TEST_CASE("a closed joint lacks nothing, and moves in its freedoms without lacking anything") {
   Dice dice(15);
-  for (const auto kind :
-       {JointKind::ball, JointKind::hinge, JointKind::universal, JointKind::fixed,
-        JointKind::cylindrical, JointKind::prismatic, JointKind::screw, JointKind::planar,
-        JointKind::distance, JointKind::spring}) {
+  for (const auto kind : {JointKind::ball, JointKind::hinge, JointKind::universal, JointKind::fixed,
+                          JointKind::cylindrical, JointKind::prismatic, JointKind::screw,
+                          JointKind::planar, JointKind::distance, JointKind::spring}) {
     INFO(name_of(kind));
     for (int i = 0; i < 100; ++i) {
       const Joint joint = any_joint(kind, dice);
-      const Placed a = placed(dice.in_cube(1), dice.turn());
+      const BodyState a = placed(dice.in_cube(1), dice.rotation());
       const Quat axes = a.rotation * joint.frames.a();
-      const Real turn = dice.between(-3, 3), second = dice.between(-3, 3);
-      Quat q = allowed_by_kind(kind, dice.turn());
+      const Real rotation = dice.between(-3, 3), second = dice.between(-3, 3);
+      Quat q = allowed_by_kind(kind, dice.rotation());
       Vec3 d(0);  // joint axes of a
-      if (kind == JointKind::universal) q = about_y(turn) * about_z(second);
-      if (kind == JointKind::cylindrical) q = about_x(turn), d.x = second;
-      if (kind == JointKind::prismatic) q = kNoTurn, d.x = second;
-      if (kind == JointKind::screw) q = about_x(turn), d.x = turn * joint.extras->pitch;
-      if (kind == JointKind::planar) q = about_x(turn), d = {0, turn, second};
-      if (kind == JointKind::distance) d = joint.extras->length * dice.direction();
-      const Equations block = rows_of(joint, a, standing(joint, a, q, axes * d), turn);
-      REQUIRE(row_count(joint) == 6 - freedoms(kind));
+      if (kind == JointKind::universal) q = about_y(rotation) * about_z(second);
+      if (kind == JointKind::cylindrical) q = about_x(rotation), d.x = second;
+      if (kind == JointKind::prismatic) q = kIdentity, d.x = second;
+      if (kind == JointKind::screw) q = about_x(rotation), d.x = rotation * joint.parameters->pitch;
+      if (kind == JointKind::planar) q = about_x(rotation), d = {0, rotation, second};
+      if (kind == JointKind::distance) d = joint.parameters->length * dice.direction();
+      const Equations block = rows_of(joint, a, standing(joint, a, q, axes * d), rotation);
+      REQUIRE(row_count(joint) == 6 - degrees_of_freedom(kind));
       for (int row = 0; row < row_count(joint); ++row)
         REQUIRE(std::abs(block.c[std::size_t(row)]) <= 4e-15);
     }
@@ -406,14 +408,14 @@ TEST_CASE("a closed joint lacks nothing, and moves in its freedoms without lacki
 
 TEST_CASE("spurious roots are told from the true one") {
   Dice dice(16);
-  const Quat roots[] = {kNoTurn, about_x(kPi), about_y(kPi), about_z(kPi)};
+  const Quat roots[] = {kIdentity, about_x(kPi), about_y(kPi), about_z(kPi)};
   for (const auto kind : {JointKind::fixed, JointKind::prismatic, JointKind::hinge,
                           JointKind::cylindrical, JointKind::planar}) {
     INFO(name_of(kind));
     for (int root = 0; root < 4; ++root) {
       const Joint joint = any_joint(kind, dice);
-      const Placed a = placed(Vec3(0), dice.turn());
-      const Placed b = standing(joint, a, roots[root], Vec3(0));
+      const BodyState a = placed(Vec3(0), dice.rotation());
+      const BodyState b = standing(joint, a, roots[root], Vec3(0));
       const Equations block = rows_of(joint, a, b);
       for (int i = 0; i < row_count(joint); ++i)
         CHECK(std::abs(block.c[std::size_t(i)]) <= 2e-15);  // a root of the equations it is
@@ -423,10 +425,10 @@ TEST_CASE("spurious roots are told from the true one") {
   }
   // A universal joint has none: what looks like one has both angles half a turn on.
   const Joint joint = any_joint(JointKind::universal, dice);
-  const Placed a = placed(Vec3(0), dice.turn());
-  const Placed b = standing(joint, a, about_y(0.3) * about_x(kPi) * about_z(0.4), Vec3(0));
+  const BodyState a = placed(Vec3(0), dice.rotation());
+  const BodyState b = standing(joint, a, about_y(0.3) * about_x(kPi) * about_z(0.4), Vec3(0));
   CHECK(on_right_branch(joint, a.rotation, b.rotation));
-  CHECK(coordinate(joint, Coordinate::turn, a, b).c[0] == Approx(0.3 - kPi).margin(1e-14));
+  CHECK(coordinate(joint, Coordinate::angle, a, b).c[0] == Approx(0.3 - kPi).margin(1e-14));
   CHECK(coordinate(joint, Coordinate::second, a, b).c[0] == Approx(0.4 - kPi).margin(1e-14));
 }
 
@@ -436,20 +438,19 @@ TEST_CASE("the coordinates are the angles that limits speak of") {
   for (int i = 0; i < 500; ++i) {
     for (const auto kind : {JointKind::hinge, JointKind::ball}) {
       const Ajar s = ajar(kind, dice);
-      const Placed a = s.a.start, b = s.b.start;
-      const SwingTwist parts = swing_twist(relative_turn(s.joint, a.rotation, b.rotation));
-      worst = std::max(
-          worst, std::abs(coordinate(s.joint, Coordinate::turn, a, b).c[0] - parts.twist));
+      const BodyState a = s.a.start, b = s.b.start;
+      const SwingTwist parts = swing_twist(relative_rotation(s.joint, a.rotation, b.rotation));
+      worst = std::max(worst,
+                       std::abs(coordinate(s.joint, Coordinate::angle, a, b).c[0] - parts.twist));
       const SwingLimit cone = s.joint.limits->swing;
       const Real y = parts.swing.y / cone.y, z = parts.swing.z / cone.z;
-      worst = std::max(worst, std::abs(coordinate(s.joint, Coordinate::swing, a, b).c[0] -
-                                       (1 - y * y - z * z)));
+      worst = std::max(
+          worst, std::abs(coordinate(s.joint, Coordinate::swing, a, b).c[0] - (1 - y * y - z * z)));
     }
     const Ajar s = ajar(JointKind::universal, dice);
-    const Placed a = s.a.start, b = s.b.start;
-    const UniversalAngles at = universal_angles(relative_turn(s.joint, a.rotation, b.rotation));
-    worst =
-        std::max(worst, std::abs(coordinate(s.joint, Coordinate::turn, a, b).c[0] - at.first));
+    const BodyState a = s.a.start, b = s.b.start;
+    const UniversalAngles at = universal_angles(relative_rotation(s.joint, a.rotation, b.rotation));
+    worst = std::max(worst, std::abs(coordinate(s.joint, Coordinate::angle, a, b).c[0] - at.first));
     worst =
         std::max(worst, std::abs(coordinate(s.joint, Coordinate::second, a, b).c[0] - at.second));
   }
@@ -460,20 +461,20 @@ TEST_CASE("slides and lengths run from anchor to anchor") {
   Dice dice(18);
   for (int i = 0; i < 100; ++i) {
     const Joint joint = any_joint(JointKind::cylindrical, dice);
-    const Placed a = placed(dice.in_cube(1), dice.turn());
+    const BodyState a = placed(dice.in_cube(1), dice.rotation());
     const Vec3 d = dice.in_cube(1);
-    const Placed b = standing(joint, a, dice.turn(), a.rotation * joint.frames.a() * d);
-    REQUIRE(coordinate(joint, Coordinate::slide, a, b).c[0] == Approx(d.x).margin(2e-15));
+    const BodyState b = standing(joint, a, dice.rotation(), a.rotation * joint.frames.a() * d);
+    REQUIRE(coordinate(joint, Coordinate::travel, a, b).c[0] == Approx(d.x).margin(2e-15));
     Joint spring = joint;
     spring.kind = JointKind::spring;
-    REQUIRE(coordinate(spring, Coordinate::slide, a, b).c[0] ==
+    REQUIRE(coordinate(spring, Coordinate::travel, a, b).c[0] ==
             Approx(glm::length(d)).margin(2e-15));
   }
   // Anchors that meet leave a length no derivatives; it must not leave wrong numbers either.
-  const Placed a = placed(Vec3(0), kNoTurn);
+  const BodyState a = placed(Vec3(0), kIdentity);
   Joint plain;
   plain.kind = JointKind::spring;
-  const Equations block = coordinate(plain, Coordinate::slide, a, a);
+  const Equations block = coordinate(plain, Coordinate::travel, a, a);
   CHECK(block.c[0] == 0);
   CHECK(block.gamma[0] == 0);
   for (int i = 0; i < 4; ++i) CHECK(block.j[std::size_t(i)] == Vec3(0));
@@ -483,15 +484,15 @@ TEST_CASE("turns and screws count whole turns") {
   Dice dice(19);
   for (const Real step : {1.0, -2.5}) {
     const Joint joint = any_joint(JointKind::screw, dice);
-    const Placed a = placed(dice.in_cube(1), dice.turn());
+    const BodyState a = placed(dice.in_cube(1), dice.rotation());
     const Vec3 x = a.rotation * joint.frames.a() * Vec3(1, 0, 0);
     Real before = 0;
     for (int i = 1; i <= 40; ++i) {
       const Real angle = i * step;
-      const Placed b = standing(joint, a, about_x(angle), joint.extras->pitch * angle * x);
+      const BodyState b = standing(joint, a, about_x(angle), joint.parameters->pitch * angle * x);
       const Equations block = rows_of(joint, a, b, before);
       REQUIRE(std::abs(block.c[4]) <= 1e-13);
-      before = coordinate(joint, Coordinate::turn, a, b, before).c[0];
+      before = coordinate(joint, Coordinate::angle, a, b, before).c[0];
       REQUIRE(before == Approx(angle).epsilon(1e-14));
     }
   }
@@ -504,7 +505,7 @@ TEST_CASE("a ball joint from outside has the rows of the one within") {
   Real worst = 0, worst_j = 0, worst_gamma = 0;
   for (int i = 0; i < 500; ++i) {
     Ajar s = ajar(JointKind::ball, dice);
-    const Placed a = s.a.start, b = s.b.start;
+    const BodyState a = s.a.start, b = s.b.start;
     const Equations within = rows_of(s.joint, a, b);
     s.joint.kind = JointKind::custom;
     REQUIRE(row_count(s.joint) == 4);
@@ -527,7 +528,7 @@ TEST_CASE("a joint from outside without its equations, or at rest, is no trouble
   joint.kind = JointKind::custom;
   CHECK(row_count(joint) == 0);
   write_rows(joint, {}, {}, 0, {});
-  joint.extras.edit().custom = std::make_shared<UserBall>(Vec3(1, 2, 3), Vec3(0));
+  joint.parameters.edit().custom = std::make_shared<UserBall>(Vec3(1, 2, 3), Vec3(0));
   const Equations block = rows_of(joint, {}, {});
   for (std::size_t i = 0; i < 4; ++i) CHECK(block.gamma[i] == 0);
 }
@@ -537,7 +538,7 @@ TEST_CASE("numbers do not depend on which others are asked for") {
   for (int k = 0; k < kJointKinds; ++k) {
     const Ajar s = ajar(static_cast<JointKind>(k), dice);
     INFO(name_of(s.joint.kind));
-    const Placed a = s.a.start, b = s.b.start;
+    const BodyState a = s.a.start, b = s.b.start;
     const auto check = [&](auto write) {
       Equations all, alone;
       write(all.out());
@@ -550,7 +551,7 @@ TEST_CASE("numbers do not depend on which others are asked for") {
     };
     check([&](RowsOut out) { write_rows(s.joint, a, b, 0, out); });
     for (const auto which :
-         {Coordinate::turn, Coordinate::second, Coordinate::slide, Coordinate::swing})
+         {Coordinate::angle, Coordinate::second, Coordinate::travel, Coordinate::swing})
       check([&](RowsOut out) { write_coordinate(s.joint, which, a, b, 0, out); });
   }
 }

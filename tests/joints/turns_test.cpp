@@ -4,8 +4,8 @@
 
 #include "engine/base/rotation.hpp"
 #include "engine/joints/kinds.hpp"
-#include "tests/solvers/trees.hpp"
 #include "tests/paths.hpp"
+#include "tests/solvers/trees.hpp"
 
 using namespace pantin;
 using test::Dice;
@@ -32,9 +32,9 @@ TEST_CASE("clamped turns are those of the stored numbers") {
     INFO(entry.at("name").get<std::string>());
     const Vec3 axis(entry.at("axis").at(0), entry.at("axis").at(1), entry.at("axis").at(2));
     REQUIRE(axis == Vec3(0, 1, 0));
-    const Quat from_x = turn_by({0, 0, kPi / 2});  // x becomes their twist axis y
+    const Quat from_x = from_rotation_vector({0, 0, kPi / 2});  // x becomes their twist axis y
     JointLimits limits;
-    limits.turn = {true, entry.at("twist").at(0), entry.at("twist").at(1)};
+    limits.angle = {true, entry.at("twist").at(0), entry.at("twist").at(1)};
     const bool hinge = entry.at("hinge");
     if (!hinge) limits.swing = {true, entry.at("cone"), entry.at("cone")};
     const Joint joint = jointed(hinge ? JointKind::hinge : JointKind::ball, limits);
@@ -43,7 +43,7 @@ TEST_CASE("clamped turns are those of the stored numbers") {
     CHECK(glm::length(parts.swing) == Approx(entry.at("swing_angle").get<Real>()).margin(4e-15));
     if (glm::length(parts.swing) < 3)
       CHECK(parts.twist == Approx(entry.at("twist_angle").get<Real>()).margin(4e-15));
-    const Quat out = from_x * allowed_turn(joint, q) * glm::conjugate(from_x);
+    const Quat out = from_x * allowed_rotation(joint, q) * glm::conjugate(from_x);
     CHECK(apart(out, quat(entry.at("out"))) <= 1e-14);
   }
 }
@@ -51,9 +51,9 @@ TEST_CASE("clamped turns are those of the stored numbers") {
 TEST_CASE("swing and twist make up the turn they were taken from") {
   Dice dice(3);
   for (int i = 0; i < 2000; ++i) {
-    const Quat q = dice.turn();
+    const Quat q = dice.rotation();
     const SwingTwist parts = swing_twist(q);
-    REQUIRE(apart(turn_of(parts), q) <= 4e-15);
+    REQUIRE(apart(rotation_of(parts), q) <= 4e-15);
     REQUIRE(parts.swing.x == 0);
     REQUIRE(std::abs(parts.twist) <= kPi);
     REQUIRE(glm::length(parts.swing) <= kPi + 1e-12);
@@ -65,46 +65,49 @@ TEST_CASE("what a joint allows violates nothing, and what is allowed stays as it
   for (int i = 0; i < 2000; ++i) {
     JointLimits limits;
     const Real low = dice.between(-3, 2.5);
-    limits.turn = {dice.below(4) > 0, low, low + dice.between(0, 3)};
+    limits.angle = {dice.below(4) > 0, low, low + dice.between(0, 3)};
     limits.second = {true, -dice.between(0, 1.4), dice.between(0, 1.4)};
     limits.swing = {dice.below(4) > 0, dice.between(0.05, 3), dice.between(0.05, 3)};
     const auto kind = static_cast<JointKind>(dice.below(kJointKinds));
     const Joint joint = jointed(kind, limits);
-    const Quat q = allowed_turn(joint, dice.turn());
+    const Quat q = allowed_rotation(joint, dice.rotation());
     INFO(name_of(kind));
     REQUIRE(is_finite(q));
     // A twist beyond half a turn is another twist; swings that far have none to tell.
-    if (limits.turn.high > kPi || limits.swing.y > 2.8 || limits.swing.z > 2.8) continue;
+    if (limits.angle.high > kPi || limits.swing.y > 2.8 || limits.swing.z > 2.8) continue;
     REQUIRE(violation(joint, q) <= 1e-14);
-    REQUIRE(apart(allowed_turn(joint, q), q) <= 1e-14);
+    REQUIRE(apart(allowed_rotation(joint, q), q) <= 1e-14);
   }
 }
 
 TEST_CASE("a range need not contain zero, and equal limits lock") {
   JointLimits limits;
-  limits.turn = {true, 0.5, 0.9};
+  limits.angle = {true, 0.5, 0.9};
   const Joint knee = jointed(JointKind::hinge, limits);
-  CHECK(swing_twist(allowed_turn(knee, turn_by({0.1, 0, 0}))).twist == Approx(0.5));
-  CHECK(swing_twist(allowed_turn(knee, turn_by({2, 0, 0}))).twist == Approx(0.9));
-  CHECK(swing_twist(allowed_turn(knee, turn_by({0.7, 0.2, -0.1}))).twist == Approx(0.7).margin(0.02));
-  limits.turn = {true, -0.3, -0.3};
+  CHECK(swing_twist(allowed_rotation(knee, from_rotation_vector({0.1, 0, 0}))).twist ==
+        Approx(0.5));
+  CHECK(swing_twist(allowed_rotation(knee, from_rotation_vector({2, 0, 0}))).twist == Approx(0.9));
+  CHECK(swing_twist(allowed_rotation(knee, from_rotation_vector({0.7, 0.2, -0.1}))).twist ==
+        Approx(0.7).margin(0.02));
+  limits.angle = {true, -0.3, -0.3};
   const Joint locked = jointed(JointKind::hinge, limits);
   for (Real angle : {-3.0, -0.3, 0.0, 2.0})
-    CHECK(swing_twist(allowed_turn(locked, turn_by({angle, 0, 0}))).twist == Approx(-0.3));
+    CHECK(swing_twist(allowed_rotation(locked, from_rotation_vector({angle, 0, 0}))).twist ==
+          Approx(-0.3));
 }
 
 TEST_CASE("a range of more than a turn allows all, one beyond half a turn is met from both sides") {
   JointLimits limits;
-  limits.turn = {true, -kPi, kPi};
+  limits.angle = {true, -kPi, kPi};
   const Joint any = jointed(JointKind::hinge, limits);
-  limits.turn = {true, 2.5, 4.0};
+  limits.angle = {true, 2.5, 4.0};
   const Joint far = jointed(JointKind::hinge, limits);
   for (Real angle = -3; angle < 3.1; angle += 0.25) {
-    const Quat q = turn_by({angle, 0, 0});
-    CHECK(apart(allowed_turn(any, q), q) <= 1e-15);
+    const Quat q = from_rotation_vector({angle, 0, 0});
+    CHECK(apart(allowed_rotation(any, q), q) <= 1e-15);
     const Real to = clamped(AngleLimit{true, 2.5, 4.0}, angle);
     CHECK((to >= 2.5 && to <= 4.0));
-    CHECK(violation(far, allowed_turn(far, q)) <= 1e-14);
+    CHECK(violation(far, allowed_rotation(far, q)) <= 1e-14);
   }
 }
 
@@ -112,13 +115,15 @@ TEST_CASE("an elliptic cone lets a limb farther one way than the other") {
   JointLimits limits;
   limits.swing = {true, 1.2, 0.3};
   const Joint hip = jointed(JointKind::ball, limits);
-  CHECK(violation(hip, turn_by({0, 1.19, 0})) == 0);
-  CHECK(violation(hip, turn_by({0, 0, 0.31})) == Approx(0.01));
-  CHECK(violation(hip, turn_by({0, 0.849, 0.212})) <= 1e-3);  // on the rim, at 45 degrees of it
-  CHECK(violation(hip, turn_by({0, 0.9, 0.3})) > 0.05);
+  CHECK(violation(hip, from_rotation_vector({0, 1.19, 0})) == 0);
+  CHECK(violation(hip, from_rotation_vector({0, 0, 0.31})) == Approx(0.01));
+  CHECK(violation(hip, from_rotation_vector({0, 0.849, 0.212})) <=
+        1e-3);  // on the rim, at 45 degrees of it
+  CHECK(violation(hip, from_rotation_vector({0, 0.9, 0.3})) > 0.05);
   // A cone without width one way is an arc.
   limits.swing = {true, 1.2, 0};
-  const Quat q = allowed_turn(jointed(JointKind::ball, limits), turn_by({0, 0.5, 0.4}));
+  const Quat q =
+      allowed_rotation(jointed(JointKind::ball, limits), from_rotation_vector({0, 0.5, 0.4}));
   CHECK(swing_twist(q).swing.z == Approx(0).margin(1e-15));
   CHECK(swing_twist(q).swing.y == Approx(0.5));
 }
@@ -127,11 +132,11 @@ TEST_CASE("a universal joint turns about two axes at right angles") {
   Dice dice(8);
   for (int i = 0; i < 500; ++i) {
     const UniversalAngles angles{dice.between(-3, 3), dice.between(-1.5, 1.5)};
-    const UniversalAngles back = universal_angles(turn_of(angles));
+    const UniversalAngles back = universal_angles(rotation_of(angles));
     REQUIRE(back.first == Approx(angles.first).margin(1e-13));
     REQUIRE(back.second == Approx(angles.second).margin(1e-13));
     // y of a and z of b stay at right angles.
-    const Quat q = allowed_by_kind(JointKind::universal, dice.turn());
+    const Quat q = allowed_by_kind(JointKind::universal, dice.rotation());
     REQUIRE(std::abs((q * Vec3(0, 0, 1)).y) <= 1e-15);
   }
 }

@@ -1,6 +1,5 @@
 // Bodies made of shapes.
 #include <catch2/catch.hpp>
-
 #include <pantin/pantin.hpp>
 
 #include "engine/base/rotation.hpp"
@@ -20,19 +19,19 @@ std::string complaint(const RigidBody& described) {
 
 TEST_CASE("mass, inertia and principal frame follow from shapes and density") {
   World world;
-  const Quat turn = turn_by(Vec3(0.2, 0.5, -0.7));
+  const Quat rotation = from_rotation_vector(Vec3(0.2, 0.5, -0.7));
   const Entity e = world
                        .add(RigidBody{.shape = BoxShape{.half_extents = {0.1, 0.2, 0.3}},
                                       .density = 500,
                                       .position = {1, 2, 3},
-                                      .rotation = turn,
+                                      .rotation = rotation,
                                       .name = "brick"})
                        .value();
   const Body& b = world.bodies[e];
   CHECK(b.mass == Approx(500 * 8 * 0.006));
   CHECK(b.inertia.x == Approx(b.mass / 3 * (0.04 + 0.09)));
   CHECK(b.pose.position == Vec3(1, 2, 3));
-  CHECK(b.pose.rotation == turn);
+  CHECK(b.pose.rotation == rotation);
   CHECK(world.find("brick") == e);
 }
 
@@ -47,7 +46,7 @@ TEST_CASE("a body of two shapes is placed by its own frame, not by its mass cent
   CHECK(glm::length(world.origin_pose(e).position - Vec3(5, 0, 0)) < 1e-14);
   // Both balls stand where they were put.
   const Body& b = world.bodies[e];
-  CHECK(glm::length(to_world(b.pose, world.shapes[e].parts[1].local.position) - Vec3(6, 0, 0)) <
+  CHECK(glm::length(to_world(b.pose, world.shapes[e].list[1].local.position) - Vec3(6, 0, 0)) <
         1e-14);
 }
 
@@ -67,7 +66,8 @@ TEST_CASE("bodies that cannot be are refused") {
         "RigidBody: shape: found a plane on a dynamic body, expected a sphere, a capsule, a box or "
         "a hull");
   CHECK(complaint({.mass = 1.0}) ==
-        "RigidBody: inertia: found none, and no shape, expected an inertia, or a shape that tells it");
+        "RigidBody: inertia: found none, and no shape, expected an inertia, or a shape that tells "
+        "it");
   CHECK(complaint({.mass = 1.0, .inertia = Mat3(1, 0, 0, 0, 1, 0, 0, 0, 5)}) ==
         "RigidBody: mass and inertia: found 1 kg, (1, 1, 5) kg m^2, expected a finite mass above 0 "
         "and three moments, each at most the sum of the others");

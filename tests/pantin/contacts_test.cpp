@@ -1,8 +1,7 @@
 // Events of contacts.
 #include <catch2/catch.hpp>
-#include <string>
-
 #include <pantin/pantin.hpp>
+#include <string>
 
 using namespace pantin;
 
@@ -10,15 +9,18 @@ namespace {
 
 Entity add_ground(World& world, std::uint32_t layers = 1) {
   return world
-      .add(RigidBody{.motion = Motion::fixed, .shape = PlaneShape{},
-                     .collision = in_layers(layers)})
+      .add(
+          RigidBody{.motion = Motion::fixed, .shape = PlaneShape{}, .collision = in_layers(layers)})
       .value();
 }
 
 Entity add_ball(World& world, Vec3 at, Collision collision = {}) {
   return world
-      .add(RigidBody{.shape = SphereShape{.radius = 0.1}, .mass = 2.0, .position = at,
-                     .collision = collision, .drag = 0})
+      .add(RigidBody{.shape = SphereShape{.radius = 0.1},
+                     .mass = 2.0,
+                     .position = at,
+                     .collision = collision,
+                     .drag = 0})
       .value();
 }
 

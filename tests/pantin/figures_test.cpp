@@ -1,6 +1,5 @@
 // Chains and ragdolls in one call.
 #include <catch2/catch.hpp>
-
 #include <pantin/pantin.hpp>
 
 #include "engine/base/rotation.hpp"
@@ -12,8 +11,12 @@ TEST_CASE("a chain hangs from what holds its ends, closed from the start") {
   const Entity left = world.add(RigidBody{.motion = Motion::fixed}).value();
   const Entity right = world.add(RigidBody{.motion = Motion::fixed, .position = {1, 1, 0}}).value();
   const auto joint = GENERATE(ChainJoint::ball, ChainJoint::universal);
-  const Chain chain = build_chain(world, {.from = {0, 0, 0}, .to = {1, 1, 0}, .links = 12,
-                                          .start = left, .end = right, .joint = joint,
+  const Chain chain = build_chain(world, {.from = {0, 0, 0},
+                                          .to = {1, 1, 0},
+                                          .links = 12,
+                                          .start = left,
+                                          .end = right,
+                                          .joint = joint,
                                           .name = "chain"})
                           .value();
   CHECK(chain.links.size() == 12);
@@ -41,10 +44,11 @@ TEST_CASE("a chain that cannot be is refused and leaves nothing behind") {
 
 TEST_CASE("a ragdoll stands where it is put, weighs what it should and has human ranges") {
   World world;
-  const Quat turn = turn_by(Vec3(0, 1.2, 0));
+  const Quat rotation = from_rotation_vector(Vec3(0, 1.2, 0));
   const Ragdoll doll =
-      build_ragdoll(world, {.position = {3, 0.5, 1}, .rotation = turn, .height = 1.5, .mass = 40,
-                            .name = "ann"})
+      build_ragdoll(
+          world,
+          {.position = {3, 0.5, 1}, .rotation = rotation, .height = 1.5, .mass = 40, .name = "ann"})
           .value();
   CHECK(world.bodies.size() == 13);
   CHECK(doll.bodies().size() == 13);
@@ -58,8 +62,8 @@ TEST_CASE("a ragdoll stands where it is put, weighs what it should and has human
     const Link& link = world.links[e];
     CHECK(glm::length(residual(link.joint, world.bodies[link.a].pose, world.bodies[link.b].pose)) <
           1e-14);
-    const Quat q = relative_turn(link.joint, world.bodies[link.a].pose.rotation,
-                                 world.bodies[link.b].pose.rotation);
+    const Quat q = relative_rotation(link.joint, world.bodies[link.a].pose.rotation,
+                                     world.bodies[link.b].pose.rotation);
     CHECK(violation(link.joint, q) < 1e-9);  // upright lies within all ranges
   }
 }

@@ -1,7 +1,6 @@
 // Joints as they are described: they start closed, and what is wrong is told by name.
 #include <catch2/catch.hpp>
 #include <limits>
-
 #include <pantin/pantin.hpp>
 
 #include "engine/base/rotation.hpp"
@@ -23,10 +22,10 @@ Two two_bodies() {
   Two t;
   t.world.default_settings.solver = Solver::lagrangian;
   RigidBody wall{.motion = Motion::fixed, .position = {0.3, 1, -0.2}, .name = "wall"};
-  wall.rotation = turn_by(Vec3(0.3, -0.2, 0.9));
+  wall.rotation = from_rotation_vector(Vec3(0.3, -0.2, 0.9));
   t.wall = t.world.add(wall).value();
   RigidBody arm{.shape = BoxShape{.half_extents = {0.5, 0.1, 0.2}, .at = {{0.1, 0, 0}}}};
-  arm.position = {1, 0.8, 0}, arm.rotation = turn_by(Vec3(-0.5, 0.4, 0.2));
+  arm.position = {1, 0.8, 0}, arm.rotation = from_rotation_vector(Vec3(-0.5, 0.4, 0.2));
   arm.name = "arm", arm.drag = 0;
   t.arm = t.world.add(arm).value();
   return t;
@@ -37,7 +36,7 @@ Real gap(const World& world, Entity e) {
   const Link& link = world.links[e];
   const auto placed = [&](Entity body) {
     const Body& b = world.bodies[body];
-    return Placed{b.pose.position, b.pose.rotation, glm::mat3_cast(b.pose.rotation), {}, {}};
+    return BodyState{b.pose.position, b.pose.rotation, glm::mat3_cast(b.pose.rotation), {}, {}};
   };
   Real c[6] = {}, sum = 0;
   write_rows(link.joint, placed(link.a), placed(link.b), 0, {c, nullptr, nullptr});
@@ -62,20 +61,26 @@ TEST_CASE("every joint added in world space starts closed, and stays so while it
     World& w = t.world;
     const Entity a = t.wall, b = t.arm;
     switch (kind) {
-      case 0: return w.add(BallJoint{.a = a, .b = b, .anchor = anchor}).value();
-      case 1: return w.add(HingeJoint{.a = a, .b = b, .anchor = anchor, .axis = axis}).value();
-      case 2: return w.add(FixedJoint{.a = a, .b = b, .anchor = anchor}).value();
+      case 0:
+        return w.add(BallJoint{.a = a, .b = b, .anchor = anchor}).value();
+      case 1:
+        return w.add(HingeJoint{.a = a, .b = b, .anchor = anchor, .axis = axis}).value();
+      case 2:
+        return w.add(FixedJoint{.a = a, .b = b, .anchor = anchor}).value();
       case 3:
-        return w.add(UniversalJoint{
-                         .a = a, .b = b, .anchor = anchor, .axis_a = {0, 3, 0}, .axis_b = {2, 0, 1}})
+        return w
+            .add(UniversalJoint{
+                .a = a, .b = b, .anchor = anchor, .axis_a = {0, 3, 0}, .axis_b = {2, 0, 1}})
             .value();
-      case 4: return w.add(PrismaticJoint{.a = a, .b = b, .anchor = anchor, .axis = axis}).value();
+      case 4:
+        return w.add(PrismaticJoint{.a = a, .b = b, .anchor = anchor, .axis = axis}).value();
       case 5:
         return w.add(CylindricalJoint{.a = a, .b = b, .anchor = anchor, .axis = axis}).value();
       case 6:
         return w.add(ScrewJoint{.a = a, .b = b, .anchor = anchor, .axis = axis, .pitch = 0.1})
             .value();
-      case 7: return w.add(PlanarJoint{.a = a, .b = b, .anchor = anchor, .normal = axis}).value();
+      case 7:
+        return w.add(PlanarJoint{.a = a, .b = b, .anchor = anchor, .normal = axis}).value();
       default:
         return w.add(DistanceJoint{.a = a, .b = b, .anchor_a = anchor, .anchor_b = {1.5, 0.5, 0}})
             .value();
@@ -88,7 +93,8 @@ TEST_CASE("every joint added in world space starts closed, and stays so while it
   Simulation simulation(t.world, {.h = 1e-3});
   for (int i = 0; i < 100; ++i) REQUIRE(simulation.step().status == Status::ok);
   CHECK(gap(simulation.world, joint) < 1e-9);
-  const Vec3 moved = simulation.world.bodies[t.arm].pose.position - t.world.bodies[t.arm].pose.position;
+  const Vec3 moved =
+      simulation.world.bodies[t.arm].pose.position - t.world.bodies[t.arm].pose.position;
   CHECK((glm::length(moved) > 1e-3) == (kind != 2));
 }
 
@@ -99,8 +105,8 @@ TEST_CASE("a hinge's angle grows as b turns anticlockwise about the axis") {
           .value();
   CHECK(joint_angle(t.world, hinge) == Approx(0).margin(1e-12));
   Body& arm = t.world.bodies[t.arm];
-  arm.pose.rotation = turn_by(Vec3(0, 0.4, 0)) * arm.pose.rotation;
-  arm.spin = {0, 1.5, 0};
+  arm.pose.rotation = from_rotation_vector(Vec3(0, 0.4, 0)) * arm.pose.rotation;
+  arm.angular_velocity = {0, 1.5, 0};
   CHECK(joint_angle(t.world, hinge) == Approx(0.4));
   CHECK(joint_angular_speed(t.world, hinge) == Approx(1.5));
   CHECK(std::isnan(joint_travel(t.world, hinge)));
@@ -109,12 +115,11 @@ TEST_CASE("a hinge's angle grows as b turns anticlockwise about the axis") {
 
 TEST_CASE("frames given in the bodies make the same joint as the world's") {
   Two t = two_bodies();
-  const Pose frame{{0.4, 1.1, 0.1}, turn_by(Vec3(0.1, 0.7, -0.3))};
+  const Pose frame{{0.4, 1.1, 0.1}, from_rotation_vector(Vec3(0.1, 0.7, -0.3))};
   const auto in = [&](Entity e) { return compose(inverse(t.world.origin_pose(e)), frame); };
-  const Entity hinge = t.world
-                           .add(HingeJoint{.a = t.wall, .b = t.arm,
-                                           .frames = LocalFrames{in(t.wall), in(t.arm)}})
-                           .value();
+  const Entity hinge =
+      t.world.add(HingeJoint{.a = t.wall, .b = t.arm, .frames = LocalFrames{in(t.wall), in(t.arm)}})
+          .value();
   const Link& link = t.world.links[hinge];
   CHECK(gap(t.world, hinge) < 1e-14);
   const Pose& on_arm = t.world.bodies[t.arm].pose;
@@ -137,8 +142,10 @@ TEST_CASE("a description that cannot be meant is refused by name, and nothing is
   CHECK(complaint(t.world, BallJoint{.a = a}) == "BallJoint: b: found no entity, expected a body");
   CHECK(complaint(t.world, HingeJoint{.a = a, .b = b, .axis = up, .limits = Interval{1, -1}}) ==
         "HingeJoint: limits: found 1 to -1, expected two finite numbers, the lower one first");
-  CHECK(complaint(t.world, HingeJoint{.a = a, .b = b, .axis = up,
-                                      .motor = {.kind = MotorKind::velocity, .target = 1}}) ==
+  CHECK(complaint(
+            t.world,
+            HingeJoint{
+                .a = a, .b = b, .axis = up, .motor = {.kind = MotorKind::velocity, .target = 1}}) ==
         "HingeJoint: motor.gain: found 0, expected a number above 0");
   CHECK(complaint(t.world, UniversalJoint{.a = a, .b = b, .axis_a = up, .axis_b = {1, 1, 0}}) ==
         "UniversalJoint: axis_b: found (1, 1, 0), expected a direction square to axis_a");

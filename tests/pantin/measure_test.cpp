@@ -1,6 +1,5 @@
 // What joints, cables and pins are asked for, against closed forms.
 #include <catch2/catch.hpp>
-
 #include <pantin/pantin.hpp>
 
 using namespace pantin;
@@ -37,7 +36,7 @@ StepReport run(Simulation& simulation, int steps) {
 }  // namespace
 
 TEST_CASE("two balls at rest below a nail: each joint bears what hangs on it") {
-  const Solver solver = GENERATE(Solver::automatic, Solver::lagrangian);
+  const Solver solver = GENERATE(Solver::articulated, Solver::lagrangian);
   CAPTURE(name_of(solver));
   World world = world_of(solver);
   const Entity nail = fixed_at(world, {0, 0, 0});
@@ -62,7 +61,8 @@ TEST_CASE("a beam held at one end: force and torque of its clamp") {
   const Entity wall = fixed_at(world, {0, 0, 0});
   const Entity beam = world
                           .add(RigidBody{.shape = BoxShape{.half_extents = {0.5, 0.05, 0.05}},
-                                         .mass = 4.0, .position = {0.5, 0, 0}})
+                                         .mass = 4.0,
+                                         .position = {0.5, 0, 0}})
                           .value();
   const Entity clamp = world.add(FixedJoint{.a = wall, .b = beam}).value();
   Simulation simulation(world);
@@ -75,20 +75,18 @@ TEST_CASE("a beam held at one end: force and torque of its clamp") {
 }
 
 TEST_CASE("a cable bears its weight, a slack one nothing, a stretchy one as well") {
-  const Solver solver = GENERATE(Solver::automatic, Solver::lagrangian);
+  const Solver solver = GENERATE(Solver::articulated, Solver::lagrangian);
   const Real compliance = GENERATE(0.0, 1e-4);
   CAPTURE(name_of(solver), compliance);
   World world = world_of(solver);
   const Entity nail = fixed_at(world, {0, 0, 0}), ball = ball_at(world, {0, -1, 0}, 2);
   world.bodies[ball].drag = 20;  // so that the stretchy one comes to rest
-  const Entity cable = world
-                           .add(CableJoint{.a = nail, .b = ball, .anchor_b = {0, -0.9, 0},
-                                           .compliance = compliance})
-                           .value();
-  const Entity slack = world
-                           .add(CableJoint{.a = nail, .b = ball, .anchor_b = {0, -0.9, 0},
-                                           .length = 2.0})
-                           .value();
+  const Entity cable =
+      world
+          .add(CableJoint{.a = nail, .b = ball, .anchor_b = {0, -0.9, 0}, .compliance = compliance})
+          .value();
+  const Entity slack =
+      world.add(CableJoint{.a = nail, .b = ball, .anchor_b = {0, -0.9, 0}, .length = 2.0}).value();
   Simulation simulation(world, {.h = 1.0 / 240});
   run(simulation, 1200);
   CHECK(cable_tension(simulation.world, cable) == Approx(2 * kG).epsilon(1e-3));
@@ -97,7 +95,7 @@ TEST_CASE("a cable bears its weight, a slack one nothing, a stretchy one as well
 }
 
 TEST_CASE("a pin pulls up what hangs on it") {
-  const Solver solver = GENERATE(Solver::automatic, Solver::lagrangian);
+  const Solver solver = GENERATE(Solver::articulated, Solver::lagrangian);
   const Real stiffness = GENERATE(0.0, 500.0);
   CAPTURE(name_of(solver), stiffness);
   World world = world_of(solver);
@@ -119,11 +117,15 @@ TEST_CASE("a motor turns a door as fast as it is told, whole turns counted") {
   const Entity wall = fixed_at(world, {0, 0, 0});
   const Entity door = world
                           .add(RigidBody{.shape = BoxShape{.half_extents = {0.5, 1, 0.02}},
-                                         .density = 100, .position = {0.5, 0, 0}, .drag = 0})
+                                         .density = 100,
+                                         .position = {0.5, 0, 0},
+                                         .drag = 0})
                           .value();
   const Entity hinge =
       world
-          .add(HingeJoint{.a = wall, .b = door, .axis = {0, 1, 0},
+          .add(HingeJoint{.a = wall,
+                          .b = door,
+                          .axis = {0, 1, 0},
                           .motor = {.kind = MotorKind::velocity, .target = 2, .gain = 1000}})
           .value();
   Simulation simulation(world, {.h = 1e-3});
@@ -135,23 +137,23 @@ TEST_CASE("a motor turns a door as fast as it is told, whole turns counted") {
 TEST_CASE("a weight slides down a rail: travel and speed") {
   World world = world_of(Solver::lagrangian);
   const Entity rail = fixed_at(world, {0, 0, 0}), weight = ball_at(world, {0, 0, 0}, 2);
-  const Entity slide =
+  const Entity translation =
       world.add(PrismaticJoint{.a = rail, .b = weight, .axis = {0, -1, 0}}).value();
   Simulation simulation(world, {.h = 1e-3});
   run(simulation, 1000);
-  CHECK(joint_travel(simulation.world, slide) == Approx(kG / 2));
-  CHECK(joint_speed(simulation.world, slide) == Approx(kG));
-  CHECK(std::isnan(joint_angle(simulation.world, slide)));
+  CHECK(joint_travel(simulation.world, translation) == Approx(kG / 2));
+  CHECK(joint_speed(simulation.world, translation) == Approx(kG));
+  CHECK(std::isnan(joint_angle(simulation.world, translation)));
 }
 
 TEST_CASE("both axes of a universal joint are told apart") {
-  World world = world_of(Solver::automatic);
+  World world = world_of(Solver::articulated);
   const Entity wall = fixed_at(world, {0, 0, 0}), ball = ball_at(world, {1, 0, 0}, 1);
   const Entity cardan =
       world.add(UniversalJoint{.a = wall, .b = ball, .axis_a = {0, 1, 0}, .axis_b = {0, 0, 1}})
           .value();
-  const auto turn = [](Vec3 axis, Real angle) { return glm::angleAxis(angle, axis); };
-  world.bodies[ball].pose.rotation = turn({0, 1, 0}, 0.3) * turn({0, 0, 1}, 0.2);
+  const auto rotation = [](Vec3 axis, Real angle) { return glm::angleAxis(angle, axis); };
+  world.bodies[ball].pose.rotation = rotation({0, 1, 0}, 0.3) * rotation({0, 0, 1}, 0.2);
   CHECK(joint_angle(world, cardan) == Approx(0.3));
   CHECK(joint_second_angle(world, cardan) == Approx(0.2));
 }

@@ -1,6 +1,5 @@
 // Systems that have names: their order, and taking them out again.
 #include <catch2/catch.hpp>
-
 #include <pantin/pantin.hpp>
 
 using namespace pantin;
@@ -25,7 +24,7 @@ struct Journal {
 TEST_CASE("systems run before and after those they name, else as they were inserted") {
   Journal j;
   Simulation& s = j.simulation;
-  const Place at = Place::before_update;
+  const Stage at = Stage::before_update;
   REQUIRE(s.insert(at, j.note('x')));
   REQUIRE(s.insert(at, {.name = "c", .after = {"b"}}, j.note('c')));
   REQUIRE(s.insert(at, {.name = "d"}, j.note('d')));
@@ -41,14 +40,14 @@ TEST_CASE("systems run before and after those they name, else as they were inser
 TEST_CASE("names that are taken, circles and unknown names are refused, and nothing changes") {
   Journal j;
   Simulation& s = j.simulation;
-  const Place at = Place::after_step;
+  const Stage at = Stage::after_step;
   REQUIRE(s.insert(at, {.name = "a", .after = {"b"}}, j.note('a')));
   REQUIRE(s.insert(at, {.name = "b", .after = {"c"}}, j.note('b')));
   const auto circle = s.insert(at, {.name = "c", .after = {"a"}}, j.note('c'));
   REQUIRE_FALSE(circle);
   CHECK(circle.errors().front().message ==
         "system 'c': found orders that run in a circle, expected a first and a last system");
-  const auto twice = s.insert(Place::before_drive, {.name = "a"}, j.note('!'));
+  const auto twice = s.insert(Stage::before_drive, {.name = "a"}, j.note('!'));
   REQUIRE_FALSE(twice);
   CHECK(twice.errors().front().message ==
         "system 'a': found another system of that name, expected a new one");
@@ -62,10 +61,10 @@ TEST_CASE("what a system keeps for itself outlives the coming and going of other
   World world;
   Simulation s(world);
   int seen = 0;
-  REQUIRE(s.insert(Place::before_update, {.name = "counter"},
+  REQUIRE(s.insert(Stage::before_update, {.name = "counter"},
                    [&seen, count = 0](World&, Real) mutable { seen = ++count; }));
   s.step(), s.step();
-  REQUIRE(s.insert(Place::before_update, {.name = "other", .before = {"counter"}},
+  REQUIRE(s.insert(Stage::before_update, {.name = "other", .before = {"counter"}},
                    [](World&, Real) {}));
   s.step();
   REQUIRE(s.remove("other"));
@@ -76,10 +75,10 @@ TEST_CASE("what a system keeps for itself outlives the coming and going of other
 TEST_CASE("a function of a const World is a system; within a step systems stay as they are") {
   Simulation s;
   std::uint64_t tick = 99;
-  REQUIRE(s.insert(Place::before_update, [&](const World& world, Real) { tick = world.tick; }));
+  REQUIRE(s.insert(Stage::before_update, [&](const World& world, Real) { tick = world.tick; }));
   bool refused = false;
-  REQUIRE(s.insert(Place::after_step, {.name = "greedy"}, [&](World&, Real) {
-    refused = !s.insert(Place::after_step, [](World&, Real) {}) && !s.remove("greedy");
+  REQUIRE(s.insert(Stage::after_step, {.name = "greedy"}, [&](World&, Real) {
+    refused = !s.insert(Stage::after_step, [](World&, Real) {}) && !s.remove("greedy");
   }));
   s.step();
   CHECK(tick == 0);

@@ -1,8 +1,7 @@
 // Loops over entities that have several components.
 #include <catch2/catch.hpp>
-#include <type_traits>
-
 #include <pantin/pantin.hpp>
+#include <type_traits>
 
 using namespace pantin;
 

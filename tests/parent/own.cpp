@@ -2,6 +2,9 @@
 int main() {
   double big = 1.5;
   int small = big;
-  { int big = 2; small += big - 3; }
+  {
+    int big = 2;
+    small += big - 3;
+  }
   return small;
 }

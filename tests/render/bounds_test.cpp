@@ -45,9 +45,9 @@ TEST_CASE("a slack string hangs down and keeps its length, whichever way its end
 }
 
 TEST_CASE("balls enclose the shape they stand for") {
-  const Pose pose{{1, 2, 3}, turn_by({0.3, -0.2, 0.9})};
+  const Pose pose{{1, 2, 3}, from_rotation_vector({0.3, -0.2, 0.9})};
   std::vector<Ball> balls;
-  add_balls({ShapeKind::sphere, {0.3, 0, 0}, {{0, 1, 0}, kNoTurn}, 0}, pose, balls);
+  add_balls({ShapeKind::sphere, {0.3, 0, 0}, {{0, 1, 0}, kIdentity}, 0}, pose, balls);
   REQUIRE(balls.size() == 1);
   CHECK(glm::length(balls[0].centre - to_world(pose, {0, 1, 0})) < 1e-12);
   CHECK(balls[0].radius == 0.3);

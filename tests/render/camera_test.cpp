@@ -39,7 +39,7 @@ std::vector<Ball> balls_of(const World& world) {
   std::vector<Ball> balls;
   for (std::size_t i = 0; i < world.shapes.size(); ++i) {
     const Pose& pose = world.bodies[world.shapes.owners()[i]].pose;
-    for (const Shape& shape : world.shapes.values()[i].parts) add_balls(shape, pose, balls);
+    for (const Shape& shape : world.shapes.values()[i].list) add_balls(shape, pose, balls);
   }
   return balls;
 }
@@ -78,7 +78,7 @@ TEST_CASE("the framing camera leaves room for the ways of drives") {
   World world = puppet_world();
   const View view = looking({0, 0, -1});
   const Camera still = framing_camera(world, view, 1);
-  auto& curve = std::get<Lissajous>(world.drives.values()[0].path);
+  auto& curve = std::get<Lissajous>(world.paths.values()[0].curve);
   curve.amplitude = {2, 0, 0};
   const Camera swaying = framing_camera(world, view, 1);
   CHECK(swaying.eye.z > still.eye.z + 2);
@@ -89,8 +89,8 @@ TEST_CASE("the framing camera leaves room for the ways of drives") {
     for (Body& body : carried.bodies.values()) body.pose.position.x -= x;
   }
 
-  world.drives.values()[0].path = Keyframes{
-      {{0, world.bodies[world.drives.owners()[0]].pose}, {1, {{0, 6, 0}, kNoTurn}}}, false};
+  world.paths.values()[0].curve = Keyframes{
+      {{0, world.bodies[world.paths.owners()[0]].pose}, {1, {{0, 6, 0}, kIdentity}}}, false};
   const Camera lifted = framing_camera(world, view, 1);
   for (Body& body : carried.bodies.values()) body.pose.position.y += 6 - 2.25;
   check_inside(balls_of(carried), make_eye(lifted, 720, 720));
@@ -100,8 +100,8 @@ TEST_CASE("the framing camera leaves room for a pendulum's swing") {
   World world;
   PuppetMaker make(world);
   const Entity nail =
-      make.body({{0, 3, 0}, kNoTurn}, {{ShapeKind::sphere, {0.05, 0, 0}, {}, 0}}, Motion::fixed);
-  const Entity bob = make.body({{1.5, 3, 0}, kNoTurn}, {{ShapeKind::sphere, {0.1, 0, 0}, {}, 0}});
+      make.body({{0, 3, 0}, kIdentity}, {{ShapeKind::sphere, {0.05, 0, 0}, {}, 0}}, Motion::fixed);
+  const Entity bob = make.body({{1.5, 3, 0}, kIdentity}, {{ShapeKind::sphere, {0.1, 0, 0}, {}, 0}});
   make.string(nail, {0, 3, 0}, bob, {1.5, 3, 0});
   const Eye eye = make_eye(framing_camera(world, looking({0, 0, -1}), 1), 720, 720);
   check_inside({{{1.5, 3, 0}, 0.1}, {{-1.5, 3, 0}, 0.1}, {{0, 1.5, 0}, 0.1}}, eye);

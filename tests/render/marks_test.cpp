@@ -1,8 +1,8 @@
 // The marks of the debug view: ranges of joints, muscles, pins and contacts.
-#include "engine/contact/contact.hpp"
 #include "engine/render/marks.hpp"
 
 #include "engine/base/rotation.hpp"
+#include "engine/contact/contact.hpp"
 #include "engine/render/frame.hpp"
 #include "tests/render/pictures.hpp"
 
@@ -14,19 +14,19 @@ namespace {
 constexpr int kWidth = 480, kHeight = 270;
 constexpr Real kArm = 0.5;  // m, from the joint to the middle of body b
 
-/// Two grey capsules tied at (0, 1, 0): a above it, b turned by `turn` from pointing downwards.
+/// Two grey capsules tied at (0, 1, 0): a above it, b turned by `rotation` from pointing downwards.
 struct Stage {
   World world;
   View view;
   Entity link;
-  Quat turn;
+  Quat rotation;
 
-  Stage(const Joint& like, Quat turned) : turn(turned) {
+  Stage(const Joint& like, Quat rotated) : rotation(rotated) {
     world.materials = {{"grey", {0.3, 0.3, 0.3}, 0.6, 0}};
     view.camera = {{0, 1, 3.5}, {0, 1, 0}, 0.7, false};
     view.ground = false;
-    const Entity a = body({{0, 1 + kArm, 0}, kNoTurn});
-    const Entity b = body({Vec3{0, 1, 0} + turn * Vec3{0, -kArm, 0}, turn});
+    const Entity a = body({{0, 1 + kArm, 0}, kIdentity});
+    const Entity b = body({Vec3{0, 1, 0} + rotation * Vec3{0, -kArm, 0}, rotation});
     Joint joint = like;
     joint.anchor_a = {0, -kArm, 0}, joint.anchor_b = {0, kArm, 0};
     link = world.create();
@@ -82,15 +82,17 @@ const Vec3 kAt{0, 1, 0};
 Joint hinge(Real low, Real high) {
   Joint joint;
   joint.kind = JointKind::hinge;
-  joint.frames.set(turn_by({0, -kPi / 2, 0}), turn_by({0, -kPi / 2, 0}));  // x becomes z
-  joint.limits.edit().turn = {true, low, high};
+  joint.frames.set(from_rotation_vector({0, -kPi / 2, 0}),
+                   from_rotation_vector({0, -kPi / 2, 0}));  // x becomes z
+  joint.limits.edit().angle = {true, low, high};
   return joint;
 }
 
 /// A ball joint whose x points down the limb.
 Joint ball(Real y, Real z) {
   Joint joint;
-  joint.frames.set(turn_by({0, 0, -kPi / 2}), turn_by({0, 0, -kPi / 2}));  // x becomes -y
+  joint.frames.set(from_rotation_vector({0, 0, -kPi / 2}),
+                   from_rotation_vector({0, 0, -kPi / 2}));  // x becomes -y
   joint.limits.edit().swing = {true, y, z};
   return joint;
 }
@@ -98,23 +100,23 @@ Joint ball(Real y, Real z) {
 }  // namespace
 
 TEST_CASE("a hinge within its range is marked in one colour, at its stop in the warning colour") {
-  const Quat turned = turn_by({0, 0, 0.6});
+  const Quat rotated = from_rotation_vector({0, 0, 0.6});
   for (const bool at_stop : {false, true}) {
-    Stage s(hinge(-0.2, at_stop ? 0.6 : 1.2), turned);
+    Stage s(hinge(-0.2, at_stop ? 0.6 : 1.2), rotated);
     const Image image = s.draw();
     if (image.rgba.empty()) return;
-    const Vec3 tip = kAt + size_of(s) * (turned * Vec3{0, -1, 0});
+    const Vec3 tip = kAt + size_of(s) * (rotated * Vec3{0, -1, 0});
     CHECK((s.count(image, tip, ink::kWarning) > 8) == at_stop);
     CHECK((s.count(image, tip, ink::kRange) > 8) == !at_stop);
   }
 }
 
 TEST_CASE("the sector of a hinge runs from its lowest to its highest angle") {
-  Stage s(hinge(-0.2, 1.2), turn_by({0, 0, 0.6}));
+  Stage s(hinge(-0.2, 1.2), from_rotation_vector({0, 0, 0.6}));
   const Image image = s.draw();
   if (image.rgba.empty()) return;
   const auto rim = [&](Real angle) {
-    return kAt + size_of(s) * (turn_by({0, 0, angle}) * Vec3{0, -1, 0});
+    return kAt + size_of(s) * (from_rotation_vector({0, 0, angle}) * Vec3{0, -1, 0});
   };
   for (Real angle : {-0.19, 0.2, 0.9, 1.19}) CHECK(s.count(image, rim(angle), ink::kRange, 3) > 1);
   for (Real angle : {-0.6, 1.6, 2.5}) CHECK(s.count(image, rim(angle), ink::kRange, 3) == 0);
@@ -124,18 +126,18 @@ TEST_CASE("a cone is drawn to its half angles and turns to the warning colour at
   // Seen along z, swings about the joint's z show their full angle.
   for (const bool at_stop : {false, true}) {
     const Real swing = at_stop ? 0.5 : 0.1;
-    Stage s(ball(0.8, 0.5), turn_by({0, 0, swing}));
+    Stage s(ball(0.8, 0.5), from_rotation_vector({0, 0, swing}));
     const Image image = s.draw();
     if (image.rgba.empty()) return;
     const Real size = size_of(s);
     const Vec3 colour = at_stop ? ink::kWarning : ink::kRange;
     const Vec3 other = at_stop ? ink::kRange : ink::kWarning;
     for (Real side : {-0.5, 0.5}) {
-      const Vec3 rim = kAt + size * (turn_by({0, 0, side}) * Vec3{0, -1, 0});
+      const Vec3 rim = kAt + size * (from_rotation_vector({0, 0, side}) * Vec3{0, -1, 0});
       CHECK(s.count(image, rim, colour, 4) > 2);
       CHECK(s.count(image, rim, other, 4) == 0);
     }
-    const Vec3 tip = kAt + size * (s.turn * Vec3{0, -1, 0});
+    const Vec3 tip = kAt + size * (s.rotation * Vec3{0, -1, 0});
     CHECK(s.count(image, tip, colour) > 8);
   }
 }
@@ -143,8 +145,8 @@ TEST_CASE("a cone is drawn to its half angles and turns to the warning colour at
 TEST_CASE("the arc of a twist turns to the warning colour where the twist is at its stop") {
   for (const bool at_stop : {false, true}) {
     Joint joint = ball(0.8, 0.8);
-    joint.limits.edit().turn = {true, -0.4, at_stop ? 0.3 : 0.9};
-    Stage s(joint, turn_by({0, -0.3, 0}));  // x points down: twists by 0.3
+    joint.limits.edit().angle = {true, -0.4, at_stop ? 0.3 : 0.9};
+    Stage s(joint, from_rotation_vector({0, -0.3, 0}));  // x points down: twists by 0.3
     s.view.camera = {{0, -2, 1.2}, {0, 1, 0}, 0.7, false};
     const Image image = s.draw();
     if (image.rgba.empty()) return;
@@ -156,15 +158,15 @@ TEST_CASE("the arc of a twist turns to the warning colour where the twist is at 
 TEST_CASE("locked joints carry a square, hinges without limits only their axis") {
   Joint joint;
   joint.kind = JointKind::fixed;
-  Stage fixed(joint, kNoTurn);
+  Stage fixed(joint, kIdentity);
   const Image locked = fixed.draw();
   if (locked.rgba.empty()) return;
   CHECK(fixed.count(locked, kAt, ink::kLocked) > 8);
 
   Joint free = hinge(0, 0);
-  free.limits.edit().turn.on = false;
-  free.frames.set(kNoTurn, kNoTurn);  // about x, across the picture
-  Stage s(free, kNoTurn);
+  free.limits.edit().angle.on = false;
+  free.frames.set(kIdentity, kIdentity);  // about x, across the picture
+  Stage s(free, kIdentity);
   const Image image = s.draw();
   CHECK(s.count(image, kAt, ink::kRange, 40) == 0);
   CHECK(s.count(image, kAt + Vec3{0.4 * size_of(s), 0, 0}, ink::kHinge, 4) > 3);
@@ -175,8 +177,8 @@ TEST_CASE("a slider is marked along its axis, in the warning colour at the end o
     for (const bool at_stop : {false, true}) {
       Joint joint;
       joint.kind = kind;  // along x, across the picture
-      joint.extras.edit().travel = {true, at_stop ? 0.0 : -0.3, 0.3};
-      Stage s(joint, kNoTurn);
+      joint.parameters.edit().travel = {true, at_stop ? 0.0 : -0.3, 0.3};
+      Stage s(joint, kIdentity);
       const Image image = s.draw();
       if (image.rgba.empty()) return;
       CHECK(s.count(image, kAt + Vec3{0.15, 0, 0}, ink::kTie, 4) > 3);
@@ -190,7 +192,7 @@ TEST_CASE("a distance is a line from anchor to anchor, a spring a zigzag about i
   for (JointKind kind : {JointKind::distance, JointKind::spring}) {
     Joint joint;
     joint.kind = kind;
-    Stage s(joint, kNoTurn);
+    Stage s(joint, kIdentity);
     s.world.links.find(s.link)->joint.anchor_a = {0.5, -0.5, 0};
     s.world.links.find(s.link)->joint.anchor_b = {-0.5, 0.5, 0};
     const Image image = s.draw();
@@ -205,12 +207,12 @@ TEST_CASE("a distance is a line from anchor to anchor, a spring a zigzag about i
 
 TEST_CASE("a muscle's arrow grows with its torque and is in the warning colour when capped") {
   const auto marked = [](Real torque, bool capped, Vec3 colour) {
-    Stage s(hinge(-3, 3), kNoTurn);
-    PoseDrive drive;
-    drive.target = turn_by({1, 0, 0});
+    Stage s(hinge(-3, 3), kIdentity);
+    JointDrive drive;
+    drive.target = from_rotation_vector({1, 0, 0});
     drive.stiffness = 10, drive.max_torque = 20;
     drive.torque = torque, drive.capped = capped;
-    s.world.pose_drives.add(s.link, drive);
+    s.world.joint_drives.add(s.link, drive);
     const Image image = s.draw();
     return image.rgba.empty() ? -1 : s.count(image, kAt, colour, 30);
   };
@@ -223,7 +225,7 @@ TEST_CASE("a muscle's arrow grows with its torque and is in the warning colour w
 }
 
 TEST_CASE("a contact is a dot with a line along its force, and a cross where it slides") {
-  Stage s(Joint{}, kNoTurn);
+  Stage s(Joint{}, kIdentity);
   const Vec3 at{0.4, 0.8, 0};
   Contact contact;
   contact.slot_a = 1;
@@ -234,7 +236,7 @@ TEST_CASE("a contact is a dot with a line along its force, and a cross where it 
   const Image sticks = s.draw();
   if (sticks.rgba.empty()) return;
   CHECK(s.count(sticks, at, ink::kContact, 4) > 8);
-  CHECK(s.count(sticks, at + Vec3{0.2, 0, 0}, ink::kContact, 4) > 5);   // about its weight
+  CHECK(s.count(sticks, at + Vec3{0.2, 0, 0}, ink::kContact, 4) > 5);  // about its weight
   CHECK(s.count(sticks, at - Vec3{0.2, 0, 0}, ink::kContact, 4) == 0);
   CHECK(s.count(sticks, at, ink::kSlide) == 0);
   contacts_of(s.world)[0].sliding = 0.5;
@@ -244,8 +246,8 @@ TEST_CASE("a contact is a dot with a line along its force, and a cross where it 
 }
 
 TEST_CASE("a pin to another body runs to a point of that body, in the warning colour if missed") {
-  Stage s(Joint{}, kNoTurn);
-  const Entity other = s.body({{1, 1, 0}, turn_by({0, 0, kPi / 2})});
+  Stage s(Joint{}, kIdentity);
+  const Entity other = s.body({{1, 1, 0}, from_rotation_vector({0, 0, kPi / 2})});
   Pin pin;
   pin.body = s.world.bodies.owners()[1];
   pin.to = other;
@@ -261,13 +263,14 @@ TEST_CASE("a pin to another body runs to a point of that body, in the warning co
   CHECK(s.count(missed, target, ink::kWarning) > 5);
 }
 
-TEST_CASE("flat, full and locked ranges, bodies that are gone and lost poses still give a picture") {
+TEST_CASE(
+    "flat, full and locked ranges, bodies that are gone and lost poses still give a picture") {
   Joint flat = ball(0, 0.5), full = ball(kPi, kPi), wound = hinge(-9, 9), none = ball(0, 0);
-  full.limits.edit().turn = {true, -kPi, kPi}, none.limits.edit().turn = {true, 0.1, 0.1};
+  full.limits.edit().angle = {true, -kPi, kPi}, none.limits.edit().angle = {true, 0.1, 0.1};
   for (const Joint& joint : {flat, full, wound, none}) {
-    Stage s(joint, turn_by({0, 0, 0.2}));
-    PoseDrive drive;
-    s.world.pose_drives.add(s.link, drive);
+    Stage s(joint, from_rotation_vector({0, 0, 0.2}));
+    JointDrive drive;
+    s.world.joint_drives.add(s.link, drive);
     const Image image = s.draw();
     if (image.rgba.empty()) return;
     CHECK(s.count(image, kAt, ink::kWarning, 40) == 0);
@@ -289,7 +292,7 @@ TEST_CASE("the legend names the marks that the world can show, and no others") {
   };
   World empty;
   CHECK(overlay_legend(empty).empty());
-  Stage s(hinge(0, 1), kNoTurn);
+  Stage s(hinge(0, 1), kIdentity);
   for (const char* word : {"joint", "hinge", "range", "stop"}) CHECK(names(s.world, word));
   for (const char* word : {"pin", "muscle", "contact", "locked"}) CHECK_FALSE(names(s.world, word));
   for (const char* word : {"slides along", "distance", "spring"}) CHECK_FALSE(names(s.world, word));
@@ -298,7 +301,7 @@ TEST_CASE("the legend names the marks that the world can show, and no others") {
   CHECK(names(s.world, "slides along"));
   joint.kind = JointKind::spring;
   CHECK(names(s.world, "spring"));
-  s.world.pose_drives.add(s.link, {});
+  s.world.joint_drives.add(s.link, {});
   s.world.collisions.add(s.world.bodies.owners()[0], {});
   for (const char* word : {"muscle", "strength", "contact", "slides"}) CHECK(names(s.world, word));
 }

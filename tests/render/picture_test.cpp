@@ -26,7 +26,7 @@ struct Stage {
   Stage() { world.materials = puppet_materials(); }
 
   Entity ball(Vec3 at, Real radius, std::uint32_t material, Motion motion = Motion::dynamic) {
-    return make.body({at, kNoTurn}, {{ShapeKind::sphere, {radius, 0, 0}, {}, material}}, motion);
+    return make.body({at, kIdentity}, {{ShapeKind::sphere, {radius, 0, 0}, {}, material}}, motion);
   }
   Vec3 project(Vec3 world_point) const {
     return make_eye(view.camera, kWidth, kHeight).project(world_point);
@@ -117,7 +117,7 @@ TEST_CASE("a body stands in the shadow of another") {
   const Vec3 top{0, 0.66, 0.12};
   const Image sunny = s.draw();
   if (sunny.rgba.empty()) return;
-  s.make.body({{0, 1.6, 0.3}, kNoTurn}, {{ShapeKind::box, {0.4, 0.02, 0.4}, {}, kWood}});
+  s.make.body({{0, 1.6, 0.3}, kIdentity}, {{ShapeKind::box, {0.4, 0.02, 0.4}, {}, kWood}});
   const Image shaded = s.draw();
   CHECK(s.at(shaded, top).sum() < 0.75 * s.at(sunny, top).sum());
 }
@@ -144,7 +144,7 @@ TEST_CASE("the shade around boxes and capsules fades out, without an edge") {
     s.view.light.strength = 0;
     const Image bare = s.draw();
     if (bare.rgba.empty()) return;
-    s.make.body({{0, 0.3, 0}, kNoTurn}, {shape}, Motion::fixed);
+    s.make.body({{0, 0.3, 0}, kIdentity}, {shape}, Motion::fixed);
     const Image image = s.draw();
     // How dark the ground is, by the bare ground's brightness; above 1 where there is the solid.
     const auto dark = [&](int x, int y) {
@@ -211,7 +211,7 @@ TEST_CASE("a slack string sags below the line between its ends") {
 TEST_CASE("poses given to draw() replace those of the World") {
   Stage s;
   s.ball({0, 1, 0}, 0.2, kShirt);
-  const Pose moved[] = {{{0.8, 1, 0}, kNoTurn}};
+  const Pose moved[] = {{{0.8, 1, 0}, kIdentity}};
   const Image image = s.draw({}, moved);
   if (image.rgba.empty()) return;
   CHECK(is_red(s.at(image, {0.8, 1, 0.2})));

@@ -37,8 +37,9 @@ class PuppetMaker {
     const Real length = glm::length(way);
     const Vec3 axis = glm::cross(Vec3{0, 1, 0}, way / length);
     const Real cosine = way.y / length;
-    const Quat turn = cosine < -0.9999 ? Quat{0, 1, 0, 0} : glm::normalize(Quat(1 + cosine, axis));
-    return body({(from + to) / 2.0, turn},
+    const Quat rotation =
+        cosine < -0.9999 ? Quat{0, 1, 0, 0} : glm::normalize(Quat(1 + cosine, axis));
+    return body({(from + to) / 2.0, rotation},
                 {{ShapeKind::capsule, {radius, length / 2, 0}, {}, material}});
   }
 
@@ -50,18 +51,18 @@ class PuppetMaker {
   }
 
   void string(Entity a, Vec3 from, Entity b, Vec3 to, Real length_factor = 1) {
-    String s{a, b, {}};
+    Cable s{a, b, {}};
     s.joint.anchor_a = to_local(world_.bodies[a].pose, from);
     s.joint.anchor_b = to_local(world_.bodies[b].pose, to);
     s.joint.length = length_factor * glm::length(to - from);
-    world_.strings.add(world_.create(), s);
+    world_.cables.add(world_.create(), s);
   }
 
  private:
   World& world_;
 };
 
-/// One marionette with its feet near `at`: 16 bodies, 9 strings, one of them slack.
+/// One marionette with its feet near `at`: 16 bodies, 9 cables, one of them slack.
 inline void add_puppet(World& world, Vec3 at) {
   PuppetMaker make(world);
   const auto p = [&](Real x, Real y, Real z) { return at + Vec3{x, y, z}; };
@@ -72,20 +73,24 @@ inline void add_puppet(World& world, Vec3 at) {
   const Vec3 elbow_l = p(0.33, 1.06, 0.05), elbow_r = p(-0.27, 1.00, 0.02);
   const Vec3 wrist_l = p(0.53, 1.12, 0.17), wrist_r = p(-0.36, 1.14, 0.24);
 
-  const Entity chest = make.body(
-      {p(0, 1.10, 0), kNoTurn},
-      {{ShapeKind::capsule, {0.115, 0.10, 0}, {}, kShirt},
-       {ShapeKind::capsule, {0.07, 0.12, 0}, {{0, 0.11, 0}, turn_by({0, 0, kPi / 2})}, kShirt}});
-  const Entity pelvis = make.body(
-      {p(0, 0.85, 0), kNoTurn},
-      {{ShapeKind::capsule, {0.09, 0.06, 0}, {{0, 0, 0}, turn_by({0, 0, kPi / 2})}, kTrousers}});
+  const Entity chest =
+      make.body({p(0, 1.10, 0), kIdentity}, {{ShapeKind::capsule, {0.115, 0.10, 0}, {}, kShirt},
+                                             {ShapeKind::capsule,
+                                              {0.07, 0.12, 0},
+                                              {{0, 0.11, 0}, from_rotation_vector({0, 0, kPi / 2})},
+                                              kShirt}});
+  const Entity pelvis =
+      make.body({p(0, 0.85, 0), kIdentity}, {{ShapeKind::capsule,
+                                              {0.09, 0.06, 0},
+                                              {{0, 0, 0}, from_rotation_vector({0, 0, kPi / 2})},
+                                              kTrousers}});
   const Entity head =
-      make.body({p(0, 1.47, 0.01), turn_by({0.08, 0.3, 0.05})},
+      make.body({p(0, 1.47, 0.01), from_rotation_vector({0.08, 0.3, 0.05})},
                 {{ShapeKind::capsule, {0.088, 0.025, 0}, {}, kSkin},
-                 {ShapeKind::sphere, {0.093, 0, 0}, {{0, 0.045, -0.018}, kNoTurn}, kHair},
-                 {ShapeKind::sphere, {0.013, 0, 0}, {{0.034, 0.005, 0.083}, kNoTurn}, kShoe},
-                 {ShapeKind::sphere, {0.013, 0, 0}, {{-0.034, 0.005, 0.083}, kNoTurn}, kShoe},
-                 {ShapeKind::sphere, {0.017, 0, 0}, {{0, -0.03, 0.092}, kNoTurn}, kShirt}});
+                 {ShapeKind::sphere, {0.093, 0, 0}, {{0, 0.045, -0.018}, kIdentity}, kHair},
+                 {ShapeKind::sphere, {0.013, 0, 0}, {{0.034, 0.005, 0.083}, kIdentity}, kShoe},
+                 {ShapeKind::sphere, {0.013, 0, 0}, {{-0.034, 0.005, 0.083}, kIdentity}, kShoe},
+                 {ShapeKind::sphere, {0.017, 0, 0}, {{0, -0.03, 0.092}, kIdentity}, kShirt}});
   const Entity neck = make.limb(p(0, 1.30, 0), p(0, 1.37, 0), 0.04, kSkin);
   const Entity thigh_l = make.limb(hip_l, knee_l, 0.066, kTrousers);
   const Entity thigh_r = make.limb(hip_r, knee_r, 0.066, kTrousers);
@@ -99,15 +104,15 @@ inline void add_puppet(World& world, Vec3 at) {
   const Entity upper_r = make.limb(shoulder_r, elbow_r, 0.048, kShirt);
   const Entity fore_l = make.limb(elbow_l, wrist_l, 0.037, kSkin);
   const Entity fore_r = make.limb(elbow_r, wrist_r, 0.037, kSkin);
-  const Pose bar_at{p(0, 2.25, 0.05), turn_by({0.1, 0.25, 0.06})};
+  const Pose bar_at{p(0, 2.25, 0.05), from_rotation_vector({0.1, 0.25, 0.06})};
   const Entity bar =
       make.body(bar_at,
                 {{ShapeKind::box, {0.42, 0.018, 0.028}, {}, kWood},
-                 {ShapeKind::box, {0.028, 0.018, 0.25}, {{0, 0.036, 0.05}, kNoTurn}, kWood},
-                 {ShapeKind::sphere, {0.024, 0, 0}, {{0, 0.06, 0}, kNoTurn}, kBrass}},
+                 {ShapeKind::box, {0.028, 0.018, 0.25}, {{0, 0.036, 0.05}, kIdentity}, kWood},
+                 {ShapeKind::sphere, {0.024, 0, 0}, {{0, 0.06, 0}, kIdentity}, kBrass}},
                 Motion::driven);
-  world.drives.add(bar,
-                   Drive{Lissajous{bar_at, {0.15, 0.02, 0.1}, {0.4, 0.8, 0.3}, {}, {}, {}, {}}});
+  world.paths.add(
+      bar, KinematicPath{Lissajous{bar_at, {0.15, 0.02, 0.1}, {0.4, 0.8, 0.3}, {}, {}, {}, {}}});
 
   make.joint(chest, pelvis, p(0, 0.95, 0)), make.joint(chest, neck, p(0, 1.29, 0));
   make.joint(neck, head, p(0, 1.38, 0));

@@ -3,9 +3,9 @@
 
 #include "engine/base/hash.hpp"
 #include "engine/render/capture.hpp"
+#include "tests/paths.hpp"
 #include "tests/render/pictures.hpp"
 #include "tests/render/puppet.hpp"
-#include "tests/paths.hpp"
 
 using namespace pantin;
 using namespace pantin::picture;
@@ -17,7 +17,7 @@ const std::string kGolden = asset("../tests/render/golden/puppet.png");
 struct Shot {
   RenderOptions options{640, 360, 4, true, GlPath::automatic};
   Real sway = 0;  // m, of the whole puppet
-  bool strings = true;
+  bool cables = true;
 };
 
 View puppet_view() {
@@ -30,7 +30,7 @@ View puppet_view() {
 Image shoot(const Shot& shot) {
   World world = puppet_world();
   for (Body& body : world.bodies.values()) body.pose.position.x += shot.sway;
-  if (!shot.strings) world.strings = {};
+  if (!shot.cables) world.cables = {};
   Image image;
   if (auto renderer = renderer_or_skip(shot.options))
     renderer->draw(world, {}, puppet_view(), {}, image);
@@ -146,9 +146,9 @@ TEST_CASE("seeded defects are told from the picture") {
   Shot shot;
   SECTION("no shadows") { shot.options.shadows = false; }
   SECTION("no anti-aliasing") { shot.options.samples = 1; }
-  SECTION("no strings") { shot.strings = false; }
+  SECTION("no strings") { shot.cables = false; }
   SECTION("a slip of two millimetres") { shot.sway = 0.002; }
-  if (shot.options.shadows && shot.options.samples == 4 && shot.strings && shot.sway == 0) return;
+  if (shot.options.shadows && shot.options.samples == 4 && shot.cables && shot.sway == 0) return;
   const Likeness like = compare(right, shoot(shot));
   INFO("PSNR " << like.psnr << " dB, part of pixels off " << like.off_part << ", worst tile "
                << like.worst_tile);

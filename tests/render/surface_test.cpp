@@ -1,12 +1,12 @@
 // Hulls, meshes, planes and height fields in pictures.
-#include "engine/render/surface_mesh.hpp"
+#include "engine/geometry/surface.hpp"
 
 #include <map>
 
 #include "engine/base/rotation.hpp"
-#include "engine/geometry/surface.hpp"
 #include "engine/render/eye.hpp"
 #include "engine/render/gather.hpp"
+#include "engine/render/surface_mesh.hpp"
 #include "tests/render/pictures.hpp"
 #include "tests/render/surfaces.hpp"
 
@@ -96,7 +96,7 @@ TEST_CASE("a hull is drawn where its points are, and not beside them") {
   Shape hull;
   hull.kind = ShapeKind::hull;
   hull.surface = double_pyramid(0.3, 0.5);
-  const Pose pose{{0.5, 1.1, 0}, turn_by({0, 0, 0.7})};
+  const Pose pose{{0.5, 1.1, 0}, from_rotation_vector({0, 0, 0.7})};
   s.add(hull, pose, Motion::dynamic);
   const Image image = s.draw();
   if (image.rgba.empty()) return;
@@ -110,7 +110,7 @@ TEST_CASE("bodies that share a surface are one group, and the card keeps what is
   Shape hull;
   hull.kind = ShapeKind::hull;
   hull.surface = double_pyramid(0.2, 0.2);
-  s.add(hull, {{-0.5, 1, 0}, kNoTurn}), s.add(hull, {{0.5, 1, 0}, kNoTurn});
+  s.add(hull, {{-0.5, 1, 0}, kIdentity}), s.add(hull, {{0.5, 1, 0}, kIdentity});
   DrawList list;
   const Eye eye = make_eye(s.view.camera, kWidth, kHeight);
   gather(s.world, {}, s.view, eye, list);
@@ -176,7 +176,7 @@ TEST_CASE("a ball casts its shadow on a height field") {
   if (sunny.rgba.empty()) return;
   Shape ball;
   ball.size.x = 0.15;
-  s.add(ball, {{-0.3, 0.8, 0}, kNoTurn}, Motion::dynamic);
+  s.add(ball, {{-0.3, 0.8, 0}, kIdentity}, Motion::dynamic);
   const Image shaded = s.draw();
   CHECK(is_green(s.at(sunny, {0, 0.02, 0})));
   CHECK(s.at(shaded, {0, 0.02, 0}).sum() < 0.75 * s.at(sunny, {0, 0.02, 0}).sum());
@@ -187,7 +187,7 @@ TEST_CASE("a plane does not count for the framing, a wide height field only arou
   Stage s;
   s.view.camera.automatic = true;
   Shape ball, plane, field;
-  s.add(ball, {{0, 1, 0}, kNoTurn}, Motion::dynamic);
+  s.add(ball, {{0, 1, 0}, kIdentity}, Motion::dynamic);
   const Camera alone = framing_camera(s.world, s.view, 16.0 / 9);
   plane.kind = ShapeKind::plane, plane.size.x = 100;
   s.add(plane, {});
@@ -207,7 +207,7 @@ TEST_CASE("a shape without its surface is not drawn") {
   Stage s;
   Shape lost;
   lost.kind = ShapeKind::mesh;
-  s.add(lost, {{0, 1, 0}, kNoTurn});
+  s.add(lost, {{0, 1, 0}, kIdentity});
   const Image image = s.draw();
   if (image.rgba.empty()) return;
   s.world = {};

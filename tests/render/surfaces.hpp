@@ -10,7 +10,7 @@ namespace pantin::picture {
 /// Two pyramids on one square: corners at `wide` along x and z, tips at `high` along y.
 inline std::shared_ptr<const Surface> double_pyramid(Real wide, Real high) {
   auto made = std::make_shared<Surface>();
-  made->points = {{wide, 0, 0}, {0, 0, wide}, {-wide, 0, 0},
+  made->points = {{wide, 0, 0},  {0, 0, wide}, {-wide, 0, 0},
                   {0, 0, -wide}, {0, high, 0}, {0, -high, 0}};
   made->low = {-wide, -high, -wide}, made->high = {wide, high, wide};
   for (std::uint32_t i = 0; i < 4; ++i) {

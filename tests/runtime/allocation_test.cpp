@@ -77,7 +77,7 @@ TEST_CASE("allocations are counted") {
 }
 
 TEST_CASE("a step allocates nothing after the first few") {
-  const auto solver = GENERATE(Solver::automatic, Solver::sweep, Solver::shake2, Solver::paper);
+  const auto solver = GENERATE(Solver::articulated, Solver::sweep, Solver::shake2, Solver::paper);
   const bool puppet = GENERATE(false, true);
   INFO(name_of(solver) << (puppet ? ", puppet" : ", chain"));
   World world = puppet ? swaying_puppet().world : hung_chain(30).world;
@@ -85,14 +85,15 @@ TEST_CASE("a step allocates nothing after the first few") {
   Simulation simulation(std::move(world));
   simulation.settings.measure = true;
   simulation.timing = true;
-  simulation.insert(Place::before_update, [](World& w, Real) {
+  simulation.insert(Stage::before_update, [](World& w, Real) {
     w.push(w.bodies.owners()[2], {0, 0.5, 0}, w.bodies.values()[2].pose.position);
   });
   allocations_in(simulation, 20);
   CHECK(allocations_in(simulation, 300) == 0);
 }
 
-TEST_CASE("a step of the Lagrangian solver allocates nothing after the first few, limits met or not") {
+TEST_CASE(
+    "a step of the Lagrangian solver allocates nothing after the first few, limits met or not") {
   const auto integrator =
       GENERATE(Integrator::euler, Integrator::rattle, Integrator::rk4, Integrator::implicit);
   const Real tolerance = GENERATE(0.0, 1e-8);
@@ -101,12 +102,12 @@ TEST_CASE("a step of the Lagrangian solver allocates nothing after the first few
   world.default_settings.integrator = integrator;
   world.default_settings.step_tolerance = tolerance;
   for (Link& l : world.links.values()) {
-    l.joint.limits.edit().turn = {true, -0.1, 0.1};
+    l.joint.limits.edit().angle = {true, -0.1, 0.1};
     l.joint.limits.edit().swing = {true, 0.3, 0.2};
-    l.joint.extras.edit().turn.spring.stiffness = 0.1;
+    l.joint.parameters.edit().rotation.spring.stiffness = 0.1;
   }
   Body& last = world.bodies.values()[10];
-  last.spin = {3, 2, 1};
+  last.angular_velocity = {3, 2, 1};
   Simulation simulation(std::move(world));
   simulation.settings.measure = true;
   allocations_in(simulation, 3);
@@ -126,7 +127,9 @@ TEST_CASE("advancing and drawing allocate nothing after the first few") {
   CHECK(allocations == before);
 }
 
-TEST_CASE("a link takes little more than a kibibyte, its body, its joint and the solver's room included") {
+TEST_CASE(
+    "a link takes little more than a kibibyte, its body, its joint and the solver's room "
+    "included") {
   constexpr std::size_t kLinks = 1000;
   const long before = live_bytes;
   World world;

@@ -19,7 +19,7 @@ constexpr Real kInfinity = std::numeric_limits<Real>::infinity();
 constexpr Real kBad[] = {kNan, kInfinity, -kInfinity};
 
 bool is_sound(const Body& b) {
-  return is_finite(b.pose) && is_finite(b.velocity) && is_finite(b.spin);
+  return is_finite(b.pose) && is_finite(b.velocity) && is_finite(b.angular_velocity);
 }
 
 /// A puppet that is to be spoiled, and a chain far from it that is not.
@@ -63,7 +63,7 @@ void expect_told(Solver solver, const Spoil& spoil, bool from_the_start) {
     sick.puppet.world = std::move(sim.world);
     spoil.apply(sick);
     sim.world = std::move(sick.puppet.world);
-    sim.world.touch();
+    sim.world.mark_dirty();
   }
   std::vector<bool> sound;
   for (const Body& b : sim.world.bodies.values()) sound.push_back(is_sound(b));
@@ -88,7 +88,7 @@ void expect_told(Solver solver, const Spoil& spoil, bool from_the_start) {
 
 void expect_told(const Spoil& spoil) {
   for (Solver solver :
-       {Solver::automatic, Solver::sweep, Solver::shake2, Solver::paper, Solver::lagrangian})
+       {Solver::articulated, Solver::sweep, Solver::shake2, Solver::paper, Solver::lagrangian})
     for (bool from_the_start : {true, false}) expect_told(solver, spoil, from_the_start);
 }
 
@@ -97,27 +97,27 @@ void expect_told(const Spoil& spoil) {
 TEST_CASE("a path of numbers that are not finite is told with its body, which stays") {
   for (Real bad : kBad) {
     expect_told({"sway", [=](Pair& p) {
-                   std::get<Lissajous>(p.puppet.world.drives[p.puppet.bar].path).amplitude.y = bad;
+                   std::get<Lissajous>(p.puppet.world.paths[p.puppet.bar].curve).amplitude.y = bad;
                  }});
     expect_told({"sway that turns", [=](Pair& p) {
-                   auto& path = std::get<Lissajous>(p.puppet.world.drives[p.puppet.bar].path);
+                   auto& path = std::get<Lissajous>(p.puppet.world.paths[p.puppet.bar].curve);
                    path.turn_amplitude.z = bad;
                  }});
     expect_told({"key pose", [=](Pair& p) {
                    Keyframes keys;
                    keys.keys = {{0, {{0, 1, 0}}}, {0.05, {{bad, 1, 0}}}, {1, {{0, 1, 0}}}};
-                   p.puppet.world.drives[p.puppet.bar].path = keys;
+                   p.puppet.world.paths[p.puppet.bar].curve = keys;
                  }});
     expect_told({"key turn", [=](Pair& p) {
                    Keyframes keys;
                    keys.keys = {{0, {{0, 1, 0}}}, {0.05, {{0, 1, 0}, {bad, 0, 0, 0}}}};
-                   p.puppet.world.drives[p.puppet.bar].path = keys;
+                   p.puppet.world.paths[p.puppet.bar].curve = keys;
                  }});
   }
   expect_told({"key time", [](Pair& p) {
                  Keyframes keys;
                  keys.keys = {{0, {{0, 1, 0}}}, {kNan, {{0.1, 1, 0}}}, {0.3, {{0, 1, 0}}}};
-                 p.puppet.world.drives[p.puppet.bar].path = keys;
+                 p.puppet.world.paths[p.puppet.bar].curve = keys;
                }});
 }
 
@@ -128,7 +128,7 @@ TEST_CASE("a driven body that nothing hangs on is told as well") {
   const Entity e = w.add_body(b), free = w.add_body(rod({1, 0, 0}));
   Lissajous sway;
   sway.amplitude = {kNan, 0, 0}, sway.frequency = {1, 0, 0};
-  w.drives.add(e, {sway});
+  w.paths.add(e, {sway});
   Simulation sim(std::move(w));
   const StepReport report = sim.step();
   CHECK(report.status == Status::diverged);
@@ -140,21 +140,18 @@ TEST_CASE("a driven body that nothing hangs on is told as well") {
 TEST_CASE("masses that no body can have are told with the body") {
   for (Real bad : {0.0, -0.0, -1.0, kNan, kInfinity, -kInfinity, 1e-320}) {
     const std::string number = std::to_string(bad);
-    expect_told({"mass " + number, [=](Pair& p) {
-                   p.puppet.world.bodies[p.puppet.trunk].mass = bad;
-                 }});
+    expect_told(
+        {"mass " + number, [=](Pair& p) { p.puppet.world.bodies[p.puppet.trunk].mass = bad; }});
     for (int axis = 0; axis < 3; ++axis)
-      expect_told({"inertia " + number, [=](Pair& p) {
-                     p.puppet.world.bodies[p.puppet.left].inertia[axis] = bad;
-                   }});
-    expect_told({"mass of a free body " + number, [=](Pair& p) {
-                   p.puppet.world.bodies[p.puppet.free].mass = bad;
-                 }});
+      expect_told({"inertia " + number,
+                   [=](Pair& p) { p.puppet.world.bodies[p.puppet.left].inertia[axis] = bad; }});
+    expect_told({"mass of a free body " + number,
+                 [=](Pair& p) { p.puppet.world.bodies[p.puppet.free].mass = bad; }});
   }
 }
 
 TEST_CASE("the body with an impossible mass is the one that is named") {
-  for (Solver solver : {Solver::automatic, Solver::sweep, Solver::lagrangian}) {
+  for (Solver solver : {Solver::articulated, Solver::sweep, Solver::lagrangian}) {
     Pair p(solver);
     p.puppet.world.bodies[p.puppet.right].mass = -2;
     Simulation sim(p.puppet.world);
@@ -170,39 +167,33 @@ TEST_CASE("other numbers of bodies, joints, cables and pins that are not finite 
     expect_told({"drag", [=](Pair& p) { p.puppet.world.bodies[p.puppet.trunk].drag = bad; }});
     expect_told({"gravity scale",
                  [=](Pair& p) { p.puppet.world.bodies[p.puppet.trunk].gravity_scale = bad; }});
-    expect_told({"anchor of a joint", [=](Pair& p) {
-                   p.puppet.world.links[p.puppet.link].joint.anchor_b.y = bad;
-                 }});
-    expect_told({"anchor of a cable", [=](Pair& p) {
-                   p.puppet.world.strings[p.puppet.string].joint.anchor_b.y = bad;
-                 }});
-    expect_told({"anchor of a pin", [=](Pair& p) {
-                   p.puppet.world.pins[p.puppet.pin].anchor.y = bad;
-                 }});
-    expect_told({"target of a pin", [=](Pair& p) {
-                   p.puppet.world.pins[p.puppet.pin].target.y = bad;
-                 }});
-    expect_told({"pose", [=](Pair& p) {
-                   p.puppet.world.bodies[p.puppet.trunk].pose.position.x = bad;
-                 }});
-    expect_told({"velocity",
-                 [=](Pair& p) { p.puppet.world.bodies[p.puppet.trunk].velocity.x = bad; }});
-    expect_told({"spin", [=](Pair& p) { p.puppet.world.bodies[p.puppet.trunk].spin.x = bad; }});
+    expect_told({"anchor of a joint",
+                 [=](Pair& p) { p.puppet.world.links[p.puppet.link].joint.anchor_b.y = bad; }});
+    expect_told({"anchor of a cable",
+                 [=](Pair& p) { p.puppet.world.cables[p.puppet.string].joint.anchor_b.y = bad; }});
+    expect_told(
+        {"anchor of a pin", [=](Pair& p) { p.puppet.world.pins[p.puppet.pin].anchor.y = bad; }});
+    expect_told(
+        {"target of a pin", [=](Pair& p) { p.puppet.world.pins[p.puppet.pin].target.y = bad; }});
+    expect_told(
+        {"pose", [=](Pair& p) { p.puppet.world.bodies[p.puppet.trunk].pose.position.x = bad; }});
+    expect_told(
+        {"velocity", [=](Pair& p) { p.puppet.world.bodies[p.puppet.trunk].velocity.x = bad; }});
+    expect_told(
+        {"spin", [=](Pair& p) { p.puppet.world.bodies[p.puppet.trunk].angular_velocity.x = bad; }});
     expect_told({"place of a driven body", [=](Pair& p) {
-                   p.puppet.world.drives.remove(p.puppet.bar);
+                   p.puppet.world.paths.remove(p.puppet.bar);
                    p.puppet.world.bodies[p.puppet.bar].pose.position.y = bad;
                  }});
   }
-  expect_told({"length of a cable", [](Pair& p) {
-                 p.puppet.world.strings[p.puppet.string].joint.length = kNan;
-               }});
-  expect_told({"compliance of a cable", [](Pair& p) {
-                 p.puppet.world.strings[p.puppet.string].joint.compliance = kNan;
-               }});
+  expect_told({"length of a cable",
+               [](Pair& p) { p.puppet.world.cables[p.puppet.string].joint.length = kNan; }});
+  expect_told({"compliance of a cable",
+               [](Pair& p) { p.puppet.world.cables[p.puppet.string].joint.compliance = kNan; }});
 }
 
 TEST_CASE("a gravity that is not finite is told") {
-  for (Solver solver : {Solver::automatic, Solver::sweep, Solver::lagrangian})
+  for (Solver solver : {Solver::articulated, Solver::sweep, Solver::lagrangian})
     for (Real bad : kBad) {
       Pair p(solver);
       p.puppet.world.gravity.y = bad;
@@ -215,24 +206,25 @@ TEST_CASE("a gravity that is not finite is told") {
 TEST_CASE("a clock that is not finite stops the step, and is told") {
   for (Real bad : kBad)
     for (bool in_a_system : {false, true}) {
-      Simulation sim(Pair(Solver::automatic).puppet.world);
+      Simulation sim(Pair(Solver::articulated).puppet.world);
       for (int i = 0; i < 3; ++i) sim.step();
       if (in_a_system)
-        sim.insert(Place::before_drive, [=](World& w, Real) { w.time = bad; });
+        sim.insert(Stage::before_drive, [=](World& w, Real) { w.time = bad; });
       else
         sim.world.time = bad;
       const World before = sim.world;
       const StepReport report = sim.step();
       CHECK(report.status == Status::bad_clock);
       for (std::size_t i = 0; i < before.bodies.size(); ++i) {
-        CHECK(sim.world.bodies.values()[i].pose.position == before.bodies.values()[i].pose.position);
+        CHECK(sim.world.bodies.values()[i].pose.position ==
+              before.bodies.values()[i].pose.position);
         CHECK(sim.world.bodies.values()[i].velocity == before.bodies.values()[i].velocity);
       }
     }
 }
 
 TEST_CASE("a step too short or too long to compute with is not taken, and told") {
-  for (Solver solver : {Solver::automatic, Solver::sweep, Solver::lagrangian})
+  for (Solver solver : {Solver::articulated, Solver::sweep, Solver::lagrangian})
     for (Real h : {5e-324, 1e-300, 1e-100, 1e-14, 1e12, 1e300}) {
       Simulation sim(Pair(solver).puppet.world);
       for (int i = 0; i < 3; ++i) sim.step();
@@ -246,7 +238,7 @@ TEST_CASE("a step too short or too long to compute with is not taken, and told")
       const Status next = sim.step().status;
       CHECK((next != Status::bad_clock && next != Status::diverged));
     }
-  Simulation sim(Pair(Solver::automatic).puppet.world);
+  Simulation sim(Pair(Solver::articulated).puppet.world);
   sim.settings.substeps = 1'000'000'000;
   sim.settings.h = 1e-5;
   CHECK(sim.step().status == Status::bad_clock);
@@ -254,7 +246,7 @@ TEST_CASE("a step too short or too long to compute with is not taken, and told")
 
 TEST_CASE("steps from a nanosecond to a second are taken") {
   for (Real h : {1e-9, 1e-6, 1e-3, 1.0}) {
-    Simulation sim(Pair(Solver::automatic).puppet.world);
+    Simulation sim(Pair(Solver::articulated).puppet.world);
     sim.settings.h = h;
     INFO(h);
     for (int i = 0; i < 3; ++i) CHECK(sim.step().status == Status::ok);
@@ -262,7 +254,7 @@ TEST_CASE("steps from a nanosecond to a second are taken") {
 }
 
 TEST_CASE("what is asked of an entity that is not there does nothing, and says so") {
-  Pair p(Solver::automatic);
+  Pair p(Solver::articulated);
   World& w = p.puppet.world;
   const Entity gone = p.puppet.free, none{}, beyond{4'000'000'000u, 0}, string = p.puppet.string;
   w.destroy(gone);
@@ -291,11 +283,11 @@ TEST_CASE("what is asked of an entity that is not there does nothing, and says s
 }
 
 TEST_CASE("a system that asks for an entity that is not there fails, and the step goes on") {
-  Pair p(Solver::automatic);
+  Pair p(Solver::articulated);
   const Entity gone = p.puppet.free;
   p.puppet.world.destroy(gone);
   Simulation sim(p.puppet.world);
-  sim.insert(Place::before_update, [=](World& w, Real) { w.bodies[gone].velocity = Vec3(1); });
+  sim.insert(Stage::before_update, [=](World& w, Real) { w.bodies[gone].velocity = Vec3(1); });
   const StepReport report = sim.step();
   CHECK(report.status == Status::system_failed);
   CHECK(sim.world.tick == 1);

@@ -23,10 +23,10 @@ World marionette() {
   Lissajous rock;
   rock.centre = bar.pose, rock.amplitude = {0.05, 0.08, 0}, rock.frequency = {0.5, 0.9, 0};
   rock.turn_amplitude = {0, 0, 0.25}, rock.turn_frequency = {0, 0, 0.7};
-  w.drives.add(b, {rock});
+  w.paths.add(b, {rock});
   const auto cable = [&](Entity e, Vec3 on_bar, Vec3 anchor) {
     const Vec3 from = bar.pose.position + on_bar, to = to_world(w.bodies[e].pose, anchor);
-    w.add_string(b, e, {on_bar, anchor, glm::length(to - from), 0});
+    w.add_cable(b, e, {on_bar, anchor, glm::length(to - from), 0});
   };
   const Entity trunk = w.add_body(rod({0, 0, 0}));
   w.bodies[trunk].mass = 4, w.bodies[trunk].inertia = {0.01, 0.04, 0.04};
@@ -107,20 +107,20 @@ TEST_CASE("what swings, spins or is led by hands is not taken for a growth") {
   driven.world.bodies[driven.hook].motion = Motion::driven;
   Lissajous sway;
   sway.amplitude = {0.4, 0.3, 0.2}, sway.frequency = {1.5, 1.1, 0.7};
-  driven.world.drives.add(driven.hook, {sway});
+  driven.world.paths.add(driven.hook, {sway});
   expect_calm(driven.world, "chain swung by a hand", 100);
 
   Chain still = hung_chain(6);
   still.world.gravity = Vec3(0);
   expect_calm(still.world, "a chain at rest without weight", 1);
   for (Entity e : still.rods) still.world.bodies[e].drag = 0;
-  still.world.bodies[still.rods[2]].spin = {3, 8, 2};
+  still.world.bodies[still.rods[2]].angular_velocity = {3, 8, 2};
   expect_calm(still.world, "a spinning chain without weight", 1);
 
   World free;
   free.gravity = Vec3(0);
   Body b = rod(Vec3(0));
-  b.drag = 0, b.spin = {1, 20, 0.5}, b.inertia = {0.001, 0.002, 0.0025};
+  b.drag = 0, b.angular_velocity = {1, 20, 0.5}, b.inertia = {0.001, 0.002, 0.0025};
   free.add_body(b);
   expect_calm(free, "a free body that tumbles", 0.5);
 
@@ -166,8 +166,9 @@ TEST_CASE("pushes are work") {
     Chain c = hung_chain(5);
     c.world.default_settings.solver = solver;
     Simulation sim(c.world, {1.0 / 120});
-    sim.insert(Place::before_update, [&](World& w, Real) {
-      w.push(c.rods.back(), 4.0 * glm::normalize(w.bodies[c.rods.back()].velocity + Vec3(0, 1e-3, 0)),
+    sim.insert(Stage::before_update, [&](World& w, Real) {
+      w.push(c.rods.back(),
+             4.0 * glm::normalize(w.bodies[c.rods.back()].velocity + Vec3(0, 1e-3, 0)),
              w.bodies[c.rods.back()].pose.position);
     });
     INFO(name_of(solver));

@@ -107,7 +107,7 @@ TEST_CASE("advancing takes the same steps as stepping") {
 
 TEST_CASE("a body is drawn between its last two poses") {
   auto [simulation, body] = falling_body();
-  simulation.world.bodies[body].spin = {0, 0, 8};
+  simulation.world.bodies[body].angular_velocity = {0, 0, 8};
   simulation.advance(3 * kStep);
   const Pose last = simulation.world.bodies[body].pose;
   simulation.advance(kStep);
@@ -148,7 +148,7 @@ TEST_CASE("nothing is drawn on the way of a teleported body") {
   simulation.advance(2 * kStep);
 
   SECTION("between two steps") {
-    simulation.world.teleport(body, {far, kNoTurn});
+    simulation.world.teleport(body, {far, kIdentity});
     CHECK(simulation.interpolated(body, 0.5).position == far);
     simulation.advance(kStep);
     for (Real fraction : {0.0, 0.5, 1.0})
@@ -157,8 +157,8 @@ TEST_CASE("nothing is drawn on the way of a teleported body") {
   SECTION("by a system in the middle of a step") {
     const Entity who = body;
     bool now = true;
-    simulation.insert(Place::before_update, [&, who](World& w, Real) {
-      if (now) w.teleport(who, {far, kNoTurn});
+    simulation.insert(Stage::before_update, [&, who](World& w, Real) {
+      if (now) w.teleport(who, {far, kIdentity});
       now = false;
     });
     simulation.advance(kStep);
@@ -170,7 +170,7 @@ TEST_CASE("nothing is drawn on the way of a teleported body") {
 TEST_CASE("a teleported body is drawn moving again from the next step on") {
   auto [simulation, body] = falling_body();
   simulation.advance(kStep);
-  simulation.world.teleport(body, {{100, 0, 0}, kNoTurn});
+  simulation.world.teleport(body, {{100, 0, 0}, kIdentity});
   simulation.advance(kStep);
   const Vec3 last = simulation.world.bodies[body].pose.position;
   simulation.advance(kStep);
@@ -183,7 +183,7 @@ TEST_CASE("a teleported body keeps its velocity and forgets the jump") {
   auto [simulation, body] = falling_body();
   simulation.advance(kStep);
   const Vec3 before = simulation.world.bodies[body].velocity;
-  simulation.world.teleport(body, {{100, 0, 0}, kNoTurn});
+  simulation.world.teleport(body, {{100, 0, 0}, kIdentity});
   simulation.advance(kStep);
   CHECK(glm::length(simulation.world.bodies[body].velocity - before) < 1);
 }

@@ -1,5 +1,5 @@
-// Islands of two solvers that are solved by turns: what is tried again is tried from the same start,
-// and each interface keeps its own account.
+// Islands of two solvers that are solved by turns: what is tried again is tried from the same
+// start, and each interface keeps its own account.
 #include <catch2/catch.hpp>
 
 #include "engine/contact/contact.hpp"
@@ -60,7 +60,7 @@ Real jump(int tied, Real restitution) {
     above = add_exact(w, {0, 3, 0}, 20);
     w.bodies[above].gravity_scale = 0;
   }
-  if (tied > 0) w.add_string(above, ball, {Vec3(0), Vec3(0), 3.5, 0});
+  if (tied > 0) w.add_cable(above, ball, {Vec3(0), Vec3(0), 3.5, 0});
   Simulation sim(w, {1.0 / 240});
   Real highest = 0;
   bool hit = false;
@@ -81,7 +81,7 @@ struct Flyer {
 Flyer add_flyer(World& w, Vec3 at) {
   Flyer f;
   f.beam = add_exact(w, at + Vec3(0.5, 0, 0), 2);
-  w.bodies[f.beam].velocity = {0, 1, 0}, w.bodies[f.beam].spin = {0, 0, 2};
+  w.bodies[f.beam].velocity = {0, 1, 0}, w.bodies[f.beam].angular_velocity = {0, 0, 2};
   f.all.push_back(f.beam);
   Entity above = f.beam;
   for (int i = 0; i < 3; ++i) {
@@ -108,7 +108,7 @@ Vec3 momentum_of(const World& w, const Flyer& f) {
   for (Entity e : f.all) sum += w.bodies[e].mass * w.bodies[e].velocity;
   for (const lagrangian::Island& m : lagrangian::islands_of(w))
     if (m.bodies.front() == f.beam)
-      for (const contact::Interface& h : m.interfaces) sum += h.debt;
+      for (const contact::Interface& h : m.interfaces) sum += h.carried;
   return sum;
 }
 
@@ -144,16 +144,16 @@ TEST_CASE("a rope that touches others leaves the account of another rope alone")
   Simulation sim(w, {1.0 / 240});
   const Vec3 start = momentum_of(sim.world, quiet);
   Real worst = 0;
-  bool touched = false;
+  bool edit_count = false;
   for (int i = 0; i < 600; ++i) {
     // The other ball is kept against the rope.
     Body& o = sim.world.bodies[other];
     o.pose.position = sim.world.bodies[busy.tip].pose.position - Vec3(0, 0.0999, 0);
     o.velocity = sim.world.bodies[busy.tip].velocity + Vec3(0, 0.05, 0), o.restart = true;
     REQUIRE(sim.step().status == Status::ok);
-    for (const Contact& contact : contacts_of(sim.world)) touched = touched || contact.active;
+    for (const Contact& contact : contacts_of(sim.world)) edit_count = edit_count || contact.active;
     worst = std::max(worst, glm::length(momentum_of(sim.world, quiet) - start));
   }
-  CHECK(touched);
+  CHECK(edit_count);
   CHECK(worst <= 1e-11);
 }

@@ -1,7 +1,8 @@
 // What solvers remember: every field that decides the next step is hashed, and no other.
+#include "engine/contact/memory.hpp"
+
 #include <catch2/catch.hpp>
 
-#include "engine/contact/memory.hpp"
 #include "engine/solvers/articulated/island.hpp"
 #include "engine/solvers/lagrangian/island.hpp"
 #include "tests/base/arity.hpp"
@@ -49,13 +50,13 @@ bool is_aside(const std::string& path) {
 TEST_CASE("no list of what is remembered forgets a member") {
   check_list<articulated::Tree>("Tree");
   check_list<articulated::JointMemory>("JointMemory");
-  check_list<articulated::Hold>("Hold");
-  check_list<articulated::Cord>("Cord");
+  check_list<articulated::PackedPin>("Hold");
+  check_list<articulated::PackedCable>("Cord");
   check_list<articulated::IslandStructure>("articulated::IslandStructure");
   check_list<articulated::IslandMemory>("articulated::IslandMemory");
   check_list<lagrangian::Block>("Block");
   check_list<lagrangian::BlockMemory>("BlockMemory");
-  check_list<lagrangian::Effort>("Effort");
+  check_list<lagrangian::JointForce>("Effort");
   check_list<lagrangian::Frame>("Frame");
   check_list<lagrangian::IslandStructure>("lagrangian::IslandStructure");
   check_list<lagrangian::IslandMemory>("lagrangian::IslandMemory");
@@ -120,7 +121,7 @@ TEST_CASE("a change elsewhere does not disturb an island: not one bit differs") 
     const World one = after(calm, 20), other = after(changed, 20);
     for (const Entity e : calm.bodies.owners()) {
       CHECK(other.bodies[e].pose.position == one.bodies[e].pose.position);
-      CHECK(other.bodies[e].spin == one.bodies[e].spin);
+      CHECK(other.bodies[e].angular_velocity == one.bodies[e].angular_velocity);
     }
     CHECK(other.is_alive(extra));
   }

@@ -58,16 +58,16 @@ inline Puppet swaying_puppet() {
   sway.centre = bar.pose;
   sway.amplitude = {0.1, 0.05, 0};
   sway.frequency = {0.7, 1.1, 0};
-  w.drives.add(p.bar, {sway});
+  w.paths.add(p.bar, {sway});
 
   p.trunk = w.add_body(rod({0, 0, 0}), "trunk");
   p.left = w.add_body(rod({-2 * kHalfLink, 0, 0}), "left");
   p.right = w.add_body(rod({2 * kHalfLink, 0, 0}), "right");
   p.link = w.add_link(p.trunk, p.left, {{-kHalfLink, 0, 0}, {kHalfLink, 0, 0}});
   w.add_link(p.trunk, p.right, {{kHalfLink, 0, 0}, {-kHalfLink, 0, 0}});
-  p.string = w.add_string(p.bar, p.left, {{-0.3, 0, 0}, {-kHalfLink, 0, 0}, 1.0, 0});
-  w.add_string(p.bar, p.right, {{0.3, 0, 0}, {kHalfLink, 0, 0}, 1.02, 1e-4});
-  w.add_string(p.bar, p.trunk, {Vec3(0), Vec3(0), 1.05, 0});
+  p.string = w.add_cable(p.bar, p.left, {{-0.3, 0, 0}, {-kHalfLink, 0, 0}, 1.0, 0});
+  w.add_cable(p.bar, p.right, {{0.3, 0, 0}, {kHalfLink, 0, 0}, 1.02, 1e-4});
+  w.add_cable(p.bar, p.trunk, {Vec3(0), Vec3(0), 1.05, 0});
 
   Pin pull;
   pull.body = p.left;
@@ -81,7 +81,7 @@ inline Puppet swaying_puppet() {
   w.add_pin(pull);
 
   Body loose = rod({2, 1, 0});
-  loose.spin = {1, 4, 0.5};
+  loose.angular_velocity = {1, 4, 0.5};
   loose.inertia = {0.001, 0.002, 0.0025};
   p.free = w.add_body(loose, "free");
   return p;

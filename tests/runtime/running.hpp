@@ -1,5 +1,6 @@
 #pragma once
-/// Worlds with everything that solvers remember: contacts, cables, stops, motors, gears, interfaces.
+/// Worlds with everything that solvers remember: contacts, cables, stops, motors, gears,
+/// interfaces.
 #include <string>
 #include <utility>
 #include <vector>
@@ -13,7 +14,7 @@ namespace pantin::test {
 inline Entity add_box(World& w, Vec3 at, Motion motion, Real restitution = 0) {
   Body b;
   b.pose.position = at, b.motion = motion;
-  b.pose.rotation = turn_by({0.1, 0.2, 0.3});
+  b.pose.rotation = from_rotation_vector({0.1, 0.2, 0.3});
   b.inertia = Vec3(0.01);
   const Entity e = w.add_body(b);
   w.shapes.add(e, {{{ShapeKind::box, Vec3(0.1), {}, 0, nullptr}}});
@@ -41,14 +42,16 @@ inline World stopped_arm() {
   for (std::size_t i = 0; i < chain.links.size(); ++i) {
     Joint& j = w.links[chain.links[i]].joint;
     j.kind = i % 2 == 0 ? JointKind::hinge : JointKind::ball;
-    j.frames = JointFrames(turn_by({0, kPi / 2, 0}), turn_by({0, kPi / 2, 0}));
+    j.frames =
+        JointFrames(from_rotation_vector({0, kPi / 2, 0}), from_rotation_vector({0, kPi / 2, 0}));
     j.limits = JointLimits{{true, -0.3, 0.4}, {}, {i % 2 == 1, 0.5, 0.3}, 0.1, 2, 0.1};
   }
-  w.pose_drives.add(chain.links[1], {turn_by({0.2, 0, 0}), 30, 1, 0.5, {}, false});
+  w.joint_drives.add(chain.links[1], {from_rotation_vector({0.2, 0, 0}), 30, 1, 0.5, {}, false});
   return w;
 }
 
-/// A driven bar, two geared wheels with stops, a motor and a spring, moved by the Lagrangian solver.
+/// A driven bar, two geared wheels with stops, a motor and a spring, moved by the Lagrangian
+/// solver.
 inline World geared_wheels(Integrator integrator) {
   World w;
   w.default_settings.solver = Solver::lagrangian;
@@ -59,28 +62,28 @@ inline World geared_wheels(Integrator integrator) {
   const Entity base = w.add_body(frame);
   Lissajous sway;
   sway.amplitude = {0.1, 0, 0}, sway.frequency = {1, 0, 0};
-  w.drives.add(base, {sway});
+  w.paths.add(base, {sway});
   Entity wheels[2], links[2];
   for (int i = 0; i < 2; ++i) {
     Body wheel;
     wheel.pose.position = {0.5 * i, 0.1, 0}, wheel.inertia = {0.1, 0.2, 0.2};
-    wheel.spin = {2, 0, 0};
+    wheel.angular_velocity = {2, 0, 0};
     wheels[i] = w.add_body(wheel);
     Joint j{{0.5 * i, 0, 0}, {0, -0.1, 0}, JointKind::hinge};
     links[i] = w.add_link(base, wheels[i], j);
   }
-  w.bodies[wheels[1]].spin = {4, 0, 0};
-  JointExtras& e = w.links[links[0]].joint.extras.edit();
-  e.turn.spring = {3, 0.1, 0.2};
-  e.turn.motor = {MotorKind::velocity, 30, 2, 0, 5};
-  w.add_ratio({links[0], links[1], false, false, 2, 0, false});
+  w.bodies[wheels[1]].angular_velocity = {4, 0, 0};
+  JointParameters& e = w.links[links[0]].joint.parameters.edit();
+  e.rotation.spring = {3, 0.1, 0.2};
+  e.rotation.motor = {MotorKind::velocity, 30, 2, 0, 5};
+  w.add_gear({links[0], links[1], false, false, 2, 0, false});
   Body bob;
   bob.pose.position = {1, 0, 0};
   const Entity hanging = w.add_body(bob);
   Joint ball{{0.5, 0, 0}, {-0.5, 0, 0}, JointKind::ball};
   ball.limits = JointLimits{{}, {}, {true, 0.6, 0.6}, 0, 0, 0};
   w.add_link(base, hanging, ball);
-  w.add_string(base, hanging, {Vec3(0), {0.1, 0, 0}, 1.15, 0});
+  w.add_cable(base, hanging, {Vec3(0), {0.1, 0, 0}, 1.15, 0});
   return w;
 }
 

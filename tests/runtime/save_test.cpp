@@ -132,7 +132,7 @@ TEST_CASE("a joint of the user's own kind cannot be saved, and this is said") {
   World w = geared_wheels(Integrator::rk4);
   Joint joint;
   joint.kind = JointKind::custom;
-  joint.extras.edit().custom = std::make_shared<Tie>();
+  joint.parameters.edit().custom = std::make_shared<Tie>();
   w.add_link(w.bodies.owners()[0], w.bodies.owners()[1], joint);
   const auto bytes = world_to_bytes(w);
   REQUIRE_FALSE(bytes);
@@ -187,7 +187,8 @@ TEST_CASE("a changed file with the right checksum is refused or steps; nothing w
     const std::uint64_t sum = hash.value();
     changed.replace(kChecksum, sizeof sum, reinterpret_cast<const char*>(&sum), sizeof sum);
     auto loaded = world_from_bytes(changed);
-    if (loaded && loaded->default_settings.passes < 100 && loaded->default_settings.rounds < 100)
+    if (loaded && loaded->default_settings.active_set_iterations < 100 &&
+        loaded->default_settings.sweeps < 100)
       Simulation(std::move(*loaded)).step(), ++read;  // the sanitizers look on
     else
       ++refused;

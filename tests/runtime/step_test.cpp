@@ -25,13 +25,13 @@ TEST_CASE("systems run at their places, in the order of the step and of their in
   const auto note = [&](const char* word) {
     return [&ran, word](World&, Real) { ran.push_back(word); };
   };
-  simulation.insert(Place::after_step, note("after"));
-  simulation.insert(Place::before_measure, note("measure"));
-  simulation.insert(Place::before_touch, note("touch"));
-  simulation.insert(Place::before_adjust, note("adjust"));
-  simulation.insert(Place::before_update, note("update"));
-  simulation.insert(Place::before_drive, note("drive"));
-  simulation.insert(Place::before_drive, note("drive again"));
+  simulation.insert(Stage::after_step, note("after"));
+  simulation.insert(Stage::before_measure, note("measure"));
+  simulation.insert(Stage::before_contacts, note("touch"));
+  simulation.insert(Stage::before_adjust, note("adjust"));
+  simulation.insert(Stage::before_update, note("update"));
+  simulation.insert(Stage::before_drive, note("drive"));
+  simulation.insert(Stage::before_drive, note("drive again"));
   simulation.step();
   CHECK(ran == std::vector<std::string>{"drive", "drive again", "update", "touch", "adjust",
                                         "measure", "after"});
@@ -44,12 +44,12 @@ TEST_CASE("a system sees the stage before it and is told the length of the step"
   Vec3 before(0), after(0);
   Real told = 0;
   std::uint64_t ticks[2];
-  simulation.insert(Place::before_drive, [&](World& w, Real h) {
+  simulation.insert(Stage::before_drive, [&](World& w, Real h) {
     before = w.bodies[p.bar].pose.position, told = h, ticks[0] = w.tick;
   });
-  simulation.insert(Place::before_update,
+  simulation.insert(Stage::before_update,
                     [&](World& w, Real) { after = w.bodies[p.bar].pose.position; });
-  simulation.insert(Place::after_step, [&](World& w, Real) { ticks[1] = w.tick; });
+  simulation.insert(Stage::after_step, [&](World& w, Real) { ticks[1] = w.tick; });
   simulation.step();
   CHECK(told == 1.0 / 50);
   CHECK(glm::length(after - before) > 1e-3);
@@ -66,7 +66,7 @@ TEST_CASE("a force pushed by a system acts in the same step, and in that step on
   const Entity e = world.add_body(body);
   Simulation simulation(world);
   bool push = true;
-  simulation.insert(Place::before_update, [&](World& w, Real) {
+  simulation.insert(Stage::before_update, [&](World& w, Real) {
     if (push) w.push(e, {3, 0, 0}, w.bodies[e].pose.position);
   });
   simulation.step();
@@ -83,9 +83,9 @@ TEST_CASE("a driven body is on its path after the step, with the path's velocity
   for (int i = 0; i < 30; ++i) simulation.step();
   const World& w = simulation.world;
   const Body& bar = w.bodies[p.bar];
-  CHECK(glm::length(bar.pose.position - pose_at(w.drives[p.bar], w.time).position) < 1e-12);
-  const Vec3 ahead = pose_at(w.drives[p.bar], w.time + 0.5 / 60).position;
-  const Vec3 behind = pose_at(w.drives[p.bar], w.time - 0.5 / 60).position;
+  CHECK(glm::length(bar.pose.position - pose_at(w.paths[p.bar], w.time).position) < 1e-12);
+  const Vec3 ahead = pose_at(w.paths[p.bar], w.time + 0.5 / 60).position;
+  const Vec3 behind = pose_at(w.paths[p.bar], w.time - 0.5 / 60).position;
   CHECK(glm::length(bar.velocity - 60.0 * (ahead - behind)) < 0.05);
 }
 
@@ -132,7 +132,7 @@ TEST_CASE("a number that is not finite is reported with its body, and its neighb
   Body& body = simulation.world.bodies[sick];
   body.restart = true;
   if (spoil == 0) body.velocity.x = kNan;
-  if (spoil == 1) body.spin.y = kInfinity;
+  if (spoil == 1) body.angular_velocity.y = kInfinity;
   if (spoil == 2) simulation.world.push(sick, {kNan, 0, 0}, Vec3(0));
   if (spoil == 3) body.pose.position.z = -kInfinity;
   INFO("way " << spoil);
@@ -158,8 +158,8 @@ TEST_CASE("structures that cannot be solved are left out and named") {
 TEST_CASE("an exception of a system does not leave the step, and is reported") {
   Simulation simulation(hung_chain(2).world), calm(hung_chain(2).world);
   int later = 0;
-  simulation.insert(Place::before_update, [](World&, Real) { throw std::runtime_error("no"); });
-  simulation.insert(Place::before_update, [&](World&, Real) { ++later; });
+  simulation.insert(Stage::before_update, [](World&, Real) { throw std::runtime_error("no"); });
+  simulation.insert(Stage::before_update, [&](World&, Real) { ++later; });
   const StepReport report = simulation.step();
   calm.step();
   CHECK(report.status == Status::system_failed);
@@ -171,7 +171,7 @@ TEST_CASE("solvers are switched while the simulation runs") {
   Chain chain = hung_chain(6);
   Simulation simulation(chain.world);
   simulation.settings.measure = true;
-  for (Solver solver : {Solver::automatic, Solver::sweep, Solver::shake2, Solver::automatic}) {
+  for (Solver solver : {Solver::articulated, Solver::sweep, Solver::shake2, Solver::articulated}) {
     simulation.world.settings.add(chain.rods[3], {solver});
     for (int i = 0; i < 30; ++i) {
       const StepReport report = simulation.step();
@@ -179,5 +179,5 @@ TEST_CASE("solvers are switched while the simulation runs") {
       REQUIRE(report.measures.worst_gap_rel <= 1e-12);
     }
   }
-  CHECK(articulated::islands_of(simulation.world)[0].settings.solver == Solver::automatic);
+  CHECK(articulated::islands_of(simulation.world)[0].settings.solver == Solver::articulated);
 }

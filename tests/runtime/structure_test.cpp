@@ -1,5 +1,5 @@
-// Structural changes while a World runs: safe at every place of a step, and felt only by the islands
-// whose own structure changes.
+// Structural changes while a World runs: safe at every place of a step, and felt only by the
+// islands whose own structure changes.
 #include <catch2/catch.hpp>
 #include <functional>
 #include <string>
@@ -15,8 +15,9 @@ using namespace pantin::test;
 
 namespace {
 
-constexpr Place kEverywhere[] = {Place::before_drive,  Place::before_update,  Place::before_touch,
-                                 Place::before_adjust, Place::before_measure, Place::after_step};
+constexpr Stage kEverywhere[] = {Stage::before_drive,    Stage::before_update,
+                                 Stage::before_contacts, Stage::before_adjust,
+                                 Stage::before_measure,  Stage::after_step};
 
 Entity add_ball(World& w, Vec3 at, bool solid = true, Motion motion = Motion::dynamic) {
   Body b;
@@ -69,8 +70,7 @@ struct Zoo {
     }
     for (int i = 0; i < 3; ++i) {
       rope.push_back(world.add_body(rod({-5 + kHalfLink * (2 * i + 5), 2, 0})));
-      if (i > 0)
-        links.push_back(world.add_link(rope[i - 1], rope[i], {end, {-kHalfLink, 0, 0}}));
+      if (i > 0) links.push_back(world.add_link(rope[i - 1], rope[i], {end, {-kHalfLink, 0, 0}}));
     }
     Pin hold;
     hold.body = rope[0], hold.anchor = {-kHalfLink, 0, 0}, hold.to = exact[1];
@@ -87,51 +87,87 @@ struct Change {
 std::vector<Change> changes() {
   const auto once = [](int n, int at) { return n == at; };
   return {
-      {"destroy a ball", [=](Zoo& z, World& w, int n) { if (n < 6) w.destroy(z.balls[n]); }},
-      {"add balls", [=](Zoo&, World& w, int n) {
+      {"destroy a ball",
+       [=](Zoo& z, World& w, int n) {
+         if (n < 6) w.destroy(z.balls[n]);
+       }},
+      {"add balls",
+       [=](Zoo&, World& w, int n) {
          add_ball(w, {5, 3 + 0.3 * n, 0});
          add_ball(w, {5.05, 0.1 + 0.25 * n, 0.02});
        }},
       {"add and destroy a body",
-       [](Zoo&, World& w, int n) { w.destroy(add_ball(w, {5.1, 0.1 * n, 0})); }},
-      {"destroy the trunk", [=](Zoo& z, World& w, int n) { if (once(n, 2)) w.destroy(z.puppet[0]); }},
-      {"destroy a joint", [=](Zoo& z, World& w, int n) { if (once(n, 2)) w.destroy(z.links[0]); }},
-      {"destroy the bar", [=](Zoo& z, World& w, int n) { if (once(n, 2)) w.destroy(z.bar); }},
-      {"destroy an exact body", [=](Zoo& z, World& w, int n) { if (once(n, 2)) w.destroy(z.exact[1]); }},
-      {"destroy an exact joint", [=](Zoo& z, World& w, int n) { if (once(n, 2)) w.destroy(z.links[1]); }},
-      {"let the rope go", [=](Zoo& z, World& w, int n) { if (once(n, 2)) w.destroy(z.pin); }},
-      {"cut the rope", [=](Zoo& z, World& w, int n) { if (once(n, 2)) w.destroy(z.links[3]); }},
-      {"another solver", [](Zoo&, World& w, int n) {
-         w.default_settings.solver = n % 2 ? Solver::lagrangian : Solver::automatic;
-         w.touch();
+       [](Zoo&, World& w, int n) {
+         w.destroy(add_ball(w, {5.1, 0.1 * n, 0}));
        }},
-      {"a new exact body", [](Zoo& z, World& w, int n) {
+      {"destroy the trunk",
+       [=](Zoo& z, World& w, int n) {
+         if (once(n, 2)) w.destroy(z.puppet[0]);
+       }},
+      {"destroy a joint",
+       [=](Zoo& z, World& w, int n) {
+         if (once(n, 2)) w.destroy(z.links[0]);
+       }},
+      {"destroy the bar",
+       [=](Zoo& z, World& w, int n) {
+         if (once(n, 2)) w.destroy(z.bar);
+       }},
+      {"destroy an exact body",
+       [=](Zoo& z, World& w, int n) {
+         if (once(n, 2)) w.destroy(z.exact[1]);
+       }},
+      {"destroy an exact joint",
+       [=](Zoo& z, World& w, int n) {
+         if (once(n, 2)) w.destroy(z.links[1]);
+       }},
+      {"let the rope go",
+       [=](Zoo& z, World& w, int n) {
+         if (once(n, 2)) w.destroy(z.pin);
+       }},
+      {"cut the rope",
+       [=](Zoo& z, World& w, int n) {
+         if (once(n, 2)) w.destroy(z.links[3]);
+       }},
+      {"another solver",
+       [](Zoo&, World& w, int n) {
+         w.default_settings.solver = n % 2 ? Solver::lagrangian : Solver::articulated;
+         w.mark_dirty();
+       }},
+      {"a new exact body",
+       [](Zoo& z, World& w, int n) {
          SolverSettings lagrangian;
          lagrangian.solver = Solver::lagrangian;
          const Entity e = w.add_body(rod({-7, 0.3 * n, 0}));
          w.settings.add(e, lagrangian);
          if (n == 3) w.add_link(z.exact[1], e, {Vec3(0, 0.3, 0), Vec3(0)});
        }},
-      {"another pin", [](Zoo& z, World& w, int n) {
+      {"another pin",
+       [](Zoo& z, World& w, int n) {
          Pin hold;
          hold.body = z.rope[2], hold.to = z.exact[0], hold.grip = Grip::spring;
          if (n < 3) w.add_pin(hold);
        }},
-      {"everything goes", [=](Zoo&, World& w, int n) {
+      {"everything goes",
+       [=](Zoo&, World& w, int n) {
          const std::vector<Entity> all(w.bodies.owners().begin(), w.bodies.owners().end());
          if (once(n, 2)) w.destroy(all);
        }},
-      {"another World", [](Zoo&, World& w, int n) {
+      {"another World",
+       [](Zoo&, World& w, int n) {
          const World copy = w;
          if (n % 2) w = copy;
        }},
-      {"an older World", [](Zoo& z, World& w, int n) { if (n == 3) w = z.world; }},
+      {"an older World",
+       [](Zoo& z, World& w, int n) {
+         if (n == 3) w = z.world;
+       }},
   };
 }
 
 bool is_sound(const World& w) {
   for (const Body& b : w.bodies.values())
-    if (!is_finite(b.pose) || !is_finite(b.velocity) || !is_finite(b.spin)) return false;
+    if (!is_finite(b.pose) || !is_finite(b.velocity) || !is_finite(b.angular_velocity))
+      return false;
   return true;
 }
 
@@ -139,7 +175,7 @@ bool is_sound(const World& w) {
 
 TEST_CASE("anything may be created and destroyed by a system at any place") {
   for (const Change& change : changes())
-    for (Place place : kEverywhere)
+    for (Stage place : kEverywhere)
       for (int substeps : {1, 3}) {
         INFO(change.what << " at place " << static_cast<int>(place) << ", substeps " << substeps);
         Zoo zoo;
@@ -160,7 +196,7 @@ TEST_CASE("anything may be created and destroyed by a system at any place") {
 
 TEST_CASE("islands that a change does not concern go on in the same bits, wherever it happens") {
   // Bodies come first in the store and go, so that all the others get other slots.
-  for (Place place : kEverywhere)
+  for (Stage place : kEverywhere)
     for (int substeps : {1, 2}) {
       INFO("place " << static_cast<int>(place) << ", substeps " << substeps);
       const auto make = [] {
@@ -182,11 +218,11 @@ TEST_CASE("islands that a change does not concern go on in the same bits, wherev
           if (const auto* s = z.shapes.find(was)) start.shapes.add(now[i], *s);
           if (const auto* s = z.collisions.find(was)) start.collisions.add(now[i], *s);
           if (const auto* s = z.settings.find(was)) start.settings.add(now[i], *s);
-          if (const auto* s = z.drives.find(was)) start.drives.add(now[i], *s);
+          if (const auto* s = z.paths.find(was)) start.paths.add(now[i], *s);
         }
         const auto of = [&](Entity e) { return e ? now[z.bodies.slot(e)] : Entity{}; };
         for (const Link& l : z.links.values()) start.add_link(of(l.a), of(l.b), l.joint);
-        for (const String& s : z.strings.values()) start.add_string(of(s.a), of(s.b), s.joint);
+        for (const Cable& s : z.cables.values()) start.add_cable(of(s.a), of(s.b), s.joint);
         for (Pin p : z.pins.values()) p.body = of(p.body), p.to = of(p.to), start.add_pin(p);
       }
       Simulation changed(start, {1.0 / 60, substeps}), calm(start, {1.0 / 60, substeps});
@@ -204,7 +240,7 @@ TEST_CASE("islands that a change does not concern go on in the same bits, wherev
         INFO("body " << i);
         CHECK(changed.world.bodies[e].pose.position == calm.world.bodies[e].pose.position);
         CHECK(changed.world.bodies[e].velocity == calm.world.bodies[e].velocity);
-        CHECK(changed.world.bodies[e].spin == calm.world.bodies[e].spin);
+        CHECK(changed.world.bodies[e].angular_velocity == calm.world.bodies[e].angular_velocity);
       }
     }
 }
@@ -223,19 +259,19 @@ TEST_CASE("what sleeps goes on sleeping when something else comes or goes, and w
   Simulation sim(w);
   StepReport report;
   for (int i = 0; i < 120; ++i) report = sim.step();
-  REQUIRE(report.resting == 2);
+  REQUIRE(report.asleep == 2);
   const auto rests = [&](Entity e) {
     for (const auto& a : articulated::islands_of(std::as_const(sim.world)))
-      if (a.bodies.front() == e) return a.resting;
+      if (a.bodies.front() == e) return a.asleep;
     return false;
   };
 
   sim.world.destroy(far);
-  CHECK(sim.step().resting == 2);
+  CHECK(sim.step().asleep == 2);
   add_ball(sim.world, {-10, 5, 0});
-  CHECK(sim.step().resting == 2);
+  CHECK(sim.step().asleep == 2);
   sim.world.destroy(step);
-  CHECK(sim.step().resting == 2);
+  CHECK(sim.step().asleep == 2);
   // Something solid that comes where one sleeps wakes that one.
   add_ball(sim.world, {3.15, 0.1, 0}, true, Motion::fixed);
   sim.step();
@@ -255,9 +291,9 @@ TEST_CASE("changing what is asleep wakes it") {
   const Entity ball = add_ball(w, {0, 0.1, 0});
   Simulation sim(w);
   for (int i = 0; i < 120; ++i) sim.step();
-  REQUIRE(sim.step().resting == 1);
+  REQUIRE(sim.step().asleep == 1);
   sim.world.bodies[ball].gravity_scale = -1;
-  sim.world.touch();
+  sim.world.mark_dirty();
   for (int i = 0; i < 30; ++i) sim.step();
   CHECK(sim.world.bodies[ball].pose.position.y > 0.3);
 }
@@ -267,7 +303,7 @@ TEST_CASE("building the structure once more changes nothing") {
   for (int steps : {0, 1, 7}) {
     Simulation once(Zoo().world), often(Zoo().world);
     for (int i = 0; i < steps; ++i) once.step(), often.step();
-    for (int i = 0; i < 3; ++i) often.world.touch(), compile_if_changed(often.world);
+    for (int i = 0; i < 3; ++i) often.world.mark_dirty(), compile_if_changed(often.world);
     for (int i = 0; i < 30; ++i) {
       once.step(), often.step();
       // The touch is part of no state: but what had begun to calm down is not to begin again.
@@ -294,8 +330,8 @@ TEST_CASE("measures of a World whose structure changed since the last step are o
 
 TEST_CASE("a force pushed by a system in every substep is as strong as it says") {
   for (int substeps : {1, 2, 5})
-    for (Place place : kEverywhere)
-      for (Solver solver : {Solver::automatic, Solver::sweep, Solver::lagrangian}) {
+    for (Stage place : kEverywhere)
+      for (Solver solver : {Solver::articulated, Solver::sweep, Solver::lagrangian}) {
         INFO(substeps << " substeps, place " << static_cast<int>(place) << ", " << name_of(solver));
         World w;
         w.gravity = Vec3(0), w.default_settings.solver = solver;
@@ -311,7 +347,7 @@ TEST_CASE("a force pushed by a system in every substep is as strong as it says")
         // Late in a step it comes to act in the next.
         const Real whole = 3.0 / 2 * 0.01 * steps;
         // (The second-order rule takes pushes that change from part to part a little amiss.)
-        const bool uneven = solver == Solver::automatic && substeps > 1;
+        const bool uneven = solver == Solver::articulated && substeps > 1;
         CHECK(sim.world.bodies[e].velocity.x == Approx(whole).epsilon(uneven ? 0.05 : 0.008));
       }
 }

@@ -4,9 +4,9 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "tests/scene/scenes.hpp"
-#include "tests/paths.hpp"
 #include "engine/solvers/solver.hpp"
+#include "tests/paths.hpp"
+#include "tests/scene/scenes.hpp"
 
 using namespace pantin;
 using namespace pantin::test;
@@ -60,7 +60,7 @@ TEST_CASE(
   CHECK(dynamic == 15);
   for (const char* part : {"head_string_l", "head_string_r", "shoulder_string_l", "hand_string_r",
                            "knee_string_l", "knee_string_r", "back_string"})
-    CHECK(s.world.strings.find(s.world.find(std::string("pantin/") + part)));
+    CHECK(s.world.cables.find(s.world.find(std::string("pantin/") + part)));
 }
 
 TEST_CASE("The crowd's marionette is the marionette, moved otherwise") {

@@ -26,7 +26,7 @@ TEST_CASE("The head of a scene is read, and what is absent is as documented") {
   CHECK((s.output.width == 640 && s.output.height == 360 && s.output.fps == 30));
   CHECK(s.world.default_settings.solver == Solver::shake2);
   CHECK(s.world.default_settings.calm_angle == Approx(kPi / 2));
-  CHECK(s.world.default_settings.rounds == 5);
+  CHECK(s.world.default_settings.sweeps == 5);
   CHECK_FALSE(s.world.default_settings.limiter);
   CHECK(s.world.default_settings.tension_stiffness);
   CHECK(s.view.camera.eye == Vec3(1, 2, 3));
@@ -56,7 +56,7 @@ TEST_CASE("A body whose frame is its mass-centre frame keeps its numbers to the 
   CHECK(s.world.origins.empty());
   CHECK(b.pose.position == Vec3(0.1, 0.2, 0.3));
   CHECK(b.pose.rotation == Quat(0.5, 0.5, 0.5, 0.5));
-  CHECK((b.velocity == Vec3(1, 2, 3) && b.spin == Vec3(4, 5, 6)));
+  CHECK((b.velocity == Vec3(1, 2, 3) && b.angular_velocity == Vec3(4, 5, 6)));
   CHECK((b.drag == 0.7 && b.gravity_scale == -1 && b.motion == Motion::dynamic));
   CHECK(b.mass == Approx(500 * 0.2 * 0.4 * 0.6));
   CHECK(b.inertia.x == Approx(b.mass / 12 * (0.4 * 0.4 + 0.6 * 0.6)));
@@ -78,7 +78,7 @@ TEST_CASE("A body that is not symmetric is moved to its mass centre and principa
   const Real rod = 600 * kPi * 4e-4 * (0.5 + 4.0 / 3 * 0.02);
   CHECK(b.mass == Approx(ball + rod));
   const Vec3 centre = ball / b.mass * Vec3(0.3, 0.4, 0);
-  const Pose frame{{1, 2, 3}, turn_by({0, kPi / 2, 0})};
+  const Pose frame{{1, 2, 3}, from_rotation_vector({0, kPi / 2, 0})};
   CHECK(distance(b.pose.position, to_world(frame, centre)) < 1e-12);
   // One principal axis points along the handle, with the smallest moment.
   const Vec3 along = frame.rotation * Vec3(0.6, 0.8, 0);
@@ -94,7 +94,7 @@ TEST_CASE("A body that is not symmetric is moved to its mass centre and principa
   CHECK(distance(own.position, {1, 2, 3}) < 1e-12);
   CHECK(std::abs(glm::dot(own.rotation, frame.rotation)) == Approx(1));
   const Shapes& shapes = s.world.shapes[e];
-  CHECK(distance(to_world(b.pose, shapes.parts[0].local.position), to_world(frame, {0.3, 0.4, 0})) <
+  CHECK(distance(to_world(b.pose, shapes.list[0].local.position), to_world(frame, {0.3, 0.4, 0})) <
         1e-12);
   const Link& link = s.world.links.values()[0];
   CHECK(distance(to_world(b.pose, link.joint.anchor_b), to_world(frame, {-0.15, -0.2, 0})) < 1e-12);
@@ -165,14 +165,14 @@ TEST_CASE("Strings are as long as told, or as the way between their ends") {
   const Scene s = good(with_two(R"("cables": [{"a": "a", "b": "b"},
 {"a": "a", "b": "b", "slack": 1.5, "compliance": 0.01},
 {"a": "a", "b": "b", "length": 2, "point_a": [0, 3, 0], "anchor_b": [0, 0.1, 0]}])"));
-  const auto strings = s.world.strings.values();
-  CHECK(strings[0].joint.length == 1);
-  CHECK(strings[1].joint.length == 1.5);
-  CHECK(strings[1].joint.compliance == 0.01);
-  CHECK(strings[2].joint.length == 2);
-  CHECK(strings[2].joint.anchor_a == Vec3(0, 3, 0));
-  CHECK(strings[2].joint.anchor_b == Vec3(0, 0.1, 0));
-  const auto owners = s.world.strings.owners();
+  const auto cables = s.world.cables.values();
+  CHECK(cables[0].joint.length == 1);
+  CHECK(cables[1].joint.length == 1.5);
+  CHECK(cables[1].joint.compliance == 0.01);
+  CHECK(cables[2].joint.length == 2);
+  CHECK(cables[2].joint.anchor_a == Vec3(0, 3, 0));
+  CHECK(cables[2].joint.anchor_b == Vec3(0, 0.1, 0));
+  const auto owners = s.world.cables.owners();
   CHECK(s.world.name_of(owners[0]) == "a-b");
   CHECK(s.world.name_of(owners[1]) == "a-b#2");
 }
@@ -192,7 +192,7 @@ TEST_CASE("Settings of a body change only what they name") {
   const Scene s = good(R"({"version": 1, "solver": {"sweeps": 7}, "bodies": [{"name": "a",
 "mass": 1, "inertia": [1, 1, 1], "solver": {"type": "paper", "paper_reluctance": "literal_step"}}]})");
   const SolverSettings& own = s.world.settings[s.world.find("a")];
-  CHECK((own.solver == Solver::paper && own.rounds == 7));
+  CHECK((own.solver == Solver::paper && own.sweeps == 7));
   CHECK(own.paper_reluctance == PaperReluctance::literal_step);
   CHECK(own.calm_angle == SolverSettings{}.calm_angle);
 }
@@ -206,12 +206,12 @@ TEST_CASE("Driven bodies start where their path does") {
  "rotation_deg": [0, 30, 0], "rotation_phase_deg": 90}},
 {"body": "c", "lissajous": {"centre": [5, 0, 0], "amplitude": [1, 0, 0], "frequency": 1, "phase_deg": 90}}]})");
   CHECK(body_of(s, "k").pose.position == Vec3(0, 2, 0));
-  const Drive& k = s.world.drives[s.world.find("k")];
+  const KinematicPath& k = s.world.paths[s.world.find("k")];
   CHECK(distance(pose_at(k, 1).position, {0, 0, 0}) < 1e-15);
   CHECK(distance(pose_at(k, 1).rotation * Vec3(1, 0, 0), {0, 1, 0}) < 1e-12);
 
   CHECK(distance(body_of(s, "l").pose.position, {0, 1, 0}) < 1e-15);
-  const Drive& l = s.world.drives[s.world.find("l")];
+  const KinematicPath& l = s.world.paths[s.world.find("l")];
   CHECK(distance(pose_at(l, 0.5).position, {-2, 1, 0}) < 1e-12);
   CHECK(glm::length(rotation_vector(pose_at(l, 0).rotation)) == Approx(kPi / 6));
   CHECK(distance(rotation_vector(pose_at(l, 0.5).rotation), {0, -kPi / 6, 0}) < 1e-12);

@@ -48,11 +48,11 @@ std::string grid(const std::string& bodies, const std::string& count) {
 }  // namespace
 
 TEST_CASE("A closed chain of points that are none is refused") {
-  CHECK(complaints(chain(R"("closed": true, "path": [1, 2, 3])")) ==
+  CHECK(diagnostics(chain(R"("closed": true, "path": [1, 2, 3])")) ==
         Lines{"t.json:2:26: /generators/chains/0/path/0: found 1, expected an array of 3 numbers",
               "t.json:2:29: /generators/chains/0/path/1: found 2, expected an array of 3 numbers",
               "t.json:2:32: /generators/chains/0/path/2: found 3, expected an array of 3 numbers"});
-  CHECK(complaints(chain(R"("closed": true, "path": [[1, 2], [2, 3], [3, 4]])")).size() == 3);
+  CHECK(diagnostics(chain(R"("closed": true, "path": [[1, 2], [2, 3], [3, 4]])")).size() == 3);
 }
 
 TEST_CASE("Chains of one name are refused without looking into one another") {
@@ -60,21 +60,21 @@ TEST_CASE("Chains of one name are refused without looking into one another") {
     return R"({"name": "c", "mass": 1, "inertia": [1, 1, 1], "length": 1, "links": )" +
            std::to_string(n) + "}";
   };
-  CHECK(complaints(R"({"version": 1, "generators": {"chains": [)" + links(1) + ",\n" + links(50) +
-                   "]}}") == Lines{"t.json:2:10: /generators/chains/1/name: found the name \"c\" "
-                                   "again, expected one that /generators/chains/0 does not have"});
+  CHECK(diagnostics(R"({"version": 1, "generators": {"chains": [)" + links(1) + ",\n" + links(50) +
+                    "]}}") == Lines{"t.json:2:10: /generators/chains/1/name: found the name \"c\" "
+                                    "again, expected one that /generators/chains/0 does not have"});
 }
 
 TEST_CASE("Copies are counted before they are made") {
-  CHECK(complaints(grid("", "[1000000, 1000000, 1000000]")) ==
+  CHECK(diagnostics(grid("", "[1000000, 1000000, 1000000]")) ==
         Lines{"t.json:2:1: /generators/grids/0: found 1e+18 copies of prefabs, expected at most "
               "1000000"});
-  CHECK(complaints(grid("", "[1000001, 1, 1]")).size() == 1);
-  CHECK(complaints(grid(R"({"name": "b", "motion": "fixed"})", "[101, 100, 100]")) ==
+  CHECK(diagnostics(grid("", "[1000001, 1, 1]")).size() == 1);
+  CHECK(diagnostics(grid(R"({"name": "b", "motion": "fixed"})", "[101, 100, 100]")) ==
         Lines{"t.json:2:1: /generators/grids/0: found 1010000 bodies, expected at most 1000000"});
   SceneLimits few;
   few.copies = 10;
-  CHECK(complaints(grid("", "[11, 1, 1]"), few) ==
+  CHECK(diagnostics(grid("", "[11, 1, 1]"), few) ==
         Lines{"t.json:2:1: /generators/grids/0: found 11 copies of prefabs, expected at most 10"});
   CHECK(good(grid("", "[10, 1, 1]")).world.bodies.empty());
 }
@@ -82,7 +82,7 @@ TEST_CASE("Copies are counted before they are made") {
 TEST_CASE("Names that grow with every copy are counted") {
   SceneLimits few;
   few.name_bytes = 100;
-  const auto lines = complaints(grid(R"({"name": "b", "motion": "fixed"})", "[100, 1, 1]"), few);
+  const auto lines = diagnostics(grid(R"({"name": "b", "motion": "fixed"})", "[100, 1, 1]"), few);
   REQUIRE(lines.size() == 1);
   CHECK(lines[0].find("bytes of names, expected at most 100") != std::string::npos);
 }
@@ -90,7 +90,7 @@ TEST_CASE("Names that grow with every copy are counted") {
 TEST_CASE("Numbers with any exponent are read, refused or 0") {
   for (const char* huge : {"10e9223372036854775807", "0.0001e9223372036854775807", "1e999",
                            "-1e999", "10e99999999999999999999"}) {
-    const auto lines = complaints(std::string("{\"version\": 1, \"drift_bound\": ") + huge + "}");
+    const auto lines = diagnostics(std::string("{\"version\": 1, \"drift_bound\": ") + huge + "}");
     REQUIRE(lines.size() == 1);
     CHECK(lines[0].find("expected a finite number") != std::string::npos);
   }
@@ -102,12 +102,12 @@ TEST_CASE("Numbers with any exponent are read, refused or 0") {
 TEST_CASE("Keys of paths and drives beyond all numbers are refused at their place") {
   const std::string body = R"({"version": 1, "bodies": [{"name": "b", "motion": "driven"}],
 "paths": [{"body": "b", "keyframes": [)";
-  CHECK(complaints(body + R"({"time": 1e999}]}]})") ==
+  CHECK(diagnostics(body + R"({"time": 1e999}]}]})") ==
         Lines{"t.json:2:48: /paths/0/keyframes/0/time: found 1e999, expected a finite number"});
-  CHECK(complaints(body + R"({"time": 0, "position": [0, 1e400, 0]}]}]})") ==
+  CHECK(diagnostics(body + R"({"time": 0, "position": [0, 1e400, 0]}]}]})") ==
         Lines{"t.json:2:67: /paths/0/keyframes/0/position/1: found 1e400, expected a finite "
               "number"});
-  CHECK(complaints(body + R"({"time": 0, "rotation": [0, 0, NaN, 1]}]}]})") ==
+  CHECK(diagnostics(body + R"({"time": 0, "rotation": [0, 0, NaN, 1]}]}]})") ==
         Lines{"t.json:2:70: /paths/0/keyframes/0/rotation/2: found NaN, expected a finite number"});
 }
 
@@ -123,7 +123,7 @@ TEST_CASE("Text of a file reaches no terminal as it is") {
       "{\"type\": \"mesh\", \"file\": \"" +
           attack + "\"}}]}"};
   for (const std::string& text : texts) {
-    const auto lines = complaints(text);
+    const auto lines = diagnostics(text);
     REQUIRE_FALSE(lines.empty());
     for (const std::string& line : lines) {
       CAPTURE(printable(line));
@@ -140,7 +140,7 @@ TEST_CASE("Reading can be called off") {
   SceneLimits limits;
   int asked = 0;
   limits.is_cancelled = [&] { return ++asked > 2; };
-  CHECK(complaints(grid(R"({"name": "b", "motion": "fixed"})", "[100, 100, 100]"), limits) ==
+  CHECK(diagnostics(grid(R"({"name": "b", "motion": "fixed"})", "[100, 100, 100]"), limits) ==
         Lines{"t.json: reading was called off"});
   CHECK(asked == 3);
 }
@@ -242,7 +242,7 @@ TEST_CASE("A hull of far too many corners is refused soon") {
                       std::to_string(r * std::sin(a)) + "," + std::to_string(z) + "]";
              }) +
       "]}}]}";
-  const auto lines = complaints(text);
+  const auto lines = diagnostics(text);
   REQUIRE(lines.size() == 1);
   CHECK(lines[0].find("hull has more than 4096 corners, expected at most 256") !=
         std::string::npos);

@@ -8,16 +8,16 @@ namespace {
 
 /// Complaints about these members, which stand on a line of their own: of a joint on line 5 ...
 Lines with_joint(const std::string& members) {
-  return complaints(with_two("\"joints\": [{\"a\": \"a\", \"b\": \"b\", \"anchor\": [0, 0, 0],\n" +
-                             members + "}]"));
+  return diagnostics(with_two("\"joints\": [{\"a\": \"a\", \"b\": \"b\", \"anchor\": [0, 0, 0],\n" +
+                              members + "}]"));
 }
 /// ... of a fixed body, of a dynamic one and of the scene on line 2.
 Lines with_fixed(const std::string& members) {
-  return complaints(with_body("\"motion\": \"fixed\",\n" + members));
+  return diagnostics(with_body("\"motion\": \"fixed\",\n" + members));
 }
-Lines with_moving(const std::string& members) { return complaints(with_body("\n" + members)); }
+Lines with_moving(const std::string& members) { return diagnostics(with_body("\n" + members)); }
 Lines with_scene(const std::string& members) {
-  return complaints("{\"version\": 1,\n" + members + "}");
+  return diagnostics("{\"version\": 1,\n" + members + "}");
 }
 
 }  // namespace
@@ -25,7 +25,8 @@ Lines with_scene(const std::string& members) {
 TEST_CASE("Kinds and limits that a joint cannot have are refused by name") {
   CHECK(with_joint(R"("kind": "hinj")") ==
         Lines{"t.json:5:9: /joints/0/kind: found \"hinj\", expected ball, hinge, universal, "
-              "fixed, cylindrical, prismatic, screw, planar, distance or spring; nearest is \"hinge\""});
+              "fixed, cylindrical, prismatic, screw, planar, distance or spring; nearest is "
+              "\"hinge\""});
   CHECK(with_joint(R"("kind": "ball", "type": "ball")") ==
         Lines{"t.json:5:17: /joints/0/type: found \"type\" beside \"kind\", expected only one of "
               "them"});
@@ -127,24 +128,27 @@ TEST_CASE("Drives of joints that make no sense are refused") {
         Lines{"t.json:5:44: /joints/0/drive/angle: found \"angle\" beside \"target\", expected "
               "only one of them"});
   CHECK(with_joint(R"("kind": "hinge", "drive": {"stiffness": 1, "angle": 1, "keys": [{"time": 0, )"
-            R"("angle": 0}]})") ==
+                   R"("angle": 0}]})") ==
         Lines{"t.json:5:56: /joints/0/drive/keys: found \"keys\" beside \"angle\", expected only "
               "one of them"});
 }
 
 TEST_CASE("Keys of a joint's drive that lead nowhere are refused") {
-  CHECK(with_joint(R"("kind": "hinge", "drive": {"stiffness": 1, "keys": [{"time": 1, "angle": 0}, )"
-            R"({"time": 1, "angle": 1}]})") ==
-        Lines{"t.json:5:78: /joints/0/drive/keys/1: found time 1 after 1, expected a later one"});
-  CHECK(with_joint(R"("kind": "hinge", "drive": {"stiffness": 1, "keys": [{"time": 1}], "loop": true})") ==
+  CHECK(
+      with_joint(R"("kind": "hinge", "drive": {"stiffness": 1, "keys": [{"time": 1, "angle": 0}, )"
+                 R"({"time": 1, "angle": 1}]})") ==
+      Lines{"t.json:5:78: /joints/0/drive/keys/1: found time 1 after 1, expected a later one"});
+  CHECK(with_joint(
+            R"("kind": "hinge", "drive": {"stiffness": 1, "keys": [{"time": 1}], "loop": true})") ==
         Lines{"t.json:5:52: /joints/0/drive/keys: found an array of 1, expected two keys or more "
               "for a loop",
               "t.json:5:53: /joints/0/drive/keys/0: found no \"target\", expected the turn to be "
               "reached by then"});
-  CHECK(with_joint(R"("kind": "hinge", "drive": {"stiffness": 1, "keys": [{"time": 0, "angle": 0}, )"
-            R"({"time": 1, "angle": 1}], "loop": true})") ==
-        Lines{"t.json:5:52: /joints/0/drive/keys: found a loop whose last key is 57.2958 degrees "
-              "from its first, expected the same"});
+  CHECK(
+      with_joint(R"("kind": "hinge", "drive": {"stiffness": 1, "keys": [{"time": 0, "angle": 0}, )"
+                 R"({"time": 1, "angle": 1}], "loop": true})") ==
+      Lines{"t.json:5:52: /joints/0/drive/keys: found a loop whose last key is 57.2958 degrees "
+            "from its first, expected the same"});
   CHECK(with_joint(R"("kind": "hinge", "drive": {"stiffness": 1, "loop": true})") ==
         Lines{"t.json:5:44: /joints/0/drive/loop: found \"loop\" without \"keys\", expected it "
               "with them"});
@@ -159,7 +163,8 @@ TEST_CASE("Pins that hold on to nothing are refused") {
         Lines{"t.json:2:19: /pins/0/body: found \"a\", expected the name of a body",
               "t.json:2:24: /pins/0/anchor_to: found \"anchor_to\" without \"to\", expected the "
               "body it lies in"});
-  CHECK(with_scene(R"("bodies": [{"name": "a", "shape": {"type": "sphere", "radius": 0.1}}], "pins": )"
+  CHECK(with_scene(
+            R"("bodies": [{"name": "a", "shape": {"type": "sphere", "radius": 0.1}}], "pins": )"
             R"([{"body": "a", "to": "a"}, {"body": "a", "to": "world"}, {"body": "a", "to": )"
             R"("b", "target": [0, 0, 0], "anchor_to": [0, 0, 0]}])") ==
         Lines{"t.json:2:101: /pins/0/to: found \"a\", expected another body than the one that is "
@@ -177,19 +182,20 @@ TEST_CASE("Collision that says nothing sensible is refused") {
   CHECK(with_fixed(R"("shape": {"type": "plane"}, "collision": 1)") ==
         Lines{"t.json:2:42: /bodies/0/collision: found 1, expected true, false or an object "
               "(collision)"});
-  CHECK(with_fixed(R"("shape": {"type": "plane"}, "collision": {"friction": -1, "restitution": 1.5, )"
-            R"("groups": ["flor", 32, 0.5], "self": 1})") ==
-        Lines{"t.json:2:55: /bodies/0/collision/friction: found -1, expected a number from 0 to "
-              "1e12",
-              "t.json:2:74: /bodies/0/collision/restitution: found 1.5, expected a number from 0 "
-              "to 1",
-              "t.json:2:90: /bodies/0/collision/groups/0: found \"flor\", expected a name of "
-              "\"collision_groups\", or a number from 0 to 31",
-              "t.json:2:98: /bodies/0/collision/groups/1: found 32, expected a name of "
-              "\"collision_groups\", or a number from 0 to 31",
-              "t.json:2:102: /bodies/0/collision/groups/2: found 0.5, expected a name of "
-              "\"collision_groups\", or a number from 0 to 31",
-              "t.json:2:116: /bodies/0/collision/self: found 1, expected true or false"});
+  CHECK(
+      with_fixed(R"("shape": {"type": "plane"}, "collision": {"friction": -1, "restitution": 1.5, )"
+                 R"("groups": ["flor", 32, 0.5], "self": 1})") ==
+      Lines{"t.json:2:55: /bodies/0/collision/friction: found -1, expected a number from 0 to "
+            "1e12",
+            "t.json:2:74: /bodies/0/collision/restitution: found 1.5, expected a number from 0 "
+            "to 1",
+            "t.json:2:90: /bodies/0/collision/groups/0: found \"flor\", expected a name of "
+            "\"collision_groups\", or a number from 0 to 31",
+            "t.json:2:98: /bodies/0/collision/groups/1: found 32, expected a name of "
+            "\"collision_groups\", or a number from 0 to 31",
+            "t.json:2:102: /bodies/0/collision/groups/2: found 0.5, expected a name of "
+            "\"collision_groups\", or a number from 0 to 31",
+            "t.json:2:116: /bodies/0/collision/self: found 1, expected true or false"});
 }
 
 TEST_CASE("Names of collision groups differ") {
@@ -204,12 +210,13 @@ TEST_CASE("Grounds and hollow shapes are refused on bodies that move") {
   CHECK(with_moving(R"("shape": {"type": "plane"})") ==
         Lines{"t.json:2:19: /bodies/0/shape/type: found a plane on a dynamic body, expected it "
               "on a fixed or driven one"});
-  CHECK(with_moving(R"("shape": {"type": "mesh", "points": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, )"
-            R"(1]], "triangles": [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]})") ==
-        Lines{"t.json:2:19: /bodies/0/shape/type: found a mesh on a dynamic body, expected it on "
-              "a fixed or driven one; a hull, or several, can move"});
+  CHECK(
+      with_moving(R"("shape": {"type": "mesh", "points": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, )"
+                  R"(1]], "triangles": [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]})") ==
+      Lines{"t.json:2:19: /bodies/0/shape/type: found a mesh on a dynamic body, expected it on "
+            "a fixed or driven one; a hull, or several, can move"});
   CHECK(with_moving(R"("shape": {"type": "height_field", "columns": 2, "rows": 2, "spacing": 1, )"
-            R"("heights": [0, 0, 0, 0]})") ==
+                    R"("heights": [0, 0, 0, 0]})") ==
         Lines{"t.json:2:19: /bodies/0/shape/type: found a height_field on a dynamic body, "
               "expected it on a fixed or driven one"});
 }
@@ -217,14 +224,16 @@ TEST_CASE("Grounds and hollow shapes are refused on bodies that move") {
 TEST_CASE("Shapes without volume are refused") {
   CHECK(with_moving(R"("shape": {"type": "box", "size": [1, 0, 1]})") ==
         Lines{"t.json:2:38: /bodies/0/shape/size/1: found 0, expected a size from 1e-9 to 1e9 m"});
-  CHECK(with_moving(R"("shape": {"type": "hull", "points": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, )"
-            R"(0]]})") ==
-        Lines{"t.json:2:10: /bodies/0/shape: hull has no volume: its points lie in a plane, on a "
-              "line or in one place"});
+  CHECK(
+      with_moving(R"("shape": {"type": "hull", "points": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, )"
+                  R"(0]]})") ==
+      Lines{"t.json:2:10: /bodies/0/shape: hull has no volume: its points lie in a plane, on a "
+            "line or in one place"});
   CHECK(with_moving(R"("shape": {"type": "hull"})") ==
         Lines{"t.json:2:10: /bodies/0/shape: found no \"points\", expected four points or more, "
               "or a \"file\""});
-  CHECK(with_moving(R"("shape": {"type": "hull", "points": [[0, 0, 0], [1, 0, 1e999], [0, 1], [1, 1, )"
+  CHECK(with_moving(
+            R"("shape": {"type": "hull", "points": [[0, 0, 0], [1, 0, 1e999], [0, 1], [1, 1, )"
             R"(0]]})") ==
         Lines{"t.json:2:56: /bodies/0/shape/points/1/2: found 1e999, expected a finite number",
               "t.json:2:64: /bodies/0/shape/points/2: found an array of 2, expected an array of "
@@ -232,22 +241,24 @@ TEST_CASE("Shapes without volume are refused") {
 }
 
 TEST_CASE("Meshes that are not closed surfaces are refused") {
-  CHECK(with_fixed(R"("shape": {"type": "mesh", "points": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, )"
-            R"(1]], "triangles": [[0, 2, 1], [0, 1, 3], [1, 2, 3]]})") ==
-        Lines{"t.json:2:10: /bodies/0/shape: mesh is not closed: edge 0-2 of triangle 0 belongs "
-              "to no other triangle, expected two",
-              "t.json:2:10: /bodies/0/shape: mesh is not closed: edge 0-3 of triangle 1 belongs "
-              "to no other triangle, expected two",
-              "t.json:2:10: /bodies/0/shape: mesh is not closed: edge 2-3 of triangle 2 belongs "
-              "to no other triangle, expected two"});
-  CHECK(with_fixed(R"("shape": {"type": "mesh", "points": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, )"
-            R"(1]], "triangles": [[0, 2, 4], [0, 1, 0.5], [1, 2]]})") ==
-        Lines{"t.json:2:104: /bodies/0/shape/triangles/0/2: found 4, expected the place of a "
-              "point in \"points\", counted from 0",
-              "t.json:2:108: /bodies/0/shape/triangles/1: found an array of 3, expected three "
-              "whole numbers",
-              "t.json:2:121: /bodies/0/shape/triangles/2: found an array of 2, expected an array "
-              "of 3 numbers"});
+  CHECK(
+      with_fixed(R"("shape": {"type": "mesh", "points": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, )"
+                 R"(1]], "triangles": [[0, 2, 1], [0, 1, 3], [1, 2, 3]]})") ==
+      Lines{"t.json:2:10: /bodies/0/shape: mesh is not closed: edge 0-2 of triangle 0 belongs "
+            "to no other triangle, expected two",
+            "t.json:2:10: /bodies/0/shape: mesh is not closed: edge 0-3 of triangle 1 belongs "
+            "to no other triangle, expected two",
+            "t.json:2:10: /bodies/0/shape: mesh is not closed: edge 2-3 of triangle 2 belongs "
+            "to no other triangle, expected two"});
+  CHECK(
+      with_fixed(R"("shape": {"type": "mesh", "points": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, )"
+                 R"(1]], "triangles": [[0, 2, 4], [0, 1, 0.5], [1, 2]]})") ==
+      Lines{"t.json:2:104: /bodies/0/shape/triangles/0/2: found 4, expected the place of a "
+            "point in \"points\", counted from 0",
+            "t.json:2:108: /bodies/0/shape/triangles/1: found an array of 3, expected three "
+            "whole numbers",
+            "t.json:2:121: /bodies/0/shape/triangles/2: found an array of 2, expected an array "
+            "of 3 numbers"});
   CHECK(with_fixed(R"("shape": {"type": "mesh", "points": [[0, 0, 0]]})") ==
         Lines{"t.json:2:10: /bodies/0/shape: found no \"triangles\", expected three places in "
               "\"points\" for each"});
@@ -262,34 +273,38 @@ TEST_CASE("Meshes that are not closed surfaces are refused") {
 
 TEST_CASE("Height fields that are too small or not whole are refused") {
   CHECK(with_fixed(R"("shape": {"type": "height_field", "columns": 1, "rows": 2, "spacing": 0, )"
-            R"("heights": [0, 0]})") ==
+                   R"("heights": [0, 0]})") ==
         Lines{"t.json:2:46: /bodies/0/shape/columns: found 1, expected a whole number from 2 to "
               "1048576",
               "t.json:2:71: /bodies/0/shape/spacing: found 0, expected a size from 1e-9 to 1e9 m"});
   CHECK(with_fixed(R"("shape": {"type": "height_field", "columns": 2, "rows": 2, "spacing": 1, )"
-            R"("heights": [0, 0, 0]})") ==
+                   R"("heights": [0, 0, 0]})") ==
         Lines{"t.json:2:10: /bodies/0/shape: height field has 3 heights, expected columns times "
               "rows, 4"});
 }
 
 TEST_CASE("Stairs without steps, and chains bent by limits of other joints, are refused") {
-  CHECK(with_scene(R"("generators": {"stairs": [{"name": "s", "count": 0, "width": 1, "rise": 0}]})") ==
+  CHECK(with_scene(
+            R"("generators": {"stairs": [{"name": "s", "count": 0, "width": 1, "rise": 0}]})") ==
         Lines{"t.json:2:27: /generators/stairs/0: found no \"run\", expected a size from 1e-9 to "
               "1e9 m",
               "t.json:2:50: /generators/stairs/0/count: found 0, expected a whole number from 1 "
               "to 10000",
               "t.json:2:73: /generators/stairs/0/rise: found 0, expected a size from 1e-9 to 1e9 "
               "m"});
-  CHECK(with_scene(R"("generators": {"chains": [{"name": "c", "shape": {"type": "sphere", "radius": )"
-            R"(1}, "links": 4, "length": 1, "closed": true, "end": [1, 0, 0]}]})") ==
-        Lines{"t.json:2:124: /generators/chains/0/end: found \"end\" beside \"closed\", expected "
-              "only one of them"});
-  CHECK(with_scene(R"("generators": {"chains": [{"name": "c", "shape": {"type": "sphere", "radius": )"
-            R"(1}, "links": 4, "length": 1, "kind": "hinge", "limits": {"cone": 1}}]})") ==
-        Lines{"t.json:2:136: /generators/chains/0/limits/cone: found a limit \"cone\", expected "
-              "those of a hinge joint: angle"});
+  CHECK(
+      with_scene(R"("generators": {"chains": [{"name": "c", "shape": {"type": "sphere", "radius": )"
+                 R"(1}, "links": 4, "length": 1, "closed": true, "end": [1, 0, 0]}]})") ==
+      Lines{"t.json:2:124: /generators/chains/0/end: found \"end\" beside \"closed\", expected "
+            "only one of them"});
+  CHECK(
+      with_scene(R"("generators": {"chains": [{"name": "c", "shape": {"type": "sphere", "radius": )"
+                 R"(1}, "links": 4, "length": 1, "kind": "hinge", "limits": {"cone": 1}}]})") ==
+      Lines{"t.json:2:136: /generators/chains/0/limits/cone: found a limit \"cone\", expected "
+            "those of a hinge joint: angle"});
   CHECK(with_scene(R"("solver": {"active_set_iterations": 65})") ==
-        Lines{"t.json:2:37: /solver/active_set_iterations: found 65, expected a whole number from 1 to 64"});
+        Lines{"t.json:2:37: /solver/active_set_iterations: found 65, expected a whole number from "
+              "1 to 64"});
   CHECK(with_scene(R"("solver": {"sleep_speed": -0.001})") ==
         Lines{"t.json:2:27: /solver/sleep_speed: found -0.001, expected a number from 0 to 1e12"});
   CHECK(with_scene(R"("solver": {"sleep_speed": 1e999})") ==

@@ -26,9 +26,10 @@ std::string members_of(const JointKindInfo& kind, std::string_view word) {
 }
 
 std::string with_joint(const std::string& members) {
-  return with_two("\"solver\": {\"type\": \"lagrangian\"},\n"
-                  "\"joints\": [{\"name\": \"j\", \"a\": \"a\", \"b\": \"b\", " +
-                  members + "}]");
+  return with_two(
+      "\"solver\": {\"type\": \"lagrangian\"},\n"
+      "\"joints\": [{\"name\": \"j\", \"a\": \"a\", \"b\": \"b\", " +
+      members + "}]");
 }
 
 Joint joint_of(const Scene& scene) { return scene.world.links[scene.world.find("j")].joint; }
@@ -41,8 +42,7 @@ void for_every_kind(auto check) {
 }
 
 bool any_has(const Lines& lines, std::string_view part) {
-  return std::ranges::any_of(lines,
-                             [&](const std::string& l) { return l.find(part) != l.npos; });
+  return std::ranges::any_of(lines, [&](const std::string& l) { return l.find(part) != l.npos; });
 }
 
 /// Keys of limits that a file may give a joint of this kind, with a value that fits.
@@ -64,8 +64,8 @@ TEST_CASE("every kind is read by its names, with its parameters") {
       if (word.empty()) continue;
       const Joint joint = joint_of(good(with_joint(members_of(info, word))));
       CHECK(joint.kind == kind);
-      JointExtras extras = *joint.extras;
-      for (const Parameter& p : info.parameters) CHECK(p.value(extras) == kValue);
+      JointParameters parameters = *joint.parameters;
+      for (const Parameter& p : info.parameters) CHECK(p.value(parameters) == kValue);
     }
   });
 }
@@ -78,11 +78,11 @@ TEST_CASE("every kind needs the parameters it says, and refuses those of others"
     std::set<std::string_view> own;
     for (const Parameter& p : info.parameters) {
       own.insert(p.key);
-      if (!p.needed.empty()) CHECK(any_has(complaints(bare), p.needed));
+      if (!p.needed.empty()) CHECK(any_has(diagnostics(bare), p.needed));
     }
     for (const std::string_view key : keys::kJointParameters) {
       if (own.contains(key)) continue;
-      const Lines lines = complaints(
+      const Lines lines = diagnostics(
           with_joint(members_of(info, info.name) + ", \"" + std::string(key) + "\": 1"));
       CHECK(any_has(lines, "found \"" + std::string(key) + "\" of a " + std::string(info.name)));
     }
@@ -94,17 +94,16 @@ TEST_CASE("every kind has the limits it says, and refuses others") {
   for_every_kind([&](JointKind, const JointKindInfo& info) {
     for (const auto& [key, value] : limits_of(info)) {
       all.insert(key);
-      const Joint joint = joint_of(good(with_joint(members_of(info, info.name) +
-                                                   ", \"limits\": {\"" + key + "\": " + value +
-                                                   "}")));
-      CHECK((joint.limits.any() || joint.extras->travel.on));
+      const Joint joint = joint_of(good(with_joint(
+          members_of(info, info.name) + ", \"limits\": {\"" + key + "\": " + value + "}")));
+      CHECK((joint.limits.any() || joint.parameters->travel.on));
     }
   });
   for_every_kind([&](JointKind, const JointKindInfo& info) {
     std::set<std::string> foreign = all;
     for (const auto& [key, value] : limits_of(info)) foreign.erase(key);
     for (const std::string& key : foreign) {
-      const Lines lines = complaints(
+      const Lines lines = diagnostics(
           with_joint(members_of(info, info.name) + ", \"limits\": {\"" + key + "\": [0, 1]}"));
       CHECK(any_has(lines, "found a limit \"" + key + "\""));
     }
@@ -137,8 +136,7 @@ TEST_CASE("the schema has the words for every kind and integrator that a file ca
   };
   CHECK(told("joint") == words);
   CHECK(told("chain") == of_chains);
-  const std::set<std::string> integrators(std::begin(kIntegratorNames),
-                                          std::end(kIntegratorNames));
+  const std::set<std::string> integrators(std::begin(kIntegratorNames), std::end(kIntegratorNames));
   const nlohmann::json& settings = defs.at("solver").at("properties");
   CHECK(settings.at("integrator").at("enum").get<std::set<std::string>>() == integrators);
 }

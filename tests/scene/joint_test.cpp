@@ -16,8 +16,8 @@ const Link& link_of(const Scene& s, const char* name) { return s.world.links[s.w
 
 /// How the joint axes of b stand in those of a at the start.
 Quat start_of(const Scene& s, const Link& l) {
-  return relative_turn(l.joint, s.world.bodies[l.a].pose.rotation,
-                       s.world.bodies[l.b].pose.rotation);
+  return relative_rotation(l.joint, s.world.bodies[l.a].pose.rotation,
+                           s.world.bodies[l.b].pose.rotation);
 }
 
 /// The joint axes of a in the world.
@@ -43,7 +43,7 @@ TEST_CASE("A plain ball joint keeps its axes at rest in the bodies, whatever the
   const Scene s = hammers(R"("axis": [0, 1, 0])");
   const Joint& j = link_of(s, "j").joint;
   CHECK(j.kind == JointKind::ball);
-  CHECK((j.frames.a() == kNoTurn && j.frames.b() == kNoTurn && !j.limits.any()));
+  CHECK((j.frames.a() == kIdentity && j.frames.b() == kIdentity && !j.limits.any()));
   CHECK(hammers(R"("type": "ball")").world.links.values()[0].joint.kind == JointKind::ball);
 }
 
@@ -52,11 +52,11 @@ TEST_CASE("Joint axes are given in the scene at the start, where Q is 1") {
   const Link& l = link_of(s, "j");
   CHECK(l.joint.kind == JointKind::hinge);
   CHECK(distance(axes_of(s, l) * Vec3(1, 0, 0), {0, 1, 0}) < 1e-12);
-  CHECK(apart(start_of(s, l), kNoTurn) < 1e-12);
+  CHECK(apart(start_of(s, l), kIdentity) < 1e-12);
   CHECK(s.warnings.empty());
   // Without an axis they are those of the scene.
   const Scene plain = hammers(R"("kind": "universal")");
-  CHECK(apart(axes_of(plain, link_of(plain, "j")), kNoTurn) < 1e-12);
+  CHECK(apart(axes_of(plain, link_of(plain, "j")), kIdentity) < 1e-12);
   const Scene back = hammers(R"("kind": "hinge", "axis": [-1, 0, 0])");
   CHECK(distance(axes_of(back, link_of(back, "j")) * Vec3(1, 0, 0), {-1, 0, 0}) < 1e-12);
 }
@@ -72,7 +72,7 @@ TEST_CASE("Joint axes may be given in a body's own frame, the other's follow") {
   const Scene a = hammers(R"("kind": "hinge", "axis_a": [1, 0, 0], "across_a": [0, 0, 1])");
   CHECK(distance(axes_of(a, link_of(a, "j")) * Vec3(1, 0, 0), {0, 1, 0}) < 1e-12);
   CHECK(distance(axes_of(a, link_of(a, "j")) * Vec3(0, 1, 0), {0, 0, 1}) < 1e-12);
-  CHECK(apart(start_of(a, link_of(a, "j")), kNoTurn) < 1e-12);
+  CHECK(apart(start_of(a, link_of(a, "j")), kIdentity) < 1e-12);
   const Scene b = hammers(R"("kind": "hinge", "axis_b": [1, 0, 0], "rest_deg": 30)");
   const Quat rest = start_of(b, link_of(b, "j"));
   CHECK(distance(axes_of(b, link_of(b, "j")) * (rest * Vec3(1, 0, 0)), {0, 0, -1}) < 1e-12);
@@ -93,12 +93,12 @@ TEST_CASE("The turn at the start may be told: an angle, two, three or a quaterni
     CHECK(s.warnings.empty());
     return start_of(s, link_of(s, "j"));
   };
-  CHECK(apart(rest(R"("kind": "hinge", "axis": [0, 1, 0], "rest": 0.5)"), turn_by({0.5, 0, 0})) <
-        1e-12);
+  CHECK(apart(rest(R"("kind": "hinge", "axis": [0, 1, 0], "rest": 0.5)"),
+              from_rotation_vector({0.5, 0, 0})) < 1e-12);
   CHECK(apart(rest(R"("kind": "universal", "rest_deg": [30, -20])"),
-              turn_of(UniversalAngles{kPi / 6, -kPi / 9})) < 1e-12);
+              rotation_of(UniversalAngles{kPi / 6, -kPi / 9})) < 1e-12);
   CHECK(apart(rest(R"("limits": {"cone": 1}, "rest_deg": [0, 0, 40])"),
-              turn_by({0, 0, kPi * 2 / 9})) < 1e-12);
+              from_rotation_vector({0, 0, kPi * 2 / 9})) < 1e-12);
   CHECK(apart(rest(R"("kind": "hinge", "rest": [0.6, 0, 0, 0.8])"), Quat(0.8, 0.6, 0, 0)) < 1e-12);
 }
 
@@ -108,40 +108,41 @@ TEST_CASE("Limits are read in radians or degrees, for each kind its own") {
   };
   const JointLimits hinge = limits(R"("kind": "hinge", "limits": {"angle_deg": [-90, 45],
 "soft": {"zone_deg": 9, "stiffness": 5, "damping": 0.25}})");
-  CHECK((hinge.turn.on && !hinge.second.on && !hinge.swing.on));
-  CHECK((hinge.turn.low == Approx(-kPi / 2) && hinge.turn.high == Approx(kPi / 4)));
+  CHECK((hinge.angle.on && !hinge.second.on && !hinge.swing.on));
+  CHECK((hinge.angle.low == Approx(-kPi / 2) && hinge.angle.high == Approx(kPi / 4)));
   CHECK(hinge.soft_zone == Approx(kPi / 20));
   CHECK((hinge.soft_stiffness == 5 && hinge.soft_damping == 0.25));
   const JointLimits round = limits(R"("limits": {"twist": [-0.5, 0.25], "cone_deg": 180})");
-  CHECK((round.turn.low == -0.5 && round.turn.high == 0.25));
+  CHECK((round.angle.low == -0.5 && round.angle.high == 0.25));
   CHECK((round.swing.on && round.swing.y == kPi && round.swing.z == kPi));
   const JointLimits oval = limits(R"("limits": {"swing": [0.5, 0]})");
-  CHECK((!oval.turn.on && oval.swing.on && oval.swing.y == 0.5 && oval.swing.z == 0));
+  CHECK((!oval.angle.on && oval.swing.on && oval.swing.y == 0.5 && oval.swing.z == 0));
   const JointLimits shaft =
       limits(R"("kind": "universal", "limits": {"first": [-1, 1], "second_deg": [0, 0]})");
-  CHECK((shaft.turn.low == -1 && shaft.turn.high == 1 && shaft.second.on && shaft.second.high == 0));
+  CHECK((shaft.angle.low == -1 && shaft.angle.high == 1 && shaft.second.on &&
+         shaft.second.high == 0));
 }
 
 TEST_CASE("A drive of a joint is a muscle on its link") {
   const Scene s = hammers(R"("kind": "hinge", "drive": {"angle_deg": 90, "stiffness": 50,
 "damping": 2, "max_torque": 10})");
-  const PoseDrive& d = s.world.pose_drives[s.world.find("j")];
-  CHECK(apart(d.target, turn_by({kPi / 2, 0, 0})) < 1e-15);
+  const JointDrive& d = s.world.joint_drives[s.world.find("j")];
+  CHECK(apart(d.target, from_rotation_vector({kPi / 2, 0, 0})) < 1e-15);
   CHECK((d.stiffness == 50 && d.damping == 2 && d.max_torque == 10 && d.keys.empty()));
   const Scene free = hammers(R"("drive": {"target_deg": [0, 90, 0], "damping": 1})");
-  const PoseDrive& e = free.world.pose_drives[free.world.find("j")];
-  CHECK(apart(e.target, turn_by({0, kPi / 2, 0})) < 1e-15);
-  CHECK((e.stiffness == 0 && e.max_torque == PoseDrive{}.max_torque));
+  const JointDrive& e = free.world.joint_drives[free.world.find("j")];
+  CHECK(apart(e.target, from_rotation_vector({0, kPi / 2, 0})) < 1e-15);
+  CHECK((e.stiffness == 0 && e.max_torque == JointDrive{}.max_torque));
 }
 
 TEST_CASE("A drive follows keys, and those of an instance run ahead by its time offset") {
   const std::string keys = R"("kind": "hinge", "drive": {"stiffness": 1, "loop": true,
 "keys": [{"time": 0, "angle": 0}, {"time": 1, "target": 1}, {"time": 3, "angle_deg": 0}]})";
   const Scene s = hammers(keys);
-  const PoseDrive& d = s.world.pose_drives[s.world.find("j")];
+  const JointDrive& d = s.world.joint_drives[s.world.find("j")];
   REQUIRE((d.keys.size() == 3 && d.loop));
-  CHECK(apart(target_at(d, 0.5), turn_by({0.5, 0, 0})) < 1e-12);
-  CHECK(apart(target_at(d, 3.5), turn_by({0.5, 0, 0})) < 1e-12);
+  CHECK(apart(target_at(d, 0.5), from_rotation_vector({0.5, 0, 0})) < 1e-12);
+  CHECK(apart(target_at(d, 3.5), from_rotation_vector({0.5, 0, 0})) < 1e-12);
   const Scene copies = good(R"({"version": 1, "prefabs": [{"name": "p", "bodies": [
 {"name": "a", "shape": {"type": "sphere", "radius": 0.1}}],
 "joints": [{"name": "j", "a": "world", "b": "a", "anchor": [0, 0, 0], "axis": [0, 0, 1], )" +
@@ -149,9 +150,9 @@ TEST_CASE("A drive follows keys, and those of an instance run ahead by its time 
 "instances": [{"name": "i", "prefab": "p", "rotation_deg": [90, 0, 0], "time_offset": 0.5}]})");
   const Link& l = link_of(copies, "i/j");
   CHECK(distance(axes_of(copies, l) * Vec3(1, 0, 0), {0, -1, 0}) < 1e-12);
-  CHECK(apart(start_of(copies, l), kNoTurn) < 1e-12);
-  const PoseDrive& ahead = copies.world.pose_drives[copies.world.find("i/j")];
-  CHECK(apart(target_at(ahead, 0), turn_by({0.5, 0, 0})) < 1e-12);
+  CHECK(apart(start_of(copies, l), kIdentity) < 1e-12);
+  const JointDrive& ahead = copies.world.joint_drives[copies.world.find("i/j")];
+  CHECK(apart(target_at(ahead, 0), from_rotation_vector({0.5, 0, 0})) < 1e-12);
 }
 
 TEST_CASE("Joints may close a loop; one that claims more than its point is told") {
@@ -162,9 +163,10 @@ TEST_CASE("Joints may close a loop; one that claims more than its point is told"
         .warnings;
   };
   CHECK(second("").empty());
-  CHECK(second(R"(, "kind": "hinge")") ==
-        Lines{"t.json:5:1: /joints/1: joint \"second\" closes a loop of dynamic bodies, so only its "
-              "point is held, not its kind, limits or drive"});
+  CHECK(
+      second(R"(, "kind": "hinge")") ==
+      Lines{"t.json:5:1: /joints/1: joint \"second\" closes a loop of dynamic bodies, so only its "
+            "point is held, not its kind, limits or drive"});
   CHECK(good(with_two(R"("joints": [{"a": "a", "b": "b", "anchor": [0.5, 0, 0]},
 {"a": "world", "b": "a", "anchor": [0, 0, 0], "kind": "fixed"},
 {"name": "far", "a": "b", "b": "world", "anchor": [1, 0, 0], "kind": "fixed"}])"))
@@ -174,9 +176,10 @@ TEST_CASE("Joints may close a loop; one that claims more than its point is told"
 }
 
 TEST_CASE("A joint that starts beyond its limits is told") {
-  CHECK(hammers(R"("kind": "hinge", "rest_deg": 20, "limits": {"angle_deg": [30, 60]})").warnings ==
-        Lines{"t.json:6:12: /joints/0: joint \"j\" starts 10 degrees beyond what its kind and limits "
-              "allow; it will jump there"});
+  CHECK(
+      hammers(R"("kind": "hinge", "rest_deg": 20, "limits": {"angle_deg": [30, 60]})").warnings ==
+      Lines{"t.json:6:12: /joints/0: joint \"j\" starts 10 degrees beyond what its kind and limits "
+            "allow; it will jump there"});
 }
 
 TEST_CASE("A pin may hold on to another body") {
@@ -212,11 +215,12 @@ TEST_CASE("A pin of an instance goes on holding on to its own copy") {
 }
 
 TEST_CASE("The number of solves of a step and the speed of rest are read") {
-  CHECK(good(R"({"version": 1, "solver": {"active_set_iterations": 9}})").world.default_settings.passes == 9);
-  const auto rest_speed = [](const char* text) {
-    return good(text).world.default_settings.rest_speed;
+  CHECK(good(R"({"version": 1, "solver": {"active_set_iterations": 9}})")
+            .world.default_settings.active_set_iterations == 9);
+  const auto sleep_speed = [](const char* text) {
+    return good(text).world.default_settings.sleep_speed;
   };
-  CHECK(rest_speed(R"({"version": 1})") == SolverSettings{}.rest_speed);
-  CHECK(rest_speed(R"({"version": 1, "solver": {"sleep_speed": 0}})") == 0);
-  CHECK(rest_speed(R"({"version": 1, "solver": {"sleep_speed": 0.01}})") == 0.01);
+  CHECK(sleep_speed(R"({"version": 1})") == SolverSettings{}.sleep_speed);
+  CHECK(sleep_speed(R"({"version": 1, "solver": {"sleep_speed": 0}})") == 0);
+  CHECK(sleep_speed(R"({"version": 1, "solver": {"sleep_speed": 0.01}})") == 0.01);
 }

@@ -7,8 +7,8 @@
 
 #include "engine/geometry/kinds.hpp"
 #include "engine/scene/shape_keys.hpp"
-#include "tests/scene/scenes.hpp"
 #include "tests/paths.hpp"
+#include "tests/scene/scenes.hpp"
 
 using namespace pantin;
 using namespace pantin::test;
@@ -51,13 +51,12 @@ std::string scene_with(std::string_view what, const std::string& key) {
   if (what == "pose_key") return joint("\"drive\": {\"keys\": [{\"time\": 0, " + extra + "}]}");
   if (what == "keyframe")
     return part("paths", R"([{"body": "a", "keyframes": [{"time": 0, )" + extra + "}]}]");
-  if (what == "lissajous")
-    return part("paths", R"([{"body": "a", "lissajous": {)" + extra + "}}]");
+  if (what == "lissajous") return part("paths", R"([{"body": "a", "lissajous": {)" + extra + "}}]");
   if (what == "stairs") return part("generators", R"({"stairs": [{)" + extra + "}]}");
   if (what == "chain" || what == "grid")
     return part("generators", "{\"" + std::string(what) + "s\": [{" + extra + "}]}");
-  for (std::string_view one : {"solver", "generators", "camera", "light", "ground", "output",
-                               "collision"})
+  for (std::string_view one :
+       {"solver", "generators", "camera", "light", "ground", "output", "collision"})
     if (what == one) return part(std::string(what), "{" + extra + "}");
   return part(std::string(what) + "s", "[{" + extra + "}]");
 }
@@ -107,7 +106,7 @@ TEST_CASE("Every kind of object refuses a key it does not know") {
   for (const KeySet& set : all_kinds()) {
     const std::string text = scene_with(set.what, "frobnicate");
     CAPTURE(text);
-    const Lines lines = complaints(text);
+    const Lines lines = diagnostics(text);
     const std::string expected =
         "found key \"frobnicate\", expected a key of a " + std::string(set.what);
     CHECK(std::any_of(lines.begin(), lines.end(), [&](const std::string& line) {
@@ -124,7 +123,7 @@ TEST_CASE("Every old key is read as today's, with a warning that names it") {
     // What is wrong with the value shows that somebody read it; errors hide warnings.
     std::string text = scene_with(old.what, std::string(old.old));
     text.replace(text.rfind("\": 1"), 4, "\": {\"frobnicate\": [[]]}");
-    const Lines lines = complaints(text);
+    const Lines lines = diagnostics(text);
     const std::string place = "/" + std::string(old.old);
     CHECK(std::any_of(lines.begin(), lines.end(), [&](const std::string& line) {
       return line.find(place) != std::string::npos && line.find("found key") == std::string::npos;
@@ -144,13 +143,13 @@ TEST_CASE("Every old key is read as today's, with a warning that names it") {
               "t.json:6:55: /ratios/0/first_moves: the key \"first_moves\" is called "
               "\"first_coordinate\" today",
               "t.json:6:55: /ratios/0/first_moves: \"slide\" is called \"travel\" today"});
-  CHECK(s.world.ratios[s.world.find("g")].slides_first);
-  CHECK(s.world.links[s.world.find("i")].joint.extras->slide.friction.dry == 3);
-  CHECK(s.world.default_settings.passes == 9);
+  CHECK(s.world.gears[s.world.find("g")].first_travels);
+  CHECK(s.world.links[s.world.find("i")].joint.parameters->translation.friction.dry == 3);
+  CHECK(s.world.default_settings.active_set_iterations == 9);
 }
 
 TEST_CASE("A key beside its old name is refused") {
-  CHECK(complaints(R"({"version": 1, "strings": [], "cables": []})") ==
+  CHECK(diagnostics(R"({"version": 1, "strings": [], "cables": []})") ==
         Lines{"t.json:1:16: /strings: found \"strings\" beside \"cables\", expected only the "
               "latter, its name today"});
 }
@@ -163,7 +162,7 @@ TEST_CASE("Every key of every kind of object is read") {
       const std::size_t at = text.rfind("\": 1");
       text.replace(at, 4, "\": {\"frobnicate\": [[]]}");
       CAPTURE(text);
-      const Lines lines = complaints(text);
+      const Lines lines = diagnostics(text);
       std::string place("/");
       place += key;
       CHECK(std::any_of(lines.begin(), lines.end(), [&](const std::string& line) {

@@ -4,8 +4,8 @@
 #include <sstream>
 
 #include "engine/base/rotation.hpp"
-#include "tests/scene/scenes.hpp"
 #include "tests/paths.hpp"
+#include "tests/scene/scenes.hpp"
 
 using namespace pantin;
 using namespace pantin::test;
@@ -45,7 +45,7 @@ TEST_CASE("An instance carries everything of its prefab along") {
   const Link& elbow = w.links[w.find("left/elbow")];
   CHECK(glm::length(residual(elbow.joint, upper.pose, lower.pose)) < 1e-15);
   CHECK(distance(w.pins.values()[0].target, {0, 1, 4.5}) < 1e-15);
-  const Drive& drive = w.drives[w.find("left/handle")];
+  const KinematicPath& drive = w.paths[w.find("left/handle")];
   CHECK(distance(pose_at(drive, 0).position, {0, 2, 4.5}) < 1e-15);
   CHECK(distance(pose_at(drive, 5).position, {0, 2, 3.5}) < 1e-12);  // x of the arm is -z here
   CHECK(s.warnings.empty());
@@ -91,7 +91,8 @@ TEST_CASE("A grid lies about its middle, and each copy's drives run ahead of the
   CHECK(distance(w.bodies[w.find("g/0/upper")].pose.position, {8, 1, -2}) < 1e-15);
   CHECK(distance(w.bodies[w.find("g/2/upper")].pose.position, {12, 1, -2}) < 1e-15);
   CHECK(distance(w.bodies[w.find("g/3/upper")].pose.position, {8, 1, 2}) < 1e-15);
-  const Drive &first = w.drives[w.find("g/0/handle")], &third = w.drives[w.find("g/2/handle")];
+  const KinematicPath &first = w.paths[w.find("g/0/handle")],
+                      &third = w.paths[w.find("g/2/handle")];
   const Vec3 sway = pose_at(first, 4).position - pose_at(first, 0).position;
   CHECK(distance(pose_at(third, 3).position - pose_at(third, 0).position, sway) < 1e-12);
   // All start from rest in the prefab's own pose.
@@ -113,7 +114,7 @@ TEST_CASE("A chain is links of one kind, jointed end to end") {
     CHECK(distance(b.pose.rotation * Vec3(0, -1, 0), {1, 0, 0}) < 1e-15);
     CHECK(distance(b.velocity, {0, 1 + 2 * (b.pose.position.x - 0.75), 0}) < 1e-14);
     CHECK(b.drag == 0.1);
-    CHECK(w.shapes[w.find("c/" + std::to_string(i))].parts[0].material == (i == 1 ? 2u : 1u));
+    CHECK(w.shapes[w.find("c/" + std::to_string(i))].list[0].material == (i == 1 ? 2u : 1u));
   }
   CHECK(w.bodies[w.find("c/0")].mass == 2);
   CHECK(w.bodies[w.find("c/1")].mass == 6);

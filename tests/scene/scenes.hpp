@@ -18,8 +18,8 @@ inline Scene good(const std::string& text) {
 }
 
 /// All complaints about a text that must be bad.
-inline std::vector<std::string> complaints(const std::string& text,
-                                           const SceneLimits& limits = {}) {
+inline std::vector<std::string> diagnostics(const std::string& text,
+                                            const SceneLimits& limits = {}) {
   const Result<Scene> scene = parse_scene(text, "t.json", limits);
   REQUIRE_FALSE(bool(scene));
   std::vector<std::string> lines;

@@ -16,11 +16,12 @@ const Collision* collision_of(const Scene& s, const char* name) {
 }
 
 const Shape& shape_of(const Scene& s, const char* name) {
-  return s.world.shapes[s.world.find(name)].parts[0];
+  return s.world.shapes[s.world.find(name)].list[0];
 }
 
 /// A cube of edge 1 about the origin.
-const std::string kCubePoints = R"("points": [[-0.5, -0.5, -0.5], [0.5, -0.5, -0.5], [0.5, 0.5, -0.5],
+const std::string kCubePoints =
+    R"("points": [[-0.5, -0.5, -0.5], [0.5, -0.5, -0.5], [0.5, 0.5, -0.5],
 [-0.5, 0.5, -0.5], [-0.5, -0.5, 0.5], [0.5, -0.5, 0.5], [0.5, 0.5, 0.5], [-0.5, 0.5, 0.5]])";
 const std::string kCubeFaces = "f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
 
@@ -30,7 +31,8 @@ TEST_CASE("Bodies are solid where the scene or they themselves say so") {
   const std::string ball = R"("shape": {"type": "sphere", "radius": 0.1})";
   const Scene s = good(R"({"version": 1, "collision_groups": ["floor", "puppet"],
 "collision": {"friction": 0.75, "groups": ["puppet"]}, "bodies": [
-{"name": "plain", )" + ball + R"(}, {"name": "off", "collision": false, )" + ball + R"(},
+{"name": "plain", )" + ball +
+                       R"(}, {"name": "off", "collision": false, )" + ball + R"(},
 {"name": "own", "collision": {"restitution": 0.5, "with": ["floor", 5], "others": true, "self": true}, )" +
                        ball + R"(},
 {"name": "bare", "motion": "fixed"}], "generators": {"chains": [
@@ -104,7 +106,8 @@ TEST_CASE("A mesh may be read from an OBJ file beside the scene") {
 }
 
 TEST_CASE("OBJ faces may count backwards, name normals, and are cut into fans") {
-  const auto mesh = parse_obj("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf -4/1/1 2//3 3/4 -1 # quad", "m");
+  const auto mesh =
+      parse_obj("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf -4/1/1 2//3 3/4 -1 # quad", "m");
   REQUIRE(bool(mesh));
   using Corners = std::array<std::uint32_t, 3>;
   CHECK(mesh->triangles == std::vector<Corners>{Corners{0, 1, 2}, Corners{0, 2, 3}});
@@ -115,12 +118,13 @@ TEST_CASE("Faults of an OBJ file are told with their lines") {
   REQUIRE_FALSE(bool(mesh));
   Lines lines;
   for (const Error& e : mesh.errors()) lines.push_back(e.message);
-  CHECK(lines ==
-        Lines{"m.obj:1: found the end of the line, expected three numbers between -1e9 and 1e9 after "
-              "v",
-              "m.obj:2: found \"nan\", expected three numbers between -1e9 and 1e9 after v",
-              "m.obj:3: found \"x\", expected three numbers between -1e9 and 1e9 after v",
-              "m.obj:4: found the end of the line, expected three corners or more after f",
-              "m.obj:5: found \"4\", expected the number of one of the 3 points above",
-              "m.obj:6: found \"0\", expected the number of one of the 3 points above"});
+  CHECK(
+      lines ==
+      Lines{"m.obj:1: found the end of the line, expected three numbers between -1e9 and 1e9 after "
+            "v",
+            "m.obj:2: found \"nan\", expected three numbers between -1e9 and 1e9 after v",
+            "m.obj:3: found \"x\", expected three numbers between -1e9 and 1e9 after v",
+            "m.obj:4: found the end of the line, expected three corners or more after f",
+            "m.obj:5: found \"4\", expected the number of one of the 3 points above",
+            "m.obj:6: found \"0\", expected the number of one of the 3 points above"});
 }

@@ -3,8 +3,8 @@
 #include <sstream>
 
 #include "engine/scene/json.hpp"
-#include "tests/scene/scenes.hpp"
 #include "tests/paths.hpp"
+#include "tests/scene/scenes.hpp"
 
 using namespace pantin;
 using namespace pantin::test;
@@ -142,59 +142,59 @@ TEST_CASE("A scene with any one byte changed is read or refused with a place") {
 }
 
 TEST_CASE("Syntax errors name line, column, what was found and what was expected") {
-  CHECK(complaints("{\n  \"version\": 1,\n}") ==
+  CHECK(diagnostics("{\n  \"version\": 1,\n}") ==
         Lines{"t.json:3:1: found \"}\", expected another key after the comma"});
-  CHECK(complaints("{\"version\" 1}") ==
+  CHECK(diagnostics("{\"version\" 1}") ==
         Lines{"t.json:1:12: found \"1\", expected \":\" after the key"});
-  CHECK(complaints("{\"version\": 01}") ==
+  CHECK(diagnostics("{\"version\": 01}") ==
         Lines{"t.json:1:13: found \"01\", expected a number as JSON writes it, like -1.5e3"});
-  CHECK(complaints("{\"version\": 1 // one\n}") ==
+  CHECK(diagnostics("{\"version\": 1 // one\n}") ==
         Lines{"t.json:1:15: found \"/\", expected \",\" or \"}\""});
-  CHECK(complaints("{\"title\": \"a\nb\"}") ==
+  CHECK(diagnostics("{\"title\": \"a\nb\"}") ==
         Lines{"t.json:1:13: found the end of the line, expected the closing quote of a string"});
-  CHECK(complaints("{\"version\": 1} {") ==
+  CHECK(diagnostics("{\"version\": 1} {") ==
         Lines{"t.json:1:16: found \"{\", expected nothing after the end of the JSON value"});
-  CHECK(complaints("{\"version\": 1,") ==
+  CHECK(diagnostics("{\"version\": 1,") ==
         Lines{"t.json:1:15: found the end of the file, expected a key in double quotes"});
 }
 
 TEST_CASE("Columns count characters, not bytes") {
-  CHECK(complaints("{\"title\": \"\xC3\xA9\xC3\xA9\" x}") ==
+  CHECK(diagnostics("{\"title\": \"\xC3\xA9\xC3\xA9\" x}") ==
         Lines{"t.json:1:16: found \"x\", expected \",\" or \"}\""});
 }
 
 TEST_CASE("Files that are empty, not UTF-8 or nested too deeply are refused") {
-  CHECK(complaints("") == Lines{"t.json:1:1: found an empty file, expected a JSON object"});
-  CHECK(complaints(" \n ") == Lines{"t.json:2:2: found an empty file, expected a JSON object"});
-  CHECK(complaints("{\"title\": \"\xE9\"}") ==
+  CHECK(diagnostics("") == Lines{"t.json:1:1: found an empty file, expected a JSON object"});
+  CHECK(diagnostics(" \n ") == Lines{"t.json:2:2: found an empty file, expected a JSON object"});
+  CHECK(diagnostics("{\"title\": \"\xE9\"}") ==
         Lines{"t.json:1:12: found byte 0xE9, expected text in UTF-8"});
-  CHECK(complaints("{\"a\": " + std::string(65, '[') + "1") ==
+  CHECK(diagnostics("{\"a\": " + std::string(65, '[') + "1") ==
         Lines{"t.json:1:71: found a value nested 65 deep, expected at most 64"});
-  CHECK(complaints(std::string("{\0}", 3)) ==
+  CHECK(diagnostics(std::string("{\0}", 3)) ==
         Lines{"t.json:1:2: found byte 0x00, expected a key in double quotes"});
   SceneLimits few;
   few.values = 3;
-  CHECK(complaints("[1, 2, 3]", few) ==
+  CHECK(diagnostics("[1, 2, 3]", few) ==
         Lines{"t.json:1:8: found more than 3 values, expected fewer"});
   few.bytes = 4;
-  CHECK(complaints("[1, 2, 3]", few) ==
+  CHECK(diagnostics("[1, 2, 3]", few) ==
         Lines{"t.json: found more than 4 bytes, expected a scene file"});
 }
 
 TEST_CASE("A byte order mark is allowed and not counted") {
   CHECK(good("\xEF\xBB\xBF{\"version\": 1}").world.bodies.empty());
-  CHECK(complaints("\xEF\xBB\xBF{\"version\": 2}") ==
+  CHECK(diagnostics("\xEF\xBB\xBF{\"version\": 2}") ==
         Lines{"t.json:1:13: /version: found 2, expected 1, the version this program reads"});
 }
 
 TEST_CASE("Keys given twice are refused at the second") {
-  CHECK(complaints("{\"version\": 1,\n \"step\": 0.1, \"step\": 0.2}") ==
+  CHECK(diagnostics("{\"version\": 1,\n \"step\": 0.1, \"step\": 0.2}") ==
         Lines{"t.json:2:15: /step: found key \"step\" again, expected each key once"});
 }
 
 TEST_CASE("Numbers that are not finite are refused, and the reading goes on") {
-  CHECK(complaints("{\"version\": 1, \"step\": 1e999, \"gravity\": [NaN, 0, -Infinity],\n"
-                   "\"duration\": -1}") ==
+  CHECK(diagnostics("{\"version\": 1, \"step\": 1e999, \"gravity\": [NaN, 0, -Infinity],\n"
+                    "\"duration\": -1}") ==
         Lines{"t.json:1:24: /step: found 1e999, expected a finite number",
               "t.json:1:43: /gravity/0: found NaN, expected a finite number",
               "t.json:1:51: /gravity/2: found -Infinity, expected a finite number",

@@ -77,11 +77,11 @@ TEST_CASE("A pin too near for a long link is told") {
               "way between cannot fold below 1.8 m; it stays out of reach"});
 }
 
-TEST_CASE("Strings that start too short are told") {
+TEST_CASE("Cables that start too short are told") {
   const Scene s = good(with_two(R"("cables": [{"name": "line", "a": "a", "b": "b", "length": 0.75},
 {"a": "a", "b": "b", "length": 1}])"));
   CHECK(s.warnings ==
-        Lines{"t.json:4:12: /cables/0: string \"line\" of 0.75 m starts 0.25 m too short; "
+        Lines{"t.json:4:12: /cables/0: cable \"line\" of 0.75 m starts 0.25 m too short; "
               "it will pull hard at first"});
 }
 

@@ -21,9 +21,9 @@ struct ChainSpec {
 /// A chain of uniform rods from the origin; the bodies come in order, root first.
 inline World chain(const ChainSpec& s, std::vector<Entity>* bodies = nullptr) {
   World world;
-  world.default_settings.solver = Solver::automatic;
+  world.default_settings.solver = Solver::articulated;
   const Real l = s.length / s.links;
-  const Quat q = turn_by(Vec3(0, 0, s.angle));
+  const Quat q = from_rotation_vector(Vec3(0, 0, s.angle));
   Body wall;
   wall.motion = Motion::fixed;
   const Entity holder = s.held ? world.add_body(wall) : Entity{};

@@ -24,7 +24,7 @@ struct Case {
   /// Kinetic cost of turning by `angle` about r x s and sliding so that the anchor lands.
   Real action(Real angle) const {
     const Vec3 axis = glm::normalize(glm::cross(arm, gap));
-    const Quat turn = turn_by(angle * axis);
+    const Quat turn = from_rotation_vector(angle * axis);
     const Pose from{Vec3(0), rotation}, to{arm + gap - turn * arm, turn * rotation};
     return Stages::displacement(mass, moments, from, to);
   }
@@ -36,7 +36,7 @@ Case random_case(Dice& dice) {
   c.gap = std::pow(10, dice.between(-4, 1)) * dice.direction();
   c.mass = std::pow(10, dice.between(-2, 2));
   c.moments = box_inertia(c.mass, dice.in_box(0.01, 1));
-  c.rotation = dice.turn();
+  c.rotation = dice.rotation();
   return c;
 }
 
@@ -54,10 +54,10 @@ TEST_CASE("a compulsive motion lands the anchor on its goal for any split") {
     const Case c = random_case(dice);
     for (Real stiffness : {0.0, 0.01, 1.0, 50.0}) {
       const CompulsiveMotion m = c.motion(stiffness);
-      CHECK(glm::length(m.turn * c.arm + m.slide - c.arm - c.gap) <= 4e-16 * size_of(c));
+      CHECK(glm::length(m.rotation * c.arm + m.translation - c.arm - c.gap) <= 4e-16 * size_of(c));
     }
     const CompulsiveMotion m = literal_rule(c.arm, c.gap, dice.between(0, 2));
-    CHECK(glm::length(m.turn * c.arm + m.slide - c.arm - c.gap) <= 4e-16 * size_of(c));
+    CHECK(glm::length(m.rotation * c.arm + m.translation - c.arm - c.gap) <= 4e-16 * size_of(c));
   }
 }
 
@@ -66,9 +66,9 @@ TEST_CASE("the sign printed in the paper would miss the goal by twice the gap") 
   for (int i = 0; i < 200; ++i) {
     const Case c = random_case(dice);
     const CompulsiveMotion m = c.motion();
-    const Vec3 printed = m.slide - 2.0 * c.gap;  // (1 - R) r - s
-    CHECK(glm::length(printed - (c.arm - m.turn * c.arm - c.gap)) <= 1e-15 * size_of(c));
-    const Real miss = glm::length(m.turn * c.arm + printed - c.arm - c.gap);
+    const Vec3 printed = m.translation - 2.0 * c.gap;  // (1 - R) r - s
+    CHECK(glm::length(printed - (c.arm - m.rotation * c.arm - c.gap)) <= 1e-15 * size_of(c));
+    const Real miss = glm::length(m.rotation * c.arm + printed - c.arm - c.gap);
     CHECK(miss == Approx(2 * glm::length(c.gap)).epsilon(1e-12 * size_of(c) / glm::length(c.gap)));
   }
 }
@@ -78,12 +78,12 @@ TEST_CASE("the turn lies between nothing and the whole angle to the goal") {
   for (int i = 0; i < 2000; ++i) {
     const Case c = random_case(dice);
     const Real psi = angle_between(c.arm, c.arm + c.gap);
-    const Real theta = angle_of(c.motion().turn);
+    const Real theta = angle_of(c.motion().rotation);
     CHECK(theta >= 0);
     CHECK(theta <= psi + 1e-15);
     // Without inertia the arm points all the way; with a lot of it the body only slides.
-    CHECK(angle_of(c.motion(0).turn) == Approx(psi).margin(1e-15).epsilon(1e-12));
-    CHECK(angle_of(c.motion(1e12).turn) < 1e-4);
+    CHECK(angle_of(c.motion(0).rotation) == Approx(psi).margin(1e-15).epsilon(1e-12));
+    CHECK(angle_of(c.motion(1e12).rotation) < 1e-4);
   }
 }
 
@@ -96,7 +96,7 @@ TEST_CASE("a small gap turns by the angle of an impulse at the anchor") {
     if (glm::length(a) < 0.01 * glm::length(c.arm) * glm::length(c.gap)) continue;
     const Real about = inertia_about_turn(c.arm, c.gap, c.inertia());
     const Real impulse = c.mass * glm::length(a) / (about + c.mass * glm::dot(c.arm, c.arm));
-    CHECK(angle_of(c.motion().turn) == Approx(impulse).epsilon(1e-6));
+    CHECK(angle_of(c.motion().rotation) == Approx(impulse).epsilon(1e-6));
   }
 }
 
@@ -109,9 +109,9 @@ TEST_CASE("a goal almost straight behind the body is reached by a finite turn") 
       for (Real inertia : {0.0, 1e-6, 0.02, 10.0}) {
         const CompulsiveMotion m = least_displacement(arm, gap, 1, Mat3(inertia));
         INFO(degrees << " degrees, gap " << length << ", inertia " << inertia);
-        CHECK(is_finite(m.turn));
-        CHECK(glm::length(m.turn * arm + m.slide - arm - gap) <= 1e-15);
-        CHECK(std::abs(glm::length(m.turn) - 1) <= 1e-15);
+        CHECK(is_finite(m.rotation));
+        CHECK(glm::length(m.rotation * arm + m.translation - arm - gap) <= 1e-15);
+        CHECK(std::abs(glm::length(m.rotation) - 1) <= 1e-15);
       }
     }
   }
@@ -123,13 +123,13 @@ TEST_CASE("where there is no axis the body slides and does not turn") {
   const Vec3 gap = GENERATE(Vec3(0), Vec3(0.25, 0.5, 0), Vec3(-0.125, -0.25, 0), Vec3(-2, -4, 0));
   for (const CompulsiveMotion& m :
        {least_displacement(arm, gap, 2, Mat3(0.1)), literal_rule(arm, gap, 0.05)}) {
-    CHECK(m.turn == kNoTurn);
-    CHECK(m.slide == gap);
+    CHECK(m.rotation == kIdentity);
+    CHECK(m.translation == gap);
   }
   for (const CompulsiveMotion& m :
        {least_displacement(Vec3(0), arm, 2, Mat3(0.1)), literal_rule(Vec3(0), arm, 0.05)}) {
-    CHECK(m.turn == kNoTurn);
-    CHECK(m.slide == arm);
+    CHECK(m.rotation == kIdentity);
+    CHECK(m.translation == arm);
   }
 }
 
@@ -140,8 +140,8 @@ TEST_CASE("a compulsive turn has no part along the arm and goes about r x s") {
     const Vec3 a = glm::cross(c.arm, c.gap);
     if (glm::length(a) < 1e-3 * glm::length(c.arm) * glm::length(c.gap)) continue;
     for (Quat turn :
-         {c.motion().turn,
-          literal_rule(c.arm, c.gap, 0.5 * glm::length(c.arm) * glm::length(c.gap)).turn}) {
+         {c.motion().rotation,
+          literal_rule(c.arm, c.gap, 0.5 * glm::length(c.arm) * glm::length(c.gap)).rotation}) {
       const Vec3 r = rotation_vector(turn);
       CHECK(glm::length(glm::cross(r, glm::normalize(a))) <= 1e-12 * glm::length(r));
       CHECK(std::abs(glm::dot(r, glm::normalize(c.arm))) <= 1e-12 * glm::length(r));
@@ -157,7 +157,7 @@ TEST_CASE("no other turn about r x s moves the matter of the body less") {
     Case c = random_case(dice);
     const bool round = i % 2 == 0;
     if (round) c.moments = Vec3(c.moments.x);
-    const Real theta = angle_of(c.motion().turn), best = c.action(theta);
+    const Real theta = angle_of(c.motion().rotation), best = c.action(theta);
     if (!(glm::length(glm::cross(c.arm, c.gap)) > 1e-3 * glm::length(c.arm) * glm::length(c.gap)))
       continue;
     // A step of 1e-4 rad costs about stiffness * 1e-8 / 2; rounding of the sums is far below.
@@ -179,7 +179,7 @@ TEST_CASE("the turn without trigonometry is the axis and angle of the formula") 
     const Real theta =
         std::atan2(c.mass * glm::length(a), about + c.mass * glm::dot(c.arm, c.arm + c.gap));
     const Quat expected(std::cos(theta / 2), std::sin(theta / 2) * axis);
-    CHECK(glm::length(c.motion().turn - expected) <= 3e-15);
+    CHECK(glm::length(c.motion().rotation - expected) <= 3e-15);
   }
 }
 

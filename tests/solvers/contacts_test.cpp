@@ -55,11 +55,11 @@ TEST_CASE("the way out of random half-spaces is the shortest there is") {
 TEST_CASE("a tumbling box comes to rest on the ground, not in it, and lies dead still") {
   for (Real h : {1.0 / 60, 1.0 / 240}) {
     World w;
-    w.default_settings.rest_speed = 0;  // by its contacts alone
+    w.default_settings.sleep_speed = 0;  // by its contacts alone
     add_ground(w);
-    const Entity e = add_solid(w, box_shape({0.2, 0.1, 0.3}), {{0, 1, 0}, turn_by({0.3, 0.2, 0.5})},
-                               Motion::dynamic);
-    w.bodies[e].spin = {3, 1, -2};
+    const Entity e = add_solid(w, box_shape({0.2, 0.1, 0.3}),
+                               {{0, 1, 0}, from_rotation_vector({0.3, 0.2, 0.5})}, Motion::dynamic);
+    w.bodies[e].angular_velocity = {3, 1, -2};
     Simulation sim(w, {h});
     const Real start = measure(w).energy();
     for (int i = 0; i < 4 / h; ++i) {
@@ -81,12 +81,12 @@ TEST_CASE("a tumbling box comes to rest on the ground, not in it, and lies dead 
 }
 
 TEST_CASE("a box sticks to a slope or slides down it as Coulomb has it") {
-  const auto slide = [](Real degrees, Real h) {
+  const auto translation = [](Real degrees, Real h) {
     World w;
-    w.default_settings.rest_speed = 0;
+    w.default_settings.sleep_speed = 0;
     Collision rough;
     rough.friction = 0.5;
-    const Quat tilt = turn_by({0, 0, -degrees * kPi / 180});
+    const Quat tilt = from_rotation_vector({0, 0, -degrees * kPi / 180});
     add_ground(w, rough, tilt);
     const Entity e = add_solid(w, box_shape({0.2, 0.1, 0.2}), {tilt * Vec3(0, 0.1, 0), tilt},
                                Motion::dynamic, rough);
@@ -95,11 +95,11 @@ TEST_CASE("a box sticks to a slope or slides down it as Coulomb has it") {
     for (int i = 0; i < std::lround(1 / h); ++i) sim.step();
     return glm::dot(sim.world.bodies[e].pose.position - start, tilt * Vec3(1, 0, 0));
   };
-  CHECK(slide(20, 1.0 / 60) <= 1e-6);  // the slope of slipping is 26.6 degrees
-  CHECK(slide(26, 1.0 / 60) <= 1e-4);
+  CHECK(translation(20, 1.0 / 60) <= 1e-6);  // the slope of slipping is 26.6 degrees
+  CHECK(translation(26, 1.0 / 60) <= 1e-4);
   const Real a = 35 * kPi / 180, exact = 0.5 * 9.81 * (std::sin(a) - 0.5 * std::cos(a));
-  CHECK(slide(35, 1.0 / 60) == Approx(exact).epsilon(0.025));
-  CHECK(slide(35, 1.0 / 240) == Approx(exact).epsilon(0.025));
+  CHECK(translation(35, 1.0 / 60) == Approx(exact).epsilon(0.025));
+  CHECK(translation(35, 1.0 / 240) == Approx(exact).epsilon(0.025));
 }
 
 TEST_CASE("a ball gives back what it shall, and comes to rest") {
@@ -107,7 +107,7 @@ TEST_CASE("a ball gives back what it shall, and comes to rest") {
   Collision bouncy;
   bouncy.restitution = 0.8;
   add_ground(w, bouncy);
-  const Entity e = add_solid(w, ball_shape(0.1), {{0, 1.1, 0}, kNoTurn}, Motion::dynamic, bouncy);
+  const Entity e = add_solid(w, ball_shape(0.1), {{0, 1.1, 0}, kIdentity}, Motion::dynamic, bouncy);
   Simulation sim(w, {1.0 / 240});
   std::vector<Real> tops;
   for (int i = 0; i < 240 * 8; ++i) {
@@ -117,8 +117,7 @@ TEST_CASE("a ball gives back what it shall, and comes to rest") {
       tops.push_back(sim.world.bodies[e].pose.position.y - 0.1);
   }
   REQUIRE(tops.size() >= 3);
-  for (std::size_t i = 0; i < 3; ++i)
-    CHECK(tops[i] == Approx(std::pow(0.64, i + 1)).epsilon(0.08));
+  for (std::size_t i = 0; i < 3; ++i) CHECK(tops[i] == Approx(std::pow(0.64, i + 1)).epsilon(0.08));
   CHECK(std::abs(sim.world.bodies[e].pose.position.y - 0.1) <= 1e-9);
 }
 
@@ -127,10 +126,10 @@ TEST_CASE("nothing passes through a wall of two millimetres, at any speed") {
     World w;
     w.gravity = Vec3(0);
     add_solid(w, box_shape({0.001, 5, 5}), {}, Motion::fixed);
-    const Entity ball = add_solid(w, ball_shape(0.05), {{-1.3, 0, 0}, kNoTurn}, Motion::dynamic);
+    const Entity ball = add_solid(w, ball_shape(0.05), {{-1.3, 0, 0}, kIdentity}, Motion::dynamic);
     const Entity box =
-        add_solid(w, box_shape({0.05, 0.05, 0.05}), {{-1.7, 1, 0}, turn_by({0.4, 0.2, 0.7})},
-                  Motion::dynamic);
+        add_solid(w, box_shape({0.05, 0.05, 0.05}),
+                  {{-1.7, 1, 0}, from_rotation_vector({0.4, 0.2, 0.7})}, Motion::dynamic);
     w.bodies[ball].velocity = w.bodies[box].velocity = {speed, 0, 0};
     Simulation sim(w, {1.0 / 60});
     for (int i = 0; i < 60; ++i) sim.step();
@@ -147,11 +146,11 @@ TEST_CASE("a fast thin paddle strikes what it would have swept through") {
   b.motion = Motion::driven, b.pose.position = {-2, 0, 0};
   const Entity paddle = w.add_body(b);
   Shapes shapes;
-  shapes.parts.push_back(box_shape({0.001, 1, 1}));
+  shapes.list.push_back(box_shape({0.001, 1, 1}));
   w.shapes.add(paddle, shapes), w.collisions.add(paddle, {});
-  Drive drive;
-  drive.path = Keyframes{{{0, {{-2, 0, 0}, kNoTurn}}, {0.1, {{2, 0, 0}, kNoTurn}}}, false};
-  w.drives.add(paddle, drive);
+  KinematicPath drive;
+  drive.curve = Keyframes{{{0, {{-2, 0, 0}, kIdentity}}, {0.1, {{2, 0, 0}, kIdentity}}}, false};
+  w.paths.add(paddle, drive);
   const Entity ball = add_solid(w, ball_shape(0.1), {}, Motion::dynamic);
   Simulation sim(w, {1.0 / 60});
   for (int i = 0; i < 10; ++i) sim.step();
@@ -166,7 +165,7 @@ TEST_CASE("a tower of boxes stands, each bearing those above") {
   std::vector<Entity> boxes;
   for (int i = 0; i < 5; ++i)
     boxes.push_back(add_solid(w, box_shape({0.2, 0.1, 0.2}),
-                              {{0.01 * i, 0.1 + 0.21 * i, 0}, kNoTurn}, Motion::dynamic, solid));
+                              {{0.01 * i, 0.1 + 0.21 * i, 0}, kIdentity}, Motion::dynamic, solid));
   Simulation sim(w, {1.0 / 60});
   for (int i = 0; i < 300; ++i) sim.step();
   for (int i = 0; i < 5; ++i) {
@@ -188,10 +187,12 @@ TEST_CASE("what strikes another body shares its momentum with it") {
     w.gravity = Vec3(0);
     Collision solid;
     solid.others = true;
-    const Entity a = add_solid(w, ball_shape(0.1), {{-1, 0, 0}, kNoTurn}, Motion::dynamic, solid);
-    const Entity b = add_solid(w, ball_shape(0.1), {{1, 0.03, 0}, kNoTurn}, Motion::dynamic, solid, 3000);
+    const Entity a = add_solid(w, ball_shape(0.1), {{-1, 0, 0}, kIdentity}, Motion::dynamic, solid);
+    const Entity b =
+        add_solid(w, ball_shape(0.1), {{1, 0.03, 0}, kIdentity}, Motion::dynamic, solid, 3000);
     if (jointed) {
-      const Entity tail = add_solid(w, ball_shape(0.1), {{1.5, 0.03, 0}, kNoTurn}, Motion::dynamic);
+      const Entity tail =
+          add_solid(w, ball_shape(0.1), {{1.5, 0.03, 0}, kIdentity}, Motion::dynamic);
       w.add_link(b, tail, {{0.25, 0, 0}, {-0.25, 0, 0}});
     }
     w.bodies[a].velocity = {3, 0, 0};
@@ -210,7 +211,7 @@ TEST_CASE("what strikes another body shares its momentum with it") {
 TEST_CASE("a chain dragged over the ground: more passes, less overlap") {
   const auto depths = [](int passes) {
     World w;
-    w.default_settings.passes = passes;
+    w.default_settings.active_set_iterations = passes;
     add_ground(w);
     Body hand;
     hand.motion = Motion::driven, hand.pose.position = {0, 0.05, 0};
@@ -218,8 +219,9 @@ TEST_CASE("a chain dragged over the ground: more passes, less overlap") {
     const Entity handle = before;
     for (int i = 0; i < 10; ++i) {
       Shape rod = rod_shape(0.02, 0.05);
-      const Entity e = add_solid(
-          w, rod, {{-0.05 - 0.1 * i, 0.05, 0}, turn_by({0, 0, kPi / 2})}, Motion::dynamic);
+      const Entity e =
+          add_solid(w, rod, {{-0.05 - 0.1 * i, 0.05, 0}, from_rotation_vector({0, 0, kPi / 2})},
+                    Motion::dynamic);
       // A capsule lies along its y, which points along -x here.
       w.add_link(before, e, {before == handle ? Vec3(0) : Vec3(0, 0.05, 0), {0, -0.05, 0}});
       before = e;
@@ -250,20 +252,20 @@ TEST_CASE("what lies still is let lie, and stirred by a push, a hand or a ball")
     Collision solid;
     solid.others = true;
     add_ground(w, solid);
-    const Entity box = add_solid(w, box_shape({0.2, 0.1, 0.2}), {{0, 0.1, 0}, kNoTurn},
-                                 Motion::dynamic);
+    const Entity box =
+        add_solid(w, box_shape({0.2, 0.1, 0.2}), {{0, 0.1, 0}, kIdentity}, Motion::dynamic);
     const Entity ball =
-        add_solid(w, ball_shape(0.1), {{0, 30, 0}, kNoTurn}, Motion::dynamic, solid);
+        add_solid(w, ball_shape(0.1), {{0, 30, 0}, kIdentity}, Motion::dynamic, solid);
     Simulation sim(w, {1.0 / 60});
     StepReport report;
     for (int i = 0; i < 60; ++i) report = sim.step();
-    REQUIRE(report.resting == 1);
+    REQUIRE(report.asleep == 1);
     REQUIRE(report.contacts >= 3);
     if (way == 0) sim.world.push(box, {0, 8000, 0}, sim.world.bodies[box].pose.position);
     if (way == 1) sim.world.bodies[box].velocity = {0, 2, 0}, sim.world.bodies[box].restart = true;
-    if (way == 2) sim.world.teleport(ball, {{0.1, 0.35, 0}, kNoTurn});
+    if (way == 2) sim.world.teleport(ball, {{0.1, 0.35, 0}, kIdentity});
     for (int i = 0; i < 6; ++i) report = sim.step();
-    CHECK(report.resting == 0);
+    CHECK(report.asleep == 0);
     if (way < 2) CHECK(sim.world.bodies[box].pose.position.y > 0.11);
   }
 }
@@ -276,8 +278,10 @@ TEST_CASE("contacts go the same way whatever the threads, and in a copy") {
   Dice dice(12);
   for (int i = 0; i < 12; ++i) {
     const Vec3 at = dice.in_box(0.3, 1.5) * Vec3(1, 2, 1);
-    const Entity a = add_solid(w, box_shape({0.1, 0.05, 0.1}), {at, dice.turn()}, Motion::dynamic, solid);
-    const Entity b = add_solid(w, ball_shape(0.08), {at + Vec3(0.25, 0, 0), kNoTurn}, Motion::dynamic, solid);
+    const Entity a =
+        add_solid(w, box_shape({0.1, 0.05, 0.1}), {at, dice.rotation()}, Motion::dynamic, solid);
+    const Entity b =
+        add_solid(w, ball_shape(0.08), {at + Vec3(0.25, 0, 0), kIdentity}, Motion::dynamic, solid);
     w.add_link(a, b, {to_local(w.bodies[a].pose, at + Vec3(0.12, 0, 0)), {-0.13, 0, 0}});
   }
   Simulation one(w, {1.0 / 60}), four(w, {1.0 / 60, 1, 4});

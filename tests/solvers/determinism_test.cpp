@@ -49,7 +49,7 @@ World everything() {
     w.settings.add(made.front(), how);
   };
   int n = 0;
-  for (Solver solver : {Solver::automatic, Solver::sweep, Solver::shake2, Solver::paper})
+  for (Solver solver : {Solver::articulated, Solver::sweep, Solver::shake2, Solver::paper})
     for (bool held : {true, false})
       for (bool is_chain : {true, false}) {
         TreeSpec spec;
@@ -60,7 +60,7 @@ World everything() {
         take(random_tree(spec, dice).world, how, {3.0 * ++n, 0, 0});
       }
   for (Body& b : w.bodies.values())
-    if (b.motion == Motion::dynamic) b.spin += 3.0 * dice.in_cube(1);
+    if (b.motion == Motion::dynamic) b.angular_velocity += 3.0 * dice.in_cube(1);
   return w;
 }
 
@@ -73,7 +73,7 @@ std::uint64_t hash_after(World start, int steps, int threads, int substeps = 1) 
   return state_hash(sim.world);
 }
 
-/// Everything that the kernels write while one articulation is stepped with one table of them.
+/// Everything that the kernels write while one island is stepped with one table of them.
 std::uint64_t hash_of_stages(const Kernels& k, const World& start, articulated::Rule rule,
                              bool least_displacement, bool first) {
   Stages s(start, k);
@@ -86,30 +86,30 @@ std::uint64_t hash_of_stages(const Kernels& k, const World& start, articulated::
   const articulated::StartSums sums =
       k.predict(s.packed(), {0.02, {gravity[0], gravity[1], gravity[2]}, rule, first});
   hash.add(sums.kinetic), hash.add(sums.potential), hash.add(sums.damped);
-  note(sums.momentum), note(a.room.work.numbers());
+  note(sums.momentum), note(a.scratch.work.numbers());
   // One stage after the other ...
   if (least_displacement)
     s.levers(), s.sweep();
   else
     s.gather(true), s.close();
-  note(a.room.work.numbers()), note(a.memory.numbers());
-  const articulated::FinishInput in{0.02, {gravity[0], gravity[1], gravity[2]}, rule, first, 0.5};
+  note(a.scratch.work.numbers()), note(a.memory.numbers());
+  const articulated::VelocityInput in{0.02, {gravity[0], gravity[1], gravity[2]}, rule, first, 0.5};
   const auto note_end = [&](const articulated::EndSums& end) {
     hash.add(end.kinetic), hash.add(end.potential), hash.add(end.work);
-    hash.add(end.largest_turn2), note(end.momentum);
+    hash.add(end.largest_rotation2), note(end.momentum);
     for (const Body& b : s.world.bodies.values())
-      hash.add(b.pose), hash.add(b.velocity), hash.add(b.spin);
+      hash.add(b.pose), hash.add(b.velocity), hash.add(b.angular_velocity);
   };
-  note_end(k.finish(s.packed(), in));
+  note_end(k.update_velocities(s.packed(), in));
   const Real mean[3] = {0.1, 0.2, 0.3};
   k.scale(s.packed(), 0.75, mean);
   // ... and in one pass.
   k.predict(s.packed(), {0.02, {gravity[0], gravity[1], gravity[2]}, rule, first});
   if (least_displacement) {
-    note_end(k.sweep_and_finish(s.packed(), a.room.targets.data(), 1, in));
+    note_end(k.sweep_and_update(s.packed(), a.scratch.targets.data(), 1, in));
   } else {
     s.gather(true);
-    note_end(k.close_and_finish(s.packed(), a.room.targets.data(), in));
+    note_end(k.outward_pass_and_update(s.packed(), a.scratch.targets.data(), in));
   }
   note(a.memory.numbers());
   return hash.value();
@@ -131,7 +131,8 @@ TEST_CASE("all builds of the kernels give the same bits at every stage") {
     for (Entity e : t.bodies) {
       Body& b = t.world.bodies[e];
       b.velocity = dice.in_cube(3);
-      b.spin = dice.in_cube(seed % 3 == 0 ? 100 : 3);  // large turns take another branch
+      b.angular_velocity =
+          dice.in_cube(seed % 3 == 0 ? 100 : 3);  // large turns take another branch
     }
     if (seed % 4 != 0) {
       Body wall;

@@ -46,13 +46,13 @@ inline Body rod(Real mass, Real l, Pose at = {}) {
 /// Joint axes whose x points along world `axis`.
 inline Quat frame_along(Vec3 axis) {
   const Vec3 x = glm::normalize(axis), to = glm::cross(Vec3(1, 0, 0), x);
-  if (glm::length(to) < 1e-12) return x.x > 0 ? kNoTurn : turn_by({0, 0, kPi});
-  return turn_by(std::atan2(glm::length(to), x.x) / glm::length(to) * to);
+  if (glm::length(to) < 1e-12) return x.x > 0 ? kIdentity : from_rotation_vector({0, 0, kPi});
+  return from_rotation_vector(std::atan2(glm::length(to), x.x) / glm::length(to) * to);
 }
 
 /// A joint whose point and axes are given in the world as it stands.
 inline Joint joint_at(const World& w, Entity a, Entity b, JointKind kind, Vec3 point,
-                      Quat axes = kNoTurn) {
+                      Quat axes = kIdentity) {
   const Pose &pa = w.bodies[a].pose, &pb = w.bodies[b].pose;
   Joint j;
   j.kind = kind;
@@ -62,8 +62,9 @@ inline Joint joint_at(const World& w, Entity a, Entity b, JointKind kind, Vec3 p
   return j;
 }
 
-inline Placed placed_of(const Body& b) {
-  return {b.pose.position, b.pose.rotation, glm::mat3_cast(b.pose.rotation), b.velocity, b.spin};
+inline BodyState placed_of(const Body& b) {
+  return {b.pose.position, b.pose.rotation, glm::mat3_cast(b.pose.rotation), b.velocity,
+          b.angular_velocity};
 }
 
 /// The value of a coordinate of a link as it stands.
@@ -75,28 +76,29 @@ inline Real coordinate_of(const World& w, Entity link, Coordinate which, Real be
   return c;
 }
 
-/// What all links lack at worst, m or (sines of) rad; screws and strings aside.
+/// What all links lack at worst, m or (sines of) rad; screws and cables aside.
 inline Real worst_gap(const World& w) {
   Real worst = 0;
   for (const Link& l : w.links.values()) {
     Real c[6] = {};
     if (l.joint.kind == JointKind::screw) continue;
-    write_rows(l.joint, placed_of(w.bodies[l.a]), placed_of(w.bodies[l.b]), 0, {c, nullptr, nullptr});
+    write_rows(l.joint, placed_of(w.bodies[l.a]), placed_of(w.bodies[l.b]), 0,
+               {c, nullptr, nullptr});
     for (const Real x : c) worst = std::max(worst, std::abs(x));
   }
   return worst;
 }
 
-/// The mechanism with its room made and the bodies' state in it, as a step would have it.
+/// The island with its room made and the bodies' state in it, as a step would have it.
 inline lagrangian::Island& ready(World& w, std::size_t which = 0) {
   compile_if_changed(w);
   lagrangian::prepare(w);
   lagrangian::Island& m = lagrangian::islands_of(w).at(which);
   for (std::size_t b = 0; b < m.count(); ++b) {
     const Body& body = w.bodies.values()[m.slots[b]];
-    m.room.state.x[b] = body.pose.position, m.room.state.q[b] = body.pose.rotation;
-    m.room.state.v[b] = body.velocity, m.room.state.w[b] = body.spin;
-    m.room.applied[2 * b] = m.room.applied[2 * b + 1] = Vec3(0);
+    m.scratch.state.x[b] = body.pose.position, m.scratch.state.q[b] = body.pose.rotation;
+    m.scratch.state.v[b] = body.velocity, m.scratch.state.w[b] = body.angular_velocity;
+    m.scratch.applied[2 * b] = m.scratch.applied[2 * b + 1] = Vec3(0);
   }
   return m;
 }
@@ -104,10 +106,14 @@ inline lagrangian::Island& ready(World& w, std::size_t which = 0) {
 class Chance {
  public:
   explicit Chance(unsigned seed) : random_(seed) {}
-  Real number(Real low, Real high) { return std::uniform_real_distribution<Real>(low, high)(random_); }
-  std::size_t below(std::size_t n) { return std::uniform_int_distribution<std::size_t>(0, n - 1)(random_); }
+  Real number(Real low, Real high) {
+    return std::uniform_real_distribution<Real>(low, high)(random_);
+  }
+  std::size_t below(std::size_t n) {
+    return std::uniform_int_distribution<std::size_t>(0, n - 1)(random_);
+  }
   Vec3 vector(Real size) { return {number(-size, size), number(-size, size), number(-size, size)}; }
-  Quat turn() { return glm::normalize(Quat(number(-1, 1), vector(1))); }
+  Quat rotation() { return glm::normalize(Quat(number(-1, 1), vector(1))); }
   std::mt19937& engine() { return random_; }
 
  private:
@@ -167,7 +173,7 @@ struct Motion2 {
   std::vector<Vec3> a;
   std::size_t rank = 0, rows = 0;
 };
-inline Motion2 dense_motion(const World& w, const std::vector<Placed>& at,
+inline Motion2 dense_motion(const World& w, const std::vector<BodyState>& at,
                             const std::vector<Vec3>& known) {
   const std::size_t bodies = w.bodies.size();
   struct Row {
@@ -197,8 +203,8 @@ inline Motion2 dense_motion(const World& w, const std::vector<Placed>& at,
       continue;
     }
     const Mat3 r = glm::mat3_cast(b.pose.rotation);
-    const Vec3 l = r * (b.inertia * (glm::transpose(r) * b.spin));
-    free[2 * s] = w.gravity, free[2 * s + 1] = give(s, -glm::cross(b.spin, l));
+    const Vec3 l = r * (b.inertia * (glm::transpose(r) * b.angular_velocity));
+    free[2 * s] = w.gravity, free[2 * s + 1] = give(s, -glm::cross(b.angular_velocity, l));
   }
   Dense system(rows.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -214,10 +220,9 @@ inline Motion2 dense_motion(const World& w, const std::vector<Placed>& at,
       for (std::size_t e = 0; e < 2; ++e)
         for (std::size_t f = 0; f < 2; ++f)
           if (of_p[e] == of_q[f] && moves(of_p[e]))
-            system.at(i, k) +=
-                static_cast<long double>(glm::dot(p.j[2 * e], q.j[2 * f])) /
-                    w.bodies.values()[of_p[e]].mass +
-                glm::dot(p.j[2 * e + 1], give(of_p[e], q.j[2 * f + 1]));
+            system.at(i, k) += static_cast<long double>(glm::dot(p.j[2 * e], q.j[2 * f])) /
+                                   w.bodies.values()[of_p[e]].mass +
+                               glm::dot(p.j[2 * e + 1], give(of_p[e], q.j[2 * f + 1]));
     }
   }
   Motion2 out;

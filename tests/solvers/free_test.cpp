@@ -16,18 +16,18 @@ RandomTree tumbling(std::uint64_t seed, int bodies) {
   TreeSpec spec;
   spec.bodies = bodies, spec.held = false;
   RandomTree t = random_tree(spec, dice);
-  const Vec3 spin = 3.0 * dice.direction(), drift(0.3, -0.2, 0.1);
+  const Vec3 angular_velocity = 3.0 * dice.direction(), drift(0.3, -0.2, 0.1);
   for (Entity e : t.bodies) {
     Body& b = t.world.bodies[e];
-    b.spin = spin + dice.in_cube(1);
-    b.velocity = drift + glm::cross(spin, b.pose.position);
+    b.angular_velocity = angular_velocity + dice.in_cube(1);
+    b.velocity = drift + glm::cross(angular_velocity, b.pose.position);
   }
   t.world.gravity = Vec3(0);
   return t;
 }
 
 struct Drift {
-  Real momentum = 0, spin_momentum = 0;  // parts of what they are
+  Real momentum = 0, angular_momentum = 0;  // parts of what they are
 };
 
 Drift worst_drift(RandomTree t, Real rate, bool falling) {
@@ -41,7 +41,7 @@ Drift worst_drift(RandomTree t, Real rate, bool falling) {
     Vec3 centre(0);
     for (Entity e : t.bodies)
       centre += sim.world.bodies[e].mass / mass * sim.world.bodies[e].pose.position;
-    return m.spin_momentum - glm::cross(centre, m.momentum);
+    return m.angular_momentum - glm::cross(centre, m.momentum);
   };
   const Measures start = measure(sim.world);
   const Vec3 l = about_centre(start);
@@ -52,8 +52,8 @@ Drift worst_drift(RandomTree t, Real rate, bool falling) {
     const Vec3 expected = start.momentum + mass * (i / rate) * sim.world.gravity;
     worst.momentum = std::max(
         worst.momentum, glm::length(m.momentum - expected) / std::max(size, glm::length(expected)));
-    worst.spin_momentum =
-        std::max(worst.spin_momentum, glm::length(about_centre(m) - l) / glm::length(l));
+    worst.angular_momentum =
+        std::max(worst.angular_momentum, glm::length(about_centre(m) - l) / glm::length(l));
   }
   return worst;
 }
@@ -64,9 +64,10 @@ TEST_CASE("a free tree keeps its momentum, and its angular momentum far better t
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {
     for (Real rate : {60.0, 240.0}) {
       const Drift d = worst_drift(tumbling(seed, 4 + 3 * static_cast<int>(seed)), rate, false);
-      INFO("tree " << seed << " at " << rate << " Hz: " << d.momentum << ", " << d.spin_momentum);
+      INFO("tree " << seed << " at " << rate << " Hz: " << d.momentum << ", "
+                   << d.angular_momentum);
       CHECK(d.momentum <= 1e-12);
-      CHECK(d.spin_momentum <= 1e-12);
+      CHECK(d.angular_momentum <= 1e-12);
     }
   }
 }
@@ -74,7 +75,7 @@ TEST_CASE("a free tree keeps its momentum, and its angular momentum far better t
 TEST_CASE("a free tree falls as its mass centre would alone") {
   const Drift d = worst_drift(tumbling(5, 9), 60, true);
   CHECK(d.momentum <= 1e-12);
-  CHECK(d.spin_momentum <= 1e-11);
+  CHECK(d.angular_momentum <= 1e-11);
 }
 
 TEST_CASE(
@@ -137,14 +138,14 @@ TEST_CASE("a push moves a free body by F / m, off its centre it turns it too") {
   const Entity e = world.add_body(b);
   Simulation sim(world, {1.0 / 60});
   const Vec3 force(2, -1, 3), lever(0, 0.3, 0);
-  sim.insert(Place::before_update, [&](World& w, Real) {
+  sim.insert(Stage::before_update, [&](World& w, Real) {
     const Vec3 at = w.bodies[e].pose.position;
     w.push(e, force, at + lever);
   });
   for (int i = 1; i <= 120; ++i) sim.step();
   const Body& after = sim.world.bodies[e];
   CHECK(glm::length(after.velocity - 2.0 / b.mass * force) <= 1e-12);
-  CHECK(glm::length(after.spin - 2.0 / 0.5 * glm::cross(lever, force)) <= 1e-11);
+  CHECK(glm::length(after.angular_velocity - 2.0 / 0.5 * glm::cross(lever, force)) <= 1e-11);
   CHECK(glm::length(after.pose.position - 0.5 * 4.0 / b.mass * force) <=
         2 / 3600.0 * glm::length(force) / b.mass);
 }

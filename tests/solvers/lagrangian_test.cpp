@@ -1,13 +1,13 @@
 // One instant of the Lagrangian solver: its accelerations and forces against numbers computed
 // elsewhere, dense elimination and quaternion coordinates.
-#include <catch2/catch.hpp>
 #include <algorithm>
+#include <catch2/catch.hpp>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <numeric>
 
-#include "tests/solvers/exact.hpp"
 #include "tests/paths.hpp"
+#include "tests/solvers/exact.hpp"
 
 using namespace pantin;
 using namespace pantin::test;
@@ -32,7 +32,7 @@ World system_of(const json& k) {
   std::vector<Real> half;
   for (std::size_t i = 0; i < k.at("m").size(); ++i) {
     Body b = solid(k.at("m")[i], vec(k.at("Ib")[i]), {vec(k.at("x")[i]), quat(k.at("q")[i])});
-    b.velocity = vec(k.at("v")[i]), b.spin = vec(k.at("w")[i]);
+    b.velocity = vec(k.at("v")[i]), b.angular_velocity = vec(k.at("w")[i]);
     bodies.push_back(w.add_body(b));
     const Real ends[] = {0.25, 0.6, 0.4};
     half.push_back(chain ? 0.5 : ends[i]);
@@ -62,9 +62,10 @@ std::vector<Vec3> constraint_forces(const lagrangian::Island& m) {
     for (std::size_t r = 0; r < b.rows; ++r)
       for (std::size_t k = 0; k < b.count; ++k) {
         if (b.body[k] >= m.count()) continue;
-        const lagrangian::RowVectors j = lagrangian::row_of(b, &m.room.jacobian[b.first_vector], r, k);
-        f[2 * b.body[k]] += m.room.lambda[b.first_row + r] * j.v;
-        f[2 * b.body[k] + 1] += m.room.lambda[b.first_row + r] * j.w;
+        const lagrangian::RowVectors j =
+            lagrangian::row_of(b, &m.scratch.jacobian[b.first_vector], r, k);
+        f[2 * b.body[k]] += m.scratch.lambda[b.first_row + r] * j.v;
+        f[2 * b.body[k] + 1] += m.scratch.lambda[b.first_row + r] * j.w;
       }
   return f;
 }
@@ -74,13 +75,14 @@ Real lack_of(const lagrangian::Island& m) {
   Real worst = 0, size = 1e-300;
   for (const lagrangian::Block& b : m.blocks)
     for (std::size_t r = 0; r < b.rows; ++r) {
-      Real sum = m.room.right[b.first_row + r];
+      Real sum = m.scratch.right[b.first_row + r];
       size = std::max(size, std::abs(sum));
       for (std::size_t k = 0; k < b.count; ++k) {
         if (b.body[k] >= m.count()) continue;
-        const lagrangian::RowVectors j = lagrangian::row_of(b, &m.room.jacobian[b.first_vector], r, k);
-        const Real part = glm::dot(j.v, m.room.motion[2 * b.body[k]]) +
-                          glm::dot(j.w, m.room.motion[2 * b.body[k] + 1]);
+        const lagrangian::RowVectors j =
+            lagrangian::row_of(b, &m.scratch.jacobian[b.first_vector], r, k);
+        const Real part = glm::dot(j.v, m.scratch.motion[2 * b.body[k]]) +
+                          glm::dot(j.w, m.scratch.motion[2 * b.body[k] + 1]);
         sum -= part, size = std::max(size, std::abs(part));
       }
       worst = std::max(worst, std::abs(sum));
@@ -94,8 +96,13 @@ struct Random {
   bool driven = false;  // the ground sways
 };
 
-const Lissajous kSway{{{0.1, 0.2, -0.3}, kNoTurn}, {0.3, 0.2, 0.1}, {0.5, 0.7, 0.9}, {0.1, 0.2, 0.3},
-                      {0.2, 0.1, 0.3},             {0.6, 0.4, 0.8}, {1, 2, 3}};
+const Lissajous kSway{{{0.1, 0.2, -0.3}, kIdentity},
+                      {0.3, 0.2, 0.1},
+                      {0.5, 0.7, 0.9},
+                      {0.1, 0.2, 0.3},
+                      {0.2, 0.1, 0.3},
+                      {0.6, 0.4, 0.8},
+                      {1, 2, 3}};
 
 /// A tree of random bodies and joints, tied to the ground, with hubs of 8 joints and some loops.
 /// `order` permutes bodies and links as they are added.
@@ -107,10 +114,11 @@ World random_world(const Random& spec, unsigned seed, std::vector<Entity>* made 
   std::vector<Body> bodies(n);
   for (Body& b : bodies) {
     const Real size = spec.heavy ? std::pow(10, chance.number(-3, 3)) : chance.number(0.5, 2);
-    b = solid(size, size * Vec3(chance.number(0.1, 0.2), chance.number(0.1, 0.2),
-                                chance.number(0.1, 0.2)),
-              {chance.vector(1), chance.turn()});
-    b.velocity = chance.vector(1), b.spin = chance.vector(2);
+    b = solid(
+        size,
+        size * Vec3(chance.number(0.1, 0.2), chance.number(0.1, 0.2), chance.number(0.1, 0.2)),
+        {chance.vector(1), chance.rotation()});
+    b.velocity = chance.vector(1), b.angular_velocity = chance.vector(2);
   }
   struct Tie {
     std::size_t a, b;  // n: the ground
@@ -119,10 +127,9 @@ World random_world(const Random& spec, unsigned seed, std::vector<Entity>* made 
     Quat axes;
   };
   std::vector<Tie> ties;
-  constexpr JointKind kKinds[] = {JointKind::ball,        JointKind::hinge,     JointKind::universal,
-                                  JointKind::fixed,       JointKind::cylindrical,
-                                  JointKind::prismatic,   JointKind::screw,     JointKind::planar,
-                                  JointKind::distance};
+  constexpr JointKind kKinds[] = {JointKind::ball,  JointKind::hinge,       JointKind::universal,
+                                  JointKind::fixed, JointKind::cylindrical, JointKind::prismatic,
+                                  JointKind::screw, JointKind::planar,      JointKind::distance};
   std::vector<std::size_t> meets(n, 0);
   for (std::size_t i = 0; i < n; ++i) {
     std::size_t parent = i == 0 ? n : chance.below(i);
@@ -131,14 +138,13 @@ World random_world(const Random& spec, unsigned seed, std::vector<Entity>* made 
         parent = hub;
         break;
       }
-    ties.push_back({parent, i, kKinds[chance.below(9)], chance.vector(1), chance.turn()});
+    ties.push_back({parent, i, kKinds[chance.below(9)], chance.vector(1), chance.rotation()});
     ++meets[i];
     if (parent < n) ++meets[parent];
   }
   for (int i = 0; i < spec.loops; ++i) {
     const std::size_t a = chance.below(n), b = chance.below(n);
-    if (a != b)
-      ties.push_back({a, b, JointKind::distance, chance.vector(1), chance.turn()});
+    if (a != b) ties.push_back({a, b, JointKind::distance, chance.vector(1), chance.rotation()});
   }
   std::vector<std::size_t> order(n), links(ties.size());
   std::iota(order.begin(), order.end(), 0), std::iota(links.begin(), links.end(), 0);
@@ -149,17 +155,18 @@ World random_world(const Random& spec, unsigned seed, std::vector<Entity>* made 
   Body base;
   base.motion = spec.driven ? Motion::driven : Motion::fixed;
   w.time = 0.4;
-  const Drive sway{kSway};
+  const KinematicPath sway{kSway};
   if (spec.driven) base.pose = pose_at(sway, w.time);
   const Entity ground = w.add_body(base);
-  if (spec.driven) w.drives.add(ground, sway);
+  if (spec.driven) w.paths.add(ground, sway);
   std::vector<Entity> e(n + 1, ground);
   for (std::size_t i : order) e[i] = w.add_body(bodies[i]);
   for (std::size_t i : links) {
     const Tie& t = ties[i];
     Joint j = joint_at(w, e[t.a], e[t.b], t.kind, t.point, t.axes);
-    if (t.kind == JointKind::distance) j.anchor_b += Vec3(0.6, 0, 0), j.extras.edit().length = 0.6;
-    if (t.kind == JointKind::screw) j.extras.edit().pitch = 0.2;
+    if (t.kind == JointKind::distance)
+      j.anchor_b += Vec3(0.6, 0, 0), j.parameters.edit().length = 0.6;
+    if (t.kind == JointKind::screw) j.parameters.edit().pitch = 0.2;
     w.add_link(e[t.a], e[t.b], j);
   }
   if (made) *made = {e.begin(), e.end() - 1};
@@ -168,15 +175,15 @@ World random_world(const Random& spec, unsigned seed, std::vector<Entity>* made 
 
 /// Where all bodies are and how frames move; the sway by differences of its own.
 Real compare_with_dense(const World& w, const lagrangian::Island& m, Motion2& dense) {
-  std::vector<Placed> at;
+  std::vector<BodyState> at;
   std::vector<Vec3> known(2 * w.bodies.size(), Vec3(0));
   for (std::size_t s = 0; s < w.bodies.size(); ++s) {
     at.push_back(placed_of(w.bodies.values()[s]));
-    const Drive* drive = w.drives.find(w.bodies.owners()[s]);
+    const KinematicPath* drive = w.paths.find(w.bodies.owners()[s]);
     if (!drive) continue;
     // Second differences with Richardson's step; turns as vectors from where the body is.
     const auto pose = [&](Real t) { return pose_at(*drive, w.time + t); };
-    const auto turn = [&](Real t) {
+    const auto rotation = [&](Real t) {
       return rotation_vector(pose(t).rotation * glm::conjugate(pose(0).rotation));
     };
     const auto first = [&](auto f, Real h) { return (f(h) - f(-h)) / (2 * h); };
@@ -187,8 +194,8 @@ Real compare_with_dense(const World& w, const lagrangian::Island& m, Motion2& de
       return (64.0 * c - 20.0 * b + a) / 45.0;
     };
     const auto place = [&](Real t) { return pose(t).position; };
-    at[s].velocity = best(first, place), at[s].spin = best(first, turn);
-    known[2 * s] = best(second, place), known[2 * s + 1] = best(second, turn);
+    at[s].velocity = best(first, place), at[s].angular_velocity = best(first, rotation);
+    known[2 * s] = best(second, place), known[2 * s + 1] = best(second, rotation);
   }
   dense = dense_motion(w, at, known);
   Real worst = 0, size = 1;
@@ -196,7 +203,7 @@ Real compare_with_dense(const World& w, const lagrangian::Island& m, Motion2& de
     for (std::size_t i = 0; i < 2; ++i) {
       const Vec3 want = dense.a[2 * m.slots[b] + i];
       size = std::max(size, glm::length(want));
-      worst = std::max(worst, glm::length(m.room.motion[2 * b + i] - want));
+      worst = std::max(worst, glm::length(m.scratch.motion[2 * b + i] - want));
     }
   return worst / size;
 }
@@ -214,7 +221,7 @@ TEST_CASE("accelerations and forces of constraint are those of the vectors") {
       const Real a = k.at("acc")[i], f = k.at("constraint_force")[i];
       size = std::max(size, std::abs(a));
       const int part = static_cast<int>(i % 3);
-      worst = std::max(worst, std::abs(m.room.motion[i / 3][part] - a));
+      worst = std::max(worst, std::abs(m.scratch.motion[i / 3][part] - a));
       worst_force = std::max(worst_force, std::abs(-forces[i / 3][part] - f));
     }
     INFO(k.at("name") << ": accelerations " << worst / size << ", forces " << worst_force);
@@ -230,7 +237,8 @@ TEST_CASE("accelerations and forces of constraint are those of the vectors") {
     int redundant = 0;
     for (const lagrangian::Fault& f : lagrangian::islands_of(sim.world)[0].faults) {
       CHECK(f.kind == lagrangian::Fault::redundant);
-      CHECK(sim.world.links.find(lagrangian::joint_of(sim.world, lagrangian::islands_of(sim.world)[0].blocks[f.block])));
+      CHECK(sim.world.links.find(
+          lagrangian::joint_of(sim.world, lagrangian::islands_of(sim.world)[0].blocks[f.block])));
       redundant += f.rows;
     }
     CHECK(redundant == report.rows - report.rank);
@@ -251,7 +259,7 @@ TEST_CASE("random trees, hubs and loops: as by dense elimination") {
     Motion2 dense;
     const Real miss = compare_with_dense(w, m, dense);
     if (dense.rank < dense.rows) continue;  // rows that contradict one another have no solution
-    if (spec.hubs > 0 && spec.bodies > 12) CHECK(m.room.pattern.hubs.size() >= 1);
+    if (spec.hubs > 0 && spec.bodies > 12) CHECK(m.scratch.pattern.hubs.size() >= 1);
     Real& most = worst[spec.heavy ? 3 : spec.driven ? 2 : spec.loops > 0 ? 1 : 0];
     most = std::max(most, miss);
     (spec.heavy ? lack_heavy : lack) = std::max(spec.heavy ? lack_heavy : lack, lack_of(m));
@@ -280,7 +288,7 @@ TEST_CASE("the order in which bodies and links are named does not matter") {
       for (Entity e : bodies[i])
         for (std::size_t b = 0; b < m.count(); ++b)
           if (m.bodies[b] == e)
-            a[i].push_back(m.room.motion[2 * b]), a[i].push_back(m.room.motion[2 * b + 1]);
+            a[i].push_back(m.scratch.motion[2 * b]), a[i].push_back(m.scratch.motion[2 * b + 1]);
     }
     REQUIRE(a[0].size() == a[1].size());
     Motion2 dense;
@@ -302,7 +310,7 @@ TEST_CASE("forces of constraint do no work and have no sum") {
     spec.bodies = 3 + static_cast<int>(seed % 20), spec.hubs = seed % 2;
     World w = random_world(spec, seed);
     lagrangian::Island& m = ready(w);
-    lagrangian::place(m), lagrangian::place_frames(w, m, 0, 1);
+    lagrangian::update_kinematics(m), lagrangian::update_frames(w, m, 0, 1);
     lagrangian::write_all_rows(w, m, {true, false});
     lagrangian::factor(m, false);
     lagrangian::project_twists(m, {});
@@ -312,23 +320,27 @@ TEST_CASE("forces of constraint do no work and have no sum") {
       for (std::size_t r = 0; r < b.rows; ++r)
         for (std::size_t k = 0; k < b.count; ++k) {
           if (b.body[k] >= m.count()) continue;
-          const lagrangian::RowVectors j = lagrangian::row_of(b, &m.room.jacobian[b.first_vector], r, k);
-          const Real load = m.room.lambda[b.first_row + r];
-          power += load * (glm::dot(j.v, m.room.state.v[b.body[k]]) +
-                           glm::dot(j.w, m.room.state.w[b.body[k]]));
+          const lagrangian::RowVectors j =
+              lagrangian::row_of(b, &m.scratch.jacobian[b.first_vector], r, k);
+          const Real load = m.scratch.lambda[b.first_row + r];
+          power += load * (glm::dot(j.v, m.scratch.state.v[b.body[k]]) +
+                           glm::dot(j.w, m.scratch.state.w[b.body[k]]));
           size = std::max(size, std::abs(load));  // twists are of order one
         }
     worst = std::max(worst, std::abs(power) / size);
     // Each block pushes its two bodies equally, force and moment about the origin.
     for (const lagrangian::Block& b : m.blocks)
       for (std::size_t r = 0; r < b.rows; ++r) {
-        const lagrangian::RowVectors on_a = lagrangian::row_of(b, &m.room.jacobian[b.first_vector], r, 0);
-        const lagrangian::RowVectors on_b = lagrangian::row_of(b, &m.room.jacobian[b.first_vector], r, 1);
-        const Vec3 x = m.room.placed[b.body[0]].position, y = m.room.placed[b.body[1]].position;
+        const lagrangian::RowVectors on_a =
+            lagrangian::row_of(b, &m.scratch.jacobian[b.first_vector], r, 0);
+        const lagrangian::RowVectors on_b =
+            lagrangian::row_of(b, &m.scratch.jacobian[b.first_vector], r, 1);
+        const Vec3 x = m.scratch.body_states[b.body[0]].position,
+                   y = m.scratch.body_states[b.body[1]].position;
         sum = std::max(sum, glm::length(on_a.v + on_b.v));
-        if (std::abs(m.room.c[b.first_row]) < 1e-12)
-          sum = std::max(sum, glm::length(on_a.w + on_b.w + glm::cross(x, on_a.v) +
-                                          glm::cross(y, on_b.v)));
+        if (std::abs(m.scratch.c[b.first_row]) < 1e-12)
+          sum = std::max(
+              sum, glm::length(on_a.w + on_b.w + glm::cross(x, on_a.v) + glm::cross(y, on_b.v)));
       }
   }
   INFO("power " << worst << ", sum " << sum);
@@ -347,13 +359,12 @@ Quat4 of(Quat q) { return {{q.w, q.x, q.y, q.z}}; }
 /// d(q v q*)/dq, three rows of four. [method, sec. 7]
 void rotation_slope(const Quat4& at, Vec3 v, Long d[3][4]) {
   const Long a = at.q[0], x = at.q[1], y = at.q[2], z = at.q[3];
-  const Long rows[3][4] = {
-      {a * v.x + y * v.z - z * v.y, x * v.x + y * v.y + z * v.z, a * v.z + x * v.y - y * v.x,
-       -a * v.y - z * v.x + x * v.z},
-      {a * v.y + z * v.x - x * v.z, -a * v.z - x * v.y + y * v.x, x * v.x + y * v.y + z * v.z,
-       a * v.x + y * v.z - z * v.y},
-      {a * v.z + x * v.y - y * v.x, a * v.y + z * v.x - x * v.z, -a * v.x - y * v.z + z * v.y,
-       x * v.x + y * v.y + z * v.z}};
+  const Long rows[3][4] = {{a * v.x + y * v.z - z * v.y, x * v.x + y * v.y + z * v.z,
+                            a * v.z + x * v.y - y * v.x, -a * v.y - z * v.x + x * v.z},
+                           {a * v.y + z * v.x - x * v.z, -a * v.z - x * v.y + y * v.x,
+                            x * v.x + y * v.y + z * v.z, a * v.x + y * v.z - z * v.y},
+                           {a * v.z + x * v.y - y * v.x, a * v.y + z * v.x - x * v.z,
+                            -a * v.x - y * v.z + z * v.y, x * v.x + y * v.y + z * v.z}};
   for (int i = 0; i < 3; ++i)
     for (int k = 0; k < 4; ++k) d[i][k] = 2 * rows[i][k];
 }
@@ -383,15 +394,15 @@ TEST_CASE("spherical chains: as in quaternion coordinates with a norm to keep") 
     Entity before = add_ground(w);
     Vec3 at(0);
     for (std::size_t i = 0; i < n; ++i) {
-      const Quat q = chance.turn();
+      const Quat q = chance.rotation();
       Body b = solid(chance.number(0.5, 2), {0.04, 0.09, 0.12}, {at + q * Vec3(0.5, 0, 0), q});
-      b.spin = chance.vector(2), b.velocity = chance.vector(1);
+      b.angular_velocity = chance.vector(2), b.velocity = chance.vector(1);
       const Entity e = w.add_body(b);
       w.add_link(before, e, joint_at(w, before, e, JointKind::ball, at));
       at += q * Vec3(1, 0, 0), before = e;
     }
     lagrangian::Island& m = ready(w);
-    lagrangian::place(m), lagrangian::place_frames(w, m, 0, 1);
+    lagrangian::update_kinematics(m), lagrangian::update_frames(w, m, 0, 1);
     lagrangian::write_all_rows(w, m, {true, false});
     lagrangian::factor(m, false);
     lagrangian::project_twists(m, {});
@@ -401,13 +412,13 @@ TEST_CASE("spherical chains: as in quaternion coordinates with a norm to keep") 
     Dense system(7 * n + 3 * n + n);
     std::vector<Quat4> q(n), rate(n);
     for (std::size_t i = 0; i < n; ++i) {
-      q[i] = of(m.room.state.q[i]);
-      rate[i] = of(Quat(0, 0.5 * m.room.state.w[i]) * m.room.state.q[i]);
+      q[i] = of(m.scratch.state.q[i]);
+      rate[i] = of(Quat(0, 0.5 * m.scratch.state.w[i]) * m.scratch.state.q[i]);
       Long g[3][4], gd[3][4];
       body_map(q[i], g), body_map(rate[i], gd);
-      Long spin[3] = {};  // G q'
+      Long angular_velocity[3] = {};  // G q'
       for (int a = 0; a < 3; ++a)
-        for (int c = 0; c < 4; ++c) spin[a] += g[a][c] * rate[i].q[c];
+        for (int c = 0; c < 4; ++c) angular_velocity[a] += g[a][c] * rate[i].q[c];
       Long speed = 0;
       for (std::size_t r = 0; r < 3; ++r) {
         system.at(7 * i + r, 7 * i + r) = m.mass[i];
@@ -418,7 +429,7 @@ TEST_CASE("spherical chains: as in quaternion coordinates with a norm to keep") 
           const Long inertia = m.inertia[i][static_cast<int>(a)];
           for (std::size_t c = 0; c < 4; ++c)
             system.at(7 * i + 3 + r, 7 * i + 3 + c) += 4 * g[a][r] * inertia * g[a][c];
-          system.right(7 * i + 3 + r) += -8 * gd[a][r] * inertia * spin[a];
+          system.right(7 * i + 3 + r) += -8 * gd[a][r] * inertia * angular_velocity[a];
         }
         system.at(10 * n + i, 7 * i + 3 + r) = system.at(7 * i + 3 + r, 10 * n + i) = 2 * q[i].q[r];
         speed += rate[i].q[r] * rate[i].q[r];
@@ -447,15 +458,16 @@ TEST_CASE("spherical chains: as in quaternion coordinates with a norm to keep") 
     for (std::size_t i = 0; i < n; ++i) {
       Long g[3][4];
       body_map(q[i], g);
-      Vec3 a, turn(0);
+      Vec3 a, rotation(0);
       for (int r = 0; r < 3; ++r) {
         a[r] = static_cast<Real>(x[7 * i + static_cast<std::size_t>(r)]);
-        for (std::size_t c = 0; c < 4; ++c) turn[r] += static_cast<Real>(2 * g[r][c] * x[7 * i + 3 + c]);
+        for (std::size_t c = 0; c < 4; ++c)
+          rotation[r] += static_cast<Real>(2 * g[r][c] * x[7 * i + 3 + c]);
       }
-      turn = m.room.state.q[i] * turn;
-      size = std::max({size, glm::length(a), glm::length(turn)});
-      worst = std::max({worst, glm::length(a - m.room.motion[2 * i]),
-                        glm::length(turn - m.room.motion[2 * i + 1])});
+      rotation = m.scratch.state.q[i] * rotation;
+      size = std::max({size, glm::length(a), glm::length(rotation)});
+      worst = std::max({worst, glm::length(a - m.scratch.motion[2 * i]),
+                        glm::length(rotation - m.scratch.motion[2 * i + 1])});
     }
     INFO(n << " bodies: " << worst / size);
     CHECK(worst <= 1e-12 * size);

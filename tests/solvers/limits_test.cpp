@@ -10,9 +10,9 @@ using namespace pantin::test;
 namespace {
 
 /// Joint axes whose x is the body's z: planar hinges.
-const Quat kPlanar = turn_by({0, -kPi / 2, 0});
+const Quat kPlanar = from_rotation_vector({0, -kPi / 2, 0});
 /// ... whose x runs down a link of chain(): cones about the limb.
-const Quat kAlong = turn_by({0, 0, -kPi / 2});
+const Quat kAlong = from_rotation_vector({0, 0, -kPi / 2});
 
 World jointed_chain(const ChainSpec& spec, JointKind kind, const JointLimits& limits = {}) {
   World w = chain(spec);
@@ -23,13 +23,13 @@ World jointed_chain(const ChainSpec& spec, JointKind kind, const JointLimits& li
     j.limits = limits;
     if (kind == JointKind::ball) j.frames.set(kAlong, kAlong);
   }
-  w.touch();
+  w.mark_dirty();
   return w;
 }
 
 Real angle_of(const World& w, const Link& l) {
   return swing_twist(
-             relative_turn(l.joint, w.bodies[l.a].pose.rotation, w.bodies[l.b].pose.rotation))
+             relative_rotation(l.joint, w.bodies[l.a].pose.rotation, w.bodies[l.b].pose.rotation))
       .twist;
 }
 
@@ -69,8 +69,8 @@ TEST_CASE("hinges hold what would turn them another way, momentum kept") {
   for (int i = 0; i < 5; ++i) {
     Body b;
     b.drag = 0, b.inertia = {0.1, 0.05, 0.12};
-    b.pose = {Vec3(i, 0, 0), kNoTurn};
-    b.spin = dice.in_cube(2), b.velocity = dice.in_cube(1);
+    b.pose = {Vec3(i, 0, 0), kIdentity};
+    b.angular_velocity = dice.in_cube(2), b.velocity = dice.in_cube(1);
     const Entity e = w.add_body(b);
     if (before) {
       Joint j;
@@ -78,7 +78,7 @@ TEST_CASE("hinges hold what would turn them another way, momentum kept") {
       constexpr JointKind kKinds[] = {JointKind::ball, JointKind::hinge, JointKind::universal,
                                       JointKind::fixed};
       j.kind = kKinds[i % 4];
-      const Quat axes = dice.turn();
+      const Quat axes = dice.rotation();
       j.frames.set(axes, axes);
       w.add_link(before, e, j);
     }
@@ -103,7 +103,7 @@ TEST_CASE("two rods fixed together swing like one, to second order") {
     two.links = 2, one.links = 1, two.mass = 0.5;
     World w = chain(two);
     w.links.values()[1].joint.kind = JointKind::fixed;
-    w.touch();
+    w.mark_dirty();
     Simulation pair(w, {h}), rod(chain(one), {h});
     Real worst = 0;
     for (int i = 0; i < std::lround(4 / h); ++i) {
@@ -128,14 +128,14 @@ TEST_CASE("a blow against a stop is inelastic: both sides take it, as closed for
     rod.pose.position = {-0.5, 0, 0};
     const Entity a = w.add_body(rod);
     rod.pose.position = {0.5, 0, 0};
-    rod.spin = {0, 0, 1};
+    rod.angular_velocity = {0, 0, 1};
     const Entity b = w.add_body(rod);
-    w.bodies[a].spin = {0, 0, -1};
+    w.bodies[a].angular_velocity = {0, 0, -1};
     Joint j;
     j.anchor_a = {0.5, 0, 0}, j.anchor_b = {-0.5, 0, 0}, j.kind = JointKind::hinge;
     j.frames.set(kPlanar, kPlanar);
     JointLimits limits;
-    limits.turn = {true, -0.3, 0.3};
+    limits.angle = {true, -0.3, 0.3};
     j.limits = limits;
     w.add_link(a, b, j);
     // Both turn towards one another: the whole has no angular momentum, so all motion ends.
@@ -145,14 +145,15 @@ TEST_CASE("a blow against a stop is inelastic: both sides take it, as closed for
     const Measures end = measure(sim.world);
     CHECK(start.kinetic == Approx(1.0 / 12));
     CHECK(glm::length(end.momentum - start.momentum) <= 1e-12);
-    CHECK(glm::length(end.spin_momentum - start.spin_momentum) <= 1e-12);
+    CHECK(glm::length(end.angular_momentum - start.angular_momentum) <= 1e-12);
     CHECK(angle_of(sim.world, sim.world.links.values()[0]) == Approx(0.3).margin(1e-12));
     return end.kinetic;
   };
   for (Real h : {1.0 / 60, 1.0 / 240}) CHECK(after(h) <= 1e-12);
 }
 
-TEST_CASE("chains within cones: no violation, no gap, no energy gained, in all 54 runs", "[limits]") {
+TEST_CASE("chains within cones: no violation, no gap, no energy gained, in all 54 runs",
+          "[limits]") {
   // Released at 60 degrees; with the drag the swing has decayed within 10 s, stops or no stops.
   for (Real cone : {10.0, 20.0, 45.0})
     for (int links : {5, 10, 20})
@@ -163,11 +164,11 @@ TEST_CASE("chains within cones: no violation, no gap, no energy gained, in all 5
           spec.links = links, spec.angle = kPi / 3, spec.mass = 1.0 / links;
           JointLimits limits;
           limits.swing = {true, cone * kPi / 180, cone * kPi / 180};
-          limits.turn = {true, -0.1, 0.1};
+          limits.angle = {true, -0.1, 0.1};
           World w = jointed_chain(spec, JointKind::ball, limits);
-          w.default_settings.passes = passes;
+          w.default_settings.active_set_iterations = passes;
           for (Body& b : w.bodies.values()) b.drag = 1;
-          w.touch();
+          w.mark_dirty();
           Simulation sim(w, {1 / rate});
           const Real start = measure(w).energy(), swing = start - lowest(spec);
           Real violation = 0, gap = 0, most = start;
@@ -189,12 +190,12 @@ TEST_CASE("a cantilever falls into its stops and is still within 10 s") {
   ChainSpec spec;
   spec.angle = kPi / 2, spec.mass = 0.1;
   JointLimits limits;
-  limits.turn = {true, -4 * kPi / 180, 4 * kPi / 180};
+  limits.angle = {true, -4 * kPi / 180, 4 * kPi / 180};
   World w = jointed_chain(spec, JointKind::hinge, limits);
   Joint& wall = w.links.values()[0].joint;
   wall.kind = JointKind::fixed;
-  wall.frames.set(turn_by({0, 0, spec.angle}), kNoTurn);
-  w.touch();
+  wall.frames.set(from_rotation_vector({0, 0, spec.angle}), kIdentity);
+  w.mark_dirty();
   Simulation sim(w, {1.0 / 60});
   StepReport last;
   for (int i = 0; i < 600; ++i) last = sim.step();
@@ -208,11 +209,11 @@ TEST_CASE("a cantilever falls into its stops and is still within 10 s") {
 TEST_CASE("the clamp of the sweep keeps to limits too") {
   ChainSpec spec;
   JointLimits limits;
-  limits.swing = {true, 0.2, 0.2}, limits.turn = {true, -0.1, 0.1};
+  limits.swing = {true, 0.2, 0.2}, limits.angle = {true, -0.1, 0.1};
   World w = jointed_chain(spec, JointKind::ball, limits);
   w.default_settings.solver = Solver::sweep;
   const Entity hand = w.add_pin({w.bodies.owners()[10], {0, -0.05, 0}, {0.3, -0.4, 0.3}});
-  w.touch();
+  w.mark_dirty();
   Simulation sim(w, {1.0 / 60});
   for (int i = 0; i < 60; ++i) {
     sim.world.pins[hand].target = {0.5 * std::sin(0.2 * i), -0.4, 0.4 * std::cos(0.3 * i)};
@@ -231,17 +232,19 @@ TEST_CASE("a soft zone brakes before the stop") {
     j.kind = JointKind::hinge;
     j.frames.set(kPlanar, kPlanar);
     JointLimits limits;
-    limits.turn = {true, -0.2, 2};
-    limits.soft_zone = 0.5, limits.soft_stiffness = stiffness, limits.soft_damping = 0.1 * stiffness;
+    limits.angle = {true, -0.2, 2};
+    limits.soft_zone = 0.5, limits.soft_stiffness = stiffness,
+    limits.soft_damping = 0.1 * stiffness;
     j.limits = limits;
-    w.touch();
+    w.mark_dirty();
     Simulation sim(w, {1.0 / 240});
     Real fastest = 0;
     for (int i = 0; i < 480; ++i) {
-      const Real before = glm::length(sim.world.bodies.values()[1].spin);
+      const Real before = glm::length(sim.world.bodies.values()[1].angular_velocity);
       sim.step();
       if (measure(sim.world).worst_violation > 1e-12) return -1.0;
-      fastest = std::max(fastest, before - glm::length(sim.world.bodies.values()[1].spin));
+      fastest =
+          std::max(fastest, before - glm::length(sim.world.bodies.values()[1].angular_velocity));
     }
     return fastest;
   };
@@ -258,28 +261,29 @@ TEST_CASE("a drive holds a rod level against its weight, and no harder than it m
   const Entity link = w.links.owners()[0];
   w.links[link].joint.kind = JointKind::hinge;
   w.links[link].joint.frames.set(kPlanar, kPlanar);
-  PoseDrive drive;
-  drive.target = turn_by({kPi / 2, 0, 0}), drive.stiffness = 50, drive.damping = 5;
-  w.pose_drives.add(link, drive);
+  JointDrive drive;
+  drive.target = from_rotation_vector({kPi / 2, 0, 0}), drive.stiffness = 50, drive.damping = 5;
+  w.joint_drives.add(link, drive);
   Simulation sim(w, {1.0 / 60});
   for (int i = 0; i < 600; ++i) sim.step();
   const Real angle = angle_of(sim.world, sim.world.links[link]);
   const Real weight = 9.81 * 0.5 * std::sin(angle);
   CHECK(50 * (kPi / 2 - angle) == Approx(weight).margin(1e-9));
-  CHECK(sim.world.pose_drives[link].torque == Approx(weight).margin(1e-9));
+  CHECK(sim.world.joint_drives[link].torque == Approx(weight).margin(1e-9));
   CHECK(measure(sim.world).kinetic <= 1e-20);
 
   // With less torque than the weight asks for it sinks to where the weight's lever is short enough.
-  sim.world.pose_drives[link].max_torque = 3;
+  sim.world.joint_drives[link].max_torque = 3;
   sim.world.bodies.values()[1].drag = 4;
-  sim.world.touch();
+  sim.world.mark_dirty();
   Real most = 0;
   for (int i = 0; i < 3000; ++i) {
     sim.step();
-    if (i > 0) most = std::max(most, sim.world.pose_drives[link].torque);
+    if (i > 0) most = std::max(most, sim.world.joint_drives[link].torque);
   }
   CHECK(most <= 3 * 1.001);
-  CHECK(9.81 * 0.5 * std::sin(angle_of(sim.world, sim.world.links[link])) == Approx(3).epsilon(0.01));
+  CHECK(9.81 * 0.5 * std::sin(angle_of(sim.world, sim.world.links[link])) ==
+        Approx(3).epsilon(0.01));
 }
 
 TEST_CASE("a drive follows its keys, and any stiffness is stable") {
@@ -290,18 +294,19 @@ TEST_CASE("a drive follows its keys, and any stiffness is stable") {
     const Entity link = w.links.owners()[0];
     w.links[link].joint.kind = JointKind::hinge;
     w.links[link].joint.frames.set(kPlanar, kPlanar);
-    PoseDrive drive;
+    JointDrive drive;
     drive.stiffness = stiffness, drive.damping = 0.1 * stiffness;
     for (int k = 0; k <= 8; ++k)
-      drive.keys.push_back({0.5 * k, turn_by({0.8 * std::sin(kPi / 4 * k), 0, 0})});
+      drive.keys.push_back({0.5 * k, from_rotation_vector({0.8 * std::sin(kPi / 4 * k), 0, 0})});
     drive.loop = true;
-    w.pose_drives.add(link, drive);
+    w.joint_drives.add(link, drive);
     Simulation sim(w, {1.0 / 60});
     Real worst = 0;
     for (int i = 0; i < 600; ++i) {
       REQUIRE(sim.step().status == Status::ok);
       const Real wanted = swing_twist(target_at(drive, sim.world.time)).twist;
-      if (i > 60) worst = std::max(worst, std::abs(angle_of(sim.world, sim.world.links[link]) - wanted));
+      if (i > 60)
+        worst = std::max(worst, std::abs(angle_of(sim.world, sim.world.links[link]) - wanted));
     }
     INFO(stiffness);
     CHECK(worst <= (stiffness > 1e4 ? 2e-3 : 0.1));
@@ -311,11 +316,11 @@ TEST_CASE("a drive follows its keys, and any stiffness is stable") {
 TEST_CASE("copies of a world with stops and drives go the same way, bit for bit") {
   ChainSpec spec;
   JointLimits limits;
-  limits.swing = {true, 0.15, 0.3}, limits.turn = {true, -0.1, 0.1};
+  limits.swing = {true, 0.15, 0.3}, limits.angle = {true, -0.1, 0.1};
   World w = jointed_chain(spec, JointKind::ball, limits);
-  PoseDrive drive;
+  JointDrive drive;
   drive.stiffness = 5, drive.damping = 1, drive.max_torque = 0.3;
-  w.pose_drives.add(w.links.owners()[3], drive);
+  w.joint_drives.add(w.links.owners()[3], drive);
   Simulation one(w, {1.0 / 60});
   for (int i = 0; i < 100; ++i) one.step();
   Simulation other(one.world, {1.0 / 60});

@@ -2,9 +2,9 @@
 // integrators are chosen for.
 #include <catch2/catch.hpp>
 
-#include "tools/study/problems.hpp"
-#include "tests/paths.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
+#include "tests/paths.hpp"
+#include "tools/study/problems.hpp"
 
 using namespace pantin;
 using namespace pantin::study;
@@ -117,7 +117,8 @@ TEST_CASE("a double pendulum keeps its energy for a minute as each integrator ca
     CAPTURE(name_of(row.integrator));
     World w = chain(2, 1, kPi / 2);
     for (Body& b : w.bodies.values())
-      if (b.motion == Motion::dynamic) b.inertia = {0.02, 0.09, 0.09}, b.spin = b.pose.rotation * Vec3(0.5, 0, 0);
+      if (b.motion == Motion::dynamic)
+        b.inertia = {0.02, 0.09, 0.09}, b.angular_velocity = b.pose.rotation * Vec3(0.5, 0, 0);
     set_exact(w, row.integrator);
     Simulation sim(w, {0.01});
     const Real start = measure(sim.world).energy();
@@ -142,7 +143,7 @@ TEST_CASE("a free chain keeps its momenta") {
   int i = 0;
   for (Body& b : w.bodies.values()) {
     b.velocity = {0.3, 0.1 * i, -0.2};
-    b.spin = {1.0 - 0.5 * i, 0.4 * i, 1.5 - i};
+    b.angular_velocity = {1.0 - 0.5 * i, 0.4 * i, 1.5 - i};
     ++i;
   }
   const std::pair<Integrator, Real> allowed[] = {{Integrator::euler, 2e-2},
@@ -155,15 +156,16 @@ TEST_CASE("a free chain keeps its momenta") {
     const World after = run(w, integrator, 0.01, 500);
     const Measures a = measure(before), b = measure(after);
     CHECK(glm::length(a.momentum - b.momentum) <= 1e-12);
-    CHECK(glm::length(a.spin_momentum - b.spin_momentum) <=
-          spin_drift * glm::length(a.spin_momentum));
+    CHECK(glm::length(a.angular_momentum - b.angular_momentum) <=
+          spin_drift * glm::length(a.angular_momentum));
   }
 }
 
 TEST_CASE("RATTLE comes back the way it went") {
   const World start = run(chain(4, 1, 1, JointKind::hinge), Integrator::rattle, 0.005, 1);
   World there = run(start, Integrator::rattle, 0.005, 200);
-  for (Body& b : there.bodies.values()) b.velocity = -b.velocity, b.spin = -b.spin;
+  for (Body& b : there.bodies.values())
+    b.velocity = -b.velocity, b.angular_velocity = -b.angular_velocity;
   CHECK(distance(start, there) > 0.1);
   CHECK(difference(start, run(there, Integrator::rattle, 0.005, 200)) <= 1e-11);
 }

@@ -11,7 +11,7 @@ using namespace pantin::test;
 
 namespace {
 
-constexpr Real kClosed = 1e-13;  // of the articulation's size
+constexpr Real kClosed = 1e-13;  // of the island's size
 
 /// Largest way that any body of a World moves in the next step, m.
 Real next_move(Simulation& sim) {
@@ -37,7 +37,7 @@ TEST_CASE("switching the solver keeps joints closed and moves nothing farther th
   Simulation start = swinging();
   for (int i = 0; i < 40; ++i) start.step();
   const Entity body = start.world.bodies.owners()[3];
-  const Solver all[] = {Solver::automatic, Solver::sweep, Solver::shake2, Solver::paper};
+  const Solver all[] = {Solver::articulated, Solver::sweep, Solver::shake2, Solver::paper};
   for (Solver from : all)
     for (Solver to : all) {
       Simulation sim(start.world, start.settings);
@@ -79,8 +79,8 @@ TEST_CASE("joint loads are carried over to another step as forces, and dropped a
   articulated::prepare(w);
   articulated::update(w, articulated::islands_of(w)[0], 0.5 * sim.settings.h);
   for (std::size_t c = 0; c < before.count(); ++c) {
-    const Vec3 load = before.memory.vec(articulated::kLoad, c);
-    CHECK(articulated::islands_of(w)[0].memory.vec(articulated::kLoad, c) == 0.25 * load);
+    const Vec3 load = before.memory.vec(articulated::kLambda, c);
+    CHECK(articulated::islands_of(w)[0].memory.vec(articulated::kLambda, c) == 0.25 * load);
     CHECK(glm::length(load) > 0);
   }
   CHECK_FALSE(articulated::islands_of(w)[0].second_order);
@@ -90,7 +90,7 @@ TEST_CASE("joint loads are carried over to another step as forces, and dropped a
   w.teleport(w.bodies.owners()[4], w.bodies.values()[4].pose);
   articulated::update(w, articulated::islands_of(w)[0], sim.settings.h);
   for (std::size_t c = 0; c < before.count(); ++c)
-    CHECK(articulated::islands_of(w)[0].memory.vec(articulated::kLoad, c) == Vec3(0));
+    CHECK(articulated::islands_of(w)[0].memory.vec(articulated::kLambda, c) == Vec3(0));
 }
 
 TEST_CASE("substeps are steps: four of them are a step four times as fine") {
@@ -133,7 +133,7 @@ TEST_CASE("a body teleported alone is pulled back by its joints, and nothing blo
   Simulation sim = swinging(0.3);
   for (int i = 0; i < 50; ++i) sim.step();
   const Entity e = sim.world.bodies.owners()[5];
-  sim.world.teleport(e, {{5, 5, 5}, turn_by({1, 2, 0})});
+  sim.world.teleport(e, {{5, 5, 5}, from_rotation_vector({1, 2, 0})});
   const Real height = measure(sim.world).energy();
   for (int i = 0; i < 200; ++i) {
     const StepReport report = sim.step();
@@ -175,14 +175,14 @@ TEST_CASE("a free tree that is rebuilt keeps its angular momentum") {
   t.world.gravity = Vec3(0);
   for (Entity e : t.bodies) {
     Body& b = t.world.bodies[e];
-    b.spin = {0.5, 3, -1}, b.velocity = glm::cross(b.spin, b.pose.position);
+    b.angular_velocity = {0.5, 3, -1}, b.velocity = glm::cross(b.angular_velocity, b.pose.position);
   }
   Simulation sim(t.world, {1.0 / 60});
   for (int i = 0; i < 30; ++i) sim.step();
-  const Vec3 l = measure(sim.world).spin_momentum;
-  sim.world.touch();
+  const Vec3 l = measure(sim.world).angular_momentum;
+  sim.world.mark_dirty();
   for (int i = 0; i < 30; ++i) sim.step();
-  CHECK(glm::length(measure(sim.world).spin_momentum - l) <= 1e-10 * glm::length(l));
+  CHECK(glm::length(measure(sim.world).angular_momentum - l) <= 1e-10 * glm::length(l));
   // A hand that catches a body and lets it go roots the tree elsewhere in between. It takes energy,
   // but the tree swings on, and flies on as it was let go.
   const Real kinetic = measure(sim.world).kinetic;
@@ -195,8 +195,8 @@ TEST_CASE("a free tree that is rebuilt keeps its angular momentum") {
   sim.world.destroy(held);
   const Measures then = measure(sim.world);
   for (int i = 0; i < 30; ++i) sim.step();
-  const Vec3 lost = measure(sim.world).spin_momentum - then.spin_momentum;
-  CHECK(glm::length(lost) <= 1e-10 * glm::length(then.spin_momentum));
+  const Vec3 lost = measure(sim.world).angular_momentum - then.angular_momentum;
+  CHECK(glm::length(lost) <= 1e-10 * glm::length(then.angular_momentum));
   CHECK(glm::length(measure(sim.world).momentum - then.momentum) <=
         1e-12 * glm::length(then.momentum));
 }
@@ -206,15 +206,15 @@ TEST_CASE("solver settings hold for the articulation that has them") {
   Body loose = rod({5, 0, 0});
   const Entity other = c.world.add_body(loose);
   SolverSettings how;
-  how.solver = Solver::sweep, how.turn_stiffness = 3;
+  how.solver = Solver::sweep, how.rotation_stiffness = 3;
   c.world.settings.add(c.rods[2], how);
   Simulation sim(c.world);
   sim.step();
   REQUIRE(articulated::islands_of(sim.world).size() == 2);
   for (const articulated::Island& a : articulated::islands_of(sim.world)) {
     const bool is_chain = a.bodies[0] != other;
-    CHECK(a.settings.solver == (is_chain ? Solver::sweep : Solver::automatic));
-    CHECK(a.settings.turn_stiffness == (is_chain ? 3 : 1));
+    CHECK(a.settings.solver == (is_chain ? Solver::sweep : Solver::articulated));
+    CHECK(a.settings.rotation_stiffness == (is_chain ? 3 : 1));
   }
 }
 

@@ -20,12 +20,12 @@ World in_units(const World& from, const Units& u) {
   const Real speed = u.length / u.time;
   w.gravity *= u.length / (u.time * u.time);
   for (Body& b : w.bodies.values()) {
-    b.pose.position *= u.length, b.velocity *= speed, b.spin /= u.time;
+    b.pose.position *= u.length, b.velocity *= speed, b.angular_velocity /= u.time;
     b.mass *= u.mass, b.inertia *= u.mass * u.length * u.length;
     b.drag /= u.time;
   }
   for (Link& l : w.links.values()) l.joint.anchor_a *= u.length, l.joint.anchor_b *= u.length;
-  for (String& s : w.strings.values()) {
+  for (Cable& s : w.cables.values()) {
     s.joint.anchor_a *= u.length, s.joint.anchor_b *= u.length, s.joint.length *= u.length;
     s.joint.compliance *= u.time * u.time / u.mass;
   }
@@ -67,11 +67,11 @@ World moving_tree(Solver solver, bool held, std::uint64_t seed) {
   spec.bodies = 9, spec.drag = 0.25, spec.held = held;
   RandomTree t = random_tree(spec, dice);
   t.world.default_settings.solver = solver;
-  for (Entity e : t.bodies) t.world.bodies[e].spin = 2.0 * dice.in_cube(1);
+  for (Entity e : t.bodies) t.world.bodies[e].angular_velocity = 2.0 * dice.in_cube(1);
   return t.world;
 }
 
-/// Two bodies on strings from a wall, tied to one another, one of them held or drawn by a spring.
+/// Two bodies on cables from a wall, tied to one another, one of them held or drawn by a spring.
 World hung_pair(Grip grip) {
   World w;
   Body wall;
@@ -82,8 +82,8 @@ World hung_pair(Grip grip) {
   const Entity left = w.add_body(b);
   b.pose.position = {1.5, -1, 0.25};
   const Entity right = w.add_body(b);
-  w.add_string(top, left, {Vec3(0), {0, 0.25, 0}, 0.75, 0});
-  w.add_string(top, right, {{1.5, 0, 0}, {0, 0.25, 0}, 1, 0.001});
+  w.add_cable(top, left, {Vec3(0), {0, 0.25, 0}, 0.75, 0});
+  w.add_cable(top, right, {{1.5, 0, 0}, {0, 0.25, 0}, 1, 0.001});
   w.add_link(left, right, {{0.5, 0, 0}, {-0.5, 0, -0.25}});
   Pin pin;
   pin.body = right, pin.target = {1.75, -0.75, 0.5}, pin.grip = grip, pin.stiffness = 30;
@@ -97,7 +97,7 @@ const Units kPowersOfTwo[] = {{8, 1, 1},        {1, 16, 1},       {1, 1, 4},  {0
 }  // namespace
 
 TEST_CASE("units that are powers of two of the others give the same bits") {
-  const Solver solver = GENERATE(Solver::automatic, Solver::sweep, Solver::shake2);
+  const Solver solver = GENERATE(Solver::articulated, Solver::sweep, Solver::shake2);
   const bool held = GENERATE(true, false);
   const World start = moving_tree(solver, held, 3);
   for (const Units& u : kPowersOfTwo) {
@@ -117,7 +117,7 @@ TEST_CASE("strings and pins keep their bits in other units too") {
 }
 
 TEST_CASE("units by any factor give the same motion to rounding") {
-  const World start = moving_tree(Solver::automatic, true, 4);
+  const World start = moving_tree(Solver::articulated, true, 4);
   // 240 steps of a swinging tree multiply the rounding errors of the first ones.
   for (const Units& u : {Units{3, 1, 1}, {1, 0.7, 1}, {1, 1, 1.3}, {39.37, 2.2046, 0.6}})
     CHECK(worst_difference(start, u, 240) <= 1e-9);

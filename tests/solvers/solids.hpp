@@ -37,14 +37,14 @@ inline Entity add_solid(World& w, const Shape& shape, const Pose& pose, Motion m
   }
   const Entity e = w.add_body(b);
   Shapes shapes;
-  shapes.parts.push_back(shape);
+  shapes.list.push_back(shape);
   w.shapes.add(e, shapes);
   w.collisions.add(e, collision);
   return e;
 }
 
-inline Entity add_ground(World& w, const Collision& collision = {}, Quat turn = kNoTurn) {
-  return add_solid(w, ground_shape(), {Vec3(0), turn}, Motion::fixed, collision);
+inline Entity add_ground(World& w, const Collision& collision = {}, Quat rotation = kIdentity) {
+  return add_solid(w, ground_shape(), {Vec3(0), rotation}, Motion::fixed, collision);
 }
 
 }  // namespace pantin::test

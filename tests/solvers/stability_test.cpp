@@ -2,9 +2,9 @@
 // the same: pantin_tests "[.soak]"
 #include <catch2/catch.hpp>
 
+#include "engine/solvers/articulated/island.hpp"
 #include "tests/solvers/chains.hpp"
 #include "tests/solvers/trees.hpp"
-#include "engine/solvers/articulated/island.hpp"
 
 using namespace pantin;
 using namespace pantin::test;
@@ -107,13 +107,13 @@ TEST_CASE("losses of a step with large turns are not given back") {
     std::vector<Quat> before;
     for (Entity e : t.bodies) before.push_back(sim.world.bodies[e].pose.rotation);
     sim.step();
-    Real turn = 0;
+    Real rotation = 0;
     for (std::size_t n = 0; n < before.size(); ++n) {
       const Quat now = sim.world.bodies[t.bodies[n]].pose.rotation;
-      turn = std::max(turn, glm::length(rotation_vector(now * glm::conjugate(before[n]))));
+      rotation = std::max(rotation, glm::length(rotation_vector(now * glm::conjugate(before[n]))));
     }
     const articulated::Island& a = articulated::islands_of(sim.world)[0];
-    if (turn > 1.01 * a.settings.calm_angle) {
+    if (rotation > 1.01 * a.settings.calm_angle) {
       REQUIRE(a.reserve == 0);
       REQUIRE(a.calm_steps == 0);
       ++large;

@@ -1,13 +1,13 @@
 #pragma once
 // The adjust stage from given predicted poses, without a step around it.
 #include "engine/base/rotation.hpp"
-#include "engine/solvers/articulated/internal.hpp"
 #include "engine/solvers/articulated/articulated.hpp"
+#include "engine/solvers/articulated/internal.hpp"
 #include "engine/solvers/solver.hpp"
 
 namespace pantin::test {
 
-/// The first articulation of a World whose bodies stand at predicted poses, joints open.
+/// The first island of a World whose bodies stand at predicted poses, joints open.
 class Stages {
  public:
   explicit Stages(World start, const articulated::Kernels& kernels = articulated::kernels())
@@ -17,26 +17,27 @@ class Stages {
     articulated::Island& a = articulation();
     for (std::size_t c = 0; c < a.slots.size(); ++c) {
       const Pose& pose = world.bodies.values()[a.slots[c]].pose;
-      a.room.work.set(articulated::kPosition, c, pose.position);
-      a.room.work.set(articulated::kRotation, c, pose.rotation);
+      a.scratch.work.set(articulated::kPosition, c, pose.position);
+      a.scratch.work.set(articulated::kRotation, c, pose.rotation);
     }
     for (articulated::Tree& t : a.trees) {
       if (t.held_body != UINT32_MAX) t.target = articulated::point_on(world, t.held_body, t.anchor);
-      for (int n = 0; n < 3; ++n) a.room.targets.push_back(t.target[n]);
+      for (int n = 0; n < 3; ++n) a.scratch.targets.push_back(t.target[n]);
     }
     levers();
   }
 
   World world;
   articulated::Island& articulation() { return articulated::islands_of(world).front(); }
-  articulated::Packed packed() { return articulated::packed(world, articulation()); }
+  articulated::IslandView packed() { return articulated::view_of(world, articulation()); }
 
   void levers() { k_.levers(packed(), articulated::kPosition, articulated::kRotation); }
   /// Least displacement, root to leaf.
   void sweep() {
     articulated::Island& a = articulation();
-    k_.sweep(packed(), a.room.targets.data(), articulated::kPosition, a.settings.turn_stiffness);
-    k_.commit(packed(), articulated::kRotation);
+    k_.sweep(packed(), a.scratch.targets.data(), articulated::kPosition,
+             a.settings.rotation_stiffness);
+    k_.apply_poses(packed(), articulated::kRotation);
   }
   /// The rule as printed.
   void literal(Real h) { articulated::literal_sweep(articulation(), h); }
@@ -44,32 +45,34 @@ class Stages {
   void gather(bool tension) {
     articulated::Island& a = articulation();
     if (a.is_chain) {
-      k_.gather_chain(packed(), tension);
+      k_.inward_pass_chain(packed(), tension);
       return;
     }
     k_.prepare(packed(), articulated::kPosition, articulated::kRotation, tension);
-    k_.fill_blocks(packed(), a.room.blocks.data());
-    k_.gather_tree(packed(), tension, a.room.blocks.data());
+    k_.fill_blocks(packed(), a.scratch.blocks.data());
+    k_.inward_pass_tree(packed(), tension, a.scratch.blocks.data());
   }
   /// ... and down again.
   void close() {
-    k_.close(packed(), articulation().room.targets.data(), articulated::kPosition);
-    k_.commit(packed(), articulated::kRotation);
+    k_.outward_pass(packed(), articulation().scratch.targets.data(), articulated::kPosition);
+    k_.apply_poses(packed(), articulated::kRotation);
   }
 
   /// The linear answer of a free pair to the gap between them, mapped to rotations exactly: what
   /// close() mends to close the joint.
   void answer_linearly(Pose& root, Pose& child) {
     const articulated::Island& a = articulation();
-    const articulated::Table& w = a.room.work;
-    const Vec3 slide =
-        articulated::solve_symmetric(articulated::group_mass(a, 0), articulated::group_load(a, 0));
-    const Vec3 turn = articulated::answer(a, 0, slide);
-    const Vec3 follow = slide + glm::cross(turn, w.vec(articulated::kParentArm, 1)) + w.vec(articulated::kGap, 1);
-    const Vec3 turn_child = articulated::answer(a, 1, follow);
-    root = {root.position + slide, glm::normalize(turn_by(turn) * root.rotation)};
+    const articulated::LaneTable& w = a.scratch.work;
+    const Vec3 translation = articulated::solve_symmetric(articulated::articulated_mass(a, 0),
+                                                          articulated::articulated_bias(a, 0));
+    const Vec3 rotation = articulated::response_rotation(a, 0, translation);
+    const Vec3 follow = translation + glm::cross(rotation, w.vec(articulated::kParentArm, 1)) +
+                        w.vec(articulated::kGap, 1);
+    const Vec3 turn_child = articulated::response_rotation(a, 1, follow);
+    root = {root.position + translation,
+            glm::normalize(from_rotation_vector(rotation) * root.rotation)};
     child = {child.position + follow - glm::cross(turn_child, w.vec(articulated::kArm, 1)),
-             glm::normalize(turn_by(turn_child) * child.rotation)};
+             glm::normalize(from_rotation_vector(turn_child) * child.rotation)};
   }
 
   std::size_t column(Entity body) {
@@ -79,12 +82,14 @@ class Stages {
     return c;
   }
   Pose predicted(Entity body) {
-    const articulated::Table& w = articulation().room.work;
-    return {w.vec(articulated::kPosition, column(body)), w.quat(articulated::kRotation, column(body))};
+    const articulated::LaneTable& w = articulation().scratch.work;
+    return {w.vec(articulated::kPosition, column(body)),
+            w.quat(articulated::kRotation, column(body))};
   }
   Pose final(Entity body) {
-    const articulated::Table& w = articulation().room.work;
-    return {w.vec(articulated::kFinalPosition, column(body)), w.quat(articulated::kFinalRotation, column(body))};
+    const articulated::LaneTable& w = articulation().scratch.work;
+    return {w.vec(articulated::kFinalPosition, column(body)),
+            w.quat(articulated::kFinalRotation, column(body))};
   }
 
   /// The mass-weighted squared displacement of all material points between the predicted and the
@@ -102,8 +107,8 @@ class Stages {
     const Vec3 d = to.position - from.position;
     const Vec3 j = Vec3((inertia.x + inertia.y + inertia.z) / 2) - inertia;
     const Mat3 r = glm::mat3_cast(glm::conjugate(from.rotation) * to.rotation);
-    const Vec3 turned(1 - r[0][0], 1 - r[1][1], 1 - r[2][2]);
-    return mass / 2 * glm::dot(d, d) + glm::dot(j, turned);
+    const Vec3 rotated(1 - r[0][0], 1 - r[1][1], 1 - r[2][2]);
+    return mass / 2 * glm::dot(d, d) + glm::dot(j, rotated);
   }
 
  private:

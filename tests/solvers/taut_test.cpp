@@ -33,7 +33,7 @@ Arc arc(int links, Real chord) {
     const Vec3 way(std::cos(angle), std::sin(angle), 0);
     Body b;
     b.mass = l, b.inertia = l * l * l * Vec3(0.01, 1.0 / 12, 1.0 / 12);
-    b.pose = {at + 0.5 * l * way, turn_by({0, 0, angle})};
+    b.pose = {at + 0.5 * l * way, from_rotation_vector({0, 0, angle})};
     const Entity e = w.add_body(b);
     w.add_link(before, e, {i == 0 ? Vec3(0) : Vec3(l / 2, 0, 0), {-l / 2, 0, 0}});
     before = e, at += l * way;
@@ -53,8 +53,8 @@ TEST_CASE("a hundred links drawn taut reach their pin within ten rounds") {
     for (int i = 0; i < 60; ++i) sim.step();
     sim.world.pins[a.pin].target.x = span;  // five links' length at once
     const StepReport report = sim.step();
-    INFO(span << ": " << report.rounds_used << " rounds, residual " << report.worst_residual);
-    CHECK(report.rounds_used <= 10);
+    INFO(span << ": " << report.sweeps_used << " rounds, residual " << report.worst_residual);
+    CHECK(report.sweeps_used <= 10);
     CHECK(report.worst_residual <= 1e-6);
     CHECK(measure(sim.world).worst_gap_rel <= 1e-14);
     // The blow runs along the chain for a while; then the pin is met again at every step.
@@ -71,7 +71,7 @@ TEST_CASE("a target out of reach is told, and the chain settles straight towards
   for (int i = 0; i < 120; ++i) report = sim.step();
   CHECK_FALSE(sim.world.pins[a.pin].reachable);
   CHECK(report.unreached == 1);
-  CHECK(report.rounds_used <= sim.world.default_settings.rounds);
+  CHECK(report.sweeps_used <= sim.world.default_settings.sweeps);
   CHECK(report.worst_residual == Approx(0.2).epsilon(0.02));
 }
 
@@ -85,8 +85,9 @@ TEST_CASE("a ring of links is closed by a joint like any other") {
     Body b;
     b.mass = 0.1, b.inertia = {1e-5, 1e-4, 1e-4}, b.drag = 0;
     const Real inner = radius * std::cos(kPi / kLinks);
-    b.pose = {inner * Vec3(std::cos(angle), std::sin(angle), 0), turn_by({0, 0, angle + kPi / 2})};
-    b.spin = {0, 0, 2}, b.velocity = glm::cross(b.spin, b.pose.position);
+    b.pose = {inner * Vec3(std::cos(angle), std::sin(angle), 0),
+              from_rotation_vector({0, 0, angle + kPi / 2})};
+    b.angular_velocity = {0, 0, 2}, b.velocity = glm::cross(b.angular_velocity, b.pose.position);
     ring.push_back(w.add_body(b));
   }
   for (std::size_t i = 0; i < kLinks; ++i)
@@ -121,13 +122,13 @@ TEST_CASE("a four-bar of hinges keeps its loop to second order, whatever it has 
       b.drag = 0, b.mass = length[i];
       const Real across = b.mass * length[i] * length[i] / 12;
       b.inertia = {0.01 * across, across, across};
-      b.pose = {0.5 * (p[i] + p[i + 1]), turn_by({0, 0, std::atan2(way.y, way.x)})};
+      b.pose = {0.5 * (p[i] + p[i + 1]), from_rotation_vector({0, 0, std::atan2(way.y, way.x)})};
       bars[i] = w.add_body(b);
     }
     const auto tie = [&](Entity a, Entity b, Vec3 at_a, Vec3 at_b) {
       Joint j;
       j.anchor_a = at_a, j.anchor_b = at_b, j.kind = JointKind::hinge;
-      const Quat axes = turn_by({0, -kPi / 2, 0});
+      const Quat axes = from_rotation_vector({0, -kPi / 2, 0});
       j.frames.set(axes, axes);
       w.add_link(a, b, j);
     };

@@ -42,10 +42,10 @@ Joint random_joint(const Pose& a, const Pose& b, Dice& dice) {
   const Vec3 middle = 0.5 * (a.position + b.position);
   joint.anchor_a = to_local(a, middle), joint.anchor_b = to_local(b, middle);
   joint.kind = static_cast<JointKind>(dice.below(4));
-  const Quat frame = dice.turn();
+  const Quat frame = dice.rotation();
   joint.frames.set(frame, glm::conjugate(b.rotation) * a.rotation * frame);
   JointLimits limits;
-  limits.turn = random_range(dice);
+  limits.angle = random_range(dice);
   limits.second = random_range(dice);
   limits.swing.on = dice.below(2) == 0;
   limits.swing.y = dice.between(0.01, 2);
@@ -70,13 +70,13 @@ World random_fall(int seed) {
   std::vector<Entity> bodies;
   for (int i = 0; i < count; ++i) {
     const Shape shape = random_shape(i % 3, dice);
-    Pose pose{{0, 1.5, 0}, kNoTurn};
+    Pose pose{{0, 1.5, 0}, kIdentity};
     if (i > 0) pose.position = w.bodies[bodies.back()].pose.position + 0.35 * dice.direction();
     pose.position.y = std::max(pose.position.y, 0.5);
-    pose.rotation = dice.turn();
+    pose.rotation = dice.rotation();
     const Real density = 1000 * std::pow(10.0, dice.between(-decades, decades));
     const Entity e = add_solid(w, shape, pose, Motion::dynamic, solid, density);
-    w.bodies[e].spin = dice.in_cube(10), w.bodies[e].velocity = dice.in_cube(5);
+    w.bodies[e].angular_velocity = dice.in_cube(10), w.bodies[e].velocity = dice.in_cube(5);
     if (i > 0) {
       const Entity parent = bodies[static_cast<std::size_t>(dice.below(i))];
       w.add_link(parent, e, random_joint(w.bodies[parent].pose, pose, dice));
@@ -127,7 +127,7 @@ Outcome fall(int seed) {
     for (std::size_t n = 0; n < sim.world.bodies.size(); ++n) {
       const Body& b = sim.world.bodies.values()[n];
       if (b.motion != Motion::dynamic) continue;
-      const Shape& shape = sim.world.shapes[sim.world.bodies.owners()[n]].parts[0];
+      const Shape& shape = sim.world.shapes[sim.world.bodies.owners()[n]].list[0];
       o.depth = std::max(o.depth, depth_of(shape, b.pose));
     }
   }
@@ -145,18 +145,18 @@ Outcome falls(int count) {
 std::string told(const Outcome& o) {
   std::ostringstream out;
   out << o.runs << " runs, " << o.unsound << " unsound, " << o.growing << " gain, at most "
-      << o.growth << "; " << o.deep << " sink, at most " << o.depth << " m; violation " << o.violation << " rad, gap "
-      << o.gap << "; seeds" << o.seeds;
+      << o.growth << "; " << o.deep << " sink, at most " << o.depth << " m; violation "
+      << o.violation << " rad, gap " << o.gap << "; seeds" << o.seeds;
   return out.str();
 }
 
 }  // namespace
 
-// Measured: of 60 runs none gains energy, one is 11 cm below the ground for a step. Of 300 five gain
-// (seeds 140, 161, 168 and 280, which touch themselves, and 180), at most 0.72; 20 sink by more than
-// 5 cm, at most 0.40 m, all but one at steps of 1/20 s or with densities six decades apart. Violation
-// 1.1e-12 rad. Gaps 1e-14, but in three runs (seeds 23, 25, 43) up to 6.4e-7: the loads of stops in
-// a tree in flight do not settle there.
+// Measured: of 60 runs none gains energy, one is 11 cm below the ground for a step. Of 300 five
+// gain (seeds 140, 161, 168 and 280, which touch themselves, and 180), at most 0.72; 20 sink by
+// more than 5 cm, at most 0.40 m, all but one at steps of 1/20 s or with densities six decades
+// apart. Violation 1.1e-12 rad. Gaps 1e-14, but in three runs (seeds 23, 25, 43) up to 6.4e-7: the
+// loads of stops in a tree in flight do not settle there.
 TEST_CASE("random jointed bodies with limits survive a fall") {
   const Outcome o = falls(60);
   INFO(told(o));

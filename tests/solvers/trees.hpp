@@ -32,7 +32,7 @@ class Dice {
       if (l2 > 0.01 && l2 < 1) return v / std::sqrt(l2);
     }
   }
-  Quat turn() { return turn_by(between(0, kPi) * direction()); }
+  Quat rotation() { return from_rotation_vector(between(0, kPi) * direction()); }
 
  private:
   std::mt19937_64 engine_;
@@ -78,7 +78,7 @@ inline RandomTree random_tree(const TreeSpec& spec, Dice& dice) {
     b.mass = std::pow(10.0, dice.between(-spec.decades, spec.decades));
     b.inertia = box_inertia(b.mass, half);
     b.drag = spec.drag;
-    b.pose.rotation = dice.turn();
+    b.pose.rotation = dice.rotation();
     const Vec3 anchor = dice.in_cube(1) * half;
     const int parent = i == 0 ? -1 : spec.chain ? i - 1 : dice.below(i);
     Vec3 joint(0), out(0);
@@ -107,7 +107,8 @@ inline RandomTree random_tree(const TreeSpec& spec, Dice& dice) {
 
 inline bool is_finite(const World& world) {
   for (const Body& b : world.bodies.values())
-    if (!(pantin::is_finite(b.pose) && pantin::is_finite(b.velocity) && pantin::is_finite(b.spin)))
+    if (!(pantin::is_finite(b.pose) && pantin::is_finite(b.velocity) &&
+          pantin::is_finite(b.angular_velocity)))
       return false;
   return true;
 }

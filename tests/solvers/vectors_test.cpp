@@ -6,8 +6,8 @@
 
 #include "engine/runtime/simulation.hpp"
 #include "engine/solvers/articulated/compulsive.hpp"
-#include "tests/solvers/stages.hpp"
 #include "tests/paths.hpp"
+#include "tests/solvers/stages.hpp"
 
 using namespace pantin;
 using namespace pantin::test;
@@ -86,9 +86,9 @@ Pose moved(const json& body, Vec3 goal, bool paper) {
   const Mat3 inertia = world_inertia(at.rotation, vec(body.at("I")));
   const articulated::CompulsiveMotion m =
       paper ? articulated::literal_rule(arm, gap,
-                                       articulated::inertia_about_turn(arm, gap, inertia) / mass)
+                                        articulated::inertia_about_turn(arm, gap, inertia) / mass)
             : articulated::least_displacement(arm, gap, mass, inertia);
-  return {at.position + m.slide, glm::normalize(m.turn * at.rotation)};
+  return {at.position + m.translation, glm::normalize(m.rotation * at.rotation)};
 }
 
 }  // namespace
@@ -121,7 +121,7 @@ TEST_CASE("vectors: how much of its angle the printed rule turns") {
     for (Real phi : {0.3, kPi / 2, 2.5}) {
       const Vec3 arm(0, r, 0), gap = s * Vec3(std::sin(phi), std::cos(phi), 0);
       const articulated::CompulsiveMotion m = articulated::literal_rule(arm, gap, reluctance);
-      const Real ratio = glm::length(rotation_vector(m.turn)) / phi;
+      const Real ratio = glm::length(rotation_vector(m.rotation)) / phi;
       CHECK(std::abs(ratio - entry.at("ratio").get<Real>()) <= kTolerance);
     }
   }
@@ -138,7 +138,7 @@ TEST_CASE("vectors: two free bodies meet") {
     Pose to[2];
     if (!is_articulated(entry)) {
       const Vec3 meet = articulated::meeting_point(ma, to_world(pose(a), vec(b.at("ra"))), mb,
-                                                  to_world(pose(b), vec(b.at("rb"))));
+                                                   to_world(pose(b), vec(b.at("rb"))));
       CHECK(miss(meet, vec(entry.at("c"))) <= kTolerance);
       json first = a;
       first["rb"] = b.at("ra");  // the root's side of the joint
@@ -167,10 +167,10 @@ TEST_CASE("vectors: a chain of five and a tree of four limbs") {
       INFO(which << ", " << entry.at("rule"));
       std::vector<Entity> bodies;
       Stages s(world_of(entry.at("bodies"), bodies));
-      articulated::Table& memory = s.articulation().memory;
+      articulated::LaneTable& memory = s.articulation().memory;
       const bool tension = entry.contains("lambda_in");
       for (std::size_t i = 0; tension && i < bodies.size(); ++i)
-        memory.set(articulated::kLoad, s.column(bodies[i]), vec(entry.at("lambda_in").at(i)));
+        memory.set(articulated::kLambda, s.column(bodies[i]), vec(entry.at("lambda_in").at(i)));
       if (is_articulated(entry))
         s.gather(tension), s.close();
       else if (is_paper(entry))
@@ -180,8 +180,8 @@ TEST_CASE("vectors: a chain of five and a tree of four limbs") {
       CHECK(worst_miss(s, bodies, entry.at("out")) <= kTolerance);
       CHECK(std::abs(s.action() - entry.at("displacement_action").get<Real>()) <= kTolerance);
       for (std::size_t i = 0; tension && i < bodies.size(); ++i)
-        CHECK(miss(memory.vec(articulated::kLoad, s.column(bodies[i])), vec(entry.at("lambda_out").at(i))) <=
-              kTolerance);
+        CHECK(miss(memory.vec(articulated::kLambda, s.column(bodies[i])),
+                   vec(entry.at("lambda_out").at(i))) <= kTolerance);
     }
   }
 }
@@ -207,7 +207,8 @@ TEST_CASE("vectors: the update stage") {
   sim.step();  // the first step of all would start from rest: half the acceleration
   Body& body = sim.world.bodies[e];
   body.pose = {x, q}, body.restart = true;
-  body.velocity = (x - x_before) / h, body.spin = spin_between(q_before, q, h);
+  body.velocity = (x - x_before) / h,
+  body.angular_velocity = angular_velocity_between(q_before, q, h);
   sim.step();
   CHECK(miss(body.pose, {vec(v.at("x_next")), quat(v.at("q_next"))}) <= kTolerance);
 }

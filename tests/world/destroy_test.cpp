@@ -11,7 +11,7 @@ TEST_CASE("destroying a body takes the links, strings and pins that refer to it"
   Puppet p = swaying_puppet();
   World& w = p.world;
   REQUIRE(w.links.size() == 2);
-  REQUIRE(w.strings.size() == 3);
+  REQUIRE(w.cables.size() == 3);
   REQUIRE(w.pins.size() == 2);
   w.destroy(p.left);
   CHECK_FALSE(w.is_alive(p.left));
@@ -19,7 +19,7 @@ TEST_CASE("destroying a body takes the links, strings and pins that refer to it"
   CHECK_FALSE(w.is_alive(p.string));
   CHECK_FALSE(w.is_alive(p.pin));
   CHECK(w.links.size() == 1);
-  CHECK(w.strings.size() == 2);
+  CHECK(w.cables.size() == 2);
   CHECK(w.pins.size() == 1);
   CHECK_FALSE(w.find("pull"));
   CHECK_FALSE(w.find("left"));
@@ -37,8 +37,8 @@ TEST_CASE("destroying a link leaves its bodies") {
 TEST_CASE("destroying a driven body takes its drive") {
   Puppet p = swaying_puppet();
   p.world.destroy(p.bar);
-  CHECK(p.world.drives.empty());
-  CHECK(p.world.strings.empty());
+  CHECK(p.world.paths.empty());
+  CHECK(p.world.cables.empty());
 }
 
 TEST_CASE("destroying dead, unknown and repeated handles harms nobody") {

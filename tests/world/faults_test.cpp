@@ -13,7 +13,7 @@ using namespace pantin::test;
 
 namespace {
 
-constexpr Solver kAll[] = {Solver::automatic, Solver::sweep, Solver::shake2, Solver::paper,
+constexpr Solver kAll[] = {Solver::articulated, Solver::sweep, Solver::shake2, Solver::paper,
                            Solver::lagrangian};
 
 struct Case {
@@ -30,20 +30,22 @@ Joint& hinge(Chain& c) {
 std::vector<Case> cases() {
   return {
       {Feature::spring,
-       [](Chain& c) { return hinge(c).extras.edit().turn.spring.stiffness = 2, c.links[1]; }},
+       [](Chain& c) {
+         return hinge(c).parameters.edit().rotation.spring.stiffness = 2, c.links[1];
+       }},
       {Feature::spring,
-       [](Chain& c) { return hinge(c).extras.edit().turn.spring.damping = 2, c.links[1]; }},
+       [](Chain& c) { return hinge(c).parameters.edit().rotation.spring.damping = 2, c.links[1]; }},
       {Feature::friction,
-       [](Chain& c) { return hinge(c).extras.edit().turn.friction.dry = 2, c.links[1]; }},
+       [](Chain& c) { return hinge(c).parameters.edit().rotation.friction.dry = 2, c.links[1]; }},
       {Feature::motor,
        [](Chain& c) {
-         hinge(c).extras.edit().turn.motor = {MotorKind::velocity, 1, 1, 0, 5};
+         hinge(c).parameters.edit().rotation.motor = {MotorKind::velocity, 1, 1, 0, 5};
          return c.links[1];
        }},
       {Feature::restitution,
        [](Chain& c) {
-         hinge(c).limits.edit().turn = {true, -1, 1};
-         hinge(c).extras.edit().restitution = 0.5;
+         hinge(c).limits.edit().angle = {true, -1, 1};
+         hinge(c).parameters.edit().restitution = 0.5;
          return c.links[1];
        }},
       {Feature::kind,
@@ -55,9 +57,9 @@ std::vector<Case> cases() {
        [](Chain& c) {
          hinge(c).kind = JointKind::hinge;
          c.world.links[c.links[2]].joint.kind = JointKind::hinge;
-         Ratio r;
+         Gear r;
          r.first = c.links[1], r.second = c.links[2], r.ratio = 2;
-         return c.world.add_ratio(r);
+         return c.world.add_gear(r);
        }},
       {Feature::soft_stop,
        [](Chain& c) {
@@ -67,13 +69,15 @@ std::vector<Case> cases() {
        }},
       {Feature::pose_drive,
        [](Chain& c) {
-         PoseDrive d;
+         JointDrive d;
          d.stiffness = 2;
-         c.world.pose_drives.add(c.links[1], d);
+         c.world.joint_drives.add(c.links[1], d);
          return c.links[1];
        }},
       {Feature::cable,
-       [](Chain& c) { return c.world.add_string(c.hook, c.rods[2], {Vec3(0), Vec3(0), 2, 0}); }},
+       [](Chain& c) {
+         return c.world.add_cable(c.hook, c.rods[2], {Vec3(0), Vec3(0), 2, 0});
+       }},
       {Feature::spring_grip,
        [](Chain& c) {
          Pin p;
@@ -155,10 +159,10 @@ TEST_CASE("islands are told apart: each by the solver it has") {
     const Entity e = chain.world.add_body(rod({kHalfLink, 0, 3.0 + i}));
     Joint j{Vec3(0), {-kHalfLink, 0, 0}};
     j.kind = JointKind::hinge;
-    j.extras.edit().turn.motor = {MotorKind::velocity, 1, 1, 0, 5};
+    j.parameters.edit().rotation.motor = {MotorKind::velocity, 1, 1, 0, 5};
     const Entity link = chain.world.add_link(hook, e, j);
     SolverSettings how;
-    how.solver = i == 0 ? Solver::lagrangian : Solver::automatic;
+    how.solver = i == 0 ? Solver::lagrangian : Solver::articulated;
     chain.world.settings.add(e, how);
     if (i == 1) last = link;
   }

@@ -27,7 +27,7 @@ std::vector<Change> body_changes() {
     };
     on_left("position ", [](Body& b) -> Vec3& { return b.pose.position; });
     on_left("velocity ", [](Body& b) -> Vec3& { return b.velocity; });
-    on_left("spin ", [](Body& b) -> Vec3& { return b.spin; });
+    on_left("spin ", [](Body& b) -> Vec3& { return b.angular_velocity; });
     on_left("inertia ", [](Body& b) -> Vec3& { return b.inertia; });
   }
   for (int i = 0; i < 4; ++i)
@@ -49,9 +49,9 @@ std::vector<Change> joint_changes() {
       {"link anchor a", [](Puppet& p) { nudge(p.world.links[p.link].joint.anchor_a.y); }},
       {"link anchor b", [](Puppet& p) { nudge(p.world.links[p.link].joint.anchor_b.z); }},
       {"link body", [](Puppet& p) { p.world.links[p.link].b = p.right; }},
-      {"string anchor", [](Puppet& p) { nudge(p.world.strings[p.string].joint.anchor_a.x); }},
-      {"string length", [](Puppet& p) { nudge(p.world.strings[p.string].joint.length); }},
-      {"string compliance", [](Puppet& p) { nudge(p.world.strings[p.string].joint.compliance); }},
+      {"string anchor", [](Puppet& p) { nudge(p.world.cables[p.string].joint.anchor_a.x); }},
+      {"string length", [](Puppet& p) { nudge(p.world.cables[p.string].joint.length); }},
+      {"string compliance", [](Puppet& p) { nudge(p.world.cables[p.string].joint.compliance); }},
       {"pin anchor", [](Puppet& p) { nudge(p.world.pins[p.pin].anchor.x); }},
       {"pin target", [](Puppet& p) { nudge(p.world.pins[p.pin].target.y); }},
       {"pin priority", [](Puppet& p) { ++p.world.pins[p.pin].priority; }},
@@ -62,7 +62,7 @@ std::vector<Change> joint_changes() {
 
 std::vector<Change> world_changes() {
   const auto sway = [](Puppet& p) -> Lissajous& {
-    return std::get<Lissajous>(p.world.drives[p.bar].path);
+    return std::get<Lissajous>(p.world.paths[p.bar].curve);
   };
   return {
       {"gravity", [](Puppet& p) { nudge(p.world.gravity.y); }},
@@ -84,14 +84,14 @@ std::vector<Change> world_changes() {
       {"drive phase", [=](Puppet& p) { nudge(sway(p).turn_phase.z); }},
       {"drive kind",
        [](Puppet& p) {
-         p.world.drives.add(p.bar, {Keyframes{{{0, {}}}}});
+         p.world.paths.add(p.bar, {Keyframes{{{0, {}}}}});
        }},
       {"drive key",
        [](Puppet& p) {
-         p.world.drives.add(p.bar, {Keyframes{{{1, {}}}}});
+         p.world.paths.add(p.bar, {Keyframes{{{1, {}}}}});
        }},
       {"default solver", [](Puppet& p) { p.world.default_settings.solver = Solver::sweep; }},
-      {"default rounds", [](Puppet& p) { ++p.world.default_settings.rounds; }},
+      {"default rounds", [](Puppet& p) { ++p.world.default_settings.sweeps; }},
       {"default tolerance", [](Puppet& p) { nudge(p.world.default_settings.tolerance); }},
       {"own settings", [](Puppet& p) { p.world.settings.add(p.left, {}); }},
       {"own limiter", [](Puppet& p) { p.world.settings.add(p.left, {}).limiter = false; }},
@@ -140,7 +140,7 @@ TEST_CASE("the state hash does not depend on names, looks or what was measured")
   p.world.materials.push_back({});
   p.world.shapes.add(p.left, {});
   p.world.pins[p.pin].residual = 1;
-  p.world.strings[p.string].tension = 3;
+  p.world.cables[p.string].tension = 3;
   CHECK(state_hash(p.world) == before);
 }
 

@@ -35,10 +35,10 @@ World crowd(Dice& dice, int count) {
   for (int i = 0; i < count; ++i) {
     Shape shape = all[static_cast<std::size_t>(i) % all.size()].shape;
     if (shape.kind == ShapeKind::plane) shape = ball(0.2);
-    if (i % 3 == 0) shape.local = {dice.vec(0.3), dice.turn()};
-    add(world, shape, {dice.vec(6), dice.turn()});
+    if (i % 3 == 0) shape.local = {dice.vec(0.3), dice.rotation()};
+    add(world, shape, {dice.vec(6), dice.rotation()});
   }
-  add(world, kGround, {{0, -5, 0}, kNoTurn});
+  add(world, kGround, {{0, -5, 0}, kIdentity});
   return world;
 }
 
@@ -46,16 +46,16 @@ World crowd(Dice& dice, int count) {
 template <class Look>
 void each(const World& world, Look&& look) {
   for (Entity e : world.bodies.owners())
-    for (const Shape& s : world.shapes[e].parts) look(e, s, compose(world.bodies[e].pose, s.local));
+    for (const Shape& s : world.shapes[e].list) look(e, s, compose(world.bodies[e].pose, s.local));
 }
 
 }  // namespace
 
 TEST_CASE("a ray meets the nearest of several bodies, with point, normal, fraction and shape") {
   World world;
-  const Entity near = add(world, ball(0.5), {{0, 1, 0}, kNoTurn});
-  const Entity far = add(world, ball(0.5), {{0, 1, -4}, kNoTurn});
-  world.shapes[far].parts.push_back(block({0.1, 2, 0.1}));
+  const Entity near = add(world, ball(0.5), {{0, 1, 0}, kIdentity});
+  const Entity far = add(world, ball(0.5), {{0, 1, -4}, kIdentity});
+  world.shapes[far].list.push_back(block({0.1, 2, 0.1}));
   const Entity ground = add(world, kGround, {});
   const Queries queries(world);
   const RayAnswer seen = queries.cast_ray({{0, 1, 5}, {0, 0, -10}});
@@ -85,7 +85,7 @@ TEST_CASE("a ray that starts inside is met at once, or passes, as it is asked") 
   for (const Sample& s : samples()) {
     CAPTURE(name_of(s.shape.kind));
     World world;
-    const Entity body = add(world, s.shape, {{2, 0, 0}, kNoTurn});
+    const Entity body = add(world, s.shape, {{2, 0, 0}, kIdentity});
     const Queries queries(world);
     const Vec3 inside = Vec3(2, 0, 0) + Vec3(0.05, -0.05, 0.07);
     REQUIRE(s.inside(inside - Vec3(2, 0, 0)));
@@ -116,10 +116,11 @@ TEST_CASE("questions with numbers that are not finite are answered with nothing,
       CHECK(queries.cast_ray(ray).status == QueryStatus::not_finite);
       CHECK(queries.cast_ray_through(ray, {}, hits) == QueryStatus::not_finite);
       CHECK(hits.empty());
-      const RayAnswer slid = queries.cast_shape(ball(0.1), {ray.origin, kNoTurn}, ray.way);
+      const RayAnswer slid = queries.cast_shape(ball(0.1), {ray.origin, kIdentity}, ray.way);
       CHECK((!slid && slid.status == QueryStatus::not_finite));
     }
-    CHECK(queries.overlap(ball(1), {{bad, 0, 0}, kNoTurn}, {}, overlaps) == QueryStatus::not_finite);
+    CHECK(queries.overlap(ball(1), {{bad, 0, 0}, kIdentity}, {}, overlaps) ==
+          QueryStatus::not_finite);
     CHECK(queries.overlap(ball(bad), {}, {}, overlaps) == QueryStatus::not_finite);
     CHECK(overlaps.empty());
     CHECK(queries.closest_point({0, 0, bad}, 1).status == QueryStatus::not_finite);
@@ -135,7 +136,7 @@ TEST_CASE("questions with numbers that are not finite are answered with nothing,
 
 TEST_CASE("bodies with poses that are not finite and shapes without surface are left out") {
   World world;
-  add(world, ball(1), {{kNaN, 0, 0}, kNoTurn});
+  add(world, ball(1), {{kNaN, 0, 0}, kIdentity});
   add(world, {ShapeKind::mesh, {}, {}, 0}, {});
   const Entity seen = add(world, ball(1), {});
   const Queries queries(world);
@@ -148,9 +149,9 @@ TEST_CASE("groups, masks, solidity and exceptions say what a query sees") {
   Collision first, second;
   first.groups = 1, first.with = 4;
   second.groups = 2;
-  const Entity a = add(world, ball(0.5), {{0, 4, 0}, kNoTurn}, first);
-  const Entity b = add(world, ball(0.5), {{0, 2, 0}, kNoTurn}, second);
-  const Entity c = add(world, ball(0.5), {{0, 0, 0}, kNoTurn});
+  const Entity a = add(world, ball(0.5), {{0, 4, 0}, kIdentity}, first);
+  const Entity b = add(world, ball(0.5), {{0, 2, 0}, kIdentity}, second);
+  const Entity c = add(world, ball(0.5), {{0, 0, 0}, kIdentity});
   world.collisions.remove(c);
   const Queries queries(world);
   const Ray ray{{0, 9, 0}, {0, -20, 0}};
@@ -181,38 +182,38 @@ TEST_CASE("groups, masks, solidity and exceptions say what a query sees") {
   queries.overlap(block({1, 9, 1}), {}, filter, overlaps);
   CHECK((overlaps.size() == 1 && overlaps[0].body == b));
   CHECK(queries.closest_point({0, 9, 0}, 99, filter).hit->body == b);
-  CHECK(queries.cast_shape(ball(0.1), {{0, 9, 0}, kNoTurn}, {0, -20, 0}, filter).hit->body == b);
+  CHECK(queries.cast_shape(ball(0.1), {{0, 9, 0}, kIdentity}, {0, -20, 0}, filter).hit->body == b);
 }
 
 TEST_CASE("overlaps tell how deep and which way out, for balls, rods and blocks") {
   World world;
   const Entity ground = add(world, kGround, {});
-  const Entity one = add(world, ball(0.5), {{0, 0.4, 0}, kNoTurn});
+  const Entity one = add(world, ball(0.5), {{0, 0.4, 0}, kIdentity});
   const Queries queries(world);
   std::vector<Overlap> found;
-  CHECK(queries.overlap(ball(0.3), {{0.6, 0.4, 0}, kNoTurn}, {}, found) == QueryStatus::ok);
+  CHECK(queries.overlap(ball(0.3), {{0.6, 0.4, 0}, kIdentity}, {}, found) == QueryStatus::ok);
   REQUIRE(found.size() == 1);
   CHECK(found[0].body == one);
   CHECK(found[0].depth == Approx(0.2).epsilon(1e-12));
   CHECK(glm::distance(found[0].normal, {1, 0, 0}) < 1e-12);
   CHECK(glm::distance(found[0].point, {0.5, 0.4, 0}) < 1e-12);
-  queries.overlap({ShapeKind::capsule, {0.1, 0.5, 0}, {}, 0}, {{3, 0.55, 0}, kNoTurn}, {}, found);
+  queries.overlap({ShapeKind::capsule, {0.1, 0.5, 0}, {}, 0}, {{3, 0.55, 0}, kIdentity}, {}, found);
   REQUIRE(found.size() == 1);
   CHECK((found[0].body == ground && found[0].normal == Vec3(0, 1, 0)));
   CHECK(found[0].depth == Approx(0.05).epsilon(1e-12));
-  queries.overlap(block({0.5, 0.5, 0.5}), {{0.7, 0.4, 0}, kNoTurn}, {}, found);
+  queries.overlap(block({0.5, 0.5, 0.5}), {{0.7, 0.4, 0}, kIdentity}, {}, found);
   REQUIRE(found.size() == 2);
   CHECK((found[0].body == ground && found[1].body == one));
   CHECK(found[0].depth == Approx(0.1).epsilon(1e-12));
   CHECK(found[1].depth == Approx(0.3).epsilon(1e-12));
-  queries.overlap(ball(0.1), {{5, 5, 5}, kNoTurn}, {}, found);
+  queries.overlap(ball(0.1), {{5, 5, 5}, kIdentity}, {}, found);
   CHECK(found.empty());
 }
 
 TEST_CASE("nearest points: outside, inside, out of reach") {
   World world;
-  const Entity one = add(world, block({1, 1, 1}), {{0, 3, 0}, kNoTurn});
-  const Entity two = add(world, ball(0.5), {{4, 3, 0}, kNoTurn});
+  const Entity one = add(world, block({1, 1, 1}), {{0, 3, 0}, kIdentity});
+  const Entity two = add(world, ball(0.5), {{4, 3, 0}, kIdentity});
   const Queries queries(world);
   const auto at = [&](Vec3 p, Real within) { return queries.closest_point(p, within); };
   CHECK(at({2, 3, 0}, 5).hit->body == one);
@@ -277,14 +278,14 @@ TEST_CASE("overlap and touch agree, and a slide ends where overlaps begin") {
     const Shape shapes[] = {
         ball(0.3), block({0.2, 0.3, 0.1}), {ShapeKind::capsule, {0.1, 0.3, 0}, {}, 0}};
     const Shape& shape = shapes[trial % 3];
-    const Pose from{dice.vec(7), dice.turn()};
+    const Pose from{dice.vec(7), dice.rotation()};
     std::vector<Overlap> found;
     REQUIRE(queries.overlap(shape, from, {}, found) == QueryStatus::ok);
     std::size_t expected = 0;
-    NarrowRoom room;
+    NarrowPhaseScratch room;
     each(world, [&](Entity, const Shape& s, const Pose& at) {
-      std::vector<TouchPoint> points;
-      touch(shape, from, s, at, 0, room, points);
+      std::vector<ContactPoint> points;
+      collide(shape, from, s, at, 0, room, points);
       expected += !points.empty();
     });
     CHECK(found.size() == expected);
@@ -302,7 +303,7 @@ TEST_CASE("overlap and touch agree, and a slide ends where overlaps begin") {
       queries.overlap(shape, {from.position + part * end * way, from.rotation}, {}, found);
       // What slides in below a field is not stopped by it.
       std::erase_if(found, [&](const Overlap& o) {
-        return is_unbounded(world.shapes[o.body].parts[o.shape].kind);
+        return is_unbounded(world.shapes[o.body].list[o.shape].kind);
       });
       CHECK(found.empty());
     }

@@ -71,7 +71,7 @@ void measure_beside(const Scene& scene, int threads, double links, Json& row) {
     violation = std::max(violation, report.measures.worst_violation);
     residual = std::max(residual, report.worst_residual);
     contacts = std::max(contacts, report.contacts), stops = std::max(stops, report.stops_hit);
-    passes += report.passes_used;
+    passes += report.active_set_iterations_used;
     if (report.status == Status::diverged || report.status == Status::energy_grew) break;
   }
   const double per =
@@ -79,7 +79,7 @@ void measure_beside(const Scene& scene, int threads, double links, Json& row) {
   row["stages_ns_per_link"] = {{"drive", per * sim.times.drive},
                                {"update", per * sim.times.update},
                                {"adjust", per * sim.times.adjust},
-                               {"touch", per * sim.times.touch}};
+                               {"touch", per * sim.times.contacts}};
   row["bytes_per_link"] = static_cast<double>(bytes) / links;
   row["contacts_max"] = contacts;
   row["contact_depth_m"] = depth;
@@ -121,10 +121,9 @@ std::optional<Json> bench_scene(const std::string& path, const BenchChoices& c, 
   row["joints"] = scene->world.links.size();
   const double median = percentile(medians, 0.5), tail = percentile(tails, 0.5);
   row["frame_ms_median"] = 1e3 * median;
-  row["frame_ms_mean"] =
-      steps.empty() ? 0.0
-                    : 1e3 * std::accumulate(steps.begin(), steps.end(), 0.0) /
-                          static_cast<double>(steps.size());
+  row["frame_ms_mean"] = steps.empty() ? 0.0
+                                       : 1e3 * std::accumulate(steps.begin(), steps.end(), 0.0) /
+                                             static_cast<double>(steps.size());
   row["frame_ms_p95"] = 1e3 * percentile(steps, 0.95);
   row["frame_ms_p99"] = 1e3 * tail;
   row["frame_ms_max"] = 1e3 * most;
@@ -168,14 +167,34 @@ Json header() {
 std::string csv_of(const Json& head, const Json& rows) {
   std::string text;
   for (const auto& [key, value] : head.items())
-    text += fmt::format("# {}: {}\n", key,
-                        value.is_string() ? value.get<std::string>() : value.dump());
-  const std::string_view columns[] = {
-      "scene", "solver", "step_s", "bodies", "joints", "frame_ms_median", "frame_ms_p95",
-      "frame_ms_p99", "frame_ms_max", "ns_per_link_step_median", "ns_per_link_step_p99",
-      "allocations_per_step", "bytes_per_link", "worst_gap_m", "worst_gap_rel", "contacts_max",
-      "contact_depth_m", "limit_hits_max", "limit_violation_rad", "worst_residual_m", "passes_mean",
-      "energy_start_j", "energy_end_j", "energy_max_j", "status", "hash"};
+    text +=
+        fmt::format("# {}: {}\n", key, value.is_string() ? value.get<std::string>() : value.dump());
+  const std::string_view columns[] = {"scene",
+                                      "solver",
+                                      "step_s",
+                                      "bodies",
+                                      "joints",
+                                      "frame_ms_median",
+                                      "frame_ms_p95",
+                                      "frame_ms_p99",
+                                      "frame_ms_max",
+                                      "ns_per_link_step_median",
+                                      "ns_per_link_step_p99",
+                                      "allocations_per_step",
+                                      "bytes_per_link",
+                                      "worst_gap_m",
+                                      "worst_gap_rel",
+                                      "contacts_max",
+                                      "contact_depth_m",
+                                      "limit_hits_max",
+                                      "limit_violation_rad",
+                                      "worst_residual_m",
+                                      "passes_mean",
+                                      "energy_start_j",
+                                      "energy_end_j",
+                                      "energy_max_j",
+                                      "status",
+                                      "hash"};
   text += fmt::format("{}\n", fmt::join(columns, ","));
   for (const Json& row : rows) {
     std::vector<std::string> cells;

@@ -28,11 +28,11 @@ struct Finding {
 
 /// Degrees of freedom that the joints and exact pins leave: 6 a body, less the rank of their rows.
 /// They are counted by the solver that has rows for every kind of joint, whichever runs the scene.
-std::int64_t freedoms(const World& world) {
+std::int64_t degrees_of_freedom(const World& world) {
   World counted = world;
   counted.default_settings.solver = Solver::lagrangian;
   for (SolverSettings& settings : counted.settings.values()) settings.solver = Solver::lagrangian;
-  counted.touch();
+  counted.mark_dirty();
   compile_if_changed(counted);
   std::int64_t sum = 0;
   for (std::size_t i = 0; i < lagrangian::islands_of(counted).size(); ++i) {
@@ -40,7 +40,7 @@ std::int64_t freedoms(const World& world) {
     sum += 6 * static_cast<std::int64_t>(m.count() - m.interfaces.size());
     for (const lagrangian::Block& b : m.blocks)
       if (b.kind == lagrangian::BlockKind::joint || b.kind == lagrangian::BlockKind::pin ||
-          b.kind == lagrangian::BlockKind::ratio)
+          b.kind == lagrangian::BlockKind::gear)
         sum -= b.rows;
     for (const lagrangian::Fault& f : lagrangian::inspect(counted, i))
       if (f.kind == lagrangian::Fault::redundant) sum += f.rows;
@@ -76,7 +76,8 @@ std::string step_through(const Scene& scene, Json& j) {
   for (int i = kSteps / 2; i < steps; ++i) copy.step();
   const std::uint64_t hash = state_hash(sim.world);
   j["hash"] = hex(hash);
-  if (steps > kSteps / 2 && state_hash(copy.world) != hash) return "a copy of the World did not end in the same bits";
+  if (steps > kSteps / 2 && state_hash(copy.world) != hash)
+    return "a copy of the World did not end in the same bits";
   return {};
 }
 
@@ -98,20 +99,22 @@ Finding look_at(const std::string& path, const CheckChoices& c) {
   j["status"] = "ok";
   j["bodies"] = world.bodies.size();
   j["joints"] = world.links.size();
-  j["strings"] = world.strings.size();
+  j["strings"] = world.cables.size();
   j["pins"] = world.pins.size();
   j["articulations"] = articulated::islands_of(world).size();
   j["mechanisms"] = lagrangian::islands_of(world).size();
   j["solver"] = solver_in_use(world);
   j["solvers"] = solvers_json(world);
-  j["freedoms"] = freedoms(world);
+  j["freedoms"] = degrees_of_freedom(world);
   j["mass_kg"] = mass;
   j["start_gap_m"] = measure(world).worst_gap;
   std::string failure = step_through(*scene, j);
   const int steps = j.value("steps", kSteps);
   if (steps < kSteps)
-    print_error(fmt::format("warning: {}: took {} of {} steps in {:g} s of CPU time; the rest is "
-                            "not looked at", path, steps, kSteps, kMostSeconds));
+    print_error(
+        fmt::format("warning: {}: took {} of {} steps in {:g} s of CPU time; the rest is "
+                    "not looked at",
+                    path, steps, kSteps, kMostSeconds));
   for (const StructureFault& f : partition_of(world).faults)
     if (failure.empty() && !f.is_minor)
       failure = fmt::format("{} {}", world.name_of(f.link), f.reason);
@@ -124,11 +127,13 @@ Finding look_at(const std::string& path, const CheckChoices& c) {
   j["warnings"] = scene->warnings;
   if (!c.json)
     fmt::print(
-        "{}  {}\n  {} bodies, {} joints, {} strings, {} pins in {} articulations and {} mechanisms; {} "
+        "{}  {}\n  {} bodies, {} joints, {} cables, {} pins in {} articulated and {} Lagrangian "
+        "islands; {} "
         "freedoms, {:.4g} kg\n  solver {}; start gap {:.1e} m; {} steps: {}\n",
-        failure.empty() ? "ok    " : "FAILED", printable(path), world.bodies.size(), world.links.size(),
-        world.strings.size(), world.pins.size(), articulated::islands_of(world).size(),
-        lagrangian::islands_of(world).size(), j["freedoms"].get<std::int64_t>(), mass, describe_solvers(world),
+        failure.empty() ? "ok    " : "FAILED", printable(path), world.bodies.size(),
+        world.links.size(), world.cables.size(), world.pins.size(),
+        articulated::islands_of(world).size(), lagrangian::islands_of(world).size(),
+        j["freedoms"].get<std::int64_t>(), mass, describe_solvers(world),
         j["start_gap_m"].get<double>(), steps,
         failure.empty()
             ? fmt::format("worst gap {:.1e} of the size, hash {}", j["worst_gap_rel"].get<double>(),
@@ -148,8 +153,7 @@ int check(const CheckChoices& c) {
     if (found.exit_code == kUsage || worst == kOk) worst = found.exit_code;
     all.push_back(found.json);
   }
-  if (c.json)
-    print_json(Json{{"scenes", all}});
+  if (c.json) print_json(Json{{"scenes", all}});
   return worst;
 }
 

@@ -15,11 +15,11 @@ namespace {
 std::string complaint_of(const CLI::App& program, const CLI::ParseError& error) {
   const auto chosen = program.get_subcommands();
   const CLI::App& command = chosen.empty() ? program : *chosen.front();
-  const std::vector<std::string> extras = program.remaining(true);
-  const bool is_option = !extras.empty() && extras.front().starts_with('-');
+  const std::vector<std::string> parameters = program.remaining(true);
+  const bool is_option = !parameters.empty() && parameters.front().starts_with('-');
   const bool is_extra = dynamic_cast<const CLI::ExtrasError*>(&error) != nullptr;
-  if (extras.empty() || (!chosen.empty() && !is_extra)) return error.what();
-  const std::string& word = extras.front();
+  if (parameters.empty() || (!chosen.empty() && !is_extra)) return error.what();
+  const std::string& word = parameters.front();
   std::vector<std::string> known;
   if (chosen.empty())
     for (const CLI::App* sub : program.get_subcommands({})) known.push_back(sub->get_name());

@@ -4,8 +4,8 @@
 #include <string>
 
 #include "engine/base/result.hpp"
-#include "engine/world/report.hpp"
 #include "engine/scene/scene.hpp"
+#include "engine/world/report.hpp"
 
 namespace pantin::program {
 

@@ -53,13 +53,15 @@ std::string idle_option(const SceneChoices& c, const World& world) {
   look(world.default_settings);
   for (const SolverSettings& s : world.settings.values()) look(s);
   if (!any)
-    return fmt::format("found {}, expected a scene that the solver \"lagrangian\" moves; add "
-                       "--solver lagrangian",
-                       option);
+    return fmt::format(
+        "found {}, expected a scene that the solver \"lagrangian\" moves; add "
+        "--solver lagrangian",
+        option);
   if (c.tolerance && odd)
-    return fmt::format("found --tolerance with the integrator \"{}\", expected it with \"{}\" "
-                       "only: no other divides steps",
-                       name_of(odd->integrator), name_of(kTakesTolerance));
+    return fmt::format(
+        "found --tolerance with the integrator \"{}\", expected it with \"{}\" "
+        "only: no other divides steps",
+        name_of(odd->integrator), name_of(kTakesTolerance));
   return {};
 }
 
@@ -112,13 +114,13 @@ void add_scene_choices(CLI::App& command, SceneChoices& choices) {
 }
 
 void add_threads(CLI::App& command, int& threads) {
-  command.add_option("--threads", threads, "threads for independent articulations; same result")
+  command.add_option("--threads", threads, "threads for independent islands; same result")
       ->check(CLI::Range(1, 256));
 }
 
 namespace {
 
-/// Whether joints of a mechanism cannot be closed together; told by their names. Joints that stand at
+/// Whether joints of an island cannot be closed together; told by their names. Joints that stand at
 /// a mirrored root are a warning.
 bool refuse_contradictions(const std::string& path, Scene& scene) {
   bool any = false;
@@ -126,19 +128,22 @@ bool refuse_contradictions(const std::string& path, Scene& scene) {
     std::string names;
     double lack = 0;
     for (const lagrangian::Fault& f : lagrangian::inspect(scene.world, i)) {
-      const Entity joint = lagrangian::joint_of(scene.world, lagrangian::islands_of(scene.world)[i].blocks[f.block]);
+      const Entity joint =
+          lagrangian::joint_of(scene.world, lagrangian::islands_of(scene.world)[i].blocks[f.block]);
       if (f.kind == lagrangian::Fault::wrong_branch)
-        scene.warnings.push_back(fmt::format("{}: joint {} starts with its axes opposed, where it "
-                                             "can stand but should not", path,
-                                             scene.world.name_of(joint)));
+        scene.warnings.push_back(
+            fmt::format("{}: joint {} starts with its axes opposed, where it "
+                        "can stand but should not",
+                        path, scene.world.name_of(joint)));
       if (f.kind != lagrangian::Fault::inconsistent) continue;
       names += (names.empty() ? "" : ", ") + scene.world.name_of(joint);
       lack = std::max(lack, f.residual);
     }
     if (names.empty()) continue;
-    print_error(fmt::format("{}: found joints that contradict one another: {} stay open by up to "
-                            "{:.3g} (m or rad), expected joints that can all be closed",
-                            path, names, lack));
+    print_error(
+        fmt::format("{}: found joints that contradict one another: {} stay open by up to "
+                    "{:.3g} (m or rad), expected joints that can all be closed",
+                    path, names, lack));
     any = true;
   }
   return any;
@@ -169,9 +174,9 @@ std::optional<Scene> open_scene(const std::string& path, const SceneChoices& cho
   compile_if_changed(scene.world);
   for (const StructureFault& f : partition_of(scene.world).faults)
     if (!f.is_minor)  // of which the reader warned
-      scene.warnings.push_back(fmt::format("{}: {} {}{}", path, scene.world.name_of(f.link), f.reason,
-                                           f.kind == StructureFault::left_out ? "; it is left out"
-                                                                              : ""));
+      scene.warnings.push_back(
+          fmt::format("{}: {} {}{}", path, scene.world.name_of(f.link), f.reason,
+                      f.kind == StructureFault::left_out ? "; it is left out" : ""));
   if (refuse_contradictions(path, scene)) return std::nullopt;
   if (!quiet)
     for (const std::string& line : scene.warnings) print_error("warning: " + line);
@@ -191,14 +196,13 @@ std::uint64_t steps_of(const Scene& scene) {
   return static_cast<std::uint64_t>(std::max(1.0, std::round(scene.duration / scene.step)));
 }
 
-void print_error(const std::string& line) {
-  std::fprintf(stderr, "%s\n", printable(line).c_str());
-}
+void print_error(const std::string& line) { std::fprintf(stderr, "%s\n", printable(line).c_str()); }
 
 void complain(const std::string& line) { print_error("pantin: " + line); }
 
 void print_json(const Json& json) {
-  // In ASCII: of all characters that terminals act upon, JSON itself asks only for some to be escaped.
+  // In ASCII: of all characters that terminals act upon, JSON itself asks only for some to be
+  // escaped.
   fmt::print("{}\n", json.dump(2, ' ', true, Json::error_handler_t::replace));
 }
 
@@ -225,8 +229,7 @@ EndsAtOnce::EndsAtOnce() {
 
 EndsAtOnce::~EndsAtOnce() { g_at_once = g_at_once - 1; }
 
-Progress::Progress(std::string what)
-    : what_(printable(what)), on_(isatty(STDERR_FILENO) == 1) {}
+Progress::Progress(std::string what) : what_(printable(what)), on_(isatty(STDERR_FILENO) == 1) {}
 
 Progress::~Progress() {
   if (on_ && last_ >= 0) std::fputs("\r\033[K", stderr);
@@ -270,7 +273,8 @@ std::string describe_solvers(const World& world) {
   if (used.size() == 1) return pantin::name_of(used.front().first);
   std::string text;
   for (const auto& [solver, bodies] : used)
-    text += fmt::format("{}{} ({} bodies)", text.empty() ? "" : " + ", pantin::name_of(solver), bodies);
+    text +=
+        fmt::format("{}{} ({} bodies)", text.empty() ? "" : " + ", pantin::name_of(solver), bodies);
   return text;
 }
 
@@ -286,18 +290,18 @@ std::vector<Unreached> unreached(const World& world) {
   std::vector<Unreached> found;
   for (const articulated::Island& a : articulated::islands_of(world)) {
     const Real bound = a.settings.tolerance * a.size;
-    for (const articulated::Hold& h : a.holds) {
+    for (const articulated::PackedPin& h : a.pins) {
       if (h.compliance > 0 || !(h.residual > bound)) continue;
       const Entity who = h.held_pin != UINT32_MAX ? world.pins.owners()[h.held_pin]
                                                   : world.links.owners()[h.held_link];
       found.push_back({world.name_of(who), h.held_pin != UINT32_MAX ? "pin" : "joint", h.residual,
                        h.reachable});
     }
-    for (const articulated::Cord& c : a.cords) {
-      const String& s = world.strings.values()[c.string];
+    for (const articulated::PackedCable& c : a.cables) {
+      const Cable& s = world.cables.values()[c.cable];
       const Real far = stretch(s.joint, world.bodies[s.a].pose, world.bodies[s.b].pose);
       if (s.joint.compliance == 0 && far > bound)
-        found.push_back({world.name_of(world.strings.owners()[c.string]), "string", far, true});
+        found.push_back({world.name_of(world.cables.owners()[c.cable]), "cable", far, true});
     }
   }
   return found;

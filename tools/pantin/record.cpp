@@ -53,7 +53,7 @@ Result<Done> Record::add(const World& world, const Measures& m) {
     add_vec(row, Vec3(at.rotation.x, at.rotation.y, at.rotation.z));
     row += fmt::format(",{}", at.rotation.w);
     add_vec(row, b.velocity);
-    add_vec(row, b.spin);
+    add_vec(row, b.angular_velocity);
   }
   std::vector<Real> gaps;
   for (const Link& l : world.links.values())
@@ -65,14 +65,14 @@ Result<Done> Record::add(const World& world, const Measures& m) {
   for (const Real gap : gaps) row += fmt::format(",{}", gap);
   row += fmt::format(",{},{},{}", m.kinetic, m.potential, m.energy());
   add_vec(row, m.momentum);
-  add_vec(row, m.spin_momentum);
+  add_vec(row, m.angular_momentum);
   if (exact_) {
     std::size_t rows = 0, rank = 0, rescued = 0;
     for (const lagrangian::Island& mechanism : lagrangian::islands_of(world)) {
       rows += mechanism.equations(), rank += mechanism.rank, rescued += mechanism.rescues > 0;
       for (std::size_t i = 0; i < mechanism.blocks.size(); ++i) {
         if (mechanism.blocks[i].kind != lagrangian::BlockKind::joint) continue;
-        const lagrangian::JointForce f = lagrangian::joint_force(mechanism, i);
+        const lagrangian::ConstraintWrench f = lagrangian::joint_wrench(mechanism, i);
         add_vec(row, f.force), add_vec(row, f.torque);
       }
     }

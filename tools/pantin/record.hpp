@@ -11,9 +11,9 @@ namespace pantin::program {
 /// Writes `path`: time_s; for each body its origin's position x y z (m), rotation x y z w, velocity
 /// and angular velocity of its mass centre (m/s, rad/s, world axes); for each joint its gap (m);
 /// kinetic, potential and total energy (J); momentum (kg m/s) and angular momentum about the origin
-/// (kg m^2/s). Where the Lagrangian solver is at work also: for each of its joints the force (N) and
-/// torque (N m, about the mass centre) on body b, world axes; elastic energy (J), equations of the
-/// joints and their rank. Grows beside `path` and takes its place when it is closed.
+/// (kg m^2/s). Where the Lagrangian solver is at work also: for each of its joints the force (N)
+/// and torque (N m, about the mass centre) on body b, world axes; elastic energy (J), equations of
+/// the joints and their rank. Grows beside `path` and takes its place when it is closed.
 class Record {
  public:
   /// Opens the file and writes the header.
@@ -26,7 +26,7 @@ class Record {
 
  private:
   AtomicFile file_;
-  bool exact_ = false;  // mechanisms are recorded
+  bool exact_ = false;  // islands are recorded
 };
 
 }  // namespace pantin::program

@@ -5,12 +5,12 @@
 
 #include "engine/base/utf8.hpp"
 #include "engine/runtime/save.hpp"
-#include "tools/pantin/pictures.hpp"
-#include "tools/pantin/program.hpp"
-#include "tools/pantin/record.hpp"
 #include "engine/solvers/articulated/island.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "engine/solvers/solver.hpp"
+#include "tools/pantin/pictures.hpp"
+#include "tools/pantin/program.hpp"
+#include "tools/pantin/record.hpp"
 
 namespace pantin::program {
 namespace {
@@ -79,15 +79,15 @@ StepReport timed_step(Simulation& sim, double until, Summary& s) {
   s.energy_end = m.energy();
   s.energy_max = std::max(s.energy_max, s.energy_end);
   s.worst_residual = std::max(s.worst_residual, report.worst_residual);
-  s.most_rounds = std::max(s.most_rounds, report.rounds_used);
+  s.most_rounds = std::max(s.most_rounds, report.sweeps_used);
   s.limited_steps += report.limited > 0, s.rescued_steps += report.rescued > 0;
   s.worst_violation = std::max(s.worst_violation, m.worst_violation);
   s.worst_depth = std::max(s.worst_depth, report.worst_depth);
   s.most_contacts = std::max(s.most_contacts, report.contacts);
   s.most_stops = std::max(s.most_stops, report.stops_hit);
   s.most_capped = std::max(s.most_capped, report.drives_capped);
-  s.most_passes = std::max(s.most_passes, report.passes_used);
-  s.passes += report.passes_used;
+  s.most_passes = std::max(s.most_passes, report.active_set_iterations_used);
+  s.passes += report.active_set_iterations_used;
   s.contacts_now = report.contacts, s.stops_now = report.stops_hit;
   note_quiet(sim, until, s);
   ++s.steps;
@@ -108,7 +108,7 @@ Json to_json(const RunChoices& c, const Scene& scene, const Simulation& sim, Sum
   j["simulated_s"] = sim.world.time;
   j["bodies"] = sim.world.bodies.size();
   j["joints"] = sim.world.links.size();
-  j["strings"] = sim.world.strings.size();
+  j["strings"] = sim.world.cables.size();
   j["articulations"] = articulated::islands_of(sim.world).size();
   j["worst_gap_m"] = s.worst_gap;
   j["worst_gap_rel"] = s.worst_gap_rel;
@@ -153,11 +153,12 @@ Json to_json(const RunChoices& c, const Scene& scene, const Simulation& sim, Sum
                 {"rank", m.rank},
                 {"redundant", Json::array()},
                 {"residual", m.residual},
-                {"parts", m.parts}};
+                {"parts", m.substeps}};
     for (const lagrangian::Fault& f : m.faults)
       if (f.kind == lagrangian::Fault::redundant)
-        one["redundant"].push_back({{"joint", sim.world.name_of(lagrangian::joint_of(sim.world, m.blocks[f.block]))},
-                                    {"rows", f.rows}});
+        one["redundant"].push_back(
+            {{"joint", sim.world.name_of(lagrangian::joint_of(sim.world, m.blocks[f.block]))},
+             {"rows", f.rows}});
     j["mechanisms"].push_back(one);
   }
   if (!s.lost_body.empty())
@@ -171,8 +172,8 @@ void print_summary(const RunChoices& c, const Scene& scene, const Simulation& si
   fmt::print("{}\n", bold(scene.title));
   fmt::print("  solver      {}, {} steps of {:.6g} s\n", describe_solvers(sim.world), s.steps,
              scene.step);
-  fmt::print("  bodies      {} with {} joints, {} strings\n", sim.world.bodies.size(),
-             sim.world.links.size(), sim.world.strings.size());
+  fmt::print("  bodies      {} with {} joints, {} cables\n", sim.world.bodies.size(),
+             sim.world.links.size(), sim.world.cables.size());
   fmt::print("  worst gap   {:.2e} m, {:.1e} of the size\n", s.worst_gap, s.worst_gap_rel);
   fmt::print("  energy      {:.6g} J to {:.6g} J, at most {:.6g} J\n", s.energy_start, s.energy_end,
              s.energy_max);
@@ -181,11 +182,11 @@ void print_summary(const RunChoices& c, const Scene& scene, const Simulation& si
              j["ns_per_link_step_median"].get<double>());
   for (const Unreached& u : unreached(sim.world))
     fmt::print("  unreached   {} {}: {:.4g} m from its place{}\n", u.kind, printable(u.name),
-               u.residual,
-               u.reachable ? "" : ", out of reach");
+               u.residual, u.reachable ? "" : ", out of reach");
   if (s.rescued_steps > 0)
-    fmt::print("  rescued     {} steps were too long for the integrator; Euler's method took them\n",
-               s.rescued_steps);
+    fmt::print(
+        "  rescued     {} steps were too long for the integrator; Euler's method took them\n",
+        s.rescued_steps);
   if (s.frames > 0)
     fmt::print("  frames      {}, {:.1f} ms of CPU each, steps and writing included\n", s.frames,
                j["cpu_ms_per_frame"].get<double>());
@@ -221,24 +222,26 @@ int step_through(const RunChoices& c, const Scene& scene, Simulation& sim, Pictu
       s.status = "diverged";
       s.lost_body = sim.world.name_of(report.body), s.lost_time = report.time;
       s.lost_gap = report.residual;
-      complain(fmt::format(
-          "{}: diverged at {:.6g} s: body {} could not go on or left all bounds (worst joint gap {:.3g} m)", c.scene,
-          report.time, s.lost_body, s.worst_gap));
+      complain(
+          fmt::format("{}: diverged at {:.6g} s: body {} could not go on or left all bounds (worst "
+                      "joint gap {:.3g} m)",
+                      c.scene, report.time, s.lost_body, s.worst_gap));
       return kDiverged;
     }
     if (report.status == Status::energy_grew) {
       s.status = "energy_grew";
       s.lost_body = sim.world.name_of(report.body), s.lost_time = report.time;
       s.lost_gap = report.measures.worst_gap;
-      complain(fmt::format("{}: energy grew severalfold by itself at {:.6g} s, from {:.4g} J to "
-                           "{:.4g} J: body {}; the solver \"{}\" does not keep it",
-                           c.scene, report.time, s.energy_start, s.energy_end, s.lost_body,
-                           solver_in_use(sim.world)));
+      complain(
+          fmt::format("{}: energy grew severalfold by itself at {:.6g} s, from {:.4g} J to "
+                      "{:.4g} J: body {}; the solver \"{}\" does not keep it",
+                      c.scene, report.time, s.energy_start, s.energy_end, s.lost_body,
+                      solver_in_use(sim.world)));
       return kDiverged;
     }
     if (report.status == Status::inconsistent) {
       s.status = "inconsistent";
-      const std::string name = sim.world.name_of(report.worst_hold);
+      const std::string name = sim.world.name_of(report.worst_residual_at);
       complain(fmt::format(
           "{}: inconsistent at {:.6g} s: joints contradict one another, {} lacks the most ({:.3g})",
           c.scene, report.time, name, report.worst_residual));
@@ -339,8 +342,10 @@ void add_run(CLI::App& program, int& exit_code) {
   add_scene_choices(*command, c->how);
   add_threads(*command, c->threads);
   command->add_option("--record", c->record, "CSV file: poses, velocities, gaps, energy, momentum");
-  command->add_option("--load", c->load, "goes on from a state that --save wrote, with this scene's step");
-  command->add_option("--save", c->save, "file for the state at the end, to go on from with --load");
+  command->add_option("--load", c->load,
+                      "goes on from a state that --save wrote, with this scene's step");
+  command->add_option("--save", c->save,
+                      "file for the state at the end, to go on from with --load");
   command->add_option("--frames", c->pictures.frames, "folder for frame_000000.png and so on");
   command->add_option("--video", c->pictures.video, "video file, .mp4 or .mkv (needs ffmpeg)");
   command->add_option("--strip", c->pictures.strip, "one PNG with frames of the run side by side");

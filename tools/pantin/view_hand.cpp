@@ -29,7 +29,7 @@ Real mass_with(const World& world, Entity body) {
 Real worst_hold_but(const World& world, Entity pin) {
   Real worst = 0;
   for (const articulated::Island& a : articulated::islands_of(world))
-    for (const articulated::Hold& h : a.holds) {
+    for (const articulated::PackedPin& h : a.pins) {
       const bool is_own = h.held_pin != UINT32_MAX && world.pins.owners()[h.held_pin] == pin;
       if (h.compliance == 0 && !is_own) worst = std::max(worst, h.residual);
     }
@@ -38,7 +38,7 @@ Real worst_hold_but(const World& world, Entity pin) {
 
 void place(Body& body, const Pose& to, Real h) {
   body.velocity = (to.position - body.pose.position) / h;
-  body.spin = spin_between(body.pose.rotation, to.rotation, h);
+  body.angular_velocity = angular_velocity_between(body.pose.rotation, to.rotation, h);
   body.pose = to;
 }
 
@@ -78,8 +78,8 @@ void Hand::take_driven(World& world) {
   }
   Away away;
   away.body = body_;
-  if (const Drive* drive = world.drives.find(body_)) away.drive = *drive;
-  world.drives.remove(body_);
+  if (const KinematicPath* drive = world.paths.find(body_)) away.drive = *drive;
+  world.paths.remove(body_);
   away_.push_back(std::move(away));
 }
 
@@ -105,7 +105,7 @@ void Hand::let_go(World& world) {
     if (a.body != body_) continue;
     Body& body = world.bodies[body_];
     a.is_held = false, a.left = body.pose, a.since = world.time;
-    body.velocity = body.spin = Vec3(0);
+    body.velocity = body.angular_velocity = Vec3(0);
   }
   std::erase_if(away_, [](const Away& a) { return !a.is_held && !a.drive; });
   body_ = pin_ = Entity{};
@@ -138,7 +138,7 @@ void Hand::lead_back(World& world, Real h) {
     if (a.is_held) continue;
     const Real u = (end - a.since) / kWayBack;
     if (u >= 1) {
-      world.drives.add(a.body, *a.drive);
+      world.paths.add(a.body, *a.drive);
       continue;
     }
     const Real left = 1 - u * u * u * (10 + u * (6 * u - 15));  // no jump in velocity
@@ -148,7 +148,7 @@ void Hand::lead_back(World& world, Real h) {
            glm::slerp(path.rotation, a.left.rotation, left)},
           h);
   }
-  std::erase_if(away_, [&](const Away& a) { return !a.is_held && world.drives.find(a.body); });
+  std::erase_if(away_, [&](const Away& a) { return !a.is_held && world.paths.find(a.body); });
 }
 
 void Hand::after_step(const World& world) {

@@ -52,7 +52,7 @@ class Hand {
   /// A driven body that is not on its path.
   struct Away {
     Entity body;
-    std::optional<Drive> drive;
+    std::optional<KinematicPath> drive;
     Pose left;       // where it was let go
     Real since = 0;  // s, when
     bool is_held = true;

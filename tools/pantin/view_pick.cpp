@@ -12,7 +12,7 @@ constexpr Real kFarthest = 1e6;  // m; what is drawn beyond cannot be told apart
 
 /// A half-space is drawn as a square: beyond it there is nothing to be seen.
 bool is_drawn(const World& world, std::span<const Pose> poses, const RayHit& hit) {
-  const Shape& shape = world.shapes[hit.body].parts[hit.shape];
+  const Shape& shape = world.shapes[hit.body].list[hit.shape];
   if (traits_of(shape.kind).shape_class != ShapeClass::half_space) return true;
   const Pose at = compose(poses[world.bodies.slot(hit.body)], shape.local);
   const Vec3 local = to_local(at, hit.point);

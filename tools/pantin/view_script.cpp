@@ -42,7 +42,7 @@ Entity find_body(const Reader& r, NodeId value, const World& world) {
     if (is_text && *name == word) return e;
     names.push_back(*name);
   }
-  r.complaints.refuse_value(value,
+  r.diagnostics.error_value(value,
                             "the name of a body" + (is_text ? hint(word, names) : std::string()));
   return {};
 }
@@ -60,12 +60,12 @@ void read_spot(const Reader& r, const World& world, ScriptEvent& event) {
   const bool shift = event.act == Act::mouse_move && (r.has("dx") || r.has("dy"));
   const bool body = r.has("body");
   if (pixel + shift + body > 1) {
-    r.complaints.refuse(r.node, "found more than one place, expected one of x and y, body" +
+    r.diagnostics.error(r.node, "found more than one place, expected one of x and y, body" +
                                     std::string(shift ? ", dx and dy" : ""));
     return;
   }
   if (r.has("at") && !body)
-    r.complaints.refuse(r.node, "found \"at\" alone, expected \"body\" beside it");
+    r.diagnostics.error(r.node, "found \"at\" alone, expected \"body\" beside it");
   if (body) return read_body_spot(r, world, event);
   if (pixel) {
     event.spot = Spot::pixel;
@@ -75,17 +75,17 @@ void read_spot(const Reader& r, const World& world, ScriptEvent& event) {
     event.spot = Spot::shift;
     event.x = r.number("dx", 0, kPixel), event.y = r.number("dy", 0, kPixel);
   } else if (event.act == Act::mouse_move) {
-    r.complaints.refuse(r.node, "found no place, expected x and y, dx and dy, or body");
+    r.diagnostics.error(r.node, "found no place, expected x and y, dx and dy, or body");
   }
 }
 
-ScriptEvent read_event(const JsonDocument& json, Complaints& complaints, NodeId node,
+ScriptEvent read_event(const JsonDocument& json, Diagnostics& diagnostics, NodeId node,
                        const World& world) {
   ScriptEvent event;
   event.time = kNoTime;
   const NodeId type = json[node].kind == JsonKind::object ? json.member(node, "type") : kNoNode;
   if (type == kNoNode) {
-    complaints.refuse(node, "found " + described(json, node) +
+    diagnostics.error(node, "found " + described(json, node) +
                                 ", expected an event with a \"type\": " + listed(kActs));
     return event;
   }
@@ -94,13 +94,13 @@ ScriptEvent read_event(const JsonDocument& json, Complaints& complaints, NodeId 
          !(json[type].kind == JsonKind::string && json[type].text == kActs[act]))
     ++act;
   if (act == std::size(kActs)) {
-    complaints.refuse_value(
+    diagnostics.error_value(
         type,
         listed(kActs) + (json[type].kind == JsonKind::string ? hint(json[type].text, kActs) : ""));
     return event;
   }
   event.act = static_cast<Act>(act);
-  const Reader r(json, complaints, node, kSets[act]);
+  const Reader r(json, diagnostics, node, kSets[act]);
   r.need("t", "the time of the event in seconds");
   event.time = r.number("t", kNoTime, kTime);
   if (act <= static_cast<std::size_t>(Act::mouse_up)) read_spot(r, world, event);
@@ -141,26 +141,26 @@ Result<std::vector<ScriptEvent>> load_script(const std::string& path, const Worl
   const Result<std::string> text = read_whole(path);
   if (!text) return text.errors();
   const JsonDocument json = parse_json(*text);
-  Complaints complaints(json, path);
+  Diagnostics diagnostics(json, path);
   std::vector<ScriptEvent> events;
   for (const JsonFault& fault : json.faults)
-    if (fault.node == kNoNode) return complaints.errors();  // what was read ends in the middle
+    if (fault.node == kNoNode) return diagnostics.errors();  // what was read ends in the middle
   if (json[0].kind != JsonKind::array) {
-    if (!complaints.any_errors()) complaints.refuse_value(0, "an array of events");
-    return complaints.errors();
+    if (!diagnostics.any_errors()) diagnostics.error_value(0, "an array of events");
+    return diagnostics.errors();
   }
   for (NodeId item = json[0].first_child; item != kNoNode; item = json[item].next) {
-    events.push_back(read_event(json, complaints, item, world));
+    events.push_back(read_event(json, diagnostics, item, world));
     if (std::isnan(events.back().time)) {
       events.pop_back();
       continue;
     }
     const double before = events.size() > 1 ? events[events.size() - 2].time : 0;
     if (events.back().time < before)
-      complaints.refuse(item, "found t " + written(events.back().time) + ", expected " +
+      diagnostics.error(item, "found t " + written(events.back().time) + ", expected " +
                                   written(before) + " or later: events stand in order of time");
   }
-  if (complaints.any_errors()) return complaints.errors();
+  if (diagnostics.any_errors()) return diagnostics.errors();
   return events;
 }
 

@@ -33,8 +33,8 @@ struct ScriptEvent {
 
 inline constexpr std::string_view kButtons[]{"left", "middle", "right"};
 /// Names of the keys that mean something, as scripts spell them.
-inline constexpr std::string_view kKeys[]{"space", ".", "[", "]", "1", "2", "3",
-                                          "4",     "5", "o", "r", "s", "h", "q", "escape"};
+inline constexpr std::string_view kKeys[]{"space", ".", "[", "]", "1", "2", "3",     "4",
+                                          "5",     "o", "r", "s", "h", "q", "escape"};
 
 /// Reads a script against the bodies of a world. Complaints are lines as of scene files.
 Result<std::vector<ScriptEvent>> load_script(const std::string& path, const World& world);

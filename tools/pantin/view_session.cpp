@@ -38,10 +38,10 @@ void Session::start_over() {
   const int most_steps = sim_.most_steps;
   sim_ = Simulation(scene_.world, {scene_.step, scene_.substeps, choices_.threads, false});
   sim_.most_steps = most_steps;
-  sim_.insert(Place::before_drive, [this](World& world, Real) {
+  sim_.insert(Stage::before_drive, [this](World& world, Real) {
     hand_.before_part(world, scene_.step / scene_.substeps);
   });
-  sim_.insert(Place::after_step, [this](World& world, Real h) {
+  sim_.insert(Stage::after_step, [this](World& world, Real h) {
     hand_.after_step(world);
     const Measures m = measure(world);
     gap_ = m.worst_gap;
@@ -115,13 +115,13 @@ void Session::button_up(const SDL_MouseButtonEvent& e) {
 void Session::mouse_moved(const SDL_MouseMotionEvent& e) {
   const int right = e.x - mouse_x_, down = e.y - mouse_y_;
   mouse_x_ = e.x, mouse_y_ = e.y;
-  if (turning_) return turn(right, down);
+  if (turning_) return rotation(right, down);
   hand_.move(eye_, e.x, e.y);
 }
 
 void Session::key_down(SDL_Keycode key) {
   stale_ = true;
-  constexpr Solver kSolvers[]{Solver::automatic, Solver::sweep, Solver::shake2, Solver::paper,
+  constexpr Solver kSolvers[]{Solver::articulated, Solver::sweep, Solver::shake2, Solver::paper,
                               Solver::lagrangian};
   if (key >= SDLK_1 && key <= SDLK_5) return choose(kSolvers[key - SDLK_1]);
   switch (key) {
@@ -174,8 +174,10 @@ void Session::notice(const StepReport& step) {
   if (step.status == Status::bad_clock)
     stop("diverged", "diverged: the time or the step is no number to compute with");
   if (step.status == Status::energy_grew)
-    stop("energy_grew", fmt::format("energy grew severalfold by itself where body {} is: the solver "
-                                    "{} does not keep it", body, solver()));
+    stop("energy_grew",
+         fmt::format("energy grew severalfold by itself where body {} is: the solver "
+                     "{} does not keep it",
+                     body, solver()));
 }
 
 /// A step that is not to be gone on from: pauses, and stays to be seen in red.
@@ -192,7 +194,7 @@ void Session::look() {
   stale_ = true;
 }
 
-void Session::turn(double right, double down) {
+void Session::rotation(double right, double down) {
   const Vec3 back = view_.camera.eye - view_.camera.target;
   const Real distance = glm::length(back);
   if (!(distance > 0)) return;
@@ -219,7 +221,7 @@ void Session::choose(Solver solver) {
   const auto choose_in = [solver](World& world) {
     world.default_settings.solver = solver;
     for (SolverSettings& s : world.settings.values()) s.solver = solver;
-    world.touch();
+    world.mark_dirty();
   };
   World tried = sim_.world;
   choose_in(tried);

@@ -44,7 +44,7 @@ class Session {
   void key_down(SDL_Keycode key);
   void single_step();
   void notice(const StepReport& step);
-  void turn(double right, double down);
+  void rotation(double right, double down);
   void zoom(double clicks);
   void look();
   void choose(Solver solver);
@@ -65,7 +65,7 @@ class Session {
   std::optional<Solver> chosen_;
   SessionReport report_;
   std::string message_;
-  std::string alarm_;  // why the last step stopped the run, until it starts over
+  std::string alarm_;       // why the last step stopped the run, until it starts over
   int message_frames_ = 0;  // for which it is still shown
   double fraction_ = 0;     // of the next step
   double gap_ = 0;          // m, after the last step

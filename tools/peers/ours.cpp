@@ -2,8 +2,8 @@
 #include <iterator>
 
 #include "engine/runtime/simulation.hpp"
-#include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "engine/solvers/articulated/articulated.hpp"
+#include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "tools/peers/peer.hpp"
 
 namespace {
@@ -70,7 +70,7 @@ class OurRun final : public Run {
     const int steps = way_.step_frames > 0 ? frames / way_.step_frames : frames * steps_in_frame_;
     for (int i = 0; i < steps; ++i) {
       const StepReport report = sim_.step();
-      counts_.steps += way_.solver == Solver::lagrangian ? report.parts : 1;
+      counts_.steps += way_.solver == Solver::lagrangian ? report.substeps : 1;
       if (report.status != Status::ok) return false;
     }
     counts_.evaluations = way_.evaluations > 0 ? counts_.steps * way_.evaluations : -1;
@@ -83,7 +83,7 @@ class OurRun final : public Run {
       const Vec3 axis = b.pose.rotation * Vec3(1, 0, 0);
       for (int k = 0; k < 3; ++k) {
         links[i].centre[k] = b.pose.position[k], links[i].axis[k] = axis[k];
-        links[i].velocity[k] = b.velocity[k], links[i].spin[k] = b.spin[k];
+        links[i].velocity[k] = b.velocity[k], links[i].angular_velocity[k] = b.angular_velocity[k];
       }
     }
   }
@@ -114,7 +114,7 @@ constexpr Method kMethods[] = {
     {"implicit", false, 0, 0, 1, true, make<kExact, Integrator::implicit, 0>},
     {"rk54 by frames", true, 1e-1, 1e-10, 1, true, make<kExact, Integrator::rk4, 7, 1>},
     {"rk54 in one go", true, 1e-1, 1e-10, kFrames, true, make<kExact, Integrator::rk4, 7, kFrames>},
-    {"auto", false, 0, 0, 1, false, make<Solver::automatic, Integrator::rk4, 0>},
+    {"auto", false, 0, 0, 1, false, make<Solver::articulated, Integrator::rk4, 0>},
 };
 constexpr Engine kEngine{PANTIN_PEERS_COMMIT, PANTIN_PEERS_FLAGS, kMethods, std::size(kMethods)};
 

@@ -29,7 +29,7 @@ struct Chain {
 /// Where a link is and how it moves, world axes.
 struct LinkState {
   double centre[3], axis[3];  // axis: unit, from the joint before to the joint behind
-  double velocity[3], spin[3];
+  double velocity[3], angular_velocity[3];
 };
 
 /// Steps and evaluations of the accelerations; below zero where an engine does not tell.

@@ -194,9 +194,11 @@ State look(const Chain& chain, const std::vector<LinkState>& links) {
   double end[3] = {0, 0, 0};
   const double along = chain.inertia_along(), across = chain.inertia_across();
   for (const LinkState& l : links) {
-    const double turning = dot(l.spin, l.axis);
+    const double turning = dot(l.angular_velocity, l.axis);
     s.energy += chain.mass() * (dot(l.velocity, l.velocity) / 2 + chain.gravity * l.centre[1]) +
-                (across * dot(l.spin, l.spin) + (along - across) * turning * turning) / 2;
+                (across * dot(l.angular_velocity, l.angular_velocity) +
+                 (along - across) * turning * turning) /
+                    2;
     double gap2 = 0;
     for (int k = 0; k < 3; ++k) {
       const double half = chain.length / 2 * l.axis[k], off = l.centre[k] - half - end[k];
@@ -397,7 +399,8 @@ int main(int argc, char** argv) {
   if (!file) return 0;
   print_csv(report, file);
   const bool bad = std::fflush(file) != 0 || std::ferror(file) != 0;
-  if (std::fclose(file) == 0 && !bad && std::rename(part.c_str(), choices.csv.c_str()) == 0) return 0;
+  if (std::fclose(file) == 0 && !bad && std::rename(part.c_str(), choices.csv.c_str()) == 0)
+    return 0;
   std::remove(part.c_str());
   return could_not_write();
 }

@@ -116,10 +116,10 @@ class PinocchioRun final : public Run {
       const Vector3d arm(chain_.length / 2, 0, 0);
       const Vector3d centre = at.act(arm), axis = at.rotation().col(0);
       const Vector3d velocity = at.rotation() * (motion.linear() + motion.angular().cross(arm));
-      const Vector3d spin = at.rotation() * motion.angular();
+      const Vector3d angular_velocity = at.rotation() * motion.angular();
       for (int k = 0; k < 3; ++k) {
         links[i].centre[k] = centre[k], links[i].axis[k] = axis[k];
-        links[i].velocity[k] = velocity[k], links[i].spin[k] = spin[k];
+        links[i].velocity[k] = velocity[k], links[i].angular_velocity[k] = angular_velocity[k];
       }
     }
   }

@@ -67,11 +67,11 @@ class SimbodyRun final : public Run {
       const Vec3 half(chain_.length / 2, 0, 0);
       const Vec3 centre = b.findStationLocationInGround(state, half);
       const Vec3 velocity = b.findStationVelocityInGround(state, half);
-      const Vec3 spin = b.getBodyAngularVelocity(state);
+      const Vec3 angular_velocity = b.getBodyAngularVelocity(state);
       const Vec3 axis = b.getBodyRotation(state) * Vec3(1, 0, 0);
       for (int k = 0; k < 3; ++k) {
         links[i].centre[k] = centre[k], links[i].axis[k] = axis[k];
-        links[i].velocity[k] = velocity[k], links[i].spin[k] = spin[k];
+        links[i].velocity[k] = velocity[k], links[i].angular_velocity[k] = angular_velocity[k];
       }
     }
   }

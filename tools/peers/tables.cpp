@@ -95,18 +95,18 @@ Best best_of(const Report& report, const Ways& ways, double level, int round, co
 }
 
 /// What a peer of ours needs over what the best of the others needs.
-struct Ratio {
+struct Gear {
   double level = 0;
   bool exact = true;  // by the exact solver; else by any
   Best ours, others;
   double median = NAN, low = NAN, high = NAN;  // over the rounds
 };
 
-Ratio ratio_at(const Report& report, const Ways& ways, std::size_t ours, double level, bool exact) {
+Gear ratio_at(const Report& report, const Ways& ways, std::size_t ours, double level, bool exact) {
   const auto take = [&](const Point& p) { return p.peer == ours && (!exact || p.method->exact); };
   const auto leave = [&](const Point& p) { return !report.peers[p.peer].ours(); };
-  Ratio r{level, exact, best_of(report, ways, level, -1, take),
-          best_of(report, ways, level, -1, leave)};
+  Gear r{level, exact, best_of(report, ways, level, -1, take),
+         best_of(report, ways, level, -1, leave)};
   std::vector<double> rounds;
   for (int round = 0; round < report.rounds; ++round) {
     const double mine = best_of(report, ways, level, round, take).ms;
@@ -122,15 +122,15 @@ Ratio ratio_at(const Report& report, const Ways& ways, std::size_t ours, double 
 }
 
 /// At every level by the exact solver; and by another of ours where that is cheaper.
-std::vector<Ratio> ratios_of(const Report& report, int links, std::size_t ours) {
-  std::vector<Ratio> ratios;
+std::vector<Gear> ratios_of(const Report& report, int links, std::size_t ours) {
+  std::vector<Gear> gears;
   const Ways ways = ways_of(report, links);
   for (const double level : kLevels) {
-    ratios.push_back(ratio_at(report, ways, ours, level, true));
-    const Ratio any = ratio_at(report, ways, ours, level, false);
-    if (any.ours.name != ratios.back().ours.name) ratios.push_back(any);
+    gears.push_back(ratio_at(report, ways, ours, level, true));
+    const Gear any = ratio_at(report, ways, ours, level, false);
+    if (any.ours.name != gears.back().ours.name) gears.push_back(any);
   }
-  return ratios;
+  return gears;
 }
 
 void print_levels(const Report& report, int links, std::FILE* out) {
@@ -145,7 +145,7 @@ void print_levels(const Report& report, int links, std::FILE* out) {
   }
   for (std::size_t peer = 0; peer < report.peers.size(); ++peer) {
     if (!report.peers[peer].ours()) continue;
-    for (const Ratio& r : ratios_of(report, links, peer)) {
+    for (const Gear& r : ratios_of(report, links, peer)) {
       if (!std::isfinite(r.median)) continue;
       std::fprintf(out, "  %.0e m: %-28s %10.3f ms over %-22s %10.3f ms = %.2f (%.2f to %.2f)\n",
                    r.level, r.ours.name.c_str(), r.ours.ms, r.others.name.c_str(), r.others.ms,
@@ -324,7 +324,7 @@ void print_json(const Report& report, std::FILE* out) {
   for (const Reference& reference : report.references)
     for (std::size_t peer = 0; peer < report.peers.size(); ++peer) {
       if (!report.peers[peer].ours()) continue;
-      for (const Ratio& r : ratios_of(report, reference.links, peer)) {
+      for (const Gear& r : ratios_of(report, reference.links, peer)) {
         std::fprintf(out,
                      "%s\n    {\"links\": %d, \"error_m\": %g, \"exact\": %s, "
                      "\"ours\": \"%s\", \"ours_ms\": %s, \"peer\": \"%s\", \"peer_ms\": %s, "

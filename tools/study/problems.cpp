@@ -46,7 +46,7 @@ Body rod(Real mass, Real length, Vec3 start, Real angle) {
   b.mass = mass;
   const Real across = mass * length * length / 12;
   b.inertia = {0.01 * across, across, across};
-  b.pose = {start + 0.5 * flat(angle, length), turn_by(Vec3(0, 0, angle))};
+  b.pose = {start + 0.5 * flat(angle, length), from_rotation_vector(Vec3(0, 0, angle))};
   b.drag = 0;
   return b;
 }
@@ -65,7 +65,7 @@ Joint pin_joint(Vec3 anchor_a, Vec3 anchor_b) { return hinge_about({0, 0, 1}, an
 Joint rod_joint(Real length) {
   Joint j;
   j.kind = JointKind::distance;
-  j.extras.edit().length = length;
+  j.parameters.edit().length = length;
   return j;
 }
 
@@ -73,9 +73,7 @@ const Body& body(const World& w, std::size_t slot) { return w.bodies.values()[sl
 
 Vec3 tip(const Body& b, Real length) { return to_world(b.pose, {length / 2, 0, 0}); }
 
-Real planar_angle(const Body& b) {
-  return 2 * std::atan2(b.pose.rotation.z, b.pose.rotation.w);
-}
+Real planar_angle(const Body& b) { return 2 * std::atan2(b.pose.rotation.z, b.pose.rotation.w); }
 
 /// Of two angles, whole turns aside.
 Real apart(Real a, Real b) { return std::abs(std::remainder(a - b, 2 * kPi)); }
@@ -98,8 +96,8 @@ Problem pendulum(const Json& file, const Json& one) {
   const Real length = 1.5 * value(one.at("parameters"), "length");
   const Entity ground = add_ground(p.world);
   Body b = rod(1, length, Vec3(0), theta - kPi / 2);
-  b.spin = {0, 0, omega};
-  b.velocity = glm::cross(b.spin, b.pose.position);
+  b.angular_velocity = {0, 0, omega};
+  b.velocity = glm::cross(b.angular_velocity, b.pose.position);
   p.world.add_link(ground, p.world.add_body(b), pin_joint(Vec3(0), {-length / 2, 0, 0}));
   p.error = [](const World& w, const std::vector<Real>& row) {
     return apart(planar_angle(body(w, 1)) + kPi / 2, row[1]);
@@ -113,8 +111,8 @@ Problem pendulum(const Json& file, const Json& one) {
 Problem falling_point(const Json& file, const Json& one) {
   Problem p = begin(file, one);
   const Entity ground = add_ground(p.world);
-  const Entity mass = p.world.add_body(
-      point(1, {value(one.at("initial"), "x"), value(one.at("initial"), "y"), 0}));
+  const Entity mass =
+      p.world.add_body(point(1, {value(one.at("initial"), "x"), value(one.at("initial"), "y"), 0}));
   p.world.add_link(ground, mass, rod_joint(value(one.at("parameters"), "length")));
   p.error = [](const World& w, const std::vector<Real>& row) {
     return glm::length(body(w, 1).pose.position - Vec3(row[1], row[2], 0));
@@ -131,10 +129,9 @@ Problem windows(const Json& file, const Json& one) {
   std::vector<Entity> posts;
   for (int i = 0; i <= n; ++i) {
     Body post = rod(1, 1, {i, 0, 0}, kPi / 2);
-    post.spin = {0, 0, -1}, post.velocity = {0.5, 0, 0};
+    post.angular_velocity = {0, 0, -1}, post.velocity = {0.5, 0, 0};
     posts.push_back(w.add_body(post));
-    w.add_link(ground, posts.back(),
-               hinge_about({0, 0, 1}, {i, 0, 0}, {-0.5, 0, 0}));
+    w.add_link(ground, posts.back(), hinge_about({0, 0, 1}, {i, 0, 0}, {-0.5, 0, 0}));
   }
   for (int i = 0; i < n; ++i) {
     Body beam = rod(1, 1, {i, 1, 0}, 0);
@@ -191,12 +188,11 @@ Problem many_links(const Json& file, const Json& one) {
   for (std::size_t i = 0; i < n; ++i) {
     const Real angle = theta[i] - kPi / 2;
     const Vec3 bottom = top + flat(angle, length);
-    const Entity e =
-        p.world.add_body(points ? point(mass, bottom) : rod(mass, length, top, angle));
-    p.world.add_link(before, e,
-                     points ? rod_joint(length)
-                            : pin_joint(i == 0 ? Vec3(0) : Vec3(length / 2, 0, 0),
-                                        {-length / 2, 0, 0}));
+    const Entity e = p.world.add_body(points ? point(mass, bottom) : rod(mass, length, top, angle));
+    p.world.add_link(
+        before, e,
+        points ? rod_joint(length)
+               : pin_joint(i == 0 ? Vec3(0) : Vec3(length / 2, 0, 0), {-length / 2, 0, 0}));
     before = e, top = bottom;
   }
   p.error = [n, points, length](const World& w, const std::vector<Real>& row) {
@@ -216,7 +212,7 @@ Problem free_body(const Json& file, const Json& one) {
   b.drag = 0, b.gravity_scale = 0;
   b.inertia = {inertia[0], inertia[1], inertia[2]};
   b.pose.rotation = Quat(first[4], first[5], first[6], first[7]);
-  b.spin = b.pose.rotation * Vec3(first[1], first[2], first[3]);
+  b.angular_velocity = b.pose.rotation * Vec3(first[1], first[2], first[3]);
   p.world.add_body(b);
   p.error = [](const World& w, const std::vector<Real>& row) {
     const Quat q = body(w, 0).pose.rotation, r(row[4], row[5], row[6], row[7]);
@@ -260,23 +256,24 @@ void four_bar(const Json& file, const Json& one, std::vector<Problem>& problems)
     const Entity ground = add_ground(w);
     Body turning;
     turning.motion = Motion::driven;
-    turning.pose.rotation = turn_by(Vec3(0, 0, first[0]));
-    turning.spin = {0, 0, 1};
+    turning.pose.rotation = from_rotation_vector(Vec3(0, 0, first[0]));
+    turning.angular_velocity = {0, 0, 1};
     const Entity handle = w.add_body(turning);
     Keyframes keys;
     // From before the start, so that the crank has its speed then.
     for (int i = -1; i <= p.at_step.back() + 1; ++i)
-      keys.keys.push_back({i * p.every, {Vec3(0), turn_by(Vec3(0, 0, first[0] + i * p.every))}});
-    w.drives.add(handle, Drive{keys});
+      keys.keys.push_back(
+          {i * p.every, {Vec3(0), from_rotation_vector(Vec3(0, 0, first[0] + i * p.every))}});
+    w.paths.add(handle, KinematicPath{keys});
     const Vec3 at_crank = flat(first[0], crank);
     Body bar = rod(1, coupler, at_crank, first[1]);
-    bar.spin = {0, 0, first[5]};
+    bar.angular_velocity = {0, 0, first[5]};
     bar.velocity = glm::cross(Vec3(0, 0, 1), at_crank) +
-                   glm::cross(bar.spin, bar.pose.position - at_crank);
+                   glm::cross(bar.angular_velocity, bar.pose.position - at_crank);
     Body swinging = rod(1, rocker, {ground_length, 0, 0}, first[2]);
-    swinging.spin = {0, 0, first[6]};
+    swinging.angular_velocity = {0, 0, first[6]};
     swinging.velocity =
-        glm::cross(swinging.spin, swinging.pose.position - Vec3(ground_length, 0, 0));
+        glm::cross(swinging.angular_velocity, swinging.pose.position - Vec3(ground_length, 0, 0));
     const Entity c = w.add_body(bar), r = w.add_body(swinging);
     w.add_link(handle, c, pin_joint({crank, 0, 0}, {-coupler / 2, 0, 0}));
     w.add_link(ground, r, pin_joint({ground_length, 0, 0}, {-rocker / 2, 0, 0}));
@@ -305,11 +302,12 @@ void add_way_through(std::vector<Problem>& problems) {
     p.rows.push_back(row);
     p.at_step.push_back(static_cast<int>(std::lround((row[0] - p.rows[0][0]) / p.every)));
   }
-  Keyframes& keys = std::get<Keyframes>(p.world.drives.values()[0].path);
+  Keyframes& keys = std::get<Keyframes>(p.world.paths.values()[0].curve);
   const Real first = p.rows[0][0];
   keys.keys.clear();
   for (int i = -1; i <= p.at_step.back() + 1; ++i)
-    keys.keys.push_back({i * p.every, {Vec3(0), turn_by(Vec3(0, 0, first + i * p.every))}});
+    keys.keys.push_back(
+        {i * p.every, {Vec3(0), from_rotation_vector(Vec3(0, 0, first + i * p.every))}});
   problems.push_back(std::move(p));
 }
 
@@ -320,8 +318,9 @@ Joint hinge_about(Vec3 axis, Vec3 anchor_a, Vec3 anchor_b) {
   j.kind = JointKind::hinge;
   j.anchor_a = anchor_a, j.anchor_b = anchor_b;
   if (axis.x != 1) {
-    const Quat turned = axis.y == 1 ? turn_by(Vec3(0, 0, kPi / 2)) : turn_by(Vec3(0, -kPi / 2, 0));
-    j.frames.set(turned, turned);
+    const Quat rotated = axis.y == 1 ? from_rotation_vector(Vec3(0, 0, kPi / 2))
+                                     : from_rotation_vector(Vec3(0, -kPi / 2, 0));
+    j.frames.set(rotated, rotated);
   }
   return j;
 }
@@ -378,8 +377,8 @@ std::vector<Problem> read_hanging_chains(const std::string& folder, bool rest) {
       Body b = rod(mass, length, at[i], std::atan2(along.y, along.x));
       b.drag = rest ? 0 : 6;
       const Entity e = w.add_body(b);
-      w.add_link(before, e, pin_joint(i == 0 ? Vec3(0) : Vec3(length / 2, 0, 0),
-                                      {-length / 2, 0, 0}));
+      w.add_link(before, e,
+                 pin_joint(i == 0 ? Vec3(0) : Vec3(length / 2, 0, 0), {-length / 2, 0, 0}));
       before = e;
     }
     w.add_link(before, ground, pin_joint({length / 2, 0, 0}, at.back()));
@@ -391,8 +390,8 @@ std::vector<Problem> read_hanging_chains(const std::string& folder, bool rest) {
     p.error = [length](const World& now, const std::vector<Real>& row) {
       Real worst = 0;
       for (std::size_t i = 1; 2 * i + 1 < row.size(); ++i)
-        worst = std::max(worst, glm::length(tip(body(now, i), length) -
-                                            Vec3(row[2 * i], row[2 * i + 1], 0)));
+        worst = std::max(
+            worst, glm::length(tip(body(now, i), length) - Vec3(row[2 * i], row[2 * i + 1], 0)));
       return worst;
     };
     p.conserves = rest;
@@ -420,7 +419,7 @@ Score score(const Problem& p, int divisions) {
     if (r.status == Status::diverged) break;
     s.constraint = std::max(s.constraint, r.worst_constraint);
     s.rows = r.rows, s.least_rank = std::min(s.least_rank, r.rank);
-    s.parts += r.parts;
+    s.parts += r.substeps;
   }
   return s;
 }
@@ -467,17 +466,15 @@ World chain(int links, Real length, Real angle, JointKind kind, bool held) {
 Real distance(const World& a, const World& b) {
   Real worst = 0;
   for (std::size_t i = 0; i < a.bodies.size(); ++i)
-    worst = std::max(worst,
-                     glm::length(body(a, i).pose.position - body(b, i).pose.position));
+    worst = std::max(worst, glm::length(body(a, i).pose.position - body(b, i).pose.position));
   return worst;
 }
 
 Real difference(const World& a, const World& b) {
   Real worst = distance(a, b);
   for (std::size_t i = 0; i < a.bodies.size(); ++i)
-    worst = std::max(worst, glm::length(rotation_vector(
-                                body(a, i).pose.rotation *
-                                glm::conjugate(body(b, i).pose.rotation))));
+    worst = std::max(worst, glm::length(rotation_vector(body(a, i).pose.rotation *
+                                                        glm::conjugate(body(b, i).pose.rotation))));
   return worst;
 }
 

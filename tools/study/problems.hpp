@@ -11,7 +11,7 @@ namespace pantin::study {
 /// One case of one file. Row 0 is the state that the World starts from.
 struct Problem {
   std::string file, id;
-  World world;  // moved by the Lagrangian solver
+  World world;                          // moved by the Lagrangian solver
   Real every = 0;                       // s between rows; rows[i] is at at_step[i] * every
   std::vector<std::vector<Real>> rows;  // as in the file, the first number is not the time always
   std::vector<int> at_step;
@@ -26,7 +26,8 @@ struct Problem {
 /// All cases that the solver covers. Throws where a file is missing or not as expected.
 std::vector<Problem> read_problems(const std::string& folder);
 
-/// contact::Interface chains: `rest` starts from the shape at rest, otherwise from two straight halves, damped.
+/// contact::Interface chains: `rest` starts from the shape at rest, otherwise from two straight
+/// halves, damped.
 std::vector<Problem> read_hanging_chains(const std::string& folder, bool rest);
 
 struct Score {
@@ -35,7 +36,7 @@ struct Score {
   Real energy = 0;      // J, the farthest from the start
   Real constraint = 0;  // m or rad, the worst after a step
   int rows = 0, least_rank = 0;
-  long parts = 0;       // steps of the integrator
+  long parts = 0;  // steps of the integrator
 };
 
 /// Runs a problem as its settings say, with `divisions` steps between rows.

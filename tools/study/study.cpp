@@ -84,7 +84,7 @@ constexpr Method kMethods[] = {
     {"rattle", Solver::lagrangian, Integrator::rattle},
     {"rk4", Solver::lagrangian, Integrator::rk4},
     {"implicit", Solver::lagrangian, Integrator::implicit},
-    {"auto", Solver::automatic, Integrator::rk4},
+    {"auto", Solver::articulated, Integrator::rk4},
     {"shake2", Solver::shake2, Integrator::rk4},
     {"sweep", Solver::sweep, Integrator::rk4},
 };
@@ -105,8 +105,9 @@ void references(const std::string& folder) {
     std::printf("%-22s %-32s %-7s %-9s %-8s %-8s %-8s %-8s %-9s %s\n", "problem", "case", "steps",
                 "h or tol", "error", "energy", "open", "rank", "CPU s", "spread");
   else
-    std::fprintf(out, "problem,case,steps,step_s,tolerance,error,energy_drift_j,constraint,rows,"
-                      "least_rank,cpu_s,spread\n");
+    std::fprintf(out,
+                 "problem,case,steps,step_s,tolerance,error,energy_drift_j,constraint,rows,"
+                 "least_rank,cpu_s,spread\n");
   for (const Problem& given : problems)
     for (const bool adaptive : {false, true}) {
       if (adaptive && given.file == "catenary") continue;
@@ -149,13 +150,13 @@ std::vector<World> exact_way(const World& start, Real every, int count) {
 
 /// The worst distance from the exact way, m; infinite where the run failed.
 Real error_along(const World& start, const std::vector<World>& way, Real every, int divisions,
-                 bool turns) {
+                 bool rotations) {
   Simulation sim(start, {every / divisions});
   Real worst = 0;
   for (const World& at : way) {
     for (int i = 0; i < divisions; ++i)
       if (sim.step().status == Status::diverged) return INFINITY;
-    worst = std::max(worst, turns ? difference(sim.world, at) : distance(sim.world, at));
+    worst = std::max(worst, rotations ? difference(sim.world, at) : distance(sim.world, at));
   }
   return worst;
 }
@@ -235,15 +236,15 @@ double bytes_in_use() {
 
 #ifdef PANTIN_HAS_EIGEN
 /// Seconds of a dense LU of the same equations; `a` is compared with its answer.
-double time_dense(const lagrangian::Island& m, std::span<const Vec3> force, std::span<const Real> right,
-                  std::span<const Vec3> a, Real& apart) {
+double time_dense(const lagrangian::Island& m, std::span<const Vec3> force,
+                  std::span<const Real> right, std::span<const Vec3> a, Real& apart) {
   const auto bodies = static_cast<Eigen::Index>(m.count());
   const auto rows = static_cast<Eigen::Index>(m.rows), all = 6 * bodies + rows;
   Eigen::MatrixXd k = Eigen::MatrixXd::Zero(all, all);
   Eigen::VectorXd b(all);
   for (Eigen::Index i = 0; i < bodies; ++i) {
     const auto n = static_cast<std::size_t>(i);
-    const Mat3 take = glm::inverse(m.room.give[n]);
+    const Mat3 take = glm::inverse(m.scratch.inverse_inertia[n]);
     for (int r = 0; r < 3; ++r) {
       k(6 * i + r, 6 * i + r) = m.mass[n];
       for (int c = 0; c < 3; ++c) k(6 * i + 3 + r, 6 * i + 3 + c) = take[c][r];
@@ -255,7 +256,8 @@ double time_dense(const lagrangian::Island& m, std::span<const Vec3> force, std:
       for (std::size_t e = 0; e < block.count; ++e) {
         if (block.body[e] >= m.count()) continue;
         const Eigen::Index row = 6 * bodies + static_cast<Eigen::Index>(block.first_row + r);
-        const lagrangian::RowVectors j = lagrangian::row_of(block, &m.room.jacobian[block.first_vector], r, e);
+        const lagrangian::RowVectors j =
+            lagrangian::row_of(block, &m.scratch.jacobian[block.first_vector], r, e);
         for (int c = 0; c < 6; ++c) {
           const Vec3& part = c < 3 ? j.v : j.w;
           const Eigen::Index column = 6 * Eigen::Index{block.body[e]} + c;
@@ -296,7 +298,8 @@ struct Growth {
 };
 
 void cost() {
-  std::fprintf(out, "what,integrator,bodies,seconds,spread,bytes_per_body,dense_seconds,ratio,apart\n");
+  std::fprintf(out,
+               "what,integrator,bodies,seconds,spread,bytes_per_body,dense_seconds,ratio,apart\n");
   for (const int n : {100, 300, 1000}) {
     if (small && n > 100) break;
     tell("one solve, " + std::to_string(n) + " bodies");
@@ -374,8 +377,10 @@ void print_json(std::FILE* csv) {
   const auto cells = [](const std::string& line) {
     std::vector<std::string> all(1);
     for (const char c : line)
-      if (c == ',') all.emplace_back();
-      else if (c != '\n') all.back() += c;
+      if (c == ',')
+        all.emplace_back();
+      else if (c != '\n')
+        all.back() += c;
     return all;
   };
   const auto value = [](const std::string& cell) -> std::string {
@@ -422,15 +427,23 @@ int main(int argc, char** argv) {
   for (int i = 1; i < argc; ++i) {
     const std::string word = argv[i];
     if (word == "--help" || word == "-h") return std::fputs(kUsage, stdout), 0;
-    if (word == "--small") small = true;
-    else if (word == "--json") json = true;
-    else if (word == "--csv" && i + 1 < argc) file = argv[++i];
-    else if (what.empty() && word[0] != '-') what = word;
-    else return std::fprintf(stderr, "study: found \"%s\"; see study --help\n", argv[i]), 2;
+    if (word == "--small")
+      small = true;
+    else if (word == "--json")
+      json = true;
+    else if (word == "--csv" && i + 1 < argc)
+      file = argv[++i];
+    else if (what.empty() && word[0] != '-')
+      what = word;
+    else
+      return std::fprintf(stderr, "study: found \"%s\"; see study --help\n", argv[i]), 2;
   }
   const std::pair<const char*, std::function<void()>> studies[] = {
-      {"references", [] { references(PANTIN_STUDY_DATA); }}, {"orders", orders},
-      {"energy", energy}, {"work", work}, {"cost", cost}};
+      {"references", [] { references(PANTIN_STUDY_DATA); }},
+      {"orders", orders},
+      {"energy", energy},
+      {"work", work},
+      {"cost", cost}};
   for (const auto& [name, run] : studies) {
     if (what != name) continue;
     if (!file.empty() || json) out = std::tmpfile();
@@ -445,6 +458,7 @@ int main(int argc, char** argv) {
     if (!file.empty() && !write_file(file, text_of(out))) return fail_to_write(file);
     return 0;
   }
-  std::fprintf(stderr, "study: expected references, orders, energy, work or cost; see study --help\n");
+  std::fprintf(stderr,
+               "study: expected references, orders, energy, work or cost; see study --help\n");
   return 2;
 }

@@ -25,7 +25,7 @@ Real inner_radius(const Shape& shape) {
   return glm::min(shape.size.x, glm::min(shape.size.y, shape.size.z));
 }
 
-Box bounds(const Shape& shape, const Pose& at) {
+Aabb bounds(const Shape& shape, const Pose& at) {
   const Vec3 half = spread(glm::mat3_cast(at.rotation), shape.size);
   return {at.position - half, at.position + half};
 }
@@ -63,25 +63,25 @@ constexpr std::array<Pair, 12> box_sides() {
 }
 constexpr std::array<Pair, 12> kBoxSides = box_sides();
 
-Convex place(const Shape& shape, const Pose& at, ConvexRoom& room) {
+Convex convex_piece(const Shape& shape, const Pose& at, ConvexScratch& scratch) {
   const Vec3 half = shape.size;
-  const Mat3 turn = glm::mat3_cast(at.rotation);
-  room.points.resize(8), room.faces.resize(6);
-  const Vec3 x = half.x * turn[0], y = half.y * turn[1], z = half.z * turn[2];
+  const Mat3 rotation = glm::mat3_cast(at.rotation);
+  scratch.points.resize(8), scratch.faces.resize(6);
+  const Vec3 x = half.x * rotation[0], y = half.y * rotation[1], z = half.z * rotation[2];
   for (std::uint32_t i = 0; i < 8; ++i)
-    room.points[i] = at.position + ((i & 1 ? x : -x) + (i & 2 ? y : -y) + (i & 4 ? z : -z));
+    scratch.points[i] = at.position + ((i & 1 ? x : -x) + (i & 2 ? y : -y) + (i & 4 ? z : -z));
   for (std::uint32_t f = 0; f < 6; ++f) {
     const int axis = static_cast<int>(f / 2);
-    const Vec3 normal = f % 2 ? turn[axis] : -turn[axis];
-    room.faces[f] = {4 * f, 4, normal, glm::dot(normal, at.position) + half[axis]};
+    const Vec3 normal = f % 2 ? rotation[axis] : -rotation[axis];
+    scratch.faces[f] = {4 * f, 4, normal, glm::dot(normal, at.position) + half[axis]};
   }
-  return {room.points, room.faces, kBoxCorners, kBoxEdges,
-          kBoxSides,   0,          at.position, glm::length(half)};
+  return {scratch.points, scratch.faces,    kBoxCorners, kBoxEdges, kBoxSides, 0,
+          at.position,    glm::length(half)};
 }
 
 /// By its three slabs.
 std::optional<RayEntry> cast(const Shape& shape, Vec3 from, Vec3 way, Real limit) {
-  const auto [enter, leave] = ray_range(Box{-shape.size, shape.size}, from, way);
+  const auto [enter, leave] = ray_range(Aabb{-shape.size, shape.size}, from, way);
   if (enter > leave || enter < 0 || enter > limit) return std::nullopt;
   // The side that is entered last.
   RayEntry entry{enter, Vec3(0)};
@@ -112,7 +112,7 @@ constinit const ShapeTraits box{
     .rounded = rounded,
     .inner_radius = inner_radius,
     .bounds = bounds,
-    .place = place,
+    .convex_piece = convex_piece,
     .cast = cast,
     .closest = closest,
 };

@@ -36,7 +36,7 @@ Vec3 support(const Shape& shape, Vec3 direction) {
 
 Real inner_radius(const Shape& shape) { return shape.size.x; }
 
-Box bounds(const Shape& shape, const Pose& at) {
+Aabb bounds(const Shape& shape, const Pose& at) {
   Vec3 half(shape.size.x);
   half += glm::abs(glm::mat3_cast(at.rotation)[1]) * shape.size.y;
   return {at.position - half, at.position + half};
@@ -44,12 +44,12 @@ Box bounds(const Shape& shape, const Pose& at) {
 
 constexpr std::array<std::array<std::uint32_t, 2>, 1> kEdge{{{0, 1}}};
 
-Convex place(const Shape& shape, const Pose& at, ConvexRoom& room) {
+Convex convex_piece(const Shape& shape, const Pose& at, ConvexScratch& scratch) {
   const Vec3 half = at.rotation * Vec3(0, shape.size.y, 0);
-  if (half == Vec3(0)) return sphere.place(shape, at, room);
-  room.points.assign({at.position - half, at.position + half});
-  return {room.points, {},           {},          kEdge,
-          {},          shape.size.x, at.position, shape.size.x + shape.size.y};
+  if (half == Vec3(0)) return sphere.convex_piece(shape, at, scratch);
+  scratch.points.assign({at.position - half, at.position + half});
+  return {
+      scratch.points, {}, {}, kEdge, {}, shape.size.x, at.position, shape.size.x + shape.size.y};
 }
 
 /// The straight part, else the two ends.
@@ -93,7 +93,7 @@ constinit const ShapeTraits capsule{
     .rounded = rounded,
     .inner_radius = inner_radius,
     .bounds = bounds,
-    .place = place,
+    .convex_piece = convex_piece,
     .cast = cast,
     .closest = closest,
 };

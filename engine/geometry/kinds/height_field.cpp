@@ -1,4 +1,4 @@
-// Heights along y over a grid of x and z, for fixed and driven bodies: all below is solid.
+// Heights along y over a grid of x and z, for fixed and kinematic bodies: all below is solid.
 #include <algorithm>
 
 #include "engine/geometry/kinds/parts.hpp"
@@ -45,7 +45,7 @@ std::optional<RayEntry> cast(const Shape& shape, Vec3 from, Vec3 way, Real limit
   const Surface& s = *shape.surface;
   // A flat field has no height: a little more, so that rounding loses no ray.
   const Real slack = 1e-9 * glm::length(s.high - s.low);
-  const Box bounds = Box{s.low, s.high}.grown(slack);
+  const Aabb bounds = Aabb{s.low, s.high}.grown(slack);
   const auto [enter, leave] = ray_range(bounds, from, way);
   const Real start = glm::max(enter, Real(0)), end = glm::min(leave, limit);
   if (start > end) return std::nullopt;
@@ -101,8 +101,9 @@ std::optional<SurfacePoint> closest(const Shape& shape, Vec3 p, Real limit) {
 }  // namespace
 
 constinit const ShapeTraits height_field{
-    .about = "A ground of heights along y over a grid, its middle at the origin. Only for bodies "
-             "that are fixed or driven.",
+    .about =
+        "A ground of heights along y over a grid, its middle at the origin. Only for bodies "
+        "that are fixed or driven.",
     .shape_class = ShapeClass::heights,
     .source = SurfaceSource::heights,
     .is_ground = true,

@@ -21,24 +21,25 @@ Real inner_radius(const Shape& shape) {
   return least;
 }
 
-Convex place(const Shape& shape, const Pose& at, ConvexRoom& room) {
+Convex convex_piece(const Shape& shape, const Pose& at, ConvexScratch& scratch) {
   const Surface& hull = *shape.surface;
-  const Mat3 turn = glm::mat3_cast(at.rotation);
-  room.points.resize(hull.points.size()), room.faces.resize(hull.faces.size());
+  const Mat3 rotation = glm::mat3_cast(at.rotation);
+  scratch.points.resize(hull.points.size()), scratch.faces.resize(hull.faces.size());
   for (std::size_t i = 0; i < hull.points.size(); ++i)
-    room.points[i] = at.position + turn * hull.points[i];
+    scratch.points[i] = at.position + rotation * hull.points[i];
   for (std::size_t f = 0; f < hull.faces.size(); ++f) {
     const Face& face = hull.faces[f];
-    const Vec3 normal = turn * face.normal;
-    room.faces[f] = {face.first, face.count, normal, face.offset + glm::dot(normal, at.position)};
+    const Vec3 normal = rotation * face.normal;
+    scratch.faces[f] = {face.first, face.count, normal,
+                        face.offset + glm::dot(normal, at.position)};
   }
-  return {room.points,
-          room.faces,
+  return {scratch.points,
+          scratch.faces,
           hull.corners,
           hull.edges,
           hull.sides,
           0,
-          at.position + turn * ((hull.low + hull.high) / 2.0),
+          at.position + rotation * ((hull.low + hull.high) / 2.0),
           glm::length(hull.high - hull.low) / 2};
 }
 
@@ -70,8 +71,8 @@ std::optional<SurfacePoint> closest(const Shape& shape, Vec3 p, Real limit) {
   if (above > limit) return std::nullopt;
   const SurfacePoint on_face{p - above * nearest_face->normal, nearest_face->normal, above};
   if (above <= 0) return on_face;
-  ConvexRoom room;
-  const Convex hull_piece = shape_kinds::place(shape, Pose{}, room);
+  ConvexScratch scratch;
+  const Convex hull_piece = shape_kinds::convex_piece(shape, Pose{}, scratch);
   const Convex point{{&p, 1}, {}, {}, {}, {}, 0, p, 0};
   const Nearest near = nearest(point, hull_piece, limit);
   if (near.state == Nearest::State::beyond) return std::nullopt;
@@ -88,7 +89,7 @@ constinit const ShapeTraits hull{
     .enclosed = enclosed_by_faces,
     .inner_radius = inner_radius,
     .bounds = bounds_of_surface,
-    .place = place,
+    .convex_piece = convex_piece,
     .cast = cast,
     .closest = closest,
 };

@@ -1,4 +1,4 @@
-// A closed surface of triangles, for fixed and driven bodies: its size is in its surface.
+// A closed surface of triangles, for fixed and kinematic bodies: its size is in its surface.
 #include "engine/geometry/kinds/parts.hpp"
 #include "engine/geometry/surface.hpp"
 
@@ -31,8 +31,9 @@ std::optional<SurfacePoint> closest(const Shape& shape, Vec3 p, Real limit) {
 }  // namespace
 
 constinit const ShapeTraits mesh{
-    .about = "A closed surface of triangles, anticlockwise seen from outside. Only for bodies that "
-             "are fixed or driven; one that moves takes a hull, or several.",
+    .about =
+        "A closed surface of triangles, anticlockwise seen from outside. Only for bodies that "
+        "are fixed or driven; one that moves takes a hull, or several.",
     .shape_class = ShapeClass::mesh,
     .source = SurfaceSource::triangles,
     .enclosed = enclosed_by_faces,

@@ -4,11 +4,11 @@
 
 namespace pantin::shape_kinds {
 
-Box bounds_of_surface(const Shape& shape, const Pose& at) {
-  const Mat3 turn = glm::mat3_cast(at.rotation);
-  const Vec3 half = spread(turn, (shape.surface->high - shape.surface->low) / 2.0);
+Aabb bounds_of_surface(const Shape& shape, const Pose& at) {
+  const Mat3 rotation = glm::mat3_cast(at.rotation);
+  const Vec3 half = spread(rotation, (shape.surface->high - shape.surface->low) / 2.0);
   Vec3 middle = at.position;
-  middle += turn * ((shape.surface->high + shape.surface->low) / 2.0);
+  middle += rotation * ((shape.surface->high + shape.surface->low) / 2.0);
   return {middle - half, middle + half};
 }
 
@@ -25,8 +25,9 @@ MassProperties enclosed_by_faces(const Shape& shape) {
                  c = surface.points[surface.corners[face.first + i + 1]] - apex, sum = a + b + c;
       const Real v = glm::dot(a, glm::cross(b, c)) / 6;
       volume += v, first += v / 4 * sum;
-      second += v / 20 * (glm::outerProduct(a, a) + glm::outerProduct(b, b) +
-                          glm::outerProduct(c, c) + glm::outerProduct(sum, sum));
+      second += v / 20 *
+                (glm::outerProduct(a, a) + glm::outerProduct(b, b) + glm::outerProduct(c, c) +
+                 glm::outerProduct(sum, sum));
     }
   const Vec3 centre = first / volume;
   second -= volume * glm::outerProduct(centre, centre);

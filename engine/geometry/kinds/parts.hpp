@@ -4,15 +4,15 @@
 
 namespace pantin::shape_kinds {
 
-/// Half extents along the outer axes of a box with half extents `extent`, turned by `turn`.
-inline Vec3 spread(const Mat3& turn, Vec3 extent) {
-  return Vec3(glm::dot(glm::abs(Vec3(turn[0].x, turn[1].x, turn[2].x)), extent),
-              glm::dot(glm::abs(Vec3(turn[0].y, turn[1].y, turn[2].y)), extent),
-              glm::dot(glm::abs(Vec3(turn[0].z, turn[1].z, turn[2].z)), extent));
+/// Half extents along the outer axes of a box with half extents `extent`, turned by `rotation`.
+inline Vec3 spread(const Mat3& rotation, Vec3 extent) {
+  return Vec3(glm::dot(glm::abs(Vec3(rotation[0].x, rotation[1].x, rotation[2].x)), extent),
+              glm::dot(glm::abs(Vec3(rotation[0].y, rotation[1].y, rotation[2].y)), extent),
+              glm::dot(glm::abs(Vec3(rotation[0].z, rotation[1].z, rotation[2].z)), extent));
 }
 
 /// Bounds of the box around a surface.
-Box bounds_of_surface(const Shape& shape, const Pose& at);
+Aabb bounds_of_surface(const Shape& shape, const Pose& at);
 
 /// What faces enclose, at density 1: signed tetrahedra from one point.
 MassProperties enclosed_by_faces(const Shape& shape);

@@ -1,4 +1,4 @@
-// The half-space y <= 0, for fixed and driven bodies: size (extent of its picture, -, -).
+// The half-space y <= 0, for fixed and kinematic bodies: size (extent of its picture, -, -).
 #include "engine/geometry/kinds/parts.hpp"
 
 namespace pantin::shape_kinds {
@@ -7,7 +7,7 @@ namespace {
 constexpr SizeKey kSizes[] = {
     {"size", "Edge of the square that is drawn, m; it touches without end.", 0, 1, 0.5, 20}};
 
-Box bounds(const Shape&, const Pose&) { return {Vec3(-1e300), Vec3(1e300)}; }
+Aabb bounds(const Shape&, const Pose&) { return {Vec3(-1e300), Vec3(1e300)}; }
 
 std::optional<RayEntry> cast(const Shape&, Vec3 from, Vec3 way, Real limit) {
   if (from.y < 0 || !(way.y < 0)) return std::nullopt;

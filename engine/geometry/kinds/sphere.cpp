@@ -21,20 +21,18 @@ Vec3 support(const Shape& shape, Vec3 direction) {
   return length > 0 ? shape.size.x / length * direction : Vec3(shape.size.x, 0, 0);
 }
 
-std::optional<RoundedBox> rounded(const Shape& shape) {
-  return RoundedBox{Vec3(0), shape.size.x};
-}
+std::optional<RoundedBox> rounded(const Shape& shape) { return RoundedBox{Vec3(0), shape.size.x}; }
 
 Real inner_radius(const Shape& shape) { return shape.size.x; }
 
-Box bounds(const Shape& shape, const Pose& at) {
+Aabb bounds(const Shape& shape, const Pose& at) {
   const Vec3 half(shape.size.x);
   return {at.position - half, at.position + half};
 }
 
-Convex place(const Shape& shape, const Pose& at, ConvexRoom& room) {
-  room.points.assign(1, at.position);
-  return {room.points, {}, {}, {}, {}, shape.size.x, at.position, shape.size.x};
+Convex convex_piece(const Shape& shape, const Pose& at, ConvexScratch& scratch) {
+  scratch.points.assign(1, at.position);
+  return {scratch.points, {}, {}, {}, {}, shape.size.x, at.position, shape.size.x};
 }
 
 std::optional<RayEntry> cast(const Shape& shape, Vec3 from, Vec3 way, Real limit) {
@@ -59,7 +57,7 @@ constinit const ShapeTraits sphere{
     .rounded = rounded,
     .inner_radius = inner_radius,
     .bounds = bounds,
-    .place = place,
+    .convex_piece = convex_piece,
     .cast = cast,
     .closest = closest,
 };

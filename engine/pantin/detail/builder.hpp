@@ -1,9 +1,8 @@
 #pragma once
 /// Building figures of several parts. Not installed.
+#include <pantin/world.hpp>
 #include <string>
 #include <vector>
-
-#include <pantin/world.hpp>
 
 namespace pantin {
 

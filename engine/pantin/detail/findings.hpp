@@ -1,9 +1,8 @@
 #pragma once
 /// What is wrong with a description, gathered while it is checked. Not installed.
+#include <pantin/world.hpp>
 #include <string>
 #include <vector>
-
-#include <pantin/world.hpp>
 
 namespace pantin {
 

@@ -1,17 +1,16 @@
-#include "engine/solvers/articulated/island.hpp"
-
 #include <algorithm>
 #include <numeric>
 
 #include "engine/base/archive.hpp"
 #include "engine/base/disjoint_sets.hpp"
+#include "engine/solvers/articulated/island.hpp"
 #include "engine/solvers/solver.hpp"
 #include "engine/world/world.hpp"
 
 namespace pantin::articulated {
 namespace {
 
-/// A place that can hold a tree: a link to a kinematic body, or an exact pin.
+/// A possible anchor of a tree: a link to a kinematic body, or a pin.
 struct Anchorage {
   std::uint32_t body = 0;  // slot of the dynamic body
   Vec3 anchor{0};          // in it
@@ -21,7 +20,7 @@ struct Anchorage {
   Real compliance = 0;
 };
 
-/// A joint or a pin between two dynamic bodies besides the tree's own joints.
+/// A joint or a pin between two dynamic bodies that is not part of the tree.
 struct Loop {
   std::uint32_t body = 0, partner = 0;  // slots
   Vec3 anchor{0}, partner_anchor{0};
@@ -34,16 +33,16 @@ struct Neighbour {
   std::uint32_t body, link;
 };
 
-/// Everything the builder looks up while it packs trees.
+/// Lookup tables for packing trees.
 struct Builder {
   World& world;
   Partition& partition;
   std::vector<std::uint32_t> neighbour_start;  // by slot, into neighbours
   std::vector<Neighbour> neighbours;
-  std::vector<Anchorage> anchorages;        // sorted by body slot
+  std::vector<Anchorage> anchorages;  // sorted by body slot
   std::vector<Loop> loops;
-  std::vector<std::uint32_t> column;        // by slot, in its island
-  std::vector<std::uint32_t> island;        // by slot
+  std::vector<std::uint32_t> column;  // by slot, in its island
+  std::vector<std::uint32_t> island;  // by slot
 
   explicit Builder(World& w) : world(w), partition(w.memory.of<Partition>()) {}
   /// Whether this solver moves the body.
@@ -61,7 +60,7 @@ struct Builder {
   }
 };
 
-/// Sorts links into neighbour lists of dynamic bodies and anchorages; reports what cannot be used.
+/// Sorts links into neighbour lists of dynamic bodies and anchors; reports unusable ones.
 void read_links(Builder& b) {
   World& world = b.world;
   DisjointSets forest(world.bodies.size());
@@ -108,7 +107,7 @@ void read_pins(Builder& b) {
       continue;
     }
     const Real compliance = pin.grip == Grip::exact ? 0 : 1 / pin.stiffness;
-    if (!b.is_dynamic(slot)) {  // a body that is moved otherwise needs no holding, but may hold
+    if (!b.is_dynamic(slot)) {  // a kinematic body needs no pin, but may be an anchor
       const std::uint32_t to = pin.to ? world.bodies.slot(pin.to) : kNoSlot;
       if (b.is_foreign(slot) && to != kNoSlot && b.is_dynamic(to))
         b.anchorages.push_back(
@@ -136,17 +135,17 @@ void read_pins(Builder& b) {
 }
 
 void check_strings(Builder& b) {
-  for (std::uint32_t i = 0; i < b.world.strings.size(); ++i) {
-    const String& s = b.world.strings.values()[i];
+  for (std::uint32_t i = 0; i < b.world.cables.size(); ++i) {
+    const Cable& s = b.world.cables.values()[i];
     const std::uint32_t sa = b.world.bodies.slot(s.a), sb = b.world.bodies.slot(s.b);
     if (sa == kNoSlot || sb == kNoSlot)
-      b.fault(b.world.strings.owners()[i], "names a body that does not exist");
+      b.fault(b.world.cables.owners()[i], "names a body that does not exist");
     else if (sa == sb)
-      b.fault(b.world.strings.owners()[i], "ties a body to itself");
+      b.fault(b.world.cables.owners()[i], "ties a body to itself");
   }
 }
 
-/// Anchorages of a set of bodies, best first.
+/// Anchors of a set of bodies, best first.
 std::vector<Anchorage> anchorages_of(const Builder& b, const std::vector<std::uint32_t>& slots) {
   std::vector<Anchorage> found;
   for (std::uint32_t slot : slots) {
@@ -161,7 +160,7 @@ std::vector<Anchorage> anchorages_of(const Builder& b, const std::vector<std::ui
   return found;
 }
 
-/// Bodies reachable over links from `start`, parents before children, each with its joint.
+/// Bodies reachable from `start` over links, parents before children, each with its joint.
 struct Visit {
   std::uint32_t slot, link;
   std::int32_t parent;  // place in the list, or -1
@@ -186,23 +185,23 @@ Vec3 anchor_in(const World& world, std::uint32_t link, std::uint32_t body_slot) 
   return world.bodies.slot(l.a) == body_slot ? l.joint.anchor_a : l.joint.anchor_b;
 }
 
-/// Distance between the points where the way from the root to a hold enters and leaves each body.
-void measure_reach(const Island& a, Hold& hold) {
-  Vec3 exit = hold.anchor;
+/// Reach of a pin: sum of the distances between consecutive joint points on the path from the root.
+void measure_reach(const Island& a, PackedPin& constraint) {
+  Vec3 exit = constraint.anchor;
   Real longest = 0;
-  hold.reach = 0;
-  for (std::int32_t i = static_cast<std::int32_t>(hold.column); i >= 0;) {
+  constraint.reach = 0;
+  for (std::int32_t i = static_cast<std::int32_t>(constraint.column); i >= 0;) {
     const auto c = static_cast<std::size_t>(i);
     const Real span = glm::length(exit - a.constants.vec(kOwnAnchor, c));
-    hold.reach += span;
+    constraint.reach += span;
     longest = std::max(longest, span);
     exit = a.constants.vec(kParentAnchor, c);
     i = a.parents[c];
   }
-  hold.dead_reach = std::max(Real(0), 2 * longest - hold.reach);
+  constraint.dead_reach = std::max(Real(0), 2 * longest - constraint.reach);
 }
 
-/// Longest way from a root through the joints, the outer arm included.
+/// Longest path from a root through the joints, outermost arm included.
 Real longest_way(const Island& a) {
   Real longest = 0;
   std::vector<Real> way(a.count(), 0);
@@ -227,15 +226,15 @@ void set_constants(Island& a, std::size_t c, const Body& body) {
   a.constants.at(kGravityScale, c) = body.gravity_scale;
 }
 
-/// A joint as its column sees it; stiff if it does more than hold a point.
+/// The joint of a column; stiff if it constrains rotations.
 PackedJoint packed_joint(const World& world, std::uint32_t link, std::uint32_t body_slot) {
   PackedJoint j;
   if (link == kNoSlot) return j;
   const Link& l = world.links.values()[link];
   j.joint = l.joint;
   j.own_is_a = world.bodies.slot(l.a) == body_slot;
-  const PoseDrive* drive = world.pose_drives.find(world.links.owners()[link]);
-  if (drive) j.drive = world.pose_drives.slot(world.links.owners()[link]);
+  const JointDrive* drive = world.joint_drives.find(world.links.owners()[link]);
+  if (drive) j.drive = world.joint_drives.slot(world.links.owners()[link]);
   j.stiff = drive || info_of(j.joint.kind).uses_axes || j.joint.limits.any();
   return j;
 }
@@ -253,7 +252,7 @@ void pack_joints(const World& world, Island& a) {
   a.joints = std::move(joints);
 }
 
-/// Packs one island: trees by links, best anchorages as roots, the others as holds.
+/// Packs one island: trees by links, best anchors as roots, other anchors as pins.
 Island pack(Builder& b, const IslandPlan& plan, std::uint32_t index) {
   World& world = b.world;
   Island a;
@@ -309,16 +308,16 @@ Island pack(Builder& b, const IslandPlan& plan, std::uint32_t index) {
     a.is_chain = a.is_chain && a.parents[c] == static_cast<std::int32_t>(c) - 1;
   for (const Anchorage& g : anchorages) {
     if (std::find(roots.begin(), roots.end(), &g) != roots.end()) continue;
-    Hold h;
+    PackedPin h;
     h.column = b.column[g.body], h.anchor = g.anchor, h.priority = g.priority;
     h.held_body = g.held_body, h.held_pin = g.held_pin, h.held_anchor = g.held_anchor;
     h.held_link = g.link;
     h.compliance = g.compliance;
     while (h.tree + 1 < a.trees.size() && a.trees[h.tree + 1].first <= h.column) ++h.tree;
     if (a.parents[a.trees[h.tree].first] == kHeld) measure_reach(a, h);
-    a.holds.push_back(h);
+    a.pins.push_back(h);
   }
-  // Padding repeats the last body: lanes beyond the end compute harmless numbers.
+  // Padding repeats the last body, so that padding lanes stay finite.
   while (a.slots.size() % kLanes != 0) {
     set_constants(a, a.slots.size(), world.bodies.values()[a.slots.back()]);
     a.slots.push_back(a.slots.back());
@@ -332,28 +331,28 @@ Island pack(Builder& b, const IslandPlan& plan, std::uint32_t index) {
 void tie_loops(const Builder& b, std::vector<Island>& made) {
   for (const Loop& loop : b.loops) {
     Island& a = made[b.island[loop.body]];
-    Hold h;
+    PackedPin h;
     h.column = b.column[loop.body], h.partner = b.column[loop.partner];
     h.anchor = loop.anchor, h.held_anchor = loop.partner_anchor;
     h.held_link = loop.link, h.held_pin = loop.pin;
     h.priority = loop.priority, h.compliance = loop.compliance;
     while (h.tree + 1 < a.trees.size() && a.trees[h.tree + 1].first <= h.column) ++h.tree;
-    a.holds.push_back(h);
+    a.pins.push_back(h);
   }
 }
 
 void tie_cords(Builder& b, std::vector<Island>& made) {
   World& world = b.world;
-  for (std::uint32_t i = 0; i < world.strings.size(); ++i) {
-    const String& s = world.strings.values()[i];
-    Cord cord;
-    cord.string = i;
+  for (std::uint32_t i = 0; i < world.cables.size(); ++i) {
+    const Cable& s = world.cables.values()[i];
+    PackedCable cord;
+    cord.cable = i;
     cord.slot_a = world.bodies.slot(s.a), cord.slot_b = world.bodies.slot(s.b);
     if (cord.slot_a == kNoSlot || cord.slot_b == kNoSlot || cord.slot_a == cord.slot_b) continue;
     cord.column_a = b.column[cord.slot_a], cord.column_b = b.column[cord.slot_b];
     const std::uint32_t owner = cord.column_a != kNoSlot ? cord.slot_a : cord.slot_b;
     if (b.column[owner] == kNoSlot) continue;  // between two kinematic bodies
-    made[b.island[owner]].cords.push_back(cord);
+    made[b.island[owner]].cables.push_back(cord);
   }
 }
 
@@ -361,15 +360,15 @@ void tie_cords(Builder& b, std::vector<Island>& made) {
 void copy_slots(const IslandMemory& from, IslandMemory& to) {
   for (std::size_t i = 0; i < to.trees.size(); ++i)
     to.trees[i].held_body = from.trees[i].held_body, to.trees[i].held_pin = from.trees[i].held_pin;
-  for (std::size_t i = 0; i < to.holds.size(); ++i) {
-    Hold& h = to.holds[i];
-    h.held_body = from.holds[i].held_body, h.held_pin = from.holds[i].held_pin;
-    h.held_link = from.holds[i].held_link;
+  for (std::size_t i = 0; i < to.pins.size(); ++i) {
+    PackedPin& h = to.pins[i];
+    h.held_body = from.pins[i].held_body, h.held_pin = from.pins[i].held_pin;
+    h.held_link = from.pins[i].held_link;
   }
-  for (std::size_t i = 0; i < to.cords.size(); ++i) {
-    Cord& c = to.cords[i];
-    c.string = from.cords[i].string, c.slot_a = from.cords[i].slot_a;
-    c.slot_b = from.cords[i].slot_b;
+  for (std::size_t i = 0; i < to.cables.size(); ++i) {
+    PackedCable& c = to.cables[i];
+    c.cable = from.cables[i].cable, c.slot_a = from.cables[i].slot_a;
+    c.slot_b = from.cables[i].slot_b;
   }
 }
 
@@ -385,7 +384,7 @@ bool is_same(const AngleLimit& a, const AngleLimit& b) {
 }
 
 bool is_same(const JointLimits& a, const JointLimits& b) {
-  return is_same(a.turn, b.turn) && is_same(a.second, b.second) && a.swing.on == b.swing.on &&
+  return is_same(a.angle, b.angle) && is_same(a.second, b.second) && a.swing.on == b.swing.on &&
          a.swing.y == b.swing.y && a.swing.z == b.swing.z && a.soft_zone == b.soft_zone &&
          a.soft_stiffness == b.soft_stiffness && a.soft_damping == b.soft_damping;
 }
@@ -416,16 +415,15 @@ struct Unchanged {
     return a.first == b.first && a.count == b.count && a.anchor == b.anchor &&
            body(a.held_body, b.held_body) && pin(a.held_pin, b.held_pin);
   }
-  bool operator()(const Hold& a, const Hold& b) const {
+  bool operator()(const PackedPin& a, const PackedPin& b) const {
     return a.column == b.column && a.partner == b.partner && a.tree == b.tree &&
            a.anchor == b.anchor && a.held_anchor == b.held_anchor && a.priority == b.priority &&
            a.compliance == b.compliance && body(a.held_body, b.held_body) &&
            pin(a.held_pin, b.held_pin) && link(a.held_link, b.held_link);
   }
-  bool operator()(const Cord& a, const Cord& b) const {
+  bool operator()(const PackedCable& a, const PackedCable& b) const {
     return a.column_a == b.column_a && a.column_b == b.column_b && body(a.slot_a, b.slot_a) &&
-           body(a.slot_b, b.slot_b) &&
-           is_same(was.strings, a.string, world.strings.owners(), b.string);
+           body(a.slot_b, b.slot_b) && is_same(was.cables, a.cable, world.cables.owners(), b.cable);
   }
   bool operator()(const PackedJoint& a, const PackedJoint& b) const { return is_same(a, b); }
   bool operator()(std::uint32_t a, std::uint32_t b) const { return link(a, b); }
@@ -437,7 +435,7 @@ struct Unchanged {
   bool operator()(const Island& a, const Island& b) const {
     return a.bodies == b.bodies && a.parents == b.parents && a.settings == b.settings &&
            a.constants.numbers() == b.constants.numbers() && a.unfit == b.unfit &&
-           all(a.trees, b.trees) && all(a.holds, b.holds) && all(a.cords, b.cords) &&
+           all(a.trees, b.trees) && all(a.pins, b.pins) && all(a.cables, b.cables) &&
            all(a.links, b.links) && all(a.joints, b.joints);
   }
 };
@@ -468,14 +466,14 @@ void keep_unchanged(World& world, std::vector<Island>& before, std::vector<Islan
     if (was == kNoSlot || !unchanged(before[was], a)) continue;
     a = renumbered(std::move(before[was]), a);
     a.was = was;
-    if (world.touched != built.touched) a.resting = false, a.still_for = 0;
+    if (world.edit_count != built.edit_count) a.asleep = false, a.quiet_time = 0;
     saved[i] = std::move(all.scratch.saved[was]);
     copy_slots(a, saved[i].memory);
   }
   all.scratch.saved = std::move(saved);
 }
 
-/// What an earlier build remembered of a body.
+/// Location of a body's state in the previous compilation.
 struct Remembered {
   const Island* island = nullptr;
   std::size_t column = 0;
@@ -494,30 +492,31 @@ void carry_memory(const std::vector<Island>& before, const World& world,
       if (!r.island) continue;
       a.fresh = a.fresh && r.island->fresh;
       a.last_step = r.island->last_step;
-      for (std::size_t row = 0; row < kLoad; ++row)
+      for (std::size_t row = 0; row < kLambda; ++row)
         a.memory.at(row, c) = r.island->memory.at(row, r.column);
-      // A joint keeps its load while it points the same way.
+      // A joint keeps its lambda while its parent is the same.
       const auto parent_of = [](const Island& x, std::size_t column) {
         const std::int32_t p = x.parents[column];
         return p >= 0 ? x.bodies[static_cast<std::size_t>(p)] : Entity{};
       };
       if (parent_of(a, c) == parent_of(*r.island, r.column))
-        a.memory.set(kLoad, c, r.island->memory.vec(kLoad, r.column));
+        a.memory.set(kLambda, c, r.island->memory.vec(kLambda, r.column));
       if (a.joints.empty() || r.island->joints.empty()) continue;
       const PackedJoint& was_joint = r.island->joints[r.column];
       const PackedJoint& joint = a.joints[c];
-      if (joint.own_is_a != was_joint.own_is_a || joint.joint.kind != was_joint.joint.kind) continue;
+      if (joint.own_is_a != was_joint.own_is_a || joint.joint.kind != was_joint.joint.kind)
+        continue;
       a.joint_memory[c] = r.island->joint_memory[r.column];
     }
     const Remembered& first = old[a.slots.front()];
     if (!first.island || first.island->bodies != a.bodies) continue;
-    // A free tree keeps what it knows of its angular momentum only while it stays the same.
+    // A free tree keeps its angular momentum only while its structure is unchanged.
     const Island& was = *first.island;
     for (std::size_t t = 0; t < a.trees.size() && a.trees.size() == was.trees.size(); ++t) {
       const std::uint32_t root = a.trees[t].first;
       if (was.trees[t].first != root || was.parents[root] != a.parents[root]) continue;
-      a.trees[t].spin_momentum = was.trees[t].spin_momentum;
-      a.trees[t].keeps_spin = was.trees[t].keeps_spin;
+      a.trees[t].angular_momentum = was.trees[t].angular_momentum;
+      a.trees[t].knows_angular_momentum = was.trees[t].knows_angular_momentum;
     }
   }
 }

@@ -1,30 +1,30 @@
 #pragma once
-/// The motions that joints force on one body: turn first, slide the rest.
+/// Motions of one body that close a joint: rotation first, translation for the rest.
 #include "engine/base/math.hpp"
 
 namespace pantin::articulated {
 
-/// A turn about the mass centre and a slide of it, world axes.
+/// A rotation about the mass centre and its translation, world axes.
 struct CompulsiveMotion {
-  Quat turn{1, 0, 0, 0};
-  Vec3 slide{0};  // m
+  Quat rotation{1, 0, 0, 0};
+  Vec3 translation{0};  // m
 };
 
 /// The motion of least mass-weighted displacement that carries an anchor across a gap.
 ///
 /// `arm` runs from the mass centre to the anchor, `gap` from the anchor to its goal: metres, world
-/// axes. `inertia` is the world tensor, kg m^2. `stiffness` (beta) sets the split: 0 turns as far
-/// as the arm can point, large values only slide. The anchor lands on its goal for every split:
+/// axes. `inertia` is the world tensor, kg m^2. `stiffness` (beta) sets the split: 0 rotates as far
+/// as the arm can point, large values only translate. The anchor lands on its goal for every split:
 ///   R r + T = r + s,  T = (1 - R) r + s
-/// The turn lies between 0 and the angle from r to r + s. No gap, no arm, or a gap along the arm
-/// give no axis: the body slides. [Lee 2000, sec. 3.2 and Eq. 3; its exponential replaced by theta
-/// = atan2(m |r x s|, beta I_a + m r.(r + s)), which is stationary for the displacement, and the
-/// sign of T mended]
+/// The rotation lies between 0 and the angle from r to r + s. Without a gap, without an arm, or
+/// with a gap along the arm there is no axis: the body translates. [Lee 2000, sec. 3.2 and Eq. 3;
+/// its exponential replaced by theta = atan2(m |r x s|, beta I_a + m r.(r + s)), the stationary
+/// point of the displacement, and the sign of T corrected]
 CompulsiveMotion least_displacement(Vec3 arm, Vec3 gap, Real mass, const Mat3& inertia,
                                     Real stiffness = 1);
 
 /// The rule as printed: axis r x s, angle phi exp(-h / (|r| |s|)) with phi the angle from r to s
-/// and `reluctance` the length^2 h. A control for charts. [Lee 2000, sec. 3.2]
+/// and `reluctance` the length^2 h. For comparison in charts. [Lee 2000, sec. 3.2]
 CompulsiveMotion literal_rule(Vec3 arm, Vec3 gap, Real reluctance);
 
 /// Moment of inertia about the axis r x s, kg m^2; that about x where there is no axis.
@@ -41,7 +41,7 @@ inline Vec3 verlet_position(Vec3 before, Vec3 now, Vec3 acceleration, Real h, Re
   return now + keep * (now - before) + h * h * acceleration;
 }
 
-/// The same for rotations: the last turn, damped, once more.
+/// The same for rotations: repeats the last rotation, damped.
 Quat verlet_rotation(Quat before, Quat now, Real keep);
 
 }  // namespace pantin::articulated

@@ -24,10 +24,10 @@ namespace {
 
 const Kernels& choose() {
   const Kernels* best = nullptr;
-  const char* wanted = std::getenv("PANTIN_KERNELS");
+  const char* bias = std::getenv("PANTIN_KERNELS");
   for (const Kernels* const* k = all_kernels(); *k; ++k) {
     best = *k;
-    if (wanted && std::strcmp(wanted, (*k)->name) == 0) break;
+    if (bias && std::strcmp(bias, (*k)->name) == 0) break;
   }
   return *best;
 }

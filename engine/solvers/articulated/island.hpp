@@ -1,8 +1,8 @@
 #pragma once
-/// An island of the articulated solver: bodies that joints and cables tie together, packed in tree
+/// An island of the articulated solver: bodies connected by joints and cables, packed in tree
 /// order.
 ///
-/// Compiled from the components when the structure changes, then kept from step to step.
+/// Compiled from the components when the structure changes; kept from step to step.
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -10,8 +10,8 @@
 #include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
 #include "engine/joints/joint.hpp"
-#include "engine/solvers/articulated/loads.hpp"
-#include "engine/solvers/articulated/packed.hpp"
+#include "engine/solvers/articulated/lane_layout.hpp"
+#include "engine/solvers/articulated/vec3x4.hpp"
 #include "engine/world/body.hpp"
 #include "engine/world/entity.hpp"
 #include "engine/world/memory.hpp"
@@ -24,8 +24,8 @@ struct World;
 
 namespace pantin::articulated {
 
-/// Rows of numbers, one column a body, packed in groups of kLanes columns.
-class Table {
+/// A table of rows of numbers with one column per body, stored in blocks of kLanes columns.
+class LaneTable {
  public:
   void resize(std::size_t rows, std::size_t columns) {
     rows_ = rows;
@@ -67,137 +67,141 @@ class Table {
   std::size_t rows_ = 0;
 };
 
-/// One unilateral or bilateral row of the articulated solve: a direction at a point of a body and
-/// the opposite at a point of another (or of the world).
+/// One unilateral or bilateral constraint row of the articulated solve: a direction at a point of
+/// one body and the opposite direction at a point of another body or of the world.
 struct Row {
   std::uint32_t column_a = UINT32_MAX, column_b = UINT32_MAX;
   Vec3 arm_a{0}, arm_b{0};  // from the joint points of these bodies, world axes
   Vec3 direction{0};        // of the force on b
-  Real bound = 0;           // what direction . (u_b - u_a) has to be (or at least, if one-sided)
+  Real bound = 0;           // required value (one-sided: lower bound) of direction . (u_b - u_a)
   Real softness = 0;        // compliance over step^2, 1/kg
-  Real wanted = 0;          // how far the free motion falls short of the bound
+  Real bias = 0;            // bound minus the free response: right-hand side of the row
   bool one_sided = false;
-  bool rigid = false;  // nothing moves along it, or it follows from other rows
-  std::uint32_t cord = UINT32_MAX;  // the string it stands for, in Island::cords
-  Real load = 0;                    // multiplier, kg m
+  bool rigid = false;                // no body can move along it, or it depends on other rows
+  std::uint32_t cable = UINT32_MAX;  // its cable, in Island::cables
+  Real lambda = 0;                   // multiplier, kg m
 };
 
-/// What elimination leaves of one body whose joint may be stiff; see tree.cpp.
+/// Result of eliminating one body, for any joint. The letters are those of tree.cpp.
 struct JointNode {
-  Mat3 give{0};       // G: relative turn per torque
-  Mat3 follow{0};     // P: turn per turn of the parent
-  Mat3 swing{0};      // Y: turn per displacement of the own joint point, reversed
-  Mat3 group{0};      // M: mass that the joint feels of everything outboard, kg
-  Mat3 lever{0};      // F: force at the joint per turn of the parent, transposed
-  Vec3 turn{0};       // turn when neither the joint point nor the parent moves
-  Vec3 load{0};       // at the joint, kg m
-  Vec3 torque{0};     // that the parent feels, kg m^2
-  bool loose = true;  // the parent's turn is not felt
+  Mat3 compliance{0};   // G: relative rotation per torque
+  Mat3 propagation{0};  // P: rotation per rotation of the parent
+  Mat3 rotation_per_translation{
+      0};                    // Y: minus the rotation per displacement of the own joint point
+  Mat3 articulated_mass{0};  // M: articulated mass of the outboard subtree at the joint, kg
+  Mat3 coupling{0};          // F: transposed force at the joint per rotation of the parent
+  Vec3 bias_rotation{0};     // rotation when joint point and parent stay in place
+  Vec3 lambda{0};            // at the joint, kg m
+  Vec3 torque{0};            // transmitted to the parent, kg m^2
+  bool free_ball = true;     // a free ball joint: no torque is transmitted
 };
 
-/// The block of a body before its relative turn is eliminated: energy
-/// t.tt.t / 2 + t.ty.y + y.yy.y / 2 - gt.t - gy.y of its turn t and its joint point's slide y.
+/// The block of a body before its relative rotation is eliminated: the energy t.tt.t / 2 + t.ty.y +
+/// y.yy.y / 2 - gt.t - gy.y as a function of its rotation t and the translation y of its joint
+/// point.
 struct JointBlock {
   Mat3 tt{0}, ty{0}, yy{0};
   Vec3 gt{0}, gy{0};
 };
 
-/// A stop of a joint in one direction: along . r <= room for the relative turn r. While it is on,
-/// that direction is locked there and bears a load; with a weight it is a stiff row instead, which
-/// keeps to the load it knows where others could bear as well.
+/// A joint limit in one direction: along . r <= clearance for the relative rotation r. While it is
+/// active that direction is locked and lambda is its multiplier. With a weight it is a stiff
+/// augmented-Lagrangian row instead.
 struct Stop {
   Vec3 along{0};
-  Real room = 0;  // rad
-  Real bend = 0;  // rad: what large turns add to the linear answer, by the last pass
-  Real load = 0;  // kg m^2, against `along`
-  Real weight = 0;  // kg m^2/rad
-  Real soft = 0;  // rad within the soft zone
+  Real clearance = 0;     // rad
+  Real nonlinearity = 0;  // rad: deviation from the linear response, from the last iteration
+  Real lambda = 0;        // kg m^2, against `along`
+  Real weight = 0;        // kg m^2/rad
+  Real soft = 0;          // rad within the soft zone
   bool on = false, both_ways = false;
   bool is_lock() const { return on && weight == 0; }
-  // For the load: along . (pull - by_turn t - by_slide y - by_relative r).
+  // lambda = along . (pull - by_rotation t - by_translation y - by_relative r).
   Real pull = 0;
-  Vec3 by_turn{0}, by_slide{0}, by_relative{0};
+  Vec3 by_rotation{0}, by_translation{0}, by_relative{0};
 };
 
-/// A joint that does more than hold a point, during one step. Relative turns are those of the own
-/// body against the parent, world axes.
+/// A joint that constrains rotations, during one step. Relative rotations are those of the own body
+/// with respect to the parent, world axes.
 struct JointTerms {
-  Vec3 align{0};        // c: brings the predicted pose to where the kind allows it
-  Mat3 spring{0};       // K of soft zones, kg m^2/rad
-  Vec3 torque{0};       // of the same at no relative turn, kg m^2
-  Real drive_spring = 0;  // likewise of the drive, as if nothing capped it
+  Vec3 align{0};          // c: rotates the predicted pose to one that the kind allows
+  Mat3 spring{0};         // K of soft zones, kg m^2/rad
+  Vec3 torque{0};         // of the soft zones at zero relative rotation, kg m^2
+  Real drive_spring = 0;  // of the drive, before its torque limit
   Vec3 drive_torque{0};
-  Vec3 first, second;   // the free directions of hinge and universal
-  Stop stops[4];        // turn low and high, second or swing low and high
+  Vec3 first, second;       // the free directions of hinge and universal
+  Stop stops[4];            // angle low and high, second angle or swing low and high
   Quat parent{1, 0, 0, 0};  // predicted rotation of the parent
-  Vec3 way{0};              // relative turn of the prediction since the start
-  Vec3 turned{0};           // relative turn found by the last pass
+  Vec3 way{0};              // predicted relative rotation since the start of the step
+  Vec3 rotated{0};          // relative rotation of the last iteration
 };
 
-/// A contact as one of its two bodies feels it.
-struct Touch {
+/// A contact row: one contact as seen by one of its two bodies.
+struct ContactRow {
   std::uint32_t contact = 0;
   std::uint32_t column = 0;
   Real side = 1;         // 1: body a, -1: body b
-  Vec3 arm{0};           // from the joint point to the point of contact, predicted
+  Vec3 arm{0};           // from the joint point to the contact point, predicted
   Vec3 predicted{0};     // the point there, world
-  Vec3 goal{0};          // where the row wants the point
-  Vec3 bend{0};          // what turning adds to the linear answer, by the last pass
+  Vec3 goal{0};          // target of the contact point
+  Vec3 nonlinearity{0};  // deviation from the linear response, from the last iteration
   Real weight = 0;       // kg, along the normal
-  Real grip = 0;         // kg, across it
-  bool listed = false;   // its load was iterated in the last pass
+  Real tangential = 0;   // kg, across it
+  bool listed = false;   // it took part in the last iteration
 };
 
-/// A contact or a stop whose load is found by iteration. It takes three numbers, or one.
-struct LoadRow {
+/// A contact or a limit whose lambda is found by projected Gauss-Seidel: three numbers, or one.
+struct IterationRow {
   bool is_stop = false;
   std::uint32_t column = 0;
-  std::uint32_t touch = 0;   // of a contact, in StepScratch::touches
-  std::uint32_t stop = 0;    // of a joint
-  std::uint32_t number = 0;  // the first
-  std::uint32_t other = UINT32_MAX, other_row = 0;  // articulation and row of a mutual contact's b
-  Vec3 wanted{0};            // displacement beyond the free one; of a stop: x
+  std::uint32_t contact_row = 0;  // of a contact, in StepScratch::contact_rows
+  std::uint32_t stop = 0;         // of a joint
+  std::uint32_t number = 0;       // the first
+  std::uint32_t other = UINT32_MAX,
+                other_row = 0;  // island and row of body b of a contact between dynamic bodies
+  Vec3 bias{0};                 // required displacement minus the free response; of a limit: x
   Real stiffness = 0, side_stiffness = 0;  // along the normal, across it
 };
 
-/// What one step of one articulation needs and forgets.
+/// Scratch memory of one step of one island.
 struct StepScratch {
-  Table work;               // see Work
+  LaneTable work;           // see Work
   std::vector<Real> nodes;  // kNodeSize a body, see Node
-  Table forces;             // 6 rows: acceleration, torque; only where forces are used
+  LaneTable forces;         // 6 rows: acceleration, torque; only where forces are used
   std::vector<Row> rows;
   std::vector<Real> blocks;                    // kBlockSize a body, for trees
   std::vector<Real> targets;                   // 3 a tree
   std::vector<Real> response, factor, solved;  // rows x rows, and a row each
-  std::vector<Vec3> slide, turn;               // a body each: answer to a load
-  std::vector<Vec3> levers;                    // a body each: joint point of the parent to its own
-  std::vector<Vec3> gaps;                      // a body each: kGap, for more than one pass
-  std::vector<Vec3> loads;                     // a body each
-  std::vector<JointNode> joint_nodes;          // a body each, where joints are stiff or rows are
+  std::vector<Vec3> translation, rotation;     // per body: response to lambda
+  std::vector<Vec3> levers;                    // per body: from the parent's joint point to its own
+  std::vector<Vec3> gaps;                      // per body: kGap, kept for further iterations
+  std::vector<Vec3> lambdas;                   // a body each
+  std::vector<JointNode> joint_nodes;  // per body, where joints constrain rotations or rows exist
   std::vector<JointBlock> base, joint_blocks;  // likewise
-  std::vector<JointTerms> terms;               // a body each, where joints are stiff
-  std::vector<Touch> touches;                  // of this step
-  std::vector<LoadRow> load_rows;              // contacts and stops whose loads are iterated
-  std::vector<Real> load_response, load_moved;  // numbers x numbers, and a number each
-  std::vector<Quat> rotations;                 // a body each: as the joints leave it
-  std::vector<Loads> forces_in, torques_in;    // a body each
-  std::vector<Vec3> velocities;                // a body each: at the start, while energy is watched
+  std::vector<JointTerms> terms;               // per body, where joints constrain rotations
+  std::vector<ContactRow> contact_rows;        // of this step
+  std::vector<IterationRow> iteration_rows;    // contacts and limits solved by iteration
+  std::vector<Real> contact_response,
+      contact_displacement;                   // matrix and vector over all iteration rows
+  std::vector<Quat> rotations;                // per body: after the outward pass
+  std::vector<Vec3x4> forces_in, torques_in;  // a body each
+  std::vector<Vec3> velocities;               // a body each: at the start, while energy is watched
   std::vector<std::uint8_t> on_path;
   bool predicted = false;  // by an update stage; where it is not, one is to be made up for
-  Real part = 1;  // of the way to the held points that the last round went
+  Real step_fraction = 1;  // fraction of the way to the pins taken by the last Newton iteration
 };
 
-/// One tree of the articulation: bodies [first, first + count), parents before children.
+/// One tree of the island: bodies [first, first + count), parents before children.
 struct Tree {
   std::uint32_t first = 0, count = 0;
-  /// What holds the root: slot of a kinematic body and an anchor in it, or a pin; none if free.
+  /// Anchor of the root: slot of a kinematic body and a point in it, or a pin; none if free.
   std::uint32_t held_body = UINT32_MAX;  // slot in World::bodies
   std::uint32_t held_pin = UINT32_MAX;   // slot in World::pins
   Vec3 anchor{0};                        // in the held body's frame
   Vec3 target{0};                        // world, this step
   Vec3 target_before{0};                 // world, last step
-  Vec3 spin_momentum{0};                 // free trees: angular momentum about the mass centre
-  bool keeps_spin = false;               // ... is known
+  Vec3 angular_momentum{0};              // free trees: about the mass centre
+  bool knows_angular_momentum = false;   // ... is known
 
   static void fields(auto& self, auto&& field) {
     field("first", derived(self.first));
@@ -207,34 +211,34 @@ struct Tree {
     field("anchor", derived(self.anchor));
     field("target", self.target);
     field("target_before", derived(self.target_before));
-    field("spin_momentum", self.spin_momentum);
-    field("keeps_spin", self.keeps_spin);
+    field("angular_momentum", self.angular_momentum);
+    field("knows_angular_momentum", self.knows_angular_momentum);
   }
 };
 
-/// A joint in packed form, where it does more than hold a point.
+/// A joint in packed form, where it constrains rotations.
 struct PackedJoint {
   Joint joint;
-  bool stiff = false;      // more than a free ball joint
-  bool own_is_a = false;   // the body of this column is the joint's body a
-  std::uint32_t drive = UINT32_MAX;  // slot in World::pose_drives
+  bool stiff = false;                // more than a free ball joint
+  bool own_is_a = false;             // the body of this column is the joint's body a
+  std::uint32_t drive = UINT32_MAX;  // slot in World::joint_drives
 };
 
-/// What a joint that does more than hold a point remembers from step to step.
+/// State of a joint that constrains rotations.
 struct JointMemory {
-  Real loads[4] = {0, 0, 0, 0};  // of the stops, kg m^2
-  Real share = 1;                // of its torque that a capped drive may exert
+  Real lambdas[4] = {0, 0, 0, 0};  // of the stops, kg m^2
+  Real torque_fraction = 1;        // fraction of the drive's torque that its limit allows
 
   static void fields(auto& self, auto&& field) {
-    field("loads", self.loads);
-    field("share", self.share);
+    field("lambdas", self.lambdas);
+    field("torque_fraction", self.torque_fraction);
   }
 };
 
-/// A held point besides the roots: met by rows of the solve and by relaxation.
-struct Hold {
-  std::uint32_t column = 0;  // of the body in this articulation
-  std::uint32_t partner = UINT32_MAX;  // column of the body it is held at; none: a place, as below
+/// A pin constraint besides the root anchors: solved by rows and by relaxation.
+struct PackedPin {
+  std::uint32_t column = 0;            // of the body in this island
+  std::uint32_t partner = UINT32_MAX;  // column of the other body; none: anchored as below
   std::uint32_t tree = 0;
   Vec3 anchor{0};                        // in the body's frame
   std::uint32_t held_body = UINT32_MAX;  // as in Tree
@@ -244,8 +248,8 @@ struct Hold {
   Vec3 target{0}, target_before{0};
   int priority = 0;
   Real compliance = 0;             // m/N; 0 is exact
-  Vec3 load{0};                    // multiplier of the last step, kg m
-  Vec3 gap_before{0};              // point to target after the last step, for spring grips
+  Vec3 lambda{0};                  // of the last step, kg m
+  Vec3 gap_before{0};              // point to target after the last step, for springs
   Real reach = 0, dead_reach = 0;  // largest and smallest distance to the root's target
   Real residual = 0;
   bool reachable = true;
@@ -263,7 +267,7 @@ struct Hold {
     field("target_before", derived(self.target_before));
     field("priority", derived(self.priority));
     field("compliance", derived(self.compliance));
-    field("load", self.load);
+    field("lambda", self.lambda);
     field("gap_before", self.gap_before);
     field("reach", derived(self.reach));
     field("dead_reach", derived(self.dead_reach));
@@ -272,35 +276,35 @@ struct Hold {
   }
 };
 
-/// A string in packed form. A column of UINT32_MAX means a kinematic body at `slot`.
-struct Cord {
-  std::uint32_t string = 0;  // slot in World::strings
+/// A cable in packed form. A column of UINT32_MAX means a kinematic body at `slot`.
+struct PackedCable {
+  std::uint32_t cable = 0;  // slot in World::cables
   std::uint32_t column_a = UINT32_MAX, column_b = UINT32_MAX;
   std::uint32_t slot_a = 0, slot_b = 0;
-  Real load = 0;  // multiplier of the last step, kg m
+  Real lambda = 0;  // of the last step, kg m
 
   static void fields(auto& self, auto&& field) {
-    field("string", derived(self.string));
+    field("cable", derived(self.cable));
     field("column_a", derived(self.column_a));
     field("column_b", derived(self.column_b));
     field("slot_a", derived(self.slot_a));
     field("slot_b", derived(self.slot_b));
-    field("load", self.load);
+    field("lambda", self.lambda);
   }
 };
 
-/// What an island is made of: const within a step.
+/// Structure of an island: constant within a step.
 struct IslandStructure {
   SolverSettings settings;
   std::vector<Entity> bodies;         // tree order
   std::vector<std::uint32_t> slots;   // in World::bodies, padded
   std::vector<std::int32_t> parents;  // column, kHeld or kFree
   std::vector<std::uint32_t> links;   // slot in World::links of the joint to the parent, or kNoSlot
-  std::vector<PackedJoint> joints;    // a column each; empty where every joint is a free ball
-  Table constants;                    // see Constant
+  std::vector<PackedJoint> joints;    // per column; empty where every joint is a free ball joint
+  LaneTable constants;                // see Constant
   Real size = 0;                      // m, longest way through the joints; scales tolerances
   Real mass = 0;                      // kg
-  bool is_chain = false;              // every parent is the column before: the fast path
+  bool is_chain = false;              // every parent is the previous column: fast path
   Entity unfit;                       // a body that no step can be computed with, or none
 
   static void fields(auto& self, auto&& field) {
@@ -318,23 +322,23 @@ struct IslandStructure {
   }
 };
 
-/// What an island keeps from step to step: this and its bodies decide the next step.
+/// State of an island: together with its bodies it determines the next step.
 struct IslandMemory {
-  Table memory;  // see Memory
+  LaneTable memory;  // see Memory
   std::vector<Tree> trees;
-  std::vector<Hold> holds;
-  std::vector<Cord> cords;
+  std::vector<PackedPin> pins;
+  std::vector<PackedCable> cables;
   std::vector<JointMemory> joint_memory;  // by column, as `joints`
   int calm_steps = 0;
-  int iterating = 0;      // steps for which loads are iterated from the start, since guessing failed
-  Real still_for = 0;     // s, without motion to speak of
-  bool resting = false;   // asleep until something wakes it
-  Vec3 resting_in{0};     // the gravity it rests in, m/s^2
-  bool fresh = true;      // no step was taken yet, or all memory was dropped
-  Real last_step = 0;     // s
-  Real reserve = 0;       // J, lost to the integrator lately; the limiter lets it come back
-  bool aimed = false;     // targets of roots and holds are known from the last step
-  bool driven = false;    // a place that holds it moved in the last step
+  int iterating = 0;    // steps that iterate from the start, since guessing the active set failed
+  Real quiet_time = 0;  // s, with all speeds below the sleep speed
+  bool asleep = false;  // asleep until something wakes it
+  Vec3 asleep_gravity{0};    // gravity when it fell asleep, m/s^2
+  bool fresh = true;         // no step was taken yet, or the state was reset
+  Real last_step = 0;        // s
+  Real reserve = 0;          // J, recent numerical losses, which the limiter allows to return
+  bool has_targets = false;  // targets of roots and pins are known from the last step
+  bool driven = false;       // one of its anchors moved in the last step
   // Of solvers that do not keep the energy: what they may have, and what they can swing with.
   bool watched = false;
   Real budget = 0, usual = 0;  // J
@@ -342,18 +346,18 @@ struct IslandMemory {
   static void fields(auto& self, auto&& field) {
     field("memory", self.memory);
     field("trees", in_place(self.trees));
-    field("holds", in_place(self.holds));
-    field("cords", in_place(self.cords));
+    field("holds", in_place(self.pins));
+    field("cords", in_place(self.cables));
     field("joint_memory", in_place(self.joint_memory));
     field("calm_steps", self.calm_steps);
     field("iterating", self.iterating);
-    field("still_for", self.still_for);
-    field("resting", self.resting);
-    field("resting_in", self.resting_in);
+    field("quiet_time", self.quiet_time);
+    field("asleep", self.asleep);
+    field("asleep_gravity", self.asleep_gravity);
     field("fresh", self.fresh);
     field("last_step", self.last_step);
     field("reserve", self.reserve);
-    field("aimed", self.aimed);
+    field("has_targets", self.has_targets);
     field("driven", self.driven);
     field("watched", self.watched);
     field("budget", self.budget);
@@ -361,37 +365,38 @@ struct IslandMemory {
   }
 };
 
-/// How this step is taken, chosen as it goes.
+/// Decisions taken during the step.
 struct StepPlan {
   Real energy_before = 0, kinetic_before = 0, damped = 0;  // J
   Vec3 momentum_before{0};                                 // kg m/s
-  Real force_share = 1;  // of a step's h^2 times a force over a mass in the displacement it makes
-  bool forced = false;        // forces act from outside
-  bool second_order = false;  // BDF2 instead of backward Euler
-  bool changed = false;       // the motion was changed by hand
-  bool finite = true;         // the prediction is
-  bool mutual = false;        // a contact with another dynamic body: solved side by side with its own
-  bool iterates = false;      // loads of stops and contacts are iterated in this step
-  bool rows_hold = false;     // the last gathering had stiff rows of contacts
-  int parts_left = 0;         // of a step taken in substeps, after this one
+  Real force_share = 1;            // displacement made by a force, divided by h^2 force / mass
+  bool forced = false;             // external forces act
+  bool second_order = false;       // BDF2 instead of backward Euler
+  bool changed = false;            // the caller changed the motion
+  bool finite = true;              // the prediction is finite
+  bool mutual = false;             // contacts with other dynamic islands: solved together with them
+  bool iterates = false;           // limits and contacts are solved by iteration in this step
+  bool stiff_contacts = false;     // the last inward pass included stiff contact rows
+  int substeps_left = 0;           // substeps that follow the current one
   std::uint32_t was = UINT32_MAX;  // its number before the last build, if that left it as it was
 };
 
-/// What the step left, for the report and for the choices of the next.
+/// Results of the step, for the report and for the next step.
 struct StepResult {
-  bool limited = false;    // the energy was
-  bool disturbed = false;  // by a stop, a contact or a large rotation: the order drops
-  bool bears = false;      // a contact bears a load
-  bool touching = false;   // a contact or a stop bore a load
-  bool settled = false;    // the last pass changed nothing
-  int rounds_used = 0, passes_used = 0, stops_hit = 0, drives_capped = 0;
-  Real stop_work = 0;      // J, done by drives, soft zones and moving contacts
-  Entity lost;             // a body whose numbers went out of bounds
-  bool grew = false;       // has severalfold more energy than it can have
+  bool limited = false;  // the energy was
+  bool disturbed =
+      false;  // by a limit, a contact or a large rotation: lowers the order of integration
+  bool contact_active = false;  // a contact is active
+  bool in_contact = false;      // a contact or a limit was active
+  bool converged = false;       // the last iteration changed nothing
+  int sweeps_used = 0, active_set_iterations_used = 0, stops_hit = 0, drives_capped = 0;
+  Real stop_work = 0;  // J, by drives, soft zones and moving contacts
+  Entity lost;         // a body whose state went out of bounds
+  bool grew = false;   // has severalfold more energy than it can have
 };
 
 struct Island : IslandStructure, IslandMemory, StepPlan, StepResult {
-  Scratch<StepScratch> room;
+  Scratch<StepScratch> scratch;
 
   std::size_t count() const { return bodies.size(); }
 
@@ -399,11 +404,11 @@ struct Island : IslandStructure, IslandMemory, StepPlan, StepResult {
   static void fields(auto& self, auto&& field) {
     IslandStructure::fields(self, field);
     IslandMemory::fields(self, field);
-    field("room", derived(self.room));
+    field("room", derived(self.scratch));
   }
 };
 
-/// All islands of the articulated solver, and what a repeated step starts from.
+/// All islands of the articulated solver, with saved state for repeated steps.
 struct Islands {
   std::vector<Island> list;
   struct Saved {
@@ -412,7 +417,7 @@ struct Islands {
   };
   struct TogetherScratch {
     std::vector<Saved> saved;     // by island
-    std::vector<Island*> mutual;  // islands that touch one another
+    std::vector<Island*> mutual;  // islands in contact with one another
   };
   Scratch<TogetherScratch> scratch;
 
@@ -422,7 +427,7 @@ struct Islands {
   }
 };
 
-/// The islands of a World, as compiled last.
+/// The compiled islands of a World.
 std::vector<Island>& islands_of(World& world);
 const std::vector<Island>& islands_of(const World& world);
 

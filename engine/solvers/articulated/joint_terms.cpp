@@ -1,5 +1,5 @@
-// What stiff joints ask of the articulated solve: the turns their kind leaves free, their stops and
-// their springs, seen from the predicted poses.
+// Terms of joints that constrain rotations: free directions, limits and springs at the predicted
+// poses.
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
@@ -10,36 +10,36 @@ namespace {
 
 const Vec3 kX(1, 0, 0), kY(0, 1, 0), kZ(0, 0, 1);
 
-/// Of a stop that is a stiff row, over its body's own inertia.
-constexpr Real kStopWeight = 100;
+/// Stiffness of a limit as a stiff row, relative to its body's inertia.
+constexpr Real kLimitWeight = 100;
 
-/// A cone that is locked in one direction still needs a rim to measure by.
-constexpr Real kThinnest = 1e-6;  // rad
+/// Smallest half angle of a cone that is locked in one direction.
+constexpr Real kMinConeAngle = 1e-6;  // rad
 
-/// A joint at given rotations of its two bodies.
+/// A joint at given rotations of its bodies.
 struct At {
   const PackedJoint& packed;
-  Quat a, b;  // joint axes of both bodies, world
-  Quat turn;  // of b's in a's
+  Quat a, b;      // joint axes of both bodies, world
+  Quat rotation;  // of b's in a's
 
   At(const PackedJoint& j, Quat own, Quat parent)
       : packed(j),
         a((j.own_is_a ? own : parent) * j.joint.frames.a()),
         b((j.own_is_a ? parent : own) * j.joint.frames.b()),
-        turn(glm::conjugate(a) * b) {}
+        rotation(glm::conjugate(a) * b) {}
 
-  /// 1 if the own body is the joint's b, whose turn against a is counted; else -1.
+  /// 1 if the own body is the joint's body b, else -1.
   Real sign() const { return packed.own_is_a ? -1 : 1; }
 
-  /// The own body's rotation where b's axes stand in a's as `q` says, for a parent that stays.
+  /// Rotation of the own body for the relative rotation `q`, with the parent fixed.
   Quat own_at(Quat q) const {
     return packed.own_is_a ? b * glm::conjugate(q) * glm::conjugate(packed.joint.frames.a())
                            : a * q * glm::conjugate(packed.joint.frames.b());
   }
 };
 
-/// One direction of a joint that a stop watches: how far beyond the stop it is (below zero: room),
-/// and along which relative turn of b against a that grows.
+/// One limited direction of a joint: violation (negative: clearance) and its gradient with respect
+/// to the rotation of b relative to a.
 struct Excess {
   Real angle = 0;
   Vec3 along{0};
@@ -56,13 +56,14 @@ void watch(const AngleLimit& limit, Real angle, Vec3 along, Excess* low, Excess*
 
 void watch(const SwingLimit& limit, const At& at, Vec3 swing, Excess* out) {
   if (!limit.on) return;
-  const Real y = std::max(limit.y, kThinnest), z = std::max(limit.z, kThinnest);
+  const Real y = std::max(limit.y, kMinConeAngle), z = std::max(limit.z, kMinConeAngle);
   const Real angle = glm::length(swing), m = std::hypot(swing.y / y, swing.z / z);
-  if (!(m > 1e-9) || !(angle > 1e-12)) {  // at the middle: the whole cone is room
+  if (!(m > 1e-9) || !(angle > 1e-12)) {  // at the centre of the cone
     *out = {-std::min(y, z), Vec3(0), false};
     return;
   }
-  // d(swing) = (w.e) e + (angle / sin angle) (w.(x_b x e)) (x_a x e) for a relative spin w.
+  // d(swing) = (w.e) e + (angle / sin angle) (w.(x_b x e)) (x_a x e) for a relative angular
+  // velocity w.
   const Vec3 local = swing / angle, e = at.a * local;
   const Vec3 slope = at.a * Vec3(0, swing.y / (y * y * m), swing.z / (z * z * m));
   const Vec3 xa = at.a * kX, xb = at.b * kX;
@@ -73,17 +74,17 @@ void watch(const SwingLimit& limit, const At& at, Vec3 swing, Excess* out) {
   *out = {(m - 1) / size, grow / size, true};
 }
 
-/// The stops of a joint: turn low and high, second (or swing, then one alone) low and high.
+/// The limits of a joint: angle low and high, second angle low and high (or one for swing).
 void measure_stops(const At& at, Excess (&out)[4]) {
   const Joint& joint = at.packed.joint;
   const JointLimits& limits = joint.limits;
   switch (turns_of(joint.kind)) {
     case Turns::about_x:
-      watch(limits.turn, swing_twist(at.turn).twist, at.a * kX, &out[0], &out[1]);
+      watch(limits.angle, swing_twist(at.rotation).twist, at.a * kX, &out[0], &out[1]);
       return;
     case Turns::about_two: {
-      const UniversalAngles angles = universal_angles(at.turn);
-      watch(limits.turn, angles.first, at.a * kY, &out[0], &out[1]);
+      const UniversalAngles angles = universal_angles(at.rotation);
+      watch(limits.angle, angles.first, at.a * kY, &out[0], &out[1]);
       watch(limits.second, angles.second, at.b * kZ, &out[2], &out[3]);
       return;
     }
@@ -93,14 +94,14 @@ void measure_stops(const At& at, Excess (&out)[4]) {
       return;
   }
   if (!limits.any()) return;
-  const SwingTwist parts = swing_twist(at.turn);
+  const SwingTwist parts = swing_twist(at.rotation);
   const Vec3 xa = at.a * kX, xb = at.b * kX;
   const Real c = 1 + glm::dot(xa, xb);
-  if (c > 1e-6) watch(limits.turn, parts.twist, (xa + xb) / c, &out[0], &out[1]);
+  if (c > 1e-6) watch(limits.angle, parts.twist, (xa + xb) / c, &out[0], &out[1]);
   watch(limits.swing, at, parts.swing, &out[2]);
 }
 
-/// What the kind leaves free, at an allowed pose.
+/// Free directions of the kind, at an allowed pose.
 void set_freedom(const At& at, JointTerms& t) {
   switch (turns_of(at.packed.joint.kind)) {
     case Turns::freely:
@@ -116,8 +117,8 @@ void set_freedom(const At& at, JointTerms& t) {
   }
 }
 
-/// Adds a spring of stiffness k (kg m^2/rad) along a direction, that pulls with `torque` where the
-/// joint is not turned any further.
+/// Adds a spring of stiffness k (kg m^2/rad) along a direction, with `torque` at zero relative
+/// rotation.
 void add_spring(JointTerms& t, Real k, Vec3 along, Real torque) {
   t.spring += k * glm::outerProduct(along, along);
   t.torque += torque * along;
@@ -127,45 +128,45 @@ void add_soft_zones(const JointLimits& limits, Real to_load, Real h, JointTerms&
   if (!(limits.soft_zone > 0)) return;
   for (Stop& stop : t.stops) {
     if (stop.along == Vec3(0)) continue;
-    // Within the zone at the prediction: whatever leaves it meanwhile is let go the next step.
-    stop.soft = limits.soft_zone - stop.room;
+    // Tested at the prediction: a joint that leaves the zone is released in the next step.
+    stop.soft = limits.soft_zone - stop.clearance;
     if (!(stop.soft > 0)) continue;
     const Real k = limits.soft_stiffness * to_load, d = limits.soft_damping * to_load / h;
     add_spring(t, k + d, stop.along, -k * stop.soft - d * glm::dot(stop.along, t.way));
   }
 }
 
-/// The drive as an implicit spring, cap aside.
+/// The drive as an implicit spring, without its torque limit.
 void add_drive(const World& world, const At& at, Real to_load, Real h, JointTerms& t) {
-  const PoseDrive& drive = world.pose_drives.values()[at.packed.drive];
-  const Quat own = at.own_at(at.turn);
+  const JointDrive& drive = world.joint_drives.values()[at.packed.drive];
+  const Quat own = at.own_at(at.rotation);
   const Quat target = target_at(drive, world.time + h);
-  const Vec3 lack = rotation_vector(at.own_at(target) * glm::conjugate(own));
+  const Vec3 residual = rotation_vector(at.own_at(target) * glm::conjugate(own));
   Vec3 ahead(0);
   if (!drive.keys.empty())
-    ahead = at.sign() *
-            (at.a * rotation_vector(target * glm::conjugate(target_at(drive, world.time))));
+    ahead =
+        at.sign() * (at.a * rotation_vector(target * glm::conjugate(target_at(drive, world.time))));
   const Real k = drive.stiffness * to_load, d = drive.damping * to_load / h;
   t.drive_spring = k + d;
-  t.drive_torque = k * lack - d * (t.way - ahead);
+  t.drive_torque = k * residual - d * (t.way - ahead);
 }
 
 }  // namespace
 
 Quat parent_rotation(const World& world, const Island& a, std::size_t c, Work rotation_row) {
   if (a.parents[c] >= 0)
-    return a.room.work.quat(rotation_row, static_cast<std::size_t>(a.parents[c]));
+    return a.scratch.work.quat(rotation_row, static_cast<std::size_t>(a.parents[c]));
   const std::uint32_t held = held_body_of(a, c);
-  return held == UINT32_MAX ? kNoTurn : world.bodies.values()[held].pose.rotation;
+  return held == UINT32_MAX ? kIdentity : world.bodies.values()[held].pose.rotation;
 }
 
-Quat own_rotation(const PackedJoint& joint, Quat parent, Quat turn) {
-  const At at(joint, kNoTurn, parent);
-  return glm::normalize(at.own_at(turn));
+Quat own_rotation(const PackedJoint& joint, Quat parent, Quat rotation) {
+  const At at(joint, kIdentity, parent);
+  return glm::normalize(at.own_at(rotation));
 }
 
-Quat joint_turn(const PackedJoint& joint, Quat own, Quat parent) {
-  return At(joint, own, parent).turn;
+Quat joint_rotation(const PackedJoint& joint, Quat own, Quat parent) {
+  return At(joint, own, parent).rotation;
 }
 
 void set_terms(const World& world, Island& a, Real h, Work rotation_row, bool again) {
@@ -173,14 +174,14 @@ void set_terms(const World& world, Island& a, Real h, Work rotation_row, bool ag
   for (std::size_t c = 0; c < a.count(); ++c) {
     PackedJoint& j = a.joints[c];
     if (!j.stiff) continue;
-    JointTerms& t = a.room.terms[c];
-    const Quat own = a.room.work.quat(rotation_row, c);
+    JointTerms& t = a.scratch.terms[c];
+    const Quat own = a.scratch.work.quat(rotation_row, c);
     t.parent = parent_rotation(world, a, c, rotation_row);
     t.spring = Mat3(0), t.torque = t.drive_torque = t.align = Vec3(0), t.drive_spring = 0;
     Quat aligned = own;
     const At before(j, own, t.parent);
     if (turns_of(j.joint.kind) != Turns::freely) {
-      aligned = glm::normalize(before.own_at(allowed_by_kind(j.joint.kind, before.turn)));
+      aligned = glm::normalize(before.own_at(allowed_by_kind(j.joint.kind, before.rotation)));
       t.align = rotation_vector(aligned * glm::conjugate(own));
     }
     const At at(j, aligned, t.parent);
@@ -192,16 +193,16 @@ void set_terms(const World& world, Island& a, Real h, Work rotation_row, bool ag
       const bool was_on = stop.on;
       stop = Stop{};
       if (!excess[s].watched) continue;
-      stop.along = at.sign() * excess[s].along, stop.room = -excess[s].angle;
-      stop.both_ways = s % 2 == 1 && (s == 1 ? j.joint.limits->turn : j.joint.limits->second).on &&
+      stop.along = at.sign() * excess[s].along, stop.clearance = -excess[s].angle;
+      stop.both_ways = s % 2 == 1 && (s == 1 ? j.joint.limits->angle : j.joint.limits->second).on &&
                        excess[s - 1].watched && excess[s - 1].angle + excess[s].angle > -1e-12;
-      // A lock is one stop that holds both ways.
+      // A lock is one limit that acts in both directions.
       if (s % 2 == 0 && excess[s + 1].watched && excess[s].angle + excess[s + 1].angle > -1e-12) {
         stop = Stop{};
         continue;
       }
-      stop.load = again ? 0 : a.joint_memory[c].loads[s];
-      stop.on = stop.both_ways || (again ? was_on : stop.load > 0) || stop.room < 0;
+      stop.lambda = again ? 0 : a.joint_memory[c].lambdas[s];
+      stop.on = stop.both_ways || (again ? was_on : stop.lambda > 0) || stop.clearance < 0;
     }
     if (again) continue;
     const Body& body = world.bodies.values()[a.slots[c]];
@@ -210,7 +211,7 @@ void set_terms(const World& world, Island& a, Real h, Work rotation_row, bool ag
       const Body& q = world.bodies.values()[a.slots[static_cast<std::size_t>(a.parents[c])]];
       t.way -= rotation_vector(t.parent * glm::conjugate(q.pose.rotation));
     } else if (const std::uint32_t held = held_body_of(a, c); held != UINT32_MAX) {
-      t.way -= h * world.bodies.values()[held].spin;
+      t.way -= h * world.bodies.values()[held].angular_velocity;
     }
     t.way += t.align;
     add_soft_zones(j.joint.limits, to_load, h, t);
@@ -218,96 +219,99 @@ void set_terms(const World& world, Island& a, Real h, Work rotation_row, bool ag
   }
 }
 
-void soften_stops(Island& a) {
+void regularise_limits(Island& a) {
   for (std::size_t c = 0; c < a.joints.size(); ++c) {
     if (!a.joints[c].stiff) continue;
-    const Mat3& tt = a.room.base[c].tt;
-    for (Stop& stop : a.room.terms[c].stops)
-      if (!stop.both_ways) stop.weight = kStopWeight * (tt[0][0] + tt[1][1] + tt[2][2]);
+    const Mat3& tt = a.scratch.base[c].tt;
+    for (Stop& stop : a.scratch.terms[c].stops)
+      if (!stop.both_ways) stop.weight = kLimitWeight * (tt[0][0] + tt[1][1] + tt[2][2]);
   }
 }
 
 namespace {
 
-/// What the stops that are on bear, from the balance of torques along them.
-void find_loads(JointTerms& t, Vec3 turn, Vec3 slide) {
+/// Multipliers of the active limits, from the torque balance along them.
+void find_limit_lambdas(JointTerms& t, Vec3 rotation, Vec3 translation) {
   Stop* on[2] = {nullptr, nullptr};
   for (Stop& stop : t.stops)
     if (stop.is_lock() && !on[1]) (on[0] ? on[1] : on[0]) = &stop;
   const auto push = [&](const Stop& s) {
-    return s.pull - glm::dot(s.by_turn, turn) - glm::dot(s.by_slide, slide) -
-           glm::dot(s.by_relative, t.turned);
+    return s.pull - glm::dot(s.by_rotation, rotation) - glm::dot(s.by_translation, translation) -
+           glm::dot(s.by_relative, t.rotated);
   };
   if (!on[0]) return;
   const Real first = push(*on[0]);
-  on[0]->load = first;
+  on[0]->lambda = first;
   if (!on[1]) return;
   const Real second = push(*on[1]), c = glm::dot(on[0]->along, on[1]->along), det = 1 - c * c;
   if (!(det > 1e-6)) {
-    on[1]->load = 0;
+    on[1]->lambda = 0;
     return;
   }
-  on[0]->load = (first - c * second) / det, on[1]->load = (second - c * first) / det;
+  on[0]->lambda = (first - c * second) / det, on[1]->lambda = (second - c * first) / det;
 }
 
 }  // namespace
 
-bool settle_stops(Island& a, std::size_t c, Quat own, Quat parent, Vec3 turn, Vec3 slide) {
+bool update_limits(Island& a, std::size_t c, Quat own, Quat parent, Vec3 rotation,
+                   Vec3 translation) {
   PackedJoint& j = a.joints[c];
-  JointTerms& t = a.room.terms[c];
+  JointTerms& t = a.scratch.terms[c];
   Excess excess[4];
   const At at(j, own, parent);
   measure_stops(at, excess);
-  if (!a.iterates) find_loads(t, turn, slide);
-  bool settled = true;
+  if (!a.iterates) find_limit_lambdas(t, rotation, translation);
+  bool converged = true;
   for (int s = 0; s < 4; ++s) {
     Stop& stop = t.stops[s];
     if (!excess[s].watched) continue;
     const Real beyond = excess[s].angle;
     const Vec3 along = at.sign() * excess[s].along;
     if (const Real same = glm::dot(along, stop.along); same < 0.7) {
-      // A swing has come round to another side of its cone.
-      stop.along = along, stop.room = glm::dot(along, t.turned) - beyond, stop.bend = 0;
-      stop.load *= std::max(Real(0), same);
+      // The swing moved to another side of its cone.
+      stop.along = along, stop.clearance = glm::dot(along, t.rotated) - beyond,
+      stop.nonlinearity = 0;
+      stop.lambda *= std::max(Real(0), same);
     }
-    const Real linear = glm::dot(stop.along, t.turned) - stop.room;
-    if (stop.on && !stop.is_lock()) stop.load += stop.weight * (linear + stop.bend);
+    const Real linear = glm::dot(stop.along, t.rotated) - stop.clearance;
+    if (stop.on && !stop.is_lock()) stop.lambda += stop.weight * (linear + stop.nonlinearity);
     if (a.iterates && !stop.both_ways) {
-      settled = settled && std::abs(beyond - linear - stop.bend) < 1e-4;
+      converged = converged && std::abs(beyond - linear - stop.nonlinearity) < 1e-4;
     } else if (stop.on) {
       const bool still = !stop.is_lock() && std::abs(beyond) < 1e-5;
-      if (stop.load <= 0 && still)
-        stop.load = 0;
-      else if (stop.load <= 0 && !stop.both_ways)
-        stop.load = 0, stop.on = false, settled = false;
-      settled = settled && beyond < (stop.is_lock() ? 1e-6 : 1e-5);
+      if (stop.lambda <= 0 && still)
+        stop.lambda = 0;
+      else if (stop.lambda <= 0 && !stop.both_ways)
+        stop.lambda = 0, stop.on = false, converged = false;
+      converged = converged && beyond < (stop.is_lock() ? 1e-6 : 1e-5);
     } else if (beyond > 1e-9) {
-      stop.on = true, stop.load = 0, settled = false;
+      stop.on = true, stop.lambda = 0, converged = false;
     }
-    stop.bend = beyond - linear;
+    stop.nonlinearity = beyond - linear;
   }
-  return settled;
+  return converged;
 }
 
-bool settle_drive(World& world, Island& a, Real h, std::size_t c) {
+bool update_drive(World& world, Island& a, Real h, std::size_t c) {
   if (a.joints[c].drive == UINT32_MAX) return true;
-  PoseDrive& drive = world.pose_drives.values()[a.joints[c].drive];
-  Real& known = a.joint_memory[c].share;
-  const JointTerms& t = a.room.terms[c];
+  JointDrive& drive = world.joint_drives.values()[a.joints[c].drive];
+  Real& known = a.joint_memory[c].torque_fraction;
+  const JointTerms& t = a.scratch.terms[c];
   const Real to_load = a.force_share * h * h;
-  const Real whole = glm::length(t.drive_torque - t.drive_spring * t.turned) / to_load;
-  const Real share = whole > drive.max_torque ? drive.max_torque / whole : 1;
-  drive.torque = known * whole, drive.capped = share < 1;
-  const bool settled = std::abs(share - known) <= 1e-4 * known;
-  if (!settled) known = share;
-  return settled;
+  const Real whole = glm::length(t.drive_torque - t.drive_spring * t.rotated) / to_load;
+  const Real torque_fraction = whole > drive.max_torque ? drive.max_torque / whole : 1;
+  drive.torque = known * whole, drive.capped = torque_fraction < 1;
+  const bool converged = std::abs(torque_fraction - known) <= 1e-4 * known;
+  if (!converged) known = torque_fraction;
+  return converged;
 }
 
 Real work_of_springs(const Island& a, std::size_t c, Real h) {
-  const JointTerms& t = a.room.terms[c];
-  const Vec3 torque = t.torque - t.spring * t.turned +
-                      a.joint_memory[c].share * (t.drive_torque - t.drive_spring * t.turned);
-  return glm::dot(torque, t.way + t.turned) / (a.force_share * h * h);
+  const JointTerms& t = a.scratch.terms[c];
+  const Vec3 torque =
+      t.torque - t.spring * t.rotated +
+      a.joint_memory[c].torque_fraction * (t.drive_torque - t.drive_spring * t.rotated);
+  return glm::dot(torque, t.way + t.rotated) / (a.force_share * h * h);
 }
 
 }  // namespace pantin::articulated

@@ -1,4 +1,4 @@
-// Compiled once for each instruction set with PANTIN_KERNELS naming it.
+// Compiled once per instruction set; PANTIN_KERNELS is its name.
 #include "engine/solvers/articulated/kernels.hpp"
 
 #include <math.h>
@@ -19,9 +19,7 @@ namespace {
 INLINE Four load(const double* p) { return load_four(p); }
 INLINE void store(double* p, Four v) { store_four(p, v); }
 INLINE Four all(double x) { return Four{x, x, x, x}; }
-INLINE Four root(Four x) {
-  return Four{::sqrt(x[0]), ::sqrt(x[1]), ::sqrt(x[2]), ::sqrt(x[3])};
-}
+INLINE Four root(Four x) { return Four{::sqrt(x[0]), ::sqrt(x[1]), ::sqrt(x[2]), ::sqrt(x[3])}; }
 INLINE double sum(Four x) { return (x[0] + x[1]) + (x[2] + x[3]); }
 INLINE double largest(Four x) {
   const double a = x[0] > x[1] ? x[0] : x[1], b = x[2] > x[3] ? x[2] : x[3];
@@ -32,7 +30,7 @@ INLINE bool any_not_below(Four x, double bound) {
   return (below[0] & below[1] & below[2] & below[3]) == 0;
 }
 
-/// Vectors and quaternions of T: one number, or four bodies' numbers.
+/// Vectors and quaternions of T: a scalar, or the values of four bodies.
 template <class T>
 struct Vec {
   T x, y, z;
@@ -79,7 +77,7 @@ INLINE Qua<T> mul(Qua<T> p, Qua<T> q) {
       p.w * q.z + p.x * q.y - p.y * q.x + p.z * q.w, p.w * q.w - p.x * q.x - p.y * q.y - p.z * q.z};
 }
 template <class T>
-INLINE Vec<T> turn(Qua<T> q, Vec<T> v) {
+INLINE Vec<T> rotated(Qua<T> q, Vec<T> v) {
   const Vec<T> u{q.x, q.y, q.z};
   Vec<T> t = cross(u, v);
   t = t + t;
@@ -92,7 +90,7 @@ INLINE Qua<T> back(Qua<T> q) {
 INLINE Four norm2(Qua<Four> q) { return q.x * q.x + q.y * q.y + (q.z * q.z + q.w * q.w); }
 INLINE Qua<Four> scaled(Four s, Qua<Four> q) { return {s * q.x, s * q.y, s * q.z, s * q.w}; }
 INLINE Qua<Four> unit(Qua<Four> q) { return scaled(1.0 / root(norm2(q)), q); }
-/// The same for what is a unit quaternion but for round-off: no root, no division.
+/// The same for a quaternion that is normalised up to rounding: no root, no division.
 INLINE Qua<Four> unit_again(Qua<Four> q) {
   const Four off = norm2(q) - 1.0;
   if (any_not_below(off * off, 1e-12)) return unit(q);
@@ -161,8 +159,8 @@ INLINE Four arc_tangent(Four t) {
   return choose(large, a + 0.78539816339744830962, a);
 }
 
-/// The rotation vector of a unit quaternion, the short way round: 2 asin(n)/n times its vector
-/// part, by the series up to 0.4 rad, beyond by the tangent of a quarter of the angle.
+/// The shortest rotation vector of a unit quaternion: 2 asin(n)/n times its vector part, by the
+/// series up to 0.4 rad, beyond by the tangent of a quarter of the angle.
 INLINE Vec<Four> logarithm(Qua<Four> q) {
   const Four sign = choose(q.w < 0.0, all(-1.0), all(1.0));
   const Four z = q.x * q.x + q.y * q.y + q.z * q.z;
@@ -244,10 +242,10 @@ INLINE void put(double* c, std::size_t row, Sym<T> m) {
       write(c + (row + 4) * kLanes, m.yz), write(c + (row + 5) * kLanes, m.zz);
 }
 
-/// Four bodies' numbers out of the component store.
+/// Gathers and scatters the state of four bodies.
 struct FourBodies {
   double* b[4];
-  FourBodies(const Packed& p, std::size_t i) {
+  FourBodies(const IslandView& p, std::size_t i) {
     for (int l = 0; l < 4; ++l)
       b[l] = p.bodies + p.slots[i + static_cast<std::size_t>(l)] * p.layout.stride;
   }
@@ -270,12 +268,12 @@ struct FourBodies {
 
 /// World vector of principal `moments` times the body-frame part of v: I v or its like.
 INLINE Vec<Four> times_inertia(Qua<Four> q, Vec<Four> moments, Vec<Four> v) {
-  const Vec<Four> b = turn(back(q), v);
-  return turn(q, Vec<Four>{moments.x * b.x, moments.y * b.y, moments.z * b.z});
+  const Vec<Four> b = rotated(back(q), v);
+  return rotated(q, Vec<Four>{moments.x * b.x, moments.y * b.y, moments.z * b.z});
 }
 INLINE Vec<Four> inverted(Vec<Four> m) { return {1.0 / m.x, 1.0 / m.y, 1.0 / m.z}; }
 
-/// Lanes below `count` as ones, the padding as zeros.
+/// 1 for lanes below `count`, 0 for padding.
 INLINE Four mask(std::size_t i, std::size_t count) {
   if (i + kLanes <= count) return all(1.0);
   Four m = all(1.0);
@@ -286,20 +284,20 @@ INLINE Four mask(std::size_t i, std::size_t count) {
 
 // ---------------------------------------------------------------- update stage
 
-/// Spin at the end of a turn `start + w reach` that keeps the angular momentum `l`: two fixed-point
-/// rounds on w = I(q(w))^-1 l, from a guess.
-INLINE Vec<Four> spin_keeping(Vec<Four> l, Qua<Four> q, Vec<Four> per_moment, Vec<Four> start,
-                              Four reach, Vec<Four> guess) {
+/// Angular velocity after a rotation `start + w reach` with angular momentum `l`: two fixed-point
+/// iterations of w = I(q(w))^-1 l, from a guess.
+INLINE Vec<Four> angular_velocity_keeping(Vec<Four> l, Qua<Four> q, Vec<Four> per_moment,
+                                          Vec<Four> start, Four reach, Vec<Four> guess) {
   Vec<Four> w = guess;
   for (int round = 0; round < 2; ++round)
     w = times_inertia(mul(exponential(start + reach * w), q), per_moment, l);
   return w;
 }
 
-/// exp(-drag h) for four bodies, computed once where neighbours share their drag.
-class Keep {
+/// exp(-drag h) for four bodies, reused while the drag is the same.
+class DampingFactor {
  public:
-  explicit Keep(double h) : h_(h) {}
+  explicit DampingFactor(double h) : h_(h) {}
   INLINE Four of(Four drag) {
     const auto same = drag == last_;
     if ((same[0] & same[1] & same[2] & same[3]) == 0) {
@@ -315,12 +313,12 @@ class Keep {
 };
 
 template <Rule rule, bool forced>
-StartSums predict_by(const Packed& p, const PredictInput& in) {
+StartSums predict_by(const IslandView& p, const PredictInput& in) {
   const Four h = all(in.h), third = all(1.0 / 3), two_thirds_h = all(2.0 / 3 * in.h);
   const Vec<Four> g{all(in.gravity[0]), all(in.gravity[1]), all(in.gravity[2])};
   Four kinetic = all(0), potential = all(0), damped = all(0), probe = all(0);
   Vec<Four> momentum{all(0), all(0), all(0)};
-  Keep keeps(in.h);
+  DampingFactor damping(in.h);
   for (std::size_t i = 0; i < p.count; i += kLanes) {
     const double* c = column(p.constants, kConstantRows, i);
     double* m = column(p.memory, kMemoryRows, i);
@@ -329,7 +327,7 @@ StartSums predict_by(const Packed& p, const PredictInput& in) {
     const Four mass = num<Four>(c, kMass), drag = num<Four>(c, kDrag);
     const Vec<Four> moments = vec<Four>(c, kInertia);
     const Vec<Four> x = bodies.vec(p.layout.position), v = bodies.vec(p.layout.velocity);
-    const Vec<Four> spin = bodies.vec(p.layout.spin);
+    const Vec<Four> angular_velocity = bodies.vec(p.layout.angular_velocity);
     const Qua<Four> q = bodies.qua(p.layout.rotation);
     const Vec<Four> weight = num<Four>(c, kGravityScale) * g;
     const Four here = mask(i, p.count) * mass;
@@ -338,45 +336,49 @@ StartSums predict_by(const Packed& p, const PredictInput& in) {
       const double* f = column(p.forces, 6, i);
       a = a + vec<Four>(f, 0), torque = vec<Four>(f, 3);
     }
-    Vec<Four> slide, w, r;
-    if (rule == Rule::verlet) {  // no energy is kept account of
-      const Four keep = keeps.of(drag), push = in.first ? 0.5 * h : h;
-      slide = h * (keep * v + push * a);
-      w = keep * spin;
+    Vec<Four> translation, w, r;
+    if (rule == Rule::verlet) {  // no energy balance
+      const Four keep = damping.of(drag), push = in.first ? 0.5 * h : h;
+      translation = h * (keep * v + push * a);
+      w = keep * angular_velocity;
       if (forced) w = w + push * times_inertia(q, inverted(moments), torque);
       r = h * w;
     } else {
-      const Vec<Four> per_moment = inverted(moments), l = times_inertia(q, moments, spin);
-      const Four energy = 0.5 * (here * dot(v, v) + mask(i, p.count) * dot(l, spin));
+      const Vec<Four> per_moment = inverted(moments),
+                      l = times_inertia(q, moments, angular_velocity);
+      const Four energy = 0.5 * (here * dot(v, v) + mask(i, p.count) * dot(l, angular_velocity));
       kinetic += energy, momentum = momentum + here * v, potential -= here * dot(weight, x);
       if (rule == Rule::bdf2) {
         const Four brake = 1.0 / (1.0 + two_thirds_h * drag);
         damped += energy * (1.0 - 1.0 / (1.0 + 2.0 * h * drag));
         const Vec<Four> v_before = vec<Four>(m, kVelocityBefore);
-        const Vec<Four> l_before = vec<Four>(m, kSpinMomentumBefore);
+        const Vec<Four> l_before = vec<Four>(m, kAngularMomentumBefore);
         const Vec<Four> v_star = brake * (third * (all(4) * v - v_before) + two_thirds_h * a);
         const Vec<Four> l_star = brake * (third * (all(4) * l - l_before) + two_thirds_h * torque);
-        slide = third * vec<Four>(m, kLastSlide) + two_thirds_h * v_star;
-        const Vec<Four> start = third * vec<Four>(m, kLastTurn);
-        w = spin_keeping(l_star, q, per_moment, start, two_thirds_h, spin);
+        translation = third * vec<Four>(m, kLastTranslation) + two_thirds_h * v_star;
+        const Vec<Four> start = third * vec<Four>(m, kLastRotation);
+        w = angular_velocity_keeping(l_star, q, per_moment, start, two_thirds_h, angular_velocity);
         r = start + two_thirds_h * w;
       } else {
-        const Four keep = keeps.of(drag), push = in.first ? 0.5 * h : h;
+        const Four keep = damping.of(drag), push = in.first ? 0.5 * h : h;
         damped += energy * (1.0 - keep * keep);
-        slide = h * (keep * v + push * a);
+        translation = h * (keep * v + push * a);
         const Vec<Four> nothing{all(0), all(0), all(0)};
         const bool midpoint = rule == Rule::midpoint;
         const Vec<Four> kept =
-            midpoint ? times_inertia(mul(exponential(all(-0.5) * h * spin), q), moments, spin) : l;
-        w = spin_keeping(keep * kept + push * torque, q, per_moment, nothing,
-                         midpoint ? 0.5 * h : push, spin);
+            midpoint ? times_inertia(mul(exponential(all(-0.5) * h * angular_velocity), q), moments,
+                                     angular_velocity)
+                     : l;
+        w = angular_velocity_keeping(keep * kept + push * torque, q, per_moment, nothing,
+                                     midpoint ? 0.5 * h : push, angular_velocity);
         r = h * w;
       }
-      put(m, kVelocityBefore, v), put(m, kSpinMomentumBefore, l);
+      put(m, kVelocityBefore, v), put(m, kAngularMomentumBefore, l);
     }
-    probe += dot(slide + x, slide + x) + dot(r, r);
+    probe += dot(translation + x, translation + x) + dot(r, r);
     const Qua<Four> predicted = unit_again(mul(exponential(r), q));
-    put(k, kPosition, x + slide), put(k, kRotation, predicted), put(k, kSpinStar, w);
+    put(k, kPosition, x + translation), put(k, kRotation, predicted),
+        put(k, kAngularVelocityStar, w);
   }
   return {sum(kinetic),
           sum(potential),
@@ -385,7 +387,7 @@ StartSums predict_by(const Packed& p, const PredictInput& in) {
           sum(probe) < HUGE_VAL};
 }
 
-StartSums predict(const Packed& p, const PredictInput& in) {
+StartSums predict(const IslandView& p, const PredictInput& in) {
   const bool f = p.forces != nullptr;
   switch (in.rule) {
     case Rule::verlet:
@@ -404,7 +406,7 @@ StartSums predict(const Packed& p, const PredictInput& in) {
 
 /// Own arm and world inertia of a block at a pose.
 INLINE void put_arm(double* k, Qua<Four> q, Vec<Four> anchor, Vec<Four> moments) {
-  put(k, kArm, turn(q, anchor));
+  put(k, kArm, rotated(q, anchor));
   // R diag(I) R^T, from the columns of R.
   const Four xx = q.x * q.x, yy = q.y * q.y, zz = q.z * q.z, xy = q.x * q.y, xz = q.x * q.z,
              yz = q.y * q.z, wx = q.w * q.x, wy = q.w * q.y, wz = q.w * q.z;
@@ -413,21 +415,22 @@ INLINE void put_arm(double* k, Qua<Four> q, Vec<Four> anchor, Vec<Four> moments)
   const Vec<Four> ey{two * (xy - wz), one - two * (xx + zz), two * (yz + wx)};
   const Vec<Four> ez{two * (xz + wy), two * (yz - wx), one - two * (xx + yy)};
   const Vec<Four> mx = moments.x * ex, my = moments.y * ey, mz = moments.z * ez;
-  put(k, kTurning,
+  put(k, kRotationalInertia,
       Sym<Four>{mx.x * ex.x + my.x * ey.x + mz.x * ez.x, mx.x * ex.y + my.x * ey.y + mz.x * ez.y,
                 mx.x * ex.z + my.x * ey.z + mz.x * ez.z, mx.y * ex.y + my.y * ey.y + mz.y * ez.y,
                 mx.y * ex.z + my.y * ey.z + mz.y * ez.z, mx.z * ex.z + my.z * ey.z + mz.z * ez.z});
 }
 
-/// The levers of a block: own arms and inertias, the parents' arms to the same joints, the gaps.
-INLINE void put_levers(const Packed& p, std::size_t i, std::size_t position_row,
+/// Joint geometry of a block: own arms and inertias, the parents' arms to the same joints, the
+/// gaps.
+INLINE void put_levers(const IslandView& p, std::size_t i, std::size_t position_row,
                        std::size_t rotation_row) {
   const double* c = column(p.constants, kConstantRows, i);
   double* k = column(p.work, kWorkRows, i);
   const Vec<Four> x = vec<Four>(k, position_row);
   const Qua<Four> q = qua<Four>(k, rotation_row);
   put_arm(k, q, vec<Four>(c, kOwnAnchor), vec<Four>(c, kInertia));
-  // The parents' poses, lane by lane; roots have none and keep their own.
+  // The parents' poses, lane by lane; roots use their own.
   Qua<Four> pq = q;
   Vec<Four> px = x;
   for (std::size_t l = 0; l < kLanes; ++l) {
@@ -439,17 +442,17 @@ INLINE void put_levers(const Packed& p, std::size_t i, std::size_t position_row,
     px.x[l] = o[position_row * kLanes], px.y[l] = o[(position_row + 1) * kLanes];
     px.z[l] = o[(position_row + 2) * kLanes];
   }
-  const Vec<Four> arm = turn(pq, vec<Four>(c, kParentAnchor));
+  const Vec<Four> arm = rotated(pq, vec<Four>(c, kParentAnchor));
   put(k, kParentArm, arm);
   put(k, kGap, (px + arm) - (x + vec<Four>(k, kArm)));
 }
 
-void levers(const Packed& p, std::size_t position_row, std::size_t rotation_row) {
+void levers(const IslandView& p, std::size_t position_row, std::size_t rotation_row) {
   for (std::size_t i = 0; i < p.count; i += kLanes) put_levers(p, i, position_row, rotation_row);
 }
 
-/// t (1 - r r^T / r^2) where t > 0: the stiffness of a joint under tension, so that the direction
-/// of the force turns with the body within the step.
+/// Geometric stiffness t (1 - r r^T / r^2) of a joint in tension t > 0: the force rotates with the
+/// body within the step.
 INLINE Sym<Four> tension_stiffness(Four t, Vec<Four> r) {
   const Four r2 = dot(r, r);
   const auto pulls = (t > 0.0) & (r2 > 0.0);
@@ -464,32 +467,33 @@ INLINE void add(Sym<T>& a, const Sym<T>& b) {
   a.xx += b.xx, a.xy += b.xy, a.xz += b.xz, a.yy += b.yy, a.yz += b.yz, a.zz += b.zz;
 }
 
-/// Levers of a block, and its turning blocks about the own joints.
-INLINE void put_turning(const Packed& p, std::size_t i, std::size_t position_row,
+/// Joint geometry of a block, and its rotational inertia about the own joints.
+INLINE void put_turning(const IslandView& p, std::size_t i, std::size_t position_row,
                         std::size_t rotation_row, bool tension) {
   put_levers(p, i, position_row, rotation_row);
   double* k = column(p.work, kWorkRows, i);
   const Vec<Four> arm = vec<Four>(k, kArm);
   const Vec<Four> ma = num<Four>(column(p.constants, kConstantRows, i), kMass) * arm;
   const Four a2 = dot(ma, arm);
-  Sym<Four> tt = sym<Four>(k, kTurning);
+  Sym<Four> tt = sym<Four>(k, kRotationalInertia);
   add(tt, Sym<Four>{a2 - ma.x * arm.x, -ma.x * arm.y, -ma.x * arm.z, a2 - ma.y * arm.y,
                     -ma.y * arm.z, a2 - ma.z * arm.z});
   if (tension) {
-    const Vec<Four> load = vec<Four>(column(p.memory, kMemoryRows, i), kLoad);
+    const Vec<Four> lambda = vec<Four>(column(p.memory, kMemoryRows, i), kLambda);
     const Vec<Four> out = vec<Four>(k, kParentArm);
-    add(tt, tension_stiffness(dot(load, arm), arm));  // a free root has no load
-    put(k, kOutwardTension, tension_stiffness(-dot(load, out), out));
+    add(tt, tension_stiffness(dot(lambda, arm), arm));  // zero for a free root
+    put(k, kOutwardTension, tension_stiffness(-dot(lambda, out), out));
   }
-  put(k, kTurning, tt);
+  put(k, kRotationalInertia, tt);
 }
 
-void prepare(const Packed& p, std::size_t position_row, std::size_t rotation_row, bool tension) {
+void prepare(const IslandView& p, std::size_t position_row, std::size_t rotation_row,
+             bool tension) {
   for (std::size_t i = 0; i < p.count; i += kLanes)
     put_turning(p, i, position_row, rotation_row, tension);
 }
 
-/// LDL^T of a symmetric positive definite 3x3, pivots floored.
+/// LDL^T of a symmetric positive definite 3x3 matrix, with a lower bound on the pivots.
 struct Factor {
   double i0, i1, i2, l10, l20, l21;
   INLINE explicit Factor(const Sym<double>& a) {
@@ -516,8 +520,8 @@ struct Rows {
   INLINE void to(double* p) const { store(p, x), store(p + 4, y), store(p + 8, z); }
 };
 
-/// What a body and everything outboard of it asks of its own joint, before its turn is eliminated:
-/// A_tt, A_ty | g_t and A_yy | g_y of the method.
+/// The block of a body with its outboard subtree, before its rotation is eliminated: A_tt, A_ty |
+/// g_t and A_yy | g_y.
 struct Block {
   Sym<double> tt;
   Rows ty, yy;
@@ -528,13 +532,13 @@ INLINE Four with_last(Four v, double last) {
   return v;
 }
 
-/// Adds a child, felt as mass | load at its joint, to the block of its parent.
-INLINE void add_child(Block& b, const Rows& group, Vec<double> gap, Vec<double> rho) {
-  // The load that is left when the gap is closed: g - M s.
-  const Four ms = gap.x * group.x + gap.y * group.y + gap.z * group.z;
-  const Four fx = with_last(group.x, group.x[3] - ms[0]);
-  const Four fy = with_last(group.y, group.y[3] - ms[1]);
-  const Four fz = with_last(group.z, group.z[3] - ms[2]);
+/// Adds a child, given as articulated mass | bias at its joint, to the block of its parent.
+INLINE void add_child(Block& b, const Rows& mass_and_bias, Vec<double> gap, Vec<double> rho) {
+  // Bias after the gap is closed: g - M s.
+  const Four ms = gap.x * mass_and_bias.x + gap.y * mass_and_bias.y + gap.z * mass_and_bias.z;
+  const Four fx = with_last(mass_and_bias.x, mass_and_bias.x[3] - ms[0]);
+  const Four fy = with_last(mass_and_bias.y, mass_and_bias.y[3] - ms[1]);
+  const Four fz = with_last(mass_and_bias.z, mass_and_bias.z[3] - ms[2]);
   b.yy.x += fx, b.yy.y += fy, b.yy.z += fz;
   // K(rho) M | rho x f, with K(a) b = a x b; and -K M K.
   const Four kx = rho.y * fz - rho.z * fy;
@@ -550,13 +554,13 @@ INLINE void add_child(Block& b, const Rows& group, Vec<double> gap, Vec<double> 
 INLINE Block own_block(const double* c, const double* k) {
   const double m = num<double>(c, kMass);
   const Vec<double> ma = m * vec<double>(k, kArm);
-  return {sym<double>(k, kTurning),
+  return {sym<double>(k, kRotationalInertia),
           {Four{0, ma.z, -ma.y, 0}, Four{-ma.z, 0, ma.x, 0}, Four{ma.y, -ma.x, 0, 0}},
           {Four{m, 0, 0, 0}, Four{0, m, 0, 0}, Four{0, 0, m, 0}}};
 }
 
-/// Eliminates the turn of a body: what its joint feels, and how it will answer. Pivot by pivot, the
-/// rest of the block updated each time, since the next body waits for the group alone.
+/// Eliminates the rotation of a body: articulated mass and bias at its joint, and its response.
+/// Pivot by pivot, since the next body depends on the articulated mass only.
 INLINE Rows eliminate(const Block& b, double* node) {
   const double floor = 4 * 2.220446049250313e-16 * (b.tt.xx + b.tt.yy + b.tt.zz);
   const double d0 = b.tt.xx, i0 = 1 / (d0 > floor ? d0 : floor);
@@ -572,76 +576,77 @@ INLINE Rows eliminate(const Block& b, double* node) {
 
   const double i2 = 1 / (d2 > floor ? d2 : floor);
   const Four m2 = i2 * r2;
-  const Rows group{((b.yy.x - m0[0] * r0) - m1[0] * r1) - m2[0] * r2,
-                   ((b.yy.y - m0[1] * r0) - m1[1] * r1) - m2[1] * r2,
-                   ((b.yy.z - m0[2] * r0) - m1[2] * r1) - m2[2] * r2};
-  group.to(node + kGroup);
-  // Back substitution: rows of the answer, each with what remains when the joint stays.
+  const Rows mass_and_bias{((b.yy.x - m0[0] * r0) - m1[0] * r1) - m2[0] * r2,
+                           ((b.yy.y - m0[1] * r0) - m1[1] * r1) - m2[1] * r2,
+                           ((b.yy.z - m0[2] * r0) - m1[2] * r1) - m2[2] * r2};
+  mass_and_bias.to(node + kArticulatedMass);
+  // Back substitution: rows of the response, each followed by the bias.
   const Four a1 = m1 - l12 * m2;
-  Rows{(m0 - l01 * a1) - l02 * m2, a1, m2}.to(node + kAnswer);
-  return group;
+  Rows{(m0 - l01 * a1) - l02 * m2, a1, m2}.to(node + kResponse);
+  return mass_and_bias;
 }
 
-/// A chain: the only child is the next column, so its group stays in registers.
+/// A chain: the only child is the next column, so its articulated mass stays in registers.
 template <bool tension>
-void gather_chain_by(const Packed& p) {
-  Rows group{};
+void inward_pass_chain_by(const IslandView& p) {
+  Rows mass_and_bias{};
   for (std::size_t i = p.count; i-- > 0;) {
-    // A block is prepared on the way, while the elimination waits for its divisions.
+    // Preparing a block here hides the latency of the divisions.
     if (i % kLanes == kLanes - 1 || i == p.count - 1)
       put_turning(p, i / kLanes * kLanes, kPosition, kRotation, tension);
     const double* k = column(p.work, kWorkRows, i);
     Block b = own_block(column(p.constants, kConstantRows, i), k);
     if (i + 1 < p.count) {
       const double* child = column(p.work, kWorkRows, i + 1);
-      add_child(b, group, vec<double>(child, kGap),
+      add_child(b, mass_and_bias, vec<double>(child, kGap),
                 vec<double>(child, kParentArm) - vec<double>(k, kArm));
       if (tension) add(b.tt, sym<double>(child, kOutwardTension));
     }
-    group = eliminate(b, p.nodes + kNodeSize * i);
+    mass_and_bias = eliminate(b, p.nodes + kNodeSize * i);
   }
 }
 
-void gather_chain(const Packed& p, bool tension) {
+void inward_pass_chain(const IslandView& p, bool tension) {
   if (tension)
-    gather_chain_by<true>(p);
+    inward_pass_chain_by<true>(p);
   else
-    gather_chain_by<false>(p);
+    inward_pass_chain_by<false>(p);
 }
 
 INLINE void put_block(double* at, const Block& b) {
   at[0] = b.tt.xx, at[1] = b.tt.xy, at[2] = b.tt.xz, at[3] = b.tt.yy, at[4] = b.tt.yz;
   at[5] = b.tt.zz;
-  b.ty.to(at + kTurnSlide), b.yy.to(at + kSlideSlide);
+  b.ty.to(at + kRotationTranslation), b.yy.to(at + kTranslationTranslation);
 }
 INLINE Block block_at(const double* at) {
   return {{at[0], at[1], at[2], at[3], at[4], at[5]},
-          Rows::from(at + kTurnSlide),
-          Rows::from(at + kSlideSlide)};
+          Rows::from(at + kRotationTranslation),
+          Rows::from(at + kTranslationTranslation)};
 }
 
-void fill_blocks(const Packed& p, double* blocks) {
+void fill_blocks(const IslandView& p, double* blocks) {
   for (std::size_t i = 0; i < p.count; ++i)
     put_block(blocks + kBlockSize * i,
               own_block(column(p.constants, kConstantRows, i), column(p.work, kWorkRows, i)));
 }
 
-/// A tree: children add themselves to their parent's block as they are finished.
-void gather_tree(const Packed& p, bool tension, double* blocks) {
+/// A tree: each body adds itself to its parent's block once it is eliminated.
+void inward_pass_tree(const IslandView& p, bool tension, double* blocks) {
   for (std::size_t i = p.count; i-- > 0;) {
     const double* k = column(p.work, kWorkRows, i);
-    const Rows group = eliminate(block_at(blocks + kBlockSize * i), p.nodes + kNodeSize * i);
+    const Rows mass_and_bias =
+        eliminate(block_at(blocks + kBlockSize * i), p.nodes + kNodeSize * i);
     if (p.parents[i] < 0) continue;
     const auto parent = static_cast<std::size_t>(p.parents[i]);
     Block b = block_at(blocks + kBlockSize * parent);
-    add_child(b, group, vec<double>(k, kGap),
+    add_child(b, mass_and_bias, vec<double>(k, kGap),
               vec<double>(k, kParentArm) - vec<double>(column(p.work, kWorkRows, parent), kArm));
     if (tension) add(b.tt, sym<double>(k, kOutwardTension));
     put_block(blocks + kBlockSize * parent, b);
   }
 }
 
-/// How a turned body carries a vector: v -> v + a (u x v) + b u x (u x v).
+/// Rotation of a vector by a body's rotation: v -> v + a (u x v) + b u x (u x v).
 struct Carry {
   Vec<double> u;
   double a, b;
@@ -658,31 +663,31 @@ INLINE Carry carry_by(Qua<double> q) {
 
 INLINE double magnitude(double x) { return x < 0 ? -x : x; }
 
-/// The turn of one body whose own joint point goes to `goal`, the articulated way; a free root says
-/// where it goes. Leaves the multiplier of the joint in the memory.
+/// The rotation of one body whose own joint point moves to `goal`, by the articulated response; for
+/// a free root it sets `goal`. Stores the multiplier of the joint.
 struct Articulated {
-  const Packed& p;
+  const IslandView& p;
   std::size_t position_row;
 
   INLINE Carry operator()(std::size_t i, double* k, Vec<double> arm, Vec<double>& goal) const {
     const double* n = p.nodes + kNodeSize * i;
-    const double* g = n + kGroup;
+    const double* g = n + kArticulatedMass;
     const Vec<double> x = vec<double>(k, position_row);
-    Vec<double> y = goal - (x + arm), load{0, 0, 0};
+    Vec<double> y = goal - (x + arm), lambda{0, 0, 0};
     if (p.parents[i] == kFree) {
       y = Factor(Sym<double>{g[0], g[1], g[2], g[5], g[6], g[10]}).solve({g[3], g[7], g[11]});
       goal = x + y;
     } else {
-      load = {(g[0] * y.x + g[1] * y.y + g[2] * y.z) - g[3],
-              (g[4] * y.x + g[5] * y.y + g[6] * y.z) - g[7],
-              (g[8] * y.x + g[9] * y.y + g[10] * y.z) - g[11]};
-      if (!(dot(load, load) < 1e36)) load = {0, 0, 0};
+      lambda = {(g[0] * y.x + g[1] * y.y + g[2] * y.z) - g[3],
+                (g[4] * y.x + g[5] * y.y + g[6] * y.z) - g[7],
+                (g[8] * y.x + g[9] * y.y + g[10] * y.z) - g[11]};
+      if (!(dot(lambda, lambda) < 1e36)) lambda = {0, 0, 0};
     }
-    put(column(p.memory, kMemoryRows, i), kLoad, load);
+    put(column(p.memory, kMemoryRows, i), kLambda, lambda);
     Vec<double> d{n[3] - (n[0] * y.x + n[1] * y.y + n[2] * y.z),
                   n[7] - (n[4] * y.x + n[5] * y.y + n[6] * y.z),
                   n[11] - (n[8] * y.x + n[9] * y.y + n[10] * y.z)};
-    // The angle stays below 148 degrees; a number that is none turns nothing.
+    // The angle stays below 148 degrees; no rotation if a number is not finite.
     const double most = magnitude(d.x) + magnitude(d.y) + magnitude(d.z);
     if (!(most < 4)) {
       double far = magnitude(d.x) > magnitude(d.y) ? magnitude(d.x) : magnitude(d.y);
@@ -694,16 +699,16 @@ struct Articulated {
     }
     // Cayley's map: the quaternion (d/2, 1).
     const Vec<double> u = 0.5 * d;
-    put(k, kTurn, Qua<double>{u.x, u.y, u.z, 1});
+    put(k, kAppliedRotation, Qua<double>{u.x, u.y, u.z, 1});
     const double s = 2 / (1 + dot(u, u));
     return {u, s, s};
   }
 };
 
-/// The same by least displacement, scaled by |r x s|^2 so that little is divided: the quaternion
-/// (Z + C, S) with S = m r x s, C = beta a^T I a + m r.(r + s), Z = sqrt(C^2 + S^2).
+/// The same by least displacement, scaled by |r x s|^2 to avoid divisions: the quaternion (Z + C,
+/// S) with S = m r x s, C = beta a^T I a + m r.(r + s), Z = sqrt(C^2 + S^2).
 struct LeastDisplacement {
-  const Packed& p;
+  const IslandView& p;
   std::size_t position_row;
   double stiffness;
 
@@ -714,33 +719,34 @@ struct LeastDisplacement {
     const double a2 = dot(a, a);
     if (p.parents[i] == kFree || !(a2 > 1e-100)) {
       if (p.parents[i] == kFree) goal = x;
-      put(k, kTurn, Qua<double>{0, 0, 0, 1});
+      put(k, kAppliedRotation, Qua<double>{0, 0, 0, 1});
       return {{0, 0, 0}, 0, 0};
     }
     const double ma2 = num<double>(column(p.constants, kConstantRows, i), kMass) * a2;
-    const double c = stiffness * dot(a, mul(sym<double>(k, kTurning), a)) + ma2 * dot(arm, to);
+    const double c =
+        stiffness * dot(a, mul(sym<double>(k, kRotationalInertia), a)) + ma2 * dot(arm, to);
     const Vec<double> s = ma2 * a;
     const double s2 = ma2 * ma2 * a2;
-    // With M = Z + |C|: Z + C is M or S^2 / M, and the quaternion (S, Z + C) or (M S, S^2).
-    // |(S, Z + C)|^2 = 2 Z (Z + C). Which case it is does not settle, so it is no branch.
+    // With M = Z + |C|: Z + C is M or S^2 / M, and the quaternion (S, Z + C) or (M S, S^2). |(S, Z
+    // + C)|^2 = 2 Z (Z + C). The case is unpredictable, hence no branch.
     const double z = ::sqrt(c * c + s2), m = z + magnitude(c);
     const auto same = Two{c, c} >= Two{0, 0};
     const Two pick = choose(same, Two{1, m}, Two{m, s2});  // factor of S, scalar part
-    put(k, kTurn, Qua<double>{pick[0] * s.x, pick[0] * s.y, pick[0] * s.z, pick[1]});
+    put(k, kAppliedRotation, Qua<double>{pick[0] * s.x, pick[0] * s.y, pick[0] * s.z, pick[1]});
     return {s, 1 / z, pick[0] / (z * pick[1])};
   }
 };
 
-/// What an outward walk remembers of the body before, along a chain.
+/// State of the previous body in an outward pass along a chain.
 struct Step {
   Vec<double> goal{0, 0, 0}, arm{0, 0, 0};
   Carry carry{{0, 0, 0}, 0, 0};
 };
 
-/// One body of the walk from the roots outwards: where its joint goes, and how it turns.
-template <bool chain, class Turn>
-INLINE void outwards(const Packed& p, const double*& targets, std::size_t i, Step& at,
-                     const Turn& turn_of) {
+/// One body of the outward pass: position of its joint, and its rotation.
+template <bool chain, class Rotate>
+INLINE void outwards(const IslandView& p, const double*& targets, std::size_t i, Step& at,
+                     const Rotate& rotate) {
   double* k = column(p.work, kWorkRows, i);
   const std::int32_t parent = p.parents[i];
   if (parent < 0) {
@@ -749,59 +755,60 @@ INLINE void outwards(const Packed& p, const double*& targets, std::size_t i, Ste
   } else {
     if (!chain) {
       const double* o = column(p.work, kWorkRows, static_cast<std::size_t>(parent));
-      at = {vec<double>(o, kAttach), vec<double>(o, kArm), carry_by(qua<double>(o, kTurn))};
+      at = {vec<double>(o, kAttach), vec<double>(o, kArm),
+            carry_by(qua<double>(o, kAppliedRotation))};
     }
     at.goal = at.goal + at.carry(vec<double>(k, kParentArm) - at.arm);
   }
   at.arm = vec<double>(k, kArm);
-  at.carry = turn_of(i, k, at.arm, at.goal);
+  at.carry = rotate(i, k, at.arm, at.goal);
   put(k, kAttach, at.goal);
 }
 
-template <class Turn>
-INLINE void walk(const Packed& p, const double* targets, const Turn& turn_of) {
+template <class Rotate>
+INLINE void walk(const IslandView& p, const double* targets, const Rotate& rotate) {
   Step at;
   if (p.is_chain)
-    for (std::size_t i = 0; i < p.count; ++i) outwards<true>(p, targets, i, at, turn_of);
+    for (std::size_t i = 0; i < p.count; ++i) outwards<true>(p, targets, i, at, rotate);
   else
-    for (std::size_t i = 0; i < p.count; ++i) outwards<false>(p, targets, i, at, turn_of);
+    for (std::size_t i = 0; i < p.count; ++i) outwards<false>(p, targets, i, at, rotate);
 }
 
-void close(const Packed& p, const double* targets, std::size_t position_row) {
+void outward_pass(const IslandView& p, const double* targets, std::size_t position_row) {
   walk(p, targets, Articulated{p, position_row});
 }
 
-void sweep(const Packed& p, const double* targets, std::size_t position_row, double stiffness) {
+void sweep(const IslandView& p, const double* targets, std::size_t position_row, double stiffness) {
   walk(p, targets, LeastDisplacement{p, position_row, stiffness});
 }
 
-/// The final pose of a block: turns applied, own joints on their places.
-struct Placed {
+/// The final pose of a block: rotations applied, own joints in place.
+struct BlockPose {
   Vec<Four> x;
   Qua<Four> q;
 };
-INLINE Placed place(const Packed& p, std::size_t i, std::size_t from_rotation_row) {
+INLINE BlockPose pose_of(const IslandView& p, std::size_t i, std::size_t from_rotation_row) {
   const double* k = column(p.work, kWorkRows, i);
-  const Qua<Four> q = unit(mul(qua<Four>(k, kTurn), qua<Four>(k, from_rotation_row)));
-  const Vec<Four> arm = turn(q, vec<Four>(column(p.constants, kConstantRows, i), kOwnAnchor));
+  const Qua<Four> q = unit(mul(qua<Four>(k, kAppliedRotation), qua<Four>(k, from_rotation_row)));
+  const Vec<Four> arm = rotated(q, vec<Four>(column(p.constants, kConstantRows, i), kOwnAnchor));
   return {vec<Four>(k, kAttach) - arm, q};
 }
 
-void commit(const Packed& p, std::size_t from_rotation_row) {
+void apply_poses(const IslandView& p, std::size_t from_rotation_row) {
   for (std::size_t i = 0; i < p.count; i += kLanes) {
     double* k = column(p.work, kWorkRows, i);
-    const Placed at = place(p, i, from_rotation_row);
+    const BlockPose at = pose_of(p, i, from_rotation_row);
     put(k, kFinalRotation, at.q), put(k, kFinalPosition, at.x);
   }
 }
 
 // ---------------------------------------------------------------- velocities
 
-/// Velocities of one block from its final pose, written to the bodies; sums go along.
+/// Velocities of one block from its final pose, written to the bodies; accumulates sums.
 template <Rule rule>
-struct Finish {
-  const Packed& p;
-  const FinishInput& in;
+struct VelocityUpdate {
+  const IslandView& p;
+  const VelocityInput& in;
   const double per = 1 / in.h;
   const Vec<Four> g{all(in.gravity[0]), all(in.gravity[1]), all(in.gravity[2])};
   Four kinetic = all(0), potential = all(0), work = all(0), turned = all(0);
@@ -820,32 +827,34 @@ struct Finish {
     const double* k = column(p.work, kWorkRows, i);
     const FourBodies bodies(p, i);
     const Vec<Four> moments = vec<Four>(c, kInertia);
-    const Vec<Four> slide = x - bodies.vec(p.layout.position);
+    const Vec<Four> translation = x - bodies.vec(p.layout.position);
     const Vec<Four> turned_by = logarithm(mul(q, back(bodies.qua(p.layout.rotation))));
     const Four turned2 = here * dot(turned_by, turned_by);
     turned = choose(turned2 > turned, turned2, turned);
 
     Vec<Four> v, w, l;
     if (rule == Rule::verlet || rule == Rule::midpoint) {
-      v = all(per) * slide, w = all(per) * turned_by;
+      v = all(per) * translation, w = all(per) * turned_by;
       if (rule == Rule::midpoint) l = times_inertia(q, moments, w);
     } else if (in.first) {
-      // Trapezoid from the given velocities; predict() left them in the memory.
-      v = all(2 * per) * slide - vec<Four>(m, kVelocityBefore);
-      w = all(2 * per) * turned_by - bodies.vec(p.layout.spin);
+      // Trapezoidal rule from the initial velocities, stored by predict().
+      v = all(2 * per) * translation - vec<Four>(m, kVelocityBefore);
+      w = all(2 * per) * turned_by - bodies.vec(p.layout.angular_velocity);
       l = times_inertia(q, moments, w);
     } else {
-      // Differencing rotation vectors would cost an order in space: the turn that the joints forced
-      // is an impulse on the predicted angular momentum.
+      // Differences of rotation vectors would lose an order of accuracy: the rotation caused by the
+      // joints is an impulse on the predicted angular momentum.
       const double rate = rule == Rule::bdf2 ? 1.5 * per : per;
-      v = rule == Rule::bdf2 ? all(0.5 * per) * (all(3) * slide - vec<Four>(m, kLastSlide))
-                             : all(per) * slide;
+      v = rule == Rule::bdf2
+              ? all(0.5 * per) * (all(3) * translation - vec<Four>(m, kLastTranslation))
+              : all(per) * translation;
       const Qua<Four> predicted = qua<Four>(k, kRotation);
       const Vec<Four> forced = logarithm(mul(q, back(predicted)));
-      l = times_inertia(predicted, moments, vec<Four>(k, kSpinStar) + all(rate) * forced);
+      l = times_inertia(predicted, moments,
+                        vec<Four>(k, kAngularVelocityStar) + all(rate) * forced);
       w = times_inertia(q, inverted(moments), l);
       if (rule == Rule::euler && any_not_below(turned2, in.calm_angle * in.calm_angle)) {
-        // A large turn: its own rate is bounded, the impulse is not.
+        // A large rotation: its rate is bounded, the impulse is not.
         const Four calm2 = all(in.calm_angle * in.calm_angle);
         const Vec<Four> plain = all(per) * turned_by;
         w.x = choose(turned2 >= calm2, plain.x, w.x);
@@ -858,10 +867,10 @@ struct Finish {
     bodies.set(p.layout.rotation, Vec<Four>{q.x, q.y, q.z}, lanes);
     bodies.set(p.layout.rotation + 3, q.w, lanes);
     bodies.set(p.layout.velocity, v, lanes);
-    bodies.set(p.layout.spin, w, lanes);
-    if (rule == Rule::verlet) return;  // no energy is kept account of
+    bodies.set(p.layout.angular_velocity, w, lanes);
+    if (rule == Rule::verlet) return;  // no energy balance
 
-    put(m, kLastSlide, slide), put(m, kLastTurn, turned_by);
+    put(m, kLastTranslation, translation), put(m, kLastRotation, turned_by);
     const Four mass = num<Four>(c, kMass);
     const Vec<Four> weight = num<Four>(c, kGravityScale) * g;
     kinetic += 0.5 * here * (mass * dot(v, v) + dot(l, w));
@@ -869,7 +878,7 @@ struct Finish {
     momentum = momentum + (here * mass) * v;
     if (p.forces) {
       const double* f = column(p.forces, 6, i);
-      work += here * (mass * dot(vec<Four>(f, 0), slide) + dot(vec<Four>(f, 3), turned_by));
+      work += here * (mass * dot(vec<Four>(f, 0), translation) + dot(vec<Four>(f, 3), turned_by));
     }
   }
 
@@ -881,93 +890,93 @@ struct Finish {
 };
 
 template <class Job>
-EndSums by_rule(const Packed& p, const FinishInput& in, const Job& job) {
-  const auto run = [&](auto finish) {
-    job(finish);
-    return finish.sums();
+EndSums by_rule(const IslandView& p, const VelocityInput& in, const Job& job) {
+  const auto run = [&](auto update_velocities) {
+    job(update_velocities);
+    return update_velocities.sums();
   };
   switch (in.rule) {
     case Rule::verlet:
-      return run(Finish<Rule::verlet>{p, in});
+      return run(VelocityUpdate<Rule::verlet>{p, in});
     case Rule::midpoint:
-      return run(Finish<Rule::midpoint>{p, in});
+      return run(VelocityUpdate<Rule::midpoint>{p, in});
     case Rule::euler:
-      return run(Finish<Rule::euler>{p, in});
+      return run(VelocityUpdate<Rule::euler>{p, in});
     case Rule::bdf2:
-      return run(Finish<Rule::bdf2>{p, in});
+      return run(VelocityUpdate<Rule::bdf2>{p, in});
   }
   return {};
 }
 
-EndSums finish(const Packed& p, const FinishInput& in) {
-  return by_rule(p, in, [&](auto& finish_block) {
+EndSums update_velocities(const IslandView& p, const VelocityInput& in) {
+  return by_rule(p, in, [&](auto& update_block) {
     for (std::size_t i = 0; i < p.count; i += kLanes) {
       const double* k = column(p.work, kWorkRows, i);
-      finish_block(i, vec<Four>(k, kFinalPosition), qua<Four>(k, kFinalRotation));
+      update_block(i, vec<Four>(k, kFinalPosition), qua<Four>(k, kFinalRotation));
     }
   });
 }
 
-/// The outward walk, which waits for one body after the other, with work for the lanes between: the
-/// block ahead is prepared, the block behind placed and finished, a job a body, so that there is
-/// always something else to do within the processor's sight.
-template <bool chain, class Turn, class Prepare, class Block>
-INLINE void walk_and_finish(const Packed& p, const double* targets, const Turn& turn_of,
-                            const Prepare& prepare_block, Block& finish_block) {
-  const auto put_placed = [&](std::size_t i) {
+/// The outward pass is sequential; vector work on neighbouring blocks hides its latency. The next
+/// block is prepared and the previous one gets poses and velocities, one job per body.
+template <bool chain, class Rotate, class Prepare, class Block>
+INLINE void walk_and_update(const IslandView& p, const double* targets, const Rotate& rotate,
+                            const Prepare& prepare_block, Block& update_block) {
+  const auto put_pose = [&](std::size_t i) {
     double* k = column(p.work, kWorkRows, i);
-    const Placed at = place(p, i, kRotation);
+    const BlockPose at = pose_of(p, i, kRotation);
     put(k, kFinalRotation, at.q), put(k, kFinalPosition, at.x);
   };
-  const auto finish_placed = [&](std::size_t i) {
+  const auto update_placed = [&](std::size_t i) {
     const double* k = column(p.work, kWorkRows, i);
-    finish_block(i, vec<Four>(k, kFinalPosition), qua<Four>(k, kFinalRotation));
+    update_block(i, vec<Four>(k, kFinalPosition), qua<Four>(k, kFinalRotation));
   };
   Step at;
   prepare_block(0);
   for (std::size_t n = 0; n < p.count; ++n) {
-    outwards<chain>(p, targets, n, at, turn_of);
+    outwards<chain>(p, targets, n, at, rotate);
     const std::size_t job = n % kLanes, i = n - job;
     if (job == 0 && i + kLanes < p.count) prepare_block(i + kLanes);
-    if (job == 1 && i > 0) put_placed(i - kLanes);
-    if (job == 2 && i > 0) finish_placed(i - kLanes);
+    if (job == 1 && i > 0) put_pose(i - kLanes);
+    if (job == 2 && i > 0) update_placed(i - kLanes);
   }
   const std::size_t last = (p.count - 1) / kLanes * kLanes;
-  if (last > 0 && p.count - last < 2) put_placed(last - kLanes);
-  if (last > 0 && p.count - last < 3) finish_placed(last - kLanes);
-  put_placed(last);
-  finish_placed(last);
+  if (last > 0 && p.count - last < 2) put_pose(last - kLanes);
+  if (last > 0 && p.count - last < 3) update_placed(last - kLanes);
+  put_pose(last);
+  update_placed(last);
 }
 
-EndSums close_and_finish(const Packed& p, const double* targets, const FinishInput& in) {
-  return by_rule(p, in, [&](auto& finish_block) {
+EndSums outward_pass_and_update(const IslandView& p, const double* targets,
+                                const VelocityInput& in) {
+  return by_rule(p, in, [&](auto& update_block) {
     const auto prepared = [](std::size_t) {};
     if (p.is_chain)
-      walk_and_finish<true>(p, targets, Articulated{p, kPosition}, prepared, finish_block);
+      walk_and_update<true>(p, targets, Articulated{p, kPosition}, prepared, update_block);
     else
-      walk_and_finish<false>(p, targets, Articulated{p, kPosition}, prepared, finish_block);
+      walk_and_update<false>(p, targets, Articulated{p, kPosition}, prepared, update_block);
   });
 }
 
-EndSums sweep_and_finish(const Packed& p, const double* targets, double stiffness,
-                         const FinishInput& in) {
-  return by_rule(p, in, [&](auto& finish_block) {
-    const LeastDisplacement turn_of{p, kPosition, stiffness};
+EndSums sweep_and_update(const IslandView& p, const double* targets, double stiffness,
+                         const VelocityInput& in) {
+  return by_rule(p, in, [&](auto& update_block) {
+    const LeastDisplacement rotate{p, kPosition, stiffness};
     const auto prepare_block = [&](std::size_t i) { put_levers(p, i, kPosition, kRotation); };
     if (p.is_chain)
-      walk_and_finish<true>(p, targets, turn_of, prepare_block, finish_block);
+      walk_and_update<true>(p, targets, rotate, prepare_block, update_block);
     else
-      walk_and_finish<false>(p, targets, turn_of, prepare_block, finish_block);
+      walk_and_update<false>(p, targets, rotate, prepare_block, update_block);
   });
 }
 
-void scale(const Packed& p, double factor, const double* mean) {
+void scale(const IslandView& p, double factor, const double* mean) {
   for (std::size_t i = 0; i < p.count; ++i) {
     double* b = p.bodies + p.slots[i] * p.layout.stride;
     for (std::size_t n = 0; n < 3; ++n) {
       double& v = b[p.layout.velocity + n];
       v = mean[n] + factor * (v - mean[n]);
-      b[p.layout.spin + n] *= factor;
+      b[p.layout.angular_velocity + n] *= factor;
     }
   }
 }
@@ -984,15 +993,15 @@ const Kernels PANTIN_JOINED(kernels_, PANTIN_KERNELS) = {PANTIN_TEXT(PANTIN_KERN
                                                          predict,
                                                          levers,
                                                          prepare,
-                                                         gather_chain,
+                                                         inward_pass_chain,
                                                          fill_blocks,
-                                                         gather_tree,
-                                                         close,
+                                                         inward_pass_tree,
+                                                         outward_pass,
                                                          sweep,
-                                                         commit,
-                                                         finish,
-                                                         close_and_finish,
-                                                         sweep_and_finish,
+                                                         apply_poses,
+                                                         update_velocities,
+                                                         outward_pass_and_update,
+                                                         sweep_and_update,
                                                          scale};
 
 }  // namespace pantin::articulated

@@ -1,4 +1,4 @@
-// The energy limiter: what numerical errors add is taken away again.
+// The energy limiter: removes energy added by numerical errors.
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
@@ -7,21 +7,21 @@
 namespace pantin::articulated {
 namespace {
 
-/// Work done on the articulation through the places that hold it, J.
-Real work_of_holders(const World& world, const Island& a, const EndSums& end, Real h) {
+/// Work done on the island at its anchors, J.
+Real work_of_anchors(const World& world, const Island& a, const EndSums& end, Real h) {
   const Real to_force = 1 / (a.force_share * h * h);
-  Vec3 other_impulses(0);  // N s, of all but a single held root
+  Vec3 other_impulses(0);  // N s, of all anchors except a single root
   Real work = 0;
-  for (const Hold& hold : a.holds) {
-    if (hold.partner != UINT32_MAX) continue;
-    work += to_force * glm::dot(hold.load, hold.target - hold.target_before);
-    other_impulses += to_force * h * hold.load;
+  for (const PackedPin& constraint : a.pins) {
+    if (constraint.partner != UINT32_MAX) continue;
+    work += to_force * glm::dot(constraint.lambda, constraint.target - constraint.target_before);
+    other_impulses += to_force * h * constraint.lambda;
   }
-  for (const Cord& cord : a.cords) {
+  for (const PackedCable& cord : a.cables) {
     if (cord.column_a != UINT32_MAX && cord.column_b != UINT32_MAX) continue;
-    if (cord.load == 0) continue;
-    const String& s = world.strings.values()[cord.string];
-    const bool a_moves = cord.column_a != UINT32_MAX;  // a is the packed end
+    if (cord.lambda == 0) continue;
+    const Cable& s = world.cables.values()[cord.cable];
+    const bool a_moves = cord.column_a != UINT32_MAX;  // end a belongs to the island
     const std::uint32_t slot = a_moves ? cord.slot_b : cord.slot_a;
     const Vec3 held = point_on(world, slot, a_moves ? s.joint.anchor_b : s.joint.anchor_a);
     const Vec3 free =
@@ -29,9 +29,10 @@ Real work_of_holders(const World& world, const Island& a, const EndSums& end, Re
                 : point_at(a, cord.column_b, s.joint.anchor_b, kFinalPosition, kFinalRotation);
     const Real span = glm::length(held - free);
     if (!(span > 0)) continue;
-    const Vec3 force = to_force * cord.load / span * (held - free);
+    const Vec3 force = to_force * cord.lambda / span * (held - free);
     const Body& holder = world.bodies.values()[slot];
-    const Vec3 velocity = holder.velocity + glm::cross(holder.spin, held - holder.pose.position);
+    const Vec3 velocity =
+        holder.velocity + glm::cross(holder.angular_velocity, held - holder.pose.position);
     work += h * glm::dot(force, velocity);
     other_impulses += h * force;
   }
@@ -40,54 +41,54 @@ Real work_of_holders(const World& world, const Island& a, const EndSums& end, Re
   for (const Tree& t : a.trees) {
     const Vec3 moved = t.target - t.target_before;
     if (a.parents[t.first] != kHeld || moved == Vec3(0)) continue;
-    if (held_trees >
-        1) {  // the balance of one cannot be told from the others': take the multipliers
-      work += to_force * glm::dot(a.memory.vec(kLoad, t.first), moved);
+    if (held_trees > 1) {  // several anchored trees: the momentum balance does not separate them,
+                           // so the multipliers are used
+      work += to_force * glm::dot(a.memory.vec(kLambda, t.first), moved);
       continue;
     }
     Vec3 impulse = Vec3(end.momentum[0], end.momentum[1], end.momentum[2]) - a.momentum_before;
     for (std::size_t c = 0; c < a.count(); ++c) {
       const Real mass = a.constants.at(kMass, c);
       impulse -= h * mass * a.constants.at(kGravityScale, c) * world.gravity;
-      if (a.forced) impulse -= h * mass * a.room.forces.vec(0, c);
-      // What the drag took from the momentum, the holder gave.
-      impulse += a.constants.at(kDrag, c) * mass * a.memory.vec(kLastSlide, c);
+      if (a.forced) impulse -= h * mass * a.scratch.forces.vec(0, c);
+      // Momentum lost to drag was supplied by the anchor.
+      impulse += a.constants.at(kDrag, c) * mass * a.memory.vec(kLastTranslation, c);
     }
     work += glm::dot(impulse - other_impulses, moved) / h;
   }
   return work;
 }
 
-/// Does any place that holds the articulation move in this step?
+/// Whether any anchor of the island moves in this step.
 bool is_driven(const World& world, const Island& a) {
   for (const Tree& t : a.trees)
     if (a.parents[t.first] == kHeld && t.target != t.target_before) return true;
-  for (const Hold& h : a.holds)
+  for (const PackedPin& h : a.pins)
     if (h.partner == UINT32_MAX && h.target != h.target_before) return true;
-  if (!a.room.touches.empty()) return true;  // a collider may lift it
+  if (!a.scratch.contact_rows.empty()) return true;  // a contact may do work
   for (const PackedJoint& j : a.joints)
     if (j.drive != UINT32_MAX) return true;
-  for (const Cord& c : a.cords) {
+  for (const PackedCable& c : a.cables) {
     if (c.column_a != UINT32_MAX && c.column_b != UINT32_MAX) continue;
     const Body& holder = world.bodies.values()[c.column_a != UINT32_MAX ? c.slot_b : c.slot_a];
-    if (holder.velocity != Vec3(0) || holder.spin != Vec3(0)) return true;
+    if (holder.velocity != Vec3(0) || holder.angular_velocity != Vec3(0)) return true;
   }
   return false;
 }
 
-/// Nothing ties the articulation to the world.
+/// Whether the island is free: no connection to the world.
 bool flies_free(const Island& a) {
-  if (a.bears || !a.room.touches.empty()) return false;
+  if (a.contact_active || !a.scratch.contact_rows.empty()) return false;
   for (const Tree& t : a.trees)
     if (a.parents[t.first] != kFree) return false;
-  for (const Cord& c : a.cords)
+  for (const PackedCable& c : a.cables)
     if (c.column_a == UINT32_MAX || c.column_b == UINT32_MAX) return false;
-  return a.holds.empty();
+  return a.pins.empty();
 }
 
-/// Takes all velocities so far down that the energy is `allowed`, or to nothing. What flies free
-/// keeps the motion of its mass centre. Returns the energy that is left, J.
-Real slow_down(Island& a, const Packed& p, const EndSums& end, Real allowed) {
+/// Scales the velocities so that the energy is at most `allowed`. A free island keeps the motion of
+/// its mass centre. Returns the remaining energy, J.
+Real slow_down(Island& a, const IslandView& p, const EndSums& end, Real allowed) {
   const bool free = flies_free(a);
   Real mass = 0;
   for (std::size_t c = 0; c < a.count(); ++c) mass += a.constants.at(kMass, c);
@@ -98,70 +99,70 @@ Real slow_down(Island& a, const Packed& p, const EndSums& end, Real allowed) {
   const Real left = std::max(Real(0), allowed - end.potential - whole);
   const Real factor = within > 0 ? std::sqrt(std::min(Real(1), left / within)) : 1;
   kernels().scale(p, factor, &mean[0]);
-  for (Tree& t : a.trees) t.spin_momentum *= factor;
+  for (Tree& t : a.trees) t.angular_momentum *= factor;
   return end.potential + whole + factor * factor * within;
 }
 
-/// Potential of the poses that the last sweep left, J.
+/// Potential energy at the final poses, J.
 Real potential_of_final(const World& world, const Island& a) {
   Real sum = 0;
   for (std::size_t c = 0; c < a.count(); ++c)
     sum -= a.constants.at(kMass, c) * a.constants.at(kGravityScale, c) *
-           glm::dot(world.gravity, a.room.work.vec(kFinalPosition, c));
+           glm::dot(world.gravity, a.scratch.work.vec(kFinalPosition, c));
   return sum;
 }
 
-/// A step that lifted the bodies higher than all their energy could is taken back to a half or a
-/// quarter of its way, or to where it began; there the bodies rest, joints closed. The loads found
-/// stay, and stiffen the next attempt.
-void take_back(World& world, Island& a, const Packed& p, Real allowed) {
+/// A step whose potential energy exceeds the total energy is undone to a half, to a quarter or
+/// completely; there the bodies are at rest with closed joints. The lambdas are kept and stiffen
+/// the next step.
+void take_back(World& world, Island& a, const IslandView& p, Real allowed) {
   const Kernels& k = kernels();
-  Table& w = a.room.work;
+  LaneTable& w = a.scratch.work;
   for (Real back : {0.5, 0.75, 1.0}) {
     for (std::size_t c = 0; c < a.count(); ++c) {
       const Pose& pose = world.bodies.values()[a.slots[c]].pose;
-      const Quat turn = turn_by(-back * a.memory.vec(kLastTurn, c));
-      w.set(kPosition, c, pose.position - back * a.memory.vec(kLastSlide, c));
-      w.set(kRotation, c, glm::normalize(turn * pose.rotation));
+      const Quat rotation = from_rotation_vector(-back * a.memory.vec(kLastRotation, c));
+      w.set(kPosition, c, pose.position - back * a.memory.vec(kLastTranslation, c));
+      w.set(kRotation, c, glm::normalize(rotation * pose.rotation));
     }
     k.levers(p, kPosition, kRotation);
-    k.sweep(p, a.room.targets.data(), kPosition, a.settings.turn_stiffness);
-    k.commit(p, kRotation);
+    k.sweep(p, a.scratch.targets.data(), kPosition, a.settings.rotation_stiffness);
+    k.apply_poses(p, kRotation);
     if (!a.joints.empty()) sweep_closed(world, a);
-    if (!a.holds.empty() || !a.cords.empty()) relax(world, a, true);
+    if (!a.pins.empty() || !a.cables.empty()) relax(world, a, true);
     if (potential_of_final(world, a) <= allowed) break;
   }
   for (std::size_t c = 0; c < a.count(); ++c) {
     Body& b = world.bodies.values()[a.slots[c]];
     b.pose = {w.vec(kFinalPosition, c), w.quat(kFinalRotation, c)};
-    b.velocity = b.spin = Vec3(0);
+    b.velocity = b.angular_velocity = Vec3(0);
   }
 }
 
 }  // namespace
 
-void limit_energy(World& world, Island& a, const Packed& p, const EndSums& end, Real h) {
-  // Of the work of a hand that has stopped nothing comes back: what is held gains no energy.
+void limit_energy(World& world, Island& a, const IslandView& p, const EndSums& end, Real h) {
+  // When the anchors stop, the reserve is cleared: a stationary anchor does no work.
   const bool driven = is_driven(world, a);
   if (a.driven && !driven) a.reserve = 0;
   a.driven = driven;
 
-  const Real allowed =
-      a.energy_before + a.reserve - a.damped + end.work + a.stop_work +
-      work_of_holders(world, a, end, h);
+  const Real allowed = a.energy_before + a.reserve - a.damped + end.work + a.stop_work +
+                       work_of_anchors(world, a, end, h);
   const Real slack = 1e-3 * a.kinetic_before + 1e-12 * std::abs(end.potential);
   Real energy = end.kinetic + end.potential;
   a.limited = a.settings.limiter && energy > allowed + slack;
   if (a.limited) {
     energy = slow_down(a, p, end, allowed);
-    // Contacts may have to lift a little more than is accounted for.
-    const Real lift = a.bears ? 0.01 * a.mass * glm::length(world.gravity) * a.size : 0;
-    // A step among contacts that found more motion than there was did not find its way.
+    // Contacts may lift the island slightly more than accounted for.
+    const Real lift = a.contact_active ? 0.01 * a.mass * glm::length(world.gravity) * a.size : 0;
+    // A step with contacts that found far more kinetic energy than available has diverged.
     const Real may_have = a.kinetic_before + std::max(Real(0), allowed - a.energy_before) +
                           0.1 * a.mass * glm::length(world.gravity) * a.size;
-    const bool wild = !a.room.touches.empty() && end.kinetic > 4 * may_have;
+    const bool wild = !a.scratch.contact_rows.empty() && end.kinetic > 4 * may_have;
     if (wild) take_back(world, a, p, -1e300);
-    if (!wild && !flies_free(a) && end.potential > allowed + slack + lift) take_back(world, a, p, allowed);
+    if (!wild && !flies_free(a) && end.potential > allowed + slack + lift)
+      take_back(world, a, p, allowed);
   }
   const Real lent = std::max(Real(0), allowed - energy);
   a.reserve = a.limited || a.disturbed ? 0 : lent * std::exp(-h / a.settings.reservoir_time);

@@ -5,7 +5,7 @@
 namespace pantin::articulated {
 namespace {
 
-/// Leaves every plane, but for round-off?
+/// Whether all half-spaces are satisfied up to rounding.
 bool leaves_all(const HalfSpaces& p, Vec3 u) {
   for (std::size_t i = 0; i < p.count; ++i) {
     const Real slack = 1e-10 * (std::abs(p.depths[i]) + glm::length(u));

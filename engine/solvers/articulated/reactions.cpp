@@ -1,12 +1,12 @@
-// What islands do to bodies of other solvers that hold them or lie below them.
+// Reactions of islands on bodies of other solvers, at interfaces and by contact.
 //
-// Multipliers say how the reactions are shared out; their sum is taken from the balance of momentum,
-// so that what one side loses the other gains:
-//   sum of forces on the articulation = (p_after - p_before) / h - weight + drag
+// The multipliers give the distribution of the reactions. Their sum follows from the momentum
+// balance, so that momentum is conserved between both sides:
+//   sum of forces on the island = (p_after - p_before) / h - weight + drag
 #include <algorithm>
 
-#include "engine/solvers/articulated/internal.hpp"
 #include "engine/solvers/articulated/articulated.hpp"
+#include "engine/solvers/articulated/internal.hpp"
 #include "engine/solvers/solver.hpp"
 
 namespace pantin::articulated {
@@ -22,42 +22,42 @@ bool ties_solvers(const World& world, contact::TieKind kind, std::uint32_t sourc
     const Pin& pin = world.pins.values()[source];
     return foreign(pin.body) || (pin.to && foreign(pin.to));
   }
-  const String& cable = world.strings.values()[source];
+  const Cable& cable = world.cables.values()[source];
   return foreign(cable.a) || foreign(cable.b);
 }
 
-/// All forces on the articulation but those of its holders, N: weight, pushes, drag.
+/// All forces on the island except at its anchors, N: weight, external forces, drag.
 Vec3 other_forces(const World& world, const Island& a, Real h) {
   Vec3 sum(0);
   for (std::size_t c = 0; c < a.count(); ++c) {
     const Real mass = a.constants.at(kMass, c);
     sum += mass * a.constants.at(kGravityScale, c) * world.gravity;
-    if (a.forced) sum += mass * a.room.forces.vec(0, c);
-    sum -= a.constants.at(kDrag, c) * mass / h * a.memory.vec(kLastSlide, c);
+    if (a.forced) sum += mass * a.scratch.forces.vec(0, c);
+    sum -= a.constants.at(kDrag, c) * mass / h * a.memory.vec(kLastTranslation, c);
   }
   return sum;
 }
 
-/// At most this many holders of one articulation are told apart.
+/// Largest number of interfaces of one island.
 constexpr std::size_t kMost = 16;
 
 struct Reactions {
   Vec3 sum{0};     // N on the island, all holders
-  Real sizes = 0;  // of the told ones
+  Real sizes = 0;  // of the reported ones
   contact::Reaction told[kMost];
   std::size_t count = 0;
   bool others = false;  // holders that no other solver moves
 };
 
-/// What the multipliers do not explain of the change of momentum is shared by their sizes.
+/// The remainder of the momentum balance is distributed in proportion to the multipliers.
 void share_rest(const World& world, const Island& a, Real h, Reactions& r) {
   Vec3 momentum(0);
   for (std::size_t c = 0; c < a.count(); ++c)
     momentum += a.constants.at(kMass, c) * world.bodies.values()[a.slots[c]].velocity;
   const Vec3 rest = (momentum - a.momentum_before) / h - other_forces(world, a, h) - r.sum;
   for (std::size_t i = 0; i < r.count; ++i) {
-    const Real part = r.sizes > 0 ? glm::length(r.told[i].force) / r.sizes
-                                  : Real(1) / static_cast<Real>(r.count);
+    const Real part =
+        r.sizes > 0 ? glm::length(r.told[i].force) / r.sizes : Real(1) / static_cast<Real>(r.count);
     r.told[i].force -= part * rest;
   }
 }
@@ -68,7 +68,7 @@ void react(World& world, std::size_t island, Real h, std::vector<contact::Reacti
   const Island& a = islands_of(world)[island];
   const Real to_force = 1 / (a.force_share * h * h);
   Reactions r;
-  const auto hold = [&](contact::TieKind kind, std::uint32_t source, Vec3 force) {
+  const auto constraint = [&](contact::TieKind kind, std::uint32_t source, Vec3 force) {
     r.sum += force;
     if (source == UINT32_MAX || r.count == kMost || !ties_solvers(world, kind, source)) {
       r.others = r.others || force != Vec3(0);
@@ -78,19 +78,19 @@ void react(World& world, std::size_t island, Real h, std::vector<contact::Reacti
   };
   for (const Tree& t : a.trees)
     if (a.parents[t.first] == kHeld)
-      hold(contact::TieKind::pin, t.held_pin, to_force * a.memory.vec(kLoad, t.first));
-  for (const Hold& g : a.holds)
-    if (g.partner == UINT32_MAX) hold(contact::TieKind::pin, g.held_pin, to_force * g.load);
-  for (const Cord& cord : a.cords) {
+      constraint(contact::TieKind::pin, t.held_pin, to_force * a.memory.vec(kLambda, t.first));
+  for (const PackedPin& g : a.pins)
+    if (g.partner == UINT32_MAX) constraint(contact::TieKind::pin, g.held_pin, to_force * g.lambda);
+  for (const PackedCable& cord : a.cables) {
     if (cord.column_a != UINT32_MAX && cord.column_b != UINT32_MAX) continue;
-    const String& s = world.strings.values()[cord.string];
+    const Cable& s = world.cables.values()[cord.cable];
     const Vec3 to_b = to_world(world.bodies[s.b].pose, s.joint.anchor_b) -
                       to_world(world.bodies[s.a].pose, s.joint.anchor_a);
     const Real span = glm::length(to_b);
-    const Vec3 on_a = span > 0 ? to_force * cord.load / span * to_b : Vec3(0);
-    hold(contact::TieKind::cable, cord.string, cord.column_a != UINT32_MAX ? on_a : -on_a);
+    const Vec3 on_a = span > 0 ? to_force * cord.lambda / span * to_b : Vec3(0);
+    constraint(contact::TieKind::cable, cord.cable, cord.column_a != UINT32_MAX ? on_a : -on_a);
   }
-  for (const Touch& t : a.room.touches)
+  for (const ContactRow& t : a.scratch.contact_rows)
     r.others = r.others || (t.side > 0 && contacts_of(world)[t.contact].active);
   if (r.count > 0 && !r.others) share_rest(world, a, h, r);
   out.insert(out.end(), r.told, r.told + r.count);
@@ -98,7 +98,7 @@ void react(World& world, std::size_t island, Real h, std::vector<contact::Reacti
 
 void press(const World& world, std::vector<contact::Pressure>& out) {
   for (const Island& a : islands_of(world))
-    for (const Touch& t : a.room.touches) {
+    for (const ContactRow& t : a.scratch.contact_rows) {
       const Contact& c = contacts_of(world)[t.contact];
       if (t.side < 0 || !c.active || !owner_of(partition_of(world), c.slot_b)) continue;
       if (contact::feels_contacts(partition_of(world), c.slot_b)) continue;

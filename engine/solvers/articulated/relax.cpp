@@ -7,9 +7,9 @@
 namespace pantin::articulated {
 namespace {
 
-/// One body of the final poses.
-struct Placed {
-  Table& work;
+/// One body at its final pose.
+struct FinalBody {
+  LaneTable& work;
   std::size_t column;
 
   Quat rotation() const { return work.quat(kFinalRotation, column); }
@@ -17,34 +17,33 @@ struct Placed {
   Vec3 point(Vec3 anchor) const { return position() + rotation() * anchor; }
 };
 
-/// Carries an anchor of a body to its goal by the least displacement; lands on it exactly.
+/// Moves an anchor of a body to its goal by the least displacement, exactly.
 void carry(Island& a, std::size_t c, Vec3 anchor, Vec3 goal) {
-  const Placed body{a.room.work, c};
+  const FinalBody body{a.scratch.work, c};
   const Quat q = body.rotation();
   const Vec3 arm = q * anchor;
-  const CompulsiveMotion m =
-      least_displacement(arm, goal - (body.position() + arm), a.constants.at(kMass, c),
-                         world_inertia(q, a.constants.vec(kInertia, c)), a.settings.turn_stiffness);
-  const Quat turned = glm::normalize(m.turn * q);
-  a.room.work.set(kFinalRotation, c, turned);
-  a.room.work.set(kFinalPosition, c, goal - turned * anchor);
+  const CompulsiveMotion m = least_displacement(
+      arm, goal - (body.position() + arm), a.constants.at(kMass, c),
+      world_inertia(q, a.constants.vec(kInertia, c)), a.settings.rotation_stiffness);
+  const Quat rotated = glm::normalize(m.rotation * q);
+  a.scratch.work.set(kFinalRotation, c, rotated);
+  a.scratch.work.set(kFinalPosition, c, goal - rotated * anchor);
 }
 
-bool is_stiff(const Island& a, std::size_t c) {
-  return !a.joints.empty() && a.joints[c].stiff;
-}
+bool is_stiff(const Island& a, std::size_t c) { return !a.joints.empty() && a.joints[c].stiff; }
 
-/// Turns a body about its joint point to the nearest pose the joint allows.
+/// Rotates a body about its joint point to the nearest pose that the joint allows.
 void clamp_to_parent(const World& world, Island& a, std::size_t c, Vec3 joint_point) {
   if (!is_stiff(a, c)) return;
   const PackedJoint& j = a.joints[c];
-  const Quat own = a.room.work.quat(kFinalRotation, c);
+  const Quat own = a.scratch.work.quat(kFinalRotation, c);
   const Quat parent = parent_rotation(world, a, c, kFinalRotation);
-  const Quat turn = joint_turn(j, own, parent), allowed = allowed_turn(j.joint, turn);
-  if (allowed == turn) return;
-  const Quat turned = own_rotation(j, parent, allowed);
-  a.room.work.set(kFinalRotation, c, turned);
-  a.room.work.set(kFinalPosition, c, joint_point - turned * a.constants.vec(kOwnAnchor, c));
+  const Quat rotation = joint_rotation(j, own, parent),
+             allowed = allowed_rotation(j.joint, rotation);
+  if (allowed == rotation) return;
+  const Quat rotated = own_rotation(j, parent, allowed);
+  a.scratch.work.set(kFinalRotation, c, rotated);
+  a.scratch.work.set(kFinalPosition, c, joint_point - rotated * a.constants.vec(kOwnAnchor, c));
 }
 
 /// The same for the parent of a body, about their joint.
@@ -52,46 +51,47 @@ void clamp_parent(Island& a, std::size_t c, Vec3 joint_point) {
   if (!is_stiff(a, c) || a.parents[c] < 0) return;
   const auto p = static_cast<std::size_t>(a.parents[c]);
   const PackedJoint& j = a.joints[c];
-  const Quat own = a.room.work.quat(kFinalRotation, c), parent = a.room.work.quat(kFinalRotation, p);
-  const Quat turn = joint_turn(j, own, parent), allowed = allowed_turn(j.joint, turn);
-  if (allowed == turn) return;
+  const Quat own = a.scratch.work.quat(kFinalRotation, c),
+             parent = a.scratch.work.quat(kFinalRotation, p);
+  const Quat rotation = joint_rotation(j, own, parent),
+             allowed = allowed_rotation(j.joint, rotation);
+  if (allowed == rotation) return;
   PackedJoint seen_from_parent = j;
   seen_from_parent.own_is_a = !j.own_is_a;
-  const Quat turned = own_rotation(seen_from_parent, own, allowed);
-  a.room.work.set(kFinalRotation, p, turned);
-  a.room.work.set(kFinalPosition, p, joint_point - turned * a.constants.vec(kParentAnchor, c));
+  const Quat rotated = own_rotation(seen_from_parent, own, allowed);
+  a.scratch.work.set(kFinalRotation, p, rotated);
+  a.scratch.work.set(kFinalPosition, p, joint_point - rotated * a.constants.vec(kParentAnchor, c));
 }
 
 /// Closes the joint of a body to its parent.
 void follow_parent(const World& world, Island& a, std::size_t c) {
-  const Placed parent{a.room.work, static_cast<std::size_t>(a.parents[c])};
+  const FinalBody parent{a.scratch.work, static_cast<std::size_t>(a.parents[c])};
   const Vec3 goal = parent.point(a.constants.vec(kParentAnchor, c));
   carry(a, c, a.constants.vec(kOwnAnchor, c), goal);
   clamp_to_parent(world, a, c, goal);
 }
 
-/// A sweep that starts at a held point: from its body down to the root, then everything that hangs
-/// on the way follows.
-void sweep_from(const World& world, Island& a, const Tree& tree, std::size_t column,
-                Vec3 anchor, Vec3 goal) {
+/// A sweep from a pin: from its body to the root, then all other bodies outwards.
+void sweep_from(const World& world, Island& a, const Tree& tree, std::size_t column, Vec3 anchor,
+                Vec3 goal) {
   const std::size_t end = tree.first + tree.count;
-  std::fill(a.room.on_path.begin() + tree.first,
-            a.room.on_path.begin() + static_cast<std::ptrdiff_t>(end), std::uint8_t(0));
+  std::fill(a.scratch.on_path.begin() + tree.first,
+            a.scratch.on_path.begin() + static_cast<std::ptrdiff_t>(end), std::uint8_t(0));
   std::size_t child = a.count();
   for (std::size_t c = column;;) {
     carry(a, c, anchor, goal);
     if (child < a.count()) clamp_parent(a, child, goal);
-    a.room.on_path[c] = 1;
+    a.scratch.on_path[c] = 1;
     if (a.parents[c] < 0) break;
-    goal = Placed{a.room.work, c}.point(a.constants.vec(kOwnAnchor, c));
+    goal = FinalBody{a.scratch.work, c}.point(a.constants.vec(kOwnAnchor, c));
     anchor = a.constants.vec(kParentAnchor, c);
     child = c, c = static_cast<std::size_t>(a.parents[c]);
   }
   for (std::size_t c = tree.first; c < end; ++c)
-    if (!a.room.on_path[c]) follow_parent(world, a, c);
+    if (!a.scratch.on_path[c]) follow_parent(world, a, c);
 }
 
-/// The closing sweep: the root to its target, everybody after it.
+/// The closing sweep: the root to its target, then all other bodies outwards.
 void sweep_from_root(const World& world, Island& a, const Tree& tree) {
   if (a.parents[tree.first] == kHeld) {
     carry(a, tree.first, a.constants.vec(kOwnAnchor, tree.first), tree.target);
@@ -100,22 +100,22 @@ void sweep_from_root(const World& world, Island& a, const Tree& tree) {
   for (std::size_t c = tree.first + 1; c < tree.first + tree.count; ++c) follow_parent(world, a, c);
 }
 
-Real residual(const Island& a, const Hold& h) {
+Real residual(const Island& a, const PackedPin& h) {
   return glm::length(target_of(a, h, kFinalPosition, kFinalRotation) -
-                      point_at(a, h.column, h.anchor, kFinalPosition, kFinalRotation));
+                     point_at(a, h.column, h.anchor, kFinalPosition, kFinalRotation));
 }
 
-/// Can the way through the joints span the distance to the root's target?
-bool is_in_reach(const Island& a, const Hold& h) {
+/// Whether the chain of joints can span the distance to the root's target.
+bool is_in_reach(const Island& a, const PackedPin& h) {
   const Tree& t = a.trees[h.tree];
   if (h.partner != UINT32_MAX || a.parents[t.first] != kHeld) return true;
   const Real span = glm::length(h.target - t.target), slack = 1e-9 * a.size;
   return span <= h.reach + slack && span >= h.dead_reach - slack;
 }
 
-/// Where a sweep takes a held point: to its target, or, if the links are too long to fold up so
-/// near, to the nearest place they allow. Sweeps alone would settle at a wrong bend.
-Vec3 goal_of(const Island& a, const Hold& h) {
+/// Goal of a pin in a sweep: its target, or the nearest reachable point if the links cannot fold
+/// that far. Sweeps alone would converge to a wrong configuration.
+Vec3 goal_of(const Island& a, const PackedPin& h) {
   const Tree& t = a.trees[h.tree];
   if (h.partner != UINT32_MAX) return target_of(a, h, kFinalPosition, kFinalRotation);
   const Vec3 way = h.target - t.target;
@@ -130,9 +130,10 @@ const Tree& tree_of(const Island& a, std::size_t column) {
   return a.trees[t];
 }
 
-/// A taut string draws its packed end to the nearest place within its length. True if it was taut.
-bool pull_string(const World& world, Island& a, const Cord& cord, bool end_b_first) {
-  const StringJoint& s = world.strings.values()[cord.string].joint;
+/// Moves the packed end of a taut cable to the nearest point within its length. True if it was
+/// taut.
+bool pull_cable(const World& world, Island& a, const PackedCable& cord, bool end_b_first) {
+  const CableParameters& s = world.cables.values()[cord.cable].joint;
   const bool has_a = cord.column_a != UINT32_MAX, has_b = cord.column_b != UINT32_MAX;
   const Vec3 pa = has_a ? point_at(a, cord.column_a, s.anchor_a, kFinalPosition, kFinalRotation)
                         : point_on(world, cord.slot_a, s.anchor_a);
@@ -149,41 +150,40 @@ bool pull_string(const World& world, Island& a, const Cord& cord, bool end_b_fir
   return true;
 }
 
-/// One round: every held point in turn, forwards or backwards, the roots last.
-void round_of_sweeps(World& world, Island& a, int round, bool strings) {
-  const std::size_t holds = a.holds.size(), all = holds + (strings ? a.cords.size() : 0);
+/// One sweep over all pins, forwards or backwards, then the roots.
+void sweep_all(World& world, Island& a, int round, bool cables) {
+  const std::size_t holds = a.pins.size(), all = holds + (cables ? a.cables.size() : 0);
   const bool forwards = round % 2 == 0;
   for (std::size_t n = 0; n < all; ++n) {
     const std::size_t i = forwards ? n : all - 1 - n;
     if (i >= holds) {
-      pull_string(world, a, a.cords[i - holds], forwards);
+      pull_cable(world, a, a.cables[i - holds], forwards);
       continue;
     }
-    const Hold& h = a.holds[i];
-    if (h.compliance == 0)
-      sweep_from(world, a, a.trees[h.tree], h.column, h.anchor, goal_of(a, h));
+    const PackedPin& h = a.pins[i];
+    if (h.compliance == 0) sweep_from(world, a, a.trees[h.tree], h.column, h.anchor, goal_of(a, h));
   }
   for (const Tree& t : a.trees) sweep_from_root(world, a, t);
 }
 
-Real worst_residual(const World& world, const Island& a, bool strings) {
+Real worst_residual(const World& world, const Island& a, bool cables) {
   Real worst = 0;
-  for (const Hold& h : a.holds)
+  for (const PackedPin& h : a.pins)
     if (h.compliance == 0) worst = std::max(worst, residual(a, h));
-  return strings ? std::max(worst, worst_stretch(world, a)) : worst;
+  return cables ? std::max(worst, worst_stretch(world, a)) : worst;
 }
 
 }  // namespace
 
-void relax(World& world, Island& a, bool strings) {
-  for (Hold& h : a.holds) h.reachable = is_in_reach(a, h);
-  Real worst = worst_residual(world, a, strings);
-  for (int round = 0; round < a.settings.rounds && worst > a.settings.tolerance * a.size; ++round) {
-    round_of_sweeps(world, a, round, strings);
-    a.rounds_used = round + 1;
+void relax(World& world, Island& a, bool cables) {
+  for (PackedPin& h : a.pins) h.reachable = is_in_reach(a, h);
+  Real worst = worst_residual(world, a, cables);
+  for (int round = 0; round < a.settings.sweeps && worst > a.settings.tolerance * a.size; ++round) {
+    sweep_all(world, a, round, cables);
+    a.sweeps_used = round + 1;
     a.disturbed = true;
-    const Real now = worst_residual(world, a, strings);
-    // A residual that no longer falls will not: what is out of reach settles here.
+    const Real now = worst_residual(world, a, cables);
+    // Stops when the residual no longer decreases: the target is out of reach.
     const bool stalled = worst - now < a.settings.stall_drop * worst;
     worst = now;
     if (stalled) break;
@@ -195,19 +195,19 @@ void sweep_closed(const World& world, Island& a) {
 }
 
 void place_free_root(Island& a, const Tree& tree, Real h) {
-  Table& w = a.room.work;
+  LaneTable& w = a.scratch.work;
   const std::size_t root = tree.first;
   const Quat q = w.quat(kRotation, root);
   const Vec3 x = w.vec(kPosition, root);
   const Real mass = a.constants.at(kMass, root);
   const Mat3 inertia = world_inertia(q, a.constants.vec(kInertia, root));
-  // Mass of everything that hangs on each body.
-  std::vector<Vec3>& outboard = a.room.loads;
+  // Mass of the outboard subtree of each body.
+  std::vector<Vec3>& outboard = a.scratch.lambdas;
   for (std::size_t c = tree.first; c < tree.first + tree.count; ++c)
     outboard[c] = Vec3(a.constants.at(kMass, c), 0, 0);
   for (std::size_t c = tree.first + tree.count; c-- > tree.first + 1;)
     outboard[static_cast<std::size_t>(a.parents[c])].x += outboard[c].x;
-  Vec3 slide(0), turn(0);
+  Vec3 translation(0), rotation(0);
   Real weight = 0;
   for (std::size_t c = tree.first + 1; c < tree.first + tree.count; ++c) {
     if (a.parents[c] != static_cast<std::int32_t>(root)) continue;
@@ -215,7 +215,7 @@ void place_free_root(Island& a, const Tree& tree, Real h) {
     const Vec3 own = point_at(a, c, a.constants.vec(kOwnAnchor, c), kPosition, kRotation);
     const Vec3 goal = meeting_point(mass, x + arm, outboard[c].x, own);
     const Vec3 gap = goal - (x + arm);
-    CompulsiveMotion m = least_displacement(arm, gap, mass, inertia, a.settings.turn_stiffness);
+    CompulsiveMotion m = least_displacement(arm, gap, mass, inertia, a.settings.rotation_stiffness);
     if (a.settings.solver == Solver::paper) {
       const Real about = inertia_about_turn(arm, gap, inertia);
       m = literal_rule(arm, gap,
@@ -223,22 +223,23 @@ void place_free_root(Island& a, const Tree& tree, Real h) {
                            ? about * h * h / (2 * mass)
                            : about / mass);
     }
-    slide += outboard[c].x * m.slide, turn += outboard[c].x * rotation_vector(m.turn);
+    translation += outboard[c].x * m.translation,
+        rotation += outboard[c].x * rotation_vector(m.rotation);
     weight += outboard[c].x;
   }
-  w.set(kPosition, root, x + slide / weight);
-  w.set(kRotation, root, glm::normalize(turn_by(turn / weight) * q));
+  w.set(kPosition, root, x + translation / weight);
+  w.set(kRotation, root, glm::normalize(from_rotation_vector(rotation / weight) * q));
 }
 
 void literal_sweep(Island& a, Real h) {
-  Table& w = a.room.work;
+  LaneTable& w = a.scratch.work;
   auto tree = a.trees.begin();
   for (std::size_t c = 0; c < a.count(); ++c) {
     const Quat q = w.quat(kRotation, c);
     const Vec3 x = w.vec(kPosition, c), anchor = a.constants.vec(kOwnAnchor, c), arm = q * anchor;
     Vec3 goal = x + arm;
     if (a.parents[c] >= 0)
-      goal = Placed{w, static_cast<std::size_t>(a.parents[c])}.point(
+      goal = FinalBody{w, static_cast<std::size_t>(a.parents[c])}.point(
           a.constants.vec(kParentAnchor, c));
     else if (const Tree& t = *tree++; a.parents[c] == kHeld)
       goal = t.target;
@@ -249,9 +250,9 @@ void literal_sweep(Island& a, Real h) {
         arm, gap,
         a.settings.paper_reluctance == PaperReluctance::literal_step ? about * h * h / (2 * mass)
                                                                      : about / mass);
-    const Quat turned = glm::normalize(m.turn * q);
-    w.set(kFinalRotation, c, turned);
-    w.set(kFinalPosition, c, goal - turned * anchor);
+    const Quat rotated = glm::normalize(m.rotation * q);
+    w.set(kFinalRotation, c, rotated);
+    w.set(kFinalPosition, c, goal - rotated * anchor);
   }
 }
 

@@ -22,9 +22,9 @@ bool follows(const World& world, std::size_t island) {
   const Island& a = islands_of(world)[island];
   for (const Tree& t : a.trees)
     if (foreign_pin(t.held_pin)) return true;
-  for (const Hold& h : a.holds)
+  for (const PackedPin& h : a.pins)
     if (foreign_pin(h.held_pin)) return true;
-  for (const Cord& c : a.cords)
+  for (const PackedCable& c : a.cables)
     if (foreign(c.slot_a) || foreign(c.slot_b)) return true;
   return false;
 }
@@ -40,7 +40,7 @@ void save(World& world, std::size_t island);
 void catch_up(World& world, const StepTask& task) {
   std::vector<Island>& all = islands_of(world);
   for (std::size_t i = 0; i < all.size(); ++i)
-    if (!all[i].room.predicted) save(world, i), update(world, all[i], task.h);
+    if (!all[i].scratch.predicted) save(world, i), update(world, all[i], task.h);
 }
 
 /// Islands that touch one another are solved side by side, a pass each in turn.
@@ -48,7 +48,7 @@ void adjust_touching(World& world, const StepTask& task) {
   std::vector<Island>& all = islands_of(world);
   int passes = 0;
   for (const Island& a : all)
-    if (a.mutual) passes = std::max(passes, a.settings.passes);
+    if (a.mutual) passes = std::max(passes, a.settings.active_set_iterations);
   if (passes == 0) return;
   const Real h = task.h;
   const auto each = [&](const auto& work) {
@@ -56,17 +56,17 @@ void adjust_touching(World& world, const StepTask& task) {
       if (all[i].mutual) work(all[i]);
     });
   };
-  each([&](Island& a) { begin_passes(world, a, h), begin_iterating(world, a); });
-  bool settled = false;
-  for (int n = 0; n < passes && !settled; ++n) {
-    each([&](Island& a) { begin_pass(world, a, h); });
+  each([&](Island& a) { begin_step(world, a, h), begin_iterating(world, a); });
+  bool converged = false;
+  for (int n = 0; n < passes && !converged; ++n) {
+    each([&](Island& a) { begin_iteration(world, a, h); });
     iterate_mutual(world, h);
     // Each notes for itself whether it is settled: nothing is shared between threads.
-    each([&](Island& a) { a.settled = end_pass(world, a, h); });
-    settled = true;
-    for (const Island& a : all) settled = settled && (!a.mutual || a.settled);
+    each([&](Island& a) { a.converged = end_iteration(world, a, h); });
+    converged = true;
+    for (const Island& a : all) converged = converged && (!a.mutual || a.converged);
   }
-  each([&](Island& a) { finish_passes(world, a, h, a.lost); });
+  each([&](Island& a) { finish_step(world, a, h, a.lost); });
 }
 
 void adjust_alone(World& world, const StepTask& task) {
@@ -94,8 +94,7 @@ void save(World& world, std::size_t island) {
   Islands::Saved& s = saved_of(world, island);
   s.memory = a;
   s.bodies.clear();
-  for (std::size_t c = 0; c < a.count(); ++c)
-    s.bodies.push_back(world.bodies.values()[a.slots[c]]);
+  for (std::size_t c = 0; c < a.count(); ++c) s.bodies.push_back(world.bodies.values()[a.slots[c]]);
 }
 
 bool repeat(World& world, std::size_t island, Real h) {
@@ -112,18 +111,19 @@ void report_holds(const World& world, const Island& a, StepReport& report) {
   const Real bound = a.settings.tolerance * a.size;
   const auto note = [&](Real residual, Entity who) {
     if (residual > bound) ++report.unreached;
-    if (residual > report.worst_residual) report.worst_residual = residual, report.worst_hold = who;
+    if (residual > report.worst_residual)
+      report.worst_residual = residual, report.worst_residual_at = who;
   };
-  for (const Hold& h : a.holds) {
+  for (const PackedPin& h : a.pins) {
     if (h.compliance > 0) continue;
     note(h.residual, h.held_pin != kNoSlot ? world.pins.owners()[h.held_pin]
                                            : world.links.owners()[h.held_link]);
   }
-  for (const Cord& c : a.cords) {
-    const String& s = world.strings.values()[c.string];
+  for (const PackedCable& c : a.cables) {
+    const Cable& s = world.cables.values()[c.cable];
     if (s.joint.compliance > 0) continue;
     note(stretch(s.joint, world.bodies[s.a].pose, world.bodies[s.b].pose),
-         world.strings.owners()[c.string]);
+         world.cables.owners()[c.cable]);
   }
 }
 
@@ -137,17 +137,18 @@ void measure(const World& world, Measures& m) {
       if (gap > m.worst_gap) m.worst_gap = gap, m.worst_link = world.links.owners()[a.links[c]];
       m.worst_gap_rel = std::max(m.worst_gap_rel, gap / a.size);
       if (!info_of(link.joint.kind).uses_axes && !link.joint.limits.any()) continue;
-      const Quat turn = relative_turn(link.joint, pa.rotation, pb.rotation);
-      m.worst_violation = std::max(m.worst_violation, violation(link.joint, turn));
+      const Quat rotation = relative_rotation(link.joint, pa.rotation, pb.rotation);
+      m.worst_violation = std::max(m.worst_violation, violation(link.joint, rotation));
     }
 }
 
 void report(const World& world, StepReport& report) {
   for (const Island& a : islands_of(world)) {
-    report.rounds_used = std::max(report.rounds_used, a.rounds_used);
+    report.sweeps_used = std::max(report.sweeps_used, a.sweeps_used);
     report.limited += a.limited;
-    report.resting += a.resting;
-    report.passes_used = std::max(report.passes_used, a.passes_used);
+    report.asleep += a.asleep;
+    report.active_set_iterations_used =
+        std::max(report.active_set_iterations_used, a.active_set_iterations_used);
     report.stops_hit += a.stops_hit, report.drives_capped += a.drives_capped;
     report_holds(world, a, report);
     if (a.grew && report.status == Status::ok)

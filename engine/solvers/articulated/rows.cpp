@@ -1,6 +1,6 @@
-// Strings and held points as rows of the articulated solve: the response of the whole articulation
-// to a load at a point costs one way up and one way down the tree, and the loads follow from a
-// small dense system whose strings can only pull.
+// Cables and pins as rows of the articulated solve. The response of the island to a force at a
+// point costs one inward and one outward pass; the lambdas follow from a small dense system with
+// unilateral cable rows.
 #include <algorithm>
 
 #include "engine/solvers/articulated/internal.hpp"
@@ -12,16 +12,16 @@ constexpr std::uint32_t kNobody = UINT32_MAX;
 
 /// From the joint point of a body to one of its anchors, world axes.
 Vec3 lever(const Island& a, std::size_t column, Vec3 anchor, Work rotation_row) {
-  return a.room.work.quat(rotation_row, column) * anchor - a.room.work.vec(kArm, column);
+  return a.scratch.work.quat(rotation_row, column) * anchor - a.scratch.work.vec(kArm, column);
 }
 
 struct Ends {
   Vec3 a, b;
 };
 
-Ends ends_of(const World& world, const Island& a, const Cord& cord, Work position_row,
+Ends ends_of(const World& world, const Island& a, const PackedCable& cord, Work position_row,
              Work rotation_row) {
-  const StringJoint& s = world.strings.values()[cord.string].joint;
+  const CableParameters& s = world.cables.values()[cord.cable].joint;
   return {cord.column_a == kNobody
               ? point_on(world, cord.slot_a, s.anchor_a)
               : point_at(a, cord.column_a, s.anchor_a, position_row, rotation_row),
@@ -30,27 +30,27 @@ Ends ends_of(const World& world, const Island& a, const Cord& cord, Work positio
               : point_at(a, cord.column_b, s.anchor_b, position_row, rotation_row)};
 }
 
-/// t (1 - n n^T): how a pull t turns away sideways motion.
+/// t (1 - n n^T): geometric stiffness of a tension t along n.
 Mat3 sideways(Real t, Vec3 n) { return t * (Mat3(1) - glm::outerProduct(n, n)); }
 
 /// a x v as a matrix.
 Mat3 crossing(Vec3 a) { return Mat3(0, a.z, -a.y, -a.z, 0, a.x, a.y, -a.x, 0); }
 
-/// A pull of `load` along `to` (unit) at a point of a body, over a string of length `span`: the
-/// pull keeps its direction in space while the body moves under it and turns.
+/// Geometric stiffness of a cable of length `span` with tension `lambda` along `to` (unit) at a
+/// point of a body.
 void add_pull(const Island& a, JointBlock& block, std::size_t column, Vec3 anchor, Vec3 to,
-              Real load, Real span, Work rotation_row) {
-  const Mat3 k = sideways(load / span, to);
+              Real lambda, Real span, Work rotation_row) {
+  const Mat3 k = sideways(lambda / span, to);
   const Mat3 c = crossing(lever(a, column, anchor, rotation_row));
   const Mat3 ck = c * k;
   block.yy += k, block.ty += ck, block.tt += ck * glm::transpose(c);
-  const Vec3 arm = a.room.work.quat(rotation_row, column) * anchor;
-  const Real reach2 = glm::dot(arm, arm), t = load * glm::dot(to, arm);
+  const Vec3 arm = a.scratch.work.quat(rotation_row, column) * anchor;
+  const Real reach2 = glm::dot(arm, arm), t = lambda * glm::dot(to, arm);
   if (t > 0 && reach2 > 0) block.tt += sideways(t, arm / std::sqrt(reach2));
 }
 
-/// A held point that rows can meet: soft, or exact with some slack left in the links between.
-bool takes_rows(const Island& a, const Hold& h) {
+/// A pin that rows can satisfy: compliant, or rigid with the links between not fully extended.
+bool takes_rows(const Island& a, const PackedPin& h) {
   if (h.compliance > 0 || h.partner != kNobody) return true;
   const Tree& t = a.trees[h.tree];
   if (a.parents[t.first] != kHeld) return true;
@@ -58,10 +58,10 @@ bool takes_rows(const Island& a, const Hold& h) {
   return span < (1 - 1e-9) * h.reach && span > (1 + 1e-9) * h.dead_reach;
 }
 
-constexpr Real kSpringDamping = 0.1;  // s: a spring grip brakes like 0.1 s of its stiffness
+constexpr Real kSpringDamping = 0.1;  // s: damping of a pin spring over its stiffness
 
-void list_hold(Island& a, const Hold& h, Real step, Work position_row, Work rotation_row,
-               bool again) {
+void list_pin_rows(Island& a, const PackedPin& h, Real step, Work position_row, Work rotation_row,
+                   bool again) {
   Vec3 gap = target_of(a, h, position_row, rotation_row) -
              point_at(a, h.column, h.anchor, position_row, rotation_row);
   Row row;
@@ -77,42 +77,42 @@ void list_hold(Island& a, const Hold& h, Real step, Work position_row, Work rota
   for (int axis = 0; axis < 3; ++axis) {
     row.direction = Vec3(0);
     row.direction[axis] = 1;
-    row.bound = gap[axis], row.load = again ? 0 : h.load[axis];
-    a.room.rows.push_back(row);
+    row.bound = gap[axis], row.lambda = again ? 0 : h.lambda[axis];
+    a.scratch.rows.push_back(row);
   }
 }
 
-void list_cord(const World& world, Island& a, std::uint32_t index, Real step,
-               Work position_row, Work rotation_row, bool again) {
-  const Cord& cord = a.cords[index];
-  const StringJoint& s = world.strings.values()[cord.string].joint;
+void list_cable_row(const World& world, Island& a, std::uint32_t index, Real step,
+                    Work position_row, Work rotation_row, bool again) {
+  const PackedCable& cord = a.cables[index];
+  const CableParameters& s = world.cables.values()[cord.cable].joint;
   const Ends e = ends_of(world, a, cord, position_row, rotation_row);
   const Real span = glm::length(e.b - e.a);
   Row row;
-  row.one_sided = true, row.cord = index;
+  row.one_sided = true, row.cable = index;
   row.column_a = cord.column_a, row.column_b = cord.column_b;
   if (cord.column_a != kNobody) row.arm_a = lever(a, cord.column_a, s.anchor_a, rotation_row);
   if (cord.column_b != kNobody) row.arm_b = lever(a, cord.column_b, s.anchor_b, rotation_row);
   row.direction = span > 0 ? (e.a - e.b) / span : Vec3(0);
   row.bound = span - s.length;
   if (again) {
-    // Elastic strings were settled by the first solve.
+    // Elastic cables were solved in the first pass.
     if (s.compliance > 0) row.bound = -1e300;
   } else {
     row.softness = s.compliance / (a.force_share * step * step);
-    row.load = cord.load;
+    row.lambda = cord.lambda;
   }
-  a.room.rows.push_back(row);
+  a.scratch.rows.push_back(row);
 }
 
 void clear(StepScratch& r) {
-  std::fill(r.forces_in.begin(), r.forces_in.end(), Loads{});
-  std::fill(r.torques_in.begin(), r.torques_in.end(), Loads{});
+  std::fill(r.forces_in.begin(), r.forces_in.end(), Vec3x4{});
+  std::fill(r.torques_in.begin(), r.torques_in.end(), Vec3x4{});
 }
 
-/// Adds the load of a row to one side of the forces and torques at the joint points.
-void push(StepScratch& r, const Row& row, Real load, std::size_t side) {
-  const Vec3 f = load * row.direction;
+/// Adds the force of a row to one lane of the forces and torques at the joint points.
+void push(StepScratch& r, const Row& row, Real lambda, std::size_t side) {
+  const Vec3 f = lambda * row.direction;
   if (row.column_b != kNobody) {
     r.forces_in[row.column_b].add_to_side(side, f);
     r.torques_in[row.column_b].add_to_side(side, glm::cross(row.arm_b, f));
@@ -132,15 +132,16 @@ Real move_along(const Row& row, const At& at) {
   return glm::dot(row.direction, moved);
 }
 
-/// What every row feels of a unit load on every other, four loads at a time.
+/// Response of every row to a unit force along every other (Delassus matrix), four columns at a
+/// time.
 void find_response(const Island& a, StepScratch& r) {
   const std::size_t n = r.rows.size();
-  for (std::size_t first = 0; first < n; first += Loads::kSides) {
-    const std::size_t sides = std::min(Loads::kSides, n - first);
+  for (std::size_t first = 0; first < n; first += Vec3x4::kSides) {
+    const std::size_t sides = std::min(Vec3x4::kSides, n - first);
     clear(r);
     for (std::size_t s = 0; s < sides; ++s) push(r, r.rows[first + s], 1, s);
-    carry_up(a, r.forces_in, r.torques_in);
-    carry_down(a, r.forces_in, r.torques_in);
+    propagate_inward(a, r.forces_in, r.torques_in);
+    propagate_outward(a, r.forces_in, r.torques_in);
     for (std::size_t i = 0; i < n; ++i)
       for (std::size_t s = 0; s < sides; ++s)
         r.response[i * n + first + s] = move_along(r.rows[i], [&](std::uint32_t c, Vec3 arm) {
@@ -150,18 +151,17 @@ void find_response(const Island& a, StepScratch& r) {
   for (std::size_t j = 0; j < n; ++j) r.response[j * n + j] += r.rows[j].softness + 1e-300;
 }
 
-/// Leaves out strings that hang well below what this step can draw tight; one that does come tight
-/// is found by the closing rounds.
+/// Leaves out cables too slack to become taut in this step; the closing iterations find exceptions.
 void drop_slack(StepScratch& r, Real size) {
   Real most = 0;
-  for (const Row& row : r.rows) most = std::max(most, row.wanted);
+  for (const Row& row : r.rows) most = std::max(most, row.bias);
   const Real margin = 4 * most + 1e-3 * size;
   std::erase_if(r.rows, [&](const Row& row) {
-    return row.one_sided && row.load == 0 && row.wanted < -margin;
+    return row.one_sided && row.lambda == 0 && row.bias < -margin;
   });
 }
 
-/// A row that nothing can move along (a planar linkage, out of its plane) bears nothing.
+/// A row without response (a planar linkage, out of its plane) has no force.
 void drop_rigid(StepScratch& r) {
   const std::size_t n = r.rows.size();
   Real most = 0;
@@ -169,7 +169,7 @@ void drop_rigid(StepScratch& r) {
   for (std::size_t i = 0; i < n; ++i) r.rows[i].rigid = !(r.response[i * n + i] > 1e-12 * most);
 }
 
-/// Projected Gauss-Seidel from the last step's loads: rows that can only pull stay non-negative.
+/// Projected Gauss-Seidel, warm-started: unilateral rows stay non-negative.
 void iterate(StepScratch& r, int rounds) {
   const std::size_t n = r.rows.size();
   for (int round = 0; round < rounds; ++round) {
@@ -177,24 +177,24 @@ void iterate(StepScratch& r, int rounds) {
     for (std::size_t i = 0; i < n; ++i) {
       Row& row = r.rows[i];
       if (row.rigid) {
-        row.load = 0;
+        row.lambda = 0;
         continue;
       }
       const Real* w = &r.response[i * n];
-      Real lack = row.wanted;
-      for (std::size_t j = 0; j < n; ++j) lack -= w[j] * r.rows[j].load;
-      Real load = row.load + lack / w[i];
-      if (row.one_sided) load = std::max(Real(0), load);
-      change = std::max(change, std::abs(load - row.load));
-      largest = std::max(largest, std::abs(load));
-      row.load = load;
+      Real residual = row.bias;
+      for (std::size_t j = 0; j < n; ++j) residual -= w[j] * r.rows[j].lambda;
+      Real lambda = row.lambda + residual / w[i];
+      if (row.one_sided) lambda = std::max(Real(0), lambda);
+      change = std::max(change, std::abs(lambda - row.lambda));
+      largest = std::max(largest, std::abs(lambda));
+      row.lambda = lambda;
     }
     if (!(change > 1e-13 * largest)) break;
   }
 }
 
-/// Solves the rows marked active exactly, by LDL^T. A row that follows from those before it is
-/// marked inactive and rigid; false if a string does.
+/// Solves the active rows by LDL^T. A dependent row is marked inactive and rigid; false if it is a
+/// cable.
 bool solve_active(StepScratch& r, std::vector<std::uint8_t>& active) {
   const std::size_t n = r.rows.size();
   std::vector<Real>&l = r.factor, &x = r.solved;
@@ -213,7 +213,7 @@ bool solve_active(StepScratch& r, std::vector<std::uint8_t>& active) {
       l[i * n + j] = i == j ? s : s / l[j * n + j];
     }
     if (!active[i]) continue;
-    x[i] = r.rows[i].wanted;
+    x[i] = r.rows[i].bias;
     for (std::size_t k = 0; k < i; ++k)
       if (active[k]) x[i] -= l[i * n + k] * x[k];
   }
@@ -226,33 +226,33 @@ bool solve_active(StepScratch& r, std::vector<std::uint8_t>& active) {
   return true;
 }
 
-/// Exact loads: the iteration guesses which strings are taut, a direct solve confirms or corrects.
-/// Where it does not settle (contradictory or nearly dependent rows) the iteration's answer stands.
-void solve_loads(StepScratch& r) {
+/// Exact solution: the iteration estimates the active set, direct solves correct it. Without
+/// convergence (inconsistent or nearly dependent rows) the result of the iteration is used.
+void solve_row_lambdas(StepScratch& r) {
   const std::size_t n = r.rows.size();
   drop_rigid(r);
   iterate(r, 12);
   std::vector<std::uint8_t>& active = r.on_path;
   if (active.size() < n) active.resize(n);
   for (std::size_t i = 0; i < n; ++i)
-    active[i] = !r.rows[i].rigid && (!r.rows[i].one_sided || r.rows[i].load > 0);
+    active[i] = !r.rows[i].rigid && (!r.rows[i].one_sided || r.rows[i].lambda > 0);
   for (int trial = 0; trial < 8; ++trial) {
     if (!solve_active(r, active)) break;
-    bool settled = true;
+    bool converged = true;
     for (std::size_t i = 0; i < n; ++i)
-      if (active[i] && r.rows[i].one_sided && r.solved[i] < 0) active[i] = 0, settled = false;
-    for (std::size_t i = 0; settled && i < n; ++i) {
+      if (active[i] && r.rows[i].one_sided && r.solved[i] < 0) active[i] = 0, converged = false;
+    for (std::size_t i = 0; converged && i < n; ++i) {
       if (active[i] || r.rows[i].rigid) continue;
-      Real lack = r.rows[i].wanted, terms = std::abs(lack);
+      Real residual = r.rows[i].bias, terms = std::abs(residual);
       for (std::size_t j = 0; j < n; ++j) {
         if (!active[j]) continue;
         const Real term = r.response[i * n + j] * r.solved[j];
-        lack -= term, terms += std::abs(term);
+        residual -= term, terms += std::abs(term);
       }
-      if (lack > 1e-13 * terms) active[i] = 1, settled = false;  // beyond rounding
+      if (residual > 1e-13 * terms) active[i] = 1, converged = false;  // beyond rounding
     }
-    if (!settled) continue;
-    for (std::size_t i = 0; i < n; ++i) r.rows[i].load = active[i] ? r.solved[i] : 0;
+    if (!converged) continue;
+    for (std::size_t i = 0; i < n; ++i) r.rows[i].lambda = active[i] ? r.solved[i] : 0;
     return;
   }
   iterate(r, 200);
@@ -260,57 +260,58 @@ void solve_loads(StepScratch& r) {
 
 }  // namespace
 
-void answer_freely(Island& a, Work position_row) {
-  const Table& w = a.room.work;
+void free_response(Island& a, Work position_row) {
+  const LaneTable& w = a.scratch.work;
   auto tree = a.trees.begin();
   for (std::size_t c = 0; c < a.count(); ++c) {
-    const JointNode& n = a.room.joint_nodes[c];
-    Vec3 y, follow(0);
+    const JointNode& n = a.scratch.joint_nodes[c];
+    Vec3 y, propagated(0);
     if (a.parents[c] >= 0) {
       const auto parent = static_cast<std::size_t>(a.parents[c]);
-      y = a.room.slide[parent] + glm::cross(a.room.turn[parent], a.room.levers[c]) + a.room.gaps[c];
-      if (!n.loose) follow = n.follow * a.room.turn[parent];
+      y = a.scratch.translation[parent] +
+          glm::cross(a.scratch.rotation[parent], a.scratch.levers[c]) + a.scratch.gaps[c];
+      if (!n.free_ball) propagated = n.propagation * a.scratch.rotation[parent];
     } else {
       const Tree& t = *tree++;
-      y = a.parents[c] == kFree ? solve_symmetric(n.group, n.load)
+      y = a.parents[c] == kFree ? solve_symmetric(n.articulated_mass, n.lambda)
                                 : t.target - (w.vec(position_row, c) + w.vec(kArm, c));
     }
-    a.room.slide[c] = y;
-    a.room.turn[c] = n.turn + follow - n.swing * y;
+    a.scratch.translation[c] = y;
+    a.scratch.rotation[c] = n.bias_rotation + propagated - n.rotation_per_translation * y;
   }
 }
 
-void add_loads(Island& a) {
-  StepScratch& r = a.room;
-  carry_up(a, r.forces_in, r.torques_in);
+void add_bias_lambdas(Island& a) {
+  StepScratch& r = a.scratch;
+  propagate_inward(a, r.forces_in, r.torques_in);
   for (std::size_t c = 0; c < a.count(); ++c) {
-    r.joint_nodes[c].load += r.forces_in[c].side(0);
-    r.joint_nodes[c].turn += r.torques_in[c].side(0);
+    r.joint_nodes[c].lambda += r.forces_in[c].side(0);
+    r.joint_nodes[c].bias_rotation += r.torques_in[c].side(0);
   }
 }
 
-void add_string_stiffness(const World& world, Island& a, std::vector<JointBlock>& blocks,
-                          Work position_row, Work rotation_row) {
-  for (const Cord& cord : a.cords) {
-    if (!(cord.load > 0)) continue;
-    const StringJoint& s = world.strings.values()[cord.string].joint;
+void add_cable_stiffness(const World& world, Island& a, std::vector<JointBlock>& blocks,
+                         Work position_row, Work rotation_row) {
+  for (const PackedCable& cord : a.cables) {
+    if (!(cord.lambda > 0)) continue;
+    const CableParameters& s = world.cables.values()[cord.cable].joint;
     const Ends e = ends_of(world, a, cord, position_row, rotation_row);
     const Real span = glm::length(e.b - e.a);
     if (!(span > 0)) continue;
     const Vec3 to_b = (e.b - e.a) / span;
     if (cord.column_a != kNobody)
-      add_pull(a, blocks[cord.column_a], cord.column_a, s.anchor_a, to_b, cord.load, span,
+      add_pull(a, blocks[cord.column_a], cord.column_a, s.anchor_a, to_b, cord.lambda, span,
                rotation_row);
     if (cord.column_b != kNobody)
-      add_pull(a, blocks[cord.column_b], cord.column_b, s.anchor_b, -to_b, cord.load, span,
+      add_pull(a, blocks[cord.column_b], cord.column_b, s.anchor_b, -to_b, cord.lambda, span,
                rotation_row);
   }
 }
 
 Real worst_stretch(const World& world, const Island& a) {
   Real worst = 0;
-  for (const Cord& cord : a.cords) {
-    const StringJoint& s = world.strings.values()[cord.string].joint;
+  for (const PackedCable& cord : a.cables) {
+    const CableParameters& s = world.cables.values()[cord.cable].joint;
     if (s.compliance > 0) continue;
     const Ends e = ends_of(world, a, cord, kFinalPosition, kFinalRotation);
     worst = std::max(worst, glm::length(e.b - e.a) - s.length);
@@ -320,32 +321,32 @@ Real worst_stretch(const World& world, const Island& a) {
 
 namespace {
 
-constexpr Real kSight = 0.3;  // rad: turns up to which the first-order answer can be trusted
+constexpr Real kMaxRotation = 0.3;  // rad: largest rotation for which the linearisation is trusted
 
-/// Shortens the way to the held points so that no body turns farther than the rows can see.
-void keep_in_sight(Island& a) {
-  StepScratch& r = a.room;
+/// Scales the step towards the pins so that no body rotates beyond the trust region.
+void limit_rotation(Island& a) {
+  StepScratch& r = a.scratch;
   clear(r);
-  for (const Row& row : r.rows) push(r, row, row.load, 0);
-  carry_up(a, r.forces_in, r.torques_in);
-  carry_down(a, r.forces_in, r.torques_in);
+  for (const Row& row : r.rows) push(r, row, row.lambda, 0);
+  propagate_inward(a, r.forces_in, r.torques_in);
+  propagate_outward(a, r.forces_in, r.torques_in);
   Real most = 0;
-  for (const Loads& turn : r.torques_in) most = std::max(most, glm::length(turn.side(0)));
-  r.part = most > kSight ? kSight / most : 1;
-  for (Row& row : r.rows) row.load *= r.part;
+  for (const Vec3x4& rotation : r.torques_in) most = std::max(most, glm::length(rotation.side(0)));
+  r.step_fraction = most > kMaxRotation ? kMaxRotation / most : 1;
+  for (Row& row : r.rows) row.lambda *= r.step_fraction;
 }
 
 }  // namespace
 
-Vec3 target_of(const Island& a, const Hold& hold, Work position_row, Work rotation_row) {
-  return hold.partner == kNobody
-             ? hold.target
-             : point_at(a, hold.partner, hold.held_anchor, position_row, rotation_row);
+Vec3 target_of(const Island& a, const PackedPin& constraint, Work position_row, Work rotation_row) {
+  return constraint.partner == kNobody
+             ? constraint.target
+             : point_at(a, constraint.partner, constraint.held_anchor, position_row, rotation_row);
 }
 
-Real worst_hold(const Island& a) {
+Real worst_pin_gap(const Island& a) {
   Real worst = 0;
-  for (const Hold& h : a.holds)
+  for (const PackedPin& h : a.pins)
     if (h.compliance == 0)
       worst = std::max(
           worst, glm::length(target_of(a, h, kFinalPosition, kFinalRotation) -
@@ -353,49 +354,48 @@ Real worst_hold(const Island& a) {
   return worst;
 }
 
-void solve_rows(World& world, Island& a, Real h, Work position_row, Work rotation_row,
-                bool again) {
-  StepScratch& r = a.room;
+void solve_rows(World& world, Island& a, Real h, Work position_row, Work rotation_row, bool again) {
+  StepScratch& r = a.scratch;
   r.rows.clear();
-  const auto taken = [&](const Hold& hold) {
-    return takes_rows(a, hold) && !(again && hold.compliance > 0);
+  const auto taken = [&](const PackedPin& constraint) {
+    return takes_rows(a, constraint) && !(again && constraint.compliance > 0);
   };
-  for (const Hold& hold : a.holds)
-    if (taken(hold)) list_hold(a, hold, h, position_row, rotation_row, again);
-  for (std::uint32_t c = 0; c < a.cords.size(); ++c)
-    list_cord(world, a, c, h, position_row, rotation_row, again);
+  for (const PackedPin& constraint : a.pins)
+    if (taken(constraint)) list_pin_rows(a, constraint, h, position_row, rotation_row, again);
+  for (std::uint32_t c = 0; c < a.cables.size(); ++c)
+    list_cable_row(world, a, c, h, position_row, rotation_row, again);
   if (r.rows.empty()) return;
 
-  answer_freely(a, position_row);
+  free_response(a, position_row);
   for (Row& row : r.rows)
-    row.wanted = row.bound - move_along(row, [&](std::uint32_t c, Vec3 arm) {
-                   return r.slide[c] + glm::cross(r.turn[c], arm);
-                 });
+    row.bias = row.bound - move_along(row, [&](std::uint32_t c, Vec3 arm) {
+                 return r.translation[c] + glm::cross(r.rotation[c], arm);
+               });
   drop_slack(r, a.size);
   find_response(a, r);
-  solve_loads(r);
+  solve_row_lambdas(r);
 
-  if (again) keep_in_sight(a);
-  // All loads at once, added to what was gathered.
+  if (again) limit_rotation(a);
+  // Adds all forces to the result of the inward pass.
   clear(r);
-  for (const Row& row : r.rows) push(r, row, row.load, 0);
-  add_loads(a);
+  for (const Row& row : r.rows) push(r, row, row.lambda, 0);
+  add_bias_lambdas(a);
 
   const std::size_t n = r.rows.size();
   std::size_t at = 0;
-  for (Hold& hold : a.holds) {
-    const bool is_taken = taken(hold);
+  for (PackedPin& constraint : a.pins) {
+    const bool is_taken = taken(constraint);
     for (int axis = 0; axis < 3; ++axis) {
-      const Real load = is_taken ? r.rows[at++].load : 0;
-      hold.load[axis] = again ? hold.load[axis] + load : load;
+      const Real lambda = is_taken ? r.rows[at++].lambda : 0;
+      constraint.lambda[axis] = again ? constraint.lambda[axis] + lambda : lambda;
     }
   }
-  for (std::uint32_t c = 0; c < a.cords.size(); ++c) {
-    Cord& cord = a.cords[c];
-    const Real load = at < n && r.rows[at].cord == c ? r.rows[at++].load : 0;
-    // A string that has just drawn tight is a blow, and one let go a release: no calm step.
-    if (!again && (load > 0) != (cord.load > 0)) a.disturbed = true;
-    cord.load = again ? cord.load + load : load;
+  for (std::uint32_t c = 0; c < a.cables.size(); ++c) {
+    PackedCable& cord = a.cables[c];
+    const Real lambda = at < n && r.rows[at].cable == c ? r.rows[at++].lambda : 0;
+    // A cable that becomes taut or slack is an event: the order of integration drops.
+    if (!again && (lambda > 0) != (cord.lambda > 0)) a.disturbed = true;
+    cord.lambda = again ? cord.lambda + lambda : lambda;
   }
 }
 

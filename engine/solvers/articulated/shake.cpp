@@ -4,10 +4,10 @@
 namespace pantin::articulated {
 namespace {
 
-/// The linear answer of every body to the gaps and loads gathered: slide of the own joint point
-/// into room.slide, turn into room.turn.
-void answer_linearly(Island& a) {
-  const Table& w = a.room.work;
+/// The linear response of every body to gaps and forces: translation of the own joint point and
+/// rotation.
+void linear_response(Island& a) {
+  const LaneTable& w = a.scratch.work;
   auto tree = a.trees.begin();
   for (std::size_t c = 0; c < a.count(); ++c) {
     const std::int32_t parent = a.parents[c];
@@ -15,16 +15,16 @@ void answer_linearly(Island& a) {
     if (parent >= 0) {
       const auto q = static_cast<std::size_t>(parent);
       const Vec3 lever = w.vec(kParentArm, c) - w.vec(kArm, q);
-      y = a.room.slide[q] + glm::cross(a.room.turn[q], lever) + w.vec(kGap, c);
+      y = a.scratch.translation[q] + glm::cross(a.scratch.rotation[q], lever) + w.vec(kGap, c);
     } else {
       const Vec3 own = point_at(a, c, a.constants.vec(kOwnAnchor, c), kPosition, kRotation);
       y = parent == kHeld ? tree->target - own
-                          : solve_symmetric(group_mass(a, c), group_load(a, c));
+                          : solve_symmetric(articulated_mass(a, c), articulated_bias(a, c));
       ++tree;
     }
-    const Vec3 d = answer(a, c, y);
-    a.room.slide[c] = y;
-    a.room.turn[c] = is_finite(d) ? d : Vec3(0);
+    const Vec3 d = response_rotation(a, c, y);
+    a.scratch.translation[c] = y;
+    a.scratch.rotation[c] = is_finite(d) ? d : Vec3(0);
   }
 }
 
@@ -40,33 +40,35 @@ Vec3 solve_symmetric(const Mat3& m, Vec3 b) {
   return {b.x / d0 - l10 * y - l20 * z, y, z};
 }
 
-void close_shake(World& world, Island& a, const Packed& p, Real h) {
+void close_shake(World& world, Island& a, const IslandView& p, Real h) {
   const Kernels& k = kernels();
-  Table& w = a.room.work;
-  for (std::size_t c = 0; c < a.count(); ++c) a.room.loads[c] = h * w.vec(kSpinStar, c);
+  LaneTable& w = a.scratch.work;
+  for (std::size_t c = 0; c < a.count(); ++c)
+    a.scratch.lambdas[c] = h * w.vec(kAngularVelocityStar, c);
   for (int newton = 0; newton < 2; ++newton) {
-    // Gaps of the poses as they stand, arms and inertias of the step's start.
+    // Gaps at the present poses, arms and inertias at the start of the step.
     k.levers(p, kPosition, kRotation);
     for (std::size_t c = 0; c < a.count(); ++c) {
-      a.room.slide[c] = w.vec(kGap, c);
+      a.scratch.translation[c] = w.vec(kGap, c);
       w.set(kFinalRotation, c, world.bodies.values()[a.slots[c]].pose.rotation);
     }
     k.prepare(p, kPosition, kFinalRotation, false);
-    for (std::size_t c = 0; c < a.count(); ++c) w.set(kGap, c, a.room.slide[c]);
-    k.fill_blocks(p, a.room.blocks.data());
-    k.gather_tree(p, false, a.room.blocks.data());
-    answer_linearly(a);
+    for (std::size_t c = 0; c < a.count(); ++c) w.set(kGap, c, a.scratch.translation[c]);
+    k.fill_blocks(p, a.scratch.blocks.data());
+    k.inward_pass_tree(p, false, a.scratch.blocks.data());
+    linear_response(a);
     for (std::size_t c = 0; c < a.count(); ++c) {
       w.set(kPosition, c,
-            w.vec(kPosition, c) + a.room.slide[c] - glm::cross(a.room.turn[c], w.vec(kArm, c)));
-      a.room.loads[c] += a.room.turn[c];  // rotation vector of the whole step
+            w.vec(kPosition, c) + a.scratch.translation[c] -
+                glm::cross(a.scratch.rotation[c], w.vec(kArm, c)));
+      a.scratch.lambdas[c] += a.scratch.rotation[c];  // rotation vector of the whole step
       const Quat start = world.bodies.values()[a.slots[c]].pose.rotation;
-      w.set(kRotation, c, glm::normalize(turn_by(a.room.loads[c]) * start));
+      w.set(kRotation, c, glm::normalize(from_rotation_vector(a.scratch.lambdas[c]) * start));
     }
   }
   k.levers(p, kPosition, kRotation);
-  k.sweep(p, a.room.targets.data(), kPosition, a.settings.turn_stiffness);
-  k.commit(p, kRotation);
+  k.sweep(p, a.scratch.targets.data(), kPosition, a.settings.rotation_stiffness);
+  k.apply_poses(p, kRotation);
 }
 
 }  // namespace pantin::articulated

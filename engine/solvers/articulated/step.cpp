@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "engine/solvers/articulated/internal.hpp"
 #include "engine/solvers/articulated/articulated.hpp"
+#include "engine/solvers/articulated/internal.hpp"
 
 namespace pantin::articulated {
 namespace {
@@ -14,31 +14,31 @@ static_assert(offsetof(Quat, x) == 0 && offsetof(Quat, w) == 3 * sizeof(Real));
 
 const BodyLayout kLayout{words(sizeof(Body)), words(offsetof(Body, pose.position)),
                          words(offsetof(Body, pose.rotation)), words(offsetof(Body, velocity)),
-                         words(offsetof(Body, spin))};
+                         words(offsetof(Body, angular_velocity))};
 
-/// Where roots and holds are to be, from pins and from bodies that are moved otherwise.
-void aim(const World& world, Island& a) {
-  a.room.targets.clear();
+/// Targets of roots and pins, from pins and from kinematic bodies.
+void set_targets(const World& world, Island& a) {
+  a.scratch.targets.clear();
   const auto place = [&](std::uint32_t body, std::uint32_t pin, Vec3 anchor) {
     return body != UINT32_MAX ? point_on(world, body, anchor) : world.pins.values()[pin].target;
   };
   for (Tree& t : a.trees) {
     if (a.parents[t.first] == kHeld) {
       const Vec3 now = place(t.held_body, t.held_pin, t.anchor);
-      t.target_before = a.aimed ? t.target : now, t.target = now;
+      t.target_before = a.has_targets ? t.target : now, t.target = now;
     }
-    for (int n = 0; n < 3; ++n) a.room.targets.push_back(t.target[n]);
+    for (int n = 0; n < 3; ++n) a.scratch.targets.push_back(t.target[n]);
   }
-  for (Hold& h : a.holds) {
-    if (h.partner != UINT32_MAX) continue;  // loops have no place in the world
+  for (PackedPin& h : a.pins) {
+    if (h.partner != UINT32_MAX) continue;  // loops are not anchored in the world
     const Vec3 now = place(h.held_body, h.held_pin, h.held_anchor);
-    h.target_before = a.aimed ? h.target : now, h.target = now;
-    if (!a.aimed) h.gap_before = h.target - point_on(world, a.slots[h.column], h.anchor);
+    h.target_before = a.has_targets ? h.target : now, h.target = now;
+    if (!a.has_targets) h.gap_before = h.target - point_on(world, a.slots[h.column], h.anchor);
   }
-  a.aimed = true;
+  a.has_targets = true;
 }
 
-/// Bodies whose motion was changed by hand: forget what no longer holds.
+/// Bodies changed by the caller: resets state that is no longer valid.
 void notice_changes(World& world, Island& a, Real h) {
   bool changed = false, jumped = false;
   for (std::size_t c = 0; c < a.count(); ++c) {
@@ -53,13 +53,13 @@ void notice_changes(World& world, Island& a, Real h) {
   if (ratio != 1) {
     a.calm_steps = 0;
     for (std::size_t c = 0; c < a.count(); ++c)
-      a.memory.set(kLoad, c, ratio * ratio * a.memory.vec(kLoad, c));
-    for (Cord& cord : a.cords) cord.load *= ratio * ratio;
-    for (Hold& hold : a.holds) hold.load *= ratio * ratio;
+      a.memory.set(kLambda, c, ratio * ratio * a.memory.vec(kLambda, c));
+    for (PackedCable& cord : a.cables) cord.lambda *= ratio * ratio;
+    for (PackedPin& constraint : a.pins) constraint.lambda *= ratio * ratio;
   }
   for (Tree& t : a.trees) {
-    if (a.parents[t.first] != kFree || !(changed || a.fresh || !t.keeps_spin)) continue;
-    t.spin_momentum = spin_momentum(world, a, t), t.keeps_spin = true;
+    if (a.parents[t.first] != kFree || !(changed || a.fresh || !t.knows_angular_momentum)) continue;
+    t.angular_momentum = angular_momentum(world, a, t), t.knows_angular_momentum = true;
   }
 }
 
@@ -69,13 +69,13 @@ void collect_forces(const World& world, Island& a) {
   for (std::size_t c = 0; c < a.count(); ++c) {
     const Force* f = world.forces.find(a.bodies[c]);
     const Real mass = a.constants.at(kMass, c);
-    a.room.forces.set(0, c, f ? f->force / mass : Vec3(0));
-    a.room.forces.set(3, c, f ? f->torque : Vec3(0));
+    a.scratch.forces.set(0, c, f ? f->force / mass : Vec3(0));
+    a.scratch.forces.set(3, c, f ? f->torque : Vec3(0));
   }
 }
 
-/// What multiplies h^2 in the displacement that a steady force at a joint or a string makes in one
-/// step. The second-order rule brakes it by the drag, as it does the weight.
+/// Displacement per step made by a constant force, divided by h^2 force / mass. The second-order
+/// rule applies drag to it, as to the weight.
 Real share_of_forces(const Island& a, Real h) {
   if (a.fresh) return 0.5;
   if (!a.second_order) return 1;
@@ -92,80 +92,80 @@ Rule rule_of(const Island& a) {
   return a.second_order ? Rule::bdf2 : Rule::euler;
 }
 
-bool has_rows(const Island& a) { return !a.holds.empty() || !a.cords.empty(); }
+bool has_rows(const Island& a) { return !a.pins.empty() || !a.cables.empty(); }
 
-bool touches_bear(const World& world, const Island& a) {
-  return std::any_of(a.room.touches.begin(), a.room.touches.end(),
-                     [&](const Touch& t) { return contacts_of(world)[t.contact].active; });
+bool has_active_contacts(const World& world, const Island& a) {
+  return std::any_of(a.scratch.contact_rows.begin(), a.scratch.contact_rows.end(),
+                     [&](const ContactRow& t) { return contacts_of(world)[t.contact].active; });
 }
 
-/// Does the articulation ask for more than free ball joints in this step?
+/// Whether the island has only free ball joints in this step.
 bool is_plain(const Island& a) {
-  return !has_rows(a) && a.joints.empty() && a.room.touches.empty();
+  return !has_rows(a) && a.joints.empty() && a.scratch.contact_rows.empty();
 }
 
-/// The general solve from the predicted poses, leaf to root: loads of strings, pins and loops too.
-void gather_once(World& world, Island& a, Real h) {
-  StepScratch& r = a.room;
-  // The blocks of the bodies stay the same from pass to pass; contacts do not.
+/// Inward half of the general solve at the predicted poses, with lambdas of cables, pins and loops.
+void eliminate_once(World& world, Island& a, Real h) {
+  StepScratch& r = a.scratch;
+  // The blocks of the bodies are constant over the iterations; contacts are not.
   r.joint_blocks = r.base;
-  a.rows_hold = !a.iterates && touches_bear(world, a);
-  if (a.rows_hold) add_touches(world, a, r.joint_blocks);
-  gather_joints(a);
+  a.stiff_contacts = !a.iterates && has_active_contacts(world, a);
+  if (a.stiff_contacts) add_contact_rows(world, a, r.joint_blocks);
+  inward_pass(a);
   if (has_rows(a)) solve_rows(world, a, h, kPosition, kRotation, false);
 }
 
-/// ... and root to leaf: final poses, and what contacts and stops bear. True if settled.
-bool close_once(World& world, Island& a, Real h) {
-  const bool settled = close_joints(world, a, h, kPosition, kRotation, false);
-  kernels().commit(packed(world, a), kRotation);
-  return (a.iterates ? settle_iterated(world, a) : settle_touches(world, a)) && settled;
+/// Outward half: final poses and update of the active set. True if unchanged.
+bool apply_once(World& world, Island& a, Real h) {
+  const bool converged = outward_pass(world, a, h, kPosition, kRotation, false);
+  kernels().apply_poses(view_of(world, a), kRotation);
+  return (a.iterates ? update_iterated(world, a) : update_contacts(world, a)) && converged;
 }
 
-constexpr Real kFarOff = 1e-2;  // of the size: a residual that the first answer could not see
+constexpr Real kJumpResidual = 1e-2;  // relative to the size: residual beyond the linearisation
 
-/// Strings, pins and loops are met to first order; what the turning of the bodies left is closed
-/// again from the final poses, with stops and contacts as they were found to bear.
+/// Cables, pins and loops are satisfied to first order; Newton iterations from the final poses
+/// close the rest, with the active set of limits and contacts unchanged.
 void close_rows(World& world, Island& a, Real h) {
-  const Packed p = packed(world, a);
-  StepScratch& r = a.room;
+  const IslandView p = view_of(world, a);
+  StepScratch& r = a.scratch;
   const Real enough = 0.1 * a.settings.tolerance * a.size;
-  Real worst = std::max(worst_stretch(world, a), worst_hold(a));
+  Real worst = std::max(worst_stretch(world, a), worst_pin_gap(a));
   if (!(worst > enough)) return;
-  if (worst > kFarOff * a.size) {
-    // A jump: solved once more from the prediction, with joints as stiff as it loads them.
+  if (worst > kJumpResidual * a.size) {
+    // A jump: solved again from the prediction, with the geometric stiffness of the forces found.
     fill_base(a, true);
-    add_string_stiffness(world, a, r.base, kPosition, kRotation);
-    gather_once(world, a, h);
-    close_once(world, a, h);
-    worst = std::max(worst_stretch(world, a), worst_hold(a));
+    add_cable_stiffness(world, a, r.base, kPosition, kRotation);
+    eliminate_once(world, a, h);
+    apply_once(world, a, h);
+    worst = std::max(worst_stretch(world, a), worst_pin_gap(a));
   }
-  // The loads of the step itself are kept for the next one.
-  for (std::size_t c = 0; c < a.count(); ++c) r.loads[c] = a.memory.vec(kLoad, c);
-  for (int round = 0; round < a.settings.rounds && worst > enough; ++round) {
+  // The lambdas of the step itself are kept for the next step.
+  for (std::size_t c = 0; c < a.count(); ++c) r.lambdas[c] = a.memory.vec(kLambda, c);
+  for (int round = 0; round < a.settings.sweeps && worst > enough; ++round) {
     kernels().prepare(p, kFinalPosition, kFinalRotation, false);
     if (!a.joints.empty()) set_terms(world, a, h, kFinalRotation, true);
     keep_gaps(a);
     fill_base(a, true);
     r.joint_blocks = r.base;
-    gather_joints(a);
+    inward_pass(a);
     solve_rows(world, a, h, kFinalPosition, kFinalRotation, true);
-    close_joints(world, a, h, kFinalPosition, kFinalRotation, true);
-    kernels().commit(p, kFinalRotation);
-    // What the whole way would have loaded the joints with stiffens the next round.
-    for (std::size_t c = 0; r.part < 1 && c < a.count(); ++c)
-      a.memory.set(kLoad, c, a.memory.vec(kLoad, c) / r.part);
-    a.rounds_used = round + 1;
-    const Real now = std::max(worst_stretch(world, a), worst_hold(a));
-    // A long way to go may lead round a bend; what cannot be reached stands still.
+    outward_pass(world, a, h, kFinalPosition, kFinalRotation, true);
+    kernels().apply_poses(p, kFinalRotation);
+    // The next iteration uses the geometric stiffness of the full step.
+    for (std::size_t c = 0; r.step_fraction < 1 && c < a.count(); ++c)
+      a.memory.set(kLambda, c, a.memory.vec(kLambda, c) / r.step_fraction);
+    a.sweeps_used = round + 1;
+    const Real now = std::max(worst_stretch(world, a), worst_pin_gap(a));
+    // Stops when the residual stagnates: the target is out of reach.
     if (std::abs(worst - now) < a.settings.stall_drop * worst) break;
     worst = now;
   }
-  for (std::size_t c = 0; c < a.count(); ++c) a.memory.set(kLoad, c, r.loads[c]);
+  for (std::size_t c = 0; c < a.count(); ++c) a.memory.set(kLambda, c, r.lambdas[c]);
 }
 
-/// Joints closed one after the other, as if what is nearer the root could not give way.
-void close_kinematic(Island& a, const Packed& p, Real h) {
+/// Closes joints one after the other from the root, as if inboard bodies were fixed.
+void close_kinematic(Island& a, const IslandView& p, Real h) {
   for (const Tree& t : a.trees)
     if (a.parents[t.first] == kFree && t.count > 1) place_free_root(a, t, h);
   if (a.settings.solver == Solver::paper) {
@@ -174,35 +174,37 @@ void close_kinematic(Island& a, const Packed& p, Real h) {
   }
   const Kernels& k = kernels();
   k.levers(p, kPosition, kRotation);
-  k.sweep(p, a.room.targets.data(), kPosition, a.settings.turn_stiffness);
-  k.commit(p, kRotation);
+  k.sweep(p, a.scratch.targets.data(), kPosition, a.settings.rotation_stiffness);
+  k.apply_poses(p, kRotation);
 }
 
-/// A body whose state, or whose final place, is none; the first one.
+/// The first body whose state or final position is not finite or out of bounds.
 Entity find_lost(const World& world, const Island& a) {
   for (std::size_t c = 0; c < a.count(); ++c) {
     const Body& b = world.bodies.values()[a.slots[c]];
-    if (!(is_finite(b.pose) && is_finite(b.velocity) && is_finite(b.spin))) return a.bodies[c];
-    const Vec3 x = a.room.work.vec(kAttach, c);
-    if (!(glm::dot(x, x) < kTooFar * kTooFar) || !is_finite(a.room.work.quat(kTurn, c)))
+    if (!(is_finite(b.pose) && is_finite(b.velocity) && is_finite(b.angular_velocity)))
+      return a.bodies[c];
+    const Vec3 x = a.scratch.work.vec(kAttach, c);
+    if (!(glm::dot(x, x) < kTooFar * kTooFar) ||
+        !is_finite(a.scratch.work.quat(kAppliedRotation, c)))
       return a.bodies[c];
   }
   return a.bodies.front();
 }
 
-/// Tells pins and strings how they fared.
+/// Writes residuals and tensions back to pins and cables.
 void report_holds(World& world, Island& a, Real h) {
   const Real to_force = 1 / (a.force_share * h * h);
-  for (Hold& hold : a.holds) {
-    const Vec3 at = point_on(world, a.slots[hold.column], hold.anchor);
-    const Vec3 to = hold.partner == UINT32_MAX
-                        ? hold.target
-                        : point_on(world, a.slots[hold.partner], hold.held_anchor);
-    hold.gap_before = to - at;
-    hold.residual = glm::length(hold.gap_before);
-    if (hold.held_pin == UINT32_MAX) continue;
-    Pin& pin = world.pins.values()[hold.held_pin];
-    pin.residual = hold.residual, pin.reachable = hold.reachable;
+  for (PackedPin& constraint : a.pins) {
+    const Vec3 at = point_on(world, a.slots[constraint.column], constraint.anchor);
+    const Vec3 to = constraint.partner == UINT32_MAX
+                        ? constraint.target
+                        : point_on(world, a.slots[constraint.partner], constraint.held_anchor);
+    constraint.gap_before = to - at;
+    constraint.residual = glm::length(constraint.gap_before);
+    if (constraint.held_pin == UINT32_MAX) continue;
+    Pin& pin = world.pins.values()[constraint.held_pin];
+    pin.residual = constraint.residual, pin.reachable = constraint.reachable;
     pin.missed = pin.grip == Grip::exact && pin.residual > a.settings.tolerance * a.size;
   }
   for (const Tree& t : a.trees) {
@@ -212,13 +214,13 @@ void report_holds(World& world, Island& a, Real h) {
     pin.residual = glm::length(t.target - at), pin.reachable = true;
     pin.missed = pin.residual > a.settings.tolerance * a.size;
   }
-  for (const Cord& cord : a.cords)
-    world.strings.values()[cord.string].tension = to_force * cord.load;
+  for (const PackedCable& cord : a.cables)
+    world.cables.values()[cord.cable].tension = to_force * cord.lambda;
 }
 
 }  // namespace
 
-Packed packed(World& world, Island& a) {
+IslandView view_of(World& world, Island& a) {
   return {a.count(),
           a.slots.data(),
           a.parents.data(),
@@ -226,15 +228,16 @@ Packed packed(World& world, Island& a) {
           kLayout,
           a.constants.data(),
           a.memory.data(),
-          a.room.work.data(),
-          a.room.nodes.data(),
-          a.forced ? a.room.forces.data() : nullptr,
+          a.scratch.work.data(),
+          a.scratch.nodes.data(),
+          a.forced ? a.scratch.forces.data() : nullptr,
           a.is_chain};
 }
 
 Vec3 point_at(const Island& a, std::size_t column, Vec3 anchor, Work position_row,
               Work rotation_row) {
-  return a.room.work.vec(position_row, column) + a.room.work.quat(rotation_row, column) * anchor;
+  return a.scratch.work.vec(position_row, column) +
+         a.scratch.work.quat(rotation_row, column) * anchor;
 }
 
 Vec3 point_on(const World& world, std::uint32_t slot, Vec3 anchor) {
@@ -243,17 +246,17 @@ Vec3 point_on(const World& world, std::uint32_t slot, Vec3 anchor) {
 
 namespace {
 
-/// Room for the general solve; made when a step first needs it.
-void make_room_for_passes(Island& a) {
-  StepScratch& r = a.room;
-  const std::size_t n = a.count(), rows = 3 * a.holds.size() + a.cords.size();
+/// Allocates memory of the general solve when a step first needs it.
+void reserve_general_solve(Island& a) {
+  StepScratch& r = a.scratch;
+  const std::size_t n = a.count(), rows = 3 * a.pins.size() + a.cables.size();
   if (r.forces_in.empty() && a.iterates) r.forces_in.assign(n, {}), r.torques_in.assign(n, {});
   if (r.joint_nodes.size() == n) return;
   r.joint_nodes.assign(n, {}), r.base.assign(n, {}), r.joint_blocks.assign(n, {});
   r.terms.assign(a.joints.empty() ? 0 : n, {});
-  r.slide.assign(n, Vec3(0)), r.turn.assign(n, Vec3(0)), r.levers.assign(n, Vec3(0));
-  r.gaps.assign(n, Vec3(0)), r.loads.assign(n, Vec3(0));
-  r.rotations.assign(n, kNoTurn);
+  r.translation.assign(n, Vec3(0)), r.rotation.assign(n, Vec3(0)), r.levers.assign(n, Vec3(0));
+  r.gaps.assign(n, Vec3(0)), r.lambdas.assign(n, Vec3(0));
+  r.rotations.assign(n, kIdentity);
   if (rows == 0) return;
   r.forces_in.assign(n, {}), r.torques_in.assign(n, {});
   r.on_path.assign(std::max(n, rows), 0);
@@ -266,7 +269,7 @@ bool has_free_tree(const Island& a) {
                      [&](const Tree& t) { return a.parents[t.first] == kFree; });
 }
 
-bool touches_anything(const World& world, const Island& a) {
+bool has_colliders(const World& world, const Island& a) {
   return std::any_of(a.bodies.begin(), a.bodies.end(),
                      [&](Entity e) { return world.collisions.find(e) != nullptr; });
 }
@@ -275,43 +278,45 @@ bool touches_anything(const World& world, const Island& a) {
 
 void prepare(World& world) {
   for (Island& a : islands_of(world)) {
-    if (a.room.targets.capacity() > 0) continue;  // a copy brings no scratch along
+    if (a.scratch.targets.capacity() > 0) continue;  // a copy brings no scratch along
     const std::size_t n = a.count(), padded = a.slots.size();
     const bool shake = a.settings.solver == Solver::shake2;
-    StepScratch& r = a.room;
+    StepScratch& r = a.scratch;
     r.work.resize(kWorkRows, n);
-    for (std::size_t c = n; c < padded; ++c) r.work.at(kTurn + 3, c) = 1;  // padding turns nowhere
+    for (std::size_t c = n; c < padded; ++c)
+      r.work.at(kAppliedRotation + 3, c) = 1;  // padding: identity rotation
     r.nodes.assign(kNodeSize * n, 0);
     r.targets.reserve(3 * a.trees.size());
     if (!world.forces.empty()) r.forces.resize(6, n);
     if (!a.is_chain || shake) r.blocks.assign(kBlockSize * n, 0);
-    if (shake) r.slide.assign(n, Vec3(0)), r.turn.assign(n, Vec3(0));
-    if (shake || has_free_tree(a)) r.loads.assign(n, Vec3(0));  // also outboard masses
-    if (has_rows(a) || !a.joints.empty()) make_room_for_passes(a);
-    if (!world.collisions.empty() && touches_anything(world, a)) {
-      r.touches.reserve(8 * n);
-      make_room_for_passes(a);
+    if (shake) r.translation.assign(n, Vec3(0)), r.rotation.assign(n, Vec3(0));
+    if (shake || has_free_tree(a)) r.lambdas.assign(n, Vec3(0));  // also outboard masses
+    if (has_rows(a) || !a.joints.empty()) reserve_general_solve(a);
+    if (!world.collisions.empty() && has_colliders(world, a)) {
+      r.contact_rows.reserve(8 * n);
+      reserve_general_solve(a);
     }
   }
 }
 
-bool is_stirred(const World& world, const Island& a) {
-  if (world.gravity != a.resting_in) return true;
+bool must_wake(const World& world, const Island& a) {
+  if (world.gravity != a.asleep_gravity) return true;
   for (const Tree& t : a.trees)
     if (t.target != t.target_before) return true;
-  for (const Hold& h : a.holds)
+  for (const PackedPin& h : a.pins)
     if (h.target != h.target_before) return true;
   for (const Entity e : a.bodies) {
     const Body& b = world.bodies[e];
-    if (b.restart || b.teleport || b.velocity != Vec3(0) || b.spin != Vec3(0)) return true;
+    if (b.restart || b.teleport || b.velocity != Vec3(0) || b.angular_velocity != Vec3(0))
+      return true;
     const Force* f = world.forces.find(e);
     if (f && (f->force != Vec3(0) || f->torque != Vec3(0))) return true;
   }
   return false;
 }
 
-void stir(World& world, Island& a, Real h) {
-  a.resting = false, a.still_for = 0;
+void wake(World& world, Island& a, Real h) {
+  a.asleep = false, a.quiet_time = 0;
   update(world, a, h);
 }
 
@@ -319,141 +324,143 @@ void stir(World& world, Island& a, Real h) {
 void predict_still(const World& world, Island& a) {
   for (std::size_t c = 0; c < a.count(); ++c) {
     const Pose& pose = world.bodies.values()[a.slots[c]].pose;
-    a.room.work.set(kPosition, c, pose.position), a.room.work.set(kRotation, c, pose.rotation);
+    a.scratch.work.set(kPosition, c, pose.position),
+        a.scratch.work.set(kRotation, c, pose.rotation);
   }
 }
 
 void update(World& world, Island& a, Real h) {
-  a.room.predicted = true;
+  a.scratch.predicted = true;
   if (a.unfit) {
     a.finite = false;
     return predict_still(world, a);
   }
-  if (a.resting) {
-    aim(world, a);
-    if (!is_stirred(world, a)) return predict_still(world, a);
-    a.resting = false, a.still_for = 0;
+  if (a.asleep) {
+    set_targets(world, a);
+    if (!must_wake(world, a)) return predict_still(world, a);
+    a.asleep = false, a.quiet_time = 0;
   }
-  if (!world.forces.empty() && a.room.forces.numbers().empty()) a.room.forces.resize(6, a.count());
-  aim(world, a);
+  if (!world.forces.empty() && a.scratch.forces.numbers().empty())
+    a.scratch.forces.resize(6, a.count());
+  set_targets(world, a);
   notice_changes(world, a, h);
   collect_forces(world, a);
-  a.second_order = a.settings.solver == Solver::automatic && !a.fresh && a.calm_steps >= 2;
+  a.second_order = a.settings.solver == Solver::articulated && !a.fresh && a.calm_steps >= 2;
   a.force_share = share_of_forces(a, h);
-  const Packed p = packed(world, a);
+  const IslandView p = view_of(world, a);
   const StartSums start = kernels().predict(
       p, {h, {world.gravity.x, world.gravity.y, world.gravity.z}, rule_of(a), a.fresh});
   a.energy_before = start.kinetic + start.potential, a.kinetic_before = start.kinetic;
   a.damped = start.damped;
   a.finite = start.finite;
   a.momentum_before = Vec3(start.momentum[0], start.momentum[1], start.momentum[2]);
-  if (a.finite && a.settings.solver != Solver::automatic) begin_watch(world, a);
+  if (a.finite && a.settings.solver != Solver::articulated) begin_watch(world, a);
 }
 
-void begin_passes(World& world, Island& a, Real h) {
+void begin_step(World& world, Island& a, Real h) {
   a.disturbed = a.limited = false;
-  a.rounds_used = a.passes_used = a.stops_hit = a.drives_capped = 0;
+  a.sweeps_used = a.active_set_iterations_used = a.stops_hit = a.drives_capped = 0;
   a.stop_work = 0, a.iterates = false;
-  if (!a.finite || a.settings.solver != Solver::automatic || is_plain(a)) return;
-  make_room_for_passes(a);
+  if (!a.finite || a.settings.solver != Solver::articulated || is_plain(a)) return;
+  reserve_general_solve(a);
   const bool tension = a.settings.tension_stiffness;
-  kernels().prepare(packed(world, a), kPosition, kRotation, false);
+  kernels().prepare(view_of(world, a), kPosition, kRotation, false);
   if (!a.joints.empty()) set_terms(world, a, h, kRotation, false);
   keep_gaps(a);
   fill_base(a, tension);
-  if (tension) add_string_stiffness(world, a, a.room.base, kPosition, kRotation);
-  aim_touches(world, a, h);
-  if (!a.joints.empty() && touches_bear(world, a)) soften_stops(a);
+  if (tension) add_cable_stiffness(world, a, a.scratch.base, kPosition, kRotation);
+  prepare_contacts(world, a, h);
+  if (!a.joints.empty() && has_active_contacts(world, a)) regularise_limits(a);
 }
 
 namespace {
 
-bool takes_passes(const Island& a) {
-  return a.finite && a.settings.solver == Solver::automatic && !is_plain(a);
+bool needs_active_set(const Island& a) {
+  return a.finite && a.settings.solver == Solver::articulated && !is_plain(a);
 }
 
 }  // namespace
 
 void begin_iterating(World& world, Island& a) {
-  if (a.iterates || !takes_passes(a)) return;
+  if (a.iterates || !needs_active_set(a)) return;
   a.iterates = true;
-  make_room_for_passes(a);
+  reserve_general_solve(a);
   for (std::size_t c = 0; c < a.joints.size(); ++c)
-    for (Stop& stop : a.room.terms[c].stops) {
-      stop.bend = 0;
+    for (Stop& stop : a.scratch.terms[c].stops) {
+      stop.nonlinearity = 0;
       if (stop.both_ways) continue;
       stop.on = false, stop.weight = 0;
-      stop.load = std::max(Real(0), a.joint_memory[c].loads[&stop - a.room.terms[c].stops]);
+      stop.lambda = std::max(Real(0), a.joint_memory[c].lambdas[&stop - a.scratch.terms[c].stops]);
     }
-  for (Touch& t : a.room.touches) {
-    t.bend = Vec3(0);
-    if (t.side > 0) contacts_of(world)[t.contact].load = contacts_of(world)[t.contact].before;
+  for (ContactRow& t : a.scratch.contact_rows) {
+    t.nonlinearity = Vec3(0);
+    if (t.side > 0) contacts_of(world)[t.contact].lambda = contacts_of(world)[t.contact].before;
   }
 }
 
-void begin_pass(World& world, Island& a, Real h) {
-  if (!takes_passes(a)) return;
-  ++a.passes_used;
-  gather_once(world, a, h);
-  answer_freely(a, kPosition);
-  find_load_response(world, a);
+void begin_iteration(World& world, Island& a, Real h) {
+  if (!needs_active_set(a)) return;
+  ++a.active_set_iterations_used;
+  eliminate_once(world, a, h);
+  free_response(a, kPosition);
+  find_contact_response(world, a);
 }
 
-bool end_pass(World& world, Island& a, Real h) {
-  if (!takes_passes(a)) return true;
-  add_iterated_loads(world, a);
-  return close_once(world, a, h);
+bool end_iteration(World& world, Island& a, Real h) {
+  if (!needs_active_set(a)) return true;
+  add_iterated_lambdas(world, a);
+  return apply_once(world, a, h);
 }
 
 void iterate_mutual(World& world, Real h) {
   std::vector<Island*>& all = world.memory.of<Islands>().scratch.mutual;
   all.clear();
   for (Island& a : islands_of(world))
-    if (a.mutual && takes_passes(a)) all.push_back(&a);
-  iterate_loads(world, all, h, 100, 1e-9);
+    if (a.mutual && needs_active_set(a)) all.push_back(&a);
+  iterate_contacts(world, all, h, 100, 1e-9);
 }
 
 namespace {
 
-/// Free ball joints alone: everything in one go.
-EndSums close_plain(Island& a, const Packed& p, const FinishInput& in) {
+/// Free ball joints only: all passes in one loop.
+EndSums close_plain(Island& a, const IslandView& p, const VelocityInput& in) {
   const Kernels& k = kernels();
   if (p.is_chain) {
-    k.gather_chain(p, a.settings.tension_stiffness);
+    k.inward_pass_chain(p, a.settings.tension_stiffness);
   } else {
     k.prepare(p, kPosition, kRotation, a.settings.tension_stiffness);
-    k.fill_blocks(p, a.room.blocks.data());
-    k.gather_tree(p, a.settings.tension_stiffness, a.room.blocks.data());
+    k.fill_blocks(p, a.scratch.blocks.data());
+    k.inward_pass_tree(p, a.settings.tension_stiffness, a.scratch.blocks.data());
   }
-  return k.close_and_finish(p, a.room.targets.data(), in);
+  return k.outward_pass_and_update(p, a.scratch.targets.data(), in);
 }
 
-/// Stops and drives after the last pass: what they bear is remembered, and told.
-void finish_joints(Island& a, Real h) {
+/// Stores the multipliers of limits and the state of drives after the last iteration.
+void store_limits(Island& a, Real h) {
   for (std::size_t c = 0; c < a.joints.size(); ++c) {
     const PackedJoint& j = a.joints[c];
     if (!j.stiff) continue;
     bool hit = false;
     for (int s = 0; s < 4; ++s) {
-      const Stop& stop = a.room.terms[c].stops[s];
-      const bool bears = stop.on || (a.iterates && stop.load > 0);
-      a.joint_memory[c].loads[s] = bears ? stop.load : 0;
-      hit = hit || (bears && !stop.both_ways);
+      const Stop& stop = a.scratch.terms[c].stops[s];
+      const bool is_active = stop.on || (a.iterates && stop.lambda > 0);
+      a.joint_memory[c].lambdas[s] = is_active ? stop.lambda : 0;
+      hit = hit || (is_active && !stop.both_ways);
     }
     a.stops_hit += hit;
-    a.drives_capped += j.drive != UINT32_MAX && a.joint_memory[c].share < 1;
+    a.drives_capped += j.drive != UINT32_MAX && a.joint_memory[c].torque_fraction < 1;
     a.stop_work += work_of_springs(a, c, h);
   }
 }
 
-/// The kinetic and potential energy and the momentum of the bodies as they stand.
+/// Kinetic and potential energy and momentum of the bodies.
 void sum_up(const World& world, const Island& a, EndSums& end) {
   end.kinetic = end.potential = 0;
   Vec3 momentum(0);
   for (std::size_t c = 0; c < a.count(); ++c) {
     const Body& b = world.bodies.values()[a.slots[c]];
     momentum += b.mass * b.velocity;
-    const Vec3 w = glm::conjugate(b.pose.rotation) * b.spin;
+    const Vec3 w = glm::conjugate(b.pose.rotation) * b.angular_velocity;
     end.kinetic += 0.5 * (b.mass * glm::dot(b.velocity, b.velocity) + glm::dot(b.inertia, w * w));
     end.potential -= b.mass * b.gravity_scale * glm::dot(world.gravity, b.pose.position);
   }
@@ -464,27 +471,27 @@ void sum_up(const World& world, const Island& a, EndSums& end) {
 
 namespace {
 
-constexpr Real kRestAfter = 0.5;  // s
+constexpr Real kTimeToSleep = 0.5;  // s
 
-/// Does it lie on others, without moving, long enough to be let lie? What touches other dynamic
-/// bodies, or has muscles or strings, does not.
-void notice_rest(World& world, Island& a, Real h) {
-  const Real slow = a.settings.rest_speed;
-  bool still = a.bears && !a.mutual && a.cords.empty();
+/// Falls asleep after resting on fixed bodies long enough. Islands in contact with other dynamic
+/// islands, or with joint drives or cables, stay awake.
+void update_sleep(World& world, Island& a, Real h) {
+  const Real slow = a.settings.sleep_speed;
+  bool still = a.contact_active && !a.mutual && a.cables.empty();
   for (std::size_t c = 0; still && c < a.count(); ++c) {
     const Body& b = world.bodies.values()[a.slots[c]];
-    still = glm::length(b.velocity) < slow && glm::length(b.spin) < 10 * slow;
+    still = glm::length(b.velocity) < slow && glm::length(b.angular_velocity) < 10 * slow;
     still = still && (a.joints.empty() || a.joints[c].drive == UINT32_MAX);
   }
-  a.still_for = still ? a.still_for + h : 0;
-  a.resting = a.still_for > kRestAfter;
-  if (!a.resting) return;
-  a.resting_in = world.gravity;
+  a.quiet_time = still ? a.quiet_time + h : 0;
+  a.asleep = a.quiet_time > kTimeToSleep;
+  if (!a.asleep) return;
+  a.asleep_gravity = world.gravity;
   for (std::uint32_t c = 0; c < a.count(); ++c) {
     Body& b = world.bodies.values()[a.slots[c]];
-    b.velocity = b.spin = Vec3(0);
-    a.memory.set(kLastSlide, c, Vec3(0)), a.memory.set(kLastTurn, c, Vec3(0));
-    a.memory.set(kVelocityBefore, c, Vec3(0)), a.memory.set(kSpinMomentumBefore, c, Vec3(0));
+    b.velocity = b.angular_velocity = Vec3(0);
+    a.memory.set(kLastTranslation, c, Vec3(0)), a.memory.set(kLastRotation, c, Vec3(0));
+    a.memory.set(kVelocityBefore, c, Vec3(0)), a.memory.set(kAngularMomentumBefore, c, Vec3(0));
   }
 }
 
@@ -492,83 +499,84 @@ void notice_rest(World& world, Island& a, Real h) {
 
 namespace {
 
-/// A solve among contacts or stops that ends nowhere (loads that no iteration could reconcile) moves
-/// nothing: the bodies stay where they were, at rest, and the loads are forgotten. What flies free
-/// goes on with the motion of its mass centre, left in `drift` (m/s). Counts as limited.
+/// A diverged solve with contacts or limits is discarded: the bodies stay in place, at rest, and
+/// the lambdas are reset. A free island continues with the velocity of its mass centre, returned in
+/// `drift` (m/s). Counts as limited.
 bool stays(World& world, Island& a, Real h, Vec3& drift) {
   Real fastest = 0, farthest = 0;
-  bool finite = true, flies = a.room.touches.empty() && a.cords.empty() && a.holds.empty();
+  bool finite = true, flies = a.scratch.contact_rows.empty() && a.cables.empty() && a.pins.empty();
   for (const Tree& t : a.trees) flies = flies && a.parents[t.first] == kFree;
   drift = flies ? a.momentum_before / a.mass + h * world.gravity : Vec3(0);
   for (std::size_t c = 0; c < a.count(); ++c) {
     const Body& b = world.bodies.values()[a.slots[c]];
-    const Vec3 x = a.room.work.vec(kFinalPosition, c);
-    finite = finite && is_finite(x) && is_finite(a.room.work.quat(kFinalRotation, c));
+    const Vec3 x = a.scratch.work.vec(kFinalPosition, c);
+    finite = finite && is_finite(x) && is_finite(a.scratch.work.quat(kFinalRotation, c));
     fastest = std::max(fastest, glm::length(b.velocity));
     farthest = std::max(farthest, glm::length(x - b.pose.position));
   }
   if (finite && farthest < 10 * a.size + 10 * h * fastest) return false;
   for (std::size_t c = 0; c < a.count(); ++c) {
     const Body& b = world.bodies.values()[a.slots[c]];
-    a.room.work.set(kFinalPosition, c, b.pose.position + h * drift);
-    a.room.work.set(kFinalRotation, c, b.pose.rotation);
-    a.memory.set(kLoad, c, Vec3(0));
+    a.scratch.work.set(kFinalPosition, c, b.pose.position + h * drift);
+    a.scratch.work.set(kFinalRotation, c, b.pose.rotation);
+    a.memory.set(kLambda, c, Vec3(0));
   }
-  for (const Touch& t : a.room.touches) {
+  for (const ContactRow& t : a.scratch.contact_rows) {
     Contact& contact = contacts_of(world)[t.contact];
-    if (t.side > 0) contact.load = contact.force = Vec3(0), contact.active = false;
+    if (t.side > 0) contact.lambda = contact.force = Vec3(0), contact.active = false;
   }
-  for (JointMemory& j : a.joint_memory) std::fill(std::begin(j.loads), std::end(j.loads), 0);
+  for (JointMemory& j : a.joint_memory) std::fill(std::begin(j.lambdas), std::end(j.lambdas), 0);
   return true;
 }
 
 }  // namespace
 
-bool finish_passes(World& world, Island& a, Real h, Entity& lost) {
-  if (!a.finite) {  // joints could hide it
+bool finish_step(World& world, Island& a, Real h, Entity& lost) {
+  if (!a.finite) {  // before joints can hide it
     lost = a.unfit ? a.unfit : find_lost(world, a);
     return false;
   }
-  const Packed p = packed(world, a);
+  const IslandView p = view_of(world, a);
   const Kernels& k = kernels();
   const Solver solver = a.settings.solver;
-  FinishInput in{h,
-                 {world.gravity.x, world.gravity.y, world.gravity.z},
-                 rule_of(a),
-                 a.fresh,
-                 a.settings.calm_angle};
+  VelocityInput in{h,
+                   {world.gravity.x, world.gravity.y, world.gravity.z},
+                   rule_of(a),
+                   a.fresh,
+                   a.settings.calm_angle};
   const bool one_held_tree = a.trees.size() == 1 && a.parents.front() == kHeld;
-  a.touching = a.bears = false;
+  a.in_contact = a.contact_active = false;
   EndSums end;
-  if (is_plain(a) && solver == Solver::automatic) {
+  if (is_plain(a) && solver == Solver::articulated) {
     end = close_plain(a, p, in);
   } else if (is_plain(a) && solver == Solver::sweep && one_held_tree) {
-    end = k.sweep_and_finish(p, a.room.targets.data(), a.settings.turn_stiffness, in);
+    end = k.sweep_and_update(p, a.scratch.targets.data(), a.settings.rotation_stiffness, in);
   } else {
-    if (solver == Solver::automatic) {
+    if (solver == Solver::articulated) {
       if (has_rows(a)) close_rows(world, a, h);
-      if (!a.joints.empty()) finish_joints(a, h);
-      a.bears = touches_bear(world, a);
-      a.touching = a.stops_hit > 0 || a.bears;
+      if (!a.joints.empty()) store_limits(a, h);
+      a.contact_active = has_active_contacts(world, a);
+      a.in_contact = a.stops_hit > 0 || a.contact_active;
     } else if (solver == Solver::shake2) {
       close_shake(world, a, p, h);
     } else {
       close_kinematic(a, p, h);
     }
-    if (!a.joints.empty() && solver != Solver::automatic) sweep_closed(world, a);
-    if (has_rows(a)) relax(world, a, solver != Solver::automatic);
-    if (!a.room.touches.empty()) push_out_trees(world, a);
+    if (!a.joints.empty() && solver != Solver::articulated) sweep_closed(world, a);
+    if (has_rows(a)) relax(world, a, solver != Solver::articulated);
+    if (!a.scratch.contact_rows.empty()) push_out_trees(world, a);
     Vec3 drift(0);
-    const bool may_stay = solver == Solver::automatic && (!a.room.touches.empty() || a.touching);
+    const bool may_stay =
+        solver == Solver::articulated && (!a.scratch.contact_rows.empty() || a.in_contact);
     const bool stayed = may_stay && stays(world, a, h, drift);
-    if (stayed) a.touching = a.limited = true;
-    // What strikes a stop or the ground stops there: no rule that looks farther back than the step.
-    if (a.touching) a.disturbed = true;
-    if (a.touching && solver == Solver::automatic) {
+    if (stayed) a.in_contact = a.limited = true;
+    // After an impact the history is invalid: first-order rule.
+    if (a.in_contact) a.disturbed = true;
+    if (a.in_contact && solver == Solver::articulated) {
       in.rule = Rule::euler, in.first = false;
       a.second_order = a.fresh = false;
     }
-    end = k.finish(p, in);
+    end = k.update_velocities(p, in);
     if (stayed) {
       k.scale(p, 0, &drift[0]);
       end.kinetic = 0.5 * a.mass * glm::dot(drift, drift);
@@ -578,17 +586,18 @@ bool finish_passes(World& world, Island& a, Real h, Entity& lost) {
     lost = find_lost(world, a);
     return false;
   }
-  // Near others nothing is moved that was just kept apart from them; what they did to the angular
-  // momentum is not to be given back later.
-  if (a.room.touches.empty()) {
+  // No momentum correction in contact: it could cause penetration, and contacts change the angular
+  // momentum.
+  if (a.scratch.contact_rows.empty()) {
     if (repair_momentum(world, a, h)) sum_up(world, a, end);
   } else {
-    for (Tree& t : a.trees) t.keeps_spin = false;
+    for (Tree& t : a.trees) t.knows_angular_momentum = false;
   }
-  if (!a.room.touches.empty()) a.stop_work += finish_touches(world, a, h);
-  const bool small_turns = end.largest_turn2 < a.settings.calm_angle * a.settings.calm_angle;
-  a.disturbed = a.disturbed || !small_turns;
-  if (solver == Solver::automatic)
+  if (!a.scratch.contact_rows.empty()) a.stop_work += finish_contacts(world, a, h);
+  const bool small_rotations =
+      end.largest_rotation2 < a.settings.calm_angle * a.settings.calm_angle;
+  a.disturbed = a.disturbed || !small_rotations;
+  if (solver == Solver::articulated)
     limit_energy(world, a, p, end, h);
   else
     end_watch(world, a, h);
@@ -601,91 +610,93 @@ bool finish_passes(World& world, Island& a, Real h, Entity& lost) {
   }
   a.fresh = false;
   a.last_step = h;
-  notice_rest(world, a, h);
+  update_sleep(world, a, h);
   return true;
 }
 
 namespace {
 
-/// After a wrong guess the next steps do not guess.
+/// Steps without guessing after a wrong guess.
 constexpr int kStepsIterating = 4;
-/// Passes that guess cost a tenth of one that iterates.
+/// Guessing iterations; each costs a tenth of a Gauss-Seidel iteration.
 constexpr int kGuesses = 8;
-/// Passes are counted from the third when they iterate; more of them make nothing better.
+/// Largest number of Gauss-Seidel iterations, counted from the third; more do not help.
 constexpr int kIterations = 4;
-/// With more contacts than this, iterating costs more than taking the step in parts.
+/// With more contacts, substeps are cheaper than iterating.
 constexpr std::ptrdiff_t kFewContacts = 24;
-/// A step that does not settle is taken again in so many parts.
-constexpr int kParts = 4;
+/// Substeps of a step that does not converge.
+constexpr int kSubsteps = 4;
 
 std::ptrdiff_t bearing(const World& world, const Island& a) {
-  return std::count_if(a.room.touches.begin(), a.room.touches.end(),
-                       [&](const Touch& t) { return contacts_of(world)[t.contact].active; });
+  return std::count_if(a.scratch.contact_rows.begin(), a.scratch.contact_rows.end(),
+                       [&](const ContactRow& t) { return contacts_of(world)[t.contact].active; });
 }
 
-/// Passes from the predicted poses, until nothing changes. False if they run out before.
-bool take_passes(World& world, Island& a, Real h, bool in_parts) {
-  bool settled = !takes_passes(a);
-  // Mostly the stops and contacts that bore in the last step bear in this one, and one pass, two
-  // at most, confirm it. Otherwise their loads are iterated.
-  const bool few = in_parts || bearing(world, a) <= kFewContacts;
-  const int guesses = few && a.iterating > 0 ? 0 : a.settings.passes <= 2 ? a.settings.passes : kGuesses;
-  for (int n = 0; n < guesses && !settled; ++n) {
-    ++a.passes_used;
-    gather_once(world, a, h);
-    settled = close_once(world, a, h);
+/// Active-set iterations from the predicted poses. False without convergence.
+bool find_active_set(World& world, Island& a, Real h, bool in_substeps) {
+  bool converged = !needs_active_set(a);
+  // The active set is warm-started from the last step; one or two iterations mostly confirm it.
+  // Otherwise projected Gauss-Seidel finds it.
+  const bool few = in_substeps || bearing(world, a) <= kFewContacts;
+  const int guesses = few && a.iterating > 0                  ? 0
+                      : a.settings.active_set_iterations <= 2 ? a.settings.active_set_iterations
+                                                              : kGuesses;
+  for (int n = 0; n < guesses && !converged; ++n) {
+    ++a.active_set_iterations_used;
+    eliminate_once(world, a, h);
+    converged = apply_once(world, a, h);
   }
-  a.iterating = settled ? 0 : a.iterating > 0 ? a.iterating - 1 : kStepsIterating;
-  if (settled || a.settings.passes <= 2) return settled;
-  if (!in_parts && bearing(world, a) > kFewContacts) return false;
+  a.iterating = converged ? 0 : a.iterating > 0 ? a.iterating - 1 : kStepsIterating;
+  if (converged || a.settings.active_set_iterations <= 2) return converged;
+  if (!in_substeps && bearing(world, a) > kFewContacts) return false;
   begin_iterating(world, a);
-  for (int n = 2; n < std::min(kIterations, a.settings.passes) && !settled; ++n) {
-    begin_pass(world, a, h);
+  for (int n = 2; n < std::min(kIterations, a.settings.active_set_iterations) && !converged; ++n) {
+    begin_iteration(world, a, h);
     Island* const alone[] = {&a};
-    iterate_loads(world, alone, h, 100, 1e-8);
-    settled = end_pass(world, a, h);
+    iterate_contacts(world, alone, h, 100, 1e-8);
+    converged = end_iteration(world, a, h);
   }
-  return settled;
+  return converged;
 }
 
-/// The same step once more, in equal parts: what turns too far for one settles in several.
-bool adjust_in_parts(World& world, Island& a, Real h, Entity& lost) {
-  for (const Touch& t : a.room.touches)
-    if (t.side > 0) contacts_of(world)[t.contact].load = contacts_of(world)[t.contact].before;
-  int passes = a.passes_used;
+/// Repeats the step in equal substeps, for rotations too large for one step.
+bool adjust_in_substeps(World& world, Island& a, Real h, Entity& lost) {
+  for (const ContactRow& t : a.scratch.contact_rows)
+    if (t.side > 0) contacts_of(world)[t.contact].lambda = contacts_of(world)[t.contact].before;
+  int passes = a.active_set_iterations_used;
   bool sound = true;
-  const std::vector<Tree> trees = a.trees;  // where this step brings them
-  for (int part = 1; part <= kParts && sound; ++part) {
-    a.parts_left = kParts - part;
-    update(world, a, h / kParts);
+  const std::vector<Tree> trees = a.trees;  // their targets in this step
+  for (int part = 1; part <= kSubsteps && sound; ++part) {
+    a.substeps_left = kSubsteps - part;
+    update(world, a, h / kSubsteps);
     for (std::size_t t = 0; t < trees.size(); ++t) {
       const Vec3 whole = trees[t].target - trees[t].target_before;
-      a.trees[t].target = trees[t].target_before + Real(part) / kParts * whole;
-      a.trees[t].target_before = a.trees[t].target - whole / Real(kParts);
+      a.trees[t].target = trees[t].target_before + Real(part) / kSubsteps * whole;
+      a.trees[t].target_before = a.trees[t].target - whole / Real(kSubsteps);
       for (std::size_t n = 0; n < 3; ++n)
-        a.room.targets[3 * t + n] = a.trees[t].target[static_cast<int>(n)];
+        a.scratch.targets[3 * t + n] = a.trees[t].target[static_cast<int>(n)];
     }
-    begin_passes(world, a, h / kParts);
-    take_passes(world, a, h / kParts, true);
-    passes += a.passes_used;
-    sound = finish_passes(world, a, h / kParts, lost);
+    begin_step(world, a, h / kSubsteps);
+    find_active_set(world, a, h / kSubsteps, true);
+    passes += a.active_set_iterations_used;
+    sound = finish_step(world, a, h / kSubsteps, lost);
   }
-  a.passes_used = passes, a.parts_left = 0;
+  a.active_set_iterations_used = passes, a.substeps_left = 0;
   return sound;
 }
 
 }  // namespace
 
 bool adjust(World& world, Island& a, Real h, Entity& lost) {
-  if (a.resting) {
-    keep_touches(world, a, h);
+  if (a.asleep) {
+    keep_sleeping_contacts(world, a, h);
     return true;
   }
-  begin_passes(world, a, h);
-  const bool settled = take_passes(world, a, h, false);
-  if (!settled && !a.room.touches.empty() && a.settings.passes > 2)
-    return adjust_in_parts(world, a, h, lost);
-  return finish_passes(world, a, h, lost);
+  begin_step(world, a, h);
+  const bool converged = find_active_set(world, a, h, false);
+  if (!converged && !a.scratch.contact_rows.empty() && a.settings.active_set_iterations > 2)
+    return adjust_in_substeps(world, a, h, lost);
+  return finish_step(world, a, h, lost);
 }
 
 }  // namespace pantin::articulated

@@ -1,12 +1,12 @@
-// The articulated solve in its general form: joints may leave fewer turns free than all, carry
-// springs and stops, and pass torque to the parent; bodies may be tied to places in the world.
+// The articulated solve for general joints: with constrained rotations, springs, limits and torques
+// transmitted to the parent.
 //
-// With the own joint point's slide y and the parent's turn t_p, a body turns by t = t_p + c + r,
-// where r lies in the free directions. Minimising the energy of JointBlock over r, with a spring K
-// that pulls with b at r = 0, leaves with G = S (S^T (tt + K) S)^-1 S^T
+// With the translation y of the own joint point and the rotation t_p of the parent, a body rotates
+// by t = t_p + c + r, where r lies in the free directions S. Minimising the energy of JointBlock
+// over r, with a spring K of torque b at r = 0, gives with G = S (S^T (tt + K) S)^-1 S^T
 //   t = [c + G (gt + b - tt c)] + P t_p - Y y,   P = 1 - G tt,  Y = G ty
-// and to the parent an energy of the same form in (t_p, y). [Featherstone's articulated inertia, in
-// displacements instead of accelerations]
+// and for the parent an energy of the same form in (t_p, y): Featherstone's articulated inertia, in
+// displacements instead of accelerations.
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
@@ -30,7 +30,7 @@ Mat3 inverse_of(const Mat3& m) {
   return Mat3(xx, xy, xz, xy, yy, yz, xz, yz, i2);
 }
 
-/// The directions a kind leaves free, orthonormal, locked ones taken out; returns how many.
+/// Orthonormal basis of the free directions without locked ones; returns its size.
 std::size_t free_directions(const PackedJoint& joint, JointTerms& t, Vec3 (&free)[3]) {
   Vec3 locked[2];
   std::size_t locks = 0, count = 0;
@@ -72,9 +72,10 @@ std::size_t free_directions(const PackedJoint& joint, JointTerms& t, Vec3 (&free
 }
 
 /// G = S (S^T K S)^-1 S^T for the directions S.
-Mat3 give_of(const Mat3& stiffness, const Vec3 (&free)[3], std::size_t count) {
+Mat3 compliance_of(const Mat3& stiffness, const Vec3 (&free)[3], std::size_t count) {
   if (count == 3) return inverse_of(stiffness);
-  if (count == 1) return glm::outerProduct(free[0], free[0]) / glm::dot(free[0], stiffness * free[0]);
+  if (count == 1)
+    return glm::outerProduct(free[0], free[0]) / glm::dot(free[0], stiffness * free[0]);
   if (count == 0) return Mat3(0);
   const Vec3 k0 = stiffness * free[0], k1 = stiffness * free[1];
   const Real a = glm::dot(free[0], k0), b = glm::dot(free[1], k0), d = glm::dot(free[1], k1);
@@ -83,102 +84,101 @@ Mat3 give_of(const Mat3& stiffness, const Vec3 (&free)[3], std::size_t count) {
   return glm::outerProduct(free[0], free[0]) / a + glm::outerProduct(v, v) / e;
 }
 
-/// The relative turn that the stops which are on hold the joint to.
-Vec3 held_turn(const JointTerms& t) {
+/// The relative rotation at the active locked limits.
+Vec3 held_rotation(const JointTerms& t) {
   const Stop* on[2] = {nullptr, nullptr};
   for (const Stop& stop : t.stops)
     if (stop.is_lock() && !on[1]) (on[0] ? on[1] : on[0]) = &stop;
   if (!on[0]) return Vec3(0);
-  const Real first = on[0]->room - on[0]->bend;
+  const Real first = on[0]->clearance - on[0]->nonlinearity;
   if (!on[1]) return first * on[0]->along;
-  const Real second = on[1]->room - on[1]->bend, c = glm::dot(on[0]->along, on[1]->along);
+  const Real second = on[1]->clearance - on[1]->nonlinearity,
+             c = glm::dot(on[0]->along, on[1]->along);
   const Real det = 1 - c * c;
   if (!(det > 1e-6)) return first * on[0]->along;
   return ((first - c * second) * on[0]->along + (second - c * first) * on[1]->along) / det;
 }
 
-/// A free ball joint: the parent does not feel the body's turn.
-void eliminate_loose(const JointBlock& b, JointNode& n) {
-  n.loose = true;
-  n.give = inverse_of(b.tt);
-  n.swing = n.give * b.ty;
-  n.turn = n.give * b.gt;
-  n.group = b.yy - glm::transpose(b.ty) * n.swing;
-  n.load = b.gy - glm::transpose(b.ty) * n.turn;
+/// A free ball joint: no torque is transmitted to the parent.
+void eliminate_free_ball(const JointBlock& b, JointNode& n) {
+  n.free_ball = true;
+  n.compliance = inverse_of(b.tt);
+  n.rotation_per_translation = n.compliance * b.ty;
+  n.bias_rotation = n.compliance * b.gt;
+  n.articulated_mass = b.yy - glm::transpose(b.ty) * n.rotation_per_translation;
+  n.lambda = b.gy - glm::transpose(b.ty) * n.bias_rotation;
 }
 
-/// Any other joint. Leaves in `b` what the parent feels, at the own joint point.
+/// Any other joint. On return `b` is the block transmitted to the parent, at the own joint point.
 void eliminate_stiff(Island& a, std::size_t c, JointBlock& b) {
-  const Real share = a.joint_memory[c].share;
-  JointTerms& t = a.room.terms[c];
-  JointNode& n = a.room.joint_nodes[c];
-  Mat3 spring = t.spring + Mat3(share * t.drive_spring);
-  Vec3 torque = t.torque + share * t.drive_torque;
+  const Real torque_fraction = a.joint_memory[c].torque_fraction;
+  JointTerms& t = a.scratch.terms[c];
+  JointNode& n = a.scratch.joint_nodes[c];
+  Mat3 spring = t.spring + Mat3(torque_fraction * t.drive_spring);
+  Vec3 torque = t.torque + torque_fraction * t.drive_torque;
   for (const Stop& stop : t.stops) {
     if (!stop.on || stop.is_lock()) continue;
     spring += stop.weight * glm::outerProduct(stop.along, stop.along);
-    torque += (stop.weight * (stop.room - stop.bend) - stop.load) * stop.along;
+    torque += (stop.weight * (stop.clearance - stop.nonlinearity) - stop.lambda) * stop.along;
   }
   const Mat3 stiffness = b.tt + spring;
-  const Vec3 held = held_turn(t), stays = t.align + held;
+  const Vec3 held = held_rotation(t), stays = t.align + held;
   Vec3 free[3];
   const std::size_t count = free_directions(a.joints[c], t, free);
-  n.loose = false;
-  n.give = give_of(stiffness, free, count);
+  n.free_ball = false;
+  n.compliance = compliance_of(stiffness, free, count);
   for (Stop& stop : t.stops) {
     if (stop.along == Vec3(0)) continue;
     stop.pull = glm::dot(stop.along, b.gt + torque);
-    stop.by_turn = b.tt * stop.along, stop.by_slide = glm::transpose(b.ty) * stop.along;
+    stop.by_rotation = b.tt * stop.along, stop.by_translation = glm::transpose(b.ty) * stop.along;
     stop.by_relative = spring * stop.along;
   }
-  const Mat3 passed = b.tt * n.give;  // tt G
-  n.follow = Mat3(1) - glm::transpose(passed);
-  n.swing = n.give * b.ty;
-  n.turn = stays + n.give * (b.gt + torque - b.tt * stays - spring * held);
-  n.lever = b.ty - passed * b.ty;
-  n.group = b.yy - glm::transpose(b.ty) * n.swing;
-  n.load = b.gy - glm::transpose(b.ty) * n.turn;
-  n.torque = b.gt - b.tt * n.turn;
+  const Mat3 passed = b.tt * n.compliance;  // tt G
+  n.propagation = Mat3(1) - glm::transpose(passed);
+  n.rotation_per_translation = n.compliance * b.ty;
+  n.bias_rotation = stays + n.compliance * (b.gt + torque - b.tt * stays - spring * held);
+  n.coupling = b.ty - passed * b.ty;
+  n.articulated_mass = b.yy - glm::transpose(b.ty) * n.rotation_per_translation;
+  n.lambda = b.gy - glm::transpose(b.ty) * n.bias_rotation;
+  n.torque = b.gt - b.tt * n.bias_rotation;
   b.tt -= passed * b.tt;
 }
 
-/// Adds a body, as felt at its joint, to the block of its parent. `felt` is the turning part.
+/// Adds an eliminated body to the block of its parent. `felt` is the rotational part.
 void add_child(JointBlock& parent, const JointNode& n, const Mat3& felt, Vec3 gap, Vec3 rho) {
   const Mat3 k = crossing(rho);
-  const Mat3 km = k * n.group;
-  const Vec3 f = n.load - n.group * gap;
-  parent.yy += n.group, parent.gy += f, parent.gt += glm::cross(rho, f);
+  const Mat3 km = k * n.articulated_mass;
+  const Vec3 f = n.lambda - n.articulated_mass * gap;
+  parent.yy += n.articulated_mass, parent.gy += f, parent.gt += glm::cross(rho, f);
   parent.ty += km, parent.tt -= km * k;
-  if (n.loose) return;
+  if (n.free_ball) return;
   // y = y_p + X t with X = -K.
-  const Mat3 fx = n.lever * k;
-  parent.ty += n.lever;
+  const Mat3 fx = n.coupling * k;
+  parent.ty += n.coupling;
   parent.tt += felt - fx - glm::transpose(fx);
-  parent.gt += n.torque - n.lever * gap;
+  parent.gt += n.torque - n.coupling * gap;
 }
 
-Mat3 symmetric_at(const Table& w, std::size_t row, std::size_t c) {
+Mat3 symmetric_at(const LaneTable& w, std::size_t row, std::size_t c) {
   const Real xx = w.at(row, c), xy = w.at(row + 1, c), xz = w.at(row + 2, c);
   const Real yy = w.at(row + 3, c), yz = w.at(row + 4, c), zz = w.at(row + 5, c);
   return Mat3(xx, xy, xz, xy, yy, yz, xz, yz, zz);
 }
 
-/// t (1 - r r^T / r^2) where t > 0: a loaded joint's force turns with its body within the step.
+/// Geometric stiffness t (1 - r r^T / r^2) of a joint in tension t > 0.
 Mat3 tension_stiffness(Real t, Vec3 r) {
   const Real r2 = glm::dot(r, r);
   return t > 0 && r2 > 0 ? t * (Mat3(1) - glm::outerProduct(r, r) / r2) : Mat3(0);
 }
 
-/// Cayley's map with its angle kept below 148 degrees; a number that is none turns nothing.
-Quat turn_within(Vec3 d) {
+/// Cayley's map with an angle below 148 degrees; the identity if a number is not finite.
+Quat bounded_rotation(Vec3 d) {
   const Real far = std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)});
-  if (!(far < 1e30)) return kNoTurn;
+  if (!(far < 1e30)) return kIdentity;
   return cayley(far > 4 ? 4 / far * d : d);
 }
 
-bool is_stiff(const Island& a, std::size_t c) {
-  return !a.joints.empty() && a.joints[c].stiff;
-}
+bool is_stiff(const Island& a, std::size_t c) { return !a.joints.empty() && a.joints[c].stiff; }
 
 }  // namespace
 
@@ -189,145 +189,147 @@ std::uint32_t held_body_of(const Island& a, std::size_t c) {
 }
 
 void keep_gaps(Island& a) {
-  for (std::size_t c = 0; c < a.count(); ++c) a.room.gaps[c] = a.room.work.vec(kGap, c);
+  for (std::size_t c = 0; c < a.count(); ++c) a.scratch.gaps[c] = a.scratch.work.vec(kGap, c);
 }
 
 void fill_base(Island& a, bool tension) {
-  const Table& w = a.room.work;
+  const LaneTable& w = a.scratch.work;
   for (std::size_t c = 0; c < a.count(); ++c) {
-    JointBlock& b = a.room.base[c];
+    JointBlock& b = a.scratch.base[c];
     const Real mass = a.constants.at(kMass, c);
-    b.tt = symmetric_at(w, kTurning, c);
+    b.tt = symmetric_at(w, kRotationalInertia, c);
     b.ty = crossing(-mass * w.vec(kArm, c));
     b.yy = Mat3(mass);
     b.gt = b.gy = Vec3(0);
-    a.room.levers[c] = Vec3(0);
+    a.scratch.levers[c] = Vec3(0);
   }
   for (std::size_t c = 0; c < a.count(); ++c) {
     if (a.parents[c] < 0) continue;
     const auto parent = static_cast<std::size_t>(a.parents[c]);
-    a.room.levers[c] = w.vec(kParentArm, c) - w.vec(kArm, parent);
+    a.scratch.levers[c] = w.vec(kParentArm, c) - w.vec(kArm, parent);
   }
   for (std::size_t c = 0; tension && c < a.count(); ++c) {
-    const Vec3 load = a.memory.vec(kLoad, c), arm = w.vec(kArm, c), out = w.vec(kParentArm, c);
-    a.room.base[c].tt += tension_stiffness(glm::dot(load, arm), arm);
+    const Vec3 lambda = a.memory.vec(kLambda, c), arm = w.vec(kArm, c), out = w.vec(kParentArm, c);
+    a.scratch.base[c].tt += tension_stiffness(glm::dot(lambda, arm), arm);
     if (a.parents[c] >= 0)
-      a.room.base[static_cast<std::size_t>(a.parents[c])].tt +=
-          tension_stiffness(-glm::dot(load, out), out);
+      a.scratch.base[static_cast<std::size_t>(a.parents[c])].tt +=
+          tension_stiffness(-glm::dot(lambda, out), out);
   }
 }
 
-void gather_joints(Island& a) {
-  std::vector<JointBlock>& blocks = a.room.joint_blocks;
+void inward_pass(Island& a) {
+  std::vector<JointBlock>& blocks = a.scratch.joint_blocks;
   for (std::size_t c = a.count(); c-- > 0;) {
-    JointNode& n = a.room.joint_nodes[c];
+    JointNode& n = a.scratch.joint_nodes[c];
     if (is_stiff(a, c))
       eliminate_stiff(a, c, blocks[c]);
     else
-      eliminate_loose(blocks[c], n);
+      eliminate_free_ball(blocks[c], n);
     if (a.parents[c] < 0) continue;
-    add_child(blocks[static_cast<std::size_t>(a.parents[c])], n, blocks[c].tt, a.room.gaps[c],
-              a.room.levers[c]);
+    add_child(blocks[static_cast<std::size_t>(a.parents[c])], n, blocks[c].tt, a.scratch.gaps[c],
+              a.scratch.levers[c]);
   }
 }
 
-bool close_joints(World& world, Island& a, Real h, Work position_row, Work rotation_row,
+bool outward_pass(World& world, Island& a, Real h, Work position_row, Work rotation_row,
                   bool again) {
-  StepScratch& r = a.room;
-  Table& w = r.work;
-  bool settled = true;
+  StepScratch& r = a.scratch;
+  LaneTable& w = r.work;
+  bool converged = true;
   auto tree = a.trees.begin();
   for (std::size_t c = 0; c < a.count(); ++c) {
     const JointNode& n = r.joint_nodes[c];
     const Quat q = w.quat(rotation_row, c);
     const Vec3 own = w.vec(position_row, c) + w.vec(kArm, c);
-    Vec3 goal, parent_turn(0);
-    Quat parent_now = kNoTurn;
+    Vec3 goal, parent_response(0);
+    Quat parent_now = kIdentity;
     if (a.parents[c] >= 0) {
       const auto p = static_cast<std::size_t>(a.parents[c]);
-      parent_now = r.rotations[p], parent_turn = r.turn[p];
-      // The parent's joint point is on its place; the arm between the two turns with it.
-      goal = w.vec(kAttach, p) + parent_now * (a.constants.vec(kParentAnchor, c) -
-                                               a.constants.vec(kOwnAnchor, p));
+      parent_now = r.rotations[p], parent_response = r.rotation[p];
+      // The parent's joint point is at its final position; the arm rotates with the parent.
+      goal = w.vec(kAttach, p) +
+             parent_now * (a.constants.vec(kParentAnchor, c) - a.constants.vec(kOwnAnchor, p));
     } else {
-      goal = a.parents[c] == kHeld ? tree->target : own + solve_symmetric(n.group, n.load);
+      goal = a.parents[c] == kHeld ? tree->target
+                                   : own + solve_symmetric(n.articulated_mass, n.lambda);
       ++tree;
     }
-    // What the next body answers to is where this joint really is, large turns included. Stiff
-    // rows would have to fight that: bodies they hold answer to the linear solution alone.
+    // The next body responds to the nonlinear position of this joint. With stiff contact rows it
+    // responds to the linear solution instead (see README.md).
     Vec3 y = goal - own;
-    if (a.rows_hold && !again && a.parents[c] >= 0) {
+    if (a.stiff_contacts && !again && a.parents[c] >= 0) {
       const auto p = static_cast<std::size_t>(a.parents[c]);
-      y = r.slide[p] + glm::cross(r.turn[p], r.levers[c]) + r.gaps[c];
+      y = r.translation[p] + glm::cross(r.rotation[p], r.levers[c]) + r.gaps[c];
     }
-    Vec3 d = n.turn - n.swing * y;
-    Vec3 load = n.group * y - n.load;
-    if (!n.loose) d += n.follow * parent_turn, load += glm::transpose(n.lever) * parent_turn;
-    if (a.parents[c] == kFree || !(glm::dot(load, load) < 1e36)) load = Vec3(0);
-    a.memory.set(kLoad, c, load);
+    Vec3 d = n.bias_rotation - n.rotation_per_translation * y;
+    Vec3 lambda = n.articulated_mass * y - n.lambda;
+    if (!n.free_ball)
+      d += n.propagation * parent_response, lambda += glm::transpose(n.coupling) * parent_response;
+    if (a.parents[c] == kFree || !(glm::dot(lambda, lambda) < 1e36)) lambda = Vec3(0);
+    a.memory.set(kLambda, c, lambda);
     if (!is_finite(d)) d = Vec3(0);
-    Quat now, turned;
-    if (n.loose) {
-      turned = turn_within(d);
-      now = glm::normalize(turned * q);
+    Quat now, rotated;
+    if (n.free_ball) {
+      rotated = bounded_rotation(d);
+      now = glm::normalize(rotated * q);
     } else {
       JointTerms& t = r.terms[c];
       const PackedJoint& joint = a.joints[c];
       if (a.parents[c] < 0) parent_now = t.parent;
-      t.turned = d - parent_turn - t.align;
-      const Quat relative = turn_within(t.turned) * (turn_by(t.align) * q);
+      t.rotated = d - parent_response - t.align;
+      const Quat relative = bounded_rotation(t.rotated) * (from_rotation_vector(t.align) * q);
       now = glm::normalize(parent_now * glm::conjugate(t.parent) * relative);
-      const Quat turn = joint_turn(joint, now, parent_now);
-      const Quat kind = allowed_by_kind(joint.joint.kind, turn);
+      const Quat rotation = joint_rotation(joint, now, parent_now);
+      const Quat kind = allowed_by_kind(joint.joint.kind, rotation);
       if (!again) {
         const Quat unclamped = own_rotation(joint, parent_now, kind);
-        settled = settle_stops(a, c, unclamped, parent_now, d, y) && settled;
-        settled = settle_drive(world, a, h, c) && settled;
+        converged = update_limits(a, c, unclamped, parent_now, d, y) && converged;
+        converged = update_drive(world, a, h, c) && converged;
       }
-      const Quat allowed = allowed_turn(joint.joint, kind);
-      if (turns_of(joint.joint.kind) != Turns::freely || !(allowed == turn))
+      const Quat allowed = allowed_rotation(joint.joint, kind);
+      if (turns_of(joint.joint.kind) != Turns::freely || !(allowed == rotation))
         now = own_rotation(joint, parent_now, allowed);
-      turned = now * glm::conjugate(q);
+      rotated = now * glm::conjugate(q);
     }
-    r.slide[c] = y, r.turn[c] = d;
+    r.translation[c] = y, r.rotation[c] = d;
     r.rotations[c] = now;
-    w.set(kTurn, c, turned);
+    w.set(kAppliedRotation, c, rotated);
     w.set(kAttach, c, goal);
   }
-  return settled;
+  return converged;
 }
 
-void carry_up(const Island& a, std::vector<Loads>& force, std::vector<Loads>& torque) {
+void propagate_inward(const Island& a, std::vector<Vec3x4>& force, std::vector<Vec3x4>& torque) {
   for (std::size_t c = a.count(); c-- > 0;) {
     if (force[c].none() && torque[c].none()) continue;
-    const JointNode& n = a.room.joint_nodes[c];
-    Loads f = force[c];
-    f.subtract(Loads::transposed_times(n.swing, torque[c]));
-    Loads t;
-    if (!n.loose) t = Loads::transposed_times(n.follow, torque[c]);
-    torque[c] = Loads::times(n.give, torque[c]);
+    const JointNode& n = a.scratch.joint_nodes[c];
+    Vec3x4 f = force[c];
+    f.subtract(Vec3x4::transposed_times(n.rotation_per_translation, torque[c]));
+    Vec3x4 t;
+    if (!n.free_ball) t = Vec3x4::transposed_times(n.propagation, torque[c]);
+    torque[c] = Vec3x4::times(n.compliance, torque[c]);
     force[c] = f;
     if (a.parents[c] < 0) continue;
     const auto parent = static_cast<std::size_t>(a.parents[c]);
     force[parent].add(f);
-    torque[parent].add_cross(a.room.levers[c], f);
-    if (!n.loose) torque[parent].add(t);
+    torque[parent].add_cross(a.scratch.levers[c], f);
+    if (!n.free_ball) torque[parent].add(t);
   }
 }
 
-void carry_down(const Island& a, std::vector<Loads>& force, std::vector<Loads>& torque) {
+void propagate_outward(const Island& a, std::vector<Vec3x4>& force, std::vector<Vec3x4>& torque) {
   for (std::size_t c = 0; c < a.count(); ++c) {
-    const JointNode& n = a.room.joint_nodes[c];
-    Loads y;
+    const JointNode& n = a.scratch.joint_nodes[c];
+    Vec3x4 y;
     if (a.parents[c] >= 0) {
       const auto parent = static_cast<std::size_t>(a.parents[c]);
       y = force[parent];
-      y.subtract_cross(a.room.levers[c], torque[parent]);
-      if (!n.loose) torque[c].add(Loads::times(n.follow, torque[parent]));
+      y.subtract_cross(a.scratch.levers[c], torque[parent]);
+      if (!n.free_ball) torque[c].add(Vec3x4::times(n.propagation, torque[parent]));
     } else if (a.parents[c] == kFree) {
-      y = Loads::times(inverse_of(n.group), force[c]);
+      y = Vec3x4::times(inverse_of(n.articulated_mass), force[c]);
     }
-    torque[c].subtract(Loads::times(n.swing, y));
+    torque[c].subtract(Vec3x4::times(n.rotation_per_translation, y));
     force[c] = y;
   }
 }

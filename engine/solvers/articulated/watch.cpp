@@ -20,7 +20,7 @@ Energy energy_of(const World& world, const Island& a) {
   Energy e;
   for (std::size_t c = 0; c < a.count(); ++c) {
     const Body& b = world.bodies.values()[a.slots[c]];
-    const Vec3 w = glm::conjugate(b.pose.rotation) * b.spin;
+    const Vec3 w = glm::conjugate(b.pose.rotation) * b.angular_velocity;
     e.kinetic += 0.5 * (b.mass * glm::dot(b.velocity, b.velocity) + glm::dot(b.inertia, w * w));
     e.potential -= b.mass * b.gravity_scale * glm::dot(world.gravity, b.pose.position);
   }
@@ -33,19 +33,20 @@ Real hand_speed(const World& world, const Island& a, Real h) {
   for (const Tree& t : a.trees)
     if (a.parents[t.first] == kHeld)
       most = std::max(most, glm::length(t.target - t.target_before) / h);
-  for (const Hold& hold : a.holds) {
-    if (hold.compliance > 0) continue;  // springs are not solved here
-    const Vec3 way = hold.partner == UINT32_MAX ? hold.target - hold.target_before : Vec3(0);
-    const Real gap = std::max(glm::length(hold.gap_before), hold.residual);
+  for (const PackedPin& constraint : a.pins) {
+    if (constraint.compliance > 0) continue;  // springs are not solved here
+    const Vec3 way =
+        constraint.partner == UINT32_MAX ? constraint.target - constraint.target_before : Vec3(0);
+    const Real gap = std::max(glm::length(constraint.gap_before), constraint.residual);
     most = std::max(most, (glm::length(way) + gap) / h);
   }
-  for (const Cord& c : a.cords) {
+  for (const PackedCable& c : a.cables) {
     if (c.column_a != UINT32_MAX && c.column_b != UINT32_MAX) continue;
-    const String& s = world.strings.values()[c.string];
+    const Cable& s = world.cables.values()[c.cable];
     const bool a_moves = c.column_a != UINT32_MAX;
     const Body& holder = world.bodies.values()[a_moves ? c.slot_b : c.slot_a];
     const Vec3 arm = holder.pose.rotation * (a_moves ? s.joint.anchor_b : s.joint.anchor_a);
-    most = std::max(most, glm::length(holder.velocity + glm::cross(holder.spin, arm)));
+    most = std::max(most, glm::length(holder.velocity + glm::cross(holder.angular_velocity, arm)));
   }
   return most;
 }
@@ -56,12 +57,13 @@ Real most_work(const World& world, const Island& a, Real h) {
   Real pulls = 0, pushed = 0;
   for (std::size_t c = 0; c < a.count(); ++c) {
     const Body& b = world.bodies.values()[a.slots[c]];
-    Vec3 change = b.mass * (b.velocity - a.room.velocities[c] -
-                            h * b.gravity_scale * world.gravity);
+    Vec3 change =
+        b.mass * (b.velocity - a.scratch.velocities[c] - h * b.gravity_scale * world.gravity);
     const Force* f = a.forced ? world.forces.find(a.bodies[c]) : nullptr;
     if (f) {
       change -= h * f->force;
-      pushed += h * std::max(Real(0), glm::dot(f->force, b.velocity) + glm::dot(f->torque, b.spin));
+      pushed += h * std::max(Real(0), glm::dot(f->force, b.velocity) +
+                                          glm::dot(f->torque, b.angular_velocity));
     }
     pulls += glm::length(change);
   }
@@ -73,16 +75,16 @@ Real most_work(const World& world, const Island& a, Real h) {
 
 void begin_watch(const World& world, Island& a) {
   a.grew = false;
-  a.room.velocities.resize(a.count());
+  a.scratch.velocities.resize(a.count());
   for (std::size_t c = 0; c < a.count(); ++c)
-    a.room.velocities[c] = world.bodies.values()[a.slots[c]].velocity;
+    a.scratch.velocities[c] = world.bodies.values()[a.slots[c]].velocity;
   if (a.fresh || a.changed) a.watched = false;
 }
 
 void end_watch(const World& world, Island& a, Real h) {
   const Energy now = energy_of(world, a);
   // The first step brings together what was given apart; among contacts nothing is accounted for.
-  if (!a.watched || !a.room.touches.empty()) {
+  if (!a.watched || !a.scratch.contact_rows.empty()) {
     a.watched = true, a.budget = now.whole();
     a.usual = now.kinetic + a.mass * a.size * (glm::length(world.gravity) + 0.5 * a.size);
     return;

@@ -1,5 +1,5 @@
-// As far as asked by the integrator chosen: in halves where the step is too long for it, by steps
-// within a tolerance, by Euler where nothing else helps.
+// Advances by the chosen integrator: halves the step where it is too long, controls the error where
+// a tolerance is set, falls back to Euler where nothing else works.
 #include <algorithm>
 
 #include "engine/solvers/lagrangian/integrator.hpp"
@@ -7,45 +7,46 @@
 namespace pantin::lagrangian {
 namespace {
 
-constexpr int kMostHalvings = 6, kMostSteps = 200000;
-/// More steps of the integrator than this make no step: it is given up and told.
-constexpr int kMostParts = 1000;
-/// Residual that a step of Runge-Kutta may leave to the projection, part of the way of bodies.
-constexpr Real kMostOpened = 0.05;
-/// Steps that Euler takes before the integrator is tried again, and how often it is halved then.
+constexpr int kMaxHalvings = 6, kMaxSteps = 200000;
+/// A step that needs more substeps than this fails and is reported.
+constexpr int kMaxSubsteps = 1000;
+/// Constraint drift of a Runge-Kutta step that projection may correct, relative to the displacement
+/// of the bodies.
+constexpr Real kMaxOpening = 0.05;
+/// Euler steps before the integrator is retried, and halvings allowed for the retry.
 constexpr int kPatience = 8, kRetries = 3;
-/// Bodies that turn farther in a step, rad, have it halved; not by the implicit integrator.
-constexpr Real kMostTurn = 0.5;
-/// Steps squared times springs, and twice steps times dampers, over what they move.
-constexpr Real kStiff = 4;
+/// Largest rotation per step, rad; larger ones halve the step, except with the implicit integrator.
+constexpr Real kMaxRotation = 0.5;
+/// Stability limit of explicit integration: h^2 spring + 2 h damper, relative to the mass moved.
+constexpr Real kStabilityLimit = 4;
 
-/// Whether joints were opened by little beside the way that bodies went. A step of high order that
-/// opens more passes a place where rows nearly depend on one another: it may end on another branch.
+/// Whether the drift is small compared with the displacement of the bodies. A high-order step with
+/// larger drift passes near a singular configuration and may end on another branch.
 bool keeps_joints(const Island& m, Real h) {
   Real speed = 0;
   for (std::size_t b = 0; b < m.count(); ++b)
-    speed = std::max(speed,
-                     glm::length(m.room.state.v[b]) + m.reach * glm::length(m.room.state.w[b]));
-  return m.room.opened <= std::max(kMostOpened * h * speed, 1e-9 * m.size);
+    speed = std::max(
+        speed, glm::length(m.scratch.state.v[b]) + m.reach * glm::length(m.scratch.state.w[b]));
+  return m.scratch.opened <= std::max(kMaxOpening * h * speed, 1e-9 * m.size);
 }
 
-void add_loads(Island& m, Real h) {
-  for (std::size_t r = 0; r < m.rows; ++r) m.room.impulses[r] += h * m.loads[r];
+void add_impulses(Island& m, Real h) {
+  for (std::size_t r = 0; r < m.rows; ++r) m.scratch.impulses[r] += h * m.mean_lambda[r];
 }
 
-/// One step of the integrator, projected. False: not taken.
+/// One integrator step with projection. False: it failed.
 bool integrate(const World& world, Island& m, const Span& span, const IntegratorRow& by) {
   const bool done = by.step(world, m, span);
-  ++m.parts;
+  ++m.substeps;
   if (!done || !all_within_bounds(m)) return false;
   m.fresh = false;
-  add_loads(m, span.h);
-  // Ends on its joints by itself, or so near that rounding keeps it off.
+  add_impulses(m, span.h);
+  // RATTLE ends on the constraints up to rounding.
   if (by.ends_on_joints && m.residual <= tolerance_of(m)) return true;
   if (m.settings.stabilisation == Stabilisation::projection)
-    return project(world, m, span.part(1), span.whole) && all_within_bounds(m) &&
+    return project(world, m, span.fraction(1), span.whole) && all_within_bounds(m) &&
            (!by.may_open_joints || keeps_joints(m, span.h));
-  place(m), place_frames(world, m, span.part(1), span.whole);
+  update_kinematics(m), update_frames(world, m, span.fraction(1), span.whole);
   write_all_rows(world, m, {true, false});
   m.residual = worst_residual(m);
   return all_within_bounds(m);
@@ -57,25 +58,25 @@ bool integrate_adaptively(const World& world, Island& m, const Span& span,
   const Real goal = m.settings.step_tolerance;
   Real done = 0, h = m.try_step > 0 ? m.try_step : span.h / 16;
   for (int n = 0; done < span.h * (1 - 1e-14); ++n) {
-    if (n > kMostSteps || h < 1e-12 * span.h) return false;
+    if (n > kMaxSteps || h < 1e-12 * span.h) return false;
     const bool last = done + h > span.h * (1 - 1e-12);
     const Real now = last ? span.h - done : h;
-    m.room.start = m.room.state;
-    const Real lack = m.room.worst_lack;
+    m.scratch.start = m.scratch.state;
+    const Real row_residual = m.scratch.worst_relative_residual;
     Real error = 0;
     const Span part{span.from + done, now, span.whole};
     bool good = by.step_estimated(world, m, part, error);
-    ++m.parts;
+    ++m.substeps;
     const Real factor_of = good ? 0.9 * std::pow(goal / std::max(error, 1e-300), 0.2) : 0.1;
     good = good && error <= goal;
     if (good && m.settings.stabilisation == Stabilisation::projection)
-      good = project(world, m, part.part(1), span.whole);
+      good = project(world, m, part.fraction(1), span.whole);
     if (good) {
-      add_loads(m, now);
+      add_impulses(m, now);
       done += now, m.fresh = false;
       if (!last || factor_of < 1) h = now * std::clamp(factor_of, 0.2, 5.0);
     } else {
-      m.room.state = m.room.start, m.room.worst_lack = lack;
+      m.scratch.state = m.scratch.start, m.scratch.worst_relative_residual = row_residual;
       h = now * std::clamp(factor_of, 0.1, 0.7);
     }
   }
@@ -83,50 +84,51 @@ bool integrate_adaptively(const World& world, Island& m, const Span& span,
   return true;
 }
 
-Real fastest_spin(const Island& m) {
+Real fastest_rotation(const Island& m) {
   Real most = 0;
-  for (const Vec3& w : m.room.state.w) most = std::max(most, glm::dot(w, w));
+  for (const Vec3& w : m.scratch.state.w) most = std::max(most, glm::dot(w, w));
   return std::sqrt(most);
 }
 
-/// By one integrator, in halves where the step is too long for it: at most so many times halved.
-bool go_by(const World& world, Island& m, const Span& span, const IntegratorRow& by,
-           int most_halvings, int most_parts) {
+/// Advances by one integrator, with at most the given number of halvings.
+bool advance_by(const World& world, Island& m, const Span& span, const IntegratorRow& by,
+                int most_halvings, int most_substeps) {
   const bool bound = !by.turns_far;
-  const Real fastest = bound ? fastest_spin(m) : 0;
-  int parts = 1;
-  while (parts < 64 && fastest * span.h > kMostTurn * parts) parts *= 2;
-  if (!m.efforts.empty() && by.efforts_are_forces) {
-    place(m), place_frames(world, m, span.part(0), span.whole);
+  const Real fastest = bound ? fastest_rotation(m) : 0;
+  int substeps = 1;
+  while (substeps < 64 && fastest * span.h > kMaxRotation * substeps) substeps *= 2;
+  if (!m.joint_forces.empty() && by.efforts_are_forces) {
+    update_kinematics(m), update_frames(world, m, span.fraction(0), span.whole);
     const Stiffness stiff = stiffness_of(world, m);
     const auto is_long = [&](Real h) {
-      return h * h * stiff.spring + 2 * h * stiff.damper > kStiff;
+      return h * h * stiff.spring + 2 * h * stiff.damper > kStabilityLimit;
     };
-    while (parts < 64 && is_long(span.h / parts)) parts *= 2;
-    if (is_long(span.h / parts)) return false;
+    while (substeps < 64 && is_long(span.h / substeps)) substeps *= 2;
+    if (is_long(span.h / substeps)) return false;
   }
-  for (int halvings = 0;; parts *= 2) {
+  for (int halvings = 0;; substeps *= 2) {
     bool good = true;
-    for (int i = 0; i < parts && good; ++i)
-      good = integrate(world, m, {span.from + i * span.h / parts, span.h / parts, span.whole},
-                       by) &&
-             (!bound || parts >= 64 || fastest_spin(m) * span.h <= 2 * kMostTurn * parts);
+    for (int i = 0; i < substeps && good; ++i)
+      good =
+          integrate(world, m, {span.from + i * span.h / substeps, span.h / substeps, span.whole},
+                    by) &&
+          (!bound || substeps >= 64 || fastest_rotation(m) * span.h <= 2 * kMaxRotation * substeps);
     if (good) return true;
-    m.room.state = m.room.start, m.room.impulses = m.room.impulses_at_start;
-    std::fill(m.loads.begin(), m.loads.end(), 0.0);
+    m.scratch.state = m.scratch.start, m.scratch.impulses = m.scratch.impulses_at_start;
+    std::fill(m.mean_lambda.begin(), m.mean_lambda.end(), 0.0);
     m.fresh = true;
-    if (++halvings > most_halvings || m.parts > most_parts) return false;
+    if (++halvings > most_halvings || m.substeps > most_substeps) return false;
   }
 }
 
-/// The last resort: joints that stay open a little, what turns too fast for any step slowed down;
-/// and if that does not help, from rest.
-bool go_loosely(const World& world, Island& m, const Span& span) {
-  Motions& s = m.room.state;
+/// Last resort: joints may stay open a little and angular velocities are bounded; if that fails
+/// too, the step starts from rest.
+bool advance_loosely(const World& world, Island& m, const Span& span) {
+  Motions& s = m.scratch.state;
   for (Vec3& w : s.w)
-    if (const Real turn = glm::length(w) * span.h; turn > 1) w /= turn;
+    if (const Real rotation = glm::length(w) * span.h; rotation > 1) w /= rotation;
   if (integrate(world, m, span, integrators::euler)) return true;
-  s = m.room.start, m.room.impulses = m.room.impulses_at_start;
+  s = m.scratch.start, m.scratch.impulses = m.scratch.impulses_at_start;
   std::fill(s.v.begin(), s.v.end(), Vec3(0)), std::fill(s.w.begin(), s.w.end(), Vec3(0));
   return integrate(world, m, span, integrators::euler);
 }
@@ -134,22 +136,23 @@ bool go_loosely(const World& world, Island& m, const Span& span) {
 }  // namespace
 
 bool advance(const World& world, Island& m, const Span& span) {
-  const IntegratorRow& asked = row_of(m.settings.integrator);
+  const IntegratorRow& requested = row_of(m.settings.integrator);
   const IntegratorRow& chosen =
-      asked.carries_interfaces || m.interfaces.empty() ? asked : integrators::euler;
+      requested.carries_interfaces || m.interfaces.empty() ? requested : integrators::euler;
   if (chosen.step_estimated && m.settings.step_tolerance > 0)
     return integrate_adaptively(world, m, span, chosen);
-  m.room.start = m.room.state, m.room.impulses_at_start = m.room.impulses;
+  m.scratch.start = m.scratch.state, m.scratch.impulses_at_start = m.scratch.impulses;
   const int before = m.rescues;
   m.rescues = 0;
-  // After a rescue there is less hope in halves, and none at once.
+  // After a rescue fewer halvings are tried, and none in the next steps.
   if (before % kPatience == 0 &&
-      go_by(world, m, span, chosen, before > 0 ? kRetries : kMostHalvings, kMostParts))
+      advance_by(world, m, span, chosen, before > 0 ? kRetries : kMaxHalvings, kMaxSubsteps))
     return true;
-  const bool by_halves = &chosen != &integrators::euler &&
-                         go_by(world, m, span, integrators::euler, kMostHalvings, 2 * kMostParts);
+  const bool by_halves =
+      &chosen != &integrators::euler &&
+      advance_by(world, m, span, integrators::euler, kMaxHalvings, 2 * kMaxSubsteps);
   m.rescues = before + 1;
-  if (!by_halves && !go_loosely(world, m, span)) return m.rescues = 0, false;
+  if (!by_halves && !advance_loosely(world, m, span)) return m.rescues = 0, false;
   m.fresh = chosen.keeps_accelerations;
   return true;
 }

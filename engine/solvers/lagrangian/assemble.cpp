@@ -1,4 +1,4 @@
-// The matrix of kkt.cpp from rows and masses: J M^-1 J^T of the blocks that meet at each body.
+// Assembly of the matrix of kkt.cpp: J M^-1 J^T of the blocks at each body.
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
@@ -11,12 +11,12 @@ Real dot2(const RowVectors& x, const RowVectors& y) {
   return glm::dot(x.v, y.v) + glm::dot(x.w, y.w);
 }
 
-/// S += J_p M^-1 J_q^T at one body, both blocks of the kind that holds a point. `w`: the angular
-/// parts of J_p M^-1, signs left out. R = 0: sizes known at run time only.
+/// S += J_p M^-1 J_q^T at one body, for two blocks that constrain points. `w`: the angular parts of
+/// J_p M^-1 without sign. R = 0: sizes known at run time only.
 template <int R>
-void meet_points(const Vec3* w, const Vec3* j, std::size_t at_q, Real per_mass, Real sign,
-                 std::size_t rows_p, std::size_t rows_q, Real* to, std::size_t step_p,
-                 std::size_t step_q) {
+void add_point_product(const Vec3* w, const Vec3* j, std::size_t at_q, Real per_mass, Real sign,
+                       std::size_t rows_p, std::size_t rows_q, Real* to, std::size_t step_p,
+                       std::size_t step_q) {
   const std::size_t np = R ? R : rows_p, nq = R ? R : rows_q;
   const Vec3 arm = j[at_q];
   for (std::size_t r = 0; r < np; ++r, to += step_p) {
@@ -27,34 +27,34 @@ void meet_points(const Vec3* w, const Vec3* j, std::size_t at_q, Real per_mass, 
   }
 }
 
-/// The meetings of one body.
-void meet_at(Island& m, std::size_t body) {
-  const KktPattern& p = m.room.pattern;
+/// All block products of one body.
+void add_products_at(Island& m, std::size_t body) {
+  const KktPattern& p = m.scratch.pattern;
   const Real per_mass = 1 / m.mass[body];
-  const Mat3& give = m.room.give[body];
+  const Mat3& inverse_inertia = m.scratch.inverse_inertia[body];
   RowVectors full[6];
   Vec3 w[6];
   std::uint32_t last = UINT32_MAX;
-  for (std::uint32_t i = p.first_meeting[body]; i < p.first_meeting[body + 1]; ++i) {
-    const KktPattern::Meeting& k = p.meetings[i];
+  for (std::uint32_t i = p.first_product[body]; i < p.first_product[body + 1]; ++i) {
+    const KktPattern::BlockProduct& k = p.products[i];
     const Block &one = m.blocks[k.p], &two = m.blocks[k.q];
     const Vec3 *j = jacobian_of(m, one), *to_j = jacobian_of(m, two);
     if (k.p != last) {
       last = k.p;
       if (one.point) {
         const Vec3 r = j[k.at_p];  // of -[r]x, times the inverse inertia
-        w[0] = r.z * give[1] - r.y * give[2];
-        w[1] = r.x * give[2] - r.z * give[0];
-        w[2] = r.y * give[0] - r.x * give[1];
-        for (std::size_t s = 3; s < one.rows; ++s) w[s] = give * j[s - 1];
+        w[0] = r.z * inverse_inertia[1] - r.y * inverse_inertia[2];
+        w[1] = r.x * inverse_inertia[2] - r.z * inverse_inertia[0];
+        w[2] = r.y * inverse_inertia[0] - r.x * inverse_inertia[1];
+        for (std::size_t s = 3; s < one.rows; ++s) w[s] = inverse_inertia * j[s - 1];
       }
-      for (std::size_t r = 0; r < one.rows && (!one.point || !k.plain); ++r) {
+      for (std::size_t r = 0; r < one.rows && (!one.point || !k.all_points); ++r) {
         full[r] = row_of(one, j, r, k.at_p);
-        full[r].v *= per_mass, full[r].w = give * full[r].w;
+        full[r].v *= per_mass, full[r].w = inverse_inertia * full[r].w;
       }
     }
-    Real* to = &m.room.values[k.target];
-    if (k.opens) std::fill_n(to, one.rows * two.rows, 0.0);
+    Real* to = &m.scratch.values[k.target];
+    if (k.first_write) std::fill_n(to, one.rows * two.rows, 0.0);
     const std::size_t step_p = k.flipped ? 1 : two.rows, step_q = k.flipped ? one.rows : 1;
     if (!one.point || !two.point) {
       for (std::size_t s = 0; s < two.rows; ++s) {
@@ -65,33 +65,34 @@ void meet_at(Island& m, std::size_t body) {
     } else {
       const Real sign = k.at_p == k.at_q ? 1 : -1;
       if (one.rows == 3 && two.rows == 3)
-        meet_points<3>(w, to_j, k.at_q, per_mass, sign, 3, 3, to, step_p, step_q);
+        add_point_product<3>(w, to_j, k.at_q, per_mass, sign, 3, 3, to, step_p, step_q);
       else if (one.rows == 5 && two.rows == 5)
-        meet_points<5>(w, to_j, k.at_q, per_mass, sign, 5, 5, to, step_p, step_q);
+        add_point_product<5>(w, to_j, k.at_q, per_mass, sign, 5, 5, to, step_p, step_q);
       else
-        meet_points<0>(w, to_j, k.at_q, per_mass, sign, one.rows, two.rows, to, step_p, step_q);
+        add_point_product<0>(w, to_j, k.at_q, per_mass, sign, one.rows, two.rows, to, step_p,
+                             step_q);
     }
     if (k.p == k.q)
       for (std::size_t r = 0; r < one.rows; ++r)
-        m.room.scales[one.first_row + r] = to[r * (one.rows + 1u)];
+        m.scratch.scales[one.first_row + r] = to[r * (one.rows + 1u)];
   }
 }
 
-/// What hubs add to the diagonal of J M^-1 J^T.
+/// Contribution of hubs to the diagonal of J M^-1 J^T.
 void add_scales_of_hubs(Island& m) {
-  const KktPattern& p = m.room.pattern;
-  for (const KktPattern::HubMeeting& k : p.hub_meetings) {
+  const KktPattern& p = m.scratch.pattern;
+  for (const KktPattern::HubProduct& k : p.hub_products) {
     const Block& b = m.blocks[k.block];
-    const Real* d = &m.room.values[p.diagonal[p.place[k.block]]];
-    for (std::size_t r = 0; r < b.rows; ++r) m.room.scales[b.first_row + r] = d[r * b.rows + r];
+    const Real* d = &m.scratch.values[p.diagonal[p.place[k.block]]];
+    for (std::size_t r = 0; r < b.rows; ++r) m.scratch.scales[b.first_row + r] = d[r * b.rows + r];
   }
-  for (const KktPattern::HubMeeting& k : p.hub_meetings) {
+  for (const KktPattern::HubProduct& k : p.hub_products) {
     const Block& b = m.blocks[k.block];
     const std::uint32_t body = b.body[k.at];
     for (std::size_t r = 0; r < b.rows; ++r) {
       const RowVectors j = row_of(b, jacobian_of(m, b), r, k.at);
-      m.room.scales[b.first_row + r] +=
-          glm::dot(j.v, j.v) / m.mass[body] + glm::dot(j.w, m.room.give[body] * j.w);
+      m.scratch.scales[b.first_row + r] +=
+          glm::dot(j.v, j.v) / m.mass[body] + glm::dot(j.w, m.scratch.inverse_inertia[body] * j.w);
     }
   }
 }
@@ -99,14 +100,14 @@ void add_scales_of_hubs(Island& m) {
 }  // namespace
 
 void assemble(Island& m) {
-  const KktPattern& p = m.room.pattern;
-  for (const KktPattern::Range& r : p.untouched)
-    std::fill_n(m.room.values.begin() + r.from, r.count, 0.0);
-  for (std::size_t b = 0; b < m.count(); ++b) meet_at(m, b);
+  const KktPattern& p = m.scratch.pattern;
+  for (const KktPattern::Range& r : p.fill_ranges)
+    std::fill_n(m.scratch.values.begin() + r.from, r.count, 0.0);
+  for (std::size_t b = 0; b < m.count(); ++b) add_products_at(m, b);
   add_scales_of_hubs(m);
-  for (const KktPattern::HubMeeting& k : p.hub_meetings) {
+  for (const KktPattern::HubProduct& k : p.hub_products) {
     const Block& block = m.blocks[k.block];
-    Real* to = &m.room.values[k.target];
+    Real* to = &m.scratch.values[k.target];
     for (std::size_t r = 0; r < block.rows; ++r) {
       const RowVectors j = row_of(block, jacobian_of(m, block), r, k.at);
       for (int c = 0; c < 6; ++c)
@@ -115,8 +116,8 @@ void assemble(Island& m) {
   }
   for (std::size_t h = 0; h < p.hubs.size(); ++h) {
     const std::uint32_t b = p.hubs[h];
-    Real* to = &m.room.values[p.diagonal[p.place[m.blocks.size() + h]]];
-    const Mat3 inertia = world_inertia(m.room.placed[b].rotation, m.inertia[b]);
+    Real* to = &m.scratch.values[p.diagonal[p.place[m.blocks.size() + h]]];
+    const Mat3 inertia = world_inertia(m.scratch.body_states[b].rotation, m.inertia[b]);
     for (int r = 0; r < 3; ++r) {
       to[7 * r] = -m.mass[b];
       for (int c = 0; c < 3; ++c) to[(3 + r) * 6 + 3 + c] = -inertia[c][r];

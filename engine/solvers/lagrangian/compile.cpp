@@ -1,9 +1,8 @@
-#include "engine/solvers/lagrangian/island.hpp"
-
 #include <algorithm>
 #include <array>
 
 #include "engine/base/disjoint_sets.hpp"
+#include "engine/solvers/lagrangian/island.hpp"
 #include "engine/solvers/lagrangian/jacobian.hpp"
 #include "engine/solvers/solver.hpp"
 #include "engine/world/world.hpp"
@@ -46,7 +45,7 @@ std::uint32_t add_frame(Island& m, std::uint32_t slot, std::uint32_t pin) {
   return static_cast<std::uint32_t>(m.count() + m.frames.size() - 1);
 }
 
-/// A body's number in the mechanism, as a frame if it is not its own.
+/// A body's number in the island, as a frame if it is not its own.
 std::uint32_t number_of(Packer& p, std::uint32_t island, std::uint32_t slot) {
   if (p.owner[slot] == island) return p.number[slot];
   return add_frame(p.islands[island], slot, kNobody);
@@ -73,29 +72,30 @@ void add_limits(Island& m, const Joint& joint, Block block) {
     if (range.low == range.high) return add(which, false, range.low, true);
     add(which, false, range.low, false), add(which, true, range.high, false);
   };
-  add_range(Coordinate::turn, joint.limits->turn);  // of custom kinds too
+  add_range(Coordinate::angle, joint.limits->angle);  // of custom kinds too
   for (const FreeCoordinate& c : info_of(joint.kind).coordinates) {
     if (c.limit.empty()) continue;
     if (c.which == Coordinate::second) add_range(c.which, joint.limits->second);
-    if (c.which == Coordinate::slide) add_range(c.which, joint.extras->travel);
+    if (c.which == Coordinate::travel) add_range(c.which, joint.parameters->travel);
     if (c.which == Coordinate::swing && joint.limits->swing.on) add(c.which, false, 0, false);
   }
 }
 
-void add_efforts(Island& m, const Joint& joint, Block block) {
-  const auto add = [&](Coordinate which, const Freedom& freedom) {
-    if (!freedom.any()) return;
-    Effort e;
+void pack_joint_forces(Island& m, const Joint& joint, Block block) {
+  const auto add = [&](Coordinate which, const Dof& dof) {
+    if (!dof.any()) return;
+    JointForce e;
     e.link = block.source, e.body[0] = block.body[0], e.body[1] = block.body[1];
     e.coordinate = which;
-    m.efforts.push_back(e);
+    m.joint_forces.push_back(e);
     m.damped = true;
-    ++m.effort_rows;
+    ++m.joint_force_rows;
     block.kind = BlockKind::spring, block.rows = 1, block.point = false;
     block.coordinate = which;
     add_block(m, block);
   };
-  add(Coordinate::turn, joint.extras->turn), add(Coordinate::slide, joint.extras->slide);
+  add(Coordinate::angle, joint.parameters->rotation),
+      add(Coordinate::travel, joint.parameters->translation);
 }
 
 void pack_links(Packer& p) {
@@ -104,12 +104,12 @@ void pack_links(Packer& p) {
     const Link& link = world.links.values()[i];
     const Ends ends = ends_of(world, link.a, link.b);
     if (ends.a == kNobody) continue;  // reported by the articulated solver
-    const std::uint32_t at =
-        p.owner[ends.a] != kNobody ? p.owner[ends.a] : p.owner[ends.b];
+    const std::uint32_t at = p.owner[ends.a] != kNobody ? p.owner[ends.a] : p.owner[ends.b];
     if (at == kNobody) continue;
     Island& m = p.islands[at];
     if (const char* reason = info_of(link.joint.kind).fault(link.joint)) {
-      p.partition.faults.push_back({world.links.owners()[i], reason, StructureFault::left_out, false});
+      p.partition.faults.push_back(
+          {world.links.owners()[i], reason, StructureFault::left_out, false});
       continue;
     }
     Block block;
@@ -118,9 +118,9 @@ void pack_links(Packer& p) {
     block.body[0] = number_of(p, at, ends.a), block.body[1] = number_of(p, at, ends.b);
     add_block(m, block);
     add_limits(m, link.joint, block);
-    add_efforts(m, link.joint, block);
-    if (!world.pose_drives.find(world.links.owners()[i])) continue;
-    m.pose_drives.push_back({i, {block.body[0], block.body[1]}});
+    pack_joint_forces(m, link.joint, block);
+    if (!world.joint_drives.find(world.links.owners()[i])) continue;
+    m.joint_drives.push_back({i, {block.body[0], block.body[1]}});
     m.damped = true;
   }
 }
@@ -132,7 +132,7 @@ void pack_pins(Packer& p) {
     const std::uint32_t slot = world.bodies.slot(pin.body);
     const std::uint32_t to = pin.to ? world.bodies.slot(pin.to) : kNoSlot;
     if (slot == kNoSlot || (pin.to && (to == kNoSlot || to == slot))) continue;
-    // What hangs on a mechanism is no joint of it: see owed.
+    // What hangs on an island is no joint of it: see owed.
     const std::uint32_t at = p.owner[slot] != kNobody ? p.owner[slot]
                              : to != kNoSlot          ? p.owner[to]
                                                       : kNobody;
@@ -152,10 +152,10 @@ void pack_pins(Packer& p) {
   }
 }
 
-void pack_strings(Packer& p) {
+void pack_cables(Packer& p) {
   World& world = p.world;
-  for (std::uint32_t i = 0; i < world.strings.size(); ++i) {
-    const String& s = world.strings.values()[i];
+  for (std::uint32_t i = 0; i < world.cables.size(); ++i) {
+    const Cable& s = world.cables.values()[i];
     const Ends ends = ends_of(world, s.a, s.b);
     if (ends.a == kNobody) continue;
     const auto fits = [&](std::uint32_t slot) {
@@ -168,7 +168,7 @@ void pack_strings(Packer& p) {
     block.kind = BlockKind::cable, block.source = i, block.rows = 1, block.count = 2;
     block.body[0] = number_of(p, at, ends.a), block.body[1] = number_of(p, at, ends.b);
     if (s.joint.compliance > 0) {
-      m.elastic_strings.push_back({i, {block.body[0], block.body[1]}});
+      m.elastic_cables.push_back({i, {block.body[0], block.body[1]}});
       continue;
     }
     add_block(m, block);
@@ -176,22 +176,24 @@ void pack_strings(Packer& p) {
   }
 }
 
-bool fits_ratio(const Joint& joint, bool slides) {
-  return info_of(joint.kind).is_used(slides ? Coordinate::slide : Coordinate::turn, kGeared);
+bool fits_gear(const Joint& joint, bool translates) {
+  return info_of(joint.kind).is_used(translates ? Coordinate::travel : Coordinate::angle, kGeared);
 }
 
-void pack_ratios(Packer& p) {
+void pack_gears(Packer& p) {
   World& world = p.world;
-  for (std::uint32_t i = 0; i < world.ratios.size(); ++i) {
-    const Ratio& r = world.ratios.values()[i];
-    const Entity owner = world.ratios.owners()[i];
+  for (std::uint32_t i = 0; i < world.gears.size(); ++i) {
+    const Gear& r = world.gears.values()[i];
+    const Entity owner = world.gears.owners()[i];
     const Link *one = world.links.find(r.first), *two = world.links.find(r.second);
     if (!one || !two || r.first == r.second) {
-      p.partition.faults.push_back({owner, "couples joints that do not exist or are the same", StructureFault::left_out, false});
+      p.partition.faults.push_back({owner, "couples joints that do not exist or are the same",
+                                    StructureFault::left_out, false});
       continue;
     }
-    if (!fits_ratio(one->joint, r.slides_first) || !fits_ratio(two->joint, r.slides_second)) {
-      p.partition.faults.push_back({owner, "couples a freedom that the joint does not have", StructureFault::left_out, false});
+    if (!fits_gear(one->joint, r.first_travels) || !fits_gear(two->joint, r.second_travels)) {
+      p.partition.faults.push_back({owner, "couples a freedom that the joint does not have",
+                                    StructureFault::left_out, false});
       continue;
     }
     const Ends e1 = ends_of(world, one->a, one->b), e2 = ends_of(world, two->a, two->b);
@@ -201,9 +203,9 @@ void pack_ratios(Packer& p) {
       if (at == kNobody) at = p.owner[slot];
     if (at == kNobody) continue;  // of no island here: see list_faults
     Block block;
-    block.kind = BlockKind::ratio, block.source = i, block.rows = 1, block.bound = r.offset;
-    block.coordinate = r.slides_first ? Coordinate::slide : Coordinate::turn;
-    block.second = r.slides_second ? Coordinate::slide : Coordinate::turn;
+    block.kind = BlockKind::gear, block.source = i, block.rows = 1, block.bound = r.offset;
+    block.coordinate = r.first_travels ? Coordinate::travel : Coordinate::angle;
+    block.second = r.second_travels ? Coordinate::travel : Coordinate::angle;
     std::uint8_t* end = block.ends;
     for (std::uint32_t slot : {e1.a, e1.b, e2.a, e2.b}) {
       const std::uint32_t number = number_of(p, at, slot);
@@ -225,8 +227,8 @@ void find_interfaces(Packer& p) {
     Island& m = p.islands[p.owner[own]];
     contact::Interface h;
     h.kind = kind, h.source = source, h.body = p.number[own], h.anchor = anchor;
-    h.guess = static_cast<std::uint32_t>(m.count());
-    h.mass = world.bodies.values()[other].mass;  // until its solver tells
+    h.point_mass = static_cast<std::uint32_t>(m.count());
+    h.mass = world.bodies.values()[other].mass;  // until its solver reports it
     m.bodies.push_back({}), m.slots.push_back(kNobody);
     m.mass.push_back(1), m.inertia.push_back(Vec3(1));
     m.drag.push_back(0), m.gravity_scale.push_back(0);
@@ -236,12 +238,14 @@ void find_interfaces(Packer& p) {
     const Pin& pin = world.pins.values()[i];
     if (!pin.to) continue;
     const std::uint32_t a = world.bodies.slot(pin.body), b = world.bodies.slot(pin.to);
-    add(contact::TieKind::pin, i, a, pin.anchor, b), add(contact::TieKind::pin, i, b, pin.target, a);
+    add(contact::TieKind::pin, i, a, pin.anchor, b),
+        add(contact::TieKind::pin, i, b, pin.target, a);
   }
-  for (std::uint32_t i = 0; i < world.strings.size(); ++i) {
-    const String& s = world.strings.values()[i];
+  for (std::uint32_t i = 0; i < world.cables.size(); ++i) {
+    const Cable& s = world.cables.values()[i];
     const std::uint32_t a = world.bodies.slot(s.a), b = world.bodies.slot(s.b);
-    add(contact::TieKind::cable, i, a, s.joint.anchor_a, b), add(contact::TieKind::cable, i, b, s.joint.anchor_b, a);
+    add(contact::TieKind::cable, i, a, s.joint.anchor_a, b),
+        add(contact::TieKind::cable, i, b, s.joint.anchor_b, a);
   }
 }
 
@@ -250,18 +254,18 @@ void pack_interfaces(Island& m) {
     Block block;
     block.kind = BlockKind::interface, block.source = i, block.rows = 3, block.count = 2;
     block.point = true;
-    block.body[0] = m.interfaces[i].body, block.body[1] = m.interfaces[i].guess;
+    block.body[0] = m.interfaces[i].body, block.body[1] = m.interfaces[i].point_mass;
     add_block(m, block);
   }
 }
 
-/// Whether rows may depend on one another: blocks close a loop, over the ground too.
+/// Whether closed loops: rows may be dependent: blocks close a loop, over the ground too.
 bool has_loops(const Island& m) {
   const auto ground = static_cast<std::uint32_t>(m.count());
   DisjointSets sets(m.count() + 1);
   for (const Block& b : m.blocks) {
     if (b.kind == BlockKind::spring) continue;
-    if (b.kind == BlockKind::ratio || b.kind == BlockKind::limit) continue;
+    if (b.kind == BlockKind::gear || b.kind == BlockKind::limit) continue;
     const std::uint32_t one = std::min(b.body[0], ground), two = std::min(b.body[1], ground);
     if (sets.root(one) == sets.root(two)) return true;
     sets.join(one, two);
@@ -283,14 +287,14 @@ struct Unchanged {
     switch (kind) {
       case BlockKind::pin:
         return at(before ? std::span<const Entity>(b.pins) : world.pins.owners(), source);
-      case BlockKind::ratio:
-        return at(before ? std::span<const Entity>(b.ratios) : world.ratios.owners(), source);
+      case BlockKind::gear:
+        return at(before ? std::span<const Entity>(b.gears) : world.gears.owners(), source);
       case BlockKind::cable:
-        return at(before ? std::span<const Entity>(b.strings) : world.strings.owners(), source);
+        return at(before ? std::span<const Entity>(b.cables) : world.cables.owners(), source);
       case BlockKind::interface: {  // by what hangs there
         const contact::Interface& h = (before ? was : now).interfaces[source];
-        return source_of(h.kind == contact::TieKind::pin ? BlockKind::pin : BlockKind::cable, h.source,
-                         before);
+        return source_of(h.kind == contact::TieKind::pin ? BlockKind::pin : BlockKind::cable,
+                         h.source, before);
       }
       default:
         return at(before ? std::span<const Entity>(b.links) : world.links.owners(), source);
@@ -306,7 +310,7 @@ struct Unchanged {
     return at(built.bodies, a.slot) == at(world.bodies.owners(), b.slot) &&
            at(built.pins, a.pin) == at(world.pins.owners(), b.pin);
   }
-  bool operator()(const Effort& a, const Effort& b) const {
+  bool operator()(const JointForce& a, const JointForce& b) const {
     return a.coordinate == b.coordinate && std::equal(a.body, a.body + 2, b.body) &&
            at(built.links, a.link) == at(world.links.owners(), b.link);
   }
@@ -316,7 +320,7 @@ struct Unchanged {
   }
   bool is_so() const {
     return was.bodies == now.bodies && was.rows == now.rows && all(was.blocks, now.blocks) &&
-           all(was.frames, now.frames) && all(was.efforts, now.efforts) &&
+           all(was.frames, now.frames) && all(was.joint_forces, now.joint_forces) &&
            was.interfaces.size() == now.interfaces.size();
   }
 };
@@ -327,31 +331,31 @@ void carry_on(const World& world, Island& was, Island& m) {
     const contact::Interface today = m.interfaces[i];
     contact::Interface& h = m.interfaces[i] = was.interfaces[i];
     h.source = today.source, h.anchor = today.anchor;
-    h.body = today.body, h.guess = today.guess;
+    h.body = today.body, h.point_mass = today.point_mass;
   }
-  m.memory = was.memory, m.loads = was.loads, m.forces = was.forces;
+  m.memory = was.memory, m.mean_lambda = was.mean_lambda, m.forces = was.forces;
   m.fresh = was.fresh, m.counted = was.counted;
   for (std::size_t i = 0; i < m.blocks.size() && m.counted; ++i)
-    if (m.blocks[i].kind == BlockKind::ratio &&
-        !world.ratios.values()[m.blocks[i].source].has_offset)
+    if (m.blocks[i].kind == BlockKind::gear && !world.gears.values()[m.blocks[i].source].has_offset)
       m.blocks[i].bound = was.blocks[i].bound;
   for (std::size_t i = 0; i < m.frames.size(); ++i)
     m.frames[i].before = was.frames[i].before, m.frames[i].known = was.frames[i].known;
-  for (std::size_t i = 0; i < m.efforts.size(); ++i) m.efforts[i].before = was.efforts[i].before;
+  for (std::size_t i = 0; i < m.joint_forces.size(); ++i)
+    m.joint_forces[i].before = was.joint_forces[i].before;
   m.faults = was.faults, m.rank = was.rank, m.lost = was.lost, m.residual = was.residual;
-  m.solves = was.solves, m.parts = was.parts, m.iterations = was.iterations;
+  m.solves = was.solves, m.substeps = was.substeps, m.iterations = was.iterations;
   m.events = was.events, m.cannot_close = was.cannot_close;
   m.size = was.size, m.reach = was.reach, m.sits_out = was.sits_out;
-  if (m.settings == was.settings) m.room = std::move(was.room);
+  if (m.settings == was.settings) m.scratch = std::move(was.scratch);
 }
 
 /// What an earlier build remembers of the bodies and the blocks of an island; which it was, if this
 /// is made of the same things.
 std::uint32_t carry_memory(const World& world, std::vector<Island>& before, Island& m) {
   m.memory.assign(m.blocks.size(), {});
-  m.loads.assign(m.rows, 0), m.forces = m.loads;
+  m.mean_lambda.assign(m.rows, 0), m.forces = m.mean_lambda;
   m.accelerations.assign(2 * m.count(), Vec3(0));
-  m.lagged = m.owed = m.accelerations;
+  m.lagged = m.contact_loads = m.accelerations;
   for (std::uint32_t i = 0; i < before.size(); ++i) {
     Island& was = before[i];
     if (was.bodies != m.bodies) continue;
@@ -370,8 +374,8 @@ void carry_saved(const Island& m, Islands::Saved& was, Islands::Saved& saved) {
   if (saved.memory.frames.size() != m.frames.size()) return;
   for (std::size_t f = 0; f < m.frames.size(); ++f)
     saved.memory.frames[f].slot = m.frames[f].slot, saved.memory.frames[f].pin = m.frames[f].pin;
-  for (std::size_t e = 0; e < m.efforts.size() && e < saved.memory.efforts.size(); ++e)
-    saved.memory.efforts[e].link = m.efforts[e].link;
+  for (std::size_t e = 0; e < m.joint_forces.size() && e < saved.memory.joint_forces.size(); ++e)
+    saved.memory.joint_forces[e].link = m.joint_forces[e].link;
 }
 
 }  // namespace
@@ -380,10 +384,10 @@ Entity joint_of(const World& world, const Block& block) {
   switch (block.kind) {
     case BlockKind::pin:
       return world.pins.owners()[block.source];
-    case BlockKind::ratio:
-      return world.ratios.owners()[block.source];
+    case BlockKind::gear:
+      return world.gears.owners()[block.source];
     case BlockKind::cable:
-      return world.strings.owners()[block.source];
+      return world.cables.owners()[block.source];
     case BlockKind::interface:
       return {};
     default:
@@ -413,7 +417,7 @@ void compile(World& world, std::span<const IslandPlan> plans) {
     islands.push_back(std::move(m));
   }
   find_interfaces(p);
-  pack_links(p), pack_pins(p), pack_strings(p), pack_ratios(p);
+  pack_links(p), pack_pins(p), pack_cables(p), pack_gears(p);
   Islands& all = world.memory.of<Islands>();
   std::vector<Islands::Saved> saved(islands.size());
   all.scratch.saved.resize(before.size());

@@ -6,8 +6,8 @@
 namespace pantin::lagrangian {
 
 struct IntegratorRow {
-  /// One step from room.state to room.state; m.loads become the mean forces of constraint. False:
-  /// it did not converge, or is too long.
+  /// One step from room.state to room.state; m.mean_lambda become the mean forces of constraint.
+  /// False: it did not converge, or is too long.
   bool (*step)(const World&, Island&, const Span&);
   /// ... that tells the worst of what it errs by, so that steps keep a tolerance; or null.
   bool (*step_estimated)(const World&, Island&, const Span&, Real& error) = nullptr;
@@ -21,7 +21,7 @@ struct IntegratorRow {
   bool efforts_are_forces = false;
   /// Steps in which bodies turn far are not halved.
   bool turns_far = false;
-  /// Meets what other solvers hang on the mechanism; Euler takes the place of one that does not.
+  /// Meets what other solvers hang on the island; Euler takes the place of one that does not.
   bool carries_interfaces = true;
   /// Goes on from accelerations, which are to be found anew after a jump or another's step.
   bool keeps_accelerations = false;

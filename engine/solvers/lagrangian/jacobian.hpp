@@ -1,21 +1,21 @@
 #pragma once
-/// The Jacobian of a block as it is kept. Joints that hold a point (Block::point) keep both arms
-/// and then the directions of rows 3 on, world axes:
+/// Storage of a block's Jacobian. Joints that constrain a point (Block::point) store both arms,
+/// then the directions of rows 3 and up, world axes:
 ///
 ///   rows 0 to 2:  v_a + w_a x arm_a - (v_b + w_b x arm_b)
 ///   row 3 + i:    k_i . (w_a - w_b)
 ///
-/// The others keep 2 * count vectors a row: velocity and spin of each body.
+/// Other blocks store 2 * count vectors a row: for velocity and angular velocity of each body.
 #include "engine/solvers/lagrangian/island.hpp"
 
 namespace pantin::lagrangian {
 
-/// How many vectors a block keeps.
+/// Number of vectors stored for a block.
 inline std::uint32_t vectors_of(const Block& b) {
   return b.point ? b.rows - 1u : 2u * b.rows * b.count;
 }
 
-/// One row in full: what velocity and spin of one body are multiplied with.
+/// One row for one body: coefficients of its velocity and angular velocity.
 struct RowVectors {
   Vec3 v, w;
 };
@@ -28,7 +28,7 @@ inline RowVectors row_of(const Block& b, const Vec3* j, std::size_t row, std::si
   return {unit, glm::cross(j[at], unit)};
 }
 
-/// J of one body times its twist, added to `to`, one number a row.
+/// Adds J times the twist of one body to `to`, one number a row.
 inline void add_rates(const Block& b, const Vec3* j, std::size_t at, Vec3 v, Vec3 w, Real* to) {
   if (!b.point) {
     for (std::size_t r = 0; r < b.rows; ++r) {
@@ -43,19 +43,20 @@ inline void add_rates(const Block& b, const Vec3* j, std::size_t at, Vec3 v, Vec
   for (std::size_t r = 3; r < b.rows; ++r) to[r] += sign * glm::dot(j[r - 1], w);
 }
 
-/// J^T of one body times loads, added to force and torque.
-inline void add_pull(const Block& b, const Vec3* j, std::size_t at, const Real* load, Vec3* to) {
+/// Adds J^T lambda of one body to force and torque.
+inline void add_constraint_force(const Block& b, const Vec3* j, std::size_t at,
+                                 const Real* block_lambda, Vec3* to) {
   if (!b.point) {
     for (std::size_t r = 0; r < b.rows; ++r) {
       const Vec3* row = j + 2 * (r * b.count + at);
-      to[0] += load[r] * row[0], to[1] += load[r] * row[1];
+      to[0] += block_lambda[r] * row[0], to[1] += block_lambda[r] * row[1];
     }
     return;
   }
   const Real sign = at == 0 ? 1 : -1;
-  const Vec3 force = sign * Vec3(load[0], load[1], load[2]);
+  const Vec3 force = sign * Vec3(block_lambda[0], block_lambda[1], block_lambda[2]);
   Vec3 torque = glm::cross(j[at], force);
-  for (std::size_t r = 3; r < b.rows; ++r) torque += sign * load[r] * j[r - 1];
+  for (std::size_t r = 3; r < b.rows; ++r) torque += sign * block_lambda[r] * j[r - 1];
   to[0] += force, to[1] += torque;
 }
 

@@ -1,6 +1,6 @@
 #pragma once
-/// The Lagrangian solver: Newton's and Euler's equations in absolute coordinates, with multipliers
-/// for the joints, in time linear in the bodies. [Nelson & Cohen; Baraff 1996]
+/// The Lagrangian solver: Newton-Euler equations in absolute coordinates with constraint
+/// multipliers, in time linear in the number of bodies. [Nelson & Cohen; Baraff 1996]
 ///
 /// Method, orders and figures: README.md beside this file.
 #include "engine/solvers/lagrangian/island.hpp"
@@ -11,23 +11,23 @@ namespace pantin::lagrangian {
 /// Memory for the steps of every island that has none; after compile, and after a copy.
 void prepare(World& world);
 
-/// One step of `h` seconds from World::time, of one mechanism: joints, limits, forces. Where it
-/// cannot be taken, m.lost names a body and nothing has moved.
+/// One step of `h` seconds from World::time of one island. If it fails, m.lost names a body and
+/// nothing has moved.
 void step(World& world, Island& m, Real h);
 
-/// What is wrong with the joints as the World stands, by name: rows that follow from others, joints
-/// that cannot all be closed, joints at a wrong root. Does not move anything; allocates.
+/// Faults of the joints in the present state: redundant rows, joints that cannot be closed
+/// together, joints on a spurious branch. Moves nothing; allocates.
 std::vector<Fault> inspect(const World& world, std::size_t island);
 
-/// What a joint lacks as the World stands, root of the sum of squares of its residuals: m and rad.
+/// Gap of a joint in the present state: root of the sum of its squared residuals, m and rad.
 Real joint_gap(const World& world, const Island& m, std::size_t block);
 
-/// What a joint and its stops do to its body b, mean over the last step, world axes. Springs, motors
-/// and friction are not in it.
-struct JointForce {
+/// Reaction of a joint and its limits on its body b, mean over the last step, world axes. Without
+/// springs, motors and friction.
+struct ConstraintWrench {
   Vec3 force{0};   // N
   Vec3 torque{0};  // N m, about the mass centre of b
 };
-JointForce joint_force(const Island& m, std::size_t block);
+ConstraintWrench joint_wrench(const Island& m, std::size_t block);
 
 }  // namespace pantin::lagrangian

@@ -1,4 +1,4 @@
-// Limits and strings: one row each, which bears only while it pushes.
+// Limits and cables: one unilateral row each.
 #include <algorithm>
 
 #include "engine/solvers/lagrangian/integrator.hpp"
@@ -6,127 +6,132 @@
 namespace pantin::lagrangian {
 namespace {
 
-/// Slower approaches are not given back, m/s or rad/s.
-constexpr Real kQuiet = 1e-3;
-/// A limit that is overstepped by less is met, m or rad.
-constexpr Real kTouch = 1e-9;
-/// So many blows of a step are given back; those after them are the last of ever smaller ones.
-constexpr int kMostBounces = 4;
-/// Blows in a step, tries to find one, and tries of a step after which none is looked for.
-constexpr int kMostEvents = 8, kMostSearches = 16, kMostAttempts = 60;
+/// Slower impacts are inelastic, m/s or rad/s.
+constexpr Real kRestitutionThreshold = 1e-3;
+/// A limit violated by less counts as reached, m or rad.
+constexpr Real kLimitTolerance = 1e-9;
+/// Impacts per step with restitution; later ones are inelastic (Zeno behaviour).
+constexpr int kMaxBounces = 4;
+/// Bounds on events per step, on search steps per event, and on attempts per step.
+constexpr int kMaxEvents = 8, kMaxSearches = 16, kMaxAttempts = 60;
 
-/// Limits but for locks, and strings.
+/// Unilateral rows: cables, and limits that are not locks.
 bool is_one_sided(const Island& m, std::size_t i) {
   const Block& b = m.blocks[i];
   return (b.kind == BlockKind::limit && !b.lock) || b.kind == BlockKind::cable;
 }
 
-/// How far the nearest limit is that does not bear; below zero where one is overstepped.
+/// Clearance of the nearest inactive limit; negative if one is violated.
 Real clearance(const Island& m) {
   Real least = 1e300;
   for (std::size_t i = 0; i < m.blocks.size(); ++i)
     if (is_one_sided(m, i) && !m.memory[i].active)
-      least = std::min(least, m.room.c[m.blocks[i].first_row]);
+      least = std::min(least, m.scratch.c[m.blocks[i].first_row]);
   return least;
 }
 
-/// Limits that would have pulled let go. True if any did.
-bool let_go(Island& m) {
+/// Deactivates limits with a pulling force. True if any was.
+bool release_pulling(Island& m) {
   bool any = false;
   Real scale = 0;
-  for (Real load : m.loads) scale = std::max(scale, std::abs(load));
+  for (Real block_lambda : m.mean_lambda) scale = std::max(scale, std::abs(block_lambda));
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
     if (!is_one_sided(m, i) || !m.memory[i].active) continue;
-    if (m.loads[m.blocks[i].first_row] >= -1e-9 * scale) continue;
+    if (m.mean_lambda[m.blocks[i].first_row] >= -1e-9 * scale) continue;
     m.memory[i].active = false, any = true;
   }
   return any;
 }
 
-/// What reached a limit stops there, or is thrown back; blows reach through the whole mechanism.
-void strike(const World& world, Island& m, bool gives_back) {
-  StepScratch& room = m.room;
+/// Impact at the limits reached, for the whole island at once, with restitution.
+void resolve_impacts(const World& world, Island& m, bool restitutes) {
+  StepScratch& scratch = m.scratch;
   for (std::size_t i = 0; i < m.blocks.size(); ++i)
-    if (is_one_sided(m, i) && !m.memory[i].active && room.c[m.blocks[i].first_row] <= kTouch)
+    if (is_one_sided(m, i) && !m.memory[i].active &&
+        scratch.c[m.blocks[i].first_row] <= kLimitTolerance)
       m.memory[i].active = true;
   for (int round = 0; round < 8; ++round) {
-    place(m);
+    update_kinematics(m);
     write_all_rows(world, m, {true, false});
     factor(m, false);
-    std::vector<Real>& wanted = room.sum_lambda;
-    std::fill(wanted.begin(), wanted.end(), 0.0);
+    std::vector<Real>& bias = scratch.sum_lambda;
+    std::fill(bias.begin(), bias.end(), 0.0);
     for (std::size_t i = 0; i < m.blocks.size(); ++i) {
       if (!is_one_sided(m, i) || !m.memory[i].active) continue;
       const Block& b = m.blocks[i];
       const Real rate = rate_of(m, b, 0);
-      const Real bounce = b.kind == BlockKind::limit && gives_back
-                              ? world.links.values()[b.source].joint.extras->restitution
+      const Real bounce = b.kind == BlockKind::limit && restitutes
+                              ? world.links.values()[b.source].joint.parameters->restitution
                               : 0;
-      if (rate < -kQuiet) wanted[b.first_row] = -bounce * rate;
+      if (rate < -kRestitutionThreshold) bias[b.first_row] = -bounce * rate;
     }
-    room.start.v = room.state.v, room.start.w = room.state.w;
-    project_twists(m, wanted);
+    scratch.start.v = scratch.state.v, scratch.start.w = scratch.state.w;
+    project_twists(m, bias);
     bool pulled = false;
     for (std::size_t i = 0; i < m.blocks.size(); ++i) {
       if (!is_one_sided(m, i) || !m.memory[i].active) continue;
       const std::size_t row = m.blocks[i].first_row;
-      const bool leaves = wanted[row] > 0;
-      if (room.lambda[row] < 0) m.memory[i].active = false, pulled = true;
-      else if (leaves && round == 7) m.memory[i].active = false;
+      const bool leaves = bias[row] > 0;
+      if (scratch.lambda[row] < 0)
+        m.memory[i].active = false, pulled = true;
+      else if (leaves && round == 7)
+        m.memory[i].active = false;
     }
     if (!pulled) {
-      for (std::size_t r = 0; r < m.rows; ++r) room.impulses[r] += room.lambda[r];
+      for (std::size_t r = 0; r < m.rows; ++r) scratch.impulses[r] += scratch.lambda[r];
       for (std::size_t i = 0; i < m.blocks.size(); ++i)
-        if (is_one_sided(m, i) && wanted[m.blocks[i].first_row] > 0) m.memory[i].active = false;
+        if (is_one_sided(m, i) && bias[m.blocks[i].first_row] > 0) m.memory[i].active = false;
       return;
     }
-    room.state.v = room.start.v, room.state.w = room.start.w;
+    scratch.state.v = scratch.start.v, scratch.state.w = scratch.start.w;
   }
 }
 
 }  // namespace
 
-void begin_limits(const World& world, Island& m) {
+void begin_active_set(const World& world, Island& m) {
   for (std::size_t i = 0; i < m.blocks.size(); ++i)
-    m.memory[i].active = is_one_sided(m, i) && m.room.c[m.blocks[i].first_row] <= kTouch;
+    m.memory[i].active =
+        is_one_sided(m, i) && m.scratch.c[m.blocks[i].first_row] <= kLimitTolerance;
   write_all_rows(world, m, {true, false});
-  for (std::size_t i = 0; i < m.blocks.size(); ++i)  // what is leaving its limit may go
-    if (m.memory[i].active && rate_of(m, m.blocks[i], 0) > kQuiet) m.memory[i].active = false;
+  for (std::size_t i = 0; i < m.blocks.size(); ++i)  // a limit that is being left is inactive
+    if (m.memory[i].active && rate_of(m, m.blocks[i], 0) > kRestitutionThreshold)
+      m.memory[i].active = false;
 }
 
 bool advance_among_limits(World& world, Island& m, Real h) {
-  StepScratch& room = m.room;
+  StepScratch& scratch = m.scratch;
   Real done = 0;
   int attempts = 0;
   m.events = 0;
-  // What is left after so many blows is taken at once.
+  // After kMaxEvents the remainder is taken in one piece.
   for (int tries = 0; done < h * (1 - 1e-12); ++tries) {
-    room.begin = room.state, room.impulses_before = room.impulses;
-    place(m), place_frames(world, m, done / h, h);
+    scratch.begin = scratch.state, scratch.impulses_before = scratch.impulses;
+    update_kinematics(m), update_frames(world, m, done / h, h);
     write_all_rows(world, m, {true, false});
     const Real at_start = clearance(m);
     bool again = false;
     const auto attempt = [&](Real length) {
       ++attempts;
-      room.state = room.begin, room.impulses = room.impulses_before;
+      scratch.state = scratch.begin, scratch.impulses = scratch.impulses_before;
       m.fresh = m.fresh || again, again = true;
       return advance(world, m, {done, length, h});
     };
     Real length = h - done;
     if (!attempt(length)) return false;
-    for (int n = 0; n < 16 && let_go(m); ++n)
+    for (int n = 0; n < 16 && release_pulling(m); ++n)
       if (!attempt(length)) return false;
-    if (Real left = clearance(m); left < -kTouch && tries < kMostEvents && attempts < kMostAttempts) {
-      // Where the first limit is met: regula falsi, an end that stays loses half its weight
-      // (Illinois).
-      Real low = 0, high = length, at_low = std::max(at_start, kTouch), at_high = left;
+    if (Real left = clearance(m);
+        left < -kLimitTolerance && tries < kMaxEvents && attempts < kMaxAttempts) {
+      // Time of the first event by regula falsi (Illinois variant).
+      Real low = 0, high = length, at_low = std::max(at_start, kLimitTolerance), at_high = left;
       int side = 0;
       bool met = false;
-      for (int n = 0; n < kMostSearches && !met && high - low > 1e-12 * h; ++n) {
+      for (int n = 0; n < kMaxSearches && !met && high - low > 1e-12 * h; ++n) {
         length = low + (high - low) * at_low / (at_low - at_high);
         if (!attempt(length)) return false;
         left = clearance(m);
-        met = std::abs(left) <= kTouch;
+        met = std::abs(left) <= kLimitTolerance;
         if (left < 0) {
           high = length, at_high = left;
           if (side < 0) at_low *= 0.5;
@@ -143,12 +148,12 @@ bool advance_among_limits(World& world, Island& m, Real h) {
     bool reached = false;
     for (std::size_t i = 0; i < m.blocks.size(); ++i)
       reached = reached || (is_one_sided(m, i) && !m.memory[i].active &&
-                            room.c[m.blocks[i].first_row] <= kTouch);
+                            scratch.c[m.blocks[i].first_row] <= kLimitTolerance);
     if (!reached) continue;
     ++m.events;
-    strike(world, m, m.events <= kMostBounces);
+    resolve_impacts(world, m, m.events <= kMaxBounces);
     if (row_of(m.settings.integrator).keeps_accelerations) m.fresh = true;
-    place_frames(world, m, done / h, h);
+    update_frames(world, m, done / h, h);
     if (!project(world, m, done / h, h)) return false;
   }
   return true;

@@ -1,5 +1,5 @@
-// The order of elimination: bodies on few blocks first, then least degree. A block whose bodies are
-// all hubs waits for one of them: it has no pivot before.
+// Elimination order: bodies with few blocks first, then minimum degree. A block whose bodies are
+// all hubs must follow one of them, since it has no pivot before.
 #include <algorithm>
 #include <set>
 
@@ -9,8 +9,8 @@ namespace pantin::lagrangian {
 namespace {
 
 constexpr std::uint32_t kNone = UINT32_MAX;
-/// Bodies on more blocks than this become hubs: d blocks that meet make d (d - 1) / 2 products.
-constexpr std::size_t kMostMeetings = 4;
+/// Bodies with more blocks become hubs: d blocks make d (d - 1) / 2 products.
+constexpr std::size_t kMaxBlocksPerBody = 4;
 
 using Sets = std::vector<std::vector<std::uint32_t>>;  // sorted neighbours, by node
 
@@ -32,7 +32,7 @@ std::vector<std::vector<Incident>> incidents(const Island& m) {
   return met;
 }
 
-/// Eliminates nodes of least degree; `near` becomes each node's later neighbours.
+/// Minimum-degree ordering; `near` becomes each node's neighbours that are eliminated later.
 std::vector<std::uint32_t> least_degree(Sets& near, std::vector<std::uint8_t>& ready,
                                         const std::vector<std::uint32_t>& size) {
   const auto cost = [&](std::uint32_t n) {
@@ -49,11 +49,11 @@ std::vector<std::uint32_t> least_degree(Sets& near, std::vector<std::uint8_t>& r
   std::vector<std::uint32_t> order;
   std::vector<std::uint8_t> done(near.size(), 0);
   while (order.size() < near.size()) {
-    if (queue.empty()) {  // rows on frames alone: no pivot ever
+    if (queue.empty()) {  // rows between frames only: no pivot
       for (std::uint32_t n = 0; n < near.size(); ++n)
         if (!done[n] && !ready[n]) ready[n] = 1, queue.insert({key[n], n});
     }
-    // From both ends in turn: two eliminations that do not wait for one another.
+    // Alternates between both ends, so that consecutive eliminations are independent.
     auto next = queue.begin();
     if (order.size() % 2 == 1) next = std::prev(queue.lower_bound({next->first + 1, 0}));
     const std::uint32_t n = next->second;
@@ -80,7 +80,7 @@ KktPattern make_pattern(const Island& m, bool may_have_hubs) {
   const auto blocks = static_cast<std::uint32_t>(m.blocks.size());
   p.hub_of.assign(m.count(), kNone);
   for (std::uint32_t b = 0; b < m.count(); ++b)
-    if (may_have_hubs && met[b].size() > kMostMeetings)
+    if (may_have_hubs && met[b].size() > kMaxBlocksPerBody)
       p.hub_of[b] = static_cast<std::uint32_t>(p.hubs.size()), p.hubs.push_back(b);
   const std::size_t nodes = blocks + p.hubs.size();
 
@@ -112,65 +112,64 @@ KktPattern make_pattern(const Island& m, bool may_have_hubs) {
                                    : static_cast<std::uint32_t>(m.rows) + 6 * (n - blocks));
     p.diagonal.push_back(static_cast<std::uint32_t>(p.numbers));
     p.numbers += size[n] * size[n];
-    p.first.push_back(static_cast<std::uint32_t>(p.later.size()));
-    std::vector<std::uint32_t> later;
-    for (std::uint32_t i : near[n]) later.push_back(p.place[i]);
-    std::sort(later.begin(), later.end());
-    for (std::uint32_t to : later) {
-      p.later.push_back(to);
+    p.first.push_back(static_cast<std::uint32_t>(p.below.size()));
+    std::vector<std::uint32_t> below;
+    for (std::uint32_t i : near[n]) below.push_back(p.place[i]);
+    std::sort(below.begin(), below.end());
+    for (std::uint32_t to : below) {
+      p.below.push_back(to);
       p.offset.push_back(static_cast<std::uint32_t>(p.numbers));
       p.numbers += size[n] * size[p.order[to]];
     }
   }
-  p.first.push_back(static_cast<std::uint32_t>(p.later.size()));
+  p.first.push_back(static_cast<std::uint32_t>(p.below.size()));
 
   const auto number_at = [&](std::uint32_t row, std::uint32_t column) {
     if (row == column) return p.diagonal[row];
-    const auto from = p.later.begin() + p.first[column], to = p.later.begin() + p.first[column + 1];
-    return p.offset[static_cast<std::size_t>(std::lower_bound(from, to, row) - p.later.begin())];
+    const auto from = p.below.begin() + p.first[column], to = p.below.begin() + p.first[column + 1];
+    return p.offset[static_cast<std::size_t>(std::lower_bound(from, to, row) - p.below.begin())];
   };
   for (std::uint32_t at = 0; at < nodes; ++at) {
     p.first_target.push_back(static_cast<std::uint32_t>(p.targets.size()));
     for (std::uint32_t i = p.first[at]; i < p.first[at + 1]; ++i)
       for (std::uint32_t j = p.first[at]; j <= i; ++j)
-        p.targets.push_back(number_at(p.later[i], p.later[j]));
+        p.targets.push_back(number_at(p.below[i], p.below[j]));
   }
   p.first_target.push_back(static_cast<std::uint32_t>(p.targets.size()));
 
   for (std::uint32_t b = 0; b < m.count(); ++b) {
-    p.first_meeting.push_back(static_cast<std::uint32_t>(p.meetings.size()));
+    p.first_product.push_back(static_cast<std::uint32_t>(p.products.size()));
     for (std::size_t i = 0; i < met[b].size(); ++i) {
       const std::uint32_t one = p.place[met[b][i].block];
       if (p.hub_of[b] != kNone) {
         const std::uint32_t hub = p.place[blocks + p.hub_of[b]];
-        p.hub_meetings.push_back({met[b][i].block,
-                                  number_at(std::max(one, hub), std::min(one, hub)),
-                                  met[b][i].at, one > hub});
+        p.hub_products.push_back({met[b][i].block,
+                                  number_at(std::max(one, hub), std::min(one, hub)), met[b][i].at,
+                                  one > hub});
         continue;
       }
-      const bool plain = std::all_of(met[b].begin(), met[b].end(), [&](const Incident& k) {
-        return m.blocks[k.block].point;
-      });
+      const bool all_points = std::all_of(
+          met[b].begin(), met[b].end(), [&](const Incident& k) { return m.blocks[k.block].point; });
       for (std::size_t j = i; j < met[b].size(); ++j) {
         const std::uint32_t two = p.place[met[b][j].block];
-        p.meetings.push_back({met[b][i].block, met[b][j].block,
+        p.products.push_back({met[b][i].block, met[b][j].block,
                               number_at(std::max(one, two), std::min(one, two)), met[b][i].at,
-                              met[b][j].at, one > two, plain});
+                              met[b][j].at, one > two, all_points});
       }
     }
   }
-  p.first_meeting.push_back(static_cast<std::uint32_t>(p.meetings.size()));
+  p.first_product.push_back(static_cast<std::uint32_t>(p.products.size()));
 
   std::vector<std::uint8_t> written(p.numbers, 0);
-  for (KktPattern::Meeting& k : p.meetings)
-    k.opens = written[k.target] == 0, written[k.target] = 1;
-  const auto look_for_untouched = [&](std::uint32_t from, std::size_t count) {
-    if (!written[from]) p.untouched.push_back({from, static_cast<std::uint32_t>(count)});
+  for (KktPattern::BlockProduct& k : p.products)
+    k.first_write = written[k.target] == 0, written[k.target] = 1;
+  const auto note_fill = [&](std::uint32_t from, std::size_t count) {
+    if (!written[from]) p.fill_ranges.push_back({from, static_cast<std::uint32_t>(count)});
   };
   for (std::uint32_t at = 0; at < nodes; ++at) {
-    look_for_untouched(p.diagonal[at], std::size_t{p.size[at]} * p.size[at]);
+    note_fill(p.diagonal[at], std::size_t{p.size[at]} * p.size[at]);
     for (std::uint32_t i = p.first[at]; i < p.first[at + 1]; ++i)
-      look_for_untouched(p.offset[i], std::size_t{p.size[at]} * p.size[p.later[i]]);
+      note_fill(p.offset[i], std::size_t{p.size[at]} * p.size[p.below[i]]);
   }
   for (const auto& of_body : met) {
     p.first_incident.push_back(static_cast<std::uint32_t>(p.incidents.size()));

@@ -1,4 +1,4 @@
-// Back onto the joints, by the least mass-weighted motion. [Ascher, Chin, Petzold & Reich 1995]
+// Mass-orthogonal projection onto the constraints. [Ascher, Chin, Petzold & Reich 1995]
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
@@ -7,30 +7,29 @@
 namespace pantin::lagrangian {
 namespace {
 
-constexpr int kRounds = 40;
-/// Residuals of so many times the bound may be all that rounding leaves.
-constexpr Real kFine = 1e3;
-/// Weights on rows where a plain correction leads astray, parts of their diagonal.
+constexpr int kMaxCorrections = 40;
+/// Residuals below this multiple of the bound may be due to rounding.
+constexpr Real kRoundingFactor = 1e3;
+/// Levenberg weights where a plain Newton correction diverges, relative to the diagonal.
 constexpr Real kSoftest = 1e-12, kSoftestLoop = 1e-6, kSofter = 100, kStiffer = 0.3, kStiffest = 1;
-/// Joints of a rescued step may stay open by this part of the longest arm.
-constexpr Real kLoose = 0.02;
+/// Tolerance of joints in a rescued step, relative to the longest arm.
+constexpr Real kRescueTolerance = 0.02;
 
 void move_bodies(Island& m, std::span<const Vec3> way) {
-  Motions& s = m.room.state;
+  Motions& s = m.scratch.state;
   for (std::size_t b = 0; b < m.count(); ++b) {
     s.x[b] += way[2 * b];
-    s.q[b] = glm::normalize(turn_by(way[2 * b + 1]) * s.q[b]);
+    s.q[b] = glm::normalize(from_rotation_vector(way[2 * b + 1]) * s.q[b]);
   }
 }
 
-/// Solves for a correction, whose size is that of rounding in the end: what it lacks, part of that,
-/// says nothing about the joints.
-void correct(Island& m, Real enough = 1e-6) {
-  StepScratch& room = m.room;
-  const Real lack = room.worst_lack;
-  const std::uint32_t block = room.worst_lack_block;
-  solve(m, {}, room.right, room.correction, room.lambda, enough);
-  room.worst_lack = lack, room.worst_lack_block = block;
+/// Solves for a correction. Its residual is not recorded, since near convergence it is rounding.
+void correct(Island& m, Real tolerance = 1e-6) {
+  StepScratch& scratch = m.scratch;
+  const Real row_residual = scratch.worst_relative_residual;
+  const std::uint32_t block = scratch.worst_relative_block;
+  solve(m, {}, scratch.right, scratch.correction, scratch.lambda, tolerance);
+  scratch.worst_relative_residual = row_residual, scratch.worst_relative_block = block;
 }
 
 }  // namespace
@@ -39,89 +38,95 @@ Real rate_of(const Island& m, const Block& b, std::size_t row) {
   Real rate = 0;
   for (std::size_t k = 0; k < b.count; ++k) {
     const RowVectors j = row_of(b, jacobian_of(m, b), row, k);
-    const Placed& at = m.room.placed[b.body[k]];
-    rate += glm::dot(j.v, at.velocity) + glm::dot(j.w, at.spin);
+    const BodyState& at = m.scratch.body_states[b.body[k]];
+    rate += glm::dot(j.v, at.velocity) + glm::dot(j.w, at.angular_velocity);
   }
   return rate;
 }
 
-void take_known(Island& m, std::span<Real> right, bool accelerations) {
-  for (const std::uint32_t i : m.room.pattern.framed) {
+void subtract_frame_motion(Island& m, std::span<Real> right, bool accelerations) {
+  for (const std::uint32_t i : m.scratch.pattern.framed) {
     const Block& b = m.blocks[i];
     for (std::size_t k = 0; k < b.count; ++k) {
       const std::uint32_t n = b.body[k];
       if (n < m.count()) continue;
-      const Vec3 v = accelerations ? m.room.motion[2 * n] : m.room.placed[n].velocity;
-      const Vec3 w = accelerations ? m.room.motion[2 * n + 1] : m.room.placed[n].spin;
+      const Vec3 v = accelerations ? m.scratch.motion[2 * n] : m.scratch.body_states[n].velocity;
+      const Vec3 w =
+          accelerations ? m.scratch.motion[2 * n + 1] : m.scratch.body_states[n].angular_velocity;
       if (v == Vec3(0) && w == Vec3(0)) continue;
       add_rates(b, jacobian_of(m, b), k, -v, -w, &right[b.first_row]);
     }
   }
 }
 
-void project_twists(Island& m, std::span<const Real> wanted) {
-  StepScratch& room = m.room;
-  if (wanted.empty()) std::fill(room.right.begin(), room.right.end(), 0.0);
-  else std::copy(wanted.begin(), wanted.end(), room.right.begin());
+void project_twists(Island& m, std::span<const Real> bias) {
+  StepScratch& scratch = m.scratch;
+  if (bias.empty())
+    std::fill(scratch.right.begin(), scratch.right.end(), 0.0);
+  else
+    std::copy(bias.begin(), bias.end(), scratch.right.begin());
   for (const Block& b : m.blocks)
     for (std::size_t k = 0; k < b.count; ++k) {
-      const Placed& at = room.placed[b.body[k]];
-      add_rates(b, jacobian_of(m, b), k, -at.velocity, -at.spin,
-                &room.right[b.first_row]);
+      const BodyState& at = scratch.body_states[b.body[k]];
+      add_rates(b, jacobian_of(m, b), k, -at.velocity, -at.angular_velocity,
+                &scratch.right[b.first_row]);
     }
   correct(m);
   for (std::size_t b = 0; b < m.count(); ++b) {
-    room.state.v[b] += room.correction[2 * b], room.state.w[b] += room.correction[2 * b + 1];
-    room.placed[b].velocity = room.state.v[b], room.placed[b].spin = room.state.w[b];
+    scratch.state.v[b] += scratch.correction[2 * b],
+        scratch.state.w[b] += scratch.correction[2 * b + 1];
+    scratch.body_states[b].velocity = scratch.state.v[b],
+    scratch.body_states[b].angular_velocity = scratch.state.w[b];
   }
 }
 
 bool project(const World& world, Island& m, Real part, Real whole) {
-  constexpr Real kAny = std::numeric_limits<Real>::infinity();
-  StepScratch& room = m.room;
-  const Real enough = tolerance_of(m);
-  place_frames(world, m, part, whole);
+  constexpr Real kInfinite = std::numeric_limits<Real>::infinity();
+  StepScratch& scratch = m.scratch;
+  const Real tolerance = tolerance_of(m);
+  update_frames(world, m, part, whole);
   const auto look = [&] {
-    place(m);
+    update_kinematics(m);
     write_all_rows(world, m, {true, false});
     m.residual = worst_residual(m);
   };
   look();
-  room.opened = m.residual;
+  scratch.opened = m.residual;
   if (!std::isfinite(m.residual)) return false;
   factor(m, true);
   const Real softest = m.loops ? kSoftestLoop : kSoftest;
-  Real before = kAny, weight = 0;
+  Real before = kInfinite, weight = 0;
   bool fresh = true;  // the factor, at the last correction
-  for (int round = 0; m.residual > enough && round < kRounds; ++round) {
+  for (int round = 0; m.residual > tolerance && round < kMaxCorrections; ++round) {
     const bool better = m.residual < (weight > 0 ? 1 : 0.5) * before;
     if (better) {
-      room.from.x = room.state.x, room.from.q = room.state.q;
+      scratch.from.x = scratch.state.x, scratch.from.q = scratch.state.q;
       weight *= kStiffer;
     } else {
-      if (m.residual <= kFine * enough) break;
-      room.state.x = room.from.x, room.state.q = room.from.q;
+      if (m.residual <= kRoundingFactor * tolerance) break;
+      scratch.state.x = scratch.from.x, scratch.state.q = scratch.from.q;
       look();
-      // The way was too long for a line: again, shorter, along what gives way easily.
-      // [Levenberg 1944]
+      // The Newton step was too long: a shorter, regularised one. [Levenberg 1944]
       if (fresh) weight = std::max(softest, kSofter * weight);
       if (weight > kStiffest) break;
     }
-    // A factor serves as long as it brings the residual down; rows are always the newest.
+    // The factor is reused while the residual decreases; rows are always current.
     const bool serves = round == 0 || (better && weight == 0 && m.residual <= 0.1 * before);
-    if (weight > 0) factor_soft(m, weight);
-    else if (!serves) factor(m, false);
+    if (weight > 0)
+      factor_soft(m, weight);
+    else if (!serves)
+      factor(m, false);
     fresh = round == 0 || !serves;
     before = m.residual;
-    for (std::size_t r = 0; r < m.rows; ++r) room.right[r] = -room.c[r];
-    correct(m, weight > 0 ? kAny : 1e-6);
-    move_bodies(m, room.correction);
+    for (std::size_t r = 0; r < m.rows; ++r) scratch.right[r] = -scratch.c[r];
+    correct(m, weight > 0 ? kInfinite : 1e-6);
+    move_bodies(m, scratch.correction);
     look();
   }
   if (weight > 0) factor(m, false);
   project_twists(m, {});
-  for (std::size_t r = 0; r < m.rows; ++r) room.impulses[r] += room.lambda[r];
-  const Real loose = m.rescues > 0 ? kLoose * m.reach : 0;
+  for (std::size_t r = 0; r < m.rows; ++r) scratch.impulses[r] += scratch.lambda[r];
+  const Real loose = m.rescues > 0 ? kRescueTolerance * m.reach : 0;
   return m.residual <= std::max(1e-7 * std::max(Real(1), m.size), loose);
 }
 

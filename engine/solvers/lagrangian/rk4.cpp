@@ -6,11 +6,11 @@
 namespace pantin::lagrangian {
 namespace {
 
-/// Rates times the step that Runge-Kutta is let meet, and changes of speed too small to matter:
-/// squares, part of all.
-constexpr Real kFastest = 2, kUnfelt = 1e-6, kTurning = 2.5e-3;
+/// Stability limit of Runge-Kutta (rate times step), and changes of speed that are negligible
+/// (squared, relative).
+constexpr Real kMaxRate = 2, kNegligible = 1e-6, kTurning = 2.5e-3;
 
-/// A table of an explicit Runge-Kutta method.
+/// Butcher tableau of an explicit Runge-Kutta method.
 struct Table7 {
   int stages;
   Real c[7], a[7][6], b[7], lower[7];
@@ -37,61 +37,62 @@ constexpr Table7 kPair{
 
 /// state = from + h sum of weight_i rates_i.
 void combine(Island& m, const Real* weights, int count, Real h) {
-  StepScratch& room = m.room;
+  StepScratch& scratch = m.scratch;
   for (std::size_t b = 0; b < m.count(); ++b) {
     Vec3 x(0), v(0), w(0);
     Quat q(0, 0, 0, 0);
     for (int i = 0; i < count; ++i) {
       if (weights[i] == 0) continue;
-      const Vec3* rate = &room.rates[i][3 * b];
+      const Vec3* rate = &scratch.rates[i][3 * b];
       x += weights[i] * rate[0], v += weights[i] * rate[1], w += weights[i] * rate[2];
-      q += weights[i] * room.quat_rates[i][b];
+      q += weights[i] * scratch.quat_rates[i][b];
     }
-    room.state.x[b] = room.from.x[b] + h * x;
-    room.state.v[b] = room.from.v[b] + h * v;
-    room.state.w[b] = room.from.w[b] + h * w;
-    room.state.q[b] = glm::normalize(room.from.q[b] + h * q);
+    scratch.state.x[b] = scratch.from.x[b] + h * x;
+    scratch.state.v[b] = scratch.from.v[b] + h * v;
+    scratch.state.w[b] = scratch.from.w[b] + h * w;
+    scratch.state.q[b] = glm::normalize(scratch.from.q[b] + h * q);
   }
 }
 
 bool runge_kutta(const World& world, Island& m, const Span& span, const Table7& t) {
-  StepScratch& room = m.room;
-  room.from = room.state;
-  std::fill(m.loads.begin(), m.loads.end(), 0.0);
+  StepScratch& scratch = m.scratch;
+  scratch.from = scratch.state;
+  std::fill(m.mean_lambda.begin(), m.mean_lambda.end(), 0.0);
   for (int i = 0; i < t.stages; ++i) {
     if (i > 0) combine(m, t.a[i], i, span.h);
-    accelerate(world, m, span.part(t.c[i]), span.whole);
+    accelerate(world, m, span.fraction(t.c[i]), span.whole);
     for (std::size_t b = 0; b < m.count(); ++b) {
-      room.rates[i][3 * b] = room.state.v[b];
-      room.rates[i][3 * b + 1] = room.motion[2 * b];
-      room.rates[i][3 * b + 2] = room.motion[2 * b + 1];
-      room.quat_rates[i][b] = Quat(0, 0.5 * room.state.w[b]) * room.state.q[b];
+      scratch.rates[i][3 * b] = scratch.state.v[b];
+      scratch.rates[i][3 * b + 1] = scratch.motion[2 * b];
+      scratch.rates[i][3 * b + 2] = scratch.motion[2 * b + 1];
+      scratch.quat_rates[i][b] = Quat(0, 0.5 * scratch.state.w[b]) * scratch.state.q[b];
     }
-    for (std::size_t r = 0; r < m.rows; ++r) m.loads[r] += t.b[i] * room.lambda[r];
+    for (std::size_t r = 0; r < m.rows; ++r) m.mean_lambda[r] += t.b[i] * scratch.lambda[r];
   }
   combine(m, t.b, t.stages, span.h);
   return all_within_bounds(m);
 }
 
-/// Whether the step just taken is too long for the fastest motion there is: its rate is about
-/// 2 |k3 - k2| / (h |k2 - k1|) [Hairer & Wanner II, sec. IV.2], and the method grows beyond 2.8 / h.
-/// All bodies count alike: what is light moves fastest. Where motion turns back k2 is k1; a part of
-/// k1 itself stands in for the difference.
+/// Stability test of the step just taken. The fastest rate is about 2 |k3 - k2| / (h |k2 - k1|)
+/// [Hairer & Wanner II, sec. IV.2]; the method is unstable beyond 2.8 / h. All bodies count alike,
+/// since light ones move fastest. At turning points k2 equals k1, so a fraction of k1 bounds the
+/// difference from below.
 bool is_unstable(const World& world, const Island& m, Real h) {
-  const StepScratch& room = m.room;
+  const StepScratch& scratch = m.scratch;
   const Real fall = glm::dot(world.gravity, world.gravity) * static_cast<Real>(m.count());
   Real start = 0, first = 0, second = 0, moving = 0;
   for (std::size_t b = 0; b < m.count(); ++b) {
     const Real arm2 = (m.inertia[b].x + m.inertia[b].y + m.inertia[b].z) / (3 * m.mass[b]);
     const auto size = [&](Vec3 v, Vec3 w) { return glm::dot(v, v) + arm2 * glm::dot(w, w); };
-    const Vec3* k[3] = {&room.rates[0][3 * b], &room.rates[1][3 * b], &room.rates[2][3 * b]};
+    const Vec3* k[3] = {&scratch.rates[0][3 * b], &scratch.rates[1][3 * b],
+                        &scratch.rates[2][3 * b]};
     start += size(k[0][1], k[0][2]);
     first += size(k[1][1] - k[0][1], k[1][2] - k[0][2]);
     second += size(k[2][1] - k[1][1], k[2][2] - k[1][2]);
-    moving += size(room.state.v[b], room.state.w[b]);
+    moving += size(scratch.state.v[b], scratch.state.w[b]);
   }
-  return 4 * second > kFastest * kFastest * (first + kTurning * start) &&
-         h * h * second > kUnfelt * (moving + h * h * (start + fall));
+  return 4 * second > kMaxRate * kMaxRate * (first + kTurning * start) &&
+         h * h * second > kNegligible * (moving + h * h * (start + fall));
 }
 
 bool step_rk4(const World& world, Island& m, const Span& span) {
@@ -99,7 +100,7 @@ bool step_rk4(const World& world, Island& m, const Span& span) {
 }
 
 bool step_estimated(const World& world, Island& m, const Span& span, Real& error) {
-  StepScratch& room = m.room;
+  StepScratch& scratch = m.scratch;
   if (!runge_kutta(world, m, span, kPair)) return false;
   error = 0;
   for (std::size_t b = 0; b < m.count(); ++b) {
@@ -107,9 +108,9 @@ bool step_estimated(const World& world, Island& m, const Span& span, Real& error
     Quat q(0, 0, 0, 0);
     for (int i = 0; i < kPair.stages; ++i) {
       const Real e = span.h * (kPair.b[i] - kPair.lower[i]);
-      const Vec3* rate = &room.rates[i][3 * b];
+      const Vec3* rate = &scratch.rates[i][3 * b];
       x += e * rate[0], v += e * rate[1], w += e * rate[2];
-      q += e * room.quat_rates[i][b];
+      q += e * scratch.quat_rates[i][b];
     }
     for (const Real part : {glm::length(x), glm::length(v), glm::length(w), 2 * glm::length(q)})
       error = std::max(error, part);

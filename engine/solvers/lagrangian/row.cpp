@@ -10,12 +10,12 @@ namespace {
 /// What presses on the bodies since the last step.
 void take_pressures(World& world) {
   std::vector<Island>& all = islands_of(world);
-  for (Island& m : all) m.owed.assign(2 * m.count(), Vec3(0));
+  for (Island& m : all) m.contact_loads.assign(2 * m.count(), Vec3(0));
   for (const contact::Pressure& p : world.memory.of<contact::Memory>().pressures) {
     const Owner owner = owner_of(partition_of(world), world.bodies.slot(p.body));
     if (!owner || owner.solver != kLagrangian) continue;
-    std::vector<Vec3>& owed = all[owner.island].owed;
-    owed[2 * owner.column] += p.force, owed[2 * owner.column + 1] += p.torque;
+    std::vector<Vec3>& contact_loads = all[owner.island].contact_loads;
+    contact_loads[2 * owner.column] += p.force, contact_loads[2 * owner.column + 1] += p.torque;
   }
 }
 
@@ -23,7 +23,7 @@ void take_pressures(World& world) {
 void predict(World& world, const StepTask& task) {
   take_pressures(world);
   std::vector<Island>& all = islands_of(world);
-  for (Island& m : all) m.room.in_step = true;
+  for (Island& m : all) m.scratch.in_step = true;
   for_each_island(all.size(), task.threads, [&](std::size_t i) {
     if (all[i].interfaces.empty()) step(world, all[i], task.h);
   });
@@ -31,11 +31,11 @@ void predict(World& world, const StepTask& task) {
 
 /// What was compiled within a step has been stepped as it was before, if at all.
 void catch_up(World& world, const StepTask&) {
-  for (Island& m : islands_of(world)) m.sits_out = !m.room.in_step;
+  for (Island& m : islands_of(world)) m.sits_out = !m.scratch.in_step;
 }
 
-// Its bodies feel no contacts: obstacles that others are kept away from. They count as asleep, since
-// whoever looks for contacts sees them move.
+// Its bodies have no contact response; they are obstacles for others. They count as asleep, since
+// contact detection sees them move.
 bool asleep(const World&) { return true; }
 void find_reaches(const World&, Real, std::span<Real>) {}
 void take_contacts(World&, Real) {}
@@ -80,18 +80,20 @@ void report(const World& world, StepReport& report) {
       report.status = Status::diverged, report.body = m.lost, report.residual = m.residual;
     report.rows += static_cast<int>(m.equations()), report.rank += static_cast<int>(m.rank);
     report.worst_constraint = std::max(report.worst_constraint, m.residual);
-    report.parts = std::max(report.parts, m.parts), report.events += m.events;
+    report.substeps = std::max(report.substeps, m.substeps), report.events += m.events;
     report.rescued += m.rescues > 0;
     for (const Fault& f : m.faults) {
       if (f.kind != Fault::inconsistent || report.status != Status::ok) continue;
       report.status = Status::inconsistent;
-      report.worst_hold = joint_of(world, m.blocks[f.block]), report.worst_residual = f.residual;
+      report.worst_residual_at = joint_of(world, m.blocks[f.block]),
+      report.worst_residual = f.residual;
     }
   }
 }
 
-Placed placed(const Body& b) {
-  return {b.pose.position, b.pose.rotation, glm::mat3_cast(b.pose.rotation), b.velocity, b.spin};
+BodyState state_of(const Body& b) {
+  return {b.pose.position, b.pose.rotation, glm::mat3_cast(b.pose.rotation), b.velocity,
+          b.angular_velocity};
 }
 
 void measure_island(const World& world, const Island& island, Measures& m) {
@@ -102,14 +104,14 @@ void measure_island(const World& world, const Island& island, Measures& m) {
     if (gap > m.worst_gap) m.worst_gap = gap, m.worst_link = world.links.owners()[block.source];
     m.worst_gap_rel = std::max(m.worst_gap_rel, gap / std::max(island.size, Real(1e-3)));
   }
-  for (const Effort& e : island.efforts) {
+  for (const JointForce& e : island.joint_forces) {
     const Link& link = world.links.values()[e.link];
     Real x = 0;
-    write_coordinate(link.joint, e.coordinate, placed(world.bodies[link.a]),
-                     placed(world.bodies[link.b]), e.before, {&x, nullptr, nullptr});
-    const JointExtras& extras = *link.joint.extras;
-    const SpringDamper& s =
-        e.coordinate == Coordinate::turn ? extras.turn.spring : extras.slide.spring;
+    write_coordinate(link.joint, e.coordinate, state_of(world.bodies[link.a]),
+                     state_of(world.bodies[link.b]), e.before, {&x, nullptr, nullptr});
+    const JointParameters& parameters = *link.joint.parameters;
+    const SpringDamper& s = e.coordinate == Coordinate::angle ? parameters.rotation.spring
+                                                              : parameters.translation.spring;
     m.elastic += 0.5 * s.stiffness * (x - s.rest) * (x - s.rest);
   }
 }

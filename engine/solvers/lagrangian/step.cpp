@@ -1,4 +1,4 @@
-// One step: gather, integrate, write back.
+// One step: reads the bodies, integrates, writes them back.
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
@@ -8,49 +8,49 @@
 namespace pantin::lagrangian {
 namespace {
 
-/// Bodies that are no more than the mass of what hangs on a point: where it is, moving with it.
+/// Point masses of interfaces: they start at the interface and move with it.
 void gather_interfaces(Island& m, Real h) {
-  Motions& s = m.room.state;
+  Motions& s = m.scratch.state;
   for (contact::Interface& g : m.interfaces) {
-    const std::size_t n = g.guess;
+    const std::size_t n = g.point_mass;
     const Vec3 arm = s.q[g.body] * g.anchor;
-    s.x[n] = s.x[g.body] + arm, s.q[n] = kNoTurn;
+    s.x[n] = s.x[g.body] + arm, s.q[n] = kIdentity;
     s.v[n] = s.v[g.body] + glm::cross(s.w[g.body], arm), s.w[n] = Vec3(0);
-    // Of what hangs slack, nothing is felt.
+    // A slack cable transmits nothing.
     const bool slack = g.kind == contact::TieKind::cable && !g.taut;
     m.mass[n] = (slack ? 1e-6 : 1) * g.mass;
     m.inertia[n] = Vec3(m.mass[n]);
-    m.room.applied[2 * n] = g.asked / h;
-    m.room.applied[2 * n + 1] = Vec3(0);
+    m.scratch.applied[2 * n] = g.impulse / h;
+    m.scratch.applied[2 * n + 1] = Vec3(0);
     g.start = s.v[n];
   }
 }
 
-/// What the mechanism was given at the points where something hangs.
-void settle_interfaces(Island& m) {
+/// Impulses transmitted to the island at its interfaces.
+void store_transmitted(Island& m) {
   for (contact::Interface& g : m.interfaces) {
-    const Vec3 change = m.room.state.v[g.guess] - g.start;
-    g.given = g.asked - m.mass[g.guess] * change;
+    const Vec3 change = m.scratch.state.v[g.point_mass] - g.start;
+    g.transmitted = g.impulse - m.mass[g.point_mass] * change;
   }
 }
 
 void gather(const World& world, Island& m) {
-  Motions& s = m.room.state;
+  Motions& s = m.scratch.state;
   Vec3 low(1e300), high(-1e300);
   for (std::size_t b = 0; b < m.own(); ++b) {
     const Body& body = world.bodies.values()[m.slots[b]];
     s.x[b] = body.pose.position, s.q[b] = body.pose.rotation;
-    s.v[b] = body.velocity, s.w[b] = body.spin;
+    s.v[b] = body.velocity, s.w[b] = body.angular_velocity;
     low = glm::min(low, s.x[b]), high = glm::max(high, s.x[b]);
     m.fresh = m.fresh || body.restart;
     const Force* f = world.forces.find(m.bodies[b]);
-    m.room.applied[2 * b] = f ? f->force : Vec3(0);
-    m.room.applied[2 * b + 1] = f ? f->torque : Vec3(0);
+    m.scratch.applied[2 * b] = f ? f->force : Vec3(0);
+    m.scratch.applied[2 * b + 1] = f ? f->torque : Vec3(0);
   }
   m.size = glm::length(high - low), m.reach = 0;
   for (const Block& b : m.blocks) {
     if (b.kind != BlockKind::joint) continue;
-    // Anchors in the world say where it stands, not how large it is.
+    // World anchors depend on the position, not on the size.
     const Joint& j = world.links.values()[b.source].joint;
     if (b.body[0] < m.count()) m.reach = std::max(m.reach, glm::length(j.anchor_a));
     if (b.body[1] < m.count()) m.reach = std::max(m.reach, glm::length(j.anchor_b));
@@ -59,35 +59,35 @@ void gather(const World& world, Island& m) {
 }
 
 void write_back(World& world, const Island& m) {
-  const Motions& s = m.room.state;
+  const Motions& s = m.scratch.state;
   for (std::size_t b = 0; b < m.own(); ++b) {
     Body& body = world.bodies.values()[m.slots[b]];
     body.pose = {s.x[b], s.q[b]};
-    body.velocity = s.v[b], body.spin = s.w[b];
+    body.velocity = s.v[b], body.angular_velocity = s.w[b];
     body.restart = body.teleport = false;
   }
 }
 
-/// A coordinate that a ratio couples; `end` 0: of its first link, 2: of its second.
+/// A coordinate of a gear; `end` 0: of its first link, 2: of its second.
 Real value_of(const World& world, const Island& m, const Block& b, int end, Real before) {
-  const Ratio& r = world.ratios.values()[b.source];
+  const Gear& r = world.gears.values()[b.source];
   Real c = 0;
   write_coordinate(world.links[end == 0 ? r.first : r.second].joint,
-                   end == 0 ? b.coordinate : b.second, m.room.placed[b.body[b.ends[end]]],
-                   m.room.placed[b.body[b.ends[end + 1]]], before, {&c, nullptr, nullptr});
+                   end == 0 ? b.coordinate : b.second, m.scratch.body_states[b.body[b.ends[end]]],
+                   m.scratch.body_states[b.body[b.ends[end + 1]]], before, {&c, nullptr, nullptr});
   return c;
 }
 
-/// Coordinates as they are now, so that whole turns are counted. `anew`: from the nearest turn, or
-/// from the one that the slide of a screw or a rack tells.
+/// Updates the coordinates, counting whole revolutions. `anew`: starts from the nearest revolution,
+/// or from the one given by the travel of a screw or rack.
 void count_turns(const World& world, Island& m, bool anew) {
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
     Block& b = m.blocks[i];
     Real* before = m.memory[i].before;
     if (anew) before[0] = before[1] = 0;
-    if (b.kind == BlockKind::ratio) {
-      const Ratio& r = world.ratios.values()[b.source];
-      if (anew && r.has_offset && r.slides_second && r.ratio != 0)
+    if (b.kind == BlockKind::gear) {
+      const Gear& r = world.gears.values()[b.source];
+      if (anew && r.has_offset && r.second_travels && r.ratio != 0)
         before[0] = (value_of(world, m, b, 2, 0) - r.offset) / r.ratio;
       before[0] = value_of(world, m, b, 0, before[0]);
       if (anew && r.has_offset) before[1] = r.ratio * before[0] + r.offset;
@@ -100,41 +100,43 @@ void count_turns(const World& world, Island& m, bool anew) {
     const Joint& joint = world.links.values()[b.source].joint;
     const bool counts = b.kind == BlockKind::joint && info_of(joint.kind).counts_turns;
     if (b.kind == BlockKind::joint && !counts) continue;
-    if (!counts && b.coordinate != Coordinate::turn && b.coordinate != Coordinate::second) continue;
+    if (!counts && b.coordinate != Coordinate::angle && b.coordinate != Coordinate::second)
+      continue;
     const auto value = [&](Coordinate which) {
       Real c = 0;
-      write_coordinate(joint, which, m.room.placed[b.body[0]], m.room.placed[b.body[1]], before[0],
-                       {&c, nullptr, nullptr});
+      write_coordinate(joint, which, m.scratch.body_states[b.body[0]],
+                       m.scratch.body_states[b.body[1]], before[0], {&c, nullptr, nullptr});
       return c;
     };
-    // The slide of a screw tells its whole turns.
+    // The travel of a screw determines its revolutions.
     const Real pitch = info_of(joint.kind).slide_per_turn(joint);
     const bool told = pitch != 0;
-    if (anew && told) before[0] = value(Coordinate::slide) / pitch;
-    Real c = value(counts ? Coordinate::turn : b.coordinate);
+    if (anew && told) before[0] = value(Coordinate::travel) / pitch;
+    Real c = value(counts ? Coordinate::angle : b.coordinate);
     if (anew && !told && b.kind == BlockKind::limit && !b.lock) {
-      // A range that does not contain the nearest turn may contain another.
-      const AngleLimit& range = b.coordinate == Coordinate::second ? joint.limits->second
-                                                                   : joint.limits->turn;
+      // The range may contain another revolution than the nearest.
+      const AngleLimit& range =
+          b.coordinate == Coordinate::second ? joint.limits->second : joint.limits->angle;
       const Real middle = 0.5 * (range.low + range.high);
       c = middle + std::remainder(c - middle, 2 * kPi);
     }
     before[0] = c;
   }
-  for (Effort& e : m.efforts) {
+  for (JointForce& e : m.joint_forces) {
     if (anew) e.before = 0;
     e.before = coordinate_row(world, m, e.link, e.coordinate, e.body[0], e.body[1], e.before).value;
   }
 }
 
-/// The first step of a mechanism, or the first after something was changed by hand: onto its joints.
+/// First step of an island, or first step after a change by the caller: projection onto the
+/// constraints.
 bool start(const World& world, Island& m, Real h) {
-  place(m), place_frames(world, m, 0, h);
+  update_kinematics(m), update_frames(world, m, 0, h);
   count_turns(world, m, !m.counted);
   m.counted = true;
   write_all_rows(world, m, {true, true});
-  begin_limits(world, m);
-  std::fill(m.loads.begin(), m.loads.end(), 0.0);
+  begin_active_set(world, m);
+  std::fill(m.mean_lambda.begin(), m.mean_lambda.end(), 0.0);
   if (!project(world, m, 0, h)) return false;
   find_rank(m);
   return true;
@@ -144,34 +146,34 @@ std::uint32_t worst_block(const Island& m) {
   std::uint32_t worst = 0;
   Real most = -1;
   for (std::uint32_t i = 0; i < m.blocks.size(); ++i)
-    for (std::size_t r = 0; r < m.blocks[i].rows && bears(m, i); ++r)
-      if (const Real c = std::abs(m.room.c[m.blocks[i].first_row + r]); !(c <= most))
+    for (std::size_t r = 0; r < m.blocks[i].rows && is_active(m, i); ++r)
+      if (const Real c = std::abs(m.scratch.c[m.blocks[i].first_row + r]); !(c <= most))
         most = c, worst = i;
   return worst;
 }
 
 void make_room(Island& m) {
-  StepScratch& r = m.room;
+  StepScratch& r = m.scratch;
   r.pattern = make_pattern(m);
   const std::size_t bodies = m.count(), all = bodies + m.frames.size();
   r.values.assign(r.pattern.numbers, 0);
   r.scales.assign(m.rows, 1);
-  r.placed.assign(all, {}), r.give.assign(bodies, Mat3(1));
+  r.body_states.assign(all, {}), r.inverse_inertia.assign(bodies, Mat3(1));
   r.jacobian.assign(m.vectors, Vec3(0)), r.jacobian_before = r.jacobian;
   for (auto* rows : {&r.c, &r.gamma, &r.right, &r.lambda, &r.step_lambda, &r.sum_lambda, &r.weights,
                      &r.impulses, &r.impulses_at_start, &r.impulses_before})
     rows->assign(m.rows, 0);
-  r.lack.assign(r.pattern.unknowns, 0);
+  r.row_residual.assign(r.pattern.unknowns, 0);
   for (auto* twice : {&r.force, &r.correction, &r.applied, &r.momenta, &r.residuals})
     twice->assign(2 * bodies, Vec3(0));
   r.motion.assign(2 * all, Vec3(0));
   for (Motions* s : {&r.state, &r.start, &r.from, &r.begin})
-    s->x.assign(bodies, {}), s->q.assign(bodies, kNoTurn), s->v.assign(bodies, {}),
+    s->x.assign(bodies, {}), s->q.assign(bodies, kIdentity), s->v.assign(bodies, {}),
         s->w.assign(bodies, {});
   const IntegratorRow& by = row_of(m.settings.integrator);
   const bool estimates = by.step_estimated && m.settings.step_tolerance > 0;
   for (int i = 0; i < (estimates ? by.stages_estimated : by.stages); ++i)
-    r.rates[i].assign(3 * bodies, Vec3(0)), r.quat_rates[i].assign(bodies, kNoTurn);
+    r.rates[i].assign(3 * bodies, Vec3(0)), r.quat_rates[i].assign(bodies, kIdentity);
   m.faults.reserve(m.blocks.size() + 1);
   r.ready = true;
 }
@@ -181,14 +183,14 @@ void make_room(Island& m) {
 void prepare(World& world) {
   for (Island& m : islands_of(world)) {
     m.sits_out = false;
-    if (!m.room.ready) make_room(m);
+    if (!m.scratch.ready) make_room(m);
   }
 }
 
 void step(World& world, Island& m, Real h) {
-  m.lost = Entity{}, m.room.worst_lack = 0;
+  m.lost = Entity{}, m.scratch.worst_relative_residual = 0;
   std::erase_if(m.faults, [](const auto& f) { return f.kind == Fault::inconsistent; });
-  m.parts = m.iterations = m.events = m.solves = 0;
+  m.substeps = m.iterations = m.events = m.solves = 0;
   if (m.unfit) {
     m.lost = m.unfit, m.cannot_close = false;
     return;
@@ -196,78 +198,78 @@ void step(World& world, Island& m, Real h) {
   gather(world, m);
   gather_interfaces(m, h);
   const auto acts = [](Vec3 v) { return v != Vec3(0); };
-  m.room.pushed = std::any_of(m.owed.begin(), m.owed.end(), acts) ||
-                  std::any_of(m.room.applied.begin(), m.room.applied.end(), acts);
+  m.scratch.pushed = std::any_of(m.contact_loads.begin(), m.contact_loads.end(), acts) ||
+                     std::any_of(m.scratch.applied.begin(), m.scratch.applied.end(), acts);
   const bool begins = m.fresh;
   bool good = all_within_bounds(m);
   if (good && begins) good = start(world, m, h);
-  std::fill(m.room.impulses.begin(), m.room.impulses.end(), 0.0);
+  std::fill(m.scratch.impulses.begin(), m.scratch.impulses.end(), 0.0);
   m.cannot_close = begins && !good && all_within_bounds(m);
   if (good && m.unilateral) {
     good = advance_among_limits(world, m, h);
-    if (!good) {  // joints first: without stops and strings for once
+    if (!good) {  // this step ignores limits and cables
       gather(world, m);
       gather_interfaces(m, h);
       for (BlockMemory& memory : m.memory) memory.active = false;
-      std::fill(m.room.impulses.begin(), m.room.impulses.end(), 0.0);
+      std::fill(m.scratch.impulses.begin(), m.scratch.impulses.end(), 0.0);
       good = advance(world, m, {0, h, h});
       if (good) m.rescues = std::max(1, m.rescues);
     }
   }
   if (good && !m.unilateral) good = advance(world, m, {0, h, h});
-  const bool open = !good || m.room.worst_lack > 1e-2;
+  const bool open = !good || m.scratch.worst_relative_residual > 1e-2;
   if (open && !m.blocks.empty()) {
     Fault f;
     f.kind = Fault::inconsistent;
-    f.block = good ? m.room.worst_lack_block : worst_block(m);
-    f.residual = good ? m.room.worst_lack : m.residual;
+    f.block = good ? m.scratch.worst_relative_block : worst_block(m);
+    f.residual = good ? m.scratch.worst_relative_residual : m.residual;
     m.faults.push_back(f);
   }
   if (!good) {
     m.lost = m.bodies.front();
     for (std::size_t b = 0; b < m.own(); ++b)
-      if (!is_within_bounds(m.room.state, b) || !(m.mass[b] > 0) || !(m.inertia[b].x > 0) ||
-          !(m.inertia[b].y > 0) || !(m.inertia[b].z > 0) || !is_finite(m.room.applied[2 * b]) ||
-          !is_finite(m.room.applied[2 * b + 1])) {
+      if (!is_within_bounds(m.scratch.state, b) || !(m.mass[b] > 0) || !(m.inertia[b].x > 0) ||
+          !(m.inertia[b].y > 0) || !(m.inertia[b].z > 0) || !is_finite(m.scratch.applied[2 * b]) ||
+          !is_finite(m.scratch.applied[2 * b + 1])) {
         m.lost = m.bodies[b];
         break;
       }
     m.fresh = true;
     return;
   }
-  for (std::size_t r = 0; r < m.rows; ++r) m.forces[r] = m.room.impulses[r] / h;
-  settle_interfaces(m);
+  for (std::size_t r = 0; r < m.rows; ++r) m.forces[r] = m.scratch.impulses[r] / h;
+  store_transmitted(m);
   count_turns(world, m, false);
   write_back(world, m);
   for (std::size_t i = 0; i < m.frames.size(); ++i) {
-    const Placed& at = m.room.placed[m.count() + i];
+    const BodyState& at = m.scratch.body_states[m.count() + i];
     m.frames[i].before = {at.position, at.rotation}, m.frames[i].known = true;
   }
 }
 
-JointForce joint_force(const Island& m, std::size_t block) {
-  JointForce sum;
-  if (!m.room.ready) return sum;
+ConstraintWrench joint_wrench(const Island& m, std::size_t block) {
+  ConstraintWrench sum;
+  if (!m.scratch.ready) return sum;
   Vec3 pull[2] = {Vec3(0), Vec3(0)};
   const Block& joint = m.blocks[block];
-  // A joint's limits come after it.
+  // A joint's limits follow it.
   for (std::size_t i = block; i < m.blocks.size(); ++i) {
     const Block& b = m.blocks[i];
     if (i > block && (b.kind != BlockKind::limit || b.source != joint.source)) break;
-    add_pull(b, jacobian_of(m, b), 1, &m.forces[b.first_row], pull);
+    add_constraint_force(b, jacobian_of(m, b), 1, &m.forces[b.first_row], pull);
   }
   sum.force = pull[0], sum.torque = pull[1];
   return sum;
 }
 
 Real joint_gap(const World& world, const Island& m, std::size_t block) {
-  const auto placed = [&](Entity e) {
+  const auto body_states = [&](Entity e) {
     const Body& b = world.bodies[e];
-    return Placed{b.pose.position, b.pose.rotation, glm::mat3_cast(b.pose.rotation), {}, {}};
+    return BodyState{b.pose.position, b.pose.rotation, glm::mat3_cast(b.pose.rotation), {}, {}};
   };
   const Link& link = world.links.values()[m.blocks[block].source];
   Real c[6] = {}, sum = 0;
-  write_rows(link.joint, placed(link.a), placed(link.b), m.memory[block].before[0],
+  write_rows(link.joint, body_states(link.a), body_states(link.b), m.memory[block].before[0],
              {c, nullptr, nullptr});
   for (const Real x : c) sum += x * x;
   return std::sqrt(sum);
@@ -278,25 +280,25 @@ std::vector<Fault> inspect(const World& world, std::size_t number) {
   make_room(m);
   gather(world, m);
   m.faults.clear();
-  constexpr Real kAny = 1e-3;
-  gather_interfaces(m, kAny);
-  const bool closed = start(world, m, kAny);
+  constexpr Real kInspectionStep = 1e-3;
+  gather_interfaces(m, kInspectionStep);
+  const bool closed = start(world, m, kInspectionStep);
   std::vector<Fault> found = m.faults;
   if (!closed) {
     const std::uint32_t worst = worst_block(m);
     for (std::uint32_t i = 0; i < m.blocks.size(); ++i) {
-      Real lack = 0;
-      for (std::size_t r = 0; r < m.blocks[i].rows && bears(m, i); ++r)
-        lack = std::max(lack, std::abs(m.room.c[m.blocks[i].first_row + r]));
-      if (i == worst || lack > 0.1 * m.residual)
-        found.push_back({Fault::inconsistent, i, 0, lack});
+      Real row_residual = 0;
+      for (std::size_t r = 0; r < m.blocks[i].rows && is_active(m, i); ++r)
+        row_residual = std::max(row_residual, std::abs(m.scratch.c[m.blocks[i].first_row + r]));
+      if (i == worst || row_residual > 0.1 * m.residual)
+        found.push_back({Fault::inconsistent, i, 0, row_residual});
     }
   }
   for (std::uint32_t i = 0; i < m.blocks.size(); ++i) {
     const Block& b = m.blocks[i];
-    if (b.kind == BlockKind::joint &&
-        !on_right_branch(world.links.values()[b.source].joint, m.room.placed[b.body[0]].rotation,
-                         m.room.placed[b.body[1]].rotation))
+    if (b.kind == BlockKind::joint && !on_right_branch(world.links.values()[b.source].joint,
+                                                       m.scratch.body_states[b.body[0]].rotation,
+                                                       m.scratch.body_states[b.body[1]].rotation))
       found.push_back({Fault::wrong_branch, i, 0, 0});
   }
   return found;

@@ -4,8 +4,7 @@
 namespace pantin::shape_kinds {
 namespace {
 
-constexpr SizeKey kSizes[] = {{"radius", "m."},
-                              {"length", "From end to end, m.", 1, 1, 0.5}};
+constexpr SizeKey kSizes[] = {{"radius", "m."}, {"length", "From end to end, m.", 1, 1, 0.5}};
 
 Real volume(const Shape& shape) { return 2 * kPi * shape.size.x * shape.size.x * shape.size.y; }
 

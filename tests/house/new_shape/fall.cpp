@@ -25,17 +25,17 @@ int main(int count, char** arguments) {
     const Body& b = world.bodies.values()[slot];
     if (b.motion != Motion::dynamic) continue;
     const Vec3 p = b.pose.position, axis = b.pose.rotation * Vec3(0, 1, 0);
-    std::printf("body %s height %.17g upright %.17g speed %.17g mass %.17g inertia %.17g %.17g %.17g\n",
-                world.name_of(world.bodies.owners()[slot]).c_str(), p.y, std::abs(axis.y),
-                glm::length(b.velocity), b.mass, b.inertia.x, b.inertia.y, b.inertia.z);
+    std::printf(
+        "body %s height %.17g upright %.17g speed %.17g mass %.17g inertia %.17g %.17g %.17g\n",
+        world.name_of(world.bodies.owners()[slot]).c_str(), p.y, std::abs(axis.y),
+        glm::length(b.velocity), b.mass, b.inertia.x, b.inertia.y, b.inertia.z);
   }
   const Queries queries(world);
   const Body& body = world.bodies[first];
-  const RayAnswer seen =
-      queries.cast_ray({body.pose.position + Vec3(2, 0.01, 0.02), {-4, 0, 0}});
+  const RayAnswer seen = queries.cast_ray({body.pose.position + Vec3(2, 0.01, 0.02), {-4, 0, 0}});
   const ClosestAnswer near = queries.closest_point(body.pose.position + Vec3(0.3, 0, 0), 1);
   std::printf("ray %.17g\nnear %.17g\n", seen ? seen.hit->point.x - body.pose.position.x : -1,
               near ? near.hit->distance : -1);
-  std::printf("schema %s\n", schema_of(world.shapes[first].parts[0].kind).c_str());
+  std::printf("schema %s\n", schema_of(world.shapes[first].list[0].kind).c_str());
   return 0;
 }

@@ -1,4 +1,4 @@
-#include "engine/world/drive.hpp"
+#include "engine/world/kinematic_path.hpp"
 
 #include <catch2/catch.hpp>
 #include <cstring>
@@ -13,18 +13,18 @@ namespace {
 Real distance(Vec3 a, Vec3 b) { return glm::length(a - b); }
 Real angle(Quat a, Quat b) { return glm::length(rotation_vector(a * glm::conjugate(b))); }
 
-Drive four_keys(bool loop) {
+KinematicPath four_keys(bool loop) {
   Keyframes path;
   path.loop = loop;
-  path.keys = {{1, {{0, 0, 0}, kNoTurn}},
-               {2, {{1, 1, 0}, turn_by({0, 0, 1})}},
-               {4, {{2, 0, 1}, turn_by({0, 2, 0})}},
-               {5, {{0, 0, 0}, kNoTurn}}};
+  path.keys = {{1, {{0, 0, 0}, kIdentity}},
+               {2, {{1, 1, 0}, from_rotation_vector({0, 0, 1})}},
+               {4, {{2, 0, 1}, from_rotation_vector({0, 2, 0})}},
+               {5, {{0, 0, 0}, kIdentity}}};
   return {path};
 }
 
 /// Velocity by a central difference.
-Vec3 rate(const Drive& d, Real time) {
+Vec3 rate(const KinematicPath& d, Real time) {
   constexpr Real kStep = 1e-5;
   return (pose_at(d, time + kStep).position - pose_at(d, time - kStep).position) / (2 * kStep);
 }
@@ -32,8 +32,8 @@ Vec3 rate(const Drive& d, Real time) {
 }  // namespace
 
 TEST_CASE("A path passes through all its keys and rests outside them") {
-  const Drive d = four_keys(false);
-  for (const Keyframe& k : std::get<Keyframes>(d.path).keys) {
+  const KinematicPath d = four_keys(false);
+  for (const Keyframe& k : std::get<Keyframes>(d.curve).keys) {
     CHECK(distance(pose_at(d, k.time).position, k.pose.position) < 1e-15);
     CHECK(angle(pose_at(d, k.time).rotation, k.pose.rotation) < 1e-7);
   }
@@ -42,7 +42,7 @@ TEST_CASE("A path passes through all its keys and rests outside them") {
 }
 
 TEST_CASE("A path is smooth in position and starts and ends at rest") {
-  const Drive d = four_keys(false);
+  const KinematicPath d = four_keys(false);
   for (Real time : {2.0, 4.0})
     CHECK(distance((pose_at(d, time).position - pose_at(d, time - 1e-6).position) / 1e-6,
                    (pose_at(d, time + 1e-6).position - pose_at(d, time).position) / 1e-6) < 1e-4);
@@ -53,20 +53,22 @@ TEST_CASE("A path is smooth in position and starts and ends at rest") {
 
 TEST_CASE("A straight path with even keys is run at an even speed between its ends") {
   Keyframes path;
-  for (int i = 0; i < 5; ++i) path.keys.push_back({Real(i), {{2.0 * i, 0, 0}, kNoTurn}});
-  const Drive d{path};
+  for (int i = 0; i < 5; ++i) path.keys.push_back({Real(i), {{2.0 * i, 0, 0}, kIdentity}});
+  const KinematicPath d{path};
   for (Real time : {1.0, 1.3, 2.5, 2.9}) CHECK(rate(d, time).x == Approx(2));
 }
 
 TEST_CASE("Rotations go the short way at an even rate") {
   Keyframes path;
-  path.keys = {{0, {}}, {1, {Vec3(0), -turn_by({0, 0, 1})}}};  // the same rotation, sign turned
-  const Drive d{path};
-  for (Real u : {0.25, 0.5, 0.75}) CHECK(angle(pose_at(d, u).rotation, turn_by({0, 0, u})) < 1e-12);
+  path.keys = {{0, {}},
+               {1, {Vec3(0), -from_rotation_vector({0, 0, 1})}}};  // the same rotation, sign turned
+  const KinematicPath d{path};
+  for (Real u : {0.25, 0.5, 0.75})
+    CHECK(angle(pose_at(d, u).rotation, from_rotation_vector({0, 0, u})) < 1e-12);
 }
 
 TEST_CASE("A loop repeats in both directions of time and is smooth at its seam") {
-  const Drive d = four_keys(true);
+  const KinematicPath d = four_keys(true);
   for (Real time : {1.2, 2.7, 4.9}) {
     CHECK(distance(pose_at(d, time).position, pose_at(d, time + 8).position) < 1e-12);
     CHECK(distance(pose_at(d, time).position, pose_at(d, time - 4).position) < 1e-12);
@@ -77,7 +79,7 @@ TEST_CASE("A loop repeats in both directions of time and is smooth at its seam")
 
 TEST_CASE("A path of one key or of none stands still") {
   Keyframes one;
-  one.keys = {{3, {{1, 2, 3}, kNoTurn}}};
+  one.keys = {{3, {{1, 2, 3}, kIdentity}}};
   CHECK(pose_at({one}, 0).position == Vec3(1, 2, 3));
   CHECK(pose_at({one}, 9).position == Vec3(1, 2, 3));
   CHECK(pose_at({Keyframes{}}, 1).position == Vec3(0));
@@ -85,12 +87,13 @@ TEST_CASE("A path of one key or of none stands still") {
 
 TEST_CASE("A sway is a sine, axis by axis, in place and in turn") {
   Lissajous sway;
-  sway.centre = {{1, 2, 3}, turn_by({0.5, 0, 0})};
+  sway.centre = {{1, 2, 3}, from_rotation_vector({0.5, 0, 0})};
   sway.amplitude = {1, 2, 0}, sway.frequency = {1, 0.5, 9}, sway.phase = {0, kPi / 2, 1};
   sway.turn_amplitude = {0, 0.3, 0}, sway.turn_frequency = {0, 0.25, 0};
   const Pose p = pose_at({sway}, 0.25);
   CHECK(distance(p.position, {1 + std::sin(kPi / 2), 2 + 2 * std::cos(kPi / 4), 3}) < 1e-15);
-  CHECK(angle(p.rotation, turn_by({0, 0.3 * std::sin(kPi / 8), 0}) * sway.centre.rotation) < 1e-12);
+  CHECK(angle(p.rotation, from_rotation_vector({0, 0.3 * std::sin(kPi / 8), 0}) *
+                              sway.centre.rotation) < 1e-12);
 }
 
 TEST_CASE("A sway that rises starts at rest at its centre and is whole afterwards") {
@@ -107,12 +110,12 @@ TEST_CASE("A sway that rises starts at rest at its centre and is whole afterward
 }
 
 TEST_CASE("A path moved rigidly is the path, moved rigidly") {
-  const Pose by{{1, -2, 0.5}, turn_by({0.4, 1.2, -0.3})};
+  const Pose by{{1, -2, 0.5}, from_rotation_vector({0.4, 1.2, -0.3})};
   Lissajous sway;
-  sway.centre = {{0.1, 0.2, 0.3}, turn_by({0, 0.4, 0})};
+  sway.centre = {{0.1, 0.2, 0.3}, from_rotation_vector({0, 0.4, 0})};
   sway.amplitude = {0.5, 0.2, 0.7}, sway.frequency = {1, 2, 3};
   sway.turn_amplitude = {0.3, 0.2, 0.1}, sway.turn_frequency = {1, 1, 2};
-  for (const Drive& d : {Drive{sway}, four_keys(false)})
+  for (const KinematicPath& d : {KinematicPath{sway}, four_keys(false)})
     for (Real time : {0.0, 1.7, 3.1}) {
       const Pose expected = compose(by, pose_at(d, time)), found = pose_at(moved(d, by), time);
       CHECK(distance(expected.position, found.position) < 1e-14);
@@ -124,13 +127,13 @@ TEST_CASE("A path run ahead is where it would be later, but rises at its own tim
   Lissajous sway;
   sway.amplitude = {0.5, 0.2, 0}, sway.frequency = {1, 0.3, 0};
   sway.turn_amplitude = {0, 0.4, 0}, sway.turn_frequency = {0, 0.7, 0};
-  for (const Drive& d : {Drive{sway}, four_keys(true)}) {
-    const Drive early = hastened(d, 0.75);
+  for (const KinematicPath& d : {KinematicPath{sway}, four_keys(true)}) {
+    const KinematicPath early = shifted(d, 0.75);
     CHECK(distance(pose_at(early, 2).position, pose_at(d, 2.75).position) < 1e-12);
     CHECK(angle(pose_at(early, 2).rotation, pose_at(d, 2.75).rotation) < 1e-7);
   }
   sway.rise = 1;
-  CHECK(pose_at(hastened({sway}, 0.75), 0).position == Vec3(0));
+  CHECK(pose_at(shifted({sway}, 0.75), 0).position == Vec3(0));
 }
 
 TEST_CASE("Solvers are known by their names") {

@@ -1,6 +1,6 @@
 #pragma once
-/// Collects what is wrong with a scene file, each with its place, so that all of it is told at
-/// once.
+/// Collects the errors and warnings of a scene file with their positions, so that all are reported
+/// at once.
 #include <map>
 #include <string>
 #include <string_view>
@@ -13,29 +13,29 @@
 
 namespace pantin {
 
-class Complaints {
+class Diagnostics {
  public:
-  /// `file` stands at the head of every line.
-  Complaints(const JsonDocument& json, std::string file) : json_(json), file_(std::move(file)) {}
+  /// `file` is the prefix of every line.
+  Diagnostics(const JsonDocument& json, std::string file) : json_(json), file_(std::move(file)) {}
 
-  /// Something that keeps the scene from being read, at a value.
-  void refuse(NodeId at, std::string message) {
+  /// An error at a value; the scene cannot be loaded.
+  void error(NodeId at, std::string message) {
     keep(errors_, {offset(at), at, std::move(message)});
   }
-  /// The same, at a value's key.
-  void refuse_key(NodeId at, std::string message) {
+  /// The same at the value's key.
+  void error_at_key(NodeId at, std::string message) {
     keep(errors_, {json_[at].key_offset, at, std::move(message)});
   }
-  /// Refuses what is there for the sake of what should be: "found <value>, expected <what>".
-  void refuse_value(NodeId at, std::string_view expected);
+  /// An error of the form "found <value>, expected <what>".
+  void error_value(NodeId at, std::string_view expected);
 
-  /// Something the scene runs with all the same. Warnings of one `kind` about one place are told
-  /// once, with their number: a prefab's fault is not told for every copy.
+  /// A warning; the scene can be loaded. Warnings of one `kind` at one position are reported once,
+  /// with their number, so that a fault of a prefab is not repeated for every copy.
   void warn(NodeId at, std::string_view kind, std::string message);
 
-  bool any_errors() const { return refused() > 0 || !json_.faults.empty(); }
-  /// How many refusals there were so far.
-  std::size_t refused() const { return errors_.lines.size() + errors_.dropped; }
+  bool any_errors() const { return error_count() > 0 || !json_.faults.empty(); }
+  /// Number of errors so far.
+  std::size_t error_count() const { return errors_.lines.size() + errors_.dropped; }
   /// In the order of the text, printable, at most some hundred; a last line tells of the rest.
   std::vector<Error> errors() const;
   std::vector<std::string> warnings() const;
@@ -66,7 +66,7 @@ class Complaints {
   std::map<std::pair<NodeId, std::string>, std::size_t, std::less<>> told_;  // into warnings_
 };
 
-/// A value as complaints name it: "shim" in quotes, a number as written, "an array of 3".
+/// A value as errors name it: "shim" in quotes, a number as written, "an array of 3".
 std::string described(const JsonDocument& json, NodeId id);
 
 }  // namespace pantin

@@ -1,4 +1,4 @@
-#include "engine/world/drive.hpp"
+#include "engine/world/kinematic_path.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 namespace pantin {
 namespace {
 
-/// The time that stands for `time` on a path that repeats between `first` and `last`.
+/// `time` wrapped into the period of a path from `first` to `last`.
 Real wrapped(Real time, Real first, Real last) {
   const Real period = last - first;
   const Real into = std::fmod(time - first, period);
@@ -47,8 +47,8 @@ Pose along(const Keyframes& path, Real time) {
   const Vec3 position =
       (2 * u3 - 3 * u2 + 1) * a.pose.position + (u3 - 2 * u2 + u) * span * slope_at(path, i) +
       (3 * u2 - 2 * u3) * b.pose.position + (u3 - u2) * span * slope_at(path, i + 1);
-  const Quat turn = b.pose.rotation * glm::conjugate(a.pose.rotation);
-  return {position, glm::normalize(part_of(turn, u) * a.pose.rotation)};
+  const Quat rotation = b.pose.rotation * glm::conjugate(a.pose.rotation);
+  return {position, glm::normalize(fraction_of(rotation, u) * a.pose.rotation)};
 }
 
 Vec3 wave(Vec3 amplitude, Vec3 frequency, Vec3 phase, Real time) {
@@ -60,43 +60,45 @@ Vec3 wave(Vec3 amplitude, Vec3 frequency, Vec3 phase, Real time) {
 }
 
 Pose along(const Lissajous& path, Real time) {
-  Real part = 1;
+  Real fraction = 1;
   if (path.rise > 0 && time < path.rise) {
     const Real u = std::max(time, Real(0)) / path.rise;
-    part = u * u * u * (10 + u * (6 * u - 15));  // no jump in velocity or acceleration
+    fraction = u * u * u * (10 + u * (6 * u - 15));  // no jump in velocity or acceleration
   }
-  const Vec3 shift = part * wave(path.amplitude, path.frequency, path.phase, time);
-  const Vec3 turn = part * wave(path.turn_amplitude, path.turn_frequency, path.turn_phase, time);
+  const Vec3 shift = fraction * wave(path.amplitude, path.frequency, path.phase, time);
+  const Vec3 rotation =
+      fraction * wave(path.turn_amplitude, path.turn_frequency, path.turn_phase, time);
   Pose pose{path.centre.position + path.axes * shift, path.centre.rotation};
-  if (turn != Vec3(0))
-    pose.rotation = glm::normalize(turn_by(path.axes * turn) * path.centre.rotation);
+  if (rotation != Vec3(0))
+    pose.rotation =
+        glm::normalize(from_rotation_vector(path.axes * rotation) * path.centre.rotation);
   return pose;
 }
 
 }  // namespace
 
-Pose pose_at(const Drive& drive, Real time) {
-  return std::visit([time](const auto& path) { return along(path, time); }, drive.path);
+Pose pose_at(const KinematicPath& path, Real time) {
+  return std::visit([time](const auto& curve) { return along(curve, time); }, path.curve);
 }
 
-Drive moved(const Drive& drive, const Pose& by) {
-  Drive result = drive;
-  if (auto* keyframes = std::get_if<Keyframes>(&result.path)) {
+KinematicPath moved(const KinematicPath& path, const Pose& by) {
+  KinematicPath result = path;
+  if (auto* keyframes = std::get_if<Keyframes>(&result.curve)) {
     for (Keyframe& key : keyframes->keys) key.pose = compose(by, key.pose);
   } else {
-    auto& sway = std::get<Lissajous>(result.path);
+    auto& sway = std::get<Lissajous>(result.curve);
     sway.centre = compose(by, sway.centre);
     sway.axes = glm::normalize(by.rotation * sway.axes);
   }
   return result;
 }
 
-Drive hastened(const Drive& drive, Real ahead) {
-  Drive result = drive;
-  if (auto* keyframes = std::get_if<Keyframes>(&result.path)) {
+KinematicPath shifted(const KinematicPath& path, Real ahead) {
+  KinematicPath result = path;
+  if (auto* keyframes = std::get_if<Keyframes>(&result.curve)) {
     for (Keyframe& key : keyframes->keys) key.time -= ahead;
   } else {
-    auto& sway = std::get<Lissajous>(result.path);
+    auto& sway = std::get<Lissajous>(result.curve);
     sway.phase += 2 * kPi * ahead * sway.frequency;
     sway.turn_phase += 2 * kPi * ahead * sway.turn_frequency;
   }

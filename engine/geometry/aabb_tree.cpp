@@ -1,4 +1,4 @@
-#include "engine/geometry/box_tree.hpp"
+#include "engine/geometry/aabb_tree.hpp"
 
 #include <algorithm>
 
@@ -7,14 +7,14 @@
 namespace pantin {
 namespace {
 
-Real half_area(const Box& b) {
+Real half_area(const Aabb& b) {
   const Vec3 d = b.high - b.low;
   return d.x * d.y + d.y * d.z + d.z * d.x;
 }
 
 }  // namespace
 
-void BoxTree::build(std::span<const Box> boxes) {
+void AabbTree::build(std::span<const Aabb> boxes) {
   const auto count = static_cast<std::uint32_t>(boxes.size());
   items_.resize(count), boxes_.resize(count);
   nodes_.clear();
@@ -27,19 +27,20 @@ void BoxTree::build(std::span<const Box> boxes) {
   sorted_area_ = area_;
 }
 
-void BoxTree::split(std::uint32_t node, std::uint32_t first, std::uint32_t count,
-                    std::span<const Box> boxes) {
+void AabbTree::split(std::uint32_t node, std::uint32_t first, std::uint32_t count,
+                     std::span<const Aabb> boxes) {
   if (count <= kLeaf) {
     nodes_[node].first = first, nodes_[node].count = count;
     return;
   }
-  Box middles;
+  Aabb middles;
   for (std::uint32_t i = first; i < first + count; ++i)
     middles.add(boxes[items_[i]].low + boxes[items_[i]].high);
   const Vec3 wide = middles.high - middles.low;
   const int axis = wide.x >= wide.y && wide.x >= wide.z ? 0 : wide.y >= wide.z ? 1 : 2;
   const auto begin = items_.begin() + first;
-  // Ties go by index, so that the tree is one whatever the library's way of selecting.
+  // Ties are broken by index, so that the tree does not depend on the library's selection
+  // algorithm.
   std::nth_element(begin, begin + count / 2, begin + count, [&](std::uint32_t a, std::uint32_t b) {
     const Real ma = boxes[a].low[axis] + boxes[a].high[axis];
     const Real mb = boxes[b].low[axis] + boxes[b].high[axis];
@@ -52,17 +53,17 @@ void BoxTree::split(std::uint32_t node, std::uint32_t first, std::uint32_t count
   split(child + 1, first + count / 2, count - count / 2, boxes);
 }
 
-void BoxTree::refit(std::span<const Box> boxes) {
+void AabbTree::refit(std::span<const Aabb> boxes) {
   PANTIN_ASSERT(boxes.size() == items_.size());
   for (std::size_t i = 0; i < items_.size(); ++i) boxes_[i] = boxes[items_[i]];
   fit();
 }
 
-void BoxTree::fit() {
+void AabbTree::fit() {
   area_ = 0;
   for (std::size_t n = nodes_.size(); n-- > 0;) {  // children come after their parent
     Node& node = nodes_[n];
-    node.box = Box{};
+    node.box = Aabb{};
     if (node.count > 0)
       for (std::uint32_t i = node.first; i < node.first + node.count; ++i) node.box.add(boxes_[i]);
     else

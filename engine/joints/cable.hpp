@@ -1,5 +1,5 @@
 #pragma once
-/// A string between two bodies: it pulls, never pushes.
+/// A cable between two bodies: it pulls, never pushes.
 ///
 ///   C = |p_b - p_a| - length <= 0       one unilateral row, metres
 #include <algorithm>
@@ -9,11 +9,11 @@
 
 namespace pantin {
 
-struct StringJoint {
+struct CableParameters {
   Vec3 anchor_a{0};     // in body a's mass-centre frame
   Vec3 anchor_b{0};     // in body b's mass-centre frame
-  Real length = 1;      // m, when taut and unloaded
-  Real compliance = 0;  // m/N; 0 does not stretch
+  Real length = 1;      // m, taut and without tension
+  Real compliance = 0;  // m/N; 0: inextensible
 
   static void fields(auto& self, auto&& field) {
     field("anchor_a", self.anchor_a);
@@ -23,8 +23,8 @@ struct StringJoint {
   }
 };
 
-/// How far the string is drawn beyond its length, never negative, metres.
-inline Real stretch(const StringJoint& joint, const Pose& a, const Pose& b) {
+/// Elongation of the cable, never negative, m.
+inline Real stretch(const CableParameters& joint, const Pose& a, const Pose& b) {
   const Real span = glm::length(to_world(b, joint.anchor_b) - to_world(a, joint.anchor_a));
   return std::max(Real(0), span - joint.length);
 }

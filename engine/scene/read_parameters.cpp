@@ -30,30 +30,30 @@ struct KindKey {
   KindTest fits;
 };
 constexpr KindKey kKindKeys[] = {
-    {"point_a", is_line},     {"point_b", is_line},     {"spring", acts},
-    {"friction", acts},       {"motor", acts},          {"angle", acts_twice},
-    {"travel", acts_twice},   {"anchor", is_no_line},   {"axis", is_no_line},
-    {"across", is_no_line},   {"axis_a", is_no_line},   {"across_a", is_no_line},
-    {"axis_b", is_no_line},   {"across_b", is_no_line}, {"rest", is_no_line},
+    {"point_a", is_line},    {"point_b", is_line},     {"spring", acts},
+    {"friction", acts},      {"motor", acts},          {"angle", acts_twice},
+    {"travel", acts_twice},  {"anchor", is_no_line},   {"axis", is_no_line},
+    {"across", is_no_line},  {"axis_a", is_no_line},   {"across_a", is_no_line},
+    {"axis_b", is_no_line},  {"across_b", is_no_line}, {"rest", is_no_line},
     {"rest_deg", is_no_line}};
 
 /// Complains of what belongs to other kinds.
-void refuse_foreign_keys(const Reader& from, JointKind kind) {
+void check_keys(const Reader& from, JointKind kind) {
   const bool is_chain = !from.accepts("type");  // its "length" and "axis" mean other things
-  const auto refuse = [&](std::string_view key, const std::string& expected) {
-    from.complaints.refuse_key(from.find(key), "found \"" + std::string(key) + "\" of " +
-                                                   a_joint(kind) + ", expected " + expected);
+  const auto error = [&](std::string_view key, const std::string& expected) {
+    from.diagnostics.error_at_key(from.find(key), "found \"" + std::string(key) + "\" of " +
+                                                      a_joint(kind) + ", expected " + expected);
   };
   const std::string only = "it of these kinds only: ";
   for (std::string_view key : keys::kJointParameters)
     if (!is_chain && from.has(key) && !has_parameter(info_of(kind), key))
-      refuse(key, only + kinds_where([&](const Info& info) { return has_parameter(info, key); }));
+      error(key, only + kinds_where([&](const Info& info) { return has_parameter(info, key); }));
   for (const KindKey& key : kKindKeys) {
     if (key.fits(info_of(kind)) || (is_chain && key.fits != acts) || !from.has(key.key)) continue;
-    refuse(key.key, key.fits == is_no_line
-                        ? "only its ends: \"point_a\" and \"point_b\" in the scene, or "
-                          "\"anchor_a\" and \"anchor_b\" in the bodies"
-                        : only + kinds_where(key.fits));
+    error(key.key, key.fits == is_no_line
+                       ? "only its ends: \"point_a\" and \"point_b\" in the scene, or "
+                         "\"anchor_a\" and \"anchor_b\" in the bodies"
+                       : only + kinds_where(key.fits));
   }
 }
 
@@ -62,9 +62,9 @@ Real read_coordinate(const Reader& from, std::string_view key, bool slides) {
   if (slides) {
     const std::string key_deg = std::string(key) + "_deg";
     if (from.has(key_deg))
-      from.complaints.refuse_key(from.find(key_deg), "found \"" + key_deg +
-                                                         "\" of a slide, expected \"" +
-                                                         std::string(key) + "\" in m or m/s");
+      from.diagnostics.error_at_key(from.find(key_deg), "found \"" + key_deg +
+                                                            "\" of a slide, expected \"" +
+                                                            std::string(key) + "\" in m or m/s");
     return from.number(key, 0, kAnyNumber);
   }
   Real angle = 0;
@@ -79,8 +79,9 @@ SpringDamper read_spring(const Reading& reading, NodeId node, bool slides) {
   spring.damping = from.number("damping", 0, kNotNegative);
   spring.rest = read_coordinate(from, "rest", slides);
   if (from.is_object() && !from.has("stiffness") && !from.has("damping"))
-    reading.complaints.refuse(node, "found neither \"stiffness\" nor \"damping\", expected one of "
-                                    "them: without them a spring does nothing");
+    reading.diagnostics.error(node,
+                              "found neither \"stiffness\" nor \"damping\", expected one of "
+                              "them: without them a spring does nothing");
   return spring;
 }
 
@@ -91,14 +92,15 @@ JointFriction read_friction(const Reading& reading, NodeId node) {
   friction.dry = from.number("dry", 0, kNotNegative);
   friction.slip = from.number("slip", friction.slip, kPositive);
   if (from.is_object() && !from.has("viscous") && !from.has("dry"))
-    reading.complaints.refuse(node, "found neither \"viscous\" nor \"dry\", expected one of them: "
-                                    "without them there is no friction");
+    reading.diagnostics.error(node,
+                              "found neither \"viscous\" nor \"dry\", expected one of them: "
+                              "without them there is no friction");
   return friction;
 }
 
-Motor read_motor(const Reading& reading, NodeId node, bool slides) {
+JointMotor read_motor(const Reading& reading, NodeId node, bool slides) {
   constexpr std::string_view kTargets[] = {"velocity", "velocity_deg", "position", "position_deg"};
-  Motor motor;
+  JointMotor motor;
   const Reader from = reading.open(node, "motor");
   for (std::size_t i = 0; i < 2; ++i)
     for (std::size_t k = 2; k < 4; ++k) {
@@ -116,37 +118,39 @@ Motor read_motor(const Reading& reading, NodeId node, bool slides) {
   motor.damping = from.number("damping", 0, kNotNegative);
   motor.cap = from.number("cap", motor.cap, kNotNegative);
   if (from.has("damping") && !stands_at)
-    from.complaints.refuse_key(from.find("damping"), "found \"damping\" of a motor that keeps a "
-                                                     "speed, expected it with \"position\" only");
+    from.diagnostics.error_at_key(from.find("damping"),
+                                  "found \"damping\" of a motor that keeps a "
+                                  "speed, expected it with \"position\" only");
   return motor;
 }
 
 /// "spring", "friction" and "motor".
-Freedom read_freedom(const Reading& reading, const Reader& from, bool slides) {
-  Freedom freedom;
+Dof read_freedom(const Reading& reading, const Reader& from, bool slides) {
+  Dof dof;
   if (const NodeId node = from.find("spring"); node != kNoNode)
-    freedom.spring = read_spring(reading, node, slides);
+    dof.spring = read_spring(reading, node, slides);
   if (const NodeId node = from.find("friction"); node != kNoNode)
-    freedom.friction = read_friction(reading, node);
+    dof.friction = read_friction(reading, node);
   if (const NodeId node = from.find("motor"); node != kNoNode)
-    freedom.motor = read_motor(reading, node, slides);
-  return freedom;
+    dof.motor = read_motor(reading, node, slides);
+  return dof;
 }
 
 bool has_freedom(const Reader& from) {
   return from.has("spring") || from.has("friction") || from.has("motor");
 }
 
-/// "angle" and "travel" of a cylindrical joint; beside them nothing stands for its turn.
-void read_freedoms(const Reading& reading, const Reader& from, JointExtras& extras) {
+/// "angle" and "travel" of a cylindrical joint; they exclude "spring", "friction" and "motor"
+/// beside "angle".
+void read_freedoms(const Reading& reading, const Reader& from, JointParameters& parameters) {
   for (std::string_view key : {"spring", "friction", "motor"}) {
     const std::string_view both[] = {"angle", key};
     from.one_of(both);
   }
   if (const NodeId node = from.find("angle"); node != kNoNode)
-    extras.turn = read_freedom(reading, reading.open(node, "dof"), false);
+    parameters.rotation = read_freedom(reading, reading.open(node, "dof"), false);
   if (const NodeId node = from.find("travel"); node != kNoNode)
-    extras.slide = read_freedom(reading, reading.open(node, "dof"), true);
+    parameters.translation = read_freedom(reading, reading.open(node, "dof"), true);
 }
 
 Range range_of(const Parameter& p) {
@@ -168,25 +172,25 @@ void read_parameter(const Reader& from, const Parameter& p, TurnRecipe& turn) {
     if (node != kNoNode) turn.length = from.number(p.key, 1, range_of(p));
     return;
   }
-  Real& value = p.value(turn.extras.edit());
+  Real& value = p.value(turn.parameters.edit());
   value = from.number(p.key, 0, range_of(p));
   if (p.never_zero.empty() || node == kNoNode) return;
   if (from.json[node].kind == JsonKind::number && from.json[node].number == 0)
-    from.complaints.refuse_value(node, "a number other than 0: " + std::string(p.never_zero));
+    from.diagnostics.error_value(node, "a number other than 0: " + std::string(p.never_zero));
 }
 
 }  // namespace
 
-void read_extras(const Reading& reading, const Reader& from, TurnRecipe& turn) {
+void read_parameters(const Reading& reading, const Reader& from, TurnRecipe& turn) {
   if (!from.is_object()) return;
   const Info& kind = info_of(turn.kind);
-  refuse_foreign_keys(from, turn.kind);
+  check_keys(from, turn.kind);
   for (const Parameter& p : kind.parameters) read_parameter(from, p, turn);
-  if (acts_twice(kind)) read_freedoms(reading, from, turn.extras.edit());
+  if (acts_twice(kind)) read_freedoms(reading, from, turn.parameters.edit());
   if (!acts(kind) || !has_freedom(from)) return;
-  const bool slides = !kind.is_used(Coordinate::turn, kActuated);
-  JointExtras& extras = turn.extras.edit();
-  (slides ? extras.slide : extras.turn) = read_freedom(reading, from, slides);
+  const bool slides = !kind.is_used(Coordinate::angle, kActuated);
+  JointParameters& parameters = turn.parameters.edit();
+  (slides ? parameters.translation : parameters.rotation) = read_freedom(reading, from, slides);
 }
 
 }  // namespace pantin

@@ -1,5 +1,5 @@
 #pragma once
-/// Boxes along the axes, and a tree of them that answers "which of these overlap this one?".
+/// Axis-aligned bounding boxes, and a bounding volume hierarchy for overlap and nearest queries.
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -10,30 +10,30 @@
 
 namespace pantin {
 
-/// A box along the axes, m. The default one is empty.
-struct Box {
+/// An axis-aligned bounding box, m. Empty by default.
+struct Aabb {
   Vec3 low{1e300}, high{-1e300};
 
   void add(Vec3 p) { low = glm::min(low, p), high = glm::max(high, p); }
-  void add(const Box& other) { low = glm::min(low, other.low), high = glm::max(high, other.high); }
-  Box grown(Real by) const { return {low - by, high + by}; }
+  void add(const Aabb& other) { low = glm::min(low, other.low), high = glm::max(high, other.high); }
+  Aabb grown(Real by) const { return {low - by, high + by}; }
   /// Boxes that share a face overlap.
-  bool overlaps(const Box& o) const {
+  bool overlaps(const Aabb& o) const {
     return low.x <= o.high.x && o.low.x <= high.x && low.y <= o.high.y && o.low.y <= high.y &&
            low.z <= o.high.z && o.low.z <= high.z;
   }
-  friend bool operator==(const Box&, const Box&) = default;
+  friend bool operator==(const Aabb&, const Aabb&) = default;
 };
 
 /// Squared distance from a point to a box, m^2; 0 inside.
-inline Real distance_squared(const Box& box, Vec3 p) {
+inline Real distance_squared(const Aabb& box, Vec3 p) {
   const Vec3 out = glm::max(glm::max(box.low - p, p - box.high), Vec3(0));
   return glm::dot(out, out);
 }
 
-/// The distances between which a ray is inside a box, in units of `way`; it misses where the first is
-/// above the second.
-inline std::array<Real, 2> ray_range(const Box& box, Vec3 from, Vec3 way) {
+/// The distances between which a ray is inside a box, in units of `way`; it misses where the first
+/// is above the second.
+inline std::array<Real, 2> ray_range(const Aabb& box, Vec3 from, Vec3 way) {
   Real enter = -1e300, leave = 1e300;
   for (int i = 0; i < 3; ++i) {
     if (way[i] == 0) {
@@ -46,25 +46,24 @@ inline std::array<Real, 2> ray_range(const Box& box, Vec3 from, Vec3 way) {
   return {enter, leave};
 }
 
-/// A binary tree over boxes, named by their index.
+/// A binary bounding volume hierarchy; boxes are identified by index.
 ///
-/// The tree keeps its room: building again or refitting over no more boxes than before allocates
-/// nothing. What a query finds does not depend on how the tree was built; the order of the finds
-/// does.
-class BoxTree {
+/// Memory is reused: rebuilding or refitting with no more boxes than before does not allocate. The
+/// result of a query does not depend on how the tree was built; the order of the results does.
+class AabbTree {
  public:
-  /// Sorts the boxes into a new tree; n log n.
-  void build(std::span<const Box> boxes);
-  /// Takes the boxes at their new places, as many as before; n. The tree stays as it was sorted,
-  /// so it gets worse as boxes wander: see `looseness`.
-  void refit(std::span<const Box> boxes);
-  /// How much larger the branches are than when they were sorted, 1 for none.
+  /// Builds a new tree; O(n log n).
+  void build(std::span<const Aabb> boxes);
+  /// Updates the boxes, as many as before; O(n). The topology is kept, so the tree degrades as
+  /// boxes move: see `looseness`.
+  void refit(std::span<const Aabb> boxes);
+  /// Growth of the total branch area since the tree was built; 1 for none.
   Real looseness() const { return sorted_area_ > 0 ? area_ / sorted_area_ : 1; }
   std::size_t size() const { return items_.size(); }
 
   /// Calls `found(index)` for every box that overlaps `box`.
   template <class Found>
-  void query(const Box& box, Found&& found) const {
+  void query(const Aabb& box, Found&& found) const {
     if (nodes_.empty()) return;
     std::uint32_t stack[kDeepest], depth = 0;
     stack[depth++] = 0;
@@ -81,8 +80,8 @@ class BoxTree {
     }
   }
 
-  /// Visits the boxes nearer to `p` than the best so far: `distance(index)` returns the squared
-  /// distance of what is in the box. Returns the least, at most `best`.
+  /// Nearest query: `distance(index)` returns the squared distance of the content of a box; only
+  /// boxes nearer than the best so far are visited. Returns the least, at most `best`.
   template <class Distance>
   Real nearest(Vec3 p, Real best, Distance&& distance) const {
     if (nodes_.empty()) return best;
@@ -109,7 +108,7 @@ class BoxTree {
   template <class Entry>
   void cast(Vec3 from, Vec3 way, Real limit, Entry&& entry) const {
     if (nodes_.empty()) return;
-    const auto meets = [&](const Box& box) {
+    const auto meets = [&](const Aabb& box) {
       const auto [enter, leave] = ray_range(box, from, way);
       return enter <= leave && leave >= 0 && enter <= limit;
     };
@@ -123,7 +122,7 @@ class BoxTree {
           if (meets(boxes_[i])) limit = entry(items_[i], limit);
         continue;
       }
-      const Box &one = nodes_[node.first].box, &two = nodes_[node.first + 1].box;
+      const Aabb &one = nodes_[node.first].box, &two = nodes_[node.first + 1].box;
       const bool swap = ray_range(one, from, way)[0] > ray_range(two, from, way)[0];
       stack[depth++] = node.first + (swap ? 0 : 1);
       stack[depth++] = node.first + (swap ? 1 : 0);
@@ -136,18 +135,18 @@ class BoxTree {
   static constexpr std::uint32_t kLeaf = 4;  // boxes in a leaf, at most
 
   struct Node {
-    Box box;
+    Aabb box;
     std::uint32_t first = 0;  // leaf: of its boxes; branch: of its two nodes, side by side
     std::uint32_t count = 0;  // leaf: of its boxes; branch: 0
   };
 
   void split(std::uint32_t node, std::uint32_t first, std::uint32_t count,
-             std::span<const Box> boxes);
+             std::span<const Aabb> boxes);
   void fit();
 
   std::vector<Node> nodes_;
   std::vector<std::uint32_t> items_;  // indices of the boxes, leaf by leaf
-  std::vector<Box> boxes_;            // in that order
+  std::vector<Aabb> boxes_;           // in that order
   Real area_ = 0, sorted_area_ = 0;   // of all branches, m^2
 };
 

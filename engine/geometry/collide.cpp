@@ -1,4 +1,4 @@
-#include "engine/geometry/touch.hpp"
+#include "engine/geometry/collide.hpp"
 
 #include <algorithm>
 #include <tuple>
@@ -25,7 +25,7 @@ struct Tile {
     face = {0, 3, n, glm::dot(n, points[0])};
   }
 
-  /// What lies beyond its edges, looked up only for triangles that are near.
+  /// The neighbours across its edges; evaluated only for nearby triangles.
   Facing facing(const Surface& s) const {
     Facing f;
     f.normal = face.normal;
@@ -49,9 +49,9 @@ struct Tile {
   Face face;
 };
 
-Box bounds_of(const Convex& c) {
-  if (c.smooth) return bounds_of(*c.smooth, {c.origin, glm::quat_cast(c.turn)}).grown(c.radius);
-  Box box;
+Aabb bounds_of(const Convex& c) {
+  if (c.smooth) return bounds_of(*c.smooth, {c.origin, glm::quat_cast(c.rotation)}).grown(c.radius);
+  Aabb box;
   for (Vec3 p : c.points) box.add(p);
   return box.grown(c.radius);
 }
@@ -60,12 +60,12 @@ struct OnSurface {
   const Convex& a;
   const Surface& surface;
   Real margin;
-  Box reach;  // of a, grown by the margin
-  std::vector<TouchPoint>& out;
+  Aabb reach;  // of a, grown by the margin
+  std::vector<ContactPoint>& out;
 };
 
-void touch_tile(const OnSurface& k, std::uint32_t index) {
-  Box box;
+void collide_triangle(const OnSurface& k, std::uint32_t index) {
+  Aabb box;
   for (Vec3 p : triangle_of(k.surface, index)) box.add(p);
   if (!box.overlaps(k.reach)) return;
   const Tile tile(k.surface, index);
@@ -77,7 +77,7 @@ void touch_tile(const OnSurface& k, std::uint32_t index) {
   if (glm::dot(f.normal, k.a.extreme(f.normal)) < f.offset) return;
   const Facing facing = tile.facing(k.surface);
   const std::size_t first = k.out.size();
-  touch_convex(k.a, tile.convex(), k.margin, &facing, k.out);
+  collide_convex(k.a, tile.convex(), k.margin, &facing, k.out);
   for (std::size_t i = first; i < k.out.size(); ++i)
     k.out[i].feature |= static_cast<std::uint64_t>(index) << kFeatureBits;
 }
@@ -86,9 +86,9 @@ void touch_tile(const OnSurface& k, std::uint32_t index) {
 void push_out(const OnSurface& k, std::uint32_t index) {
   const Tile tile(k.surface, index);
   const std::size_t first = k.out.size();
-  touch_plane(k.a, tile.face.normal, tile.face.offset, glm::min(k.margin, Real(0)), k.out);
+  collide_plane(k.a, tile.face.normal, tile.face.offset, glm::min(k.margin, Real(0)), k.out);
   std::sort(k.out.begin() + static_cast<std::ptrdiff_t>(first), k.out.end(),
-            [](const TouchPoint& p, const TouchPoint& q) {
+            [](const ContactPoint& p, const ContactPoint& q) {
               return std::tie(p.gap, p.feature) < std::tie(q.gap, q.feature);
             });
   k.out.resize(glm::min(k.out.size(), first + 4));
@@ -97,14 +97,14 @@ void push_out(const OnSurface& k, std::uint32_t index) {
 }
 
 /// The same points from several triangles once, and no more of them than are of use.
-void tidy(std::vector<TouchPoint>& out, std::size_t first, Real size) {
+void tidy(std::vector<ContactPoint>& out, std::size_t first, Real size) {
   std::sort(out.begin() + static_cast<std::ptrdiff_t>(first), out.end(),
-            [](const TouchPoint& p, const TouchPoint& q) { return p.feature < q.feature; });
-  drop_doubles(out, first, 1e-6 * size);
-  spread_out(out, first, kMostOnSurface);
+            [](const ContactPoint& p, const ContactPoint& q) { return p.feature < q.feature; });
+  drop_duplicates(out, first, 1e-6 * size);
+  reduce_points(out, first, kMostOnSurface);
 }
 
-void touch_mesh(const OnSurface& k, std::vector<std::uint32_t>& triangles) {
+void collide_mesh(const OnSurface& k, std::vector<std::uint32_t>& triangles) {
   const Vec3 c = k.a.centre;
   const Surface& s = k.surface;
   if (glm::all(glm::lessThan(s.low, c)) && glm::all(glm::lessThan(c, s.high)))
@@ -112,14 +112,14 @@ void touch_mesh(const OnSurface& k, std::vector<std::uint32_t>& triangles) {
   triangles.clear();
   s.tree.query(k.reach, [&](std::uint32_t t) { triangles.push_back(t); });
   std::sort(triangles.begin(), triangles.end());
-  for (std::uint32_t t : triangles) touch_tile(k, t);
+  for (std::uint32_t t : triangles) collide_triangle(k, t);
 }
 
 /// A corner that got below the ground is pushed up along the triangle over it, however deep.
 void lift_corners(const OnSurface& k) {
   const Surface& s = k.surface;
-  CornerRoom room;
-  const std::span<const Vec3> corners = corners_towards(k.a, {0, -1, 0}, k.margin, room);
+  CornerRoom scratch;
+  const std::span<const Vec3> corners = corners_towards(k.a, {0, -1, 0}, k.margin, scratch);
   for (std::uint32_t i = 0; i < corners.size(); ++i) {
     const Vec3 p = corners[i];
     if (p.x < s.low.x || p.x > s.high.x || p.z < s.low.z || p.z > s.high.z || p.y > s.high.y)
@@ -133,9 +133,9 @@ void lift_corners(const OnSurface& k) {
   }
 }
 
-void touch_heights(const OnSurface& k) {
+void collide_height_field(const OnSurface& k) {
   const Surface& s = k.surface;
-  const Box& box = k.reach;
+  const Aabb& box = k.reach;
   if (box.high.x < s.low.x || box.low.x > s.high.x || box.high.z < s.low.z ||
       box.low.z > s.high.z || box.low.y > s.high.y)
     return;
@@ -151,47 +151,47 @@ void touch_heights(const OnSurface& k) {
           glm::max(glm::max(p[0].y, p[1].y), glm::max(p[s.columns].y, p[s.columns + 1].y));
       if (box.low.y > top) continue;
       const std::uint32_t cell = z * (s.columns - 1) + x;
-      touch_tile(k, 2 * cell), touch_tile(k, 2 * cell + 1);
+      collide_triangle(k, 2 * cell), collide_triangle(k, 2 * cell + 1);
     }
 }
 
 /// Points found in b's frame, as seen from outside.
-void to_outside(const Pose& at, std::vector<TouchPoint>& out, std::size_t first) {
-  const Mat3 turn = glm::mat3_cast(at.rotation);
+void to_outside(const Pose& at, std::vector<ContactPoint>& out, std::size_t first) {
+  const Mat3 rotation = glm::mat3_cast(at.rotation);
   for (std::size_t i = first; i < out.size(); ++i) {
-    TouchPoint& p = out[i];
-    p.on_a = at.position + turn * p.on_a, p.on_b = at.position + turn * p.on_b;
-    p.normal = turn * p.normal;
+    ContactPoint& p = out[i];
+    p.on_a = at.position + rotation * p.on_a, p.on_b = at.position + rotation * p.on_b;
+    p.normal = rotation * p.normal;
   }
 }
 
 }  // namespace
 
-void touch(const Shape& a, const Pose& at_a, const Shape& b, const Pose& at_b, Real margin,
-           NarrowRoom& room, std::vector<TouchPoint>& out) {
+void collide(const Shape& a, const Pose& at_a, const Shape& b, const Pose& at_b, Real margin,
+             NarrowPhaseScratch& scratch, std::vector<ContactPoint>& out) {
   PANTIN_ASSERT(is_convex(a.kind));
   // In b's own frame numbers stay small, and surfaces need not be moved.
   const Quat back = glm::conjugate(at_b.rotation);
   const Pose within{back * (at_a.position - at_b.position), back * at_a.rotation};
-  const Convex piece = place(a, within, room.a);
+  const Convex piece = convex_piece(a, within, scratch.a);
   const std::size_t first = out.size();
   switch (traits_of(b.kind).shape_class) {
     case ShapeClass::half_space:
-      touch_plane(piece, {0, 1, 0}, 0, margin, out);
+      collide_plane(piece, {0, 1, 0}, 0, margin, out);
       break;
     case ShapeClass::mesh:
     case ShapeClass::heights: {
-      const Box reach = bounds_of(piece).grown(glm::max(margin, Real(0)));
+      const Aabb reach = bounds_of(piece).grown(glm::max(margin, Real(0)));
       const OnSurface k{piece, *b.surface, margin, reach, out};
       if (traits_of(b.kind).shape_class == ShapeClass::mesh)
-        touch_mesh(k, room.triangles);
+        collide_mesh(k, scratch.triangles);
       else
-        touch_heights(k);
+        collide_height_field(k);
       tidy(out, first, piece.size);
       break;
     }
     case ShapeClass::convex:
-      touch_convex(piece, place(b, Pose{}, room.b), margin, nullptr, out);
+      collide_convex(piece, convex_piece(b, Pose{}, scratch.b), margin, nullptr, out);
       break;
   }
   to_outside(at_b, out, first);

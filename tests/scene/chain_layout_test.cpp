@@ -16,7 +16,7 @@ Scene with_chain(const std::string& members) {
 }
 
 Quat start_of(const World& w, const Link& l) {
-  return relative_turn(l.joint, w.bodies[l.a].pose.rotation, w.bodies[l.b].pose.rotation);
+  return relative_rotation(l.joint, w.bodies[l.a].pose.rotation, w.bodies[l.b].pose.rotation);
 }
 
 Real gap(const World& w, const Link& l) {
@@ -29,9 +29,9 @@ TEST_CASE("The hinges of a straight chain start at zero about the axis it is giv
   const Scene s = with_chain(R"("links": 4, "length": 0.5, "direction": [1, 1, 0], "kind": "hinge",
 "axis": [1, 1, 2], "limits": {"angle_deg": [-30, 30]}, "drive": {"damping": 1}, "attach": "world")");
   CHECK(s.world.links.size() == 4);
-  CHECK(s.world.pose_drives.size() == 4);
+  CHECK(s.world.joint_drives.size() == 4);
   for (const Link& l : s.world.links.values()) {
-    CHECK((l.joint.kind == JointKind::hinge && l.joint.limits->turn.high == Approx(kPi / 6)));
+    CHECK((l.joint.kind == JointKind::hinge && l.joint.limits->angle.high == Approx(kPi / 6)));
     const Quat axes = s.world.bodies[l.b].pose.rotation * l.joint.frames.b();
     CHECK(distance(axes * Vec3(1, 0, 0), {0, 0, 1}) < 1e-12);
     CHECK(glm::length(rotation_vector(start_of(s.world, l))) < 1e-12);
@@ -81,7 +81,8 @@ TEST_CASE("A chain along a path has links as long as its parts") {
 }
 
 TEST_CASE("Stairs are a fixed body of a solid box a step") {
-  const Scene s = good(R"({"version": 1, "materials": [{"name": "stone"}], "generators": {"stairs": [
+  const Scene s =
+      good(R"({"version": 1, "materials": [{"name": "stone"}], "generators": {"stairs": [
 {"name": "up", "count": 3, "width": 2, "rise": 0.25, "run": 0.5, "position": [1, 0, 0],
  "material": "stone", "collision": {"friction": 0.75}},
 {"name": "drawn", "count": 1, "width": 2, "rise": 0.25, "run": 0.5, "collision": false}]}})");
@@ -90,7 +91,7 @@ TEST_CASE("Stairs are a fixed body of a solid box a step") {
   CHECK(w.bodies[up].motion == Motion::fixed);
   CHECK(w.collisions[up].friction == 0.75);
   CHECK_FALSE(w.collisions.find(w.find("drawn")));
-  const auto& steps = w.shapes[up].parts;
+  const auto& steps = w.shapes[up].list;
   REQUIRE(steps.size() == 3);
   CHECK(steps[2].material == 1);
   CHECK(steps[2].size == Vec3(0.25, 0.375, 1));

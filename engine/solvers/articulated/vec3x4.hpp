@@ -1,11 +1,11 @@
 #pragma once
-/// Several right-hand sides of one articulated solve, side by side for the vector lanes.
+/// Four right-hand sides of one articulated solve in the lanes of a vector.
 #include "engine/base/math.hpp"
 
 namespace pantin::articulated {
 
-/// Up to four of them: a force or a torque, a slide or a turn each.
-struct Loads {
+/// Four vectors: forces, torques, translations or rotations.
+struct Vec3x4 {
   static constexpr std::size_t kSides = 4;
   Real v[3][kSides] = {};
 
@@ -15,30 +15,30 @@ struct Loads {
         if (x != 0) return false;
     return true;
   }
-  void add(const Loads& o) {
+  void add(const Vec3x4& o) {
     for (int i = 0; i < 3; ++i)
       for (std::size_t n = 0; n < kSides; ++n) v[i][n] += o.v[i][n];
   }
-  void subtract(const Loads& o) {
+  void subtract(const Vec3x4& o) {
     for (int i = 0; i < 3; ++i)
       for (std::size_t n = 0; n < kSides; ++n) v[i][n] -= o.v[i][n];
   }
-  static Loads times(const Mat3& m, const Loads& o) {
-    Loads out;
+  static Vec3x4 times(const Mat3& m, const Vec3x4& o) {
+    Vec3x4 out;
     for (int i = 0; i < 3; ++i)
       for (std::size_t n = 0; n < kSides; ++n)
         out.v[i][n] = m[0][i] * o.v[0][n] + m[1][i] * o.v[1][n] + m[2][i] * o.v[2][n];
     return out;
   }
-  static Loads transposed_times(const Mat3& m, const Loads& o) {
-    Loads out;
+  static Vec3x4 transposed_times(const Mat3& m, const Vec3x4& o) {
+    Vec3x4 out;
     for (int i = 0; i < 3; ++i)
       for (std::size_t n = 0; n < kSides; ++n)
         out.v[i][n] = m[i][0] * o.v[0][n] + m[i][1] * o.v[1][n] + m[i][2] * o.v[2][n];
     return out;
   }
-  static Loads cross(Vec3 a, const Loads& o) {
-    Loads out;
+  static Vec3x4 cross(Vec3 a, const Vec3x4& o) {
+    Vec3x4 out;
     for (std::size_t n = 0; n < kSides; ++n) {
       out.v[0][n] = a.y * o.v[2][n] - a.z * o.v[1][n];
       out.v[1][n] = a.z * o.v[0][n] - a.x * o.v[2][n];
@@ -48,8 +48,8 @@ struct Loads {
   }
   Vec3 side(std::size_t n) const { return {v[0][n], v[1][n], v[2][n]}; }
   /// this += a x o, this -= a x o.
-  void add_cross(Vec3 a, const Loads& o) { add(cross(a, o)); }
-  void subtract_cross(Vec3 a, const Loads& o) { subtract(cross(a, o)); }
+  void add_cross(Vec3 a, const Vec3x4& o) { add(cross(a, o)); }
+  void subtract_cross(Vec3 a, const Vec3x4& o) { subtract(cross(a, o)); }
   void add_to_side(std::size_t n, Vec3 x) { v[0][n] += x.x, v[1][n] += x.y, v[2][n] += x.z; }
 };
 

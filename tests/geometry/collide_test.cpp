@@ -1,6 +1,6 @@
 // Where two solids touch: exact places for each pair of kinds, agreement between ways to describe
 // one solid, and a reference by brute force.
-#include "engine/geometry/touch.hpp"
+#include "engine/geometry/collide.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -12,7 +12,7 @@ using namespace pantin;
 
 namespace {
 
-using Points = std::vector<TouchPoint>;
+using Points = std::vector<ContactPoint>;
 using Triangle = std::array<std::uint32_t, 3>;
 
 const Shape kPlane{ShapeKind::plane, {10, 0, 0}, {}, 0};
@@ -51,31 +51,34 @@ Shape field(std::uint32_t columns, std::uint32_t rows, Real spacing, const auto&
 }
 
 Points touching(const Shape& a, const Pose& at_a, const Shape& b, const Pose& at_b, Real margin) {
-  NarrowRoom room;
+  NarrowPhaseScratch room;
   Points out;
-  touch(a, at_a, b, at_b, margin, room, out);
+  collide(a, at_a, b, at_b, margin, room, out);
   return out;
 }
 
-Pose at(Vec3 position) { return {position, kNoTurn}; }
-Pose lying(Vec3 position) { return {position, turn_by({0, 0, kPi / 2})}; }  // rods along x
+Pose at(Vec3 position) { return {position, kIdentity}; }
+Pose lying(Vec3 position) {
+  return {position, from_rotation_vector({0, 0, kPi / 2})};
+}  // rods along x
 
 Real least(const Points& points) {
   Real gap = 1e300;
-  for (const TouchPoint& p : points) gap = std::min(gap, p.gap);
+  for (const ContactPoint& p : points) gap = std::min(gap, p.gap);
   return gap;
 }
 
 bool sound(const Points& points) {
-  return std::all_of(points.begin(), points.end(), [](const TouchPoint& p) {
+  return std::all_of(points.begin(), points.end(), [](const ContactPoint& p) {
     return is_finite(p.on_a) && is_finite(p.on_b) && std::abs(glm::length(p.normal) - 1) < 1e-12 &&
            std::abs(glm::dot(p.normal, p.on_a - p.on_b) - p.gap) < 1e-9;
   });
 }
 
 bool all_along(const Points& points, Vec3 normal, Real within = 1e-12) {
-  return std::all_of(points.begin(), points.end(),
-                     [&](const TouchPoint& p) { return glm::distance(p.normal, normal) < within; });
+  return std::all_of(points.begin(), points.end(), [&](const ContactPoint& p) {
+    return glm::distance(p.normal, normal) < within;
+  });
 }
 
 struct Dice {
@@ -84,7 +87,7 @@ struct Dice {
     return low + (high - low) * static_cast<Real>(random() >> 11) * 0x1p-53;
   }
   Vec3 within(Real far) { return {between(-far, far), between(-far, far), between(-far, far)}; }
-  Quat turn() {
+  Quat rotation() {
     return glm::normalize(Quat(between(-1, 1), between(-1, 1), between(-1, 1), between(-1, 1)));
   }
 };
@@ -128,7 +131,7 @@ TEST_CASE("each kind touches a plane with all of its corners that are near enoug
   CHECK(touching(rod(0.1, 0.4), at({0, 0.5, 0}), kPlane, {}, 0.01).size() == 1);
   CHECK(touching(box({1, 2, 3}), at({0, 1.9, 0}), kPlane, {}, 0.01).size() == 4);
   CHECK(touching(hull({1, 2, 3}), at({0, 1.9, 0}), kPlane, {}, 10).size() == 8);
-  for (const TouchPoint& p : touching(box({1, 2, 3}), at({0, 1.9, 0}), kPlane, {}, 0.01)) {
+  for (const ContactPoint& p : touching(box({1, 2, 3}), at({0, 1.9, 0}), kPlane, {}, 0.01)) {
     CHECK(std::abs(p.gap + 0.1) < 1e-15);
     CHECK(std::abs(std::abs(p.on_a.x) - 1) + std::abs(std::abs(p.on_a.z) - 3) < 1e-14);
   }
@@ -145,14 +148,14 @@ TEST_CASE("a rod touches a box with two points along a face and one across an ed
   REQUIRE(over.size() == 2);
   CHECK(std::max(over[0].on_b.x, over[1].on_b.x) == Approx(1));
   // Across an edge, seen from between its faces: the edge turned up.
-  const Pose ridge{{0, 0, 0}, turn_by({0, 0, kPi / 4})};
+  const Pose ridge{{0, 0, 0}, from_rotation_vector({0, 0, kPi / 4})};
   const Points across =
       touching(rod(0.1, 0.5), lying({0, std::sqrt(2.0) + 0.08, 0}), block, ridge, 0.01);
   REQUIRE(across.size() == 1);
   CHECK(std::abs(across[0].gap + 0.02) < 1e-14);
   CHECK(glm::distance(across[0].normal, Vec3(0, 1, 0)) < 1e-12);
   // Along that edge there are two.
-  const Pose forward{{0, std::sqrt(2.0) + 0.1, 0}, turn_by({kPi / 2, 0, 0})};
+  const Pose forward{{0, std::sqrt(2.0) + 0.1, 0}, from_rotation_vector({kPi / 2, 0, 0})};
   CHECK(touching(rod(0.1, 0.5), forward, block, ridge, 0.01).size() == 2);
   // A corner, from the outside along the diagonal.
   const Vec3 way = glm::normalize(Vec3(1, 1, 1));
@@ -164,7 +167,7 @@ TEST_CASE("a rod touches a box with two points along a face and one across an ed
 
 TEST_CASE("rods touch once where they cross and twice side by side") {
   const Points crossed = touching(rod(0.1, 1), lying({0, 0.25, 0}), rod(0.1, 1),
-                                  {{0, 0, 0}, turn_by({kPi / 2, 0, 0})}, 0.1);
+                                  {{0, 0, 0}, from_rotation_vector({kPi / 2, 0, 0})}, 0.1);
   REQUIRE(crossed.size() == 1);
   CHECK(std::abs(crossed[0].gap - 0.05) < 1e-15);
   const Points beside = touching(rod(0.1, 1), at({0.25, 0.5, 0}), rod(0.1, 1), {}, 0.1);
@@ -178,20 +181,20 @@ TEST_CASE("boxes touch with the corners of what their faces share, and once wher
   const Points stacked = touching(box({0.5, 0.5, 0.5}), at({0.8, 0.99, 0}), block, {}, 0.01);
   REQUIRE(stacked.size() == 4);
   CHECK(all_along(stacked, {0, 1, 0}));
-  for (const TouchPoint& p : stacked) {
+  for (const ContactPoint& p : stacked) {
     CHECK(p.gap == Approx(-0.01));
     CHECK((std::abs(p.on_a.x - 0.3) < 1e-12 || std::abs(p.on_a.x - 1) < 1e-12));
   }
   // A square turned by 45 degrees on another shares an octagon.
-  const Points eight =
-      touching(box({1, 1, 1}), {{0, 2, 0}, turn_by({0, kPi / 4, 0})}, box({1, 1, 1}), {}, 0.01);
+  const Points eight = touching(box({1, 1, 1}), {{0, 2, 0}, from_rotation_vector({0, kPi / 4, 0})},
+                                box({1, 1, 1}), {}, 0.01);
   CHECK(eight.size() == 8);
   // Two ridges at right angles to each other.
   const Real high = std::sqrt(2.0);
   for (Real gap : {0.3, 0.001, -0.001, -0.02}) {
     const Points ridges =
-        touching(box({1, 1, 1}), {{0, 2 * high + gap, 0}, turn_by({kPi / 4, 0, 0})}, box({1, 1, 1}),
-                 {{0, 0, 0}, turn_by({0, 0, kPi / 4})}, gap + 1e-4);
+        touching(box({1, 1, 1}), {{0, 2 * high + gap, 0}, from_rotation_vector({kPi / 4, 0, 0})},
+                 box({1, 1, 1}), {{0, 0, 0}, from_rotation_vector({0, 0, kPi / 4})}, gap + 1e-4);
     REQUIRE(ridges.size() == 1);
     CHECK(ridges[0].gap == Approx(gap));
     CHECK(glm::distance(ridges[0].normal, Vec3(0, 1, 0)) < 1e-12);
@@ -204,7 +207,7 @@ TEST_CASE("a hull that is a box touches as the box does") {
   const Vec3 half(0.3, 0.5, 0.2);
   const Shape other = box({0.4, 0.25, 0.6});
   for (int i = 0; i < 400; ++i) {
-    const Pose here{dice.within(0.8), dice.turn()}, there{dice.within(0.3), dice.turn()};
+    const Pose here{dice.within(0.8), dice.rotation()}, there{dice.within(0.3), dice.rotation()};
     const Points as_box = touching(other, here, box(half), there, 0.2);
     const Points as_hull = touching(other, here, hull(half), there, 0.2);
     CHECK(as_box.size() == as_hull.size());
@@ -219,7 +222,7 @@ TEST_CASE("a mesh that is a box pushes as the box does") {
   for (const Shape& a :
        {ball(0.1), rod(0.05, 0.15), box({0.1, 0.15, 0.05}), hull({0.1, 0.15, 0.05})})
     for (int i = 0; i < 1500; ++i) {
-      const Pose here{dice.within(0.9), dice.turn()}, there{dice.within(0.1), dice.turn()};
+      const Pose here{dice.within(0.9), dice.rotation()}, there{dice.within(0.1), dice.rotation()};
       const Points want = touching(a, here, box(half), there, 0.05);
       const Points got = touching(a, here, mesh(half), there, 0.05);
       CHECK(sound(got));
@@ -244,7 +247,7 @@ TEST_CASE("distances agree with a search over all directions that can part two s
   // Of faces, pairs of edges, pairs of corners and corners over edges one keeps two cores farthest
   // apart; that is their distance, or the least overlap.
   Dice dice;
-  ConvexRoom room_a, room_b;
+  ConvexScratch room_a, room_b;
   const auto apart = [](const Convex& a, const Convex& b) {
     Real best = -1e300;
     const auto consider = [&](Vec3 n) {
@@ -272,16 +275,17 @@ TEST_CASE("distances agree with a search over all directions that can part two s
     return best;
   };
   std::vector<Vec3> cloud;
-  for (int i = 0; i < 20; ++i) cloud.push_back(dice.turn() * Vec3(dice.between(0.4, 0.5), 0, 0));
+  for (int i = 0; i < 20; ++i)
+    cloud.push_back(dice.rotation() * Vec3(dice.between(0.4, 0.5), 0, 0));
   const Shape stone{ShapeKind::hull, {}, {}, 0, *make_hull(cloud)};
   const std::vector<Shape> kinds{ball(0.2), rod(0.1, 0.4), box({0.2, 0.4, 0.3}), stone};
   for (const Shape& a : kinds)
     for (const Shape& b : kinds)
       for (int i = 0; i < 300; ++i) {
-        Pose here{dice.within(1), dice.turn()};
-        const Pose there{dice.within(0.3), i % 4 ? dice.turn() : here.rotation};
+        Pose here{dice.within(1), dice.rotation()};
+        const Pose there{dice.within(0.3), i % 4 ? dice.rotation() : here.rotation};
         const Points got = touching(a, here, b, there, 10);
-        const Convex ca = place(a, here, room_a), cb = place(b, there, room_b);
+        const Convex ca = convex_piece(a, here, room_a), cb = convex_piece(b, there, room_b);
         const Real core = apart(ca, cb), want = core - ca.radius - cb.radius;
         REQUIRE(!got.empty());
         CHECK(sound(got));
@@ -301,8 +305,9 @@ TEST_CASE("touching does not depend on where the world's origin is") {
   for (std::size_t i = 0; i < 4; ++i)
     for (const Shape& b : kinds)
       for (int round = 0; round < 30; ++round) {
-        const Pose here{dice.within(0.6), dice.turn()}, there{dice.within(0.2), dice.turn()};
-        const Pose moved{dice.within(5), dice.turn()};
+        const Pose here{dice.within(0.6), dice.rotation()},
+            there{dice.within(0.2), dice.rotation()};
+        const Pose moved{dice.within(5), dice.rotation()};
         const Points one = touching(kinds[i], here, b, there, 0.1);
         const Points two = touching(kinds[i], compose(moved, here), b, compose(moved, there), 0.1);
         REQUIRE(one.size() == two.size());
@@ -325,9 +330,10 @@ TEST_CASE("nothing degenerate gives numbers that are none") {
     for (const Vec3 place :
          {Vec3(0), Vec3(0.2, 0, 0), Vec3(0, 0.4, 0), Vec3(0, 0.7, 0), Vec3(0.4, 0.8, 0.6),
           Vec3(0, 1e-12, 0), Vec3(0.3, 0.3, 0.3), Vec3(0, -0.4, 0)})
-      for (const Quat& turn : {kNoTurn, turn_by({0, 0, kPi / 2}), turn_by({0.3, 0.2, 0.1})}) {
-        for (const Shape& b : kinds) CHECK(sound(touching(a, {place, turn}, b, {}, 0.3)));
-        for (const Shape& b : surfaces) CHECK(sound(touching(a, {place, turn}, b, {}, 0.3)));
+      for (const Quat& rotation : {kIdentity, from_rotation_vector({0, 0, kPi / 2}),
+                                   from_rotation_vector({0.3, 0.2, 0.1})}) {
+        for (const Shape& b : kinds) CHECK(sound(touching(a, {place, rotation}, b, {}, 0.3)));
+        for (const Shape& b : surfaces) CHECK(sound(touching(a, {place, rotation}, b, {}, 0.3)));
       }
   const Points same = touching(ball(0.2), {}, ball(0.3), {}, 0);
   REQUIRE(same.size() == 1);
@@ -343,14 +349,15 @@ TEST_CASE("what slides over flat ground of triangles is only ever pushed up") {
   for (const Shape& a : kinds)
     for (int i = 0; i < 300; ++i) {
       const Vec3 place(dice.between(-2, 2), dice.between(0.08, 0.12), dice.between(-2, 2));
-      const Quat turn = turn_by({0, dice.between(-3, 3), 0}) *
-                        (a.kind == ShapeKind::capsule ? turn_by({0, 0, kPi / 2}) : kNoTurn);
-      const Points got = touching(a, {place, turn}, ground, {}, 0.05);
+      const Quat rotation =
+          from_rotation_vector({0, dice.between(-3, 3), 0}) *
+          (a.kind == ShapeKind::capsule ? from_rotation_vector({0, 0, kPi / 2}) : kIdentity);
+      const Points got = touching(a, {place, rotation}, ground, {}, 0.05);
       CHECK(all_along(got, {0, 1, 0}));
       REQUIRE(!got.empty());
       CHECK(std::abs(least(got) - (place.y - 0.1)) < 1e-9);
       // As many as the plane has.
-      CHECK(got.size() >= touching(a, {place, turn}, kPlane, {}, 0.05).size());
+      CHECK(got.size() >= touching(a, {place, rotation}, kPlane, {}, 0.05).size());
     }
 }
 
@@ -358,12 +365,12 @@ TEST_CASE("a tilted ground of triangles holds as a tilted plane does") {
   Dice dice;
   const Real slope = 0.3;
   const Shape ground = field(21, 21, 0.25, [&](Real x, Real) { return slope * x; });
-  const Pose tilt{{0, 0, 0}, turn_by({0, 0, std::atan(slope)})};
+  const Pose tilt{{0, 0, 0}, from_rotation_vector({0, 0, std::atan(slope)})};
   for (const Shape& a : {ball(0.1), rod(0.1, 0.3), box({0.3, 0.1, 0.2}), hull({0.3, 0.1, 0.2})})
     for (int i = 0; i < 300; ++i) {
       const Pose here{to_world(tilt, {dice.between(-1.5, 1.5), dice.between(0.05, 0.3),
                                       dice.between(-1.5, 1.5)}),
-                      dice.turn()};
+                      dice.rotation()};
       const Points want = touching(a, here, kPlane, tilt, 0.03);
       const Points got = touching(a, here, ground, {}, 0.03);
       CHECK(want.empty() == got.empty());
@@ -378,7 +385,7 @@ TEST_CASE("a body below a height field is pushed up, one within a mesh out") {
     const Points deep = touching(a, at({0.3, -3, 0.4}), ground, {}, 0.1);
     REQUIRE(!deep.empty());
     CHECK(least(deep) < -2.5);
-    for (const TouchPoint& p : deep) CHECK(p.normal.y > 0.8);
+    for (const ContactPoint& p : deep) CHECK(p.normal.y > 0.8);
     const Points within = touching(a, at({0.2, 0.9, 0.1}), mesh(Vec3(2)), {}, 0.1);
     REQUIRE(!within.empty());
     CHECK(all_along(within, {0, 1, 0}));
@@ -392,7 +399,7 @@ TEST_CASE("over rough surfaces the nearest point is found, with a normal along t
   Dice dice;
   const Shape hills = field(13, 13, 0.3, [&](Real, Real) { return dice.between(-0.15, 0.15); });
   const Shape stone = rough_stone(dice);
-  ConvexRoom room;
+  ConvexScratch room;
   for (const Shape& a : {ball(0.1), rod(0.06, 0.2), box({0.2, 0.1, 0.15}), hull({0.1, 0.2, 0.15})})
     for (const Shape& b : {hills, stone}) {
       const bool ground = b.kind == ShapeKind::height_field;
@@ -400,10 +407,10 @@ TEST_CASE("over rough surfaces the nearest point is found, with a normal along t
           ground ? 2 * 12 * 12 : static_cast<std::uint32_t>(b.surface->faces.size());
       int seen = 0;
       for (int i = 0; i < 400; ++i) {
-        const Vec3 out = dice.turn() * Vec3(dice.between(0.6, 1.4), 0, 0);
+        const Vec3 out = dice.rotation() * Vec3(dice.between(0.6, 1.4), 0, 0);
         const Vec3 over(dice.between(-1.2, 1.2), dice.between(0, 0.5), dice.between(-1.2, 1.2));
-        const Pose here{ground ? over : out, dice.turn()};
-        const Convex piece = place(a, here, room);
+        const Pose here{ground ? over : out, dice.rotation()};
+        const Convex piece = convex_piece(a, here, room);
         Nearest want;
         want.distance = 1e300;
         for (std::uint32_t t = 0; t < count; ++t) {
@@ -433,7 +440,7 @@ TEST_CASE("features keep their numbers while a body slides") {
   const Shape block = box({1, 0.5, 1});
   const auto keys = [&](Real x, const Shape& b) {
     std::vector<std::uint64_t> all;
-    for (const TouchPoint& p : touching(box(Vec3(0.2)), at({x, 0.7, 0.1}), b, {}, 0.01))
+    for (const ContactPoint& p : touching(box(Vec3(0.2)), at({x, 0.7, 0.1}), b, {}, 0.01))
       all.push_back(p.feature);
     std::sort(all.begin(), all.end());
     CHECK(std::unique(all.begin(), all.end()) == all.end());

@@ -1,5 +1,5 @@
 // The tree of boxes against all pairs.
-#include "engine/geometry/box_tree.hpp"
+#include "engine/geometry/aabb_tree.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -11,20 +11,20 @@ namespace {
 
 struct Crowd {
   std::mt19937_64 random{11};
-  std::vector<Box> boxes;
+  std::vector<Aabb> boxes;
 
   Real between(Real low, Real high) {
     return low + (high - low) * static_cast<Real>(random() >> 11) * 0x1p-53;
   }
-  Box any(Real far, Real size) {
+  Aabb any(Real far, Real size) {
     const Vec3 at(between(-far, far), between(-far, far), between(-far, far));
     return {at, at + Vec3(between(0, size), between(0, size), between(0, size))};
   }
 };
 
-void check_queries(const BoxTree& tree, Crowd& crowd) {
+void check_queries(const AabbTree& tree, Crowd& crowd) {
   for (int i = 0; i < 50; ++i) {
-    const Box box = crowd.any(12, 4);
+    const Aabb box = crowd.any(12, 4);
     std::vector<std::uint32_t> found, want;
     tree.query(box, [&](std::uint32_t index) { found.push_back(index); });
     for (std::uint32_t j = 0; j < crowd.boxes.size(); ++j)
@@ -41,10 +41,10 @@ TEST_CASE("a tree finds what a look at every box finds, built or refitted") {
   for (int count : {0, 1, 2, 4, 5, 17, 300, 2000}) {
     crowd.boxes.clear();
     for (int i = 0; i < count; ++i) crowd.boxes.push_back(crowd.any(10, 2));
-    BoxTree tree;
+    AabbTree tree;
     tree.build(crowd.boxes);
     check_queries(tree, crowd);
-    for (Box& box : crowd.boxes) box = crowd.any(10, 2);
+    for (Aabb& box : crowd.boxes) box = crowd.any(10, 2);
     tree.refit(crowd.boxes);
     check_queries(tree, crowd);
   }
@@ -52,8 +52,8 @@ TEST_CASE("a tree finds what a look at every box finds, built or refitted") {
 
 TEST_CASE("boxes all in one place make a tree like others") {
   Crowd crowd;
-  crowd.boxes.assign(1000, Box{Vec3(0), Vec3(1)});
-  BoxTree tree;
+  crowd.boxes.assign(1000, Aabb{Vec3(0), Vec3(1)});
+  AabbTree tree;
   tree.build(crowd.boxes);
   int found = 0;
   tree.query({Vec3(0.5), Vec3(0.6)}, [&](std::uint32_t) { ++found; });
@@ -63,10 +63,10 @@ TEST_CASE("boxes all in one place make a tree like others") {
 TEST_CASE("a tree gets looser as boxes part") {
   Crowd crowd;
   for (int i = 0; i < 100; ++i) crowd.boxes.push_back(crowd.any(1, 0.1));
-  BoxTree tree;
+  AabbTree tree;
   tree.build(crowd.boxes);
   CHECK(tree.looseness() == 1);
-  for (Box& box : crowd.boxes) box = crowd.any(100, 0.1);
+  for (Aabb& box : crowd.boxes) box = crowd.any(100, 0.1);
   tree.refit(crowd.boxes);
   CHECK(tree.looseness() > 10);
 }
@@ -74,12 +74,12 @@ TEST_CASE("a tree gets looser as boxes part") {
 TEST_CASE("the nearest box is found") {
   Crowd crowd;
   for (int i = 0; i < 500; ++i) crowd.boxes.push_back(crowd.any(10, 1));
-  BoxTree tree;
+  AabbTree tree;
   tree.build(crowd.boxes);
   for (int i = 0; i < 100; ++i) {
     const Vec3 p = crowd.any(12, 0).low;
     Real want = 1e300;
-    for (const Box& box : crowd.boxes) want = std::min(want, distance_squared(box, p));
+    for (const Aabb& box : crowd.boxes) want = std::min(want, distance_squared(box, p));
     const Real got = tree.nearest(
         p, 1e300, [&](std::uint32_t index) { return distance_squared(crowd.boxes[index], p); });
     CHECK(got == want);

@@ -1,4 +1,4 @@
-// Strings pull and never push.
+// Cables pull and never push.
 #include <catch2/catch.hpp>
 
 #include "tests/solvers/chains.hpp"
@@ -24,7 +24,7 @@ Body ball(Vec3 position, Real mass = 1, Real drag = 0) {
 }
 
 Real span_of(const World& w, Entity string) {
-  const String& s = w.strings[string];
+  const Cable& s = w.cables[string];
   return glm::length(to_world(w.bodies[s.b].pose, s.joint.anchor_b) -
                      to_world(w.bodies[s.a].pose, s.joint.anchor_a));
 }
@@ -36,9 +36,9 @@ TEST_CASE("a slack string does nothing at all") {
   const auto throw_ball = [](World& w, bool tied) {
     const Entity top = wall(w);
     Body b = ball({0.1, -0.2, 0});
-    b.velocity = {0.3, 1, -0.2}, b.spin = {1, 2, 3};
+    b.velocity = {0.3, 1, -0.2}, b.angular_velocity = {1, 2, 3};
     const Entity e = w.add_body(b);
-    if (tied) w.add_string(top, e, {Vec3(0), {0, 0.05, 0}, 5, 0});
+    if (tied) w.add_cable(top, e, {Vec3(0), {0, 0.05, 0}, 5, 0});
     return e;
   };
   const Entity a = throw_ball(with, true), b = throw_ball(without, false);
@@ -48,28 +48,28 @@ TEST_CASE("a slack string does nothing at all") {
     const Body &p = sim.world.bodies[a], &q = alone.world.bodies[b];
     REQUIRE(glm::length(p.pose.position - q.pose.position) <= 1e-14);
     REQUIRE(glm::length(p.velocity - q.velocity) <= 1e-13);
-    REQUIRE(glm::length(p.spin - q.spin) <= 1e-13);
-    REQUIRE(sim.world.strings.values()[0].tension == 0);
+    REQUIRE(glm::length(p.angular_velocity - q.angular_velocity) <= 1e-13);
+    REQUIRE(sim.world.cables.values()[0].tension == 0);
   }
 }
 
 TEST_CASE("a taut string is never longer than it is, and its pull is never a push") {
-  // Balls thrown about on strings of all lengths, light and heavy, tied to the wall or in pairs.
+  // Balls thrown about on cables of all lengths, light and heavy, tied to the wall or in pairs.
   Dice dice(5);
   World w;
   const Entity top = wall(w);
-  std::vector<Entity> strings;
+  std::vector<Entity> cables;
   for (int i = 0; i < 12; ++i) {
     const Real length = dice.between(0.2, 1.5);
     const Vec3 at = 0.8 * length * dice.direction();
     Body b = ball(at, std::pow(10, dice.between(-1, 1)));
     b.velocity = 3.0 * dice.in_cube(1);
     const Entity first = w.add_body(b);
-    strings.push_back(w.add_string(top, first, {Vec3(0), 0.05 * dice.direction(), length, 0}));
+    cables.push_back(w.add_cable(top, first, {Vec3(0), 0.05 * dice.direction(), length, 0}));
     if (i % 2 == 0) continue;
     b = ball(at + Vec3(0, -0.3, 0), std::pow(10, dice.between(-1, 1)));
     const Entity second = w.add_body(b);
-    strings.push_back(w.add_string(first, second, {{0, -0.05, 0}, {0, 0.05, 0}, 0.4, 0}));
+    cables.push_back(w.add_cable(first, second, {{0, -0.05, 0}, {0, 0.05, 0}, 0.4, 0}));
   }
   Simulation sim(std::move(w), {1.0 / 60});
   const Real start = measure(sim.world).energy();
@@ -77,8 +77,8 @@ TEST_CASE("a taut string is never longer than it is, and its pull is never a pus
   int slack = 0, taut = 0;
   for (int i = 0; i < 600; ++i) {
     REQUIRE(sim.step().status == Status::ok);
-    for (Entity s : strings) {
-      const String& string = sim.world.strings[s];
+    for (Entity s : cables) {
+      const Cable& string = sim.world.cables[s];
       longest = std::max(longest, span_of(sim.world, s) / string.joint.length - 1);
       least = std::min(least, string.tension);
       if (string.tension == 0) {
@@ -102,12 +102,12 @@ TEST_CASE("a weight hangs at the end of its string, with tension m g") {
     World w;
     const Entity top = wall(w);
     const Entity e = w.add_body(ball({0.3, -0.5, 0.1}, mass, 1.5));
-    const Entity s = w.add_string(top, e, {Vec3(0), {0, 0.05, 0}, 0.8, 0});
+    const Entity s = w.add_cable(top, e, {Vec3(0), {0, 0.05, 0}, 0.8, 0});
     Simulation sim(std::move(w), {1.0 / 60});
     for (int i = 0; i < 60 * 40; ++i) sim.step();
     CHECK(glm::length(sim.world.bodies[e].pose.position - Vec3(0, -0.85, 0)) <= 1e-5);
     CHECK(span_of(sim.world, s) == Approx(0.8).epsilon(1e-6));
-    CHECK(sim.world.strings[s].tension == Approx(mass * 9.81).epsilon(1e-6));
+    CHECK(sim.world.cables[s].tension == Approx(mass * 9.81).epsilon(1e-6));
   }
 }
 
@@ -117,26 +117,26 @@ TEST_CASE("two strings share a weight as statics demand") {
   const Entity top = wall(w);
   const Entity e = w.add_body(ball({0.05, -0.35, 0.02}, 2, 1.5));
   const Real right = std::hypot(0.5, 0.4);
-  const Entity a = w.add_string(top, e, {{-0.3, 0, 0}, Vec3(0), 0.5, 0});
-  const Entity b = w.add_string(top, e, {{0.5, 0, 0}, Vec3(0), right, 0});
+  const Entity a = w.add_cable(top, e, {{-0.3, 0, 0}, Vec3(0), 0.5, 0});
+  const Entity b = w.add_cable(top, e, {{0.5, 0, 0}, Vec3(0), right, 0});
   Simulation sim(std::move(w), {1.0 / 60});
   for (int i = 0; i < 60 * 40; ++i) sim.step();
   CHECK(glm::length(sim.world.bodies[e].pose.position - Vec3(0, -0.4, 0)) <= 1e-5);
   // ... and the pulls T_a (-0.6, 0.8) + T_b (0.5, 0.4) / right = (0, m g).
   const Real ta = 2 * 9.81 / (0.8 + 0.6 * 0.8), tb = 0.6 * ta * right / 0.5;
-  CHECK(sim.world.strings[a].tension == Approx(ta).epsilon(1e-5));
-  CHECK(sim.world.strings[b].tension == Approx(tb).epsilon(1e-5));
+  CHECK(sim.world.cables[a].tension == Approx(ta).epsilon(1e-5));
+  CHECK(sim.world.cables[b].tension == Approx(tb).epsilon(1e-5));
 }
 
 TEST_CASE("an elastic string stretches by its compliance times the weight") {
   World w;
   const Entity top = wall(w);
   const Entity e = w.add_body(ball({0, -0.5, 0}, 2, 1));
-  const Entity s = w.add_string(top, e, {Vec3(0), Vec3(0), 0.5, 0.004});
+  const Entity s = w.add_cable(top, e, {Vec3(0), Vec3(0), 0.5, 0.004});
   Simulation sim(std::move(w), {1.0 / 60});
   for (int i = 0; i < 60 * 40; ++i) sim.step();
   CHECK(span_of(sim.world, s) - 0.5 == Approx(0.004 * 2 * 9.81).epsilon(1e-5));
-  CHECK(sim.world.strings[s].tension == Approx(2 * 9.81).epsilon(1e-5));
+  CHECK(sim.world.cables[s].tension == Approx(2 * 9.81).epsilon(1e-5));
 }
 
 TEST_CASE("a string between two free bodies conserves their momentum") {
@@ -148,30 +148,30 @@ TEST_CASE("a string between two free bodies conserves their momentum") {
   b = ball({0.2, 0, 0}, 3);
   b.velocity = {1.5, 0, 0.2};
   const Entity right = w.add_body(b);
-  const Entity s = w.add_string(left, right, {{-0.03, 0, 0}, {0.02, 0.01, 0}, 1, 0});
+  const Entity s = w.add_cable(left, right, {{-0.03, 0, 0}, {0.02, 0.01, 0}, 1, 0});
   Simulation sim(std::move(w), {1.0 / 60});
   const Measures start = measure(sim.world);
   int taut = 0;
   for (int i = 0; i < 600; ++i) {
     sim.step();
-    taut += sim.world.strings[s].tension > 0;
+    taut += sim.world.cables[s].tension > 0;
     const Measures now = measure(sim.world);
-    // The stiffness of a loaded string takes its other end for fixed: a little is lost there.
+    // The stiffness of a loaded cable takes its other end for fixed: a little is lost there.
     REQUIRE(glm::length(now.momentum - start.momentum) <= 2e-5 * glm::length(start.momentum));
-    REQUIRE(glm::length(now.spin_momentum - start.spin_momentum) <=
-            0.1 * glm::length(start.spin_momentum));
+    REQUIRE(glm::length(now.angular_momentum - start.angular_momentum) <=
+            0.1 * glm::length(start.angular_momentum));
     REQUIRE(now.energy() <= 1.001 * start.energy());
   }
   CHECK(taut > 5);
 }
 
 TEST_CASE("a string that is just slack under a resting puppet does not tremble") {
-  // The lower string of a ball that hangs from an upper one is a hair too long to be taut.
+  // The lower cable of a ball that hangs from an upper one is a hair too long to be taut.
   World w;
   const Entity top = wall(w);
   const Entity e = w.add_body(ball({0, -0.5, 0}, 1, 0.5));
-  w.add_string(top, e, {Vec3(0), Vec3(0), 0.5, 0});
-  const Entity loose = w.add_string(top, e, {{0, -1, 0}, Vec3(0), 0.5 + 1e-9, 0});
+  w.add_cable(top, e, {Vec3(0), Vec3(0), 0.5, 0});
+  const Entity loose = w.add_cable(top, e, {{0, -1, 0}, Vec3(0), 0.5 + 1e-9, 0});
   Simulation sim(std::move(w), {1.0 / 60});
   for (int i = 0; i < 60; ++i) sim.step();
   const Vec3 at = sim.world.bodies[e].pose.position;
@@ -179,7 +179,7 @@ TEST_CASE("a string that is just slack under a resting puppet does not tremble")
   for (int i = 0; i < 600; ++i) {
     sim.step();
     worst = std::max(worst, glm::length(sim.world.bodies[e].pose.position - at));
-    REQUIRE(sim.world.strings[loose].tension <= 1e-6);
+    REQUIRE(sim.world.cables[loose].tension <= 1e-6);
   }
   CHECK(worst <= 1e-6);
 }
@@ -203,9 +203,9 @@ TEST_CASE("a puppet hung from four strings comes to rest, hands slack or not") {
       before = e, out = {0.1 * side, 0, 0};
     }
     hands.push_back(before);
-    w.add_string(bar, body, {{0.1 * side, 0, 0}, {0.1 * side, 0.2, 0}, 0.8, 0});
-    // The left hand is lifted, the right one's string is too long to be felt.
-    w.add_string(bar, before, {{0.5 * side, 0, 0}, {0.1 * side, 0, 0}, side < 0 ? 0.85 : 3, 0});
+    w.add_cable(bar, body, {{0.1 * side, 0, 0}, {0.1 * side, 0.2, 0}, 0.8, 0});
+    // The left hand is lifted, the right one's cable is too long to be felt.
+    w.add_cable(bar, before, {{0.5 * side, 0, 0}, {0.1 * side, 0, 0}, side < 0 ? 0.85 : 3, 0});
   }
   Simulation sim(std::move(w), {1.0 / 60, 1, 1, true});
   StepReport report;
@@ -217,9 +217,9 @@ TEST_CASE("a puppet hung from four strings comes to rest, hands slack or not") {
   CHECK(report.measures.kinetic <= 1e-8);
   CHECK(report.unreached == 0);
   Real carried = 0;
-  for (const String& s : sim.world.strings.values()) carried += s.tension;
+  for (const Cable& s : sim.world.cables.values()) carried += s.tension;
   CHECK(carried > 2 * 9.81);
-  CHECK(sim.world.strings.values()[3].tension == 0);
+  CHECK(sim.world.cables.values()[3].tension == 0);
   const Real left = sim.world.bodies[hands[0]].pose.position.y;
   CHECK(left > sim.world.bodies[hands[1]].pose.position.y + 0.2);
 }
@@ -231,9 +231,9 @@ TEST_CASE("strings carry an upper body that whirls as long as they are short of 
   const Real angle = 0.6, length = 1, rate = std::sqrt(9.81 / (length * std::cos(angle)));
   Body b = ball(length * Vec3(std::sin(angle), -std::cos(angle), 0));
   b.velocity = {0, 0, -rate * length * std::sin(angle)};
-  b.spin = {0, rate, 0};
+  b.angular_velocity = {0, rate, 0};
   const Entity e = w.add_body(b);
-  const Entity s = w.add_string(top, e, {Vec3(0), Vec3(0), length, 0});
+  const Entity s = w.add_cable(top, e, {Vec3(0), Vec3(0), length, 0});
   Simulation sim(std::move(w), {1.0 / 240});
   Real worst = 0;
   for (int i = 0; i < 240 * 4; ++i) {
@@ -241,5 +241,5 @@ TEST_CASE("strings carry an upper body that whirls as long as they are short of 
     worst = std::max(worst, std::abs(sim.world.bodies[e].pose.position.y + std::cos(angle)));
   }
   CHECK(worst <= 5e-3);
-  CHECK(sim.world.strings[s].tension == Approx(9.81 / std::cos(angle)).epsilon(0.01));
+  CHECK(sim.world.cables[s].tension == Approx(9.81 / std::cos(angle)).epsilon(0.01));
 }

@@ -2,23 +2,24 @@
 #include <cmath>
 #include <string>
 
-#include "engine/scene/read.hpp"
 #include "engine/base/utf8.hpp"
+#include "engine/scene/read.hpp"
 
 namespace pantin {
 namespace {
 
-constexpr Real kWater = 1000;  // kg/m^3, the density of bodies that do not name theirs
+constexpr Real kWaterDensity = 1000;  // kg/m^3, the density of bodies that do not name theirs
 
-std::vector<DenseShape> read_solids(const Reading& reading, const Reader& from, Motion motion) {
+std::vector<ShapeWithDensity> read_solids(const Reading& reading, const Reader& from,
+                                          Motion motion) {
   constexpr std::string_view kBoth[] = {"shape", "shapes"};
   from.one_of(kBoth);
   // A chain names its materials link by link.
   const std::uint32_t material = from.accepts("material") ? read_material(reading, from, 0) : 0;
-  const Real density = from.number("density", kWater, kWeight);
+  const Real density = from.number("density", kWaterDensity, kWeight);
   std::vector<NodeId> nodes = from.items("shapes");
   if (const NodeId one = from.find("shape"); one != kNoNode) nodes = {one};
-  std::vector<DenseShape> solids;
+  std::vector<ShapeWithDensity> solids;
   for (NodeId node : nodes)
     if (const auto solid = read_shape(reading, node, {material, density, motion}))
       solids.push_back(*solid);
@@ -32,21 +33,21 @@ std::optional<Mat3> read_inertia(const Reader& from) {
   Real e[6] = {1, 1, 1, 0, 0, 0};
   const std::uint32_t count = from.json[node].count;
   if (from.json[node].kind != JsonKind::array || (count != 3 && count != 6)) {
-    from.complaints.refuse_value(
+    from.diagnostics.error_value(
         node, "3 principal moments, or 6 entries xx, yy, zz, xy, xz, yz, in kg m^2");
     return std::nullopt;
   }
-  if (!read_numbers(from.json, from.complaints, node, {e, count}, kAnyNumber)) return std::nullopt;
+  if (!read_numbers(from.json, from.diagnostics, node, {e, count}, kAnyNumber)) return std::nullopt;
   const Mat3 tensor(e[0], e[3], e[4], e[3], e[1], e[5], e[4], e[5], e[2]);
   const Vec3 m = principal_inertia(tensor).moments;
   if (is_possible_inertia(m)) return tensor;
-  from.complaints.refuse(node, "found principal moments " + written(m.x) + ", " + written(m.y) +
+  from.diagnostics.error(node, "found principal moments " + written(m.x) + ", " + written(m.y) +
                                    ", " + written(m.z) +
                                    ", expected positive ones, each at most the sum of the others");
   return std::nullopt;
 }
 
-/// Takes away what is only round-off, so that frames that coincide do so exactly.
+/// Removes rounding errors, so that coincident frames agree exactly.
 void snap(MassProperties& whole) {
   const Mat3& t = whole.inertia;
   const Real trace = t[0][0] + t[1][1] + t[2][2];
@@ -60,10 +61,11 @@ void snap(MassProperties& whole) {
 
 /// Mass, centre and inertia from shapes and from what the file says of them; nothing if they do not
 /// make a body.
-std::optional<MassProperties> weigh(const Reader& from, const std::vector<DenseShape>& solids,
+std::optional<MassProperties> weigh(const Reader& from, const std::vector<ShapeWithDensity>& solids,
                                     Motion motion, std::size_t refused_before) {
   MassProperties whole;
-  for (const DenseShape& s : solids) whole = combine(whole, mass_properties(s.shape, s.density));
+  for (const ShapeWithDensity& s : solids)
+    whole = combine(whole, mass_properties(s.shape, s.density));
   if (from.has("mass")) {
     const Real mass = from.number("mass", 1, kWeight);
     if (whole.mass > 0) whole.inertia *= mass / whole.mass;
@@ -79,8 +81,8 @@ std::optional<MassProperties> weigh(const Reader& from, const std::vector<DenseS
   }
   const Vec3 moments = principal_inertia(whole.inertia).moments;
   if (whole.mass > 0 && std::isfinite(whole.mass) && is_possible_inertia(moments)) return whole;
-  if (from.complaints.refused() == refused_before)
-    from.complaints.refuse(from.node, "found a mass of " + written(whole.mass) +
+  if (from.diagnostics.error_count() == refused_before)
+    from.diagnostics.error(from.node, "found a mass of " + written(whole.mass) +
                                           " kg, expected shapes that make a finite mass above 0");
   return std::nullopt;
 }
@@ -99,37 +101,38 @@ std::uint32_t find_material(const Reading& reading, NodeId node, std::uint32_t o
   if (const auto found = reading.material_of.find(name); found != reading.material_of.end())
     return found->second;
   std::vector<std::string_view> names;
-  Hints& hints = reading.complaints.hints;
+  Hints& hints = reading.diagnostics.hints;
   for (std::size_t i = 1; i < reading.materials.size() && hints.any_left(); ++i)
     names.push_back(reading.materials[i].name);
-  reading.complaints.refuse_value(node, "the name of a material" + hints.of(name, names));
+  reading.diagnostics.error_value(node, "the name of a material" + hints.of(name, names));
   return otherwise;
 }
 
-Matter read_matter(const Reading& reading, const Reader& from, Motion motion) {
+BodyMassProperties read_mass_properties(const Reading& reading, const Reader& from, Motion motion) {
   constexpr std::string_view kWeights[] = {"density", "mass"};
   from.one_of(kWeights);
-  const std::size_t refused_before = from.complaints.refused();
-  const std::vector<DenseShape> solids = read_solids(reading, from, motion);
-  Matter matter;
-  for (const DenseShape& s : solids) matter.shapes.push_back(s.shape);
+  const std::size_t refused_before = from.diagnostics.error_count();
+  const std::vector<ShapeWithDensity> solids = read_solids(reading, from, motion);
+  BodyMassProperties mass_properties;
+  for (const ShapeWithDensity& s : solids) mass_properties.shapes.push_back(s.shape);
   std::optional<MassProperties> whole = weigh(from, solids, motion, refused_before);
-  if (!whole || !(whole->mass > 0)) return matter;
-  matter.mass = whole->mass;
+  if (!whole || !(whole->mass > 0)) return mass_properties;
+  mass_properties.mass = whole->mass;
   if (motion != Motion::dynamic) {
     // The moments about the frame's own axes are those of some body too.
     const Vec3 moments(whole->inertia[0][0], whole->inertia[1][1], whole->inertia[2][2]);
-    if (is_possible_inertia(moments)) matter.inertia = moments;
-    return matter;
+    if (is_possible_inertia(moments)) mass_properties.inertia = moments;
+    return mass_properties;
   }
   snap(*whole);
   const PrincipalInertia principal = principal_inertia(whole->inertia);
-  matter.inertia = principal.moments;
-  matter.centre = {whole->centre, principal.rotation};
-  matter.is_moved = whole->centre != Vec3(0) || principal.rotation != kNoTurn;
-  if (matter.is_moved)
-    for (Shape& s : matter.shapes) s.local = compose(inverse(matter.centre), s.local);
-  return matter;
+  mass_properties.inertia = principal.moments;
+  mass_properties.centre = {whole->centre, principal.rotation};
+  mass_properties.is_moved = whole->centre != Vec3(0) || principal.rotation != kIdentity;
+  if (mass_properties.is_moved)
+    for (Shape& s : mass_properties.shapes)
+      s.local = compose(inverse(mass_properties.centre), s.local);
+  return mass_properties;
 }
 
 }  // namespace pantin

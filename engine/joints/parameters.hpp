@@ -1,6 +1,6 @@
 #pragma once
-/// What a joint may have besides its point, its axes and its limits: measures of the kinds that
-/// need one, and what acts along its freedoms. Only the Lagrangian solver knows them.
+/// Parameters of a joint besides its anchors, axes and limits: dimensions of certain kinds, and
+/// forces along its degrees of freedom. Only the Lagrangian solver supports them.
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -11,7 +11,7 @@
 
 namespace pantin {
 
-/// effort = -stiffness (coordinate - rest) - damping rate
+/// force = -stiffness (coordinate - rest) - damping rate
 struct SpringDamper {
   Real stiffness = 0;  // N m/rad or N/m
   Real damping = 0;    // N m s/rad or N s/m
@@ -24,7 +24,7 @@ struct SpringDamper {
   }
 };
 
-/// effort = -viscous rate - dry tanh(rate / slip): dry friction whose step at rest is rounded off.
+/// force = -viscous rate - dry tanh(rate / slip): dry friction regularised near zero rate.
 struct JointFriction {
   Real viscous = 0;  // N m s/rad or N s/m
   Real dry = 0;      // N m or N
@@ -40,9 +40,9 @@ struct JointFriction {
 enum class MotorKind : std::uint8_t { none, velocity, position };
 constexpr MotorKind last_of(MotorKind) { return MotorKind::position; }
 
-/// velocity: effort = gain (target - rate); position: gain (target - coordinate) - damping rate.
-/// At most `cap` either way.
-struct Motor {
+/// velocity: force = gain (target - rate); position: force = gain (target - coordinate) - damping
+/// rate. The magnitude is at most `cap`.
+struct JointMotor {
   MotorKind kind = MotorKind::none;
   Real target = 0;   // rad/s or m/s; rad or m
   Real gain = 0;     // N m s/rad or N s/m; N m/rad or N/m
@@ -58,11 +58,11 @@ struct Motor {
   }
 };
 
-/// What acts along one freedom of a joint.
-struct Freedom {
+/// Forces along one degree of freedom of a joint.
+struct Dof {
   SpringDamper spring = {};
   JointFriction friction = {};
-  Motor motor = {};
+  JointMotor motor = {};
   bool any() const {
     return spring.stiffness != 0 || spring.damping != 0 || friction.viscous != 0 ||
            friction.dry != 0 || motor.kind != MotorKind::none;
@@ -75,34 +75,35 @@ struct Freedom {
   }
 };
 
-/// A kind of joint from outside: its residual is all it needs, the rest comes by differences.
+/// Interface of a user-defined joint: only the residual is required; derivatives are computed by
+/// finite differences.
 class CustomJoint {
  public:
   virtual ~CustomJoint() = default;
-  /// Rows, 1 to 6; always the same.
+  /// Number of rows, 1 to 6; constant.
   virtual int rows() const = 0;
-  /// What the joint lacks, `rows` numbers, for bodies at these mass-centre poses. Smooth; all zero
-  /// where the joint is closed; independent of anything but its arguments.
+  /// The residual, `rows` numbers, for bodies at these mass-centre poses. Smooth; zero where the
+  /// joint is closed; a function of its arguments only.
   virtual void residual(const Pose& a, const Pose& b, std::span<Real> c) const = 0;
   /// A number that differs where the residual differs, for state_hash. Joints of this kind cannot
   /// be saved: see save_world.
   virtual std::uint64_t fingerprint() const { return static_cast<std::uint64_t>(rows()); }
 };
 
-struct JointExtras {
-  Real length = 0;      // m, of kinds with such a parameter: distance, spring
-  Real pitch = 0;       // m/rad, likewise: screw, along x for each rad of turn
-  Freedom turn = {};    // about x: hinge, universal (of a), cylindrical, screw
-  Freedom slide = {};   // along x: cylindrical, prismatic; along the line: distance-like `spring`
+struct JointParameters {
+  Real length = 0;         // m, of kinds with such a parameter: distance, spring
+  Real pitch = 0;          // m/rad, likewise: screw, along x for each rad of turn
+  Dof rotation = {};       // about x: hinge, universal (of a), cylindrical, screw
+  Dof translation = {};    // along x: cylindrical, prismatic; along the line: kind `spring`
   AngleLimit travel = {};  // m along x: cylindrical, prismatic, screw
-  Real restitution = 0;    // part of the speed with which a limit is left again, 0 to 1
+  Real restitution = 0;    // coefficient of restitution of the limits, 0 to 1
   std::shared_ptr<const CustomJoint> custom = nullptr;
 
   static void fields(auto& self, auto&& field) {
     field("length", self.length);
     field("pitch", self.pitch);
-    field("turn", self.turn);
-    field("slide", self.slide);
+    field("rotation", self.rotation);
+    field("translation", self.translation);
     field("travel", self.travel);
     field("restitution", self.restitution);
     field("custom", self.custom);

@@ -1,21 +1,21 @@
 #pragma once
-/// Data that takes no room where there is none.
+/// Optional data on the heap.
 #include <memory>
 
 namespace pantin {
 
-/// A value that most owners leave as it is by default. A value itself: copies are deep.
+/// A value that most owners leave at its default; needs no memory then. Copies are deep.
 template <class T>
-class Rare {
+class Boxed {
  public:
-  Rare() = default;
-  Rare(const Rare& o) { *this = o; }
-  Rare(Rare&&) = default;
-  Rare& operator=(const Rare& o) {
+  Boxed() = default;
+  Boxed(const Boxed& o) { *this = o; }
+  Boxed(Boxed&&) = default;
+  Boxed& operator=(const Boxed& o) {
     held_ = o.held_ ? std::make_unique<T>(*o.held_) : nullptr;
     return *this;
   }
-  Rare& operator=(Rare&&) = default;
+  Boxed& operator=(Boxed&&) = default;
 
   const T& operator*() const {
     static const T kNone{};
@@ -24,7 +24,7 @@ class Rare {
   const T* operator->() const { return &**this; }
   bool any() const { return held_ != nullptr; }
 
-  /// For changing it; it takes room from now on.
+  /// For changing it; allocates memory.
   T& edit() {
     if (!held_) held_ = std::make_unique<T>();
     return *held_;

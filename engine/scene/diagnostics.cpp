@@ -1,4 +1,4 @@
-#include "engine/scene/complaints.hpp"
+#include "engine/scene/diagnostics.hpp"
 
 #include <algorithm>
 
@@ -11,11 +11,11 @@ constexpr std::size_t kMostKept = 10'000, kMostTold = 100;
 
 }  // namespace
 
-void Complaints::refuse_value(NodeId at, std::string_view expected) {
-  refuse(at, "found " + described(json_, at) + ", expected " + std::string(expected));
+void Diagnostics::error_value(NodeId at, std::string_view expected) {
+  error(at, "found " + described(json_, at) + ", expected " + std::string(expected));
 }
 
-void Complaints::warn(NodeId at, std::string_view kind, std::string message) {
+void Diagnostics::warn(NodeId at, std::string_view kind, std::string message) {
   const auto known = told_.find(std::pair(at, std::string(kind)));
   if (known != told_.end()) {
     ++warnings_.lines[known->second].copies;
@@ -26,14 +26,14 @@ void Complaints::warn(NodeId at, std::string_view kind, std::string message) {
   keep(warnings_, {offset(at), at, std::move(message)});
 }
 
-void Complaints::keep(Kept& kept, Line line) {
+void Diagnostics::keep(Kept& kept, Line line) {
   if (kept.lines.size() < kMostKept)
     kept.lines.push_back(std::move(line));
   else
     ++kept.dropped;
 }
 
-std::string Complaints::told(const Line& line, LineColumn place) const {
+std::string Diagnostics::told(const Line& line, LineColumn place) const {
   std::string whole = file_ + ":" + std::to_string(place.line) + ":" + std::to_string(place.column);
   if (line.node != kNoNode && json_[line.node].parent != kNoNode)
     whole += ": " + json_.pointer(line.node);
@@ -42,7 +42,7 @@ std::string Complaints::told(const Line& line, LineColumn place) const {
   return printable(whole);
 }
 
-std::vector<std::string> Complaints::told(Kept all, const std::string& what) const {
+std::vector<std::string> Diagnostics::told(Kept all, const std::string& what) const {
   std::stable_sort(all.lines.begin(), all.lines.end(),
                    [](const Line& a, const Line& b) { return a.offset < b.offset; });
   std::vector<std::string> lines;
@@ -58,7 +58,7 @@ std::vector<std::string> Complaints::told(Kept all, const std::string& what) con
   return lines;
 }
 
-std::vector<Error> Complaints::errors() const {
+std::vector<Error> Diagnostics::errors() const {
   Kept all = errors_;
   for (const JsonFault& fault : json_.faults)
     all.lines.push_back({fault.offset, fault.node, fault.message});
@@ -68,7 +68,7 @@ std::vector<Error> Complaints::errors() const {
   return errors;
 }
 
-std::vector<std::string> Complaints::warnings() const { return told(warnings_, "warnings"); }
+std::vector<std::string> Diagnostics::warnings() const { return told(warnings_, "warnings"); }
 
 std::string described(const JsonDocument& json, NodeId id) {
   const JsonNode& node = json[id];

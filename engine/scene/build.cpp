@@ -1,4 +1,4 @@
-#include "engine/scene/assembly.hpp"
+#include "engine/scene/build.hpp"
 
 #include <algorithm>
 
@@ -8,20 +8,20 @@
 namespace pantin {
 namespace {
 
-BuildCount count_of(const Assembly& assembly) {
+BuildCount count_of(const BuiltScene& built) {
   BuildCount count;
-  count.bodies = static_cast<Real>(assembly.bodies.size());
-  count.links = static_cast<Real>(assembly.links());
+  count.bodies = static_cast<Real>(built.bodies.size());
+  count.links = static_cast<Real>(built.links());
   std::size_t parts = 0, name_bytes = 0;
-  for (const PlacedBody& b : assembly.bodies) parts += b.matter->shapes.size();
-  for (const PlacedDrive& d : assembly.drives)
-    if (const auto* path = std::get_if<Keyframes>(&d.drive.path)) parts += path->keys.size();
-  for (const PlacedJoint& j : assembly.joints) parts += j.drive ? j.drive->keys.size() : 0;
+  for (const BuiltBody& b : built.bodies) parts += b.mass_properties->shapes.size();
+  for (const BuiltPath& d : built.paths)
+    if (const auto* path = std::get_if<Keyframes>(&d.path.curve)) parts += path->keys.size();
+  for (const BuiltJoint& j : built.joints) parts += j.drive ? j.drive->keys.size() : 0;
   const auto add_names = [&](const auto& items) {
     for (const auto& x : items) name_bytes += x.name.size();
   };
-  add_names(assembly.bodies), add_names(assembly.joints), add_names(assembly.ratios);
-  add_names(assembly.strings), add_names(assembly.pins);
+  add_names(built.bodies), add_names(built.joints), add_names(built.gears);
+  add_names(built.cables), add_names(built.pins);
   count.parts = static_cast<Real>(parts), count.name_bytes = static_cast<Real>(name_bytes);
   return count;
 }
@@ -60,8 +60,8 @@ void BuildContext::build(std::uint32_t which) {
   open_.push_back(which);
   const std::size_t errors_before = messages.errors();
   BuiltPrefab& built = built_[which];
-  built.assembly = build_group(*this, recipe.prefabs[which], which + 1);
-  built.count = count_of(built.assembly);
+  built.built = build_group(*this, recipe.prefabs[which], which + 1);
+  built.count = count_of(built.built);
   open_.pop_back();
   states_[which] = messages.errors() == errors_before ? State::done : State::broken;
 }
@@ -96,14 +96,14 @@ const BuiltPrefab* BuildContext::prefab(const std::string& name, const ElementId
   return states_[which] == State::done ? &built_[which] : nullptr;
 }
 
-Assembly assemble(const Recipe& recipe, BuildMessages& messages, const SceneLimits& limits) {
+BuiltScene build_scene(const Recipe& recipe, BuildMessages& messages, const SceneLimits& limits) {
   BuildContext context(recipe, messages, limits);
-  // Prefabs that nothing uses are checked too.
+  // Unused prefabs are checked too.
   for (std::uint32_t i = 0; i < recipe.prefabs.size(); ++i)
     context.prefab(recipe.prefabs[i].name, {ElementKind::group, i + 1, 0}, "name");
-  Assembly whole = build_group(context, recipe.top, 0);
-  // Joints and strings were measured with all parts at rest; now each path starts at its own time.
-  for (const PlacedDrive& d : whole.drives) whole.bodies[d.body].body.pose = pose_at(d.drive, 0);
+  BuiltScene whole = build_group(context, recipe.top, 0);
+  // Joints and cables were measured at rest; now each path starts at its own time.
+  for (const BuiltPath& d : whole.paths) whole.bodies[d.body].body.pose = pose_at(d.path, 0);
   return whole;
 }
 

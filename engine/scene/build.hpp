@@ -1,0 +1,114 @@
+#pragma once
+/// The scene after name lookup, with prefabs, grids and chains expanded.
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/scene/build_messages.hpp"
+#include "engine/scene/recipe.hpp"
+
+namespace pantin {
+
+/// The world, where a body is expected.
+inline constexpr std::uint32_t kWorldBody = UINT32_MAX;
+
+struct BuiltBody {
+  std::string name;
+  ElementId at{};
+  Body body;
+  const BodyMassProperties* mass_properties = nullptr;
+  const SolverSettings* solver = nullptr;
+  std::uint32_t material = UINT32_MAX;  // for all its shapes; UINT32_MAX: their own
+  bool is_driven_by_path = false;
+  const Collision* collision = nullptr;  // of colliding bodies
+};
+
+struct BuiltJoint {
+  std::string name;
+  ElementId at{};
+  std::uint32_t a = 0, b = 0;  // indices into BuiltScene::bodies, or kWorldBody
+  Joint joint;                 // a world anchor and world axes are in the scene's frame
+  std::optional<JointDrive> drive{};
+};
+
+struct BuiltGear {
+  std::string name;
+  ElementId at{};
+  std::uint32_t first = 0, second = 0;  // indices into BuiltScene::joints
+  Gear ratio;
+};
+
+struct BuiltCable {
+  std::string name;
+  ElementId at{};
+  std::uint32_t a = 0, b = 0;
+  CableParameters joint;
+};
+
+struct BuiltPin {
+  std::string name;
+  ElementId at{};
+  std::uint32_t body = 0;
+  Pin pin;
+  std::uint32_t to = kWorldBody;  // the other body; the target is in its frame
+};
+
+struct BuiltPath {
+  ElementId at{};
+  std::uint32_t body = 0;
+  KinematicPath path;
+};
+
+/// Bodies at their initial poses, in the frame of the scene or prefab. Points into the recipe.
+struct BuiltScene {
+  std::vector<BuiltBody> bodies;
+  std::vector<BuiltJoint> joints;
+  std::vector<BuiltGear> gears;
+  std::vector<BuiltCable> cables;
+  std::vector<BuiltPin> pins;
+  std::vector<BuiltPath> paths;
+
+  std::size_t links() const { return joints.size() + gears.size() + cables.size() + pins.size(); }
+  Pose pose_of(std::uint32_t body) const {
+    return body == kWorldBody ? Pose{} : bodies[body].body.pose;
+  }
+  bool is_dynamic(std::uint32_t body) const {
+    return body != kWorldBody && bodies[body].body.motion == Motion::dynamic;
+  }
+};
+
+/// Tells of names that lead nowhere, prefabs that contain themselves, and counts beyond the limits;
+/// those before anything is copied. Throws Cancelled where the limits say so.
+BuiltScene build_scene(const Recipe& recipe, BuildMessages& messages, const SceneLimits& limits);
+
+/// Layout of a chain: the frame of each link, and the positions of the joints.
+struct ChainLayout {
+  std::vector<Pose> links;
+  std::vector<Vec3> joints;   // one more than links: both ends included
+  std::vector<Real> lengths;  // m, of the links
+  /// The point about which the chain rotates initially.
+  Vec3 middle(bool closed) const;
+};
+ChainLayout layout_of(const ChainRecipe& chain);
+
+/// The axes of a chain's joints in a link's own frame: a hinge rotates about its z; other kinds
+/// have x along the chain and y along its z.
+Quat chain_axes(JointKind kind);
+
+/// The solver of each dynamic body: that of the first body with a solver in its island of joints
+/// and gears.
+std::vector<Solver> solvers_of(const BuiltScene& built, Solver otherwise);
+
+/// Tells of joints and ratios that the solver of their bodies does not know.
+void check_solvers(const BuiltScene& built, const std::vector<Solver>& solvers,
+                   BuildMessages& messages);
+
+/// Warns of likely mistakes: mass ratios, pins out of reach, cables too short, joints that start
+/// open or beyond their limits, loops closed by joints other than balls.
+void warn_of_structure(const BuiltScene& built, const std::vector<Solver>& solvers,
+                       BuildMessages& messages);
+
+/// Fills the World of a scene.
+void build_world(const BuiltScene& built, World& world);
+
+}  // namespace pantin

@@ -1,0 +1,325 @@
+// Contacts and limits by projected Gauss-Seidel: for active sets that guessing does not find, and
+// for contacts between dynamic bodies. Every island provides the response between its rows
+// (Delassus operator). The iteration enforces friction cones and unilateral limits. Forces come in
+// equal and opposite pairs, so momentum is conserved even without convergence. [Jourdan, Alart &
+// Jean 1998]
+#include <algorithm>
+
+#include "engine/solvers/articulated/articulated.hpp"
+#include "engine/solvers/articulated/internal.hpp"
+
+namespace pantin::articulated {
+namespace {
+
+/// Limits (rad) and contacts (relative to the size) with more clearance are left out; one that is
+/// reached after all enters in the next iteration.
+constexpr Real kCandidateDistance = 0.01;
+
+Vec3 across(Vec3 v, Vec3 n) { return v - glm::dot(v, n) * n; }
+
+bool is_mutual(const World& world, const ContactRow& t) {
+  return contact::feels_contacts(partition_of(world), contacts_of(world)[t.contact].slot_b);
+}
+
+void clear(StepScratch& r) {
+  std::fill(r.forces_in.begin(), r.forces_in.end(), Vec3x4{});
+  std::fill(r.torques_in.begin(), r.torques_in.end(), Vec3x4{});
+}
+
+/// A force at a contact point, or a torque between the bodies of a joint.
+void push_at(StepScratch& r, const ContactRow& t, Vec3 force, std::size_t side) {
+  r.forces_in[t.column].add_to_side(side, force);
+  r.torques_in[t.column].add_to_side(side, glm::cross(t.arm, force));
+}
+void push_between(const Island& a, StepScratch& r, std::size_t c, Vec3 torque, std::size_t side) {
+  r.torques_in[c].add_to_side(side, torque);
+  if (a.parents[c] >= 0)
+    r.torques_in[static_cast<std::size_t>(a.parents[c])].add_to_side(side, -torque);
+}
+
+/// The limit of an iteration row.
+Stop& stop_of(Island& a, const IterationRow& row) {
+  return a.scratch.terms[row.column].stops[row.stop];
+}
+
+/// Clearance of a contact with a fixed or kinematic body in the free response, m.
+Real clearance(const Island& a, const ContactRow& t, Vec3 normal) {
+  return glm::dot(normal, moved_to(a, t) - t.goal);
+}
+
+/// Clearance of a limit in the free response, rad.
+Real clearance(const Island& a, std::size_t c, const Stop& stop) {
+  Vec3 relative = a.scratch.rotation[c] - a.scratch.terms[c].align;
+  if (a.parents[c] >= 0) relative -= a.scratch.rotation[static_cast<std::size_t>(a.parents[c])];
+  return stop.clearance - stop.nonlinearity - glm::dot(stop.along, relative);
+}
+
+void list_rows(const World& world, Island& a) {
+  StepScratch& r = a.scratch;
+  r.iteration_rows.clear();
+  std::uint32_t number = 0;
+  for (std::uint32_t i = 0; i < r.contact_rows.size(); ++i) {
+    ContactRow& t = r.contact_rows[i];
+    const Contact& contact = contacts_of(world)[t.contact];
+    t.listed = false;
+    if (!is_mutual(world, t) && contact.lambda == Vec3(0) &&
+        clearance(a, t, contact.normal) > kCandidateDistance * a.size)
+      continue;
+    t.listed = true;
+    IterationRow row;
+    row.contact_row = i, row.column = r.contact_rows[i].column, row.number = number;
+    r.iteration_rows.push_back(row);
+    number += 3;
+  }
+  for (std::uint32_t c = 0; c < a.joints.size(); ++c) {
+    if (!a.joints[c].stiff) continue;
+    for (std::uint32_t s = 0; s < 4; ++s) {
+      const Stop& stop = r.terms[c].stops[s];
+      if (stop.along == Vec3(0) || stop.both_ways) continue;
+      if (!(stop.lambda > 0) && clearance(a, c, stop) > kCandidateDistance) continue;
+      IterationRow row;
+      row.is_stop = true, row.column = c, row.stop = s, row.number = number++;
+      r.iteration_rows.push_back(row);
+    }
+  }
+  r.contact_displacement.resize(number), r.contact_response.resize(number * number);
+}
+
+/// Row displacements for given translations and rotations of the bodies.
+template <class Slide, class Turn>
+void read_rows(const Island& a, Real* out, const Slide& translation, const Turn& rotation) {
+  const StepScratch& r = a.scratch;
+  for (const IterationRow& row : r.iteration_rows) {
+    if (!row.is_stop) {
+      const Vec3 moved = translation(row.column) +
+                         glm::cross(rotation(row.column), r.contact_rows[row.contact_row].arm);
+      for (int axis = 0; axis < 3; ++axis)
+        out[row.number + static_cast<std::uint32_t>(axis)] = moved[axis];
+      continue;
+    }
+    Vec3 relative = rotation(row.column);
+    if (a.parents[row.column] >= 0)
+      relative -= rotation(static_cast<std::size_t>(a.parents[row.column]));
+    out[row.number] = glm::dot(r.terms[row.column].stops[row.stop].along, relative);
+  }
+}
+
+void find_response(Island& a) {
+  StepScratch& r = a.scratch;
+  const std::size_t numbers = r.contact_displacement.size();
+  const auto row_of = [&](std::size_t number, std::size_t& axis) -> const IterationRow& {
+    auto row = std::upper_bound(r.iteration_rows.begin(), r.iteration_rows.end(), number,
+                                [](std::size_t n, const IterationRow& x) { return n < x.number; });
+    --row;
+    axis = number - row->number;
+    return *row;
+  };
+  for (std::size_t first = 0; first < numbers; first += Vec3x4::kSides) {
+    const std::size_t sides = std::min(Vec3x4::kSides, numbers - first);
+    clear(r);
+    for (std::size_t s = 0; s < sides; ++s) {
+      std::size_t axis = 0;
+      const IterationRow& row = row_of(first + s, axis);
+      Vec3 unit(0);
+      unit[static_cast<int>(axis)] = 1;
+      if (row.is_stop)
+        push_between(a, r, row.column, r.terms[row.column].stops[row.stop].along, s);
+      else
+        push_at(r, r.contact_rows[row.contact_row], unit, s);
+    }
+    propagate_inward(a, r.forces_in, r.torques_in);
+    propagate_outward(a, r.forces_in, r.torques_in);
+    for (std::size_t s = 0; s < sides; ++s)
+      read_rows(
+          a, &r.contact_response[(first + s) * numbers],
+          [&](std::size_t c) { return r.forces_in[c].side(s); },
+          [&](std::size_t c) { return r.torques_in[c].side(s); });
+  }
+}
+
+Mat3 block(const Island& a, std::uint32_t of, std::uint32_t to) {
+  const std::size_t n = a.scratch.contact_displacement.size();
+  Mat3 m;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j)
+      m[static_cast<int>(i)][static_cast<int>(j)] =
+          a.scratch.contact_response[(to + i) * n + of + j];
+  return m;
+}
+
+/// Adds the response of all rows of an island to a force along one row.
+void apply(Island& a, std::uint32_t number, Real lambda) {
+  if (lambda == 0) return;
+  const std::size_t n = a.scratch.contact_displacement.size();
+  const Real* column = &a.scratch.contact_response[number * n];
+  Real* moved = a.scratch.contact_displacement.data();
+  for (std::size_t i = 0; i < n; ++i) moved[i] += lambda * column[i];
+}
+void apply(Island& a, const IterationRow& row, Vec3 lambda) {
+  for (std::uint32_t axis = 0; axis < 3; ++axis)
+    apply(a, row.number + axis, lambda[static_cast<int>(axis)]);
+}
+
+Vec3 moved(const Island& a, const IterationRow& row) {
+  const Real* m = &a.scratch.contact_displacement[row.number];
+  return {m[0], m[1], m[2]};
+}
+
+/// Whether this row is the owner side of a contact between two dynamic bodies.
+bool is_owner_side(const Island& a, const IterationRow& row) {
+  return a.scratch.contact_rows[row.contact_row].side > 0;
+}
+
+void start_contact(World& world, Island& a, IterationRow& row, Real h) {
+  const ContactRow& t = a.scratch.contact_rows[row.contact_row];
+  Contact& c = contacts_of(world)[t.contact];
+  Mat3 k = block(a, row.number, row.number);
+  const Vec3 here = t.predicted + t.nonlinearity;
+  if (row.other == UINT32_MAX) {
+    row.bias = t.goal - here;
+  } else {
+    const Island& b = islands_of(world)[row.other];
+    const IterationRow& other = b.scratch.iteration_rows[row.other_row];
+    const ContactRow& tb = b.scratch.contact_rows[other.contact_row];
+    k += block(b, other.number, other.number);
+    if (&a == &b) k -= block(a, row.number, other.number) + block(a, other.number, row.number);
+    // Normal: removes the penetration. Tangential: returns to the relative position at the start of
+    // the step.
+    const Vec3 apart = here - (tb.predicted + tb.nonlinearity);
+    const Vec3 before = to_world(world.bodies.values()[c.slot_a].pose, c.point_a) -
+                        to_world(world.bodies.values()[c.slot_b].pose, c.point_b);
+    const Real lift = h * std::max(Real(0), c.impact);
+    row.bias = (lift - glm::dot(apart, c.normal)) * c.normal - across(apart - before, c.normal);
+  }
+  const Real along = glm::dot(c.normal, k * c.normal);
+  // At least the compliance of the softer tangential direction: a mean would overshoot in it.
+  const Real aside = k[0][0] + k[1][1] + k[2][2] - along;
+  // A row without compliance cannot be moved by a force.
+  const Real least = 1e-6 / a.mass;
+  row.stiffness = along > least ? 1 / along : 0;
+  row.side_stiffness = aside > least ? 1 / aside : 0;
+  apply(a, row, c.lambda);
+  if (row.other != UINT32_MAX) {
+    Island& b = islands_of(world)[row.other];
+    apply(b, b.scratch.iteration_rows[row.other_row], -c.lambda);
+  }
+}
+
+void start_stop(Island& a, IterationRow& row) {
+  Stop& stop = stop_of(a, row);
+  const std::size_t n = a.scratch.contact_displacement.size();
+  const Real k = a.scratch.contact_response[row.number * n + row.number];
+  const Vec3 align = a.scratch.terms[row.column].align;
+  row.bias.x = stop.clearance - stop.nonlinearity + glm::dot(stop.along, align);
+  const Mat3& compliance = a.scratch.joint_nodes[row.column].compliance;
+  row.stiffness = k > 1e-6 * (compliance[0][0] + compliance[1][1] + compliance[2][2]) ? 1 / k : 0;
+  apply(a, row.number, -stop.lambda);
+}
+
+/// One Gauss-Seidel update of a contact. Returns its displacement, m.
+Real relax_contact(World& world, Island& a, const IterationRow& row) {
+  Contact& c = contacts_of(world)[a.scratch.contact_rows[row.contact_row].contact];
+  Vec3 residual = row.bias - moved(a, row);
+  if (row.other != UINT32_MAX) {
+    const Island& b = islands_of(world)[row.other];
+    residual += moved(b, b.scratch.iteration_rows[row.other_row]);
+  }
+  const Real before = glm::dot(c.lambda, c.normal);
+  const Real normal = std::max(Real(0), before + row.stiffness * glm::dot(residual, c.normal));
+  Vec3 tangential = across(c.lambda, c.normal) + row.side_stiffness * across(residual, c.normal);
+  const Real most = c.friction * normal, held = glm::length(tangential);
+  c.sliding = held > most ? most / held : 1;
+  tangential *= c.sliding;
+  Vec3 lambda = normal * c.normal + tangential;
+  if (!is_finite(lambda)) lambda = Vec3(0);
+  const Vec3 change = lambda - c.lambda;
+  c.lambda = lambda;
+  if (change == Vec3(0)) return 0;
+  apply(a, row, change);
+  if (row.other != UINT32_MAX) {
+    Island& b = islands_of(world)[row.other];
+    apply(b, b.scratch.iteration_rows[row.other_row], -change);
+  }
+  return row.stiffness > 0 ? glm::length(change) / row.stiffness : 0;
+}
+
+/// The same for a limit, rad; its lambda acts against its direction.
+Real relax_stop(Island& a, const IterationRow& row) {
+  Stop& stop = stop_of(a, row);
+  const Real beyond = a.scratch.contact_displacement[row.number] - row.bias.x;
+  const Real lambda = std::max(Real(0), stop.lambda + row.stiffness * beyond);
+  const Real change = stop.lambda - lambda;
+  apply(a, row.number, change);
+  stop.lambda = lambda;
+  return row.stiffness > 0 ? std::abs(change) / row.stiffness : 0;
+}
+
+/// Links the two rows of each contact between dynamic islands.
+void pair_up(World& world, std::span<Island* const> all) {
+  for (Island* a : all)
+    for (IterationRow& row : a->scratch.iteration_rows) {
+      if (row.is_stop || !is_owner_side(*a, row)) continue;
+      const ContactRow& t = a->scratch.contact_rows[row.contact_row];
+      if (!is_mutual(world, t)) continue;
+      row.other = owner_of(partition_of(world), contacts_of(world)[t.contact].slot_b).island;
+      const Island& b = islands_of(world)[row.other];
+      for (std::uint32_t i = 0; i < b.scratch.iteration_rows.size(); ++i) {
+        const IterationRow& other = b.scratch.iteration_rows[i];
+        if (other.is_stop || is_owner_side(b, other)) continue;
+        if (b.scratch.contact_rows[other.contact_row].contact == t.contact) row.other_row = i;
+      }
+    }
+}
+
+}  // namespace
+
+void find_contact_response(const World& world, Island& a) {
+  list_rows(world, a);
+  find_response(a);
+  read_rows(
+      a, a.scratch.contact_displacement.data(),
+      [&](std::size_t c) { return a.scratch.translation[c]; },
+      [&](std::size_t c) { return a.scratch.rotation[c]; });
+}
+
+void iterate_contacts(World& world, std::span<Island* const> all, Real h, int rounds, Real enough) {
+  pair_up(world, all);
+  for (Island* a : all)
+    for (IterationRow& row : a->scratch.iteration_rows) {
+      if (row.is_stop)
+        start_stop(*a, row);
+      else if (is_owner_side(*a, row))
+        start_contact(world, *a, row, h);
+    }
+  for (int round = 0; round < rounds; ++round) {
+    bool moved_any = false;
+    for (Island* a : all) {
+      Real most = 0;
+      for (const IterationRow& row : a->scratch.iteration_rows) {
+        if (row.is_stop)
+          most = std::max(most, relax_stop(*a, row) * a->size);
+        else if (is_owner_side(*a, row))
+          most = std::max(most, relax_contact(world, *a, row));
+      }
+      moved_any = moved_any || most > enough * a->size;
+    }
+    if (!moved_any) break;
+  }
+}
+
+void add_iterated_lambdas(World& world, Island& a) {
+  StepScratch& r = a.scratch;
+  clear(r);
+  for (const IterationRow& row : r.iteration_rows) {
+    if (row.is_stop) {
+      Stop& stop = stop_of(a, row);
+      push_between(a, r, row.column, -stop.lambda * stop.along, 0);
+      continue;
+    }
+    const ContactRow& t = r.contact_rows[row.contact_row];
+    push_at(r, t, t.side * contacts_of(world)[t.contact].lambda, 0);
+  }
+  add_bias_lambdas(a);
+}
+
+}  // namespace pantin::articulated

@@ -1,0 +1,68 @@
+#pragma once
+/// Memory layout of packed islands, shared with the vector kernels. Constants only: no code is
+/// generated here, so that files compiled for other instruction sets may include it.
+#include <cstddef>
+#include <cstdint>
+
+namespace pantin::articulated {
+
+inline constexpr std::int32_t kHeld = -1;  // parent: the joint point is anchored in the world
+inline constexpr std::int32_t kFree = -2;  // parent: none, a free root
+
+/// Bodies per vector. Tables store blocks of `kLanes` columns row by row.
+inline constexpr std::size_t kLanes = 4;
+
+/// Rows of Island::constants.
+enum Constant : std::size_t {
+  kMass,
+  kInertia,                        // 3 principal moments
+  kOwnAnchor = kInertia + 3,       // 3, the joint to the parent, in this body
+  kParentAnchor = kOwnAnchor + 3,  // 3, the same point in the parent
+  kDrag = kParentAnchor + 3,
+  kGravityScale,
+  kConstantRows
+};
+
+/// Rows of Island::memory, for the integrators.
+enum Memory : std::size_t {
+  kLastTranslation,                              // 3, displacement over the last step, m
+  kLastRotation = kLastTranslation + 3,          // 3, rotation vector of the last step, rad
+  kVelocityBefore = kLastRotation + 3,           // 3, velocity at the start of the last step, m/s
+  kAngularMomentumBefore = kVelocityBefore + 3,  // 3, I w at the start of the last step, world
+  kLambda = kAngularMomentumBefore + 3,          // 3, joint lambda of the last step, kg m, world
+  kMemoryRows = kLambda + 3
+};
+
+/// Rows of the work table: intermediate results of one step.
+enum Work : std::size_t {
+  kPosition,                                  // 3, predicted mass centre
+  kRotation = kPosition + 3,                  // 4 (x y z w), predicted
+  kAngularVelocityStar = kRotation + 4,       // 3, predicted angular velocity
+  kArm = kAngularVelocityStar + 3,            // 3, centre to own joint, world axes
+  kParentArm = kArm + 3,                      // 3, the parent's centre to the same joint
+  kRotationalInertia = kParentArm + 3,        // 6 (xx xy xz yy yz zz), inertia; see prepare()
+  kAppliedRotation = kRotationalInertia + 6,  // 4 (x y z w), applied rotation, any length
+  kAttach = kAppliedRotation + 4,             // 3, new position of the own joint
+  kFinalPosition = kAttach + 3,               // 3
+  kFinalRotation = kFinalPosition + 3,        // 4
+  kWorkRows = kFinalRotation + 4
+};
+
+/// From the own joint point to the parent's, 3 numbers; shares its rows with kAttach, which is
+/// written later.
+inline constexpr std::size_t kGap = kAttach;
+
+/// Tension stiffness that a loaded joint adds to its parent, 6 numbers; shares its rows with the
+/// final pose, which is written later.
+inline constexpr std::size_t kOutwardTension = kFinalPosition;
+
+/// Result of the elimination of each body, 24 consecutive numbers.
+enum Node : std::size_t {
+  kResponse =
+      0,  // 3 rows of 4: rotation per displacement of the own joint | rotation if it does not move
+  kArticulatedMass =
+      12,  // 3 rows of 4: articulated mass of the outboard subtree at the joint | bias, kg m
+  kNodeSize = 24
+};
+
+}  // namespace pantin::articulated

@@ -1,0 +1,130 @@
+// Springs, friction and motors along joint coordinates: as explicit forces, or as compliant rows.
+#include <algorithm>
+
+#include "engine/solvers/lagrangian/internal.hpp"
+
+namespace pantin::lagrangian {
+namespace {
+
+/// A row with a smaller relative effect on its rate per step is treated as a plain force.
+constexpr Real kMinRelativeStiffness = 1e-10;
+
+/// J M^-1 J^T of a row.
+Real mobility(const Island& m, const Block& b) {
+  Real sum = 0;
+  for (std::size_t k = 0; k < b.count; ++k) {
+    if (b.body[k] >= m.count()) continue;
+    const RowVectors j = row_of(b, jacobian_of(m, b), 0, k);
+    sum += glm::dot(j.v, j.v) / m.mass[b.body[k]] +
+           glm::dot(j.w, m.scratch.inverse_inertia[b.body[k]] * j.w);
+  }
+  return sum;
+}
+
+const Dof& dof_of(const World& world, std::uint32_t link, Coordinate which) {
+  const JointParameters& parameters = *world.links.values()[link].joint.parameters;
+  return which == Coordinate::angle ? parameters.rotation : parameters.translation;
+}
+
+}  // namespace
+
+LinearisedForce linearise(const Dof& f, Real coordinate, Real rate, bool secant) {
+  LinearisedForce p;
+  p.force = -f.spring.stiffness * (coordinate - f.spring.rest) - f.spring.damping * rate;
+  p.stiffness = f.spring.stiffness, p.damping = f.spring.damping;
+  p.force -= f.friction.viscous * rate, p.damping += f.friction.viscous;
+  if (f.friction.dry != 0) {
+    const Real u = rate / f.friction.slip, t = std::tanh(u),
+               steepest = f.friction.dry / f.friction.slip;
+    p.force -= f.friction.dry * t;
+    p.damping += secant ? steepest * (std::abs(u) > 1e-6 ? t / u : 1) : steepest * (1 - t * t);
+  }
+  if (f.motor.kind == MotorKind::none) return p;
+  const bool speed = f.motor.kind == MotorKind::velocity;
+  const Real requested =
+      speed ? f.motor.gain * (f.motor.target - rate)
+            : f.motor.gain * (f.motor.target - coordinate) - f.motor.damping * rate;
+  p.force += std::clamp(requested, -f.motor.cap, f.motor.cap);
+  const bool capped = std::abs(requested) >= f.motor.cap;
+  const Real part = !capped ? 1 : secant ? f.motor.cap / std::abs(requested) : 0;
+  p.stiffness += speed ? 0 : part * f.motor.gain;
+  p.damping += part * (speed ? f.motor.gain : f.motor.damping);
+  return p;
+}
+
+CoordinateRow coordinate_row(const World& world, const Island& m, std::uint32_t link,
+                             Coordinate which, std::uint32_t a, std::uint32_t b, Real before) {
+  CoordinateRow row;
+  const BodyState &at_a = m.scratch.body_states[a], &at_b = m.scratch.body_states[b];
+  write_coordinate(world.links.values()[link].joint, which, at_a, at_b, before,
+                   {&row.value, row.j, &row.gamma});
+  row.rate = glm::dot(row.j[0], at_a.velocity) + glm::dot(row.j[1], at_a.angular_velocity) +
+             glm::dot(row.j[2], at_b.velocity) + glm::dot(row.j[3], at_b.angular_velocity);
+  return row;
+}
+
+void add_joint_forces(const World& world, Island& m) {
+  for (const JointForce& e : m.joint_forces) {
+    const CoordinateRow row =
+        coordinate_row(world, m, e.link, e.coordinate, e.body[0], e.body[1], e.before);
+    const Dof& dof = dof_of(world, e.link, e.coordinate);
+    const Real force = linearise(dof, row.value, row.rate, false).force;
+    for (std::size_t k = 0; k < 2; ++k)
+      if (e.body[k] < m.count())
+        m.scratch.force[2 * e.body[k]] += force * row.j[2 * k],
+            m.scratch.force[2 * e.body[k] + 1] += force * row.j[2 * k + 1];
+  }
+}
+
+Stiffness stiffness_of(const World& world, const Island& m) {
+  Stiffness most;
+  for (const JointForce& e : m.joint_forces) {
+    const CoordinateRow row =
+        coordinate_row(world, m, e.link, e.coordinate, e.body[0], e.body[1], e.before);
+    Real mobile = 0;
+    for (std::size_t k = 0; k < 2; ++k)
+      if (e.body[k] < m.count())
+        mobile +=
+            glm::dot(row.j[2 * k], row.j[2 * k]) / m.mass[e.body[k]] +
+            glm::dot(row.j[2 * k + 1], m.scratch.inverse_inertia[e.body[k]] * row.j[2 * k + 1]);
+    const LinearisedForce p =
+        linearise(dof_of(world, e.link, e.coordinate), row.value, row.rate, false);
+    most.spring = std::max(most.spring, mobile * p.stiffness);
+    most.damper = std::max(most.damper, mobile * p.damping);
+  }
+  return most;
+}
+
+void write_joint_force_rows(const World& world, Island& m, std::span<Real> requested, Real by_way,
+                            Real by_speed, bool secant) {
+  for (const Block& b : m.blocks) {
+    if (b.kind != BlockKind::spring) continue;
+    const Dof& f = dof_of(world, b.source, b.coordinate);
+    const LinearisedForce p = linearise(f, m.scratch.c[b.first_row], rate_of(m, b, 0), secant);
+    const Real effective_stiffness = p.stiffness * by_way + p.damping * by_speed;
+    m.scratch.weights[b.first_row] =
+        1 / std::max(effective_stiffness,
+                     kMinRelativeStiffness / std::max(mobility(m, b), Real(1e-300)));
+    requested[b.first_row] = p.force;
+  }
+}
+
+void write_joint_force_rows_at_end(const World& world, Island& m, std::span<Real> right, Real h) {
+  for (const Block& b : m.blocks) {
+    if (b.kind != BlockKind::spring) continue;
+    const Dof& f = dof_of(world, b.source, b.coordinate);
+    const Real rate = rate_of(m, b, 0), mobile = std::max(mobility(m, b), Real(1e-300));
+    LinearisedForce p = linearise(f, m.scratch.c[b.first_row], rate, true);
+    // A force that is saturated now and at the end of the step is constant.
+    const Real end = rate + h * mobile * p.force;
+    if (linearise(f, m.scratch.c[b.first_row] + h * end, end, true).force == p.force)
+      p.stiffness = p.damping = 0;
+    const Real least = kMinRelativeStiffness / (h * mobile);
+    const Real effective_stiffness = std::max(h * p.stiffness + p.damping, least);
+    m.scratch.weights[b.first_row] = 1 / (h * effective_stiffness);
+    right[b.first_row] +=
+        (p.force + (effective_stiffness - h * p.stiffness) * rate) / effective_stiffness;
+  }
+}
+
+}  // namespace pantin::lagrangian
