@@ -221,7 +221,7 @@ TEST_CASE("Runge-Kutta sees that a step is too long for it") {
   // 500 links at 15 Hz: the fastest of them have h times their rate beyond 2.8 at the start.
   Simulation sim(hanging_chain(500, Integrator::rk4, 1, 1.5), {1.0 / 15});
   const Real start = measure(sim.world).energy(), scale = 500 * 9.81 * 50;
-  int substeps = 0;
+  int substeps_used = 0;
   for (int i = 0; i < 75; ++i) {
     const StepReport report = sim.step();
     REQUIRE(report.status == Status::ok);
