@@ -10,10 +10,44 @@ namespace pantin::articulated {
 /// The island as seen by the kernels.
 IslandView view_of(World& world, Island& a);
 
+/// The end of compile(): what the islands before it remember goes on in those made from the same
+/// bodies. Islands that are built as they were go on as they were.
+void carry_over(World& world, std::vector<Island>& before, std::vector<Island>& made);
+
 /// A point of a packed body, or of a kinematic one, at the poses stored in the given rows.
 Vec3 point_at(const Island& a, std::size_t column, Vec3 anchor, Work position_row,
               Work rotation_row);
 Vec3 point_on(const World& world, std::uint32_t slot, Vec3 anchor);
+
+/// The integration rule of this step.
+Rule rule_of(const Island& a);
+
+/// Sleep (sleep.cpp). Whether something wakes a sleeping island, after its targets are known.
+bool must_wake(const World& world, const Island& a);
+/// The prediction of an island that does not move, for others that look for it.
+void predict_still(const World& world, Island& a);
+/// Falls asleep after resting on fixed bodies long enough. Islands in contact with other dynamic
+/// islands, or with joint drives or cables, stay awake.
+void update_sleep(World& world, Island& a, Real h);
+
+/// Allocates memory of the general solve when a step first needs it (scratch.cpp).
+void reserve_general_solve(Island& a);
+
+/// The active set (active_set.cpp).
+bool has_rows(const Island& a);
+bool has_active_contacts(const World& world, const Island& a);
+/// Whether the island has only free ball joints in this step.
+bool is_plain(const Island& a);
+/// Inward half of the general solve at the predicted poses, with lambdas of cables, pins and loops.
+void eliminate_once(World& world, Island& a, Real h);
+/// Outward half: final poses and update of the active set. True if unchanged.
+bool apply_once(World& world, Island& a, Real h);
+/// Active-set iterations from the predicted poses. False without convergence.
+bool find_active_set(World& world, Island& a, Real h, bool in_substeps);
+
+/// Closes the joints of the step by the method of the island, and updates the velocities
+/// (close.cpp).
+EndSums close_joints(World& world, Island& a, Real h);
 
 /// The general articulated solve (tree.cpp). Blocks of the bodies alone; needs prepare().
 void fill_base(Island& a, bool tension);
