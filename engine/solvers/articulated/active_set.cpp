@@ -25,11 +25,11 @@ void eliminate_once(World& world, Island& a, Real h) {
   a.stiff_contacts = !a.iterates && has_active_contacts(world, a);
   if (a.stiff_contacts) add_contact_rows(world, a, r.joint_blocks);
   inward_pass(a);
-  if (has_rows(a)) solve_rows(world, a, h, kPosition, kRotation, false);
+  if (has_rows(a)) solve_rows(world, a, h, kStepPass);
 }
 
 bool apply_once(World& world, Island& a, Real h) {
-  const bool converged = outward_pass(world, a, h, kPosition, kRotation, false);
+  const bool converged = outward_pass(world, a, h, kStepPass);
   kernels().apply_poses(view_of(world, a), kRotation);
   return (a.iterates ? update_iterated(world, a) : update_contacts(world, a)) && converged;
 }
@@ -40,12 +40,12 @@ void begin_step(World& world, Island& a, Real h) {
   a.stop_work = 0, a.iterates = false;
   if (!a.finite || a.settings.solver != Solver::articulated || is_plain(a)) return;
   reserve_general_solve(a);
-  const bool tension = a.settings.tension_stiffness;
-  kernels().prepare(view_of(world, a), kPosition, kRotation, false);
-  if (!a.joints.empty()) set_terms(world, a, h, kRotation, false);
+  const Tension tension = tension_of(a);
+  kernels().prepare(view_of(world, a), kPosition, kRotation, Tension::ignored);
+  if (!a.joints.empty()) set_terms(world, a, h, kStepPass);
   keep_gaps(a);
   fill_base(a, tension);
-  if (tension) add_cable_stiffness(world, a, a.scratch.base, kPosition, kRotation);
+  if (tension == Tension::stiffens) add_cable_stiffness(world, a, a.scratch.base);
   prepare_contacts(world, a, h);
   if (!a.joints.empty() && has_active_contacts(world, a)) regularise_limits(a);
 }
@@ -118,7 +118,8 @@ std::ptrdiff_t bearing(const World& world, const Island& a) {
 
 }  // namespace
 
-bool find_active_set(World& world, Island& a, Real h, bool in_substeps) {
+bool find_active_set(World& world, Island& a, Real h, StepLength length) {
+  const bool in_substeps = length == StepLength::substep;
   bool converged = !needs_active_set(a);
   // The active set is warm-started from the last step; one or two iterations mostly confirm it.
   // Otherwise projected Gauss-Seidel finds it.

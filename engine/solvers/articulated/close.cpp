@@ -19,8 +19,8 @@ void close_rows(World& world, Island& a, Real h) {
   if (!(worst > enough)) return;
   if (worst > kJumpResidual * a.size) {
     // A jump: solved again from the prediction, with the geometric stiffness of the forces found.
-    fill_base(a, true);
-    add_cable_stiffness(world, a, r.base, kPosition, kRotation);
+    fill_base(a, Tension::stiffens);
+    add_cable_stiffness(world, a, r.base);
     eliminate_once(world, a, h);
     apply_once(world, a, h);
     worst = std::max(worst_stretch(world, a), worst_pin_gap(a));
@@ -28,14 +28,14 @@ void close_rows(World& world, Island& a, Real h) {
   // The lambdas of the step itself are kept for the next step.
   for (std::size_t c = 0; c < a.count(); ++c) r.lambdas[c] = a.memory.vec(kLambda, c);
   for (int round = 0; round < a.settings.sweeps && worst > enough; ++round) {
-    kernels().prepare(p, kFinalPosition, kFinalRotation, false);
-    if (!a.joints.empty()) set_terms(world, a, h, kFinalRotation, true);
+    kernels().prepare(p, kFinalPosition, kFinalRotation, Tension::ignored);
+    if (!a.joints.empty()) set_terms(world, a, h, kCorrection);
     keep_gaps(a);
-    fill_base(a, true);
+    fill_base(a, Tension::stiffens);
     r.joint_blocks = r.base;
     inward_pass(a);
-    solve_rows(world, a, h, kFinalPosition, kFinalRotation, true);
-    outward_pass(world, a, h, kFinalPosition, kFinalRotation, true);
+    solve_rows(world, a, h, kCorrection);
+    outward_pass(world, a, h, kCorrection);
     kernels().apply_poses(p, kFinalRotation);
     // The next iteration uses the geometric stiffness of the full step.
     for (std::size_t c = 0; r.step_fraction < 1 && c < a.count(); ++c)
@@ -67,11 +67,11 @@ void close_kinematic(Island& a, const IslandView& p, Real h) {
 EndSums close_plain(Island& a, const IslandView& p, const VelocityInput& in) {
   const Kernels& k = kernels();
   if (p.is_chain) {
-    k.inward_pass_chain(p, a.settings.tension_stiffness);
+    k.inward_pass_chain(p, tension_of(a));
   } else {
-    k.prepare(p, kPosition, kRotation, a.settings.tension_stiffness);
+    k.prepare(p, kPosition, kRotation, tension_of(a));
     k.fill_blocks(p, a.scratch.blocks.data());
-    k.inward_pass_tree(p, a.settings.tension_stiffness, a.scratch.blocks.data());
+    k.inward_pass_tree(p, tension_of(a), a.scratch.blocks.data());
   }
   return k.outward_pass_and_update(p, a.scratch.targets.data(), in);
 }
@@ -139,7 +139,8 @@ EndSums close_in_turn(World& world, Island& a, VelocityInput in) {
     close_kinematic(a, p, in.h);
   }
   if (!a.joints.empty() && solver != Solver::articulated) sweep_closed(world, a);
-  if (has_rows(a)) relax(world, a, solver != Solver::articulated);
+  if (has_rows(a))
+    relax(world, a, solver == Solver::articulated ? Relaxed::pins : Relaxed::pins_and_cables);
   if (!a.scratch.contact_rows.empty()) push_out_trees(world, a);
   Vec3 drift(0);
   const bool may_stay =

@@ -169,7 +169,8 @@ Quat joint_rotation(const PackedJoint& joint, Quat own, Quat parent) {
   return At(joint, own, parent).rotation;
 }
 
-void set_terms(const World& world, Island& a, Real h, Work rotation_row, bool again) {
+void set_terms(const World& world, Island& a, Real h, const Pass& pass) {
+  const Work rotation_row = pass.from.rotation;
   const Real to_load = a.force_share * h * h;
   for (std::size_t c = 0; c < a.count(); ++c) {
     PackedJoint& j = a.joints[c];
@@ -201,10 +202,10 @@ void set_terms(const World& world, Island& a, Real h, Work rotation_row, bool ag
         stop = Stop{};
         continue;
       }
-      stop.lambda = again ? 0 : a.joint_memory[c].lambdas[s];
-      stop.on = stop.both_ways || (again ? was_on : stop.lambda > 0) || stop.clearance < 0;
+      stop.lambda = pass.corrects ? 0 : a.joint_memory[c].lambdas[s];
+      stop.on = stop.both_ways || (pass.corrects ? was_on : stop.lambda > 0) || stop.clearance < 0;
     }
-    if (again) continue;
+    if (pass.corrects) continue;
     const Body& body = world.bodies.values()[a.slots[c]];
     t.way = rotation_vector(own * glm::conjugate(body.pose.rotation));
     if (a.parents[c] >= 0) {

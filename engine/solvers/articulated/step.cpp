@@ -131,7 +131,7 @@ bool adjust_in_substeps(World& world, Island& a, Real h, Entity& lost) {
         a.scratch.targets[3 * t + n] = a.trees[t].target[static_cast<int>(n)];
     }
     begin_step(world, a, h / kSubsteps);
-    find_active_set(world, a, h / kSubsteps, true);
+    find_active_set(world, a, h / kSubsteps, StepLength::substep);
     passes += a.active_set_iterations_used;
     sound = finish_step(world, a, h / kSubsteps, lost);
   }
@@ -147,7 +147,7 @@ bool adjust(World& world, Island& a, Real h, Entity& lost) {
     return true;
   }
   begin_step(world, a, h);
-  const bool converged = find_active_set(world, a, h, false);
+  const bool converged = find_active_set(world, a, h, StepLength::whole);
   if (!converged && !a.scratch.contact_rows.empty() && a.settings.active_set_iterations > 2)
     return adjust_in_substeps(world, a, h, lost);
   return finish_step(world, a, h, lost);

@@ -192,7 +192,7 @@ void keep_gaps(Island& a) {
   for (std::size_t c = 0; c < a.count(); ++c) a.scratch.gaps[c] = a.scratch.work.vec(kGap, c);
 }
 
-void fill_base(Island& a, bool tension) {
+void fill_base(Island& a, Tension tension) {
   const LaneTable& w = a.scratch.work;
   for (std::size_t c = 0; c < a.count(); ++c) {
     JointBlock& b = a.scratch.base[c];
@@ -208,7 +208,7 @@ void fill_base(Island& a, bool tension) {
     const auto parent = static_cast<std::size_t>(a.parents[c]);
     a.scratch.levers[c] = w.vec(kParentArm, c) - w.vec(kArm, parent);
   }
-  for (std::size_t c = 0; tension && c < a.count(); ++c) {
+  for (std::size_t c = 0; tension == Tension::stiffens && c < a.count(); ++c) {
     const Vec3 lambda = a.memory.vec(kLambda, c), arm = w.vec(kArm, c), out = w.vec(kParentArm, c);
     a.scratch.base[c].tt += tension_stiffness(glm::dot(lambda, arm), arm);
     if (a.parents[c] >= 0)
@@ -231,16 +231,15 @@ void inward_pass(Island& a) {
   }
 }
 
-bool outward_pass(World& world, Island& a, Real h, Work position_row, Work rotation_row,
-                  bool again) {
+bool outward_pass(World& world, Island& a, Real h, const Pass& pass) {
   StepScratch& r = a.scratch;
   LaneTable& w = r.work;
   bool converged = true;
   auto tree = a.trees.begin();
   for (std::size_t c = 0; c < a.count(); ++c) {
     const JointNode& n = r.joint_nodes[c];
-    const Quat q = w.quat(rotation_row, c);
-    const Vec3 own = w.vec(position_row, c) + w.vec(kArm, c);
+    const Quat q = w.quat(pass.from.rotation, c);
+    const Vec3 own = w.vec(pass.from.position, c) + w.vec(kArm, c);
     Vec3 goal, parent_response(0);
     Quat parent_now = kIdentity;
     if (a.parents[c] >= 0) {
@@ -257,7 +256,7 @@ bool outward_pass(World& world, Island& a, Real h, Work position_row, Work rotat
     // The next body responds to the nonlinear position of this joint. With stiff contact rows it
     // responds to the linear solution instead (see README.md).
     Vec3 y = goal - own;
-    if (a.stiff_contacts && !again && a.parents[c] >= 0) {
+    if (a.stiff_contacts && !pass.corrects && a.parents[c] >= 0) {
       const auto p = static_cast<std::size_t>(a.parents[c]);
       y = r.translation[p] + glm::cross(r.rotation[p], r.levers[c]) + r.gaps[c];
     }
@@ -281,7 +280,7 @@ bool outward_pass(World& world, Island& a, Real h, Work position_row, Work rotat
       now = glm::normalize(parent_now * glm::conjugate(t.parent) * relative);
       const Quat rotation = joint_rotation(joint, now, parent_now);
       const Quat kind = allowed_by_kind(joint.joint.kind, rotation);
-      if (!again) {
+      if (!pass.corrects) {
         const Quat unclamped = own_rotation(joint, parent_now, kind);
         converged = update_limits(a, c, unclamped, parent_now, d, y) && converged;
         converged = update_drive(world, a, h, c) && converged;

@@ -32,10 +32,9 @@ IslandView view_of(World& world, Island& a) {
           a.is_chain};
 }
 
-Vec3 point_at(const Island& a, std::size_t column, Vec3 anchor, Work position_row,
-              Work rotation_row) {
-  return a.scratch.work.vec(position_row, column) +
-         a.scratch.work.quat(rotation_row, column) * anchor;
+Vec3 point_at(const Island& a, std::size_t column, Vec3 anchor, PoseRows at) {
+  return a.scratch.work.vec(at.position, column) +
+         a.scratch.work.quat(at.rotation, column) * anchor;
 }
 
 Vec3 point_on(const World& world, std::uint32_t slot, Vec3 anchor) {

@@ -180,16 +180,20 @@ struct StepScratch {
   std::vector<Mat3> inverse_inertia;  // world inverse inertia
   std::vector<Vec3> jacobian, jacobian_before;
   std::vector<Real> c, gamma;
-  std::vector<Vec3> force;               // and torque, two a body
-  std::vector<Vec3> motion, correction;  // accelerations or twists, two a body
+  std::vector<Vec3> force;     // and torque, two a body
+  std::vector<Vec3> motion;    // accelerations, two a body, frames last
+  std::vector<Vec3> solution;  // of the last solve: twists or corrections, two a body
   std::vector<Real> right, lambda, step_lambda;
   std::vector<Real> row_residual;  // right - J a, and the unknowns of hubs
   // Current state; state at the start of a substep, of one integrator step, of an attempt.
   Motions state, start, from, begin;
-  std::vector<Vec3> applied;             // forces and torques from outside, two a body
-  bool pushed = false;                   // external or contact forces are not zero
-  std::vector<Vec3> momenta, residuals;  // two a body
-  std::vector<Vec3> rates[7];            // Runge-Kutta: v and accelerations, three a body
+  std::vector<Vec3> applied;  // forces and torques from outside, two a body
+  bool pushed = false;        // external or contact forces are not zero
+  // Integrators in momenta, two a body: momenta, and those before forces or impulses were added.
+  std::vector<Vec3> momenta, momenta_before;
+  // Implicit, two a body: unknown accelerations at the end of the step, residuals of the forces.
+  std::vector<Vec3> end_accelerations, force_residuals;
+  std::vector<Vec3> rates[7];  // Runge-Kutta: v and accelerations, three a body
   std::vector<Quat> quat_rates[7];
   std::vector<Real> sum_lambda;
   std::vector<Real> impulses, impulses_at_start, impulses_before;  // by row, of the step so far

@@ -70,7 +70,7 @@ INLINE void add(Sym<T>& a, const Sym<T>& b) {
 
 /// Joint geometry of a block, and its rotational inertia about the own joints.
 INLINE void put_turning(const IslandView& p, std::size_t i, std::size_t position_row,
-                        std::size_t rotation_row, bool tension) {
+                        std::size_t rotation_row, Tension tension) {
   put_levers(p, i, position_row, rotation_row);
   double* k = column(p.work, kWorkRows, i);
   const Vec<Four> arm = vec<Four>(k, kArm);
@@ -79,7 +79,7 @@ INLINE void put_turning(const IslandView& p, std::size_t i, std::size_t position
   Sym<Four> tt = sym<Four>(k, kRotationalInertia);
   add(tt, Sym<Four>{a2 - ma.x * arm.x, -ma.x * arm.y, -ma.x * arm.z, a2 - ma.y * arm.y,
                     -ma.y * arm.z, a2 - ma.z * arm.z});
-  if (tension) {
+  if (tension == Tension::stiffens) {
     const Vec<Four> lambda = vec<Four>(column(p.memory, kMemoryRows, i), kLambda);
     const Vec<Four> out = vec<Four>(k, kParentArm);
     add(tt, tension_stiffness(dot(lambda, arm), arm));  // zero for a free root
@@ -89,7 +89,7 @@ INLINE void put_turning(const IslandView& p, std::size_t i, std::size_t position
 }
 
 void prepare(const IslandView& p, std::size_t position_row, std::size_t rotation_row,
-             bool tension) {
+             Tension tension) {
   for (std::size_t i = 0; i < p.count; i += kLanes)
     put_turning(p, i, position_row, rotation_row, tension);
 }

@@ -80,7 +80,7 @@ INLINE Rows eliminate(const Block& b, double* node) {
 }
 
 /// A chain: the only child is the next column, so its articulated mass stays in registers.
-template <bool tension>
+template <Tension tension>
 void inward_pass_chain_by(const IslandView& p) {
   Rows mass_and_bias{};
   for (std::size_t i = p.count; i-- > 0;) {
@@ -93,17 +93,17 @@ void inward_pass_chain_by(const IslandView& p) {
       const double* child = column(p.work, kWorkRows, i + 1);
       add_child(b, mass_and_bias, vec<double>(child, kGap),
                 vec<double>(child, kParentArm) - vec<double>(k, kArm));
-      if (tension) add(b.tt, sym<double>(child, kOutwardTension));
+      if (tension == Tension::stiffens) add(b.tt, sym<double>(child, kOutwardTension));
     }
     mass_and_bias = eliminate(b, p.nodes + kNodeSize * i);
   }
 }
 
-void inward_pass_chain(const IslandView& p, bool tension) {
-  if (tension)
-    inward_pass_chain_by<true>(p);
+void inward_pass_chain(const IslandView& p, Tension tension) {
+  if (tension == Tension::stiffens)
+    inward_pass_chain_by<Tension::stiffens>(p);
   else
-    inward_pass_chain_by<false>(p);
+    inward_pass_chain_by<Tension::ignored>(p);
 }
 
 INLINE void put_block(double* at, const Block& b) {
@@ -124,7 +124,7 @@ void fill_blocks(const IslandView& p, double* blocks) {
 }
 
 /// A tree: each body adds itself to its parent's block once it is eliminated.
-void inward_pass_tree(const IslandView& p, bool tension, double* blocks) {
+void inward_pass_tree(const IslandView& p, Tension tension, double* blocks) {
   for (std::size_t i = p.count; i-- > 0;) {
     const double* k = column(p.work, kWorkRows, i);
     const Rows mass_and_bias =
@@ -134,7 +134,7 @@ void inward_pass_tree(const IslandView& p, bool tension, double* blocks) {
     Block b = block_at(blocks + kBlockSize * parent);
     add_child(b, mass_and_bias, vec<double>(k, kGap),
               vec<double>(k, kParentArm) - vec<double>(column(p.work, kWorkRows, parent), kArm));
-    if (tension) add(b.tt, sym<double>(k, kOutwardTension));
+    if (tension == Tension::stiffens) add(b.tt, sym<double>(k, kOutwardTension));
     put_block(blocks + kBlockSize * parent, b);
   }
 }
