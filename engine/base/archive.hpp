@@ -9,7 +9,7 @@
 
 #include "engine/base/fields.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// What a type wants to do once all of its fields are read: rebuild what is derived, and return
 /// null, or one clause that says what is wrong.
@@ -254,4 +254,4 @@ bool same_fields(const T& one, const T& other) {
   return a.bytes() == b.bytes();
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -6,7 +6,7 @@
 
 #include "engine/base/math.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 __extension__ using Wide = unsigned __int128;
 
@@ -41,4 +41,4 @@ class Hash {
   std::uint64_t state_ = 0x243F6A8885A308D3ull;
 };
 
-}  // namespace pantin
+}  // namespace pantin::detail

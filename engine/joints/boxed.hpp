@@ -2,7 +2,7 @@
 /// Optional data on the heap.
 #include <memory>
 
-namespace pantin {
+namespace pantin::detail {
 
 /// A value that most owners leave at its default; needs no memory then. Copies are deep.
 template <class T>
@@ -36,4 +36,4 @@ class Boxed {
   std::unique_ptr<T> held_;
 };
 
-}  // namespace pantin
+}  // namespace pantin::detail

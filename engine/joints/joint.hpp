@@ -12,10 +12,11 @@
 #include "engine/joints/limits.hpp"
 #include "engine/joints/parameters.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// Named by the list of kinds, kinds.hpp: JointKind::hinge. The first, 0, is the ball.
 enum class JointKind : std::uint8_t;
+constexpr JointKind last_of(JointKind);
 
 /// Rotations from the joint axes to the frames of both bodies. Needs no memory while both are the
 /// identity, as for most ball joints. Copies are deep.
@@ -89,4 +90,4 @@ Quat allowed_rotation(const Joint& joint, Quat q);
 /// Angle between `q` and the nearest allowed rotation, rad.
 Real violation(const Joint& joint, Quat q);
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -10,7 +10,7 @@
 #include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// A range of angles, rad. Equal bounds lock the angle. The range need not contain zero.
 struct AngleLimit {
@@ -116,4 +116,4 @@ Real clamped(const AngleLimit& limit, Real angle);
 /// Scales a swing beyond the cone back to its boundary.
 Vec3 clamped(const SwingLimit& limit, Vec3 swing);
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -1,9 +1,13 @@
 // What ties two points or two joints: rods, springs, cables, pins, gears.
 #include <pantin/joints.hpp>
 
+#include "engine/joints/kinds.hpp"
 #include "engine/pantin/detail/findings.hpp"
 
 namespace pantin {
+
+using namespace detail;
+
 namespace {
 
 /// Checks the two ends and says how far they are apart, or the length that was asked for.

@@ -9,6 +9,8 @@
 
 namespace pantin {
 
+using namespace detail;
+
 void build_world(const BuiltScene& built, World& world) {
   std::vector<Entity> entities;
   entities.reserve(built.bodies.size());

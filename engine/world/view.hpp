@@ -6,7 +6,7 @@
 
 #include "engine/world/store.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// The store of a component type in a World (const or not): one of its own, or a user's. Null where
 /// a const World has none of a user's type.
@@ -90,4 +90,4 @@ class ComponentView {
   std::tuple<Kept<First>*, Kept<Others>*...> stores_;
 };
 
-}  // namespace pantin
+}  // namespace pantin::detail

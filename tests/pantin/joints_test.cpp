@@ -7,6 +7,7 @@
 #include "engine/joints/rows.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 
 namespace {
 

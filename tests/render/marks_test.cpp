@@ -1,4 +1,5 @@
 // The marks of the debug view: ranges of joints, muscles, pins and contacts.
+#include "engine/joints/kinds.hpp"
 #include "engine/render/marks.hpp"
 
 #include "engine/base/rotation.hpp"
@@ -7,6 +8,7 @@
 #include "tests/render/pictures.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::picture;
 
 namespace {

@@ -1,4 +1,5 @@
 // A World saved in mid-run goes on from the file as if nothing had happened.
+#include "engine/joints/kinds.hpp"
 #include "engine/runtime/save.hpp"
 
 #include <catch2/catch.hpp>
@@ -10,6 +11,7 @@
 #include "tests/runtime/running.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::test;
 
 namespace {

@@ -2,10 +2,12 @@
 // holds.
 #include <cmath>
 
+#include "engine/joints/kinds.hpp"
 #include "engine/base/rotation.hpp"
 #include "tests/scene/scenes.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::test;
 
 namespace {

@@ -1,7 +1,10 @@
 // Joints, drives, pins, collision and shapes that cannot be: the whole line is checked.
 #include "tests/scene/scenes.hpp"
 
+#include "engine/joints/kinds.hpp"
+
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::test;
 
 namespace {

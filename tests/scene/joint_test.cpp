@@ -1,10 +1,12 @@
 // What a file says of kinds, axes, limits, muscles and pins is what the World holds.
 #include <algorithm>
 
+#include "engine/joints/kinds.hpp"
 #include "engine/base/rotation.hpp"
 #include "tests/scene/scenes.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::test;
 
 namespace {

@@ -4,6 +4,7 @@
 #include <random>
 #include <vector>
 
+#include "engine/joints/kinds.hpp"
 #include "engine/base/rotation.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "engine/solvers/lagrangian/internal.hpp"
@@ -11,6 +12,8 @@
 #include "engine/solvers/solver.hpp"
 
 namespace pantin::test {
+
+using namespace detail;
 
 /// Every integrator in the list.
 #define PANTIN_VALUE(word, ...) Integrator::word,

@@ -3,7 +3,10 @@
 
 #include "tests/solvers/exact.hpp"
 
+#include "engine/joints/kinds.hpp"
+
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::test;
 
 namespace {

@@ -9,7 +9,10 @@
 #include "tests/paths.hpp"
 #include "tests/solvers/exact.hpp"
 
+#include "engine/joints/kinds.hpp"
+
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::test;
 using nlohmann::json;
 

@@ -4,7 +4,10 @@
 #include "tests/solvers/chains.hpp"
 #include "tests/solvers/trees.hpp"
 
+#include "engine/joints/kinds.hpp"
+
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::test;
 
 namespace {

@@ -1,10 +1,13 @@
 // Taut chains between two pins, and pins on other bodies.
 #include <catch2/catch.hpp>
 
+#include "engine/joints/kinds.hpp"
+#include "engine/world/partition.hpp"
 #include "engine/base/rotation.hpp"
 #include "engine/runtime/simulation.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 
 namespace {
 

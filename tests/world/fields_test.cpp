@@ -2,6 +2,7 @@
 #include <catch2/catch.hpp>
 #include <set>
 
+#include "engine/joints/kinds.hpp"
 #include "engine/base/archive.hpp"
 #include "engine/geometry/surface.hpp"
 #include "engine/runtime/simulation.hpp"
@@ -10,6 +11,7 @@
 #include "tests/runtime/puppets.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::test;
 
 namespace {

@@ -1,4 +1,5 @@
 // Rays, slides, overlaps and nearest points over a whole World.
+#include "engine/geometry/collide.hpp"
 #include "engine/world/queries.hpp"
 
 #include <algorithm>
@@ -9,6 +10,7 @@
 #include "tests/geometry/solids.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::test;
 
 namespace {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "engine/joints/kinds.hpp"
 #include "engine/base/utf8.hpp"
 #include "engine/solvers/articulated/island.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
@@ -9,6 +10,9 @@
 #include "tools/pantin/program.hpp"
 
 namespace pantin::program {
+
+using namespace detail;
+
 namespace {
 
 constexpr int kSteps = 60;

@@ -8,9 +8,13 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "engine/joints/kinds.hpp"
 #include "engine/base/rotation.hpp"
 
 namespace pantin::study {
+
+using namespace detail;
+
 namespace {
 
 using Json = nlohmann::json;
