@@ -368,8 +368,8 @@ TEST_CASE("rows do not notice bodies that move as one, and their forces balance"
       BodyState b = s.b.start;
       // The rows of a shared point are along the world's axes: they turn, unless they are zero.
       if (holds_point(kind) || kind == JointKind::custom)
-        b.position =
-            a.position + a.rotation_matrix * s.joint.anchor_a - b.rotation_matrix * s.joint.anchor_b;
+        b.position = a.position + a.rotation_matrix * s.joint.anchor_a -
+                     b.rotation_matrix * s.joint.anchor_b;
       check(rows_of(s.joint, a, b), row_count(s.joint), a, b);
       for (const auto which :
            {Coordinate::angle, Coordinate::second, Coordinate::travel, Coordinate::swing})
