@@ -1,6 +1,9 @@
 #pragma once
 /// Structs with `fields` to bytes and back. Numbers are stored in their memory representation, so
 /// that the same bits come back; the order of bytes is the machine's.
+///
+/// Internal (pantin::detail); installed because stores of components of your own read and write
+/// themselves.
 #include <cstring>
 #include <string>
 #include <string_view>

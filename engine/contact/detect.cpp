@@ -306,7 +306,6 @@ void detect(World& world, Real h) {
 
 }  // namespace pantin::detail::contact
 
-
 namespace pantin {
 
 using namespace detail;

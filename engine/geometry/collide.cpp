@@ -50,7 +50,8 @@ struct Tile {
 };
 
 Aabb bounds_of(const Convex& c) {
-  if (c.smooth) return detail::bounds_of(*c.smooth, {c.origin, glm::quat_cast(c.rotation)}).grown(c.radius);
+  if (c.smooth)
+    return detail::bounds_of(*c.smooth, {c.origin, glm::quat_cast(c.rotation)}).grown(c.radius);
   Aabb box;
   for (Vec3 p : c.points) box.add(p);
   return box.grown(c.radius);

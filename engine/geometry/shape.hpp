@@ -36,7 +36,7 @@ struct Shape {
   ShapeKind kind = ShapeKind::sphere;
   Vec3 size{0.1, 0, 0};
   Pose local;
-  std::uint32_t material = 0;                        // index into World::materials
+  std::uint32_t material = 0;                                // index into World::materials
   std::shared_ptr<const detail::Surface> surface = nullptr;  // of hull, mesh, height_field
 
   static void fields(auto& self, auto&& field) {

@@ -1,5 +1,7 @@
 #pragma once
 /// Optional data on the heap.
+///
+/// Internal (pantin::detail); installed because joints in World::links hold such values.
 #include <memory>
 
 namespace pantin::detail {

@@ -2,6 +2,8 @@
 /// A cable between two bodies: it pulls, never pushes.
 ///
 ///   C = |p_b - p_a| - length <= 0       one unilateral row, metres
+///
+/// Internal (pantin::detail); installed because World::cables holds it.
 #include <algorithm>
 
 #include "engine/base/fields.hpp"

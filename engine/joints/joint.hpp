@@ -6,6 +6,8 @@
 ///
 /// The joint axes F are x, y, z. x is the hinge axis, and the twist axis of a ball joint; in limbs
 /// it runs along the bone.
+///
+/// Internal (pantin::detail); installed because World::links holds it.
 #include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
 #include "engine/joints/boxed.hpp"

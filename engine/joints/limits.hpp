@@ -5,6 +5,8 @@
 /// axis in the y-z plane: Q = swing twist [Lee 2000, sec. 4, which leaves it open]. A universal
 /// joint is decomposed into two angles: Q = rotation about y by the first, then about its z by the
 /// second.
+///
+/// Internal (pantin::detail); installed because World::links holds it.
 #include <memory>
 
 #include "engine/base/fields.hpp"

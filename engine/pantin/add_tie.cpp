@@ -86,6 +86,21 @@ Result<Entity> add_to(World& world, const CableJoint& described) {
   return world.add_cable(described.a, described.b, cable, described.name);
 }
 
+Result<Entity> add_to(World& world, const CustomConstraint& described) {
+  Findings findings(world, "CustomConstraint", described.name);
+  findings.bodies(described.a, described.b);
+  const int rows = described.equations ? described.equations->rows() : 0;
+  if (!described.equations)
+    findings.add("equations", "none", "a CustomJoint");
+  else if (rows < 1 || rows > joint_kinds::custom::most)
+    findings.add("equations", std::to_string(rows) + " rows", "one to six");
+  if (!findings.ok()) return findings.take();
+  Joint joint;
+  joint.kind = JointKind::custom;
+  joint.parameters.edit().custom = described.equations;
+  return world.add_link(described.a, described.b, joint, described.name);
+}
+
 Result<Entity> add_to(World& world, const PinConstraint& described) {
   Findings findings(world, "PinConstraint", described.name);
   findings.body("body", described.body);

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <limits>
 
-#include "engine/joints/kinds.hpp"
-#include "engine/world/partition.hpp"
 #include "engine/base/rotation.hpp"
 #include "engine/contact/contact.hpp"
 #include "engine/geometry/surface.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/render/bounds.hpp"
+#include "engine/world/partition.hpp"
 
 namespace pantin::detail {
 namespace {

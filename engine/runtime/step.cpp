@@ -119,8 +119,8 @@ void clear_requests(World& world) {
 /// Forces while a step is taken in parts.
 struct ForceRoom {
   static constexpr std::string_view name = "forces";  // in saved Worlds
-  std::vector<std::pair<Entity, Force>> whole;  // pushed for the whole step, from outside
-  std::vector<std::pair<Entity, Force>> felt;   // what the update stage of this part took up
+  std::vector<std::pair<Entity, Force>> whole;        // pushed for the whole step, from outside
+  std::vector<std::pair<Entity, Force>> felt;         // what the update stage of this part took up
 
   // Of one step.
   static void fields(auto& self, auto&& field) {

@@ -1,8 +1,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "engine/joints/kinds.hpp"
 #include "engine/base/rotation.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/scene/build.hpp"
 
 namespace pantin::detail {

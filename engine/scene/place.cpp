@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "engine/joints/kinds.hpp"
 #include "engine/base/rotation.hpp"
+#include "engine/joints/kinds.hpp"
 
 namespace pantin::detail {
 namespace {

@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "engine/joints/kinds.hpp"
 #include "engine/base/disjoint_sets.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/scene/build.hpp"
 #include "engine/world/faults.hpp"
 

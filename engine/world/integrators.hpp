@@ -57,7 +57,9 @@ constexpr Integrator last_of(Integrator) {
 }
 
 /// "euler", "rattle", "rk4", "implicit".
-constexpr const char* name_of(Integrator integrator) { return detail::info_of(integrator).name.data(); }
+constexpr const char* name_of(Integrator integrator) {
+  return detail::info_of(integrator).name.data();
+}
 
 /// False for any other word; `integrator` is then unchanged.
 constexpr bool integrator_from_name(std::string_view name, Integrator& integrator) {

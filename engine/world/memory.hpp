@@ -1,6 +1,8 @@
 #pragma once
 /// Solver state that belongs to a World. The World only copies and hashes it, so that a copy is a
 /// snapshot that continues identically.
+///
+/// Internal (pantin::detail); installed because a World holds it.
 #include <memory>
 #include <string>
 #include <string_view>

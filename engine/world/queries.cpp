@@ -75,7 +75,7 @@ void visit_ray(const QueryIndex& index, const Ray& ray, const QueryFilter& filte
   Real limit = length;
   for (std::uint32_t number : index.unbounded) limit = look(number, limit);
   index.tree.cast(ray.origin, unit, limit,
-             [&](std::uint32_t box, Real so_far) { return look(index.bounded[box], so_far); });
+                  [&](std::uint32_t box, Real so_far) { return look(index.bounded[box], so_far); });
 }
 
 auto order(const RayHit& h) { return std::tie(h.fraction, h.body.index, h.shape); }
@@ -184,7 +184,8 @@ QueryStatus Queries::overlap(const Shape& shape, const Pose& at, const QueryFilt
   if (!is_convex(shape.kind) || !is_complete(shape)) return QueryStatus::bad_shape;
   const Pose pose = compose(at, shape.local);
   std::vector<std::uint32_t> numbers = index_->unbounded;
-  index_->tree.query(bounds_of(shape, pose), [&](std::uint32_t box) { numbers.push_back(index_->bounded[box]); });
+  index_->tree.query(bounds_of(shape, pose),
+                     [&](std::uint32_t box) { numbers.push_back(index_->bounded[box]); });
   std::sort(numbers.begin(), numbers.end());
   NarrowPhaseScratch room;
   std::vector<ContactPoint> points;

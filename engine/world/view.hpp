@@ -1,5 +1,7 @@
 #pragma once
 /// Entities that have several components at once, as a range.
+///
+/// Internal (pantin::detail); installed because World::view() gives it back.
 #include <iterator>
 #include <tuple>
 #include <type_traits>

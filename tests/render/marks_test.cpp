@@ -1,9 +1,9 @@
 // The marks of the debug view: ranges of joints, muscles, pins and contacts.
-#include "engine/joints/kinds.hpp"
 #include "engine/render/marks.hpp"
 
 #include "engine/base/rotation.hpp"
 #include "engine/contact/contact.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/render/frame.hpp"
 #include "tests/render/pictures.hpp"
 

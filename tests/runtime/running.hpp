@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
-#include "engine/joints/kinds.hpp"
 #include "engine/base/rotation.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "tests/runtime/puppets.hpp"
 

@@ -1,5 +1,4 @@
 // A World saved in mid-run goes on from the file as if nothing had happened.
-#include "engine/joints/kinds.hpp"
 #include "engine/runtime/save.hpp"
 
 #include <catch2/catch.hpp>
@@ -8,6 +7,7 @@
 #include <fstream>
 
 #include "engine/base/archive.hpp"
+#include "engine/joints/kinds.hpp"
 #include "tests/runtime/running.hpp"
 
 using namespace pantin;

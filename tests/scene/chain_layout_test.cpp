@@ -1,6 +1,6 @@
 // Chains with joints that turn only so far, rings, chains along a path, stairs.
-#include "engine/joints/kinds.hpp"
 #include "engine/base/rotation.hpp"
+#include "engine/joints/kinds.hpp"
 #include "tests/scene/scenes.hpp"
 
 using namespace pantin;

@@ -2,8 +2,8 @@
 // holds.
 #include <cmath>
 
-#include "engine/joints/kinds.hpp"
 #include "engine/base/rotation.hpp"
+#include "engine/joints/kinds.hpp"
 #include "tests/scene/scenes.hpp"
 
 using namespace pantin;

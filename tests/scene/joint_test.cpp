@@ -1,8 +1,8 @@
 // What a file says of kinds, axes, limits, muscles and pins is what the World holds.
 #include <algorithm>
 
-#include "engine/joints/kinds.hpp"
 #include "engine/base/rotation.hpp"
+#include "engine/joints/kinds.hpp"
 #include "tests/scene/scenes.hpp"
 
 using namespace pantin;

@@ -1,8 +1,8 @@
 // Ropes of the articulated solver on bodies of the Lagrangian one: both feel the same pull.
 #include <catch2/catch.hpp>
 
-#include "engine/joints/kinds.hpp"
 #include "engine/base/rotation.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 

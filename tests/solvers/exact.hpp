@@ -4,8 +4,8 @@
 #include <random>
 #include <vector>
 
-#include "engine/joints/kinds.hpp"
 #include "engine/base/rotation.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "engine/solvers/lagrangian/internal.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"

@@ -1,9 +1,8 @@
 // The Lagrangian solver where it is hard: contradictions, changes while running, extremes.
 #include <catch2/catch.hpp>
 
-#include "tests/solvers/exact.hpp"
-
 #include "engine/joints/kinds.hpp"
+#include "tests/solvers/exact.hpp"
 
 using namespace pantin;
 using namespace pantin::detail;

@@ -2,9 +2,8 @@
 // against closed forms.
 #include <catch2/catch.hpp>
 
-#include "tests/solvers/exact.hpp"
-
 #include "engine/joints/kinds.hpp"
+#include "tests/solvers/exact.hpp"
 
 using namespace pantin;
 using namespace pantin::detail;

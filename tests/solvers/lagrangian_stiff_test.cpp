@@ -2,9 +2,8 @@
 // and what it says of it.
 #include <catch2/catch.hpp>
 
-#include "tests/solvers/exact.hpp"
-
 #include "engine/joints/kinds.hpp"
+#include "tests/solvers/exact.hpp"
 
 using namespace pantin;
 using namespace pantin::detail;

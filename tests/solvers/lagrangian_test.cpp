@@ -6,10 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "engine/joints/kinds.hpp"
 #include "tests/paths.hpp"
 #include "tests/solvers/exact.hpp"
-
-#include "engine/joints/kinds.hpp"
 
 using namespace pantin;
 using namespace pantin::detail;

@@ -1,9 +1,8 @@
 // Cables, ratios, joints from outside, frames and pins that are moved: with the Lagrangian solver.
 #include <catch2/catch.hpp>
 
-#include "tests/solvers/exact.hpp"
-
 #include "engine/joints/kinds.hpp"
+#include "tests/solvers/exact.hpp"
 
 using namespace pantin;
 using namespace pantin::detail;

@@ -1,10 +1,10 @@
 // Taut chains between two pins, and pins on other bodies.
 #include <catch2/catch.hpp>
 
-#include "engine/joints/kinds.hpp"
-#include "engine/world/partition.hpp"
 #include "engine/base/rotation.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/runtime/simulation.hpp"
+#include "engine/world/partition.hpp"
 
 using namespace pantin;
 using namespace pantin::detail;

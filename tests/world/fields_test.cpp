@@ -2,9 +2,9 @@
 #include <catch2/catch.hpp>
 #include <set>
 
-#include "engine/joints/kinds.hpp"
 #include "engine/base/archive.hpp"
 #include "engine/geometry/surface.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "tests/base/arity.hpp"
 #include "tests/base/leaves.hpp"

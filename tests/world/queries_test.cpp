@@ -1,11 +1,11 @@
 // Rays, slides, overlaps and nearest points over a whole World.
-#include "engine/geometry/collide.hpp"
 #include "engine/world/queries.hpp"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <limits>
 
+#include "engine/geometry/collide.hpp"
 #include "engine/world/world.hpp"
 #include "tests/geometry/solids.hpp"
 

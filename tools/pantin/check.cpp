@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "engine/joints/kinds.hpp"
 #include "engine/base/utf8.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/solvers/articulated/island.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "engine/solvers/solver.hpp"

@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <numeric>
 
-#include "engine/joints/kinds.hpp"
 #include "engine/base/archive.hpp"
 #include "engine/base/disjoint_sets.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/solvers/articulated/island.hpp"
 #include "engine/solvers/solver.hpp"
 #include "engine/world/world.hpp"

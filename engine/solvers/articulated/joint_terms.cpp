@@ -2,8 +2,8 @@
 // poses.
 #include <algorithm>
 
-#include "engine/joints/kinds.hpp"
 #include "engine/base/rotation.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
 namespace pantin::detail::articulated {

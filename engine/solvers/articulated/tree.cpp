@@ -9,8 +9,8 @@
 // displacements instead of accelerations.
 #include <algorithm>
 
-#include "engine/joints/kinds.hpp"
 #include "engine/base/rotation.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
 namespace pantin::detail::articulated {

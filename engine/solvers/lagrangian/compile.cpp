@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <array>
 
-#include "engine/joints/kinds.hpp"
 #include "engine/base/disjoint_sets.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/solvers/lagrangian/island.hpp"
 #include "engine/solvers/lagrangian/jacobian.hpp"
 #include "engine/solvers/solver.hpp"

@@ -1,8 +1,8 @@
 // One step: reads the bodies, integrates, writes them back.
 #include <algorithm>
 
-#include "engine/joints/kinds.hpp"
 #include "engine/base/rotation.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/solvers/lagrangian/integrator.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 

@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <array>
 
-#include "engine/joints/kinds.hpp"
 #include "engine/base/rotation.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/solvers/lagrangian/internal.hpp"
 
 namespace pantin::detail::lagrangian {
