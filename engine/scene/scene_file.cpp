@@ -11,7 +11,7 @@ namespace pantin {
 
 using namespace detail;
 
-void build_world(const BuiltScene& built, World& world) {
+void detail::build_world(const BuiltScene& built, World& world) {
   std::vector<Entity> entities;
   entities.reserve(built.bodies.size());
   for (const BuiltBody& b : built.bodies) {
