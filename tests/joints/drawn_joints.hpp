@@ -10,6 +10,8 @@
 
 namespace pantin::test {
 
+using namespace detail;
+
 /// A block of at most six rows.
 struct Equations {
   std::array<Real, 6> c{}, gamma{};

@@ -7,6 +7,7 @@
 #include "tests/joints/drawn_joints.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::test;
 
 // ---- Derivatives --------------------------------------------------------------------------------
@@ -69,7 +70,7 @@ TEST_CASE("a swing keeps its derivatives from no swing at all to nearly half a t
       const BodyState b =
           standing(s.joint, s.a.start, rotation_of(SwingTwist{s.first, swing}), Vec3(0));
       s.b.start.position = b.position, s.b.start.rotation = b.rotation,
-      s.b.start.rotation = b.rotation;
+      s.b.start.rotation_matrix = b.rotation_matrix;
       worst = worst | misses(s, 1, [&](const BodyState& p, const BodyState& q) {
                 return coordinate(s.joint, Coordinate::swing, p, q);
               });
@@ -107,7 +108,8 @@ TEST_CASE("rows do not notice bodies that move as one, and their forces balance"
       BodyState b = s.b.start;
       // The rows of a shared point are along the world's axes: they turn, unless they are zero.
       if (holds_point(kind) || kind == JointKind::custom)
-        b.position = a.position + a.rotation * s.joint.anchor_a - b.rotation * s.joint.anchor_b;
+        b.position = a.position + a.rotation_matrix * s.joint.anchor_a -
+                     b.rotation_matrix * s.joint.anchor_b;
       check(rows_of(s.joint, a, b), row_count(s.joint), a, b);
       for (const auto which :
            {Coordinate::angle, Coordinate::second, Coordinate::travel, Coordinate::swing})

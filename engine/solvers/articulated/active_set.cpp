@@ -5,7 +5,7 @@
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 
 bool has_rows(const Island& a) { return !a.pins.empty() || !a.cables.empty(); }
 
@@ -145,4 +145,4 @@ bool find_active_set(World& world, Island& a, Real h, StepLength length) {
   return converged;
 }
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

@@ -3,7 +3,7 @@
 
 #include "engine/solvers/articulated/internal.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 namespace {
 
 /// Slots of trees, holds and cables, from an island to one that was built from the same things.
@@ -178,4 +178,4 @@ void carry_over(World& world, std::vector<Island>& before, std::vector<Island>& 
   keep_unchanged(world, before, made);
 }
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

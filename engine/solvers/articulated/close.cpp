@@ -4,7 +4,7 @@
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 namespace {
 
 constexpr Real kJumpResidual = 1e-2;  // relative to the size: residual beyond the linearisation
@@ -180,4 +180,4 @@ EndSums close_joints(World& world, Island& a, Real h) {
   return close_in_turn(world, a, in);
 }
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

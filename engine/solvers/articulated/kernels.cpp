@@ -12,7 +12,7 @@
 #define PANTIN_KERNELS baseline
 #endif
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 
 #define PANTIN_TEXT_OF(word) #word
 #define PANTIN_TEXT(word) PANTIN_TEXT_OF(word)
@@ -35,6 +35,6 @@ const Kernels PANTIN_JOINED(kernels_, PANTIN_KERNELS) = {PANTIN_TEXT(PANTIN_KERN
                                                          sweep_and_update,
                                                          scale};
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated
 
 #undef INLINE

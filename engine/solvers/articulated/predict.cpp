@@ -4,7 +4,7 @@
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 namespace {
 
 /// Targets of roots and pins, from pins and from kinematic bodies.
@@ -113,4 +113,4 @@ void update(World& world, Island& a, Real h) {
   if (a.finite && a.settings.solver != Solver::articulated) begin_watch(world, a);
 }
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

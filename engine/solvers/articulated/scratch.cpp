@@ -4,7 +4,7 @@
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 
 void reserve_general_solve(Island& a) {
   StepScratch& r = a.scratch;
@@ -60,4 +60,4 @@ void prepare(World& world) {
   }
 }
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

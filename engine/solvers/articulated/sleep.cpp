@@ -2,7 +2,7 @@
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 
 bool must_wake(const World& world, const Island& a) {
   if (world.gravity != a.asleep_gravity) return true;
@@ -59,4 +59,4 @@ void update_sleep(World& world, Island& a, Real h) {
   }
 }
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

@@ -4,7 +4,7 @@
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 namespace {
 
 /// The first body whose state or final position is not finite or out of bounds.
@@ -153,4 +153,4 @@ bool adjust(World& world, Island& a, Real h, Entity& lost) {
   return finish_step(world, a, h, lost);
 }
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

@@ -3,7 +3,7 @@
 
 #include "engine/solvers/articulated/internal.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 namespace {
 
 constexpr std::size_t words(std::size_t bytes) { return bytes / sizeof(Real); }
@@ -41,4 +41,4 @@ Vec3 point_on(const World& world, std::uint32_t slot, Vec3 anchor) {
   return to_world(world.bodies.values()[slot].pose, anchor);
 }
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

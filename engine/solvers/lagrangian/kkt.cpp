@@ -12,7 +12,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/solvers/lagrangian/internal.hpp"
 
-namespace pantin::lagrangian {
+namespace pantin::detail::lagrangian {
 namespace {
 
 /// Regularisation of dependent rows, relative to the mean diagonal; refinement removes its error.
@@ -425,4 +425,4 @@ Real solve(Island& m, const Known& known, const Unknowns& found, Real tolerance)
   return part;
 }
 
-}  // namespace pantin::lagrangian
+}  // namespace pantin::detail::lagrangian

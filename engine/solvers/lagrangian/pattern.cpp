@@ -5,7 +5,7 @@
 
 #include "engine/solvers/lagrangian/internal.hpp"
 
-namespace pantin::lagrangian {
+namespace pantin::detail::lagrangian {
 namespace {
 
 constexpr std::uint32_t kNone = UINT32_MAX;
@@ -226,4 +226,4 @@ KktPattern make_pattern(const Island& m, Hubs hubs) {
   return std::move(d.p);
 }
 
-}  // namespace pantin::lagrangian
+}  // namespace pantin::detail::lagrangian

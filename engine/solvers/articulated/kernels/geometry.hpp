@@ -2,7 +2,7 @@
 /// Adjust stage: joint geometry of a block of bodies.
 #include "engine/solvers/articulated/kernels/table.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 namespace {
 
 /// Own arm and world inertia of a block at a pose.
@@ -95,4 +95,4 @@ void prepare(const IslandView& p, std::size_t position_row, std::size_t rotation
 }
 
 }  // namespace
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

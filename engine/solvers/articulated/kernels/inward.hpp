@@ -3,7 +3,7 @@
 /// the articulated mass and the bias at its joint.
 #include "engine/solvers/articulated/kernels/geometry.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 namespace {
 
 /// Three rows of a 3x3 matrix, each followed by the component of a vector.
@@ -140,4 +140,4 @@ void inward_pass_tree(const IslandView& p, Tension tension, double* blocks) {
 }
 
 }  // namespace
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

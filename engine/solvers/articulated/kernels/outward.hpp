@@ -2,7 +2,7 @@
 /// Adjust stage, outward pass: from the root to the leaves every joint is closed.
 #include "engine/solvers/articulated/kernels/inward.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 namespace {
 
 /// Rotation of a vector by a body's rotation: v -> v + a (u x v) + b u x (u x v).
@@ -182,4 +182,4 @@ void apply_poses(const IslandView& p, std::size_t from_rotation_row) {
 }
 
 }  // namespace
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

@@ -2,7 +2,7 @@
 /// Update stage: the free motion of every body.
 #include "engine/solvers/articulated/kernels/table.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 namespace {
 
 /// Angular velocity after a rotation `start + w reach` with angular momentum `l`: two fixed-point
@@ -124,4 +124,4 @@ StartSums predict(const IslandView& p, const PredictInput& in) {
 }
 
 }  // namespace
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

@@ -3,7 +3,7 @@
 #include "engine/solvers/articulated/kernels.hpp"
 #include "engine/solvers/articulated/kernels/vectors.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 namespace {
 
 /// The block of a table that holds column i.
@@ -106,4 +106,4 @@ INLINE Four mask(std::size_t i, std::size_t count) {
 }
 
 }  // namespace
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

@@ -8,7 +8,7 @@
 
 #include "engine/base/lanes.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 namespace {
 
 #define INLINE PANTIN_INLINE  // until the end of kernels.cpp
@@ -179,4 +179,4 @@ INLINE Vec<Four> logarithm(Qua<Four> q) {
 }
 
 }  // namespace
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

@@ -2,7 +2,7 @@
 /// Velocities from the final poses, alone or together with the outward pass.
 #include "engine/solvers/articulated/kernels/outward.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 namespace {
 
 /// Velocities of one block from its final pose, written to the bodies; accumulates sums.
@@ -183,4 +183,4 @@ void scale(const IslandView& p, double factor, const double* mean) {
 }
 
 }  // namespace
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated
