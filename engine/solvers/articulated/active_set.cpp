@@ -37,7 +37,7 @@ bool apply_once(World& world, Island& a, Real h) {
 void begin_step(World& world, Island& a, Real h) {
   a.disturbed = a.limited = false;
   a.sweeps_used = a.active_set_iterations_used = a.stops_hit = a.drives_capped = 0;
-  a.stop_work = 0, a.iterates = false;
+  a.supplied_work = 0, a.iterates = false;
   if (!a.finite || a.settings.solver != Solver::articulated || is_plain(a)) return;
   reserve_general_solve(a);
   const Tension tension = tension_of(a);
@@ -63,11 +63,12 @@ void begin_iterating(World& world, Island& a) {
   a.iterates = true;
   reserve_general_solve(a);
   for (std::size_t c = 0; c < a.joints.size(); ++c)
-    for (Stop& stop : a.scratch.terms[c].stops) {
-      stop.nonlinearity = 0;
-      if (stop.both_ways) continue;
-      stop.on = false, stop.weight = 0;
-      stop.lambda = std::max(Real(0), a.joint_memory[c].lambdas[&stop - a.scratch.terms[c].stops]);
+    for (LimitRow& limit : a.scratch.terms[c].limits) {
+      limit.nonlinearity = 0;
+      if (limit.both_ways) continue;
+      limit.on = false, limit.weight = 0;
+      limit.lambda =
+          std::max(Real(0), a.joint_memory[c].lambdas[&limit - a.scratch.terms[c].limits]);
     }
   for (ContactRow& t : a.scratch.contact_rows) {
     t.nonlinearity = Vec3(0);

@@ -83,14 +83,14 @@ void store_limits(Island& a, Real h) {
     if (!j.stiff) continue;
     bool hit = false;
     for (int s = 0; s < 4; ++s) {
-      const Stop& stop = a.scratch.terms[c].stops[s];
-      const bool is_active = stop.on || (a.iterates && stop.lambda > 0);
-      a.joint_memory[c].lambdas[s] = is_active ? stop.lambda : 0;
-      hit = hit || (is_active && !stop.both_ways);
+      const LimitRow& limit = a.scratch.terms[c].limits[s];
+      const bool is_active = limit.on || (a.iterates && limit.lambda > 0);
+      a.joint_memory[c].lambdas[s] = is_active ? limit.lambda : 0;
+      hit = hit || (is_active && !limit.both_ways);
     }
     a.stops_hit += hit;
     a.drives_capped += j.drive != UINT32_MAX && a.joint_memory[c].torque_fraction < 1;
-    a.stop_work += work_of_springs(a, c, h);
+    a.supplied_work += work_of_springs(a, c, h);
   }
 }
 

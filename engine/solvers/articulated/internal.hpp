@@ -200,7 +200,8 @@ void literal_sweep(Island& a, Real h);
 void limit_energy(World& world, Island& a, const IslandView& p, const EndSums& end, Real h);
 
 /// Of solvers that do not keep the energy: what an island has before a step; and whether it has
-/// severalfold more after it than it had and than hands, pushes and drives gave (StepResult::grew).
+/// severalfold more after it than it had and than kinematic bodies, forces and drives supplied
+/// (StepResult::grew).
 void begin_watch(const World& world, Island& a);
 void end_watch(const World& world, Island& a, Real h);
 

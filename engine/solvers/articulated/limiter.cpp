@@ -146,7 +146,7 @@ void limit_energy(World& world, Island& a, const IslandView& p, const EndSums& e
   if (a.driven && !driven) a.reserve = 0;
   a.driven = driven;
 
-  const Real allowed = a.energy_before + a.reserve - a.damped + end.work + a.stop_work +
+  const Real allowed = a.energy_before + a.reserve - a.damped + end.work + a.supplied_work +
                        work_of_anchors(world, a, end, h);
   const Real slack = 1e-3 * a.kinetic_before + 1e-12 * std::abs(end.potential);
   Real energy = end.kinetic + end.potential;

@@ -97,7 +97,7 @@ bool finish_step(World& world, Island& a, Real h, Entity& lost) {
     return false;
   }
   keep_momentum(world, a, h, end);
-  if (!a.scratch.contact_rows.empty()) a.stop_work += finish_contacts(world, a, h);
+  if (!a.scratch.contact_rows.empty()) a.supplied_work += finish_contacts(world, a, h);
   const Real calm_angle = a.settings.calm_angle;
   a.disturbed = a.disturbed || !(end.largest_rotation2 < calm_angle * calm_angle);
   if (a.settings.solver == Solver::articulated)

@@ -233,12 +233,12 @@ struct IslandStructure {
     field("gravity_scale", in_place(self.gravity_scale));
     field("inertia", in_place(self.inertia));
     field("blocks", in_place(self.blocks));
-    field("pose_drives", derived(self.joint_drives));
-    field("elastic_strings", derived(self.elastic_cables));
+    field("joint_drives", derived(self.joint_drives));
+    field("elastic_cables", derived(self.elastic_cables));
     field("elastic_pins", derived(self.elastic_pins));
     field("rows", derived(self.rows));
     field("vectors", derived(self.vectors));
-    field("effort_rows", derived(self.joint_force_rows));
+    field("joint_force_rows", derived(self.joint_force_rows));
     field("size", derived(self.size));
     field("reach", derived(self.reach));
     field("loops", derived(self.loops));
@@ -302,8 +302,8 @@ struct Island : IslandStructure, IslandMemory, StepResult {
     IslandStructure::fields(self, field);
     IslandMemory::fields(self, field);
     field("interfaces", in_place(self.interfaces));
-    field("owed", derived(self.contact_loads));
-    field("room", derived(self.scratch));
+    field("contact_loads", derived(self.contact_loads));
+    field("scratch", derived(self.scratch));
   }
 };
 
