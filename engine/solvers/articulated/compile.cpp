@@ -543,6 +543,7 @@ void compile(World& world, std::span<const IslandPlan> plans) {
   carry_memory(list, world, made);
   keep_unchanged(world, list, made);
   list = std::move(made);
+  world.memory.of<Islands>().scratch.prepared = false;
 }
 
 std::vector<Island>& islands_of(World& world) { return world.memory.of<Islands>().list; }

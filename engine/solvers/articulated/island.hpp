@@ -416,6 +416,7 @@ struct Islands {
     std::vector<Body> bodies;
   };
   struct TogetherScratch {
+    bool prepared = false;        // every island has its scratch memory
     std::vector<Saved> saved;     // by island
     std::vector<Island*> mutual;  // islands in contact with one another
   };

@@ -42,6 +42,9 @@ void catch_up(World& world, const StepTask& task) {
   for (std::size_t i = 0; i < all.size(); ++i)
     if (!all[i].scratch.predicted) save(world, i), update(world, all[i], task.h);
 }
+bool has_begun(const World& world, std::size_t island) {
+  return islands_of(world)[island].scratch.predicted;
+}
 
 /// Islands that touch one another are solved side by side, a pass each in turn.
 void adjust_touching(World& world, const StepTask& task) {
@@ -168,6 +171,7 @@ const SolverRow kRow{.name = "articulated",
                      .prepare = prepare,
                      .predict = predict,
                      .catch_up = catch_up,
+                     .has_begun = has_begun,
                      .asleep = all_asleep,
                      .find_reaches = find_reaches,
                      .take_contacts = take_contacts,

@@ -345,7 +345,7 @@ void carry_on(const World& world, Island& was, Island& m) {
   m.faults = was.faults, m.rank = was.rank, m.lost = was.lost, m.residual = was.residual;
   m.solves = was.solves, m.substeps = was.substeps, m.iterations = was.iterations;
   m.events = was.events, m.cannot_close = was.cannot_close;
-  m.size = was.size, m.reach = was.reach, m.sits_out = was.sits_out;
+  m.size = was.size, m.reach = was.reach;
   if (m.settings == was.settings) m.scratch = std::move(was.scratch);
 }
 
@@ -429,6 +429,7 @@ void compile(World& world, std::span<const IslandPlan> plans) {
       carry_saved(m, all.scratch.saved[was], saved[i]);
   }
   all.scratch.saved = std::move(saved);
+  all.scratch.prepared = false;
 }
 
 std::vector<Island>& islands_of(World& world) { return world.memory.of<Islands>().list; }

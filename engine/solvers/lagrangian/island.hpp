@@ -173,7 +173,7 @@ struct Motions {
 /// Scratch memory of a step, kept allocated between steps.
 struct StepScratch {
   bool ready = false;
-  bool in_step = false;  // the step that runs has begun with it
+  bool in_step = false;  // the update stage of the last substep found it compiled as it is
   KktPattern pattern;
   std::vector<Real> values, scales;  // of the factor
   std::vector<BodyState> body_states;
@@ -279,7 +279,6 @@ struct StepResult {
   Real residual = 0;  // largest constraint residual after the step
   int solves = 0, substeps = 0, iterations = 0, events = 0;
   bool cannot_close = false;  // the joints of the initial pose cannot be closed
-  bool sits_out = false;      // compiled within a step, which it does not take part in any more
 };
 
 struct Island : IslandStructure, IslandMemory, StepResult {
@@ -311,6 +310,7 @@ struct Islands {
     std::vector<Body> bodies;
   };
   struct TogetherScratch {
+    bool prepared = false;     // every island has its scratch memory
     std::vector<Saved> saved;  // by island
   };
   Scratch<TogetherScratch> scratch;

@@ -30,8 +30,9 @@ void predict(World& world, const StepTask& task) {
 }
 
 /// What was compiled within a step has been stepped as it was before, if at all.
-void catch_up(World& world, const StepTask&) {
-  for (Island& m : islands_of(world)) m.sits_out = !m.scratch.in_step;
+void catch_up(World&, const StepTask&) {}
+bool has_begun(const World& world, std::size_t island) {
+  return islands_of(world)[island].scratch.in_step;
 }
 
 // Its bodies have no contact response; they are obstacles for others. They count as asleep, since
@@ -47,8 +48,7 @@ void press(const World&, std::vector<contact::Pressure>&) {}
 std::size_t count(const World& world) { return islands_of(world).size(); }
 
 std::span<contact::Interface> interfaces(World& world, std::size_t island) {
-  Island& m = islands_of(world)[island];
-  return m.sits_out ? std::span<contact::Interface>() : std::span(m.interfaces);
+  return islands_of(world)[island].interfaces;
 }
 
 Islands::Saved& saved_of(World& world, std::size_t island) {
@@ -128,6 +128,7 @@ const SolverRow kRow{.name = "lagrangian",
                      .prepare = prepare,
                      .predict = predict,
                      .catch_up = catch_up,
+                     .has_begun = has_begun,
                      .asleep = asleep,
                      .find_reaches = find_reaches,
                      .take_contacts = take_contacts,
