@@ -193,3 +193,25 @@ TEST_CASE("an island that changes within a step sits it out, whatever changes af
   for (std::size_t i = 0; i < one.bodies.size(); ++i)
     CHECK(one.bodies.values()[i].pose.position == two.bodies.values()[i].pose.position);
 }
+
+TEST_CASE("a body feels the rope on it from when it is let go until it is held again") {
+  World w;
+  const Entity beam = add_exact(w, {0, 0, 0}, 2);
+  w.bodies[beam].gravity_scale = 0, w.bodies[beam].motion = Motion::fixed;
+  Body b;
+  b.drag = 0, b.mass = 1, b.inertia = Vec3(1e-2), b.pose.position = {0, -0.5, 0};
+  const Entity load = w.add_body(b);
+  w.add_cable(beam, load, {Vec3(0), Vec3(0), 0.5, 0});
+  Simulation sim(w, {1.0 / 240});
+  const auto speed_after = [&](Motion motion) {
+    sim.world.bodies[beam].motion = motion, sim.world.mark_dirty();
+    for (int i = 0; i < 48; ++i) REQUIRE(sim.step().status == Status::ok);
+    return sim.world.bodies[load].velocity.y;
+  };
+  CHECK(std::abs(speed_after(Motion::fixed)) < 1e-9);
+  // The load draws the beam along, which weighs nothing but is twice as inert.
+  CHECK(speed_after(Motion::dynamic) == Approx(-9.81 * 0.2 / 3).epsilon(0.02));
+  CHECK(sim.world.bodies[beam].velocity.y == Approx(-9.81 * 0.2 / 3).epsilon(0.02));
+  sim.world.bodies[beam].velocity = Vec3(0);
+  CHECK(std::abs(speed_after(Motion::fixed)) < 1e-6);
+}

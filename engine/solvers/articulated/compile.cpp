@@ -356,6 +356,23 @@ void tie_cords(Builder& b, std::vector<Island>& made) {
   }
 }
 
+/// Whether another solver moves a body that holds any part of the island.
+bool follows_others(const Builder& b, const Island& a) {
+  const World& world = b.world;
+  const auto foreign_pin = [&](const auto& held) {
+    if (held.held_pin == kNoSlot) return false;
+    const Pin& pin = world.pins.values()[held.held_pin];
+    return b.is_foreign(world.bodies.slot(pin.body)) ||
+           (pin.to && b.is_foreign(world.bodies.slot(pin.to)));
+  };
+  const auto foreign_cable = [&](const PackedCable& cable) {
+    return b.is_foreign(cable.slot_a) || b.is_foreign(cable.slot_b);
+  };
+  return std::any_of(a.trees.begin(), a.trees.end(), foreign_pin) ||
+         std::any_of(a.pins.begin(), a.pins.end(), foreign_pin) ||
+         std::any_of(a.cables.begin(), a.cables.end(), foreign_cable);
+}
+
 /// Slots of trees, holds and cables, from an island to one that was built from the same things.
 void copy_slots(const IslandMemory& from, IslandMemory& to) {
   for (std::size_t i = 0; i < to.trees.size(); ++i)
@@ -444,6 +461,7 @@ struct Unchanged {
 Island renumbered(Island old, Island& made) {
   copy_slots(made, old);
   old.slots = std::move(made.slots), old.links = std::move(made.links);
+  old.follows = made.follows;
   for (std::size_t i = 0; i < old.joints.size(); ++i) old.joints[i].drive = made.joints[i].drive;
   return old;
 }
@@ -538,7 +556,10 @@ void compile(World& world, std::span<const IslandPlan> plans) {
   tie_loops(b, made);
   for (const Island& a : made)
     for (std::uint32_t c = 0; c < a.count(); ++c) b.partition.set_column(a.slots[c], c);
-  for (std::size_t i = 0; i < made.size(); ++i) made[i].unfit = plans[i].unfit;
+  for (std::size_t i = 0; i < made.size(); ++i) {
+    made[i].unfit = plans[i].unfit;
+    made[i].follows = follows_others(b, made[i]);
+  }
   std::vector<Island>& list = world.memory.of<Islands>().list;
   carry_memory(list, world, made);
   keep_unchanged(world, list, made);

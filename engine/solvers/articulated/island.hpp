@@ -305,6 +305,7 @@ struct IslandStructure {
   Real size = 0;                      // m, longest way through the joints; scales tolerances
   Real mass = 0;                      // kg
   bool is_chain = false;              // every parent is the previous column: fast path
+  bool follows = false;               // another solver moves a body that holds any part of it
   Entity unfit;                       // a body that no step can be computed with, or none
 
   static void fields(auto& self, auto&& field) {
@@ -318,6 +319,7 @@ struct IslandStructure {
     field("size", derived(self.size));
     field("mass", derived(self.mass));
     field("is_chain", derived(self.is_chain));
+    field("follows", derived(self.follows));
     field("unfit", derived(self.unfit));
   }
 };

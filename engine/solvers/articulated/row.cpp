@@ -7,27 +7,7 @@
 namespace pantin::articulated {
 namespace {
 
-/// Whether another solver moves a body that holds any part of the island.
-bool follows(const World& world, std::size_t island) {
-  const Partition& partition = partition_of(world);
-  const auto foreign = [&](std::uint32_t slot) {
-    const Owner owner = owner_of(partition, slot);
-    return owner && owner.solver != kArticulated;
-  };
-  const auto foreign_pin = [&](std::uint32_t pin) {
-    if (pin == kNoSlot) return false;
-    const Pin& p = world.pins.values()[pin];
-    return foreign(world.bodies.slot(p.body)) || (p.to && foreign(world.bodies.slot(p.to)));
-  };
-  const Island& a = islands_of(world)[island];
-  for (const Tree& t : a.trees)
-    if (foreign_pin(t.held_pin)) return true;
-  for (const PackedPin& h : a.pins)
-    if (foreign_pin(h.held_pin)) return true;
-  for (const PackedCable& c : a.cables)
-    if (foreign(c.slot_a) || foreign(c.slot_b)) return true;
-  return false;
-}
+bool follows(const World& world, std::size_t island) { return islands_of(world)[island].follows; }
 
 void predict(World& world, const StepTask& task) {
   std::vector<Island>& all = islands_of(world);
@@ -76,7 +56,7 @@ void adjust_alone(World& world, const StepTask& task) {
   std::vector<Island>& all = islands_of(world);
   for_each_island(all.size(), task.threads, [&](std::size_t i) {
     all[i].lost = Entity{};
-    if (!all[i].mutual && !follows(world, i)) adjust(world, all[i], task.h, all[i].lost);
+    if (!all[i].mutual && !all[i].follows) adjust(world, all[i], task.h, all[i].lost);
   });
 }
 
