@@ -282,6 +282,9 @@ Island pack(Builder& b, const IslandPlan& plan, std::uint32_t index) {
   for (std::uint32_t slot : slots)
     if (b.column[slot] == kNoSlot) add_tree(slot, nullptr);
 
+  const std::size_t padded = (all.size() + kLanes - 1) / kLanes * kLanes;
+  a.bodies.reserve(all.size()), a.links.reserve(all.size());
+  a.slots.reserve(padded), a.parents.reserve(padded);
   a.constants.resize(kConstantRows, all.size());
   a.memory.resize(kMemoryRows, all.size());
   for (std::size_t c = 0; c < all.size(); ++c) {
@@ -389,11 +392,11 @@ void copy_slots(const IslandMemory& from, IslandMemory& to) {
   }
 }
 
-/// Whether a slot of the last build and one of this name the same thing.
-bool is_same(std::span<const Entity> was, std::uint32_t old, std::span<const Entity> now,
-             std::uint32_t slot) {
-  if (old == kNoSlot || slot == kNoSlot) return old == slot;
-  return old < was.size() && slot < now.size() && was[old] == now[slot];
+/// Whether a slot of the last build and one of this name the same value.
+template <class T>
+bool is_same(const Store<T>& store, std::uint32_t old, std::uint32_t now) {
+  if (old == kNoSlot || now == kNoSlot) return old == now;
+  return store.slot_now(old) == now;
 }
 
 bool is_same(const AngleLimit& a, const AngleLimit& b) {
@@ -417,17 +420,10 @@ bool is_same(const PackedJoint& a, const PackedJoint& b) {
 /// Whether an island is built just as it was: then nothing that it remembers is to change.
 struct Unchanged {
   const World& world;
-  const BuiltFrom& was;
 
-  bool body(std::uint32_t old, std::uint32_t now) const {
-    return is_same(was.bodies, old, world.bodies.owners(), now);
-  }
-  bool pin(std::uint32_t old, std::uint32_t now) const {
-    return is_same(was.pins, old, world.pins.owners(), now);
-  }
-  bool link(std::uint32_t old, std::uint32_t now) const {
-    return is_same(was.links, old, world.links.owners(), now);
-  }
+  bool body(std::uint32_t old, std::uint32_t now) const { return is_same(world.bodies, old, now); }
+  bool pin(std::uint32_t old, std::uint32_t now) const { return is_same(world.pins, old, now); }
+  bool link(std::uint32_t old, std::uint32_t now) const { return is_same(world.links, old, now); }
   bool operator()(const Tree& a, const Tree& b) const {
     return a.first == b.first && a.count == b.count && a.anchor == b.anchor &&
            body(a.held_body, b.held_body) && pin(a.held_pin, b.held_pin);
@@ -440,7 +436,7 @@ struct Unchanged {
   }
   bool operator()(const PackedCable& a, const PackedCable& b) const {
     return a.column_a == b.column_a && a.column_b == b.column_b && body(a.slot_a, b.slot_a) &&
-           body(a.slot_b, b.slot_b) && is_same(was.cables, a.cable, world.cables.owners(), b.cable);
+           body(a.slot_b, b.slot_b) && is_same(world.cables, a.cable, b.cable);
   }
   bool operator()(const PackedJoint& a, const PackedJoint& b) const { return is_same(a, b); }
   bool operator()(std::uint32_t a, std::uint32_t b) const { return link(a, b); }
@@ -470,21 +466,21 @@ Island renumbered(Island old, Island& made) {
 /// starts from.
 void keep_unchanged(World& world, std::vector<Island>& before, std::vector<Island>& made) {
   Islands& all = world.memory.of<Islands>();
-  const BuiltFrom& built = partition_of(world).built;
+  const bool edited = world.edit_count != partition_of(world).edit_count;
   std::vector<Islands::Saved> saved(made.size());
   all.scratch.saved.resize(before.size());
   std::vector<std::uint32_t> at(world.bodies.size(), kNoSlot);  // by slot of the first body
   for (std::uint32_t i = 0; i < before.size(); ++i)
     if (const std::uint32_t slot = world.bodies.slot(before[i].bodies.front()); slot != kNoSlot)
       at[slot] = i;
-  const Unchanged unchanged{world, built};
+  const Unchanged unchanged{world};
   for (std::size_t i = 0; i < made.size(); ++i) {
     Island& a = made[i];
     const std::uint32_t was = at[a.slots.front()];
     if (was == kNoSlot || !unchanged(before[was], a)) continue;
     a = renumbered(std::move(before[was]), a);
     a.was = was;
-    if (world.edit_count != built.edit_count) a.asleep = false, a.quiet_time = 0;
+    if (edited) a.asleep = false, a.quiet_time = 0;
     saved[i] = std::move(all.scratch.saved[was]);
     copy_slots(a, saved[i].memory);
   }
