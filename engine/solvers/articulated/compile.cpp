@@ -392,13 +392,6 @@ void copy_slots(const IslandMemory& from, IslandMemory& to) {
   }
 }
 
-/// Whether a slot of the last build and one of this name the same value.
-template <class T>
-bool is_same(const Store<T>& store, std::uint32_t old, std::uint32_t now) {
-  if (old == kNoSlot || now == kNoSlot) return old == now;
-  return store.slot_now(old) == now;
-}
-
 bool is_same(const AngleLimit& a, const AngleLimit& b) {
   return a.on == b.on && a.low == b.low && a.high == b.high;
 }
@@ -421,9 +414,15 @@ bool is_same(const PackedJoint& a, const PackedJoint& b) {
 struct Unchanged {
   const World& world;
 
-  bool body(std::uint32_t old, std::uint32_t now) const { return is_same(world.bodies, old, now); }
-  bool pin(std::uint32_t old, std::uint32_t now) const { return is_same(world.pins, old, now); }
-  bool link(std::uint32_t old, std::uint32_t now) const { return is_same(world.links, old, now); }
+  bool body(std::uint32_t old, std::uint32_t now) const {
+    return is_same_value(world.bodies, old, now);
+  }
+  bool pin(std::uint32_t old, std::uint32_t now) const {
+    return is_same_value(world.pins, old, now);
+  }
+  bool link(std::uint32_t old, std::uint32_t now) const {
+    return is_same_value(world.links, old, now);
+  }
   bool operator()(const Tree& a, const Tree& b) const {
     return a.first == b.first && a.count == b.count && a.anchor == b.anchor &&
            body(a.held_body, b.held_body) && pin(a.held_pin, b.held_pin);
@@ -436,7 +435,7 @@ struct Unchanged {
   }
   bool operator()(const PackedCable& a, const PackedCable& b) const {
     return a.column_a == b.column_a && a.column_b == b.column_b && body(a.slot_a, b.slot_a) &&
-           body(a.slot_b, b.slot_b) && is_same(world.cables, a.cable, b.cable);
+           body(a.slot_b, b.slot_b) && is_same_value(world.cables, a.cable, b.cable);
   }
   bool operator()(const PackedJoint& a, const PackedJoint& b) const { return is_same(a, b); }
   bool operator()(std::uint32_t a, std::uint32_t b) const { return link(a, b); }
@@ -561,11 +560,6 @@ void compile(World& world, std::span<const IslandPlan> plans) {
   keep_unchanged(world, list, made);
   list = std::move(made);
   world.memory.of<Islands>().scratch.prepared = false;
-}
-
-std::vector<Island>& islands_of(World& world) { return world.memory.of<Islands>().list; }
-const std::vector<Island>& islands_of(const World& world) {
-  return world.memory.of<Islands>().list;
 }
 
 }  // namespace pantin::articulated

@@ -14,13 +14,11 @@ void predict(World& world, const StepTask& task) {
   for_each_island(all.size(), task.threads, [&](std::size_t i) { update(world, all[i], task.h); });
 }
 
-void save(World& world, std::size_t island);
-
 /// What was compiled within a step is predicted from where it is.
 void catch_up(World& world, const StepTask& task) {
   std::vector<Island>& all = islands_of(world);
   for (std::size_t i = 0; i < all.size(); ++i)
-    if (!all[i].scratch.predicted) save(world, i), update(world, all[i], task.h);
+    if (!all[i].scratch.predicted) save_island<Islands>(world, i), update(world, all[i], task.h);
 }
 bool has_begun(const World& world, std::size_t island) {
   return islands_of(world)[island].scratch.predicted;
@@ -66,25 +64,8 @@ std::size_t count(const World& world) { return islands_of(world).size(); }
 
 std::span<contact::Interface> interfaces(World&, std::size_t) { return {}; }
 
-Islands::Saved& saved_of(World& world, std::size_t island) {
-  Islands& all = world.memory.of<Islands>();
-  all.scratch.saved.resize(all.list.size());
-  return all.scratch.saved[island];
-}
-
-void save(World& world, std::size_t island) {
-  const Island& a = islands_of(world)[island];
-  Islands::Saved& s = saved_of(world, island);
-  s.memory = a;
-  s.bodies.clear();
-  for (std::size_t c = 0; c < a.count(); ++c) s.bodies.push_back(world.bodies.values()[a.slots[c]]);
-}
-
 bool repeat(World& world, std::size_t island, Real h) {
-  Island& a = islands_of(world)[island];
-  const Islands::Saved& s = saved_of(world, island);
-  static_cast<IslandMemory&>(a) = s.memory;
-  for (std::size_t c = 0; c < a.count(); ++c) world.bodies.values()[a.slots[c]] = s.bodies[c];
+  Island& a = restore_island<Islands>(world, island);
   update(world, a, h);
   a.lost = Entity{};
   return adjust(world, a, h, a.lost);
@@ -161,7 +142,7 @@ const SolverRow kRow{.name = "articulated",
                      .interfaces = interfaces,
                      .follows = follows,
                      .touches = touches,
-                     .save = save,
+                     .save = save_island<Islands>,
                      .repeat = repeat,
                      .react = react,
                      .press = press,

@@ -278,19 +278,14 @@ struct Unchanged {
   const World& world;
   const Island &was, &now;
 
-  template <class T>
-  static bool is_same(const Store<T>& store, std::uint32_t old, std::uint32_t slot) {
-    if (old == kNoSlot || slot == kNoSlot) return old == slot;
-    return store.slot_now(old) == slot;
-  }
   bool is_same_source(BlockKind kind, std::uint32_t old, std::uint32_t slot) const {
     switch (kind) {
       case BlockKind::pin:
-        return is_same(world.pins, old, slot);
+        return is_same_value(world.pins, old, slot);
       case BlockKind::gear:
-        return is_same(world.gears, old, slot);
+        return is_same_value(world.gears, old, slot);
       case BlockKind::cable:
-        return is_same(world.cables, old, slot);
+        return is_same_value(world.cables, old, slot);
       case BlockKind::interface: {  // by what hangs there
         const contact::Interface &a = was.interfaces[old], &b = now.interfaces[slot];
         const bool pin = a.kind == contact::TieKind::pin;
@@ -298,7 +293,7 @@ struct Unchanged {
                is_same_source(pin ? BlockKind::pin : BlockKind::cable, a.source, b.source);
       }
       default:
-        return is_same(world.links, old, slot);
+        return is_same_value(world.links, old, slot);
     }
   }
   bool operator()(const Block& a, const Block& b) const {
@@ -308,11 +303,11 @@ struct Unchanged {
            is_same_source(a.kind, a.source, b.source);
   }
   bool operator()(const Frame& a, const Frame& b) const {
-    return is_same(world.bodies, a.slot, b.slot) && is_same(world.pins, a.pin, b.pin);
+    return is_same_value(world.bodies, a.slot, b.slot) && is_same_value(world.pins, a.pin, b.pin);
   }
   bool operator()(const JointForce& a, const JointForce& b) const {
     return a.coordinate == b.coordinate && std::equal(a.body, a.body + 2, b.body) &&
-           is_same(world.links, a.link, b.link);
+           is_same_value(world.links, a.link, b.link);
   }
   template <class T>
   bool all(const std::vector<T>& a, const std::vector<T>& b) const {
@@ -430,11 +425,6 @@ void compile(World& world, std::span<const IslandPlan> plans) {
   }
   all.scratch.saved = std::move(saved);
   all.scratch.prepared = false;
-}
-
-std::vector<Island>& islands_of(World& world) { return world.memory.of<Islands>().list; }
-const std::vector<Island>& islands_of(const World& world) {
-  return world.memory.of<Islands>().list;
 }
 
 }  // namespace pantin::lagrangian

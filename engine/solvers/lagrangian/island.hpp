@@ -10,13 +10,10 @@
 #include "engine/base/math.hpp"
 #include "engine/contact/memory.hpp"
 #include "engine/joints/rows.hpp"
+#include "engine/solvers/islands.hpp"
 #include "engine/world/body.hpp"
 #include "engine/world/entity.hpp"
 #include "engine/world/settings.hpp"
-
-namespace pantin {
-struct World;
-}
 
 namespace pantin::lagrangian {
 
@@ -302,31 +299,14 @@ struct Island : IslandStructure, IslandMemory, StepResult {
   }
 };
 
-/// All islands of the Lagrangian solver, with saved state for repeated steps.
-struct Islands {
-  std::vector<Island> list;
-  struct Saved {
-    IslandMemory memory;
-    std::vector<Body> bodies;
-  };
-  struct TogetherScratch {
-    bool prepared = false;     // every island has its scratch memory
-    std::vector<Saved> saved;  // by island
-  };
-  Scratch<TogetherScratch> scratch;
-
-  static void fields(auto& self, auto&& field) {
-    field("list", in_place(self.list));
-    field("scratch", derived(self.scratch));
-  }
-};
+/// All islands of the Lagrangian solver.
+struct Islands : IslandList<Island, IslandMemory> {};
 
 /// The compiled islands of a World.
-std::vector<Island>& islands_of(World& world);
-const std::vector<Island>& islands_of(const World& world);
-
-/// The link, pin, cable or gear of a block.
-Entity joint_of(const World& world, const Block& block);
+inline std::vector<Island>& islands_of(World& world) { return world.memory.of<Islands>().list; }
+inline const std::vector<Island>& islands_of(const World& world) {
+  return world.memory.of<Islands>().list;
+}
 
 /// Packs all islands of this solver. State is carried over by body and joint.
 void compile(World& world, std::span<const IslandPlan> plans);

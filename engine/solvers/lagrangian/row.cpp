@@ -51,25 +51,8 @@ std::span<contact::Interface> interfaces(World& world, std::size_t island) {
   return islands_of(world)[island].interfaces;
 }
 
-Islands::Saved& saved_of(World& world, std::size_t island) {
-  Islands& all = world.memory.of<Islands>();
-  all.scratch.saved.resize(all.list.size());
-  return all.scratch.saved[island];
-}
-
-void save(World& world, std::size_t island) {
-  const Island& m = islands_of(world)[island];
-  Islands::Saved& s = saved_of(world, island);
-  s.memory = m;
-  s.bodies.clear();
-  for (std::size_t b = 0; b < m.own(); ++b) s.bodies.push_back(world.bodies.values()[m.slots[b]]);
-}
-
 bool repeat(World& world, std::size_t island, Real h) {
-  Island& m = islands_of(world)[island];
-  const Islands::Saved& s = saved_of(world, island);
-  static_cast<IslandMemory&>(m) = s.memory;
-  for (std::size_t b = 0; b < m.own(); ++b) world.bodies.values()[m.slots[b]] = s.bodies[b];
+  Island& m = restore_island<Islands>(world, island);
   step(world, m, h);
   return !m.lost;
 }
@@ -138,7 +121,7 @@ const SolverRow kRow{.name = "lagrangian",
                      .interfaces = interfaces,
                      .follows = never,
                      .touches = never,
-                     .save = save,
+                     .save = save_island<Islands>,
                      .repeat = repeat,
                      .react = react,
                      .press = press,
