@@ -170,28 +170,8 @@ void end_forces(World& world, int left, int parts) {
       f.force /= static_cast<Real>(parts), f.torque /= static_cast<Real>(parts);
 }
 
-/// What the solvers tell of a substep.
-StepReport ask_solvers(const World& world) {
-  StepReport now;
-  for (const SolverRow* solver : kSolvers) solver->report(world, now);
-  return now;
-}
-
-/// A failure is told whichever part it happened in.
-void note_failure(const StepReport& now, StepReport& report) {
-  if ((now.status != Status::diverged && now.status != Status::energy_grew) ||
-      report.status == Status::diverged)
-    return;
-  if (report.status != Status::ok && now.status != Status::diverged) return;
-  report.status = now.status, report.body = now.body, report.residual = now.residual;
-}
-
-/// Adds to the failures so far what the solvers tell of the last part, and the rest.
-void report_step(const World& world, StepReport last, StepReport& report) {
-  if (report.status != Status::ok) last.status = report.status;
-  last.body = report.body, last.residual = report.residual;
-  last.tick = report.tick, last.time = report.time;
-  report = last;
+void report_step(const World& world, StepReport& report) {
+  for (const SolverRow* solver : kSolvers) solver->report(world, report);
   const std::vector<StructureFault>& faults = partition_of(world).faults;
   report.faults = static_cast<int>(faults.size());
   if (report.faults > 0) report.fault = faults.front().link;
@@ -286,15 +266,13 @@ StepReport step_world(World& world, const StepSettings& settings, const Systems&
   compile_if_changed(world);
   begin_forces(world);
   bool sound = true;
-  StepReport last;  // of the solvers
   for (int part = 0; part < substeps && sound; ++part) {
     s.run(Stage::before_drive);
     sound = std::isfinite(world.time);
     if (!sound) break;
     predict(s);
     close(s);
-    last = ask_solvers(world);
-    note_failure(last, report);
+    for (const SolverRow* solver : kSolvers) solver->note_failure(world, report);
     end_forces(world, substeps - part - 1, substeps);
     world.time += s.task.h;
   }
@@ -305,7 +283,7 @@ StepReport step_world(World& world, const StepSettings& settings, const Systems&
   }
   ++world.tick;
   clear_requests(world);
-  report_step(world, last, report);
+  report_step(world, report);
 
   Stopwatch watch(times != nullptr);
   s.run(Stage::before_measure);

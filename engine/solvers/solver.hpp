@@ -70,7 +70,9 @@ struct SolverRow {
   /// Appends contact forces on bodies of solvers without contact response.
   void (*press)(const World&, std::vector<contact::Pressure>&);
 
-  /// Adds the results of the step to the report and to the measures.
+  /// After each substep: its failure, unless a worse one is in the report.
+  void (*note_failure)(const World&, StepReport&);
+  /// Adds the results of the step, those of its last substep, to the report and to the measures.
   void (*report)(const World&, StepReport&);
   void (*measure)(const World&, Measures&);
 };

@@ -106,6 +106,17 @@ void measure(const World& world, Measures& m) {
     }
 }
 
+void note_failure(const World& world, StepReport& report) {
+  for (const Island& a : islands_of(world)) {
+    if (a.grew && report.status == Status::ok)
+      report.status = Status::energy_grew, report.body = a.bodies.back();
+    if (!a.lost || report.status == Status::diverged) continue;
+    Measures gaps;
+    measure(world, gaps);
+    report.status = Status::diverged, report.body = a.lost, report.residual = gaps.worst_gap;
+  }
+}
+
 void report(const World& world, StepReport& report) {
   for (const Island& a : islands_of(world)) {
     report.sweeps_used = std::max(report.sweeps_used, a.sweeps_used);
@@ -115,12 +126,6 @@ void report(const World& world, StepReport& report) {
         std::max(report.active_set_iterations_used, a.active_set_iterations_used);
     report.stops_hit += a.stops_hit, report.drives_capped += a.drives_capped;
     report_holds(world, a, report);
-    if (a.grew && report.status == Status::ok)
-      report.status = Status::energy_grew, report.body = a.bodies.back();
-    if (!a.lost || report.status == Status::diverged) continue;
-    Measures gaps;
-    measure(world, gaps);
-    report.status = Status::diverged, report.body = a.lost, report.residual = gaps.worst_gap;
   }
 }
 
@@ -146,6 +151,7 @@ const SolverRow kRow{.name = "articulated",
                      .repeat = repeat,
                      .react = react,
                      .press = press,
+                     .note_failure = note_failure,
                      .report = report,
                      .measure = measure};
 

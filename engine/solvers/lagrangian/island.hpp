@@ -308,6 +308,9 @@ inline const std::vector<Island>& islands_of(const World& world) {
   return world.memory.of<Islands>().list;
 }
 
+/// The link, pin, cable or gear of a block.
+Entity joint_of(const World& world, const Block& block);
+
 /// Packs all islands of this solver. State is carried over by body and joint.
 void compile(World& world, std::span<const IslandPlan> plans);
 

@@ -57,10 +57,14 @@ bool repeat(World& world, std::size_t island, Real h) {
   return !m.lost;
 }
 
-void report(const World& world, StepReport& report) {
-  for (const Island& m : islands_of(world)) {
+void note_failure(const World& world, StepReport& report) {
+  for (const Island& m : islands_of(world))
     if (m.lost && !m.cannot_close && report.status != Status::diverged)
       report.status = Status::diverged, report.body = m.lost, report.residual = m.residual;
+}
+
+void report(const World& world, StepReport& report) {
+  for (const Island& m : islands_of(world)) {
     report.rows += static_cast<int>(m.equations()), report.rank += static_cast<int>(m.rank);
     report.worst_constraint = std::max(report.worst_constraint, m.residual);
     report.substeps = std::max(report.substeps, m.substeps), report.events += m.events;
@@ -125,6 +129,7 @@ const SolverRow kRow{.name = "lagrangian",
                      .repeat = repeat,
                      .react = react,
                      .press = press,
+                     .note_failure = note_failure,
                      .report = report,
                      .measure = measure};
 
