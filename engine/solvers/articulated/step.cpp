@@ -577,7 +577,7 @@ bool finish_step(World& world, Island& a, Real h, Entity& lost) {
     if (a.in_contact) a.disturbed = true;
     if (a.in_contact && solver == Solver::articulated) {
       in.rule = Rule::euler, in.first = false;
-      a.second_order = a.fresh = false, a.force_share = 1;
+      a.second_order = a.fresh = false;
     }
     end = k.update_velocities(p, in);
     if (stayed) {
