@@ -91,7 +91,7 @@ bool end_iteration(World& world, Island& a, Real h) {
 }
 
 void iterate_mutual(World& world, Real h) {
-  std::vector<Island*>& all = world.memory.of<Islands>().scratch.mutual;
+  std::vector<Island*>& all = world.memory.of<Islands>().mutual.list;
   all.clear();
   for (Island& a : islands_of(world))
     if (a.mutual && needs_active_set(a)) all.push_back(&a);

@@ -289,6 +289,9 @@ Planting plant_trees(Builder& b, const std::vector<std::uint32_t>& slots,
 
 void pack_bodies(const World& world, const Planting& all, Island& a) {
   const std::vector<Visit>& visits = all.visits;
+  const std::size_t padded = (visits.size() + kLanes - 1) / kLanes * kLanes;
+  a.bodies.reserve(visits.size()), a.links.reserve(visits.size());
+  a.slots.reserve(padded), a.parents.reserve(padded);
   a.constants.resize(kConstantRows, visits.size());
   a.memory.resize(kMemoryRows, visits.size());
   for (std::size_t c = 0; c < visits.size(); ++c) {
@@ -381,6 +384,23 @@ void tie_cords(Builder& b, std::vector<Island>& made) {
   }
 }
 
+/// Whether another solver moves a body that holds any part of the island.
+bool follows_others(const Builder& b, const Island& a) {
+  const World& world = b.world;
+  const auto foreign_pin = [&](const auto& held) {
+    if (held.held_pin == kNoSlot) return false;
+    const Pin& pin = world.pins.values()[held.held_pin];
+    return b.is_foreign(world.bodies.slot(pin.body)) ||
+           (pin.to && b.is_foreign(world.bodies.slot(pin.to)));
+  };
+  const auto foreign_cable = [&](const PackedCable& cable) {
+    return b.is_foreign(cable.slot_a) || b.is_foreign(cable.slot_b);
+  };
+  return std::any_of(a.trees.begin(), a.trees.end(), foreign_pin) ||
+         std::any_of(a.pins.begin(), a.pins.end(), foreign_pin) ||
+         std::any_of(a.cables.begin(), a.cables.end(), foreign_cable);
+}
+
 }  // namespace
 
 void compile(World& world, std::span<const IslandPlan> plans) {
@@ -398,15 +418,14 @@ void compile(World& world, std::span<const IslandPlan> plans) {
   tie_loops(b, made);
   for (const Island& a : made)
     for (std::uint32_t c = 0; c < a.count(); ++c) b.partition.set_column(a.slots[c], c);
-  for (std::size_t i = 0; i < made.size(); ++i) made[i].unfit = plans[i].unfit;
+  for (std::size_t i = 0; i < made.size(); ++i) {
+    made[i].unfit = plans[i].unfit;
+    made[i].follows = follows_others(b, made[i]);
+  }
   std::vector<Island>& list = world.memory.of<Islands>().list;
   carry_over(world, list, made);
   list = std::move(made);
-}
-
-std::vector<Island>& islands_of(World& world) { return world.memory.of<Islands>().list; }
-const std::vector<Island>& islands_of(const World& world) {
-  return world.memory.of<Islands>().list;
+  world.memory.of<Islands>().scratch.prepared = false;
 }
 
 }  // namespace pantin::detail::articulated
