@@ -11,7 +11,7 @@
 #include "engine/joints/kinds.hpp"
 #include "engine/scene/key.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 namespace keys {
 
@@ -97,4 +97,4 @@ const KeySet& keys_of(std::string_view what);
 /// Those of a kind of shape, from the table of the kinds.
 const KeySet& keys_of(ShapeKind kind);
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -3,7 +3,7 @@
 
 #include "engine/scene/keys.hpp"
 
-namespace pantin::keys {
+namespace pantin::detail::keys {
 namespace {
 
 using namespace rows;
@@ -249,4 +249,4 @@ constinit const KeySet keyframe{"keyframe", "A pose at a time.", kKeyframe};
 constinit const KeySet lissajous{
     "lissajous", "Axis by axis amplitude sin(2 pi frequency t + phase).", kLissajous};
 
-}  // namespace pantin::keys
+}  // namespace pantin::detail::keys

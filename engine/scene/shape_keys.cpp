@@ -6,7 +6,7 @@
 #include "engine/geometry/kinds.hpp"
 #include "engine/scene/keys.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 using namespace rows;
@@ -112,4 +112,4 @@ const KeySet& keys_of(std::string_view what) {
   return keys::scene;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail
