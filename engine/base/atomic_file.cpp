@@ -4,7 +4,7 @@
 #include <cstring>
 #include <filesystem>
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 namespace fs = std::filesystem;
@@ -102,4 +102,4 @@ Result<Done> write_file(const std::string& path, std::string_view bytes) {
   return file.commit();
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

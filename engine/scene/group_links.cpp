@@ -1,9 +1,10 @@
 #include <utility>
 
+#include "engine/joints/kinds.hpp"
 #include "engine/scene/group_builder.hpp"
 #include "engine/scene/place.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// The two sides of a joint or a string.
 struct GroupBuilder::Ends {
@@ -57,7 +58,7 @@ bool GroupBuilder::slides(const std::optional<bool>& asked, std::uint32_t joint,
   messages_.error(
       place.from, place.member,
       "found the " + std::string(slides ? "travel" : "angle") + " of " + a_joint(kind) +
-          ", expected a joint that " + (slides ? "slides: " : "turns about one axis: ") +
+          ", expected a joint that " + (slides ? "slides: " : "rotates about one axis: ") +
           kinds_where([&](const JointKindInfo& info) {
             return info.is_used(slides ? Coordinate::travel : Coordinate::angle, kGeared);
           }));
@@ -181,4 +182,4 @@ bool GroupBuilder::hold_on(Element<PinRecipe> e, BuiltPin& placed) {
   return false;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -8,7 +8,7 @@
 
 #include "engine/base/math.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// Allowed range of a number, and its description for errors.
 struct Range {
@@ -233,4 +233,4 @@ inline constexpr Key kMaterial =
     reference("material", "the name of a material", "Name of a material.");
 
 }  // namespace rows
-}  // namespace pantin
+}  // namespace pantin::detail

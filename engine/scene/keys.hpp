@@ -11,7 +11,7 @@
 #include "engine/joints/kinds.hpp"
 #include "engine/scene/key.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 namespace keys {
 
@@ -102,4 +102,4 @@ std::span<const KeySet> path_key_sets();
 /// All kinds of objects.
 std::vector<const KeySet*> all_key_sets();
 
-}  // namespace pantin
+}  // namespace pantin::detail

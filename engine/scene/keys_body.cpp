@@ -3,7 +3,7 @@
 
 #include "engine/scene/keys.hpp"
 
-namespace pantin::keys {
+namespace pantin::detail::keys {
 namespace {
 
 using namespace rows;
@@ -203,4 +203,5 @@ constinit const KeySet chain{
 constinit const KeySet cable{"cable", "A cable: it pulls, never pushes.", kCable, kCablePairs};
 constinit const KeySet pin{"pin", "A nail, or a dragging hand.", kPin, kPinPairs, {}, kPinPartners};
 constinit const KeySet keyframe{"keyframe", "A pose at a time.", kKeyframe};
-}  // namespace pantin::keys
+
+}  // namespace pantin::detail::keys

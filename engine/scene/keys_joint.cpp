@@ -4,7 +4,7 @@
 
 #include "engine/scene/keys.hpp"
 
-namespace pantin::keys {
+namespace pantin::detail::keys {
 namespace {
 
 using namespace rows;
@@ -340,4 +340,4 @@ constinit const KeySet joint_drive{
 constinit const KeySet pose_key{"pose_key", "A target at a time.", kPoseKey, kPosePairs,
                                 kPoseNeeds};
 
-}  // namespace pantin::keys
+}  // namespace pantin::detail::keys

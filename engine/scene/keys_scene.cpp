@@ -2,7 +2,7 @@
 #include "engine/scene/keys.hpp"
 #include "engine/world/settings.hpp"
 
-namespace pantin::keys {
+namespace pantin::detail::keys {
 namespace {
 
 using namespace rows;
@@ -266,4 +266,4 @@ constinit const KeySet light{"light", "Sun and sky.", kLight};
 constinit const KeySet ground{"ground", "The ground grid.", kGround};
 constinit const KeySet output{"output", "Picture defaults.", kOutput};
 
-}  // namespace pantin::keys
+}  // namespace pantin::detail::keys

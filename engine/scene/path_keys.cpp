@@ -6,7 +6,7 @@
 #include "engine/scene/keys.hpp"
 #include "engine/world/kinematic_path.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 using namespace rows;
@@ -65,10 +65,15 @@ struct Table {
         flag("loop", "Repeat the path for all times; the last key must be the first pose again.")
             .or_else(false));
     join();
-    sets.insert(
-        sets.begin(),
-        {"path", "The path of a driven (kinematic) body, in the frame of the scene or prefab.",
-         keys.front(), exclusive, needs, beside});
+    const KeySet path{.what = "path",
+                      .about =
+                          "The path of a driven (kinematic) body, in the frame of the scene or "
+                          "prefab.",
+                      .keys = keys.front(),
+                      .exclusive = exclusive,
+                      .any_of = needs,
+                      .beside = beside};
+    sets.insert(sets.begin(), path);
   }
   Table(const Table&) = delete;
   Table& operator=(const Table&) = delete;
@@ -113,4 +118,4 @@ const Table& table() {
 
 std::span<const KeySet> path_key_sets() { return table().sets; }
 
-}  // namespace pantin
+}  // namespace pantin::detail

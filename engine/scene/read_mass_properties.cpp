@@ -5,7 +5,7 @@
 #include "engine/base/utf8.hpp"
 #include "engine/scene/read.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 std::vector<ShapeWithDensity> read_solids(const Reading& reading, const Reader& from,
@@ -128,4 +128,4 @@ BodyMassProperties read_mass_properties(const Reading& reading, const Reader& fr
   return mass_properties;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -6,7 +6,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/scene/read.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 PointRecipe read_point(const Reader& from, std::string_view in_scene, std::string_view in_body) {
@@ -170,4 +170,4 @@ std::optional<GridRecipe> read_grid(const Reading& reading, NodeId node) {
   return grid;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

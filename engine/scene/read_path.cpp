@@ -4,7 +4,7 @@
 
 #include "engine/scene/read.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 /// What is absent follows from where the body starts.
@@ -75,4 +75,4 @@ std::optional<PathRecipe> read_path(const Reading& reading, NodeId node) {
   return path;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -11,7 +11,7 @@
 #include "engine/scene/read.hpp"
 #include "engine/scene/text_file.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 using Triangle = std::array<std::uint32_t, 3>;
@@ -205,4 +205,4 @@ std::optional<ShapeWithDensity> read_shape(const Reading& reading, NodeId node,
   return solid;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -5,7 +5,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/scene/read.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 /// Keys of a coordinate's limit: of a swing there are two.
@@ -285,4 +285,4 @@ TurnRecipe read_turn(const Reading& reading, const Reader& from) {
   return turn;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

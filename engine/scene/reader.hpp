@@ -11,7 +11,7 @@
 #include "engine/scene/json.hpp"
 #include "engine/scene/key.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// Reads the members of one object by the table of its keys. A missing key yields the default, by
 /// default that of the table; an invalid value reports an error and yields the default too.
@@ -101,4 +101,4 @@ bool read_numbers(const JsonDocument& json, Diagnostics& diagnostics, NodeId arr
 /// Rotations about the fixed axes x, then y, then z.
 Quat from_degrees(Vec3 angles);
 
-}  // namespace pantin
+}  // namespace pantin::detail

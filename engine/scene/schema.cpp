@@ -9,7 +9,7 @@
 #include "engine/geometry/kinds.hpp"
 #include "engine/scene/keys.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 std::string number_text(Real x) {
@@ -337,4 +337,4 @@ std::string scene_schema() {
   return whole.object();
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -4,7 +4,7 @@
 
 #include "engine/scene/key.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// The whole, as JSON without line breaks.
 std::string scene_schema();
@@ -12,4 +12,4 @@ std::string scene_schema();
 /// What it says of one kind of object.
 std::string schema_of(const KeySet& set);
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -6,7 +6,7 @@
 #include "engine/geometry/kinds.hpp"
 #include "engine/scene/keys.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 using namespace rows;
@@ -122,4 +122,4 @@ std::vector<const KeySet*> all_key_sets() {
   return all;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

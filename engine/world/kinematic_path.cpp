@@ -18,6 +18,8 @@ KinematicPath shifted(const KinematicPath& path, Real ahead) {
   return result;
 }
 
+namespace detail {
+
 KinematicPath started(const KinematicPath& path, const Pose& start) {
   KinematicPath result = path;
   std::visit([&](auto& curve) { curve.start_from(start); }, result.curve);
@@ -50,4 +52,5 @@ Pose seam_of(const KinematicPath& path) {
       path.curve);
 }
 
+}  // namespace detail
 }  // namespace pantin

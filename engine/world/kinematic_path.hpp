@@ -13,6 +13,7 @@
   KIND(Lissajous)
 
 namespace pantin {
+namespace detail {
 
 template <class None, class... Kinds>
 struct PathList {
@@ -22,9 +23,11 @@ struct PathList {
 using PathKinds = PathList<void PANTIN_PATH_KINDS(PANTIN_NEXT)>::Variant;
 #undef PANTIN_NEXT
 
+}  // namespace detail
+
 /// A component of kinematic bodies. Without it the caller moves the body.
 struct KinematicPath {
-  PathKinds curve;
+  detail::PathKinds curve;
 
   static void fields(auto& self, auto&& field) { field("curve", self.curve); }
 };
@@ -38,6 +41,8 @@ KinematicPath moved(const KinematicPath& path, const Pose& by);
 /// The path shifted in time by `ahead` seconds; the rise of a Lissajous curve keeps its time.
 KinematicPath shifted(const KinematicPath& path, Real ahead);
 
+namespace detail {
+
 /// The path of a body that starts at `start`, which fills in what is kLeftOpen.
 KinematicPath started(const KinematicPath& path, const Pose& start);
 
@@ -50,4 +55,5 @@ std::size_t parts_of(const KinematicPath& path);
 /// From the first pose of a path that repeats to its last; nothing for others.
 Pose seam_of(const KinematicPath& path);
 
+}  // namespace detail
 }  // namespace pantin

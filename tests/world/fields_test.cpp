@@ -4,12 +4,14 @@
 
 #include "engine/base/archive.hpp"
 #include "engine/geometry/surface.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "tests/base/arity.hpp"
 #include "tests/base/leaves.hpp"
 #include "tests/runtime/puppets.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::test;
 
 namespace {
@@ -102,7 +104,7 @@ TEST_CASE("the state hash changes with the least change of every field, passive 
     seen.insert(where);
   }
   CHECK(seen.contains("world.bodies.values[0].teleport"));
-  CHECK(seen.contains("world.drives.values[0].path.centre.position.x"));
+  CHECK(seen.contains("world.paths.values[0].curve.centre.position.x"));
 }
 
 TEST_CASE("a handle that names nothing any more is told from one that does") {

@@ -40,7 +40,7 @@ struct Keyframes {
   void move(const Pose& by);
   void shift(Real ahead);
   void start_from(const Pose& start);
-  PathBounds bounds() const;
+  detail::PathBounds bounds() const;
   std::size_t parts() const { return keys.size(); }
   Pose seam() const;
 };

@@ -6,6 +6,9 @@
 #include "engine/base/rotation.hpp"
 
 namespace pantin {
+
+using namespace detail;
+
 namespace {
 
 Vec3 wave(Vec3 amplitude, Vec3 frequency, Vec3 phase, Real time) {

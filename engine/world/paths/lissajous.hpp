@@ -37,6 +37,7 @@ struct Lissajous {
     field("axes", self.axes);
   }
   static void scene_keys(auto& self, auto&& key) {
+    using namespace detail;
     using enum PathForm;
     constexpr Real kDegree = kPi / 180;
     self.centre.position = Vec3(kLeftOpen);
@@ -69,7 +70,7 @@ struct Lissajous {
   /// The rise keeps its time.
   void shift(Real ahead);
   void start_from(const Pose& start);
-  PathBounds bounds() const;
+  detail::PathBounds bounds() const;
 };
 
 }  // namespace pantin

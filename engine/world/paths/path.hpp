@@ -23,7 +23,7 @@
 
 #include "engine/base/math.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// A box that holds the positions of a path; empty where low is above high.
 struct PathBounds {
@@ -51,4 +51,4 @@ struct PathKey {
 /// Of what the start of the body is to fill in.
 inline constexpr Real kLeftOpen = std::numeric_limits<Real>::quiet_NaN();
 
-}  // namespace pantin
+}  // namespace pantin::detail
