@@ -55,8 +55,10 @@ void Lissajous::start_from(const Pose& start) {
 
 PathBounds Lissajous::bounds() const {
   PathBounds all;
-  all.add(centre.position + glm::abs(amplitude));
-  all.add(centre.position - glm::abs(amplitude));
+  const Mat3 along = glm::mat3_cast(axes);
+  Vec3 reach(0);
+  for (int i = 0; i < 3; ++i) reach += glm::abs(along[i] * amplitude[i]);
+  all.add(centre.position + reach), all.add(centre.position - reach);
   return all;
 }
 
