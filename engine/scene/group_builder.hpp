@@ -67,7 +67,7 @@ class GroupBuilder {
   void add_body(Element<BodyRecipe> e);
   void add_links_of(Element<ChainRecipe> e);
   void add_drive(Element<PathRecipe> e);
-  void check_loop(const ElementId& at, const Keyframes& path);
+  void check_loop(const ElementId& at, const KinematicPath& path);
 
   // Copies of prefabs: group_copies.cpp.
   struct Copy;

@@ -15,15 +15,15 @@ namespace pantin::detail {
 
 namespace keys {
 
-#define PANTIN_OBJECTS(OBJECT)                                                                   \
-  OBJECT(scene)                                                                                  \
-  OBJECT(solver)                                                                                 \
-  OBJECT(material) OBJECT(body) OBJECT(collision) OBJECT(joint) OBJECT(limits) OBJECT(soft)      \
-      OBJECT(spring) OBJECT(friction) OBJECT(motor) OBJECT(dof) OBJECT(gear) OBJECT(joint_drive) \
-          OBJECT(pose_key) OBJECT(cable) OBJECT(pin) OBJECT(path) OBJECT(keyframe)               \
-              OBJECT(lissajous) OBJECT(prefab) OBJECT(instance) OBJECT(generators) OBJECT(chain) \
-                  OBJECT(grid) OBJECT(stairs) OBJECT(camera) OBJECT(light) OBJECT(ground)        \
-                      OBJECT(output)
+#define PANTIN_OBJECTS(OBJECT)                                                                     \
+  OBJECT(scene)                                                                                    \
+  OBJECT(solver)                                                                                   \
+  OBJECT(material)                                                                                 \
+  OBJECT(body) OBJECT(collision) OBJECT(joint) OBJECT(limits) OBJECT(soft) OBJECT(spring)          \
+      OBJECT(friction) OBJECT(motor) OBJECT(dof) OBJECT(gear) OBJECT(joint_drive) OBJECT(pose_key) \
+          OBJECT(cable) OBJECT(pin) OBJECT(keyframe) OBJECT(prefab) OBJECT(instance)               \
+              OBJECT(generators) OBJECT(chain) OBJECT(grid) OBJECT(stairs) OBJECT(camera)          \
+                  OBJECT(light) OBJECT(ground) OBJECT(output)
 
 #define PANTIN_DECLARE(word) extern const KeySet word;
 PANTIN_OBJECTS(PANTIN_DECLARE)
@@ -87,7 +87,7 @@ constexpr const Parameter* parameter_of(const JointKindInfo& kind, std::string_v
 
 }  // namespace keys
 
-/// All kinds of objects but shapes.
+/// All kinds of objects but shapes and paths.
 #define PANTIN_ROW(word) &keys::word,
 inline constexpr const KeySet* kKeySets[] = {PANTIN_OBJECTS(PANTIN_ROW)};
 #undef PANTIN_ROW
@@ -96,5 +96,10 @@ inline constexpr const KeySet* kKeySets[] = {PANTIN_OBJECTS(PANTIN_ROW)};
 const KeySet& keys_of(std::string_view what);
 /// Those of a kind of shape, from the table of the kinds.
 const KeySet& keys_of(ShapeKind kind);
+/// Those of "path", then of the kinds of paths that are objects, from the list of the kinds.
+std::span<const KeySet> path_key_sets();
+
+/// All kinds of objects.
+std::vector<const KeySet*> all_key_sets();
 
 }  // namespace pantin::detail

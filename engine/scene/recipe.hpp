@@ -99,18 +99,9 @@ struct PinRecipe {
   Pin pin;                        // priority, grip, stiffness
 };
 
-struct KeyRecipe {
-  Real time = 0;
-  std::optional<Vec3> position;
-  std::optional<Quat> rotation;
-};
-
 struct PathRecipe {
   std::string body;
-  std::vector<KeyRecipe> keys;  // empty: a sway
-  bool loop = false;
-  Lissajous sway;  // angles of a prefab's frame; centre as below
-  std::optional<Vec3> centre;
+  KinematicPath path;  // in a prefab's frame; the start of the body fills in what is kLeftOpen
 };
 
 struct InstanceRecipe {
