@@ -35,12 +35,17 @@ std::array<std::vector<IslandPlan>, kSolverCount> partition(World& world) {
   return plans;
 }
 
+bool is_solid(const World& world, Entity e) {
+  const Collision* collision = world.collisions.find(e);
+  return collision && !collision->sensor;
+}
+
 /// Contacts name slots: those of today, or they end. What lay on something that is gone wakes.
 void renumber_contacts(World& world, const BuiltFrom& built) {
   contact::Memory& memory = world.memory.of<contact::Memory>();
   const auto now = [&](std::uint32_t slot) {
     const Entity e = slot < built.bodies.size() ? built.bodies[slot] : Entity{};
-    return world.collisions.find(e) ? world.bodies.slot(e) : kNoSlot;
+    return is_solid(world, e) ? world.bodies.slot(e) : kNoSlot;
   };
   std::erase_if(memory.contacts, [&](Contact& c) {
     const std::uint32_t a = now(c.slot_a), b = now(c.slot_b);
@@ -63,7 +68,7 @@ void note_what_comes(World& world, const Partition& now) {
     if (const std::uint32_t slot = world.bodies.slot(now.built.bodies[i]); slot != kNoSlot)
       was[slot] = now.built.solid[i];
   for (const std::uint32_t slot : now.kinematic)
-    if (!was[slot] && world.collisions.find(world.bodies.owners()[slot]))
+    if (!was[slot] && is_solid(world, world.bodies.owners()[slot]))
       world.bodies.values()[slot].restart = true;
 }
 
@@ -75,7 +80,7 @@ void remember_build(const World& world, BuiltFrom& b) {
   copy(world.cables.owners(), b.cables), copy(world.gears.owners(), b.gears);
   copy(world.pins.owners(), b.pins);
   b.solid.clear();
-  for (const Entity e : b.bodies) b.solid.push_back(world.collisions.find(e) != nullptr);
+  for (const Entity e : b.bodies) b.solid.push_back(is_solid(world, e));
   b.edit_count = world.edit_count;
 }
 
