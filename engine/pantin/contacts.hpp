@@ -47,10 +47,9 @@ struct ContactEvent {
 ///   simulation.step();
 ///   for (const ContactEvent& event : events.update(simulation.world)) ...
 ///
-/// A pair that bore a load goes on touching while it stays nearer than 0.1 mm. Where a step is
-/// taken in substeps, forces are those of the last one. Impulses are the solver's loads: true of
-/// what rests, too large in the step of an impact (a ball that fell 0.2 m: twice its momentum). An
-/// end names bodies that may be gone.
+/// A pair that bore a load goes on touching while it stays nearer than 0.1 mm. Impulses agree with
+/// the momentum that bodies gain, impacts included. Where the settings of a step say substeps,
+/// forces are those of the last one. An end names bodies that may be gone.
 ///
 /// Overlaps with sensors are those at the end of the last step: what passes a thin sensor within
 /// one step is not seen.
