@@ -92,7 +92,7 @@ TEST_CASE("a sensor tells the bodies of two islands, each pair once, and no sens
   world.add(BallJoint{.a = out, .b = in, .anchor = {0, 2, 0}}).value();
   const Entity single = add_ball(world, {0.5, 0, 0});
   add_box(world, Motion::driven, {0, 0, 0}, {1, 1, 1});
-  add_box(world, Motion::fixed, {0, 0, 0}, {1, 1, 1}, {});  // both fixed: not told
+  add_box(world, Motion::fixed, {-1, -1, -1}, {0.2, 0.2, 0.2}, {});  // both fixed: not told
   Simulation simulation(world);
   ContactEvents events(simulation.world);
   simulation.step();
@@ -160,7 +160,7 @@ TEST_CASE("a copy, and a World saved and loaded, tell the same events from there
   World world;
   world.add(RigidBody{.motion = Motion::fixed, .shape = PlaneShape{}, .collision = Collision{}})
       .value();
-  for (int i = 0; i < 4; ++i) add_ball(world, {0.5 * i, 0.3 + 0.4 * i, 0});
+  for (int i = 0; i < 4; ++i) add_ball(world, {0.35 * i, 0.3 + 0.6 * i, 0});
   for (int i = 0; i < 3; ++i) add_box(world, Motion::fixed, {0.4 * i, 0.5, 0}, {0.35, 0.2, 0.2});
   Simulation one(world);
   for (int i = 0; i < 20; ++i) one.step();
