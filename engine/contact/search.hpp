@@ -8,7 +8,7 @@
 #include "engine/world/collision.hpp"
 #include "engine/world/entity.hpp"
 
-namespace pantin::contact {
+namespace pantin::detail::contact {
 
 /// One shape of a collider at its pose in the world.
 struct ColliderShape {
@@ -51,4 +51,4 @@ struct Search {
   NarrowPhaseScratch scratch;
 };
 
-}  // namespace pantin::contact
+}  // namespace pantin::detail::contact

@@ -5,7 +5,7 @@
 #include "engine/geometry/simplex.hpp"
 #include "engine/geometry/smooth.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 constexpr int kMostRounds = 96;
@@ -221,4 +221,4 @@ Separation separate(const Convex& a, const Convex& b, Real limit) {
   return found;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

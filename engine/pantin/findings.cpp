@@ -2,7 +2,7 @@
 
 #include <cstdio>
 
-namespace pantin {
+namespace pantin::detail {
 
 std::string shown(Real number) {
   char text[40];
@@ -89,4 +89,4 @@ void Findings::bodies(Entity a, Entity b) {
     add("a and b", "two bodies that joints do not move", "at least one that is dynamic");
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -9,6 +9,7 @@
 /// Adding checks everything and changes nothing if something is wrong: the errors of the Result
 /// name the joint, the member, what was found and what was expected. A joint lives as an entity;
 /// remove it with World::destroy().
+#include <memory>
 #include <optional>
 #include <pantin/world.hpp>
 #include <string>
@@ -173,6 +174,13 @@ struct CableJoint {
   std::string name = {};
 };
 
+/// A joint of equations of your own, one to six. Lagrangian solver.
+struct CustomConstraint {
+  Entity a = {}, b = {};
+  std::shared_ptr<const CustomJoint> equations = {};
+  std::string name = {};
+};
+
 /// A point of a body that is held at a point of the world or of another body.
 struct PinConstraint {
   Entity body = {};
@@ -213,6 +221,7 @@ Result<Entity> add_to(World& world, const PlanarJoint& joint);
 Result<Entity> add_to(World& world, const DistanceJoint& joint);
 Result<Entity> add_to(World& world, const SpringJoint& joint);
 Result<Entity> add_to(World& world, const CableJoint& joint);
+Result<Entity> add_to(World& world, const CustomConstraint& joint);
 Result<Entity> add_to(World& world, const PinConstraint& pin);
 Result<Entity> add_to(World& world, const GearJoint& gear);
 

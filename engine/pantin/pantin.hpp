@@ -7,6 +7,7 @@
 #include <pantin/joints.hpp>
 #include <pantin/measure.hpp>
 #include <pantin/queries.hpp>
+#include <pantin/save.hpp>
 #include <pantin/shapes.hpp>
 #include <pantin/simulation.hpp>
 #include <pantin/world.hpp>

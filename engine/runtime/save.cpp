@@ -9,9 +9,13 @@
 #include "engine/base/atomic_file.hpp"
 #include "engine/contact/memory.hpp"
 #include "engine/geometry/surface.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/solvers/solver.hpp"
 
 namespace pantin {
+
+using namespace detail;
+
 namespace {
 
 constexpr std::uint64_t kMagic = 0x444c524f574e5450;  // "PTNWORLD", where the low byte comes first

@@ -8,7 +8,7 @@
 #include "engine/runtime/simulation.hpp"
 #include "engine/solvers/solver.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 /// Moves kinematic bodies to the poses of their paths at the end of the step. Those whose path
@@ -119,8 +119,9 @@ void clear_requests(World& world) {
 /// Forces while a step is taken in parts. A copy of the World has them too, since a system may put
 /// one in its place within a step.
 struct ForceScratch {
-  std::vector<std::pair<Entity, Force>> whole;  // pushed for the whole step, from outside
-  std::vector<std::pair<Entity, Force>> felt;   // what the update stage of this part took up
+  static constexpr std::string_view name = "forces";  // in saved Worlds
+  std::vector<std::pair<Entity, Force>> whole;        // pushed for the whole step, from outside
+  std::vector<std::pair<Entity, Force>> felt;         // what the update stage of this part took up
 
   static void fields(auto& self, auto&& field) {
     field("whole", derived(self.whole));
@@ -295,4 +296,4 @@ StepReport step_world(World& world, const StepSettings& settings, const Systems&
   return report;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

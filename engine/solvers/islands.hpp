@@ -5,7 +5,7 @@
 #include "engine/world/memory.hpp"
 #include "engine/world/world.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// All islands of a solver. An island derives from `Memory`, its state; the first own() of its
 /// slots are those of its bodies.
@@ -62,4 +62,4 @@ auto& restore_island(World& world, std::size_t island) {
   return a;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

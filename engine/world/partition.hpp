@@ -2,6 +2,7 @@
 /// Islands: bodies connected by joints, cables, pins and gears. One solver owns each island.
 #include <cstdint>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "engine/base/fields.hpp"
@@ -11,8 +12,10 @@
 #include "engine/world/settings.hpp"
 
 namespace pantin {
-
 struct World;
+}
+
+namespace pantin::detail {
 
 /// The solver that owns a body, with island and column.
 struct Owner {
@@ -34,6 +37,7 @@ struct IslandPlan {
 
 /// Owners of all bodies. Derived from the components; rebuilt when World::structure() changes.
 struct Partition {
+  static constexpr std::string_view name = "partition";  // in saved Worlds
   struct Place {
     std::uint8_t solver = 0;
     bool feels_contacts = false;
@@ -83,4 +87,4 @@ inline Owner owner_of(const Partition& partition, std::uint32_t slot) {
   return owner;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

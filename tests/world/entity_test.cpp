@@ -6,6 +6,7 @@
 #include "engine/base/archive.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 
 TEST_CASE("the default handle names nothing") {
   Entities entities;

@@ -3,11 +3,12 @@
 
 #include "engine/base/archive.hpp"
 #include "engine/base/disjoint_sets.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/solvers/articulated/island.hpp"
 #include "engine/solvers/solver.hpp"
 #include "engine/world/world.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 namespace {
 
 /// A possible anchor of a tree: a link to a kinematic body, or a pin.
@@ -562,4 +563,4 @@ void compile(World& world, std::span<const IslandPlan> plans) {
   world.memory.of<Islands>().scratch.prepared = false;
 }
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

@@ -19,7 +19,7 @@
 #include "engine/world/partition.hpp"
 #include "engine/world/settings.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 
 /// A table of rows of numbers with one column per body, stored in blocks of kLanes columns.
 class LaneTable {
@@ -410,6 +410,7 @@ struct Island : IslandStructure, IslandMemory, StepPlan, StepResult {
 
 /// All islands of the articulated solver.
 struct Islands : IslandList<Island, IslandMemory> {
+  static constexpr std::string_view name = "articulated";  // in saved Worlds
   struct MutualScratch {
     std::vector<Island*> list;
   };
@@ -432,4 +433,4 @@ inline const std::vector<Island>& islands_of(const World& world) {
 /// this solver cannot use are left out and listed in the partition's faults.
 void compile(World& world, std::span<const IslandPlan> plans);
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

@@ -2,12 +2,13 @@
 #include <array>
 
 #include "engine/base/disjoint_sets.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/solvers/lagrangian/island.hpp"
 #include "engine/solvers/lagrangian/jacobian.hpp"
 #include "engine/solvers/solver.hpp"
 #include "engine/world/world.hpp"
 
-namespace pantin::lagrangian {
+namespace pantin::detail::lagrangian {
 namespace {
 
 constexpr std::uint32_t kNobody = UINT32_MAX;
@@ -427,4 +428,4 @@ void compile(World& world, std::span<const IslandPlan> plans) {
   all.scratch.prepared = false;
 }
 
-}  // namespace pantin::lagrangian
+}  // namespace pantin::detail::lagrangian

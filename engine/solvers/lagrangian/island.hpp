@@ -15,7 +15,7 @@
 #include "engine/world/entity.hpp"
 #include "engine/world/settings.hpp"
 
-namespace pantin::lagrangian {
+namespace pantin::detail::lagrangian {
 
 /// Origin of a block of rows.
 enum class BlockKind : std::uint8_t {
@@ -300,7 +300,9 @@ struct Island : IslandStructure, IslandMemory, StepResult {
 };
 
 /// All islands of the Lagrangian solver.
-struct Islands : IslandList<Island, IslandMemory> {};
+struct Islands : IslandList<Island, IslandMemory> {
+  static constexpr std::string_view name = "lagrangian";  // in saved Worlds
+};
 
 /// The compiled islands of a World.
 inline std::vector<Island>& islands_of(World& world) { return world.memory.of<Islands>().list; }
@@ -314,4 +316,4 @@ Entity joint_of(const World& world, const Block& block);
 /// Packs all islands of this solver. State is carried over by body and joint.
 void compile(World& world, std::span<const IslandPlan> plans);
 
-}  // namespace pantin::lagrangian
+}  // namespace pantin::detail::lagrangian
