@@ -7,8 +7,8 @@
 
 namespace pantin::detail {
 
-/// All islands of a solver. An island derives from `Memory`, its state; the first own() of its slots
-/// are those of its bodies.
+/// All islands of a solver. An island derives from `Memory`, its state; the first own() of its
+/// slots are those of its bodies.
 template <class Island, class Memory>
 struct IslandList {
   /// Initial state of a step that is repeated.

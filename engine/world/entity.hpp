@@ -55,7 +55,7 @@ class Entities {
   /// was destroyed are left out, since they are 0.
   void write_out() { generations_.resize(count_, 0); }
 
-
+  // Complete after write_out() only.
   static void fields(auto& self, auto&& field) {
     field("generations", self.generations_);
     field("free", self.free_);

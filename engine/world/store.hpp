@@ -160,7 +160,7 @@ class Store {
   std::vector<Entity> owners_;
   std::vector<std::uint32_t> slots_;
   std::uint64_t version_ = 0;
-  std::vector<std::uint32_t> moved_;  // by slot at track_slots(): the slot now; empty: the same
+  std::vector<std::uint32_t> moved_;   // by slot at track_slots(): the slot now; empty: the same
   std::uint32_t first_new_ = kNoSlot;  // the first slot of what was added since; none: not tracked
 };
 
