@@ -7,6 +7,7 @@
 #include <set>
 
 #include "engine/geometry/kinds.hpp"
+#include "engine/scene/json.hpp"
 #include "engine/scene/schema.hpp"
 #include "tests/paths.hpp"
 #include "tests/scene/scenes.hpp"
