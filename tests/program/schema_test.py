@@ -102,8 +102,7 @@ class Schema(unittest.TestCase):
                 self.assertTrue(holder["properties"][old]["deprecated"])
 
     def test_agrees_with_the_loader_about_scenes_that_differ_by_one_member(self):
-        names = ["chain", "marionette", "joint_ranges", "drape", "stairs", "bicycle", "four_bar",
-                 "slider_crank", "gate", "standing"]
+        names = ["drape", "pinned_chain", "gate", "slider_crank", "four_bar", "spinning_top", "chain"]
         scenes = []
         for name in names:
             scene = json.loads((ASSETS / "scenes" / f"{name}.json").read_text())
