@@ -15,15 +15,35 @@ namespace pantin::detail {
 
 namespace keys {
 
-#define PANTIN_OBJECTS(OBJECT)                                                                     \
-  OBJECT(scene)                                                                                    \
-  OBJECT(solver)                                                                                   \
-  OBJECT(material)                                                                                 \
-  OBJECT(body) OBJECT(collision) OBJECT(joint) OBJECT(limits) OBJECT(soft) OBJECT(spring)          \
-      OBJECT(friction) OBJECT(motor) OBJECT(dof) OBJECT(gear) OBJECT(joint_drive) OBJECT(pose_key) \
-          OBJECT(cable) OBJECT(pin) OBJECT(keyframe) OBJECT(prefab) OBJECT(instance)               \
-              OBJECT(generators) OBJECT(chain) OBJECT(grid) OBJECT(stairs) OBJECT(camera)          \
-                  OBJECT(light) OBJECT(ground) OBJECT(output)
+#define PANTIN_OBJECTS(OBJECT) \
+  OBJECT(scene)                \
+  OBJECT(solver)               \
+  OBJECT(material)             \
+  OBJECT(body)                 \
+  OBJECT(collision)            \
+  OBJECT(joint)                \
+  OBJECT(limits)               \
+  OBJECT(soft)                 \
+  OBJECT(spring)               \
+  OBJECT(friction)             \
+  OBJECT(motor)                \
+  OBJECT(dof)                  \
+  OBJECT(gear)                 \
+  OBJECT(joint_drive)          \
+  OBJECT(pose_key)             \
+  OBJECT(cable)                \
+  OBJECT(pin)                  \
+  OBJECT(keyframe)             \
+  OBJECT(prefab)               \
+  OBJECT(instance)             \
+  OBJECT(generators)           \
+  OBJECT(chain)                \
+  OBJECT(grid)                 \
+  OBJECT(stairs)               \
+  OBJECT(camera)               \
+  OBJECT(light)                \
+  OBJECT(ground)               \
+  OBJECT(output)
 
 #define PANTIN_DECLARE(word) extern const KeySet word;
 PANTIN_OBJECTS(PANTIN_DECLARE)

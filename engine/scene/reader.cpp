@@ -79,10 +79,10 @@ void Reader::check_pairs() const {
 }
 
 void Reader::check_needs() const {
-  for (const Key& key : set_.keys)
-    if (key.is_needed) need(key.name);
   for (const AnyOf& any : set_.any_of)
     if (!has_any(any.keys)) diagnostics.error(node, std::string(any.complaint));
+  for (const Key& key : set_.keys)
+    if (key.is_needed) need(key.name);
   for (const Beside& beside : set_.beside)
     if (has(beside.key) && !has_any(beside.with))
       diagnostics.error_at_key(find(beside.key), std::string(beside.complaint));

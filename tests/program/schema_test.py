@@ -44,7 +44,7 @@ def kinds_of_places(scene):
     seen = set()
     for path, value in objects_in(scene):
         kind = (tuple(p for p in path if isinstance(p, str)), tuple(sorted(value)),
-                value.get("kind"), value.get("type") if isinstance(value.get("type"), str) else None)
+                str(value.get("kind")), str(value.get("type")))
         if kind not in seen:
             seen.add(kind)
             yield path, value
@@ -102,8 +102,8 @@ class Schema(unittest.TestCase):
                 self.assertTrue(holder["properties"][old]["deprecated"])
 
     def test_agrees_with_the_loader_about_scenes_that_differ_by_one_member(self):
-        names = ["chain", "marionette", "joint_ranges", "drape", "stairs", "bicycle", "four_bar",
-                 "slider_crank", "gate", "standing"]
+        names = ["drape", "pinned_chain", "gate", "slider_crank", "four_bar", "spinning_top",
+                 "chain"]
         scenes = []
         for name in names:
             scene = json.loads((ASSETS / "scenes" / f"{name}.json").read_text())
@@ -121,7 +121,8 @@ class Schema(unittest.TestCase):
 
     def compare(self, paths):
         done = pantin("check", "--json", *paths)
-        is_refused = {s["scene"]: s["status"] == "refused" for s in json.loads(done.stdout)["scenes"]}
+        is_refused = {s["scene"]: s["status"] == "refused"
+                      for s in json.loads(done.stdout)["scenes"]}
         complaints = {}
         for line in done.stderr.splitlines():
             complaints.setdefault(line.split(".json:")[0] + ".json", []).append(line)
@@ -129,7 +130,8 @@ class Schema(unittest.TestCase):
         for path, scene in paths.items():
             fits = self.check.is_valid(scene)
             if fits and is_refused[str(path)]:
-                wrong += [line[:300] for line in complaints[str(path)] if REFUSED_BY_BOTH.search(line)]
+                wrong += [line[:300] for line in complaints[str(path)]
+                          if REFUSED_BY_BOTH.search(line)]
             elif not fits and not is_refused[str(path)]:
                 fault = jsonschema.exceptions.best_match(self.check.iter_errors(scene))
                 wrong.append(f"taken by the loader: {fault.json_path} {fault.message}"[:300])

@@ -39,8 +39,8 @@ int schema(const std::string& path) {
 }
 
 constexpr const char* kExamples =
-    R"(Prints the JSON Schema (draft 2020-12) of scene files: every key with its type, unit, range, default
-and meaning, from the tables that the program itself reads scenes by.
+    R"(Prints the JSON Schema (draft 2020-12) of scene files: every key with its type, unit, range,
+default and meaning, from the tables that the program itself reads scenes by.
 
 Examples:
   pantin schema --out out/scene.schema.json

@@ -4,8 +4,8 @@
 
 #include "engine/geometry/kinds.hpp"
 #include "engine/runtime/simulation.hpp"
-#include "engine/scene/scene.hpp"
 #include "engine/scene/keys.hpp"
+#include "engine/scene/scene.hpp"
 #include "engine/scene/schema.hpp"
 #include "engine/world/queries.hpp"
 
