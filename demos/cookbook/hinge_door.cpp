@@ -6,18 +6,10 @@ int main() {
   World world;
   world.default_settings.solver = Solver::lagrangian;  // the one that knows motors
   const Entity wall = world.add(RigidBody{.motion = Motion::fixed}).value();
-  const Entity door = world
-                          .add(RigidBody{.shape = BoxShape{.half_extents = {0.45, 1, 0.02}},
-                                         .density = 600,
-                                         .position = {0.45, 1, 0}})
-                          .value();
-  const Entity hinge =
-      world
-          .add(HingeJoint{.a = wall,
-                          .b = door,
-                          .axis = {0, 1, 0},
-                          .motor = {.kind = MotorKind::velocity, .target = 0.5, .gain = 200}})
-          .value();
+  const RigidBody door{.shape = BoxShape{{0.45, 1, 0.02}}, .position = {0.45, 1, 0}};
+  const JointMotor motor{.kind = MotorKind::velocity, .target = 0.5, .gain = 200};
+  const HingeJoint edge{.a = wall, .b = world.add(door).value(), .axis = {0, 1, 0}, .motor = motor};
+  const Entity hinge = world.add(edge).value();
   Simulation simulation(world);
   for (int i = 0; i < 120; ++i) simulation.step();
   std::printf("open by %.2f rad\n", joint_angle(simulation.world, hinge));

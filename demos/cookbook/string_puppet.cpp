@@ -27,6 +27,6 @@ int main() {
     if (simulation.step().status != Status::ok) return 1;
   Real borne = 0;
   for (const Entity string : cables) borne += cable_tension(simulation.world, string);
-  std::printf("the strings pull with %.0f N together\n", borne);
+  std::printf("the cables pull with %.0f N together\n", borne);
 }
 // prints: the cables pull with [1-4][0-9] N together

@@ -57,7 +57,7 @@ bool GroupBuilder::slides(const std::optional<bool>& asked, std::uint32_t joint,
   messages_.error(
       place.from, place.member,
       "found the " + std::string(slides ? "travel" : "angle") + " of " + a_joint(kind) +
-          ", expected a joint that " + (slides ? "slides: " : "turns about one axis: ") +
+          ", expected a joint that " + (slides ? "slides: " : "rotates about one axis: ") +
           kinds_where([&](const JointKindInfo& info) {
             return info.is_used(slides ? Coordinate::travel : Coordinate::angle, kGeared);
           }));

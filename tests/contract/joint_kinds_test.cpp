@@ -276,8 +276,8 @@ TEST_CASE("kinds that hold a point write it the short way too") {
       std::array<Vec3, 5> point;
       point.fill(Vec3(1e9));
       write_rows(s.joint, s.a, s.b, 0, {nullptr, nullptr, nullptr, point.data()});
-      CHECK(point[0] == s.a.rotation * s.joint.anchor_a);
-      CHECK(point[1] == s.b.rotation * s.joint.anchor_b);
+      CHECK(point[0] == s.a.rotation_matrix * s.joint.anchor_a);
+      CHECK(point[1] == s.b.rotation_matrix * s.joint.anchor_b);
       for (int row = 0; row < 3; ++row)
         for (std::size_t v = 0; v < 4; v += 2) {
           Vec3 unit(0);

@@ -239,10 +239,10 @@ TEST_CASE("the primitives of joints are those of the stored numbers") {
         joint.anchor_a = vec(p.at(first)), joint.anchor_b = vec(p.at(first + 1));
       }
       const AnchorSpan span = span_of(joint, a, b, true);
-      const auto f = [&] { return a.rotation * vec(p.at(1)); };
+      const auto f = [&] { return a.rotation_matrix * vec(p.at(1)); };
       Equations block;
       if (name == "pt") write_point(span, block.out());
-      if (name == "d1") write_square(0, f(), b.rotation * vec(p.at(2)), a, b, block.out());
+      if (name == "d1") write_square(0, f(), b.rotation_matrix * vec(p.at(2)), a, b, block.out());
       if (name == "d2") write_along(0, f(), span, a, block.out());
       if (name == "dist") write_distance(0, p.at(3), span, block.out());
       for (int i = 0; i < (name == "pt" ? 3 : 1); ++i) CHECK(miss(block, i, entry, row++) <= 1e-13);
@@ -330,7 +330,7 @@ TEST_CASE("a swing keeps its derivatives from no swing at all to nearly half a t
       const BodyState b =
           standing(s.joint, s.a.start, rotation_of(SwingTwist{s.first, swing}), Vec3(0));
       s.b.start.position = b.position, s.b.start.rotation = b.rotation,
-      s.b.start.rotation = b.rotation;
+      s.b.start.rotation_matrix = b.rotation_matrix;
       worst = worst | misses(s, 1, [&](const BodyState& p, const BodyState& q) {
                 return coordinate(s.joint, Coordinate::swing, p, q);
               });
@@ -368,7 +368,8 @@ TEST_CASE("rows do not notice bodies that move as one, and their forces balance"
       BodyState b = s.b.start;
       // The rows of a shared point are along the world's axes: they turn, unless they are zero.
       if (holds_point(kind) || kind == JointKind::custom)
-        b.position = a.position + a.rotation * s.joint.anchor_a - b.rotation * s.joint.anchor_b;
+        b.position = a.position + a.rotation_matrix * s.joint.anchor_a -
+                     b.rotation_matrix * s.joint.anchor_b;
       check(rows_of(s.joint, a, b), row_count(s.joint), a, b);
       for (const auto which :
            {Coordinate::angle, Coordinate::second, Coordinate::travel, Coordinate::swing})

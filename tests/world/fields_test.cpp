@@ -102,7 +102,7 @@ TEST_CASE("the state hash changes with the least change of every field, passive 
     seen.insert(where);
   }
   CHECK(seen.contains("world.bodies.values[0].teleport"));
-  CHECK(seen.contains("world.drives.values[0].path.centre.position.x"));
+  CHECK(seen.contains("world.paths.values[0].curve.centre.position.x"));
 }
 
 TEST_CASE("a handle that names nothing any more is told from one that does") {
