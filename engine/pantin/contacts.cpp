@@ -46,7 +46,8 @@ void ContactEvents::collect(const World& world, Real seconds) {
   for (std::size_t i = 0; i < contacts.size();) {
     const std::uint32_t slot_a = contacts[i].slot_a, slot_b = contacts[i].slot_b;
     // Contacts name slots as they were in the last step.
-    const std::uint32_t now_a = world.bodies.slot_now(slot_a), now_b = world.bodies.slot_now(slot_b);
+    const std::uint32_t now_a = world.bodies.slot_now(slot_a),
+                        now_b = world.bodies.slot_now(slot_b);
     const bool known = now_a != kNoSlot && now_b != kNoSlot;
     Sum sum;
     for (; i < contacts.size() && contacts[i].slot_a == slot_a && contacts[i].slot_b == slot_b; ++i)

@@ -207,7 +207,8 @@ constexpr Key kCollision[] = {
     flag("others", "Whether it touches dynamic bodies of other articulations.").or_else(false),
     flag("self", "Whether it touches dynamic bodies of its own articulation.").or_else(false),
     flag("sensor",
-         "Whether it only reports what overlaps it and pushes nothing. Bodies whose groups agree are "
+         "Whether it only reports what overlaps it and pushes nothing. Bodies whose groups agree "
+         "are "
          "seen, dynamic bodies without \"others\" too.")
         .or_else(false),
 };

@@ -77,7 +77,8 @@ Fastest fastest(const auto& path, Real h) {
     const Step now = between(path.at(t), path.at(t + h));
     most.speed = std::max(most.speed, glm::length(now.aside) / h);
     most.turn = std::max(most.turn, glm::length(now.turn) / h);
-    most.speed_change = std::max(most.speed_change, glm::length(now.aside - before.aside) / (h * h));
+    most.speed_change =
+        std::max(most.speed_change, glm::length(now.aside - before.aside) / (h * h));
     most.turn_change = std::max(most.turn_change, glm::length(now.turn - before.turn) / (h * h));
     before = now;
   }
@@ -104,7 +105,8 @@ TEST_CASE("Every kind of path is somewhere at all times, on a unit rotation") {
   });
 }
 
-TEST_CASE("Every kind of path moves, without jumps, and without jumps of what velocity it promises") {
+TEST_CASE(
+    "Every kind of path moves, without jumps, and without jumps of what velocity it promises") {
   // A jump makes the quotient of differences grow with 1/h.
   each_kind([](const auto& path) {
     const Fastest coarse = fastest(path, 4e-3), fine = fastest(path, 2.5e-4);

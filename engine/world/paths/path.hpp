@@ -1,5 +1,6 @@
 #pragma once
-/// Internal (pantin::detail); installed because the kinds of paths, which are public, are made of it.
+/// Internal (pantin::detail); installed because the kinds of paths, which are public, are made of
+/// it.
 ///
 /// What a kind of path tells of itself. A kind is a struct in a file of its own here, named in the
 /// list of kinematic_path.hpp; steps, scene files and their schema, pictures and hashes follow:
