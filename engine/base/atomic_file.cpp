@@ -3,6 +3,7 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <utility>
 
 namespace pantin {
 namespace {
@@ -11,9 +12,9 @@ namespace fs = std::filesystem;
 
 // Programs that are started meanwhile, like ffmpeg, do not inherit the file.
 #ifdef _WIN32
-constexpr const char* kWriting = "wb";
+constexpr const char *kWriting = "wb", *kAppending = "ab";
 #else
-constexpr const char* kWriting = "wbe";
+constexpr const char *kWriting = "wbe", *kAppending = "abe";
 #endif
 
 struct Target {
@@ -43,15 +44,31 @@ Target resolve(const std::string& path) {
   return {at.string(), true};
 }
 
+/// The stream that the program has already where the name stands for it, else null. Opened anew, a
+/// file behind it would be written from its start, by both.
+std::FILE* standard_stream(const std::string& path) {
+  for (const char* folder : {"/dev/", "/dev/fd/", "/proc/self/fd/"}) {
+    if (!path.starts_with(folder)) continue;
+    const std::string name = path.substr(std::strlen(folder));
+    if (name == "stdout" || name == "1") return stdout;
+    if (name == "stderr" || name == "2") return stderr;
+  }
+  return nullptr;
+}
+
 }  // namespace
 
 AtomicFile::~AtomicFile() { abandon(); }
 
 void AtomicFile::abandon() {
   if (!file_) return;
-  std::fclose(file_);
-  file_ = nullptr;
+  close();
   if (part_ != target_) std::remove(part_.c_str());
+}
+
+bool AtomicFile::close() {
+  std::FILE* file = std::exchange(file_, nullptr);
+  return file == stdout || file == stderr || std::fclose(file) == 0;
 }
 
 Result<Done> AtomicFile::fail(int reason) {
@@ -67,7 +84,8 @@ Result<Done> AtomicFile::open(const std::string& path) {
   std::error_code none;
   if (fs::is_directory(target_, none)) return fail(EISDIR);
   errno = 0;
-  file_ = std::fopen(part_.c_str(), kWriting);
+  file_ = target.in_place ? standard_stream(target_) : nullptr;
+  if (!file_) file_ = std::fopen(part_.c_str(), target.in_place ? kAppending : kWriting);
   if (!file_) return fail(errno);
   return Done{};
 }
@@ -86,8 +104,7 @@ Result<Done> AtomicFile::commit() {
     abandon();
     return failure;
   }
-  const bool closed = std::fclose(file_) == 0;
-  file_ = nullptr;
+  const bool closed = close();
   if (part_ == target_) return closed ? Result<Done>(Done{}) : fail(errno);
   if (closed && std::rename(part_.c_str(), target_.c_str()) == 0) return Done{};
   const auto failure = fail(errno);

@@ -11,7 +11,7 @@ namespace pantin {
 /// A file that appears under its name whole or not at all: it grows beside its place, as
 /// `path`.part, and `commit` renames it, so that a full disk or an interrupt costs no older file. A
 /// link is followed, and its target replaced. Devices, pipes and standard output have no older
-/// version and must stay what they are: they are written in place.
+/// version and must stay what they are: they are written in place, after what stands there.
 ///
 /// Errors are one line, "<path>: <reason>". After the first one nothing more is written, and every
 /// later call returns it again.
@@ -31,6 +31,7 @@ class AtomicFile {
  private:
   Result<Done> fail(int reason);
   void abandon();
+  bool close();
 
   std::string path_, target_, part_;  // as given; with links followed; what is open
   std::FILE* file_ = nullptr;

@@ -1,13 +1,12 @@
 #include "engine/runtime/save.hpp"
 
 #include <cerrno>
-#include <cstdio>
-#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <system_error>
 
 #include "engine/base/archive.hpp"
+#include "engine/base/atomic_file.hpp"
 #include "engine/contact/memory.hpp"
 #include "engine/geometry/surface.hpp"
 #include "engine/solvers/solver.hpp"
@@ -171,29 +170,7 @@ Result<Saved> save_world(const World& world, const std::string& path) {
   Saved saved;
   const Result<std::string> bytes = world_to_bytes(world, &saved);
   if (!bytes) return bytes.errors();
-  std::error_code failed;
-  const auto there = std::filesystem::status(path, failed);
-  // A pipe or a device is written to; a rename would replace it by a file.
-  const bool replaces = !exists(there) || is_regular_file(there);
-  const std::string beside = replaces ? path + ".part" : path;
-  errno = 0;
-  {
-    std::ofstream out(beside, std::ios::binary | std::ios::trunc);
-    out.write(bytes->data(), static_cast<std::streamsize>(bytes->size()));
-    out.close();
-    if (!out) {
-      const Error told =
-          error(path, "cannot be written: " + std::generic_category().message(errno));
-      if (replaces) std::remove(beside.c_str());
-      return told;
-    }
-  }
-  if (!replaces) return saved;
-  std::filesystem::rename(beside, path, failed);
-  if (failed) {
-    std::remove(beside.c_str());
-    return error(path, "cannot be written: " + failed.message());
-  }
+  if (const auto written = write_file(path, *bytes); !written) return written.errors();
   return saved;
 }
 

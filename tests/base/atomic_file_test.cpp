@@ -101,6 +101,18 @@ TEST_CASE("a failure is told with the file and the reason, by every later call")
   CHECK(folder.files() == 0);
 }
 
+TEST_CASE("what stands behind a descriptor is written after what is there") {
+  const Folder folder;
+  const std::string path = folder / "out";
+  std::FILE* out = std::fopen(path.c_str(), "w");
+  REQUIRE(out);
+  std::fputs("head ", out);
+  std::fflush(out);
+  REQUIRE(write_file("/dev/fd/" + std::to_string(::fileno(out)), "body"));
+  std::fclose(out);
+  CHECK(text_of(path) == "head body");
+}
+
 TEST_CASE("a pipe is written into and stays a pipe") {
   const Folder folder;
   const std::string path = folder / "pipe";

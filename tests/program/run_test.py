@@ -306,10 +306,26 @@ class Run(unittest.TestCase):
         lines = pantin("run", CHAIN, "--duration", 0.1, "--record", "/dev/stdout").stdout.splitlines()
         self.assertTrue(lines[0].startswith("time_s,"))
         path = self.folder / "out.csv"
-        with path.open("w") as out:
-            subprocess.run([PANTIN, "run", CHAIN, "--duration", "0.1", "--record", "/dev/stdout"],
-                           stdout=out, check=True)
+        for name in ("/dev/stdout", "/dev/fd/1", "/proc/self/fd/1"):
+            with self.subTest(name), path.open("w") as out:
+                out.write("head\n")
+                out.flush()
+                subprocess.run([PANTIN, "run", CHAIN, "--duration", "0.1", "--record", name],
+                               stdout=out, check=True)
+                head, *found = path.read_text().splitlines()
+                self.assertEqual(head, "head")
+                self.assertEqual(len(found), len(lines))
+                rows = [line for line in lines if line.count(",") == lines[0].count(",")]
+                self.assertEqual(len(rows), 8)
+                self.assertEqual([line for line in found if line in rows], rows)
         self.assertTrue(pathlib.Path("/dev/stdout").is_symlink())
+
+    def test_standard_output_takes_a_saved_world(self):
+        path = self.folder / "out.world"
+        with path.open("w") as out:
+            subprocess.run([PANTIN, "run", CHAIN, "--duration", "0.1", "--save", "/dev/stdout"],
+                           stdout=out, check=True)
+        self.assertIn(b"PTNWORLD", path.read_bytes())
 
     def test_a_link_to_a_record_stays_a_link(self):
         record, link = self.folder / "there.csv", self.folder / "link.csv"

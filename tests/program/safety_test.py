@@ -1,8 +1,10 @@
 """The program and files that mean harm: escape sequences, interrupts, scenes too large to step."""
 import json
+import math
 import os
 import pathlib
 import re
+import resource
 import signal
 import subprocess
 import tempfile
@@ -79,6 +81,30 @@ class Safety(unittest.TestCase):
         self.assert_ends_at_once(self.write({"version": 1, "bodies": [
             {"name": "a", **ball}, {"name": "b", **ball, "position": [1, 0, 0]}],
             "joints": [{"a": "a", "b": "b", "anchor": [0, i, 0]} for i in range(2000)]}))
+
+    def test_a_pile_of_a_hundred_spheres_is_checked_soon(self):
+        """One that could lie there, and one where each sphere is inside all others."""
+        def layers(i):
+            return [0.2 * (i % 5) + 0.01 * (i // 25), 0.1 + 0.19 * (i // 25), 0.2 * (i // 5 % 5)]
+
+        def knot(i):
+            return [0.01 * math.cos(i), 0.1 + 0.003 * i, 0.01 * math.sin(i)]
+
+        for place, least_steps in ((layers, 60), (knot, 1)):
+            with self.subTest(place.__name__):
+                path = self.write({"version": 1, "bodies": [
+                    {"name": "ground", "motion": "fixed", "shape": {"type": "plane"}, "collision": True},
+                    *({"name": f"ball{i}", "position": place(i), "density": 1000,
+                       "shape": {"type": "sphere", "radius": 0.1},
+                       "collision": {"others": True, "friction": 0.5, "restitution": 0.3}}
+                      for i in range(100))]})
+                before = resource.getrusage(resource.RUSAGE_CHILDREN)
+                code, out = self.run_pantin("check", path, "--json")
+                after = resource.getrusage(resource.RUSAGE_CHILDREN)
+                self.assertEqual(code, 0, out)
+                self.assertGreaterEqual(json.loads(out[out.index("{"):out.rindex("}") + 1])
+                                        ["scenes"][0]["steps"], least_steps)
+                self.assertLess(after.ru_utime - before.ru_utime, 15)
 
 
 if __name__ == "__main__":

@@ -144,7 +144,7 @@ TEST_CASE("files that cannot be read or written are refused with one line") {
         "/no/such/file: cannot be read: No such file or directory");
   const auto saved = save_world(World{}, "/no/such/file");
   REQUIRE_FALSE(saved);
-  CHECK(saved.errors()[0].message == "/no/such/file: cannot be written: No such file or directory");
+  CHECK(saved.errors()[0].message == "/no/such/file: No such file or directory");
   const std::string path = path_of("pantin_save_other.world");
   std::ofstream(path) << "{\"version\": 1, \"bodies\": [], \"padding\": \"1234567890\"}";
   CHECK(only_error(load_world(path)) ==

@@ -12,7 +12,7 @@ namespace pantin::program {
 namespace {
 
 constexpr int kSteps = 60;
-constexpr double kMostSeconds = 20;  // of CPU, for a scene's steps
+constexpr double kMostSeconds = 5;  // of CPU, for a scene's steps
 
 struct CheckChoices {
   std::vector<std::string> scenes;
@@ -160,7 +160,7 @@ int check(const CheckChoices& c) {
 constexpr const char* kExamples =
     R"(Loads each scene, tells what is in it and what looks wrong, and takes 60 steps: every number
 finite, joints within the scene's drift_bound, a copy made on the way ending in the same bits. A scene
-that is too much for this machine is stepped for 20 s of CPU time, with a warning.
+that is too much for this machine is stepped for 5 s of CPU time, with a warning.
 
 Examples:
   pantin check assets/scenes/marionette.json
