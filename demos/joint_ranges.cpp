@@ -21,27 +21,15 @@ struct Reached {
   Real shoulder_swing = 0, hip_swing = 0;  // hip: 1 is on the rim of its elliptic cone
 };
 
-Quat rotation(const World& w, const char* name) {
-  const Link& l = w.links[w.find(name)];
-  return relative_rotation(l.joint, w.bodies[l.a].pose.rotation, w.bodies[l.b].pose.rotation);
-}
-
-Real hinge_angle(const World& w, const char* name) {
-  const Quat q = rotation(w, name);
-  return std::remainder(2 * std::atan2(q.x, q.w), 2 * std::numbers::pi);
-}
-
 void look(const World& w, Reached& r) {
-  r.elbow.add(hinge_angle(w, "elbow"));
-  r.knee.add(hinge_angle(w, "knee"));
-  const UniversalAngles ankle = universal_angles(rotation(w, "ankle"));
-  r.ankle_first.add(ankle.first);
-  r.ankle_second.add(ankle.second);
-  const SwingTwist shoulder = swing_twist(rotation(w, "shoulder")),
-                   hip = swing_twist(rotation(w, "hip"));
-  r.shoulder_twist.add(shoulder.twist);
-  r.shoulder_swing = std::max(r.shoulder_swing, glm::length(shoulder.swing));
-  const Vec3 part = hip.swing / Vec3(1, 70 * kDegree, 25 * kDegree);
+  r.elbow.add(joint_angle(w, w.find("elbow")));
+  r.knee.add(joint_angle(w, w.find("knee")));
+  r.ankle_first.add(joint_angle(w, w.find("ankle")));
+  r.ankle_second.add(joint_second_angle(w, w.find("ankle")));
+  const Entity shoulder = w.find("shoulder"), hip = w.find("hip");
+  r.shoulder_twist.add(joint_angle(w, shoulder));
+  r.shoulder_swing = std::max(r.shoulder_swing, glm::length(joint_swing(w, shoulder)));
+  const Vec3 part = joint_swing(w, hip) / Vec3(1, 70 * kDegree, 25 * kDegree);
   r.hip_swing = std::max(r.hip_swing, glm::length(part));
 }
 

@@ -1,6 +1,9 @@
 #pragma once
 /// Structs with `fields` to bytes and back. Numbers are stored in their memory representation, so
 /// that the same bits come back; the order of bytes is the machine's.
+///
+/// Internal (pantin::detail); installed because stores of components of your own read and write
+/// themselves.
 #include <cstring>
 #include <string>
 #include <string_view>
@@ -9,7 +12,7 @@
 
 #include "engine/base/fields.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// What a type wants to do once all of its fields are read: rebuild what is derived, and return
 /// null, or one clause that says what is wrong.
@@ -254,4 +257,4 @@ bool same_fields(const T& one, const T& other) {
   return a.bytes() == b.bytes();
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

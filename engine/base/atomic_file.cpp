@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <utility>
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 namespace fs = std::filesystem;
@@ -119,4 +119,4 @@ Result<Done> write_file(const std::string& path, std::string_view bytes) {
   return file.commit();
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

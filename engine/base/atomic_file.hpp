@@ -6,7 +6,7 @@
 
 #include "engine/base/result.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// A file that appears under its name whole or not at all: it grows beside its place, as
 /// `path`.part, and `commit` renames it, so that a full disk or an interrupt costs no older file. A
@@ -41,4 +41,4 @@ class AtomicFile {
 /// All bytes at once.
 Result<Done> write_file(const std::string& path, std::string_view bytes);
 
-}  // namespace pantin
+}  // namespace pantin::detail

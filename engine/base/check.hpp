@@ -1,5 +1,7 @@
 #pragma once
 /// PANTIN_ASSERT: programming errors abort the program, in Debug builds and in tests.
+///
+/// Internal (pantin::detail); installed because stores assert with it.
 #include <cstdio>
 #include <cstdlib>
 

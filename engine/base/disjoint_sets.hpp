@@ -5,7 +5,7 @@
 #include <numeric>
 #include <vector>
 
-namespace pantin {
+namespace pantin::detail {
 
 /// Numbers below `count`, merged into sets one pair at a time. The representative of a set is its
 /// lowest number.
@@ -27,4 +27,4 @@ class DisjointSets {
   std::vector<std::uint32_t> parent_;
 };
 
-}  // namespace pantin
+}  // namespace pantin::detail

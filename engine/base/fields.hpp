@@ -30,7 +30,7 @@
 #include "engine/base/hash.hpp"
 #include "engine/base/math.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// Kept and saved, but read by no step.
 template <class T>
@@ -48,14 +48,25 @@ struct InPlaceField {
   T& value;
 };
 
+}  // namespace pantin::detail
+
+namespace pantin {
+
+/// Marks a field of a struct of yours: kept and saved, but read by no step.
 template <class T>
-PassiveField<T> passive(T& member) {
+detail::PassiveField<T> passive(T& member) {
   return {member};
 }
+/// Marks a field of a struct of yours: made again from the rest, never saved.
 template <class T>
-DerivedField<T> derived(T& member) {
+detail::DerivedField<T> derived(T& member) {
   return {member};
 }
+
+}  // namespace pantin
+
+namespace pantin::detail {
+
 template <class T>
 InPlaceField<T> in_place(T& member) {
   return {member};
@@ -295,4 +306,4 @@ std::uint64_t fields_fingerprint() {
   return hash.value();
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

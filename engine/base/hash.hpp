@@ -1,12 +1,14 @@
 #pragma once
 /// A 64-bit hash of state, computed from the bits of the numbers: equal states have equal hashes.
+///
+/// Internal (pantin::detail); installed because stores of components of your own hash themselves.
 #include <cstdint>
 #include <cstring>
 #include <string_view>
 
 #include "engine/base/math.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 __extension__ using Wide = unsigned __int128;
 
@@ -41,4 +43,4 @@ class Hash {
   std::uint64_t state_ = 0x243F6A8885A308D3ull;
 };
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -8,7 +8,7 @@
 
 PANTIN_QUIET_VECTORS
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 #if defined(__GNUC__) && !defined(PANTIN_PLAIN_CPP)
@@ -104,4 +104,4 @@ PANTIN_INLINE LanesOf<T, N> choose(LanesOf<long long, N> mask, LanesOf<T, N> yes
 #endif
 
 }  // namespace
-}  // namespace pantin
+}  // namespace pantin::detail

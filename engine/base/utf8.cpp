@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdio>
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 /// Length of the character that starts at `i`, or 0.
@@ -96,4 +96,4 @@ std::string clipped(std::string_view text) {
   return printable(text.substr(0, end)) + "...";
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-namespace pantin {
+namespace pantin::detail {
 
 inline bool is_utf8_tail(char c) { return (static_cast<unsigned char>(c) & 0xC0) == 0x80; }
 
@@ -22,4 +22,4 @@ std::string printable(std::string_view text);
 /// At most some forty bytes of it, printable, for messages.
 std::string clipped(std::string_view text);
 
-}  // namespace pantin
+}  // namespace pantin::detail

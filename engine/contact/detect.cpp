@@ -8,7 +8,7 @@
 #include "engine/contact/memory.hpp"
 #include "engine/geometry/kinds.hpp"
 
-namespace pantin::contact {
+namespace pantin::detail::contact {
 namespace {
 
 constexpr std::uint32_t kNone = UINT32_MAX;
@@ -279,7 +279,7 @@ void find_contacts(World& world, std::span<const Real> reach) {
 Real extent_of(const Shapes& shapes) {
   Real most = 0;
   for (const Shape& s : shapes.list)
-    most = std::max(most, pantin::reach_of(s) + glm::length(s.local.position));
+    most = std::max(most, detail::reach_of(s) + glm::length(s.local.position));
   return most;
 }
 
@@ -310,9 +310,11 @@ void detect(World& world, Real h) {
     if (Body& b = world.bodies.values()[slot]; moves(b)) b.pose = *end++;
 }
 
-}  // namespace pantin::contact
+}  // namespace pantin::detail::contact
 
 namespace pantin {
+
+using namespace detail;
 
 const std::vector<Contact>& contacts_of(const World& world) {
   return world.memory.of<contact::Memory>().contacts;

@@ -7,8 +7,10 @@
 #include "engine/world/body.hpp"
 
 namespace pantin {
-
 struct World;
+}
+
+namespace pantin::detail {
 
 namespace contact {
 
@@ -37,4 +39,4 @@ Real extent_of(const Shapes& shapes);
 bool moves(const Body& b);
 
 }  // namespace contact
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -2,15 +2,17 @@
 /// What crosses islands and is kept from step to step: contacts, and interfaces where pins and
 /// cables tie islands of different solvers.
 #include <cstdint>
+#include <string_view>
 #include <vector>
 
 #include "engine/base/hash.hpp"
 #include "engine/contact/contact.hpp"
 #include "engine/contact/search.hpp"
 #include "engine/world/memory.hpp"
+#include "engine/world/partition.hpp"
 #include "engine/world/world.hpp"
 
-namespace pantin::contact {
+namespace pantin::detail::contact {
 
 /// Kind of connection at an interface.
 enum class TieKind : std::uint8_t { pin, cable };
@@ -88,6 +90,7 @@ struct DetectScratch {
 
 /// State between islands.
 struct Memory {
+  static constexpr std::string_view name = "contact";  // in saved Worlds
   std::vector<Contact> contacts;        // of the last step, in order of bodies and keys
   std::vector<Pressure> pressures;      // of the last step
   std::vector<SensorOverlap> overlaps;  // at its end
@@ -106,4 +109,4 @@ inline bool feels_contacts(const Partition& partition, std::uint32_t slot) {
   return owner_of(partition, slot).feels_contacts;
 }
 
-}  // namespace pantin::contact
+}  // namespace pantin::detail::contact

@@ -13,7 +13,7 @@ namespace pantin {
 struct World;
 }
 
-namespace pantin::contact {
+namespace pantin::detail::contact {
 
 /// One shape of a collider at its pose in the world.
 struct ColliderShape {
@@ -69,4 +69,4 @@ bool are_jointed(const Search& search, std::uint32_t a, std::uint32_t b);
 /// Updates a tree: refits it, or rebuilds it when it has become loose.
 void update_tree(AabbTree& tree, std::span<const Aabb> boxes);
 
-}  // namespace pantin::contact
+}  // namespace pantin::detail::contact

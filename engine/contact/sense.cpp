@@ -9,7 +9,7 @@
 #include "engine/contact/memory.hpp"
 #include "engine/geometry/kinds.hpp"
 
-namespace pantin::contact {
+namespace pantin::detail::contact {
 namespace {
 
 /// A shape of a body at its pose; none where that is not finite, or the shape lacks its surface.
@@ -113,9 +113,11 @@ void sense(World& world) {
   sort_out(memory.overlaps);
 }
 
-}  // namespace pantin::contact
+}  // namespace pantin::detail::contact
 
 namespace pantin {
+
+using namespace detail;
 
 const std::vector<SensorOverlap>& sensor_overlaps_of(const World& world) {
   return world.memory.of<contact::Memory>().overlaps;

@@ -4,7 +4,7 @@
 
 #include "engine/base/check.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 Real half_area(const Aabb& b) {
@@ -72,4 +72,4 @@ void AabbTree::fit() {
   }
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

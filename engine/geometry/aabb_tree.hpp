@@ -8,7 +8,7 @@
 
 #include "engine/base/math.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// An axis-aligned bounding box, m. Empty by default.
 struct Aabb {
@@ -150,4 +150,4 @@ class AabbTree {
   Real area_ = 0, sorted_area_ = 0;   // of all branches, m^2
 };
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -6,7 +6,7 @@
 #include "engine/base/check.hpp"
 #include "engine/geometry/smooth.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 constexpr std::size_t kMostOnSurface = 16;
@@ -50,7 +50,8 @@ struct Tile {
 };
 
 Aabb bounds_of(const Convex& c) {
-  if (c.smooth) return bounds_of(*c.smooth, {c.origin, glm::quat_cast(c.rotation)}).grown(c.radius);
+  if (c.smooth)
+    return detail::bounds_of(*c.smooth, {c.origin, glm::quat_cast(c.rotation)}).grown(c.radius);
   Aabb box;
   for (Vec3 p : c.points) box.add(p);
   return box.grown(c.radius);
@@ -197,4 +198,4 @@ void collide(const Shape& a, const Pose& at_a, const Shape& b, const Pose& at_b,
   to_outside(at_b, out, first);
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -5,7 +5,7 @@
 #include "engine/geometry/kinds.hpp"
 #include "engine/geometry/manifold.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// Scratch memory of the narrow phase, kept allocated between calls.
 struct NarrowPhaseScratch {
@@ -24,4 +24,4 @@ struct NarrowPhaseScratch {
 void collide(const Shape& a, const Pose& at_a, const Shape& b, const Pose& at_b, Real margin,
              NarrowPhaseScratch& scratch, std::vector<ContactPoint>& out);
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -2,7 +2,7 @@
 
 #include "engine/geometry/simplex.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 Nearest closest_points(const Convex& a, const Convex& b, const Simplex& s, Vec3 v) {
@@ -55,4 +55,4 @@ Nearest nearest(const Convex& a, const Convex& b, Real limit) {
   return closest_points(a, b, kept, last);
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -11,7 +11,7 @@
 #include "engine/geometry/shape.hpp"
 #include "engine/geometry/surface.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// A sphere has one point, a capsule two and an edge; only boxes, hulls and triangles have faces.
 struct Convex {
@@ -72,4 +72,4 @@ struct Nearest {
 /// up when it is certain to exceed `limit`. [Gilbert, Johnson & Keerthi 1988]
 Nearest nearest(const Convex& a, const Convex& b, Real limit);
 
-}  // namespace pantin
+}  // namespace pantin::detail

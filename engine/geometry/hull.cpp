@@ -6,7 +6,7 @@
 #include "engine/base/check.hpp"
 #include "engine/geometry/surface.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 constexpr std::uint32_t kNone = UINT32_MAX;
@@ -269,4 +269,4 @@ Result<std::shared_ptr<const Surface>> make_hull(std::span<const Vec3> points) {
   return std::shared_ptr<const Surface>(std::move(s));
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

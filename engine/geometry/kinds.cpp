@@ -3,7 +3,7 @@
 #include "engine/geometry/smooth.hpp"
 #include "engine/geometry/surface.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 Aabb bounds_by_support(const Shape& shape, const Pose& at) {
@@ -80,4 +80,4 @@ bool contains(const Shape& shape, Vec3 p) {
   return near && near->distance < 0;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -11,7 +11,7 @@
 #include "engine/geometry/convex.hpp"
 #include "engine/geometry/shape.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// How shapes of a kind collide, whatever else they are.
 enum class ShapeClass : std::uint8_t {
@@ -150,4 +150,4 @@ std::optional<SurfacePoint> closest(const Shape& shape, Vec3 p, Real limit);
 /// Whether `p`, in the shape's own frame, is inside.
 bool contains(const Shape& shape, Vec3 p);
 
-}  // namespace pantin
+}  // namespace pantin::detail

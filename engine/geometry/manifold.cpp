@@ -4,7 +4,7 @@
 
 #include "engine/geometry/smooth.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 // Features: nine bits for each of two sides of a corner of the clipped face. Those of a are
@@ -469,4 +469,4 @@ void reduce_points(std::vector<ContactPoint>& points, std::size_t first, std::si
   points.resize(first + most);
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -5,7 +5,7 @@
 
 #include "engine/geometry/convex.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// One contact point of two shapes that touch or may touch.
 struct ContactPoint {
@@ -45,4 +45,4 @@ void drop_duplicates(std::vector<ContactPoint>& points, std::size_t first, Real 
 /// kept.
 void reduce_points(std::vector<ContactPoint>& points, std::size_t first, std::size_t most);
 
-}  // namespace pantin
+}  // namespace pantin::detail

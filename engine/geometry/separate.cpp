@@ -4,7 +4,7 @@
 #include "engine/geometry/simplex.hpp"
 #include "engine/geometry/smooth.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 constexpr int kMostRounds = 96;
@@ -185,4 +185,4 @@ Separation separate(const Convex& a, const Convex& b, Real limit) {
   return found;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

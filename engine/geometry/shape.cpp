@@ -7,6 +7,9 @@
 #include "engine/geometry/kinds.hpp"
 
 namespace pantin {
+
+using namespace detail;
+
 namespace {
 
 /// Moves a tensor from its mass centre to a point `offset` away (parallel axes).

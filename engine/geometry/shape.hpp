@@ -10,7 +10,9 @@
 
 namespace pantin {
 
+namespace detail {
 struct Surface;  // see surface.hpp
+}
 
 /// What each kind is, stands in its file under kinds/.
 enum class ShapeKind : std::uint8_t {
@@ -34,8 +36,8 @@ struct Shape {
   ShapeKind kind = ShapeKind::sphere;
   Vec3 size{0.1, 0, 0};
   Pose local;
-  std::uint32_t material = 0;                        // index into World::materials
-  std::shared_ptr<const Surface> surface = nullptr;  // of hull, mesh, height_field
+  std::uint32_t material = 0;                                // index into World::materials
+  std::shared_ptr<const detail::Surface> surface = nullptr;  // of hull, mesh, height_field
 
   static void fields(auto& self, auto&& field) {
     field("kind", self.kind);

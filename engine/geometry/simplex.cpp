@@ -1,6 +1,6 @@
 #include "engine/geometry/simplex.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 /// Leaves the part of an edge that is nearest to the origin, with its weights; returns the point.
@@ -94,4 +94,4 @@ bool shrink(Simplex& s, Vec3& point) {
   }
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

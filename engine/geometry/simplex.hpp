@@ -5,7 +5,7 @@
 
 #include "engine/base/math.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 struct Vertex {
   Vec3 w{0};                   // of a less of b
@@ -22,4 +22,4 @@ struct Simplex {
 /// false if the origin is inside.
 bool shrink(Simplex& s, Vec3& point);
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 constexpr std::uint32_t kOfB = 256;  // features: corners of b count from here
@@ -237,4 +237,4 @@ std::optional<SurfacePoint> closest_of(const Convex& piece, Vec3 p, Real limit) 
   return SurfacePoint{apart.on_b, apart.normal, apart.distance};
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

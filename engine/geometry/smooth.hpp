@@ -9,7 +9,7 @@
 #include "engine/geometry/kinds.hpp"
 #include "engine/geometry/manifold.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// How far two cores are apart, overlapping ones too.
 struct Separation {
@@ -41,4 +41,4 @@ void touch_smooth(const Convex& a, const Convex& b, Real margin, const Facing* f
 std::optional<RayEntry> cast_at(const Convex& piece, Vec3 from, Vec3 way, Real limit);
 std::optional<SurfacePoint> closest_of(const Convex& piece, Vec3 p, Real limit);
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -6,7 +6,7 @@
 
 #include "engine/base/archive.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 using Triangle = std::array<std::uint32_t, 3>;
@@ -306,4 +306,4 @@ Result<std::shared_ptr<const Surface>> make_height_field(std::uint32_t columns, 
   return std::shared_ptr<const Surface>(std::move(s));
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

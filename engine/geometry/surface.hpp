@@ -13,7 +13,7 @@
 #include "engine/base/result.hpp"
 #include "engine/geometry/aabb_tree.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// One planar face, vertices anticlockwise seen from outside: a range of `corners`.
 struct Face {
@@ -106,4 +106,4 @@ Result<std::shared_ptr<const Surface>> make_height_field(std::uint32_t columns, 
                                                          Real spacing_x, Real spacing_z,
                                                          std::span<const Real> heights);
 
-}  // namespace pantin
+}  // namespace pantin::detail

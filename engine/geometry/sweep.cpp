@@ -5,7 +5,7 @@
 #include "engine/geometry/smooth.hpp"
 #include "engine/geometry/surface.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 constexpr int kMostRounds = 200;
@@ -128,4 +128,4 @@ std::optional<SweepHit> sweep(const Shape& a, const Pose& at_a, const Shape& b, 
   return hit;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -4,7 +4,7 @@
 
 #include "engine/geometry/kinds.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// First contact of a slide.
 struct SweepHit {
@@ -19,4 +19,4 @@ struct SweepHit {
 std::optional<SweepHit> sweep(const Shape& a, const Pose& at_a, const Shape& b, const Pose& at_b,
                               Vec3 way, Real limit);
 
-}  // namespace pantin
+}  // namespace pantin::detail

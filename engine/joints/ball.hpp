@@ -2,7 +2,7 @@
 /// Ball joint: two bodies share a point, C = p_a - p_b.
 #include "engine/joints/kind.hpp"
 
-namespace pantin::joint_kinds {
+namespace pantin::detail::joint_kinds {
 
 struct ball : SharesPoint, TurnsFreely {
   static constexpr std::string_view name = "ball", alias = "spherical";
@@ -17,4 +17,4 @@ struct ball : SharesPoint, TurnsFreely {
   }
 };
 
-}  // namespace pantin::joint_kinds
+}  // namespace pantin::detail::joint_kinds

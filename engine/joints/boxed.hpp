@@ -1,8 +1,10 @@
 #pragma once
 /// Optional data on the heap.
+///
+/// Internal (pantin::detail); installed because joints in World::links hold such values.
 #include <memory>
 
-namespace pantin {
+namespace pantin::detail {
 
 /// A value that most owners leave at its default; needs no memory then. Copies are deep.
 template <class T>
@@ -36,4 +38,4 @@ class Boxed {
   std::unique_ptr<T> held_;
 };
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -2,12 +2,14 @@
 /// A cable between two bodies: it pulls, never pushes.
 ///
 ///   C = |p_b - p_a| - length <= 0       one unilateral row, metres
+///
+/// Internal (pantin::detail); installed because World::cables holds it.
 #include <algorithm>
 
 #include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 struct CableParameters {
   Vec3 anchor_a{0};     // in body a's mass-centre frame
@@ -29,4 +31,4 @@ inline Real stretch(const CableParameters& joint, const Pose& a, const Pose& b) 
   return std::max(Real(0), span - joint.length);
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -2,7 +2,7 @@
 /// Scalars that joints leave free, as rows: angles about the joint axes, the slide, the length.
 #include "engine/joints/swing.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// The two angles of universal_angles: of z of b about y of a, and of y of a about z of b.
 inline AngularRow universal_first(const Joint& joint, const BodyState& a, const BodyState& b,
@@ -23,4 +23,4 @@ inline AngularRow universal_second(const Joint& joint, const BodyState& a, const
 void write_axis_coordinate(const Joint& joint, Coordinate which, const BodyState& a,
                            const BodyState& b, Real before, RowsOut out);
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -9,7 +9,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/joints/kind.hpp"
 
-namespace pantin::joint_kinds {
+namespace pantin::detail::joint_kinds {
 
 struct custom : Kind, TurnsFreely {
   static constexpr std::string_view name = "custom";
@@ -92,4 +92,4 @@ struct custom : Kind, TurnsFreely {
   };
 };
 
-}  // namespace pantin::joint_kinds
+}  // namespace pantin::detail::joint_kinds

@@ -2,7 +2,7 @@
 /// Cylindrical joint: b rotates about and translates along a shared axis x.
 #include "engine/joints/kind.hpp"
 
-namespace pantin::joint_kinds {
+namespace pantin::detail::joint_kinds {
 
 struct cylindrical : SlidesAlongX, TurnsAboutX {
   static constexpr std::string_view name = "cylindrical";
@@ -25,4 +25,4 @@ struct cylindrical : SlidesAlongX, TurnsAboutX {
   }
 };
 
-}  // namespace pantin::joint_kinds
+}  // namespace pantin::detail::joint_kinds

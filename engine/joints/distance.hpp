@@ -3,7 +3,7 @@
 /// L.
 #include "engine/joints/kind.hpp"
 
-namespace pantin::joint_kinds {
+namespace pantin::detail::joint_kinds {
 
 struct distance : Line, TurnsFreely {
   static constexpr std::string_view name = "distance";
@@ -21,4 +21,4 @@ struct distance : Line, TurnsFreely {
   }
 };
 
-}  // namespace pantin::joint_kinds
+}  // namespace pantin::detail::joint_kinds

@@ -2,7 +2,7 @@
 /// Fixed joint: a shared point and shared axes.
 #include "engine/joints/hinge.hpp"
 
-namespace pantin::joint_kinds {
+namespace pantin::detail::joint_kinds {
 
 struct fixed : SharesPoint, TurnsNowhere {
   static constexpr std::string_view name = "fixed";
@@ -15,4 +15,4 @@ struct fixed : SharesPoint, TurnsNowhere {
   }
 };
 
-}  // namespace pantin::joint_kinds
+}  // namespace pantin::detail::joint_kinds

@@ -2,7 +2,7 @@
 /// Hinge joint: a shared point and a shared axis x; y and z of a stay perpendicular to x of b.
 #include "engine/joints/ball.hpp"
 
-namespace pantin::joint_kinds {
+namespace pantin::detail::joint_kinds {
 
 struct hinge : SharesPoint, TurnsAboutX {
   static constexpr std::string_view name = "hinge", alias = "revolute";
@@ -20,4 +20,4 @@ struct hinge : SharesPoint, TurnsAboutX {
   }
 };
 
-}  // namespace pantin::joint_kinds
+}  // namespace pantin::detail::joint_kinds

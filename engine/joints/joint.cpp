@@ -5,7 +5,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/joints/kinds.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 Quat hinged(Real angle) { return Quat(std::cos(angle / 2), std::sin(angle / 2), 0, 0); }
@@ -68,4 +68,4 @@ Real violation(const Joint& joint, Quat q) {
   return glm::length(rotation_vector(allowed_rotation(joint, q) * glm::conjugate(q)));
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -6,16 +6,19 @@
 ///
 /// The joint axes F are x, y, z. x is the hinge axis, and the twist axis of a ball joint; in limbs
 /// it runs along the bone.
+///
+/// Internal (pantin::detail); installed because World::links holds it.
 #include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
 #include "engine/joints/boxed.hpp"
 #include "engine/joints/limits.hpp"
 #include "engine/joints/parameters.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// Named by the list of kinds, kinds.hpp: JointKind::hinge. The first, 0, is the ball.
 enum class JointKind : std::uint8_t;
+constexpr JointKind last_of(JointKind);
 
 /// Rotations from the joint axes to the frames of both bodies. Needs no memory while both are the
 /// identity, as for most ball joints. Copies are deep.
@@ -89,4 +92,4 @@ Quat allowed_rotation(const Joint& joint, Quat q);
 /// Angle between `q` and the nearest allowed rotation, rad.
 Real violation(const Joint& joint, Quat q);
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -9,7 +9,7 @@
 
 #include "engine/joints/coordinates.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// Which relative turns Q a kind leaves free.
 enum class Turns : std::uint8_t {
@@ -194,4 +194,4 @@ struct TurnsNowhere {
 };
 
 }  // namespace joint_kinds
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -31,7 +31,7 @@
   KIND(spring)                   \
   KIND(custom)
 
-namespace pantin {
+namespace pantin::detail {
 
 #define PANTIN_WORD(kind) kind,
 enum class JointKind : std::uint8_t { PANTIN_JOINT_KINDS(PANTIN_WORD) };
@@ -112,4 +112,4 @@ constexpr bool is_articulated(JointKind kind) {
   return holds_point(kind) && turns_of(kind) != Turns::own;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

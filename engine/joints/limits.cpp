@@ -4,7 +4,7 @@
 
 #include "engine/base/rotation.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 /// The angle unwrapped to within half a revolution of `near`.
@@ -62,4 +62,4 @@ Vec3 clamped(const SwingLimit& limit, Vec3 swing) {
   return beyond2 > 1 ? swing / std::sqrt(beyond2) : swing;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

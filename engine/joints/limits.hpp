@@ -5,12 +5,14 @@
 /// axis in the y-z plane: Q = swing twist [Lee 2000, sec. 4, which leaves it open]. A universal
 /// joint is decomposed into two angles: Q = rotation about y by the first, then about its z by the
 /// second.
+///
+/// Internal (pantin::detail); installed because World::links holds it.
 #include <memory>
 
 #include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// A range of angles, rad. Equal bounds lock the angle. The range need not contain zero.
 struct AngleLimit {
@@ -116,4 +118,4 @@ Real clamped(const AngleLimit& limit, Real angle);
 /// Scales a swing beyond the cone back to its boundary.
 Vec3 clamped(const SwingLimit& limit, Vec3 swing);
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -58,6 +58,23 @@ struct JointMotor {
   }
 };
 
+/// Interface of a user-defined joint: only the residual is required; derivatives are computed by
+/// finite differences.
+class CustomJoint {
+ public:
+  virtual ~CustomJoint() = default;
+  /// Number of rows, 1 to 6; constant.
+  virtual int rows() const = 0;
+  /// The residual, `rows` numbers, for bodies at these mass-centre poses. Smooth; zero where the
+  /// joint is closed; a function of its arguments only.
+  virtual void residual(const Pose& a, const Pose& b, std::span<Real> c) const = 0;
+  /// A number that differs where the residual differs, for state_hash. Joints of this kind cannot
+  /// be saved: see save_world.
+  virtual std::uint64_t fingerprint() const { return static_cast<std::uint64_t>(rows()); }
+};
+
+namespace detail {
+
 /// Forces along one degree of freedom of a joint.
 struct Dof {
   SpringDamper spring = {};
@@ -73,21 +90,6 @@ struct Dof {
     field("friction", self.friction);
     field("motor", self.motor);
   }
-};
-
-/// Interface of a user-defined joint: only the residual is required; derivatives are computed by
-/// finite differences.
-class CustomJoint {
- public:
-  virtual ~CustomJoint() = default;
-  /// Number of rows, 1 to 6; constant.
-  virtual int rows() const = 0;
-  /// The residual, `rows` numbers, for bodies at these mass-centre poses. Smooth; zero where the
-  /// joint is closed; a function of its arguments only.
-  virtual void residual(const Pose& a, const Pose& b, std::span<Real> c) const = 0;
-  /// A number that differs where the residual differs, for state_hash. Joints of this kind cannot
-  /// be saved: see save_world.
-  virtual std::uint64_t fingerprint() const { return static_cast<std::uint64_t>(rows()); }
 };
 
 struct JointParameters {
@@ -109,5 +111,7 @@ struct JointParameters {
     field("custom", self.custom);
   }
 };
+
+}  // namespace detail
 
 }  // namespace pantin

@@ -3,7 +3,7 @@
 /// about x only.
 #include "engine/joints/kind.hpp"
 
-namespace pantin::joint_kinds {
+namespace pantin::detail::joint_kinds {
 
 struct planar : Kind, TurnsAboutX {
   static constexpr std::string_view name = "planar";
@@ -23,4 +23,4 @@ struct planar : Kind, TurnsAboutX {
   }
 };
 
-}  // namespace pantin::joint_kinds
+}  // namespace pantin::detail::joint_kinds

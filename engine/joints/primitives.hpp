@@ -10,7 +10,7 @@
 /// multiplied out, so that a common angular velocity cancels without rounding errors]
 #include "engine/joints/rows.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// Axis 0 to 2 of a rotation.
 inline Vec3 axis_of(Quat q, int i) {
@@ -182,4 +182,4 @@ inline void write_length(int row, const AnchorSpan& s, RowsOut out) {
   j[0] = -n, j[1] = glm::cross(n, s.arm_a), j[2] = n, j[3] = glm::cross(s.arm_b, n);
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -2,7 +2,7 @@
 /// Prismatic joint: b translates along a shared axis x without rotation.
 #include "engine/joints/cylindrical.hpp"
 
-namespace pantin::joint_kinds {
+namespace pantin::detail::joint_kinds {
 
 struct prismatic : SlidesAlongX, TurnsNowhere {
   static constexpr std::string_view name = "prismatic";
@@ -16,4 +16,4 @@ struct prismatic : SlidesAlongX, TurnsNowhere {
   }
 };
 
-}  // namespace pantin::joint_kinds
+}  // namespace pantin::detail::joint_kinds

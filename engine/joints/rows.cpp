@@ -2,7 +2,7 @@
 
 #include "engine/joints/kinds.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 int row_count(const Joint& joint) {
   const JointKindInfo& info = info_of(joint.kind);
@@ -46,4 +46,4 @@ bool on_right_branch(const Joint& joint, Quat a, Quat b) {
   return info_of(joint.kind).on_right_branch(glm::mat3_cast(relative_rotation(joint, a, b)));
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

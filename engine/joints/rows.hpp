@@ -9,7 +9,7 @@
 #include "engine/base/math.hpp"
 #include "engine/joints/joint.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// State of one body for joint equations: mass-centre pose and motion, world axes.
 struct BodyState {
@@ -55,4 +55,4 @@ void write_coordinate(const Joint& joint, Coordinate which, const BodyState& a, 
 /// coincide with).
 bool on_right_branch(const Joint& joint, Quat a, Quat b);
 
-}  // namespace pantin
+}  // namespace pantin::detail

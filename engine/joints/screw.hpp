@@ -4,7 +4,7 @@
 ///   C_4 = x_a.d - pitch angle angle: nearest to `angle_before`
 #include "engine/joints/cylindrical.hpp"
 
-namespace pantin::joint_kinds {
+namespace pantin::detail::joint_kinds {
 
 struct screw : SlidesAlongX, TurnsAboutX {
   static constexpr std::string_view name = "screw";
@@ -39,4 +39,4 @@ struct screw : SlidesAlongX, TurnsAboutX {
   }
 };
 
-}  // namespace pantin::joint_kinds
+}  // namespace pantin::detail::joint_kinds

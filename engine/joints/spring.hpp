@@ -2,7 +2,7 @@
 /// Holds nothing: a spring and damper between the anchors, told by parameters->translation.
 #include "engine/joints/kind.hpp"
 
-namespace pantin::joint_kinds {
+namespace pantin::detail::joint_kinds {
 
 struct spring : Line, TurnsFreely {
   static constexpr std::string_view name = "spring";
@@ -24,4 +24,4 @@ struct spring : Line, TurnsFreely {
   static void write(const Joint&, const BodyState&, const BodyState&, RowsOut) {}
 };
 
-}  // namespace pantin::joint_kinds
+}  // namespace pantin::detail::joint_kinds

@@ -9,7 +9,7 @@
 
 #include "engine/joints/primitives.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// h = phi / sin phi as a function of p = cos phi, and its first two derivatives.
 struct SwingScale {
@@ -66,4 +66,4 @@ inline AngularRow swing_row(const Joint& joint, const BodyState& a, const BodySt
           to_p * p.gamma + to_q * q.gamma + to_r * r.gamma - bias_acceleration};
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -3,7 +3,7 @@
 /// then about z of b.
 #include "engine/joints/ball.hpp"
 
-namespace pantin::joint_kinds {
+namespace pantin::detail::joint_kinds {
 
 struct universal : SharesPoint, TurnsAboutTwo {
   static constexpr std::string_view name = "universal";
@@ -23,4 +23,4 @@ struct universal : SharesPoint, TurnsAboutTwo {
   }
 };
 
-}  // namespace pantin::joint_kinds
+}  // namespace pantin::detail::joint_kinds

@@ -7,6 +7,9 @@
 #include "engine/pantin/detail/findings.hpp"
 
 namespace pantin {
+
+using namespace detail;
+
 namespace {
 
 using Surfaces = Result<std::shared_ptr<const Surface>>;

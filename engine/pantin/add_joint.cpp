@@ -1,8 +1,12 @@
 #include <pantin/joints.hpp>
 
+#include "engine/joints/kinds.hpp"
 #include "engine/pantin/detail/findings.hpp"
 
 namespace pantin {
+
+using namespace detail;
+
 namespace {
 
 /// A joint's frame in the world, as either body carries it.

@@ -1,9 +1,13 @@
 // What ties two points or two joints: rods, springs, cables, pins, gears.
 #include <pantin/joints.hpp>
 
+#include "engine/joints/kinds.hpp"
 #include "engine/pantin/detail/findings.hpp"
 
 namespace pantin {
+
+using namespace detail;
+
 namespace {
 
 /// Checks the two ends and says how far they are apart, or the length that was asked for.
@@ -89,6 +93,21 @@ Result<Entity> add_to(World& world, const CableJoint& described) {
   cable.anchor_a = local_a(world, described), cable.anchor_b = local_b(world, described);
   cable.length = length, cable.compliance = described.compliance;
   return world.add_cable(described.a, described.b, cable, described.name);
+}
+
+Result<Entity> add_to(World& world, const CustomConstraint& described) {
+  Findings findings(world, "CustomConstraint", described.name);
+  findings.bodies(described.a, described.b);
+  const int rows = described.equations ? described.equations->rows() : 0;
+  if (!described.equations)
+    findings.add("equations", "none", "a CustomJoint");
+  else if (rows < 1 || rows > joint_kinds::custom::most)
+    findings.add("equations", std::to_string(rows) + " rows", "one to six");
+  if (!findings.ok()) return findings.take();
+  Joint joint;
+  joint.kind = JointKind::custom;
+  joint.parameters.edit().custom = described.equations;
+  return world.add_link(described.a, described.b, joint, described.name);
 }
 
 Result<Entity> add_to(World& world, const PinConstraint& described) {

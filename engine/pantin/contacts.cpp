@@ -5,6 +5,9 @@
 #include "engine/contact/contact.hpp"
 
 namespace pantin {
+
+using namespace detail;
+
 namespace {
 
 /// A pair that touched goes on touching while it is nearer than this, m: a load that comes and goes

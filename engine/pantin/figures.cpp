@@ -5,6 +5,9 @@
 #include "engine/pantin/detail/findings.hpp"
 
 namespace pantin {
+
+using namespace detail;
+
 namespace {
 
 /// The shortest rotation from y to a unit direction.

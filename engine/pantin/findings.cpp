@@ -5,7 +5,7 @@
 
 #include "engine/solvers/solver.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 /// The solver of the island that a joint makes of the islands of these bodies: that of its first
@@ -121,4 +121,4 @@ void Findings::known(std::span<const Feature> features, std::initializer_list<En
           solvers_that_know(feature));
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

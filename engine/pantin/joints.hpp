@@ -12,6 +12,7 @@
 /// (World::default_settings, World::settings) before adding; where a later joint gives an island
 /// another solver, check(world) and StepReport::faults tell. A joint lives as an entity; remove it
 /// with World::destroy().
+#include <memory>
 #include <optional>
 #include <pantin/world.hpp>
 #include <string>
@@ -176,6 +177,13 @@ struct CableJoint {
   std::string name = {};
 };
 
+/// A joint of equations of your own, one to six. Lagrangian solver.
+struct CustomConstraint {
+  Entity a = {}, b = {};
+  std::shared_ptr<const CustomJoint> equations = {};
+  std::string name = {};
+};
+
 /// A point of a body that is held at a point of the world or of another body.
 struct PinConstraint {
   Entity body = {};
@@ -216,6 +224,7 @@ Result<Entity> add_to(World& world, const PlanarJoint& joint);
 Result<Entity> add_to(World& world, const DistanceJoint& joint);
 Result<Entity> add_to(World& world, const SpringJoint& joint);
 Result<Entity> add_to(World& world, const CableJoint& joint);
+Result<Entity> add_to(World& world, const CustomConstraint& joint);
 Result<Entity> add_to(World& world, const PinConstraint& pin);
 Result<Entity> add_to(World& world, const GearJoint& gear);
 

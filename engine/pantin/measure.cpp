@@ -2,12 +2,16 @@
 #include <limits>
 #include <pantin/measure.hpp>
 
+#include "engine/joints/kinds.hpp"
 #include "engine/joints/rows.hpp"
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "engine/solvers/solver.hpp"
 
 namespace pantin {
+
+using namespace detail;
+
 namespace {
 
 constexpr Real kNoNumber = std::numeric_limits<Real>::quiet_NaN();
@@ -153,6 +157,13 @@ Real joint_angle(const World& world, Entity joint) {
 }
 Real joint_second_angle(const World& world, Entity joint) {
   return coordinate(world, joint, Coordinate::second).value;
+}
+Vec3 joint_swing(const World& world, Entity joint) {
+  const Link* link = world.links.find(joint);
+  const Body *a = link ? world.bodies.find(link->a) : nullptr,
+             *b = link ? world.bodies.find(link->b) : nullptr;
+  if (!a || !b || !has(link->joint.kind, Coordinate::swing)) return Vec3(kNoNumber);
+  return swing_twist(relative_rotation(link->joint, a->pose.rotation, b->pose.rotation)).swing;
 }
 Real joint_angular_speed(const World& world, Entity joint) {
   return coordinate(world, joint, Coordinate::angle).rate;

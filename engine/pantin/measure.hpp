@@ -16,6 +16,9 @@ namespace pantin {
 Real joint_angle(const World& world, Entity joint);
 /// rad, universal joints: about axis_b.
 Real joint_second_angle(const World& world, Entity joint);
+/// Ball joints: the swing of the twist axis from its place in a, as a rotation vector (axis times
+/// angle, rad) in the joint's axes of a; its x is 0.
+Vec3 joint_swing(const World& world, Entity joint);
 /// rad/s
 Real joint_angular_speed(const World& world, Entity joint);
 /// m. Prismatic, cylindrical and screw joints: along the axis; distance and spring joints: the

@@ -6,6 +6,9 @@
 #include "engine/pantin/detail/findings.hpp"
 
 namespace pantin {
+
+using namespace detail;
+
 namespace {
 
 constexpr Real kTall = 1.76;  // m, of the figures below

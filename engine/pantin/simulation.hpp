@@ -3,4 +3,5 @@
 #include <pantin/world.hpp>
 
 #include "engine/runtime/simulation.hpp"
+#include "engine/world/faults.hpp"
 #include "engine/world/report.hpp"

@@ -2,7 +2,7 @@
 
 #include "engine/render/surface_mesh.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 constexpr std::size_t kManyPoints = 64;  // beyond, a box stands for the points
@@ -108,4 +108,4 @@ Vec3 down_of(const World& world) {
   return g > 0 ? world.gravity / g : Vec3{0, -1, 0};
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -6,7 +6,7 @@
 #include "engine/geometry/kinds.hpp"
 #include "engine/world/world.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 struct Ball {
   Vec3 centre{0};   // world, m
@@ -39,4 +39,4 @@ void add_string_curve(Vec3 a, Vec3 b, Real length, Vec3 down, int segments, std:
 /// The way gravity points; -y where there is none.
 Vec3 down_of(const World& world);
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -7,7 +7,7 @@
 #include "engine/render/eye.hpp"
 #include "engine/render/renderer.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 constexpr Real kFar = std::numeric_limits<Real>::infinity();
@@ -252,6 +252,12 @@ Eye make_eye(const Camera& camera, int width, int height) {
   eye.distance = distance > 0 ? distance : 1;
   return eye;
 }
+
+}  // namespace pantin::detail
+
+namespace pantin {
+
+using namespace detail;
 
 Camera framing_camera(const World& world, const View& view, Real aspect) {
   constexpr Real kMargin = 0.92;  // the part of the picture that is filled

@@ -18,6 +18,9 @@
 #include "engine/render/png.hpp"
 
 namespace pantin {
+
+using namespace detail;
+
 namespace {
 
 namespace fs = std::filesystem;

@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdlib>
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 constexpr std::array<const char*, 4> kNames = {"auto", "surfaceless", "device", "osmesa"};
@@ -69,4 +69,4 @@ Result<std::unique_ptr<Context>> open_context(GlPath wish, const GlLibraries& li
   return errors;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -8,7 +8,7 @@
 #include "engine/render/gl.hpp"
 #include "engine/render/renderer.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// A context and its entry points. Objects made in it die with it.
 class Context {
@@ -42,4 +42,4 @@ Result<std::unique_ptr<Context>> open_osmesa(const char* library);
 Result<std::unique_ptr<Context>> open_context(GlPath wish, const GlLibraries& libraries,
                                               GlReport& report);
 
-}  // namespace pantin
+}  // namespace pantin::detail

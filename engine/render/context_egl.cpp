@@ -8,7 +8,7 @@
 
 #include "engine/render/context.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 struct Egl {
@@ -162,4 +162,4 @@ Result<std::unique_ptr<Context>> open_egl(GlPath path, const char* library) {
       egl, egl.get_platform_display(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr));
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

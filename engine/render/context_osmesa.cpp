@@ -6,7 +6,7 @@
 
 #include "engine/render/context.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 // What OSMesa's header says, without its header: that one brings in the GL of the compatibility
@@ -86,4 +86,4 @@ Result<std::unique_ptr<Context>> open_osmesa(const char* library) {
   return std::unique_ptr<Context>(std::move(context));
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -3,7 +3,7 @@
 #include "engine/base/math.hpp"
 #include "engine/world/look.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 struct Eye {
   Vec3 position{0};
@@ -27,4 +27,4 @@ struct Eye {
 /// Keeps the horizon level; a camera whose eye is its target looks along -z.
 Eye make_eye(const Camera& camera, int width, int height);
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -14,7 +14,7 @@
 
 extern char** environ;
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 bool ends_with(const std::string& text, const std::string& end) {
@@ -219,4 +219,4 @@ std::string Ffmpeg::last_words() const {
   return words;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

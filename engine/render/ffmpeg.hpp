@@ -7,7 +7,7 @@
 
 #include "engine/render/renderer.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// The container follows from the name: .mp4 (fragmented) or .mkv. Both can be played up to nearly
 /// the last frame should ffmpeg be killed. The film grows in `path`.part and is renamed by
@@ -40,4 +40,4 @@ class Ffmpeg {
   bool keep_part_ = false;
 };
 
-}  // namespace pantin
+}  // namespace pantin::detail

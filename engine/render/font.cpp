@@ -7,7 +7,7 @@
 #include <array>
 #include <memory>
 
-namespace pantin {
+namespace pantin::detail {
 
 void draw_built_in(Font& font, int pixels);  // font_built_in.cpp
 
@@ -148,4 +148,4 @@ char32_t take_letter(std::string_view& utf8) {
   return letter;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -7,7 +7,7 @@
 #include <unordered_map>
 #include <vector>
 
-namespace pantin {
+namespace pantin::detail {
 
 /// A letter's place in the atlas and around the pen, in pixels; `top` counts up from the baseline.
 struct Glyph {
@@ -38,4 +38,4 @@ Font load_font(std::span<const char* const> files, int pixels);
 /// Takes the next letter off the front of `utf8`; U+FFFD for a byte that fits nowhere.
 char32_t take_letter(std::string_view& utf8);
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -11,7 +11,7 @@ PANTIN_QUIET_END
 #define PANTIN_HAS_EASY_FONT
 #endif
 
-namespace pantin {
+namespace pantin::detail {
 
 void draw_built_in(Font& font, int pixels) {
   font.source = "none";
@@ -52,4 +52,4 @@ void draw_built_in(Font& font, int pixels) {
 #endif
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

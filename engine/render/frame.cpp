@@ -4,7 +4,7 @@
 #include <cstring>
 #include <limits>
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 constexpr Real kInfinity = std::numeric_limits<Real>::infinity();
@@ -248,4 +248,4 @@ Frame make_frame(const View& view, const Eye& eye, const DrawList& list) {
   return frame;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

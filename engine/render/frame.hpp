@@ -4,7 +4,7 @@
 
 #include "engine/render/gather.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// Laid out as the std140 block `Frame` of the shaders. Places are relative to the eye.
 struct FrameBlock {
@@ -62,4 +62,4 @@ Vec3 display_colour(Vec3 linear);
 /// The sRGB transfer curve alone.
 Vec3 srgb(Vec3 linear);
 
-}  // namespace pantin
+}  // namespace pantin::detail

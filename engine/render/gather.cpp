@@ -5,7 +5,7 @@
 #include "engine/geometry/surface.hpp"
 #include "engine/render/surface_mesh.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 constexpr std::size_t kCrowd = 500;  // bodies; beyond, triangles cost more than they show
@@ -240,4 +240,4 @@ void gather(const World& world, std::span<const Pose> poses, const View& view, c
   }
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -13,7 +13,7 @@
 #include "engine/render/eye.hpp"
 #include "engine/render/meshes.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// One solid: core and skin of its mesh (see MeshVertex), pose, material.
 struct Instance {
@@ -62,4 +62,4 @@ inline constexpr Real kStringRadius = 0.0012;  // m
 void gather(const World& world, std::span<const Pose> poses, const View& view, const Eye& eye,
             DrawList& to);
 
-}  // namespace pantin
+}  // namespace pantin::detail

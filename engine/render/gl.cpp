@@ -1,6 +1,6 @@
 #include "engine/render/gl.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 const char* load(Gl& gl, GlLookUp look_up) {
 #define PANTIN_GL_LOAD(type, name)                       \
@@ -11,4 +11,4 @@ const char* load(Gl& gl, GlLookUp look_up) {
   return nullptr;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

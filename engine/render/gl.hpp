@@ -72,7 +72,7 @@
   X(PFNGLVERTEXATTRIBPOINTERPROC, VertexAttribPointer)                       \
   X(PFNGLVIEWPORTPROC, Viewport)
 
-namespace pantin {
+namespace pantin::detail {
 
 struct Gl {
 #define PANTIN_GL_MEMBER(type, name) type name = nullptr;
@@ -86,4 +86,4 @@ using GlLookUp = GlAddress (*)(const char* name);
 /// Fills the table; the name of the first entry point that `look_up` does not know, or nullptr.
 const char* load(Gl& gl, GlLookUp look_up);
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -6,9 +6,11 @@
 #include "engine/base/rotation.hpp"
 #include "engine/contact/contact.hpp"
 #include "engine/geometry/surface.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/render/bounds.hpp"
+#include "engine/world/partition.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 constexpr Real kNoCap = 1e100;  // N m; joint drives stronger than this have no greatest torque
@@ -242,6 +244,12 @@ void add_marks(const Scene& scene, Pen& pen) {
   add_pins(scene, pen);
   add_contacts(scene, pen);
 }
+
+}  // namespace pantin::detail
+
+namespace pantin {
+
+using namespace detail;
 
 std::vector<LegendEntry> overlay_legend(const World& world) {
   bool ranges = false, axes = false, locks = false, slides = false, springs = false, rods = false,

@@ -8,7 +8,7 @@
 #include "engine/render/bounds.hpp"
 #include "engine/render/overlay.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// Colours of the marks, sRGB.
 namespace ink {
@@ -81,4 +81,4 @@ void add_turn_marks(const Scene& scene, Pen& pen);
 /// The length that marks at a joint are given, m; 0 where they would be too small to read.
 Real mark_size(const Scene& scene, const Link& link, Vec3 at, const Pen& pen);
 
-}  // namespace pantin
+}  // namespace pantin::detail

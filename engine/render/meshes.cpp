@@ -2,7 +2,7 @@
 
 #include "engine/base/math.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 std::uint16_t add_vertex(Meshes& to, Vec3 corner, Vec3 normal) {
@@ -107,4 +107,4 @@ Meshes make_meshes() {
   return meshes;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

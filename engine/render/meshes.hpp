@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace pantin {
+namespace pantin::detail {
 
 /// A vertex of a solid that is a core grown by a skin: its place is `core * corner + skin *
 /// normal`. One mesh so serves capsules of any length, and boxes with bevels of any width.
@@ -29,4 +29,4 @@ struct Meshes {
 
 Meshes make_meshes();
 
-}  // namespace pantin
+}  // namespace pantin::detail

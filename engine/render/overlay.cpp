@@ -4,7 +4,7 @@
 
 #include "engine/render/frame.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 constexpr Vec3 kPaper{0.06, 0.07, 0.09}, kInk{0.96, 0.97, 0.98}, kAlarm{1, 0.36, 0.3};
@@ -126,4 +126,4 @@ void OverlayList::add_labels(const Overlay& overlay, const Eye& eye) {
   }
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

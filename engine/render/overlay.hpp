@@ -7,7 +7,7 @@
 #include "engine/render/font.hpp"
 #include "engine/render/renderer.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 struct OverlayVertex {
   float pixel[2];   // from the top left corner
@@ -41,4 +41,4 @@ class OverlayList {
   std::vector<OverlayVertex> vertices_;
 };
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -8,7 +8,7 @@
 #include "engine/base/check.hpp"
 #include "engine/render/capture.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 constexpr std::uint8_t kSignature[8] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
@@ -85,6 +85,12 @@ std::span<const std::uint8_t> PngEncoder::encode(const Image& image) {
 std::string_view as_text(std::span<const std::uint8_t> bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
+
+}  // namespace pantin::detail
+
+namespace pantin {
+
+using namespace detail;
 
 std::vector<std::uint8_t> encode_png(const Image& image) {
   PngEncoder encoder;

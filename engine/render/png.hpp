@@ -9,7 +9,7 @@
 
 struct libdeflate_compressor;
 
-namespace pantin {
+namespace pantin::detail {
 
 /// Encodes one picture after another with the same memory.
 class PngEncoder {
@@ -29,4 +29,4 @@ class PngEncoder {
 /// Bytes as what files are written from.
 std::string_view as_text(std::span<const std::uint8_t> bytes);
 
-}  // namespace pantin
+}  // namespace pantin::detail

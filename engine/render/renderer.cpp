@@ -11,6 +11,9 @@
 #include "engine/render/surface_store.hpp"
 
 namespace pantin {
+
+using namespace detail;
+
 namespace {
 
 constexpr int kLetterRows = 40;  // an em is a fortieth of the picture's height

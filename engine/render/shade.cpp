@@ -2,7 +2,7 @@
 
 #include "engine/render/frame.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 struct Grid {
@@ -59,4 +59,4 @@ void shade_ground(std::span<const Ball> balls, Vec3 low, Vec3 high, Real ground_
     to[i] = static_cast<std::uint8_t>(open[i] * 255.f + 0.5f);
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -1,6 +1,6 @@
 #include "engine/render/shaders.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 const char* const kFrameSource = R"(
 layout(std140) uniform Frame {
@@ -295,4 +295,4 @@ Result<GLuint> make_program(const Gl& gl, const std::string& defines, const char
   return Error{std::string("the driver does not link a program: ") + log};
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

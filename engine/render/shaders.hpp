@@ -5,7 +5,7 @@
 #include "engine/base/result.hpp"
 #include "engine/render/gl.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// Sources without their line `version`; `kFrameSource` goes before each.
 extern const char* const kFrameSource;
@@ -24,4 +24,4 @@ extern const char* const kOverlayFragment;
 Result<GLuint> make_program(const Gl& gl, const std::string& defines, const char* vertex,
                             const char* fragment);
 
-}  // namespace pantin
+}  // namespace pantin::detail

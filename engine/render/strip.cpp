@@ -4,6 +4,8 @@
 
 namespace pantin {
 
+using namespace detail;
+
 Strip::Strip(int columns, int rows, int width, int height)
     : columns_(columns), rows_(rows), width_(width), height_(height) {
   image_.width = columns * width, image_.height = rows * height;

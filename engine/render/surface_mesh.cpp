@@ -4,7 +4,7 @@
 
 #include "engine/geometry/kinds.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 std::uint32_t add_vertex(SurfaceMesh& to, Vec3 place, Vec3 normal) {
@@ -115,4 +115,4 @@ SurfaceMesh make_surface_mesh(const Surface& surface) {
   return mesh;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -4,7 +4,7 @@
 #include "engine/geometry/surface.hpp"
 #include "engine/render/meshes.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// Vertices whose `corner` is a place in the shape's frame, m: drawn with a core of 1 and no skin.
 struct SurfaceMesh {
@@ -23,4 +23,4 @@ std::shared_ptr<const Surface> tessellate(const Shape& shape);
 /// How far the rim of a height field reaches below its lowest point, m.
 Real rim_of(const Surface& height_field);
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -2,7 +2,7 @@
 
 #include "engine/render/surface_mesh.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 StoredSurface SurfaceStore::store(const Surface& surface) const {
   const SurfaceMesh mesh = make_surface_mesh(surface);
@@ -53,4 +53,4 @@ void SurfaceStore::forget_unused() {
   }
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -6,7 +6,7 @@
 #include "engine/geometry/surface.hpp"
 #include "engine/render/gl.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// A vertex array of places, normals (attributes 0 and 1) and triangles. Attributes 2 to 5 are on
 /// and advance once an instance; the caller points them at its instances.
@@ -37,4 +37,4 @@ class SurfaceStore {
   std::unordered_map<const Surface*, Entry> entries_;
 };
 
-}  // namespace pantin
+}  // namespace pantin::detail

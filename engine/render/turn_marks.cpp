@@ -2,9 +2,10 @@
 #include <cmath>
 
 #include "engine/base/rotation.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/render/marks.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 constexpr Real kAtStop = 1e-3;  // rad, within which a joint stands at its stop
@@ -229,4 +230,4 @@ void add_turn_marks(const Scene& scene, Pen& pen) {
   }
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

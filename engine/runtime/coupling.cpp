@@ -4,7 +4,7 @@
 
 #include "engine/solvers/solver.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 constexpr int kMaxIterations = 24;
@@ -17,6 +17,7 @@ struct CoupledIsland {
 
 /// The islands at interfaces, in the order of the solvers.
 struct Coupled {
+  static constexpr std::string_view name = "coupled";  // in saved Worlds
   std::vector<CoupledIsland> leaders, followers;
   std::vector<contact::Reaction> reactions;
   std::vector<Contact> contacts;  // as they were found for the step
@@ -148,4 +149,4 @@ void couple_touching(World& world, Real h) {
   }
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -3,7 +3,7 @@
 /// equals reaction.
 #include "engine/world/world.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// Saves the initial state of all islands with interfaces, before the step.
 void save_coupled(World& world);
@@ -20,4 +20,4 @@ void step_coupled(World& world, Real h);
 /// Exchanges the reactions of followers that were solved together because they are in contact.
 void couple_touching(World& world, Real h);
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -4,6 +4,8 @@
 
 namespace pantin {
 
+using namespace detail;
+
 Measures measure(const World& world) {
   if (partition_of(world).built_for != world.structure()) {  // changed since the last step
     World built = world;

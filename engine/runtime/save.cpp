@@ -12,6 +12,9 @@
 #include "engine/solvers/solver.hpp"
 
 namespace pantin {
+
+using namespace detail;
+
 namespace {
 
 constexpr std::uint64_t kMagic = 0x444c524f574e5450;  // "PTNWORLD", where the low byte comes first

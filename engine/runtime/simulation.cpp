@@ -3,6 +3,9 @@
 #include <algorithm>
 
 namespace pantin {
+
+using namespace detail;
+
 namespace {
 
 Error within_step(const std::string& what) {

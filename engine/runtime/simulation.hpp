@@ -6,6 +6,7 @@
 
 #include "engine/contact/contact.hpp"
 #include "engine/runtime/systems.hpp"
+#include "engine/world/faults.hpp"
 #include "engine/world/report.hpp"
 #include "engine/world/world.hpp"
 
@@ -18,13 +19,15 @@ struct StepSettings {
   bool measure = false;  // fill StepReport::measures after each step
 };
 
+/// The shortest and the longest substep that is taken, s.
+inline constexpr Real kShortestStep = 1e-12, kLongestStep = 1e6;
+
+namespace detail {
+
 /// Seconds spent in each stage since the last reset, for benchmarks.
 struct StageTimes {
   Real drive = 0, update = 0, contacts = 0, adjust = 0, measure = 0;
 };
-
-/// The shortest and the longest substep that is taken, s.
-inline constexpr Real kShortestStep = 1e-12, kLongestStep = 1e6;
 
 /// One whole step: drive, update, touch, adjust, measure. Never throws, never prints; allocates
 /// nothing once the structure is known. A step of zero or non-finite length does nothing; one whose
@@ -40,6 +43,8 @@ inline constexpr Real kShortestStep = 1e-12, kLongestStep = 1e6;
 /// before the update gets the place where it lands.
 StepReport step_world(World& world, const StepSettings& settings, const Systems& systems,
                       StageTimes* times = nullptr, std::span<Pose> drawn_from = {}) noexcept;
+
+}  // namespace detail
 
 /// Whether a step can use more than one thread in this build.
 bool has_threads();
@@ -82,13 +87,13 @@ class Simulation {
   /// Interpolated pose of a body between the last two steps; a teleported body is not interpolated.
   Pose interpolated(Entity body, Real fraction) const;
 
-  StageTimes times;  // filled when `timing` is set
+  detail::StageTimes times;  // filled when `timing` is set
   bool timing = false;
 
  private:
   StepReport take_step(std::span<Pose> drawn_from);
 
-  Systems systems_;
+  detail::Systems systems_;
   bool stepping_ = false;
   Real left_over_ = 0;
   std::vector<Pose> before_;  // poses before the last step of advance(), by body slot

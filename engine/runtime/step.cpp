@@ -8,7 +8,7 @@
 #include "engine/runtime/simulation.hpp"
 #include "engine/solvers/solver.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 /// Moves kinematic bodies to the poses of their paths at the end of the step. Those whose path
@@ -121,8 +121,9 @@ void clear_requests(World& world) {
 
 /// Forces while a step is taken in parts.
 struct ForceRoom {
-  std::vector<std::pair<Entity, Force>> whole;  // pushed for the whole step, from outside
-  std::vector<std::pair<Entity, Force>> felt;   // what the update stage of this part took up
+  static constexpr std::string_view name = "forces";  // in saved Worlds
+  std::vector<std::pair<Entity, Force>> whole;        // pushed for the whole step, from outside
+  std::vector<std::pair<Entity, Force>> felt;         // what the update stage of this part took up
 
   // Of one step.
   static void fields(auto& self, auto&& field) {
@@ -312,4 +313,4 @@ StepReport step_world(World& world, const StepSettings& settings, const Systems&
   return report;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 bool contains(const std::vector<std::string>& names, std::string_view name) {
@@ -82,4 +82,4 @@ bool Systems::has(std::string_view name) const {
   });
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

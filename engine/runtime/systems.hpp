@@ -21,8 +21,6 @@ enum class Stage : std::uint8_t {
   before_measure,
   after_step
 };
-inline constexpr std::size_t kStages = 6;
-
 /// A user system, called with the World and the step length in seconds. It may take a const World&.
 using System = std::function<void(World&, Real)>;
 
@@ -32,6 +30,10 @@ struct SystemOrder {
   std::string name = {};
   std::vector<std::string> before = {}, after = {};
 };
+
+namespace detail {
+
+inline constexpr std::size_t kStages = 6;
 
 /// One system of a stage.
 struct StagedSystem {
@@ -61,5 +63,7 @@ class Systems {
   std::array<std::vector<StagedSystem>, kStages> systems_;
   std::uint64_t inserted_ = 0;
 };
+
+}  // namespace detail
 
 }  // namespace pantin

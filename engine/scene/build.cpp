@@ -5,7 +5,7 @@
 #include "engine/scene/build_context.hpp"
 #include "engine/scene/group_builder.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 BuildCount count_of(const BuiltScene& built) {
@@ -107,4 +107,4 @@ BuiltScene build_scene(const Recipe& recipe, BuildMessages& messages, const Scen
   return whole;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -7,7 +7,7 @@
 #include "engine/scene/build_messages.hpp"
 #include "engine/scene/recipe.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// The world, where a body is expected.
 inline constexpr std::uint32_t kWorldBody = UINT32_MAX;
@@ -111,4 +111,4 @@ void warn_of_structure(const BuiltScene& built, const std::vector<Solver>& solve
 /// Fills the World of a scene.
 void build_world(const BuiltScene& built, World& world);
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -8,7 +8,7 @@
 #include "engine/scene/build.hpp"
 #include "engine/scene/poll.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// How much there is of something; counted in floating point, since a few lines can ask for more
 /// than any integer holds.
@@ -51,4 +51,4 @@ struct BuildContext {
   std::vector<std::uint32_t> open_;  // prefabs being built, outermost first
 };
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -8,7 +8,7 @@
 
 #include "engine/scene/words.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 enum class ElementKind : std::uint8_t {
   group,  // the scene or a prefab itself
@@ -47,4 +47,4 @@ class BuildMessages {
   virtual Hints& hints() = 0;
 };
 
-}  // namespace pantin
+}  // namespace pantin::detail

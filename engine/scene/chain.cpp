@@ -2,9 +2,10 @@
 #include <numeric>
 
 #include "engine/base/rotation.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/scene/build.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 /// The shortest rotation from the link's own -y axis to `direction`.
@@ -146,4 +147,4 @@ Quat chain_axes(JointKind kind) {
   return glm::normalize(glm::quat_cast(axes));
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -4,7 +4,7 @@
 
 #include "engine/base/utf8.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 constexpr std::size_t kMostKept = 10'000, kMostTold = 100;
@@ -84,4 +84,4 @@ std::string described(const JsonDocument& json, NodeId id) {
   }
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

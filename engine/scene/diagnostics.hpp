@@ -11,7 +11,7 @@
 #include "engine/scene/json.hpp"
 #include "engine/scene/words.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 class Diagnostics {
  public:
@@ -69,4 +69,4 @@ class Diagnostics {
 /// A value as errors name it: "shim" in quotes, a number as written, "an array of 3".
 std::string described(const JsonDocument& json, NodeId id);
 
-}  // namespace pantin
+}  // namespace pantin::detail

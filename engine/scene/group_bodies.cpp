@@ -5,7 +5,7 @@
 #include "engine/scene/group_builder.hpp"
 #include "engine/scene/place.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 /// A body as its recipe says, its own frame at `own`.
@@ -93,4 +93,4 @@ void GroupBuilder::check_loop(const ElementId& at, const Keyframes& path) {
                         " degrees from its first, expected the same pose");
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

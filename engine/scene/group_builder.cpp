@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace pantin {
+namespace pantin::detail {
 
 BuiltScene build_group(BuildContext& context, const Group& group, std::uint32_t number) {
   return GroupBuilder(context, group, number).build();
@@ -162,4 +162,4 @@ bool GroupBuilder::fits(const BuildCount& count, const ElementId& at) {
          check(&BuildCount::name_bytes, limits.name_bytes, "bytes of names");
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -9,7 +9,7 @@
 
 #include "engine/scene/build_context.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// `number` as in ElementId.
 BuiltScene build_group(BuildContext& context, const Group& group, std::uint32_t number);
@@ -98,4 +98,4 @@ class GroupBuilder {
   std::unordered_map<std::string, int> unnamed_;  // how many share a made-up name
 };
 
-}  // namespace pantin
+}  // namespace pantin::detail

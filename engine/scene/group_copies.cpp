@@ -3,7 +3,7 @@
 #include "engine/scene/group_builder.hpp"
 #include "engine/scene/place.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 /// A pose moved by a rigid motion; a pure translation keeps rotations bit for bit.
@@ -97,4 +97,4 @@ void GroupBuilder::copy(const Copy& how) {
     made_.paths.push_back({d.at, moved_place(d.body), shifted(moved(d.path, how.at), how.ahead)});
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -1,9 +1,10 @@
 #include <utility>
 
+#include "engine/joints/kinds.hpp"
 #include "engine/scene/group_builder.hpp"
 #include "engine/scene/place.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// The two sides of a joint or a string.
 struct GroupBuilder::Ends {
@@ -181,4 +182,4 @@ bool GroupBuilder::hold_on(Element<PinRecipe> e, BuiltPin& placed) {
   return false;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

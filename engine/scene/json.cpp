@@ -10,7 +10,7 @@
 
 #include "engine/base/utf8.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
@@ -392,4 +392,4 @@ JsonDocument parse_json(std::string_view text, const JsonLimits& limits) {
   return document;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -9,7 +9,7 @@
 
 #include "engine/scene/poll.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 enum class JsonKind : std::uint8_t { null, boolean, number, string, array, object };
 
@@ -82,4 +82,4 @@ class TextCursor {
 /// Throws Cancelled where the poll says so.
 JsonDocument parse_json(std::string_view text, const JsonLimits& limits = {});
 
-}  // namespace pantin
+}  // namespace pantin::detail

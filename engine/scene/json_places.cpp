@@ -1,7 +1,7 @@
 #include "engine/base/check.hpp"
 #include "engine/scene/json_recipe.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 void JsonPlaces::add(std::uint32_t group, ElementKind kind, NodeId node) {
   if (group >= groups_.size()) groups_.resize(group + 1);
@@ -31,4 +31,4 @@ void JsonPlaces::warn(const ElementId& at, std::string_view kind, std::string me
   complaints_.warn(node(at), kind, std::move(message));
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

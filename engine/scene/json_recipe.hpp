@@ -8,7 +8,7 @@
 #include "engine/scene/diagnostics.hpp"
 #include "engine/scene/recipe.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 class JsonPlaces final : public BuildMessages {
  public:
@@ -43,4 +43,4 @@ struct ReadContext {
 /// Complains through `places`, and fills it.
 Recipe read_recipe(const JsonDocument& json, JsonPlaces& places, const ReadContext& context);
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -8,7 +8,7 @@
 
 #include "engine/joints/kinds.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 struct KeySet {
   std::string_view what;  // the kind of object, as errors name it
@@ -215,4 +215,4 @@ constexpr const KeySet& keys_of(std::string_view what) {
   return kKeySets[0];
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -6,7 +6,7 @@
 
 #include "engine/base/utf8.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 constexpr std::size_t kMostErrors = 20;
@@ -105,4 +105,4 @@ Result<ObjMesh> parse_obj(std::string_view text, std::string_view name) {
   return ObjReader(name).read(text);
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

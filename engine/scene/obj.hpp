@@ -9,7 +9,7 @@
 #include "engine/base/math.hpp"
 #include "engine/base/result.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 struct ObjMesh {
   std::vector<Vec3> points;  // as written
@@ -22,4 +22,4 @@ struct ObjMesh {
 /// most twenty are reported.
 Result<ObjMesh> parse_obj(std::string_view text, std::string_view name);
 
-}  // namespace pantin
+}  // namespace pantin::detail

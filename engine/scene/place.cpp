@@ -3,8 +3,9 @@
 #include <cmath>
 
 #include "engine/base/rotation.hpp"
+#include "engine/joints/kinds.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 /// The rotation from joint axes to the frame in which the recipe gives them.
@@ -156,4 +157,4 @@ JointDrive shifted(const JointDrive& drive, Real ahead) {
   return result;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

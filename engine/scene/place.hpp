@@ -2,7 +2,7 @@
 /// Geometry of joints, cables, pins and paths, once their bodies are known.
 #include "engine/scene/build.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// A point of a body's own frame in its mass-centre frame.
 Vec3 from_own_frame(const BuiltScene& built, std::uint32_t body, Vec3 point);
@@ -38,4 +38,4 @@ Keyframes keyframes_of(const PathRecipe& recipe, const Pose& start);
 /// A joint drive with its keys shifted by a time (s).
 JointDrive shifted(const JointDrive& drive, Real ahead);
 
-}  // namespace pantin
+}  // namespace pantin::detail

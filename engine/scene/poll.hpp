@@ -3,7 +3,7 @@
 #include <cstdint>
 #include <functional>
 
-namespace pantin {
+namespace pantin::detail {
 
 /// Thrown where reading was called off; parse_scene() catches it.
 struct Cancelled {};
@@ -24,4 +24,4 @@ class Poll {
   std::uint32_t items_ = 0;
 };
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -13,7 +13,7 @@
 #include "engine/scene/poll.hpp"
 #include "engine/scene/reader.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// Surfaces made from files, by kind and path: shapes that name one file share it. Null: refused.
 using SurfaceFiles = std::map<std::pair<ShapeKind, std::string>, std::shared_ptr<const Surface>>;
@@ -116,4 +116,4 @@ std::optional<GridRecipe> read_grid(const Reading& reading, NodeId node);
 ChainRecipe read_chain(const Reading& reading, NodeId node);  // links == 0 if it cannot be read
 BodyRecipe read_stairs(const Reading& reading, NodeId node);  // no name if it cannot be read
 
-}  // namespace pantin
+}  // namespace pantin::detail

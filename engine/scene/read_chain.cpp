@@ -5,7 +5,7 @@
 
 #include "engine/scene/read.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 int most_links(const Reading& reading) {
@@ -142,4 +142,4 @@ BodyRecipe read_stairs(const Reading& reading, NodeId node) {
   return stairs;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

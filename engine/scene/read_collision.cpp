@@ -3,7 +3,7 @@
 
 #include "engine/scene/read.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 constexpr std::size_t kGroups = 32;
@@ -86,4 +86,4 @@ std::optional<Collision> read_collision(const Reading& reading, const Reader& fr
   return std::nullopt;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -2,7 +2,7 @@
 
 #include "engine/scene/read.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 /// "axis" and "across", or the same with `suffix` in a body's own frame; nothing without both.
@@ -75,4 +75,4 @@ std::optional<JointRecipe> read_joint(const Reading& reading, NodeId node) {
   return joint;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -5,7 +5,7 @@
 #include "engine/base/utf8.hpp"
 #include "engine/scene/read.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 constexpr Real kWaterDensity = 1000;  // kg/m^3, the density of bodies that do not name theirs
@@ -135,4 +135,4 @@ BodyMassProperties read_mass_properties(const Reading& reading, const Reader& fr
   return mass_properties;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

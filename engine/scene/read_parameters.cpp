@@ -4,7 +4,7 @@
 
 #include "engine/scene/read.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 using Info = JointKindInfo;
@@ -193,4 +193,4 @@ void read_parameters(const Reading& reading, const Reader& from, TurnRecipe& tur
   (slides ? parameters.translation : parameters.rotation) = read_freedom(reading, from, slides);
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -6,7 +6,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/scene/read.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 constexpr std::string_view kSolverNames[] = {"auto", "sweep", "shake2", "paper", "lagrangian"};
@@ -268,4 +268,4 @@ std::optional<GridRecipe> read_grid(const Reading& reading, NodeId node) {
   return grid;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

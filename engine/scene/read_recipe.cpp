@@ -4,7 +4,7 @@
 
 #include "engine/scene/read.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 /// A group that is being read.
@@ -233,4 +233,4 @@ Recipe read_recipe(const JsonDocument& json, JsonPlaces& places, const ReadConte
   return recipe;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -12,7 +12,7 @@
 #include "engine/scene/shape_keys.hpp"
 #include "engine/scene/text_file.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 using Triangle = std::array<std::uint32_t, 3>;
@@ -222,4 +222,4 @@ std::optional<ShapeWithDensity> read_shape(const Reading& reading, NodeId node,
   return solid;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -5,7 +5,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/scene/read.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 constexpr std::string_view kBallOnly[] = {"ball"};
@@ -319,4 +319,4 @@ TurnRecipe read_turn(const Reading& reading, const Reader& from) {
   return turn;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

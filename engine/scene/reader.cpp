@@ -8,7 +8,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/base/utf8.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 constexpr std::size_t kLongestName = 200;  // bytes
@@ -267,4 +267,4 @@ Quat from_degrees(Vec3 angles) {
                         from_rotation_vector({r.x, 0, 0}));
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -12,7 +12,7 @@
 #include "engine/scene/json.hpp"
 #include "engine/scene/keys.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// Allowed range of a number, and its description for errors.
 struct Range {
@@ -95,4 +95,4 @@ bool read_numbers(const JsonDocument& json, Diagnostics& diagnostics, NodeId arr
 /// Rotations about the fixed axes x, then y, then z.
 Quat from_degrees(Vec3 angles);
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -7,9 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "engine/joints/kinds.hpp"
 #include "engine/scene/scene.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// Shapes and mass properties of a body, in its mass-centre frame.
 struct BodyMassProperties {
@@ -165,4 +166,4 @@ struct Recipe {
   std::vector<Group> prefabs;
 };
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -9,7 +9,9 @@
 
 namespace pantin {
 
-void build_world(const BuiltScene& built, World& world) {
+using namespace detail;
+
+void detail::build_world(const BuiltScene& built, World& world) {
   std::vector<Entity> entities;
   entities.reserve(built.bodies.size());
   for (const BuiltBody& b : built.bodies) {

@@ -6,7 +6,7 @@
 
 #include "engine/geometry/kinds.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 /// A key whose value does not depend on the kind.
@@ -154,4 +154,4 @@ std::string schema_of(ShapeKind kind) {
   return out.str();
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -5,7 +5,7 @@
 #include "engine/geometry/shape.hpp"
 #include "engine/scene/keys.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// The keys of a shape of this kind.
 const KeySet& keys_of(ShapeKind kind);
@@ -13,4 +13,4 @@ const KeySet& keys_of(ShapeKind kind);
 /// The definition of the kind in the JSON Schema, as JSON.
 std::string schema_of(ShapeKind kind);
 
-}  // namespace pantin
+}  // namespace pantin::detail

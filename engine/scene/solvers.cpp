@@ -6,10 +6,11 @@
 #include <vector>
 
 #include "engine/base/disjoint_sets.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/scene/build.hpp"
 #include "engine/world/faults.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 /// The dynamic body of a joint.
@@ -89,4 +90,4 @@ void check_solvers(const BuiltScene& built, const std::vector<Solver>& solvers,
         error(s.at, {"", "cable \"" + s.name + "\"", Feature::cable}, solvers[end]);
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -8,7 +8,7 @@
 
 #include "engine/base/utf8.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 std::string too_long(std::string_view name, std::size_t most, std::string_view what) {
   return printable(name) + ": found more than " + std::to_string(most) + " bytes, expected " +
@@ -39,4 +39,4 @@ Result<std::string> read_text(const std::string& path, std::size_t most, std::st
   return text;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -6,7 +6,7 @@
 
 #include "engine/base/result.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// At most `most` bytes; otherwise one line that says why not, where `what` was expected.
 Result<std::string> read_text(const std::string& path, std::size_t most, std::string_view what);
@@ -14,4 +14,4 @@ Result<std::string> read_text(const std::string& path, std::size_t most, std::st
 /// "name: found more than 10 bytes, expected a scene file".
 std::string too_long(std::string_view name, std::size_t most, std::string_view what);
 
-}  // namespace pantin
+}  // namespace pantin::detail

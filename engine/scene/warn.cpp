@@ -5,10 +5,11 @@
 #include <utility>
 #include <vector>
 
+#include "engine/joints/kinds.hpp"
 #include "engine/scene/build.hpp"
 #include "engine/world/faults.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 constexpr Real kHeavy = 100;          // mass ratio across a joint from which on there is a warning
@@ -292,4 +293,4 @@ void warn_of_structure(const BuiltScene& built, const std::vector<Solver>& solve
   Reach(built).warn(messages);
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

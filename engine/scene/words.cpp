@@ -8,7 +8,7 @@
 
 #include "engine/base/utf8.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 /// Edits (insert, delete, replace, swap neighbours) from `a` to `b` [Damerau 1964, restricted].
@@ -85,4 +85,4 @@ std::string listed(std::span<const std::string_view> words) {
   return whole;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-namespace pantin {
+namespace pantin::detail {
 
 /// The candidate nearest to `word` by edit distance, or "" if none is near. The first of equals.
 std::string_view nearest(std::string_view word, std::span<const std::string_view> candidates);
@@ -35,4 +35,4 @@ std::string quoted_name(std::string_view name);
 /// "a, b or c".
 std::string listed(std::span<const std::string_view> words);
 
-}  // namespace pantin
+}  // namespace pantin::detail

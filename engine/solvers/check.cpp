@@ -3,7 +3,7 @@
 
 #include "engine/solvers/solver.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 std::string unknown_to(Solver solver, Feature feature, const char* verb) {
@@ -142,6 +142,12 @@ void list_faults(World& world, std::span<std::vector<IslandPlan>> plans) {
   list_unknown(all);
   list_impossible(all);
 }
+
+}  // namespace pantin::detail
+
+namespace pantin {
+
+using namespace detail;
 
 std::vector<StructureFault> check(const World& world) {
   World built = world;

@@ -7,7 +7,7 @@
 #include <tbb/task_arena.h>
 #endif
 
-namespace pantin {
+namespace pantin::detail {
 
 std::uint8_t row_of(Solver solver) {
   return solver == Solver::lagrangian ? kLagrangian : kArticulated;
@@ -115,6 +115,12 @@ void run_islands(std::size_t count, [[maybe_unused]] int threads, IslandWork wor
 #endif
   for (std::size_t i = 0; i < count; ++i) work.run(work.with, i);
 }
+
+}  // namespace pantin::detail
+
+namespace pantin {
+
+using namespace detail;
 
 bool has_threads() {
 #ifdef PANTIN_HAS_TBB

@@ -14,7 +14,7 @@
 #include "engine/world/report.hpp"
 #include "engine/world/world.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// Parameters of a step.
 struct StepTask {
@@ -92,10 +92,6 @@ std::uint8_t row_of(Solver solver);
 /// needed.
 void compile_if_changed(World& world);
 
-/// All that is wrong with a World as it stands, without a step: joints that cannot be used, motors,
-/// springs, friction, ratios, kinds of joints and the like under a solver that does not know them,
-/// impossible masses. StepReport::faults counts the same.
-std::vector<StructureFault> check(const World& world);
 /// The part of compile_if_changed that finds what solvers do not know and impossible numbers, and
 /// marks the islands concerned.
 void list_faults(World& world, std::span<std::vector<IslandPlan>> plans);
@@ -113,7 +109,5 @@ void for_each_island(std::size_t count, int threads, const Work& work) {
       count, threads,
       {[](const void* with, std::size_t i) { (*static_cast<const Work*>(with))(i); }, &work});
 }
-/// Whether this build supports more than one thread per step.
-bool has_threads();
 
-}  // namespace pantin
+}  // namespace pantin::detail

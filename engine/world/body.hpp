@@ -46,6 +46,8 @@ struct Body {
   }
 };
 
+namespace detail {
+
 /// External force on a body during the next step. World::push() adds to it; each step clears it.
 struct Force {
   Vec3 force{0};   // N, world axes, at the mass centre
@@ -56,5 +58,7 @@ struct Force {
     field("torque", self.torque);
   }
 };
+
+}  // namespace detail
 
 }  // namespace pantin

@@ -22,6 +22,8 @@ struct Entity {
   }
 };
 
+namespace detail {
+
 /// Allocates handles. The generation distinguishes a destroyed handle from the one that reuses its
 /// index.
 class Entities {
@@ -84,6 +86,7 @@ struct EntityRule {
   }
 };
 
+}  // namespace detail
 }  // namespace pantin
 
 template <>

@@ -5,7 +5,7 @@
 #include "engine/joints/kinds.hpp"
 #include "engine/world/store.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 constexpr unsigned bit(Solver s) { return 1u << static_cast<int>(s); }
@@ -69,4 +69,4 @@ void throw_missing(Entity owner) {
                           ", generation " + std::to_string(owner.generation));
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -5,11 +5,35 @@
 #include <string>
 #include <vector>
 
-#include "engine/joints/joint.hpp"
 #include "engine/world/entity.hpp"
 #include "engine/world/settings.hpp"
 
 namespace pantin {
+
+struct World;
+
+struct StructureFault {
+  enum Kind : std::uint8_t {
+    left_out,   // cannot be solved: the step is taken without it
+    unknown,    // its solver does not know it: the step is taken as if it were not there
+    impossible  // a number that no step can be computed with: its island does not move
+  };
+  Entity link;         // what is concerned: a joint, a cable, a pin, a body ...
+  std::string reason;  // one clause
+  Kind kind = left_out;
+  // Unknown, but of a thing that scenes are read with all the same: contacts, soft stops, springs
+  // that hold points.
+  bool is_minor = false;
+};
+
+/// All that is wrong with a World as it stands, without a step: joints that cannot be used, motors,
+/// springs, friction, ratios, kinds of joints and the like under a solver that does not know them,
+/// impossible masses. StepReport::faults counts the same.
+std::vector<StructureFault> check(const World& world);
+
+namespace detail {
+
+struct Joint;
 
 /// What not every solver knows.
 enum class Feature : std::uint8_t {
@@ -37,18 +61,5 @@ const char* name_of(Feature feature);
 /// What a joint has besides a shared point and hard limits; kinds included.
 std::vector<Feature> features_of(const Joint& joint);
 
-struct StructureFault {
-  enum Kind : std::uint8_t {
-    left_out,   // cannot be solved: the step is taken without it
-    unknown,    // its solver does not know it: the step is taken as if it were not there
-    impossible  // a number that no step can be computed with: its island does not move
-  };
-  Entity link;         // what is concerned: a joint, a cable, a pin, a body ...
-  std::string reason;  // one clause
-  Kind kind = left_out;
-  // Unknown, but of a thing that scenes are read with all the same: contacts, soft stops, springs
-  // that hold points.
-  bool is_minor = false;
-};
-
+}  // namespace detail
 }  // namespace pantin

@@ -21,6 +21,8 @@ namespace pantin {
 enum class Integrator : std::uint8_t { PANTIN_INTEGRATORS(PANTIN_WORD) };
 #undef PANTIN_WORD
 
+namespace detail {
+
 struct IntegratorInfo {
   std::string_view name;
   int order;
@@ -32,29 +34,12 @@ struct IntegratorInfo {
 inline constexpr IntegratorInfo kIntegrators[] = {PANTIN_INTEGRATORS(PANTIN_INFO)};
 #undef PANTIN_INFO
 
-constexpr Integrator last_of(Integrator) {
-  return static_cast<Integrator>(std::size(kIntegrators) - 1);
-}
-
 #define PANTIN_NAME(word, ...) #word,
 inline constexpr std::string_view kIntegratorNames[] = {PANTIN_INTEGRATORS(PANTIN_NAME)};
 #undef PANTIN_NAME
 
 constexpr const IntegratorInfo& info_of(Integrator integrator) {
   return kIntegrators[static_cast<int>(integrator)];
-}
-
-/// "euler", "rattle", "rk4", "implicit".
-constexpr const char* name_of(Integrator integrator) { return info_of(integrator).name.data(); }
-
-/// False for any other word; `integrator` is then unchanged.
-constexpr bool integrator_from_name(std::string_view name, Integrator& integrator) {
-  for (const IntegratorInfo& info : kIntegrators) {
-    if (info.name != name) continue;
-    integrator = static_cast<Integrator>(&info - kIntegrators);
-    return true;
-  }
-  return false;
 }
 
 /// "rk4": those that step within a tolerance.
@@ -64,5 +49,26 @@ constexpr Integrator kTakesTolerance = [] {
     if (info.takes_tolerance) return static_cast<Integrator>(&info - kIntegrators);
   return first;
 }();
+
+}  // namespace detail
+
+constexpr Integrator last_of(Integrator) {
+  return static_cast<Integrator>(std::size(detail::kIntegrators) - 1);
+}
+
+/// "euler", "rattle", "rk4", "implicit".
+constexpr const char* name_of(Integrator integrator) {
+  return detail::info_of(integrator).name.data();
+}
+
+/// False for any other word; `integrator` is then unchanged.
+constexpr bool integrator_from_name(std::string_view name, Integrator& integrator) {
+  for (const detail::IntegratorInfo& info : detail::kIntegrators) {
+    if (info.name != name) continue;
+    integrator = static_cast<Integrator>(&info - detail::kIntegrators);
+    return true;
+  }
+  return false;
+}
 
 }  // namespace pantin

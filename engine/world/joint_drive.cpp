@@ -4,6 +4,8 @@
 
 namespace pantin {
 
+using namespace detail;
+
 Quat target_at(const JointDrive& drive, Real time) {
   const std::vector<PoseKey>& keys = drive.keys;
   if (keys.empty()) return drive.target;

@@ -7,6 +7,9 @@
 #include "engine/base/rotation.hpp"
 
 namespace pantin {
+
+using namespace detail;
+
 namespace {
 
 /// `time` wrapped into the period of a path from `first` to `last`.

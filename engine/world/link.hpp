@@ -1,11 +1,14 @@
 #pragma once
-/// Connections between bodies: links, cables, gears and pins.
+/// Connections between bodies: links, cables, gears and pins. Links, cables and gears are what the
+/// descriptions of <pantin/joints.hpp> come down to.
 #include "engine/base/fields.hpp"
 #include "engine/joints/cable.hpp"
-#include "engine/joints/kinds.hpp"
+#include "engine/joints/joint.hpp"
 #include "engine/world/entity.hpp"
 
 namespace pantin {
+
+namespace detail {
 
 /// Two bodies and a joint. Either body may be the one nearer to the root. A joint that closes a
 /// loop of dynamic bodies, or anchors a tree a second time, constrains its point only; the
@@ -59,6 +62,8 @@ struct Gear {
     field("has_offset", self.has_offset);
   }
 };
+
+}  // namespace detail
 
 enum class Grip : std::uint8_t {
   exact,   // a hard constraint: the point reaches its target

@@ -1,6 +1,8 @@
 #pragma once
 /// Solver state that belongs to a World. The World only copies and hashes it, so that a copy is a
 /// snapshot that continues identically.
+///
+/// Internal (pantin::detail); installed because a World holds it.
 #include <memory>
 #include <string>
 #include <string_view>
@@ -10,7 +12,7 @@
 #include "engine/base/archive.hpp"
 #include "engine/world/store.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// Scratch memory whose content does not survive a step; a copy starts empty.
 template <class T>
@@ -26,7 +28,7 @@ struct Scratch : T {
 };
 
 /// One value of each type that asks for one, copied, hashed and saved together. A type lists its
-/// fields: see base/fields.hpp.
+/// fields: see base/fields.hpp. In files it goes by `T::name`, or what the compiler calls it.
 class Memories {
  public:
   Memories() = default;
@@ -111,7 +113,12 @@ class Memories {
     void add_to(Hash& hash, const EntityRule& rule) const override {
       hash_fields(hash, value, rule);
     }
-    std::string_view name() const override { return typeid(T).name(); }
+    std::string_view name() const override {
+      if constexpr (requires { std::string_view(T::name); })
+        return T::name;
+      else
+        return typeid(T).name();
+    }
     std::uint64_t fingerprint() const override { return fields_fingerprint<T>(); }
     void write(FieldWriter& to) const override { to.write(value); }
     void read(FieldReader& from) override { from.read(value); }
@@ -133,4 +140,4 @@ class Memories {
   std::vector<std::unique_ptr<Any>> values_;
 };
 
-}  // namespace pantin
+}  // namespace pantin::detail

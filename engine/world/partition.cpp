@@ -3,7 +3,7 @@
 #include "engine/base/disjoint_sets.hpp"
 #include "engine/world/world.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 namespace {
 
 bool is_dynamic(const World& world, std::uint32_t slot) {
@@ -73,4 +73,4 @@ std::vector<IslandPlan> find_islands(const World& world, RowOf row_of) {
 
 const Partition& partition_of(const World& world) { return world.memory.of<Partition>(); }
 
-}  // namespace pantin
+}  // namespace pantin::detail

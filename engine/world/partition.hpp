@@ -2,6 +2,7 @@
 /// Islands: bodies connected by joints, cables, pins and gears. One solver owns each island.
 #include <cstdint>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "engine/base/fields.hpp"
@@ -11,8 +12,10 @@
 #include "engine/world/settings.hpp"
 
 namespace pantin {
-
 struct World;
+}
+
+namespace pantin::detail {
 
 /// The solver that owns a body, with island and column.
 struct Owner {
@@ -41,6 +44,7 @@ struct BuiltFrom {
 
 /// Owners of all bodies. Derived from the components; rebuilt when World::structure() changes.
 struct Partition {
+  static constexpr std::string_view name = "partition";  // in saved Worlds
   struct Place {
     std::uint8_t solver = 0;
     bool feels_contacts = false;
@@ -90,4 +94,4 @@ inline Owner owner_of(const Partition& partition, std::uint32_t slot) {
   return owner;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -3,11 +3,44 @@
 #include <algorithm>
 #include <tuple>
 
+#include "engine/geometry/aabb_tree.hpp"
+#include "engine/geometry/collide.hpp"
 #include "engine/geometry/sweep.hpp"
 #include "engine/world/world.hpp"
 
 namespace pantin {
+
+using namespace detail;
+
+/// The shapes that a Queries asks, and the tree of their boxes.
+struct detail::QueryIndex {
+  /// One shape, placed.
+  struct Item {
+    Shape shape;
+    Pose at;
+    Entity body;
+    std::uint32_t index = 0;
+    std::uint32_t groups = UINT32_MAX, with = UINT32_MAX;
+    bool is_solid = false;
+  };
+
+  std::vector<Item> items;
+  std::vector<std::uint32_t> unbounded;  // items that boxes do not hold
+  std::vector<std::uint32_t> bounded;    // items by box
+  std::vector<Aabb> boxes;
+  AabbTree tree;
+  std::size_t left_out = 0;
+};
+
 namespace {
+
+using Item = QueryIndex::Item;
+
+bool sees(const QueryFilter& filter, const Item& item) {
+  if (filter.bodies == QueryBodies::solid && !item.is_solid) return false;
+  if (filter.except && filter.except == item.body) return false;
+  return (filter.groups & item.with) && (item.groups & filter.with);
+}
 
 /// A ray's entry into one shape: distance and normal, world axes.
 std::optional<RayEntry> enter(const Shape& shape, const Pose& at, const Ray& ray,
@@ -23,53 +56,13 @@ std::optional<RayEntry> enter(const Shape& shape, const Pose& at, const Ray& ray
   return entry;
 }
 
-auto order(const RayHit& h) { return std::tie(h.fraction, h.body.index, h.shape); }
-
-}  // namespace
-
-void Queries::refit(const World& world, std::span<const Pose> poses) {
-  items_.clear(), unbounded_.clear(), bounded_.clear(), boxes_.clear(), left_out_ = 0;
-  const auto owners = world.bodies.owners();
-  for (std::uint32_t slot = 0; slot < owners.size(); ++slot) {
-    const Shapes* shapes = world.shapes.find(owners[slot]);
-    if (!shapes) continue;
-    const Collision* collision = world.collisions.find(owners[slot]);
-    const Pose& pose = slot < poses.size() ? poses[slot] : world.bodies.values()[slot].pose;
-    for (std::uint32_t i = 0; i < shapes->list.size(); ++i) {
-      const Shape& shape = shapes->list[i];
-      Item item{shape, compose(pose, shape.local), owners[slot], i};
-      if (!is_finite(item.at) || !is_complete(shape)) {
-        ++left_out_;
-        continue;
-      }
-      if (collision)
-        item.groups = collision->groups, item.with = collision->with,
-        item.is_solid = !collision->sensor;
-      const auto number = static_cast<std::uint32_t>(items_.size());
-      if (is_unbounded(shape.kind))
-        unbounded_.push_back(number);
-      else
-        bounded_.push_back(number), boxes_.push_back(bounds_of(shape, item.at));
-      items_.push_back(std::move(item));
-    }
-  }
-  if (tree_.size() == boxes_.size()) tree_.refit(boxes_);
-  if (tree_.size() != boxes_.size() || tree_.looseness() > 1.5) tree_.build(boxes_);
-}
-
-bool Queries::sees(const QueryFilter& filter, const Item& item) {
-  if (filter.bodies == QueryBodies::solid && !item.is_solid) return false;
-  if (filter.except && filter.except == item.body) return false;
-  return (filter.groups & item.with) && (item.groups & filter.with);
-}
-
 /// Calls `found(hit)` for entries within the limit; it returns the limit from then on, a fraction.
 template <class Found>
-void Queries::visit_ray(const Ray& ray, const QueryFilter& filter, Found&& found) const {
+void visit_ray(const QueryIndex& index, const Ray& ray, const QueryFilter& filter, Found&& found) {
   const Real length = glm::length(ray.way);
   const Vec3 unit = length > 0 ? ray.way / length : Vec3(0);
   const auto look = [&](std::uint32_t number, Real limit) {
-    const Item& item = items_[number];
+    const Item& item = index.items[number];
     if (!sees(filter, item)) return limit;
     const auto entry = enter(item.shape, item.at, ray, {limit, unit});
     if (!entry) return limit;
@@ -80,15 +73,66 @@ void Queries::visit_ray(const Ray& ray, const QueryFilter& filter, Found&& found
     return glm::min(limit, length * so_far * (1 + 1e-12));
   };
   Real limit = length;
-  for (std::uint32_t number : unbounded_) limit = look(number, limit);
-  tree_.cast(ray.origin, unit, limit,
-             [&](std::uint32_t box, Real so_far) { return look(bounded_[box], so_far); });
+  for (std::uint32_t number : index.unbounded) limit = look(number, limit);
+  index.tree.cast(ray.origin, unit, limit,
+                  [&](std::uint32_t box, Real so_far) { return look(index.bounded[box], so_far); });
+}
+
+auto order(const RayHit& h) { return std::tie(h.fraction, h.body.index, h.shape); }
+
+}  // namespace
+
+Queries::Queries() : index_(std::make_unique<QueryIndex>()) {}
+Queries::Queries(const Queries& other) : index_(std::make_unique<QueryIndex>(*other.index_)) {}
+// What was moved from asks nothing, and can be asked.
+Queries::Queries(Queries&& other) noexcept : Queries() { std::swap(index_, other.index_); }
+Queries& Queries::operator=(const Queries& other) {
+  *index_ = *other.index_;
+  return *this;
+}
+Queries& Queries::operator=(Queries&& other) noexcept {
+  std::swap(index_, other.index_);
+  return *this;
+}
+Queries::~Queries() = default;
+
+std::size_t Queries::left_out() const { return index_->left_out; }
+
+void Queries::refit(const World& world, std::span<const Pose> poses) {
+  auto& [items, unbounded, bounded, boxes, tree, left_out] = *index_;
+  items.clear(), unbounded.clear(), bounded.clear(), boxes.clear(), left_out = 0;
+  const auto owners = world.bodies.owners();
+  for (std::uint32_t slot = 0; slot < owners.size(); ++slot) {
+    const Shapes* shapes = world.shapes.find(owners[slot]);
+    if (!shapes) continue;
+    const Collision* collision = world.collisions.find(owners[slot]);
+    const Pose& pose = slot < poses.size() ? poses[slot] : world.bodies.values()[slot].pose;
+    for (std::uint32_t i = 0; i < shapes->list.size(); ++i) {
+      const Shape& shape = shapes->list[i];
+      Item item{shape, compose(pose, shape.local), owners[slot], i};
+      if (!is_finite(item.at) || !is_complete(shape)) {
+        ++left_out;
+        continue;
+      }
+      if (collision)
+        item.groups = collision->groups, item.with = collision->with,
+        item.is_solid = !collision->sensor;
+      const auto number = static_cast<std::uint32_t>(items.size());
+      if (is_unbounded(shape.kind))
+        unbounded.push_back(number);
+      else
+        bounded.push_back(number), boxes.push_back(bounds_of(shape, item.at));
+      items.push_back(std::move(item));
+    }
+  }
+  if (tree.size() == boxes.size()) tree.refit(boxes);
+  if (tree.size() != boxes.size() || tree.looseness() > 1.5) tree.build(boxes);
 }
 
 RayAnswer Queries::cast_ray(const Ray& ray, const QueryFilter& filter) const {
   if (!is_finite(ray.origin) || !is_finite(ray.way)) return {{}, QueryStatus::not_finite};
   RayAnswer answer;
-  visit_ray(ray, filter, [&](const RayHit& hit) {
+  visit_ray(*index_, ray, filter, [&](const RayHit& hit) {
     if (!answer.hit || order(hit) < order(*answer.hit)) answer.hit = hit;
     return answer.hit->fraction;
   });
@@ -99,7 +143,7 @@ QueryStatus Queries::cast_ray_through(const Ray& ray, const QueryFilter& filter,
                                       std::vector<RayHit>& out) const {
   out.clear();
   if (!is_finite(ray.origin) || !is_finite(ray.way)) return QueryStatus::not_finite;
-  visit_ray(ray, filter, [&](const RayHit& hit) {
+  visit_ray(*index_, ray, filter, [&](const RayHit& hit) {
     out.push_back(hit);
     return Real(1);
   });
@@ -118,7 +162,7 @@ RayAnswer Queries::cast_shape(const Shape& shape, const Pose& from, Vec3 way,
   const Vec3 unit = length > 0 ? way / length : Vec3(0);
   RayAnswer answer;
   const auto look = [&](std::uint32_t number) {
-    const Item& item = items_[number];
+    const Item& item = index_->items[number];
     if (!sees(filter, item)) return;
     const Real limit = answer.hit ? answer.hit->fraction * length : length;
     const auto met = sweep(shape, at, item.shape, item.at, unit, limit);
@@ -129,8 +173,8 @@ RayAnswer Queries::cast_shape(const Shape& shape, const Pose& from, Vec3 way,
   };
   Aabb swept = bounds_of(shape, at);
   swept.add({swept.low + way, swept.high + way});
-  for (std::uint32_t number : unbounded_) look(number);
-  tree_.query(swept, [&](std::uint32_t box) { look(bounded_[box]); });
+  for (std::uint32_t number : index_->unbounded) look(number);
+  index_->tree.query(swept, [&](std::uint32_t box) { look(index_->bounded[box]); });
   return answer;
 }
 
@@ -140,13 +184,14 @@ QueryStatus Queries::overlap(const Shape& shape, const Pose& at, const QueryFilt
   if (!is_finite(at) || !is_finite(shape.size)) return QueryStatus::not_finite;
   if (!is_convex(shape.kind) || !is_complete(shape)) return QueryStatus::bad_shape;
   const Pose pose = compose(at, shape.local);
-  std::vector<std::uint32_t> numbers = unbounded_;
-  tree_.query(bounds_of(shape, pose), [&](std::uint32_t box) { numbers.push_back(bounded_[box]); });
+  std::vector<std::uint32_t> numbers = index_->unbounded;
+  index_->tree.query(bounds_of(shape, pose),
+                     [&](std::uint32_t box) { numbers.push_back(index_->bounded[box]); });
   std::sort(numbers.begin(), numbers.end());
   NarrowPhaseScratch room;
   std::vector<ContactPoint> points;
   for (std::uint32_t number : numbers) {
-    const Item& item = items_[number];
+    const Item& item = index_->items[number];
     if (!sees(filter, item)) continue;
     points.clear();
     collide(shape, pose, item.shape, item.at, 0, room, points);
@@ -166,7 +211,7 @@ ClosestAnswer Queries::closest_point(Vec3 place, Real within, const QueryFilter&
     return std::tie(p.distance, p.body.index, p.shape);
   };
   const auto look = [&](std::uint32_t number) {
-    const Item& item = items_[number];
+    const Item& item = index_->items[number];
     if (!sees(filter, item)) return;
     const Real limit = answer.hit ? glm::max(answer.hit->distance, Real(0)) : within;
     const auto near = closest(item.shape, to_local(item.at, place), limit);
@@ -175,10 +220,10 @@ ClosestAnswer Queries::closest_point(Vec3 place, Real within, const QueryFilter&
                              item.at.rotation * near->normal, near->distance};
     if (!answer.hit || key(found) < key(*answer.hit)) answer.hit = found;
   };
-  for (std::uint32_t number : unbounded_) look(number);
+  for (std::uint32_t number : index_->unbounded) look(number);
   const Real start = answer.hit ? glm::max(answer.hit->distance, Real(0)) : within;
-  tree_.nearest(place, start * start, [&](std::uint32_t box) {
-    look(bounded_[box]);
+  index_->tree.nearest(place, start * start, [&](std::uint32_t box) {
+    look(index_->bounded[box]);
     const Real now = answer.hit ? glm::max(answer.hit->distance, Real(0)) : within;
     return now * now;
   });

@@ -9,18 +9,20 @@
 ///
 /// The object holds its own copy of what it asks, so it never refers to a World that has changed;
 /// the answers are those of the last refit(). Components are all that it reads.
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
 
-#include "engine/geometry/aabb_tree.hpp"
-#include "engine/geometry/collide.hpp"
 #include "engine/geometry/shape.hpp"
 #include "engine/world/entity.hpp"
 
 namespace pantin {
 
 struct World;
+namespace detail {
+struct QueryIndex;
+}
 
 /// Which bodies take part.
 enum class QueryBodies : std::uint8_t {
@@ -99,14 +101,19 @@ struct ClosestAnswer {
 /// where they give back lists, or meet a hull, a shape that is swept or one that is overlapped.
 class Queries {
  public:
-  Queries() = default;
-  explicit Queries(const World& world) { refit(world); }
+  Queries();
+  explicit Queries(const World& world) : Queries() { refit(world); }
+  Queries(const Queries& other);
+  Queries(Queries&& other) noexcept;
+  Queries& operator=(const Queries& other);
+  Queries& operator=(Queries&& other) noexcept;
+  ~Queries();
 
   /// Takes the shapes as they are now; with `poses` (by slot in World::bodies) as they are drawn.
   /// Bodies with poses that are not finite, and shapes that lack their surface, are left out.
   void refit(const World& world, std::span<const Pose> poses = {});
   /// Shapes left out at the last refit().
-  std::size_t left_out() const { return left_out_; }
+  std::size_t left_out() const;
 
   /// The nearest place where the ray enters a shape; of equally near ones the body with the lowest
   /// index, and its first shape.
@@ -127,26 +134,7 @@ class Queries {
   ClosestAnswer closest_point(Vec3 place, Real within, const QueryFilter& filter = {}) const;
 
  private:
-  /// One shape, placed.
-  struct Item {
-    Shape shape;
-    Pose at;
-    Entity body;
-    std::uint32_t index = 0;
-    std::uint32_t groups = UINT32_MAX, with = UINT32_MAX;
-    bool is_solid = false;
-  };
-
-  static bool sees(const QueryFilter& filter, const Item& item);
-  template <class Found>
-  void visit_ray(const Ray& ray, const QueryFilter& filter, Found&& found) const;
-
-  std::vector<Item> items_;
-  std::vector<std::uint32_t> unbounded_;  // items that boxes do not hold
-  std::vector<std::uint32_t> bounded_;    // items by box
-  std::vector<Aabb> boxes_;
-  AabbTree tree_;
-  std::size_t left_out_ = 0;
+  std::unique_ptr<detail::QueryIndex> index_;
 };
 
 }  // namespace pantin

@@ -5,6 +5,9 @@
 #include <utility>
 
 namespace pantin {
+
+using namespace detail;
+
 namespace {
 
 constexpr std::array<std::pair<Solver, const char*>, 5> kNames{

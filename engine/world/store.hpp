@@ -19,8 +19,10 @@ namespace pantin {
 
 inline constexpr std::uint32_t kNoSlot = UINT32_MAX;
 
+namespace detail {
 /// std::out_of_range: an entity has no such component, or does not exist any more.
 [[noreturn]] void throw_missing(Entity owner);
+}  // namespace detail
 
 /// A dense array of `T` with the entity that owns each value.
 ///
@@ -87,11 +89,11 @@ class Store {
   /// The value of an owner that has one; throws std::out_of_range for any other.
   T& operator[](Entity owner) {
     if (T* found = find(owner)) return *found;
-    throw_missing(owner);
+    detail::throw_missing(owner);
   }
   const T& operator[](Entity owner) const {
     if (const T* found = find(owner)) return *found;
-    throw_missing(owner);
+    detail::throw_missing(owner);
   }
 
   std::span<T> values() { return values_; }
@@ -113,7 +115,7 @@ class Store {
     field("version", passive(self.version_));
   }
   /// Finds the slots of the owners again after reading; null, or what is wrong.
-  const char* restored(const Entities& entities) {
+  const char* restored(const detail::Entities& entities) {
     if (owners_.size() != values_.size()) return "has not as many owners as values";
     slots_.clear();
     for (std::size_t i = 0; i < owners_.size(); ++i) {
@@ -132,6 +134,8 @@ class Store {
   std::vector<std::uint32_t> slots_;
   std::uint64_t version_ = 0;
 };
+
+namespace detail {
 
 /// Type-erased store of a user's component type.
 class AnyStore {
@@ -238,5 +242,7 @@ class UserStores {
  private:
   std::vector<std::unique_ptr<AnyStore>> stores_;
 };
+
+}  // namespace detail
 
 }  // namespace pantin

@@ -1,12 +1,14 @@
 #pragma once
 /// Entities that have several components at once, as a range.
+///
+/// Internal (pantin::detail); installed because World::view() gives it back.
 #include <iterator>
 #include <tuple>
 #include <type_traits>
 
 #include "engine/world/store.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// The store of a component type in a World (const or not): one of its own, or a user's. Null where
 /// a const World has none of a user's type.
@@ -90,4 +92,4 @@ class ComponentView {
   std::tuple<Kept<First>*, Kept<Others>*...> stores_;
 };
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -5,6 +5,9 @@
 #include "engine/geometry/surface.hpp"
 
 namespace pantin {
+
+using namespace detail;
+
 namespace {
 
 void set_name(World& world, Entity e, std::string name) {

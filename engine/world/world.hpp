@@ -13,7 +13,6 @@
 #include "engine/world/link.hpp"
 #include "engine/world/look.hpp"
 #include "engine/world/memory.hpp"
-#include "engine/world/partition.hpp"
 #include "engine/world/settings.hpp"
 #include "engine/world/store.hpp"
 #include "engine/world/view.hpp"
@@ -21,22 +20,22 @@
 namespace pantin {
 
 struct World {
-  Entities entities;
+  detail::Entities entities;
   Store<Body> bodies;
-  Store<Force> forces;
+  Store<detail::Force> forces;
   Store<Pose>
       origins;  // of bodies placed by a frame of their own: that frame in the mass-centre frame
   Store<Shapes> shapes;
-  Store<Link> links;
-  Store<Cable> cables;
-  Store<Gear> gears;
+  Store<detail::Link> links;  // of the joints of <pantin/joints.hpp>, like cables and gears
+  Store<detail::Cable> cables;
+  Store<detail::Gear> gears;
   Store<Pin> pins;
   Store<KinematicPath> paths;
   Store<JointDrive> joint_drives;  // on links
   Store<Collision> collisions;     // on bodies
   Store<std::string> names;
   Store<SolverSettings> settings;  // on any body: holds for its whole island
-  UserStores user;
+  detail::UserStores user;
 
   Vec3 gravity{0, -9.81, 0};
   SolverSettings default_settings;
@@ -45,7 +44,7 @@ struct World {
   std::uint64_t tick = 0;  // whole steps taken
   Real time = 0;           // s
 
-  Memories memory;  // of the solvers; see the rooms contact and solvers
+  detail::Memories memory;  // of the solvers; see the rooms contact and solvers
   std::uint64_t edit_count = 1;
 
   /// The store of a user's own component type, made on first use; copied, destroyed and (if the
@@ -62,12 +61,12 @@ struct World {
   /// in the order of the first component's store. The components are references, const where the
   /// World is. Nothing may be added to or removed from these stores within the loop.
   template <class... Components>
-  ComponentView<World, Components...> view() {
-    return ComponentView<World, Components...>(*this);
+  detail::ComponentView<World, Components...> view() {
+    return detail::ComponentView<World, Components...>(*this);
   }
   template <class... Components>
-  ComponentView<const World, Components...> view() const {
-    return ComponentView<const World, Components...>(*this);
+  detail::ComponentView<const World, Components...> view() const {
+    return detail::ComponentView<const World, Components...>(*this);
   }
 
   /// Adds what a description says: RigidBody, HingeJoint, CableJoint ... of <pantin/pantin.hpp>, or
@@ -81,9 +80,9 @@ struct World {
   Entity create() { return entities.create(); }
   /// Adds a body with an optional name.
   Entity add_body(const Body& body, std::string name = {});
-  Entity add_link(Entity a, Entity b, const Joint& joint, std::string name = {});
-  Entity add_gear(const Gear& ratio, std::string name = {});
-  Entity add_cable(Entity a, Entity b, const CableParameters& joint, std::string name = {});
+  Entity add_link(Entity a, Entity b, const detail::Joint& joint, std::string name = {});
+  Entity add_gear(const detail::Gear& ratio, std::string name = {});
+  Entity add_cable(Entity a, Entity b, const detail::CableParameters& joint, std::string name = {});
   /// Adds a pin to a body; destroy() removes it.
   Entity add_pin(const Pin& pin, std::string name = {});
 

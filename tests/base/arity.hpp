@@ -7,6 +7,8 @@
 
 namespace pantin::test {
 
+using namespace detail;
+
 struct Anything {
   template <class T>
   operator T() const;

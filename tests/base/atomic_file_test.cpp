@@ -10,6 +10,7 @@
 #include <iterator>
 
 using namespace pantin;
+using namespace pantin::detail;
 namespace fs = std::filesystem;
 
 namespace {

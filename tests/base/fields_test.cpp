@@ -7,6 +7,7 @@
 #include "tests/base/arity.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 
 namespace {
 

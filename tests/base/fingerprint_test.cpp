@@ -6,6 +6,7 @@
 #include "engine/base/hash.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 
 namespace {
 

@@ -9,6 +9,8 @@
 
 namespace pantin::test {
 
+using namespace detail;
+
 /// Calls `leaf(path, role, value)`; what lies in a passive field is passive. Derived fields are
 /// passed over, and what is shared.
 template <class T, class F>

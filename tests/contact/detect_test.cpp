@@ -12,6 +12,7 @@
 #include "engine/world/world.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 
 namespace {
 

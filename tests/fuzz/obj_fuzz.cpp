@@ -8,6 +8,7 @@
 #include "engine/scene/obj.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const auto mesh = parse_obj({reinterpret_cast<const char*>(data), size}, "fuzz.obj");

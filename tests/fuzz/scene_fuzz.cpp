@@ -10,6 +10,7 @@
 #include "engine/solvers/solver.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 
 namespace {
 

@@ -6,6 +6,7 @@
 #include <random>
 
 using namespace pantin;
+using namespace pantin::detail;
 
 namespace {
 

@@ -9,6 +9,7 @@
 #include "engine/base/rotation.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 
 namespace {
 

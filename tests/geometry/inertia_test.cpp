@@ -6,6 +6,7 @@
 #include "engine/geometry/shape.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 
 TEST_CASE("Principal axes turn the moments back into the tensor") {
   std::mt19937_64 random(7);

@@ -8,6 +8,7 @@
 #include "tests/geometry/solids.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::test;
 
 TEST_CASE("the samples hold every kind of the table, and names tell kinds apart") {

@@ -6,6 +6,7 @@
 #include "engine/geometry/shape.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 
 namespace {
 

@@ -9,6 +9,8 @@
 
 namespace pantin::test {
 
+using namespace detail;
+
 /// The same numbers whatever the library.
 struct Dice {
   std::mt19937_64 random{7};

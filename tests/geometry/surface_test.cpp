@@ -9,6 +9,7 @@
 #include "engine/geometry/shape.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 
 namespace {
 

@@ -30,6 +30,7 @@ PROGRAM = r"""
 #include "engine/scene/scene.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 
 #define REQUIRE(x) if (!(x)) return std::printf("not so: %s\n", #x), 1
 

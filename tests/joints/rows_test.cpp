@@ -13,6 +13,7 @@
 #include "tests/solvers/trees.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using nlohmann::json;
 using test::Dice;
 

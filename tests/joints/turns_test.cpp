@@ -8,6 +8,7 @@
 #include "tests/solvers/trees.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using test::Dice;
 
 namespace {

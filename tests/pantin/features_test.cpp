@@ -5,6 +5,7 @@
 #include "engine/solvers/solver.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 
 namespace {
 

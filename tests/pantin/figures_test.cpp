@@ -5,6 +5,7 @@
 #include "engine/base/rotation.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 
 TEST_CASE("a chain hangs from what holds its ends, closed from the start") {
   World world;

@@ -7,6 +7,7 @@
 #include "engine/joints/rows.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 
 namespace {
 
@@ -171,6 +172,41 @@ TEST_CASE("a description that cannot be meant is refused by name, and nothing is
   CHECK(complaint(t.world, GearJoint{.first = ball, .second = b}) ==
         "GearJoint: first: found a joint of kind ball, expected one with an angle: hinge, "
         "cylindrical or screw");
+}
+
+namespace {
+
+/// Keeps b's mass centre a metre from a's.
+struct Rod final : CustomJoint {
+  int count;
+  explicit Rod(int n) : count(n) {}
+  int rows() const override { return count; }
+  void residual(const Pose& a, const Pose& b, std::span<Real> c) const override {
+    const Vec3 d = b.position - a.position;
+    for (Real& row : c) row = (glm::dot(d, d) - 1) / 2;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("equations of one's own hold like a joint of ours") {
+  World world;
+  world.default_settings.solver = Solver::lagrangian;
+  const Entity hook = world.add(RigidBody{.motion = Motion::fixed}).value();
+  const Entity bob =
+      world.add(RigidBody{.shape = SphereShape{.radius = 0.1}, .position = {1, 0, 0}, .drag = 0})
+          .value();
+  CHECK(complaint(world, CustomConstraint{.a = hook, .b = bob}) ==
+        "CustomConstraint: equations: found none, expected a CustomJoint");
+  CHECK(complaint(world,
+                  CustomConstraint{.a = hook, .b = bob, .equations = std::make_shared<Rod>(7)}) ==
+        "CustomConstraint: equations: found 7 rows, expected one to six");
+  world.add(CustomConstraint{.a = hook, .b = bob, .equations = std::make_shared<Rod>(1)}).value();
+  Simulation simulation(world, {.h = 1e-3});
+  for (int i = 0; i < 500; ++i) REQUIRE(simulation.step().status == Status::ok);
+  const Vec3 at = simulation.world.bodies[bob].pose.position;
+  CHECK(at.y < -0.7);
+  CHECK(std::abs(glm::length(at) - 1) < 1e-9);
 }
 
 TEST_CASE("asking a refused description for its value throws what is wrong with it") {

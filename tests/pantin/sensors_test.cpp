@@ -4,6 +4,7 @@
 #include <string>
 
 using namespace pantin;
+using namespace pantin::detail;
 
 namespace {
 

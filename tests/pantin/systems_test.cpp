@@ -3,6 +3,7 @@
 #include <pantin/pantin.hpp>
 
 using namespace pantin;
+using namespace pantin::detail;
 
 namespace {
 

@@ -4,6 +4,7 @@
 #include <type_traits>
 
 using namespace pantin;
+using namespace pantin::detail;
 
 namespace {
 

@@ -6,6 +6,7 @@
 #include "tests/render/puppet.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::picture;
 
 namespace {

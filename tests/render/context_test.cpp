@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 using namespace pantin;
+using namespace pantin::detail;
 
 namespace {
 

@@ -4,6 +4,7 @@
 #include <catch2/catch.hpp>
 
 using namespace pantin;
+using namespace pantin::detail;
 
 namespace {
 

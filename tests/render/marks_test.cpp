@@ -3,10 +3,12 @@
 
 #include "engine/base/rotation.hpp"
 #include "engine/contact/contact.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/render/frame.hpp"
 #include "tests/render/pictures.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::picture;
 
 namespace {

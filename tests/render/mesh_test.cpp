@@ -5,6 +5,7 @@
 #include "engine/render/meshes.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 
 namespace {
 

@@ -14,6 +14,8 @@
 
 namespace pantin::picture {
 
+using namespace detail;
+
 /// A renderer; where no way to OpenGL works, the reasons are printed and the test is not run: ctest
 /// shows the file as skipped.
 inline std::unique_ptr<Renderer> renderer_or_skip(const RenderOptions& options) {

@@ -9,6 +9,7 @@
 #include "tests/render/pictures.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::picture;
 
 namespace {

@@ -7,6 +7,8 @@
 
 namespace pantin::picture {
 
+using namespace detail;
+
 enum : std::uint32_t { kPlain, kShirt, kTrousers, kSkin, kHair, kShoe, kWood, kBrass };
 
 inline std::vector<Material> puppet_materials() {

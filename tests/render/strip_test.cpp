@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 
 using namespace pantin;
+using namespace pantin::detail;
 
 namespace {
 

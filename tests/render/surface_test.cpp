@@ -11,6 +11,7 @@
 #include "tests/render/surfaces.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::picture;
 
 namespace {

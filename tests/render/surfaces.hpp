@@ -7,6 +7,8 @@
 
 namespace pantin::picture {
 
+using namespace detail;
+
 /// Two pyramids on one square: corners at `wide` along x and z, tips at `high` along y.
 inline std::shared_ptr<const Surface> double_pyramid(Real wide, Real high) {
   auto made = std::make_shared<Surface>();

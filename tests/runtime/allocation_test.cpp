@@ -57,6 +57,7 @@ void operator delete(void* p, std::size_t, std::align_val_t) noexcept { give_bac
 void operator delete[](void* p, std::size_t, std::align_val_t) noexcept { give_back(p); }
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::test;
 
 namespace {

@@ -6,6 +6,7 @@
 #include "tests/runtime/puppets.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::test;
 
 namespace {

@@ -7,6 +7,7 @@
 #include "engine/solvers/lagrangian/island.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 
 namespace {
 

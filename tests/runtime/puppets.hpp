@@ -7,6 +7,8 @@
 
 namespace pantin::test {
 
+using namespace detail;
+
 inline constexpr Real kHalfLink = 0.1;  // m
 
 inline Body rod(Vec3 position) {

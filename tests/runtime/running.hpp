@@ -6,10 +6,13 @@
 #include <vector>
 
 #include "engine/base/rotation.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "tests/runtime/puppets.hpp"
 
 namespace pantin::test {
+
+using namespace detail;
 
 inline Entity add_box(World& w, Vec3 at, Motion motion, Real restitution = 0) {
   Body b;

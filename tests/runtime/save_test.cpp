@@ -7,9 +7,11 @@
 #include <fstream>
 
 #include "engine/base/archive.hpp"
+#include "engine/joints/kinds.hpp"
 #include "tests/runtime/running.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::test;
 
 namespace {

@@ -11,6 +11,7 @@
 #include "tests/runtime/puppets.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::test;
 
 namespace {

@@ -1,8 +1,10 @@
 // Chains with joints that turn only so far, rings, chains along a path, stairs.
 #include "engine/base/rotation.hpp"
+#include "engine/joints/kinds.hpp"
 #include "tests/scene/scenes.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::test;
 
 namespace {

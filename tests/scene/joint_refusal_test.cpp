@@ -1,7 +1,9 @@
 // Joints, drives, pins, collision and shapes that cannot be: the whole line is checked.
+#include "engine/joints/kinds.hpp"
 #include "tests/scene/scenes.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::test;
 
 namespace {

@@ -10,6 +10,7 @@
 #include "tests/scene/scenes.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::test;
 
 namespace {

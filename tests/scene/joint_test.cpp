@@ -2,9 +2,11 @@
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
+#include "engine/joints/kinds.hpp"
 #include "tests/scene/scenes.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::test;
 
 namespace {

@@ -8,6 +8,8 @@
 
 namespace pantin::test {
 
+using namespace detail;
+
 /// The scene of a text that must be good.
 inline Scene good(const std::string& text) {
   Result<Scene> scene = parse_scene(text, "t.json");

@@ -8,6 +8,8 @@
 
 namespace pantin::test {
 
+using namespace detail;
+
 struct ChainSpec {
   int links = 10;
   Real length = 1;          // m, all links together

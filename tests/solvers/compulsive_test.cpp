@@ -7,8 +7,9 @@
 #include "tests/solvers/trees.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::test;
-using namespace pantin::articulated;
+using namespace pantin::detail::articulated;
 
 namespace {
 

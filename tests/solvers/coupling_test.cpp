@@ -2,10 +2,12 @@
 #include <catch2/catch.hpp>
 
 #include "engine/base/rotation.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 
 namespace {
 

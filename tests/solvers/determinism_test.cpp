@@ -28,6 +28,7 @@
 #endif
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::test;
 using articulated::Kernels;
 

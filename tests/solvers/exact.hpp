@@ -5,12 +5,15 @@
 #include <vector>
 
 #include "engine/base/rotation.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "engine/solvers/lagrangian/internal.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "engine/solvers/solver.hpp"
 
 namespace pantin::test {
+
+using namespace detail;
 
 /// Every integrator in the list.
 #define PANTIN_VALUE(word, ...) Integrator::word,

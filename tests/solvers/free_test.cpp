@@ -5,6 +5,7 @@
 #include "tests/solvers/trees.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::test;
 
 namespace {

@@ -1,9 +1,11 @@
 // The Lagrangian solver where it is hard: contradictions, changes while running, extremes.
 #include <catch2/catch.hpp>
 
+#include "engine/joints/kinds.hpp"
 #include "tests/solvers/exact.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::test;
 
 namespace {

@@ -2,9 +2,11 @@
 // and what it says of it.
 #include <catch2/catch.hpp>
 
+#include "engine/joints/kinds.hpp"
 #include "tests/solvers/exact.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::test;
 
 namespace {

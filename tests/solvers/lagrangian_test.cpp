@@ -6,10 +6,12 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
+#include "engine/joints/kinds.hpp"
 #include "tests/paths.hpp"
 #include "tests/solvers/exact.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::test;
 using nlohmann::json;
 

@@ -1,9 +1,11 @@
 // Cables, ratios, joints from outside, frames and pins that are moved: with the Lagrangian solver.
 #include <catch2/catch.hpp>
 
+#include "engine/joints/kinds.hpp"
 #include "tests/solvers/exact.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::test;
 
 namespace {

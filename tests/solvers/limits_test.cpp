@@ -1,10 +1,12 @@
 // Joints that do more than hold a point: hinges, stops, soft zones and drives in motion.
 #include <catch2/catch.hpp>
 
+#include "engine/joints/kinds.hpp"
 #include "tests/solvers/chains.hpp"
 #include "tests/solvers/trees.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::test;
 
 namespace {

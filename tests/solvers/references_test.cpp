@@ -2,11 +2,13 @@
 // integrators are chosen for.
 #include <catch2/catch.hpp>
 
+#include "engine/joints/kinds.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "tests/paths.hpp"
 #include "tools/study/problems.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::study;
 
 namespace {

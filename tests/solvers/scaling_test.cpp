@@ -6,6 +6,7 @@
 #include "tests/solvers/trees.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::test;
 
 namespace {

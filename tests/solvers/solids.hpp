@@ -5,6 +5,8 @@
 
 namespace pantin::test {
 
+using namespace detail;
+
 inline Shape box_shape(Vec3 half) {
   Shape s;
   s.kind = ShapeKind::box, s.size = half;

@@ -7,6 +7,8 @@
 
 namespace pantin::test {
 
+using namespace detail;
+
 /// The first island of a World whose bodies stand at predicted poses, joints open.
 class Stages {
  public:

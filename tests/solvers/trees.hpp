@@ -10,6 +10,8 @@
 
 namespace pantin::test {
 
+using namespace detail;
+
 /// Random numbers that are the same everywhere: the standard fixes the engine, not the
 /// distributions.
 class Dice {

@@ -4,12 +4,14 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "engine/joints/kinds.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "engine/solvers/articulated/compulsive.hpp"
 #include "tests/paths.hpp"
 #include "tests/solvers/stages.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::test;
 using nlohmann::json;
 

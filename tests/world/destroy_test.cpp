@@ -5,6 +5,7 @@
 #include "tests/runtime/puppets.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::test;
 
 TEST_CASE("destroying a body takes the links, strings and pins that refer to it") {

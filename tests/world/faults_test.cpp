@@ -4,11 +4,13 @@
 #include <string>
 #include <vector>
 
+#include "engine/joints/kinds.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "engine/solvers/solver.hpp"
 #include "tests/runtime/puppets.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::test;
 
 namespace {

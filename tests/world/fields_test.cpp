@@ -4,12 +4,14 @@
 
 #include "engine/base/archive.hpp"
 #include "engine/geometry/surface.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "tests/base/arity.hpp"
 #include "tests/base/leaves.hpp"
 #include "tests/runtime/puppets.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::test;
 
 namespace {

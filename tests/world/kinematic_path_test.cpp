@@ -7,6 +7,7 @@
 #include "engine/world/settings.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 
 namespace {
 

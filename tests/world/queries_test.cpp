@@ -5,10 +5,12 @@
 #include <catch2/catch.hpp>
 #include <limits>
 
+#include "engine/geometry/collide.hpp"
 #include "engine/world/world.hpp"
 #include "tests/geometry/solids.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::test;
 
 namespace {

@@ -6,6 +6,7 @@
 #include <vector>
 
 using namespace pantin;
+using namespace pantin::detail;
 
 namespace {
 

@@ -41,6 +41,8 @@ void* or_throw(void* memory) {
 
 namespace pantin::program {
 
+using namespace detail;
+
 std::uint64_t allocations() { return g_calls.load(std::memory_order_relaxed); }
 std::uint64_t live_bytes() { return g_bytes.load(std::memory_order_relaxed); }
 

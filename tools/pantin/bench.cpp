@@ -13,6 +13,9 @@
 #include "tools/pantin/program.hpp"
 
 namespace pantin::program {
+
+using namespace detail;
+
 namespace {
 
 struct BenchChoices {

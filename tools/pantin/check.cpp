@@ -3,12 +3,16 @@
 #include <algorithm>
 
 #include "engine/base/utf8.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/solvers/articulated/island.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "engine/solvers/solver.hpp"
 #include "tools/pantin/program.hpp"
 
 namespace pantin::program {
+
+using namespace detail;
+
 namespace {
 
 constexpr int kSteps = 60;

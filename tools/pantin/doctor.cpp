@@ -19,6 +19,9 @@
 #endif
 
 namespace pantin::program {
+
+using namespace detail;
+
 namespace {
 
 #ifdef PANTIN_HAS_RENDER

@@ -29,7 +29,7 @@ std::string complaint_of(const CLI::App& program, const CLI::ParseError& error) 
   return fmt::format(
       "found \"{}\", expected {}{}", word,
       is_option || !chosen.empty() ? "one of the options" : "run, check, bench, doctor or view",
-      pantin::hint(word, candidates));
+      pantin::detail::hint(word, candidates));
 }
 
 constexpr const char* kExamples = R"(Examples:

@@ -14,6 +14,8 @@
 
 namespace pantin::program {
 
+using namespace detail;
+
 #ifdef PANTIN_HAS_RENDER
 namespace {
 

@@ -9,6 +9,8 @@
 
 namespace pantin::program {
 
+using namespace detail;
+
 struct PictureChoices {
   std::string frames, video, strip;  // paths; empty: none
   std::string size, gl = "auto";

@@ -18,6 +18,9 @@
 #include "engine/solvers/solver.hpp"
 
 namespace pantin::program {
+
+using namespace detail;
+
 namespace {
 
 // A signal handler can reach nothing else.

@@ -13,6 +13,8 @@
 
 namespace pantin::program {
 
+using namespace detail;
+
 using Json = nlohmann::ordered_json;
 
 /// Exit codes, the same for every subcommand.

@@ -6,6 +6,9 @@
 #include "engine/solvers/solver.hpp"
 
 namespace pantin::program {
+
+using namespace detail;
+
 namespace {
 
 /// A name as a CSV field: quoted where it has to be.

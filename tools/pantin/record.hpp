@@ -8,6 +8,8 @@
 
 namespace pantin::program {
 
+using namespace detail;
+
 /// Writes `path`: time_s; for each body its origin's position x y z (m), rotation x y z w, velocity
 /// and angular velocity of its mass centre (m/s, rad/s, world axes); for each joint its gap (m);
 /// kinetic, potential and total energy (J); momentum (kg m/s) and angular momentum about the origin

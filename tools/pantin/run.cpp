@@ -13,6 +13,9 @@
 #include "tools/pantin/record.hpp"
 
 namespace pantin::program {
+
+using namespace detail;
+
 namespace {
 
 struct RunChoices {

@@ -8,6 +8,9 @@
 #endif
 
 namespace pantin::program {
+
+using namespace detail;
+
 namespace {
 
 struct ViewOptions {

@@ -7,6 +7,9 @@
 #include "engine/solvers/articulated/island.hpp"
 
 namespace pantin::program {
+
+using namespace detail;
+
 namespace {
 
 constexpr int kFirst = 1'000'000;    // priority: before every pin of a scene

@@ -8,6 +8,8 @@
 
 namespace pantin::program {
 
+using namespace detail;
+
 /// One drag, from the press of a button to its release.
 struct Drag {
   std::string body, grip;      // grip: exact, spring or driven

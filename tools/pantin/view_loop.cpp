@@ -14,6 +14,9 @@
 #include "tools/pantin/view_session.hpp"
 
 namespace pantin::program {
+
+using namespace detail;
+
 namespace {
 
 using Clock = std::chrono::steady_clock;

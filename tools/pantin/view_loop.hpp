@@ -9,6 +9,8 @@
 
 namespace pantin::program {
 
+using namespace detail;
+
 struct SessionChoices {
   std::string frames = ".";  // folder for saved frames
   std::string gl = "auto";

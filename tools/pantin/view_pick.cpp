@@ -6,6 +6,9 @@
 #include "engine/geometry/kinds.hpp"
 
 namespace pantin::program {
+
+using namespace detail;
+
 namespace {
 
 constexpr Real kFarthest = 1e6;  // m; what is drawn beyond cannot be told apart

@@ -9,6 +9,8 @@
 
 namespace pantin::program {
 
+using namespace detail;
+
 /// The ray that the middle of a pixel shows, 1 m of it; x from the left, y from the top.
 Ray ray_through(const Eye& eye, double x, double y);
 

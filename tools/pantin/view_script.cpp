@@ -11,6 +11,9 @@
 #include "engine/scene/reader.hpp"
 
 namespace pantin::program {
+
+using namespace detail;
+
 namespace {
 
 using K = const std::string_view[];

@@ -8,6 +8,8 @@
 
 namespace pantin::program {
 
+using namespace detail;
+
 enum class Act : std::uint8_t { mouse_down, mouse_move, mouse_up, wheel, key, quit };
 
 /// Where the mouse is at an event.

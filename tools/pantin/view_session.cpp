@@ -10,6 +10,9 @@
 #include "tools/pantin/program.hpp"
 
 namespace pantin::program {
+
+using namespace detail;
+
 namespace {
 
 constexpr double kSlowest = 1.0 / 16, kFastest = 4;

@@ -11,6 +11,8 @@
 
 namespace pantin::program {
 
+using namespace detail;
+
 class Session {
  public:
   Session(const Scene& scene, const SessionChoices& choices);

@@ -4,6 +4,9 @@
 #include <cstdlib>
 
 namespace pantin::program {
+
+using namespace detail;
+
 namespace {
 
 bool is_set(const char* variable) {

@@ -9,6 +9,8 @@
 
 namespace pantin::program {
 
+using namespace detail;
+
 /// Owns SDL, its window and the texture that pictures go through. One at a time.
 class Window {
  public:

@@ -1,6 +1,7 @@
 // The chain in pantin.
 #include <iterator>
 
+#include "engine/joints/kinds.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
@@ -9,6 +10,7 @@
 namespace {
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::peers;
 
 World build(const Chain& chain) {

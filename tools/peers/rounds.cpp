@@ -10,6 +10,9 @@
 #include <random>
 
 namespace pantin::peers {
+
+using namespace detail;
+
 namespace {
 
 /// Starts this program anew, with `input` to read from; returns what it prints, or null.

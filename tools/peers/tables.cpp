@@ -6,6 +6,9 @@
 #include "tools/peers/measure.hpp"
 
 namespace pantin::peers {
+
+using namespace detail;
+
 namespace {
 
 constexpr double kNever = INFINITY;

@@ -9,8 +9,12 @@
 #include <stdexcept>
 
 #include "engine/base/rotation.hpp"
+#include "engine/joints/kinds.hpp"
 
 namespace pantin::study {
+
+using namespace detail;
+
 namespace {
 
 using Json = nlohmann::json;

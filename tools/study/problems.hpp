@@ -4,9 +4,12 @@
 #include <string>
 #include <vector>
 
+#include "engine/joints/kinds.hpp"
 #include "engine/runtime/simulation.hpp"
 
 namespace pantin::study {
+
+using namespace detail;
 
 /// One case of one file. Row 0 is the state that the World starts from.
 struct Problem {

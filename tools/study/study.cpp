@@ -21,6 +21,7 @@
 #endif
 
 using namespace pantin;
+using namespace pantin::detail;
 using namespace pantin::study;
 
 namespace {

@@ -1,7 +1,7 @@
 // A block: size is its half extents.
 #include "engine/geometry/kinds/parts.hpp"
 
-namespace pantin::shape_kinds {
+namespace pantin::detail::shape_kinds {
 namespace {
 
 constexpr SizeKey kSizes[] = {
@@ -117,4 +117,4 @@ constinit const ShapeTraits box{
     .closest = closest,
 };
 
-}  // namespace pantin::shape_kinds
+}  // namespace pantin::detail::shape_kinds

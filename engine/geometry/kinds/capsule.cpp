@@ -1,7 +1,7 @@
 // A rod along y with round ends: size (radius, half of the straight part, -).
 #include "engine/geometry/kinds/parts.hpp"
 
-namespace pantin::shape_kinds {
+namespace pantin::detail::shape_kinds {
 namespace {
 
 constexpr SizeKey kSizes[] = {
@@ -98,4 +98,4 @@ constinit const ShapeTraits capsule{
     .closest = closest,
 };
 
-}  // namespace pantin::shape_kinds
+}  // namespace pantin::detail::shape_kinds

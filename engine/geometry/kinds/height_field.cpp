@@ -4,7 +4,7 @@
 #include "engine/geometry/kinds/parts.hpp"
 #include "engine/geometry/surface.hpp"
 
-namespace pantin::shape_kinds {
+namespace pantin::detail::shape_kinds {
 namespace {
 
 constexpr Real kEndless = 1e300;
@@ -112,4 +112,4 @@ constinit const ShapeTraits height_field{
     .closest = closest,
 };
 
-}  // namespace pantin::shape_kinds
+}  // namespace pantin::detail::shape_kinds

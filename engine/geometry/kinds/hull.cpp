@@ -4,7 +4,7 @@
 #include "engine/geometry/kinds/parts.hpp"
 #include "engine/geometry/surface.hpp"
 
-namespace pantin::shape_kinds {
+namespace pantin::detail::shape_kinds {
 namespace {
 
 Vec3 support(const Shape& shape, Vec3 direction) {
@@ -94,4 +94,4 @@ constinit const ShapeTraits hull{
     .closest = closest,
 };
 
-}  // namespace pantin::shape_kinds
+}  // namespace pantin::detail::shape_kinds

@@ -2,7 +2,7 @@
 #include "engine/geometry/kinds/parts.hpp"
 #include "engine/geometry/surface.hpp"
 
-namespace pantin::shape_kinds {
+namespace pantin::detail::shape_kinds {
 namespace {
 
 std::optional<RayEntry> cast(const Shape& shape, Vec3 from, Vec3 way, Real limit) {
@@ -42,4 +42,4 @@ constinit const ShapeTraits mesh{
     .closest = closest,
 };
 
-}  // namespace pantin::shape_kinds
+}  // namespace pantin::detail::shape_kinds

@@ -2,7 +2,7 @@
 
 #include "engine/geometry/surface.hpp"
 
-namespace pantin::shape_kinds {
+namespace pantin::detail::shape_kinds {
 
 Aabb bounds_of_surface(const Shape& shape, const Pose& at) {
   const Mat3 rotation = glm::mat3_cast(at.rotation);
@@ -73,4 +73,4 @@ std::optional<RayEntry> cast_triangle(const std::array<Vec3, 3>& t, Vec3 from, V
   return RayEntry{distance, glm::normalize(glm::cross(ab, ac))};
 }
 
-}  // namespace pantin::shape_kinds
+}  // namespace pantin::detail::shape_kinds

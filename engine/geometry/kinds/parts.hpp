@@ -2,7 +2,7 @@
 /// What several kinds of shapes are made of.
 #include "engine/geometry/kinds.hpp"
 
-namespace pantin::shape_kinds {
+namespace pantin::detail::shape_kinds {
 
 /// Half extents along the outer axes of a box with half extents `extent`, turned by `rotation`.
 inline Vec3 spread(const Mat3& rotation, Vec3 extent) {
@@ -29,4 +29,4 @@ SurfacePoint closest_of_rounded(const RoundedBox& rounded, Vec3 p);
 std::optional<RayEntry> cast_triangle(const std::array<Vec3, 3>& corners, Vec3 from, Vec3 way,
                                       Real limit);
 
-}  // namespace pantin::shape_kinds
+}  // namespace pantin::detail::shape_kinds

@@ -1,7 +1,7 @@
 // The half-space y <= 0, for fixed and kinematic bodies: size (extent of its picture, -, -).
 #include "engine/geometry/kinds/parts.hpp"
 
-namespace pantin::shape_kinds {
+namespace pantin::detail::shape_kinds {
 namespace {
 
 constexpr SizeKey kSizes[] = {
@@ -32,4 +32,4 @@ constinit const ShapeTraits plane{
     .closest = closest,
 };
 
-}  // namespace pantin::shape_kinds
+}  // namespace pantin::detail::shape_kinds

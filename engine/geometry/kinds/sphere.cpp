@@ -1,7 +1,7 @@
 // A ball: size (radius, -, -).
 #include "engine/geometry/kinds/parts.hpp"
 
-namespace pantin::shape_kinds {
+namespace pantin::detail::shape_kinds {
 namespace {
 
 constexpr SizeKey kSizes[] = {{"radius", "m."}};
@@ -62,4 +62,4 @@ constinit const ShapeTraits sphere{
     .closest = closest,
 };
 
-}  // namespace pantin::shape_kinds
+}  // namespace pantin::detail::shape_kinds

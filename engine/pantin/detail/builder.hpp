@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-namespace pantin {
+namespace pantin::detail {
 
 /// Builds one thing after the other; what was built is taken back if something fails.
 class Builder {
@@ -34,4 +34,4 @@ class Builder {
   std::vector<Error> errors_;
 };
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace pantin {
+namespace pantin::detail {
 
 /// A number as a message shows it.
 std::string shown(Real number);
@@ -46,4 +46,4 @@ class Findings {
   std::vector<Error> errors_;
 };
 
-}  // namespace pantin
+}  // namespace pantin::detail

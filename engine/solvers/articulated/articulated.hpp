@@ -4,7 +4,7 @@
 #include "engine/contact/memory.hpp"
 #include "engine/solvers/articulated/island.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 
 /// Allocates scratch memory of islands that have none: after compile, and after a World was copied.
 void prepare(World& world);
@@ -54,4 +54,4 @@ void react(World& world, std::size_t island, Real h, std::vector<contact::Reacti
 /// Contact forces on bodies of solvers that have no contact response.
 void press(const World& world, std::vector<contact::Pressure>& out);
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

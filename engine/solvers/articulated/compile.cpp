@@ -3,11 +3,12 @@
 
 #include "engine/base/archive.hpp"
 #include "engine/base/disjoint_sets.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/solvers/articulated/island.hpp"
 #include "engine/solvers/solver.hpp"
 #include "engine/world/world.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 namespace {
 
 /// A possible anchor of a tree: a link to a kinematic body, or a pin.
@@ -550,4 +551,4 @@ const std::vector<Island>& islands_of(const World& world) {
   return world.memory.of<Islands>().list;
 }
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

@@ -2,7 +2,7 @@
 
 #include "engine/base/rotation.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 
 CompulsiveMotion least_displacement(Vec3 arm, Vec3 gap, Real mass, const Mat3& inertia,
                                     Real stiffness) {
@@ -38,4 +38,4 @@ Quat verlet_rotation(Quat before, Quat now, Real keep) {
   return glm::normalize(fraction_of(now * glm::conjugate(before), keep) * now);
 }
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

@@ -2,7 +2,7 @@
 /// Motions of one body that close a joint: rotation first, translation for the rest.
 #include "engine/base/math.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 
 /// A rotation about the mass centre and its translation, world axes.
 struct CompulsiveMotion {
@@ -44,4 +44,4 @@ inline Vec3 verlet_position(Vec3 before, Vec3 now, Vec3 acceleration, Real h, Re
 /// The same for rotations: repeats the last rotation, damped.
 Quat verlet_rotation(Quat before, Quat now, Real keep);
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

@@ -8,7 +8,7 @@
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 namespace {
 
 /// Limits (rad) and contacts (relative to the size) with more clearance are left out; one that is
@@ -322,4 +322,4 @@ void add_iterated_lambdas(World& world, Island& a) {
   add_bias_lambdas(a);
 }
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

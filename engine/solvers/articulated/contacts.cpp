@@ -15,7 +15,7 @@
 #include "engine/solvers/articulated/internal.hpp"
 #include "engine/solvers/articulated/push_out.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 namespace {
 
 /// Stiffness of contact rows relative to the island's mass. The multipliers correct the rest; a
@@ -338,4 +338,4 @@ Real finish_contacts(World& world, Island& a, Real h) {
   return work + std::min(given, most_given) + lift * a.mass * glm::length(world.gravity);
 }
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

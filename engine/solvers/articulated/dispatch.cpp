@@ -4,7 +4,7 @@
 #include "engine/base/compiler.hpp"
 #include "engine/solvers/articulated/kernels.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 
 extern const Kernels kernels_baseline;
 #ifdef PANTIN_HAS_AVX2
@@ -39,4 +39,4 @@ const Kernels& kernels() {
   return kChosen;
 }
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

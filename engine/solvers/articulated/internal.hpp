@@ -5,7 +5,7 @@
 #include "engine/solvers/articulated/kernels.hpp"
 #include "engine/world/world.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 
 /// The island as seen by the kernels.
 IslandView view_of(World& world, Island& a);
@@ -163,4 +163,4 @@ bool repair_momentum(World& world, Island& a, Real h);
 /// Angular momentum of a tree about its mass centre.
 Vec3 angular_momentum(const World& world, const Island& a, const Tree& tree);
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

@@ -22,7 +22,7 @@ namespace pantin {
 struct World;
 }
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 
 /// A table of rows of numbers with one column per body, stored in blocks of kLanes columns.
 class LaneTable {
@@ -410,6 +410,7 @@ struct Island : IslandStructure, IslandMemory, StepPlan, StepResult {
 
 /// All islands of the articulated solver, with saved state for repeated steps.
 struct Islands {
+  static constexpr std::string_view name = "articulated";  // in saved Worlds
   std::vector<Island> list;
   struct Saved {
     IslandMemory memory;
@@ -436,4 +437,4 @@ const std::vector<Island>& islands_of(const World& world);
 /// this solver cannot use are left out and listed in the partition's faults.
 void compile(World& world, std::span<const IslandPlan> plans);
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

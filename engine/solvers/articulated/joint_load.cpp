@@ -10,7 +10,7 @@
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 namespace {
 
 bool is_stiff(const Island& a, std::size_t c) { return !a.joints.empty() && a.joints[c].stiff; }
@@ -113,4 +113,4 @@ JointLoad joint_load(const World& world, const Island& a, std::size_t column) {
   return load;
 }
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

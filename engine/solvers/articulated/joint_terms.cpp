@@ -3,9 +3,10 @@
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 namespace {
 
 const Vec3 kX(1, 0, 0), kY(0, 1, 0), kZ(0, 0, 1);
@@ -314,4 +315,4 @@ Real work_of_springs(const Island& a, std::size_t c, Real h) {
   return glm::dot(torque, t.way + t.rotated) / (a.force_share * h * h);
 }
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

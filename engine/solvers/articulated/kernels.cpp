@@ -9,7 +9,7 @@
 #define PANTIN_KERNELS baseline
 #endif
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 namespace {
 
 // ---------------------------------------------------------------- numbers, four side by side
@@ -1004,4 +1004,4 @@ const Kernels PANTIN_JOINED(kernels_, PANTIN_KERNELS) = {PANTIN_TEXT(PANTIN_KERN
                                                          sweep_and_update,
                                                          scale};
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

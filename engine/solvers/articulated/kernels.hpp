@@ -7,7 +7,7 @@
 /// one that the linker keeps for all.
 #include "engine/solvers/articulated/lane_layout.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 
 /// Offsets of a Body's numbers, in doubles from its start.
 struct BodyLayout {
@@ -119,4 +119,4 @@ const Kernels& kernels();
 /// All sets that this machine supports, slowest first; terminated by null.
 const Kernels* const* all_kernels();
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 
 inline constexpr std::int32_t kHeld = -1;  // parent: the joint point is anchored in the world
 inline constexpr std::int32_t kFree = -2;  // parent: none, a free root
@@ -65,4 +65,4 @@ enum Node : std::size_t {
   kNodeSize = 24
 };
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

@@ -4,7 +4,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 namespace {
 
 /// Work done on the island at its anchors, J.
@@ -168,4 +168,4 @@ void limit_energy(World& world, Island& a, const IslandView& p, const EndSums& e
   a.reserve = a.limited || a.disturbed ? 0 : lent * std::exp(-h / a.settings.reservoir_time);
 }
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

@@ -1,7 +1,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 namespace {
 
 struct MassCentre {
@@ -126,4 +126,4 @@ bool repair_momentum(World& world, Island& a, Real h) {
   return repaired;
 }
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 namespace {
 
 /// Whether all half-spaces are satisfied up to rounding.
@@ -75,4 +75,4 @@ Vec3 push_out(const HalfSpaces& p) {
   return least < 1e300 ? best : fallback;
 }
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

@@ -4,7 +4,7 @@
 
 #include "engine/base/math.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 
 /// Up to eight half-spaces: normal . u >= depth for the translation u, m.
 struct HalfSpaces {
@@ -21,4 +21,4 @@ struct HalfSpaces {
 /// solved together instead of in turn]
 Vec3 push_out(const HalfSpaces& planes);
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

@@ -9,7 +9,7 @@
 #include "engine/solvers/articulated/internal.hpp"
 #include "engine/solvers/solver.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 namespace {
 
 /// Whether a pin or a cable ties the island to one of another solver.
@@ -135,4 +135,4 @@ void press(const World& world, std::vector<contact::Pressure>& out) {
     }
 }
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

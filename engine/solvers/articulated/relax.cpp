@@ -4,7 +4,7 @@
 #include "engine/solvers/articulated/compulsive.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 namespace {
 
 /// One body at its final pose.
@@ -256,4 +256,4 @@ void literal_sweep(Island& a, Real h) {
   }
 }
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

@@ -1,10 +1,11 @@
 // The articulated solver's row in the table of solvers.
 #include <algorithm>
 
+#include "engine/joints/kinds.hpp"
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/solver.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 namespace {
 
 /// Whether another solver moves a body that holds any part of the island.
@@ -184,4 +185,4 @@ const SolverRow kRow{.name = "articulated",
                      .report = report,
                      .measure = measure};
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

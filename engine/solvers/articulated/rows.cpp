@@ -5,7 +5,7 @@
 
 #include "engine/solvers/articulated/internal.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 namespace {
 
 constexpr std::uint32_t kNobody = UINT32_MAX;
@@ -399,4 +399,4 @@ void solve_rows(World& world, Island& a, Real h, Work position_row, Work rotatio
   }
 }
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

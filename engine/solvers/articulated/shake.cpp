@@ -1,7 +1,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 namespace {
 
 /// The linear response of every body to gaps and forces: translation of the own joint point and
@@ -71,4 +71,4 @@ void close_shake(World& world, Island& a, const IslandView& p, Real h) {
   k.apply_poses(p, kRotation);
 }
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

@@ -4,7 +4,7 @@
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 namespace {
 
 constexpr std::size_t words(std::size_t bytes) { return bytes / sizeof(Real); }
@@ -708,4 +708,4 @@ bool adjust(World& world, Island& a, Real h, Entity& lost) {
   return finish_step(world, a, h, lost);
 }
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

@@ -10,9 +10,10 @@
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 namespace {
 
 Mat3 crossing(Vec3 v) { return Mat3(0, v.z, -v.y, -v.z, 0, v.x, v.y, -v.x, 0); }
@@ -334,4 +335,4 @@ void propagate_outward(const Island& a, std::vector<Vec3x4>& force, std::vector<
   }
 }
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

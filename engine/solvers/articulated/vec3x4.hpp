@@ -2,7 +2,7 @@
 /// Four right-hand sides of one articulated solve in the lanes of a vector.
 #include "engine/base/math.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 
 /// Four vectors: forces, torques, translations or rotations.
 struct Vec3x4 {
@@ -53,4 +53,4 @@ struct Vec3x4 {
   void add_to_side(std::size_t n, Vec3 x) { v[0][n] += x.x, v[1][n] += x.y, v[2][n] += x.z; }
 };
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

@@ -4,7 +4,7 @@
 
 #include "engine/solvers/articulated/internal.hpp"
 
-namespace pantin::articulated {
+namespace pantin::detail::articulated {
 namespace {
 
 /// "Severalfold": beyond what is accounted for by so many times what the island had at first, and
@@ -95,4 +95,4 @@ void end_watch(const World& world, Island& a, Real h) {
   a.budget = std::min(a.budget, now.whole() + a.usual);
 }
 
-}  // namespace pantin::articulated
+}  // namespace pantin::detail::articulated

@@ -3,7 +3,7 @@
 
 #include "engine/solvers/lagrangian/momenta.hpp"
 
-namespace pantin::lagrangian {
+namespace pantin::detail::lagrangian {
 
 void accelerate(const World& world, Island& m, Real part, Real whole) {
   StepScratch& scratch = m.scratch;
@@ -25,4 +25,4 @@ void accelerate(const World& world, Island& m, Real part, Real whole) {
         scratch.lambda);
 }
 
-}  // namespace pantin::lagrangian
+}  // namespace pantin::detail::lagrangian

@@ -4,7 +4,7 @@
 
 #include "engine/solvers/lagrangian/integrator.hpp"
 
-namespace pantin::lagrangian {
+namespace pantin::detail::lagrangian {
 namespace {
 
 constexpr int kMaxHalvings = 6, kMaxSteps = 200000;
@@ -157,4 +157,4 @@ bool advance(const World& world, Island& m, const Span& span) {
   return true;
 }
 
-}  // namespace pantin::lagrangian
+}  // namespace pantin::detail::lagrangian

@@ -4,7 +4,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/solvers/lagrangian/internal.hpp"
 
-namespace pantin::lagrangian {
+namespace pantin::detail::lagrangian {
 namespace {
 
 Real dot2(const RowVectors& x, const RowVectors& y) {
@@ -125,4 +125,4 @@ void assemble(Island& m) {
   }
 }
 
-}  // namespace pantin::lagrangian
+}  // namespace pantin::detail::lagrangian

@@ -2,12 +2,13 @@
 #include <array>
 
 #include "engine/base/disjoint_sets.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/solvers/lagrangian/island.hpp"
 #include "engine/solvers/lagrangian/jacobian.hpp"
 #include "engine/solvers/solver.hpp"
 #include "engine/world/world.hpp"
 
-namespace pantin::lagrangian {
+namespace pantin::detail::lagrangian {
 namespace {
 
 constexpr std::uint32_t kNobody = UINT32_MAX;
@@ -436,4 +437,4 @@ const std::vector<Island>& islands_of(const World& world) {
   return world.memory.of<Islands>().list;
 }
 
-}  // namespace pantin::lagrangian
+}  // namespace pantin::detail::lagrangian

@@ -2,7 +2,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/solvers/lagrangian/momenta.hpp"
 
-namespace pantin::lagrangian {
+namespace pantin::detail::lagrangian {
 namespace {
 
 /// Replaces explicit drag by drag at the end of the step.
@@ -88,4 +88,4 @@ bool step_euler(const World& world, Island& m, const Span& span) {
 
 const IntegratorRow integrators::euler{.step = step_euler};
 
-}  // namespace pantin::lagrangian
+}  // namespace pantin::detail::lagrangian

@@ -5,7 +5,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/solvers/lagrangian/integrator.hpp"
 
-namespace pantin::lagrangian {
+namespace pantin::detail::lagrangian {
 namespace {
 
 constexpr int kMaxIterations = 40;
@@ -146,4 +146,4 @@ const IntegratorRow integrators::implicit{.step = step_implicit,
                                           .carries_interfaces = false,
                                           .keeps_accelerations = true};
 
-}  // namespace pantin::lagrangian
+}  // namespace pantin::detail::lagrangian

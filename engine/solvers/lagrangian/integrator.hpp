@@ -3,7 +3,7 @@
 /// their names is in engine/world/integrators.hpp.
 #include "engine/solvers/lagrangian/internal.hpp"
 
-namespace pantin::lagrangian {
+namespace pantin::detail::lagrangian {
 
 struct IntegratorRow {
   /// One step from room.state to room.state; m.mean_lambda become the mean forces of constraint.
@@ -40,4 +40,4 @@ inline const IntegratorRow& row_of(Integrator integrator) {
   return *kRows[static_cast<int>(integrator)];
 }
 
-}  // namespace pantin::lagrangian
+}  // namespace pantin::detail::lagrangian

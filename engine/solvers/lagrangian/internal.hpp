@@ -9,7 +9,7 @@
 #include "engine/solvers/lagrangian/jacobian.hpp"
 #include "engine/world/world.hpp"
 
-namespace pantin::lagrangian {
+namespace pantin::detail::lagrangian {
 
 /// Symbolic factorisation: elimination order and layout of the factor, once per structure. Without
 /// hubs its pivots reveal the rank.
@@ -126,4 +126,4 @@ bool is_active(const Island& m, std::size_t block);
 bool is_within_bounds(const Motions& motions, std::size_t body);
 bool all_within_bounds(const Island& m);
 
-}  // namespace pantin::lagrangian
+}  // namespace pantin::detail::lagrangian

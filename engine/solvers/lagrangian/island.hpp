@@ -18,7 +18,7 @@ namespace pantin {
 struct World;
 }
 
-namespace pantin::lagrangian {
+namespace pantin::detail::lagrangian {
 
 /// Origin of a block of rows.
 enum class BlockKind : std::uint8_t {
@@ -305,6 +305,7 @@ struct Island : IslandStructure, IslandMemory, StepResult {
 
 /// All islands of the Lagrangian solver, with saved state for repeated steps.
 struct Islands {
+  static constexpr std::string_view name = "lagrangian";  // in saved Worlds
   std::vector<Island> list;
   struct Saved {
     IslandMemory memory;
@@ -331,4 +332,4 @@ Entity joint_of(const World& world, const Block& block);
 /// Packs all islands of this solver. State is carried over by body and joint.
 void compile(World& world, std::span<const IslandPlan> plans);
 
-}  // namespace pantin::lagrangian
+}  // namespace pantin::detail::lagrangian

@@ -8,7 +8,7 @@
 /// Other blocks store 2 * count vectors a row: for velocity and angular velocity of each body.
 #include "engine/solvers/lagrangian/island.hpp"
 
-namespace pantin::lagrangian {
+namespace pantin::detail::lagrangian {
 
 /// Number of vectors stored for a block.
 inline std::uint32_t vectors_of(const Block& b) {
@@ -60,4 +60,4 @@ inline void add_constraint_force(const Block& b, const Vec3* j, std::size_t at,
   to[0] += force, to[1] += torque;
 }
 
-}  // namespace pantin::lagrangian
+}  // namespace pantin::detail::lagrangian

@@ -3,7 +3,7 @@
 
 #include "engine/solvers/lagrangian/internal.hpp"
 
-namespace pantin::lagrangian {
+namespace pantin::detail::lagrangian {
 namespace {
 
 /// A row with a smaller relative effect on its rate per step is treated as a plain force.
@@ -127,4 +127,4 @@ void write_joint_force_rows_at_end(const World& world, Island& m, std::span<Real
   }
 }
 
-}  // namespace pantin::lagrangian
+}  // namespace pantin::detail::lagrangian

@@ -12,7 +12,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/solvers/lagrangian/internal.hpp"
 
-namespace pantin::lagrangian {
+namespace pantin::detail::lagrangian {
 namespace {
 
 /// Regularisation of dependent rows, relative to the mean diagonal; refinement removes its error.
@@ -419,4 +419,4 @@ Real solve(Island& m, std::span<const Vec3> force, std::span<const Real> right, 
   return part;
 }
 
-}  // namespace pantin::lagrangian
+}  // namespace pantin::detail::lagrangian

@@ -6,7 +6,7 @@
 #include "engine/solvers/lagrangian/island.hpp"
 #include "engine/world/world.hpp"
 
-namespace pantin::lagrangian {
+namespace pantin::detail::lagrangian {
 
 /// Memory for the steps of every island that has none; after compile, and after a copy.
 void prepare(World& world);
@@ -30,4 +30,4 @@ struct ConstraintWrench {
 };
 ConstraintWrench joint_wrench(const Island& m, std::size_t block);
 
-}  // namespace pantin::lagrangian
+}  // namespace pantin::detail::lagrangian

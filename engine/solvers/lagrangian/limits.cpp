@@ -3,7 +3,7 @@
 
 #include "engine/solvers/lagrangian/integrator.hpp"
 
-namespace pantin::lagrangian {
+namespace pantin::detail::lagrangian {
 namespace {
 
 /// Slower impacts are inelastic, m/s or rad/s.
@@ -159,4 +159,4 @@ bool advance_among_limits(World& world, Island& m, Real h) {
   return true;
 }
 
-}  // namespace pantin::lagrangian
+}  // namespace pantin::detail::lagrangian

@@ -4,7 +4,7 @@
 
 #include "engine/solvers/lagrangian/integrator.hpp"
 
-namespace pantin::lagrangian {
+namespace pantin::detail::lagrangian {
 
 /// L = R I R^T w.
 inline Vec3 angular_momentum(const BodyState& at, Vec3 inertia) {
@@ -44,4 +44,4 @@ inline void right_of_rates(Island& m) {
   subtract_frame_motion(m, m.scratch.right, false);
 }
 
-}  // namespace pantin::lagrangian
+}  // namespace pantin::detail::lagrangian

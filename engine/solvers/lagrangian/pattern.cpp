@@ -5,7 +5,7 @@
 
 #include "engine/solvers/lagrangian/internal.hpp"
 
-namespace pantin::lagrangian {
+namespace pantin::detail::lagrangian {
 namespace {
 
 constexpr std::uint32_t kNone = UINT32_MAX;
@@ -183,4 +183,4 @@ KktPattern make_pattern(const Island& m, bool may_have_hubs) {
   return p;
 }
 
-}  // namespace pantin::lagrangian
+}  // namespace pantin::detail::lagrangian

@@ -4,7 +4,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/solvers/lagrangian/internal.hpp"
 
-namespace pantin::lagrangian {
+namespace pantin::detail::lagrangian {
 namespace {
 
 constexpr int kMaxCorrections = 40;
@@ -130,4 +130,4 @@ bool project(const World& world, Island& m, Real part, Real whole) {
   return m.residual <= std::max(1e-7 * std::max(Real(1), m.size), loose);
 }
 
-}  // namespace pantin::lagrangian
+}  // namespace pantin::detail::lagrangian

@@ -3,7 +3,7 @@
 
 #include "engine/solvers/lagrangian/momenta.hpp"
 
-namespace pantin::lagrangian {
+namespace pantin::detail::lagrangian {
 namespace {
 
 constexpr int kMaxIterations = 40;
@@ -101,4 +101,4 @@ bool step_rattle(const World& world, Island& m, const Span& span) {
 const IntegratorRow integrators::rattle{
     .step = step_rattle, .ends_on_joints = true, .efforts_are_forces = true};
 
-}  // namespace pantin::lagrangian
+}  // namespace pantin::detail::lagrangian

@@ -3,7 +3,7 @@
 
 #include "engine/solvers/lagrangian/integrator.hpp"
 
-namespace pantin::lagrangian {
+namespace pantin::detail::lagrangian {
 namespace {
 
 /// Stability limit of Runge-Kutta (rate times step), and changes of speed that are negligible
@@ -127,4 +127,4 @@ const IntegratorRow integrators::rk4{.step = step_rk4,
                                      .may_open_joints = true,
                                      .efforts_are_forces = true};
 
-}  // namespace pantin::lagrangian
+}  // namespace pantin::detail::lagrangian

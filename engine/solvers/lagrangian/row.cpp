@@ -4,7 +4,7 @@
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "engine/solvers/solver.hpp"
 
-namespace pantin::lagrangian {
+namespace pantin::detail::lagrangian {
 namespace {
 
 /// What presses on the bodies since the last step.
@@ -144,4 +144,4 @@ const SolverRow kRow{.name = "lagrangian",
                      .report = report,
                      .measure = measure};
 
-}  // namespace pantin::lagrangian
+}  // namespace pantin::detail::lagrangian

@@ -2,10 +2,11 @@
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/solvers/lagrangian/integrator.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 
-namespace pantin::lagrangian {
+namespace pantin::detail::lagrangian {
 namespace {
 
 /// Point masses of interfaces: they start at the interface and move with it.
@@ -304,4 +305,4 @@ std::vector<Fault> inspect(const World& world, std::size_t number) {
   return found;
 }
 
-}  // namespace pantin::lagrangian
+}  // namespace pantin::detail::lagrangian

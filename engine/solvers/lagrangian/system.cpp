@@ -3,9 +3,10 @@
 #include <array>
 
 #include "engine/base/rotation.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/solvers/lagrangian/internal.hpp"
 
-namespace pantin::lagrangian {
+namespace pantin::detail::lagrangian {
 namespace {
 
 /// Step of the fourth-order differences for derivatives of a path, s.
@@ -307,4 +308,4 @@ bool all_within_bounds(const Island& m) {
   return true;
 }
 
-}  // namespace pantin::lagrangian
+}  // namespace pantin::detail::lagrangian

@@ -1,7 +1,7 @@
 // A round block along y with sharp rims: size (radius, half of its length, -).
 #include "engine/geometry/kinds/parts.hpp"
 
-namespace pantin::shape_kinds {
+namespace pantin::detail::shape_kinds {
 namespace {
 
 constexpr SizeKey kSizes[] = {{"radius", "m."}, {"length", "From end to end, m.", 1, 1, 0.5}};
@@ -31,4 +31,4 @@ constinit const ShapeTraits cylinder{
     .inner_radius = inner_radius,
 };
 
-}  // namespace pantin::shape_kinds
+}  // namespace pantin::detail::shape_kinds

@@ -10,6 +10,7 @@
 
 int main(int count, char** arguments) {
   using namespace pantin;
+  using namespace pantin::detail;
   if (count != 2) return 2;
   auto scene = load_scene(arguments[1]);
   if (!scene) {
