@@ -9,6 +9,7 @@
 #include "engine/base/atomic_file.hpp"
 #include "engine/contact/memory.hpp"
 #include "engine/geometry/surface.hpp"
+#include "engine/joints/kinds.hpp"
 #include "engine/solvers/solver.hpp"
 
 namespace pantin {
