@@ -3,6 +3,7 @@
 #include <tuple>
 
 #include "engine/contact/contact.hpp"
+#include "engine/world/partition.hpp"
 
 namespace pantin {
 
