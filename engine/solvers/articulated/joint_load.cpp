@@ -37,11 +37,10 @@ Vec3 end_of(const World& world, const Island& a, std::uint32_t column, Entity bo
 }
 
 void subtract_cables(const World& world, const Island& a, Torques& torques) {
-  const std::vector<Entity>& then = partition_of(world).built.cables;
   for (const PackedCable& packed : a.cables) {
-    const Cable* cable =
-        packed.cable < then.size() ? world.cables.find(then[packed.cable]) : nullptr;
-    if (!cable || packed.lambda == 0) continue;
+    const std::uint32_t slot = world.cables.slot_now(packed.cable);
+    if (slot >= world.cables.size() || packed.lambda == 0) continue;
+    const Cable* cable = &world.cables.values()[slot];
     const CableParameters& own = cable->joint;
     const Vec3 to_b = end_of(world, a, packed.column_b, cable->b, own.anchor_b) -
                       end_of(world, a, packed.column_a, cable->a, own.anchor_a);
