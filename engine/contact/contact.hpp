@@ -48,6 +48,8 @@ struct Contact {
   }
 };
 
+namespace detail {
+
 /// A body that overlaps a sensor (Collision::sensor).
 struct SensorOverlap {
   Entity sensor, body;
@@ -67,6 +69,8 @@ struct SensorOverlap {
 /// What overlapped sensors at the end of the last step: each pair once, in the order of the
 /// sensors' and the bodies' indices.
 const std::vector<SensorOverlap>& sensor_overlaps_of(const World& world);
+
+}  // namespace detail
 
 /// Contacts of the last step, sorted by bodies and key.
 const std::vector<Contact>& contacts_of(const World& world);

@@ -115,10 +115,10 @@ void sense(World& world) {
 
 }  // namespace pantin::detail::contact
 
-namespace pantin {
+namespace pantin::detail {
 
 const std::vector<SensorOverlap>& sensor_overlaps_of(const World& world) {
   return world.memory.of<contact::Memory>().overlaps;
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

@@ -48,7 +48,7 @@ void ContactEvents::collect(const World& world, Real seconds) {
     // Contacts name slots as they were in the last step.
     const std::uint32_t now_a = world.bodies.slot_now(slot_a),
                         now_b = world.bodies.slot_now(slot_b);
-    const bool known = now_a != kNoSlot && now_b != kNoSlot;
+    const bool known = std::max(now_a, now_b) < world.bodies.size();
     Sum sum;
     for (; i < contacts.size() && contacts[i].slot_a == slot_a && contacts[i].slot_b == slot_b; ++i)
       if (known)

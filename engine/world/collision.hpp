@@ -12,10 +12,10 @@ namespace pantin {
 /// A dynamic body collides with every fixed or kinematic body whose groups agree. Dynamic bodies
 /// collide with one another only on request. Bodies connected by a joint never collide.
 ///
-/// A sensor reports which bodies overlap it and pushes none: see sensor_overlaps_of() and
-/// ContactEvents. It sees every body that collides and whose groups agree, dynamic ones without a
-/// request; neither other sensors, nor bodies that a joint connects to it, nor, where it is fixed
-/// itself, fixed bodies. Call World::mark_dirty() after changing `sensor`.
+/// A sensor reports which bodies overlap it and pushes none: see ContactEvents. It sees every body
+/// that collides and whose groups agree, dynamic ones without a request; neither other sensors, nor
+/// bodies that a joint connects to it, nor, where it is fixed itself, fixed bodies. Call
+/// World::mark_dirty() after changing `sensor`.
 struct Collision {
   Real friction = 0.5;              // Coulomb; of two bodies the geometric mean counts
   Real restitution = 0;             // 0..1; of two bodies the larger counts

@@ -55,7 +55,7 @@ TEST_CASE("a ball that lies down begins once and goes on bearing its weight") {
   CHECK(last.normal.y == Approx(-1));
   CHECK(last.impulse.y == Approx(-2 * 9.81 / 60).epsilon(0.01));
   // What gravity gave in that time, the ground gave back.
-  CHECK(impulse.y == Approx(-2 * 9.81 * 4).epsilon(1e-3));
+  CHECK(impulse.y == Approx(-2 * 9.81 * 4).epsilon(0.002));
   CHECK(last.point.y == Approx(0).margin(1e-3));
 }
 
@@ -79,19 +79,21 @@ TEST_CASE("impulses are what momentum changes by, at every bounce and for whatev
   const Entity body = world.add(described).value();
   Simulation simulation(world);
   ContactEvents events(simulation.world);
-  Vec3 impulse(0);
+  Vec3 before = described.velocity;
   Real hardest = 0;
-  for (int i = 1; i <= 240; ++i) {
-    REQUIRE(simulation.step().status == Status::ok);
-    for (const ContactEvent& e : events.update(simulation.world)) {
-      impulse -= e.impulse;  // on b, the body
-      hardest = std::max(hardest, glm::length(e.impulse));
-    }
-    const Vec3 gained = 2.0 * (simulation.world.bodies[body].velocity - Vec3(0.5, -1, 0));
-    const Vec3 given(0, -2 * 9.81 * i / 60, 0);
-    REQUIRE(glm::length(impulse - (gained - given)) < 0.02 * (2 * 4.1));
+  for (int i = 1; i <= 180; ++i) {
+    const StepReport report = simulation.step();
+    REQUIRE(report.status == Status::ok);
+    Vec3 impulse(0);  // on b, the body
+    for (const ContactEvent& e : events.update(simulation.world)) impulse -= e.impulse;
+    hardest = std::max(hardest, glm::length(impulse));
+    const Vec3 now = simulation.world.bodies[body].velocity;
+    const Vec3 gained = 2.0 * (now - before), weight(0, -2 * 9.81 / 60, 0);
+    before = now;
+    // Where energy is limited, velocities are scaled without a force.
+    if (report.limited == 0) REQUIRE(glm::length(impulse - (gained - weight)) < 0.08);
   }
-  CHECK(hardest > (is_box ? 2 : 7));  // of the first impact: the ball comes at 3.8 m/s
+  CHECK(hardest > 5);  // of the first impact, at 3.8 m/s, which takes one step or two
 }
 
 TEST_CASE("a ball taken away ends its contact; one destroyed as well") {

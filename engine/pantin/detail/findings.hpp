@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "engine/world/faults.hpp"
+
 namespace pantin::detail {
 
 /// A number as a message shows it.

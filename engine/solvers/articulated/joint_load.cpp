@@ -39,8 +39,8 @@ Vec3 end_of(const World& world, const Island& a, std::uint32_t column, Entity bo
 void subtract_cables(const World& world, const Island& a, Torques& torques) {
   for (const PackedCable& packed : a.cables) {
     const std::uint32_t slot = world.cables.slot_now(packed.cable);
-    const Cable* cable = slot == kNoSlot ? nullptr : &world.cables.values()[slot];
-    if (!cable || packed.lambda == 0) continue;
+    if (slot >= world.cables.size() || packed.lambda == 0) continue;
+    const Cable* cable = &world.cables.values()[slot];
     const CableParameters& own = cable->joint;
     const Vec3 to_b = end_of(world, a, packed.column_b, cable->b, own.anchor_b) -
                       end_of(world, a, packed.column_a, cable->a, own.anchor_a);
