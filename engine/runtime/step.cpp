@@ -116,13 +116,13 @@ void clear_requests(World& world) {
   }
 }
 
-/// Forces while a step is taken in parts.
-struct ForceRoom {
+/// Forces while a step is taken in parts. A copy of the World has them too, since a system may put
+/// one in its place within a step.
+struct ForceScratch {
   static constexpr std::string_view name = "forces";  // in saved Worlds
   std::vector<std::pair<Entity, Force>> whole;        // pushed for the whole step, from outside
   std::vector<std::pair<Entity, Force>> felt;         // what the update stage of this part took up
 
-  // Of one step.
   static void fields(auto& self, auto&& field) {
     field("whole", derived(self.whole));
     field("felt", derived(self.felt));
@@ -131,24 +131,24 @@ struct ForceRoom {
 
 /// What was pushed before the step acts in all its parts, what systems push in the part that runs.
 void begin_forces(World& world) {
-  ForceRoom& room = world.memory.of<ForceRoom>();
-  room.whole.clear();
+  ForceScratch& scratch = world.memory.of<ForceScratch>();
+  scratch.whole.clear();
   for (std::size_t i = 0; i < world.forces.size(); ++i)
-    room.whole.push_back({world.forces.owners()[i], world.forces.values()[i]});
+    scratch.whole.push_back({world.forces.owners()[i], world.forces.values()[i]});
 }
 
 /// After the update stage: what comes later acts in the next part.
 void note_felt(World& world) {
-  ForceRoom& room = world.memory.of<ForceRoom>();
-  room.felt.clear();
+  ForceScratch& scratch = world.memory.of<ForceScratch>();
+  scratch.felt.clear();
   for (std::size_t i = 0; i < world.forces.size(); ++i)
-    room.felt.push_back({world.forces.owners()[i], world.forces.values()[i]});
+    scratch.felt.push_back({world.forces.owners()[i], world.forces.values()[i]});
 }
 
 /// What came too late acts in the next part; after the last one in all parts of the next step, by
 /// as much less. `left` is how many parts are to come.
 void end_forces(World& world, int left, int parts) {
-  ForceRoom& room = world.memory.of<ForceRoom>();
+  ForceScratch& scratch = world.memory.of<ForceScratch>();
   const auto each = [&](const auto& list, Real sign) {
     for (const auto& [owner, force] : list)
       if (Force* f = world.forces.find(owner))
@@ -157,15 +157,15 @@ void end_forces(World& world, int left, int parts) {
   const auto acted = [](const auto& p) {
     return p.second.force != Vec3(0) || p.second.torque != Vec3(0);
   };
-  const bool any = std::any_of(room.felt.begin(), room.felt.end(), acted) ||
-                   std::any_of(room.whole.begin(), room.whole.end(), acted);
-  if (any) each(room.felt, -1);
+  const bool any = std::any_of(scratch.felt.begin(), scratch.felt.end(), acted) ||
+                   std::any_of(scratch.whole.begin(), scratch.whole.end(), acted);
+  if (any) each(scratch.felt, -1);
   // Not even a number that is none outlives its part.
-  for (const auto& [owner, force] : room.felt)
+  for (const auto& [owner, force] : scratch.felt)
     if (Force* f = world.forces.find(owner);
         f && !(is_finite(force.force) && is_finite(force.torque)))
       *f = Force{};
-  if (left > 0) return each(room.whole, 1);
+  if (left > 0) return each(scratch.whole, 1);
   if (parts > 1)
     for (Force& f : world.forces.values())
       f.force /= static_cast<Real>(parts), f.torque /= static_cast<Real>(parts);
@@ -243,17 +243,6 @@ void close(Step& s) {
   watch.lap(s.clock.adjust);
 }
 
-/// A failure is told whichever part it happened in.
-void note_failures(const World& world, StepReport& report) {
-  StepReport now;
-  for (const SolverRow* solver : kSolvers) solver->report(world, now);
-  if ((now.status != Status::diverged && now.status != Status::energy_grew) ||
-      report.status == Status::diverged)
-    return;
-  if (report.status != Status::ok && now.status != Status::diverged) return;
-  report.status = now.status, report.body = now.body, report.residual = now.residual;
-}
-
 }  // namespace
 
 StepReport step_world(World& world, const StepSettings& settings, const Systems& systems,
@@ -284,7 +273,7 @@ StepReport step_world(World& world, const StepSettings& settings, const Systems&
     if (!sound) break;
     predict(s);
     close(s);
-    if (part + 1 < substeps) note_failures(world, report);
+    for (const SolverRow* solver : kSolvers) solver->note_failure(world, report);
     end_forces(world, substeps - part - 1, substeps);
     world.time += s.task.h;
   }

@@ -277,8 +277,11 @@ bool has_colliders(const World& world, const Island& a) {
 }  // namespace
 
 void prepare(World& world) {
-  for (Island& a : islands_of(world)) {
-    if (a.scratch.targets.capacity() > 0) continue;  // a copy brings no scratch along
+  Islands& all = world.memory.of<Islands>();
+  if (all.scratch.prepared) return;  // a copy brings no scratch along
+  all.scratch.prepared = true;
+  for (Island& a : all.list) {
+    if (a.scratch.targets.capacity() > 0) continue;  // goes on as it was
     const std::size_t n = a.count(), padded = a.slots.size();
     const bool shake = a.settings.solver == Solver::shake2;
     StepScratch& r = a.scratch;
@@ -413,7 +416,7 @@ bool end_iteration(World& world, Island& a, Real h) {
 }
 
 void iterate_mutual(World& world, Real h) {
-  std::vector<Island*>& all = world.memory.of<Islands>().scratch.mutual;
+  std::vector<Island*>& all = world.memory.of<Islands>().mutual.list;
   all.clear();
   for (Island& a : islands_of(world))
     if (a.mutual && needs_active_set(a)) all.push_back(&a);
