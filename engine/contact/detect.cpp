@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <tuple>
 
-#include "engine/base/check.hpp"
+#include "engine/base/invariants.hpp"
 #include "engine/base/rotation.hpp"
 #include "engine/contact/memory.hpp"
 #include "engine/geometry/kinds.hpp"
@@ -83,6 +83,7 @@ void list_colliders(const Finder& s) {
     const Collision* collision = s.world.collisions.find(owners[slot]);
     const Shapes* shapes = collision ? s.world.shapes.find(owners[slot]) : nullptr;
     if (!shapes) continue;
+    PANTIN_ASSERT(is_range(0, s.reach[slot]));
     Collider collider{slot, static_cast<std::uint32_t>(scratch.shapes.size()), 0,
                       island_of(s.partition, slot), collision};
     for (std::uint32_t i = 0; i < shapes->list.size(); ++i) add_shape(s, slot, *shapes, i);
@@ -223,6 +224,7 @@ void store_contacts(const Finder& s, const Collider& a, std::size_t& old) {
   for (const FoundPoint& f : scratch.found) {
     if (last && last->slot_b == f.slot_b && last->key == f.key) continue;
     last = &f;
+    PANTIN_ASSERT(f.slot_b < bodies.size() && f.slot_b != a.slot && is_unit(f.at.normal));
     Contact c;
     c.slot_a = a.slot, c.slot_b = f.slot_b, c.key = f.key;
     c.point_a = to_local(bodies[a.slot].pose, f.at.on_a);
@@ -284,6 +286,7 @@ bool moves(const Body& b) {
 /// Kinematic bodies are at the end of the step already: they are put back for the search, and their
 /// reach is the way they come.
 void detect(World& world, Real h) {
+  PANTIN_ASSERT(is_positive(h));
   DetectScratch& scratch = world.memory.of<Memory>().scratch;
   const Partition& partition = partition_of(world);
   scratch.ends.clear();

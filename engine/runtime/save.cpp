@@ -7,6 +7,7 @@
 
 #include "engine/base/archive.hpp"
 #include "engine/base/atomic_file.hpp"
+#include "engine/base/utf8.hpp"
 #include "engine/contact/memory.hpp"
 #include "engine/geometry/surface.hpp"
 #include "engine/joints/kinds.hpp"
@@ -59,7 +60,7 @@ std::uint64_t checksum(std::string_view bytes) {
 Error error(std::string_view stage, const std::string& what) {
   std::string line(stage);
   line += ": ";
-  line += what;
+  line += printable(what);
   return {line};
 }
 
