@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 
@@ -184,6 +185,26 @@ std::string sealed(std::string bytes) {
   hash.add(std::string_view(bytes).substr(kHeader));
   const std::uint64_t sum = hash.value();
   return bytes.replace(kChecksum, sizeof sum, reinterpret_cast<const char*>(&sum), sizeof sum);
+}
+
+TEST_CASE("rotations and limits that cannot be are refused in a saved World") {
+  const std::string whole = *world_to_bytes(stopped_arm());
+  // The first place that holds these numbers holds `to` at its end instead.
+  const auto refused = [&](std::vector<double> numbers, double to) {
+    const std::size_t size = numbers.size() * sizeof(double);
+    const std::size_t at = whole.find({reinterpret_cast<const char*>(numbers.data()), size});
+    REQUIRE(at != std::string::npos);
+    std::string bytes = whole;
+    std::memcpy(&bytes[at + size - sizeof to], &to, sizeof to);
+    return only_error(world_from_bytes(sealed(bytes)));
+  };
+  const Quat turned = stopped_arm().links.values()[0].joint.frames.a();
+  CHECK(refused({turned.x, turned.y, turned.z, turned.w}, 3).find("axes that are none") !=
+        std::string::npos);
+  CHECK(refused({-0.3, 0.4}, -0.4).find("low end is above") != std::string::npos);
+  const Quat body = stopped_arm().bodies.values()[1].pose.rotation;
+  CHECK(refused({body.x, body.y, body.z, body.w}, 3).find("rotation that is none") !=
+        std::string::npos);
 }
 
 TEST_CASE("names in a forged file reach no terminal as they are") {
