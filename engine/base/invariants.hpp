@@ -4,7 +4,7 @@
 #include "engine/base/check.hpp"
 #include "engine/base/math.hpp"
 
-namespace pantin {
+namespace pantin::detail {
 
 /// Far wider than what rounding does to a unit vector in a step.
 inline constexpr Real kUnitTolerance = 1e-6;
@@ -22,4 +22,4 @@ inline bool is_range(Vec3 low, Vec3 high) {
   return is_range(low.x, high.x) && is_range(low.y, high.y) && is_range(low.z, high.z);
 }
 
-}  // namespace pantin
+}  // namespace pantin::detail

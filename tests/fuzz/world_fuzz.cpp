@@ -12,6 +12,7 @@
 #include "engine/runtime/simulation.hpp"
 
 using namespace pantin;
+using namespace pantin::detail;
 
 namespace {
 
