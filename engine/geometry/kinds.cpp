@@ -1,5 +1,6 @@
 #include "engine/geometry/kinds.hpp"
 
+#include "engine/geometry/kinds/parts.hpp"
 #include "engine/geometry/smooth.hpp"
 #include "engine/geometry/surface.hpp"
 
@@ -65,8 +66,13 @@ std::optional<RayEntry> cast(const Shape& shape, Vec3 from, Vec3 way, Real limit
 
 std::optional<SurfacePoint> closest(const Shape& shape, Vec3 p, Real limit) {
   if (!is_complete(shape)) return std::nullopt;
-  const auto exact = traits_of(shape.kind).closest;
-  if (exact) return exact(shape, p, limit);
+  const ShapeTraits& kind = traits_of(shape.kind);
+  if (kind.closest) return kind.closest(shape, p, limit);
+  if (kind.rounded)
+    if (const auto box = kind.rounded(shape)) {
+      const SurfacePoint near = shape_kinds::closest_of_rounded(*box, p);
+      return near.distance <= limit ? std::optional(near) : std::nullopt;
+    }
   ConvexScratch scratch;
   return closest_of(convex_piece(shape, Pose{}, scratch), p, limit);
 }

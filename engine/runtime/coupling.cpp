@@ -85,22 +85,29 @@ bool update_residuals(World& world, const Coupled& coupled, Real h, bool first) 
   return converged;
 }
 
+Coupled& list_coupled(World& world) {
+  Coupled& coupled = world.memory.of<Coupled>();
+  coupled.leaders.clear(), coupled.followers.clear();
+  for (const SolverRow* solver : kSolvers) {
+    const std::size_t count = solver->count(world);
+    for (std::size_t i = 0; i < count; ++i) {
+      if (!solver->interfaces(world, i).empty()) coupled.leaders.push_back({solver, i});
+      if (solver->follows(world, i)) coupled.followers.push_back({solver, i});
+    }
+  }
+  return coupled;
+}
+
 }  // namespace
 
 void recouple(World& world) {
-  Coupled& coupled = world.memory.of<Coupled>();
-  coupled.leaders.clear(), coupled.followers.clear();
-  for (const SolverRow* solver : kSolvers)
-    for (std::size_t i = 0; i < solver->count(world); ++i)
-      if (!solver->interfaces(world, i).empty()) coupled.leaders.push_back({solver, i});
-  for (const SolverRow* solver : kSolvers)
-    for (std::size_t i = 0; i < solver->count(world); ++i)
-      if (solver->follows(world, i)) coupled.followers.push_back({solver, i});
+  std::erase_if(list_coupled(world).leaders, [&](const CoupledIsland& leader) {
+    return !leader.solver->has_begun(world, leader.island);
+  });
 }
 
 void save_coupled(World& world) {
-  recouple(world);
-  Coupled& coupled = world.memory.of<Coupled>();
+  Coupled& coupled = list_coupled(world);
   for (const CoupledIsland& c : coupled.leaders) c.solver->save(world, c.island);
   for (const CoupledIsland& c : coupled.followers) c.solver->save(world, c.island);
   each_interface(world, coupled, [](contact::Interface& i) {

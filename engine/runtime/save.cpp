@@ -145,6 +145,7 @@ std::string check_contacts(const World& world) {
 Result<std::string> world_to_bytes(const World& world, Saved* saved) {
   World current = world;  // with islands that fit the components, as the next step would make them
   compile_if_changed(current);
+  current.entities.write_out();
   FieldWriter payload;
   payload.write(current);
   if (!payload.unwritable().empty())

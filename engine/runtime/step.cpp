@@ -74,8 +74,9 @@ void note_teleports(const World& world, std::span<Pose> drawn_from) {
     if (world.bodies.values()[i].teleport) drawn_from[i] = world.bodies.values()[i].pose;
 }
 
-/// Contacts of the step, handed to the islands of their bodies.
-void detect_contacts(World& world, Real h) {
+/// Contacts of the step, handed to the islands of their bodies. False where nothing can have
+/// changed.
+bool detect_contacts(World& world, Real h) {
   std::vector<Contact>& contacts = contacts_of(world);
   const auto asleep = [&](const SolverRow* solver) { return solver->asleep(world); };
   const auto comes = [&](std::uint32_t slot) {
@@ -88,7 +89,7 @@ void detect_contacts(World& world, Real h) {
   if (!contacts.empty() && !scratch.stale &&
       std::all_of(kSolvers.begin(), kSolvers.end(), asleep) &&
       std::none_of(kinematic.begin(), kinematic.end(), comes))
-    return;
+    return false;
   scratch.stale = false;
   if (!world.collisions.empty()) {
     std::vector<Real>& reach = scratch.reach;
@@ -97,8 +98,10 @@ void detect_contacts(World& world, Real h) {
     contact::detect(world, h);
   } else {
     contacts.clear();
+    scratch.search.sensors = 0;
   }
   for (const SolverRow* solver : kSolvers) solver->take_contacts(world, h);
+  return true;
 }
 
 void note_pressures(World& world) {
@@ -116,13 +119,13 @@ void clear_requests(World& world) {
   }
 }
 
-/// Forces while a step is taken in parts.
-struct ForceRoom {
+/// Forces while a step is taken in parts. A copy of the World has them too, since a system may put
+/// one in its place within a step.
+struct ForceScratch {
   static constexpr std::string_view name = "forces";  // in saved Worlds
   std::vector<std::pair<Entity, Force>> whole;        // pushed for the whole step, from outside
   std::vector<std::pair<Entity, Force>> felt;         // what the update stage of this part took up
 
-  // Of one step.
   static void fields(auto& self, auto&& field) {
     field("whole", derived(self.whole));
     field("felt", derived(self.felt));
@@ -131,24 +134,24 @@ struct ForceRoom {
 
 /// What was pushed before the step acts in all its parts, what systems push in the part that runs.
 void begin_forces(World& world) {
-  ForceRoom& room = world.memory.of<ForceRoom>();
-  room.whole.clear();
+  ForceScratch& scratch = world.memory.of<ForceScratch>();
+  scratch.whole.clear();
   for (std::size_t i = 0; i < world.forces.size(); ++i)
-    room.whole.push_back({world.forces.owners()[i], world.forces.values()[i]});
+    scratch.whole.push_back({world.forces.owners()[i], world.forces.values()[i]});
 }
 
 /// After the update stage: what comes later acts in the next part.
 void note_felt(World& world) {
-  ForceRoom& room = world.memory.of<ForceRoom>();
-  room.felt.clear();
+  ForceScratch& scratch = world.memory.of<ForceScratch>();
+  scratch.felt.clear();
   for (std::size_t i = 0; i < world.forces.size(); ++i)
-    room.felt.push_back({world.forces.owners()[i], world.forces.values()[i]});
+    scratch.felt.push_back({world.forces.owners()[i], world.forces.values()[i]});
 }
 
 /// What came too late acts in the next part; after the last one in all parts of the next step, by
 /// as much less. `left` is how many parts are to come.
 void end_forces(World& world, int left, int parts) {
-  ForceRoom& room = world.memory.of<ForceRoom>();
+  ForceScratch& scratch = world.memory.of<ForceScratch>();
   const auto each = [&](const auto& list, Real sign) {
     for (const auto& [owner, force] : list)
       if (Force* f = world.forces.find(owner))
@@ -157,15 +160,15 @@ void end_forces(World& world, int left, int parts) {
   const auto acted = [](const auto& p) {
     return p.second.force != Vec3(0) || p.second.torque != Vec3(0);
   };
-  const bool any = std::any_of(room.felt.begin(), room.felt.end(), acted) ||
-                   std::any_of(room.whole.begin(), room.whole.end(), acted);
-  if (any) each(room.felt, -1);
+  const bool any = std::any_of(scratch.felt.begin(), scratch.felt.end(), acted) ||
+                   std::any_of(scratch.whole.begin(), scratch.whole.end(), acted);
+  if (any) each(scratch.felt, -1);
   // Not even a number that is none outlives its part.
-  for (const auto& [owner, force] : room.felt)
+  for (const auto& [owner, force] : scratch.felt)
     if (Force* f = world.forces.find(owner);
         f && !(is_finite(force.force) && is_finite(force.torque)))
       *f = Force{};
-  if (left > 0) return each(room.whole, 1);
+  if (left > 0) return each(scratch.whole, 1);
   if (parts > 1)
     for (Force& f : world.forces.values())
       f.force /= static_cast<Real>(parts), f.torque /= static_cast<Real>(parts);
@@ -192,6 +195,7 @@ struct Step {
   std::span<Pose> drawn_from;
   StepTask task;
   StepReport report;
+  bool moved = false;  // contacts were looked for: something may have moved
 
   void run(Stage stage) { run_systems(systems, stage, world, settings.h, report); }
 };
@@ -227,13 +231,14 @@ void close(Step& s) {
   Stopwatch watch(s.timed);
   s.run(Stage::before_contacts);
   if (!s.systems.at(Stage::before_contacts).empty()) take_up_changes(world, s.task);
-  detect_contacts(world, s.task.h);
+  s.moved = detect_contacts(world, s.task.h) || s.moved;
   watch.lap(s.clock.contacts);
 
   s.run(Stage::before_adjust);
   if (!s.systems.at(Stage::before_adjust).empty()) {
     take_up_changes(world, s.task);
-    if (world.memory.of<contact::Memory>().scratch.stale) detect_contacts(world, s.task.h);
+    if (world.memory.of<contact::Memory>().scratch.stale)
+      s.moved = detect_contacts(world, s.task.h) || s.moved;
   }
   for (const SolverRow* solver : kSolvers) solver->adjust(world, s.task);
   step_coupled(world, s.task.h);
@@ -241,17 +246,6 @@ void close(Step& s) {
   couple_touching(world, s.task.h);
   note_pressures(world);
   watch.lap(s.clock.adjust);
-}
-
-/// A failure is told whichever part it happened in.
-void note_failures(const World& world, StepReport& report) {
-  StepReport now;
-  for (const SolverRow* solver : kSolvers) solver->report(world, now);
-  if ((now.status != Status::diverged && now.status != Status::energy_grew) ||
-      report.status == Status::diverged)
-    return;
-  if (report.status != Status::ok && now.status != Status::diverged) return;
-  report.status = now.status, report.body = now.body, report.residual = now.residual;
 }
 
 }  // namespace
@@ -284,7 +278,7 @@ StepReport step_world(World& world, const StepSettings& settings, const Systems&
     if (!sound) break;
     predict(s);
     close(s);
-    if (part + 1 < substeps) note_failures(world, report);
+    for (const SolverRow* solver : kSolvers) solver->note_failure(world, report);
     end_forces(world, substeps - part - 1, substeps);
     world.time += s.task.h;
   }
@@ -295,6 +289,7 @@ StepReport step_world(World& world, const StepSettings& settings, const Systems&
   }
   ++world.tick;
   clear_requests(world);
+  if (s.moved) contact::sense(world);
   report_step(world, report);
 
   Stopwatch watch(times != nullptr);

@@ -48,7 +48,8 @@ inline constexpr K kBody{
     "mass",         "inertia",  "centre_of_mass",   "position", "rotation",
     "rotation_deg", "velocity", "angular_velocity", "drag",     "gravity_scale",
     "motion",       "solver",   "collision"};
-inline constexpr K kCollision{"friction", "restitution", "groups", "with", "others", "self"};
+inline constexpr K kCollision{"friction", "restitution", "groups", "with",
+                              "others",   "self",        "sensor"};
 /// What kinds of joints have of their own, each key once.
 constexpr auto each_parameter(auto take) {
   for (int i = 0; i < kJointKinds; ++i)

@@ -35,12 +35,17 @@ std::array<std::vector<IslandPlan>, kSolverCount> partition(World& world) {
   return plans;
 }
 
+bool is_solid(const World& world, Entity e) {
+  const Collision* collision = world.collisions.find(e);
+  return collision && !collision->sensor;
+}
+
 /// Contacts name slots: those of today, or they end. What lay on something that is gone wakes.
-void renumber_contacts(World& world, const BuiltFrom& built) {
+void renumber_contacts(World& world) {
   contact::Memory& memory = world.memory.of<contact::Memory>();
   const auto now = [&](std::uint32_t slot) {
-    const Entity e = slot < built.bodies.size() ? built.bodies[slot] : Entity{};
-    return world.collisions.find(e) ? world.bodies.slot(e) : kNoSlot;
+    const std::uint32_t s = world.bodies.slot_now(slot);
+    return s != kNoSlot && is_solid(world, world.bodies.owners()[s]) ? s : kNoSlot;
   };
   std::erase_if(memory.contacts, [&](Contact& c) {
     const std::uint32_t a = now(c.slot_a), b = now(c.slot_b);
@@ -57,26 +62,21 @@ void renumber_contacts(World& world, const BuiltFrom& built) {
 
 /// What became solid since the last build wakes what it touches.
 void note_what_comes(World& world, const Partition& now) {
-  if (now.built.bodies.empty()) return;
-  std::vector<std::uint8_t> was(world.bodies.size(), 0);
-  for (std::size_t i = 0; i < now.built.bodies.size(); ++i)
-    if (const std::uint32_t slot = world.bodies.slot(now.built.bodies[i]); slot != kNoSlot)
-      was[slot] = now.built.solid[i];
-  for (const std::uint32_t slot : now.kinematic)
-    if (!was[slot] && world.collisions.find(world.bodies.owners()[slot]))
+  if (now.built_for == 0) return;
+  for (const std::uint32_t slot : now.kinematic) {
+    const std::uint32_t collision = world.collisions.slot(world.bodies.owners()[slot]);
+    if (collision == kNoSlot || world.collisions.values()[collision].sensor) continue;
+    if (world.bodies.is_new(slot) || world.collisions.is_new(collision))
       world.bodies.values()[slot].restart = true;
+  }
 }
 
-void remember_build(const World& world, BuiltFrom& b) {
-  const auto copy = [](std::span<const Entity> from, std::vector<Entity>& to) {
-    to.assign(from.begin(), from.end());
-  };
-  copy(world.bodies.owners(), b.bodies), copy(world.links.owners(), b.links);
-  copy(world.cables.owners(), b.cables), copy(world.gears.owners(), b.gears);
-  copy(world.pins.owners(), b.pins);
-  b.solid.clear();
-  for (const Entity e : b.bodies) b.solid.push_back(world.collisions.find(e) != nullptr);
-  b.edit_count = world.edit_count;
+/// From here on the stores know where the slots have gone that islands and contacts name.
+void note_build(World& world, Partition& now) {
+  world.bodies.track_slots(), world.collisions.track_slots();
+  world.links.track_slots(), world.cables.track_slots();
+  world.gears.track_slots(), world.pins.track_slots();
+  now.built_for = world.structure(), now.edit_count = world.edit_count;
 }
 
 }  // namespace
@@ -89,10 +89,9 @@ void compile_if_changed(World& world) {
     auto plans = partition(world);
     list_faults(world, plans);
     for (std::size_t i = 0; i < kSolverCount; ++i) kSolvers[i]->compile(world, plans[i]);
-    renumber_contacts(world, now.built);
+    renumber_contacts(world);
     note_what_comes(world, now);
-    remember_build(world, now.built);
-    now.built_for = world.structure();
+    note_build(world, now);
   }
   for (const SolverRow* solver : kSolvers) solver->prepare(world);
 }

@@ -39,6 +39,8 @@ struct SolverRow {
   /// After islands were compiled anew within a step, between the update and the adjust stage: the
   /// changed ones are predicted, or sit the substep out.
   void (*catch_up)(World&, const StepTask&);
+  /// Within a substep, from the update stage on: false if the island sits it out.
+  bool (*has_begun)(const World&, std::size_t island);
   /// Whether all its islands sleep.
   bool (*asleep)(const World&);
   /// Bounds on the displacement of its bodies' surfaces in the step, m, by body slot.
@@ -68,7 +70,9 @@ struct SolverRow {
   /// Appends contact forces on bodies of solvers without contact response.
   void (*press)(const World&, std::vector<contact::Pressure>&);
 
-  /// Adds the results of the step to the report and to the measures.
+  /// After each substep: its failure, unless a worse one is in the report.
+  void (*note_failure)(const World&, StepReport&);
+  /// Adds the results of the step, those of its last substep, to the report and to the measures.
   void (*report)(const World&, StepReport&);
   void (*measure)(const World&, Measures&);
 };

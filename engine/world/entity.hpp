@@ -30,36 +30,39 @@ class Entities {
  public:
   Entity create() {
     ++alive_;
-    if (free_.empty()) {
-      generations_.push_back(0);
-      return {static_cast<std::uint32_t>(generations_.size() - 1), 0};
-    }
+    if (free_.empty()) return {count_++, 0};
     const std::uint32_t index = free_.back();
     free_.pop_back();
-    return {index, generations_[index]};
+    return {index, generation_of(index)};
   }
 
   void destroy(Entity e) {
     if (!is_alive(e)) return;
     --alive_;
+    if (e.index >= generations_.size()) generations_.resize(e.index + 1, 0);
     ++generations_[e.index];
     free_.push_back(e.index);
   }
 
   bool is_alive(Entity e) const {
-    if (e.index >= generations_.size() || generations_[e.index] != e.generation) return false;
-    return true;
+    return e.index < count_ && generation_of(e.index) == e.generation;
   }
   std::size_t alive() const { return alive_; }
   /// Largest number of handles that existed at the same time.
-  std::size_t capacity() const { return generations_.size(); }
+  std::size_t capacity() const { return count_; }
 
+  /// Lists the generations of all handles, as files hold them: otherwise those after the last that
+  /// was destroyed are left out, since they are 0.
+  void write_out() { generations_.resize(count_, 0); }
+
+  // Complete after write_out() only.
   static void fields(auto& self, auto&& field) {
     field("generations", self.generations_);
     field("free", self.free_);
+    field("count", derived(self.count_));
     field("alive", derived(self.alive_));
   }
-  /// Counts the living after reading; null, or what is wrong.
+  /// Counts the living after reading what was written out; null, or what is wrong.
   const char* restored() {
     if (free_.size() > generations_.size()) return "has more free places than places";
     std::vector<bool> seen(generations_.size(), false);
@@ -67,13 +70,21 @@ class Entities {
       if (index >= seen.size() || seen[index]) return "names a free place that is none";
       seen[index] = true;
     }
-    alive_ = generations_.size() - free_.size();
+    count_ = static_cast<std::uint32_t>(generations_.size());
+    alive_ = count_ - free_.size();
+    while (!generations_.empty() && generations_.back() == 0) generations_.pop_back();
+    generations_.shrink_to_fit();
     return nullptr;
   }
 
  private:
-  std::vector<std::uint32_t> generations_;
+  std::uint32_t generation_of(std::uint32_t index) const {
+    return index < generations_.size() ? generations_[index] : 0;
+  }
+
+  std::vector<std::uint32_t> generations_;  // up to the last handle that was ever destroyed
   std::vector<std::uint32_t> free_;
+  std::uint32_t count_ = 0;
   std::size_t alive_ = 0;
 };
 

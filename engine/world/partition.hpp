@@ -35,13 +35,6 @@ struct IslandPlan {
   Entity unfit;                      // a body that no step can be computed with, or none
 };
 
-/// What the last build was made from: the owners of the slots that its islands name.
-struct BuiltFrom {
-  std::vector<Entity> bodies, links, cables, gears, pins;
-  std::vector<std::uint8_t> solid;  // by slot in bodies
-  std::uint64_t edit_count = 0;     // World::touched then
-};
-
 /// Owners of all bodies. Derived from the components; rebuilt when World::structure() changes.
 struct Partition {
   static constexpr std::string_view name = "partition";  // in saved Worlds
@@ -55,8 +48,8 @@ struct Partition {
   std::vector<std::uint32_t> column;     // by slot; empty where nothing is solid
   std::vector<std::uint32_t> kinematic;  // slots of bodies that no solver owns
   std::vector<StructureFault> faults;
-  std::uint64_t built_for = 0;  // World::structure() at the last build; 0: never
-  BuiltFrom built;
+  std::uint64_t built_for = 0;   // World::structure() at the last build; 0: never
+  std::uint64_t edit_count = 0;  // World::edit_count then
 
   void set_column(std::uint32_t slot, std::uint32_t to) {
     if (!column.empty()) column[slot] = to;
@@ -69,7 +62,7 @@ struct Partition {
     field("kinematic", derived(self.kinematic));
     field("faults", derived(self.faults));
     field("built_for", derived(self.built_for));
-    field("built", derived(self.built));
+    field("edit_count", derived(self.edit_count));
   }
 };
 

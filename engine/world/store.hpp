@@ -57,9 +57,11 @@ class Store {
       ++gone;
     }
     if (gone == 0) return;
+    std::vector<std::uint32_t> now(first_new_ == kNoSlot ? 0 : values_.size(), kNoSlot);
     std::size_t kept = 0;
     for (std::size_t i = 0; i < values_.size(); ++i) {
       if (!owners_[i]) continue;
+      if (!now.empty()) now[i] = static_cast<std::uint32_t>(kept);
       if (kept != i) values_[kept] = std::move(values_[i]), owners_[kept] = owners_[i];
       slots_[owners_[kept].index] = static_cast<std::uint32_t>(kept);
       ++kept;
@@ -67,6 +69,7 @@ class Store {
     values_.erase(values_.begin() + static_cast<std::ptrdiff_t>(kept), values_.end());
     owners_.erase(owners_.begin() + static_cast<std::ptrdiff_t>(kept), owners_.end());
     ++version_;
+    if (!now.empty()) note_moves(std::move(now));
   }
   void remove(Entity owner) { remove(std::span<const Entity>(&owner, 1)); }
 
@@ -108,16 +111,30 @@ class Store {
     owners_.reserve(count);
   }
 
+  /// Removals move values to other slots: from here on slot_now() tells where to. Costs no memory
+  /// until something is removed.
+  void track_slots() { moved_ = {}, first_new_ = static_cast<std::uint32_t>(size()); }
+  /// The slot of the value that was in `slot` when track_slots() was called last; kNoSlot if it was
+  /// removed since.
+  std::uint32_t slot_now(std::uint32_t slot) const {
+    if (moved_.empty()) return slot;
+    return slot < moved_.size() ? moved_[slot] : kNoSlot;
+  }
+  /// Whether the value in `slot` was added since then.
+  bool is_new(std::uint32_t slot) const { return slot >= first_new_; }
+
   static void fields(auto& self, auto&& field) {
     field("values", self.values_);
     field("owners", self.owners_);
     field("slots", derived(self.slots_));
     field("version", passive(self.version_));
+    field("moved", derived(self.moved_));
+    field("first_new", derived(self.first_new_));
   }
   /// Finds the slots of the owners again after reading; null, or what is wrong.
   const char* restored(const detail::Entities& entities) {
     if (owners_.size() != values_.size()) return "has not as many owners as values";
-    slots_.clear();
+    slots_.clear(), moved_ = {}, first_new_ = kNoSlot;
     for (std::size_t i = 0; i < owners_.size(); ++i) {
       const Entity owner = owners_[i];
       if (!entities.is_alive(owner)) return "has an owner that does not exist";
@@ -129,10 +146,22 @@ class Store {
   }
 
  private:
+  /// After a removal: `now` holds the new slots, by slot before it.
+  void note_moves(std::vector<std::uint32_t> now) {
+    const auto still = [](std::uint32_t slot) { return slot != kNoSlot; };
+    const auto old = now.begin() + std::min<std::ptrdiff_t>(first_new_, std::ssize(now));
+    first_new_ = static_cast<std::uint32_t>(std::count_if(now.begin(), old, still));
+    for (std::uint32_t& slot : moved_)
+      if (still(slot)) slot = now[slot];
+    if (moved_.empty()) moved_ = std::move(now);
+  }
+
   std::vector<T> values_;
   std::vector<Entity> owners_;
   std::vector<std::uint32_t> slots_;
   std::uint64_t version_ = 0;
+  std::vector<std::uint32_t> moved_;   // by slot at track_slots(): the slot now; empty: the same
+  std::uint32_t first_new_ = kNoSlot;  // the first slot of what was added since; none: not tracked
 };
 
 namespace detail {

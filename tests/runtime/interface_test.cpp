@@ -158,3 +158,61 @@ TEST_CASE("a rope that touches others leaves the account of another rope alone")
   CHECK(edit_count);
   CHECK(worst <= 1e-11);
 }
+
+TEST_CASE("an island that changes within a step sits it out, whatever changes after it") {
+  const auto run = [](bool at_once) {
+    World w;
+    w.gravity = Vec3(0);
+    const Flyer grown = add_flyer(w, {0, 0, 0}), other = add_flyer(w, {20, 0, 0});
+    const Entity load = add_exact(w, {0, 2, 0}, 1), spare = add_exact(w, {40, 0, 0}, 1);
+    Simulation sim(w, {1.0 / 240});
+    const Vec3 start = momentum_of(sim.world, other);
+    int ran = 0;
+    const auto remove = [&](World& world) {
+      if (ran == 20) world.destroy(spare);
+    };
+    sim.insert(Stage::before_contacts, [&](World& world, Real) {
+      if (++ran == 20) {
+        const Pose &beam = world.bodies[grown.beam].pose, &end = world.bodies[load].pose;
+        world.add_link(grown.beam, load, {to_local(beam, end.position), Vec3(0)});
+      }
+      if (at_once) remove(world);
+    });
+    sim.insert(Stage::before_adjust, [&](World& world, Real) {
+      if (!at_once) remove(world);
+    });
+    for (int i = 0; i < 60; ++i) {
+      const Vec3 before = sim.world.bodies[grown.beam].pose.position;
+      REQUIRE(sim.step().status == Status::ok);
+      CHECK((sim.world.bodies[grown.beam].pose.position == before) == (ran == 20));
+      CHECK(glm::length(momentum_of(sim.world, other) - start) <= 1e-11);
+    }
+    return sim.world;
+  };
+  const World one = run(true), two = run(false);
+  REQUIRE(one.bodies.size() == two.bodies.size());
+  for (std::size_t i = 0; i < one.bodies.size(); ++i)
+    CHECK(one.bodies.values()[i].pose.position == two.bodies.values()[i].pose.position);
+}
+
+TEST_CASE("a body feels the rope on it from when it is let go until it is held again") {
+  World w;
+  const Entity beam = add_exact(w, {0, 0, 0}, 2);
+  w.bodies[beam].gravity_scale = 0, w.bodies[beam].motion = Motion::fixed;
+  Body b;
+  b.drag = 0, b.mass = 1, b.inertia = Vec3(1e-2), b.pose.position = {0, -0.5, 0};
+  const Entity load = w.add_body(b);
+  w.add_cable(beam, load, {Vec3(0), Vec3(0), 0.5, 0});
+  Simulation sim(w, {1.0 / 240});
+  const auto speed_after = [&](Motion motion) {
+    sim.world.bodies[beam].motion = motion, sim.world.mark_dirty();
+    for (int i = 0; i < 48; ++i) REQUIRE(sim.step().status == Status::ok);
+    return sim.world.bodies[load].velocity.y;
+  };
+  CHECK(std::abs(speed_after(Motion::fixed)) < 1e-9);
+  // The load draws the beam along, which weighs nothing but is twice as inert.
+  CHECK(speed_after(Motion::dynamic) == Approx(-9.81 * 0.2 / 3).epsilon(0.02));
+  CHECK(sim.world.bodies[beam].velocity.y == Approx(-9.81 * 0.2 / 3).epsilon(0.02));
+  sim.world.bodies[beam].velocity = Vec3(0);
+  CHECK(std::abs(speed_after(Motion::fixed)) < 1e-6);
+}

@@ -347,9 +347,7 @@ TEST_CASE("a force pushed by a system in every substep is as strong as it says")
         for (int i = 0; i < steps; ++i) sim.step();
         // Late in a step it comes to act in the next.
         const Real whole = 3.0 / 2 * 0.01 * steps;
-        // (The second-order rule takes pushes that change from part to part a little amiss.)
-        const bool uneven = solver == Solver::articulated && substeps > 1;
-        CHECK(sim.world.bodies[e].velocity.x == Approx(whole).epsilon(uneven ? 0.05 : 0.008));
+        CHECK(sim.world.bodies[e].velocity.x == Approx(whole).epsilon(0.008));
       }
 }
 

@@ -41,6 +41,7 @@ TEST_CASE("switching the solver keeps joints closed and moves nothing farther th
   const Solver all[] = {Solver::articulated, Solver::sweep, Solver::shake2, Solver::paper};
   for (Solver from : all)
     for (Solver to : all) {
+      // Each pair from the same motion: sweep and paper leave faster ones to the next.
       Simulation sim(start.world, start.settings);
       SolverSettings how;
       how.solver = from;

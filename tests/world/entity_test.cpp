@@ -1,6 +1,9 @@
 #include "engine/world/entity.hpp"
 
 #include <catch2/catch.hpp>
+#include <vector>
+
+#include "engine/base/archive.hpp"
 
 using namespace pantin;
 using namespace pantin::detail;
@@ -55,4 +58,26 @@ TEST_CASE("handles of another World's future are not alive here") {
   entities.create();
   CHECK_FALSE(entities.is_alive(Entity{0, 1}));
   CHECK_FALSE(entities.is_alive(Entity{7, 0}));
+}
+
+TEST_CASE("handles come back from a file as they were, whether or not any was destroyed") {
+  for (const int destroyed : {-1, 0, 3, 6}) {
+    Entities entities;
+    std::vector<Entity> all;
+    for (int i = 0; i < 7; ++i) all.push_back(entities.create());
+    if (destroyed >= 0) entities.destroy(all[static_cast<std::size_t>(destroyed)]);
+    Entities written = entities;
+    written.write_out();
+    FieldWriter to;
+    to.write(written);
+    FieldReader from(to.bytes());
+    Entities back;
+    from.read(back);
+    REQUIRE(from.ok());
+    CHECK(back.alive() == entities.alive());
+    CHECK(back.capacity() == 7);
+    for (const Entity e : all) CHECK(back.is_alive(e) == entities.is_alive(e));
+    CHECK(back.create() == entities.create());
+    CHECK(back.create() == entities.create());
+  }
 }

@@ -94,3 +94,45 @@ TEST_CASE("a copy of a store is independent") {
   copy.add(entities.create(), "b");
   CHECK(listed(store) == std::vector<std::string>{"a"});
 }
+
+TEST_CASE("a store tells where values have gone since it was asked to, over several removals") {
+  Entities entities;
+  Store<std::string> store;
+  std::vector<Entity> e;
+  const auto add = [&](const char* word) {
+    e.push_back(entities.create());
+    store.add(e.back(), word);
+  };
+  for (const char* word : {"gone before", "a", "b", "c", "d"}) add(word);
+  store.remove(e[0]);
+  CHECK(store.slot_now(2) == 2);  // nobody asked
+  CHECK_FALSE(store.is_new(2));
+
+  store.track_slots();
+  add("new");
+  CHECK(store.slot_now(3) == 3);
+  CHECK_FALSE(store.is_new(3));
+  CHECK(store.is_new(4));
+  store.remove(e[2]);
+  add("newer");
+  store.remove(e[1]);
+  // Of a, b, c, d there are c and d, in front of what is new.
+  CHECK(store.slot_now(0) == kNoSlot);
+  CHECK(store.slot_now(1) == kNoSlot);
+  CHECK(store.slot_now(2) == 0);
+  CHECK(store.slot_now(3) == 1);
+  CHECK(store.slot_now(kNoSlot) == kNoSlot);
+  CHECK_FALSE(store.is_new(1));
+  CHECK(store.is_new(2));
+  store.add(e[4], "replaced in place");
+  CHECK(store.slot_now(3) == 1);
+  // What was taken away and came back is another.
+  store.remove(e[4]);
+  store.add(e[4], "back");
+  CHECK(store.slot_now(3) == kNoSlot);
+  CHECK(store.is_new(store.slot(e[4])));
+
+  store.track_slots();
+  CHECK(store.slot_now(1) == 1);
+  CHECK_FALSE(store.is_new(store.slot(e[4])));
+}

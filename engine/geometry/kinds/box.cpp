@@ -96,11 +96,6 @@ std::optional<RayEntry> cast(const Shape& shape, Vec3 from, Vec3 way, Real limit
   return entry;
 }
 
-std::optional<SurfacePoint> closest(const Shape& shape, Vec3 p, Real limit) {
-  const SurfacePoint near = closest_of_rounded({shape.size, 0}, p);
-  return near.distance <= limit ? std::optional(near) : std::nullopt;
-}
-
 }  // namespace
 
 constinit const ShapeTraits box{
@@ -114,7 +109,6 @@ constinit const ShapeTraits box{
     .bounds = bounds,
     .convex_piece = convex_piece,
     .cast = cast,
-    .closest = closest,
 };
 
 }  // namespace pantin::detail::shape_kinds

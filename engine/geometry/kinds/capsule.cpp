@@ -77,11 +77,6 @@ std::optional<RayEntry> cast(const Shape& shape, Vec3 from, Vec3 way, Real limit
   return best;
 }
 
-std::optional<SurfacePoint> closest(const Shape& shape, Vec3 p, Real limit) {
-  const SurfacePoint near = closest_of_rounded({{0, shape.size.y, 0}, shape.size.x}, p);
-  return near.distance <= limit ? std::optional(near) : std::nullopt;
-}
-
 }  // namespace
 
 constinit const ShapeTraits capsule{
@@ -95,7 +90,6 @@ constinit const ShapeTraits capsule{
     .bounds = bounds,
     .convex_piece = convex_piece,
     .cast = cast,
-    .closest = closest,
 };
 
 }  // namespace pantin::detail::shape_kinds

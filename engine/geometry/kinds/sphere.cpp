@@ -40,11 +40,6 @@ std::optional<RayEntry> cast(const Shape& shape, Vec3 from, Vec3 way, Real limit
   return entry && entry->distance <= limit ? entry : std::nullopt;
 }
 
-std::optional<SurfacePoint> closest(const Shape& shape, Vec3 p, Real limit) {
-  const SurfacePoint near = closest_of_rounded({Vec3(0), shape.size.x}, p);
-  return near.distance <= limit ? std::optional(near) : std::nullopt;
-}
-
 }  // namespace
 
 constinit const ShapeTraits sphere{
@@ -59,7 +54,6 @@ constinit const ShapeTraits sphere{
     .bounds = bounds,
     .convex_piece = convex_piece,
     .cast = cast,
-    .closest = closest,
 };
 
 }  // namespace pantin::detail::shape_kinds

@@ -285,6 +285,9 @@ Island pack(Builder& b, const IslandPlan& plan, std::uint32_t index) {
     if (b.column[slot] == kNoSlot) add_tree(slot, nullptr);
   PANTIN_ASSERT(all.size() == slots.size());
 
+  const std::size_t padded = (all.size() + kLanes - 1) / kLanes * kLanes;
+  a.bodies.reserve(all.size()), a.links.reserve(all.size());
+  a.slots.reserve(padded), a.parents.reserve(padded);
   a.constants.resize(kConstantRows, all.size());
   a.memory.resize(kMemoryRows, all.size());
   for (std::size_t c = 0; c < all.size(); ++c) {
@@ -360,6 +363,23 @@ void tie_cords(Builder& b, std::vector<Island>& made) {
   }
 }
 
+/// Whether another solver moves a body that holds any part of the island.
+bool follows_others(const Builder& b, const Island& a) {
+  const World& world = b.world;
+  const auto foreign_pin = [&](const auto& held) {
+    if (held.held_pin == kNoSlot) return false;
+    const Pin& pin = world.pins.values()[held.held_pin];
+    return b.is_foreign(world.bodies.slot(pin.body)) ||
+           (pin.to && b.is_foreign(world.bodies.slot(pin.to)));
+  };
+  const auto foreign_cable = [&](const PackedCable& cable) {
+    return b.is_foreign(cable.slot_a) || b.is_foreign(cable.slot_b);
+  };
+  return std::any_of(a.trees.begin(), a.trees.end(), foreign_pin) ||
+         std::any_of(a.pins.begin(), a.pins.end(), foreign_pin) ||
+         std::any_of(a.cables.begin(), a.cables.end(), foreign_cable);
+}
+
 /// Slots of trees, holds and cables, from an island to one that was built from the same things.
 void copy_slots(const IslandMemory& from, IslandMemory& to) {
   for (std::size_t i = 0; i < to.trees.size(); ++i)
@@ -374,13 +394,6 @@ void copy_slots(const IslandMemory& from, IslandMemory& to) {
     c.cable = from.cables[i].cable, c.slot_a = from.cables[i].slot_a;
     c.slot_b = from.cables[i].slot_b;
   }
-}
-
-/// Whether a slot of the last build and one of this name the same thing.
-bool is_same(std::span<const Entity> was, std::uint32_t old, std::span<const Entity> now,
-             std::uint32_t slot) {
-  if (old == kNoSlot || slot == kNoSlot) return old == slot;
-  return old < was.size() && slot < now.size() && was[old] == now[slot];
 }
 
 bool is_same(const AngleLimit& a, const AngleLimit& b) {
@@ -404,16 +417,15 @@ bool is_same(const PackedJoint& a, const PackedJoint& b) {
 /// Whether an island is built just as it was: then nothing that it remembers is to change.
 struct Unchanged {
   const World& world;
-  const BuiltFrom& was;
 
   bool body(std::uint32_t old, std::uint32_t now) const {
-    return is_same(was.bodies, old, world.bodies.owners(), now);
+    return is_same_value(world.bodies, old, now);
   }
   bool pin(std::uint32_t old, std::uint32_t now) const {
-    return is_same(was.pins, old, world.pins.owners(), now);
+    return is_same_value(world.pins, old, now);
   }
   bool link(std::uint32_t old, std::uint32_t now) const {
-    return is_same(was.links, old, world.links.owners(), now);
+    return is_same_value(world.links, old, now);
   }
   bool operator()(const Tree& a, const Tree& b) const {
     return a.first == b.first && a.count == b.count && a.anchor == b.anchor &&
@@ -427,7 +439,7 @@ struct Unchanged {
   }
   bool operator()(const PackedCable& a, const PackedCable& b) const {
     return a.column_a == b.column_a && a.column_b == b.column_b && body(a.slot_a, b.slot_a) &&
-           body(a.slot_b, b.slot_b) && is_same(was.cables, a.cable, world.cables.owners(), b.cable);
+           body(a.slot_b, b.slot_b) && is_same_value(world.cables, a.cable, b.cable);
   }
   bool operator()(const PackedJoint& a, const PackedJoint& b) const { return is_same(a, b); }
   bool operator()(std::uint32_t a, std::uint32_t b) const { return link(a, b); }
@@ -448,6 +460,7 @@ struct Unchanged {
 Island renumbered(Island old, Island& made) {
   copy_slots(made, old);
   old.slots = std::move(made.slots), old.links = std::move(made.links);
+  old.follows = made.follows;
   for (std::size_t i = 0; i < old.joints.size(); ++i) old.joints[i].drive = made.joints[i].drive;
   return old;
 }
@@ -456,21 +469,21 @@ Island renumbered(Island old, Island& made) {
 /// starts from.
 void keep_unchanged(World& world, std::vector<Island>& before, std::vector<Island>& made) {
   Islands& all = world.memory.of<Islands>();
-  const BuiltFrom& built = partition_of(world).built;
+  const bool edited = world.edit_count != partition_of(world).edit_count;
   std::vector<Islands::Saved> saved(made.size());
   all.scratch.saved.resize(before.size());
   std::vector<std::uint32_t> at(world.bodies.size(), kNoSlot);  // by slot of the first body
   for (std::uint32_t i = 0; i < before.size(); ++i)
     if (const std::uint32_t slot = world.bodies.slot(before[i].bodies.front()); slot != kNoSlot)
       at[slot] = i;
-  const Unchanged unchanged{world, built};
+  const Unchanged unchanged{world};
   for (std::size_t i = 0; i < made.size(); ++i) {
     Island& a = made[i];
     const std::uint32_t was = at[a.slots.front()];
     if (was == kNoSlot || !unchanged(before[was], a)) continue;
     a = renumbered(std::move(before[was]), a);
     a.was = was;
-    if (world.edit_count != built.edit_count) a.asleep = false, a.quiet_time = 0;
+    if (edited) a.asleep = false, a.quiet_time = 0;
     saved[i] = std::move(all.scratch.saved[was]);
     copy_slots(a, saved[i].memory);
   }
@@ -542,16 +555,15 @@ void compile(World& world, std::span<const IslandPlan> plans) {
   tie_loops(b, made);
   for (const Island& a : made)
     for (std::uint32_t c = 0; c < a.count(); ++c) b.partition.set_column(a.slots[c], c);
-  for (std::size_t i = 0; i < made.size(); ++i) made[i].unfit = plans[i].unfit;
+  for (std::size_t i = 0; i < made.size(); ++i) {
+    made[i].unfit = plans[i].unfit;
+    made[i].follows = follows_others(b, made[i]);
+  }
   std::vector<Island>& list = world.memory.of<Islands>().list;
   carry_memory(list, world, made);
   keep_unchanged(world, list, made);
   list = std::move(made);
-}
-
-std::vector<Island>& islands_of(World& world) { return world.memory.of<Islands>().list; }
-const std::vector<Island>& islands_of(const World& world) {
-  return world.memory.of<Islands>().list;
+  world.memory.of<Islands>().scratch.prepared = false;
 }
 
 }  // namespace pantin::detail::articulated

@@ -221,12 +221,18 @@ void start_stop(Island& a, IterationRow& row) {
   apply(a, row.number, -stop.lambda);
 }
 
+/// What the iteration works on, looked up once: its inner loop does little else per contact.
+struct Together {
+  std::span<Contact> contacts;
+  std::span<Island> islands;
+};
+
 /// One Gauss-Seidel update of a contact. Returns its displacement, m.
-Real relax_contact(World& world, Island& a, const IterationRow& row) {
-  Contact& c = contacts_of(world)[a.scratch.contact_rows[row.contact_row].contact];
+Real relax_contact(const Together& all, Island& a, const IterationRow& row) {
+  Contact& c = all.contacts[a.scratch.contact_rows[row.contact_row].contact];
   Vec3 residual = row.bias - moved(a, row);
   if (row.other != UINT32_MAX) {
-    const Island& b = islands_of(world)[row.other];
+    const Island& b = all.islands[row.other];
     residual += moved(b, b.scratch.iteration_rows[row.other_row]);
   }
   const Real before = glm::dot(c.lambda, c.normal);
@@ -242,7 +248,7 @@ Real relax_contact(World& world, Island& a, const IterationRow& row) {
   if (change == Vec3(0)) return 0;
   apply(a, row, change);
   if (row.other != UINT32_MAX) {
-    Island& b = islands_of(world)[row.other];
+    Island& b = all.islands[row.other];
     apply(b, b.scratch.iteration_rows[row.other_row], -change);
   }
   return row.stiffness > 0 ? glm::length(change) / row.stiffness : 0;
@@ -298,6 +304,7 @@ void iterate_contacts(World& world, std::span<Island* const> all, Real h, int ro
       else if (is_owner_side(*a, row))
         start_contact(world, *a, row, h);
     }
+  const Together together{contacts_of(world), islands_of(world)};
   for (int round = 0; round < rounds; ++round) {
     bool moved_any = false;
     for (Island* a : all) {
@@ -306,7 +313,7 @@ void iterate_contacts(World& world, std::span<Island* const> all, Real h, int ro
         if (row.is_stop)
           most = std::max(most, relax_stop(*a, row) * a->size);
         else if (is_owner_side(*a, row))
-          most = std::max(most, relax_contact(world, *a, row));
+          most = std::max(most, relax_contact(together, *a, row));
       }
       moved_any = moved_any || most > enough * a->size;
     }

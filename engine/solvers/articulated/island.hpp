@@ -12,15 +12,12 @@
 #include "engine/joints/joint.hpp"
 #include "engine/solvers/articulated/lane_layout.hpp"
 #include "engine/solvers/articulated/vec3x4.hpp"
+#include "engine/solvers/islands.hpp"
 #include "engine/world/body.hpp"
 #include "engine/world/entity.hpp"
 #include "engine/world/memory.hpp"
 #include "engine/world/partition.hpp"
 #include "engine/world/settings.hpp"
-
-namespace pantin {
-struct World;
-}
 
 namespace pantin::detail::articulated {
 
@@ -305,6 +302,7 @@ struct IslandStructure {
   Real size = 0;                      // m, longest way through the joints; scales tolerances
   Real mass = 0;                      // kg
   bool is_chain = false;              // every parent is the previous column: fast path
+  bool follows = false;               // another solver moves a body that holds any part of it
   Entity unfit;                       // a body that no step can be computed with, or none
 
   static void fields(auto& self, auto&& field) {
@@ -318,6 +316,7 @@ struct IslandStructure {
     field("size", derived(self.size));
     field("mass", derived(self.mass));
     field("is_chain", derived(self.is_chain));
+    field("follows", derived(self.follows));
     field("unfit", derived(self.unfit));
   }
 };
@@ -399,6 +398,7 @@ struct Island : IslandStructure, IslandMemory, StepPlan, StepResult {
   Scratch<StepScratch> scratch;
 
   std::size_t count() const { return bodies.size(); }
+  std::size_t own() const { return bodies.size(); }
 
   // Plan and result belong to one step.
   static void fields(auto& self, auto&& field) {
@@ -408,29 +408,25 @@ struct Island : IslandStructure, IslandMemory, StepPlan, StepResult {
   }
 };
 
-/// All islands of the articulated solver, with saved state for repeated steps.
-struct Islands {
+/// All islands of the articulated solver.
+struct Islands : IslandList<Island, IslandMemory> {
   static constexpr std::string_view name = "articulated";  // in saved Worlds
-  std::vector<Island> list;
-  struct Saved {
-    IslandMemory memory;
-    std::vector<Body> bodies;
+  struct MutualScratch {
+    std::vector<Island*> list;
   };
-  struct TogetherScratch {
-    std::vector<Saved> saved;     // by island
-    std::vector<Island*> mutual;  // islands in contact with one another
-  };
-  Scratch<TogetherScratch> scratch;
+  Scratch<MutualScratch> mutual;  // islands in contact with one another
 
   static void fields(auto& self, auto&& field) {
-    field("list", in_place(self.list));
-    field("scratch", derived(self.scratch));
+    IslandList::fields(self, field);
+    field("mutual", derived(self.mutual));
   }
 };
 
 /// The compiled islands of a World.
-std::vector<Island>& islands_of(World& world);
-const std::vector<Island>& islands_of(const World& world);
+inline std::vector<Island>& islands_of(World& world) { return world.memory.of<Islands>().list; }
+inline const std::vector<Island>& islands_of(const World& world) {
+  return world.memory.of<Islands>().list;
+}
 
 /// Packs all islands that this solver moves. What a change does not concern goes on as if there had
 /// been none; of an island whose own structure changed memory is carried over by body. Links that

@@ -7,6 +7,8 @@
 namespace pantin::detail::articulated {
 namespace {
 
+constexpr Real kRounding = 1e-13;  // of the kinetic energy
+
 /// Work done on the island at its anchors, J.
 Real work_of_anchors(const World& world, const Island& a, const EndSums& end, Real h) {
   const Real to_force = 1 / (a.force_share * h * h);
@@ -95,9 +97,10 @@ Real slow_down(Island& a, const IslandView& p, const EndSums& end, Real allowed)
   const Vec3 momentum(end.momentum[0], end.momentum[1], end.momentum[2]);
   const Vec3 mean = free ? momentum / mass : Vec3(0);
   const Real whole = free ? 0.5 * mass * glm::dot(mean, mean) : 0;
-  const Real within = end.kinetic - whole;
+  const Real rest = end.kinetic - whole, within = rest > kRounding * end.kinetic ? rest : 0;
   const Real left = std::max(Real(0), allowed - end.potential - whole);
   const Real factor = within > 0 ? std::sqrt(std::min(Real(1), left / within)) : 1;
+  if (factor == 1) return end.potential + end.kinetic;
   kernels().scale(p, factor, &mean[0]);
   for (Tree& t : a.trees) t.angular_momentum *= factor;
   return end.potential + whole + factor * factor * within;
@@ -153,7 +156,10 @@ void limit_energy(World& world, Island& a, const IslandView& p, const EndSums& e
   Real energy = end.kinetic + end.potential;
   a.limited = a.settings.limiter && energy > allowed + slack;
   if (a.limited) {
+    const Real before = energy;
     energy = slow_down(a, p, end, allowed);
+    // What a free island has only by the motion of its mass centre stays with it.
+    a.limited = energy < before;
     // Contacts may lift the island slightly more than accounted for.
     const Real lift = a.contact_active ? 0.01 * a.mass * glm::length(world.gravity) * a.size : 0;
     // A step with contacts that found far more kinetic energy than available has diverged.

@@ -8,40 +8,21 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// Whether another solver moves a body that holds any part of the island.
-bool follows(const World& world, std::size_t island) {
-  const Partition& partition = partition_of(world);
-  const auto foreign = [&](std::uint32_t slot) {
-    const Owner owner = owner_of(partition, slot);
-    return owner && owner.solver != kArticulated;
-  };
-  const auto foreign_pin = [&](std::uint32_t pin) {
-    if (pin == kNoSlot) return false;
-    const Pin& p = world.pins.values()[pin];
-    return foreign(world.bodies.slot(p.body)) || (p.to && foreign(world.bodies.slot(p.to)));
-  };
-  const Island& a = islands_of(world)[island];
-  for (const Tree& t : a.trees)
-    if (foreign_pin(t.held_pin)) return true;
-  for (const PackedPin& h : a.pins)
-    if (foreign_pin(h.held_pin)) return true;
-  for (const PackedCable& c : a.cables)
-    if (foreign(c.slot_a) || foreign(c.slot_b)) return true;
-  return false;
-}
+bool follows(const World& world, std::size_t island) { return islands_of(world)[island].follows; }
 
 void predict(World& world, const StepTask& task) {
   std::vector<Island>& all = islands_of(world);
   for_each_island(all.size(), task.threads, [&](std::size_t i) { update(world, all[i], task.h); });
 }
 
-void save(World& world, std::size_t island);
-
 /// What was compiled within a step is predicted from where it is.
 void catch_up(World& world, const StepTask& task) {
   std::vector<Island>& all = islands_of(world);
   for (std::size_t i = 0; i < all.size(); ++i)
-    if (!all[i].scratch.predicted) save(world, i), update(world, all[i], task.h);
+    if (!all[i].scratch.predicted) save_island<Islands>(world, i), update(world, all[i], task.h);
+}
+bool has_begun(const World& world, std::size_t island) {
+  return islands_of(world)[island].scratch.predicted;
 }
 
 /// Islands that touch one another are solved side by side, a pass each in turn.
@@ -74,7 +55,7 @@ void adjust_alone(World& world, const StepTask& task) {
   std::vector<Island>& all = islands_of(world);
   for_each_island(all.size(), task.threads, [&](std::size_t i) {
     all[i].lost = Entity{};
-    if (!all[i].mutual && !follows(world, i)) adjust(world, all[i], task.h, all[i].lost);
+    if (!all[i].mutual && !all[i].follows) adjust(world, all[i], task.h, all[i].lost);
   });
 }
 
@@ -84,25 +65,8 @@ std::size_t count(const World& world) { return islands_of(world).size(); }
 
 std::span<contact::Interface> interfaces(World&, std::size_t) { return {}; }
 
-Islands::Saved& saved_of(World& world, std::size_t island) {
-  Islands& all = world.memory.of<Islands>();
-  all.scratch.saved.resize(all.list.size());
-  return all.scratch.saved[island];
-}
-
-void save(World& world, std::size_t island) {
-  const Island& a = islands_of(world)[island];
-  Islands::Saved& s = saved_of(world, island);
-  s.memory = a;
-  s.bodies.clear();
-  for (std::size_t c = 0; c < a.count(); ++c) s.bodies.push_back(world.bodies.values()[a.slots[c]]);
-}
-
 bool repeat(World& world, std::size_t island, Real h) {
-  Island& a = islands_of(world)[island];
-  const Islands::Saved& s = saved_of(world, island);
-  static_cast<IslandMemory&>(a) = s.memory;
-  for (std::size_t c = 0; c < a.count(); ++c) world.bodies.values()[a.slots[c]] = s.bodies[c];
+  Island& a = restore_island<Islands>(world, island);
   update(world, a, h);
   a.lost = Entity{};
   return adjust(world, a, h, a.lost);
@@ -143,6 +107,17 @@ void measure(const World& world, Measures& m) {
     }
 }
 
+void note_failure(const World& world, StepReport& report) {
+  for (const Island& a : islands_of(world)) {
+    if (a.grew && report.status == Status::ok)
+      report.status = Status::energy_grew, report.body = a.bodies.back();
+    if (!a.lost || report.status == Status::diverged) continue;
+    Measures gaps;
+    measure(world, gaps);
+    report.status = Status::diverged, report.body = a.lost, report.residual = gaps.worst_gap;
+  }
+}
+
 void report(const World& world, StepReport& report) {
   for (const Island& a : islands_of(world)) {
     report.sweeps_used = std::max(report.sweeps_used, a.sweeps_used);
@@ -152,12 +127,6 @@ void report(const World& world, StepReport& report) {
         std::max(report.active_set_iterations_used, a.active_set_iterations_used);
     report.stops_hit += a.stops_hit, report.drives_capped += a.drives_capped;
     report_holds(world, a, report);
-    if (a.grew && report.status == Status::ok)
-      report.status = Status::energy_grew, report.body = a.bodies.back();
-    if (!a.lost || report.status == Status::diverged) continue;
-    Measures gaps;
-    measure(world, gaps);
-    report.status = Status::diverged, report.body = a.lost, report.residual = gaps.worst_gap;
   }
 }
 
@@ -169,6 +138,7 @@ const SolverRow kRow{.name = "articulated",
                      .prepare = prepare,
                      .predict = predict,
                      .catch_up = catch_up,
+                     .has_begun = has_begun,
                      .asleep = all_asleep,
                      .find_reaches = find_reaches,
                      .take_contacts = take_contacts,
@@ -178,10 +148,11 @@ const SolverRow kRow{.name = "articulated",
                      .interfaces = interfaces,
                      .follows = follows,
                      .touches = touches,
-                     .save = save,
+                     .save = save_island<Islands>,
                      .repeat = repeat,
                      .react = react,
                      .press = press,
+                     .note_failure = note_failure,
                      .report = report,
                      .measure = measure};
 

@@ -277,8 +277,11 @@ bool has_colliders(const World& world, const Island& a) {
 }  // namespace
 
 void prepare(World& world) {
-  for (Island& a : islands_of(world)) {
-    if (a.scratch.targets.capacity() > 0) continue;  // a copy brings no scratch along
+  Islands& all = world.memory.of<Islands>();
+  if (all.scratch.prepared) return;  // a copy brings no scratch along
+  all.scratch.prepared = true;
+  for (Island& a : all.list) {
+    if (a.scratch.targets.capacity() > 0) continue;  // goes on as it was
     const std::size_t n = a.count(), padded = a.slots.size();
     const bool shake = a.settings.solver == Solver::shake2;
     StepScratch& r = a.scratch;
@@ -413,7 +416,7 @@ bool end_iteration(World& world, Island& a, Real h) {
 }
 
 void iterate_mutual(World& world, Real h) {
-  std::vector<Island*>& all = world.memory.of<Islands>().scratch.mutual;
+  std::vector<Island*>& all = world.memory.of<Islands>().mutual.list;
   all.clear();
   for (Island& a : islands_of(world))
     if (a.mutual && needs_active_set(a)) all.push_back(&a);
@@ -546,6 +549,7 @@ bool finish_step(World& world, Island& a, Real h, Entity& lost) {
                    a.settings.calm_angle};
   const bool one_held_tree = a.trees.size() == 1 && a.parents.front() == kHeld;
   a.in_contact = a.contact_active = false;
+  bool changed_rule = false;
   EndSums end;
   if (is_plain(a) && solver == Solver::articulated) {
     end = close_plain(a, p, in);
@@ -573,6 +577,7 @@ bool finish_step(World& world, Island& a, Real h, Entity& lost) {
     // After an impact the history is invalid: first-order rule.
     if (a.in_contact) a.disturbed = true;
     if (a.in_contact && solver == Solver::articulated) {
+      changed_rule = (a.second_order || a.fresh) && !stayed;
       in.rule = Rule::euler, in.first = false;
       a.second_order = a.fresh = false;
     }
@@ -594,6 +599,7 @@ bool finish_step(World& world, Island& a, Real h, Entity& lost) {
     for (Tree& t : a.trees) t.knows_angular_momentum = false;
   }
   if (!a.scratch.contact_rows.empty()) a.stop_work += finish_contacts(world, a, h);
+  if (changed_rule) scale_to_momentum(world, a, end, h);
   const bool small_rotations =
       end.largest_rotation2 < a.settings.calm_angle * a.settings.calm_angle;
   a.disturbed = a.disturbed || !small_rotations;
@@ -666,6 +672,7 @@ bool adjust_in_substeps(World& world, Island& a, Real h, Entity& lost) {
   int passes = a.active_set_iterations_used;
   bool sound = true;
   const std::vector<Tree> trees = a.trees;  // their targets in this step
+  std::vector<Vec3> forces(a.scratch.contact_rows.size(), Vec3(0));
   for (int part = 1; part <= kSubsteps && sound; ++part) {
     a.substeps_left = kSubsteps - part;
     update(world, a, h / kSubsteps);
@@ -680,7 +687,12 @@ bool adjust_in_substeps(World& world, Island& a, Real h, Entity& lost) {
     find_active_set(world, a, h / kSubsteps, true);
     passes += a.active_set_iterations_used;
     sound = finish_step(world, a, h / kSubsteps, lost);
+    for (std::size_t i = 0; i < forces.size(); ++i)
+      forces[i] += contacts_of(world)[a.scratch.contact_rows[i].contact].force / Real(kSubsteps);
   }
+  for (std::size_t i = 0; i < forces.size(); ++i)
+    if (a.scratch.contact_rows[i].side > 0)
+      contacts_of(world)[a.scratch.contact_rows[i].contact].force = forces[i];
   a.active_set_iterations_used = passes, a.substeps_left = 0;
   return sound;
 }

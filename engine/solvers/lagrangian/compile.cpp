@@ -277,43 +277,38 @@ bool has_loops(const Island& m) {
 /// Whether an island is made of the same things as before; slots are those of their builds.
 struct Unchanged {
   const World& world;
-  const BuiltFrom& built;
   const Island &was, &now;
 
-  static Entity at(std::span<const Entity> owners, std::uint32_t slot) {
-    return slot < owners.size() ? owners[slot] : Entity{};
-  }
-  Entity source_of(BlockKind kind, std::uint32_t source, bool before) const {
-    const BuiltFrom& b = built;
+  bool is_same_source(BlockKind kind, std::uint32_t old, std::uint32_t slot) const {
     switch (kind) {
       case BlockKind::pin:
-        return at(before ? std::span<const Entity>(b.pins) : world.pins.owners(), source);
+        return is_same_value(world.pins, old, slot);
       case BlockKind::gear:
-        return at(before ? std::span<const Entity>(b.gears) : world.gears.owners(), source);
+        return is_same_value(world.gears, old, slot);
       case BlockKind::cable:
-        return at(before ? std::span<const Entity>(b.cables) : world.cables.owners(), source);
+        return is_same_value(world.cables, old, slot);
       case BlockKind::interface: {  // by what hangs there
-        const contact::Interface& h = (before ? was : now).interfaces[source];
-        return source_of(h.kind == contact::TieKind::pin ? BlockKind::pin : BlockKind::cable,
-                         h.source, before);
+        const contact::Interface &a = was.interfaces[old], &b = now.interfaces[slot];
+        const bool pin = a.kind == contact::TieKind::pin;
+        return a.kind == b.kind &&
+               is_same_source(pin ? BlockKind::pin : BlockKind::cable, a.source, b.source);
       }
       default:
-        return at(before ? std::span<const Entity>(b.links) : world.links.owners(), source);
+        return is_same_value(world.links, old, slot);
     }
   }
   bool operator()(const Block& a, const Block& b) const {
     return a.kind == b.kind && a.coordinate == b.coordinate && a.second == b.second &&
            a.upper == b.upper && a.lock == b.lock && a.rows == b.rows && a.count == b.count &&
            std::equal(a.body, a.body + 4, b.body) && std::equal(a.ends, a.ends + 4, b.ends) &&
-           source_of(a.kind, a.source, true) == source_of(b.kind, b.source, false);
+           is_same_source(a.kind, a.source, b.source);
   }
   bool operator()(const Frame& a, const Frame& b) const {
-    return at(built.bodies, a.slot) == at(world.bodies.owners(), b.slot) &&
-           at(built.pins, a.pin) == at(world.pins.owners(), b.pin);
+    return is_same_value(world.bodies, a.slot, b.slot) && is_same_value(world.pins, a.pin, b.pin);
   }
   bool operator()(const JointForce& a, const JointForce& b) const {
     return a.coordinate == b.coordinate && std::equal(a.body, a.body + 2, b.body) &&
-           at(built.links, a.link) == at(world.links.owners(), b.link);
+           is_same_value(world.links, a.link, b.link);
   }
   template <class T>
   bool all(const std::vector<T>& a, const std::vector<T>& b) const {
@@ -346,7 +341,7 @@ void carry_on(const World& world, Island& was, Island& m) {
   m.faults = was.faults, m.rank = was.rank, m.lost = was.lost, m.residual = was.residual;
   m.solves = was.solves, m.substeps = was.substeps, m.iterations = was.iterations;
   m.events = was.events, m.cannot_close = was.cannot_close;
-  m.size = was.size, m.reach = was.reach, m.sits_out = was.sits_out;
+  m.size = was.size, m.reach = was.reach;
   if (m.settings == was.settings) m.scratch = std::move(was.scratch);
 }
 
@@ -362,7 +357,7 @@ std::uint32_t carry_memory(const World& world, std::vector<Island>& before, Isla
     if (was.bodies != m.bodies) continue;
     m.accelerations = was.accelerations, m.lagged = was.lagged;
     m.try_step = was.try_step, m.rescues = was.rescues;
-    if (!Unchanged{world, partition_of(world).built, was, m}.is_so()) continue;
+    if (!Unchanged{world, was, m}.is_so()) continue;
     carry_on(world, was, m);
     return i;
   }
@@ -430,11 +425,7 @@ void compile(World& world, std::span<const IslandPlan> plans) {
       carry_saved(m, all.scratch.saved[was], saved[i]);
   }
   all.scratch.saved = std::move(saved);
-}
-
-std::vector<Island>& islands_of(World& world) { return world.memory.of<Islands>().list; }
-const std::vector<Island>& islands_of(const World& world) {
-  return world.memory.of<Islands>().list;
+  all.scratch.prepared = false;
 }
 
 }  // namespace pantin::detail::lagrangian

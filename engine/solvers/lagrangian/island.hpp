@@ -10,13 +10,10 @@
 #include "engine/base/math.hpp"
 #include "engine/contact/memory.hpp"
 #include "engine/joints/rows.hpp"
+#include "engine/solvers/islands.hpp"
 #include "engine/world/body.hpp"
 #include "engine/world/entity.hpp"
 #include "engine/world/settings.hpp"
-
-namespace pantin {
-struct World;
-}
 
 namespace pantin::detail::lagrangian {
 
@@ -173,7 +170,7 @@ struct Motions {
 /// Scratch memory of a step, kept allocated between steps.
 struct StepScratch {
   bool ready = false;
-  bool in_step = false;  // the step that runs has begun with it
+  bool in_step = false;  // the update stage of the last substep found it compiled as it is
   KktPattern pattern;
   std::vector<Real> values, scales;  // of the factor
   std::vector<BodyState> body_states;
@@ -279,7 +276,6 @@ struct StepResult {
   Real residual = 0;  // largest constraint residual after the step
   int solves = 0, substeps = 0, iterations = 0, events = 0;
   bool cannot_close = false;  // the joints of the initial pose cannot be closed
-  bool sits_out = false;      // compiled within a step, which it does not take part in any more
 };
 
 struct Island : IslandStructure, IslandMemory, StepResult {
@@ -303,28 +299,16 @@ struct Island : IslandStructure, IslandMemory, StepResult {
   }
 };
 
-/// All islands of the Lagrangian solver, with saved state for repeated steps.
-struct Islands {
+/// All islands of the Lagrangian solver.
+struct Islands : IslandList<Island, IslandMemory> {
   static constexpr std::string_view name = "lagrangian";  // in saved Worlds
-  std::vector<Island> list;
-  struct Saved {
-    IslandMemory memory;
-    std::vector<Body> bodies;
-  };
-  struct TogetherScratch {
-    std::vector<Saved> saved;  // by island
-  };
-  Scratch<TogetherScratch> scratch;
-
-  static void fields(auto& self, auto&& field) {
-    field("list", in_place(self.list));
-    field("scratch", derived(self.scratch));
-  }
 };
 
 /// The compiled islands of a World.
-std::vector<Island>& islands_of(World& world);
-const std::vector<Island>& islands_of(const World& world);
+inline std::vector<Island>& islands_of(World& world) { return world.memory.of<Islands>().list; }
+inline const std::vector<Island>& islands_of(const World& world) {
+  return world.memory.of<Islands>().list;
+}
 
 /// The link, pin, cable or gear of a block.
 Entity joint_of(const World& world, const Block& block);

@@ -30,8 +30,9 @@ void predict(World& world, const StepTask& task) {
 }
 
 /// What was compiled within a step has been stepped as it was before, if at all.
-void catch_up(World& world, const StepTask&) {
-  for (Island& m : islands_of(world)) m.sits_out = !m.scratch.in_step;
+void catch_up(World&, const StepTask&) {}
+bool has_begun(const World& world, std::size_t island) {
+  return islands_of(world)[island].scratch.in_step;
 }
 
 // Its bodies have no contact response; they are obstacles for others. They count as asleep, since
@@ -47,37 +48,23 @@ void press(const World&, std::vector<contact::Pressure>&) {}
 std::size_t count(const World& world) { return islands_of(world).size(); }
 
 std::span<contact::Interface> interfaces(World& world, std::size_t island) {
-  Island& m = islands_of(world)[island];
-  return m.sits_out ? std::span<contact::Interface>() : std::span(m.interfaces);
-}
-
-Islands::Saved& saved_of(World& world, std::size_t island) {
-  Islands& all = world.memory.of<Islands>();
-  all.scratch.saved.resize(all.list.size());
-  return all.scratch.saved[island];
-}
-
-void save(World& world, std::size_t island) {
-  const Island& m = islands_of(world)[island];
-  Islands::Saved& s = saved_of(world, island);
-  s.memory = m;
-  s.bodies.clear();
-  for (std::size_t b = 0; b < m.own(); ++b) s.bodies.push_back(world.bodies.values()[m.slots[b]]);
+  return islands_of(world)[island].interfaces;
 }
 
 bool repeat(World& world, std::size_t island, Real h) {
-  Island& m = islands_of(world)[island];
-  const Islands::Saved& s = saved_of(world, island);
-  static_cast<IslandMemory&>(m) = s.memory;
-  for (std::size_t b = 0; b < m.own(); ++b) world.bodies.values()[m.slots[b]] = s.bodies[b];
+  Island& m = restore_island<Islands>(world, island);
   step(world, m, h);
   return !m.lost;
 }
 
-void report(const World& world, StepReport& report) {
-  for (const Island& m : islands_of(world)) {
+void note_failure(const World& world, StepReport& report) {
+  for (const Island& m : islands_of(world))
     if (m.lost && !m.cannot_close && report.status != Status::diverged)
       report.status = Status::diverged, report.body = m.lost, report.residual = m.residual;
+}
+
+void report(const World& world, StepReport& report) {
+  for (const Island& m : islands_of(world)) {
     report.rows += static_cast<int>(m.equations()), report.rank += static_cast<int>(m.rank);
     report.worst_constraint = std::max(report.worst_constraint, m.residual);
     report.substeps = std::max(report.substeps, m.substeps), report.events += m.events;
@@ -128,6 +115,7 @@ const SolverRow kRow{.name = "lagrangian",
                      .prepare = prepare,
                      .predict = predict,
                      .catch_up = catch_up,
+                     .has_begun = has_begun,
                      .asleep = asleep,
                      .find_reaches = find_reaches,
                      .take_contacts = take_contacts,
@@ -137,10 +125,11 @@ const SolverRow kRow{.name = "lagrangian",
                      .interfaces = interfaces,
                      .follows = never,
                      .touches = never,
-                     .save = save,
+                     .save = save_island<Islands>,
                      .repeat = repeat,
                      .react = react,
                      .press = press,
+                     .note_failure = note_failure,
                      .report = report,
                      .measure = measure};
 

@@ -182,10 +182,11 @@ void make_room(Island& m) {
 }  // namespace
 
 void prepare(World& world) {
-  for (Island& m : islands_of(world)) {
-    m.sits_out = false;
+  Islands& all = world.memory.of<Islands>();
+  if (all.scratch.prepared) return;
+  all.scratch.prepared = true;
+  for (Island& m : all.list)
     if (!m.scratch.ready) make_room(m);
-  }
 }
 
 void step(World& world, Island& m, Real h) {
