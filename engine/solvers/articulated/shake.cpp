@@ -55,7 +55,7 @@ void close_shake(World& world, Island& a, const IslandView& p, Real h) {
     k.prepare(p, kPosition, kFinalRotation, Tension::ignored);
     for (std::size_t c = 0; c < a.count(); ++c) w.set(kGap, c, a.scratch.translation[c]);
     k.fill_blocks(p, a.scratch.blocks.data());
-    k.inward_pass_tree(p, false, a.scratch.blocks.data());
+    k.inward_pass_tree(p, Tension::ignored, a.scratch.blocks.data());
     linear_response(a);
     for (std::size_t c = 0; c < a.count(); ++c) {
       w.set(kPosition, c,
