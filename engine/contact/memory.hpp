@@ -91,13 +91,15 @@ struct DetectScratch {
 /// State between islands.
 struct Memory {
   static constexpr std::string_view name = "contact";  // in saved Worlds
-  std::vector<Contact> contacts;    // of the last step, in order of bodies and keys
-  std::vector<Pressure> pressures;  // of the last step
+  std::vector<Contact> contacts;        // of the last step, in order of bodies and keys
+  std::vector<Pressure> pressures;      // of the last step
+  std::vector<SensorOverlap> overlaps;  // at its end
   Scratch<DetectScratch> scratch;
 
   static void fields(auto& self, auto&& field) {
     field("contacts", self.contacts);
     field("pressures", self.pressures);
+    field("overlaps", passive(self.overlaps));
     field("scratch", derived(self.scratch));
   }
 };

@@ -74,8 +74,9 @@ void note_teleports(const World& world, std::span<Pose> drawn_from) {
     if (world.bodies.values()[i].teleport) drawn_from[i] = world.bodies.values()[i].pose;
 }
 
-/// Contacts of the step, handed to the islands of their bodies.
-void detect_contacts(World& world, Real h) {
+/// Contacts of the step, handed to the islands of their bodies. False where nothing can have
+/// changed.
+bool detect_contacts(World& world, Real h) {
   std::vector<Contact>& contacts = contacts_of(world);
   const auto asleep = [&](const SolverRow* solver) { return solver->asleep(world); };
   const auto comes = [&](std::uint32_t slot) {
@@ -88,7 +89,7 @@ void detect_contacts(World& world, Real h) {
   if (!contacts.empty() && !scratch.stale &&
       std::all_of(kSolvers.begin(), kSolvers.end(), asleep) &&
       std::none_of(kinematic.begin(), kinematic.end(), comes))
-    return;
+    return false;
   scratch.stale = false;
   if (!world.collisions.empty()) {
     std::vector<Real>& reach = scratch.reach;
@@ -97,8 +98,10 @@ void detect_contacts(World& world, Real h) {
     contact::detect(world, h);
   } else {
     contacts.clear();
+    scratch.search.sensors = 0;
   }
   for (const SolverRow* solver : kSolvers) solver->take_contacts(world, h);
+  return true;
 }
 
 void note_pressures(World& world) {
@@ -192,6 +195,7 @@ struct Step {
   std::span<Pose> drawn_from;
   StepTask task;
   StepReport report;
+  bool moved = false;  // contacts were looked for: something may have moved
 
   void run(Stage stage) { run_systems(systems, stage, world, settings.h, report); }
 };
@@ -227,13 +231,14 @@ void close(Step& s) {
   Stopwatch watch(s.timed);
   s.run(Stage::before_contacts);
   if (!s.systems.at(Stage::before_contacts).empty()) take_up_changes(world, s.task);
-  detect_contacts(world, s.task.h);
+  s.moved = detect_contacts(world, s.task.h) || s.moved;
   watch.lap(s.clock.contacts);
 
   s.run(Stage::before_adjust);
   if (!s.systems.at(Stage::before_adjust).empty()) {
     take_up_changes(world, s.task);
-    if (world.memory.of<contact::Memory>().scratch.stale) detect_contacts(world, s.task.h);
+    if (world.memory.of<contact::Memory>().scratch.stale)
+      s.moved = detect_contacts(world, s.task.h) || s.moved;
   }
   for (const SolverRow* solver : kSolvers) solver->adjust(world, s.task);
   step_coupled(world, s.task.h);
@@ -284,6 +289,7 @@ StepReport step_world(World& world, const StepSettings& settings, const Systems&
   }
   ++world.tick;
   clear_requests(world);
+  if (s.moved) contact::sense(world);
   report_step(world, report);
 
   Stopwatch watch(times != nullptr);

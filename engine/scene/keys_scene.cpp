@@ -206,6 +206,11 @@ constexpr Key kCollision[] = {
     row("with", ValueType::groups, "", "What it touches; both bodies have to agree. Default: all."),
     flag("others", "Whether it touches dynamic bodies of other articulations.").or_else(false),
     flag("self", "Whether it touches dynamic bodies of its own articulation.").or_else(false),
+    flag("sensor",
+         "Whether it only reports what overlaps it and pushes nothing. Every body whose groups "
+         "agree "
+         "is seen, dynamic ones without \"others\" too.")
+        .or_else(false),
 };
 
 constexpr Key kCamera[] = {

@@ -40,6 +40,7 @@ Collision read_details(const Reading& reading, NodeId node, const Collision& bas
   c.with = read_bits(reading, from, "with", c.with);
   c.others = from.flag("others", c.others);
   c.self = from.flag("self", c.self);
+  c.sensor = from.flag("sensor", c.sensor);
   return c;
 }
 

@@ -94,6 +94,7 @@ void list_unknown(const Plans& owners) {
   // Of an island one body stands for all.
   std::vector<const SolverSettings*> told;
   for (Entity e : world.collisions.owners()) {
+    if (world.collisions[e].sensor) continue;  // sees the bodies of all solvers
     const SolverSettings* how = owners.settings(e);
     if (!how || how->solver == Solver::articulated ||
         std::find(told.begin(), told.end(), how) != told.end())

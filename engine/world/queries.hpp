@@ -26,7 +26,7 @@ struct QueryIndex;
 
 /// Which bodies take part.
 enum class QueryBodies : std::uint8_t {
-  solid,  // those with a Collision
+  solid,  // those with a Collision that is no sensor
   all,    // whatever has shapes; a body without a Collision is in all groups
 };
 

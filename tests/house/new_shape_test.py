@@ -120,7 +120,7 @@ include_directories(${CMAKE_SOURCE_DIR} ${CMAKE_SOURCE_DIR}/engine)
 file(GLOB_RECURSE core CONFIGURE_DEPENDS engine/*.cpp)
 list(FILTER core EXCLUDE REGEX "/engine/(render|pantin)/")
 add_executable(fall fall.cpp ${core})
-set_source_files_properties(${CMAKE_SOURCE_DIR}/engine/solvers/procedural/kernels.cpp PROPERTIES
+set_source_files_properties(${CMAKE_SOURCE_DIR}/engine/solvers/articulated/kernels.cpp PROPERTIES
                             COMPILE_DEFINITIONS PANTIN_KERNELS=baseline COMPILE_OPTIONS "-O1;-Wno-psabi"
                             SKIP_PRECOMPILE_HEADERS ON)
 target_link_libraries(fall PRIVATE glm::glm Threads::Threads)

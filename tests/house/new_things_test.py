@@ -141,6 +141,7 @@ class NewThings(unittest.TestCase):
                 path.write_text(text)
         touched = [p for p, now in self.contents().items() if before.get(p) != now]
         self.assertLessEqual(len(touched), 2, touched)
+        print(heading[3:] + ":", ", ".join(sorted(str(p.relative_to(self.there)) for p in touched)))
 
     def test_are_one_file_and_one_word(self):
         with tempfile.TemporaryDirectory() as folder:

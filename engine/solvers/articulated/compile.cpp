@@ -2,6 +2,7 @@
 #include <numeric>
 
 #include "engine/base/archive.hpp"
+#include "engine/base/check.hpp"
 #include "engine/base/disjoint_sets.hpp"
 #include "engine/joints/kinds.hpp"
 #include "engine/solvers/articulated/island.hpp"
@@ -282,6 +283,7 @@ Island pack(Builder& b, const IslandPlan& plan, std::uint32_t index) {
     if (g.compliance == 0 && b.column[g.body] == kNoSlot) add_tree(g.body, &g);
   for (std::uint32_t slot : slots)
     if (b.column[slot] == kNoSlot) add_tree(slot, nullptr);
+  PANTIN_ASSERT(all.size() == slots.size());
 
   const std::size_t padded = (all.size() + kLanes - 1) / kLanes * kLanes;
   a.bodies.reserve(all.size()), a.links.reserve(all.size());
@@ -290,6 +292,7 @@ Island pack(Builder& b, const IslandPlan& plan, std::uint32_t index) {
   a.memory.resize(kMemoryRows, all.size());
   for (std::size_t c = 0; c < all.size(); ++c) {
     const Visit& v = all[c];
+    PANTIN_ASSERT(v.parent < static_cast<std::int32_t>(c));
     a.bodies.push_back(world.bodies.owners()[v.slot]);
     a.slots.push_back(v.slot), a.links.push_back(v.link), a.parents.push_back(v.parent);
     set_constants(a, c, world.bodies.values()[v.slot]);

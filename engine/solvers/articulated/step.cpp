@@ -549,6 +549,7 @@ bool finish_step(World& world, Island& a, Real h, Entity& lost) {
                    a.settings.calm_angle};
   const bool one_held_tree = a.trees.size() == 1 && a.parents.front() == kHeld;
   a.in_contact = a.contact_active = false;
+  bool changed_rule = false;
   EndSums end;
   if (is_plain(a) && solver == Solver::articulated) {
     end = close_plain(a, p, in);
@@ -576,6 +577,7 @@ bool finish_step(World& world, Island& a, Real h, Entity& lost) {
     // After an impact the history is invalid: first-order rule.
     if (a.in_contact) a.disturbed = true;
     if (a.in_contact && solver == Solver::articulated) {
+      changed_rule = (a.second_order || a.fresh) && !stayed;
       in.rule = Rule::euler, in.first = false;
       a.second_order = a.fresh = false;
     }
@@ -597,6 +599,7 @@ bool finish_step(World& world, Island& a, Real h, Entity& lost) {
     for (Tree& t : a.trees) t.knows_angular_momentum = false;
   }
   if (!a.scratch.contact_rows.empty()) a.stop_work += finish_contacts(world, a, h);
+  if (changed_rule) scale_to_momentum(world, a, end, h);
   const bool small_rotations =
       end.largest_rotation2 < a.settings.calm_angle * a.settings.calm_angle;
   a.disturbed = a.disturbed || !small_rotations;
@@ -669,6 +672,7 @@ bool adjust_in_substeps(World& world, Island& a, Real h, Entity& lost) {
   int passes = a.active_set_iterations_used;
   bool sound = true;
   const std::vector<Tree> trees = a.trees;  // their targets in this step
+  std::vector<Vec3> forces(a.scratch.contact_rows.size(), Vec3(0));
   for (int part = 1; part <= kSubsteps && sound; ++part) {
     a.substeps_left = kSubsteps - part;
     update(world, a, h / kSubsteps);
@@ -683,7 +687,12 @@ bool adjust_in_substeps(World& world, Island& a, Real h, Entity& lost) {
     find_active_set(world, a, h / kSubsteps, true);
     passes += a.active_set_iterations_used;
     sound = finish_step(world, a, h / kSubsteps, lost);
+    for (std::size_t i = 0; i < forces.size(); ++i)
+      forces[i] += contacts_of(world)[a.scratch.contact_rows[i].contact].force / Real(kSubsteps);
   }
+  for (std::size_t i = 0; i < forces.size(); ++i)
+    if (a.scratch.contact_rows[i].side > 0)
+      contacts_of(world)[a.scratch.contact_rows[i].contact].force = forces[i];
   a.active_set_iterations_used = passes, a.substeps_left = 0;
   return sound;
 }
