@@ -207,9 +207,9 @@ constexpr Key kCollision[] = {
     flag("others", "Whether it touches dynamic bodies of other articulations.").or_else(false),
     flag("self", "Whether it touches dynamic bodies of its own articulation.").or_else(false),
     flag("sensor",
-         "Whether it only reports what overlaps it and pushes nothing. Bodies whose groups agree "
-         "are "
-         "seen, dynamic bodies without \"others\" too.")
+         "Whether it only reports what overlaps it and pushes nothing. Every body whose groups "
+         "agree "
+         "is seen, dynamic ones without \"others\" too.")
         .or_else(false),
 };
 
