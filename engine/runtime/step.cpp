@@ -58,7 +58,7 @@ bool detect_contacts(World& world, Real h) {
   };
   const std::vector<std::uint32_t>& kinematic = partition_of(world).kinematic;
   contact::DetectScratch& scratch = world.memory.of<contact::Memory>().scratch;
-  // Where everything is asleep and nothing comes, the contacts stay as they are.
+  // While everything sleeps and no kinematic body moves, the contacts stay as they are.
   if (!contacts.empty() && !scratch.stale &&
       std::all_of(kSolvers.begin(), kSolvers.end(), asleep) &&
       std::none_of(kinematic.begin(), kinematic.end(), comes))

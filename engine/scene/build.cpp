@@ -67,7 +67,7 @@ void BuildContext::build(std::uint32_t which) {
 
 const BuiltPrefab* BuildContext::prefab(const std::string& name, const ElementId& at,
                                         std::string_view member) {
-  if (name.empty()) return nullptr;  // told by the reader
+  if (name.empty()) return nullptr;  // reported by the reader
   const auto known = number_of_.find(name);
   if (known == number_of_.end()) {
     std::vector<std::string_view> names;
