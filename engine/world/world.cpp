@@ -39,7 +39,7 @@ Entity World::add_cable(Entity a, Entity b, const CableParameters& joint, std::s
 
 Entity World::add_gear(const Gear& gear, std::string name) {
   const Entity e = create();
-  gears.add(e, ratio);
+  gears.add(e, gear);
   set_name(*this, e, std::move(name));
   return e;
 }
