@@ -5,6 +5,7 @@
 
 #include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
+#include "engine/world/entity.hpp"
 
 namespace pantin {
 
@@ -46,6 +47,30 @@ struct Contact {
     field("depth", passive(self.depth));
   }
 };
+
+namespace detail {
+
+/// A body that overlaps a sensor (Collision::sensor).
+struct SensorOverlap {
+  Entity sensor, body;
+  Vec3 point{0};         // world, m: on the body, where the overlap is deepest
+  Vec3 normal{0, 1, 0};  // unit, world, from the body to the sensor
+  Real depth = 0;        // m, at the deepest point
+
+  static void fields(auto& self, auto&& field) {
+    field("sensor", self.sensor);
+    field("body", self.body);
+    field("point", self.point);
+    field("normal", self.normal);
+    field("depth", self.depth);
+  }
+};
+
+/// What overlapped sensors at the end of the last step: each pair once, in the order of the
+/// sensors' and the bodies' indices.
+const std::vector<SensorOverlap>& sensor_overlaps_of(const World& world);
+
+}  // namespace detail
 
 /// Contacts of the last step, sorted by bodies and key.
 const std::vector<Contact>& contacts_of(const World& world);

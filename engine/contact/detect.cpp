@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <tuple>
 
-#include "engine/base/check.hpp"
+#include "engine/base/invariants.hpp"
 #include "engine/base/rotation.hpp"
 #include "engine/contact/memory.hpp"
 #include "engine/geometry/kinds.hpp"
@@ -36,18 +36,6 @@ std::uint64_t island_of(const Partition& partition, std::uint32_t slot) {
   return owner ? std::uint64_t(owner.solver) << 32 | owner.island : UINT64_MAX;
 }
 
-void list_jointed(const World& world, Search& scratch) {
-  const std::uint64_t now = 1 + world.links.version() + world.bodies.version() + world.edit_count;
-  if (scratch.jointed_for == now) return;
-  scratch.jointed_for = now;
-  scratch.jointed.clear();
-  for (const Link& link : world.links.values()) {
-    const std::uint32_t a = world.bodies.slot(link.a), b = world.bodies.slot(link.b);
-    if (a != kNoSlot && b != kNoSlot) scratch.jointed.push_back(pair_of(a, b));
-  }
-  std::sort(scratch.jointed.begin(), scratch.jointed.end());
-}
-
 void add_shape(const Finder& s, std::uint32_t slot, const Shapes& shapes, std::uint32_t index) {
   const Shape& shape = shapes.list[index];
   const Body& body = s.world.bodies.values()[slot];
@@ -78,11 +66,17 @@ void list_colliders(const Finder& s) {
   scratch.shapes.clear(), scratch.colliders.clear(), scratch.static_shapes.clear(),
       scratch.unbounded.clear();
   scratch.moving.clear(), scratch.static_boxes.clear(), scratch.moving_boxes.clear();
+  scratch.sensors = 0;
   const auto owners = s.world.bodies.owners();
   for (std::uint32_t slot = 0; slot < owners.size(); ++slot) {
     const Collision* collision = s.world.collisions.find(owners[slot]);
     const Shapes* shapes = collision ? s.world.shapes.find(owners[slot]) : nullptr;
     if (!shapes) continue;
+    if (collision->sensor) {
+      ++scratch.sensors;
+      continue;
+    }
+    PANTIN_ASSERT(is_range(0, s.reach[slot]));
     Collider collider{slot, static_cast<std::uint32_t>(scratch.shapes.size()), 0,
                       island_of(s.partition, slot), collision};
     for (std::uint32_t i = 0; i < shapes->list.size(); ++i) add_shape(s, slot, *shapes, i);
@@ -100,20 +94,10 @@ void list_colliders(const Finder& s) {
   }
 }
 
-/// Updates a tree: refits it, or rebuilds it when it has become loose.
-void update(AabbTree& tree, std::span<const Aabb> boxes) {
-  if (tree.size() != boxes.size()) return tree.build(boxes);
-  tree.refit(boxes);
-  if (tree.looseness() > 1.5) tree.build(boxes);
-}
-
 // ---- Pairs -------------------------------------------------------------------------------------
 
 bool may_collide(const Search& scratch, const Collider& a, const Collider& b) {
-  if (!(a.collision->groups & b.collision->with) || !(b.collision->groups & a.collision->with))
-    return false;
-  return !std::binary_search(scratch.jointed.begin(), scratch.jointed.end(),
-                             pair_of(a.slot, b.slot));
+  return do_groups_agree(*a.collision, *b.collision) && !are_jointed(scratch, a.slot, b.slot);
 }
 
 bool asked_for(const Collider& a, const Collider& b) {
@@ -130,7 +114,7 @@ void list_pairs(const Finder& s) {
            scratch.colliders[collider].collision->self;
   };
   if (std::none_of(scratch.moving.begin(), scratch.moving.end(), asks)) return;
-  update(scratch.moving_tree, scratch.moving_boxes);
+  update_tree(scratch.moving_tree, scratch.moving_boxes);
   for (std::uint32_t i = 0; i < scratch.moving.size(); ++i) {
     if (!asks(scratch.moving[i])) continue;
     const Collider& a = scratch.colliders[scratch.moving[i]];
@@ -223,6 +207,7 @@ void store_contacts(const Finder& s, const Collider& a, std::size_t& old) {
   for (const FoundPoint& f : scratch.found) {
     if (last && last->slot_b == f.slot_b && last->key == f.key) continue;
     last = &f;
+    PANTIN_ASSERT(f.slot_b < bodies.size() && f.slot_b != a.slot && is_unit(f.at.normal));
     Contact c;
     c.slot_a = a.slot, c.slot_b = f.slot_b, c.key = f.key;
     c.point_a = to_local(bodies[a.slot].pose, f.at.on_a);
@@ -243,10 +228,33 @@ void store_contacts(const Finder& s, const Collider& a, std::size_t& old) {
 
 }  // namespace
 
+void list_jointed(const World& world, Search& search) {
+  const std::uint64_t now = 1 + world.links.version() + world.bodies.version() + world.edit_count;
+  if (search.jointed_for == now) return;
+  search.jointed_for = now;
+  search.jointed.clear();
+  for (const Link& link : world.links.values()) {
+    const std::uint32_t a = world.bodies.slot(link.a), b = world.bodies.slot(link.b);
+    if (a != kNoSlot && b != kNoSlot) search.jointed.push_back(pair_of(a, b));
+  }
+  std::sort(search.jointed.begin(), search.jointed.end());
+}
+
+bool are_jointed(const Search& search, std::uint32_t a, std::uint32_t b) {
+  return std::binary_search(search.jointed.begin(), search.jointed.end(), pair_of(a, b));
+}
+
+void update_tree(AabbTree& tree, std::span<const Aabb> boxes) {
+  if (tree.size() != boxes.size()) return tree.build(boxes);
+  tree.refit(boxes);
+  if (tree.looseness() > 1.5) tree.build(boxes);
+}
+
 void find_contacts(World& world, std::span<const Real> reach) {
   Memory& memory = world.memory.of<Memory>();
   if (world.collisions.empty()) {
     memory.contacts.clear();
+    memory.scratch.search.sensors = 0;
     return;
   }
   PANTIN_ASSERT(reach.size() >= world.bodies.size());
@@ -258,7 +266,7 @@ void find_contacts(World& world, std::span<const Real> reach) {
   scratch.collider_at.assign(world.bodies.size(), kNone);
   list_colliders(s);
   if (scratch.moving.empty()) return;
-  update(scratch.static_tree, scratch.static_boxes);
+  update_tree(scratch.static_tree, scratch.static_boxes);
   list_pairs(s);
   std::size_t old = 0, pair = 0;
   for (std::uint32_t number : scratch.moving) {
@@ -284,6 +292,7 @@ bool moves(const Body& b) {
 /// Kinematic bodies are at the end of the step already: they are put back for the search, and their
 /// reach is the way they come.
 void detect(World& world, Real h) {
+  PANTIN_ASSERT(is_positive(h));
   DetectScratch& scratch = world.memory.of<Memory>().scratch;
   const Partition& partition = partition_of(world);
   scratch.ends.clear();

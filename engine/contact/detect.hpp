@@ -28,6 +28,10 @@ void find_contacts(World& world, std::span<const Real> reach);
 /// reaches in Memory::scratch. Kinematic bodies are already at their poses at the end of the step.
 void detect(World& world, Real h);
 
+/// Fills sensor_overlaps_of(world) from the poses as they stand, for the bodies that the last
+/// detection saw. Costs nothing where there is no sensor; does not allocate in the steady state.
+void sense(World& world);
+
 /// Distance of the farthest point of a body's shapes from its mass centre, m.
 Real extent_of(const Shapes& shapes);
 

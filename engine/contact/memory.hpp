@@ -43,17 +43,17 @@ struct Interface {
     field("kind", derived(self.kind));
     field("source", derived(self.source));
     field("body", derived(self.body));
-    field("guess", derived(self.point_mass));
+    field("point_mass", derived(self.point_mass));
     field("anchor", derived(self.anchor));
     field("mass", self.mass);
     field("force", self.force);
     field("impulse", self.impulse);
     field("carried", self.carried);
-    field("given", derived(self.transmitted));
-    field("lack", derived(self.residual));
+    field("transmitted", derived(self.transmitted));
+    field("residual", derived(self.residual));
     field("start", derived(self.start));
     field("relax", derived(self.relax));
-    field("rounds", derived(self.iterations));
+    field("iterations", derived(self.iterations));
     field("taut", derived(self.taut));
   }
 };
@@ -91,13 +91,15 @@ struct DetectScratch {
 /// State between islands.
 struct Memory {
   static constexpr std::string_view name = "contact";  // in saved Worlds
-  std::vector<Contact> contacts;    // of the last step, in order of bodies and keys
-  std::vector<Pressure> pressures;  // of the last step
+  std::vector<Contact> contacts;        // of the last step, in order of bodies and keys
+  std::vector<Pressure> pressures;      // of the last step
+  std::vector<SensorOverlap> overlaps;  // at its end
   Scratch<DetectScratch> scratch;
 
   static void fields(auto& self, auto&& field) {
     field("contacts", self.contacts);
     field("pressures", self.pressures);
+    field("overlaps", passive(self.overlaps));
     field("scratch", derived(self.scratch));
   }
 };

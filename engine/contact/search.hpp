@@ -1,12 +1,17 @@
 #pragma once
 /// Scratch memory of contact detection, kept allocated between steps.
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "engine/geometry/aabb_tree.hpp"
 #include "engine/geometry/collide.hpp"
 #include "engine/world/collision.hpp"
 #include "engine/world/entity.hpp"
+
+namespace pantin {
+struct World;
+}
 
 namespace pantin::detail::contact {
 
@@ -49,6 +54,19 @@ struct Search {
   std::vector<FoundPoint> found;       // of one body
   std::vector<ContactPoint> points;    // of one pair
   NarrowPhaseScratch scratch;
+  // Sensors: how many there are, their shapes, those without bounds, those with.
+  std::size_t sensors = 0;
+  std::vector<ColliderShape> sensor_shapes;
+  std::vector<std::uint32_t> unbounded_sensors, bounded_sensors;
+  std::vector<Aabb> sensor_boxes;
+  AabbTree sensor_tree;
 };
+
+/// Brings Search::jointed up to date.
+void list_jointed(const World& world, Search& search);
+/// Whether a joint connects two bodies, by their slots.
+bool are_jointed(const Search& search, std::uint32_t a, std::uint32_t b);
+/// Updates a tree: refits it, or rebuilds it when it has become loose.
+void update_tree(AabbTree& tree, std::span<const Aabb> boxes);
 
 }  // namespace pantin::detail::contact

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "engine/base/check.hpp"
+#include "engine/base/invariants.hpp"
 
 namespace pantin::detail {
 namespace {
@@ -55,6 +55,7 @@ void AabbTree::split(std::uint32_t node, std::uint32_t first, std::uint32_t coun
 
 void AabbTree::refit(std::span<const Aabb> boxes) {
   PANTIN_ASSERT(boxes.size() == items_.size());
+  for ([[maybe_unused]] const Aabb& box : boxes) PANTIN_ASSERT(is_range(box.low, box.high));
   for (std::size_t i = 0; i < items_.size(); ++i) boxes_[i] = boxes[items_[i]];
   fit();
 }

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <tuple>
 
-#include "engine/base/check.hpp"
+#include "engine/base/invariants.hpp"
 #include "engine/geometry/smooth.hpp"
 
 namespace pantin::detail {
@@ -163,6 +163,7 @@ void to_outside(const Pose& at, std::vector<ContactPoint>& out, std::size_t firs
     ContactPoint& p = out[i];
     p.on_a = at.position + rotation * p.on_a, p.on_b = at.position + rotation * p.on_b;
     p.normal = rotation * p.normal;
+    PANTIN_ASSERT(is_unit(p.normal));
   }
 }
 
@@ -171,6 +172,7 @@ void to_outside(const Pose& at, std::vector<ContactPoint>& out, std::size_t firs
 void collide(const Shape& a, const Pose& at_a, const Shape& b, const Pose& at_b, Real margin,
              NarrowPhaseScratch& scratch, std::vector<ContactPoint>& out) {
   PANTIN_ASSERT(is_convex(a.kind));
+  PANTIN_ASSERT(is_unit(at_a) && is_unit(at_b));
   // In b's own frame numbers stay small, and surfaces need not be moved.
   const Quat back = glm::conjugate(at_b.rotation);
   const Pose within{back * (at_a.position - at_b.position), back * at_a.rotation};

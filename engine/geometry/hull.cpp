@@ -3,7 +3,7 @@
 #include <map>
 #include <numeric>
 
-#include "engine/base/check.hpp"
+#include "engine/base/invariants.hpp"
 #include "engine/geometry/surface.hpp"
 
 namespace pantin::detail {
@@ -231,6 +231,7 @@ Surface assemble(std::span<const Vec3> points, std::vector<Loop> loops) {
     face.normal = glm::normalize(face.normal);
     face.offset = -1e300;
     for (Vec3 p : s.points) face.offset = glm::max(face.offset, glm::dot(face.normal, p));
+    PANTIN_ASSERT(is_unit(face.normal));
     s.faces.push_back(face);
   }
   add_edges(s);
@@ -263,6 +264,7 @@ Result<std::shared_ptr<const Surface>> make_hull(std::span<const Vec3> points) {
   if (s->points.size() > kMostCorners)
     return Error{"hull has " + std::to_string(s->points.size()) +
                  " corners, expected at most 256: give fewer points"};
+  PANTIN_ASSERT(s->points.size() >= 4 && s->faces.size() >= 4);
   bounds = Aabb{};
   for (Vec3 p : s->points) bounds.add(p);
   s->low = bounds.low, s->high = bounds.high;

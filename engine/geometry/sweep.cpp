@@ -1,6 +1,6 @@
 #include "engine/geometry/sweep.hpp"
 
-#include "engine/base/check.hpp"
+#include "engine/base/invariants.hpp"
 #include "engine/geometry/collide.hpp"
 #include "engine/geometry/smooth.hpp"
 #include "engine/geometry/surface.hpp"
@@ -106,6 +106,7 @@ std::optional<SweepHit> overlap_at_start(const Slide& k, const Shape& b) {
 std::optional<SweepHit> sweep(const Shape& a, const Pose& at_a, const Shape& b, const Pose& at_b,
                               Vec3 way, Real limit) {
   PANTIN_ASSERT(is_convex(a.kind));
+  PANTIN_ASSERT(is_unit(at_a) && is_unit(at_b) && is_unit(way) && is_range(0, limit));
   if (!is_complete(a) || !is_complete(b)) return std::nullopt;
   const Quat back = glm::conjugate(at_b.rotation);
   const Slide k{a, {back * (at_a.position - at_b.position), back * at_a.rotation}, back * way};
@@ -124,6 +125,7 @@ std::optional<SweepHit> sweep(const Shape& a, const Pose& at_a, const Shape& b, 
         break;
     }
   if (!hit) return std::nullopt;
+  PANTIN_ASSERT(is_unit(hit->normal) && is_range(0, hit->distance));
   hit->point = to_world(at_b, hit->point), hit->normal = at_b.rotation * hit->normal;
   return hit;
 }

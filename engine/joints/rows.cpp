@@ -1,5 +1,6 @@
 #include "engine/joints/rows.hpp"
 
+#include "engine/base/invariants.hpp"
 #include "engine/joints/kinds.hpp"
 
 namespace pantin::detail {
@@ -11,6 +12,7 @@ int row_count(const Joint& joint) {
 
 void write_rows(const Joint& joint, const BodyState& a, const BodyState& b, Real angle_before,
                 RowsOut out) {
+  PANTIN_ASSERT(is_unit(joint.frames.a()) && is_unit(joint.frames.b()));
 #define PANTIN_CASE(kind) \
   case JointKind::kind:   \
     return joint_kinds::write<joint_kinds::kind>(joint, a, b, angle_before, out);
@@ -43,6 +45,7 @@ void write_coordinate(const Joint& joint, Coordinate which, const BodyState& a, 
 }
 
 bool on_right_branch(const Joint& joint, Quat a, Quat b) {
+  PANTIN_ASSERT(is_unit(a) && is_unit(b));
   return info_of(joint.kind).on_right_branch(glm::mat3_cast(relative_rotation(joint, a, b)));
 }
 

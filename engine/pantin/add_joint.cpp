@@ -12,6 +12,7 @@ namespace {
 /// A joint's frame in the world, as either body carries it.
 struct WorldFrames {
   Pose a, b;
+  bool has_axes = true;  // not only anchors
 };
 
 /// Some direction square to a unit vector; the same for the same vector.
@@ -53,15 +54,13 @@ WorldFrames from_local(Findings& findings, Entity a, Entity b, const LocalFrames
   return {side(a, "frames.in_a", local.in_a), side(b, "frames.in_b", local.in_b)};
 }
 
-enum class Axes : std::uint8_t { needed, none };
-
-Joint make_joint(const World& world, JointKind kind, Entity a, Entity b, const WorldFrames& at,
-                 Axes axes = Axes::needed) {
-  const Pose &on_a = world.bodies[a].pose, &on_b = world.bodies[b].pose;
+template <class T>
+Joint make_joint(const World& world, JointKind kind, const T& described, const WorldFrames& at) {
+  const Pose &on_a = world.bodies[described.a].pose, &on_b = world.bodies[described.b].pose;
   Joint joint;
   joint.kind = kind;
   joint.anchor_a = to_local(on_a, at.a.position), joint.anchor_b = to_local(on_b, at.b.position);
-  if (axes == Axes::none) return joint;
+  if (!at.has_axes) return joint;
   const Quat frame_a = glm::normalize(glm::conjugate(on_a.rotation) * at.a.rotation),
              frame_b = glm::normalize(glm::conjugate(on_b.rotation) * at.b.rotation);
   if (frame_a != kIdentity || frame_b != kIdentity) joint.frames.set(frame_a, frame_b);
@@ -121,13 +120,19 @@ Dof freedom_of(Findings& findings, const JointMotor& motor, const SpringDamper& 
   return {spring, friction, motor};
 }
 
-/// Joint extras only where something differs from none.
-void equip(Joint& joint, const Dof& rotation, const Dof& translation, const AngleLimit& travel,
-           Real restitution) {
-  if (rotation.any()) joint.parameters.edit().rotation = rotation;
-  if (translation.any()) joint.parameters.edit().translation = translation;
-  if (travel.on) joint.parameters.edit().travel = travel;
-  if (restitution != 0) joint.parameters.edit().restitution = restitution;
+/// What few joints have.
+struct Extras {
+  Dof rotation = {}, translation = {};
+  AngleLimit travel = {};
+  Real restitution = 0;
+};
+
+/// Sets only what differs from none: most joints have no parameters.
+void equip(Joint& joint, const Extras& extras) {
+  if (extras.rotation.any()) joint.parameters.edit().rotation = extras.rotation;
+  if (extras.translation.any()) joint.parameters.edit().translation = extras.translation;
+  if (extras.travel.on) joint.parameters.edit().travel = extras.travel;
+  if (extras.restitution != 0) joint.parameters.edit().restitution = extras.restitution;
 }
 
 /// Frames of a joint with one axis.
@@ -138,11 +143,17 @@ WorldFrames frames_of(Findings& findings, const T& joint, const char* member, Ve
   return at_place(findings, joint.anchor, axes_along(findings, member, axis, Vec3(0)));
 }
 
-/// The last step, once nothing is wrong.
-Result<Entity> link(World& world, Entity a, Entity b, const Joint& joint, const std::string& name,
-                    const std::optional<JointDrive>& drive = {}) {
-  const Entity e = world.add_link(a, b, joint, name);
-  if (drive) world.joint_drives.add(e, *drive);
+/// The last step, once nothing is wrong with the description: whether the solver knows it all.
+template <class T>
+Result<Entity> link(World& world, Findings& findings, const T& described, const Joint& joint) {
+  std::vector<Feature> features = features_of(joint);
+  if constexpr (requires { described.drive; })
+    if (described.drive) features.push_back(Feature::pose_drive);
+  findings.known(features, {described.a, described.b});
+  if (!findings.ok()) return findings.take();
+  const Entity e = world.add_link(described.a, described.b, joint, described.name);
+  if constexpr (requires { described.drive; })
+    if (described.drive) world.joint_drives.add(e, *described.drive);
   return e;
 }
 
@@ -170,11 +181,10 @@ Result<Entity> add_to(World& world, const BallJoint& described) {
   soften(findings, described.soft_stop, limits);
   check(findings, described.drive);
   if (!findings.ok()) return findings.take();
-  const bool turns_matter = limits.any() || described.drive || described.frames;
-  Joint joint = make_joint(world, JointKind::ball, described.a, described.b, at,
-                           turns_matter ? Axes::needed : Axes::none);
+  at.has_axes = limits.any() || described.drive || described.frames;
+  Joint joint = make_joint(world, JointKind::ball, described, at);
   joint.limits = limits;
-  return link(world, described.a, described.b, joint, described.name, described.drive);
+  return link(world, findings, described, joint);
 }
 
 Result<Entity> add_to(World& world, const HingeJoint& described) {
@@ -187,10 +197,10 @@ Result<Entity> add_to(World& world, const HingeJoint& described) {
   findings.within("restitution", described.restitution, 0, 1);
   check(findings, described.drive);
   if (!findings.ok()) return findings.take();
-  Joint joint = make_joint(world, JointKind::hinge, described.a, described.b, at);
+  Joint joint = make_joint(world, JointKind::hinge, described, at);
   joint.limits = limits;
-  equip(joint, rotation, {}, {}, described.restitution);
-  return link(world, described.a, described.b, joint, described.name, described.drive);
+  equip(joint, {.rotation = rotation, .restitution = described.restitution});
+  return link(world, findings, described, joint);
 }
 
 Result<Entity> add_to(World& world, const FixedJoint& described) {
@@ -200,8 +210,7 @@ Result<Entity> add_to(World& world, const FixedJoint& described) {
                              ? from_local(findings, described.a, described.b, *described.frames)
                              : at_place(findings, described.anchor, kIdentity);
   if (!findings.ok()) return findings.take();
-  return link(world, described.a, described.b,
-              make_joint(world, JointKind::fixed, described.a, described.b, at), described.name);
+  return link(world, findings, described, make_joint(world, JointKind::fixed, described, at));
 }
 
 Result<Entity> add_to(World& world, const UniversalJoint& described) {
@@ -224,9 +233,9 @@ Result<Entity> add_to(World& world, const UniversalJoint& described) {
   soften(findings, described.soft_stop, limits);
   check(findings, described.drive);
   if (!findings.ok()) return findings.take();
-  Joint joint = make_joint(world, JointKind::universal, described.a, described.b, at);
+  Joint joint = make_joint(world, JointKind::universal, described, at);
   joint.limits = limits;
-  return link(world, described.a, described.b, joint, described.name, described.drive);
+  return link(world, findings, described, joint);
 }
 
 Result<Entity> add_to(World& world, const PrismaticJoint& described) {
@@ -237,9 +246,10 @@ Result<Entity> add_to(World& world, const PrismaticJoint& described) {
       freedom_of(findings, described.motor, described.spring, described.friction);
   findings.within("restitution", described.restitution, 0, 1);
   if (!findings.ok()) return findings.take();
-  Joint joint = make_joint(world, JointKind::prismatic, described.a, described.b, at);
-  equip(joint, {}, translation, travel, described.restitution);
-  return link(world, described.a, described.b, joint, described.name);
+  Joint joint = make_joint(world, JointKind::prismatic, described, at);
+  equip(joint,
+        {.translation = translation, .travel = travel, .restitution = described.restitution});
+  return link(world, findings, described, joint);
 }
 
 Result<Entity> add_to(World& world, const CylindricalJoint& described) {
@@ -253,10 +263,10 @@ Result<Entity> add_to(World& world, const CylindricalJoint& described) {
                                      described.travel_friction);
   findings.within("restitution", described.restitution, 0, 1);
   if (!findings.ok()) return findings.take();
-  Joint joint = make_joint(world, JointKind::cylindrical, described.a, described.b, at);
+  Joint joint = make_joint(world, JointKind::cylindrical, described, at);
   joint.limits = limits;
-  equip(joint, rotation, translation, travel, described.restitution);
-  return link(world, described.a, described.b, joint, described.name);
+  equip(joint, {rotation, translation, travel, described.restitution});
+  return link(world, findings, described, joint);
 }
 
 Result<Entity> add_to(World& world, const ScrewJoint& described) {
@@ -270,19 +280,18 @@ Result<Entity> add_to(World& world, const ScrewJoint& described) {
   const Dof rotation = freedom_of(findings, described.motor, described.spring, described.friction);
   findings.within("restitution", described.restitution, 0, 1);
   if (!findings.ok()) return findings.take();
-  Joint joint = make_joint(world, JointKind::screw, described.a, described.b, at);
+  Joint joint = make_joint(world, JointKind::screw, described, at);
   joint.limits = limits;
-  equip(joint, rotation, {}, travel, described.restitution);
+  equip(joint, {.rotation = rotation, .travel = travel, .restitution = described.restitution});
   joint.parameters.edit().pitch = described.pitch;
-  return link(world, described.a, described.b, joint, described.name);
+  return link(world, findings, described, joint);
 }
 
 Result<Entity> add_to(World& world, const PlanarJoint& described) {
   Findings findings(world, "PlanarJoint", described.name);
   const WorldFrames at = frames_of(findings, described, "normal", described.normal);
   if (!findings.ok()) return findings.take();
-  return link(world, described.a, described.b,
-              make_joint(world, JointKind::planar, described.a, described.b, at), described.name);
+  return link(world, findings, described, make_joint(world, JointKind::planar, described, at));
 }
 
 }  // namespace pantin

@@ -44,6 +44,14 @@ void check_geared(Findings& findings, const char* member, Entity e, JointCoordin
                (translates ? "one with a travel: " : "one with an angle: ") + kinds_where(fits));
 }
 
+/// Adds a joint, once its solver knows it.
+template <class T>
+Result<Entity> link(World& world, Findings& findings, const T& described, const Joint& joint) {
+  findings.known(features_of(joint), {described.a, described.b});
+  if (!findings.ok()) return findings.take();
+  return world.add_link(described.a, described.b, joint, described.name);
+}
+
 }  // namespace
 
 Result<Entity> add_to(World& world, const DistanceJoint& described) {
@@ -55,7 +63,7 @@ Result<Entity> add_to(World& world, const DistanceJoint& described) {
   joint.kind = JointKind::distance;
   joint.anchor_a = local_a(world, described), joint.anchor_b = local_b(world, described);
   joint.parameters.edit().length = length;
-  return world.add_link(described.a, described.b, joint, described.name);
+  return link(world, findings, described, joint);
 }
 
 Result<Entity> add_to(World& world, const SpringJoint& described) {
@@ -71,7 +79,7 @@ Result<Entity> add_to(World& world, const SpringJoint& described) {
   joint.anchor_a = local_a(world, described), joint.anchor_b = local_b(world, described);
   joint.parameters.edit().translation.spring = {described.stiffness, described.damping, length};
   joint.parameters.edit().length = length;
-  return world.add_link(described.a, described.b, joint, described.name);
+  return link(world, findings, described, joint);
 }
 
 Result<Entity> add_to(World& world, const CableJoint& described) {
@@ -79,6 +87,7 @@ Result<Entity> add_to(World& world, const CableJoint& described) {
   const Real length = length_of(findings, described, "length", described.length);
   if (findings.ok()) findings.above_zero("length", length);
   findings.not_negative("compliance", described.compliance);
+  for (const Entity end : {described.a, described.b}) findings.known({{Feature::cable}}, {end});
   if (!findings.ok()) return findings.take();
   CableParameters cable;
   cable.anchor_a = local_a(world, described), cable.anchor_b = local_b(world, described);
@@ -113,6 +122,7 @@ Result<Entity> add_to(World& world, const PinConstraint& described) {
     findings.add("to", "the pinned body itself", "another one");
   if (findings.ok() && world.bodies[described.body].motion != Motion::dynamic)
     findings.add("body", "a body that is fixed or driven", "a dynamic one");
+  if (described.stiffness > 0) findings.known({{Feature::spring_grip}}, {described.body});
   if (!findings.ok()) return findings.take();
   Pin pin;
   pin.body = described.body, pin.to = described.to, pin.priority = described.priority;
@@ -131,6 +141,9 @@ Result<Entity> add_to(World& world, const GearJoint& described) {
   if (described.offset) findings.finite("offset", *described.offset);
   if (described.first == described.second && described.of_first == described.of_second)
     findings.add("second", "the same coordinate as first", "another one");
+  if (!findings.ok()) return findings.take();
+  const Link &first = world.links[described.first], &second = world.links[described.second];
+  findings.known({{Feature::ratio}}, {first.a, first.b, second.a, second.b});
   if (!findings.ok()) return findings.take();
   Gear gear;
   gear.first = described.first, gear.second = described.second;

@@ -15,7 +15,7 @@ namespace {
 constexpr Real kStillTouching = 1e-4;
 
 auto key(const ContactEvent& e) {
-  return std::tuple(e.a.index, e.b.index, e.a.generation, e.b.generation);
+  return std::tuple(e.a.index, e.b.index, e.a.generation, e.b.generation, e.is_sensor);
 }
 bool is_before(const ContactEvent& p, const ContactEvent& q) { return key(p) < key(q); }
 
@@ -37,37 +37,49 @@ struct Sum {
 
 }  // namespace
 
-bool ContactEvents::edit_count(Entity a, Entity b) const {
-  ContactEvent wanted;
-  wanted.a = a, wanted.b = b;
-  const auto at = std::lower_bound(before_.begin(), before_.end(), wanted, is_before);
-  return at != before_.end() && key(*at) == key(wanted);
+bool ContactEvents::touched(const ContactEvent& now) const {
+  return std::binary_search(before_.begin(), before_.end(), now, is_before);
 }
 
 void ContactEvents::collect(const World& world, Real seconds) {
   const std::vector<Contact>& contacts = contacts_of(world);
-  const auto bodies = world.bodies.values();
   for (std::size_t i = 0; i < contacts.size();) {
     const std::uint32_t slot_a = contacts[i].slot_a, slot_b = contacts[i].slot_b;
+    // Contacts name slots as they were in the last step.
+    const std::uint32_t now_a = world.bodies.slot_now(slot_a),
+                        now_b = world.bodies.slot_now(slot_b);
+    const bool known = std::max(now_a, now_b) < world.bodies.size();
     Sum sum;
     for (; i < contacts.size() && contacts[i].slot_a == slot_a && contacts[i].slot_b == slot_b; ++i)
-      if (std::max(slot_a, slot_b) < bodies.size())
-        sum.add(contacts[i], to_world(bodies[slot_b].pose, contacts[i].point_b), seconds);
+      if (known)
+        sum.add(contacts[i], to_world(world.bodies.values()[now_b].pose, contacts[i].point_b),
+                seconds);
     if (sum.weight == 0) continue;
     ContactEvent e;
-    e.a = world.bodies.owners()[slot_a], e.b = world.bodies.owners()[slot_b];
+    e.a = world.bodies.owners()[now_a], e.b = world.bodies.owners()[now_b];
     e.impulse = sum.impulse, e.point = sum.point / sum.weight, e.depth = sum.depth;
     const Real length = glm::length(sum.normal);
     e.normal = length > 0 ? sum.normal / length : contacts[i - 1].normal;
     if (e.b.index < e.a.index) std::swap(e.a, e.b), e.impulse = -e.impulse, e.normal = -e.normal;
-    if (sum.bears || (sum.is_near && edit_count(e.a, e.b))) now_.push_back(e);
+    if (sum.bears || (sum.is_near && touched(e))) now_.push_back(e);
+  }
+}
+
+void ContactEvents::collect_overlaps(const World& world) {
+  for (const SensorOverlap& o : sensor_overlaps_of(world)) {
+    if (!world.is_alive(o.sensor) || !world.is_alive(o.body)) continue;
+    ContactEvent e;
+    e.is_sensor = true;
+    e.a = o.sensor, e.b = o.body;
+    e.point = o.point, e.normal = o.normal, e.depth = o.depth;
+    now_.push_back(e);
   }
 }
 
 void ContactEvents::compare() {
   events_.clear();
   for (ContactEvent& e : now_) {
-    e.phase = edit_count(e.a, e.b) ? ContactPhase::persist : ContactPhase::begin;
+    e.phase = touched(e) ? ContactPhase::persist : ContactPhase::begin;
     events_.push_back(e);
   }
   for (const ContactEvent& e : before_) {
@@ -82,6 +94,7 @@ std::span<const ContactEvent> ContactEvents::update(const World& world) {
   before_.swap(now_);
   now_.clear();
   collect(world, std::max(Real(0), world.time - time_));
+  collect_overlaps(world);
   std::sort(now_.begin(), now_.end(), is_before);
   compare();
   time_ = world.time;

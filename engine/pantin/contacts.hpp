@@ -1,8 +1,13 @@
 #pragma once
-/// Who touches whom: events by pairs of bodies; layers.
+/// Who touches whom, and what is within a sensor: events by pairs of bodies; layers.
 ///
 /// A body takes part if it has a Collision (RigidBody::collision). Which pairs are looked at is
-/// said by layers, and by the fields `others` and `self` of Collision, for bodies that both move.
+/// said by layers, and by the fields `others` and `self` of Collision, for bodies that both move. A
+/// body whose Collision is a sensor pushes nothing and is pushed by nothing; it only tells what
+/// overlaps it:
+///
+///   world.add(RigidBody{.motion = Motion::fixed, .shape = BoxShape{.half_extents = {1, 1, 1}},
+///                       .collision = Collision{.sensor = true}});
 #include <cstdint>
 #include <pantin/world.hpp>
 #include <span>
@@ -24,29 +29,33 @@ constexpr Collision in_layers(std::uint32_t layers, std::uint32_t touches = kAll
 
 enum class ContactPhase : std::uint8_t { begin, persist, end };
 
-/// Two bodies that touch, began to or ceased to. `a` has the lower index.
+/// Two bodies that touch, began to or ceased to. `a` has the lower index; of a sensor and what
+/// overlaps it `a` is the sensor.
 struct ContactEvent {
   ContactPhase phase = ContactPhase::begin;
+  bool is_sensor = false;  // `a` is a sensor: no impulse
   Entity a, b;
   Vec3 impulse{0};       // N s on a, all points together, of the time since the last update
-  Vec3 point{0};         // world, m: where b bears, the middle of all points
+  Vec3 point{0};         // world, m: mean of all contact points on b
   Vec3 normal{0, 1, 0};  // unit, world, from b to a
   Real depth = 0;        // m, overlap at the deepest point
 };
 
-/// Keeps who touched whom, and says what changed. One for each World that is watched:
+/// Tracks pairs in contact and reports changes. One object for each World:
 ///
 ///   ContactEvents events(simulation.world);
 ///   simulation.step();
 ///   for (const ContactEvent& event : events.update(simulation.world)) ...
 ///
-/// A pair that bore a load goes on touching while it stays nearer than 0.1 mm. Where a step is
-/// taken in substeps, forces are those of the last one. Impulses are the solver's loads: true of
-/// what rests, too large in the step of an impact (a ball that fell 0.2 m: twice its momentum). An
-/// end names bodies that may be gone.
+/// A pair that was in contact stays so while its distance is below 0.1 mm. Impulses agree with
+/// the momentum that bodies gain, impacts included. Where the settings of a step say substeps,
+/// forces are those of the last one. An end names bodies that may be gone.
+///
+/// Overlaps with sensors are those at the end of the last step: what passes a thin sensor within
+/// one step is not seen.
 class ContactEvents {
  public:
-  /// What touches in this World as it stands is known from the start: it does not begin.
+  /// Pairs in contact in this World as it stands do not report a begin.
   explicit ContactEvents(const World& world) : time_(world.time) { update(world); }
 
   /// Compares the World with the last one seen. Begins and persists in the order of a's and b's
@@ -57,8 +66,9 @@ class ContactEvents {
 
  private:
   void collect(const World& world, Real seconds);
+  void collect_overlaps(const World& world);
   void compare();
-  bool edit_count(Entity a, Entity b) const;
+  bool touched(const ContactEvent& now) const;
 
   Real time_ = 0;
   std::vector<ContactEvent> now_, before_, events_;

@@ -31,15 +31,16 @@ void check(const ChainOptions& options, Findings& findings) {
     findings.add("radius", shown(options.radius), "less than half a link, " + shown(half));
 }
 
-Entity join(Builder& builder, const ChainOptions& options, Entity a, Entity b, int stage,
-            const Pose& frame) {
-  const std::string part = "joint" + std::to_string(stage);
-  if (options.joint == ChainJoint::universal) {
-    UniversalJoint joint{.a = a, .b = b, .anchor = frame.position};
-    joint.axis_a = frame.rotation * Vec3(1, 0, 0), joint.axis_b = frame.rotation * Vec3(0, 0, 1);
-    return builder.add(joint, part);
-  }
-  return builder.add(BallJoint{.a = a, .b = b, .anchor = frame.position}, part);
+/// The axes of a universal joint are the axis of `joint` and its y.
+Entity join(Builder& builder, ChainJoint kind, const BallJoint& joint, const std::string& part) {
+  if (kind == ChainJoint::ball)
+    return builder.add(BallJoint{.a = joint.a, .b = joint.b, .anchor = joint.anchor}, part);
+  return builder.add(UniversalJoint{.a = joint.a,
+                                    .b = joint.b,
+                                    .anchor = joint.anchor,
+                                    .axis_a = joint.axis,
+                                    .axis_b = joint.across},
+                     part);
 }
 
 }  // namespace
@@ -64,7 +65,13 @@ Result<Chain> build_chain(World& world, const ChainOptions& options) {
   for (int i = 0; i <= options.links && builder.ok(); ++i) {
     const Entity a = i == 0 ? options.start : chain.links[static_cast<std::size_t>(i - 1)];
     const Entity b = i == options.links ? options.end : chain.links[static_cast<std::size_t>(i)];
-    if (a && b) chain.joints.push_back(join(builder, options, a, b, i, {joint_at(i), along}));
+    if (!a || !b) continue;
+    const BallJoint joint{.a = a,
+                          .b = b,
+                          .anchor = joint_at(i),
+                          .axis = along * Vec3(1, 0, 0),
+                          .across = along * Vec3(0, 0, 1)};
+    chain.joints.push_back(join(builder, options.joint, joint, "joint" + std::to_string(i)));
   }
   if (!builder.ok()) return builder.take();
   return chain;

@@ -1,8 +1,30 @@
 #include "engine/pantin/detail/findings.hpp"
 
+#include <algorithm>
 #include <cstdio>
 
+#include "engine/solvers/solver.hpp"
+
 namespace pantin::detail {
+namespace {
+
+/// The solver of the island that a joint makes of the islands of these bodies: that of its first
+/// body with settings.
+Solver solver_of(const World& world, std::initializer_list<Entity> bodies) {
+  if (world.settings.empty()) return world.default_settings.solver;
+  const auto is_one = [&](std::uint32_t slot) {
+    return std::find(bodies.begin(), bodies.end(), world.bodies.owners()[slot]) != bodies.end();
+  };
+  std::uint32_t first = kNoSlot;
+  for (const IslandPlan& island : find_islands(world, row_of))
+    if (std::any_of(island.slots.begin(), island.slots.end(), is_one))
+      for (const std::uint32_t slot : island.slots)
+        if (world.settings.find(world.bodies.owners()[slot])) first = std::min(first, slot);
+  if (first == kNoSlot) return world.default_settings.solver;
+  return world.settings[world.bodies.owners()[first]].solver;
+}
+
+}  // namespace
 
 std::string shown(Real number) {
   char text[40];
@@ -87,6 +109,16 @@ void Findings::bodies(Entity a, Entity b) {
     add("b", "the same body as a", "another one");
   else if (world_.bodies[a].motion != Motion::dynamic && world_.bodies[b].motion != Motion::dynamic)
     add("a and b", "two bodies that joints do not move", "at least one that is dynamic");
+}
+
+void Findings::known(std::span<const Feature> features, std::initializer_list<Entity> bodies) {
+  if (!ok() || features.empty()) return;
+  const Solver solver = solver_of(world_, bodies);
+  for (const Feature feature : features)
+    if (!knows(solver, feature))
+      add("solver",
+          std::string("\"") + name_of(solver) + "\", which does not know " + name_of(feature),
+          solvers_that_know(feature));
 }
 
 }  // namespace pantin::detail

@@ -7,8 +7,11 @@
 /// yet, `frames` gives each side in its own body instead.
 ///
 /// Adding checks everything and changes nothing if something is wrong: the errors of the Result
-/// name the joint, the member, what was found and what was expected. A joint lives as an entity;
-/// remove it with World::destroy().
+/// name the joint, the member, what was found and what was expected. What the solver does not know
+/// that would move the bodies as the World stands is wrong too, so choose solvers
+/// (World::default_settings, World::settings) before adding; where a later joint gives an island
+/// another solver, check(world) and StepReport::faults tell. A joint lives as an entity; remove it
+/// with World::destroy().
 #include <memory>
 #include <optional>
 #include <pantin/world.hpp>

@@ -3,7 +3,7 @@
 
 #include "engine/joints/kinds.hpp"
 #include "engine/joints/rows.hpp"
-#include "engine/solvers/articulated/island.hpp"
+#include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "engine/solvers/solver.hpp"
 
@@ -25,7 +25,7 @@ struct BlockAt {
 const lagrangian::Island* mechanism_of(const World& world, Entity a, Entity b) {
   for (const Entity e : {a, b}) {
     const std::uint32_t slot = e ? world.bodies.slot(e) : kNoSlot;
-    const Owner owner = owner_of(partition_of(world), slot);
+    const Owner owner = owner_of(partition_of(world), world.bodies.slot_then(slot));
     if (owner && owner.solver == kLagrangian) return &lagrangian::islands_of(world)[owner.island];
   }
   return nullptr;
@@ -84,27 +84,22 @@ CoordinateAt coordinate(const World& world, Entity joint, Coordinate which) {
   return at;
 }
 
-/// What the articulated solver divides multipliers by to have newtons; 0 before its first step.
-Real to_force(const articulated::Island& a) {
-  const Real h = a.last_step;
-  return h > 0 ? 1 / (a.force_share * h * h) : 0;
-}
-
-/// Finds what holds a body of an island, by a function of a tree, of a hold: the force on it.
-std::optional<Vec3> articulated_link_force(const World& world, std::uint32_t slot) {
-  const Link& link = world.links.values()[slot];
+/// By the slot that a joint had when its island was built.
+std::optional<JointReaction> articulated_reaction(const World& world, const Link& link,
+                                                  std::uint32_t slot) {
   for (const articulated::Island& a : articulated::islands_of(world)) {
-    const Real scale = to_force(a);
+    const Real scale = articulated::force_per_lambda(a);
     if (scale == 0) continue;
     for (std::size_t c = 0; c < a.count(); ++c) {
       if (a.links[c] != slot) continue;
-      const Vec3 on_own = scale * a.memory.vec(articulated::kLambda, c);
-      return a.bodies[c] == link.b ? on_own : -on_own;
+      const articulated::JointLoad load = articulated::joint_load(world, a, c);
+      const Real sign = a.bodies[c] == link.b ? 1 : -1;
+      return JointReaction{sign * load.force, sign * load.torque};
     }
+    // What closes a loop, or holds a tree a second time, holds a point only.
     for (const articulated::PackedPin& h : a.pins) {
       if (h.held_link != slot) continue;
-      const Vec3 on_held = scale * h.lambda;
-      return a.bodies[h.column] == link.b ? on_held : -on_held;
+      return JointReaction{(a.bodies[h.column] == link.b ? scale : -scale) * h.lambda, Vec3(0)};
     }
   }
   return std::nullopt;
@@ -112,7 +107,7 @@ std::optional<Vec3> articulated_link_force(const World& world, std::uint32_t slo
 
 std::optional<Vec3> articulated_pin_force(const World& world, std::uint32_t pin) {
   for (const articulated::Island& a : articulated::islands_of(world)) {
-    const Real scale = to_force(a);
+    const Real scale = articulated::force_per_lambda(a);
     if (scale == 0) continue;
     for (const articulated::Tree& t : a.trees)
       if (t.held_pin == pin) return scale * a.memory.vec(articulated::kLambda, t.first);
@@ -128,7 +123,8 @@ std::optional<Vec3> interface_force(const World& world, const lagrangian::Island
   if (!leader) return std::nullopt;
   for (const contact::Interface& tie : leader->interfaces) {
     if (tie.kind != contact::TieKind::pin || tie.source != slot) continue;
-    const Owner owner = owner_of(partition_of(world), world.bodies.slot(pin.body));
+    const std::uint32_t body = world.bodies.slot_then(world.bodies.slot(pin.body));
+    const Owner owner = owner_of(partition_of(world), body);
     return owner && owner.solver == kLagrangian ? tie.force : -tie.force;
   }
   return std::nullopt;
@@ -168,9 +164,11 @@ Real joint_speed(const World& world, Entity joint) {
 }
 
 std::optional<JointReaction> joint_reaction(const World& world, Entity joint) {
-  const std::uint32_t slot = world.links.slot(joint);
+  const std::uint32_t now = world.links.slot(joint);
+  if (now == kNoSlot) return std::nullopt;
+  const Link& link = world.links.values()[now];
+  const std::uint32_t slot = world.links.slot_then(now);
   if (slot == kNoSlot) return std::nullopt;
-  const Link& link = world.links.values()[slot];
   if (const auto at =
           find_block(mechanism_of(world, link.a, link.b), lagrangian::BlockKind::joint, slot)) {
     if (at->mechanism->fresh || !at->mechanism->scratch.ready) return std::nullopt;
@@ -178,15 +176,14 @@ std::optional<JointReaction> joint_reaction(const World& world, Entity joint) {
     const Vec3 arm = world.bodies[link.b].pose.rotation * link.joint.anchor_b;
     return JointReaction{f.force, f.torque - glm::cross(arm, f.force)};
   }
-  const auto force = articulated_link_force(world, slot);
-  if (!force) return std::nullopt;
-  return JointReaction{*force, std::nullopt};
+  return articulated_reaction(world, link, slot);
 }
 
 Real cable_tension(const World& world, Entity cable) {
-  const std::uint32_t slot = world.cables.slot(cable);
-  if (slot == kNoSlot) return kNoNumber;
-  const Cable& s = world.cables.values()[slot];
+  const std::uint32_t now = world.cables.slot(cable);
+  if (now == kNoSlot) return kNoNumber;
+  const Cable& s = world.cables.values()[now];
+  const std::uint32_t slot = world.cables.slot_then(now);
   const lagrangian::Island* m = mechanism_of(world, s.a, s.b);
   if (const auto at = find_block(m, lagrangian::BlockKind::cable, slot))
     return glm::length(lagrangian::joint_wrench(*at->mechanism, at->block).force);
@@ -196,9 +193,11 @@ Real cable_tension(const World& world, Entity cable) {
 }
 
 std::optional<Vec3> pin_force(const World& world, Entity pin) {
-  const std::uint32_t slot = world.pins.slot(pin);
+  const std::uint32_t now = world.pins.slot(pin);
+  if (now == kNoSlot) return std::nullopt;
+  const Pin& p = world.pins.values()[now];
+  const std::uint32_t slot = world.pins.slot_then(now);
   if (slot == kNoSlot) return std::nullopt;
-  const Pin& p = world.pins.values()[slot];
   const lagrangian::Island* m = mechanism_of(world, p.body, p.to);
   if (const auto at = find_block(m, lagrangian::BlockKind::pin, slot)) {
     if (m->fresh || !m->scratch.ready) return std::nullopt;

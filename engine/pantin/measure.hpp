@@ -28,13 +28,18 @@ Real joint_travel(const World& world, Entity joint);
 Real joint_speed(const World& world, Entity joint);
 
 /// What a joint, its stops included, does to its body b; to a the opposite. Mean over the last
-/// step, world axes. Springs, motors and friction along free directions are not in it.
+/// step, world axes. Springs, motors, friction, joint drives and soft stops are not in it.
+///
+/// Contacts, cables, pins and pushes on the bodies are accounted for. Under the default solver a
+/// joint that closes a loop, or holds a tree a second time, holds its point only: its torque is
+/// zero, and the other joints of the loop bear what it could.
 struct JointReaction {
-  Vec3 force{0};                    // N
-  std::optional<Vec3> torque = {};  // N m, about the anchor; not available from the default solver
+  Vec3 force{0};   // N
+  Vec3 torque{0};  // N m, about the anchor
 };
-/// None before the first step, for a copied World that was not stepped, and for what is no joint or
-/// is left out by its solver.
+/// None before the first step, for a copied World that was not stepped, under the solvers "sweep",
+/// "shake2" and "paper", which know no forces, and for what is no joint or is left out by its
+/// solver. A question costs time linear in the bodies of the island.
 std::optional<JointReaction> joint_reaction(const World& world, Entity joint);
 
 /// N, mean over the last step; 0 when slack.

@@ -85,35 +85,45 @@ void add_bodies(Figure& f, Ragdoll& r) {
   }
 }
 
-BallJoint ball(const Figure& f, Entity a, Entity b, Vec3 axis, ConeLimit cone, Real twist) {
-  return {.a = a,
-          .b = b,
+struct Ends {
+  Entity a, b;
+};
+
+/// How far a limb swings sideways, forwards and twists, degrees.
+struct LimbRange {
+  Real y = 0, z = 0, twist = 0;
+};
+
+BallJoint ball(const Figure& f, Ends ends, Vec3 axis, LimbRange range) {
+  return {.a = ends.a,
+          .b = ends.b,
           .axis = f.direction(axis),
           .across = f.direction({1, 0, 0}),
-          .cone = ConeLimit{cone.y * kDegree, cone.z * kDegree},
-          .twist = Interval{-twist * kDegree, twist * kDegree}};
+          .cone = ConeLimit{range.y * kDegree, range.z * kDegree},
+          .twist = Interval{-range.twist * kDegree, range.twist * kDegree}};
 }
 
-HingeJoint hinge(const Figure& f, Entity a, Entity b, Vec3 axis, Real most) {
-  return {.a = a, .b = b, .axis = f.direction(axis), .limits = Interval{0, most * kDegree}};
+HingeJoint hinge(const Figure& f, Ends ends, Vec3 axis, Real most) {
+  return {
+      .a = ends.a, .b = ends.b, .axis = f.direction(axis), .limits = Interval{0, most * kDegree}};
 }
 
 void add_joints(Figure& f, Ragdoll& r) {
-  r.waist = f.joint("waist", ball(f, r.pelvis, r.chest, {0, 1, 0}, {45, 25}, 35), {0, 1.06, 0});
-  r.neck = f.joint("neck", ball(f, r.chest, r.head, {0, 1, 0}, {45, 35}, 60), {0, 1.53, 0});
+  r.waist = f.joint("waist", ball(f, {r.pelvis, r.chest}, {0, 1, 0}, {45, 25, 35}), {0, 1.06, 0});
+  r.neck = f.joint("neck", ball(f, {r.chest, r.head}, {0, 1, 0}, {45, 35, 60}), {0, 1.53, 0});
   for (std::size_t i = 0; i < 2; ++i) {
     const Real side = i == 0 ? 1 : -1;
     const std::string suffix = side_name(i);
-    BallJoint shoulder = ball(f, r.chest, r.upper_arms[i], {0, -1, 0}, {95, 85}, 75);
+    BallJoint shoulder = ball(f, {r.chest, r.upper_arms[i]}, {0, -1, 0}, {95, 85, 75});
     shoulder.cone_axis = f.direction({side * 0.5, -0.6, 0.6});
     r.shoulders[i] = f.joint("shoulder" + suffix, shoulder, {side * 0.225, 1.43, 0});
     r.elbows[i] =
-        f.joint("elbow" + suffix, hinge(f, r.upper_arms[i], r.forearms[i], {-1, 0, 0}, 145),
+        f.joint("elbow" + suffix, hinge(f, {r.upper_arms[i], r.forearms[i]}, {-1, 0, 0}, 145),
                 {side * 0.225, 1.15, 0});
-    BallJoint hip = ball(f, r.pelvis, r.thighs[i], {0, -1, 0}, {65, 40}, 35);
+    BallJoint hip = ball(f, {r.pelvis, r.thighs[i]}, {0, -1, 0}, {65, 40, 35});
     hip.cone_axis = f.direction({side * 0.15, -0.75, 0.65});
     r.hips[i] = f.joint("hip" + suffix, hip, {side * 0.095, 0.9, 0});
-    r.knees[i] = f.joint("knee" + suffix, hinge(f, r.thighs[i], r.shins[i], {1, 0, 0}, 140),
+    r.knees[i] = f.joint("knee" + suffix, hinge(f, {r.thighs[i], r.shins[i]}, {1, 0, 0}, 140),
                          {side * 0.095, 0.49, 0});
     const UniversalJoint ankle{.a = r.shins[i],
                                .b = r.feet[i],

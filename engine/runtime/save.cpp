@@ -7,6 +7,8 @@
 
 #include "engine/base/archive.hpp"
 #include "engine/base/atomic_file.hpp"
+#include "engine/base/invariants.hpp"
+#include "engine/base/utf8.hpp"
 #include "engine/contact/memory.hpp"
 #include "engine/geometry/surface.hpp"
 #include "engine/joints/kinds.hpp"
@@ -59,7 +61,7 @@ std::uint64_t checksum(std::string_view bytes) {
 Error error(std::string_view stage, const std::string& what) {
   std::string line(stage);
   line += ": ";
-  line += what;
+  line += printable(what);
   return {line};
 }
 
@@ -113,6 +115,24 @@ std::string check_components(World& world) {
   return wrong;
 }
 
+/// What a step takes for granted of rotations and ranges; empty, or what is wrong.
+std::string check_numbers(const World& world) {
+  for (const Body& b : world.bodies.values())
+    if (!is_unit(b.pose)) return "bodies have a rotation that is none";
+  for (const Shapes& shapes : world.shapes.values())
+    for (const Shape& shape : shapes.list)
+      if (!is_unit(shape.local)) return "shapes have a rotation that is none";
+  for (const Link& link : world.links.values()) {
+    if (!is_unit(link.joint.frames.a()) || !is_unit(link.joint.frames.b()))
+      return "links have axes that are none";
+    const JointLimits& limits = link.joint.limits;
+    for (const AngleLimit* limit : {&limits.angle, &limits.second})
+      if (limit->on && !is_range(limit->low, limit->high))
+        return "links have limits whose low end is above the high one";
+  }
+  return {};
+}
+
 std::string check_contacts(const World& world) {
   for (const Contact& c : contacts_of(world))
     if (c.slot_a >= world.bodies.size() || c.slot_b >= world.bodies.size())
@@ -163,6 +183,7 @@ Result<World> world_from_bytes(std::string_view bytes, World like, std::string_v
   from.read(world);
   if (!from.ok()) return error(stage, from.fault());
   if (std::string why = check_components(world); !why.empty()) return error(stage, why);
+  if (std::string why = check_numbers(world); !why.empty()) return error(stage, why);
   if (std::string why = read_user(from, world); !why.empty()) return error(stage, why);
   compile_if_changed(world);
   if (const char* why = world.memory.read(from)) return error(stage, why);

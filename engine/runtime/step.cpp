@@ -47,8 +47,9 @@ void note_teleports(const World& world, std::span<Pose> drawn_from) {
     if (world.bodies.values()[i].teleport) drawn_from[i] = world.bodies.values()[i].pose;
 }
 
-/// Contacts of the step, handed to the islands of their bodies.
-void detect_contacts(World& world, Real h) {
+/// Contacts of the step, handed to the islands of their bodies. False where nothing can have
+/// changed.
+bool detect_contacts(World& world, Real h) {
   std::vector<Contact>& contacts = contacts_of(world);
   const auto asleep = [&](const SolverRow* solver) { return solver->asleep(world); };
   const auto comes = [&](std::uint32_t slot) {
@@ -57,11 +58,11 @@ void detect_contacts(World& world, Real h) {
   };
   const std::vector<std::uint32_t>& kinematic = partition_of(world).kinematic;
   contact::DetectScratch& scratch = world.memory.of<contact::Memory>().scratch;
-  // Where everything is asleep and nothing comes, the contacts stay as they are.
+  // While everything sleeps and no kinematic body moves, the contacts stay as they are.
   if (!contacts.empty() && !scratch.stale &&
       std::all_of(kSolvers.begin(), kSolvers.end(), asleep) &&
       std::none_of(kinematic.begin(), kinematic.end(), comes))
-    return;
+    return false;
   scratch.stale = false;
   if (!world.collisions.empty()) {
     std::vector<Real>& reach = scratch.reach;
@@ -70,8 +71,10 @@ void detect_contacts(World& world, Real h) {
     contact::detect(world, h);
   } else {
     contacts.clear();
+    scratch.search.sensors = 0;
   }
   for (const SolverRow* solver : kSolvers) solver->take_contacts(world, h);
+  return true;
 }
 
 void collect_pressures(World& world) {
@@ -165,6 +168,7 @@ struct Step {
   int substeps;
   StepTask task;  // of one substep
   StepReport report;
+  bool moved = false;  // contacts were looked for: something may have moved
 
   void run(Stage stage) {
     for (const StagedSystem& system : systems.at(stage)) {
@@ -228,7 +232,7 @@ void take_changes(Step& s, Stage stage) {
 void find_contacts(Step& s) {
   const Timed timed(s, &StageTimes::contacts);
   take_changes(s, Stage::before_contacts);
-  detect_contacts(s.world, s.task.h);
+  s.moved = detect_contacts(s.world, s.task.h) || s.moved;
 }
 
 /// The adjust stage: joints are closed, contacts resolved, velocities updated. [Lee 2000, sec. 3.2]
@@ -236,7 +240,8 @@ void adjust(Step& s) {
   const Timed timed(s, &StageTimes::adjust);
   World& world = s.world;
   take_changes(s, Stage::before_adjust);
-  if (world.memory.of<contact::Memory>().scratch.stale) detect_contacts(world, s.task.h);
+  if (world.memory.of<contact::Memory>().scratch.stale)
+    s.moved = detect_contacts(world, s.task.h) || s.moved;
   for (const SolverRow* solver : kSolvers) solver->adjust(world, s.task);
   step_coupled(world, s.task.h);
   for (const SolverRow* solver : kSolvers) solver->adjust_touching(world, s.task);
@@ -256,6 +261,7 @@ void finish(Step& s) {
   World& world = s.world;
   ++world.tick;
   clear_requests(world);
+  if (s.moved) contact::sense(world);
   report_step(world, s.report);
   {
     const Timed timed(s, &StageTimes::measure);

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/scene/json_recipe.hpp"
+#include "engine/scene/keys.hpp"
 #include "engine/scene/poll.hpp"
 #include "engine/scene/reader.hpp"
 
@@ -92,18 +93,9 @@ std::optional<Quat> read_joint_turn(const Reader& from, std::string_view key, Jo
 /// An optional name, checked like a required one.
 inline std::string optional_name(const Reader& from) { return from.has("name") ? from.name() : ""; }
 
-inline constexpr std::string_view kBodyOrWorld = "the name of a body, or \"world\"";
-inline constexpr Range kDegrees{-1e6, 1e6, "an angle in degrees, between -1e6 and 1e6"};
-inline constexpr Range kRadians{-1e4, 1e4, "an angle in rad, between -1e4 and 1e4"};
-inline constexpr Range kTime{-1e6, 1e6, "a time in seconds, between -1e6 and 1e6"};
-
 /// Shapes, mass, mass centre and inertia. A body that is not dynamic keeps its own frame, since
 /// nothing rotates it about its mass centre.
 BodyMassProperties read_mass_properties(const Reading& reading, const Reader& from, Motion motion);
-
-/// The name of something else: text that is not empty; complains otherwise.
-std::optional<std::string> read_reference(const Reader& from, std::string_view key,
-                                          std::string_view expected, bool is_needed);
 
 BodyRecipe read_body(const Reading& reading, NodeId node);
 std::optional<JointRecipe> read_joint(const Reading& reading, NodeId node);

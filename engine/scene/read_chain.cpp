@@ -15,10 +15,6 @@ int most_links(const Reading& reading) {
 
 /// A chain from point to point; no links if they do not make one.
 void read_path(const Reading& reading, const Reader& from, ChainRecipe& chain) {
-  for (std::string_view key : {"links", "length", "start", "direction", "end", "sag"}) {
-    const std::string_view both[] = {"path", key};
-    from.one_of(both);
-  }
   const std::size_t refused_before = reading.diagnostics.error_count();
   const std::vector<NodeId> nodes = from.items("path");
   for (NodeId node : nodes) {
@@ -59,28 +55,25 @@ bool can_lie(const Reading& reading, const Reader& from, const ChainRecipe& chai
 
 /// Number of links of a chain and its layout; no links if the layout is impossible.
 void read_course(const Reading& reading, const Reader& from, ChainRecipe& chain) {
-  constexpr std::string_view kWays[] = {"direction", "end"};
-  constexpr std::string_view kEnds[] = {"closed", "end"};
-  chain.closed = from.flag("closed", false);
+  chain.closed = from.flag("closed");
   if (from.has("axis")) chain.axis = from.direction("axis", Vec3(0, 0, 1));
   if (from.has("path")) return read_path(reading, from, chain);
-  from.one_of(kWays);
-  if (chain.closed) from.one_of(kEnds);
-  const bool has_links = from.need("links", "a number of links") != kNoNode;
-  const bool has_length = from.need("length", "the length of one link in m") != kNoNode;
-  const int links = from.whole("links", 0, 1, most_links(reading));
-  chain.length = from.number("length", 0, kSize);
-  chain.start = from.vec("start", Vec3(0));
+  if (chain.closed && from.has("end"))
+    from.diagnostics.error_at_key(from.find("end"),
+                                  "found \"end\" beside \"closed\", expected only one of them");
+  const int links = from.whole("links", 0, most_links(reading));
+  chain.length = from.number("length", 0);
+  chain.start = from.vec("start");
   chain.direction = from.direction("direction", chain.direction);
   chain.end = from.vec_if("end");
   chain.sag = from.direction("sag", chain.sag);
-  if (!has_links || !has_length || links == 0 || chain.length == 0) return;
+  if (links == 0 || chain.length == 0) return;
   if (can_lie(reading, from, chain, links)) chain.links = links;
 }
 
 void read_attachments(const Reader& from, ChainRecipe& chain) {
-  chain.attach = read_reference(from, "attach", kBodyOrWorld, false);
-  chain.end_attach = read_reference(from, "end_attach", kBodyOrWorld, false);
+  chain.attach = from.reference("attach");
+  chain.end_attach = from.reference("end_attach");
   if (chain.closed && from.has("end_attach"))
     from.diagnostics.error_at_key(
         from.find("end_attach"),
@@ -100,33 +93,32 @@ ChainRecipe read_chain(const Reading& reading, NodeId node) {
     chain.materials.push_back(find_material(reading, material, 0));
   BodyRecipe& link = chain.link;
   link.mass_properties = read_mass_properties(reading, from, Motion::dynamic);
-  link.velocity = from.vec("velocity", Vec3(0));
-  link.angular_velocity = from.vec("angular_velocity", Vec3(0));
-  link.drag = from.number("drag", link.drag, kNotNegative);
-  link.gravity_scale = from.number("gravity_scale", 1, kAnyNumber);
+  link.velocity = from.vec("velocity");
+  link.angular_velocity = from.vec("angular_velocity");
+  link.drag = from.number("drag");
+  link.gravity_scale = from.number("gravity_scale");
   link.solver = read_solver(reading, from, reading.solver);
   link.collision =
       read_collision(reading, from, from.has("shape") || from.has("shapes"), reading.collision);
-  chain.mass_ratio = from.number("mass_ratio", 1, kPositive);
-  chain.tip_mass_factor = from.number("tip_mass_factor", 1, kPositive);
+  chain.mass_ratio = from.number("mass_ratio");
+  chain.tip_mass_factor = from.number("tip_mass_factor");
   read_attachments(from, chain);
   chain.turn = read_turn(reading, from);
   return chain;
 }
 
 BodyRecipe read_stairs(const Reading& reading, NodeId node) {
-  constexpr int kMostSteps = 10'000;
   const Reader from = reading.open(node, "stairs");
   BodyRecipe stairs;
   if (!from.is_object()) return stairs;
   stairs.motion = Motion::fixed;
   const std::string name = from.name();
-  bool is_whole = from.need("count", "a number of steps") != kNoNode;
-  for (std::string_view key : {"width", "rise", "run"})
-    is_whole = from.need(key, kSize.words) != kNoNode && is_whole;
-  const int count = from.whole("count", 1, 1, kMostSteps);
-  const Real width = from.number("width", 1, kSize), rise = from.number("rise", 1, kSize),
-             run = from.number("run", 1, kSize);
+  bool is_whole = true;
+  for (std::string_view key : {"count", "width", "rise", "run"})
+    is_whole = from.has(key) && is_whole;
+  const int count = from.whole("count", 1);
+  const Real width = from.number("width", 1), rise = from.number("rise", 1),
+             run = from.number("run", 1);
   stairs.pose = from.pose();
   const std::uint32_t material = read_material(reading, from, 0);
   // Each step reaches down to the floor, so that none can be slipped under.

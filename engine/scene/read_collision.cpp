@@ -34,12 +34,13 @@ std::uint32_t read_bits(const Reading& reading, const Reader& from, std::string_
 Collision read_details(const Reading& reading, NodeId node, const Collision& base) {
   const Reader from = reading.open(node, "collision");
   Collision c = base;
-  c.friction = from.number("friction", c.friction, kNotNegative);
-  c.restitution = from.number("restitution", c.restitution, kUnit);
+  c.friction = from.number("friction", c.friction);
+  c.restitution = from.number("restitution", c.restitution);
   c.groups = read_bits(reading, from, "groups", c.groups);
   c.with = read_bits(reading, from, "with", c.with);
   c.others = from.flag("others", c.others);
   c.self = from.flag("self", c.self);
+  c.sensor = from.flag("sensor", c.sensor);
   return c;
 }
 

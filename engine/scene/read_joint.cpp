@@ -21,11 +21,6 @@ std::optional<AxesRecipe> read_axes(const Reader& from, const std::string& suffi
 }
 
 void read_frames(const Reader& from, JointRecipe& joint) {
-  for (std::string_view in_scene : {"axis", "across"})
-    for (std::string_view in_body : {"axis_a", "across_a", "axis_b", "across_b"}) {
-      const std::string_view both[] = {in_scene, in_body};
-      from.one_of(both);
-    }
   if (const auto axes = read_axes(from, "")) joint.axes = *axes;
   joint.axes_a = read_axes(from, "_a"), joint.axes_b = read_axes(from, "_b");
   if (joint.axes_a && joint.axes_b) {
@@ -50,18 +45,12 @@ std::optional<JointRecipe> read_joint(const Reading& reading, NodeId node) {
   const Reader from = reading.open(node, "joint");
   JointRecipe joint;
   joint.name = optional_name(from);
-  const auto a = read_reference(from, "a", kBodyOrWorld, true);
-  const auto b = read_reference(from, "b", kBodyOrWorld, true);
+  const auto a = from.reference("a");
+  const auto b = from.reference("b");
   joint.anchor = from.vec_if("anchor");
   joint.anchor_a = from.vec_if("anchor_a");
   joint.anchor_b = from.vec_if("anchor_b");
-  for (std::string_view key : {"anchor_a", "anchor_b"}) {
-    const std::string_view both[] = {"anchor", key};
-    from.one_of(both);
-  }
   joint.turn = read_turn(reading, from);
-  constexpr std::string_view kEndA[] = {"anchor_a", "point_a"}, kEndB[] = {"anchor_b", "point_b"};
-  from.one_of(kEndA), from.one_of(kEndB);
   joint.point_a = from.vec_if("point_a"), joint.point_b = from.vec_if("point_b");
   if (from.is_object() && !joint.turn.is_line() && !joint.anchor && !joint.anchor_a &&
       !joint.anchor_b)

@@ -8,15 +8,11 @@
 namespace pantin::detail {
 namespace {
 
-constexpr Real kWaterDensity = 1000;  // kg/m^3, the density of bodies that do not name theirs
-
 std::vector<ShapeWithDensity> read_solids(const Reading& reading, const Reader& from,
                                           Motion motion) {
-  constexpr std::string_view kBoth[] = {"shape", "shapes"};
-  from.one_of(kBoth);
   // A chain names its materials link by link.
   const std::uint32_t material = from.accepts("material") ? read_material(reading, from, 0) : 0;
-  const Real density = from.number("density", kWaterDensity, kWeight);
+  const Real density = from.number("density");
   std::vector<NodeId> nodes = from.items("shapes");
   if (const NodeId one = from.find("shape"); one != kNoNode) nodes = {one};
   std::vector<ShapeWithDensity> solids;
@@ -67,7 +63,7 @@ std::optional<MassProperties> weigh(const Reader& from, const std::vector<ShapeW
   for (const ShapeWithDensity& s : solids)
     whole = combine(whole, mass_properties(s.shape, s.density));
   if (from.has("mass")) {
-    const Real mass = from.number("mass", 1, kWeight);
+    const Real mass = from.number("mass", 1);
     if (whole.mass > 0) whole.inertia *= mass / whole.mass;
     whole.mass = mass;
   }
@@ -75,9 +71,8 @@ std::optional<MassProperties> weigh(const Reader& from, const std::vector<ShapeW
   if (const auto inertia = read_inertia(from)) whole.inertia = *inertia;
   if (motion != Motion::dynamic) return whole;
   if (solids.empty() && !from.has("shape") && !from.has("shapes")) {
-    if (from.need("mass", "a mass, or a shape that tells it") == kNoNode) return std::nullopt;
-    if (from.need("inertia", "an inertia, or a shape that tells it") == kNoNode)
-      return std::nullopt;
+    if (from.need("mass") == kNoNode) return std::nullopt;
+    if (from.need("inertia") == kNoNode) return std::nullopt;
   }
   const Vec3 moments = principal_inertia(whole.inertia).moments;
   if (whole.mass > 0 && std::isfinite(whole.mass) && is_possible_inertia(moments)) return whole;
@@ -109,8 +104,6 @@ std::uint32_t find_material(const Reading& reading, NodeId node, std::uint32_t o
 }
 
 BodyMassProperties read_mass_properties(const Reading& reading, const Reader& from, Motion motion) {
-  constexpr std::string_view kWeights[] = {"density", "mass"};
-  from.one_of(kWeights);
   const std::size_t refused_before = from.diagnostics.error_count();
   const std::vector<ShapeWithDensity> solids = read_solids(reading, from, motion);
   BodyMassProperties mass_properties;

@@ -8,35 +8,7 @@ namespace pantin::detail {
 namespace {
 
 using Info = JointKindInfo;
-using KindTest = bool (*)(const Info&);
-
-/// How many coordinates springs, friction and motors may act along.
-std::ptrdiff_t actuated(const Info& kind) {
-  return std::ranges::count_if(kind.coordinates,
-                               [](const FreeCoordinate& c) { return (c.use & kActuated) != 0; });
-}
-bool acts(const Info& kind) { return actuated(kind) > 0; }
-bool acts_twice(const Info& kind) { return actuated(kind) > 1; }
-bool is_line(const Info& kind) { return kind.is_line; }
-bool is_no_line(const Info& kind) { return !kind.is_line; }
-
-bool has_parameter(const Info& kind, std::string_view key) {
-  return std::ranges::any_of(kind.parameters, [&](const Parameter& p) { return p.key == key; });
-}
-
-/// A key and the kinds that may have it.
-struct KindKey {
-  std::string_view key;
-  KindTest fits;
-};
-constexpr KindKey kKindKeys[] = {
-    {"point_a", is_line},    {"point_b", is_line},     {"spring", acts},
-    {"friction", acts},      {"motor", acts},          {"angle", acts_twice},
-    {"travel", acts_twice},  {"anchor", is_no_line},   {"axis", is_no_line},
-    {"across", is_no_line},  {"axis_a", is_no_line},   {"across_a", is_no_line},
-    {"axis_b", is_no_line},  {"across_b", is_no_line}, {"rest", is_no_line},
-    {"rest_deg", is_no_line}};
-
+using keys::acts, keys::acts_twice, keys::is_no_line;
 /// Complains of what belongs to other kinds.
 void check_keys(const Reader& from, JointKind kind) {
   const bool is_chain = !from.accepts("type");  // its "length" and "axis" mean other things
@@ -45,15 +17,18 @@ void check_keys(const Reader& from, JointKind kind) {
                                                       a_joint(kind) + ", expected " + expected);
   };
   const std::string only = "it of these kinds only: ";
-  for (std::string_view key : keys::kJointParameters)
-    if (!is_chain && from.has(key) && !has_parameter(info_of(kind), key))
-      error(key, only + kinds_where([&](const Info& info) { return has_parameter(info, key); }));
-  for (const KindKey& key : kKindKeys) {
-    if (key.fits(info_of(kind)) || (is_chain && key.fits != acts) || !from.has(key.key)) continue;
-    error(key.key, key.fits == is_no_line
-                       ? "only its ends: \"point_a\" and \"point_b\" in the scene, or "
-                         "\"anchor_a\" and \"anchor_b\" in the bodies"
-                       : only + kinds_where(key.fits));
+  for (const Key& key : keys::joint_parameters())
+    if (!is_chain && from.has(key.name) && !keys::parameter_of(info_of(kind), key.name))
+      error(key.name, only + kinds_where([&](const Info& info) {
+                        return keys::parameter_of(info, key.name) != nullptr;
+                      }));
+  for (const Key& key : (is_chain ? keys::chain : keys::joint).keys) {
+    const bool is_told_elsewhere = key.fits == keys::is_driven;
+    if (!key.fits || key.fits(info_of(kind)) || is_told_elsewhere || !from.has(key.name)) continue;
+    error(key.name, key.fits == is_no_line
+                        ? "only its ends: \"point_a\" and \"point_b\" in the scene, or "
+                          "\"anchor_a\" and \"anchor_b\" in the bodies"
+                        : only + kinds_where(key.fits));
   }
 }
 
@@ -65,7 +40,7 @@ Real read_coordinate(const Reader& from, std::string_view key, bool slides) {
       from.diagnostics.error_at_key(from.find(key_deg), "found \"" + key_deg +
                                                             "\" of a slide, expected \"" +
                                                             std::string(key) + "\" in m or m/s");
-    return from.number(key, 0, kAnyNumber);
+    return from.number(key, 0);
   }
   Real angle = 0;
   read_angles(from, key, {&angle, 1});
@@ -75,52 +50,30 @@ Real read_coordinate(const Reader& from, std::string_view key, bool slides) {
 SpringDamper read_spring(const Reading& reading, NodeId node, bool slides) {
   SpringDamper spring;
   const Reader from = reading.open(node, "spring");
-  spring.stiffness = from.number("stiffness", 0, kNotNegative);
-  spring.damping = from.number("damping", 0, kNotNegative);
+  spring.stiffness = from.number("stiffness");
+  spring.damping = from.number("damping");
   spring.rest = read_coordinate(from, "rest", slides);
-  if (from.is_object() && !from.has("stiffness") && !from.has("damping"))
-    reading.diagnostics.error(node,
-                              "found neither \"stiffness\" nor \"damping\", expected one of "
-                              "them: without them a spring does nothing");
   return spring;
 }
 
 JointFriction read_friction(const Reading& reading, NodeId node) {
   JointFriction friction;
   const Reader from = reading.open(node, "friction");
-  friction.viscous = from.number("viscous", 0, kNotNegative);
-  friction.dry = from.number("dry", 0, kNotNegative);
-  friction.slip = from.number("slip", friction.slip, kPositive);
-  if (from.is_object() && !from.has("viscous") && !from.has("dry"))
-    reading.diagnostics.error(node,
-                              "found neither \"viscous\" nor \"dry\", expected one of them: "
-                              "without them there is no friction");
+  friction.viscous = from.number("viscous");
+  friction.dry = from.number("dry");
+  friction.slip = from.number("slip");
   return friction;
 }
 
 JointMotor read_motor(const Reading& reading, NodeId node, bool slides) {
-  constexpr std::string_view kTargets[] = {"velocity", "velocity_deg", "position", "position_deg"};
   JointMotor motor;
   const Reader from = reading.open(node, "motor");
-  for (std::size_t i = 0; i < 2; ++i)
-    for (std::size_t k = 2; k < 4; ++k) {
-      const std::string_view both[] = {kTargets[i], kTargets[k]};
-      from.one_of(both);
-    }
-  const bool turns_at = either(from, "velocity") != kNoNode;
   const bool stands_at = either(from, "position") != kNoNode;
-  if (!turns_at && !stands_at)
-    from.need("velocity", "the speed it keeps, or the \"position\" it goes to");
   motor.kind = stands_at ? MotorKind::position : MotorKind::velocity;
   motor.target = read_coordinate(from, stands_at ? "position" : "velocity", slides);
-  from.need("gain", "how hard it corrects what is off: effort for each unit of it");
-  motor.gain = from.number("gain", 0, kPositive);
-  motor.damping = from.number("damping", 0, kNotNegative);
-  motor.cap = from.number("cap", motor.cap, kNotNegative);
-  if (from.has("damping") && !stands_at)
-    from.diagnostics.error_at_key(from.find("damping"),
-                                  "found \"damping\" of a motor that keeps a "
-                                  "speed, expected it with \"position\" only");
+  motor.gain = from.number("gain", 0);
+  motor.damping = from.number("damping");
+  motor.cap = from.number("cap", motor.cap);
   return motor;
 }
 
@@ -140,43 +93,21 @@ bool has_freedom(const Reader& from) {
   return from.has("spring") || from.has("friction") || from.has("motor");
 }
 
-/// "angle" and "travel" of a cylindrical joint; they exclude "spring", "friction" and "motor"
-/// beside "angle".
+/// "angle" and "travel" of a cylindrical joint.
 void read_freedoms(const Reading& reading, const Reader& from, JointParameters& parameters) {
-  for (std::string_view key : {"spring", "friction", "motor"}) {
-    const std::string_view both[] = {"angle", key};
-    from.one_of(both);
-  }
   if (const NodeId node = from.find("angle"); node != kNoNode)
     parameters.rotation = read_freedom(reading, reading.open(node, "dof"), false);
   if (const NodeId node = from.find("travel"); node != kNoNode)
     parameters.translation = read_freedom(reading, reading.open(node, "dof"), true);
 }
 
-Range range_of(const Parameter& p) {
-  switch (p.range) {
-    case ParameterRange::not_negative:
-      return kNotNegative;
-    case ParameterRange::size:
-      return kSize;
-    case ParameterRange::any:
-      break;
-  }
-  return kAnyNumber;
-}
-
 void read_parameter(const Reader& from, const Parameter& p, TurnRecipe& turn) {
-  if (!p.needed.empty()) from.need(p.key, p.needed);
-  const NodeId node = from.find(p.key);
-  if (p.as_placed) {
-    if (node != kNoNode) turn.length = from.number(p.key, 1, range_of(p));
-    return;
-  }
-  Real& value = p.value(turn.parameters.edit());
-  value = from.number(p.key, 0, range_of(p));
-  if (p.never_zero.empty() || node == kNoNode) return;
-  if (from.json[node].kind == JsonKind::number && from.json[node].number == 0)
-    from.diagnostics.error_value(node, "a number other than 0: " + std::string(p.never_zero));
+  const Range range = keys::range_of(p);
+  if (!p.needed.empty()) from.need(p.key);
+  if (!p.as_placed)
+    p.value(turn.parameters.edit()) = from.number(p.key, 0, range);
+  else if (from.has(p.key))
+    turn.length = from.number(p.key, 1, range);
 }
 
 }  // namespace

@@ -9,7 +9,6 @@
 #include "engine/geometry/surface.hpp"
 #include "engine/scene/obj.hpp"
 #include "engine/scene/read.hpp"
-#include "engine/scene/shape_keys.hpp"
 #include "engine/scene/text_file.hpp"
 
 namespace pantin::detail {
@@ -17,8 +16,6 @@ namespace {
 
 using Triangle = std::array<std::uint32_t, 3>;
 using SurfacePointer = std::shared_ptr<const Surface>;
-
-constexpr std::string_view kPointsOrFile[] = {"points", "file"};
 
 std::vector<Vec3> read_points(const Reader& from) {
   std::vector<Vec3> points;
@@ -94,50 +91,37 @@ SurfacePointer read_obj(const Reading& reading, const Reader& from, ShapeKind ki
 }
 
 SurfacePointer read_hull(const Reading& reading, const Reader& from) {
-  from.one_of(kPointsOrFile);
   if (from.has("file")) return read_obj(reading, from, ShapeKind::hull);
-  if (from.need("points", "four points or more, or a \"file\"") == kNoNode) return nullptr;
+  if (!from.has("points")) return nullptr;
   const std::size_t refused_before = from.diagnostics.error_count();
   const std::vector<Vec3> points = read_points(from);
   return from.diagnostics.error_count() == refused_before ? kept(from, make_hull(points)) : nullptr;
 }
 
 SurfacePointer read_mesh(const Reading& reading, const Reader& from) {
-  from.one_of(kPointsOrFile);
-  if (from.has("file")) {
-    if (from.has("triangles"))
-      from.diagnostics.error_at_key(
-          from.find("triangles"), "found \"triangles\" beside \"file\", expected only one of them");
-    return read_obj(reading, from, ShapeKind::mesh);
-  }
-  const bool has_points =
-      from.need("points", "\"points\" and \"triangles\", or a \"file\"") != kNoNode;
+  if (from.has("file")) return read_obj(reading, from, ShapeKind::mesh);
   const std::size_t refused_before = from.diagnostics.error_count();
   const std::vector<Vec3> points = read_points(from);
   const std::vector<Triangle> triangles = read_triangles(from, points.size());
-  if (!has_points || from.need("triangles", "three places in \"points\" for each") == kNoNode)
-    return nullptr;
+  if (!from.has("points") || !from.has("triangles")) return nullptr;
   if (from.diagnostics.error_count() != refused_before) return nullptr;
   return kept(from, make_mesh(points, triangles));
 }
 
 SurfacePointer read_height_field(const Reader& from) {
-  constexpr int kMost = 1 << 20;
-  constexpr std::string_view kAll = "\"columns\", \"rows\", \"spacing\" and \"heights\"";
   bool is_whole = true;
   for (std::string_view key : {"columns", "rows", "spacing", "heights"})
-    is_whole = from.need(key, kAll) != kNoNode && is_whole;
+    is_whole = from.has(key) && is_whole;
   const std::size_t refused_before = from.diagnostics.error_count();
-  const int columns = from.whole("columns", 2, 2, kMost), rows = from.whole("rows", 2, 2, kMost);
+  const int columns = from.whole("columns", 2), rows = from.whole("rows", 2);
   Real spacing[2] = {1, 1};
   const NodeId at = from.find("spacing");
   if (at != kNoNode && from.json[at].kind == JsonKind::array)
-    read_numbers(from.json, from.diagnostics, at, spacing, kSize);
+    from.numbers("spacing", spacing);
   else
-    spacing[0] = spacing[1] = from.number("spacing", 1, kSize);
+    spacing[0] = spacing[1] = from.number("spacing", 1);
   std::vector<Real> heights(from.items("heights").size());
-  if (!heights.empty())
-    read_numbers(from.json, from.diagnostics, from.find("heights"), heights, kAnyNumber);
+  if (!heights.empty()) from.numbers("heights", heights);
   if (!is_whole || from.diagnostics.error_count() != refused_before) return nullptr;
   return kept(
       from, make_height_field(static_cast<std::uint32_t>(columns), static_cast<std::uint32_t>(rows),
@@ -169,13 +153,12 @@ bool read_size(const Reader& from, Shape& shape) {
   bool is_whole = true;
   shape.size = Vec3(0);
   for (const SizeKey& size : traits_of(shape.kind).sizes) {
-    const std::string_view expected = size.expected.empty() ? kSize.words : size.expected;
-    if (size.otherwise == 0) is_whole = from.need(size.key, expected) != kNoNode && is_whole;
+    if (size.otherwise == 0) is_whole = from.has(size.key) && is_whole;
     const Real otherwise = size.otherwise > 0 ? size.otherwise : 1;
     if (size.count == 3)
-      shape.size = size.scale * from.vec(size.key, Vec3(otherwise), kSize);
+      shape.size = size.scale * from.vec(size.key, Vec3(otherwise));
     else
-      shape.size[size.first] = size.scale * from.number(size.key, otherwise, kSize);
+      shape.size[size.first] = size.scale * from.number(size.key, otherwise);
   }
   return is_whole;
 }
@@ -214,9 +197,9 @@ std::optional<ShapeWithDensity> read_shape(const Reading& reading, NodeId node,
   refuse_moving(from, *kind, otherwise.motion);
   ShapeWithDensity solid;
   solid.shape.kind = *kind;
-  if (from.accepts("density")) solid.density = from.number("density", otherwise.density, kWeight);
+  if (from.accepts("density")) solid.density = from.number("density", otherwise.density);
   solid.shape.material = read_material(reading, from, otherwise.material);
-  solid.shape.local.position = from.vec("position", Vec3(0));
+  solid.shape.local.position = from.vec("position");
   if (!traits_of(*kind).is_round) solid.shape.local.rotation = from.rotation(kIdentity);
   if (!read_form(reading, from, solid.shape)) return std::nullopt;
   return solid;

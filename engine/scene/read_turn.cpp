@@ -8,8 +8,6 @@
 namespace pantin::detail {
 namespace {
 
-constexpr std::string_view kBallOnly[] = {"ball"};
-
 /// Keys of a coordinate's limit: of a swing there are two.
 std::vector<std::string_view> keys_of(const FreeCoordinate& c) {
   if (c.limit.empty()) return {};
@@ -36,7 +34,8 @@ std::string limits_in_words(JointKind kind) {
 }
 
 void check_limits(const Reader& from, JointKind kind) {
-  for (std::string_view limit : keys::kLimits) {
+  for (const Key& row : keys::limits.keys) {
+    const std::string_view limit = row.name;
     if (limit == "soft" || limit == "restitution" || !from.has(limit)) continue;
     const std::string_view key = limit.substr(0, limit.rfind("_deg"));
     if (!may_have(kind, key))
@@ -61,11 +60,6 @@ AngleLimit read_range(const Reader& from, std::string_view key) {
 
 /// Half angles of the cone that a swing must stay in.
 SwingLimit read_swing(const Reader& from) {
-  for (std::string_view cone : {"cone", "cone_deg"})
-    for (std::string_view swing : {"swing", "swing_deg"}) {
-      const std::string_view both[] = {cone, swing};
-      from.one_of(both);
-    }
   Real half[2];
   const bool is_round = either(from, "cone") != kNoNode;
   const bool is_read =
@@ -86,27 +80,20 @@ SwingLimit read_swing(const Reader& from) {
 void read_soft(const Reading& reading, const Reader& outer, JointLimits& limits) {
   const NodeId node = outer.find("soft");
   if (node == kNoNode) return;
-  const std::string_view ranges[] = {"angle", "twist", "cone", "swing", "first", "second"};
-  if (std::ranges::all_of(ranges, [&](auto key) { return either(outer, key) == kNoNode; }))
-    reading.diagnostics.error_at_key(
-        node, "found \"soft\" without a limit, expected one beside it, whose stops it softens");
   const Reader from = reading.open(node, "soft");
   Real zone = 0;
-  if (either(from, "zone") == kNoNode)
-    from.need("zone", "how far before the stop the spring begins, in rad, or \"zone_deg\"");
-  else if (read_angles(from, "zone", {&zone, 1}) && !(zone > 0))
+  if (read_angles(from, "zone", {&zone, 1}) && !(zone > 0))
     from.diagnostics.error_value(either(from, "zone"), "an angle above 0");
   limits.soft_zone = std::max(zone, Real(0));
-  limits.soft_stiffness = from.number("stiffness", 0, kNotNegative);
-  limits.soft_damping = from.number("damping", 0, kNotNegative);
+  limits.soft_stiffness = from.number("stiffness");
+  limits.soft_damping = from.number("damping");
 }
 
 /// Range of travel of a joint, m.
 AngleLimit read_travel(const Reader& from, std::string_view key) {
   const NodeId node = from.find(key);
   Real ends[2];
-  if (node == kNoNode || !read_numbers(from.json, from.diagnostics, node, ends, kAnyNumber))
-    return {};
+  if (!from.numbers(key, ends)) return {};
   if (ends[0] <= ends[1]) return {true, ends[0], ends[1]};
   from.diagnostics.error(node, "found travel from " + written(ends[0]) + " to " + written(ends[1]) +
                                    " m, expected the lower one first");
@@ -131,8 +118,7 @@ JointLimits read_limits(const Reading& reading, const Reader& outer, TurnRecipe&
       turn.parameters.edit().travel = read_travel(from, c.limit);
   }
   read_soft(reading, from, limits);
-  if (from.has("restitution"))
-    turn.parameters.edit().restitution = from.number("restitution", 0, kUnit);
+  if (from.has("restitution")) turn.parameters.edit().restitution = from.number("restitution");
   return limits;
 }
 
@@ -146,8 +132,6 @@ std::string turn_words(JointKind kind, bool in_degrees) {
 
 /// "target", or "angle" of a hinge.
 std::optional<Quat> read_target(const Reader& from, JointKind kind) {
-  constexpr std::string_view kAll[] = {"target", "target_deg", "angle", "angle_deg"};
-  from.one_of(kAll);
   const NodeId angle = either(from, "angle");
   if (angle == kNoNode) return read_joint_turn(from, "target", kind);
   Real x = 0;
@@ -160,19 +144,12 @@ std::optional<Quat> read_target(const Reader& from, JointKind kind) {
 
 std::optional<PoseKey> read_pose_key(const Reading& reading, NodeId node, JointKind kind) {
   const Reader from = reading.open(node, "pose_key");
-  const bool has_time = from.need("time", "a time in seconds") != kNoNode;
-  const bool has_turn = either(from, "target") != kNoNode || either(from, "angle") != kNoNode;
-  if (!has_turn) from.need("target", "the turn to be reached by then");
-  PoseKey key{from.number("time", NAN, kTime), read_target(from, kind).value_or(kIdentity)};
-  if (!has_time || std::isnan(key.time)) return std::nullopt;
+  PoseKey key{from.number("time", NAN), read_target(from, kind).value_or(kIdentity)};
+  if (std::isnan(key.time)) return std::nullopt;
   return key;
 }
 
 void read_pose_keys(const Reading& reading, const Reader& from, JointKind kind, JointDrive& drive) {
-  for (std::string_view key : {"target", "target_deg", "angle", "angle_deg"}) {
-    const std::string_view both[] = {key, "keys"};
-    from.one_of(both);
-  }
   const std::vector<NodeId> nodes = from.items("keys");
   for (NodeId node : nodes) {
     const auto key = read_pose_key(reading, node, kind);
@@ -211,18 +188,11 @@ std::optional<JointDrive> read_pose_drive(const Reading& reading, const Reader& 
                                          ", expected a \"motor\" or a \"spring\": drives turn "
                                          "joints that share a point");
   JointDrive drive;
-  drive.loop = from.flag("loop", false);
-  if (drive.loop && !from.has("keys"))
-    reading.diagnostics.error_at_key(from.find("loop"),
-                                     "found \"loop\" without \"keys\", expected it with them");
+  drive.loop = from.flag("loop");
   drive.target = read_target(from, kind).value_or(kIdentity);
-  drive.stiffness = from.number("stiffness", 0, kNotNegative);
-  drive.damping = from.number("damping", 0, kNotNegative);
-  drive.max_torque = from.number("max_torque", drive.max_torque, kNotNegative);
-  if (from.is_object() && !from.has("stiffness") && !from.has("damping"))
-    reading.diagnostics.error(node,
-                              "found neither \"stiffness\" nor \"damping\", expected one of "
-                              "them: without them a drive does nothing");
+  drive.stiffness = from.number("stiffness");
+  drive.damping = from.number("damping");
+  drive.max_torque = from.number("max_torque", drive.max_torque);
   read_pose_keys(reading, from, kind, drive);
   return drive;
 }
@@ -231,9 +201,7 @@ std::optional<JointDrive> read_pose_drive(const Reading& reading, const Reader& 
 JointKind read_kind(const Reader& from) {
   const bool is_chain = !from.accepts("type");
   if (!is_chain) {
-    constexpr std::string_view kBoth[] = {"kind", "type"};
-    from.one_of(kBoth);
-    from.word("type", 0, kBallOnly);
+    from.word("type", 0);
   }
   const NodeId node = from.find("kind");
   if (node == kNoNode) return JointKind::ball;
@@ -266,8 +234,6 @@ NodeId either(const Reader& from, std::string_view key) {
 
 bool read_angles(const Reader& from, std::string_view key, std::span<Real> into) {
   const std::string key_deg = std::string(key) + "_deg";
-  const std::string_view both[] = {key, key_deg};
-  from.one_of(both);
   const bool in_degrees = from.has(key_deg);
   const NodeId node = either(from, key);
   if (node == kNoNode) return false;

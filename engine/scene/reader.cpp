@@ -38,20 +38,64 @@ Reader::Reader(const JsonDocument& j, Diagnostics& c, NodeId n, const KeySet& se
   for (NodeId child = json[node].first_child; child != kNoNode; child = json[child].next) {
     const std::string_view key = json[child].key;
     if (accepts(key)) continue;
-    const std::string_view today = today_of(kOldKeys, set.what, key);
-    if (today.empty())
+    const auto today = std::ranges::find(set.keys, key, &Key::old);
+    if (today == set.keys.end() || key.empty())
       refuse_unknown(child);
     else
-      has_old_keys_ = true, warn_of_old(child, today);
+      has_old_keys_ = true, warn_of_old(child, today->name);
   }
+  check_pairs();
+  check_needs();
+}
+
+bool Reader::has_any(std::string_view keys) const {
+  bool any = false;
+  each_word(keys, [&](std::string_view key) { any = any || has(key); });
+  return any;
+}
+
+/// Complains at `other`, once, if both are there.
+void Reader::check_exclusive(std::string_view one, std::string_view other,
+                             std::vector<NodeId>& told) const {
+  const NodeId second = find(other);
+  if (second == kNoNode || std::ranges::count(told, second) > 0) return;
+  told.push_back(second);
+  diagnostics.error_at_key(second, "found \"" + std::string(other) + "\" beside \"" +
+                                       std::string(one) + "\", expected only one of them");
+}
+
+void Reader::check_pairs() const {
+  std::vector<NodeId> told;
+  for (NodeId child = json[node].first_child; child != kNoNode; child = json[child].next) {
+    const std::string_view key = json[child].key;
+    if (!key.ends_with("_deg")) continue;
+    const std::string_view plain = key.substr(0, key.size() - 4);
+    if (accepts(key) && accepts(plain) && has(plain)) check_exclusive(plain, key, told);
+  }
+  for (const Exclusive& pair : set_.exclusive)
+    if (has(pair.one))
+      each_word(pair.others,
+                [&](std::string_view other) { check_exclusive(pair.one, other, told); });
+}
+
+void Reader::check_needs() const {
+  for (const AnyOf& any : set_.any_of)
+    if (!has_any(any.keys)) diagnostics.error(node, std::string(any.complaint));
+  for (const Key& key : set_.keys)
+    if (key.is_needed) need(key.name);
+  for (const Beside& beside : set_.beside)
+    if (has(beside.key) && !has_any(beside.with))
+      diagnostics.error_at_key(find(beside.key), std::string(beside.complaint));
 }
 
 void Reader::refuse_unknown(NodeId child) const {
-  const std::string_view key = json[child].key, near = diagnostics.hints.nearest(key, set_.keys);
+  std::vector<std::string_view> names;
+  for (const Key& k : set_.keys) names.push_back(k.name);
+  const std::string_view key = json[child].key, near = diagnostics.hints.nearest(key, names);
   diagnostics.error_at_key(
       child,
       "found key \"" + clipped(key) + "\", expected a key of a " + std::string(set_.what) +
-          (near.empty() ? ": " + listed(set_.keys) : "; nearest is \"" + std::string(near) + "\""));
+          (near.empty() ? ": " + listed(names) : "; nearest is \"" + std::string(near) + "\""));
 }
 
 void Reader::warn_of_old(NodeId child, std::string_view today) const {
@@ -63,41 +107,71 @@ void Reader::warn_of_old(NodeId child, std::string_view today) const {
     diagnostics.warn(child, "old key", "the key \"" + old + "\" is called \"" + now + "\" today");
 }
 
-bool Reader::accepts(std::string_view key) const {
-  return std::find(set_.keys.begin(), set_.keys.end(), key) != set_.keys.end();
+bool Reader::accepts(std::string_view key) const { return set_.find(key) != nullptr; }
+
+const Key& Reader::row(std::string_view key) const {
+  const Key* found = set_.find(key);
+  PANTIN_ASSERT(found);
+  return *found;
+}
+
+Vec3 Reader::default_of(std::string_view key) const {
+  const Key& found = row(key);
+  PANTIN_ASSERT(found.has_default);
+  return {found.defaults[0], found.defaults[1], found.defaults[2]};
 }
 
 NodeId Reader::find(std::string_view key) const {
   PANTIN_ASSERT(accepts(key));
   if (!is_object()) return kNoNode;
   const NodeId value = json.member(node, key);
-  if (value != kNoNode || !has_old_keys_) return value;
-  for (const OldKey& old : kOldKeys)
-    if (old.what == set_.what && old.today == key)
-      if (const NodeId found = json.member(node, old.old); found != kNoNode) return found;
-  return kNoNode;
+  if (value != kNoNode || !has_old_keys_ || row(key).old.empty()) return value;
+  return json.member(node, row(key).old);
 }
 
-NodeId Reader::need(std::string_view key, std::string_view expected) const {
+NodeId Reader::need(std::string_view key) const {
   const NodeId value = find(key);
   if (value == kNoNode && is_object())
-    diagnostics.error(node,
-                      "found no \"" + std::string(key) + "\", expected " + std::string(expected));
+    diagnostics.error(
+        node, "found no \"" + std::string(key) + "\", expected " + std::string(row(key).expected));
   return value;
+}
+
+Real Reader::number(std::string_view key, Real otherwise) const {
+  return has(key) ? number(key, otherwise, row(key).range) : otherwise;
 }
 
 Real Reader::number(std::string_view key, Real otherwise, const Range& range) const {
   const NodeId value = find(key);
   if (value == kNoNode || std::isnan(json[value].number)) return otherwise;
-  if (json[value].kind == JsonKind::number && range.holds(json[value].number))
-    return json[value].number;
-  diagnostics.error_value(value, range.words);
-  return otherwise;
+  const Key& from = row(key);
+  PANTIN_ASSERT(from.type == ValueType::number || from.type == ValueType::number_or_pair ||
+                from.type == ValueType::vector_or_number || from.type == ValueType::joint_turn ||
+                from.type == ValueType::joint_turn_deg);
+  if (json[value].kind != JsonKind::number || !range.holds(json[value].number)) {
+    diagnostics.error_value(value, range.words);
+    return otherwise;
+  }
+  if (from.is_never_zero && json[value].number == 0)
+    diagnostics.error_value(
+        value, "a number other than 0" +
+                   (from.never_zero.empty() ? "" : ": " + std::string(from.never_zero)));
+  return json[value].number;
 }
 
-int Reader::whole(std::string_view key, int otherwise, int least, int most) const {
+int Reader::whole(std::string_view key) const {
+  return whole(key, static_cast<int>(row(key).defaults[0]));
+}
+
+int Reader::whole(std::string_view key, int otherwise) const {
+  return whole(key, otherwise, static_cast<int>(row(key).range.most));
+}
+
+int Reader::whole(std::string_view key, int otherwise, int most) const {
   const NodeId value = find(key);
   if (value == kNoNode || std::isnan(json[value].number)) return otherwise;
+  PANTIN_ASSERT(row(key).type == ValueType::whole);
+  const int least = static_cast<int>(row(key).range.least);
   const Real x = json[value].number;
   if (json[value].kind == JsonKind::number && x == std::floor(x) && x >= least && x <= most)
     return static_cast<int>(x);
@@ -107,6 +181,7 @@ int Reader::whole(std::string_view key, int otherwise, int least, int most) cons
 }
 
 bool Reader::flag(std::string_view key, bool otherwise) const {
+  PANTIN_ASSERT(row(key).type == ValueType::flag);
   const NodeId value = find(key);
   if (value == kNoNode) return otherwise;
   if (json[value].kind == JsonKind::boolean) return json[value].boolean;
@@ -122,18 +197,42 @@ std::string Reader::text(std::string_view key, std::string_view otherwise) const
   return std::string(otherwise);
 }
 
+std::optional<std::string> Reader::reference(std::string_view key) const {
+  const Key& from = row(key);
+  PANTIN_ASSERT(from.type == ValueType::reference);
+  const NodeId value = find(key);
+  if (value == kNoNode) return std::nullopt;
+  if (json[value].kind == JsonKind::string && !json[value].text.empty())
+    return std::string(json[value].text);
+  diagnostics.error_value(value, from.expected);
+  return std::nullopt;
+}
+
+std::size_t Reader::word(std::string_view key) const {
+  return word(key, static_cast<std::size_t>(row(key).defaults[0]));
+}
+
+std::size_t Reader::word(std::string_view key, std::size_t otherwise) const {
+  return word(key, otherwise, row(key).words);
+}
+
 std::size_t Reader::word(std::string_view key, std::size_t otherwise,
                          std::span<const std::string_view> words) const {
+  const Key& from = row(key);
+  PANTIN_ASSERT(from.type == ValueType::word);
   const NodeId value = find(key);
   if (value == kNoNode) return otherwise;
   if (json[value].kind == JsonKind::string) {
-    const std::string_view today = today_of(kOldWords, set_.what, json[value].text);
-    const auto it = std::find(words.begin(), words.end(), today.empty() ? json[value].text : today);
-    if (it != words.end() && !today.empty())
-      diagnostics.warn(value, "old word",
-                       "\"" + std::string(json[value].text) + "\" is called \"" +
-                           std::string(today) + "\" today");
-    if (it != words.end()) return static_cast<std::size_t>(it - words.begin());
+    const std::string_view word = json[value].text;
+    if (const auto it = std::ranges::find(words, word); it != words.end())
+      return static_cast<std::size_t>(it - words.begin());
+    if (const auto it = std::ranges::find(from.old_words, word); it != from.old_words.end()) {
+      const auto place = static_cast<std::size_t>(it - from.old_words.begin());
+      diagnostics.warn(
+          value, "old word",
+          "\"" + std::string(word) + "\" is called \"" + std::string(words[place]) + "\" today");
+      return place;
+    }
   }
   diagnostics.error_value(value, listed(words) + diagnostics.hints.of(json[value].text, words));
   return otherwise;
@@ -159,12 +258,14 @@ bool read_numbers(const JsonDocument& json, Diagnostics& diagnostics, NodeId arr
   return good;
 }
 
-Vec3 Reader::vec(std::string_view key, Vec3 otherwise, const Range& range) const {
+bool Reader::numbers(std::string_view key, std::span<Real> into) const {
   const NodeId value = find(key);
+  return value != kNoNode && read_numbers(json, diagnostics, value, into, row(key).range);
+}
+
+Vec3 Reader::vec(std::string_view key, Vec3 otherwise) const {
   Vec3 v(0);
-  if (value == kNoNode || !read_numbers(json, diagnostics, value, {&v.x, 3}, range))
-    return otherwise;
-  return v;
+  return numbers(key, {&v.x, 3}) ? v : otherwise;
 }
 
 std::optional<Vec3> Reader::vec_if(std::string_view key) const {
@@ -173,6 +274,7 @@ std::optional<Vec3> Reader::vec_if(std::string_view key) const {
 }
 
 Vec3 Reader::direction(std::string_view key, Vec3 otherwise) const {
+  PANTIN_ASSERT(row(key).type == ValueType::direction);
   const Vec3 v = vec(key, otherwise);
   const Real length = glm::length(v);
   if (length > 0) return v / length;
@@ -183,15 +285,13 @@ Vec3 Reader::direction(std::string_view key, Vec3 otherwise) const {
 Vec3 Reader::vec_or_number(std::string_view key, Vec3 otherwise) const {
   const NodeId value = find(key);
   if (value == kNoNode || json[value].kind == JsonKind::array) return vec(key, otherwise);
-  return Vec3(number(key, otherwise.x, kAnyNumber));
+  return Vec3(number(key, otherwise.x));
 }
 
-Pose Reader::pose() const { return {vec("position", Vec3(0)), rotation(kIdentity)}; }
+Pose Reader::pose() const { return {vec("position"), rotation(kIdentity)}; }
 
 Quat Reader::rotation(Quat otherwise, std::string_view key) const {
   const std::string key_deg = std::string(key) + "_deg";
-  const std::string_view both[] = {key, key_deg};
-  one_of(both);
   if (has(key_deg)) return from_degrees(vec(key_deg, Vec3(0)));
   const NodeId value = find(key);
   Real q[4];
@@ -209,11 +309,10 @@ Quat Reader::rotation(Quat otherwise, std::string_view key) const {
   return error < 1e-15 ? quaternion : quaternion * (1 / length);
 }
 
-Vec3 Reader::colour(std::string_view key, Vec3 otherwise, Real most) const {
+Vec3 Reader::colour(std::string_view key, Vec3 otherwise) const {
   const NodeId value = find(key);
   if (value == kNoNode) return otherwise;
-  const Range range{0, most, most > 1 ? "a number from 0 to 100" : kUnit.words};
-  if (json[value].kind == JsonKind::array) return vec(key, otherwise, range);
+  if (json[value].kind == JsonKind::array) return vec(key, otherwise);
   if (json[value].kind == JsonKind::string)
     if (const auto colour = colour_from(json[value].text)) return *colour;
   diagnostics.error_value(value, "a colour: \"#rrggbb\" (sRGB) or [r, g, b] (linear)");
@@ -221,7 +320,7 @@ Vec3 Reader::colour(std::string_view key, Vec3 otherwise, Real most) const {
 }
 
 std::string Reader::name() const {
-  const NodeId value = need("name", "a name");
+  const NodeId value = find("name");
   const std::string word = text("name", "");
   if (value == kNoNode || json[value].kind != JsonKind::string) return {};
   if (word == "world") {
@@ -247,18 +346,6 @@ std::vector<NodeId> Reader::items(std::string_view key) const {
   result.reserve(json[value].count);
   for (NodeId c = json[value].first_child; c != kNoNode; c = json[c].next) result.push_back(c);
   return result;
-}
-
-void Reader::one_of(std::span<const std::string_view> keys) const {
-  std::string_view first;
-  for (std::string_view key : keys) {
-    if (!has(key)) continue;
-    if (first.empty())
-      first = key;
-    else
-      diagnostics.error_at_key(find(key), "found \"" + std::string(key) + "\" beside \"" +
-                                              std::string(first) + "\", expected only one of them");
-  }
 }
 
 Quat from_degrees(Vec3 angles) {

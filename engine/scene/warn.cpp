@@ -127,8 +127,8 @@ void warn_of_unknown(const BuiltScene& built, const Exact& exact, Solver solver,
   std::size_t solid = 0;
   const BuiltBody* first = nullptr;
   for (std::uint32_t i = 0; i < built.bodies.size(); ++i)
-    if (built.bodies[i].collision && built.is_dynamic(i) && exact.solvers[i] == solver &&
-        solid++ == 0)
+    if (built.bodies[i].collision && !built.bodies[i].collision->sensor && built.is_dynamic(i) &&
+        exact.solvers[i] == solver && solid++ == 0)
       first = &built.bodies[i];
   if (solid > 0 && !knows(solver, Feature::contact))
     messages.warn(first->at, "contact",

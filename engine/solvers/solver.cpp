@@ -35,12 +35,17 @@ std::array<std::vector<IslandPlan>, kSolverCount> partition(World& world) {
   return plans;
 }
 
+bool is_solid(const World& world, Entity e) {
+  const Collision* collision = world.collisions.find(e);
+  return collision && !collision->sensor;
+}
+
 /// Contacts name slots: those of today, or they end. What lay on something that is gone wakes.
 void renumber_contacts(World& world) {
   contact::Memory& memory = world.memory.of<contact::Memory>();
   const auto now = [&](std::uint32_t slot) {
     const std::uint32_t s = world.bodies.slot_now(slot);
-    return s != kNoSlot && world.collisions.find(world.bodies.owners()[s]) ? s : kNoSlot;
+    return s != kNoSlot && is_solid(world, world.bodies.owners()[s]) ? s : kNoSlot;
   };
   std::erase_if(memory.contacts, [&](Contact& c) {
     const std::uint32_t a = now(c.slot_a), b = now(c.slot_b);
@@ -55,12 +60,12 @@ void renumber_contacts(World& world) {
   memory.scratch.stale = true;
 }
 
-/// What became solid since the last build wakes what it touches.
+/// Bodies that became solid since the last build wake the islands in contact with them.
 void note_what_comes(World& world, const Partition& now) {
   if (now.built_for == 0) return;
   for (const std::uint32_t slot : now.kinematic) {
     const std::uint32_t collision = world.collisions.slot(world.bodies.owners()[slot]);
-    if (collision == kNoSlot) continue;
+    if (collision == kNoSlot || world.collisions.values()[collision].sensor) continue;
     if (world.bodies.is_new(slot) || world.collisions.is_new(collision))
       world.bodies.values()[slot].restart = true;
   }

@@ -11,6 +11,11 @@ namespace pantin {
 ///
 /// A dynamic body collides with every fixed or kinematic body whose groups agree. Dynamic bodies
 /// collide with one another only on request. Bodies connected by a joint never collide.
+///
+/// A sensor reports which bodies overlap it and pushes none: see ContactEvents. It sees every body
+/// that collides and whose groups agree, dynamic ones without a request; neither other sensors, nor
+/// bodies that a joint connects to it, nor, where it is fixed itself, fixed bodies. Call
+/// World::mark_dirty() after changing `sensor`.
 struct Collision {
   Real friction = 0.5;              // Coulomb; of two bodies the geometric mean counts
   Real restitution = 0;             // 0..1; of two bodies the larger counts
@@ -18,6 +23,7 @@ struct Collision {
   std::uint32_t with = UINT32_MAX;  // bits: groups that it collides with; both bodies must agree
   bool others = false;              // dynamic bodies of other islands too
   bool self = false;                // dynamic bodies of its own island too
+  bool sensor = false;              // reports overlaps, pushes nothing
 
   static void fields(auto& self, auto&& field) {
     field("friction", self.friction);
@@ -26,7 +32,13 @@ struct Collision {
     field("with", self.with);
     field("others", self.others);
     field("self", self.self);
+    field("sensor", self.sensor);
   }
 };
+
+/// Whether the groups of two bodies agree.
+constexpr bool do_groups_agree(const Collision& a, const Collision& b) {
+  return (a.groups & b.with) != 0 && (b.groups & a.with) != 0;
+}
 
 }  // namespace pantin

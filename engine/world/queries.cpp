@@ -115,7 +115,8 @@ void Queries::refit(const World& world, std::span<const Pose> poses) {
         continue;
       }
       if (collision)
-        item.groups = collision->groups, item.with = collision->with, item.is_solid = true;
+        item.groups = collision->groups, item.with = collision->with,
+        item.is_solid = !collision->sensor;
       const auto number = static_cast<std::uint32_t>(items.size());
       if (is_unbounded(shape.kind))
         unbounded.push_back(number);

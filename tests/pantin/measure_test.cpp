@@ -70,9 +70,8 @@ TEST_CASE("a beam held at one end: force and torque of its clamp") {
   run(simulation, 10);
   const auto reaction = joint_reaction(simulation.world, clamp);
   REQUIRE(reaction);
-  REQUIRE(reaction->torque);
   CHECK(glm::length(reaction->force - Vec3(0, 4 * kG, 0)) < 1e-9);
-  CHECK(glm::length(*reaction->torque - Vec3(0, 0, 4 * kG * 0.5)) < 1e-9);
+  CHECK(glm::length(reaction->torque - Vec3(0, 0, 4 * kG * 0.5)) < 1e-9);
 }
 
 TEST_CASE("a cable bears its weight, a slack one nothing, a stretchy one as well") {

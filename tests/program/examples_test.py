@@ -64,7 +64,7 @@ class Examples(unittest.TestCase):
             self.assertNotIn("nothing was dragged", done.stdout)
 
     def test_every_example_of_every_command_works(self):
-        for command in ("run", "check", "bench", "doctor", "view"):
+        for command in ("run", "check", "bench", "doctor", "view", "schema"):
             text = self.help_of(command)
             lines = re.findall(r"^\s*(pantin .*)$", text.split("Examples:")[1], re.M)
             self.assertGreater(len(lines), 0, command)

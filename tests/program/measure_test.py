@@ -148,7 +148,7 @@ class Doctor(unittest.TestCase):
                 self.assertTrue(way["works"] or way["refused"])  # a reason where it does not work
 
     def test_help_has_examples(self):
-        for command in ("run", "check", "bench", "doctor", "view"):
+        for command in ("run", "check", "bench", "doctor", "view", "schema"):
             done = pantin(command, "--help")
             self.assertEqual(done.returncode, 0)
             self.assertIn("Example", done.stdout)

@@ -3,6 +3,7 @@
 
 #include <catch2/catch.hpp>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <fstream>
 
@@ -177,18 +178,50 @@ TEST_CASE("a saved World that was cut off or changed is refused") {
   }
 }
 
+/// The same bytes behind a header that fits them, as a forger would write it.
+std::string sealed(std::string bytes) {
+  constexpr std::size_t kHeader = 36, kChecksum = 28;
+  Hash hash;
+  hash.add(std::string_view(bytes).substr(kHeader));
+  const std::uint64_t sum = hash.value();
+  return bytes.replace(kChecksum, sizeof sum, reinterpret_cast<const char*>(&sum), sizeof sum);
+}
+
+TEST_CASE("rotations and limits that cannot be are refused in a saved World") {
+  const std::string whole = *world_to_bytes(stopped_arm());
+  // The first place that holds these numbers holds `to` at its end instead.
+  const auto refused = [&](std::vector<double> numbers, double to) {
+    const std::size_t size = numbers.size() * sizeof(double);
+    const std::size_t at = whole.find({reinterpret_cast<const char*>(numbers.data()), size});
+    REQUIRE(at != std::string::npos);
+    std::string bytes = whole;
+    std::memcpy(&bytes[at + size - sizeof to], &to, sizeof to);
+    return only_error(world_from_bytes(sealed(bytes)));
+  };
+  const Quat turned = stopped_arm().links.values()[0].joint.frames.a();
+  CHECK(refused({turned.x, turned.y, turned.z, turned.w}, 3).find("axes that are none") !=
+        std::string::npos);
+  CHECK(refused({-0.3, 0.4}, -0.4).find("low end is above") != std::string::npos);
+  const Quat body = stopped_arm().bodies.values()[1].pose.rotation;
+  CHECK(refused({body.x, body.y, body.z, body.w}, 3).find("rotation that is none") !=
+        std::string::npos);
+}
+
+TEST_CASE("names in a forged file reach no terminal as they are") {
+  World world;
+  world.store<Wind>().add(world.add_body(Body{}), {});
+  std::string bytes = *world_to_bytes(world);
+  bytes[bytes.rfind("wind") + 1] = '\x1b';
+  CHECK(only_error(world_from_bytes(sealed(bytes))).find("w\\u001bnd") != std::string::npos);
+}
+
 TEST_CASE("a changed file with the right checksum is refused or steps; nothing worse happens") {
   const std::string whole = *world_to_bytes(after(stopped_arm(), 10));
-  constexpr std::size_t kHeader = 36, kChecksum = 28;
   int read = 0, refused = 0;
-  for (std::size_t i = kHeader; i < whole.size(); i += 13) {
+  for (std::size_t i = 36; i < whole.size(); i += 13) {
     std::string changed = whole;
     changed[i] = static_cast<char>(changed[i] ^ (i % 2 == 0 ? 0xff : 0x01));
-    Hash hash;
-    hash.add(std::string_view(changed).substr(kHeader));
-    const std::uint64_t sum = hash.value();
-    changed.replace(kChecksum, sizeof sum, reinterpret_cast<const char*>(&sum), sizeof sum);
-    auto loaded = world_from_bytes(changed);
+    auto loaded = world_from_bytes(sealed(changed));
     if (loaded && loaded->default_settings.active_set_iterations < 100 &&
         loaded->default_settings.sweeps < 100)
       Simulation(std::move(*loaded)).step(), ++read;  // the sanitizers look on

@@ -186,7 +186,7 @@ TEST_CASE("Collision that says nothing sensible is refused") {
               "(collision)"});
   CHECK(
       with_fixed(R"("shape": {"type": "plane"}, "collision": {"friction": -1, "restitution": 1.5, )"
-                 R"("groups": ["flor", 32, 0.5], "self": 1})") ==
+                 R"("groups": ["flor", 32, 0.5], "self": 1, "sensor": "no"})") ==
       Lines{"t.json:2:55: /bodies/0/collision/friction: found -1, expected a number from 0 to "
             "1e12",
             "t.json:2:74: /bodies/0/collision/restitution: found 1.5, expected a number from 0 "
@@ -197,7 +197,8 @@ TEST_CASE("Collision that says nothing sensible is refused") {
             "\"collision_groups\", or a number from 0 to 31",
             "t.json:2:102: /bodies/0/collision/groups/2: found 0.5, expected a name of "
             "\"collision_groups\", or a number from 0 to 31",
-            "t.json:2:116: /bodies/0/collision/self: found 1, expected true or false"});
+            "t.json:2:116: /bodies/0/collision/self: found 1, expected true or false",
+            "t.json:2:129: /bodies/0/collision/sensor: found \"no\", expected true or false"});
 }
 
 TEST_CASE("Names of collision groups differ") {

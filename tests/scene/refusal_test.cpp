@@ -197,8 +197,8 @@ TEST_CASE("Paths that make no sense are refused") {
       Lines{"t.json:2:11: /paths/0: found a loop whose last key is 2 m and 0 degrees from its "
             "first, expected the same pose"});
   CHECK(drive(R"(, "lissajous": {}, "loop": true)") ==
-        Lines{"t.json:2:42: /paths/0/loop: found \"loop\" beside \"lissajous\", expected it with "
-              "\"keyframes\" only: this curve repeats by itself"});
+        Lines{"t.json:2:42: /paths/0/loop: found \"loop\" without \"keyframes\", expected it "
+              "with them only: other paths repeat by themselves"});
   CHECK(drive(R"(, "lissajous": {}}, {"body": "d", "lissajous": {})") ==
         Lines{"t.json:2:52: /paths/1/body: found \"d\", expected a body without another path"});
 }

@@ -36,6 +36,8 @@ TEST_CASE("Bodies are solid where the scene or they themselves say so") {
                        R"(}, {"name": "off", "collision": false, )" + ball + R"(},
 {"name": "own", "collision": {"restitution": 0.5, "with": ["floor", 5], "others": true, "self": true}, )" +
                        ball + R"(},
+{"name": "gate", "collision": {"sensor": true}, )" +
+                       ball + R"(},
 {"name": "bare", "motion": "fixed"}], "generators": {"chains": [
 {"name": "c", "links": 2, "length": 0.2, "collision": {"groups": [0, "puppet"]}, )" +
                        ball + "}]}}");
@@ -47,7 +49,8 @@ TEST_CASE("Bodies are solid where the scene or they themselves say so") {
   CHECK_FALSE(collision_of(s, "bare"));
   const Collision& own = *collision_of(s, "own");
   CHECK((own.friction == 0.75 && own.restitution == 0.5 && own.groups == 2 && own.with == 33));
-  CHECK((own.others && own.self));
+  CHECK((own.others && own.self && !own.sensor));
+  CHECK((collision_of(s, "gate")->sensor && collision_of(s, "gate")->groups == 2));
   CHECK((collision_of(s, "c/1") && collision_of(s, "c/1")->groups == 3));
 }
 

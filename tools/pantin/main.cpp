@@ -26,10 +26,10 @@ std::string complaint_of(const CLI::App& program, const CLI::ParseError& error) 
   for (const CLI::Option* option : command.get_options())
     for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
   const std::vector<std::string_view> candidates(known.begin(), known.end());
-  return fmt::format(
-      "found \"{}\", expected {}{}", word,
-      is_option || !chosen.empty() ? "one of the options" : "run, check, bench, doctor or view",
-      pantin::detail::hint(word, candidates));
+  return fmt::format("found \"{}\", expected {}{}", word,
+                     is_option || !chosen.empty() ? "one of the options"
+                                                  : "run, check, bench, doctor, view or schema",
+                     pantin::detail::hint(word, candidates));
 }
 
 constexpr const char* kExamples = R"(Examples:
@@ -38,6 +38,7 @@ constexpr const char* kExamples = R"(Examples:
   pantin check assets/scenes/*.json
   pantin bench assets/scenes/chain.json --json
   pantin doctor
+  pantin schema --out scene.schema.json
   pantin view assets/scenes/marionette.json
 
 Exit codes: 0 ok, 1 failed run, 2 usage or bad input, 3 diverged or check failed,
@@ -58,6 +59,7 @@ int main(int argc, char** argv) {
   add_bench(program, exit_code);
   add_doctor(program, exit_code);
   add_view(program, exit_code);
+  add_schema(program, exit_code);
   catch_interrupts();
   try {
     program.parse(argc, argv);

@@ -33,6 +33,7 @@ void add_check(CLI::App& program, int& exit_code);
 void add_bench(CLI::App& program, int& exit_code);
 void add_doctor(CLI::App& program, int& exit_code);
 void add_view(CLI::App& program, int& exit_code);
+void add_schema(CLI::App& program, int& exit_code);
 
 /// How a scene is to be run, where the command line says so.
 struct SceneChoices {

@@ -16,24 +16,42 @@ using namespace detail;
 
 namespace {
 
-using K = const std::string_view[];
+using namespace rows;
 
-constexpr K kActs{"mouse_down", "mouse_move", "mouse_up", "wheel", "key", "quit"};
-constexpr K kDown{"t", "type", "x", "y", "body", "at", "button", "shift"};
-constexpr K kMove{"t", "type", "x", "y", "dx", "dy", "body", "at"};
-constexpr K kUp{"t", "type", "x", "y", "body", "at", "button"};
-constexpr K kWheel{"t", "type", "dy"};
-constexpr K kKey{"t", "type", "key"};
-constexpr K kQuit{"t", "type"};
-constexpr KeySet kSets[]{{"mouse_down event", kDown}, {"mouse_move event", kMove},
-                         {"mouse_up event", kUp},     {"wheel event", kWheel},
-                         {"key event", kKey},         {"quit event", kQuit}};
+constexpr std::string_view kActs[]{"mouse_down", "mouse_move", "mouse_up", "wheel", "key", "quit"};
 
 constexpr std::size_t kMostBytes = 16u << 20;
 constexpr double kNoTime = std::numeric_limits<double>::quiet_NaN();  // it could not be read
-constexpr Range kTime{0, 86400, "a time from 0 to 86400 s"};
+constexpr Range kTimes{0, 86400, "a time from 0 to 86400 s"};
 constexpr Range kPixel{-16384, 16384, "a number of pixels from -16384 to 16384"};
 constexpr Range kClicks{-100, 100, "a number of clicks from -100 to 100"};
+
+constexpr Key kT = number("t", "s", kTimes, "When.").needed("the time of the event in seconds");
+constexpr Key kType = word("type", kActs, "What happens.");
+constexpr Key kX = number("x", "pixels", kPixel, "From the left.").expecting("x and y in pixels");
+constexpr Key kY = number("y", "pixels", kPixel, "From the top.").expecting("x and y in pixels");
+constexpr Key kBody = reference("body", "the name of a body", "At this body.");
+constexpr Key kAt = vector("at", "m", "In its own frame. Default: its mass centre.").or_else(0);
+constexpr Key kButton = word("button", kButtons, "Of the mouse.").or_else(0);
+constexpr Key kDown[]{kT,    kType, kX,      kY,
+                      kBody, kAt,   kButton, flag("shift", "Held down.").or_else(false)};
+constexpr Key kMove[]{kT,
+                      kType,
+                      kX,
+                      kY,
+                      number("dx", "pixels", kPixel, "To the right."),
+                      number("dy", "pixels", kPixel, "Downwards."),
+                      kBody,
+                      kAt};
+constexpr Key kUp[]{kT, kType, kX, kY, kBody, kAt, kButton};
+constexpr Key kWheel[]{kT, kType,
+                       number("dy", "clicks", kClicks, "Upwards positive.")
+                           .needed("the clicks of the wheel, upwards positive")};
+constexpr Key kKey[]{kT, kType, word("key", kKeys, "Of the keyboard.")};
+constexpr Key kQuit[]{kT, kType};
+constexpr KeySet kSets[]{{"mouse_down event", "", kDown}, {"mouse_move event", "", kMove},
+                         {"mouse_up event", "", kUp},     {"wheel event", "", kWheel},
+                         {"key event", "", kKey},         {"quit event", "", kQuit}};
 
 Entity find_body(const Reader& r, NodeId value, const World& world) {
   std::vector<std::string_view> names;
@@ -54,7 +72,7 @@ void read_body_spot(const Reader& r, const World& world, ScriptEvent& event) {
   event.spot = Spot::body;
   event.body = find_body(r, r.find("body"), world);
   event.is_centre = !r.has("at");
-  event.at = r.vec("at", Vec3(0));
+  event.at = r.vec("at");
 }
 
 /// Where an event of the mouse takes place: one of the ways to say it, or none.
@@ -72,11 +90,11 @@ void read_spot(const Reader& r, const World& world, ScriptEvent& event) {
   if (body) return read_body_spot(r, world, event);
   if (pixel) {
     event.spot = Spot::pixel;
-    r.need("x", "x and y in pixels"), r.need("y", "x and y in pixels");
-    event.x = r.number("x", 0, kPixel), event.y = r.number("y", 0, kPixel);
+    r.need("x"), r.need("y");
+    event.x = r.number("x", 0), event.y = r.number("y", 0);
   } else if (shift) {
     event.spot = Spot::shift;
-    event.x = r.number("dx", 0, kPixel), event.y = r.number("dy", 0, kPixel);
+    event.x = r.number("dx", 0), event.y = r.number("dy", 0);
   } else if (event.act == Act::mouse_move) {
     r.diagnostics.error(r.node, "found no place, expected x and y, dx and dy, or body");
   }
@@ -104,18 +122,17 @@ ScriptEvent read_event(const JsonDocument& json, Diagnostics& diagnostics, NodeI
   }
   event.act = static_cast<Act>(act);
   const Reader r(json, diagnostics, node, kSets[act]);
-  r.need("t", "the time of the event in seconds");
-  event.time = r.number("t", kNoTime, kTime);
+  event.time = r.number("t", kNoTime);
   if (act <= static_cast<std::size_t>(Act::mouse_up)) read_spot(r, world, event);
-  if (r.accepts("button")) event.button = static_cast<int>(r.word("button", 0, kButtons));
-  if (r.accepts("shift")) event.shift = r.flag("shift", false);
+  if (r.accepts("button")) event.button = static_cast<int>(r.word("button"));
+  if (r.accepts("shift")) event.shift = r.flag("shift");
   if (event.act == Act::wheel) {
-    r.need("dy", "the clicks of the wheel, upwards positive");
-    event.y = r.number("dy", 0, kClicks);
+    event.y = r.number("dy", 0);
   }
   if (event.act == Act::key) {
-    r.need("key", "one of " + listed(kKeys));
-    event.key = r.word("key", 0, kKeys);
+    if (!r.has("key"))
+      r.diagnostics.error(node, "found no \"key\", expected one of " + listed(kKeys));
+    event.key = r.word("key", 0);
   }
   return event;
 }

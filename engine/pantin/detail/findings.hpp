@@ -1,8 +1,12 @@
 #pragma once
 /// What is wrong with a description, gathered while it is checked. Not installed.
+#include <initializer_list>
 #include <pantin/world.hpp>
+#include <span>
 #include <string>
 #include <vector>
+
+#include "engine/world/faults.hpp"
 
 namespace pantin::detail {
 
@@ -33,6 +37,8 @@ class Findings {
   void body(const char* member, Entity e);
   /// Two different bodies, one of them dynamic.
   void bodies(Entity a, Entity b);
+  /// Features that the solver knows which would move these bodies together, as the World stands.
+  void known(std::span<const Feature> features, std::initializer_list<Entity> bodies);
 
   const World& world() const { return world_; }
 

@@ -38,6 +38,17 @@ void iterate_mutual(World& world, Real h);
 bool end_iteration(World& world, Island& a, Real h);
 bool finish_step(World& world, Island& a, Real h, Entity& lost);
 
+/// N for each kg m of a multiplier of the last step; 0 where the solver "auto" took none since the
+/// World was built or copied.
+Real force_per_lambda(const Island& a);
+/// What the joint between a column and its parent, limits included, did to the column's body in the
+/// last step, world axes; without drives and soft zones. Linear in the number of outboard bodies.
+struct JointLoad {
+  Vec3 force{0};   // N
+  Vec3 torque{0};  // N m, about the joint point
+};
+JointLoad joint_load(const World& world, const Island& a, std::size_t column);
+
 /// Reactions of an adjusted island at its interfaces over the step.
 void react(World& world, std::size_t island, Real h, std::vector<contact::Reaction>& out);
 /// Contact forces on bodies of solvers that have no contact response.

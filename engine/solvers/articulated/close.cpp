@@ -149,11 +149,14 @@ EndSums close_in_turn(World& world, Island& a, VelocityInput in) {
   if (stayed) a.in_contact = a.limited = true;
   // After an impact the history is invalid: first-order rule.
   if (a.in_contact) a.disturbed = true;
-  if (a.in_contact && solver == Solver::articulated) {
+  const bool impact = a.in_contact && solver == Solver::articulated;
+  const bool changed_rule = impact && (a.second_order || a.fresh) && !stayed;
+  if (impact) {
     in.rule = Rule::euler, in.first = false;
     a.second_order = a.fresh = false;
   }
   EndSums end = kernels().update_velocities(p, in);
+  end.changed_rule = changed_rule;
   if (stayed) {
     kernels().scale(p, 0, &drift[0]);
     end.kinetic = 0.5 * a.mass * glm::dot(drift, drift);

@@ -2,6 +2,7 @@
 #include <numeric>
 
 #include "engine/base/archive.hpp"
+#include "engine/base/check.hpp"
 #include "engine/base/disjoint_sets.hpp"
 #include "engine/joints/kinds.hpp"
 #include "engine/solvers/articulated/internal.hpp"
@@ -284,6 +285,7 @@ Planting plant_trees(Builder& b, const std::vector<std::uint32_t>& slots,
   }
   for (std::uint32_t slot : slots)
     if (b.column[slot] == kNoSlot) add_tree(b, a, all, slot);
+  PANTIN_ASSERT(all.visits.size() == slots.size());
   return all;
 }
 
@@ -296,6 +298,7 @@ void pack_bodies(const World& world, const Planting& all, Island& a) {
   a.memory.resize(kMemoryRows, visits.size());
   for (std::size_t c = 0; c < visits.size(); ++c) {
     const Visit& v = visits[c];
+    PANTIN_ASSERT(v.parent < static_cast<std::int32_t>(c));
     a.bodies.push_back(world.bodies.owners()[v.slot]);
     a.slots.push_back(v.slot), a.links.push_back(v.link), a.parents.push_back(v.parent);
     set_constants(a, c, world.bodies.values()[v.slot]);

@@ -5,6 +5,7 @@
 // Jean 1998]
 #include <algorithm>
 
+#include "engine/base/invariants.hpp"
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
@@ -192,6 +193,10 @@ void start_contact(World& world, Island& a, IterationRow& row, Real h) {
     row.bias = (lift - glm::dot(apart, c.normal)) * c.normal - across(apart - before, c.normal);
   }
   const Real along = glm::dot(c.normal, k * c.normal);
+  // What a force displaces, it displaces towards itself: the Delassus operator is positive
+  // semidefinite.
+  PANTIN_ASSERT(is_unit(c.normal) &&
+                is_range(-1e-9 * std::abs(k[0][0] + k[1][1] + k[2][2]), along));
   // At least the compliance of the softer tangential direction: a mean would overshoot in it.
   const Real aside = k[0][0] + k[1][1] + k[2][2] - along;
   // A row without compliance cannot be moved by a force.
@@ -274,6 +279,8 @@ void pair_up(World& world, std::span<Island* const> all) {
         if (other.is_limit || is_owner_side(b, other)) continue;
         if (b.scratch.contact_rows[other.contact_row].contact == t.contact) row.other_row = i;
       }
+      [[maybe_unused]] const IterationRow& found = b.scratch.iteration_rows[row.other_row];
+      PANTIN_ASSERT(b.scratch.contact_rows[found.contact_row].contact == t.contact);
     }
 }
 

@@ -135,7 +135,8 @@ void find_reaches(const World& world, Real h, std::span<Real> reach) {
   for (const Island& a : islands_of(world)) {
     const Real anchor_displacement = displacement_of_targets(a);
     for (std::size_t c = 0; c < a.count(); ++c)
-      if (world.collisions.find(a.bodies[c]))
+      if (const Collision* collision = world.collisions.find(a.bodies[c]);
+          collision && !collision->sensor)
         reach[a.slots[c]] = reach_of(world, a, c, anchor_displacement, h);
   }
 }

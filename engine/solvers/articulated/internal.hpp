@@ -194,6 +194,11 @@ inline Vec3 response_rotation(const Island& a, std::size_t c, Vec3 translation) 
 /// The literal rule, root to leaf, into the final poses.
 void literal_sweep(Island& a, Real h);
 
+/// After a step that was predicted by the second-order rule, or from rest, and then ended by the
+/// first-order one because of an impact (reactions.cpp): what a multiplier means as a force follows
+/// from the momentum that the island gained. Sets Island::force_share and the contacts' forces.
+void scale_to_momentum(World& world, Island& a, const EndSums& end, Real h);
+
 /// Energy limiter (limiter.cpp): scales the velocities down where the energy grew by more than the
 /// work done on the island. Numerical losses may return for a while (the reserve), since a stable
 /// integrator exchanges energy within a swing.

@@ -345,8 +345,8 @@ struct IslandMemory {
   static void fields(auto& self, auto&& field) {
     field("memory", self.memory);
     field("trees", in_place(self.trees));
-    field("holds", in_place(self.pins));
-    field("cords", in_place(self.cables));
+    field("pins", in_place(self.pins));
+    field("cables", in_place(self.cables));
     field("joint_memory", in_place(self.joint_memory));
     field("calm_steps", self.calm_steps);
     field("iterating", self.iterating);

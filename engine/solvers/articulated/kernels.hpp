@@ -67,6 +67,7 @@ struct EndSums {
   double momentum[3];
   double largest_rotation2;  // square of the largest rotation of the step, rad^2
   bool sane;  // false: a position was not finite or out of bounds; its block was not written
+  bool changed_rule = false;  // ended by the first-order rule because of an impact
 };
 
 /// Positions beyond this distance from the origin count as diverged, m.

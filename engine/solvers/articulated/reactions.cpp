@@ -38,6 +38,21 @@ Vec3 other_forces(const World& world, const Island& a, Real h) {
   return sum;
 }
 
+/// The multipliers of what holds the island from outside, kg m; cables to the world, which seldom
+/// matter beside an impact, are left out.
+Vec3 outer_lambdas(const World& world, const Island& a) {
+  Vec3 sum(0);
+  for (const Tree& t : a.trees)
+    if (a.parents[t.first] == kHeld) sum += a.memory.vec(kLambda, t.first);
+  for (const PackedPin& pin : a.pins)
+    if (pin.partner == UINT32_MAX) sum += pin.lambda;
+  for (const ContactRow& row : a.scratch.contact_rows) {
+    const Contact& contact = contacts_of(world)[row.contact];
+    if (contact.active) sum += row.side * contact.lambda;
+  }
+  return sum;
+}
+
 /// Largest number of interfaces of one island.
 constexpr std::size_t kMost = 16;
 
@@ -63,6 +78,19 @@ void share_rest(const World& world, const Island& a, Real h, Reactions& r) {
 }
 
 }  // namespace
+
+void scale_to_momentum(World& world, Island& a, const EndSums& end, Real h) {
+  const Vec3 after(end.momentum[0], end.momentum[1], end.momentum[2]);
+  const Vec3 force = (after - a.momentum_before) / h - other_forces(world, a, h);
+  const Vec3 lambda = outer_lambdas(world, a);
+  const Real square = glm::dot(lambda, lambda);
+  if (!(square > 0)) return;
+  const Real share = glm::clamp(square / (h * h * glm::dot(force, lambda)), a.force_share, Real(1));
+  if (!std::isfinite(share)) return;
+  for (const ContactRow& row : a.scratch.contact_rows)
+    if (row.side > 0) contacts_of(world)[row.contact].force *= a.force_share / share;
+  a.force_share = share;
+}
 
 void react(World& world, std::size_t island, Real h, std::vector<contact::Reaction>& out) {
   const Island& a = islands_of(world)[island];

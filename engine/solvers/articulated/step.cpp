@@ -98,6 +98,7 @@ bool finish_step(World& world, Island& a, Real h, Entity& lost) {
   }
   keep_momentum(world, a, h, end);
   if (!a.scratch.contact_rows.empty()) a.supplied_work += finish_contacts(world, a, h);
+  if (end.changed_rule) scale_to_momentum(world, a, end, h);
   const Real calm_angle = a.settings.calm_angle;
   a.disturbed = a.disturbed || !(end.largest_rotation2 < calm_angle * calm_angle);
   if (a.settings.solver == Solver::articulated)
@@ -120,6 +121,7 @@ bool adjust_in_substeps(World& world, Island& a, Real h, Entity& lost) {
   int passes = a.active_set_iterations_used;
   bool sound = true;
   const std::vector<Tree> trees = a.trees;  // their targets in this step
+  std::vector<Vec3> forces(a.scratch.contact_rows.size(), Vec3(0));
   for (int part = 1; part <= kSubsteps && sound; ++part) {
     a.substeps_left = kSubsteps - part;
     update(world, a, h / kSubsteps);
@@ -134,7 +136,12 @@ bool adjust_in_substeps(World& world, Island& a, Real h, Entity& lost) {
     find_active_set(world, a, h / kSubsteps, StepLength::substep);
     passes += a.active_set_iterations_used;
     sound = finish_step(world, a, h / kSubsteps, lost);
+    for (std::size_t i = 0; i < forces.size(); ++i)
+      forces[i] += contacts_of(world)[a.scratch.contact_rows[i].contact].force / Real(kSubsteps);
   }
+  for (std::size_t i = 0; i < forces.size(); ++i)
+    if (a.scratch.contact_rows[i].side > 0)
+      contacts_of(world)[a.scratch.contact_rows[i].contact].force = forces[i];
   a.active_set_iterations_used = passes, a.substeps_left = 0;
   return sound;
 }

@@ -259,9 +259,9 @@ struct IslandMemory {
 
   static void fields(auto& self, auto&& field) {
     field("memory", in_place(self.memory));
-    field("loads", in_place(self.mean_lambda));
+    field("mean_lambda", in_place(self.mean_lambda));
     field("frames", in_place(self.frames));
-    field("efforts", in_place(self.joint_forces));
+    field("joint_forces", in_place(self.joint_forces));
     field("accelerations", in_place(self.accelerations));
     field("lagged", in_place(self.lagged));
     field("fresh", self.fresh);

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/invariants.hpp"
 #include "engine/base/rotation.hpp"
 #include "engine/solvers/lagrangian/internal.hpp"
 
@@ -34,6 +35,8 @@ int decompose(Real* d, std::size_t rows, Real sign, const Real* scales, Real lea
   for (std::size_t c = 0; c < n; ++c) {
     const Real pivot = d[c * n + c];
     const bool stands = sign * pivot > (scales ? least * scales[c] : 0);
+    // Masses are positive definite, whatever was eliminated before them.
+    PANTIN_ASSERT(scales || is_positive(sign * pivot));
     const Real inverse = stands ? 1 / pivot : 0;
     cut += stands ? 0 : 1;
     // The column below the pivot, and its update of the rest.
@@ -329,6 +332,7 @@ void find_row_residuals(Island& m, std::span<const Real> right, std::span<const 
 Real measure_row_residuals(Island& m, std::span<const Real> right, const Unknowns& found,
                            Real& requested) {
   const auto& [a, lambda] = found;
+  PANTIN_ASSERT(right.size() >= m.rows && lambda.size() >= m.rows && a.size() >= 2 * m.count());
   StepScratch& scratch = m.scratch;
   Real worst = 0;
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
@@ -357,9 +361,11 @@ Real measure_row_residuals(Island& m, std::span<const Real> right, const Unknown
 
 /// a = M^-1 force.
 void find_free_motion(const Island& m, std::span<const Vec3> force, std::span<Vec3> a) {
-  for (std::size_t b = 0; b < m.count(); ++b)
-    a[2 * b] = 1 / m.mass[b] * force[2 * b],
-          a[2 * b + 1] = m.scratch.inverse_inertia[b] * force[2 * b + 1];
+  for (std::size_t b = 0; b < m.count(); ++b) {
+    PANTIN_ASSERT(is_positive(m.mass[b]) && is_positive(m.inertia[b]));
+    a[2 * b] = 1 / m.mass[b] * force[2 * b];
+    a[2 * b + 1] = m.scratch.inverse_inertia[b] * force[2 * b + 1];
+  }
 }
 
 /// a += M^-1 J^T lambda, for hubs too.

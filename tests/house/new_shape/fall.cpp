@@ -4,8 +4,9 @@
 
 #include "engine/geometry/kinds.hpp"
 #include "engine/runtime/simulation.hpp"
+#include "engine/scene/keys.hpp"
 #include "engine/scene/scene.hpp"
-#include "engine/scene/shape_keys.hpp"
+#include "engine/scene/schema.hpp"
 #include "engine/world/queries.hpp"
 
 int main(int count, char** arguments) {
@@ -37,6 +38,6 @@ int main(int count, char** arguments) {
   const ClosestAnswer near = queries.closest_point(body.pose.position + Vec3(0.3, 0, 0), 1);
   std::printf("ray %.17g\nnear %.17g\n", seen ? seen.hit->point.x - body.pose.position.x : -1,
               near ? near.hit->distance : -1);
-  std::printf("schema %s\n", schema_of(world.shapes[first].list[0].kind).c_str());
+  std::printf("schema %s\n", schema_of(keys_of(world.shapes[first].list[0].kind)).c_str());
   return 0;
 }

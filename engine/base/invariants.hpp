@@ -1,0 +1,25 @@
+#pragma once
+/// What PANTIN_ASSERT asks of vectors, rotations and matrices. What is not a number passes: it
+/// comes from the state, and is reported with its body in every build.
+#include "engine/base/check.hpp"
+#include "engine/base/math.hpp"
+
+namespace pantin::detail {
+
+/// Far wider than what rounding does to a unit vector in a step.
+inline constexpr Real kUnitTolerance = 1e-6;
+
+inline bool is_unit(Vec3 v) { return !(std::abs(glm::dot(v, v) - 1) > kUnitTolerance); }
+inline bool is_unit(Quat q) { return !(std::abs(glm::dot(q, q) - 1) > kUnitTolerance); }
+inline bool is_unit(const Pose& p) { return is_unit(p.rotation); }
+
+inline bool is_positive(Real x) { return !(x <= 0); }
+inline bool is_positive(Vec3 v) { return is_positive(v.x) && is_positive(v.y) && is_positive(v.z); }
+
+/// Lower bounds below upper ones.
+inline bool is_range(Real low, Real high) { return !(low > high); }
+inline bool is_range(Vec3 low, Vec3 high) {
+  return is_range(low.x, high.x) && is_range(low.y, high.y) && is_range(low.z, high.z);
+}
+
+}  // namespace pantin::detail

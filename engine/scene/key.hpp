@@ -1,0 +1,236 @@
+#pragma once
+/// A key of an object in a file: what a value under it must be and what it means. The reader takes
+/// bounds, words and defaults from these rows, and the JSON Schema is printed from them.
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
+
+#include "engine/base/math.hpp"
+
+namespace pantin::detail {
+
+/// Allowed range of a number, and its description for errors.
+struct Range {
+  Real least, most;
+  std::string_view words;
+  bool open = false;  // `least` itself is not allowed
+
+  constexpr bool holds(Real x) const { return (open ? x > least : x >= least) && x <= most; }
+};
+
+inline constexpr Real kMaxMagnitude = 1e9;  // m, m/s, rad/s: larger values are mistakes
+inline constexpr Range kAnyNumber{-kMaxMagnitude, kMaxMagnitude, "a number between -1e9 and 1e9"};
+inline constexpr Range kPositive{0, 1e12, "a number above 0, at most 1e12", true};
+inline constexpr Range kNotNegative{0, 1e12, "a number from 0 to 1e12"};
+inline constexpr Range kSize{1e-9, kMaxMagnitude, "a size from 1e-9 to 1e9 m"};
+inline constexpr Range kWeight{1e-12, 1e12, "a number from 1e-12 to 1e12"};  // mass, density
+inline constexpr Range kUnit{0, 1, "a number from 0 to 1"};
+inline constexpr Range kDegrees{-1e6, 1e6, "an angle in degrees, between -1e6 and 1e6"};
+inline constexpr Range kRadians{-1e4, 1e4, "an angle in rad, between -1e4 and 1e4"};
+inline constexpr Range kTime{-1e6, 1e6, "a time in seconds, between -1e6 and 1e6"};
+
+/// What stands under a key.
+enum class ValueType : std::uint8_t {
+  number,
+  whole,  // a number without a fraction
+  flag,   // true or false
+  text,
+  name,              // of the object itself
+  reference,         // a name of something else
+  references,        // an array of them
+  word,              // one of Key::words
+  vector,            // three numbers
+  direction,         // three numbers, not all 0
+  vector_or_number,  // three numbers, or one for all three
+  numbers,           // an array of Key::count numbers
+  wholes,            // an array of Key::count whole numbers
+  number_or_pair,    // one number, or two
+  number_list,       // an array of any length
+  points,            // an array of vectors
+  triples,           // an array of three whole numbers each
+  quaternion,        // four numbers, of length 1
+  joint_turn,        // a quaternion, or the one or two angles of a joint in rad
+  joint_turn_deg,    // the same in degrees, three angles in place of the quaternion
+  colour,            // "#rrggbb", or three numbers
+  inertia,           // three numbers, or six
+  group_names,       // an array of different names, at most 32
+  groups,            // an array of names or of numbers from 0 to 31
+  object,            // of the kind Key::object
+  objects,           // an array of them
+  object_or_flag
+};
+
+struct JointKindInfo;
+
+/// A row of a table of keys. `unit` and `about` are for people; `about` is a sentence or more.
+struct Key {
+  std::string_view name;
+  ValueType type;
+  std::string_view unit, about;
+  Range range = kAnyNumber;                      // of numbers
+  int count = 0;                                 // of an array of fixed length
+  std::span<const std::string_view> words = {};  // of a word
+  std::span<const std::string_view> old_words =
+      {};                          // read as `words`, one for each, with a warning
+  std::string_view object = {};    // the kind of object
+  std::string_view expected = {};  // for complaints that nothing is there
+  bool is_needed = false;          // complain so
+  bool is_never_zero = false;
+  std::string_view never_zero = {};  // why
+  std::string_view old = {};         // its name in earlier versions, read with a warning
+  bool (*fits)(const JointKindInfo&) = nullptr;  // kinds of joints that may have it; null: all
+  bool has_default = false;
+  Real defaults[3] = {};  // of a number, a vector; 1 or 0 of a flag; the place of a word
+
+  constexpr Key or_else(Real x) const { return or_else(x, x, x); }
+  constexpr Key or_else(Real x, Real y, Real z) const {
+    Key key = *this;
+    key.has_default = true, key.defaults[0] = x, key.defaults[1] = y, key.defaults[2] = z;
+    return key;
+  }
+  /// It must be there; what is expected, for complaints.
+  constexpr Key needed(std::string_view what) const {
+    Key key = expecting(what);
+    key.is_needed = true;
+    return key;
+  }
+  constexpr Key expecting(std::string_view what) const {
+    Key key = *this;
+    key.expected = what;
+    return key;
+  }
+  constexpr Key once(std::string_view old_name) const {
+    Key key = *this;
+    key.old = old_name;
+    return key;
+  }
+  constexpr Key once_words(std::span<const std::string_view> old_ones) const {
+    Key key = *this;
+    key.old_words = old_ones;
+    return key;
+  }
+  constexpr Key not_zero(std::string_view why = {}) const {
+    Key key = *this;
+    key.is_never_zero = true, key.never_zero = why;
+    return key;
+  }
+  constexpr Key of_kinds(bool (*test)(const JointKindInfo&)) const {
+    Key key = *this;
+    key.fits = test;
+    return key;
+  }
+};
+
+/// Of two keys that must not stand side by side: `one`, and any of `others`, words between spaces.
+struct Exclusive {
+  std::string_view one, others;
+};
+
+/// At least one of `keys`, words between spaces, must be there; what to complain of otherwise.
+struct AnyOf {
+  std::string_view keys, complaint;
+};
+
+/// Where `key` is there, one of `with` must be too; what to complain of otherwise.
+struct Beside {
+  std::string_view key, with, complaint;
+};
+
+/// All keys of one kind of object. A key and the same key in _deg exclude each other everywhere.
+struct KeySet {
+  std::string_view what;   // the kind of object, as errors name it
+  std::string_view about;  // one line or more
+  std::span<const Key> keys;
+  std::span<const Exclusive> exclusive = {};
+  std::span<const AnyOf> any_of = {};
+  std::span<const Beside> beside = {};
+
+  constexpr const Key* find(std::string_view name) const {
+    for (const Key& key : keys)
+      if (key.name == name) return &key;
+    return nullptr;
+  }
+};
+
+/// Calls `take` with each of the words between spaces.
+constexpr void each_word(std::string_view words, auto take) {
+  while (!words.empty()) {
+    const std::size_t end = words.find(' ') < words.size() ? words.find(' ') : words.size();
+    take(words.substr(0, end));
+    words.remove_prefix(end < words.size() ? end + 1 : end);
+  }
+}
+
+/// Rows of tables.
+namespace rows {
+
+using Text = std::string_view;
+using Words = std::span<const std::string_view>;
+
+constexpr Key row(Text name, ValueType type, Text unit, Text about,
+                  const Range& range = kAnyNumber) {
+  return {.name = name, .type = type, .unit = unit, .about = about, .range = range};
+}
+constexpr Key number(Text name, Text unit, const Range& range, Text about) {
+  return row(name, ValueType::number, unit, about, range);
+}
+constexpr Key angle(Text name, Text about) { return number(name, "rad", kRadians, about); }
+constexpr Key angle_deg(Text name, Text about) { return number(name, "degrees", kDegrees, about); }
+constexpr Key whole(Text name, int least, int most, Text about) {
+  return row(name, ValueType::whole, "", about, {Real(least), Real(most), ""});
+}
+constexpr Key flag(Text name, Text about) { return row(name, ValueType::flag, "", about); }
+constexpr Key text(Text name, Text about) { return row(name, ValueType::text, "", about); }
+constexpr Key own_name(Text about) { return row("name", ValueType::name, "", about); }
+constexpr Key needed_name() { return own_name("What others call it.").needed("a name"); }
+constexpr Key reference(Text name, Text expected, Text about) {
+  return row(name, ValueType::reference, "", about).expecting(expected);
+}
+constexpr Key word(Text name, Words words, Text about) {
+  Key key = row(name, ValueType::word, "", about);
+  key.words = words;
+  return key;
+}
+constexpr Key vector(Text name, Text unit, Text about) {
+  return row(name, ValueType::vector, unit, about);
+}
+constexpr Key direction(Text name, Text about) {
+  return row(name, ValueType::direction, "", about);
+}
+constexpr Key list(Text name, ValueType type, int count, Text unit, const Range& range,
+                   Text about) {
+  Key key = row(name, type, unit, about, range);
+  key.count = count;
+  return key;
+}
+constexpr Key angles(Text name, Text about) {
+  return list(name, ValueType::numbers, 2, "rad", kRadians, about);
+}
+constexpr Key angles_deg(Text name, Text about) {
+  return list(name, ValueType::numbers, 2, "degrees", kDegrees, about);
+}
+constexpr Key of_object(Text name, ValueType type, Text object, Text about) {
+  Key key = row(name, type, "", about);
+  key.object = object;
+  return key;
+}
+constexpr Key object(Text name, Text kind, Text about) {
+  return of_object(name, ValueType::object, kind, about);
+}
+constexpr Key objects(Text name, Text kind, Text about) {
+  return of_object(name, ValueType::objects, kind, about);
+}
+
+inline constexpr Key kPosition = vector("position", "m", "Where the frame's origin is.").or_else(0);
+inline constexpr Key kRotation =
+    row("rotation", ValueType::quaternion, "",
+        "Quaternion [x, y, z, w] from the own frame to the frame around it. Default: none.");
+inline constexpr Key kRotationDeg =
+    vector("rotation_deg", "degrees",
+           "The same as three angles: about the fixed x axis first, then y, then z.");
+inline constexpr Key kMaterial =
+    reference("material", "the name of a material", "Name of a material.");
+
+}  // namespace rows
+}  // namespace pantin::detail

@@ -1,0 +1,274 @@
+// Keys of a scene's head, its groups and its generators.
+#include "engine/scene/keys.hpp"
+#include "engine/world/settings.hpp"
+
+namespace pantin::detail::keys {
+namespace {
+
+using namespace rows;
+
+constexpr SolverSettings kSettings;  // what a scene that says nothing has
+
+constexpr std::string_view kSolvers[] = {"auto", "sweep", "shake2", "paper", "lagrangian"};
+constexpr std::string_view kStabilisations[] = {"projection", "baumgarte", "none"};
+constexpr std::string_view kReluctances[] = {"inertia_over_mass", "literal_step"};
+
+constexpr Range kVersion{1, 1, "1, the version this program reads"};
+constexpr Range kStep{0, 1, "a step above 0, at most 1 s", true};
+constexpr Range kDuration{0, 1e6, "a duration above 0, at most 1e6 s", true};
+constexpr Range kOpening{1, 170, "an angle from 1 to 170 degrees"};
+constexpr Range kStrength{0, 1000, "a number from 0 to 1000"};
+constexpr Range kLit{0, 100, "a number from 0 to 100"};
+constexpr Range kPixels{16, 16384, "a whole number of pixels from 16 to 16384"};
+constexpr Range kRate{0, 1000, "a number of frames a second above 0, at most 1000", true};
+constexpr Range kCopies{1, 1e6, "a whole number from 1 to 1000000"};
+
+// What a scene and a prefab both have.
+constexpr Key kBodies = objects("bodies", "body", "Rigid bodies.");
+constexpr Key kJoints = objects("joints", "joint",
+                                "Joints. Of one that closes a loop of dynamic bodies, or holds "
+                                "them in place once more, only the "
+                                "point is held, unless by the solver lagrangian.");
+constexpr Key kGears =
+    objects("gears", "gear", "Gears, belts, racks: joints that move in proportion.").once("ratios");
+constexpr Key kCables =
+    objects("cables", "cable", "Cables: they pull and never push.").once("strings");
+constexpr Key kPins = objects("pins", "pin", "Points of bodies held at a place.");
+constexpr Key kPaths = objects("paths", "path", "Paths of driven bodies.").once("drives");
+constexpr Key kInstances = objects("instances", "instance", "Copies of prefabs.");
+constexpr Key kGenerators =
+    object("generators", "generators", "Chains, grids and stairs written out by rule.");
+
+constexpr Key kScene[] = {
+    text("$schema", "Where editors find this schema; not read."),
+    number("version", "", kVersion, "Of this format.").needed("the version of the format: 1"),
+    text("title", "Default: the file's name."),
+    vector("gravity", "m/s^2", "What all bodies fall with.").or_else(0, -9.81, 0),
+    number("step", "s", kStep, "Length of one step.").or_else(1.0 / 60),
+    whole("substeps", 1, 1000, "Equal parts each step is taken in.").or_else(1),
+    number("duration", "s", kDuration, "How long the scene runs.").or_else(5),
+    number("drift_bound", "", kPositive,
+           "Joint gap that counts as failure, part of the articulation's size.")
+        .or_else(1e-12),
+    of_object("collision", ValueType::object_or_flag, "collision",
+              "Of all bodies with shapes that say nothing of it. Default: nothing is solid."),
+    row("collision_groups", ValueType::group_names, "",
+        "Names for groups: the first is bit 0, and so on."),
+    object("solver", "solver", "Settings of all articulations that name none."),
+    objects("materials", "material", "What surfaces look like."),
+    kBodies,
+    kJoints,
+    kGears,
+    kCables,
+    kPins,
+    kPaths,
+    kInstances,
+    kGenerators,
+    objects("prefabs", "prefab", "Named groups to copy; they do nothing by themselves."),
+    object("camera", "camera", "Where pictures are taken from."),
+    object("light", "light", "Sun and sky."),
+    of_object("ground", ValueType::object_or_flag, "ground",
+              "The drawn ground, or whether there is one. It stops nothing."),
+    object("output", "output",
+           "What pictures and videos are like unless the command line says otherwise."),
+};
+
+constexpr Key kSolver[] = {
+    word("type", kSolvers,
+         "auto: dynamics, stable at any step. sweep: kinematic posing. shake2: accurate at small "
+         "steps. paper: the literal published rule, for comparison. lagrangian: exact joints of "
+         "every kind, by forces of constraint.")
+        .or_else(0),
+    number("rotation_stiffness", "", kNotNegative, "Of sweep: 0 swings, large values slide.")
+        .or_else(kSettings.rotation_stiffness)
+        .once("turn_stiffness"),
+    number("calm_angle_deg", "degrees", kPositive,
+           "A body that turns farther in a step makes it less accurate and more stable. Default "
+           "28.6."),
+    number("reservoir_time", "s", kNotNegative,
+           "How long numerical losses may be given back; 0 never.")
+        .or_else(kSettings.reservoir_time),
+    whole("active_set_iterations", 1, 64,
+          "Most solves of a step, to find which limits, contacts and drives are active.")
+        .or_else(kSettings.active_set_iterations)
+        .once("passes"),
+    number(
+        "sleep_speed", "m/s", kNotNegative,
+        "What rests on fixed things and moves no faster for half a second falls asleep; 0 never.")
+        .or_else(kSettings.sleep_speed)
+        .once("rest_speed"),
+    whole("sweeps", 1, 10'000, "Most relaxation sweeps over several held points.")
+        .or_else(kSettings.sweeps)
+        .once("rounds"),
+    number("tolerance", "", kPositive,
+           "Residual of a held point that counts as met, part of the articulation's size.")
+        .or_else(kSettings.tolerance),
+    number("stall_drop", "", kUnit, "Least relative gain of a sweep; below it the sweeps end.")
+        .or_else(kSettings.stall_drop),
+    flag("tension_stiffness", "Off only to show what it is for.")
+        .or_else(kSettings.tension_stiffness),
+    flag("limiter", "The energy limiter; off only to show what it is for.")
+        .or_else(kSettings.limiter),
+    word("paper_reluctance", kReluctances, "Which length^2 the literal rule takes.").or_else(0),
+    word("integrator", kIntegratorNames,
+         "Of lagrangian. euler: order 1, never blows up. rattle: symplectic, order 2, energy "
+         "bounded "
+         "in long runs. rk4: Runge-Kutta, order 4. implicit: order 2, stiff springs do not limit "
+         "the "
+         "step.")
+        .or_else(Real(kSettings.integrator)),
+    word("stabilisation", kStabilisations,
+         "Of lagrangian: what is done about joints that drift apart. projection: back onto them "
+         "after every step. The others are for comparison.")
+        .or_else(0),
+    number("baumgarte", "", kNotNegative,
+           "Of lagrangian, with that stabilisation. euler: part of a gap closed in a step, at most "
+           "1; 0 stands for 0.2. Otherwise a rate, 1/s; 0 stands for 5.")
+        .or_else(kSettings.baumgarte),
+    number(
+        "step_tolerance", "", kPositive,
+        "Of lagrangian with rk4: steps are divided so that each errs by less, in m, rad, m/s and "
+        "rad/s. Default: not divided."),
+    number("damping_ratio", "", kUnit,
+           "Of lagrangian with implicit: what is left of the fastest vibrations after a step.")
+        .or_else(kSettings.damping_ratio),
+};
+
+constexpr Key kMaterial[] = {
+    needed_name(),
+    row("colour", ValueType::colour, "", "Default a light grey.", kUnit),
+    number("roughness", "", kUnit, "0 mirrors, 1 is chalk.").or_else(0.5),
+    number("metallic", "", kUnit, "0 or 1.").or_else(0),
+};
+
+constexpr Key kPrefab[] = {needed_name(), kBodies, kJoints,    kGears,     kCables,
+                           kPins,         kPaths,  kInstances, kGenerators};
+
+constexpr Key kOfPrefab =
+    reference("prefab", "the name of a prefab", "Name of a prefab.").needed("the name of a prefab");
+constexpr Key kItsSolver = object("solver", "solver", "Solver settings for all its articulations.");
+
+constexpr Key kInstance[] = {
+    needed_name(),
+    kOfPrefab,
+    kPosition,
+    kRotation,
+    kRotationDeg,
+    number("time_offset", "s", kTime, "Its paths and drives run ahead by this time.").or_else(0),
+    kItsSolver,
+};
+
+constexpr Key kGenerated[] = {
+    objects("chains", "chain", "Chains of equal links."),
+    objects("grids", "grid", "Prefabs in rows."),
+    objects("stairs", "stairs", "Flights of steps."),
+};
+
+constexpr Key kGrid[] = {
+    needed_name(),
+    kOfPrefab,
+    list("count", ValueType::wholes, 3, "", kCopies,
+         "Copies along x, y and z; they are called \"name/0\", \"name/1\", ..., x first, then z, "
+         "then y.")
+        .needed("how many copies along x, y and z"),
+    vector("spacing", "m", "Between neighbours along x, y and z.").or_else(1),
+    vector("position", "m", "Where the grid's middle is.").or_else(0),
+    kRotation,
+    kRotationDeg,
+    number("time_offset", "s", kTime,
+           "The paths and drives of each copy run ahead of the one before by this time.")
+        .or_else(0),
+    kItsSolver,
+};
+
+constexpr Key kStairs[] = {
+    needed_name(),
+    whole("count", 1, 10'000, "How many steps.").needed("a number of steps"),
+    number("width", "m", kSize, "Along z.").needed(kSize.words),
+    number("rise", "m", kSize, "Height of one step.").needed(kSize.words),
+    number("run", "m", kSize, "Depth of one step.").needed(kSize.words),
+    kPosition,
+    kRotation,
+    kRotationDeg,
+    rows::kMaterial,
+    of_object("collision", ValueType::object_or_flag, "collision",
+              "Default: solid, as the scene says of how."),
+};
+
+constexpr Key kCollision[] = {
+    number("friction", "", kNotNegative,
+           "Coulomb's coefficient; of two bodies the geometric mean counts.")
+        .or_else(0.5),
+    number("restitution", "", kUnit,
+           "Part of the approach given back; of two bodies the larger counts.")
+        .or_else(0),
+    row("groups", ValueType::groups, "", "What the body is. Default: [0]."),
+    row("with", ValueType::groups, "", "What it touches; both bodies have to agree. Default: all."),
+    flag("others", "Whether it touches dynamic bodies of other articulations.").or_else(false),
+    flag("self", "Whether it touches dynamic bodies of its own articulation.").or_else(false),
+    flag("sensor",
+         "Whether it only reports what overlaps it and pushes nothing. Every body whose groups "
+         "agree "
+         "is seen, dynamic ones without \"others\" too.")
+        .or_else(false),
+};
+
+constexpr Key kCamera[] = {
+    vector("eye", "m", "Where it stands."),
+    vector("target", "m", "What it looks at; not the eye."),
+    number("field_of_view_deg", "degrees", kOpening, "From bottom to top. Default 40.1."),
+    flag("automatic",
+         "Frame the whole scene, looking the way eye and target say. Default: true unless both are "
+         "given."),
+};
+
+constexpr Key kLight[] = {
+    direction("direction", "The way the sun's light goes."),
+    row("colour", ValueType::colour, "", "Of the sun.", kLit),
+    number("strength", "", kStrength, "Of the sun.").or_else(3),
+    row("sky", ValueType::colour, "", "Light from above.", kLit),
+    row("ground", ValueType::colour, "", "Light from below.", kLit),
+};
+
+constexpr Key kGround[] = {
+    flag("visible", "Draw it.").or_else(true),
+    number("height", "m", kAnyNumber, "Where it lies.").or_else(0),
+};
+
+constexpr Key kOutput[] = {
+    list("size", ValueType::wholes, 2, "pixels", kPixels, "Width and height.")
+        .or_else(1280, 720, 0),
+    number("fps", "", kRate, "Frames a second.").or_else(60),
+};
+
+}  // namespace
+
+constinit const KeySet scene{
+    "scene", "A scene: SI units, +Y up, right-handed; keys in _deg are degrees.", kScene};
+constinit const KeySet solver{"solver", "Solver settings.", kSolver};
+constinit const KeySet material{"material", "A surface.", kMaterial};
+constinit const KeySet prefab{"prefab",
+                              "A group of bodies with all that ties and moves them, in a frame of "
+                              "its own. \"world\" in it is "
+                              "what never moves. It may hold instances of other prefabs.",
+                              kPrefab};
+constinit const KeySet instance{"instance", "A copy of a prefab.", kInstance};
+constinit const KeySet generators{"generators", "Rules that write many things out.", kGenerated};
+constinit const KeySet grid{"grid", "Copies of a prefab in rows.", kGrid};
+constinit const KeySet stairs{
+    "stairs",
+    "A fixed body of steps that rise along its x axis, as wide along z. Its origin is the middle "
+    "of "
+    "the first step's lower front edge; every step reaches down to the floor.",
+    kStairs};
+constinit const KeySet collision{
+    "collision",
+    "What a body touches. A dynamic body touches every fixed or driven one whose groups agree; "
+    "bodies of one joint never touch.",
+    kCollision};
+constinit const KeySet camera{"camera", "A camera.", kCamera};
+constinit const KeySet light{"light", "Sun and sky.", kLight};
+constinit const KeySet ground{"ground", "The ground grid.", kGround};
+constinit const KeySet output{"output", "Picture defaults.", kOutput};
+
+}  // namespace pantin::detail::keys

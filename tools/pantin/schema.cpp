@@ -1,0 +1,67 @@
+#include "engine/scene/schema.hpp"
+
+#include <fmt/core.h>
+
+#include <memory>
+
+#include "engine/base/atomic_file.hpp"
+#include "tools/pantin/program.hpp"
+
+namespace pantin::program {
+namespace {
+
+constexpr std::size_t kColumns = 100;
+
+/// The text of a value, what fits into a line in one; `used` columns of the line are taken.
+std::string laid_out(const Json& json, std::size_t indent, std::size_t used) {
+  const std::string whole = json.dump(), in(indent + 2, ' ');
+  if (!json.is_structured() || json.empty() || used + whole.size() < kColumns) return whole;
+  std::string text;
+  for (const auto& [key, value] : json.items()) {
+    const std::string name = json.is_object() ? Json(key).dump() + ": " : "";
+    text += (text.empty() ? "\n" : ",\n") + in + name;
+    text += laid_out(value, indent + 2, indent + 2 + name.size());
+  }
+  text += "\n" + std::string(indent, ' ');
+  return json.is_object() ? "{" + text + "}" : "[" + text + "]";
+}
+
+int schema(const std::string& path) {
+  const std::string text = laid_out(Json::parse(scene_schema()), 0, 0) + "\n";
+  if (path.empty()) {
+    fmt::print("{}", text);
+    return kOk;
+  }
+  const auto written = write_file(path, text);
+  if (written) return kOk;
+  for (const Error& e : written.errors()) print_error(e.message);
+  return kUnwritable;
+}
+
+constexpr const char* kExamples =
+    R"(Prints the JSON Schema (draft 2020-12) of scene files: every key with its type, unit, range,
+default and meaning, from the tables that the program itself reads scenes by.
+
+Examples:
+  pantin schema --out out/scene.schema.json
+  pantin schema
+
+An editor that knows JSON Schema completes keys, shows what they mean and marks mistakes while you
+type, in any scene that begins with
+  {"$schema": "scene.schema.json", "version": 1, ...
+or, in VS Code, in all files that its settings name:
+  "json.schemas": [{"fileMatch": ["scenes/*.json"], "url": "./out/scene.schema.json"}]
+
+Exit codes: 0 ok, 2 usage, 4 could not write.)";
+
+}  // namespace
+
+void add_schema(CLI::App& program, int& exit_code) {
+  auto path = std::make_shared<std::string>();
+  CLI::App* command = program.add_subcommand("schema", "Prints the JSON Schema of scene files");
+  command->add_option("--out", *path, "write it to this file instead");
+  command->footer(kExamples);
+  command->callback([path, &exit_code] { exit_code = schema(*path); });
+}
+
+}  // namespace pantin::program
