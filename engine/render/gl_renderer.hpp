@@ -5,6 +5,7 @@
 #include "engine/render/context.hpp"
 #include "engine/render/font.hpp"
 #include "engine/render/frame.hpp"
+#include "engine/render/overlay.hpp"
 #include "engine/render/renderer.hpp"
 #include "engine/render/surface_store.hpp"
 
