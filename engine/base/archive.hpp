@@ -14,8 +14,8 @@
 
 namespace pantin::detail {
 
-/// What a type wants to do once all of its fields are read: rebuild what is derived, and return
-/// null, or one clause that says what is wrong.
+/// A function that a type runs once all of its fields are read: rebuilds what is derived, and
+/// returns null, or one clause that says what is wrong.
 template <class T>
 concept HasRestored = requires(T& value) {
   { value.restored() } -> std::convertible_to<const char*>;

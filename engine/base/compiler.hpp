@@ -1,7 +1,7 @@
 #pragma once
 /// All that a compiler offers beyond the language. Everything else is standard C++20, so that a
 /// new compiler needs a look at this file only; without its gifts the plain forms below do the
-/// same, bit for bit, and slower (PANTIN_PLAIN_CPP asks for them). Vectors are in lanes.hpp beside
+/// same, bit for bit, and slower (PANTIN_PLAIN_CPP selects them). Vectors are in lanes.hpp beside
 /// it.
 
 #if defined(__GNUC__) && !defined(PANTIN_PLAIN_CPP)

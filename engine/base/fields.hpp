@@ -13,7 +13,7 @@
 ///   };
 ///
 /// A plain field is state: the next step depends on it; so is `in_place`, a list that is as long
-/// as the structure asks for. `passive` ones are kept and saved, but no
+/// as the structure requires. `passive` ones are kept and saved, but no
 /// step reads them: results, names, looks. `derived` ones follow from the rest (caches, scratch):
 /// they are made again, never saved. The name "" is not used.
 #include <array>

@@ -43,17 +43,17 @@ struct Interface {
     field("kind", derived(self.kind));
     field("source", derived(self.source));
     field("body", derived(self.body));
-    field("guess", derived(self.point_mass));
+    field("point_mass", derived(self.point_mass));
     field("anchor", derived(self.anchor));
     field("mass", self.mass);
     field("force", self.force);
     field("impulse", self.impulse);
     field("carried", self.carried);
-    field("given", derived(self.transmitted));
-    field("lack", derived(self.residual));
+    field("transmitted", derived(self.transmitted));
+    field("residual", derived(self.residual));
     field("start", derived(self.start));
     field("relax", derived(self.relax));
-    field("rounds", derived(self.iterations));
+    field("iterations", derived(self.iterations));
     field("taut", derived(self.taut));
   }
 };

@@ -1,5 +1,5 @@
 #pragma once
-/// What the engine asks of a kind of shape, and the table of all kinds.
+/// The functions that a shape kind provides, and the table of all kinds.
 ///
 /// A kind is one file, engine/geometry/kinds/WORD.cpp, that fills in a ShapeTraits, and one word
 /// in kind_list.hpp. Contacts, mass, queries, pictures, scene files and their schema follow from
@@ -122,7 +122,7 @@ inline std::string_view name_of(ShapeKind kind) {
 
 /// Whether a shape is convex, as required for dynamic bodies.
 inline bool is_convex(ShapeKind kind) { return traits_of(kind).shape_class == ShapeClass::convex; }
-/// Whether what is below it has no end, so that bounds do not tell what may touch it.
+/// Whether it is solid without bound below its surface, so that its bounds do not limit contacts.
 inline bool is_unbounded(ShapeKind kind) {
   const ShapeClass c = traits_of(kind).shape_class;
   return c == ShapeClass::half_space || c == ShapeClass::heights;

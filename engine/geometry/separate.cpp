@@ -9,7 +9,7 @@ namespace pantin::detail {
 namespace {
 
 constexpr int kMostRounds = 96;
-constexpr Real kTouching = 1e-7;  // of the sizes: nearer than this, overlap tells the direction
+constexpr Real kTouching = 1e-7;  // of the sizes: nearer than this, the overlap gives the direction
 constexpr Real kOverlap = 1e-11;  // of the sizes: accuracy of overlaps
 // Of the sizes: accuracy of the nearest point of a round overlap; what a place that is not round
 // has.

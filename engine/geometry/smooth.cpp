@@ -16,7 +16,7 @@ std::array<Vec3, 2> across(Vec3 n) {
   return {u, glm::cross(n, u)};
 }
 
-/// Angle by which a piece may have to turn until what is within the margin bears, rad.
+/// Angle by which a piece may rotate until features within the margin come into contact, rad.
 Real tilt_of(const Convex& c, Real margin) {
   return glm::clamp(c.size > 0 ? 2 * margin / c.size : Real(0), Real(2e-3), Real(0.3));
 }

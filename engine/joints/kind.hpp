@@ -1,5 +1,5 @@
 #pragma once
-/// What a kind of joint tells of itself. A kind is a struct of static members in a file of its own,
+/// The description of a joint kind. A kind is a struct of static members in a file of its own,
 /// named in kinds.hpp; solvers, scene reader, marks and tests read it from there and from nowhere
 /// else. `Kind` has what most kinds leave as it is; a kind picks one of Turns... beside it.
 ///
@@ -39,7 +39,7 @@ enum class ParameterRange : std::uint8_t { any, not_negative, size };
 /// A number that a joint of a kind has, by its key in scene files.
 struct Parameter {
   std::string_view key;
-  std::string_view needed = "";      // what it is, if a file must tell it
+  std::string_view needed = "";      // the parameter's meaning, where a file has to give it
   std::string_view never_zero = "";  // why, if it must not be 0
   ParameterRange range = ParameterRange::any;
   bool as_placed = false;  // by default the distance of the anchors at the start; one of a kind
@@ -62,7 +62,7 @@ enum class Mark : std::uint8_t {
 
 inline constexpr int kOwnRows = -1;
 
-/// All of it, for those who ask by JointKind.
+/// The whole description of a kind, by JointKind.
 struct JointKindInfo {
   std::string_view name, alias;
   int rows;  // kOwnRows: as own_rows says
@@ -117,7 +117,7 @@ struct Kind {
   static constexpr bool is_line = false;
   /// It matters how the joint axes lie.
   static constexpr bool uses_axes = true;
-  /// A scene file can tell it.
+  /// Scene files can describe it.
   static constexpr bool in_files = true;
   /// write() is given the turn about x of the last step too, so that whole turns are counted.
   static constexpr bool counts_turns = false;
@@ -129,7 +129,7 @@ struct Kind {
   static int own_rows(const Joint&) { return 0; }
   /// Why this joint cannot be solved, or null.
   static const char* fault(const Joint&) { return nullptr; }
-  /// m/rad by which the slide tells the turn; 0 if it does not.
+  /// Travel per angle, m/rad, where the travel determines the angle; otherwise 0.
   static Real slide_per_turn(const Joint&) { return 0; }
   /// Sets what follows from the parameters.
   static void complete(JointParameters&) {}

@@ -1,5 +1,5 @@
 #pragma once
-/// Holds nothing: a spring and damper between the anchors, told by parameters->translation.
+/// No constraint: a spring and damper between the anchors, given by parameters->translation.
 #include "engine/joints/kind.hpp"
 
 namespace pantin::detail::joint_kinds {

@@ -43,21 +43,20 @@ bool ContactEvents::touched(const ContactEvent& now) const {
 
 void ContactEvents::collect(const World& world, Real seconds) {
   const std::vector<Contact>& contacts = contacts_of(world);
-  // Contacts name slots as they were in the last step.
-  const auto body_of = [&](std::uint32_t then) {
-    const std::uint32_t slot = world.bodies.slot_now(then);
-    return slot < world.bodies.size() ? world.bodies.owners()[slot] : Entity{};
-  };
   for (std::size_t i = 0; i < contacts.size();) {
     const std::uint32_t slot_a = contacts[i].slot_a, slot_b = contacts[i].slot_b;
-    const Entity body_a = body_of(slot_a), body_b = body_of(slot_b);
-    const Body* b = body_a ? world.bodies.find(body_b) : nullptr;
+    // Contacts name slots as they were in the last step.
+    const std::uint32_t now_a = world.bodies.slot_now(slot_a),
+                        now_b = world.bodies.slot_now(slot_b);
+    const bool known = std::max(now_a, now_b) < world.bodies.size();
     Sum sum;
     for (; i < contacts.size() && contacts[i].slot_a == slot_a && contacts[i].slot_b == slot_b; ++i)
-      if (b) sum.add(contacts[i], to_world(b->pose, contacts[i].point_b), seconds);
+      if (known)
+        sum.add(contacts[i], to_world(world.bodies.values()[now_b].pose, contacts[i].point_b),
+                seconds);
     if (sum.weight == 0) continue;
     ContactEvent e;
-    e.a = body_a, e.b = body_b;
+    e.a = world.bodies.owners()[now_a], e.b = world.bodies.owners()[now_b];
     e.impulse = sum.impulse, e.point = sum.point / sum.weight, e.depth = sum.depth;
     const Real length = glm::length(sum.normal);
     e.normal = length > 0 ? sum.normal / length : contacts[i - 1].normal;

@@ -36,18 +36,18 @@ struct ContactEvent {
   bool is_sensor = false;  // `a` is a sensor: no impulse
   Entity a, b;
   Vec3 impulse{0};       // N s on a, all points together, of the time since the last update
-  Vec3 point{0};         // world, m: where b bears, the middle of all points
+  Vec3 point{0};         // world, m: mean of all contact points on b
   Vec3 normal{0, 1, 0};  // unit, world, from b to a
   Real depth = 0;        // m, overlap at the deepest point
 };
 
-/// Keeps who touched whom, and says what changed. One for each World that is watched:
+/// Tracks pairs in contact and reports changes. One object for each World:
 ///
 ///   ContactEvents events(simulation.world);
 ///   simulation.step();
 ///   for (const ContactEvent& event : events.update(simulation.world)) ...
 ///
-/// A pair that bore a load goes on touching while it stays nearer than 0.1 mm. Impulses agree with
+/// A pair that was in contact stays so while its distance is below 0.1 mm. Impulses agree with
 /// the momentum that bodies gain, impacts included. Where the settings of a step say substeps,
 /// forces are those of the last one. An end names bodies that may be gone.
 ///
@@ -55,7 +55,7 @@ struct ContactEvent {
 /// one step is not seen.
 class ContactEvents {
  public:
-  /// What touches in this World as it stands is known from the start: it does not begin.
+  /// Pairs in contact in this World as it stands do not report a begin.
   explicit ContactEvents(const World& world) : time_(world.time) { update(world); }
 
   /// Compares the World with the last one seen. Begins and persists in the order of a's and b's

@@ -15,16 +15,6 @@ namespace {
 
 constexpr Real kNoNumber = std::numeric_limits<Real>::quiet_NaN();
 
-/// The slot that something had when the islands were built: what was removed since renumbers the
-/// others.
-template <class T>
-std::uint32_t slot_then(const World& world, const Store<T>& store, std::uint32_t slot) {
-  if (slot == kNoSlot || store.slot_now(slot) == slot) return slot;
-  for (std::uint32_t then = 0; then < world.entities.capacity(); ++then)
-    if (store.slot_now(then) == slot) return then;
-  return kNoSlot;
-}
-
 /// Of a block of an island.
 struct BlockAt {
   const lagrangian::Island* mechanism = nullptr;
@@ -34,9 +24,8 @@ struct BlockAt {
 /// The island that moves one of two bodies.
 const lagrangian::Island* mechanism_of(const World& world, Entity a, Entity b) {
   for (const Entity e : {a, b}) {
-    const Partition& partition = partition_of(world);
     const std::uint32_t slot = e ? world.bodies.slot(e) : kNoSlot;
-    const Owner owner = owner_of(partition, slot_then(world, world.bodies, slot));
+    const Owner owner = owner_of(partition_of(world), world.bodies.slot_then(slot));
     if (owner && owner.solver == kLagrangian) return &lagrangian::islands_of(world)[owner.island];
   }
   return nullptr;
@@ -134,9 +123,8 @@ std::optional<Vec3> interface_force(const World& world, const lagrangian::Island
   if (!leader) return std::nullopt;
   for (const contact::Interface& tie : leader->interfaces) {
     if (tie.kind != contact::TieKind::pin || tie.source != slot) continue;
-    const Partition& partition = partition_of(world);
-    const std::uint32_t body = slot_then(world, world.bodies, world.bodies.slot(pin.body));
-    const Owner owner = owner_of(partition, body);
+    const std::uint32_t body = world.bodies.slot_then(world.bodies.slot(pin.body));
+    const Owner owner = owner_of(partition_of(world), body);
     return owner && owner.solver == kLagrangian ? tie.force : -tie.force;
   }
   return std::nullopt;
@@ -179,7 +167,7 @@ std::optional<JointReaction> joint_reaction(const World& world, Entity joint) {
   const std::uint32_t now = world.links.slot(joint);
   if (now == kNoSlot) return std::nullopt;
   const Link& link = world.links.values()[now];
-  const std::uint32_t slot = slot_then(world, world.links, now);
+  const std::uint32_t slot = world.links.slot_then(now);
   if (slot == kNoSlot) return std::nullopt;
   if (const auto at =
           find_block(mechanism_of(world, link.a, link.b), lagrangian::BlockKind::joint, slot)) {
@@ -195,7 +183,7 @@ Real cable_tension(const World& world, Entity cable) {
   const std::uint32_t now = world.cables.slot(cable);
   if (now == kNoSlot) return kNoNumber;
   const Cable& s = world.cables.values()[now];
-  const std::uint32_t slot = slot_then(world, world.cables, now);
+  const std::uint32_t slot = world.cables.slot_then(now);
   const lagrangian::Island* m = mechanism_of(world, s.a, s.b);
   if (const auto at = find_block(m, lagrangian::BlockKind::cable, slot))
     return glm::length(lagrangian::joint_wrench(*at->mechanism, at->block).force);
@@ -208,7 +196,7 @@ std::optional<Vec3> pin_force(const World& world, Entity pin) {
   const std::uint32_t now = world.pins.slot(pin);
   if (now == kNoSlot) return std::nullopt;
   const Pin& p = world.pins.values()[now];
-  const std::uint32_t slot = slot_then(world, world.pins, now);
+  const std::uint32_t slot = world.pins.slot_then(now);
   if (slot == kNoSlot) return std::nullopt;
   const lagrangian::Island* m = mechanism_of(world, p.body, p.to);
   if (const auto at = find_block(m, lagrangian::BlockKind::pin, slot)) {

@@ -22,13 +22,9 @@ struct Sway {
 /// Where a drive may carry its body, from where the body is now.
 Sway sway_of(const KinematicPath& drive, Vec3 now) {
   Sway sway;
-  if (const auto* keyed = std::get_if<Keyframes>(&drive.curve)) {
-    for (const Keyframe& key : keyed->keys) sway.take(key.pose.position - now);
-  } else {
-    const auto& curve = std::get<Lissajous>(drive.curve);
-    sway.take(curve.centre.position + glm::abs(curve.amplitude) - now);
-    sway.take(curve.centre.position - glm::abs(curve.amplitude) - now);
-  }
+  const PathBounds bounds = bounds_of(drive);
+  if (glm::all(glm::lessThanEqual(bounds.low, bounds.high)))
+    sway.take(bounds.low - now), sway.take(bounds.high - now);
   return sway;
 }
 

@@ -35,7 +35,7 @@ class OsMesaOffscreen final : public Context {
   OsMesaOffscreen& operator=(const OsMesaOffscreen&) = delete;
 
   bool make_current() override {
-    // OSMesa wants a colour buffer of its own; nothing is drawn to it.
+    // OSMesa requires a colour buffer of its own; nothing is drawn to it.
     return osmesa_.make_current(context_, unused_.data(), GL_UNSIGNED_BYTE, kSide, kSide) != 0;
   }
   void release() override { osmesa_.make_current(nullptr, nullptr, GL_UNSIGNED_BYTE, 0, 0); }

@@ -23,7 +23,7 @@ struct Font {
   std::unordered_map<char32_t, Glyph> glyphs;
   float ascent = 0, line_height = 0;  // pixels
 
-  /// The letter, or the one that stands for letters that the font lacks.
+  /// The glyph of a letter, or the font's replacement glyph.
   const Glyph& glyph(char32_t letter) const;
   float width(std::string_view utf8) const;
 };

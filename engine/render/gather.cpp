@@ -138,7 +138,7 @@ bool is_drawn_ground(const Shape& shape, const Pose& pose, const View& view) {
 }
 
 /// Notes what is seen of a shape some of whose corners lie beside the picture or behind the eye:
-/// its corners alone would not tell.
+/// which its corners alone would not show.
 void note_seen(const Eye& eye, std::span<const Ball> corners, DrawList& to) {
   if (corners.size() < 4) return;
   Vec3 low{1e9}, high{-1e9};

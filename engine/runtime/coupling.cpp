@@ -57,7 +57,7 @@ void export_reactions(World& world, Coupled& coupled, const CoupledIsland& follo
       i->force = reaction.force, i->mass = reaction.mass;
 }
 
-/// What the contacts of an island bore and are to give back, as it was when they were found.
+/// Restores the multipliers and restitution of an island's contacts to those of the detection.
 void restore_contacts(World& world, const Coupled& coupled, const CoupledIsland& of) {
   const Partition& partition = partition_of(world);
   std::vector<Contact>& contacts = contacts_of(world);

@@ -29,15 +29,15 @@ struct StageTimes {
   Real drive = 0, update = 0, contacts = 0, adjust = 0, measure = 0;
 };
 
-/// One whole step: drive, update, touch, adjust, measure. Never throws, never prints; allocates
+/// One whole step: drive, update, contacts, adjust, measure. Never throws, never prints; allocates
 /// nothing once the structure is known. A step of zero or non-finite length does nothing; one whose
 /// substeps are out of bounds does nothing either, and says so (Status::bad_clock).
 ///
 /// Systems may create and destroy anything at any place. What is unchanged goes on as if nothing
 /// had been; changed islands start afresh with the bodies' motion as it is. After before_drive and
-/// before_update the whole substep knows the change. After before_touch and before_adjust islands
-/// of the articulated solver are predicted anew; islands that were changed there go on with the
-/// next substep.
+/// before_update the whole substep knows the change. After before_contacts and before_adjust
+/// islands of the articulated solver are predicted anew; islands that were changed there go on with
+/// the next substep.
 ///
 /// `drawn_from`, if given, holds the poses at the start by slot; a body that a system teleports
 /// before the update gets the place where it lands.

@@ -11,8 +11,8 @@
 namespace pantin::detail {
 namespace {
 
-/// Moves kinematic bodies to the poses of their paths at the end of the step. Those whose path
-/// leads nowhere stay, at rest; the first is told.
+/// Moves kinematic bodies to the poses of their paths at the end of the step. Those whose path is
+/// not finite there stay, at rest; the first is reported.
 void move_kinematic_bodies(World& world, Real h, StepReport& report) {
   const Real until = world.time + h;
   for (std::size_t i = 0; i < world.paths.size(); ++i) {
@@ -31,40 +31,13 @@ void move_kinematic_bodies(World& world, Real h, StepReport& report) {
   }
 }
 
-/// Driven bodies without a path are where they were put by hand, which may be nowhere.
-void look_at_hands(const World& world, StepReport& report) {
+/// Reports the first kinematic body that the caller gave a pose or a velocity that is not finite.
+void check_kinematic_bodies(const World& world, StepReport& report) {
   for (std::uint32_t slot : partition_of(world).kinematic) {
     const Body& b = world.bodies.values()[slot];
     if (report.status == Status::diverged) return;
     if (is_finite(b.pose) && is_finite(b.velocity) && is_finite(b.angular_velocity)) continue;
     report.status = Status::diverged, report.body = world.bodies.owners()[slot];
-  }
-}
-
-/// Measures the time of a stage.
-class Stopwatch {
- public:
-  explicit Stopwatch(bool on) : on_(on), last_(on ? Clock::now() : Clock::time_point()) {}
-  void lap(Real& total) {
-    if (!on_) return;
-    const Clock::time_point now = Clock::now();
-    total += std::chrono::duration<Real>(now - last_).count();
-    last_ = now;
-  }
-
- private:
-  using Clock = std::chrono::steady_clock;
-  bool on_;
-  Clock::time_point last_;
-};
-
-void run_systems(const Systems& systems, Stage stage, World& world, Real h, StepReport& report) {
-  for (const StagedSystem& system : systems.at(stage)) {
-    try {
-      system.run(world, h);
-    } catch (...) {
-      report.status = Status::system_failed;
-    }
   }
 }
 
@@ -85,7 +58,7 @@ bool detect_contacts(World& world, Real h) {
   };
   const std::vector<std::uint32_t>& kinematic = partition_of(world).kinematic;
   contact::DetectScratch& scratch = world.memory.of<contact::Memory>().scratch;
-  // Where everything is asleep and nothing comes, the contacts stay as they are.
+  // While everything sleeps and no kinematic body moves, the contacts stay as they are.
   if (!contacts.empty() && !scratch.stale &&
       std::all_of(kSolvers.begin(), kSolvers.end(), asleep) &&
       std::none_of(kinematic.begin(), kinematic.end(), comes))
@@ -104,14 +77,14 @@ bool detect_contacts(World& world, Real h) {
   return true;
 }
 
-void note_pressures(World& world) {
+void collect_pressures(World& world) {
   std::vector<contact::Pressure>& pressures = world.memory.of<contact::Memory>().pressures;
   pressures.clear();
   if (contacts_of(world).empty()) return;
   for (const SolverRow* solver : kSolvers) solver->press(world, pressures);
 }
 
-/// What was asked of kinematic bodies for this step is done with.
+/// The requests of this step to kinematic bodies have been met.
 void clear_requests(World& world) {
   for (const std::uint32_t slot : partition_of(world).kinematic) {
     Body& b = world.bodies.values()[slot];
@@ -119,20 +92,20 @@ void clear_requests(World& world) {
   }
 }
 
-/// Forces while a step is taken in parts. A copy of the World has them too, since a system may put
-/// one in its place within a step.
+/// Forces of the substeps of a step. A copy of the World has them too, since a system may replace
+/// the World by one within a step.
 struct ForceScratch {
   static constexpr std::string_view name = "forces";  // in saved Worlds
-  std::vector<std::pair<Entity, Force>> whole;        // pushed for the whole step, from outside
-  std::vector<std::pair<Entity, Force>> felt;         // what the update stage of this part took up
+  std::vector<std::pair<Entity, Force>> whole;        // applied to the whole step, before it
+  std::vector<std::pair<Entity, Force>> used;         // used by the update stage of this substep
 
   static void fields(auto& self, auto&& field) {
     field("whole", derived(self.whole));
-    field("felt", derived(self.felt));
+    field("used", derived(self.used));
   }
 };
 
-/// What was pushed before the step acts in all its parts, what systems push in the part that runs.
+/// Forces applied before the step act in all its substeps, those of systems in the current one.
 void begin_forces(World& world) {
   ForceScratch& scratch = world.memory.of<ForceScratch>();
   scratch.whole.clear();
@@ -140,17 +113,17 @@ void begin_forces(World& world) {
     scratch.whole.push_back({world.forces.owners()[i], world.forces.values()[i]});
 }
 
-/// After the update stage: what comes later acts in the next part.
-void note_felt(World& world) {
+/// After the update stage: forces that are added later act in the next substep.
+void note_used_forces(World& world) {
   ForceScratch& scratch = world.memory.of<ForceScratch>();
-  scratch.felt.clear();
+  scratch.used.clear();
   for (std::size_t i = 0; i < world.forces.size(); ++i)
-    scratch.felt.push_back({world.forces.owners()[i], world.forces.values()[i]});
+    scratch.used.push_back({world.forces.owners()[i], world.forces.values()[i]});
 }
 
-/// What came too late acts in the next part; after the last one in all parts of the next step, by
-/// as much less. `left` is how many parts are to come.
-void end_forces(World& world, int left, int parts) {
+/// Forces added after the update stage act in the next substep; after the last one in all substeps
+/// of the next step, divided by their number. `left` substeps follow.
+void end_forces(World& world, int left, int substeps) {
   ForceScratch& scratch = world.memory.of<ForceScratch>();
   const auto each = [&](const auto& list, Real sign) {
     for (const auto& [owner, force] : list)
@@ -160,18 +133,18 @@ void end_forces(World& world, int left, int parts) {
   const auto acted = [](const auto& p) {
     return p.second.force != Vec3(0) || p.second.torque != Vec3(0);
   };
-  const bool any = std::any_of(scratch.felt.begin(), scratch.felt.end(), acted) ||
+  const bool any = std::any_of(scratch.used.begin(), scratch.used.end(), acted) ||
                    std::any_of(scratch.whole.begin(), scratch.whole.end(), acted);
-  if (any) each(scratch.felt, -1);
-  // Not even a number that is none outlives its part.
-  for (const auto& [owner, force] : scratch.felt)
+  if (any) each(scratch.used, -1);
+  // A force that is not finite does not outlive its substep.
+  for (const auto& [owner, force] : scratch.used)
     if (Force* f = world.forces.find(owner);
         f && !(is_finite(force.force) && is_finite(force.torque)))
       *f = Force{};
   if (left > 0) return each(scratch.whole, 1);
-  if (parts > 1)
+  if (substeps > 1)
     for (Force& f : world.forces.values())
-      f.force /= static_cast<Real>(parts), f.torque /= static_cast<Real>(parts);
+      f.force /= static_cast<Real>(substeps), f.torque /= static_cast<Real>(substeps);
 }
 
 void report_step(const World& world, StepReport& report) {
@@ -185,121 +158,151 @@ void report_step(const World& world, StepReport& report) {
   }
 }
 
-/// One step of a world: what all its parts share.
+/// One step of a World: what its stages share.
 struct Step {
   World& world;
   const StepSettings& settings;
   const Systems& systems;
-  StageTimes& clock;
-  bool timed;
+  StageTimes* times;  // or null
   std::span<Pose> drawn_from;
-  StepTask task;
+  int substeps;
+  StepTask task;  // of one substep
   StepReport report;
   bool moved = false;  // contacts were looked for: something may have moved
 
-  void run(Stage stage) { run_systems(systems, stage, world, settings.h, report); }
+  void run(Stage stage) {
+    for (const StagedSystem& system : systems.at(stage)) {
+      try {
+        system.run(world, settings.h);
+      } catch (...) {
+        report.status = Status::system_failed;
+      }
+    }
+  }
 };
 
-/// Drive and update stage.
-void predict(Step& s) {
-  World& world = s.world;
-  Stopwatch watch(s.timed);
-  move_kinematic_bodies(world, s.task.h, s.report);
-  compile_if_changed(world);
-  watch.lap(s.clock.drive);
+/// Adds the time of a stage, from its construction to its end.
+class Timed {
+ public:
+  Timed(const Step& s, Real StageTimes::*stage) : total_(s.times ? &(s.times->*stage) : nullptr) {
+    if (total_) from_ = Clock::now();
+  }
+  ~Timed() {
+    if (total_) *total_ += std::chrono::duration<Real>(Clock::now() - from_).count();
+  }
+  Timed(const Timed&) = delete;
+  Timed& operator=(const Timed&) = delete;
 
+ private:
+  using Clock = std::chrono::steady_clock;
+  Real* total_;
+  Clock::time_point from_;
+};
+
+/// Kinematic bodies move.
+void drive(Step& s) {
+  const Timed timed(s, &StageTimes::drive);
+  move_kinematic_bodies(s.world, s.task.h, s.report);
+  compile_if_changed(s.world);
+}
+
+/// The update stage: free motion of all bodies. [Lee 2000, sec. 3.1]
+void update(Step& s) {
+  const Timed timed(s, &StageTimes::update);
+  World& world = s.world;
   s.run(Stage::before_update);
   compile_if_changed(world);
-  look_at_hands(world, s.report);
+  check_kinematic_bodies(world, s.report);
   note_teleports(world, s.drawn_from);
   save_coupled(world);
   for (const SolverRow* solver : kSolvers) solver->predict(world, s.task);
-  note_felt(world);
-  watch.lap(s.clock.update);
+  note_used_forces(world);
 }
 
-/// Structural changes between the update and the adjust stage.
-void take_up_changes(World& world, const StepTask& task) {
-  compile_if_changed(world);
-  for (const SolverRow* solver : kSolvers) solver->catch_up(world, task);
-  recouple(world);
+/// Structural changes by systems between the update and the adjust stage.
+void take_changes(Step& s, Stage stage) {
+  s.run(stage);
+  if (s.systems.at(stage).empty()) return;
+  compile_if_changed(s.world);
+  for (const SolverRow* solver : kSolvers) solver->catch_up(s.world, s.task);
+  recouple(s.world);
 }
 
-/// Touch and adjust stage.
-void close(Step& s) {
+/// Contacts on the way from the poses before the step to the predicted ones.
+void find_contacts(Step& s) {
+  const Timed timed(s, &StageTimes::contacts);
+  take_changes(s, Stage::before_contacts);
+  s.moved = detect_contacts(s.world, s.task.h) || s.moved;
+}
+
+/// The adjust stage: joints are closed, contacts resolved, velocities updated. [Lee 2000, sec. 3.2]
+void adjust(Step& s) {
+  const Timed timed(s, &StageTimes::adjust);
   World& world = s.world;
-  Stopwatch watch(s.timed);
-  s.run(Stage::before_contacts);
-  if (!s.systems.at(Stage::before_contacts).empty()) take_up_changes(world, s.task);
-  s.moved = detect_contacts(world, s.task.h) || s.moved;
-  watch.lap(s.clock.contacts);
-
-  s.run(Stage::before_adjust);
-  if (!s.systems.at(Stage::before_adjust).empty()) {
-    take_up_changes(world, s.task);
-    if (world.memory.of<contact::Memory>().scratch.stale)
-      s.moved = detect_contacts(world, s.task.h) || s.moved;
-  }
+  take_changes(s, Stage::before_adjust);
+  if (world.memory.of<contact::Memory>().scratch.stale)
+    s.moved = detect_contacts(world, s.task.h) || s.moved;
   for (const SolverRow* solver : kSolvers) solver->adjust(world, s.task);
   step_coupled(world, s.task.h);
   for (const SolverRow* solver : kSolvers) solver->adjust_touching(world, s.task);
   couple_touching(world, s.task.h);
-  note_pressures(world);
-  watch.lap(s.clock.adjust);
+  collect_pressures(world);
+}
+
+/// The end of a substep; `left` follow it.
+void advance_clock(Step& s, int left) {
+  for (const SolverRow* solver : kSolvers) solver->note_failure(s.world, s.report);
+  end_forces(s.world, left, s.substeps);
+  s.world.time += s.task.h;
+}
+
+/// The report of the step, and the measures that were asked for.
+void finish(Step& s) {
+  World& world = s.world;
+  ++world.tick;
+  clear_requests(world);
+  if (s.moved) contact::sense(world);
+  report_step(world, s.report);
+  {
+    const Timed timed(s, &StageTimes::measure);
+    s.run(Stage::before_measure);
+    compile_if_changed(world);
+    if (s.settings.measure) s.report.measures = measure(world), s.report.measured = true;
+  }
+  s.report.tick = world.tick, s.report.time = world.time;
+  s.run(Stage::after_step);
 }
 
 }  // namespace
 
 StepReport step_world(World& world, const StepSettings& settings, const Systems& systems,
                       StageTimes* times, std::span<Pose> drawn_from) noexcept {
-  StageTimes ignored;
   const int substeps = std::max(1, settings.substeps);
-  Step s{world,
-         settings,
-         systems,
-         times ? *times : ignored,
-         times != nullptr,
-         drawn_from,
-         {settings.h / substeps, settings.threads},
-         {}};
-  StepReport& report = s.report;
-  report.tick = world.tick, report.time = world.time;
-  if (!(settings.h > 0) || !std::isfinite(settings.h)) return report;
-  if (!(s.task.h >= kShortestStep && s.task.h <= kLongestStep)) {
-    report.status = Status::bad_clock;
-    return report;
+  const StepTask task{settings.h / substeps, settings.threads};
+  Step s{world, settings, systems, times, drawn_from, substeps, task, {}};
+  s.report.tick = world.tick, s.report.time = world.time;
+  if (!(settings.h > 0) || !std::isfinite(settings.h)) return s.report;
+  if (!(task.h >= kShortestStep && task.h <= kLongestStep)) {
+    s.report.status = Status::bad_clock;
+    return s.report;
   }
   compile_if_changed(world);
   begin_forces(world);
-  bool sound = true;
-  for (int part = 0; part < substeps && sound; ++part) {
+  for (int left = substeps; left-- > 0;) {
     s.run(Stage::before_drive);
-    sound = std::isfinite(world.time);
-    if (!sound) break;
-    predict(s);
-    close(s);
-    for (const SolverRow* solver : kSolvers) solver->note_failure(world, report);
-    end_forces(world, substeps - part - 1, substeps);
-    world.time += s.task.h;
+    if (!std::isfinite(world.time)) {
+      compile_if_changed(world);
+      s.report.status = Status::bad_clock;
+      return s.report;
+    }
+    drive(s);
+    update(s);
+    find_contacts(s);
+    adjust(s);
+    advance_clock(s, left);
   }
-  if (!sound) {
-    compile_if_changed(world);
-    report.status = Status::bad_clock;
-    return report;
-  }
-  ++world.tick;
-  clear_requests(world);
-  if (s.moved) contact::sense(world);
-  report_step(world, report);
-
-  Stopwatch watch(times != nullptr);
-  s.run(Stage::before_measure);
-  compile_if_changed(world);
-  if (settings.measure) report.measures = measure(world), report.measured = true;
-  watch.lap(s.clock.measure);
-  report.tick = world.tick, report.time = world.time;
-  s.run(Stage::after_step);
-  return report;
+  finish(s);
+  return s.report;
 }
 
 }  // namespace pantin::detail

@@ -14,8 +14,7 @@ BuildCount count_of(const BuiltScene& built) {
   count.links = static_cast<Real>(built.links());
   std::size_t parts = 0, name_bytes = 0;
   for (const BuiltBody& b : built.bodies) parts += b.mass_properties->shapes.size();
-  for (const BuiltPath& d : built.paths)
-    if (const auto* path = std::get_if<Keyframes>(&d.path.curve)) parts += path->keys.size();
+  for (const BuiltPath& d : built.paths) parts += parts_of(d.path);
   for (const BuiltJoint& j : built.joints) parts += j.drive ? j.drive->keys.size() : 0;
   const auto add_names = [&](const auto& items) {
     for (const auto& x : items) name_bytes += x.name.size();
@@ -68,7 +67,7 @@ void BuildContext::build(std::uint32_t which) {
 
 const BuiltPrefab* BuildContext::prefab(const std::string& name, const ElementId& at,
                                         std::string_view member) {
-  if (name.empty()) return nullptr;  // told by the reader
+  if (name.empty()) return nullptr;  // reported by the reader
   const auto known = number_of_.find(name);
   if (known == number_of_.end()) {
     std::vector<std::string_view> names;

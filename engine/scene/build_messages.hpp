@@ -38,8 +38,8 @@ class BuildMessages {
   /// Something that keeps the recipe from being built. `member` is the part of the element that is
   /// wrong, named as in scene files, "limits/restitution" inside another; empty: all of it.
   virtual void error(const ElementId& at, std::string_view member, std::string message) = 0;
-  /// Something it is built with all the same. Warnings of one `kind` about one element are told
-  /// once, with their number.
+  /// A flaw that does not keep it from being built. Warnings of one `kind` about one element are
+  /// reported once, with their number.
   virtual void warn(const ElementId& at, std::string_view kind, std::string message) = 0;
   /// How many errors there were so far, those of the reader included.
   virtual std::size_t errors() const = 0;

@@ -70,23 +70,17 @@ void GroupBuilder::add_drive(Element<PathRecipe> e) {
   if (driven.body.motion != Motion::driven) return error("a body whose \"motion\" is \"driven\"");
   if (driven.is_driven_by_path) return error("a body without another path");
   driven.is_driven_by_path = true;
-  BuiltPath placed{e.id, *place, {}};
-  if (e.recipe.keys.empty()) {
-    placed.path.curve = sway_of(e.recipe, driven.body.pose);
-  } else {
-    const Keyframes path = keyframes_of(e.recipe, driven.body.pose);
-    check_loop(e.id, path);
-    placed.path.curve = path;
-  }
+  const BuiltPath placed{e.id, *place, started(e.recipe.path, driven.body.pose)};
+  check_loop(e.id, placed.path);
   driven.body.pose = pose_at(placed.path, 0);
-  made_.paths.push_back(std::move(placed));
+  made_.paths.push_back(placed);
 }
 
-void GroupBuilder::check_loop(const ElementId& at, const Keyframes& path) {
-  const Pose &first = path.keys.front().pose, &last = path.keys.back().pose;
-  const Real gap = glm::length(last.position - first.position);
-  const Real turn = glm::length(rotation_vector(last.rotation * glm::conjugate(first.rotation)));
-  if (path.loop && (gap > 1e-9 || turn > 1e-6))
+void GroupBuilder::check_loop(const ElementId& at, const KinematicPath& path) {
+  const Pose seam = seam_of(path);
+  const Real gap = glm::length(seam.position);
+  const Real turn = glm::length(rotation_vector(seam.rotation));
+  if (gap > 1e-9 || turn > 1e-6)
     messages_.error(at, "",
                     "found a loop whose last key is " + written(gap) + " m and " +
                         written(turn * 180 / kPi) +

@@ -48,7 +48,7 @@ class GroupBuilder {
   };
   void gather_names();
   bool is_below_broken(const std::string& name) const;
-  /// The place of a name; tells of it and returns nothing if there is none.
+  /// The index of a name; reports an error and returns nothing if there is none.
   std::optional<std::uint32_t> look_up(const Places& places, const std::string& name,
                                        const Wanted& wanted);
   std::optional<std::uint32_t> body_or_world(const std::string& name, const ElementId& from,
@@ -67,7 +67,7 @@ class GroupBuilder {
   void add_body(Element<BodyRecipe> e);
   void add_links_of(Element<ChainRecipe> e);
   void add_drive(Element<PathRecipe> e);
-  void check_loop(const ElementId& at, const Keyframes& path);
+  void check_loop(const ElementId& at, const KinematicPath& path);
 
   // Copies of prefabs: group_copies.cpp.
   struct Copy;

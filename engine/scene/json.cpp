@@ -232,7 +232,7 @@ class Parser {
     node.kind = JsonKind::number;
     const auto answer = std::from_chars(digits.data(), digits.data() + digits.size(), node.number);
     if (answer.ec == std::errc()) return;
-    if (leading_power(digits) < 0) return;  // too small to be told from 0
+    if (leading_power(digits) < 0) return;  // too small to be distinguished from 0
     node.number = std::numeric_limits<double>::quiet_NaN();
     note(node.offset, id, "found " + clipped(digits) + ", expected a finite number");
   }

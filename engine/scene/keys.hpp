@@ -33,9 +33,7 @@ namespace keys {
   OBJECT(pose_key)             \
   OBJECT(cable)                \
   OBJECT(pin)                  \
-  OBJECT(path)                 \
   OBJECT(keyframe)             \
-  OBJECT(lissajous)            \
   OBJECT(prefab)               \
   OBJECT(instance)             \
   OBJECT(generators)           \
@@ -109,7 +107,7 @@ constexpr const Parameter* parameter_of(const JointKindInfo& kind, std::string_v
 
 }  // namespace keys
 
-/// All kinds of objects but shapes.
+/// All kinds of objects but shapes and paths.
 #define PANTIN_ROW(word) &keys::word,
 inline constexpr const KeySet* kKeySets[] = {PANTIN_OBJECTS(PANTIN_ROW)};
 #undef PANTIN_ROW
@@ -118,5 +116,10 @@ inline constexpr const KeySet* kKeySets[] = {PANTIN_OBJECTS(PANTIN_ROW)};
 const KeySet& keys_of(std::string_view what);
 /// Those of a kind of shape, from the table of the kinds.
 const KeySet& keys_of(ShapeKind kind);
+/// Those of "path", then of the kinds of paths that are objects, from the list of the kinds.
+std::span<const KeySet> path_key_sets();
+
+/// All kinds of objects.
+std::vector<const KeySet*> all_key_sets();
 
 }  // namespace pantin::detail

@@ -179,51 +179,12 @@ constexpr Exclusive kPinPairs[] = {{"point", "anchor"}, {"target", "anchor_to"}}
 constexpr Beside kPinPartners[] = {
     {"anchor_to", "to", "found \"anchor_to\" without \"to\", expected the body it lies in"}};
 
-constexpr Key kPath[] = {
-    reference("body", "the name of a driven body", "A body whose motion is driven.")
-        .needed("the name of a driven body"),
-    objects("keyframes", "keyframe",
-            "Poses the body passes through, times rising: Catmull-Rom in position, slerp in "
-            "rotation. Before the first and after the last it rests."),
-    flag("loop", "Repeat the path for all times; the last key must be the first pose again.")
-        .or_else(false),
-    object("lissajous", "lissajous", "A Lissajous curve about a place."),
-};
-constexpr Exclusive kPathPairs[] = {{"keyframes", "lissajous"}};
-constexpr AnyOf kPathNeeds[] = {
-    {"keyframes lissajous", "found no \"keyframes\", expected \"keyframes\" or \"lissajous\""}};
-constexpr Beside kPathPartners[] = {
-    {"loop", "keyframes",
-     "found \"loop\" without \"keyframes\", expected it with them only: other paths repeat by "
-     "themselves"}};
-
 constexpr Key kKeyframe[] = {
     number("time", "s", kTime, "When.").needed("a time in seconds"),
     vector("position", "m", "Default: where the body starts."),
     row("rotation", ValueType::quaternion, "",
         "Quaternion [x, y, z, w]. Default: as the body starts."),
     kRotationDeg,
-};
-
-constexpr Key kLissajous[] = {
-    vector("centre", "m",
-           "Default: such that the curve passes at time 0 through where the body starts."),
-    vector("amplitude", "m", "Along x, y and z.").or_else(0),
-    row("frequency", ValueType::vector_or_number, "Hz", "Along x, y and z, or of all three.")
-        .or_else(0),
-    row("phase_deg", ValueType::vector_or_number, "degrees", "Likewise.").or_else(0),
-    row("rotation_deg", ValueType::vector, "degrees", "Amplitude of the rotation about x, y and z.",
-        kDegrees)
-        .or_else(0)
-        .once("turn_deg"),
-    row("rotation_frequency", ValueType::vector_or_number, "Hz", "Default: as frequency.")
-        .once("turn_frequency"),
-    row("rotation_phase_deg", ValueType::vector_or_number, "degrees", "Of the rotation.")
-        .or_else(0)
-        .once("turn_phase_deg"),
-    number("rise", "s", kNotNegative,
-           "The motion grows from nothing during this time; the body then starts at the centre.")
-        .or_else(0),
 };
 
 }  // namespace
@@ -241,12 +202,6 @@ constinit const KeySet chain{
     kChain, kChainPairs, kChainNeeds};
 constinit const KeySet cable{"cable", "A cable: it pulls, never pushes.", kCable, kCablePairs};
 constinit const KeySet pin{"pin", "A nail, or a dragging hand.", kPin, kPinPairs, {}, kPinPartners};
-constinit const KeySet path{
-    "path",     "The path of a driven (kinematic) body, in the frame of the scene or prefab.",
-    kPath,      kPathPairs,
-    kPathNeeds, kPathPartners};
 constinit const KeySet keyframe{"keyframe", "A pose at a time.", kKeyframe};
-constinit const KeySet lissajous{
-    "lissajous", "Axis by axis amplitude sin(2 pi frequency t + phase).", kLissajous};
 
 }  // namespace pantin::detail::keys

@@ -134,23 +134,6 @@ Joint chain_joint(const BuiltScene& built, const TurnRecipe& turn, std::uint32_t
   return joint;
 }
 
-Lissajous sway_of(const PathRecipe& recipe, const Pose& start) {
-  Lissajous sway = recipe.sway;
-  const Pose away = pose_at({sway}, 0);
-  sway.centre.position = recipe.centre.value_or(start.position - away.position);
-  sway.centre.rotation = glm::conjugate(away.rotation) * start.rotation;
-  return sway;
-}
-
-Keyframes keyframes_of(const PathRecipe& recipe, const Pose& start) {
-  Keyframes path;
-  path.loop = recipe.loop;
-  for (const KeyRecipe& key : recipe.keys)
-    path.keys.push_back(
-        {key.time, {key.position.value_or(start.position), key.rotation.value_or(start.rotation)}});
-  return path;
-}
-
 JointDrive shifted(const JointDrive& drive, Real ahead) {
   JointDrive result = drive;
   for (PoseKey& key : result.keys) key.time -= ahead;

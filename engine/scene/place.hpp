@@ -29,12 +29,6 @@ Joint chain_end_joint(const BuiltScene& built, const TurnRecipe& turn, const Cha
 /// The joint between two links of a chain, the same all along it.
 Joint chain_joint(const BuiltScene& built, const TurnRecipe& turn, std::uint32_t link);
 
-/// Unless the file gives the centre, the curve passes through the body's position at time 0.
-Lissajous sway_of(const PathRecipe& recipe, const Pose& start);
-
-/// Keys without position or rotation use the initial one.
-Keyframes keyframes_of(const PathRecipe& recipe, const Pose& start);
-
 /// A joint drive with its keys shifted by a time (s).
 JointDrive shifted(const JointDrive& drive, Real ahead);
 

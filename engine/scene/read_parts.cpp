@@ -13,50 +13,6 @@ PointRecipe read_point(const Reader& from, std::string_view in_scene, std::strin
   return {from.vec_if(in_scene), from.vec_if(in_body)};
 }
 
-Vec3 degrees(const Reader& from, std::string_view key) {
-  return from.vec_or_number(key) * (kPi / 180);
-}
-
-std::optional<KeyRecipe> read_key(const Reading& reading, NodeId node) {
-  const Reader from = reading.open(node, "keyframe");
-  KeyRecipe key;
-  key.time = from.number("time", std::numeric_limits<Real>::quiet_NaN());
-  key.position = from.vec_if("position");
-  if (from.has("rotation") || from.has("rotation_deg")) key.rotation = from.rotation(kIdentity);
-  if (std::isnan(key.time)) return std::nullopt;
-  return key;
-}
-
-void read_keys(const Reading& reading, const Reader& from, PathRecipe& drive) {
-  const std::vector<NodeId> nodes = from.items("keyframes");
-  for (NodeId node : nodes) {
-    const auto key = read_key(reading, node);
-    if (!key) continue;
-    if (!drive.keys.empty() && !(key->time > drive.keys.back().time))
-      reading.diagnostics.error(node, "found time " + written(key->time) + " after " +
-                                          written(drive.keys.back().time) +
-                                          ", expected a later one");
-    drive.keys.push_back(*key);
-  }
-  const std::size_t least = drive.loop ? 2 : 1;
-  if (nodes.size() < least)
-    reading.diagnostics.error_value(from.find("keyframes"), drive.loop
-                                                                ? "two keyframes or more for a loop"
-                                                                : "one keyframe or more");
-}
-
-void read_sway(const Reading& reading, const Reader& drive_from, PathRecipe& drive) {
-  const Reader from = reading.open(drive_from.find("lissajous"), "lissajous");
-  drive.centre = from.vec_if("centre");
-  drive.sway.amplitude = from.vec("amplitude");
-  drive.sway.frequency = from.vec_or_number("frequency");
-  drive.sway.phase = degrees(from, "phase_deg");
-  drive.sway.turn_amplitude = from.vec("rotation_deg") * (kPi / 180);
-  drive.sway.turn_frequency = from.vec_or_number("rotation_frequency", drive.sway.frequency);
-  drive.sway.turn_phase = degrees(from, "rotation_phase_deg");
-  drive.sway.rise = from.number("rise");
-}
-
 /// The settings of the Lagrangian solver.
 void read_exact(const Reader& from, SolverSettings& s) {
   s.integrator =
@@ -177,20 +133,6 @@ std::optional<PinRecipe> read_pin(const Reading& reading, NodeId node) {
   if (!body) return std::nullopt;
   pin.body = *body;
   return pin;
-}
-
-std::optional<PathRecipe> read_path(const Reading& reading, NodeId node) {
-  const Reader from = reading.open(node, "path");
-  PathRecipe drive;
-  const auto body = from.reference("body");
-  drive.loop = from.flag("loop");
-  if (from.has("lissajous"))
-    read_sway(reading, from, drive);
-  else if (from.has("keyframes"))
-    read_keys(reading, from, drive);
-  if (!body) return std::nullopt;
-  drive.body = *body;
-  return drive;
 }
 
 std::optional<InstanceRecipe> read_instance(const Reading& reading, NodeId node) {

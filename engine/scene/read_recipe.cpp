@@ -147,7 +147,7 @@ void read_camera(const Reading& reading, const Reader& outer, Camera& camera) {
     reading.diagnostics.error(node, "found the eye at the target, expected two different places");
   if (from.has("field_of_view_deg"))
     camera.field_of_view = from.number("field_of_view_deg", 40) * (kPi / 180);
-  // Whoever places both ends of the view wants that view.
+  // A view with both ends given is kept as it is.
   camera.automatic = from.flag("automatic", !(from.has("eye") && from.has("target")));
 }
 

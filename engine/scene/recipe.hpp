@@ -1,6 +1,6 @@
 #pragma once
 /// A scene as a reader of some format leaves it: every value typed and checked by itself, names not
-/// yet looked up. It knows no format and no file; what building it finds wrong is told by element
+/// yet looked up. It knows no format and no file; errors of building are reported by element
 /// (build_messages.hpp), and the reader knows where in its file each of them stands.
 #include <array>
 #include <optional>
@@ -99,23 +99,14 @@ struct PinRecipe {
   Pin pin;                        // priority, grip, stiffness
 };
 
-struct KeyRecipe {
-  Real time = 0;
-  std::optional<Vec3> position;
-  std::optional<Quat> rotation;
-};
-
 struct PathRecipe {
   std::string body;
-  std::vector<KeyRecipe> keys;  // empty: a sway
-  bool loop = false;
-  Lissajous sway;  // angles of a prefab's frame; centre as below
-  std::optional<Vec3> centre;
+  KinematicPath path;  // in a prefab's frame; the start of the body fills in what is kLeftOpen
 };
 
 struct InstanceRecipe {
   std::string name;
-  std::string prefab;  // empty if it could not be read: told already, names below are unknown
+  std::string prefab;  // empty if it could not be read: reported already, names below are unknown
   Pose pose;
   Real time_offset = 0;
   std::optional<SolverSettings> solver;
@@ -159,7 +150,7 @@ struct Group {
   std::vector<std::string> broken;
 };
 
-/// The whole. `scene` lacks only its World's entities.
+/// The whole recipe. `scene` is complete except for its World's entities.
 struct Recipe {
   Scene scene;
   Group top;

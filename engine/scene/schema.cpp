@@ -327,10 +327,8 @@ std::string scene_schema() {
   List defs;
   defs.add("name", name_schema());
   defs.add("vector", array_of(number_of(kAnyNumber), 3));
-  for (const KeySet* set : kKeySets) defs.add(set->what, schema_of(*set));
   defs.add("shape", shape_schema());
-  for (std::size_t i = 0; i < std::size(kShapeNames); ++i)
-    defs.add(kShapeNames[i], schema_of(keys_of(static_cast<ShapeKind>(i))));
+  for (const KeySet* set : all_key_sets()) defs.add(set->what, schema_of(*set));
   List whole;
   whole.add("$schema", quoted("https://json-schema.org/draft/2020-12/schema"));
   whole.add("title", quoted("pantin scene, version 1"));

@@ -108,8 +108,18 @@ const KeySet& keys_of(ShapeKind kind) {
 const KeySet& keys_of(std::string_view what) {
   for (const KeySet* set : kKeySets)
     if (set->what == what) return *set;
+  for (const KeySet& set : path_key_sets())
+    if (set.what == what) return set;
   PANTIN_ASSERT(false);
   return keys::scene;
+}
+
+std::vector<const KeySet*> all_key_sets() {
+  std::vector<const KeySet*> all(std::begin(kKeySets), std::end(kKeySets));
+  for (const KeySet& set : path_key_sets()) all.push_back(&set);
+  for (std::size_t i = 0; i < std::size(kShapeNames); ++i)
+    all.push_back(&keys_of(static_cast<ShapeKind>(i)));
+  return all;
 }
 
 }  // namespace pantin::detail

@@ -48,7 +48,7 @@ struct Plans {
     const std::uint32_t slot = world.bodies.slot(body);
     return slot == kNoSlot || !of[slot] ? nullptr : &of[slot]->settings;
   }
-  /// The island of a body does not move; the body is told.
+  /// The island of a body is not stepped; the body is reported.
   void stop(Entity body) const {
     const std::uint32_t slot = world.bodies.slot(body);
     if (slot != kNoSlot && of[slot] && !of[slot]->unfit) of[slot]->unfit = body;
@@ -87,7 +87,7 @@ void list_unknown(const Plans& owners) {
     const Gear& r = world.gears.values()[i];
     const Entity owner = world.gears.owners()[i];
     const Link *one = world.links.find(r.first), *two = world.links.find(r.second);
-    if (!one || !two || r.first == r.second) continue;  // told by the exact solver
+    if (!one || !two || r.first == r.second) continue;  // reported by the Lagrangian solver
     for (Entity body : {one->a, one->b, two->a, two->b})
       if (note(owner, owners.settings(body), Feature::ratio, "is")) break;
   }

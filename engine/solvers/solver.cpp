@@ -60,7 +60,7 @@ void renumber_contacts(World& world) {
   memory.scratch.stale = true;
 }
 
-/// What became solid since the last build wakes what it touches.
+/// Bodies that became solid since the last build wake the islands in contact with them.
 void note_what_comes(World& world, const Partition& now) {
   if (now.built_for == 0) return;
   for (const std::uint32_t slot : now.kinematic) {

@@ -1,67 +1,33 @@
 #pragma once
-/// Paths of kinematic bodies: key poses or a Lissajous curve.
+/// THE list of the kinds of paths of kinematic bodies. A new one is a file in engine/world/paths,
+/// included here, and a word in the list: steps, keys of scene files and pictures come from the
+/// file.
 #include <variant>
-#include <vector>
 
 #include "engine/base/fields.hpp"
-#include "engine/base/math.hpp"
+#include "engine/world/paths/keyframes.hpp"
+#include "engine/world/paths/lissajous.hpp"
+
+#define PANTIN_PATH_KINDS(KIND) \
+  KIND(Keyframes)               \
+  KIND(Lissajous)
 
 namespace pantin {
+namespace detail {
 
-struct Keyframe {
-  Real time = 0;  // s
-  Pose pose;      // of the body's mass-centre frame
-
-  static void fields(auto& self, auto&& field) {
-    field("time", self.time);
-    field("pose", self.pose);
-  }
+template <class None, class... Kinds>
+struct PathList {
+  using Variant = std::variant<Kinds...>;
 };
+#define PANTIN_NEXT(kind) , kind
+using PathKinds = PathList<void PANTIN_PATH_KINDS(PANTIN_NEXT)>::Variant;
+#undef PANTIN_NEXT
 
-/// Interpolates the key poses: Catmull-Rom in position, slerp in rotation. Before the first and
-/// after the last key the body rests. With `loop` the last key repeats the first one, and the path
-/// is periodic for all times.
-struct Keyframes {
-  std::vector<Keyframe> keys;  // times strictly increasing
-  bool loop = false;
-
-  static void fields(auto& self, auto&& field) {
-    field("keys", self.keys);
-    field("loop", self.loop);
-  }
-};
-
-/// A Lissajous curve about `centre`: per axis amplitude sin(2 pi frequency t + phase), along the
-/// directions of `axes`. The rotation follows the same law as a rotation vector about `axes`.
-/// During the first `rise` seconds the amplitude grows smoothly from zero, so that a body at rest
-/// starts without a jerk.
-struct Lissajous {
-  Pose centre;
-  Vec3 amplitude{0};       // m
-  Vec3 frequency{0};       // Hz
-  Vec3 phase{0};           // rad
-  Vec3 turn_amplitude{0};  // rad
-  Vec3 turn_frequency{0};  // Hz
-  Vec3 turn_phase{0};      // rad
-  Real rise = 0;           // s
-  Quat axes{1, 0, 0, 0};   // from the curve's axes to world axes
-
-  static void fields(auto& self, auto&& field) {
-    field("centre", self.centre);
-    field("amplitude", self.amplitude);
-    field("frequency", self.frequency);
-    field("phase", self.phase);
-    field("turn_amplitude", self.turn_amplitude);
-    field("turn_frequency", self.turn_frequency);
-    field("turn_phase", self.turn_phase);
-    field("rise", self.rise);
-    field("axes", self.axes);
-  }
-};
+}  // namespace detail
 
 /// A component of kinematic bodies. Without it the caller moves the body.
 struct KinematicPath {
-  std::variant<Keyframes, Lissajous> curve;
+  detail::PathKinds curve;
 
   static void fields(auto& self, auto&& field) { field("curve", self.curve); }
 };
@@ -75,4 +41,19 @@ KinematicPath moved(const KinematicPath& path, const Pose& by);
 /// The path shifted in time by `ahead` seconds; the rise of a Lissajous curve keeps its time.
 KinematicPath shifted(const KinematicPath& path, Real ahead);
 
+namespace detail {
+
+/// The path of a body that starts at `start`, which fills in what is kLeftOpen.
+KinematicPath started(const KinematicPath& path, const Pose& start);
+
+/// A box that holds its positions, roughly.
+PathBounds bounds_of(const KinematicPath& path);
+
+/// How many poses it stores.
+std::size_t parts_of(const KinematicPath& path);
+
+/// From the first pose of a path that repeats to its last; nothing for others.
+Pose seam_of(const KinematicPath& path);
+
+}  // namespace detail
 }  // namespace pantin

@@ -27,7 +27,7 @@ struct Scratch : T {
   Scratch& operator=(Scratch&&) = default;
 };
 
-/// One value of each type that asks for one, copied, hashed and saved together. A type lists its
+/// One value for each type that is asked for, copied, hashed and saved together. A type lists its
 /// fields: see base/fields.hpp. In files it goes by `T::name`, or what the compiler calls it.
 class Memories {
  public:

@@ -7,7 +7,7 @@
 ///   ... the world moves ...
 ///   queries.refit(world);
 ///
-/// The object holds its own copy of what it asks, so it never refers to a World that has changed;
+/// The object holds a copy of all that it reads, so it never refers to a World that has changed;
 /// the answers are those of the last refit(). Components are all that it reads.
 #include <memory>
 #include <optional>
@@ -98,7 +98,7 @@ struct ClosestAnswer {
 /// Costs: making one sorts the boxes of n shapes, n log n, about 0.3 us a shape; refit() is linear
 /// as long as bodies do not wander far and none comes or goes. A question visits log n boxes and
 /// the shapes near its way; half-spaces and height fields are always asked. Questions allocate only
-/// where they give back lists, or meet a hull, a shape that is swept or one that is overlapped.
+/// where they return lists, or involve a hull, a shape cast or an overlap test.
 class Queries {
  public:
   Queries();
@@ -110,7 +110,7 @@ class Queries {
   ~Queries();
 
   /// Takes the shapes as they are now; with `poses` (by slot in World::bodies) as they are drawn.
-  /// Bodies with poses that are not finite, and shapes that lack their surface, are left out.
+  /// Bodies with poses that are not finite, and shapes without a surface, are left out.
   void refit(const World& world, std::span<const Pose> poses = {});
   /// Shapes left out at the last refit().
   std::size_t left_out() const;

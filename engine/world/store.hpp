@@ -120,6 +120,14 @@ class Store {
     if (moved_.empty()) return slot;
     return slot < moved_.size() ? moved_[slot] : kNoSlot;
   }
+  /// The inverse: the slot that the value in `slot` had then; kNoSlot for kNoSlot and for a value
+  /// added since. Linear in the number of values after a removal.
+  std::uint32_t slot_then(std::uint32_t slot) const {
+    if (slot == kNoSlot || is_new(slot)) return kNoSlot;
+    if (moved_.empty()) return slot;
+    const auto found = std::find(moved_.begin(), moved_.end(), slot);
+    return found == moved_.end() ? kNoSlot : static_cast<std::uint32_t>(found - moved_.begin());
+  }
   /// Whether the value in `slot` was added since then.
   bool is_new(std::uint32_t slot) const { return slot >= first_new_; }
 

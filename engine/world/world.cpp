@@ -37,7 +37,7 @@ Entity World::add_cable(Entity a, Entity b, const CableParameters& joint, std::s
   return e;
 }
 
-Entity World::add_gear(const Gear& ratio, std::string name) {
+Entity World::add_gear(const Gear& gear, std::string name) {
   const Entity e = create();
   gears.add(e, ratio);
   set_name(*this, e, std::move(name));

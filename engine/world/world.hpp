@@ -106,7 +106,7 @@ struct World {
   bool teleport(Entity body, const Pose& pose);
 
   /// Pushes a dynamic body with `force` (N, world axes) at `point` (world) during the next step.
-  /// Within a step, from a system: during the substep that runs; from before_touch on, the next.
+  /// Within a step, from a system: during the substep that runs; from before_contacts on, the next.
   /// False, and nothing happens, if there is no such body.
   bool push(Entity body, Vec3 force, Vec3 point);
 
@@ -140,7 +140,7 @@ struct World {
     field("materials", passive(self.materials));
     field("tick", self.tick);
     field("time", self.time);
-    field("touched", passive(self.edit_count));
+    field("edit_count", passive(self.edit_count));
   }
 };
 

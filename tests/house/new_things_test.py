@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A new kind of joint, and a new integrator, is one file and one word in a list: CONTRIBUTING.md is
+"""A new kind of joint, of path, a new integrator: one file and one word in a list. CONTRIBUTING.md is
 followed to the letter in a copy of the engine, which is built and tried."""
 import os
 import pathlib
@@ -11,11 +11,14 @@ import unittest
 
 ROOT = pathlib.Path(__file__).parents[2]
 COPIED = ["CMakeLists.txt", "engine", "tools/package", "tests/contract/joint_kinds_test.cpp",
+          "tests/contract/path_kinds_test.cpp",
           "tests/solvers/trees.hpp"]
 LEFT_OUT = "-DPANTIN_{}=OFF"
 
 GUIDES = {
     "## Add a joint in ten minutes": ["engine/joints/ring.hpp", "engine/joints/kinds.hpp"],
+    "## Add a path for driven bodies": [
+        "engine/world/paths/circle.hpp", "engine/world/kinematic_path.hpp"],
     "## Add an integrator of the exact solver": [
         "engine/solvers/lagrangian/midpoint.cpp", "engine/world/integrators.hpp"],
 }
@@ -28,6 +31,7 @@ PROGRAM = r"""
 #include "engine/joints/kinds.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "engine/scene/scene.hpp"
+#include "engine/scene/schema.hpp"
 
 using namespace pantin;
 using namespace pantin::detail;
@@ -45,7 +49,27 @@ Vec3 after(const World& start, const char* by, int steps) {
   return simulation.world.bodies.values()[0].pose.position;
 }
 
+/// A body driven along a new kind of path.
+int try_path(const char* file) {
+  const auto scene = load_scene(file);
+  if (!scene) return std::printf("%s\n", scene.errors().front().message.c_str()), 1;
+  REQUIRE(scene->warnings.empty());
+  Simulation simulation(scene->world, {scene->step, scene->substeps});
+  for (int i = 0; i < 240; ++i) REQUIRE(simulation.step().status == Status::ok);
+  const Vec3 at = simulation.world.bodies.values()[0].pose.position;
+  const double angle = 2 * kPi * 0.3 * 240 * scene->step;
+  const double off = glm::length(at - Vec3(1 + 2 * std::cos(angle), 9, 2 * std::sin(angle)));
+  std::printf("off the circle by %.2g m\n", off);
+  REQUIRE(off < 1e-9);
+  REQUIRE(detail::scene_schema().find("A level circle at a steady speed.") != std::string::npos);
+  const auto refused = parse_scene(R"({"version": 1, "paths": [{"body": "b", "circle": {"radius": -1}}]})", "r.json");
+  REQUIRE(!refused);
+  REQUIRE(refused.errors().front().message.find("/paths/0/circle/radius: found -1") != std::string::npos);
+  return 0;
+}
+
 int main(int, char** arguments) {
+  if (try_path(arguments[2]) != 0) return 1;
   const auto scene = load_scene(arguments[1]);
   if (!scene) return std::printf("%s\n", scene.errors().front().message.c_str()), 1;
   REQUIRE(scene->warnings.empty());
@@ -92,7 +116,8 @@ add_executable(tried tried.cpp)
 target_link_libraries(tried PRIVATE pantin_scene)
 if(TARGET Catch2::Catch2)
   file(WRITE ${PROJECT_BINARY_DIR}/main.cpp "#define CATCH_CONFIG_MAIN\\n#include <catch2/catch.hpp>\\n")
-  add_executable(contract ${PROJECT_BINARY_DIR}/main.cpp tests/contract/joint_kinds_test.cpp)
+  add_executable(contract ${PROJECT_BINARY_DIR}/main.cpp tests/contract/joint_kinds_test.cpp
+                 tests/contract/path_kinds_test.cpp)
   target_link_libraries(contract PRIVATE pantin_core Catch2::Catch2)
 endif()
 """
@@ -163,7 +188,8 @@ class NewThings(unittest.TestCase):
         self.run_there("cmake", "-B", "built", "-DCMAKE_BUILD_TYPE=None", "-DCMAKE_CXX_FLAGS=-O0 -w",
                        *[LEFT_OUT.format(f) for f in ("RENDER", "PROGRAM", "VIEW", "DEMOS", "TESTS")])
         self.run_there("cmake", "--build", "built", "--parallel", str(os.cpu_count() or 1))
-        print(self.run_there("built/bin/tried", "assets/scenes/ring.json"), end="")
+        print(self.run_there("built/bin/tried", "assets/scenes/ring.json",
+                             "assets/scenes/circle.json"), end="")
         if (self.there / "built/bin/contract").exists():
             print(self.run_there("built/bin/contract").strip().splitlines()[-1])
 

@@ -16,9 +16,11 @@ scene/scene world/body world/collision world/entity world/faults world/integrato
 world/joint_drive world/kinematic_path world/link world/look world/queries world/report
 world/settings world/store world/world
 """.split()
+# Kinds of paths are public too, and no limit to how many there are.
+PATHS = "engine/world/paths/"
 # What was reached; a new type is worth a thought whether users have to name it.
 MOST_HEADERS = 50
-MOST_TYPES = {"core": 102, "with scenes and pictures": 116}
+MOST_TYPES = {"core": 99, "with scenes and pictures": 113}
 
 TOKEN = re.compile(r"""
     (?P<namespace>\bnamespace\b\s*(?P<name>[\w:]*)\s*\{)
@@ -77,6 +79,12 @@ def public_types(files):
                   if namespace == "pantin")
 
 
+def kinds_of_paths():
+    """Files that engine/world/kinematic_path.hpp takes its kinds from."""
+    list_of_kinds = (ROOT / "engine/world/kinematic_path.hpp").read_text()
+    return set(re.findall(rf'"({PATHS}\w+\.hpp)"', list_of_kinds))
+
+
 class Public(unittest.TestCase):
     def test_types_are_found(self):
         sample = """
@@ -94,7 +102,7 @@ class Public(unittest.TestCase):
             ("pantin::detail", "Hidden2")])
 
     def test_internal_headers_declare_nothing_outside_detail(self):
-        listed = {f"engine/{name}.hpp" for name in PUBLIC} | set(public_headers())
+        listed = {f"engine/{name}.hpp" for name in PUBLIC} | set(public_headers()) | kinds_of_paths()
         files = closure(public_headers())
         for file in sorted(files - listed):
             text = (ROOT / file).read_text()
@@ -109,11 +117,12 @@ class Public(unittest.TestCase):
             self.assertNotRegex(file, r"internal|engine/solvers/|engine/pantin/detail/")
 
     def test_not_more_than_was_reached(self):
+        kinds = kinds_of_paths()
         core = closure(f for f in public_headers() if not f.endswith(("/scene.hpp", "/render.hpp")))
         everything = closure(public_headers())
-        self.assertLessEqual(len(everything), MOST_HEADERS)
+        self.assertLessEqual(sum(not file.startswith(PATHS) for file in everything), MOST_HEADERS)
         for files, what in [(core, "core"), (everything, "with scenes and pictures")]:
-            found = public_types(files)
+            found = public_types(files - kinds)
             self.assertLessEqual(len(found), MOST_TYPES[what], f"{what}: {' '.join(found)}")
             self.assertEqual(len(found), len(set(found)))
 

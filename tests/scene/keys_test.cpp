@@ -52,7 +52,9 @@ std::string scene_with(std::string_view what, const std::string& extra,
   if (what == "pose_key") return joint("\"drive\": {\"keys\": [{\"time\": 0, " + extra + "}]}");
   if (what == "keyframe")
     return part("paths", R"([{"body": "a", "keyframes": [{"time": 0, )" + extra + "}]}]");
-  if (what == "lissajous") return part("paths", R"([{"body": "a", "lissajous": {)" + extra + "}}]");
+  for (const KeySet& set : path_key_sets().subspan(1))
+    if (what == set.what)
+      return part("paths", R"([{"body": "a", ")" + std::string(what) + "\": {" + extra + "}}]");
   if (what == "stairs") return part("generators", R"({"stairs": [{)" + extra + "}]}");
   if (what == "chain" || what == "grid")
     return part("generators", "{\"" + std::string(what) + "s\": [{" +
@@ -61,14 +63,6 @@ std::string scene_with(std::string_view what, const std::string& extra,
        {"solver", "generators", "camera", "light", "ground", "output", "collision"})
     if (what == one) return part(std::string(what), "{" + extra + "}");
   return part(std::string(what) + "s", "[{" + extra + "}]");
-}
-
-/// All kinds of objects, shapes too.
-std::vector<const KeySet*> all_kinds() {
-  std::vector<const KeySet*> all(std::begin(kKeySets), std::end(kKeySets));
-  for (std::size_t i = 0; i < std::size(kShapeNames); ++i)
-    all.push_back(&keys_of(static_cast<ShapeKind>(i)));
-  return all;
 }
 
 /// Complaints about a value under a key, of whatever kind of joint; not those that it belongs to
@@ -164,7 +158,7 @@ TEST_CASE("The shipped schema is the one that is printed from the tables") {
 }
 
 TEST_CASE("Every row of the tables says what its key means, and is the only one of its name") {
-  for (const KeySet* set : all_kinds())
+  for (const KeySet* set : all_key_sets())
     for (const Key& key : set->keys) {
       CAPTURE(set->what, key.name);
       CHECK_FALSE(key.about.empty());
@@ -181,7 +175,7 @@ TEST_CASE("Every row of the tables says what its key means, and is the only one 
 }
 
 TEST_CASE("Every kind of object refuses a key it does not know") {
-  for (const KeySet* set : all_kinds()) {
+  for (const KeySet* set : all_key_sets()) {
     CAPTURE(set->what);
     const std::string expected =
         "found key \"frobnicate\", expected a key of a " + std::string(set->what);
@@ -192,7 +186,7 @@ TEST_CASE("Every kind of object refuses a key it does not know") {
 }
 
 TEST_CASE("Every old key is read as today's, with a warning that names it") {
-  for (const KeySet* set : all_kinds())
+  for (const KeySet* set : all_key_sets())
     for (const Key& key : set->keys) {
       if (key.old.empty()) continue;
       CAPTURE(set->what, key.old);
@@ -230,7 +224,7 @@ TEST_CASE("A key beside its old name is refused") {
 
 TEST_CASE("Every key of every kind of object is read as its row says") {
   // A key that nobody reads, or not by its bounds, would pass.
-  for (const KeySet* set : all_kinds())
+  for (const KeySet* set : all_key_sets())
     for (const Key& key : set->keys) {
       const bool is_unread = key.name == "type" && set->what == key.words.front();  // of shapes
       for (const std::string& value : misfits_of(key)) {

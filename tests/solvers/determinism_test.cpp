@@ -92,7 +92,7 @@ std::uint64_t hash_of_stages(const Kernels& k, const World& start, articulated::
   if (least_displacement)
     s.levers(), s.sweep();
   else
-    s.gather(true), s.close();
+    s.inward_pass(articulated::Tension::stiffens), s.outward_pass();
   note(a.scratch.work.numbers()), note(a.memory.numbers());
   const articulated::VelocityInput in{0.02, {gravity[0], gravity[1], gravity[2]}, rule, first, 0.5};
   const auto note_end = [&](const articulated::EndSums& end) {
@@ -109,7 +109,7 @@ std::uint64_t hash_of_stages(const Kernels& k, const World& start, articulated::
   if (least_displacement) {
     note_end(k.sweep_and_update(s.packed(), a.scratch.targets.data(), 1, in));
   } else {
-    s.gather(true);
+    s.inward_pass(articulated::Tension::stiffens);
     note_end(k.outward_pass_and_update(s.packed(), a.scratch.targets.data(), in));
   }
   note(a.memory.numbers());

@@ -78,7 +78,7 @@ TEST_CASE("a single sweep closes predicted poses that are torn wide apart") {
     for (const bool articulated : {false, true}) {
       Stages s(t.world);
       if (articulated)
-        s.gather(true), s.close();
+        s.inward_pass(articulated::Tension::stiffens), s.outward_pass();
       else
         s.sweep();
       for (const Link& l : t.world.links.values()) {
@@ -102,7 +102,7 @@ TEST_CASE("for small gaps articulated masses move less matter than any sweep") {
     for (std::size_t i = 1; i < t.bodies.size(); ++i)
       t.world.bodies[t.bodies[i]].pose.position += gap / std::sqrt(3.0) * dice.in_cube(1);
     Stages articulated(t.world), sweep(t.world), literal(t.world);
-    articulated.gather(false), articulated.close();
+    articulated.inward_pass(articulated::Tension::ignored), articulated.outward_pass();
     sweep.sweep();
     literal.literal(1.0 / 60);
     const Real other = std::min(sweep.action(), literal.action());

@@ -314,7 +314,7 @@ TEST_CASE("forces of constraint do no work and have no sum") {
     lagrangian::Island& m = ready(w);
     lagrangian::update_kinematics(m), lagrangian::update_frames(w, m, 0, 1);
     lagrangian::write_all_rows(w, m, {true, false});
-    lagrangian::factor(m, false);
+    lagrangian::factor(m);
     lagrangian::project_twists(m, {});
     lagrangian::accelerate(w, m, 0, 1e-3);
     Real power = 0, size = 1e-300;
@@ -406,7 +406,7 @@ TEST_CASE("spherical chains: as in quaternion coordinates with a norm to keep") 
     lagrangian::Island& m = ready(w);
     lagrangian::update_kinematics(m), lagrangian::update_frames(w, m, 0, 1);
     lagrangian::write_all_rows(w, m, {true, false});
-    lagrangian::factor(m, false);
+    lagrangian::factor(m);
     lagrangian::project_twists(m, {});
     lagrangian::accelerate(w, m, 0, 1e-3);
 

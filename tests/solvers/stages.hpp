@@ -43,8 +43,8 @@ class Stages {
   }
   /// The rule as printed.
   void literal(Real h) { articulated::literal_sweep(articulation(), h); }
-  /// Articulated masses up.
-  void gather(bool tension) {
+  /// Articulated masses, from the leaves to the root ...
+  void inward_pass(articulated::Tension tension) {
     articulated::Island& a = articulation();
     if (a.is_chain) {
       k_.inward_pass_chain(packed(), tension);
@@ -54,8 +54,8 @@ class Stages {
     k_.fill_blocks(packed(), a.scratch.blocks.data());
     k_.inward_pass_tree(packed(), tension, a.scratch.blocks.data());
   }
-  /// ... and down again.
-  void close() {
+  /// ... and the joints closed, from the root to the leaves.
+  void outward_pass() {
     k_.outward_pass(packed(), articulation().scratch.targets.data(), articulated::kPosition);
     k_.apply_poses(packed(), articulated::kRotation);
   }

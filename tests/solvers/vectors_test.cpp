@@ -146,11 +146,11 @@ TEST_CASE("vectors: two free bodies meet") {
       first["rb"] = b.at("ra");  // the root's side of the joint
       to[0] = moved(first, meet, is_paper(entry)), to[1] = moved(b, meet, is_paper(entry));
     } else if (is_linear(entry)) {
-      s.gather(false);
+      s.inward_pass(articulated::Tension::ignored);
       to[0] = pose(a), to[1] = pose(b);
       s.answer_linearly(to[0], to[1]);
     } else {
-      s.gather(false), s.close();
+      s.inward_pass(articulated::Tension::ignored), s.outward_pass();
       to[0] = s.final(e[0]), to[1] = s.final(e[1]);
     }
     for (std::size_t i = 0; i < 2; ++i)
@@ -174,7 +174,8 @@ TEST_CASE("vectors: a chain of five and a tree of four limbs") {
       for (std::size_t i = 0; tension && i < bodies.size(); ++i)
         memory.set(articulated::kLambda, s.column(bodies[i]), vec(entry.at("lambda_in").at(i)));
       if (is_articulated(entry))
-        s.gather(tension), s.close();
+        s.inward_pass(tension ? articulated::Tension::stiffens : articulated::Tension::ignored),
+            s.outward_pass();
       else if (is_paper(entry))
         s.literal(1.0 / 60);
       else

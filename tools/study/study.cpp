@@ -313,8 +313,8 @@ void cost() {
     std::vector<Real> lambda(m.rows);
     const Timing t = time_often([&] {
       const double from = cpu_seconds();
-      lagrangian::factor(m, false);
-      lagrangian::solve(m, force, right, a, lambda);
+      lagrangian::factor(m);
+      lagrangian::solve(m, {force, right}, {a, lambda});
       return cpu_seconds() - from;
     });
     double dense = NAN;

@@ -5,7 +5,7 @@
 #include "engine/base/check.hpp"
 #include "engine/base/disjoint_sets.hpp"
 #include "engine/joints/kinds.hpp"
-#include "engine/solvers/articulated/island.hpp"
+#include "engine/solvers/articulated/internal.hpp"
 #include "engine/solvers/solver.hpp"
 #include "engine/world/world.hpp"
 
@@ -254,44 +254,50 @@ void pack_joints(const World& world, Island& a) {
   a.joints = std::move(joints);
 }
 
-/// Packs one island: trees by links, best anchors as roots, other anchors as pins.
-Island pack(Builder& b, const IslandPlan& plan, std::uint32_t index) {
-  World& world = b.world;
-  Island a;
-  a.settings = plan.settings;
-  const std::vector<std::uint32_t>& slots = plan.slots;
-  const std::vector<Anchorage> anchorages = anchorages_of(b, slots);
-  std::vector<Visit> all;
-  std::vector<const Anchorage*> roots;
-  const auto add_tree = [&](std::uint32_t start, const Anchorage* root) {
-    Tree tree;
-    tree.first = static_cast<std::uint32_t>(all.size());
-    for (Visit v : walk(b, start)) {
-      b.column[v.slot] = static_cast<std::uint32_t>(all.size());
-      b.island[v.slot] = index;
-      if (v.parent >= 0) v.parent += static_cast<std::int32_t>(tree.first);
-      all.push_back(v);
-    }
-    tree.count = static_cast<std::uint32_t>(all.size()) - tree.first;
-    if (root) {
-      tree.held_body = root->held_body, tree.held_pin = root->held_pin;
-      tree.anchor = root->held_anchor;
-    }
-    a.trees.push_back(tree), roots.push_back(root);
-  };
-  for (const Anchorage& g : anchorages)
-    if (g.compliance == 0 && b.column[g.body] == kNoSlot) add_tree(g.body, &g);
-  for (std::uint32_t slot : slots)
-    if (b.column[slot] == kNoSlot) add_tree(slot, nullptr);
-  PANTIN_ASSERT(all.size() == slots.size());
+/// The trees of one island while it is packed.
+struct Planting {
+  std::vector<Visit> visits;              // by column
+  std::vector<const Anchorage*> anchors;  // by tree; null: free
+};
 
-  const std::size_t padded = (all.size() + kLanes - 1) / kLanes * kLanes;
-  a.bodies.reserve(all.size()), a.links.reserve(all.size());
+void add_tree(Builder& b, Island& a, Planting& all, std::uint32_t start) {
+  Tree tree;
+  tree.first = static_cast<std::uint32_t>(all.visits.size());
+  for (Visit v : walk(b, start)) {
+    b.column[v.slot] = static_cast<std::uint32_t>(all.visits.size());
+    if (v.parent >= 0) v.parent += static_cast<std::int32_t>(tree.first);
+    all.visits.push_back(v);
+  }
+  tree.count = static_cast<std::uint32_t>(all.visits.size()) - tree.first;
+  a.trees.push_back(tree), all.anchors.push_back(nullptr);
+}
+
+/// Trees by links; the best anchors become roots.
+Planting plant_trees(Builder& b, const std::vector<std::uint32_t>& slots,
+                     const std::vector<Anchorage>& anchorages, Island& a) {
+  Planting all;
+  for (const Anchorage& g : anchorages) {
+    if (g.compliance != 0 || b.column[g.body] != kNoSlot) continue;
+    add_tree(b, a, all, g.body);
+    Tree& tree = a.trees.back();
+    tree.held_body = g.held_body, tree.held_pin = g.held_pin, tree.anchor = g.held_anchor;
+    all.anchors.back() = &g;
+  }
+  for (std::uint32_t slot : slots)
+    if (b.column[slot] == kNoSlot) add_tree(b, a, all, slot);
+  PANTIN_ASSERT(all.visits.size() == slots.size());
+  return all;
+}
+
+void pack_bodies(const World& world, const Planting& all, Island& a) {
+  const std::vector<Visit>& visits = all.visits;
+  const std::size_t padded = (visits.size() + kLanes - 1) / kLanes * kLanes;
+  a.bodies.reserve(visits.size()), a.links.reserve(visits.size());
   a.slots.reserve(padded), a.parents.reserve(padded);
-  a.constants.resize(kConstantRows, all.size());
-  a.memory.resize(kMemoryRows, all.size());
-  for (std::size_t c = 0; c < all.size(); ++c) {
-    const Visit& v = all[c];
+  a.constants.resize(kConstantRows, visits.size());
+  a.memory.resize(kMemoryRows, visits.size());
+  for (std::size_t c = 0; c < visits.size(); ++c) {
+    const Visit& v = visits[c];
     PANTIN_ASSERT(v.parent < static_cast<std::int32_t>(c));
     a.bodies.push_back(world.bodies.owners()[v.slot]);
     a.slots.push_back(v.slot), a.links.push_back(v.link), a.parents.push_back(v.parent);
@@ -299,22 +305,28 @@ Island pack(Builder& b, const IslandPlan& plan, std::uint32_t index) {
     if (v.parent >= 0) {
       a.constants.set(kOwnAnchor, c, anchor_in(world, v.link, v.slot));
       const auto p = static_cast<std::size_t>(v.parent);
-      a.constants.set(kParentAnchor, c, anchor_in(world, v.link, all[p].slot));
+      a.constants.set(kParentAnchor, c, anchor_in(world, v.link, visits[p].slot));
     }
     a.mass += world.bodies.values()[v.slot].mass;
   }
-  a.is_chain = a.trees.size() == 1;
   for (std::size_t t = 0; t < a.trees.size(); ++t) {
     const std::size_t first = a.trees[t].first;
-    a.parents[first] = roots[t] ? kHeld : kFree;
-    if (!roots[t]) continue;
-    a.links[first] = roots[t]->link;
-    a.constants.set(kOwnAnchor, first, roots[t]->anchor);
+    const Anchorage* anchor = all.anchors[t];
+    a.parents[first] = anchor ? kHeld : kFree;
+    if (!anchor) continue;
+    a.links[first] = anchor->link;
+    a.constants.set(kOwnAnchor, first, anchor->anchor);
   }
-  for (std::size_t c = 1; c < all.size(); ++c)
+  a.is_chain = a.trees.size() == 1;
+  for (std::size_t c = 1; c < visits.size(); ++c)
     a.is_chain = a.is_chain && a.parents[c] == static_cast<std::int32_t>(c) - 1;
+}
+
+/// The anchors that are no roots.
+void pack_pins(const Builder& b, const std::vector<Anchorage>& anchorages, const Planting& all,
+               Island& a) {
   for (const Anchorage& g : anchorages) {
-    if (std::find(roots.begin(), roots.end(), &g) != roots.end()) continue;
+    if (std::find(all.anchors.begin(), all.anchors.end(), &g) != all.anchors.end()) continue;
     PackedPin h;
     h.column = b.column[g.body], h.anchor = g.anchor, h.priority = g.priority;
     h.held_body = g.held_body, h.held_pin = g.held_pin, h.held_anchor = g.held_anchor;
@@ -324,6 +336,18 @@ Island pack(Builder& b, const IslandPlan& plan, std::uint32_t index) {
     if (a.parents[a.trees[h.tree].first] == kHeld) measure_reach(a, h);
     a.pins.push_back(h);
   }
+}
+
+/// Packs one island; it becomes the one with this number.
+Island pack(Builder& b, const IslandPlan& plan, std::uint32_t index) {
+  World& world = b.world;
+  Island a;
+  a.settings = plan.settings;
+  const std::vector<Anchorage> anchorages = anchorages_of(b, plan.slots);
+  const Planting all = plant_trees(b, plan.slots, anchorages, a);
+  for (const Visit& v : all.visits) b.island[v.slot] = index;
+  pack_bodies(world, all, a);
+  pack_pins(b, anchorages, all, a);
   // Padding repeats the last body, so that padding lanes stay finite.
   while (a.slots.size() % kLanes != 0) {
     set_constants(a, a.slots.size(), world.bodies.values()[a.slots.back()]);
@@ -380,164 +404,6 @@ bool follows_others(const Builder& b, const Island& a) {
          std::any_of(a.cables.begin(), a.cables.end(), foreign_cable);
 }
 
-/// Slots of trees, holds and cables, from an island to one that was built from the same things.
-void copy_slots(const IslandMemory& from, IslandMemory& to) {
-  for (std::size_t i = 0; i < to.trees.size(); ++i)
-    to.trees[i].held_body = from.trees[i].held_body, to.trees[i].held_pin = from.trees[i].held_pin;
-  for (std::size_t i = 0; i < to.pins.size(); ++i) {
-    PackedPin& h = to.pins[i];
-    h.held_body = from.pins[i].held_body, h.held_pin = from.pins[i].held_pin;
-    h.held_link = from.pins[i].held_link;
-  }
-  for (std::size_t i = 0; i < to.cables.size(); ++i) {
-    PackedCable& c = to.cables[i];
-    c.cable = from.cables[i].cable, c.slot_a = from.cables[i].slot_a;
-    c.slot_b = from.cables[i].slot_b;
-  }
-}
-
-bool is_same(const AngleLimit& a, const AngleLimit& b) {
-  return a.on == b.on && a.low == b.low && a.high == b.high;
-}
-
-bool is_same(const JointLimits& a, const JointLimits& b) {
-  return is_same(a.angle, b.angle) && is_same(a.second, b.second) && a.swing.on == b.swing.on &&
-         a.swing.y == b.swing.y && a.swing.z == b.swing.z && a.soft_zone == b.soft_zone &&
-         a.soft_stiffness == b.soft_stiffness && a.soft_damping == b.soft_damping;
-}
-
-bool is_same(const PackedJoint& a, const PackedJoint& b) {
-  return a.stiff == b.stiff && a.own_is_a == b.own_is_a &&
-         (a.drive == kNoSlot) == (b.drive == kNoSlot) && a.joint.kind == b.joint.kind &&
-         a.joint.anchor_a == b.joint.anchor_a && a.joint.anchor_b == b.joint.anchor_b &&
-         a.joint.frames.a() == b.joint.frames.a() && a.joint.frames.b() == b.joint.frames.b() &&
-         is_same(*a.joint.limits, *b.joint.limits);
-}
-
-/// Whether an island is built just as it was: then nothing that it remembers is to change.
-struct Unchanged {
-  const World& world;
-
-  bool body(std::uint32_t old, std::uint32_t now) const {
-    return is_same_value(world.bodies, old, now);
-  }
-  bool pin(std::uint32_t old, std::uint32_t now) const {
-    return is_same_value(world.pins, old, now);
-  }
-  bool link(std::uint32_t old, std::uint32_t now) const {
-    return is_same_value(world.links, old, now);
-  }
-  bool operator()(const Tree& a, const Tree& b) const {
-    return a.first == b.first && a.count == b.count && a.anchor == b.anchor &&
-           body(a.held_body, b.held_body) && pin(a.held_pin, b.held_pin);
-  }
-  bool operator()(const PackedPin& a, const PackedPin& b) const {
-    return a.column == b.column && a.partner == b.partner && a.tree == b.tree &&
-           a.anchor == b.anchor && a.held_anchor == b.held_anchor && a.priority == b.priority &&
-           a.compliance == b.compliance && body(a.held_body, b.held_body) &&
-           pin(a.held_pin, b.held_pin) && link(a.held_link, b.held_link);
-  }
-  bool operator()(const PackedCable& a, const PackedCable& b) const {
-    return a.column_a == b.column_a && a.column_b == b.column_b && body(a.slot_a, b.slot_a) &&
-           body(a.slot_b, b.slot_b) && is_same_value(world.cables, a.cable, b.cable);
-  }
-  bool operator()(const PackedJoint& a, const PackedJoint& b) const { return is_same(a, b); }
-  bool operator()(std::uint32_t a, std::uint32_t b) const { return link(a, b); }
-
-  template <class T>
-  bool all(const std::vector<T>& a, const std::vector<T>& b) const {
-    return std::equal(a.begin(), a.end(), b.begin(), b.end(), *this);
-  }
-  bool operator()(const Island& a, const Island& b) const {
-    return a.bodies == b.bodies && a.parents == b.parents && a.settings == b.settings &&
-           a.constants.numbers() == b.constants.numbers() && a.unfit == b.unfit &&
-           all(a.trees, b.trees) && all(a.pins, b.pins) && all(a.cables, b.cables) &&
-           all(a.links, b.links) && all(a.joints, b.joints);
-  }
-};
-
-/// The island as it was, with the slots of today.
-Island renumbered(Island old, Island& made) {
-  copy_slots(made, old);
-  old.slots = std::move(made.slots), old.links = std::move(made.links);
-  old.follows = made.follows;
-  for (std::size_t i = 0; i < old.joints.size(); ++i) old.joints[i].drive = made.joints[i].drive;
-  return old;
-}
-
-/// Islands that are built as they were go on as they were; so does what a repeated step of theirs
-/// starts from.
-void keep_unchanged(World& world, std::vector<Island>& before, std::vector<Island>& made) {
-  Islands& all = world.memory.of<Islands>();
-  const bool edited = world.edit_count != partition_of(world).edit_count;
-  std::vector<Islands::Saved> saved(made.size());
-  all.scratch.saved.resize(before.size());
-  std::vector<std::uint32_t> at(world.bodies.size(), kNoSlot);  // by slot of the first body
-  for (std::uint32_t i = 0; i < before.size(); ++i)
-    if (const std::uint32_t slot = world.bodies.slot(before[i].bodies.front()); slot != kNoSlot)
-      at[slot] = i;
-  const Unchanged unchanged{world};
-  for (std::size_t i = 0; i < made.size(); ++i) {
-    Island& a = made[i];
-    const std::uint32_t was = at[a.slots.front()];
-    if (was == kNoSlot || !unchanged(before[was], a)) continue;
-    a = renumbered(std::move(before[was]), a);
-    a.was = was;
-    if (edited) a.asleep = false, a.quiet_time = 0;
-    saved[i] = std::move(all.scratch.saved[was]);
-    copy_slots(a, saved[i].memory);
-  }
-  all.scratch.saved = std::move(saved);
-}
-
-/// Location of a body's state in the previous compilation.
-struct Remembered {
-  const Island* island = nullptr;
-  std::size_t column = 0;
-};
-
-void carry_memory(const std::vector<Island>& before, const World& world,
-                  std::vector<Island>& made) {
-  std::vector<Remembered> old(world.bodies.size());
-  for (const Island& a : before)
-    for (std::size_t c = 0; c < a.count(); ++c)
-      if (const std::uint32_t slot = world.bodies.slot(a.bodies[c]); slot != kNoSlot)
-        old[slot] = {&a, c};
-  for (Island& a : made) {
-    for (std::size_t c = 0; c < a.count(); ++c) {
-      const Remembered& r = old[a.slots[c]];
-      if (!r.island) continue;
-      a.fresh = a.fresh && r.island->fresh;
-      a.last_step = r.island->last_step;
-      for (std::size_t row = 0; row < kLambda; ++row)
-        a.memory.at(row, c) = r.island->memory.at(row, r.column);
-      // A joint keeps its lambda while its parent is the same.
-      const auto parent_of = [](const Island& x, std::size_t column) {
-        const std::int32_t p = x.parents[column];
-        return p >= 0 ? x.bodies[static_cast<std::size_t>(p)] : Entity{};
-      };
-      if (parent_of(a, c) == parent_of(*r.island, r.column))
-        a.memory.set(kLambda, c, r.island->memory.vec(kLambda, r.column));
-      if (a.joints.empty() || r.island->joints.empty()) continue;
-      const PackedJoint& was_joint = r.island->joints[r.column];
-      const PackedJoint& joint = a.joints[c];
-      if (joint.own_is_a != was_joint.own_is_a || joint.joint.kind != was_joint.joint.kind)
-        continue;
-      a.joint_memory[c] = r.island->joint_memory[r.column];
-    }
-    const Remembered& first = old[a.slots.front()];
-    if (!first.island || first.island->bodies != a.bodies) continue;
-    // A free tree keeps its angular momentum only while its structure is unchanged.
-    const Island& was = *first.island;
-    for (std::size_t t = 0; t < a.trees.size() && a.trees.size() == was.trees.size(); ++t) {
-      const std::uint32_t root = a.trees[t].first;
-      if (was.trees[t].first != root || was.parents[root] != a.parents[root]) continue;
-      a.trees[t].angular_momentum = was.trees[t].angular_momentum;
-      a.trees[t].knows_angular_momentum = was.trees[t].knows_angular_momentum;
-    }
-  }
-}
-
 }  // namespace
 
 void compile(World& world, std::span<const IslandPlan> plans) {
@@ -560,8 +426,7 @@ void compile(World& world, std::span<const IslandPlan> plans) {
     made[i].follows = follows_others(b, made[i]);
   }
   std::vector<Island>& list = world.memory.of<Islands>().list;
-  carry_memory(list, world, made);
-  keep_unchanged(world, list, made);
+  carry_over(world, list, made);
   list = std::move(made);
   world.memory.of<Islands>().scratch.prepared = false;
 }

@@ -39,8 +39,8 @@ void push_between(const Island& a, StepScratch& r, std::size_t c, Vec3 torque, s
 }
 
 /// The limit of an iteration row.
-Stop& stop_of(Island& a, const IterationRow& row) {
-  return a.scratch.terms[row.column].stops[row.stop];
+LimitRow& limit_of(Island& a, const IterationRow& row) {
+  return a.scratch.terms[row.column].limits[row.limit];
 }
 
 /// Clearance of a contact with a fixed or kinematic body in the free response, m.
@@ -49,10 +49,10 @@ Real clearance(const Island& a, const ContactRow& t, Vec3 normal) {
 }
 
 /// Clearance of a limit in the free response, rad.
-Real clearance(const Island& a, std::size_t c, const Stop& stop) {
+Real clearance(const Island& a, std::size_t c, const LimitRow& limit) {
   Vec3 relative = a.scratch.rotation[c] - a.scratch.terms[c].align;
   if (a.parents[c] >= 0) relative -= a.scratch.rotation[static_cast<std::size_t>(a.parents[c])];
-  return stop.clearance - stop.nonlinearity - glm::dot(stop.along, relative);
+  return limit.clearance - limit.nonlinearity - glm::dot(limit.along, relative);
 }
 
 void list_rows(const World& world, Island& a) {
@@ -75,11 +75,11 @@ void list_rows(const World& world, Island& a) {
   for (std::uint32_t c = 0; c < a.joints.size(); ++c) {
     if (!a.joints[c].stiff) continue;
     for (std::uint32_t s = 0; s < 4; ++s) {
-      const Stop& stop = r.terms[c].stops[s];
-      if (stop.along == Vec3(0) || stop.both_ways) continue;
-      if (!(stop.lambda > 0) && clearance(a, c, stop) > kCandidateDistance) continue;
+      const LimitRow& limit = r.terms[c].limits[s];
+      if (limit.along == Vec3(0) || limit.both_ways) continue;
+      if (!(limit.lambda > 0) && clearance(a, c, limit) > kCandidateDistance) continue;
       IterationRow row;
-      row.is_stop = true, row.column = c, row.stop = s, row.number = number++;
+      row.is_limit = true, row.column = c, row.limit = s, row.number = number++;
       r.iteration_rows.push_back(row);
     }
   }
@@ -91,7 +91,7 @@ template <class Slide, class Turn>
 void read_rows(const Island& a, Real* out, const Slide& translation, const Turn& rotation) {
   const StepScratch& r = a.scratch;
   for (const IterationRow& row : r.iteration_rows) {
-    if (!row.is_stop) {
+    if (!row.is_limit) {
       const Vec3 moved = translation(row.column) +
                          glm::cross(rotation(row.column), r.contact_rows[row.contact_row].arm);
       for (int axis = 0; axis < 3; ++axis)
@@ -101,7 +101,7 @@ void read_rows(const Island& a, Real* out, const Slide& translation, const Turn&
     Vec3 relative = rotation(row.column);
     if (a.parents[row.column] >= 0)
       relative -= rotation(static_cast<std::size_t>(a.parents[row.column]));
-    out[row.number] = glm::dot(r.terms[row.column].stops[row.stop].along, relative);
+    out[row.number] = glm::dot(r.terms[row.column].limits[row.limit].along, relative);
   }
 }
 
@@ -123,8 +123,8 @@ void find_response(Island& a) {
       const IterationRow& row = row_of(first + s, axis);
       Vec3 unit(0);
       unit[static_cast<int>(axis)] = 1;
-      if (row.is_stop)
-        push_between(a, r, row.column, r.terms[row.column].stops[row.stop].along, s);
+      if (row.is_limit)
+        push_between(a, r, row.column, r.terms[row.column].limits[row.limit].along, s);
       else
         push_at(r, r.contact_rows[row.contact_row], unit, s);
     }
@@ -211,14 +211,14 @@ void start_contact(World& world, Island& a, IterationRow& row, Real h) {
 }
 
 void start_stop(Island& a, IterationRow& row) {
-  Stop& stop = stop_of(a, row);
+  LimitRow& limit = limit_of(a, row);
   const std::size_t n = a.scratch.contact_displacement.size();
   const Real k = a.scratch.contact_response[row.number * n + row.number];
   const Vec3 align = a.scratch.terms[row.column].align;
-  row.bias.x = stop.clearance - stop.nonlinearity + glm::dot(stop.along, align);
+  row.bias.x = limit.clearance - limit.nonlinearity + glm::dot(limit.along, align);
   const Mat3& compliance = a.scratch.joint_nodes[row.column].compliance;
   row.stiffness = k > 1e-6 * (compliance[0][0] + compliance[1][1] + compliance[2][2]) ? 1 / k : 0;
-  apply(a, row.number, -stop.lambda);
+  apply(a, row.number, -limit.lambda);
 }
 
 /// What the iteration works on, looked up once: its inner loop does little else per contact.
@@ -256,12 +256,12 @@ Real relax_contact(const Together& all, Island& a, const IterationRow& row) {
 
 /// The same for a limit, rad; its lambda acts against its direction.
 Real relax_stop(Island& a, const IterationRow& row) {
-  Stop& stop = stop_of(a, row);
+  LimitRow& limit = limit_of(a, row);
   const Real beyond = a.scratch.contact_displacement[row.number] - row.bias.x;
-  const Real lambda = std::max(Real(0), stop.lambda + row.stiffness * beyond);
-  const Real change = stop.lambda - lambda;
+  const Real lambda = std::max(Real(0), limit.lambda + row.stiffness * beyond);
+  const Real change = limit.lambda - lambda;
   apply(a, row.number, change);
-  stop.lambda = lambda;
+  limit.lambda = lambda;
   return row.stiffness > 0 ? std::abs(change) / row.stiffness : 0;
 }
 
@@ -269,14 +269,14 @@ Real relax_stop(Island& a, const IterationRow& row) {
 void pair_up(World& world, std::span<Island* const> all) {
   for (Island* a : all)
     for (IterationRow& row : a->scratch.iteration_rows) {
-      if (row.is_stop || !is_owner_side(*a, row)) continue;
+      if (row.is_limit || !is_owner_side(*a, row)) continue;
       const ContactRow& t = a->scratch.contact_rows[row.contact_row];
       if (!is_mutual(world, t)) continue;
       row.other = owner_of(partition_of(world), contacts_of(world)[t.contact].slot_b).island;
       const Island& b = islands_of(world)[row.other];
       for (std::uint32_t i = 0; i < b.scratch.iteration_rows.size(); ++i) {
         const IterationRow& other = b.scratch.iteration_rows[i];
-        if (other.is_stop || is_owner_side(b, other)) continue;
+        if (other.is_limit || is_owner_side(b, other)) continue;
         if (b.scratch.contact_rows[other.contact_row].contact == t.contact) row.other_row = i;
       }
       [[maybe_unused]] const IterationRow& found = b.scratch.iteration_rows[row.other_row];
@@ -299,7 +299,7 @@ void iterate_contacts(World& world, std::span<Island* const> all, Real h, int ro
   pair_up(world, all);
   for (Island* a : all)
     for (IterationRow& row : a->scratch.iteration_rows) {
-      if (row.is_stop)
+      if (row.is_limit)
         start_stop(*a, row);
       else if (is_owner_side(*a, row))
         start_contact(world, *a, row, h);
@@ -310,7 +310,7 @@ void iterate_contacts(World& world, std::span<Island* const> all, Real h, int ro
     for (Island* a : all) {
       Real most = 0;
       for (const IterationRow& row : a->scratch.iteration_rows) {
-        if (row.is_stop)
+        if (row.is_limit)
           most = std::max(most, relax_stop(*a, row) * a->size);
         else if (is_owner_side(*a, row))
           most = std::max(most, relax_contact(together, *a, row));
@@ -325,9 +325,9 @@ void add_iterated_lambdas(World& world, Island& a) {
   StepScratch& r = a.scratch;
   clear(r);
   for (const IterationRow& row : r.iteration_rows) {
-    if (row.is_stop) {
-      Stop& stop = stop_of(a, row);
-      push_between(a, r, row.column, -stop.lambda * stop.along, 0);
+    if (row.is_limit) {
+      LimitRow& limit = limit_of(a, row);
+      push_between(a, r, row.column, -limit.lambda * limit.along, 0);
       continue;
     }
     const ContactRow& t = r.contact_rows[row.contact_row];

@@ -67,7 +67,7 @@ Vec3 way_of(const Body& b, Vec3 at, Real h) {
 }
 
 Vec3 final_point(const Island& a, std::size_t column, Vec3 anchor) {
-  return point_at(a, column, anchor, kFinalPosition, kFinalRotation);
+  return point_at(a, column, anchor, kFinalPoses);
 }
 
 /// The component of a vector perpendicular to a unit normal.

@@ -10,22 +10,74 @@ namespace pantin::detail::articulated {
 /// The island as seen by the kernels.
 IslandView view_of(World& world, Island& a);
 
-/// A point of a packed body, or of a kinematic one, at the poses stored in the given rows.
-Vec3 point_at(const Island& a, std::size_t column, Vec3 anchor, Work position_row,
-              Work rotation_row);
+/// The end of compile(): what the islands before it remember goes on in those made from the same
+/// bodies. Islands that are built as they were go on as they were.
+void carry_over(World& world, std::vector<Island>& before, std::vector<Island>& made);
+
+inline Tension tension_of(const Island& a) {
+  return a.settings.tension_stiffness ? Tension::stiffens : Tension::ignored;
+}
+
+/// Poses of the packed bodies: rows of the work table.
+struct PoseRows {
+  Work position, rotation;
+};
+inline constexpr PoseRows kPredictedPoses{kPosition, kRotation};
+inline constexpr PoseRows kFinalPoses{kFinalPosition, kFinalRotation};
+
+/// A pass of the general solve: the one of the step, from the predicted poses, or a correction,
+/// which starts from closed poses and closes only what is open there.
+struct Pass {
+  PoseRows from;
+  bool corrects;
+};
+inline constexpr Pass kStepPass{kPredictedPoses, false}, kCorrection{kFinalPoses, true};
+
+/// A point of a packed body at the given poses, and one of a body of the World.
+Vec3 point_at(const Island& a, std::size_t column, Vec3 anchor, PoseRows at);
 Vec3 point_on(const World& world, std::uint32_t slot, Vec3 anchor);
 
+/// The integration rule of this step.
+Rule rule_of(const Island& a);
+
+/// Sleep (sleep.cpp). Whether something wakes a sleeping island, after its targets are known.
+bool must_wake(const World& world, const Island& a);
+/// The prediction of an island that does not move, for others that look for it.
+void predict_still(const World& world, Island& a);
+/// Falls asleep after resting on fixed bodies long enough. Islands in contact with other dynamic
+/// islands, or with joint drives or cables, stay awake.
+void update_sleep(World& world, Island& a, Real h);
+
+/// Allocates memory of the general solve when a step first needs it (scratch.cpp).
+void reserve_general_solve(Island& a);
+
+/// The active set (active_set.cpp).
+bool has_rows(const Island& a);
+bool has_active_contacts(const World& world, const Island& a);
+/// Whether the island has only free ball joints in this step.
+bool is_plain(const Island& a);
+/// Inward half of the general solve at the predicted poses, with lambdas of cables, pins and loops.
+void eliminate_once(World& world, Island& a, Real h);
+/// Outward half: final poses and update of the active set. True if unchanged.
+bool apply_once(World& world, Island& a, Real h);
+/// Active-set iterations from the predicted poses. False without convergence.
+enum class StepLength : std::uint8_t { whole, substep };
+bool find_active_set(World& world, Island& a, Real h, StepLength length);
+
+/// Closes the joints of the step by the method of the island, and updates the velocities
+/// (close.cpp).
+EndSums close_joints(World& world, Island& a, Real h);
+
 /// The general articulated solve (tree.cpp). Blocks of the bodies alone; needs prepare().
-void fill_base(Island& a, bool tension);
+void fill_base(Island& a, Tension tension);
 /// Saves the joint gaps before the outward pass overwrites their row.
 void keep_gaps(Island& a);
 /// Inward pass, leaf to root: scratch.joint_blocks (overwritten) to scratch.joint_nodes.
 void inward_pass(Island& a);
 /// Outward pass, root to leaf: closes the joints; rotations and joint points are left for
-/// apply_poses(). With `again` that is all. Otherwise it stores the multipliers and updates limits
-/// and drives. True if the active set is unchanged.
-bool outward_pass(World& world, Island& a, Real h, Work position_row, Work rotation_row,
-                  bool again);
+/// apply_poses(). For a correction that is all. The pass of the step also stores the multipliers
+/// and updates limits and drives. True if the active set is unchanged.
+bool outward_pass(World& world, Island& a, Real h, const Pass& pass);
 /// Propagates forces towards the roots: `force` becomes the lambda at each joint, `torque` the
 /// rotation of each body while joint and parent stay in place.
 void propagate_inward(const Island& a, std::vector<Vec3x4>& force, std::vector<Vec3x4>& torque);
@@ -35,9 +87,9 @@ void propagate_outward(const Island& a, std::vector<Vec3x4>& force, std::vector<
 /// Slot of the kinematic body that a root joint is attached to, or UINT32_MAX.
 std::uint32_t held_body_of(const Island& a, std::size_t c);
 
-/// Joints that constrain rotations (joint_terms.cpp): scratch.terms at the poses of a row. With
-/// `again` springs are left out and limits keep their state.
-void set_terms(const World& world, Island& a, Real h, Work rotation_row, bool again);
+/// Joints that constrain rotations (joint_terms.cpp): scratch.terms at the poses of the pass. A
+/// correction leaves springs out, and limits keep their state.
+void set_terms(const World& world, Island& a, Real h, const Pass& pass);
 /// Turns limits into stiff rows, for islands with active contacts. After fill_base.
 void regularise_limits(Island& a);
 /// Updates the limits of a joint after an outward pass, from unclamped rotations and the linear
@@ -90,20 +142,20 @@ void push_out_trees(World& world, Island& a);
 Real finish_contacts(World& world, Island& a, Real h);
 
 /// Rows: cables, pins and loops on top of the articulated solve (rows.cpp).
-void add_cable_stiffness(const World& world, Island& a, std::vector<JointBlock>& blocks,
-                         Work position_row, Work rotation_row);
+void add_cable_stiffness(const World& world, Island& a, std::vector<JointBlock>& blocks);
 /// Solves for the lambdas of all rows and adds them to the result of the inward pass. Between
-/// inward_pass and outward_pass. `again` repeats on closed poses and adds corrections only.
-void solve_rows(World& world, Island& a, Real h, Work position_row, Work rotation_row, bool again);
+/// inward_pass and outward_pass.
+void solve_rows(World& world, Island& a, Real h, const Pass& pass);
 /// Largest elongation of a cable at the final poses, m; and largest gap of pins and loops.
 Real worst_stretch(const World& world, const Island& a);
 Real worst_pin_gap(const Island& a);
 /// Target of a pin constraint at the given poses.
-Vec3 target_of(const Island& a, const PackedPin& constraint, Work position_row, Work rotation_row);
+Vec3 target_of(const Island& a, const PackedPin& constraint, PoseRows at);
 
 /// Relaxation (relax.cpp): sweeps from each pin in turn, then from the roots, on the final poses.
-/// With `cables` taut cables count as pins too.
-void relax(World& world, Island& a, bool cables);
+/// Taut cables may count as pins too.
+enum class Relaxed : std::uint8_t { pins, pins_and_cables };
+void relax(World& world, Island& a, Relaxed what);
 
 /// The closing sweep alone: closes every joint within its limits, from the roots outwards.
 void sweep_closed(const World& world, Island& a);
@@ -153,7 +205,8 @@ void scale_to_momentum(World& world, Island& a, const EndSums& end, Real h);
 void limit_energy(World& world, Island& a, const IslandView& p, const EndSums& end, Real h);
 
 /// Of solvers that do not keep the energy: what an island has before a step; and whether it has
-/// severalfold more after it than it had and than hands, pushes and drives gave (StepResult::grew).
+/// severalfold more after it than it had and than kinematic bodies, forces and drives supplied
+/// (StepResult::grew).
 void begin_watch(const World& world, Island& a);
 void end_watch(const World& world, Island& a, Real h);
 

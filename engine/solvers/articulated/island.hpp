@@ -104,7 +104,7 @@ struct JointBlock {
 /// A joint limit in one direction: along . r <= clearance for the relative rotation r. While it is
 /// active that direction is locked and lambda is its multiplier. With a weight it is a stiff
 /// augmented-Lagrangian row instead.
-struct Stop {
+struct LimitRow {
   Vec3 along{0};
   Real clearance = 0;     // rad
   Real nonlinearity = 0;  // rad: deviation from the linear response, from the last iteration
@@ -127,7 +127,7 @@ struct JointTerms {
   Real drive_spring = 0;  // of the drive, before its torque limit
   Vec3 drive_torque{0};
   Vec3 first, second;       // the free directions of hinge and universal
-  Stop stops[4];            // angle low and high, second angle or swing low and high
+  LimitRow limits[4];       // angle low and high, second angle or swing low and high
   Quat parent{1, 0, 0, 0};  // predicted rotation of the parent
   Vec3 way{0};              // predicted relative rotation since the start of the step
   Vec3 rotated{0};          // relative rotation of the last iteration
@@ -149,10 +149,10 @@ struct ContactRow {
 
 /// A contact or a limit whose lambda is found by projected Gauss-Seidel: three numbers, or one.
 struct IterationRow {
-  bool is_stop = false;
+  bool is_limit = false;
   std::uint32_t column = 0;
   std::uint32_t contact_row = 0;  // of a contact, in StepScratch::contact_rows
-  std::uint32_t stop = 0;         // of a joint
+  std::uint32_t limit = 0;        // of a joint
   std::uint32_t number = 0;       // the first
   std::uint32_t other = UINT32_MAX,
                 other_row = 0;  // island and row of body b of a contact between dynamic bodies
@@ -223,7 +223,7 @@ struct PackedJoint {
 
 /// State of a joint that constrains rotations.
 struct JointMemory {
-  Real lambdas[4] = {0, 0, 0, 0};  // of the stops, kg m^2
+  Real lambdas[4] = {0, 0, 0, 0};  // of the limits, kg m^2
   Real torque_fraction = 1;        // fraction of the drive's torque that its limit allows
 
   static void fields(auto& self, auto&& field) {
@@ -345,8 +345,8 @@ struct IslandMemory {
   static void fields(auto& self, auto&& field) {
     field("memory", self.memory);
     field("trees", in_place(self.trees));
-    field("holds", in_place(self.pins));
-    field("cords", in_place(self.cables));
+    field("pins", in_place(self.pins));
+    field("cables", in_place(self.cables));
     field("joint_memory", in_place(self.joint_memory));
     field("calm_steps", self.calm_steps);
     field("iterating", self.iterating);
@@ -389,9 +389,9 @@ struct StepResult {
   bool in_contact = false;      // a contact or a limit was active
   bool converged = false;       // the last iteration changed nothing
   int sweeps_used = 0, active_set_iterations_used = 0, stops_hit = 0, drives_capped = 0;
-  Real stop_work = 0;  // J, by drives, soft zones and moving contacts
-  Entity lost;         // a body whose state went out of bounds
-  bool grew = false;   // has severalfold more energy than it can have
+  Real supplied_work = 0;  // J, by drives, soft zones and moving contacts
+  Entity lost;             // a body whose state went out of bounds
+  bool grew = false;       // has severalfold more energy than it can have
 };
 
 struct Island : IslandStructure, IslandMemory, StepPlan, StepResult {
@@ -404,7 +404,7 @@ struct Island : IslandStructure, IslandMemory, StepPlan, StepResult {
   static void fields(auto& self, auto&& field) {
     IslandStructure::fields(self, field);
     IslandMemory::fields(self, field);
-    field("room", derived(self.scratch));
+    field("scratch", derived(self.scratch));
   }
 };
 

@@ -32,7 +32,7 @@ void subtract_pins(const Island& a, Torques& torques) {
 
 /// The point of a cable's end in the world.
 Vec3 end_of(const World& world, const Island& a, std::uint32_t column, Entity body, Vec3 anchor) {
-  if (column != UINT32_MAX) return point_at(a, column, anchor, kFinalPosition, kFinalRotation);
+  if (column != UINT32_MAX) return point_at(a, column, anchor, kFinalPoses);
   return to_world(world.bodies[body].pose, anchor);
 }
 

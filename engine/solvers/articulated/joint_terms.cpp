@@ -127,13 +127,13 @@ void add_spring(JointTerms& t, Real k, Vec3 along, Real torque) {
 
 void add_soft_zones(const JointLimits& limits, Real to_load, Real h, JointTerms& t) {
   if (!(limits.soft_zone > 0)) return;
-  for (Stop& stop : t.stops) {
-    if (stop.along == Vec3(0)) continue;
+  for (LimitRow& limit : t.limits) {
+    if (limit.along == Vec3(0)) continue;
     // Tested at the prediction: a joint that leaves the zone is released in the next step.
-    stop.soft = limits.soft_zone - stop.clearance;
-    if (!(stop.soft > 0)) continue;
+    limit.soft = limits.soft_zone - limit.clearance;
+    if (!(limit.soft > 0)) continue;
     const Real k = limits.soft_stiffness * to_load, d = limits.soft_damping * to_load / h;
-    add_spring(t, k + d, stop.along, -k * stop.soft - d * glm::dot(stop.along, t.way));
+    add_spring(t, k + d, limit.along, -k * limit.soft - d * glm::dot(limit.along, t.way));
   }
 }
 
@@ -170,7 +170,8 @@ Quat joint_rotation(const PackedJoint& joint, Quat own, Quat parent) {
   return At(joint, own, parent).rotation;
 }
 
-void set_terms(const World& world, Island& a, Real h, Work rotation_row, bool again) {
+void set_terms(const World& world, Island& a, Real h, const Pass& pass) {
+  const Work rotation_row = pass.from.rotation;
   const Real to_load = a.force_share * h * h;
   for (std::size_t c = 0; c < a.count(); ++c) {
     PackedJoint& j = a.joints[c];
@@ -190,22 +191,24 @@ void set_terms(const World& world, Island& a, Real h, Work rotation_row, bool ag
     Excess excess[4];
     measure_stops(at, excess);
     for (int s = 0; s < 4; ++s) {
-      Stop& stop = t.stops[s];
-      const bool was_on = stop.on;
-      stop = Stop{};
+      LimitRow& limit = t.limits[s];
+      const bool was_on = limit.on;
+      limit = LimitRow{};
       if (!excess[s].watched) continue;
-      stop.along = at.sign() * excess[s].along, stop.clearance = -excess[s].angle;
-      stop.both_ways = s % 2 == 1 && (s == 1 ? j.joint.limits->angle : j.joint.limits->second).on &&
-                       excess[s - 1].watched && excess[s - 1].angle + excess[s].angle > -1e-12;
+      limit.along = at.sign() * excess[s].along, limit.clearance = -excess[s].angle;
+      limit.both_ways = s % 2 == 1 &&
+                        (s == 1 ? j.joint.limits->angle : j.joint.limits->second).on &&
+                        excess[s - 1].watched && excess[s - 1].angle + excess[s].angle > -1e-12;
       // A lock is one limit that acts in both directions.
       if (s % 2 == 0 && excess[s + 1].watched && excess[s].angle + excess[s + 1].angle > -1e-12) {
-        stop = Stop{};
+        limit = LimitRow{};
         continue;
       }
-      stop.lambda = again ? 0 : a.joint_memory[c].lambdas[s];
-      stop.on = stop.both_ways || (again ? was_on : stop.lambda > 0) || stop.clearance < 0;
+      limit.lambda = pass.corrects ? 0 : a.joint_memory[c].lambdas[s];
+      limit.on =
+          limit.both_ways || (pass.corrects ? was_on : limit.lambda > 0) || limit.clearance < 0;
     }
-    if (again) continue;
+    if (pass.corrects) continue;
     const Body& body = world.bodies.values()[a.slots[c]];
     t.way = rotation_vector(own * glm::conjugate(body.pose.rotation));
     if (a.parents[c] >= 0) {
@@ -224,8 +227,8 @@ void regularise_limits(Island& a) {
   for (std::size_t c = 0; c < a.joints.size(); ++c) {
     if (!a.joints[c].stiff) continue;
     const Mat3& tt = a.scratch.base[c].tt;
-    for (Stop& stop : a.scratch.terms[c].stops)
-      if (!stop.both_ways) stop.weight = kLimitWeight * (tt[0][0] + tt[1][1] + tt[2][2]);
+    for (LimitRow& limit : a.scratch.terms[c].limits)
+      if (!limit.both_ways) limit.weight = kLimitWeight * (tt[0][0] + tt[1][1] + tt[2][2]);
   }
 }
 
@@ -233,10 +236,10 @@ namespace {
 
 /// Multipliers of the active limits, from the torque balance along them.
 void find_limit_lambdas(JointTerms& t, Vec3 rotation, Vec3 translation) {
-  Stop* on[2] = {nullptr, nullptr};
-  for (Stop& stop : t.stops)
-    if (stop.is_lock() && !on[1]) (on[0] ? on[1] : on[0]) = &stop;
-  const auto push = [&](const Stop& s) {
+  LimitRow* on[2] = {nullptr, nullptr};
+  for (LimitRow& limit : t.limits)
+    if (limit.is_lock() && !on[1]) (on[0] ? on[1] : on[0]) = &limit;
+  const auto push = [&](const LimitRow& s) {
     return s.pull - glm::dot(s.by_rotation, rotation) - glm::dot(s.by_translation, translation) -
            glm::dot(s.by_relative, t.rotated);
   };
@@ -264,31 +267,31 @@ bool update_limits(Island& a, std::size_t c, Quat own, Quat parent, Vec3 rotatio
   if (!a.iterates) find_limit_lambdas(t, rotation, translation);
   bool converged = true;
   for (int s = 0; s < 4; ++s) {
-    Stop& stop = t.stops[s];
+    LimitRow& limit = t.limits[s];
     if (!excess[s].watched) continue;
     const Real beyond = excess[s].angle;
     const Vec3 along = at.sign() * excess[s].along;
-    if (const Real same = glm::dot(along, stop.along); same < 0.7) {
+    if (const Real same = glm::dot(along, limit.along); same < 0.7) {
       // The swing moved to another side of its cone.
-      stop.along = along, stop.clearance = glm::dot(along, t.rotated) - beyond,
-      stop.nonlinearity = 0;
-      stop.lambda *= std::max(Real(0), same);
+      limit.along = along, limit.clearance = glm::dot(along, t.rotated) - beyond,
+      limit.nonlinearity = 0;
+      limit.lambda *= std::max(Real(0), same);
     }
-    const Real linear = glm::dot(stop.along, t.rotated) - stop.clearance;
-    if (stop.on && !stop.is_lock()) stop.lambda += stop.weight * (linear + stop.nonlinearity);
-    if (a.iterates && !stop.both_ways) {
-      converged = converged && std::abs(beyond - linear - stop.nonlinearity) < 1e-4;
-    } else if (stop.on) {
-      const bool still = !stop.is_lock() && std::abs(beyond) < 1e-5;
-      if (stop.lambda <= 0 && still)
-        stop.lambda = 0;
-      else if (stop.lambda <= 0 && !stop.both_ways)
-        stop.lambda = 0, stop.on = false, converged = false;
-      converged = converged && beyond < (stop.is_lock() ? 1e-6 : 1e-5);
+    const Real linear = glm::dot(limit.along, t.rotated) - limit.clearance;
+    if (limit.on && !limit.is_lock()) limit.lambda += limit.weight * (linear + limit.nonlinearity);
+    if (a.iterates && !limit.both_ways) {
+      converged = converged && std::abs(beyond - linear - limit.nonlinearity) < 1e-4;
+    } else if (limit.on) {
+      const bool still = !limit.is_lock() && std::abs(beyond) < 1e-5;
+      if (limit.lambda <= 0 && still)
+        limit.lambda = 0;
+      else if (limit.lambda <= 0 && !limit.both_ways)
+        limit.lambda = 0, limit.on = false, converged = false;
+      converged = converged && beyond < (limit.is_lock() ? 1e-6 : 1e-5);
     } else if (beyond > 1e-9) {
-      stop.on = true, stop.lambda = 0, converged = false;
+      limit.on = true, limit.lambda = 0, converged = false;
     }
-    stop.nonlinearity = beyond - linear;
+    limit.nonlinearity = beyond - linear;
   }
   return converged;
 }

@@ -37,6 +37,9 @@ enum class Rule : std::uint8_t {
   bdf2       // second order, angular momentum kept
 };
 
+/// Whether loaded joints add their geometric stiffness.
+enum class Tension : std::uint8_t { ignored, stiffens };
+
 struct PredictInput {
   double h;
   double gravity[3];
@@ -64,6 +67,7 @@ struct EndSums {
   double momentum[3];
   double largest_rotation2;  // square of the largest rotation of the step, rad^2
   bool sane;  // false: a position was not finite or out of bounds; its block was not written
+  bool changed_rule = false;  // ended by the first-order rule because of an impact
 };
 
 /// Positions beyond this distance from the origin count as diverged, m.
@@ -87,15 +91,14 @@ struct Kernels {
   /// inertias.
   void (*levers)(const IslandView&, std::size_t position_row, std::size_t rotation_row);
   /// The same, and the turning blocks: kRotationalInertia becomes the inertia about the own joint.
-  /// `tension` adds the stiffness of loaded joints, here and in kOutwardTension.
-  void (*prepare)(const IslandView&, std::size_t position_row, std::size_t rotation_row,
-                  bool tension);
+  /// The stiffness of loaded joints is added here and in kOutwardTension.
+  void (*prepare)(const IslandView&, std::size_t position_row, std::size_t rotation_row, Tension);
   /// Inward pass along a chain, prepare() for the predicted poses included: writes the nodes.
-  void (*inward_pass_chain)(const IslandView&, bool tension);
+  void (*inward_pass_chain)(const IslandView&, Tension);
   /// The same for any tree, in two parts: the blocks of the bodies, to which rows may add, then the
   /// elimination.
   void (*fill_blocks)(const IslandView&, double* blocks);
-  void (*inward_pass_tree)(const IslandView&, bool tension, double* blocks);
+  void (*inward_pass_tree)(const IslandView&, Tension, double* blocks);
   /// Outward pass: closes every joint exactly, rotations by Cayley's map; stores the multipliers.
   void (*outward_pass)(const IslandView&, const double* targets, std::size_t position_row);
   /// Root to leaf by least displacement. [Lee 2000, sec. 3.2 corrected]

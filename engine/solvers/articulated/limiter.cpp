@@ -26,9 +26,8 @@ Real work_of_anchors(const World& world, const Island& a, const EndSums& end, Re
     const bool a_moves = cord.column_a != UINT32_MAX;  // end a belongs to the island
     const std::uint32_t slot = a_moves ? cord.slot_b : cord.slot_a;
     const Vec3 held = point_on(world, slot, a_moves ? s.joint.anchor_b : s.joint.anchor_a);
-    const Vec3 free =
-        a_moves ? point_at(a, cord.column_a, s.joint.anchor_a, kFinalPosition, kFinalRotation)
-                : point_at(a, cord.column_b, s.joint.anchor_b, kFinalPosition, kFinalRotation);
+    const Vec3 free = a_moves ? point_at(a, cord.column_a, s.joint.anchor_a, kFinalPoses)
+                              : point_at(a, cord.column_b, s.joint.anchor_b, kFinalPoses);
     const Real span = glm::length(held - free);
     if (!(span > 0)) continue;
     const Vec3 force = to_force * cord.lambda / span * (held - free);
@@ -132,7 +131,7 @@ void take_back(World& world, Island& a, const IslandView& p, Real allowed) {
     k.sweep(p, a.scratch.targets.data(), kPosition, a.settings.rotation_stiffness);
     k.apply_poses(p, kRotation);
     if (!a.joints.empty()) sweep_closed(world, a);
-    if (!a.pins.empty() || !a.cables.empty()) relax(world, a, true);
+    if (!a.pins.empty() || !a.cables.empty()) relax(world, a, Relaxed::pins_and_cables);
     if (potential_of_final(world, a) <= allowed) break;
   }
   for (std::size_t c = 0; c < a.count(); ++c) {
@@ -150,7 +149,7 @@ void limit_energy(World& world, Island& a, const IslandView& p, const EndSums& e
   if (a.driven && !driven) a.reserve = 0;
   a.driven = driven;
 
-  const Real allowed = a.energy_before + a.reserve - a.damped + end.work + a.stop_work +
+  const Real allowed = a.energy_before + a.reserve - a.damped + end.work + a.supplied_work +
                        work_of_anchors(world, a, end, h);
   const Real slack = 1e-3 * a.kinetic_before + 1e-12 * std::abs(end.potential);
   Real energy = end.kinetic + end.potential;

@@ -59,7 +59,7 @@ constexpr std::size_t kMost = 16;
 struct Reactions {
   Vec3 sum{0};     // N on the island, all holders
   Real sizes = 0;  // of the reported ones
-  contact::Reaction told[kMost];
+  contact::Reaction known[kMost];
   std::size_t count = 0;
   bool others = false;  // holders that no other solver moves
 };
@@ -71,9 +71,9 @@ void share_rest(const World& world, const Island& a, Real h, Reactions& r) {
     momentum += a.constants.at(kMass, c) * world.bodies.values()[a.slots[c]].velocity;
   const Vec3 rest = (momentum - a.momentum_before) / h - other_forces(world, a, h) - r.sum;
   for (std::size_t i = 0; i < r.count; ++i) {
-    const Real part =
-        r.sizes > 0 ? glm::length(r.told[i].force) / r.sizes : Real(1) / static_cast<Real>(r.count);
-    r.told[i].force -= part * rest;
+    const Real part = r.sizes > 0 ? glm::length(r.known[i].force) / r.sizes
+                                  : Real(1) / static_cast<Real>(r.count);
+    r.known[i].force -= part * rest;
   }
 }
 
@@ -102,7 +102,7 @@ void react(World& world, std::size_t island, Real h, std::vector<contact::Reacti
       r.others = r.others || force != Vec3(0);
       return;
     }
-    r.told[r.count++] = {kind, source, -force, a.mass}, r.sizes += glm::length(force);
+    r.known[r.count++] = {kind, source, -force, a.mass}, r.sizes += glm::length(force);
   };
   for (const Tree& t : a.trees)
     if (a.parents[t.first] == kHeld)
@@ -121,7 +121,7 @@ void react(World& world, std::size_t island, Real h, std::vector<contact::Reacti
   for (const ContactRow& t : a.scratch.contact_rows)
     r.others = r.others || (t.side > 0 && contacts_of(world)[t.contact].active);
   if (r.count > 0 && !r.others) share_rest(world, a, h, r);
-  out.insert(out.end(), r.told, r.told + r.count);
+  out.insert(out.end(), r.known, r.known + r.count);
 }
 
 void press(const World& world, std::vector<contact::Pressure>& out) {

@@ -101,8 +101,7 @@ void sweep_from_root(const World& world, Island& a, const Tree& tree) {
 }
 
 Real residual(const Island& a, const PackedPin& h) {
-  return glm::length(target_of(a, h, kFinalPosition, kFinalRotation) -
-                     point_at(a, h.column, h.anchor, kFinalPosition, kFinalRotation));
+  return glm::length(target_of(a, h, kFinalPoses) - point_at(a, h.column, h.anchor, kFinalPoses));
 }
 
 /// Whether the chain of joints can span the distance to the root's target.
@@ -117,7 +116,7 @@ bool is_in_reach(const Island& a, const PackedPin& h) {
 /// that far. Sweeps alone would converge to a wrong configuration.
 Vec3 goal_of(const Island& a, const PackedPin& h) {
   const Tree& t = a.trees[h.tree];
-  if (h.partner != UINT32_MAX) return target_of(a, h, kFinalPosition, kFinalRotation);
+  if (h.partner != UINT32_MAX) return target_of(a, h, kFinalPoses);
   const Vec3 way = h.target - t.target;
   const Real span = glm::length(way);
   if (a.parents[t.first] != kHeld || span >= h.dead_reach || !(span > 0)) return h.target;
@@ -135,9 +134,9 @@ const Tree& tree_of(const Island& a, std::size_t column) {
 bool pull_cable(const World& world, Island& a, const PackedCable& cord, bool end_b_first) {
   const CableParameters& s = world.cables.values()[cord.cable].joint;
   const bool has_a = cord.column_a != UINT32_MAX, has_b = cord.column_b != UINT32_MAX;
-  const Vec3 pa = has_a ? point_at(a, cord.column_a, s.anchor_a, kFinalPosition, kFinalRotation)
+  const Vec3 pa = has_a ? point_at(a, cord.column_a, s.anchor_a, kFinalPoses)
                         : point_on(world, cord.slot_a, s.anchor_a);
-  const Vec3 pb = has_b ? point_at(a, cord.column_b, s.anchor_b, kFinalPosition, kFinalRotation)
+  const Vec3 pb = has_b ? point_at(a, cord.column_b, s.anchor_b, kFinalPoses)
                         : point_on(world, cord.slot_b, s.anchor_b);
   const Real span = glm::length(pb - pa);
   if (!(span > s.length * (1 + 1e-12))) return false;
@@ -151,8 +150,9 @@ bool pull_cable(const World& world, Island& a, const PackedCable& cord, bool end
 }
 
 /// One sweep over all pins, forwards or backwards, then the roots.
-void sweep_all(World& world, Island& a, int round, bool cables) {
-  const std::size_t holds = a.pins.size(), all = holds + (cables ? a.cables.size() : 0);
+void sweep_all(World& world, Island& a, int round, Relaxed what) {
+  const std::size_t holds = a.pins.size(),
+                    all = holds + (what == Relaxed::pins_and_cables ? a.cables.size() : 0);
   const bool forwards = round % 2 == 0;
   for (std::size_t n = 0; n < all; ++n) {
     const std::size_t i = forwards ? n : all - 1 - n;
@@ -166,23 +166,23 @@ void sweep_all(World& world, Island& a, int round, bool cables) {
   for (const Tree& t : a.trees) sweep_from_root(world, a, t);
 }
 
-Real worst_residual(const World& world, const Island& a, bool cables) {
+Real worst_residual(const World& world, const Island& a, Relaxed what) {
   Real worst = 0;
   for (const PackedPin& h : a.pins)
     if (h.compliance == 0) worst = std::max(worst, residual(a, h));
-  return cables ? std::max(worst, worst_stretch(world, a)) : worst;
+  return what == Relaxed::pins_and_cables ? std::max(worst, worst_stretch(world, a)) : worst;
 }
 
 }  // namespace
 
-void relax(World& world, Island& a, bool cables) {
+void relax(World& world, Island& a, Relaxed what) {
   for (PackedPin& h : a.pins) h.reachable = is_in_reach(a, h);
-  Real worst = worst_residual(world, a, cables);
+  Real worst = worst_residual(world, a, what);
   for (int round = 0; round < a.settings.sweeps && worst > a.settings.tolerance * a.size; ++round) {
-    sweep_all(world, a, round, cables);
+    sweep_all(world, a, round, what);
     a.sweeps_used = round + 1;
     a.disturbed = true;
-    const Real now = worst_residual(world, a, cables);
+    const Real now = worst_residual(world, a, what);
     // Stops when the residual no longer decreases: the target is out of reach.
     const bool stalled = worst - now < a.settings.stall_drop * worst;
     worst = now;
@@ -212,7 +212,7 @@ void place_free_root(Island& a, const Tree& tree, Real h) {
   for (std::size_t c = tree.first + 1; c < tree.first + tree.count; ++c) {
     if (a.parents[c] != static_cast<std::int32_t>(root)) continue;
     const Vec3 arm = q * a.constants.vec(kParentAnchor, c);
-    const Vec3 own = point_at(a, c, a.constants.vec(kOwnAnchor, c), kPosition, kRotation);
+    const Vec3 own = point_at(a, c, a.constants.vec(kOwnAnchor, c), kPredictedPoses);
     const Vec3 goal = meeting_point(mass, x + arm, outboard[c].x, own);
     const Vec3 gap = goal - (x + arm);
     CompulsiveMotion m = least_displacement(arm, gap, mass, inertia, a.settings.rotation_stiffness);

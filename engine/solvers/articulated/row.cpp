@@ -15,7 +15,7 @@ void predict(World& world, const StepTask& task) {
   for_each_island(all.size(), task.threads, [&](std::size_t i) { update(world, all[i], task.h); });
 }
 
-/// What was compiled within a step is predicted from where it is.
+/// Islands compiled within a step are predicted from their present state.
 void catch_up(World& world, const StepTask& task) {
   std::vector<Island>& all = islands_of(world);
   for (std::size_t i = 0; i < all.size(); ++i)
@@ -25,7 +25,7 @@ bool has_begun(const World& world, std::size_t island) {
   return islands_of(world)[island].scratch.predicted;
 }
 
-/// Islands that touch one another are solved side by side, a pass each in turn.
+/// Islands in contact with one another are solved together, one iteration each in turn.
 void adjust_touching(World& world, const StepTask& task) {
   std::vector<Island>& all = islands_of(world);
   int passes = 0;
@@ -43,7 +43,7 @@ void adjust_touching(World& world, const StepTask& task) {
   for (int n = 0; n < passes && !converged; ++n) {
     each([&](Island& a) { begin_iteration(world, a, h); });
     iterate_mutual(world, h);
-    // Each notes for itself whether it is settled: nothing is shared between threads.
+    // Each island keeps its own result: nothing is shared between threads.
     each([&](Island& a) { a.converged = end_iteration(world, a, h); });
     converged = true;
     for (const Island& a : all) converged = converged && (!a.mutual || a.converged);

@@ -19,15 +19,12 @@ struct Ends {
   Vec3 a, b;
 };
 
-Ends ends_of(const World& world, const Island& a, const PackedCable& cord, Work position_row,
-             Work rotation_row) {
+Ends ends_of(const World& world, const Island& a, const PackedCable& cord, PoseRows at) {
   const CableParameters& s = world.cables.values()[cord.cable].joint;
-  return {cord.column_a == kNobody
-              ? point_on(world, cord.slot_a, s.anchor_a)
-              : point_at(a, cord.column_a, s.anchor_a, position_row, rotation_row),
-          cord.column_b == kNobody
-              ? point_on(world, cord.slot_b, s.anchor_b)
-              : point_at(a, cord.column_b, s.anchor_b, position_row, rotation_row)};
+  return {cord.column_a == kNobody ? point_on(world, cord.slot_a, s.anchor_a)
+                                   : point_at(a, cord.column_a, s.anchor_a, at),
+          cord.column_b == kNobody ? point_on(world, cord.slot_b, s.anchor_b)
+                                   : point_at(a, cord.column_b, s.anchor_b, at)};
 }
 
 /// t (1 - n n^T): geometric stiffness of a tension t along n.
@@ -36,16 +33,22 @@ Mat3 sideways(Real t, Vec3 n) { return t * (Mat3(1) - glm::outerProduct(n, n)); 
 /// a x v as a matrix.
 Mat3 crossing(Vec3 a) { return Mat3(0, a.z, -a.y, -a.z, 0, a.x, a.y, -a.x, 0); }
 
-/// Geometric stiffness of a cable of length `span` with tension `lambda` along `to` (unit) at a
-/// point of a body.
-void add_pull(const Island& a, JointBlock& block, std::size_t column, Vec3 anchor, Vec3 to,
-              Real lambda, Real span, Work rotation_row) {
-  const Mat3 k = sideways(lambda / span, to);
-  const Mat3 c = crossing(lever(a, column, anchor, rotation_row));
+/// A cable of length `span` that pulls at a point of a body along `to` (unit).
+struct Pull {
+  std::uint32_t column;
+  Vec3 anchor, to;
+  Real lambda, span;
+};
+
+/// Geometric stiffness of a taut cable, at the predicted poses.
+void add_pull(const Island& a, const Pull& pull, std::vector<JointBlock>& blocks) {
+  JointBlock& block = blocks[pull.column];
+  const Mat3 k = sideways(pull.lambda / pull.span, pull.to);
+  const Mat3 c = crossing(lever(a, pull.column, pull.anchor, kRotation));
   const Mat3 ck = c * k;
   block.yy += k, block.ty += ck, block.tt += ck * glm::transpose(c);
-  const Vec3 arm = a.scratch.work.quat(rotation_row, column) * anchor;
-  const Real reach2 = glm::dot(arm, arm), t = lambda * glm::dot(to, arm);
+  const Vec3 arm = a.scratch.work.quat(kRotation, pull.column) * pull.anchor;
+  const Real reach2 = glm::dot(arm, arm), t = pull.lambda * glm::dot(pull.to, arm);
   if (t > 0 && reach2 > 0) block.tt += sideways(t, arm / std::sqrt(reach2));
 }
 
@@ -60,10 +63,9 @@ bool takes_rows(const Island& a, const PackedPin& h) {
 
 constexpr Real kSpringDamping = 0.1;  // s: damping of a pin spring over its stiffness
 
-void list_pin_rows(Island& a, const PackedPin& h, Real step, Work position_row, Work rotation_row,
-                   bool again) {
-  Vec3 gap = target_of(a, h, position_row, rotation_row) -
-             point_at(a, h.column, h.anchor, position_row, rotation_row);
+void list_pin_rows(Island& a, const PackedPin& h, Real step, const Pass& pass) {
+  const Work rotation_row = pass.from.rotation;
+  Vec3 gap = target_of(a, h, pass.from) - point_at(a, h.column, h.anchor, pass.from);
   Row row;
   row.column_a = h.partner, row.column_b = h.column;
   row.arm_b = lever(a, h.column, h.anchor, rotation_row);
@@ -77,32 +79,32 @@ void list_pin_rows(Island& a, const PackedPin& h, Real step, Work position_row, 
   for (int axis = 0; axis < 3; ++axis) {
     row.direction = Vec3(0);
     row.direction[axis] = 1;
-    row.bound = gap[axis], row.lambda = again ? 0 : h.lambda[axis];
+    row.bound = gap[axis], row.lambda = pass.corrects ? 0 : h.lambda[axis];
     a.scratch.rows.push_back(row);
   }
 }
 
-void list_cable_row(const World& world, Island& a, std::uint32_t index, Real step,
-                    Work position_row, Work rotation_row, bool again) {
-  const PackedCable& cord = a.cables[index];
+Row cable_row(const World& world, const Island& a, const PackedCable& cord, const Pass& pass) {
+  const Work rotation_row = pass.from.rotation;
   const CableParameters& s = world.cables.values()[cord.cable].joint;
-  const Ends e = ends_of(world, a, cord, position_row, rotation_row);
+  const Ends e = ends_of(world, a, cord, pass.from);
   const Real span = glm::length(e.b - e.a);
   Row row;
-  row.one_sided = true, row.cable = index;
+  row.one_sided = true;
+  row.cable = static_cast<std::uint32_t>(&cord - a.cables.data());
   row.column_a = cord.column_a, row.column_b = cord.column_b;
   if (cord.column_a != kNobody) row.arm_a = lever(a, cord.column_a, s.anchor_a, rotation_row);
   if (cord.column_b != kNobody) row.arm_b = lever(a, cord.column_b, s.anchor_b, rotation_row);
   row.direction = span > 0 ? (e.a - e.b) / span : Vec3(0);
   row.bound = span - s.length;
-  if (again) {
+  if (pass.corrects) {
     // Elastic cables were solved in the first pass.
     if (s.compliance > 0) row.bound = -1e300;
   } else {
-    row.softness = s.compliance / (a.force_share * step * step);
+    row.softness = s.compliance;  // in m/N until the step is known
     row.lambda = cord.lambda;
   }
-  a.scratch.rows.push_back(row);
+  return row;
 }
 
 void clear(StepScratch& r) {
@@ -290,21 +292,18 @@ void add_bias_lambdas(Island& a) {
   }
 }
 
-void add_cable_stiffness(const World& world, Island& a, std::vector<JointBlock>& blocks,
-                         Work position_row, Work rotation_row) {
+void add_cable_stiffness(const World& world, Island& a, std::vector<JointBlock>& blocks) {
   for (const PackedCable& cord : a.cables) {
     if (!(cord.lambda > 0)) continue;
     const CableParameters& s = world.cables.values()[cord.cable].joint;
-    const Ends e = ends_of(world, a, cord, position_row, rotation_row);
+    const Ends e = ends_of(world, a, cord, kPredictedPoses);
     const Real span = glm::length(e.b - e.a);
     if (!(span > 0)) continue;
     const Vec3 to_b = (e.b - e.a) / span;
     if (cord.column_a != kNobody)
-      add_pull(a, blocks[cord.column_a], cord.column_a, s.anchor_a, to_b, cord.lambda, span,
-               rotation_row);
+      add_pull(a, {cord.column_a, s.anchor_a, to_b, cord.lambda, span}, blocks);
     if (cord.column_b != kNobody)
-      add_pull(a, blocks[cord.column_b], cord.column_b, s.anchor_b, -to_b, cord.lambda, span,
-               rotation_row);
+      add_pull(a, {cord.column_b, s.anchor_b, -to_b, cord.lambda, span}, blocks);
   }
 }
 
@@ -313,7 +312,7 @@ Real worst_stretch(const World& world, const Island& a) {
   for (const PackedCable& cord : a.cables) {
     const CableParameters& s = world.cables.values()[cord.cable].joint;
     if (s.compliance > 0) continue;
-    const Ends e = ends_of(world, a, cord, kFinalPosition, kFinalRotation);
+    const Ends e = ends_of(world, a, cord, kFinalPoses);
     worst = std::max(worst, glm::length(e.b - e.a) - s.length);
   }
   return worst;
@@ -338,35 +337,36 @@ void limit_rotation(Island& a) {
 
 }  // namespace
 
-Vec3 target_of(const Island& a, const PackedPin& constraint, Work position_row, Work rotation_row) {
+Vec3 target_of(const Island& a, const PackedPin& constraint, PoseRows at) {
   return constraint.partner == kNobody
              ? constraint.target
-             : point_at(a, constraint.partner, constraint.held_anchor, position_row, rotation_row);
+             : point_at(a, constraint.partner, constraint.held_anchor, at);
 }
 
 Real worst_pin_gap(const Island& a) {
   Real worst = 0;
   for (const PackedPin& h : a.pins)
     if (h.compliance == 0)
-      worst = std::max(
-          worst, glm::length(target_of(a, h, kFinalPosition, kFinalRotation) -
-                             point_at(a, h.column, h.anchor, kFinalPosition, kFinalRotation)));
+      worst = std::max(worst, glm::length(target_of(a, h, kFinalPoses) -
+                                          point_at(a, h.column, h.anchor, kFinalPoses)));
   return worst;
 }
 
-void solve_rows(World& world, Island& a, Real h, Work position_row, Work rotation_row, bool again) {
+void solve_rows(World& world, Island& a, Real h, const Pass& pass) {
   StepScratch& r = a.scratch;
   r.rows.clear();
   const auto taken = [&](const PackedPin& constraint) {
-    return takes_rows(a, constraint) && !(again && constraint.compliance > 0);
+    return takes_rows(a, constraint) && !(pass.corrects && constraint.compliance > 0);
   };
   for (const PackedPin& constraint : a.pins)
-    if (taken(constraint)) list_pin_rows(a, constraint, h, position_row, rotation_row, again);
-  for (std::uint32_t c = 0; c < a.cables.size(); ++c)
-    list_cable_row(world, a, c, h, position_row, rotation_row, again);
+    if (taken(constraint)) list_pin_rows(a, constraint, h, pass);
+  for (const PackedCable& cord : a.cables) {
+    r.rows.push_back(cable_row(world, a, cord, pass));
+    r.rows.back().softness /= a.force_share * h * h;
+  }
   if (r.rows.empty()) return;
 
-  free_response(a, position_row);
+  free_response(a, pass.from.position);
   for (Row& row : r.rows)
     row.bias = row.bound - move_along(row, [&](std::uint32_t c, Vec3 arm) {
                  return r.translation[c] + glm::cross(r.rotation[c], arm);
@@ -375,7 +375,7 @@ void solve_rows(World& world, Island& a, Real h, Work position_row, Work rotatio
   find_response(a, r);
   solve_row_lambdas(r);
 
-  if (again) limit_rotation(a);
+  if (pass.corrects) limit_rotation(a);
   // Adds all forces to the result of the inward pass.
   clear(r);
   for (const Row& row : r.rows) push(r, row, row.lambda, 0);
@@ -387,15 +387,15 @@ void solve_rows(World& world, Island& a, Real h, Work position_row, Work rotatio
     const bool is_taken = taken(constraint);
     for (int axis = 0; axis < 3; ++axis) {
       const Real lambda = is_taken ? r.rows[at++].lambda : 0;
-      constraint.lambda[axis] = again ? constraint.lambda[axis] + lambda : lambda;
+      constraint.lambda[axis] = pass.corrects ? constraint.lambda[axis] + lambda : lambda;
     }
   }
   for (std::uint32_t c = 0; c < a.cables.size(); ++c) {
     PackedCable& cord = a.cables[c];
     const Real lambda = at < n && r.rows[at].cable == c ? r.rows[at++].lambda : 0;
     // A cable that becomes taut or slack is an event: the order of integration drops.
-    if (!again && (lambda > 0) != (cord.lambda > 0)) a.disturbed = true;
-    cord.lambda = again ? cord.lambda + lambda : lambda;
+    if (!pass.corrects && (lambda > 0) != (cord.lambda > 0)) a.disturbed = true;
+    cord.lambda = pass.corrects ? cord.lambda + lambda : lambda;
   }
 }
 

@@ -17,7 +17,7 @@ void linear_response(Island& a) {
       const Vec3 lever = w.vec(kParentArm, c) - w.vec(kArm, q);
       y = a.scratch.translation[q] + glm::cross(a.scratch.rotation[q], lever) + w.vec(kGap, c);
     } else {
-      const Vec3 own = point_at(a, c, a.constants.vec(kOwnAnchor, c), kPosition, kRotation);
+      const Vec3 own = point_at(a, c, a.constants.vec(kOwnAnchor, c), kPredictedPoses);
       y = parent == kHeld ? tree->target - own
                           : solve_symmetric(articulated_mass(a, c), articulated_bias(a, c));
       ++tree;
@@ -52,10 +52,10 @@ void close_shake(World& world, Island& a, const IslandView& p, Real h) {
       a.scratch.translation[c] = w.vec(kGap, c);
       w.set(kFinalRotation, c, world.bodies.values()[a.slots[c]].pose.rotation);
     }
-    k.prepare(p, kPosition, kFinalRotation, false);
+    k.prepare(p, kPosition, kFinalRotation, Tension::ignored);
     for (std::size_t c = 0; c < a.count(); ++c) w.set(kGap, c, a.scratch.translation[c]);
     k.fill_blocks(p, a.scratch.blocks.data());
-    k.inward_pass_tree(p, false, a.scratch.blocks.data());
+    k.inward_pass_tree(p, Tension::ignored, a.scratch.blocks.data());
     linear_response(a);
     for (std::size_t c = 0; c < a.count(); ++c) {
       w.set(kPosition, c,

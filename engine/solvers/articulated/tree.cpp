@@ -35,9 +35,9 @@ Mat3 inverse_of(const Mat3& m) {
 std::size_t free_directions(const PackedJoint& joint, JointTerms& t, Vec3 (&free)[3]) {
   Vec3 locked[2];
   std::size_t locks = 0, count = 0;
-  for (const Stop& stop : t.stops) {
-    if (!stop.is_lock() || locks == 2) continue;
-    Vec3 n = stop.along;
+  for (const LimitRow& limit : t.limits) {
+    if (!limit.is_lock() || locks == 2) continue;
+    Vec3 n = limit.along;
     for (std::size_t i = 0; i < locks; ++i) n -= glm::dot(n, locked[i]) * locked[i];
     if (const Real size = glm::length(n); size > 1e-6) locked[locks++] = n / size;
   }
@@ -87,9 +87,9 @@ Mat3 compliance_of(const Mat3& stiffness, const Vec3 (&free)[3], std::size_t cou
 
 /// The relative rotation at the active locked limits.
 Vec3 held_rotation(const JointTerms& t) {
-  const Stop* on[2] = {nullptr, nullptr};
-  for (const Stop& stop : t.stops)
-    if (stop.is_lock() && !on[1]) (on[0] ? on[1] : on[0]) = &stop;
+  const LimitRow* on[2] = {nullptr, nullptr};
+  for (const LimitRow& limit : t.limits)
+    if (limit.is_lock() && !on[1]) (on[0] ? on[1] : on[0]) = &limit;
   if (!on[0]) return Vec3(0);
   const Real first = on[0]->clearance - on[0]->nonlinearity;
   if (!on[1]) return first * on[0]->along;
@@ -117,10 +117,10 @@ void eliminate_stiff(Island& a, std::size_t c, JointBlock& b) {
   JointNode& n = a.scratch.joint_nodes[c];
   Mat3 spring = t.spring + Mat3(torque_fraction * t.drive_spring);
   Vec3 torque = t.torque + torque_fraction * t.drive_torque;
-  for (const Stop& stop : t.stops) {
-    if (!stop.on || stop.is_lock()) continue;
-    spring += stop.weight * glm::outerProduct(stop.along, stop.along);
-    torque += (stop.weight * (stop.clearance - stop.nonlinearity) - stop.lambda) * stop.along;
+  for (const LimitRow& limit : t.limits) {
+    if (!limit.on || limit.is_lock()) continue;
+    spring += limit.weight * glm::outerProduct(limit.along, limit.along);
+    torque += (limit.weight * (limit.clearance - limit.nonlinearity) - limit.lambda) * limit.along;
   }
   const Mat3 stiffness = b.tt + spring;
   const Vec3 held = held_rotation(t), stays = t.align + held;
@@ -128,11 +128,12 @@ void eliminate_stiff(Island& a, std::size_t c, JointBlock& b) {
   const std::size_t count = free_directions(a.joints[c], t, free);
   n.free_ball = false;
   n.compliance = compliance_of(stiffness, free, count);
-  for (Stop& stop : t.stops) {
-    if (stop.along == Vec3(0)) continue;
-    stop.pull = glm::dot(stop.along, b.gt + torque);
-    stop.by_rotation = b.tt * stop.along, stop.by_translation = glm::transpose(b.ty) * stop.along;
-    stop.by_relative = spring * stop.along;
+  for (LimitRow& limit : t.limits) {
+    if (limit.along == Vec3(0)) continue;
+    limit.pull = glm::dot(limit.along, b.gt + torque);
+    limit.by_rotation = b.tt * limit.along,
+    limit.by_translation = glm::transpose(b.ty) * limit.along;
+    limit.by_relative = spring * limit.along;
   }
   const Mat3 passed = b.tt * n.compliance;  // tt G
   n.propagation = Mat3(1) - glm::transpose(passed);
@@ -145,8 +146,8 @@ void eliminate_stiff(Island& a, std::size_t c, JointBlock& b) {
   b.tt -= passed * b.tt;
 }
 
-/// Adds an eliminated body to the block of its parent. `felt` is the rotational part.
-void add_child(JointBlock& parent, const JointNode& n, const Mat3& felt, Vec3 gap, Vec3 rho) {
+/// Adds an eliminated body to the block of its parent. `rotational` is its rotational part.
+void add_child(JointBlock& parent, const JointNode& n, const Mat3& rotational, Vec3 gap, Vec3 rho) {
   const Mat3 k = crossing(rho);
   const Mat3 km = k * n.articulated_mass;
   const Vec3 f = n.lambda - n.articulated_mass * gap;
@@ -156,7 +157,7 @@ void add_child(JointBlock& parent, const JointNode& n, const Mat3& felt, Vec3 ga
   // y = y_p + X t with X = -K.
   const Mat3 fx = n.coupling * k;
   parent.ty += n.coupling;
-  parent.tt += felt - fx - glm::transpose(fx);
+  parent.tt += rotational - fx - glm::transpose(fx);
   parent.gt += n.torque - n.coupling * gap;
 }
 
@@ -193,7 +194,7 @@ void keep_gaps(Island& a) {
   for (std::size_t c = 0; c < a.count(); ++c) a.scratch.gaps[c] = a.scratch.work.vec(kGap, c);
 }
 
-void fill_base(Island& a, bool tension) {
+void fill_base(Island& a, Tension tension) {
   const LaneTable& w = a.scratch.work;
   for (std::size_t c = 0; c < a.count(); ++c) {
     JointBlock& b = a.scratch.base[c];
@@ -209,7 +210,7 @@ void fill_base(Island& a, bool tension) {
     const auto parent = static_cast<std::size_t>(a.parents[c]);
     a.scratch.levers[c] = w.vec(kParentArm, c) - w.vec(kArm, parent);
   }
-  for (std::size_t c = 0; tension && c < a.count(); ++c) {
+  for (std::size_t c = 0; tension == Tension::stiffens && c < a.count(); ++c) {
     const Vec3 lambda = a.memory.vec(kLambda, c), arm = w.vec(kArm, c), out = w.vec(kParentArm, c);
     a.scratch.base[c].tt += tension_stiffness(glm::dot(lambda, arm), arm);
     if (a.parents[c] >= 0)
@@ -232,16 +233,15 @@ void inward_pass(Island& a) {
   }
 }
 
-bool outward_pass(World& world, Island& a, Real h, Work position_row, Work rotation_row,
-                  bool again) {
+bool outward_pass(World& world, Island& a, Real h, const Pass& pass) {
   StepScratch& r = a.scratch;
   LaneTable& w = r.work;
   bool converged = true;
   auto tree = a.trees.begin();
   for (std::size_t c = 0; c < a.count(); ++c) {
     const JointNode& n = r.joint_nodes[c];
-    const Quat q = w.quat(rotation_row, c);
-    const Vec3 own = w.vec(position_row, c) + w.vec(kArm, c);
+    const Quat q = w.quat(pass.from.rotation, c);
+    const Vec3 own = w.vec(pass.from.position, c) + w.vec(kArm, c);
     Vec3 goal, parent_response(0);
     Quat parent_now = kIdentity;
     if (a.parents[c] >= 0) {
@@ -258,7 +258,7 @@ bool outward_pass(World& world, Island& a, Real h, Work position_row, Work rotat
     // The next body responds to the nonlinear position of this joint. With stiff contact rows it
     // responds to the linear solution instead (see README.md).
     Vec3 y = goal - own;
-    if (a.stiff_contacts && !again && a.parents[c] >= 0) {
+    if (a.stiff_contacts && !pass.corrects && a.parents[c] >= 0) {
       const auto p = static_cast<std::size_t>(a.parents[c]);
       y = r.translation[p] + glm::cross(r.rotation[p], r.levers[c]) + r.gaps[c];
     }
@@ -282,7 +282,7 @@ bool outward_pass(World& world, Island& a, Real h, Work position_row, Work rotat
       now = glm::normalize(parent_now * glm::conjugate(t.parent) * relative);
       const Quat rotation = joint_rotation(joint, now, parent_now);
       const Quat kind = allowed_by_kind(joint.joint.kind, rotation);
-      if (!again) {
+      if (!pass.corrects) {
         const Quat unclamped = own_rotation(joint, parent_now, kind);
         converged = update_limits(a, c, unclamped, parent_now, d, y) && converged;
         converged = update_drive(world, a, h, c) && converged;

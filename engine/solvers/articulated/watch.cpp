@@ -1,5 +1,6 @@
-// Solvers that keep no account of the energy are watched: what they have may only come from what
-// they had, from hands that move, from pushes. Sums that no figure depends on, so bounds will do.
+// The energy of islands whose solver does not conserve it is watched: it may only come from the
+// energy before, from kinematic bodies that move, and from applied forces. Nothing else depends on
+// these sums, so bounds suffice.
 #include <algorithm>
 
 #include "engine/solvers/articulated/internal.hpp"

@@ -10,10 +10,10 @@ void accelerate(const World& world, Island& m, Real part, Real whole) {
   const bool draws = m.settings.stabilisation == Stabilisation::baumgarte;
   update_kinematics(m), update_frames(world, m, part, whole);
   write_all_rows(world, m, {draws, true});
-  add_forces(world, m, true);
-  factor(m, false);
+  add_forces(world, m, Torques::with_gyroscopic);
+  factor(m);
   std::copy(scratch.gamma.begin(), scratch.gamma.end(), scratch.right.begin());
-  subtract_frame_motion(m, scratch.right, true);
+  subtract_frame_accelerations(m, scratch.right);
   if (draws) {
     const Real rate = rate_or_default(m, 5);
     for (const Block& b : m.blocks)
@@ -21,8 +21,8 @@ void accelerate(const World& world, Island& m, Real part, Real whole) {
         scratch.right[b.first_row + r] -=
             2 * rate * rate_of(m, b, r) + rate * rate * scratch.c[b.first_row + r];
   }
-  solve(m, scratch.force, scratch.right, std::span(scratch.motion).first(2 * m.count()),
-        scratch.lambda);
+  solve(m, {scratch.force, scratch.right},
+        {std::span(scratch.motion).first(2 * m.count()), scratch.lambda});
 }
 
 }  // namespace pantin::detail::lagrangian

@@ -52,7 +52,7 @@ bool integrate(const World& world, Island& m, const Span& span, const Integrator
   return all_within_bounds(m);
 }
 
-/// Steps that tell their error, each within the tolerance. False: they became too small.
+/// Steps with an error estimate, each within the tolerance. False: they became too small.
 bool integrate_adaptively(const World& world, Island& m, const Span& span,
                           const IntegratorRow& by) {
   const Real goal = m.settings.step_tolerance;

@@ -50,7 +50,7 @@ bool step_euler(const World& world, Island& m, const Span& span) {
   }
   scratch.springs_active = true;
   write_all_rows(world, m, {draws || !m.joint_forces.empty(), false});
-  add_forces(world, m, false);
+  add_forces(world, m, Torques::applied);
   right_of_rates(m);
   if (draws)
     for (const Block& b : m.blocks)
@@ -58,27 +58,27 @@ bool step_euler(const World& world, Island& m, const Span& span) {
            ++r)
         scratch.right[r] -= rate_or_default(m, 0.2) / span.h * scratch.c[r];
   write_joint_force_rows_at_end(world, m, scratch.right, span.h);
-  factor(m, false);
+  factor(m);
   kick(m, span.h);
   brake(m, span.h);
-  scratch.residuals =
-      scratch.momenta;  // with the angular velocity of the free motion in place of its momentum
+  // The rows see the mean angular velocity of the free motion: momenta that give it.
+  scratch.momenta_before = scratch.momenta;
   for (std::size_t b = 0; b < m.count(); ++b) {
     const Vec3 w =
         mean_angular_velocity(scratch.state.q[b], m.inertia[b], scratch.momenta[2 * b + 1], span.h);
     const BodyState at{{}, {}, scratch.body_states[b].rotation_matrix, {}, w};
-    scratch.residuals[2 * b + 1] = angular_momentum(at, m.inertia[b]);
+    scratch.momenta_before[2 * b + 1] = angular_momentum(at, m.inertia[b]);
   }
-  solve(m, scratch.residuals, scratch.right, scratch.correction, scratch.lambda);
+  solve(m, {scratch.momenta_before, scratch.right}, {scratch.solution, scratch.lambda});
   push(m, scratch.jacobian, scratch.lambda, 1);
   scratch.springs_active = false;
   if (!m.joint_forces.empty()) std::fill(scratch.weights.begin(), scratch.weights.end(), 0.0);
   store_lambda(m, scratch.lambda, 1 / span.h);
   Motions& s = scratch.state;
   for (std::size_t b = 0; b < m.count(); ++b) {
-    s.v[b] = scratch.correction[2 * b];
+    s.v[b] = scratch.solution[2 * b];
     s.x[b] += span.h * s.v[b];
-    s.q[b] = glm::normalize(from_rotation_vector(span.h * scratch.correction[2 * b + 1]) * s.q[b]);
+    s.q[b] = glm::normalize(from_rotation_vector(span.h * scratch.solution[2 * b + 1]) * s.q[b]);
     s.w[b] = s.q[b] * ((glm::conjugate(s.q[b]) * scratch.momenta[2 * b + 1]) / m.inertia[b]);
   }
   return true;

@@ -12,126 +12,171 @@ constexpr int kMaxIterations = 40;
 /// Newton iterations with tangents; later ones use secants, which cannot cycle.
 constexpr int kNewton = 6;
 
-struct Weights {
-  Real am, af, gamma, beta;
+struct Scheme {
+  Real h = 0, am = 0, af = 0, gamma = 0, beta = 0;
+  Real by_way = 0, by_speed = 0;  // of coordinates and rates, by the unknown accelerations
 };
 
-Weights weights_of(Real rho) {
-  Weights w{};
-  w.am = (2 * rho - 1) / (rho + 1), w.af = rho / (rho + 1);
-  w.gamma = 0.5 + w.af - w.am;
-  w.beta = 0.25 * (w.gamma + 0.5) * (w.gamma + 0.5);
-  return w;
+Scheme scheme_of(Real rho, Real h) {
+  Scheme k;
+  k.h = h;
+  k.am = (2 * rho - 1) / (rho + 1), k.af = rho / (rho + 1);
+  k.gamma = 0.5 + k.af - k.am;
+  k.beta = 0.25 * (k.gamma + 0.5) * (k.gamma + 0.5);
+  k.by_way = h * h * k.beta * (1 - k.af) / (1 - k.am);
+  k.by_speed = h * k.gamma * (1 - k.af) / (1 - k.am);
+  return k;
+}
+
+/// Before the first step: accelerations of the initial state, where springs act as plain forces.
+void find_initial_accelerations(const World& world, Island& m, const Span& span) {
+  StepScratch& scratch = m.scratch;
+  update_kinematics(m), update_frames(world, m, span.fraction(0), span.whole);
+  write_all_rows(world, m, {true, true});
+  write_joint_force_rows(world, m, m.mean_lambda, {0, 0, Slope::tangent});
+  std::fill(scratch.weights.begin(), scratch.weights.end(), 0.0);
+  scratch.springs_active = false;
+  accelerate(world, m, span.fraction(0), span.whole);
+  scratch.springs_active = true;
+  for (std::size_t i = 0; i < m.blocks.size(); ++i)
+    if (m.blocks[i].kind != BlockKind::spring)
+      for (std::size_t r = 0; r < m.blocks[i].rows; ++r)
+        m.mean_lambda[m.blocks[i].first_row + r] = scratch.lambda[m.blocks[i].first_row + r];
+  const auto own = std::span(scratch.motion).first(2 * m.count());
+  std::copy(own.begin(), own.end(), m.accelerations.begin());
+  m.lagged = m.accelerations;
+}
+
+/// The filtered acceleration of the step, by which positions and twists are advanced.
+Vec3 filtered_acceleration(const Island& m, const Scheme& k, std::size_t i) {
+  return ((1 - k.af) * m.scratch.end_accelerations[i] + k.af * m.accelerations[i] -
+          k.am * m.lagged[i]) /
+         (1 - k.am);
+}
+
+/// The state at the end of the step that follows from its accelerations there.
+void advance_state(Island& m, const Scheme& k) {
+  Motions& s = m.scratch.state;
+  const Motions& from = m.scratch.from;
+  for (std::size_t b = 0; b < m.count(); ++b) {
+    Vec3 way[2], twist[2];
+    for (std::size_t i = 0; i < 2; ++i) {
+      const Vec3 a0 = m.lagged[2 * b + i];
+      const Vec3 a = filtered_acceleration(m, k, 2 * b + i);
+      const Vec3 v0 = i == 0 ? from.v[b] : from.w[b];
+      way[i] = k.h * (v0 + k.h * ((0.5 - k.beta) * a0 + k.beta * a));
+      twist[i] = v0 + k.h * ((1 - k.gamma) * a0 + k.gamma * a);
+    }
+    s.x[b] = from.x[b] + way[0];
+    s.q[b] = glm::normalize(from_rotation_vector(way[1]) * from.q[b]);
+    s.v[b] = twist[0], s.w[b] = twist[1];
+  }
+}
+
+/// Largest residuals: of rows, in m or rad; of forces, and the size of the forces.
+struct Residuals {
+  Real row = 0, force = 0, force_scale = 1e-300;
+};
+
+/// Adds what the multipliers do to the force residuals of the bodies; the right-hand side becomes
+/// the residual of the rows.
+void add_row_residuals(Island& m, const Scheme& k, Residuals& worst) {
+  StepScratch& scratch = m.scratch;
+  for (std::size_t i = 0; i < m.blocks.size(); ++i) {
+    const Block& b = m.blocks[i];
+    const bool on = is_active(m, i);
+    for (std::size_t e = 0; e < b.count && on; ++e)
+      if (b.body[e] < m.count())
+        add_constraint_force({b, jacobian_of(m, b), e}, &scratch.sum_lambda[b.first_row],
+                             &scratch.force_residuals[2 * b.body[e]]);
+    for (std::size_t r = 0; r < b.rows; ++r) {
+      const std::size_t row = b.first_row + r;
+      const Real block_lambda = on ? scratch.sum_lambda[row] : 0;
+      if (b.kind == BlockKind::spring) {
+        const Real row_residual = scratch.right[row] - block_lambda;
+        worst.force_scale = std::max(worst.force_scale, std::abs(block_lambda));
+        worst.force = std::max(worst.force, std::abs(row_residual));
+        scratch.right[row] = row_residual * scratch.weights[row];
+      } else {
+        worst.row = on ? std::max(worst.row, std::abs(scratch.c[row])) : worst.row;
+        scratch.right[row] = on ? -scratch.c[row] / k.by_way : 0;
+      }
+    }
+  }
+}
+
+/// Residuals of the equations at the end of the step, into scratch.force_residuals and
+/// scratch.right.
+Residuals find_residuals(const World& world, Island& m, const Scheme& k, Slope slope) {
+  StepScratch& scratch = m.scratch;
+  update_kinematics(m);
+  write_all_rows(world, m, {true, false});
+  add_forces(world, m, Torques::with_gyroscopic);
+  std::fill(scratch.right.begin(), scratch.right.end(), 0.0);
+  write_joint_force_rows(world, m, scratch.right, {k.by_way, k.by_speed, slope});
+  Residuals worst;
+  for (std::size_t b = 0; b < m.count(); ++b) {
+    const BodyState& at = scratch.body_states[b];
+    const Vec3* a = &scratch.end_accelerations[2 * b];
+    const Vec3 rotation = at.rotation_matrix * (m.inertia[b] * (a[1] * at.rotation_matrix));
+    const Vec3 ma[2] = {m.mass[b] * a[0], rotation};
+    for (std::size_t i = 0; i < 2; ++i) {
+      worst.force_scale =
+          std::max({worst.force_scale, glm::length(ma[i]), glm::length(scratch.force[2 * b + i])});
+      scratch.force_residuals[2 * b + i] = scratch.force[2 * b + i] - ma[i];
+    }
+  }
+  add_row_residuals(m, k, worst);
+  for (const Vec3& f : scratch.force_residuals) worst.force = std::max(worst.force, glm::length(f));
+  return worst;
+}
+
+void correct(Island& m) {
+  StepScratch& scratch = m.scratch;
+  // The residual of a correction is meaningless once the correction is of the size of rounding.
+  const Real row_residual = scratch.worst_relative_residual;
+  solve(m, {scratch.force_residuals, scratch.right}, {scratch.solution, scratch.lambda});
+  scratch.worst_relative_residual = row_residual;
+  for (std::size_t i = 0; i < 2 * m.count(); ++i)
+    scratch.end_accelerations[i] += scratch.solution[i];
+  for (std::size_t r = 0; r < m.rows; ++r) scratch.sum_lambda[r] += scratch.lambda[r];
+}
+
+/// Newton iterations for the accelerations and multipliers at the end of the step.
+bool solve_equations(const World& world, Island& m, const Scheme& k) {
+  Real before = std::numeric_limits<Real>::infinity();
+  for (int n = 0; n < kMaxIterations; ++n) {
+    advance_state(m, k);
+    const Residuals now =
+        find_residuals(world, m, k, n >= kNewton ? Slope::secant : Slope::tangent);
+    ++m.iterations;
+    const Real worst =
+        std::max(now.row / std::max(Real(1), m.size), 1e-3 * now.force / now.force_scale);
+    if (!std::isfinite(worst)) return false;
+    if (n > 0 && (worst <= 1e-13 || (worst <= 1e-10 && worst > 0.5 * before))) return true;
+    if (n == 0 || worst > 0.25 * before) factor(m);
+    if (n > 12 && worst > 1e3 * before) return false;
+    before = worst;
+    correct(m);
+  }
+  return false;
 }
 
 bool step_implicit(const World& world, Island& m, const Span& span) {
   StepScratch& scratch = m.scratch;
-  Motions& s = scratch.state;
-  const Real h = span.h;
-  const Weights k = weights_of(m.settings.damping_ratio);
-  const auto own = std::span(scratch.motion).first(2 * m.count());
+  const Scheme k = scheme_of(m.settings.damping_ratio, span.h);
   scratch.springs_active = true;
-  if (m.fresh) {
-    // For the initial accelerations springs act as plain forces.
-    update_kinematics(m), update_frames(world, m, span.fraction(0), span.whole);
-    write_all_rows(world, m, {true, true});
-    write_joint_force_rows(world, m, m.mean_lambda, 0, 0, false);
-    std::fill(scratch.weights.begin(), scratch.weights.end(), 0.0);
-    scratch.springs_active = false;
-    accelerate(world, m, span.fraction(0), span.whole);
-    scratch.springs_active = true;
-    for (std::size_t i = 0; i < m.blocks.size(); ++i)
-      if (m.blocks[i].kind != BlockKind::spring)
-        for (std::size_t r = 0; r < m.blocks[i].rows; ++r)
-          m.mean_lambda[m.blocks[i].first_row + r] = scratch.lambda[m.blocks[i].first_row + r];
-    std::copy(own.begin(), own.end(), m.accelerations.begin());
-    m.lagged = m.accelerations;
-  }
-  scratch.from = s;
-  scratch.residuals = m.accelerations;  // unknown accelerations, initialised from the last step
+  if (m.fresh) find_initial_accelerations(world, m, span);
+  scratch.from = scratch.state;
+  scratch.end_accelerations = m.accelerations;  // guessed from the last step
   std::copy(m.mean_lambda.begin(), m.mean_lambda.end(), scratch.sum_lambda.begin());
-  const Real by_way = h * h * k.beta * (1 - k.af) / (1 - k.am);
-  const Real by_speed = h * k.gamma * (1 - k.af) / (1 - k.am);
   update_frames(world, m, span.fraction(1), span.whole);
-  Real before = std::numeric_limits<Real>::infinity();
-  bool closed = false;
-  for (int n = 0; n < kMaxIterations && !closed; ++n) {
-    for (std::size_t b = 0; b < m.count(); ++b) {
-      Vec3 way[2], twist[2];
-      for (std::size_t i = 0; i < 2; ++i) {
-        const Vec3 a0 = m.lagged[2 * b + i];
-        const Vec3 a = ((1 - k.af) * scratch.residuals[2 * b + i] +
-                        k.af * m.accelerations[2 * b + i] - k.am * a0) /
-                       (1 - k.am);
-        const Vec3 v0 = i == 0 ? scratch.from.v[b] : scratch.from.w[b];
-        way[i] = h * (v0 + h * ((0.5 - k.beta) * a0 + k.beta * a));
-        twist[i] = v0 + h * ((1 - k.gamma) * a0 + k.gamma * a);
-      }
-      s.x[b] = scratch.from.x[b] + way[0];
-      s.q[b] = glm::normalize(from_rotation_vector(way[1]) * scratch.from.q[b]);
-      s.v[b] = twist[0], s.w[b] = twist[1];
-    }
-    update_kinematics(m);
-    write_all_rows(world, m, {true, false});
-    add_forces(world, m, true);
-    std::fill(scratch.right.begin(), scratch.right.end(), 0.0);
-    write_joint_force_rows(world, m, scratch.right, by_way, by_speed, n >= kNewton);
-    // Residual of the equations of motion, as a force.
-    Real missing = 0, scale = 1e-300, open = 0;
-    for (std::size_t b = 0; b < m.count(); ++b) {
-      const BodyState& at = scratch.body_states[b];
-      const Vec3 rotation =
-          at.rotation_matrix * (m.inertia[b] * (scratch.residuals[2 * b + 1] * at.rotation_matrix));
-      const Vec3 ma[2] = {m.mass[b] * scratch.residuals[2 * b], rotation};
-      for (std::size_t i = 0; i < 2; ++i) {
-        scale = std::max({scale, glm::length(ma[i]), glm::length(scratch.force[2 * b + i])});
-        scratch.momenta[2 * b + i] = scratch.force[2 * b + i] - ma[i];
-      }
-    }
-    for (std::size_t i = 0; i < m.blocks.size(); ++i) {
-      const Block& b = m.blocks[i];
-      const bool on = is_active(m, i);
-      for (std::size_t e = 0; e < b.count && on; ++e)
-        if (b.body[e] < m.count())
-          add_constraint_force(b, jacobian_of(m, b), e, &scratch.sum_lambda[b.first_row],
-                               &scratch.momenta[2 * b.body[e]]);
-      for (std::size_t r = 0; r < b.rows; ++r) {
-        const std::size_t row = b.first_row + r;
-        const Real block_lambda = on ? scratch.sum_lambda[row] : 0;
-        if (b.kind == BlockKind::spring) {
-          const Real row_residual = scratch.right[row] - block_lambda;
-          scale = std::max(scale, std::abs(block_lambda));
-          missing = std::max(missing, std::abs(row_residual));
-          scratch.right[row] = row_residual * scratch.weights[row];
-        } else {
-          open = on ? std::max(open, std::abs(scratch.c[row])) : open;
-          scratch.right[row] = on ? -scratch.c[row] / by_way : 0;
-        }
-      }
-    }
-    for (const Vec3& f : scratch.momenta) missing = std::max(missing, glm::length(f));
-    ++m.iterations;
-    const Real worst = std::max(open / std::max(Real(1), m.size), 1e-3 * missing / scale);
-    if (!std::isfinite(worst)) return false;
-    closed = n > 0 && (worst <= 1e-13 || (worst <= 1e-10 && worst > 0.5 * before));
-    if (closed) break;
-    if (n == 0 || worst > 0.25 * before) factor(m, false);
-    if (n > 12 && worst > 1e3 * before) return false;
-    before = worst;
-    // The residual of a correction is meaningless once the correction is of the size of rounding.
-    const Real row_residual = scratch.worst_relative_residual;
-    solve(m, scratch.momenta, scratch.right, scratch.correction, scratch.lambda);
-    scratch.worst_relative_residual = row_residual;
-    for (std::size_t i = 0; i < 2 * m.count(); ++i) scratch.residuals[i] += scratch.correction[i];
-    for (std::size_t r = 0; r < m.rows; ++r) scratch.sum_lambda[r] += scratch.lambda[r];
-  }
+  const bool solved = solve_equations(world, m, k);
   scratch.springs_active = false;
-  if (!closed) return false;
+  if (!solved) return false;
   for (std::size_t i = 0; i < 2 * m.count(); ++i) {
-    const Vec3 a =
-        ((1 - k.af) * scratch.residuals[i] + k.af * m.accelerations[i] - k.am * m.lagged[i]) /
-        (1 - k.am);
-    m.lagged[i] = a, m.accelerations[i] = scratch.residuals[i];
+    m.lagged[i] = filtered_acceleration(m, k, i);
+    m.accelerations[i] = scratch.end_accelerations[i];
   }
   std::copy(scratch.sum_lambda.begin(), scratch.sum_lambda.end(), m.mean_lambda.begin());
   std::fill(scratch.weights.begin(), scratch.weights.end(), 0.0);
@@ -140,7 +185,7 @@ bool step_implicit(const World& world, Island& m, const Span& span) {
 
 }  // namespace
 
-// Its twists are not the sums of what acts: what hangs there would not be met.
+// Its twists are not the sums of what acts: interface impulses would not be met.
 const IntegratorRow integrators::implicit{.step = step_implicit,
                                           .turns_far = true,
                                           .carries_interfaces = false,

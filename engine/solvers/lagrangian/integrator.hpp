@@ -6,24 +6,24 @@
 namespace pantin::detail::lagrangian {
 
 struct IntegratorRow {
-  /// One step from room.state to room.state; m.mean_lambda become the mean forces of constraint.
-  /// False: it did not converge, or is too long.
+  /// Advances scratch.state by one step; m.mean_lambda becomes the mean forces of constraint. False
+  /// if it did not converge, or if the step is too long.
   bool (*step)(const World&, Island&, const Span&);
-  /// ... that tells the worst of what it errs by, so that steps keep a tolerance; or null.
+  /// The same with an estimate of the largest error, so that steps keep a tolerance; or null.
   bool (*step_estimated)(const World&, Island&, const Span&, Real& error) = nullptr;
-  /// How many rates of the state (room.rates) both need.
+  /// Number of rates of the state (scratch.rates) that each needs.
   int stages = 0, stages_estimated = 0;
   /// Needs no projection where its residual is within the tolerance.
   bool ends_on_joints = false;
-  /// A step that opens joints far may have gone to another branch: it is given up.
+  /// A step that opens joints far may have reached another branch, and is given up.
   bool may_open_joints = false;
-  /// Springs and dampers are forces to it: its steps must be shorter than what these do.
+  /// Springs and dampers are explicit forces: steps must be shorter than their time constants.
   bool efforts_are_forces = false;
-  /// Steps in which bodies turn far are not halved.
+  /// Steps in which bodies rotate far are not halved.
   bool turns_far = false;
-  /// Meets what other solvers hang on the island; Euler takes the place of one that does not.
+  /// Satisfies interfaces to other solvers; Euler replaces an integrator that does not.
   bool carries_interfaces = true;
-  /// Goes on from accelerations, which are to be found anew after a jump or another's step.
+  /// Continues from accelerations, which are found anew after a jump or a step by another one.
   bool keeps_accelerations = false;
 };
 

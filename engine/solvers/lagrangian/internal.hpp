@@ -12,8 +12,9 @@
 namespace pantin::detail::lagrangian {
 
 /// Symbolic factorisation: elimination order and layout of the factor, once per structure. Without
-/// hubs its pivots reveal the rank.
-KktPattern make_pattern(const Island& m, bool may_have_hubs = true);
+/// hubs its pivots reveal the rank, but it is slow.
+enum class Hubs : std::uint8_t { none, allowed };
+KktPattern make_pattern(const Island& m, Hubs hubs);
 
 /// Row arrays to compute.
 struct Want {
@@ -27,16 +28,18 @@ void write_all_rows(const World& world, Island& m, Want want);
 /// Poses and twists of frames at the fraction `part` (0 to 1) of a step of `h` that ends at
 /// World::time + h. Their accelerations follow those of the bodies in `scratch.motion`.
 void update_frames(const World& world, Island& m, Real part, Real h);
-/// Applied forces and torques at the current state, into scratch.force. Without the gyroscopic
-/// torque for integrators in momenta.
-void add_forces(const World& world, Island& m, bool gyroscopic);
+/// Applied forces and torques at the current state, into scratch.force. Integrators in momenta take
+/// them without the gyroscopic torque.
+enum class Torques : std::uint8_t { applied, with_gyroscopic };
+void add_forces(const World& world, Island& m, Torques torques);
 
 /// A force law linearised about a state: force or torque, and its slopes in coordinate and rate.
 struct LinearisedForce {
   Real force = 0, stiffness = 0, damping = 0;
 };
-/// `secant`: secant slopes instead of tangents; they converge for forces that saturate.
-LinearisedForce linearise(const Dof& dof, Real coordinate, Real rate, bool secant);
+/// Secants converge for forces that saturate.
+enum class Slope : std::uint8_t { tangent, secant };
+LinearisedForce linearise(const Dof& dof, Real coordinate, Real rate, Slope slope);
 /// Adds joint forces at the current state to scratch.force.
 void add_joint_forces(const World& world, Island& m);
 /// The stiffest joint force at the current rows, relative to the mass it moves: 1/s^2 and 1/s.
@@ -46,20 +49,23 @@ struct Stiffness {
 Stiffness stiffness_of(const World& world, const Island& m);
 /// Joint forces as rows: forces into `requested`, compliances into scratch.weights. `by_way` and
 /// `by_speed` are the derivatives of coordinate and rate by the unknown acceleration.
-void write_joint_force_rows(const World& world, Island& m, std::span<Real> requested, Real by_way,
-                            Real by_speed, bool secant);
+struct ImplicitForce {
+  Real by_way = 0, by_speed = 0;
+  Slope slope = Slope::tangent;
+};
+void write_joint_force_rows(const World& world, Island& m, std::span<Real> requested,
+                            const ImplicitForce& by);
 /// The same for a step of `h` whose unknowns are twists and impulses, with joint forces at its end:
 ///
 ///   rate + impulse / (h (h k + c)) = (effort + c rate_before) / (h k + c)
 void write_joint_force_rows_at_end(const World& world, Island& m, std::span<Real> right, Real h);
-/// A joint coordinate with its Jacobian at the current state.
+/// The coordinate of a joint force with its Jacobian at the current state.
 struct CoordinateRow {
   Real value = 0, gamma = 0;
   Vec3 j[4];
   Real rate = 0;
 };
-CoordinateRow coordinate_row(const World& world, const Island& m, std::uint32_t link,
-                             Coordinate which, std::uint32_t a, std::uint32_t b, Real before);
+CoordinateRow coordinate_row(const World& world, const Island& m, const JointForce& of);
 
 /// The Jacobian of a block.
 inline const Vec3* jacobian_of(const Island& m, const Block& b) {
@@ -69,20 +75,30 @@ inline const Vec3* jacobian_of(const Island& m, const Block& b) {
 /// Assembles the matrix into scratch.values and the diagonal of J M^-1 J^T into scratch.scales,
 /// since rows of lengths and of angles may differ in scale.
 void assemble(Island& m);
-/// Factors J M^-1 J^T at the current rows. With `report`, redundant rows go to m.faults.
-void factor(Island& m, bool report);
+/// Factors J M^-1 J^T at the current rows; the second also lists redundant rows in m.faults.
+void factor(Island& m);
+void factor_and_report(Island& m);
 /// Rank and redundant rows of islands with hubs, by a pattern without hubs. Slow, hence only when
 /// the motion begins.
 void find_rank(Island& m);
 /// The same with every row regularised by `weight` times its diagonal.
 void factor_soft(Island& m, Real weight);
+/// Forces and torques, two vectors a body or none at all, and the right-hand side of the rows,
+/// which includes the motion of frames.
+struct Known {
+  std::span<const Vec3> force;
+  std::span<const Real> right;
+};
+/// Accelerations, twists or corrections, two vectors a body, and the multipliers.
+struct Unknowns {
+  std::span<Vec3> motion;
+  std::span<Real> lambda;
+};
 /// Solves M a = force + J^T lambda, J a + diag(weights) lambda = right with the current factor.
-/// `accelerations` holds two vectors a body (the motion of frames belongs into `right`). With loops
-/// the solution is refined until the relative residual is below `tolerance`. Returns the largest
-/// |right - J a| relative to its terms.
+/// With loops the solution is refined until the relative residual is below `tolerance`. Returns the
+/// largest |right - J a| relative to its terms.
 inline constexpr Real kSolveTolerance = 2e-13;
-Real solve(Island& m, std::span<const Vec3> force, std::span<const Real> right,
-           std::span<Vec3> accelerations, std::span<Real> lambda, Real tolerance = kSolveTolerance);
+Real solve(Island& m, const Known& known, const Unknowns& found, Real tolerance = kSolveTolerance);
 
 /// Multipliers only, without refinement: (J M^-1 J^T) lambda = right with the current factor.
 void solve_lambda(Island& m, std::span<const Real> right, std::span<Real> lambda);
@@ -99,7 +115,8 @@ void accelerate(const World& world, Island& m, Real part, Real whole);
 
 /// Subtracts the motion of frames from the right-hand side: J V of their twists, or J a of their
 /// accelerations.
-void subtract_frame_motion(Island& m, std::span<Real> right, bool accelerations);
+void subtract_frame_twists(Island& m, std::span<Real> right);
+void subtract_frame_accelerations(Island& m, std::span<Real> right);
 /// J V at the current state.
 Real rate_of(const Island& m, const Block& b, std::size_t row);
 

@@ -177,16 +177,20 @@ struct StepScratch {
   std::vector<Mat3> inverse_inertia;  // world inverse inertia
   std::vector<Vec3> jacobian, jacobian_before;
   std::vector<Real> c, gamma;
-  std::vector<Vec3> force;               // and torque, two a body
-  std::vector<Vec3> motion, correction;  // accelerations or twists, two a body
+  std::vector<Vec3> force;     // and torque, two a body
+  std::vector<Vec3> motion;    // accelerations, two a body, frames last
+  std::vector<Vec3> solution;  // of the last solve: twists or corrections, two a body
   std::vector<Real> right, lambda, step_lambda;
   std::vector<Real> row_residual;  // right - J a, and the unknowns of hubs
   // Current state; state at the start of a substep, of one integrator step, of an attempt.
   Motions state, start, from, begin;
-  std::vector<Vec3> applied;             // forces and torques from outside, two a body
-  bool pushed = false;                   // external or contact forces are not zero
-  std::vector<Vec3> momenta, residuals;  // two a body
-  std::vector<Vec3> rates[7];            // Runge-Kutta: v and accelerations, three a body
+  std::vector<Vec3> applied;  // forces and torques from outside, two a body
+  bool pushed = false;        // external or contact forces are not zero
+  // Integrators in momenta, two a body: momenta, and those before forces or impulses were added.
+  std::vector<Vec3> momenta, momenta_before;
+  // Implicit, two a body: unknown accelerations at the end of the step, residuals of the forces.
+  std::vector<Vec3> end_accelerations, force_residuals;
+  std::vector<Vec3> rates[7];  // Runge-Kutta: v and accelerations, three a body
   std::vector<Quat> quat_rates[7];
   std::vector<Real> sum_lambda;
   std::vector<Real> impulses, impulses_at_start, impulses_before;  // by row, of the step so far
@@ -226,12 +230,12 @@ struct IslandStructure {
     field("gravity_scale", in_place(self.gravity_scale));
     field("inertia", in_place(self.inertia));
     field("blocks", in_place(self.blocks));
-    field("pose_drives", derived(self.joint_drives));
-    field("elastic_strings", derived(self.elastic_cables));
+    field("joint_drives", derived(self.joint_drives));
+    field("elastic_cables", derived(self.elastic_cables));
     field("elastic_pins", derived(self.elastic_pins));
     field("rows", derived(self.rows));
     field("vectors", derived(self.vectors));
-    field("effort_rows", derived(self.joint_force_rows));
+    field("joint_force_rows", derived(self.joint_force_rows));
     field("size", derived(self.size));
     field("reach", derived(self.reach));
     field("loops", derived(self.loops));
@@ -255,9 +259,9 @@ struct IslandMemory {
 
   static void fields(auto& self, auto&& field) {
     field("memory", in_place(self.memory));
-    field("loads", in_place(self.mean_lambda));
+    field("mean_lambda", in_place(self.mean_lambda));
     field("frames", in_place(self.frames));
-    field("efforts", in_place(self.joint_forces));
+    field("joint_forces", in_place(self.joint_forces));
     field("accelerations", in_place(self.accelerations));
     field("lagged", in_place(self.lagged));
     field("fresh", self.fresh);
@@ -294,8 +298,8 @@ struct Island : IslandStructure, IslandMemory, StepResult {
     IslandStructure::fields(self, field);
     IslandMemory::fields(self, field);
     field("interfaces", in_place(self.interfaces));
-    field("owed", derived(self.contact_loads));
-    field("room", derived(self.scratch));
+    field("contact_loads", derived(self.contact_loads));
+    field("scratch", derived(self.scratch));
   }
 };
 

@@ -28,8 +28,16 @@ inline RowVectors row_of(const Block& b, const Vec3* j, std::size_t row, std::si
   return {unit, glm::cross(j[at], unit)};
 }
 
-/// Adds J times the twist of one body to `to`, one number a row.
-inline void add_rates(const Block& b, const Vec3* j, std::size_t at, Vec3 v, Vec3 w, Real* to) {
+/// The part of a block's Jacobian that belongs to its body number `at`.
+struct BodyPart {
+  const Block& block;
+  const Vec3* jacobian;  // of the block
+  std::size_t at;
+};
+
+/// Adds J times the twist (v, w) of the body to `to`, one number a row.
+inline void add_rates(const BodyPart& part, Vec3 v, Vec3 w, Real* to) {
+  const auto& [b, j, at] = part;
   if (!b.point) {
     for (std::size_t r = 0; r < b.rows; ++r) {
       const Vec3* row = j + 2 * (r * b.count + at);
@@ -43,9 +51,9 @@ inline void add_rates(const Block& b, const Vec3* j, std::size_t at, Vec3 v, Vec
   for (std::size_t r = 3; r < b.rows; ++r) to[r] += sign * glm::dot(j[r - 1], w);
 }
 
-/// Adds J^T lambda of one body to force and torque.
-inline void add_constraint_force(const Block& b, const Vec3* j, std::size_t at,
-                                 const Real* block_lambda, Vec3* to) {
+/// Adds J^T lambda to the body's force and torque.
+inline void add_constraint_force(const BodyPart& part, const Real* block_lambda, Vec3* to) {
+  const auto& [b, j, at] = part;
   if (!b.point) {
     for (std::size_t r = 0; r < b.rows; ++r) {
       const Vec3* row = j + 2 * (r * b.count + at);

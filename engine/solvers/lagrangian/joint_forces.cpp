@@ -28,7 +28,8 @@ const Dof& dof_of(const World& world, std::uint32_t link, Coordinate which) {
 
 }  // namespace
 
-LinearisedForce linearise(const Dof& f, Real coordinate, Real rate, bool secant) {
+LinearisedForce linearise(const Dof& f, Real coordinate, Real rate, Slope slope) {
+  const bool secant = slope == Slope::secant;
   LinearisedForce p;
   p.force = -f.spring.stiffness * (coordinate - f.spring.rest) - f.spring.damping * rate;
   p.stiffness = f.spring.stiffness, p.damping = f.spring.damping;
@@ -52,11 +53,11 @@ LinearisedForce linearise(const Dof& f, Real coordinate, Real rate, bool secant)
   return p;
 }
 
-CoordinateRow coordinate_row(const World& world, const Island& m, std::uint32_t link,
-                             Coordinate which, std::uint32_t a, std::uint32_t b, Real before) {
+CoordinateRow coordinate_row(const World& world, const Island& m, const JointForce& of) {
   CoordinateRow row;
-  const BodyState &at_a = m.scratch.body_states[a], &at_b = m.scratch.body_states[b];
-  write_coordinate(world.links.values()[link].joint, which, at_a, at_b, before,
+  const BodyState &at_a = m.scratch.body_states[of.body[0]],
+                  &at_b = m.scratch.body_states[of.body[1]];
+  write_coordinate(world.links.values()[of.link].joint, of.coordinate, at_a, at_b, of.before,
                    {&row.value, row.j, &row.gamma});
   row.rate = glm::dot(row.j[0], at_a.velocity) + glm::dot(row.j[1], at_a.angular_velocity) +
              glm::dot(row.j[2], at_b.velocity) + glm::dot(row.j[3], at_b.angular_velocity);
@@ -65,10 +66,9 @@ CoordinateRow coordinate_row(const World& world, const Island& m, std::uint32_t 
 
 void add_joint_forces(const World& world, Island& m) {
   for (const JointForce& e : m.joint_forces) {
-    const CoordinateRow row =
-        coordinate_row(world, m, e.link, e.coordinate, e.body[0], e.body[1], e.before);
+    const CoordinateRow row = coordinate_row(world, m, e);
     const Dof& dof = dof_of(world, e.link, e.coordinate);
-    const Real force = linearise(dof, row.value, row.rate, false).force;
+    const Real force = linearise(dof, row.value, row.rate, Slope::tangent).force;
     for (std::size_t k = 0; k < 2; ++k)
       if (e.body[k] < m.count())
         m.scratch.force[2 * e.body[k]] += force * row.j[2 * k],
@@ -79,8 +79,7 @@ void add_joint_forces(const World& world, Island& m) {
 Stiffness stiffness_of(const World& world, const Island& m) {
   Stiffness most;
   for (const JointForce& e : m.joint_forces) {
-    const CoordinateRow row =
-        coordinate_row(world, m, e.link, e.coordinate, e.body[0], e.body[1], e.before);
+    const CoordinateRow row = coordinate_row(world, m, e);
     Real mobile = 0;
     for (std::size_t k = 0; k < 2; ++k)
       if (e.body[k] < m.count())
@@ -88,20 +87,20 @@ Stiffness stiffness_of(const World& world, const Island& m) {
             glm::dot(row.j[2 * k], row.j[2 * k]) / m.mass[e.body[k]] +
             glm::dot(row.j[2 * k + 1], m.scratch.inverse_inertia[e.body[k]] * row.j[2 * k + 1]);
     const LinearisedForce p =
-        linearise(dof_of(world, e.link, e.coordinate), row.value, row.rate, false);
+        linearise(dof_of(world, e.link, e.coordinate), row.value, row.rate, Slope::tangent);
     most.spring = std::max(most.spring, mobile * p.stiffness);
     most.damper = std::max(most.damper, mobile * p.damping);
   }
   return most;
 }
 
-void write_joint_force_rows(const World& world, Island& m, std::span<Real> requested, Real by_way,
-                            Real by_speed, bool secant) {
+void write_joint_force_rows(const World& world, Island& m, std::span<Real> requested,
+                            const ImplicitForce& by) {
   for (const Block& b : m.blocks) {
     if (b.kind != BlockKind::spring) continue;
     const Dof& f = dof_of(world, b.source, b.coordinate);
-    const LinearisedForce p = linearise(f, m.scratch.c[b.first_row], rate_of(m, b, 0), secant);
-    const Real effective_stiffness = p.stiffness * by_way + p.damping * by_speed;
+    const LinearisedForce p = linearise(f, m.scratch.c[b.first_row], rate_of(m, b, 0), by.slope);
+    const Real effective_stiffness = p.stiffness * by.by_way + p.damping * by.by_speed;
     m.scratch.weights[b.first_row] =
         1 / std::max(effective_stiffness,
                      kMinRelativeStiffness / std::max(mobility(m, b), Real(1e-300)));
@@ -114,10 +113,10 @@ void write_joint_force_rows_at_end(const World& world, Island& m, std::span<Real
     if (b.kind != BlockKind::spring) continue;
     const Dof& f = dof_of(world, b.source, b.coordinate);
     const Real rate = rate_of(m, b, 0), mobile = std::max(mobility(m, b), Real(1e-300));
-    LinearisedForce p = linearise(f, m.scratch.c[b.first_row], rate, true);
+    LinearisedForce p = linearise(f, m.scratch.c[b.first_row], rate, Slope::secant);
     // A force that is saturated now and at the end of the step is constant.
     const Real end = rate + h * mobile * p.force;
-    if (linearise(f, m.scratch.c[b.first_row] + h * end, end, true).force == p.force)
+    if (linearise(f, m.scratch.c[b.first_row] + h * end, end, Slope::secant).force == p.force)
       p.stiffness = p.damping = 0;
     const Real least = kMinRelativeStiffness / (h * mobile);
     const Real effective_stiffness = std::max(h * p.stiffness + p.damping, least);

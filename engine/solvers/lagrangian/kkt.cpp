@@ -282,16 +282,19 @@ void probe(Island& m) {
 
 void factor_soft(Island& m, Real weight) { factor_weighted(m, weight); }
 
-void factor(Island& m, bool report) {
-  const bool hubs = !m.scratch.pattern.hubs.empty();
-  if (report && !hubs) m.rank = m.equations(), m.faults.clear();
+void factor(Island& m) {
   if (!m.loops) {
     if (factor_weighted(m, 0)) return;
     m.loops = true;  // a tree in a singular configuration: treated as if it had loops from now on
   }
   factor_weighted(m, kRegularisation);
-  if (!report || hubs || !any_suspect(m)) return;
-  probe(m);
+}
+
+void factor_and_report(Island& m) {
+  const bool hubs = !m.scratch.pattern.hubs.empty();
+  if (!hubs) m.rank = m.equations(), m.faults.clear();
+  factor(m);
+  if (m.loops && !hubs && any_suspect(m)) probe(m);
 }
 
 void find_rank(Island& m) {
@@ -299,7 +302,7 @@ void find_rank(Island& m) {
   if (scratch.pattern.hubs.empty()) return;  // already found by factor()
   m.rank = m.equations(), m.faults.clear();
   if (!m.loops) return;
-  KktPattern other = make_pattern(m, false);  // without hubs: slow
+  KktPattern other = make_pattern(m, Hubs::none);
   std::swap(scratch.pattern, other);
   scratch.values.resize(std::max(scratch.values.size(), scratch.pattern.numbers));
   factor_weighted(m, kRegularisation);
@@ -319,14 +322,17 @@ void find_row_residuals(Island& m, std::span<const Real> right, std::span<const 
     for (std::size_t r = 0; r < b.rows; ++r) row_residual[r] = on ? right[b.first_row + r] : 0;
     for (std::size_t k = 0; k < b.count && on && !a.empty(); ++k)
       if (b.body[k] < m.count())
-        add_rates(b, jacobian_of(m, b), k, -a[2 * b.body[k]], -a[2 * b.body[k] + 1], row_residual);
+        add_rates({b, jacobian_of(m, b), k}, -a[2 * b.body[k]], -a[2 * b.body[k] + 1],
+                  row_residual);
   }
 }
 
 /// right - J a - weights lambda, into scratch.row_residual. Returns its largest entry, and the size
 /// of its terms in `requested`.
-Real measure_row_residuals(Island& m, std::span<const Real> right, std::span<const Vec3> a,
-                           std::span<const Real> lambda, Real& requested) {
+Real measure_row_residuals(Island& m, std::span<const Real> right, const Unknowns& found,
+                           Real& requested) {
+  const auto& [a, lambda] = found;
+  PANTIN_ASSERT(right.size() >= m.rows && lambda.size() >= m.rows && a.size() >= 2 * m.count());
   StepScratch& scratch = m.scratch;
   Real worst = 0;
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
@@ -344,7 +350,7 @@ Real measure_row_residuals(Island& m, std::span<const Real> right, std::span<con
     for (std::size_t k = 0; k < b.count; ++k) {
       if (b.body[k] >= m.count()) continue;
       Real part[6] = {};
-      add_rates(b, jacobian_of(m, b), k, a[2 * b.body[k]], a[2 * b.body[k] + 1], part);
+      add_rates({b, jacobian_of(m, b), k}, a[2 * b.body[k]], a[2 * b.body[k] + 1], part);
       for (std::size_t r = 0; r < b.rows; ++r)
         row_residual[r] -= part[r], requested = std::max(requested, std::abs(part[r]));
     }
@@ -369,7 +375,7 @@ void add_motion(const Island& m, std::span<const Real> lambda, std::span<Vec3> a
     Vec3 pull[2] = {Vec3(0), Vec3(0)};
     for (std::uint32_t i = p.first_incident[body]; i < p.first_incident[body + 1]; ++i) {
       const Block& b = m.blocks[p.incidents[i].block];
-      add_constraint_force(b, jacobian_of(m, b), p.incidents[i].at, &lambda[b.first_row], pull);
+      add_constraint_force({b, jacobian_of(m, b), p.incidents[i].at}, &lambda[b.first_row], pull);
     }
     a[2 * body] += 1 / m.mass[body] * pull[0];
     a[2 * body + 1] += m.scratch.inverse_inertia[body] * pull[1];
@@ -391,22 +397,22 @@ void solve_lambda(Island& m, std::span<const Real> right, std::span<Real> lambda
   solve_for_lambda(m, lambda);
 }
 
-Real solve(Island& m, std::span<const Vec3> force, std::span<const Real> right, std::span<Vec3> a,
-           std::span<Real> lambda, Real tolerance) {
-  PANTIN_ASSERT(right.size() >= m.rows && lambda.size() >= m.rows && a.size() >= 2 * m.count());
+Real solve(Island& m, const Known& known, const Unknowns& found, Real tolerance) {
+  const auto& [force, right] = known;
+  const auto& [a, lambda] = found;
   StepScratch& scratch = m.scratch;
   if (force.empty())
     std::fill(a.begin(), a.end(), Vec3(0));
   else
     find_free_motion(m, force, a);
-  find_row_residuals(m, right, force.empty() ? std::span<const Vec3>{} : a);
+  find_row_residuals(m, right, force.empty() ? std::span<const Vec3>{} : std::span<const Vec3>(a));
   solve_for_lambda(m, lambda);
   add_motion(m, lambda, a);
   if (!m.loops) return 0;  // the factor is exact
   Real requested = 1e-300, row_residual = std::numeric_limits<Real>::infinity();
   for (int n = 0;; ++n) {
     const Real before = row_residual;
-    row_residual = measure_row_residuals(m, right, a, lambda, requested);
+    row_residual = measure_row_residuals(m, right, found, requested);
     if (row_residual <= tolerance * requested || n == kRefinements ||
         !(row_residual < 0.5 * before))
       break;

@@ -53,7 +53,7 @@ void resolve_impacts(const World& world, Island& m, bool restitutes) {
   for (int round = 0; round < 8; ++round) {
     update_kinematics(m);
     write_all_rows(world, m, {true, false});
-    factor(m, false);
+    factor(m);
     std::vector<Real>& bias = scratch.sum_lambda;
     std::fill(bias.begin(), bias.end(), 0.0);
     for (std::size_t i = 0; i < m.blocks.size(); ++i) {

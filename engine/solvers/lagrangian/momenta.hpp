@@ -29,7 +29,7 @@ inline void push(Island& m, const std::vector<Vec3>& jacobian, std::span<const R
     for (std::size_t r = 0; r < b.rows; ++r) block_lambda[r] = scale * lambda[b.first_row + r];
     for (std::size_t k = 0; k < b.count; ++k)
       if (b.body[k] < m.count())
-        add_constraint_force(b, &jacobian[b.first_vector], k, block_lambda,
+        add_constraint_force({b, &jacobian[b.first_vector], k}, block_lambda,
                              &m.scratch.momenta[2 * b.body[k]]);
   }
 }
@@ -41,7 +41,7 @@ inline Real rate_or_default(const Island& m, Real standard) {
 /// J V of what is known, to the right-hand side of rates.
 inline void right_of_rates(Island& m) {
   std::fill(m.scratch.right.begin(), m.scratch.right.end(), 0.0);
-  subtract_frame_motion(m, m.scratch.right, false);
+  subtract_frame_twists(m, m.scratch.right);
 }
 
 }  // namespace pantin::detail::lagrangian

@@ -72,115 +72,158 @@ std::vector<std::uint32_t> least_degree(Sets& near, std::vector<std::uint8_t>& r
   return order;
 }
 
-}  // namespace
-
-KktPattern make_pattern(const Island& m, bool may_have_hubs) {
+/// A pattern while it is made, step by step in the order of the functions below.
+struct Draft {
+  const Island& m;
+  std::vector<std::vector<Incident>> met;  // by body
+  std::uint32_t blocks;
+  Sets near;                        // neighbours; of each node in the end those eliminated later
+  std::vector<std::uint32_t> size;  // unknowns, by node
   KktPattern p;
-  const auto met = incidents(m);
-  const auto blocks = static_cast<std::uint32_t>(m.blocks.size());
-  p.hub_of.assign(m.count(), kNone);
-  for (std::uint32_t b = 0; b < m.count(); ++b)
-    if (may_have_hubs && met[b].size() > kMaxBlocksPerBody)
-      p.hub_of[b] = static_cast<std::uint32_t>(p.hubs.size()), p.hubs.push_back(b);
-  const std::size_t nodes = blocks + p.hubs.size();
 
-  Sets near(nodes);
+  std::uint32_t nodes() const { return blocks + static_cast<std::uint32_t>(p.hubs.size()); }
+  bool is_hub(std::uint32_t body) const { return p.hub_of[body] != kNone; }
+  /// Where the numbers of two nodes meet, by their places.
+  std::uint32_t number_at(std::uint32_t one, std::uint32_t two) const {
+    if (one == two) return p.diagonal[one];
+    const std::uint32_t row = std::max(one, two), column = std::min(one, two);
+    const auto from = p.below.begin() + p.first[column], to = p.below.begin() + p.first[column + 1];
+    return p.offset[static_cast<std::size_t>(std::lower_bound(from, to, row) - p.below.begin())];
+  }
+};
+
+void find_hubs(Draft& d, Hubs hubs) {
+  d.p.hub_of.assign(d.m.count(), kNone);
+  for (std::uint32_t b = 0; b < d.m.count(); ++b)
+    if (hubs == Hubs::allowed && d.met[b].size() > kMaxBlocksPerBody)
+      d.p.hub_of[b] = static_cast<std::uint32_t>(d.p.hubs.size()), d.p.hubs.push_back(b);
+}
+
+void find_order(Draft& d) {
+  const std::size_t nodes = d.nodes();
+  d.near.resize(nodes);
   std::vector<std::uint8_t> ready(nodes, 0);
-  std::vector<std::uint32_t> size(nodes, 6);
-  for (std::uint32_t i = 0; i < blocks; ++i) size[i] = m.blocks[i].rows;
-  for (std::uint32_t b = 0; b < m.count(); ++b) {
-    const std::uint32_t hub = p.hub_of[b];
-    for (std::size_t i = 0; i < met[b].size(); ++i) {
-      if (hub != kNone) {
-        connect(near, met[b][i].block, blocks + hub);
+  d.size.assign(nodes, 6);
+  for (std::uint32_t i = 0; i < d.blocks; ++i) d.size[i] = d.m.blocks[i].rows;
+  for (std::uint32_t b = 0; b < d.m.count(); ++b) {
+    const std::vector<Incident>& met = d.met[b];
+    const std::uint32_t hub = d.blocks + d.p.hub_of[b];
+    for (std::size_t i = 0; i < met.size(); ++i) {
+      if (d.is_hub(b)) {
+        connect(d.near, met[i].block, hub);
         continue;
       }
-      ready[met[b][i].block] = 1;
-      for (std::size_t j = 0; j < i; ++j) connect(near, met[b][i].block, met[b][j].block);
+      ready[met[i].block] = 1;
+      for (std::size_t j = 0; j < i; ++j) connect(d.near, met[i].block, met[j].block);
     }
-    if (hub != kNone) ready[blocks + hub] = 1;
+    if (d.is_hub(b)) ready[hub] = 1;
   }
-  p.order = least_degree(near, ready, size);
-  p.unknowns = m.rows + 6 * p.hubs.size();
+  d.p.order = least_degree(d.near, ready, d.size);
+  d.p.unknowns = d.m.rows + 6 * d.p.hubs.size();
+  d.p.place.assign(nodes, 0);
+  for (std::uint32_t at = 0; at < nodes; ++at) d.p.place[d.p.order[at]] = at;
+}
 
-  p.place.assign(nodes, 0);
-  for (std::uint32_t at = 0; at < nodes; ++at) p.place[p.order[at]] = at;
-  for (std::uint32_t at = 0; at < nodes; ++at) {
-    const std::uint32_t n = p.order[at];
-    p.size.push_back(static_cast<std::uint8_t>(size[n]));
-    p.unknown.push_back(n < blocks ? m.blocks[n].first_row
-                                   : static_cast<std::uint32_t>(m.rows) + 6 * (n - blocks));
+/// Where the numbers of each node stand: its diagonal block, then those below it.
+void lay_out_columns(Draft& d) {
+  KktPattern& p = d.p;
+  for (const std::uint32_t n : p.order) {
+    p.size.push_back(static_cast<std::uint8_t>(d.size[n]));
+    p.unknown.push_back(n < d.blocks ? d.m.blocks[n].first_row
+                                     : static_cast<std::uint32_t>(d.m.rows) + 6 * (n - d.blocks));
     p.diagonal.push_back(static_cast<std::uint32_t>(p.numbers));
-    p.numbers += size[n] * size[n];
+    p.numbers += d.size[n] * d.size[n];
     p.first.push_back(static_cast<std::uint32_t>(p.below.size()));
     std::vector<std::uint32_t> below;
-    for (std::uint32_t i : near[n]) below.push_back(p.place[i]);
+    for (std::uint32_t i : d.near[n]) below.push_back(p.place[i]);
     std::sort(below.begin(), below.end());
     for (std::uint32_t to : below) {
       p.below.push_back(to);
       p.offset.push_back(static_cast<std::uint32_t>(p.numbers));
-      p.numbers += size[n] * size[p.order[to]];
+      p.numbers += d.size[n] * d.size[p.order[to]];
     }
   }
   p.first.push_back(static_cast<std::uint32_t>(p.below.size()));
+}
 
-  const auto number_at = [&](std::uint32_t row, std::uint32_t column) {
-    if (row == column) return p.diagonal[row];
-    const auto from = p.below.begin() + p.first[column], to = p.below.begin() + p.first[column + 1];
-    return p.offset[static_cast<std::size_t>(std::lower_bound(from, to, row) - p.below.begin())];
-  };
-  for (std::uint32_t at = 0; at < nodes; ++at) {
+/// What the elimination of each node changes.
+void list_targets(Draft& d) {
+  KktPattern& p = d.p;
+  for (std::uint32_t at = 0; at < d.nodes(); ++at) {
     p.first_target.push_back(static_cast<std::uint32_t>(p.targets.size()));
     for (std::uint32_t i = p.first[at]; i < p.first[at + 1]; ++i)
       for (std::uint32_t j = p.first[at]; j <= i; ++j)
-        p.targets.push_back(number_at(p.below[i], p.below[j]));
+        p.targets.push_back(d.number_at(p.below[i], p.below[j]));
   }
   p.first_target.push_back(static_cast<std::uint32_t>(p.targets.size()));
+}
 
-  for (std::uint32_t b = 0; b < m.count(); ++b) {
+/// What each body contributes to the matrix.
+void list_products(Draft& d) {
+  KktPattern& p = d.p;
+  for (std::uint32_t b = 0; b < d.m.count(); ++b) {
+    const std::vector<Incident>& met = d.met[b];
     p.first_product.push_back(static_cast<std::uint32_t>(p.products.size()));
-    for (std::size_t i = 0; i < met[b].size(); ++i) {
-      const std::uint32_t one = p.place[met[b][i].block];
-      if (p.hub_of[b] != kNone) {
-        const std::uint32_t hub = p.place[blocks + p.hub_of[b]];
-        p.hub_products.push_back({met[b][i].block,
-                                  number_at(std::max(one, hub), std::min(one, hub)), met[b][i].at,
-                                  one > hub});
+    const bool all_points = std::all_of(
+        met.begin(), met.end(), [&](const Incident& k) { return d.m.blocks[k.block].point; });
+    for (std::size_t i = 0; i < met.size(); ++i) {
+      const std::uint32_t one = p.place[met[i].block];
+      if (d.is_hub(b)) {
+        const std::uint32_t hub = p.place[d.blocks + p.hub_of[b]];
+        p.hub_products.push_back({met[i].block, d.number_at(one, hub), met[i].at, one > hub});
         continue;
       }
-      const bool all_points = std::all_of(
-          met[b].begin(), met[b].end(), [&](const Incident& k) { return m.blocks[k.block].point; });
-      for (std::size_t j = i; j < met[b].size(); ++j) {
-        const std::uint32_t two = p.place[met[b][j].block];
-        p.products.push_back({met[b][i].block, met[b][j].block,
-                              number_at(std::max(one, two), std::min(one, two)), met[b][i].at,
-                              met[b][j].at, one > two, all_points});
+      for (std::size_t j = i; j < met.size(); ++j) {
+        const std::uint32_t two = p.place[met[j].block];
+        p.products.push_back({met[i].block, met[j].block, d.number_at(one, two), met[i].at,
+                              met[j].at, one > two, all_points});
       }
     }
   }
   p.first_product.push_back(static_cast<std::uint32_t>(p.products.size()));
+}
 
+/// The numbers that no product writes.
+void list_fill(Draft& d) {
+  KktPattern& p = d.p;
   std::vector<std::uint8_t> written(p.numbers, 0);
   for (KktPattern::BlockProduct& k : p.products)
     k.first_write = written[k.target] == 0, written[k.target] = 1;
   const auto note_fill = [&](std::uint32_t from, std::size_t count) {
     if (!written[from]) p.fill_ranges.push_back({from, static_cast<std::uint32_t>(count)});
   };
-  for (std::uint32_t at = 0; at < nodes; ++at) {
+  for (std::uint32_t at = 0; at < d.nodes(); ++at) {
     note_fill(p.diagonal[at], std::size_t{p.size[at]} * p.size[at]);
     for (std::uint32_t i = p.first[at]; i < p.first[at + 1]; ++i)
       note_fill(p.offset[i], std::size_t{p.size[at]} * p.size[p.below[i]]);
   }
-  for (const auto& of_body : met) {
+}
+
+void list_incidents(Draft& d) {
+  KktPattern& p = d.p;
+  for (const auto& of_body : d.met) {
     p.first_incident.push_back(static_cast<std::uint32_t>(p.incidents.size()));
     p.incidents.insert(p.incidents.end(), of_body.begin(), of_body.end());
   }
   p.first_incident.push_back(static_cast<std::uint32_t>(p.incidents.size()));
-  for (std::uint32_t i = 0; i < blocks; ++i)
-    if (std::any_of(m.blocks[i].body, m.blocks[i].body + m.blocks[i].count,
-                    [&](std::uint32_t b) { return b >= m.count(); }))
+  for (std::uint32_t i = 0; i < d.blocks; ++i)
+    if (std::any_of(d.m.blocks[i].body, d.m.blocks[i].body + d.m.blocks[i].count,
+                    [&](std::uint32_t b) { return b >= d.m.count(); }))
       p.framed.push_back(i);
-  return p;
+}
+
+}  // namespace
+
+KktPattern make_pattern(const Island& m, Hubs hubs) {
+  Draft d{m, incidents(m), static_cast<std::uint32_t>(m.blocks.size()), {}, {}, {}};
+  find_hubs(d, hubs);
+  find_order(d);
+  lay_out_columns(d);
+  list_targets(d);
+  list_products(d);
+  list_fill(d);
+  list_incidents(d);
+  return std::move(d.p);
 }
 
 }  // namespace pantin::detail::lagrangian

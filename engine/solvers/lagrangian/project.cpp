@@ -28,7 +28,7 @@ void correct(Island& m, Real tolerance = 1e-6) {
   StepScratch& scratch = m.scratch;
   const Real row_residual = scratch.worst_relative_residual;
   const std::uint32_t block = scratch.worst_relative_block;
-  solve(m, {}, scratch.right, scratch.correction, scratch.lambda, tolerance);
+  solve(m, {{}, scratch.right}, {scratch.solution, scratch.lambda}, tolerance);
   scratch.worst_relative_residual = row_residual, scratch.worst_relative_block = block;
 }
 
@@ -44,19 +44,38 @@ Real rate_of(const Island& m, const Block& b, std::size_t row) {
   return rate;
 }
 
-void subtract_frame_motion(Island& m, std::span<Real> right, bool accelerations) {
+namespace {
+
+/// Calls `subtract` with the part of every block that belongs to a frame, and the frame's number.
+template <class Subtract>
+void for_each_framed(const Island& m, const Subtract& subtract) {
   for (const std::uint32_t i : m.scratch.pattern.framed) {
     const Block& b = m.blocks[i];
     for (std::size_t k = 0; k < b.count; ++k) {
       const std::uint32_t n = b.body[k];
-      if (n < m.count()) continue;
-      const Vec3 v = accelerations ? m.scratch.motion[2 * n] : m.scratch.body_states[n].velocity;
-      const Vec3 w =
-          accelerations ? m.scratch.motion[2 * n + 1] : m.scratch.body_states[n].angular_velocity;
-      if (v == Vec3(0) && w == Vec3(0)) continue;
-      add_rates(b, jacobian_of(m, b), k, -v, -w, &right[b.first_row]);
+      if (n >= m.count()) subtract(BodyPart{b, jacobian_of(m, b), k}, n);
     }
   }
+}
+
+void subtract_motion(const BodyPart& part, Vec3 v, Vec3 w, std::span<Real> right) {
+  if (v == Vec3(0) && w == Vec3(0)) return;
+  add_rates(part, -v, -w, &right[part.block.first_row]);
+}
+
+}  // namespace
+
+void subtract_frame_twists(Island& m, std::span<Real> right) {
+  for_each_framed(m, [&](const BodyPart& part, std::uint32_t n) {
+    const BodyState& at = m.scratch.body_states[n];
+    subtract_motion(part, at.velocity, at.angular_velocity, right);
+  });
+}
+
+void subtract_frame_accelerations(Island& m, std::span<Real> right) {
+  for_each_framed(m, [&](const BodyPart& part, std::uint32_t n) {
+    subtract_motion(part, m.scratch.motion[2 * n], m.scratch.motion[2 * n + 1], right);
+  });
 }
 
 void project_twists(Island& m, std::span<const Real> bias) {
@@ -68,13 +87,13 @@ void project_twists(Island& m, std::span<const Real> bias) {
   for (const Block& b : m.blocks)
     for (std::size_t k = 0; k < b.count; ++k) {
       const BodyState& at = scratch.body_states[b.body[k]];
-      add_rates(b, jacobian_of(m, b), k, -at.velocity, -at.angular_velocity,
+      add_rates({b, jacobian_of(m, b), k}, -at.velocity, -at.angular_velocity,
                 &scratch.right[b.first_row]);
     }
   correct(m);
   for (std::size_t b = 0; b < m.count(); ++b) {
-    scratch.state.v[b] += scratch.correction[2 * b],
-        scratch.state.w[b] += scratch.correction[2 * b + 1];
+    scratch.state.v[b] += scratch.solution[2 * b],
+        scratch.state.w[b] += scratch.solution[2 * b + 1];
     scratch.body_states[b].velocity = scratch.state.v[b],
     scratch.body_states[b].angular_velocity = scratch.state.w[b];
   }
@@ -93,7 +112,7 @@ bool project(const World& world, Island& m, Real part, Real whole) {
   look();
   scratch.opened = m.residual;
   if (!std::isfinite(m.residual)) return false;
-  factor(m, true);
+  factor_and_report(m);
   const Real softest = m.loops ? kSoftestLoop : kSoftest;
   Real before = kInfinite, weight = 0;
   bool fresh = true;  // the factor, at the last correction
@@ -115,15 +134,15 @@ bool project(const World& world, Island& m, Real part, Real whole) {
     if (weight > 0)
       factor_soft(m, weight);
     else if (!serves)
-      factor(m, false);
+      factor(m);
     fresh = round == 0 || !serves;
     before = m.residual;
     for (std::size_t r = 0; r < m.rows; ++r) scratch.right[r] = -scratch.c[r];
     correct(m, weight > 0 ? kInfinite : 1e-6);
-    move_bodies(m, scratch.correction);
+    move_bodies(m, scratch.solution);
     look();
   }
-  if (weight > 0) factor(m, false);
+  if (weight > 0) factor(m);
   project_twists(m, {});
   for (std::size_t r = 0; r < m.rows; ++r) scratch.impulses[r] += scratch.lambda[r];
   const Real loose = m.rescues > 0 ? kRescueTolerance * m.reach : 0;

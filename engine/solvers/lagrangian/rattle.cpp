@@ -33,11 +33,11 @@ bool step_rattle(const World& world, Island& m, const Span& span) {
   const Real h = span.h, tolerance = tolerance_of(m);
   update_kinematics(m), update_frames(world, m, span.fraction(0), span.whole);
   write_all_rows(world, m, {false, false});
-  add_forces(world, m, false);
-  factor(m, false);
+  add_forces(world, m, Torques::applied);
+  factor(m);
   kick(m, h / 2);
   scratch.jacobian_before = scratch.jacobian;
-  scratch.residuals = scratch.momenta;
+  scratch.momenta_before = scratch.momenta;
   scratch.from = s;
   update_frames(world, m, span.fraction(1), span.whole);
   std::copy(m.mean_lambda.begin(), m.mean_lambda.end(), scratch.sum_lambda.begin());
@@ -46,7 +46,7 @@ bool step_rattle(const World& world, Island& m, const Span& span) {
   Real before = std::numeric_limits<Real>::infinity();
   bool closed = false;
   for (int n = 0; n < kMaxIterations && !closed; ++n) {
-    scratch.momenta = scratch.residuals;
+    scratch.momenta = scratch.momenta_before;
     push(m, scratch.jacobian_before, scratch.sum_lambda, h / 2);
     for (std::size_t b = 0; b < m.count(); ++b) {
       s.x[b] = scratch.from.x[b] + h / m.mass[b] * scratch.momenta[2 * b];
@@ -65,7 +65,7 @@ bool step_rattle(const World& world, Island& m, const Span& span) {
     const Real last = before;
     before = worst;
     if (closed) break;
-    if (n > 0 && worst > 0.25 * last) factor(m, false);
+    if (n > 0 && worst > 0.25 * last) factor(m);
     if (n > 12 && worst > 1e3 * last) return false;
     for (std::size_t i = 0; i < m.blocks.size(); ++i)
       for (std::size_t r = 0; r < m.blocks[i].rows; ++r) {
@@ -77,18 +77,18 @@ bool step_rattle(const World& world, Island& m, const Span& span) {
   }
   if (!closed) return false;
   m.residual = before;
-  factor(m, true);
-  scratch.residuals = scratch.momenta;
+  factor_and_report(m);
+  scratch.momenta_before = scratch.momenta;
   // Forces that depend on velocity are evaluated again with the new velocity.
   for (int n = 0; n < (m.damped ? 3 : 1); ++n) {
-    add_forces(world, m, false);
+    add_forces(world, m, Torques::applied);
     for (std::size_t i = 0; i < scratch.momenta.size(); ++i)
-      scratch.momenta[i] = scratch.residuals[i] + h / 2 * scratch.force[i];
+      scratch.momenta[i] = scratch.momenta_before[i] + h / 2 * scratch.force[i];
     right_of_rates(m);
-    solve(m, scratch.momenta, scratch.right, scratch.correction, scratch.lambda);
+    solve(m, {scratch.momenta, scratch.right}, {scratch.solution, scratch.lambda});
     for (std::size_t b = 0; b < m.count(); ++b) {
-      scratch.body_states[b].velocity = s.v[b] = scratch.correction[2 * b];
-      scratch.body_states[b].angular_velocity = s.w[b] = scratch.correction[2 * b + 1];
+      scratch.body_states[b].velocity = s.v[b] = scratch.solution[2 * b];
+      scratch.body_states[b].angular_velocity = s.w[b] = scratch.solution[2 * b + 1];
     }
   }
   for (std::size_t r = 0; r < m.rows; ++r)

@@ -125,7 +125,7 @@ void count_turns(const World& world, Island& m, bool anew) {
   }
   for (JointForce& e : m.joint_forces) {
     if (anew) e.before = 0;
-    e.before = coordinate_row(world, m, e.link, e.coordinate, e.body[0], e.body[1], e.before).value;
+    e.before = coordinate_row(world, m, e).value;
   }
 }
 
@@ -153,9 +153,9 @@ std::uint32_t worst_block(const Island& m) {
   return worst;
 }
 
-void make_room(Island& m) {
+void allocate_scratch(Island& m) {
   StepScratch& r = m.scratch;
-  r.pattern = make_pattern(m);
+  r.pattern = make_pattern(m, Hubs::allowed);
   const std::size_t bodies = m.count(), all = bodies + m.frames.size();
   r.values.assign(r.pattern.numbers, 0);
   r.scales.assign(m.rows, 1);
@@ -165,7 +165,8 @@ void make_room(Island& m) {
                      &r.impulses, &r.impulses_at_start, &r.impulses_before})
     rows->assign(m.rows, 0);
   r.row_residual.assign(r.pattern.unknowns, 0);
-  for (auto* twice : {&r.force, &r.correction, &r.applied, &r.momenta, &r.residuals})
+  for (auto* twice : {&r.force, &r.solution, &r.applied, &r.momenta, &r.momenta_before,
+                      &r.end_accelerations, &r.force_residuals})
     twice->assign(2 * bodies, Vec3(0));
   r.motion.assign(2 * all, Vec3(0));
   for (Motions* s : {&r.state, &r.start, &r.from, &r.begin})
@@ -186,7 +187,7 @@ void prepare(World& world) {
   if (all.scratch.prepared) return;
   all.scratch.prepared = true;
   for (Island& m : all.list)
-    if (!m.scratch.ready) make_room(m);
+    if (!m.scratch.ready) allocate_scratch(m);
 }
 
 void step(World& world, Island& m, Real h) {
@@ -258,7 +259,7 @@ ConstraintWrench joint_wrench(const Island& m, std::size_t block) {
   for (std::size_t i = block; i < m.blocks.size(); ++i) {
     const Block& b = m.blocks[i];
     if (i > block && (b.kind != BlockKind::limit || b.source != joint.source)) break;
-    add_constraint_force(b, jacobian_of(m, b), 1, &m.forces[b.first_row], pull);
+    add_constraint_force({b, jacobian_of(m, b), 1}, &m.forces[b.first_row], pull);
   }
   sum.force = pull[0], sum.torque = pull[1];
   return sum;
@@ -279,7 +280,7 @@ Real joint_gap(const World& world, const Island& m, std::size_t block) {
 
 std::vector<Fault> inspect(const World& world, std::size_t number) {
   Island m = islands_of(world)[number];
-  make_room(m);
+  allocate_scratch(m);
   gather(world, m);
   m.faults.clear();
   constexpr Real kInspectionStep = 1e-3;

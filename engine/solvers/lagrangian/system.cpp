@@ -263,7 +263,8 @@ void write_all_rows(const World& world, Island& m, Want want) {
   }
 }
 
-void add_forces(const World& world, Island& m, bool gyroscopic) {
+void add_forces(const World& world, Island& m, Torques torques) {
+  const bool gyroscopic = torques == Torques::with_gyroscopic;
   std::vector<Vec3>& f = m.scratch.force;
   for (std::size_t b = 0; b < m.count(); ++b) {
     const BodyState& at = m.scratch.body_states[b];

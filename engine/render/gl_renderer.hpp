@@ -1,0 +1,101 @@
+#pragma once
+/// The renderer over OpenGL: made in gl_setup.cpp, drawing in renderer.cpp.
+#include <algorithm>
+
+#include "engine/render/context.hpp"
+#include "engine/render/font.hpp"
+#include "engine/render/frame.hpp"
+#include "engine/render/renderer.hpp"
+#include "engine/render/surface_store.hpp"
+
+namespace pantin::detail {
+
+inline constexpr int kLetterRows = 40;  // an em is a fortieth of the picture's height
+
+inline const void* offset(std::size_t bytes) { return reinterpret_cast<const void*>(bytes); }
+
+template <class T>
+GLsizeiptr bytes_of(std::span<const T> items) {
+  return static_cast<GLsizeiptr>(items.size_bytes());
+}
+
+/// Solids are drawn with MSAA, but only where there are some; ground and sky filter themselves and
+/// are drawn without. The two pictures are then merged by coverage.
+class GlRenderer final : public Renderer {
+ public:
+  GlRenderer(std::unique_ptr<Context> context, GlReport report, const RenderOptions& options)
+      : context_(std::move(context)),
+        gl_(context_->gl),
+        report_(std::move(report)),
+        options_(options),
+        surfaces_(gl_),
+        font_(load_font(usual_fonts(), std::clamp(options.height / kLetterRows, 11, 64))),
+        overlay_(font_) {
+    report_.font = font_.source;
+  }
+  GlRenderer(const GlRenderer&) = delete;
+  GlRenderer& operator=(const GlRenderer&) = delete;
+
+  /// Makes everything that outlives a picture; the context is current before and not after.
+  Result<Done> start();
+
+  void draw(const World& world, std::span<const Pose> poses, const View& view,
+            const Overlay& overlay, Image& out) override;
+  const GlReport& report() const override { return report_; }
+
+ private:
+  Result<Done> make_programs();
+  Result<Done> make_targets();
+  Result<GLuint> program(const char* vertex, const char* fragment, const std::string& defines = {});
+  void set_sampler(GLuint program, const char* name, int unit);
+  GLuint texture(int unit, GLint form, int width, int height, GLenum format, GLenum type,
+                 const void* texels, GLint filter);
+  GLuint buffer(GLenum kind) {
+    GLuint name = 0;
+    gl_.GenBuffers(1, &name);
+    gl_.BindBuffer(kind, name);
+    return name;
+  }
+  void make_meshes_buffers();
+
+  void upload(const View& view, const Eye& eye);
+  void draw_shadows();
+  void draw_solids();
+  void draw_world_meshes(bool depth_only);
+  void draw_surfaces(std::size_t first);
+  void point_at_instances(std::size_t first);
+  void draw_backdrop();
+  void merge();
+  void draw_overlay(const World& world, std::span<const Pose> poses, const Overlay& overlay,
+                    const Eye& eye);
+  void scissor(const PixelRect& rect) {
+    gl_.Scissor(rect.x0, rect.y0, rect.width(), rect.height());
+  }
+  void fill(GLuint program, const PixelRect& rect);
+
+  std::unique_ptr<Context> context_;
+  const Gl& gl_;
+  GlReport report_;
+  RenderOptions options_;
+  SurfaceStore surfaces_;
+  Font font_;
+  OverlayList overlay_;
+  Meshes meshes_ = make_meshes();
+
+  GLuint solid_ = 0, ribbon_ = 0, solid_depth_ = 0, ribbon_depth_ = 0;
+  GLuint sky_ = 0, far_ground_ = 0, near_ground_ = 0, merge_ = 0, paint_ = 0;
+  GLuint frame_block_ = 0, instances_ = 0, ribbon_buffer_ = 0, overlay_buffer_ = 0;
+  GLuint empty_array_ = 0, solid_array_ = 0, ribbon_array_ = 0, overlay_array_ = 0;
+  GLuint shade_map_ = 0;
+  GLuint shadow_target_ = 0, solid_target_ = 0, resolved_target_ = 0, picture_target_ = 0;
+  std::size_t overlay_room_ = 0;  // quads that the overlay's indices can name
+
+  DrawList list_;
+  Frame frame_;
+  std::vector<std::uint8_t> shade_;
+  std::vector<std::uint32_t> overlay_indices_;
+};
+
+enum TextureUnit : int { kShadowUnit, kShadeUnit, kSolidsUnit, kAtlasUnit, kPictureUnit };
+
+}  // namespace pantin::detail

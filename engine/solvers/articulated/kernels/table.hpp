@@ -1,0 +1,109 @@
+#pragma once
+/// Reading and writing the tables of an island and the states of its bodies.
+#include "engine/solvers/articulated/kernels.hpp"
+#include "engine/solvers/articulated/kernels/vectors.hpp"
+
+namespace pantin::detail::articulated {
+namespace {
+
+/// The block of a table that holds column i.
+INLINE double* column(double* table, std::size_t rows, std::size_t i) {
+  return table + i / kLanes * rows * kLanes + i % kLanes;
+}
+INLINE const double* column(const double* table, std::size_t rows, std::size_t i) {
+  return table + i / kLanes * rows * kLanes + i % kLanes;
+}
+
+template <class T>
+T read(const double* p);
+template <>
+INLINE double read<double>(const double* p) {
+  return *p;
+}
+template <>
+INLINE Four read<Four>(const double* p) {
+  return load(p);
+}
+INLINE void write(double* p, double v) { *p = v; }
+INLINE void write(double* p, Four v) { store(p, v); }
+
+/// Rows of a table at one column (T = double) or at a block of four (T = Four).
+template <class T>
+INLINE Vec<T> vec(const double* c, std::size_t row) {
+  return {read<T>(c + row * kLanes), read<T>(c + (row + 1) * kLanes),
+          read<T>(c + (row + 2) * kLanes)};
+}
+template <class T>
+INLINE Qua<T> qua(const double* c, std::size_t row) {
+  return {read<T>(c + row * kLanes), read<T>(c + (row + 1) * kLanes),
+          read<T>(c + (row + 2) * kLanes), read<T>(c + (row + 3) * kLanes)};
+}
+template <class T>
+INLINE Sym<T> sym(const double* c, std::size_t row) {
+  return {read<T>(c + row * kLanes),       read<T>(c + (row + 1) * kLanes),
+          read<T>(c + (row + 2) * kLanes), read<T>(c + (row + 3) * kLanes),
+          read<T>(c + (row + 4) * kLanes), read<T>(c + (row + 5) * kLanes)};
+}
+template <class T>
+INLINE T num(const double* c, std::size_t row) {
+  return read<T>(c + row * kLanes);
+}
+template <class T>
+INLINE void put(double* c, std::size_t row, Vec<T> v) {
+  write(c + row * kLanes, v.x), write(c + (row + 1) * kLanes, v.y),
+      write(c + (row + 2) * kLanes, v.z);
+}
+template <class T>
+INLINE void put(double* c, std::size_t row, Qua<T> q) {
+  write(c + row * kLanes, q.x), write(c + (row + 1) * kLanes, q.y),
+      write(c + (row + 2) * kLanes, q.z), write(c + (row + 3) * kLanes, q.w);
+}
+template <class T>
+INLINE void put(double* c, std::size_t row, Sym<T> m) {
+  write(c + row * kLanes, m.xx), write(c + (row + 1) * kLanes, m.xy),
+      write(c + (row + 2) * kLanes, m.xz), write(c + (row + 3) * kLanes, m.yy),
+      write(c + (row + 4) * kLanes, m.yz), write(c + (row + 5) * kLanes, m.zz);
+}
+
+/// Gathers and scatters the state of four bodies.
+struct FourBodies {
+  double* b[4];
+  FourBodies(const IslandView& p, std::size_t i) {
+    for (int l = 0; l < 4; ++l)
+      b[l] = p.bodies + p.slots[i + static_cast<std::size_t>(l)] * p.layout.stride;
+  }
+  INLINE Four num(std::size_t at) const { return Four{b[0][at], b[1][at], b[2][at], b[3][at]}; }
+  INLINE Vec<Four> vec(std::size_t at) const { return {num(at), num(at + 1), num(at + 2)}; }
+  INLINE Qua<Four> qua(std::size_t at) const {
+    return {num(at), num(at + 1), num(at + 2), num(at + 3)};
+  }
+  INLINE void set(std::size_t at, Four v, std::size_t lanes) const {
+    if (lanes == kLanes) {
+      b[0][at] = v[0], b[1][at] = v[1], b[2][at] = v[2], b[3][at] = v[3];
+      return;
+    }
+    for (std::size_t l = 0; l < lanes; ++l) b[l][at] = v[l];
+  }
+  INLINE void set(std::size_t at, Vec<Four> v, std::size_t lanes) const {
+    set(at, v.x, lanes), set(at + 1, v.y, lanes), set(at + 2, v.z, lanes);
+  }
+};
+
+/// World vector of principal `moments` times the body-frame part of v: I v or its like.
+INLINE Vec<Four> times_inertia(Qua<Four> q, Vec<Four> moments, Vec<Four> v) {
+  const Vec<Four> b = rotated(back(q), v);
+  return rotated(q, Vec<Four>{moments.x * b.x, moments.y * b.y, moments.z * b.z});
+}
+INLINE Vec<Four> inverted(Vec<Four> m) { return {1.0 / m.x, 1.0 / m.y, 1.0 / m.z}; }
+
+/// 1 for lanes below `count`, 0 for padding.
+INLINE Four mask(std::size_t i, std::size_t count) {
+  if (i + kLanes <= count) return all(1.0);
+  Four m = all(1.0);
+  for (std::size_t l = 0; l < kLanes; ++l)
+    if (i + l >= count) m[l] = 0;
+  return m;
+}
+
+}  // namespace
+}  // namespace pantin::detail::articulated

@@ -1,0 +1,182 @@
+#pragma once
+/// Vectors, quaternions and symmetric matrices of a number, or of four side by side, and the maps
+/// between rotations and rotation vectors.
+///
+/// Like all files beside it part of kernels.cpp, which is compiled once per instruction set:
+/// nothing in them has a name that another unit could share.
+#include <math.h>
+
+#include "engine/base/lanes.hpp"
+
+namespace pantin::detail::articulated {
+namespace {
+
+#define INLINE PANTIN_INLINE  // until the end of kernels.cpp
+
+INLINE Four load(const double* p) { return load_four(p); }
+INLINE void store(double* p, Four v) { store_four(p, v); }
+INLINE Four all(double x) { return Four{x, x, x, x}; }
+INLINE Four root(Four x) { return Four{::sqrt(x[0]), ::sqrt(x[1]), ::sqrt(x[2]), ::sqrt(x[3])}; }
+INLINE double sum(Four x) { return (x[0] + x[1]) + (x[2] + x[3]); }
+INLINE double largest(Four x) {
+  const double a = x[0] > x[1] ? x[0] : x[1], b = x[2] > x[3] ? x[2] : x[3];
+  return a > b ? a : b;
+}
+INLINE bool any_not_below(Four x, double bound) {
+  const auto below = x < all(bound);
+  return (below[0] & below[1] & below[2] & below[3]) == 0;
+}
+
+/// Vectors and quaternions of T: a scalar, or the values of four bodies.
+template <class T>
+struct Vec {
+  T x, y, z;
+};
+template <class T>
+struct Qua {
+  T x, y, z, w;
+};
+/// Symmetric 3x3.
+template <class T>
+struct Sym {
+  T xx, xy, xz, yy, yz, zz;
+};
+
+template <class T>
+INLINE Vec<T> operator+(Vec<T> a, Vec<T> b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+template <class T>
+INLINE Vec<T> operator-(Vec<T> a, Vec<T> b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+template <class T>
+INLINE Vec<T> operator*(T s, Vec<T> a) {
+  return {s * a.x, s * a.y, s * a.z};
+}
+template <class T>
+INLINE T dot(Vec<T> a, Vec<T> b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+template <class T>
+INLINE Vec<T> cross(Vec<T> a, Vec<T> b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+template <class T>
+INLINE Vec<T> mul(Sym<T> m, Vec<T> v) {
+  return {m.xx * v.x + m.xy * v.y + m.xz * v.z, m.xy * v.x + m.yy * v.y + m.yz * v.z,
+          m.xz * v.x + m.yz * v.y + m.zz * v.z};
+}
+template <class T>
+INLINE Qua<T> mul(Qua<T> p, Qua<T> q) {
+  return {
+      p.w * q.x + p.x * q.w + p.y * q.z - p.z * q.y, p.w * q.y - p.x * q.z + p.y * q.w + p.z * q.x,
+      p.w * q.z + p.x * q.y - p.y * q.x + p.z * q.w, p.w * q.w - p.x * q.x - p.y * q.y - p.z * q.z};
+}
+template <class T>
+INLINE Vec<T> rotated(Qua<T> q, Vec<T> v) {
+  const Vec<T> u{q.x, q.y, q.z};
+  Vec<T> t = cross(u, v);
+  t = t + t;
+  return v + q.w * t + cross(u, t);
+}
+template <class T>
+INLINE Qua<T> back(Qua<T> q) {
+  return {-q.x, -q.y, -q.z, q.w};
+}
+INLINE Four norm2(Qua<Four> q) { return q.x * q.x + q.y * q.y + (q.z * q.z + q.w * q.w); }
+INLINE Qua<Four> scaled(Four s, Qua<Four> q) { return {s * q.x, s * q.y, s * q.z, s * q.w}; }
+INLINE Qua<Four> unit(Qua<Four> q) { return scaled(1.0 / root(norm2(q)), q); }
+/// The same for a quaternion that is normalised up to rounding: no root, no division.
+INLINE Qua<Four> unit_again(Qua<Four> q) {
+  const Four off = norm2(q) - 1.0;
+  if (any_not_below(off * off, 1e-12)) return unit(q);
+  return scaled((0.375 * off - 0.5) * off + 1.0, q);
+}
+
+/// cos(a/2) and sin(a/2)/(a/2) of four angles up to 1 rad, from t = (a/2)^2. Taylor series, in
+/// pairs so that the additions do not wait for one another.
+INLINE Four cosine_of(Four t) {
+  const Four t2 = t * t, t4 = t2 * t2;
+  return ((1.0 - t * (1.0 / 2)) + t2 * (1.0 / 24 - t * (1.0 / 720))) +
+         t4 * ((1.0 / 40320 - t * (1.0 / 3628800)) +
+               t2 * (1.0 / 479001600 - t * (1.0 / 87178291200)));
+}
+INLINE Four sine_part_of(Four t) {
+  const Four t2 = t * t, t4 = t2 * t2;
+  return ((1.0 - t * (1.0 / 6)) + t2 * (1.0 / 120 - t * (1.0 / 5040))) +
+         t4 * ((1.0 / 362880 - t * (1.0 / 39916800)) +
+               t2 * (1.0 / 6227020800 - t * (1.0 / 1307674368000)));
+}
+
+/// The quaternion of a rotation vector: by series up to 1 rad, by doubling an eighth of the angle
+/// up to 8 rad, by the library beyond.
+INLINE Qua<Four> exponential(Vec<Four> r) {
+  const Four t = 0.25 * dot(r, r);
+  if (!any_not_below(t, 0.25)) {
+    const Four s = 0.5 * sine_part_of(t);
+    return {s * r.x, s * r.y, s * r.z, cosine_of(t)};
+  }
+  if (!any_not_below(t, 16.0)) {
+    const Four part = (1.0 / 64) * t;
+    const Four s = (1.0 / 16) * sine_part_of(part);
+    Qua<Four> q{s * r.x, s * r.y, s * r.z, cosine_of(part)};
+    for (int doubling = 0; doubling < 3; ++doubling) {
+      const Four w = q.w + q.w;
+      q = {w * q.x, w * q.y, w * q.z, w * q.w - 1.0};
+    }
+    return q;
+  }
+  Four c, s;
+  for (int l = 0; l < 4; ++l) {
+    const double half = ::sqrt(t[l]);
+    c[l] = ::cos(half);
+    s[l] = half > 1e-8 ? 0.5 * ::sin(half) / half : 0.5;
+  }
+  return {s * r.x, s * r.y, s * r.z, c};
+}
+
+/// A quarter of the angle from its tangent in [0, 1]: atan by the rational approximation of the
+/// Cephes library, which holds to 0.66, and beyond from a quarter of pi.
+INLINE Four arc_tangent(Four t) {
+  const auto large = t > all(0.66);
+  const Four x = choose(large, (t - 1.0) / (t + 1.0), t);
+  const Four z = x * x;
+  const Four p = ((-8.750608600031904122785e-1 * z - 1.615753718733365076637e1) * z -
+                  7.500855792314704667340e1) *
+                     z -
+                 1.228866684490136173410e2;
+  const Four d = ((((z + 2.485846490142306297962e1) * z + 1.650270098316988542046e2) * z +
+                   4.328810604912902668951e2) *
+                      z +
+                  4.853903996359136964868e2) *
+                     z +
+                 1.945506571482613964425e2;
+  const Four a = x + x * z * (p * z - 6.485021904942025371773e1) / d;
+  return choose(large, a + 0.78539816339744830962, a);
+}
+
+/// The shortest rotation vector of a unit quaternion: 2 asin(n)/n times its vector part, by the
+/// series up to 0.4 rad, beyond by the tangent of a quarter of the angle.
+INLINE Vec<Four> logarithm(Qua<Four> q) {
+  const Four sign = choose(q.w < 0.0, all(-1.0), all(1.0));
+  const Four z = q.x * q.x + q.y * q.y + q.z * q.z;
+  Four s;
+  if (!any_not_below(z, 0.04)) {
+    const Four z2 = z * z, z4 = z2 * z2, z8 = z4 * z4;
+    s = ((1.0 + z * (1.0 / 6)) + z2 * (3.0 / 40 + z * (5.0 / 112))) +
+        z4 * ((35.0 / 1152 + z * (63.0 / 2816)) + z2 * (231.0 / 13312 + z * (143.0 / 10240))) +
+        z8 * ((6435.0 / 557056 + z * (12155.0 / 1245184)) + z2 * (46189.0 / 5505024));
+    s = 2.0 * sign * s;
+  } else {
+    const Four n = root(z);
+    const auto turned = n > all(1e-150);
+    const Four some = choose(turned, n, all(1.0));
+    s = choose(turned, 4.0 * arc_tangent(some / (1.0 + sign * q.w)) / some, all(2.0));
+    s = sign * s;
+  }
+  return {s * q.x, s * q.y, s * q.z};
+}
+
+}  // namespace
+}  // namespace pantin::detail::articulated

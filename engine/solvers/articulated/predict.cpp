@@ -1,0 +1,116 @@
+// The update stage: what moves the bodies, and their free motion.
+#include <algorithm>
+
+#include "engine/solvers/articulated/articulated.hpp"
+#include "engine/solvers/articulated/internal.hpp"
+
+namespace pantin::detail::articulated {
+namespace {
+
+/// Targets of roots and pins, from pins and from kinematic bodies.
+void set_targets(const World& world, Island& a) {
+  a.scratch.targets.clear();
+  const auto place = [&](std::uint32_t body, std::uint32_t pin, Vec3 anchor) {
+    return body != UINT32_MAX ? point_on(world, body, anchor) : world.pins.values()[pin].target;
+  };
+  for (Tree& t : a.trees) {
+    if (a.parents[t.first] == kHeld) {
+      const Vec3 now = place(t.held_body, t.held_pin, t.anchor);
+      t.target_before = a.has_targets ? t.target : now, t.target = now;
+    }
+    for (int n = 0; n < 3; ++n) a.scratch.targets.push_back(t.target[n]);
+  }
+  for (PackedPin& h : a.pins) {
+    if (h.partner != UINT32_MAX) continue;  // loops are not anchored in the world
+    const Vec3 now = place(h.held_body, h.held_pin, h.held_anchor);
+    h.target_before = a.has_targets ? h.target : now, h.target = now;
+    if (!a.has_targets) h.gap_before = h.target - point_on(world, a.slots[h.column], h.anchor);
+  }
+  a.has_targets = true;
+}
+
+/// Bodies changed by the caller: resets state that is no longer valid.
+void notice_changes(World& world, Island& a, Real h) {
+  bool changed = false, jumped = false;
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    const Body& b = world.bodies.values()[a.slots[c]];
+    changed = changed || b.restart, jumped = jumped || b.teleport;
+  }
+  for (const Tree& t : a.trees)
+    if (t.held_body != UINT32_MAX) jumped = jumped || world.bodies.values()[t.held_body].teleport;
+  a.changed = changed || jumped;
+  if (a.changed) a.calm_steps = 0;
+  const Real ratio = jumped ? 0 : (a.last_step > 0 && !a.fresh ? h / a.last_step : 1);
+  if (ratio != 1) {
+    a.calm_steps = 0;
+    for (std::size_t c = 0; c < a.count(); ++c)
+      a.memory.set(kLambda, c, ratio * ratio * a.memory.vec(kLambda, c));
+    for (PackedCable& cord : a.cables) cord.lambda *= ratio * ratio;
+    for (PackedPin& constraint : a.pins) constraint.lambda *= ratio * ratio;
+  }
+  for (Tree& t : a.trees) {
+    if (a.parents[t.first] != kFree || !(changed || a.fresh || !t.knows_angular_momentum)) continue;
+    t.angular_momentum = angular_momentum(world, a, t), t.knows_angular_momentum = true;
+  }
+}
+
+void collect_forces(const World& world, Island& a) {
+  a.forced = !world.forces.empty();
+  if (!a.forced) return;
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    const Force* f = world.forces.find(a.bodies[c]);
+    const Real mass = a.constants.at(kMass, c);
+    a.scratch.forces.set(0, c, f ? f->force / mass : Vec3(0));
+    a.scratch.forces.set(3, c, f ? f->torque : Vec3(0));
+  }
+}
+
+/// Displacement per step made by a constant force, divided by h^2 force / mass. The second-order
+/// rule applies drag to it, as to the weight.
+Real share_of_forces(const Island& a, Real h) {
+  if (a.fresh) return 0.5;
+  if (!a.second_order) return 1;
+  Real mass = 0, drag = 0;
+  for (std::size_t c = 0; c < a.count(); ++c)
+    mass += a.constants.at(kMass, c), drag += a.constants.at(kMass, c) * a.constants.at(kDrag, c);
+  return 4.0 / 9 / (1 + 2.0 / 3 * h * drag / mass);
+}
+
+}  // namespace
+
+Rule rule_of(const Island& a) {
+  const Solver s = a.settings.solver;
+  if (s == Solver::sweep || s == Solver::paper) return Rule::verlet;
+  if (s == Solver::shake2) return Rule::midpoint;
+  return a.second_order ? Rule::bdf2 : Rule::euler;
+}
+
+void update(World& world, Island& a, Real h) {
+  a.scratch.predicted = true;
+  if (a.unfit) {
+    a.finite = false;
+    return predict_still(world, a);
+  }
+  if (a.asleep) {
+    set_targets(world, a);
+    if (!must_wake(world, a)) return predict_still(world, a);
+    a.asleep = false, a.quiet_time = 0;
+  }
+  if (!world.forces.empty() && a.scratch.forces.numbers().empty())
+    a.scratch.forces.resize(6, a.count());
+  set_targets(world, a);
+  notice_changes(world, a, h);
+  collect_forces(world, a);
+  a.second_order = a.settings.solver == Solver::articulated && !a.fresh && a.calm_steps >= 2;
+  a.force_share = share_of_forces(a, h);
+  const IslandView p = view_of(world, a);
+  const StartSums start = kernels().predict(
+      p, {h, {world.gravity.x, world.gravity.y, world.gravity.z}, rule_of(a), a.fresh});
+  a.energy_before = start.kinetic + start.potential, a.kinetic_before = start.kinetic;
+  a.damped = start.damped;
+  a.finite = start.finite;
+  a.momentum_before = Vec3(start.momentum[0], start.momentum[1], start.momentum[2]);
+  if (a.finite && a.settings.solver != Solver::articulated) begin_watch(world, a);
+}
+
+}  // namespace pantin::detail::articulated

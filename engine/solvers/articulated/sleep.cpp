@@ -1,0 +1,62 @@
+// Islands at rest on fixed bodies sleep until something wakes them.
+#include "engine/solvers/articulated/articulated.hpp"
+#include "engine/solvers/articulated/internal.hpp"
+
+namespace pantin::detail::articulated {
+
+bool must_wake(const World& world, const Island& a) {
+  if (world.gravity != a.asleep_gravity) return true;
+  for (const Tree& t : a.trees)
+    if (t.target != t.target_before) return true;
+  for (const PackedPin& h : a.pins)
+    if (h.target != h.target_before) return true;
+  for (const Entity e : a.bodies) {
+    const Body& b = world.bodies[e];
+    if (b.restart || b.teleport || b.velocity != Vec3(0) || b.angular_velocity != Vec3(0))
+      return true;
+    const Force* f = world.forces.find(e);
+    if (f && (f->force != Vec3(0) || f->torque != Vec3(0))) return true;
+  }
+  return false;
+}
+
+void wake(World& world, Island& a, Real h) {
+  a.asleep = false, a.quiet_time = 0;
+  update(world, a, h);
+}
+
+void predict_still(const World& world, Island& a) {
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    const Pose& pose = world.bodies.values()[a.slots[c]].pose;
+    a.scratch.work.set(kPosition, c, pose.position),
+        a.scratch.work.set(kRotation, c, pose.rotation);
+  }
+}
+
+namespace {
+
+constexpr Real kTimeToSleep = 0.5;  // s
+
+}  // namespace
+
+void update_sleep(World& world, Island& a, Real h) {
+  const Real slow = a.settings.sleep_speed;
+  bool still = a.contact_active && !a.mutual && a.cables.empty();
+  for (std::size_t c = 0; still && c < a.count(); ++c) {
+    const Body& b = world.bodies.values()[a.slots[c]];
+    still = glm::length(b.velocity) < slow && glm::length(b.angular_velocity) < 10 * slow;
+    still = still && (a.joints.empty() || a.joints[c].drive == UINT32_MAX);
+  }
+  a.quiet_time = still ? a.quiet_time + h : 0;
+  a.asleep = a.quiet_time > kTimeToSleep;
+  if (!a.asleep) return;
+  a.asleep_gravity = world.gravity;
+  for (std::uint32_t c = 0; c < a.count(); ++c) {
+    Body& b = world.bodies.values()[a.slots[c]];
+    b.velocity = b.angular_velocity = Vec3(0);
+    a.memory.set(kLastTranslation, c, Vec3(0)), a.memory.set(kLastRotation, c, Vec3(0));
+    a.memory.set(kVelocityBefore, c, Vec3(0)), a.memory.set(kAngularMomentumBefore, c, Vec3(0));
+  }
+}
+
+}  // namespace pantin::detail::articulated
