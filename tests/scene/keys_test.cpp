@@ -36,8 +36,10 @@ std::string scene_with(std::string_view what, const std::string& extra,
         members += "\"" + std::string(size.key) + (size.count == 3 ? "\": [1, 1, 1], " : "\": 1, ");
       return body(members + extra + "}");
     }
+  // What tells the kind stands alone.
+  const bool tells_kind = extra.starts_with("\"kind\"") || extra.starts_with("\"type\"");
+  const std::string of_kind = tells_kind ? "" : "\"kind\": \"" + std::string(kind) + "\", ";
   const auto joint = [&](const std::string& members) {
-    const std::string of_kind = "\"kind\": \"" + std::string(kind) + "\", ";
     return part("joints", R"([{"a": "a", "b": "b", )" + of_kind + members + "}]");
   };
   if (what == "joint") return joint(extra);
@@ -55,7 +57,8 @@ std::string scene_with(std::string_view what, const std::string& extra,
       return part("paths", R"([{"body": "a", ")" + std::string(what) + "\": {" + extra + "}}]");
   if (what == "stairs") return part("generators", R"({"stairs": [{)" + extra + "}]}");
   if (what == "chain" || what == "grid")
-    return part("generators", "{\"" + std::string(what) + "s\": [{" + extra + "}]}");
+    return part("generators", "{\"" + std::string(what) + "s\": [{" +
+                                  (what == "chain" ? of_kind : "") + extra + "}]}");
   for (std::string_view one :
        {"solver", "generators", "camera", "light", "ground", "output", "collision"})
     if (what == one) return part(std::string(what), "{" + extra + "}");
