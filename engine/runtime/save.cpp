@@ -4,6 +4,7 @@
 #include <fstream>
 #include <iterator>
 #include <system_error>
+#include <utility>
 
 #include "engine/base/archive.hpp"
 #include "engine/base/atomic_file.hpp"
@@ -189,7 +190,8 @@ Result<World> world_from_bytes(std::string_view bytes, World like, std::string_v
   if (const char* why = world.memory.read(from)) return error(stage, why);
   if (!from.ok() || from.left() > 0) return error(stage, "memory " + from.fault());
   if (std::string why = check_contacts(world); !why.empty()) return error(stage, why);
-  return world;
+  // The islands' settings were read after their scratch memory was allocated; a copy has none.
+  return World(std::as_const(world));
 }
 
 Result<Saved> save_world(const World& world, const std::string& path) {

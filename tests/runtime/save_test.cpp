@@ -87,6 +87,24 @@ TEST_CASE("a World that was saved and loaded goes on with the same bits") {
     }
 }
 
+TEST_CASE("settings that wait for mark_dirty are saved as the islands have them") {
+  World start;
+  start.default_settings.solver = Solver::lagrangian;
+  start.default_settings.integrator = Integrator::rk4;
+  start.default_settings.step_tolerance = 1e-8;
+  const Entity beam = start.add_body({.motion = Motion::fixed});
+  Body rod;
+  rod.pose.position = {0.5, 0, 0};
+  start.add_link(beam, start.add_body(rod), {.anchor_b = {-0.5, 0, 0}});
+  World running = after(start, 5);
+  running.default_settings.step_tolerance = 0;  // the islands keep theirs until they are recompiled
+  const auto bytes = world_to_bytes(running);
+  REQUIRE(bytes);
+  const auto loaded = world_from_bytes(*bytes);
+  REQUIRE(loaded);
+  CHECK(hashes(*loaded, 5) == hashes(running, 5));
+}
+
 TEST_CASE("a World changed in its structure since the last step is saved as it will go on") {
   Puppet p = swaying_puppet();
   p.world = after(p.world, 20);
