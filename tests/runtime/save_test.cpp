@@ -92,10 +92,13 @@ TEST_CASE("settings that wait for mark_dirty are saved as the islands have them"
   start.default_settings.solver = Solver::lagrangian;
   start.default_settings.integrator = Integrator::rk4;
   start.default_settings.step_tolerance = 1e-8;
-  const Entity beam = start.add_body({.motion = Motion::fixed});
-  Body rod;
+  Body beam, rod;
+  beam.motion = Motion::fixed;
   rod.pose.position = {0.5, 0, 0};
-  start.add_link(beam, start.add_body(rod), {.anchor_b = {-0.5, 0, 0}});
+  Joint ball;
+  ball.anchor_b = {-0.5, 0, 0};
+  const Entity at = start.add_body(beam);
+  start.add_link(at, start.add_body(rod), ball);
   World running = after(start, 5);
   running.default_settings.step_tolerance = 0;  // the islands keep theirs until they are recompiled
   const auto bytes = world_to_bytes(running);
