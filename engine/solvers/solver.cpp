@@ -45,7 +45,8 @@ void renumber_contacts(World& world) {
   contact::Memory& memory = world.memory.of<contact::Memory>();
   const auto now = [&](std::uint32_t slot) {
     const std::uint32_t s = world.bodies.slot_now(slot);
-    return s != kNoSlot && is_solid(world, world.bodies.owners()[s]) ? s : kNoSlot;
+    const bool stays = s < world.bodies.size() && is_solid(world, world.bodies.owners()[s]);
+    return stays ? s : kNoSlot;
   };
   std::erase_if(memory.contacts, [&](Contact& c) {
     const std::uint32_t a = now(c.slot_a), b = now(c.slot_b);
