@@ -16,7 +16,7 @@ Scene dragged_chain(int links, Entity& tip) {
   scene.duration = 8;
   World& world = scene.world;
   Body hand;
-  hand.motion = Motion::driven;
+  hand.motion = Motion::kinematic;
   hand.pose.position = Vec3(0, 2.4, 0);
   Entity before = world.add_body(hand, "hand");
   Lissajous eight;

@@ -8,7 +8,7 @@ int main() {
   World world;
   const Ragdoll puppet = build_ragdoll(world, {.height = 0.6, .mass = 2}).value();
   const Vec3 hand{0, 1, 0};
-  const Entity bar = world.add(RigidBody{.motion = Motion::driven, .position = hand}).value();
+  const Entity bar = world.add(RigidBody{.motion = Motion::kinematic, .position = hand}).value();
   Lissajous sway;
   sway.centre.position = hand, sway.rise = 1;
   sway.amplitude = {0.1, 0.03, 0.05}, sway.frequency = {0.4, 0.8, 0.3};

@@ -122,13 +122,13 @@ Result<Entity> add_to(World& world, const PinConstraint& described) {
     findings.add("to", "the pinned body itself", "another one");
   if (findings.ok() && world.bodies[described.body].motion != Motion::dynamic)
     findings.add("body", "a body that is fixed or driven", "a dynamic one");
-  if (described.stiffness > 0) findings.known({{Feature::spring_grip}}, {described.body});
+  if (described.stiffness > 0) findings.known({{Feature::spring_pin}}, {described.body});
   if (!findings.ok()) return findings.take();
   Pin pin;
   pin.body = described.body, pin.to = described.to, pin.priority = described.priority;
   pin.anchor = to_local(world.bodies[described.body].pose, described.point);
   pin.target = described.to ? to_local(world.bodies[described.to].pose, target) : target;
-  if (described.stiffness > 0) pin.grip = Grip::spring, pin.stiffness = described.stiffness;
+  if (described.stiffness > 0) pin.kind = PinKind::spring, pin.stiffness = described.stiffness;
   return world.add_pin(pin, described.name);
 }
 

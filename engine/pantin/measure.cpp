@@ -205,7 +205,7 @@ std::optional<Vec3> pin_force(const World& world, Entity pin) {
   }
   if (m && m->fresh) return std::nullopt;
   if (const auto force = interface_force(world, m, p, slot)) return force;
-  if (m && p.grip == Grip::spring) return spring_force(world, p);
+  if (m && p.kind == PinKind::spring) return spring_force(world, p);
   return articulated_pin_force(world, slot);
 }
 

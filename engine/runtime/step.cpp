@@ -17,7 +17,7 @@ void move_kinematic_bodies(World& world, Real h, StepReport& report) {
   const Real until = world.time + h;
   for (std::size_t i = 0; i < world.paths.size(); ++i) {
     Body* b = world.bodies.find(world.paths.owners()[i]);
-    if (!b || b->motion != Motion::driven) continue;
+    if (!b || b->motion != Motion::kinematic) continue;
     const Pose to = pose_at(world.paths.values()[i], until);
     const Vec3 velocity = (to.position - b->pose.position) / h;
     const Vec3 angular_velocity = angular_velocity_between(b->pose.rotation, to.rotation, h);

@@ -67,7 +67,8 @@ void GroupBuilder::add_drive(Element<PathRecipe> e) {
   const auto error = [&](const char* expected) {
     messages_.error(e.id, "body", "found " + quoted_name(e.recipe.body) + ", expected " + expected);
   };
-  if (driven.body.motion != Motion::driven) return error("a body whose \"motion\" is \"driven\"");
+  if (driven.body.motion != Motion::kinematic)
+    return error("a body whose \"motion\" is \"driven\"");
   if (driven.is_driven_by_path) return error("a body without another path");
   driven.is_driven_by_path = true;
   const BuiltPath placed{e.id, *place, started(e.recipe.path, driven.body.pose)};

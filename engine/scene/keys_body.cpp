@@ -9,7 +9,7 @@ namespace {
 using namespace rows;
 
 constexpr std::string_view kMotions[] = {"dynamic", "fixed", "driven"};
-constexpr std::string_view kGrips[] = {"exact", "spring"};
+constexpr std::string_view kPinKinds[] = {"exact", "spring"};
 constexpr std::string_view kBodyOrWorld = "the name of a body, or \"world\"";
 
 // What a body and the links of a chain both have.
@@ -170,8 +170,9 @@ constexpr Key kPin[] = {
            "Where the point is held in the own frame of that body, instead of target."),
     whole("priority", -1'000'000, 1'000'000, "Of several exact pins the highest is met exactly.")
         .or_else(0),
-    word("grip", kGrips,
+    word("kind", kPinKinds,
          "exact: goes to the target whatever it weighs. spring: drawn by a damped spring.")
+        .once("grip")
         .or_else(0),
     number("stiffness", "N/m", kPositive, "Of a spring.").or_else(200),
 };

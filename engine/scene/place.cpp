@@ -115,7 +115,7 @@ Joint joint_of(const BuiltScene& built, const JointRecipe& recipe, std::uint32_t
   return joint;
 }
 
-Joint chain_end_joint(const BuiltScene& built, const TurnRecipe& turn, const ChainEnd& end) {
+Joint chain_end_joint(const BuiltScene& built, const RotationRecipe& turn, const ChainEnd& end) {
   Joint joint = chain_joint(built, turn, end.link);
   joint.anchor_a = from_scene(built, end.body, end.point), joint.anchor_b = end.anchor;
   if (turn.needs_axes())
@@ -124,7 +124,7 @@ Joint chain_end_joint(const BuiltScene& built, const TurnRecipe& turn, const Cha
   return joint;
 }
 
-Joint chain_joint(const BuiltScene& built, const TurnRecipe& turn, std::uint32_t link) {
+Joint chain_joint(const BuiltScene& built, const RotationRecipe& turn, std::uint32_t link) {
   Joint joint;
   joint.kind = turn.kind, joint.limits = turn.limits, joint.parameters = turn.parameters;
   if (turn.needs_axes()) {

@@ -24,10 +24,10 @@ struct ChainEnd {
   Vec3 point;                // in the scene
   Vec3 anchor;               // in the link's mass-centre frame
 };
-Joint chain_end_joint(const BuiltScene& built, const TurnRecipe& turn, const ChainEnd& end);
+Joint chain_end_joint(const BuiltScene& built, const RotationRecipe& turn, const ChainEnd& end);
 
 /// The joint between two links of a chain, the same all along it.
-Joint chain_joint(const BuiltScene& built, const TurnRecipe& turn, std::uint32_t link);
+Joint chain_joint(const BuiltScene& built, const RotationRecipe& turn, std::uint32_t link);
 
 /// A joint drive with its keys shifted by a time (s).
 JointDrive shifted(const JointDrive& drive, Real ahead);

@@ -77,10 +77,10 @@ NodeId either(const Reader& from, std::string_view key);
 
 /// Measures of the kind and what acts along its freedoms: "pitch", "spring", "friction", "motor",
 /// "angle", "travel" and so on. Reports keys that a joint of this kind cannot have.
-void read_parameters(const Reading& reading, const Reader& from, TurnRecipe& turn);
+void read_parameters(const Reading& reading, const Reader& from, RotationRecipe& turn);
 
 /// "kind", "limits", "drive" and extras of a joint, or of the joints of a chain.
-TurnRecipe read_turn(const Reading& reading, const Reader& from);
+RotationRecipe read_turn(const Reading& reading, const Reader& from);
 
 /// An angle or angles under `key` (rad) or `key`_deg, not both; false if neither is given or it
 /// does not fit.

@@ -101,7 +101,7 @@ void read_freedoms(const Reading& reading, const Reader& from, JointParameters& 
     parameters.translation = read_freedom(reading, reading.open(node, "dof"), true);
 }
 
-void read_parameter(const Reader& from, const Parameter& p, TurnRecipe& turn) {
+void read_parameter(const Reader& from, const Parameter& p, RotationRecipe& turn) {
   const Range range = keys::range_of(p);
   if (!p.needed.empty()) from.need(p.key);
   if (!p.as_placed)
@@ -112,7 +112,7 @@ void read_parameter(const Reader& from, const Parameter& p, TurnRecipe& turn) {
 
 }  // namespace
 
-void read_parameters(const Reading& reading, const Reader& from, TurnRecipe& turn) {
+void read_parameters(const Reading& reading, const Reader& from, RotationRecipe& turn) {
   if (!from.is_object()) return;
   const Info& kind = info_of(turn.kind);
   check_keys(from, turn.kind);

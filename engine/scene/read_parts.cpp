@@ -128,7 +128,7 @@ std::optional<PinRecipe> read_pin(const Reading& reading, NodeId node) {
   pin.anchor_to = from.vec_if("anchor_to");
   pin.to = from.reference("to");
   pin.pin.priority = from.whole("priority");
-  pin.pin.grip = static_cast<Grip>(from.word("grip"));
+  pin.pin.kind = static_cast<PinKind>(from.word("kind"));
   pin.pin.stiffness = from.number("stiffness");
   if (!body) return std::nullopt;
   pin.body = *body;

@@ -103,7 +103,7 @@ AngleLimit read_travel(const Reader& from, std::string_view key) {
 /// Whether one angle about x determines Q.
 bool turns_about_x(JointKind kind) { return turns_of(kind) == Turns::about_x; }
 
-JointLimits read_limits(const Reading& reading, const Reader& outer, TurnRecipe& turn) {
+JointLimits read_limits(const Reading& reading, const Reader& outer, RotationRecipe& turn) {
   JointLimits limits;
   const NodeId node = outer.find("limits");
   if (node == kNoNode) return limits;
@@ -276,8 +276,8 @@ std::optional<Quat> read_joint_turn(const Reader& from, std::string_view key, Jo
   return std::nullopt;
 }
 
-TurnRecipe read_turn(const Reading& reading, const Reader& from) {
-  TurnRecipe turn;
+RotationRecipe read_turn(const Reading& reading, const Reader& from) {
+  RotationRecipe turn;
   turn.kind = read_kind(from);
   turn.limits = read_limits(reading, from, turn);
   read_parameters(reading, from, turn);

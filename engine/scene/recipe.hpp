@@ -48,7 +48,7 @@ struct AxesRecipe {
 std::string a_joint(JointKind kind);
 
 /// Kind, limits and forces of a joint, without its position.
-struct TurnRecipe {
+struct RotationRecipe {
   JointKind kind = JointKind::ball;
   JointLimits limits;
   std::optional<JointDrive> drive;
@@ -68,7 +68,7 @@ struct JointRecipe {
   AxesRecipe axes;                       // in the scene at the start, unless given in a body:
   std::optional<AxesRecipe> axes_a, axes_b;
   Quat rest{1, 0, 0, 0};  // initial Q; ignored if both axes are given
-  TurnRecipe turn;
+  RotationRecipe turn;
 };
 
 struct GearRecipe {
@@ -96,7 +96,7 @@ struct PinRecipe {
   std::optional<Vec3> target;
   std::optional<std::string> to;
   std::optional<Vec3> anchor_to;  // in the own frame of `to`
-  Pin pin;                        // priority, grip, stiffness
+  Pin pin;                        // priority, kind, stiffness
 };
 
 struct PathRecipe {
@@ -131,7 +131,7 @@ struct ChainRecipe {
   std::vector<Vec3> path;    // joint after joint, m; empty: laid out by what stands above
   bool closed = false;       // the last link is jointed to the first
   std::optional<Vec3> axis;  // where the links' own z axes point as nearly as they can
-  TurnRecipe turn;
+  RotationRecipe turn;
 };
 
 /// Content of a prefab or of the scene itself. Names are unique in it.

@@ -199,7 +199,7 @@ class Reach {
       }
     }
     for (const BuiltPin& p : built.pins)
-      if (p.pin.grip == Grip::exact && !built.is_dynamic(p.to))
+      if (p.pin.kind == PinKind::exact && !built.is_dynamic(p.to))
         hold({p.body, p.pin.anchor, to_world(built.pose_of(p.to), p.pin.target), p.pin.priority,
               p.at, "pin " + quoted(p.name)});
   }

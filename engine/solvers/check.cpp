@@ -34,7 +34,8 @@ bool is_sound(const CableParameters& s) {
 }
 
 bool is_sound(const Pin& p) {
-  const bool draws = p.grip == Grip::exact || (std::isfinite(1 / p.stiffness) && p.stiffness > 0);
+  const bool draws =
+      p.kind == PinKind::exact || (std::isfinite(1 / p.stiffness) && p.stiffness > 0);
   return is_finite(p.anchor) && draws;
 }
 
@@ -60,7 +61,7 @@ void list_unknown(const Plans& owners) {
   const auto note = [&](Entity who, const SolverSettings* how, Feature what, const char* verb) {
     if (!how || knows(how->solver, what)) return false;
     const bool minor =
-        what == Feature::contact || what == Feature::soft_stop || what == Feature::spring_grip;
+        what == Feature::contact || what == Feature::soft_stop || what == Feature::spring_pin;
     owners.faults.push_back(
         {who, unknown_to(how->solver, what, verb), StructureFault::unknown, minor});
     return true;
@@ -81,8 +82,8 @@ void list_unknown(const Plans& owners) {
       if (note(world.cables.owners()[i], owners.settings(end), Feature::cable, "is")) break;
   }
   for (std::size_t i = 0; i < world.pins.size(); ++i)
-    if (const Pin& p = world.pins.values()[i]; p.grip == Grip::spring)
-      note(world.pins.owners()[i], owners.settings(p.body), Feature::spring_grip, "has");
+    if (const Pin& p = world.pins.values()[i]; p.kind == PinKind::spring)
+      note(world.pins.owners()[i], owners.settings(p.body), Feature::spring_pin, "has");
   for (std::size_t i = 0; i < world.gears.size(); ++i) {
     const Gear& r = world.gears.values()[i];
     const Entity owner = world.gears.owners()[i];

@@ -8,11 +8,11 @@
 namespace pantin {
 
 enum class Motion : std::uint8_t {
-  dynamic,  // moved by forces and joints
-  fixed,    // never moves
-  driven,   // kinematic: moved along a KinematicPath or by the caller; joints follow it
+  dynamic,    // moved by forces and joints
+  fixed,      // never moves
+  kinematic,  // moved along a KinematicPath or by the caller; joints follow it
 };
-constexpr Motion last_of(Motion) { return Motion::driven; }
+constexpr Motion last_of(Motion) { return Motion::kinematic; }
 
 /// A rigid body in its mass-centre frame.
 ///

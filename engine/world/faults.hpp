@@ -47,7 +47,7 @@ enum class Feature : std::uint8_t {
   pose_drive,   // a joint drive
   cable,
   contact,
-  spring_grip  // of a pin
+  spring_pin  // of a pin
 };
 inline constexpr int kFeatures = 11;
 

@@ -65,11 +65,11 @@ struct Gear {
 
 }  // namespace detail
 
-enum class Grip : std::uint8_t {
+enum class PinKind : std::uint8_t {
   exact,   // a hard constraint: the point reaches its target
   spring,  // a damped spring of `stiffness`
 };
-constexpr Grip last_of(Grip) { return Grip::spring; }
+constexpr PinKind last_of(PinKind) { return PinKind::spring; }
 
 /// A pin constraint: a point of a body held at a point of the world or of another body.
 struct Pin {
@@ -78,7 +78,7 @@ struct Pin {
   Vec3 target{0};    // world, m; where `to` names a body: in its mass-centre frame
   Entity to{};       // the other body, or none
   int priority = 0;  // of several exact pins the one of highest priority is met exactly
-  Grip grip = Grip::exact;
+  PinKind kind = PinKind::exact;
   Real stiffness = 200;  // N/m, of a spring
   // Results of the last step:
   Real residual = 0;    // m, distance of the point from its target
@@ -92,7 +92,7 @@ struct Pin {
     field("target", self.target);
     field("to", self.to);
     field("priority", self.priority);
-    field("grip", self.grip);
+    field("kind", self.kind);
     field("stiffness", self.stiffness);
     field("residual", passive(self.residual));
     field("missed", passive(self.missed));

@@ -86,7 +86,7 @@ TEST_CASE("fixed and driven bodies do not touch each other; groups have to agree
   Collision ground, ghost;
   ground.groups = 2;
   s.body(kPlane, {}, Motion::fixed, ground);
-  s.body(ball(1), {0, 0.5, 0}, Motion::driven);
+  s.body(ball(1), {0, 0.5, 0}, Motion::kinematic);
   CHECK(s.search() == 0);
   const Entity e = s.body(ball(1), {5, 0.5, 0});
   CHECK(s.search() == 1);
@@ -165,7 +165,7 @@ TEST_CASE("the search finds what a look at all pairs of shapes finds, in order, 
                             : box({s.between(0.1, 0.4), s.between(0.1, 0.4), s.between(0.1, 0.4)});
     const Entity e = s.body(shape, {s.between(-4, 4), s.between(-2, 1), s.between(-4, 4)},
                             i % 5 == 0   ? Motion::fixed
-                            : i % 7 == 0 ? Motion::driven
+                            : i % 7 == 0 ? Motion::kinematic
                                          : Motion::dynamic,
                             i % 2 ? social() : Collision{});
     s.world.shapes[e].list.push_back(

@@ -88,7 +88,7 @@ TEST_CASE("drives, cables, springs of pins and soft stops under a solver that la
   CHECK(named(pair.refused(BallJoint{.a = a, .b = b, .drive = JointDrive{}}),
               "a pose drive, expected \"auto\" or \"lagrangian\""));
   CHECK(named(pair.refused(CableJoint{.a = a, .b = b, .anchor_b = {1, 0, 0}}), "a cable"));
-  CHECK(named(pair.refused(PinConstraint{.body = b, .stiffness = 10}), "a spring grip"));
+  CHECK(named(pair.refused(PinConstraint{.body = b, .stiffness = 10}), "a spring pin"));
   CHECK(named(pair.refused(HingeJoint{.a = a,
                                       .b = b,
                                       .axis = {0, 0, 1},

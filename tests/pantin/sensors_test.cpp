@@ -92,7 +92,7 @@ TEST_CASE("a sensor tells the bodies of two islands, each pair once, and no sens
   const Entity out = add_ball(world, {0, 3, 0}), in = add_ball(world, {0, 0.5, 0});
   world.add(BallJoint{.a = out, .b = in, .anchor = {0, 2, 0}}).value();
   const Entity single = add_ball(world, {0.5, 0, 0});
-  add_box(world, Motion::driven, {0, 0, 0}, {1, 1, 1});
+  add_box(world, Motion::kinematic, {0, 0, 0}, {1, 1, 1});
   add_box(world, Motion::fixed, {-1, -1, -1}, {0.2, 0.2, 0.2}, {});  // both fixed: not told
   Simulation simulation(world);
   ContactEvents events(simulation.world);
@@ -107,7 +107,7 @@ TEST_CASE("a sensor tells the bodies of two islands, each pair once, and no sens
 TEST_CASE("a sensor on a body that is driven past balls, and one that a joint carries") {
   World world;
   world.gravity = Vec3(0);
-  const Entity cart = add_box(world, Motion::driven, {-1, 0, 0}, {0.2, 0.2, 0.2});
+  const Entity cart = add_box(world, Motion::kinematic, {-1, 0, 0}, {0.2, 0.2, 0.2});
   world.paths.add(cart, KinematicPath{Keyframes{{{.time = 0, .pose = {{-1, 0, 0}, kIdentity}},
                                                  {.time = 1, .pose = {{1, 0, 0}, kIdentity}}}}});
   const Entity hand =

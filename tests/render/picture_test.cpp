@@ -54,7 +54,7 @@ TEST_CASE("bodies are seen in their colours where they project to, nearer ones b
   Stage s;
   s.ball({-0.6, 1.2, 0}, 0.2, kShirt);
   s.ball({0.6, 1.2, 0}, 0.2, kTrousers, Motion::fixed);
-  s.ball({0.6, 1.2, -1}, 0.5, kShirt, Motion::driven);
+  s.ball({0.6, 1.2, -1}, 0.5, kShirt, Motion::kinematic);
   const Image image = s.draw();
   if (image.rgba.empty()) return;
   CHECK(is_red(s.at(image, {-0.6, 1.2, 0.2})));

@@ -112,7 +112,7 @@ inline void add_puppet(World& world, Vec3 at) {
                 {{ShapeKind::box, {0.42, 0.018, 0.028}, {}, kWood},
                  {ShapeKind::box, {0.028, 0.018, 0.25}, {{0, 0.036, 0.05}, kIdentity}, kWood},
                  {ShapeKind::sphere, {0.024, 0, 0}, {{0, 0.06, 0}, kIdentity}, kBrass}},
-                Motion::driven);
+                Motion::kinematic);
   world.paths.add(
       bar, KinematicPath{Lissajous{bar_at, {0.15, 0.02, 0.1}, {0.4, 0.8, 0.3}, {}, {}, {}, {}}});
 

@@ -125,7 +125,7 @@ TEST_CASE("a path of numbers that are not finite is told with its body, which st
 TEST_CASE("a driven body that nothing hangs on is told as well") {
   World w;
   Body b;
-  b.motion = Motion::driven;
+  b.motion = Motion::kinematic;
   const Entity e = w.add_body(b), free = w.add_body(rod({1, 0, 0}));
   Lissajous sway;
   sway.amplitude = {kNan, 0, 0}, sway.frequency = {1, 0, 0};

@@ -19,7 +19,7 @@ constexpr Solver kUnaccounted[] = {Solver::sweep, Solver::shake2, Solver::paper}
 World marionette() {
   World w;
   Body bar;
-  bar.motion = Motion::driven, bar.pose.position = {0, 1.2, 0};
+  bar.motion = Motion::kinematic, bar.pose.position = {0, 1.2, 0};
   const Entity b = w.add_body(bar);
   Lissajous rock;
   rock.centre = bar.pose, rock.amplitude = {0.05, 0.08, 0}, rock.frequency = {0.5, 0.9, 0};
@@ -105,7 +105,7 @@ TEST_CASE("what swings, spins or is led by hands is not taken for a growth") {
   expect_calm(hung_chain(12).world, "hung chain", 70);
 
   Chain driven = hung_chain(8);
-  driven.world.bodies[driven.hook].motion = Motion::driven;
+  driven.world.bodies[driven.hook].motion = Motion::kinematic;
   Lissajous sway;
   sway.amplitude = {0.4, 0.3, 0.2}, sway.frequency = {1.5, 1.1, 0.7};
   driven.world.paths.add(driven.hook, {sway});
@@ -130,10 +130,10 @@ TEST_CASE("what swings, spins or is led by hands is not taken for a growth") {
   for (Entity e : falling.rods) falling.world.bodies[e].drag = 0;
   expect_calm(falling.world, "a chain that falls", 10);
 
-  for (Grip grip : {Grip::exact, Grip::spring}) {
+  for (PinKind grip : {PinKind::exact, PinKind::spring}) {
     Chain pulled = hung_chain(8);
     Pin p;
-    p.body = pulled.rods.back(), p.grip = grip, p.target = {0.3, 0.9, 0.4};
+    p.body = pulled.rods.back(), p.kind = grip, p.target = {0.3, 0.9, 0.4};
     pulled.world.add_pin(p);
     expect_calm(pulled.world, "a chain pulled by its end", 100);
   }

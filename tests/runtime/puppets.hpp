@@ -53,7 +53,7 @@ inline Puppet swaying_puppet() {
   Puppet p;
   World& w = p.world;
   Body bar;
-  bar.motion = Motion::driven;
+  bar.motion = Motion::kinematic;
   bar.pose.position = {0, 1, 0};
   p.bar = w.add_body(bar, "bar");
   Lissajous sway;
@@ -79,7 +79,7 @@ inline Puppet swaying_puppet() {
   pull.body = p.right;
   pull.anchor = {kHalfLink, 0, 0};
   pull.target = {0.5, 0.2, 0};
-  pull.grip = Grip::spring;
+  pull.kind = PinKind::spring;
   w.add_pin(pull);
 
   Body loose = rod({2, 1, 0});

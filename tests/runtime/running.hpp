@@ -61,7 +61,7 @@ inline World geared_wheels(Integrator integrator) {
   w.default_settings.integrator = integrator;
   if (integrator == Integrator::rk4) w.default_settings.step_tolerance = 1e-5;
   Body frame;
-  frame.motion = Motion::driven;
+  frame.motion = Motion::kinematic;
   const Entity base = w.add_body(frame);
   Lissajous sway;
   sway.amplitude = {0.1, 0, 0}, sway.frequency = {1, 0, 0};

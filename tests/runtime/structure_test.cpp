@@ -145,7 +145,7 @@ std::vector<Change> changes() {
       {"another pin",
        [](Zoo& z, World& w, int n) {
          Pin hold;
-         hold.body = z.rope[2], hold.to = z.exact[0], hold.grip = Grip::spring;
+         hold.body = z.rope[2], hold.to = z.exact[0], hold.kind = PinKind::spring;
          if (n < 3) w.add_pin(hold);
        }},
       {"everything goes",

@@ -190,8 +190,8 @@ TEST_CASE("A pin may hold on to another body") {
 {"name": "b", "shape": {"type": "sphere", "radius": 0.1, "position": [0, 0.5, 0]},
  "position": [1, 0, 0], "rotation_deg": [0, 0, 90]}],
 "pins": [{"name": "start", "body": "a", "to": "b"},
-{"name": "place", "body": "a", "to": "b", "target": [1, 2, 0], "grip": "spring"},
-{"name": "own", "body": "a", "to": "b", "anchor_to": [0, 1, 0], "grip": "spring"}]})");
+{"name": "place", "body": "a", "to": "b", "target": [1, 2, 0], "kind": "spring"},
+{"name": "own", "body": "a", "to": "b", "anchor_to": [0, 1, 0], "kind": "spring"}]})");
   const World& w = s.world;
   const Entity b = w.find("b");
   const auto target = [&](const char* name) {

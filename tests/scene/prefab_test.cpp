@@ -23,7 +23,7 @@ const std::string kArmPrefab = R"({"version": 1, "prefabs": [{"name": "arm", "bo
 "joints": [{"a": "world", "b": "upper", "anchor": [0, 1.2, 0]},
 {"name": "elbow", "a": "upper", "b": "lower", "anchor": [0.25, 1, 0]}],
 "cables": [{"name": "line", "a": "handle", "b": "lower"}],
-"pins": [{"name": "nail", "body": "lower", "grip": "spring"}],
+"pins": [{"name": "nail", "body": "lower", "kind": "spring"}],
 "paths": [{"body": "handle", "lissajous": {"amplitude": [1, 0, 0], "frequency": 0.25, "rise": 1}}]}]
 )";
 

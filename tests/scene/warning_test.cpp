@@ -53,7 +53,7 @@ TEST_CASE("Pins out of reach are told with distance and reach") {
                                "\"c/top\", but the way between "
                                "measures only 1 m; it stays out of reach"});
   // A spring need not arrive.
-  CHECK(good(with_chain(R"("pins": [{"body": "c/9", "target": [3, 2, 0], "grip": "spring"}])"))
+  CHECK(good(with_chain(R"("pins": [{"body": "c/9", "target": [3, 2, 0], "kind": "spring"}])"))
             .warnings.empty());
 }
 

@@ -144,7 +144,7 @@ TEST_CASE("a fast thin paddle strikes what it would have swept through") {
   World w;
   w.gravity = Vec3(0);
   Body b;
-  b.motion = Motion::driven, b.pose.position = {-2, 0, 0};
+  b.motion = Motion::kinematic, b.pose.position = {-2, 0, 0};
   const Entity paddle = w.add_body(b);
   Shapes shapes;
   shapes.list.push_back(box_shape({0.001, 1, 1}));
@@ -215,7 +215,7 @@ TEST_CASE("a chain dragged over the ground: more passes, less overlap") {
     w.default_settings.active_set_iterations = passes;
     add_ground(w);
     Body hand;
-    hand.motion = Motion::driven, hand.pose.position = {0, 0.05, 0};
+    hand.motion = Motion::kinematic, hand.pose.position = {0, 0.05, 0};
     Entity before = w.add_body(hand);
     const Entity handle = before;
     for (int i = 0; i < 10; ++i) {

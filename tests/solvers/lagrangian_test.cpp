@@ -155,7 +155,7 @@ World random_world(const Random& spec, unsigned seed, std::vector<Entity>* made 
     std::shuffle(links.begin(), links.end(), chance.engine());
   }
   Body base;
-  base.motion = spec.driven ? Motion::driven : Motion::fixed;
+  base.motion = spec.driven ? Motion::kinematic : Motion::fixed;
   w.time = 0.4;
   const KinematicPath sway{kSway};
   if (spec.driven) base.pose = pose_at(sway, w.time);

@@ -176,7 +176,7 @@ TEST_CASE("a crank that is driven moves its slider as closed form has it") {
     World w = exact_world(integrator);
     const Entity ground = add_ground(w);
     Body c;
-    c.motion = Motion::driven;
+    c.motion = Motion::kinematic;
     const Entity crank = w.add_body(c);
     Lissajous sway;
     sway.turn_amplitude = {0, 0, 2}, sway.turn_frequency = {0, 0, 0.5};

@@ -207,14 +207,14 @@ TEST_CASE("grabbing and letting go moves nothing by itself") {
   CHECK(measure(sim.world).kinetic <= 1e-12);
 }
 
-TEST_CASE("a spring grip carries a weight at the offset m g / k") {
+TEST_CASE("a spring pin carries a weight at the offset m g / k") {
   for (Real stiffness : {50.0, 200.0, 3000.0}) {
     World w;
     Body b;
     b.mass = 2, b.inertia = Vec3(0.02), b.drag = 0.3;
     const Entity e = w.add_body(b);
     Pin p;
-    p.body = e, p.grip = Grip::spring, p.stiffness = stiffness;
+    p.body = e, p.kind = PinKind::spring, p.stiffness = stiffness;
     w.add_pin(p);
     Simulation sim(std::move(w), {1.0 / 60});
     for (int i = 0; i < 60 * 60; ++i) sim.step();

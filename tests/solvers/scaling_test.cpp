@@ -73,7 +73,7 @@ World moving_tree(Solver solver, bool held, std::uint64_t seed) {
 }
 
 /// Two bodies on cables from a wall, tied to one another, one of them held or drawn by a spring.
-World hung_pair(Grip grip) {
+World hung_pair(PinKind grip) {
   World w;
   Body wall;
   wall.motion = Motion::fixed;
@@ -87,7 +87,7 @@ World hung_pair(Grip grip) {
   w.add_cable(top, right, {{1.5, 0, 0}, {0, 0.25, 0}, 1, 0.001});
   w.add_link(left, right, {{0.5, 0, 0}, {-0.5, 0, -0.25}});
   Pin pin;
-  pin.body = right, pin.target = {1.75, -0.75, 0.5}, pin.grip = grip, pin.stiffness = 30;
+  pin.body = right, pin.target = {1.75, -0.75, 0.5}, pin.kind = grip, pin.stiffness = 30;
   w.add_pin(pin);
   return w;
 }
@@ -111,9 +111,9 @@ TEST_CASE("units that are powers of two of the others give the same bits") {
 TEST_CASE("strings and pins keep their bits in other units too") {
   for (const Units& u : kPowersOfTwo) {
     INFO("length x" << u.length << ", mass x" << u.mass << ", time x" << u.time);
-    CHECK(worst_difference(hung_pair(Grip::exact), u, 240) == 0);
-    // The damping of a spring grip is a time in seconds.
-    if (u.time == 1) CHECK(worst_difference(hung_pair(Grip::spring), u, 240) == 0);
+    CHECK(worst_difference(hung_pair(PinKind::exact), u, 240) == 0);
+    // The damping of a spring pin is a time in seconds.
+    if (u.time == 1) CHECK(worst_difference(hung_pair(PinKind::spring), u, 240) == 0);
   }
 }
 

@@ -80,10 +80,10 @@ std::vector<Case> cases() {
        [](Chain& c) {
          return c.world.add_cable(c.hook, c.rods[2], {Vec3(0), Vec3(0), 2, 0});
        }},
-      {Feature::spring_grip,
+      {Feature::spring_pin,
        [](Chain& c) {
          Pin p;
-         p.body = c.rods[2], p.grip = Grip::spring;
+         p.body = c.rods[2], p.kind = PinKind::spring;
          return c.world.add_pin(p);
        }},
       {Feature::contact,

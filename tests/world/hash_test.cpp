@@ -57,7 +57,7 @@ std::vector<Change> joint_changes() {
       {"pin target", [](Puppet& p) { nudge(p.world.pins[p.pin].target.y); }},
       {"pin priority", [](Puppet& p) { ++p.world.pins[p.pin].priority; }},
       {"pin stiffness", [](Puppet& p) { nudge(p.world.pins[p.pin].stiffness); }},
-      {"pin grip", [](Puppet& p) { p.world.pins[p.pin].grip = Grip::spring; }},
+      {"pin grip", [](Puppet& p) { p.world.pins[p.pin].kind = PinKind::spring; }},
   };
 }
 

@@ -51,7 +51,8 @@ Vec3 Hand::grip_point(const World& world) const {
   return to_world(world.bodies[body_].pose, anchor_);
 }
 
-void Hand::take(World& world, const Picked& picked, Grip grip, const Eye& eye, double x, double y) {
+void Hand::take(World& world, const Picked& picked, PinKind grip, const Eye& eye, double x,
+                double y) {
   let_go(world);
   body_ = picked.body;
   const Body& body = world.bodies[body_];
@@ -59,8 +60,8 @@ void Hand::take(World& world, const Picked& picked, Grip grip, const Eye& eye, d
   start_ = target_ = to_world(body.pose, anchor_);  // at most a step ahead of what was drawn
   goal_ = picked.point;
   look_again(eye, x, y);
-  now_ = {world.name_of(body_), grip == Grip::exact ? "exact" : "spring", world.time};
-  if (body.motion == Motion::driven) {
+  now_ = {world.name_of(body_), grip == PinKind::exact ? "exact" : "spring", world.time};
+  if (body.motion == Motion::kinematic) {
     now_.grip = "driven";
     take_driven(world);
     return;

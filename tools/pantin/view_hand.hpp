@@ -30,7 +30,7 @@ class Hand {
   const Drag& now() const { return now_; }
 
   /// Picks. The point follows the pixel in the plane that faces the eye.
-  void take(World& world, const Picked& picked, Grip grip, const Eye& eye, double x, double y);
+  void take(World& world, const Picked& picked, PinKind grip, const Eye& eye, double x, double y);
   /// The mouse moved.
   void move(const Eye& eye, double x, double y);
   /// The camera moved: the target stays where it is.

@@ -101,7 +101,7 @@ void Session::button_down(const SDL_MouseButtonEvent& e) {
   if (sim_.world.bodies[picked->body].motion == Motion::fixed)
     return tell(sim_.world.name_of(picked->body) + " is fixed and cannot be dragged");
   const bool soft = e.button == SDL_BUTTON_RIGHT || (SDL_GetModState() & KMOD_SHIFT) != 0;
-  hand_.take(sim_.world, *picked, soft ? Grip::spring : Grip::exact, eye_, e.x, e.y);
+  hand_.take(sim_.world, *picked, soft ? PinKind::spring : PinKind::exact, eye_, e.x, e.y);
   holding_button_ = e.button;
   stale_ = true;
 }

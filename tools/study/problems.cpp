@@ -259,7 +259,7 @@ void four_bar(const Json& file, const Json& one, std::vector<Problem>& problems)
     const std::vector<Real>& first = p.rows.front();
     const Entity ground = add_ground(w);
     Body turning;
-    turning.motion = Motion::driven;
+    turning.motion = Motion::kinematic;
     turning.pose.rotation = from_rotation_vector(Vec3(0, 0, first[0]));
     turning.angular_velocity = {0, 0, 1};
     const Entity handle = w.add_body(turning);

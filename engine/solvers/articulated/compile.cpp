@@ -108,7 +108,7 @@ void read_pins(Builder& b) {
       b.fault(world.pins.owners()[i], "names a body that does not exist");
       continue;
     }
-    const Real compliance = pin.grip == Grip::exact ? 0 : 1 / pin.stiffness;
+    const Real compliance = pin.kind == PinKind::exact ? 0 : 1 / pin.stiffness;
     if (!b.is_dynamic(slot)) {  // a kinematic body needs no pin, but may be an anchor
       const std::uint32_t to = pin.to ? world.bodies.slot(pin.to) : kNoSlot;
       if (b.is_foreign(slot) && to != kNoSlot && b.is_dynamic(to))

@@ -34,7 +34,7 @@ void report_holds(World& world, Island& a, Real h) {
     if (constraint.held_pin == UINT32_MAX) continue;
     Pin& pin = world.pins.values()[constraint.held_pin];
     pin.residual = constraint.residual, pin.reachable = constraint.reachable;
-    pin.missed = pin.grip == Grip::exact && pin.residual > a.settings.tolerance * a.size;
+    pin.missed = pin.kind == PinKind::exact && pin.residual > a.settings.tolerance * a.size;
   }
   for (const Tree& t : a.trees) {
     if (t.held_pin == UINT32_MAX) continue;

@@ -146,7 +146,7 @@ void pack_pins(Packer& p) {
     block.point = true;
     block.body[0] = number_of(p, at, slot);
     block.body[1] = to != kNoSlot ? number_of(p, at, to) : add_frame(m, kNobody, i);
-    if (pin.grip == Grip::exact)
+    if (pin.kind == PinKind::exact)
       add_block(m, block);
     else
       m.elastic_pins.push_back({i, {block.body[0], block.body[1]}});
