@@ -1,6 +1,7 @@
 #pragma once
 /// How many members an aggregate has, counted by the compiler: a list of fields is held against it.
 #include <cstddef>
+#include <cstdlib>
 #include <utility>
 
 #include "engine/base/fields.hpp"
@@ -11,7 +12,9 @@ using namespace detail;
 
 struct Anything {
   template <class T>
-  operator T() const;
+  operator T() const {
+    std::abort();  // never called: only asked about
+  }
 };
 
 template <class T, std::size_t... I>
