@@ -68,7 +68,7 @@ void Hand::take(World& world, const Picked& picked, PinKind grip, const Eye& eye
   }
   Pin pin;
   pin.body = body_, pin.anchor = anchor_, pin.target = target_;
-  pin.priority = kFirst, pin.grip = grip;
+  pin.priority = kFirst, pin.kind = grip;
   pin.stiffness = std::max(kLeastStiffness, kFirmness * mass_with(world, body_));
   pin_ = world.add_pin(pin, "mouse");
 }
