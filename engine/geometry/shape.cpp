@@ -5,6 +5,7 @@
 
 #include "engine/base/rotation.hpp"
 #include "engine/geometry/kinds.hpp"
+#include "engine/geometry/mass_properties.hpp"
 
 namespace pantin {
 
@@ -95,6 +96,17 @@ const char* Shape::restored() const {
       break;
   }
   return nullptr;
+}
+
+void detail::round_off(MassProperties& whole) {
+  const Mat3& t = whole.inertia;
+  const Real trace = t[0][0] + t[1][1] + t[2][2];
+  const Real extent = std::sqrt(trace / whole.mass);
+  for (int i = 0; i < 3; ++i) {
+    if (std::abs(whole.centre[i]) < 1e-12 * extent) whole.centre[i] = 0;
+    for (int j = 0; j < 3; ++j)
+      if (i != j && std::abs(t[i][j]) < 1e-12 * trace) whole.inertia[i][j] = 0;
+  }
 }
 
 }  // namespace pantin

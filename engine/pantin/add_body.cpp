@@ -3,6 +3,7 @@
 #include <pantin/shapes.hpp>
 
 #include "engine/base/rotation.hpp"
+#include "engine/geometry/mass_properties.hpp"
 #include "engine/geometry/surface.hpp"
 #include "engine/pantin/detail/findings.hpp"
 
@@ -96,18 +97,6 @@ std::vector<Shape> shapes_of(const RigidBody& body, Findings& findings) {
   return shapes;
 }
 
-/// Removes rounding errors, so that coincident frames agree exactly.
-void snap(MassProperties& whole) {
-  const Mat3& t = whole.inertia;
-  const Real trace = t[0][0] + t[1][1] + t[2][2];
-  const Real extent = std::sqrt(trace / whole.mass);
-  for (int i = 0; i < 3; ++i) {
-    if (std::abs(whole.centre[i]) < 1e-12 * extent) whole.centre[i] = 0;
-    for (int j = 0; j < 3; ++j)
-      if (i != j && std::abs(t[i][j]) < 1e-12 * trace) whole.inertia[i][j] = 0;
-  }
-}
-
 MassProperties weigh(const RigidBody& body, const std::vector<Shape>& shapes, Findings& findings) {
   MassProperties whole;
   for (const Shape& s : shapes) whole = combine(whole, mass_properties(s, body.density));
@@ -159,7 +148,7 @@ Result<Entity> add_to(World& world, const RigidBody& described) {
   if (described.motion == Motion::dynamic) {
     MassProperties whole = weigh(described, shapes, findings);
     if (!findings.ok()) return findings.take();
-    snap(whole);
+    round_off(whole);
     const PrincipalInertia principal = principal_inertia(whole.inertia);
     body.mass = whole.mass, body.inertia = principal.moments;
     centre = {whole.centre, principal.rotation};

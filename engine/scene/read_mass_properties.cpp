@@ -3,6 +3,7 @@
 #include <string>
 
 #include "engine/base/utf8.hpp"
+#include "engine/geometry/mass_properties.hpp"
 #include "engine/scene/read.hpp"
 
 namespace pantin::detail {
@@ -41,18 +42,6 @@ std::optional<Mat3> read_inertia(const Reader& from) {
                                    ", " + written(m.z) +
                                    ", expected positive ones, each at most the sum of the others");
   return std::nullopt;
-}
-
-/// Removes rounding errors, so that coincident frames agree exactly.
-void snap(MassProperties& whole) {
-  const Mat3& t = whole.inertia;
-  const Real trace = t[0][0] + t[1][1] + t[2][2];
-  const Real extent = std::sqrt(trace / whole.mass);
-  for (int i = 0; i < 3; ++i) {
-    if (std::abs(whole.centre[i]) < 1e-12 * extent) whole.centre[i] = 0;
-    for (int j = 0; j < 3; ++j)
-      if (i != j && std::abs(t[i][j]) < 1e-12 * trace) whole.inertia[i][j] = 0;
-  }
 }
 
 /// Mass, centre and inertia from shapes and from what the file says of them; nothing if they do not
@@ -117,7 +106,7 @@ BodyMassProperties read_mass_properties(const Reading& reading, const Reader& fr
     if (is_possible_inertia(moments)) mass_properties.inertia = moments;
     return mass_properties;
   }
-  snap(*whole);
+  round_off(*whole);
   const PrincipalInertia principal = principal_inertia(whole->inertia);
   mass_properties.inertia = principal.moments;
   mass_properties.centre = {whole->centre, principal.rotation};

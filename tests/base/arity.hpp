@@ -1,5 +1,6 @@
 #pragma once
 /// How many members an aggregate has, counted by the compiler: a list of fields is held against it.
+#include <catch2/catch.hpp>
 #include <cstddef>
 #include <cstdlib>
 #include <utility>
@@ -61,6 +62,13 @@ std::size_t listed() {
   const T sample{};
   T::fields(sample, [&](const char*, const auto&) { ++count; });
   return count;
+}
+
+/// Fails where the list of fields of T leaves a member out.
+template <class T>
+void check_list(const char* name) {
+  INFO(name);
+  CHECK(listed<T>() == arity<T>());
 }
 
 }  // namespace pantin::test

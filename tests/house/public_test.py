@@ -3,10 +3,13 @@
 takes in, those listed here declare types in namespace pantin, all others in pantin::detail only."""
 import pathlib
 import re
+import sys
 import unittest
 
 ROOT = pathlib.Path(__file__).parents[2]
-INCLUDE = re.compile(r'^\s*#\s*include\s*(?:<(pantin/[^>]+)>|"(engine/[^"]+)")', re.M)
+sys.path.insert(0, str(ROOT / "tests/consumer"))
+from headers import closure  # noqa: E402
+
 
 # Those of engine/pantin are public all.
 PUBLIC = """
@@ -27,19 +30,6 @@ TOKEN = re.compile(r"""
   | (?P<type>\b(?:struct|class|enum(?:\s+class)?)\s+(?P<called>\w+)\s*(?:final\s*)?(?::(?!:)[^;{]*)?\{)
   | (?P<alias>\busing\s+(?P<alias_called>\w+)\s*=)
   | (?P<open>\{) | (?P<close>\})""", re.X)
-
-
-def closure(public):
-    """Files of the repository that these headers include, themselves included."""
-    todo, found = list(public), set()
-    while todo:
-        file = todo.pop()
-        if file in found:
-            continue
-        found.add(file)
-        for ours, room in INCLUDE.findall((ROOT / file).read_text(encoding="utf-8")):
-            todo.append("engine/" + ours if ours else room)
-    return found
 
 
 def stripped(text):

@@ -15,12 +15,6 @@ using namespace pantin::test;
 
 namespace {
 
-template <class T>
-void check_list(const char* name) {
-  INFO(name);
-  CHECK(listed<T>() == arity<T>());
-}
-
 World after(World world, int steps) {
   Simulation sim(std::move(world));
   for (int i = 0; i < steps; ++i) sim.step();

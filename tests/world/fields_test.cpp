@@ -16,12 +16,6 @@ using namespace pantin::test;
 
 namespace {
 
-template <class T>
-void check_list(const char* name) {
-  INFO(name);
-  CHECK(listed<T>() == arity<T>());
-}
-
 /// One of everything, so that every field of every component is there to be changed.
 World one_of_everything() {
   Puppet p = swaying_puppet();

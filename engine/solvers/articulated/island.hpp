@@ -177,7 +177,9 @@ struct StepScratch {
   std::vector<JointBlock> base, joint_blocks;  // likewise
   std::vector<JointTerms> terms;               // per body, where joints constrain rotations
   std::vector<ContactRow> contact_rows;        // of this step
-  std::vector<IterationRow> iteration_rows;    // contacts and limits solved by iteration
+  std::vector<Vec3> step_targets;            // where substeps are taken: 2 a tree, before and after
+  std::vector<Vec3> mean_forces;             // likewise: of the contact rows, over the substeps, N
+  std::vector<IterationRow> iteration_rows;  // contacts and limits solved by iteration
   std::vector<Real> contact_response,
       contact_displacement;                   // matrix and vector over all iteration rows
   std::vector<Quat> rotations;                // per body: after the outward pass

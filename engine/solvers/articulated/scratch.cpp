@@ -57,7 +57,8 @@ void prepare(World& world) {
     if (shake || has_free_tree(a)) r.lambdas.assign(n, Vec3(0));  // also outboard masses
     if (has_rows(a) || !a.joints.empty()) reserve_general_solve(a);
     if (!world.collisions.empty() && has_colliders(world, a)) {
-      r.contact_rows.reserve(8 * n);
+      r.contact_rows.reserve(8 * n), r.mean_forces.reserve(8 * n);
+      r.step_targets.reserve(2 * a.trees.size());
       reserve_general_solve(a);
     }
   }

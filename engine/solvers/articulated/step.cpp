@@ -120,14 +120,17 @@ bool adjust_in_substeps(World& world, Island& a, Real h, Entity& lost) {
     if (t.side > 0) contacts_of(world)[t.contact].lambda = contacts_of(world)[t.contact].before;
   int passes = a.active_set_iterations_used;
   bool sound = true;
-  const std::vector<Tree> trees = a.trees;  // their targets in this step
-  std::vector<Vec3> forces(a.scratch.contact_rows.size(), Vec3(0));
+  std::vector<Vec3>& targets = a.scratch.step_targets;
+  targets.clear();
+  for (const Tree& t : a.trees) targets.push_back(t.target_before), targets.push_back(t.target);
+  std::vector<Vec3>& forces = a.scratch.mean_forces;
+  forces.assign(a.scratch.contact_rows.size(), Vec3(0));
   for (int part = 1; part <= kSubsteps && sound; ++part) {
     a.substeps_left = kSubsteps - part;
     update(world, a, h / kSubsteps);
-    for (std::size_t t = 0; t < trees.size(); ++t) {
-      const Vec3 whole = trees[t].target - trees[t].target_before;
-      a.trees[t].target = trees[t].target_before + Real(part) / kSubsteps * whole;
+    for (std::size_t t = 0; t < a.trees.size(); ++t) {
+      const Vec3 whole = targets[2 * t + 1] - targets[2 * t];
+      a.trees[t].target = targets[2 * t] + Real(part) / kSubsteps * whole;
       a.trees[t].target_before = a.trees[t].target - whole / Real(kSubsteps);
       for (std::size_t n = 0; n < 3; ++n)
         a.scratch.targets[3 * t + n] = a.trees[t].target[static_cast<int>(n)];
