@@ -28,9 +28,9 @@ int main(int argc, char** argv) {
   const Scene scene = demos::load("bicycle");
   const Entity wheel = scene.world.find("wheel");
   Real angle = 0;  // of the wheel, whole turns counted
-  demos::Extras parameters;
-  parameters.last_picture = 2.1;
-  parameters.check = [&](const World& w, const demos::Outcome& worst, demos::Findings& f) {
+  demos::Extras extras;
+  extras.last_picture = 2.1;
+  extras.check = [&](const World& w, const demos::Outcome& worst, demos::Findings& f) {
     angle += rotated(w, wheel, angle);
     const Real way = pedalled(w.time);
     f.expect("turns of the pedals", way / kWhole, 2, 4);
@@ -42,5 +42,6 @@ int main(int argc, char** argv) {
     if (step == 0) angle = 0;
     angle += rotated(sim.world, wheel, angle);
   };
-  return demos::run(argc, argv, "bicycle", scene, script, parameters);
+  return demos::run(argc, argv,
+                    {.name = "bicycle", .scene = scene, .script = script, .extras = extras});
 }

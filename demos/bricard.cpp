@@ -7,9 +7,9 @@ int main(int argc, char** argv) {
   const Scene scene = demos::load("bricard");
   const Real start = measure(scene.world).energy();
   Real worst_energy = 0;
-  demos::Extras parameters;
-  parameters.last_picture = 1.5;
-  parameters.check = [&](const World&, const demos::Outcome& worst, demos::Findings& f) {
+  demos::Extras extras;
+  extras.last_picture = 1.5;
+  extras.check = [&](const World&, const demos::Outcome& worst, demos::Findings& f) {
     f.expect("energy gained or lost, J", worst_energy, 0, 2e-3);
     f.expect("joints open at the worst, part of the size", worst.worst_gap, 0, 1e-12);
     f.expect("equations of its hinges", worst.last.rows, 30, 30);
@@ -19,5 +19,6 @@ int main(int argc, char** argv) {
     if (step == 0) worst_energy = 0;
     worst_energy = std::max(worst_energy, std::abs(measure(sim.world).energy() - start));
   };
-  return demos::run(argc, argv, "bricard", scene, script, parameters);
+  return demos::run(argc, argv,
+                    {.name = "bricard", .scene = scene, .script = script, .extras = extras});
 }

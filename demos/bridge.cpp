@@ -73,9 +73,9 @@ int main(int argc, char** argv) {
   Scene scene = demos::load("bridge");
   lead(scene.world, scene.duration);
   Crossing crossing;
-  demos::Extras parameters;
-  parameters.width = 380, parameters.height = 300;
-  parameters.check = [&](const World& w, const demos::Outcome& worst, demos::Findings& f) {
+  demos::Extras extras;
+  extras.width = 380, extras.height = 300;
+  extras.check = [&](const World& w, const demos::Outcome& worst, demos::Findings& f) {
     look(w, crossing);
     const Vec3 pelvis = w.bodies[w.find("pantin/pelvis")].pose.position;
     f.expect("pelvis along the way at the end, m", pelvis.x, 1.05, 1.4);
@@ -93,5 +93,6 @@ int main(int argc, char** argv) {
     if (step == 0) crossing = {};
     look(sim.world, crossing);
   };
-  return demos::run(argc, argv, "bridge", scene, script, parameters);
+  return demos::run(argc, argv,
+                    {.name = "bridge", .scene = scene, .script = script, .extras = extras});
 }

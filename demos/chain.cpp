@@ -49,11 +49,12 @@ Scene dragged_chain(int links, Entity& tip) {
 int main(int argc, char** argv) {
   Entity tip;
   const Scene scene = dragged_chain(20, tip);
-  return demos::run(argc, argv, "chain", scene, [&](Simulation& sim, int step) {
+  const auto script = [&](Simulation& sim, int step) {
     if (step > 0) return;
     sim.insert(Stage::after_step, [tip](World& world, Real) {
       Highest& highest = world.store<Highest>()[tip];
       highest.y = std::max(highest.y, world.bodies[tip].pose.position.y);
     });
-  });
+  };
+  return demos::run(argc, argv, {.name = "chain", .scene = scene, .script = script});
 }

@@ -8,9 +8,9 @@ int main(int argc, char** argv) {
   const Scene scene = demos::load("chain_1000");
   const Real start = measure(scene.world).energy();
   Real most = 0;
-  demos::Extras parameters;
-  parameters.last_picture = 2.4;
-  parameters.check = [&](const World&, const demos::Outcome& worst, demos::Findings& f) {
+  demos::Extras extras;
+  extras.last_picture = 2.4;
+  extras.check = [&](const World&, const demos::Outcome& worst, demos::Findings& f) {
     f.expect("energy gained, J", most, -1e9, 1e-6);
     f.expect("equations of its joints and its last pin", worst.last.rows, 3000, 3000);
     f.expect("joints open at the worst, part of the size", worst.worst_gap, 0, 1e-12);
@@ -20,5 +20,6 @@ int main(int argc, char** argv) {
     if (step == 240) sim.world.destroy(sim.world.find("right"));
     if (step > 0) most = std::max(most, measure(sim.world).energy() - start);
   };
-  return demos::run(argc, argv, "chain_1000", scene, script, parameters);
+  return demos::run(argc, argv,
+                    {.name = "chain_1000", .scene = scene, .script = script, .extras = extras});
 }

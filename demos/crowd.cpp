@@ -2,5 +2,5 @@
 #include "demos/demo.hpp"
 
 int main(int argc, char** argv) {
-  return pantin::demos::run(argc, argv, "crowd", pantin::demos::load("crowd"));
+  return pantin::demos::run(argc, argv, {.name = "crowd", .scene = pantin::demos::load("crowd")});
 }

@@ -19,9 +19,9 @@ Real aside(const World& w, const Scene& scene, int rope) {
 int main(int argc, char** argv) {
   const Scene scene = demos::load("curtain");
   Real farthest[kRopes] = {};
-  demos::Extras parameters;
-  parameters.last_picture = 4.8;
-  parameters.check = [&](const World& w, const demos::Outcome& worst, demos::Findings& f) {
+  demos::Extras extras;
+  extras.last_picture = 4.8;
+  extras.check = [&](const World& w, const demos::Outcome& worst, demos::Findings& f) {
     Real left = 0;
     for (int i = 0; i < kRopes; ++i) left = std::max(left, aside(w, scene, i));
     f.expect("least that a rope was pushed aside, m", *std::ranges::min_element(farthest), 0.15, 1);
@@ -29,11 +29,10 @@ int main(int argc, char** argv) {
     f.expect("worst depth of a contact, m", worst.worst_depth, 0, 0.01);
     f.expect("worst turn beyond a limit, rad", worst.worst_violation, 0, 1e-12);
   };
-  return demos::run(
-      argc, argv, "curtain", scene,
-      [&](Simulation& sim, int step) {
-        for (int i = 0; i < kRopes; ++i)
-          farthest[i] = std::max(step == 0 ? 0 : farthest[i], aside(sim.world, scene, i));
-      },
-      parameters);
+  const auto script = [&](Simulation& sim, int step) {
+    for (int i = 0; i < kRopes; ++i)
+      farthest[i] = std::max(step == 0 ? 0 : farthest[i], aside(sim.world, scene, i));
+  };
+  return demos::run(argc, argv,
+                    {.name = "curtain", .scene = scene, .script = script, .extras = extras});
 }

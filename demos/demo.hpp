@@ -60,6 +60,14 @@ struct Extras {
   Real last_picture = 0;                       // s; 0: at the end
 };
 
+/// A scene with what happens in it, by the name of its program.
+struct Demo {
+  const char* name;
+  const Scene& scene;
+  Script script = {};
+  Extras extras = {};
+};
+
 /// Sees the World before the first step and after every step.
 using Watcher = std::function<void(const World&, int)>;
 
@@ -83,21 +91,22 @@ inline Outcome play(const Scene& scene, int steps, const Script& script,
   return done;
 }
 
-/// Plays a scene and leaves pictures of it side by side in a PNG. Returns the exit code.
-inline int draw_strip(const Scene& scene, int steps, const Script& script, const Extras& parameters,
-                      const std::string& path) {
+/// Plays a demo and leaves pictures of it side by side in a PNG. Returns the exit code.
+inline int draw_strip(const Demo& demo, int steps, const std::string& path) {
 #ifdef PANTIN_HAS_RENDER
-  auto renderer = Renderer::create({parameters.width, parameters.height});
+  const Scene& scene = demo.scene;
+  const Extras& extras = demo.extras;
+  auto renderer = Renderer::create({extras.width, extras.height});
   if (!renderer) {
     for (const Error& e : renderer.errors()) std::fprintf(stderr, "%s\n", e.message.c_str());
     return 1;
   }
   View view = scene.view;
   if (view.camera.automatic)
-    view.camera = framing_camera(scene.world, view, Real(parameters.width) / parameters.height);
-  Strip strip(parameters.columns, 1, parameters.width, parameters.height);
+    view.camera = framing_camera(scene.world, view, Real(extras.width) / extras.height);
+  Strip strip(extras.columns, 1, extras.width, extras.height);
   Image image;
-  play(scene, steps, script, [&](const World& world, int step) {
+  play(scene, steps, demo.script, [&](const World& world, int step) {
     const auto frames = static_cast<std::size_t>(steps) + 1;
     if (strip.filled() == strip.cells() ||
         strip.frame_of(strip.filled(), frames) != static_cast<std::size_t>(step))
@@ -106,7 +115,7 @@ inline int draw_strip(const Scene& scene, int steps, const Script& script, const
     char time[32];
     std::snprintf(time, sizeof time, "t = %.2f s", world.time);
     overlay.lines = {time};
-    overlay.joints = parameters.joints;
+    overlay.joints = extras.joints;
     (*renderer)->draw(world, {}, view, overlay, image);
     strip.add(image);
   });
@@ -115,18 +124,17 @@ inline int draw_strip(const Scene& scene, int steps, const Script& script, const
   std::fprintf(stderr, "%s\n", written.errors().front().message.c_str());
   return 4;
 #else
-  static_cast<void>(scene), static_cast<void>(steps), static_cast<void>(script);
-  static_cast<void>(parameters);
+  static_cast<void>(demo), static_cast<void>(steps);
   std::fprintf(stderr, "%s: this build has no pictures\n", path.c_str());
   return 1;
 #endif
 }
 
-/// Plays a scene, for its whole duration or for `--steps N`, and prints how it went. With --steps
+/// Plays a demo, for its whole duration or for `--steps N`, and prints how it went. With --steps
 /// it is played twice: the second time must end in the same bits. Without, the extras' check is
 /// made at the end. Returns the exit code.
-inline int run(int argc, char** argv, const char* name, const Scene& scene,
-               const Script& script = {}, const Extras& parameters = {}) {
+inline int run(int argc, char** argv, const Demo& demo) {
+  const Scene& scene = demo.scene;
   int steps = static_cast<int>(std::lround(scene.duration / scene.step));
   const bool twice = argc == 3 && std::strcmp(argv[1], "--steps") == 0;
   const bool draw = argc == 3 && std::strcmp(argv[1], "--strip") == 0;
@@ -134,26 +142,26 @@ inline int run(int argc, char** argv, const char* name, const Scene& scene,
     std::fprintf(stderr, "usage: %s [--steps N | --strip F.png]\n", argv[0]);
     return 2;
   }
-  if (draw && parameters.last_picture > 0)
-    steps = static_cast<int>(std::lround(parameters.last_picture / scene.step));
-  if (draw) return draw_strip(scene, steps, script, parameters, argv[2]);
+  if (draw && demo.extras.last_picture > 0)
+    steps = static_cast<int>(std::lround(demo.extras.last_picture / scene.step));
+  if (draw) return draw_strip(demo, steps, argv[2]);
   if (twice) steps = std::atoi(argv[2]);
   if (steps < 1) {
     std::fprintf(stderr, "%s: found --steps %s, expected a number from 1\n", argv[0], argv[2]);
     return 2;
   }
   World end;
-  const Outcome first = play(scene, steps, script, [&](const World& w, int step) {
+  const Outcome first = play(scene, steps, demo.script, [&](const World& w, int step) {
     if (step == steps) end = w;
   });
-  const bool stable = !twice || play(scene, steps, script).hash == first.hash;
+  const bool stable = !twice || play(scene, steps, demo.script).hash == first.hash;
   const bool tight = first.worst_gap <= scene.drift_bound;
   std::printf("%-12s %5d steps  %4zu bodies  worst joint gap %.1e of size  hash %016llx%s%s%s\n",
-              name, steps, scene.world.bodies.size(), first.worst_gap,
+              demo.name, steps, scene.world.bodies.size(), first.worst_gap,
               static_cast<unsigned long long>(first.hash), first.sound ? "" : "  DIVERGED",
               tight ? "" : "  DRIFTED", stable ? "" : "  NOT REPEATABLE");
   Findings findings;
-  if (parameters.check && !twice && first.sound) parameters.check(end, first, findings);
+  if (demo.extras.check && !twice && first.sound) demo.extras.check(end, first, findings);
   std::printf("%s", findings.text.c_str());
   return first.sound && tight && stable && findings.as_expected ? 0 : 3;
 }

@@ -5,9 +5,9 @@ using namespace pantin;
 
 int main(int argc, char** argv) {
   const Scene scene = demos::load("drape");
-  demos::Extras parameters;
-  parameters.last_picture = 1.2;
-  parameters.check = [](const World& w, const demos::Outcome& worst, demos::Findings& f) {
+  demos::Extras extras;
+  extras.last_picture = 1.2;
+  extras.check = [](const World& w, const demos::Outcome& worst, demos::Findings& f) {
     Real squares = 0, over_box = 0, over_ball = 0;
     int links = 0;
     const Vec3 box = w.bodies[w.find("box")].pose.position;
@@ -24,5 +24,5 @@ int main(int argc, char** argv) {
     f.expect("rms speed at the end, m/s", std::sqrt(squares / links), 0, 1e-3);
     f.expect("worst depth of a contact, m", worst.worst_depth, 0, 5e-3);
   };
-  return demos::run(argc, argv, "drape", scene, {}, parameters);
+  return demos::run(argc, argv, {.name = "drape", .scene = scene, .extras = extras});
 }

@@ -29,9 +29,9 @@ int main(int argc, char** argv) {
   const Scene scene = demos::load("four_bar");
   const Entity crank = scene.world.find("crank"), coupler = scene.world.find("coupler");
   Real worst_place = 0, way = 0, last = 0;
-  demos::Extras parameters;
-  parameters.last_picture = 1.7;
-  parameters.check = [&](const World&, const demos::Outcome& worst, demos::Findings& f) {
+  demos::Extras extras;
+  extras.last_picture = 1.7;
+  extras.check = [&](const World&, const demos::Outcome& worst, demos::Findings& f) {
     f.expect("coupler off its place, m", worst_place, 0, 2e-9);
     f.expect("turns of the crank", way / (2 * kPi), 2.5, 3.1);
     f.expect("joints open at the worst, part of the size", worst.worst_gap, 0, 1e-12);
@@ -44,5 +44,6 @@ int main(int argc, char** argv) {
     const Vec3 found = to_world(sim.world.origin_pose(coupler), {kCoupler / 2, 0, 0});
     worst_place = std::max(worst_place, glm::length(found - far_end(angle)));
   };
-  return demos::run(argc, argv, "four_bar", scene, script, parameters);
+  return demos::run(argc, argv,
+                    {.name = "four_bar", .scene = scene, .script = script, .extras = extras});
 }

@@ -2,5 +2,6 @@
 #include "demos/demo.hpp"
 
 int main(int argc, char** argv) {
-  return pantin::demos::run(argc, argv, "free_chain", pantin::demos::load("free_chain"));
+  return pantin::demos::run(argc, argv,
+                            {.name = "free_chain", .scene = pantin::demos::load("free_chain")});
 }

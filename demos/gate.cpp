@@ -8,9 +8,9 @@ int main(int argc, char** argv) {
   const Entity gate = scene.world.find("gate"), end = scene.world.find("rope/13"),
                knot = scene.world.find("knot");
   Real farthest = 0, pulled = 0;
-  demos::Extras parameters;
-  parameters.last_picture = 2.4;
-  parameters.check = [&](const World& w, const demos::Outcome& worst, demos::Findings& f) {
+  demos::Extras extras;
+  extras.last_picture = 2.4;
+  extras.check = [&](const World& w, const demos::Outcome& worst, demos::Findings& f) {
     f.expect("rope swings out, m", farthest, 0.1, 1);
     f.expect("pull of the rope on the gate at most, N", pulled, 1, 60);
     f.expect("knot open at the worst, m", worst.worst_residual, 0, 1e-4);
@@ -26,5 +26,6 @@ int main(int argc, char** argv) {
     if (const auto force = pin_force(sim.world, knot))
       pulled = std::max(pulled, glm::length(*force));
   };
-  return demos::run(argc, argv, "gate", scene, script, parameters);
+  return demos::run(argc, argv,
+                    {.name = "gate", .scene = scene, .script = script, .extras = extras});
 }

@@ -38,9 +38,9 @@ void look(const World& w, Reached& r) {
 int main(int argc, char** argv) {
   const Scene scene = demos::load("joint_ranges");
   Reached reached;
-  demos::Extras parameters;
-  parameters.joints = true;
-  parameters.check = [&](const World& w, const demos::Outcome& worst, demos::Findings& f) {
+  demos::Extras extras;
+  extras.joints = true;
+  extras.check = [&](const World& w, const demos::Outcome& worst, demos::Findings& f) {
     look(w, reached);
     const auto stops = [&](const char* what, Real found, Real degrees) {
       const Real limit = degrees * kDegree;
@@ -60,11 +60,10 @@ int main(int argc, char** argv) {
     f.expect("hip swung, part of its cone", reached.hip_swing, 1 - 1e-9, 1 + 1e-9);
     f.expect("worst turn beyond a limit, rad", worst.worst_violation, 0, 1e-12);
   };
-  return demos::run(
-      argc, argv, "joint_ranges", scene,
-      [&](Simulation& sim, int step) {
-        if (step == 0) reached = {};
-        look(sim.world, reached);
-      },
-      parameters);
+  const auto script = [&](Simulation& sim, int step) {
+    if (step == 0) reached = {};
+    look(sim.world, reached);
+  };
+  return demos::run(argc, argv,
+                    {.name = "joint_ranges", .scene = scene, .script = script, .extras = extras});
 }

@@ -2,5 +2,6 @@
 #include "demos/demo.hpp"
 
 int main(int argc, char** argv) {
-  return pantin::demos::run(argc, argv, "marionette", pantin::demos::load("marionette"));
+  return pantin::demos::run(argc, argv,
+                            {.name = "marionette", .scene = pantin::demos::load("marionette")});
 }

@@ -16,10 +16,10 @@ int main(int argc, char** argv) {
   Entity posts[kPosts];
   for (int i = 0; i < kPosts; ++i) posts[i] = scene.world.find("post" + std::to_string(i));
   Real worst_energy = 0, worst_angle = 0, way = 0, last = 0;
-  demos::Extras parameters;
-  parameters.columns = 4, parameters.width = 400, parameters.height = 180;
-  parameters.last_picture = 2.4;
-  parameters.check = [&](const World&, const demos::Outcome& worst, demos::Findings& f) {
+  demos::Extras extras;
+  extras.columns = 4, extras.width = 400, extras.height = 180;
+  extras.last_picture = 2.4;
+  extras.check = [&](const World&, const demos::Outcome& worst, demos::Findings& f) {
     f.expect("energy gained or lost of 190, J", worst_energy, 0, 1e-2);
     f.expect("posts that should be parallel are, but for rad", worst_angle, 0, 1e-6);
     f.expect("turns", -way / (2 * kPi), 1, 20);
@@ -37,5 +37,6 @@ int main(int argc, char** argv) {
     }
     way += std::remainder(first - last, 2 * kPi), last = first;
   };
-  return demos::run(argc, argv, "n_four_bar", scene, script, parameters);
+  return demos::run(argc, argv,
+                    {.name = "n_four_bar", .scene = scene, .script = script, .extras = extras});
 }

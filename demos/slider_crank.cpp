@@ -8,9 +8,9 @@ int main(int argc, char** argv) {
   const Entity crank = scene.world.find("crank"), piston = scene.world.find("piston");
   constexpr Real kCrank = 0.3, kRod = 0.8;
   Real worst_place = 0, way = 0, last = 0;
-  demos::Extras parameters;
-  parameters.last_picture = 1.4;
-  parameters.check = [&](const World&, const demos::Outcome& worst, demos::Findings& f) {
+  demos::Extras extras;
+  extras.last_picture = 1.4;
+  extras.check = [&](const World&, const demos::Outcome& worst, demos::Findings& f) {
     f.expect("piston off its place, m", worst_place, 0, 2e-9);
     f.expect("turns of the crank", way / (2 * kPi), 2.8, 3.5);
     f.expect("joints open at the worst, part of the size", worst.worst_gap, 0, 1e-12);
@@ -25,5 +25,6 @@ int main(int argc, char** argv) {
     const Real found = sim.world.origin_pose(piston).position.x;
     worst_place = std::max(worst_place, std::abs(found - place));
   };
-  return demos::run(argc, argv, "slider_crank", scene, script, parameters);
+  return demos::run(argc, argv,
+                    {.name = "slider_crank", .scene = scene, .script = script, .extras = extras});
 }

@@ -8,9 +8,9 @@ int main(int argc, char** argv) {
   const Entity top = scene.world.find("top");
   const Real start = measure(scene.world).energy();
   Real worst_energy = 0, way = 0, last = 0;
-  demos::Extras parameters;
-  parameters.last_picture = 1.1;
-  parameters.check = [&](const World& w, const demos::Outcome& worst, demos::Findings& f) {
+  demos::Extras extras;
+  extras.last_picture = 1.1;
+  extras.check = [&](const World& w, const demos::Outcome& worst, demos::Findings& f) {
     // Precession m g h / (I3 w3).
     const Real rate = 0.5 * 9.81 * 0.12 / (0.0036 * 150);
     f.expect("way around over that of a fast top", way / (rate * w.time), 0.95, 1.1);
@@ -24,5 +24,6 @@ int main(int argc, char** argv) {
     const Real angle = std::atan2(-at.z, at.x);
     way += std::remainder(angle - last, 2 * kPi), last = angle;
   };
-  return demos::run(argc, argv, "spinning_top", scene, script, parameters);
+  return demos::run(argc, argv,
+                    {.name = "spinning_top", .scene = scene, .script = script, .extras = extras});
 }

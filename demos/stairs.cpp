@@ -37,10 +37,10 @@ void look(const World& w, Fall& fall) {
 int main(int argc, char** argv) {
   const Scene scene = demos::load("stairs");
   Fall fall;
-  demos::Extras parameters;
-  parameters.columns = 5, parameters.width = 288;
-  parameters.last_picture = 2;
-  parameters.check = [&](const World& w, const demos::Outcome& worst, demos::Findings& f) {
+  demos::Extras extras;
+  extras.columns = 5, extras.width = 288;
+  extras.last_picture = 2;
+  extras.check = [&](const World& w, const demos::Outcome& worst, demos::Findings& f) {
     look(w, fall);
     f.expect("past the last stair after, s", fall.passed, 1, 4);
     f.expect("at rest so long after that, s", fall.moved - fall.passed, 0, 5);
@@ -54,5 +54,6 @@ int main(int argc, char** argv) {
     const Entity chest = sim.world.find("puppet/chest");
     if (step < 18) sim.world.push(chest, {1200, 0, 0}, sim.world.bodies[chest].pose.position);
   };
-  return demos::run(argc, argv, "stairs", scene, script, parameters);
+  return demos::run(argc, argv,
+                    {.name = "stairs", .scene = scene, .script = script, .extras = extras});
 }

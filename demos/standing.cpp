@@ -13,10 +13,10 @@ int main(int argc, char** argv) {
   };
   const Real start = height(scene.world);
   Real before = 0, lowest = 0, after = 0;  // m, height of the pelvis
-  demos::Extras parameters;
-  parameters.columns = 5, parameters.width = 288;
-  parameters.last_picture = 6;
-  parameters.check = [&](const World& w, const demos::Outcome& worst, demos::Findings& f) {
+  demos::Extras extras;
+  extras.columns = 5, extras.width = 288;
+  extras.last_picture = 6;
+  extras.check = [&](const World& w, const demos::Outcome& worst, demos::Findings& f) {
     f.expect("pelvis before the small push, part of its height", before / start, 0.95, 1.05);
     f.expect("lowest during 3 s after it", lowest / start, 0.9, 1.05);
     f.expect("3 s after it", after / start, 0.95, 1.05);
@@ -36,5 +36,6 @@ int main(int argc, char** argv) {
     if (step == kSmall + kLong + 180) after = height(w);
     if (step >= kBig && step < kBig + kLong) push({60, 0, 450});
   };
-  return demos::run(argc, argv, "standing", scene, script, parameters);
+  return demos::run(argc, argv,
+                    {.name = "standing", .scene = scene, .script = script, .extras = extras});
 }

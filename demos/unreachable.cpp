@@ -6,7 +6,7 @@ using namespace pantin;
 
 int main(int argc, char** argv) {
   const Scene scene = demos::load("unreachable");
-  return demos::run(argc, argv, "unreachable", scene, [](Simulation& sim, int step) {
+  const auto script = [](Simulation& sim, int step) {
     if (step == 0 || step % 60 != 0) return;
     for (std::size_t i = 0; i < sim.world.pins.size(); ++i) {
       const Pin& pin = sim.world.pins.values()[i];
@@ -14,5 +14,6 @@ int main(int argc, char** argv) {
                   sim.world.name_of(sim.world.pins.owners()[i]).c_str(), pin.residual,
                   pin.reachable ? "" : ", which is out of reach");
     }
-  });
+  };
+  return demos::run(argc, argv, {.name = "unreachable", .scene = scene, .script = script});
 }
