@@ -13,7 +13,7 @@ struct ball : SharesPoint, TurnsFreely {
   static constexpr Mark marks[] = {Mark::cone_and_twist};
 
   static void write(const Joint& joint, const BodyState& a, const BodyState& b, RowsOut out) {
-    write_point(span_of(joint, a, b, out.gamma != nullptr), out);
+    write_point(span_of(joint, a, b, out), out);
   }
 };
 

@@ -9,18 +9,19 @@ inline AngularRow universal_first(const Joint& joint, const BodyState& a, const 
                                   Real before) {
   const JointAxes on_a = axes_on_a(joint, a);
   const Vec3 z = axes_on_b(joint, b).z();
-  return angle_row(dot_row(on_a.x(), z, a, b), dot_row(on_a.z(), z, a, b), a, b, before);
+  return angle_row(dot_row(on_a.x(), z, a, b), dot_row(on_a.z(), z, a, b),
+                   relative_angular_velocity(a, b), before);
 }
 inline AngularRow universal_second(const Joint& joint, const BodyState& a, const BodyState& b,
                                    Real before) {
   const JointAxes on_b = axes_on_b(joint, b);
   const Vec3 y = axes_on_a(joint, a).y();
-  return angle_row(dot_row(y, on_b.x(), a, b), dot_row(y, on_b.y(), a, b), a, b, before);
+  return angle_row(dot_row(y, on_b.x(), a, b), dot_row(y, on_b.y(), a, b),
+                   relative_angular_velocity(a, b), before);
 }
 
 /// What a coordinate is unless the kind says otherwise: the twist about x, the second angle of a
 /// universal joint, the swing, how far b's anchor lies along x of a.
-void write_axis_coordinate(const Joint& joint, Coordinate which, const BodyState& a,
-                           const BodyState& b, Real before, RowsOut out);
+void write_axis_coordinate(const JointState& at, Coordinate which, RowsOut out);
 
 }  // namespace pantin::detail

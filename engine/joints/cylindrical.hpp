@@ -12,16 +12,16 @@ struct cylindrical : SlidesAlongX, TurnsAboutX {
       {Coordinate::travel, "travel", kActuated | kGeared}};
 
   static void write(const Joint& joint, const BodyState& a, const BodyState& b, RowsOut out) {
-    write(joint, span_of(joint, a, b, out.gamma != nullptr), a, b, out);
+    write({joint, a, b}, span_of(joint, a, b, out), out);
   }
-  static void write(const Joint& joint, const AnchorSpan& span, const BodyState& a,
-                    const BodyState& b, RowsOut out) {
+  static void write(const JointState& at, const AnchorSpan& span, RowsOut out) {
+    const auto& [joint, a, b, before] = at;
     const JointAxes on_a = axes_on_a(joint, a);
     const Vec3 y = on_a.y(), z = on_a.z(), x = axes_on_b(joint, b).x();
-    write_square(0, y, x, a, b, out);
-    write_square(1, z, x, a, b, out);
-    write_along(2, y, span, a, out);
-    write_along(3, z, span, a, out);
+    write_row(0, dot_row(y, x, a, b), out);
+    write_row(1, dot_row(z, x, a, b), out);
+    write_along(2, y, span, out);
+    write_along(3, z, span, out);
   }
 };
 

@@ -17,7 +17,7 @@ struct distance : Line, TurnsFreely {
     return std::abs(glm::length(residual(joint, a, b)) - joint.parameters->length);
   }
   static void write(const Joint& joint, const BodyState& a, const BodyState& b, RowsOut out) {
-    write_distance(0, joint.parameters->length, span_of(joint, a, b, out.gamma != nullptr), out);
+    write_distance(0, joint.parameters->length, span_of(joint, a, b, out), out);
   }
 };
 

@@ -11,7 +11,7 @@ struct fixed : SharesPoint, TurnsNowhere {
 
   static void write(const Joint& joint, const BodyState& a, const BodyState& b, RowsOut out) {
     hinge::write(joint, a, b, out);
-    write_square(5, axes_on_a(joint, a).y(), axes_on_b(joint, b).z(), a, b, out);
+    write_row(5, dot_row(axes_on_a(joint, a).y(), axes_on_b(joint, b).z(), a, b), out);
   }
 };
 

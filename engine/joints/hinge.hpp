@@ -15,8 +15,8 @@ struct hinge : SharesPoint, TurnsAboutX {
     ball::write(joint, a, b, out);
     const JointAxes on_a = axes_on_a(joint, a);
     const Vec3 x = axes_on_b(joint, b).x();
-    write_square(3, on_a.y(), x, a, b, out);
-    write_square(4, on_a.z(), x, a, b, out);
+    write_row(3, dot_row(on_a.y(), x, a, b), out);
+    write_row(4, dot_row(on_a.z(), x, a, b), out);
   }
 };
 

@@ -119,7 +119,8 @@ struct Kind {
   static constexpr bool uses_axes = true;
   /// Scene files can describe it.
   static constexpr bool in_files = true;
-  /// write() is given the turn about x of the last step too, so that whole turns are counted.
+  /// write() is given a JointState, with the turn about x of the last step, so that whole turns are
+  /// counted.
   static constexpr bool counts_turns = false;
   static constexpr std::span<const FreeCoordinate> coordinates = {};
   static constexpr std::span<const Parameter> parameters = {};
@@ -133,9 +134,8 @@ struct Kind {
   static Real slide_per_turn(const Joint&) { return 0; }
   /// Sets what follows from the parameters.
   static void complete(JointParameters&) {}
-  static void write_coordinate(const Joint& joint, Coordinate which, const BodyState& a,
-                               const BodyState& b, Real before, RowsOut out) {
-    write_axis_coordinate(joint, which, a, b, before, out);
+  static void write_coordinate(const JointState& at, Coordinate which, RowsOut out) {
+    write_axis_coordinate(at, which, out);
   }
 };
 
@@ -160,11 +160,10 @@ struct SlidesAlongX : Kind {
 struct Line : Kind {
   static constexpr bool is_line = true, uses_axes = false;
   static Real& length(JointParameters& own) { return own.length; }
-  static void write_coordinate(const Joint& joint, Coordinate which, const BodyState& a,
-                               const BodyState& b, Real before, RowsOut out) {
+  static void write_coordinate(const JointState& at, Coordinate which, RowsOut out) {
     if (which == Coordinate::travel)
-      return write_length(0, span_of(joint, a, b, out.gamma != nullptr), out);
-    Kind::write_coordinate(joint, which, a, b, before, out);
+      return write_length(0, span_of(at.joint, at.a, at.b, out), out);
+    Kind::write_coordinate(at, which, out);
   }
 };
 

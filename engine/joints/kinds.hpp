@@ -42,12 +42,11 @@ static_assert(JointKind::ball == JointKind{}, "a joint that says nothing is a ba
 namespace joint_kinds {
 
 template <class K>
-void write(const Joint& joint, const BodyState& a, const BodyState& b, Real angle_before,
-           RowsOut out) {
+void write(const JointState& at, RowsOut out) {
   if constexpr (K::counts_turns)
-    K::write(joint, a, b, angle_before, out);
+    K::write(at, out);
   else
-    K::write(joint, a, b, out);
+    K::write(at.joint, at.a, at.b, out);
 }
 
 template <class K>
@@ -56,7 +55,7 @@ Real gap_of_rows(const Joint& joint, const Pose& a, const Pose& b) {
     return BodyState{at.position, at.rotation, glm::mat3_cast(at.rotation), {}, {}};
   };
   Real c[6] = {}, sum = 0;
-  write<K>(joint, placed(a), placed(b), 0, {c, nullptr, nullptr});
+  write<K>({joint, placed(a), placed(b)}, {c, nullptr, nullptr});
   for (const Real x : c) sum += x * x;
   return std::sqrt(sum);
 }

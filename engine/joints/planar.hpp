@@ -17,9 +17,9 @@ struct planar : Kind, TurnsAboutX {
   static void write(const Joint& joint, const BodyState& a, const BodyState& b, RowsOut out) {
     const JointAxes on_a = axes_on_a(joint, a);
     const Vec3 x = axes_on_b(joint, b).x();
-    write_square(0, on_a.y(), x, a, b, out);
-    write_square(1, on_a.z(), x, a, b, out);
-    write_along(2, on_a.x(), span_of(joint, a, b, out.gamma != nullptr), a, out);
+    write_row(0, dot_row(on_a.y(), x, a, b), out);
+    write_row(1, dot_row(on_a.z(), x, a, b), out);
+    write_along(2, on_a.x(), span_of(joint, a, b, out), out);
   }
 };
 

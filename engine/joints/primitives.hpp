@@ -3,7 +3,7 @@
 ///
 ///   f, g    unit directions fixed in a and in b, world axes
 ///   d       from the point on a to the point on b
-///   w angular velocity of a minus that of b
+///   w       angular velocity of a minus that of b
 ///
 /// Second derivatives are exact away from the solution too. Header only, for the solvers' inner
 /// loop. [Nelson & Cohen, sec. 4, in angular velocities; the double cross products of gamma
@@ -45,19 +45,22 @@ struct AnchorSpan {
   Vec3 d;                     // from anchor to anchor
   Vec3 rate{0};               // d'
   Vec3 bias_acceleration{0};  // part of d'' that does not depend on accelerations
+  Vec3 angular_velocity{0};   // of a
 };
 
-/// `moving`: computes rate and bias acceleration too.
-inline AnchorSpan span_of(const Joint& joint, const BodyState& a, const BodyState& b, bool moving) {
+/// With what depends on velocities where `out` takes gamma.
+inline AnchorSpan span_of(const Joint& joint, const BodyState& a, const BodyState& b,
+                          const RowsOut& out) {
   AnchorSpan s;
   s.arm_a = a.rotation_matrix * joint.anchor_a, s.arm_b = b.rotation_matrix * joint.anchor_b;
   s.d = b.position + s.arm_b - a.position - s.arm_a;
-  if (moving) {
+  if (out.gamma) {
     const Vec3 velocity_a = glm::cross(a.angular_velocity, s.arm_a),
                velocity_b = glm::cross(b.angular_velocity, s.arm_b);
     s.rate = b.velocity + velocity_b - a.velocity - velocity_a;
     s.bias_acceleration =
         glm::cross(b.angular_velocity, velocity_b) - glm::cross(a.angular_velocity, velocity_a);
+    s.angular_velocity = a.angular_velocity;
   }
   return s;
 }
@@ -77,14 +80,16 @@ inline void write_point(const AnchorSpan& s, RowsOut out) {
   j[8] = {0, 0, 1}, j[9] = {r.y, -r.x, 0}, j[10] = {0, 0, -1}, j[11] = {-q.y, q.x, 0};
 }
 
+inline Vec3 relative_angular_velocity(const BodyState& a, const BodyState& b) {
+  return a.angular_velocity - b.angular_velocity;
+}
+
 /// A scalar that depends on the rotations of both bodies only: J = (0, k, 0, -k).
 struct AngularRow {
   Real c;
   Vec3 k;
   Real gamma;
-  Real rate(const BodyState& a, const BodyState& b) const {
-    return glm::dot(k, a.angular_velocity - b.angular_velocity);
-  }
+  Real rate(Vec3 w) const { return glm::dot(k, w); }
 };
 inline AngularRow operator+(const AngularRow& p, const AngularRow& q) {
   return {p.c + q.c, p.k + q.k, p.gamma + q.gamma};
@@ -93,9 +98,9 @@ inline AngularRow operator-(const AngularRow& p, const AngularRow& q) {
   return {p.c - q.c, p.k - q.k, p.gamma - q.gamma};
 }
 
-/// D1: C = f.g, gamma = w.w f.g - (w_a.g)(w.f) + (w_b.f)(w.g).
+/// D1: f and g stay perpendicular, C = f.g, gamma = w.w f.g - (w_a.g)(w.f) + (w_b.f)(w.g).
 inline AngularRow dot_row(Vec3 f, Vec3 g, const BodyState& a, const BodyState& b) {
-  const Vec3 w = a.angular_velocity - b.angular_velocity;
+  const Vec3 w = relative_angular_velocity(a, b);
   const Real c = glm::dot(f, g);
   return {c, glm::cross(f, g),
           glm::dot(w, w) * c - glm::dot(a.angular_velocity, g) * glm::dot(w, f) +
@@ -108,24 +113,25 @@ inline AngularRow dot_row(Vec3 f, Vec3 g, const BodyState& a, const BodyState& b
 ///   theta'' = (c s'' - s c'') / n - theta' n' / n
 ///
 /// Where n vanishes the angle is undefined: zeros.
-inline AngularRow angle_row(const AngularRow& s, const AngularRow& c, const BodyState& a,
-                            const BodyState& b, Real before) {
+inline AngularRow angle_row(const AngularRow& s, const AngularRow& c, Vec3 w, Real before) {
   const Real n = s.c * s.c + c.c * c.c;
   if (n < 1e-40) return {before, Vec3(0), 0};
   const Real p = c.c / n, q = s.c / n;
   const Vec3 k = p * s.k - q * c.k;
-  const Real rs = s.rate(a, b), rc = c.rate(a, b);
+  const Real rs = s.rate(w), rc = c.rate(w);
   const Real angle = std::atan2(s.c, c.c);
   return {angle - 2 * kPi * std::round((angle - before) / (2 * kPi)), k,
           p * s.gamma - q * c.gamma + 2 * (p * rs - q * rc) * (p * rc + q * rs)};
 }
 
 /// The twist about x of b relative to a (see swing_twist); the joint angle where the x axes agree.
-inline AngularRow twist_row(const JointAxes& on_a, const JointAxes& on_b, const BodyState& a,
-                            const BodyState& b, Real before) {
+inline AngularRow twist_row(const Joint& joint, const BodyState& a, const BodyState& b,
+                            Real before) {
+  const JointAxes on_a = axes_on_a(joint, a), on_b = axes_on_b(joint, b);
   const Vec3 ya = on_a.y(), za = on_a.z(), yb = on_b.y(), zb = on_b.z();
   return angle_row(dot_row(za, yb, a, b) - dot_row(ya, zb, a, b),
-                   dot_row(ya, yb, a, b) + dot_row(za, zb, a, b), a, b, before);
+                   dot_row(ya, yb, a, b) + dot_row(za, zb, a, b), relative_angular_velocity(a, b),
+                   before);
 }
 
 inline void write_row(int row, const AngularRow& r, RowsOut out) {
@@ -137,18 +143,12 @@ inline void write_row(int row, const AngularRow& r, RowsOut out) {
   j[0] = Vec3(0), j[1] = r.k, j[2] = Vec3(0), j[3] = -r.k;
 }
 
-/// D1 as a row: f and g stay perpendicular.
-inline void write_square(int row, Vec3 f, Vec3 g, const BodyState& a, const BodyState& b,
-                         RowsOut out) {
-  write_row(row, dot_row(f, g, a, b), out);
-}
-
 /// D2: C = f.d, the travel of b's anchor along f.
-inline void write_along(int row, Vec3 f, const AnchorSpan& s, const BodyState& a, RowsOut out) {
+inline void write_along(int row, Vec3 f, const AnchorSpan& s, RowsOut out) {
   if (out.c) out.c[row] = glm::dot(f, s.d);
   if (out.gamma) {
-    const Vec3 turning = glm::cross(a.angular_velocity, f);
-    out.gamma[row] = -(glm::dot(glm::cross(a.angular_velocity, turning), s.d) +
+    const Vec3 turning = glm::cross(s.angular_velocity, f);
+    out.gamma[row] = -(glm::dot(glm::cross(s.angular_velocity, turning), s.d) +
                        2 * glm::dot(turning, s.rate) + glm::dot(f, s.bias_acceleration));
   }
   if (!out.j) return;

@@ -12,7 +12,7 @@ struct prismatic : SlidesAlongX, TurnsNowhere {
 
   static void write(const Joint& joint, const BodyState& a, const BodyState& b, RowsOut out) {
     cylindrical::write(joint, a, b, out);
-    write_square(4, axes_on_a(joint, a).y(), axes_on_b(joint, b).z(), a, b, out);
+    write_row(4, dot_row(axes_on_a(joint, a).y(), axes_on_b(joint, b).z(), a, b), out);
   }
 };
 

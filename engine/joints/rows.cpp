@@ -10,21 +10,20 @@ int row_count(const Joint& joint) {
   return info.rows == kOwnRows ? info.own_rows(joint) : info.rows;
 }
 
-void write_rows(const Joint& joint, const BodyState& a, const BodyState& b, Real angle_before,
-                RowsOut out) {
-  PANTIN_ASSERT(is_unit(joint.frames.a()) && is_unit(joint.frames.b()));
+void write_rows(const JointState& at, RowsOut out) {
+  PANTIN_ASSERT(is_unit(at.joint.frames.a()) && is_unit(at.joint.frames.b()));
 #define PANTIN_CASE(kind) \
   case JointKind::kind:   \
-    return joint_kinds::write<joint_kinds::kind>(joint, a, b, angle_before, out);
-  switch (joint.kind) { PANTIN_JOINT_KINDS(PANTIN_CASE) }
+    return joint_kinds::write<joint_kinds::kind>(at, out);
+  switch (at.joint.kind) { PANTIN_JOINT_KINDS(PANTIN_CASE) }
 #undef PANTIN_CASE
 }
 
-void write_axis_coordinate(const Joint& joint, Coordinate which, const BodyState& a,
-                           const BodyState& b, Real before, RowsOut out) {
+void write_axis_coordinate(const JointState& at, Coordinate which, RowsOut out) {
+  const auto& [joint, a, b, before] = at;
   switch (which) {
     case Coordinate::angle:
-      return write_row(0, twist_row(axes_on_a(joint, a), axes_on_b(joint, b), a, b, before), out);
+      return write_row(0, twist_row(joint, a, b, before), out);
     case Coordinate::second:
       return write_row(0, universal_second(joint, a, b, before), out);
     case Coordinate::swing:
@@ -32,15 +31,14 @@ void write_axis_coordinate(const Joint& joint, Coordinate which, const BodyState
     case Coordinate::travel:
       break;
   }
-  write_along(0, axes_on_a(joint, a).x(), span_of(joint, a, b, out.gamma != nullptr), a, out);
+  write_along(0, axes_on_a(joint, a).x(), span_of(joint, a, b, out), out);
 }
 
-void write_coordinate(const Joint& joint, Coordinate which, const BodyState& a, const BodyState& b,
-                      Real before, RowsOut out) {
+void write_coordinate(const JointState& at, Coordinate which, RowsOut out) {
 #define PANTIN_CASE(kind) \
   case JointKind::kind:   \
-    return joint_kinds::kind::write_coordinate(joint, which, a, b, before, out);
-  switch (joint.kind) { PANTIN_JOINT_KINDS(PANTIN_CASE) }
+    return joint_kinds::kind::write_coordinate(at, which, out);
+  switch (at.joint.kind) { PANTIN_JOINT_KINDS(PANTIN_CASE) }
 #undef PANTIN_CASE
 }
 

@@ -19,6 +19,14 @@ struct BodyState {
   Vec3 velocity{0}, angular_velocity{0};
 };
 
+/// A joint and the states of its two bodies.
+struct JointState {
+  const Joint& joint;
+  const BodyState& a;
+  const BodyState& b;
+  Real before = 0;  // rad: the angle after the last step, so that whole revolutions are counted
+};
+
 /// Destination of a block of rows; null pointers are skipped.
 ///
 /// Row i has C at c[i], gamma at gamma[i] and its Jacobian in four vectors from j[4 * i]: velocity
@@ -36,10 +44,8 @@ struct RowsOut {
 /// planar 3, distance 1, spring 0, custom its own.
 int row_count(const Joint& joint);
 
-/// The equations of a joint. `angle_before` (rad): the angle about x of a screw after the last
-/// step, so that whole revolutions are counted.
-void write_rows(const Joint& joint, const BodyState& a, const BodyState& b, Real angle_before,
-                RowsOut out);
+/// The equations of a joint. A screw needs its angle about x before.
+void write_rows(const JointState& at, RowsOut out);
 
 /// A joint coordinate as one row: value at c[0], Jacobian in j[0..3], gamma.
 enum class Coordinate : std::uint8_t {
@@ -48,8 +54,7 @@ enum class Coordinate : std::uint8_t {
   travel,  // m, along x of a from anchor to anchor; kinds distance and spring: the length
   swing    // ball: 1 minus the elliptic measure of SwingLimit, at least 0 within the cone
 };
-void write_coordinate(const Joint& joint, Coordinate which, const BodyState& a, const BodyState& b,
-                      Real before, RowsOut out);
+void write_coordinate(const JointState& at, Coordinate which, RowsOut out);
 
 /// False at a spurious solution of the joint equations (an axis antiparallel to the one it should
 /// coincide with).

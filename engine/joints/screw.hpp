@@ -1,7 +1,7 @@
 #pragma once
 /// Screw joint: b translates by `pitch` per radian along a shared axis x:
 ///
-///   C_4 = x_a.d - pitch angle angle: nearest to `angle_before`
+///   C_4 = x_a.d - pitch angle       angle: nearest to JointState::before
 #include "engine/joints/cylindrical.hpp"
 
 namespace pantin::detail::joint_kinds {
@@ -25,13 +25,12 @@ struct screw : SlidesAlongX, TurnsAboutX {
     return glm::length(residual(joint, a, b) - slide_per_turn(joint) * rotation * x);
   }
 
-  static void write(const Joint& joint, const BodyState& a, const BodyState& b, Real angle_before,
-                    RowsOut out) {
-    const AnchorSpan span = span_of(joint, a, b, out.gamma != nullptr);
-    cylindrical::write(joint, span, a, b, out);
-    const JointAxes on_a = axes_on_a(joint, a);
-    write_along(4, on_a.x(), span, a, out);
-    const AngularRow rotation = twist_row(on_a, axes_on_b(joint, b), a, b, angle_before);
+  static void write(const JointState& at, RowsOut out) {
+    const auto& [joint, a, b, angle_before] = at;
+    const AnchorSpan span = span_of(joint, a, b, out);
+    cylindrical::write(at, span, out);
+    write_along(4, axes_on_a(joint, a).x(), span, out);
+    const AngularRow rotation = twist_row(joint, a, b, angle_before);
     const Real pitch = joint.parameters->pitch;
     if (out.c) out.c[4] -= pitch * rotation.c;
     if (out.gamma) out.gamma[4] -= pitch * rotation.gamma;

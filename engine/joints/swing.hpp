@@ -58,7 +58,8 @@ inline AngularRow swing_row(const Joint& joint, const BodyState& a, const BodySt
   const Real m = by_q * q.c * q.c + by_r * r.c * r.c;
   const auto [h, h1, h2] = swing_scale(p.c, std::sqrt(q.c * q.c + r.c * r.c));
   const Real to_p = -2 * h * h1 * m, to_q = -2 * h * h * by_q * q.c, to_r = -2 * h * h * by_r * r.c;
-  const Real rate_p = p.rate(a, b), rate_q = q.rate(a, b), rate_r = r.rate(a, b);
+  const Vec3 w = relative_angular_velocity(a, b);
+  const Real rate_p = p.rate(w), rate_q = q.rate(w), rate_r = r.rate(w);
   const Real bias_acceleration = -2 * (h1 * h1 + h * h2) * m * rate_p * rate_p -
                                  8 * h * h1 * rate_p * (by_q * q.c * rate_q + by_r * r.c * rate_r) -
                                  2 * h * h * (by_q * rate_q * rate_q + by_r * rate_r * rate_r);

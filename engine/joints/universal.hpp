@@ -12,14 +12,14 @@ struct universal : SharesPoint, TurnsAboutTwo {
                                                    {Coordinate::second, "second"}};
   static constexpr Mark marks[] = {Mark::axis_y, Mark::axis_z, Mark::two_angles};
 
-  static void write_coordinate(const Joint& joint, Coordinate which, const BodyState& a,
-                               const BodyState& b, Real before, RowsOut out) {
-    if (which == Coordinate::angle) return write_row(0, universal_first(joint, a, b, before), out);
-    Kind::write_coordinate(joint, which, a, b, before, out);
+  static void write_coordinate(const JointState& at, Coordinate which, RowsOut out) {
+    if (which == Coordinate::angle)
+      return write_row(0, universal_first(at.joint, at.a, at.b, at.before), out);
+    Kind::write_coordinate(at, which, out);
   }
   static void write(const Joint& joint, const BodyState& a, const BodyState& b, RowsOut out) {
     ball::write(joint, a, b, out);
-    write_square(3, axes_on_a(joint, a).y(), axes_on_b(joint, b).z(), a, b, out);
+    write_row(3, dot_row(axes_on_a(joint, a).y(), axes_on_b(joint, b).z(), a, b), out);
   }
 };
 

@@ -78,7 +78,7 @@ CoordinateAt coordinate(const World& world, Entity joint, Coordinate which) {
   const BodyState a = state_of(*on_a), b = state_of(*on_b);
   const Real before = which == Coordinate::angle ? counted_angle(world, slot) : 0;
   Vec3 j[4];
-  write_coordinate(link.joint, which, a, b, before, {&at.value, j, nullptr});
+  write_coordinate({link.joint, a, b, before}, which, {&at.value, j, nullptr});
   at.rate = glm::dot(j[0], a.velocity) + glm::dot(j[1], a.angular_velocity) +
             glm::dot(j[2], b.velocity) + glm::dot(j[3], b.angular_velocity);
   return at;

@@ -139,7 +139,7 @@ Real close(Pair& s) {
   Real least = 1e300;
   for (int round = 0; round < 30; ++round) {
     Rows here;
-    write_rows(s.joint, s.a, s.b, 0, here.out());
+    write_rows({s.joint, s.a, s.b}, here.out());
     std::array<Real, 6> y{};
     least = solve(here, rows, y);
     std::array<Vec3, 4> move{};
@@ -207,7 +207,7 @@ TEST_CASE("rows of every kind have the derivatives that differences find") {
       const Pair s = any_pair(kind, dice, 0.4);
       const auto worst =
           misses(s, row_count(s.joint), [&](const BodyState& a, const BodyState& b, RowsOut out) {
-            write_rows(s.joint, a, b, 0.1, out);
+            write_rows({s.joint, a, b, 0.1}, out);
           });
       REQUIRE(worst[0] <= 1e-11);
       REQUIRE(worst[1] <= 2e-11 * loose);
@@ -226,7 +226,7 @@ TEST_CASE("every entry of every kind's Jacobian is the derivative that differenc
         (*twists[column / 3])[column % 3] = 1;
         const auto worst =
             misses(s, row_count(s.joint), [&](const BodyState& a, const BodyState& b, RowsOut out) {
-              write_rows(s.joint, a, b, 0.1, out);
+              write_rows({s.joint, a, b, 0.1}, out);
             });
         INFO("column " << column);
         REQUIRE(worst[0] <= 1e-11);
@@ -240,7 +240,7 @@ TEST_CASE("coordinates of every kind have the derivatives that differences find"
       for (int i = 0; i < kCases; ++i) {
         const Pair s = any_pair(kind, dice, 0.4);
         const auto worst = misses(s, 1, [&](const BodyState& a, const BodyState& b, RowsOut out) {
-          write_coordinate(s.joint, c.which, a, b, 0, out);
+          write_coordinate({s.joint, a, b}, c.which, out);
         });
         INFO("coordinate " << int(c.which));
         REQUIRE(worst[0] <= 1e-10);
@@ -273,10 +273,10 @@ TEST_CASE("kinds that hold a point write it the short way too") {
     for (int i = 0; i < kCases; ++i) {
       const Pair s = any_pair(kind, dice, 0.4);
       Rows whole;
-      write_rows(s.joint, s.a, s.b, 0, whole.out());
+      write_rows({s.joint, s.a, s.b}, whole.out());
       std::array<Vec3, 5> point;
       point.fill(Vec3(1e9));
-      write_rows(s.joint, s.a, s.b, 0, {nullptr, nullptr, nullptr, point.data()});
+      write_rows({s.joint, s.a, s.b}, {nullptr, nullptr, nullptr, point.data()});
       CHECK(point[0] == s.a.rotation_matrix * s.joint.anchor_a);
       CHECK(point[1] == s.b.rotation_matrix * s.joint.anchor_b);
       for (int row = 0; row < 3; ++row)
@@ -305,8 +305,8 @@ TEST_CASE("a kind's slide tells its turn where it says so") {
       REQUIRE(info.counts_turns);
       close(s);
       Real rotation = 0, translation = 0;
-      write_coordinate(s.joint, Coordinate::angle, s.a, s.b, 0, {&rotation, nullptr, nullptr});
-      write_coordinate(s.joint, Coordinate::travel, s.a, s.b, 0, {&translation, nullptr, nullptr});
+      write_coordinate({s.joint, s.a, s.b}, Coordinate::angle, {&rotation, nullptr, nullptr});
+      write_coordinate({s.joint, s.a, s.b}, Coordinate::travel, {&translation, nullptr, nullptr});
       CHECK(translation == Approx(pitch * rotation).margin(1e-12));
     }
   });

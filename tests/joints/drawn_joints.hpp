@@ -27,13 +27,13 @@ struct Equations {
 inline Equations rows_of(const Joint& joint, const BodyState& a, const BodyState& b,
                          Real before = 0) {
   Equations block;
-  write_rows(joint, a, b, before, block.out());
+  write_rows({joint, a, b, before}, block.out());
   return block;
 }
 inline Equations coordinate(const Joint& joint, Coordinate which, const BodyState& a,
                             const BodyState& b, Real before = 0) {
   Equations block;
-  write_coordinate(joint, which, a, b, before, block.out());
+  write_coordinate({joint, a, b, before}, which, block.out());
   return block;
 }
 

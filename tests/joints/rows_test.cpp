@@ -268,7 +268,7 @@ TEST_CASE("a joint from outside without its equations, or at rest, is no trouble
   Joint joint;
   joint.kind = JointKind::custom;
   CHECK(row_count(joint) == 0);
-  write_rows(joint, {}, {}, 0, {});
+  write_rows({joint, {}, {}}, {});
   joint.parameters.edit().custom = std::make_shared<UserBall>(Vec3(1, 2, 3), Vec3(0));
   const Equations block = rows_of(joint, {}, {});
   for (std::size_t i = 0; i < 4; ++i) CHECK(block.gamma[i] == 0);
@@ -290,9 +290,9 @@ TEST_CASE("numbers do not depend on which others are asked for") {
       CHECK(all.gamma == alone.gamma);
       CHECK(all.j == alone.j);
     };
-    check([&](RowsOut out) { write_rows(s.joint, a, b, 0, out); });
+    check([&](RowsOut out) { write_rows({s.joint, a, b}, out); });
     for (const auto which :
          {Coordinate::angle, Coordinate::second, Coordinate::travel, Coordinate::swing})
-      check([&](RowsOut out) { write_coordinate(s.joint, which, a, b, 0, out); });
+      check([&](RowsOut out) { write_coordinate({s.joint, a, b}, which, out); });
   }
 }

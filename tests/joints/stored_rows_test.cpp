@@ -87,12 +87,13 @@ TEST_CASE("the primitives of joints are those of the stored numbers") {
         const int first = name == "d2" ? 2 : 1;
         joint.anchor_a = vec(p.at(first)), joint.anchor_b = vec(p.at(first + 1));
       }
-      const AnchorSpan span = span_of(joint, a, b, true);
       const auto f = [&] { return a.rotation_matrix * vec(p.at(1)); };
       Equations block;
+      const AnchorSpan span = span_of(joint, a, b, block.out());
       if (name == "pt") write_point(span, block.out());
-      if (name == "d1") write_square(0, f(), b.rotation_matrix * vec(p.at(2)), a, b, block.out());
-      if (name == "d2") write_along(0, f(), span, a, block.out());
+      if (name == "d1")
+        write_row(0, dot_row(f(), b.rotation_matrix * vec(p.at(2)), a, b), block.out());
+      if (name == "d2") write_along(0, f(), span, block.out());
       if (name == "dist") write_distance(0, p.at(3), span, block.out());
       for (int i = 0; i < (name == "pt" ? 3 : 1); ++i) CHECK(miss(block, i, entry, row++) <= 1e-13);
     }

@@ -40,7 +40,7 @@ Real gap(const World& world, Entity e) {
     return BodyState{b.pose.position, b.pose.rotation, glm::mat3_cast(b.pose.rotation), {}, {}};
   };
   Real c[6] = {}, sum = 0;
-  write_rows(link.joint, placed(link.a), placed(link.b), 0, {c, nullptr, nullptr});
+  write_rows({link.joint, placed(link.a), placed(link.b)}, {c, nullptr, nullptr});
   for (const Real x : c) sum += x * x;
   return std::sqrt(sum);
 }

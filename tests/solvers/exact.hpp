@@ -74,7 +74,7 @@ inline BodyState placed_of(const Body& b) {
 inline Real coordinate_of(const World& w, Entity link, Coordinate which, Real before = 0) {
   const Link& l = w.links[link];
   Real c = 0;
-  write_coordinate(l.joint, which, placed_of(w.bodies[l.a]), placed_of(w.bodies[l.b]), before,
+  write_coordinate({l.joint, placed_of(w.bodies[l.a]), placed_of(w.bodies[l.b]), before}, which,
                    {&c, nullptr, nullptr});
   return c;
 }
@@ -85,7 +85,7 @@ inline Real worst_gap(const World& w) {
   for (const Link& l : w.links.values()) {
     Real c[6] = {};
     if (l.joint.kind == JointKind::screw) continue;
-    write_rows(l.joint, placed_of(w.bodies[l.a]), placed_of(w.bodies[l.b]), 0,
+    write_rows({l.joint, placed_of(w.bodies[l.a]), placed_of(w.bodies[l.b])},
                {c, nullptr, nullptr});
     for (const Real x : c) worst = std::max(worst, std::abs(x));
   }
@@ -189,7 +189,7 @@ inline Motion2 dense_motion(const World& w, const std::vector<BodyState>& at,
     const std::size_t a = w.bodies.slot(l.a), b = w.bodies.slot(l.b);
     Vec3 j[24];
     Real gamma[6];
-    write_rows(l.joint, at[a], at[b], 0, {nullptr, j, gamma});
+    write_rows({l.joint, at[a], at[b]}, {nullptr, j, gamma});
     for (int r = 0; r < row_count(l.joint); ++r)
       rows.push_back({a, b, {j[4 * r], j[4 * r + 1], j[4 * r + 2], j[4 * r + 3]}, gamma[r]});
   }

@@ -57,7 +57,7 @@ CoordinateRow coordinate_row(const World& world, const Island& m, const JointFor
   CoordinateRow row;
   const BodyState &at_a = m.scratch.body_states[of.body[0]],
                   &at_b = m.scratch.body_states[of.body[1]];
-  write_coordinate(world.links.values()[of.link].joint, of.coordinate, at_a, at_b, of.before,
+  write_coordinate({world.links.values()[of.link].joint, at_a, at_b, of.before}, of.coordinate,
                    {&row.value, row.j, &row.gamma});
   row.rate = glm::dot(row.j[0], at_a.velocity) + glm::dot(row.j[1], at_a.angular_velocity) +
              glm::dot(row.j[2], at_b.velocity) + glm::dot(row.j[3], at_b.angular_velocity);

@@ -94,8 +94,9 @@ void measure_island(const World& world, const Island& island, Measures& m) {
   for (const JointForce& e : island.joint_forces) {
     const Link& link = world.links.values()[e.link];
     Real x = 0;
-    write_coordinate(link.joint, e.coordinate, state_of(world.bodies[link.a]),
-                     state_of(world.bodies[link.b]), e.before, {&x, nullptr, nullptr});
+    write_coordinate(
+        {link.joint, state_of(world.bodies[link.a]), state_of(world.bodies[link.b]), e.before},
+        e.coordinate, {&x, nullptr, nullptr});
     const JointParameters& parameters = *link.joint.parameters;
     const SpringDamper& s = e.coordinate == Coordinate::angle ? parameters.rotation.spring
                                                               : parameters.translation.spring;

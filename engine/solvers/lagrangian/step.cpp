@@ -73,9 +73,10 @@ void write_back(World& world, const Island& m) {
 Real value_of(const World& world, const Island& m, const Block& b, int end, Real before) {
   const Gear& r = world.gears.values()[b.source];
   Real c = 0;
-  write_coordinate(world.links[end == 0 ? r.first : r.second].joint,
-                   end == 0 ? b.coordinate : b.second, m.scratch.body_states[b.body[b.ends[end]]],
-                   m.scratch.body_states[b.body[b.ends[end + 1]]], before, {&c, nullptr, nullptr});
+  write_coordinate(
+      {world.links[end == 0 ? r.first : r.second].joint, m.scratch.body_states[b.body[b.ends[end]]],
+       m.scratch.body_states[b.body[b.ends[end + 1]]], before},
+      end == 0 ? b.coordinate : b.second, {&c, nullptr, nullptr});
   return c;
 }
 
@@ -105,8 +106,9 @@ void count_turns(const World& world, Island& m, bool anew) {
       continue;
     const auto value = [&](Coordinate which) {
       Real c = 0;
-      write_coordinate(joint, which, m.scratch.body_states[b.body[0]],
-                       m.scratch.body_states[b.body[1]], before[0], {&c, nullptr, nullptr});
+      write_coordinate(
+          {joint, m.scratch.body_states[b.body[0]], m.scratch.body_states[b.body[1]], before[0]},
+          which, {&c, nullptr, nullptr});
       return c;
     };
     // The travel of a screw determines its revolutions.
@@ -272,7 +274,7 @@ Real joint_gap(const World& world, const Island& m, std::size_t block) {
   };
   const Link& link = world.links.values()[m.blocks[block].source];
   Real c[6] = {}, sum = 0;
-  write_rows(link.joint, body_states(link.a), body_states(link.b), m.memory[block].before[0],
+  write_rows({link.joint, body_states(link.a), body_states(link.b), m.memory[block].before[0]},
              {c, nullptr, nullptr});
   for (const Real x : c) sum += x * x;
   return std::sqrt(sum);

@@ -99,10 +99,10 @@ void write_limit(const World& world, Island& m, const Block& b, const BlockMemor
   Real bound = b.bound;
   if (is_cable) {
     const Cable& s = world.cables.values()[b.source];
-    write_coordinate(joint_of_cable(s), Coordinate::travel, at_a, at_b, 0, out);
+    write_coordinate({joint_of_cable(s), at_a, at_b}, Coordinate::travel, out);
     bound = s.joint.length;
   } else {
-    write_coordinate(link.values()[b.source].joint, b.coordinate, at_a, at_b, memory.before[0],
+    write_coordinate({link.values()[b.source].joint, at_a, at_b, memory.before[0]}, b.coordinate,
                      out);
   }
   const Real sign = b.upper || is_cable ? -1 : 1;
@@ -125,8 +125,9 @@ void write_gear(const World& world, Island& m, const Block& b, const BlockMemory
                        Real factor) {
     Real value = 0, g = 0;
     Vec3 row[4];
-    write_coordinate(world.links[e].joint, which, m.scratch.body_states[b.body[ends[0]]],
-                     m.scratch.body_states[b.body[ends[1]]], before, {&value, row, &g});
+    write_coordinate({world.links[e].joint, m.scratch.body_states[b.body[ends[0]]],
+                      m.scratch.body_states[b.body[ends[1]]], before},
+                     which, {&value, row, &g});
     c += factor * value, gamma += factor * g;
     for (int end = 0; end < 2; ++end)
       for (int i = 0; i < 2; ++i) j[2 * ends[end] + i] += factor * row[2 * end + i];
@@ -233,15 +234,16 @@ void write_all_rows(const World& world, Island& m, Want want) {
     const auto at = [&](int k) -> const BodyState& { return scratch.body_states[b.body[k]]; };
     switch (b.kind) {
       case BlockKind::joint:
-        write_rows(world.links.values()[b.source].joint, at(0), at(1), m.memory[i].before[0], out);
+        write_rows({world.links.values()[b.source].joint, at(0), at(1), m.memory[i].before[0]},
+                   out);
         break;
       case BlockKind::pin:
-        write_rows(joint_of_pin(world.pins.values()[b.source]), at(0), at(1), 0, out);
+        write_rows({joint_of_pin(world.pins.values()[b.source]), at(0), at(1)}, out);
         break;
       case BlockKind::interface: {
         Joint joint;
         joint.anchor_a = m.interfaces[b.source].anchor;
-        write_rows(joint, at(0), at(1), 0, out);
+        write_rows({joint, at(0), at(1)}, out);
         break;
       }
       case BlockKind::gear:
@@ -256,8 +258,9 @@ void write_all_rows(const World& world, Island& m, Want want) {
           std::fill(out.j, out.j + 4, Vec3(0));
           break;
         }
-        write_coordinate(world.links.values()[b.source].joint, b.coordinate, at(0), at(1),
-                         m.memory[i].before[0], out);
+        write_coordinate(
+            {world.links.values()[b.source].joint, at(0), at(1), m.memory[i].before[0]},
+            b.coordinate, out);
         break;
     }
   }
