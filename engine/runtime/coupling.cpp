@@ -69,8 +69,8 @@ void restore_contacts(World& world, const Coupled& coupled, const CoupledIsland&
 }
 
 /// Residuals of all interfaces; true if converged. Sets the relaxation factors of the next
-/// iteration.
-bool update_residuals(World& world, const Coupled& coupled, Real h, bool first) {
+/// iteration from the second iteration on.
+bool update_residuals(World& world, const Coupled& coupled, Real h, int iteration) {
   bool converged = true;
   each_interface(world, coupled, [&](contact::Interface& g) {
     const Vec3 residual = h * g.force + g.carried - g.transmitted;
@@ -78,7 +78,7 @@ bool update_residuals(World& world, const Coupled& coupled, Real h, bool first) 
     converged = converged && glm::length(residual) <= bound;
     const Vec3 change = residual - g.residual;  // [Aitken 1926], a vector at a time
     const Real size = glm::dot(change, change);
-    if (!first && size > 0)
+    if (iteration > 0 && size > 0)
       g.relax = std::clamp(-g.relax * glm::dot(g.residual, change) / size, 0.1, 3.0);
     g.residual = residual;
   });
@@ -129,8 +129,8 @@ void step_coupled(World& world, Real h) {
       c.solver->repeat(world, c.island, h);
       export_reactions(world, coupled, c, h);
     }
-    const bool last = update_residuals(world, coupled, h, iteration == 0) || failed ||
-                      iteration + 1 == kMaxIterations;
+    const bool last =
+        update_residuals(world, coupled, h, iteration) || failed || iteration + 1 == kMaxIterations;
     each_interface(world, coupled, [&](contact::Interface& i) {
       i.taut = i.taut || i.force != Vec3(0);
       i.iterations = iteration + 1;

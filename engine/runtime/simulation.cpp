@@ -35,7 +35,7 @@ Result<Done> Simulation::remove(std::string_view name) {
 StepReport Simulation::take_step(std::span<Pose> drawn_from) {
   stepping_ = true;
   const StepReport report =
-      step_world(world, settings, systems_, timing ? &times : nullptr, drawn_from);
+      step_world(world, settings, systems_, {timing ? &times : nullptr, drawn_from});
   stepping_ = false;
   return report;
 }

@@ -29,6 +29,14 @@ struct StageTimes {
   Real drive = 0, update = 0, contacts = 0, adjust = 0, measure = 0;
 };
 
+/// What is recorded of a step besides its report, where there is room for it.
+struct StepRecord {
+  StageTimes* times = nullptr;
+  /// Holds the poses at the start by slot; a body that a system teleports before the update gets
+  /// the place where it lands.
+  std::span<Pose> drawn_from = {};
+};
+
 /// One whole step: drive, update, contacts, adjust, measure. Never throws, never prints; allocates
 /// nothing once the structure is known. A step of zero or non-finite length does nothing; one whose
 /// substeps are out of bounds does nothing either, and says so (Status::bad_clock).
@@ -38,11 +46,8 @@ struct StageTimes {
 /// before_update the whole substep knows the change. After before_contacts and before_adjust
 /// islands of the articulated solver are predicted anew; islands that were changed there go on with
 /// the next substep.
-///
-/// `drawn_from`, if given, holds the poses at the start by slot; a body that a system teleports
-/// before the update gets the place where it lands.
 StepReport step_world(World& world, const StepSettings& settings, const Systems& systems,
-                      StageTimes* times = nullptr, std::span<Pose> drawn_from = {}) noexcept;
+                      const StepRecord& record = {}) noexcept;
 
 }  // namespace detail
 

@@ -163,8 +163,7 @@ struct Step {
   World& world;
   const StepSettings& settings;
   const Systems& systems;
-  StageTimes* times;  // or null
-  std::span<Pose> drawn_from;
+  const StepRecord& record;
   int substeps;
   StepTask task;  // of one substep
   StepReport report;
@@ -184,7 +183,8 @@ struct Step {
 /// Adds the time of a stage, from its construction to its end.
 class Timed {
  public:
-  Timed(const Step& s, Real StageTimes::*stage) : total_(s.times ? &(s.times->*stage) : nullptr) {
+  Timed(const Step& s, Real StageTimes::*stage)
+      : total_(s.record.times ? &(s.record.times->*stage) : nullptr) {
     if (total_) from_ = Clock::now();
   }
   ~Timed() {
@@ -213,7 +213,7 @@ void update(Step& s) {
   s.run(Stage::before_update);
   compile_if_changed(world);
   check_kinematic_bodies(world, s.report);
-  note_teleports(world, s.drawn_from);
+  note_teleports(world, s.record.drawn_from);
   save_coupled(world);
   for (const SolverRow* solver : kSolvers) solver->predict(world, s.task);
   note_used_forces(world);
@@ -276,10 +276,10 @@ void finish(Step& s) {
 }  // namespace
 
 StepReport step_world(World& world, const StepSettings& settings, const Systems& systems,
-                      StageTimes* times, std::span<Pose> drawn_from) noexcept {
+                      const StepRecord& record) noexcept {
   const int substeps = std::max(1, settings.substeps);
   const StepTask task{settings.h / substeps, settings.threads};
-  Step s{world, settings, systems, times, drawn_from, substeps, task, {}};
+  Step s{world, settings, systems, record, substeps, task, {}};
   s.report.tick = world.tick, s.report.time = world.time;
   if (!(settings.h > 0) || !std::isfinite(settings.h)) return s.report;
   if (!(task.h >= kShortestStep && task.h <= kLongestStep)) {
