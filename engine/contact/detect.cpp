@@ -162,7 +162,7 @@ void collide_shapes(const Finder& s, const ColliderShape& a, const ColliderShape
   const Real margin = s.reach[a.slot] + s.reach[b.slot] + kContactSlop * extent;
   if (bounded && !a.box.grown(margin).overlaps(b.box)) return;
   scratch.points.clear();
-  collide(*a.shape, a.pose, *b.shape, b.pose, margin, scratch.scratch, scratch.points);
+  collide({*a.shape, a.pose}, {*b.shape, b.pose}, scratch.scratch, {margin, scratch.points});
   const Collision* other = scratch.colliders[scratch.collider_at[b.slot]].collision;
   for (const ContactPoint& p : scratch.points)
     scratch.found.push_back({b.slot, key_of(a, b, p.feature), other, p});

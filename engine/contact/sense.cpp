@@ -20,14 +20,17 @@ std::optional<ColliderShape> place(const World& world, std::uint32_t slot, const
   return at;
 }
 
-/// Calls `take(shape)` for every shape of the bodies that collide, of sensors or of the others.
+enum class Role : std::uint8_t { sensor, solid };
+
+/// Calls `take(shape)` for every shape of the bodies in that role that collide.
 template <class Take>
-void each_shape(const World& world, bool of_sensors, const Take& take) {
+void each_shape(const World& world, Role role, const Take& take) {
   for (std::size_t i = 0; i < world.collisions.size(); ++i) {
     const Entity body = world.collisions.owners()[i];
     const std::uint32_t slot = world.bodies.slot(body);
     const Shapes* shapes = world.shapes.find(body);
-    if (world.collisions.values()[i].sensor != of_sensors || slot == kNoSlot || !shapes) continue;
+    const Role its = world.collisions.values()[i].sensor ? Role::sensor : Role::solid;
+    if (its != role || slot == kNoSlot || !shapes) continue;
     for (const Shape& shape : shapes->list)
       if (const auto at = place(world, slot, shape)) take(*at);
   }
@@ -36,7 +39,7 @@ void each_shape(const World& world, bool of_sensors, const Take& take) {
 void list_sensors(const World& world, Search& search) {
   search.sensor_shapes.clear(), search.sensor_boxes.clear();
   search.unbounded_sensors.clear(), search.bounded_sensors.clear();
-  each_shape(world, true, [&](const ColliderShape& at) {
+  each_shape(world, Role::sensor, [&](const ColliderShape& at) {
     const auto number = static_cast<std::uint32_t>(search.sensor_shapes.size());
     search.sensor_shapes.push_back(at);
     if (is_unbounded(at.shape->kind))
@@ -66,7 +69,7 @@ void sense_shape(const World& world, Memory& memory, const ColliderShape& sensor
   const ColliderShape &a = swaps ? other : sensor, &b = swaps ? sensor : other;
   if (!is_convex(a.shape->kind)) return;
   search.points.clear();
-  collide(*a.shape, a.pose, *b.shape, b.pose, 0, search.scratch, search.points);
+  collide({*a.shape, a.pose}, {*b.shape, b.pose}, search.scratch, {0, search.points});
   if (search.points.empty()) return;
   const ContactPoint& deepest =
       *std::min_element(search.points.begin(), search.points.end(),
@@ -100,7 +103,7 @@ void sense(World& world) {
   if (search.sensors == 0) return;
   list_jointed(world, search);
   list_sensors(world, search);
-  each_shape(world, false, [&](const ColliderShape& at) {
+  each_shape(world, Role::solid, [&](const ColliderShape& at) {
     const auto look = [&](std::uint32_t number) {
       sense_shape(world, memory, search.sensor_shapes[number], at);
     };

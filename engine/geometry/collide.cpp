@@ -78,7 +78,7 @@ void collide_triangle(const OnSurface& k, std::uint32_t index) {
   if (glm::dot(f.normal, k.a.extreme(f.normal)) < f.offset) return;
   const Facing facing = tile.facing(k.surface);
   const std::size_t first = k.out.size();
-  collide_convex(k.a, tile.convex(), k.margin, &facing, k.out);
+  collide_convex(k.a, tile.convex(), &facing, {k.margin, k.out});
   for (std::size_t i = first; i < k.out.size(); ++i)
     k.out[i].feature |= static_cast<std::uint64_t>(index) << kFeatureBits;
 }
@@ -87,7 +87,7 @@ void collide_triangle(const OnSurface& k, std::uint32_t index) {
 void push_out(const OnSurface& k, std::uint32_t index) {
   const Tile tile(k.surface, index);
   const std::size_t first = k.out.size();
-  collide_plane(k.a, tile.face.normal, tile.face.offset, glm::min(k.margin, Real(0)), k.out);
+  collide_plane(k.a, tile.face.normal, tile.face.offset, {glm::min(k.margin, Real(0)), k.out});
   std::sort(k.out.begin() + static_cast<std::ptrdiff_t>(first), k.out.end(),
             [](const ContactPoint& p, const ContactPoint& q) {
               return std::tie(p.gap, p.feature) < std::tie(q.gap, q.feature);
@@ -169,35 +169,35 @@ void to_outside(const Pose& at, std::vector<ContactPoint>& out, std::size_t firs
 
 }  // namespace
 
-void collide(const Shape& a, const Pose& at_a, const Shape& b, const Pose& at_b, Real margin,
-             NarrowPhaseScratch& scratch, std::vector<ContactPoint>& out) {
-  PANTIN_ASSERT(is_convex(a.kind));
-  PANTIN_ASSERT(is_unit(at_a) && is_unit(at_b));
+void collide(const PlacedShape& a, const PlacedShape& b, NarrowPhaseScratch& scratch,
+             const PointsOut& out) {
+  PANTIN_ASSERT(is_convex(a.shape.kind));
+  PANTIN_ASSERT(is_unit(a.at) && is_unit(b.at));
   // In b's own frame numbers stay small, and surfaces need not be moved.
-  const Quat back = glm::conjugate(at_b.rotation);
-  const Pose within{back * (at_a.position - at_b.position), back * at_a.rotation};
-  const Convex piece = convex_piece(a, within, scratch.a);
-  const std::size_t first = out.size();
-  switch (traits_of(b.kind).shape_class) {
+  const Quat back = glm::conjugate(b.at.rotation);
+  const Pose within{back * (a.at.position - b.at.position), back * a.at.rotation};
+  const Convex piece = convex_piece(a.shape, within, scratch.a);
+  const std::size_t first = out.points.size();
+  switch (traits_of(b.shape.kind).shape_class) {
     case ShapeClass::half_space:
-      collide_plane(piece, {0, 1, 0}, 0, margin, out);
+      collide_plane(piece, {0, 1, 0}, 0, out);
       break;
     case ShapeClass::mesh:
     case ShapeClass::heights: {
-      const Aabb reach = bounds_of(piece).grown(glm::max(margin, Real(0)));
-      const OnSurface k{piece, *b.surface, margin, reach, out};
-      if (traits_of(b.kind).shape_class == ShapeClass::mesh)
+      const Aabb reach = bounds_of(piece).grown(glm::max(out.margin, Real(0)));
+      const OnSurface k{piece, *b.shape.surface, out.margin, reach, out.points};
+      if (traits_of(b.shape.kind).shape_class == ShapeClass::mesh)
         collide_mesh(k, scratch.triangles);
       else
         collide_height_field(k);
-      tidy(out, first, piece.size);
+      tidy(out.points, first, piece.size);
       break;
     }
     case ShapeClass::convex:
-      collide_convex(piece, convex_piece(b, Pose{}, scratch.b), margin, nullptr, out);
+      collide_convex(piece, convex_piece(b.shape, Pose{}, scratch.b), nullptr, out);
       break;
   }
-  to_outside(at_b, out, first);
+  to_outside(b.at, out.points, first);
 }
 
 }  // namespace pantin::detail

@@ -13,15 +13,14 @@ struct NarrowPhaseScratch {
   std::vector<std::uint32_t> triangles;
 };
 
-/// Appends the points of `a`, a convex shape placed at `at_a`, and of `b`, any shape at `at_b`,
-/// whose gap is below `margin` (m). World axes; `Shape::local` is ignored.
+/// Appends the points of `a`, a convex shape, and of `b`, any shape, in world axes.
 ///
 /// At most 8 points for two convex shapes, always including the nearest; every vertex near enough
 /// for a plane; at most 16 for a mesh or a height field. Normals separate the shapes: as long as
 /// every gap stays open along its normal, the shapes do not overlap. Inside a mesh or below a
 /// height field the normal is that of the nearest face. Feature numbers persist while the same
 /// vertices and edges face each other.
-void collide(const Shape& a, const Pose& at_a, const Shape& b, const Pose& at_b, Real margin,
-             NarrowPhaseScratch& scratch, std::vector<ContactPoint>& out);
+void collide(const PlacedShape& a, const PlacedShape& b, NarrowPhaseScratch& scratch,
+             const PointsOut& out);
 
 }  // namespace pantin::detail

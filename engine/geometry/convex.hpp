@@ -49,6 +49,12 @@ struct ConvexScratch {
   std::vector<Face> faces;
 };
 
+/// A shape at a pose; `Shape::local` is ignored.
+struct PlacedShape {
+  const Shape& shape;
+  const Pose& at;
+};
+
 /// A convex shape placed at `at`, good as long as `room` and the shape are.
 Convex convex_piece(const Shape& shape, const Pose& at, ConvexScratch& scratch);
 

@@ -81,25 +81,25 @@ void try_beyond(const Convex& a, const Convex& b, const Facing& facing, Axis& be
 /// An edge with its adjacent faces, for the edge-edge test.
 struct Ridge {
   Vec3 from, along;
+  bool has_faces;          // false for a rod
   Vec3 left{0}, right{0};  // normals of the faces; zero for a rod
 };
 
 Ridge ridge_of(const Convex& c, std::size_t e) {
-  Ridge r{c.points[c.edges[e][0]], edge_of(c, e)};
-  if (!c.sides.empty())
-    r.left = c.faces[c.sides[e][0]].normal, r.right = c.faces[c.sides[e][1]].normal;
+  Ridge r{c.points[c.edges[e][0]], edge_of(c, e), !c.sides.empty()};
+  if (r.has_faces) r.left = c.faces[c.sides[e][0]].normal, r.right = c.faces[c.sides[e][1]].normal;
   return r;
 }
 
 /// Whether the arcs that two edges make on the sphere of normals cross, so that the edges make a
 /// face of the difference of the solids. An edge without faces crosses wherever the other does.
 /// [Gregorius 2013, "The separating axis test between convex polyhedra"]
-bool arcs_cross(const Ridge& a, const Ridge& b, bool a_has_faces, bool b_has_faces) {
+bool arcs_cross(const Ridge& a, const Ridge& b) {
   const Real left_b = glm::dot(b.left, a.along);
-  if (b_has_faces && left_b * glm::dot(b.right, a.along) >= 0) return false;
+  if (b.has_faces && left_b * glm::dot(b.right, a.along) >= 0) return false;
   const Real right_a = glm::dot(a.right, b.along);
-  if (a_has_faces && glm::dot(a.left, b.along) * right_a >= 0) return false;
-  return !(a_has_faces && b_has_faces && left_b * right_a >= 0);
+  if (a.has_faces && glm::dot(a.left, b.along) * right_a >= 0) return false;
+  return !(a.has_faces && b.has_faces && left_b * right_a >= 0);
 }
 
 /// The direction from b to a at right angles to both edges; zero if they are parallel, or if it
@@ -120,7 +120,7 @@ void try_edges(const Convex& a, const Convex& b, const Facing* facing, Axis& bes
     const Ridge rb = ridge_of(b, j);
     for (std::uint32_t i = 0; i < a.edges.size(); ++i) {
       const Ridge ra = ridge_of(a, i);
-      if (!arcs_cross(ra, rb, !a.sides.empty(), !b.sides.empty())) continue;
+      if (!arcs_cross(ra, rb)) continue;
       const Vec3 n =
           across_edges(ra, rb, facing ? facing->outward[j] : Vec3(0), a.centre - b.centre);
       if (n == Vec3(0)) continue;
@@ -197,9 +197,17 @@ void feature_towards(const Convex& c, Vec3 direction, std::uint32_t label, Polyg
   for (std::uint32_t i = 0; i < c.points.size(); ++i) p.add({c.points[i], label + i, label + i});
 }
 
-/// Clips a polygon to the half-space side . x <= offset.
-void cut(const Polygon& from, Vec3 side, Real offset, Real slack, std::uint32_t label,
-         Polygon& to) {
+/// The half-space side . x <= offset, by a face's edge.
+struct EdgePlane {
+  Vec3 side;            // unit, outwards
+  Real offset;          // m
+  Real slack;           // m: what is beyond by less is kept as it is
+  std::uint32_t label;  // of the edge
+};
+
+/// Clips a polygon to a half-space.
+void cut(const Polygon& from, const EdgePlane& by, Polygon& to) {
+  const auto [side, offset, slack, label] = by;
   to.count = 0;
   const std::size_t edges = from.count == 2 ? 1 : from.count;
   const auto height = [&](const Corner& c) { return glm::dot(side, c.point) - offset; };
@@ -241,9 +249,13 @@ bool goes_on(const Facing* facing, const Corner& c) {
   return (in || out) && (!in || flat(c.in)) && (!out || flat(c.out));
 }
 
+/// The piece whose face cuts the other's feature.
+enum class Cutter : std::uint8_t { a, b };
+
 /// Cuts the feature of one piece that looks at the other by the sides of the other's face, and
 /// measures along the normal.
-void clip_against(Clip& k, bool b_is_cutter) {
+void clip_against(Clip& k, Cutter by) {
+  const bool b_is_cutter = by == Cutter::b;
   const Convex& cutter = b_is_cutter ? k.b : k.a;
   const Convex& other = b_is_cutter ? k.a : k.b;
   const Vec3 out_of = b_is_cutter ? k.normal : -k.normal;
@@ -258,7 +270,7 @@ void clip_against(Clip& k, bool b_is_cutter) {
     const std::uint32_t first = corner_of(cutter, face, i);
     const Vec3 u = cutter.points[first], v = cutter.points[corner_of(cutter, face, i + 1)];
     const Vec3 side = glm::normalize(glm::cross(v - u, out_of));
-    cut(*from, side, glm::dot(side, u), slack, (b_is_cutter ? kOfB : 0) + first, *to);
+    cut(*from, {side, glm::dot(side, u), slack, (b_is_cutter ? kOfB : 0) + first}, *to);
     std::swap(from, to);
     if (from->count == 0) return;
   }
@@ -322,46 +334,61 @@ void clip_rods(const Clip& k) {
 void clip(Clip& k) {
   if (k.a.points.size() < 2 || k.b.points.size() < 2) return;
   if (k.a.faces.empty() && k.b.faces.empty()) return clip_rods(k);
-  if (k.a.faces.empty() || k.b.faces.empty()) return clip_against(k, k.a.faces.empty());
+  if (k.a.faces.empty() || k.b.faces.empty())
+    return clip_against(k, k.a.faces.empty() ? Cutter::b : Cutter::a);
   const Real facing_a = -glm::dot(face_towards(k.a, -k.normal)->normal, k.normal);
   const Real facing_b = glm::dot(face_towards(k.b, k.normal)->normal, k.normal);
-  clip_against(k, facing_b + 0.01 >= facing_a);
+  clip_against(k, facing_b + 0.01 >= facing_a ? Cutter::b : Cutter::a);
 }
 
+/// A point of each piece.
+struct PointPair {
+  Vec3 on_a, on_b;
+};
+
 /// The points of two lines that are nearest to each other, for edges that cross.
-void cross_edges(const Convex& a, const Convex& b, const Axis& axis, Vec3& on_a, Vec3& on_b) {
+PointPair cross_edges(const Convex& a, const Convex& b, const Axis& axis) {
   const Vec3 pa = a.points[a.edges[axis.edge_a][0]], pb = b.points[b.edges[axis.edge_b][0]];
   const Vec3 da = edge_of(a, axis.edge_a), db = edge_of(b, axis.edge_b), r = pa - pb;
   const Real aa = glm::dot(da, da), bb = glm::dot(db, db), ab = glm::dot(da, db);
   const Real whole = aa * bb - ab * ab;
   const Real s = whole > 0 ? (ab * glm::dot(db, r) - bb * glm::dot(da, r)) / whole : 0;
-  on_a = pa + glm::clamp(s, Real(0), Real(1)) * da;
-  on_b = on_a - axis.gap * axis.normal;
+  const Vec3 on_a = pa + glm::clamp(s, Real(0), Real(1)) * da;
+  return {on_a, on_a - axis.gap * axis.normal};
 }
 
-void collide_overlapping(const Convex& a, const Convex& b, Real margin, const Facing* facing,
-                         std::vector<ContactPoint>& out) {
+/// The deepest points along an axis of overlap.
+PointPair deepest_points(const Convex& a, const Convex& b, const Axis& axis) {
+  const Vec3 n = axis.normal;
+  if (axis.from == Axis::From::edges) return cross_edges(a, b, axis);
+  if (axis.from == Axis::From::face_a) {
+    const Vec3 on_b = b.points[b.farthest(n)];
+    return {on_b + axis.gap * n, on_b};
+  }
+  const Vec3 on_a = a.points[a.farthest(-n)];
+  return {on_a, on_a - axis.gap * n};
+}
+
+void collide_overlapping(const Convex& a, const Convex& b, const Facing* facing,
+                         const PointsOut& out) {
+  const auto& [margin, points] = out;
   const Axis axis = least_overlap(a, b, facing);
   const Vec3 n = axis.normal;
   const Real gap = axis.gap - a.radius - b.radius, slack = 1e-6 * (a.size + b.size);
   if (gap > margin) return;
-  const std::size_t first = out.size();
-  Clip k{a, b, n, margin, facing, out};
+  const std::size_t first = points.size();
+  Clip k{a, b, n, margin, facing, points};
   if (axis.from != Axis::From::edges && axis.from != Axis::From::beyond) clip(k);
   Real least = 1e300;
-  for (std::size_t i = first; i < out.size(); ++i) least = glm::min(least, out[i].gap);
+  for (std::size_t i = first; i < points.size(); ++i) least = glm::min(least, points[i].gap);
   // A neighbour that a does not cut through has no points to take over.
-  if (k.deepest.gap < least - slack) out.push_back(k.deepest), least = k.deepest.gap;
+  if (k.deepest.gap < least - slack) points.push_back(k.deepest), least = k.deepest.gap;
   // The deepest vertex may lie beside the reference face; then a neighbouring triangle has it.
   if (least > gap + slack && !(facing && (k.left_out || least < 1e300))) {
-    Vec3 on_a = a.points[a.farthest(-n)], on_b = on_a - axis.gap * n;
-    if (axis.from == Axis::From::edges)
-      cross_edges(a, b, axis, on_a, on_b);
-    else if (axis.from == Axis::From::face_a)
-      on_b = b.points[b.farthest(n)], on_a = on_b + axis.gap * n;
-    out.push_back({on_a - a.radius * n, on_b + b.radius * n, n, gap, kDeepest});
+    const auto [on_a, on_b] = deepest_points(a, b, axis);
+    points.push_back({on_a - a.radius * n, on_b + b.radius * n, n, gap, kDeepest});
   }
-  reduce_points(out, first, kMostPoints);
+  reduce_points(points, first, kMostPoints);
 }
 
 /// A face of either piece that is all but at right angles to the line between the nearest points
@@ -406,43 +433,43 @@ void drop_duplicates(std::vector<ContactPoint>& points, std::size_t first, Real 
   points.resize(kept);
 }
 
-void collide_convex(const Convex& a, const Convex& b, Real margin, const Facing* facing,
-                    std::vector<ContactPoint>& out) {
-  if (a.smooth || b.smooth) return touch_smooth(a, b, margin, facing, out);
+void collide_convex(const Convex& a, const Convex& b, const Facing* facing, const PointsOut& out) {
+  const auto& [margin, points] = out;
+  if (a.smooth || b.smooth) return touch_smooth(a, b, facing, out);
   const Real radii = a.radius + b.radius;
   Nearest near = nearest(a, b, margin + radii);
   if (near.state == Nearest::State::beyond) return;
-  if (near.state == Nearest::State::overlap) return collide_overlapping(a, b, margin, facing, out);
+  if (near.state == Nearest::State::overlap) return collide_overlapping(a, b, facing, out);
   snap_to_face(a, b, near);
   const Real gap = near.distance - radii;
   if (gap > margin) return;
-  const std::size_t first = out.size();
+  const std::size_t first = points.size();
   if (facing && !allows(*facing, near.normal)) {
     // A concave or flat edge: only points above the triangle itself count.
     if (glm::dot(near.normal, facing->normal) < 0) return;
-    Clip over{a, b, facing->normal, margin, facing, out};
+    Clip over{a, b, facing->normal, margin, facing, points};
     clip(over);
-    return reduce_points(out, first, kMostPoints);
+    return reduce_points(points, first, kMostPoints);
   }
-  Clip k{a, b, near.normal, margin, facing, out};
+  Clip k{a, b, near.normal, margin, facing, points};
   clip(k);
   Real least = 1e300;
-  for (std::size_t i = first; i < out.size(); ++i) least = glm::min(least, out[i].gap);
+  for (std::size_t i = first; i < points.size(); ++i) least = glm::min(least, points[i].gap);
   if (!k.left_out && least > gap + 1e-6 * (a.size + b.size))
-    out.push_back({near.on_a - a.radius * near.normal, near.on_b + b.radius * near.normal,
-                   near.normal, gap, kClosest});
-  drop_duplicates(out, first, 1e-7 * (a.size + b.size));
-  reduce_points(out, first, kMostPoints);
+    points.push_back({near.on_a - a.radius * near.normal, near.on_b + b.radius * near.normal,
+                      near.normal, gap, kClosest});
+  drop_duplicates(points, first, 1e-7 * (a.size + b.size));
+  reduce_points(points, first, kMostPoints);
 }
 
-void collide_plane(const Convex& a, Vec3 normal, Real offset, Real margin,
-                   std::vector<ContactPoint>& out) {
+void collide_plane(const Convex& a, Vec3 normal, Real offset, const PointsOut& out) {
   CornerRoom scratch;
-  const std::span<const Vec3> corners = corners_towards(a, -normal, margin, scratch);
+  const std::span<const Vec3> corners = corners_towards(a, -normal, out.margin, scratch);
   for (std::uint32_t i = 0; i < corners.size(); ++i) {
     const Real height = glm::dot(normal, corners[i]) - offset, gap = height - a.radius;
-    if (gap > margin) continue;
-    out.push_back({corners[i] - a.radius * normal, corners[i] - height * normal, normal, gap, i});
+    if (gap > out.margin) continue;
+    out.points.push_back(
+        {corners[i] - a.radius * normal, corners[i] - height * normal, normal, gap, i});
   }
 }
 

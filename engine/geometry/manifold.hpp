@@ -15,6 +15,13 @@ struct ContactPoint {
   std::uint64_t feature = 0;  // identifies vertices, edges and triangles; equal in the next step
 };
 
+/// Destination of the contact points of two shapes: those whose gap is at most `margin` are
+/// appended.
+struct PointsOut {
+  Real margin;  // m
+  std::vector<ContactPoint>& points;
+};
+
 /// A triangle of a solid surface with its neighbours, which determine its valid contact normals.
 struct Facing {
   Vec3 normal{0, 1, 0};
@@ -29,14 +36,12 @@ bool allows(const Facing& facing, Vec3 normal);
 /// Whether the edge is convex.
 bool sticks_out(const Facing& facing, int edge);
 
-/// Appends the points of a and b that are nearer than `margin`: at most 8, always with the nearest
-/// one. `facing` belongs to b where that is a triangle of a surface, else null.
-void collide_convex(const Convex& a, const Convex& b, Real margin, const Facing* facing,
-                    std::vector<ContactPoint>& out);
+/// Appends the points of a and b that are near enough: at most 8, always with the nearest one.
+/// `facing` belongs to b where that is a triangle of a surface, else null.
+void collide_convex(const Convex& a, const Convex& b, const Facing* facing, const PointsOut& out);
 
-/// All vertices of a nearer than `margin` to the plane normal . x = offset, a's radius included.
-void collide_plane(const Convex& a, Vec3 normal, Real offset, Real margin,
-                   std::vector<ContactPoint>& out);
+/// All vertices of a near enough to the plane normal . x = offset, a's radius included.
+void collide_plane(const Convex& a, Vec3 normal, Real offset, const PointsOut& out);
 
 /// Of points from `first` on with equal normals and positions within `near` (m), keeps the deepest.
 void drop_duplicates(std::vector<ContactPoint>& points, std::size_t first, Real near);

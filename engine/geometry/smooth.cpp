@@ -169,8 +169,8 @@ std::span<const Vec3> corners_towards(const Convex& c, Vec3 direction, Real marg
   return {scratch.data(), count};
 }
 
-void touch_smooth(const Convex& a, const Convex& b, Real margin, const Facing* facing,
-                  std::vector<ContactPoint>& out) {
+void touch_smooth(const Convex& a, const Convex& b, const Facing* facing, const PointsOut& out) {
+  const auto& [margin, points] = out;
   const Real radii = a.radius + b.radius, size = a.size + b.size;
   Separation apart = separate(a, b, margin + radii);
   if (apart.is_beyond || apart.distance - radii > margin) return;
@@ -185,22 +185,22 @@ void touch_smooth(const Convex& a, const Convex& b, Real margin, const Facing* f
   const std::array<Vec3, 3> frame{u, v, n};
   const Flat on_a = flatten(patch_of(a, -n, margin), frame, 0),
              on_b = flatten(patch_of(b, n, margin), frame, kOfB);
-  const std::size_t first = out.size();
-  clip({on_a, on_b, frame, a.radius, b.radius, margin, out});
+  const std::size_t first = points.size();
+  clip({on_a, on_b, frame, a.radius, b.radius, margin, points});
   if (over_only) {
     const Vec3 low = a.extreme(-n);
     if (const auto h = height_at(on_b, glm::dot(u, low), glm::dot(v, low)))
       apart = {low, low - (glm::dot(n, low) - *h) * n, n, glm::dot(n, low) - *h, false};
     else
-      return reduce_points(out, first, kMostPoints);
+      return reduce_points(points, first, kMostPoints);
   }
   const Real gap = apart.distance - radii;
   Real least = 1e300;
-  for (std::size_t i = first; i < out.size(); ++i) least = glm::min(least, out[i].gap);
+  for (std::size_t i = first; i < points.size(); ++i) least = glm::min(least, points[i].gap);
   if (least > gap + 1e-9 * size && gap <= margin)
-    out.push_back({apart.on_a - a.radius * n, apart.on_b + b.radius * n, n, gap, kClosest});
-  drop_duplicates(out, first, 1e-4 * size);
-  reduce_points(out, first, kMostPoints);
+    points.push_back({apart.on_a - a.radius * n, apart.on_b + b.radius * n, n, gap, kClosest});
+  drop_duplicates(points, first, 1e-4 * size);
+  reduce_points(points, first, kMostPoints);
 }
 
 namespace {

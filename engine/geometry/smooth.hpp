@@ -34,8 +34,7 @@ std::span<const Vec3> corners_towards(const Convex& c, Vec3 direction, Real marg
                                       CornerRoom& scratch);
 
 /// As collide_convex(), where one of the pieces or both are smooth.
-void touch_smooth(const Convex& a, const Convex& b, Real margin, const Facing* facing,
-                  std::vector<ContactPoint>& out);
+void touch_smooth(const Convex& a, const Convex& b, const Facing* facing, const PointsOut& out);
 
 /// As cast() and closest() of kinds.hpp, for any convex piece.
 std::optional<RayEntry> cast_at(const Convex& piece, Vec3 from, Vec3 way, Real limit);

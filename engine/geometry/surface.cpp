@@ -139,7 +139,7 @@ const char* Surface::restored() {
     if (points.size() != static_cast<std::size_t>(columns) * rows) return "is no whole surface";
     std::vector<Real> heights;
     for (Vec3 p : points) heights.push_back(p.y);
-    return differs(make_height_field(columns, rows, spacing_x, spacing_z, heights), *this);
+    return differs(make_height_field({columns, rows, spacing_x, spacing_z, heights}), *this);
   }
   if (neighbours.empty()) return check_hull(*this);
   if (corners.size() % 3 != 0) return "is no whole surface";
@@ -272,9 +272,8 @@ Result<std::shared_ptr<const Surface>> make_mesh(std::span<const Vec3> points,
   return std::shared_ptr<const Surface>(std::move(s));
 }
 
-Result<std::shared_ptr<const Surface>> make_height_field(std::uint32_t columns, std::uint32_t rows,
-                                                         Real spacing_x, Real spacing_z,
-                                                         std::span<const Real> heights) {
+Result<std::shared_ptr<const Surface>> make_height_field(const HeightGrid& grid) {
+  const auto [columns, rows, spacing_x, spacing_z, heights] = grid;
   std::vector<Error> errors;
   const auto complain = [&](const auto&... parts) {
     std::ostringstream out;

@@ -101,9 +101,14 @@ Result<std::shared_ptr<const Surface>> make_hull(std::span<const Vec3> points);
 Result<std::shared_ptr<const Surface>> make_mesh(
     std::span<const Vec3> points, std::span<const std::array<std::uint32_t, 3>> triangles);
 
-/// Terrain: heights[row * columns + column], m. At least 2 by 2, spacings above zero.
-Result<std::shared_ptr<const Surface>> make_height_field(std::uint32_t columns, std::uint32_t rows,
-                                                         Real spacing_x, Real spacing_z,
-                                                         std::span<const Real> heights);
+/// Heights over the points of a grid, `columns` along x by `rows` along z.
+struct HeightGrid {
+  std::uint32_t columns, rows;
+  Real spacing_x, spacing_z;      // m, from point to point
+  std::span<const Real> heights;  // [row * columns + column], m
+};
+
+/// Terrain. At least 2 by 2, spacings above zero.
+Result<std::shared_ptr<const Surface>> make_height_field(const HeightGrid& grid);
 
 }  // namespace pantin::detail

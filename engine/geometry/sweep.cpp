@@ -93,7 +93,7 @@ std::optional<SweepHit> sweep_surface(const Slide& k, const Surface& s, Real lim
 std::optional<SweepHit> overlap_at_start(const Slide& k, const Shape& b) {
   NarrowPhaseScratch scratch;
   std::vector<ContactPoint> points;
-  collide(k.shape, k.at, b, Pose{}, 0, scratch, points);
+  collide({k.shape, k.at}, {b, Pose{}}, scratch, {0, points});
   const ContactPoint* deepest = nullptr;
   for (const ContactPoint& p : points)
     if (!deepest || p.gap < deepest->gap) deepest = &p;
@@ -103,30 +103,30 @@ std::optional<SweepHit> overlap_at_start(const Slide& k, const Shape& b) {
 
 }  // namespace
 
-std::optional<SweepHit> sweep(const Shape& a, const Pose& at_a, const Shape& b, const Pose& at_b,
-                              Vec3 way, Real limit) {
-  PANTIN_ASSERT(is_convex(a.kind));
-  PANTIN_ASSERT(is_unit(at_a) && is_unit(at_b) && is_unit(way) && is_range(0, limit));
-  if (!is_complete(a) || !is_complete(b)) return std::nullopt;
-  const Quat back = glm::conjugate(at_b.rotation);
-  const Slide k{a, {back * (at_a.position - at_b.position), back * at_a.rotation}, back * way};
-  std::optional<SweepHit> hit = overlap_at_start(k, b);
+std::optional<SweepHit> sweep(const PlacedShape& a, const PlacedShape& b, Vec3 way, Real limit) {
+  PANTIN_ASSERT(is_convex(a.shape.kind));
+  PANTIN_ASSERT(is_unit(a.at) && is_unit(b.at) && is_unit(way) && is_range(0, limit));
+  if (!is_complete(a.shape) || !is_complete(b.shape)) return std::nullopt;
+  const Quat back = glm::conjugate(b.at.rotation);
+  const Slide k{
+      a.shape, {back * (a.at.position - b.at.position), back * a.at.rotation}, back * way};
+  std::optional<SweepHit> hit = overlap_at_start(k, b.shape);
   ConvexScratch scratch;
-  if (!hit) switch (traits_of(b.kind).shape_class) {
+  if (!hit) switch (traits_of(b.shape.kind).shape_class) {
       case ShapeClass::half_space:
         hit = sweep_half_space(k, limit);
         break;
       case ShapeClass::mesh:
       case ShapeClass::heights:
-        hit = sweep_surface(k, *b.surface, limit);
+        hit = sweep_surface(k, *b.shape.surface, limit);
         break;
       case ShapeClass::convex:
-        hit = sweep_convex(k, convex_piece(b, Pose{}, scratch), limit);
+        hit = sweep_convex(k, convex_piece(b.shape, Pose{}, scratch), limit);
         break;
     }
   if (!hit) return std::nullopt;
   PANTIN_ASSERT(is_unit(hit->normal) && is_range(0, hit->distance));
-  hit->point = to_world(at_b, hit->point), hit->normal = at_b.rotation * hit->normal;
+  hit->point = to_world(b.at, hit->point), hit->normal = b.at.rotation * hit->normal;
   return hit;
 }
 

@@ -13,10 +13,8 @@ struct SweepHit {
   Vec3 normal{0, 1, 0};  // unit, out of the other shape
 };
 
-/// Where `a`, a convex shape at `at_a`, first touches `b` at `at_b`, when it slides along `way`, of
-/// unit length, for at most `limit` (m). World axes; `Shape::local` is ignored. Distances are good
-/// to 1e-9 of the shapes' sizes.
-std::optional<SweepHit> sweep(const Shape& a, const Pose& at_a, const Shape& b, const Pose& at_b,
-                              Vec3 way, Real limit);
+/// Where `a`, a convex shape, first touches `b`, when it slides along `way`, of unit length, for at
+/// most `limit` (m). World axes. Distances are good to 1e-9 of the shapes' sizes.
+std::optional<SweepHit> sweep(const PlacedShape& a, const PlacedShape& b, Vec3 way, Real limit);
 
 }  // namespace pantin::detail

@@ -79,7 +79,7 @@ struct ShapeMaker {
                    "columns times rows of them");
     else
       take(ShapeKind::height_field,
-           make_height_field(s.columns, s.rows, s.spacing_x, s.spacing_z, s.heights));
+           make_height_field({s.columns, s.rows, s.spacing_x, s.spacing_z, s.heights}));
     stage(s.at);
   }
 };

@@ -124,8 +124,8 @@ SurfacePointer read_height_field(const Reader& from) {
   if (!heights.empty()) from.numbers("heights", heights);
   if (!is_whole || from.diagnostics.error_count() != refused_before) return nullptr;
   return kept(
-      from, make_height_field(static_cast<std::uint32_t>(columns), static_cast<std::uint32_t>(rows),
-                              spacing[0], spacing[1], heights));
+      from, make_height_field({static_cast<std::uint32_t>(columns),
+                               static_cast<std::uint32_t>(rows), spacing[0], spacing[1], heights}));
 }
 
 /// Which kind of shape stands here; nothing after a complaint.

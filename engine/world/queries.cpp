@@ -165,7 +165,7 @@ RayAnswer Queries::cast_shape(const Shape& shape, const Pose& from, Vec3 way,
     const Item& item = index_->items[number];
     if (!sees(filter, item)) return;
     const Real limit = answer.hit ? answer.hit->fraction * length : length;
-    const auto met = sweep(shape, at, item.shape, item.at, unit, limit);
+    const auto met = sweep({shape, at}, {item.shape, item.at}, unit, limit);
     if (!met) return;
     const Real fraction = length > 0 ? glm::min(met->distance / length, Real(1)) : 0;
     const RayHit hit{item.body, item.index, met->point, met->normal, fraction};
@@ -194,7 +194,7 @@ QueryStatus Queries::overlap(const Shape& shape, const Pose& at, const QueryFilt
     const Item& item = index_->items[number];
     if (!sees(filter, item)) continue;
     points.clear();
-    collide(shape, pose, item.shape, item.at, 0, room, points);
+    collide({shape, pose}, {item.shape, item.at}, room, {0, points});
     if (points.empty()) continue;
     const ContactPoint& deepest = *std::min_element(
         points.begin(), points.end(),

@@ -156,7 +156,7 @@ TEST_CASE("the search finds what a look at all pairs of shapes finds, in order, 
   Stage s;
   std::vector<Real> heights(21 * 21);
   for (Real& h : heights) h = s.between(-1.5, -1);
-  const auto ground = *make_height_field(21, 21, 0.5, 0.5, heights);
+  const auto ground = *make_height_field({21, 21, 0.5, 0.5, heights});
   s.body({ShapeKind::height_field, {}, {}, 0, ground}, {}, Motion::fixed);
   s.body(kPlane, {0, -1.4, 0}, Motion::fixed);
   for (int i = 0; i < 150; ++i) {
@@ -198,8 +198,8 @@ TEST_CASE("the search finds what a look at all pairs of shapes finds, in order, 
         for (const Shape& p : s.world.shapes[owners[a]].list)
           for (const Shape& q : s.world.shapes[owners[b]].list) {
             points.clear();
-            collide(p, compose(bodies[a].pose, p.local), q, compose(bodies[b].pose, q.local), 0.1,
-                    room, points);
+            collide({p, compose(bodies[a].pose, p.local)}, {q, compose(bodies[b].pose, q.local)},
+                    room, {0.1, points});
             for (const ContactPoint& t : points) want.emplace_back(a, b, t.gap);
           }
       }

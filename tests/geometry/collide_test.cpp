@@ -48,13 +48,13 @@ Shape field(std::uint32_t columns, std::uint32_t rows, Real spacing, const auto&
           {},
           {},
           0,
-          *make_height_field(columns, rows, spacing, spacing, heights)};
+          *make_height_field({columns, rows, spacing, spacing, heights})};
 }
 
 Points touching(const Shape& a, const Pose& at_a, const Shape& b, const Pose& at_b, Real margin) {
   NarrowPhaseScratch room;
   Points out;
-  collide(a, at_a, b, at_b, margin, room, out);
+  collide({a, at_a}, {b, at_b}, room, {margin, out});
   return out;
 }
 

@@ -59,7 +59,7 @@ TEST_CASE("smooth pieces are as far apart, and overlap as deep, as those with co
         std::vector<ContactPoint> expected;
         ConvexScratch room_a, room_b;
         const Convex with_a = convex_piece(a, at, room_a), with_b = convex_piece(b, to, room_b);
-        collide_convex(with_a, with_b, 100, nullptr, expected);
+        collide_convex(with_a, with_b, nullptr, {100, expected});
         REQUIRE_FALSE(expected.empty());
         const Real gap = least_gap(expected);
         const Separation found = separate(smooth(a, at), smooth(b, to), 1e300);
@@ -96,12 +96,12 @@ TEST_CASE("a smooth block touches planes, blocks and grounds as the block does")
     std::vector<ContactPoint> on_plane, on_block, expected;
     ConvexScratch room, room_b;
     const Pose at{{dice.between(-0.9, 0.9), 0.7 + gap, dice.between(-0.9, 0.9)}, rotation};
-    collide_plane(smooth(block, at), {0, 1, 0}, 0.5, margin, on_plane);
+    collide_plane(smooth(block, at), {0, 1, 0}, 0.5, {margin, on_plane});
     CHECK(on_plane.size() == 4);
     for (const ContactPoint& p : on_plane) CHECK(p.gap == Approx(gap).margin(1e-12));
-    collide_convex(smooth(block, at), convex_piece(other, {}, room), margin, nullptr, on_block);
-    collide_convex(convex_piece(block, at, room_b), convex_piece(other, {}, room), margin, nullptr,
-                   expected);
+    collide_convex(smooth(block, at), convex_piece(other, {}, room), nullptr, {margin, on_block});
+    collide_convex(convex_piece(block, at, room_b), convex_piece(other, {}, room), nullptr,
+                   {margin, expected});
     CAPTURE(gap, at.position.x, at.position.z, on_block.size(), expected.size());
     REQUIRE_FALSE(on_block.empty());
     CHECK(least_gap(on_block) == Approx(least_gap(expected)).margin(1e-9));

@@ -84,10 +84,11 @@ inline std::vector<Sample> samples() {
   std::vector<Real> heights;
   for (int z = 0; z < 5; ++z)
     for (int x = 0; x < 6; ++x) heights.push_back(slope(0.5 * (x - 2.5), 0.4 * (z - 2)));
-  all.push_back({{ShapeKind::height_field, {}, {}, 0, *make_height_field(6, 5, 0.5, 0.4, heights)},
-                 [](Vec3 p) {
-                   return std::abs(p.x) < 1.25 && std::abs(p.z) < 0.8 && p.y < slope(p.x, p.z);
-                 }});
+  all.push_back(
+      {{ShapeKind::height_field, {}, {}, 0, *make_height_field({6, 5, 0.5, 0.4, heights})},
+       [](Vec3 p) {
+         return std::abs(p.x) < 1.25 && std::abs(p.z) < 0.8 && p.y < slope(p.x, p.z);
+       }});
   return all;
 }
 

@@ -121,7 +121,7 @@ TEST_CASE("meshes that are open, twisted, flat or inside out are refused by name
 TEST_CASE("neighbours of triangles share the edge they are named for") {
   const auto mesh = make_mesh(kCube, kCubeSides);
   const std::vector<Real> heights(12, 0.5);
-  const auto field = make_height_field(4, 3, 1, 2, heights);
+  const auto field = make_height_field({4, 3, 1, 2, heights});
   REQUIRE(mesh);
   REQUIRE(field);
   int rim = 0;
@@ -144,11 +144,11 @@ TEST_CASE("neighbours of triangles share the edge they are named for") {
 
 TEST_CASE("wrong height fields are refused") {
   const std::vector<Real> four(4, 0.0);
-  CHECK(make_height_field(2, 2, 1, 1, four));
-  CHECK(complains(make_height_field(1, 4, 1, 1, four), "at least 2 of each"));
-  CHECK(complains(make_height_field(2, 3, 1, 1, four), "expected columns times rows, 6"));
-  CHECK(complains(make_height_field(2, 2, 0, 1, four), "above 0"));
-  CHECK(complains(make_height_field(2, 2, 1, 1, std::vector<Real>{0, 0, NAN, 0}), "height 2"));
+  CHECK(make_height_field({2, 2, 1, 1, four}));
+  CHECK(complains(make_height_field({1, 4, 1, 1, four}), "at least 2 of each"));
+  CHECK(complains(make_height_field({2, 3, 1, 1, four}), "expected columns times rows, 6"));
+  CHECK(complains(make_height_field({2, 2, 0, 1, four}), "above 0"));
+  CHECK(complains(make_height_field({2, 2, 1, 1, std::vector<Real>{0, 0, NAN, 0}}), "height 2"));
 }
 
 TEST_CASE("hull and mesh of a box weigh what the box weighs") {

@@ -128,7 +128,7 @@ TEST_CASE("surfaces come back whole, and broken ones are refused") {
   const std::pair<ShapeKind, std::shared_ptr<const Surface>> kinds[] = {
       {ShapeKind::hull, *make_hull(corners)},
       {ShapeKind::mesh, *make_mesh(corners, sides)},
-      {ShapeKind::height_field, *make_height_field(2, 2, 1, 1, heights)}};
+      {ShapeKind::height_field, *make_height_field({2, 2, 1, 1, heights})}};
   for (const auto& [kind, surface] : kinds) {
     const Shape shape{kind, Vec3(0), {}, 0, surface};
     const auto bytes_of = [](const Shape& s) {

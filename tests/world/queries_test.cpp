@@ -287,7 +287,7 @@ TEST_CASE("overlap and touch agree, and a slide ends where overlaps begin") {
     NarrowPhaseScratch room;
     each(world, [&](Entity, const Shape& s, const Pose& at) {
       std::vector<ContactPoint> points;
-      collide(shape, from, s, at, 0, room, points);
+      collide({shape, from}, {s, at}, room, {0, points});
       expected += !points.empty();
     });
     CHECK(found.size() == expected);
