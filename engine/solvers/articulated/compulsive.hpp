@@ -19,8 +19,8 @@ struct Inertia {
 /// The motion of least mass-weighted displacement that carries an anchor across a gap.
 ///
 /// `arm` runs from the mass centre to the anchor, `gap` from the anchor to its goal: metres, world
-/// axes. `stiffness` (beta) sets the split: 0 rotates as far
-/// as the arm can point, large values only translate. The anchor lands on its goal for every split:
+/// axes. `stiffness` (beta) sets the split: 0 rotates as far as the arm can point, large values
+/// only translate. The anchor lands on its goal for every split:
 ///   R r + T = r + s,  T = (1 - R) r + s
 /// The rotation lies between 0 and the angle from r to r + s. Without a gap, without an arm, or
 /// with a gap along the arm there is no axis: the body translates. [Lee 2000, sec. 3.2 and Eq. 3;

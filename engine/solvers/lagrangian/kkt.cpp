@@ -35,7 +35,7 @@ struct PivotRule {
 };
 
 /// LDL^T of a square block, lower part; the diagonal becomes 1 / D. Other pivots than those that
-/// stand are dropped. Returns their number.
+/// stand are dropped. Returns the number of dropped pivots.
 template <int R>
 int decompose(Real* d, std::size_t rows, const PivotRule& rule) {
   const std::size_t n = R ? R : rows;
@@ -62,8 +62,8 @@ int decompose(Real* d, std::size_t rows, const PivotRule& rule) {
   return cut;
 }
 
-/// Size of a block beside the diagonal, as stored in the factor: by the unknowns of its column, one
-/// row of numbers each.
+/// Size of a block of the factor beside the diagonal: a row for each unknown of the eliminated
+/// node, as wide as the other node has unknowns.
 struct BlockSize {
   std::size_t rows, width;
 };
@@ -85,7 +85,7 @@ void solve_lower(const Real* d, Real* b, Real* y, const BlockSize& size) {
   }
 }
 
-/// Two blocks with the same rows, each as wide as stored.
+/// Sizes of two blocks of the factor that belong to the same eliminated node.
 struct PairSize {
   std::size_t rows, width_z, width_y;
 };

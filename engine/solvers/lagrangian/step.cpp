@@ -69,7 +69,7 @@ void write_back(World& world, const Island& m) {
   }
 }
 
-/// One of the two links that a gear couples: it has the bodies of Block::ends from here on.
+/// One of the two links that a gear couples; `end` is the place of its bodies in Block::ends.
 struct GearSide {
   const Block& block;
   int end;
