@@ -83,7 +83,7 @@ TEST_CASE("without solid bodies there are no contacts") {
 
 TEST_CASE("fixed and driven bodies do not touch each other; groups have to agree both ways") {
   Stage s;
-  Collision ground, ghost;
+  Collision ground;
   ground.groups = 2;
   s.body(kPlane, {}, Motion::fixed, ground);
   s.body(ball(1), {0, 0.5, 0}, Motion::kinematic);

@@ -20,7 +20,7 @@ struct Case {
   Real mass;
   Mat3 inertia() const { return world_inertia(rotation, moments); }
   CompulsiveMotion motion(Real stiffness = 1) const {
-    return least_displacement(arm, gap, mass, inertia(), stiffness);
+    return least_displacement(arm, gap, {mass, inertia()}, stiffness);
   }
   /// Kinetic cost of turning by `angle` about r x s and sliding so that the anchor lands.
   Real action(Real angle) const {
@@ -108,7 +108,7 @@ TEST_CASE("a goal almost straight behind the body is reached by a finite turn") 
     for (Real length : {0.25, 0.5, 0.9}) {
       const Vec3 gap = length * Vec3(std::sin(phi), std::cos(phi), 0);
       for (Real inertia : {0.0, 1e-6, 0.02, 10.0}) {
-        const CompulsiveMotion m = least_displacement(arm, gap, 1, Mat3(inertia));
+        const CompulsiveMotion m = least_displacement(arm, gap, {1, Mat3(inertia)});
         INFO(degrees << " degrees, gap " << length << ", inertia " << inertia);
         CHECK(is_finite(m.rotation));
         CHECK(glm::length(m.rotation * arm + m.translation - arm - gap) <= 1e-15);
@@ -123,12 +123,12 @@ TEST_CASE("where there is no axis the body slides and does not turn") {
   const Vec3 arm(0.25, 0.5, 0);
   const Vec3 gap = GENERATE(Vec3(0), Vec3(0.25, 0.5, 0), Vec3(-0.125, -0.25, 0), Vec3(-2, -4, 0));
   for (const CompulsiveMotion& m :
-       {least_displacement(arm, gap, 2, Mat3(0.1)), literal_rule(arm, gap, 0.05)}) {
+       {least_displacement(arm, gap, {2, Mat3(0.1)}), literal_rule(arm, gap, 0.05)}) {
     CHECK(m.rotation == kIdentity);
     CHECK(m.translation == gap);
   }
   for (const CompulsiveMotion& m :
-       {least_displacement(Vec3(0), arm, 2, Mat3(0.1)), literal_rule(Vec3(0), arm, 0.05)}) {
+       {least_displacement(Vec3(0), arm, {2, Mat3(0.1)}), literal_rule(Vec3(0), arm, 0.05)}) {
     CHECK(m.rotation == kIdentity);
     CHECK(m.translation == arm);
   }

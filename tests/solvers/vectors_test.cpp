@@ -89,7 +89,7 @@ Pose moved(const json& body, Vec3 goal, bool paper) {
   const articulated::CompulsiveMotion m =
       paper ? articulated::literal_rule(arm, gap,
                                         articulated::inertia_about_turn(arm, gap, inertia) / mass)
-            : articulated::least_displacement(arm, gap, mass, inertia);
+            : articulated::least_displacement(arm, gap, {mass, inertia});
   return {at.position + m.translation, glm::normalize(m.rotation * at.rotation)};
 }
 
@@ -195,8 +195,8 @@ TEST_CASE("vectors: the update stage") {
   const Real h = v.at("dt"), keep = v.at("k");
   const Vec3 x_before = vec(v.at("x_prev")), x = vec(v.at("x")), a = vec(v.at("a"));
   const Quat q_before = quat(v.at("q_prev")), q = quat(v.at("q"));
-  CHECK(miss(articulated::verlet_position(x_before, x, a, h, keep), vec(v.at("x_next"))) <=
-        kTolerance);
+  CHECK(miss(articulated::verlet_position(x_before, x, a, {.h = h, .keep = keep}),
+             vec(v.at("x_next"))) <= kTolerance);
   CHECK(miss(articulated::verlet_rotation(q_before, q, keep), quat(v.at("q_next"))) <= kTolerance);
 
   // The same through a step, where the recursion is kept as a velocity.

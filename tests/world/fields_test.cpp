@@ -129,7 +129,9 @@ TEST_CASE("surfaces come back whole, and broken ones are refused") {
       {ShapeKind::hull, *make_hull(corners)},
       {ShapeKind::mesh, *make_mesh(corners, sides)},
       {ShapeKind::height_field, *make_height_field({2, 2, 1, 1, heights})}};
-  for (const auto& [kind, surface] : kinds) {
+  for (const auto& pair : kinds) {
+    const ShapeKind kind = pair.first;
+    const std::shared_ptr<const Surface>& surface = pair.second;
     const Shape shape{kind, Vec3(0), {}, 0, surface};
     const auto bytes_of = [](const Shape& s) {
       FieldWriter writer;

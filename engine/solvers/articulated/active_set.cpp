@@ -95,7 +95,7 @@ void iterate_mutual(World& world, Real h) {
   all.clear();
   for (Island& a : islands_of(world))
     if (a.mutual && needs_active_set(a)) all.push_back(&a);
-  iterate_contacts(world, all, h, 100, 1e-9);
+  iterate_contacts(world, all, h, {.rounds = 100, .enough = 1e-9});
 }
 
 namespace {
@@ -140,7 +140,7 @@ bool find_active_set(World& world, Island& a, Real h, StepLength length) {
   for (int n = 2; n < std::min(kIterations, a.settings.active_set_iterations) && !converged; ++n) {
     begin_iteration(world, a, h);
     Island* const alone[] = {&a};
-    iterate_contacts(world, alone, h, 100, 1e-8);
+    iterate_contacts(world, alone, h, {.rounds = 100, .enough = 1e-8});
     converged = end_iteration(world, a, h);
   }
   return converged;

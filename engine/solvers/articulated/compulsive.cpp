@@ -4,15 +4,14 @@
 
 namespace pantin::detail::articulated {
 
-CompulsiveMotion least_displacement(Vec3 arm, Vec3 gap, Real mass, const Mat3& inertia,
-                                    Real stiffness) {
+CompulsiveMotion least_displacement(Vec3 arm, Vec3 gap, const Inertia& of, Real stiffness) {
   const Vec3 a = glm::cross(arm, gap);
   const Real a2 = glm::dot(a, a);
   // A gap along the arm, or no arm, defines no axis of rotation.
   if (!(a2 > 1e-100)) return {kIdentity, gap};
   // Scaled by |r x s|^2: only the quotient matters, so no division is needed.
-  const Vec3 s = mass * a2 * a;
-  const Real c = stiffness * glm::dot(a, inertia * a) + mass * a2 * glm::dot(arm, arm + gap);
+  const Vec3 s = of.mass * a2 * a;
+  const Real c = stiffness * glm::dot(a, of.tensor * a) + of.mass * a2 * glm::dot(arm, arm + gap);
   const Real s2 = glm::dot(s, s);
   const Real z = std::sqrt(c * c + s2);
   const Quat rotation = glm::normalize(Quat(c >= 0 ? z + c : s2 / (z - c), s));

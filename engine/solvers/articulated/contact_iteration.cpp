@@ -32,7 +32,8 @@ void push_at(StepScratch& r, const ContactRow& t, Vec3 force, std::size_t side) 
   r.forces_in[t.column].add_to_side(side, force);
   r.torques_in[t.column].add_to_side(side, glm::cross(t.arm, force));
 }
-void push_between(const Island& a, StepScratch& r, std::size_t c, Vec3 torque, std::size_t side) {
+void push_between(Island& a, std::size_t c, Vec3 torque, std::size_t side) {
+  StepScratch& r = a.scratch;
   r.torques_in[c].add_to_side(side, torque);
   if (a.parents[c] >= 0)
     r.torques_in[static_cast<std::size_t>(a.parents[c])].add_to_side(side, -torque);
@@ -124,7 +125,7 @@ void find_response(Island& a) {
       Vec3 unit(0);
       unit[static_cast<int>(axis)] = 1;
       if (row.is_limit)
-        push_between(a, r, row.column, r.terms[row.column].limits[row.limit].along, s);
+        push_between(a, row.column, r.terms[row.column].limits[row.limit].along, s);
       else
         push_at(r, r.contact_rows[row.contact_row], unit, s);
     }
@@ -295,7 +296,8 @@ void find_contact_response(const World& world, Island& a) {
       [&](std::size_t c) { return a.scratch.rotation[c]; });
 }
 
-void iterate_contacts(World& world, std::span<Island* const> all, Real h, int rounds, Real enough) {
+void iterate_contacts(World& world, std::span<Island* const> all, Real h,
+                      const IterationBounds& until) {
   pair_up(world, all);
   for (Island* a : all)
     for (IterationRow& row : a->scratch.iteration_rows) {
@@ -305,7 +307,7 @@ void iterate_contacts(World& world, std::span<Island* const> all, Real h, int ro
         start_contact(world, *a, row, h);
     }
   const Together together{contacts_of(world), islands_of(world)};
-  for (int round = 0; round < rounds; ++round) {
+  for (int round = 0; round < until.rounds; ++round) {
     bool moved_any = false;
     for (Island* a : all) {
       Real most = 0;
@@ -315,7 +317,7 @@ void iterate_contacts(World& world, std::span<Island* const> all, Real h, int ro
         else if (is_owner_side(*a, row))
           most = std::max(most, relax_contact(together, *a, row));
       }
-      moved_any = moved_any || most > enough * a->size;
+      moved_any = moved_any || most > until.enough * a->size;
     }
     if (!moved_any) break;
   }
@@ -327,7 +329,7 @@ void add_iterated_lambdas(World& world, Island& a) {
   for (const IterationRow& row : r.iteration_rows) {
     if (row.is_limit) {
       LimitRow& limit = limit_of(a, row);
-      push_between(a, r, row.column, -limit.lambda * limit.along, 0);
+      push_between(a, row.column, -limit.lambda * limit.along, 0);
       continue;
     }
     const ContactRow& t = r.contact_rows[row.contact_row];

@@ -32,18 +32,23 @@ constexpr Real kMaxLambdaSquared = 1e36;
 /// Slower impacts are inelastic, m/s.
 constexpr Real kRestitutionThreshold = 0.2;
 
+/// What may add to the predicted displacement of any body of an island in one step, m: its moving
+/// anchors, and gravity.
+struct Margin {
+  Real anchors = 0, gravity = 0;
+};
+
 /// Bound on the displacement of a body's surface in this step: the predicted one, and a margin for
 /// joints.
-Real reach_of(const World& world, const Island& a, std::size_t c, Real anchor_displacement,
-              Real h) {
+Real reach_of(const World& world, const Island& a, std::size_t c, const Margin& margin) {
   const Body& b = world.bodies.values()[a.slots[c]];
   const Shapes* shapes = world.shapes.find(a.bodies[c]);
   if (!shapes) return 0;
   const Real extent = contact::extent_of(*shapes);
   const Real translation = glm::length(a.scratch.work.vec(kPosition, c) - b.pose.position);
   const Quat rotation = a.scratch.work.quat(kRotation, c) * glm::conjugate(b.pose.rotation);
-  return 1.25 * (translation + extent * glm::length(rotation_vector(rotation))) +
-         anchor_displacement + 0.02 * extent + glm::length(world.gravity) * h * h;
+  return 1.25 * (translation + extent * glm::length(rotation_vector(rotation))) + margin.anchors +
+         0.02 * extent + margin.gravity;
 }
 
 /// Largest displacement of the island's anchors in this step.
@@ -82,19 +87,33 @@ Real approach(const World& world, const Contact& c) {
   return -glm::dot(c.normal, speed(c.slot_a, c.point_a) - speed(c.slot_b, c.point_b));
 }
 
+/// A step or a part of one: its length, s, and the number of equal parts that follow it.
+struct Substep {
+  Real h = 0;
+  int left = 0;
+};
+
 /// Goal of a's point in contact with a fixed or kinematic body.
-Vec3 goal_of(const World& world, const Contact& c, Vec3 start, Real h, int substeps_left) {
+Vec3 goal_of(const World& world, const Contact& c, Vec3 start, const Substep& now) {
   const Body& b = world.bodies.values()[c.slot_b];
   Vec3 end = to_world(b.pose, c.point_b);
-  const Vec3 way = way_of(b, end, h);
-  end -= Real(substeps_left) * way;
+  const Vec3 way = way_of(b, end, now.h);
+  end -= Real(now.left) * way;
   const Vec3 bias = start + way;
-  return bias + (glm::dot(c.normal, end - bias) + h * c.impact) * c.normal;
+  return bias + (glm::dot(c.normal, end - bias) + now.h * c.impact) * c.normal;
 }
 
-/// Active-set update of one contact after a pass. `error` leads from the point to its goal, `depth`
-/// is the remaining penetration. True if unchanged.
-bool update_active_set(Contact& c, Vec3 error, Real depth, Real weight, Real size) {
+/// What a pass left open at a contact, m: the way from the point to its goal, and the remaining
+/// penetration.
+struct ContactError {
+  Vec3 to_goal{0};
+  Real depth = 0;
+};
+
+/// Active-set update of one contact after a pass, by the stiffness of its row, kg, and the size of
+/// the island, m. True if unchanged.
+bool update_active_set(Contact& c, const ContactError& left, Real weight, Real size) {
+  const auto& [error, depth] = left;
   const Real residual = glm::dot(error, c.normal);
   if (!c.active) {
     if (!(depth > 1e-9 * size)) return true;
@@ -133,11 +152,11 @@ void keep_sleeping_contacts(World& world, Island& a, Real h) {
 
 void find_reaches(const World& world, Real h, std::span<Real> reach) {
   for (const Island& a : islands_of(world)) {
-    const Real anchor_displacement = displacement_of_targets(a);
+    const Margin margin{displacement_of_targets(a), glm::length(world.gravity) * h * h};
     for (std::size_t c = 0; c < a.count(); ++c)
       if (const Collision* collision = world.collisions.find(a.bodies[c]);
           collision && !collision->sensor)
-        reach[a.slots[c]] = reach_of(world, a, c, anchor_displacement, h);
+        reach[a.slots[c]] = reach_of(world, a, c, margin);
   }
 }
 
@@ -148,8 +167,12 @@ bool all_asleep(const World& world) {
 
 namespace {
 
+/// One of the two bodies of a contact.
+enum class ContactBody : std::uint8_t { a, b };
+
 /// Gives a contact to the island of one of its bodies, which wakes where something comes.
-void take_contact(World& world, std::uint32_t contact, bool is_a, Real h) {
+void take_contact(World& world, std::uint32_t contact, ContactBody which, Real h) {
+  const bool is_a = which == ContactBody::a;
   const Contact& c = contacts_of(world)[contact];
   const Partition& partition = partition_of(world);
   const bool mutual = contact::feels_contacts(partition, c.slot_b);
@@ -180,8 +203,8 @@ void take_contacts(World& world, Real h) {
     if (c.impact <= 0)
       c.impact =
           c.restitution > 0 && approach(world, c) > kRestitutionThreshold ? -approach(world, c) : 0;
-    take_contact(world, i, true, h);
-    if (mutual) take_contact(world, i, false, h);
+    take_contact(world, i, ContactBody::a, h);
+    if (mutual) take_contact(world, i, ContactBody::b, h);
   }
 }
 
@@ -203,8 +226,8 @@ void prepare_contacts(World& world, Island& a, Real h) {
     if (mutual) continue;
     Contact given = c;
     given.impact = std::max(Real(0), c.impact);
-    t.goal = goal_of(world, given, to_world(world.bodies.values()[c.slot_a].pose, point), h,
-                     a.substeps_left);
+    t.goal = goal_of(world, given, to_world(world.bodies.values()[c.slot_a].pose, point),
+                     {.h = h, .left = a.substeps_left});
   }
 }
 
@@ -259,7 +282,7 @@ bool update_contacts(World& world, Island& a) {
     const Vec3 error = t.goal - moved_to(a, t);
     update_nonlinearity(a, t, c.point_a);
     const Real depth = glm::dot(c.normal, t.goal - moved_to(a, t));
-    converged = update_active_set(c, error, depth, t.weight, a.size) && converged;
+    converged = update_active_set(c, {error, depth}, t.weight, a.size) && converged;
   }
   return converged;
 }

@@ -92,10 +92,14 @@ std::uint32_t held_body_of(const Island& a, std::size_t c);
 void set_terms(const World& world, Island& a, Real h, const Pass& pass);
 /// Turns limits into stiff rows, for islands with active contacts. After fill_base.
 void regularise_limits(Island& a);
-/// Updates the limits of a joint after an outward pass, from unclamped rotations and the linear
-/// response `rotation` and `translation`. True if the active set is unchanged.
-bool update_limits(Island& a, std::size_t c, Quat own, Quat parent, Vec3 rotation,
-                   Vec3 translation);
+/// A joint after an outward pass: the rotations of its bodies, unclamped, and the linear response
+/// of the own body and of its joint point (m), world axes.
+struct JointResponse {
+  Quat own, parent;
+  Vec3 rotation, translation;
+};
+/// Updates the limits of a joint after an outward pass. True if the active set is unchanged.
+bool update_limits(Island& a, std::size_t c, const JointResponse& moved);
 /// Updates the torque fraction of a drive that reached its torque limit.
 bool update_drive(World& world, Island& a, Real h, std::size_t c);
 /// Work of the drive and the soft zones of a joint over the step, J.
@@ -122,9 +126,15 @@ void update_nonlinearity(const Island& a, ContactRow& t, Vec3 anchor);
 /// limits (Delassus operator). After inward_pass; needs the free response in scratch.translation
 /// and scratch.rotation.
 void find_contact_response(const World& world, Island& a);
-/// Solves for all contacts and limits of these islands together: at most `rounds` sweeps, or until
-/// a sweep moves nothing farther than `enough`, as a fraction of the size.
-void iterate_contacts(World& world, std::span<Island* const> all, Real h, int rounds, Real enough);
+/// An iteration ends after `rounds` sweeps, or once a sweep moves nothing farther than `enough`, as
+/// a fraction of the size.
+struct IterationBounds {
+  int rounds = 0;
+  Real enough = 0;
+};
+/// Solves for all contacts and limits of these islands together.
+void iterate_contacts(World& world, std::span<Island* const> all, Real h,
+                      const IterationBounds& until);
 /// Adds the lambdas found to the result of the inward pass.
 void add_iterated_lambdas(World& world, Island& a);
 /// Updates contacts after a pass with iterated lambdas. True if converged.
@@ -202,7 +212,7 @@ void scale_to_momentum(World& world, Island& a, const EndSums& end, Real h);
 /// Energy limiter (limiter.cpp): scales the velocities down where the energy grew by more than the
 /// work done on the island. Numerical losses may return for a while (the reserve), since a stable
 /// integrator exchanges energy within a swing.
-void limit_energy(World& world, Island& a, const IslandView& p, const EndSums& end, Real h);
+void limit_energy(World& world, Island& a, const EndSums& end, Real h);
 
 /// Of solvers that do not keep the energy: what an island has before a step; and whether it has
 /// severalfold more after it than it had and than kinematic bodies, forces and drives supplied

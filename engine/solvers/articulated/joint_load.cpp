@@ -30,10 +30,17 @@ void subtract_pins(const Island& a, Torques& torques) {
   }
 }
 
+/// An end of a cable: the column of its body, or none and a body elsewhere; and the point in it.
+struct CableEnd {
+  std::uint32_t column = UINT32_MAX;
+  Entity body;
+  Vec3 anchor{0};
+};
+
 /// The point of a cable's end in the world.
-Vec3 end_of(const World& world, const Island& a, std::uint32_t column, Entity body, Vec3 anchor) {
-  if (column != UINT32_MAX) return point_at(a, column, anchor, kFinalPoses);
-  return to_world(world.bodies[body].pose, anchor);
+Vec3 point_of(const World& world, const Island& a, const CableEnd& end) {
+  if (end.column != UINT32_MAX) return point_at(a, end.column, end.anchor, kFinalPoses);
+  return to_world(world.bodies[end.body].pose, end.anchor);
 }
 
 void subtract_cables(const World& world, const Island& a, Torques& torques) {
@@ -42,8 +49,8 @@ void subtract_cables(const World& world, const Island& a, Torques& torques) {
     if (slot >= world.cables.size() || packed.lambda == 0) continue;
     const Cable* cable = &world.cables.values()[slot];
     const CableParameters& own = cable->joint;
-    const Vec3 to_b = end_of(world, a, packed.column_b, cable->b, own.anchor_b) -
-                      end_of(world, a, packed.column_a, cable->a, own.anchor_a);
+    const Vec3 to_b = point_of(world, a, {packed.column_b, cable->b, own.anchor_b}) -
+                      point_of(world, a, {packed.column_a, cable->a, own.anchor_a});
     const Real span = glm::length(to_b);
     if (!(span > 0)) continue;
     const Vec3 pull = packed.lambda / span * to_b;

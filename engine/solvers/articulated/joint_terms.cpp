@@ -47,12 +47,13 @@ struct Excess {
   bool watched = false;
 };
 
-void watch(const AngleLimit& limit, Real angle, Vec3 along, Excess* low, Excess* high) {
+/// Both ends of a range: low into out[0], high into out[1].
+void watch(const AngleLimit& limit, Real angle, Vec3 along, Excess* out) {
   if (!limit.on) return;
   const Real middle = 0.5 * (limit.low + limit.high);
   angle -= 2 * kPi * std::round((angle - middle) / (2 * kPi));
-  *low = {limit.low - angle, -along, true};
-  *high = {angle - limit.high, along, true};
+  out[0] = {limit.low - angle, -along, true};
+  out[1] = {angle - limit.high, along, true};
 }
 
 void watch(const SwingLimit& limit, const At& at, Vec3 swing, Excess* out) {
@@ -81,12 +82,12 @@ void measure_stops(const At& at, Excess (&out)[4]) {
   const JointLimits& limits = joint.limits;
   switch (turns_of(joint.kind)) {
     case Turns::about_x:
-      watch(limits.angle, swing_twist(at.rotation).twist, at.a * kX, &out[0], &out[1]);
+      watch(limits.angle, swing_twist(at.rotation).twist, at.a * kX, &out[0]);
       return;
     case Turns::about_two: {
       const UniversalAngles angles = universal_angles(at.rotation);
-      watch(limits.angle, angles.first, at.a * kY, &out[0], &out[1]);
-      watch(limits.second, angles.second, at.b * kZ, &out[2], &out[3]);
+      watch(limits.angle, angles.first, at.a * kY, &out[0]);
+      watch(limits.second, angles.second, at.b * kZ, &out[2]);
       return;
     }
     case Turns::freely:
@@ -98,7 +99,7 @@ void measure_stops(const At& at, Excess (&out)[4]) {
   const SwingTwist parts = swing_twist(at.rotation);
   const Vec3 xa = at.a * kX, xb = at.b * kX;
   const Real c = 1 + glm::dot(xa, xb);
-  if (c > 1e-6) watch(limits.angle, parts.twist, (xa + xb) / c, &out[0], &out[1]);
+  if (c > 1e-6) watch(limits.angle, parts.twist, (xa + xb) / c, &out[0]);
   watch(limits.swing, at, parts.swing, &out[2]);
 }
 
@@ -125,29 +126,35 @@ void add_spring(JointTerms& t, Real k, Vec3 along, Real torque) {
   t.torque += torque * along;
 }
 
-void add_soft_zones(const JointLimits& limits, Real to_load, Real h, JointTerms& t) {
+/// Length of a step, s, and what turns a force in it into a multiplier, kg m per N.
+struct LoadScale {
+  Real h = 0, to_load = 0;
+};
+
+void add_soft_zones(const JointLimits& limits, const LoadScale& scale, JointTerms& t) {
   if (!(limits.soft_zone > 0)) return;
   for (LimitRow& limit : t.limits) {
     if (limit.along == Vec3(0)) continue;
     // Tested at the prediction: a joint that leaves the zone is released in the next step.
     limit.soft = limits.soft_zone - limit.clearance;
     if (!(limit.soft > 0)) continue;
-    const Real k = limits.soft_stiffness * to_load, d = limits.soft_damping * to_load / h;
+    const Real k = limits.soft_stiffness * scale.to_load;
+    const Real d = limits.soft_damping * scale.to_load / scale.h;
     add_spring(t, k + d, limit.along, -k * limit.soft - d * glm::dot(limit.along, t.way));
   }
 }
 
 /// The drive as an implicit spring, without its torque limit.
-void add_drive(const World& world, const At& at, Real to_load, Real h, JointTerms& t) {
+void add_drive(const World& world, const At& at, const LoadScale& scale, JointTerms& t) {
   const JointDrive& drive = world.joint_drives.values()[at.packed.drive];
   const Quat own = at.own_at(at.rotation);
-  const Quat target = target_at(drive, world.time + h);
+  const Quat target = target_at(drive, world.time + scale.h);
   const Vec3 residual = rotation_vector(at.own_at(target) * glm::conjugate(own));
   Vec3 ahead(0);
   if (!drive.keys.empty())
     ahead =
         at.sign() * (at.a * rotation_vector(target * glm::conjugate(target_at(drive, world.time))));
-  const Real k = drive.stiffness * to_load, d = drive.damping * to_load / h;
+  const Real k = drive.stiffness * scale.to_load, d = drive.damping * scale.to_load / scale.h;
   t.drive_spring = k + d;
   t.drive_torque = k * residual - d * (t.way - ahead);
 }
@@ -172,7 +179,7 @@ Quat joint_rotation(const PackedJoint& joint, Quat own, Quat parent) {
 
 void set_terms(const World& world, Island& a, Real h, const Pass& pass) {
   const Work rotation_row = pass.from.rotation;
-  const Real to_load = a.force_share * h * h;
+  const LoadScale scale{.h = h, .to_load = a.force_share * h * h};
   for (std::size_t c = 0; c < a.count(); ++c) {
     PackedJoint& j = a.joints[c];
     if (!j.stiff) continue;
@@ -218,8 +225,8 @@ void set_terms(const World& world, Island& a, Real h, const Pass& pass) {
       t.way -= h * world.bodies.values()[held].angular_velocity;
     }
     t.way += t.align;
-    add_soft_zones(j.joint.limits, to_load, h, t);
-    if (j.drive != UINT32_MAX) add_drive(world, at, to_load, h, t);
+    add_soft_zones(j.joint.limits, scale, t);
+    if (j.drive != UINT32_MAX) add_drive(world, at, scale, t);
   }
 }
 
@@ -257,14 +264,13 @@ void find_limit_lambdas(JointTerms& t, Vec3 rotation, Vec3 translation) {
 
 }  // namespace
 
-bool update_limits(Island& a, std::size_t c, Quat own, Quat parent, Vec3 rotation,
-                   Vec3 translation) {
+bool update_limits(Island& a, std::size_t c, const JointResponse& moved) {
   PackedJoint& j = a.joints[c];
   JointTerms& t = a.scratch.terms[c];
   Excess excess[4];
-  const At at(j, own, parent);
+  const At at(j, moved.own, moved.parent);
   measure_stops(at, excess);
-  if (!a.iterates) find_limit_lambdas(t, rotation, translation);
+  if (!a.iterates) find_limit_lambdas(t, moved.rotation, moved.translation);
   bool converged = true;
   for (int s = 0; s < 4; ++s) {
     LimitRow& limit = t.limits[s];

@@ -143,7 +143,7 @@ void take_back(World& world, Island& a, const IslandView& p, Real allowed) {
 
 }  // namespace
 
-void limit_energy(World& world, Island& a, const IslandView& p, const EndSums& end, Real h) {
+void limit_energy(World& world, Island& a, const EndSums& end, Real h) {
   // When the anchors stop, the reserve is cleared: a stationary anchor does no work.
   const bool driven = is_driven(world, a);
   if (a.driven && !driven) a.reserve = 0;
@@ -155,6 +155,7 @@ void limit_energy(World& world, Island& a, const IslandView& p, const EndSums& e
   Real energy = end.kinetic + end.potential;
   a.limited = a.settings.limiter && energy > allowed + slack;
   if (a.limited) {
+    const IslandView p = view_of(world, a);
     const Real before = energy;
     energy = slow_down(a, p, end, allowed);
     // What a free island has only by the motion of its mass centre stays with it.

@@ -1,3 +1,5 @@
+#include <optional>
+
 #include "engine/base/rotation.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
@@ -42,20 +44,21 @@ Mat3 whole_inertia(const World& world, const Island& a, const Tree& tree, Vec3 c
   return sum;
 }
 
-/// Expected angular momentum after drag and external torques over one step; false where drag
+/// Expected angular momentum after drag and external torques over one step; none where drag
 /// differs between bodies, since it then depends on the joints.
-bool expected_angular_momentum(const World& world, const Island& a, const Tree& tree,
-                               const MassCentre& centre, Real h, Vec3& expected) {
+std::optional<Vec3> expected_angular_momentum(const World& world, const Island& a, const Tree& tree,
+                                              Real h) {
+  const MassCentre centre = mass_centre(world, a, tree);
   const Real drag = a.constants.at(kDrag, tree.first);
-  expected = std::exp(-drag * h) * tree.angular_momentum;
+  Vec3 expected = std::exp(-drag * h) * tree.angular_momentum;
   for (std::size_t c = tree.first; c < tree.first + tree.count; ++c) {
-    if (a.constants.at(kDrag, c) != drag) return false;
+    if (a.constants.at(kDrag, c) != drag) return std::nullopt;
     if (!a.forced) continue;
     const Vec3 force = a.constants.at(kMass, c) * a.scratch.forces.vec(0, c);
     const Vec3 at = world.bodies.values()[a.slots[c]].pose.position;
     expected += h * (glm::cross(at - centre.position, force) + a.scratch.forces.vec(3, c));
   }
-  return true;
+  return expected;
 }
 
 /// Translates the whole tree so that its mass centre moves as in free motion.
@@ -79,8 +82,9 @@ void shift(World& world, Island& a, const Tree& tree) {
 }
 
 /// Rotates the whole tree rigidly and corrects its angular velocity, so that its angular momentum
-/// is `bias`.
-void set_angular_momentum(World& world, Island& a, const Tree& tree, Vec3 bias, Real h) {
+/// is `bias`. The step is Island::last_step.
+void set_angular_momentum(World& world, Island& a, const Tree& tree, Vec3 bias) {
+  const Real h = a.last_step;
   MassCentre centre = mass_centre(world, a, tree);
   const Real torque_fraction = a.fresh ? 0.5 : a.second_order ? 2.0 / 3 : 1.0;
   const Vec3 residual = bias - angular_momentum_about(world, a, tree, centre);
@@ -116,10 +120,9 @@ bool repair_momentum(World& world, Island& a, Real h) {
     if (a.parents[t.first] != kFree || t.count < 2) continue;
     a.last_step = h;
     shift(world, a, t);
-    Vec3 expected;
-    if (expected_angular_momentum(world, a, t, mass_centre(world, a, t), h, expected)) {
-      set_angular_momentum(world, a, t, expected, h);
-      t.angular_momentum = expected;
+    if (const std::optional<Vec3> expected = expected_angular_momentum(world, a, t, h)) {
+      set_angular_momentum(world, a, t, *expected);
+      t.angular_momentum = *expected;
     }
     repaired = true;
   }

@@ -1,6 +1,7 @@
 #include "engine/solvers/articulated/push_out.hpp"
 
 #include <algorithm>
+#include <optional>
 
 namespace pantin::detail::articulated {
 namespace {
@@ -14,23 +15,23 @@ bool leaves_all(const HalfSpaces& p, Vec3 u) {
   return true;
 }
 
-/// The nearest point of the edge of two planes; false if they have none.
-bool edge_of(Vec3 n, Real a, Vec3 m, Real b, Vec3& u) {
+/// The nearest point of the edge of two planes, if they have one.
+std::optional<Vec3> edge_of(const HalfSpaces& p, std::size_t i, std::size_t j) {
+  const Vec3 n = p.normals[i], m = p.normals[j];
+  const Real a = p.depths[i], b = p.depths[j];
   const Real c = glm::dot(n, m), det = 1 - c * c;
-  if (!(det > 1e-12)) return false;
-  u = (a - c * b) / det * n + (b - c * a) / det * m;
-  return true;
+  if (!(det > 1e-12)) return std::nullopt;
+  return (a - c * b) / det * n + (b - c * a) / det * m;
 }
 
-/// The corner of three planes.
-bool corner_of(const HalfSpaces& p, std::size_t i, std::size_t j, std::size_t k, Vec3& u) {
+/// The corner of three planes, if they have one.
+std::optional<Vec3> corner_of(const HalfSpaces& p, std::size_t i, std::size_t j, std::size_t k) {
   const Vec3 c = glm::cross(p.normals[j], p.normals[k]);
   const Real det = glm::dot(p.normals[i], c);
-  if (!(std::abs(det) > 1e-9)) return false;
-  u = (p.depths[i] * c + p.depths[j] * glm::cross(p.normals[k], p.normals[i]) +
-       p.depths[k] * glm::cross(p.normals[i], p.normals[j])) /
-      det;
-  return true;
+  if (!(std::abs(det) > 1e-9)) return std::nullopt;
+  return (p.depths[i] * c + p.depths[j] * glm::cross(p.normals[k], p.normals[i]) +
+          p.depths[k] * glm::cross(p.normals[i], p.normals[j])) /
+         det;
 }
 
 }  // namespace
@@ -52,7 +53,7 @@ void HalfSpaces::add(Vec3 normal, Real depth) {
 }
 
 Vec3 push_out(const HalfSpaces& p) {
-  Vec3 best(0), u;
+  Vec3 best(0);
   Real least = 1e300, deepest = 0;
   const auto consider = [&](Vec3 way) {
     const Real d2 = glm::dot(way, way);
@@ -67,11 +68,11 @@ Vec3 push_out(const HalfSpaces& p) {
   if (least < 1e300) return best;  // no way out of that plane is shorter
   for (std::size_t i = 0; i < p.count; ++i)
     for (std::size_t j = i + 1; j < p.count; ++j)
-      if (edge_of(p.normals[i], p.depths[i], p.normals[j], p.depths[j], u)) consider(u);
+      if (const std::optional<Vec3> u = edge_of(p, i, j)) consider(*u);
   for (std::size_t i = 0; i < p.count; ++i)
     for (std::size_t j = i + 1; j < p.count; ++j)
       for (std::size_t k = j + 1; k < p.count; ++k)
-        if (corner_of(p, i, j, k, u)) consider(u);
+        if (const std::optional<Vec3> u = corner_of(p, i, j, k)) consider(*u);
   return least < 1e300 ? best : fallback;
 }
 

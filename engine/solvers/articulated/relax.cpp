@@ -22,9 +22,10 @@ void carry(Island& a, std::size_t c, Vec3 anchor, Vec3 goal) {
   const FinalBody body{a.scratch.work, c};
   const Quat q = body.rotation();
   const Vec3 arm = q * anchor;
-  const CompulsiveMotion m = least_displacement(
-      arm, goal - (body.position() + arm), a.constants.at(kMass, c),
-      world_inertia(q, a.constants.vec(kInertia, c)), a.settings.rotation_stiffness);
+  const CompulsiveMotion m =
+      least_displacement(arm, goal - (body.position() + arm),
+                         {a.constants.at(kMass, c), world_inertia(q, a.constants.vec(kInertia, c))},
+                         a.settings.rotation_stiffness);
   const Quat rotated = glm::normalize(m.rotation * q);
   a.scratch.work.set(kFinalRotation, c, rotated);
   a.scratch.work.set(kFinalPosition, c, goal - rotated * anchor);
@@ -71,14 +72,20 @@ void follow_parent(const World& world, Island& a, std::size_t c) {
   clamp_to_parent(world, a, c, goal);
 }
 
+/// A point of a packed body, in its frame, and where it is to go, world.
+struct Pull {
+  std::size_t column = 0;
+  Vec3 anchor{0}, goal{0};
+};
+
 /// A sweep from a pin: from its body to the root, then all other bodies outwards.
-void sweep_from(const World& world, Island& a, const Tree& tree, std::size_t column, Vec3 anchor,
-                Vec3 goal) {
+void sweep_from(const World& world, Island& a, const Tree& tree, const Pull& from) {
+  Vec3 anchor = from.anchor, goal = from.goal;
   const std::size_t end = tree.first + tree.count;
   std::fill(a.scratch.on_path.begin() + tree.first,
             a.scratch.on_path.begin() + static_cast<std::ptrdiff_t>(end), std::uint8_t(0));
   std::size_t child = a.count();
-  for (std::size_t c = column;;) {
+  for (std::size_t c = from.column;;) {
     carry(a, c, anchor, goal);
     if (child < a.count()) clamp_parent(a, child, goal);
     a.scratch.on_path[c] = 1;
@@ -129,9 +136,12 @@ const Tree& tree_of(const Island& a, std::size_t column) {
   return a.trees[t];
 }
 
+/// The end of a cable that moves where both could.
+enum class MovingEnd : std::uint8_t { a, b };
+
 /// Moves the packed end of a taut cable to the nearest point within its length. True if it was
 /// taut.
-bool pull_cable(const World& world, Island& a, const PackedCable& cord, bool end_b_first) {
+bool pull_cable(const World& world, Island& a, const PackedCable& cord, MovingEnd preferred) {
   const CableParameters& s = world.cables.values()[cord.cable].joint;
   const bool has_a = cord.column_a != UINT32_MAX, has_b = cord.column_b != UINT32_MAX;
   const Vec3 pa = has_a ? point_at(a, cord.column_a, s.anchor_a, kFinalPoses)
@@ -140,12 +150,12 @@ bool pull_cable(const World& world, Island& a, const PackedCable& cord, bool end
                         : point_on(world, cord.slot_b, s.anchor_b);
   const Real span = glm::length(pb - pa);
   if (!(span > s.length * (1 + 1e-12))) return false;
-  const bool move_b = has_b && (end_b_first || !has_a);
+  const bool move_b = has_b && (preferred == MovingEnd::b || !has_a);
   const Vec3 way = s.length / span * (pb - pa);
   if (move_b)
-    sweep_from(world, a, tree_of(a, cord.column_b), cord.column_b, s.anchor_b, pa + way);
+    sweep_from(world, a, tree_of(a, cord.column_b), {cord.column_b, s.anchor_b, pa + way});
   else
-    sweep_from(world, a, tree_of(a, cord.column_a), cord.column_a, s.anchor_a, pb - way);
+    sweep_from(world, a, tree_of(a, cord.column_a), {cord.column_a, s.anchor_a, pb - way});
   return true;
 }
 
@@ -157,11 +167,12 @@ void sweep_all(World& world, Island& a, int round, Relaxed what) {
   for (std::size_t n = 0; n < all; ++n) {
     const std::size_t i = forwards ? n : all - 1 - n;
     if (i >= holds) {
-      pull_cable(world, a, a.cables[i - holds], forwards);
+      pull_cable(world, a, a.cables[i - holds], forwards ? MovingEnd::b : MovingEnd::a);
       continue;
     }
     const PackedPin& h = a.pins[i];
-    if (h.compliance == 0) sweep_from(world, a, a.trees[h.tree], h.column, h.anchor, goal_of(a, h));
+    if (h.compliance == 0)
+      sweep_from(world, a, a.trees[h.tree], {h.column, h.anchor, goal_of(a, h)});
   }
   for (const Tree& t : a.trees) sweep_from_root(world, a, t);
 }
@@ -215,7 +226,8 @@ void place_free_root(Island& a, const Tree& tree, Real h) {
     const Vec3 own = point_at(a, c, a.constants.vec(kOwnAnchor, c), kPredictedPoses);
     const Vec3 goal = meeting_point(mass, x + arm, outboard[c].x, own);
     const Vec3 gap = goal - (x + arm);
-    CompulsiveMotion m = least_displacement(arm, gap, mass, inertia, a.settings.rotation_stiffness);
+    CompulsiveMotion m =
+        least_displacement(arm, gap, {mass, inertia}, a.settings.rotation_stiffness);
     if (a.settings.solver == Solver::paper) {
       const Real about = inertia_about_turn(arm, gap, inertia);
       m = literal_rule(arm, gap,

@@ -102,7 +102,7 @@ bool finish_step(World& world, Island& a, Real h, Entity& lost) {
   const Real calm_angle = a.settings.calm_angle;
   a.disturbed = a.disturbed || !(end.largest_rotation2 < calm_angle * calm_angle);
   if (a.settings.solver == Solver::articulated)
-    limit_energy(world, a, view_of(world, a), end, h);
+    limit_energy(world, a, end, h);
   else
     end_watch(world, a, h);
   remember_step(world, a, h);

@@ -146,8 +146,17 @@ void eliminate_stiff(Island& a, std::size_t c, JointBlock& b) {
   b.tt -= passed * b.tt;
 }
 
-/// Adds an eliminated body to the block of its parent. `rotational` is its rotational part.
-void add_child(JointBlock& parent, const JointNode& n, const Mat3& rotational, Vec3 gap, Vec3 rho) {
+/// An eliminated body as its parent sees it: the rotational part of its block, the gap at its joint
+/// and the way from the parent's joint point to its own, m, world axes.
+struct Child {
+  const JointNode& node;
+  const Mat3& rotational;
+  Vec3 gap, lever;
+};
+
+/// Adds an eliminated body to the block of its parent.
+void add_child(JointBlock& parent, const Child& child) {
+  const auto& [n, rotational, gap, rho] = child;
   const Mat3 k = crossing(rho);
   const Mat3 km = k * n.articulated_mass;
   const Vec3 f = n.lambda - n.articulated_mass * gap;
@@ -228,8 +237,8 @@ void inward_pass(Island& a) {
     else
       eliminate_free_ball(blocks[c], n);
     if (a.parents[c] < 0) continue;
-    add_child(blocks[static_cast<std::size_t>(a.parents[c])], n, blocks[c].tt, a.scratch.gaps[c],
-              a.scratch.levers[c]);
+    add_child(blocks[static_cast<std::size_t>(a.parents[c])],
+              {n, blocks[c].tt, a.scratch.gaps[c], a.scratch.levers[c]});
   }
 }
 
@@ -284,7 +293,9 @@ bool outward_pass(World& world, Island& a, Real h, const Pass& pass) {
       const Quat kind = allowed_by_kind(joint.joint.kind, rotation);
       if (!pass.corrects) {
         const Quat unclamped = own_rotation(joint, parent_now, kind);
-        converged = update_limits(a, c, unclamped, parent_now, d, y) && converged;
+        const JointResponse moved{
+            .own = unclamped, .parent = parent_now, .rotation = d, .translation = y};
+        converged = update_limits(a, c, moved) && converged;
         converged = update_drive(world, a, h, c) && converged;
       }
       const Quat allowed = allowed_rotation(joint.joint, kind);

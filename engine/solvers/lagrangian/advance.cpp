@@ -90,9 +90,15 @@ Real fastest_rotation(const Island& m) {
   return std::sqrt(most);
 }
 
-/// Advances by one integrator, with at most the given number of halvings.
-bool advance_by(const World& world, Island& m, const Span& span, const IntegratorRow& by,
-                int most_halvings, int most_substeps) {
+/// An integrator, how often it may halve a step that fails, and into how many substeps in all.
+struct Attempt {
+  const IntegratorRow& by;
+  int most_halvings, most_substeps;
+};
+
+/// Advances by one integrator, halving the step where it fails.
+bool advance_by(const World& world, Island& m, const Span& span, const Attempt& attempt) {
+  const IntegratorRow& by = attempt.by;
   const bool bound = !by.turns_far;
   const Real fastest = bound ? fastest_rotation(m) : 0;
   int substeps = 1;
@@ -117,7 +123,7 @@ bool advance_by(const World& world, Island& m, const Span& span, const Integrato
     m.scratch.state = m.scratch.start, m.scratch.impulses = m.scratch.impulses_at_start;
     std::fill(m.mean_lambda.begin(), m.mean_lambda.end(), 0.0);
     m.fresh = true;
-    if (++halvings > most_halvings || m.substeps > most_substeps) return false;
+    if (++halvings > attempt.most_halvings || m.substeps > attempt.most_substeps) return false;
   }
 }
 
@@ -145,12 +151,10 @@ bool advance(const World& world, Island& m, const Span& span) {
   const int before = m.rescues;
   m.rescues = 0;
   // After a rescue fewer halvings are tried, and none in the next steps.
-  if (before % kPatience == 0 &&
-      advance_by(world, m, span, chosen, before > 0 ? kRetries : kMaxHalvings, kMaxSubsteps))
-    return true;
-  const bool by_halves =
-      &chosen != &integrators::euler &&
-      advance_by(world, m, span, integrators::euler, kMaxHalvings, 2 * kMaxSubsteps);
+  const Attempt first{chosen, before > 0 ? kRetries : kMaxHalvings, kMaxSubsteps};
+  if (before % kPatience == 0 && advance_by(world, m, span, first)) return true;
+  const Attempt rescue{integrators::euler, kMaxHalvings, 2 * kMaxSubsteps};
+  const bool by_halves = &chosen != &integrators::euler && advance_by(world, m, span, rescue);
   m.rescues = before + 1;
   if (!by_halves && !advance_loosely(world, m, span)) return m.rescues = 0, false;
   m.fresh = chosen.keeps_accelerations;

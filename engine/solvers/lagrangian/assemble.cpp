@@ -11,14 +11,32 @@ Real dot2(const RowVectors& x, const RowVectors& y) {
   return glm::dot(x.v, y.v) + glm::dot(x.w, y.w);
 }
 
-/// S += J_p M^-1 J_q^T at one body, for two blocks that constrain points. `w`: the angular parts of
-/// J_p M^-1 without sign. R = 0: sizes known at run time only.
+/// Two blocks that constrain points, at a body of both: the angular parts of J_p M^-1 without sign,
+/// the Jacobian of q with the number of the body in it, 1/kg, and 1 or -1.
+struct PointFactors {
+  const Vec3* w;
+  const Vec3* j;
+  std::size_t at_q;
+  Real per_mass, sign;
+};
+
+/// Where the product of blocks p and q goes: their numbers of rows, and the ways from one number to
+/// the next along them.
+struct ProductTarget {
+  Real* to;
+  std::size_t rows_p, rows_q, step_p, step_q;
+};
+
+/// S += J_p M^-1 J_q^T at one body, for two blocks that constrain points. R = 0: sizes known at run
+/// time only.
 template <int R>
-void add_point_product(const Vec3* w, const Vec3* j, std::size_t at_q, Real per_mass, Real sign,
-                       std::size_t rows_p, std::size_t rows_q, Real* to, std::size_t step_p,
-                       std::size_t step_q) {
-  const std::size_t np = R ? R : rows_p, nq = R ? R : rows_q;
-  const Vec3 arm = j[at_q];
+void add_point_product(const PointFactors& of, const ProductTarget& target) {
+  const std::size_t np = R ? R : target.rows_p, nq = R ? R : target.rows_q;
+  const std::size_t step_p = target.step_p, step_q = target.step_q;
+  const Real per_mass = of.per_mass, sign = of.sign;
+  const Vec3 *w = of.w, *j = of.j;
+  const Vec3 arm = j[of.at_q];
+  Real* to = target.to;
   for (std::size_t r = 0; r < np; ++r, to += step_p) {
     const Vec3 x = glm::cross(w[r], arm);
     to[0] += sign * x.x, to[step_q] += sign * x.y, to[2 * step_q] += sign * x.z;
@@ -63,14 +81,14 @@ void add_products_at(Island& m, std::size_t body) {
           to[r * step_p + s * step_q] += dot2(full[r], row);
       }
     } else {
-      const Real sign = k.at_p == k.at_q ? 1 : -1;
+      const PointFactors of{w, to_j, k.at_q, per_mass, k.at_p == k.at_q ? 1.0 : -1.0};
+      const ProductTarget target{to, one.rows, two.rows, step_p, step_q};
       if (one.rows == 3 && two.rows == 3)
-        add_point_product<3>(w, to_j, k.at_q, per_mass, sign, 3, 3, to, step_p, step_q);
+        add_point_product<3>(of, target);
       else if (one.rows == 5 && two.rows == 5)
-        add_point_product<5>(w, to_j, k.at_q, per_mass, sign, 5, 5, to, step_p, step_q);
+        add_point_product<5>(of, target);
       else
-        add_point_product<0>(w, to_j, k.at_q, per_mass, sign, one.rows, two.rows, to, step_p,
-                             step_q);
+        add_point_product<0>(of, target);
     }
     if (k.p == k.q)
       for (std::size_t r = 0; r < one.rows; ++r)

@@ -61,24 +61,33 @@ void add_block(Island& m, Block block) {
   m.blocks.push_back(block);
 }
 
+/// One side of a limited coordinate, in m or rad: the lower one, the upper one, or a lock.
+struct LimitSide {
+  Coordinate which = Coordinate::angle;
+  Real bound = 0;
+  bool upper = false, lock = false;
+};
+
 void add_limits(Island& m, const Joint& joint, Block block) {
   block.kind = BlockKind::limit, block.rows = 1, block.point = false;
-  const auto add = [&](Coordinate which, bool upper, Real bound, bool lock) {
-    block.coordinate = which, block.upper = upper, block.bound = bound, block.lock = lock;
+  const auto add = [&](const LimitSide& side) {
+    block.coordinate = side.which, block.bound = side.bound;
+    block.upper = side.upper, block.lock = side.lock;
     add_block(m, block);
     m.unilateral = true;
   };
   const auto add_range = [&](Coordinate which, const AngleLimit& range) {
     if (!range.on) return;
-    if (range.low == range.high) return add(which, false, range.low, true);
-    add(which, false, range.low, false), add(which, true, range.high, false);
+    if (range.low == range.high) return add({.which = which, .bound = range.low, .lock = true});
+    add({.which = which, .bound = range.low});
+    add({.which = which, .bound = range.high, .upper = true});
   };
   add_range(Coordinate::angle, joint.limits->angle);  // of custom kinds too
   for (const FreeCoordinate& c : info_of(joint.kind).coordinates) {
     if (c.limit.empty()) continue;
     if (c.which == Coordinate::second) add_range(c.which, joint.limits->second);
     if (c.which == Coordinate::travel) add_range(c.which, joint.parameters->travel);
-    if (c.which == Coordinate::swing && joint.limits->swing.on) add(c.which, false, 0, false);
+    if (c.which == Coordinate::swing && joint.limits->swing.on) add({.which = c.which});
   }
 }
 
@@ -177,8 +186,8 @@ void pack_cables(Packer& p) {
   }
 }
 
-bool fits_gear(const Joint& joint, bool translates) {
-  return info_of(joint.kind).is_used(translates ? Coordinate::travel : Coordinate::angle, kGeared);
+bool fits_gear(const Joint& joint, Coordinate coupled) {
+  return info_of(joint.kind).is_used(coupled, kGeared);
 }
 
 void pack_gears(Packer& p) {
@@ -192,7 +201,9 @@ void pack_gears(Packer& p) {
                                     StructureFault::left_out, false});
       continue;
     }
-    if (!fits_gear(one->joint, r.first_travels) || !fits_gear(two->joint, r.second_travels)) {
+    const Coordinate first = r.first_travels ? Coordinate::travel : Coordinate::angle;
+    const Coordinate second = r.second_travels ? Coordinate::travel : Coordinate::angle;
+    if (!fits_gear(one->joint, first) || !fits_gear(two->joint, second)) {
       p.partition.faults.push_back({owner, "couples a freedom that the joint does not have",
                                     StructureFault::left_out, false});
       continue;
@@ -205,8 +216,7 @@ void pack_gears(Packer& p) {
     if (at == kNobody) continue;  // of no island here: see list_faults
     Block block;
     block.kind = BlockKind::gear, block.source = i, block.rows = 1, block.bound = r.offset;
-    block.coordinate = r.first_travels ? Coordinate::travel : Coordinate::angle;
-    block.second = r.second_travels ? Coordinate::travel : Coordinate::angle;
+    block.coordinate = first, block.second = second;
     std::uint8_t* end = block.ends;
     for (std::uint32_t slot : {e1.a, e1.b, e2.a, e2.b}) {
       const std::uint32_t number = number_of(p, at, slot);
@@ -221,13 +231,12 @@ void pack_gears(Packer& p) {
 /// Points where islands of other solvers are tied, each with a body for their mass.
 void find_interfaces(Packer& p) {
   World& world = p.world;
-  const auto add = [&](contact::TieKind kind, std::uint32_t source, std::uint32_t own, Vec3 anchor,
-                       std::uint32_t other) {
+  // `own` and `other`: slots of the bodies on this side and on that of the other solver.
+  const auto add = [&](contact::Interface h, std::uint32_t own, std::uint32_t other) {
     if (own == kNoSlot || other == kNoSlot || p.owner[own] == kNobody) return;
     if (p.owner[other] != kNobody || !is_dynamic(world, other)) return;
     Island& m = p.islands[p.owner[own]];
-    contact::Interface h;
-    h.kind = kind, h.source = source, h.body = p.number[own], h.anchor = anchor;
+    h.body = p.number[own];
     h.point_mass = static_cast<std::uint32_t>(m.count());
     h.mass = world.bodies.values()[other].mass;  // until its solver reports it
     m.bodies.push_back({}), m.slots.push_back(kNobody);
@@ -239,14 +248,14 @@ void find_interfaces(Packer& p) {
     const Pin& pin = world.pins.values()[i];
     if (!pin.to) continue;
     const std::uint32_t a = world.bodies.slot(pin.body), b = world.bodies.slot(pin.to);
-    add(contact::TieKind::pin, i, a, pin.anchor, b),
-        add(contact::TieKind::pin, i, b, pin.target, a);
+    add({.kind = contact::TieKind::pin, .source = i, .anchor = pin.anchor}, a, b);
+    add({.kind = contact::TieKind::pin, .source = i, .anchor = pin.target}, b, a);
   }
   for (std::uint32_t i = 0; i < world.cables.size(); ++i) {
     const Cable& s = world.cables.values()[i];
     const std::uint32_t a = world.bodies.slot(s.a), b = world.bodies.slot(s.b);
-    add(contact::TieKind::cable, i, a, s.joint.anchor_a, b),
-        add(contact::TieKind::cable, i, b, s.joint.anchor_b, a);
+    add({.kind = contact::TieKind::cable, .source = i, .anchor = s.joint.anchor_a}, a, b);
+    add({.kind = contact::TieKind::cable, .source = i, .anchor = s.joint.anchor_b}, b, a);
   }
 }
 

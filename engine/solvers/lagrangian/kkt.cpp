@@ -26,11 +26,21 @@ constexpr Real kProbeFactor = 4;
 constexpr Real kSuspectPivot = 1e-4;
 constexpr int kRefinements = 8;
 
-/// LDL^T of a square block, lower part; the diagonal becomes 1 / D. Pivots of `sign` at or below
-/// `least` times the row's scale are dropped. Returns their number.
+/// Which pivots of a block stand: those of `sign` that exceed `least` times the row's scale. Masses
+/// have no scales, and all of theirs stand.
+struct PivotRule {
+  Real sign = 1;
+  const Real* scales = nullptr;
+  Real least = 0;
+};
+
+/// LDL^T of a square block, lower part; the diagonal becomes 1 / D. Other pivots than those that
+/// stand are dropped. Returns the number of dropped pivots.
 template <int R>
-int decompose(Real* d, std::size_t rows, Real sign, const Real* scales, Real least) {
+int decompose(Real* d, std::size_t rows, const PivotRule& rule) {
   const std::size_t n = R ? R : rows;
+  const Real sign = rule.sign, least = rule.least;
+  const Real* scales = rule.scales;
   int cut = 0;
   for (std::size_t c = 0; c < n; ++c) {
     const Real pivot = d[c * n + c];
@@ -52,10 +62,16 @@ int decompose(Real* d, std::size_t rows, Real sign, const Real* scales, Real lea
   return cut;
 }
 
-/// Y = L^-1 B into `y`, and D^-1 Y in place of B: `rows` by `count` numbers, as in the factor.
+/// Size of a block of the factor beside the diagonal: a row for each unknown of the eliminated
+/// node, as wide as the other node has unknowns.
+struct BlockSize {
+  std::size_t rows, width;
+};
+
+/// Y = L^-1 B into `y`, and D^-1 Y in place of B.
 template <int R>
-void solve_lower(const Real* d, std::size_t rows, Real* b, Real* y, std::size_t count) {
-  const std::size_t n = R ? R : rows, width = R ? R : count;
+void solve_lower(const Real* d, Real* b, Real* y, const BlockSize& size) {
+  const std::size_t n = R ? R : size.rows, width = R ? R : size.width;
   for (std::size_t c = 0; c < n; ++c) {
     Real own[6];  // stays in registers: nothing else can point to it
     for (std::size_t r = 0; r < width; ++r) own[r] = b[c * width + r];
@@ -69,11 +85,15 @@ void solve_lower(const Real* d, std::size_t rows, Real* b, Real* y, std::size_t 
   }
 }
 
+/// Sizes of two blocks of the factor that belong to the same eliminated node.
+struct PairSize {
+  std::size_t rows, width_z, width_y;
+};
+
 /// T -= Z^T Y. Of a block on the diagonal only the lower part is read later.
 template <int R>
-void subtract_product(const Real* z, const Real* y, std::size_t nz, std::size_t ny,
-                      std::size_t rows, Real* t) {
-  const std::size_t n = R ? R : rows, wz = R ? R : nz, wy = R ? R : ny;
+void subtract_product(const Real* z, const Real* y, Real* t, const PairSize& size) {
+  const std::size_t n = R ? R : size.rows, wz = R ? R : size.width_z, wy = R ? R : size.width_y;
   for (std::size_t r = 0; r < wz; ++r) {
     Real row[6];
     for (std::size_t s = 0; s < wy; ++s) row[s] = t[r * wy + s];
@@ -85,37 +105,38 @@ void subtract_product(const Real* z, const Real* y, std::size_t nz, std::size_t 
   }
 }
 
+/// Eliminates the node at a place of the order. Returns the number of dropped pivots.
 template <int R>
-void eliminate(Island& m, std::uint32_t at, Real sign, const Real* scales, Real least, int& cut) {
+int eliminate(Island& m, std::uint32_t at, const PivotRule& rule) {
   const KktPattern& p = m.scratch.pattern;
   Real* v = m.scratch.values.data();
   Real* d = v + p.diagonal[at];
   const std::size_t n = p.size[at];
-  cut = decompose<R>(d, n, sign, scales, least);
+  const int cut = decompose<R>(d, n, rule);
   const std::uint32_t from = p.first[at], to = p.first[at + 1];
   const std::uint32_t* target = p.targets.data() + p.first_target[at];
   Real y[36];
   for (std::uint32_t i = from; i < to; ++i) {
     const std::size_t ni = p.size[p.below[i]];
     if (R && ni == R)
-      solve_lower<R>(d, n, v + p.offset[i], y, R);
+      solve_lower<R>(d, v + p.offset[i], y, {n, ni});
     else
-      solve_lower<0>(d, n, v + p.offset[i], y, ni);
+      solve_lower<0>(d, v + p.offset[i], y, {n, ni});
     for (std::uint32_t j = from; j <= i; ++j, ++target) {
       const std::size_t nj = p.size[p.below[j]];
       if (R && ni == R && nj == R)
-        subtract_product<R>(v + p.offset[j], y, nj, ni, n, v + *target);
+        subtract_product<R>(v + p.offset[j], y, v + *target, {n, nj, ni});
       else
-        subtract_product<0>(v + p.offset[j], y, nj, ni, n, v + *target);
+        subtract_product<0>(v + p.offset[j], y, v + *target, {n, nj, ni});
     }
   }
+  return cut;
 }
 
 /// other -= B^T own, and own -= B other, for one block of the factor beside the diagonal.
 template <int R>
-void update_forward(const Real* b, const Real* own, std::size_t rows, Real* other,
-                    std::size_t count) {
-  const std::size_t n = R ? R : rows, width = R ? R : count;
+void update_forward(const Real* b, const Real* own, Real* other, const BlockSize& size) {
+  const std::size_t n = R ? R : size.rows, width = R ? R : size.width;
   Real sum[6];
   for (std::size_t r = 0; r < width; ++r) sum[r] = other[r];
   for (std::size_t k = 0; k < n; ++k) {
@@ -125,8 +146,8 @@ void update_forward(const Real* b, const Real* own, std::size_t rows, Real* othe
   for (std::size_t r = 0; r < width; ++r) other[r] = sum[r];
 }
 template <int R>
-void update_back(const Real* b, Real* own, std::size_t rows, const Real* other, std::size_t count) {
-  const std::size_t n = R ? R : rows, width = R ? R : count;
+void update_back(const Real* b, Real* own, const Real* other, const BlockSize& size) {
+  const std::size_t n = R ? R : size.rows, width = R ? R : size.width;
   for (std::size_t k = 0; k < n; ++k) {
     Real sum = own[k];
     for (std::size_t r = 0; r < width; ++r) sum -= b[k * width + r] * other[r];
@@ -144,9 +165,9 @@ void forward_substitute(const KktPattern& p, const Real* v, Real* y, std::uint32
   for (std::uint32_t i = p.first[at]; i < p.first[at + 1]; ++i) {
     const std::uint32_t to = p.below[i];
     if (R && p.size[to] == R)
-      update_forward<R>(v + p.offset[i], own, n, y + p.unknown[to], R);
+      update_forward<R>(v + p.offset[i], own, y + p.unknown[to], {n, R});
     else
-      update_forward<0>(v + p.offset[i], own, n, y + p.unknown[to], p.size[to]);
+      update_forward<0>(v + p.offset[i], own, y + p.unknown[to], {n, p.size[to]});
   }
   for (std::size_t r = 0; r < n; ++r) own[r] *= d[r * n + r];
 }
@@ -158,9 +179,9 @@ void back_substitute(const KktPattern& p, const Real* v, Real* y, std::uint32_t 
   for (std::uint32_t i = p.first[at]; i < p.first[at + 1]; ++i) {
     const std::uint32_t to = p.below[i];
     if (R && p.size[to] == R)
-      update_back<R>(v + p.offset[i], own, n, y + p.unknown[to], R);
+      update_back<R>(v + p.offset[i], own, y + p.unknown[to], {n, R});
     else
-      update_back<0>(v + p.offset[i], own, n, y + p.unknown[to], p.size[to]);
+      update_back<0>(v + p.offset[i], own, y + p.unknown[to], {n, p.size[to]});
   }
   for (std::size_t r = n; r-- > 1;)
     for (std::size_t k = 0; k < r; ++k) own[k] -= d[r * n + k] * own[r];
@@ -198,9 +219,8 @@ bool factor_weighted(Island& m, Real weight) {
     const std::uint32_t node = p.order[at];
     const std::size_t n = p.size[at];
     Real* d = &scratch.values[p.diagonal[at]];
-    int cut = 0;
     if (node >= m.blocks.size()) {
-      eliminate<6>(m, at, -1, nullptr, 0, cut);
+      eliminate<6>(m, at, {.sign = -1});
       continue;
     }
     const Block& b = m.blocks[node];
@@ -212,20 +232,11 @@ bool factor_weighted(Island& m, Real weight) {
         d[r * n + r] = 1;
       d[r * n + r] += scratch.weights[b.first_row + r];
     }
-    const Real least = weight > 0 ? 0.5 * weight : kPivotTolerance;
-    switch (n) {
-      case 1:
-        eliminate<1>(m, at, 1, scales, least, cut);
-        break;
-      case 3:
-        eliminate<3>(m, at, 1, scales, least, cut);
-        break;
-      case 5:
-        eliminate<5>(m, at, 1, scales, least, cut);
-        break;
-      default:
-        eliminate<0>(m, at, 1, scales, least, cut);
-    }
+    const PivotRule rule{.scales = scales, .least = weight > 0 ? 0.5 * weight : kPivotTolerance};
+    const int cut = n == 1   ? eliminate<1>(m, at, rule)
+                    : n == 3 ? eliminate<3>(m, at, rule)
+                    : n == 5 ? eliminate<5>(m, at, rule)
+                             : eliminate<0>(m, at, rule);
     if (weight == 0 && cut > 0 && is_active(m, node)) return false;
   }
   ++m.solves;

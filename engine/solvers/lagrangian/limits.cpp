@@ -43,8 +43,11 @@ bool release_pulling(Island& m) {
   return any;
 }
 
-/// Impact at the limits reached, for the whole island at once, with restitution.
-void resolve_impacts(const World& world, Island& m, bool restitutes) {
+/// Whether impacts return a part of the speed, as the joints say, or none.
+enum class Impact : std::uint8_t { with_restitution, inelastic };
+
+/// Impact at the limits reached, for the whole island at once.
+void resolve_impacts(const World& world, Island& m, Impact kind) {
   StepScratch& scratch = m.scratch;
   for (std::size_t i = 0; i < m.blocks.size(); ++i)
     if (is_one_sided(m, i) && !m.memory[i].active &&
@@ -60,7 +63,7 @@ void resolve_impacts(const World& world, Island& m, bool restitutes) {
       if (!is_one_sided(m, i) || !m.memory[i].active) continue;
       const Block& b = m.blocks[i];
       const Real rate = rate_of(m, b, 0);
-      const Real bounce = b.kind == BlockKind::limit && restitutes
+      const Real bounce = b.kind == BlockKind::limit && kind == Impact::with_restitution
                               ? world.links.values()[b.source].joint.parameters->restitution
                               : 0;
       if (rate < -kRestitutionThreshold) bias[b.first_row] = -bounce * rate;
@@ -151,7 +154,8 @@ bool advance_among_limits(World& world, Island& m, Real h) {
                             scratch.c[m.blocks[i].first_row] <= kLimitTolerance);
     if (!reached) continue;
     ++m.events;
-    resolve_impacts(world, m, m.events <= kMaxBounces);
+    resolve_impacts(world, m,
+                    m.events <= kMaxBounces ? Impact::with_restitution : Impact::inelastic);
     if (row_of(m.settings.integrator).keeps_accelerations) m.fresh = true;
     update_frames(world, m, done / h, h);
     if (!project(world, m, done / h, h)) return false;

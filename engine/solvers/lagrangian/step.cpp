@@ -69,8 +69,17 @@ void write_back(World& world, const Island& m) {
   }
 }
 
-/// A coordinate of a gear; `end` 0: of its first link, 2: of its second.
-Real value_of(const World& world, const Island& m, const Block& b, int end, Real before) {
+/// One of the two links that a gear couples; `end` is the place of its bodies in Block::ends.
+struct GearSide {
+  const Block& block;
+  int end;
+};
+GearSide first_of(const Block& gear) { return {gear, 0}; }
+GearSide second_of(const Block& gear) { return {gear, 2}; }
+
+/// A coordinate of a gear, next to the one before.
+Real value_of(const World& world, const Island& m, const GearSide& side, Real before) {
+  const auto& [b, end] = side;
   const Gear& r = world.gears.values()[b.source];
   Real c = 0;
   write_coordinate(
@@ -80,9 +89,13 @@ Real value_of(const World& world, const Island& m, const Block& b, int end, Real
   return c;
 }
 
-/// Updates the coordinates, counting whole revolutions. `anew`: starts from the nearest revolution,
-/// or from the one given by the travel of a screw or rack.
-void count_turns(const World& world, Island& m, bool anew) {
+/// From which revolution coordinates count: from the last one known, or from the nearest, or the
+/// one given by the travel of a screw or rack.
+enum class CountFrom : std::uint8_t { last, nearest };
+
+/// Updates the coordinates, counting whole revolutions.
+void count_turns(const World& world, Island& m, CountFrom from) {
+  const bool anew = from == CountFrom::nearest;
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
     Block& b = m.blocks[i];
     Real* before = m.memory[i].before;
@@ -90,10 +103,10 @@ void count_turns(const World& world, Island& m, bool anew) {
     if (b.kind == BlockKind::gear) {
       const Gear& r = world.gears.values()[b.source];
       if (anew && r.has_offset && r.second_travels && r.ratio != 0)
-        before[0] = (value_of(world, m, b, 2, 0) - r.offset) / r.ratio;
-      before[0] = value_of(world, m, b, 0, before[0]);
+        before[0] = (value_of(world, m, second_of(b), 0) - r.offset) / r.ratio;
+      before[0] = value_of(world, m, first_of(b), before[0]);
       if (anew && r.has_offset) before[1] = r.ratio * before[0] + r.offset;
-      before[1] = value_of(world, m, b, 2, before[1]);
+      before[1] = value_of(world, m, second_of(b), before[1]);
       if (anew && !r.has_offset) b.bound = before[1] - r.ratio * before[0];
       continue;
     }
@@ -135,7 +148,7 @@ void count_turns(const World& world, Island& m, bool anew) {
 /// constraints.
 bool start(const World& world, Island& m, Real h) {
   update_kinematics(m), update_frames(world, m, 0, h);
-  count_turns(world, m, !m.counted);
+  count_turns(world, m, m.counted ? CountFrom::last : CountFrom::nearest);
   m.counted = true;
   write_all_rows(world, m, {true, true});
   begin_active_set(world, m);
@@ -244,7 +257,7 @@ void step(World& world, Island& m, Real h) {
   }
   for (std::size_t r = 0; r < m.rows; ++r) m.forces[r] = m.scratch.impulses[r] / h;
   store_transmitted(m);
-  count_turns(world, m, false);
+  count_turns(world, m, CountFrom::last);
   write_back(world, m);
   for (std::size_t i = 0; i < m.frames.size(); ++i) {
     const BodyState& at = m.scratch.body_states[m.count() + i];

@@ -60,9 +60,10 @@ FrameMotion motion_of(const World& world, const Frame& frame, Real part, Real h)
   return evenly(frame.known && !body.teleport ? frame.before : body.pose, body.pose, part, h);
 }
 
-void place_body(BodyState& to, Vec3 x, Quat q, Vec3 v, Vec3 w) {
-  to.position = x, to.rotation = q, to.rotation_matrix = glm::mat3_cast(q), to.velocity = v,
-  to.angular_velocity = w;
+void place_body(BodyState& to, const Pose& at, Vec3 v, Vec3 w) {
+  to.position = at.position, to.rotation = at.rotation;
+  to.rotation_matrix = glm::mat3_cast(at.rotation);
+  to.velocity = v, to.angular_velocity = w;
 }
 
 /// R diag(d) R^T.
@@ -86,8 +87,9 @@ Joint joint_of_cable(const Cable& s) {
   return j;
 }
 
-void write_limit(const World& world, Island& m, const Block& b, const BlockMemory& memory,
-                 bool is_active_row) {
+void write_limit(const World& world, Island& m, std::size_t block) {
+  const Block& b = m.blocks[block];
+  const bool is_active_row = is_active(m, block);
   const auto& link = world.links;
   const bool is_cable = b.kind == BlockKind::cable;
   Vec3* j = &m.scratch.jacobian[b.first_vector];
@@ -102,8 +104,8 @@ void write_limit(const World& world, Island& m, const Block& b, const BlockMemor
     write_coordinate({joint_of_cable(s), at_a, at_b}, Coordinate::travel, out);
     bound = s.joint.length;
   } else {
-    write_coordinate({link.values()[b.source].joint, at_a, at_b, memory.before[0]}, b.coordinate,
-                     out);
+    write_coordinate({link.values()[b.source].joint, at_a, at_b, m.memory[block].before[0]},
+                     b.coordinate, out);
   }
   const Real sign = b.upper || is_cable ? -1 : 1;
   c = sign * (c - bound);
@@ -116,24 +118,33 @@ void write_limit(const World& world, Island& m, const Block& b, const BlockMemor
   for (int i = 0; i < 4; ++i) j[i] *= sign;
 }
 
+/// One of the two coordinates that a gear couples: its link, where the bodies of that stand in
+/// Block::body, and its value before.
+struct CoupledCoordinate {
+  Entity link;
+  const std::uint8_t* ends;
+  Coordinate which;
+  Real before;
+};
+
 void write_gear(const World& world, Island& m, const Block& b, const BlockMemory& memory) {
   const Gear& ratio = world.gears.values()[b.source];
   Vec3* j = &m.scratch.jacobian[b.first_vector];
   std::fill(j, j + 2 * b.count, Vec3(0));
   Real c = -b.bound, gamma = 0;
-  const auto add = [&](Entity e, const std::uint8_t* ends, Coordinate which, Real before,
-                       Real factor) {
+  const auto add = [&](const CoupledCoordinate& of, Real factor) {
+    const std::uint8_t* ends = of.ends;
     Real value = 0, g = 0;
     Vec3 row[4];
-    write_coordinate({world.links[e].joint, m.scratch.body_states[b.body[ends[0]]],
-                      m.scratch.body_states[b.body[ends[1]]], before},
-                     which, {&value, row, &g});
+    write_coordinate({world.links[of.link].joint, m.scratch.body_states[b.body[ends[0]]],
+                      m.scratch.body_states[b.body[ends[1]]], of.before},
+                     of.which, {&value, row, &g});
     c += factor * value, gamma += factor * g;
     for (int end = 0; end < 2; ++end)
       for (int i = 0; i < 2; ++i) j[2 * ends[end] + i] += factor * row[2 * end + i];
   };
-  add(ratio.second, b.ends + 2, b.second, memory.before[1], 1);
-  add(ratio.first, b.ends, b.coordinate, memory.before[0], -ratio.ratio);
+  add({ratio.second, b.ends + 2, b.second, memory.before[1]}, 1);
+  add({ratio.first, b.ends, b.coordinate, memory.before[0]}, -ratio.ratio);
   m.scratch.c[b.first_row] = c, m.scratch.gamma[b.first_row] = gamma;
 }
 
@@ -162,8 +173,15 @@ void add_drive_torques(const World& world, Island& m) {
   }
 }
 
-/// Equal and opposite forces at points of two bodies.
-void add_pair_force(Island& m, const BodyPairForce& p, Vec3 on_a, Vec3 arm_a, Vec3 arm_b) {
+/// A force on body a, N, and the opposite one on body b, at arms from their mass centres, m; world
+/// axes.
+struct OppositeForces {
+  Vec3 on_a, arm_a, arm_b;
+};
+
+/// Adds equal and opposite forces at points of two bodies.
+void add_pair_force(Island& m, const BodyPairForce& p, const OppositeForces& forces) {
+  const auto& [on_a, arm_a, arm_b] = forces;
   if (p.body[0] < m.count())
     m.scratch.force[2 * p.body[0]] += on_a,
         m.scratch.force[2 * p.body[0] + 1] += glm::cross(arm_a, on_a);
@@ -179,7 +197,8 @@ void add_elastic_forces(const World& world, Island& m) {
     const Vec3 ra = a.rotation_matrix * s.anchor_a, rb = b.rotation_matrix * s.anchor_b;
     const Vec3 d = b.position + rb - a.position - ra;
     const Real span = glm::length(d);
-    if (span > s.length) add_pair_force(m, p, (span - s.length) / s.compliance / span * d, ra, rb);
+    if (span > s.length)
+      add_pair_force(m, p, {(span - s.length) / s.compliance / span * d, ra, rb});
   }
   for (const BodyPairForce& p : m.elastic_pins) {
     const Pin& pin = world.pins.values()[p.source];
@@ -191,7 +210,7 @@ void add_elastic_forces(const World& world, Island& m) {
                       glm::cross(a.angular_velocity, ra);
     // Critically damped for the mass of the pinned body.
     const Real mass = p.body[0] < m.count() ? m.mass[p.body[0]] : 0;
-    add_pair_force(m, p, pin.stiffness * d + 2 * std::sqrt(pin.stiffness * mass) * rate, ra, rb);
+    add_pair_force(m, p, {pin.stiffness * d + 2 * std::sqrt(pin.stiffness * mass) * rate, ra, rb});
   }
 }
 
@@ -207,7 +226,7 @@ bool is_active(const Island& m, std::size_t block) {
 void update_kinematics(Island& m) {
   const Motions& s = m.scratch.state;
   for (std::size_t b = 0; b < m.count(); ++b) {
-    place_body(m.scratch.body_states[b], s.x[b], s.q[b], s.v[b], s.w[b]);
+    place_body(m.scratch.body_states[b], {s.x[b], s.q[b]}, s.v[b], s.w[b]);
     m.scratch.inverse_inertia[b] =
         rotated(m.scratch.body_states[b].rotation_matrix, 1.0 / m.inertia[b]);
   }
@@ -218,8 +237,7 @@ void update_frames(const World& world, Island& m, Real part, Real h) {
   for (std::size_t i = 0; i < m.frames.size(); ++i) {
     const std::size_t n = m.count() + i;
     const FrameMotion f = motion_of(world, m.frames[i], part, h);
-    place_body(m.scratch.body_states[n], f.pose.position, f.pose.rotation, f.velocity,
-               f.angular_velocity);
+    place_body(m.scratch.body_states[n], f.pose, f.velocity, f.angular_velocity);
     m.scratch.motion[2 * n] = f.acceleration, m.scratch.motion[2 * n + 1] = f.angular_acceleration;
   }
 }
@@ -251,7 +269,7 @@ void write_all_rows(const World& world, Island& m, Want want) {
         break;
       case BlockKind::limit:
       case BlockKind::cable:
-        write_limit(world, m, b, m.memory[i], is_active(m, i));
+        write_limit(world, m, i);
         break;
       case BlockKind::spring:
         if (!scratch.springs_active) {

@@ -68,10 +68,14 @@ INLINE void add(Sym<T>& a, const Sym<T>& b) {
   a.xx += b.xx, a.xy += b.xy, a.xz += b.xz, a.yy += b.yy, a.yz += b.yz, a.zz += b.zz;
 }
 
+/// Where the work table has the poses of the bodies: the first row of positions and of rotations.
+struct PosedAt {
+  std::size_t position_row, rotation_row;
+};
+
 /// Joint geometry of a block, and its rotational inertia about the own joints.
-INLINE void put_turning(const IslandView& p, std::size_t i, std::size_t position_row,
-                        std::size_t rotation_row, Tension tension) {
-  put_levers(p, i, position_row, rotation_row);
+INLINE void put_turning(const IslandView& p, std::size_t i, const PosedAt& at, Tension tension) {
+  put_levers(p, i, at.position_row, at.rotation_row);
   double* k = column(p.work, kWorkRows, i);
   const Vec<Four> arm = vec<Four>(k, kArm);
   const Vec<Four> ma = num<Four>(column(p.constants, kConstantRows, i), kMass) * arm;
@@ -91,7 +95,7 @@ INLINE void put_turning(const IslandView& p, std::size_t i, std::size_t position
 void prepare(const IslandView& p, std::size_t position_row, std::size_t rotation_row,
              Tension tension) {
   for (std::size_t i = 0; i < p.count; i += kLanes)
-    put_turning(p, i, position_row, rotation_row, tension);
+    put_turning(p, i, {position_row, rotation_row}, tension);
 }
 
 }  // namespace

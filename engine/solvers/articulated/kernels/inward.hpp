@@ -86,7 +86,7 @@ void inward_pass_chain_by(const IslandView& p) {
   for (std::size_t i = p.count; i-- > 0;) {
     // Preparing a block here hides the latency of the divisions.
     if (i % kLanes == kLanes - 1 || i == p.count - 1)
-      put_turning(p, i / kLanes * kLanes, kPosition, kRotation, tension);
+      put_turning(p, i / kLanes * kLanes, {kPosition, kRotation}, tension);
     const double* k = column(p.work, kWorkRows, i);
     Block b = own_block(column(p.constants, kConstantRows, i), k);
     if (i + 1 < p.count) {

@@ -122,10 +122,11 @@ struct Step {
   Carry carry{{0, 0, 0}, 0, 0};
 };
 
-/// One body of the outward pass: position of its joint, and its rotation.
+/// One body of the outward pass: position of its joint, and its rotation by `rotate`, which knows
+/// the island.
 template <bool chain, class Rotate>
-INLINE void outwards(const IslandView& p, const double*& targets, std::size_t i, Step& at,
-                     const Rotate& rotate) {
+INLINE void outwards(const Rotate& rotate, const double*& targets, std::size_t i, Step& at) {
+  const IslandView& p = rotate.p;
   double* k = column(p.work, kWorkRows, i);
   const std::int32_t parent = p.parents[i];
   if (parent < 0) {
@@ -148,9 +149,9 @@ template <class Rotate>
 INLINE void walk(const IslandView& p, const double* targets, const Rotate& rotate) {
   Step at;
   if (p.is_chain)
-    for (std::size_t i = 0; i < p.count; ++i) outwards<true>(p, targets, i, at, rotate);
+    for (std::size_t i = 0; i < p.count; ++i) outwards<true>(rotate, targets, i, at);
   else
-    for (std::size_t i = 0; i < p.count; ++i) outwards<false>(p, targets, i, at, rotate);
+    for (std::size_t i = 0; i < p.count; ++i) outwards<false>(rotate, targets, i, at);
 }
 
 void outward_pass(const IslandView& p, const double* targets, std::size_t position_row) {

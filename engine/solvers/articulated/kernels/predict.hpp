@@ -5,13 +5,21 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// Angular velocity after a rotation `start + w reach` with angular momentum `l`: two fixed-point
+/// Four bodies with a given angular momentum: their rotations, and the inverse of their principal
+/// moments.
+struct FreeTurn {
+  Vec<Four> l;
+  Qua<Four> q;
+  Vec<Four> per_moment;
+};
+
+/// Angular velocity after a rotation `start + w reach` with angular momentum l: two fixed-point
 /// iterations of w = I(q(w))^-1 l, from a guess.
-INLINE Vec<Four> angular_velocity_keeping(Vec<Four> l, Qua<Four> q, Vec<Four> per_moment,
-                                          Vec<Four> start, Four reach, Vec<Four> guess) {
+INLINE Vec<Four> angular_velocity_keeping(const FreeTurn& turn, Vec<Four> start, Four reach,
+                                          Vec<Four> guess) {
   Vec<Four> w = guess;
   for (int round = 0; round < 2; ++round)
-    w = times_inertia(mul(exponential(start + reach * w), q), per_moment, l);
+    w = times_inertia(mul(exponential(start + reach * w), turn.q), turn.per_moment, turn.l);
   return w;
 }
 
@@ -78,7 +86,8 @@ StartSums predict_by(const IslandView& p, const PredictInput& in) {
         const Vec<Four> l_star = brake * (third * (all(4) * l - l_before) + two_thirds_h * torque);
         translation = third * vec<Four>(m, kLastTranslation) + two_thirds_h * v_star;
         const Vec<Four> start = third * vec<Four>(m, kLastRotation);
-        w = angular_velocity_keeping(l_star, q, per_moment, start, two_thirds_h, angular_velocity);
+        w = angular_velocity_keeping({l_star, q, per_moment}, start, two_thirds_h,
+                                     angular_velocity);
         r = start + two_thirds_h * w;
       } else {
         const Four keep = damping.of(drag), push = in.first ? 0.5 * h : h;
@@ -90,7 +99,7 @@ StartSums predict_by(const IslandView& p, const PredictInput& in) {
             midpoint ? times_inertia(mul(exponential(all(-0.5) * h * angular_velocity), q), moments,
                                      angular_velocity)
                      : l;
-        w = angular_velocity_keeping(keep * kept + push * torque, q, per_moment, nothing,
+        w = angular_velocity_keeping({keep * kept + push * torque, q, per_moment}, nothing,
                                      midpoint ? 0.5 * h : push, angular_velocity);
         r = h * w;
       }

@@ -121,8 +121,9 @@ EndSums update_velocities(const IslandView& p, const VelocityInput& in) {
 /// The outward pass is sequential; vector work on neighbouring blocks hides its latency. The next
 /// block is prepared and the previous one gets poses and velocities, one job per body.
 template <bool chain, class Rotate, class Prepare, class Block>
-INLINE void walk_and_update(const IslandView& p, const double* targets, const Rotate& rotate,
+INLINE void walk_and_update(const Rotate& rotate, const double* targets,
                             const Prepare& prepare_block, Block& update_block) {
+  const IslandView& p = rotate.p;
   const auto put_pose = [&](std::size_t i) {
     double* k = column(p.work, kWorkRows, i);
     const BlockPose at = pose_of(p, i, kRotation);
@@ -135,7 +136,7 @@ INLINE void walk_and_update(const IslandView& p, const double* targets, const Ro
   Step at;
   prepare_block(0);
   for (std::size_t n = 0; n < p.count; ++n) {
-    outwards<chain>(p, targets, n, at, rotate);
+    outwards<chain>(rotate, targets, n, at);
     const std::size_t job = n % kLanes, i = n - job;
     if (job == 0 && i + kLanes < p.count) prepare_block(i + kLanes);
     if (job == 1 && i > 0) put_pose(i - kLanes);
@@ -153,9 +154,9 @@ EndSums outward_pass_and_update(const IslandView& p, const double* targets,
   return by_rule(p, in, [&](auto& update_block) {
     const auto prepared = [](std::size_t) {};
     if (p.is_chain)
-      walk_and_update<true>(p, targets, Articulated{p, kPosition}, prepared, update_block);
+      walk_and_update<true>(Articulated{p, kPosition}, targets, prepared, update_block);
     else
-      walk_and_update<false>(p, targets, Articulated{p, kPosition}, prepared, update_block);
+      walk_and_update<false>(Articulated{p, kPosition}, targets, prepared, update_block);
   });
 }
 
@@ -165,9 +166,9 @@ EndSums sweep_and_update(const IslandView& p, const double* targets, double stif
     const LeastDisplacement rotate{p, kPosition, stiffness};
     const auto prepare_block = [&](std::size_t i) { put_levers(p, i, kPosition, kRotation); };
     if (p.is_chain)
-      walk_and_update<true>(p, targets, rotate, prepare_block, update_block);
+      walk_and_update<true>(rotate, targets, prepare_block, update_block);
     else
-      walk_and_update<false>(p, targets, rotate, prepare_block, update_block);
+      walk_and_update<false>(rotate, targets, prepare_block, update_block);
   });
 }
 
