@@ -8,7 +8,8 @@ namespace {
 
 using namespace rows;
 
-constexpr std::string_view kMotions[] = {"dynamic", "fixed", "driven"};
+constexpr std::string_view kMotions[] = {"dynamic", "fixed", "kinematic"};
+constexpr std::string_view kOldMotions[] = {"", "", "driven"};
 constexpr std::string_view kPinKinds[] = {"exact", "spring"};
 constexpr std::string_view kBodyOrWorld = "the name of a body, or \"world\"";
 
@@ -59,7 +60,8 @@ constexpr Key kBody[] = {
     kDrag,
     kGravityScale,
     word("motion", kMotions,
-         "dynamic: by forces and joints. fixed: never. driven: along a path, or by live calls.")
+         "dynamic: by forces and joints. fixed: never. kinematic: along a path, or by live calls.")
+        .once_words(kOldMotions)
         .or_else(0),
     kSolver,
     kCollision,

@@ -9,7 +9,8 @@ using namespace rows;
 
 constexpr SolverSettings kSettings;  // what a scene that says nothing has
 
-constexpr std::string_view kSolvers[] = {"auto", "sweep", "shake2", "paper", "lagrangian"};
+constexpr std::string_view kSolvers[] = {"auto", "sweep", "shake2", "procedural", "lagrangian"};
+constexpr std::string_view kOldSolvers[] = {"", "", "", "paper", ""};
 constexpr std::string_view kStabilisations[] = {"projection", "baumgarte", "none"};
 constexpr std::string_view kReluctances[] = {"inertia_over_mass", "literal_step"};
 
@@ -34,7 +35,7 @@ constexpr Key kGears =
 constexpr Key kCables =
     objects("cables", "cable", "Cables: they pull and never push.").once("strings");
 constexpr Key kPins = objects("pins", "pin", "Points of bodies held at a place.");
-constexpr Key kPaths = objects("paths", "path", "Paths of driven bodies.").once("drives");
+constexpr Key kPaths = objects("paths", "path", "Paths of kinematic bodies.").once("drives");
 constexpr Key kInstances = objects("instances", "instance", "Copies of prefabs.");
 constexpr Key kGenerators =
     object("generators", "generators", "Chains, grids and stairs written out by rule.");
@@ -76,8 +77,10 @@ constexpr Key kScene[] = {
 constexpr Key kSolver[] = {
     word("type", kSolvers,
          "auto: dynamics, stable at any step. sweep: kinematic posing. shake2: accurate at small "
-         "steps. paper: the literal published rule, for comparison. lagrangian: exact joints of "
+         "steps. procedural: the rotation rule as printed by Lee et al. (2000), for comparison. "
+         "lagrangian: exact joints of "
          "every kind, by forces of constraint.")
+        .once_words(kOldSolvers)
         .or_else(0),
     number("rotation_stiffness", "", kNotNegative, "Of sweep: 0 swings, large values slide.")
         .or_else(kSettings.rotation_stiffness)
@@ -109,7 +112,9 @@ constexpr Key kSolver[] = {
         .or_else(kSettings.tension_stiffness),
     flag("limiter", "The energy limiter; off only to show what it is for.")
         .or_else(kSettings.limiter),
-    word("paper_reluctance", kReluctances, "Which length^2 the literal rule takes.").or_else(0),
+    word("procedural_reluctance", kReluctances, "Of procedural: which length^2 h the rule takes.")
+        .or_else(0)
+        .once("paper_reluctance"),
     word("integrator", kIntegratorNames,
          "Of lagrangian. euler: order 1, never blows up. rattle: symplectic, order 2, energy "
          "bounded "
@@ -263,7 +268,7 @@ constinit const KeySet stairs{
     kStairs};
 constinit const KeySet collision{
     "collision",
-    "What a body touches. A dynamic body touches every fixed or driven one whose groups agree; "
+    "What a body touches. A dynamic body touches every fixed or kinematic one whose groups agree; "
     "bodies of one joint never touch.",
     kCollision};
 constinit const KeySet camera{"camera", "A camera.", kCamera};

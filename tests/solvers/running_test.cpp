@@ -38,10 +38,10 @@ TEST_CASE("switching the solver keeps joints closed and moves nothing farther th
   Simulation start = swinging();
   for (int i = 0; i < 40; ++i) start.step();
   const Entity body = start.world.bodies.owners()[3];
-  const Solver all[] = {Solver::articulated, Solver::sweep, Solver::shake2, Solver::paper};
+  const Solver all[] = {Solver::articulated, Solver::sweep, Solver::shake2, Solver::procedural};
   for (Solver from : all)
     for (Solver to : all) {
-      // Each pair from the same motion: sweep and paper leave faster ones to the next.
+      // Each pair from the same motion: sweep and procedural leave faster ones to the next.
       Simulation sim(start.world, start.settings);
       SolverSettings how;
       how.solver = from;
