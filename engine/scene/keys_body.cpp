@@ -37,7 +37,7 @@ constexpr Key kGravityScale =
     number("gravity_scale", "", kAnyNumber, "Part of gravity that the body feels.").or_else(1);
 constexpr Key kSolver =
     object("solver", "solver",
-           "Solver settings for this articulation; what is absent is as in the scene's solver.");
+           "Solver settings for this island; what is absent is as in the scene's solver.");
 constexpr Key kCollision = of_object("collision", ValueType::object_or_flag, "collision",
                                      "Whether the body's shapes are solid, and how. What is absent "
                                      "is as the scene says.");

@@ -49,13 +49,13 @@ constexpr Key kScene[] = {
     whole("substeps", 1, 1000, "Equal parts each step is taken in.").or_else(1),
     number("duration", "s", kDuration, "How long the scene runs.").or_else(5),
     number("drift_bound", "", kPositive,
-           "Joint gap that counts as failure, part of the articulation's size.")
+           "Joint gap that counts as failure, as a fraction of the island's size.")
         .or_else(1e-12),
     of_object("collision", ValueType::object_or_flag, "collision",
               "Of all bodies with shapes that say nothing of it. Default: nothing is solid."),
     row("collision_groups", ValueType::group_names, "",
         "Names for groups: the first is bit 0, and so on."),
-    object("solver", "solver", "Settings of all articulations that name none."),
+    object("solver", "solver", "Settings of all islands that name none."),
     objects("materials", "material", "What surfaces look like."),
     kBodies,
     kJoints,
@@ -104,7 +104,7 @@ constexpr Key kSolver[] = {
         .or_else(kSettings.sweeps)
         .once("rounds"),
     number("tolerance", "", kPositive,
-           "Residual of a held point that counts as met, part of the articulation's size.")
+           "Residual of a held point that counts as met, as a fraction of the island's size.")
         .or_else(kSettings.tolerance),
     number("stall_drop", "", kUnit, "Least relative gain of a sweep; below it the sweeps end.")
         .or_else(kSettings.stall_drop),
@@ -151,7 +151,7 @@ constexpr Key kPrefab[] = {needed_name(), kBodies, kJoints,    kGears,     kCabl
 
 constexpr Key kOfPrefab =
     reference("prefab", "the name of a prefab", "Name of a prefab.").needed("the name of a prefab");
-constexpr Key kItsSolver = object("solver", "solver", "Solver settings for all its articulations.");
+constexpr Key kItsSolver = object("solver", "solver", "Solver settings for all its islands.");
 
 constexpr Key kInstance[] = {
     needed_name(),
@@ -209,8 +209,8 @@ constexpr Key kCollision[] = {
         .or_else(0),
     row("groups", ValueType::groups, "", "What the body is. Default: [0]."),
     row("with", ValueType::groups, "", "What it touches; both bodies have to agree. Default: all."),
-    flag("others", "Whether it touches dynamic bodies of other articulations.").or_else(false),
-    flag("self", "Whether it touches dynamic bodies of its own articulation.").or_else(false),
+    flag("others", "Whether it touches dynamic bodies of other islands.").or_else(false),
+    flag("self", "Whether it touches dynamic bodies of its own island.").or_else(false),
     flag("sensor",
          "Whether it only reports what overlaps it and pushes nothing. Every body whose groups "
          "agree "

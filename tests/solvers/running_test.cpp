@@ -203,7 +203,7 @@ TEST_CASE("a free tree that is rebuilt keeps its angular momentum") {
         1e-12 * glm::length(then.momentum));
 }
 
-TEST_CASE("solver settings hold for the articulation that has them") {
+TEST_CASE("solver settings hold for the island that has them") {
   Chain c = hung_chain(4);
   Body loose = rod({5, 0, 0});
   const Entity other = c.world.add_body(loose);

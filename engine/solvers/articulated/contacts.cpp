@@ -148,7 +148,7 @@ bool all_asleep(const World& world) {
 
 namespace {
 
-/// Gives a contact to the island of one of its bodies, which wakes where something comes.
+/// Assigns a contact to the island of one of its bodies, which wakes where a body approaches.
 void take_contact(World& world, std::uint32_t contact, bool is_a, Real h) {
   const Contact& c = contacts_of(world)[contact];
   const Partition& partition = partition_of(world);
