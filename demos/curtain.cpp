@@ -1,4 +1,4 @@
-// A ball is driven through a curtain of ropes, which give way and swing back.
+// A kinematic ball moves through a curtain of ropes, which give way and swing back.
 #include <algorithm>
 #include <string>
 

@@ -28,7 +28,7 @@ struct Finder {
   const Partition& partition;
 };
 
-// ---- What there is -----------------------------------------------------------------------------
+// ---- Colliders ---------------------------------------------------------------------------------
 
 /// Index of a body's island over all solvers; UINT64_MAX: none.
 std::uint64_t island_of(const Partition& partition, std::uint32_t slot) {
@@ -289,8 +289,8 @@ bool moves(const Body& b) {
   return b.motion != Motion::fixed && (b.velocity != Vec3(0) || b.angular_velocity != Vec3(0));
 }
 
-/// Kinematic bodies are at the end of the step already: they are put back for the search, and their
-/// reach is the way they come.
+/// Kinematic bodies are at the end of the step already: for the search they return to its start,
+/// and their reach is the displacement over the step.
 void detect(World& world, Real h) {
   PANTIN_ASSERT(is_positive(h));
   DetectScratch& scratch = world.memory.of<Memory>().scratch;

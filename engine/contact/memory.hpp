@@ -84,7 +84,7 @@ struct DetectScratch {
   std::vector<Real> reach;  // m, by body slot: how far its surface may move in the step
   std::vector<Pose> ends;   // poses of kinematic bodies at the end of the step
   std::vector<Contact> before;
-  bool stale = false;  // bodies were numbered anew: contacts are to be looked for again
+  bool stale = false;  // bodies were renumbered: contacts are detected again
   Search search;
 };
 

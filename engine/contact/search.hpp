@@ -27,7 +27,7 @@ struct ColliderShape {
 
 /// A collider: one body with its shapes.
 struct Collider {
-  std::uint32_t slot = 0, first = 0, count = 0;  // its parts
+  std::uint32_t slot = 0, first = 0, count = 0;  // its shapes
   std::uint64_t island = UINT64_MAX;             // over all solvers; none: no solver owns the body
   const Collision* collision = nullptr;
 };
@@ -44,7 +44,7 @@ struct FoundPoint {
 struct Search {
   std::vector<ColliderShape> shapes;
   std::vector<Collider> colliders;
-  std::vector<std::uint32_t> static_shapes, unbounded, moving;  // parts; parts; solids
+  std::vector<std::uint32_t> static_shapes, unbounded, moving;  // shapes; shapes; colliders
   std::vector<std::uint32_t> collider_at;                       // by slot; UINT32_MAX: none
   std::vector<Aabb> boxes, static_boxes, moving_boxes;
   AabbTree static_tree, moving_tree;

@@ -1,6 +1,7 @@
 // Sensors: which bodies overlap them at the end of a step.
 //
-// The boxes of the sensors' shapes make a tree, since sensors are few; every other shape asks it.
+// The bounding boxes of the sensors' shapes form a tree, since sensors are few; every other shape
+// queries it.
 #include <algorithm>
 #include <optional>
 #include <tuple>

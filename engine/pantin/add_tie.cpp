@@ -121,7 +121,7 @@ Result<Entity> add_to(World& world, const PinConstraint& described) {
   if (findings.ok() && described.to == described.body)
     findings.add("to", "the pinned body itself", "another one");
   if (findings.ok() && world.bodies[described.body].motion != Motion::dynamic)
-    findings.add("body", "a body that is fixed or driven", "a dynamic one");
+    findings.add("body", "a body that is fixed or kinematic", "a dynamic one");
   if (described.stiffness > 0) findings.known({{Feature::spring_pin}}, {described.body});
   if (!findings.ok()) return findings.take();
   Pin pin;

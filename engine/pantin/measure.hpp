@@ -38,7 +38,7 @@ struct JointReaction {
   Vec3 torque{0};  // N m, about the anchor
 };
 /// None before the first step, for a copied World that was not stepped, under the solvers "sweep",
-/// "shake2" and "paper", which know no forces, and for what is no joint or is left out by its
+/// "shake2" and "procedural", which know no forces, and for what is no joint or is left out by its
 /// solver. A question costs time linear in the bodies of the island.
 std::optional<JointReaction> joint_reaction(const World& world, Entity joint);
 

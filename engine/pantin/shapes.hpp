@@ -38,14 +38,14 @@ struct HullShape {
   Pose at = {};
 };
 
-/// The half-space y <= 0. For bodies that are fixed or driven.
+/// The half-space y <= 0. For bodies that are fixed or kinematic.
 struct PlaneShape {
   Real drawn_extent = 50;  // m, of its picture
   Pose at = {};
 };
 
 /// A closed surface, triangles anticlockwise seen from outside. For bodies that are fixed or
-/// driven.
+/// kinematic.
 struct MeshShape {
   std::vector<Vec3> points = {};  // m
   std::vector<std::array<std::uint32_t, 3>> triangles = {};
@@ -53,7 +53,7 @@ struct MeshShape {
 };
 
 /// A ground: heights[row * columns + column] (m) over x (columns) and z (rows), its middle at the
-/// origin. For bodies that are fixed or driven.
+/// origin. For bodies that are fixed or kinematic.
 struct HeightFieldShape {
   std::uint32_t columns = 0, rows = 0;
   Real spacing_x = 1, spacing_z = 1;  // m

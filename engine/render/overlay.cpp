@@ -7,7 +7,7 @@
 namespace pantin::detail {
 namespace {
 
-constexpr Vec3 kPaper{0.06, 0.07, 0.09}, kInk{0.96, 0.97, 0.98}, kAlarm{1, 0.36, 0.3};
+constexpr Vec3 kPanel{0.06, 0.07, 0.09}, kText{0.96, 0.97, 0.98}, kAlarm{1, 0.36, 0.3};
 
 }  // namespace
 
@@ -95,7 +95,7 @@ void OverlayList::add_labels(const Overlay& overlay, const Eye& eye) {
   const Real edge = std::round(0.6 * line), swatch = std::round(0.62 * line);
   const auto panel = [&](Real top, Real widest, std::size_t lines) {
     const Vec3 half{widest / 2 + pad, static_cast<Real>(lines) * line / 2 + 0.8 * pad, 0};
-    add_box({edge + half.x, top + half.y, 0}, half, 0.35 * line, kPaper, 0.62);
+    add_box({edge + half.x, top + half.y, 0}, half, 0.35 * line, kPanel, 0.62);
     return top + 0.8 * pad + (line - font_.line_height) / 2 + font_.ascent;  // first baseline
   };
   Real widest = 0;
@@ -106,7 +106,7 @@ void OverlayList::add_labels(const Overlay& overlay, const Eye& eye) {
   if (alarms || !overlay.lines.empty()) {
     Real y = panel(edge, widest, overlay.lines.size() + alarms);
     for (const std::string& text : overlay.lines) {
-      add_text({edge + pad, y, 0}, text, kInk);
+      add_text({edge + pad, y, 0}, text, kText);
       y += line;
     }
     if (alarms) add_text({edge + pad, y, 0}, overlay.alarm, kAlarm);
@@ -121,7 +121,7 @@ void OverlayList::add_labels(const Overlay& overlay, const Eye& eye) {
     const Real middle = y - 0.36 * font_.ascent;
     add_box({edge + pad + swatch / 2, middle, 0}, {swatch / 2, swatch / 2, 0}, 0.2 * swatch,
             srgb(entry.colour), 1);
-    add_text({edge + pad + 1.6 * swatch, y, 0}, entry.text, kInk);
+    add_text({edge + pad + 1.6 * swatch, y, 0}, entry.text, kText);
     y += line;
   }
 }

@@ -8,8 +8,8 @@ namespace pantin::detail {
 /// Saves the initial state of all islands with interfaces, before the step.
 void save_coupled(World& world);
 
-/// After structural changes within a step, once the islands caught up: what save_coupled remembered
-/// goes on for those that did not change.
+/// After structural changes within a step, once the islands are compiled again: those that did not
+/// change keep the initial state that save_coupled stored.
 void recouple(World& world);
 
 /// One step of `h` seconds of all leaders and followers, with the contacts of the step. Momentum is

@@ -1,4 +1,4 @@
-// Rulers of a World as it stands.
+// Measures of the present state of a World.
 #include "engine/runtime/simulation.hpp"
 #include "engine/solvers/solver.hpp"
 

@@ -24,7 +24,7 @@ namespace {
 constexpr std::uint64_t kMagic = 0x444c524f574e5450;  // "PTNWORLD", where the low byte comes first
 constexpr std::uint32_t kVersion = 1;
 
-/// Before everything else.
+/// Header of the file.
 struct Header {
   std::uint64_t magic = kMagic;
   std::uint32_t version = kVersion;
@@ -81,7 +81,7 @@ void write_user(FieldWriter& to, const UserStores& user, Saved* saved) {
   to.write(std::string());
 }
 
-/// Empty, or what is wrong.
+/// Empty, or a description of the fault.
 std::string read_user(FieldReader& from, World& world) {
   for (std::string name, bytes; from.ok();) {
     std::uint64_t fingerprint = 0;
@@ -100,7 +100,7 @@ std::string read_user(FieldReader& from, World& world) {
   return {};
 }
 
-/// Finds slots again and looks at what one component says of another; empty, or what is wrong.
+/// Resolves slots and checks references between components; empty, or a description of the fault.
 std::string check_components(World& world) {
   std::string wrong;
   World::fields(world, [&](const char* name, auto&& part) {
@@ -116,7 +116,7 @@ std::string check_components(World& world) {
   return wrong;
 }
 
-/// What a step takes for granted of rotations and ranges; empty, or what is wrong.
+/// Checks what a step assumes of rotations and ranges; empty, or a description of the fault.
 std::string check_numbers(const World& world) {
   for (const Body& b : world.bodies.values())
     if (!is_unit(b.pose)) return "bodies have a rotation that is none";

@@ -41,8 +41,8 @@ struct StepRecord {
 /// nothing once the structure is known. A step of zero or non-finite length does nothing; one whose
 /// substeps are out of bounds does nothing either, and says so (Status::bad_clock).
 ///
-/// Systems may create and destroy anything at any place. What is unchanged goes on as if nothing
-/// had been; changed islands start afresh with the bodies' motion as it is. After before_drive and
+/// Systems may create and destroy anything at any stage. Unchanged islands keep their state;
+/// changed ones start afresh from the present motion of their bodies. After before_drive and
 /// before_update the whole substep knows the change. After before_contacts and before_adjust
 /// islands of the articulated solver are predicted anew; islands that were changed there go on with
 /// the next substep.

@@ -19,7 +19,7 @@ struct BuiltBody {
   const BodyMassProperties* mass_properties = nullptr;
   const SolverSettings* solver = nullptr;
   std::uint32_t material = UINT32_MAX;  // for all its shapes; UINT32_MAX: their own
-  bool is_driven_by_path = false;
+  bool has_path = false;
   const Collision* collision = nullptr;  // of colliding bodies
 };
 

@@ -63,17 +63,17 @@ void GroupBuilder::add_links_of(Element<ChainRecipe> e) {
 void GroupBuilder::add_drive(Element<PathRecipe> e) {
   const auto place = body(e.recipe.body, e.id, "body");
   if (!place) return;
-  BuiltBody& driven = made_.bodies[*place];
+  BuiltBody& moved = made_.bodies[*place];
   const auto error = [&](const char* expected) {
     messages_.error(e.id, "body", "found " + quoted_name(e.recipe.body) + ", expected " + expected);
   };
-  if (driven.body.motion != Motion::kinematic)
-    return error("a body whose \"motion\" is \"driven\"");
-  if (driven.is_driven_by_path) return error("a body without another path");
-  driven.is_driven_by_path = true;
-  const BuiltPath placed{e.id, *place, started(e.recipe.path, driven.body.pose)};
+  if (moved.body.motion != Motion::kinematic)
+    return error("a body whose \"motion\" is \"kinematic\"");
+  if (moved.has_path) return error("a body without another path");
+  moved.has_path = true;
+  const BuiltPath placed{e.id, *place, started(e.recipe.path, moved.body.pose)};
   check_loop(e.id, placed.path);
-  driven.body.pose = pose_at(placed.path, 0);
+  moved.body.pose = pose_at(placed.path, 0);
   made_.paths.push_back(placed);
 }
 

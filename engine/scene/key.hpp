@@ -71,8 +71,8 @@ struct Key {
   Range range = kAnyNumber;                      // of numbers
   int count = 0;                                 // of an array of fixed length
   std::span<const std::string_view> words = {};  // of a word
-  std::span<const std::string_view> old_words =
-      {};                          // read as `words`, one for each, with a warning
+  // Former names of `words`, one for each, read with a warning; "" where there is none.
+  std::span<const std::string_view> old_words = {};
   std::string_view object = {};    // the kind of object
   std::string_view expected = {};  // for complaints that nothing is there
   bool is_needed = false;          // complain so

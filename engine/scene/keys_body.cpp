@@ -8,7 +8,8 @@ namespace {
 
 using namespace rows;
 
-constexpr std::string_view kMotions[] = {"dynamic", "fixed", "driven"};
+constexpr std::string_view kMotions[] = {"dynamic", "fixed", "kinematic"};
+constexpr std::string_view kOldMotions[] = {"", "", "driven"};
 constexpr std::string_view kPinKinds[] = {"exact", "spring"};
 constexpr std::string_view kBodyOrWorld = "the name of a body, or \"world\"";
 
@@ -36,7 +37,7 @@ constexpr Key kGravityScale =
     number("gravity_scale", "", kAnyNumber, "Part of gravity that the body feels.").or_else(1);
 constexpr Key kSolver =
     object("solver", "solver",
-           "Solver settings for this articulation; what is absent is as in the scene's solver.");
+           "Solver settings for this island; what is absent is as in the scene's solver.");
 constexpr Key kCollision = of_object("collision", ValueType::object_or_flag, "collision",
                                      "Whether the body's shapes are solid, and how. What is absent "
                                      "is as the scene says.");
@@ -59,7 +60,8 @@ constexpr Key kBody[] = {
     kDrag,
     kGravityScale,
     word("motion", kMotions,
-         "dynamic: by forces and joints. fixed: never. driven: along a path, or by live calls.")
+         "dynamic: by forces and joints. fixed: never. kinematic: along a path, or by live calls.")
+        .once_words(kOldMotions)
         .or_else(0),
     kSolver,
     kCollision,

@@ -9,7 +9,8 @@ using namespace rows;
 
 constexpr SolverSettings kSettings;  // what a scene that says nothing has
 
-constexpr std::string_view kSolvers[] = {"auto", "sweep", "shake2", "paper", "lagrangian"};
+constexpr std::string_view kSolvers[] = {"auto", "sweep", "shake2", "procedural", "lagrangian"};
+constexpr std::string_view kOldSolvers[] = {"", "", "", "paper", ""};
 constexpr std::string_view kStabilisations[] = {"projection", "baumgarte", "none"};
 constexpr std::string_view kReluctances[] = {"inertia_over_mass", "literal_step"};
 
@@ -34,7 +35,7 @@ constexpr Key kGears =
 constexpr Key kCables =
     objects("cables", "cable", "Cables: they pull and never push.").once("strings");
 constexpr Key kPins = objects("pins", "pin", "Points of bodies held at a place.");
-constexpr Key kPaths = objects("paths", "path", "Paths of driven bodies.").once("drives");
+constexpr Key kPaths = objects("paths", "path", "Paths of kinematic bodies.").once("drives");
 constexpr Key kInstances = objects("instances", "instance", "Copies of prefabs.");
 constexpr Key kGenerators =
     object("generators", "generators", "Chains, grids and stairs written out by rule.");
@@ -48,13 +49,13 @@ constexpr Key kScene[] = {
     whole("substeps", 1, 1000, "Equal parts each step is taken in.").or_else(1),
     number("duration", "s", kDuration, "How long the scene runs.").or_else(5),
     number("drift_bound", "", kPositive,
-           "Joint gap that counts as failure, part of the articulation's size.")
+           "Joint gap that counts as failure, as a fraction of the island's size.")
         .or_else(1e-12),
     of_object("collision", ValueType::object_or_flag, "collision",
               "Of all bodies with shapes that say nothing of it. Default: nothing is solid."),
     row("collision_groups", ValueType::group_names, "",
         "Names for groups: the first is bit 0, and so on."),
-    object("solver", "solver", "Settings of all articulations that name none."),
+    object("solver", "solver", "Settings of all islands that name none."),
     objects("materials", "material", "What surfaces look like."),
     kBodies,
     kJoints,
@@ -76,8 +77,10 @@ constexpr Key kScene[] = {
 constexpr Key kSolver[] = {
     word("type", kSolvers,
          "auto: dynamics, stable at any step. sweep: kinematic posing. shake2: accurate at small "
-         "steps. paper: the literal published rule, for comparison. lagrangian: exact joints of "
+         "steps. procedural: the rotation rule as printed by Lee et al. (2000), for comparison. "
+         "lagrangian: exact joints of "
          "every kind, by forces of constraint.")
+        .once_words(kOldSolvers)
         .or_else(0),
     number("rotation_stiffness", "", kNotNegative, "Of sweep: 0 swings, large values slide.")
         .or_else(kSettings.rotation_stiffness)
@@ -101,7 +104,7 @@ constexpr Key kSolver[] = {
         .or_else(kSettings.sweeps)
         .once("rounds"),
     number("tolerance", "", kPositive,
-           "Residual of a held point that counts as met, part of the articulation's size.")
+           "Residual of a held point that counts as met, as a fraction of the island's size.")
         .or_else(kSettings.tolerance),
     number("stall_drop", "", kUnit, "Least relative gain of a sweep; below it the sweeps end.")
         .or_else(kSettings.stall_drop),
@@ -109,7 +112,9 @@ constexpr Key kSolver[] = {
         .or_else(kSettings.tension_stiffness),
     flag("limiter", "The energy limiter; off only to show what it is for.")
         .or_else(kSettings.limiter),
-    word("paper_reluctance", kReluctances, "Which length^2 the literal rule takes.").or_else(0),
+    word("procedural_reluctance", kReluctances, "Of procedural: which length^2 h the rule takes.")
+        .or_else(0)
+        .once("paper_reluctance"),
     word("integrator", kIntegratorNames,
          "Of lagrangian. euler: order 1, never blows up. rattle: symplectic, order 2, energy "
          "bounded "
@@ -146,7 +151,7 @@ constexpr Key kPrefab[] = {needed_name(), kBodies, kJoints,    kGears,     kCabl
 
 constexpr Key kOfPrefab =
     reference("prefab", "the name of a prefab", "Name of a prefab.").needed("the name of a prefab");
-constexpr Key kItsSolver = object("solver", "solver", "Solver settings for all its articulations.");
+constexpr Key kItsSolver = object("solver", "solver", "Solver settings for all its islands.");
 
 constexpr Key kInstance[] = {
     needed_name(),
@@ -204,8 +209,8 @@ constexpr Key kCollision[] = {
         .or_else(0),
     row("groups", ValueType::groups, "", "What the body is. Default: [0]."),
     row("with", ValueType::groups, "", "What it touches; both bodies have to agree. Default: all."),
-    flag("others", "Whether it touches dynamic bodies of other articulations.").or_else(false),
-    flag("self", "Whether it touches dynamic bodies of its own articulation.").or_else(false),
+    flag("others", "Whether it touches dynamic bodies of other islands.").or_else(false),
+    flag("self", "Whether it touches dynamic bodies of its own island.").or_else(false),
     flag("sensor",
          "Whether it only reports what overlaps it and pushes nothing. Every body whose groups "
          "agree "
@@ -263,7 +268,7 @@ constinit const KeySet stairs{
     kStairs};
 constinit const KeySet collision{
     "collision",
-    "What a body touches. A dynamic body touches every fixed or driven one whose groups agree; "
+    "What a body touches. A dynamic body touches every fixed or kinematic one whose groups agree; "
     "bodies of one joint never touch.",
     kCollision};
 constinit const KeySet camera{"camera", "A camera.", kCamera};

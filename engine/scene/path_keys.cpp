@@ -11,7 +11,7 @@ namespace {
 
 using namespace rows;
 
-constexpr std::string_view kDrivenBody = "the name of a driven body";
+constexpr std::string_view kKinematicBody = "the name of a kinematic body";
 
 struct Ignore {
   void operator()(const PathKey&, auto&) const {}
@@ -57,8 +57,8 @@ struct Table {
 
   template <class... Kinds>
   explicit Table(const std::variant<Kinds...>*) {
-    keys.push_back(
-        {reference("body", kDrivenBody, "A body whose motion is driven.").needed(kDrivenBody)});
+    keys.push_back({reference("body", kKinematicBody, "A body whose motion is kinematic.")
+                        .needed(kKinematicBody)});
     keys.reserve(sizeof...(Kinds) + 1);
     (add<Kinds>(), ...);
     keys.front().push_back(
@@ -67,7 +67,7 @@ struct Table {
     join();
     const KeySet path{.what = "path",
                       .about =
-                          "The path of a driven (kinematic) body, in the frame of the scene or "
+                          "The path of a kinematic body, in the frame of the scene or "
                           "prefab.",
                       .keys = keys.front(),
                       .exclusive = exclusive,

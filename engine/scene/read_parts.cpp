@@ -59,8 +59,8 @@ std::optional<SolverSettings> read_solver(const Reading& reading, const Reader& 
   s.stall_drop = from.number("stall_drop", s.stall_drop);
   s.tension_stiffness = from.flag("tension_stiffness", s.tension_stiffness);
   s.limiter = from.flag("limiter", s.limiter);
-  s.paper_reluctance = static_cast<PaperReluctance>(
-      from.word("paper_reluctance", static_cast<std::size_t>(s.paper_reluctance)));
+  s.procedural_reluctance = static_cast<ProceduralReluctance>(
+      from.word("procedural_reluctance", static_cast<std::size_t>(s.procedural_reluctance)));
   read_exact(from, s);
   return s;
 }

@@ -1,4 +1,4 @@
-// The path of a driven body, of whatever kind.
+// The path of a kinematic body, of whatever kind.
 #include <limits>
 #include <string>
 

@@ -222,7 +222,7 @@ std::size_t Reader::word(std::string_view key, std::size_t otherwise,
   PANTIN_ASSERT(from.type == ValueType::word);
   const NodeId value = find(key);
   if (value == kNoNode) return otherwise;
-  if (json[value].kind == JsonKind::string) {
+  if (json[value].kind == JsonKind::string && !json[value].text.empty()) {
     const std::string_view word = json[value].text;
     if (const auto it = std::ranges::find(words, word); it != words.end())
       return static_cast<std::size_t>(it - words.begin());

@@ -38,7 +38,8 @@ struct List {
 
 std::string quoted_list(std::span<const std::string_view> words) {
   List list;
-  for (const std::string_view word : words) list.add(quoted(word));
+  for (const std::string_view word : words)
+    if (!word.empty()) list.add(quoted(word));
   return list.array();
 }
 

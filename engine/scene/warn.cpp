@@ -286,7 +286,7 @@ void warn_of_structure(const BuiltScene& built, const std::vector<Solver>& solve
   const Exact exact{built, solvers};
   warn_of_joints(built, exact, messages);
   warn_of_loops(built, exact, messages);
-  for (Solver solver : {Solver::lagrangian, Solver::sweep, Solver::shake2, Solver::paper})
+  for (Solver solver : {Solver::lagrangian, Solver::sweep, Solver::shake2, Solver::procedural})
     warn_of_unknown(built, exact, solver, messages);
   warn_of_turns(built, messages);
   warn_of_strings(built, messages);

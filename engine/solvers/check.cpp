@@ -1,4 +1,4 @@
-// What is wrong with a World: see check().
+// Faults of a World: see check().
 #include <algorithm>
 
 #include "engine/solvers/solver.hpp"
@@ -92,7 +92,7 @@ void list_unknown(const Plans& owners) {
     for (Entity body : {one->a, one->b, two->a, two->b})
       if (note(owner, owners.settings(body), Feature::ratio, "is")) break;
   }
-  // Of an island one body stands for all.
+  // One body represents its island.
   std::vector<const SolverSettings*> told;
   for (Entity e : world.collisions.owners()) {
     if (world.collisions[e].sensor) continue;  // sees the bodies of all solvers

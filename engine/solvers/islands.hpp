@@ -30,7 +30,7 @@ struct IslandList {
   }
 };
 
-/// Whether a slot of the last build and one of this name the same value, or both none.
+/// Whether a slot of the last build and one of this build refer to the same value, or both to none.
 template <class T>
 bool is_same_value(const Store<T>& store, std::uint32_t old, std::uint32_t now) {
   if (old == kNoSlot || now == kNoSlot) return old == now;

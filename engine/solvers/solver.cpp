@@ -15,7 +15,7 @@ std::uint8_t row_of(Solver solver) {
 
 namespace {
 
-/// Shares the islands out; who moves a body is known from then on.
+/// Assigns the islands to solvers; from then on the owner of each body is known.
 std::array<std::vector<IslandPlan>, kSolverCount> partition(World& world) {
   Partition& all = world.memory.of<Partition>();
   all.islands.clear(), all.faults.clear(), all.kinematic.clear();
@@ -40,7 +40,8 @@ bool is_solid(const World& world, Entity e) {
   return collision && !collision->sensor;
 }
 
-/// Contacts name slots: those of today, or they end. What lay on something that is gone wakes.
+/// Contacts refer to slots: they get the present ones, or end where a body is gone; the other body
+/// then wakes.
 void renumber_contacts(World& world) {
   contact::Memory& memory = world.memory.of<contact::Memory>();
   const auto now = [&](std::uint32_t slot) {
@@ -72,7 +73,7 @@ void note_what_comes(World& world, const Partition& now) {
   }
 }
 
-/// From here on the stores know where the slots have gone that islands and contacts name.
+/// From here on the stores map the slots of islands and contacts to the present ones.
 void note_build(World& world, Partition& now) {
   world.bodies.track_slots(), world.collisions.track_slots();
   world.links.track_slots(), world.cables.track_slots();

@@ -37,9 +37,9 @@ struct SolverRow {
   /// instead.
   void (*predict)(World&, const StepTask&);
   /// After islands were compiled anew within a step, between the update and the adjust stage: the
-  /// changed ones are predicted, or sit the substep out.
+  /// changed ones are predicted, or skip the substep.
   void (*catch_up)(World&, const StepTask&);
-  /// Within a substep, from the update stage on: false if the island sits it out.
+  /// Within a substep, from the update stage on: false if the island skips it.
   bool (*has_begun)(const World&, std::size_t island);
   /// Whether all its islands sleep.
   bool (*asleep)(const World&);

@@ -14,7 +14,7 @@ constexpr std::array<std::pair<Solver, const char*>, 5> kNames{
     {{Solver::articulated, "auto"},
      {Solver::sweep, "sweep"},
      {Solver::shake2, "shake2"},
-     {Solver::paper, "paper"},
+     {Solver::procedural, "procedural"},
      {Solver::lagrangian, "lagrangian"}}};
 
 }  // namespace

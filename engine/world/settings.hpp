@@ -12,7 +12,7 @@ enum class Solver : std::uint8_t {
   articulated,  // articulated inertia, BDF2 or backward Euler as needed, energy limiter
   sweep,        // least displacement from root to leaf: kinematic posing
   shake2,       // two Newton steps in start-of-step directions, then a closing sweep
-  paper,        // the rule as printed in [Lee 2000], for comparison in charts
+  procedural,   // rotation rule as printed in [Lee 2000], for comparison in charts
   lagrangian,   // Newton's and Euler's equations with multipliers: exact joints of every kind
 };
 constexpr Solver last_of(Solver) { return Solver::lagrangian; }
@@ -26,11 +26,13 @@ enum class Stabilisation : std::uint8_t {
 constexpr Stabilisation last_of(Stabilisation) { return Stabilisation::none; }
 
 /// The length^2 that the literal rule takes for its `h` [Lee 2000, sec. 3.2].
-enum class PaperReluctance : std::uint8_t {
+enum class ProceduralReluctance : std::uint8_t {
   inertia_over_mass,  // I / m
   literal_step,       // I dt^2 / (2 m), as printed
 };
-constexpr PaperReluctance last_of(PaperReluctance) { return PaperReluctance::literal_step; }
+constexpr ProceduralReluctance last_of(ProceduralReluctance) {
+  return ProceduralReluctance::literal_step;
+}
 
 struct SolverSettings {
   Solver solver = Solver::articulated;
@@ -46,7 +48,7 @@ struct SolverSettings {
   Real stall_drop = 1e-3;         // least relative improvement per sweep
   bool tension_stiffness = true;  // off only for comparison
   bool limiter = true;            // off only for comparison
-  PaperReluctance paper_reluctance = PaperReluctance::inertia_over_mass;
+  ProceduralReluctance procedural_reluctance = ProceduralReluctance::inertia_over_mass;
   // Lagrangian solver:
   Integrator integrator = Integrator::rk4;
   Stabilisation stabilisation = Stabilisation::projection;
@@ -68,7 +70,7 @@ struct SolverSettings {
     field("stall_drop", self.stall_drop);
     field("tension_stiffness", self.tension_stiffness);
     field("limiter", self.limiter);
-    field("paper_reluctance", self.paper_reluctance);
+    field("procedural_reluctance", self.procedural_reluctance);
     field("integrator", self.integrator);
     field("stabilisation", self.stabilisation);
     field("baumgarte", self.baumgarte);
@@ -77,7 +79,7 @@ struct SolverSettings {
   }
 };
 
-/// "auto", "sweep", "shake2", "paper", "lagrangian".
+/// "auto", "sweep", "shake2", "procedural", "lagrangian".
 const char* name_of(Solver solver);
 /// False for any other word; `solver` is then unchanged.
 bool solver_from_name(const char* name, Solver& solver);

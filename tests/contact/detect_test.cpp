@@ -81,7 +81,7 @@ TEST_CASE("without solid bodies there are no contacts") {
   CHECK(s.search(1) == 0);
 }
 
-TEST_CASE("fixed and driven bodies do not touch each other; groups have to agree both ways") {
+TEST_CASE("fixed and kinematic bodies do not touch each other; groups have to agree both ways") {
   Stage s;
   Collision ground;
   ground.groups = 2;

@@ -1,4 +1,4 @@
-// What holds for the path of a driven body, of every kind in the list.
+// What holds for the path of a kinematic body, of every kind in the list.
 #include <catch2/catch.hpp>
 
 #include "engine/base/archive.hpp"

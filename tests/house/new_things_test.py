@@ -17,7 +17,7 @@ LEFT_OUT = "-DPANTIN_{}=OFF"
 
 GUIDES = {
     "## Add a joint in ten minutes": ["engine/joints/ring.hpp", "engine/joints/kinds.hpp"],
-    "## Add a path for driven bodies": [
+    "## Add a path for kinematic bodies": [
         "engine/world/paths/circle.hpp", "engine/world/kinematic_path.hpp"],
     "## Add an integrator of the exact solver": [
         "engine/solvers/lagrangian/midpoint.cpp", "engine/world/integrators.hpp"],
@@ -49,7 +49,7 @@ Vec3 after(const World& start, const char* by, int steps) {
   return simulation.world.bodies.values()[0].pose.position;
 }
 
-/// A body driven along a new kind of path.
+/// A kinematic body along a new kind of path.
 int try_path(const char* file) {
   const auto scene = load_scene(file);
   if (!scene) return std::printf("%s\n", scene.errors().front().message.c_str()), 1;

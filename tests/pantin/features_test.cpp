@@ -39,7 +39,8 @@ struct Pair {
 }  // namespace
 
 TEST_CASE("a motor, a spring, friction, restitution under a solver that lacks them are refused") {
-  const Solver solver = GENERATE(Solver::articulated, Solver::sweep, Solver::shake2, Solver::paper);
+  const Solver solver =
+      GENERATE(Solver::articulated, Solver::sweep, Solver::shake2, Solver::procedural);
   CAPTURE(name_of(solver));
   Pair pair(solver);
   const Entity a = pair.a, b = pair.b;

@@ -157,7 +157,7 @@ TEST_CASE("a description that cannot be meant is refused by name, and nothing is
   CHECK(complaint(t.world, CableJoint{.a = a, .b = b}) ==
         "CableJoint: length: found 0, expected a number above 0");
   CHECK(complaint(t.world, PinConstraint{.body = a}) ==
-        "PinConstraint: body: found a body that is fixed or driven, expected a dynamic one");
+        "PinConstraint: body: found a body that is fixed or kinematic, expected a dynamic one");
   CHECK(complaint(t.world, BallJoint{.a = a, .b = b, .cone = ConeLimit{4, 1}}) ==
         "BallJoint: cone.y: found 4, expected a number from 0 to 3.14159");
   const Entity other = t.world.add(RigidBody{.motion = Motion::fixed}).value();

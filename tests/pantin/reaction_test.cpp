@@ -239,7 +239,7 @@ TEST_CASE("reactions keep to their joint while others come and go") {
 }
 
 TEST_CASE("solvers that know no forces tell none") {
-  const Solver solver = GENERATE(Solver::sweep, Solver::shake2, Solver::paper);
+  const Solver solver = GENERATE(Solver::sweep, Solver::shake2, Solver::procedural);
   CAPTURE(name_of(solver));
   World world;
   world.default_settings.solver = solver;

@@ -104,7 +104,7 @@ TEST_CASE("a sensor tells the bodies of two islands, each pair once, and no sens
   CHECK(seen == std::to_string(in.index) + ' ' + std::to_string(single.index) + ' ');
 }
 
-TEST_CASE("a sensor on a body that is driven past balls, and one that a joint carries") {
+TEST_CASE("a sensor on a kinematic body that passes balls, and one that a joint carries") {
   World world;
   world.gravity = Vec3(0);
   const Entity cart = add_box(world, Motion::kinematic, {-1, 0, 0}, {0.2, 0.2, 0.2});

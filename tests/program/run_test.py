@@ -144,9 +144,16 @@ class Run(unittest.TestCase):
         self.assertEqual(told["solver"], "lagrangian")
 
     def test_every_solver_runs(self):
-        for solver in ("auto", "sweep", "shake2", "paper"):
+        for solver in ("auto", "sweep", "shake2", "procedural"):
             told = run_json(CHAIN, "--duration", 0.5, "--solver", solver)
             self.assertEqual((told["solver"], told["status"]), (solver, "ok"))
+
+    def test_an_old_name_of_a_solver_is_read_with_a_warning(self):
+        done = pantin("run", CHAIN, "--duration", 0.1, "--json", "--solver", "paper")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertEqual(json.loads(done.stdout)["solver"], "procedural")
+        self.assertIn('warning: --solver: "paper" is called "procedural" today',
+                      done.stderr.splitlines())
 
     def test_a_record_changes_nothing(self):
         for scene in ("chain", "marionette", "stairs", "standing", "mobile", "pinned_chain",
@@ -157,7 +164,7 @@ class Run(unittest.TestCase):
             self.assertEqual((scene, told["hash"]), (scene, plain["hash"]))
 
     def test_cables_and_muscles_are_refused_with_solvers_that_do_not_know_them(self):
-        for solver in ("sweep", "shake2", "paper"):
+        for solver in ("sweep", "shake2", "procedural"):
             self.assert_refused_lines(pantin("run", MARIONETTE, "--solver", solver),
                                       "cable", solver, "auto")
             self.assert_refused_lines(pantin("run", SCENES / "standing.json", "--solver", solver),

@@ -101,6 +101,15 @@ class Schema(unittest.TestCase):
                 holder = defs["solver" if "solver" in scene else "scene"]
                 self.assertTrue(holder["properties"][old]["deprecated"])
 
+    def test_old_words_are_deprecated(self):
+        for holder, key, old, new in (("solver", "type", "paper", "procedural"),
+                                      ("body", "motion", "driven", "kinematic")):
+            with self.subTest(old):
+                value = self.check.schema["$defs"][holder]["properties"][key]
+                today, deprecated = value["anyOf"]
+                self.assertIn(new, today["enum"])
+                self.assertEqual(deprecated, {"enum": [old], "deprecated": True})
+
     def test_agrees_with_the_loader_about_scenes_that_differ_by_one_member(self):
         names = ["drape", "pinned_chain", "gate", "slider_crank", "four_bar", "spinning_top",
                  "chain"]

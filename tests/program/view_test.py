@@ -36,7 +36,7 @@ SCENE = {
 LAST = f"chain/{LINKS - 1}"
 CARRIED = {
     "version": 1,
-    "bodies": [{"name": "bar", "motion": "driven", "position": [0, 1, 0],
+    "bodies": [{"name": "bar", "motion": "kinematic", "position": [0, 1, 0],
                 "shape": {"type": "sphere", "radius": 0.1}}],
     "paths": [{"body": "bar", "lissajous": {"centre": [0, 1, 0], "amplitude": [0.3, 0, 0],
                                              "frequency": [1, 0, 0]}}],
@@ -145,12 +145,12 @@ class Dragging(View):
         for words in ("no body at 2, 2", "nail is fixed", "nothing was dragged"):
             self.assertIn(words, notes)
 
-    def test_a_driven_body_is_carried_and_led_back_to_its_path(self):
+    def test_a_kinematic_body_is_carried_and_led_back_to_its_path(self):
         scene = self.write("carried.json", CARRIED)
         still = self.play([event(2, "quit")], scene=scene)
         got = self.play([*drag(0.1, 1, "bar", 20, 20), event(2, "quit")], scene=scene)
         (pick,) = got["picks"]
-        self.assertEqual(pick["grip"], "driven")
+        self.assertEqual(pick["grip"], "kinematic")
         self.assertGreater(pick["distance_moved_m"], 0.05)
         self.assertLess(pick["worst_residual_m"], 1e-9)
         self.assertEqual(got["hash"], still["hash"])
@@ -175,7 +175,7 @@ class Keys(View):
 
     def test_the_solver_is_switched_while_running(self):
         pull, hashes = drag(0.1, 0.6, LAST, 20, -20), set()
-        for key, name in zip("1234", ("auto", "sweep", "shake2", "paper")):
+        for key, name in zip("1234", ("auto", "sweep", "shake2", "procedural")):
             got = self.play([*pull[:-1], *keys(0.5, key), pull[-1], event(0.9, "quit")])
             self.assertEqual(got["solver"], name)
             hashes.add(got["hash"])

@@ -78,7 +78,8 @@ TEST_CASE("allocations are counted") {
 }
 
 TEST_CASE("a step allocates nothing after the first few") {
-  const auto solver = GENERATE(Solver::articulated, Solver::sweep, Solver::shake2, Solver::paper);
+  const auto solver =
+      GENERATE(Solver::articulated, Solver::sweep, Solver::shake2, Solver::procedural);
   const bool puppet = GENERATE(false, true);
   INFO(name_of(solver) << (puppet ? ", puppet" : ", chain"));
   World world = puppet ? swaying_puppet().world : hung_chain(30).world;

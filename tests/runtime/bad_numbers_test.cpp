@@ -89,7 +89,7 @@ void expect_told(Solver solver, const Spoil& spoil, bool from_the_start) {
 
 void expect_told(const Spoil& spoil) {
   for (Solver solver :
-       {Solver::articulated, Solver::sweep, Solver::shake2, Solver::paper, Solver::lagrangian})
+       {Solver::articulated, Solver::sweep, Solver::shake2, Solver::procedural, Solver::lagrangian})
     for (bool from_the_start : {true, false}) expect_told(solver, spoil, from_the_start);
 }
 
@@ -122,7 +122,7 @@ TEST_CASE("a path of numbers that are not finite is told with its body, which st
                }});
 }
 
-TEST_CASE("a driven body that nothing hangs on is told as well") {
+TEST_CASE("a kinematic body that nothing hangs on is told as well") {
   World w;
   Body b;
   b.motion = Motion::kinematic;
@@ -182,7 +182,7 @@ TEST_CASE("other numbers of bodies, joints, cables and pins that are not finite 
         {"velocity", [=](Pair& p) { p.puppet.world.bodies[p.puppet.trunk].velocity.x = bad; }});
     expect_told(
         {"spin", [=](Pair& p) { p.puppet.world.bodies[p.puppet.trunk].angular_velocity.x = bad; }});
-    expect_told({"place of a driven body", [=](Pair& p) {
+    expect_told({"place of a kinematic body", [=](Pair& p) {
                    p.puppet.world.paths.remove(p.puppet.bar);
                    p.puppet.world.bodies[p.puppet.bar].pose.position.y = bad;
                  }});

@@ -12,7 +12,7 @@ using namespace pantin::test;
 
 namespace {
 
-constexpr Solver kUnaccounted[] = {Solver::sweep, Solver::shake2, Solver::paper};
+constexpr Solver kUnaccounted[] = {Solver::sweep, Solver::shake2, Solver::procedural};
 
 /// A trunk with a head and four limbs of two rods each, on cables from a bar that rocks: what these
 /// solvers throw.
@@ -140,7 +140,7 @@ TEST_CASE("what swings, spins or is led by hands is not taken for a growth") {
 }
 
 TEST_CASE("a solver that keeps a chain's energy is never blamed") {
-  for (Solver solver : {Solver::shake2, Solver::paper})
+  for (Solver solver : {Solver::shake2, Solver::procedural})
     for (Real h : {1.0 / 60, 1.0 / 240}) {
       World w = hung_chain(12).world;
       w.default_settings.solver = solver;
@@ -163,7 +163,7 @@ TEST_CASE("a sweep that throws a chain is told before it has ten times the energ
 }
 
 TEST_CASE("pushes are work") {
-  for (Solver solver : {Solver::shake2, Solver::paper}) {
+  for (Solver solver : {Solver::shake2, Solver::procedural}) {
     Chain c = hung_chain(5);
     c.world.default_settings.solver = solver;
     Simulation sim(c.world, {1.0 / 120});
@@ -178,7 +178,7 @@ TEST_CASE("pushes are work") {
 }
 
 TEST_CASE("changing by hand starts a new account") {
-  for (Solver solver : {Solver::shake2, Solver::paper}) {
+  for (Solver solver : {Solver::shake2, Solver::procedural}) {
     Chain c = hung_chain(5);
     c.world.default_settings.solver = solver;
     Simulation sim(c.world, {1.0 / 120});

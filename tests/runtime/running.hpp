@@ -53,7 +53,7 @@ inline World stopped_arm() {
   return w;
 }
 
-/// A driven bar, two geared wheels with stops, a motor and a spring, moved by the Lagrangian
+/// A kinematic bar, two geared wheels with stops, a motor and a spring, moved by the Lagrangian
 /// solver.
 inline World geared_wheels(Integrator integrator) {
   World w;
@@ -126,7 +126,7 @@ inline std::vector<std::pair<std::string, World>> running_worlds() {
   for (Integrator i :
        {Integrator::euler, Integrator::rattle, Integrator::rk4, Integrator::implicit})
     all.emplace_back(std::string("wheels ") + name_of(i), geared_wheels(i));
-  for (Solver s : {Solver::sweep, Solver::shake2, Solver::paper}) {
+  for (Solver s : {Solver::sweep, Solver::shake2, Solver::procedural}) {
     all.emplace_back(std::string("chain ") + name_of(s), hung_chain(5).world);
     all.back().second.default_settings.solver = s;
   }

@@ -29,7 +29,8 @@ World start_of(const char* which, Solver solver) {
 }  // namespace
 
 TEST_CASE("a World copied in mid-run goes on bit by bit as the original") {
-  const auto solver = GENERATE(Solver::articulated, Solver::sweep, Solver::shake2, Solver::paper);
+  const auto solver =
+      GENERATE(Solver::articulated, Solver::sweep, Solver::shake2, Solver::procedural);
   const char* which = GENERATE("chain", "puppet");
   INFO(which << ", " << name_of(solver));
   Simulation original(start_of(which, solver));

@@ -78,7 +78,7 @@ TEST_CASE("a force pushed by a system acts in the same step, and in that step on
   CHECK(simulation.world.bodies[e].velocity.x == Approx(speed));
 }
 
-TEST_CASE("a driven body is on its path after the step, with the path's velocity") {
+TEST_CASE("a kinematic body is on its path after the step, with the path's velocity") {
   Puppet p = swaying_puppet();
   Simulation simulation(p.world);
   for (int i = 0; i < 30; ++i) simulation.step();

@@ -191,17 +191,17 @@ TEST_CASE("Pins hold a point where it is unless told otherwise") {
 
 TEST_CASE("Settings of a body change only what they name") {
   const Scene s = good(R"({"version": 1, "solver": {"sweeps": 7}, "bodies": [{"name": "a",
-"mass": 1, "inertia": [1, 1, 1], "solver": {"type": "paper", "paper_reluctance": "literal_step"}}]})");
+"mass": 1, "inertia": [1, 1, 1], "solver": {"type": "procedural", "procedural_reluctance": "literal_step"}}]})");
   const SolverSettings& own = s.world.settings[s.world.find("a")];
-  CHECK((own.solver == Solver::paper && own.sweeps == 7));
-  CHECK(own.paper_reluctance == PaperReluctance::literal_step);
+  CHECK((own.solver == Solver::procedural && own.sweeps == 7));
+  CHECK(own.procedural_reluctance == ProceduralReluctance::literal_step);
   CHECK(own.calm_angle == SolverSettings{}.calm_angle);
 }
 
-TEST_CASE("Driven bodies start where their path does") {
-  const Scene s = good(R"({"version": 1, "bodies": [{"name": "k", "motion": "driven"},
-{"name": "l", "motion": "driven", "position": [0, 1, 0], "rotation_deg": [0, 30, 0]},
-{"name": "c", "motion": "driven"}],
+TEST_CASE("Kinematic bodies start where their path does") {
+  const Scene s = good(R"({"version": 1, "bodies": [{"name": "k", "motion": "kinematic"},
+{"name": "l", "motion": "kinematic", "position": [0, 1, 0], "rotation_deg": [0, 30, 0]},
+{"name": "c", "motion": "kinematic"}],
 "paths": [{"body": "k", "keyframes": [{"time": 0, "position": [0, 2, 0]}, {"time": 1, "rotation_deg": [0, 0, 90]}]},
 {"body": "l", "lissajous": {"amplitude": [1, 0, 0], "frequency": 1, "phase_deg": 90,
  "rotation_deg": [0, 30, 0], "rotation_phase_deg": 90}},

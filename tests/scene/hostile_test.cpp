@@ -101,7 +101,7 @@ TEST_CASE("Numbers with any exponent are read, refused or 0") {
 }
 
 TEST_CASE("Keys of paths and drives beyond all numbers are refused at their place") {
-  const std::string body = R"({"version": 1, "bodies": [{"name": "b", "motion": "driven"}],
+  const std::string body = R"({"version": 1, "bodies": [{"name": "b", "motion": "kinematic"}],
 "paths": [{"body": "b", "keyframes": [)";
   CHECK(diagnostics(body + R"({"time": 1e999}]}]})") ==
         Lines{"t.json:2:48: /paths/0/keyframes/0/time: found 1e999, expected a finite number"});

@@ -212,16 +212,16 @@ TEST_CASE("Names of collision groups differ") {
 TEST_CASE("Grounds and hollow shapes are refused on bodies that move") {
   CHECK(with_moving(R"("shape": {"type": "plane"})") ==
         Lines{"t.json:2:19: /bodies/0/shape/type: found a plane on a dynamic body, expected it "
-              "on a fixed or driven one"});
+              "on a fixed or kinematic one"});
   CHECK(
       with_moving(R"("shape": {"type": "mesh", "points": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, )"
                   R"(1]], "triangles": [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]]})") ==
       Lines{"t.json:2:19: /bodies/0/shape/type: found a mesh on a dynamic body, expected it on "
-            "a fixed or driven one; a hull, or several, can move"});
+            "a fixed or kinematic one; a hull, or several, can move"});
   CHECK(with_moving(R"("shape": {"type": "height_field", "columns": 2, "rows": 2, "spacing": 1, )"
                     R"("heights": [0, 0, 0, 0]})") ==
         Lines{"t.json:2:19: /bodies/0/shape/type: found a height_field on a dynamic body, "
-              "expected it on a fixed or driven one"});
+              "expected it on a fixed or kinematic one"});
 }
 
 TEST_CASE("Shapes without volume are refused") {

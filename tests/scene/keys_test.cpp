@@ -216,6 +216,22 @@ TEST_CASE("Every old key is read as today's, with a warning that names it") {
   CHECK(s.world.default_settings.active_set_iterations == 9);
 }
 
+TEST_CASE("Old words for solvers and motions are read as today's, with warnings") {
+  const Scene s = good(R"({"version": 1,
+"solver": {"type": "paper", "paper_reluctance": "literal_step"},
+"bodies": [{"name": "hand", "motion": "driven"}]})");
+  CHECK(s.warnings ==
+        Lines{"t.json:2:20: /solver/type: \"paper\" is called \"procedural\" today",
+              "t.json:2:49: /solver/paper_reluctance: the key \"paper_reluctance\" is called "
+              "\"procedural_reluctance\" today",
+              "t.json:3:39: /bodies/0/motion: \"driven\" is called \"kinematic\" today"});
+  CHECK(s.world.default_settings.solver == Solver::procedural);
+  CHECK(s.world.default_settings.procedural_reluctance == ProceduralReluctance::literal_step);
+  CHECK(s.world.bodies[s.world.find("hand")].motion == Motion::kinematic);
+  // A word that never had another name has "" in that place of the table.
+  CHECK_FALSE(diagnostics(R"({"version": 1, "solver": {"type": ""}})").empty());
+}
+
 TEST_CASE("A key beside its old name is refused") {
   CHECK(diagnostics(R"({"version": 1, "strings": [], "cables": []})") ==
         Lines{"t.json:1:16: /strings: found \"strings\" beside \"cables\", expected only the "

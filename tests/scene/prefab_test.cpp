@@ -15,11 +15,11 @@ namespace {
 
 Real distance(Vec3 a, Vec3 b) { return glm::length(a - b); }
 
-/// An arm that hangs from the world, with a driven handle, a string and a pin.
+/// An arm that hangs from the world, with a kinematic handle, a string and a pin.
 const std::string kArmPrefab = R"({"version": 1, "prefabs": [{"name": "arm", "bodies": [
 {"name": "upper", "shape": {"type": "sphere", "radius": 0.1}, "position": [0, 1, 0], "velocity": [1, 0, 0]},
 {"name": "lower", "shape": {"type": "sphere", "radius": 0.1}, "position": [0.5, 1, 0]},
-{"name": "handle", "motion": "driven", "position": [0.5, 2, 0]}],
+{"name": "handle", "motion": "kinematic", "position": [0.5, 2, 0]}],
 "joints": [{"a": "world", "b": "upper", "anchor": [0, 1.2, 0]},
 {"name": "elbow", "a": "upper", "b": "lower", "anchor": [0.25, 1, 0]}],
 "cables": [{"name": "line", "a": "handle", "b": "lower"}],

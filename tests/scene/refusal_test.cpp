@@ -31,13 +31,14 @@ TEST_CASE("Wrong types are refused") {
               "t.json:2:11: /camera: found an array of 1, expected an object (camera)",
               "t.json:2:26: /ground: found 0, expected an object (ground)",
               "t.json:2:41: /substeps: found 1.5, expected a whole number from 1 to 1000"});
-  CHECK(diagnostics(R"({"version": 1, "bodies": [{"name": "rod",
+  CHECK(
+      diagnostics(R"({"version": 1, "bodies": [{"name": "rod",
 "mass": 1, "inertia": [1, 1, 1], "position": [0, "x", 0], "drag": true, "motion": "fixt"}]})") ==
-        Lines{"t.json:2:50: /bodies/0/position/1: found \"x\", expected a number between -1e9 and "
-              "1e9",
-              "t.json:2:67: /bodies/0/drag: found true, expected a number from 0 to 1e12",
-              "t.json:2:83: /bodies/0/motion: found \"fixt\", expected dynamic, fixed or driven; "
-              "nearest is \"fixed\""});
+      Lines{"t.json:2:50: /bodies/0/position/1: found \"x\", expected a number between -1e9 and "
+            "1e9",
+            "t.json:2:67: /bodies/0/drag: found true, expected a number from 0 to 1e12",
+            "t.json:2:83: /bodies/0/motion: found \"fixt\", expected dynamic, fixed or kinematic; "
+            "nearest is \"fixed\""});
 }
 
 TEST_CASE("Steps and durations out of range are refused") {
@@ -174,12 +175,12 @@ TEST_CASE("Pins and drives on bodies of the wrong motion are refused") {
           "t.json:2:19: /pins/0/body: found \"f\", expected a dynamic body: this one is not moved "
           "by pins",
           "t.json:3:20: /paths/0/body: found \"f\", expected a body whose \"motion\" is "
-          "\"driven\""});
+          "\"kinematic\""});
 }
 
 TEST_CASE("Paths that make no sense are refused") {
   const auto drive = [](const std::string& members) {
-    return diagnostics(R"({"version": 1, "bodies": [{"name": "d", "motion": "driven"}],
+    return diagnostics(R"({"version": 1, "bodies": [{"name": "d", "motion": "kinematic"}],
 "paths": [{"body": "d")" +
                        members + "}]}");
   };
@@ -339,7 +340,7 @@ TEST_CASE("All faults are told at once, in the order of the text") {
               "box, hull, plane, mesh or height_field; nearest is \"hull\"",
               "t.json:4:28: /joints/0/b: found \"c\", expected the name of a body or \"world\"",
               "t.json:5:20: /solver/type: found \"fast\", expected auto, sweep, shake2, "
-              "paper or lagrangian",
+              "procedural or lagrangian",
               "t.json:5:49: /output/size/0: found 0, expected a whole number of pixels from 16 to "
               "16384",
               "t.json:5:52: /output/size/1: found 10, expected a whole number of pixels from 16 to "

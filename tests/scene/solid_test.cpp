@@ -79,10 +79,10 @@ TEST_CASE("A hull weighs what it encloses, and all copies of a prefab share it")
   CHECK(one.surface == two.surface);
 }
 
-TEST_CASE("Planes and height fields are grounds of fixed and driven bodies") {
+TEST_CASE("Planes and height fields are grounds of fixed and kinematic bodies") {
   const Scene s = good(R"({"version": 1, "bodies": [
 {"name": "floor", "motion": "fixed", "shape": {"type": "plane", "size": 8}, "collision": true},
-{"name": "lift", "motion": "driven", "shape": {"type": "plane", "rotation_deg": [0, 0, 90]}},
+{"name": "lift", "motion": "kinematic", "shape": {"type": "plane", "rotation_deg": [0, 0, 90]}},
 {"name": "hills", "motion": "fixed", "shape": {"type": "height_field", "columns": 3, "rows": 2,
  "spacing": [1, 2], "heights": [0, 1, 2, 3, 4, 5]}}]})");
   CHECK(shape_of(s, "floor").kind == ShapeKind::plane);

@@ -87,7 +87,7 @@ TEST_CASE("Cables that start too short are told") {
 }
 
 TEST_CASE("A path that starts elsewhere than the body it drives is seen in what is tied to it") {
-  const Scene s = good(R"({"version": 1, "bodies": [{"name": "hand", "motion": "driven"},
+  const Scene s = good(R"({"version": 1, "bodies": [{"name": "hand", "motion": "kinematic"},
 {"name": "ball", "shape": {"type": "sphere", "radius": 0.1}, "position": [0, -1, 0]}],
 "paths": [{"body": "hand", "keyframes": [{"time": 0, "position": [0, 2, 0]}]}],
 "joints": [{"name": "j", "a": "hand", "b": "ball", "anchor_a": [0, 0, 0], "anchor_b": [0, 1, 0]}]})");

@@ -142,7 +142,7 @@ TEST_CASE("a body at rest does not creep") {
   Body b;
   b.pose = {{1, 2, 3}, from_rotation_vector({0.3, -0.2, 0.1})}, b.inertia = {1, 2, 2.5};
   const Entity e = w.add_body(b);
-  for (Solver solver : {Solver::articulated, Solver::sweep, Solver::shake2, Solver::paper}) {
+  for (Solver solver : {Solver::articulated, Solver::sweep, Solver::shake2, Solver::procedural}) {
     w.default_settings.solver = solver;
     Simulation sim(w, {1.0 / 60});
     for (int i = 0; i < 100; ++i) sim.step();

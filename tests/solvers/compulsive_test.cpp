@@ -62,7 +62,7 @@ TEST_CASE("a compulsive motion lands the anchor on its goal for any split") {
   }
 }
 
-TEST_CASE("the sign printed in the paper would miss the goal by twice the gap") {
+TEST_CASE("the sign printed in [Lee 2000] would miss the goal by twice the gap") {
   Dice dice(2);
   for (int i = 0; i < 200; ++i) {
     const Case c = random_case(dice);

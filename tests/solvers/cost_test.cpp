@@ -114,7 +114,7 @@ TEST_CASE("a pin more along a taut chain costs a fifth of the chain at most", "[
   CHECK(cost.each <= 0.2 * cost.first);
 }
 
-TEST_CASE("an articulation takes less than a kibibyte a link") {
+TEST_CASE("an island takes less than a kibibyte a link") {
   ChainSpec spec;
   spec.links = 1000;
   Simulation sim(chain(spec), {1.0 / 60});

@@ -120,7 +120,7 @@ TEST_CASE("a beam at rest bears the rope's weight") {
   CHECK(rope.iterations <= 3);
 }
 
-TEST_CASE("a ball of the procedural solver lies on a plate of the exact one, which bears it") {
+TEST_CASE("a ball of the articulated solver lies on a plate of the exact one, which bears it") {
   World w;
   SolverSettings exact;
   exact.solver = Solver::lagrangian;

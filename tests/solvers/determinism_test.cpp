@@ -50,7 +50,7 @@ World everything() {
     w.settings.add(made.front(), how);
   };
   int n = 0;
-  for (Solver solver : {Solver::articulated, Solver::sweep, Solver::shake2, Solver::paper})
+  for (Solver solver : {Solver::articulated, Solver::sweep, Solver::shake2, Solver::procedural})
     for (bool held : {true, false})
       for (bool is_chain : {true, false}) {
         TreeSpec spec;

@@ -117,7 +117,7 @@ TEST_CASE("a four-bar with rows too many moves like one without") {
   }
 }
 
-TEST_CASE("mechanisms that are not joined do not feel one another") {
+TEST_CASE("islands that are not joined do not affect one another") {
   for (Integrator integrator : kAll) {
     World both = hanging_chain(4, integrator);
     const World alone = both;

@@ -169,7 +169,7 @@ TEST_CASE("a joint from outside moves as the built-in one") {
   }
 }
 
-TEST_CASE("a crank that is driven moves its slider as closed form has it") {
+TEST_CASE("a kinematic crank moves its slider as closed form has it") {
   // Crank of radius r turning as a sin(w t), rod of length l, slider along x.
   const Real r = 0.3, l = 1;
   for (Integrator integrator : kAll) {

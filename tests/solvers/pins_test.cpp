@@ -54,7 +54,8 @@ struct Pinned {
 }  // namespace
 
 TEST_CASE("a pin within reach is met, whatever the solver") {
-  const Solver solver = GENERATE(Solver::articulated, Solver::sweep, Solver::shake2, Solver::paper);
+  const Solver solver =
+      GENERATE(Solver::articulated, Solver::sweep, Solver::shake2, Solver::procedural);
   INFO(name_of(solver));
   Pinned p(12, {0.3, -0.2, 0.4}, solver);
   StepReport report;

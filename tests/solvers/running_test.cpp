@@ -38,10 +38,10 @@ TEST_CASE("switching the solver keeps joints closed and moves nothing farther th
   Simulation start = swinging();
   for (int i = 0; i < 40; ++i) start.step();
   const Entity body = start.world.bodies.owners()[3];
-  const Solver all[] = {Solver::articulated, Solver::sweep, Solver::shake2, Solver::paper};
+  const Solver all[] = {Solver::articulated, Solver::sweep, Solver::shake2, Solver::procedural};
   for (Solver from : all)
     for (Solver to : all) {
-      // Each pair from the same motion: sweep and paper leave faster ones to the next.
+      // Each pair from the same motion: sweep and procedural leave faster ones to the next.
       Simulation sim(start.world, start.settings);
       SolverSettings how;
       how.solver = from;
@@ -203,7 +203,7 @@ TEST_CASE("a free tree that is rebuilt keeps its angular momentum") {
         1e-12 * glm::length(then.momentum));
 }
 
-TEST_CASE("solver settings hold for the articulation that has them") {
+TEST_CASE("solver settings hold for the island that has them") {
   Chain c = hung_chain(4);
   Body loose = rod({5, 0, 0});
   const Entity other = c.world.add_body(loose);

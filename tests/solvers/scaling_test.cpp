@@ -124,9 +124,9 @@ TEST_CASE("units by any factor give the same motion to rounding") {
     CHECK(worst_difference(start, u, 240) <= 1e-9);
 }
 
-TEST_CASE("the rule printed in the paper depends on the unit of time") {
-  World start = moving_tree(Solver::paper, true, 3);
-  start.default_settings.paper_reluctance = PaperReluctance::literal_step;
+TEST_CASE("the rotation rule as printed in [Lee 2000] depends on the unit of time") {
+  World start = moving_tree(Solver::procedural, true, 3);
+  start.default_settings.procedural_reluctance = ProceduralReluctance::literal_step;
   CHECK(worst_difference(start, {8, 1, 1}, 60) <= 1e-9);
   CHECK(worst_difference(start, {1, 1, 4}, 60) > 0.01);
 }

@@ -70,8 +70,8 @@ Real worst_miss(Stages& s, const std::vector<Entity>& bodies, const json& out) {
   return worst;
 }
 
-bool is_paper(const json& entry) {
-  return entry.at("rule").get<std::string>().starts_with("paper");
+bool is_procedural(const json& entry) {
+  return entry.at("rule").get<std::string>().starts_with("procedural");
 }
 bool is_linear(const json& entry) {
   return entry.at("rule").get<std::string>().starts_with("articulated linear");
@@ -81,15 +81,15 @@ bool is_articulated(const json& entry) {
 }
 
 /// One fixed pair by the functions for a single body.
-Pose moved(const json& body, Vec3 goal, bool paper) {
+Pose moved(const json& body, Vec3 goal, bool procedural) {
   const Pose at = pose(body);
   const Real mass = body.at("m");
   const Vec3 arm = at.rotation * vec(body.at("rb")), gap = goal - (at.position + arm);
   const Mat3 inertia = world_inertia(at.rotation, vec(body.at("I")));
   const articulated::CompulsiveMotion m =
-      paper ? articulated::literal_rule(arm, gap,
-                                        articulated::inertia_about_turn(arm, gap, inertia) / mass)
-            : articulated::least_displacement(arm, gap, {mass, inertia});
+      procedural ? articulated::literal_rule(
+                       arm, gap, articulated::inertia_about_turn(arm, gap, inertia) / mass)
+                 : articulated::least_displacement(arm, gap, {mass, inertia});
   return {at.position + m.translation, glm::normalize(m.rotation * at.rotation)};
 }
 
@@ -101,11 +101,11 @@ TEST_CASE("vectors: one body tied to a fixed place") {
     INFO(entry.at("name") << ", " << entry.at("rule"));
     const json& body = entry.at("body").at(0);
     const Pose expected = pose(entry.at("out").at(0));
-    CHECK(miss(moved(body, vec(body.at("ra")), is_paper(entry)), expected) <= kTolerance);
+    CHECK(miss(moved(body, vec(body.at("ra")), is_procedural(entry)), expected) <= kTolerance);
 
     std::vector<Entity> bodies;
     Stages stages(world_of(entry.at("body"), bodies));
-    if (is_paper(entry))
+    if (is_procedural(entry))
       stages.literal(1.0 / 60);
     else
       stages.sweep();
@@ -114,8 +114,8 @@ TEST_CASE("vectors: one body tied to a fixed place") {
 }
 
 TEST_CASE("vectors: how much of its angle the printed rule turns") {
-  REQUIRE(vectors().at("paper_units").size() == 6);
-  for (const json& entry : vectors().at("paper_units")) {
+  REQUIRE(vectors().at("procedural_units").size() == 6);
+  for (const json& entry : vectors().at("procedural_units")) {
     const Real h = entry.at("dt"), r = entry.at("r"), s = entry.at("s");
     const Real gyration2 = entry.at("I_over_m");
     const Real reluctance = entry.at("h_rule") == "I/m" ? gyration2 : gyration2 * h * h / 2;
@@ -144,7 +144,8 @@ TEST_CASE("vectors: two free bodies meet") {
       CHECK(miss(meet, vec(entry.at("c"))) <= kTolerance);
       json first = a;
       first["rb"] = b.at("ra");  // the root's side of the joint
-      to[0] = moved(first, meet, is_paper(entry)), to[1] = moved(b, meet, is_paper(entry));
+      to[0] = moved(first, meet, is_procedural(entry)),
+      to[1] = moved(b, meet, is_procedural(entry));
     } else if (is_linear(entry)) {
       s.inward_pass(articulated::Tension::ignored);
       to[0] = pose(a), to[1] = pose(b);
@@ -176,7 +177,7 @@ TEST_CASE("vectors: a chain of five and a tree of four limbs") {
       if (is_articulated(entry))
         s.inward_pass(tension ? articulated::Tension::stiffens : articulated::Tension::ignored),
             s.outward_pass();
-      else if (is_paper(entry))
+      else if (is_procedural(entry))
         s.literal(1.0 / 60);
       else
         s.sweep();

@@ -35,7 +35,7 @@ TEST_CASE("destroying a link leaves its bodies") {
   CHECK(p.world.is_alive(p.left));
 }
 
-TEST_CASE("destroying a driven body takes its drive") {
+TEST_CASE("destroying a kinematic body takes its path") {
   Puppet p = swaying_puppet();
   p.world.destroy(p.bar);
   CHECK(p.world.paths.empty());

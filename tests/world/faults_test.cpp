@@ -15,7 +15,7 @@ using namespace pantin::test;
 
 namespace {
 
-constexpr Solver kAll[] = {Solver::articulated, Solver::sweep, Solver::shake2, Solver::paper,
+constexpr Solver kAll[] = {Solver::articulated, Solver::sweep, Solver::shake2, Solver::procedural,
                            Solver::lagrangian};
 
 struct Case {

@@ -138,14 +138,14 @@ TEST_CASE("A path run ahead is where it would be later, but rises at its own tim
 }
 
 TEST_CASE("Solvers are known by their names") {
-  for (const char* name : {"auto", "sweep", "shake2", "paper"}) {
+  for (const char* name : {"auto", "sweep", "shake2", "procedural"}) {
     Solver s{};
     REQUIRE(solver_from_name(name, s));
     CHECK(std::strcmp(name_of(s), name) == 0);
   }
-  Solver s = Solver::paper;
+  Solver s = Solver::procedural;
   CHECK_FALSE(solver_from_name("Auto", s));
   CHECK_FALSE(solver_from_name("", s));
   CHECK_FALSE(solver_from_name(nullptr, s));
-  CHECK(s == Solver::paper);
+  CHECK(s == Solver::procedural);
 }

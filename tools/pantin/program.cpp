@@ -73,6 +73,13 @@ double now() {
   return std::chrono::duration<double>(Clock::now().time_since_epoch()).count();
 }
 
+/// The solver's name today for a word of the command line; warns of an old one.
+std::string solver_of_today(const std::string& word) {
+  if (word != "paper") return word;
+  print_error("warning: --solver: \"paper\" is called \"procedural\" today");
+  return "procedural";
+}
+
 }  // namespace
 
 CLI::Validator between(double least, double most) {
@@ -92,8 +99,9 @@ CLI::Validator between(double least, double most) {
 void add_scene_choices(CLI::App& command, SceneChoices& choices) {
   command
       .add_option("--solver", choices.solver,
-                  "auto, sweep, shake2, paper or lagrangian; for the whole scene")
-      ->check(CLI::IsMember({"auto", "sweep", "shake2", "paper", "lagrangian"}));
+                  "auto, sweep, shake2, procedural or lagrangian; for the whole scene")
+      ->check(CLI::IsMember({"auto", "sweep", "shake2", "procedural", "lagrangian"}))
+      ->transform(solver_of_today);
   const std::vector<std::string> integrators(std::begin(kIntegratorNames),
                                              std::end(kIntegratorNames));
   command

@@ -126,7 +126,7 @@ constexpr const char* kHelp =
     R"(Mouse: left drags the body under the cursor exactly, right or shift+left by a spring,
 middle turns the camera, the wheel zooms.
 Keys: space pause, . one step, [ ] slower and faster (1/16 to 4), 1-5 solver auto, sweep, shake2,
-paper, lagrangian, o overlay, r restart, s save a frame, h help, q or Esc quit.
+procedural, lagrangian, o overlay, r restart, s save a frame, h help, q or Esc quit.
 
 Examples:
   pantin view assets/scenes/marionette.json

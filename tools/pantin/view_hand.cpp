@@ -15,7 +15,7 @@ namespace {
 constexpr int kFirst = 1'000'000;    // priority: before every pin of a scene
 constexpr Real kFirmness = 400;      // 1/s^2: the weight of all stretches it by 25 mm
 constexpr Real kLeastStiffness = 1;  // N/m
-constexpr Real kWayBack = 0.5;       // s, from the release of a driven body to its path
+constexpr Real kWayBack = 0.5;       // s, from the release of a kinematic body to its path
 
 /// Mass of all that hangs together with a body, kg.
 Real mass_with(const World& world, Entity body) {
@@ -62,8 +62,8 @@ void Hand::take(World& world, const Picked& picked, PinKind grip, const Eye& eye
   look_again(eye, x, y);
   now_ = {world.name_of(body_), grip == PinKind::exact ? "exact" : "spring", world.time};
   if (body.motion == Motion::kinematic) {
-    now_.grip = "driven";
-    take_driven(world);
+    now_.grip = "kinematic";
+    take_kinematic(world);
     return;
   }
   Pin pin;
@@ -73,7 +73,7 @@ void Hand::take(World& world, const Picked& picked, PinKind grip, const Eye& eye
   pin_ = world.add_pin(pin, "mouse");
 }
 
-void Hand::take_driven(World& world) {
+void Hand::take_kinematic(World& world) {
   const auto known =
       std::find_if(away_.begin(), away_.end(), [this](const Away& a) { return a.body == body_; });
   if (known != away_.end()) {  // caught again on its way back

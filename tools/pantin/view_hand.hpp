@@ -12,7 +12,7 @@ using namespace detail;
 
 /// One drag, from the press of a button to its release.
 struct Drag {
-  std::string body, grip;      // grip: exact, spring or driven
+  std::string body, grip;      // grip: exact, spring or kinematic
   double at = 0, held = 0;     // s, simulated: when it began and how long it lasted
   double distance_moved = 0;   // m, of the picked point, from start to end
   double residual = 0;         // m, of the picked point from its target at the end
@@ -21,8 +21,9 @@ struct Drag {
   bool reachable = true;       // false: the links were too short at the end
 };
 
-/// Drags one body at a time. A dynamic body is held by a pin that goes before all others; a driven
-/// one is carried itself, its Drive taken away, and led back to its path after the release.
+/// Drags one body at a time. A dynamic body is held by a pin that goes before all others; a
+/// kinematic one is carried itself, its Drive taken away, and led back to its path after the
+/// release.
 class Hand {
  public:
   bool holds() const { return static_cast<bool>(body_); }
@@ -51,7 +52,7 @@ class Hand {
   const std::vector<Drag>& drags() const { return drags_; }
 
  private:
-  /// A driven body that is not on its path.
+  /// A kinematic body that is not on its path.
   struct Away {
     Entity body;
     std::optional<KinematicPath> drive;
@@ -59,7 +60,7 @@ class Hand {
     Real since = 0;  // s, when
     bool is_held = true;
   };
-  void take_driven(World& world);
+  void take_kinematic(World& world);
   void lead_back(World& world, Real h);
   Vec3 grip_point(const World& world) const;
 

@@ -39,7 +39,7 @@ static_assert(std::size(kButtonCodes) == std::size(kButtons));
 constexpr const char* kHelp[]{
     "left: drag   right or shift: drag by a spring   middle: turn   wheel: zoom",
     "space: pause   . step   [ ] slower, faster   r restart   o overlay   s save a frame",
-    "1 auto   2 sweep   3 shake2   4 paper   5 lagrangian   h these lines   q quit"};
+    "1 auto   2 sweep   3 shake2   4 procedural   5 lagrangian   h help   q quit"};
 
 double seconds_between(Clock::time_point from, Clock::time_point to) {
   return std::chrono::duration<double>(to - from).count();

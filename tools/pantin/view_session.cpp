@@ -124,8 +124,8 @@ void Session::mouse_moved(const SDL_MouseMotionEvent& e) {
 
 void Session::key_down(SDL_Keycode key) {
   stale_ = true;
-  constexpr Solver kSolvers[]{Solver::articulated, Solver::sweep, Solver::shake2, Solver::paper,
-                              Solver::lagrangian};
+  constexpr Solver kSolvers[]{Solver::articulated, Solver::sweep, Solver::shake2,
+                              Solver::procedural, Solver::lagrangian};
   if (key >= SDLK_1 && key <= SDLK_5) return choose(kSolvers[key - SDLK_1]);
   switch (key) {
     case SDLK_SPACE:

@@ -33,7 +33,7 @@ std::optional<SurfacePoint> closest(const Shape& shape, Vec3 p, Real limit) {
 constinit const ShapeTraits mesh{
     .about =
         "A closed surface of triangles, anticlockwise seen from outside. Only for bodies that "
-        "are fixed or driven; one that moves takes a hull, or several.",
+        "are fixed or kinematic; one that moves takes a hull, or several.",
     .shape_class = ShapeClass::mesh,
     .source = SurfaceSource::triangles,
     .enclosed = enclosed_by_faces,

@@ -23,7 +23,8 @@ std::optional<SurfacePoint> closest(const Shape&, Vec3 p, Real limit) {
 }  // namespace
 
 constinit const ShapeTraits plane{
-    .about = "The half-space below y = 0 of its frame. Only for bodies that are fixed or driven.",
+    .about =
+        "The half-space below y = 0 of its frame. Only for bodies that are fixed or kinematic.",
     .shape_class = ShapeClass::half_space,
     .is_ground = true,
     .sizes = kSizes,

@@ -1,4 +1,4 @@
-// What an island keeps when the islands are compiled anew.
+// State that an island keeps when the islands are compiled again.
 #include <algorithm>
 
 #include "engine/solvers/articulated/internal.hpp"
@@ -6,7 +6,7 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// Slots of trees, holds and cables, from an island to one that was built from the same things.
+/// Slots of trees, holds and cables, from an island to one compiled from the same components.
 void copy_slots(const IslandMemory& from, IslandMemory& to) {
   for (std::size_t i = 0; i < to.trees.size(); ++i)
     to.trees[i].held_body = from.trees[i].held_body, to.trees[i].held_pin = from.trees[i].held_pin;
@@ -40,7 +40,7 @@ bool is_same(const PackedJoint& a, const PackedJoint& b) {
          is_same(*a.joint.limits, *b.joint.limits);
 }
 
-/// Whether an island is built just as it was: then nothing that it remembers is to change.
+/// Whether an island has the same structure as before: then its state must not change.
 struct Unchanged {
   const World& world;
 
@@ -82,7 +82,7 @@ struct Unchanged {
   }
 };
 
-/// The island as it was, with the slots of today.
+/// The island of the last build, with the present slots.
 Island renumbered(Island old, Island& made) {
   copy_slots(made, old);
   old.slots = std::move(made.slots), old.links = std::move(made.links);

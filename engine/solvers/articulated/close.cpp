@@ -53,7 +53,7 @@ void close_rows(World& world, Island& a, Real h) {
 void close_kinematic(Island& a, const IslandView& p, Real h) {
   for (const Tree& t : a.trees)
     if (a.parents[t.first] == kFree && t.count > 1) place_free_root(a, t, h);
-  if (a.settings.solver == Solver::paper) {
+  if (a.settings.solver == Solver::procedural) {
     literal_sweep(a, h);
     return;
   }

@@ -338,7 +338,7 @@ void pack_pins(const Builder& b, const std::vector<Anchorage>& anchorages, const
   }
 }
 
-/// Packs one island; it becomes the one with this number.
+/// Packs one island under this number.
 Island pack(Builder& b, const IslandPlan& plan, std::uint32_t index) {
   World& world = b.world;
   Island a;

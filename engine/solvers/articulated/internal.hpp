@@ -10,8 +10,8 @@ namespace pantin::detail::articulated {
 /// The island as seen by the kernels.
 IslandView view_of(World& world, Island& a);
 
-/// The end of compile(): what the islands before it remember goes on in those made from the same
-/// bodies. Islands that are built as they were go on as they were.
+/// The end of compile(): the state of the previous islands is carried over to those made from the
+/// same bodies. Islands that are built as they were go on as they were.
 void carry_over(World& world, std::vector<Island>& before, std::vector<Island>& made);
 
 inline Tension tension_of(const Island& a) {
@@ -42,7 +42,7 @@ Rule rule_of(const Island& a);
 
 /// Sleep (sleep.cpp). Whether something wakes a sleeping island, after its targets are known.
 bool must_wake(const World& world, const Island& a);
-/// The prediction of an island that does not move, for others that look for it.
+/// The prediction of an island that does not move, for contact detection.
 void predict_still(const World& world, Island& a);
 /// Falls asleep after resting on fixed bodies long enough. Islands in contact with other dynamic
 /// islands, or with joint drives or cables, stay awake.
@@ -214,8 +214,8 @@ void scale_to_momentum(World& world, Island& a, const EndSums& end, Real h);
 /// integrator exchanges energy within a swing.
 void limit_energy(World& world, Island& a, const EndSums& end, Real h);
 
-/// Of solvers that do not keep the energy: what an island has before a step; and whether it has
-/// severalfold more after it than it had and than kinematic bodies, forces and drives supplied
+/// Of solvers that do not conserve energy: the energy of an island before a step, and whether the
+/// step raised it severalfold above that and what kinematic bodies, forces and drives supplied
 /// (StepResult::grew).
 void begin_watch(const World& world, Island& a);
 void end_watch(const World& world, Island& a, Real h);

@@ -186,7 +186,7 @@ struct StepScratch {
   std::vector<Vec3x4> forces_in, torques_in;  // a body each
   std::vector<Vec3> velocities;               // a body each: at the start, while energy is watched
   std::vector<std::uint8_t> on_path;
-  bool predicted = false;  // by an update stage; where it is not, one is to be made up for
+  bool predicted = false;  // by the update stage; otherwise the prediction is made later
   Real step_fraction = 1;  // fraction of the way to the pins taken by the last Newton iteration
 };
 
@@ -340,7 +340,7 @@ struct IslandMemory {
   Real reserve = 0;          // J, recent numerical losses, which the limiter allows to return
   bool has_targets = false;  // targets of roots and pins are known from the last step
   bool driven = false;       // one of its anchors moved in the last step
-  // Of solvers that do not keep the energy: what they may have, and what they can swing with.
+  // Of solvers that do not conserve energy: bound on the energy, and scale of the motion.
   bool watched = false;
   Real budget = 0, usual = 0;  // J
 
@@ -430,8 +430,8 @@ inline const std::vector<Island>& islands_of(const World& world) {
   return world.memory.of<Islands>().list;
 }
 
-/// Packs all islands that this solver moves. What a change does not concern goes on as if there had
-/// been none; of an island whose own structure changed memory is carried over by body. Links that
+/// Packs all islands that this solver moves. Islands that a change does not concern keep their
+/// state; of an island whose own structure changed, state is carried over by body. Links that
 /// this solver cannot use are left out and listed in the partition's faults.
 void compile(World& world, std::span<const IslandPlan> plans);
 

@@ -1,4 +1,4 @@
-// What a joint bears, asked for after a step.
+// Forces and torques through a joint, computed on request after a step.
 //
 // Forces are the multipliers of the step. Torques follow by an inward recursion of Newton and
 // Euler: what a body was rotated by, from its predicted to its final pose, is the work of its
@@ -86,7 +86,7 @@ Vec3 torque_through(const World& world, const Island& a, std::size_t column, Rea
   subtract_contacts(world, a, to_lambda, torques);
   for (std::size_t c = a.count(); c-- > column;) {
     const Vec3 lambda = a.memory.vec(kLambda, c);
-    Vec3 own(0);  // a free ball joint bears none
+    Vec3 own(0);  // a free ball joint transmits none
     if (is_stiff(a, c)) {
       const Quat predicted = work.quat(kRotation, c);
       const Vec3 theta = rotation_vector(work.quat(kFinalRotation, c) * glm::conjugate(predicted));

@@ -80,7 +80,7 @@ Real share_of_forces(const Island& a, Real h) {
 
 Rule rule_of(const Island& a) {
   const Solver s = a.settings.solver;
-  if (s == Solver::sweep || s == Solver::paper) return Rule::verlet;
+  if (s == Solver::sweep || s == Solver::procedural) return Rule::verlet;
   if (s == Solver::shake2) return Rule::midpoint;
   return a.second_order ? Rule::bdf2 : Rule::euler;
 }

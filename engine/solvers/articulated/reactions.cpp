@@ -38,8 +38,8 @@ Vec3 other_forces(const World& world, const Island& a, Real h) {
   return sum;
 }
 
-/// The multipliers of what holds the island from outside, kg m; cables to the world, which seldom
-/// matter beside an impact, are left out.
+/// The multipliers of the island's anchors, kg m. Cables to the world are left out: they are
+/// negligible beside an impact.
 Vec3 outer_lambdas(const World& world, const Island& a) {
   Vec3 sum(0);
   for (const Tree& t : a.trees)
@@ -57,11 +57,11 @@ Vec3 outer_lambdas(const World& world, const Island& a) {
 constexpr std::size_t kMost = 16;
 
 struct Reactions {
-  Vec3 sum{0};     // N on the island, all holders
+  Vec3 sum{0};     // N on the island, all anchors
   Real sizes = 0;  // of the reported ones
   contact::Reaction known[kMost];
   std::size_t count = 0;
-  bool others = false;  // holders that no other solver moves
+  bool others = false;  // anchors that no other solver moves
 };
 
 /// The remainder of the momentum balance is distributed in proportion to the multipliers.

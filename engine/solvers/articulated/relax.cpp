@@ -226,12 +226,17 @@ void place_free_root(Island& a, const Tree& tree, Real h) {
     const Vec3 own = point_at(a, c, a.constants.vec(kOwnAnchor, c), kPredictedPoses);
     const Vec3 goal = meeting_point(mass, x + arm, outboard[c].x, own);
     const Vec3 gap = goal - (x + arm);
+<<<<<<< HEAD
     CompulsiveMotion m =
         least_displacement(arm, gap, {mass, inertia}, a.settings.rotation_stiffness);
     if (a.settings.solver == Solver::paper) {
+=======
+    CompulsiveMotion m = least_displacement(arm, gap, mass, inertia, a.settings.rotation_stiffness);
+    if (a.settings.solver == Solver::procedural) {
+>>>>>>> pe
       const Real about = inertia_about_turn(arm, gap, inertia);
       m = literal_rule(arm, gap,
-                       a.settings.paper_reluctance == PaperReluctance::literal_step
+                       a.settings.procedural_reluctance == ProceduralReluctance::literal_step
                            ? about * h * h / (2 * mass)
                            : about / mass);
     }
@@ -258,10 +263,11 @@ void literal_sweep(Island& a, Real h) {
     const Vec3 gap = goal - (x + arm);
     const Real mass = a.constants.at(kMass, c);
     const Real about = inertia_about_turn(arm, gap, world_inertia(q, a.constants.vec(kInertia, c)));
-    const CompulsiveMotion m = literal_rule(
-        arm, gap,
-        a.settings.paper_reluctance == PaperReluctance::literal_step ? about * h * h / (2 * mass)
-                                                                     : about / mass);
+    const CompulsiveMotion m =
+        literal_rule(arm, gap,
+                     a.settings.procedural_reluctance == ProceduralReluctance::literal_step
+                         ? about * h * h / (2 * mass)
+                         : about / mass);
     const Quat rotated = glm::normalize(m.rotation * q);
     w.set(kFinalRotation, c, rotated);
     w.set(kFinalPosition, c, goal - rotated * anchor);

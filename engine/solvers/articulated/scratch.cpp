@@ -1,4 +1,4 @@
-// Memory of a step, allocated when a step first needs it.
+// Scratch memory of a step, allocated when a step first needs it.
 #include <algorithm>
 
 #include "engine/solvers/articulated/articulated.hpp"
@@ -39,10 +39,10 @@ bool has_colliders(const World& world, const Island& a) {
 
 void prepare(World& world) {
   Islands& all = world.memory.of<Islands>();
-  if (all.scratch.prepared) return;  // a copy brings no scratch along
+  if (all.scratch.prepared) return;  // a copy of a World has no scratch memory
   all.scratch.prepared = true;
   for (Island& a : all.list) {
-    if (a.scratch.targets.capacity() > 0) continue;  // goes on as it was
+    if (a.scratch.targets.capacity() > 0) continue;  // allocated already
     const std::size_t n = a.count(), padded = a.slots.size();
     const bool shake = a.settings.solver == Solver::shake2;
     StepScratch& r = a.scratch;

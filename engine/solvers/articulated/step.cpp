@@ -70,7 +70,7 @@ void keep_momentum(World& world, Island& a, Real h, EndSums& end) {
     sum_up(world, a, end);
 }
 
-/// What the next step goes on from.
+/// Stores the state that the next step starts from.
 void remember_step(World& world, Island& a, Real h) {
   const bool calm = !a.limited && !a.disturbed;
   a.calm_steps = calm ? std::min(a.calm_steps + 1, 1000) : 0;

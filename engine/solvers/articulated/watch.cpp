@@ -8,8 +8,8 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// "Severalfold": beyond what is accounted for by so many times what the island had at first, and
-/// what it can swing with: of a fall through its own size, and of turning by a radian a second.
+/// Factor of "severalfold" growth: excess over the energy supplied, relative to the initial energy
+/// and to the scale of the island's motion (a fall through its own size, rotation at 1 rad/s).
 constexpr Real kSeveral = 3;
 
 struct Energy {
@@ -28,7 +28,7 @@ Energy energy_of(const World& world, const Island& a) {
   return e;
 }
 
-/// The fastest place that holds the island, m/s. A gap that is to be closed counts as a way.
+/// Speed of the fastest anchor of the island, m/s. A gap to be closed counts as displacement.
 Real hand_speed(const World& world, const Island& a, Real h) {
   Real most = 0;
   for (const Tree& t : a.trees)
@@ -52,8 +52,8 @@ Real hand_speed(const World& world, const Island& a, Real h) {
   return most;
 }
 
-/// At most what was done on the island in the step: what its bodies were pulled by, weight and
-/// pushes aside, along the way of the fastest hand; and what pushes did.
+/// Upper bound on the work done on the island in the step: the forces on its bodies other than
+/// weight and applied ones, times the displacement of the fastest anchor; and the applied work.
 Real most_work(const World& world, const Island& a, Real h) {
   Real pulls = 0, pushed = 0;
   for (std::size_t c = 0; c < a.count(); ++c) {
@@ -84,7 +84,7 @@ void begin_watch(const World& world, Island& a) {
 
 void end_watch(const World& world, Island& a, Real h) {
   const Energy now = energy_of(world, a);
-  // The first step brings together what was given apart; among contacts nothing is accounted for.
+  // The first step closes initial gaps; with contacts there is no energy account.
   if (!a.watched || !a.scratch.contact_rows.empty()) {
     a.watched = true, a.budget = now.whole();
     a.usual = now.kinetic + a.mass * a.size * (glm::length(world.gravity) + 0.5 * a.size);
@@ -92,7 +92,7 @@ void end_watch(const World& world, Island& a, Real h) {
   }
   a.budget += most_work(world, a, h);
   a.grew = !(now.whole() <= a.budget + kSeveral * a.usual);
-  // What was lost is not to come back much later: the account follows downwards.
+  // Energy lost must not return much later: the budget follows the energy downwards.
   a.budget = std::min(a.budget, now.whole() + a.usual);
 }
 

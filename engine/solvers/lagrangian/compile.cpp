@@ -27,7 +27,7 @@ Ends ends_of(const World& world, Entity a, Entity b) {
   return ends;
 }
 
-/// Everything the builder looks up while it packs islands.
+/// Lookup tables for packing islands.
 struct Packer {
   World& world;
   Partition& partition;
@@ -142,7 +142,7 @@ void pack_pins(Packer& p) {
     const std::uint32_t slot = world.bodies.slot(pin.body);
     const std::uint32_t to = pin.to ? world.bodies.slot(pin.to) : kNoSlot;
     if (slot == kNoSlot || (pin.to && (to == kNoSlot || to == slot))) continue;
-    // What hangs on an island is no joint of it: see owed.
+    // A pin to an island of another solver is an interface: see find_interfaces.
     const std::uint32_t at = p.owner[slot] != kNobody ? p.owner[slot]
                              : to != kNoSlot          ? p.owner[to]
                                                       : kNobody;
@@ -269,7 +269,7 @@ void pack_interfaces(Island& m) {
   }
 }
 
-/// Whether closed loops: rows may be dependent: blocks close a loop, over the ground too.
+/// Whether blocks close a loop, over the ground too: rows may be dependent.
 bool has_loops(const Island& m) {
   const auto ground = static_cast<std::uint32_t>(m.count());
   DisjointSets sets(m.count() + 1);
@@ -283,7 +283,7 @@ bool has_loops(const Island& m) {
   return false;
 }
 
-/// Whether an island is made of the same things as before; slots are those of their builds.
+/// Whether an island has the same structure as before; slots are those of the two builds.
 struct Unchanged {
   const World& world;
   const Island &was, &now;
@@ -296,7 +296,7 @@ struct Unchanged {
         return is_same_value(world.gears, old, slot);
       case BlockKind::cable:
         return is_same_value(world.cables, old, slot);
-      case BlockKind::interface: {  // by what hangs there
+      case BlockKind::interface: {  // by the connection
         const contact::Interface &a = was.interfaces[old], &b = now.interfaces[slot];
         const bool pin = a.kind == contact::TieKind::pin;
         return a.kind == b.kind &&
@@ -330,7 +330,7 @@ struct Unchanged {
   }
 };
 
-/// What only a step changes goes on: counts of whole turns, what hangs there, what was found.
+/// Carries over what only steps change: revolution counts, interfaces, faults found.
 void carry_on(const World& world, Island& was, Island& m) {
   for (std::size_t i = 0; i < m.interfaces.size(); ++i) {
     const contact::Interface today = m.interfaces[i];
@@ -354,8 +354,8 @@ void carry_on(const World& world, Island& was, Island& m) {
   if (m.settings == was.settings) m.scratch = std::move(was.scratch);
 }
 
-/// What an earlier build remembers of the bodies and the blocks of an island; which it was, if this
-/// is made of the same things.
+/// State of an earlier build by the bodies and the blocks of an island; that island, if the
+/// structure is the same.
 std::uint32_t carry_memory(const World& world, std::vector<Island>& before, Island& m) {
   m.memory.assign(m.blocks.size(), {});
   m.mean_lambda.assign(m.rows, 0), m.forces = m.mean_lambda;
@@ -373,7 +373,7 @@ std::uint32_t carry_memory(const World& world, std::vector<Island>& before, Isla
   return kNobody;
 }
 
-/// What a repeated step starts from goes on too.
+/// The saved state of a repeated step is carried over too.
 void carry_saved(const Island& m, Islands::Saved& was, Islands::Saved& saved) {
   saved = std::move(was);
   if (saved.memory.frames.size() != m.frames.size()) return;

@@ -168,7 +168,7 @@ bool step_implicit(const World& world, Island& m, const Span& span) {
   scratch.springs_active = true;
   if (m.fresh) find_initial_accelerations(world, m, span);
   scratch.from = scratch.state;
-  scratch.end_accelerations = m.accelerations;  // guessed from the last step
+  scratch.end_accelerations = m.accelerations;  // initial guess from the last step
   std::copy(m.mean_lambda.begin(), m.mean_lambda.end(), scratch.sum_lambda.begin());
   update_frames(world, m, span.fraction(1), span.whole);
   const bool solved = solve_equations(world, m, k);
@@ -185,7 +185,7 @@ bool step_implicit(const World& world, Island& m, const Span& span) {
 
 }  // namespace
 
-// Its twists are not the sums of what acts: interface impulses would not be met.
+// Its twists are not sums of the impulses acting: interface impulses would not be balanced.
 const IntegratorRow integrators::implicit{.step = step_implicit,
                                           .turns_far = true,
                                           .carries_interfaces = false,

@@ -202,7 +202,7 @@ struct StepScratch {
   std::uint32_t worst_relative_block = 0;
 };
 
-/// What an island is made of: const within a step.
+/// Structure of an island: constant within a step.
 struct IslandStructure {
   SolverSettings settings;
   std::vector<Entity> bodies;        // its bodies; last, the point masses of interfaces
@@ -245,7 +245,7 @@ struct IslandStructure {
   }
 };
 
-/// What an island keeps from step to step: this and its bodies decide the next step.
+/// State of an island: together with its bodies it determines the next step.
 struct IslandMemory {
   std::vector<BlockMemory> memory;
   std::vector<Real> mean_lambda;  // by row: N or N m, mean over the last integrator step
@@ -271,7 +271,7 @@ struct IslandMemory {
   }
 };
 
-/// What the step left, for the report.
+/// Results of the step, for the report.
 struct StepResult {
   std::vector<Real> forces;  // by row: mean over the last step
   std::vector<Fault> faults;

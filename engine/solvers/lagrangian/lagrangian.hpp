@@ -8,7 +8,7 @@
 
 namespace pantin::detail::lagrangian {
 
-/// Memory for the steps of every island that has none; after compile, and after a copy.
+/// Allocates scratch memory of islands that have none: after compile, and after a World was copied.
 void prepare(World& world);
 
 /// One step of `h` seconds from World::time of one island. If it fails, m.lost names a body and

@@ -72,7 +72,7 @@ std::vector<std::uint32_t> least_degree(Sets& near, std::vector<std::uint8_t>& r
   return order;
 }
 
-/// A pattern while it is made, step by step in the order of the functions below.
+/// Builder of a pattern; its functions run in the order below.
 struct Draft {
   const Island& m;
   std::vector<std::vector<Incident>> met;  // by body
@@ -83,7 +83,7 @@ struct Draft {
 
   std::uint32_t nodes() const { return blocks + static_cast<std::uint32_t>(p.hubs.size()); }
   bool is_hub(std::uint32_t body) const { return p.hub_of[body] != kNone; }
-  /// Where the numbers of two nodes meet, by their places.
+  /// Offset of the entry of two nodes in the factor, by their places.
   std::uint32_t number_at(std::uint32_t one, std::uint32_t two) const {
     if (one == two) return p.diagonal[one];
     const std::uint32_t row = std::max(one, two), column = std::min(one, two);
@@ -124,7 +124,7 @@ void find_order(Draft& d) {
   for (std::uint32_t at = 0; at < nodes; ++at) d.p.place[d.p.order[at]] = at;
 }
 
-/// Where the numbers of each node stand: its diagonal block, then those below it.
+/// Offsets of the entries of each node: its diagonal block, then those below it.
 void lay_out_columns(Draft& d) {
   KktPattern& p = d.p;
   for (const std::uint32_t n : p.order) {
@@ -146,7 +146,7 @@ void lay_out_columns(Draft& d) {
   p.first.push_back(static_cast<std::uint32_t>(p.below.size()));
 }
 
-/// What the elimination of each node changes.
+/// Entries that the elimination of each node updates.
 void list_targets(Draft& d) {
   KktPattern& p = d.p;
   for (std::uint32_t at = 0; at < d.nodes(); ++at) {
@@ -158,7 +158,7 @@ void list_targets(Draft& d) {
   p.first_target.push_back(static_cast<std::uint32_t>(p.targets.size()));
 }
 
-/// What each body contributes to the matrix.
+/// Contributions of each body to the matrix.
 void list_products(Draft& d) {
   KktPattern& p = d.p;
   for (std::uint32_t b = 0; b < d.m.count(); ++b) {
@@ -183,7 +183,7 @@ void list_products(Draft& d) {
   p.first_product.push_back(static_cast<std::uint32_t>(p.products.size()));
 }
 
-/// The numbers that no product writes.
+/// Entries that no product writes.
 void list_fill(Draft& d) {
   KktPattern& p = d.p;
   std::vector<std::uint8_t> written(p.numbers, 0);

@@ -7,7 +7,7 @@
 namespace pantin::detail::lagrangian {
 namespace {
 
-/// What presses on the bodies since the last step.
+/// Contact forces on the bodies from the last step.
 void take_pressures(World& world) {
   std::vector<Island>& all = islands_of(world);
   for (Island& m : all) m.contact_loads.assign(2 * m.count(), Vec3(0));
@@ -29,7 +29,7 @@ void predict(World& world, const StepTask& task) {
   });
 }
 
-/// What was compiled within a step has been stepped as it was before, if at all.
+/// An island compiled within a step has been stepped in its previous form, if at all.
 void catch_up(World&, const StepTask&) {}
 bool has_begun(const World& world, std::size_t island) {
   return islands_of(world)[island].scratch.in_step;
