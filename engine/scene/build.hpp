@@ -86,8 +86,9 @@ struct ChainLayout {
   std::vector<Pose> links;
   std::vector<Vec3> joints;   // one more than links: both ends included
   std::vector<Real> lengths;  // m, of the links
+  bool is_closed = false;     // the last link holds on to the first
   /// The point about which the chain rotates initially.
-  Vec3 middle(bool closed) const;
+  Vec3 middle() const;
 };
 ChainLayout layout_of(const ChainRecipe& chain);
 

@@ -120,8 +120,8 @@ std::optional<Vec3> bend_axis(const ChainLayout& layout) {
 
 }  // namespace
 
-Vec3 ChainLayout::middle(bool closed) const {
-  if (!closed) return 0.5 * (joints.front() + joints.back());
+Vec3 ChainLayout::middle() const {
+  if (!is_closed) return 0.5 * (joints.front() + joints.back());
   Vec3 sum(0);
   for (const Pose& link : links) sum += link.position;
   return sum / static_cast<Real>(links.size());
@@ -129,6 +129,7 @@ Vec3 ChainLayout::middle(bool closed) const {
 
 ChainLayout layout_of(const ChainRecipe& chain) {
   ChainLayout layout = chain.path.empty() ? equal_links(chain) : along_path(chain);
+  layout.is_closed = chain.closed;
   std::optional<Vec3> axis = chain.axis;
   const bool bends = info_of(chain.turn.kind).uses_axes || chain.closed || !chain.path.empty();
   if (!axis && bends) axis = bend_axis(layout);

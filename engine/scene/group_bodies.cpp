@@ -38,7 +38,7 @@ void GroupBuilder::add_links_of(Element<ChainRecipe> e) {
   const ChainRecipe& chain = e.recipe;
   first_links_.push_back(static_cast<std::uint32_t>(made_.bodies.size()));
   const ChainLayout layout = layout_of(chain);
-  const Vec3 middle = layout.middle(chain.closed);
+  const Vec3 middle = layout.middle();
   Real factor = 1;
   bool is_whole = true;
   for (std::size_t i = 0; i < layout.links.size(); ++i) {

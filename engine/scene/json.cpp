@@ -125,7 +125,8 @@ class Parser {
     const std::size_t start = at_;
     bool good;
     if (c == '{' || c == '[') {
-      good = children(id, c == '{', depth);
+      node.kind = c == '{' ? JsonKind::object : JsonKind::array;
+      good = children(id, depth);
     } else if (c == '"') {
       node.kind = JsonKind::string;
       return string(node.text) ? id : kNoNode;
@@ -137,8 +138,9 @@ class Parser {
     return id;
   }
 
-  bool children(NodeId id, bool is_object, std::size_t depth) {
-    document_.nodes[id].kind = is_object ? JsonKind::object : JsonKind::array;
+  /// The values within the object or array `id`.
+  bool children(NodeId id, std::size_t depth) {
+    const bool is_object = document_.nodes[id].kind == JsonKind::object;
     const char close = is_object ? '}' : ']';
     ++at_;
     skip_space();

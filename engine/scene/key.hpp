@@ -83,6 +83,17 @@ struct Key {
   bool has_default = false;
   Real defaults[3] = {};  // of a number, a vector; 1 or 0 of a flag; the place of a word
 
+  constexpr Key within(const Range& allowed) const {
+    Key key = *this;
+    key.range = allowed;
+    return key;
+  }
+  /// An array of so many.
+  constexpr Key holding(int of_fixed_length) const {
+    Key key = *this;
+    key.count = of_fixed_length;
+    return key;
+  }
   constexpr Key or_else(Real x) const { return or_else(x, x, x); }
   constexpr Key or_else(Real x, Real y, Real z) const {
     Key key = *this;
@@ -168,17 +179,16 @@ namespace rows {
 using Text = std::string_view;
 using Words = std::span<const std::string_view>;
 
-constexpr Key row(Text name, ValueType type, Text unit, Text about,
-                  const Range& range = kAnyNumber) {
-  return {.name = name, .type = type, .unit = unit, .about = about, .range = range};
+constexpr Key row(Text name, ValueType type, Text unit, Text about) {
+  return {.name = name, .type = type, .unit = unit, .about = about};
 }
 constexpr Key number(Text name, Text unit, const Range& range, Text about) {
-  return row(name, ValueType::number, unit, about, range);
+  return row(name, ValueType::number, unit, about).within(range);
 }
 constexpr Key angle(Text name, Text about) { return number(name, "rad", kRadians, about); }
 constexpr Key angle_deg(Text name, Text about) { return number(name, "degrees", kDegrees, about); }
 constexpr Key whole(Text name, int least, int most, Text about) {
-  return row(name, ValueType::whole, "", about, {Real(least), Real(most), ""});
+  return row(name, ValueType::whole, "", about).within({Real(least), Real(most), ""});
 }
 constexpr Key flag(Text name, Text about) { return row(name, ValueType::flag, "", about); }
 constexpr Key text(Text name, Text about) { return row(name, ValueType::text, "", about); }
@@ -198,17 +208,11 @@ constexpr Key vector(Text name, Text unit, Text about) {
 constexpr Key direction(Text name, Text about) {
   return row(name, ValueType::direction, "", about);
 }
-constexpr Key list(Text name, ValueType type, int count, Text unit, const Range& range,
-                   Text about) {
-  Key key = row(name, type, unit, about, range);
-  key.count = count;
-  return key;
-}
 constexpr Key angles(Text name, Text about) {
-  return list(name, ValueType::numbers, 2, "rad", kRadians, about);
+  return row(name, ValueType::numbers, "rad", about).holding(2).within(kRadians);
 }
 constexpr Key angles_deg(Text name, Text about) {
-  return list(name, ValueType::numbers, 2, "degrees", kDegrees, about);
+  return row(name, ValueType::numbers, "degrees", about).holding(2).within(kDegrees);
 }
 constexpr Key of_object(Text name, ValueType type, Text object, Text about) {
   Key key = row(name, type, "", about);

@@ -144,9 +144,10 @@ constexpr Key kLimits[] = {
     angles("second", "Of a universal joint about z of b: least and most."),
     angles_deg("second_deg", "The same."),
     object("soft", "soft", "A spring before each stop. Default: none."),
-    list("travel", ValueType::numbers, 2, "m", kAnyNumber,
-         "Of a cylindrical, prismatic or screw joint: least and most of b's anchor along x from "
-         "a's."),
+    row("travel", ValueType::numbers, "m",
+        "Of a cylindrical, prismatic or screw joint: least and most of b's anchor along x from "
+        "a's.")
+        .holding(2),
     number("restitution", "", kUnit,
            "Part of the speed with which a stop is left again. For the solver lagrangian.")
         .or_else(0),

@@ -141,7 +141,7 @@ constexpr Key kSolver[] = {
 
 constexpr Key kMaterial[] = {
     needed_name(),
-    row("colour", ValueType::colour, "", "Default a light grey.", kUnit),
+    row("colour", ValueType::colour, "", "Default a light grey.").within(kUnit),
     number("roughness", "", kUnit, "0 mirrors, 1 is chalk.").or_else(0.5),
     number("metallic", "", kUnit, "0 or 1.").or_else(0),
 };
@@ -172,9 +172,11 @@ constexpr Key kGenerated[] = {
 constexpr Key kGrid[] = {
     needed_name(),
     kOfPrefab,
-    list("count", ValueType::wholes, 3, "", kCopies,
-         "Copies along x, y and z; they are called \"name/0\", \"name/1\", ..., x first, then z, "
-         "then y.")
+    row("count", ValueType::wholes, "",
+        "Copies along x, y and z; they are called \"name/0\", \"name/1\", ..., x first, then z, "
+        "then y.")
+        .holding(3)
+        .within(kCopies)
         .needed("how many copies along x, y and z"),
     vector("spacing", "m", "Between neighbours along x, y and z.").or_else(1),
     vector("position", "m", "Where the grid's middle is.").or_else(0),
@@ -229,10 +231,10 @@ constexpr Key kCamera[] = {
 
 constexpr Key kLight[] = {
     direction("direction", "The way the sun's light goes."),
-    row("colour", ValueType::colour, "", "Of the sun.", kLit),
+    row("colour", ValueType::colour, "", "Of the sun.").within(kLit),
     number("strength", "", kStrength, "Of the sun.").or_else(3),
-    row("sky", ValueType::colour, "", "Light from above.", kLit),
-    row("ground", ValueType::colour, "", "Light from below.", kLit),
+    row("sky", ValueType::colour, "", "Light from above.").within(kLit),
+    row("ground", ValueType::colour, "", "Light from below.").within(kLit),
 };
 
 constexpr Key kGround[] = {
@@ -241,7 +243,9 @@ constexpr Key kGround[] = {
 };
 
 constexpr Key kOutput[] = {
-    list("size", ValueType::wholes, 2, "pixels", kPixels, "Width and height.")
+    row("size", ValueType::wholes, "pixels", "Width and height.")
+        .holding(2)
+        .within(kPixels)
         .or_else(1280, 720, 0),
     number("fps", "", kRate, "Frames a second.").or_else(60),
 };

@@ -35,8 +35,19 @@ Quat axes_from_scene(const BuiltScene& built, std::uint32_t body, Quat axes) {
   return glm::normalize(glm::conjugate(turn_of_body(built, body)) * axes);
 }
 
-void place_anchors(const BuiltScene& built, const JointRecipe& recipe, std::uint32_t a,
-                   std::uint32_t b, Joint& joint) {
+/// What is known of a joint between two bodies, and fills it in.
+struct JointPlacement {
+  const BuiltScene& built;
+  const JointRecipe& recipe;
+  std::uint32_t a, b;  // its bodies
+
+  void place_anchors(Joint& joint) const;
+  void place_line(Joint& joint) const;
+  void measure_parameter(Joint& joint) const;
+  void place_axes(Joint& joint) const;
+};
+
+void JointPlacement::place_anchors(Joint& joint) const {
   if (recipe.anchor_a) joint.anchor_a = from_own_frame(built, a, *recipe.anchor_a);
   if (recipe.anchor_b) joint.anchor_b = from_own_frame(built, b, *recipe.anchor_b);
   Vec3 point = recipe.anchor.value_or(Vec3(0));
@@ -49,15 +60,13 @@ void place_anchors(const BuiltScene& built, const JointRecipe& recipe, std::uint
 }
 
 /// The ends of a kind that is a line.
-void place_line(const BuiltScene& built, const JointRecipe& recipe, std::uint32_t a,
-                std::uint32_t b, Joint& joint) {
+void JointPlacement::place_line(Joint& joint) const {
   joint.anchor_a = anchor_of(built, a, {recipe.point_a, recipe.anchor_a});
   joint.anchor_b = anchor_of(built, b, {recipe.point_b, recipe.anchor_b});
 }
 
 /// The parameter that the file may leave to how the anchors lie, and what follows from it.
-void measure_parameter(const BuiltScene& built, const JointRecipe& recipe, std::uint32_t a,
-                       std::uint32_t b, Joint& joint) {
+void JointPlacement::measure_parameter(Joint& joint) const {
   const JointKindInfo& kind = info_of(joint.kind);
   const Parameter* parameter = kind.measured();
   if (!parameter) return;
@@ -68,8 +77,7 @@ void measure_parameter(const BuiltScene& built, const JointRecipe& recipe, std::
 }
 
 /// Both frames, such that b's axes stand in a's at the start as the recipe says.
-void place_axes(const BuiltScene& built, const JointRecipe& recipe, std::uint32_t a,
-                std::uint32_t b, Joint& joint) {
+void JointPlacement::place_axes(Joint& joint) const {
   if (recipe.axes_a) joint.frames.set_a(axes_from_own_frame(built, a, axes_of(*recipe.axes_a)));
   if (recipe.axes_b) joint.frames.set_b(axes_from_own_frame(built, b, axes_of(*recipe.axes_b)));
   if (recipe.axes_a && recipe.axes_b) return;
@@ -102,16 +110,17 @@ Vec3 anchor_of(const BuiltScene& built, std::uint32_t body, const PointRecipe& p
 
 Joint joint_of(const BuiltScene& built, const JointRecipe& recipe, std::uint32_t a,
                std::uint32_t b) {
+  const JointPlacement placement{built, recipe, a, b};
   Joint joint;
   joint.kind = recipe.turn.kind, joint.limits = recipe.turn.limits;
   joint.parameters = recipe.turn.parameters;
   if (recipe.turn.is_line())
-    place_line(built, recipe, a, b, joint);
+    placement.place_line(joint);
   else
-    place_anchors(built, recipe, a, b, joint);
+    placement.place_anchors(joint);
   // For a plain ball joint the orientation of the axes is irrelevant.
-  if (!recipe.turn.is_line() && recipe.turn.needs_axes()) place_axes(built, recipe, a, b, joint);
-  measure_parameter(built, recipe, a, b, joint);
+  if (!recipe.turn.is_line() && recipe.turn.needs_axes()) placement.place_axes(joint);
+  placement.measure_parameter(joint);
   return joint;
 }
 

@@ -68,9 +68,13 @@ std::optional<ShapeWithDensity> read_shape(const Reading& reading, NodeId node,
 void read_scene_collision(Reading& reading, const Reader& scene);
 
 /// "collision": true, false or an object; absent keys default to the scene's. Nothing for a body
-/// that does not collide; an error if a colliding body has no shape.
-std::optional<Collision> read_collision(const Reading& reading, const Reader& from, bool has_shapes,
+/// that does not collide.
+std::optional<Collision> read_collision(const Reading& reading, const Reader& from,
                                         const std::optional<Collision>& otherwise);
+
+/// The same of a body or a link of a chain, with the scene's defaults; an error if it collides
+/// without a shape.
+void read_collision_of(const Reading& reading, const Reader& from, BodyRecipe& body);
 
 /// The value of `key` or `key`_deg.
 NodeId either(const Reader& from, std::string_view key);

@@ -19,7 +19,7 @@ void read_path(const Reading& reading, const Reader& from, ChainRecipe& chain) {
   const std::vector<NodeId> nodes = from.items("path");
   for (NodeId node : nodes) {
     Vec3 p(0);
-    if (!read_numbers(reading.json, reading.diagnostics, node, {&p.x, 3}, kAnyNumber)) continue;
+    if (!from.numbers_at(node, {&p.x, 3}, kAnyNumber)) continue;
     if (!chain.path.empty() && glm::length(p - chain.path.back()) < kSize.least)
       reading.diagnostics.error(node, "found the point before again, expected another");
     chain.path.push_back(p);
@@ -98,8 +98,7 @@ ChainRecipe read_chain(const Reading& reading, NodeId node) {
   link.drag = from.number("drag");
   link.gravity_scale = from.number("gravity_scale");
   link.solver = read_solver(reading, from, reading.solver);
-  link.collision =
-      read_collision(reading, from, from.has("shape") || from.has("shapes"), reading.collision);
+  read_collision_of(reading, from, link);
   chain.mass_ratio = from.number("mass_ratio");
   chain.tip_mass_factor = from.number("tip_mass_factor");
   read_attachments(from, chain);
@@ -129,7 +128,7 @@ BodyRecipe read_stairs(const Reading& reading, NodeId node) {
     stairs.mass_properties.shapes.push_back(step);
   }
   const std::optional<Collision> solid = reading.collision.value_or(Collision{});
-  stairs.collision = read_collision(reading, from, true, solid);
+  stairs.collision = read_collision(reading, from, solid);
   if (is_whole) stairs.name = name;
   return stairs;
 }

@@ -74,16 +74,22 @@ void read_scene_collision(Reading& reading, const Reader& scene) {
   if (node != kNoNode) reading.collision = read_value(reading, node);
 }
 
-std::optional<Collision> read_collision(const Reading& reading, const Reader& from, bool has_shapes,
+std::optional<Collision> read_collision(const Reading& reading, const Reader& from,
                                         const std::optional<Collision>& otherwise) {
   const NodeId node = from.find("collision");
-  if (node == kNoNode) return has_shapes ? otherwise : std::nullopt;
-  const auto collision = read_value(reading, node);
-  if (!collision || has_shapes) return collision;
+  return node == kNoNode ? otherwise : read_value(reading, node);
+}
+
+void read_collision_of(const Reading& reading, const Reader& from, BodyRecipe& body) {
+  if (from.has("shape") || from.has("shapes")) {
+    body.collision = read_collision(reading, from, reading.collision);
+    return;
+  }
+  const NodeId node = from.find("collision");
+  if (node == kNoNode || !read_value(reading, node)) return;
   reading.diagnostics.error_at_key(node,
                                    "found \"collision\" of a body without a shape, expected a "
                                    "shape that touches");
-  return std::nullopt;
 }
 
 }  // namespace pantin::detail

@@ -34,7 +34,7 @@ std::optional<Mat3> read_inertia(const Reader& from) {
         node, "3 principal moments, or 6 entries xx, yy, zz, xy, xz, yz, in kg m^2");
     return std::nullopt;
   }
-  if (!read_numbers(from.json, from.diagnostics, node, {e, count}, kAnyNumber)) return std::nullopt;
+  if (!from.numbers_at(node, {e, count}, kAnyNumber)) return std::nullopt;
   const Mat3 tensor(e[0], e[3], e[4], e[3], e[1], e[5], e[4], e[5], e[2]);
   const Vec3 m = principal_inertia(tensor).moments;
   if (is_possible_inertia(m)) return tensor;

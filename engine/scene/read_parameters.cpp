@@ -33,8 +33,8 @@ void check_keys(const Reader& from, JointKind kind) {
 }
 
 /// A coordinate of a joint or its rate: m, or an angle under `key` or `key`_deg.
-Real read_coordinate(const Reader& from, std::string_view key, bool slides) {
-  if (slides) {
+Real read_coordinate(const Reader& from, std::string_view key, Coordinate along) {
+  if (along == Coordinate::travel) {
     const std::string key_deg = std::string(key) + "_deg";
     if (from.has(key_deg))
       from.diagnostics.error_at_key(from.find(key_deg), "found \"" + key_deg +
@@ -47,12 +47,12 @@ Real read_coordinate(const Reader& from, std::string_view key, bool slides) {
   return angle;
 }
 
-SpringDamper read_spring(const Reading& reading, NodeId node, bool slides) {
+SpringDamper read_spring(const Reading& reading, NodeId node, Coordinate along) {
   SpringDamper spring;
   const Reader from = reading.open(node, "spring");
   spring.stiffness = from.number("stiffness");
   spring.damping = from.number("damping");
-  spring.rest = read_coordinate(from, "rest", slides);
+  spring.rest = read_coordinate(from, "rest", along);
   return spring;
 }
 
@@ -65,12 +65,12 @@ JointFriction read_friction(const Reading& reading, NodeId node) {
   return friction;
 }
 
-JointMotor read_motor(const Reading& reading, NodeId node, bool slides) {
+JointMotor read_motor(const Reading& reading, NodeId node, Coordinate along) {
   JointMotor motor;
   const Reader from = reading.open(node, "motor");
   const bool stands_at = either(from, "position") != kNoNode;
   motor.kind = stands_at ? MotorKind::position : MotorKind::velocity;
-  motor.target = read_coordinate(from, stands_at ? "position" : "velocity", slides);
+  motor.target = read_coordinate(from, stands_at ? "position" : "velocity", along);
   motor.gain = from.number("gain", 0);
   motor.damping = from.number("damping");
   motor.cap = from.number("cap", motor.cap);
@@ -78,14 +78,14 @@ JointMotor read_motor(const Reading& reading, NodeId node, bool slides) {
 }
 
 /// "spring", "friction" and "motor".
-Dof read_freedom(const Reading& reading, const Reader& from, bool slides) {
+Dof read_freedom(const Reading& reading, const Reader& from, Coordinate along) {
   Dof dof;
   if (const NodeId node = from.find("spring"); node != kNoNode)
-    dof.spring = read_spring(reading, node, slides);
+    dof.spring = read_spring(reading, node, along);
   if (const NodeId node = from.find("friction"); node != kNoNode)
     dof.friction = read_friction(reading, node);
   if (const NodeId node = from.find("motor"); node != kNoNode)
-    dof.motor = read_motor(reading, node, slides);
+    dof.motor = read_motor(reading, node, along);
   return dof;
 }
 
@@ -96,9 +96,9 @@ bool has_freedom(const Reader& from) {
 /// "angle" and "travel" of a cylindrical joint.
 void read_freedoms(const Reading& reading, const Reader& from, JointParameters& parameters) {
   if (const NodeId node = from.find("angle"); node != kNoNode)
-    parameters.rotation = read_freedom(reading, reading.open(node, "dof"), false);
+    parameters.rotation = read_freedom(reading, reading.open(node, "dof"), Coordinate::angle);
   if (const NodeId node = from.find("travel"); node != kNoNode)
-    parameters.translation = read_freedom(reading, reading.open(node, "dof"), true);
+    parameters.translation = read_freedom(reading, reading.open(node, "dof"), Coordinate::travel);
 }
 
 void read_parameter(const Reader& from, const Parameter& p, RotationRecipe& turn) {
@@ -119,9 +119,11 @@ void read_parameters(const Reading& reading, const Reader& from, RotationRecipe&
   for (const Parameter& p : kind.parameters) read_parameter(from, p, turn);
   if (acts_twice(kind)) read_freedoms(reading, from, turn.parameters.edit());
   if (!acts(kind) || !has_freedom(from)) return;
-  const bool slides = !kind.is_used(Coordinate::angle, kActuated);
   JointParameters& parameters = turn.parameters.edit();
-  (slides ? parameters.translation : parameters.rotation) = read_freedom(reading, from, slides);
+  if (kind.is_used(Coordinate::angle, kActuated))
+    parameters.rotation = read_freedom(reading, from, Coordinate::angle);
+  else
+    parameters.translation = read_freedom(reading, from, Coordinate::travel);
 }
 
 }  // namespace pantin::detail

@@ -78,8 +78,7 @@ BodyRecipe read_body(const Reading& reading, NodeId node) {
   body.drag = from.number("drag");
   body.gravity_scale = from.number("gravity_scale");
   body.solver = read_solver(reading, from, reading.solver);
-  const bool has_shapes = from.has("shape") || from.has("shapes");
-  body.collision = read_collision(reading, from, has_shapes, reading.collision);
+  read_collision_of(reading, from, body);
   return body;
 }
 

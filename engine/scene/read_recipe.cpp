@@ -14,26 +14,26 @@ struct OpenGroup {
   Group& group;
 
   void note(ElementKind kind, NodeId node) const { reading.places.add(number, kind, node); }
-};
 
-/// Reads each item of an array; those that cannot be read are left out.
-template <class T, class Read>
-void read_all(const OpenGroup& open, const std::vector<NodeId>& nodes, ElementKind kind, Read read,
-              std::vector<T>& into) {
-  into.reserve(nodes.size());
-  for (NodeId node : nodes)
-    if (auto item = read(open.reading, node)) {
-      into.push_back(std::move(*item));
-      open.note(kind, node);
-    }
-}
+  /// Reads each item of an array; those that cannot be read are left out.
+  template <class T, class Read>
+  void read_all(const std::vector<NodeId>& nodes, ElementKind kind, Read read,
+                std::vector<T>& into) const {
+    into.reserve(nodes.size());
+    for (NodeId node : nodes)
+      if (auto item = read(reading, node)) {
+        into.push_back(std::move(*item));
+        note(kind, node);
+      }
+  }
+};
 
 void read_generators(const OpenGroup& open, const Reader& outer) {
   const NodeId node = outer.find("generators");
   if (node == kNoNode) return;
   const Reader from = open.reading.open(node, "generators");
   Group& group = open.group;
-  read_all(open, from.items("grids"), ElementKind::grid, read_grid, group.grids);
+  open.read_all(from.items("grids"), ElementKind::grid, read_grid, group.grids);
   for (NodeId item : from.items("chains")) {
     ChainRecipe chain = read_chain(open.reading, item);
     if (chain.links > 0) {
@@ -92,12 +92,12 @@ void read_group(const OpenGroup& open, const Reader& from) {
     group.bodies.push_back(std::move(body));
     open.note(ElementKind::body, node);
   }
-  read_all(open, from.items("joints"), ElementKind::joint, read_joint, group.joints);
-  read_all(open, from.items("gears"), ElementKind::ratio, read_gear, group.gears);
-  read_all(open, from.items("cables"), ElementKind::string, read_cable, group.cables);
-  read_all(open, from.items("pins"), ElementKind::pin, read_pin, group.pins);
-  read_all(open, from.items("paths"), ElementKind::drive, read_path, group.paths);
-  read_all(open, from.items("instances"), ElementKind::instance, read_instance, group.instances);
+  open.read_all(from.items("joints"), ElementKind::joint, read_joint, group.joints);
+  open.read_all(from.items("gears"), ElementKind::ratio, read_gear, group.gears);
+  open.read_all(from.items("cables"), ElementKind::string, read_cable, group.cables);
+  open.read_all(from.items("pins"), ElementKind::pin, read_pin, group.pins);
+  open.read_all(from.items("paths"), ElementKind::drive, read_path, group.paths);
+  open.read_all(from.items("instances"), ElementKind::instance, read_instance, group.instances);
   read_generators(open, from);
   check_names(open);
 }

@@ -21,7 +21,7 @@ std::vector<Vec3> read_points(const Reader& from) {
   std::vector<Vec3> points;
   for (NodeId node : from.items("points")) {
     Vec3 p(0);
-    read_numbers(from.json, from.diagnostics, node, {&p.x, 3}, kAnyNumber);
+    from.numbers_at(node, {&p.x, 3}, kAnyNumber);
     points.push_back(p);  // also where it is wrong, so that triangles are checked against them all
   }
   return points;
@@ -33,7 +33,7 @@ std::vector<Triangle> read_triangles(const Reader& from, std::size_t points) {
   std::vector<Triangle> triangles;
   for (NodeId node : from.items("triangles")) {
     Real c[3] = {0, 0, 0};
-    if (!read_numbers(from.json, from.diagnostics, node, c, corner)) continue;
+    if (!from.numbers_at(node, c, corner)) continue;
     const bool is_whole = std::all_of(c, c + 3, [](Real x) { return x == std::floor(x); });
     if (!is_whole) from.diagnostics.error_value(node, "three whole numbers");
     const auto place = [&](int i) { return static_cast<std::uint32_t>(c[i]); };

@@ -122,12 +122,12 @@ JointLimits read_limits(const Reading& reading, const Reader& outer, RotationRec
   return limits;
 }
 
-/// Accepted forms of a rotation of joint axes.
-std::string turn_words(JointKind kind, bool in_degrees) {
+/// Accepted forms of a rotation of joint axes; `whole` is the form that every kind accepts.
+std::string turn_words(JointKind kind, std::string_view whole) {
   std::string words;
   if (turns_about_x(kind)) words = "an angle, or ";
   if (turns_of(kind) == Turns::about_two) words = "two angles, or ";
-  return words + (in_degrees ? "three angles in degrees" : "a quaternion [x, y, z, w]");
+  return words.append(whole);
 }
 
 /// "target", or "angle" of a hinge.
@@ -242,7 +242,7 @@ bool read_angles(const Reader& from, std::string_view key, std::span<Real> into)
     const Real angle = from.number(in_degrees ? key_deg : key, NAN, range);
     if (std::isnan(angle)) return false;
     into[0] = angle;
-  } else if (!read_numbers(from.json, from.diagnostics, node, into, range)) {
+  } else if (!from.numbers_at(node, into, range)) {
     return false;
   }
   if (in_degrees)
@@ -265,7 +265,8 @@ std::optional<Quat> read_joint_turn(const Reader& from, std::string_view key, Jo
   }
   const bool in_degrees = !from.has(key);
   if (from.json[node].count != (in_degrees ? 3u : 4u)) {
-    from.diagnostics.error_value(node, turn_words(kind, in_degrees));
+    from.diagnostics.error_value(node, turn_words(kind, in_degrees ? "three angles in degrees"
+                                                                   : "a quaternion [x, y, z, w]"));
     return std::nullopt;
   }
   const Quat turn = from.rotation(kIdentity, key);

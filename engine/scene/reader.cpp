@@ -238,8 +238,7 @@ std::size_t Reader::word(std::string_view key, std::size_t otherwise,
   return otherwise;
 }
 
-bool read_numbers(const JsonDocument& json, Diagnostics& diagnostics, NodeId array,
-                  std::span<Real> into, const Range& range) {
+bool Reader::numbers_at(NodeId array, std::span<Real> into, const Range& range) const {
   if (json[array].kind != JsonKind::array || json[array].count != into.size()) {
     diagnostics.error_value(array, "an array of " + std::to_string(into.size()) + " numbers");
     return false;
@@ -260,7 +259,7 @@ bool read_numbers(const JsonDocument& json, Diagnostics& diagnostics, NodeId arr
 
 bool Reader::numbers(std::string_view key, std::span<Real> into) const {
   const NodeId value = find(key);
-  return value != kNoNode && read_numbers(json, diagnostics, value, into, row(key).range);
+  return value != kNoNode && numbers_at(value, into, row(key).range);
 }
 
 Vec3 Reader::vec(std::string_view key, Vec3 otherwise) const {
@@ -295,7 +294,7 @@ Quat Reader::rotation(Quat otherwise, std::string_view key) const {
   if (has(key_deg)) return from_degrees(vec(key_deg, Vec3(0)));
   const NodeId value = find(key);
   Real q[4];
-  if (value == kNoNode || !read_numbers(json, diagnostics, value, q, kAnyNumber)) return otherwise;
+  if (value == kNoNode || !numbers_at(value, q, kAnyNumber)) return otherwise;
   const Quat quaternion(q[3], q[0], q[1], q[2]);
   const Real length = glm::length(quaternion), error = std::abs(length - 1);
   if (error > 1e-3) {

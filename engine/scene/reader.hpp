@@ -62,6 +62,8 @@ class Reader {
   Vec3 vec_or_number(std::string_view key) const { return vec_or_number(key, default_of(key)); }
   /// An array of exactly `into.size()` numbers; false if it is absent or wrong.
   bool numbers(std::string_view key, std::span<Real> into) const;
+  /// The same of the array that stands at a node, with another range.
+  bool numbers_at(NodeId array, std::span<Real> into, const Range& range) const;
   /// The name of something else; complains of anything but text that is not empty.
   std::optional<std::string> reference(std::string_view key) const;
   /// "position" and "rotation" or "rotation_deg".
@@ -93,10 +95,6 @@ class Reader {
   const KeySet& set_;
   bool has_old_keys_ = false;
 };
-
-/// Reads an array of exactly `into.size()` numbers; otherwise reports an error and returns false.
-bool read_numbers(const JsonDocument& json, Diagnostics& diagnostics, NodeId array,
-                  std::span<Real> into, const Range& range);
 
 /// Rotations about the fixed axes x, then y, then z.
 Quat from_degrees(Vec3 angles);

@@ -76,10 +76,10 @@ std::string either_of(const std::string& a, const std::string& b) {
 const std::string kSomeText = R"({"type":"string","minLength":1})";
 const std::string kFlag = R"({"type":"boolean"})";
 
-/// A quaternion, or what a joint with one angle or with two may say instead.
-std::string turn_of(const Range& range, bool in_degrees) {
-  const std::string whole =
-      in_degrees ? array_of(number_of(kAnyNumber), 3) : array_of(number_of(kAnyNumber), 4);
+/// A quaternion or three angles, by their count, or what a joint with one angle or with two, of
+/// that range, may say instead.
+std::string turn_of(int count, const Range& range) {
+  const std::string whole = array_of(number_of(kAnyNumber), count);
   return "{\"anyOf\":[" + whole + "," + number_of(range) + "," + array_of(number_of(range), 2) +
          "]}";
 }
@@ -122,9 +122,9 @@ std::string numeric(const Key& key) {
     case ValueType::quaternion:
       return array_of(one, 4);
     case ValueType::joint_turn:
-      return turn_of(kRadians, false);
+      return turn_of(4, kRadians);
     case ValueType::joint_turn_deg:
-      return turn_of(kDegrees, true);
+      return turn_of(3, kDegrees);
     case ValueType::inertia:
       return either_of(array_of(one, 3), array_of(one, 6));
     default:

@@ -42,7 +42,8 @@ constexpr Key kHeightKeys[] = {
     whole("columns", 2, kMostHeights, "Heights along x.").needed(kHeightsNeed),
     whole("rows", 2, kMostHeights, "Heights along z.").needed(kHeightsNeed),
     row("spacing", ValueType::number_or_pair, "m",
-        "Between neighbours: one number, or along x and along z.", kSize)
+        "Between neighbours: one number, or along x and along z.")
+        .within(kSize)
         .needed(kHeightsNeed),
     row("heights", ValueType::number_list, "m", "Row after row from low z on, each from low x on.")
         .needed(kHeightsNeed)};

@@ -3,14 +3,13 @@
 
 #include <catch2/catch.hpp>
 
-#include "tests/solvers/trees.hpp"
+#include "tests/base/random.hpp"
 
 using namespace pantin;
-using namespace pantin::detail;
 using namespace pantin::test;
 
 TEST_CASE("a rotation vector becomes a quaternion and comes back, from tiny to half a turn") {
-  Dice dice(1);
+  Random dice(1);
   Real worst = 0, worst_norm = 0;
   for (int i = 0; i < 5000; ++i) {
     const Vec3 r = std::pow(10, dice.between(-12, std::log10(3.14))) * dice.direction();
@@ -46,7 +45,7 @@ TEST_CASE("a rotation vector is the shortest way round") {
 }
 
 TEST_CASE("turning a vector by a quaternion is turning it about the axis by the angle") {
-  Dice dice(2);
+  Random dice(2);
   for (int i = 0; i < 1000; ++i) {
     const Vec3 axis = dice.direction(), v = dice.in_cube(2);
     const Real angle = dice.between(-6, 6);
@@ -58,7 +57,7 @@ TEST_CASE("turning a vector by a quaternion is turning it about the axis by the 
 }
 
 TEST_CASE("Cayley's map turns by twice the arctangent of half, below half a turn") {
-  Dice dice(3);
+  Random dice(3);
   for (int i = 0; i < 1000; ++i) {
     const Vec3 d = std::pow(10, dice.between(-6, 6)) * dice.direction();
     const Quat q = cayley(d);
@@ -71,7 +70,7 @@ TEST_CASE("Cayley's map turns by twice the arctangent of half, below half a turn
 }
 
 TEST_CASE("parts of a rotation add up to it") {
-  Dice dice(4);
+  Random dice(4);
   for (int i = 0; i < 300; ++i) {
     const Quat q = dice.rotation();
     const Real k = dice.between(0, 1);
@@ -82,7 +81,7 @@ TEST_CASE("parts of a rotation add up to it") {
 }
 
 TEST_CASE("the spin between two rotations carries one to the other") {
-  Dice dice(5);
+  Random dice(5);
   for (int i = 0; i < 300; ++i) {
     const Quat from = dice.rotation(), to = from_rotation_vector(dice.in_cube(1.5)) * from;
     const Vec3 angular_velocity = angular_velocity_between(from, to, 0.02);
@@ -92,7 +91,7 @@ TEST_CASE("the spin between two rotations carries one to the other") {
 }
 
 TEST_CASE("a world inertia has the body's moments along the body's axes") {
-  Dice dice(6);
+  Random dice(6);
   for (int i = 0; i < 300; ++i) {
     const Vec3 moments = Vec3(1, 2, 2.5) * dice.between(0.1, 10);
     const Quat q = dice.rotation();
@@ -108,7 +107,7 @@ TEST_CASE("a world inertia has the body's moments along the body's axes") {
 }
 
 TEST_CASE("poses compose, invert and carry points there and back") {
-  Dice dice(7);
+  Random dice(7);
   for (int i = 0; i < 300; ++i) {
     const Pose a{dice.in_cube(3), dice.rotation()}, b{dice.in_cube(3), dice.rotation()};
     const Vec3 p = dice.in_cube(2);

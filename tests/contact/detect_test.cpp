@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <random>
 #include <tuple>
 
 #include "engine/geometry/collide.hpp"
 #include "engine/solvers/solver.hpp"
 #include "engine/world/world.hpp"
+#include "tests/base/random.hpp"
 
 using namespace pantin;
 using namespace pantin::detail;
@@ -18,15 +18,9 @@ namespace {
 
 struct Stage {
   World world;
-  std::mt19937_64 random{23};
+  test::Random dice{23};
   std::vector<Real> reach;
 
-  Real between(Real low, Real high) {
-    return low + (high - low) * static_cast<Real>(random() >> 11) * 0x1p-53;
-  }
-  Quat rotation() {
-    return glm::normalize(Quat(between(-1, 1), between(-1, 1), between(-1, 1), between(-1, 1)));
-  }
   Entity body(const Shape& shape, Vec3 at, Motion motion = Motion::dynamic,
               Collision collision = {}) {
     Body b;
@@ -155,27 +149,29 @@ TEST_CASE("contacts keep what they bore as long as they last") {
 TEST_CASE("the search finds what a look at all pairs of shapes finds, in order, moved or not") {
   Stage s;
   std::vector<Real> heights(21 * 21);
-  for (Real& h : heights) h = s.between(-1.5, -1);
+  for (Real& h : heights) h = s.dice.between(-1.5, -1);
   const auto ground = *make_height_field({21, 21, 0.5, 0.5, heights});
   s.body({ShapeKind::height_field, {}, {}, 0, ground}, {}, Motion::fixed);
   s.body(kPlane, {0, -1.4, 0}, Motion::fixed);
   for (int i = 0; i < 150; ++i) {
-    const Shape shape = i % 3 == 0
-                            ? ball(s.between(0.1, 0.4))
-                            : box({s.between(0.1, 0.4), s.between(0.1, 0.4), s.between(0.1, 0.4)});
-    const Entity e = s.body(shape, {s.between(-4, 4), s.between(-2, 1), s.between(-4, 4)},
-                            i % 5 == 0   ? Motion::fixed
-                            : i % 7 == 0 ? Motion::kinematic
-                                         : Motion::dynamic,
-                            i % 2 ? social() : Collision{});
+    const Shape shape =
+        i % 3 == 0
+            ? ball(s.dice.between(0.1, 0.4))
+            : box({s.dice.between(0.1, 0.4), s.dice.between(0.1, 0.4), s.dice.between(0.1, 0.4)});
+    const Entity e =
+        s.body(shape, {s.dice.between(-4, 4), s.dice.between(-2, 1), s.dice.between(-4, 4)},
+               i % 5 == 0   ? Motion::fixed
+               : i % 7 == 0 ? Motion::kinematic
+                            : Motion::dynamic,
+               i % 2 ? social() : Collision{});
     s.world.shapes[e].list.push_back(
-        {ShapeKind::capsule, {0.1, 0.2, 0}, {{0, 0.4, 0.1}, s.rotation()}, 0});
+        {ShapeKind::capsule, {0.1, 0.2, 0}, {{0, 0.4, 0.1}, s.dice.orientation()}, 0});
   }
   for (int round = 0; round < 3; ++round) {
     for (Body& b : s.world.bodies.values()) {
       if (b.motion == Motion::fixed) continue;
-      b.pose = {b.pose.position + Vec3(s.between(-0.5, 0.5), s.between(-0.5, 0.5), 0),
-                s.rotation()};
+      b.pose = {b.pose.position + Vec3(s.dice.between(-0.5, 0.5), s.dice.between(-0.5, 0.5), 0),
+                s.dice.orientation()};
     }
     s.search(0.05);
     using Place = std::tuple<std::uint32_t, std::uint32_t, Real>;
@@ -217,8 +213,8 @@ TEST_CASE("a copy of a world finds the same contacts") {
   Stage s;
   s.body(kPlane, {}, Motion::fixed);
   for (int i = 0; i < 40; ++i)
-    s.body(box(Vec3(0.2)), {s.between(-1, 1), s.between(0, 0.5), s.between(-1, 1)}, Motion::dynamic,
-           social());
+    s.body(box(Vec3(0.2)), {s.dice.between(-1, 1), s.dice.between(0, 0.5), s.dice.between(-1, 1)},
+           Motion::dynamic, social());
   s.search(0.1);
   World copy = s.world;
   contact::find_contacts(copy, s.reach);

@@ -6,28 +6,17 @@
 
 #include "engine/base/rotation.hpp"
 #include "engine/joints/kinds.hpp"
-#include "tests/solvers/trees.hpp"
+#include "tests/base/random.hpp"
+#include "tests/joints/equations.hpp"
 
 using namespace pantin;
 using namespace pantin::detail;
-using test::Dice;
+using test::Equations, test::placed, test::Random;
 
 namespace {
 
 constexpr int kCases = 50;
 constexpr Real kStep = 1e-3;  // of differences, s; sixth order
-
-/// Six rows of a joint, or one of a coordinate.
-struct Rows {
-  std::array<Real, 6> c{}, gamma{};
-  std::array<Vec3, 24> j{};
-  RowsOut out() { return {c.data(), j.data(), gamma.data()}; }
-  Real rate(int row, const BodyState& a, const BodyState& b) const {
-    const Vec3* k = &j[std::size_t(4 * row)];
-    return glm::dot(k[0], a.velocity) + glm::dot(k[1], a.angular_velocity) +
-           glm::dot(k[2], b.velocity) + glm::dot(k[3], b.angular_velocity);
-  }
-};
 
 /// Two bodies and a joint between them.
 struct Pair {
@@ -49,14 +38,9 @@ class SharedPoint : public CustomJoint {
   Vec3 a_, b_;
 };
 
-BodyState placed(Vec3 position, Quat rotation, Vec3 velocity = Vec3(0),
-                 Vec3 angular_velocity = Vec3(0)) {
-  return {position, rotation, glm::mat3_cast(rotation), velocity, angular_velocity};
-}
-
 /// A joint of the kind with its parameters, and bodies under way that stand off its solution by
 /// `off` m and rad.
-Pair any_pair(JointKind kind, Dice& dice, Real off) {
+Pair any_pair(JointKind kind, Random& dice, Real off) {
   Pair s;
   s.joint.kind = kind;
   s.joint.anchor_a = dice.in_cube(1), s.joint.anchor_b = dice.in_cube(1);
@@ -86,11 +70,11 @@ BodyState after(const BodyState& at, Real t) {
 /// The worst of dC/dt - J V, and of d(J V)/dt + gamma, along constant velocities.
 std::array<Real, 2> misses(const Pair& s, int rows, auto write) {
   constexpr Real kWeights[] = {45, -9, 1};
-  Rows change;
+  Equations change;
   for (int n = -3; n <= 3; ++n) {
     if (n == 0) continue;
     const BodyState a = after(s.a, n * kStep), b = after(s.b, n * kStep);
-    Rows there;
+    Equations there;
     write(a, b, there.out());
     const Real weight = (n < 0 ? -1 : 1) * kWeights[std::abs(n) - 1] / (60 * kStep);
     for (int i = 0; i < rows; ++i) {
@@ -98,7 +82,7 @@ std::array<Real, 2> misses(const Pair& s, int rows, auto write) {
       change.gamma[std::size_t(i)] += weight * there.rate(i, a, b);
     }
   }
-  Rows here;
+  Equations here;
   write(s.a, s.b, here.out());
   std::array<Real, 2> worst{};
   for (int i = 0; i < rows; ++i) {
@@ -110,7 +94,7 @@ std::array<Real, 2> misses(const Pair& s, int rows, auto write) {
 }
 
 /// y = (J J^T)^-1 c; the smallest pivot tells how far the rows are from depending on one another.
-Real solve(const Rows& rows, int count, std::array<Real, 6>& y) {
+Real solve(const Equations& rows, int count, std::array<Real, 6>& y) {
   std::array<std::array<Real, 6>, 6> m{};
   y = rows.c;
   const auto n = std::size_t(count);
@@ -138,7 +122,7 @@ Real close(Pair& s) {
   const int rows = row_count(s.joint);
   Real least = 1e300;
   for (int round = 0; round < 30; ++round) {
-    Rows here;
+    Equations here;
     write_rows({s.joint, s.a, s.b}, here.out());
     std::array<Real, 6> y{};
     least = solve(here, rows, y);
@@ -157,7 +141,7 @@ Real close(Pair& s) {
 
 template <class Check>
 void for_every_kind(Check check) {
-  Dice dice(31);
+  Random dice(31);
   for (int i = 0; i < kJointKinds; ++i) {
     const auto kind = static_cast<JointKind>(i);
     INFO(name_of(kind));
@@ -169,7 +153,7 @@ void for_every_kind(Check check) {
 
 TEST_CASE("every kind has names of its own, by which it is found") {
   std::set<std::string_view> names;
-  for_every_kind([&](JointKind kind, const JointKindInfo& info, Dice&) {
+  for_every_kind([&](JointKind kind, const JointKindInfo& info, Random&) {
     CHECK(name_of(kind) == std::string(info.name));
     for (const std::string_view name : {info.name, info.alias}) {
       if (name.empty()) continue;
@@ -186,7 +170,7 @@ TEST_CASE("every kind has names of its own, by which it is found") {
 }
 
 TEST_CASE("every kind takes as many motions as it has rows, and they are independent") {
-  for_every_kind([](JointKind kind, const JointKindInfo& info, Dice& dice) {
+  for_every_kind([](JointKind kind, const JointKindInfo& info, Random& dice) {
     for (int i = 0; i < kCases; ++i) {
       Pair s = any_pair(kind, dice, 0.2);
       if (info.rows != kOwnRows) {
@@ -200,7 +184,7 @@ TEST_CASE("every kind takes as many motions as it has rows, and they are indepen
 }
 
 TEST_CASE("rows of every kind have the derivatives that differences find") {
-  for_every_kind([](JointKind kind, const JointKindInfo& info, Dice& dice) {
+  for_every_kind([](JointKind kind, const JointKindInfo& info, Random& dice) {
     // Rows that come by differences themselves are as good as those.
     const Real loose = info.rows == kOwnRows ? 1e3 : 1;
     for (int i = 0; i < kCases; ++i) {
@@ -216,7 +200,7 @@ TEST_CASE("rows of every kind have the derivatives that differences find") {
 }
 
 TEST_CASE("every entry of every kind's Jacobian is the derivative that differences find") {
-  for_every_kind([](JointKind kind, const JointKindInfo&, Dice& dice) {
+  for_every_kind([](JointKind kind, const JointKindInfo&, Random& dice) {
     for (int i = 0; i < 5; ++i)
       for (int column = 0; column < 12; ++column) {
         Pair s = any_pair(kind, dice, 0.4);
@@ -235,7 +219,7 @@ TEST_CASE("every entry of every kind's Jacobian is the derivative that differenc
 }
 
 TEST_CASE("coordinates of every kind have the derivatives that differences find") {
-  for_every_kind([](JointKind kind, const JointKindInfo& info, Dice& dice) {
+  for_every_kind([](JointKind kind, const JointKindInfo& info, Random& dice) {
     for (const FreeCoordinate& c : info.coordinates)
       for (int i = 0; i < kCases; ++i) {
         const Pair s = any_pair(kind, dice, 0.4);
@@ -250,7 +234,7 @@ TEST_CASE("coordinates of every kind have the derivatives that differences find"
 }
 
 TEST_CASE("what is closed has no gap, stands as the kind allows, and is the root that is meant") {
-  for_every_kind([](JointKind kind, const JointKindInfo& info, Dice& dice) {
+  for_every_kind([](JointKind kind, const JointKindInfo& info, Random& dice) {
     for (int i = 0; i < kCases; ++i) {
       Pair s = any_pair(kind, dice, 0.2);
       s.joint.limits = {};
@@ -268,11 +252,11 @@ TEST_CASE("what is closed has no gap, stands as the kind allows, and is the root
 }
 
 TEST_CASE("kinds that hold a point write it the short way too") {
-  for_every_kind([](JointKind kind, const JointKindInfo& info, Dice& dice) {
+  for_every_kind([](JointKind kind, const JointKindInfo& info, Random& dice) {
     if (!info.holds_point) return;
     for (int i = 0; i < kCases; ++i) {
       const Pair s = any_pair(kind, dice, 0.4);
-      Rows whole;
+      Equations whole;
       write_rows({s.joint, s.a, s.b}, whole.out());
       std::array<Vec3, 5> point;
       point.fill(Vec3(1e9));
@@ -297,7 +281,7 @@ TEST_CASE("kinds that hold a point write it the short way too") {
 }
 
 TEST_CASE("a kind's slide tells its turn where it says so") {
-  for_every_kind([](JointKind kind, const JointKindInfo& info, Dice& dice) {
+  for_every_kind([](JointKind kind, const JointKindInfo& info, Random& dice) {
     for (int i = 0; i < kCases; ++i) {
       Pair s = any_pair(kind, dice, 0.2);
       const Real pitch = info.slide_per_turn(s.joint);

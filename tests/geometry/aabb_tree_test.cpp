@@ -3,7 +3,8 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <random>
+
+#include "tests/base/random.hpp"
 
 using namespace pantin;
 using namespace pantin::detail;
@@ -11,15 +12,12 @@ using namespace pantin::detail;
 namespace {
 
 struct Crowd {
-  std::mt19937_64 random{11};
+  test::Random dice{11};
   std::vector<Aabb> boxes;
 
-  Real between(Real low, Real high) {
-    return low + (high - low) * static_cast<Real>(random() >> 11) * 0x1p-53;
-  }
   Aabb any(Real far, Real size) {
-    const Vec3 at(between(-far, far), between(-far, far), between(-far, far));
-    return {at, at + Vec3(between(0, size), between(0, size), between(0, size))};
+    const Vec3 at = dice.in_cube(far);
+    return {at, at + dice.in_box(0, size)};
   }
 };
 

@@ -4,12 +4,13 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
-#include <random>
 
 #include "engine/base/rotation.hpp"
+#include "tests/base/random.hpp"
 
 using namespace pantin;
 using namespace pantin::detail;
+using test::Random;
 
 namespace {
 
@@ -82,19 +83,8 @@ bool all_along(const Points& points, Vec3 normal, Real within = 1e-12) {
   });
 }
 
-struct Dice {
-  std::mt19937_64 random{17};
-  Real between(Real low, Real high) {
-    return low + (high - low) * static_cast<Real>(random() >> 11) * 0x1p-53;
-  }
-  Vec3 within(Real far) { return {between(-far, far), between(-far, far), between(-far, far)}; }
-  Quat rotation() {
-    return glm::normalize(Quat(between(-1, 1), between(-1, 1), between(-1, 1), between(-1, 1)));
-  }
-};
-
 /// A ball of triangles with hills and hollows, about 1 m across.
-Shape rough_stone(Dice& dice) {
+Shape rough_stone(Random& dice) {
   constexpr std::uint32_t kAround = 12, kRings = 7;
   std::vector<Vec3> points{{0, 0.6, 0}, {0, -0.6, 0}};
   std::vector<Triangle> triangles;
@@ -204,11 +194,12 @@ TEST_CASE("boxes touch with the corners of what their faces share, and once wher
 }
 
 TEST_CASE("a hull that is a box touches as the box does") {
-  Dice dice;
+  Random dice(17);
   const Vec3 half(0.3, 0.5, 0.2);
   const Shape other = box({0.4, 0.25, 0.6});
   for (int i = 0; i < 400; ++i) {
-    const Pose here{dice.within(0.8), dice.rotation()}, there{dice.within(0.3), dice.rotation()};
+    const Pose here{dice.in_cube(0.8), dice.orientation()},
+        there{dice.in_cube(0.3), dice.orientation()};
     const Points as_box = touching(other, here, box(half), there, 0.2);
     const Points as_hull = touching(other, here, hull(half), there, 0.2);
     CHECK(as_box.size() == as_hull.size());
@@ -217,13 +208,14 @@ TEST_CASE("a hull that is a box touches as the box does") {
 }
 
 TEST_CASE("a mesh that is a box pushes as the box does") {
-  Dice dice;
+  Random dice(17);
   const Vec3 half(0.6, 0.4, 0.5);
   int seen = 0, off = 0;
   for (const Shape& a :
        {ball(0.1), rod(0.05, 0.15), box({0.1, 0.15, 0.05}), hull({0.1, 0.15, 0.05})})
     for (int i = 0; i < 1500; ++i) {
-      const Pose here{dice.within(0.9), dice.rotation()}, there{dice.within(0.1), dice.rotation()};
+      const Pose here{dice.in_cube(0.9), dice.orientation()},
+          there{dice.in_cube(0.1), dice.orientation()};
       const Points want = touching(a, here, box(half), there, 0.05);
       const Points got = touching(a, here, mesh(half), there, 0.05);
       CHECK(sound(got));
@@ -247,7 +239,7 @@ TEST_CASE("a mesh that is a box pushes as the box does") {
 TEST_CASE("distances agree with a search over all directions that can part two solids") {
   // Of faces, pairs of edges, pairs of corners and corners over edges one keeps two cores farthest
   // apart; that is their distance, or the least overlap.
-  Dice dice;
+  Random dice(17);
   ConvexScratch room_a, room_b;
   const auto apart = [](const Convex& a, const Convex& b) {
     Real best = -1e300;
@@ -277,14 +269,14 @@ TEST_CASE("distances agree with a search over all directions that can part two s
   };
   std::vector<Vec3> cloud;
   for (int i = 0; i < 20; ++i)
-    cloud.push_back(dice.rotation() * Vec3(dice.between(0.4, 0.5), 0, 0));
+    cloud.push_back(dice.orientation() * Vec3(dice.between(0.4, 0.5), 0, 0));
   const Shape stone{ShapeKind::hull, {}, {}, 0, *make_hull(cloud)};
   const std::vector<Shape> kinds{ball(0.2), rod(0.1, 0.4), box({0.2, 0.4, 0.3}), stone};
   for (const Shape& a : kinds)
     for (const Shape& b : kinds)
       for (int i = 0; i < 300; ++i) {
-        Pose here{dice.within(1), dice.rotation()};
-        const Pose there{dice.within(0.3), i % 4 ? dice.rotation() : here.rotation};
+        Pose here{dice.in_cube(1), dice.orientation()};
+        const Pose there{dice.in_cube(0.3), i % 4 ? dice.orientation() : here.rotation};
         const Points got = touching(a, here, b, there, 10);
         const Convex ca = convex_piece(a, here, room_a), cb = convex_piece(b, there, room_b);
         const Real core = apart(ca, cb), want = core - ca.radius - cb.radius;
@@ -300,15 +292,15 @@ TEST_CASE("distances agree with a search over all directions that can part two s
 }
 
 TEST_CASE("touching does not depend on where the world's origin is") {
-  Dice dice;
+  Random dice(17);
   const std::vector<Shape> kinds{ball(0.2), rod(0.1, 0.4), box({0.2, 0.4, 0.3}),
                                  hull({0.2, 0.3, 0.4}), mesh({0.3, 0.3, 0.3})};
   for (std::size_t i = 0; i < 4; ++i)
     for (const Shape& b : kinds)
       for (int round = 0; round < 30; ++round) {
-        const Pose here{dice.within(0.6), dice.rotation()},
-            there{dice.within(0.2), dice.rotation()};
-        const Pose moved{dice.within(5), dice.rotation()};
+        const Pose here{dice.in_cube(0.6), dice.orientation()},
+            there{dice.in_cube(0.2), dice.orientation()};
+        const Pose moved{dice.in_cube(5), dice.orientation()};
         const Points one = touching(kinds[i], here, b, there, 0.1);
         const Points two = touching(kinds[i], compose(moved, here), b, compose(moved, there), 0.1);
         REQUIRE(one.size() == two.size());
@@ -343,7 +335,7 @@ TEST_CASE("nothing degenerate gives numbers that are none") {
 }
 
 TEST_CASE("what slides over flat ground of triangles is only ever pushed up") {
-  Dice dice;
+  Random dice(17);
   const Shape ground = field(21, 21, 0.25, [](Real, Real) { return 0.0; });
   const std::vector<Shape> kinds{ball(0.1), rod(0.1, 0.3), box({0.3, 0.1, 0.2}),
                                  hull({0.3, 0.1, 0.2})};
@@ -363,7 +355,7 @@ TEST_CASE("what slides over flat ground of triangles is only ever pushed up") {
 }
 
 TEST_CASE("a tilted ground of triangles holds as a tilted plane does") {
-  Dice dice;
+  Random dice(17);
   const Real slope = 0.3;
   const Shape ground = field(21, 21, 0.25, [&](Real x, Real) { return slope * x; });
   const Pose tilt{{0, 0, 0}, from_rotation_vector({0, 0, std::atan(slope)})};
@@ -371,7 +363,7 @@ TEST_CASE("a tilted ground of triangles holds as a tilted plane does") {
     for (int i = 0; i < 300; ++i) {
       const Pose here{to_world(tilt, {dice.between(-1.5, 1.5), dice.between(0.05, 0.3),
                                       dice.between(-1.5, 1.5)}),
-                      dice.rotation()};
+                      dice.orientation()};
       const Points want = touching(a, here, kPlane, tilt, 0.03);
       const Points got = touching(a, here, ground, {}, 0.03);
       CHECK(want.empty() == got.empty());
@@ -397,7 +389,7 @@ TEST_CASE("a body below a height field is pushed up, one within a mesh out") {
 }
 
 TEST_CASE("over rough surfaces the nearest point is found, with a normal along the shortest way") {
-  Dice dice;
+  Random dice(17);
   const Shape hills = field(13, 13, 0.3, [&](Real, Real) { return dice.between(-0.15, 0.15); });
   const Shape stone = rough_stone(dice);
   ConvexScratch room;
@@ -408,9 +400,9 @@ TEST_CASE("over rough surfaces the nearest point is found, with a normal along t
           ground ? 2 * 12 * 12 : static_cast<std::uint32_t>(b.surface->faces.size());
       int seen = 0;
       for (int i = 0; i < 400; ++i) {
-        const Vec3 out = dice.rotation() * Vec3(dice.between(0.6, 1.4), 0, 0);
+        const Vec3 out = dice.orientation() * Vec3(dice.between(0.6, 1.4), 0, 0);
         const Vec3 over(dice.between(-1.2, 1.2), dice.between(0, 0.5), dice.between(-1.2, 1.2));
-        const Pose here{ground ? over : out, dice.rotation()};
+        const Pose here{ground ? over : out, dice.orientation()};
         const Convex piece = convex_piece(a, here, room);
         Nearest want;
         want.distance = 1e300;

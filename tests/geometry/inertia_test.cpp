@@ -1,23 +1,21 @@
 #include <catch2/catch.hpp>
 #include <limits>
-#include <random>
 
-#include "engine/base/rotation.hpp"
 #include "engine/geometry/shape.hpp"
+#include "tests/base/random.hpp"
 
 using namespace pantin;
 using namespace pantin::detail;
 
 TEST_CASE("Principal axes turn the moments back into the tensor") {
-  std::mt19937_64 random(7);
-  std::uniform_real_distribution<Real> number(-1, 1);
+  test::Random dice(7);
   for (int i = 0; i < 1000; ++i) {
     // Moments of a random box, now and then very flat or with two equal.
-    Vec3 edges(1 + number(random), 1 + number(random), std::pow(10, 3 * number(random)));
+    const Vec3 drawn = dice.in_cube(1);
+    Vec3 edges(1 + drawn.x, 1 + drawn.y, std::pow(10, 3 * drawn.z));
     if (i % 5 == 0) edges.y = edges.x;
     const Vec3 s = edges * edges, moments(s.y + s.z, s.x + s.z, s.x + s.y);
-    const Quat rotation =
-        from_rotation_vector(3.0 * Vec3(number(random), number(random), number(random)));
+    const Quat rotation = from_rotation_vector(3.0 * dice.in_cube(1));
     const Mat3 tensor = world_inertia(rotation, moments);
     const PrincipalInertia found = principal_inertia(tensor);
     const Mat3 back = world_inertia(found.rotation, found.moments);

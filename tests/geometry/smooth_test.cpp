@@ -36,10 +36,10 @@ Real least_gap(const std::vector<ContactPoint>& points) {
 }  // namespace
 
 TEST_CASE("support functions reach as far as corners do") {
-  Dice dice;
+  Random dice(7);
   for (const Shape& shape : convex_shapes()) {
     ConvexScratch room;
-    const Pose at{dice.vec(1), dice.rotation()};
+    const Pose at{dice.in_cube(1), dice.orientation()};
     const Convex with = convex_piece(shape, at, room), without = smooth(shape, at);
     for (int i = 0; i < 100; ++i) {
       const Vec3 d = dice.direction();
@@ -50,12 +50,12 @@ TEST_CASE("support functions reach as far as corners do") {
 }
 
 TEST_CASE("smooth pieces are as far apart, and overlap as deep, as those with corners") {
-  Dice dice;
+  Random dice(7);
   int apart = 0, overlaps = 0;
   for (const Shape& a : convex_shapes())
     for (const Shape& b : convex_shapes())
       for (int trial = 0; trial < 60; ++trial) {
-        const Pose at{dice.vec(1.1), dice.rotation()}, to{Vec3(0), dice.rotation()};
+        const Pose at{dice.in_cube(1.1), dice.orientation()}, to{Vec3(0), dice.orientation()};
         std::vector<ContactPoint> expected;
         ConvexScratch room_a, room_b;
         const Convex with_a = convex_piece(a, at, room_a), with_b = convex_piece(b, to, room_b);
@@ -85,7 +85,7 @@ TEST_CASE("smooth pieces are as far apart, and overlap as deep, as those with co
 }
 
 TEST_CASE("a smooth block touches planes, blocks and grounds as the block does") {
-  Dice dice;
+  Random dice(7);
   const Shape block{ShapeKind::box, {0.3, 0.2, 0.4}, {}, 0};
   const Shape other{ShapeKind::box, {1, 0.5, 1}, {}, 0};
   for (int trial = 0; trial < 200; ++trial) {
@@ -119,12 +119,12 @@ TEST_CASE("a smooth block touches planes, blocks and grounds as the block does")
 }
 
 TEST_CASE("rays and nearest points by support functions agree with the kinds' own") {
-  Dice dice;
+  Random dice(7);
   int met = 0;
   for (const Shape& shape : convex_shapes())
     for (int trial = 0; trial < 300; ++trial) {
-      const Vec3 from = dice.vec(1.5);
-      const Vec3 way = glm::normalize(dice.vec(0.6) - from);
+      const Vec3 from = dice.in_cube(1.5);
+      const Vec3 way = glm::normalize(dice.in_cube(0.6) - from);
       CAPTURE(name_of(shape.kind), from.x, from.y, from.z, way.x, way.y, way.z);
       const auto expected = closest(shape, from, 100);
       const auto found = closest_of(smooth(shape, {}), from, 100);

@@ -1,32 +1,15 @@
 #pragma once
 // One shape of every kind for tests that hold for all, with a test of its own for what is inside.
 #include <functional>
-#include <random>
 #include <vector>
 
 #include "engine/geometry/kinds.hpp"
 #include "engine/geometry/surface.hpp"
+#include "tests/base/random.hpp"
 
 namespace pantin::test {
 
 using namespace detail;
-
-/// The same numbers whatever the library.
-struct Dice {
-  std::mt19937_64 random{7};
-  Real between(Real low, Real high) {
-    return low + (high - low) * static_cast<Real>(random() >> 11) * 0x1p-53;
-  }
-  Vec3 vec(Real most) { return {between(-most, most), between(-most, most), between(-most, most)}; }
-  Vec3 direction() {
-    for (;;)
-      if (const Vec3 v = vec(1); glm::length(v) > 0.1 && glm::length(v) < 1)
-        return glm::normalize(v);
-  }
-  Quat rotation() {
-    return glm::normalize(Quat(between(-1, 1), between(-1, 1), between(-1, 1), between(-1, 1)));
-  }
-};
 
 struct Sample {
   Shape shape;

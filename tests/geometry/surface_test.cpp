@@ -4,12 +4,13 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <limits>
-#include <random>
 
 #include "engine/geometry/shape.hpp"
+#include "tests/base/random.hpp"
 
 using namespace pantin;
 using namespace pantin::detail;
+using test::Random;
 
 namespace {
 
@@ -20,15 +21,6 @@ const std::vector<Vec3> kCube{{-1, -1, -1}, {1, -1, -1}, {-1, 1, -1}, {1, 1, -1}
 const std::vector<Triangle> kCubeSides{{0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5},
                                        {0, 1, 5}, {0, 5, 4}, {2, 6, 7}, {2, 7, 3},
                                        {0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}};
-
-Real between(std::mt19937_64& random, Real low, Real high) {
-  return low + (high - low) * static_cast<Real>(random() >> 11) * 0x1p-53;
-}
-
-Quat any_turn(std::mt19937_64& random) {
-  const auto r = [&] { return between(random, -1, 1); };
-  return glm::normalize(Quat(r(), r(), r(), r()));
-}
 
 template <class T>
 bool complains(const Result<T>& result, const std::string& part) {
@@ -41,10 +33,10 @@ bool complains(const Result<T>& result, const std::string& part) {
 }  // namespace
 
 TEST_CASE("the hull of a grid of points is a cube of whole faces, turned or not") {
-  std::mt19937_64 random(3);
+  Random dice(3);
   for (int rotation = 0; rotation < 20; ++rotation) {
     std::vector<Vec3> points;
-    const Quat q = rotation == 0 ? kIdentity : any_turn(random);
+    const Quat q = rotation == 0 ? kIdentity : dice.orientation();
     for (int i = 0; i < 5; ++i)
       for (int j = 0; j < 5; ++j)
         for (int k = 0; k < 5; ++k)
@@ -59,11 +51,11 @@ TEST_CASE("the hull of a grid of points is a cube of whole faces, turned or not"
 }
 
 TEST_CASE("a hull has all points on its inner side, whole edges and Euler's number of faces") {
-  std::mt19937_64 random(5);
+  Random dice(5);
   for (int count : {4, 5, 8, 30, 120, 400}) {
     std::vector<Vec3> points;
     for (int i = 0; i < count; ++i)
-      points.push_back(any_turn(random) * Vec3(between(random, 0.2, 1), 0, 0));
+      points.push_back(dice.orientation() * Vec3(dice.between(0.2, 1), 0, 0));
     const auto made = make_hull(points);
     REQUIRE(made);
     const Surface& hull = **made;
@@ -86,9 +78,9 @@ TEST_CASE("hulls without volume, with too few points or wrong numbers are refuse
   std::vector<Vec3> wrong = kCube;
   wrong[3].y = std::numeric_limits<Real>::quiet_NaN();
   CHECK(complains(make_hull(wrong), "point 3"));
-  std::mt19937_64 random(7);
+  Random dice(7);
   std::vector<Vec3> ball;
-  for (int i = 0; i < 600; ++i) ball.push_back(any_turn(random) * Vec3(1, 0, 0));
+  for (int i = 0; i < 600; ++i) ball.push_back(dice.orientation() * Vec3(1, 0, 0));
   CHECK(complains(make_hull(ball), "at most 256"));
 }
 

@@ -12,7 +12,7 @@ import unittest
 ROOT = pathlib.Path(__file__).parents[2]
 COPIED = ["CMakeLists.txt", "engine", "tools/package", "tests/contract/joint_kinds_test.cpp",
           "tests/contract/path_kinds_test.cpp",
-          "tests/solvers/trees.hpp"]
+          "tests/base/random.hpp", "tests/joints/equations.hpp"]
 LEFT_OUT = "-DPANTIN_{}=OFF"
 
 GUIDES = {

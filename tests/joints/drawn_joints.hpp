@@ -1,28 +1,17 @@
 #pragma once
 /// Joints drawn at random and their equations, for tests. Poses are drawn with open joints: nothing
 /// here may hold on the solution only.
-#include <array>
+#include <memory>
 
 #include "engine/base/rotation.hpp"
 #include "engine/joints/kinds.hpp"
 #include "engine/joints/rows.hpp"
-#include "tests/solvers/trees.hpp"
+#include "tests/base/random.hpp"
+#include "tests/joints/equations.hpp"
 
 namespace pantin::test {
 
 using namespace detail;
-
-/// A block of at most six rows.
-struct Equations {
-  std::array<Real, 6> c{}, gamma{};
-  std::array<Vec3, 24> j{};
-  RowsOut out() { return {c.data(), j.data(), gamma.data()}; }
-  Real rate(int row, const BodyState& a, const BodyState& b) const {
-    const Vec3* k = &j[std::size_t(4 * row)];
-    return glm::dot(k[0], a.velocity) + glm::dot(k[1], a.angular_velocity) +
-           glm::dot(k[2], b.velocity) + glm::dot(k[3], b.angular_velocity);
-  }
-};
 
 inline Equations rows_of(const Joint& joint, const BodyState& a, const BodyState& b,
                          Real before = 0) {
@@ -35,11 +24,6 @@ inline Equations coordinate(const Joint& joint, Coordinate which, const BodyStat
   Equations block;
   write_coordinate({joint, a, b, before}, which, block.out());
   return block;
-}
-
-inline BodyState placed(Vec3 position, Quat rotation, Vec3 velocity = Vec3(0),
-                        Vec3 angular_velocity = Vec3(0)) {
-  return {position, rotation, glm::mat3_cast(rotation), velocity, angular_velocity};
 }
 
 inline Quat about_x(Real angle) { return from_rotation_vector({angle, 0, 0}); }
@@ -61,7 +45,7 @@ class UserBall : public CustomJoint {
   Vec3 a_, b_;
 };
 
-inline Joint any_joint(JointKind kind, Dice& dice) {
+inline Joint any_joint(JointKind kind, Random& dice) {
   Joint joint;
   joint.kind = kind;
   joint.anchor_a = dice.in_cube(1), joint.anchor_b = dice.in_cube(1);
@@ -101,7 +85,7 @@ struct Ajar {
   Flow a, b;
   Real first = 0, second = 0;  // the turns that were drawn
 };
-inline Ajar ajar(JointKind kind, Dice& dice) {
+inline Ajar ajar(JointKind kind, Random& dice) {
   Ajar s;
   s.joint = any_joint(kind, dice);
   s.first = dice.between(-3, 3), s.second = dice.between(-3, 3);

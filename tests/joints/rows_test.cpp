@@ -13,7 +13,7 @@ using namespace pantin::test;
 // ---- Derivatives --------------------------------------------------------------------------------
 
 TEST_CASE("Jacobian and gamma are the derivatives of the residual along any motion") {
-  Dice dice(11);
+  Random dice(11);
   for (int k = 0; k < kJointKinds; ++k) {
     const auto kind = static_cast<JointKind>(k);
     Misses worst;
@@ -43,7 +43,7 @@ TEST_CASE("Jacobian and gamma are the derivatives of coordinates along any motio
       {JointKind::prismatic, Coordinate::travel},  {JointKind::screw, Coordinate::travel},
       {JointKind::distance, Coordinate::travel},   {JointKind::spring, Coordinate::travel},
       {JointKind::ball, Coordinate::swing}};
-  Dice dice(12);
+  Random dice(12);
   for (const Case& c : cases) {
     Misses worst;
     for (int i = 0; i < 200; ++i) {
@@ -60,7 +60,7 @@ TEST_CASE("Jacobian and gamma are the derivatives of coordinates along any motio
 }
 
 TEST_CASE("a swing keeps its derivatives from no swing at all to nearly half a turn") {
-  Dice dice(13);
+  Random dice(13);
   for (const Real angle : {0., 1e-9, 1e-5, 0.01, 0.3, 0.45, 0.4510268, 0.46, 1., 2., 2.7}) {
     Misses worst;
     for (int i = 0; i < 50; ++i) {
@@ -84,7 +84,7 @@ TEST_CASE("a swing keeps its derivatives from no swing at all to nearly half a t
 // ---- Physics ------------------------------------------------------------------------------------
 
 TEST_CASE("rows do not notice bodies that move as one, and their forces balance") {
-  Dice dice(14);
+  Random dice(14);
   for (int k = 0; k < kJointKinds; ++k) {
     const auto kind = static_cast<JointKind>(k);
     INFO(name_of(kind));
@@ -119,7 +119,7 @@ TEST_CASE("rows do not notice bodies that move as one, and their forces balance"
 }
 
 TEST_CASE("a closed joint lacks nothing, and moves in its freedoms without lacking anything") {
-  Dice dice(15);
+  Random dice(15);
   for (const auto kind : {JointKind::ball, JointKind::hinge, JointKind::universal, JointKind::fixed,
                           JointKind::cylindrical, JointKind::prismatic, JointKind::screw,
                           JointKind::planar, JointKind::distance, JointKind::spring}) {
@@ -148,7 +148,7 @@ TEST_CASE("a closed joint lacks nothing, and moves in its freedoms without lacki
 // ---- Roots and turns ----------------------------------------------------------------------------
 
 TEST_CASE("spurious roots are told from the true one") {
-  Dice dice(16);
+  Random dice(16);
   const Quat roots[] = {kIdentity, about_x(kPi), about_y(kPi), about_z(kPi)};
   for (const auto kind : {JointKind::fixed, JointKind::prismatic, JointKind::hinge,
                           JointKind::cylindrical, JointKind::planar}) {
@@ -174,7 +174,7 @@ TEST_CASE("spurious roots are told from the true one") {
 }
 
 TEST_CASE("the coordinates are the angles that limits speak of") {
-  Dice dice(17);
+  Random dice(17);
   Real worst = 0;
   for (int i = 0; i < 500; ++i) {
     for (const auto kind : {JointKind::hinge, JointKind::ball}) {
@@ -199,7 +199,7 @@ TEST_CASE("the coordinates are the angles that limits speak of") {
 }
 
 TEST_CASE("slides and lengths run from anchor to anchor") {
-  Dice dice(18);
+  Random dice(18);
   for (int i = 0; i < 100; ++i) {
     const Joint joint = any_joint(JointKind::cylindrical, dice);
     const BodyState a = placed(dice.in_cube(1), dice.rotation());
@@ -222,7 +222,7 @@ TEST_CASE("slides and lengths run from anchor to anchor") {
 }
 
 TEST_CASE("turns and screws count whole turns") {
-  Dice dice(19);
+  Random dice(19);
   for (const Real step : {1.0, -2.5}) {
     const Joint joint = any_joint(JointKind::screw, dice);
     const BodyState a = placed(dice.in_cube(1), dice.rotation());
@@ -242,7 +242,7 @@ TEST_CASE("turns and screws count whole turns") {
 // ---- From outside -------------------------------------------------------------------------------
 
 TEST_CASE("a ball joint from outside has the rows of the one within") {
-  Dice dice(20);
+  Random dice(20);
   Real worst = 0, worst_j = 0, worst_gamma = 0;
   for (int i = 0; i < 500; ++i) {
     Ajar s = ajar(JointKind::ball, dice);
@@ -275,7 +275,7 @@ TEST_CASE("a joint from outside without its equations, or at rest, is no trouble
 }
 
 TEST_CASE("numbers do not depend on which others are asked for") {
-  Dice dice(21);
+  Random dice(21);
   for (int k = 0; k < kJointKinds; ++k) {
     const Ajar s = ajar(static_cast<JointKind>(k), dice);
     INFO(name_of(s.joint.kind));

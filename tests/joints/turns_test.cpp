@@ -4,12 +4,12 @@
 
 #include "engine/base/rotation.hpp"
 #include "engine/joints/kinds.hpp"
+#include "tests/base/random.hpp"
 #include "tests/paths.hpp"
-#include "tests/solvers/trees.hpp"
 
 using namespace pantin;
 using namespace pantin::detail;
-using test::Dice;
+using test::Random;
 
 namespace {
 
@@ -50,7 +50,7 @@ TEST_CASE("clamped turns are those of the stored numbers") {
 }
 
 TEST_CASE("swing and twist make up the turn they were taken from") {
-  Dice dice(3);
+  Random dice(3);
   for (int i = 0; i < 2000; ++i) {
     const Quat q = dice.rotation();
     const SwingTwist parts = swing_twist(q);
@@ -62,7 +62,7 @@ TEST_CASE("swing and twist make up the turn they were taken from") {
 }
 
 TEST_CASE("what a joint allows violates nothing, and what is allowed stays as it is") {
-  Dice dice(5);
+  Random dice(5);
   for (int i = 0; i < 2000; ++i) {
     JointLimits limits;
     const Real low = dice.between(-3, 2.5);
@@ -130,7 +130,7 @@ TEST_CASE("an elliptic cone lets a limb farther one way than the other") {
 }
 
 TEST_CASE("a universal joint turns about two axes at right angles") {
-  Dice dice(8);
+  Random dice(8);
   for (int i = 0; i < 500; ++i) {
     const UniversalAngles angles{dice.between(-3, 3), dice.between(-1.5, 1.5)};
     const UniversalAngles back = universal_angles(rotation_of(angles));

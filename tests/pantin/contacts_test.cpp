@@ -3,8 +3,11 @@
 #include <pantin/pantin.hpp>
 #include <string>
 
+#include "tests/pantin/bodies.hpp"
+
 using namespace pantin;
 using namespace pantin::detail;
+using test::add_ball;
 
 namespace {
 
@@ -12,16 +15,6 @@ Entity add_ground(World& world, std::uint32_t layers = 1) {
   return world
       .add(
           RigidBody{.motion = Motion::fixed, .shape = PlaneShape{}, .collision = in_layers(layers)})
-      .value();
-}
-
-Entity add_ball(World& world, Vec3 at, Collision collision = {}) {
-  return world
-      .add(RigidBody{.shape = SphereShape{.radius = 0.1},
-                     .mass = 2.0,
-                     .position = at,
-                     .collision = collision,
-                     .drag = 0})
       .value();
 }
 

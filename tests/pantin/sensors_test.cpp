@@ -3,8 +3,11 @@
 #include <pantin/pantin.hpp>
 #include <string>
 
+#include "tests/pantin/bodies.hpp"
+
 using namespace pantin;
 using namespace pantin::detail;
+using test::add_ball;
 
 namespace {
 
@@ -16,16 +19,6 @@ Entity add_box(World& world, Motion motion, Vec3 at, Vec3 half, Collision collis
                      .shape = BoxShape{.half_extents = half},
                      .position = at,
                      .collision = collision})
-      .value();
-}
-
-Entity add_ball(World& world, Vec3 at, Collision collision = {}) {
-  return world
-      .add(RigidBody{.shape = SphereShape{.radius = 0.1},
-                     .mass = 2.0,
-                     .position = at,
-                     .collision = collision,
-                     .drag = 0})
       .value();
 }
 

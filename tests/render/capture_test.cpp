@@ -10,6 +10,7 @@
 #include <set>
 #include <thread>
 
+#include "tests/base/random.hpp"
 #include "tests/render/pictures.hpp"
 
 using namespace pantin;
@@ -53,10 +54,9 @@ class SearchPath {
 void paint(Image& image, int width, int height, int index, bool noise = false) {
   image.width = width, image.height = height;
   image.rgba.resize(std::size_t(4) * width * height);
-  std::uint32_t state = static_cast<std::uint32_t>(index + 1);
+  test::Random dice(static_cast<std::uint64_t>(index) + 1);
   for (std::size_t i = 0; i < image.rgba.size(); ++i) {
-    state = state * 1664525u + 1013904223u;
-    const std::size_t value = noise ? state >> 24 : static_cast<std::size_t>(index) * 5 + i / 997;
+    const std::size_t value = noise ? dice.byte() : static_cast<std::size_t>(index) * 5 + i / 997;
     image.rgba[i] = i % 4 == 3 ? std::uint8_t(255) : static_cast<std::uint8_t>(value);
   }
 }

@@ -6,6 +6,7 @@
 #include <filesystem>
 
 #include "engine/render/capture.hpp"
+#include "tests/base/random.hpp"
 #include "tests/render/pictures.hpp"
 
 using namespace pantin;
@@ -16,10 +17,10 @@ namespace {
 
 Image noise(int width, int height, bool opaque) {
   Image image{width, height, {}};
-  std::uint32_t state = 1;
+  test::Random dice(1);
   for (int i = 0; i < 4 * width * height; ++i) {
-    state = state * 1664525u + 1013904223u;
-    image.rgba.push_back(opaque && i % 4 == 3 ? std::uint8_t(255) : std::uint8_t(state >> 24));
+    const std::uint8_t drawn = dice.byte();
+    image.rgba.push_back(opaque && i % 4 == 3 ? std::uint8_t(255) : drawn);
   }
   return image;
 }

@@ -99,7 +99,7 @@ Tumble tumble(Solver solver, Real rate, Real duration) {
 
 TEST_CASE("one step turns a free body by its rotation vector to the last bits, any angle") {
   Spinner spinner;
-  Dice dice(1);
+  Random dice(1);
   Real worst_turn = 0, worst_small = 0, worst_spin = 0;
   for (int i = 0; i < 4000; ++i) {
     // Down to angles whose squares vanish, up to several turns.

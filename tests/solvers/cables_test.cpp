@@ -56,7 +56,7 @@ TEST_CASE("a slack string does nothing at all") {
 
 TEST_CASE("a taut string is never longer than it is, and its pull is never a push") {
   // Balls thrown about on cables of all lengths, light and heavy, tied to the wall or in pairs.
-  Dice dice(5);
+  Random dice(5);
   World w;
   const Entity top = wall(w);
   std::vector<Entity> cables;

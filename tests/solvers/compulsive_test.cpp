@@ -31,7 +31,7 @@ struct Case {
   }
 };
 
-Case random_case(Dice& dice) {
+Case random_case(Random& dice) {
   Case c;
   c.arm = std::pow(10, dice.between(-2, 1)) * dice.direction();
   c.gap = std::pow(10, dice.between(-4, 1)) * dice.direction();
@@ -50,7 +50,7 @@ Real size_of(const Case& c) { return glm::length(c.arm) + glm::length(c.gap); }
 }  // namespace
 
 TEST_CASE("a compulsive motion lands the anchor on its goal for any split") {
-  Dice dice(1);
+  Random dice(1);
   for (int i = 0; i < 2000; ++i) {
     const Case c = random_case(dice);
     for (Real stiffness : {0.0, 0.01, 1.0, 50.0}) {
@@ -63,7 +63,7 @@ TEST_CASE("a compulsive motion lands the anchor on its goal for any split") {
 }
 
 TEST_CASE("the sign printed in [Lee 2000] would miss the goal by twice the gap") {
-  Dice dice(2);
+  Random dice(2);
   for (int i = 0; i < 200; ++i) {
     const Case c = random_case(dice);
     const CompulsiveMotion m = c.motion();
@@ -75,7 +75,7 @@ TEST_CASE("the sign printed in [Lee 2000] would miss the goal by twice the gap")
 }
 
 TEST_CASE("the turn lies between nothing and the whole angle to the goal") {
-  Dice dice(3);
+  Random dice(3);
   for (int i = 0; i < 2000; ++i) {
     const Case c = random_case(dice);
     const Real psi = angle_between(c.arm, c.arm + c.gap);
@@ -89,7 +89,7 @@ TEST_CASE("the turn lies between nothing and the whole angle to the goal") {
 }
 
 TEST_CASE("a small gap turns by the angle of an impulse at the anchor") {
-  Dice dice(4);
+  Random dice(4);
   for (int i = 0; i < 500; ++i) {
     Case c = random_case(dice);
     c.gap *= 1e-7 * glm::length(c.arm) / glm::length(c.gap);
@@ -135,7 +135,7 @@ TEST_CASE("where there is no axis the body slides and does not turn") {
 }
 
 TEST_CASE("a compulsive turn has no part along the arm and goes about r x s") {
-  Dice dice(5);
+  Random dice(5);
   for (int i = 0; i < 1000; ++i) {
     const Case c = random_case(dice);
     const Vec3 a = glm::cross(c.arm, c.gap);
@@ -152,7 +152,7 @@ TEST_CASE("a compulsive turn has no part along the arm and goes about r x s") {
 }
 
 TEST_CASE("no other turn about r x s moves the matter of the body less") {
-  Dice dice(6);
+  Random dice(6);
   Real worst = 0;
   for (int i = 0; i < 1000; ++i) {
     Case c = random_case(dice);
@@ -171,7 +171,7 @@ TEST_CASE("no other turn about r x s moves the matter of the body less") {
 }
 
 TEST_CASE("the turn without trigonometry is the axis and angle of the formula") {
-  Dice dice(7);
+  Random dice(7);
   for (int i = 0; i < 1000; ++i) {
     const Case c = random_case(dice);
     const Vec3 a = glm::cross(c.arm, c.gap), axis = glm::normalize(a);
@@ -185,7 +185,7 @@ TEST_CASE("the turn without trigonometry is the axis and angle of the formula") 
 }
 
 TEST_CASE("two free anchors meet on the line between them, nearer to the heavier body") {
-  Dice dice(8);
+  Random dice(8);
   for (int i = 0; i < 500; ++i) {
     const Vec3 a = dice.in_cube(1), b = dice.in_cube(1);
     const Real ma = std::pow(10, dice.between(-3, 3)), mb = std::pow(10, dice.between(-3, 3));

@@ -29,7 +29,7 @@ TEST_CASE("one plane is left exactly, a wedge of any opening at once") {
 }
 
 TEST_CASE("the way out of random half-spaces is the shortest there is") {
-  Dice dice(4);
+  Random dice(4);
   for (int i = 0; i < 500; ++i) {
     HalfSpaces planes;
     const int count = 1 + dice.below(4);
@@ -276,7 +276,7 @@ TEST_CASE("contacts go the same way whatever the threads, and in a copy") {
   Collision solid;
   solid.others = solid.self = true;
   add_ground(w, solid);
-  Dice dice(12);
+  Random dice(12);
   for (int i = 0; i < 12; ++i) {
     const Vec3 at = dice.in_box(0.3, 1.5) * Vec3(1, 2, 1);
     const Entity a =

@@ -37,7 +37,7 @@ namespace {
 /// Chains and trees, held and free, with drag, several solvers and every kind of tie.
 World everything() {
   World w = swaying_puppet().world;
-  Dice dice(11);
+  Random dice(11);
   const auto take = [&](const World& from, const SolverSettings& how, Vec3 at) {
     std::vector<Entity> made;
     const auto in_w = [&](Entity e) { return made[from.bodies.slot(e)]; };
@@ -124,7 +124,7 @@ TEST_CASE("all builds of the kernels give the same bits at every stage") {
   REQUIRE(all[0] != nullptr);
   int compared = 0;
   for (std::uint64_t seed = 1; seed <= 12; ++seed) {
-    Dice dice(seed);
+    Random dice(seed);
     TreeSpec spec;
     spec.bodies = 1 + static_cast<int>(seed), spec.decades = 1, spec.drag = 0.2;
     spec.held = false, spec.chain = seed % 2 == 0;

@@ -1,7 +1,6 @@
 #pragma once
 // Worlds for the Lagrangian solver, and its equations by other routes.
 #include <cmath>
-#include <random>
 #include <vector>
 
 #include "engine/base/rotation.hpp"
@@ -105,23 +104,6 @@ inline lagrangian::Island& ready(World& w, std::size_t which = 0) {
   }
   return m;
 }
-
-class Chance {
- public:
-  explicit Chance(unsigned seed) : random_(seed) {}
-  Real number(Real low, Real high) {
-    return std::uniform_real_distribution<Real>(low, high)(random_);
-  }
-  std::size_t below(std::size_t n) {
-    return std::uniform_int_distribution<std::size_t>(0, n - 1)(random_);
-  }
-  Vec3 vector(Real size) { return {number(-size, size), number(-size, size), number(-size, size)}; }
-  Quat rotation() { return glm::normalize(Quat(number(-1, 1), vector(1))); }
-  std::mt19937& engine() { return random_; }
-
- private:
-  std::mt19937 random_;
-};
 
 /// A square system in long doubles, by elimination with full pivots; what has no pivot is zero.
 class Dense {

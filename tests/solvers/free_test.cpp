@@ -13,7 +13,7 @@ namespace {
 /// A free tree in a tumble: every body with the velocity of one rigid motion, so that no joint
 /// starts with a blow, and some bodies with a spin of their own.
 RandomTree tumbling(std::uint64_t seed, int bodies) {
-  Dice dice(seed);
+  Random dice(seed);
   TreeSpec spec;
   spec.bodies = bodies, spec.held = false;
   RandomTree t = random_tree(spec, dice);
@@ -83,7 +83,7 @@ TEST_CASE(
     "the linear answer of a free tree shifts no mass centre; closing exactly shifts it a "
     "little") {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-    Dice dice(seed);
+    Random dice(seed);
     RandomTree t = random_tree({2, 1, 0, false, true}, dice);
     t.world.bodies[t.bodies[1]].pose.position += 0.1 * dice.in_cube(1);
     Stages s(t.world);

@@ -18,7 +18,7 @@ struct Drag {
 /// Largest gap of any joint or of the hand, over the size of the tree and one step of the drag.
 Real worst_gap(Solver solver, const TreeSpec& spec, const Drag& drag, std::uint64_t seed,
                int steps) {
-  Dice dice(seed);
+  Random dice(seed);
   RandomTree t = random_tree(spec, dice);
   t.world.default_settings.solver = solver;
   Simulation sim(t.world, {drag.h, 1, 1, true});
@@ -70,7 +70,7 @@ TEST_CASE("masses a million million times apart and a hand at 1000 m/s leave the
 TEST_CASE("a single sweep closes predicted poses that are torn wide apart") {
   Real worst = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
-    Dice dice(seed);
+    Random dice(seed);
     RandomTree t = random_tree({3 + static_cast<int>(seed) % 20, 3, 0, false}, dice);
     for (Entity e : t.bodies) {
       Body& b = t.world.bodies[e];
@@ -94,7 +94,7 @@ TEST_CASE("a single sweep closes predicted poses that are torn wide apart") {
 TEST_CASE("for small gaps articulated masses move less matter than any sweep") {
   Real least_gain = 1;
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
-    Dice dice(seed);
+    Random dice(seed);
     TreeSpec spec;
     spec.bodies = 4 + static_cast<int>(seed) % 12;
     RandomTree t = random_tree(spec, dice);

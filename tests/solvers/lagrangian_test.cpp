@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "engine/joints/kinds.hpp"
+#include "tests/base/random.hpp"
 #include "tests/paths.hpp"
 #include "tests/solvers/exact.hpp"
 
@@ -92,7 +93,7 @@ Real lack_of(const lagrangian::Island& m) {
   return worst / size;
 }
 
-struct Random {
+struct WorldSpec {
   int bodies = 10, hubs = 0, loops = 0;
   bool heavy = false;   // masses from 1e-3 to 1e3
   bool driven = false;  // the ground sways
@@ -108,19 +109,18 @@ const Lissajous kSway{{{0.1, 0.2, -0.3}, kIdentity},
 
 /// A tree of random bodies and joints, tied to the ground, with hubs of 8 joints and some loops.
 /// `order` permutes bodies and links as they are added.
-World random_world(const Random& spec, unsigned seed, std::vector<Entity>* made = nullptr,
+World random_world(const WorldSpec& spec, unsigned seed, std::vector<Entity>* made = nullptr,
                    bool shuffled = false) {
-  Chance chance(seed);
+  Random dice(seed);
   World w = exact_world(Integrator::rk4);
   const std::size_t n = static_cast<std::size_t>(spec.bodies);
   std::vector<Body> bodies(n);
   for (Body& b : bodies) {
-    const Real size = spec.heavy ? std::pow(10, chance.number(-3, 3)) : chance.number(0.5, 2);
-    b = solid(
-        size,
-        size * Vec3(chance.number(0.1, 0.2), chance.number(0.1, 0.2), chance.number(0.1, 0.2)),
-        {chance.vector(1), chance.rotation()});
-    b.velocity = chance.vector(1), b.angular_velocity = chance.vector(2);
+    const Real size = spec.heavy ? std::pow(10, dice.between(-3, 3)) : dice.between(0.5, 2);
+    b = solid(size,
+              size * Vec3(dice.between(0.1, 0.2), dice.between(0.1, 0.2), dice.between(0.1, 0.2)),
+              {dice.in_cube(1), dice.orientation()});
+    b.velocity = dice.in_cube(1), b.angular_velocity = dice.in_cube(2);
   }
   struct Tie {
     std::size_t a, b;  // n: the ground
@@ -134,25 +134,26 @@ World random_world(const Random& spec, unsigned seed, std::vector<Entity>* made 
                                   JointKind::screw, JointKind::planar,      JointKind::distance};
   std::vector<std::size_t> meets(n, 0);
   for (std::size_t i = 0; i < n; ++i) {
-    std::size_t parent = i == 0 ? n : chance.below(i);
+    std::size_t parent = i == 0 ? n : dice.below(i);
     for (std::size_t hub = 0; hub < static_cast<std::size_t>(spec.hubs) && i > 0; ++hub)
       if (i > hub && meets[hub] < 8) {
         parent = hub;
         break;
       }
-    ties.push_back({parent, i, kKinds[chance.below(9)], chance.vector(1), chance.rotation()});
+    ties.push_back(
+        {parent, i, kKinds[dice.below(std::size(kKinds))], dice.in_cube(1), dice.orientation()});
     ++meets[i];
     if (parent < n) ++meets[parent];
   }
   for (int i = 0; i < spec.loops; ++i) {
-    const std::size_t a = chance.below(n), b = chance.below(n);
-    if (a != b) ties.push_back({a, b, JointKind::distance, chance.vector(1), chance.rotation()});
+    const std::size_t a = dice.below(n), b = dice.below(n);
+    if (a != b) ties.push_back({a, b, JointKind::distance, dice.in_cube(1), dice.orientation()});
   }
   std::vector<std::size_t> order(n), links(ties.size());
   std::iota(order.begin(), order.end(), 0), std::iota(links.begin(), links.end(), 0);
   if (shuffled) {
-    std::shuffle(order.begin(), order.end(), chance.engine());
-    std::shuffle(links.begin(), links.end(), chance.engine());
+    dice.shuffle(order);
+    dice.shuffle(links);
   }
   Body base;
   base.motion = spec.driven ? Motion::kinematic : Motion::fixed;
@@ -250,7 +251,7 @@ TEST_CASE("accelerations and forces of constraint are those of the vectors") {
 TEST_CASE("random trees, hubs and loops: as by dense elimination") {
   Real worst[4] = {}, lack = 0, lack_heavy = 0;
   for (unsigned seed = 0; seed < 60; ++seed) {
-    Random spec;
+    WorldSpec spec;
     spec.bodies = 3 + static_cast<int>(seed * 27 / 59);
     spec.hubs = seed % 3 == 1 ? 2 : 0, spec.loops = seed % 4 == 3 ? spec.bodies / 6 : 0;
     spec.driven = seed % 5 == 2, spec.heavy = seed % 6 == 5;
@@ -279,7 +280,7 @@ TEST_CASE("random trees, hubs and loops: as by dense elimination") {
 TEST_CASE("the order in which bodies and links are named does not matter") {
   Real worst = 0;
   for (unsigned seed = 100; seed < 130; ++seed) {
-    Random spec;
+    WorldSpec spec;
     spec.bodies = 4 + static_cast<int>(seed % 20), spec.hubs = seed % 2, spec.loops = seed % 3;
     std::vector<Entity> bodies[2];
     World w[2] = {random_world(spec, seed, &bodies[0]), random_world(spec, seed, &bodies[1], true)};
@@ -308,7 +309,7 @@ TEST_CASE("the order in which bodies and links are named does not matter") {
 TEST_CASE("forces of constraint do no work and have no sum") {
   Real worst = 0, sum = 0;
   for (unsigned seed = 200; seed < 230; ++seed) {
-    Random spec;
+    WorldSpec spec;
     spec.bodies = 3 + static_cast<int>(seed % 20), spec.hubs = seed % 2;
     World w = random_world(spec, seed);
     lagrangian::Island& m = ready(w);
@@ -391,14 +392,14 @@ TEST_CASE("the slope of a turned vector by the quaternion is that of the vectors
 
 TEST_CASE("spherical chains: as in quaternion coordinates with a norm to keep") {
   for (const std::size_t n : {1u, 5u, 20u}) {
-    Chance chance(static_cast<unsigned>(n));
+    Random dice(n);
     World w = exact_world(Integrator::rk4);
     Entity before = add_ground(w);
     Vec3 at(0);
     for (std::size_t i = 0; i < n; ++i) {
-      const Quat q = chance.rotation();
-      Body b = solid(chance.number(0.5, 2), {0.04, 0.09, 0.12}, {at + q * Vec3(0.5, 0, 0), q});
-      b.angular_velocity = chance.vector(2), b.velocity = chance.vector(1);
+      const Quat q = dice.orientation();
+      Body b = solid(dice.between(0.5, 2), {0.04, 0.09, 0.12}, {at + q * Vec3(0.5, 0, 0), q});
+      b.angular_velocity = dice.in_cube(2), b.velocity = dice.in_cube(1);
       const Entity e = w.add_body(b);
       w.add_link(before, e, joint_at(w, before, e, JointKind::ball, at));
       at += q * Vec3(1, 0, 0), before = e;

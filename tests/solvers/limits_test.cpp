@@ -64,7 +64,7 @@ TEST_CASE("in a plane a chain of hinges moves like one of ball joints") {
 }
 
 TEST_CASE("hinges hold what would turn them another way, momentum kept") {
-  Dice dice(21);
+  Random dice(21);
   World w;
   w.gravity = Vec3(0);
   Entity before;

@@ -123,7 +123,7 @@ TEST_CASE("a pin too near for a long link is out of reach too") {
 }
 
 TEST_CASE("relaxation stops within its cap wherever the target jumps") {
-  Dice dice(7);
+  Random dice(7);
   int steps = 0, at_cap = 0;
   for (int trial = 0; trial < 60; ++trial) {
     Pinned p(3 + trial % 18, {0.5, -0.3, 0}, trial % 2 ? Solver::articulated : Solver::sweep);
@@ -269,7 +269,7 @@ TEST_CASE("a chain pinned at both ends hangs as the balance of forces demands") 
 
 TEST_CASE("several pins hold a puppet at once") {
   // A body with four limbs of two links; the torso and all four hands are held within reach.
-  Dice dice(3);
+  Random dice(3);
   World w;
   Body torso;
   torso.inertia = Vec3(0.05), torso.drag = 1;

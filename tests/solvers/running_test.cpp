@@ -170,7 +170,7 @@ TEST_CASE("cutting a link leaves both halves moving as they did") {
 }
 
 TEST_CASE("a free tree that is rebuilt keeps its angular momentum") {
-  Dice dice(4);
+  Random dice(4);
   TreeSpec spec;
   spec.bodies = 6, spec.held = false;
   RandomTree t = random_tree(spec, dice);

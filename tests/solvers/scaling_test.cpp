@@ -63,7 +63,7 @@ Real worst_difference(const World& start, const Units& u, int steps) {
 
 /// A swinging tree with some drag, or a free one in a tumble.
 World moving_tree(Solver solver, bool held, std::uint64_t seed) {
-  Dice dice(seed);
+  Random dice(seed);
   TreeSpec spec;
   spec.bodies = 9, spec.drag = 0.25, spec.held = held;
   RandomTree t = random_tree(spec, dice);

@@ -41,7 +41,7 @@ struct Outcome {
 /// the hand as it can hang: so it is never negative, and 1.02 of it is a gain of 2 % of what could
 /// be gained back by falling. A hold at its end begins with the drag's velocities.
 Outcome torture(const Setting& how, std::uint64_t seed) {
-  Dice dice(seed);
+  Random dice(seed);
   TreeSpec spec;
   spec.bodies = 2 + dice.below(29), spec.decades = how.decades;
   spec.drag = dice.between(0, how.drag_high);
@@ -99,7 +99,7 @@ TEST_CASE("thousands of random trees survive the same", "[.soak]") {
 }
 
 TEST_CASE("losses of a step with large turns are not given back") {
-  Dice dice(2);
+  Random dice(2);
   RandomTree t = random_tree({}, dice);
   Simulation sim(t.world, {1.0 / 30});
   int large = 0, lent = 0;

@@ -23,13 +23,13 @@ Real depth_of(const Shape& shape, const Pose& pose) {
   return down - pose.position.y;
 }
 
-Shape random_shape(int kind, Dice& dice) {
+Shape random_shape(int kind, Random& dice) {
   const Vec3 size = dice.in_box(0.03, 0.2);
   if (kind == 0) return box_shape(size);
   return kind == 1 ? rod_shape(size.x, size.y) : ball_shape(size.x);
 }
 
-AngleLimit random_range(Dice& dice) {
+AngleLimit random_range(Random& dice) {
   AngleLimit limit;
   limit.on = dice.below(2) == 0;
   limit.low = -dice.between(0, 1);
@@ -38,7 +38,7 @@ AngleLimit random_range(Dice& dice) {
 }
 
 /// A joint halfway between two bodies, its zero where they stand.
-Joint random_joint(const Pose& a, const Pose& b, Dice& dice) {
+Joint random_joint(const Pose& a, const Pose& b, Random& dice) {
   Joint joint;
   const Vec3 middle = 0.5 * (a.position + b.position);
   joint.anchor_a = to_local(a, middle), joint.anchor_b = to_local(b, middle);
@@ -59,7 +59,7 @@ Joint random_joint(const Pose& a, const Pose& b, Dice& dice) {
 /// seed lets trees touch others, every seventh itself; in every fourth densities lie six decades
 /// apart; every fifth bounces. Bodies may overlap at the start.
 World random_fall(int seed) {
-  Dice dice(static_cast<std::uint64_t>(seed) * 7919);
+  Random dice(static_cast<std::uint64_t>(seed) * 7919);
   World w;
   Collision solid;
   solid.friction = dice.between(0, 1);

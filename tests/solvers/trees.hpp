@@ -1,44 +1,14 @@
 #pragma once
-// Random articulated trees, and numbers that do not depend on the standard library.
+// Random articulated trees.
 #include <cmath>
-#include <cstdint>
-#include <random>
 #include <vector>
 
-#include "engine/base/rotation.hpp"
 #include "engine/runtime/simulation.hpp"
+#include "tests/base/random.hpp"
 
 namespace pantin::test {
 
 using namespace detail;
-
-/// Random numbers that are the same everywhere: the standard fixes the engine, not the
-/// distributions.
-class Dice {
- public:
-  explicit Dice(std::uint64_t seed) : engine_(seed) {}
-  Real between(Real low, Real high) {
-    return low + (high - low) * static_cast<Real>(engine_() >> 11) * 0x1p-53;
-  }
-  int below(int count) { return static_cast<int>(between(0, count)); }
-  Vec3 in_box(Real low, Real high) {
-    // One after the other: the order in which arguments are evaluated is the compiler's affair.
-    const Real x = between(low, high), y = between(low, high), z = between(low, high);
-    return {x, y, z};
-  }
-  Vec3 in_cube(Real half) { return in_box(-half, half); }
-  Vec3 direction() {
-    for (;;) {
-      const Vec3 v = in_cube(1);
-      const Real l2 = glm::dot(v, v);
-      if (l2 > 0.01 && l2 < 1) return v / std::sqrt(l2);
-    }
-  }
-  Quat rotation() { return from_rotation_vector(between(0, kPi) * direction()); }
-
- private:
-  std::mt19937_64 engine_;
-};
 
 inline Vec3 box_inertia(Real mass, Vec3 half) {
   const Vec3 s = half * half;
@@ -70,7 +40,7 @@ struct RandomTree {
 };
 
 /// Boxes of random sizes and turns, tied at random points in and on them; all joints closed.
-inline RandomTree random_tree(const TreeSpec& spec, Dice& dice) {
+inline RandomTree random_tree(const TreeSpec& spec, Random& dice) {
   RandomTree t;
   std::vector<Vec3> halves, own;
   std::vector<Real> ways;

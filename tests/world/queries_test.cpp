@@ -31,14 +31,14 @@ Entity add(World& world, const Shape& shape, const Pose& at, const Collision& co
 }
 
 /// Many shapes of all kinds, of which a few have no end.
-World crowd(Dice& dice, int count) {
+World crowd(Random& dice, int count) {
   World world;
   const std::vector<Sample> all = samples();
   for (int i = 0; i < count; ++i) {
     Shape shape = all[static_cast<std::size_t>(i) % all.size()].shape;
     if (shape.kind == ShapeKind::plane) shape = ball(0.2);
-    if (i % 3 == 0) shape.local = {dice.vec(0.3), dice.rotation()};
-    add(world, shape, {dice.vec(6), dice.rotation()});
+    if (i % 3 == 0) shape.local = {dice.in_cube(0.3), dice.orientation()};
+    add(world, shape, {dice.in_cube(6), dice.orientation()});
   }
   add(world, kGround, {{0, -5, 0}, kIdentity});
   return world;
@@ -228,13 +228,13 @@ TEST_CASE("nearest points: outside, inside, out of reach") {
 }
 
 TEST_CASE("a tree of shapes answers as a look at every shape does") {
-  Dice dice;
+  Random dice(7);
   World world = crowd(dice, 120);
   Queries queries(world);
   for (int round = 0; round < 3; ++round) {
     int rays_met = 0;
     for (int trial = 0; trial < 300; ++trial) {
-      const Ray ray{dice.vec(8), 16.0 * dice.direction(), StartInside::pass};
+      const Ray ray{dice.in_cube(8), 16.0 * dice.direction(), StartInside::pass};
       const Real length = glm::length(ray.way);
       Real first = 1e300;
       std::size_t count = 0;
@@ -265,14 +265,14 @@ TEST_CASE("a tree of shapes answers as a look at every shape does") {
     }
     CHECK(rays_met > 60);
     // Bodies move a little, then one comes and one goes.
-    for (Body& b : world.bodies.values()) b.pose.position += dice.vec(0.5);
+    for (Body& b : world.bodies.values()) b.pose.position += dice.in_cube(0.5);
     if (round == 1) world.destroy(world.bodies.owners()[5]), add(world, ball(1), {});
     queries.refit(world);
   }
 }
 
 TEST_CASE("overlap and touch agree, and a slide ends where overlaps begin") {
-  Dice dice;
+  Random dice(7);
   const World world = crowd(dice, 60);
   const Queries queries(world);
   int met = 0, inside = 0;
@@ -280,7 +280,7 @@ TEST_CASE("overlap and touch agree, and a slide ends where overlaps begin") {
     const Shape shapes[] = {
         ball(0.3), block({0.2, 0.3, 0.1}), {ShapeKind::capsule, {0.1, 0.3, 0}, {}, 0}};
     const Shape& shape = shapes[trial % 3];
-    const Pose from{dice.vec(7), dice.rotation()};
+    const Pose from{dice.in_cube(7), dice.orientation()};
     std::vector<Overlap> found;
     REQUIRE(queries.overlap(shape, from, {}, found) == QueryStatus::ok);
     std::size_t expected = 0;

@@ -226,14 +226,9 @@ void place_free_root(Island& a, const Tree& tree, Real h) {
     const Vec3 own = point_at(a, c, a.constants.vec(kOwnAnchor, c), kPredictedPoses);
     const Vec3 goal = meeting_point(mass, x + arm, outboard[c].x, own);
     const Vec3 gap = goal - (x + arm);
-<<<<<<< HEAD
     CompulsiveMotion m =
         least_displacement(arm, gap, {mass, inertia}, a.settings.rotation_stiffness);
-    if (a.settings.solver == Solver::paper) {
-=======
-    CompulsiveMotion m = least_displacement(arm, gap, mass, inertia, a.settings.rotation_stiffness);
     if (a.settings.solver == Solver::procedural) {
->>>>>>> pe
       const Real about = inertia_about_turn(arm, gap, inertia);
       m = literal_rule(arm, gap,
                        a.settings.procedural_reluctance == ProceduralReluctance::literal_step
