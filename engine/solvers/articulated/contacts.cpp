@@ -167,17 +167,12 @@ bool all_asleep(const World& world) {
 
 namespace {
 
-<<<<<<< HEAD
 /// One of the two bodies of a contact.
 enum class ContactBody : std::uint8_t { a, b };
 
-/// Gives a contact to the island of one of its bodies, which wakes where something comes.
+/// Assigns a contact to the island of one of its bodies, which wakes where a body approaches.
 void take_contact(World& world, std::uint32_t contact, ContactBody which, Real h) {
   const bool is_a = which == ContactBody::a;
-=======
-/// Assigns a contact to the island of one of its bodies, which wakes where a body approaches.
-void take_contact(World& world, std::uint32_t contact, bool is_a, Real h) {
->>>>>>> pe
   const Contact& c = contacts_of(world)[contact];
   const Partition& partition = partition_of(world);
   const bool mutual = contact::feels_contacts(partition, c.slot_b);
