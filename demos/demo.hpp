@@ -107,7 +107,7 @@ inline int draw_strip(const Scene& scene, int steps, const Script& script, const
     std::snprintf(time, sizeof time, "t = %.2f s", world.time);
     overlay.lines = {time};
     overlay.joints = parameters.joints;
-    (*renderer)->draw(world, {}, view, overlay, image);
+    (*renderer)->draw({.world = world, .view = view, .overlay = &overlay}, image);
     strip.add(image);
   });
   const Result<Done> written = write_png(path, strip.image());
