@@ -116,7 +116,7 @@ inline int draw_strip(const Demo& demo, int steps, const std::string& path) {
     std::snprintf(time, sizeof time, "t = %.2f s", world.time);
     overlay.lines = {time};
     overlay.joints = extras.joints;
-    (*renderer)->draw(world, {}, view, overlay, image);
+    (*renderer)->draw({.world = world, .view = view, .overlay = &overlay}, image);
     strip.add(image);
   });
   const Result<Done> written = write_png(path, strip.image());

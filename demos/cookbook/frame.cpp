@@ -14,7 +14,7 @@ int main() {
     return 0;
   }
   Image image;
-  (*renderer)->draw(world, {}, View{}, {}, image);
+  (*renderer)->draw({.world = world}, image);
   write_png("ragdoll.png", image).value();
   std::printf("ragdoll.png, %d x %d\n", image.width, image.height);
 }

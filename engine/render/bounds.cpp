@@ -63,13 +63,19 @@ Shape slab_of(const Shape& plane) {
   return slab;
 }
 
-bool string_ends(const World& world, std::span<const Pose> poses, const Cable& string, Vec3& a,
-                 Vec3& b) {
-  const std::uint32_t slot_a = world.bodies.slot(string.a), slot_b = world.bodies.slot(string.b);
-  if (slot_a == kNoSlot || slot_b == kNoSlot) return false;
-  a = to_world(pose_of(world, poses, slot_a), string.joint.anchor_a);
-  b = to_world(pose_of(world, poses, slot_b), string.joint.anchor_b);
-  return is_finite(a) && is_finite(b);
+std::optional<Vec3> PosedWorld::position_of(Entity body, Vec3 anchor) const {
+  const std::uint32_t slot = world.bodies.slot(body);
+  if (slot == kNoSlot) return std::nullopt;
+  const Vec3 position = to_world(pose_of(slot), anchor);
+  if (!is_finite(position)) return std::nullopt;
+  return position;
+}
+
+std::optional<HangingCable> hanging_cable(const PosedWorld& scene, const Cable& cable) {
+  const auto a = scene.position_of(cable.a, cable.joint.anchor_a);
+  const auto b = scene.position_of(cable.b, cable.joint.anchor_b);
+  if (!a || !b) return std::nullopt;
+  return HangingCable{*a, *b, cable.joint.length, down_of(scene.world)};
 }
 
 namespace {
@@ -88,7 +94,8 @@ Real polyline_length(Vec3 a, Vec3 b, Vec3 drop, int segments) {
 
 }  // namespace
 
-void add_string_curve(Vec3 a, Vec3 b, Real length, Vec3 down, int segments, std::vector<Vec3>& to) {
+void add_curve(const HangingCable& cable, int segments, std::vector<Vec3>& to) {
+  const auto& [a, b, length, down] = cable;
   if (!(length > glm::length(b - a) * (1 + 1e-4))) {
     to.push_back(a), to.push_back(b);
     return;

@@ -1,5 +1,6 @@
 #pragma once
 /// Bounding spheres of everything that is drawn.
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -22,19 +23,32 @@ void add_balls(const Shape& shape, const Pose& pose, std::vector<Ball>& to);
 /// middle to each side.
 Shape slab_of(const Shape& plane);
 
-/// The pose of a body by its slot: from `poses`, or its own where `poses` is empty or too short.
-inline const Pose& pose_of(const World& world, std::span<const Pose> poses, std::uint32_t slot) {
-  return slot < poses.size() ? poses[slot] : world.bodies.values()[slot].pose;
-}
+/// A World as it is drawn: poses by slot of World::bodies; a body that has none there is where it
+/// is.
+struct PosedWorld {
+  const World& world;
+  std::span<const Pose> poses = {};
 
-/// The ends of a cable; false if a body is gone or a pose is not finite.
-bool string_ends(const World& world, std::span<const Pose> poses, const Cable& string, Vec3& a,
-                 Vec3& b);
+  const Pose& pose_of(std::uint32_t slot) const {
+    return slot < poses.size() ? poses[slot] : world.bodies.values()[slot].pose;
+  }
+  /// The position of a point of a body, world, m; none if the body is gone or its pose not finite.
+  std::optional<Vec3> position_of(Entity body, Vec3 anchor) const;
+};
 
-/// Points from `a` to `b` along a cable of `length` (m): straight when taut, else a parabola of
-/// that length which hangs along `down`. `segments` pieces when slack, one when taut; the points
-/// are added to `to`. The length is met to 0.1 %.
-void add_string_curve(Vec3 a, Vec3 b, Real length, Vec3 down, int segments, std::vector<Vec3>& to);
+/// A cable as it hangs between two points.
+struct HangingCable {
+  Vec3 a{0}, b{0};      // its ends, world, m
+  Real length = 0;      // m
+  Vec3 down{0, -1, 0};  // unit, world
+};
+
+/// None if a body of the cable is gone or a pose is not finite.
+std::optional<HangingCable> hanging_cable(const PosedWorld& scene, const Cable& cable);
+
+/// Adds points from `a` to `b` to `to`: one straight piece when the cable is taut, else a parabola
+/// of `segments` pieces. It meets the length to 0.1 %.
+void add_curve(const HangingCable& cable, int segments, std::vector<Vec3>& to);
 
 /// The way gravity points; -y where there is none.
 Vec3 down_of(const World& world);

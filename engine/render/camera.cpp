@@ -40,11 +40,8 @@ class Groups {
   explicit Groups(const World& world) : world_(world), up_(world.bodies.size()) {
     std::iota(up_.begin(), up_.end(), 0u);
     of_.resize(up_.size());
-    for (bool joining : {true, false}) {
-      for (const Link& l : world.links.values()) tie(l.a, l.b, joining);
-      for (const Cable& s : world.cables.values()) tie(s.a, s.b, joining);
-      for (const Pin& pin : world.pins.values()) tie(pin.body, pin.to, joining);
-    }
+    for_each_tie([this](std::uint32_t i, std::uint32_t j) { join(i, j); });
+    for_each_tie([this](std::uint32_t i, std::uint32_t j) { note_holder(i, j); });
     for (const Pin& pin : world.pins.values())
       if (const std::uint32_t slot = world.bodies.slot(pin.body); slot != kNoSlot && !pin.to)
         hold(top(slot), pin.target, Sway{});
@@ -59,23 +56,36 @@ class Groups {
     return slot;
   }
 
-  /// First joins the groups of two dynamic bodies, then notes which bodies hold them.
-  void tie(Entity a, Entity b, bool joining) {
-    const std::uint32_t i = world_.bodies.slot(a), j = world_.bodies.slot(b);
-    if (i == kNoSlot || j == kNoSlot) return;
+  /// Calls `visit` with the slots of every two bodies that a link, a cable or a pin ties.
+  void for_each_tie(auto&& visit) const {
+    const auto tie = [&](Entity a, Entity b) {
+      const std::uint32_t i = world_.bodies.slot(a), j = world_.bodies.slot(b);
+      if (i != kNoSlot && j != kNoSlot) visit(i, j);
+    };
+    for (const Link& l : world_.links.values()) tie(l.a, l.b);
+    for (const Cable& s : world_.cables.values()) tie(s.a, s.b);
+    for (const Pin& pin : world_.pins.values()) tie(pin.body, pin.to);
+  }
+
+  /// Joins the groups of two bodies that are dynamic both.
+  void join(std::uint32_t i, std::uint32_t j) {
+    if (is_dynamic(i) && is_dynamic(j)) up_[top(i)] = top(j);
+  }
+
+  /// If one of two bodies is dynamic, the other holds it.
+  void note_holder(std::uint32_t i, std::uint32_t j) {
     const bool free_i = is_dynamic(i), free_j = is_dynamic(j);
-    if (joining && free_i && free_j) up_[top(i)] = top(j);
-    if (joining || free_i == free_j) return;
+    if (free_i == free_j) return;
     const std::uint32_t holder = free_i ? j : i;
     hold(top(free_i ? i : j), world_.bodies.values()[holder].pose.position, own(holder));
   }
 
-  void hold(std::uint32_t group, Vec3 place, const Sway& sway) {
+  void hold(std::uint32_t group, Vec3 position, const Sway& sway) {
     Hanging& hanging = of_[group];
     hanging.sway.take_all(sway);
     for (Vec3 known : hanging.holds)
-      if (known == place) return;
-    hanging.holds.push_back(place);
+      if (known == position) return;
+    hanging.holds.push_back(position);
   }
 
   bool is_dynamic(std::uint32_t slot) const {
@@ -94,26 +104,33 @@ class Groups {
   std::vector<Hanging> of_;        // by the top of the group
 };
 
+/// How a body may be carried about from where it is.
+struct Carried {
+  const Hanging& hanging;  // its group
+  Vec3 centre;             // of the body, world, m
+  Vec3 down;               // unit, world
+};
+
 /// The ball now, on the other side of a swing, at its lowest, and wherever drives carry these.
-void add_motion(const Ball& now, const Hanging& hanging, Vec3 centre, Vec3 down,
-                std::vector<Ball>& to) {
-  std::vector<Ball> places{now};
+void add_motion(const Ball& now, const Carried& body, std::vector<Ball>& to) {
+  const auto& [hanging, centre, down] = body;
+  std::vector<Ball> swung{now};
   if (hanging.holds.size() == 1) {  // held at one place, it may swing like a pendulum
     const Vec3 arm = centre - hanging.holds.front();
     const Vec3 aside = arm - glm::dot(arm, down) * down;
     if (glm::length(aside) > 0.2 * glm::length(arm)) {
-      places.push_back({now.centre - 2.0 * aside, now.radius});
-      places.push_back({now.centre - arm + glm::length(arm) * down, now.radius});
+      swung.push_back({now.centre - 2.0 * aside, now.radius});
+      swung.push_back({now.centre - arm + glm::length(arm) * down, now.radius});
     }
   }
   const Sway& sway = hanging.sway;
   const int corners = sway.low == sway.high ? 1 : 8;
-  for (const Ball& place : places)
+  for (const Ball& ball : swung)
     for (int c = 0; c < corners; ++c)
       to.push_back(
-          {place.centre + Vec3{c & 1 ? sway.high.x : sway.low.x, c & 2 ? sway.high.y : sway.low.y,
-                               c & 4 ? sway.high.z : sway.low.z},
-           place.radius});
+          {ball.centre + Vec3{c & 1 ? sway.high.x : sway.low.x, c & 2 ? sway.high.y : sway.low.y,
+                              c & 4 ? sway.high.z : sway.low.z},
+           ball.radius});
 }
 
 struct Ground {
@@ -162,14 +179,11 @@ std::vector<Ball> all_balls(const World& world) {
       }
     }
     if (own.empty() && grounds.size() == known) own.push_back({pose.position, 0});
-    for (const Ball& ball : own) add_motion(ball, groups.of(slot), pose.position, down, balls);
+    for (const Ball& ball : own) add_motion(ball, {groups.of(slot), pose.position, down}, balls);
   }
   std::vector<Vec3> curve;
-  for (const Cable& string : world.cables.values()) {
-    Vec3 a, b;
-    if (string_ends(world, {}, string, a, b))
-      add_string_curve(a, b, string.joint.length, down, 8, curve);
-  }
+  for (const Cable& cable : world.cables.values())
+    if (const auto hanging = hanging_cable({world}, cable)) add_curve(*hanging, 8, curve);
   for (Vec3 point : curve) balls.push_back({point, 0});
   add_grounds(grounds, balls);
   return balls;

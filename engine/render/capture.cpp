@@ -78,7 +78,7 @@ class ThreadedCapture final : public Capture {
   }
 
   ~ThreadedCapture() override {
-    stop(true);  // ffmpeg_ then stops its child
+    stop(Queued::dropped);  // ffmpeg_ then stops its child
   }
 
   Result<Done> start() {
@@ -131,7 +131,7 @@ class ThreadedCapture final : public Capture {
   }
 
   Result<std::size_t> finish() override {
-    stop(false);
+    stop(Queued::written);
     if (!failure_ && ffmpeg_) {
       if (auto done = ffmpeg_->finish(); !done) failure_ = done.errors().front();
     }
@@ -145,12 +145,15 @@ class ThreadedCapture final : public Capture {
            static_cast<double>(std::max<std::size_t>(options_.frames_expected, 1));
   }
 
-  /// Lets the writer come to the end of the queue, or drops the queue, and joins it.
-  void stop(bool at_once) {
+  /// What becomes of the images in the queue when the writer stops.
+  enum class Queued { written, dropped };
+
+  /// Joins the writer.
+  void stop(Queued queued) {
     {
       std::lock_guard lock(mutex_);
       closing_ = true;
-      if (at_once) queue_.clear();
+      if (queued == Queued::dropped) queue_.clear();
     }
     pushed_.notify_one();
     if (writer_.joinable()) writer_.join();

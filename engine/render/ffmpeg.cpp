@@ -27,10 +27,12 @@ std::string rate_text(double fps) {
   return text;
 }
 
+enum class Container { mp4, matroska };
+
 /// Short groups without frames that wait for later ones, flushed as they come: what is on disk can
 /// be played even if ffmpeg is killed.
-std::vector<std::string> arguments(const std::string& part, bool mp4, const std::string& size,
-                                   double fps) {
+std::vector<std::string> arguments(const std::string& part, Container container,
+                                   const std::string& size, double fps) {
   std::vector<std::string> words = {
       "ffmpeg",
       "-hide_banner",
@@ -71,7 +73,7 @@ std::vector<std::string> arguments(const std::string& part, bool mp4, const std:
       "tv",
       "-flush_packets",
       "1"};
-  if (mp4) {
+  if (container == Container::mp4) {
     words.insert(words.end(),
                  {"-movflags", "+frag_keyframe+empty_moov+default_base_moof", "-f", "mp4"});
   } else {
@@ -137,7 +139,7 @@ Result<std::unique_ptr<Ffmpeg>> Ffmpeg::start(const std::string& path, int width
     ::close(ends[0]), ::close(ends[1]);
     return Error{std::string("memfd_create: ") + std::strerror(reason)};
   }
-  auto words = arguments(path + ".part", mp4, size, fps);
+  auto words = arguments(path + ".part", mp4 ? Container::mp4 : Container::matroska, size, fps);
   pid_t child = 0;
   const int reason = spawn(words, ends[0], log, child);
   ::close(ends[0]);

@@ -137,20 +137,30 @@ void take(PixelRect& rect, const Eye& eye, const Ball& ball, int margin) {
   }
   const Vec3 d = ball.centre - eye.position;
   const Real x = glm::dot(eye.right, d), y = -glm::dot(eye.up, d);
-  const auto bound = [&](Real offset, Real tan, int size, bool upper) {
+  enum class Side { lower, upper };
+  const auto bound = [&](Real offset, Real tan, int size, Side side) {
+    const bool upper = side == Side::upper;
     const Real edge = upper ? offset + ball.radius : offset - ball.radius;
     const Real z = (edge > 0) == upper ? nearest : depth + ball.radius;  // farther out of the two
     const Real pixel = (1 + edge / (z * tan)) / 2 * size;
     const Real kept = std::clamp(pixel + (upper ? margin : -margin), Real(0), Real(size));
     return static_cast<int>(upper ? std::ceil(kept) : std::floor(kept));
   };
-  const PixelRect own{bound(x, eye.tan_x, eye.width, false), bound(y, eye.tan_y, eye.height, false),
-                      bound(x, eye.tan_x, eye.width, true), bound(y, eye.tan_y, eye.height, true)};
+  const PixelRect own{
+      bound(x, eye.tan_x, eye.width, Side::lower), bound(y, eye.tan_y, eye.height, Side::lower),
+      bound(x, eye.tan_x, eye.width, Side::upper), bound(y, eye.tan_y, eye.height, Side::upper)};
   unite(rect, own);
 }
 
+/// The way of the light over what an eye sees.
+struct Sunlight {
+  const Eye& eye;
+  Vec3 direction;  // unit, world, from the sun
+};
+
 /// Adds the shadow that a ball casts onto the ground from `height` above its `foot`.
-void cast_shadow(Frame& frame, const Eye& eye, Vec3 sun, const Ball& foot, Real height) {
+void cast_shadow(Frame& frame, const Sunlight& light, const Ball& foot, Real height) {
+  const auto& [eye, sun] = light;
   if (sun.y > -0.02) {  // a setting sun: shadows everywhere
     frame.near_ground = {0, 0, eye.width, eye.height};
     return;
@@ -170,14 +180,14 @@ void set_ground(Frame& frame, const View& view, const Eye& eye, const DrawList& 
   frame.ground_row = 0;
   while (frame.ground_row < eye.height && rises(frame.ground_row)) ++frame.ground_row;
 
-  const Vec3 sun = direction_of(view.light);
+  const Sunlight sun{eye, direction_of(view.light)};
   frame.shade_low = Vec3{kInfinity}, frame.shade_high = Vec3{-kInfinity};
   for (const Ball& b : list.balls) {
     const Real height = b.centre.y - view.ground_height;
     if (height - b.radius < 0) frame.clips_ground = true;
     if (height + b.radius < 0) continue;
     const Vec3 foot{b.centre.x, view.ground_height, b.centre.z};
-    cast_shadow(frame, eye, sun, {foot, b.radius}, height);
+    cast_shadow(frame, sun, {foot, b.radius}, height);
   }
   // A margin keeps the shade from being cut where a texel of its map reaches farther than the
   // shade.
@@ -198,7 +208,7 @@ void set_ground(Frame& frame, const View& view, const Eye& eye, const DrawList& 
     const Vec3 seen = eye.project(foot);
     leaves |= seen.x < 0 || seen.y < 0 || seen.x > eye.width || seen.y > eye.height;
     take(frame.near_ground, eye, {foot, 0}, 2);
-    cast_shadow(frame, eye, sun, {foot, b.radius}, height);
+    cast_shadow(frame, sun, {foot, b.radius}, height);
   }
   if (leaves) frame.near_ground = {0, 0, eye.width, eye.height};
   if (!(frame.shade_low.x < frame.shade_high.x))

@@ -6,7 +6,7 @@
 
 namespace pantin::detail {
 
-/// Laid out as the std140 block `Frame` of the shaders. Places are relative to the eye.
+/// Laid out as the std140 block `Frame` of the shaders. Positions are relative to the eye.
 struct FrameBlock {
   float clip[4][4];   // rows: world to clip space, the picture's top at y = -1
   float light[3][4];  // rows: world to the shadow map, 0..1 an axis
@@ -18,8 +18,8 @@ struct FrameBlock {
   float horizon[4];   // squares of display colours: sky at the horizon; w: size of a tile, m
   float zenith[4];    // sky above; w: distance at which the ground fades, m
   float tiles[4][4];  // squares of display colours: light and dark tile in the sun, in shadow
-  float shade[4];     // ground places (x, z) to the map of contact shade: scale x, z, offset x, z
-  float origin[4];    // ground places to tiles: offset x, z; middle of the fading: x, z
+  float shade[4];     // positions on the ground (x, z) to the map of contact shade: scale, offset
+  float origin[4];    // positions on the ground to tiles: offset x, z; middle of the fading: x, z
   float viewport[4];  // pixels to clip space: scale x, y
 };
 
@@ -51,9 +51,14 @@ inline bool shades_ground(const Ball& ball, Real height) {
   return height + ball.radius >= 0 && height <= 8 * ball.radius;
 }
 
-/// How open the ground between `low` and `high` is to the sky, 0..255, rows along z: the cosine-
-/// weighted part of the sky that balls leave free, r^2 h / d^3 of it being taken by each.
-void shade_ground(std::span<const Ball> balls, Vec3 low, Vec3 high, Real ground_height,
+/// The part of the ground that a map of contact shade covers, world.
+struct GroundPatch {
+  Vec3 low{0}, high{0};  // m; their x and z count
+  Real height = 0;       // m
+};
+/// How open the ground is to the sky, 0..255, rows along z: the cosine-weighted part of the sky
+/// that balls leave free, r^2 h / d^3 of it being taken by each.
+void shade_ground(std::span<const Ball> balls, const GroundPatch& ground,
                   std::vector<std::uint8_t>& to);
 
 /// A linear colour as it is shown, sRGB, 0..1: the tone curve and the transfer curve of the

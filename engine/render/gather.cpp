@@ -15,8 +15,13 @@ void store(Vec3 from, float* to) {
   for (int k = 0; k < 3; ++k) to[k] = static_cast<float>(from[k]);
 }
 
-/// The coarsest mesh whose outline stays within half a pixel of the round.
-Mesh round_mesh(Real radius_pixels, bool crowd) {
+/// How closely meshes follow what is round.
+enum class MeshDetail { fine, coarse };
+
+/// The coarsest mesh whose outline stays within half a pixel of the round, or of a few pixels where
+/// coarse detail will do.
+Mesh round_mesh(Real radius_pixels, MeshDetail detail) {
+  const bool crowd = detail == MeshDetail::coarse;
   if (radius_pixels < (crowd ? 12 : 4)) return kRound6;
   if (radius_pixels < (crowd ? 1e9 : 20)) return kRound16;
   return radius_pixels < 70 ? kRound32 : kRound64;
@@ -28,7 +33,7 @@ void fill(Instance& instance, const Pose& at, const Material& material, const Ey
   instance.turn[1] = static_cast<float>(at.rotation.y);
   instance.turn[2] = static_cast<float>(at.rotation.z);
   instance.turn[3] = static_cast<float>(at.rotation.w);
-  store(at.position - eye.position, instance.place);
+  store(at.position - eye.position, instance.position);
   store(material.colour, instance.colour);
   instance.roughness = static_cast<float>(material.roughness);
   instance.metallic = static_cast<float>(material.metallic);
@@ -43,29 +48,38 @@ std::optional<RoundedBox> rounded_box(const Shape& shape) {
 const std::shared_ptr<const Surface>& surface_of(const Shape& shape, DrawList& to) {
   if (has_surface(shape.kind)) return shape.surface;
   const auto key = std::make_tuple(shape.kind, shape.size.x, shape.size.y, shape.size.z);
-  const auto [place, is_new] = to.stand_ins.try_emplace(key);
-  if (is_new) place->second = tessellate(shape);
-  return place->second;
+  const auto [entry, is_new] = to.stand_ins.try_emplace(key);
+  if (is_new) entry->second = tessellate(shape);
+  return entry->second;
 }
 
-void add_surface(const Shape& shape, const Pose& pose, const Material& material, const Eye& eye,
-                 DrawList& to) {
+/// Where the solids of a picture are collected, and how they are seen.
+struct SolidList {
+  const Eye& eye;
+  MeshDetail detail;
+  DrawList& to;
+
+  /// Adds a shape of a body at `pose`.
+  void add(const Shape& shape, const Pose& pose, const Material& material);
+  void add_surface(const Shape& shape, const Pose& pose, const Material& material);
+};
+
+void SolidList::add_surface(const Shape& shape, const Pose& pose, const Material& material) {
   const std::shared_ptr<const Surface>& surface = surface_of(shape, to);
   if (!surface) return;
-  const auto [place, is_new] = to.places.try_emplace(surface.get(), to.surfaces.size());
+  const auto [entry, is_new] = to.surface_indices.try_emplace(surface.get(), to.surfaces.size());
   if (is_new) to.surfaces.push_back({surface, {}});
-  Instance& instance = to.surfaces[place->second].instances.emplace_back();
+  Instance& instance = to.surfaces[entry->second].instances.emplace_back();
   fill(instance, compose(pose, shape.local), material, eye);
   store(Vec3{1}, instance.core);
   instance.skin = 0;
 }
 
-void add_solid(const Shape& shape, const Pose& pose, const Material& material, const Eye& eye,
-               bool crowd, DrawList& to) {
+void SolidList::add(const Shape& shape, const Pose& pose, const Material& material) {
   if (traits_of(shape.kind).shape_class == ShapeClass::half_space)
-    return add_solid(slab_of(shape), pose, material, eye, crowd, to);
+    return add(slab_of(shape), pose, material);
   const auto rounded = rounded_box(shape);
-  if (!rounded) return add_surface(shape, pose, material, eye, to);
+  if (!rounded) return add_surface(shape, pose, material);
   const Pose at = compose(pose, shape.local);
   Vec3 core = rounded->core;
   Real skin = rounded->radius;
@@ -75,7 +89,7 @@ void add_solid(const Shape& shape, const Pose& pose, const Material& material, c
     core -= skin;
   } else if (core.x == 0 && core.z == 0) {
     const Real depth = std::max(eye.depth(at.position) - core.y, Real(1e-6));
-    mesh = round_mesh(skin / (depth * eye.pixel()), crowd);
+    mesh = round_mesh(skin / (depth * eye.pixel()), detail);
   }
   Instance& instance = to.solids[mesh].emplace_back();
   fill(instance, at, material, eye);
@@ -112,7 +126,7 @@ void add_fillings(const Shape& shape, const Pose& pose, std::vector<Ball>& to) {
     radius = std::min({reach.x, reach.y, reach.z});
     reach -= radius;
   }
-  // Balls that hardly overlap: each takes light of its own, so the same place must not count twice.
+  // Balls that hardly overlap: each takes light of its own, so the same part must not count twice.
   const Real apart = 1.6 * radius;
   int gaps[3];
   for (int k = 0; k < 3; ++k) {
@@ -128,7 +142,7 @@ void add_fillings(const Shape& shape, const Pose& pose, std::vector<Ball>& to) {
         to.push_back({to_world(at, {along(0, x), along(1, y), along(2, z)}), radius});
 }
 
-/// Whether a plane lies where the ground is drawn: two pictures of one place would flicker.
+/// Whether a plane lies where the ground is drawn: two pictures of one surface would flicker.
 bool is_drawn_ground(const Shape& shape, const Pose& pose, const View& view) {
   const bool flat = traits_of(shape.kind).shape_class == ShapeClass::half_space;
   if (!flat || !view.ground) return false;
@@ -166,7 +180,7 @@ void note_seen(const Eye& eye, std::span<const Ball> corners, DrawList& to) {
 
 void sort_nearest_first(std::vector<Instance>& list, Vec3 forward) {
   const auto depth = [&](const Instance& i) {
-    return forward.x * i.place[0] + forward.y * i.place[1] + forward.z * i.place[2];
+    return forward.x * i.position[0] + forward.y * i.position[1] + forward.z * i.position[2];
   };
   std::stable_sort(list.begin(), list.end(),
                    [&](const Instance& a, const Instance& b) { return depth(a) < depth(b); });
@@ -178,7 +192,7 @@ void add_ribbon(std::span<const Vec3> points, const Eye& eye, DrawList& to) {
     const auto first = static_cast<std::uint32_t>(to.ribbon.size());
     for (float side : {-1.f, 1.f}) {
       RibbonVertex& v = to.ribbon.emplace_back();
-      store(points[i] - eye.position, v.place);
+      store(points[i] - eye.position, v.position);
       store(along, v.tangent);
       v.side = side;
     }
@@ -190,27 +204,27 @@ void add_ribbon(std::span<const Vec3> points, const Eye& eye, DrawList& to) {
 
 }  // namespace
 
-void gather(const World& world, std::span<const Pose> poses, const View& view, const Eye& eye,
-            DrawList& to) {
+void gather(const PosedWorld& scene, const View& view, const Eye& eye, DrawList& to) {
   for (auto& list : to.solids) list.clear();
-  to.surfaces.clear(), to.places.clear();
+  to.surfaces.clear(), to.surface_indices.clear();
   to.ribbon.clear(), to.ribbon_indices.clear(), to.balls.clear(), to.movers.clear();
   to.fillings.clear(), to.grounds.clear();
   to.around_eye = false;
   to.seen_low = Vec3{1e9}, to.seen_high = Vec3{-1e9};
 
   const Material plain;
-  const bool crowd = world.bodies.size() > kCrowd;
+  const World& world = scene.world;
+  SolidList solids{eye, world.bodies.size() > kCrowd ? MeshDetail::coarse : MeshDetail::fine, to};
   for (std::size_t i = 0; i < world.shapes.size(); ++i) {
     const std::uint32_t slot = world.bodies.slot(world.shapes.owners()[i]);
     if (slot == kNoSlot) continue;
-    const Pose& pose = pose_of(world, poses, slot);
+    const Pose& pose = scene.pose_of(slot);
     if (!is_finite(pose)) continue;
     const bool moves = world.bodies.values()[slot].motion != Motion::fixed;
     for (const Shape& shape : world.shapes.values()[i].list) {
       if (is_drawn_ground(shape, pose, view)) continue;
       const bool known = shape.material < world.materials.size();
-      add_solid(shape, pose, known ? world.materials[shape.material] : plain, eye, crowd, to);
+      solids.add(shape, pose, known ? world.materials[shape.material] : plain);
       std::vector<Ball>& balls = is_ground(shape.kind) ? to.grounds : to.balls;
       const std::size_t first = balls.size();
       add_balls(shape, pose, balls);
@@ -226,12 +240,11 @@ void gather(const World& world, std::span<const Pose> poses, const View& view, c
   for (auto& group : to.surfaces) sort_nearest_first(group.instances, eye.forward);
 
   std::vector<Vec3> curve;
-  const Vec3 down = down_of(world);
-  for (const Cable& string : world.cables.values()) {
-    Vec3 a, b;
-    if (!string_ends(world, poses, string, a, b)) continue;
+  for (const Cable& cable : world.cables.values()) {
+    const auto hanging = hanging_cable(scene, cable);
+    if (!hanging) continue;
     curve.clear();
-    add_string_curve(a, b, string.joint.length, down, kSlackSegments, curve);
+    add_curve(*hanging, kSlackSegments, curve);
     add_ribbon(curve, eye, to);
     for (Vec3 point : curve) {
       to.balls.push_back({point, kStringRadius});

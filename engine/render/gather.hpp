@@ -1,5 +1,5 @@
 #pragma once
-/// Packs what a World shows into the arrays that the graphics card reads. Places are relative to
+/// Packs what a World shows into the arrays that the graphics card reads. Positions are relative to
 /// the eye: far from the world's origin single precision would show.
 #include <array>
 #include <map>
@@ -18,7 +18,7 @@ namespace pantin::detail {
 /// One solid: core and skin of its mesh (see MeshVertex), pose, material.
 struct Instance {
   float turn[4];  // quaternion x, y, z, w
-  float place[3];
+  float position[3];
   float metallic;
   float core[3];  // half extents of the core, m
   float skin;     // m
@@ -28,7 +28,7 @@ struct Instance {
 
 /// One of the two borders of a cable at one of its points; the shader rotates it towards the eye.
 struct RibbonVertex {
-  float place[3];
+  float position[3];
   float tangent[3];
   float side;  // -1 or 1
 };
@@ -42,7 +42,7 @@ struct SurfaceSolids {
 struct DrawList {
   std::array<std::vector<Instance>, kMeshCount> solids;
   std::vector<SurfaceSolids> surfaces;
-  std::unordered_map<const Surface*, std::size_t> places;  // in `surfaces`
+  std::unordered_map<const Surface*, std::size_t> surface_indices;  // in `surfaces`
   // Surfaces that stand for shapes without one, by kind and size; kept from picture to picture.
   std::map<std::tuple<ShapeKind, Real, Real, Real>, std::shared_ptr<const Surface>> stand_ins;
   std::vector<RibbonVertex> ribbon;
@@ -59,7 +59,6 @@ inline constexpr Real kStringRadius = 0.0012;  // m
 
 /// Clears `to` and fills it; bodies with poses that are not finite are left out, and so are planes
 /// that the ground of `view` shows already.
-void gather(const World& world, std::span<const Pose> poses, const View& view, const Eye& eye,
-            DrawList& to);
+void gather(const PosedWorld& scene, const View& view, const Eye& eye, DrawList& to);
 
 }  // namespace pantin::detail

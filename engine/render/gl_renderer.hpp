@@ -40,8 +40,7 @@ class GlRenderer final : public Renderer {
   /// Makes everything that outlives a picture; the context is current before and not after.
   Result<Done> start();
 
-  void draw(const World& world, std::span<const Pose> poses, const View& view,
-            const Overlay& overlay, Image& out) override;
+  void draw(const Shot& shot, Image& out) override;
   const GlReport& report() const override { return report_; }
 
  private:
@@ -49,8 +48,15 @@ class GlRenderer final : public Renderer {
   Result<Done> make_targets();
   Result<GLuint> program(const char* vertex, const char* fragment, const std::string& defines = {});
   void set_sampler(GLuint program, const char* name, int unit);
-  GLuint texture(int unit, GLint form, int width, int height, GLenum format, GLenum type,
-                 const void* texels, GLint filter);
+  /// What TexImage2D is told of a texture, and how it is filtered.
+  struct TextureForm {
+    GLint stored;  // format in the card
+    int width, height;
+    GLenum format, type;  // of `texels`
+    const void* texels = nullptr;
+    GLint filter;
+  };
+  GLuint make_texture(int unit, const TextureForm& form);
   GLuint buffer(GLenum kind) {
     GLuint name = 0;
     gl_.GenBuffers(1, &name);
@@ -62,13 +68,13 @@ class GlRenderer final : public Renderer {
   void upload(const View& view, const Eye& eye);
   void draw_shadows();
   void draw_solids();
-  void draw_world_meshes(bool depth_only);
+  enum class MeshPass { shadow, colour };
+  void draw_world_meshes(MeshPass pass);
   void draw_surfaces(std::size_t first);
   void point_at_instances(std::size_t first);
   void draw_backdrop();
   void merge();
-  void draw_overlay(const World& world, std::span<const Pose> poses, const Overlay& overlay,
-                    const Eye& eye);
+  void draw_overlay(const PosedWorld& scene, const Overlay& overlay, const Eye& eye);
   void scissor(const PixelRect& rect) {
     gl_.Scissor(rect.x0, rect.y0, rect.width(), rect.height());
   }

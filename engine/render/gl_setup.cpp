@@ -55,15 +55,15 @@ Result<Done> GlRenderer::make_programs() {
   return Done{};
 }
 
-GLuint GlRenderer::texture(int unit, GLint form, int width, int height, GLenum format, GLenum type,
-                           const void* texels, GLint filter) {
+GLuint GlRenderer::make_texture(int unit, const TextureForm& form) {
   GLuint name = 0;
   gl_.GenTextures(1, &name);
   gl_.ActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
   gl_.BindTexture(GL_TEXTURE_2D, name);
-  gl_.TexImage2D(GL_TEXTURE_2D, 0, form, width, height, 0, format, type, texels);
-  gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, filter);
-  gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, filter);
+  gl_.TexImage2D(GL_TEXTURE_2D, 0, form.stored, form.width, form.height, 0, form.format, form.type,
+                 form.texels);
+  gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MIN_FILTER, form.filter);
+  gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_MAG_FILTER, form.filter);
   gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_S, GL_CLAMP_TO_EDGE);
   gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
   return name;
@@ -102,22 +102,30 @@ Result<Done> GlRenderer::make_targets() {
   renderbuffer(GL_DEPTH_COMPONENT24, GL_DEPTH_ATTACHMENT);
   if (auto done = whole("solids"); !done) return done;
 
+  const TextureForm colours{.stored = GL_RGBA8,
+                            .width = width,
+                            .height = height,
+                            .format = GL_RGBA,
+                            .type = GL_UNSIGNED_BYTE,
+                            .filter = GL_NEAREST};
   target(resolved_target_);
-  const GLuint resolved =
-      texture(kSolidsUnit, GL_RGBA8, width, height, GL_RGBA, GL_UNSIGNED_BYTE, nullptr, GL_NEAREST);
+  const GLuint resolved = make_texture(kSolidsUnit, colours);
   gl_.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, resolved, 0);
   if (auto done = whole("resolved solids"); !done) return done;
 
   target(picture_target_);
-  const GLuint picture = texture(kPictureUnit, GL_RGBA8, width, height, GL_RGBA, GL_UNSIGNED_BYTE,
-                                 nullptr, GL_NEAREST);
+  const GLuint picture = make_texture(kPictureUnit, colours);
   gl_.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, picture, 0);
   if (auto done = whole("the picture"); !done) return done;
 
   if (!options_.shadows) return Done{};
   target(shadow_target_);
-  const GLuint shadow = texture(kShadowUnit, GL_DEPTH_COMPONENT24, kShadowSize, kShadowSize,
-                                GL_DEPTH_COMPONENT, GL_UNSIGNED_INT, nullptr, GL_LINEAR);
+  const GLuint shadow = make_texture(kShadowUnit, {.stored = GL_DEPTH_COMPONENT24,
+                                                   .width = kShadowSize,
+                                                   .height = kShadowSize,
+                                                   .format = GL_DEPTH_COMPONENT,
+                                                   .type = GL_UNSIGNED_INT,
+                                                   .filter = GL_LINEAR});
   gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
   gl_.TexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_FUNC, GL_LEQUAL);
   gl_.FramebufferTexture2D(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_TEXTURE_2D, shadow, 0);
@@ -152,7 +160,7 @@ void GlRenderer::make_meshes_buffers() {
   gl_.GenVertexArrays(1, &ribbon_array_);
   gl_.BindVertexArray(ribbon_array_);
   ribbon_buffer_ = buffer(GL_ARRAY_BUFFER);
-  attribute(0, 3, sizeof(RibbonVertex), offsetof(RibbonVertex, place));
+  attribute(0, 3, sizeof(RibbonVertex), offsetof(RibbonVertex, position));
   attribute(1, 3, sizeof(RibbonVertex), offsetof(RibbonVertex, tangent));
   attribute(2, 1, sizeof(RibbonVertex), offsetof(RibbonVertex, side));
   buffer(GL_ELEMENT_ARRAY_BUFFER);
@@ -173,10 +181,19 @@ Result<Done> GlRenderer::start() {
   make_meshes_buffers();
   gl_.PixelStorei(GL_UNPACK_ALIGNMENT, 1);
   gl_.PixelStorei(GL_PACK_ALIGNMENT, 1);
-  texture(kAtlasUnit, GL_R8, font_.atlas_width, font_.atlas_height, GL_RED, GL_UNSIGNED_BYTE,
-          font_.atlas.data(), GL_LINEAR);
-  shade_map_ = texture(kShadeUnit, GL_R8, kShadeSize, kShadeSize, GL_RED, GL_UNSIGNED_BYTE, nullptr,
-                       GL_LINEAR);
+  make_texture(kAtlasUnit, {.stored = GL_R8,
+                            .width = font_.atlas_width,
+                            .height = font_.atlas_height,
+                            .format = GL_RED,
+                            .type = GL_UNSIGNED_BYTE,
+                            .texels = font_.atlas.data(),
+                            .filter = GL_LINEAR});
+  shade_map_ = make_texture(kShadeUnit, {.stored = GL_R8,
+                                         .width = kShadeSize,
+                                         .height = kShadeSize,
+                                         .format = GL_RED,
+                                         .type = GL_UNSIGNED_BYTE,
+                                         .filter = GL_LINEAR});
   frame_block_ = buffer(GL_UNIFORM_BUFFER);
   gl_.BindBufferBase(GL_UNIFORM_BUFFER, 0, frame_block_);
   gl_.Enable(GL_SCISSOR_TEST);

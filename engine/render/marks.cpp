@@ -39,10 +39,10 @@ Real reach_of(const World& world, Entity body) {
   return reach > 0 ? reach : std::numeric_limits<Real>::infinity();
 }
 
-void add_body_axes(const Scene& scene, Pen& pen) {
+void add_body_axes(const PosedWorld& scene, Pen& pen) {
   const Real pixels = std::max(8.0, pen.eye().height / 48.0);
   for (std::uint32_t slot = 0; slot < scene.world.bodies.size(); ++slot) {
-    const Pose& pose = pose_of(scene.world, scene.poses, slot);
+    const Pose& pose = scene.pose_of(slot);
     if (!is_finite(pose) || !pen.sees(pose.position)) continue;
     for (int k = 0; k < 3; ++k) {
       Vec3 tip{0};
@@ -52,44 +52,43 @@ void add_body_axes(const Scene& scene, Pen& pen) {
   }
 }
 
-void add_slack_strings(const Scene& scene, Pen& pen) {
+void add_slack_cables(const PosedWorld& scene, Pen& pen) {
   std::vector<Vec3> curve;
-  for (const Cable& string : scene.world.cables.values()) {
-    Vec3 a, b;
-    if (!string_ends(scene.world, scene.poses, string, a, b)) continue;
+  for (const Cable& cable : scene.world.cables.values()) {
+    const auto hanging = hanging_cable(scene, cable);
+    if (!hanging) continue;
     curve.clear();
-    add_string_curve(a, b, string.joint.length, down_of(scene.world), 24, curve);
+    add_curve(*hanging, 24, curve);
     if (curve.size() > 2) pen.path(curve, 1.2 * pen.fine(), ink::kSlack);
   }
 }
 
-void add_joint_rings(const Scene& scene, Pen& pen) {
+void add_joint_rings(const PosedWorld& scene, Pen& pen) {
   for (const Link& link : scene.world.links.values()) {
-    Vec3 a, b;
-    if (!scene.place(link.a, link.joint.anchor_a, a) ||
-        !scene.place(link.b, link.joint.anchor_b, b) || !pen.sees(a) || !pen.sees(b))
-      continue;
-    const Vec3 gap = pen.eye().project(b) - pen.eye().project(a);
+    const auto a = scene.position_of(link.a, link.joint.anchor_a);
+    const auto b = scene.position_of(link.b, link.joint.anchor_b);
+    if (!a || !b || !pen.sees(*a) || !pen.sees(*b)) continue;
+    const Vec3 gap = pen.eye().project(*b) - pen.eye().project(*a);
     const bool meets = holds_point(link.joint.kind);  // others have their own lines
-    if (meets && std::hypot(gap.x, gap.y) > 0.5) pen.line(a, b, 2 * pen.fine(), ink::kOpenJoint);
-    pen.ring(a, std::max(4.0, pen.eye().height / 110.0), pen.fine(), ink::kJoint);
+    if (meets && std::hypot(gap.x, gap.y) > 0.5) pen.line(*a, *b, 2 * pen.fine(), ink::kOpenJoint);
+    pen.ring(*a, std::max(4.0, pen.eye().height / 110.0), pen.fine(), ink::kJoint);
   }
 }
 
-void add_pins(const Scene& scene, Pen& pen) {
+void add_pins(const PosedWorld& scene, Pen& pen) {
   const World& world = scene.world;
   if (world.pins.empty()) return;
   const Real size = std::max(3.0, pen.eye().height / 160.0);
   for (const Pin& pin : world.pins.values()) {
-    Vec3 at, target = pin.target;
-    if (!scene.place(pin.body, pin.anchor, at)) continue;
-    if (pin.to && !scene.place(pin.to, pin.target, target)) continue;
+    const auto at = scene.position_of(pin.body, pin.anchor);
+    const auto target = pin.to ? scene.position_of(pin.to, pin.target) : pin.target;
+    if (!at || !target) continue;
     const bool missed = !pin.reachable || pin.missed;
     const Vec3 colour = missed ? ink::kWarning : ink::kPin;
-    pen.dot(at, size, colour);
-    pen.line(at, target, pen.fine(), colour);
-    pen.cross(target, size, 1.4 * pen.fine(), colour);
-    if (missed) pen.ring(target, 1.9 * size, pen.fine(), colour);
+    pen.dot(*at, size, colour);
+    pen.line(*at, *target, pen.fine(), colour);
+    pen.cross(*target, size, 1.4 * pen.fine(), colour);
+    if (missed) pen.ring(*target, 1.9 * size, pen.fine(), colour);
   }
 }
 
@@ -106,14 +105,14 @@ Real usual_weight(const World& world) {
 
 /// Lines grow as log(1 + 9 force / weight); that of a whole weight is a tenth of the picture high,
 /// and none is longer than three tenths.
-void add_contacts(const Scene& scene, Pen& pen) {
+void add_contacts(const PosedWorld& scene, Pen& pen) {
   const World& world = scene.world;
   if (contacts_of(world).empty()) return;
   const Real weight = std::max(usual_weight(world), 1e-12);
   const Real whole = pen.eye().height / 10.0 * pen.eye().pixel() * pen.eye().distance;
   for (const Contact& contact : contacts_of(world)) {
     if (contact.slot_a >= world.bodies.size()) continue;
-    const Vec3 at = to_world(pose_of(world, scene.poses, contact.slot_a), contact.point_a);
+    const Vec3 at = to_world(scene.pose_of(contact.slot_a), contact.point_a);
     if (!contact.active) {
       pen.dot(at, 1.4 * pen.fine(), ink::kNear);
       continue;
@@ -135,15 +134,16 @@ Real effort(const JointDrive& drive) {
 
 /// An arrow about the axis of the turn that is still to be made; three quarters of a circle are
 /// the greatest torque.
-void add_muscle(const Scene& scene, const JointDrive& drive, const Link& link, Pen& pen) {
+void add_muscle(const PosedWorld& scene, const JointDrive& drive, const Link& link, Pen& pen) {
   const World& world = scene.world;
-  Vec3 at;
-  if (!scene.place(link.a, link.joint.anchor_a, at) || !pen.sees(at)) return;
+  const auto anchor = scene.position_of(link.a, link.joint.anchor_a);
+  if (!anchor || !pen.sees(*anchor)) return;
+  const Vec3 at = *anchor;
   const std::uint32_t b = world.bodies.slot(link.b);
   const Real size = mark_size(scene, link, at, pen);
   if (size <= 0 || b == kNoSlot) return;
-  const Quat turn_a = pose_of(world, scene.poses, world.bodies.slot(link.a)).rotation;
-  const Quat now = relative_rotation(link.joint, turn_a, pose_of(world, scene.poses, b).rotation);
+  const Quat turn_a = scene.pose_of(world.bodies.slot(link.a)).rotation;
+  const Quat now = relative_rotation(link.joint, turn_a, scene.pose_of(b).rotation);
   const Vec3 rest = rotation_vector(target_at(drive, world.time) * glm::conjugate(now));
   const Real angle = glm::length(rest);
   const Vec3 axis = turn_a * link.joint.frames.a() * (angle > 1e-6 ? rest / angle : Vec3{1, 0, 0});
@@ -161,7 +161,7 @@ void add_muscle(const Scene& scene, const JointDrive& drive, const Link& link, P
   pen.line(tip, tip + back - 0.16 * radius * out, 2 * pen.fine(), colour);
 }
 
-void add_muscles(const Scene& scene, Pen& pen) {
+void add_muscles(const PosedWorld& scene, Pen& pen) {
   const World& world = scene.world;
   for (std::size_t i = 0; i < world.joint_drives.size(); ++i)
     if (const Link* link = world.links.find(world.joint_drives.owners()[i]))
@@ -170,50 +170,42 @@ void add_muscles(const Scene& scene, Pen& pen) {
 
 }  // namespace
 
-void Pen::line(Vec3 a, Vec3 b, Real width, Vec3 colour, Real opacity) {
-  if (sees(a) && sees(b)) list_.add_line(eye_.project(a), eye_.project(b), width, colour, opacity);
+void Pen::line(Vec3 a, Vec3 b, Real width, const Paint& paint) {
+  if (sees(a) && sees(b)) list_.add_line(eye_.project(a), eye_.project(b), width, paint);
 }
 
-void Pen::dot(Vec3 place, Real radius, Vec3 colour) {
-  if (sees(place)) list_.add_box(eye_.project(place), {radius, radius, 0}, radius, colour, 1);
+void Pen::dot(Vec3 centre, Real radius, Vec3 colour) {
+  if (sees(centre)) list_.add_box(eye_.project(centre), {radius, radius, 0}, radius, colour);
 }
 
-void Pen::square(Vec3 place, Real half, Vec3 colour) {
-  if (sees(place)) list_.add_box(eye_.project(place), {half, half, 0}, 0.2 * half, colour, 1);
+void Pen::square(Vec3 centre, Real half, Vec3 colour) {
+  if (sees(centre)) list_.add_box(eye_.project(centre), {half, half, 0}, 0.2 * half, colour);
 }
 
-void Pen::ring(Vec3 place, Real radius, Real width, Vec3 colour) {
-  if (sees(place)) list_.add_ring(eye_.project(place), radius, width, colour);
+void Pen::ring(Vec3 centre, Real radius, Real width, Vec3 colour) {
+  if (sees(centre)) list_.add_ring(eye_.project(centre), radius, width, colour);
 }
 
-void Pen::cross(Vec3 place, Real reach, Real width, Vec3 colour) {
-  if (!sees(place)) return;
-  const Vec3 at = eye_.project(place);
+void Pen::cross(Vec3 centre, Real reach, Real width, Vec3 colour) {
+  if (!sees(centre)) return;
+  const Vec3 at = eye_.project(centre);
   for (Real sign : {1.0, -1.0}) {
     const Vec3 arm{reach, sign * reach, 0};
     list_.add_line(at - arm, at + arm, width, colour);
   }
 }
 
-void Pen::triangle(Vec3 a, Vec3 b, Vec3 c, Vec3 colour, Real opacity) {
+void Pen::triangle(Vec3 a, Vec3 b, Vec3 c, const Paint& paint) {
   if (sees(a) && sees(b) && sees(c))
-    list_.add_triangle(eye_.project(a), eye_.project(b), eye_.project(c), colour, opacity);
+    list_.add_triangle(eye_.project(a), eye_.project(b), eye_.project(c), paint);
 }
 
-void Pen::path(std::span<const Vec3> points, Real width, Vec3 colour, Real opacity) {
-  for (std::size_t i = 1; i < points.size(); ++i)
-    line(points[i - 1], points[i], width, colour, opacity);
+void Pen::path(std::span<const Vec3> points, Real width, const Paint& paint) {
+  for (std::size_t i = 1; i < points.size(); ++i) line(points[i - 1], points[i], width, paint);
 }
 
 void Pen::fan(Vec3 apex, std::span<const Vec3> rim, Vec3 colour) {
-  for (std::size_t i = 1; i < rim.size(); ++i) triangle(apex, rim[i - 1], rim[i], colour, 0.16);
-}
-
-bool Scene::place(Entity body, Vec3 anchor, Vec3& at) const {
-  const std::uint32_t slot = world.bodies.slot(body);
-  if (slot == kNoSlot) return false;
-  at = to_world(pose_of(world, poses, slot), anchor);
-  return is_finite(at);
+  for (std::size_t i = 1; i < rim.size(); ++i) triangle(apex, rim[i - 1], rim[i], {colour, 0.16});
 }
 
 std::vector<Vec3> points_of(const Arc& arc) {
@@ -227,7 +219,7 @@ std::vector<Vec3> points_of(const Arc& arc) {
   return points;
 }
 
-Real mark_size(const Scene& scene, const Link& link, Vec3 at, const Pen& pen) {
+Real mark_size(const PosedWorld& scene, const Link& link, Vec3 at, const Pen& pen) {
   if (!pen.sees(at)) return 0;
   const Real pixel = pen.metres(at, 1), height = pen.eye().height;
   const Real body = 0.7 * std::min(reach_of(scene.world, link.a), reach_of(scene.world, link.b));
@@ -235,9 +227,9 @@ Real mark_size(const Scene& scene, const Link& link, Vec3 at, const Pen& pen) {
   return std::clamp(body, height / 36 * pixel, height / 8 * pixel);
 }
 
-void add_marks(const Scene& scene, Pen& pen) {
+void add_marks(const PosedWorld& scene, Pen& pen) {
   add_body_axes(scene, pen);
-  add_slack_strings(scene, pen);
+  add_slack_cables(scene, pen);
   add_turn_marks(scene, pen);
   add_joint_rings(scene, pen);
   add_muscles(scene, pen);
@@ -269,31 +261,31 @@ std::vector<LegendEntry> overlay_legend(const World& world) {
              (limits.swing.on && limits.swing.y <= 0 && limits.swing.z <= 0);
   }
   std::vector<LegendEntry> entries;
-  const auto name = [&](bool present, Vec3 colour, const std::string& text) {
-    if (present) entries.push_back({linear(colour), text});
+  const auto name = [&](Vec3 colour, const std::string& text) {
+    entries.push_back({linear(colour), text});
   };
-  name(!world.links.empty(), ink::kJoint, "ring: joint");
-  name(axes, ink::kHinge, "line: hinge axis");
-  name(slides, ink::kTie, "line: slides along it");
-  name(rods, ink::kTie, "line: distance kept");
-  name(springs, ink::kTie, "zigzag: spring");
-  name(ranges, ink::kRange, "fan, arc: range of a joint");
-  name(locks, ink::kLocked, "square: locked");
-  name(!world.cables.empty(), ink::kSlack, "curve: slack string");
-  name(!world.pins.empty(), ink::kPin, "cross: pin");
-  name(!world.joint_drives.empty(), ink::kMuscle, "arrow: muscle at work");
+  if (!world.links.empty()) name(ink::kJoint, "ring: joint");
+  if (axes) name(ink::kHinge, "line: hinge axis");
+  if (slides) name(ink::kTie, "line: slides along it");
+  if (rods) name(ink::kTie, "line: distance kept");
+  if (springs) name(ink::kTie, "zigzag: spring");
+  if (ranges) name(ink::kRange, "fan, arc: range of a joint");
+  if (locks) name(ink::kLocked, "square: locked");
+  if (!world.cables.empty()) name(ink::kSlack, "curve: slack string");
+  if (!world.pins.empty()) name(ink::kPin, "cross: pin");
+  if (!world.joint_drives.empty()) name(ink::kMuscle, "arrow: muscle at work");
   const bool contacts = !world.collisions.empty() || !contacts_of(world).empty();
-  name(contacts, ink::kContact, "dot, line: contact and its force");
-  name(contacts, ink::kSlide, "cross on a dot: slides");
-  name(contacts, ink::kNear, "small dot: about to touch");
+  if (contacts) name(ink::kContact, "dot, line: contact and its force");
+  if (contacts) name(ink::kSlide, "cross on a dot: slides");
+  if (contacts) name(ink::kNear, "small dot: about to touch");
   std::string red;
-  const auto warn = [&](bool present, const char* text) {
-    if (present) red += (red.empty() ? "red: " : ", ") + std::string(text);
+  const auto warn = [&](const char* text) {
+    red += (red.empty() ? "red: " : ", ") + std::string(text);
   };
-  warn(stops, "at a stop");
-  warn(!world.pins.empty(), "out of reach");
-  warn(!world.joint_drives.empty(), "at full strength");
-  name(!red.empty(), ink::kWarning, red);
+  if (stops) warn("at a stop");
+  if (!world.pins.empty()) warn("out of reach");
+  if (!world.joint_drives.empty()) warn("at full strength");
+  if (!red.empty()) name(ink::kWarning, red);
   return entries;
 }
 

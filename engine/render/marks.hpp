@@ -22,7 +22,7 @@ inline constexpr Vec3 kTie{0.05, 0.60, 0.42};     // what joints slide along, di
 inline constexpr Vec3 kWarning{1.0, 0.25, 0.15};  // at a stop, out of reach, at full strength
 }  // namespace ink
 
-/// Draws lines between places of the world; what is behind the eye is left out.
+/// Draws lines between points of the world; what is behind the eye is left out.
 class Pen {
  public:
   Pen(OverlayList& list, const Eye& eye) : list_(list), eye_(eye) {}
@@ -30,35 +30,26 @@ class Pen {
   const Eye& eye() const { return eye_; }
   /// Width of a fine line: 1.5 pixels in a picture of 720 rows.
   Real fine() const { return std::max(1.0, eye_.height / 480.0); }
-  bool sees(Vec3 place) const {
-    return is_finite(place) && eye_.depth(place) > 1e-3 * eye_.distance;
+  bool sees(Vec3 point) const {
+    return is_finite(point) && eye_.depth(point) > 1e-3 * eye_.distance;
   }
-  /// Length at `place` that covers so many pixels, m.
-  Real metres(Vec3 place, Real pixels) const { return pixels * eye_.pixel() * eye_.depth(place); }
+  /// Length at `point` that covers so many pixels, m.
+  Real metres(Vec3 point, Real pixels) const { return pixels * eye_.pixel() * eye_.depth(point); }
 
   /// `width`, `radius` and `reach` are in pixels.
-  void line(Vec3 a, Vec3 b, Real width, Vec3 colour, Real opacity = 1);
-  void dot(Vec3 place, Real radius, Vec3 colour);
-  void square(Vec3 place, Real half, Vec3 colour);
-  void ring(Vec3 place, Real radius, Real width, Vec3 colour);
-  void cross(Vec3 place, Real reach, Real width, Vec3 colour);
-  void triangle(Vec3 a, Vec3 b, Vec3 c, Vec3 colour, Real opacity);
-  void path(std::span<const Vec3> points, Real width, Vec3 colour, Real opacity = 1);
+  void line(Vec3 a, Vec3 b, Real width, const Paint& paint);
+  void dot(Vec3 centre, Real radius, Vec3 colour);
+  void square(Vec3 centre, Real half, Vec3 colour);
+  void ring(Vec3 centre, Real radius, Real width, Vec3 colour);
+  void cross(Vec3 centre, Real reach, Real width, Vec3 colour);
+  void triangle(Vec3 a, Vec3 b, Vec3 c, const Paint& paint);
+  void path(std::span<const Vec3> points, Real width, const Paint& paint);
   /// A translucent fan from `apex` to a rim.
   void fan(Vec3 apex, std::span<const Vec3> rim, Vec3 colour);
 
  private:
   OverlayList& list_;
   const Eye& eye_;
-};
-
-/// A World as it is drawn: poses by slot of World::bodies, or its own where there are none.
-struct Scene {
-  const World& world;
-  std::span<const Pose> poses;
-
-  /// Where a point of a body is; false if the body is gone or its pose not finite.
-  bool place(Entity body, Vec3 anchor, Vec3& at) const;
 };
 
 /// A circle's arc about `axis` (unit) through `centre`, from angle `low` to `high`; angle 0 is the
@@ -70,15 +61,15 @@ struct Arc {
 std::vector<Vec3> points_of(const Arc& arc);
 
 /// All marks: see Overlay::joints.
-void add_marks(const Scene& scene, Pen& pen);
+void add_marks(const PosedWorld& scene, Pen& pen);
 
 /// How far joints may turn and where they stand: sectors of hinges and universal joints, cones of
 /// ball joints with an arc for the twist, in the warning colour where they are at a stop; axes of
 /// hinges; squares at what is locked; lines that joints slide along, lines and zigzags of distances
 /// and springs. Two thirds of the smaller body in size.
-void add_turn_marks(const Scene& scene, Pen& pen);
+void add_turn_marks(const PosedWorld& scene, Pen& pen);
 
 /// The length that marks at a joint are given, m; 0 where they would be too small to read.
-Real mark_size(const Scene& scene, const Link& link, Vec3 at, const Pen& pen);
+Real mark_size(const PosedWorld& scene, const Link& link, Vec3 at, const Pen& pen);
 
 }  // namespace pantin::detail

@@ -68,20 +68,21 @@ void add_box(Meshes& to) {
     const Vec3 corner{c & 1 ? 1 : -1, c & 2 ? 1 : -1, c & 4 ? 1 : -1};
     for (int k = 0; k < 3; ++k) at[c][k] = add_vertex(to, corner, axis(k, corner[k]));
   }
-  const auto quad = [&](std::uint16_t a, std::uint16_t b, std::uint16_t c, std::uint16_t d,
-                        bool flip) {
-    if (flip) std::swap(b, d);
+  enum class Winding { as_given, reversed };
+  const auto quad = [&](std::array<std::uint16_t, 4> corners, Winding winding) {
+    auto& [a, b, c, d] = corners;
+    if (winding == Winding::reversed) std::swap(b, d);
     add_triangle(to, a, b, c), add_triangle(to, a, c, d);
   };
   for (int k = 0; k < 3; ++k) {
     const int i = 1 << ((k + 1) % 3), j = 1 << ((k + 2) % 3), up = 1 << k;
     const int u = (k + 1) % 3, v = (k + 2) % 3;
-    quad(at[up][k], at[up | i][k], at[up | i | j][k], at[up | j][k], false);
-    quad(at[0][k], at[i][k], at[i | j][k], at[j][k], true);
+    quad({at[up][k], at[up | i][k], at[up | i | j][k], at[up | j][k]}, Winding::as_given);
+    quad({at[0][k], at[i][k], at[i | j][k], at[j][k]}, Winding::reversed);
     for (int side = 0; side < 4; ++side) {  // the four edges along axis k
       const int low = (side & 1 ? i : 0) | (side & 2 ? j : 0), high = low | up;
-      const bool flip = side == 1 || side == 2;
-      quad(at[low][v], at[high][v], at[high][u], at[low][u], flip);
+      const Winding winding = side == 1 || side == 2 ? Winding::reversed : Winding::as_given;
+      quad({at[low][v], at[high][v], at[high][u], at[low][u]}, winding);
     }
   }
   for (int c = 0; c < 8; ++c) {

@@ -6,7 +6,7 @@
 
 namespace pantin::detail {
 
-/// A vertex of a solid that is a core grown by a skin: its place is `core * corner + skin *
+/// A vertex of a solid that is a core grown by a skin: its position is `core * corner + skin *
 /// normal`. One mesh so serves capsules of any length, and boxes with bevels of any width.
 struct MeshVertex {
   float corner[3];  // -1, 0 or 1 an axis

@@ -12,27 +12,27 @@ constexpr Vec3 kPanel{0.06, 0.07, 0.09}, kText{0.96, 0.97, 0.98}, kAlarm{1, 0.36
 }  // namespace
 
 void OverlayList::add_quad(const float (&corners)[4][2], const float (&locals)[4][2],
-                           const float (&form)[4], Vec3 colour, Real opacity) {
+                           const float (&form)[4], const Paint& paint) {
   for (int i = 0; i < 4; ++i) {
     OverlayVertex v{};
     for (int k = 0; k < 2; ++k) v.pixel[k] = corners[i][k], v.local[k] = locals[i][k];
     for (int k = 0; k < 4; ++k) v.form[k] = form[k];
-    for (int k = 0; k < 3; ++k) v.colour[k] = static_cast<float>(colour[k]);
-    v.colour[3] = static_cast<float>(opacity);
+    for (int k = 0; k < 3; ++k) v.colour[k] = static_cast<float>(paint.colour[k]);
+    v.colour[3] = static_cast<float>(paint.opacity);
     vertices_.push_back(v);
   }
 }
 
-void OverlayList::add_box(Vec3 middle, Vec3 half, Real radius, Vec3 colour, Real opacity) {
+void OverlayList::add_box(Vec3 middle, Vec3 half, Real radius, const Paint& paint) {
   const auto w = static_cast<float>(half.x), h = static_cast<float>(half.y);
   const auto x = static_cast<float>(middle.x), y = static_cast<float>(middle.y);
   const float locals[4][2] = {{-w - 1, -h - 1}, {w + 1, -h - 1}, {w + 1, h + 1}, {-w - 1, h + 1}};
   float corners[4][2];
   for (int i = 0; i < 4; ++i) corners[i][0] = x + locals[i][0], corners[i][1] = y + locals[i][1];
-  add_quad(corners, locals, {w, h, static_cast<float>(radius), 1}, colour, opacity);
+  add_quad(corners, locals, {w, h, static_cast<float>(radius), 1}, paint);
 }
 
-void OverlayList::add_line(Vec3 a, Vec3 b, Real width, Vec3 colour, Real opacity) {
+void OverlayList::add_line(Vec3 a, Vec3 b, Real width, const Paint& paint) {
   const Vec3 way{b.x - a.x, b.y - a.y, 0};
   const Real length = glm::length(way);
   const Vec3 u = length > 0 ? way / length : Vec3{1, 0, 0};
@@ -46,18 +46,17 @@ void OverlayList::add_line(Vec3 a, Vec3 b, Real width, Vec3 colour, Real opacity
     locals[i][0] = static_cast<float>(s), locals[i][1] = static_cast<float>(t);
   }
   add_quad(corners, locals,
-           {static_cast<float>(w), static_cast<float>(h), static_cast<float>(h), 1}, colour,
-           opacity);
+           {static_cast<float>(w), static_cast<float>(h), static_cast<float>(h), 1}, paint);
 }
 
-void OverlayList::add_triangle(Vec3 a, Vec3 b, Vec3 c, Vec3 colour, Real opacity) {
+void OverlayList::add_triangle(Vec3 a, Vec3 b, Vec3 c, const Paint& paint) {
   const auto corner = [](Vec3 p, int k) { return static_cast<float>(p[k]); };
   const float corners[4][2] = {{corner(a, 0), corner(a, 1)},
                                {corner(b, 0), corner(b, 1)},
                                {corner(c, 0), corner(c, 1)},
                                {corner(c, 0), corner(c, 1)}};
   // The middle of a box without end: no border, so that neighbours join without a seam.
-  add_quad(corners, {{0, 0}, {0, 0}, {0, 0}, {0, 0}}, {1e4f, 1e4f, 0, 1}, colour, opacity);
+  add_quad(corners, {{0, 0}, {0, 0}, {0, 0}, {0, 0}}, {1e4f, 1e4f, 0, 1}, paint);
 }
 
 void OverlayList::add_ring(Vec3 middle, Real radius, Real width, Vec3 colour) {
@@ -85,7 +84,7 @@ void OverlayList::add_text(Vec3 baseline, std::string_view utf8, Vec3 colour) {
     const float v1 = v0 + h / static_cast<float>(font_.atlas_height);
     if (g.width > 0)
       add_quad({{x0, y0}, {x0 + w, y0}, {x0 + w, y0 + h}, {x0, y0 + h}},
-               {{u0, v0}, {u1, v0}, {u1, v1}, {u0, v1}}, {0, 0, 0, 0}, colour, 1);
+               {{u0, v0}, {u1, v0}, {u1, v1}, {u0, v1}}, {0, 0, 0, 0}, colour);
     pen += g.advance;
   }
 }
@@ -95,7 +94,7 @@ void OverlayList::add_labels(const Overlay& overlay, const Eye& eye) {
   const Real edge = std::round(0.6 * line), swatch = std::round(0.62 * line);
   const auto panel = [&](Real top, Real widest, std::size_t lines) {
     const Vec3 half{widest / 2 + pad, static_cast<Real>(lines) * line / 2 + 0.8 * pad, 0};
-    add_box({edge + half.x, top + half.y, 0}, half, 0.35 * line, kPanel, 0.62);
+    add_box({edge + half.x, top + half.y, 0}, half, 0.35 * line, {kPanel, 0.62});
     return top + 0.8 * pad + (line - font_.line_height) / 2 + font_.ascent;  // first baseline
   };
   Real widest = 0;
@@ -120,7 +119,7 @@ void OverlayList::add_labels(const Overlay& overlay, const Eye& eye) {
   for (const LegendEntry& entry : overlay.legend) {
     const Real middle = y - 0.36 * font_.ascent;
     add_box({edge + pad + swatch / 2, middle, 0}, {swatch / 2, swatch / 2, 0}, 0.2 * swatch,
-            srgb(entry.colour), 1);
+            srgb(entry.colour));
     add_text({edge + pad + 1.6 * swatch, y, 0}, entry.text, kText);
     y += line;
   }

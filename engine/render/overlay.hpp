@@ -16,6 +16,13 @@ struct OverlayVertex {
   float colour[4];  // sRGB and opacity
 };
 
+/// What flat things are painted with.
+struct Paint {
+  Paint(Vec3 srgb, Real opaque = 1) : colour(srgb), opacity(opaque) {}
+  Vec3 colour;   // sRGB
+  Real opacity;  // 0..1
+};
+
 /// Quads, four vertices each, in the order they are to be painted.
 class OverlayList {
  public:
@@ -24,9 +31,9 @@ class OverlayList {
   void clear() { vertices_.clear(); }
   std::span<const OverlayVertex> vertices() const { return vertices_; }
 
-  void add_box(Vec3 middle, Vec3 half, Real radius, Vec3 colour, Real opacity);
-  void add_line(Vec3 a, Vec3 b, Real width, Vec3 colour, Real opacity = 1);
-  void add_triangle(Vec3 a, Vec3 b, Vec3 c, Vec3 colour, Real opacity);
+  void add_box(Vec3 middle, Vec3 half, Real radius, const Paint& paint);
+  void add_line(Vec3 a, Vec3 b, Real width, const Paint& paint);
+  void add_triangle(Vec3 a, Vec3 b, Vec3 c, const Paint& paint);
   void add_ring(Vec3 middle, Real radius, Real width, Vec3 colour);
   void add_text(Vec3 baseline, std::string_view utf8, Vec3 colour);
 
@@ -35,7 +42,7 @@ class OverlayList {
 
  private:
   void add_quad(const float (&corners)[4][2], const float (&locals)[4][2], const float (&form)[4],
-                Vec3 colour, Real opacity);
+                const Paint& paint);
 
   const Font& font_;
   std::vector<OverlayVertex> vertices_;

@@ -33,7 +33,7 @@ void GlRenderer::upload(const View& view, const Eye& eye) {
                  list_.ribbon_indices.data(), GL_STREAM_DRAW);
 
   if (frame_.ground_row >= eye.height || !(frame_.shade_low.x < frame_.shade_high.x)) return;
-  shade_ground(list_.fillings, frame_.shade_low, frame_.shade_high, view.ground_height, shade_);
+  shade_ground(list_.fillings, {frame_.shade_low, frame_.shade_high, view.ground_height}, shade_);
   gl_.ActiveTexture(GL_TEXTURE0 + kShadeUnit);
   gl_.TexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, kShadeSize, kShadeSize, GL_RED, GL_UNSIGNED_BYTE,
                     shade_.data());
@@ -60,7 +60,8 @@ void GlRenderer::draw_surfaces(std::size_t first) {
 }
 
 /// All solids and cables, into the shadow map or into the picture.
-void GlRenderer::draw_world_meshes(bool depth_only) {
+void GlRenderer::draw_world_meshes(MeshPass pass) {
+  const bool depth_only = pass == MeshPass::shadow;
   gl_.UseProgram(depth_only ? solid_depth_ : solid_);
   gl_.Enable(GL_CULL_FACE);
   gl_.BindVertexArray(solid_array_);
@@ -98,7 +99,7 @@ void GlRenderer::draw_shadows() {
   gl_.Enable(GL_POLYGON_OFFSET_FILL);
   gl_.PolygonOffset(1.5f, 4.f);
   gl_.FrontFace(GL_CCW);
-  draw_world_meshes(true);
+  draw_world_meshes(MeshPass::shadow);
   gl_.FrontFace(GL_CW);
   gl_.Disable(GL_POLYGON_OFFSET_FILL);
   gl_.Disable(GL_DEPTH_CLAMP);
@@ -112,7 +113,7 @@ void GlRenderer::draw_solids() {
   gl_.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
   gl_.Enable(GL_DEPTH_TEST);
   if (frame_.clips_ground) gl_.Enable(GL_CLIP_DISTANCE0);
-  draw_world_meshes(false);
+  draw_world_meshes(MeshPass::colour);
   gl_.Disable(GL_CLIP_DISTANCE0);
   gl_.Disable(GL_CULL_FACE);
   gl_.Disable(GL_DEPTH_TEST);
@@ -156,12 +157,11 @@ void GlRenderer::merge() {
   gl_.Disable(GL_BLEND);
 }
 
-void GlRenderer::draw_overlay(const World& world, std::span<const Pose> poses,
-                              const Overlay& overlay, const Eye& eye) {
+void GlRenderer::draw_overlay(const PosedWorld& scene, const Overlay& overlay, const Eye& eye) {
   overlay_.clear();
   if (overlay.joints) {
     Pen pen(overlay_, eye);
-    add_marks({world, poses}, pen);
+    add_marks(scene, pen);
   }
   overlay_.add_labels(overlay, eye);
   const auto vertices = overlay_.vertices();
@@ -188,12 +188,14 @@ void GlRenderer::draw_overlay(const World& world, std::span<const Pose> poses,
   gl_.Disable(GL_BLEND);
 }
 
-void GlRenderer::draw(const World& world, std::span<const Pose> poses, const View& view,
-                      const Overlay& overlay, Image& out) {
+void GlRenderer::draw(const Shot& shot, Image& out) {
+  const View& view = shot.view;
+  const PosedWorld scene{shot.world, shot.poses};
   const Real aspect = static_cast<Real>(options_.width) / options_.height;
-  const Camera camera = view.camera.automatic ? framing_camera(world, view, aspect) : view.camera;
+  const Camera camera =
+      view.camera.automatic ? framing_camera(shot.world, view, aspect) : view.camera;
   const Eye eye = make_eye(camera, options_.width, options_.height);
-  gather(world, poses, view, eye, list_);
+  gather(scene, view, eye, list_);
   frame_ = make_frame(view, eye, list_);
 
   context_->make_current();
@@ -205,7 +207,8 @@ void GlRenderer::draw(const World& world, std::span<const Pose> poses, const Vie
   }
   draw_backdrop();
   if (!frame_.solids.empty()) merge();
-  draw_overlay(world, poses, overlay, eye);
+  const Overlay nothing;
+  draw_overlay(scene, shot.overlay ? *shot.overlay : nothing, eye);
 
   out.width = options_.width, out.height = options_.height;
   out.rgba.resize(std::size_t(4) * options_.width * options_.height);

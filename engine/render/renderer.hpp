@@ -59,10 +59,16 @@ class Renderer {
   static Result<std::unique_ptr<Renderer>> create(const RenderOptions& options);
   virtual ~Renderer() = default;
 
-  /// Draws the bodies at `poses` (by slot of World::bodies; empty: where they are) into `out`. An
-  /// automatic camera is framed anew for every picture: for a film, take framing_camera() once.
-  virtual void draw(const World& world, std::span<const Pose> poses, const View& view,
-                    const Overlay& overlay, Image& out) = 0;
+  /// What one picture shows.
+  struct Shot {
+    const World& world;
+    std::span<const Pose> poses = {};  // by slot of World::bodies; empty: where the bodies are
+    View view = {};
+    const Overlay* overlay = nullptr;  // null: nothing over the picture
+  };
+  /// Draws into `out`, whose memory is used again. An automatic camera is framed anew for every
+  /// picture: for a film, take framing_camera() once.
+  virtual void draw(const Shot& shot, Image& out) = 0;
   virtual const GlReport& report() const = 0;
 };
 

@@ -9,9 +9,22 @@ struct Grid {
   float x, z, step_x, step_z;  // centre of the first texel, distance to the next
 };
 
-/// Darkens the texels around one ball.
-void add_shade(const Grid& grid, float x, float z, float height, float radius, float spread,
-               std::vector<float>& open) {
+/// A ball above the map's first corner, m.
+struct Occluder {
+  float x, z, height, radius;
+};
+
+/// How open the ground is to the sky at each texel, 0..1.
+struct Openness {
+  Grid grid;
+  float spread;  // m; what is smaller fades and does not flicker
+  std::vector<float> open = std::vector<float>(kShadeSize * kShadeSize, 1.f);
+
+  void darken_around(const Occluder& ball);
+};
+
+void Openness::darken_around(const Occluder& ball) {
+  const auto& [x, z, height, radius] = ball;
   const float reach = static_cast<float>(kShadeReach) * radius + spread;
   const auto first = [](float from, float step) {
     return std::max(0, static_cast<int>(std::ceil(from / step)));
@@ -39,24 +52,24 @@ void add_shade(const Grid& grid, float x, float z, float height, float radius, f
 
 }  // namespace
 
-void shade_ground(std::span<const Ball> balls, Vec3 low, Vec3 high, Real ground_height,
+void shade_ground(std::span<const Ball> balls, const GroundPatch& ground,
                   std::vector<std::uint8_t>& to) {
-  const Vec3 size = high - low;
+  const Vec3 low = ground.low, size = ground.high - low;
   Grid grid;
   grid.step_x = static_cast<float>(size.x) / kShadeSize;
   grid.step_z = static_cast<float>(size.z) / kShadeSize;
   grid.x = grid.step_x / 2, grid.z = grid.step_z / 2;
-  const float spread = std::max(grid.step_x, grid.step_z) / 2;  // what is small fades, not flickers
-  std::vector<float> open(kShadeSize * kShadeSize, 1.f);
+  Openness map{grid, std::max(grid.step_x, grid.step_z) / 2};
   for (const Ball& b : balls) {
-    const Real height = b.centre.y - ground_height;
+    const Real height = b.centre.y - ground.height;
     if (!shades_ground(b, height)) continue;
-    add_shade(grid, static_cast<float>(b.centre.x - low.x), static_cast<float>(b.centre.z - low.z),
-              static_cast<float>(height), static_cast<float>(b.radius), spread, open);
+    map.darken_around({static_cast<float>(b.centre.x - low.x),
+                       static_cast<float>(b.centre.z - low.z), static_cast<float>(height),
+                       static_cast<float>(b.radius)});
   }
-  to.resize(open.size());
-  for (std::size_t i = 0; i < open.size(); ++i)
-    to[i] = static_cast<std::uint8_t>(open[i] * 255.f + 0.5f);
+  to.resize(map.open.size());
+  for (std::size_t i = 0; i < map.open.size(); ++i)
+    to[i] = static_cast<std::uint8_t>(map.open[i] * 255.f + 0.5f);
 }
 
 }  // namespace pantin::detail

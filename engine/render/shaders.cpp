@@ -20,8 +20,8 @@ vec3 display(vec3 linear) {
   return 0.662002687 * s1 + 0.684122060 * s2 - 0.323583601 * s3 - 0.0225411470 * c;
 }
 
-vec3 to_light(vec3 place) {
-  vec4 p = vec4(place, 1.0);
+vec3 to_light(vec3 position) {
+  vec4 p = vec4(position, 1.0);
   return vec3(dot(light[0], p), dot(light[1], p), dot(light[2], p));
 }
 
@@ -29,8 +29,8 @@ vec3 to_light(vec3 place) {
 uniform sampler2DShadow shadow_map;
 
 // Three by three texels seen through four filtered taps, weighted as a tent. [Castano 2013]
-float lit(vec3 place) {
-  vec3 p = to_light(place);
+float lit(vec3 position) {
+  vec3 p = to_light(position);
   float size = sunlight.w;
   vec2 texel = p.xy * size, base = floor(texel + 0.5), s = texel + 0.5 - base;
   vec2 w0 = 3.0 - 2.0 * s, w1 = 1.0 + 2.0 * s;
@@ -48,7 +48,7 @@ const char* const kSolidVertex = R"(
 layout(location = 0) in vec3 corner;
 layout(location = 1) in vec3 mesh_normal;
 layout(location = 2) in vec4 turn;
-layout(location = 3) in vec4 place_metallic;
+layout(location = 3) in vec4 position_metallic;
 layout(location = 4) in vec4 core_skin;
 layout(location = 5) in vec4 colour_roughness;
 out vec3 at;
@@ -60,7 +60,7 @@ out float gl_ClipDistance[1];
 vec3 turned(vec3 v) { return v + 2.0 * cross(turn.xyz, cross(turn.xyz, v) + turn.w * v); }
 
 void main() {
-  at = place_metallic.xyz + turned(corner * core_skin.xyz + mesh_normal * core_skin.w);
+  at = position_metallic.xyz + turned(corner * core_skin.xyz + mesh_normal * core_skin.w);
   vec4 p = vec4(at, 1.0);
 #ifdef DEPTH
   gl_Position = vec4(2.0 * to_light(at) - 1.0, 1.0);
@@ -70,7 +70,7 @@ void main() {
   gl_ClipDistance[0] = at.y - viewport.z;
   normal = turned(mesh_normal);
   colour = colour_roughness;
-  metallic = place_metallic.w;
+  metallic = position_metallic.w;
 }
 )";
 
@@ -185,9 +185,9 @@ uniform sampler2D contact_shade;
 void main() {
   vec3 way = ray[0].xyz + gl_FragCoord.x * ray[1].xyz + gl_FragCoord.y * ray[2].xyz;
   float down = soil.w / way.y;
-  vec2 place = down * way.xz;
+  vec2 position = down * way.xz;
   // Checkers and lines averaged over the pixel's footprint, by their integrals.
-  vec2 p = (place + ground_origin.xy) / horizon.w;
+  vec2 p = (position + ground_origin.xy) / horizon.w;
   vec2 wide = max(abs(dFdx(p)), abs(dFdy(p))) + 1e-4;
   vec2 lo = p - 0.5 * wide, hi = p + 0.5 * wide;
   vec2 wave = 2.0 * (abs(fract(0.5 * lo) - 0.5) - abs(fract(0.5 * hi) - 0.5)) / wide;
@@ -199,14 +199,14 @@ void main() {
 
   vec3 c = mix(tiles[0].rgb, tiles[1].rgb, dark);
 #ifdef NEAR
-  vec2 at = place * shade_map.xy + shade_map.zw;
+  vec2 at = position * shade_map.xy + shade_map.zw;
   float open = texture(contact_shade, at).r;
 #ifdef SHADOWS
-  c = mix(mix(tiles[2].rgb, tiles[3].rgb, dark), c, lit(vec3(place.x, soil.w, place.y)));
+  c = mix(mix(tiles[2].rgb, tiles[3].rgb, dark), c, lit(vec3(position.x, soil.w, position.y)));
 #endif
   c *= open * open;
 #endif
-  float far = dot(place - ground_origin.zw, place - ground_origin.zw) / (zenith.w * zenith.w);
+  float far = dot(position - ground_origin.zw, position - ground_origin.zw) / (zenith.w * zenith.w);
   float fade = 1.0 / (1.0 + far * far);
   shown = vec4(sqrt(mix(horizon.rgb, c * ink, fade)), 1.0);
 }

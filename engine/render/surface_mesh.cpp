@@ -7,10 +7,10 @@
 namespace pantin::detail {
 namespace {
 
-std::uint32_t add_vertex(SurfaceMesh& to, Vec3 place, Vec3 normal) {
+std::uint32_t add_vertex(SurfaceMesh& to, Vec3 corner, Vec3 normal) {
   MeshVertex v{};
   for (int k = 0; k < 3; ++k) {
-    v.corner[k] = static_cast<float>(place[k]);
+    v.corner[k] = static_cast<float>(corner[k]);
     v.normal[k] = static_cast<float>(normal[k]);
   }
   to.vertices.push_back(v);

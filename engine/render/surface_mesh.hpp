@@ -6,7 +6,8 @@
 
 namespace pantin::detail {
 
-/// Vertices whose `corner` is a place in the shape's frame, m: drawn with a core of 1 and no skin.
+/// Vertices whose `corner` is a position in the shape's frame, m: drawn with a core of 1 and no
+/// skin.
 struct SurfaceMesh {
   std::vector<MeshVertex> vertices;
   std::vector<std::uint32_t> indices;  // triangles, counter-clockwise seen from outside

@@ -34,9 +34,9 @@ StoredSurface SurfaceStore::store(const Surface& surface) const {
 }
 
 const StoredSurface& SurfaceStore::stored(const std::shared_ptr<const Surface>& surface) {
-  const auto [place, is_new] = entries_.try_emplace(surface.get());
-  if (is_new) place->second = {surface, store(*surface)};
-  return place->second.stored;
+  const auto [entry, is_new] = entries_.try_emplace(surface.get());
+  if (is_new) entry->second = {surface, store(*surface)};
+  return entry->second.stored;
 }
 
 void SurfaceStore::forget_unused() {

@@ -8,8 +8,8 @@
 
 namespace pantin::detail {
 
-/// A vertex array of places, normals (attributes 0 and 1) and triangles. Attributes 2 to 5 are on
-/// and advance once an instance; the caller points them at its instances.
+/// A vertex array of positions, normals (attributes 0 and 1) and triangles. Attributes 2 to 5 are
+/// on and advance once an instance; the caller points them at its instances.
 struct StoredSurface {
   GLuint array = 0, vertices = 0, triangles = 0;
   GLsizei count = 0;  // indices, 32 bits each

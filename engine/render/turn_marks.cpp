@@ -43,11 +43,14 @@ bool is_at_stop(const SwingLimit& limit, Vec3 swing) {
   return glm::length(clamped(limit, more) - more) > 0;
 }
 
-Vec3 colour_of(bool at_stop) { return at_stop ? ink::kWarning : ink::kRange; }
+/// The colour of a range, by the angle or the swing that the joint has.
+Vec3 range_colour(const auto& limit, const auto& turned) {
+  return is_at_stop(limit, turned) ? ink::kWarning : ink::kRange;
+}
 
 /// A sector from the lowest to the highest angle, with a line where the joint is.
 void add_sector(Pen& pen, const Arc& whole, const AngleLimit& limit, Real angle) {
-  const Vec3 colour = colour_of(is_at_stop(limit, angle));
+  const Vec3 colour = range_colour(limit, angle);
   const auto way = [&](Real turned) {
     return whole.centre + from_rotation_vector(turned * whole.axis) * whole.zero;
   };
@@ -55,9 +58,9 @@ void add_sector(Pen& pen, const Arc& whole, const AngleLimit& limit, Real angle)
   arc.low = limit.low, arc.high = std::min(limit.high, limit.low + 2 * kPi);
   const std::vector<Vec3> rim = points_of(arc);
   pen.fan(arc.centre, rim, colour);
-  pen.path(rim, pen.fine(), colour, 0.9);
-  pen.line(arc.centre, rim.front(), pen.fine(), colour, 0.9);
-  pen.line(arc.centre, rim.back(), pen.fine(), colour, 0.9);
+  pen.path(rim, pen.fine(), {colour, 0.9});
+  pen.line(arc.centre, rim.front(), pen.fine(), {colour, 0.9});
+  pen.line(arc.centre, rim.back(), pen.fine(), {colour, 0.9});
   pen.line(arc.centre, way(angle), 1.8 * pen.fine(), colour);
   pen.dot(way(angle), 2.4 * pen.fine(), colour);
 }
@@ -99,17 +102,17 @@ void add_two_angles(Pen& pen, const Marked& m) {
 /// The cone that b's x axis may point into, b's x axis, and that of a as a thin line.
 void add_cone(Pen& pen, const Marked& m, Vec3 swing) {
   const SwingLimit& limit = m.joint.limits->swing;
-  const Vec3 colour = colour_of(is_at_stop(limit, swing));
+  const Vec3 colour = range_colour(limit, swing);
   std::vector<Vec3> rim;
   for (int i = 0; i <= kRimPoints; ++i) {
     const Real t = 2 * kPi * i / kRimPoints;
     const Quat out = from_rotation_vector({0, limit.y * std::cos(t), limit.z * std::sin(t)});
     rim.push_back(m.at + m.a * (out * (m.size * kX)));
-    if (i % (kRimPoints / 8) == 0) pen.line(m.at, rim.back(), 0.8 * pen.fine(), colour, 0.45);
+    if (i % (kRimPoints / 8) == 0) pen.line(m.at, rim.back(), 0.8 * pen.fine(), {colour, 0.45});
   }
   pen.fan(m.at, rim, colour);
-  pen.path(rim, pen.fine(), colour, 0.9);
-  pen.line(m.at, m.at + m.a * (0.6 * m.size * kX), 0.8 * pen.fine(), ink::kHinge, 0.8);
+  pen.path(rim, pen.fine(), {colour, 0.9});
+  pen.line(m.at, m.at + m.a * (0.6 * m.size * kX), 0.8 * pen.fine(), {ink::kHinge, 0.8});
   const Vec3 tip = m.at + m.b * (m.size * kX);
   pen.line(m.at, tip, 1.8 * pen.fine(), colour);
   pen.dot(tip, 2.4 * pen.fine(), colour);
@@ -119,7 +122,7 @@ void add_cone(Pen& pen, const Marked& m, Vec3 swing) {
 void add_twist(Pen& pen, const Marked& m, const SwingTwist& at) {
   const AngleLimit& limit = m.joint.limits->angle;
   const Vec3 axis = m.b * kX, middle = m.at + 1.2 * m.size * axis;
-  const Vec3 colour = colour_of(is_at_stop(limit, at.twist));
+  const Vec3 colour = range_colour(limit, at.twist);
   Arc arc{middle, axis, m.a * (from_rotation_vector(at.swing) * (0.36 * m.size * kY)), limit.low,
           0};
   arc.high = std::min(limit.high, limit.low + 2 * kPi);
@@ -140,15 +143,15 @@ void add_slide(Pen& pen, const Marked& m, Vec3 other) {
   const AngleLimit& travel = m.joint.parameters->travel;
   const Real along = glm::dot(other - m.at, axis);
   const bool at_stop =
-      travel.on && (along - travel.low < kNear * m.size || travel.high - along < kNear * m.size);
+      (along - travel.low < kNear * m.size || travel.high - along < kNear * m.size);
+  const Vec3 colour = !travel.on ? ink::kTie : at_stop ? ink::kWarning : ink::kRange;
   const Real low = travel.on ? travel.low : std::min(along, Real(0)) - 0.45 * m.size;
   const Real high = travel.on ? travel.high : std::max(along, Real(0)) + 0.45 * m.size;
   pen.line(m.at + low * axis, m.at + high * axis, 1.8 * pen.fine(), ink::kTie);
   for (Real end : {low, high})
     if (travel.on)
-      pen.line(m.at + end * axis - side, m.at + end * axis + side, 1.4 * pen.fine(),
-               colour_of(at_stop));
-  pen.dot(m.at + along * axis, 2.4 * pen.fine(), travel.on ? colour_of(at_stop) : ink::kTie);
+      pen.line(m.at + end * axis - side, m.at + end * axis + side, 1.4 * pen.fine(), colour);
+  pen.dot(m.at + along * axis, 2.4 * pen.fine(), colour);
 }
 
 void add_rod(Pen& pen, const Marked& m, Vec3 other) {
@@ -207,7 +210,7 @@ void add_mark(Pen& pen, const Marked& m, Mark mark, Vec3 other) {
 
 }  // namespace
 
-void add_turn_marks(const Scene& scene, Pen& pen) {
+void add_turn_marks(const PosedWorld& scene, Pen& pen) {
   const World& world = scene.world;
   for (const Link& link : world.links.values()) {
     const Joint& joint = link.joint;
@@ -216,17 +219,17 @@ void add_turn_marks(const Scene& scene, Pen& pen) {
       return mark != Mark::cone_and_twist || joint.limits.any();
     };
     if (std::ranges::none_of(marks, shows)) continue;
-    Vec3 at, other;
-    if (!scene.place(link.a, joint.anchor_a, at) || !scene.place(link.b, joint.anchor_b, other))
-      continue;
-    const Real size = mark_size(scene, link, at, pen);
+    const auto at = scene.position_of(link.a, joint.anchor_a);
+    const auto other = scene.position_of(link.b, joint.anchor_b);
+    if (!at || !other) continue;
+    const Real size = mark_size(scene, link, *at, pen);
     if (size <= 0) continue;
-    const Quat a = pose_of(world, scene.poses, world.bodies.slot(link.a)).rotation;
-    const Quat b = pose_of(world, scene.poses, world.bodies.slot(link.b)).rotation;
+    const Quat a = scene.pose_of(world.bodies.slot(link.a)).rotation;
+    const Quat b = scene.pose_of(world.bodies.slot(link.b)).rotation;
     const Marked m{
-        joint, at, a * joint.frames.a(), b * joint.frames.b(), relative_rotation(joint, a, b),
+        joint, *at, a * joint.frames.a(), b * joint.frames.b(), relative_rotation(joint, a, b),
         size};
-    for (const Mark mark : marks) add_mark(pen, m, mark, other);
+    for (const Mark mark : marks) add_mark(pen, m, mark, *other);
   }
 }
 

@@ -19,7 +19,7 @@ Real length_of(const std::vector<Vec3>& points) {
 
 TEST_CASE("a taut string is a straight line of two points") {
   std::vector<Vec3> points;
-  add_string_curve({0, 1, 0}, {0.3, 0, 0.2}, 1.0, {0, -1, 0}, 24, points);
+  add_curve({{0, 1, 0}, {0.3, 0, 0.2}, 1.0, {0, -1, 0}}, 24, points);
   REQUIRE(points.size() == 2);
   CHECK(points[0] == Vec3(0, 1, 0));
   CHECK(points[1] == Vec3(0.3, 0, 0.2));
@@ -35,7 +35,7 @@ TEST_CASE("a slack string hangs down and keeps its length, whichever way its end
     for (Real factor : {1.001, 1.1, 2.0, 5.0}) {
       const Real length = std::max(glm::length(e[1] - e[0]), 0.5) * factor;
       std::vector<Vec3> points;
-      add_string_curve(e[0], e[1], length, {0, -1, 0}, 24, points);
+      add_curve({e[0], e[1], length, {0, -1, 0}}, 24, points);
       REQUIRE(points.size() == 25);
       CHECK(length_of(points) == Approx(length).epsilon(1e-3));
       CHECK(glm::length(points.front() - e[0]) < 1e-12);

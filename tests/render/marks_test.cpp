@@ -50,7 +50,7 @@ struct Stage {
     Overlay overlay;
     overlay.joints = true;
     if (auto renderer = renderer_or_skip({kWidth, kHeight, 4, true, GlPath::automatic}))
-      renderer->draw(world, {}, view, overlay, image);
+      renderer->draw({.world = world, .view = view, .overlay = &overlay}, image);
     return image;
   }
   /// Pixels near a place that look like a mark of this colour.

@@ -40,7 +40,7 @@ struct Stage {
   Image draw(const Overlay& overlay = {}, std::span<const Pose> poses = {}) {
     Image image;
     if (auto renderer = renderer_or_skip(options))
-      renderer->draw(world, poses, view, overlay, image);
+      renderer->draw({world, poses, view, &overlay}, image);
     return image;
   }
 };

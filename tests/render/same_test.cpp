@@ -34,7 +34,7 @@ Image shoot(const Shot& shot) {
   if (!shot.cables) world.cables = {};
   Image image;
   if (auto renderer = renderer_or_skip(shot.options))
-    renderer->draw(world, {}, puppet_view(), {}, image);
+    renderer->draw({.world = world, .view = puppet_view()}, image);
   return image;
 }
 
@@ -78,11 +78,11 @@ TEST_CASE("the same world gives the same picture, in one renderer and in the nex
   auto renderer = renderer_or_skip(shot.options);
   if (!renderer) return;
   Image first, other, again;
-  renderer->draw(world, {}, puppet_view(), {}, first);
+  renderer->draw({.world = world, .view = puppet_view()}, first);
   World elsewhere = world;
   for (Body& body : elsewhere.bodies.values()) body.pose.position.x += 1;
-  renderer->draw(elsewhere, {}, puppet_view(), {}, other);
-  renderer->draw(world, {}, puppet_view(), {}, again);
+  renderer->draw({.world = elsewhere, .view = puppet_view()}, other);
+  renderer->draw({.world = world, .view = puppet_view()}, again);
   CHECK(first.rgba != other.rgba);
   CHECK(first.rgba == again.rgba);
   CHECK(first.rgba == shoot({}).rgba);
@@ -101,7 +101,7 @@ TEST_CASE("all paths to the same driver give the same picture") {
     }
     const std::string driver = (*renderer)->report().renderer + (*renderer)->report().version;
     Image image;
-    (*renderer)->draw(puppet_world(), {}, puppet_view(), {}, image);
+    (*renderer)->draw({.world = puppet_world(), .view = puppet_view()}, image);
     if (first.rgba.empty()) first = image, first_driver = driver;
     INFO((*renderer)->report().path << ": " << driver);
     if (driver == first_driver)
@@ -127,7 +127,7 @@ TEST_CASE("the picture of the puppet is the golden one") {
   auto renderer = renderer_or_skip(shot.options);
   if (!renderer) return;
   Image image;
-  renderer->draw(puppet_world(), {}, puppet_view(), {}, image);
+  renderer->draw({.world = puppet_world(), .view = puppet_view()}, image);
   if (std::getenv("PANTIN_WRITE_GOLDEN")) REQUIRE(write_png(kGolden, image));
   const Likeness like = compare(image, decode_png(read_file(kGolden)));
   INFO(renderer->report().renderer << ": PSNR " << like.psnr << " dB, part of pixels off "

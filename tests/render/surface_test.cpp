@@ -37,7 +37,7 @@ struct Stage {
   Image draw() {
     Image image;
     if (auto renderer = renderer_or_skip({kWidth, kHeight, 4, true, GlPath::automatic}))
-      renderer->draw(world, {}, view, {}, image);
+      renderer->draw({.world = world, .view = view}, image);
     return image;
   }
   Pixel at(const Image& image, Vec3 place) const {
@@ -114,7 +114,7 @@ TEST_CASE("bodies that share a surface are one group, and the card keeps what is
   s.add(hull, {{-0.5, 1, 0}, kIdentity}), s.add(hull, {{0.5, 1, 0}, kIdentity});
   DrawList list;
   const Eye eye = make_eye(s.view.camera, kWidth, kHeight);
-  gather(s.world, {}, s.view, eye, list);
+  gather({s.world}, s.view, eye, list);
   REQUIRE(list.surfaces.size() == 1);
   CHECK(list.surfaces[0].instances.size() == 2);
 
@@ -123,13 +123,13 @@ TEST_CASE("bodies that share a surface are one group, and the card keeps what is
   const std::weak_ptr<const Surface> watched = hull.surface;
   list = {}, hull.surface.reset();
   Image first, again, empty;
-  renderer->draw(s.world, {}, s.view, {}, first);
-  renderer->draw(s.world, {}, s.view, {}, again);
+  renderer->draw({.world = s.world, .view = s.view}, first);
+  renderer->draw({.world = s.world, .view = s.view}, again);
   CHECK(first.rgba == again.rgba);
   CHECK(is_red(s.at(first, {-0.5, 1, 0})));
   s.world = {};
   CHECK_FALSE(watched.expired());
-  renderer->draw(s.world, {}, s.view, {}, empty);
+  renderer->draw({.world = s.world, .view = s.view}, empty);
   CHECK(watched.expired());
 }
 

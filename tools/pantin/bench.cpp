@@ -99,7 +99,7 @@ void measure_beside(const Scene& scene, int threads, double links, Json& row) {
 }
 
 std::optional<Json> bench_scene(const std::string& path, const BenchChoices& c, bool& sound) {
-  const std::optional<Scene> scene = open_scene(path, c.how, true);
+  const std::optional<Scene> scene = open_scene(path, c.how);
   if (!scene) return std::nullopt;
   const auto links = static_cast<double>(std::max<std::size_t>(1, scene->world.links.size()));
   std::vector<double> medians, tails, steps;

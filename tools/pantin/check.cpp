@@ -88,12 +88,13 @@ std::string step_through(const Scene& scene, Json& j) {
 Finding look_at(const std::string& path, const CheckChoices& c) {
   Finding found;
   found.json["scene"] = path;
-  const std::optional<Scene> scene = open_scene(path, c.how, c.json);
+  const std::optional<Scene> scene = open_scene(path, c.how);
   if (!scene) {
     found.json["status"] = "refused";
     found.exit_code = kUsage;
     return found;
   }
+  if (!c.json) print_warnings(*scene);
   const World& world = scene->world;
   double mass = 0;
   for (const Body& b : world.bodies.values())

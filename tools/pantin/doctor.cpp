@@ -150,12 +150,7 @@ void print_gl(const Json& gl) {
   }
 }
 
-int doctor(bool json) {
-  const Json j = examine();
-  if (json) {
-    print_json(j);
-    return kOk;
-  }
+void print_findings(const Json& j) {
   fmt::print("{}\n", bold("pantin " PANTIN_VERSION));
   std::string kernels;
   for (const Json& k : j["kernels"])
@@ -182,7 +177,6 @@ int doctor(bool json) {
              j["libraries"]["glm"].get<std::string>(),
              j["libraries"]["nlohmann_json"].get<std::string>(),
              j["libraries"]["CLI11"].get<std::string>(), j["libraries"]["fmt"].get<std::string>());
-  return kOk;
 }
 
 constexpr const char* kExamples =
@@ -202,7 +196,11 @@ void add_doctor(CLI::App& program, int& exit_code) {
   CLI::App* command = program.add_subcommand("doctor", "Tells what works on this machine");
   command->add_flag("--json", *json, "print one JSON object instead of text");
   command->footer(kExamples);
-  command->callback([json, &exit_code] { exit_code = doctor(*json); });
+  command->callback([json, &exit_code] {
+    const Json found = examine();
+    *json ? print_json(found) : print_findings(found);
+    exit_code = kOk;
+  });
 }
 
 }  // namespace pantin::program

@@ -25,20 +25,33 @@ GlPath gl_path(const std::string& name) {
   return name == "osmesa" ? GlPath::osmesa : GlPath::automatic;
 }
 
+/// What frames are drawn with and written by.
+struct FrameMakers {
+  std::unique_ptr<Renderer> renderer;
+  std::unique_ptr<Capture> capture;  // null: a strip only
+};
+
+/// The frames of a run.
+struct FrameFormat {
+  int width = 0, height = 0;  // pixels
+  double fps = 0;
+  std::uint64_t count = 0;
+};
+
 /// Every frame that a run shows, and those that a strip keeps of them.
 class DrawnPictures final : public Pictures {
  public:
-  DrawnPictures(const PictureChoices& choices, const Scene& scene,
-                std::unique_ptr<Renderer> renderer, std::unique_ptr<Capture> capture, int width,
-                int height, double fps, std::uint64_t frames)
+  DrawnPictures(const PictureChoices& choices, const Scene& scene, const FrameFormat& frames,
+                FrameMakers makers)
       : choices_(choices),
         view_(scene.view),
         title_(scene.title),
         step_(scene.step),
-        fps_(fps),
-        frames_(frames),
-        renderer_(std::move(renderer)),
-        capture_(std::move(capture)) {
+        fps_(frames.fps),
+        frames_(frames.count),
+        renderer_(std::move(makers.renderer)),
+        capture_(std::move(makers.capture)) {
+    const int width = frames.width, height = frames.height;
     if (view_.camera.automatic)
       view_.camera = framing_camera(scene.world, scene.view, static_cast<Real>(width) / height);
     image_.width = width, image_.height = height;
@@ -103,7 +116,7 @@ class DrawnPictures final : public Pictures {
                        fmt::format("worst joint gap {:.1e} m", worst_gap)};
     if (choices_.overlay) overlay.legend = overlay_legend(world);
     Image& image = capture_ ? capture_->next() : image_;
-    renderer_->draw(world, poses, view_, overlay, image);
+    renderer_->draw({world, poses, view_, &overlay}, image);
     while (cell_due()) strip_->add(image);
     if (!capture_) return;
     if (const auto pushed = capture_->push(); !pushed) ok_ = false;
@@ -155,8 +168,9 @@ std::variant<std::unique_ptr<Pictures>, PictureFailure> Pictures::open(
     if (!opened) return PictureFailure{opened.errors(), kUnwritable};
     capture = std::move(*opened);
   }
-  auto pictures = std::make_unique<DrawnPictures>(choices, scene, std::move(*renderer),
-                                                  std::move(capture), width, height, fps, frames);
+  auto pictures =
+      std::make_unique<DrawnPictures>(choices, scene, FrameFormat{width, height, fps, frames},
+                                      FrameMakers{std::move(*renderer), std::move(capture)});
   pictures->draw_start(scene.world);
   return pictures;
 }

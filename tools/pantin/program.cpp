@@ -162,7 +162,7 @@ bool refuse_contradictions(const std::string& path, Scene& scene) {
 
 }  // namespace
 
-std::optional<Scene> open_scene(const std::string& path, const SceneChoices& choices, bool quiet) {
+std::optional<Scene> open_scene(const std::string& path, const SceneChoices& choices) {
   const EndsAtOnce while_nothing_is_written;
   Result<Scene> loaded = load_scene(path, {}, solver_choices(choices));
   if (!loaded) {
@@ -189,9 +189,12 @@ std::optional<Scene> open_scene(const std::string& path, const SceneChoices& cho
           fmt::format("{}: {} {}{}", path, scene.world.name_of(f.link), f.reason,
                       f.kind == StructureFault::left_out ? "; it is left out" : ""));
   if (refuse_contradictions(path, scene)) return std::nullopt;
-  if (!quiet)
-    for (const std::string& line : scene.warnings) print_error("warning: " + line);
   return std::move(*loaded);
+}
+
+void print_warnings(const Scene& scene) {
+  const EndsAtOnce while_nothing_is_written;
+  for (const std::string& line : scene.warnings) print_error("warning: " + line);
 }
 
 bool parse_size(const std::string& text, int& width, int& height) {

@@ -50,10 +50,12 @@ void add_scene_choices(CLI::App& command, SceneChoices& choices);
 /// --threads.
 void add_threads(CLI::App& command, int& threads);
 
-/// Reads a scene and applies the choices to it, prints its warnings (not if `quiet`). Complaints go
-/// to stderr, a line each, and there is no scene. More steps than kMostSteps are refused too.
+/// Reads a scene and applies the choices to it. Complaints go to stderr, a line each, and there is
+/// no scene. More steps than kMostSteps are refused too.
 inline constexpr double kMostSteps = 1e7;
-std::optional<Scene> open_scene(const std::string& path, const SceneChoices& choices, bool quiet);
+std::optional<Scene> open_scene(const std::string& path, const SceneChoices& choices);
+/// The scene's warnings on stderr, a line each.
+void print_warnings(const Scene& scene);
 
 /// "1280x720" to its numbers; false if it is no such thing or beyond 16..8192.
 bool parse_size(const std::string& text, int& width, int& height);

@@ -201,16 +201,25 @@ int fail(const std::vector<Error>& errors, int exit_code) {
   return exit_code;
 }
 
-/// The loop: step, record, draw. Leaves why it ended in the summary; returns the exit code.
-int step_through(const RunChoices& c, const Scene& scene, Simulation& sim, Pictures* pictures,
-                 Record* record, Summary& s) {
+/// A run under way.
+struct Run {
+  const RunChoices& choices;
+  const Scene& scene;
+  Simulation& sim;
+  Summary& summary;
+};
+
+/// The loop: step, record, draw; null: neither of these. Leaves why it ended in the summary;
+/// returns the exit code.
+int step_through(const Run& run, Pictures* pictures, Record* record) {
+  const auto& [c, scene, sim, s] = run;
   const std::uint64_t steps = steps_of(scene);
   s.step_seconds.reserve(steps);
   Progress progress(scene.title);
   // A row that could not be written is told when the record is closed.
   const Real until = sim.world.time + scene.duration;
   const auto write_row = [&](const Measures& m) -> bool {
-    return !record || static_cast<bool>(record->add(sim.world, m));
+    return !record || static_cast<bool>(record->add(run.sim.world, m));
   };
   if (record) compile_if_changed(sim.world);  // the first row has all columns too
   if (!write_row(measure(sim.world))) return kUnwritable;
@@ -258,8 +267,9 @@ int step_through(const RunChoices& c, const Scene& scene, Simulation& sim, Pictu
 }
 
 int run(const RunChoices& c) {
-  std::optional<Scene> scene = open_scene(c.scene, c.how, c.json);
+  std::optional<Scene> scene = open_scene(c.scene, c.how);
   if (!scene) return kUsage;
+  if (!c.json) print_warnings(*scene);
   if (!c.load.empty()) {
     Result<World> loaded = load_world(c.load);
     if (!loaded) return fail(loaded.errors(), kUsage);
@@ -283,7 +293,7 @@ int run(const RunChoices& c) {
   s.energy_start = s.energy_max = measure(sim.world).energy();
   const double cpu_before = cpu_seconds();
   int exit_code =
-      step_through(c, *scene, sim, pictures.get(), c.record.empty() ? nullptr : &record, s);
+      step_through({c, *scene, sim, s}, pictures.get(), c.record.empty() ? nullptr : &record);
   if (!c.record.empty()) {
     const auto closed = record.close();
     if (!closed)

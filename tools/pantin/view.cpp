@@ -79,8 +79,9 @@ void print_summary(const Scene& scene, const SessionReport& r) {
 }
 
 int view(const ViewOptions& o) {
-  std::optional<Scene> scene = open_scene(o.scene, o.how, o.json);
+  std::optional<Scene> scene = open_scene(o.scene, o.how);
   if (!scene) return kUsage;
+  if (!o.json) print_warnings(*scene);
   SessionChoices choices;
   choices.width = scene->output.width, choices.height = scene->output.height;
   if (!o.size.empty() && !parse_size(o.size, choices.width, choices.height)) {

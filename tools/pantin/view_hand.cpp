@@ -39,7 +39,8 @@ Real worst_hold_but(const World& world, Entity pin) {
   return worst;
 }
 
-void place(Body& body, const Pose& to, Real h) {
+/// Carries a body to a pose within `h` seconds.
+void carry(Body& body, const Pose& to, Real h) {
   body.velocity = (to.position - body.pose.position) / h;
   body.angular_velocity = angular_velocity_between(body.pose.rotation, to.rotation, h);
   body.pose = to;
@@ -51,15 +52,14 @@ Vec3 Hand::grip_point(const World& world) const {
   return to_world(world.bodies[body_].pose, anchor_);
 }
 
-void Hand::take(World& world, const Picked& picked, PinKind grip, const Eye& eye, double x,
-                double y) {
+void Hand::take(World& world, const Picked& picked, PinKind grip, const SeenPixel& mouse) {
   let_go(world);
   body_ = picked.body;
   const Body& body = world.bodies[body_];
   anchor_ = picked.anchor;
   start_ = target_ = to_world(body.pose, anchor_);  // at most a step ahead of what was drawn
   goal_ = picked.point;
-  look_again(eye, x, y);
+  look_again(mouse);
   now_ = {world.name_of(body_), grip == PinKind::exact ? "exact" : "spring", world.time};
   if (body.motion == Motion::kinematic) {
     now_.grip = "kinematic";
@@ -87,15 +87,15 @@ void Hand::take_kinematic(World& world) {
   away_.push_back(std::move(away));
 }
 
-void Hand::move(const Eye& eye, double x, double y) {
+void Hand::move(const SeenPixel& mouse) {
   if (!holds()) return;
-  goal_ = on_plane(eye, plane_, x, y) + offset_;
+  goal_ = on_plane(mouse, plane_) + offset_;
 }
 
-void Hand::look_again(const Eye& eye, double x, double y) {
+void Hand::look_again(const SeenPixel& mouse) {
   plane_ = goal_;
   // A body caught beside the pixel is not to jump there.
-  offset_ = goal_ - on_plane(eye, plane_, x, y);
+  offset_ = goal_ - on_plane(mouse, plane_);
 }
 
 void Hand::let_go(World& world) {
@@ -133,7 +133,7 @@ void Hand::before_part(World& world, Real h) {
   Body& body = world.bodies[body_];
   Pose to = body.pose;
   to.position = target_ - to.rotation * anchor_;
-  place(body, to, h);
+  carry(body, to, h);
 }
 
 void Hand::lead_back(World& world, Real h) {
@@ -147,7 +147,7 @@ void Hand::lead_back(World& world, Real h) {
     }
     const Real left = 1 - u * u * u * (10 + u * (6 * u - 15));  // no jump in velocity
     const Pose path = pose_at(*a.drive, end), began = pose_at(*a.drive, a.since);
-    place(world.bodies[a.body],
+    carry(world.bodies[a.body],
           {path.position + left * (a.left.position - began.position),
            glm::slerp(path.rotation, a.left.rotation, left)},
           h);

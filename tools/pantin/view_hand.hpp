@@ -31,11 +31,11 @@ class Hand {
   const Drag& now() const { return now_; }
 
   /// Picks. The point follows the pixel in the plane that faces the eye.
-  void take(World& world, const Picked& picked, PinKind grip, const Eye& eye, double x, double y);
+  void take(World& world, const Picked& picked, PinKind grip, const SeenPixel& mouse);
   /// The mouse moved.
-  void move(const Eye& eye, double x, double y);
+  void move(const SeenPixel& mouse);
   /// The camera moved: the target stays where it is.
-  void look_again(const Eye& eye, double x, double y);
+  void look_again(const SeenPixel& mouse);
   /// The button is up.
   void let_go(World& world);
   /// The World was replaced by one that this hand never touched.

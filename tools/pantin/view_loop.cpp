@@ -81,8 +81,9 @@ bool Session::open() {
   }
   renderer_ = std::move(*renderer);
   report_.gl = renderer_->report().path;
-  auto window = Window::open(printable(scene_.title) + " - pantin", choices_.width, choices_.height,
-                             choices_.is_scripted);
+  auto window =
+      Window::open(printable(scene_.title) + " - pantin", choices_.width, choices_.height,
+                   choices_.is_scripted ? Window::Display::optional : Window::Display::required);
   if (!window) {
     fail(window.errors(), kFailed, "failed");
     return false;
@@ -247,7 +248,7 @@ void Session::draw() {
   overlay.alarm = alarm_;
   overlay.joints = overlay_;
   if (overlay_) overlay.legend = overlay_legend(sim_.world);
-  renderer_->draw(sim_.world, poses_, view_, overlay, image_);
+  renderer_->draw({sim_.world, poses_, view_, &overlay}, image_);
   ++report_.frames;
   stale_ = false;
   if (message_frames_ > 0 && --message_frames_ == 0) stale_ = true;

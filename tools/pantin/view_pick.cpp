@@ -14,18 +14,17 @@ namespace {
 constexpr Real kFarthest = 1e6;  // m; what is drawn beyond cannot be told apart
 
 /// A half-space is drawn as a square: beyond it there is nothing to be seen.
-bool is_drawn(const World& world, std::span<const Pose> poses, const RayHit& hit) {
-  const Shape& shape = world.shapes[hit.body].list[hit.shape];
+bool is_drawn(const PosedWorld& scene, const RayHit& hit) {
+  const Shape& shape = scene.world.shapes[hit.body].list[hit.shape];
   if (traits_of(shape.kind).shape_class != ShapeClass::half_space) return true;
-  const Pose at = compose(poses[world.bodies.slot(hit.body)], shape.local);
+  const Pose at = compose(scene.pose_of(scene.world.bodies.slot(hit.body)), shape.local);
   const Vec3 local = to_local(at, hit.point);
   return std::abs(local.x) <= shape.size.x && std::abs(local.z) <= shape.size.x;
 }
 
 /// What is asked by one click.
 struct Click {
-  const World& world;
-  std::span<const Pose> poses;
+  const PosedWorld& scene;
   Queries shapes;
   std::vector<RayHit> hits;
 };
@@ -35,8 +34,8 @@ std::optional<Picked> pick_exactly(Click& click, Ray ray) {
   const QueryFilter all{.bodies = QueryBodies::all};
   click.shapes.cast_ray_through(ray, all, click.hits);
   for (const RayHit& hit : click.hits)
-    if (is_drawn(click.world, click.poses, hit)) {
-      const Pose& pose = click.poses[click.world.bodies.slot(hit.body)];
+    if (is_drawn(click.scene, hit)) {
+      const Pose& pose = click.scene.pose_of(click.scene.world.bodies.slot(hit.body));
       return Picked{hit.body, hit.point, to_local(pose, hit.point)};
     }
   return std::nullopt;
@@ -44,31 +43,33 @@ std::optional<Picked> pick_exactly(Click& click, Ray ray) {
 
 }  // namespace
 
-Ray ray_through(const Eye& eye, double x, double y) {
+Ray ray_through(const SeenPixel& pixel) {
+  const auto& [eye, x, y] = pixel;
   const Real right = (2 * (x + 0.5) / eye.width - 1) * eye.tan_x;
   const Real up = (1 - 2 * (y + 0.5) / eye.height) * eye.tan_y;
   return {eye.position, glm::normalize(eye.forward + right * eye.right + up * eye.up),
           StartInside::pass};
 }
 
-std::optional<Picked> pick(const World& world, std::span<const Pose> poses, const Eye& eye,
-                           double x, double y) {
-  if (poses.size() < world.bodies.size()) return std::nullopt;
-  Click click{world, poses, {}, {}};
-  click.shapes.refit(world, poses);
-  if (auto hit = pick_exactly(click, ray_through(eye, x, y))) return hit;
+std::optional<Picked> pick(const PosedWorld& scene, const SeenPixel& pixel) {
+  if (scene.poses.size() < scene.world.bodies.size()) return std::nullopt;
+  Click click{scene, {}, {}};
+  click.shapes.refit(scene.world, scene.poses);
+  if (auto hit = pick_exactly(click, ray_through(pixel))) return hit;
   constexpr int kAround = 12;
   for (const double pixels : {2.0, 4.0, 6.0})
     for (int i = 0; i < kAround; ++i) {
       const double angle = 2 * kPi * i / kAround;
-      const Ray ray = ray_through(eye, x + pixels * std::cos(angle), y + pixels * std::sin(angle));
+      const Ray ray = ray_through(
+          {pixel.eye, pixel.x + pixels * std::cos(angle), pixel.y + pixels * std::sin(angle)});
       if (auto hit = pick_exactly(click, ray)) return hit;
     }
   return std::nullopt;
 }
 
-Vec3 on_plane(const Eye& eye, Vec3 point, double x, double y) {
-  const Ray ray = ray_through(eye, x, y);
+Vec3 on_plane(const SeenPixel& pixel, Vec3 point) {
+  const Eye& eye = pixel.eye;
+  const Ray ray = ray_through(pixel);
   // Every ray of the picture goes forward, so none is parallel to a plane that faces the eye.
   return ray.origin + eye.depth(point) / glm::dot(ray.way, eye.forward) * ray.way;
 }

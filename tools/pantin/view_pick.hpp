@@ -3,6 +3,7 @@
 #include <optional>
 #include <span>
 
+#include "engine/render/bounds.hpp"
 #include "engine/render/eye.hpp"
 #include "engine/world/queries.hpp"
 #include "engine/world/world.hpp"
@@ -11,8 +12,14 @@ namespace pantin::program {
 
 using namespace detail;
 
-/// The ray that the middle of a pixel shows, 1 m of it; x from the left, y from the top.
-Ray ray_through(const Eye& eye, double x, double y);
+/// A pixel of the picture that an eye sees.
+struct SeenPixel {
+  const Eye& eye;
+  double x, y;  // from the left, from the top
+};
+
+/// The ray that the middle of a pixel shows, 1 m of it.
+Ray ray_through(const SeenPixel& pixel);
 
 /// A point on a body's surface.
 struct Picked {
@@ -22,11 +29,10 @@ struct Picked {
 };
 
 /// The nearest body that is drawn at a pixel, or else within a few pixels of it, so that thin ones
-/// can be caught. `poses` are those that were drawn, by slot.
-std::optional<Picked> pick(const World& world, std::span<const Pose> poses, const Eye& eye,
-                           double x, double y);
+/// can be caught. The poses are those that were drawn; without those of all bodies there is none.
+std::optional<Picked> pick(const PosedWorld& scene, const SeenPixel& pixel);
 
 /// Where the ray through a pixel meets the plane through `point` that faces the eye.
-Vec3 on_plane(const Eye& eye, Vec3 point, double x, double y);
+Vec3 on_plane(const SeenPixel& pixel, Vec3 point);
 
 }  // namespace pantin::program

@@ -96,12 +96,13 @@ void Session::button_down(const SDL_MouseButtonEvent& e) {
   mouse_x_ = e.x, mouse_y_ = e.y;
   if (e.button == SDL_BUTTON_MIDDLE) turning_ = true;
   if ((e.button != SDL_BUTTON_LEFT && e.button != SDL_BUTTON_RIGHT) || hand_.holds()) return;
-  const auto picked = pick(sim_.world, poses_, eye_, e.x, e.y);
+  const SeenPixel mouse{eye_, 1.0 * e.x, 1.0 * e.y};
+  const auto picked = pick({sim_.world, poses_}, mouse);
   if (!picked) return tell(fmt::format("no body at {}, {}", e.x, e.y));
   if (sim_.world.bodies[picked->body].motion == Motion::fixed)
     return tell(sim_.world.name_of(picked->body) + " is fixed and cannot be dragged");
   const bool soft = e.button == SDL_BUTTON_RIGHT || (SDL_GetModState() & KMOD_SHIFT) != 0;
-  hand_.take(sim_.world, *picked, soft ? PinKind::spring : PinKind::exact, eye_, e.x, e.y);
+  hand_.take(sim_.world, *picked, soft ? PinKind::spring : PinKind::exact, mouse);
   holding_button_ = e.button;
   stale_ = true;
 }
@@ -119,7 +120,7 @@ void Session::mouse_moved(const SDL_MouseMotionEvent& e) {
   const int right = e.x - mouse_x_, down = e.y - mouse_y_;
   mouse_x_ = e.x, mouse_y_ = e.y;
   if (turning_) return rotation(right, down);
-  hand_.move(eye_, e.x, e.y);
+  hand_.move({eye_, 1.0 * e.x, 1.0 * e.y});
 }
 
 void Session::key_down(SDL_Keycode key) {
@@ -193,7 +194,7 @@ void Session::stop(const char* status, std::string line) {
 
 void Session::look() {
   eye_ = make_eye(view_.camera, choices_.width, choices_.height);
-  hand_.look_again(eye_, mouse_x_, mouse_y_);
+  hand_.look_again({eye_, 1.0 * mouse_x_, 1.0 * mouse_y_});
   stale_ = true;
 }
 

@@ -19,7 +19,7 @@ Error sdl_error(const char* what) { return Error{std::string(what) + ": " + SDL_
 }  // namespace
 
 Result<std::unique_ptr<Window>> Window::open(const std::string& title, int width, int height,
-                                             bool unseen) {
+                                             Display display) {
   SDL_SetHint(SDL_HINT_NO_SIGNAL_HANDLERS, "1");  // the program has its own
   // Pixels only: not every display has OpenGL, and the pictures are made without the window's.
   SDL_SetHint(SDL_HINT_FRAMEBUFFER_ACCELERATION, "0");
@@ -28,11 +28,11 @@ Result<std::unique_ptr<Window>> Window::open(const std::string& title, int width
     if (auto done = window->start(title, width, height); !done) return done.errors();
     // With a display that does not answer, SDL may take a driver that shows nothing.
     const bool is_unseen = window->driver_ == "offscreen" || window->driver_ == "dummy";
-    if (is_unseen && !unseen && !is_set("SDL_VIDEODRIVER"))
+    if (is_unseen && display == Display::required && !is_set("SDL_VIDEODRIVER"))
       return Error{"no display: the one that DISPLAY or WAYLAND_DISPLAY names cannot be opened"};
     return window;
   }
-  if (!unseen)
+  if (display == Display::required)
     return Error{
         "no display: DISPLAY and WAYLAND_DISPLAY are not set; with --script no display is needed"};
   std::string refused;

@@ -14,10 +14,11 @@ using namespace detail;
 /// Owns SDL, its window and the texture that pictures go through. One at a time.
 class Window {
  public:
-  /// Opens a window of the picture's size in pixels. Without a display it opens one that nobody
-  /// sees if `unseen` allows that.
+  /// Whether there must be a display; without one nobody sees the window.
+  enum class Display { required, optional };
+  /// Opens a window of the picture's size in pixels.
   static Result<std::unique_ptr<Window>> open(const std::string& title, int width, int height,
-                                              bool unseen);
+                                              Display display);
   ~Window();
   Window(const Window&) = delete;
   Window& operator=(const Window&) = delete;
