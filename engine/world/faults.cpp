@@ -44,23 +44,20 @@ const char* name_of(Feature feature) { return knowledge(feature).name; }
 
 std::vector<Feature> features_of(const Joint& joint) {
   std::vector<Feature> found;
-  const auto add = [&](Feature f, bool is_there) {
-    if (is_there) found.push_back(f);
-  };
-  add(Feature::kind, !is_articulated(joint.kind));
+  if (!is_articulated(joint.kind)) found.push_back(Feature::kind);
   if (joint.parameters.any()) {
     const Dof &rotation = joint.parameters->rotation, &translation = joint.parameters->translation;
     const auto springs = [](const Dof& f) {
       return f.spring.stiffness != 0 || f.spring.damping != 0;
     };
     const auto rubs = [](const Dof& f) { return f.friction.viscous != 0 || f.friction.dry != 0; };
-    add(Feature::spring, springs(rotation) || springs(translation));
-    add(Feature::friction, rubs(rotation) || rubs(translation));
-    add(Feature::motor,
-        rotation.motor.kind != MotorKind::none || translation.motor.kind != MotorKind::none);
-    add(Feature::restitution, joint.parameters->restitution != 0);
+    const auto drives = [](const Dof& f) { return f.motor.kind != MotorKind::none; };
+    if (springs(rotation) || springs(translation)) found.push_back(Feature::spring);
+    if (rubs(rotation) || rubs(translation)) found.push_back(Feature::friction);
+    if (drives(rotation) || drives(translation)) found.push_back(Feature::motor);
+    if (joint.parameters->restitution != 0) found.push_back(Feature::restitution);
   }
-  add(Feature::soft_stop, joint.limits.any() && joint.limits->soft_zone > 0);
+  if (joint.limits.any() && joint.limits->soft_zone > 0) found.push_back(Feature::soft_stop);
   return found;
 }
 
