@@ -11,8 +11,6 @@
 
 namespace pantin::peers {
 
-using namespace detail;
-
 namespace {
 
 /// Starts this program anew, with `input` to read from; returns what it prints, or null.

@@ -7,8 +7,6 @@
 
 namespace pantin::peers {
 
-using namespace detail;
-
 namespace {
 
 constexpr double kNever = INFINITY;
