@@ -80,8 +80,8 @@ TEST_CASE("the redundant joint of a loop is counted and named") {
 }
 
 TEST_CASE("a hanging chain stays in its shape of rest, and finds it") {
-  for (const bool rest : {true, false})
-    for (const Problem& p : read_hanging_chains(kFolder, rest)) {
+  for (const HangingStart start : {HangingStart::at_rest, HangingStart::straight_halves})
+    for (const Problem& p : read_hanging_chains(kFolder, start)) {
       CAPTURE(p.id);
       const Score s = score(p, p.divisions);
       CHECK(s.status == Status::ok);
@@ -140,7 +140,7 @@ TEST_CASE("a double pendulum keeps its energy for a minute as each integrator ca
 }
 
 TEST_CASE("a free chain keeps its momenta") {
-  World w = chain(4, 1, 0.3, JointKind::ball, false);
+  World w = chain({.links = 4, .length = 1, .angle = 0.3, .held = false});
   w.gravity = Vec3(0);
   int i = 0;
   for (Body& b : w.bodies.values()) {

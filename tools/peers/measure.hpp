@@ -10,8 +10,6 @@
 
 namespace pantin::peers {
 
-using namespace detail;
-
 inline std::span<const Method> methods_of(const Engine& engine) {
   return {engine.methods, engine.count};
 }

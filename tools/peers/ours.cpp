@@ -5,6 +5,7 @@
 #include "engine/runtime/simulation.hpp"
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
+#include "engine/solvers/solver.hpp"
 #include "tools/peers/peer.hpp"
 
 namespace {

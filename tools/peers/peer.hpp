@@ -9,8 +9,6 @@
 
 namespace pantin::peers {
 
-using namespace detail;
-
 /// Motions are looked at this often, in times a second.
 inline constexpr int kFrames = 60;
 

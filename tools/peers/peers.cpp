@@ -70,16 +70,21 @@ std::vector<std::string> split(const std::string& text) {
   return parts;
 }
 
-/// The number that `text` is, as a whole, between `low` and `high`.
-double number_of(const std::string& option, const std::string& text, double low, double high,
-                 bool whole) {
+/// The values that an option takes.
+struct Range {
+  double low = 0, high = 0;
+  bool whole = false;  // without fractions
+};
+
+/// The number that `text` is, all of it, in a range.
+double number_of(const std::string& option, const std::string& text, const Range& range) {
   char* end = nullptr;
   const double value = std::strtod(text.c_str(), &end);
-  if (text.empty() || *end != '\0' || !(value >= low && value <= high) ||
-      (whole && value != std::floor(value))) {
+  if (text.empty() || *end != '\0' || !(value >= range.low && value <= range.high) ||
+      (range.whole && value != std::floor(value))) {
     char expected[80];
     std::snprintf(expected, sizeof expected, "%s from %g to %g",
-                  whole ? "a whole number" : "a number", low, high);
+                  range.whole ? "a whole number" : "a number", range.low, range.high);
     refuse(option + ": found \"" + text + "\", expected " + expected);
   }
   return value;
@@ -89,7 +94,8 @@ std::vector<int> sizes(const std::string& option, const std::string& text) {
   std::vector<int> numbers;
   // Pinocchio's data grow with the cube of the links.
   for (const std::string& part : split(text))
-    numbers.push_back(static_cast<int>(number_of(option, part, 1, 100, true)));
+    numbers.push_back(
+        static_cast<int>(number_of(option, part, {.low = 1, .high = 100, .whole = true})));
   return numbers;
 }
 
@@ -113,10 +119,13 @@ Choices read_choices(int argc, char** argv) {
       const std::string value = argv[++i];
       if (word == "--links") c.links = sizes(word, value);
       if (word == "--cost") c.cost = sizes(word, value);
-      if (word == "--rounds") c.rounds = static_cast<int>(number_of(word, value, 1, 1000, true));
+      if (word == "--rounds")
+        c.rounds =
+            static_cast<int>(number_of(word, value, {.low = 1, .high = 1000, .whole = true}));
       if (word == "--finest")
-        c.finest = static_cast<int>(number_of(word, value, kFrames, 1e6, true));
-      if (word == "--longest") c.longest = number_of(word, value, 0.01, 1e4, false);
+        c.finest =
+            static_cast<int>(number_of(word, value, {.low = kFrames, .high = 1e6, .whole = true}));
+      if (word == "--longest") c.longest = number_of(word, value, {.low = 0.01, .high = 1e4});
       if (word == "--only") c.only = split(value);
       if (word == "--csv") c.csv = value;
       if (word == "--engine") {
@@ -312,9 +321,12 @@ bool is_wanted(const Choices& choices, const Peer& peer, const Method& method) {
                      [&](const std::string& word) { return name.find(word) != std::string::npos; });
 }
 
-std::vector<double> settings_of(const Choices& choices, const Method& method, bool cost_only) {
+/// What is measured at one size.
+enum class Aim { cost_and_error, cost_only };
+
+std::vector<double> settings_of(const Choices& choices, const Method& method, Aim aim) {
   std::vector<double> settings;
-  if (cost_only) return method.adaptive ? settings : std::vector<double>{16, 64};
+  if (aim == Aim::cost_only) return method.adaptive ? settings : std::vector<double>{16, 64};
   if (method.adaptive)
     for (double t = method.loosest; t > 0.5 * method.tightest; t /= choices.small ? 1000 : 10)
       settings.push_back(t);
@@ -323,16 +335,19 @@ std::vector<double> settings_of(const Choices& choices, const Method& method, bo
   return settings;
 }
 
-/// Everything that is to be timed at one size, judged; what is too slow is left out.
-void plan(const Choices& choices, const Report& report, int links, const Reference* reference,
-          std::vector<Task>& tasks) {
+/// Everything that is to be timed at one size, judged; what is too slow is left out. Without a
+/// reference only the cost is measured.
+std::vector<Task> plan(const Choices& choices, const Report& report, int links,
+                       const Reference* reference) {
   constexpr double kEnoughMs = 10, kRounding = 1e-11;
+  const Aim aim = reference ? Aim::cost_and_error : Aim::cost_only;
+  std::vector<Task> tasks;
   for (std::size_t i = 0; i < report.peers.size(); ++i)
     for (const Method& method : methods_of(*report.peers[i].engine)) {
       if (!is_wanted(choices, report.peers[i], method)) continue;
       tell(std::to_string(links) + " links: " + report.peers[i].name + " " + method.name);
       double before = 0;
-      for (const double setting : settings_of(choices, method, !reference)) {
+      for (const double setting : settings_of(choices, method, aim)) {
         if (2 * before > 1e3 * choices.longest) break;
         Task task;
         task.point.peer = i, task.point.method = &method;
@@ -345,6 +360,7 @@ void plan(const Choices& choices, const Report& report, int links, const Referen
       }
     }
   tell("");
+  return tasks;
 }
 
 }  // namespace
@@ -372,11 +388,14 @@ int main(int argc, char** argv) {
   report.load_before = load();
   report.peers = find_peers(choices);
   std::vector<Task> tasks;
+  const auto add = [&](const std::vector<Task>& more) {
+    tasks.insert(tasks.end(), more.begin(), more.end());
+  };
   for (const int links : choices.links) {
     report.references.push_back(find_reference(report.peers, links));
-    plan(choices, report, links, &report.references.back(), tasks);
+    add(plan(choices, report, links, &report.references.back()));
   }
-  for (const int links : choices.cost) plan(choices, report, links, nullptr, tasks);
+  for (const int links : choices.cost) add(plan(choices, report, links, nullptr));
   if (tasks.empty()) {
     if (file) std::remove(part.c_str());
     refuse("nothing is left to measure");

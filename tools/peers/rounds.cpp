@@ -11,8 +11,6 @@
 
 namespace pantin::peers {
 
-using namespace detail;
-
 namespace {
 
 /// Starts this program anew, with `input` to read from; returns what it prints, or null.
@@ -35,8 +33,16 @@ std::FILE* start_again(char** argv, std::FILE* input, pid_t& child) {
   return nullptr;
 }
 
-bool time_round(char** argv, std::vector<Task>& tasks, const std::vector<std::size_t>& order,
-                const Report& report, const std::string& title) {
+/// One pass through the tasks that `order` lists.
+struct Round {
+  std::vector<Task>& tasks;
+  const Report& report;
+  std::vector<std::size_t> order;
+
+  bool time(char** argv, const std::string& title) const;
+};
+
+bool Round::time(char** argv, const std::string& title) const {
   std::FILE* const list = std::tmpfile();
   if (!list) return false;
   for (const std::size_t i : order) {
@@ -77,14 +83,15 @@ double time_once(Run& run) {
 
 bool time_rounds(int rounds, char** argv, std::vector<Task>& tasks, const Report& report) {
   std::mt19937 dice(1);
-  std::vector<std::size_t> order(tasks.size());
+  Round pass{tasks, report, std::vector<std::size_t>(tasks.size())};
+  std::vector<std::size_t>& order = pass.order;
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::erase_if(order, [&](std::size_t i) { return tasks[i].point.failed(); });
   bool good = true;
   for (int round = 1; round <= rounds && good; ++round) {
     std::shuffle(order.begin(), order.end(), dice);
-    good = time_round(argv, tasks, order, report,
-                      "round " + std::to_string(round) + " of " + std::to_string(rounds) + ": ");
+    good =
+        pass.time(argv, "round " + std::to_string(round) + " of " + std::to_string(rounds) + ": ");
   }
   tell("");
   return good;

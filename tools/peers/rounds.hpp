@@ -6,8 +6,6 @@
 
 namespace pantin::peers {
 
-using namespace detail;
-
 struct Task {
   Point point;
   int repeats = 1;  // of a second in a round

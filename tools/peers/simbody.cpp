@@ -10,9 +10,11 @@ namespace {
 using namespace pantin::peers;
 using SimTK::Vec3;
 
+enum class Way { euler, merson };
+
 class SimbodyRun final : public Run {
  public:
-  SimbodyRun(const Chain& chain, bool adaptive, double setting)
+  SimbodyRun(const Chain& chain, Way way, double setting)
       : chain_(chain),
         matter_(system_),
         forces_(system_),
@@ -28,7 +30,7 @@ class SimbodyRun final : public Run {
     }
     start_ = system_.realizeTopology();
     system_.realizeModel(start_);
-    if (adaptive) {
+    if (way == Way::merson) {
       integrator_ = std::make_unique<SimTK::RungeKuttaMersonIntegrator>(system_);
       integrator_->setAccuracy(setting);
     } else {
@@ -93,14 +95,14 @@ class SimbodyRun final : public Run {
   long frame_ = 0, evaluations_before_ = 0;
 };
 
-template <bool adaptive>
+template <Way way>
 std::unique_ptr<Run> make(const Chain& chain, double setting) {
-  return std::make_unique<SimbodyRun>(chain, adaptive, setting);
+  return std::make_unique<SimbodyRun>(chain, way, setting);
 }
 
 constexpr Method kMethods[] = {
-    {"euler", false, 0, 0, 1, true, make<false>},
-    {"Merson", true, 1e-1, 1e-10, 1, true, make<true>},
+    {"euler", false, 0, 0, 1, true, make<Way::euler>},
+    {"Merson", true, 1e-1, 1e-10, 1, true, make<Way::merson>},
 };
 constexpr Engine kEngine{"3.7", PANTIN_PEERS_FLAGS, kMethods, std::size(kMethods)};
 

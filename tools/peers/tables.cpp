@@ -7,8 +7,6 @@
 
 namespace pantin::peers {
 
-using namespace detail;
-
 namespace {
 
 constexpr double kNever = INFINITY;
@@ -86,8 +84,30 @@ struct Best {
   std::string name = "-";
 };
 
+/// What a peer of ours needs over what the best of the others needs.
+struct Gear {
+  double level = 0;
+  bool exact = true;  // by the exact solver; else by any
+  Best ours, others;
+  double median = NAN, low = NAN, high = NAN;  // over the rounds
+};
+
+/// Which methods of ours are compared.
+enum class Methods { exact, all };
+
+/// A peer of ours beside the others, at one size.
+struct Comparison {
+  const Report& report;
+  Ways ways;         // of that size
+  std::size_t ours;  // the peer
+
+  template <class Take>
+  Best best_of(double level, int round, const Take& take) const;
+  Gear ratio_at(double level, Methods methods) const;
+};
+
 template <class Take>
-Best best_of(const Report& report, const Ways& ways, double level, int round, const Take& take) {
+Best Comparison::best_of(double level, int round, const Take& take) const {
   Best best;
   for (const auto& way : ways) {
     if (!take(way.front())) continue;
@@ -97,23 +117,15 @@ Best best_of(const Report& report, const Ways& ways, double level, int round, co
   return best;
 }
 
-/// What a peer of ours needs over what the best of the others needs.
-struct Gear {
-  double level = 0;
-  bool exact = true;  // by the exact solver; else by any
-  Best ours, others;
-  double median = NAN, low = NAN, high = NAN;  // over the rounds
-};
-
-Gear ratio_at(const Report& report, const Ways& ways, std::size_t ours, double level, bool exact) {
+Gear Comparison::ratio_at(double level, Methods methods) const {
+  const bool exact = methods == Methods::exact;
   const auto take = [&](const Point& p) { return p.peer == ours && (!exact || p.method->exact); };
   const auto leave = [&](const Point& p) { return !report.peers[p.peer].ours(); };
-  Gear r{level, exact, best_of(report, ways, level, -1, take),
-         best_of(report, ways, level, -1, leave)};
+  Gear r{level, exact, best_of(level, -1, take), best_of(level, -1, leave)};
   std::vector<double> rounds;
   for (int round = 0; round < report.rounds; ++round) {
-    const double mine = best_of(report, ways, level, round, take).ms;
-    const double theirs = best_of(report, ways, level, round, leave).ms;
+    const double mine = best_of(level, round, take).ms;
+    const double theirs = best_of(level, round, leave).ms;
     if (std::isfinite(mine) && std::isfinite(theirs)) rounds.push_back(mine / theirs);
   }
   if (!rounds.empty()) {
@@ -127,10 +139,10 @@ Gear ratio_at(const Report& report, const Ways& ways, std::size_t ours, double l
 /// At every level by the exact solver; and by another of ours where that is cheaper.
 std::vector<Gear> ratios_of(const Report& report, int links, std::size_t ours) {
   std::vector<Gear> gears;
-  const Ways ways = ways_of(report, links);
+  const Comparison comparison{report, ways_of(report, links), ours};
   for (const double level : kLevels) {
-    gears.push_back(ratio_at(report, ways, ours, level, true));
-    const Gear any = ratio_at(report, ways, ours, level, false);
+    gears.push_back(comparison.ratio_at(level, Methods::exact));
+    const Gear any = comparison.ratio_at(level, Methods::all);
     if (any.ours.name != gears.back().ours.name) gears.push_back(any);
   }
   return gears;

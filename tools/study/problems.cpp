@@ -346,7 +346,8 @@ std::vector<Problem> read_problems(const std::string& folder) {
   return problems;
 }
 
-std::vector<Problem> read_hanging_chains(const std::string& folder, bool rest) {
+std::vector<Problem> read_hanging_chains(const std::string& folder, HangingStart start) {
+  const bool rest = start == HangingStart::at_rest;
   std::vector<Problem> problems;
   const Json file = read(folder, "catenary");
   for (const Json& one : file.at("cases")) {
@@ -451,18 +452,18 @@ double time_of(const Problem& p, int divisions, int repeats) {
   return median(times);
 }
 
-World chain(int links, Real length, Real angle, JointKind kind, bool held) {
+World chain(const RodChain& rods) {
   World w = exact_world();
   Entity before = add_ground(w);
   Vec3 top(0);
-  for (int i = 0; i < links; ++i) {
-    const Entity e = w.add_body(rod(1, length, top, angle - kPi / 2));
-    Joint j = pin_joint(i == 0 ? Vec3(0) : Vec3(length / 2, 0, 0), {-length / 2, 0, 0});
-    if (kind == JointKind::ball) j.frames = {};
-    j.kind = kind;
-    if (i > 0 || held) w.add_link(before, e, j);
+  for (int i = 0; i < rods.links; ++i) {
+    const Entity e = w.add_body(rod(1, rods.length, top, rods.angle - kPi / 2));
+    Joint j = pin_joint(i == 0 ? Vec3(0) : Vec3(rods.length / 2, 0, 0), {-rods.length / 2, 0, 0});
+    if (rods.kind == JointKind::ball) j.frames = {};
+    j.kind = rods.kind;
+    if (i > 0 || rods.held) w.add_link(before, e, j);
     before = e;
-    top += flat(angle - kPi / 2, length);
+    top += flat(rods.angle - kPi / 2, rods.length);
   }
   return w;
 }

@@ -29,9 +29,10 @@ struct Problem {
 /// All cases that the solver covers. Throws where a file is missing or not as expected.
 std::vector<Problem> read_problems(const std::string& folder);
 
-/// contact::Interface chains: `rest` starts from the shape at rest, otherwise from two straight
-/// halves, damped.
-std::vector<Problem> read_hanging_chains(const std::string& folder, bool rest);
+/// What a hanging chain starts from: its shape at rest, or two straight halves and damped.
+enum class HangingStart { at_rest, straight_halves };
+
+std::vector<Problem> read_hanging_chains(const std::string& folder, HangingStart start);
 
 struct Score {
   Status status = Status::ok;
@@ -54,9 +55,18 @@ double median(std::vector<double> values);
 /// A joint that turns about `axis` (body axes of both; bodies in the same attitude).
 Joint hinge_about(Vec3 axis, Vec3 anchor_a, Vec3 anchor_b);
 
-/// `links` uniform rods in a row from the origin, each `length` m and 1 kg, leaning by `angle` from
-/// hanging down; ball joints or hinges about z; held at the first end or free.
-World chain(int links, Real length, Real angle, JointKind kind = JointKind::ball, bool held = true);
+/// Uniform rods of 1 kg in a row from the origin, joined by balls or by hinges about z.
+struct RodChain {
+  int links = 0;
+  Real length = 0;  // m, of each
+  Real angle = 0;   // rad, from hanging down
+  JointKind kind = JointKind::ball;
+  bool held = true;  // at the first end
+};
+World chain(const RodChain& rods);
+inline World chain(int links, Real length, Real angle, JointKind kind = JointKind::ball) {
+  return chain({links, length, angle, kind, true});
+}
 
 /// The farthest that a body of one World is from its place in the other, m.
 Real distance(const World& a, const World& b);

@@ -99,8 +99,8 @@ World with(World w, const Method& method, Real tolerance = 0) {
 
 void references(const std::string& folder) {
   std::vector<Problem> problems = read_problems(folder);
-  for (const bool rest : {true, false})
-    for (Problem& p : read_hanging_chains(folder, rest)) problems.push_back(std::move(p));
+  for (const HangingStart start : {HangingStart::at_rest, HangingStart::straight_halves})
+    for (Problem& p : read_hanging_chains(folder, start)) problems.push_back(std::move(p));
   const bool table = out == stdout;
   if (table)
     std::printf("%-22s %-32s %-7s %-9s %-8s %-8s %-8s %-8s %-9s %s\n", "problem", "case", "steps",
@@ -138,26 +138,34 @@ void references(const std::string& folder) {
   tell("");
 }
 
-/// Worlds at `count` times `every` apart, by the pair of Runge-Kutta within 1e-13.
-std::vector<World> exact_way(const World& start, Real every, int count) {
+/// Worlds at times that are `every` apart, s; the first is `every` after the start.
+struct Way {
+  Real every = 0;
+  std::vector<World> worlds;
+};
+
+/// `count` Worlds, by the pair of Runge-Kutta within 1e-13.
+Way exact_way(const World& start, Real every, int count) {
   Simulation sim(with(start, kMethods[2], 1e-13), {every});
-  std::vector<World> way;
+  Way way{every, {}};
   for (int i = 0; i < count; ++i) {
     sim.step();
-    way.push_back(sim.world);
+    way.worlds.push_back(sim.world);
   }
   return way;
 }
 
-/// The worst distance from the exact way, m; infinite where the run failed.
-Real error_along(const World& start, const std::vector<World>& way, Real every, int divisions,
-                 bool rotations) {
-  Simulation sim(start, {every / divisions});
+/// How far two Worlds are apart: distance() or difference().
+using Apart = Real(const World&, const World&);
+
+/// The worst of `apart` from the exact way; infinite where the run failed.
+Real error_along(const World& start, const Way& way, int divisions, Apart& apart) {
+  Simulation sim(start, {way.every / divisions});
   Real worst = 0;
-  for (const World& at : way) {
+  for (const World& at : way.worlds) {
     for (int i = 0; i < divisions; ++i)
       if (sim.step().status == Status::diverged) return INFINITY;
-    worst = std::max(worst, rotations ? difference(sim.world, at) : distance(sim.world, at));
+    worst = std::max(worst, apart(sim.world, at));
   }
   return worst;
 }
@@ -165,13 +173,13 @@ Real error_along(const World& start, const std::vector<World>& way, Real every, 
 void orders() {
   std::fprintf(out, "method,step_s,error\n");
   const World start = chain(5, 1, kPi / 2);
-  const std::vector<World> way = exact_way(start, 0.5, 1);
+  const Way way = exact_way(start, 0.5, 1);
   for (const Method& method : kMethods) {
     if (method.solver == Solver::sweep) continue;
     tell(method.name);
     for (int divisions = 25; divisions <= (small ? 50 : 1600); divisions *= 2)
       std::fprintf(out, "%s,%.9g,%.6e\n", method.name, 0.5 / divisions,
-                   error_along(with(start, method), way, 0.5, divisions, true));
+                   error_along(with(start, method), way, divisions, difference));
   }
   tell("");
 }
@@ -207,10 +215,10 @@ void work() {
     if (small && links > 10) break;
     const Real length = 0.1;
     const World start = chain(links, length, kPi / 4);
-    const std::vector<World> way = exact_way(start, kEvery, count);
+    const Way way = exact_way(start, kEvery, count);
     const auto point = [&](const char* name, const World& w, int divisions, Real tolerance) {
       tell(std::to_string(links) + " links, " + name);
-      const Real error = error_along(w, way, kEvery, divisions, false) / (links * length);
+      const Real error = error_along(w, way, divisions, distance) / (links * length);
       if (!(error < 1)) return;
       const Timing t = time_often([&] { return time_run(w, kEvery, count, divisions); });
       std::fprintf(out, "%d,%s,%.9g,%g,%.4e,%.4e,%.3f\n", links, name, kEvery / divisions,
@@ -235,10 +243,16 @@ double bytes_in_use() {
 #endif
 }
 
+/// A dense LU of the equations of an Island.
+struct Dense {
+  double seconds = NAN;
+  Real apart = NAN;  // its accelerations from the sparse ones, part of the greatest
+};
+
 #ifdef PANTIN_HAS_EIGEN
-/// Seconds of a dense LU of the same equations; `a` is compared with its answer.
-double time_dense(const lagrangian::Island& m, std::span<const Vec3> force,
-                  std::span<const Real> right, std::span<const Vec3> a, Real& apart) {
+/// `a`: the sparse accelerations from the same `known`.
+Dense time_dense(const lagrangian::Island& m, const lagrangian::Known& known,
+                 std::span<const Vec3> a) {
   const auto bodies = static_cast<Eigen::Index>(m.count());
   const auto rows = static_cast<Eigen::Index>(m.rows), all = 6 * bodies + rows;
   Eigen::MatrixXd k = Eigen::MatrixXd::Zero(all, all);
@@ -249,7 +263,7 @@ double time_dense(const lagrangian::Island& m, std::span<const Vec3> force,
     for (int r = 0; r < 3; ++r) {
       k(6 * i + r, 6 * i + r) = m.mass[n];
       for (int c = 0; c < 3; ++c) k(6 * i + 3 + r, 6 * i + 3 + c) = take[c][r];
-      b(6 * i + r) = force[2 * n][r], b(6 * i + 3 + r) = force[2 * n + 1][r];
+      b(6 * i + r) = known.force[2 * n][r], b(6 * i + 3 + r) = known.force[2 * n + 1][r];
     }
   }
   for (const lagrangian::Block& block : m.blocks)
@@ -265,18 +279,17 @@ double time_dense(const lagrangian::Island& m, std::span<const Vec3> force,
           k(row, column) += part[c % 3], k(column, row) += part[c % 3];
         }
       }
-  for (Eigen::Index r = 0; r < rows; ++r) b(6 * bodies + r) = right[static_cast<std::size_t>(r)];
+  for (Eigen::Index r = 0; r < rows; ++r)
+    b(6 * bodies + r) = known.right[static_cast<std::size_t>(r)];
   const double from = cpu_seconds();
   const Eigen::VectorXd x = Eigen::PartialPivLU<Eigen::Ref<Eigen::MatrixXd>>(k).solve(b);
   const double seconds = cpu_seconds() - from;
-  Real most = 1e-300;
-  apart = 0;
+  Real most = 1e-300, apart = 0;
   for (Eigen::Index i = 0; i < 6 * bodies; ++i) {
     most = std::max(most, std::abs(x(i)));
     apart = std::max(apart, std::abs(x(i) - a[static_cast<std::size_t>(i / 3)][int(i % 3)]));
   }
-  apart /= most;
-  return seconds;
+  return {seconds, apart / most};
 }
 #endif
 
@@ -317,13 +330,12 @@ void cost() {
       lagrangian::solve(m, {force, right}, {a, lambda});
       return cpu_seconds() - from;
     });
-    double dense = NAN;
-    Real apart = NAN;
+    Dense dense;
 #ifdef PANTIN_HAS_EIGEN
-    dense = time_dense(m, force, right, a, apart);
+    dense = time_dense(m, {force, right}, a);
 #endif
-    std::fprintf(out, "solve,,%d,%.4e,%.3f,,%.4e,%.1f,%.2e\n", n, t.seconds, t.spread, dense,
-                 dense / t.seconds, apart);
+    std::fprintf(out, "solve,,%d,%.4e,%.3f,,%.4e,%.1f,%.2e\n", n, t.seconds, t.spread,
+                 dense.seconds, dense.seconds / t.seconds, dense.apart);
     std::fflush(out);
   }
   // Places, rows, forces, factor and solution at one instant.
