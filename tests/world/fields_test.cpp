@@ -38,39 +38,41 @@ World one_of_everything() {
 
 }  // namespace
 
+#ifndef __clang__  // it takes minutes to count members; g++ answers for both
 TEST_CASE("no list of fields forgets a member") {
   check_list<Body>("Body");
   check_list<Force>("Force");
   check_list<Entity>("Entity");
   check_list<Link>("Link");
-  check_list<Cable>("String");
-  check_list<Gear>("Ratio");
+  check_list<Cable>("Cable");
+  check_list<Gear>("Gear");
   check_list<Pin>("Pin");
   check_list<Keyframe>("Keyframe");
   check_list<Keyframes>("Keyframes");
   check_list<Lissajous>("Lissajous");
-  check_list<KinematicPath>("Drive");
+  check_list<KinematicPath>("KinematicPath");
   check_list<PoseKey>("PoseKey");
-  check_list<JointDrive>("PoseDrive");
+  check_list<JointDrive>("JointDrive");
   check_list<Collision>("Collision");
   check_list<Contact>("Contact");
   check_list<SolverSettings>("SolverSettings");
   check_list<Material>("Material");
-  check_list<CableParameters>("StringJoint");
+  check_list<CableParameters>("CableParameters");
   check_list<AngleLimit>("AngleLimit");
   check_list<SwingLimit>("SwingLimit");
   check_list<JointLimits>("JointLimits");
   check_list<SpringDamper>("SpringDamper");
   check_list<JointFriction>("JointFriction");
-  check_list<JointMotor>("Motor");
-  check_list<Dof>("Freedom");
-  check_list<JointParameters>("JointExtras");
+  check_list<JointMotor>("JointMotor");
+  check_list<Dof>("Dof");
+  check_list<JointParameters>("JointParameters");
   check_list<Joint>("Joint");
   check_list<Shape>("Shape");
   check_list<Shapes>("Shapes");
   check_list<Face>("Face");
   check_list<Surface>("Surface");
 }
+#endif
 
 TEST_CASE("the state hash changes with the least change of every field, passive ones aside") {
   const World start = one_of_everything();
