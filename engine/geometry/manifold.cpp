@@ -207,10 +207,11 @@ struct EdgePlane {
 
 /// Clips a polygon to a half-space.
 void cut(const Polygon& from, const EdgePlane& by, Polygon& to) {
-  const auto [side, offset, slack, label] = by;
+  const Real slack = by.slack;
+  const std::uint32_t label = by.label;
   to.count = 0;
   const std::size_t edges = from.count == 2 ? 1 : from.count;
-  const auto height = [&](const Corner& c) { return glm::dot(side, c.point) - offset; };
+  const auto height = [&](const Corner& c) { return glm::dot(by.side, c.point) - by.offset; };
   if (from.count == 2 && height(from.corners[0]) <= slack) to.add(from.corners[0]);
   for (std::size_t i = 0; i < edges; ++i) {
     const Corner &p = from.corners[i], &q = from.corners[(i + 1) % from.count];
