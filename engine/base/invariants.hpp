@@ -13,6 +13,9 @@ inline bool is_unit(Vec3 v) { return !(std::abs(glm::dot(v, v) - 1) > kUnitToler
 inline bool is_unit(Quat q) { return !(std::abs(glm::dot(q, q) - 1) > kUnitTolerance); }
 inline bool is_unit(const Pose& p) { return is_unit(p.rotation); }
 
+/// What a step can divide by; also asked of files in every build.
+inline bool is_mass(Real x) { return x > 0 && std::isfinite(x) && std::isfinite(1 / x); }
+inline bool is_mass(Vec3 v) { return is_mass(v.x) && is_mass(v.y) && is_mass(v.z); }
 inline bool is_positive(Real x) { return !(x <= 0); }
 inline bool is_positive(Vec3 v) { return is_positive(v.x) && is_positive(v.y) && is_positive(v.z); }
 

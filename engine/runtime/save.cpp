@@ -190,6 +190,9 @@ Result<World> world_from_bytes(std::string_view bytes, World like, std::string_v
   if (const char* why = world.memory.read(from)) return error(stage, why);
   if (!from.ok() || from.left() > 0) return error(stage, "memory " + from.fault());
   if (std::string why = check_contacts(world); !why.empty()) return error(stage, why);
+  for (const SolverRow* solver : kSolvers)
+    if (const char* why = solver->fault(world))
+      return error(stage, std::string("memory of ") + solver->name + ' ' + why);
   // The islands' settings were read after their scratch memory was allocated; a copy has none.
   return World(std::as_const(world));
 }

@@ -1,6 +1,7 @@
 // Faults of a World: see check().
 #include <algorithm>
 
+#include "engine/base/invariants.hpp"
 #include "engine/solvers/solver.hpp"
 
 namespace pantin::detail {
@@ -11,13 +12,10 @@ std::string unknown_to(Solver solver, Feature feature, const char* verb) {
          "\" does not know, only " + solvers_that_know(feature);
 }
 
-bool is_mass(Real x) { return x > 0 && std::isfinite(x) && std::isfinite(1 / x); }
-
 /// Why no step can be computed with a dynamic body, or null.
 const char* fault_of(const Body& b) {
   if (!is_mass(b.mass)) return "has a mass that is not a positive number";
-  if (!is_mass(b.inertia.x) || !is_mass(b.inertia.y) || !is_mass(b.inertia.z))
-    return "has an inertia that is not three positive numbers";
+  if (!is_mass(b.inertia)) return "has an inertia that is not three positive numbers";
   if (!std::isfinite(b.drag) || !std::isfinite(b.gravity_scale))
     return "has a drag or a gravity scale that is not finite";
   return nullptr;

@@ -41,6 +41,8 @@ struct SolverRow {
   void (*catch_up)(World&, const StepTask&);
   /// Within a substep, from the update stage on: false if the island skips it.
   bool (*has_begun)(const World&, std::size_t island);
+  /// After a saved World was read: what no step can be computed with in its islands, or null.
+  const char* (*fault)(const World&);
   /// Whether all its islands sleep.
   bool (*asleep)(const World&);
   /// Bounds on the displacement of its bodies' surfaces in the step, m, by body slot.

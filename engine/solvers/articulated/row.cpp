@@ -1,6 +1,7 @@
 // The articulated solver's row in the table of solvers.
 #include <algorithm>
 
+#include "engine/base/invariants.hpp"
 #include "engine/joints/kinds.hpp"
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/solver.hpp"
@@ -72,6 +73,14 @@ bool repeat(World& world, std::size_t island, Real h) {
   return adjust(world, a, h, a.lost);
 }
 
+const char* fault(const World& world) {
+  for (const Island& a : islands_of(world))
+    for (std::size_t c = 0; c < a.count() && !a.unfit; ++c)
+      if (!is_mass(a.constants.at(kMass, c)) || !is_mass(a.constants.vec(kInertia, c)))
+        return "holds a mass that is none";
+  return nullptr;
+}
+
 void report_holds(const World& world, const Island& a, StepReport& report) {
   const Real bound = a.settings.tolerance * a.size;
   const auto note = [&](Real residual, Entity who) {
@@ -139,6 +148,7 @@ const SolverRow kRow{.name = "articulated",
                      .predict = predict,
                      .catch_up = catch_up,
                      .has_begun = has_begun,
+                     .fault = fault,
                      .asleep = all_asleep,
                      .find_reaches = find_reaches,
                      .take_contacts = take_contacts,

@@ -1,6 +1,7 @@
 // The Lagrangian solver's row in the table of solvers.
 #include <algorithm>
 
+#include "engine/base/invariants.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "engine/solvers/solver.hpp"
 
@@ -104,6 +105,13 @@ void measure_island(const World& world, const Island& island, Measures& m) {
   }
 }
 
+const char* fault(const World& world) {
+  for (const Island& m : islands_of(world))
+    for (std::size_t i = 0; i < m.count() && !m.unfit; ++i)
+      if (!is_mass(m.mass[i]) || !is_mass(m.inertia[i])) return "holds a mass that is none";
+  return nullptr;
+}
+
 void measure(const World& world, Measures& m) {
   for (const Island& island : islands_of(world)) measure_island(world, island, m);
 }
@@ -117,6 +125,7 @@ const SolverRow kRow{.name = "lagrangian",
                      .predict = predict,
                      .catch_up = catch_up,
                      .has_begun = has_begun,
+                     .fault = fault,
                      .asleep = asleep,
                      .find_reaches = find_reaches,
                      .take_contacts = take_contacts,
