@@ -68,6 +68,14 @@ bool find_active_set(World& world, Island& a, Real h, StepLength length);
 /// (close.cpp).
 EndSums close_joints(World& world, Island& a, Real h);
 
+/// The energy-momentum method (conserving.cpp). Whether the island can be stepped by it: it has
+/// free ball joints only, and no contacts in this step.
+bool conserves(const Island& a);
+/// The whole step. False if a body is lost, which `lost` then names.
+bool step_conserving(World& world, Island& a, Real h, Entity& lost);
+/// The end of a step by any method (step.cpp): what the next step starts from.
+void remember_step(World& world, Island& a, Real h);
+
 /// The general articulated solve (tree.cpp). Blocks of the bodies alone; needs prepare().
 void fill_base(Island& a, Tension tension);
 /// Saves the joint gaps before the outward pass overwrites their row.

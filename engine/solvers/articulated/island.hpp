@@ -168,6 +168,7 @@ struct StepScratch {
   std::vector<Row> rows;
   std::vector<Real> blocks;                    // kBlockSize a body, for trees
   std::vector<Real> targets;                   // 3 a tree
+  std::vector<Real> ways, anchor_velocities;   // likewise, for the energy-momentum method
   std::vector<Real> response, factor, solved;  // rows x rows, and a row each
   std::vector<Vec3> translation, rotation;     // per body: response to lambda
   std::vector<Vec3> levers;                    // per body: from the parent's joint point to its own

@@ -2,6 +2,7 @@
 // instruction set; PANTIN_KERNELS is its name.
 #include "engine/solvers/articulated/kernels.hpp"
 
+#include "engine/solvers/articulated/kernels/conserving.hpp"
 #include "engine/solvers/articulated/kernels/geometry.hpp"
 #include "engine/solvers/articulated/kernels/inward.hpp"
 #include "engine/solvers/articulated/kernels/outward.hpp"
@@ -33,6 +34,7 @@ const Kernels PANTIN_JOINED(kernels_, PANTIN_KERNELS) = {PANTIN_TEXT(PANTIN_KERN
                                                          update_velocities,
                                                          outward_pass_and_update,
                                                          sweep_and_update,
+                                                         conserve,
                                                          scale};
 
 }  // namespace pantin::detail::articulated

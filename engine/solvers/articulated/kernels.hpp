@@ -82,6 +82,19 @@ enum BlockPart : std::size_t {
   kBlockSize = 32
 };
 
+/// A step by the energy-momentum method. Arrays hold 3 numbers a tree.
+struct ConservingInput {
+  double h;
+  double gravity[3];
+  const double* targets;            // of the anchors at the end of the step, m
+  const double* ways;               // displacements of the anchors over the step, m
+  const double* anchor_velocities;  // at the end of the step, m/s
+  double* blocks;                   // kConservingBlock a body; null for a chain
+  int most_iterations;
+  double enough;            // rad: largest rotation of the last iteration
+  bool follows_equal_step;  // the rotations of the last step predict those of this one
+};
+
 struct Kernels {
   const char* name;
   /// Predicts the free motion of every body: pose and angular velocity into the work table. [Lee
@@ -113,6 +126,9 @@ struct Kernels {
                                      const VelocityInput&);
   EndSums (*sweep_and_update)(const IslandView&, const double* targets, double stiffness,
                               const VelocityInput&);
+  /// A whole step of free ball joints by the energy-momentum method, bodies written. False, and
+  /// nothing written, where the iterations do not converge. [Betsch, Steinmann 2001]
+  bool (*conserve)(const IslandView&, const ConservingInput&);
   /// Scales all velocities; translation relative to `mean`.
   void (*scale)(const IslandView&, double factor, const double* mean);
 };

@@ -65,4 +65,8 @@ enum Node : std::size_t {
   kNodeSize = 24
 };
 
+/// Numbers of a body in a tree, for the energy-momentum method: a block before its rotation is
+/// eliminated.
+inline constexpr std::size_t kConservingBlock = 52;
+
 }  // namespace pantin::detail::articulated

@@ -70,7 +70,8 @@ void keep_momentum(World& world, Island& a, Real h, EndSums& end) {
     sum_up(world, a, end);
 }
 
-/// Stores the state that the next step starts from.
+}  // namespace
+
 void remember_step(World& world, Island& a, Real h) {
   const bool calm = !a.limited && !a.disturbed;
   a.calm_steps = calm ? std::min(a.calm_steps + 1, 1000) : 0;
@@ -83,8 +84,6 @@ void remember_step(World& world, Island& a, Real h) {
   a.last_step = h;
   update_sleep(world, a, h);
 }
-
-}  // namespace
 
 bool finish_step(World& world, Island& a, Real h, Entity& lost) {
   if (!a.finite) {  // before joints can hide it
@@ -156,6 +155,7 @@ bool adjust(World& world, Island& a, Real h, Entity& lost) {
     keep_sleeping_contacts(world, a, h);
     return true;
   }
+  if (conserves(a)) return step_conserving(world, a, h, lost);
   begin_step(world, a, h);
   const bool converged = find_active_set(world, a, h, StepLength::whole);
   if (!converged && !a.scratch.contact_rows.empty() && a.settings.active_set_iterations > 2)

@@ -1,0 +1,99 @@
+// The step of islands that have only free ball joints and touch nothing, by the energy-momentum
+// method: no energy is gained, whatever the masses and shapes. [Betsch, Steinmann 2001]
+#include "engine/solvers/articulated/articulated.hpp"
+#include "engine/solvers/articulated/internal.hpp"
+
+namespace pantin::detail::articulated {
+namespace {
+
+/// A step that does not converge is halved, down to an eighth.
+constexpr int kParts = 8;
+constexpr int kMostIterations = 8;
+/// rad: the next iteration would rotate by about its square. Free trees have no anchor that would
+/// take up a lack of angular momentum.
+constexpr Real kEnough = 3e-4, kEnoughFree = 1e-6;
+
+/// Anchors over a part of the step: the fractions of it at which the part begins and ends.
+void set_anchors(const World& world, Island& a, Real h, Real begin, Real end) {
+  StepScratch& r = a.scratch;
+  r.targets.clear(), r.ways.clear(), r.anchor_velocities.clear();
+  for (const Tree& t : a.trees) {
+    const bool jumps = t.held_body != kNoSlot && world.bodies.values()[t.held_body].teleport;
+    const Vec3 whole = jumps ? Vec3(0) : t.target - t.target_before;
+    Vec3 velocity = whole / h;
+    if (end == 1 && t.held_body != kNoSlot) {
+      const Body& b = world.bodies.values()[t.held_body];
+      velocity = b.velocity + glm::cross(b.angular_velocity, b.pose.rotation * t.anchor);
+    }
+    for (int n = 0; n < 3; ++n) {
+      r.targets.push_back(t.target[n] - (1 - end) * whole[n]);
+      r.ways.push_back((end - begin) * whole[n]);
+      r.anchor_velocities.push_back(velocity[n]);
+    }
+  }
+}
+
+bool has_free_tree(const Island& a) {
+  for (const Tree& t : a.trees)
+    if (a.parents[t.first] == kFree) return true;
+  return false;
+}
+
+/// The rest of a step that does not converge in small parts either: by the rules that always end.
+bool finish_otherwise(World& world, Island& a, Real h, Entity& lost, int left) {
+  const Real rest = h * left / kParts;
+  update(world, a, rest);
+  for (Tree& t : a.trees)
+    t.target_before = t.target - Real(left) / kParts * (t.target - t.target_before);
+  return finish_step(world, a, rest, lost);
+}
+
+}  // namespace
+
+bool conserves(const Island& a) {
+  return a.finite && a.settings.solver == Solver::articulated && is_plain(a);
+}
+
+bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
+  const bool follows = !a.fresh && !a.changed && a.last_step == h;
+  const Real enough = has_free_tree(a) ? kEnoughFree : kEnough;
+  const IslandView p = view_of(world, a);
+  int left = kParts;
+  for (int part = kParts; left > 0;) {
+    const Real begin = Real(kParts - left) / kParts, end = Real(kParts - left + part) / kParts;
+    set_anchors(world, a, h, begin, end);
+    const ConservingInput in{h * part / kParts,
+                             {world.gravity.x, world.gravity.y, world.gravity.z},
+                             a.scratch.targets.data(),
+                             a.scratch.ways.data(),
+                             a.scratch.anchor_velocities.data(),
+                             a.scratch.blocks.data(),
+                             kMostIterations,
+                             enough,
+                             follows && part == kParts};
+    if (kernels().conserve(p, in)) {
+      left -= part;
+    } else if (part > 1) {
+      part /= 2;
+    } else {
+      return finish_otherwise(world, a, h, lost, left);
+    }
+  }
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    const Body& b = world.bodies.values()[a.slots[c]];
+    const Vec3 x = b.pose.position;
+    if (is_finite(b.pose) && is_finite(b.velocity) && is_finite(b.angular_velocity) &&
+        glm::dot(x, x) < kTooFar * kTooFar)
+      continue;
+    lost = a.bodies[c];
+    return false;
+  }
+  for (Tree& t : a.trees) t.knows_angular_momentum = false;
+  a.in_contact = a.contact_active = a.limited = a.disturbed = false;
+  a.force_share = 1, a.reserve = 0;
+  remember_step(world, a, h);
+  a.calm_steps = 0;  // the other rules have no history to go on
+  return true;
+}
+
+}  // namespace pantin::detail::articulated
