@@ -13,21 +13,26 @@ constexpr int kMostIterations = 8;
 /// take up a lack of angular momentum.
 constexpr Real kEnough = 3e-4, kEnoughFree = 1e-6;
 
-/// Anchors over a part of the step: the fractions of it at which the part begins and ends.
-void set_anchors(const World& world, Island& a, Real h, Real begin, Real end) {
+/// A part of the step, by the fractions of it at which it begins and ends.
+struct StepPart {
+  Real begin, end;
+};
+
+/// Anchors over a part of the step of length h.
+void set_anchors(const World& world, Island& a, Real h, const StepPart& part) {
   StepScratch& r = a.scratch;
   r.targets.clear(), r.ways.clear(), r.anchor_velocities.clear();
   for (const Tree& t : a.trees) {
     const bool jumps = t.held_body != kNoSlot && world.bodies.values()[t.held_body].teleport;
     const Vec3 whole = jumps ? Vec3(0) : t.target - t.target_before;
     Vec3 velocity = whole / h;
-    if (end == 1 && t.held_body != kNoSlot) {
+    if (part.end == 1 && t.held_body != kNoSlot) {
       const Body& b = world.bodies.values()[t.held_body];
       velocity = b.velocity + glm::cross(b.angular_velocity, b.pose.rotation * t.anchor);
     }
     for (int n = 0; n < 3; ++n) {
-      r.targets.push_back(t.target[n] - (1 - end) * whole[n]);
-      r.ways.push_back((end - begin) * whole[n]);
+      r.targets.push_back(t.target[n] - (1 - part.end) * whole[n]);
+      r.ways.push_back((part.end - part.begin) * whole[n]);
       r.anchor_velocities.push_back(velocity[n]);
     }
   }
@@ -39,19 +44,23 @@ bool has_free_tree(const Island& a) {
   return false;
 }
 
-/// The rest of a step that does not converge in small parts either: by the rules that always end.
-bool finish_otherwise(World& world, Island& a, Real h, Entity& lost, int left) {
-  const Real rest = h * left / kParts;
-  update(world, a, rest);
-  for (Tree& t : a.trees)
-    t.target_before = t.target - Real(left) / kParts * (t.target - t.target_before);
-  return finish_step(world, a, rest, lost);
+/// The last parts of a step that does not converge in small ones either: by the rules that always
+/// end.
+bool finish_otherwise(World& world, Island& a, Real h, Entity& lost) {
+  update(world, a, h);
+  for (std::size_t t = 0; t < a.trees.size(); ++t)
+    for (int n = 0; n < 3; ++n)
+      a.trees[t].target_before[n] =
+          a.trees[t].target[n] - h * a.scratch.anchor_velocities[3 * t + n];
+  begin_step(world, a, h);
+  return finish_step(world, a, h, lost);
 }
 
 }  // namespace
 
 bool conserves(const Island& a) {
-  return a.finite && a.settings.solver == Solver::articulated && is_plain(a);
+  return a.finite && a.settings.solver == Solver::articulated && a.settings.tension_stiffness &&
+         is_plain(a);
 }
 
 bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
@@ -60,8 +69,7 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
   const IslandView p = view_of(world, a);
   int left = kParts;
   for (int part = kParts; left > 0;) {
-    const Real begin = Real(kParts - left) / kParts, end = Real(kParts - left + part) / kParts;
-    set_anchors(world, a, h, begin, end);
+    set_anchors(world, a, h, {Real(kParts - left) / kParts, Real(kParts - left + part) / kParts});
     const ConservingInput in{h * part / kParts,
                              {world.gravity.x, world.gravity.y, world.gravity.z},
                              a.scratch.targets.data(),
@@ -76,7 +84,7 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
     } else if (part > 1) {
       part /= 2;
     } else {
-      return finish_otherwise(world, a, h, lost, left);
+      return finish_otherwise(world, a, h * left / kParts, lost);
     }
   }
   for (std::size_t c = 0; c < a.count(); ++c) {
