@@ -6,8 +6,8 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// A step that does not converge is halved, down to an eighth.
-constexpr int kParts = 8;
+/// A step that does not converge is halved, down to a 64th.
+constexpr int kParts = 64;
 constexpr int kMostIterations = 8;
 /// rad: the next iteration would rotate by about its square. Free trees have no anchor that would
 /// take up a lack of angular momentum.
@@ -44,6 +44,16 @@ bool has_free_tree(const Island& a) {
   return false;
 }
 
+/// Whether weight alone works on the island: every tree is held by an anchor at rest.
+bool is_still(const Island& a) {
+  if (has_free_tree(a) || a.forced || a.fresh || a.changed) return false;
+  for (const Real v : a.scratch.anchor_velocities)
+    if (v != 0) return false;
+  for (const Real way : a.scratch.ways)
+    if (way != 0) return false;
+  return true;
+}
+
 /// The last parts of a step that does not converge in small ones either: by the rules that always
 /// end.
 bool finish_otherwise(World& world, Island& a, Real h, Entity& lost) {
@@ -78,6 +88,7 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
                              a.scratch.blocks.data(),
                              kMostIterations,
                              enough,
+                             is_still(a),
                              follows && part == kParts};
     if (kernels().conserve(p, in)) {
       left -= part;

@@ -92,6 +92,7 @@ struct ConservingInput {
   double* blocks;                   // kConservingBlock a body; null for a chain
   int most_iterations;
   double enough;            // rad: largest rotation of the last iteration
+  bool still;               // every tree is held, and no anchor moves
   bool follows_equal_step;  // the rotations of the last step predict those of this one
 };
 

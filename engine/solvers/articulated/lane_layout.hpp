@@ -67,6 +67,6 @@ enum Node : std::size_t {
 
 /// Numbers of a body in a tree, for the energy-momentum method: a block before its rotation is
 /// eliminated.
-inline constexpr std::size_t kConservingBlock = 52;
+inline constexpr std::size_t kConservingBlock = 54;
 
 }  // namespace pantin::detail::articulated

@@ -65,6 +65,9 @@ struct ConservingStep {
     put(k, kEndArm, arm);
     put(k, kMeanArm, all(-0.5) * (along(d0, anchor) + along(d1, anchor)));
     Qua<Four> q0 = s.q, q1 = qua<Four>(k, kEndRotation);
+    const Qua<Four> turned = mul(q1, back(q0));
+    put(column(p.memory, kMemoryRows, i), kTurned,
+        (2.0 / turned.w) * Vec<Four>{turned.x, turned.y, turned.z});
     Vec<Four> arm1 = arm, arm_mean = vec<Four>(k, kMeanArm);
     for (std::size_t l = 0; l < kLanes; ++l) {
       const std::int32_t parent = p.parents[i + l];
@@ -132,11 +135,16 @@ struct ConservingStep {
       }
       torque = torque + cross(mean_arm, impulse);
     } else {
-      impulse = mass * (way + way - s.v);
+      const Vec<Four> v = way + way - s.v;
+      const Vec<Four> g{all(in.gravity[0]), all(in.gravity[1]), all(in.gravity[2])};
+      const Four fall = all(2 * h) * num<Four>(c, kGravityScale) * dot(g, way);
+      impulse = mass * v, due_ += mask(i, p.count) * mass * (dot(s.v, s.v) + fall);
       turn.add(arm, all(-1) * (mass * arm));
       for (int n = 0; n < 3; ++n) {
-        const Vec<Four> w = all(2 * per) * (d1.d[n] - d0.d[n]) - cross(s.w, d0.d[n]);
+        const Vec<Four> before = cross(s.w, d0.d[n]);
+        const Vec<Four> w = all(2 * per) * (d1.d[n] - d0.d[n]) - before;
         torque = torque - second[n] * cross(d1.d[n], w);
+        due_ += mask(i, p.count) * second[n] * dot(before, before);
         turn.add(second[n] * d1.d[n], all(-1) * d1.d[n]);
       }
       torque = torque - cross(arm, impulse);
@@ -163,6 +171,8 @@ struct ConservingStep {
         impulse = b.impulse;
         if (unknown == Unknown::displacement)
           put(column(p.memory, kMemoryRows, i), kLambda, impulse);
+        if (unknown == Unknown::displacement)
+          turn_axes(b, vec<double>(column(p.memory, kMemoryRows, i), kTurned));
         mass = eliminate(b, p.nodes + kNodeSize * i);
       }
       return;
@@ -173,6 +183,8 @@ struct ConservingStep {
       add_own<unknown>(p, per, i, b);
       if (unknown == Unknown::displacement)
         put(column(p.memory, kMemoryRows, i), kLambda, b.impulse);
+      if (unknown == Unknown::displacement)
+        turn_axes(b, vec<double>(column(p.memory, kMemoryRows, i), kTurned));
       const Rows mass = eliminate(b, p.nodes + kNodeSize * i);
       if (p.parents[i] < 0) continue;
       const auto parent = static_cast<std::size_t>(p.parents[i]);
@@ -183,16 +195,14 @@ struct ConservingStep {
   }
   INLINE ConservingBlock block_at(std::size_t i) const {
     const double* b = in.blocks + kConservingBlock * i;
-    return {Rows::from(b),
-            Rows::from(b + 12),
-            Rows::from(b + 24),
-            Rows::from(b + 36),
-            {b[48], b[49], b[50]}};
+    return {Rows::from(b),      Rows::from(b + 12),    Rows::from(b + 24),
+            Rows::from(b + 36), {b[48], b[49], b[50]}, {b[51], b[52], b[53]}};
   }
   INLINE void put_block(std::size_t i, const ConservingBlock& b) const {
     double* to = in.blocks + kConservingBlock * i;
     b.tt.to(to), b.ty.to(to + 12), b.yt.to(to + 24), b.yy.to(to + 36);
     to[48] = b.impulse.x, to[49] = b.impulse.y, to[50] = b.impulse.z;
+    to[51] = b.torque.x, to[52] = b.torque.y, to[53] = b.torque.z;
   }
 
   /// Displacement, or velocity, of a root's joint point.
@@ -310,8 +320,9 @@ struct ConservingStep {
     }
   }
 
-  /// Velocities at the end, and everything written back.
-  void finish() {
+  /// Velocities at the end, and everything written back; false, and nothing written, where energy
+  /// came from nowhere: the iterations then ended at no solution.
+  bool finish() {
     fill_all<Unknown::velocity>();
     for (std::size_t first = 0, last = 0; first < p.count; first = last) {
       last = first + 1;
@@ -320,12 +331,34 @@ struct ConservingStep {
     }
     inward<Unknown::velocity>();
     const double *held = in.anchor_velocities, *target = in.targets;
+    Four kept = all(0);
     for (std::size_t i = 0; i < p.count; i += kLanes) {
       const std::size_t lanes = p.count - i < kLanes ? p.count - i : kLanes;
       for (std::size_t l = 0; l < lanes; ++l)
         outward<Unknown::velocity>(i + l, held), put_joint(i + l, target);
-      write_back(i, lanes);
+      if (in.still) kept += twice_kinetic(i);
     }
+    // The projection takes energy of the second order in the step. Below an anchor that stands
+    // still velocities are scaled to the energy that is due, at most by a tenth: beyond that
+    // the step does not resolve the motion.
+    if (in.still) {
+      const double due = sum(due_), found = sum(kept);
+      if (!(due >= 0.99 * found)) return false;
+      factor_ = due < 1.2 * found ? ::sqrt(due / found) : ::sqrt(1.2);
+    }
+    for (std::size_t i = 0; i < p.count; i += kLanes)
+      write_back(i, p.count - i < kLanes ? p.count - i : kLanes);
+    return true;
+  }
+  /// Twice the kinetic energy of a block by its projected velocities, J.
+  INLINE Four twice_kinetic(std::size_t i) const {
+    const double* k = column(p.work, kWorkRows, i);
+    const double* c = column(p.constants, kConstantRows, i);
+    const double* m = column(p.memory, kMemoryRows, i);
+    const Vec<Four> w = vec<Four>(m, kTurnBy);
+    const Vec<Four> v = vec<Four>(m, kMove) + cross(w, vec<Four>(k, kEndArm));
+    const Vec<Four> l = times_inertia(qua<Four>(k, kEndRotation), vec<Four>(c, kInertia), w);
+    return mask(i, p.count) * (num<Four>(c, kMass) * dot(v, v) + dot(l, w));
   }
   /// Position of the joint of body i at the end.
   INLINE void put_joint(std::size_t i, const double*& target) const {
@@ -352,8 +385,9 @@ struct ConservingStep {
     const Four keep = damping.of(num<Four>(column(p.constants, kConstantRows, i), kDrag));
     const Vec<Four> x = vec<Four>(k, kEndJoint) + vec<Four>(k, kEndArm);
     const Qua<Four> q = qua<Four>(k, kEndRotation);
-    const Vec<Four> w = vec<Four>(m, kTurnBy);
-    const Vec<Four> v = keep * (vec<Four>(m, kMove) + cross(w, vec<Four>(k, kEndArm)));
+    const Vec<Four> w = all(factor_) * vec<Four>(m, kTurnBy);
+    const Vec<Four> v =
+        keep * (all(factor_) * vec<Four>(m, kMove) + cross(w, vec<Four>(k, kEndArm)));
     put(m, kLastTranslation, x - bodies.vec(p.layout.position));
     put(m, kLastRotation, logarithm(mul(q, back(bodies.qua(p.layout.rotation)))));
     put(m, kLambda, all(2 * h) * vec<Four>(m, kLambda));
@@ -364,14 +398,14 @@ struct ConservingStep {
     bodies.set(p.layout.angular_velocity, keep * w, lanes);
   }
 
+  Four due_ = all(0);  // twice the kinetic energy that the bodies must have at the end, J
+  double factor_ = 1;  // of the velocities after it
   const double* held_ = nullptr;  // of the next root: displacement of its anchor
 };
 
 bool conserve(const IslandView& p, const ConservingInput& in) {
   ConservingStep step{p, in};
-  if (!step.solve()) return false;
-  step.finish();
-  return true;
+  return step.solve() && step.finish();
 }
 
 }  // namespace

@@ -25,16 +25,17 @@ static_assert(std::size_t{kConservingRows} <= std::size_t{kWorkRows});
 constexpr std::size_t kEndJoint = kImpulse;  // 3, position of the own joint, once all is solved
 
 /// The bodies' unknowns share rows of the memory table that belong to the other rules.
-constexpr std::size_t kMove = kVelocityBefore, kTurnBy = kAngularMomentumBefore;
+constexpr std::size_t kMove = kVelocityBefore, kTurnBy = kAngularMomentumBefore,
+                      kTurned = kLastTranslation;  // Cayley's vector of the rotation over the step
 
 /// A body with its outboard subtree, before its rotation is eliminated; each row is followed by the
 /// component of a vector.
 struct ConservingBlock {
   Rows tt, ty, yt, yy;  // ty: | torque impulse to be made; yy: | momentum, or nothing
   Vec<double> impulse;  // at the own joint, from the parent
+  Vec<double> torque;   // impulse about the own joint, which has to vanish
 };
-static_assert(sizeof(ConservingBlock) <= kConservingBlock * sizeof(double) &&
-              "see lane_layout.hpp");
+static_assert(kConservingBlock == 4 * 12 + 2 * 3);
 
 template <class T>
 struct Axes {
@@ -86,7 +87,7 @@ INLINE void add_own(const IslandView& p, double per, std::size_t i, ConservingBl
   const bool moves = unknown == Unknown::velocity;
   b.yy.x += Four{m, 0, 0, moves ? f.x : 0}, b.yy.y += Four{0, m, 0, moves ? f.y : 0};
   b.yy.z += Four{0, 0, m, moves ? f.z : 0};
-  if (!moves) b.impulse = b.impulse + f;
+  if (!moves) b.impulse = b.impulse + f, b.torque = b.torque + t;
 }
 
 /// Cross product of a row's first three components with r.
@@ -114,7 +115,19 @@ INLINE void add_child(ConservingBlock& b, const Rows& child, Vec<double> impulse
   b.tt.y += Four{r1.y * f.x, r1.y * f.y - along, r1.y * f.z, 0};
   b.tt.z += Four{r1.z * f.x, r1.z * f.y, r1.z * f.z - along, 0};
   b.ty.x[3] -= t.x, b.ty.y[3] -= t.y, b.ty.z[3] -= t.z;
-  b.impulse = b.impulse + impulse;
+  b.impulse = b.impulse + impulse, b.torque = b.torque + t;
+}
+
+/// Refers the equations of the rotation to axes that rotate with the body (the mean of its axes
+/// before and after). A torque left by an iteration would otherwise couple the rotation about the
+/// axis of a thin body with those across it, where its inertia is larger by orders of magnitude.
+/// `turned` is Cayley's vector of the rotation over the step.
+INLINE void turn_axes(ConservingBlock& b, Vec<double> turned) {
+  const Vec<double> n = 0.5 * b.torque, d = -0.5 * turned;
+  const double along = dot(n, d);
+  b.tt.x += Four{n.x * d.x - along, n.x * d.y - n.z, n.x * d.z + n.y, 0};
+  b.tt.y += Four{n.y * d.x + n.z, n.y * d.y - along, n.y * d.z - n.x, 0};
+  b.tt.z += Four{n.z * d.x - n.y, n.z * d.y + n.x, n.z * d.z - along, 0};
 }
 
 /// Eliminates the rotation: mass | bias at the own joint; both go to the node.
@@ -138,7 +151,7 @@ INLINE Rows eliminate(const ConservingBlock& b, double* node) {
 
 INLINE ConservingBlock nothing() {
   const Rows none{all(0), all(0), all(0)};
-  return {none, none, none, none, {0, 0, 0}};
+  return {none, none, none, none, {0, 0, 0}, {0, 0, 0}};
 }
 
 }  // namespace
