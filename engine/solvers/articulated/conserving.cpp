@@ -58,6 +58,7 @@ bool is_still(const Island& a) {
 /// end.
 bool finish_otherwise(World& world, Island& a, Real h, Entity& lost) {
   update(world, a, h);
+  predict_motion(world, a, h);
   for (std::size_t t = 0; t < a.trees.size(); ++t)
     for (int n = 0; n < 3; ++n)
       a.trees[t].target_before[n] =

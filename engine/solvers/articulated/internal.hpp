@@ -39,6 +39,8 @@ Vec3 point_on(const World& world, std::uint32_t slot, Vec3 anchor);
 
 /// The integration rule of this step.
 Rule rule_of(const Island& a);
+/// The free motion of the bodies over the step, into the work table (predict.cpp).
+void predict_motion(World& world, Island& a, Real h);
 
 /// Sleep (sleep.cpp). Whether something wakes a sleeping island, after its targets are known.
 bool must_wake(const World& world, const Island& a);

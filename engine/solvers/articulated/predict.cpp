@@ -85,6 +85,16 @@ Rule rule_of(const Island& a) {
   return a.second_order ? Rule::bdf2 : Rule::euler;
 }
 
+void predict_motion(World& world, Island& a, Real h) {
+  const IslandView p = view_of(world, a);
+  const StartSums start = kernels().predict(
+      p, {h, {world.gravity.x, world.gravity.y, world.gravity.z}, rule_of(a), a.fresh});
+  a.energy_before = start.kinetic + start.potential, a.kinetic_before = start.kinetic;
+  a.damped = start.damped;
+  a.finite = start.finite;
+  a.momentum_before = Vec3(start.momentum[0], start.momentum[1], start.momentum[2]);
+}
+
 void update(World& world, Island& a, Real h) {
   a.scratch.predicted = true;
   if (a.unfit) {
@@ -103,13 +113,9 @@ void update(World& world, Island& a, Real h) {
   collect_forces(world, a);
   a.second_order = a.settings.solver == Solver::articulated && !a.fresh && a.calm_steps >= 2;
   a.force_share = share_of_forces(a, h);
-  const IslandView p = view_of(world, a);
-  const StartSums start = kernels().predict(
-      p, {h, {world.gravity.x, world.gravity.y, world.gravity.z}, rule_of(a), a.fresh});
-  a.energy_before = start.kinetic + start.potential, a.kinetic_before = start.kinetic;
-  a.damped = start.damped;
-  a.finite = start.finite;
-  a.momentum_before = Vec3(start.momentum[0], start.momentum[1], start.momentum[2]);
+  a.finite = true;
+  // Without anything to touch, the energy-momentum method needs no prediction.
+  if (!world.collisions.empty() || !conserves(a)) predict_motion(world, a, h);
   if (a.finite && a.settings.solver != Solver::articulated) begin_watch(world, a);
 }
 

@@ -388,8 +388,10 @@ struct ConservingStep {
     const Vec<Four> w = all(factor_) * vec<Four>(m, kTurnBy);
     const Vec<Four> v =
         keep * (all(factor_) * vec<Four>(m, kMove) + cross(w, vec<Four>(k, kEndArm)));
+    const Vec<Four> turned = vec<Four>(m, kTurned);  // by 2 atan(t / 2) = t - t^3 / 12 + t^5 / 80
+    const Four t2 = dot(turned, turned);
+    put(m, kLastRotation, (1.0 - t2 * (1.0 / 12) + t2 * t2 * (1.0 / 80)) * turned);
     put(m, kLastTranslation, x - bodies.vec(p.layout.position));
-    put(m, kLastRotation, logarithm(mul(q, back(bodies.qua(p.layout.rotation)))));
     put(m, kLambda, all(2 * h) * vec<Four>(m, kLambda));
     bodies.set(p.layout.position, x, lanes);
     bodies.set(p.layout.rotation, Vec<Four>{q.x, q.y, q.z}, lanes);
