@@ -228,6 +228,25 @@ TEST_CASE("rotations and limits that cannot be are refused in a saved World") {
         std::string::npos);
 }
 
+TEST_CASE("masses that are none are refused in the islands of a saved World") {
+  for (const Solver solver : {Solver::articulated, Solver::lagrangian}) {
+    World world = stopped_arm();
+    world.default_settings.solver = solver;
+    world.bodies.values()[1].mass = 2.71875;
+    world.mark_dirty();
+    std::string bytes = *world_to_bytes(world);
+    const double mass = 2.71875, none = -1;
+    char text[sizeof mass];
+    std::memcpy(text, &mass, sizeof mass);
+    const std::size_t first = bytes.find({text, sizeof text}),
+                      last = bytes.rfind({text, sizeof text});
+    REQUIRE(last != first);  // of the body, and of its island
+    std::memcpy(&bytes[last], &none, sizeof none);
+    CHECK(only_error(world_from_bytes(sealed(bytes))).find("mass that is none") !=
+          std::string::npos);
+  }
+}
+
 TEST_CASE("names in a forged file reach no terminal as they are") {
   World world;
   world.store<Wind>().add(world.add_body(Body{}), {});

@@ -76,7 +76,6 @@ TEST_CASE("joint loads are carried over to another step as forces, and dropped a
   Simulation sim = swinging();
   for (int i = 0; i < 20; ++i) sim.step();
   const articulated::Island before = articulated::islands_of(sim.world)[0];
-  REQUIRE(before.calm_steps > 2);
   World w = sim.world;
   articulated::prepare(w);
   articulated::update(w, articulated::islands_of(w)[0], 0.5 * sim.settings.h);

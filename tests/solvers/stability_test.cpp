@@ -101,6 +101,10 @@ TEST_CASE("thousands of random trees survive the same", "[.soak]") {
 TEST_CASE("losses of a step with large turns are not given back") {
   Random dice(2);
   RandomTree t = random_tree({}, dice);
+  JointLimits far;  // never reached, but solved together with limits
+  far.swing.on = true, far.swing.y = far.swing.z = 3.1;
+  t.world.links.values()[0].joint.limits = far;
+  t.world.mark_dirty();
   Simulation sim(t.world, {1.0 / 30});
   int large = 0, lent = 0;
   for (int i = 0; i < 600; ++i) {
@@ -125,15 +129,15 @@ TEST_CASE("losses of a step with large turns are not given back") {
   CHECK(lent > 20);
 }
 
-TEST_CASE("a chain of 20 links at 15 Hz loses energy and never gains any") {
+TEST_CASE("a chain of 20 links at 15 Hz keeps its energy and never gains any") {
   ChainSpec spec;
   spec.links = 20;
   const SwingResult r = swing(spec, 15, 10, {}, false);
   // The swing's own energy: from the start to hanging straight down.
   const Real swing_energy = 20 * 9.81 * 0.5 * (1 - std::cos(spec.angle));
   INFO("start " << r.energy_start << " J, most " << r.energy_max << " J, end " << r.energy_end);
-  CHECK(r.energy_max <= r.energy_start + 0.01 * swing_energy);
-  CHECK(r.energy_end < r.energy_start - 0.2 * swing_energy);
+  CHECK(r.energy_max <= r.energy_start + 1e-6 * swing_energy);
+  CHECK(r.energy_end > r.energy_start - 0.01 * swing_energy);
   CHECK(r.worst_gap <= 1e-14);
 }
 

@@ -172,4 +172,6 @@ TEST_CASE("surfaces come back whole, and broken ones are refused") {
   }
   Shape none{ShapeKind::mesh, Vec3(0), {}, 0, nullptr};
   CHECK(none.restored() != nullptr);
+  CHECK((Shape{ShapeKind::sphere, Vec3(-1, 0, 0)}).restored() != nullptr);
+  CHECK((Shape{ShapeKind::sphere, Vec3(1, 0, 0)}).restored() == nullptr);
 }

@@ -1,13 +1,13 @@
 // The step of islands that have only free ball joints and touch nothing, by the energy-momentum
-// method: no energy is gained, whatever the masses and shapes. [Betsch, Steinmann 2001]
+// method: no energy is gained, whatever the masses and shapes. [Betsch & Steinmann 2001]
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
 
-/// A step that does not converge is halved, down to a 64th.
-constexpr int kParts = 64;
+/// A step that does not converge is halved, down to a 256th.
+constexpr int kParts = 256;
 constexpr int kMostIterations = 8;
 /// rad: the next iteration would rotate by about its square. Free trees have no anchor that would
 /// take up a lack of angular momentum.
@@ -71,7 +71,8 @@ bool finish_otherwise(World& world, Island& a, Real h, Entity& lost) {
 
 bool conserves(const Island& a) {
   return a.finite && a.settings.solver == Solver::articulated && a.settings.tension_stiffness &&
-         is_plain(a);
+         !a.follows && a.slack && a.pins.empty() && a.joints.empty() &&
+         a.scratch.contact_rows.empty();
 }
 
 bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
@@ -108,7 +109,8 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
     lost = a.bodies[c];
     return false;
   }
-  for (Tree& t : a.trees) t.knows_angular_momentum = false;
+  for (Tree& t : a.trees)
+    if (a.parents[t.first] == kFree) keep_angular_momentum(world, a, t, h);
   a.in_contact = a.contact_active = a.limited = a.disturbed = false;
   a.force_share = 1, a.reserve = 0;
   remember_step(world, a, h);

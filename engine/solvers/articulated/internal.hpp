@@ -233,6 +233,9 @@ void end_watch(const World& world, Island& a, Real h);
 /// Restores the momentum of free trees after the joints were closed (momentum.cpp). True if any
 /// tree was corrected.
 bool repair_momentum(World& world, Island& a, Real h);
+/// The same for a tree whose bodies moved by the energy-momentum method: what its iterations left
+/// of the angular momentum is taken from the velocities, as one rigid rotation.
+void keep_angular_momentum(World& world, const Island& a, Tree& tree, Real h);
 /// Angular momentum of a tree about its mass centre.
 Vec3 angular_momentum(const World& world, const Island& a, const Tree& tree);
 

@@ -128,7 +128,7 @@ struct Kernels {
   EndSums (*sweep_and_update)(const IslandView&, const double* targets, double stiffness,
                               const VelocityInput&);
   /// A whole step of free ball joints by the energy-momentum method, bodies written. False, and
-  /// nothing written, where the iterations do not converge. [Betsch, Steinmann 2001]
+  /// nothing written, where the iterations do not converge. [Betsch & Steinmann 2001]
   bool (*conserve)(const IslandView&, const ConservingInput&);
   /// Scales all velocities; translation relative to `mean`.
   void (*scale)(const IslandView&, double factor, const double* mean);

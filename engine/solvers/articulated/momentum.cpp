@@ -113,6 +113,21 @@ Vec3 angular_momentum(const World& world, const Island& a, const Tree& tree) {
   return angular_momentum_about(world, a, tree, mass_centre(world, a, tree));
 }
 
+void keep_angular_momentum(World& world, const Island& a, Tree& tree, Real h) {
+  const MassCentre centre = mass_centre(world, a, tree);
+  const std::optional<Vec3> expected = expected_angular_momentum(world, a, tree, h);
+  tree.knows_angular_momentum = expected.has_value();
+  if (!expected) return;
+  const Vec3 left = *expected - angular_momentum_about(world, a, tree, centre);
+  const Vec3 omega = solve_symmetric(whole_inertia(world, a, tree, centre.position), left);
+  for (std::size_t c = tree.first; c < tree.first + tree.count; ++c) {
+    Body& b = world.bodies.values()[a.slots[c]];
+    b.velocity += glm::cross(omega, b.pose.position - centre.position);
+    b.angular_velocity += omega;
+  }
+  tree.angular_momentum = *expected;
+}
+
 bool repair_momentum(World& world, Island& a, Real h) {
   if (!a.cables.empty() || !a.pins.empty()) return false;
   bool repaired = false;

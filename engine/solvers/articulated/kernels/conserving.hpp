@@ -5,7 +5,7 @@
 /// A rigid body is seen as its mass centre and three material directions d_k with masses J_k (the
 /// principal second moments, kg m^2). Joints are linear in these coordinates and rigidity is
 /// quadratic, so that the mid-point rule with the constraint gradients at the mean of the two
-/// poses conserves energy, momentum and angular momentum. [Betsch, Steinmann 2001, "Constrained
+/// poses conserves energy, momentum and angular momentum. [Betsch & Steinmann 2001, "Constrained
 /// integration of rigid body dynamics"] The mean velocity of the step, V = (z1 - z0) / h, makes
 ///
 ///   (V - v0 - h f / 2) . dz = 0   for every displacement dz that the joints and rigidity allow
@@ -46,6 +46,7 @@ struct ConservingStep {
   /// the last step had the same length.
   INLINE void guess(std::size_t i) {
     const Start s = start(i);
+    probe_ += dot(s.x, s.x);
     Vec<Four> r = all(h) * s.w;
     if (in.follows_equal_step)
       r = r + r - vec<Four>(column(p.memory, kMemoryRows, i), kLastRotation);
@@ -138,7 +139,8 @@ struct ConservingStep {
       const Vec<Four> v = way + way - s.v;
       const Vec<Four> g{all(in.gravity[0]), all(in.gravity[1]), all(in.gravity[2])};
       const Four fall = all(2 * h) * num<Four>(c, kGravityScale) * dot(g, way);
-      impulse = mass * v, due_ += mask(i, p.count) * mass * (dot(s.v, s.v) + fall);
+      impulse = mass * v, weight_ += mask(i, p.count) * mass * root(dot(g, g) * dot(arm, arm));
+      due_ += mask(i, p.count) * mass * (dot(s.v, s.v) + fall);
       turn.add(arm, all(-1) * (mass * arm));
       for (int n = 0; n < 3; ++n) {
         const Vec<Four> before = cross(s.w, d0.d[n]);
@@ -273,6 +275,7 @@ struct ConservingStep {
   /// Newton iterations; false if they do not converge.
   bool solve() {
     for (std::size_t i = 0; i < p.count; i += kLanes) guess(i);
+    if (!(sum(probe_) < HUGE_VAL)) return false;
     fill_all<Unknown::displacement>();
     for (int n = 0; n < in.most_iterations; ++n) {
       iterate();
@@ -343,8 +346,10 @@ struct ConservingStep {
     // the step does not resolve the motion.
     if (in.still) {
       const double due = sum(due_), found = sum(kept);
-      if (!(due >= 0.99 * found)) return false;
-      factor_ = due < 1.2 * found ? ::sqrt(due / found) : ::sqrt(1.2);
+      const bool moves =
+          found > 1e-10 * sum(weight_);  // beyond rounding errors of the weight's work
+      if (moves && !(due >= 0.99 * found)) return false;
+      if (moves) factor_ = due < 1.2 * found ? ::sqrt(due / found) : ::sqrt(1.2);
     }
     for (std::size_t i = 0; i < p.count; i += kLanes)
       write_back(i, p.count - i < kLanes ? p.count - i : kLanes);
@@ -400,14 +405,20 @@ struct ConservingStep {
     bodies.set(p.layout.angular_velocity, keep * w, lanes);
   }
 
-  Four due_ = all(0);  // twice the kinetic energy that the bodies must have at the end, J
-  double factor_ = 1;  // of the velocities after it
+  Four due_ = all(0);     // twice the kinetic energy that the bodies must have at the end, J
+  Four weight_ = all(0);  // J: scale of the work that the weight can do
+  double factor_ = 1;     // of the velocities after it
+  Four probe_ = all(0);   // finite where all positions are
   const double* held_ = nullptr;  // of the next root: displacement of its anchor
 };
 
 bool conserve(const IslandView& p, const ConservingInput& in) {
   ConservingStep step{p, in};
-  return step.solve() && step.finish();
+  const bool solved = step.solve() && step.finish();
+  // The other passes expect an identity there.
+  for (std::size_t i = p.count; i % kLanes != 0; ++i)
+    put(column(p.work, kWorkRows, i), kAppliedRotation, Qua<double>{0, 0, 0, 1});
+  return solved;
 }
 
 }  // namespace
