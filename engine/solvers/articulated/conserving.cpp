@@ -9,6 +9,8 @@ namespace {
 /// A step that does not converge is halved, down to a 256th.
 constexpr int kParts = 256;
 constexpr int kMostIterations = 8;
+/// Parts tried in a step, converged or not: bounds its cost.
+constexpr int kMostAttempts = 48;
 /// rad: the next iteration would rotate by about its square. Free trees have no anchor that would
 /// take up a lack of angular momentum.
 constexpr Real kEnough = 3e-4, kEnoughFree = 1e-6;
@@ -71,7 +73,7 @@ bool finish_otherwise(World& world, Island& a, Real h, Entity& lost) {
 
 bool conserves(const Island& a) {
   return a.finite && a.settings.solver == Solver::articulated && a.settings.tension_stiffness &&
-         !a.follows && a.slack && a.pins.empty() && a.joints.empty() &&
+         !a.follows && a.cables.empty() && a.pins.empty() && a.joints.empty() &&
          a.scratch.contact_rows.empty();
 }
 
@@ -80,7 +82,7 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
   const Real enough = has_free_tree(a) ? kEnoughFree : kEnough;
   const IslandView p = view_of(world, a);
   int left = kParts;
-  for (int part = kParts; left > 0;) {
+  for (int part = kParts, attempt = 1; left > 0; ++attempt) {
     set_anchors(world, a, h, {Real(kParts - left) / kParts, Real(kParts - left + part) / kParts});
     const ConservingInput in{h * part / kParts,
                              {world.gravity.x, world.gravity.y, world.gravity.z},
@@ -94,7 +96,7 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
                              follows && part == kParts};
     if (kernels().conserve(p, in)) {
       left -= part;
-    } else if (part > 1) {
+    } else if (part > 1 && attempt < kMostAttempts) {
       part /= 2;
     } else {
       return finish_otherwise(world, a, h * left / kParts, lost);

@@ -376,7 +376,6 @@ struct StepPlan {
   bool second_order = false;       // BDF2 instead of backward Euler
   bool changed = false;            // the caller changed the motion
   bool finite = true;              // the prediction is finite
-  bool slack = true;               // no cable can become taut in this step
   bool mutual = false;             // contacts with other dynamic islands: solved together with them
   bool iterates = false;           // limits and contacts are solved by iteration in this step
   bool stiff_contacts = false;     // the last inward pass included stiff contact rows

@@ -85,31 +85,6 @@ Rule rule_of(const Island& a) {
   return a.second_order ? Rule::bdf2 : Rule::euler;
 }
 
-namespace {
-
-/// Whether every cable is far from taut: it lacks half its length and twice the way that its ends
-/// would go in a step of length h. Cables near that are solved by the method that knows them, so
-/// that the two do not take turns.
-bool all_slack(const World& world, const Island& a, Real h) {
-  const Real fall = h * h * glm::length(world.gravity);
-  for (const PackedCable& c : a.cables) {
-    const Cable& s = world.cables.values()[c.cable];
-    const auto end_speed = [&](std::uint32_t slot, Vec3 anchor) {
-      const Body& b = world.bodies.values()[slot];
-      return glm::length(b.velocity) + glm::length(b.angular_velocity) * glm::length(anchor);
-    };
-    const Vec3 a_end = point_on(world, c.slot_a, s.joint.anchor_a),
-               b_end = point_on(world, c.slot_b, s.joint.anchor_b);
-    const Real way = end_speed(c.slot_a, s.joint.anchor_a) + end_speed(c.slot_b, s.joint.anchor_b);
-    const Real lacks = s.joint.length - glm::length(a_end - b_end);
-    if (c.lambda != 0 || !(lacks > std::max(2 * (h * way + fall), 0.5 * s.joint.length)))
-      return false;
-  }
-  return true;
-}
-
-}  // namespace
-
 void predict_motion(World& world, Island& a, Real h) {
   const IslandView p = view_of(world, a);
   const StartSums start = kernels().predict(
@@ -139,7 +114,6 @@ void update(World& world, Island& a, Real h) {
   a.second_order = a.settings.solver == Solver::articulated && !a.fresh && a.calm_steps >= 2;
   a.force_share = share_of_forces(a, h);
   a.finite = true;
-  a.slack = all_slack(world, a, h);
   // Without anything to touch, the energy-momentum method needs no prediction.
   if (!world.collisions.empty() || !conserves(a)) predict_motion(world, a, h);
   if (a.finite && a.settings.solver != Solver::articulated) begin_watch(world, a);
