@@ -52,9 +52,6 @@ TEST_CASE("a slack string does nothing at all") {
     REQUIRE(glm::length(p.velocity - q.velocity) <= 1e-13);
     REQUIRE(glm::length(p.angular_velocity - q.angular_velocity) <= 1e-13);
     REQUIRE(sim.world.cables.values()[0].tension == 0);
-    const Real t = (i + 1) / 60.0;
-    REQUIRE(glm::length(p.pose.position -
-                        (start + t * velocity + 0.5 * t * t * sim.world.gravity)) <= 2e-3);
   }
 }
 

@@ -11,6 +11,8 @@ constexpr int kParts = 256;
 constexpr int kMostIterations = 8;
 /// Parts tried in a step, converged or not: bounds its cost.
 constexpr int kMostAttempts = 48;
+/// Steps taken by projection after one that did not converge: bounds the cost of wild motion.
+constexpr int kProjectedSteps = 30;
 /// rad: the next iteration would rotate by about its square. Free trees have no anchor that would
 /// take up a lack of angular momentum.
 constexpr Real kEnough = 3e-4, kEnoughFree = 1e-6;
@@ -59,6 +61,7 @@ bool is_still(const Island& a) {
 /// The last parts of a step that does not converge in small ones either: by the rules that always
 /// end.
 bool finish_otherwise(World& world, Island& a, Real h, Entity& lost) {
+  a.projected_steps = kProjectedSteps;
   update(world, a, h);
   predict_motion(world, a, h);
   for (std::size_t t = 0; t < a.trees.size(); ++t)
@@ -73,8 +76,8 @@ bool finish_otherwise(World& world, Island& a, Real h, Entity& lost) {
 
 bool conserves(const Island& a) {
   return a.finite && a.settings.solver == Solver::articulated && a.settings.tension_stiffness &&
-         !a.follows && a.cables.empty() && a.pins.empty() && a.joints.empty() &&
-         a.scratch.contact_rows.empty();
+         a.projected_steps == 0 && !a.follows && a.cables.empty() && a.pins.empty() &&
+         a.joints.empty() && a.scratch.contact_rows.empty();
 }
 
 bool step_conserving(World& world, Island& a, Real h, Entity& lost) {

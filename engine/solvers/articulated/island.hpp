@@ -332,9 +332,10 @@ struct IslandMemory {
   std::vector<PackedCable> cables;
   std::vector<JointMemory> joint_memory;  // by column, as `joints`
   int calm_steps = 0;
-  int iterating = 0;    // steps that iterate from the start, since guessing the active set failed
-  Real quiet_time = 0;  // s, with all speeds below the sleep speed
-  bool asleep = false;  // asleep until something wakes it
+  int iterating = 0;  // steps that iterate from the start, since guessing the active set failed
+  int projected_steps = 0;   // still to be taken so, since the energy-momentum method failed
+  Real quiet_time = 0;       // s, with all speeds below the sleep speed
+  bool asleep = false;       // asleep until something wakes it
   Vec3 asleep_gravity{0};    // gravity when it fell asleep, m/s^2
   bool fresh = true;         // no step was taken yet, or the state was reset
   Real last_step = 0;        // s
@@ -353,6 +354,7 @@ struct IslandMemory {
     field("joint_memory", in_place(self.joint_memory));
     field("calm_steps", self.calm_steps);
     field("iterating", self.iterating);
+    field("projected_steps", self.projected_steps);
     field("quiet_time", self.quiet_time);
     field("asleep", self.asleep);
     field("asleep_gravity", self.asleep_gravity);

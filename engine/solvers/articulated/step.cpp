@@ -156,6 +156,7 @@ bool adjust(World& world, Island& a, Real h, Entity& lost) {
     return true;
   }
   if (conserves(a)) return step_conserving(world, a, h, lost);
+  if (a.projected_steps > 0) --a.projected_steps;
   begin_step(world, a, h);
   const bool converged = find_active_set(world, a, h, StepLength::whole);
   if (!converged && !a.scratch.contact_rows.empty() && a.settings.active_set_iterations > 2)
