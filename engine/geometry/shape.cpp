@@ -88,7 +88,7 @@ const char* Shape::restored() const {
   const bool is_mesh = surface && !surface->neighbours.empty();
   switch (traits_of(kind).source) {
     case SurfaceSource::points:
-      return surface && !is_field && !is_mesh ? nullptr : kWrong;
+      return surface && !is_field && !is_mesh && !surface->faces.empty() ? nullptr : kWrong;
     case SurfaceSource::triangles:
       return is_mesh ? nullptr : kWrong;
     case SurfaceSource::heights:
