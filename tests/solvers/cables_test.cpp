@@ -33,7 +33,7 @@ Real span_of(const World& w, Entity string) {
 }  // namespace
 
 TEST_CASE("a slack string does nothing at all") {
-  World with, without;
+  World near, far;
   const Vec3 start(0.1, -0.2, 0), velocity(0.3, 1, -0.2);
   const auto throw_ball = [&](World& w, Real length) {
     const Entity top = wall(w);
@@ -43,11 +43,11 @@ TEST_CASE("a slack string does nothing at all") {
     w.add_cable(top, e, {Vec3(0), {0, 0.05, 0}, length, 0});
     return e;
   };
-  const Entity a = throw_ball(with, 5), b = throw_ball(without, 50);
-  Simulation sim(with, {1.0 / 60}), alone(without, {1.0 / 60});
+  const Entity a = throw_ball(near, 5), b = throw_ball(far, 50);
+  Simulation sim(near, {1.0 / 60}), other(far, {1.0 / 60});
   for (int i = 0; i < 50; ++i) {
-    sim.step(), alone.step();
-    const Body &p = sim.world.bodies[a], &q = alone.world.bodies[b];
+    sim.step(), other.step();
+    const Body &p = sim.world.bodies[a], &q = other.world.bodies[b];
     REQUIRE(glm::length(p.pose.position - q.pose.position) <= 1e-14);
     REQUIRE(glm::length(p.velocity - q.velocity) <= 1e-13);
     REQUIRE(glm::length(p.angular_velocity - q.angular_velocity) <= 1e-13);

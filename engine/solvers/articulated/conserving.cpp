@@ -42,12 +42,6 @@ void set_anchors(const World& world, Island& a, Real h, const StepPart& part) {
   }
 }
 
-bool has_free_tree(const Island& a) {
-  for (const Tree& t : a.trees)
-    if (a.parents[t.first] == kFree) return true;
-  return false;
-}
-
 /// Whether weight alone works on the island: every tree is held by an anchor at rest.
 bool is_still(const Island& a) {
   if (has_free_tree(a) || a.forced || a.fresh || a.changed) return false;
@@ -62,12 +56,14 @@ bool is_still(const Island& a) {
 /// end.
 bool finish_otherwise(World& world, Island& a, Real h, Entity& lost) {
   a.projected_steps = kProjectedSteps;
+  // The parts done so far have moved bodies and anchors.
+  StepScratch& r = a.scratch;
+  for (std::size_t i = 0; i < r.ways.size(); ++i) r.ways[i] = r.targets[i] - r.ways[i];
+  for (Tree& t : a.trees) t.knows_angular_momentum = false;
   update(world, a, h);
   predict_motion(world, a, h);
   for (std::size_t t = 0; t < a.trees.size(); ++t)
-    for (int n = 0; n < 3; ++n)
-      a.trees[t].target_before[n] =
-          a.trees[t].target[n] - h * a.scratch.anchor_velocities[3 * t + n];
+    a.trees[t].target_before = {r.ways[3 * t], r.ways[3 * t + 1], r.ways[3 * t + 2]};
   begin_step(world, a, h);
   return finish_step(world, a, h, lost);
 }

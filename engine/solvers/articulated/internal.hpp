@@ -70,6 +70,9 @@ bool find_active_set(World& world, Island& a, Real h, StepLength length);
 /// (close.cpp).
 EndSums close_joints(World& world, Island& a, Real h);
 
+/// Whether any tree has no anchor.
+bool has_free_tree(const Island& a);
+
 /// The energy-momentum method (conserving.cpp). Whether the island can be stepped by it: it has
 /// free ball joints only, and no contacts in this step.
 bool conserves(const Island& a);

@@ -23,12 +23,12 @@ void reserve_general_solve(Island& a) {
   r.factor.assign(rows * rows, 0), r.solved.assign(rows, 0);
 }
 
-namespace {
-
 bool has_free_tree(const Island& a) {
   return std::any_of(a.trees.begin(), a.trees.end(),
                      [&](const Tree& t) { return a.parents[t.first] == kFree; });
 }
+
+namespace {
 
 bool has_colliders(const World& world, const Island& a) {
   return std::any_of(a.bodies.begin(), a.bodies.end(),

@@ -171,10 +171,7 @@ struct ConservingStep {
         add_own<unknown>(p, per, i, b);
         if (i + 1 < p.count) add_child<unknown>(b, mass, impulse, column(p.work, kWorkRows, i + 1));
         impulse = b.impulse;
-        if (unknown == Unknown::displacement)
-          put(column(p.memory, kMemoryRows, i), kLambda, impulse);
-        if (unknown == Unknown::displacement)
-          turn_axes(b, vec<double>(column(p.memory, kMemoryRows, i), kTurned));
+        if (unknown == Unknown::displacement) settle(i, b);
         mass = eliminate(b, p.nodes + kNodeSize * i);
       }
       return;
@@ -183,10 +180,7 @@ struct ConservingStep {
     for (std::size_t i = p.count; i-- > 0;) {
       ConservingBlock b = block_at(i);
       add_own<unknown>(p, per, i, b);
-      if (unknown == Unknown::displacement)
-        put(column(p.memory, kMemoryRows, i), kLambda, b.impulse);
-      if (unknown == Unknown::displacement)
-        turn_axes(b, vec<double>(column(p.memory, kMemoryRows, i), kTurned));
+      if (unknown == Unknown::displacement) settle(i, b);
       const Rows mass = eliminate(b, p.nodes + kNodeSize * i);
       if (p.parents[i] < 0) continue;
       const auto parent = static_cast<std::size_t>(p.parents[i]);
@@ -194,6 +188,12 @@ struct ConservingStep {
       add_child<unknown>(of_parent, mass, b.impulse, column(p.work, kWorkRows, i));
       put_block(parent, of_parent);
     }
+  }
+  /// Of a body whose children are all added.
+  INLINE void settle(std::size_t i, ConservingBlock& b) const {
+    double* m = column(p.memory, kMemoryRows, i);
+    put(m, kLambda, b.impulse);
+    turn_axes(b, vec<double>(m, kTurned));
   }
   INLINE ConservingBlock block_at(std::size_t i) const {
     const double* b = in.blocks + kConservingBlock * i;
@@ -217,11 +217,8 @@ struct ConservingStep {
     Vec<double> f{g[3], g[7], g[11]};
     if (unknown == Unknown::displacement)
       f = f - vec<double>(column(p.memory, kMemoryRows, i), kLambda);
-    // The mass of a free root is nearly symmetric; a general solve takes any.
-    const Vec<double> x{g[0], g[1], g[2]}, y{g[4], g[5], g[6]}, z{g[8], g[9], g[10]};
-    const Vec<double> yz = cross(y, z), zx = cross(z, x), xy = cross(x, y);
-    const double per_det = 1 / dot(x, yz);
-    return per_det * (f.x * yz + f.y * zx + f.z * xy);
+    const Inverse mass(load(g), load(g + 4), load(g + 8));
+    return f.x * mass.u + f.y * mass.v + f.z * mass.w;
   }
   /// Roots to leaves: the unknowns of body i.
   template <Unknown unknown>

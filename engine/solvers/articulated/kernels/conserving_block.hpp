@@ -118,6 +118,17 @@ INLINE void add_child(ConservingBlock& b, const Rows& child, Vec<double> impulse
   b.impulse = b.impulse + impulse, b.torque = b.torque + t;
 }
 
+/// Columns of the inverse of a 3x3 matrix, given by its rows.
+struct Inverse {
+  Vec<double> u, v, w;
+  INLINE Inverse(Four a, Four b, Four c) {
+    const Vec<double> x{a[0], a[1], a[2]}, y{b[0], b[1], b[2]}, z{c[0], c[1], c[2]};
+    const Vec<double> yz = cross(y, z);
+    const double per_det = 1 / dot(x, yz);
+    u = per_det * yz, v = per_det * cross(z, x), w = per_det * cross(x, y);
+  }
+};
+
 /// Refers the equations of the rotation to axes that rotate with the body (the mean of its axes
 /// before and after). A torque left by an iteration would otherwise couple the rotation about the
 /// axis of a thin body with those across it, where its inertia is larger by orders of magnitude.
@@ -132,11 +143,7 @@ INLINE void turn_axes(ConservingBlock& b, Vec<double> turned) {
 
 /// Eliminates the rotation: mass | bias at the own joint; both go to the node.
 INLINE Rows eliminate(const ConservingBlock& b, double* node) {
-  const Vec<double> x{b.tt.x[0], b.tt.x[1], b.tt.x[2]}, y{b.tt.y[0], b.tt.y[1], b.tt.y[2]},
-      z{b.tt.z[0], b.tt.z[1], b.tt.z[2]};
-  const Vec<double> yz = cross(y, z), zx = cross(z, x), xy = cross(x, y);
-  const double per_det = 1 / dot(x, yz);
-  const Vec<double> u = per_det * yz, v = per_det * zx, w = per_det * xy;
+  const auto [u, v, w] = Inverse(b.tt.x, b.tt.y, b.tt.z);
   const Rows response{u.x * b.ty.x + v.x * b.ty.y + w.x * b.ty.z,
                       u.y * b.ty.x + v.y * b.ty.y + w.y * b.ty.z,
                       u.z * b.ty.x + v.z * b.ty.y + w.z * b.ty.z};
