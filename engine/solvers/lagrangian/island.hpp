@@ -282,6 +282,9 @@ struct StepResult {
   bool cannot_close = false;  // the joints of the initial pose cannot be closed
 };
 
+/// Part of the mass at an interface that a slack cable leaves; 0 would have no acceleration.
+inline constexpr Real kSlackMass = 1e-6;
+
 struct Island : IslandStructure, IslandMemory, StepResult {
   std::vector<contact::Interface> interfaces;
   std::vector<Vec3> contact_loads;  // contact forces and torques in this step, two a body

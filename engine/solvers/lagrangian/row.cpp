@@ -105,10 +105,16 @@ void measure_island(const World& world, const Island& island, Measures& m) {
   }
 }
 
+bool masses_hold(const Island& m) {
+  for (std::size_t i = 0; i < m.count(); ++i)
+    if (!is_mass(m.mass[i]) || !is_mass(m.inertia[i])) return false;
+  return std::all_of(m.interfaces.begin(), m.interfaces.end(),
+                     [](const contact::Interface& i) { return is_mass(kSlackMass * i.mass); });
+}
+
 const char* fault(const World& world) {
   for (const Island& m : islands_of(world))
-    for (std::size_t i = 0; i < m.count() && !m.unfit; ++i)
-      if (!is_mass(m.mass[i]) || !is_mass(m.inertia[i])) return "holds a mass that is none";
+    if (!m.unfit && !masses_hold(m)) return "holds a mass that is none";
   return nullptr;
 }
 

@@ -19,7 +19,7 @@ void gather_interfaces(Island& m, Real h) {
     s.v[n] = s.v[g.body] + glm::cross(s.w[g.body], arm), s.w[n] = Vec3(0);
     // A slack cable transmits nothing.
     const bool slack = g.kind == contact::TieKind::cable && !g.taut;
-    m.mass[n] = (slack ? 1e-6 : 1) * g.mass;
+    m.mass[n] = (slack ? kSlackMass : 1) * g.mass;
     m.inertia[n] = Vec3(m.mass[n]);
     m.scratch.applied[2 * n] = g.impulse / h;
     m.scratch.applied[2 * n + 1] = Vec3(0);
