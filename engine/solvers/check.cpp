@@ -40,7 +40,7 @@ bool is_sound(const Pin& p) {
 /// The plans of the islands, by slot of their bodies.
 struct Plans {
   World& world;
-  std::vector<StructureFault>& faults;
+  Partition& partition;
   std::vector<IslandPlan*> of;
 
   const SolverSettings* settings(Entity body) const {
@@ -50,7 +50,9 @@ struct Plans {
   /// The island of a body is not stepped; the body is reported.
   void stop(Entity body) const {
     const std::uint32_t slot = world.bodies.slot(body);
-    if (slot != kNoSlot && of[slot] && !of[slot]->unfit) of[slot]->unfit = body;
+    if (slot == kNoSlot || !of[slot] || of[slot]->unfit) return;
+    of[slot]->unfit = body;
+    partition.islands[partition.island[slot]].unfit = true;
   }
 };
 
@@ -60,7 +62,7 @@ void list_unknown(const Plans& owners) {
     if (!how || knows(how->solver, what)) return false;
     const bool minor =
         what == Feature::contact || what == Feature::soft_stop || what == Feature::spring_pin;
-    owners.faults.push_back(
+    owners.partition.faults.push_back(
         {who, unknown_to(how->solver, what, verb), StructureFault::unknown, minor});
     return true;
   };
@@ -106,7 +108,7 @@ void list_unknown(const Plans& owners) {
 void list_impossible(const Plans& owners) {
   const World& world = owners.world;
   const auto impossible = [&](Entity who, std::string why) {
-    owners.faults.push_back({who, std::move(why), StructureFault::impossible, false});
+    owners.partition.faults.push_back({who, std::move(why), StructureFault::impossible, false});
   };
   const auto stop_both = [&](Entity who, const char* what, Entity a, Entity b) {
     impossible(who, std::string(what));
@@ -133,7 +135,7 @@ void list_impossible(const Plans& owners) {
 }  // namespace
 
 void list_faults(World& world, std::span<std::vector<IslandPlan>> plans) {
-  Plans all{world, world.memory.of<Partition>().faults, {}};
+  Plans all{world, world.memory.of<Partition>(), {}};
   all.of.assign(world.bodies.size(), nullptr);
   for (std::vector<IslandPlan>& list : plans)
     for (IslandPlan& plan : list)

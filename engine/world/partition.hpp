@@ -42,6 +42,7 @@ struct Partition {
     std::uint8_t solver = 0;
     bool feels_contacts = false;
     std::uint32_t island = 0;  // of that solver
+    bool unfit = false;        // holds a body that no step can be computed with
   };
   std::vector<Place> islands;            // of all solvers
   std::vector<std::uint32_t> island;     // by slot in World::bodies: in `islands`, or Owner::kNone

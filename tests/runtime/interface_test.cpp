@@ -216,3 +216,23 @@ TEST_CASE("a body feels the rope on it from when it is let go until it is held a
   sim.world.bodies[beam].velocity = Vec3(0);
   CHECK(std::abs(speed_after(Motion::fixed)) < 1e-6);
 }
+
+TEST_CASE("an island that cannot be stepped pulls at no body of another solver") {
+  for (const bool tied : {false, true}) {  // the body with the mass that is none, or its neighbour
+    World w;
+    const Entity beam = add_exact(w, Vec3(0), 2);
+    Body b;
+    b.pose.position = {0, -1, 0}, b.mass = tied ? -200 : 0.1;
+    const Entity first = w.add_body(b);
+    b.pose.position = {0, -2, 0}, b.mass = tied ? 0.1 : -200;
+    const Entity second = w.add_body(b);
+    w.add_link(first, second, {{0, -0.5, 0}, {0, 0.5, 0}});
+    Pin p;
+    p.body = first, p.anchor = {0, 1, 0}, p.to = beam;
+    w.add_pin(p);
+    Simulation sim(std::move(w), {1.0 / 60});
+    for (int i = 0; i < 60; ++i) CHECK(sim.step().body == (tied ? first : second));
+    const Real fall = -0.5 * glm::length(sim.world.gravity);
+    CHECK(std::abs(sim.world.bodies[beam].pose.position.y - fall) < 0.01 * std::abs(fall));
+  }
+}

@@ -235,6 +235,8 @@ void find_interfaces(Packer& p) {
   const auto add = [&](contact::Interface h, std::uint32_t own, std::uint32_t other) {
     if (own == kNoSlot || other == kNoSlot || p.owner[own] == kNobody) return;
     if (p.owner[other] != kNobody || !is_dynamic(world, other)) return;
+    if (p.partition.islands[p.partition.island[other]].unfit)
+      return;  // stands still, pulls nothing
     Island& m = p.islands[p.owner[own]];
     h.body = p.number[own];
     h.point_mass = static_cast<std::uint32_t>(m.count());
