@@ -174,7 +174,8 @@ struct Polygon {
 };
 
 const Face* face_towards(const Convex& c, Vec3 direction) {
-  const Face* best = nullptr;
+  // One of them even if no number says which.
+  const Face* best = c.faces.empty() ? nullptr : &c.faces.front();
   Real most = -2;
   for (const Face& f : c.faces)
     if (const Real m = glm::dot(f.normal, direction); m > most) most = m, best = &f;
@@ -262,7 +263,7 @@ void clip_against(Clip& k, Cutter by) {
   const Vec3 out_of = b_is_cutter ? k.normal : -k.normal;
   const Face& face = *face_towards(cutter, out_of);
   const Real facing = glm::dot(face.normal, out_of);
-  if (facing < 0.05) return;  // seen from its edge
+  if (!(facing >= 0.05)) return;  // seen from its edge, or from nowhere
   Polygon polygons[2];
   Polygon *from = &polygons[0], *to = &polygons[1];
   feature_towards(other, -out_of, b_is_cutter ? 0 : kOfB, *from);

@@ -188,10 +188,10 @@ class NewThings(unittest.TestCase):
         self.run_there("cmake", "-B", "built", "-DCMAKE_BUILD_TYPE=None", "-DCMAKE_CXX_FLAGS=-O0 -w",
                        *[LEFT_OUT.format(f) for f in ("RENDER", "PROGRAM", "VIEW", "DEMOS", "TESTS")])
         self.run_there("cmake", "--build", "built", "--parallel", str(os.cpu_count() or 1))
-        print(self.run_there("built/bin/tried", "assets/scenes/ring.json",
+        print(self.run_there("built/tried", "assets/scenes/ring.json",
                              "assets/scenes/circle.json"), end="")
-        if (self.there / "built/bin/contract").exists():
-            print(self.run_there("built/bin/contract").strip().splitlines()[-1])
+        if (self.there / "built/contract").exists():
+            print(self.run_there("built/contract").strip().splitlines()[-1])
 
 
 if __name__ == "__main__":
