@@ -219,7 +219,7 @@ void store_contacts(const Finder& s, const Collider& a, std::size_t& old) {
       ++old;
     if (old < s.memory.scratch.before.size() && order(s.memory.scratch.before[old]) == order(c)) {
       const Contact& was = s.memory.scratch.before[old];
-      c.lambda = was.lambda, c.sliding = was.sliding, c.impact = was.impact;
+      c.lambda = was.lambda, c.sliding = was.sliding, c.impact = was.impact, c.rest = was.rest;
     }
     s.memory.contacts.push_back(c);
   }
