@@ -28,15 +28,17 @@ constexpr int kMostSubsteps = 32;
 /// the critical.
 constexpr Real kContactFrequency = 60, kDampingRatio = 10;
 /// m/s: what overlaps is pushed apart no faster.
-constexpr Real kPushSpeed = 3;
+constexpr Real kPushSpeed = 1;
 /// Overlaps up to this fraction of the size of a body are removed by translating it.
 constexpr Real kShallow = 5e-3;
-/// Of that overlap: what lasts asleep.
-constexpr Real kSettled = 2e-3;
+/// Of that overlap: what is left to take up when bodies fall asleep.
+constexpr Real kSettled = 5e-4;
+/// Sleep conserves forces as they are: it waits until hardly anything moves, but not for ever (s).
+constexpr Real kDead = 1e-3, kPatience = 8;
 /// m/s: slower impacts are inelastic.
 constexpr Real kSlowestImpact = 0.05;
 /// s: in which a load's compression is given back.
-constexpr Real kTakeUpTime = 0.5;
+constexpr Real kTakeUpTime = 0.4, kTakenUp = 0.998, kOwnTakenUp = 0.93;
 constexpr int kPointIterations = 8, kImpactSweeps = 64, kHardSweeps = 200;
 
 /// Springs of a substep as factors of a rigid contact's impulse. [Catto 2023]
@@ -120,8 +122,7 @@ struct Goal {
 };
 
 Goal goal_of(const FreeContact& c, bool fixed, const Substep& s, Sweep sweep) {
-  if (c.gap > c.rest || (c.gap > 0 && (sweep == Sweep::relaxes || s.hard)))
-    return {-c.gap / s.h, {}};
+  if (c.gap > c.rest) return {-c.gap / s.h, {}};
   if (sweep == Sweep::relaxes) return {};
   if (s.hard) return {c.gap < -c.shallow ? std::min(-0.2 * c.gap / s.h, kPushSpeed) : 0, {}};
   const Softness& spring = fixed ? s.against_fixed : s.between;
@@ -153,6 +154,8 @@ struct Group {
   FreeBody& a(const FreeContact& c) const { return bodies[c.a]; }
   FreeBody& b(const FreeContact& c) const { return bodies[c.b]; }
   bool is_fixed(const FreeContact& c) const { return b(c).per_mass == 0; }
+  /// Whether one body alone is free.
+  bool is_single() const { return bodies.size() < 2 || bodies[1].per_mass == 0; }
 };
 
 /// Contacts [from, to) between the same two bodies. Returns the largest change of speed, m/s.
@@ -189,21 +192,41 @@ Real sweep_contacts(const Group& g, const Substep& s, Sweep sweep, bool backward
   return most;
 }
 
+/// The impact of two bodies that meet within the substep, at the time when they do. They continue
+/// as if they had come from where that leads back to. False if they do not meet.
+bool meet(FreeBody& a, FreeBody& b, FreeContact& c, Real h) {
+  const Vec3 n = c.axes[0];
+  const Real speed = glm::dot(n, speed_of(a, b, c));
+  const Real pull = glm::dot(n, a.acceleration - b.acceleration);
+  const Real gap = std::max(Real(0), c.gap);
+  if (speed > -kSlowestImpact || gap + h * (speed + 0.5 * h * pull) > 0) return false;
+  // The first zero of gap + speed t + pull t^2 / 2, in the form that does not cancel.
+  const Real root = std::sqrt(std::max(Real(0), speed * speed - 2 * pull * gap));
+  const Real when = std::min(h, 2 * gap / (root - speed));
+  const Real after = -c.restitution * (speed + pull * when) - pull * when;
+  const Real impulse = (after - speed) / c.along;
+  push(a, b, c, impulse * n);
+  c.passed.x += impulse;
+  const Real back = -when * (after + 0.5 * pull * when) - gap;
+  const Real whole = a.per_mass + b.per_mass;
+  a.pose.position += back * a.per_mass / whole * n,
+      b.pose.position -= back * b.per_mass / whole * n;
+  c.gap += back;
+  return true;
+}
+
 /// Impacts of the substep, pair by pair until none approaches: a row of balls passes a blow on.
 void collide_elastically(const Group& g, const Substep& s) {
+  bool moved = false;
   for (int sweep = 0; sweep < kImpactSweeps; ++sweep) {
     bool any = false;
-    for (FreeContact& c : g.contacts) {
-      if (c.restitution == 0) continue;
-      FreeBody &a = g.a(c), &b = g.b(c);
-      const Real un = glm::dot(c.axes[0], speed_of(a, b, c));
-      if (un > -kSlowestImpact || c.gap + s.h * un > 0) continue;
-      const Real impulse = -(1 + c.restitution) * un / c.along;
-      push(a, b, c, impulse * c.axes[0]);
-      c.passed.x += impulse, any = true;
-    }
-    if (!any) return;
+    for (FreeContact& c : g.contacts)
+      any = (c.restitution > 0 && meet(g.a(c), g.b(c), c, s.h)) || any;
+    if (!any) break;
+    moved = true;
   }
+  for (FreeContact& c : g.contacts)
+    if (moved) place(g.a(c), g.b(c), c);
 }
 
 /// Weight, forces and drag over a substep.
@@ -254,16 +277,40 @@ void take_substep(const Group& g, const Substep& s, bool backwards) {
   for (FreeContact& c : g.contacts) c.passed += c.impulse;
 }
 
-/// What lasting loads compress is taken up; overlaps of a single body end.
-void finish_group(const Group& g, const Substep& s, Real h) {
-  for (FreeContact& c : g.contacts) {
-    place(g.a(c), g.b(c), c);
-    const Softness& spring = g.is_fixed(c) ? s.against_fixed : s.between;
-    const Real sag =
-        s.hard ? 0 : spring.by_impulse * c.impulse.x * c.along / (spring.by_mass * spring.rate);
-    c.rest += (1 - std::exp(-h / kTakeUpTime)) * (std::min(sag, c.shallow) - c.rest);
+/// m, by which a contact's spring is compressed.
+Real compression(const Group& g, const FreeContact& c, const Substep& s) {
+  const Softness& spring = g.is_fixed(c) ? s.against_fixed : s.between;
+  return spring.by_impulse * c.impulse.x * c.along / (spring.by_mass * spring.rate);
+}
+
+/// Lasting loads compress the springs; that is taken up by and by, save for a part of the mean and
+/// of what a point has beyond it: else the points that bear most would be given ever more to bear.
+void take_up(const Group& g, const Substep& s, Real h) {
+  const Real part = 1 - std::exp(-h / kTakeUpTime);
+  const auto same = [](const FreeContact& c, const FreeContact& d) {
+    return c.a == d.a && c.b == d.b;
+  };
+  for (std::size_t from = 0, to = 0; from < g.contacts.size(); from = to) {
+    Real sum = 0, bearing = 0;
+    for (to = from; to < g.contacts.size() && same(g.contacts[to], g.contacts[from]); ++to) {
+      sum += compression(g, g.contacts[to], s);
+      bearing += g.contacts[to].impulse.x > 0;
+    }
+    const Real mean = bearing > 0 ? sum / bearing : 0;
+    for (std::size_t i = from; i < to; ++i) {
+      FreeContact& c = g.contacts[i];
+      const Real own = c.impulse.x > 0 ? compression(g, c, s) - mean : 0;
+      const Real rest = std::clamp(kTakenUp * mean + kOwnTakenUp * own, Real(0), c.shallow);
+      c.settling = std::abs(rest - c.rest);
+      c.rest += part * (rest - c.rest);
+    }
   }
-  if (!s.hard) return;
+}
+
+/// The gaps in the end; overlaps of a body that touches fixed ones alone are closed.
+void finish_group(const Group& g) {
+  for (FreeContact& c : g.contacts) place(g.a(c), g.b(c), c);
+  if (!g.is_single()) return;
   FreeBody& body = g.bodies.front();
   for (int round = 0; round < 4; ++round) {
     HalfSpaces planes;
@@ -272,9 +319,10 @@ void finish_group(const Group& g, const Substep& s, Real h) {
       const Real gap = glm::dot(n, body.pose.position + c.arm_a - g.b(c).pose.position - c.arm_b);
       if (gap < 0 && gap > -c.shallow) planes.add(n, -gap);
     }
-    if (planes.count == 0) return;
+    if (planes.count == 0) break;
     body.pose.position += push_out(planes);
   }
+  for (FreeContact& c : g.contacts) place(g.a(c), g.b(c), c);
 }
 
 void step_group(const Group& g, Real h) {
@@ -284,10 +332,11 @@ void step_group(const Group& g, Real h) {
   s.h = h / substeps;
   s.between = softness_of(kContactFrequency, s.h);
   s.against_fixed = softness_of(2 * kContactFrequency, s.h);
-  s.hard = g.bodies.size() < 2 || g.bodies[1].per_mass == 0;
+  s.hard = g.is_single();
   for (FreeContact& c : g.contacts) c.impulse *= s.h;  // from the mean force
   for (int n = 0; n < substeps; ++n) take_substep(g, s, n % 2 == 1);
-  finish_group(g, s, h);
+  if (!s.hard) take_up(g, s, h);
+  finish_group(g);
   for (FreeContact& c : g.contacts) c.impulse /= s.h;
 }
 
@@ -473,15 +522,15 @@ void write_contact(World& world, const FreeContact& f, Real h) {
   c.depth = std::max(Real(0), -f.gap);
 }
 
-/// Whether the contacts of a group have come to bear their loads without penetration.
+/// Whether the springs of a group have taken up their loads.
 bool is_settled(std::span<const FreeContact> contacts) {
   return std::all_of(contacts.begin(), contacts.end(),
-                     [](const FreeContact& c) { return c.gap > -kSettled * c.shallow; });
+                     [](const FreeContact& c) { return c.settling <= kSettled * c.shallow; });
 }
 
 /// A group sleeps once all of it has been still for long enough.
 void let_sleep(World& world, std::span<const FreeBody> bodies, bool settled, Real h) {
-  bool still = settled;
+  bool still = true;
   for (const FreeBody& f : bodies) {
     if (f.per_mass == 0) {
       still = still && f.velocity == Vec3(0) && f.spin == Vec3(0);
@@ -493,7 +542,9 @@ void let_sleep(World& world, std::span<const FreeBody> bodies, bool settled, Rea
     const bool quiet = a.contact_active && glm::length(b.velocity) < slow &&
                        glm::length(b.angular_velocity) < 10 * slow;
     a.quiet_time = quiet ? a.quiet_time + h : 0;
-    still = still && a.quiet_time > kTimeToSleep;
+    const bool dead = glm::length(b.velocity) < kDead * slow &&
+                      glm::length(b.angular_velocity) < 10 * kDead * slow;
+    still = still && a.quiet_time > (dead && settled ? kTimeToSleep : kPatience);
   }
   if (!still) return;
   for (const FreeBody& f : bodies)

@@ -441,10 +441,11 @@ struct FreeContact {
   Real gap = 0;                                                  // m
   Real along = 0, aside = 0, cross_first = 0, cross_second = 0;  // response, 1/kg
   Real friction = 0, restitution = 0;
-  Real rest = 0;     // see Contact
-  Real shallow = 0;  // m: overlaps up to here are removed without speed
-  Vec3 impulse{0};   // N s of a substep, along the axes; between steps the mean force, N
-  Vec3 passed{0};    // N s over the step so far
+  Real rest = 0;      // see Contact
+  Real settling = 0;  // m, by which that was short of the load
+  Real shallow = 0;   // m: overlaps up to here are removed without speed
+  Vec3 impulse{0};    // N s of a substep, along the axes; between steps the mean force, N
+  Vec3 passed{0};     // N s over the step so far
 };
 
 /// Scratch memory of the free bodies of a step.
