@@ -6,7 +6,7 @@
 // calm, whatever the iteration leaves; a second iteration without springs takes from the velocities
 // what the springs put in. What a lasting load compresses is given back by and by. A body that
 // touches fixed ones alone is iterated until nothing changes, without springs.
-// [Macklin et al. 2019, small steps; Catto 2023, soft contacts and relaxation]
+// [Macklin 2019, small steps; Catto 2024, soft contacts and relaxation]
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
@@ -41,7 +41,7 @@ constexpr Real kSlowestImpact = 0.05;
 constexpr Real kTakeUpTime = 0.4, kTakenUp = 0.998, kOwnTakenUp = 0.93;
 constexpr int kPointIterations = 8, kImpactSweeps = 64, kHardSweeps = 200;
 
-/// Springs of a substep as factors of a rigid contact's impulse. [Catto 2023]
+/// Springs of a substep as factors of a rigid contact's impulse. [Catto 2024]
 struct Softness {
   Real rate = 0;        // 1/s: speed of separation per penetration
   Real by_mass = 1;     // of the impulse that a rigid contact would add
@@ -452,8 +452,9 @@ void gather(const World& world, FreeScratch& r, Real h) {
     const Island& a = list[owner_of(partition, contacts[i].slot_a).island];
     if (a.free_body && !a.asleep) r.order.push_back(i);
   }
-  std::stable_sort(r.order.begin(), r.order.end(),
-                   [&](std::uint32_t i, std::uint32_t j) { return group_at(i) < group_at(j); });
+  std::sort(r.order.begin(), r.order.end(), [&](std::uint32_t i, std::uint32_t j) {
+    return std::pair(group_at(i), i) < std::pair(group_at(j), j);
+  });
   r.index.resize(world.bodies.size());
   for (std::size_t from = 0; from < r.order.size();) {
     std::size_t to = from;
