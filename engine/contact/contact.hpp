@@ -24,6 +24,7 @@ struct Contact {
   Vec3 before{0};       // the same after the step before
   Real sliding = 1;     // fraction of the sticking force that friction can provide; 1: sticks
   Real impact = 0;      // m/s, approach speed that restitution has yet to return
+  Real rest = 0;        // m, penetration that a soft contact has come to take up
   bool active = false;  // exerts a force
   Vec3 force{0};        // N, on a, mean over the step
   Real depth = 0;       // m, penetration after the step, never negative
@@ -42,6 +43,7 @@ struct Contact {
     field("before", passive(self.before));
     field("sliding", self.sliding);
     field("impact", self.impact);
+    field("rest", self.rest);
     field("active", passive(self.active));
     field("force", passive(self.force));
     field("depth", passive(self.depth));

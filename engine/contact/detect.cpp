@@ -14,6 +14,9 @@ namespace {
 constexpr std::uint32_t kNone = UINT32_MAX;
 // Margin in addition to the reach, so that rounding loses no contact.
 constexpr Real kContactSlop = 1e-4;
+// Part of its distance from the mass centre by which a contact point may move and count as the
+// same.
+constexpr Real kSamePoint = 0.15;
 constexpr std::uint64_t kFeatures = (1ull << 44) - 1, kCore = kFeatures;
 
 std::uint64_t pair_of(std::uint32_t a, std::uint32_t b) {
@@ -195,17 +198,56 @@ void collide_moving(const Finder& s, const Collider& a, const Collider& b) {
 
 auto order(const Contact& c) { return std::tie(c.slot_a, c.slot_b, c.key); }
 
+/// What a contact had in the step before.
+void take_over(Contact& c, const Contact& was) {
+  c.lambda = was.lambda, c.sliding = was.sliding, c.impact = was.impact, c.rest = was.rest;
+}
+
+/// Contacts [from, end) of a body with another: those that no earlier one had the key of take over
+/// from the nearest that is left. Corners and edges that clip each other change their numbers while
+/// nothing moves.
+void match_rest(const Finder& s, std::size_t from) {
+  std::vector<Contact>& contacts = s.memory.contacts;
+  std::vector<Contact>& before = s.memory.scratch.before;
+  const auto pair = [](const Contact& c) { return std::tie(c.slot_a, c.slot_b); };
+  const auto old =
+      std::equal_range(before.begin(), before.end(), contacts[from],
+                       [&](const Contact& c, const Contact& d) { return pair(c) < pair(d); });
+  if (old.first == old.second) return;
+  const auto key_in = [](auto first, auto last, std::uint64_t key) {
+    return std::any_of(first, last, [&](const Contact& c) { return c.key == key; });
+  };
+  const auto end = contacts.end();
+  for (auto was = old.first; was != old.second; ++was) {
+    if (was->lambda == Vec3(0) || key_in(contacts.begin() + std::ptrdiff_t(from), end, was->key))
+      continue;
+    Contact* nearest = nullptr;
+    Real least =
+        kSamePoint * kSamePoint *
+        std::max(glm::dot(was->point_a, was->point_a), glm::dot(was->point_b, was->point_b));
+    for (auto c = contacts.begin() + std::ptrdiff_t(from); c != end; ++c) {
+      if (c->lambda != Vec3(0) || key_in(old.first, old.second, c->key)) continue;
+      const Vec3 way = c->point_a - was->point_a;
+      if (const Real d = glm::dot(way, way); d < least) least = d, nearest = &*c;
+    }
+    if (nearest) take_over(*nearest, *was);
+  }
+}
+
 /// Stores the points of one body as contacts with their warm start; `old` advances.
 void store_contacts(const Finder& s, const Collider& a, std::size_t& old) {
   Search& scratch = s.scratch;
+  std::vector<Contact>& contacts = s.memory.contacts;
   std::sort(scratch.found.begin(), scratch.found.end(),
             [](const FoundPoint& p, const FoundPoint& q) {
               return std::tie(p.slot_b, p.key, p.at.gap) < std::tie(q.slot_b, q.key, q.at.gap);
             });
   const auto bodies = s.world.bodies.values();
   const FoundPoint* last = nullptr;
+  std::size_t first = contacts.size();  // with the same two bodies
   for (const FoundPoint& f : scratch.found) {
     if (last && last->slot_b == f.slot_b && last->key == f.key) continue;
+    if (last && last->slot_b != f.slot_b) match_rest(s, first), first = contacts.size();
     last = &f;
     PANTIN_ASSERT(f.slot_b < bodies.size() && f.slot_b != a.slot && is_unit(f.at.normal));
     Contact c;
@@ -217,12 +259,11 @@ void store_contacts(const Finder& s, const Collider& a, std::size_t& old) {
     c.restitution = std::max(a.collision->restitution, f.other->restitution);
     while (old < s.memory.scratch.before.size() && order(s.memory.scratch.before[old]) < order(c))
       ++old;
-    if (old < s.memory.scratch.before.size() && order(s.memory.scratch.before[old]) == order(c)) {
-      const Contact& was = s.memory.scratch.before[old];
-      c.lambda = was.lambda, c.sliding = was.sliding, c.impact = was.impact;
-    }
-    s.memory.contacts.push_back(c);
+    if (old < s.memory.scratch.before.size() && order(s.memory.scratch.before[old]) == order(c))
+      take_over(c, s.memory.scratch.before[old]);
+    contacts.push_back(c);
   }
+  if (last) match_rest(s, first);
   scratch.found.clear();
 }
 

@@ -119,9 +119,9 @@ TEST_CASE("what hangs on a body of the exact solver bounces as it would alone") 
   for (Real restitution : {0.4, 0.8}) {
     const Real alone = jump(0, restitution), fixed = jump(1, restitution);
     INFO("restitution " << restitution);
-    CHECK(alone == Approx(restitution * restitution).epsilon(0.1));
-    CHECK(fixed == Approx(alone).epsilon(0.02));
-    CHECK(jump(2, restitution) == Approx(alone).epsilon(0.02));
+    CHECK(alone == Approx(restitution * restitution).epsilon(0.01));
+    CHECK(fixed == Approx(alone).epsilon(0.05));  // a cable, even a slack one, is another method's
+    CHECK(jump(2, restitution) == Approx(fixed).epsilon(0.02));
   }
 }
 

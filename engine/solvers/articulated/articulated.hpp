@@ -4,6 +4,10 @@
 #include "engine/contact/memory.hpp"
 #include "engine/solvers/articulated/island.hpp"
 
+namespace pantin::detail {
+struct StepTask;
+}
+
 namespace pantin::detail::articulated {
 
 /// Allocates scratch memory of islands that have none: after compile, and after a World was copied.
@@ -22,6 +26,11 @@ void find_reaches(const World& world, Real h, std::span<Real> reach);
 bool all_asleep(const World& world);
 /// Assigns the detected contacts to their islands.
 void take_contacts(World& world, Real h);
+
+/// Free bodies in contact with fixed ones and with one another (free_bodies.cpp): finds which they
+/// are, after the contacts were assigned, and steps them with their contacts.
+void plan_free_bodies(World& world, Real h);
+void step_free_bodies(World& world, const StepTask& task);
 
 /// Adjust stage: closes the joints at the predicted poses, computes velocities, writes the bodies.
 /// False if a number is not finite or out of bounds; the bodies are then unchanged and `lost` names

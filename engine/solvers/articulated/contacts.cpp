@@ -180,7 +180,7 @@ void take_contact(World& world, std::uint32_t contact, ContactBody which, Real h
   Island& a = islands_of(world)[at.island];
   const Body& b = world.bodies.values()[c.slot_b];
   const bool comes = contact::moves(b) || b.restart || b.teleport;
-  if (a.asleep && (mutual || comes)) wake(world, a, h);
+  if (a.asleep && !mutual && comes) wake(world, a, h);
   ContactRow t;
   t.contact = contact, t.column = at.column, t.side = is_a ? 1 : -1;
   a.mutual = a.mutual || mutual;
@@ -206,6 +206,7 @@ void take_contacts(World& world, Real h) {
     take_contact(world, i, ContactBody::a, h);
     if (mutual) take_contact(world, i, ContactBody::b, h);
   }
+  plan_free_bodies(world, h);
 }
 
 void prepare_contacts(World& world, Island& a, Real h) {

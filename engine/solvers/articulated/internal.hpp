@@ -49,6 +49,8 @@ void predict_still(const World& world, Island& a);
 /// Falls asleep after resting on fixed bodies long enough. Islands in contact with other dynamic
 /// islands, or with joint drives or cables, stay awake.
 void update_sleep(World& world, Island& a, Real h);
+void fall_asleep(World& world, Island& a);
+inline constexpr Real kTimeToSleep = 0.5;  // s
 
 /// Allocates memory of the general solve when a step first needs it (scratch.cpp).
 void reserve_general_solve(Island& a);

@@ -33,23 +33,8 @@ void predict_still(const World& world, Island& a) {
   }
 }
 
-namespace {
-
-constexpr Real kTimeToSleep = 0.5;  // s
-
-}  // namespace
-
-void update_sleep(World& world, Island& a, Real h) {
-  const Real slow = a.settings.sleep_speed;
-  bool still = a.contact_active && !a.mutual && a.cables.empty();
-  for (std::size_t c = 0; still && c < a.count(); ++c) {
-    const Body& b = world.bodies.values()[a.slots[c]];
-    still = glm::length(b.velocity) < slow && glm::length(b.angular_velocity) < 10 * slow;
-    still = still && (a.joints.empty() || a.joints[c].drive == UINT32_MAX);
-  }
-  a.quiet_time = still ? a.quiet_time + h : 0;
-  a.asleep = a.quiet_time > kTimeToSleep;
-  if (!a.asleep) return;
+void fall_asleep(World& world, Island& a) {
+  a.asleep = true;
   a.asleep_gravity = world.gravity;
   for (std::uint32_t c = 0; c < a.count(); ++c) {
     Body& b = world.bodies.values()[a.slots[c]];
@@ -57,6 +42,19 @@ void update_sleep(World& world, Island& a, Real h) {
     a.memory.set(kLastTranslation, c, Vec3(0)), a.memory.set(kLastRotation, c, Vec3(0));
     a.memory.set(kVelocityBefore, c, Vec3(0)), a.memory.set(kAngularMomentumBefore, c, Vec3(0));
   }
+}
+
+void update_sleep(World& world, Island& a, Real h) {
+  const Real slow = a.settings.sleep_speed;
+  if (a.free_body) return;  // with all that it touches
+  bool still = a.contact_active && !a.mutual && a.cables.empty();
+  for (std::size_t c = 0; still && c < a.count(); ++c) {
+    const Body& b = world.bodies.values()[a.slots[c]];
+    still = glm::length(b.velocity) < slow && glm::length(b.angular_velocity) < 10 * slow;
+    still = still && (a.joints.empty() || a.joints[c].drive == UINT32_MAX);
+  }
+  a.quiet_time = still ? a.quiet_time + h : 0;
+  if (a.quiet_time > kTimeToSleep) fall_asleep(world, a);
 }
 
 }  // namespace pantin::detail::articulated

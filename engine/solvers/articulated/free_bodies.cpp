@@ -1,0 +1,582 @@
+// Free bodies in contact: several short substeps a step, one impulse iteration each.
+//
+// A contact is one impulse along the normal and two across it; friction is bounded by Coulomb's
+// cone. Points of the same two bodies are iterated together. Where several free bodies touch,
+// contacts are springs and dampers so stiff that the substep alone bounds them: that keeps heaps
+// calm, whatever the iteration leaves; a second iteration without springs takes from the velocities
+// what the springs put in. What a lasting load compresses is given back by and by. A body that
+// touches fixed ones alone is iterated until nothing changes, without springs.
+// [Macklin 2019, small steps; Catto 2024, soft contacts and relaxation]
+#include <algorithm>
+
+#include "engine/base/rotation.hpp"
+#include "engine/contact/detect.hpp"
+#include "engine/geometry/kinds.hpp"
+#include "engine/solvers/articulated/articulated.hpp"
+#include "engine/solvers/articulated/internal.hpp"
+#include "engine/solvers/articulated/push_out.hpp"
+#include "engine/solvers/solver.hpp"
+
+namespace pantin::detail::articulated {
+namespace {
+
+constexpr std::uint32_t kNone = UINT32_MAX;
+/// s: no substep is longer, and no step has more of them.
+constexpr Real kLongestSubstep = 1.0 / 470;
+constexpr int kMostSubsteps = 32;
+/// Hz: of the springs between free bodies; twice that against fixed ones. With damping far above
+/// the critical.
+constexpr Real kContactFrequency = 60, kDampingRatio = 10;
+/// m/s: what overlaps is pushed apart no faster.
+constexpr Real kPushSpeed = 1;
+/// Overlaps up to this fraction of the size of a body are removed by translating it.
+constexpr Real kShallow = 5e-3;
+/// Of that overlap: what is left to take up when bodies fall asleep.
+constexpr Real kSettled = 5e-4;
+/// Sleep conserves forces as they are: it waits until hardly anything moves, but not for ever (s).
+constexpr Real kDead = 1e-3, kPatience = 8;
+/// m/s: slower impacts are inelastic.
+constexpr Real kSlowestImpact = 0.05;
+/// s: in which a load's compression is given back.
+constexpr Real kTakeUpTime = 0.4, kTakenUp = 0.998, kOwnTakenUp = 0.93;
+constexpr int kPointIterations = 8, kImpactSweeps = 64, kHardSweeps = 200;
+
+/// Springs of a substep as factors of a rigid contact's impulse. [Catto 2024]
+struct Softness {
+  Real rate = 0;        // 1/s: speed of separation per penetration
+  Real by_mass = 1;     // of the impulse that a rigid contact would add
+  Real by_impulse = 0;  // of the impulse it has
+};
+
+Softness softness_of(Real frequency, Real h) {
+  const Real omega = 2 * kPi * frequency, a = 2 * kDampingRatio + h * omega, b = h * omega * a;
+  return {omega / a, b / (1 + b), 1 / (1 + b)};
+}
+
+bool is_free_body(const Island& a) {
+  return a.count() == 1 && !a.unfit && a.finite && a.settings.solver == Solver::articulated &&
+         a.parents[0] == kFree && !a.follows && a.pins.empty() && a.cables.empty() &&
+         a.joints.empty();
+}
+
+Real radius_of(const World& world, std::uint32_t slot, std::uint64_t index) {
+  const Shapes* shapes = world.shapes.find(world.bodies.owners()[slot]);
+  if (!shapes || index >= shapes->list.size()) return 0;
+  const Shape& s = shapes->list[index];
+  return s.kind == ShapeKind::sphere || s.kind == ShapeKind::capsule ? s.size.x : 0;
+}
+
+Mat3 inverse_inertia(const FreeBody& b, Quat q) {
+  const Mat3 r = glm::mat3_cast(q);
+  const Vec3 per = b.per_inertia;
+  return Mat3(per.x * r[0], per.y * r[1], per.z * r[2]) * glm::transpose(r);
+}
+
+Vec3 point_speed(const FreeBody& b, Vec3 arm) { return b.velocity + glm::cross(b.spin, arm); }
+
+Vec3 speed_of(const FreeBody& a, const FreeBody& b, const FreeContact& c) {
+  return point_speed(a, c.arm_a) - point_speed(b, c.arm_b);
+}
+
+void push(FreeBody& a, FreeBody& b, const FreeContact& c, Vec3 impulse) {
+  a.velocity += a.per_mass * impulse, b.velocity -= b.per_mass * impulse;
+  const Vec3 on_a = glm::cross(c.arm_a, impulse), on_b = -glm::cross(c.arm_b, impulse);
+  a.angular_momentum += on_a, b.angular_momentum += on_b;
+  a.spin += a.response * on_a, b.spin += b.response * on_b;
+}
+
+/// Arms, gap and response of a contact where its bodies are now.
+void place(const FreeBody& a, const FreeBody& b, FreeContact& c) {
+  const Vec3 n = c.axes[0];
+  c.arm_a = a.pose.rotation * c.core_a - c.radius_a * n;
+  c.arm_b = b.pose.rotation * c.core_b + c.radius_b * n;
+  c.gap = glm::dot(n, a.pose.position + c.arm_a - b.pose.position - c.arm_b);
+  Vec3 moved[3];
+  for (int k = 0; k < 3; ++k) {
+    const Vec3 d = c.axes[k];
+    moved[k] = (a.per_mass + b.per_mass) * d +
+               glm::cross(a.response * glm::cross(c.arm_a, d), c.arm_a) +
+               glm::cross(b.response * glm::cross(c.arm_b, d), c.arm_b);
+  }
+  c.along = glm::dot(n, moved[0]);
+  c.cross_first = glm::dot(c.axes[1], moved[0]), c.cross_second = glm::dot(c.axes[2], moved[0]);
+  const Real k1 = glm::dot(c.axes[1], moved[1]), k2 = glm::dot(c.axes[2], moved[2]),
+             k12 = glm::dot(c.axes[1], moved[2]);
+  // The softer of the two tangential directions: a mean would overshoot in it.
+  c.aside = 0.5 * (k1 + k2) + std::sqrt(0.25 * (k1 - k2) * (k1 - k2) + k12 * k12);
+}
+
+/// What a sweep over contacts aims at.
+enum class Sweep : std::uint8_t { solves, relaxes };
+
+struct Substep {
+  Real h = 0;
+  Softness between, against_fixed;
+  bool hard = false;  // without springs
+};
+
+/// Normal speed that a contact asks for at least.
+struct Goal {
+  Real speed = 0;
+  Softness spring;
+};
+
+Goal goal_of(const FreeContact& c, bool fixed, const Substep& s, Sweep sweep) {
+  if (c.gap > c.rest) return {-c.gap / s.h, {}};
+  if (sweep == Sweep::relaxes) return {};
+  if (s.hard) return {c.gap < -c.shallow ? std::min(-0.2 * c.gap / s.h, kPushSpeed) : 0, {}};
+  const Softness& spring = fixed ? s.against_fixed : s.between;
+  return {std::min(spring.rate * (c.rest - c.gap), kPushSpeed), spring};
+}
+
+/// One point: returns the change of its impulse, N s.
+Vec3 solve_point(const FreeBody& a, const FreeBody& b, FreeContact& c, const Goal& goal) {
+  const Vec3 u = speed_of(a, b, c);
+  const Real un = glm::dot(c.axes[0], u);
+  const Real normal =
+      std::max(Real(0), c.impulse.x + goal.spring.by_mass * (goal.speed - un) / c.along -
+                            goal.spring.by_impulse * c.impulse.x);
+  const Real more = normal - c.impulse.x;
+  Real f1 = c.impulse.y - (glm::dot(c.axes[1], u) + c.cross_first * more) / c.aside;
+  Real f2 = c.impulse.z - (glm::dot(c.axes[2], u) + c.cross_second * more) / c.aside;
+  const Real held = std::sqrt(f1 * f1 + f2 * f2), most = c.friction * normal;
+  if (held > most) f1 *= most / held, f2 *= most / held;
+  const Vec3 change = Vec3(normal, f1, f2) - c.impulse;
+  c.impulse += change;
+  return change.x * c.axes[0] + change.y * c.axes[1] + change.z * c.axes[2];
+}
+
+/// One group of bodies that touch one another, and the fixed bodies that they touch.
+struct Group {
+  std::span<FreeBody> bodies;
+  std::span<FreeContact> contacts;
+
+  FreeBody& a(const FreeContact& c) const { return bodies[c.a]; }
+  FreeBody& b(const FreeContact& c) const { return bodies[c.b]; }
+  bool is_fixed(const FreeContact& c) const { return b(c).per_mass == 0; }
+  /// Whether one body alone is free.
+  bool is_single() const { return bodies.size() < 2 || bodies[1].per_mass == 0; }
+};
+
+/// Contacts [from, to) between the same two bodies. Returns the largest change of speed, m/s.
+Real solve_points(const Group& g, std::span<FreeContact> points, const Substep& s, Sweep sweep) {
+  Real most = 0;
+  const int iterations = points.size() > 1 ? kPointIterations : 1;
+  for (int n = 0; n < iterations; ++n)
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      FreeContact& c = points[n % 2 == 0 ? i : points.size() - 1 - i];
+      FreeBody &a = g.a(c), &b = g.b(c);
+      const Vec3 change = solve_point(a, b, c, goal_of(c, g.is_fixed(c), s, sweep));
+      if (change == Vec3(0)) continue;
+      push(a, b, c, change);
+      most = std::max(most, c.along * glm::length(change));
+    }
+  return most;
+}
+
+/// Every contact once, those of the same bodies together, from either end.
+Real sweep_contacts(const Group& g, const Substep& s, Sweep sweep, bool backwards) {
+  Real most = 0;
+  const auto same = [](const FreeContact& c, const FreeContact& d) {
+    return c.a == d.a && c.b == d.b;
+  };
+  const std::size_t n = g.contacts.size();
+  for (std::size_t from = 0; from < n;) {
+    std::size_t count = 1;
+    const auto at = [&](std::size_t i) { return backwards ? n - 1 - i : i; };
+    while (from + count < n && same(g.contacts[at(from)], g.contacts[at(from + count)])) ++count;
+    const std::size_t first = backwards ? n - from - count : from;
+    most = std::max(most, solve_points(g, g.contacts.subspan(first, count), s, sweep));
+    from += count;
+  }
+  return most;
+}
+
+/// The impact of two bodies that meet within the substep, at the time when they do. They continue
+/// as if they had come from where that leads back to. False if they do not meet.
+bool meet(FreeBody& a, FreeBody& b, FreeContact& c, Real h) {
+  const Vec3 n = c.axes[0];
+  const Real speed = glm::dot(n, speed_of(a, b, c));
+  const Real pull = glm::dot(n, a.acceleration - b.acceleration);
+  const Real gap = std::max(Real(0), c.gap);
+  if (speed > -kSlowestImpact || gap + h * (speed + 0.5 * h * pull) > 0) return false;
+  // The first zero of gap + speed t + pull t^2 / 2, in the form that does not cancel.
+  const Real root = std::sqrt(std::max(Real(0), speed * speed - 2 * pull * gap));
+  const Real when = std::min(h, 2 * gap / (root - speed));
+  const Real after = -c.restitution * (speed + pull * when) - pull * when;
+  const Real impulse = (after - speed) / c.along;
+  push(a, b, c, impulse * n);
+  c.passed.x += impulse;
+  const Real back = -when * (after + 0.5 * pull * when) - gap;
+  const Real whole = a.per_mass + b.per_mass;
+  a.pose.position += back * a.per_mass / whole * n,
+      b.pose.position -= back * b.per_mass / whole * n;
+  c.gap += back;
+  return true;
+}
+
+/// Impacts of the substep, pair by pair until none approaches: a row of balls passes a blow on.
+void collide_elastically(const Group& g, const Substep& s) {
+  bool moved = false;
+  for (int sweep = 0; sweep < kImpactSweeps; ++sweep) {
+    bool any = false;
+    for (FreeContact& c : g.contacts)
+      any = (c.restitution > 0 && meet(g.a(c), g.b(c), c, s.h)) || any;
+    if (!any) break;
+    moved = true;
+  }
+  for (FreeContact& c : g.contacts)
+    if (moved) place(g.a(c), g.b(c), c);
+}
+
+/// Weight, forces and drag over a substep.
+void accelerate(FreeBody& b, Real h) {
+  const Real keep = std::exp(-h * b.drag);
+  b.before = b.velocity;
+  b.velocity = keep * (b.velocity + h * b.acceleration);
+  b.angular_momentum = keep * (b.angular_momentum + h * b.torque);
+  b.spin = b.response * b.angular_momentum;
+}
+
+/// Free flight goes by the mean velocity, which is exact for a parabola; in contact the velocity at
+/// the end is what the contacts hold.
+void move(FreeBody& b, Real h) {
+  if (b.per_mass == 0) {
+    b.pose.position += h * b.velocity;
+    b.pose.rotation = glm::normalize(from_rotation_vector(h * b.spin) * b.pose.rotation);
+    return;
+  }
+  b.pose.position += h * (b.touched ? b.velocity : 0.5 * (b.before + b.velocity));
+  const Quat half = from_rotation_vector(0.5 * h * b.spin) * b.pose.rotation;
+  const Vec3 mean = inverse_inertia(b, half) * b.angular_momentum;
+  b.pose.rotation = glm::normalize(from_rotation_vector(h * mean) * b.pose.rotation);
+  b.response = inverse_inertia(b, b.pose.rotation);
+  b.spin = b.response * b.angular_momentum;
+}
+
+void take_substep(const Group& g, const Substep& s, bool backwards) {
+  for (FreeContact& c : g.contacts) place(g.a(c), g.b(c), c);
+  collide_elastically(g, s);
+  for (FreeBody& b : g.bodies)
+    if (b.per_mass > 0) accelerate(b, s.h), b.touched = false;
+  for (FreeContact& c : g.contacts) {
+    const Vec3 p = c.impulse;
+    if (p != Vec3(0)) push(g.a(c), g.b(c), c, p.x * c.axes[0] + p.y * c.axes[1] + p.z * c.axes[2]);
+  }
+  const Real enough = 1e-14 * (1 + glm::length(g.bodies.front().velocity));
+  const int sweeps = s.hard ? kHardSweeps : 1;
+  for (int n = 0; n < sweeps; ++n)
+    if (sweep_contacts(g, s, Sweep::solves, backwards != (n % 2 == 1)) <= enough) break;
+  for (const FreeContact& c : g.contacts)
+    if (c.impulse.x > 0) g.a(c).touched = g.b(c).touched = true;
+  for (FreeBody& b : g.bodies) move(b, s.h);
+  const bool pushed = !s.hard || std::any_of(g.contacts.begin(), g.contacts.end(),
+                                             [](auto& c) { return c.gap < -c.shallow; });
+  for (int n = 0; n < (pushed ? sweeps : 0); ++n)
+    if (sweep_contacts(g, s, Sweep::relaxes, backwards == (n % 2 == 1)) <= enough) break;
+  for (FreeContact& c : g.contacts) c.passed += c.impulse;
+}
+
+/// m, by which a contact's spring is compressed.
+Real compression(const Group& g, const FreeContact& c, const Substep& s) {
+  const Softness& spring = g.is_fixed(c) ? s.against_fixed : s.between;
+  return spring.by_impulse * c.impulse.x * c.along / (spring.by_mass * spring.rate);
+}
+
+/// Lasting loads compress the springs; that is taken up by and by, save for a part of the mean and
+/// of what a point has beyond it: else the points that bear most would be given ever more to bear.
+void take_up(const Group& g, const Substep& s, Real h) {
+  const Real part = 1 - std::exp(-h / kTakeUpTime);
+  const auto same = [](const FreeContact& c, const FreeContact& d) {
+    return c.a == d.a && c.b == d.b;
+  };
+  for (std::size_t from = 0, to = 0; from < g.contacts.size(); from = to) {
+    Real sum = 0, bearing = 0;
+    for (to = from; to < g.contacts.size() && same(g.contacts[to], g.contacts[from]); ++to) {
+      sum += compression(g, g.contacts[to], s);
+      bearing += g.contacts[to].impulse.x > 0;
+    }
+    const Real mean = bearing > 0 ? sum / bearing : 0;
+    for (std::size_t i = from; i < to; ++i) {
+      FreeContact& c = g.contacts[i];
+      const Real own = c.impulse.x > 0 ? compression(g, c, s) - mean : 0;
+      const Real rest = std::clamp(kTakenUp * mean + kOwnTakenUp * own, Real(0), c.shallow);
+      c.settling = std::abs(rest - c.rest);
+      c.rest += part * (rest - c.rest);
+    }
+  }
+}
+
+/// The gaps in the end; overlaps of a body that touches fixed ones alone are closed.
+void finish_group(const Group& g) {
+  for (FreeContact& c : g.contacts) place(g.a(c), g.b(c), c);
+  if (!g.is_single()) return;
+  FreeBody& body = g.bodies.front();
+  for (int round = 0; round < 4; ++round) {
+    HalfSpaces planes;
+    for (const FreeContact& c : g.contacts) {
+      const Vec3 n = c.axes[0];
+      const Real gap = glm::dot(n, body.pose.position + c.arm_a - g.b(c).pose.position - c.arm_b);
+      if (gap < 0 && gap > -c.shallow) planes.add(n, -gap);
+    }
+    if (planes.count == 0) break;
+    body.pose.position += push_out(planes);
+  }
+  for (FreeContact& c : g.contacts) place(g.a(c), g.b(c), c);
+}
+
+void step_group(const Group& g, Real h) {
+  const int substeps =
+      std::clamp(static_cast<int>(std::ceil(h / kLongestSubstep)), 1, kMostSubsteps);
+  Substep s;
+  s.h = h / substeps;
+  s.between = softness_of(kContactFrequency, s.h);
+  s.against_fixed = softness_of(2 * kContactFrequency, s.h);
+  s.hard = g.is_single();
+  for (FreeContact& c : g.contacts) c.impulse *= s.h;  // from the mean force
+  for (int n = 0; n < substeps; ++n) take_substep(g, s, n % 2 == 1);
+  if (!s.hard) take_up(g, s, h);
+  finish_group(g);
+  for (FreeContact& c : g.contacts) c.impulse /= s.h;
+}
+
+}  // namespace
+
+void plan_free_bodies(World& world, Real h) {
+  Islands& all = world.memory.of<Islands>();
+  FreeScratch& r = all.free;
+  const auto& contacts = contacts_of(world);
+  const Partition& partition = partition_of(world);
+  r.group_of.resize(all.list.size());
+  r.eligible.assign(all.list.size(), 1), r.awake.assign(all.list.size(), 0);
+  for (std::uint32_t i = 0; i < all.list.size(); ++i) r.group_of[i] = i;
+  const auto root = [&](std::uint32_t i) {
+    while (r.group_of[i] != i) i = r.group_of[i] = r.group_of[r.group_of[i]];
+    return i;
+  };
+  const auto island_at = [&](std::uint32_t slot) { return owner_of(partition, slot).island; };
+  for (const Contact& c : contacts) {
+    if (!contact::feels_contacts(partition, c.slot_b)) continue;
+    const std::uint32_t a = root(island_at(c.slot_a)), b = root(island_at(c.slot_b));
+    r.group_of[std::max(a, b)] = std::min(a, b);
+  }
+  for (std::uint32_t i = 0; i < all.list.size(); ++i) {
+    Island& a = all.list[i];
+    a.free_body = false;
+    const std::uint32_t group = root(i);
+    r.group_of[i] = group;
+    if (!is_free_body(a)) r.eligible[group] = 0;
+    if (!a.asleep) r.awake[group] = 1;
+  }
+  for (std::uint32_t i = 0; i < all.list.size(); ++i) {
+    Island& a = all.list[i];
+    const std::uint32_t group = r.group_of[i];
+    const bool free = r.eligible[group] != 0;
+    // Who touches somebody awake is awake.
+    if (a.asleep && (r.awake[group] != 0 || (a.mutual && !free))) wake(world, a, h);
+    if (!free || a.scratch.contact_rows.empty()) continue;
+    a.free_body = true, a.mutual = false;
+  }
+}
+
+namespace {
+
+FreeBody gather_body(const World& world, std::uint32_t slot, Real h) {
+  const Body& b = world.bodies.values()[slot];
+  FreeBody f;
+  f.slot = slot;
+  f.pose = b.pose, f.velocity = b.velocity, f.spin = b.angular_velocity;
+  if (contact::feels_contacts(partition_of(world), slot)) return f;
+  if (!contact::moves(b)) {
+    f.velocity = f.spin = Vec3(0);
+    return f;
+  }
+  // Kinematic bodies are where the step ends.
+  f.pose.position -= h * b.velocity;
+  f.pose.rotation = glm::normalize(from_rotation_vector(-h * b.angular_velocity) * b.pose.rotation);
+  return f;
+}
+
+FreeBody gather_body(const World& world, const Island& a, std::uint32_t number) {
+  FreeBody f = gather_body(world, a.slots[0], 0);
+  f.island = number;
+  const Real mass = a.constants.at(kMass, 0);
+  const Vec3 inertia = a.constants.vec(kInertia, 0);
+  f.per_mass = 1 / mass, f.per_inertia = Real(1) / inertia;
+  f.drag = a.constants.at(kDrag, 0);
+  f.acceleration = a.constants.at(kGravityScale, 0) * world.gravity;
+  if (const Force* force = world.forces.find(a.bodies[0]))
+    f.acceleration += force->force / mass, f.torque = force->torque;
+  f.response = inverse_inertia(f, f.pose.rotation);
+  const Mat3 r = glm::mat3_cast(f.pose.rotation);
+  f.angular_momentum = r * (inertia * (glm::transpose(r) * f.spin));
+  return f;
+}
+
+FreeContact gather_contact(const World& world, std::uint32_t number, const Island& island) {
+  const Contact& c = contacts_of(world)[number];
+  const Body &a = world.bodies.values()[c.slot_a], &b = world.bodies.values()[c.slot_b];
+  FreeContact f;
+  f.contact = number;
+  f.axes[0] = c.normal;
+  const Vec3 aside = std::abs(c.normal.x) < 0.6 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
+  f.axes[1] = glm::normalize(glm::cross(c.normal, aside));
+  f.axes[2] = glm::cross(c.normal, f.axes[1]);
+  // Round shapes are touched below their core, however they turn; corners turn with the body.
+  f.radius_a = radius_of(world, c.slot_a, c.key >> 54 & 0x3ff);
+  f.radius_b = radius_of(world, c.slot_b, c.key >> 44 & 0x3ff);
+  f.core_a = c.point_a + f.radius_a * (glm::conjugate(a.pose.rotation) * c.normal);
+  f.core_b = c.point_b - f.radius_b * (glm::conjugate(b.pose.rotation) * c.normal);
+  f.friction = c.friction, f.restitution = c.restitution, f.rest = c.rest;
+  f.shallow = kShallow * island.size;
+  // From the multiplier to the mean force.
+  const Real per =
+      island.last_step > 0 && !island.fresh ? 1 / (island.last_step * island.last_step) : 0;
+  const Vec3 force = per * c.lambda;
+  f.impulse = {std::max(Real(0), glm::dot(force, f.axes[0])), glm::dot(force, f.axes[1]),
+               glm::dot(force, f.axes[2])};
+  if (!is_finite(f.impulse) || f.impulse.x == 0) f.impulse = Vec3(0);
+  return f;
+}
+
+/// Contacts by group, bodies of each group with the fixed ones that it touches.
+void gather(const World& world, FreeScratch& r, Real h) {
+  const Partition& partition = partition_of(world);
+  const std::vector<Island>& list = islands_of(world);
+  const std::vector<Contact>& contacts = contacts_of(world);
+  r.order.clear(), r.groups.clear(), r.bodies.clear(), r.contacts.clear();
+  const auto group_at = [&](std::uint32_t contact) {
+    return r.group_of[owner_of(partition, contacts[contact].slot_a).island];
+  };
+  for (std::uint32_t i = 0; i < contacts.size(); ++i) {
+    const Island& a = list[owner_of(partition, contacts[i].slot_a).island];
+    if (a.free_body && !a.asleep) r.order.push_back(i);
+  }
+  std::sort(r.order.begin(), r.order.end(), [&](std::uint32_t i, std::uint32_t j) {
+    return std::pair(group_at(i), i) < std::pair(group_at(j), j);
+  });
+  r.index.resize(world.bodies.size());
+  for (std::size_t from = 0; from < r.order.size();) {
+    std::size_t to = from;
+    while (to < r.order.size() && group_at(r.order[to]) == group_at(r.order[from])) ++to;
+    FreeScratch::Range range{r.bodies.size(), 0, r.contacts.size(), 0};
+    const auto add = [&](std::uint32_t slot, FreeBody body) {
+      r.index[slot] = static_cast<std::uint32_t>(r.bodies.size() - range.first_body);
+      r.bodies.push_back(std::move(body));
+    };
+    for (std::size_t i = from; i < to; ++i) {
+      const Contact& c = contacts[r.order[i]];
+      r.index[c.slot_a] = r.index[c.slot_b] = kNone;
+    }
+    for (const bool fixed : {false, true})  // free ones first
+      for (std::size_t i = from; i < to; ++i) {
+        const Contact& c = contacts[r.order[i]];
+        for (const std::uint32_t slot : {c.slot_a, c.slot_b}) {
+          const Owner owner = owner_of(partition, slot);
+          if (owner.feels_contacts == fixed || r.index[slot] != kNone) continue;
+          add(slot, fixed ? gather_body(world, slot, h)
+                          : gather_body(world, list[owner.island], owner.island));
+        }
+      }
+    for (std::size_t i = from; i < to; ++i) {
+      const Contact& c = contacts[r.order[i]];
+      r.contacts.push_back(
+          gather_contact(world, r.order[i], list[owner_of(partition, c.slot_a).island]));
+      r.contacts.back().a = r.index[c.slot_a], r.contacts.back().b = r.index[c.slot_b];
+    }
+    range.bodies = r.bodies.size() - range.first_body;
+    range.contacts = r.contacts.size() - range.first_contact;
+    r.groups.push_back(range);
+    from = to;
+  }
+}
+
+/// The body, and what the next step of its island starts from. False if it is lost.
+bool write_body(World& world, const FreeBody& f, Real h) {
+  Island& a = islands_of(world)[f.island];
+  Body& b = world.bodies.values()[f.slot];
+  const Vec3 x = f.pose.position;
+  if (!(is_finite(f.pose) && is_finite(f.velocity) && is_finite(f.spin) &&
+        glm::dot(x, x) < kTooFar * kTooFar)) {
+    a.lost = a.bodies[0];
+    return false;
+  }
+  a.memory.set(kLastTranslation, 0, x - b.pose.position);
+  a.memory.set(kLastRotation, 0,
+               rotation_vector(f.pose.rotation * glm::conjugate(b.pose.rotation)));
+  b.pose = f.pose, b.velocity = f.velocity, b.angular_velocity = f.spin;
+  a.trees[0].knows_angular_momentum = false;
+  a.limited = a.disturbed = false, a.in_contact = true;
+  a.contact_active = false;
+  a.force_share = 1, a.reserve = 0, a.sweeps_used = a.active_set_iterations_used = 0;
+  remember_step(world, a, h);
+  a.calm_steps = 0;  // the other rules have no history to go on
+  return true;
+}
+
+void write_contact(World& world, const FreeContact& f, Real h) {
+  Contact& c = contacts_of(world)[f.contact];
+  const auto turned = [&](Vec3 v) { return v.x * f.axes[0] + v.y * f.axes[1] + v.z * f.axes[2]; };
+  c.lambda = h * h * turned(f.impulse);
+  c.force = turned(f.passed) / h;
+  c.active = f.passed.x > 0, c.impact = 0, c.sliding = 1, c.rest = f.rest;
+  c.depth = std::max(Real(0), -f.gap);
+}
+
+/// Whether the springs of a group have taken up their loads.
+bool is_settled(std::span<const FreeContact> contacts) {
+  return std::all_of(contacts.begin(), contacts.end(),
+                     [](const FreeContact& c) { return c.settling <= kSettled * c.shallow; });
+}
+
+/// A group sleeps once all of it has been still for long enough.
+void let_sleep(World& world, std::span<const FreeBody> bodies, bool settled, Real h) {
+  bool still = true;
+  for (const FreeBody& f : bodies) {
+    if (f.per_mass == 0) {
+      still = still && f.velocity == Vec3(0) && f.spin == Vec3(0);
+      continue;
+    }
+    Island& a = islands_of(world)[f.island];
+    const Body& b = world.bodies.values()[f.slot];
+    const Real slow = a.settings.sleep_speed;
+    const bool quiet = a.contact_active && glm::length(b.velocity) < slow &&
+                       glm::length(b.angular_velocity) < 10 * slow;
+    a.quiet_time = quiet ? a.quiet_time + h : 0;
+    const bool dead = glm::length(b.velocity) < kDead * slow &&
+                      glm::length(b.angular_velocity) < 10 * kDead * slow;
+    still = still && a.quiet_time > (dead && settled ? kTimeToSleep : kPatience);
+  }
+  if (!still) return;
+  for (const FreeBody& f : bodies)
+    if (f.per_mass > 0) fall_asleep(world, islands_of(world)[f.island]);
+}
+
+}  // namespace
+
+void step_free_bodies(World& world, const StepTask& task) {
+  FreeScratch& r = world.memory.of<Islands>().free;
+  gather(world, r, task.h);
+  const Real h = task.h;
+  for_each_island(r.groups.size(), task.threads, [&](std::size_t i) {
+    const FreeScratch::Range& g = r.groups[i];
+    step_group({std::span(r.bodies).subspan(g.first_body, g.bodies),
+                std::span(r.contacts).subspan(g.first_contact, g.contacts)},
+               h);
+  });
+  for (const FreeBody& b : r.bodies)
+    if (b.per_mass > 0) write_body(world, b, h);
+  for (const FreeContact& c : r.contacts) write_contact(world, c, h);
+  for (const FreeScratch::Range& g : r.groups) {
+    const auto bodies = std::span(r.bodies).subspan(g.first_body, g.bodies);
+    const auto contacts = std::span(r.contacts).subspan(g.first_contact, g.contacts);
+    for (const FreeContact& c : contacts) {
+      if (!(c.passed.x > 0)) continue;
+      islands_of(world)[bodies[c.a].island].contact_active = true;
+      if (bodies[c.b].per_mass > 0) islands_of(world)[bodies[c.b].island].contact_active = true;
+    }
+    let_sleep(world, bodies, is_settled(contacts), h);
+  }
+}
+
+}  // namespace pantin::detail::articulated
