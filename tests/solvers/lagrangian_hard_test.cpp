@@ -111,7 +111,7 @@ TEST_CASE("a four-bar with rows too many moves like one without") {
     }
     INFO(name_of(integrator) << ": " << worst << ", rank " << a.rank << " of " << a.rows << ", "
                              << b.rank << " of " << b.rows);
-    CHECK(worst <= (integrator == Integrator::rattle ? 2e-5 : 1e-8));  // it stops at gaps of 1e-10
+    CHECK(worst <= 1e-8);
     CHECK(a.rows - a.rank == 3);
     CHECK(b.rows == b.rank);
   }

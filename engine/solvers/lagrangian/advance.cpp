@@ -17,6 +17,8 @@ constexpr Real kMaxOpening = 0.05;
 constexpr int kPatience = 8, kRetries = 3;
 /// Largest rotation per step, rad; larger ones halve the step, except with the implicit integrator.
 constexpr Real kMaxRotation = 0.5;
+/// Energy that may stay unpaid in a step, relative to all weight falling by the size of the island.
+constexpr Real kRounding = 1e-10;
 /// Stability limit of explicit integration: h^2 spring + 2 h damper, relative to the mass moved.
 constexpr Real kStabilityLimit = 4;
 
@@ -34,6 +36,45 @@ void add_impulses(Island& m, Real h) {
   for (std::size_t r = 0; r < m.rows; ++r) m.scratch.impulses[r] += h * m.mean_lambda[r];
 }
 
+Real kinetic_energy(const Island& m) {
+  Real twice = 0;
+  for (std::size_t b = 0; b < m.count(); ++b) {
+    const Vec3 v = m.scratch.state.v[b],
+               w = glm::conjugate(m.scratch.state.q[b]) * m.scratch.state.w[b];
+    twice += m.mass[b] * glm::dot(v, v) + glm::dot(w, m.inertia[b] * w);
+  }
+  return 0.5 * twice;
+}
+
+/// Whether nothing that the island is joined to moves.
+bool stands_on_rest(const Island& m) {
+  if (!m.interfaces.empty() || m.scratch.pattern.framed.empty()) return false;
+  for (std::size_t n = m.count(); n < m.scratch.body_states.size(); ++n)
+    if (m.scratch.body_states[n].velocity != Vec3(0) ||
+        m.scratch.body_states[n].angular_velocity != Vec3(0))
+      return false;
+  return true;
+}
+
+/// Takes from the motion what the projection lifted, where nothing else can have paid for it:
+/// `before` is the kinetic energy before. False: there was not as much.
+bool pay_projection(Island& m, Real before) {
+  if (!stands_on_rest(m)) return true;
+  StepScratch& scratch = m.scratch;
+  const Real now = kinetic_energy(m), due = before + scratch.projection_work;
+  if (now <= due) return true;
+  Real weight = 0;
+  for (std::size_t b = 0; b < m.count(); ++b) weight += glm::length(scratch.force[2 * b]);
+  if (due < -kRounding * weight * m.size && m.rescues == 0) return false;
+  const Real part = due > 0 ? std::sqrt(due / now) : 0;
+  for (std::size_t b = 0; b < m.count(); ++b) {
+    scratch.state.v[b] *= part, scratch.state.w[b] *= part;
+    scratch.body_states[b].velocity = scratch.state.v[b];
+    scratch.body_states[b].angular_velocity = scratch.state.w[b];
+  }
+  return true;
+}
+
 /// One integrator step with projection. False: it failed.
 bool integrate(const World& world, Island& m, const Span& span, const IntegratorRow& by) {
   const bool done = by.step(world, m, span);
@@ -43,9 +84,15 @@ bool integrate(const World& world, Island& m, const Span& span, const Integrator
   add_impulses(m, span.h);
   // RATTLE ends on the constraints up to rounding.
   if (by.ends_on_joints && m.residual <= tolerance_of(m)) return true;
-  if (m.settings.stabilisation == Stabilisation::projection)
-    return project(world, m, span.fraction(1), span.whole) && all_within_bounds(m) &&
-           (!by.may_open_joints || keeps_joints(m, span.h));
+  if (m.settings.stabilisation == Stabilisation::projection) {
+    const bool moves = by.projection_moves;
+    const Real kinetic = moves ? kinetic_energy(m) : 0;
+    m.scratch.projection_moves = moves;
+    const bool closed = project(world, m, span.fraction(1), span.whole);
+    m.scratch.projection_moves = false;
+    return closed && all_within_bounds(m) && (!by.may_open_joints || keeps_joints(m, span.h)) &&
+           (!moves || pay_projection(m, kinetic));
+  }
   update_kinematics(m), update_frames(world, m, span.fraction(1), span.whole);
   write_all_rows(world, m, {true, false});
   m.residual = worst_residual(m);
@@ -128,15 +175,19 @@ bool advance_by(const World& world, Island& m, const Span& span, const Attempt& 
 }
 
 /// Last resort: joints may stay open a little and angular velocities are bounded; if that fails
-/// too, the step starts from rest.
+/// too, the step starts from rest, and at last so late that bodies hardly move.
 bool advance_loosely(const World& world, Island& m, const Span& span) {
   Motions& s = m.scratch.state;
   for (Vec3& w : s.w)
     if (const Real rotation = glm::length(w) * span.h; rotation > 1) w /= rotation;
   if (integrate(world, m, span, integrators::euler)) return true;
-  s = m.scratch.start, m.scratch.impulses = m.scratch.impulses_at_start;
-  std::fill(s.v.begin(), s.v.end(), Vec3(0)), std::fill(s.w.begin(), s.w.end(), Vec3(0));
-  return integrate(world, m, span, integrators::euler);
+  for (const Real part : {1.0, 0.1, 0.01}) {
+    s = m.scratch.start, m.scratch.impulses = m.scratch.impulses_at_start;
+    std::fill(s.v.begin(), s.v.end(), Vec3(0)), std::fill(s.w.begin(), s.w.end(), Vec3(0));
+    const Span late{span.from + (1 - part) * span.h, part * span.h, span.whole};
+    if (integrate(world, m, late, integrators::euler)) return true;
+  }
+  return false;
 }
 
 }  // namespace

@@ -1,9 +1,17 @@
-// Euler in momenta, semi-implicit.
+// Euler, semi-implicit: a step by itself adds no energy.
 #include "engine/base/rotation.hpp"
 #include "engine/solvers/lagrangian/momenta.hpp"
 
 namespace pantin::detail::lagrangian {
 namespace {
+
+constexpr int kRotationIterations = 8;
+/// Square of the residual of an angular velocity that ends the iterations, relative.
+constexpr Real kRotationTolerance = 1e-30;
+/// Bound of the rotation in half a step by which the gyroscopic torque is measured, rad.
+constexpr Real kMostTurned = 1;
+/// Squares of rates times steps up to this one need no geometric stiffness; beyond 4 they do.
+constexpr Real kSlowEnough = 1;
 
 /// Replaces explicit drag by drag at the end of the step.
 void brake(Island& m, Real h) {
@@ -17,29 +25,101 @@ void brake(Island& m, Real h) {
   }
 }
 
-/// Mean angular velocity of a free body with angular momentum `l` over `h` seconds: w = I(q at
-/// h/2)^-1 l.
-Vec3 mean_angular_velocity(Quat q, Vec3 inertia, Vec3 l, Real h) {
-  Vec3 w = q * ((glm::conjugate(q) * l) / inertia);
-  for (int i = 0; i < 8; ++i) {
-    const Quat half = from_rotation_vector(0.5 * h * w) * q;
-    const Vec3 next = half * ((glm::conjugate(half) * l) / inertia);
-    const Real change = glm::length(next - w);
-    w = next;
-    if (change <= 1e-14 * glm::length(w)) break;
+/// Advances the angular velocity `w` of a free body, in its own axes, by the implicit mid-point
+/// rule
+///
+///   I (w1 - w0) = h (I wm) x wm,   wm = (w0 + w1) / 2
+///
+/// and returns the rotation about wm that leaves the angular momentum in space as it was. The rule
+/// keeps the energy too. In these axes no term is large where a moment of inertia is small.
+Vec3 turn_freely(Vec3& w, Vec3 inertia, Real h) {
+  const Vec3 start = w;
+  const Real fast = glm::length(w), turned = std::min(h * fast, kMostTurned);
+  if (!(turned > 0)) return Vec3(0);
+  // The rule turns by 2 atan(h |wm| / 2): with this h by h |wm| about an axis that stays.
+  const Real half = std::tan(0.5 * turned) / fast;
+  for (int i = 0; i < kRotationIterations; ++i) {
+    const Vec3 l = inertia * w;
+    const Vec3 residual = start - w + half * glm::cross(l, w) / inertia;
+    if (!(glm::dot(residual, residual) > kRotationTolerance * fast * fast)) break;
+    Mat3 slope(1);
+    for (int k = 0; k < 3; ++k) {
+      Vec3 axis(0);
+      axis[k] = 1;
+      slope[k] -= half * (glm::cross(inertia * axis, w) + glm::cross(l, axis)) / inertia;
+    }
+    w += glm::inverse(slope) * residual;
   }
-  return w;
+  const Real mean = glm::length(w);
+  const Vec3 way = 2 * std::atan(half * mean) / mean * w;
+  w = 2.0 * w - start;
+  // What the iterations left over adds no energy.
+  const Real before = glm::dot(start, inertia * start), after = glm::dot(w, inertia * w);
+  if (after > before) w *= std::sqrt(before / after);
+  return way;
+}
+
+/// Turns all angular velocities as free bodies would in the first half of the step. The second half
+/// follows the impulses of the step: impulses and rows see the mean of the step. What the rotation
+/// of the first half is beyond the mean velocity's goes to scratch.from.w.
+void turn_first_half(Island& m, Real h) {
+  Motions& s = m.scratch.state;
+  for (std::size_t b = 0; b < m.count(); ++b) {
+    Vec3 w = glm::conjugate(s.q[b]) * s.w[b];
+    const Vec3 way = turn_freely(w, m.inertia[b], 0.5 * h);
+    m.scratch.from.w[b] = way - 0.5 * h * w;
+    s.w[b] = s.q[b] * w;
+  }
+}
+
+/// Bodies that are pulled apart by their joints swing back faster than explicit forces of
+/// constraint can follow: their inertia grows by as much of the geometric stiffness as that takes,
+/// with the forces of the last step. It acts against all rotation, so free islands, whose angular
+/// momentum it would change, go without; nothing lifts their bodies. [Andrews, Teichmann & Kry
+/// 2017]
+void add_geometric_stiffness(Island& m, Real h) {
+  const KktPattern& p = m.scratch.pattern;
+  if (p.framed.empty()) return;
+  for (std::size_t body = 0; body < m.count(); ++body) {
+    Mat3 sum(0);
+    Real trace = 0;
+    for (std::uint32_t i = p.first_incident[body]; i < p.first_incident[body + 1]; ++i) {
+      const Block& b = m.blocks[p.incidents[i].block];
+      if (!b.point) continue;
+      const std::size_t at = p.incidents[i].at;
+      const Real* lambda = &m.mean_lambda[b.first_row];
+      const Vec3 arm = jacobian_of(m, b)[at];
+      const Real pull = (at == 0 ? 1 : -1) * glm::dot(arm, Vec3(lambda[0], lambda[1], lambda[2]));
+      if (!(pull > 0)) continue;
+      sum += pull * (Mat3(1) - glm::outerProduct(arm, arm) / glm::dot(arm, arm));
+      trace += 2 * pull;
+    }
+    const Vec3 inertia = m.inertia[body];
+    // Square of the step times the fastest rate, about.
+    const Real fast = h * h * trace / (inertia.x + inertia.y + inertia.z);
+    if (!(fast > kSlowEnough)) continue;
+    const Mat3& r = m.scratch.body_states[body].rotation_matrix;
+    const Mat3 own(inertia.x, 0, 0, 0, inertia.y, 0, 0, 0, inertia.z);
+    const Mat3 stiff = glm::transpose(r) * sum * r;
+    m.scratch.inverse_inertia[body] =
+        r * glm::inverse(own + (1 - kSlowEnough / fast) * h * h * stiff) * glm::transpose(r);
+  }
 }
 
 void store_lambda(Island& m, std::span<const Real> lambda, Real factor_of) {
   for (std::size_t r = 0; r < m.rows; ++r) m.mean_lambda[r] = factor_of * lambda[r];
 }
 
-bool step_euler(const World& world, Island& m, const Span& span) {
+/// Whether no step has told the forces of constraint yet, or the last one failed.
+bool are_unknown(std::span<const Real> lambda) {
+  return std::all_of(lambda.begin(), lambda.end(), [](Real x) { return x == 0; });
+}
+
+/// Kinematics at the start of the step, with frames that move as they do at its end: implicit in
+/// their motion.
+void place(const World& world, Island& m, const Span& span) {
   StepScratch& scratch = m.scratch;
-  const bool draws = m.settings.stabilisation == Stabilisation::baumgarte;
   update_kinematics(m);
-  // Frames are evaluated at the end of the step: implicit in their motion.
   update_frames(world, m, span.fraction(1), span.whole);
   for (std::size_t n = m.count(); n < scratch.body_states.size(); ++n) {
     // Their poses at the start of the step, from the mean motion.
@@ -48,6 +128,28 @@ bool step_euler(const World& world, Island& m, const Span& span) {
         glm::mat3_cast(from_rotation_vector(-span.h * scratch.body_states[n].angular_velocity) *
                        scratch.body_states[n].rotation);
   }
+}
+
+/// Poses at the end of the step, and the second half of what free bodies turn.
+void finish(Island& m, Real h) {
+  StepScratch& scratch = m.scratch;
+  Motions& s = scratch.state;
+  for (std::size_t b = 0; b < m.count(); ++b) {
+    s.v[b] = scratch.solution[2 * b];
+    s.x[b] += h * s.v[b];
+    Vec3 w = glm::conjugate(s.q[b]) * scratch.solution[2 * b + 1];
+    const Vec3 first = scratch.from.w[b] + 0.5 * h * w;
+    const Vec3 second = turn_freely(w, m.inertia[b], 0.5 * h);
+    s.q[b] = glm::normalize(s.q[b] * from_rotation_vector(first) * from_rotation_vector(second));
+    s.w[b] = s.q[b] * w;
+  }
+}
+
+bool step_euler(const World& world, Island& m, const Span& span) {
+  StepScratch& scratch = m.scratch;
+  const bool draws = m.settings.stabilisation == Stabilisation::baumgarte;
+  turn_first_half(m, span.h);
+  place(world, m, span);
   scratch.springs_active = true;
   write_all_rows(world, m, {draws || !m.joint_forces.empty(), false});
   add_forces(world, m, Torques::applied);
@@ -58,34 +160,25 @@ bool step_euler(const World& world, Island& m, const Span& span) {
            ++r)
         scratch.right[r] -= rate_or_default(m, 0.2) / span.h * scratch.c[r];
   write_joint_force_rows_at_end(world, m, scratch.right, span.h);
-  factor(m);
   kick(m, span.h);
   brake(m, span.h);
-  // The rows see the mean angular velocity of the free motion: momenta that give it.
-  scratch.momenta_before = scratch.momenta;
-  for (std::size_t b = 0; b < m.count(); ++b) {
-    const Vec3 w =
-        mean_angular_velocity(scratch.state.q[b], m.inertia[b], scratch.momenta[2 * b + 1], span.h);
-    const BodyState at{{}, {}, scratch.body_states[b].rotation_matrix, {}, w};
-    scratch.momenta_before[2 * b + 1] = angular_momentum(at, m.inertia[b]);
+  if (!scratch.pattern.framed.empty() && are_unknown(m.mean_lambda)) {
+    factor(m);
+    solve(m, {scratch.momenta, scratch.right}, {scratch.solution, scratch.lambda});
+    store_lambda(m, scratch.lambda, 1 / span.h);
   }
-  solve(m, {scratch.momenta_before, scratch.right}, {scratch.solution, scratch.lambda});
-  push(m, scratch.jacobian, scratch.lambda, 1);
+  add_geometric_stiffness(m, span.h);
+  factor(m);
+  solve(m, {scratch.momenta, scratch.right}, {scratch.solution, scratch.lambda});
   scratch.springs_active = false;
   if (!m.joint_forces.empty()) std::fill(scratch.weights.begin(), scratch.weights.end(), 0.0);
   store_lambda(m, scratch.lambda, 1 / span.h);
-  Motions& s = scratch.state;
-  for (std::size_t b = 0; b < m.count(); ++b) {
-    s.v[b] = scratch.solution[2 * b];
-    s.x[b] += span.h * s.v[b];
-    s.q[b] = glm::normalize(from_rotation_vector(span.h * scratch.solution[2 * b + 1]) * s.q[b]);
-    s.w[b] = s.q[b] * ((glm::conjugate(s.q[b]) * scratch.momenta[2 * b + 1]) / m.inertia[b]);
-  }
+  finish(m, span.h);
   return true;
 }
 
 }  // namespace
 
-const IntegratorRow integrators::euler{.step = step_euler};
+const IntegratorRow integrators::euler{.step = step_euler, .projection_moves = true};
 
 }  // namespace pantin::detail::lagrangian

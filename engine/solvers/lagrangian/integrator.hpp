@@ -19,6 +19,9 @@ struct IntegratorRow {
   bool may_open_joints = false;
   /// Springs and dampers are explicit forces: steps must be shorter than their time constants.
   bool efforts_are_forces = false;
+  /// Its projection is part of the motion: angular velocities turn along, and what it lifts is
+  /// taken from the kinetic energy. Together with a step that adds no energy, none is ever gained.
+  bool projection_moves = false;
   /// Steps in which bodies rotate far are not halved.
   bool turns_far = false;
   /// Satisfies interfaces to other solvers; Euler replaces an integrator that does not.

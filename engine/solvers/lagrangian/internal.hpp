@@ -102,6 +102,11 @@ Real solve(Island& m, const Known& known, const Unknowns& found, Real tolerance 
 
 /// Multipliers only, without refinement: (J M^-1 J^T) lambda = right with the current factor.
 void solve_lambda(Island& m, std::span<const Real> right, std::span<Real> lambda);
+/// Takes from multipliers what moves no body, with the current factor; scratch.solution and
+/// scratch.right are overwritten. Where rows are dependent, residuals of second order disagree, and
+/// the regularised factor makes large multipliers of that. They move nothing as long as the
+/// Jacobian is the same, but everything in the next step.
+void keep_moving_part(Island& m, std::span<Real> lambda);
 
 /// A substep that begins `from` seconds after the start of the step and lasts `h`; the step lasts
 /// `whole`.

@@ -196,8 +196,11 @@ struct StepScratch {
   std::vector<Real> impulses, impulses_at_start, impulses_before;  // by row, of the step so far
   std::vector<Real> weights;  // implicit: compliances of spring rows
   bool springs_active = false;
-  Real time = 0;                     // s, at which frames and drives are evaluated
-  Real opened = 0;                   // residual before the last projection
+  Real time = 0;             // s, at which frames and drives are evaluated
+  Real opened = 0;           // residual before the last projection
+  Real projection_work = 0;  // J, of scratch.force along the last projection of poses
+  // Projections are part of the motion, not corrections of errors: angular velocities turn along.
+  bool projection_moves = false;
   Real worst_relative_residual = 0;  // of J a = gamma, relative to its terms
   std::uint32_t worst_relative_block = 0;
 };

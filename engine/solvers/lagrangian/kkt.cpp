@@ -404,6 +404,17 @@ void solve_for_lambda(Island& m, std::span<Real> lambda) {
 
 }  // namespace
 
+void keep_moving_part(Island& m, std::span<Real> lambda) {
+  if (!m.loops) return;
+  std::span<Vec3> a = m.scratch.solution;
+  std::fill(a.begin(), a.end(), Vec3(0));
+  add_motion(m, lambda, a);
+  std::fill(m.scratch.right.begin(), m.scratch.right.end(), 0.0);
+  find_row_residuals(m, m.scratch.right, a);
+  for (std::size_t r = 0; r < m.rows; ++r) m.scratch.row_residual[r] *= -1;
+  solve_for_lambda(m, lambda);
+}
+
 void solve_lambda(Island& m, std::span<const Real> right, std::span<Real> lambda) {
   std::copy(right.begin(), right.end(), m.scratch.row_residual.begin());
   solve_for_lambda(m, lambda);

@@ -14,13 +14,31 @@ constexpr Real kRoundingFactor = 1e3;
 constexpr Real kSoftest = 1e-12, kSoftestLoop = 1e-6, kSofter = 100, kStiffer = 0.3, kStiffest = 1;
 /// Tolerance of joints in a rescued step, relative to the longest arm.
 constexpr Real kRescueTolerance = 0.02;
+/// Longer corrections, rad, are no part of the motion: angular velocities turn along.
+constexpr Real kMostTurned = 0.1;
 
-void move_bodies(Island& m, std::span<const Vec3> way) {
+/// What a rotation by `way` that its angular velocity `w` did not tell of changes in the latter, in
+/// the body's axes: the gyroscopic torque of the two.
+Vec3 gyroscopic_change(Vec3 w, Vec3 way, Vec3 inertia) {
+  if (glm::dot(way, way) > kMostTurned * kMostTurned) return Vec3(0);
+  return (glm::cross(inertia * w, way) + glm::cross(inertia * way, w)) / inertia;
+}
+
+/// Returns the work of the forces along the way.
+Real move_bodies(Island& m, std::span<const Vec3> way) {
   Motions& s = m.scratch.state;
+  Real work = 0;
   for (std::size_t b = 0; b < m.count(); ++b) {
+    work += glm::dot(m.scratch.force[2 * b], way[2 * b]) +
+            glm::dot(m.scratch.force[2 * b + 1], way[2 * b + 1]);
     s.x[b] += way[2 * b];
+    const Quat before = glm::conjugate(s.q[b]);
     s.q[b] = glm::normalize(from_rotation_vector(way[2 * b + 1]) * s.q[b]);
+    if (!m.scratch.projection_moves) continue;
+    const Vec3 w = before * s.w[b];
+    s.w[b] = s.q[b] * (w + gyroscopic_change(w, before * way[2 * b + 1], m.inertia[b]));
   }
+  return work;
 }
 
 /// Solves for a correction. Its residual is not recorded, since near convergence it is rounding.
@@ -114,16 +132,17 @@ bool project(const World& world, Island& m, Real part, Real whole) {
   if (!std::isfinite(m.residual)) return false;
   factor_and_report(m);
   const Real softest = m.loops ? kSoftestLoop : kSoftest;
-  Real before = kInfinite, weight = 0;
+  Real before = kInfinite, weight = 0, work_before = 0;
+  scratch.projection_work = 0;
   bool fresh = true;  // the factor, at the last correction
   for (int round = 0; m.residual > tolerance && round < kMaxCorrections; ++round) {
     const bool better = m.residual < (weight > 0 ? 1 : 0.5) * before;
     if (better) {
-      scratch.from.x = scratch.state.x, scratch.from.q = scratch.state.q;
+      scratch.from = scratch.state, work_before = scratch.projection_work;
       weight *= kStiffer;
     } else {
       if (m.residual <= kRoundingFactor * tolerance) break;
-      scratch.state.x = scratch.from.x, scratch.state.q = scratch.from.q;
+      scratch.state = scratch.from, scratch.projection_work = work_before;
       look();
       // The Newton step was too long: a shorter, regularised one. [Levenberg 1944]
       if (fresh) weight = std::max(softest, kSofter * weight);
@@ -139,7 +158,7 @@ bool project(const World& world, Island& m, Real part, Real whole) {
     before = m.residual;
     for (std::size_t r = 0; r < m.rows; ++r) scratch.right[r] = -scratch.c[r];
     correct(m, weight > 0 ? kInfinite : 1e-6);
-    move_bodies(m, scratch.solution);
+    scratch.projection_work += move_bodies(m, scratch.solution);
     look();
   }
   if (weight > 0) factor(m);

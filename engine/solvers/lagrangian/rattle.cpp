@@ -27,6 +27,17 @@ void rotate_freely(Quat& q, Vec3& l, Vec3 inertia, Real h) {
   q = glm::normalize(q);
 }
 
+/// A correction of the multipliers for the residuals in scratch.right, into scratch.step_lambda, of
+/// which only what moves bodies is kept: by the Jacobian that the factor is of.
+enum class FactorOf : std::uint8_t { start, end };
+void find_correction(Island& m, FactorOf of) {
+  StepScratch& scratch = m.scratch;
+  solve_lambda(m, scratch.right, scratch.step_lambda);
+  if (of == FactorOf::start) std::swap(scratch.jacobian, scratch.jacobian_before);
+  keep_moving_part(m, scratch.step_lambda);
+  if (of == FactorOf::start) std::swap(scratch.jacobian, scratch.jacobian_before);
+}
+
 bool step_rattle(const World& world, Island& m, const Span& span) {
   StepScratch& scratch = m.scratch;
   Motions& s = scratch.state;
@@ -43,6 +54,8 @@ bool step_rattle(const World& world, Island& m, const Span& span) {
   std::copy(m.mean_lambda.begin(), m.mean_lambda.end(), scratch.sum_lambda.begin());
   for (std::size_t i = 0; i < m.blocks.size(); ++i)
     if (!is_active(m, i)) scratch.sum_lambda[m.blocks[i].first_row] = 0;
+  keep_moving_part(m, scratch.sum_lambda);
+  FactorOf factor_of = FactorOf::start;
   Real before = std::numeric_limits<Real>::infinity();
   bool closed = false;
   for (int n = 0; n < kMaxIterations && !closed; ++n) {
@@ -65,14 +78,14 @@ bool step_rattle(const World& world, Island& m, const Span& span) {
     const Real last = before;
     before = worst;
     if (closed) break;
-    if (n > 0 && worst > 0.25 * last) factor(m);
+    if (n > 0 && worst > 0.25 * last) factor(m), factor_of = FactorOf::end;
     if (n > 12 && worst > 1e3 * last) return false;
     for (std::size_t i = 0; i < m.blocks.size(); ++i)
       for (std::size_t r = 0; r < m.blocks[i].rows; ++r) {
         const std::size_t row = m.blocks[i].first_row + r;
         scratch.right[row] = is_active(m, i) ? -2 / (h * h) * scratch.c[row] : 0;
       }
-    solve_lambda(m, scratch.right, scratch.step_lambda);
+    find_correction(m, factor_of);
     for (std::size_t r = 0; r < m.rows; ++r) scratch.sum_lambda[r] += scratch.step_lambda[r];
   }
   if (!closed) return false;
