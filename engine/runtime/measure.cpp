@@ -6,6 +6,34 @@ namespace pantin {
 
 using namespace detail;
 
+namespace {
+
+/// Energy of elastic cables and spring pins, J; of those that can move a body.
+Real energy_of_ties(const World& world) {
+  const auto moves = [&](Entity e) {
+    const Body* b = world.bodies.find(e);
+    return b && b->motion == Motion::dynamic;
+  };
+  const auto exists = [&](Entity e) { return world.bodies.find(e) != nullptr; };
+  Real sum = 0;
+  for (const Cable& c : world.cables.values()) {
+    if (!(c.joint.compliance > 0) || !exists(c.a) || !exists(c.b)) continue;
+    if (!moves(c.a) && !moves(c.b)) continue;
+    const Real over = stretch(c.joint, world.bodies[c.a].pose, world.bodies[c.b].pose);
+    sum += 0.5 * over * over / c.joint.compliance;
+  }
+  for (const Pin& p : world.pins.values()) {
+    if (p.kind != PinKind::spring || !exists(p.body) || (p.to && !exists(p.to))) continue;
+    if (!moves(p.body) && !(p.to && moves(p.to))) continue;
+    const Vec3 to = p.to ? to_world(world.bodies[p.to].pose, p.target) : p.target;
+    const Vec3 gap = to - to_world(world.bodies[p.body].pose, p.anchor);
+    sum += 0.5 * p.stiffness * glm::dot(gap, gap);
+  }
+  return sum;
+}
+
+}  // namespace
+
 Measures measure(const World& world) {
   if (partition_of(world).built_for != world.structure()) {  // changed since the last step
     World built = world;
@@ -25,6 +53,7 @@ Measures measure(const World& world) {
     m.momentum += b.mass * b.velocity;
     m.angular_momentum += l + b.mass * glm::cross(b.pose.position, b.velocity);
   }
+  m.elastic += energy_of_ties(world);
   return m;
 }
 

@@ -72,7 +72,8 @@ struct SolverRow {
   /// Appends contact forces on bodies of solvers without contact response.
   void (*press)(const World&, std::vector<contact::Pressure>&);
 
-  /// After each substep: its failure, unless a worse one is in the report.
+  /// After each substep: its failure, unless a worse one is in the report, and the energy that was
+  /// removed.
   void (*note_failure)(const World&, StepReport&);
   /// Adds the results of the step, those of its last substep, to the report and to the measures.
   void (*report)(const World&, StepReport&);

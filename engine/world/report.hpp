@@ -19,14 +19,14 @@ enum class Status : std::uint8_t {
 
 /// Measures of one state, SI units.
 struct Measures {
-  // Over the joints of all trees, root joints included. Residuals of further anchors are in
-  // StepReport::worst_residual.
+  // Over all joints, those to anchors and those that close loops included. Residuals of pins and
+  // cables are in StepReport::worst_residual.
   Real worst_gap = 0;               // m
   Real worst_gap_rel = 0;           // relative to the island's size
-  Entity worst_link;                // its link; none for a pin
+  Entity worst_link;                // its link
   Real worst_violation = 0;         // rad: violation of a joint's kind and limits
   Real kinetic = 0, potential = 0;  // J; potential of gravity, zero at the origin
-  Real elastic = 0;                 // J; in joint springs
+  Real elastic = 0;                 // J; in joint springs, elastic cables and spring pins
   Vec3 momentum{0};                 // kg m/s, dynamic bodies
   Vec3 angular_momentum{0};         // kg m^2/s, about the world's origin
   Real energy() const { return kinetic + potential + elastic; }
@@ -39,7 +39,8 @@ struct StepReport {
   std::uint64_t tick = 0;
   Real time = 0;                       // s, after the step
   int sweeps_used = 0;                 // most relaxation sweeps of any island
-  int limited = 0;                     // islands whose energy was limited
+  int limited = 0;                     // most islands whose energy was limited in a substep
+  Real energy_removed = 0;             // J, by the energy limiter
   int unreached = 0;                   // pins and cables whose residual exceeds the tolerance
   Entity worst_residual_at;            // the pin or cable with the worst residual
   Real worst_residual = 0;             // m

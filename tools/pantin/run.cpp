@@ -40,6 +40,7 @@ struct Summary {
   double passes = 0, acceleration2 = 0;  // sums: passes; (m/s^2)^2 of mass centres, last second
   std::uint64_t still_samples = 0;
   std::vector<Vec3> velocities;  // of the step before
+  double energy_removed = 0;     // J, by the energy limiter
   std::uint64_t limited_steps = 0, rescued_steps = 0, allocations = 0, timed_steps = 0;
   std::vector<double> step_seconds;
   std::size_t frames = 0;
@@ -83,6 +84,7 @@ StepReport timed_step(Simulation& sim, double until, Summary& s) {
   s.energy_max = std::max(s.energy_max, s.energy_end);
   s.worst_residual = std::max(s.worst_residual, report.worst_residual);
   s.most_rounds = std::max(s.most_rounds, report.sweeps_used);
+  s.energy_removed += report.energy_removed;
   s.limited_steps += report.limited > 0, s.rescued_steps += report.rescued > 0;
   s.worst_violation = std::max(s.worst_violation, m.worst_violation);
   s.worst_depth = std::max(s.worst_depth, report.worst_depth);
@@ -131,6 +133,7 @@ Json to_json(const RunChoices& c, const Scene& scene, const Simulation& sim, Sum
   j["worst_residual_m"] = s.worst_residual;
   j["rounds_max"] = s.most_rounds;
   j["limited_steps"] = s.limited_steps;
+  j["energy_removed_j"] = s.energy_removed;
   j["rescued_steps"] = s.rescued_steps;
   j["contacts"] = s.contacts_now;
   j["contacts_max"] = s.most_contacts;
@@ -186,6 +189,9 @@ void print_summary(const RunChoices& c, const Scene& scene, const Simulation& si
   for (const Unreached& u : unreached(sim.world))
     fmt::print("  unreached   {} {}: {:.4g} m from its place{}\n", u.kind, printable(u.name),
                u.residual, u.reachable ? "" : ", out of reach");
+  if (s.limited_steps > 0)
+    fmt::print("  limited     {:.6g} J of energy were removed, in {} steps\n", s.energy_removed,
+               s.limited_steps);
   if (s.rescued_steps > 0)
     fmt::print(
         "  rescued     {} steps were too long for the integrator; Euler's method took them\n",
@@ -336,7 +342,8 @@ step_s, substeps, steps, simulated_s, bodies, joints, strings, articulations, wo
 worst_gap_rel, energy_start_j, energy_end_j, energy_max_j, ns_per_link_step_median,
 ns_per_link_step_p99, frame_ms_median, frame_ms_p99 (a step, without drawing),
 allocations_per_step, hash, frames_written, cpu_ms_per_frame (all threads, start-up excluded),
-worst_residual_m, rounds_max, limited_steps, rescued_steps (too long for the integrator, taken by
+worst_residual_m, rounds_max, limited_steps and energy_removed_j (by the energy limiter of auto),
+rescued_steps (too long for the integrator, taken by
 Euler's method), contacts (bearing, at the end), contacts_max,
 contact_depth_m (worst overlap after a step), limit_hits (joints held by a limit, at the end),
 limit_hits_max, limit_violation_rad, drives_capped_max, passes_mean, passes_max,

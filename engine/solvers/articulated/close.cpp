@@ -159,6 +159,7 @@ EndSums close_in_turn(World& world, Island& a, VelocityInput in) {
   end.changed_rule = changed_rule;
   if (stayed) {
     kernels().scale(p, 0, &drift[0]);
+    a.energy_removed += a.kinetic_before;
     end.kinetic = 0.5 * a.mass * glm::dot(drift, drift);
   }
   return end;

@@ -1,4 +1,4 @@
-// The step of islands that have only free ball joints and touch nothing, by the energy-momentum
+// The step of islands that have only ball joints and touch nothing, by the energy-momentum
 // method: no energy is gained, whatever the masses and shapes. [Betsch & Steinmann 2001]
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/internal.hpp"
@@ -8,28 +8,25 @@ namespace {
 
 /// A step that does not converge is halved, down to a 256th.
 constexpr int kParts = 256;
-constexpr int kMostIterations = 8;
+constexpr int kMostIterations = 8, kMostTiedIterations = 16;
 /// Parts tried in a step, converged or not: bounds its cost.
-constexpr int kMostAttempts = 48;
+constexpr int kMostAttempts = 48, kTiedAttempts = 4;
 /// Steps taken by projection after one that did not converge: bounds the cost of wild motion.
 constexpr int kProjectedSteps = 30;
+/// Likewise after a cable became taut or a joint came to a limit.
+constexpr int kStepsAfterImpact = 2;
 /// rad: the next iteration would rotate by about its square. Free trees have no anchor that would
 /// take up a lack of angular momentum.
 constexpr Real kEnough = 3e-4, kEnoughFree = 1e-6;
 
-/// A part of the step, by the fractions of it at which it begins and ends.
-struct StepPart {
-  Real begin, end;
-};
-
-/// Anchors over a part of the step of length h.
-void set_anchors(const World& world, Island& a, Real h, const StepPart& part) {
+/// Anchors over a part of the step.
+void set_anchors(const World& world, Island& a, const StepPart& part) {
   StepScratch& r = a.scratch;
   r.targets.clear(), r.ways.clear(), r.anchor_velocities.clear();
   for (const Tree& t : a.trees) {
     const bool jumps = t.held_body != kNoSlot && world.bodies.values()[t.held_body].teleport;
     const Vec3 whole = jumps ? Vec3(0) : t.target - t.target_before;
-    Vec3 velocity = whole / h;
+    Vec3 velocity = whole / part.whole;
     if (part.end == 1 && t.held_body != kNoSlot) {
       const Body& b = world.bodies.values()[t.held_body];
       velocity = b.velocity + glm::cross(b.angular_velocity, b.pose.rotation * t.anchor);
@@ -49,56 +46,79 @@ bool is_still(const Island& a) {
     if (v != 0) return false;
   for (const Real way : a.scratch.ways)
     if (way != 0) return false;
-  return true;
+  return ties_hold_still(a);
 }
 
-/// The last parts of a step that does not converge in small ones either: by the rules that always
-/// end.
-bool finish_otherwise(World& world, Island& a, Real h, Entity& lost) {
-  a.projected_steps = kProjectedSteps;
+/// What is left of a step, by the rules that always end.
+bool finish_otherwise(World& world, Island& a, const StepPart& rest, Entity& lost) {
+  const Real h = (rest.end - rest.begin) * rest.whole;
   // The parts done so far have moved bodies and anchors.
   StepScratch& r = a.scratch;
   for (std::size_t i = 0; i < r.ways.size(); ++i) r.ways[i] = r.targets[i] - r.ways[i];
-  for (Tree& t : a.trees) t.knows_angular_momentum = false;
+  for (std::size_t i = 0; i < a.pins.size(); ++i)
+    r.pins_before[i] =
+        a.pins[i].target_before + rest.begin * (a.pins[i].target - a.pins[i].target_before);
+  // The iterations used the memory of the other rules.
+  a.calm_steps = 0;
+  if (has_rows(a))
+    for (std::size_t c = 0; c < a.count(); ++c) a.memory.set(kLambda, c, r.lambdas[c]);
+  if (rest.begin > 0)
+    for (Tree& t : a.trees) t.knows_angular_momentum = false;
   update(world, a, h);
   predict_motion(world, a, h);
   for (std::size_t t = 0; t < a.trees.size(); ++t)
     a.trees[t].target_before = {r.ways[3 * t], r.ways[3 * t + 1], r.ways[3 * t + 2]};
+  for (std::size_t i = 0; i < a.pins.size(); ++i) a.pins[i].target_before = r.pins_before[i];
   begin_step(world, a, h);
+  find_active_set(world, a, h, StepLength::whole);
   return finish_step(world, a, h, lost);
 }
 
 }  // namespace
 
-bool conserves(const Island& a) {
+bool conserves(const World& world, const Island& a) {
   return a.finite && a.settings.solver == Solver::articulated && a.settings.tension_stiffness &&
-         a.projected_steps == 0 && !a.follows && a.cables.empty() && a.pins.empty() &&
-         a.joints.empty() && a.scratch.contact_rows.empty();
+         a.projected_steps == 0 && !a.follows && a.scratch.contact_rows.empty() &&
+         (a.joints.empty() || limits_are_far(a)) && (!has_rows(a) || can_tie(world, a));
 }
 
 bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
   const bool follows = !a.fresh && !a.changed && a.last_step == h;
-  const Real enough = has_free_tree(a) ? kEnoughFree : kEnough;
-  const IslandView p = view_of(world, a);
+  const Real enough = has_free_tree(a) || has_rows(a) ? kEnoughFree : kEnough;
   int left = kParts;
+  bool yields = false;
+  const bool is_tied = has_rows(a) || !a.joints.empty();
+  if (has_rows(a))
+    for (std::size_t c = 0; c < a.count(); ++c) a.scratch.lambdas[c] = a.memory.vec(kLambda, c);
   for (int part = kParts, attempt = 1; left > 0; ++attempt) {
-    set_anchors(world, a, h, {Real(kParts - left) / kParts, Real(kParts - left + part) / kParts});
+    const StepPart now{Real(kParts - left) / kParts, Real(kParts - left + part) / kParts, h,
+                       yields};
+    set_anchors(world, a, now);
+    if (is_tied) begin_ties(world, a, now);
     const ConservingInput in{h * part / kParts,
                              {world.gravity.x, world.gravity.y, world.gravity.z},
                              a.scratch.targets.data(),
                              a.scratch.ways.data(),
                              a.scratch.anchor_velocities.data(),
                              a.scratch.blocks.data(),
-                             kMostIterations,
+                             has_rows(a) ? kMostTiedIterations : kMostIterations,
                              enough,
                              is_still(a),
-                             follows && part == kParts};
-    if (kernels().conserve(p, in)) {
+                             follows && part == kParts,
+                             nullptr,
+                             ties_are_inner(a)};
+    bool in_the_way = false;
+    if (is_tied ? conserve_tied(world, a, in, in_the_way)
+                : kernels().conserve(view_of(world, a), in)) {
+      if (is_tied) store_ties(a, now);
       left -= part;
-    } else if (part > 1 && attempt < kMostAttempts) {
+    } else if (!in_the_way && part > 1 && attempt < kMostAttempts) {
       part /= 2;
+      // Loops that cannot be closed in shorter parts either give way in what is left.
+      if (!yields && has_loops(a) && attempt >= kTiedAttempts) yields = true, part = left;
     } else {
-      return finish_otherwise(world, a, h * left / kParts, lost);
+      a.projected_steps = in_the_way ? kStepsAfterImpact : kProjectedSteps;
+      return finish_otherwise(world, a, {now.begin, 1, h}, lost);
     }
   }
   for (std::size_t c = 0; c < a.count(); ++c) {
@@ -110,10 +130,15 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
     lost = a.bodies[c];
     return false;
   }
-  for (Tree& t : a.trees)
-    if (a.parents[t.first] == kFree) keep_angular_momentum(world, a, t, h);
+  const bool inner = ties_are_inner(a);
+  for (Tree& t : a.trees) {
+    t.knows_angular_momentum = t.knows_angular_momentum && inner;
+    if (a.parents[t.first] == kFree && inner) keep_angular_momentum(world, a, t, h);
+  }
   a.in_contact = a.contact_active = a.limited = a.disturbed = false;
   a.force_share = 1, a.reserve = 0;
+  a.sweeps_used = a.active_set_iterations_used = a.stops_hit = a.drives_capped = 0;
+  for (JointMemory& j : a.joint_memory) j = {};
   remember_step(world, a, h);
   a.calm_steps = 0;  // the other rules have no history to go on
   return true;

@@ -74,10 +74,38 @@ EndSums close_joints(World& world, Island& a, Real h);
 bool has_free_tree(const Island& a);
 
 /// The energy-momentum method (conserving.cpp). Whether the island can be stepped by it: it has
-/// free ball joints only, and no contacts in this step.
-bool conserves(const Island& a);
+/// ball joints only, no active limits, no contacts and no taut inextensible cables in this step.
+bool conserves(const World& world, const Island& a);
 /// The whole step. False if a body is lost, which `lost` then names.
 bool step_conserving(World& world, Island& a, Real h, Entity& lost);
+/// A part of a step of the length `whole`, s, by the fractions of it at which it begins and ends.
+struct StepPart {
+  Real begin, end, whole;
+  bool yields = false;  // rigid ties give way
+};
+/// Loops, spring pins and elastic cables in that method (conserving_ties.cpp). Whether it can take
+/// those of the island: inextensible cables are slack, no exact pin but the root's is there, since
+/// those jump and may be out of reach, and loops are nearly closed.
+bool can_tie(const World& world, const Island& a);
+inline constexpr std::size_t kMostTies = 200;
+std::size_t tie_count(const World& world, const Island& a);
+/// The ties for a part of the step; their multipliers after it.
+void begin_ties(const World& world, Island& a, const StepPart& part);
+void store_ties(Island& a, const StepPart& part);
+/// Whether joints of the island close loops.
+bool has_loops(const Island& a);
+/// Whether no tie leads to a moving place; whether each leads from a tree to itself.
+bool ties_hold_still(const Island& a);
+bool ties_are_inner(const Island& a);
+/// Whether no joint constrains rotations but by limits at which it is not.
+bool limits_are_far(const Island& a);
+/// Kernels::conserve with the ties. `in_the_way`: an inextensible cable or a limit is.
+bool conserve_tied(World& world, Island& a, ConservingInput in, bool& in_the_way);
+void reserve_ties(const World& world, Island& a);
+/// Solves the n equations in tie_matrix for tie_solution, which holds the right-hand side, with
+/// complete pivoting (tie_equations.cpp). Dependent rows get no impulse. False if a number is not
+/// finite.
+bool solve_tie_equations(StepScratch& r, std::size_t n);
 /// The end of a step by any method (step.cpp): what the next step starts from.
 void remember_step(World& world, Island& a, Real h);
 
@@ -226,6 +254,22 @@ void scale_to_momentum(World& world, Island& a, const EndSums& end, Real h);
 /// work done on the island. Numerical losses may return for a while (the reserve), since a stable
 /// integrator exchanges energy within a swing.
 void limit_energy(World& world, Island& a, const EndSums& end, Real h);
+
+/// Elastic energy (elastic.cpp) of the cables and spring pins of an island, J: at the poses of its
+/// bodies; at those with the anchors where they were a step before; at its final poses.
+Real elastic_energy(const World& world, const Island& a);
+Real elastic_energy_before(const World& world, const Island& a, Real h);
+Real elastic_energy_of_final(const World& world, const Island& a);
+/// A point of a body that this solver does not move, a step before.
+Vec3 point_before(const World& world, std::uint32_t slot, Vec3 anchor, Real h);
+/// What a spring pin exchanged in the step that ends, J: the work of its anchor, and what its
+/// damper took.
+struct SpringExchange {
+  Real work, lost;
+};
+SpringExchange spring_exchange(const Island& a, const PackedPin& pin, Real h);
+/// s: damping of a spring pin over its stiffness.
+inline constexpr Real kSpringDamping = 0.1;
 
 /// Of solvers that do not conserve energy: the energy of an island before a step, and whether the
 /// step raised it severalfold above that and what kinematic bodies, forces and drives supplied

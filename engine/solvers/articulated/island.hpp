@@ -160,6 +160,24 @@ struct IterationRow {
   Real stiffness = 0, side_stiffness = 0;  // along the normal, across it
 };
 
+/// A force between two points in a step by the energy-momentum method: see conserving_ties.cpp.
+enum class TieKind : std::uint8_t { rigid, spring, cable };
+struct ConservingTie {
+  TieKind kind = TieKind::rigid;
+  bool still = true;                    // it leads to no moving place
+  std::uint32_t a = UINT32_MAX, b = 0;  // columns; a: or the world
+  std::uint32_t cable = UINT32_MAX;     // in Island::cables
+  Vec3 anchor_a{0}, anchor_b{0};        // from the own joints, body frames
+  Vec3 target{0}, velocity{0};          // of the place in the world at the end
+  Vec3 before{0}, now{0};               // from a's point to b's, at the start and at the end
+  Real stiffness = 0, damping = 0;      // N/m, N s/m
+  Real length = 0;                      // m
+  Real softness = 0;                    // s/kg, of a rigid tie
+  Vec3 mean_a{0}, mean_b{0}, end_a{0}, end_b{0};  // arms
+  Vec3 mu{0};          // impulse of half the step that pulls b to a, kg m/s
+  Mat3 derivative{0};  // of mu by `now`
+};
+
 /// Scratch memory of one step of one island.
 struct StepScratch {
   LaneTable work;           // see Work
@@ -186,6 +204,13 @@ struct StepScratch {
   std::vector<Quat> rotations;                // per body: after the outward pass
   std::vector<Vec3x4> forces_in, torques_in;  // a body each
   std::vector<Vec3> velocities;               // a body each: at the start, while energy is watched
+  std::vector<ConservingTie> ties;
+  Real tie_yield = 0;                         // of the rigid ones: see conserving_ties.cpp
+  std::vector<Real> tie_blocks, tie_factors;  // see ConservingTies
+  std::vector<Mat3> tie_impulses, tie_torques, tie_joints;  // a body each, for three impulses
+  std::vector<Real> tie_matrix, tie_solution;
+  std::vector<std::uint32_t> tie_order;
+  std::vector<Vec3> pins_before;  // a pin each: its target at the start of what is left of the step
   std::vector<std::uint8_t> on_path;
   bool predicted = false;  // by the update stage; otherwise the prediction is made later
   Real step_fraction = 1;  // fraction of the way to the pins taken by the last Newton iteration
@@ -387,7 +412,8 @@ struct StepPlan {
 
 /// Results of the step, for the report and for the next step.
 struct StepResult {
-  bool limited = false;  // the energy was
+  bool limited = false;     // the energy was
+  Real energy_removed = 0;  // J, by that, in all parts of the step
   bool disturbed =
       false;  // by a limit, a contact or a large rotation: lowers the order of integration
   bool contact_active = false;  // a contact is active

@@ -82,6 +82,24 @@ enum BlockPart : std::size_t {
   kBlockSize = 32
 };
 
+/// Forces between bodies that no joint of a tree transmits, in a step by the energy-momentum
+/// method: loops, pins, elastic cables. Their own unknowns are solved for outside the kernels.
+struct ConservingTies {
+  void* context;
+  const double* blocks;  // kTieBlock a body
+  double* factors;       // kTieFactor a body
+  /// Before an elimination: `blocks` at the iterate.
+  void (*load)(void* context);
+  /// After it: kMove and kTurnBy, and the impulses at the joints, as the ties have them. False if
+  /// their equations have no solution.
+  bool (*correct)(void* context);
+  /// After the iterations: false if the step cannot be taken so. `released` is the work of the
+  /// ties, J.
+  bool (*accept)(void* context, double& released);
+  /// kMove and kTurnBy are velocities; they become those that the ties allow.
+  bool (*project)(void* context);
+};
+
 /// A step by the energy-momentum method. Arrays hold 3 numbers a tree.
 struct ConservingInput {
   double h;
@@ -91,9 +109,11 @@ struct ConservingInput {
   const double* anchor_velocities;  // at the end of the step, m/s
   double* blocks;                   // kConservingBlock a body; null for a chain
   int most_iterations;
-  double enough;            // rad: largest rotation of the last iteration
-  bool still;               // every tree is held, and no anchor moves
-  bool follows_equal_step;  // the rotations of the last step predict those of this one
+  double enough;               // rad: largest rotation of the last iteration
+  bool still;                  // every tree is held, and no anchor moves
+  bool follows_equal_step;     // the rotations of the last step predict those of this one
+  const ConservingTies* ties;  // or null
+  bool keeps_momentum;         // free trees: no tie leads to the world or to another tree
 };
 
 struct Kernels {

@@ -48,6 +48,28 @@ enum Work : std::size_t {
   kWorkRows = kFinalRotation + 4
 };
 
+/// Rows of the work table during a step by the energy-momentum method.
+enum ConservingRow : std::size_t {
+  kEndRotation,         // 4, of the iterate
+  kJointWay = 4,        // 3, displacement of the own joint over the step
+  kEndArm = 7,          // 3, from the own joint to the mass centre, at the iterate
+  kMeanArm = 10,        // 3, mean of that and of the arm at the start
+  kEndReach = 13,       // 3, from the parent's own joint to this one
+  kMeanReach = 16,      // 3
+  kImpulse = 19,        // 3, residual of the translation, or momentum, kg m/s
+  kTorqueImpulse = 22,  // 3, about the own joint, kg m^2/s
+  kTurn = 25,           // 9, derivative of the torque impulse, by rows
+  kConservingRows = kTurn + 9
+};
+static_assert(std::size_t{kConservingRows} <= std::size_t{kWorkRows});
+inline constexpr std::size_t kEndJoint =
+    kImpulse;  // 3, position of the own joint, once all is solved
+
+/// The bodies' unknowns share rows of the memory table that belong to the other rules.
+inline constexpr std::size_t kMove = kVelocityBefore, kTurnBy = kAngularMomentumBefore,
+                             kTurned =
+                                 kLastTranslation;  // Cayley's vector of the rotation over the step
+
 /// From the own joint point to the parent's, 3 numbers; shares its rows with kAttach, which is
 /// written later.
 inline constexpr std::size_t kGap = kAttach;
@@ -68,5 +90,8 @@ enum Node : std::size_t {
 /// Numbers of a body in a tree, for the energy-momentum method: a block before its rotation is
 /// eliminated.
 inline constexpr std::size_t kConservingBlock = 54;
+/// Numbers of a body for ties (see ConservingTies): what they add to its block, by rows of 3: the
+/// derivative of the torque, impulse, torque; what they need of its elimination.
+inline constexpr std::size_t kTieBlock = 15, kTieFactor = 18;
 
 }  // namespace pantin::detail::articulated

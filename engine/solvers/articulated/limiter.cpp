@@ -14,10 +14,12 @@ Real work_of_anchors(const World& world, const Island& a, const EndSums& end, Re
   const Real to_force = 1 / (a.force_share * h * h);
   Vec3 other_impulses(0);  // N s, of all anchors except a single root
   Real work = 0;
-  for (const PackedPin& constraint : a.pins) {
-    if (constraint.partner != UINT32_MAX) continue;
-    work += to_force * glm::dot(constraint.lambda, constraint.target - constraint.target_before);
-    other_impulses += to_force * h * constraint.lambda;
+  for (const PackedPin& pin : a.pins) {
+    if (pin.partner != UINT32_MAX) continue;
+    const Vec3 moved = pin.target - pin.target_before;
+    work += pin.compliance > 0 ? spring_exchange(a, pin, h).work
+                               : to_force * glm::dot(pin.lambda, moved);
+    other_impulses += to_force * h * pin.lambda;
   }
   for (const PackedCable& cord : a.cables) {
     if (cord.column_a != UINT32_MAX && cord.column_b != UINT32_MAX) continue;
@@ -31,10 +33,9 @@ Real work_of_anchors(const World& world, const Island& a, const EndSums& end, Re
     const Real span = glm::length(held - free);
     if (!(span > 0)) continue;
     const Vec3 force = to_force * cord.lambda / span * (held - free);
-    const Body& holder = world.bodies.values()[slot];
-    const Vec3 velocity =
-        holder.velocity + glm::cross(holder.angular_velocity, held - holder.pose.position);
-    work += h * glm::dot(force, velocity);
+    const Vec3 held_before =
+        point_before(world, slot, a_moves ? s.joint.anchor_b : s.joint.anchor_a, h);
+    work += glm::dot(force, held - held_before);
     other_impulses += h * force;
   }
   int held_trees = 0;
@@ -105,9 +106,9 @@ Real slow_down(Island& a, const IslandView& p, const EndSums& end, Real allowed)
   return end.potential + whole + factor * factor * within;
 }
 
-/// Potential energy at the final poses, J.
+/// Potential energy at the final poses, elastic energy included, J.
 Real potential_of_final(const World& world, const Island& a) {
-  Real sum = 0;
+  Real sum = elastic_energy_of_final(world, a);
   for (std::size_t c = 0; c < a.count(); ++c)
     sum -= a.constants.at(kMass, c) * a.constants.at(kGravityScale, c) *
            glm::dot(world.gravity, a.scratch.work.vec(kFinalPosition, c));
@@ -143,14 +144,18 @@ void take_back(World& world, Island& a, const IslandView& p, Real allowed) {
 
 }  // namespace
 
-void limit_energy(World& world, Island& a, const EndSums& end, Real h) {
+void limit_energy(World& world, Island& a, const EndSums& sums, Real h) {
   // When the anchors stop, the reserve is cleared: a stationary anchor does no work.
   const bool driven = is_driven(world, a);
   if (a.driven && !driven) a.reserve = 0;
   a.driven = driven;
 
-  const Real allowed = a.energy_before + a.reserve - a.damped + end.work + a.supplied_work +
-                       work_of_anchors(world, a, end, h);
+  EndSums end = sums;
+  end.potential += elastic_energy(world, a);
+  Real allowed = a.energy_before + a.reserve - a.damped + end.work + a.supplied_work +
+                 work_of_anchors(world, a, end, h);
+  for (const PackedPin& pin : a.pins)
+    if (pin.compliance > 0) allowed -= spring_exchange(a, pin, h).lost;
   const Real slack = 1e-3 * a.kinetic_before + 1e-12 * std::abs(end.potential);
   Real energy = end.kinetic + end.potential;
   a.limited = a.settings.limiter && energy > allowed + slack;
@@ -167,8 +172,10 @@ void limit_energy(World& world, Island& a, const EndSums& end, Real h) {
                           0.1 * a.mass * glm::length(world.gravity) * a.size;
     const bool wild = !a.scratch.contact_rows.empty() && end.kinetic > 4 * may_have;
     if (wild) take_back(world, a, p, -1e300);
-    if (!wild && !flies_free(a) && end.potential > allowed + slack + lift)
-      take_back(world, a, p, allowed);
+    const bool lifted = !wild && !flies_free(a) && end.potential > allowed + slack + lift;
+    if (lifted) take_back(world, a, p, allowed);
+    if (wild || lifted) energy = potential_of_final(world, a);
+    a.energy_removed += std::max(Real(0), before - energy);
   }
   const Real lent = std::max(Real(0), allowed - energy);
   a.reserve = a.limited || a.disturbed ? 0 : lent * std::exp(-h / a.settings.reservoir_time);

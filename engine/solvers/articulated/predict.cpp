@@ -8,23 +8,32 @@ namespace pantin::detail::articulated {
 namespace {
 
 /// Targets of roots and pins, from pins and from kinematic bodies.
-void set_targets(const World& world, Island& a) {
+void set_targets(const World& world, Island& a, Real h) {
   a.scratch.targets.clear();
   const auto place = [&](std::uint32_t body, std::uint32_t pin, Vec3 anchor) {
     return body != UINT32_MAX ? point_on(world, body, anchor) : world.pins.values()[pin].target;
   };
+  // In the first step a kinematic body came here from where the joints were closed.
+  const auto before = [&](std::uint32_t slot, Vec3 anchor, Vec3 now) {
+    const bool comes =
+        slot != UINT32_MAX && world.bodies.values()[slot].motion == Motion::kinematic;
+    return comes ? point_before(world, slot, anchor, h) : now;
+  };
   for (Tree& t : a.trees) {
     if (a.parents[t.first] == kHeld) {
       const Vec3 now = place(t.held_body, t.held_pin, t.anchor);
-      t.target_before = a.has_targets ? t.target : now, t.target = now;
+      t.target_before = a.has_targets ? t.target : before(t.held_body, t.anchor, now);
+      t.target = now;
     }
     for (int n = 0; n < 3; ++n) a.scratch.targets.push_back(t.target[n]);
   }
-  for (PackedPin& h : a.pins) {
-    if (h.partner != UINT32_MAX) continue;  // loops are not anchored in the world
-    const Vec3 now = place(h.held_body, h.held_pin, h.held_anchor);
-    h.target_before = a.has_targets ? h.target : now, h.target = now;
-    if (!a.has_targets) h.gap_before = h.target - point_on(world, a.slots[h.column], h.anchor);
+  for (PackedPin& p : a.pins) {
+    if (p.partner != UINT32_MAX) continue;  // loops are not anchored in the world
+    const Vec3 now = place(p.held_body, p.held_pin, p.held_anchor);
+    p.target_before = a.has_targets ? p.target : before(p.held_body, p.held_anchor, now);
+    p.target = now;
+    if (!a.has_targets)
+      p.gap_before = p.target_before - point_on(world, a.slots[p.column], p.anchor);
   }
   a.has_targets = true;
 }
@@ -89,7 +98,8 @@ void predict_motion(World& world, Island& a, Real h) {
   const IslandView p = view_of(world, a);
   const StartSums start = kernels().predict(
       p, {h, {world.gravity.x, world.gravity.y, world.gravity.z}, rule_of(a), a.fresh});
-  a.energy_before = start.kinetic + start.potential, a.kinetic_before = start.kinetic;
+  a.energy_before = start.kinetic + start.potential + elastic_energy_before(world, a, h);
+  a.kinetic_before = start.kinetic;
   a.damped = start.damped;
   a.finite = start.finite;
   a.momentum_before = Vec3(start.momentum[0], start.momentum[1], start.momentum[2]);
@@ -102,20 +112,20 @@ void update(World& world, Island& a, Real h) {
     return predict_still(world, a);
   }
   if (a.asleep) {
-    set_targets(world, a);
+    set_targets(world, a, h);
     if (!must_wake(world, a)) return predict_still(world, a);
     a.asleep = false, a.quiet_time = 0;
   }
   if (!world.forces.empty() && a.scratch.forces.numbers().empty())
     a.scratch.forces.resize(6, a.count());
-  set_targets(world, a);
+  set_targets(world, a, h);
   notice_changes(world, a, h);
   collect_forces(world, a);
   a.second_order = a.settings.solver == Solver::articulated && !a.fresh && a.calm_steps >= 2;
   a.force_share = share_of_forces(a, h);
   a.finite = true;
   // Without anything to touch, the energy-momentum method needs no prediction.
-  if (!world.collisions.empty() || !conserves(a)) predict_motion(world, a, h);
+  if (!world.collisions.empty() || !conserves(world, a)) predict_motion(world, a, h);
   if (a.finite && a.settings.solver != Solver::articulated) begin_watch(world, a);
 }
 

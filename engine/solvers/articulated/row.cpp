@@ -34,6 +34,8 @@ void adjust_touching(World& world, const StepTask& task) {
     if (a.mutual) passes = std::max(passes, a.settings.active_set_iterations);
   if (passes == 0) return;
   const Real h = task.h;
+  for (Island& a : all)
+    if (a.mutual) a.energy_removed = 0;
   const auto each = [&](const auto& work) {
     for_each_island(all.size(), task.threads, [&](std::size_t i) {
       if (all[i].mutual) work(all[i]);
@@ -55,7 +57,7 @@ void adjust_touching(World& world, const StepTask& task) {
 void adjust_alone(World& world, const StepTask& task) {
   std::vector<Island>& all = islands_of(world);
   for_each_island(all.size(), task.threads, [&](std::size_t i) {
-    all[i].lost = Entity{};
+    all[i].lost = Entity{}, all[i].energy_removed = 0;
     if (!all[i].mutual && !all[i].follows) adjust(world, all[i], task.h, all[i].lost);
   });
 }
@@ -69,7 +71,7 @@ std::span<contact::Interface> interfaces(World&, std::size_t) { return {}; }
 bool repeat(World& world, std::size_t island, Real h) {
   Island& a = restore_island<Islands>(world, island);
   update(world, a, h);
-  a.lost = Entity{};
+  a.lost = Entity{}, a.energy_removed = 0;
   return adjust(world, a, h, a.lost);
 }
 
@@ -101,23 +103,30 @@ void report_holds(const World& world, const Island& a, StepReport& report) {
   }
 }
 
+void measure_joint(const World& world, const Island& a, std::uint32_t slot, Measures& m) {
+  const Link& link = world.links.values()[slot];
+  const Pose &pa = world.bodies[link.a].pose, &pb = world.bodies[link.b].pose;
+  const Real gap = glm::length(residual(link.joint, pa, pb));
+  if (gap > m.worst_gap) m.worst_gap = gap, m.worst_link = world.links.owners()[slot];
+  m.worst_gap_rel = std::max(m.worst_gap_rel, gap / a.size);
+  if (!info_of(link.joint.kind).uses_axes && !link.joint.limits.any()) return;
+  const Quat rotation = relative_rotation(link.joint, pa.rotation, pb.rotation);
+  m.worst_violation = std::max(m.worst_violation, violation(link.joint, rotation));
+}
+
 void measure(const World& world, Measures& m) {
-  for (const Island& a : islands_of(world))
-    for (std::size_t c = 0; c < a.count(); ++c) {
-      if (a.links[c] == kNoSlot) continue;
-      const Link& link = world.links.values()[a.links[c]];
-      const Pose &pa = world.bodies[link.a].pose, &pb = world.bodies[link.b].pose;
-      const Real gap = glm::length(residual(link.joint, pa, pb));
-      if (gap > m.worst_gap) m.worst_gap = gap, m.worst_link = world.links.owners()[a.links[c]];
-      m.worst_gap_rel = std::max(m.worst_gap_rel, gap / a.size);
-      if (!info_of(link.joint.kind).uses_axes && !link.joint.limits.any()) continue;
-      const Quat rotation = relative_rotation(link.joint, pa.rotation, pb.rotation);
-      m.worst_violation = std::max(m.worst_violation, violation(link.joint, rotation));
-    }
+  for (const Island& a : islands_of(world)) {
+    for (const std::uint32_t link : a.links)
+      if (link != kNoSlot) measure_joint(world, a, link, m);
+    for (const PackedPin& p : a.pins)
+      if (p.held_link != kNoSlot) measure_joint(world, a, p.held_link, m);
+  }
 }
 
 void note_failure(const World& world, StepReport& report) {
+  int limited = 0;
   for (const Island& a : islands_of(world)) {
+    limited += a.energy_removed > 0, report.energy_removed += a.energy_removed;
     if (a.grew && report.status == Status::ok)
       report.status = Status::energy_grew, report.body = a.bodies.back();
     if (!a.lost || report.status == Status::diverged) continue;
@@ -125,12 +134,12 @@ void note_failure(const World& world, StepReport& report) {
     measure(world, gaps);
     report.status = Status::diverged, report.body = a.lost, report.residual = gaps.worst_gap;
   }
+  report.limited = std::max(report.limited, limited);
 }
 
 void report(const World& world, StepReport& report) {
   for (const Island& a : islands_of(world)) {
     report.sweeps_used = std::max(report.sweeps_used, a.sweeps_used);
-    report.limited += a.limited;
     report.asleep += a.asleep;
     report.active_set_iterations_used =
         std::max(report.active_set_iterations_used, a.active_set_iterations_used);

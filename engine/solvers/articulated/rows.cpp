@@ -61,8 +61,6 @@ bool takes_rows(const Island& a, const PackedPin& h) {
   return span < (1 - 1e-9) * h.reach && span > (1 + 1e-9) * h.dead_reach;
 }
 
-constexpr Real kSpringDamping = 0.1;  // s: damping of a pin spring over its stiffness
-
 void list_pin_rows(Island& a, const PackedPin& h, Real step, const Pass& pass) {
   const Work rotation_row = pass.from.rotation;
   Vec3 gap = target_of(a, h, pass.from) - point_at(a, h.column, h.anchor, pass.from);
@@ -393,8 +391,10 @@ void solve_rows(World& world, Island& a, Real h, const Pass& pass) {
   for (std::uint32_t c = 0; c < a.cables.size(); ++c) {
     PackedCable& cord = a.cables[c];
     const Real lambda = at < n && r.rows[at].cable == c ? r.rows[at++].lambda : 0;
-    // A cable that becomes taut or slack is an event: the order of integration drops.
-    if (!pass.corrects && (lambda > 0) != (cord.lambda > 0)) a.disturbed = true;
+    // A cable that becomes taut or slack is an event: the order of integration drops. The force
+    // of an elastic one has no jump.
+    const bool rigid = !(world.cables.values()[cord.cable].joint.compliance > 0);
+    if (rigid && !pass.corrects && (lambda > 0) != (cord.lambda > 0)) a.disturbed = true;
     cord.lambda = pass.corrects ? cord.lambda + lambda : lambda;
   }
 }

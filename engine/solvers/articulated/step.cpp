@@ -155,7 +155,7 @@ bool adjust(World& world, Island& a, Real h, Entity& lost) {
     keep_sleeping_contacts(world, a, h);
     return true;
   }
-  if (conserves(a)) return step_conserving(world, a, h, lost);
+  if (conserves(world, a)) return step_conserving(world, a, h, lost);
   if (a.projected_steps > 0) --a.projected_steps;
   begin_step(world, a, h);
   const bool converged = find_active_set(world, a, h, StepLength::whole);

@@ -163,7 +163,7 @@ struct ConservingStep {
   /// Leaves to roots. The impulses at the joints go to the memory.
   template <Unknown unknown>
   void inward() const {
-    if (p.is_chain) {
+    if (p.is_chain && !in.ties) {
       Rows mass{};
       Vec<double> impulse{0, 0, 0};
       for (std::size_t i = p.count; i-- > 0;) {
@@ -180,7 +180,9 @@ struct ConservingStep {
     for (std::size_t i = p.count; i-- > 0;) {
       ConservingBlock b = block_at(i);
       add_own<unknown>(p, per, i, b);
+      if (unknown == Unknown::displacement && in.ties) add_ties(b, in.ties->blocks + kTieBlock * i);
       if (unknown == Unknown::displacement) settle(i, b);
+      if (in.ties) keep_factor(b, in.ties->factors + kTieFactor * i);
       const Rows mass = eliminate(b, p.nodes + kNodeSize * i);
       if (p.parents[i] < 0) continue;
       const auto parent = static_cast<std::size_t>(p.parents[i]);
@@ -251,11 +253,13 @@ struct ConservingStep {
   }
 
   /// One Newton iteration: eliminates, rotates, and fills for what comes next.
-  void iterate() {
+  bool iterate() {
+    if (in.ties) in.ties->load(in.ties->context);
     inward<Unknown::displacement>();
     const double* held = in.ways;
     Four most = all(0), probe = all(0);
     for (std::size_t i = 0; i < p.count; ++i) outward<Unknown::displacement>(i, held);
+    if (in.ties && !in.ties->correct(in.ties->context)) return false;
     for (std::size_t i = 0; i < p.count; i += kLanes) {
       double* k = column(p.work, kWorkRows, i);
       Vec<Four> t = vec<Four>(column(p.memory, kMemoryRows, i), kTurnBy);
@@ -267,6 +271,7 @@ struct ConservingStep {
               mul(Qua<Four>{0.5 * t.x, 0.5 * t.y, 0.5 * t.z, all(1)}, qua<Four>(k, kEndRotation))));
     }
     largest2 = sum(probe) < HUGE_VAL ? largest(most) : HUGE_VAL;
+    return largest2 < 1e6;
   }
 
   /// Newton iterations; false if they do not converge.
@@ -275,8 +280,7 @@ struct ConservingStep {
     if (!(sum(probe_) < HUGE_VAL)) return false;
     fill_all<Unknown::displacement>();
     for (int n = 0; n < in.most_iterations; ++n) {
-      iterate();
-      if (!(largest2 < 1e6)) return false;
+      if (!iterate()) return false;
       const bool near = largest2 < in.enough * in.enough;
       move_roots();
       if (near) return true;
@@ -323,11 +327,13 @@ struct ConservingStep {
   /// Velocities at the end, and everything written back; false, and nothing written, where energy
   /// came from nowhere: the iterations then ended at no solution.
   bool finish() {
+    double released = 0;
     fill_all<Unknown::velocity>();
+    if (in.ties && !in.ties->accept(in.ties->context, released)) return false;
     for (std::size_t first = 0, last = 0; first < p.count; first = last) {
       last = first + 1;
       while (last < p.count && p.parents[last] >= 0) ++last;
-      if (p.parents[first] == kFree) balance(first, last);
+      if (p.parents[first] == kFree && in.keeps_momentum) balance(first, last);
     }
     inward<Unknown::velocity>();
     const double *held = in.anchor_velocities, *target = in.targets;
@@ -336,13 +342,14 @@ struct ConservingStep {
       const std::size_t lanes = p.count - i < kLanes ? p.count - i : kLanes;
       for (std::size_t l = 0; l < lanes; ++l)
         outward<Unknown::velocity>(i + l, held), put_joint(i + l, target);
-      if (in.still) kept += twice_kinetic(i);
     }
+    if (in.ties && !in.ties->project(in.ties->context)) return false;
+    for (std::size_t i = 0; in.still && i < p.count; i += kLanes) kept += twice_kinetic(i);
     // The projection takes energy of the second order in the step. Below an anchor that stands
     // still velocities are scaled to the energy that is due, at most by a tenth: beyond that
     // the step does not resolve the motion.
     if (in.still) {
-      const double due = sum(due_), found = sum(kept);
+      const double due = sum(due_) + 2 * released, found = sum(kept);
       const bool moves =
           found > 1e-10 * sum(weight_);  // beyond rounding errors of the weight's work
       if (moves && !(due >= 0.99 * found)) return false;

@@ -8,26 +8,6 @@ namespace {
 /// What is solved for: displacements that take the residual away, or the velocities allowed.
 enum class Unknown { displacement, velocity };
 
-/// Rows of the work table during this step.
-enum ConservingRow : std::size_t {
-  kEndRotation,         // 4, of the iterate
-  kJointWay = 4,        // 3, displacement of the own joint over the step
-  kEndArm = 7,          // 3, from the own joint to the mass centre, at the iterate
-  kMeanArm = 10,        // 3, mean of that and of the arm at the start
-  kEndReach = 13,       // 3, from the parent's own joint to this one
-  kMeanReach = 16,      // 3
-  kImpulse = 19,        // 3, residual of the translation, or momentum, kg m/s
-  kTorqueImpulse = 22,  // 3, about the own joint, kg m^2/s
-  kTurn = 25,           // 9, derivative of the torque impulse, by rows
-  kConservingRows = kTurn + 9
-};
-static_assert(std::size_t{kConservingRows} <= std::size_t{kWorkRows});
-constexpr std::size_t kEndJoint = kImpulse;  // 3, position of the own joint, once all is solved
-
-/// The bodies' unknowns share rows of the memory table that belong to the other rules.
-constexpr std::size_t kMove = kVelocityBefore, kTurnBy = kAngularMomentumBefore,
-                      kTurned = kLastTranslation;  // Cayley's vector of the rotation over the step
-
 /// A body with its outboard subtree, before its rotation is eliminated; each row is followed by the
 /// component of a vector.
 struct ConservingBlock {
@@ -154,6 +134,24 @@ INLINE Rows eliminate(const ConservingBlock& b, double* node) {
   const Rows mass{less(b.yy.x, b.yt.x), less(b.yy.y, b.yt.y), less(b.yy.z, b.yt.z)};
   mass.to(node + kArticulatedMass);
   return mass;
+}
+
+/// What the ties of a body add to its block (kTieBlock numbers), of displacements only.
+INLINE void add_ties(ConservingBlock& b, const double* t) {
+  b.tt.x += Four{t[0], t[1], t[2], 0}, b.tt.y += Four{t[3], t[4], t[5], 0};
+  b.tt.z += Four{t[6], t[7], t[8], 0};
+  const Vec<double> impulse{t[9], t[10], t[11]}, torque{t[12], t[13], t[14]};
+  b.ty.x[3] -= torque.x, b.ty.y[3] -= torque.y, b.ty.z[3] -= torque.z;
+  b.impulse = b.impulse + impulse, b.torque = b.torque + torque;
+}
+
+/// What the ties need of the elimination (kTieFactor numbers): the inverse of tt, and yt, by rows.
+INLINE void keep_factor(const ConservingBlock& b, double* to) {
+  const auto [u, v, w] = Inverse(b.tt.x, b.tt.y, b.tt.z);
+  const Vec<double> columns[3] = {u, v, w};
+  for (int n = 0; n < 3; ++n)
+    to[n] = columns[n].x, to[3 + n] = columns[n].y, to[6 + n] = columns[n].z;
+  for (int n = 0; n < 3; ++n) to[9 + n] = b.yt.x[n], to[12 + n] = b.yt.y[n], to[15 + n] = b.yt.z[n];
 }
 
 INLINE ConservingBlock nothing() {

@@ -47,7 +47,8 @@ StartSums predict_by(const IslandView& p, const PredictInput& in) {
   const Vec<Four> g{all(in.gravity[0]), all(in.gravity[1]), all(in.gravity[2])};
   Four kinetic = all(0), potential = all(0), damped = all(0), probe = all(0);
   Vec<Four> momentum{all(0), all(0), all(0)};
-  DampingFactor damping(in.h);
+  // A first step of the rule below takes half of its drag before the motion, the other half after.
+  DampingFactor damping(rule == Rule::euler && in.first ? 0.5 * in.h : in.h);
   for (std::size_t i = 0; i < p.count; i += kLanes) {
     const double* c = column(p.constants, kConstantRows, i);
     double* m = column(p.memory, kMemoryRows, i);

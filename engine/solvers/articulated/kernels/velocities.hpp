@@ -1,6 +1,7 @@
 #pragma once
 /// Velocities from the final poses, alone or together with the outward pass.
 #include "engine/solvers/articulated/kernels/outward.hpp"
+#include "engine/solvers/articulated/kernels/predict.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
@@ -15,6 +16,7 @@ struct VelocityUpdate {
   Four kinetic = all(0), potential = all(0), work = all(0), turned = all(0);
   Vec<Four> momentum{all(0), all(0), all(0)};
   bool sane = true;
+  DampingFactor damping{0.5 * in.h};
 
   INLINE void operator()(std::size_t i, Vec<Four> x, Qua<Four> q) {
     const std::size_t lanes = p.count - i < kLanes ? p.count - i : kLanes;
@@ -38,10 +40,14 @@ struct VelocityUpdate {
       v = all(per) * translation, w = all(per) * turned_by;
       if (rule == Rule::midpoint) l = times_inertia(q, moments, w);
     } else if (in.first) {
-      // Trapezoidal rule from the initial velocities, stored by predict().
-      v = all(2 * per) * translation - vec<Four>(m, kVelocityBefore);
-      w = all(2 * per) * turned_by - bodies.vec(p.layout.angular_velocity);
+      // Trapezoidal rule from the initial velocities, stored by predict(), between two halves of
+      // the drag.
+      const Four keep = damping.of(num<Four>(c, kDrag));
+      v = all(2 * per) * translation - keep * vec<Four>(m, kVelocityBefore);
+      w = all(2 * per) * turned_by - keep * bodies.vec(p.layout.angular_velocity);
       l = times_inertia(q, moments, w);
+      work -= 0.5 * here * (1.0 - keep * keep) * (num<Four>(c, kMass) * dot(v, v) + dot(l, w));
+      v = keep * v, w = keep * w, l = keep * l;
     } else {
       // Differences of rotation vectors would lose an order of accuracy: the rotation caused by the
       // joints is an impulse on the predicted angular momentum.
