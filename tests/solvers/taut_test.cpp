@@ -107,9 +107,9 @@ TEST_CASE("a ring of links is closed by a joint like any other") {
     // The joint that closes the ring counts; those of the tree are closed to rounding errors.
     REQUIRE(measure(sim.world).worst_gap_rel <= 1e-7);
     int open = 0;
-    for (const Link& l : sim.world.links.values()) {
-      const Pose &pa = sim.world.bodies[l.a].pose, &pb = sim.world.bodies[l.b].pose;
-      open += glm::length(residual(l.joint, pa, pb)) > 1e-12;
+    for (const Link& link : sim.world.links.values()) {
+      const Pose &pa = sim.world.bodies[link.a].pose, &pb = sim.world.bodies[link.b].pose;
+      open += glm::length(residual(link.joint, pa, pb)) > 1e-12;
     }
     REQUIRE(open <= 1);
   }

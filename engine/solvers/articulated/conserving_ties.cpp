@@ -18,8 +18,6 @@ namespace pantin::detail::articulated {
 namespace {
 
 constexpr std::uint32_t kNobody = UINT32_MAX;
-/// Pivots below this part of their row count as dependent rows: these have no impulse.
-constexpr Real kDependent = 1e-12;
 /// A rigid tie gives way by this part of the motion that its impulse makes in the step. Loops that
 /// say the same twice thus share their load, and a net stretched flat has a finite tension. Where
 /// that finds no solution, as in a net whose corners are moved apart, by the second part.
@@ -176,51 +174,6 @@ Vec3 change_of(const Island& a, const ConservingTie& t) {
   return at(t.b, t.end_b) - (t.a != kNobody ? at(t.a, t.end_a) : Vec3(0));
 }
 
-/// Solves the n equations in tie_matrix for tie_solution, which holds the right-hand side, with
-/// complete pivoting. Dependent rows get no impulse.
-bool solve_dense(StepScratch& r, std::size_t n) {
-  Real* m = r.tie_matrix.data();
-  Real* x = r.tie_solution.data();
-  std::vector<std::uint32_t>& order = r.tie_order;
-  for (std::size_t i = 0; i < n; ++i) {
-    Real most = 0;
-    for (std::size_t j = 0; j < n; ++j) most = std::max(most, std::abs(m[i * n + j]));
-    order[i] = static_cast<std::uint32_t>(i);
-    if (!std::isfinite(most)) return false;
-    for (std::size_t j = 0; most > 0 && j < n; ++j) m[i * n + j] /= most;
-    if (most > 0) x[i] /= most;
-  }
-  std::size_t rank = 0;
-  for (; rank < n; ++rank) {
-    std::size_t row = rank, at = rank;
-    for (std::size_t i = rank; i < n; ++i)
-      for (std::size_t j = rank; j < n; ++j)
-        if (std::abs(m[i * n + j]) > std::abs(m[row * n + at])) row = i, at = j;
-    if (!(std::abs(m[row * n + at]) > kDependent)) break;
-    if (row != rank) {
-      std::swap_ranges(m + row * n, m + row * n + n, m + rank * n);
-      std::swap(x[row], x[rank]);
-    }
-    for (std::size_t i = 0; at != rank && i < n; ++i) std::swap(m[i * n + at], m[i * n + rank]);
-    std::swap(order[at], order[rank]);
-    for (std::size_t i = rank + 1; i < n; ++i) {
-      const Real f = m[i * n + rank] / m[rank * n + rank];
-      if (f == 0) continue;
-      for (std::size_t j = rank; j < n; ++j) m[i * n + j] -= f * m[rank * n + j];
-      x[i] -= f * x[rank];
-    }
-  }
-  for (std::size_t i = rank; i < n; ++i) x[i] = 0;
-  for (std::size_t i = rank; i-- > 0;) {
-    for (std::size_t j = i + 1; j < rank; ++j) x[i] -= m[i * n + j] * x[j];
-    x[i] /= m[i * n + i];
-  }
-  // Back to the order of the ties; the matrix is no longer needed.
-  for (std::size_t i = 0; i < n; ++i) m[order[i]] = x[i];
-  std::copy(m, m + n, x);
-  return true;
-}
-
 /// The part of a tie in the equations, for the unknowns as the elimination left them.
 struct TieRows {
   bool takes = true;      // part in these equations
@@ -268,7 +221,7 @@ bool solve_ties(Island& a, Arms arms, const RowsOf& rows_of, const Take& take) {
     const Vec3 right = rows.right - rows.before * change_of(a, t);
     for (int i = 0; i < 3; ++i) r.tie_solution[row++] = right[i];
   }
-  if (!solve_dense(r, n)) return false;
+  if (!solve_tie_equations(r, n)) return false;
   clear(r);
   row = 0;
   for (ConservingTie& t : r.ties) {

@@ -104,6 +104,10 @@ bool limits_are_far(const Island& a);
 /// Kernels::conserve with the ties. `in_the_way`: an inextensible cable or a limit is.
 bool conserve_tied(World& world, Island& a, ConservingInput in, bool& in_the_way);
 void reserve_ties(const World& world, Island& a);
+/// Solves the n equations in tie_matrix for tie_solution, which holds the right-hand side, with
+/// complete pivoting (tie_equations.cpp). Dependent rows get no impulse. False if a number is not
+/// finite.
+bool solve_tie_equations(StepScratch& r, std::size_t n);
 /// The end of a step by any method (step.cpp): what the next step starts from.
 void remember_step(World& world, Island& a, Real h);
 
