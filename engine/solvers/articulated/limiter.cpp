@@ -177,12 +177,8 @@ void limit_energy(World& world, Island& a, const EndSums& sums, Real h) {
     if (wild || lifted) energy = potential_of_final(world, a);
     a.energy_removed += std::max(Real(0), before - energy);
   }
-  // What the slack let pass is owed: a held island that nobody drives gains that much once, not in
-  // every step. In a free one the limiter would take angular momentum for it.
-  const Real lent = allowed - energy;
-  const bool owes = lent < 0 && !driven && !flies_free(a);
-  const Real kept = owes ? 1 : std::exp(-h / a.settings.reservoir_time);
-  a.reserve = a.limited || a.disturbed || (lent < 0 && !owes) ? 0 : kept * lent;
+  const Real lent = std::max(Real(0), allowed - energy);
+  a.reserve = a.limited || a.disturbed ? 0 : lent * std::exp(-h / a.settings.reservoir_time);
 }
 
 }  // namespace pantin::detail::articulated
