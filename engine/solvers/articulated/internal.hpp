@@ -52,6 +52,11 @@ void update_sleep(World& world, Island& a, Real h);
 void fall_asleep(World& world, Island& a);
 inline constexpr Real kTimeToSleep = 0.5;  // s
 
+/// One group of free bodies in contact over a step (free_bodies.cpp): the free ones first, then the
+/// fixed and kinematic ones. Contacts hold mean forces before and after.
+void step_free_group(std::span<FreeBody> bodies, std::span<FreeContact> contacts, Real h);
+Mat3 inverse_inertia(const FreeBody& b, Quat rotation);
+
 /// Allocates memory of the general solve when a step first needs it (scratch.cpp).
 void reserve_general_solve(Island& a);
 
