@@ -204,8 +204,8 @@ void take_over(Contact& c, const Contact& was) {
 }
 
 /// Contacts [from, end) of a body with another: those that no earlier one had the key of take over
-/// from the nearest that is left. Corners and edges that clip each other change their numbers while
-/// nothing moves.
+/// from the nearest that is left, if that was soft. Corners and edges that clip each other change
+/// their numbers while nothing moves.
 void match_rest(const Finder& s, std::size_t from) {
   std::vector<Contact>& contacts = s.memory.contacts;
   std::vector<Contact>& before = s.memory.scratch.before;
@@ -219,7 +219,7 @@ void match_rest(const Finder& s, std::size_t from) {
   };
   const auto end = contacts.end();
   for (auto was = old.first; was != old.second; ++was) {
-    if (was->lambda == Vec3(0) || key_in(contacts.begin() + std::ptrdiff_t(from), end, was->key))
+    if (!(was->rest > 0) || key_in(contacts.begin() + std::ptrdiff_t(from), end, was->key))
       continue;
     Contact* nearest = nullptr;
     Real least =

@@ -174,8 +174,7 @@ struct Polygon {
 };
 
 const Face* face_towards(const Convex& c, Vec3 direction) {
-  // One of them even if no number says which.
-  const Face* best = c.faces.empty() ? nullptr : &c.faces.front();
+  const Face* best = c.faces.empty() ? nullptr : &c.faces.front();  // even if none is a number
   Real most = -2;
   for (const Face& f : c.faces)
     if (const Real m = glm::dot(f.normal, direction); m > most) most = m, best = &f;

@@ -104,7 +104,7 @@ class Dragging(View):
         self.assertLess(abs(pick["distance_moved_m"] - metres(math.hypot(30, 30))), 2e-3)
         self.assertLess(pick["worst_residual_m"], 1e-9)
         self.assertLess(pick["worst_elsewhere_m"], 1e-3)
-        self.assertLess(got["worst_gap_rel"], 1e-12)
+        self.assertLess(got["worst_gap_rel"], 1e-7)  # the hand is a second anchor: its joint counts
         self.assertTrue(pick["reachable"])
         self.assertEqual(got["status"], "ok")
 

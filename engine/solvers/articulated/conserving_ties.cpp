@@ -314,9 +314,16 @@ Place place_of(const World& world, const PackedPin& pin, Real h) {
   return {before, pin.target, velocity};
 }
 
+/// The same in one part of the step.
+struct PlaceInStep {
+  Place place;
+  const StepPart& part;
+};
+
 /// Completes a tie for a part of the step of length h in all.
-void begin_tie(const World& world, Island& a, ConservingTie t, const Place& place,
-               const StepPart& part) {
+void begin_tie(const World& world, Island& a, ConservingTie t, const PlaceInStep& fixed) {
+  const auto& [place, part] = fixed;
+  const Real begin = part.begin;
   const auto start = [&](std::uint32_t c, Vec3& anchor) {
     const Vec3 at = point_on(world, a.slots[c], anchor);
     anchor -= a.constants.vec(kOwnAnchor, c);
@@ -327,7 +334,7 @@ void begin_tie(const World& world, Island& a, ConservingTie t, const Place& plac
   t.velocity = t.a != kNobody ? Vec3(0) : part.end == 1 ? place.velocity : way / part.whole;
   t.still = t.a != kNobody || (way == Vec3(0) && t.velocity == Vec3(0));
   t.before = start(t.b, t.anchor_b) -
-             (t.a != kNobody ? start(t.a, t.anchor_a) : place.before + part.begin * way);
+             (t.a != kNobody ? start(t.a, t.anchor_a) : place.before + begin * way);
   if (t.kind == TieKind::rigid && glm::length(t.before) > kClosed * a.size) t.still = false;
   t.mu = Vec3(0);
   a.scratch.ties.push_back(t);
@@ -347,8 +354,8 @@ void begin_ties(const World& world, Island& a, const StepPart& part) {
     t.kind = pin.compliance > 0 ? TieKind::spring : TieKind::rigid;
     if (pin.compliance > 0)
       t.stiffness = 1 / pin.compliance, t.damping = kSpringDamping * t.stiffness;
-    begin_tie(world, a, t, pin.partner == kNobody ? place_of(world, pin, part.whole) : Place{},
-              part);
+    begin_tie(world, a, t,
+              {pin.partner == kNobody ? place_of(world, pin, part.whole) : Place{}, part});
     if (t.kind == TieKind::rigid) r.ties.back().mu = -to_mu * pin.lambda;
   }
   for (const PackedCable& cable : a.cables) {
@@ -368,7 +375,7 @@ void begin_ties(const World& world, Island& a, const StepPart& part) {
       place.before = point_before(world, slot, anchor, part.whole);
       place.after = point_on(world, slot, anchor);
     }
-    begin_tie(world, a, t, place, part);
+    begin_tie(world, a, t, {place, part});
   }
 }
 

@@ -11,26 +11,34 @@ Real energy_between(const CableParameters& s, Vec3 a, Vec3 b) {
   return over > 0 ? 0.5 * over * over / s.compliance : 0;
 }
 
-/// Sums the energies, with `column_point(column, anchor)` on packed bodies, `slot_point(slot,
-/// anchor)` on others, and `target(pin)` where pins are anchored in the world.
+/// Where ends of cables and pins are: `column_point(column, anchor)` on packed bodies,
+/// `slot_point(slot, anchor)` on others, and `target(pin)` where pins are anchored in the world.
 template <class ColumnPoint, class SlotPoint, class Target>
-Real sum_energy(const World& world, const Island& a, const ColumnPoint& column_point,
-                const SlotPoint& slot_point, const Target& target) {
+struct Places {
+  ColumnPoint column_point;
+  SlotPoint slot_point;
+  Target target;
+};
+template <class ColumnPoint, class SlotPoint, class Target>
+Places(ColumnPoint, SlotPoint, Target) -> Places<ColumnPoint, SlotPoint, Target>;
+
+template <class At>
+Real sum_energy(const World& world, const Island& a, const At& at) {
   Real sum = 0;
   for (const PackedCable& cable : a.cables) {
     const CableParameters& s = world.cables.values()[cable.cable].joint;
     if (!(s.compliance > 0)) continue;
     sum += energy_between(s,
-                          cable.column_a != UINT32_MAX ? column_point(cable.column_a, s.anchor_a)
-                                                       : slot_point(cable.slot_a, s.anchor_a),
-                          cable.column_b != UINT32_MAX ? column_point(cable.column_b, s.anchor_b)
-                                                       : slot_point(cable.slot_b, s.anchor_b));
+                          cable.column_a != UINT32_MAX ? at.column_point(cable.column_a, s.anchor_a)
+                                                       : at.slot_point(cable.slot_a, s.anchor_a),
+                          cable.column_b != UINT32_MAX ? at.column_point(cable.column_b, s.anchor_b)
+                                                       : at.slot_point(cable.slot_b, s.anchor_b));
   }
   for (const PackedPin& pin : a.pins) {
     if (!(pin.compliance > 0)) continue;
     const Vec3 to =
-        pin.partner != UINT32_MAX ? column_point(pin.partner, pin.held_anchor) : target(pin);
-    const Vec3 gap = to - column_point(pin.column, pin.anchor);
+        pin.partner != UINT32_MAX ? at.column_point(pin.partner, pin.held_anchor) : at.target(pin);
+    const Vec3 gap = to - at.column_point(pin.column, pin.anchor);
     sum += 0.5 * glm::dot(gap, gap) / pin.compliance;
   }
   return sum;
@@ -49,27 +57,33 @@ Real elastic_energy(const World& world, const Island& a) {
   if (!has_rows(a)) return 0;
   return sum_energy(
       world, a,
-      [&](std::uint32_t column, Vec3 anchor) { return point_on(world, a.slots[column], anchor); },
-      [&](std::uint32_t slot, Vec3 anchor) { return point_on(world, slot, anchor); },
-      [](const PackedPin& pin) { return pin.target; });
+      Places{[&](std::uint32_t column, Vec3 anchor) {
+               return point_on(world, a.slots[column], anchor);
+             },
+             [&](std::uint32_t slot, Vec3 anchor) { return point_on(world, slot, anchor); },
+             [](const PackedPin& pin) { return pin.target; }});
 }
 
 Real elastic_energy_before(const World& world, const Island& a, Real h) {
   if (!has_rows(a)) return 0;
   return sum_energy(
       world, a,
-      [&](std::uint32_t column, Vec3 anchor) { return point_on(world, a.slots[column], anchor); },
-      [&](std::uint32_t slot, Vec3 anchor) { return point_before(world, slot, anchor, h); },
-      [](const PackedPin& pin) { return pin.target_before; });
+      Places{[&](std::uint32_t column, Vec3 anchor) {
+               return point_on(world, a.slots[column], anchor);
+             },
+             [&](std::uint32_t slot, Vec3 anchor) { return point_before(world, slot, anchor, h); },
+             [](const PackedPin& pin) { return pin.target_before; }});
 }
 
 Real elastic_energy_of_final(const World& world, const Island& a) {
   if (!has_rows(a)) return 0;
   return sum_energy(
       world, a,
-      [&](std::uint32_t column, Vec3 anchor) { return point_at(a, column, anchor, kFinalPoses); },
-      [&](std::uint32_t slot, Vec3 anchor) { return point_on(world, slot, anchor); },
-      [](const PackedPin& pin) { return pin.target; });
+      Places{[&](std::uint32_t column, Vec3 anchor) {
+               return point_at(a, column, anchor, kFinalPoses);
+             },
+             [&](std::uint32_t slot, Vec3 anchor) { return point_on(world, slot, anchor); },
+             [](const PackedPin& pin) { return pin.target; }});
 }
 
 SpringExchange spring_exchange(const Island& a, const PackedPin& pin, Real h) {

@@ -78,6 +78,11 @@ void place(const FreeBody& a, const FreeBody& b, FreeContact& c) {
 
 /// What a sweep over contacts aims at.
 enum class Sweep : std::uint8_t { solves, relaxes };
+/// From which end it goes over them.
+enum class Order : std::uint8_t { forwards, backwards };
+Order turned(Order order, int times) {
+  return (order == Order::backwards) != (times % 2 == 1) ? Order::backwards : Order::forwards;
+}
 
 struct Substep {
   Real h = 0;
@@ -91,11 +96,10 @@ struct Goal {
   Softness spring;
 };
 
-Goal goal_of(const FreeContact& c, bool fixed, const Substep& s, Sweep sweep) {
+Goal goal_of(const FreeContact& c, const Softness& spring, const Substep& s, Sweep sweep) {
   if (c.gap > c.rest) return {-c.gap / s.h, {}};
   if (sweep == Sweep::relaxes) return {};
   if (s.hard) return {c.gap < -c.shallow ? std::min(-0.2 * c.gap / s.h, kPushSpeed) : 0, {}};
-  const Softness& spring = fixed ? s.against_fixed : s.between;
   return {std::min(spring.rate * (c.rest - c.gap), kPushSpeed), spring};
 }
 
@@ -124,6 +128,9 @@ struct Group {
   FreeBody& a(const FreeContact& c) const { return bodies[c.a]; }
   FreeBody& b(const FreeContact& c) const { return bodies[c.b]; }
   bool is_fixed(const FreeContact& c) const { return b(c).per_mass == 0; }
+  const Softness& spring_of(const FreeContact& c, const Substep& s) const {
+    return is_fixed(c) ? s.against_fixed : s.between;
+  }
   /// Whether one body alone is free.
   bool is_single() const { return bodies.size() < 2 || bodies[1].per_mass == 0; }
 };
@@ -136,7 +143,7 @@ Real solve_points(const Group& g, std::span<FreeContact> points, const Substep& 
     for (std::size_t i = 0; i < points.size(); ++i) {
       FreeContact& c = points[n % 2 == 0 ? i : points.size() - 1 - i];
       FreeBody &a = g.a(c), &b = g.b(c);
-      const Vec3 change = solve_point(a, b, c, goal_of(c, g.is_fixed(c), s, sweep));
+      const Vec3 change = solve_point(a, b, c, goal_of(c, g.spring_of(c, s), s, sweep));
       if (change == Vec3(0)) continue;
       push(a, b, c, change);
       most = std::max(most, c.along * glm::length(change));
@@ -145,7 +152,7 @@ Real solve_points(const Group& g, std::span<FreeContact> points, const Substep& 
 }
 
 /// Every contact once, those of the same bodies together, from either end.
-Real sweep_contacts(const Group& g, const Substep& s, Sweep sweep, bool backwards) {
+Real sweep_contacts(const Group& g, const Substep& s, Sweep sweep, Order order) {
   Real most = 0;
   const auto same = [](const FreeContact& c, const FreeContact& d) {
     return c.a == d.a && c.b == d.b;
@@ -153,9 +160,9 @@ Real sweep_contacts(const Group& g, const Substep& s, Sweep sweep, bool backward
   const std::size_t n = g.contacts.size();
   for (std::size_t from = 0; from < n;) {
     std::size_t count = 1;
-    const auto at = [&](std::size_t i) { return backwards ? n - 1 - i : i; };
+    const auto at = [&](std::size_t i) { return order == Order::forwards ? i : n - 1 - i; };
     while (from + count < n && same(g.contacts[at(from)], g.contacts[at(from + count)])) ++count;
-    const std::size_t first = backwards ? n - from - count : from;
+    const std::size_t first = order == Order::forwards ? from : n - from - count;
     most = std::max(most, solve_points(g, g.contacts.subspan(first, count), s, sweep));
     from += count;
   }
@@ -224,7 +231,7 @@ void move(FreeBody& b, Real h) {
   b.spin = b.response * b.angular_momentum;
 }
 
-void take_substep(const Group& g, const Substep& s, bool backwards) {
+void take_substep(const Group& g, const Substep& s, Order order) {
   for (FreeContact& c : g.contacts) place(g.a(c), g.b(c), c);
   collide_elastically(g, s);
   for (FreeBody& b : g.bodies)
@@ -236,20 +243,20 @@ void take_substep(const Group& g, const Substep& s, bool backwards) {
   const Real enough = 1e-14 * (1 + glm::length(g.bodies.front().velocity));
   const int sweeps = s.hard ? kHardSweeps : 1;
   for (int n = 0; n < sweeps; ++n)
-    if (sweep_contacts(g, s, Sweep::solves, backwards != (n % 2 == 1)) <= enough) break;
+    if (sweep_contacts(g, s, Sweep::solves, turned(order, n)) <= enough) break;
   for (const FreeContact& c : g.contacts)
     if (c.impulse.x > 0) g.a(c).touched = g.b(c).touched = true;
   for (FreeBody& b : g.bodies) move(b, s.h);
   const bool pushed = !s.hard || std::any_of(g.contacts.begin(), g.contacts.end(),
                                              [](auto& c) { return c.gap < -c.shallow; });
   for (int n = 0; n < (pushed ? sweeps : 0); ++n)
-    if (sweep_contacts(g, s, Sweep::relaxes, backwards == (n % 2 == 1)) <= enough) break;
+    if (sweep_contacts(g, s, Sweep::relaxes, turned(order, n + 1)) <= enough) break;
   for (FreeContact& c : g.contacts) c.passed += c.impulse;
 }
 
 /// m, by which a contact's spring is compressed.
 Real compression(const Group& g, const FreeContact& c, const Substep& s) {
-  const Softness& spring = g.is_fixed(c) ? s.against_fixed : s.between;
+  const Softness& spring = g.spring_of(c, s);
   return spring.by_impulse * c.impulse.x * c.along / (spring.by_mass * spring.rate);
 }
 
@@ -313,7 +320,7 @@ void step_free_group(std::span<FreeBody> bodies, std::span<FreeContact> contacts
   s.against_fixed = softness_of(2 * kContactFrequency, s.h);
   s.hard = g.is_single();
   for (FreeContact& c : g.contacts) c.impulse *= s.h;  // from the mean force
-  for (int n = 0; n < substeps; ++n) take_substep(g, s, n % 2 == 1);
+  for (int n = 0; n < substeps; ++n) take_substep(g, s, turned(Order::forwards, n));
   if (!s.hard) take_up(g, s, h);
   finish_group(g);
   for (FreeContact& c : g.contacts) c.impulse /= s.h;

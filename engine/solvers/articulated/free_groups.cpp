@@ -38,7 +38,7 @@ Real radius_of(const World& world, std::uint32_t slot, std::uint64_t index) {
 void plan_free_bodies(World& world, Real h) {
   Islands& all = world.memory.of<Islands>();
   FreeScratch& r = all.free;
-  const auto& contacts = contacts_of(world);
+  std::vector<Contact>& contacts = contacts_of(world);
   const Partition& partition = partition_of(world);
   r.group_of.resize(all.list.size());
   r.eligible.assign(all.list.size(), 1), r.awake.assign(all.list.size(), 0);
@@ -67,6 +67,8 @@ void plan_free_bodies(World& world, Real h) {
     const bool free = r.eligible[group] != 0;
     // Who touches somebody awake is awake.
     if (a.asleep && (r.awake[group] != 0 || (a.mutual && !free))) wake(world, a, h);
+    for (const ContactRow& row : a.scratch.contact_rows)
+      if (!free) contacts[row.contact].rest = 0;
     if (!free || a.scratch.contact_rows.empty()) continue;
     a.free_body = true, a.mutual = false;
   }
@@ -223,7 +225,9 @@ bool is_settled(std::span<const FreeContact> contacts) {
 }
 
 /// A group sleeps once all of it has been still for long enough.
-void let_sleep(World& world, std::span<const FreeBody> bodies, bool settled, Real h) {
+void let_sleep(World& world, std::span<const FreeBody> bodies,
+               std::span<const FreeContact> contacts, Real h) {
+  const bool settled = is_settled(contacts);
   bool still = true;
   for (const FreeBody& f : bodies) {
     if (f.per_mass == 0) {
@@ -267,7 +271,7 @@ void step_free_bodies(World& world, const StepTask& task) {
       islands_of(world)[bodies[c.a].island].contact_active = true;
       if (bodies[c.b].per_mass > 0) islands_of(world)[bodies[c.b].island].contact_active = true;
     }
-    let_sleep(world, bodies, is_settled(contacts), h);
+    let_sleep(world, bodies, contacts, h);
   }
 }
 
