@@ -27,7 +27,12 @@ constexpr Real kPushSpeed = 1;
 /// m/s: slower impacts are inelastic.
 constexpr Real kSlowestImpact = 0.05;
 /// s: in which a load's compression is given back.
-constexpr Real kTakeUpTime = 0.4, kTakenUp = 0.998, kOwnTakenUp = 0.93;
+constexpr Real kTakeUpTime = 0.4, kTakenUp = 0.998;
+/// m/s: while all of a group is slower, its springs take up their loads; while it is much faster
+/// they give that back.
+constexpr Real kCalmSpeed = 0.005, kWildSpeed = 0.02;
+/// m: above 0 it tells contact detection that the contact is soft.
+constexpr Real kLeastRest = 1e-12;
 constexpr int kPointIterations = 8, kImpactSweeps = 64, kHardSweeps = 200;
 
 /// Springs of a substep as factors of a rigid contact's impulse. [Catto 2024]
@@ -260,10 +265,15 @@ Real compression(const Group& g, const FreeContact& c, const Substep& s) {
   return spring.by_impulse * c.impulse.x * c.along / (spring.by_mass * spring.rate);
 }
 
-/// Lasting loads compress the springs; that is taken up by and by, save for a part of the mean and
-/// of what a point has beyond it: else the points that bear most would be given ever more to bear.
+/// Lasting loads compress the springs; while nothing moves, that is taken up by and by. Points of
+/// the same two bodies share it: else the one that bears most would be given ever more to bear.
 void take_up(const Group& g, const Substep& s, Real h) {
   const Real part = 1 - std::exp(-h / kTakeUpTime);
+  Real speed = 0;
+  for (const FreeBody& b : g.bodies)
+    if (b.per_mass > 0) speed = std::max(speed, glm::length(b.velocity));
+  for (FreeContact& c : g.contacts) c.rest = std::max(kLeastRest, c.rest);
+  if (speed > kCalmSpeed && speed < kWildSpeed) return;
   const auto same = [](const FreeContact& c, const FreeContact& d) {
     return c.a == d.a && c.b == d.b;
   };
@@ -276,10 +286,10 @@ void take_up(const Group& g, const Substep& s, Real h) {
     const Real mean = bearing > 0 ? sum / bearing : 0;
     for (std::size_t i = from; i < to; ++i) {
       FreeContact& c = g.contacts[i];
-      const Real own = c.impulse.x > 0 ? compression(g, c, s) - mean : 0;
-      const Real rest = std::clamp(kTakenUp * mean + kOwnTakenUp * own, Real(0), c.shallow);
+      const Real load = kTakenUp * mean;
+      const Real rest = speed < kWildSpeed ? std::clamp(load, Real(0), c.shallow) : 0;
       c.settling = std::abs(rest - c.rest);
-      c.rest += part * (rest - c.rest);
+      c.rest = std::max(kLeastRest, c.rest + part * (rest - c.rest));
     }
   }
 }
