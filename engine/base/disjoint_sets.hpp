@@ -11,7 +11,10 @@ namespace pantin::detail {
 /// lowest number.
 class DisjointSets {
  public:
-  explicit DisjointSets(std::size_t count) : parent_(count) {
+  explicit DisjointSets(std::size_t count) { reset(count); }
+  /// Each number alone again; keeps its memory.
+  void reset(std::size_t count) {
+    parent_.resize(count);
     std::iota(parent_.begin(), parent_.end(), 0u);
   }
   std::uint32_t root(std::uint32_t i) {

@@ -330,6 +330,11 @@ bool moves(const Body& b) {
   return b.motion != Motion::fixed && (b.velocity != Vec3(0) || b.angular_velocity != Vec3(0));
 }
 
+Pose pose_before(const Body& b, Real h) {
+  return {b.pose.position - h * b.velocity,
+          glm::normalize(from_rotation_vector(-h * b.angular_velocity) * b.pose.rotation)};
+}
+
 /// Kinematic bodies are at the end of the step already: for the search they return to its start,
 /// and their reach is the displacement over the step.
 void detect(World& world, Real h) {
@@ -341,9 +346,7 @@ void detect(World& world, Real h) {
     Body& b = world.bodies.values()[slot];
     if (!moves(b)) continue;
     scratch.ends.push_back(b.pose);
-    b.pose.position -= h * b.velocity;
-    b.pose.rotation =
-        glm::normalize(from_rotation_vector(-h * b.angular_velocity) * b.pose.rotation);
+    b.pose = pose_before(b, h);
     const Shapes* shapes = world.shapes.find(world.bodies.owners()[slot]);
     const Real extent = shapes ? extent_of(*shapes) : 0;
     scratch.reach[slot] = h * (glm::length(b.velocity) + extent * glm::length(b.angular_velocity));

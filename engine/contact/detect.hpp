@@ -38,5 +38,8 @@ Real extent_of(const Shapes& shapes);
 /// Whether a body without a solver moves (a kinematic body).
 bool moves(const Body& b);
 
+/// Where a kinematic body, which is at the end of the step already, was `h` seconds before.
+Pose pose_before(const Body& b, Real h);
+
 }  // namespace contact
 }  // namespace pantin::detail

@@ -203,6 +203,20 @@ TEST_CASE("ten boxes stand on one another, and fall asleep where they stand") {
   }
 }
 
+TEST_CASE("what bore a load lies on the ground again without it") {
+  World w;
+  add_ground(w, surface(0.5));
+  std::vector<Entity> boxes;
+  for (int i = 0; i < 5; ++i)
+    boxes.push_back(add_solid(w, box_shape({0.2, 0.2, 0.2}), {{0, 0.2 + 0.4 * i, 0}, kIdentity},
+                              Motion::dynamic, surface(0.5), 400));
+  Simulation sim(w, {1.0 / 60});
+  run(sim, 15, 1.0 / 60);
+  for (std::size_t i = 1; i < boxes.size(); ++i) sim.world.destroy(boxes[i]);
+  run(sim, 2, 1.0 / 60);
+  CHECK(std::abs(sim.world.bodies[boxes[0]].pose.position.y - 0.2) <= 1e-9);
+}
+
 TEST_CASE("a pyramid of boxes stands and falls asleep") {
   World w;
   add_ground(w, surface(0.5));

@@ -1,5 +1,5 @@
 // Elastic energy of the cables and spring pins of an island, and what their anchors supply.
-#include "engine/base/rotation.hpp"
+#include "engine/contact/detect.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
 namespace pantin::detail::articulated {
@@ -48,9 +48,7 @@ Real sum_energy(const World& world, const Island& a, const At& at) {
 
 Vec3 point_before(const World& world, std::uint32_t slot, Vec3 anchor, Real h) {
   const Body& b = world.bodies.values()[slot];
-  if (b.teleport) return to_world(b.pose, anchor);
-  const Quat rotation = from_rotation_vector(-h * b.angular_velocity) * b.pose.rotation;
-  return b.pose.position - h * b.velocity + rotation * anchor;
+  return to_world(b.teleport ? b.pose : contact::pose_before(b, h), anchor);
 }
 
 Real elastic_energy(const World& world, const Island& a) {

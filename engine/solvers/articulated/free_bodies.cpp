@@ -122,7 +122,7 @@ Vec3 solve_point(const FreeBody& a, const FreeBody& b, FreeContact& c, const Goa
   if (held > most) f1 *= most / held, f2 *= most / held;
   const Vec3 change = Vec3(normal, f1, f2) - c.impulse;
   c.impulse += change;
-  return change.x * c.axes[0] + change.y * c.axes[1] + change.z * c.axes[2];
+  return to_world(c, change);
 }
 
 /// One group of bodies that touch one another, and the fixed bodies that they touch.
@@ -159,14 +159,12 @@ Real solve_points(const Group& g, std::span<FreeContact> points, const Substep& 
 /// Every contact once, those of the same bodies together, from either end.
 Real sweep_contacts(const Group& g, const Substep& s, Sweep sweep, Order order) {
   Real most = 0;
-  const auto same = [](const FreeContact& c, const FreeContact& d) {
-    return c.a == d.a && c.b == d.b;
-  };
   const std::size_t n = g.contacts.size();
   for (std::size_t from = 0; from < n;) {
     std::size_t count = 1;
     const auto at = [&](std::size_t i) { return order == Order::forwards ? i : n - 1 - i; };
-    while (from + count < n && same(g.contacts[at(from)], g.contacts[at(from + count)])) ++count;
+    while (from + count < n && have_same_bodies(g.contacts[at(from)], g.contacts[at(from + count)]))
+      ++count;
     const std::size_t first = order == Order::forwards ? from : n - from - count;
     most = std::max(most, solve_points(g, g.contacts.subspan(first, count), s, sweep));
     from += count;
@@ -241,10 +239,8 @@ void take_substep(const Group& g, const Substep& s, Order order) {
   collide_elastically(g, s);
   for (FreeBody& b : g.bodies)
     if (b.per_mass > 0) accelerate(b, s.h), b.touched = false;
-  for (FreeContact& c : g.contacts) {
-    const Vec3 p = c.impulse;
-    if (p != Vec3(0)) push(g.a(c), g.b(c), c, p.x * c.axes[0] + p.y * c.axes[1] + p.z * c.axes[2]);
-  }
+  for (FreeContact& c : g.contacts)
+    if (c.impulse != Vec3(0)) push(g.a(c), g.b(c), c, to_world(c, c.impulse));
   const Real enough = 1e-14 * (1 + glm::length(g.bodies.front().velocity));
   const int sweeps = s.hard ? kHardSweeps : 1;
   for (int n = 0; n < sweeps; ++n)
@@ -274,12 +270,10 @@ void take_up(const Group& g, const Substep& s, Real h) {
     if (b.per_mass > 0) speed = std::max(speed, glm::length(b.velocity));
   for (FreeContact& c : g.contacts) c.rest = std::max(kLeastRest, c.rest);
   if (speed > kCalmSpeed && speed < kWildSpeed) return;
-  const auto same = [](const FreeContact& c, const FreeContact& d) {
-    return c.a == d.a && c.b == d.b;
-  };
   for (std::size_t from = 0, to = 0; from < g.contacts.size(); from = to) {
     Real sum = 0, bearing = 0;
-    for (to = from; to < g.contacts.size() && same(g.contacts[to], g.contacts[from]); ++to) {
+    for (to = from; to < g.contacts.size() && have_same_bodies(g.contacts[to], g.contacts[from]);
+         ++to) {
       sum += compression(g, g.contacts[to], s);
       bearing += g.contacts[to].impulse.x > 0;
     }
@@ -329,7 +323,10 @@ void step_free_group(std::span<FreeBody> bodies, std::span<FreeContact> contacts
   s.between = softness_of(kContactFrequency, s.h);
   s.against_fixed = softness_of(2 * kContactFrequency, s.h);
   s.hard = g.is_single();
-  for (FreeContact& c : g.contacts) c.impulse *= s.h;  // from the mean force
+  for (FreeContact& c : g.contacts) {
+    c.impulse *= s.h;        // from the mean force
+    if (s.hard) c.rest = 0;  // what a heap took up has no spring to bear it
+  }
   for (int n = 0; n < substeps; ++n) take_substep(g, s, turned(Order::forwards, n));
   if (!s.hard) take_up(g, s, h);
   finish_group(g);

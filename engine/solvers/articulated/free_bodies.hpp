@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "engine/base/disjoint_sets.hpp"
 #include "engine/base/math.hpp"
 
 namespace pantin::detail::articulated {
@@ -41,12 +42,22 @@ struct FreeContact {
   Vec3 passed{0};     // N s over the step so far
 };
 
+inline bool have_same_bodies(const FreeContact& c, const FreeContact& d) {
+  return c.a == d.a && c.b == d.b;
+}
+
+/// A vector given by its components along the axes of a contact.
+inline Vec3 to_world(const FreeContact& c, Vec3 v) {
+  return v.x * c.axes[0] + v.y * c.axes[1] + v.z * c.axes[2];
+}
+
 /// Scratch memory of the free bodies of a step.
 struct FreeScratch {
   /// What touches: its bodies, free ones first, and its contacts.
   struct Range {
     std::size_t first_body = 0, bodies = 0, first_contact = 0, contacts = 0;
   };
+  DisjointSets sets{0};                       // of islands
   std::vector<std::uint32_t> group_of;        // by island
   std::vector<std::uint8_t> eligible, awake;  // by group, which is its first island
   std::vector<std::uint32_t> order;           // of contacts

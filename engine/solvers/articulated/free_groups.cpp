@@ -1,5 +1,6 @@
 // Which free bodies touch, and how they enter and leave their step (free_bodies.cpp).
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "engine/base/rotation.hpp"
@@ -30,7 +31,9 @@ Real radius_of(const World& world, std::uint32_t slot, std::uint64_t index) {
   const Shapes* shapes = world.shapes.find(world.bodies.owners()[slot]);
   if (!shapes || index >= shapes->list.size()) return 0;
   const Shape& s = shapes->list[index];
-  return s.kind == ShapeKind::sphere || s.kind == ShapeKind::capsule ? s.size.x : 0;
+  const auto rounded = traits_of(s.kind).rounded;
+  const std::optional<RoundedBox> core = rounded ? rounded(s) : std::nullopt;
+  return core ? core->radius : 0;
 }
 
 }  // namespace
@@ -40,23 +43,17 @@ void plan_free_bodies(World& world, Real h) {
   FreeScratch& r = all.free;
   std::vector<Contact>& contacts = contacts_of(world);
   const Partition& partition = partition_of(world);
-  r.group_of.resize(all.list.size());
+  r.sets.reset(all.list.size()), r.group_of.resize(all.list.size());
   r.eligible.assign(all.list.size(), 1), r.awake.assign(all.list.size(), 0);
-  for (std::uint32_t i = 0; i < all.list.size(); ++i) r.group_of[i] = i;
-  const auto root = [&](std::uint32_t i) {
-    while (r.group_of[i] != i) i = r.group_of[i] = r.group_of[r.group_of[i]];
-    return i;
-  };
   const auto island_at = [&](std::uint32_t slot) { return owner_of(partition, slot).island; };
   for (const Contact& c : contacts) {
     if (!contact::feels_contacts(partition, c.slot_b)) continue;
-    const std::uint32_t a = root(island_at(c.slot_a)), b = root(island_at(c.slot_b));
-    r.group_of[std::max(a, b)] = std::min(a, b);
+    r.sets.join(island_at(c.slot_a), island_at(c.slot_b));
   }
   for (std::uint32_t i = 0; i < all.list.size(); ++i) {
     Island& a = all.list[i];
     a.free_body = false;
-    const std::uint32_t group = root(i);
+    const std::uint32_t group = r.sets.root(i);
     r.group_of[i] = group;
     if (!is_free_body(a)) r.eligible[group] = 0;
     if (!a.asleep) r.awake[group] = 1;
@@ -86,9 +83,7 @@ FreeBody gather_body(const World& world, std::uint32_t slot, Real h) {
     f.velocity = f.spin = Vec3(0);
     return f;
   }
-  // Kinematic bodies are where the step ends.
-  f.pose.position -= h * b.velocity;
-  f.pose.rotation = glm::normalize(from_rotation_vector(-h * b.angular_velocity) * b.pose.rotation);
+  f.pose = contact::pose_before(b, h);
   return f;
 }
 
@@ -211,9 +206,8 @@ bool write_body(World& world, const FreeBody& f, Real h) {
 
 void write_contact(World& world, const FreeContact& f, Real h) {
   Contact& c = contacts_of(world)[f.contact];
-  const auto turned = [&](Vec3 v) { return v.x * f.axes[0] + v.y * f.axes[1] + v.z * f.axes[2]; };
-  c.lambda = h * h * turned(f.impulse);
-  c.force = turned(f.passed) / h;
+  c.lambda = h * h * to_world(f, f.impulse);
+  c.force = to_world(f, f.passed) / h;
   c.active = f.passed.x > 0, c.impact = 0, c.sliding = 1, c.rest = f.rest;
   c.depth = std::max(Real(0), -f.gap);
 }
