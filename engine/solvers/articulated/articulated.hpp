@@ -27,10 +27,10 @@ bool all_asleep(const World& world);
 /// Assigns the detected contacts to their islands.
 void take_contacts(World& world, Real h);
 
-/// Free bodies in contact with fixed ones and with one another (free_bodies.cpp): finds which they
+/// Free bodies in contact with fixed ones and with one another (step_group.cpp): finds which they
 /// are, after the contacts were assigned, and steps them with their contacts.
-void plan_free_bodies(World& world, Real h);
-void step_free_bodies(World& world, const StepTask& task);
+void plan_contact_groups(World& world, Real h);
+void step_contact_groups(World& world, const StepTask& task);
 
 /// Adjust stage: closes the joints at the predicted poses, computes velocities, writes the bodies.
 /// False if a number is not finite or out of bounds; the bodies are then unchanged and `lost` names

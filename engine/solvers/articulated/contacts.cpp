@@ -206,7 +206,7 @@ void take_contacts(World& world, Real h) {
     take_contact(world, i, ContactBody::a, h);
     if (mutual) take_contact(world, i, ContactBody::b, h);
   }
-  plan_free_bodies(world, h);
+  plan_contact_groups(world, h);
 }
 
 void prepare_contacts(World& world, Island& a, Real h) {

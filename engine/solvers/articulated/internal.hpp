@@ -52,10 +52,10 @@ void update_sleep(World& world, Island& a, Real h);
 void fall_asleep(World& world, Island& a);
 inline constexpr Real kTimeToSleep = 0.5;  // s
 
-/// One group of free bodies in contact over a step (free_bodies.cpp): the free ones first, then the
-/// fixed and kinematic ones. Contacts hold mean forces before and after.
-void step_free_group(std::span<FreeBody> bodies, std::span<FreeContact> contacts, Real h);
-Mat3 inverse_inertia(const FreeBody& b, Quat rotation);
+/// One group in contact over a step (step_group.cpp): bodies that are free or in trees first, then
+/// the fixed and kinematic ones. Contacts hold mean forces before and after.
+void step_group(const Group& g, Real h);
+Mat3 inverse_inertia(const GroupBody& b, Quat rotation);
 
 /// Allocates memory of the general solve when a step first needs it (scratch.cpp).
 void reserve_general_solve(Island& a);
@@ -120,6 +120,8 @@ void remember_step(World& world, Island& a, Real h);
 void fill_base(Island& a, Tension tension);
 /// Saves the joint gaps before the outward pass overwrites their row.
 void keep_gaps(Island& a);
+/// G = S (S^T K S)^-1 S^T for the first `count` directions S.
+Mat3 compliance_of(const Mat3& stiffness, const Vec3 (&free)[3], std::size_t count);
 /// Inward pass, leaf to root: scratch.joint_blocks (overwritten) to scratch.joint_nodes.
 void inward_pass(Island& a);
 /// Outward pass, root to leaf: closes the joints; rotations and joint points are left for
@@ -152,6 +154,15 @@ bool update_limits(Island& a, std::size_t c, const JointResponse& moved);
 bool update_drive(World& world, Island& a, Real h, std::size_t c);
 /// Work of the drive and the soft zones of a joint over the step, J.
 Real work_of_springs(const Island& a, std::size_t c, Real h);
+/// The free directions, and the limits that are near enough to have a direction, of a joint at the
+/// given rotations of its bodies.
+FreeAxes free_axes(const PackedJoint& joint, Quat own, Quat parent);
+struct JointLimit {
+  Vec3 along{0};  // world: the own body turns this way, relative to its parent, towards the limit
+  Real clearance = 0;  // rad
+  bool watched = false, both_ways = false;
+};
+void find_limits(const PackedJoint& joint, Quat own, Quat parent, JointLimit (&out)[4]);
 /// The rotation of a joint, and a body's rotation from that and its parent's rotation.
 Quat joint_rotation(const PackedJoint& joint, Quat own, Quat parent);
 Quat own_rotation(const PackedJoint& joint, Quat parent, Quat rotation);

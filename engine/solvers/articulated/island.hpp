@@ -10,7 +10,7 @@
 #include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
 #include "engine/joints/joint.hpp"
-#include "engine/solvers/articulated/free_bodies.hpp"
+#include "engine/solvers/articulated/contact_groups.hpp"
 #include "engine/solvers/articulated/lane_layout.hpp"
 #include "engine/solvers/articulated/vec3x4.hpp"
 #include "engine/solvers/islands.hpp"
@@ -119,6 +119,11 @@ struct LimitRow {
   Vec3 by_rotation{0}, by_translation{0}, by_relative{0};
 };
 
+/// Free directions of a joint that turns about one axis or two, world axes.
+struct FreeAxes {
+  Vec3 first{0}, second{0};
+};
+
 /// A joint that constrains rotations, during one step. Relative rotations are those of the own body
 /// with respect to the parent, world axes.
 struct JointTerms {
@@ -127,7 +132,7 @@ struct JointTerms {
   Vec3 torque{0};         // of the soft zones at zero relative rotation, kg m^2
   Real drive_spring = 0;  // of the drive, before its torque limit
   Vec3 drive_torque{0};
-  Vec3 first, second;       // the free directions of hinge and universal
+  FreeAxes free;
   LimitRow limits[4];       // angle low and high, second angle or swing low and high
   Quat parent{1, 0, 0, 0};  // predicted rotation of the parent
   Vec3 way{0};              // predicted relative rotation since the start of the step
@@ -254,10 +259,12 @@ struct PackedJoint {
 struct JointMemory {
   Real lambdas[4] = {0, 0, 0, 0};  // of the limits, kg m^2
   Real torque_fraction = 1;        // fraction of the drive's torque that its limit allows
+  Vec3 torque{0};  // N m, through the joint in the last step, if the island was in a group
 
   static void fields(auto& self, auto&& field) {
     field("lambdas", self.lambdas);
     field("torque_fraction", self.torque_fraction);
+    field("torque", passive(self.torque));
   }
 };
 
@@ -405,7 +412,7 @@ struct StepPlan {
   bool changed = false;            // the caller changed the motion
   bool finite = true;              // the prediction is finite
   bool mutual = false;             // contacts with other dynamic islands: solved together with them
-  bool free_body = false;          // one free body: its contacts are solved in substeps
+  bool in_group = false;           // steps with all that it touches: see step_group.cpp
   bool iterates = false;           // limits and contacts are solved by iteration in this step
   bool stiff_contacts = false;     // the last inward pass included stiff contact rows
   int substeps_left = 0;           // substeps that follow the current one
@@ -448,12 +455,12 @@ struct Islands : IslandList<Island, IslandMemory> {
     std::vector<Island*> list;
   };
   Scratch<MutualScratch> mutual;  // islands in contact with one another
-  Scratch<FreeScratch> free;
+  Scratch<GroupScratch> groups;
 
   static void fields(auto& self, auto&& field) {
     IslandList::fields(self, field);
     field("mutual", derived(self.mutual));
-    field("free", derived(self.free));
+    field("groups", derived(self.groups));
   }
 };
 

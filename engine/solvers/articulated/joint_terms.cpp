@@ -104,18 +104,31 @@ void measure_stops(const At& at, Excess (&out)[4]) {
 }
 
 /// Free directions of the kind, at an allowed pose.
-void set_freedom(const At& at, JointTerms& t) {
+FreeAxes free_axes(const At& at) {
   switch (turns_of(at.packed.joint.kind)) {
-    case Turns::freely:
-      return;
     case Turns::about_x:
-      t.first = at.a * kX;
-      return;
+      return {at.a * kX, Vec3(0)};
     case Turns::about_two:
-      t.first = at.a * kY, t.second = at.b * kZ;
-      return;
-    default:  // nowhere; other kinds do not come here
-      return;
+      return {at.a * kY, at.b * kZ};
+    default:  // freely or nowhere; other kinds do not come here
+      return {};
+  }
+}
+
+/// The limits of a joint, with gradients for the rotation of the own body relative to the parent. A
+/// lock is one limit that acts in both directions.
+void find_limits(const At& at, JointLimit (&out)[4]) {
+  Excess excess[4];
+  measure_stops(at, excess);
+  for (int s = 0; s < 4; ++s) {
+    out[s] = {};
+    if (!excess[s].watched) continue;
+    const bool with_next = s % 2 == 0 && excess[s + 1].watched;
+    if (with_next && excess[s].angle + excess[s + 1].angle > -1e-12) continue;
+    const JointLimits& limits = at.packed.joint.limits;
+    const bool both = s % 2 == 1 && (s == 1 ? limits.angle : limits.second).on &&
+                      excess[s - 1].watched && excess[s - 1].angle + excess[s].angle > -1e-12;
+    out[s] = {at.sign() * excess[s].along, -excess[s].angle, true, both};
   }
 }
 
@@ -177,6 +190,14 @@ Quat joint_rotation(const PackedJoint& joint, Quat own, Quat parent) {
   return At(joint, own, parent).rotation;
 }
 
+FreeAxes free_axes(const PackedJoint& joint, Quat own, Quat parent) {
+  return free_axes(At(joint, own, parent));
+}
+
+void find_limits(const PackedJoint& joint, Quat own, Quat parent, JointLimit (&out)[4]) {
+  find_limits(At(joint, own, parent), out);
+}
+
 void set_terms(const World& world, Island& a, Real h, const Pass& pass) {
   const Work rotation_row = pass.from.rotation;
   const LoadScale scale{.h = h, .to_load = a.force_share * h * h};
@@ -194,23 +215,16 @@ void set_terms(const World& world, Island& a, Real h, const Pass& pass) {
       t.align = rotation_vector(aligned * glm::conjugate(own));
     }
     const At at(j, aligned, t.parent);
-    set_freedom(at, t);
-    Excess excess[4];
-    measure_stops(at, excess);
+    t.free = free_axes(at);
+    JointLimit found[4];
+    find_limits(at, found);
     for (int s = 0; s < 4; ++s) {
       LimitRow& limit = t.limits[s];
       const bool was_on = limit.on;
       limit = LimitRow{};
-      if (!excess[s].watched) continue;
-      limit.along = at.sign() * excess[s].along, limit.clearance = -excess[s].angle;
-      limit.both_ways = s % 2 == 1 &&
-                        (s == 1 ? j.joint.limits->angle : j.joint.limits->second).on &&
-                        excess[s - 1].watched && excess[s - 1].angle + excess[s].angle > -1e-12;
-      // A lock is one limit that acts in both directions.
-      if (s % 2 == 0 && excess[s + 1].watched && excess[s].angle + excess[s + 1].angle > -1e-12) {
-        limit = LimitRow{};
-        continue;
-      }
+      if (!found[s].watched) continue;
+      limit.along = found[s].along, limit.clearance = found[s].clearance;
+      limit.both_ways = found[s].both_ways;
       limit.lambda = pass.corrects ? 0 : a.joint_memory[c].lambdas[s];
       limit.on =
           limit.both_ways || (pass.corrects ? was_on : limit.lambda > 0) || limit.clearance < 0;

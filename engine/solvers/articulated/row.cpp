@@ -58,10 +58,10 @@ void adjust_alone(World& world, const StepTask& task) {
   std::vector<Island>& all = islands_of(world);
   for_each_island(all.size(), task.threads, [&](std::size_t i) {
     all[i].lost = Entity{}, all[i].energy_removed = 0;
-    const bool elsewhere = all[i].mutual || all[i].follows || (all[i].free_body && !all[i].asleep);
+    const bool elsewhere = all[i].mutual || all[i].follows || (all[i].in_group && !all[i].asleep);
     if (!elsewhere) adjust(world, all[i], task.h, all[i].lost);
   });
-  step_free_bodies(world, task);
+  step_contact_groups(world, task);
 }
 
 bool touches(const World& world, std::size_t island) { return islands_of(world)[island].mutual; }

@@ -46,7 +46,7 @@ void fall_asleep(World& world, Island& a) {
 
 void update_sleep(World& world, Island& a, Real h) {
   const Real slow = a.settings.sleep_speed;
-  if (a.free_body) return;  // with all that it touches
+  if (a.in_group) return;  // with all that it touches
   bool still = a.contact_active && !a.mutual && a.cables.empty();
   for (std::size_t c = 0; still && c < a.count(); ++c) {
     const Body& b = world.bodies.values()[a.slots[c]];

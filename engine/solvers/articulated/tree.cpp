@@ -61,10 +61,10 @@ std::size_t free_directions(const PackedJoint& joint, JointTerms& t, Vec3 (&free
       }
       break;
     case Turns::about_x:
-      add(t.first);
+      add(t.free.first);
       break;
     case Turns::about_two:
-      add(t.first), add(t.second);
+      add(t.free.first), add(t.free.second);
       break;
     default:  // nowhere; other kinds do not come here
       break;
@@ -72,7 +72,8 @@ std::size_t free_directions(const PackedJoint& joint, JointTerms& t, Vec3 (&free
   return count;
 }
 
-/// G = S (S^T K S)^-1 S^T for the directions S.
+}  // namespace
+
 Mat3 compliance_of(const Mat3& stiffness, const Vec3 (&free)[3], std::size_t count) {
   if (count == 3) return inverse_of(stiffness);
   if (count == 1)
@@ -84,6 +85,8 @@ Mat3 compliance_of(const Mat3& stiffness, const Vec3 (&free)[3], std::size_t cou
   const Vec3 v = free[1] - l * free[0];
   return glm::outerProduct(free[0], free[0]) / a + glm::outerProduct(v, v) / e;
 }
+
+namespace {
 
 /// The relative rotation at the active locked limits.
 Vec3 held_rotation(const JointTerms& t) {

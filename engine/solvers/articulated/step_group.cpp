@@ -1,7 +1,8 @@
-// Free bodies in contact: several short substeps a step, one impulse iteration each.
+// Bodies and trees in contact: several short substeps a step, one impulse iteration each.
 //
 // A contact is one impulse along the normal and two across it; friction is bounded by Coulomb's
-// cone. Points of the same two bodies are iterated together. Where several free bodies touch,
+// cone. Points of the same two bodies are iterated together. Impulses on bodies of trees are
+// carried through the joints, which stay closed (group_trees.cpp). Where several bodies touch,
 // contacts are springs and dampers so stiff that the substep alone bounds them: that keeps heaps
 // calm, whatever the iteration leaves; a second iteration without springs takes from the velocities
 // what the springs put in. What a lasting load compresses is given back by and by. A body that
@@ -34,6 +35,10 @@ constexpr Real kCalmSpeed = 0.005, kWildSpeed = 0.02;
 /// m: above 0 it tells contact detection that the contact is soft.
 constexpr Real kLeastRest = 1e-12;
 constexpr int kPointIterations = 8, kImpactSweeps = 64, kHardSweeps = 200;
+/// Of a contact of bodies in trees, as a fraction of that without joints.
+constexpr Real kLeastResponse = 1e-4;
+/// Of a violated limit, returned in a substep.
+constexpr Real kLimitReturn = 0.2;
 
 /// Springs of a substep as factors of a rigid contact's impulse. [Catto 2024]
 struct Softness {
@@ -47,31 +52,113 @@ Softness softness_of(Real frequency, Real h) {
   return {omega / a, b / (1 + b), 1 / (1 + b)};
 }
 
-Vec3 point_speed(const FreeBody& b, Vec3 arm) { return b.velocity + glm::cross(b.spin, arm); }
+/// A body of a pair while the pair is iterated, and the impulses on it.
+struct Side {
+  const GroupBody& body;
+  const Response* response;  // of a body in a tree
+  Vec3 velocity, spin;
+  Wrench sum;
 
-Vec3 speed_of(const FreeBody& a, const FreeBody& b, const FreeContact& c) {
-  return point_speed(a, c.arm_a) - point_speed(b, c.arm_b);
+  Side(const Group& g, std::uint32_t i)
+      : body(g.bodies[i]),
+        response(body.node == kNoNode ? nullptr : &g.nodes[body.node].response),
+        velocity(body.velocity),
+        spin(body.spin) {}
+  Vec3 speed_at(Vec3 arm) const { return velocity + glm::cross(spin, arm); }
+  void push(Vec3 arm, Vec3 impulse) {
+    const Vec3 moment = glm::cross(arm, impulse);
+    sum.force += impulse, sum.torque += moment;
+    if (!response) {
+      velocity += body.per_mass * impulse, spin += body.response * moment;
+      return;
+    }
+    velocity += response->vf * impulse + response->vt * moment;
+    spin += impulse * response->vt + response->wt * moment;
+  }
+};
+
+/// Two bodies that touch, while their points are iterated.
+struct Pair {
+  Side a, b;
+  const CrossResponse* cross;  // of two bodies of one tree
+
+  Vec3 speed_of(const GroupContact& c) const {
+    return a.speed_at(c.arm_a) - b.speed_at(c.arm_b);
+  }
+  void push(const GroupContact& c, Vec3 impulse) {
+    a.push(c.arm_a, impulse), b.push(c.arm_b, -impulse);
+    if (!cross) return;
+    const Vec3 on_a = glm::cross(c.arm_a, impulse), on_b = -glm::cross(c.arm_b, impulse);
+    a.velocity += cross->vt * on_b - cross->vf * impulse;
+    a.spin += cross->wt * on_b - cross->wf * impulse;
+    b.velocity += impulse * cross->vf + on_a * cross->wf;
+    b.spin += impulse * cross->vt + on_a * cross->wt;
+  }
+};
+
+Pair begin_pair(const Group& g, const GroupContact& c) {
+  if (c.cross == kNoNode) {
+    for (const std::uint32_t i : {c.a, c.b})
+      if (g.bodies[i].node != kNoNode) visit(g, g.bodies[i].node);
+    return {{g, c.a}, {g, c.b}, nullptr};
+  }
+  visit(g, g.b(c).node);
+  const Side b(g, c.b);
+  visit(g, g.a(c).node);
+  return {{g, c.a}, b, &g.crosses[c.cross]};
 }
 
-void push(FreeBody& a, FreeBody& b, const FreeContact& c, Vec3 impulse) {
-  a.velocity += a.per_mass * impulse, b.velocity -= b.per_mass * impulse;
-  const Vec3 on_a = glm::cross(c.arm_a, impulse), on_b = -glm::cross(c.arm_b, impulse);
-  a.angular_momentum += on_a, b.angular_momentum += on_b;
-  a.spin += a.response * on_a, b.spin += b.response * on_b;
+void end_side(const Group& g, std::uint32_t i, const Side& side) {
+  GroupBody& body = g.bodies[i];
+  if (body.node != kNoNode) {
+    visit(g, body.node);
+    return apply(g, body.node, side.sum);
+  }
+  body.velocity = side.velocity, body.spin = side.spin;
+  body.angular_momentum += side.sum.torque;
 }
 
-/// Arms, gap and response of a contact where its bodies are now.
-void place(const FreeBody& a, const FreeBody& b, FreeContact& c) {
+void end_pair(const Group& g, const GroupContact& c, const Pair& pair) {
+  end_side(g, c.a, pair.a), end_side(g, c.b, pair.b);
+}
+
+/// An impulse at one contact.
+void push(const Group& g, const GroupContact& c, Vec3 impulse) {
+  Pair pair = begin_pair(g, c);
+  pair.push(c, impulse);
+  end_pair(g, c, pair);
+}
+
+Vec3 response_at(const Side& s, Vec3 arm, Vec3 d) {
+  const Vec3 moment = glm::cross(arm, d);
+  if (!s.response) return s.body.per_mass * d + glm::cross(s.body.response * moment, arm);
+  const Response& r = *s.response;
+  return r.vf * d + r.vt * moment + glm::cross(d * r.vt + r.wt * moment, arm);
+}
+
+/// Arms and gap of a contact where its bodies are now.
+void place(const Group& g, GroupContact& c) {
+  const GroupBody &a = g.a(c), &b = g.b(c);
   const Vec3 n = c.axes[0];
-  c.arm_a = a.pose.rotation * c.core_a - c.radius_a * n;
-  c.arm_b = b.pose.rotation * c.core_b + c.radius_b * n;
-  c.gap = glm::dot(n, a.pose.position + c.arm_a - b.pose.position - c.arm_b);
+  c.arm_a = a.pose.position - a.centre + a.pose.rotation * c.core_a - c.radius_a * n;
+  c.arm_b = b.pose.position - b.centre + b.pose.rotation * c.core_b + c.radius_b * n;
+  c.gap = glm::dot(n, a.centre + c.arm_a - b.centre - c.arm_b);
+}
+
+/// The same, and its response.
+void prepare_contact(const Group& g, GroupContact& c) {
+  place(g, c);
+  const Vec3 n = c.axes[0];
+  const Side a(g, c.a), b(g, c.b);
   Vec3 moved[3];
   for (int k = 0; k < 3; ++k) {
     const Vec3 d = c.axes[k];
-    moved[k] = (a.per_mass + b.per_mass) * d +
-               glm::cross(a.response * glm::cross(c.arm_a, d), c.arm_a) +
-               glm::cross(b.response * glm::cross(c.arm_b, d), c.arm_b);
+    moved[k] = response_at(a, c.arm_a, d) + response_at(b, c.arm_b, d);
+    if (c.cross == kNoNode) continue;
+    const CrossResponse& x = g.crosses[c.cross];
+    const Vec3 on_a = glm::cross(c.arm_a, d), on_b = glm::cross(c.arm_b, d);
+    moved[k] -= x.vf * d + x.vt * on_b + glm::cross(x.wf * d + x.wt * on_b, c.arm_a);
+    moved[k] -= d * x.vf + on_a * x.wf + glm::cross(d * x.vt + on_a * x.wt, c.arm_b);
   }
   c.along = glm::dot(n, moved[0]);
   c.cross_first = glm::dot(c.axes[1], moved[0]), c.cross_second = glm::dot(c.axes[2], moved[0]);
@@ -79,6 +166,28 @@ void place(const FreeBody& a, const FreeBody& b, FreeContact& c) {
              k12 = glm::dot(c.axes[1], moved[2]);
   // The softer of the two tangential directions: a mean would overshoot in it.
   c.aside = 0.5 * (k1 + k2) + std::sqrt(0.25 * (k1 - k2) * (k1 - k2) + k12 * k12);
+  // Joints may leave a pair of bodies hardly any way to give in: the contact is theirs then.
+  const Real loose = kLeastResponse * (a.body.per_mass + b.body.per_mass);
+  c.works = c.along > loose && c.aside > loose;
+  if (!c.works) c.impulse = Vec3(0);
+}
+
+void centre_bodies(const Group& g) {
+  for (GroupBody& b : g.bodies)
+    if (b.node == kNoNode) b.centre = b.pose.position;
+}
+
+/// All contacts and trees where the bodies are now.
+void prepare_group(const Group& g, const GroupPart& part) {
+  centre_bodies(g);
+  prepare_trees(g, part);
+  for (std::size_t i = 0; i < g.contacts.size(); ++i) {
+    GroupContact& c = g.contacts[i];
+    const bool first = i == 0 || !have_same_bodies(c, g.contacts[i - 1]);
+    if (first && c.cross != kNoNode)
+      g.crosses[c.cross] = cross_response(g, g.a(c).node, g.b(c).node);
+    prepare_contact(g, c);
+  }
 }
 
 /// What a sweep over contacts aims at.
@@ -91,6 +200,7 @@ Order turned(Order order, int times) {
 
 struct Substep {
   Real h = 0;
+  GroupPart part;
   Softness between, against_fixed;
   bool hard = false;  // without springs
 };
@@ -101,7 +211,7 @@ struct Goal {
   Softness spring;
 };
 
-Goal goal_of(const FreeContact& c, const Softness& spring, const Substep& s, Sweep sweep) {
+Goal goal_of(const GroupContact& c, const Softness& spring, const Substep& s, Sweep sweep) {
   if (c.gap > c.rest) return {-c.gap / s.h, {}};
   if (sweep == Sweep::relaxes) return {};
   if (s.hard) return {c.gap < -c.shallow ? std::min(-0.2 * c.gap / s.h, kPushSpeed) : 0, {}};
@@ -109,8 +219,8 @@ Goal goal_of(const FreeContact& c, const Softness& spring, const Substep& s, Swe
 }
 
 /// One point: returns the change of its impulse, N s.
-Vec3 solve_point(const FreeBody& a, const FreeBody& b, FreeContact& c, const Goal& goal) {
-  const Vec3 u = speed_of(a, b, c);
+Vec3 solve_point(const Pair& pair, GroupContact& c, const Goal& goal) {
+  const Vec3 u = pair.speed_of(c);
   const Real un = glm::dot(c.axes[0], u);
   const Real normal =
       std::max(Real(0), c.impulse.x + goal.spring.by_mass * (goal.speed - un) / c.along -
@@ -125,34 +235,28 @@ Vec3 solve_point(const FreeBody& a, const FreeBody& b, FreeContact& c, const Goa
   return to_world(c, change);
 }
 
-/// One group of bodies that touch one another, and the fixed bodies that they touch.
-struct Group {
-  std::span<FreeBody> bodies;
-  std::span<FreeContact> contacts;
-
-  FreeBody& a(const FreeContact& c) const { return bodies[c.a]; }
-  FreeBody& b(const FreeContact& c) const { return bodies[c.b]; }
-  bool is_fixed(const FreeContact& c) const { return b(c).per_mass == 0; }
-  const Softness& spring_of(const FreeContact& c, const Substep& s) const {
-    return is_fixed(c) ? s.against_fixed : s.between;
-  }
-  /// Whether one body alone is free.
-  bool is_single() const { return bodies.size() < 2 || bodies[1].per_mass == 0; }
-};
+const Softness& spring_of(const Group& g, const GroupContact& c, const Substep& s) {
+  return g.is_fixed(c) ? s.against_fixed : s.between;
+}
 
 /// Contacts [from, to) between the same two bodies. Returns the largest change of speed, m/s.
-Real solve_points(const Group& g, std::span<FreeContact> points, const Substep& s, Sweep sweep) {
+Real solve_points(const Group& g, std::span<GroupContact> points, const Substep& s, Sweep sweep) {
   Real most = 0;
   const int iterations = points.size() > 1 ? kPointIterations : 1;
-  for (int n = 0; n < iterations; ++n)
+  Pair pair = begin_pair(g, points.front());
+  for (int n = 0; n < iterations; ++n) {
+    bool any = false;
     for (std::size_t i = 0; i < points.size(); ++i) {
-      FreeContact& c = points[n % 2 == 0 ? i : points.size() - 1 - i];
-      FreeBody &a = g.a(c), &b = g.b(c);
-      const Vec3 change = solve_point(a, b, c, goal_of(c, g.spring_of(c, s), s, sweep));
+      GroupContact& c = points[n % 2 == 0 ? i : points.size() - 1 - i];
+      if (!c.works) continue;
+      const Vec3 change = solve_point(pair, c, goal_of(c, spring_of(g, c, s), s, sweep));
       if (change == Vec3(0)) continue;
-      push(a, b, c, change);
-      most = std::max(most, c.along * glm::length(change));
+      pair.push(c, change);
+      most = std::max(most, c.along * glm::length(change)), any = true;
     }
+    if (!any) break;
+  }
+  if (most > 0) end_pair(g, points.front(), pair);
   return most;
 }
 
@@ -172,11 +276,19 @@ Real sweep_contacts(const Group& g, const Substep& s, Sweep sweep, Order order) 
   return most;
 }
 
+/// Limits, then contacts.
+Real sweep_group(const Group& g, const Substep& s, Sweep sweep, Order order) {
+  solve_limits(g, s.h, sweep == Sweep::solves ? kLimitReturn : 0);
+  return sweep_contacts(g, s, sweep, order);
+}
+
 /// The impact of two bodies that meet within the substep, at the time when they do. They continue
 /// as if they had come from where that leads back to. False if they do not meet.
-bool meet(FreeBody& a, FreeBody& b, FreeContact& c, Real h) {
+bool meet(const Group& g, GroupContact& c, Real h) {
+  GroupBody &a = g.a(c), &b = g.b(c);
   const Vec3 n = c.axes[0];
-  const Real speed = glm::dot(n, speed_of(a, b, c));
+  Pair pair = begin_pair(g, c);
+  const Real speed = glm::dot(n, pair.speed_of(c));
   const Real pull = glm::dot(n, a.acceleration - b.acceleration);
   const Real gap = std::max(Real(0), c.gap);
   if (speed > -kSlowestImpact || gap + h * (speed + 0.5 * h * pull) > 0) return false;
@@ -185,8 +297,10 @@ bool meet(FreeBody& a, FreeBody& b, FreeContact& c, Real h) {
   const Real when = std::min(h, 2 * gap / (root - speed));
   const Real after = -c.restitution * (speed + pull * when) - pull * when;
   const Real impulse = (after - speed) / c.along;
-  push(a, b, c, impulse * n);
+  pair.push(c, impulse * n);
+  end_pair(g, c, pair);
   c.passed.x += impulse;
+  if (a.node != kNoNode || b.node != kNoNode) return true;
   const Real back = -when * (after + 0.5 * pull * when) - gap;
   const Real whole = a.per_mass + b.per_mass;
   a.pose.position += back * a.per_mass / whole * n,
@@ -200,17 +314,18 @@ void collide_elastically(const Group& g, const Substep& s) {
   bool moved = false;
   for (int sweep = 0; sweep < kImpactSweeps; ++sweep) {
     bool any = false;
-    for (FreeContact& c : g.contacts)
-      any = (c.restitution > 0 && meet(g.a(c), g.b(c), c, s.h)) || any;
+    for (GroupContact& c : g.contacts)
+      any = (c.restitution > 0 && c.works && meet(g, c, s.h)) || any;
     if (!any) break;
     moved = true;
   }
-  for (FreeContact& c : g.contacts)
-    if (moved) place(g.a(c), g.b(c), c);
+  if (!moved) return;
+  centre_bodies(g);
+  for (GroupContact& c : g.contacts) prepare_contact(g, c);
 }
 
 /// Weight, forces and drag over a substep.
-void accelerate(FreeBody& b, Real h) {
+void accelerate(GroupBody& b, Real h) {
   const Real half = std::exp(-0.5 * h * b.drag);  // of drag before and after
   b.before = b.velocity;
   b.velocity = half * (half * b.velocity + h * b.acceleration);
@@ -220,7 +335,7 @@ void accelerate(FreeBody& b, Real h) {
 
 /// Free flight goes by the mean velocity, which is exact for a parabola; in contact the velocity at
 /// the end is what the contacts hold.
-void move(FreeBody& b, Real h) {
+void move(GroupBody& b, Real h) {
   if (b.per_mass == 0) {
     b.pose.position += h * b.velocity;
     b.pose.rotation = glm::normalize(from_rotation_vector(h * b.spin) * b.pose.rotation);
@@ -234,30 +349,42 @@ void move(FreeBody& b, Real h) {
   b.spin = b.response * b.angular_momentum;
 }
 
+/// The impulses of the substep before.
+void push_again(const Group& g) {
+  push_limits(g);
+  for (const GroupContact& c : g.contacts)
+    if (c.impulse != Vec3(0)) push(g, c, to_world(c, c.impulse));
+}
+
 void take_substep(const Group& g, const Substep& s, Order order) {
-  for (FreeContact& c : g.contacts) place(g.a(c), g.b(c), c);
+  prepare_group(g, s.part);
   collide_elastically(g, s);
-  for (FreeBody& b : g.bodies)
-    if (b.per_mass > 0) accelerate(b, s.h), b.touched = false;
-  for (FreeContact& c : g.contacts)
-    if (c.impulse != Vec3(0)) push(g.a(c), g.b(c), c, to_world(c, c.impulse));
+  for (GroupBody& b : g.bodies)
+    if (b.per_mass > 0 && b.node == kNoNode) accelerate(b, s.h), b.touched = false;
+  push_again(g);
   const Real enough = 1e-14 * (1 + glm::length(g.bodies.front().velocity));
   const int sweeps = s.hard ? kHardSweeps : 1;
   for (int n = 0; n < sweeps; ++n)
-    if (sweep_contacts(g, s, Sweep::solves, turned(order, n)) <= enough) break;
-  for (const FreeContact& c : g.contacts)
+    if (sweep_group(g, s, Sweep::solves, turned(order, n)) <= enough) break;
+  for (const GroupContact& c : g.contacts)
     if (c.impulse.x > 0) g.a(c).touched = g.b(c).touched = true;
-  for (FreeBody& b : g.bodies) move(b, s.h);
+  settle_trees(g);
+  bound_drives(g, s.h);
+  for (GroupBody& b : g.bodies)
+    if (b.node == kNoNode) move(b, s.h);
+  move_trees(g, s.part);
   const bool pushed = !s.hard || std::any_of(g.contacts.begin(), g.contacts.end(),
                                              [](auto& c) { return c.gap < -c.shallow; });
   for (int n = 0; n < (pushed ? sweeps : 0); ++n)
-    if (sweep_contacts(g, s, Sweep::relaxes, turned(order, n + 1)) <= enough) break;
-  for (FreeContact& c : g.contacts) c.passed += c.impulse;
+    if (sweep_group(g, s, Sweep::relaxes, turned(order, n + 1)) <= enough) break;
+  settle_trees(g);
+  release_trees(g, s.part);
+  for (GroupContact& c : g.contacts) c.passed += c.impulse;
 }
 
 /// m, by which a contact's spring is compressed.
-Real compression(const Group& g, const FreeContact& c, const Substep& s) {
-  const Softness& spring = g.spring_of(c, s);
+Real compression(const Group& g, const GroupContact& c, const Substep& s) {
+  const Softness& spring = spring_of(g, c, s);
   return spring.by_impulse * c.impulse.x * c.along / (spring.by_mass * spring.rate);
 }
 
@@ -266,9 +393,9 @@ Real compression(const Group& g, const FreeContact& c, const Substep& s) {
 void take_up(const Group& g, const Substep& s, Real h) {
   const Real part = 1 - std::exp(-h / kTakeUpTime);
   Real speed = 0;
-  for (const FreeBody& b : g.bodies)
+  for (const GroupBody& b : g.bodies)
     if (b.per_mass > 0) speed = std::max(speed, glm::length(b.velocity));
-  for (FreeContact& c : g.contacts) c.rest = std::max(kLeastRest, c.rest);
+  for (GroupContact& c : g.contacts) c.rest = std::max(kLeastRest, c.rest);
   if (speed > kCalmSpeed && speed < kWildSpeed) return;
   for (std::size_t from = 0, to = 0; from < g.contacts.size(); from = to) {
     Real sum = 0, bearing = 0;
@@ -279,7 +406,7 @@ void take_up(const Group& g, const Substep& s, Real h) {
     }
     const Real mean = bearing > 0 ? sum / bearing : 0;
     for (std::size_t i = from; i < to; ++i) {
-      FreeContact& c = g.contacts[i];
+      GroupContact& c = g.contacts[i];
       const Real load = kTakenUp * mean;
       const Real rest = speed < kWildSpeed ? std::clamp(load, Real(0), c.shallow) : 0;
       c.settling = std::abs(rest - c.rest);
@@ -290,12 +417,12 @@ void take_up(const Group& g, const Substep& s, Real h) {
 
 /// The gaps in the end; overlaps of a body that touches fixed ones alone are closed.
 void finish_group(const Group& g) {
-  for (FreeContact& c : g.contacts) place(g.a(c), g.b(c), c);
+  for (GroupContact& c : g.contacts) place(g, c);
   if (!g.is_single()) return;
-  FreeBody& body = g.bodies.front();
+  GroupBody& body = g.bodies.front();
   for (int round = 0; round < 4; ++round) {
     HalfSpaces planes;
-    for (const FreeContact& c : g.contacts) {
+    for (const GroupContact& c : g.contacts) {
       const Vec3 n = c.axes[0];
       const Real gap = glm::dot(n, body.pose.position + c.arm_a - g.b(c).pose.position - c.arm_b);
       if (gap < 0 && gap > -c.shallow) planes.add(n, -gap);
@@ -303,19 +430,18 @@ void finish_group(const Group& g) {
     if (planes.count == 0) break;
     body.pose.position += push_out(planes);
   }
-  for (FreeContact& c : g.contacts) place(g.a(c), g.b(c), c);
+  for (GroupContact& c : g.contacts) place(g, c);
 }
 
 }  // namespace
 
-Mat3 inverse_inertia(const FreeBody& b, Quat q) {
+Mat3 inverse_inertia(const GroupBody& b, Quat q) {
   const Mat3 r = glm::mat3_cast(q);
   const Vec3 per = b.per_inertia;
   return Mat3(per.x * r[0], per.y * r[1], per.z * r[2]) * glm::transpose(r);
 }
 
-void step_free_group(std::span<FreeBody> bodies, std::span<FreeContact> contacts, Real h) {
-  const Group g{bodies, contacts};
+void step_group(const Group& g, Real h) {
   const int substeps =
       std::clamp(static_cast<int>(std::ceil(h / kLongestSubstep)), 1, kMostSubsteps);
   Substep s;
@@ -323,14 +449,23 @@ void step_free_group(std::span<FreeBody> bodies, std::span<FreeContact> contacts
   s.between = softness_of(kContactFrequency, s.h);
   s.against_fixed = softness_of(2 * kContactFrequency, s.h);
   s.hard = g.is_single();
-  for (FreeContact& c : g.contacts) {
+  for (GroupContact& c : g.contacts) {
     c.impulse *= s.h;        // from the mean force
     if (s.hard) c.rest = 0;  // what a heap took up has no spring to bear it
   }
-  for (int n = 0; n < substeps; ++n) take_substep(g, s, turned(Order::forwards, n));
+  for (int n = 0; n < substeps; ++n) {
+    s.part = {s.h, Real(n) / substeps, n + 1 == substeps ? 1 : Real(n + 1) / substeps, h};
+    take_substep(g, s, turned(Order::forwards, n));
+  }
   if (!s.hard) take_up(g, s, h);
+  if (!g.trees.empty()) {  // motions that the joints allow at the final poses
+    const GroupPart end{0, 1, 1, h};
+    prepare_trees(g, end);
+    settle_trees(g);
+    release_trees(g, end);
+  }
   finish_group(g);
-  for (FreeContact& c : g.contacts) c.impulse /= s.h;
+  for (GroupContact& c : g.contacts) c.impulse /= s.h;
 }
 
 }  // namespace pantin::detail::articulated

@@ -1,0 +1,236 @@
+#pragma once
+/// Groups of bodies and trees in contact, while they are stepped: see step_group.cpp.
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/base/disjoint_sets.hpp"
+#include "engine/base/math.hpp"
+
+namespace pantin {
+struct JointDrive;
+}
+
+namespace pantin::detail::articulated {
+
+inline constexpr std::uint32_t kNoNode = UINT32_MAX;
+
+/// A body in contact during one step: free, part of a tree, or fixed or kinematic, with zeros for
+/// what resists.
+struct GroupBody {
+  std::uint32_t slot = 0, island = UINT32_MAX;
+  std::uint32_t node = kNoNode;  // in the group, of a body in a tree
+  Pose pose;
+  /// m/s, rad/s. Of a body in a tree, between prepare_trees and release_trees: of the point of the
+  /// body that is at the centre of the tree.
+  Vec3 velocity{0}, spin{0};
+  Vec3 angular_momentum{0};  // kg m^2/s, about the mass centre, world axes
+  Real per_mass = 0;         // 1/kg
+  Vec3 per_inertia{0};       // 1/(kg m^2), principal
+  Mat3 response{0};          // inverse inertia, world axes
+  Vec3 acceleration{0};      // m/s^2, of weight and applied force
+  Vec3 torque{0};            // N m
+  Real drag = 0;             // 1/s
+  Vec3 centre{0};            // m: the contacts' arms start here
+  Vec3 before{0};            // velocity at the start of the substep
+  bool touched = false;      // a contact bears it in this substep
+};
+
+/// A force and its torque, or an impulse and its moment.
+struct Wrench {
+  Vec3 force{0}, torque{0};
+  Wrench& operator+=(const Wrench& o) {
+    force += o.force, torque += o.torque;
+    return *this;
+  }
+};
+
+/// What a wrench changes of a motion: velocity = vf force + vt torque, spin = vt^T force + wt
+/// torque. Symmetric as a whole.
+struct Response {
+  Mat3 vf{0}, vt{0}, wt{0};
+};
+
+struct PackedJoint;
+
+/// The inertia of a rigid or articulated body: force = ff velocity + ft spin, torque = ft^T velocity
+/// + tt spin.
+struct SpatialInertia {
+  Mat3 ff{0}, ft{0}, tt{0};
+};
+
+/// A limited direction of a joint in a substep.
+struct GroupLimit {
+  Vec3 along{0};       // world: relative turning this way comes nearer to the limit
+  Real clearance = 0;  // rad
+  Real response = 0;   // 1/(kg m^2)
+  Real impulse = 0;    // N m s of a substep, against `along`
+  bool listed = false;
+  bool both_ways = false;  // a lock
+};
+
+/// A body of a tree in a group. Wrenches and motions are those of the tree's centre, which is a
+/// fixed point of the world during a substep.
+struct GroupNode {
+  std::uint32_t parent = kNoNode;  // node; none at a root
+  std::uint32_t body = 0;          // in the group
+  std::uint32_t tree = 0;          // in the group
+  std::uint32_t column = 0;        // in the island
+  std::uint32_t depth = 0;         // joints from the root
+  std::uint32_t next = kNoNode;    // towards the node that is visited next
+  const PackedJoint* joint = nullptr;  // none: a free ball joint
+  const JointDrive* drive = nullptr;
+  bool free_root = false;
+  Real drive_share = 1;                       // of the drive's torque that its bound allows
+  Real drive_torque = 0;                      // N m
+  Vec3 own_anchor{0}, parent_anchor{0};       // m, body frames
+  Real mass = 0;                              // kg
+  Vec3 inertia{0};                            // kg m^2, principal
+  // In a substep, from the pose at its start:
+  Vec3 arm{0}, point{0};         // of the mass centre and of the joint, from the centre
+  Quat rotation{1, 0, 0, 0};
+  Mat3 world_inertia{0};
+  SpatialInertia whole;                 // of the body and all that its joints carry
+  Mat3 by_force{0}, by_torque{0};  // U: wrench by relative spin, the joint's parent held
+  Mat3 mobility{0};              // relative spin by torque at the joint
+  Vec3 torque{0};                // N m s at the joint, of all impulses outboard of it so far
+  Wrench pending;                // impulses that the parent has not been given yet
+  Response response;
+  Wrench begin, load;            // momentum and forces; impulses of contacts and ties
+  Wrench passing;                // through the joint in the substep
+  Vec3 spring_torque{0};         // N m s, of soft zones and the drive at no relative spin
+  Mat3 spring{0};                // what relative spin takes from it
+  bool has_spring = false, is_limited = false;
+  GroupLimit limits[4];
+  // Over the step:
+  Wrench reaction;               // N s through the joint; the torque about it, without springs
+};
+
+/// One tree of a group.
+struct GroupTree {
+  std::uint32_t first = 0, count = 0;  // nodes
+  std::uint32_t first_body = 0;        // in the same order
+  std::uint32_t island = 0, number = 0;
+  std::uint32_t at = 0;  // the node whose motion is known, as those between it and the root are
+  Vec3 centre{0};
+  // The anchor that holds it, over the step; `held` is the body that has it:
+  Pose held_before, held_after;
+  Vec3 from{0}, to{0};                         // m
+  Vec3 anchor_velocity{0}, held_spin{0};       // m/s, rad/s
+  Quat held_rotation{1, 0, 0, 0};              // now
+  Real mass = 0;
+  Vec3 before{0};                              // m/s, of a free tree's mass centre, before forces
+  bool touched = false;
+  bool is_limited = false;  // any joint of it has limits
+};
+
+/// One contact point of two of them.
+struct GroupContact {
+  std::uint32_t contact = 0;     // in contacts_of(world)
+  std::uint32_t a = 0, b = 0;    // bodies of the group
+  std::uint32_t cross = kNoNode;  // of two bodies of one tree: in GroupScratch::crosses
+  Vec3 axes[3];                  // the normal, from b to a, and two across it
+  Vec3 core_a{0}, core_b{0};     // in the bodies' frames; for round shapes a radius below the surface
+  Real radius_a = 0, radius_b = 0;
+  Vec3 arm_a{0}, arm_b{0};                                       // m, world
+  Real gap = 0;                                                  // m
+  Real along = 0, aside = 0, cross_first = 0, cross_second = 0;  // response, 1/kg
+  bool works = true;  // the bodies can give way to it
+  Real friction = 0, restitution = 0;
+  Real rest = 0;      // see Contact
+  Real settling = 0;  // m, by which that was short of the load
+  Real shallow = 0;   // m: overlaps up to here are removed without speed
+  Vec3 impulse{0};    // N s of a substep, along the axes; between steps the mean force, N
+  Vec3 passed{0};     // N s over the step so far
+};
+
+inline bool have_same_bodies(const GroupContact& c, const GroupContact& d) {
+  return c.a == d.a && c.b == d.b;
+}
+
+/// A vector given by its components along the axes of a contact.
+inline Vec3 to_world(const GroupContact& c, Vec3 v) {
+  return v.x * c.axes[0] + v.y * c.axes[1] + v.z * c.axes[2];
+}
+
+/// What a wrench on body b of a pair changes of the motion of body a, both of one tree.
+struct CrossResponse {
+  Mat3 vf{0}, vt{0}, wf{0}, wt{0};
+};
+
+/// One group of a step: bodies that touch one another, and the fixed ones that they touch.
+struct Group {
+  std::span<GroupBody> bodies;
+  std::span<GroupContact> contacts;
+  std::span<GroupNode> nodes;
+  std::span<GroupTree> trees;
+  std::span<CrossResponse> crosses;
+  Real time = 0;  // s, at the start of the step
+
+  GroupBody& a(const GroupContact& c) const { return bodies[c.a]; }
+  GroupBody& b(const GroupContact& c) const { return bodies[c.b]; }
+  bool is_fixed(const GroupContact& c) const { return b(c).per_mass == 0; }
+  /// Whether one body alone is free, and without joints.
+  bool is_single() const {
+    return trees.empty() && (bodies.size() < 2 || bodies[1].per_mass == 0);
+  }
+};
+
+/// A part of a step: its length, s, and the fractions of the step at which it begins and ends.
+struct GroupPart {
+  Real h = 0, begin = 0, end = 1;
+  Real whole = 0;  // s, of the step
+};
+
+// Trees in a group (group_trees.cpp): every joint closed and exact, whatever impulses act.
+
+/// Prepares impulses on trees at their present poses: motions from momenta and the forces of the
+/// part.
+void prepare_trees(const Group& g, const GroupPart& part);
+/// Makes the motion of a body in a tree current.
+void visit(const Group& g, std::uint32_t node);
+/// An impulse on a body of a tree that was visited last in its tree.
+void apply(const Group& g, std::uint32_t node, const Wrench& impulse);
+/// The spin of a node relative to its parent, rad/s.
+Vec3 relative_spin(const Group& g, std::uint32_t node);
+/// What a torque at a joint changes of that.
+Vec3 joint_response(const Group& g, const GroupNode& n, Vec3 along);
+/// An impulse of torque on a node, and the opposite on its parent.
+void apply_at_joint(const Group& g, std::uint32_t node, Vec3 torque);
+/// The response of one body of a tree to a wrench on another.
+CrossResponse cross_response(const Group& g, std::uint32_t node, std::uint32_t on);
+/// Makes the motions of all bodies current.
+void settle_trees(const Group& g);
+/// Moves the trees by their motions (group_motion.cpp).
+void move_trees(const Group& g, const GroupPart& part);
+/// After settle_trees: the bodies' own velocities and momenta, and the forces through the joints.
+void release_trees(const Group& g, const GroupPart& part);
+/// Limits, springs and drives of the joints of trees (group_joints.cpp).
+void prepare_springs(const Group& g, GroupNode& n, const GroupPart& part);
+void prepare_limits(const Group& g, std::uint32_t node);
+void push_limits(const Group& g);
+/// Every limit once. What is violated is turned back at this fraction of it a substep.
+void solve_limits(const Group& g, Real h, Real return_rate);
+void bound_drives(const Group& g, Real h);
+
+/// Scratch memory of the groups of a step.
+struct GroupScratch {
+  /// What touches: its bodies, free ones and trees first, and its contacts.
+  struct Range {
+    std::size_t first_body = 0, bodies = 0, first_contact = 0, contacts = 0;
+    std::size_t first_node = 0, nodes = 0, first_tree = 0, trees = 0, first_cross = 0, crosses = 0;
+  };
+  DisjointSets sets{0};                       // of islands
+  std::vector<std::uint32_t> group_of;        // by island
+  std::vector<std::uint8_t> eligible, awake;  // by group, which is its first island
+  std::vector<std::uint32_t> order;           // of contacts
+  std::vector<std::uint32_t> index;           // of a body in its group, by slot
+  std::vector<Range> groups;
+  std::vector<GroupBody> bodies;
+  std::vector<GroupContact> contacts;
+  std::vector<GroupNode> nodes;
+  std::vector<GroupTree> trees;
+  std::vector<CrossResponse> crosses;
+};
+
+}  // namespace pantin::detail::articulated

@@ -1,0 +1,122 @@
+// Limits, soft zones and drives of the joints of trees in contact.
+//
+// Soft zones and drives are springs and dampers at the end of the substep, part of the joint's
+// mobility; limits are impulses, iterated with the contacts.
+#include <algorithm>
+
+#include "engine/base/rotation.hpp"
+#include "engine/solvers/articulated/internal.hpp"
+#include "engine/world/joint_drive.hpp"
+
+namespace pantin::detail::articulated {
+namespace {
+
+/// rad: a limit farther away than this is not looked at in a substep.
+constexpr Real kNear = 0.3;
+/// rad/s: no violated limit is left faster.
+constexpr Real kFastestReturn = 4;
+
+Quat rotation_of_parent(const Group& g, const GroupNode& n) {
+  return n.parent == kNoNode ? g.trees[n.tree].held_rotation : g.nodes[n.parent].rotation;
+}
+
+void add_drive(const Group& g, GroupNode& n, const GroupPart& part) {
+  const JointDrive& drive = *n.drive;
+  const Real until = g.time + part.end * part.whole, from = g.time + part.begin * part.whole;
+  const Quat parent = rotation_of_parent(g, n);
+  const Quat to = own_rotation(*n.joint, parent, target_at(drive, until));
+  Vec3 ahead(0);  // rad
+  if (!drive.keys.empty())
+    ahead = rotation_vector(
+        to * glm::conjugate(own_rotation(*n.joint, parent, target_at(drive, from))));
+  const Real k = n.drive_share * part.h * drive.stiffness, d = n.drive_share * drive.damping;
+  // The target is where the drive wants the joint at the end.
+  n.spring += Mat3(part.h * k + part.h * d);
+  n.spring_torque += k * rotation_vector(to * glm::conjugate(n.rotation)) + d * ahead;
+}
+
+}  // namespace
+
+void prepare_springs(const Group& g, GroupNode& n, const GroupPart& part) {
+  const JointLimits& limits = n.joint->joint.limits;
+  if (limits.soft_zone > 0) {
+    JointLimit found[4];
+    find_limits(*n.joint, n.rotation, rotation_of_parent(g, n), found);
+    for (const JointLimit& limit : found) {
+      const Real within = limits.soft_zone - limit.clearance;
+      if (!limit.watched || !(within > 0)) continue;
+      const Real k = part.h * limits.soft_stiffness;
+      n.spring += part.h * (k + limits.soft_damping) *
+                  glm::outerProduct(limit.along, limit.along);
+      n.spring_torque -= k * within * limit.along;
+    }
+  }
+  if (n.drive) add_drive(g, n, part);
+}
+
+void bound_drives(const Group& g, Real h) {
+  for (GroupNode& n : g.nodes) {
+    if (!n.drive || !(h > 0)) continue;
+    const Vec3 parent =
+        n.parent == kNoNode ? g.trees[n.tree].held_spin : g.bodies[g.nodes[n.parent].body].spin;
+    const Vec3 turning = g.bodies[n.body].spin - parent;
+    const Vec3 torque = (n.spring_torque - n.spring * turning) / (h * n.drive_share);
+    const Real whole = glm::length(torque);
+    n.drive_share = whole > n.drive->max_torque ? n.drive->max_torque / whole : 1;
+    n.drive_torque = n.drive_share * whole;
+  }
+}
+
+void prepare_limits(const Group& g, std::uint32_t node) {
+  GroupNode& n = g.nodes[node];
+  JointLimit found[4];
+  find_limits(*n.joint, n.rotation, rotation_of_parent(g, n), found);
+  for (int s = 0; s < 4; ++s) {
+    GroupLimit& limit = n.limits[s];
+    limit.listed = found[s].watched &&
+                   (found[s].both_ways || limit.impulse > 0 || found[s].clearance < kNear);
+    if (!limit.listed) {
+      limit.impulse = 0;
+      continue;
+    }
+    limit.along = found[s].along, limit.clearance = found[s].clearance;
+    limit.both_ways = found[s].both_ways;
+    limit.response = glm::dot(limit.along, joint_response(g, n, limit.along));
+    // A joint that cannot turn this way has no use for the limit.
+    if (!(limit.response > 0)) limit.listed = false, limit.impulse = 0;
+  }
+}
+
+void push_limits(const Group& g) {
+  for (std::uint32_t i = 0; i < g.nodes.size(); ++i) {
+    const GroupNode& n = g.nodes[i];
+    if (!n.is_limited) continue;
+    Vec3 sum(0);
+    for (const GroupLimit& limit : n.limits)
+      if (limit.listed) sum -= limit.impulse * limit.along;
+    if (sum != Vec3(0)) apply_at_joint(g, i, sum);
+  }
+}
+
+void solve_limits(const Group& g, Real h, Real return_rate) {
+  for (std::uint32_t i = 0; i < g.nodes.size(); ++i) {
+    GroupNode& n = g.nodes[i];
+    if (!n.is_limited) continue;
+    for (GroupLimit& limit : n.limits) {
+      if (!limit.listed) continue;
+      const Real speed = glm::dot(limit.along, relative_spin(g, i));
+      const Real most = limit.clearance > 0 && !limit.both_ways
+                            ? limit.clearance / h
+                            : std::clamp(return_rate * limit.clearance / h, -kFastestReturn,
+                                         kFastestReturn);
+      Real impulse = limit.impulse + (speed - most) / limit.response;
+      if (!limit.both_ways) impulse = std::max(Real(0), impulse);
+      const Real more = impulse - limit.impulse;
+      if (more == 0) continue;
+      limit.impulse = impulse;
+      apply_at_joint(g, i, -more * limit.along);
+    }
+  }
+}
+
+}  // namespace pantin::detail::articulated

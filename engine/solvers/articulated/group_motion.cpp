@@ -1,0 +1,164 @@
+// How trees in contact move: the bodies turn, the joints place them.
+#include <algorithm>
+
+#include "engine/base/rotation.hpp"
+#include "engine/joints/kinds.hpp"
+#include "engine/solvers/articulated/internal.hpp"
+
+namespace pantin::detail::articulated {
+namespace {
+
+/// Angular momentum in the body after a time in which nothing acts: Euler's equations by the
+/// midpoint rule, which keeps its size and the energy, however thin the body is.
+Vec3 turned_momentum(Vec3 momentum, Vec3 inertia, Real h) {
+  const Vec3 per = Real(1) / inertia;
+  Vec3 next = momentum;
+  const auto cross = [](Vec3 v) { return Mat3(0, v.z, -v.y, -v.z, 0, v.x, v.y, -v.x, 0); };
+  for (int n = 0; n < 3; ++n) {
+    const Vec3 mean = 0.5 * (momentum + next), spin = per * mean;
+    const Vec3 left = next - momentum - h * glm::cross(mean, spin);
+    Mat3 part = cross(mean);
+    for (int k = 0; k < 3; ++k) part[k] *= per[k];
+    const Mat3 slope = Mat3(1) - 0.5 * h * (part - cross(spin));
+    next -= glm::inverse(slope) * left;
+  }
+  return next;
+}
+
+/// A tree of which no anchor holds any part.
+bool is_free(const Group& g, const GroupTree& t) { return g.nodes[t.first].free_root; }
+
+Vec3 own_velocity(const GroupBody& b, const GroupNode& n) {
+  return b.velocity + glm::cross(b.spin, n.arm);
+}
+
+/// Turns a body by its spin, as far as the joint allows.
+Quat turned(const GroupBody& b, const GroupNode& n, Quat parent, Real h) {
+  const Quat q = glm::normalize(from_rotation_vector(h * b.spin) * n.rotation);
+  if (!n.joint) return q;
+  const JointKind kind = n.joint->joint.kind;
+  if (turns_of(kind) == Turns::freely) return q;
+  return own_rotation(*n.joint, parent,
+                      allowed_by_kind(kind, joint_rotation(*n.joint, q, parent)));
+}
+
+void move_tree(const Group& g, GroupTree& t, const GroupPart& part) {
+  const Real h = part.h;
+  const Quat held =
+      part.end >= 1 ? t.held_after.rotation
+                    : glm::normalize(fraction_of(t.held_after.rotation *
+                                                     glm::conjugate(t.held_before.rotation),
+                                                 part.end) *
+                                     t.held_before.rotation);
+  Vec3 middle(0), drift(0);
+  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
+    const GroupNode& n = g.nodes[i];
+    GroupBody& b = g.bodies[n.body];
+    const GroupBody* p = n.parent == kNoNode ? nullptr : &g.bodies[g.nodes[n.parent].body];
+    const Vec3 velocity = own_velocity(b, n), before = b.pose.position;
+    b.pose.rotation = turned(b, n, p ? p->pose.rotation : held, h);
+    if (n.free_root)
+      b.pose.position += h * velocity;
+    else
+      b.pose.position = (p ? to_world(p->pose, n.parent_anchor)
+                           : t.from + part.end * (t.to - t.from)) -
+                        b.pose.rotation * n.own_anchor;
+    drift += n.mass * velocity, middle += n.mass * (b.pose.position - before);
+    t.touched = t.touched || b.touched;
+  }
+  if (!is_free(g, t)) return;
+  // The mass centre moves as its velocity says; in free flight by the mean, which is exact for a
+  // parabola.
+  drift /= t.mass;
+  const Vec3 shift = h * (t.touched ? drift : 0.5 * (t.before + drift)) - middle / t.mass;
+  for (std::uint32_t i = t.first; i < t.first + t.count; ++i)
+    g.bodies[g.nodes[i].body].pose.position += shift;
+}
+
+/// The angular momentum of a free tree about its mass centre is that before it moved: what the
+/// joints took is given back by turning all of it.
+struct AngularMomentum {
+  Vec3 middle{0}, drift{0}, sum{0};
+  Mat3 inertia{0};
+};
+
+void keep_angular_momentum(const Group& g, const GroupTree& t, Vec3 before) {
+  AngularMomentum now;
+  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
+    const GroupNode& n = g.nodes[i];
+    const GroupBody& b = g.bodies[n.body];
+    now.middle += n.mass * b.pose.position, now.drift += n.mass * b.velocity;
+  }
+  now.middle /= t.mass, now.drift /= t.mass;
+  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
+    const GroupNode& n = g.nodes[i];
+    const GroupBody& b = g.bodies[n.body];
+    const Vec3 r = b.pose.position - now.middle;
+    now.sum += b.angular_momentum + n.mass * glm::cross(r, b.velocity - now.drift);
+    now.inertia += world_inertia(b.pose.rotation, n.inertia) +
+                   n.mass * (Mat3(glm::dot(r, r)) - glm::outerProduct(r, r));
+  }
+  const Vec3 axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  const Vec3 spin = compliance_of(now.inertia, axes, 3) * (before - now.sum);
+  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
+    const GroupNode& n = g.nodes[i];
+    GroupBody& b = g.bodies[n.body];
+    b.velocity += glm::cross(spin, b.pose.position - now.middle);
+    b.angular_momentum += world_inertia(b.pose.rotation, n.inertia) * spin;
+  }
+}
+
+/// What each joint has passed on in the substep, from what its outboard bodies have gained.
+void add_reactions(const Group& g, const GroupTree& t) {
+  for (std::uint32_t i = t.first + t.count; i-- > t.first;) {
+    GroupNode& n = g.nodes[i];
+    const GroupBody& b = g.bodies[n.body];
+    const Vec3 momentum = n.mass * own_velocity(b, n);
+    Wrench gained{momentum, n.world_inertia * b.spin + glm::cross(n.arm, momentum)};
+    gained.force -= n.begin.force + n.load.force;
+    gained.torque -= n.begin.torque + n.load.torque;
+    n.passing += gained;
+    if (n.free_root) continue;
+    n.reaction.force += n.passing.force;
+    n.reaction.torque += n.passing.torque - glm::cross(n.point, n.passing.force);
+    if (n.has_spring) {
+      const Vec3 parent = n.parent == kNoNode ? t.held_spin
+                                              : g.bodies[g.nodes[n.parent].body].spin;
+      n.reaction.torque -= n.spring_torque - n.spring * (b.spin - parent);
+    }
+    if (n.parent != kNoNode) g.nodes[n.parent].passing += n.passing;
+  }
+}
+
+void release_tree(const Group& g, GroupTree& t, const GroupPart& part) {
+  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) g.nodes[i].passing = {};
+  if (part.h > 0) add_reactions(g, t);
+  Vec3 middle(0), drift(0), before(0);
+  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
+    const GroupNode& n = g.nodes[i];
+    GroupBody& b = g.bodies[n.body];
+    b.velocity = own_velocity(b, n);
+    middle += n.mass * n.arm, drift += n.mass * b.velocity;
+  }
+  middle /= t.mass, drift /= t.mass;
+  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
+    const GroupNode& n = g.nodes[i];
+    GroupBody& b = g.bodies[n.body];
+    const Vec3 inside = n.inertia * (glm::conjugate(n.rotation) * b.spin);
+    before += n.world_inertia * b.spin + n.mass * glm::cross(n.arm - middle, b.velocity - drift);
+    b.angular_momentum = b.pose.rotation * turned_momentum(inside, n.inertia, part.h);
+  }
+  if (is_free(g, t) && part.h > 0) keep_angular_momentum(g, t, before);
+}
+
+}  // namespace
+
+void move_trees(const Group& g, const GroupPart& part) {
+  for (GroupTree& t : g.trees) move_tree(g, t, part);
+}
+
+void release_trees(const Group& g, const GroupPart& part) {
+  for (GroupTree& t : g.trees) release_tree(g, t, part);
+}
+
+}  // namespace pantin::detail::articulated
