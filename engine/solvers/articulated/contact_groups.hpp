@@ -21,8 +21,7 @@ struct GroupBody {
   std::uint32_t slot = 0, island = UINT32_MAX;
   std::uint32_t node = kNoNode;  // in the group, of a body in a tree
   Pose pose;
-  /// m/s, rad/s. Of a body in a tree, between prepare_trees and release_trees: of the point of the
-  /// body that is at the centre of the tree.
+  /// m/s, rad/s. Of a body in a tree, between prepare_trees and release_trees, those of its joint.
   Vec3 velocity{0}, spin{0};
   Vec3 angular_momentum{0};  // kg m^2/s, about the mass centre, world axes
   Real per_mass = 0;         // 1/kg
@@ -31,7 +30,7 @@ struct GroupBody {
   Vec3 acceleration{0};      // m/s^2, of weight and applied force
   Vec3 torque{0};            // N m
   Real drag = 0;             // 1/s
-  Vec3 centre{0};            // m: the contacts' arms start here
+  Vec3 centre{0};            // m, world: the contacts' arms start here
   Vec3 before{0};            // velocity at the start of the substep
   bool touched = false;      // a contact bears it in this substep
 };
@@ -69,8 +68,8 @@ struct GroupLimit {
   bool both_ways = false;  // a lock
 };
 
-/// A body of a tree in a group. Wrenches and motions are those of the tree's centre, which is a
-/// fixed point of the world during a substep.
+/// A body of a tree in a group. Wrenches and motions are those of its joint to the parent, of a free
+/// root those of its mass centre.
 struct GroupNode {
   std::uint32_t parent = kNoNode;  // node; none at a root
   std::uint32_t body = 0;          // in the group
@@ -87,12 +86,13 @@ struct GroupNode {
   Real mass = 0;                              // kg
   Vec3 inertia{0};                            // kg m^2, principal
   // In a substep, from the pose at its start:
-  Vec3 arm{0}, point{0};         // of the mass centre and of the joint, from the centre
+  Vec3 arm{0};                   // from the joint to the mass centre
+  Vec3 lever{0};                 // from the parent's joint to this one
   Quat rotation{1, 0, 0, 0};
   Mat3 world_inertia{0};
   SpatialInertia whole;                 // of the body and all that its joints carry
-  Mat3 by_force{0}, by_torque{0};  // U: wrench by relative spin, the joint's parent held
   Mat3 mobility{0};              // relative spin by torque at the joint
+  bool is_ball = false;          // it passes no torque on
   Vec3 torque{0};                // N m s at the joint, of all impulses outboard of it so far
   Wrench pending;                // impulses that the parent has not been given yet
   Response response;
@@ -112,7 +112,6 @@ struct GroupTree {
   std::uint32_t first_body = 0;        // in the same order
   std::uint32_t island = 0, number = 0;
   std::uint32_t at = 0;  // the node whose motion is known, as those between it and the root are
-  Vec3 centre{0};
   // The anchor that holds it, over the step; `held` is the body that has it:
   Pose held_before, held_after;
   Vec3 from{0}, to{0};                         // m

@@ -120,13 +120,16 @@ void add_reactions(const Group& g, const GroupTree& t) {
     n.passing += gained;
     if (n.free_root) continue;
     n.reaction.force += n.passing.force;
-    n.reaction.torque += n.passing.torque - glm::cross(n.point, n.passing.force);
+    n.reaction.torque += n.passing.torque;
     if (n.has_spring) {
       const Vec3 parent = n.parent == kNoNode ? t.held_spin
                                               : g.bodies[g.nodes[n.parent].body].spin;
       n.reaction.torque -= n.spring_torque - n.spring * (b.spin - parent);
     }
-    if (n.parent != kNoNode) g.nodes[n.parent].passing += n.passing;
+    if (n.parent == kNoNode) continue;
+    g.nodes[n.parent].passing.force += n.passing.force;
+    g.nodes[n.parent].passing.torque +=
+        n.passing.torque + glm::cross(n.lever, n.passing.force);
   }
 }
 
@@ -138,17 +141,18 @@ void release_tree(const Group& g, GroupTree& t, const GroupPart& part) {
     const GroupNode& n = g.nodes[i];
     GroupBody& b = g.bodies[n.body];
     b.velocity = own_velocity(b, n);
-    middle += n.mass * n.arm, drift += n.mass * b.velocity;
+    middle += n.mass * (b.centre + n.arm), drift += n.mass * b.velocity;
   }
   middle /= t.mass, drift /= t.mass;
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
     const GroupNode& n = g.nodes[i];
     GroupBody& b = g.bodies[n.body];
     const Vec3 inside = n.inertia * (glm::conjugate(n.rotation) * b.spin);
-    before += n.world_inertia * b.spin + n.mass * glm::cross(n.arm - middle, b.velocity - drift);
+    before += n.world_inertia * b.spin +
+              n.mass * glm::cross(b.centre + n.arm - middle, b.velocity - drift);
     b.angular_momentum = b.pose.rotation * turned_momentum(inside, n.inertia, part.h);
   }
-  if (is_free(g, t) && part.h > 0) keep_angular_momentum(g, t, before);
+  static bool nol=getenv("NOL"); if (!nol && is_free(g, t) && part.h > 0) keep_angular_momentum(g, t, before);
 }
 
 }  // namespace

@@ -1,16 +1,19 @@
 // Trees in contact: impulses are carried through the joints, which stay closed.
 //
-// Motions (velocity, spin) and wrenches (force, torque) are those of the tree's centre, so that
-// those of a body and its parent need no shift. With the joint at p, a relative spin r moves the
-// body by S r, S r = (p x r, r), and an impulse f has the torque S^T f about the joint. With the
-// articulated inertia I of a body, U = I S and the joint's mobility m = E (E^T S^T U E)^-1 E^T over
-// the free directions E:
-//   inwards   f_parent += f - U m S^T f,  I_parent += I - U m U^T
-//   outwards  r = m (S^T f - U^T v_parent),  v = v_parent + S r
+// Motions (velocity, spin) and wrenches (force, torque) of a body are those of its joint, where the
+// parent has the same velocity. With the articulated inertia I = (ff, ft; ft^T, tt) of a body there
+// and the joint's mobility m = E (E^T tt E)^-1 E^T over its free directions E, a relative spin of the
+// body needs the wrench U = (ft, tt) of it, and
+//   inwards   f_parent += f - U m torque,  I_parent += I - U m U^T
+//   outwards  relative spin = m (torque - U^T v_parent)
+// all shifted from the parent's joint to this one. A free ball joint passes no torque on: m tt = 1,
+// which is used exactly.
 // [Featherstone 2008, articulated bodies; Tomcin, Sibbing, Kobbelt 2014, impulses in trees]
 //
 // Between impulses only the way from the root to the node visited last is current: going on to the
 // next costs the joints between the two.
+#include <cstdio>
+#include <cstdlib>
 #include "engine/base/rotation.hpp"
 #include "engine/joints/kinds.hpp"
 #include "engine/solvers/articulated/internal.hpp"
@@ -20,16 +23,19 @@ namespace {
 
 Mat3 crossing(Vec3 v) { return Mat3(0, v.z, -v.y, -v.z, 0, v.x, v.y, -v.x, 0); }
 
-/// S^T f.
-Vec3 torque_about(Vec3 point, const Wrench& f) { return f.torque - glm::cross(point, f.force); }
-
-/// U^T v.
-Vec3 held_back(const GroupNode& n, Vec3 velocity, Vec3 spin) {
-  return velocity * n.by_force + spin * n.by_torque;
+/// A motion at the joint of a child; a wrench at that of the parent.
+Wrench at_child(const GroupNode& n, const GroupBody& parent) {
+  return {parent.velocity + glm::cross(parent.spin, n.lever), parent.spin};
+}
+Wrench at_parent(const GroupNode& n, const Wrench& f) {
+  return {f.force, f.torque + glm::cross(n.lever, f.force)};
 }
 
-/// U w.
-Wrench wrench_of(const GroupNode& n, Vec3 spin) { return {n.by_force * spin, n.by_torque * spin}; }
+/// What the parent is given of a wrench, at this joint, which turns by `relative` through it.
+Wrench passed_on(const GroupNode& n, const Wrench& f, Vec3 relative) {
+  const Vec3 force = f.force - n.whole.ft * relative;
+  return {force, n.is_ball ? Vec3(0) : f.torque - n.whole.tt * relative};
+}
 
 SpatialInertia inertia_of(const GroupNode& n) {
   const Vec3 c = n.arm;
@@ -37,53 +43,56 @@ SpatialInertia inertia_of(const GroupNode& n) {
           n.world_inertia + n.mass * (Mat3(glm::dot(c, c)) - glm::outerProduct(c, c))};
 }
 
+const Vec3 kAxes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+
 Mat3 mobility_of(const GroupNode& n, Quat parent) {
-  // S^T U.
-  const Mat3 stiffness = n.by_torque - crossing(n.point) * n.by_force + n.spring;
   const Turns turns = n.joint ? turns_of(n.joint->joint.kind) : Turns::freely;
-  Vec3 free[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-  if (turns == Turns::freely) return compliance_of(stiffness, free, 3);
+  if (turns == Turns::freely) return compliance_of(n.whole.tt + n.spring, kAxes, 3);
   const FreeAxes axes = free_axes(*n.joint, n.rotation, parent);
-  free[0] = axes.first;
-  // Two axes of a universal joint are at right angles.
-  free[1] = axes.second;
-  return compliance_of(stiffness, free,
-                       turns == Turns::about_x     ? 1
-                       : turns == Turns::about_two ? 2
-                                                   : 0);
+  const Vec3 free[3] = {axes.first, axes.second, Vec3(0)};
+  const std::size_t count = turns == Turns::about_x ? 1 : turns == Turns::about_two ? 2 : 0;
+  return compliance_of(n.whole.tt + n.spring, free, count);
 }
 
-/// What the parent of a body is given of its inertia.
+/// What the parent of a body is given of its inertia, at the parent's joint.
 void add_inertia(SpatialInertia& parent, const GroupNode& n) {
-  const Mat3 force = n.by_force * n.mobility, torque = n.by_torque * n.mobility;
-  const Mat3 f = glm::transpose(n.by_force), t = glm::transpose(n.by_torque);
-  parent.ff += n.whole.ff - force * f;
-  parent.ft += n.whole.ft - force * t;
-  parent.tt += n.whole.tt - torque * t;
+  const Mat3 turned = n.whole.ft * n.mobility;
+  const Mat3 ff = n.whole.ff - turned * glm::transpose(n.whole.ft);
+  const Mat3 r = crossing(n.lever);
+  const Mat3 shifted = ff * r;
+  parent.ff += ff, parent.ft -= shifted, parent.tt -= r * shifted;
+  if (n.is_ball) return;
+  const Mat3 ft = n.whole.ft - turned * n.whole.tt;
+  const Mat3 across = r * ft;
+  parent.ft += ft;
+  parent.tt += n.whole.tt - n.whole.tt * n.mobility * n.whole.tt + across + glm::transpose(across);
 }
 
 Response inverse_of(const SpatialInertia& i) {
-  Vec3 free[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-  const Mat3 per_mass = compliance_of(i.ff, free, 3);
+  const Mat3 per_mass = compliance_of(i.ff, kAxes, 3);
   const Mat3 moved = per_mass * i.ft;
   Response r;
-  r.wt = compliance_of(i.tt - glm::transpose(i.ft) * moved, free, 3);
+  r.wt = compliance_of(i.tt - glm::transpose(i.ft) * moved, kAxes, 3);
   r.vt = -moved * r.wt;
   r.vf = per_mass - r.vt * glm::transpose(moved);
   return r;
 }
 
-/// How the motion of a body follows that of its parent: 1 - S m U^T, by blocks.
+/// How the motion of a body follows that of its parent, by blocks.
 struct Following {
   Mat3 vv{1}, vw{0}, wv{0}, ww{1};
 };
 
+/// The spin by the velocity of the joint and by the spin of the parent.
+Mat3 spin_by_velocity(const GroupNode& n) { return -n.mobility * glm::transpose(n.whole.ft); }
+Mat3 spin_by_spin(const GroupNode& n) {
+  return n.is_ball ? Mat3(0) : Mat3(1) - n.mobility * n.whole.tt;
+}
+
 Following following_of(const GroupNode& n) {
   Following x;
-  const Mat3 p = crossing(n.point);
-  x.wv = -n.mobility * glm::transpose(n.by_force);
-  const Mat3 turned = -n.mobility * glm::transpose(n.by_torque);
-  x.vv = Mat3(1) + p * x.wv, x.vw = p * turned, x.ww = Mat3(1) + turned;
+  x.vw = -crossing(n.lever);
+  x.wv = spin_by_velocity(n), x.ww = spin_by_spin(n) + x.wv * x.vw;
   return x;
 }
 
@@ -92,32 +101,43 @@ Following operator*(const Following& x, const Following& y) {
           x.wv * y.vw + x.ww * y.ww};
 }
 
+/// Rounding errors that are not symmetric would grow from joint to joint.
+Mat3 symmetric(const Mat3& m) { return 0.5 * (m + glm::transpose(m)); }
+
 /// The response of a body: that of its joint with the parent held, and what the parent gives way.
 void find_response(const Group& g, GroupNode& n) {
-  const Mat3 p = crossing(n.point);
-  const Mat3 moved = p * n.mobility;
-  n.response = {-moved * p, moved, n.mobility};  // S m S^T with p^T = -p
+  n.response = {Mat3(0), Mat3(0), n.mobility};
   if (n.parent == kNoNode) return;
-  const Following x = following_of(n);
-  const Response& r = g.nodes[n.parent].response;
-  const Mat3 tv = glm::transpose(r.vt);
-  const Mat3 vf = x.vv * r.vf + x.vw * tv, vt = x.vv * r.vt + x.vw * r.wt;
-  const Mat3 wf = x.wv * r.vf + x.ww * tv, wt = x.wv * r.vt + x.ww * r.wt;
-  n.response.vf += vf * glm::transpose(x.vv) + vt * glm::transpose(x.vw);
-  n.response.vt += vf * glm::transpose(x.wv) + vt * glm::transpose(x.ww);
-  n.response.wt += wf * glm::transpose(x.wv) + wt * glm::transpose(x.ww);
+  const Response& p = g.nodes[n.parent].response;
+  const Mat3 r = crossing(n.lever);
+  const Mat3 wr = p.wt * r;
+  const Mat3 vt = p.vt + glm::transpose(wr);  // -r wt = (wt r)^T
+  Response& own = n.response;
+  own.vf = symmetric(p.vf + p.vt * r - r * (glm::transpose(p.vt) + wr));
+  const Mat3 by_velocity = spin_by_velocity(n);
+  own.vt = own.vf * glm::transpose(by_velocity);
+  if (n.is_ball) {
+    own.wt += by_velocity * own.vt;
+    return;
+  }
+  const Mat3 by_spin = spin_by_spin(n);
+  const Mat3 turned = by_spin * glm::transpose(vt);
+  own.vt += glm::transpose(turned);
+  own.wt += by_velocity * own.vt + (turned * glm::transpose(by_velocity) +
+                                    by_spin * p.wt * glm::transpose(by_spin));
 }
 
 /// Where the bodies of a tree are, what they weigh, and what they begin the part with.
 void place_nodes(const Group& g, GroupTree& t, Real h) {
-  t.centre = g.bodies[t.first_body].pose.position;
   t.before = Vec3(0), t.mass = 0, t.touched = false;
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
     GroupNode& n = g.nodes[i];
     GroupBody& b = g.bodies[n.body];
-    b.centre = t.centre, b.touched = false;
+    b.touched = false;
     n.rotation = b.pose.rotation;
-    n.arm = b.pose.position - t.centre, n.point = n.arm + n.rotation * n.own_anchor;
+    n.arm = n.free_root ? Vec3(0) : -(n.rotation * n.own_anchor);
+    b.centre = b.pose.position - n.arm;
+    if (n.parent != kNoNode) n.lever = b.centre - g.bodies[g.nodes[n.parent].body].centre;
     n.world_inertia = world_inertia(n.rotation, n.inertia);
     n.whole = inertia_of(n);
     t.mass += n.mass, t.before += n.mass * b.velocity;
@@ -134,30 +154,25 @@ Quat parent_rotation(const Group& g, const GroupTree& t, const GroupNode& n) {
   return n.parent == kNoNode ? t.held_rotation : g.nodes[n.parent].rotation;
 }
 
-/// The motion of what holds a root.
-Wrench held_motion(const GroupTree& t, const GroupNode& root) {
-  return {t.anchor_velocity - glm::cross(t.held_spin, root.point), t.held_spin};
+/// The motion at the joint of a node's parent, or of what holds a root.
+Wrench parent_motion(const Group& g, const GroupTree& t, const GroupNode& n) {
+  if (n.parent == kNoNode) return {t.anchor_velocity, t.held_spin};
+  return at_child(n, g.bodies[g.nodes[n.parent].body]);
 }
 
-/// The relative spin with the parent moving so.
-Vec3 spin_with(const GroupNode& n, Vec3 velocity, Vec3 spin) {
-  return n.mobility * (n.torque - held_back(n, velocity, spin));
+/// The spin of a node, and that relative to its parent, which moves so.
+Vec3 spin_with(const GroupNode& n, const Wrench& parent) {
+  const Vec3 by_joint = n.mobility * (n.torque - parent.force * n.whole.ft);
+  if (n.is_ball) return by_joint;
+  return by_joint + parent.torque - n.mobility * (n.whole.tt * parent.torque);
 }
 
 /// From the parent to the node.
-void go_out(const Group& g, const GroupTree& t, GroupNode& n) {
-  GroupBody& b = g.bodies[n.body];
+void go_out(const Group& g, const GroupTree& t, const GroupNode& n) {
   if (n.free_root) return;
-  Vec3 velocity, spin;
-  if (n.parent == kNoNode) {
-    const Wrench held = held_motion(t, n);
-    velocity = held.force, spin = held.torque;
-  } else {
-    const GroupBody& p = g.bodies[g.nodes[n.parent].body];
-    velocity = p.velocity, spin = p.spin;
-  }
-  const Vec3 relative = spin_with(n, velocity, spin);
-  b.velocity = velocity + glm::cross(n.point, relative), b.spin = spin + relative;
+  GroupBody& b = g.bodies[n.body];
+  const Wrench parent = parent_motion(g, t, n);
+  b.velocity = parent.force, b.spin = spin_with(n, parent);
 }
 
 void respond(GroupBody& b, const Response& r, const Wrench& f) {
@@ -165,16 +180,20 @@ void respond(GroupBody& b, const Response& r, const Wrench& f) {
   b.spin += f.force * r.vt + r.wt * f.torque;
 }
 
+/// A wrench at a joint reaches the parent.
+void give_parent(const Group& g, const GroupNode& n, const Wrench& passed) {
+  GroupNode& p = g.nodes[n.parent];
+  const Wrench there = at_parent(n, passed);
+  p.pending += there;
+  respond(g.bodies[p.body], p.response, there);
+}
+
 /// From a node to its parent, which is given what the node received.
 void go_in(const Group& g, GroupNode& n) {
-  const Vec3 torque = torque_about(n.point, n.pending);
-  n.torque += torque;
-  const Wrench kept = wrench_of(n, n.mobility * torque);
-  GroupNode& p = g.nodes[n.parent];
-  const Wrench passed{n.pending.force - kept.force, n.pending.torque - kept.torque};
+  n.torque += n.pending.torque;
+  const Wrench passed = passed_on(n, n.pending, n.mobility * n.pending.torque);
   n.pending = {};
-  p.pending += passed;
-  respond(g.bodies[p.body], p.response, passed);
+  give_parent(g, n, passed);
 }
 
 void prepare_tree(const Group& g, GroupTree& t, const GroupPart& part) {
@@ -193,20 +212,15 @@ void prepare_tree(const Group& g, GroupTree& t, const GroupPart& part) {
       continue;
     }
     const Quat parent = parent_rotation(g, t, n);
-    // U = I S.
-    const Mat3 p = crossing(n.point);
-    n.by_force = n.whole.ff * p + n.whole.ft;
-    n.by_torque = glm::transpose(n.whole.ft) * p + n.whole.tt;
     n.spring = Mat3(0), n.spring_torque = Vec3(0);
     if (n.has_spring) prepare_springs(g, n, part);
+    n.is_ball = !n.has_spring && (!n.joint || turns_of(n.joint->joint.kind) == Turns::freely);
     n.mobility = mobility_of(n, parent);
-    n.torque = torque_about(n.point, n.pending) + n.spring_torque;
-    if (n.parent != kNoNode) {
-      GroupNode& to = g.nodes[n.parent];
-      const Wrench kept = wrench_of(n, n.mobility * n.torque);
-      to.pending += {n.pending.force - kept.force, n.pending.torque - kept.torque};
-      add_inertia(to.whole, n);
-    }
+    n.torque = n.pending.torque + n.spring_torque;
+    if (n.parent == kNoNode) continue;
+    GroupNode& to = g.nodes[n.parent];
+    to.pending += at_parent(n, passed_on(n, n.pending, n.mobility * n.torque));
+    add_inertia(to.whole, n);
   }
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
     GroupNode& n = g.nodes[i];
@@ -255,58 +269,54 @@ void apply(const Group& g, std::uint32_t node, const Wrench& impulse) {
 
 namespace {
 
-/// The motion of a node's parent, or of what holds a root.
-Wrench parent_motion(const Group& g, const GroupNode& n) {
-  if (n.parent == kNoNode) return held_motion(g.trees[n.tree], n);
-  const GroupBody& p = g.bodies[g.nodes[n.parent].body];
-  return {p.velocity, p.spin};
-}
-
 /// A held root takes what it has received.
 void gather_root(GroupNode& n) {
-  n.torque += torque_about(n.point, n.pending);
+  n.torque += n.pending.torque;
   n.pending = {};
+}
+
+/// The motion of a joint's parent, made current, with all that the joint has received.
+Wrench visit_parent(const Group& g, std::uint32_t node) {
+  GroupNode& n = g.nodes[node];
+  visit(g, n.parent == kNoNode ? node : n.parent);
+  if (n.parent == kNoNode) gather_root(n);
+  return parent_motion(g, g.trees[n.tree], n);
+}
+
+/// What the parent is given of a torque at the joint.
+Wrench passed_of_torque(const GroupNode& n, Vec3 torque) {
+  const Vec3 relative = n.mobility * torque;
+  return {-(n.whole.ft * relative), n.is_ball ? -torque : -(n.whole.tt * relative)};
 }
 
 }  // namespace
 
 Vec3 relative_spin(const Group& g, std::uint32_t node) {
-  GroupNode& n = g.nodes[node];
-  if (n.parent == kNoNode) {
-    visit(g, node);
-    gather_root(n);
-  } else {
-    visit(g, n.parent);
-  }
-  const Wrench parent = parent_motion(g, n);
-  return spin_with(n, parent.force, parent.torque);
+  const Wrench parent = visit_parent(g, node);
+  return spin_with(g.nodes[node], parent) - parent.torque;
 }
 
 void apply_at_joint(const Group& g, std::uint32_t node, Vec3 torque) {
   GroupNode& n = g.nodes[node];
-  if (n.parent == kNoNode) {
-    visit(g, node);
-    gather_root(n);
-    n.torque += torque;
-    return go_out(g, g.trees[n.tree], n);
-  }
-  visit(g, n.parent);
+  visit_parent(g, node);
   n.torque += torque;
-  const Wrench kept = wrench_of(n, n.mobility * torque);
-  const Wrench passed{-kept.force, -kept.torque};
-  GroupNode& p = g.nodes[n.parent];
-  p.pending += passed;
-  respond(g.bodies[p.body], p.response, passed);
+  if (n.parent == kNoNode)
+    go_out(g, g.trees[n.tree], n);
+  else
+    give_parent(g, n, passed_of_torque(n, torque));
 }
 
 Vec3 joint_response(const Group& g, const GroupNode& n, Vec3 along) {
   const Vec3 turned = n.mobility * along;
   if (n.parent == kNoNode) return turned;
-  const Wrench kept = wrench_of(n, turned);
+  const Wrench there = at_parent(n, passed_of_torque(n, along));
   const Response& r = g.nodes[n.parent].response;
-  const Vec3 velocity = r.vf * kept.force + r.vt * kept.torque,
-             spin = kept.force * r.vt + r.wt * kept.torque;
-  return turned + n.mobility * held_back(n, velocity, spin);
+  const Vec3 spin = there.force * r.vt + r.wt * there.torque;
+  const Vec3 velocity =
+      r.vf * there.force + r.vt * there.torque + glm::cross(spin, n.lever);
+  const Vec3 follows = n.mobility * (velocity * n.whole.ft);
+  // The spin of the body, which follows the joint, less that of the parent.
+  return turned - follows - (n.is_ball ? spin : n.mobility * (n.whole.tt * spin));
 }
 
 CrossResponse cross_response(const Group& g, std::uint32_t node, std::uint32_t on) {

@@ -9,6 +9,7 @@
 // touches fixed ones alone is iterated until nothing changes, without springs.
 // [Macklin 2019, small steps; Catto 2024, soft contacts and relaxation]
 #include <algorithm>
+#include <cstdio>
 
 #include "engine/base/rotation.hpp"
 #include "engine/solvers/articulated/internal.hpp"
@@ -350,7 +351,10 @@ void move(GroupBody& b, Real h) {
 }
 
 /// The impulses of the substep before.
+#include <cstdlib>
+static int dbg(const char*n){ const char*v=std::getenv(n); return v?std::atoi(v):0; }
 void push_again(const Group& g) {
+  static int nowarm=dbg("NOWARM"); if(nowarm) { for(GroupContact&c:g.contacts) c.impulse=Vec3(0); for(auto&n:g.nodes) for(auto&l:n.limits) l.impulse=0; return; }
   push_limits(g);
   for (const GroupContact& c : g.contacts)
     if (c.impulse != Vec3(0)) push(g, c, to_world(c, c.impulse));
@@ -358,12 +362,13 @@ void push_again(const Group& g) {
 
 void take_substep(const Group& g, const Substep& s, Order order) {
   prepare_group(g, s.part);
+  static int chk=dbg("CHK"); if(chk&&!g.trees.empty()) { double worst=0; const GroupContact* w=nullptr; double wu=0; for(const GroupContact& c:g.contacts){ settle_trees(g); Vec3 u0=Pair{{g,c.a},{g,c.b},nullptr}.speed_of(c); push(g,c,c.axes[0]*1e-3); settle_trees(g); Vec3 u1=Pair{{g,c.a},{g,c.b},nullptr}.speed_of(c); double got=glm::dot(c.axes[0],u1-u0)/1e-3; double e=std::abs(got/c.along-1); if(e>worst) worst=e,w=&c,wu=got; if(chk==2) std::printf("%u %.3g %.3g\n",g.nodes[g.a(c).node].depth,c.along,e); push(g,c,c.axes[0]*-1e-3);} if(chk==2) std::exit(0); if(w&&worst>1e-6) std::printf("worst %g along %g got %g node %u of %zu depth %u works %d\n",worst,w->along,wu,g.a(*w).node,g.nodes.size(),g.nodes[g.a(*w).node].depth,w->works); }
   collide_elastically(g, s);
   for (GroupBody& b : g.bodies)
     if (b.per_mass > 0 && b.node == kNoNode) accelerate(b, s.h), b.touched = false;
   push_again(g);
   const Real enough = 1e-14 * (1 + glm::length(g.bodies.front().velocity));
-  const int sweeps = s.hard ? kHardSweeps : 1;
+  static int sw=dbg("SW"); const int sweeps = s.hard ? kHardSweeps : sw?sw:1;
   for (int n = 0; n < sweeps; ++n)
     if (sweep_group(g, s, Sweep::solves, turned(order, n)) <= enough) break;
   for (const GroupContact& c : g.contacts)
