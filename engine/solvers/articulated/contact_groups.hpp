@@ -181,6 +181,13 @@ struct GroupPart {
   Real whole = 0;  // s, of the step
 };
 
+/// Springs of a substep as factors of a rigid contact's impulse. [Catto 2024]
+struct Softness {
+  Real rate = 0;        // 1/s: speed of separation per penetration
+  Real by_mass = 1;     // of the impulse that a rigid contact would add
+  Real by_impulse = 0;  // of the impulse it has
+};
+
 // Trees in a group (group_trees.cpp): every joint closed and exact, whatever impulses act.
 
 /// Prepares impulses on trees at their present poses: motions from momenta and the forces of the
@@ -208,8 +215,8 @@ void release_trees(const Group& g, const GroupPart& part);
 void prepare_springs(const Group& g, GroupNode& n, const GroupPart& part);
 void prepare_limits(const Group& g, std::uint32_t node);
 void push_limits(const Group& g);
-/// Every limit once. What is violated is turned back at this fraction of it a substep.
-void solve_limits(const Group& g, Real h, Real return_rate);
+/// Every limit once: a violated one is a spring, or rigid and still where its rate is 0.
+void solve_limits(const Group& g, Real h, const Softness& spring);
 void bound_drives(const Group& g, Real h);
 
 /// Scratch memory of the groups of a step.

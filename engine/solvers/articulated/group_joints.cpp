@@ -98,18 +98,20 @@ void push_limits(const Group& g) {
   }
 }
 
-void solve_limits(const Group& g, Real h, Real return_rate) {
+void solve_limits(const Group& g, Real h, const Softness& spring) {
   for (std::uint32_t i = 0; i < g.nodes.size(); ++i) {
     GroupNode& n = g.nodes[i];
     if (!n.is_limited) continue;
     for (GroupLimit& limit : n.limits) {
       if (!limit.listed) continue;
       const Real speed = glm::dot(limit.along, relative_spin(g, i));
-      const Real most = limit.clearance > 0 && !limit.both_ways
-                            ? limit.clearance / h
-                            : std::clamp(return_rate * limit.clearance / h, -kFastestReturn,
-                                         kFastestReturn);
-      Real impulse = limit.impulse + (speed - most) / limit.response;
+      const bool away = limit.clearance > 0 && !limit.both_ways;
+      const Real most = away ? limit.clearance / h
+                             : std::clamp(spring.rate * limit.clearance, -kFastestReturn,
+                                          kFastestReturn);
+      const Softness& by = away ? Softness{} : spring;
+      Real impulse = limit.impulse + by.by_mass * (speed - most) / limit.response -
+                     by.by_impulse * limit.impulse;
       if (!limit.both_ways) impulse = std::max(Real(0), impulse);
       const Real more = impulse - limit.impulse;
       if (more == 0) continue;

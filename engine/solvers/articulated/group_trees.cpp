@@ -141,9 +141,9 @@ void place_nodes(const Group& g, GroupTree& t, Real h) {
     n.world_inertia = world_inertia(n.rotation, n.inertia);
     n.whole = inertia_of(n);
     t.mass += n.mass, t.before += n.mass * b.velocity;
-    const Real half = std::exp(-0.5 * h * b.drag);  // of drag before and after
-    const Vec3 impulse = half * n.mass * (half * b.velocity + h * b.acceleration);
-    const Vec3 moment = half * (half * b.angular_momentum + h * b.torque);
+    const Real half = std::exp(-0.5 * h * b.drag);  // see slow_down
+    const Vec3 impulse = n.mass * (half * b.velocity + h * b.acceleration);
+    const Vec3 moment = half * b.angular_momentum + h * b.torque;
     n.begin = {impulse, moment + glm::cross(n.arm, impulse)};
     n.pending = n.begin, n.load = {}, n.torque = Vec3(0);
   }

@@ -38,15 +38,6 @@ constexpr Real kLeastRest = 1e-12;
 constexpr int kPointIterations = 8, kImpactSweeps = 64, kHardSweeps = 200;
 /// Of a contact of bodies in trees, as a fraction of that without joints.
 constexpr Real kLeastResponse = 1e-4;
-/// Of a violated limit, returned in a substep.
-constexpr Real kLimitReturn = 0.2;
-
-/// Springs of a substep as factors of a rigid contact's impulse. [Catto 2024]
-struct Softness {
-  Real rate = 0;        // 1/s: speed of separation per penetration
-  Real by_mass = 1;     // of the impulse that a rigid contact would add
-  Real by_impulse = 0;  // of the impulse it has
-};
 
 Softness softness_of(Real frequency, Real h) {
   const Real omega = 2 * kPi * frequency, a = 2 * kDampingRatio + h * omega, b = h * omega * a;
@@ -279,7 +270,7 @@ Real sweep_contacts(const Group& g, const Substep& s, Sweep sweep, Order order) 
 
 /// Limits, then contacts.
 Real sweep_group(const Group& g, const Substep& s, Sweep sweep, Order order) {
-  solve_limits(g, s.h, sweep == Sweep::solves ? kLimitReturn : 0);
+  solve_limits(g, s.h, sweep == Sweep::solves ? s.against_fixed : Softness{});
   return sweep_contacts(g, s, sweep, order);
 }
 
@@ -325,12 +316,18 @@ void collide_elastically(const Group& g, const Substep& s) {
   for (GroupContact& c : g.contacts) prepare_contact(g, c);
 }
 
-/// Weight, forces and drag over a substep.
+/// Half of the drag before the forces of a substep, half after its contacts: what rests is not
+/// lighter for its drag.
+void slow_down(GroupBody& b, Real h) {
+  const Real half = std::exp(-0.5 * h * b.drag);
+  b.velocity *= half, b.angular_momentum *= half, b.spin *= half;
+}
+
+/// Weight and forces over a substep.
 void accelerate(GroupBody& b, Real h) {
-  const Real half = std::exp(-0.5 * h * b.drag);  // of drag before and after
   b.before = b.velocity;
-  b.velocity = half * (half * b.velocity + h * b.acceleration);
-  b.angular_momentum = half * (half * b.angular_momentum + h * b.torque);
+  slow_down(b, h);
+  b.velocity += h * b.acceleration, b.angular_momentum += h * b.torque;
   b.spin = b.response * b.angular_momentum;
 }
 
@@ -384,6 +381,8 @@ void take_substep(const Group& g, const Substep& s, Order order) {
     if (sweep_group(g, s, Sweep::relaxes, turned(order, n + 1)) <= enough) break;
   settle_trees(g);
   release_trees(g, s.part);
+  for (GroupBody& b : g.bodies)
+    if (b.per_mass > 0) slow_down(b, s.h);
   for (GroupContact& c : g.contacts) c.passed += c.impulse;
 }
 
