@@ -98,10 +98,13 @@ struct GroupNode {
   Response response;
   Wrench begin, load;            // momentum and forces; impulses of contacts and ties
   Wrench passing;                // through the joint in the substep
+  Vec3 goal{0};                  // where its velocity leads the mass centre
+  Quat turned{1, 0, 0, 0};       // ... and its spin the body
   Vec3 spring_torque{0};         // N m s, of soft zones and the drive at no relative spin
   Mat3 spring{0};                // what relative spin takes from it
   bool has_spring = false, is_limited = false;
   GroupLimit limits[4];
+  int unlimited_for = 0;         // substeps, of which no limit can be reached
   // Over the step:
   Wrench reaction;               // N s through the joint; the torque about it, without springs
 };
@@ -205,6 +208,10 @@ Vec3 joint_response(const Group& g, const GroupNode& n, Vec3 along);
 void apply_at_joint(const Group& g, std::uint32_t node, Vec3 torque);
 /// The response of one body of a tree to a wrench on another.
 CrossResponse cross_response(const Group& g, std::uint32_t node, std::uint32_t on);
+/// The response of a tree to impulses alone, in `passing`: inwards, node by node, then outwards, which
+/// leaves what they change of the node's motion there.
+void gather_impulse(const Group& g, std::uint32_t node);
+void follow_impulse(const Group& g, std::uint32_t node);
 /// Makes the motions of all bodies current.
 void settle_trees(const Group& g);
 /// Moves the trees by their motions (group_motion.cpp).
@@ -213,7 +220,7 @@ void move_trees(const Group& g, const GroupPart& part);
 void release_trees(const Group& g, const GroupPart& part);
 /// Limits, springs and drives of the joints of trees (group_joints.cpp).
 void prepare_springs(const Group& g, GroupNode& n, const GroupPart& part);
-void prepare_limits(const Group& g, std::uint32_t node);
+void prepare_limits(const Group& g, std::uint32_t node, Real h);
 void push_limits(const Group& g);
 /// Every limit once: a violated one is a spring, or rigid and still where its rate is 0.
 void solve_limits(const Group& g, Real h, const Softness& spring);

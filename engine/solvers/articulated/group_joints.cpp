@@ -11,8 +11,9 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// rad: a limit farther away than this is not looked at in a substep.
-constexpr Real kNear = 0.3;
+/// rad: a limit farther away than this is not looked at in a substep. How much faster a joint may
+/// turn than expected before it is looked at again, rad/s.
+constexpr Real kNear = 0.15, kSuddenSpin = 20;
 /// rad/s: no violated limit is left faster.
 constexpr Real kFastestReturn = 4;
 
@@ -67,8 +68,12 @@ void bound_drives(const Group& g, Real h) {
   }
 }
 
-void prepare_limits(const Group& g, std::uint32_t node) {
+void prepare_limits(const Group& g, std::uint32_t node, Real h) {
   GroupNode& n = g.nodes[node];
+  if (n.unlimited_for > 0) {
+    --n.unlimited_for;
+    return;
+  }
   JointLimit found[4];
   find_limits(*n.joint, n.rotation, rotation_of_parent(g, n), found);
   for (int s = 0; s < 4; ++s) {
@@ -85,6 +90,15 @@ void prepare_limits(const Group& g, std::uint32_t node) {
     // A joint that cannot turn this way has no use for the limit.
     if (!(limit.response > 0)) limit.listed = false, limit.impulse = 0;
   }
+  if (std::any_of(std::begin(n.limits), std::end(n.limits), [](auto& l) { return l.listed; }))
+    return;
+  Real nearest = kPi;
+  for (const JointLimit& limit : found)
+    if (limit.watched) nearest = std::min(nearest, limit.clearance);
+  const Vec3 parent =
+      n.parent == kNoNode ? g.trees[n.tree].held_spin : g.bodies[g.nodes[n.parent].body].spin;
+  const Real spin = glm::length(g.bodies[n.body].spin - parent);
+  n.unlimited_for = static_cast<int>(nearest / (h * (2 * spin + kSuddenSpin)));
 }
 
 void push_limits(const Group& g) {

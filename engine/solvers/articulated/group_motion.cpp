@@ -8,15 +8,21 @@
 namespace pantin::detail::articulated {
 namespace {
 
+/// m: a body may miss where its velocity leads by so much, in a substep.
+constexpr Real kEnough = 1e-5;
+constexpr int kMostRounds = 2;
+
 /// Angular momentum in the body after a time in which nothing acts: Euler's equations by the
 /// midpoint rule, which keeps its size and the energy, however thin the body is.
 Vec3 turned_momentum(Vec3 momentum, Vec3 inertia, Real h) {
   const Vec3 per = Real(1) / inertia;
-  Vec3 next = momentum;
+  Vec3 next = momentum + h * glm::cross(momentum, per * momentum);
+  const Real enough = 1e-26 * glm::dot(momentum, momentum);
   const auto cross = [](Vec3 v) { return Mat3(0, v.z, -v.y, -v.z, 0, v.x, v.y, -v.x, 0); };
-  for (int n = 0; n < 3; ++n) {
+  for (int n = 0; n < 4; ++n) {
     const Vec3 mean = 0.5 * (momentum + next), spin = per * mean;
     const Vec3 left = next - momentum - h * glm::cross(mean, spin);
+    if (!(glm::dot(left, left) > enough)) break;
     Mat3 part = cross(mean);
     for (int k = 0; k < 3; ++k) part[k] *= per[k];
     const Mat3 slope = Mat3(1) - 0.5 * h * (part - cross(spin));
@@ -32,9 +38,24 @@ Vec3 own_velocity(const GroupBody& b, const GroupNode& n) {
   return b.velocity + glm::cross(b.spin, n.arm);
 }
 
-/// Turns a body by its spin, as far as the joint allows.
-Quat turned(const GroupBody& b, const GroupNode& n, Quat parent, Real h) {
-  const Quat q = glm::normalize(from_rotation_vector(h * b.spin) * n.rotation);
+/// The axis about which a body is most nearly symmetric.
+int symmetry_axis(Vec3 inertia) {
+  const Vec3 apart(std::abs(inertia.y - inertia.z), std::abs(inertia.z - inertia.x),
+                   std::abs(inertia.x - inertia.y));
+  return apart.x <= apart.y && apart.x <= apart.z ? 0 : apart.y <= apart.z ? 1 : 2;
+}
+
+/// Turns a body by its spin. That about its axis of symmetry goes with the axis: what rolls on its
+/// side stays there.
+Quat turned(const GroupBody& b, const GroupNode& n, Real h) {
+  const int k = symmetry_axis(n.inertia);
+  Vec3 inside = glm::conjugate(n.rotation) * b.spin, about(0);
+  about[k] = inside[k], inside[k] = 0;
+  return glm::normalize(n.rotation * from_rotation_vector(h * inside) *
+                        from_rotation_vector(h * about));
+}
+
+Quat as_allowed(const GroupNode& n, Quat q, Quat parent) {
   if (!n.joint) return q;
   const JointKind kind = n.joint->joint.kind;
   if (turns_of(kind) == Turns::freely) return q;
@@ -42,35 +63,86 @@ Quat turned(const GroupBody& b, const GroupNode& n, Quat parent, Real h) {
                       allowed_by_kind(kind, joint_rotation(*n.joint, q, parent)));
 }
 
-void move_tree(const Group& g, GroupTree& t, const GroupPart& part) {
-  const Real h = part.h;
-  const Quat held =
-      part.end >= 1 ? t.held_after.rotation
-                    : glm::normalize(fraction_of(t.held_after.rotation *
-                                                     glm::conjugate(t.held_before.rotation),
-                                                 part.end) *
-                                     t.held_before.rotation);
-  Vec3 middle(0), drift(0);
+/// A tree while it moves: what holds it, at the end of the part.
+struct Moved {
+  Quat held{1, 0, 0, 0};
+  Vec3 anchor{0};
+};
+
+/// Puts bodies where their joints want them, each turned to n.turned as far as its joint allows.
+void place_by_joints(const Group& g, const GroupTree& t, const Moved& to) {
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
     const GroupNode& n = g.nodes[i];
     GroupBody& b = g.bodies[n.body];
+    if (n.free_root) {
+      b.pose.rotation = n.turned;
+      continue;
+    }
     const GroupBody* p = n.parent == kNoNode ? nullptr : &g.bodies[g.nodes[n.parent].body];
-    const Vec3 velocity = own_velocity(b, n), before = b.pose.position;
-    b.pose.rotation = turned(b, n, p ? p->pose.rotation : held, h);
-    if (n.free_root)
-      b.pose.position += h * velocity;
-    else
-      b.pose.position = (p ? to_world(p->pose, n.parent_anchor)
-                           : t.from + part.end * (t.to - t.from)) -
-                        b.pose.rotation * n.own_anchor;
-    drift += n.mass * velocity, middle += n.mass * (b.pose.position - before);
+    b.pose.rotation = as_allowed(n, n.turned, p ? p->pose.rotation : to.held);
+    b.pose.position = (p ? to_world(p->pose, n.parent_anchor) : to.anchor) -
+                      b.pose.rotation * n.own_anchor;
+  }
+}
+
+/// m, by which the joints keep bodies from where their velocities lead: the largest one.
+Real largest_miss(const Group& g, const GroupTree& t) {
+  Real most = 0;
+  for (std::uint32_t i = t.first; i < t.first + t.count; ++i)
+    most = std::max(most, glm::length(g.nodes[i].goal - g.bodies[g.nodes[i].body].pose.position));
+  return most;
+}
+
+/// Turns the bodies so that they come nearer to where their velocities lead, heavy ones above all:
+/// else light links would throw about what hangs on them.
+void turn_towards_goals(const Group& g, const GroupTree& t) {
+  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
+    GroupNode& n = g.nodes[i];
+    const Vec3 impulse = n.mass * (n.goal - g.bodies[n.body].pose.position);
+    n.passing = {impulse, glm::cross(n.arm, impulse)};
+  }
+  for (std::uint32_t i = t.first + t.count; i-- > t.first;) gather_impulse(g, i);
+  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
+    follow_impulse(g, i);
+    GroupNode& n = g.nodes[i];
+    n.turned = glm::normalize(from_rotation_vector(n.passing.torque) * g.bodies[n.body].pose.rotation);
+    if (n.free_root) g.bodies[n.body].pose.position += n.passing.force;
+  }
+}
+
+void move_tree(const Group& g, GroupTree& t, const GroupPart& part) {
+  Moved to{t.held_after.rotation, t.from + part.end * (t.to - t.from)};
+  if (part.end < 1)
+    to.held = glm::normalize(
+        fraction_of(t.held_after.rotation * glm::conjugate(t.held_before.rotation), part.end) *
+        t.held_before.rotation);
+  Vec3 drift(0);
+  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
+    GroupNode& n = g.nodes[i];
+    GroupBody& b = g.bodies[n.body];
+    const Vec3 velocity = own_velocity(b, n);
+    n.goal = b.pose.position + part.h * velocity;
+    n.turned = turned(b, n, part.h);
+    if (n.free_root) b.pose.position = n.goal;
+    drift += n.mass * velocity;
     t.touched = t.touched || b.touched;
+  }
+  place_by_joints(g, t, to);
+  for (int round = 0; round < kMostRounds && largest_miss(g, t) > kEnough; ++round) {
+    turn_towards_goals(g, t);
+    place_by_joints(g, t, to);
   }
   if (!is_free(g, t)) return;
   // The mass centre moves as its velocity says; in free flight by the mean, which is exact for a
   // parabola.
   drift /= t.mass;
-  const Vec3 shift = h * (t.touched ? drift : 0.5 * (t.before + drift)) - middle / t.mass;
+  if (!t.touched) drift = 0.5 * (t.before + drift);
+  Vec3 shift = part.h * drift;
+  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
+    const GroupNode& n = g.nodes[i];
+    const GroupBody& b = g.bodies[n.body];
+    shift += n.mass / t.mass * (b.centre + n.arm - b.pose.position);
+  }
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i)
     g.bodies[g.nodes[i].body].pose.position += shift;
 }
@@ -152,7 +224,7 @@ void release_tree(const Group& g, GroupTree& t, const GroupPart& part) {
               n.mass * glm::cross(b.centre + n.arm - middle, b.velocity - drift);
     b.angular_momentum = b.pose.rotation * turned_momentum(inside, n.inertia, part.h);
   }
-  static bool nol=getenv("NOL"); if (!nol && is_free(g, t) && part.h > 0) keep_angular_momentum(g, t, before);
+  if (is_free(g, t) && part.h > 0) keep_angular_momentum(g, t, before);
 }
 
 }  // namespace

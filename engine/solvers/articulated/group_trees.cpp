@@ -230,7 +230,7 @@ void prepare_tree(const Group& g, GroupTree& t, const GroupPart& part) {
     else
       find_response(g, n), go_out(g, t, n);
     n.pending = {};
-    if (n.is_limited) prepare_limits(g, i);
+    if (n.is_limited && part.h > 0) prepare_limits(g, i, part.h);
   }
   t.at = t.first;
 }
@@ -335,6 +335,31 @@ CrossResponse cross_response(const Group& g, std::uint32_t node, std::uint32_t o
   const Mat3 fv = glm::transpose(from.vv), fw = glm::transpose(from.vw);
   const Mat3 gv = glm::transpose(from.wv), gw = glm::transpose(from.ww);
   return {vf * fv + vt * fw, vf * gv + vt * gw, wf * fv + wt * fw, wf * gv + wt * gw};
+}
+
+void gather_impulse(const Group& g, std::uint32_t node) {
+  const GroupNode& n = g.nodes[node];
+  if (n.parent == kNoNode) return;
+  const Vec3 relative = n.mobility * n.passing.torque;
+  g.nodes[n.parent].passing += at_parent(n, passed_on(n, n.passing, relative));
+}
+
+void follow_impulse(const Group& g, std::uint32_t node) {
+  GroupNode& n = g.nodes[node];
+  const Wrench f = n.passing;
+  if (n.free_root) {
+    const Response& r = n.response;
+    n.passing = {r.vf * f.force + r.vt * f.torque, f.force * r.vt + r.wt * f.torque};
+    return;
+  }
+  Wrench parent;
+  if (n.parent != kNoNode) {
+    const Wrench& p = g.nodes[n.parent].passing;
+    parent = {p.force + glm::cross(p.torque, n.lever), p.torque};
+  }
+  Vec3 spin = n.mobility * (f.torque - parent.force * n.whole.ft);
+  if (!n.is_ball) spin += parent.torque - n.mobility * (n.whole.tt * parent.torque);
+  n.passing = {parent.force, spin};
 }
 
 void settle_trees(const Group& g) {

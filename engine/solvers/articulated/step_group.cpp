@@ -9,7 +9,6 @@
 // touches fixed ones alone is iterated until nothing changes, without springs.
 // [Macklin 2019, small steps; Catto 2024, soft contacts and relaxation]
 #include <algorithm>
-#include <cstdio>
 
 #include "engine/base/rotation.hpp"
 #include "engine/solvers/articulated/internal.hpp"
@@ -18,9 +17,10 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// s: no substep is longer, and no step has more of them.
-constexpr Real kLongestSubstep = 1.0 / 470;
-constexpr int kMostSubsteps = 32;
+/// s: no substep is longer, and no step has more of them. Trees keep their joints whatever its
+/// length; towers of bodies need shorter ones.
+constexpr Real kLongestSubstep = 1.0 / 470, kLongestTreeSubstep = 1.0 / 235;
+constexpr int kLeastTreeSubsteps = 2, kMostSubsteps = 32;
 /// Hz: of the springs between free bodies; twice that against fixed ones. With damping far above
 /// the critical.
 constexpr Real kContactFrequency = 60, kDampingRatio = 10;
@@ -30,12 +30,17 @@ constexpr Real kPushSpeed = 1;
 constexpr Real kSlowestImpact = 0.05;
 /// s: in which a load's compression is given back.
 constexpr Real kTakeUpTime = 0.4, kTakenUp = 0.998;
-/// m/s: while all of a group is slower, its springs take up their loads; while it is much faster
-/// they give that back.
+/// m/s: slower bodies let springs take up their loads; much faster ones give that back.
 constexpr Real kCalmSpeed = 0.005, kWildSpeed = 0.02;
 /// m: above 0 it tells contact detection that the contact is soft.
 constexpr Real kLeastRest = 1e-12;
 constexpr int kPointIterations = 8, kImpactSweeps = 64, kHardSweeps = 200;
+/// A sweep over trees is repeated while it moves a contact by more than this in a substep, m.
+constexpr Real kEnoughAtImpact = 5e-4;
+constexpr int kImpactSweepsOfTrees = 6;
+/// m/s: other impulses may make bodies approach so much faster within a substep, or as fast as
+/// anything of the group moves.
+constexpr Real kSuddenSpeed = 2;
 /// Of a contact of bodies in trees, as a fraction of that without joints.
 constexpr Real kLeastResponse = 1e-4;
 
@@ -137,9 +142,16 @@ void place(const Group& g, GroupContact& c) {
   c.gap = glm::dot(n, a.centre + c.arm_a - b.centre - c.arm_b);
 }
 
-/// The same, and its response.
+/// Whether two bodies may touch at a contact within the substep.
+bool is_near(const Group& g, const GroupContact& c, Real h, Real sudden) {
+  const Vec3 n = c.axes[0];
+  const Side a(g, c.a), b(g, c.b);
+  const Real closing = -glm::dot(n, a.speed_at(c.arm_a) - b.speed_at(c.arm_b));
+  return c.impulse.x > 0 || c.gap < h * (sudden + std::max(Real(0), closing));
+}
+
+/// The response of a contact.
 void prepare_contact(const Group& g, GroupContact& c) {
-  place(g, c);
   const Vec3 n = c.axes[0];
   const Side a(g, c.a), b(g, c.b);
   Vec3 moved[3];
@@ -173,11 +185,18 @@ void centre_bodies(const Group& g) {
 void prepare_group(const Group& g, const GroupPart& part) {
   centre_bodies(g);
   prepare_trees(g, part);
-  for (std::size_t i = 0; i < g.contacts.size(); ++i) {
-    GroupContact& c = g.contacts[i];
-    const bool first = i == 0 || !have_same_bodies(c, g.contacts[i - 1]);
-    if (first && c.cross != kNoNode)
-      g.crosses[c.cross] = cross_response(g, g.a(c).node, g.b(c).node);
+  Real sudden = kSuddenSpeed;
+  for (const GroupBody& b : g.bodies) sudden = std::max(sudden, glm::length(b.velocity));
+  std::uint32_t known = kNoNode;
+  for (GroupContact& c : g.contacts) {
+    place(g, c);
+    c.works = is_near(g, c, part.h, sudden);
+    if (!c.works) {
+      c.impulse = Vec3(0);
+      continue;
+    }
+    if (c.cross != known && c.cross != kNoNode)
+      g.crosses[known = c.cross] = cross_response(g, g.a(c).node, g.b(c).node);
     prepare_contact(g, c);
   }
 }
@@ -234,7 +253,9 @@ const Softness& spring_of(const Group& g, const GroupContact& c, const Substep& 
 /// Contacts [from, to) between the same two bodies. Returns the largest change of speed, m/s.
 Real solve_points(const Group& g, std::span<GroupContact> points, const Substep& s, Sweep sweep) {
   Real most = 0;
-  const int iterations = points.size() > 1 ? kPointIterations : 1;
+  const auto working = std::count_if(points.begin(), points.end(), [](auto& c) { return c.works; });
+  if (working == 0) return most;
+  const int iterations = working > 1 ? kPointIterations : 1;
   Pair pair = begin_pair(g, points.front());
   for (int n = 0; n < iterations; ++n) {
     bool any = false;
@@ -313,7 +334,10 @@ void collide_elastically(const Group& g, const Substep& s) {
   }
   if (!moved) return;
   centre_bodies(g);
-  for (GroupContact& c : g.contacts) prepare_contact(g, c);
+  for (GroupContact& c : g.contacts) {
+    place(g, c);
+    if (c.works) prepare_contact(g, c);
+  }
 }
 
 /// Half of the drag before the forces of a substep, half after its contacts: what rests is not
@@ -348,10 +372,7 @@ void move(GroupBody& b, Real h) {
 }
 
 /// The impulses of the substep before.
-#include <cstdlib>
-static int dbg(const char*n){ const char*v=std::getenv(n); return v?std::atoi(v):0; }
 void push_again(const Group& g) {
-  static int nowarm=dbg("NOWARM"); if(nowarm) { for(GroupContact&c:g.contacts) c.impulse=Vec3(0); for(auto&n:g.nodes) for(auto&l:n.limits) l.impulse=0; return; }
   push_limits(g);
   for (const GroupContact& c : g.contacts)
     if (c.impulse != Vec3(0)) push(g, c, to_world(c, c.impulse));
@@ -359,13 +380,13 @@ void push_again(const Group& g) {
 
 void take_substep(const Group& g, const Substep& s, Order order) {
   prepare_group(g, s.part);
-  static int chk=dbg("CHK"); if(chk&&!g.trees.empty()) { double worst=0; const GroupContact* w=nullptr; double wu=0; for(const GroupContact& c:g.contacts){ settle_trees(g); Vec3 u0=Pair{{g,c.a},{g,c.b},nullptr}.speed_of(c); push(g,c,c.axes[0]*1e-3); settle_trees(g); Vec3 u1=Pair{{g,c.a},{g,c.b},nullptr}.speed_of(c); double got=glm::dot(c.axes[0],u1-u0)/1e-3; double e=std::abs(got/c.along-1); if(e>worst) worst=e,w=&c,wu=got; if(chk==2) std::printf("%u %.3g %.3g\n",g.nodes[g.a(c).node].depth,c.along,e); push(g,c,c.axes[0]*-1e-3);} if(chk==2) std::exit(0); if(w&&worst>1e-6) std::printf("worst %g along %g got %g node %u of %zu depth %u works %d\n",worst,w->along,wu,g.a(*w).node,g.nodes.size(),g.nodes[g.a(*w).node].depth,w->works); }
   collide_elastically(g, s);
   for (GroupBody& b : g.bodies)
     if (b.per_mass > 0 && b.node == kNoNode) accelerate(b, s.h), b.touched = false;
   push_again(g);
-  const Real enough = 1e-14 * (1 + glm::length(g.bodies.front().velocity));
-  static int sw=dbg("SW"); const int sweeps = s.hard ? kHardSweeps : sw?sw:1;
+  const Real enough = s.hard ? 1e-14 * (1 + glm::length(g.bodies.front().velocity))
+                             : kEnoughAtImpact / s.h;
+  const int sweeps = s.hard ? kHardSweeps : g.trees.empty() ? 1 : kImpactSweepsOfTrees;
   for (int n = 0; n < sweeps; ++n)
     if (sweep_group(g, s, Sweep::solves, turned(order, n)) <= enough) break;
   for (const GroupContact& c : g.contacts)
@@ -377,7 +398,7 @@ void take_substep(const Group& g, const Substep& s, Order order) {
   move_trees(g, s.part);
   const bool pushed = !s.hard || std::any_of(g.contacts.begin(), g.contacts.end(),
                                              [](auto& c) { return c.gap < -c.shallow; });
-  for (int n = 0; n < (pushed ? sweeps : 0); ++n)
+  for (int n = 0; n < (!pushed ? 0 : s.hard ? sweeps : 1); ++n)
     if (sweep_group(g, s, Sweep::relaxes, turned(order, n + 1)) <= enough) break;
   settle_trees(g);
   release_trees(g, s.part);
@@ -392,15 +413,19 @@ Real compression(const Group& g, const GroupContact& c, const Substep& s) {
   return spring.by_impulse * c.impulse.x * c.along / (spring.by_mass * spring.rate);
 }
 
-/// Lasting loads compress the springs; while nothing moves, that is taken up by and by. Points of
-/// the same two bodies share it: else the one that bears most would be given ever more to bear.
+/// Lasting loads compress the springs; while nothing moves, that is taken up by and by. Among trees
+/// the two bodies alone count, since an arm may swing for long; towers creep unless all of them
+/// does. Points of the same two bodies share it: else the one that bears most would be given ever
+/// more to bear.
 void take_up(const Group& g, const Substep& s, Real h) {
   const Real part = 1 - std::exp(-h / kTakeUpTime);
-  Real speed = 0;
-  for (const GroupBody& b : g.bodies)
-    if (b.per_mass > 0) speed = std::max(speed, glm::length(b.velocity));
-  for (GroupContact& c : g.contacts) c.rest = std::max(kLeastRest, c.rest);
-  if (speed > kCalmSpeed && speed < kWildSpeed) return;
+  const auto speed_of = [&](std::uint32_t i) {
+    const GroupBody& b = g.bodies[i];
+    return b.per_mass > 0 ? glm::length(b.velocity) : 0;
+  };
+  Real fastest = 0;
+  for (std::uint32_t i = 0; g.trees.empty() && i < g.bodies.size(); ++i)
+    fastest = std::max(fastest, speed_of(i));
   for (std::size_t from = 0, to = 0; from < g.contacts.size(); from = to) {
     Real sum = 0, bearing = 0;
     for (to = from; to < g.contacts.size() && have_same_bodies(g.contacts[to], g.contacts[from]);
@@ -408,11 +433,14 @@ void take_up(const Group& g, const Substep& s, Real h) {
       sum += compression(g, g.contacts[to], s);
       bearing += g.contacts[to].impulse.x > 0;
     }
+    const Real speed = std::max({fastest, speed_of(g.contacts[from].a), speed_of(g.contacts[from].b)});
+    const bool lasts = speed < kCalmSpeed, wild = speed > kWildSpeed;
     const Real mean = bearing > 0 ? sum / bearing : 0;
     for (std::size_t i = from; i < to; ++i) {
       GroupContact& c = g.contacts[i];
-      const Real load = kTakenUp * mean;
-      const Real rest = speed < kWildSpeed ? std::clamp(load, Real(0), c.shallow) : 0;
+      c.rest = std::max(kLeastRest, c.rest);
+      if (!lasts && !wild) continue;
+      const Real rest = lasts ? std::clamp(kTakenUp * mean, Real(0), c.shallow) : 0;
       c.settling = std::abs(rest - c.rest);
       c.rest = std::max(kLeastRest, c.rest + part * (rest - c.rest));
     }
@@ -446,8 +474,9 @@ Mat3 inverse_inertia(const GroupBody& b, Quat q) {
 }
 
 void step_group(const Group& g, Real h) {
-  const int substeps =
-      std::clamp(static_cast<int>(std::ceil(h / kLongestSubstep)), 1, kMostSubsteps);
+  const Real longest = g.trees.empty() ? kLongestSubstep : kLongestTreeSubstep;
+  const int least = g.trees.empty() ? 1 : kLeastTreeSubsteps;
+  const int substeps = std::clamp(static_cast<int>(std::ceil(h / longest)), least, kMostSubsteps);
   Substep s;
   s.h = h / substeps;
   s.between = softness_of(kContactFrequency, s.h);
