@@ -99,7 +99,9 @@ struct GroupNode {
   Wrench begin, load;            // momentum and forces; impulses of contacts and ties
   Wrench passing;                // through the joint in the substep
   Vec3 goal{0};                  // where its velocity leads the mass centre
+  Vec3 missed_by{0};             // from there to where it came
   Quat turned{1, 0, 0, 0};       // ... and its spin the body
+  Pose kept;                     // before it is brought nearer to that
   Vec3 spring_torque{0};         // N m s, of soft zones and the drive at no relative spin
   Mat3 spring{0};                // what relative spin takes from it
   bool has_spring = false, is_limited = false;

@@ -10,7 +10,9 @@ namespace {
 
 /// m: a body may miss where its velocity leads by so much, in a substep.
 constexpr Real kEnough = 1e-5;
-constexpr int kMostRounds = 2;
+constexpr int kMostRounds = 4;
+/// rad
+constexpr Real kFarthestTurn = 0.1;
 
 /// Angular momentum in the body after a time in which nothing acts: Euler's equations by the
 /// midpoint rule, which keeps its size and the energy, however thin the body is.
@@ -85,16 +87,24 @@ void place_by_joints(const Group& g, const GroupTree& t, const Moved& to) {
   }
 }
 
-/// m, by which the joints keep bodies from where their velocities lead: the largest one.
-Real largest_miss(const Group& g, const GroupTree& t) {
-  Real most = 0;
-  for (std::uint32_t i = t.first; i < t.first + t.count; ++i)
-    most = std::max(most, glm::length(g.nodes[i].goal - g.bodies[g.nodes[i].body].pose.position));
-  return most;
+/// How the joints keep bodies from where their velocities lead: the largest distance, m, and the sum
+/// of mass times its square.
+struct Miss {
+  Real largest = 0, sum = 0;
+};
+
+Miss miss_of(const Group& g, const GroupTree& t) {
+  Miss miss;
+  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
+    const GroupNode& n = g.nodes[i];
+    const Real way = glm::length(n.goal - g.bodies[n.body].pose.position);
+    miss.largest = std::max(miss.largest, way), miss.sum += n.mass * way * way;
+  }
+  return miss;
 }
 
 /// Turns the bodies so that they come nearer to where their velocities lead, heavy ones above all:
-/// else light links would throw about what hangs on them.
+/// else light links would throw about what hangs on them. Linear, so that no body turns far.
 void turn_towards_goals(const Group& g, const GroupTree& t) {
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
     GroupNode& n = g.nodes[i];
@@ -102,11 +112,36 @@ void turn_towards_goals(const Group& g, const GroupTree& t) {
     n.passing = {impulse, glm::cross(n.arm, impulse)};
   }
   for (std::uint32_t i = t.first + t.count; i-- > t.first;) gather_impulse(g, i);
+  Real most = 0;
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
     follow_impulse(g, i);
+    most = std::max(most, glm::length(g.nodes[i].passing.torque));
+  }
+  const Real part = most > kFarthestTurn ? kFarthestTurn / most : 1;
+  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
     GroupNode& n = g.nodes[i];
-    n.turned = glm::normalize(from_rotation_vector(n.passing.torque) * g.bodies[n.body].pose.rotation);
-    if (n.free_root) g.bodies[n.body].pose.position += n.passing.force;
+    GroupBody& b = g.bodies[n.body];
+    n.kept = b.pose;
+    n.turned = glm::normalize(from_rotation_vector(part * n.passing.torque) * b.pose.rotation);
+    if (n.free_root) b.pose.position += part * n.passing.force;
+  }
+}
+
+/// Puts the bodies where the joints want them and, by turns that a mass must be worth, their
+/// velocities.
+void close_joints(const Group& g, const GroupTree& t, const Moved& to) {
+  place_by_joints(g, t, to);
+  Miss miss = miss_of(g, t);
+  for (int round = 0; round < kMostRounds && miss.largest > kEnough; ++round) {
+    turn_towards_goals(g, t);
+    place_by_joints(g, t, to);
+    const Miss now = miss_of(g, t);
+    if (!(now.sum < miss.sum)) {
+      for (std::uint32_t i = t.first; i < t.first + t.count; ++i)
+        g.bodies[g.nodes[i].body].pose = g.nodes[i].kept;
+      return;
+    }
+    miss = now;
   }
 }
 
@@ -127,12 +162,15 @@ void move_tree(const Group& g, GroupTree& t, const GroupPart& part) {
     drift += n.mass * velocity;
     t.touched = t.touched || b.touched;
   }
-  place_by_joints(g, t, to);
-  for (int round = 0; round < kMostRounds && largest_miss(g, t) > kEnough; ++round) {
-    turn_towards_goals(g, t);
-    place_by_joints(g, t, to);
+  close_joints(g, t, to);
+  Vec3 mean(0);
+  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
+    GroupNode& n = g.nodes[i];
+    n.missed_by = g.bodies[n.body].pose.position - n.goal;
+    mean += n.mass / t.mass * n.missed_by;
   }
   if (!is_free(g, t)) return;
+  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) g.nodes[i].missed_by -= mean;
   // The mass centre moves as its velocity says; in free flight by the mean, which is exact for a
   // parabola.
   drift /= t.mass;
@@ -205,6 +243,20 @@ void add_reactions(const Group& g, const GroupTree& t) {
   }
 }
 
+/// Velocities become those with which the bodies have moved, where that takes energy: what the joints
+/// kept back is lost.
+void slow_to_way(const Group& g, const GroupTree& t, Real h) {
+  Real gained = 0;
+  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
+    const GroupNode& n = g.nodes[i];
+    const Vec3 change = n.missed_by / h;
+    gained += n.mass * glm::dot(change, g.bodies[n.body].velocity + 0.5 * change);
+  }
+  if (!(gained < 0)) return;
+  for (std::uint32_t i = t.first; i < t.first + t.count; ++i)
+    g.bodies[g.nodes[i].body].velocity += g.nodes[i].missed_by / h;
+}
+
 void release_tree(const Group& g, GroupTree& t, const GroupPart& part) {
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i) g.nodes[i].passing = {};
   if (part.h > 0) add_reactions(g, t);
@@ -224,7 +276,9 @@ void release_tree(const Group& g, GroupTree& t, const GroupPart& part) {
               n.mass * glm::cross(b.centre + n.arm - middle, b.velocity - drift);
     b.angular_momentum = b.pose.rotation * turned_momentum(inside, n.inertia, part.h);
   }
-  if (is_free(g, t) && part.h > 0) keep_angular_momentum(g, t, before);
+  if (!(part.h > 0)) return;
+  slow_to_way(g, t, part.h);
+  if (is_free(g, t)) keep_angular_momentum(g, t, before);
 }
 
 }  // namespace

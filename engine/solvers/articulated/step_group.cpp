@@ -21,6 +21,8 @@ namespace {
 /// length; towers of bodies need shorter ones.
 constexpr Real kLongestSubstep = 1.0 / 470, kLongestTreeSubstep = 1.0 / 235;
 constexpr int kLeastTreeSubsteps = 2, kMostSubsteps = 32;
+/// rad: bodies of trees turn by no more in a substep, as long as that many are enough.
+constexpr Real kLargestTurn = 0.25;
 /// Hz: of the springs between free bodies; twice that against fixed ones. With damping far above
 /// the critical.
 constexpr Real kContactFrequency = 60, kDampingRatio = 10;
@@ -473,10 +475,23 @@ Mat3 inverse_inertia(const GroupBody& b, Quat q) {
   return Mat3(per.x * r[0], per.y * r[1], per.z * r[2]) * glm::transpose(r);
 }
 
+namespace {
+
+int substeps_of(const Group& g, Real h) {
+  if (g.trees.empty())
+    return std::clamp(static_cast<int>(std::ceil(h / kLongestSubstep)), 1, kMostSubsteps);
+  Real fastest = 0;
+  for (const GroupBody& b : g.bodies)
+    if (b.node != kNoNode) fastest = std::max(fastest, glm::length(b.spin));
+  const Real least = std::max({Real(kLeastTreeSubsteps), h / kLongestTreeSubstep,
+                               h * std::min(fastest, Real(1e9)) / kLargestTurn});
+  return static_cast<int>(std::ceil(std::min(least, Real(kMostSubsteps))));
+}
+
+}  // namespace
+
 void step_group(const Group& g, Real h) {
-  const Real longest = g.trees.empty() ? kLongestSubstep : kLongestTreeSubstep;
-  const int least = g.trees.empty() ? 1 : kLeastTreeSubsteps;
-  const int substeps = std::clamp(static_cast<int>(std::ceil(h / longest)), least, kMostSubsteps);
+  const int substeps = substeps_of(g, h);
   Substep s;
   s.h = h / substeps;
   s.between = softness_of(kContactFrequency, s.h);
