@@ -52,7 +52,8 @@ struct Response {
 
 struct PackedJoint;
 
-/// The inertia of a rigid or articulated body: force = ff velocity + ft spin, torque = ft^T velocity
+/// The inertia of a rigid or articulated body: force = ff velocity + ft spin, torque = ft^T
+/// velocity
 /// + tt spin.
 struct SpatialInertia {
   Mat3 ff{0}, ft{0}, tt{0};
@@ -68,47 +69,47 @@ struct GroupLimit {
   bool both_ways = false;  // a lock
 };
 
-/// A body of a tree in a group. Wrenches and motions are those of its joint to the parent, of a free
-/// root those of its mass centre.
+/// A body of a tree in a group. Wrenches and motions are those of its joint to the parent, of a
+/// free root those of its mass centre.
 struct GroupNode {
-  std::uint32_t parent = kNoNode;  // node; none at a root
-  std::uint32_t body = 0;          // in the group
-  std::uint32_t tree = 0;          // in the group
-  std::uint32_t column = 0;        // in the island
-  std::uint32_t depth = 0;         // joints from the root
-  std::uint32_t next = kNoNode;    // towards the node that is visited next
+  std::uint32_t parent = kNoNode;      // node; none at a root
+  std::uint32_t body = 0;              // in the group
+  std::uint32_t tree = 0;              // in the group
+  std::uint32_t column = 0;            // in the island
+  std::uint32_t depth = 0;             // joints from the root
+  std::uint32_t next = kNoNode;        // towards the node that is visited next
   const PackedJoint* joint = nullptr;  // none: a free ball joint
   const JointDrive* drive = nullptr;
   bool free_root = false;
-  Real drive_share = 1;                       // of the drive's torque that its bound allows
-  Real drive_torque = 0;                      // N m
-  Vec3 own_anchor{0}, parent_anchor{0};       // m, body frames
-  Real mass = 0;                              // kg
-  Vec3 inertia{0};                            // kg m^2, principal
+  Real drive_share = 1;                  // of the drive's torque that its bound allows
+  Real drive_torque = 0;                 // N m
+  Vec3 own_anchor{0}, parent_anchor{0};  // m, body frames
+  Real mass = 0;                         // kg
+  Vec3 inertia{0};                       // kg m^2, principal
   // In a substep, from the pose at its start:
-  Vec3 arm{0};                   // from the joint to the mass centre
-  Vec3 lever{0};                 // from the parent's joint to this one
+  Vec3 arm{0};    // from the joint to the mass centre
+  Vec3 lever{0};  // from the parent's joint to this one
   Quat rotation{1, 0, 0, 0};
   Mat3 world_inertia{0};
-  SpatialInertia whole;                 // of the body and all that its joints carry
-  Mat3 mobility{0};              // relative spin by torque at the joint
-  bool is_ball = false;          // it passes no torque on
-  Vec3 torque{0};                // N m s at the joint, of all impulses outboard of it so far
-  Wrench pending;                // impulses that the parent has not been given yet
+  SpatialInertia whole;  // of the body and all that its joints carry
+  Mat3 mobility{0};      // relative spin by torque at the joint
+  bool is_ball = false;  // it passes no torque on
+  Vec3 torque{0};        // N m s at the joint, of all impulses outboard of it so far
+  Wrench pending;        // impulses that the parent has not been given yet
   Response response;
-  Wrench begin, load;            // momentum and forces; impulses of contacts and ties
-  Wrench passing;                // through the joint in the substep
-  Vec3 goal{0};                  // where its velocity leads the mass centre
-  Vec3 missed_by{0};             // from there to where it came
-  Quat turned{1, 0, 0, 0};       // ... and its spin the body
-  Pose kept;                     // before it is brought nearer to that
-  Vec3 spring_torque{0};         // N m s, of soft zones and the drive at no relative spin
-  Mat3 spring{0};                // what relative spin takes from it
+  Wrench begin, load;       // momentum and forces; impulses of contacts and ties
+  Wrench passing;           // through the joint in the substep
+  Vec3 goal{0};             // where its velocity leads the mass centre
+  Vec3 missed_by{0};        // from there to where it came
+  Quat turned{1, 0, 0, 0};  // ... and its spin the body
+  Pose kept;                // before it is brought nearer to that
+  Vec3 spring_torque{0};    // N m s, of soft zones and the drive at no relative spin
+  Mat3 spring{0};           // what relative spin takes from it
   bool has_spring = false, is_limited = false;
   GroupLimit limits[4];
-  int unlimited_for = 0;         // substeps, of which no limit can be reached
+  int unlimited_for = 0;  // substeps, of which no limit can be reached
   // Over the step:
-  Wrench reaction;               // N s through the joint; the torque about it, without springs
+  Wrench reaction;  // N s through the joint; the torque about it, without springs
 };
 
 /// One tree of a group.
@@ -119,27 +120,27 @@ struct GroupTree {
   std::uint32_t at = 0;  // the node whose motion is known, as those between it and the root are
   // The anchor that holds it, over the step; `held` is the body that has it:
   Pose held_before, held_after;
-  Vec3 from{0}, to{0};                         // m
-  Vec3 anchor_velocity{0}, held_spin{0};       // m/s, rad/s
-  Quat held_rotation{1, 0, 0, 0};              // now
+  Vec3 from{0}, to{0};                    // m
+  Vec3 anchor_velocity{0}, held_spin{0};  // m/s, rad/s
+  Quat held_rotation{1, 0, 0, 0};         // now
   Real mass = 0;
-  Vec3 before{0};                              // m/s, of a free tree's mass centre, before forces
+  Vec3 before{0};  // m/s, of a free tree's mass centre, before forces
   bool touched = false;
   bool is_limited = false;  // any joint of it has limits
 };
 
 /// One contact point of two of them.
 struct GroupContact {
-  std::uint32_t contact = 0;     // in contacts_of(world)
-  std::uint32_t a = 0, b = 0;    // bodies of the group
+  std::uint32_t contact = 0;      // in contacts_of(world)
+  std::uint32_t a = 0, b = 0;     // bodies of the group
   std::uint32_t cross = kNoNode;  // of two bodies of one tree: in GroupScratch::crosses
-  Vec3 axes[3];                  // the normal, from b to a, and two across it
-  Vec3 core_a{0}, core_b{0};     // in the bodies' frames; for round shapes a radius below the surface
+  Vec3 axes[3];                   // the normal, from b to a, and two across it
+  Vec3 core_a{0}, core_b{0};  // in the bodies' frames; for round shapes a radius below the surface
   Real radius_a = 0, radius_b = 0;
   Vec3 arm_a{0}, arm_b{0};                                       // m, world
   Real gap = 0;                                                  // m
   Real along = 0, aside = 0, cross_first = 0, cross_second = 0;  // response, 1/kg
-  bool works = true;  // the bodies can give way to it
+  bool works = true;                                             // the bodies can give way to it
   Real friction = 0, restitution = 0;
   Real rest = 0;      // see Contact
   Real settling = 0;  // m, by which that was short of the load
@@ -162,6 +163,24 @@ struct CrossResponse {
   Mat3 vf{0}, vt{0}, wf{0}, wt{0};
 };
 
+/// A point of body b at a point of body a, or held to it by a spring or a cable.
+struct GroupTie {
+  enum class Kind : std::uint8_t { rigid, spring, cable };
+  Kind kind = Kind::rigid;
+  std::uint32_t a = 0, b = 0;            // bodies of the group
+  std::uint32_t cross = kNoNode;         // as of a contact
+  std::uint32_t island = 0, number = 0;  // pin or cable of the island
+  Vec3 anchor_a{0}, anchor_b{0};         // m, body frames
+  Real length = 0;                       // m, of a cable
+  Real stiffness = 0, damping = 0;       // N/m, N s/m; a cable without stiffness does not give way
+  Vec3 arm_a{0}, arm_b{0};               // m, world
+  Vec3 apart{0};                         // m, from a's point to b's
+  Mat3 response{0}, inverse{0};          // of the relative velocity; of what is solved for
+  Real along = 0;                        // of a cable, 1/kg
+  Vec3 impulse{0};                       // N s of a substep on b, of a cable its tension in x
+  Vec3 passed{0};                        // N s over the step so far
+};
+
 /// One group of a step: bodies that touch one another, and the fixed ones that they touch.
 struct Group {
   std::span<GroupBody> bodies;
@@ -169,6 +188,7 @@ struct Group {
   std::span<GroupNode> nodes;
   std::span<GroupTree> trees;
   std::span<CrossResponse> crosses;
+  std::span<GroupTie> ties;
   Real time = 0;  // s, at the start of the step
 
   GroupBody& a(const GroupContact& c) const { return bodies[c.a]; }
@@ -176,7 +196,7 @@ struct Group {
   bool is_fixed(const GroupContact& c) const { return b(c).per_mass == 0; }
   /// Whether one body alone is free, and without joints.
   bool is_single() const {
-    return trees.empty() && (bodies.size() < 2 || bodies[1].per_mass == 0);
+    return trees.empty() && ties.empty() && (bodies.size() < 2 || bodies[1].per_mass == 0);
   }
 };
 
@@ -210,8 +230,8 @@ Vec3 joint_response(const Group& g, const GroupNode& n, Vec3 along);
 void apply_at_joint(const Group& g, std::uint32_t node, Vec3 torque);
 /// The response of one body of a tree to a wrench on another.
 CrossResponse cross_response(const Group& g, std::uint32_t node, std::uint32_t on);
-/// The response of a tree to impulses alone, in `passing`: inwards, node by node, then outwards, which
-/// leaves what they change of the node's motion there.
+/// The response of a tree to impulses alone, in `passing`: inwards, node by node, then outwards,
+/// which leaves what they change of the node's motion there.
 void gather_impulse(const Group& g, std::uint32_t node);
 void follow_impulse(const Group& g, std::uint32_t node);
 /// Makes the motions of all bodies current.
@@ -228,12 +248,20 @@ void push_limits(const Group& g);
 void solve_limits(const Group& g, Real h, const Softness& spring);
 void bound_drives(const Group& g, Real h);
 
+// Pins, loops and cables (group_ties.cpp).
+void prepare_tie(const Group& g, GroupTie& t, Real h);
+void push_tie(const Group& g, const GroupTie& t);
+/// One tie once; this fraction of its gap is closed in the substep. Returns the change of speed,
+/// m/s.
+Real solve_tie(const Group& g, GroupTie& t, Real h, Real part);
+
 /// Scratch memory of the groups of a step.
 struct GroupScratch {
   /// What touches: its bodies, free ones and trees first, and its contacts.
   struct Range {
     std::size_t first_body = 0, bodies = 0, first_contact = 0, contacts = 0;
     std::size_t first_node = 0, nodes = 0, first_tree = 0, trees = 0, first_cross = 0, crosses = 0;
+    std::size_t first_tie = 0, ties = 0;
   };
   DisjointSets sets{0};                       // of islands
   std::vector<std::uint32_t> group_of;        // by island
@@ -246,6 +274,7 @@ struct GroupScratch {
   std::vector<GroupNode> nodes;
   std::vector<GroupTree> trees;
   std::vector<CrossResponse> crosses;
+  std::vector<GroupTie> ties;
 };
 
 }  // namespace pantin::detail::articulated

@@ -28,8 +28,8 @@ void add_drive(const Group& g, GroupNode& n, const GroupPart& part) {
   const Quat to = own_rotation(*n.joint, parent, target_at(drive, until));
   Vec3 ahead(0);  // rad
   if (!drive.keys.empty())
-    ahead = rotation_vector(
-        to * glm::conjugate(own_rotation(*n.joint, parent, target_at(drive, from))));
+    ahead = rotation_vector(to *
+                            glm::conjugate(own_rotation(*n.joint, parent, target_at(drive, from))));
   const Real k = n.drive_share * part.h * drive.stiffness, d = n.drive_share * drive.damping;
   // The target is where the drive wants the joint at the end.
   n.spring += Mat3(part.h * k + part.h * d);
@@ -47,8 +47,7 @@ void prepare_springs(const Group& g, GroupNode& n, const GroupPart& part) {
       const Real within = limits.soft_zone - limit.clearance;
       if (!limit.watched || !(within > 0)) continue;
       const Real k = part.h * limits.soft_stiffness;
-      n.spring += part.h * (k + limits.soft_damping) *
-                  glm::outerProduct(limit.along, limit.along);
+      n.spring += part.h * (k + limits.soft_damping) * glm::outerProduct(limit.along, limit.along);
       n.spring_torque -= k * within * limit.along;
     }
   }
@@ -78,8 +77,8 @@ void prepare_limits(const Group& g, std::uint32_t node, Real h) {
   find_limits(*n.joint, n.rotation, rotation_of_parent(g, n), found);
   for (int s = 0; s < 4; ++s) {
     GroupLimit& limit = n.limits[s];
-    limit.listed = found[s].watched &&
-                   (found[s].both_ways || limit.impulse > 0 || found[s].clearance < kNear);
+    limit.listed =
+        found[s].watched && (found[s].both_ways || limit.impulse > 0 || found[s].clearance < kNear);
     if (!limit.listed) {
       limit.impulse = 0;
       continue;
@@ -120,9 +119,9 @@ void solve_limits(const Group& g, Real h, const Softness& spring) {
       if (!limit.listed) continue;
       const Real speed = glm::dot(limit.along, relative_spin(g, i));
       const bool away = limit.clearance > 0 && !limit.both_ways;
-      const Real most = away ? limit.clearance / h
-                             : std::clamp(spring.rate * limit.clearance, -kFastestReturn,
-                                          kFastestReturn);
+      const Real most =
+          away ? limit.clearance / h
+               : std::clamp(spring.rate * limit.clearance, -kFastestReturn, kFastestReturn);
       const Softness& by = away ? Softness{} : spring;
       Real impulse = limit.impulse + by.by_mass * (speed - most) / limit.response -
                      by.by_impulse * limit.impulse;

@@ -61,8 +61,7 @@ Quat as_allowed(const GroupNode& n, Quat q, Quat parent) {
   if (!n.joint) return q;
   const JointKind kind = n.joint->joint.kind;
   if (turns_of(kind) == Turns::freely) return q;
-  return own_rotation(*n.joint, parent,
-                      allowed_by_kind(kind, joint_rotation(*n.joint, q, parent)));
+  return own_rotation(*n.joint, parent, allowed_by_kind(kind, joint_rotation(*n.joint, q, parent)));
 }
 
 /// A tree while it moves: what holds it, at the end of the part.
@@ -82,13 +81,13 @@ void place_by_joints(const Group& g, const GroupTree& t, const Moved& to) {
     }
     const GroupBody* p = n.parent == kNoNode ? nullptr : &g.bodies[g.nodes[n.parent].body];
     b.pose.rotation = as_allowed(n, n.turned, p ? p->pose.rotation : to.held);
-    b.pose.position = (p ? to_world(p->pose, n.parent_anchor) : to.anchor) -
-                      b.pose.rotation * n.own_anchor;
+    b.pose.position =
+        (p ? to_world(p->pose, n.parent_anchor) : to.anchor) - b.pose.rotation * n.own_anchor;
   }
 }
 
-/// How the joints keep bodies from where their velocities lead: the largest distance, m, and the sum
-/// of mass times its square.
+/// How the joints keep bodies from where their velocities lead: the largest distance, m, and the
+/// sum of mass times its square.
 struct Miss {
   Real largest = 0, sum = 0;
 };
@@ -232,19 +231,17 @@ void add_reactions(const Group& g, const GroupTree& t) {
     n.reaction.force += n.passing.force;
     n.reaction.torque += n.passing.torque;
     if (n.has_spring) {
-      const Vec3 parent = n.parent == kNoNode ? t.held_spin
-                                              : g.bodies[g.nodes[n.parent].body].spin;
+      const Vec3 parent = n.parent == kNoNode ? t.held_spin : g.bodies[g.nodes[n.parent].body].spin;
       n.reaction.torque -= n.spring_torque - n.spring * (b.spin - parent);
     }
     if (n.parent == kNoNode) continue;
     g.nodes[n.parent].passing.force += n.passing.force;
-    g.nodes[n.parent].passing.torque +=
-        n.passing.torque + glm::cross(n.lever, n.passing.force);
+    g.nodes[n.parent].passing.torque += n.passing.torque + glm::cross(n.lever, n.passing.force);
   }
 }
 
-/// Velocities become those with which the bodies have moved, where that takes energy: what the joints
-/// kept back is lost.
+/// Velocities become those with which the bodies have moved, where that takes energy: what the
+/// joints kept back is lost.
 void slow_to_way(const Group& g, const GroupTree& t, Real h) {
   Real gained = 0;
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {

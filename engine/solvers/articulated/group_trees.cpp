@@ -2,8 +2,8 @@
 //
 // Motions (velocity, spin) and wrenches (force, torque) of a body are those of its joint, where the
 // parent has the same velocity. With the articulated inertia I = (ff, ft; ft^T, tt) of a body there
-// and the joint's mobility m = E (E^T tt E)^-1 E^T over its free directions E, a relative spin of the
-// body needs the wrench U = (ft, tt) of it, and
+// and the joint's mobility m = E (E^T tt E)^-1 E^T over its free directions E, a relative spin of
+// the body needs the wrench U = (ft, tt) of it, and
 //   inwards   f_parent += f - U m torque,  I_parent += I - U m U^T
 //   outwards  relative spin = m (torque - U^T v_parent)
 // all shifted from the parent's joint to this one. A free ball joint passes no torque on: m tt = 1,
@@ -14,6 +14,7 @@
 // next costs the joints between the two.
 #include <cstdio>
 #include <cstdlib>
+
 #include "engine/base/rotation.hpp"
 #include "engine/joints/kinds.hpp"
 #include "engine/solvers/articulated/internal.hpp"
@@ -123,8 +124,8 @@ void find_response(const Group& g, GroupNode& n) {
   const Mat3 by_spin = spin_by_spin(n);
   const Mat3 turned = by_spin * glm::transpose(vt);
   own.vt += glm::transpose(turned);
-  own.wt += by_velocity * own.vt + (turned * glm::transpose(by_velocity) +
-                                    by_spin * p.wt * glm::transpose(by_spin));
+  own.wt += by_velocity * own.vt +
+            (turned * glm::transpose(by_velocity) + by_spin * p.wt * glm::transpose(by_spin));
 }
 
 /// Where the bodies of a tree are, what they weigh, and what they begin the part with.
@@ -200,11 +201,11 @@ void prepare_tree(const Group& g, GroupTree& t, const GroupPart& part) {
   place_nodes(g, t, part.h);
   const Real done = part.begin;
   t.held_rotation =
-      done >= 1 ? t.held_after.rotation
-                : glm::normalize(fraction_of(t.held_after.rotation *
-                                                 glm::conjugate(t.held_before.rotation),
-                                             done) *
-                                 t.held_before.rotation);
+      done >= 1
+          ? t.held_after.rotation
+          : glm::normalize(
+                fraction_of(t.held_after.rotation * glm::conjugate(t.held_before.rotation), done) *
+                t.held_before.rotation);
   for (std::uint32_t i = t.first + t.count; i-- > t.first;) {
     GroupNode& n = g.nodes[i];
     if (n.free_root) {
@@ -312,8 +313,7 @@ Vec3 joint_response(const Group& g, const GroupNode& n, Vec3 along) {
   const Wrench there = at_parent(n, passed_of_torque(n, along));
   const Response& r = g.nodes[n.parent].response;
   const Vec3 spin = there.force * r.vt + r.wt * there.torque;
-  const Vec3 velocity =
-      r.vf * there.force + r.vt * there.torque + glm::cross(spin, n.lever);
+  const Vec3 velocity = r.vf * there.force + r.vt * there.torque + glm::cross(spin, n.lever);
   const Vec3 follows = n.mobility * (velocity * n.whole.ft);
   // The spin of the body, which follows the joint, less that of the parent.
   return turned - follows - (n.is_ball ? spin : n.mobility * (n.whole.tt * spin));

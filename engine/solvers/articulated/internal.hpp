@@ -54,6 +54,7 @@ inline constexpr Real kTimeToSleep = 0.5;  // s
 
 /// One group in contact over a step (step_group.cpp): bodies that are free or in trees first, then
 /// the fixed and kinematic ones. Contacts hold mean forces before and after.
+void gather_groups(const World& world, GroupScratch& r, Real h);
 void step_group(const Group& g, Real h);
 Mat3 inverse_inertia(const GroupBody& b, Quat rotation);
 

@@ -11,6 +11,7 @@
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
+#include "engine/solvers/articulated/group_pair.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 #include "engine/solvers/articulated/push_out.hpp"
 
@@ -22,7 +23,7 @@ namespace {
 constexpr Real kLongestSubstep = 1.0 / 470, kLongestTreeSubstep = 1.0 / 235;
 constexpr int kLeastTreeSubsteps = 2, kMostSubsteps = 32;
 /// rad: bodies of trees turn by no more in a substep, as long as that many are enough.
-constexpr Real kLargestTurn = 0.25;
+constexpr Real kLargestTurn = 0.5;
 /// Hz: of the springs between free bodies; twice that against fixed ones. With damping far above
 /// the critical.
 constexpr Real kContactFrequency = 60, kDampingRatio = 10;
@@ -37,6 +38,8 @@ constexpr Real kCalmSpeed = 0.005, kWildSpeed = 0.02;
 /// m: above 0 it tells contact detection that the contact is soft.
 constexpr Real kLeastRest = 1e-12;
 constexpr int kPointIterations = 8, kImpactSweeps = 64, kHardSweeps = 200;
+/// Of the gap of a tie, closed in a substep.
+constexpr Real kTieReturn = 0.5;
 /// A sweep over trees is repeated while it moves a contact by more than this in a substep, m.
 constexpr Real kEnoughAtImpact = 5e-4;
 constexpr int kImpactSweepsOfTrees = 6;
@@ -51,88 +54,14 @@ Softness softness_of(Real frequency, Real h) {
   return {omega / a, b / (1 + b), 1 / (1 + b)};
 }
 
-/// A body of a pair while the pair is iterated, and the impulses on it.
-struct Side {
-  const GroupBody& body;
-  const Response* response;  // of a body in a tree
-  Vec3 velocity, spin;
-  Wrench sum;
-
-  Side(const Group& g, std::uint32_t i)
-      : body(g.bodies[i]),
-        response(body.node == kNoNode ? nullptr : &g.nodes[body.node].response),
-        velocity(body.velocity),
-        spin(body.spin) {}
-  Vec3 speed_at(Vec3 arm) const { return velocity + glm::cross(spin, arm); }
-  void push(Vec3 arm, Vec3 impulse) {
-    const Vec3 moment = glm::cross(arm, impulse);
-    sum.force += impulse, sum.torque += moment;
-    if (!response) {
-      velocity += body.per_mass * impulse, spin += body.response * moment;
-      return;
-    }
-    velocity += response->vf * impulse + response->vt * moment;
-    spin += impulse * response->vt + response->wt * moment;
-  }
-};
-
-/// Two bodies that touch, while their points are iterated.
-struct Pair {
-  Side a, b;
-  const CrossResponse* cross;  // of two bodies of one tree
-
-  Vec3 speed_of(const GroupContact& c) const {
-    return a.speed_at(c.arm_a) - b.speed_at(c.arm_b);
-  }
-  void push(const GroupContact& c, Vec3 impulse) {
-    a.push(c.arm_a, impulse), b.push(c.arm_b, -impulse);
-    if (!cross) return;
-    const Vec3 on_a = glm::cross(c.arm_a, impulse), on_b = -glm::cross(c.arm_b, impulse);
-    a.velocity += cross->vt * on_b - cross->vf * impulse;
-    a.spin += cross->wt * on_b - cross->wf * impulse;
-    b.velocity += impulse * cross->vf + on_a * cross->wf;
-    b.spin += impulse * cross->vt + on_a * cross->wt;
-  }
-};
-
-Pair begin_pair(const Group& g, const GroupContact& c) {
-  if (c.cross == kNoNode) {
-    for (const std::uint32_t i : {c.a, c.b})
-      if (g.bodies[i].node != kNoNode) visit(g, g.bodies[i].node);
-    return {{g, c.a}, {g, c.b}, nullptr};
-  }
-  visit(g, g.b(c).node);
-  const Side b(g, c.b);
-  visit(g, g.a(c).node);
-  return {{g, c.a}, b, &g.crosses[c.cross]};
-}
-
-void end_side(const Group& g, std::uint32_t i, const Side& side) {
-  GroupBody& body = g.bodies[i];
-  if (body.node != kNoNode) {
-    visit(g, body.node);
-    return apply(g, body.node, side.sum);
-  }
-  body.velocity = side.velocity, body.spin = side.spin;
-  body.angular_momentum += side.sum.torque;
-}
-
-void end_pair(const Group& g, const GroupContact& c, const Pair& pair) {
-  end_side(g, c.a, pair.a), end_side(g, c.b, pair.b);
-}
+Arms arms_of(const GroupContact& c) { return {c.arm_a, c.arm_b}; }
+PairOf pair_of(const GroupContact& c) { return {c.a, c.b, c.cross}; }
 
 /// An impulse at one contact.
 void push(const Group& g, const GroupContact& c, Vec3 impulse) {
-  Pair pair = begin_pair(g, c);
-  pair.push(c, impulse);
-  end_pair(g, c, pair);
-}
-
-Vec3 response_at(const Side& s, Vec3 arm, Vec3 d) {
-  const Vec3 moment = glm::cross(arm, d);
-  if (!s.response) return s.body.per_mass * d + glm::cross(s.body.response * moment, arm);
-  const Response& r = *s.response;
-  return r.vf * d + r.vt * moment + glm::cross(d * r.vt + r.wt * moment, arm);
+  Pair pair = begin_pair(g, pair_of(c));
+  pair.push(arms_of(c), impulse);
+  end_pair(g, pair_of(c), pair);
 }
 
 /// Arms and gap of a contact where its bodies are now.
@@ -155,17 +84,9 @@ bool is_near(const Group& g, const GroupContact& c, Real h, Real sudden) {
 /// The response of a contact.
 void prepare_contact(const Group& g, GroupContact& c) {
   const Vec3 n = c.axes[0];
-  const Side a(g, c.a), b(g, c.b);
+  const Pair pair{{g, c.a}, {g, c.b}, c.cross == kNoNode ? nullptr : &g.crosses[c.cross]};
   Vec3 moved[3];
-  for (int k = 0; k < 3; ++k) {
-    const Vec3 d = c.axes[k];
-    moved[k] = response_at(a, c.arm_a, d) + response_at(b, c.arm_b, d);
-    if (c.cross == kNoNode) continue;
-    const CrossResponse& x = g.crosses[c.cross];
-    const Vec3 on_a = glm::cross(c.arm_a, d), on_b = glm::cross(c.arm_b, d);
-    moved[k] -= x.vf * d + x.vt * on_b + glm::cross(x.wf * d + x.wt * on_b, c.arm_a);
-    moved[k] -= d * x.vf + on_a * x.wf + glm::cross(d * x.vt + on_a * x.wt, c.arm_b);
-  }
+  for (int k = 0; k < 3; ++k) moved[k] = response_of(pair, arms_of(c), c.axes[k]);
   c.along = glm::dot(n, moved[0]);
   c.cross_first = glm::dot(c.axes[1], moved[0]), c.cross_second = glm::dot(c.axes[2], moved[0]);
   const Real k1 = glm::dot(c.axes[1], moved[1]), k2 = glm::dot(c.axes[2], moved[2]),
@@ -173,7 +94,7 @@ void prepare_contact(const Group& g, GroupContact& c) {
   // The softer of the two tangential directions: a mean would overshoot in it.
   c.aside = 0.5 * (k1 + k2) + std::sqrt(0.25 * (k1 - k2) * (k1 - k2) + k12 * k12);
   // Joints may leave a pair of bodies hardly any way to give in: the contact is theirs then.
-  const Real loose = kLeastResponse * (a.body.per_mass + b.body.per_mass);
+  const Real loose = kLeastResponse * (pair.a.body.per_mass + pair.b.body.per_mass);
   c.works = c.along > loose && c.aside > loose;
   if (!c.works) c.impulse = Vec3(0);
 }
@@ -201,6 +122,7 @@ void prepare_group(const Group& g, const GroupPart& part) {
       g.crosses[known = c.cross] = cross_response(g, g.a(c).node, g.b(c).node);
     prepare_contact(g, c);
   }
+  for (GroupTie& t : g.ties) prepare_tie(g, t, part.h);
 }
 
 /// What a sweep over contacts aims at.
@@ -233,7 +155,7 @@ Goal goal_of(const GroupContact& c, const Softness& spring, const Substep& s, Sw
 
 /// One point: returns the change of its impulse, N s.
 Vec3 solve_point(const Pair& pair, GroupContact& c, const Goal& goal) {
-  const Vec3 u = pair.speed_of(c);
+  const Vec3 u = pair.speed_of(arms_of(c));
   const Real un = glm::dot(c.axes[0], u);
   const Real normal =
       std::max(Real(0), c.impulse.x + goal.spring.by_mass * (goal.speed - un) / c.along -
@@ -258,7 +180,7 @@ Real solve_points(const Group& g, std::span<GroupContact> points, const Substep&
   const auto working = std::count_if(points.begin(), points.end(), [](auto& c) { return c.works; });
   if (working == 0) return most;
   const int iterations = working > 1 ? kPointIterations : 1;
-  Pair pair = begin_pair(g, points.front());
+  Pair pair = begin_pair(g, pair_of(points.front()));
   for (int n = 0; n < iterations; ++n) {
     bool any = false;
     for (std::size_t i = 0; i < points.size(); ++i) {
@@ -266,12 +188,12 @@ Real solve_points(const Group& g, std::span<GroupContact> points, const Substep&
       if (!c.works) continue;
       const Vec3 change = solve_point(pair, c, goal_of(c, spring_of(g, c, s), s, sweep));
       if (change == Vec3(0)) continue;
-      pair.push(c, change);
+      pair.push(arms_of(c), change);
       most = std::max(most, c.along * glm::length(change)), any = true;
     }
     if (!any) break;
   }
-  if (most > 0) end_pair(g, points.front(), pair);
+  if (most > 0) end_pair(g, pair_of(points.front()), pair);
   return most;
 }
 
@@ -291,10 +213,15 @@ Real sweep_contacts(const Group& g, const Substep& s, Sweep sweep, Order order) 
   return most;
 }
 
-/// Limits, then contacts.
+/// Limits, then ties, then contacts.
 Real sweep_group(const Group& g, const Substep& s, Sweep sweep, Order order) {
   solve_limits(g, s.h, sweep == Sweep::solves ? s.against_fixed : Softness{});
-  return sweep_contacts(g, s, sweep, order);
+  Real most = 0;
+  for (std::size_t i = 0; i < g.ties.size(); ++i) {
+    GroupTie& t = g.ties[order == Order::forwards ? i : g.ties.size() - 1 - i];
+    most = std::max(most, solve_tie(g, t, s.h, sweep == Sweep::solves ? kTieReturn : 0));
+  }
+  return std::max(most, sweep_contacts(g, s, sweep, order));
 }
 
 /// The impact of two bodies that meet within the substep, at the time when they do. They continue
@@ -302,8 +229,8 @@ Real sweep_group(const Group& g, const Substep& s, Sweep sweep, Order order) {
 bool meet(const Group& g, GroupContact& c, Real h) {
   GroupBody &a = g.a(c), &b = g.b(c);
   const Vec3 n = c.axes[0];
-  Pair pair = begin_pair(g, c);
-  const Real speed = glm::dot(n, pair.speed_of(c));
+  Pair pair = begin_pair(g, pair_of(c));
+  const Real speed = glm::dot(n, pair.speed_of(arms_of(c)));
   const Real pull = glm::dot(n, a.acceleration - b.acceleration);
   const Real gap = std::max(Real(0), c.gap);
   if (speed > -kSlowestImpact || gap + h * (speed + 0.5 * h * pull) > 0) return false;
@@ -312,8 +239,8 @@ bool meet(const Group& g, GroupContact& c, Real h) {
   const Real when = std::min(h, 2 * gap / (root - speed));
   const Real after = -c.restitution * (speed + pull * when) - pull * when;
   const Real impulse = (after - speed) / c.along;
-  pair.push(c, impulse * n);
-  end_pair(g, c, pair);
+  pair.push(arms_of(c), impulse * n);
+  end_pair(g, pair_of(c), pair);
   c.passed.x += impulse;
   if (a.node != kNoNode || b.node != kNoNode) return true;
   const Real back = -when * (after + 0.5 * pull * when) - gap;
@@ -376,6 +303,7 @@ void move(GroupBody& b, Real h) {
 /// The impulses of the substep before.
 void push_again(const Group& g) {
   push_limits(g);
+  for (const GroupTie& t : g.ties) push_tie(g, t);
   for (const GroupContact& c : g.contacts)
     if (c.impulse != Vec3(0)) push(g, c, to_world(c, c.impulse));
 }
@@ -386,9 +314,11 @@ void take_substep(const Group& g, const Substep& s, Order order) {
   for (GroupBody& b : g.bodies)
     if (b.per_mass > 0 && b.node == kNoNode) accelerate(b, s.h), b.touched = false;
   push_again(g);
-  const Real enough = s.hard ? 1e-14 * (1 + glm::length(g.bodies.front().velocity))
-                             : kEnoughAtImpact / s.h;
-  const int sweeps = s.hard ? kHardSweeps : g.trees.empty() ? 1 : kImpactSweepsOfTrees;
+  const Real enough =
+      s.hard ? 1e-14 * (1 + glm::length(g.bodies.front().velocity)) : kEnoughAtImpact / s.h;
+  const int sweeps = s.hard                              ? kHardSweeps
+                     : g.trees.empty() && g.ties.empty() ? 1
+                                                         : kImpactSweepsOfTrees;
   for (int n = 0; n < sweeps; ++n)
     if (sweep_group(g, s, Sweep::solves, turned(order, n)) <= enough) break;
   for (const GroupContact& c : g.contacts)
@@ -407,6 +337,7 @@ void take_substep(const Group& g, const Substep& s, Order order) {
   for (GroupBody& b : g.bodies)
     if (b.per_mass > 0) slow_down(b, s.h);
   for (GroupContact& c : g.contacts) c.passed += c.impulse;
+  for (GroupTie& t : g.ties) t.passed += t.impulse;
 }
 
 /// m, by which a contact's spring is compressed.
@@ -435,8 +366,9 @@ void take_up(const Group& g, const Substep& s, Real h) {
       sum += compression(g, g.contacts[to], s);
       bearing += g.contacts[to].impulse.x > 0;
     }
-    const Real speed = std::max({fastest, speed_of(g.contacts[from].a), speed_of(g.contacts[from].b)});
-    const bool lasts = speed < kCalmSpeed, wild = speed > kWildSpeed;
+    const Real speed =
+        std::max({fastest, speed_of(g.contacts[from].a), speed_of(g.contacts[from].b)});
+    const bool lasts = speed<kCalmSpeed, wild = speed> kWildSpeed;
     const Real mean = bearing > 0 ? sum / bearing : 0;
     for (std::size_t i = from; i < to; ++i) {
       GroupContact& c = g.contacts[i];
@@ -478,7 +410,7 @@ Mat3 inverse_inertia(const GroupBody& b, Quat q) {
 namespace {
 
 int substeps_of(const Group& g, Real h) {
-  if (g.trees.empty())
+  if (g.trees.empty() && g.ties.empty())
     return std::clamp(static_cast<int>(std::ceil(h / kLongestSubstep)), 1, kMostSubsteps);
   Real fastest = 0;
   for (const GroupBody& b : g.bodies)
@@ -501,6 +433,7 @@ void step_group(const Group& g, Real h) {
     c.impulse *= s.h;        // from the mean force
     if (s.hard) c.rest = 0;  // what a heap took up has no spring to bear it
   }
+  for (GroupTie& t : g.ties) t.impulse *= s.h;
   for (int n = 0; n < substeps; ++n) {
     s.part = {s.h, Real(n) / substeps, n + 1 == substeps ? 1 : Real(n + 1) / substeps, h};
     take_substep(g, s, turned(Order::forwards, n));
@@ -514,6 +447,7 @@ void step_group(const Group& g, Real h) {
   }
   finish_group(g);
   for (GroupContact& c : g.contacts) c.impulse /= s.h;
+  for (GroupTie& t : g.ties) t.impulse /= s.h;
 }
 
 }  // namespace pantin::detail::articulated

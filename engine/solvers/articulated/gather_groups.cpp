@@ -1,0 +1,332 @@
+// The bodies, trees, contacts and ties of each group, as they enter a step (step_group.cpp).
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "engine/base/rotation.hpp"
+#include "engine/contact/detect.hpp"
+#include "engine/geometry/kinds.hpp"
+#include "engine/solvers/articulated/articulated.hpp"
+#include "engine/solvers/articulated/internal.hpp"
+
+namespace pantin::detail::articulated {
+namespace {
+
+constexpr std::uint32_t kNone = UINT32_MAX;
+/// Overlaps up to this fraction of the size of a body are removed by translating it.
+constexpr Real kShallow = 5e-3;
+
+/// One body without joints.
+bool is_body(const Island& a) { return a.count() == 1 && a.parents[0] == kFree; }
+
+Real radius_of(const World& world, std::uint32_t slot, std::uint64_t index) {
+  const Shapes* shapes = world.shapes.find(world.bodies.owners()[slot]);
+  if (!shapes || index >= shapes->list.size()) return 0;
+  const Shape& s = shapes->list[index];
+  const auto rounded = traits_of(s.kind).rounded;
+  const std::optional<RoundedBox> core = rounded ? rounded(s) : std::nullopt;
+  return core ? core->radius : 0;
+}
+
+GroupBody gather_body(const World& world, std::uint32_t slot, Real h) {
+  const Body& b = world.bodies.values()[slot];
+  GroupBody f;
+  f.slot = slot;
+  f.pose = b.pose, f.velocity = b.velocity, f.spin = b.angular_velocity;
+  if (contact::feels_contacts(partition_of(world), slot)) return f;
+  if (!contact::moves(b)) {
+    f.velocity = f.spin = Vec3(0);
+    return f;
+  }
+  f.pose = contact::pose_before(b, h);
+  return f;
+}
+
+GroupBody gather_body(const World& world, const Island& a, std::size_t column) {
+  GroupBody f = gather_body(world, a.slots[column], 0);
+  const Real mass = a.constants.at(kMass, column);
+  const Vec3 inertia = a.constants.vec(kInertia, column);
+  f.per_mass = 1 / mass, f.per_inertia = Real(1) / inertia;
+  f.drag = a.constants.at(kDrag, column);
+  f.acceleration = a.constants.at(kGravityScale, column) * world.gravity;
+  if (const Force* force = world.forces.find(a.bodies[column]))
+    f.acceleration += force->force / mass, f.torque = force->torque;
+  f.response = inverse_inertia(f, f.pose.rotation);
+  const Mat3 r = glm::mat3_cast(f.pose.rotation);
+  f.angular_momentum = r * (inertia * (glm::transpose(r) * f.spin));
+  return f;
+}
+
+/// A joint of a tree, or its root.
+GroupNode gather_node(const World& world, const Island& a, std::size_t column) {
+  GroupNode n;
+  n.column = static_cast<std::uint32_t>(column);
+  n.mass = a.constants.at(kMass, column), n.inertia = a.constants.vec(kInertia, column);
+  n.own_anchor = a.constants.vec(kOwnAnchor, column);
+  n.parent_anchor = a.constants.vec(kParentAnchor, column);
+  n.free_root = a.parents[column] == kFree;
+  if (n.free_root || a.joints.empty() || !a.joints[column].stiff) return n;
+  const PackedJoint& joint = a.joints[column];
+  const JointMemory& memory = a.joint_memory[column];
+  n.joint = &joint;
+  n.is_limited = joint.joint.limits.any();
+  n.has_spring = joint.joint.limits->soft_zone > 0;
+  if (joint.drive != UINT32_MAX) {
+    n.drive = &world.joint_drives.values()[joint.drive];
+    n.drive_share = memory.torque_fraction, n.has_spring = true;
+  }
+  const Real per = a.last_step > 0 && !a.fresh ? 1 / (a.last_step * a.last_step) : 0;
+  for (int s = 0; s < 4; ++s) n.limits[s].impulse = per * memory.lambdas[s];  // N m as yet
+  return n;
+}
+
+/// The way of a tree's anchor.
+void gather_anchor(const World& world, const Island& a, GroupTree& t, Real h) {
+  const Tree& tree = a.trees[t.number];
+  t.from = tree.target_before, t.to = tree.target;
+  t.anchor_velocity = (t.to - t.from) / h;
+  if (tree.held_body == kNoSlot) return;
+  const Body& b = world.bodies.values()[tree.held_body];
+  t.held_before = t.held_after = b.pose;
+  if (b.teleport) {
+    t.from = t.to, t.anchor_velocity = Vec3(0);
+  } else if (contact::moves(b)) {
+    t.held_before = contact::pose_before(b, h);
+    t.held_spin = b.angular_velocity;
+  }
+}
+
+/// An island in a step.
+struct IslandStep {
+  std::uint32_t number;
+  Real h;
+};
+/// A body that nothing moves here.
+struct PlacedAt {
+  std::uint32_t slot;
+  Real h;
+};
+
+/// All bodies of an island that something touches.
+void gather_island(const World& world, GroupScratch& r, const GroupScratch::Range& range,
+                   const IslandStep& of) {
+  const std::uint32_t number = of.number;
+  const Real h = of.h;
+  const Island& a = islands_of(world)[number];
+  const bool jointed = !is_body(a);
+  const auto first = static_cast<std::uint32_t>(r.nodes.size() - range.first_node);
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    const auto body = static_cast<std::uint32_t>(r.bodies.size() - range.first_body);
+    r.index[a.slots[c]] = body;
+    r.bodies.push_back(gather_body(world, a, c));
+    r.bodies.back().island = number;
+    if (!jointed) continue;
+    GroupNode n = gather_node(world, a, c);
+    n.body = body;
+    if (a.parents[c] >= 0) {
+      n.parent = first + static_cast<std::uint32_t>(a.parents[c]);
+      n.depth = r.nodes[range.first_node + n.parent].depth + 1;
+    }
+    r.bodies.back().node = first + static_cast<std::uint32_t>(c);
+    r.nodes.push_back(n);
+  }
+  for (std::uint32_t i = 0; jointed && i < a.trees.size(); ++i) {
+    GroupTree t;
+    t.first = first + a.trees[i].first, t.count = a.trees[i].count, t.island = number, t.number = i;
+    t.first_body = r.nodes[range.first_node + t.first].body;
+    if (a.parents[a.trees[i].first] == kHeld) gather_anchor(world, a, t, h);
+    for (std::uint32_t k = t.first; k < t.first + t.count; ++k)
+      r.nodes[range.first_node + k].tree =
+          static_cast<std::uint32_t>(r.trees.size() - range.first_tree);
+    r.trees.push_back(t);
+  }
+}
+
+GroupContact gather_contact(const World& world, std::uint32_t number, const Island& island) {
+  const Contact& c = contacts_of(world)[number];
+  const Body &a = world.bodies.values()[c.slot_a], &b = world.bodies.values()[c.slot_b];
+  GroupContact f;
+  f.contact = number;
+  f.axes[0] = c.normal;
+  const Vec3 aside = std::abs(c.normal.x) < 0.6 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
+  f.axes[1] = glm::normalize(glm::cross(c.normal, aside));
+  f.axes[2] = glm::cross(c.normal, f.axes[1]);
+  // Round shapes are touched below their core, however they turn; corners turn with the body.
+  f.radius_a = radius_of(world, c.slot_a, c.key >> 54 & 0x3ff);
+  f.radius_b = radius_of(world, c.slot_b, c.key >> 44 & 0x3ff);
+  f.core_a = c.point_a + f.radius_a * (glm::conjugate(a.pose.rotation) * c.normal);
+  f.core_b = c.point_b - f.radius_b * (glm::conjugate(b.pose.rotation) * c.normal);
+  f.friction = c.friction, f.restitution = c.restitution, f.rest = c.rest;
+  f.shallow = kShallow * island.size;
+  // From the multiplier to the mean force.
+  const Real per =
+      island.last_step > 0 && !island.fresh ? 1 / (island.last_step * island.last_step) : 0;
+  const Vec3 force = per * c.lambda;
+  f.impulse = {std::max(Real(0), glm::dot(force, f.axes[0])), glm::dot(force, f.axes[1]),
+               glm::dot(force, f.axes[2])};
+  if (!is_finite(f.impulse) || f.impulse.x == 0) f.impulse = Vec3(0);
+  return f;
+}
+
+/// Two bodies of a group.
+struct TwoBodies {
+  std::uint32_t a, b;
+};
+
+bool are_of_one_tree(const GroupScratch& r, const GroupScratch::Range& range, const TwoBodies& c) {
+  const std::uint32_t a = r.bodies[range.first_body + c.a].node,
+                      b = r.bodies[range.first_body + c.b].node;
+  return a != kNoNode && b != kNoNode &&
+         r.nodes[range.first_node + a].tree == r.nodes[range.first_node + b].tree;
+}
+
+/// A fixed or kinematic body, once in a group.
+std::uint32_t gather_place(const World& world, GroupScratch& r, const GroupScratch::Range& range,
+                           const PlacedAt& at) {
+  const std::size_t first = range.first_body;
+  const std::uint32_t known = r.index[at.slot];
+  if (known < r.bodies.size() - first && r.bodies[first + known].slot == at.slot &&
+      r.bodies[first + known].island == UINT32_MAX)
+    return known;
+  r.index[at.slot] = static_cast<std::uint32_t>(r.bodies.size() - first);
+  r.bodies.push_back(gather_body(world, at.slot, at.h));
+  return r.index[at.slot];
+}
+
+/// A place in the world as a body without inertia, which moves from target to target.
+std::uint32_t gather_target(GroupScratch& r, const GroupScratch::Range& range, const PackedPin& pin,
+                            Real h) {
+  GroupBody place;
+  place.slot = UINT32_MAX;
+  place.pose.position = pin.target_before;
+  place.velocity = (pin.target - pin.target_before) / h;
+  r.bodies.push_back(place);
+  return static_cast<std::uint32_t>(r.bodies.size() - 1 - range.first_body);
+}
+
+void add_tie(GroupScratch& r, const GroupScratch::Range& range, GroupTie t) {
+  if (are_of_one_tree(r, range, {t.a, t.b})) {
+    t.cross = static_cast<std::uint32_t>(r.crosses.size() - range.first_cross);
+    r.crosses.emplace_back();
+  }
+  r.ties.push_back(t);
+}
+
+/// Pins, loops and cables of an island whose bodies are in the group.
+void gather_ties(const World& world, GroupScratch& r, const GroupScratch::Range& range,
+                 const IslandStep& of) {
+  const Island& a = islands_of(world)[of.number];
+  // From the multiplier to the mean force.
+  const Real per = a.last_step > 0 && !a.fresh ? 1 / (a.last_step * a.last_step) : 0;
+  for (std::uint32_t i = 0; i < a.pins.size(); ++i) {
+    const PackedPin& pin = a.pins[i];
+    GroupTie t;
+    t.kind = pin.compliance > 0 ? GroupTie::Kind::spring : GroupTie::Kind::rigid;
+    if (pin.compliance > 0)
+      t.stiffness = 1 / pin.compliance, t.damping = kSpringDamping * t.stiffness;
+    t.island = of.number, t.number = i;
+    t.b = r.index[a.slots[pin.column]], t.anchor_b = pin.anchor;
+    t.impulse = per * pin.lambda;
+    if (pin.partner != UINT32_MAX)
+      t.a = r.index[a.slots[pin.partner]], t.anchor_a = pin.held_anchor;
+    else if (pin.held_body != UINT32_MAX)
+      t.a = gather_place(world, r, range, {pin.held_body, of.h}), t.anchor_a = pin.held_anchor;
+    else
+      t.a = gather_target(r, range, pin, of.h);
+    add_tie(r, range, t);
+  }
+  for (std::uint32_t i = 0; i < a.cables.size(); ++i) {
+    const PackedCable& cable = a.cables[i];
+    const CableParameters& own = world.cables.values()[cable.cable].joint;
+    GroupTie t;
+    t.kind = GroupTie::Kind::cable, t.length = own.length;
+    t.stiffness = own.compliance > 0 ? 1 / own.compliance : 0;
+    t.island = of.number, t.number = i;
+    t.anchor_a = own.anchor_a, t.anchor_b = own.anchor_b;
+    t.impulse.x = per * cable.lambda;
+    const auto body = [&](std::uint32_t column, std::uint32_t slot) {
+      return column != UINT32_MAX ? r.index[a.slots[column]]
+                                  : gather_place(world, r, range, {slot, of.h});
+    };
+    t.a = body(cable.column_a, cable.slot_a), t.b = body(cable.column_b, cable.slot_b);
+    add_tie(r, range, t);
+  }
+}
+
+/// Contacts by group, bodies of each group with the fixed ones that it touches.
+}  // namespace
+
+void gather_groups(const World& world, GroupScratch& r, Real h) {
+  const Partition& partition = partition_of(world);
+  const std::vector<Island>& list = islands_of(world);
+  const std::vector<Contact>& contacts = contacts_of(world);
+  r.order.clear(), r.groups.clear(), r.bodies.clear(), r.contacts.clear();
+  r.nodes.clear(), r.trees.clear(), r.crosses.clear(), r.ties.clear();
+  const auto group_at = [&](std::uint32_t contact) {
+    return r.group_of[owner_of(partition, contacts[contact].slot_a).island];
+  };
+  for (std::uint32_t i = 0; i < contacts.size(); ++i) {
+    const Island& a = list[owner_of(partition, contacts[i].slot_a).island];
+    if (a.in_group && !a.asleep) r.order.push_back(i);
+  }
+  std::sort(r.order.begin(), r.order.end(), [&](std::uint32_t i, std::uint32_t j) {
+    return std::pair(group_at(i), i) < std::pair(group_at(j), j);
+  });
+  r.index.resize(world.bodies.size());
+  for (std::size_t from = 0; from < r.order.size();) {
+    std::size_t to = from;
+    while (to < r.order.size() && group_at(r.order[to]) == group_at(r.order[from])) ++to;
+    GroupScratch::Range range;
+    range.first_body = r.bodies.size(), range.first_contact = r.contacts.size();
+    range.first_node = r.nodes.size(), range.first_tree = r.trees.size();
+    range.first_cross = r.crosses.size(), range.first_tie = r.ties.size();
+    for (std::size_t i = from; i < to; ++i) {
+      const Contact& c = contacts[r.order[i]];
+      r.index[c.slot_a] = r.index[c.slot_b] = kNone;
+    }
+    for (const bool fixed : {false, true})  // free ones and trees first
+      for (std::size_t i = from; i < to; ++i) {
+        const Contact& c = contacts[r.order[i]];
+        for (const std::uint32_t slot : {c.slot_a, c.slot_b}) {
+          const Owner owner = owner_of(partition, slot);
+          if (owner.feels_contacts == fixed || r.index[slot] != kNone) continue;
+          if (!fixed) {
+            gather_island(world, r, range, {owner.island, h});
+            continue;
+          }
+          r.index[slot] = static_cast<std::uint32_t>(r.bodies.size() - range.first_body);
+          r.bodies.push_back(gather_body(world, slot, h));
+        }
+      }
+    for (std::size_t i = from; i < to; ++i) {
+      const Contact& c = contacts[r.order[i]];
+      r.contacts.push_back(
+          gather_contact(world, r.order[i], list[owner_of(partition, c.slot_a).island]));
+      GroupContact& made = r.contacts.back();
+      made.a = r.index[c.slot_a], made.b = r.index[c.slot_b];
+      if (!are_of_one_tree(r, range, {made.a, made.b})) continue;
+      if (i > from && have_same_bodies(made, *(&made - 1))) {
+        made.cross = (&made - 1)->cross;
+        continue;
+      }
+      made.cross = static_cast<std::uint32_t>(r.crosses.size() - range.first_cross);
+      r.crosses.emplace_back();
+    }
+    const std::size_t dynamic = r.bodies.size();
+    for (std::size_t k = range.first_body; k < dynamic; ++k) {
+      const GroupBody& body = r.bodies[k];
+      const bool first = body.island != UINT32_MAX && body.slot == list[body.island].slots[0];
+      if (first) gather_ties(world, r, range, {body.island, h});
+    }
+    range.bodies = r.bodies.size() - range.first_body;
+    range.contacts = r.contacts.size() - range.first_contact;
+    range.nodes = r.nodes.size() - range.first_node;
+    range.trees = r.trees.size() - range.first_tree;
+    range.crosses = r.crosses.size() - range.first_cross;
+    range.ties = r.ties.size() - range.first_tie;
+    r.groups.push_back(range);
+    from = to;
+  }
+}
+
+}  // namespace pantin::detail::articulated

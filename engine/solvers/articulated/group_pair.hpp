@@ -1,0 +1,106 @@
+#pragma once
+/// Impulses between two bodies of a group, iterated on copies of their motions: what trees make of
+/// them is carried through the joints once, at the end.
+#include "engine/solvers/articulated/contact_groups.hpp"
+
+namespace pantin::detail::articulated {
+
+/// A body of a pair while impulses on the pair are iterated, and the impulses on it.
+struct Side {
+  const GroupBody& body;
+  const Response* response;  // of a body in a tree
+  Vec3 velocity, spin;
+  Wrench sum;
+
+  Side(const Group& g, std::uint32_t i)
+      : body(g.bodies[i]),
+        response(body.node == kNoNode ? nullptr : &g.nodes[body.node].response),
+        velocity(body.velocity),
+        spin(body.spin) {}
+  Vec3 speed_at(Vec3 arm) const { return velocity + glm::cross(spin, arm); }
+  void push(Vec3 arm, Vec3 impulse) {
+    const Vec3 moment = glm::cross(arm, impulse);
+    sum.force += impulse, sum.torque += moment;
+    if (!response) {
+      velocity += body.per_mass * impulse, spin += body.response * moment;
+      return;
+    }
+    velocity += response->vf * impulse + response->vt * moment;
+    spin += impulse * response->vt + response->wt * moment;
+  }
+};
+
+/// From the bodies' centres to a point.
+struct Arms {
+  Vec3 a, b;
+};
+
+/// Two bodies of a group while impulses between them are iterated.
+struct Pair {
+  Side a, b;
+  const CrossResponse* cross;  // of two bodies of one tree
+
+  Vec3 speed_of(const Arms& c) const { return a.speed_at(c.a) - b.speed_at(c.b); }
+  /// An impulse on a, the opposite on b.
+  void push(const Arms& c, Vec3 impulse) {
+    a.push(c.a, impulse), b.push(c.b, -impulse);
+    if (!cross) return;
+    const Vec3 on_a = glm::cross(c.a, impulse), on_b = -glm::cross(c.b, impulse);
+    a.velocity += cross->vt * on_b - cross->vf * impulse;
+    a.spin += cross->wt * on_b - cross->wf * impulse;
+    b.velocity += impulse * cross->vf + on_a * cross->wf;
+    b.spin += impulse * cross->vt + on_a * cross->wt;
+  }
+};
+
+/// Numbers of two bodies of a group, and of the cross response if both are of one tree.
+struct PairOf {
+  std::uint32_t a, b, cross = kNoNode;
+};
+
+inline Pair begin_pair(const Group& g, const PairOf& c) {
+  if (c.cross == kNoNode) {
+    for (const std::uint32_t i : {c.a, c.b})
+      if (g.bodies[i].node != kNoNode) visit(g, g.bodies[i].node);
+    return {{g, c.a}, {g, c.b}, nullptr};
+  }
+  visit(g, g.bodies[c.b].node);
+  const Side b(g, c.b);
+  visit(g, g.bodies[c.a].node);
+  return {{g, c.a}, b, &g.crosses[c.cross]};
+}
+
+inline void end_side(const Group& g, std::uint32_t i, const Side& side) {
+  GroupBody& body = g.bodies[i];
+  if (body.node != kNoNode) {
+    visit(g, body.node);
+    return apply(g, body.node, side.sum);
+  }
+  body.velocity = side.velocity, body.spin = side.spin;
+  body.angular_momentum += side.sum.torque;
+}
+
+inline void end_pair(const Group& g, const PairOf& c, const Pair& pair) {
+  end_side(g, c.a, pair.a), end_side(g, c.b, pair.b);
+}
+
+/// What an impulse at a point changes of its velocity.
+inline Vec3 response_at(const Side& s, Vec3 arm, Vec3 d) {
+  const Vec3 moment = glm::cross(arm, d);
+  if (!s.response) return s.body.per_mass * d + glm::cross(s.body.response * moment, arm);
+  const Response& r = *s.response;
+  return r.vf * d + r.vt * moment + glm::cross(d * r.vt + r.wt * moment, arm);
+}
+
+/// What an impulse `d` on a, and its opposite on b, changes of the relative velocity there.
+inline Vec3 response_of(const Pair& pair, const Arms& c, Vec3 d) {
+  Vec3 moved = response_at(pair.a, c.a, d) + response_at(pair.b, c.b, d);
+  if (!pair.cross) return moved;
+  const CrossResponse& x = *pair.cross;
+  const Vec3 on_a = glm::cross(c.a, d), on_b = glm::cross(c.b, d);
+  moved -= x.vf * d + x.vt * on_b + glm::cross(x.wf * d + x.wt * on_b, c.a);
+  moved -= d * x.vf + on_a * x.wf + glm::cross(d * x.vt + on_a * x.wt, c.b);
+  return moved;
+}
+
+}  // namespace pantin::detail::articulated
