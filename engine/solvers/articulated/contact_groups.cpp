@@ -19,8 +19,13 @@ constexpr Real kSettled = 5e-4;
 /// Sleep conserves forces as they are: it waits until hardly anything moves, but not for ever (s).
 constexpr Real kDead = 1e-3, kPatience = 8;
 
+/// Exact pins besides those of the roots are for the method that solves all at once: a bridge that
+/// is held at both ends and pulled straight leaves no way to give in to one after the other.
 bool can_join(const Island& a) {
-  return !a.unfit && a.finite && a.settings.solver == Solver::articulated && !a.follows;
+  return !a.unfit && a.finite && a.settings.solver == Solver::articulated && !a.follows &&
+         std::none_of(a.pins.begin(), a.pins.end(), [](const PackedPin& p) {
+           return p.partner == UINT32_MAX && !(p.compliance > 0);
+         });
 }
 
 }  // namespace

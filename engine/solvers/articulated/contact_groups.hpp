@@ -238,6 +238,8 @@ void follow_impulse(const Group& g, std::uint32_t node);
 void settle_trees(const Group& g);
 /// Moves the trees by their motions (group_motion.cpp).
 void move_trees(const Group& g, const GroupPart& part);
+/// Closes rigid ties as far as few rounds can, at the end of a step; after prepare_tie.
+void close_ties(const Group& g);
 /// After settle_trees: the bodies' own velocities and momenta, and the forces through the joints.
 void release_trees(const Group& g, const GroupPart& part);
 /// Limits, springs and drives of the joints of trees (group_joints.cpp).

@@ -13,6 +13,8 @@ constexpr Real kEnough = 1e-5;
 constexpr int kMostRounds = 4;
 /// rad
 constexpr Real kFarthestTurn = 0.1;
+/// m, of a tie at the end of a step.
+constexpr Real kClosed = 1e-8;
 
 /// Angular momentum in the body after a time in which nothing acts: Euler's equations by the
 /// midpoint rule, which keeps its size and the energy, however thin the body is.
@@ -102,14 +104,9 @@ Miss miss_of(const Group& g, const GroupTree& t) {
   return miss;
 }
 
-/// Turns the bodies so that they come nearer to where their velocities lead, heavy ones above all:
-/// else light links would throw about what hangs on them. Linear, so that no body turns far.
-void turn_towards_goals(const Group& g, const GroupTree& t) {
-  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
-    GroupNode& n = g.nodes[i];
-    const Vec3 impulse = n.mass * (n.goal - g.bodies[n.body].pose.position);
-    n.passing = {impulse, glm::cross(n.arm, impulse)};
-  }
+/// Turns the bodies by the response of the tree to the impulses in `passing`. Linear, so that no body
+/// turns far.
+void turn_by_impulses(const Group& g, const GroupTree& t) {
   for (std::uint32_t i = t.first + t.count; i-- > t.first;) gather_impulse(g, i);
   Real most = 0;
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
@@ -124,6 +121,17 @@ void turn_towards_goals(const Group& g, const GroupTree& t) {
     n.turned = glm::normalize(from_rotation_vector(part * n.passing.torque) * b.pose.rotation);
     if (n.free_root) b.pose.position += part * n.passing.force;
   }
+}
+
+/// Turns the bodies so that they come nearer to where their velocities lead, heavy ones above all:
+/// else light links would throw about what hangs on them.
+void turn_towards_goals(const Group& g, const GroupTree& t) {
+  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
+    GroupNode& n = g.nodes[i];
+    const Vec3 impulse = n.mass * (n.goal - g.bodies[n.body].pose.position);
+    n.passing = {impulse, glm::cross(n.arm, impulse)};
+  }
+  turn_by_impulses(g, t);
 }
 
 /// Puts the bodies where the joints want them and, by turns that a mass must be worth, their
@@ -282,6 +290,47 @@ void release_tree(const Group& g, GroupTree& t, const GroupPart& part) {
 
 void move_trees(const Group& g, const GroupPart& part) {
   for (GroupTree& t : g.trees) move_tree(g, t, part);
+}
+
+namespace {
+
+/// Moves one body of a tie, and all that its joints move with it, by the response to a wrench about
+/// its centre.
+void move_by(const Group& g, std::uint32_t body, const Wrench& f) {
+  GroupBody& b = g.bodies[body];
+  if (b.node == kNoNode) {
+    b.pose.position += b.per_mass * f.force;
+    b.pose.rotation =
+        glm::normalize(from_rotation_vector(b.response * f.torque) * b.pose.rotation);
+    return;
+  }
+  const GroupTree& t = g.trees[g.nodes[b.node].tree];
+  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) g.nodes[i].passing = {};
+  g.nodes[b.node].passing = f;
+  turn_by_impulses(g, t);
+  place_by_joints(g, t, {t.held_after.rotation, t.to});
+}
+
+}  // namespace
+
+void close_ties(const Group& g) {
+  for (int round = 0; round < kMostRounds; ++round) {
+    bool open = false;
+    for (GroupTie& t : g.ties) {
+      if (t.kind != GroupTie::Kind::rigid) continue;
+      const GroupBody &a = g.bodies[t.a], &b = g.bodies[t.b];
+      const Vec3 arm_a = a.pose.rotation * t.anchor_a, arm_b = b.pose.rotation * t.anchor_b;
+      const Vec3 apart = b.pose.position + arm_b - a.pose.position - arm_a;
+      if (!(glm::length(apart) > kClosed)) continue;
+      open = true;
+      const Vec3 impulse = -(t.inverse * apart);
+      const Vec3 at_a = a.pose.position + arm_a - a.centre,
+                 at_b = b.pose.position + arm_b - b.centre;
+      move_by(g, t.a, {-impulse, -glm::cross(at_a, impulse)});
+      move_by(g, t.b, {impulse, glm::cross(at_b, impulse)});
+    }
+    if (!open) return;
+  }
 }
 
 void release_trees(const Group& g, const GroupPart& part) {

@@ -42,7 +42,8 @@ constexpr int kPointIterations = 8, kImpactSweeps = 64, kHardSweeps = 200;
 constexpr Real kTieReturn = 0.5;
 /// A sweep over trees is repeated while it moves a contact by more than this in a substep, m.
 constexpr Real kEnoughAtImpact = 5e-4;
-constexpr int kImpactSweepsOfTrees = 6;
+constexpr int kImpactSweepsOfTrees = 6, kSweepsOfManyTies = 20;
+constexpr std::size_t kManyTies = 8;
 /// m/s: other impulses may make bodies approach so much faster within a substep, or as fast as
 /// anything of the group moves.
 constexpr Real kSuddenSpeed = 2;
@@ -439,8 +440,14 @@ void step_group(const Group& g, Real h) {
     take_substep(g, s, turned(Order::forwards, n));
   }
   if (!s.hard) take_up(g, s, h);
+  const GroupPart end{0, 1, 1, h};
+  if (!g.ties.empty()) {
+    centre_bodies(g);
+    prepare_trees(g, end);
+    for (GroupTie& t : g.ties) prepare_tie(g, t, 0);
+    close_ties(g);
+  }
   if (!g.trees.empty()) {  // motions that the joints allow at the final poses
-    const GroupPart end{0, 1, 1, h};
     prepare_trees(g, end);
     settle_trees(g);
     release_trees(g, end);
