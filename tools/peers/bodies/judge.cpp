@@ -14,7 +14,13 @@ using detail::Aabb;
 
 constexpr double kAway = 100;  // m
 
-/// Finds the deepest overlap of a World's shapes.
+/// Overlaps of a World's bodies.
+struct Overlaps {
+  Real deepest = 0;    // m
+  Real come_upon = 0;  // m, the deepest of pairs that have been apart before
+};
+
+/// Finds the deepest overlap of a World's shapes, step by step.
 class Depths {
  public:
   explicit Depths(const World& world) : layers_(layers_of(world)), jointed_(jointed_pairs(world)) {
@@ -31,7 +37,7 @@ class Depths {
     boxes_.resize(bounded_.size());
   }
 
-  Real deepest(const World& world) {
+  Overlaps look(const World& world) {
     const auto bodies = world.bodies.values();
     for (Placed& p : unbounded_) p.pose = compose(bodies[p.slot].pose, p.shape->local);
     for (std::size_t i = 0; i < bounded_.size(); ++i) {
@@ -41,19 +47,28 @@ class Depths {
       boxes_[i] = is_finite(p.pose) ? detail::bounds_of(*p.shape, p.pose) : Aabb{};
     }
     tree_.build(boxes_);
-    Real worst = 0;
+    Overlaps found;
+    overlapping_.clear();
     for (std::uint32_t i = 0; i < bounded_.size(); ++i) {
       const Placed& a = bounded_[i];
       if (!a.moves || !is_finite(a.pose)) continue;
-      for (const Placed& b : unbounded_) worst = std::max(worst, depth(a, b));
+      for (const Placed& b : unbounded_) add(a, b, found);
       tree_.query(boxes_[i], [&](std::uint32_t k) {
-        if (k < i || !bounded_[k].moves) worst = std::max(worst, depth(a, bounded_[k]));
+        if (k < i || !bounded_[k].moves) add(a, bounded_[k], found);
       });
     }
-    return worst;
+    std::sort(overlapping_.begin(), overlapping_.end());
+    if (!has_begun_)
+      from_the_start_ = overlapping_, has_begun_ = true;
+    else
+      std::erase_if(from_the_start_, [&](const Pair& p) {
+        return !std::binary_search(overlapping_.begin(), overlapping_.end(), p);
+      });
+    return found;
   }
 
  private:
+  using Pair = std::pair<std::uint32_t, std::uint32_t>;  // slots, lower first
   struct Placed {
     const Shape* shape = nullptr;
     std::uint32_t slot = 0;
@@ -61,20 +76,26 @@ class Depths {
     Pose pose;
   };
 
-  Real depth(const Placed& a, const Placed& b) {
-    if (a.slot == b.slot || !layers_.may_touch(a.slot, b.slot)) return 0;
-    if (std::binary_search(jointed_.begin(), jointed_.end(),
-                           std::make_pair(std::min(a.slot, b.slot), std::max(a.slot, b.slot))))
-      return 0;
+  void add(const Placed& a, const Placed& b, Overlaps& found) {
+    const Pair pair{std::min(a.slot, b.slot), std::max(a.slot, b.slot)};
+    if (a.slot == b.slot || !layers_.may_touch(a.slot, b.slot) ||
+        std::binary_search(jointed_.begin(), jointed_.end(), pair))
+      return;
     points_.clear();
     detail::collide({*a.shape, a.pose}, {*b.shape, b.pose}, scratch_, {0, points_});
-    Real worst = 0;
-    for (const detail::ContactPoint& p : points_) worst = std::max(worst, -p.gap);
-    return worst;
+    Real depth = 0;
+    for (const detail::ContactPoint& p : points_) depth = std::max(depth, -p.gap);
+    if (depth == 0) return;
+    overlapping_.push_back(pair);
+    found.deepest = std::max(found.deepest, depth);
+    if (!std::binary_search(from_the_start_.begin(), from_the_start_.end(), pair))
+      found.come_upon = std::max(found.come_upon, depth);
   }
 
   Layers layers_;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> jointed_;
+  std::vector<Pair> jointed_, overlapping_;
+  std::vector<Pair> from_the_start_;  // those that overlap since the start
+  bool has_begun_ = false;
   std::vector<Placed> bounded_, unbounded_;
   std::vector<Aabb> boxes_;
   detail::AabbTree tree_;
@@ -198,6 +219,7 @@ bool judge(const World& start, const std::string& file, Verdict& verdict) {
 
   World now = start;
   Depths depths(start);
+  verdict.depth_at_start = depths.look(start).deepest;
   const Energy before = energy_of(start);
   std::vector<double> ms;
   std::deque<std::vector<Vec3>> places;        // over the last second
@@ -207,10 +229,12 @@ bool judge(const World& start, const std::string& file, Verdict& verdict) {
     place(now, frame);
     ms.push_back(frame.ms);
     if (++verdict.frames; frame.awake > 0) awake_until = verdict.frames;
-    const Real opening = worst_opening(now), depth = depths.deepest(now);
-    verdict.opening = worse(verdict.opening, opening), verdict.depth = worse(verdict.depth, depth);
+    const Real opening = worst_opening(now);
+    const Overlaps overlaps = depths.look(now);
+    verdict.opening = worse(verdict.opening, opening);
+    verdict.depth = worse(verdict.depth, overlaps.come_upon);
     verdict.stretch = worse(verdict.stretch, worst_stretch(now));
-    troubles.emplace_back(opening, depth);
+    troubles.emplace_back(opening, overlaps.deepest);
     if (double(troubles.size()) > kRest * kFramesPerSecond) troubles.pop_front();
     const Energy e = energy_of(now);
     verdict.kinetic = e.kinetic;

@@ -105,6 +105,7 @@ int judge_file(const Scene& scene, const std::string& path) {
   print("mean_ms", v.mean_ms), print("opening_m", v.opening);
   print("opening_at_rest_m", v.opening_at_rest), print("stretch_m", v.stretch);
   print("depth_m", v.depth), print("depth_at_rest_m", v.depth_at_rest);
+  print("depth_at_start_m", v.depth_at_start);
   print("energy_change_J", v.energy), print("energy_gained_J", v.gained);
   print("kinetic_J", v.kinetic), print("moved_in_last_second_m", v.moved);
   print("asleep_after_s", v.asleep_after < 0 ? NAN : v.asleep_after);
