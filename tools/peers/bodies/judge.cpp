@@ -12,7 +12,8 @@ namespace {
 
 using detail::Aabb;
 
-constexpr double kAway = 100;  // m
+constexpr double kAway = 100;    // m
+constexpr double kTouch = 1e-6;  // m: bodies laid on one another do not start within each other
 
 /// Overlaps of a World's bodies.
 struct Overlaps {
@@ -85,8 +86,7 @@ class Depths {
     detail::collide({*a.shape, a.pose}, {*b.shape, b.pose}, scratch_, {0, points_});
     Real depth = 0;
     for (const detail::ContactPoint& p : points_) depth = std::max(depth, -p.gap);
-    if (depth == 0) return;
-    overlapping_.push_back(pair);
+    if (depth > kTouch) overlapping_.push_back(pair);
     found.deepest = std::max(found.deepest, depth);
     if (!std::binary_search(from_the_start_.begin(), from_the_start_.end(), pair))
       found.come_upon = std::max(found.come_upon, depth);

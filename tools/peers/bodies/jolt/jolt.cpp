@@ -83,7 +83,7 @@ class LayersOfBroadPhase final : public ObjectVsBroadPhaseLayerFilter {
 // ---- Shapes ------------------------------------------------------------------------------------
 
 /// Roundings are those that come with the engine, where a shape is big enough for them.
-float rounding(float least) { return std::min(cDefaultConvexRadius, 0.25f * least); }
+float rounding(float least) { return std::min(cDefaultConvexRadius, 0.5f * least); }
 
 Ref<Shape> built(const ShapeSettings& settings) {
   ShapeSettings::ShapeResult result = settings.Create();
