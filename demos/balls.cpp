@@ -8,6 +8,7 @@ using namespace pantin;
 int main(int argc, char** argv) {
   const Scene scene = demos::load("balls");
   demos::Extras extras;
+  extras.last_picture = 2;
   extras.check = [](const World& w, const demos::Outcome& worst, demos::Findings& f) {
     Real lowest = 1e300, farthest = 0, fastest = 0;
     for (const Body& b : w.bodies.values()) {
