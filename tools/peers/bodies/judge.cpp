@@ -44,8 +44,8 @@ class Depths {
     for (std::size_t i = 0; i < bounded_.size(); ++i) {
       Placed& p = bounded_[i];
       p.pose = compose(bodies[p.slot].pose, p.shape->local);
-      // What has flown off to nowhere is told as lost.
-      boxes_[i] = is_finite(p.pose) ? detail::bounds_of(*p.shape, p.pose) : Aabb{};
+      // What is nowhere is told as lost.
+      boxes_[i] = is_finite(p.pose) ? detail::bounds_of(*p.shape, p.pose) : Aabb{Vec3(0), Vec3(0)};
     }
     tree_.build(boxes_);
     Overlaps found;
@@ -79,7 +79,7 @@ class Depths {
 
   void add(const Placed& a, const Placed& b, Overlaps& found) {
     const Pair pair{std::min(a.slot, b.slot), std::max(a.slot, b.slot)};
-    if (a.slot == b.slot || !layers_.may_touch(a.slot, b.slot) ||
+    if (a.slot == b.slot || !is_finite(b.pose) || !layers_.may_touch(a.slot, b.slot) ||
         std::binary_search(jointed_.begin(), jointed_.end(), pair))
       return;
     points_.clear();
