@@ -368,7 +368,9 @@ class Run:
             self.data.mocap_pos[mocap], self.data.mocap_quat[mocap] = at
         for i, (sign, drive) in enumerate(self.drives):
             q = drive.targets[min(frame, len(drive.targets) - 1)]
-            self.data.ctrl[i] = sign * math.remainder(2 * math.atan2(q[1], q[0]), 2 * math.pi)
+            now = self.data.actuator_length[i]  # the shortest way from there
+            self.data.ctrl[i] = now + math.remainder(sign * 2 * math.atan2(q[1], q[0]) - now,
+                                                     2 * math.pi)
         mujoco.mj_step(self.model, self.data, nstep=self.steps)
 
     def read(self):
