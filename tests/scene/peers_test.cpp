@@ -39,7 +39,8 @@ Frame frame_of(const World& world) {
   Frame frame;
   for (const Body& b : world.bodies.values()) {
     const Vec3 x = b.pose.position, v = b.velocity;
-    frame.bodies.push_back({{x.x, x.y, x.z}, {0, 0, 0, 1}, {v.x, v.y, v.z}, {0, 0, 0}});
+    const Quat q = b.pose.rotation;
+    frame.bodies.push_back({{x.x, x.y, x.z}, {q.x, q.y, q.z, q.w}, {v.x, v.y, v.z}, {0, 0, 0}});
   }
   return frame;
 }
@@ -121,6 +122,21 @@ TEST_CASE("The ruler tells what is lost, and since when all sleep") {
   CHECK(v.asleep_after == Approx(1.5));
   CHECK(std::isinf(v.opening));
   CHECK(judged(start, 60, [](int, World&, Frame&) {}).asleep_after < 0);
+}
+
+TEST_CASE("The ruler tells turns beyond a limit") {
+  const World start = compiled(R"({"version": 1, "bodies": [
+    {"name": "rod", "shape": {"type": "capsule", "radius": 0.1, "length": 1}, "mass": 3}],
+    "joints": [{"a": "world", "b": "rod", "kind": "hinge", "anchor": [0, 0, 0], "axis": [0, 0, 1],
+                "limits": {"angle_deg": [-30, 60]}}]})");
+  const auto turned = [&](Real angle) {
+    return judged(start, 60, [&](int, World& now, Frame&) {
+      now.bodies[now.find("rod")].pose.rotation = glm::angleAxis(angle, Vec3(0, 0, 1));
+    });
+  };
+  CHECK(turned(1).turn == Approx(0).margin(1e-12));
+  CHECK(turned(kPi / 2).turn == Approx(kPi / 6));
+  CHECK(turned(-kPi / 3).turn_at_rest == Approx(kPi / 6));
 }
 
 TEST_CASE("Other engines are told who may touch whom") {

@@ -138,6 +138,18 @@ Real worst_opening(const World& world) {
   return worst;
 }
 
+/// How far a joint has turned beyond its kind and its limits, rad.
+Real worst_turn(const World& world) {
+  Real worst = 0;
+  for (const detail::Link& link : world.links.values()) {
+    const Body *a = world.bodies.find(link.a), *b = world.bodies.find(link.b);
+    const Quat rotation = relative_rotation(link.joint, a ? a->pose.rotation : kIdentity,
+                                            b ? b->pose.rotation : kIdentity);
+    worst = worse(worst, is_finite(rotation) ? violation(link.joint, rotation) : INFINITY);
+  }
+  return worst;
+}
+
 Real worst_stretch(const World& world) {
   Real worst = 0;
   for (const detail::Cable& cable : world.cables.values())
@@ -222,19 +234,22 @@ bool judge(const World& start, const std::string& file, Verdict& verdict) {
   verdict.depth_at_start = depths.look(start).deepest;
   const Energy before = energy_of(start);
   std::vector<double> ms;
-  std::deque<std::vector<Vec3>> places;        // over the last second
-  std::deque<std::pair<Real, Real>> troubles;  // openings and depths over kRest
+  std::deque<std::vector<Vec3>> places;  // over the last second
+  struct Trouble {
+    Real opening, turn, depth;
+  };
+  std::deque<Trouble> troubles;  // over kRest
   int awake_until = 0;
   for (Frame frame; reader.next(frame);) {
     place(now, frame);
     ms.push_back(frame.ms);
     if (++verdict.frames; frame.awake > 0) awake_until = verdict.frames;
-    const Real opening = worst_opening(now);
+    const Real opening = worst_opening(now), turn = worst_turn(now);
     const Overlaps overlaps = depths.look(now);
-    verdict.opening = worse(verdict.opening, opening);
+    verdict.opening = worse(verdict.opening, opening), verdict.turn = worse(verdict.turn, turn);
     verdict.depth = worse(verdict.depth, overlaps.come_upon);
     verdict.stretch = worse(verdict.stretch, worst_stretch(now));
-    troubles.emplace_back(opening, overlaps.deepest);
+    troubles.push_back({opening, turn, overlaps.deepest});
     if (double(troubles.size()) > kRest * kFramesPerSecond) troubles.pop_front();
     const Energy e = energy_of(now);
     verdict.kinetic = e.kinetic;
@@ -247,9 +262,10 @@ bool judge(const World& start, const std::string& file, Verdict& verdict) {
   }
   if (ms.empty()) return true;
   judge_times(ms, verdict);
-  for (const auto& [opening, depth] : troubles) {
-    verdict.opening_at_rest = worse(verdict.opening_at_rest, opening);
-    verdict.depth_at_rest = worse(verdict.depth_at_rest, depth);
+  for (const Trouble& t : troubles) {
+    verdict.opening_at_rest = worse(verdict.opening_at_rest, t.opening);
+    verdict.turn_at_rest = worse(verdict.turn_at_rest, t.turn);
+    verdict.depth_at_rest = worse(verdict.depth_at_rest, t.depth);
   }
   verdict.moved = strayed(places);
   const std::vector<bool> lost = lost_bodies(start, now);

@@ -16,6 +16,7 @@ struct Verdict {
   int frames = 0;
   double median_ms = 0, p99_ms = 0, most_ms = 0, mean_ms = 0;
   double opening = 0, opening_at_rest = 0;  // m, of joints and exact pins; at rest: see kRest
+  double turn = 0, turn_at_rest = 0;        // rad, of joints beyond their kinds and limits
   double stretch = 0;                       // m, of cables beyond their length
   // m, of bodies that may touch, in one another. `depth` leaves out pairs that start so, until they
   // have been apart.

@@ -104,6 +104,7 @@ int judge_file(const Scene& scene, const std::string& path) {
   print("median_ms", v.median_ms), print("p99_ms", v.p99_ms), print("most_ms", v.most_ms);
   print("mean_ms", v.mean_ms), print("opening_m", v.opening);
   print("opening_at_rest_m", v.opening_at_rest), print("stretch_m", v.stretch);
+  print("turn_rad", v.turn), print("turn_at_rest_rad", v.turn_at_rest);
   print("depth_m", v.depth), print("depth_at_rest_m", v.depth_at_rest);
   print("depth_at_start_m", v.depth_at_start);
   print("energy_change_J", v.energy), print("energy_gained_J", v.gained);
