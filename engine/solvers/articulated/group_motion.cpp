@@ -104,8 +104,8 @@ Miss miss_of(const Group& g, const GroupTree& t) {
   return miss;
 }
 
-/// Turns the bodies by the response of the tree to the impulses in `passing`. Linear, so that no body
-/// turns far.
+/// Turns the bodies by the response of the tree to the impulses in `passing`. Linear, so that no
+/// body turns far.
 void turn_by_impulses(const Group& g, const GroupTree& t) {
   for (std::uint32_t i = t.first + t.count; i-- > t.first;) gather_impulse(g, i);
   Real most = 0;
@@ -300,8 +300,7 @@ void move_by(const Group& g, std::uint32_t body, const Wrench& f) {
   GroupBody& b = g.bodies[body];
   if (b.node == kNoNode) {
     b.pose.position += b.per_mass * f.force;
-    b.pose.rotation =
-        glm::normalize(from_rotation_vector(b.response * f.torque) * b.pose.rotation);
+    b.pose.rotation = glm::normalize(from_rotation_vector(b.response * f.torque) * b.pose.rotation);
     return;
   }
   const GroupTree& t = g.trees[g.nodes[b.node].tree];
