@@ -1,5 +1,6 @@
 #pragma once
 /// Groups of bodies and trees in contact, while they are stepped: see step_group.cpp.
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -65,6 +66,7 @@ struct GroupLimit {
   Real clearance = 0;  // rad
   Real response = 0;   // 1/(kg m^2)
   Real impulse = 0;    // N m s of a substep, against `along`
+  Real before = 0;     // the same of the substep before
   bool listed = false;
   bool both_ways = false;  // a lock
 };
@@ -146,6 +148,7 @@ struct GroupContact {
   Real settling = 0;  // m, by which that was short of the load
   Real shallow = 0;   // m: overlaps up to here are removed without speed
   Vec3 impulse{0};    // N s of a substep, along the axes; between steps the mean force, N
+  Real before = 0;    // N s, along the normal in the substep before
   Vec3 passed{0};     // N s over the step so far
 };
 
@@ -213,6 +216,10 @@ struct Softness {
   Real by_impulse = 0;  // of the impulse it has
 };
 
+/// What is expected of an impulse of the last substep in the next one, among trees: a lasting load
+/// is there again, a blow is not.
+inline Real lasting(Real last, Real before) { return std::min(last, 2 * before); }
+
 // Trees in a group (group_trees.cpp): every joint closed and exact, whatever impulses act.
 
 /// Prepares impulses on trees at their present poses: motions from momenta and the forces of the
@@ -246,7 +253,7 @@ void release_trees(const Group& g, const GroupPart& part);
 void prepare_springs(const Group& g, GroupNode& n, const GroupPart& part);
 void prepare_limits(const Group& g, std::uint32_t node, Real h);
 void push_limits(const Group& g);
-/// Every limit once: a violated one is a spring, or rigid and still where its rate is 0.
+/// Every limit once.
 void solve_limits(const Group& g, Real h, const Softness& spring);
 void bound_drives(const Group& g, Real h);
 

@@ -76,7 +76,8 @@ GroupNode gather_node(const World& world, const Island& a, std::size_t column) {
     n.drive_share = memory.torque_fraction, n.has_spring = true;
   }
   const Real per = a.last_step > 0 && !a.fresh ? 1 / (a.last_step * a.last_step) : 0;
-  for (int s = 0; s < 4; ++s) n.limits[s].impulse = per * memory.lambdas[s];  // N m as yet
+  for (int s = 0; s < 4; ++s)  // N m as yet
+    n.limits[s].impulse = n.limits[s].before = per * memory.lambdas[s];
   return n;
 }
 

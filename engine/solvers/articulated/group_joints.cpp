@@ -14,8 +14,8 @@ namespace {
 /// rad: a limit farther away than this is not looked at in a substep. How much faster a joint may
 /// turn than expected before it is looked at again, rad/s.
 constexpr Real kNear = 0.15, kSuddenSpin = 20;
-/// rad/s: no violated limit is left faster.
-constexpr Real kFastestReturn = 4;
+/// rad
+constexpr Real kBuffer = 0.01;
 
 Quat rotation_of_parent(const Group& g, const GroupNode& n) {
   return n.parent == kNoNode ? g.trees[n.tree].held_rotation : g.nodes[n.parent].rotation;
@@ -80,14 +80,19 @@ void prepare_limits(const Group& g, std::uint32_t node, Real h) {
     limit.listed =
         found[s].watched && (found[s].both_ways || limit.impulse > 0 || found[s].clearance < kNear);
     if (!limit.listed) {
-      limit.impulse = 0;
+      limit.impulse = limit.before = 0;
       continue;
     }
+    // What acted another way is not there again.
+    const Real last = limit.impulse;
+    const Real same = std::max(Real(0), glm::dot(limit.along, found[s].along));
+    limit.impulse = found[s].both_ways ? last : same * lasting(last, limit.before);
+    limit.before = last;
     limit.along = found[s].along, limit.clearance = found[s].clearance;
     limit.both_ways = found[s].both_ways;
     limit.response = glm::dot(limit.along, joint_response(g, n, limit.along));
     // A joint that cannot turn this way has no use for the limit.
-    if (!(limit.response > 0)) limit.listed = false, limit.impulse = 0;
+    if (!(limit.response > 0)) limit.listed = false, limit.impulse = limit.before = 0;
   }
   if (std::any_of(std::begin(n.limits), std::end(n.limits), [](auto& l) { return l.listed; }))
     return;
@@ -118,11 +123,12 @@ void solve_limits(const Group& g, Real h, const Softness& spring) {
     for (GroupLimit& limit : n.limits) {
       if (!limit.listed) continue;
       const Real speed = glm::dot(limit.along, relative_spin(g, i));
-      const bool away = limit.clearance > 0 && !limit.both_ways;
-      const Real most =
-          away ? limit.clearance / h
-               : std::clamp(spring.rate * limit.clearance, -kFastestReturn, kFastestReturn);
-      const Softness& by = away ? Softness{} : spring;
+      // Bodies are never turned beyond a limit (group_motion.cpp). A spring takes hold a little
+      // before it: loads of heaps come to rest on that.
+      const Real left = limit.clearance - kBuffer;
+      const bool springs = !limit.both_ways && left <= 0;
+      const Softness& by = springs ? spring : Softness{};
+      const Real most = limit.both_ways ? 0 : springs ? spring.rate * left : left / h;
       Real impulse = limit.impulse + by.by_mass * (speed - most) / limit.response -
                      by.by_impulse * limit.impulse;
       if (!limit.both_ways) impulse = std::max(Real(0), impulse);

@@ -59,11 +59,14 @@ Quat turned(const GroupBody& b, const GroupNode& n, Real h) {
                         from_rotation_vector(h * about));
 }
 
+/// The rotation that kind and limits of its joint leave a body.
 Quat as_allowed(const GroupNode& n, Quat q, Quat parent) {
   if (!n.joint) return q;
-  const JointKind kind = n.joint->joint.kind;
-  if (turns_of(kind) == Turns::freely) return q;
-  return own_rotation(*n.joint, parent, allowed_by_kind(kind, joint_rotation(*n.joint, q, parent)));
+  const Joint& joint = n.joint->joint;
+  if (turns_of(joint.kind) == Turns::freely && !n.is_limited) return q;
+  const Quat turned = joint_rotation(*n.joint, q, parent);
+  const Quat allowed = allowed_rotation(joint, turned);
+  return allowed == turned ? q : own_rotation(*n.joint, parent, allowed);
 }
 
 /// A tree while it moves: what holds it, at the end of the part.
@@ -262,6 +265,34 @@ void slow_to_way(const Group& g, const GroupTree& t, Real h) {
     g.bodies[g.nodes[i].body].velocity += g.nodes[i].missed_by / h;
 }
 
+/// Kinetic energy of a tree within its mass centre's motion, J, from the momenta of the bodies.
+Real inner_energy(const Group& g, const GroupTree& t) {
+  Vec3 drift(0);
+  Real sum = 0;
+  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
+    const GroupNode& n = g.nodes[i];
+    const GroupBody& b = g.bodies[n.body];
+    const Vec3 inside = glm::conjugate(b.pose.rotation) * b.angular_momentum;
+    drift += n.mass * b.velocity;
+    sum += 0.5 * (n.mass * glm::dot(b.velocity, b.velocity) + glm::dot(inside, inside / n.inertia));
+  }
+  return sum - 0.5 * glm::dot(drift, drift) / t.mass;
+}
+
+/// What moving the tree must not add.
+void bound_energy(const Group& g, const GroupTree& t, Real before) {
+  const Real now = inner_energy(g, t);
+  if (!(now > before)) return;
+  const Real part = std::sqrt(std::max(Real(0), before / now));
+  Vec3 drift(0);
+  for (std::uint32_t i = t.first; i < t.first + t.count; ++i)
+    drift += g.nodes[i].mass / t.mass * g.bodies[g.nodes[i].body].velocity;
+  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
+    GroupBody& b = g.bodies[g.nodes[i].body];
+    b.velocity = drift + part * (b.velocity - drift), b.angular_momentum *= part;
+  }
+}
+
 void release_tree(const Group& g, GroupTree& t, const GroupPart& part) {
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i) g.nodes[i].passing = {};
   if (part.h > 0) add_reactions(g, t);
@@ -282,8 +313,10 @@ void release_tree(const Group& g, GroupTree& t, const GroupPart& part) {
     b.angular_momentum = b.pose.rotation * turned_momentum(inside, n.inertia, part.h);
   }
   if (!(part.h > 0)) return;
+  const Real energy = inner_energy(g, t);
   slow_to_way(g, t, part.h);
   if (is_free(g, t)) keep_angular_momentum(g, t, before);
+  bound_energy(g, t, energy);
 }
 
 }  // namespace

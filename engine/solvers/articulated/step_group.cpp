@@ -231,7 +231,11 @@ bool meet(const Group& g, GroupContact& c, Real h) {
   GroupBody &a = g.a(c), &b = g.b(c);
   const Vec3 n = c.axes[0];
   Pair pair = begin_pair(g, pair_of(c));
-  const Real speed = glm::dot(n, pair.speed_of(arms_of(c)));
+  // The motions of trees have the acceleration of the substep already.
+  Vec3 gained(0);
+  if (a.node != kNoNode) gained += h * a.acceleration;
+  if (b.node != kNoNode) gained -= h * b.acceleration;
+  const Real speed = glm::dot(n, pair.speed_of(arms_of(c)) - gained);
   const Real pull = glm::dot(n, a.acceleration - b.acceleration);
   const Real gap = std::max(Real(0), c.gap);
   if (speed > -kSlowestImpact || gap + h * (speed + 0.5 * h * pull) > 0) return false;
@@ -301,12 +305,21 @@ void move(GroupBody& b, Real h) {
   b.spin = b.response * b.angular_momentum;
 }
 
-/// The impulses of the substep before.
+/// The impulses of the substep before. Among trees, a lasting load is there again, a blow is not:
+/// the smaller one of the last two counts.
 void push_again(const Group& g) {
   push_limits(g);
   for (const GroupTie& t : g.ties) push_tie(g, t);
-  for (const GroupContact& c : g.contacts)
-    if (c.impulse != Vec3(0)) push(g, c, to_world(c, c.impulse));
+  for (GroupContact& c : g.contacts) {
+    if (c.impulse == Vec3(0)) {
+      c.before = 0;
+      continue;
+    }
+    const Real last = c.impulse.x;
+    if (!g.trees.empty()) c.impulse *= lasting(last, c.before) / last;
+    c.before = last;
+    push(g, c, to_world(c, c.impulse));
+  }
 }
 
 void take_substep(const Group& g, const Substep& s, Order order) {
@@ -431,10 +444,13 @@ void step_group(const Group& g, Real h) {
   s.against_fixed = softness_of(2 * kContactFrequency, s.h);
   s.hard = g.is_single();
   for (GroupContact& c : g.contacts) {
-    c.impulse *= s.h;        // from the mean force
+    c.impulse *= s.h;  // from the mean force
+    c.before = c.impulse.x;
     if (s.hard) c.rest = 0;  // what a heap took up has no spring to bear it
   }
   for (GroupTie& t : g.ties) t.impulse *= s.h;
+  for (GroupNode& n : g.nodes)
+    for (GroupLimit& limit : n.limits) limit.impulse *= s.h, limit.before *= s.h;
   for (int n = 0; n < substeps; ++n) {
     s.part = {s.h, Real(n) / substeps, n + 1 == substeps ? 1 : Real(n + 1) / substeps, h};
     take_substep(g, s, turned(Order::forwards, n));
@@ -455,6 +471,8 @@ void step_group(const Group& g, Real h) {
   finish_group(g);
   for (GroupContact& c : g.contacts) c.impulse /= s.h;
   for (GroupTie& t : g.ties) t.impulse /= s.h;
+  for (GroupNode& n : g.nodes)
+    for (GroupLimit& limit : n.limits) limit.impulse /= s.h;
 }
 
 }  // namespace pantin::detail::articulated
