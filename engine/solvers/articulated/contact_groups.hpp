@@ -126,9 +126,9 @@ struct GroupTree {
   Vec3 anchor_velocity{0}, held_spin{0};  // m/s, rad/s
   Quat held_rotation{1, 0, 0, 0};         // now
   Real mass = 0;
-  Vec3 before{0};  // m/s, of a free tree's mass centre, before forces
+  Vec3 before{0};           // m/s, of a free tree's mass centre, before forces
+  Real energy_removed = 0;  // J, from all of the group over the step
   bool touched = false;
-  bool is_limited = false;  // any joint of it has limits
 };
 
 /// One contact point of two of them.
@@ -218,7 +218,7 @@ struct Softness {
 
 /// What is expected of an impulse of the last substep in the next one, among trees: a lasting load
 /// is there again, a blow is not.
-inline Real lasting(Real last, Real before) { return std::min(last, 2 * before); }
+inline Real lasting(Real last, Real before) { return std::min(last, before); }
 
 // Trees in a group (group_trees.cpp): every joint closed and exact, whatever impulses act.
 
@@ -272,11 +272,11 @@ struct GroupScratch {
     std::size_t first_node = 0, nodes = 0, first_tree = 0, trees = 0, first_cross = 0, crosses = 0;
     std::size_t first_tie = 0, ties = 0;
   };
-  DisjointSets sets{0};                       // of islands
-  std::vector<std::uint32_t> group_of;        // by island
-  std::vector<std::uint8_t> eligible, awake;  // by group, which is its first island
-  std::vector<std::uint32_t> order;           // of contacts
-  std::vector<std::uint32_t> index;           // of a body in its group, by slot
+  DisjointSets sets{0};                 // of islands
+  std::vector<std::uint32_t> group_of;  // by island
+  std::vector<std::uint8_t> flags;      // by group, which is its first island
+  std::vector<std::uint32_t> order;     // of contacts
+  std::vector<std::uint32_t> index;     // of a body in its group, by slot
   std::vector<Range> groups;
   std::vector<GroupBody> bodies;
   std::vector<GroupContact> contacts;

@@ -35,6 +35,8 @@ constexpr Real kSlowestImpact = 0.05;
 constexpr Real kTakeUpTime = 0.4, kTakenUp = 0.998;
 /// m/s: slower bodies let springs take up their loads; much faster ones give that back.
 constexpr Real kCalmSpeed = 0.005, kWildSpeed = 0.02;
+/// Of the energy of a substep.
+constexpr Real kRounding = 1e-9;
 /// m: above 0 it tells contact detection that the contact is soft.
 constexpr Real kLeastRest = 1e-12;
 constexpr int kPointIterations = 8, kImpactSweeps = 64, kHardSweeps = 200;
@@ -322,11 +324,53 @@ void push_again(const Group& g) {
   }
 }
 
+/// Whether nothing but weight can give the group energy.
+bool is_left_alone(const Group& g) {
+  const auto rests = [](const GroupBody& b) {
+    return b.per_mass > 0 || (b.velocity == Vec3(0) && b.spin == Vec3(0));
+  };
+  const auto stays = [](const GroupTree& t) { return t.from == t.to && t.held_spin == Vec3(0); };
+  return std::all_of(g.bodies.begin(), g.bodies.end(), rests) &&
+         std::all_of(g.trees.begin(), g.trees.end(), stays) &&
+         std::none_of(g.nodes.begin(), g.nodes.end(), [](auto& n) { return n.has_spring; }) &&
+         std::none_of(g.ties.begin(), g.ties.end(), [](auto& t) { return t.stiffness > 0; });
+}
+
+/// J, of all motions as they are.
+Real kinetic_energy(const Group& g) {
+  Real sum = 0;
+  for (const GroupBody& b : g.bodies)
+    if (b.per_mass > 0 && b.node == kNoNode)
+      sum += 0.5 *
+             (glm::dot(b.velocity, b.velocity) / b.per_mass + glm::dot(b.spin, b.angular_momentum));
+  for (const GroupNode& n : g.nodes) {
+    const GroupBody& b = g.bodies[n.body];
+    const Vec3 velocity = b.velocity + glm::cross(b.spin, n.arm);
+    sum +=
+        0.5 * (n.mass * glm::dot(velocity, velocity) + glm::dot(b.spin, n.world_inertia * b.spin));
+  }
+  return sum;
+}
+
+/// Iterations cut short must not add energy: all motions become slower alike, which neither opens
+/// joints nor makes bodies approach.
+void bound_energy(const Group& g, Real before) {
+  const Real now = kinetic_energy(g);
+  if (!(now > (1 + kRounding) * before)) return;
+  const Real part = std::sqrt(before / now);
+  for (GroupBody& b : g.bodies)
+    if (b.per_mass > 0) b.velocity *= part, b.spin *= part, b.angular_momentum *= part;
+  g.trees.front().energy_removed += now - before;
+}
+
 void take_substep(const Group& g, const Substep& s, Order order) {
   prepare_group(g, s.part);
   collide_elastically(g, s);
   for (GroupBody& b : g.bodies)
     if (b.per_mass > 0 && b.node == kNoNode) accelerate(b, s.h), b.touched = false;
+  const bool is_bound = !g.trees.empty() && is_left_alone(g);
+  if (is_bound) settle_trees(g);
+  const Real energy = is_bound ? kinetic_energy(g) : 0;
   push_again(g);
   const Real enough =
       s.hard ? 1e-14 * (1 + glm::length(g.bodies.front().velocity)) : kEnoughAtImpact / s.h;
@@ -347,6 +391,7 @@ void take_substep(const Group& g, const Substep& s, Order order) {
   for (int n = 0; n < (!pushed ? 0 : s.hard ? sweeps : 1); ++n)
     if (sweep_group(g, s, Sweep::relaxes, turned(order, n + 1)) <= enough) break;
   settle_trees(g);
+  if (is_bound) bound_energy(g, energy);
   release_trees(g, s.part);
   for (GroupBody& b : g.bodies)
     if (b.per_mass > 0) slow_down(b, s.h);
