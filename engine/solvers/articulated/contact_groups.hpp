@@ -257,6 +257,15 @@ void push_limits(const Group& g);
 void solve_limits(const Group& g, Real h, const Softness& spring);
 void bound_drives(const Group& g, Real h);
 
+// What iterations must not add (group_energy.cpp).
+
+/// Whether nothing but weight can give the group energy.
+bool is_left_alone(const Group& g);
+/// J, of all motions as they are.
+Real kinetic_energy(const Group& g);
+/// All motions become slower alike, which neither opens joints nor makes bodies approach.
+void bound_energy(const Group& g, Real before);
+
 // Pins, loops and cables (group_ties.cpp).
 void prepare_tie(const Group& g, GroupTie& t, Real h);
 void push_tie(const Group& g, const GroupTie& t);

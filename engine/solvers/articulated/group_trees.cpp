@@ -8,7 +8,7 @@
 //   outwards  relative spin = m (torque - U^T v_parent)
 // all shifted from the parent's joint to this one. A free ball joint passes no torque on: m tt = 1,
 // which is used exactly.
-// [Featherstone 2008, articulated bodies; Tomcin, Sibbing, Kobbelt 2014, impulses in trees]
+// [Featherstone 2008, articulated bodies; Tomcin, Sibbing & Kobbelt 2014, impulses in trees]
 //
 // Between impulses only the way from the root to the node visited last is current: going on to the
 // next costs the joints between the two.

@@ -35,8 +35,6 @@ constexpr Real kSlowestImpact = 0.05;
 constexpr Real kTakeUpTime = 0.4, kTakenUp = 0.998;
 /// m/s: slower bodies let springs take up their loads; much faster ones give that back.
 constexpr Real kCalmSpeed = 0.005, kWildSpeed = 0.02;
-/// Of the energy of a substep.
-constexpr Real kRounding = 1e-9;
 /// m: above 0 it tells contact detection that the contact is soft.
 constexpr Real kLeastRest = 1e-12;
 constexpr int kPointIterations = 8, kImpactSweeps = 64, kHardSweeps = 200;
@@ -322,45 +320,6 @@ void push_again(const Group& g) {
     c.before = last;
     push(g, c, to_world(c, c.impulse));
   }
-}
-
-/// Whether nothing but weight can give the group energy.
-bool is_left_alone(const Group& g) {
-  const auto rests = [](const GroupBody& b) {
-    return b.per_mass > 0 || (b.velocity == Vec3(0) && b.spin == Vec3(0));
-  };
-  const auto stays = [](const GroupTree& t) { return t.from == t.to && t.held_spin == Vec3(0); };
-  return std::all_of(g.bodies.begin(), g.bodies.end(), rests) &&
-         std::all_of(g.trees.begin(), g.trees.end(), stays) &&
-         std::none_of(g.nodes.begin(), g.nodes.end(), [](auto& n) { return n.has_spring; }) &&
-         std::none_of(g.ties.begin(), g.ties.end(), [](auto& t) { return t.stiffness > 0; });
-}
-
-/// J, of all motions as they are.
-Real kinetic_energy(const Group& g) {
-  Real sum = 0;
-  for (const GroupBody& b : g.bodies)
-    if (b.per_mass > 0 && b.node == kNoNode)
-      sum += 0.5 *
-             (glm::dot(b.velocity, b.velocity) / b.per_mass + glm::dot(b.spin, b.angular_momentum));
-  for (const GroupNode& n : g.nodes) {
-    const GroupBody& b = g.bodies[n.body];
-    const Vec3 velocity = b.velocity + glm::cross(b.spin, n.arm);
-    sum +=
-        0.5 * (n.mass * glm::dot(velocity, velocity) + glm::dot(b.spin, n.world_inertia * b.spin));
-  }
-  return sum;
-}
-
-/// Iterations cut short must not add energy: all motions become slower alike, which neither opens
-/// joints nor makes bodies approach.
-void bound_energy(const Group& g, Real before) {
-  const Real now = kinetic_energy(g);
-  if (!(now > (1 + kRounding) * before)) return;
-  const Real part = std::sqrt(before / now);
-  for (GroupBody& b : g.bodies)
-    if (b.per_mass > 0) b.velocity *= part, b.spin *= part, b.angular_momentum *= part;
-  g.trees.front().energy_removed += now - before;
 }
 
 void take_substep(const Group& g, const Substep& s, Order order) {

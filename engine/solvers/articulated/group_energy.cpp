@@ -1,0 +1,49 @@
+// Iterations of contacts that are cut short add no energy to what is left alone.
+#include <algorithm>
+
+#include "engine/solvers/articulated/contact_groups.hpp"
+
+namespace pantin::detail::articulated {
+namespace {
+
+/// Of the energy of a substep.
+constexpr Real kRounding = 1e-9;
+
+}  // namespace
+
+bool is_left_alone(const Group& g) {
+  const auto rests = [](const GroupBody& b) {
+    return b.per_mass > 0 || (b.velocity == Vec3(0) && b.spin == Vec3(0));
+  };
+  const auto stays = [](const GroupTree& t) { return t.from == t.to && t.held_spin == Vec3(0); };
+  return std::all_of(g.bodies.begin(), g.bodies.end(), rests) &&
+         std::all_of(g.trees.begin(), g.trees.end(), stays) &&
+         std::none_of(g.nodes.begin(), g.nodes.end(), [](auto& n) { return n.has_spring; }) &&
+         std::none_of(g.ties.begin(), g.ties.end(), [](auto& t) { return t.stiffness > 0; });
+}
+
+Real kinetic_energy(const Group& g) {
+  Real sum = 0;
+  for (const GroupBody& b : g.bodies)
+    if (b.per_mass > 0 && b.node == kNoNode)
+      sum += 0.5 *
+             (glm::dot(b.velocity, b.velocity) / b.per_mass + glm::dot(b.spin, b.angular_momentum));
+  for (const GroupNode& n : g.nodes) {
+    const GroupBody& b = g.bodies[n.body];
+    const Vec3 velocity = b.velocity + glm::cross(b.spin, n.arm);
+    sum +=
+        0.5 * (n.mass * glm::dot(velocity, velocity) + glm::dot(b.spin, n.world_inertia * b.spin));
+  }
+  return sum;
+}
+
+void bound_energy(const Group& g, Real before) {
+  const Real now = kinetic_energy(g);
+  if (!(now > (1 + kRounding) * before)) return;
+  const Real part = std::sqrt(before / now);
+  for (GroupBody& b : g.bodies)
+    if (b.per_mass > 0) b.velocity *= part, b.spin *= part, b.angular_momentum *= part;
+  g.trees.front().energy_removed += now - before;
+}
+
+}  // namespace pantin::detail::articulated
