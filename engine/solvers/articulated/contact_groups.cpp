@@ -13,7 +13,6 @@
 namespace pantin::detail::articulated {
 namespace {
 
-constexpr std::uint32_t kNone = UINT32_MAX;
 /// Of that overlap: what is left to take up when bodies fall asleep.
 constexpr Real kSettled = 5e-4;
 /// Sleep conserves forces as they are: it waits until hardly anything moves, but not for ever (s).

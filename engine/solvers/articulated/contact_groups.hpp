@@ -53,9 +53,8 @@ struct Response {
 
 struct PackedJoint;
 
-/// The inertia of a rigid or articulated body: force = ff velocity + ft spin, torque = ft^T
-/// velocity
-/// + tt spin.
+/// The inertia of a rigid or articulated body: force = ff velocity + ft spin,
+/// torque = ft^T velocity + tt spin.
 struct SpatialInertia {
   Mat3 ff{0}, ft{0}, tt{0};
 };

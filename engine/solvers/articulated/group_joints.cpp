@@ -102,7 +102,8 @@ void prepare_limits(const Group& g, std::uint32_t node, Real h) {
   const Vec3 parent =
       n.parent == kNoNode ? g.trees[n.tree].held_spin : g.bodies[g.nodes[n.parent].body].spin;
   const Real spin = glm::length(g.bodies[n.body].spin - parent);
-  n.unlimited_for = static_cast<int>(nearest / (h * (2 * spin + kSuddenSpin)));
+  const Real substeps = nearest / (h * (2 * spin + kSuddenSpin));
+  n.unlimited_for = substeps < 1000 ? static_cast<int>(substeps) : 0;
 }
 
 void push_limits(const Group& g) {

@@ -386,7 +386,8 @@ void take_up(const Group& g, const Substep& s, Real h) {
     }
     const Real speed =
         std::max({fastest, speed_of(g.contacts[from].a), speed_of(g.contacts[from].b)});
-    const bool lasts = speed<kCalmSpeed, wild = speed> kWildSpeed;
+    const bool lasts = speed < kCalmSpeed;
+    const bool wild = speed > kWildSpeed;
     const Real mean = bearing > 0 ? sum / bearing : 0;
     for (std::size_t i = from; i < to; ++i) {
       GroupContact& c = g.contacts[i];
