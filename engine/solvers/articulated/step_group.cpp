@@ -42,8 +42,7 @@ constexpr int kPointIterations = 8, kImpactSweeps = 64, kHardSweeps = 200;
 constexpr Real kTieReturn = 0.5;
 /// A sweep over trees is repeated while it moves a contact by more than this in a substep, m.
 constexpr Real kEnoughAtImpact = 5e-4;
-constexpr int kImpactSweepsOfTrees = 6, kSweepsOfManyTies = 20;
-constexpr std::size_t kManyTies = 8;
+constexpr int kImpactSweepsOfTrees = 6;
 /// m/s: other impulses may make bodies approach so much faster within a substep, or as fast as
 /// anything of the group moves.
 constexpr Real kSuddenSpeed = 2;
