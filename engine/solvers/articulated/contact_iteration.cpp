@@ -271,15 +271,17 @@ void pair_up(World& world, std::span<Island* const> all) {
       if (row.is_limit || !is_owner_side(*a, row)) continue;
       const ContactRow& t = a->scratch.contact_rows[row.contact_row];
       if (!is_mutual(world, t)) continue;
-      row.other = owner_of(partition_of(world), contacts_of(world)[t.contact].slot_b).island;
-      const Island& b = islands_of(world)[row.other];
+      const std::uint32_t island =
+          owner_of(partition_of(world), contacts_of(world)[t.contact].slot_b).island;
+      const Island& b = islands_of(world)[island];
+      // An island that cannot be stepped takes no part: it is an obstacle.
+      if (!b.finite) continue;
       for (std::uint32_t i = 0; i < b.scratch.iteration_rows.size(); ++i) {
         const IterationRow& other = b.scratch.iteration_rows[i];
         if (other.is_limit || is_owner_side(b, other)) continue;
-        if (b.scratch.contact_rows[other.contact_row].contact == t.contact) row.other_row = i;
+        if (b.scratch.contact_rows[other.contact_row].contact == t.contact)
+          row.other = island, row.other_row = i;
       }
-      [[maybe_unused]] const IterationRow& found = b.scratch.iteration_rows[row.other_row];
-      PANTIN_ASSERT(b.scratch.contact_rows[found.contact_row].contact == t.contact);
     }
 }
 
