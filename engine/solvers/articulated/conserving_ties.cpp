@@ -23,8 +23,6 @@ constexpr std::uint32_t kNobody = UINT32_MAX;
 /// that finds no solution, as in a net whose corners are moved apart, by the second part.
 constexpr Real kSoftness = 1e-7, kYielding = 0.03;
 
-Mat3 cross_matrix(Vec3 a) { return Mat3(0, a.z, -a.y, -a.z, 0, a.x, a.y, -a.x, 0); }
-
 Mat3 rows_at(const Real* m, std::size_t stride) {
   return Mat3(m[0], m[stride], m[2 * stride], m[1], m[stride + 1], m[2 * stride + 1], m[2],
               m[stride + 2], m[2 * stride + 2]);

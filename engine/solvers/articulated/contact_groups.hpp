@@ -224,6 +224,10 @@ inline Real lasting(Real last, Real before) { return std::min(last, before); }
 /// Prepares impulses on trees at their present poses: motions from momenta and the forces of the
 /// part.
 void prepare_trees(const Group& g, const GroupPart& part);
+/// The rotation of what holds a tree, at a fraction of the step; of a node's parent, or of that, at
+/// the start of the part.
+Quat held_rotation_at(const GroupTree& t, Real fraction);
+Quat parent_rotation(const Group& g, const GroupNode& n);
 /// Makes the motion of a body in a tree current.
 void visit(const Group& g, std::uint32_t node);
 /// An impulse on a body of a tree that was visited last in its tree.

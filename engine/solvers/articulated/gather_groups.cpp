@@ -254,7 +254,6 @@ void gather_ties(const World& world, GroupScratch& r, const GroupScratch::Range&
   }
 }
 
-/// Contacts by group, bodies of each group with the fixed ones that it touches.
 }  // namespace
 
 void gather_groups(const World& world, GroupScratch& r, Real h) {

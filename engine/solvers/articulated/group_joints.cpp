@@ -17,14 +17,10 @@ constexpr Real kNear = 0.15, kSuddenSpin = 20;
 /// rad
 constexpr Real kBuffer = 0.01;
 
-Quat rotation_of_parent(const Group& g, const GroupNode& n) {
-  return n.parent == kNoNode ? g.trees[n.tree].held_rotation : g.nodes[n.parent].rotation;
-}
-
 void add_drive(const Group& g, GroupNode& n, const GroupPart& part) {
   const JointDrive& drive = *n.drive;
   const Real until = g.time + part.end * part.whole, from = g.time + part.begin * part.whole;
-  const Quat parent = rotation_of_parent(g, n);
+  const Quat parent = parent_rotation(g, n);
   const Quat to = own_rotation(*n.joint, parent, target_at(drive, until));
   Vec3 ahead(0);  // rad
   if (!drive.keys.empty())
@@ -42,7 +38,7 @@ void prepare_springs(const Group& g, GroupNode& n, const GroupPart& part) {
   const JointLimits& limits = n.joint->joint.limits;
   if (limits.soft_zone > 0) {
     JointLimit found[4];
-    find_limits(*n.joint, n.rotation, rotation_of_parent(g, n), found);
+    find_limits(*n.joint, n.rotation, parent_rotation(g, n), found);
     for (const JointLimit& limit : found) {
       const Real within = limits.soft_zone - limit.clearance;
       if (!limit.watched || !(within > 0)) continue;
@@ -74,7 +70,7 @@ void prepare_limits(const Group& g, std::uint32_t node, Real h) {
     return;
   }
   JointLimit found[4];
-  find_limits(*n.joint, n.rotation, rotation_of_parent(g, n), found);
+  find_limits(*n.joint, n.rotation, parent_rotation(g, n), found);
   for (int s = 0; s < 4; ++s) {
     GroupLimit& limit = n.limits[s];
     limit.listed =

@@ -22,14 +22,13 @@ Vec3 turned_momentum(Vec3 momentum, Vec3 inertia, Real h) {
   const Vec3 per = Real(1) / inertia;
   Vec3 next = momentum + h * glm::cross(momentum, per * momentum);
   const Real enough = 1e-26 * glm::dot(momentum, momentum);
-  const auto cross = [](Vec3 v) { return Mat3(0, v.z, -v.y, -v.z, 0, v.x, v.y, -v.x, 0); };
   for (int n = 0; n < 4; ++n) {
     const Vec3 mean = 0.5 * (momentum + next), spin = per * mean;
     const Vec3 left = next - momentum - h * glm::cross(mean, spin);
     if (!(glm::dot(left, left) > enough)) break;
-    Mat3 part = cross(mean);
+    Mat3 part = cross_matrix(mean);
     for (int k = 0; k < 3; ++k) part[k] *= per[k];
-    const Mat3 slope = Mat3(1) - 0.5 * h * (part - cross(spin));
+    const Mat3 slope = Mat3(1) - 0.5 * h * (part - cross_matrix(spin));
     next -= glm::inverse(slope) * left;
   }
   return next;
@@ -156,11 +155,7 @@ void close_joints(const Group& g, const GroupTree& t, const Moved& to) {
 }
 
 void move_tree(const Group& g, GroupTree& t, const GroupPart& part) {
-  Moved to{t.held_after.rotation, t.from + part.end * (t.to - t.from)};
-  if (part.end < 1)
-    to.held = glm::normalize(
-        fraction_of(t.held_after.rotation * glm::conjugate(t.held_before.rotation), part.end) *
-        t.held_before.rotation);
+  const Moved to{held_rotation_at(t, part.end), t.from + part.end * (t.to - t.from)};
   Vec3 drift(0);
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
     GroupNode& n = g.nodes[i];
@@ -195,13 +190,14 @@ void move_tree(const Group& g, GroupTree& t, const GroupPart& part) {
     g.bodies[g.nodes[i].body].pose.position += shift;
 }
 
-/// The angular momentum of a free tree about its mass centre is that before it moved: what the
-/// joints took is given back by turning all of it.
+/// The motion of a tree about its mass centre.
 struct AngularMomentum {
   Vec3 middle{0}, drift{0}, sum{0};
   Mat3 inertia{0};
 };
 
+/// The angular momentum of a free tree is that before it moved: what the joints took is given back
+/// by turning all of it.
 void keep_angular_momentum(const Group& g, const GroupTree& t, Vec3 before) {
   AngularMomentum now;
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
@@ -280,7 +276,7 @@ Real inner_energy(const Group& g, const GroupTree& t) {
 }
 
 /// What moving the tree must not add.
-void bound_energy(const Group& g, const GroupTree& t, Real before) {
+void bound_inner_energy(const Group& g, const GroupTree& t, Real before) {
   const Real now = inner_energy(g, t);
   if (!(now > before)) return;
   const Real part = std::sqrt(std::max(Real(0), before / now));
@@ -316,7 +312,7 @@ void release_tree(const Group& g, GroupTree& t, const GroupPart& part) {
   const Real energy = inner_energy(g, t);
   slow_to_way(g, t, part.h);
   if (is_free(g, t)) keep_angular_momentum(g, t, before);
-  bound_energy(g, t, energy);
+  bound_inner_energy(g, t, energy);
 }
 
 }  // namespace

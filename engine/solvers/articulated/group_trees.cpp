@@ -12,17 +12,12 @@
 //
 // Between impulses only the way from the root to the node visited last is current: going on to the
 // next costs the joints between the two.
-#include <cstdio>
-#include <cstdlib>
-
 #include "engine/base/rotation.hpp"
 #include "engine/joints/kinds.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
-
-Mat3 crossing(Vec3 v) { return Mat3(0, v.z, -v.y, -v.z, 0, v.x, v.y, -v.x, 0); }
 
 /// A motion at the joint of a child; a wrench at that of the parent.
 Wrench at_child(const GroupNode& n, const GroupBody& parent) {
@@ -40,7 +35,7 @@ Wrench passed_on(const GroupNode& n, const Wrench& f, Vec3 relative) {
 
 SpatialInertia inertia_of(const GroupNode& n) {
   const Vec3 c = n.arm;
-  return {Mat3(n.mass), -n.mass * crossing(c),
+  return {Mat3(n.mass), -n.mass * cross_matrix(c),
           n.world_inertia + n.mass * (Mat3(glm::dot(c, c)) - glm::outerProduct(c, c))};
 }
 
@@ -59,7 +54,7 @@ Mat3 mobility_of(const GroupNode& n, Quat parent) {
 void add_inertia(SpatialInertia& parent, const GroupNode& n) {
   const Mat3 turned = n.whole.ft * n.mobility;
   const Mat3 ff = n.whole.ff - turned * glm::transpose(n.whole.ft);
-  const Mat3 r = crossing(n.lever);
+  const Mat3 r = cross_matrix(n.lever);
   const Mat3 shifted = ff * r;
   parent.ff += ff, parent.ft -= shifted, parent.tt -= r * shifted;
   if (n.is_ball) return;
@@ -92,7 +87,7 @@ Mat3 spin_by_spin(const GroupNode& n) {
 
 Following following_of(const GroupNode& n) {
   Following x;
-  x.vw = -crossing(n.lever);
+  x.vw = -cross_matrix(n.lever);
   x.wv = spin_by_velocity(n), x.ww = spin_by_spin(n) + x.wv * x.vw;
   return x;
 }
@@ -110,7 +105,7 @@ void find_response(const Group& g, GroupNode& n) {
   n.response = {Mat3(0), Mat3(0), n.mobility};
   if (n.parent == kNoNode) return;
   const Response& p = g.nodes[n.parent].response;
-  const Mat3 r = crossing(n.lever);
+  const Mat3 r = cross_matrix(n.lever);
   const Mat3 wr = p.wt * r;
   const Mat3 vt = p.vt + glm::transpose(wr);  // -r wt = (wt r)^T
   Response& own = n.response;
@@ -151,19 +146,15 @@ void place_nodes(const Group& g, GroupTree& t, Real h) {
   t.before /= t.mass;
 }
 
-Quat parent_rotation(const Group& g, const GroupTree& t, const GroupNode& n) {
-  return n.parent == kNoNode ? t.held_rotation : g.nodes[n.parent].rotation;
-}
-
 /// The motion at the joint of a node's parent, or of what holds a root.
 Wrench parent_motion(const Group& g, const GroupTree& t, const GroupNode& n) {
   if (n.parent == kNoNode) return {t.anchor_velocity, t.held_spin};
   return at_child(n, g.bodies[g.nodes[n.parent].body]);
 }
 
-/// The spin of a node, and that relative to its parent, which moves so.
-Vec3 spin_with(const GroupNode& n, const Wrench& parent) {
-  const Vec3 by_joint = n.mobility * (n.torque - parent.force * n.whole.ft);
+/// The spin of a node under a torque at its joint, with the parent moving so there.
+Vec3 spin_of(const GroupNode& n, Vec3 torque, const Wrench& parent) {
+  const Vec3 by_joint = n.mobility * (torque - parent.force * n.whole.ft);
   if (n.is_ball) return by_joint;
   return by_joint + parent.torque - n.mobility * (n.whole.tt * parent.torque);
 }
@@ -173,7 +164,7 @@ void go_out(const Group& g, const GroupTree& t, const GroupNode& n) {
   if (n.free_root) return;
   GroupBody& b = g.bodies[n.body];
   const Wrench parent = parent_motion(g, t, n);
-  b.velocity = parent.force, b.spin = spin_with(n, parent);
+  b.velocity = parent.force, b.spin = spin_of(n, n.torque, parent);
 }
 
 void respond(GroupBody& b, const Response& r, const Wrench& f) {
@@ -199,20 +190,14 @@ void go_in(const Group& g, GroupNode& n) {
 
 void prepare_tree(const Group& g, GroupTree& t, const GroupPart& part) {
   place_nodes(g, t, part.h);
-  const Real done = part.begin;
-  t.held_rotation =
-      done >= 1
-          ? t.held_after.rotation
-          : glm::normalize(
-                fraction_of(t.held_after.rotation * glm::conjugate(t.held_before.rotation), done) *
-                t.held_before.rotation);
+  t.held_rotation = held_rotation_at(t, part.begin);
   for (std::uint32_t i = t.first + t.count; i-- > t.first;) {
     GroupNode& n = g.nodes[i];
     if (n.free_root) {
       n.response = inverse_of(n.whole);
       continue;
     }
-    const Quat parent = parent_rotation(g, t, n);
+    const Quat parent = parent_rotation(g, n);
     n.spring = Mat3(0), n.spring_torque = Vec3(0);
     if (n.has_spring) prepare_springs(g, n, part);
     n.is_ball = !n.has_spring && (!n.joint || turns_of(n.joint->joint.kind) == Turns::freely);
@@ -237,6 +222,17 @@ void prepare_tree(const Group& g, GroupTree& t, const GroupPart& part) {
 }
 
 }  // namespace
+
+Quat held_rotation_at(const GroupTree& t, Real fraction) {
+  if (fraction >= 1) return t.held_after.rotation;
+  const Quat before = t.held_before.rotation;
+  return glm::normalize(fraction_of(t.held_after.rotation * glm::conjugate(before), fraction) *
+                        before);
+}
+
+Quat parent_rotation(const Group& g, const GroupNode& n) {
+  return n.parent == kNoNode ? g.trees[n.tree].held_rotation : g.nodes[n.parent].rotation;
+}
 
 void prepare_trees(const Group& g, const GroupPart& part) {
   for (GroupTree& t : g.trees) prepare_tree(g, t, part);
@@ -294,7 +290,7 @@ Wrench passed_of_torque(const GroupNode& n, Vec3 torque) {
 
 Vec3 relative_spin(const Group& g, std::uint32_t node) {
   const Wrench parent = visit_parent(g, node);
-  return spin_with(g.nodes[node], parent) - parent.torque;
+  return spin_of(g.nodes[node], g.nodes[node].torque, parent) - parent.torque;
 }
 
 void apply_at_joint(const Group& g, std::uint32_t node, Vec3 torque) {
@@ -357,9 +353,7 @@ void follow_impulse(const Group& g, std::uint32_t node) {
     const Wrench& p = g.nodes[n.parent].passing;
     parent = {p.force + glm::cross(p.torque, n.lever), p.torque};
   }
-  Vec3 spin = n.mobility * (f.torque - parent.force * n.whole.ft);
-  if (!n.is_ball) spin += parent.torque - n.mobility * (n.whole.tt * parent.torque);
-  n.passing = {parent.force, spin};
+  n.passing = {parent.force, spin_of(n, f.torque, parent)};
 }
 
 void settle_trees(const Group& g) {

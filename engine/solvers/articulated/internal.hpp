@@ -54,6 +54,7 @@ inline constexpr Real kTimeToSleep = 0.5;  // s
 
 /// One group in contact over a step (step_group.cpp): bodies that are free or in trees first, then
 /// the fixed and kinematic ones. Contacts hold mean forces before and after.
+/// Contacts by group, bodies of each group with the fixed ones that it touches (gather_groups.cpp).
 void gather_groups(const World& world, GroupScratch& r, Real h);
 void step_group(const Group& g, Real h);
 Mat3 inverse_inertia(const GroupBody& b, Quat rotation);
@@ -121,6 +122,8 @@ void remember_step(World& world, Island& a, Real h);
 void fill_base(Island& a, Tension tension);
 /// Saves the joint gaps before the outward pass overwrites their row.
 void keep_gaps(Island& a);
+/// The matrix of the cross product v x.
+inline Mat3 cross_matrix(Vec3 v) { return Mat3(0, v.z, -v.y, -v.z, 0, v.x, v.y, -v.x, 0); }
 /// G = S (S^T K S)^-1 S^T for the first `count` directions S.
 Mat3 compliance_of(const Mat3& stiffness, const Vec3 (&free)[3], std::size_t count);
 /// Inward pass, leaf to root: scratch.joint_blocks (overwritten) to scratch.joint_nodes.

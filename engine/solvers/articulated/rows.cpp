@@ -30,9 +30,6 @@ Ends ends_of(const World& world, const Island& a, const PackedCable& cord, PoseR
 /// t (1 - n n^T): geometric stiffness of a tension t along n.
 Mat3 sideways(Real t, Vec3 n) { return t * (Mat3(1) - glm::outerProduct(n, n)); }
 
-/// a x v as a matrix.
-Mat3 crossing(Vec3 a) { return Mat3(0, a.z, -a.y, -a.z, 0, a.x, a.y, -a.x, 0); }
-
 /// A cable of length `span` that pulls at a point of a body along `to` (unit).
 struct Pull {
   std::uint32_t column;
@@ -44,7 +41,7 @@ struct Pull {
 void add_pull(const Island& a, const Pull& pull, std::vector<JointBlock>& blocks) {
   JointBlock& block = blocks[pull.column];
   const Mat3 k = sideways(pull.lambda / pull.span, pull.to);
-  const Mat3 c = crossing(lever(a, pull.column, pull.anchor, kRotation));
+  const Mat3 c = cross_matrix(lever(a, pull.column, pull.anchor, kRotation));
   const Mat3 ck = c * k;
   block.yy += k, block.ty += ck, block.tt += ck * glm::transpose(c);
   const Vec3 arm = a.scratch.work.quat(kRotation, pull.column) * pull.anchor;

@@ -256,7 +256,8 @@ bool meet(const Group& g, GroupContact& c, Real h) {
 }
 
 /// Impacts of the substep, pair by pair until none approaches: a row of balls passes a blow on.
-void collide_elastically(const Group& g, const Substep& s) {
+/// Whether there were any.
+bool collide_elastically(const Group& g, const Substep& s) {
   bool moved = false;
   for (int sweep = 0; sweep < kImpactSweeps; ++sweep) {
     bool any = false;
@@ -265,12 +266,13 @@ void collide_elastically(const Group& g, const Substep& s) {
     if (!any) break;
     moved = true;
   }
-  if (!moved) return;
+  if (!moved) return false;
   centre_bodies(g);
   for (GroupContact& c : g.contacts) {
     place(g, c);
     if (c.works) prepare_contact(g, c);
   }
+  return true;
 }
 
 /// Half of the drag before the forces of a substep, half after its contacts: what rests is not
@@ -323,11 +325,11 @@ void push_again(const Group& g) {
 
 void take_substep(const Group& g, const Substep& s, Order order) {
   prepare_group(g, s.part);
-  collide_elastically(g, s);
+  const bool collided = collide_elastically(g, s);
   for (GroupBody& b : g.bodies)
     if (b.per_mass > 0 && b.node == kNoNode) accelerate(b, s.h), b.touched = false;
   const bool is_bound = !g.trees.empty() && is_left_alone(g);
-  if (is_bound) settle_trees(g);
+  if (is_bound && collided) settle_trees(g);
   const Real energy = is_bound ? kinetic_energy(g) : 0;
   push_again(g);
   const Real enough =
@@ -465,6 +467,7 @@ void step_group(const Group& g, Real h) {
     centre_bodies(g);
     prepare_trees(g, end);
     for (GroupTie& t : g.ties) prepare_tie(g, t, 0);
+    release_trees(g, end);
     close_ties(g);
   }
   if (!g.trees.empty()) {  // motions that the joints allow at the final poses

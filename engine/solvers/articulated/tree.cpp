@@ -16,8 +16,6 @@
 namespace pantin::detail::articulated {
 namespace {
 
-Mat3 crossing(Vec3 v) { return Mat3(0, v.z, -v.y, -v.z, 0, v.x, v.y, -v.x, 0); }
-
 /// The inverse of a symmetric positive definite matrix, pivots floored.
 Mat3 inverse_of(const Mat3& m) {
   const Real floor = 4 * 2.220446049250313e-16 * (m[0][0] + m[1][1] + m[2][2]);
@@ -160,7 +158,7 @@ struct Child {
 /// Adds an eliminated body to the block of its parent.
 void add_child(JointBlock& parent, const Child& child) {
   const auto& [n, rotational, gap, rho] = child;
-  const Mat3 k = crossing(rho);
+  const Mat3 k = cross_matrix(rho);
   const Mat3 km = k * n.articulated_mass;
   const Vec3 f = n.lambda - n.articulated_mass * gap;
   parent.yy += n.articulated_mass, parent.gy += f, parent.gt += glm::cross(rho, f);
@@ -212,7 +210,7 @@ void fill_base(Island& a, Tension tension) {
     JointBlock& b = a.scratch.base[c];
     const Real mass = a.constants.at(kMass, c);
     b.tt = symmetric_at(w, kRotationalInertia, c);
-    b.ty = crossing(-mass * w.vec(kArm, c));
+    b.ty = cross_matrix(-mass * w.vec(kArm, c));
     b.yy = Mat3(mass);
     b.gt = b.gy = Vec3(0);
     a.scratch.levers[c] = Vec3(0);
