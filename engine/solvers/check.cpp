@@ -132,6 +132,18 @@ void list_impossible(const Plans& owners) {
       stop_both(world.pins.owners()[i], "has an anchor or a stiffness that is none", p.body, p.to);
 }
 
+/// Islands whose settings are faulty are not stepped; their first body is reported.
+void list_faulty_settings(const Plans& owners, std::span<std::vector<IslandPlan>> plans) {
+  for (const std::vector<IslandPlan>& list : plans)
+    for (const IslandPlan& plan : list) {
+      const char* why = settings_fault(plan.settings);
+      if (!why) continue;
+      const Entity body = owners.world.bodies.owners()[plan.slots.front()];
+      owners.partition.faults.push_back({body, why, StructureFault::impossible, false});
+      owners.stop(body);
+    }
+}
+
 }  // namespace
 
 void list_faults(World& world, std::span<std::vector<IslandPlan>> plans) {
@@ -142,6 +154,7 @@ void list_faults(World& world, std::span<std::vector<IslandPlan>> plans) {
       for (const std::uint32_t slot : plan.slots) all.of[slot] = &plan;
   list_unknown(all);
   list_impossible(all);
+  list_faulty_settings(all, plans);
 }
 
 }  // namespace pantin::detail

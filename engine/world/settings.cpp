@@ -35,4 +35,16 @@ bool solver_from_name(const char* name, Solver& solver) {
   return false;
 }
 
+const char* detail::settings_fault(const SolverSettings& s) {
+  if (s.sweeps < 1 || s.active_set_iterations < 1)
+    return "has solver settings without sweeps or active-set iterations, expected 1 or more";
+  if (!(s.calm_angle > 0)) return "has solver settings with a calm angle that is not above 0";
+  if (!(s.damping_ratio >= 0 && s.damping_ratio <= 1))
+    return "has solver settings with a damping ratio that is not from 0 to 1";
+  for (const Real v : {s.rotation_stiffness, s.reservoir_time, s.sleep_speed, s.tolerance,
+                       s.stall_drop, s.baumgarte, s.step_tolerance})
+    if (!(v >= 0)) return "has solver settings with a number that is negative or none";
+  return nullptr;
+}
+
 }  // namespace pantin

@@ -84,4 +84,9 @@ const char* name_of(Solver solver);
 /// False for any other word; `solver` is then unchanged.
 bool solver_from_name(const char* name, Solver& solver);
 
+namespace detail {
+/// Why no step can be computed with the settings, as a clause, or null. The bounds are those of the
+/// scene keys; a count may be larger.
+const char* settings_fault(const SolverSettings& settings);
+}  // namespace detail
 }  // namespace pantin

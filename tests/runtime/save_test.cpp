@@ -273,6 +273,31 @@ TEST_CASE("masses that are none are refused in the islands of a saved World") {
   }
 }
 
+TEST_CASE("settings that are none are refused in the islands of a saved World") {
+  const double ratio = 0.71875;
+  for (const Solver solver : {Solver::articulated, Solver::lagrangian}) {
+    World world = stopped_arm();
+    world.default_settings.solver = solver;
+    world.default_settings.damping_ratio = ratio;
+    world.mark_dirty();
+    const std::string bytes = *world_to_bytes(world);
+    char text[sizeof ratio];
+    std::memcpy(text, &ratio, sizeof ratio);
+    std::size_t at = bytes.find({text, sizeof text});  // the World's own
+    int found = 0;
+    while ((at = bytes.find({text, sizeof text}, at + 1)) != std::string::npos) {
+      ++found;
+      for (const double none : {-1.0, 2.0, std::numeric_limits<double>::quiet_NaN()}) {
+        std::string forged = bytes;
+        std::memcpy(&forged[at], &none, sizeof none);
+        CHECK(only_error(world_from_bytes(sealed(forged))).find("solver settings") !=
+              std::string::npos);
+      }
+    }
+    CHECK(found > 0);
+  }
+}
+
 TEST_CASE("names in a forged file reach no terminal as they are") {
   World world;
   world.store<Wind>().add(world.add_body(Body{}), {});

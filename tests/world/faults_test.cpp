@@ -1,6 +1,7 @@
 // What a solver does not know is told, not passed over.
 #include <catch2/catch.hpp>
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -149,6 +150,28 @@ TEST_CASE("a check changes nothing, finds nothing in a sound World, and needs no
   REQUIRE(faults.size() == 1);
   CHECK(faults.front().link == p.trunk);
   CHECK(faults.front().kind == StructureFault::impossible);
+}
+
+TEST_CASE("settings with which no step can be computed stop their island, and are told") {
+  const Real none = std::numeric_limits<Real>::quiet_NaN();
+  SolverSettings bad[6];
+  bad[0].active_set_iterations = 0, bad[1].sweeps = -3, bad[2].calm_angle = 0;
+  bad[3].tolerance = none, bad[4].damping_ratio = 2, bad[5].step_tolerance = -1;
+  for (const SolverSettings& settings : bad) {
+    Chain chain = hung_chain(3);
+    chain.world.default_settings = settings;
+    const auto faults = check(chain.world);
+    REQUIRE(faults.size() == 1);
+    CHECK(faults.front().kind == StructureFault::impossible);
+    CHECK(faults.front().reason.find("solver settings") != std::string::npos);
+    Simulation sim(chain.world);
+    const Pose before = sim.world.bodies[faults.front().link].pose;
+    const StepReport report = sim.step();
+    CHECK(report.status != Status::ok);
+    CHECK(report.body == faults.front().link);
+    CHECK(sim.world.bodies[faults.front().link].pose.position == before.position);
+    CHECK(sim.world.bodies[faults.front().link].pose.rotation == before.rotation);
+  }
 }
 
 TEST_CASE("islands are told apart: each by the solver it has") {

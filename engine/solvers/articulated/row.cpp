@@ -78,10 +78,12 @@ bool repeat(World& world, std::size_t island, Real h) {
 }
 
 const char* fault(const World& world) {
-  for (const Island& a : islands_of(world))
+  for (const Island& a : islands_of(world)) {
+    if (const char* why = a.unfit ? nullptr : settings_fault(a.settings)) return why;
     for (std::size_t c = 0; c < a.slots.size() && !a.unfit; ++c)  // padding too
       if (!is_mass(a.constants.at(kMass, c)) || !is_mass(a.constants.vec(kInertia, c)))
         return "holds a mass that is none";
+  }
   return nullptr;
 }
 

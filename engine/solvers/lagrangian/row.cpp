@@ -113,8 +113,11 @@ bool masses_hold(const Island& m) {
 }
 
 const char* fault(const World& world) {
-  for (const Island& m : islands_of(world))
-    if (!m.unfit && !masses_hold(m)) return "holds a mass that is none";
+  for (const Island& m : islands_of(world)) {
+    if (m.unfit) continue;
+    if (const char* why = settings_fault(m.settings)) return why;
+    if (!masses_hold(m)) return "holds a mass that is none";
+  }
   return nullptr;
 }
 
