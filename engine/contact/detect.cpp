@@ -1,6 +1,7 @@
 #include "engine/contact/detect.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <tuple>
 
 #include "engine/base/invariants.hpp"
@@ -11,7 +12,6 @@
 namespace pantin::detail::contact {
 namespace {
 
-constexpr std::uint32_t kNone = UINT32_MAX;
 // Margin in addition to the reach, so that rounding loses no contact.
 constexpr Real kContactSlop = 1e-4;
 // Part of its distance from the mass centre by which a contact point may move and count as the
@@ -23,115 +23,52 @@ std::uint64_t pair_of(std::uint32_t a, std::uint32_t b) {
   return static_cast<std::uint64_t>(std::min(a, b)) << 32 | std::max(a, b);
 }
 
-struct Finder {
-  World& world;
-  std::span<const Real> reach;
-  Memory& memory;
-  Search& scratch;
-  const Partition& partition;
-};
-
-// ---- Colliders ---------------------------------------------------------------------------------
-
 /// Index of a body's island over all solvers; UINT64_MAX: none.
-std::uint64_t island_of(const Partition& partition, std::uint32_t slot) {
-  const Owner owner = owner_of(partition, slot);
+std::uint64_t island_of(const Finder& s, std::uint32_t slot) {
+  const Owner owner = owner_of(s.partition, slot);
   return owner ? std::uint64_t(owner.solver) << 32 | owner.island : UINT64_MAX;
 }
 
-void add_shape(const Finder& s, std::uint32_t slot, const Shapes& shapes, std::uint32_t index) {
-  const Shape& shape = shapes.list[index];
-  const Body& body = s.world.bodies.values()[slot];
-  const bool moves = feels_contacts(s.partition, slot);
-  if (moves && !is_convex(shape.kind)) return;
-  if (!is_complete(shape)) return;
-  ColliderShape shape_at{compose(body.pose, shape.local), {}, 0, slot, index, &shape};
-  if (!is_finite(shape_at.pose)) return;  // diverged bodies are reported elsewhere
-  const auto number = static_cast<std::uint32_t>(s.scratch.shapes.size());
-  if (traits_of(shape.kind).shape_class == ShapeClass::half_space) {
-    s.scratch.unbounded.push_back(number);
-  } else {
-    shape_at.box = bounds_of(shape, shape_at.pose);
-    shape_at.extent = glm::length(shape_at.box.high - shape_at.box.low) / 2;
-    // A height field is unbounded below: bodies under it are pushed up.
-    if (is_unbounded(shape.kind)) {
-      s.scratch.unbounded.push_back(number);
-    } else if (!moves) {
-      s.scratch.static_shapes.push_back(number);
-      s.scratch.static_boxes.push_back(shape_at.box.grown(s.reach[slot]));
-    }
-  }
-  s.scratch.shapes.push_back(shape_at);
+const Collision& collision_of(const Finder& s, std::uint32_t slot) {
+  return s.world.collisions[s.world.bodies.owners()[slot]];
 }
 
-void list_colliders(const Finder& s) {
-  Search& scratch = s.scratch;
-  scratch.shapes.clear(), scratch.colliders.clear(), scratch.static_shapes.clear(),
-      scratch.unbounded.clear();
-  scratch.moving.clear(), scratch.static_boxes.clear(), scratch.moving_boxes.clear();
-  scratch.sensors = 0;
-  const auto owners = s.world.bodies.owners();
-  for (std::uint32_t slot = 0; slot < owners.size(); ++slot) {
-    const Collision* collision = s.world.collisions.find(owners[slot]);
-    const Shapes* shapes = collision ? s.world.shapes.find(owners[slot]) : nullptr;
-    if (!shapes) continue;
-    if (collision->sensor) {
-      ++scratch.sensors;
-      continue;
-    }
-    PANTIN_ASSERT(is_range(0, s.reach[slot]));
-    Collider collider{slot, static_cast<std::uint32_t>(scratch.shapes.size()), 0,
-                      island_of(s.partition, slot), collision};
-    for (std::uint32_t i = 0; i < shapes->list.size(); ++i) add_shape(s, slot, *shapes, i);
-    collider.count = static_cast<std::uint32_t>(scratch.shapes.size()) - collider.first;
-    if (collider.count == 0) continue;
-    scratch.collider_at[slot] = static_cast<std::uint32_t>(scratch.colliders.size());
-    if (feels_contacts(s.partition, slot)) {
-      scratch.moving.push_back(scratch.collider_at[slot]);
-      Aabb box;
-      for (std::uint32_t p = 0; p < collider.count; ++p)
-        box.add(scratch.shapes[collider.first + p].box);
-      scratch.moving_boxes.push_back(box.grown(s.reach[slot]));
-    }
-    scratch.colliders.push_back(collider);
-  }
-}
+Memory& memory_of(const Finder& s) { return s.world.memory.of<Memory>(); }
 
 // ---- Pairs -------------------------------------------------------------------------------------
 
-bool may_collide(const Search& scratch, const Collider& a, const Collider& b) {
-  return do_groups_agree(*a.collision, *b.collision) && !are_jointed(scratch, a.slot, b.slot);
+bool may_collide(const Finder& s, const Search& search, std::uint32_t a, std::uint32_t b) {
+  return do_groups_agree(collision_of(s, a), collision_of(s, b)) && !are_jointed(search, a, b);
 }
 
-bool asked_for(const Collider& a, const Collider& b) {
-  const bool own = a.island == b.island && a.island != UINT64_MAX;
-  return own ? a.collision->self && b.collision->self : a.collision->others || b.collision->others;
+/// Of two bodies that solvers move.
+bool asked_for(const Finder& s, std::uint32_t slot_a, std::uint32_t slot_b) {
+  const Collision &a = collision_of(s, slot_a), &b = collision_of(s, slot_b);
+  const std::uint64_t island = island_of(s, slot_a);
+  const bool own = island != UINT64_MAX && island == island_of(s, slot_b);
+  return own ? a.self && b.self : a.others || b.others;
 }
 
-/// Pairs of moving colliders with overlapping bounds (broad phase).
-void list_pairs(const Finder& s) {
-  Search& scratch = s.scratch;
-  scratch.pairs.clear();
-  const auto asks = [&](std::uint32_t collider) {
-    return scratch.colliders[collider].collision->others ||
-           scratch.colliders[collider].collision->self;
-  };
-  if (std::none_of(scratch.moving.begin(), scratch.moving.end(), asks)) return;
-  update_tree(scratch.moving_tree, scratch.moving_boxes);
-  for (std::uint32_t i = 0; i < scratch.moving.size(); ++i) {
-    if (!asks(scratch.moving[i])) continue;
-    const Collider& a = scratch.colliders[scratch.moving[i]];
-    const Real slop = kContactSlop * scratch.shapes[a.first].extent;
-    scratch.moving_tree.query(scratch.moving_boxes[i].grown(slop), [&](std::uint32_t j) {
-      const Collider& b = scratch.colliders[scratch.moving[j]];
+/// Pairs of colliders with overlapping bounds (broad phase).
+void list_pairs(const Finder& s, Search& search) {
+  search.pairs.clear();
+  const auto asks = [](const Collider& c) { return c.collision->others || c.collision->self; };
+  if (std::none_of(search.colliders.begin(), search.colliders.end(), asks)) return;
+  update_tree(search.tree, search.boxes);
+  for (std::uint32_t i = 0; i < search.colliders.size(); ++i) {
+    const Collider& a = search.colliders[i];
+    if (!asks(a)) continue;
+    const Real slop = kContactSlop * search.shapes[a.first].extent;
+    search.tree.query(search.boxes[i].grown(slop), [&](std::uint32_t j) {
+      const Collider& b = search.colliders[j];
       // If both request it, the pair is reported once, by the lower index.
-      if (i == j || (j < i && asks(scratch.moving[j]))) return;
-      if (asked_for(a, b) && may_collide(scratch, a, b))
-        scratch.pairs.push_back(pair_of(scratch.moving[i], scratch.moving[j]));
+      if (i == j || (j < i && asks(b)) || (a.rests && b.rests)) return;
+      if (asked_for(s, a.slot, b.slot) && may_collide(s, search, a.slot, b.slot))
+        search.pairs.push_back(pair_of(i, j));
     });
   }
-  std::sort(scratch.pairs.begin(), scratch.pairs.end());
-  scratch.pairs.erase(std::unique(scratch.pairs.begin(), scratch.pairs.end()), scratch.pairs.end());
+  std::sort(search.pairs.begin(), search.pairs.end());
+  search.pairs.erase(std::unique(search.pairs.begin(), search.pairs.end()), search.pairs.end());
 }
 
 /// Ten bits for each of the two shapes, the rest for the feature.
@@ -142,56 +79,112 @@ std::uint64_t key_of(const ColliderShape& a, const ColliderShape& b, std::uint64
 
 /// A body that may rotate far in one step moves its features away from their contact points. A ball
 /// inside the body is independent of rotation and gets a contact of its own.
-void add_core_contact(const Finder& s, const ColliderShape& a, const ColliderShape& b) {
-  Search& scratch = s.scratch;
-  if (scratch.points.empty() || s.reach[a.slot] < a.extent || traits_of(a.shape->kind).is_round)
+void add_core_contact(const Finder& s, Search& search, const ColliderShape& a,
+                      const ColliderShape& b) {
+  if (search.points.empty() || s.reach_of(a.slot) < a.extent || traits_of(a.shape->kind).is_round)
     return;
   const Real radius = inner_radius(*a.shape);
   if (!(radius > 0)) return;
   ContactPoint core =
-      *std::min_element(scratch.points.begin(), scratch.points.end(),
+      *std::min_element(search.points.begin(), search.points.end(),
                         [](const ContactPoint& p, const ContactPoint& q) { return p.gap < q.gap; });
   core.on_a = a.pose.position, core.on_b += radius * core.normal;
   core.gap = glm::dot(core.normal, core.on_a - core.on_b);
   core.feature = kCore;
-  scratch.found.push_back({b.slot, key_of(a, b, core.feature),
-                           scratch.colliders[scratch.collider_at[b.slot]].collision, core});
+  search.found.push_back({a.slot, b.slot, key_of(a, b, core.feature), core});
 }
 
-void collide_shapes(const Finder& s, const ColliderShape& a, const ColliderShape& b) {
-  Search& scratch = s.scratch;
+void collide_shapes(const Finder& s, Search& search, const ColliderShape& a,
+                    const ColliderShape& b) {
   const bool bounded = !is_unbounded(b.shape->kind);
   const Real extent = bounded ? glm::min(a.extent, b.extent) : a.extent;
-  const Real margin = s.reach[a.slot] + s.reach[b.slot] + kContactSlop * extent;
+  const Real margin = s.reach_of(a.slot) + s.reach_of(b.slot) + kContactSlop * extent;
   if (bounded && !a.box.grown(margin).overlaps(b.box)) return;
-  scratch.points.clear();
-  collide({*a.shape, a.pose}, {*b.shape, b.pose}, scratch.scratch, {margin, scratch.points});
-  const Collision* other = scratch.colliders[scratch.collider_at[b.slot]].collision;
-  for (const ContactPoint& p : scratch.points)
-    scratch.found.push_back({b.slot, key_of(a, b, p.feature), other, p});
-  if (!feels_contacts(s.partition, b.slot)) add_core_contact(s, a, b);
+  search.points.clear();
+  collide({*a.shape, a.pose}, {*b.shape, b.pose}, search.scratch, {margin, search.points});
+  for (const ContactPoint& p : search.points)
+    search.found.push_back({a.slot, b.slot, key_of(a, b, p.feature), p});
+  if (!s.is_moved(b.slot)) add_core_contact(s, search, a, b);
 }
 
-void collide_static(const Finder& s, const Collider& a) {
-  Search& scratch = s.scratch;
-  const auto try_shape = [&](const ColliderShape& shape_at, std::uint32_t number) {
-    const ColliderShape& other = scratch.shapes[number];
-    if (may_collide(scratch, a, scratch.colliders[scratch.collider_at[other.slot]]))
-      collide_shapes(s, shape_at, other);
+/// A shape of a body that a solver moves, with obstacles of no solver.
+void collide_obstacles(const Finder& s, Search& search, const ColliderShape& a) {
+  const auto collide_with = [&](const ColliderShape& b) {
+    if (s.rests(a.slot) && s.rests(b.slot)) return;
+    if (may_collide(s, search, a.slot, b.slot)) collide_shapes(s, search, a, b);
   };
-  for (std::uint32_t p = a.first; p < a.first + a.count; ++p) {
-    const ColliderShape& shape_at = scratch.shapes[p];
-    for (std::uint32_t number : scratch.unbounded) try_shape(shape_at, number);
-    scratch.static_tree.query(
-        shape_at.box.grown(s.reach[a.slot] + kContactSlop * shape_at.extent),
-        [&](std::uint32_t i) { try_shape(shape_at, scratch.static_shapes[i]); });
-  }
+  for (const ColliderShape& b : search.obstacles.unbounded) collide_with(b);
+  search.obstacles.tree.query(a.box.grown(s.reach_of(a.slot) + kContactSlop * a.extent),
+                              [&](std::uint32_t i) { collide_with(search.obstacles.shapes[i]); });
 }
 
-void collide_moving(const Finder& s, const Collider& a, const Collider& b) {
-  for (std::uint32_t p = a.first; p < a.first + a.count; ++p)
-    for (std::uint32_t q = b.first; q < b.first + b.count; ++q)
-      collide_shapes(s, s.scratch.shapes[p], s.scratch.shapes[q]);
+/// What is kept of a resting shape, as it is now. False where it is no longer there.
+bool look_up(const Finder& s, const Search& search, ColliderShape& at) {
+  if (!search.resting.known[at.slot]) return false;
+  const Shapes* shapes = s.world.shapes.find(s.world.bodies.owners()[at.slot]);
+  if (!shapes || at.index >= shapes->list.size() || !is_complete(shapes->list[at.index]))
+    return false;
+  at.shape = &shapes->list[at.index];
+  return true;
+}
+
+/// Calls `take(shape)` for each resting shape near a box.
+template <class Take>
+void each_resting(const Finder& s, Search& search, const Aabb& near, const Take& take) {
+  const auto give = [&](ColliderShape at) {
+    if (look_up(s, search, at)) take(at);
+  };
+  for (const ColliderShape& at : search.resting.obstacles.unbounded) give(at);
+  search.resting.obstacles.tree.query(
+      near, [&](std::uint32_t i) { give(search.resting.obstacles.shapes[i]); });
+}
+
+/// A shape of a body that a solver moves, with what rests.
+void collide_resting(const Finder& s, Search& search, const ColliderShape& a) {
+  each_resting(s, search, a.box.grown(s.reach_of(a.slot) + kContactSlop * a.extent),
+               [&](const ColliderShape& b) {
+                 const bool both = s.is_moved(b.slot);
+                 if (both && !asked_for(s, a.slot, b.slot)) return;
+                 if (!may_collide(s, search, a.slot, b.slot)) return;
+                 const bool turned = both && b.slot < a.slot;
+                 collide_shapes(s, search, turned ? b : a, turned ? a : b);
+               });
+}
+
+/// An obstacle that comes, with sleeping bodies.
+void strike_resting(const Finder& s, Search& search, const ColliderShape& b) {
+  if (s.rests(b.slot)) return;
+  const bool bounded = !is_unbounded(b.shape->kind);
+  const Aabb everywhere{Vec3(-1e300), Vec3(1e300)};
+  each_resting(s, search, bounded ? b.box.grown(s.reach_of(b.slot)) : everywhere,
+               [&](const ColliderShape& a) {
+                 if (s.is_moved(a.slot) && may_collide(s, search, a.slot, b.slot))
+                   collide_shapes(s, search, a, b);
+               });
+}
+
+void find_points(const Finder& s, Search& search) {
+  search.found.clear();
+  for (const Collider& c : search.colliders)
+    for (std::uint32_t p = c.first; p < c.first + c.count; ++p) {
+      collide_obstacles(s, search, search.shapes[p]);
+      if (!c.rests) collide_resting(s, search, search.shapes[p]);
+    }
+  for (const ColliderShape& b : search.obstacles.unbounded) strike_resting(s, search, b);
+  for (const ColliderShape& b : search.obstacles.shapes) strike_resting(s, search, b);
+  for (const std::uint64_t pair : search.pairs) {
+    const Collider &a = search.colliders[pair >> 32], &b = search.colliders[pair & 0xffffffff];
+    for (std::uint32_t p = a.first; p < a.first + a.count; ++p)
+      for (std::uint32_t q = b.first; q < b.first + b.count; ++q)
+        collide_shapes(s, search, search.shapes[p], search.shapes[q]);
+  }
+  search.order.resize(search.found.size());
+  std::iota(search.order.begin(), search.order.end(), 0u);
+  std::sort(search.order.begin(), search.order.end(), [&](std::uint32_t i, std::uint32_t j) {
+    const FoundPoint &p = search.found[i], &q = search.found[j];
+    return std::tie(p.slot_a, p.slot_b, p.key, p.at.gap, i) <
+           std::tie(q.slot_a, q.slot_b, q.key, q.at.gap, j);
+  });
 }
 
 // ---- Contacts ----------------------------------------------------------------------------------
@@ -206,9 +199,10 @@ void take_over(Contact& c, const Contact& was) {
 /// Contacts [from, end) of a body with another: those that no earlier one had the key of take over
 /// from the nearest that is left, if that was soft. Corners and edges that clip each other change
 /// their numbers while nothing moves.
-void match_rest(const Finder& s, std::size_t from) {
-  std::vector<Contact>& contacts = s.memory.contacts;
-  std::vector<Contact>& before = s.memory.scratch.before;
+void match_rest(Memory& memory, std::size_t from) {
+  std::vector<Contact>& contacts = memory.contacts;
+  std::vector<Contact>& before = memory.scratch.before;
+  if (from == contacts.size()) return;
   const auto pair = [](const Contact& c) { return std::tie(c.slot_a, c.slot_b); };
   const auto old =
       std::equal_range(before.begin(), before.end(), contacts[from],
@@ -234,37 +228,49 @@ void match_rest(const Finder& s, std::size_t from) {
   }
 }
 
-/// Stores the points of one body as contacts with their warm start; `old` advances.
-void store_contacts(const Finder& s, const Collider& a, std::size_t& old) {
-  Search& scratch = s.scratch;
-  std::vector<Contact>& contacts = s.memory.contacts;
-  std::sort(scratch.found.begin(), scratch.found.end(),
-            [](const FoundPoint& p, const FoundPoint& q) {
-              return std::tie(p.slot_b, p.key, p.at.gap) < std::tie(q.slot_b, q.key, q.at.gap);
-            });
+Contact contact_of(const Finder& s, const FoundPoint& f) {
   const auto bodies = s.world.bodies.values();
+  PANTIN_ASSERT(f.slot_b < bodies.size() && f.slot_b != f.slot_a && is_unit(f.at.normal));
+  Contact c;
+  c.slot_a = f.slot_a, c.slot_b = f.slot_b, c.key = f.key;
+  c.point_a = to_local(bodies[f.slot_a].pose, f.at.on_a);
+  c.point_b = to_local(bodies[f.slot_b].pose, f.at.on_b);
+  c.normal = f.at.normal, c.gap = f.at.gap;
+  const Collision &a = collision_of(s, f.slot_a), &b = collision_of(s, f.slot_b);
+  c.friction = std::sqrt(a.friction * b.friction);
+  c.restitution = std::max(a.restitution, b.restitution);
+  return c;
+}
+
+/// The points found, with the warm start of those they continue, and what is kept between bodies at
+/// rest: Memory::contacts, in order.
+void store_contacts(const Finder& s, Search& search) {
+  Memory& memory = memory_of(s);
+  std::vector<Contact>& contacts = memory.contacts;
+  const std::vector<Contact>& before = memory.scratch.before;
+  std::size_t old = 0, kept = 0, first = 0;  // `first` of those with the same two bodies
+  // All of one pair are kept, or none.
+  const auto keep_until = [&](const FoundPoint* next) {
+    for (; kept < before.size(); ++kept) {
+      const Contact& c = before[kept];
+      if (next && !(std::tie(c.slot_a, c.slot_b) < std::tie(next->slot_a, next->slot_b))) break;
+      if (s.keeps && s.rests(c.slot_a) && s.rests(c.slot_b)) contacts.push_back(c);
+    }
+  };
   const FoundPoint* last = nullptr;
-  std::size_t first = contacts.size();  // with the same two bodies
-  for (const FoundPoint& f : scratch.found) {
-    if (last && last->slot_b == f.slot_b && last->key == f.key) continue;
-    if (last && last->slot_b != f.slot_b) match_rest(s, first), first = contacts.size();
+  for (const std::uint32_t i : search.order) {
+    const FoundPoint& f = search.found[i];
+    const bool same = last && last->slot_a == f.slot_a && last->slot_b == f.slot_b;
+    if (same && last->key == f.key) continue;
+    if (!same) match_rest(memory, first), keep_until(&f), first = contacts.size();
     last = &f;
-    PANTIN_ASSERT(f.slot_b < bodies.size() && f.slot_b != a.slot && is_unit(f.at.normal));
-    Contact c;
-    c.slot_a = a.slot, c.slot_b = f.slot_b, c.key = f.key;
-    c.point_a = to_local(bodies[a.slot].pose, f.at.on_a);
-    c.point_b = to_local(bodies[f.slot_b].pose, f.at.on_b);
-    c.normal = f.at.normal, c.gap = f.at.gap;
-    c.friction = std::sqrt(a.collision->friction * f.other->friction);
-    c.restitution = std::max(a.collision->restitution, f.other->restitution);
-    while (old < s.memory.scratch.before.size() && order(s.memory.scratch.before[old]) < order(c))
-      ++old;
-    if (old < s.memory.scratch.before.size() && order(s.memory.scratch.before[old]) == order(c))
-      take_over(c, s.memory.scratch.before[old]);
+    Contact c = contact_of(s, f);
+    while (old < before.size() && order(before[old]) < order(c)) ++old;
+    if (old < before.size() && order(before[old]) == order(c)) take_over(c, before[old]);
     contacts.push_back(c);
   }
-  if (last) match_rest(s, first);
-  scratch.found.clear();
+  match_rest(memory, first);
+  keep_until(nullptr);
 }
 
 }  // namespace
@@ -293,30 +299,21 @@ void update_tree(AabbTree& tree, std::span<const Aabb> boxes) {
 
 void find_contacts(World& world, std::span<const Real> reach) {
   Memory& memory = world.memory.of<Memory>();
+  Search& search = memory.scratch.search;
   if (world.collisions.empty()) {
     memory.contacts.clear();
-    memory.scratch.search.sensors = 0;
+    search.sensors = 0;
     return;
   }
   PANTIN_ASSERT(reach.size() >= world.bodies.size());
-  Search& scratch = memory.scratch.search;
-  const Finder s{world, reach, memory, scratch, partition_of(world)};
+  const Finder s{world, partition_of(world), reach, !memory.scratch.stale};
   std::swap(memory.scratch.before, memory.contacts);
   memory.contacts.clear();
-  list_jointed(world, scratch);
-  scratch.collider_at.assign(world.bodies.size(), kNone);
-  list_colliders(s);
-  if (scratch.moving.empty()) return;
-  update_tree(scratch.static_tree, scratch.static_boxes);
-  list_pairs(s);
-  std::size_t old = 0, pair = 0;
-  for (std::uint32_t number : scratch.moving) {
-    const Collider& a = scratch.colliders[number];
-    collide_static(s, a);
-    for (; pair < scratch.pairs.size() && scratch.pairs[pair] >> 32 == number; ++pair)
-      collide_moving(s, a, scratch.colliders[scratch.pairs[pair] & 0xffffffff]);
-    store_contacts(s, a, old);
-  }
+  list_jointed(world, search);
+  list_colliders(s, search);
+  list_pairs(s, search);
+  find_points(s, search);
+  store_contacts(s, search);
 }
 
 Real extent_of(const Shapes& shapes) {

@@ -14,6 +14,9 @@ namespace pantin::detail {
 
 namespace contact {
 
+/// The reach of a body that sleeps.
+inline constexpr Real kAtRest = -1;
+
 /// Fills contacts_of(world) from the poses as they stand: all points where two bodies may come into
 /// contact within the step, so that fast bodies do not tunnel through thin ones. `reach` (m, by
 /// body slot) bounds the displacement of each body's surface.
@@ -21,7 +24,8 @@ namespace contact {
 /// At most 8 points for a pair of convex shapes and 16 for a shape on a mesh or a height field.
 /// Lambda, sliding and impact of the previous step are carried over to contacts of the same bodies
 /// and key (warm start). Sorted by slots and key without duplicates; does not allocate in the
-/// steady state.
+/// steady state. Contacts between bodies at rest, fixed ones or those with a reach of kAtRest, stay
+/// as they were.
 void find_contacts(World& world, std::span<const Real> reach);
 
 /// Detects the contacts of a step of `h` seconds from the poses at its start and the solvers'

@@ -13,46 +13,69 @@ namespace pantin {
 struct World;
 }
 
+namespace pantin::detail {
+struct Partition;
+}
+
 namespace pantin::detail::contact {
 
 /// One shape of a collider at its pose in the world.
 struct ColliderShape {
   Pose pose;
-  Aabb box;                 // as it stands
-  Real extent = 0;          // m, half its diagonal
-  std::uint32_t slot = 0;   // of the body
-  std::uint32_t index = 0;  // among the body's shapes
-  const Shape* shape = nullptr;
+  Aabb box;                      // as it stands
+  Real extent = 0;               // m, half its diagonal
+  std::uint32_t slot = 0;        // of the body
+  std::uint32_t index = 0;       // among the body's shapes
+  const Shape* shape = nullptr;  // only within the step in which it was looked up
 };
 
-/// A collider: one body with its shapes.
+/// A collider that moves or may be moved: one body of a solver with its shapes.
 struct Collider {
   std::uint32_t slot = 0, first = 0, count = 0;  // its shapes
-  std::uint64_t island = UINT64_MAX;             // over all solvers; none: no solver owns the body
   const Collision* collision = nullptr;
+  bool rests = false;
 };
 
-/// A contact point of one body before it becomes a contact.
+/// Shapes that are collided with, as a tree where they are bounded.
+struct Obstacles {
+  std::vector<ColliderShape> shapes, unbounded;
+  std::vector<Aabb> boxes;  // of `shapes`
+  AabbTree tree;
+
+  void clear() { shapes.clear(), unbounded.clear(), boxes.clear(); }
+};
+
+/// Colliders at rest: fixed bodies and sleeping ones. Made anew when much of it has changed; in
+/// between, bodies that no longer rest are passed over.
+struct RestingColliders {
+  std::vector<std::uint8_t> known;  // by slot: is here, or has nothing to collide
+  std::vector<Pose> poses;          // by slot, of those
+  Obstacles obstacles;
+  std::uint64_t built_for = 0;  // versions of the components
+  std::size_t count = 0, lost = 0;
+};
+
+/// A contact point before it becomes a contact.
 struct FoundPoint {
-  std::uint32_t slot_b = 0;
+  std::uint32_t slot_a = 0, slot_b = 0;
   std::uint64_t key = 0;
-  const Collision* other = nullptr;
   ContactPoint at;
 };
 
 /// Not part of the state: an empty one finds the same contacts.
 struct Search {
-  std::vector<ColliderShape> shapes;
-  std::vector<Collider> colliders;
-  std::vector<std::uint32_t> static_shapes, unbounded, moving;  // shapes; shapes; colliders
-  std::vector<std::uint32_t> collider_at;                       // by slot; UINT32_MAX: none
-  std::vector<Aabb> boxes, static_boxes, moving_boxes;
-  AabbTree static_tree, moving_tree;
+  RestingColliders resting;
+  Obstacles obstacles;                // of no solver, not at rest
+  std::vector<ColliderShape> shapes;  // of the colliders
+  std::vector<Collider> colliders;    // by slot
+  std::vector<Aabb> boxes;            // of the colliders
+  AabbTree tree;
   std::vector<std::uint64_t> jointed;  // pairs of slots, lower first, sorted
-  std::uint64_t jointed_for = 0;       // see jointed_version
-  std::vector<std::uint64_t> pairs;    // of moving colliders, lower slot first
-  std::vector<FoundPoint> found;       // of one body
-  std::vector<ContactPoint> points;    // of one pair
+  std::uint64_t jointed_for = 0;       // see list_jointed
+  std::vector<std::uint64_t> pairs;    // of colliders, lower slot first
+  std::vector<FoundPoint> found;
+  std::vector<std::uint32_t> order;  // of those
+  std::vector<ContactPoint> points;  // of one pair
   NarrowPhaseScratch scratch;
   // Sensors: how many there are, their shapes, those without bounds, those with.
   std::size_t sensors = 0;
@@ -68,5 +91,23 @@ void list_jointed(const World& world, Search& search);
 bool are_jointed(const Search& search, std::uint32_t a, std::uint32_t b);
 /// Updates a tree: refits it, or rebuilds it when it has become loose.
 void update_tree(AabbTree& tree, std::span<const Aabb> boxes);
+
+/// What a search goes by.
+struct Finder {
+  World& world;
+  const Partition& partition;
+  std::span<const Real> reach;  // by slot, see find_contacts
+  bool keeps = true;            // contacts between bodies at rest are as they were
+
+  /// m, by which the body's surface may move in the step.
+  Real reach_of(std::uint32_t slot) const;
+  /// Whether the body cannot move in the step, unless something strikes it.
+  bool rests(std::uint32_t slot) const;
+  /// Whether contacts affect its motion.
+  bool is_moved(std::uint32_t slot) const;
+};
+
+/// Fills colliders, obstacles and what rests (colliders.cpp).
+void list_colliders(const Finder& finder, Search& search);
 
 }  // namespace pantin::detail::contact

@@ -63,7 +63,6 @@ bool detect_contacts(World& world, Real h) {
       std::all_of(kSolvers.begin(), kSolvers.end(), asleep) &&
       std::none_of(kinematic.begin(), kinematic.end(), comes))
     return false;
-  scratch.stale = false;
   if (!world.collisions.empty()) {
     std::vector<Real>& reach = scratch.reach;
     reach.assign(world.bodies.size(), 0);
@@ -73,6 +72,7 @@ bool detect_contacts(World& world, Real h) {
     contacts.clear();
     scratch.search.sensors = 0;
   }
+  scratch.stale = false;
   for (const SolverRow* solver : kSolvers) solver->take_contacts(world, h);
   return true;
 }

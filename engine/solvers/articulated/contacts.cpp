@@ -152,6 +152,10 @@ void keep_sleeping_contacts(World& world, Island& a, Real h) {
 
 void find_reaches(const World& world, Real h, std::span<Real> reach) {
   for (const Island& a : islands_of(world)) {
+    if (a.asleep) {
+      for (const std::uint32_t slot : a.slots) reach[slot] = contact::kAtRest;
+      continue;
+    }
     const Margin margin{displacement_of_targets(a), glm::length(world.gravity) * h * h};
     for (std::size_t c = 0; c < a.count(); ++c)
       if (const Collision* collision = world.collisions.find(a.bodies[c]);

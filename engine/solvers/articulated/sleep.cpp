@@ -10,11 +10,13 @@ bool must_wake(const World& world, const Island& a) {
     if (t.target != t.target_before) return true;
   for (const PackedPin& h : a.pins)
     if (h.target != h.target_before) return true;
-  for (const Entity e : a.bodies) {
-    const Body& b = world.bodies[e];
+  for (const std::uint32_t slot : a.slots) {
+    const Body& b = world.bodies.values()[slot];
     if (b.restart || b.teleport || b.velocity != Vec3(0) || b.angular_velocity != Vec3(0))
       return true;
-    const Force* f = world.forces.find(e);
+  }
+  for (std::size_t c = 0; !world.forces.empty() && c < a.count(); ++c) {
+    const Force* f = world.forces.find(a.bodies[c]);
     if (f && (f->force != Vec3(0) || f->torque != Vec3(0))) return true;
   }
   return false;

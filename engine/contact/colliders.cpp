@@ -1,0 +1,140 @@
+// Which bodies collide: those that solvers move, and what they may strike. What rests is kept in a
+// tree from step to step, so that sleeping bodies cost next to nothing.
+#include <algorithm>
+
+#include "engine/base/invariants.hpp"
+#include "engine/contact/detect.hpp"
+#include "engine/contact/memory.hpp"
+#include "engine/geometry/kinds.hpp"
+
+namespace pantin::detail::contact {
+namespace {
+
+/// What rests is listed anew when this many bodies, or this part of it, came to rest or left.
+constexpr std::size_t kFewChanges = 32, kPart = 4;
+
+std::uint64_t versions_of(const World& world) {
+  return 1 + world.structure() + world.shapes.version();
+}
+
+bool is_same(const Pose& a, const Pose& b) {
+  return a.position == b.position && a.rotation == b.rotation;
+}
+
+/// Takes the shapes of a body that can collide.
+template <class Take>
+void each_shape(const Finder& s, std::uint32_t slot, const Shapes& shapes, const Take& take) {
+  const Body& body = s.world.bodies.values()[slot];
+  for (std::uint32_t i = 0; i < shapes.list.size(); ++i) {
+    const Shape& shape = shapes.list[i];
+    if ((s.is_moved(slot) && !is_convex(shape.kind)) || !is_complete(shape)) continue;
+    ColliderShape at{compose(body.pose, shape.local), {}, 0, slot, i, &shape};
+    if (!is_finite(at.pose)) continue;  // diverged bodies are reported elsewhere
+    if (traits_of(shape.kind).shape_class != ShapeClass::half_space) {
+      at.box = bounds_of(shape, at.pose);
+      at.extent = glm::length(at.box.high - at.box.low) / 2;
+    }
+    take(at);
+  }
+}
+
+void add_obstacle(Obstacles& to, const ColliderShape& at, Real reach) {
+  // A height field is unbounded below: bodies under it are pushed up.
+  if (is_unbounded(at.shape->kind)) return to.unbounded.push_back(at);
+  to.shapes.push_back(at), to.boxes.push_back(at.box.grown(reach));
+}
+
+const Shapes* shapes_at(const World& world, std::uint32_t slot, const Collision*& collision) {
+  const Entity owner = world.bodies.owners()[slot];
+  collision = world.collisions.find(owner);
+  return collision ? world.shapes.find(owner) : nullptr;
+}
+
+void list_resting(const Finder& s, RestingColliders& r) {
+  const std::size_t bodies = s.world.bodies.size();
+  r.known.assign(bodies, 0), r.poses.resize(bodies);
+  r.obstacles.clear();
+  r.built_for = versions_of(s.world), r.count = r.lost = 0;
+  for (std::uint32_t slot = 0; slot < bodies; ++slot) {
+    if (!s.rests(slot)) continue;
+    const Collision* collision = nullptr;
+    const Shapes* shapes = shapes_at(s.world, slot, collision);
+    if (shapes && collision->sensor) continue;
+    r.known[slot] = 1, r.poses[slot] = s.world.bodies.values()[slot].pose, ++r.count;
+    if (!shapes) continue;
+    each_shape(s, slot, *shapes,
+               [&](const ColliderShape& at) { add_obstacle(r.obstacles, at, 0); });
+  }
+  r.obstacles.tree.build(r.obstacles.boxes);
+}
+
+void list_body(const Finder& s, Search& search, std::uint32_t slot) {
+  const Collision* collision = nullptr;
+  const Shapes* shapes = shapes_at(s.world, slot, collision);
+  if (!shapes) return;
+  if (collision->sensor) {
+    ++search.sensors;
+    return;
+  }
+  const Real reach = s.reach_of(slot);
+  PANTIN_ASSERT(is_range(0, reach));
+  if (!s.is_moved(slot))
+    return each_shape(s, slot, *shapes,
+                      [&](const ColliderShape& at) { add_obstacle(search.obstacles, at, reach); });
+  Collider collider{slot, static_cast<std::uint32_t>(search.shapes.size()), 0, collision,
+                    s.rests(slot)};
+  Aabb box;
+  each_shape(s, slot, *shapes,
+             [&](const ColliderShape& at) { box.add(at.box), search.shapes.push_back(at); });
+  collider.count = static_cast<std::uint32_t>(search.shapes.size()) - collider.first;
+  if (collider.count == 0) return;
+  search.colliders.push_back(collider), search.boxes.push_back(box.grown(reach));
+}
+
+/// Everything but what is known to rest. Returns how many bodies rest unknown.
+std::size_t list_others(const Finder& s, Search& search) {
+  RestingColliders& r = search.resting;
+  search.shapes.clear(), search.colliders.clear(), search.boxes.clear();
+  search.obstacles.clear(), search.sensors = 0;
+  std::size_t unknown = 0;
+  const auto bodies = s.world.bodies.values();
+  for (std::uint32_t slot = 0; slot < bodies.size(); ++slot) {
+    const bool rests = s.rests(slot);
+    if (r.known[slot]) {
+      if (rests && is_same(r.poses[slot], bodies[slot].pose)) continue;
+      r.known[slot] = 0, ++r.lost;
+    }
+    const std::size_t sensors = search.sensors;
+    list_body(s, search, slot);
+    unknown += rests && search.sensors == sensors;
+  }
+  return unknown;
+}
+
+}  // namespace
+
+Real Finder::reach_of(std::uint32_t slot) const { return std::max(Real(0), reach[slot]); }
+
+bool Finder::is_moved(std::uint32_t slot) const { return feels_contacts(partition, slot); }
+
+bool Finder::rests(std::uint32_t slot) const {
+  if (is_moved(slot)) return keeps && reach[slot] < 0;
+  if (reach[slot] > 0) return false;
+  const Body& b = world.bodies.values()[slot];
+  return !owner_of(partition, slot) && !moves(b) && !b.restart && !b.teleport;
+}
+
+void list_colliders(const Finder& s, Search& search) {
+  RestingColliders& r = search.resting;
+  if (r.built_for != versions_of(s.world) || r.known.size() != s.world.bodies.size())
+    list_resting(s, r);
+  const std::size_t unknown = list_others(s, search);
+  const std::size_t changes = kFewChanges + r.count / kPart;
+  if (unknown > changes || r.lost > changes) {
+    list_resting(s, r);
+    list_others(s, search);
+  }
+  update_tree(search.obstacles.tree, search.obstacles.boxes);
+}
+
+}  // namespace pantin::detail::contact
