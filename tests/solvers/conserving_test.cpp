@@ -162,17 +162,21 @@ TEST_CASE("trees of thin, tapering and heavy-ended rods keep their energy") {
         }
 }
 
-TEST_CASE("masses a hundred times those of the parents, or a hundredth, gain no energy") {
-  for (const Real mass_ratio : {0.01, 100.0})
-    for (const int bodies : {2, 4})
-      for (std::uint64_t seed = 1; seed <= 3; ++seed) {
+TEST_CASE("masses a hundred times those of the parents, or a hundredth, keep their energy") {
+  // Heavy ends go over the hook and snap the light rods straight.
+  int cases = 0;
+  for (const Real mass_ratio : {0.01, 0.1, 10.0, 100.0})
+    for (const int bodies : {2, 3, 4})
+      for (const Real axial : {1e-1, 1e-3, 1e-6}) {
         Rods spec;
         spec.bodies = bodies, spec.chain = true, spec.mass_ratio = mass_ratio;
-        spec.axial = 1e-3, spec.whirl = 4, spec.seed = seed;
+        spec.axial = axial, spec.whirl = 4, spec.seed = static_cast<std::uint64_t>(++cases);
         const Kept kept = run(rods(spec), 60, 10);
-        INFO("masses x" << mass_ratio << ", " << bodies << " rods, seed " << seed << ": "
+        INFO("masses x" << mass_ratio << ", " << bodies << " rods, axial ratio " << axial << ": "
                         << kept.end << ", most " << kept.most);
         CHECK(kept.most < 1e-3);
+        // A million between the ends of a snap is beyond the shortest part of a step.
+        if (bodies < 4 || mass_ratio < 100) CHECK(kept.end > -0.01);
         CHECK(kept.gap < 1e-12);
       }
 }

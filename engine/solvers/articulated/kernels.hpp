@@ -114,6 +114,7 @@ struct ConservingInput {
   bool follows_equal_step;     // the rotations of the last step predict those of this one
   const ConservingTies* ties;  // or null
   bool keeps_momentum;         // free trees: no tie leads to the world or to another tree
+  bool resolves;               // refuses a step whose projection takes much of the energy
 };
 
 struct Kernels {

@@ -347,12 +347,13 @@ struct ConservingStep {
     for (std::size_t i = 0; in.still && i < p.count; i += kLanes) kept += twice_kinetic(i);
     // The projection takes energy of the second order in the step. Below an anchor that stands
     // still velocities are scaled to the energy that is due, at most by a tenth: beyond that
-    // the step does not resolve the motion.
+    // the step does not resolve the motion, and shorter ones are tried.
     if (in.still) {
       const double due = sum(due_) + 2 * released, found = sum(kept);
       const bool moves =
           found > 1e-10 * sum(weight_);  // beyond rounding errors of the weight's work
       if (moves && !(due >= 0.99 * found)) return false;
+      if (moves && in.resolves && due > 1.2 * found) return false;
       if (moves) factor_ = due < 1.2 * found ? ::sqrt(due / found) : ::sqrt(1.2);
     }
     for (std::size_t i = 0; i < p.count; i += kLanes)
