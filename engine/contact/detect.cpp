@@ -254,7 +254,8 @@ void store_contacts(const Finder& s, Search& search) {
     for (; kept < before.size(); ++kept) {
       const Contact& c = before[kept];
       if (next && !(std::tie(c.slot_a, c.slot_b) < std::tie(next->slot_a, next->slot_b))) break;
-      if (s.keeps && s.rests(c.slot_a) && s.rests(c.slot_b)) contacts.push_back(c);
+      if (s.keeps && s.is_moved(c.slot_a) && s.rests(c.slot_a) && s.rests(c.slot_b))
+        contacts.push_back(c);
     }
   };
   const FoundPoint* last = nullptr;

@@ -4,6 +4,7 @@
 #include <fstream>
 #include <iterator>
 #include <system_error>
+#include <tuple>
 #include <utility>
 
 #include "engine/base/archive.hpp"
@@ -135,9 +136,17 @@ std::string check_numbers(const World& world) {
 }
 
 std::string check_contacts(const World& world) {
-  for (const Contact& c : contacts_of(world))
+  const Contact* before = nullptr;
+  const auto order = [](const Contact& c) { return std::tie(c.slot_a, c.slot_b, c.key); };
+  for (const Contact& c : contacts_of(world)) {
     if (c.slot_a >= world.bodies.size() || c.slot_b >= world.bodies.size())
       return "contacts name a body that is none";
+    if (before && !(order(*before) < order(c))) return "contacts are out of order";
+    if (!(is_finite(c.point_a) && is_finite(c.point_b) && is_finite(c.normal) &&
+          is_unit(c.normal) && std::isfinite(c.gap) && c.friction >= 0 && c.restitution >= 0))
+      return "contacts hold a number that is none";
+    before = &c;
+  }
   return {};
 }
 
