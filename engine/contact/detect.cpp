@@ -140,6 +140,49 @@ std::uint64_t key_of(const ColliderShape& a, const ColliderShape& b, std::uint64
   return (a.index & kShapes) << 54 | (b.index & kShapes) << 44 | (feature & kFeatures);
 }
 
+// ---- Surfaces ----------------------------------------------------------------------------------
+
+std::uint64_t materials_of(const MaterialPair* pair) { return pair_of(pair->a, pair->b); }
+
+void list_material_pairs(const World& world, Search& search) {
+  search.material_pairs.clear();
+  for (const MaterialPair& pair : world.material_pairs) search.material_pairs.push_back(&pair);
+  std::sort(search.material_pairs.begin(), search.material_pairs.end(),
+            [](const MaterialPair* p, const MaterialPair* q) {
+              return std::tuple(materials_of(p), p) < std::tuple(materials_of(q), q);
+            });
+}
+
+/// What the World says of two materials, or null.
+const MaterialPair* find_pair(const Search& search, std::uint32_t a, std::uint32_t b) {
+  if (search.material_pairs.empty()) return nullptr;
+  const std::uint64_t both = pair_of(a, b);
+  const auto at = std::lower_bound(
+      search.material_pairs.begin(), search.material_pairs.end(), both,
+      [](const MaterialPair* p, std::uint64_t key) { return materials_of(p) < key; });
+  return at != search.material_pairs.end() && materials_of(*at) == both ? *at : nullptr;
+}
+
+/// m/s, world: how a body's surface moves on it.
+Vec3 surface_velocity(const World& world, std::uint32_t slot, const Collision& c) {
+  if (c.surface_velocity == Vec3(0)) return Vec3(0);
+  const Vec3 v = world.origin_pose(world.bodies.owners()[slot]).rotation * c.surface_velocity;
+  return is_finite(v) ? v : Vec3(0);
+}
+
+/// What the surfaces of two bodies are to each other at a contact.
+void set_surface(const Finder& s, Contact& c, const Collision& a, const FoundPoint& f) {
+  static const MaterialPair kNothingSaid;
+  const Collision& b = *f.other;
+  const MaterialPair& pair = f.pair ? *f.pair : kNothingSaid;
+  c.friction = pair.friction.value_or(std::sqrt(a.friction * b.friction));
+  c.restitution = pair.restitution.value_or(std::max(a.restitution, b.restitution));
+  c.rolling = pair.rolling.value_or(std::max(a.rolling, b.rolling));
+  c.spinning = pair.spinning.value_or(std::max(a.spinning, b.spinning));
+  c.surface_velocity =
+      surface_velocity(s.world, c.slot_a, a) - surface_velocity(s.world, c.slot_b, b);
+}
+
 /// A body that may rotate far in one step moves its features away from their contact points. A ball
 /// inside the body is independent of rotation and gets a contact of its own.
 void add_core_contact(const Finder& s, const ColliderShape& a, const ColliderShape& b) {
@@ -155,7 +198,8 @@ void add_core_contact(const Finder& s, const ColliderShape& a, const ColliderSha
   core.gap = glm::dot(core.normal, core.on_a - core.on_b);
   core.feature = kCore;
   scratch.found.push_back({b.slot, key_of(a, b, core.feature),
-                           scratch.colliders[scratch.collider_at[b.slot]].collision, core});
+                           scratch.colliders[scratch.collider_at[b.slot]].collision,
+                           scratch.found.back().pair, core});
 }
 
 void collide_shapes(const Finder& s, const ColliderShape& a, const ColliderShape& b) {
@@ -167,8 +211,9 @@ void collide_shapes(const Finder& s, const ColliderShape& a, const ColliderShape
   scratch.points.clear();
   collide({*a.shape, a.pose}, {*b.shape, b.pose}, scratch.scratch, {margin, scratch.points});
   const Collision* other = scratch.colliders[scratch.collider_at[b.slot]].collision;
+  const MaterialPair* pair = find_pair(scratch, a.shape->material, b.shape->material);
   for (const ContactPoint& p : scratch.points)
-    scratch.found.push_back({b.slot, key_of(a, b, p.feature), other, p});
+    scratch.found.push_back({b.slot, key_of(a, b, p.feature), other, pair, p});
   if (!feels_contacts(s.partition, b.slot)) add_core_contact(s, a, b);
 }
 
@@ -201,6 +246,7 @@ auto order(const Contact& c) { return std::tie(c.slot_a, c.slot_b, c.key); }
 /// What a contact had in the step before.
 void take_over(Contact& c, const Contact& was) {
   c.lambda = was.lambda, c.sliding = was.sliding, c.impact = was.impact, c.rest = was.rest;
+  c.torque_lambda = was.torque_lambda;
 }
 
 /// Contacts [from, end) of a body with another: those that no earlier one had the key of take over
@@ -255,8 +301,7 @@ void store_contacts(const Finder& s, const Collider& a, std::size_t& old) {
     c.point_a = to_local(bodies[a.slot].pose, f.at.on_a);
     c.point_b = to_local(bodies[f.slot_b].pose, f.at.on_b);
     c.normal = f.at.normal, c.gap = f.at.gap;
-    c.friction = std::sqrt(a.collision->friction * f.other->friction);
-    c.restitution = std::max(a.collision->restitution, f.other->restitution);
+    set_surface(s, c, *a.collision, f);
     while (old < s.memory.scratch.before.size() && order(s.memory.scratch.before[old]) < order(c))
       ++old;
     if (old < s.memory.scratch.before.size() && order(s.memory.scratch.before[old]) == order(c))
@@ -304,6 +349,7 @@ void find_contacts(World& world, std::span<const Real> reach) {
   std::swap(memory.scratch.before, memory.contacts);
   memory.contacts.clear();
   list_jointed(world, scratch);
+  list_material_pairs(world, scratch);
   scratch.collider_at.assign(world.bodies.size(), kNone);
   list_colliders(s);
   if (scratch.moving.empty()) return;

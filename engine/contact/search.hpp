@@ -37,6 +37,7 @@ struct FoundPoint {
   std::uint32_t slot_b = 0;
   std::uint64_t key = 0;
   const Collision* other = nullptr;
+  const MaterialPair* pair = nullptr;  // of the two shapes' materials
   ContactPoint at;
 };
 
@@ -48,11 +49,12 @@ struct Search {
   std::vector<std::uint32_t> collider_at;                       // by slot; UINT32_MAX: none
   std::vector<Aabb> boxes, static_boxes, moving_boxes;
   AabbTree static_tree, moving_tree;
-  std::vector<std::uint64_t> jointed;  // pairs of slots, lower first, sorted
-  std::uint64_t jointed_for = 0;       // see jointed_version
-  std::vector<std::uint64_t> pairs;    // of moving colliders, lower slot first
-  std::vector<FoundPoint> found;       // of one body
-  std::vector<ContactPoint> points;    // of one pair
+  std::vector<std::uint64_t> jointed;               // pairs of slots, lower first, sorted
+  std::uint64_t jointed_for = 0;                    // see jointed_version
+  std::vector<std::uint64_t> pairs;                 // of moving colliders, lower slot first
+  std::vector<const MaterialPair*> material_pairs;  // of the World, sorted by their materials
+  std::vector<FoundPoint> found;                    // of one body
+  std::vector<ContactPoint> points;                 // of one pair
   NarrowPhaseScratch scratch;
   // Sensors: how many there are, their shapes, those without bounds, those with.
   std::size_t sensors = 0;
