@@ -1,6 +1,7 @@
 // What scene files say of surfaces: belts, rolling friction, pairs of materials.
 #include "engine/contact/contact.hpp"
 #include "engine/runtime/simulation.hpp"
+#include "tests/paths.hpp"
 #include "tests/scene/scenes.hpp"
 
 using namespace pantin;
@@ -87,6 +88,41 @@ TEST_CASE("What a pair of materials says holds where their shapes touch; the res
   const Contact pebble = contact("pebble", -1);
   CHECK((pebble.friction == 0.25 && pebble.restitution == 0.125 && pebble.rolling == 0.001));
   CHECK(pebble.spinning == 0);
+}
+
+TEST_CASE("The conveyor carries everything off its first belt, boxes up the slope to the last") {
+  const Result<Scene> scene = load_scene(asset("scenes/conveyor.json"));
+  REQUIRE(scene);
+  Simulation sim(scene->world, {scene->step});
+  const World& w = sim.world;
+  bool arrived[3] = {};
+  const char* const boxes[] = {"crate", "parcel", "on_parcel"};
+  for (int i = 0; i < 720; ++i) {
+    REQUIRE(sim.step().status == Status::ok);
+    for (int k = 0; k < 3; ++k) {
+      const Vec3 x = w.bodies[w.find(boxes[k])].pose.position;
+      arrived[k] = arrived[k] || (x.x > 2.7 && x.z < -1 && x.y > 0.95);
+    }
+  }
+  CHECK((arrived[0] && arrived[1] && arrived[2]));
+  for (std::size_t i = 0; i < w.bodies.size(); ++i)
+    if (const Body& b = w.bodies.values()[i]; b.motion == Motion::dynamic) {
+      CHECK_FALSE((b.pose.position.x < -0.1 && b.pose.position.y > 1.6));
+      CHECK(b.pose.position.y > -0.01);
+    }
+}
+
+TEST_CASE("Of the two capstans one holds, the other slips") {
+  const Result<Scene> scene = load_scene(asset("scenes/capstan.json"));
+  REQUIRE(scene);
+  Simulation sim(scene->world, {.h = scene->step, .substeps = scene->substeps});
+  const auto height = [&](const char* name) {
+    return sim.world.bodies[sim.world.find(name)].pose.position.y;
+  };
+  const Real held = height("holds_heavy"), slipped = height("slips_heavy");
+  for (int i = 0; i < 84; ++i) REQUIRE(sim.step().status == Status::ok);
+  CHECK(std::abs(height("holds_heavy") - held) < 2e-3);
+  CHECK(slipped - height("slips_heavy") > 0.2);
 }
 
 TEST_CASE("Pairs of materials that cannot be meant are refused") {
