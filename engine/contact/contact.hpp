@@ -19,15 +19,19 @@ struct Contact {
   Vec3 normal{0, 1, 0};                  // unit, world, from b to a
   Real gap = 0;                          // m, at the start of the step; below 0: overlap
   Real friction = 0, restitution = 0;
+  Real rolling = 0, spinning = 0;  // m
+  Vec3 surface_velocity{0};        // m/s, world: of a's surface on a, less that of b's on b
   // Results of the step:
-  Vec3 lambda{0};       // multiplier on a, kg m, world
-  Vec3 before{0};       // the same after the step before
-  Real sliding = 1;     // fraction of the sticking force that friction can provide; 1: sticks
-  Real impact = 0;      // m/s, approach speed that restitution has yet to return
-  Real rest = 0;        // m, penetration that a soft contact has come to take up
-  bool active = false;  // exerts a force
-  Vec3 force{0};        // N, on a, mean over the step
-  Real depth = 0;       // m, penetration after the step, never negative
+  Vec3 lambda{0};         // multiplier on a, kg m, world
+  Vec3 torque_lambda{0};  // of rolling and spinning friction, kg m^2
+  Vec3 before{0};         // the same after the step before
+  Real sliding = 1;       // fraction of the sticking force that friction can provide; 1: sticks
+  Real impact = 0;        // m/s, approach speed that restitution has yet to return
+  Real rest = 0;          // m, penetration that a soft contact has come to take up
+  bool active = false;    // exerts a force
+  Vec3 force{0};          // N, on a, mean over the step
+  Vec3 torque{0};         // N m, likewise, of rolling and spinning friction
+  Real depth = 0;         // m, penetration after the step, never negative
 
   static void fields(auto& self, auto&& field) {
     field("slot_a", self.slot_a);
@@ -39,13 +43,18 @@ struct Contact {
     field("gap", passive(self.gap));
     field("friction", passive(self.friction));
     field("restitution", passive(self.restitution));
+    field("rolling", passive(self.rolling));
+    field("spinning", passive(self.spinning));
+    field("surface_velocity", passive(self.surface_velocity));
     field("lambda", self.lambda);
+    field("torque_lambda", self.torque_lambda);
     field("before", passive(self.before));
     field("sliding", self.sliding);
     field("impact", self.impact);
     field("rest", self.rest);
     field("active", passive(self.active));
     field("force", passive(self.force));
+    field("torque", passive(self.torque));
     field("depth", passive(self.depth));
   }
 };

@@ -17,6 +17,8 @@ constexpr Real kContactSlop = 1e-4;
 // Part of its distance from the mass centre by which a contact point may move and count as the
 // same.
 constexpr Real kSamePoint = 0.15;
+// Reach of a body that stands while its surface runs, m: it does not count as resting.
+constexpr Real kRunningReach = 1e-12;
 constexpr std::uint64_t kFeatures = (1ull << 44) - 1, kCore = kFeatures;
 
 std::uint64_t pair_of(std::uint32_t a, std::uint32_t b) {
@@ -77,6 +79,49 @@ std::uint64_t key_of(const ColliderShape& a, const ColliderShape& b, std::uint64
   return (a.index & kShapes) << 54 | (b.index & kShapes) << 44 | (feature & kFeatures);
 }
 
+// ---- Surfaces ----------------------------------------------------------------------------------
+
+std::uint64_t materials_of(const MaterialPair* pair) { return pair_of(pair->a, pair->b); }
+
+void list_material_pairs(const World& world, Search& search) {
+  search.material_pairs.clear();
+  for (const MaterialPair& pair : world.material_pairs) search.material_pairs.push_back(&pair);
+  std::sort(search.material_pairs.begin(), search.material_pairs.end(),
+            [](const MaterialPair* p, const MaterialPair* q) {
+              return std::tuple(materials_of(p), p) < std::tuple(materials_of(q), q);
+            });
+}
+
+/// What the World says of two materials, or null.
+const MaterialPair* find_pair(const Search& search, std::uint32_t a, std::uint32_t b) {
+  if (search.material_pairs.empty()) return nullptr;
+  const std::uint64_t both = pair_of(a, b);
+  const auto at = std::lower_bound(
+      search.material_pairs.begin(), search.material_pairs.end(), both,
+      [](const MaterialPair* p, std::uint64_t key) { return materials_of(p) < key; });
+  return at != search.material_pairs.end() && materials_of(*at) == both ? *at : nullptr;
+}
+
+/// m/s, world: how a body's surface moves on it.
+Vec3 surface_velocity(const World& world, std::uint32_t slot, const Collision& c) {
+  if (c.surface_velocity == Vec3(0)) return Vec3(0);
+  const Vec3 v = world.origin_pose(world.bodies.owners()[slot]).rotation * c.surface_velocity;
+  return is_finite(v) ? v : Vec3(0);
+}
+
+/// What the surfaces of two bodies are to each other at a contact.
+void set_surface(const Finder& s, Contact& c, const MaterialPair* given) {
+  static const MaterialPair kNothingSaid;
+  const Collision &a = collision_of(s, c.slot_a), &b = collision_of(s, c.slot_b);
+  const MaterialPair& pair = given ? *given : kNothingSaid;
+  c.friction = pair.friction.value_or(std::sqrt(a.friction * b.friction));
+  c.restitution = pair.restitution.value_or(std::max(a.restitution, b.restitution));
+  c.rolling = pair.rolling.value_or(std::max(a.rolling, b.rolling));
+  c.spinning = pair.spinning.value_or(std::max(a.spinning, b.spinning));
+  c.surface_velocity =
+      surface_velocity(s.world, c.slot_a, a) - surface_velocity(s.world, c.slot_b, b);
+}
+
 /// A body that may rotate far in one step moves its features away from their contact points. A ball
 /// inside the body is independent of rotation and gets a contact of its own.
 void add_core_contact(const Finder& s, Search& search, const ColliderShape& a,
@@ -91,7 +136,8 @@ void add_core_contact(const Finder& s, Search& search, const ColliderShape& a,
   core.on_a = a.pose.position, core.on_b += radius * core.normal;
   core.gap = glm::dot(core.normal, core.on_a - core.on_b);
   core.feature = kCore;
-  search.found.push_back({a.slot, b.slot, key_of(a, b, core.feature), core});
+  search.found.push_back(
+      {a.slot, b.slot, key_of(a, b, core.feature), search.found.back().pair, core});
 }
 
 void collide_shapes(const Finder& s, Search& search, const ColliderShape& a,
@@ -102,8 +148,9 @@ void collide_shapes(const Finder& s, Search& search, const ColliderShape& a,
   if (bounded && !a.box.grown(margin).overlaps(b.box)) return;
   search.points.clear();
   collide({*a.shape, a.pose}, {*b.shape, b.pose}, search.scratch, {margin, search.points});
+  const MaterialPair* pair = find_pair(search, a.shape->material, b.shape->material);
   for (const ContactPoint& p : search.points)
-    search.found.push_back({a.slot, b.slot, key_of(a, b, p.feature), p});
+    search.found.push_back({a.slot, b.slot, key_of(a, b, p.feature), pair, p});
   if (!s.is_moved(b.slot)) add_core_contact(s, search, a, b);
 }
 
@@ -194,6 +241,7 @@ auto order(const Contact& c) { return std::tie(c.slot_a, c.slot_b, c.key); }
 /// What a contact had in the step before.
 void take_over(Contact& c, const Contact& was) {
   c.lambda = was.lambda, c.sliding = was.sliding, c.impact = was.impact, c.rest = was.rest;
+  c.torque_lambda = was.torque_lambda;
 }
 
 /// Contacts [from, end) of a body with another: those that no earlier one had the key of take over
@@ -236,9 +284,7 @@ Contact contact_of(const Finder& s, const FoundPoint& f) {
   c.point_a = to_local(bodies[f.slot_a].pose, f.at.on_a);
   c.point_b = to_local(bodies[f.slot_b].pose, f.at.on_b);
   c.normal = f.at.normal, c.gap = f.at.gap;
-  const Collision &a = collision_of(s, f.slot_a), &b = collision_of(s, f.slot_b);
-  c.friction = std::sqrt(a.friction * b.friction);
-  c.restitution = std::max(a.restitution, b.restitution);
+  set_surface(s, c, f.pair);
   return c;
 }
 
@@ -311,6 +357,7 @@ void find_contacts(World& world, std::span<const Real> reach) {
   std::swap(memory.scratch.before, memory.contacts);
   memory.contacts.clear();
   list_jointed(world, search);
+  list_material_pairs(world, search);
   list_colliders(s, search);
   list_pairs(s, search);
   find_points(s, search);
@@ -348,6 +395,11 @@ void detect(World& world, Real h) {
     const Shapes* shapes = world.shapes.find(world.bodies.owners()[slot]);
     const Real extent = shapes ? extent_of(*shapes) : 0;
     scratch.reach[slot] = h * (glm::length(b.velocity) + extent * glm::length(b.angular_velocity));
+  }
+  for (std::size_t i = 0; i < world.collisions.size(); ++i) {
+    if (world.collisions.values()[i].surface_velocity == Vec3(0)) continue;
+    const std::uint32_t slot = world.bodies.slot(world.collisions.owners()[i]);
+    if (slot != kNoSlot) scratch.reach[slot] = std::max(scratch.reach[slot], kRunningReach);
   }
   find_contacts(world, scratch.reach);
   auto end = scratch.ends.begin();

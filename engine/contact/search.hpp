@@ -59,6 +59,7 @@ struct RestingColliders {
 struct FoundPoint {
   std::uint32_t slot_a = 0, slot_b = 0;
   std::uint64_t key = 0;
+  const MaterialPair* pair = nullptr;  // of the two shapes' materials
   ContactPoint at;
 };
 
@@ -70,9 +71,10 @@ struct Search {
   std::vector<Collider> colliders;    // by slot
   std::vector<Aabb> boxes;            // of the colliders
   AabbTree tree;
-  std::vector<std::uint64_t> jointed;  // pairs of slots, lower first, sorted
-  std::uint64_t jointed_for = 0;       // see list_jointed
-  std::vector<std::uint64_t> pairs;    // of colliders, lower slot first
+  std::vector<std::uint64_t> jointed;               // pairs of slots, lower first, sorted
+  std::uint64_t jointed_for = 0;                    // see list_jointed
+  std::vector<std::uint64_t> pairs;                 // of colliders, lower slot first
+  std::vector<const MaterialPair*> material_pairs;  // of the World, sorted by their materials
   std::vector<FoundPoint> found;
   std::vector<std::uint32_t> order;  // of those
   std::vector<ContactPoint> points;  // of one pair

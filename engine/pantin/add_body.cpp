@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <pantin/shapes.hpp>
@@ -134,9 +135,34 @@ void check(const RigidBody& body, Findings& findings) {
   if (!body.collision) return;
   findings.not_negative("collision.friction", body.collision->friction);
   findings.within("collision.restitution", body.collision->restitution, 0, 1);
+  findings.not_negative("collision.rolling", body.collision->rolling);
+  findings.not_negative("collision.spinning", body.collision->spinning);
+  findings.finite("collision.surface_velocity", body.collision->surface_velocity);
+}
+
+void check(const MaterialPair& pair, Findings& findings) {
+  const std::size_t count = findings.world().materials.size();
+  for (const auto& [member, index] : {std::pair{"a", pair.a}, std::pair{"b", pair.b}})
+    if (index >= count)
+      findings.add(member, std::to_string(index), "an index into World::materials");
+  for (const MaterialPair& known : findings.world().material_pairs)
+    if (std::minmax(known.a, known.b) == std::minmax(pair.a, pair.b))
+      findings.add("a and b", "two materials that are a pair already", "another pair");
+  if (pair.friction) findings.not_negative("friction", *pair.friction);
+  if (pair.restitution) findings.within("restitution", *pair.restitution, 0, 1);
+  if (pair.rolling) findings.not_negative("rolling", *pair.rolling);
+  if (pair.spinning) findings.not_negative("spinning", *pair.spinning);
 }
 
 }  // namespace
+
+Result<std::uint32_t> add_to(World& world, const MaterialPair& pair) {
+  Findings findings(world, "MaterialPair", {});
+  check(pair, findings);
+  if (!findings.ok()) return findings.take();
+  world.material_pairs.push_back(pair);
+  return static_cast<std::uint32_t>(world.material_pairs.size() - 1);
+}
 
 Result<Entity> add_to(World& world, const RigidBody& described) {
   Findings findings(world, "RigidBody", described.name);

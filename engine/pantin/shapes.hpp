@@ -88,4 +88,8 @@ struct RigidBody {
 
 Result<Entity> add_to(World& world, const RigidBody& body);
 
+/// Adds what two materials are to each other; its index in World::material_pairs. Refused if one of
+/// them is none, the two are a pair already, or a number cannot be meant.
+Result<std::uint32_t> add_to(World& world, const MaterialPair& pair);
+
 }  // namespace pantin

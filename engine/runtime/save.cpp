@@ -114,6 +114,9 @@ std::string check_components(World& world) {
   for (const Shapes& shapes : world.shapes.values())
     for (const Shape& shape : shapes.list)
       if (shape.material >= world.materials.size()) wrong = "shapes name a material that is none";
+  for (const MaterialPair& pair : world.material_pairs)
+    if (pair.a >= world.materials.size() || pair.b >= world.materials.size())
+      wrong = "material_pairs name a material that is none";
   return wrong;
 }
 

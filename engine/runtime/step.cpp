@@ -58,10 +58,14 @@ bool detect_contacts(World& world, Real h) {
   };
   const std::vector<std::uint32_t>& kinematic = partition_of(world).kinematic;
   contact::DetectScratch& scratch = world.memory.of<contact::Memory>().scratch;
-  // While everything sleeps and no kinematic body moves, the contacts stay as they are.
+  const auto runs = [](const Collision& c) { return c.surface_velocity != Vec3(0); };
+  const auto collisions = world.collisions.values();
+  // While everything sleeps and neither a kinematic body nor a belt moves, the contacts stay as
+  // they are.
   if (!contacts.empty() && !scratch.stale &&
       std::all_of(kSolvers.begin(), kSolvers.end(), asleep) &&
-      std::none_of(kinematic.begin(), kinematic.end(), comes))
+      std::none_of(kinematic.begin(), kinematic.end(), comes) &&
+      std::none_of(collisions.begin(), collisions.end(), runs))
     return false;
   if (!world.collisions.empty()) {
     std::vector<Real>& reach = scratch.reach;

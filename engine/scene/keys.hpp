@@ -19,6 +19,7 @@ namespace keys {
   OBJECT(scene)                \
   OBJECT(solver)               \
   OBJECT(material)             \
+  OBJECT(material_pair)        \
   OBJECT(body)                 \
   OBJECT(collision)            \
   OBJECT(joint)                \

@@ -57,6 +57,7 @@ constexpr Key kScene[] = {
         "Names for groups: the first is bit 0, and so on."),
     object("solver", "solver", "Settings of all islands that name none."),
     objects("materials", "material", "What surfaces look like."),
+    objects("material_pairs", "material_pair", "What two materials are to each other."),
     kBodies,
     kJoints,
     kGears,
@@ -146,6 +147,20 @@ constexpr Key kMaterial[] = {
     number("metallic", "", kUnit, "0 or 1.").or_else(0),
 };
 
+constexpr Key kMaterialPair[] = {
+    reference("a", "the name of a material", "One of the two.").needed("the name of a material"),
+    reference("b", "the name of a material", "The other, or the same.")
+        .needed("the name of a material"),
+    number("friction", "", kNotNegative, "Coulomb's coefficient."),
+    number("restitution", "", kUnit, "Part of the approach given back."),
+    number("rolling", "m", kNotNegative, "Most torque against rolling, over the normal force."),
+    number("spinning", "m", kNotNegative,
+           "Most torque against turning about the normal, over the normal force."),
+};
+constexpr AnyOf kMaterialPairNeeds[] = {
+    {"friction restitution rolling spinning",
+     "found nothing about the two, expected friction, restitution, rolling or spinning"}};
+
 constexpr Key kPrefab[] = {needed_name(), kBodies, kJoints,    kGears,     kCables,
                            kPins,         kPaths,  kInstances, kGenerators};
 
@@ -209,6 +224,15 @@ constexpr Key kCollision[] = {
     number("restitution", "", kUnit,
            "Part of the approach given back; of two bodies the larger counts.")
         .or_else(0),
+    number("rolling", "m", kNotNegative,
+           "Most torque against rolling, over the normal force; of two bodies the larger counts.")
+        .or_else(0),
+    number("spinning", "m", kNotNegative,
+           "Most torque against turning about the normal, over the normal force; likewise.")
+        .or_else(0),
+    vector("surface_velocity", "m/s",
+           "How the surface moves on the body, as a belt's does, in the body's own frame.")
+        .or_else(0),
     row("groups", ValueType::groups, "", "What the body is. Default: [0]."),
     row("with", ValueType::groups, "", "What it touches; both bodies have to agree. Default: all."),
     flag("others", "Whether it touches dynamic bodies of other islands.").or_else(false),
@@ -256,6 +280,13 @@ constinit const KeySet scene{
     "scene", "A scene: SI units, +Y up, right-handed; keys in _deg are degrees.", kScene};
 constinit const KeySet solver{"solver", "Solver settings.", kSolver};
 constinit const KeySet material{"material", "A surface.", kMaterial};
+constinit const KeySet material_pair{
+    "material_pair",
+    "What shapes of two materials are to each other where they touch. What is not said is combined "
+    "from the two bodies, as their \"collision\" says.",
+    kMaterialPair,
+    {},
+    kMaterialPairNeeds};
 constinit const KeySet prefab{"prefab",
                               "A group of bodies with all that ties and moves them, in a frame of "
                               "its own. \"world\" in it is "

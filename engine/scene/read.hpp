@@ -64,6 +64,9 @@ struct ShapeDefaults {
 std::optional<ShapeWithDensity> read_shape(const Reading& reading, NodeId node,
                                            const ShapeDefaults& otherwise);
 
+/// "material_pairs"; after the materials.
+std::vector<MaterialPair> read_material_pairs(const Reading& reading, const Reader& scene);
+
 /// "collision_groups" and "collision" of the whole scene.
 void read_scene_collision(Reading& reading, const Reader& scene);
 

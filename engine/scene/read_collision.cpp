@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <map>
 #include <string>
+#include <utility>
 
 #include "engine/scene/read.hpp"
 
@@ -36,6 +38,9 @@ Collision read_details(const Reading& reading, NodeId node, const Collision& bas
   Collision c = base;
   c.friction = from.number("friction", c.friction);
   c.restitution = from.number("restitution", c.restitution);
+  c.rolling = from.number("rolling", c.rolling);
+  c.spinning = from.number("spinning", c.spinning);
+  c.surface_velocity = from.vec("surface_velocity", c.surface_velocity);
   c.groups = read_bits(reading, from, "groups", c.groups);
   c.with = read_bits(reading, from, "with", c.with);
   c.others = from.flag("others", c.others);
@@ -55,7 +60,35 @@ std::optional<Collision> read_value(const Reading& reading, NodeId node) {
   return std::nullopt;
 }
 
+std::optional<Real> number_if(const Reader& from, std::string_view key) {
+  return from.has(key) ? std::optional(from.number(key)) : std::nullopt;
+}
+
 }  // namespace
+
+std::vector<MaterialPair> read_material_pairs(const Reading& reading, const Reader& scene) {
+  std::vector<MaterialPair> pairs;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, NodeId> known;
+  for (NodeId node : scene.items("material_pairs")) {
+    const Reader from = reading.open(node, "material_pair");
+    if (!from.has("a") || !from.has("b")) continue;  // told
+    MaterialPair pair;
+    pair.a = find_material(reading, from.find("a"), UINT32_MAX);
+    pair.b = find_material(reading, from.find("b"), UINT32_MAX);
+    pair.friction = number_if(from, "friction");
+    pair.restitution = number_if(from, "restitution");
+    pair.rolling = number_if(from, "rolling");
+    pair.spinning = number_if(from, "spinning");
+    if (pair.a == UINT32_MAX || pair.b == UINT32_MAX) continue;
+    const auto [first, is_new] = known.try_emplace(std::minmax(pair.a, pair.b), node);
+    if (!is_new)
+      reading.diagnostics.error(node,
+                                "found a pair of the same materials again, expected one that " +
+                                    reading.json.pointer(first->second) + " is not");
+    pairs.push_back(pair);
+  }
+  return pairs;
+}
 
 void read_scene_collision(Reading& reading, const Reader& scene) {
   for (NodeId node : scene.items("collision_groups")) {

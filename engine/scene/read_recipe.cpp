@@ -214,6 +214,7 @@ Recipe read_recipe(const JsonDocument& json, JsonPlaces& places, const ReadConte
   if (const auto solver = read_solver(reading, from, reading.solver)) reading.solver = *solver;
   read_scene_collision(reading, from);
   scene.world.materials = reading.materials;
+  scene.world.material_pairs = read_material_pairs(reading, from);
   scene.world.default_settings = reading.solver;
   read_camera(reading, from, scene.view.camera);
   read_light(reading, from, scene.view.light);

@@ -1,6 +1,7 @@
 #pragma once
 /// Collision filters and surface properties.
 #include <cstdint>
+#include <optional>
 
 #include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
@@ -16,10 +17,17 @@ namespace pantin {
 /// that collides and whose groups agree, dynamic ones without a request; neither other sensors, nor
 /// bodies that a joint connects to it, nor, where it is fixed itself, fixed bodies. Call
 /// World::mark_dirty() after changing `sensor`.
+///
+/// The surface of a belt moves while its body need not: friction works on the velocity relative to
+/// `surface_velocity`, whose part along the normal of a contact does not count. Those of two bodies
+/// add up. It may change at any time.
 struct Collision {
-  Real friction = 0.5;              // Coulomb; of two bodies the geometric mean counts
-  Real restitution = 0;             // 0..1; of two bodies the larger counts
-  std::uint32_t groups = 1;         // bits: groups that this body belongs to
+  Real friction = 0.5;       // Coulomb; of two bodies the geometric mean counts
+  Real restitution = 0;      // 0..1; of two bodies the larger counts
+  Real rolling = 0;          // m: torque against rolling over normal force; the larger counts
+  Real spinning = 0;         // m: the same about the normal; the larger counts
+  Vec3 surface_velocity{0};  // m/s, in the frame that the body is placed by
+  std::uint32_t groups = 1;  // bits: groups that this body belongs to
   std::uint32_t with = UINT32_MAX;  // bits: groups that it collides with; both bodies must agree
   bool others = false;              // dynamic bodies of other islands too
   bool self = false;                // dynamic bodies of its own island too
@@ -28,11 +36,31 @@ struct Collision {
   static void fields(auto& self, auto&& field) {
     field("friction", self.friction);
     field("restitution", self.restitution);
+    field("rolling", self.rolling);
+    field("spinning", self.spinning);
+    field("surface_velocity", self.surface_velocity);
     field("groups", self.groups);
     field("with", self.with);
     field("others", self.others);
     field("self", self.self);
     field("sensor", self.sensor);
+  }
+};
+
+/// What two materials are to each other, by index into World::materials: it holds where shapes of
+/// them touch, in either order, or two of the same one. What it does not say is combined from the
+/// Collisions of the two bodies.
+struct MaterialPair {
+  std::uint32_t a = 0, b = 0;
+  std::optional<Real> friction = {}, restitution = {}, rolling = {}, spinning = {};
+
+  static void fields(auto& self, auto&& field) {
+    field("a", self.a);
+    field("b", self.b);
+    field("friction", self.friction);
+    field("restitution", self.restitution);
+    field("rolling", self.rolling);
+    field("spinning", self.spinning);
   }
 };
 

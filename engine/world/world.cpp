@@ -115,10 +115,14 @@ Pose World::origin_pose(Entity body) const {
 
 namespace {
 
-/// The shapes of what is solid.
+/// The shapes of what is solid, and what they are of if that matters.
 void add_solids(Hash& hash, const World& world) {
   for (const Entity e : world.collisions.owners())
-    if (const Shapes* shapes = world.shapes.find(e)) hash_fields(hash, *shapes);
+    if (const Shapes* shapes = world.shapes.find(e)) {
+      hash_fields(hash, *shapes);
+      if (!world.material_pairs.empty())
+        for (const Shape& shape : shapes->list) hash.add(shape.material);
+    }
 }
 
 }  // namespace

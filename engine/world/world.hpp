@@ -40,6 +40,7 @@ struct World {
   Vec3 gravity{0, -9.81, 0};
   SolverSettings default_settings;
   std::vector<Material> materials{Material{}};
+  std::vector<MaterialPair> material_pairs;  // each once; in any order
 
   std::uint64_t tick = 0;  // whole steps taken
   Real time = 0;           // s
@@ -118,7 +119,8 @@ struct World {
   Pose origin_pose(Entity body) const;
 
   /// The components and what holds for all. Which handles are in use, names and looks do not decide
-  /// the next step; of shapes those that are solid do: see state_hash.
+  /// the next step; of shapes those that are solid do, with their materials where pairs of them are
+  /// given: see state_hash.
   static void fields(auto& self, auto&& field) {
     field("entities", passive(self.entities));
     field("bodies", self.bodies);
@@ -138,6 +140,7 @@ struct World {
     field("gravity", self.gravity);
     field("default_settings", self.default_settings);
     field("materials", passive(self.materials));
+    field("material_pairs", self.material_pairs);
     field("tick", self.tick);
     field("time", self.time);
     field("edit_count", passive(self.edit_count));

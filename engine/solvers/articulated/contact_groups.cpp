@@ -128,8 +128,13 @@ void write_group(World& world, const Group& g, Real h) {
   }
 }
 
-void write_contact(World& world, const GroupContact& f, Real h) {
+void write_contact(World& world, const Group& g, const GroupContact& f, Real h) {
   Contact& c = contacts_of(world)[f.contact];
+  c.torque_lambda = c.torque = Vec3(0);
+  if (f.rolling != kNoNode) {
+    const GroupRolling& r = g.rollings[f.rolling];
+    c.torque_lambda = h * h * to_world(f, r.impulse), c.torque = to_world(f, r.passed) / h;
+  }
   c.lambda = h * h * to_world(f, f.impulse);
   c.force = to_world(f, f.passed) / h;
   c.active = f.passed.x > 0, c.impact = 0, c.sliding = 1, c.rest = f.rest;
@@ -142,6 +147,11 @@ bool is_settled(std::span<const GroupContact> contacts) {
                      [](const GroupContact& c) { return c.settling <= kSettled * c.shallow; });
 }
 
+/// What a belt runs under is carried along, or rubs.
+bool bears_moving_surface(const GroupContact& c) {
+  return c.passed.x > 0 && (c.surface_first != 0 || c.surface_second != 0);
+}
+
 /// A group sleeps once all of it has been still for long enough.
 void let_sleep(World& world, const Group& g, Real h) {
   std::vector<Island>& list = islands_of(world);
@@ -151,7 +161,7 @@ void let_sleep(World& world, const Group& g, Real h) {
     if (g.b(c).per_mass > 0) list[g.b(c).island].contact_active = true;
   }
   const bool settled = is_settled(g.contacts);
-  bool still = true;
+  bool still = std::none_of(g.contacts.begin(), g.contacts.end(), bears_moving_surface);
   for (const GroupBody& f : g.bodies) {
     if (f.per_mass == 0) {
       still = still && f.velocity == Vec3(0) && f.spin == Vec3(0);
@@ -187,12 +197,15 @@ void step_contact_groups(World& world, const StepTask& task) {
                  std::span(r.trees).subspan(g.first_tree, g.trees),
                  std::span(r.crosses).subspan(g.first_cross, g.crosses),
                  std::span(r.ties).subspan(g.first_tie, g.ties),
+                 std::span(r.rollings).subspan(g.first_rolling, g.rollings),
                  world.time};
   };
   for_each_island(r.groups.size(), task.threads,
                   [&](std::size_t i) { step_group(group(r.groups[i]), h); });
   for (const GroupScratch::Range& g : r.groups) write_group(world, group(g), h);
-  for (const GroupContact& c : r.contacts) write_contact(world, c, h);
+  for (const GroupScratch::Range& g : r.groups)
+    for (const Group all = group(g); const GroupContact& c : all.contacts)
+      write_contact(world, all, c, h);
   for (const GroupScratch::Range& g : r.groups) let_sleep(world, group(g), h);
 }
 

@@ -132,10 +132,11 @@ struct GroupTree {
 
 /// One contact point of two of them.
 struct GroupContact {
-  std::uint32_t contact = 0;      // in contacts_of(world)
-  std::uint32_t a = 0, b = 0;     // bodies of the group
-  std::uint32_t cross = kNoNode;  // of two bodies of one tree: in GroupScratch::crosses
-  Vec3 axes[3];                   // the normal, from b to a, and two across it
+  std::uint32_t contact = 0;        // in contacts_of(world)
+  std::uint32_t a = 0, b = 0;       // bodies of the group
+  std::uint32_t cross = kNoNode;    // of two bodies of one tree: in GroupScratch::crosses
+  std::uint32_t rolling = kNoNode;  // in GroupScratch::rollings
+  Vec3 axes[3];                     // the normal, from b to a, and two across it
   Vec3 core_a{0}, core_b{0};  // in the bodies' frames; for round shapes a radius below the surface
   Real radius_a = 0, radius_b = 0;
   Vec3 arm_a{0}, arm_b{0};                                       // m, world
@@ -143,12 +144,21 @@ struct GroupContact {
   Real along = 0, aside = 0, cross_first = 0, cross_second = 0;  // response, 1/kg
   bool works = true;                                             // the bodies can give way to it
   Real friction = 0, restitution = 0;
-  Real rest = 0;      // see Contact
-  Real settling = 0;  // m, by which that was short of the load
-  Real shallow = 0;   // m: overlaps up to here are removed without speed
-  Vec3 impulse{0};    // N s of a substep, along the axes; between steps the mean force, N
-  Real before = 0;    // N s, along the normal in the substep before
-  Vec3 passed{0};     // N s over the step so far
+  Real surface_first = 0, surface_second = 0;  // m/s, Contact::surface_velocity across the normal
+  Real rest = 0;                               // see Contact
+  Real settling = 0;                           // m, by which that was short of the load
+  Real shallow = 0;                            // m: overlaps up to here are removed without speed
+  Vec3 impulse{0};  // N s of a substep, along the axes; between steps the mean force, N
+  Real before = 0;  // N s, along the normal in the substep before
+  Vec3 passed{0};   // N s over the step so far
+};
+
+/// Rolling and spinning friction at a contact point: a torque on a, the opposite on b.
+struct GroupRolling {
+  Real rolling = 0, spinning = 0;  // m: bounds of the torque, as parts of the normal impulse
+  Real about = 0, across = 0;  // response to a torque along the normal and across it, 1/(kg m^2)
+  Vec3 impulse{0};  // N m s of a substep, along the contact's axes; between steps the mean, N m
+  Vec3 passed{0};   // N m s over the step so far
 };
 
 inline bool have_same_bodies(const GroupContact& c, const GroupContact& d) {
@@ -191,6 +201,7 @@ struct Group {
   std::span<GroupTree> trees;
   std::span<CrossResponse> crosses;
   std::span<GroupTie> ties;
+  std::span<GroupRolling> rollings;
   Real time = 0;  // s, at the start of the step
 
   GroupBody& a(const GroupContact& c) const { return bodies[c.a]; }
@@ -282,7 +293,7 @@ struct GroupScratch {
   struct Range {
     std::size_t first_body = 0, bodies = 0, first_contact = 0, contacts = 0;
     std::size_t first_node = 0, nodes = 0, first_tree = 0, trees = 0, first_cross = 0, crosses = 0;
-    std::size_t first_tie = 0, ties = 0;
+    std::size_t first_tie = 0, ties = 0, first_rolling = 0, rollings = 0;
   };
   DisjointSets sets{0};                 // of islands
   std::vector<std::uint32_t> group_of;  // by island
@@ -296,6 +307,7 @@ struct GroupScratch {
   std::vector<GroupTree> trees;
   std::vector<CrossResponse> crosses;
   std::vector<GroupTie> ties;
+  std::vector<GroupRolling> rollings;
 };
 
 }  // namespace pantin::detail::articulated

@@ -191,7 +191,8 @@ void start_contact(World& world, Island& a, IterationRow& row, Real h) {
     const Vec3 before = to_world(world.bodies.values()[c.slot_a].pose, c.point_a) -
                         to_world(world.bodies.values()[c.slot_b].pose, c.point_b);
     const Real lift = h * std::max(Real(0), c.impact);
-    row.bias = (lift - glm::dot(apart, c.normal)) * c.normal - across(apart - before, c.normal);
+    const Vec3 slip = apart - before + h * c.surface_velocity;
+    row.bias = (lift - glm::dot(apart, c.normal)) * c.normal - across(slip, c.normal);
   }
   const Real along = glm::dot(c.normal, k * c.normal);
   PANTIN_ASSERT(is_unit(c.normal));

@@ -99,7 +99,7 @@ Vec3 goal_of(const World& world, const Contact& c, Vec3 start, const Substep& no
   Vec3 end = to_world(b.pose, c.point_b);
   const Vec3 way = way_of(b, end, now.h);
   end -= Real(now.left) * way;
-  const Vec3 bias = start + way;
+  const Vec3 bias = start + way - now.h * across(c.surface_velocity, c.normal);
   return bias + (glm::dot(c.normal, end - bias) + now.h * c.impact) * c.normal;
 }
 
@@ -183,8 +183,9 @@ void take_contact(World& world, std::uint32_t contact, ContactBody which, Real h
   const Owner at = owner_of(partition, is_a ? c.slot_a : c.slot_b);
   Island& a = islands_of(world)[at.island];
   const Body& b = world.bodies.values()[c.slot_b];
-  const bool comes = contact::moves(b) || b.restart || b.teleport;
-  if (a.asleep && !mutual && comes) wake(world, a, h);
+  const bool comes = !mutual && (contact::moves(b) || b.restart || b.teleport);
+  const bool runs = c.active && c.surface_velocity != Vec3(0);  // a belt under it
+  if (a.asleep && (comes || runs)) wake(world, a, h);
   ContactRow t;
   t.contact = contact, t.column = at.column, t.side = is_a ? 1 : -1;
   a.mutual = a.mutual || mutual;

@@ -57,6 +57,11 @@ GroupBody gather_body(const World& world, const Island& a, std::size_t column) {
   return f;
 }
 
+/// From a multiplier to the mean force.
+Real force_of_multiplier(const Island& a) {
+  return a.last_step > 0 && !a.fresh ? 1 / (a.last_step * a.last_step) : 0;
+}
+
 /// A joint of a tree, or its root.
 GroupNode gather_node(const World& world, const Island& a, std::size_t column) {
   GroupNode n;
@@ -75,7 +80,7 @@ GroupNode gather_node(const World& world, const Island& a, std::size_t column) {
     n.drive = &world.joint_drives.values()[joint.drive];
     n.drive_share = memory.torque_fraction, n.has_spring = true;
   }
-  const Real per = a.last_step > 0 && !a.fresh ? 1 / (a.last_step * a.last_step) : 0;
+  const Real per = force_of_multiplier(a);
   for (int s = 0; s < 4; ++s)  // N m as yet
     n.limits[s].impulse = n.limits[s].before = per * memory.lambdas[s];
   return n;
@@ -143,6 +148,11 @@ void gather_island(const World& world, GroupScratch& r, const GroupScratch::Rang
   }
 }
 
+/// A world vector along the axes of a contact.
+Vec3 along_axes(const GroupContact& c, Vec3 v) {
+  return {glm::dot(v, c.axes[0]), glm::dot(v, c.axes[1]), glm::dot(v, c.axes[2])};
+}
+
 GroupContact gather_contact(const World& world, std::uint32_t number, const Island& island) {
   const Contact& c = contacts_of(world)[number];
   const Body &a = world.bodies.values()[c.slot_a], &b = world.bodies.values()[c.slot_b];
@@ -159,14 +169,25 @@ GroupContact gather_contact(const World& world, std::uint32_t number, const Isla
   f.core_b = c.point_b - f.radius_b * (glm::conjugate(b.pose.rotation) * c.normal);
   f.friction = c.friction, f.restitution = c.restitution, f.rest = c.rest;
   f.shallow = kShallow * island.size;
-  // From the multiplier to the mean force.
-  const Real per =
-      island.last_step > 0 && !island.fresh ? 1 / (island.last_step * island.last_step) : 0;
-  const Vec3 force = per * c.lambda;
-  f.impulse = {std::max(Real(0), glm::dot(force, f.axes[0])), glm::dot(force, f.axes[1]),
-               glm::dot(force, f.axes[2])};
+  f.surface_first = glm::dot(c.surface_velocity, f.axes[1]);
+  f.surface_second = glm::dot(c.surface_velocity, f.axes[2]);
+  f.impulse = along_axes(f, force_of_multiplier(island) * c.lambda);
+  f.impulse.x = std::max(Real(0), f.impulse.x);
   if (!is_finite(f.impulse) || f.impulse.x == 0) f.impulse = Vec3(0);
   return f;
+}
+
+/// Of a contact that has it: all those of the same two bodies do.
+void gather_rolling(GroupScratch& r, const GroupScratch::Range& range, const Contact& c,
+                    const Island& island) {
+  if (!(c.rolling > 0 || c.spinning > 0)) return;
+  GroupContact& made = r.contacts.back();
+  made.rolling = static_cast<std::uint32_t>(r.rollings.size() - range.first_rolling);
+  GroupRolling f;
+  f.rolling = c.rolling, f.spinning = c.spinning;
+  f.impulse = along_axes(made, force_of_multiplier(island) * c.torque_lambda);
+  if (!is_finite(f.impulse) || made.impulse.x == 0) f.impulse = Vec3(0);
+  r.rollings.push_back(f);
 }
 
 /// Two bodies of a group.
@@ -217,8 +238,7 @@ void add_tie(GroupScratch& r, const GroupScratch::Range& range, GroupTie t) {
 void gather_ties(const World& world, GroupScratch& r, const GroupScratch::Range& range,
                  const IslandStep& of) {
   const Island& a = islands_of(world)[of.number];
-  // From the multiplier to the mean force.
-  const Real per = a.last_step > 0 && !a.fresh ? 1 / (a.last_step * a.last_step) : 0;
+  const Real per = force_of_multiplier(a);
   for (std::uint32_t i = 0; i < a.pins.size(); ++i) {
     const PackedPin& pin = a.pins[i];
     GroupTie t;
@@ -261,7 +281,7 @@ void gather_groups(const World& world, GroupScratch& r, Real h) {
   const std::vector<Island>& list = islands_of(world);
   const std::vector<Contact>& contacts = contacts_of(world);
   r.order.clear(), r.groups.clear(), r.bodies.clear(), r.contacts.clear();
-  r.nodes.clear(), r.trees.clear(), r.crosses.clear(), r.ties.clear();
+  r.nodes.clear(), r.trees.clear(), r.crosses.clear(), r.ties.clear(), r.rollings.clear();
   const auto group_at = [&](std::uint32_t contact) {
     return r.group_of[owner_of(partition, contacts[contact].slot_a).island];
   };
@@ -280,6 +300,7 @@ void gather_groups(const World& world, GroupScratch& r, Real h) {
     range.first_body = r.bodies.size(), range.first_contact = r.contacts.size();
     range.first_node = r.nodes.size(), range.first_tree = r.trees.size();
     range.first_cross = r.crosses.size(), range.first_tie = r.ties.size();
+    range.first_rolling = r.rollings.size();
     for (std::size_t i = from; i < to; ++i) {
       const Contact& c = contacts[r.order[i]];
       r.index[c.slot_a] = r.index[c.slot_b] = kNone;
@@ -300,8 +321,9 @@ void gather_groups(const World& world, GroupScratch& r, Real h) {
       }
     for (std::size_t i = from; i < to; ++i) {
       const Contact& c = contacts[r.order[i]];
-      r.contacts.push_back(
-          gather_contact(world, r.order[i], list[owner_of(partition, c.slot_a).island]));
+      const Island& island = list[owner_of(partition, c.slot_a).island];
+      r.contacts.push_back(gather_contact(world, r.order[i], island));
+      gather_rolling(r, range, c, island);
       GroupContact& made = r.contacts.back();
       made.a = r.index[c.slot_a], made.b = r.index[c.slot_b];
       if (!are_of_one_tree(r, range, {made.a, made.b})) continue;
@@ -324,6 +346,7 @@ void gather_groups(const World& world, GroupScratch& r, Real h) {
     range.trees = r.trees.size() - range.first_tree;
     range.crosses = r.crosses.size() - range.first_cross;
     range.ties = r.ties.size() - range.first_tie;
+    range.rollings = r.rollings.size() - range.first_rolling;
     r.groups.push_back(range);
     from = to;
   }

@@ -28,6 +28,14 @@ struct Side {
     velocity += response->vf * impulse + response->vt * moment;
     spin += impulse * response->vt + response->wt * moment;
   }
+  void twist(Vec3 moment) {
+    sum.torque += moment;
+    if (!response) {
+      spin += body.response * moment;
+      return;
+    }
+    velocity += response->vt * moment, spin += response->wt * moment;
+  }
 };
 
 /// From the bodies' centres to a point.
@@ -50,6 +58,13 @@ struct Pair {
     a.spin += cross->wt * on_b - cross->wf * impulse;
     b.velocity += impulse * cross->vf + on_a * cross->wf;
     b.spin += impulse * cross->vt + on_a * cross->wt;
+  }
+  /// An impulse of torque on a, the opposite on b.
+  void twist(Vec3 moment) {
+    a.twist(moment), b.twist(-moment);
+    if (!cross) return;
+    a.velocity -= cross->vt * moment, a.spin -= cross->wt * moment;
+    b.velocity += moment * cross->wf, b.spin += moment * cross->wt;
   }
 };
 

@@ -11,7 +11,7 @@
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
-#include "engine/solvers/articulated/group_pair.hpp"
+#include "engine/solvers/articulated/group_points.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 #include "engine/solvers/articulated/push_out.hpp"
 
@@ -27,17 +27,13 @@ constexpr Real kLargestTurn = 0.5;
 /// Hz: of the springs between free bodies; twice that against fixed ones. With damping far above
 /// the critical.
 constexpr Real kContactFrequency = 60, kDampingRatio = 10;
-/// m/s: what overlaps is pushed apart no faster.
-constexpr Real kPushSpeed = 1;
-/// m/s: slower impacts are inelastic.
-constexpr Real kSlowestImpact = 0.05;
 /// s: in which a load's compression is given back.
 constexpr Real kTakeUpTime = 0.4, kTakenUp = 0.998;
 /// m/s: slower bodies let springs take up their loads; much faster ones give that back.
 constexpr Real kCalmSpeed = 0.005, kWildSpeed = 0.02;
 /// m: above 0 it tells contact detection that the contact is soft.
 constexpr Real kLeastRest = 1e-12;
-constexpr int kPointIterations = 8, kImpactSweeps = 64, kHardSweeps = 200;
+constexpr int kHardSweeps = 200;
 /// Of the gap of a tie, closed in a substep.
 constexpr Real kTieReturn = 0.5;
 /// A sweep over trees is repeated while it moves a contact by more than this in a substep, m.
@@ -46,31 +42,10 @@ constexpr int kImpactSweepsOfTrees = 6;
 /// m/s: other impulses may make bodies approach so much faster within a substep, or as fast as
 /// anything of the group moves.
 constexpr Real kSuddenSpeed = 2;
-/// Of a contact of bodies in trees, as a fraction of that without joints.
-constexpr Real kLeastResponse = 1e-4;
 
 Softness softness_of(Real frequency, Real h) {
   const Real omega = 2 * kPi * frequency, a = 2 * kDampingRatio + h * omega, b = h * omega * a;
   return {omega / a, b / (1 + b), 1 / (1 + b)};
-}
-
-Arms arms_of(const GroupContact& c) { return {c.arm_a, c.arm_b}; }
-PairOf pair_of(const GroupContact& c) { return {c.a, c.b, c.cross}; }
-
-/// An impulse at one contact.
-void push(const Group& g, const GroupContact& c, Vec3 impulse) {
-  Pair pair = begin_pair(g, pair_of(c));
-  pair.push(arms_of(c), impulse);
-  end_pair(g, pair_of(c), pair);
-}
-
-/// Arms and gap of a contact where its bodies are now.
-void place(const Group& g, GroupContact& c) {
-  const GroupBody &a = g.a(c), &b = g.b(c);
-  const Vec3 n = c.axes[0];
-  c.arm_a = a.pose.position - a.centre + a.pose.rotation * c.core_a - c.radius_a * n;
-  c.arm_b = b.pose.position - b.centre + b.pose.rotation * c.core_b + c.radius_b * n;
-  c.gap = glm::dot(n, a.centre + c.arm_a - b.centre - c.arm_b);
 }
 
 /// Whether two bodies may touch at a contact within the substep.
@@ -79,29 +54,6 @@ bool is_near(const Group& g, const GroupContact& c, Real h, Real sudden) {
   const Side a(g, c.a), b(g, c.b);
   const Real closing = -glm::dot(n, a.speed_at(c.arm_a) - b.speed_at(c.arm_b));
   return c.impulse.x > 0 || c.gap < h * (sudden + std::max(Real(0), closing));
-}
-
-/// The response of a contact.
-void prepare_contact(const Group& g, GroupContact& c) {
-  const Vec3 n = c.axes[0];
-  const Pair pair{{g, c.a}, {g, c.b}, c.cross == kNoNode ? nullptr : &g.crosses[c.cross]};
-  Vec3 moved[3];
-  for (int k = 0; k < 3; ++k) moved[k] = response_of(pair, arms_of(c), c.axes[k]);
-  c.along = glm::dot(n, moved[0]);
-  c.cross_first = glm::dot(c.axes[1], moved[0]), c.cross_second = glm::dot(c.axes[2], moved[0]);
-  const Real k1 = glm::dot(c.axes[1], moved[1]), k2 = glm::dot(c.axes[2], moved[2]),
-             k12 = glm::dot(c.axes[1], moved[2]);
-  // The softer of the two tangential directions: a mean would overshoot in it.
-  c.aside = 0.5 * (k1 + k2) + std::sqrt(0.25 * (k1 - k2) * (k1 - k2) + k12 * k12);
-  // Joints may leave a pair of bodies hardly any way to give in: the contact is theirs then.
-  const Real loose = kLeastResponse * (pair.a.body.per_mass + pair.b.body.per_mass);
-  c.works = c.along > loose && c.aside > loose;
-  if (!c.works) c.impulse = Vec3(0);
-}
-
-void centre_bodies(const Group& g) {
-  for (GroupBody& b : g.bodies)
-    if (b.node == kNoNode) b.centre = b.pose.position;
 }
 
 /// All contacts and trees where the bodies are now.
@@ -115,7 +67,7 @@ void prepare_group(const Group& g, const GroupPart& part) {
     place(g, c);
     c.works = is_near(g, c, part.h, sudden);
     if (!c.works) {
-      c.impulse = Vec3(0);
+      release(g, c);
       continue;
     }
     if (c.cross != known && c.cross != kNoNode)
@@ -124,95 +76,6 @@ void prepare_group(const Group& g, const GroupPart& part) {
   }
   for (GroupTie& t : g.ties) prepare_tie(g, t, part.h);
 }
-
-/// What a sweep over contacts aims at.
-enum class Sweep : std::uint8_t { solves, relaxes };
-/// From which end it goes over them.
-enum class Order : std::uint8_t { forwards, backwards };
-Order turned(Order order, int times) {
-  return (order == Order::backwards) != (times % 2 == 1) ? Order::backwards : Order::forwards;
-}
-
-struct Substep {
-  Real h = 0;
-  GroupPart part;
-  Softness between, against_fixed;
-  bool hard = false;  // without springs
-};
-
-/// Normal speed that a contact asks for at least.
-struct Goal {
-  Real speed = 0;
-  Softness spring;
-};
-
-Goal goal_of(const GroupContact& c, const Softness& spring, const Substep& s, Sweep sweep) {
-  if (c.gap > c.rest) return {-c.gap / s.h, {}};
-  if (sweep == Sweep::relaxes) return {};
-  if (s.hard) return {c.gap < -c.shallow ? std::min(-0.2 * c.gap / s.h, kPushSpeed) : 0, {}};
-  return {std::min(spring.rate * (c.rest - c.gap), kPushSpeed), spring};
-}
-
-/// One point: returns the change of its impulse, N s.
-Vec3 solve_point(const Pair& pair, GroupContact& c, const Goal& goal) {
-  const Vec3 u = pair.speed_of(arms_of(c));
-  const Real un = glm::dot(c.axes[0], u);
-  const Real normal =
-      std::max(Real(0), c.impulse.x + goal.spring.by_mass * (goal.speed - un) / c.along -
-                            goal.spring.by_impulse * c.impulse.x);
-  const Real more = normal - c.impulse.x;
-  Real f1 = c.impulse.y - (glm::dot(c.axes[1], u) + c.cross_first * more) / c.aside;
-  Real f2 = c.impulse.z - (glm::dot(c.axes[2], u) + c.cross_second * more) / c.aside;
-  const Real held = std::sqrt(f1 * f1 + f2 * f2), most = c.friction * normal;
-  if (held > most) f1 *= most / held, f2 *= most / held;
-  const Vec3 change = Vec3(normal, f1, f2) - c.impulse;
-  c.impulse += change;
-  return to_world(c, change);
-}
-
-const Softness& spring_of(const Group& g, const GroupContact& c, const Substep& s) {
-  return g.is_fixed(c) ? s.against_fixed : s.between;
-}
-
-/// Contacts [from, to) between the same two bodies. Returns the largest change of speed, m/s.
-Real solve_points(const Group& g, std::span<GroupContact> points, const Substep& s, Sweep sweep) {
-  Real most = 0;
-  const auto working = std::count_if(points.begin(), points.end(), [](auto& c) { return c.works; });
-  if (working == 0) return most;
-  const int iterations = working > 1 ? kPointIterations : 1;
-  Pair pair = begin_pair(g, pair_of(points.front()));
-  for (int n = 0; n < iterations; ++n) {
-    bool any = false;
-    for (std::size_t i = 0; i < points.size(); ++i) {
-      GroupContact& c = points[n % 2 == 0 ? i : points.size() - 1 - i];
-      if (!c.works) continue;
-      const Vec3 change = solve_point(pair, c, goal_of(c, spring_of(g, c, s), s, sweep));
-      if (change == Vec3(0)) continue;
-      pair.push(arms_of(c), change);
-      most = std::max(most, c.along * glm::length(change)), any = true;
-    }
-    if (!any) break;
-  }
-  if (most > 0) end_pair(g, pair_of(points.front()), pair);
-  return most;
-}
-
-/// Every contact once, those of the same bodies together, from either end.
-Real sweep_contacts(const Group& g, const Substep& s, Sweep sweep, Order order) {
-  Real most = 0;
-  const std::size_t n = g.contacts.size();
-  for (std::size_t from = 0; from < n;) {
-    std::size_t count = 1;
-    const auto at = [&](std::size_t i) { return order == Order::forwards ? i : n - 1 - i; };
-    while (from + count < n && have_same_bodies(g.contacts[at(from)], g.contacts[at(from + count)]))
-      ++count;
-    const std::size_t first = order == Order::forwards ? from : n - from - count;
-    most = std::max(most, solve_points(g, g.contacts.subspan(first, count), s, sweep));
-    from += count;
-  }
-  return most;
-}
-
 /// Limits, then ties, then contacts.
 Real sweep_group(const Group& g, const Substep& s, Sweep sweep, Order order) {
   solve_limits(g, s.h, sweep == Sweep::solves ? s.against_fixed : Softness{});
@@ -223,58 +86,6 @@ Real sweep_group(const Group& g, const Substep& s, Sweep sweep, Order order) {
   }
   return std::max(most, sweep_contacts(g, s, sweep, order));
 }
-
-/// The impact of two bodies that meet within the substep, at the time when they do. They continue
-/// as if they had come from where that leads back to. False if they do not meet.
-bool meet(const Group& g, GroupContact& c, Real h) {
-  GroupBody &a = g.a(c), &b = g.b(c);
-  const Vec3 n = c.axes[0];
-  Pair pair = begin_pair(g, pair_of(c));
-  // The motions of trees have the acceleration of the substep already.
-  Vec3 gained(0);
-  if (a.node != kNoNode) gained += h * a.acceleration;
-  if (b.node != kNoNode) gained -= h * b.acceleration;
-  const Real speed = glm::dot(n, pair.speed_of(arms_of(c)) - gained);
-  const Real pull = glm::dot(n, a.acceleration - b.acceleration);
-  const Real gap = std::max(Real(0), c.gap);
-  if (speed > -kSlowestImpact || gap + h * (speed + 0.5 * h * pull) > 0) return false;
-  // The first zero of gap + speed t + pull t^2 / 2, in the form that does not cancel.
-  const Real root = std::sqrt(std::max(Real(0), speed * speed - 2 * pull * gap));
-  const Real when = std::min(h, 2 * gap / (root - speed));
-  const Real after = -c.restitution * (speed + pull * when) - pull * when;
-  const Real impulse = (after - speed) / c.along;
-  pair.push(arms_of(c), impulse * n);
-  end_pair(g, pair_of(c), pair);
-  c.passed.x += impulse;
-  if (a.node != kNoNode || b.node != kNoNode) return true;
-  const Real back = -when * (after + 0.5 * pull * when) - gap;
-  const Real whole = a.per_mass + b.per_mass;
-  a.pose.position += back * a.per_mass / whole * n,
-      b.pose.position -= back * b.per_mass / whole * n;
-  c.gap += back;
-  return true;
-}
-
-/// Impacts of the substep, pair by pair until none approaches: a row of balls passes a blow on.
-/// Whether there were any.
-bool collide_elastically(const Group& g, const Substep& s) {
-  bool moved = false;
-  for (int sweep = 0; sweep < kImpactSweeps; ++sweep) {
-    bool any = false;
-    for (GroupContact& c : g.contacts)
-      any = (c.restitution > 0 && c.works && meet(g, c, s.h)) || any;
-    if (!any) break;
-    moved = true;
-  }
-  if (!moved) return false;
-  centre_bodies(g);
-  for (GroupContact& c : g.contacts) {
-    place(g, c);
-    if (c.works) prepare_contact(g, c);
-  }
-  return true;
-}
-
 /// Half of the drag before the forces of a substep, half after its contacts: what rests is not
 /// lighter for its drag.
 void slow_down(GroupBody& b, Real h) {
@@ -317,9 +128,9 @@ void push_again(const Group& g) {
       continue;
     }
     const Real last = c.impulse.x;
-    if (!g.trees.empty()) c.impulse *= lasting(last, c.before) / last;
+    if (!g.trees.empty()) keep_part(g, c, lasting(last, c.before) / last);
     c.before = last;
-    push(g, c, to_world(c, c.impulse));
+    push(g, c);
   }
 }
 
@@ -351,11 +162,12 @@ void take_substep(const Group& g, const Substep& s, Order order) {
   for (int n = 0; n < (!pushed ? 0 : s.hard ? sweeps : 1); ++n)
     if (sweep_group(g, s, Sweep::relaxes, turned(order, n + 1)) <= enough) break;
   settle_trees(g);
-  if (is_bound) bound_energy(g, energy);
+  if (is_bound) bound_energy(g, energy + work_of_surfaces(g));
   release_trees(g, s.part);
   for (GroupBody& b : g.bodies)
     if (b.per_mass > 0) slow_down(b, s.h);
   for (GroupContact& c : g.contacts) c.passed += c.impulse;
+  for (GroupRolling& r : g.rollings) r.passed += r.impulse;
   for (GroupTie& t : g.ties) t.passed += t.impulse;
 }
 
@@ -454,6 +266,7 @@ void step_group(const Group& g, Real h) {
     c.before = c.impulse.x;
     if (s.hard) c.rest = 0;  // what a heap took up has no spring to bear it
   }
+  for (GroupRolling& r : g.rollings) r.impulse *= s.h;
   for (GroupTie& t : g.ties) t.impulse *= s.h;
   for (GroupNode& n : g.nodes)
     for (GroupLimit& limit : n.limits) limit.impulse *= s.h, limit.before *= s.h;
@@ -477,6 +290,7 @@ void step_group(const Group& g, Real h) {
   }
   finish_group(g);
   for (GroupContact& c : g.contacts) c.impulse /= s.h;
+  for (GroupRolling& r : g.rollings) r.impulse /= s.h;
   for (GroupTie& t : g.ties) t.impulse /= s.h;
   for (GroupNode& n : g.nodes)
     for (GroupLimit& limit : n.limits) limit.impulse /= s.h;

@@ -1,0 +1,138 @@
+// Contact points of a group, and impulses on them.
+#include "engine/solvers/articulated/group_points.hpp"
+
+#include <algorithm>
+
+namespace pantin::detail::articulated {
+namespace {
+
+/// m/s: what overlaps is pushed apart no faster.
+constexpr Real kPushSpeed = 1;
+constexpr int kPointIterations = 8;
+/// Of a contact of bodies in trees, as a fraction of that without joints.
+constexpr Real kLeastResponse = 1e-4;
+
+/// Normal speed that a contact asks for at least.
+struct Goal {
+  Real speed = 0;
+  Softness spring;
+};
+
+Goal goal_of(const GroupContact& c, const Softness& spring, const Substep& s, Sweep sweep) {
+  if (c.gap > c.rest) return {-c.gap / s.h, {}};
+  if (sweep == Sweep::relaxes) return {};
+  if (s.hard) return {c.gap < -c.shallow ? std::min(-0.2 * c.gap / s.h, kPushSpeed) : 0, {}};
+  return {std::min(spring.rate * (c.rest - c.gap), kPushSpeed), spring};
+}
+
+/// One point: returns the change of its impulse, N s.
+Vec3 solve_point(const Pair& pair, GroupContact& c, const Goal& goal) {
+  const Vec3 u = pair.speed_of(arms_of(c));
+  const Real un = glm::dot(c.axes[0], u);
+  const Real normal =
+      std::max(Real(0), c.impulse.x + goal.spring.by_mass * (goal.speed - un) / c.along -
+                            goal.spring.by_impulse * c.impulse.x);
+  const Real more = normal - c.impulse.x;
+  const Real u1 = glm::dot(c.axes[1], u) + c.surface_first,
+             u2 = glm::dot(c.axes[2], u) + c.surface_second;
+  Real f1 = c.impulse.y - (u1 + c.cross_first * more) / c.aside;
+  Real f2 = c.impulse.z - (u2 + c.cross_second * more) / c.aside;
+  const Real held = std::sqrt(f1 * f1 + f2 * f2), most = c.friction * normal;
+  if (held > most) f1 *= most / held, f2 *= most / held;
+  const Vec3 change = Vec3(normal, f1, f2) - c.impulse;
+  c.impulse += change;
+  return to_world(c, change);
+}
+
+/// Contacts [from, to) between the same two bodies. Returns the largest change of speed, m/s.
+Real solve_points(const Group& g, std::span<GroupContact> points, const Substep& s, Sweep sweep) {
+  Real most = 0;
+  int working = 0;
+  for (const GroupContact& c : points)  // friction and rolling friction are two
+    if (c.works) working += c.rolling == kNoNode ? 1 : 2;
+  if (working == 0) return most;
+  const int iterations = working > 1 ? kPointIterations : 1;
+  Pair pair = begin_pair(g, pair_of(points.front()));
+  for (int n = 0; n < iterations; ++n) {
+    bool any = false;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      GroupContact& c = points[n % 2 == 0 ? i : points.size() - 1 - i];
+      if (!c.works) continue;
+      const Vec3 change = solve_point(pair, c, goal_of(c, spring_of(g, c, s), s, sweep));
+      if (change != Vec3(0)) {
+        pair.push(arms_of(c), change);
+        most = std::max(most, c.along * glm::length(change)), any = true;
+      }
+      if (c.rolling == kNoNode) continue;
+      const Real turned_by = solve_rolling(pair, c, g.rollings[c.rolling]);
+      most = std::max(most, turned_by), any = any || turned_by > 0;
+    }
+    if (!any) break;
+  }
+  if (most > 0) end_pair(g, pair_of(points.front()), pair);
+  return most;
+}
+
+}  // namespace
+
+void centre_bodies(const Group& g) {
+  for (GroupBody& b : g.bodies)
+    if (b.node == kNoNode) b.centre = b.pose.position;
+}
+
+void push(const Group& g, const GroupContact& c) {
+  Pair pair = begin_pair(g, pair_of(c));
+  pair.push(arms_of(c), to_world(c, c.impulse));
+  if (c.rolling != kNoNode) pair.twist(to_world(c, g.rollings[c.rolling].impulse));
+  end_pair(g, pair_of(c), pair);
+}
+
+void place(const Group& g, GroupContact& c) {
+  const GroupBody &a = g.a(c), &b = g.b(c);
+  const Vec3 n = c.axes[0];
+  c.arm_a = a.pose.position - a.centre + a.pose.rotation * c.core_a - c.radius_a * n;
+  c.arm_b = b.pose.position - b.centre + b.pose.rotation * c.core_b + c.radius_b * n;
+  c.gap = glm::dot(n, a.centre + c.arm_a - b.centre - c.arm_b);
+}
+
+void prepare_contact(const Group& g, GroupContact& c) {
+  const Vec3 n = c.axes[0];
+  const Pair pair{{g, c.a}, {g, c.b}, c.cross == kNoNode ? nullptr : &g.crosses[c.cross]};
+  Vec3 moved[3];
+  for (int k = 0; k < 3; ++k) moved[k] = response_of(pair, arms_of(c), c.axes[k]);
+  c.along = glm::dot(n, moved[0]);
+  c.cross_first = glm::dot(c.axes[1], moved[0]), c.cross_second = glm::dot(c.axes[2], moved[0]);
+  const Real k1 = glm::dot(c.axes[1], moved[1]), k2 = glm::dot(c.axes[2], moved[2]),
+             k12 = glm::dot(c.axes[1], moved[2]);
+  // The softer of the two tangential directions: a mean would overshoot in it.
+  c.aside = 0.5 * (k1 + k2) + std::sqrt(0.25 * (k1 - k2) * (k1 - k2) + k12 * k12);
+  // Joints may leave a pair of bodies hardly any way to give in: the contact is theirs then.
+  const Real loose = kLeastResponse * (pair.a.body.per_mass + pair.b.body.per_mass);
+  c.works = c.along > loose && c.aside > loose;
+  if (!c.works) release(g, c);
+  if (c.works && c.rolling != kNoNode) prepare_rolling(pair, c, g.rollings[c.rolling]);
+}
+
+Real sweep_contacts(const Group& g, const Substep& s, Sweep sweep, Order order) {
+  Real most = 0;
+  const std::size_t n = g.contacts.size();
+  for (std::size_t from = 0; from < n;) {
+    std::size_t count = 1;
+    const auto at = [&](std::size_t i) { return order == Order::forwards ? i : n - 1 - i; };
+    while (from + count < n && have_same_bodies(g.contacts[at(from)], g.contacts[at(from + count)]))
+      ++count;
+    const std::size_t first = order == Order::forwards ? from : n - from - count;
+    most = std::max(most, solve_points(g, g.contacts.subspan(first, count), s, sweep));
+    from += count;
+  }
+  return most;
+}
+
+Real work_of_surfaces(const Group& g) {
+  Real sum = 0;
+  for (const GroupContact& c : g.contacts)
+    sum -= c.impulse.y * c.surface_first + c.impulse.z * c.surface_second;
+  return std::max(Real(0), sum);
+}
+
+}  // namespace pantin::detail::articulated

@@ -1,0 +1,67 @@
+#pragma once
+/// Contact points of a group: how they respond in a substep, and impulses on them, point by point
+/// and pair by pair.
+#include "engine/solvers/articulated/group_pair.hpp"
+
+namespace pantin::detail::articulated {
+
+/// What a sweep over contacts aims at.
+enum class Sweep : std::uint8_t { solves, relaxes };
+/// From which end it goes over them.
+enum class Order : std::uint8_t { forwards, backwards };
+inline Order turned(Order order, int times) {
+  return (order == Order::backwards) != (times % 2 == 1) ? Order::backwards : Order::forwards;
+}
+
+struct Substep {
+  Real h = 0;
+  GroupPart part;
+  Softness between, against_fixed;
+  bool hard = false;  // without springs
+};
+
+inline const Softness& spring_of(const Group& g, const GroupContact& c, const Substep& s) {
+  return g.is_fixed(c) ? s.against_fixed : s.between;
+}
+
+inline Arms arms_of(const GroupContact& c) { return {c.arm_a, c.arm_b}; }
+inline PairOf pair_of(const GroupContact& c) { return {c.a, c.b, c.cross}; }
+
+/// Arms of bodies without joints start at their mass centres.
+void centre_bodies(const Group& g);
+/// Arms and gap of a contact where its bodies are now.
+void place(const Group& g, GroupContact& c);
+/// The response of a contact.
+void prepare_contact(const Group& g, GroupContact& c);
+/// A contact that bears nothing.
+inline void release(const Group& g, GroupContact& c) {
+  c.impulse = Vec3(0);
+  if (c.rolling != kNoNode) g.rollings[c.rolling].impulse = Vec3(0);
+}
+/// Part of the impulses that a contact had is left.
+inline void keep_part(const Group& g, GroupContact& c, Real part) {
+  c.impulse *= part;
+  if (c.rolling != kNoNode) g.rollings[c.rolling].impulse *= part;
+}
+/// The impulses that a contact has, on its bodies.
+void push(const Group& g, const GroupContact& c);
+/// Every contact once, those of the same bodies together, from either end. Returns the largest
+/// change of speed, m/s.
+Real sweep_contacts(const Group& g, const Substep& s, Sweep sweep, Order order);
+
+/// Impacts of the substep, pair by pair until none approaches: a row of balls passes a blow on.
+/// Whether there were any (group_impacts.cpp).
+bool collide_elastically(const Group& g, const Substep& s);
+
+/// J, that the motion of surfaces gives at most in a substep, by friction.
+Real work_of_surfaces(const Group& g);
+
+// Rolling and spinning friction (group_rolling.cpp), of contacts that have it.
+
+/// What torques change of the relative turning.
+void prepare_rolling(const Pair& pair, const GroupContact& c, GroupRolling& r);
+/// Torques on the two bodies, bounded by the normal impulse. Returns the change of speed at the
+/// contact, m/s.
+Real solve_rolling(Pair& pair, const GroupContact& c, GroupRolling& r);
+
+}  // namespace pantin::detail::articulated
