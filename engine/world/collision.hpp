@@ -22,28 +22,28 @@ namespace pantin {
 /// `surface_velocity`, whose part along the normal of a contact does not count. Those of two bodies
 /// add up. It may change at any time.
 struct Collision {
-  Real friction = 0.5;       // Coulomb; of two bodies the geometric mean counts
-  Real restitution = 0;      // 0..1; of two bodies the larger counts
-  Real rolling = 0;          // m: torque against rolling over normal force; the larger counts
-  Real spinning = 0;         // m: the same about the normal; the larger counts
-  Vec3 surface_velocity{0};  // m/s, in the frame that the body is placed by
-  std::uint32_t groups = 1;  // bits: groups that this body belongs to
+  Real friction = 0.5;              // Coulomb; of two bodies the geometric mean counts
+  Real restitution = 0;             // 0..1; of two bodies the larger counts
+  std::uint32_t groups = 1;         // bits: groups that this body belongs to
   std::uint32_t with = UINT32_MAX;  // bits: groups that it collides with; both bodies must agree
   bool others = false;              // dynamic bodies of other islands too
   bool self = false;                // dynamic bodies of its own island too
   bool sensor = false;              // reports overlaps, pushes nothing
+  Real rolling = 0;          // m: torque against rolling over normal force; the larger counts
+  Real spinning = 0;         // m: the same about the normal; the larger counts
+  Vec3 surface_velocity{0};  // m/s, in the frame that the body is placed by
 
   static void fields(auto& self, auto&& field) {
     field("friction", self.friction);
     field("restitution", self.restitution);
-    field("rolling", self.rolling);
-    field("spinning", self.spinning);
-    field("surface_velocity", self.surface_velocity);
     field("groups", self.groups);
     field("with", self.with);
     field("others", self.others);
     field("self", self.self);
     field("sensor", self.sensor);
+    field("rolling", self.rolling);
+    field("spinning", self.spinning);
+    field("surface_velocity", self.surface_velocity);
   }
 };
 

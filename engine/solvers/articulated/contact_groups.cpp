@@ -133,7 +133,9 @@ void write_contact(World& world, const Group& g, const GroupContact& f, Real h) 
   c.torque_lambda = c.torque = Vec3(0);
   if (f.rolling != kNoNode) {
     const GroupRolling& r = g.rollings[f.rolling];
-    c.torque_lambda = h * h * to_world(f, r.impulse), c.torque = to_world(f, r.passed) / h;
+    const Real share = Real(1) / r.count;  // each point of it has as much
+    c.torque_lambda = share * h * h * to_world(r, r.impulse);
+    c.torque = share / h * to_world(r, r.passed);
   }
   c.lambda = h * h * to_world(f, f.impulse);
   c.force = to_world(f, f.passed) / h;

@@ -148,9 +148,21 @@ void gather_island(const World& world, GroupScratch& r, const GroupScratch::Rang
   }
 }
 
-/// A world vector along the axes of a contact.
-Vec3 along_axes(const GroupContact& c, Vec3 v) {
-  return {glm::dot(v, c.axes[0]), glm::dot(v, c.axes[1]), glm::dot(v, c.axes[2])};
+/// A normal and two directions across it.
+void set_axes(Vec3 (&axes)[3], Vec3 normal) {
+  axes[0] = normal;
+  const Vec3 aside = std::abs(normal.x) < 0.6 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
+  axes[1] = glm::normalize(glm::cross(normal, aside));
+  axes[2] = glm::cross(normal, axes[1]);
+}
+
+/// A world vector along these.
+Vec3 along_axes(const Vec3 (&axes)[3], Vec3 v) {
+  return {glm::dot(v, axes[0]), glm::dot(v, axes[1]), glm::dot(v, axes[2])};
+}
+
+const Island& island_of(const World& world, std::uint32_t slot) {
+  return islands_of(world)[owner_of(partition_of(world), slot).island];
 }
 
 GroupContact gather_contact(const World& world, std::uint32_t number, const Island& island) {
@@ -158,36 +170,53 @@ GroupContact gather_contact(const World& world, std::uint32_t number, const Isla
   const Body &a = world.bodies.values()[c.slot_a], &b = world.bodies.values()[c.slot_b];
   GroupContact f;
   f.contact = number;
-  f.axes[0] = c.normal;
-  const Vec3 aside = std::abs(c.normal.x) < 0.6 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
-  f.axes[1] = glm::normalize(glm::cross(c.normal, aside));
-  f.axes[2] = glm::cross(c.normal, f.axes[1]);
+  set_axes(f.axes, c.normal);
   // Round shapes are touched below their core, however they turn; corners turn with the body.
   f.radius_a = radius_of(world, c.slot_a, c.key >> 54 & 0x3ff);
   f.radius_b = radius_of(world, c.slot_b, c.key >> 44 & 0x3ff);
   f.core_a = c.point_a + f.radius_a * (glm::conjugate(a.pose.rotation) * c.normal);
   f.core_b = c.point_b - f.radius_b * (glm::conjugate(b.pose.rotation) * c.normal);
   f.friction = c.friction, f.restitution = c.restitution, f.rest = c.rest;
+  f.rolling_length = c.rolling, f.spinning_length = c.spinning;
   f.shallow = kShallow * island.size;
   f.surface_first = glm::dot(c.surface_velocity, f.axes[1]);
   f.surface_second = glm::dot(c.surface_velocity, f.axes[2]);
-  f.impulse = along_axes(f, force_of_multiplier(island) * c.lambda);
+  f.impulse = along_axes(f.axes, force_of_multiplier(island) * c.lambda);
   f.impulse.x = std::max(Real(0), f.impulse.x);
   if (!is_finite(f.impulse) || f.impulse.x == 0) f.impulse = Vec3(0);
   return f;
 }
 
-/// Of a contact that has it: all those of the same two bodies do.
-void gather_rolling(GroupScratch& r, const GroupScratch::Range& range, const Contact& c,
-                    const Island& island) {
-  if (!(c.rolling > 0 || c.spinning > 0)) return;
-  GroupContact& made = r.contacts.back();
-  made.rolling = static_cast<std::uint32_t>(r.rollings.size() - range.first_rolling);
-  GroupRolling f;
-  f.rolling = c.rolling, f.spinning = c.spinning;
-  f.impulse = along_axes(made, force_of_multiplier(island) * c.torque_lambda);
-  if (!is_finite(f.impulse) || made.impulse.x == 0) f.impulse = Vec3(0);
+/// Of contacts [from, from + count) of a group, those of two bodies.
+void gather_rolling(const World& world, GroupScratch& r, const GroupScratch::Range& range,
+                    GroupRolling f) {
+  const auto points = std::span(r.contacts).subspan(range.first_contact + f.first, f.count);
+  const auto rolls = [](const GroupContact& c) {
+    return c.rolling_length > 0 || c.spinning_length > 0;
+  };
+  if (std::none_of(points.begin(), points.end(), rolls)) return;
+  Vec3 normal(0), torque(0);
+  for (GroupContact& c : points) {
+    c.rolling = static_cast<std::uint32_t>(r.rollings.size() - range.first_rolling);
+    const Contact& contact = contacts_of(world)[c.contact];
+    normal += c.axes[0];
+    torque += force_of_multiplier(island_of(world, contact.slot_a)) * contact.torque_lambda;
+  }
+  set_axes(f.axes, glm::length(normal) > 0.1 ? glm::normalize(normal) : points.front().axes[0]);
+  f.impulse = along_axes(f.axes, torque);
+  if (!is_finite(f.impulse)) f.impulse = Vec3(0);
   r.rollings.push_back(f);
+}
+
+/// Of all contacts of the last group.
+void gather_rollings(const World& world, GroupScratch& r, const GroupScratch::Range& range) {
+  const auto contacts = std::span(r.contacts).subspan(range.first_contact);
+  for (std::uint32_t from = 0, to = 0; from < contacts.size(); from = to) {
+    while (to < contacts.size() && have_same_bodies(contacts[from], contacts[to])) ++to;
+    GroupRolling f;
+    f.first = from, f.count = to - from;
+    gather_rolling(world, r, range, f);
+  }
 }
 
 /// Two bodies of a group.
@@ -321,9 +350,7 @@ void gather_groups(const World& world, GroupScratch& r, Real h) {
       }
     for (std::size_t i = from; i < to; ++i) {
       const Contact& c = contacts[r.order[i]];
-      const Island& island = list[owner_of(partition, c.slot_a).island];
-      r.contacts.push_back(gather_contact(world, r.order[i], island));
-      gather_rolling(r, range, c, island);
+      r.contacts.push_back(gather_contact(world, r.order[i], island_of(world, c.slot_a)));
       GroupContact& made = r.contacts.back();
       made.a = r.index[c.slot_a], made.b = r.index[c.slot_b];
       if (!are_of_one_tree(r, range, {made.a, made.b})) continue;
@@ -334,6 +361,7 @@ void gather_groups(const World& world, GroupScratch& r, Real h) {
       made.cross = static_cast<std::uint32_t>(r.crosses.size() - range.first_cross);
       r.crosses.emplace_back();
     }
+    gather_rollings(world, r, range);
     const std::size_t dynamic = r.bodies.size();
     for (std::size_t k = range.first_body; k < dynamic; ++k) {
       const GroupBody& body = r.bodies[k];

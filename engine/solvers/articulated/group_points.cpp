@@ -9,6 +9,9 @@ namespace {
 /// m/s: what overlaps is pushed apart no faster.
 constexpr Real kPushSpeed = 1;
 constexpr int kPointIterations = 8;
+/// Friction and rolling friction of a pair are iterated until they change by less than this part of
+/// what they did at first.
+constexpr Real kRollingTolerance = 0.05;
 /// Of a contact of bodies in trees, as a fraction of that without joints.
 constexpr Real kLeastResponse = 1e-4;
 
@@ -46,28 +49,27 @@ Vec3 solve_point(const Pair& pair, GroupContact& c, const Goal& goal) {
 
 /// Contacts [from, to) between the same two bodies. Returns the largest change of speed, m/s.
 Real solve_points(const Group& g, std::span<GroupContact> points, const Substep& s, Sweep sweep) {
-  Real most = 0;
-  int working = 0;
-  for (const GroupContact& c : points)  // friction and rolling friction are two
-    if (c.works) working += c.rolling == kNoNode ? 1 : 2;
+  Real most = 0, first = 0;
+  const auto working = std::count_if(points.begin(), points.end(), [](auto& c) { return c.works; });
   if (working == 0) return most;
-  const int iterations = working > 1 ? kPointIterations : 1;
+  const bool rolls = points.front().rolling != kNoNode;
+  const int iterations = working > 1 || rolls ? kPointIterations : 1;
   Pair pair = begin_pair(g, pair_of(points.front()));
   for (int n = 0; n < iterations; ++n) {
-    bool any = false;
+    Real now = 0;
     for (std::size_t i = 0; i < points.size(); ++i) {
       GroupContact& c = points[n % 2 == 0 ? i : points.size() - 1 - i];
       if (!c.works) continue;
       const Vec3 change = solve_point(pair, c, goal_of(c, spring_of(g, c, s), s, sweep));
       if (change != Vec3(0)) {
         pair.push(arms_of(c), change);
-        most = std::max(most, c.along * glm::length(change)), any = true;
+        now = std::max(now, c.along * glm::length(change));
       }
-      if (c.rolling == kNoNode) continue;
-      const Real turned_by = solve_rolling(pair, c, g.rollings[c.rolling]);
-      most = std::max(most, turned_by), any = any || turned_by > 0;
     }
-    if (!any) break;
+    if (rolls) now = std::max(now, solve_rolling(g, pair, g.rollings[points.front().rolling]));
+    most = std::max(most, now);
+    if (n == 0) first = now;
+    if (now == 0 || (rolls && now <= kRollingTolerance * first)) break;
   }
   if (most > 0) end_pair(g, pair_of(points.front()), pair);
   return most;
@@ -83,7 +85,6 @@ void centre_bodies(const Group& g) {
 void push(const Group& g, const GroupContact& c) {
   Pair pair = begin_pair(g, pair_of(c));
   pair.push(arms_of(c), to_world(c, c.impulse));
-  if (c.rolling != kNoNode) pair.twist(to_world(c, g.rollings[c.rolling].impulse));
   end_pair(g, pair_of(c), pair);
 }
 
@@ -109,8 +110,8 @@ void prepare_contact(const Group& g, GroupContact& c) {
   // Joints may leave a pair of bodies hardly any way to give in: the contact is theirs then.
   const Real loose = kLeastResponse * (pair.a.body.per_mass + pair.b.body.per_mass);
   c.works = c.along > loose && c.aside > loose;
-  if (!c.works) release(g, c);
-  if (c.works && c.rolling != kNoNode) prepare_rolling(pair, c, g.rollings[c.rolling]);
+  if (!c.works) c.impulse = Vec3(0);
+  if (c.works && c.rolling != kNoNode) prepare_rolling(pair, g.rollings[c.rolling]);
 }
 
 Real sweep_contacts(const Group& g, const Substep& s, Sweep sweep, Order order) {

@@ -33,16 +33,6 @@ void centre_bodies(const Group& g);
 void place(const Group& g, GroupContact& c);
 /// The response of a contact.
 void prepare_contact(const Group& g, GroupContact& c);
-/// A contact that bears nothing.
-inline void release(const Group& g, GroupContact& c) {
-  c.impulse = Vec3(0);
-  if (c.rolling != kNoNode) g.rollings[c.rolling].impulse = Vec3(0);
-}
-/// Part of the impulses that a contact had is left.
-inline void keep_part(const Group& g, GroupContact& c, Real part) {
-  c.impulse *= part;
-  if (c.rolling != kNoNode) g.rollings[c.rolling].impulse *= part;
-}
 /// The impulses that a contact has, on its bodies.
 void push(const Group& g, const GroupContact& c);
 /// Every contact once, those of the same bodies together, from either end. Returns the largest
@@ -56,12 +46,14 @@ bool collide_elastically(const Group& g, const Substep& s);
 /// J, that the motion of surfaces gives at most in a substep, by friction.
 Real work_of_surfaces(const Group& g);
 
-// Rolling and spinning friction (group_rolling.cpp), of contacts that have it.
+// Rolling and spinning friction (group_rolling.cpp), of bodies that have it.
 
 /// What torques change of the relative turning.
-void prepare_rolling(const Pair& pair, const GroupContact& c, GroupRolling& r);
-/// Torques on the two bodies, bounded by the normal impulse. Returns the change of speed at the
+void prepare_rolling(const Pair& pair, GroupRolling& r);
+/// Torques on the two bodies, bounded by the normal impulses. Returns the change of speed at the
 /// contact, m/s.
-Real solve_rolling(Pair& pair, const GroupContact& c, GroupRolling& r);
+Real solve_rolling(const Group& g, Pair& pair, GroupRolling& r);
+/// The impulse that it has, as far as the normal impulses of its contacts allow it, on its bodies.
+void push(const Group& g, GroupRolling& r);
 
 }  // namespace pantin::detail::articulated

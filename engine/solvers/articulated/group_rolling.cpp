@@ -1,7 +1,8 @@
 // Rolling and spinning friction: what touches over a patch resists turning about the contact.
 //
 // A torque across the normal, bounded by a length times the normal impulse, opposes rolling; one
-// along the normal opposes spinning. Both are implicit, like Coulomb's cone: what they can stop
+// along the normal opposes spinning. All points of two bodies share one: nothing would tell the
+// torques of each apart. Both are implicit, like Coulomb's cone: what they can stop
 // stands, and nothing turns back.
 #include <algorithm>
 
@@ -20,34 +21,59 @@ Vec3 spin_response(const Pair& pair, Vec3 torque) {
   return both - pair.cross->wt * torque - torque * pair.cross->wt;
 }
 
+/// N m s: the most that the normal impulses allow along the normal, and across it.
+struct Bounds {
+  Real spinning = 0, rolling = 0;
+};
+Bounds bounds_of(const Group& g, const GroupRolling& r) {
+  Bounds b;
+  for (const GroupContact& c : g.contacts.subspan(r.first, r.count))
+    b.spinning += c.spinning_length * c.impulse.x, b.rolling += c.rolling_length * c.impulse.x;
+  return b;
+}
+
+Vec3 bounded(Vec3 torque, const Bounds& most) {
+  torque.x = std::clamp(torque.x, -most.spinning, most.spinning);
+  const Real held = std::sqrt(torque.y * torque.y + torque.z * torque.z);
+  if (held > most.rolling) torque.y *= most.rolling / held, torque.z *= most.rolling / held;
+  return torque;
+}
+
 }  // namespace
 
-void prepare_rolling(const Pair& pair, const GroupContact& c, GroupRolling& r) {
-  r.about = glm::dot(c.axes[0], spin_response(pair, c.axes[0]));
-  const Vec3 first = spin_response(pair, c.axes[1]), second = spin_response(pair, c.axes[2]);
-  const Real k1 = glm::dot(c.axes[1], first), k2 = glm::dot(c.axes[2], second),
-             k12 = glm::dot(c.axes[1], second);
+void prepare_rolling(const Pair& pair, GroupRolling& r) {
+  r.about = glm::dot(r.axes[0], spin_response(pair, r.axes[0]));
+  const Vec3 first = spin_response(pair, r.axes[1]), second = spin_response(pair, r.axes[2]);
+  const Real k1 = glm::dot(r.axes[1], first), k2 = glm::dot(r.axes[2], second),
+             k12 = glm::dot(r.axes[1], second);
   // The softer direction, as of friction.
   r.across = 0.5 * (k1 + k2) + std::sqrt(0.25 * (k1 - k2) * (k1 - k2) + k12 * k12);
 }
 
-Real solve_rolling(Pair& pair, const GroupContact& c, GroupRolling& r) {
+Real solve_rolling(const Group& g, Pair& pair, GroupRolling& r) {
   const Vec3 spin = pair.a.spin - pair.b.spin;
   Vec3 now(0);
-  if (const Real most = r.spinning * c.impulse.x; r.about > 0 && most > 0)
-    now.x = std::clamp(r.impulse.x - glm::dot(c.axes[0], spin) / r.about, -most, most);
-  if (const Real most = r.rolling * c.impulse.x; r.across > 0 && most > 0) {
-    now.y = r.impulse.y - glm::dot(c.axes[1], spin) / r.across;
-    now.z = r.impulse.z - glm::dot(c.axes[2], spin) / r.across;
-    const Real held = std::sqrt(now.y * now.y + now.z * now.z);
-    if (held > most) now.y *= most / held, now.z *= most / held;
+  if (r.about > 0) now.x = r.impulse.x - glm::dot(r.axes[0], spin) / r.about;
+  if (r.across > 0) {
+    now.y = r.impulse.y - glm::dot(r.axes[1], spin) / r.across;
+    now.z = r.impulse.z - glm::dot(r.axes[2], spin) / r.across;
   }
-  const Vec3 change = now - r.impulse;
+  const Vec3 change = bounded(now, bounds_of(g, r)) - r.impulse;
   if (change == Vec3(0)) return 0;
-  r.impulse = now;
-  pair.twist(to_world(c, change));
+  r.impulse += change;
+  pair.twist(to_world(r, change));
+  const GroupContact& c = g.contacts[r.first];
   const Real arm = std::sqrt(std::max(glm::dot(c.arm_a, c.arm_a), glm::dot(c.arm_b, c.arm_b)));
   return arm * std::max(r.about, r.across) * glm::length(change);
+}
+
+void push(const Group& g, GroupRolling& r) {
+  r.impulse = bounded(r.impulse, bounds_of(g, r));
+  if (r.impulse == Vec3(0)) return;
+  const PairOf both = pair_of(g.contacts[r.first]);
+  Pair pair = begin_pair(g, both);
+  pair.twist(to_world(r, r.impulse));
+  end_pair(g, both, pair);
 }
 
 }  // namespace pantin::detail::articulated

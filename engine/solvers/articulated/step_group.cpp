@@ -33,7 +33,10 @@ constexpr Real kTakeUpTime = 0.4, kTakenUp = 0.998;
 constexpr Real kCalmSpeed = 0.005, kWildSpeed = 0.02;
 /// m: above 0 it tells contact detection that the contact is soft.
 constexpr Real kLeastRest = 1e-12;
-constexpr int kHardSweeps = 200;
+/// m/s: rolling friction of several points can be shared among them in many ways, and iterations
+/// that change no motion any more may go on exchanging it.
+constexpr Real kEnoughOfRolling = 1e-7;
+constexpr int kHardSweeps = 200, kRollingSweeps = 20;
 /// Of the gap of a tie, closed in a substep.
 constexpr Real kTieReturn = 0.5;
 /// A sweep over trees is repeated while it moves a contact by more than this in a substep, m.
@@ -67,7 +70,7 @@ void prepare_group(const Group& g, const GroupPart& part) {
     place(g, c);
     c.works = is_near(g, c, part.h, sudden);
     if (!c.works) {
-      release(g, c);
+      c.impulse = Vec3(0);
       continue;
     }
     if (c.cross != known && c.cross != kNoNode)
@@ -128,10 +131,11 @@ void push_again(const Group& g) {
       continue;
     }
     const Real last = c.impulse.x;
-    if (!g.trees.empty()) keep_part(g, c, lasting(last, c.before) / last);
+    if (!g.trees.empty()) c.impulse *= lasting(last, c.before) / last;
     c.before = last;
     push(g, c);
   }
+  for (GroupRolling& r : g.rollings) push(g, r);
 }
 
 void take_substep(const Group& g, const Substep& s, Order order) {
@@ -143,9 +147,10 @@ void take_substep(const Group& g, const Substep& s, Order order) {
   if (is_bound && collided) settle_trees(g);
   const Real energy = is_bound ? kinetic_energy(g) : 0;
   push_again(g);
+  const Real exact = g.rollings.empty() ? 1e-14 : kEnoughOfRolling;
   const Real enough =
-      s.hard ? 1e-14 * (1 + glm::length(g.bodies.front().velocity)) : kEnoughAtImpact / s.h;
-  const int sweeps = s.hard                              ? kHardSweeps
+      s.hard ? exact * (1 + glm::length(g.bodies.front().velocity)) : kEnoughAtImpact / s.h;
+  const int sweeps = s.hard ? (g.rollings.empty() ? kHardSweeps : kRollingSweeps)
                      : g.trees.empty() && g.ties.empty() ? 1
                                                          : kImpactSweepsOfTrees;
   for (int n = 0; n < sweeps; ++n)
