@@ -1,6 +1,7 @@
 #include "engine/contact/detect.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <tuple>
 
 #include "engine/base/invariants.hpp"
@@ -23,6 +24,10 @@ std::uint64_t pair_of(std::uint32_t a, std::uint32_t b) {
   return static_cast<std::uint64_t>(std::min(a, b)) << 32 | std::max(a, b);
 }
 
+/// Whether two bodies belong to solvers of their own: to the one that adjusts later, the other is
+/// an obstacle that moves.
+bool have_two_solvers(const Collider& a, const Collider& b) { return a.solver != b.solver; }
+
 struct Finder {
   World& world;
   std::span<const Real> reach;
@@ -33,10 +38,10 @@ struct Finder {
 
 // ---- Colliders ---------------------------------------------------------------------------------
 
-/// Index of a body's island over all solvers; UINT64_MAX: none.
-std::uint64_t island_of(const Partition& partition, std::uint32_t slot) {
-  const Owner owner = owner_of(partition, slot);
-  return owner ? std::uint64_t(owner.solver) << 32 | owner.island : UINT64_MAX;
+/// The solver and the island of a body.
+void note_owner(const Partition& partition, Collider& c) {
+  const Owner owner = owner_of(partition, c.slot);
+  if (owner) c.solver = owner.solver, c.island = owner.island;
 }
 
 void add_shape(const Finder& s, std::uint32_t slot, const Shapes& shapes, std::uint32_t index) {
@@ -80,8 +85,10 @@ void list_colliders(const Finder& s) {
       continue;
     }
     PANTIN_ASSERT(is_range(0, s.reach[slot]));
-    Collider collider{slot, static_cast<std::uint32_t>(scratch.shapes.size()), 0,
-                      island_of(s.partition, slot), collision};
+    Collider collider;
+    collider.slot = slot, collider.first = static_cast<std::uint32_t>(scratch.shapes.size());
+    collider.collision = collision;
+    note_owner(s.partition, collider);
     for (std::uint32_t i = 0; i < shapes->list.size(); ++i) add_shape(s, slot, *shapes, i);
     collider.count = static_cast<std::uint32_t>(scratch.shapes.size()) - collider.first;
     if (collider.count == 0) continue;
@@ -104,17 +111,24 @@ bool may_collide(const Search& scratch, const Collider& a, const Collider& b) {
 }
 
 bool asked_for(const Collider& a, const Collider& b) {
-  const bool own = a.island == b.island && a.island != UINT64_MAX;
+  if (have_two_solvers(a, b)) return true;
+  const bool own = a.island == b.island;
   return own ? a.collision->self && b.collision->self : a.collision->others || b.collision->others;
 }
 
-/// Pairs of moving colliders with overlapping bounds (broad phase).
+/// Pairs of moving colliders with overlapping bounds (broad phase), the one whose contact it is
+/// first.
 void list_pairs(const Finder& s) {
   Search& scratch = s.scratch;
   scratch.pairs.clear();
+  const auto at = [&](std::uint32_t collider) -> const Collider& {
+    return scratch.colliders[collider];
+  };
+  const bool two_solvers = std::any_of(
+      scratch.moving.begin(), scratch.moving.end(),
+      [&](std::uint32_t c) { return have_two_solvers(at(c), at(scratch.moving.front())); });
   const auto asks = [&](std::uint32_t collider) {
-    return scratch.colliders[collider].collision->others ||
-           scratch.colliders[collider].collision->self;
+    return two_solvers || at(collider).collision->others || at(collider).collision->self;
   };
   if (std::none_of(scratch.moving.begin(), scratch.moving.end(), asks)) return;
   update_tree(scratch.moving_tree, scratch.moving_boxes);
@@ -126,8 +140,10 @@ void list_pairs(const Finder& s) {
       const Collider& b = scratch.colliders[scratch.moving[j]];
       // If both request it, the pair is reported once, by the lower index.
       if (i == j || (j < i && asks(scratch.moving[j]))) return;
-      if (asked_for(a, b) && may_collide(scratch, a, b))
-        scratch.pairs.push_back(pair_of(scratch.moving[i], scratch.moving[j]));
+      if (!asked_for(a, b) || !may_collide(scratch, a, b)) return;
+      const bool a_first = a.solver == b.solver ? a.slot < b.slot : a.solver > b.solver;
+      const std::uint64_t first = scratch.moving[a_first ? i : j];
+      scratch.pairs.push_back(first << 32 | scratch.moving[a_first ? j : i]);
     });
   }
   std::sort(scratch.pairs.begin(), scratch.pairs.end());
@@ -169,7 +185,10 @@ void collide_shapes(const Finder& s, const ColliderShape& a, const ColliderShape
   const Collision* other = scratch.colliders[scratch.collider_at[b.slot]].collision;
   for (const ContactPoint& p : scratch.points)
     scratch.found.push_back({b.slot, key_of(a, b, p.feature), other, p});
-  if (!feels_contacts(s.partition, b.slot)) add_core_contact(s, a, b);
+  const auto collider = [&](const ColliderShape& shape) -> const Collider& {
+    return scratch.colliders[scratch.collider_at[shape.slot]];
+  };
+  if (have_two_solvers(collider(a), collider(b))) add_core_contact(s, a, b);
 }
 
 void collide_static(const Finder& s, const Collider& a) {
@@ -319,6 +338,15 @@ void find_contacts(World& world, std::span<const Real> reach) {
   }
 }
 
+Real rounding_at(const World& world, std::uint32_t slot, std::uint64_t shape) {
+  const Shapes* shapes = world.shapes.find(world.bodies.owners()[slot]);
+  if (!shapes || shape >= shapes->list.size()) return 0;
+  const Shape& s = shapes->list[shape];
+  const auto rounded = traits_of(s.kind).rounded;
+  const std::optional<RoundedBox> core = rounded ? rounded(s) : std::nullopt;
+  return core ? core->radius : 0;
+}
+
 Real extent_of(const Shapes& shapes) {
   Real most = 0;
   for (const Shape& s : shapes.list)
@@ -336,7 +364,7 @@ Pose pose_before(const Body& b, Real h) {
 }
 
 /// Kinematic bodies are at the end of the step already: for the search they return to its start,
-/// and their reach is the displacement over the step.
+/// and their reach is the displacement over the step. So do those that a solver has moved.
 void detect(World& world, Real h) {
   PANTIN_ASSERT(is_positive(h));
   DetectScratch& scratch = world.memory.of<Memory>().scratch;
@@ -351,7 +379,13 @@ void detect(World& world, Real h) {
     const Real extent = shapes ? extent_of(*shapes) : 0;
     scratch.reach[slot] = h * (glm::length(b.velocity) + extent * glm::length(b.angular_velocity));
   }
+  const auto swap_starts = [&] {
+    for (StartPose& start : scratch.starts)
+      std::swap(world.bodies.values()[start.slot].pose, start.pose);
+  };
+  swap_starts();
   find_contacts(world, scratch.reach);
+  swap_starts();
   auto end = scratch.ends.begin();
   for (std::uint32_t slot : partition.kinematic)
     if (Body& b = world.bodies.values()[slot]; moves(b)) b.pose = *end++;

@@ -28,7 +28,8 @@ struct ColliderShape {
 /// A collider: one body with its shapes.
 struct Collider {
   std::uint32_t slot = 0, first = 0, count = 0;  // its shapes
-  std::uint64_t island = UINT64_MAX;             // over all solvers; none: no solver owns the body
+  std::uint8_t solver = UINT8_MAX;               // none: no solver owns the body
+  std::uint32_t island = UINT32_MAX;             // of that solver
   const Collision* collision = nullptr;
 };
 

@@ -27,7 +27,7 @@ constexpr Knowledge kKnowledge[kFeatures] = {
     {"a soft stop", kAuto, "\"auto\""},
     {"a pose drive", kAuto | kExact, "\"auto\" or \"lagrangian\""},
     {"a cable", kAuto | kExact, "\"auto\" or \"lagrangian\""},
-    {"contact", kAuto, "\"auto\""},
+    {"contact", kAuto | kExact, "\"auto\" or \"lagrangian\""},
     {"a spring pin", kAuto | kExact, "\"auto\" or \"lagrangian\""}};
 
 const Knowledge& knowledge(Feature f) { return kKnowledge[static_cast<int>(f)]; }
