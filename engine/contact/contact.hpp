@@ -13,11 +13,12 @@ struct World;
 
 /// One contact point of two bodies that touch or may touch within the step.
 struct Contact {
-  std::uint32_t slot_a = 0, slot_b = 0;  // in World::bodies; a is dynamic
-  std::uint64_t key = 0;                 // identifies shapes and features; equal in the next step
-  Vec3 point_a{0}, point_b{0};           // in the bodies' mass-centre frames, m
-  Vec3 normal{0, 1, 0};                  // unit, world, from b to a
-  Real gap = 0;                          // m, at the start of the step; below 0: overlap
+  // In World::bodies; a is dynamic. Of bodies of two solvers, a is the one that adjusts later.
+  std::uint32_t slot_a = 0, slot_b = 0;
+  std::uint64_t key = 0;        // identifies shapes and features; equal in the next step
+  Vec3 point_a{0}, point_b{0};  // in the bodies' mass-centre frames, m
+  Vec3 normal{0, 1, 0};         // unit, world, from b to a
+  Real gap = 0;                 // m, at the start of the step; below 0: overlap
   Real friction = 0, restitution = 0;
   Real rolling = 0, spinning = 0;  // m
   Vec3 surface_velocity{0};        // m/s, world: of a's surface on a, less that of b's on b

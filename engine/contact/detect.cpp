@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <optional>
 #include <tuple>
 
 #include "engine/base/invariants.hpp"
@@ -25,6 +26,23 @@ std::uint64_t pair_of(std::uint32_t a, std::uint32_t b) {
   return static_cast<std::uint64_t>(std::min(a, b)) << 32 | std::max(a, b);
 }
 
+/// The solver of a body, as in kSolvers; UINT8_MAX: none.
+std::uint8_t solver_of(const Finder& s, std::uint32_t slot) {
+  const Owner owner = owner_of(s.partition, slot);
+  return owner ? owner.solver : UINT8_MAX;
+}
+
+/// Whether two bodies belong to solvers of their own: to the one that adjusts later, the other is
+/// an obstacle that moves.
+bool have_two_solvers(const Finder& s, std::uint32_t a, std::uint32_t b) {
+  return solver_of(s, a) != solver_of(s, b);
+}
+
+/// Of two bodies that solvers move, whether `a` is the one whose contact it is.
+bool is_first(const Finder& s, std::uint32_t a, std::uint32_t b) {
+  return have_two_solvers(s, a, b) ? solver_of(s, a) > solver_of(s, b) : a < b;
+}
+
 /// Index of a body's island over all solvers; UINT64_MAX: none.
 std::uint64_t island_of(const Finder& s, std::uint32_t slot) {
   const Owner owner = owner_of(s.partition, slot);
@@ -46,15 +64,22 @@ bool may_collide(const Finder& s, const Search& search, std::uint32_t a, std::ui
 /// Of two bodies that solvers move.
 bool asked_for(const Finder& s, std::uint32_t slot_a, std::uint32_t slot_b) {
   const Collision &a = collision_of(s, slot_a), &b = collision_of(s, slot_b);
+  if (have_two_solvers(s, slot_a, slot_b)) return true;
   const std::uint64_t island = island_of(s, slot_a);
   const bool own = island != UINT64_MAX && island == island_of(s, slot_b);
   return own ? a.self && b.self : a.others || b.others;
 }
 
-/// Pairs of colliders with overlapping bounds (broad phase).
+/// Pairs of colliders with overlapping bounds (broad phase), the one whose contact it is first.
 void list_pairs(const Finder& s, Search& search) {
   search.pairs.clear();
-  const auto asks = [](const Collider& c) { return c.collision->others || c.collision->self; };
+  const bool two_solvers =
+      std::any_of(search.colliders.begin(), search.colliders.end(), [&](const Collider& c) {
+        return have_two_solvers(s, c.slot, search.colliders.front().slot);
+      });
+  const auto asks = [&](const Collider& c) {
+    return two_solvers || c.collision->others || c.collision->self;
+  };
   if (std::none_of(search.colliders.begin(), search.colliders.end(), asks)) return;
   update_tree(search.tree, search.boxes);
   for (std::uint32_t i = 0; i < search.colliders.size(); ++i) {
@@ -65,8 +90,9 @@ void list_pairs(const Finder& s, Search& search) {
       const Collider& b = search.colliders[j];
       // If both request it, the pair is reported once, by the lower index.
       if (i == j || (j < i && asks(b)) || (a.rests && b.rests)) return;
-      if (asked_for(s, a.slot, b.slot) && may_collide(s, search, a.slot, b.slot))
-        search.pairs.push_back(pair_of(i, j));
+      if (!asked_for(s, a.slot, b.slot) || !may_collide(s, search, a.slot, b.slot)) return;
+      const std::uint64_t first = is_first(s, a.slot, b.slot) ? i : j;
+      search.pairs.push_back(first << 32 | (first == i ? j : i));
     });
   }
   std::sort(search.pairs.begin(), search.pairs.end());
@@ -151,7 +177,7 @@ void collide_shapes(const Finder& s, Search& search, const ColliderShape& a,
   const MaterialPair* pair = find_pair(search, a.shape->material, b.shape->material);
   for (const ContactPoint& p : search.points)
     search.found.push_back({a.slot, b.slot, key_of(a, b, p.feature), pair, p});
-  if (!s.is_moved(b.slot)) add_core_contact(s, search, a, b);
+  if (have_two_solvers(s, a.slot, b.slot)) add_core_contact(s, search, a, b);
 }
 
 /// A shape of a body that a solver moves, with obstacles of no solver.
@@ -193,7 +219,7 @@ void collide_resting(const Finder& s, Search& search, const ColliderShape& a) {
                  const bool both = s.is_moved(b.slot);
                  if (both && !asked_for(s, a.slot, b.slot)) return;
                  if (!may_collide(s, search, a.slot, b.slot)) return;
-                 const bool turned = both && b.slot < a.slot;
+                 const bool turned = both && is_first(s, b.slot, a.slot);
                  collide_shapes(s, search, turned ? b : a, turned ? a : b);
                });
 }
@@ -364,6 +390,15 @@ void find_contacts(World& world, std::span<const Real> reach) {
   store_contacts(s, search);
 }
 
+Real rounding_at(const World& world, std::uint32_t slot, std::uint64_t shape) {
+  const Shapes* shapes = world.shapes.find(world.bodies.owners()[slot]);
+  if (!shapes || shape >= shapes->list.size()) return 0;
+  const Shape& s = shapes->list[shape];
+  const auto rounded = traits_of(s.kind).rounded;
+  const std::optional<RoundedBox> core = rounded ? rounded(s) : std::nullopt;
+  return core ? core->radius : 0;
+}
+
 Real extent_of(const Shapes& shapes) {
   Real most = 0;
   for (const Shape& s : shapes.list)
@@ -381,7 +416,7 @@ Pose pose_before(const Body& b, Real h) {
 }
 
 /// Kinematic bodies are at the end of the step already: for the search they return to its start,
-/// and their reach is the displacement over the step.
+/// and their reach is the displacement over the step. So do those that a solver has moved.
 void detect(World& world, Real h) {
   PANTIN_ASSERT(is_positive(h));
   DetectScratch& scratch = world.memory.of<Memory>().scratch;
@@ -401,7 +436,13 @@ void detect(World& world, Real h) {
     const std::uint32_t slot = world.bodies.slot(world.collisions.owners()[i]);
     if (slot != kNoSlot) scratch.reach[slot] = std::max(scratch.reach[slot], kRunningReach);
   }
+  const auto swap_starts = [&] {
+    for (StartPose& start : scratch.starts)
+      std::swap(world.bodies.values()[start.slot].pose, start.pose);
+  };
+  swap_starts();
   find_contacts(world, scratch.reach);
+  swap_starts();
   auto end = scratch.ends.begin();
   for (std::uint32_t slot : partition.kinematic)
     if (Body& b = world.bodies.values()[slot]; moves(b)) b.pose = *end++;

@@ -29,7 +29,8 @@ inline constexpr Real kAtRest = -1;
 void find_contacts(World& world, std::span<const Real> reach);
 
 /// Detects the contacts of a step of `h` seconds from the poses at its start and the solvers'
-/// reaches in Memory::scratch. Kinematic bodies are already at their poses at the end of the step.
+/// reaches in Memory::scratch. Kinematic bodies, and those in DetectScratch::starts, are already at
+/// their poses at the end of the step.
 void detect(World& world, Real h);
 
 /// Fills sensor_overlaps_of(world) from the poses as they stand, for the bodies that the last
@@ -38,6 +39,10 @@ void sense(World& world);
 
 /// Distance of the farthest point of a body's shapes from its mass centre, m.
 Real extent_of(const Shapes& shapes);
+
+/// The radius by which the core of one of a body's shapes is rounded, m: the place where it touches
+/// is that far from a point of the core, however it turns. 0: it touches with its own points.
+Real rounding_at(const World& world, std::uint32_t slot, std::uint64_t shape);
 
 /// Whether a body without a solver moves (a kinematic body).
 bool moves(const Body& b);

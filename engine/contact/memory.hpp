@@ -66,7 +66,7 @@ struct Reaction {
   Real mass = 0;             // kg, of the follower
 };
 
-/// Contact force on a body whose solver has no contact response; applied in its next step.
+/// Contact force on a body that had been stepped when it was found; applied in its next step.
 struct Pressure {
   Entity body;
   Vec3 force{0};   // N
@@ -79,10 +79,17 @@ struct Pressure {
   }
 };
 
+/// A body that the update stage has moved to the end of the step already, and where it started.
+struct StartPose {
+  std::uint32_t slot = 0;
+  Pose pose;
+};
+
 /// Scratch memory of contact detection; not part of the state.
 struct DetectScratch {
   std::vector<Real> reach;  // m, by body slot: how far its surface may move in the step
   std::vector<Pose> ends;   // poses of kinematic bodies at the end of the step
+  std::vector<StartPose> starts;
   std::vector<Contact> before;
   bool stale = false;  // bodies were renumbered: contacts are detected again
   Search search;

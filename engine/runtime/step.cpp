@@ -70,7 +70,9 @@ bool detect_contacts(World& world, Real h) {
   if (!world.collisions.empty()) {
     std::vector<Real>& reach = scratch.reach;
     reach.assign(world.bodies.size(), 0);
-    for (const SolverRow* solver : kSolvers) solver->find_reaches(world, h, reach);
+    scratch.starts.clear();
+    for (const SolverRow* solver : kSolvers)
+      solver->find_reaches(world, h, reach), solver->find_starts(world, scratch.starts);
     contact::detect(world, h);
   } else {
     contacts.clear();

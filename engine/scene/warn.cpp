@@ -134,10 +134,7 @@ void warn_of_unknown(const BuiltScene& built, const Exact& exact, Solver solver,
     messages.warn(first->at, "contact",
                   "body " + quoted(first->name) +
                       (solid > 1 ? " and " + std::to_string(solid - 1) + " more are" : " is") +
-                      " solid, " + who +
-                      (is_exact ? std::string("contacts yet; ") +
-                                      (solid > 1 ? "they touch" : "it touches") + " nothing"
-                                : "contacts; only what flies free is pushed out"));
+                      " solid, " + who + "contacts; only what flies free is pushed out");
   for (const BuiltJoint& j : built.joints) {
     const std::uint32_t mover = built.is_dynamic(j.a) ? j.a : j.b;
     if (j.joint.limits->soft_zone > 0 && built.is_dynamic(mover) &&

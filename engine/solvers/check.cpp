@@ -1,5 +1,6 @@
 // Faults of a World: see check().
 #include <algorithm>
+#include <optional>
 
 #include "engine/base/invariants.hpp"
 #include "engine/solvers/solver.hpp"
@@ -60,8 +61,8 @@ void list_unknown(const Plans& owners) {
   const World& world = owners.world;
   const auto note = [&](Entity who, const SolverSettings* how, Feature what, const char* verb) {
     if (!how || knows(how->solver, what)) return false;
-    const bool minor =
-        what == Feature::contact || what == Feature::soft_stop || what == Feature::spring_pin;
+    const bool minor = what == Feature::contact || what == Feature::soft_stop ||
+                       what == Feature::spring_pin || what == Feature::surface;
     owners.partition.faults.push_back(
         {who, unknown_to(how->solver, what, verb), StructureFault::unknown, minor});
     return true;
@@ -92,6 +93,12 @@ void list_unknown(const Plans& owners) {
     for (Entity body : {one->a, one->b, two->a, two->b})
       if (note(owner, owners.settings(body), Feature::ratio, "is")) break;
   }
+  const auto is_special = [](const Collision& c) {
+    return c.surface_velocity != Vec3(0) || c.rolling != 0 || c.spinning != 0;
+  };
+  std::optional<Entity> belt;  // of no island
+  for (Entity e : world.collisions.owners())
+    if (!belt && !owners.settings(e) && is_special(world.collisions[e])) belt = e;
   // One body represents its island.
   std::vector<const SolverSettings*> told;
   for (Entity e : world.collisions.owners()) {
@@ -102,6 +109,11 @@ void list_unknown(const Plans& owners) {
       continue;
     told.push_back(how);
     note(e, how, Feature::contact, "is made for");
+    if (!knows(how->solver, Feature::contact)) continue;
+    if (is_special(world.collisions[e]))
+      note(e, how, Feature::surface, "has");
+    else if (belt)
+      note(*belt, how, Feature::surface, "has");
   }
 }
 

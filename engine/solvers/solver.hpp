@@ -47,6 +47,8 @@ struct SolverRow {
   bool (*asleep)(const World&);
   /// Bounds on the displacement of its bodies' surfaces in the step, m, by body slot.
   void (*find_reaches)(const World&, Real h, std::span<Real> reach);
+  /// Appends the solid bodies that `predict` has moved to the end of the step already.
+  void (*find_starts)(const World&, std::vector<contact::StartPose>&);
   /// After contact detection: each island takes the contacts of its bodies.
   void (*take_contacts)(World&, Real h);
   /// The adjust stage: closes joints, resolves contacts, writes bodies. For islands that neither
@@ -69,7 +71,7 @@ struct SolverRow {
   bool (*repeat)(World&, std::size_t island, Real h);
   /// Appends the reactions of a follower at its interfaces over the step.
   void (*react)(World&, std::size_t island, Real h, std::vector<contact::Reaction>&);
-  /// Appends contact forces on bodies of solvers without contact response.
+  /// Appends forces of contacts on bodies that had been stepped already.
   void (*press)(const World&, std::vector<contact::Pressure>&);
 
   /// After each substep: its failure, unless a worse one is in the report, and the energy that was

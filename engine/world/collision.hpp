@@ -10,8 +10,8 @@ namespace pantin {
 
 /// A component: the body's Shapes collide. Bodies without it have no contacts.
 ///
-/// A dynamic body collides with every fixed or kinematic body whose groups agree. Dynamic bodies
-/// collide with one another only on request. Bodies connected by a joint never collide.
+/// A dynamic body collides with every fixed or kinematic one whose groups agree, with dynamic ones
+/// of its solver only on request, of another one always. Bodies that a joint connects never do.
 ///
 /// A sensor reports which bodies overlap it and pushes none: see ContactEvents. It sees every body
 /// that collides and whose groups agree, dynamic ones without a request; neither other sensors, nor

@@ -27,8 +27,9 @@ constexpr Knowledge kKnowledge[kFeatures] = {
     {"a soft stop", kAuto, "\"auto\""},
     {"a pose drive", kAuto | kExact, "\"auto\" or \"lagrangian\""},
     {"a cable", kAuto | kExact, "\"auto\" or \"lagrangian\""},
-    {"contact", kAuto, "\"auto\""},
-    {"a spring pin", kAuto | kExact, "\"auto\" or \"lagrangian\""}};
+    {"contact", kAuto | kExact, "\"auto\" or \"lagrangian\""},
+    {"a spring pin", kAuto | kExact, "\"auto\" or \"lagrangian\""},
+    {"a moving surface, rolling or spinning friction", kAuto, "\"auto\""}};
 
 const Knowledge& knowledge(Feature f) { return kKnowledge[static_cast<int>(f)]; }
 

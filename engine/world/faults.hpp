@@ -47,9 +47,10 @@ enum class Feature : std::uint8_t {
   pose_drive,   // a joint drive
   cable,
   contact,
-  spring_pin  // of a pin
+  spring_pin,  // of a pin
+  surface      // that moves, or that resists rolling or spinning
 };
-inline constexpr int kFeatures = 11;
+inline constexpr int kFeatures = 12;
 
 /// Which solver does what: the only place that says so.
 bool knows(Solver solver, Feature feature);

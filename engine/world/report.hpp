@@ -56,6 +56,7 @@ struct StepReport {
   int substeps = 0;           // most substeps of the integrator in this step
   int events = 0;             // limits reached
   int rescued = 0;            // islands whose step fell back to Euler
+  int unsolved = 0;           // groups of islands whose contacts were not solved to the tolerance
   // What the structure has that cannot be used or that its solver does not know: see check(World).
   int faults = 0;
   Entity fault;  // of the first

@@ -10,6 +10,7 @@
 
 #include "engine/runtime/simulation.hpp"
 #include "tests/runtime/puppets.hpp"
+#include "tests/runtime/running.hpp"
 
 namespace {
 
@@ -113,6 +114,18 @@ TEST_CASE(
   Simulation simulation(std::move(world));
   simulation.settings.measure = true;
   allocations_in(simulation, 3);
+  CHECK(allocations_in(simulation, 60) == 0);
+}
+
+TEST_CASE("a step of exact bodies that lie on one another allocates nothing") {
+  const auto integrator =
+      GENERATE(Integrator::euler, Integrator::rattle, Integrator::rk4, Integrator::implicit);
+  World world = falling_pile();
+  world.default_settings.solver = Solver::lagrangian;
+  world.default_settings.integrator = integrator;
+  Simulation simulation(std::move(world));
+  allocations_in(simulation, 300);
+  CHECK(simulation.step().contacts > 0);
   CHECK(allocations_in(simulation, 60) == 0);
 }
 

@@ -129,6 +129,36 @@ TEST_CASE("what a solver does not know is told by name, with the solvers that do
     }
 }
 
+TEST_CASE("surfaces that move or resist rolling are told where the exact solver has contact") {
+  for (const bool on_belt : {false, true}) {
+    Chain chain = hung_chain(2);
+    World& w = chain.world;
+    w.default_settings.solver = Solver::lagrangian;
+    Entity special = chain.rods[1];
+    w.shapes.add(special, {{Shape{}}});
+    w.collisions.add(special, {});
+    REQUIRE(check(w).empty());
+    if (on_belt) {
+      Body belt;
+      belt.motion = Motion::fixed, belt.pose.position = {0, -9, 0};
+      special = w.add_body(belt);
+      w.shapes.add(special, {{Shape{}}});
+      w.collisions.add(special, {}).surface_velocity = {1, 0, 0};
+    } else {
+      w.collisions[special].rolling = 0.01;
+      w.mark_dirty();
+    }
+    const std::vector<StructureFault> faults = check(w);
+    REQUIRE(faults.size() == 1);
+    CHECK(faults.front().link == special);
+    CHECK(faults.front().kind == StructureFault::unknown);
+    CHECK(faults.front().reason.find(name_of(Feature::surface)) != std::string::npos);
+    w.default_settings.solver = Solver::articulated;
+    w.mark_dirty();
+    CHECK(check(w).empty());
+  }
+}
+
 TEST_CASE("every feature is known to a solver") {
   for (int f = 0; f < kFeatures; ++f) {
     bool known = false;

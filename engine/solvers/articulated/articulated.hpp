@@ -24,6 +24,8 @@ void wake(World& world, Island& a, Real h);
 void find_reaches(const World& world, Real h, std::span<Real> reach);
 /// Whether every island is asleep.
 bool all_asleep(const World& world);
+/// Whether this solver moves the body in a slot.
+bool is_own(const World& world, std::uint32_t slot);
 /// Assigns the detected contacts to their islands.
 void take_contacts(World& world, Real h);
 

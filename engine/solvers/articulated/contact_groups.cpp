@@ -41,7 +41,7 @@ void plan_contact_groups(World& world, Real h) {
   r.flags.assign(all.list.size(), 0);
   const auto island_at = [&](std::uint32_t slot) { return owner_of(partition, slot).island; };
   for (const Contact& c : contacts) {
-    if (!contact::feels_contacts(partition, c.slot_b)) continue;
+    if (!is_own(world, c.slot_a) || !is_own(world, c.slot_b)) continue;
     r.sets.join(island_at(c.slot_a), island_at(c.slot_b));
   }
   for (std::uint32_t i = 0; i < all.list.size(); ++i) {

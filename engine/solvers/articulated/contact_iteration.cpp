@@ -19,7 +19,7 @@ constexpr Real kCandidateDistance = 0.01;
 Vec3 across(Vec3 v, Vec3 n) { return v - glm::dot(v, n) * n; }
 
 bool is_mutual(const World& world, const ContactRow& t) {
-  return contact::feels_contacts(partition_of(world), contacts_of(world)[t.contact].slot_b);
+  return is_own(world, contacts_of(world)[t.contact].slot_b);
 }
 
 void clear(StepScratch& r) {

@@ -14,6 +14,7 @@
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 #include "engine/solvers/articulated/push_out.hpp"
+#include "engine/solvers/solver.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
@@ -59,10 +60,6 @@ Real displacement_of_targets(const Island& a) {
   for (const PackedPin& constraint : a.pins)
     most = std::max(most, glm::length(constraint.target - constraint.target_before));
   return most;
-}
-
-bool is_dynamic(const World& world, std::uint32_t slot) {
-  return contact::feels_contacts(partition_of(world), slot);
 }
 
 /// Displacement of a point of a fixed or kinematic body over the step.
@@ -140,6 +137,11 @@ bool update_active_set(Contact& c, const ContactError& left, Real weight, Real s
 
 }  // namespace
 
+bool is_own(const World& world, std::uint32_t slot) {
+  const Owner owner = owner_of(partition_of(world), slot);
+  return owner && owner.solver == kArticulated;
+}
+
 void keep_sleeping_contacts(World& world, Island& a, Real h) {
   const Real to_force = 1 / (a.force_share * h * h);
   for (const ContactRow& t : a.scratch.contact_rows) {
@@ -179,7 +181,7 @@ void take_contact(World& world, std::uint32_t contact, ContactBody which, Real h
   const bool is_a = which == ContactBody::a;
   const Contact& c = contacts_of(world)[contact];
   const Partition& partition = partition_of(world);
-  const bool mutual = contact::feels_contacts(partition, c.slot_b);
+  const bool mutual = is_own(world, c.slot_b);
   const Owner at = owner_of(partition, is_a ? c.slot_a : c.slot_b);
   Island& a = islands_of(world)[at.island];
   const Body& b = world.bodies.values()[c.slot_b];
@@ -199,8 +201,9 @@ void take_contacts(World& world, Real h) {
   std::vector<Contact>& contacts = contacts_of(world);
   for (std::uint32_t i = 0; i < contacts.size(); ++i) {
     Contact& c = contacts[i];
+    if (!is_own(world, c.slot_a)) continue;
     const Body& b = world.bodies.values()[c.slot_b];
-    const bool mutual = is_dynamic(world, c.slot_b);
+    const bool mutual = is_own(world, c.slot_b);
     if (!mutual && contact::moves(b))
       c.normal = glm::normalize(from_rotation_vector(h * b.angular_velocity) * c.normal);
     c.active = glm::dot(c.lambda, c.normal) > 0 || c.impact > 0;
@@ -218,7 +221,7 @@ void prepare_contacts(World& world, Island& a, Real h) {
   const Real ratio = a.last_step > 0 && !a.fresh ? h / a.last_step : 1;
   for (ContactRow& t : a.scratch.contact_rows) {
     Contact& c = contacts_of(world)[t.contact];
-    const bool mutual = is_dynamic(world, c.slot_b);
+    const bool mutual = is_own(world, c.slot_b);
     if (t.side > 0 && ratio != 1) c.lambda *= ratio * ratio;
     if (t.side > 0 && !(glm::dot(c.lambda, c.lambda) < kMaxLambdaSquared))
       c.lambda = Vec3(0), c.active = false;
@@ -265,14 +268,14 @@ bool update_iterated(World& world, Island& a) {
       const Real normal = glm::dot(c.lambda, c.normal);
       c.active = normal > 0, c.force = c.lambda;
       // Equivalent stiffness of a contact row; a sliding contact has no tangential multiplier.
-      if (c.sliding < 1 && !is_dynamic(world, c.slot_b)) {
+      if (c.sliding < 1 && !is_own(world, c.slot_b)) {
         const Real whole = t.weight * glm::length(slip), most = c.friction * normal;
         c.sliding = whole > most ? most / whole : 1;
         c.lambda = normal * c.normal;
       }
     }
     update_nonlinearity(a, t, t.side > 0 ? c.point_a : c.point_b);
-    if (is_dynamic(world, c.slot_b))
+    if (is_own(world, c.slot_b))
       converged =
           converged && std::abs(glm::dot(c.normal, t.nonlinearity - before)) < 1e-5 * a.size;
     else
@@ -300,8 +303,7 @@ void push_out_trees(World& world, Island& a) {
       HalfSpaces planes;
       for (const ContactRow& t : a.scratch.contact_rows) {
         const Contact& c = contacts_of(world)[t.contact];
-        if (is_dynamic(world, c.slot_b) || t.column < tree.first ||
-            t.column >= tree.first + tree.count)
+        if (is_own(world, c.slot_b) || t.column < tree.first || t.column >= tree.first + tree.count)
           continue;
         const Vec3 on_b = to_world(world.bodies.values()[c.slot_b].pose, c.point_b);
         const Real depth = glm::dot(c.normal, on_b - final_point(a, t.column, c.point_a));
@@ -332,7 +334,7 @@ Real finish_contacts(World& world, Island& a, Real h) {
   for (ContactRow& t : a.scratch.contact_rows) {
     Contact& c = contacts_of(world)[t.contact];
     // Energy gained from another island is bounded by what that island had.
-    if (is_dynamic(world, c.slot_b)) {
+    if (is_own(world, c.slot_b)) {
       const Island& other =
           islands_of(world)[owner_of(partition_of(world), t.side > 0 ? c.slot_b : c.slot_a).island];
       const Vec3 arm = world.bodies.values()[a.slots[t.column]].pose.rotation *
@@ -360,7 +362,7 @@ Real finish_contacts(World& world, Island& a, Real h) {
     } else if (c.impact < 0) {
       c.impact = c.active ? -c.restitution * c.impact : 0;
     }
-    if (c.active && !is_dynamic(world, c.slot_b))
+    if (c.active && !is_own(world, c.slot_b))
       work += std::max(Real(0), glm::dot(c.force, way_of(other, on_b, h)));
     if (c.active) lift = std::max(lift, -c.gap);
   }

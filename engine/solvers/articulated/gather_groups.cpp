@@ -1,6 +1,5 @@
 // The bodies, trees, contacts and ties of each group, as they enter a step (step_group.cpp).
 #include <algorithm>
-#include <optional>
 #include <utility>
 
 #include "engine/base/rotation.hpp"
@@ -19,21 +18,12 @@ constexpr Real kShallow = 5e-3;
 /// One body without joints.
 bool is_body(const Island& a) { return a.count() == 1 && a.parents[0] == kFree; }
 
-Real radius_of(const World& world, std::uint32_t slot, std::uint64_t index) {
-  const Shapes* shapes = world.shapes.find(world.bodies.owners()[slot]);
-  if (!shapes || index >= shapes->list.size()) return 0;
-  const Shape& s = shapes->list[index];
-  const auto rounded = traits_of(s.kind).rounded;
-  const std::optional<RoundedBox> core = rounded ? rounded(s) : std::nullopt;
-  return core ? core->radius : 0;
-}
-
 GroupBody gather_body(const World& world, std::uint32_t slot, Real h) {
   const Body& b = world.bodies.values()[slot];
   GroupBody f;
   f.slot = slot;
   f.pose = b.pose, f.velocity = b.velocity, f.spin = b.angular_velocity;
-  if (contact::feels_contacts(partition_of(world), slot)) return f;
+  if (is_own(world, slot)) return f;
   if (!contact::moves(b)) {
     f.velocity = f.spin = Vec3(0);
     return f;
@@ -172,8 +162,8 @@ GroupContact gather_contact(const World& world, std::uint32_t number, const Isla
   f.contact = number;
   set_axes(f.axes, c.normal);
   // Round shapes are touched below their core, however they turn; corners turn with the body.
-  f.radius_a = radius_of(world, c.slot_a, c.key >> 54 & 0x3ff);
-  f.radius_b = radius_of(world, c.slot_b, c.key >> 44 & 0x3ff);
+  f.radius_a = contact::rounding_at(world, c.slot_a, c.key >> 54 & 0x3ff);
+  f.radius_b = contact::rounding_at(world, c.slot_b, c.key >> 44 & 0x3ff);
   f.core_a = c.point_a + f.radius_a * (glm::conjugate(a.pose.rotation) * c.normal);
   f.core_b = c.point_b - f.radius_b * (glm::conjugate(b.pose.rotation) * c.normal);
   f.friction = c.friction, f.restitution = c.restitution, f.rest = c.rest;
@@ -315,6 +305,7 @@ void gather_groups(const World& world, GroupScratch& r, Real h) {
     return r.group_of[owner_of(partition, contacts[contact].slot_a).island];
   };
   for (std::uint32_t i = 0; i < contacts.size(); ++i) {
+    if (!is_own(world, contacts[i].slot_a)) continue;
     const Island& a = list[owner_of(partition, contacts[i].slot_a).island];
     if (a.in_group && !a.asleep) r.order.push_back(i);
   }
@@ -339,7 +330,7 @@ void gather_groups(const World& world, GroupScratch& r, Real h) {
         const Contact& c = contacts[r.order[i]];
         for (const std::uint32_t slot : {c.slot_a, c.slot_b}) {
           const Owner owner = owner_of(partition, slot);
-          if (owner.feels_contacts == fixed || r.index[slot] != kNone) continue;
+          if (is_own(world, slot) == fixed || r.index[slot] != kNone) continue;
           if (!fixed) {
             gather_island(world, r, range, {owner.island, h});
             continue;

@@ -129,7 +129,7 @@ void press(const World& world, std::vector<contact::Pressure>& out) {
     for (const ContactRow& t : a.scratch.contact_rows) {
       const Contact& c = contacts_of(world)[t.contact];
       if (t.side < 0 || !c.active || !owner_of(partition_of(world), c.slot_b)) continue;
-      if (contact::feels_contacts(partition_of(world), c.slot_b)) continue;
+      if (is_own(world, c.slot_b)) continue;
       const Vec3 arm = world.bodies.values()[c.slot_b].pose.rotation * c.point_b;
       out.push_back(
           {world.bodies.owners()[c.slot_b], -c.force, -glm::cross(arm, c.force) - c.torque});

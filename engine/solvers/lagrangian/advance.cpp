@@ -36,32 +36,12 @@ void add_impulses(Island& m, Real h) {
   for (std::size_t r = 0; r < m.rows; ++r) m.scratch.impulses[r] += h * m.mean_lambda[r];
 }
 
-Real kinetic_energy(const Island& m) {
-  Real twice = 0;
-  for (std::size_t b = 0; b < m.count(); ++b) {
-    const Vec3 v = m.scratch.state.v[b],
-               w = glm::conjugate(m.scratch.state.q[b]) * m.scratch.state.w[b];
-    twice += m.mass[b] * glm::dot(v, v) + glm::dot(w, m.inertia[b] * w);
-  }
-  return 0.5 * twice;
-}
-
-/// Whether nothing that the island is joined to moves.
-bool stands_on_rest(const Island& m) {
-  if (!m.interfaces.empty() || m.scratch.pattern.framed.empty()) return false;
-  for (std::size_t n = m.count(); n < m.scratch.body_states.size(); ++n)
-    if (m.scratch.body_states[n].velocity != Vec3(0) ||
-        m.scratch.body_states[n].angular_velocity != Vec3(0))
-      return false;
-  return true;
-}
-
 /// Takes from the motion what the projection lifted, where nothing else can have paid for it:
 /// `before` is the kinetic energy before. False: there was not as much.
 bool pay_projection(Island& m, Real before) {
-  if (!stands_on_rest(m)) return true;
+  if (m.scratch.pattern.framed.empty() || !stands_on_rest(m)) return true;
   StepScratch& scratch = m.scratch;
-  const Real now = kinetic_energy(m), due = before + scratch.projection_work;
+  const Real now = kinetic_energy(m, scratch.state), due = before + scratch.projection_work;
   if (now <= due) return true;
   Real weight = 0;
   for (std::size_t b = 0; b < m.count(); ++b) weight += glm::length(scratch.force[2 * b]);
@@ -86,7 +66,7 @@ bool integrate(const World& world, Island& m, const Span& span, const Integrator
   if (by.ends_on_joints && m.residual <= tolerance_of(m)) return true;
   if (m.settings.stabilisation == Stabilisation::projection) {
     const bool moves = by.projection_moves;
-    const Real kinetic = moves ? kinetic_energy(m) : 0;
+    const Real kinetic = moves ? kinetic_energy(m, m.scratch.state) : 0;
     m.scratch.projection_moves = moves;
     const bool closed = project(world, m, span.fraction(1), span.whole);
     m.scratch.projection_moves = false;
@@ -191,6 +171,24 @@ bool advance_loosely(const World& world, Island& m, const Span& span) {
 }
 
 }  // namespace
+
+Real kinetic_energy(const Island& m, const Motions& s) {
+  Real twice = 0;
+  for (std::size_t b = 0; b < m.count(); ++b) {
+    const Vec3 v = s.v[b], w = glm::conjugate(s.q[b]) * s.w[b];
+    twice += m.mass[b] * glm::dot(v, v) + glm::dot(w, m.inertia[b] * w);
+  }
+  return 0.5 * twice;
+}
+
+bool stands_on_rest(const Island& m) {
+  if (!m.interfaces.empty()) return false;
+  for (std::size_t n = m.count(); n < m.scratch.body_states.size(); ++n)
+    if (m.scratch.body_states[n].velocity != Vec3(0) ||
+        m.scratch.body_states[n].angular_velocity != Vec3(0))
+      return false;
+  return true;
+}
 
 bool advance(const World& world, Island& m, const Span& span) {
   const IntegratorRow& requested = row_of(m.settings.integrator);

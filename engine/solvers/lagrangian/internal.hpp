@@ -144,6 +144,19 @@ bool advance_among_limits(World& world, Island& m, Real h);
 Real tolerance_of(const Island& m);
 Real worst_residual(const Island& m);
 bool is_active(const Island& m, std::size_t block);
+/// Unilateral rows: cables, and limits that are not locks.
+inline bool is_one_sided(const Island& m, std::size_t block) {
+  const Block& b = m.blocks[block];
+  return (b.kind == BlockKind::limit && !b.lock) || b.kind == BlockKind::cable;
+}
+/// J, of the bodies of an island in this motion.
+Real kinetic_energy(const Island& m, const Motions& s);
+/// Whether nothing that the island is joined to moves.
+bool stands_on_rest(const Island& m);
+/// Impulses transmitted to the island at its interfaces in this step.
+void store_transmitted(Island& m);
+/// scratch.state of the World's bodies, back to them.
+void write_back(World& world, const Island& m);
 /// Finite, and at most 1e12 m, 1e9 m/s and 1e9 rad/s.
 bool is_within_bounds(const Motions& motions, std::size_t body);
 bool all_within_bounds(const Island& m);

@@ -11,6 +11,7 @@
 #include "engine/contact/memory.hpp"
 #include "engine/joints/rows.hpp"
 #include "engine/solvers/islands.hpp"
+#include "engine/solvers/lagrangian/contact_group.hpp"
 #include "engine/world/body.hpp"
 #include "engine/world/entity.hpp"
 #include "engine/world/settings.hpp"
@@ -167,6 +168,12 @@ struct Motions {
   std::vector<Vec3> v, w;
 };
 
+/// Where a frame was at the start of the step: see Frame.
+struct FrameStart {
+  Pose before;
+  bool known = false;
+};
+
 /// Scratch memory of a step, kept allocated between steps.
 struct StepScratch {
   bool ready = false;
@@ -184,6 +191,10 @@ struct StepScratch {
   std::vector<Real> row_residual;  // right - J a, and the unknowns of hubs
   // Current state; state at the start of a substep, of one integrator step, of an attempt.
   Motions state, start, from, begin;
+  // Of the whole step: the state at its start, and where frames were then. Contacts need them.
+  Motions entry;
+  std::vector<FrameStart> frame_starts;
+  bool stepped = false;       // they are known, and the bodies are at the end of the step
   std::vector<Vec3> applied;  // forces and torques from outside, two a body
   bool pushed = false;        // external or contact forces are not zero
   // Integrators in momenta, two a body: momenta, and those before forces or impulses were added.
@@ -312,6 +323,12 @@ struct Island : IslandStructure, IslandMemory, StepResult {
 /// All islands of the Lagrangian solver.
 struct Islands : IslandList<Island, IslandMemory> {
   static constexpr std::string_view name = "lagrangian";  // in saved Worlds
+  Scratch<ContactScratch> contacts;
+
+  static void fields(auto& self, auto&& field) {
+    IslandList::fields(self, field);
+    field("contacts", derived(self.contacts));
+  }
 };
 
 /// The compiled islands of a World.

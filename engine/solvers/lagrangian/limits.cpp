@@ -15,12 +15,6 @@ constexpr int kMaxBounces = 4;
 /// Bounds on events per step, on search steps per event, and on attempts per step.
 constexpr int kMaxEvents = 8, kMaxSearches = 16, kMaxAttempts = 60;
 
-/// Unilateral rows: cables, and limits that are not locks.
-bool is_one_sided(const Island& m, std::size_t i) {
-  const Block& b = m.blocks[i];
-  return (b.kind == BlockKind::limit && !b.lock) || b.kind == BlockKind::cable;
-}
-
 /// Clearance of the nearest inactive limit; negative if one is violated.
 Real clearance(const Island& m) {
   Real least = 1e300;

@@ -2,6 +2,9 @@
 #include <algorithm>
 
 #include "engine/base/invariants.hpp"
+#include "engine/base/rotation.hpp"
+#include "engine/contact/detect.hpp"
+#include "engine/solvers/lagrangian/contacts.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "engine/solvers/solver.hpp"
 
@@ -23,6 +26,7 @@ void take_pressures(World& world) {
 /// Whole steps; islands that lead interfaces take theirs in repeat().
 void predict(World& world, const StepTask& task) {
   take_pressures(world);
+  world.memory.of<Islands>().contacts.unsolved = 0;
   std::vector<Island>& all = islands_of(world);
   for (Island& m : all) m.scratch.in_step = true;
   for_each_island(all.size(), task.threads, [&](std::size_t i) {
@@ -36,15 +40,85 @@ bool has_begun(const World& world, std::size_t island) {
   return islands_of(world)[island].scratch.in_step;
 }
 
-// Its bodies have no contact response; they are obstacles for others. They count as asleep, since
-// contact detection sees them move.
-bool asleep(const World&) { return true; }
-void find_reaches(const World&, Real, std::span<Real>) {}
-void take_contacts(World&, Real) {}
-void adjust(World&, const StepTask&) {}
+/// Whether nothing has moved or been moved.
+bool asleep(const World& world) {
+  for (const Island& m : islands_of(world))
+    for (std::size_t b = 0; b < m.own(); ++b) {
+      const Body& body = world.bodies.values()[m.slots[b]];
+      if (contact::moves(body) || body.restart || body.teleport) return false;
+      if (m.scratch.stepped && m.scratch.entry.x[b] != body.pose.position) return false;
+    }
+  return true;
+}
+
+/// Bound on the displacement of a body's surface in the step: twice the one without contacts, and
+/// what others may give.
+Real reach_of(const World& world, const Island& m, std::size_t b, Real h) {
+  const Shapes* shapes = world.shapes.find(m.bodies[b]);
+  if (!shapes) return 0;
+  const Real extent = contact::extent_of(*shapes);
+  const Body& body = world.bodies.values()[m.slots[b]];
+  const Real margin = 0.02 * extent + glm::length(world.gravity) * h * h;
+  Real way = h * glm::length(body.velocity), turn = h * glm::length(body.angular_velocity);
+  if (m.scratch.stepped) {
+    const Quat turned = body.pose.rotation * glm::conjugate(m.scratch.entry.q[b]);
+    way = std::max(way, glm::length(body.pose.position - m.scratch.entry.x[b]));
+    turn = std::max(turn, glm::length(rotation_vector(turned)));
+  }
+  const Real reach = 1.25 * (way + extent * turn) + margin;
+  return std::isfinite(reach) ? reach : 0;
+}
+
+bool is_solid(const World& world, Entity body) {
+  const Collision* collision = world.collisions.find(body);
+  return collision && !collision->sensor;
+}
+
+void find_reaches(const World& world, Real h, std::span<Real> reach) {
+  for (const Island& m : islands_of(world))
+    for (std::size_t b = 0; b < m.own(); ++b)
+      if (is_solid(world, m.bodies[b])) reach[m.slots[b]] = reach_of(world, m, b, h);
+}
+
+void find_starts(const World& world, std::vector<contact::StartPose>& out) {
+  for (const Island& m : islands_of(world))
+    for (std::size_t b = 0; b < m.own() && m.scratch.stepped; ++b)
+      if (is_solid(world, m.bodies[b]))
+        out.push_back({m.slots[b], {m.scratch.entry.x[b], m.scratch.entry.q[b]}});
+}
+
+bool is_own(const World& world, std::uint32_t slot) {
+  const Owner owner = owner_of(partition_of(world), slot);
+  return owner && owner.solver == kLagrangian;
+}
+
+/// Those that nothing resolves have no force.
+void take_contacts(World& world, Real) {
+  for (Contact& c : contacts_of(world))
+    if (is_own(world, c.slot_a)) c.active = false, c.force = Vec3(0), c.depth = 0;
+}
+
+void adjust(World& world, const StepTask& task) { resolve_contacts(world, task.h, {}); }
+void nothing(World&, const StepTask&) {}
 bool never(const World&, std::size_t) { return false; }
 void react(World&, std::size_t, Real, std::vector<contact::Reaction>&) {}
-void press(const World&, std::vector<contact::Pressure>&) {}
+
+/// Islands that lead interfaces get what others met them with one step later.
+void press(const World& world, std::vector<contact::Pressure>& out) {
+  const auto leads = [&](std::uint32_t slot) {
+    const Owner owner = owner_of(partition_of(world), slot);
+    return !islands_of(world)[owner.island].interfaces.empty();
+  };
+  for (const Contact& c : contacts_of(world)) {
+    if (!c.active || !is_own(world, c.slot_a) || !is_own(world, c.slot_b)) continue;
+    if (leads(c.slot_a) == leads(c.slot_b)) continue;
+    const bool on_a = leads(c.slot_a);
+    const std::uint32_t slot = on_a ? c.slot_a : c.slot_b;
+    const Vec3 force = on_a ? c.force : -c.force;
+    const Vec3 arm = world.bodies.values()[slot].pose.rotation * (on_a ? c.point_a : c.point_b);
+    out.push_back({world.bodies.owners()[slot], force, glm::cross(arm, force)});
+  }
+}
 
 std::size_t count(const World& world) { return islands_of(world).size(); }
 
@@ -55,6 +129,7 @@ std::span<contact::Interface> interfaces(World& world, std::size_t island) {
 bool repeat(World& world, std::size_t island, Real h) {
   Island& m = restore_island<Islands>(world, island);
   step(world, m, h);
+  if (!m.lost) resolve_contacts(world, h, {static_cast<std::uint32_t>(island)});
   return !m.lost;
 }
 
@@ -65,6 +140,7 @@ void note_failure(const World& world, StepReport& report) {
 }
 
 void report(const World& world, StepReport& report) {
+  report.unsolved = world.memory.of<Islands>().contacts.unsolved;
   for (const Island& m : islands_of(world)) {
     report.rows += static_cast<int>(m.equations()), report.rank += static_cast<int>(m.rank);
     report.worst_constraint = std::max(report.worst_constraint, m.residual);
@@ -128,7 +204,7 @@ void measure(const World& world, Measures& m) {
 }  // namespace
 
 const SolverRow kRow{.name = "lagrangian",
-                     .feels_contacts = false,
+                     .feels_contacts = true,
                      .compile = compile,
                      .prepare = prepare,
                      .predict = predict,
@@ -137,9 +213,10 @@ const SolverRow kRow{.name = "lagrangian",
                      .fault = fault,
                      .asleep = asleep,
                      .find_reaches = find_reaches,
+                     .find_starts = find_starts,
                      .take_contacts = take_contacts,
                      .adjust = adjust,
-                     .adjust_touching = adjust,
+                     .adjust_touching = nothing,
                      .count = count,
                      .interfaces = interfaces,
                      .follows = never,

@@ -27,14 +27,6 @@ void gather_interfaces(Island& m, Real h) {
   }
 }
 
-/// Impulses transmitted to the island at its interfaces.
-void store_transmitted(Island& m) {
-  for (contact::Interface& g : m.interfaces) {
-    const Vec3 change = m.scratch.state.v[g.point_mass] - g.start;
-    g.transmitted = g.impulse - m.mass[g.point_mass] * change;
-  }
-}
-
 void gather(const World& world, Island& m) {
   Motions& s = m.scratch.state;
   Vec3 low(1e300), high(-1e300);
@@ -59,14 +51,11 @@ void gather(const World& world, Island& m) {
   m.size = std::max(m.size, m.reach);
 }
 
-void write_back(World& world, const Island& m) {
-  const Motions& s = m.scratch.state;
-  for (std::size_t b = 0; b < m.own(); ++b) {
-    Body& body = world.bodies.values()[m.slots[b]];
-    body.pose = {s.x[b], s.q[b]};
-    body.velocity = s.v[b], body.angular_velocity = s.w[b];
-    body.restart = body.teleport = false;
-  }
+/// The state before the step, for contacts.
+void note_entry(Island& m) {
+  m.scratch.entry = m.scratch.state;
+  for (std::size_t i = 0; i < m.frames.size(); ++i)
+    m.scratch.frame_starts[i] = {m.frames[i].before, m.frames[i].known};
 }
 
 /// One of the two links that a gear couples; `end` is the place of its bodies in Block::ends.
@@ -184,7 +173,8 @@ void allocate_scratch(Island& m) {
                       &r.end_accelerations, &r.force_residuals})
     twice->assign(2 * bodies, Vec3(0));
   r.motion.assign(2 * all, Vec3(0));
-  for (Motions* s : {&r.state, &r.start, &r.from, &r.begin})
+  r.frame_starts.assign(m.frames.size(), {});
+  for (Motions* s : {&r.state, &r.start, &r.from, &r.begin, &r.entry})
     s->x.assign(bodies, {}), s->q.assign(bodies, kIdentity), s->v.assign(bodies, {}),
         s->w.assign(bodies, {});
   const IntegratorRow& by = row_of(m.settings.integrator);
@@ -197,6 +187,23 @@ void allocate_scratch(Island& m) {
 
 }  // namespace
 
+void store_transmitted(Island& m) {
+  for (contact::Interface& g : m.interfaces) {
+    const Vec3 change = m.scratch.state.v[g.point_mass] - g.start;
+    g.transmitted = g.impulse - m.mass[g.point_mass] * change;
+  }
+}
+
+void write_back(World& world, const Island& m) {
+  const Motions& s = m.scratch.state;
+  for (std::size_t b = 0; b < m.own(); ++b) {
+    Body& body = world.bodies.values()[m.slots[b]];
+    body.pose = {s.x[b], s.q[b]};
+    body.velocity = s.v[b], body.angular_velocity = s.w[b];
+    body.restart = body.teleport = false;
+  }
+}
+
 void prepare(World& world) {
   Islands& all = world.memory.of<Islands>();
   if (all.scratch.prepared) return;
@@ -206,7 +213,7 @@ void prepare(World& world) {
 }
 
 void step(World& world, Island& m, Real h) {
-  m.lost = Entity{}, m.scratch.worst_relative_residual = 0;
+  m.lost = Entity{}, m.scratch.worst_relative_residual = 0, m.scratch.stepped = false;
   std::erase_if(m.faults, [](const auto& f) { return f.kind == Fault::inconsistent; });
   m.substeps = m.iterations = m.events = m.solves = 0;
   if (m.unfit) {
@@ -215,6 +222,7 @@ void step(World& world, Island& m, Real h) {
   }
   gather(world, m);
   gather_interfaces(m, h);
+  note_entry(m);
   const auto acts = [](Vec3 v) { return v != Vec3(0); };
   m.scratch.pushed = std::any_of(m.contact_loads.begin(), m.contact_loads.end(), acts) ||
                      std::any_of(m.scratch.applied.begin(), m.scratch.applied.end(), acts);
@@ -263,6 +271,7 @@ void step(World& world, Island& m, Real h) {
     const BodyState& at = m.scratch.body_states[m.count() + i];
     m.frames[i].before = {at.position, at.rotation}, m.frames[i].known = true;
   }
+  m.scratch.stepped = true;
 }
 
 ConstraintWrench joint_wrench(const Island& m, std::size_t block) {

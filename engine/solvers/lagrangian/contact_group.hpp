@@ -1,0 +1,101 @@
+#pragma once
+/// Contacts of exact bodies while a step is finished: see contacts.cpp.
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/base/disjoint_sets.hpp"
+#include "engine/base/math.hpp"
+
+namespace pantin::detail::lagrangian {
+
+inline constexpr std::uint32_t kNoIndex = UINT32_MAX;
+
+/// A fixed or kinematic body, or one that is stepped elsewhere, at the end of the step.
+struct Obstacle {
+  Pose pose;
+  Vec3 velocity{0}, spin{0};
+  bool moves() const { return velocity != Vec3(0) || spin != Vec3(0); }
+};
+
+/// One end of a contact, on a body of an island; or the row of a limit.
+struct ContactEnd {
+  std::uint32_t island = 0;  // in the solver's list
+  std::uint32_t member = 0;  // the same in ContactScratch::members
+  std::uint32_t point = 0;   // in ContactScratch::points
+  std::uint32_t column = 0;  // of the body in its island
+  Real sign = 1;             // -1: on the contact's body b
+  Vec3 arm{0};               // m, world, from the mass centre
+};
+
+/// The row of a limit or a cable that was active in the step.
+struct LimitRowAt {
+  std::uint32_t island = 0, block = 0;
+  std::uint32_t count = 0, body[4] = {};  // columns; frames are left out
+  Vec3 j[8];                              // two a body
+  Real gap = 0, frame_rate = 0;           // m or rad; what frames add to its rate
+};
+
+/// A contact point. Vectors with three components along its axes: the normal, from b to a, and two
+/// across it. A limit uses the first alone.
+struct ContactPoint {
+  std::uint32_t contact = kNoIndex;             // in contacts_of(world); none: a limit
+  std::uint32_t limit = kNoIndex;               // in ContactScratch::limits
+  std::uint32_t group = 0;                      // the lowest island that it is coupled to
+  std::uint32_t end[2] = {kNoIndex, kNoIndex};  // in ContactScratch::ends; none: an obstacle
+  std::uint32_t owner[2] = {kNoIndex, kNoIndex}, column[2] = {};  // islands and bodies of those
+  Vec3 axes[3];
+  Vec3 core[2];          // m, in the bodies' frames; of round shapes a radius below the surface
+  Real radius[2] = {};   // m
+  Obstacle obstacle[2];  // where there is no end
+  Real friction = 0, restitution = 0;
+  Real gap_before = 0;      // m, at the start of the step
+  Real gap = 0;             // m, at its end with all displacements so far
+  Real pull = 0;            // m/s^2, along the normal, of all but contacts
+  Vec3 speed{0};            // m/s, at the end, with all impulses so far
+  Mat3 response{0};         // 1/kg
+  Vec3 impulse{0};          // N s on a, in all
+  Vec3 lasting{0};          // N s, of it what holds at the end of the step
+  Vec3 borne{0};            // the same, in the end
+  Vec3 shift{0};            // kg m: displaces as an impulse changes velocities; not applied yet
+  Vec3 held{0};             // kg m, of it against what lasts
+  Real share = 0.5;         // of the step, for which a lasting force is as good as its impulse
+  Vec3 best{0};             // N s, of the iterations so far
+  std::size_t unknown = 0;  // in the equations of its group
+  bool works = true;        // the bodies can give way to it
+  bool closed = false;      // it is shut at the end of the step
+};
+
+/// An island in a group.
+struct GroupMember {
+  std::uint32_t group = 0, island = 0;
+  std::uint32_t first_end = 0, ends = 0;
+  std::size_t first_response = 0;  // 3 ends squared numbers, by rows
+  Real kinetic = 0;                // J, before contacts
+};
+
+/// Islands that touch one another, or a single one that touches obstacles.
+struct ContactGroup {
+  std::span<ContactPoint> points;
+  std::span<GroupMember> members;
+  Real h = 0;
+};
+
+/// Scratch memory of contacts.
+struct ContactScratch {
+  struct Range {
+    std::size_t first_point = 0, points = 0, first_member = 0, members = 0;
+  };
+  DisjointSets sets{0};  // of islands
+  std::vector<ContactPoint> points;
+  std::vector<ContactEnd> ends;  // by member and point
+  std::vector<LimitRowAt> limits;
+  std::vector<GroupMember> members;
+  std::vector<Range> groups;
+  std::vector<Real> responses;
+  std::vector<Real> matrix, right;    // of Newton's method
+  std::vector<std::uint8_t> touched;  // by island
+  int unsolved = 0;                   // groups of the step, not solved to the tolerance
+};
+
+}  // namespace pantin::detail::lagrangian

@@ -1,0 +1,167 @@
+// Newton's method for contacts that Gauss-Seidel comes near to: all closed points of a group at
+// once. [Alart & Curnier 1991]
+#include <algorithm>
+
+#include "engine/solvers/lagrangian/contacts.hpp"
+
+namespace pantin::detail::lagrangian {
+namespace {
+
+constexpr int kIterations = 16;
+/// Groups with more unknowns are left to Gauss-Seidel.
+constexpr std::size_t kMostUnknowns = 900;
+/// Where points are redundant, their loads are not unique: of their own response, what is added so
+/// that there is a next iterate. It moves the solution by nothing. One attempt after the other:
+/// more keeps iterates near the ones before, less leads to the solution in fewer.
+constexpr Real kRegularisations[] = {1e-6, 1e-4, 1e-9};
+
+/// The dense equations of a group.
+struct Equations {
+  std::span<Real> matrix, right;
+  std::size_t n = 0;
+  Real& at(std::size_t r, std::size_t c) const { return matrix[r * n + c]; }
+};
+
+/// The unknowns of a closed point, in the order of the points.
+bool counts(const ContactPoint& p) { return p.closed && p.works; }
+
+/// Responses of all closed points, their rows scaled by their own: speeds become impulses.
+void fill_responses(const Couplings& with, const Equations& to) {
+  const ContactScratch& r = with.scratch;
+  std::fill(to.matrix.begin(), to.matrix.end(), 0.0);
+  for (const GroupMember& m : with.group.members) {
+    const std::size_t n = std::size_t(3) * m.ends;
+    for (std::size_t e = 0; e < m.ends; ++e) {
+      const ContactPoint& p = r.points[r.ends[m.first_end + e].point];
+      if (!counts(p)) continue;
+      for (std::size_t f = 0; f < m.ends; ++f) {
+        const ContactPoint& q = r.points[r.ends[m.first_end + f].point];
+        if (!counts(q)) continue;
+        for (std::size_t l = 0; l < 3; ++l)
+          for (std::size_t k = 0; k < 3; ++k)
+            to.at(p.unknown + l, q.unknown + k) +=
+                r.responses[m.first_response + (3 * e + l) * n + 3 * f + k];
+      }
+    }
+  }
+}
+
+/// Which direction of a point slides, and how the cone follows.
+struct Sliding {
+  Vec3 way{0};    // unit, tangential: of the impulse on the cone
+  Real turn = 0;  // of a change across it that the cone follows
+};
+
+/// Rows of a point that slides: its impulse stays on the cone, against what would bring it to rest.
+void write_sliding(const Equations& to, const ContactPoint& p, const Sliding& s, Real step) {
+  const std::size_t n = p.unknown;
+  const Real y = s.way.y, z = s.way.z;
+  const Real across[2][2] = {{1 - y * y, -y * z}, {-y * z, 1 - z * z}};
+  for (std::size_t c = 0; c < to.n; ++c) {
+    const Real w1 = to.at(n + 1, c), w2 = to.at(n + 2, c);
+    for (std::size_t k = 0; k < 2; ++k)
+      to.at(n + 1 + k, c) = s.turn * step * (across[k][0] * w1 + across[k][1] * w2);
+  }
+  for (std::size_t k = 0; k < 2; ++k) {
+    to.at(n + 1 + k, n + 1 + k) += 1;
+    for (std::size_t l = 0; l < 2; ++l) to.at(n + 1 + k, n + 1 + l) -= s.turn * across[k][l];
+    to.at(n + 1 + k, n) -= p.friction * (k == 0 ? y : z);
+  }
+  const Real most = p.friction * p.lasting.x;
+  to.right[n + 1] = most * y - p.lasting.y, to.right[n + 2] = most * z - p.lasting.z;
+}
+
+/// The rows of a point for a Newton step.
+void write_rows_of(const Equations& to, const ContactPoint& p, Real regularisation) {
+  const Mat3& w = p.response;
+  const std::size_t n = p.unknown;
+  const auto clear = [&](std::size_t k) {
+    for (std::size_t c = 0; c < to.n; ++c) to.at(n + k, c) = 0;
+    to.at(n + k, n + k) = 1, to.right[n + k] = -p.lasting[static_cast<int>(k)];
+  };
+  const auto stop = [&](std::size_t k, Real response) {
+    to.at(n + k, n + k) += regularisation * response;
+    to.right[n + k] = -p.speed[static_cast<int>(k)];
+  };
+  const bool open = p.lasting.x - p.speed.x / w[0][0] <= 0;
+  if (open) return clear(0), clear(1), clear(2);
+  stop(0, w[0][0]);
+  const Real soft = softest_of(w);
+  if (!(p.friction > 0) || !(soft > 0)) return clear(1), clear(2);
+  const Vec3 wanted(0, p.lasting.y - p.speed.y / soft, p.lasting.z - p.speed.z / soft);
+  const Real size = glm::length(wanted), most = p.friction * std::max(Real(0), p.lasting.x);
+  if (size <= most) return stop(1, soft), stop(2, soft);
+  write_sliding(to, p, {wanted / size, most / size}, 1 / soft);
+}
+
+/// Elimination with partial pivots; the solution is in `right`. False: a pivot is none.
+bool eliminate(const Equations& e) {
+  for (std::size_t k = 0; k < e.n; ++k) {
+    std::size_t pivot = k;
+    for (std::size_t r = k + 1; r < e.n; ++r)
+      if (std::abs(e.at(r, k)) > std::abs(e.at(pivot, k))) pivot = r;
+    if (!(std::abs(e.at(pivot, k)) > 0)) return false;
+    if (pivot != k) {
+      std::swap_ranges(&e.at(k, 0), &e.at(k, 0) + e.n, &e.at(pivot, 0));
+      std::swap(e.right[k], e.right[pivot]);
+    }
+    const Real inverse = 1 / e.at(k, k);
+    for (std::size_t r = k + 1; r < e.n; ++r) {
+      const Real part = e.at(r, k) * inverse;
+      if (part == 0) continue;
+      for (std::size_t c = k + 1; c < e.n; ++c) e.at(r, c) -= part * e.at(k, c);
+      e.right[r] -= part * e.right[k];
+    }
+  }
+  for (std::size_t k = e.n; k-- > 0;) {
+    for (std::size_t c = k + 1; c < e.n; ++c) e.right[k] -= e.at(k, c) * e.right[c];
+    e.right[k] /= e.at(k, k);
+  }
+  return true;
+}
+
+/// Adds to the impulses of a point.
+void add(const Couplings& with, ContactPoint& p, Vec3 change) {
+  if (change == Vec3(0)) return;
+  p.lasting += change, p.impulse += change;
+  with.push(p, change);
+}
+
+}  // namespace
+
+Real softest_of(const Mat3& w) {
+  const Real k1 = w[1][1], k2 = w[2][2], k12 = w[1][2];
+  return 0.5 * (k1 + k2) + std::sqrt(0.25 * (k1 - k2) * (k1 - k2) + k12 * k12);
+}
+
+bool polish(const Couplings& with, Real tolerance, int attempt) {
+  const Real regularisation = kRegularisations[attempt % 3];
+  ContactScratch& r = with.scratch;
+  std::size_t n = 0;
+  for (ContactPoint& p : with.group.points)
+    if (counts(p)) p.unknown = n, n += 3, p.best = p.lasting;
+  if (n == 0 || n > kMostUnknowns) return false;
+  r.matrix.resize(std::max(r.matrix.size(), n * n)), r.right.resize(std::max(r.right.size(), n));
+  const Equations e{std::span(r.matrix).first(n * n), std::span(r.right).first(n), n};
+  Real best = error_of(with);
+  for (int i = 0; i < kIterations && best > tolerance; ++i) {
+    fill_responses(with, e);
+    for (const ContactPoint& p : with.group.points)
+      if (counts(p)) write_rows_of(e, p, regularisation);
+    if (!eliminate(e)) break;
+    if (!std::all_of(e.right.begin(), e.right.end(), [](Real x) { return std::isfinite(x); }))
+      break;
+    for (ContactPoint& p : with.group.points)
+      if (counts(p))
+        add(with, p, {e.right[p.unknown], e.right[p.unknown + 1], e.right[p.unknown + 2]});
+    const Real now = error_of(with);
+    if (!(now < best)) continue;
+    best = now;
+    for (ContactPoint& p : with.group.points) p.best = p.lasting;
+  }
+  for (ContactPoint& p : with.group.points)
+    if (counts(p)) add(with, p, p.best - p.lasting);
+  return best <= tolerance;
+}
+
+}  // namespace pantin::detail::lagrangian

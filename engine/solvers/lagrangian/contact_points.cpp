@@ -1,0 +1,366 @@
+// Where exact bodies touch, and how their islands respond to it.
+#include <algorithm>
+#include <tuple>
+
+#include "engine/base/rotation.hpp"
+#include "engine/contact/detect.hpp"
+#include "engine/solvers/lagrangian/contacts.hpp"
+#include "engine/solvers/solver.hpp"
+
+namespace pantin::detail::lagrangian {
+namespace {
+
+/// Of the response that the two bodies would have without joints: with less the contact is theirs.
+constexpr Real kLeastResponse = 1e-9;
+
+/// An island that takes part, or none.
+std::uint32_t taking_part(const World& world, const Owner& owner, const Taking& taking) {
+  if (!owner || owner.solver != kLagrangian) return kNoIndex;
+  const Island& m = islands_of(world)[owner.island];
+  if (!m.scratch.stepped || m.lost || m.unfit) return kNoIndex;
+  const bool in = taking.leader == kNoIndex ? m.interfaces.empty() : owner.island == taking.leader;
+  return in ? owner.island : kNoIndex;
+}
+
+/// What a contact meets where no island of the group is: a body at the end of the step.
+Obstacle obstacle_at(const World& world, std::uint32_t slot, Real h) {
+  const Body& b = world.bodies.values()[slot];
+  const Owner owner = owner_of(partition_of(world), slot);
+  if (!owner) {
+    if (!contact::moves(b)) return {b.pose};
+    return {b.pose, b.velocity, b.angular_velocity};
+  }
+  const Island& m = islands_of(world)[owner.island];
+  if (m.scratch.stepped) return {b.pose, b.velocity, b.angular_velocity};
+  if (m.lost || m.unfit) return {b.pose};
+  return {{b.pose.position + h * b.velocity,
+           glm::normalize(from_rotation_vector(h * b.angular_velocity) * b.pose.rotation)},
+          b.velocity,
+          b.angular_velocity};
+}
+
+/// Euler moves bodies by their velocities at the end of the step, the others by the mean ones.
+Real lasting_share(const Island& m) { return m.settings.integrator == Integrator::euler ? 1 : 0.5; }
+
+void set_axes(ContactPoint& p, Vec3 normal) {
+  const Vec3 aside = std::abs(normal.x) < 0.6 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
+  p.axes[0] = normal;
+  p.axes[1] = glm::normalize(glm::cross(normal, aside));
+  p.axes[2] = glm::cross(normal, p.axes[1]);
+}
+
+ContactPoint make_point(const World& world, std::uint32_t number, Real h) {
+  const Contact& c = contacts_of(world)[number];
+  ContactPoint p;
+  p.contact = number;
+  set_axes(p, c.normal);
+  const std::uint32_t slot[2] = {c.slot_a, c.slot_b};
+  const std::uint64_t shape[2] = {c.key >> 54 & 0x3ff, c.key >> 44 & 0x3ff};
+  const Vec3 on[2] = {c.point_a, c.point_b};
+  for (int s = 0; s < 2; ++s) {
+    p.radius[s] = contact::rounding_at(world, slot[s], shape[s]);
+    // The normal is that at the start of the step.
+    const Owner owner = owner_of(partition_of(world), slot[s]);
+    const Body& b = world.bodies.values()[slot[s]];
+    Quat rotation = b.pose.rotation;
+    if (owner && islands_of(world)[owner.island].scratch.stepped)
+      rotation = islands_of(world)[owner.island].scratch.entry.q[owner.column];
+    else if (!owner && contact::moves(b))
+      rotation = contact::pose_before(b, h).rotation;
+    p.core[s] =
+        on[s] + (s == 0 ? p.radius[s] : -p.radius[s]) * (glm::conjugate(rotation) * c.normal);
+  }
+  // A face that turns takes its normal along.
+  const Body& b = world.bodies.values()[c.slot_b];
+  if (!owner_of(partition_of(world), c.slot_b) && contact::moves(b))
+    set_axes(p, glm::normalize(from_rotation_vector(h * b.angular_velocity) * c.normal));
+  p.friction = c.friction, p.restitution = c.restitution, p.gap_before = c.gap;
+  for (int k = 0; k < 3; ++k) p.lasting[k] = glm::dot(p.axes[k], c.lambda) / h;
+  if (!is_finite(p.lasting) || !(p.lasting.x > 0)) p.lasting = Vec3(0);
+  return p;
+}
+
+/// Contacts of these islands, not yet sorted.
+void list_points(const World& world, ContactScratch& r, Real h, const Taking& taking) {
+  const Partition& partition = partition_of(world);
+  const std::vector<Contact>& contacts = contacts_of(world);
+  for (std::uint32_t i = 0; i < contacts.size(); ++i) {
+    const Owner a = owner_of(partition, contacts[i].slot_a);
+    const Owner b = owner_of(partition, contacts[i].slot_b);
+    if (a.solver != kLagrangian) continue;
+    const std::uint32_t in[2] = {taking_part(world, a, taking), taking_part(world, b, taking)};
+    if (in[0] == kNoIndex && in[1] == kNoIndex) continue;
+    ContactPoint p = make_point(world, i, h);
+    p.column[0] = a.column, p.column[1] = b.column;
+    for (int s = 0; s < 2; ++s) {
+      p.owner[s] = in[s];
+      if (in[s] != kNoIndex)
+        r.touched[in[s]] = 1, p.share = lasting_share(islands_of(world)[in[s]]);
+      else
+        p.obstacle[s] = obstacle_at(world, s == 0 ? contacts[i].slot_a : contacts[i].slot_b, h);
+    }
+    if (in[0] != kNoIndex && in[1] != kNoIndex) r.sets.join(in[0], in[1]);
+    r.points.push_back(p);
+  }
+}
+
+/// A limit that was active in the step no longer is a row of the island, but may push.
+void list_limits(ContactScratch& r, Island& m, std::uint32_t island) {
+  for (std::uint32_t i = 0; i < m.blocks.size(); ++i) {
+    if (!is_one_sided(m, i) || !m.memory[i].active) continue;
+    const Block& b = m.blocks[i];
+    LimitRowAt row;
+    row.island = island, row.block = i, row.gap = m.scratch.c[b.first_row];
+    for (std::size_t k = 0; k < b.count; ++k) {
+      const RowVectors j = row_of(b, jacobian_of(m, b), 0, k);
+      if (b.body[k] >= m.count()) {
+        const BodyState& at = m.scratch.body_states[b.body[k]];
+        row.frame_rate += glm::dot(j.v, at.velocity) + glm::dot(j.w, at.angular_velocity);
+        continue;
+      }
+      row.j[2 * row.count] = j.v, row.j[2 * row.count + 1] = j.w;
+      row.body[row.count++] = b.body[k];
+    }
+    ContactPoint p;
+    p.limit = static_cast<std::uint32_t>(r.limits.size());
+    p.owner[0] = island, p.lasting.x = std::max(Real(0), m.scratch.impulses[b.first_row]);
+    p.gap_before = row.gap;
+    r.limits.push_back(row), r.points.push_back(p);
+    m.memory[i].active = false;
+  }
+}
+
+/// An island at the end of its step, as contacts found it: kinematics, rows, factor, forces.
+void take_up(World& world, ContactScratch& r, std::uint32_t island, Real h) {
+  Island& m = islands_of(world)[island];
+  Motions& s = m.scratch.state;
+  for (std::size_t b = 0; b < m.own(); ++b) {
+    const Body& body = world.bodies.values()[m.slots[b]];
+    s.x[b] = body.pose.position, s.q[b] = body.pose.rotation;
+    s.v[b] = body.velocity, s.w[b] = body.angular_velocity;
+  }
+  update_kinematics(m), update_frames(world, m, 1, h);
+  write_all_rows(world, m, {true, false});
+  const std::size_t limits = r.limits.size();
+  list_limits(r, m, island);
+  if (r.limits.size() > limits) write_all_rows(world, m, {true, false});
+  factor(m);
+  add_forces(world, m, Torques::applied);
+}
+
+void sort_points(ContactScratch& r) {
+  for (ContactPoint& p : r.points)
+    p.group = r.sets.root(p.owner[0] != kNoIndex ? p.owner[0] : p.owner[1]);
+  std::sort(r.points.begin(), r.points.end(), [](const ContactPoint& p, const ContactPoint& q) {
+    return std::tie(p.group, p.contact, p.limit) < std::tie(q.group, q.contact, q.limit);
+  });
+  for (std::uint32_t i = 0; i < r.points.size(); ++i)
+    for (int s = 0; s < 2; ++s) {
+      const ContactPoint& p = r.points[i];
+      if (p.owner[s] == kNoIndex) continue;
+      ContactEnd end;
+      end.island = p.owner[s], end.point = i, end.column = p.column[s], end.sign = s == 0 ? 1 : -1;
+      r.ends.push_back(end);
+    }
+  std::sort(r.ends.begin(), r.ends.end(), [&](const ContactEnd& e, const ContactEnd& f) {
+    const auto order = [&](const ContactEnd& x) {
+      return std::tuple(r.points[x.point].group, x.island, x.point, -x.sign);
+    };
+    return order(e) < order(f);
+  });
+}
+
+void list_members(ContactScratch& r) {
+  for (std::uint32_t i = 0; i < r.ends.size(); ++i) {
+    ContactEnd& e = r.ends[i];
+    if (r.members.empty() || r.members.back().island != e.island) {
+      GroupMember m;
+      m.group = r.points[e.point].group, m.island = e.island, m.first_end = i;
+      r.members.push_back(m);
+    }
+    e.member = static_cast<std::uint32_t>(r.members.size() - 1);
+    ++r.members.back().ends;
+    r.points[e.point].end[e.sign > 0 ? 0 : 1] = i;
+  }
+  std::size_t numbers = 0;
+  for (GroupMember& m : r.members)
+    m.first_response = numbers, numbers += std::size_t(9) * m.ends * m.ends;
+  r.responses.resize(numbers);
+  std::size_t member = 0;
+  for (std::size_t i = 0; i < r.points.size(); ++i) {
+    if (r.groups.empty() || r.points[i].group != r.points[i - 1].group) {
+      ContactScratch::Range range;
+      range.first_point = i, range.first_member = member;
+      while (member < r.members.size() && r.members[member].group == r.points[i].group) ++member;
+      range.members = member - range.first_member;
+      r.groups.push_back(range);
+    }
+    ++r.groups.back().points;
+  }
+}
+
+/// Rates of an end along its axes, of two vectors a body.
+Vec3 end_rates(const ContactScratch& r, const ContactEnd& end, std::span<const Vec3> motion) {
+  const ContactPoint& p = r.points[end.point];
+  if (p.limit != kNoIndex) {
+    const LimitRowAt& row = r.limits[p.limit];
+    Real rate = 0;
+    for (std::size_t k = 0; k < row.count; ++k)
+      rate += glm::dot(row.j[2 * k], motion[2 * row.body[k]]) +
+              glm::dot(row.j[2 * k + 1], motion[2 * row.body[k] + 1]);
+    return {rate, 0, 0};
+  }
+  const Vec3 v =
+      end.sign * (motion[2 * end.column] + glm::cross(motion[2 * end.column + 1], end.arm));
+  return {glm::dot(p.axes[0], v), glm::dot(p.axes[1], v), glm::dot(p.axes[2], v)};
+}
+
+/// The speed of a body's point.
+Vec3 speed_at(const Motions& s, const ContactEnd& e) {
+  return s.v[e.column] + glm::cross(s.w[e.column], e.arm);
+}
+
+Real limit_rate(const LimitRowAt& row, const Motions& s) {
+  Real rate = row.frame_rate;
+  for (std::size_t k = 0; k < row.count; ++k)
+    rate += glm::dot(row.j[2 * k], s.v[row.body[k]]) + glm::dot(row.j[2 * k + 1], s.w[row.body[k]]);
+  return rate;
+}
+
+}  // namespace
+
+void add_end_force(const ContactScratch& r, const ContactEnd& end, Vec3 along,
+                   std::span<Vec3> force) {
+  const ContactPoint& p = r.points[end.point];
+  if (p.limit != kNoIndex) {
+    const LimitRowAt& row = r.limits[p.limit];
+    for (std::size_t k = 0; k < row.count; ++k)
+      force[2 * row.body[k]] += along.x * row.j[2 * k],
+          force[2 * row.body[k] + 1] += along.x * row.j[2 * k + 1];
+    return;
+  }
+  const Vec3 f = end.sign * (along.x * p.axes[0] + along.y * p.axes[1] + along.z * p.axes[2]);
+  force[2 * end.column] += f, force[2 * end.column + 1] += glm::cross(end.arm, f);
+}
+
+void gather_contacts(World& world, Real h, const Taking& taking) {
+  ContactScratch& r = world.memory.of<Islands>().contacts;
+  r.points.clear(), r.ends.clear(), r.limits.clear(), r.members.clear(), r.groups.clear();
+  std::vector<Island>& all = islands_of(world);
+  r.sets.reset(all.size()), r.touched.assign(all.size(), 0);
+  list_points(world, r, h, taking);
+  for (std::uint32_t i = 0; i < all.size(); ++i) {
+    if (!r.touched[i]) continue;
+    for (std::size_t k = 0; k < all[i].frames.size(); ++k) {
+      const FrameStart& start = all[i].scratch.frame_starts[k];
+      all[i].frames[k].before = start.before, all[i].frames[k].known = start.known;
+    }
+    take_up(world, r, i, h);
+  }
+  sort_points(r);
+  list_members(r);
+}
+
+void place_points(World& world, const ContactGroup& g) {
+  ContactScratch& r = world.memory.of<Islands>().contacts;
+  for (ContactPoint& p : g.points) {
+    if (p.limit != kNoIndex) {
+      const LimitRowAt& row = r.limits[p.limit];
+      const Island& m = islands_of(world)[row.island];
+      p.gap = m.scratch.c[m.blocks[row.block].first_row];
+      continue;
+    }
+    Vec3 at[2];
+    for (int s = 0; s < 2; ++s) {
+      const Vec3 round = (s == 0 ? -p.radius[s] : p.radius[s]) * p.axes[0];
+      if (p.end[s] == kNoIndex) {
+        at[s] = to_world(p.obstacle[s].pose, p.core[s]) + round;
+        continue;
+      }
+      ContactEnd& e = r.ends[p.end[s]];
+      const Motions& state = islands_of(world)[e.island].scratch.state;
+      e.arm = state.q[e.column] * p.core[s] + round;
+      at[s] = state.x[e.column] + e.arm;
+    }
+    p.gap = glm::dot(p.axes[0], at[0] - at[1]);
+  }
+}
+
+void find_speeds(const World& world, const ContactGroup& g) {
+  const ContactScratch& r = world.memory.of<Islands>().contacts;
+  for (ContactPoint& p : g.points) {
+    if (p.limit != kNoIndex) {
+      const LimitRowAt& row = r.limits[p.limit];
+      p.speed = {limit_rate(row, islands_of(world)[row.island].scratch.state), 0, 0};
+      continue;
+    }
+    Vec3 now(0), before(0);
+    for (int s = 0; s < 2; ++s) {
+      const Real sign = s == 0 ? 1 : -1;
+      if (p.end[s] == kNoIndex) {
+        const Obstacle& o = p.obstacle[s];
+        const Vec3 arm =
+            to_world(o.pose, p.core[s]) + -sign * p.radius[s] * p.axes[0] - o.pose.position;
+        const Vec3 v = o.velocity + glm::cross(o.spin, arm);
+        now += sign * v, before += sign * v;
+        continue;
+      }
+      const ContactEnd& e = r.ends[p.end[s]];
+      const StepScratch& scratch = islands_of(world)[e.island].scratch;
+      now += sign * speed_at(scratch.state, e), before += sign * speed_at(scratch.entry, e);
+    }
+    p.speed = {glm::dot(p.axes[0], now), glm::dot(p.axes[1], now), glm::dot(p.axes[2], now)};
+    p.pull = glm::dot(p.axes[0], now - before) / g.h;
+  }
+}
+
+void find_responses(World& world, const GroupMember& member) {
+  ContactScratch& r = world.memory.of<Islands>().contacts;
+  Island& m = islands_of(world)[member.island];
+  const std::size_t n = std::size_t(3) * member.ends;
+  Real* w = &r.responses[member.first_response];
+  std::fill(m.scratch.right.begin(), m.scratch.right.end(), 0.0);
+  const std::span<const ContactEnd> ends =
+      std::span<const ContactEnd>(r.ends).subspan(member.first_end, member.ends);
+  for (std::size_t e = 0; e < ends.size(); ++e)
+    for (int k = 0; k < 3; ++k) {
+      const bool none = k > 0 && r.points[ends[e].point].limit != kNoIndex;
+      if (!none) {
+        Vec3 along(0);
+        along[k] = 1;
+        std::fill(m.scratch.momenta.begin(), m.scratch.momenta.end(), Vec3(0));
+        add_end_force(r, ends[e], along, m.scratch.momenta);
+        solve(m, {m.scratch.momenta, m.scratch.right}, {m.scratch.solution, m.scratch.lambda});
+      }
+      for (std::size_t f = 0; f < ends.size(); ++f) {
+        const Vec3 rates = none ? Vec3(0) : end_rates(r, ends[f], m.scratch.solution);
+        for (int l = 0; l < 3; ++l)
+          w[(3 * f + std::size_t(l)) * n + 3 * e + std::size_t(k)] = rates[l];
+      }
+    }
+}
+
+void find_own_responses(World& world, const ContactGroup& g) {
+  ContactScratch& r = world.memory.of<Islands>().contacts;
+  for (ContactPoint& p : g.points) {
+    p.response = Mat3(0);
+    Real free = 0;
+    for (int s = 0; s < 2; ++s) {
+      if (p.end[s] == kNoIndex) continue;
+      const ContactEnd& e = r.ends[p.end[s]];
+      const GroupMember& member = r.members[e.member];
+      free += 1 / islands_of(world)[e.island].mass[e.column];
+      for (int t = 0; t < 2; ++t) {
+        if (p.end[t] == kNoIndex || r.ends[p.end[t]].member != e.member) continue;
+        const std::size_t n = std::size_t(3) * member.ends;
+        const Real* w = &r.responses[member.first_response + 3 * (p.end[s] - member.first_end) * n +
+                                     3 * (p.end[t] - member.first_end)];
+        for (std::size_t l = 0; l < 3; ++l)
+          for (std::size_t k = 0; k < 3; ++k) p.response[int(k)][int(l)] += w[l * n + k];
+      }
+    }
+    p.works = p.response[0][0] > (p.limit != kNoIndex ? 0 : kLeastResponse * free);
+  }
+}
+
+}  // namespace pantin::detail::lagrangian

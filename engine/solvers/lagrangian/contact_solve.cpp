@@ -1,0 +1,260 @@
+// Impulses of contacts by projected Gauss-Seidel, a point at a time with its whole 3x3 response.
+#include <algorithm>
+
+#include "engine/solvers/lagrangian/contacts.hpp"
+
+namespace pantin::detail::lagrangian {
+namespace {
+
+/// m/s: slower impacts are inelastic.
+constexpr Real kSlowestImpact = 0.05;
+/// Bounds on sweeps over impacts, over what lasts before Newton's method is tried, on such
+/// attempts, on sweeps over overlaps, and on rounds in which further points close.
+constexpr int kImpactSweeps = 64, kSweeps = 30, kAttempts = 12, kOverlapSweeps = 200, kRounds = 8;
+/// N s: what changes in a sweep, of the largest impulse, when the iterations end.
+constexpr Real kTolerance = 1e-10;
+/// Within a point: iterations for a sliding one, and the change that ends them.
+constexpr int kSlideIterations = 60;
+constexpr Real kSlideTolerance = 1e-15;
+/// A direction in which nothing gives way carries nothing: of the largest response.
+constexpr Real kLeastPivot = 1e-9;
+/// m: so near to one another bodies that rest on others stay while all of them fall.
+constexpr Real kNearlyShut = 1e-7;
+/// m: a gap that is shut.
+constexpr Real kShut = 1e-12;
+/// m/s: what overlaps at the start is pushed apart no faster.
+constexpr Real kPushSpeed = 1;
+
+/// Which of a point's sums follow an impulse.
+enum class Follows : std::uint8_t { speed, gap };
+
+void follow(const Couplings& c, const ContactPoint& p, Vec3 impulse, Follows what) {
+  ContactScratch& r = c.scratch;
+  for (const std::uint32_t at : p.end) {
+    if (at == kNoIndex) continue;
+    const ContactEnd& e = r.ends[at];
+    const GroupMember& m = r.members[e.member];
+    const std::size_t n = std::size_t(3) * m.ends;
+    const Real* column = &r.responses[m.first_response + 3 * (at - m.first_end)];
+    for (std::uint32_t f = 0; f < m.ends; ++f, column += 3 * n) {
+      ContactPoint& q = r.points[r.ends[m.first_end + f].point];
+      const auto row = [&](std::size_t l) {
+        const Real* w = column + l * n;
+        return w[0] * impulse.x + w[1] * impulse.y + w[2] * impulse.z;
+      };
+      if (what == Follows::gap)
+        q.gap += row(0);
+      else
+        q.speed += Vec3(row(0), row(1), row(2));
+    }
+  }
+}
+
+/// A tangential impulse that changes the tangential speed by `change`. Directions in which next to
+/// nothing of `scale` gives way carry none.
+void stick(const Mat3& w, const Real change[2], Real scale, Real found[2]) {
+  const int one = w[2][2] > w[1][1] ? 1 : 0, two = 1 - one;
+  const Real d1 = w[one + 1][one + 1], off = w[one + 1][two + 1];
+  found[0] = found[1] = 0;
+  if (!(d1 > kLeastPivot * scale)) return;
+  const Real d2 = w[two + 1][two + 1] - off * off / d1;
+  if (d2 > kLeastPivot * scale) found[two] = (change[two] - off / d1 * change[one]) / d2;
+  found[one] = (change[one] - off * found[two]) / d1;
+}
+
+/// The impulse at which the whole speed ends.
+Vec3 stop(const Mat3& w, Vec3 free) {
+  // The tangential part without what the normal one gives.
+  Mat3 rest = w;
+  for (int k = 1; k < 3; ++k)
+    for (int l = 1; l < 3; ++l) rest[k][l] -= w[k][0] * w[0][l] / w[0][0];
+  const Real change[2] = {-free.y + w[0][1] * free.x / w[0][0],
+                          -free.z + w[0][2] * free.x / w[0][0]};
+  Real t[2];
+  stick(rest, change, std::max({w[0][0], w[1][1], w[2][2]}), t);
+  return {(-free.x - w[1][0] * t[0] - w[2][0] * t[1]) / w[0][0], t[0], t[1]};
+}
+
+/// Bounds the tangential part of an impulse by Coulomb's cone.
+Vec3 within_cone(Vec3 r, Real friction) {
+  const Real held = std::sqrt(r.y * r.y + r.z * r.z), most = friction * std::max(Real(0), r.x);
+  if (held > most) r.y *= most / held, r.z *= most / held;
+  return r;
+}
+
+/// The impulse of a sliding point: on the cone, against the speed that is left.
+Vec3 slide(const ContactPoint& p, Vec3 free, Vec3 r) {
+  const Mat3& w = p.response;
+  const Real soft = softest_of(w);
+  for (int n = 0; n < kSlideIterations; ++n) {
+    const Vec3 before = r;
+    r.x = std::max(Real(0), -(free.x + w[1][0] * r.y + w[2][0] * r.z) / w[0][0]);
+    const Vec3 speed = free + w * r;
+    r = within_cone({r.x, r.y - speed.y / soft, r.z - speed.z / soft}, p.friction);
+    const Vec3 change = r - before;
+    if (glm::dot(change, change) <= kSlideTolerance * kSlideTolerance * glm::dot(r, r)) break;
+  }
+  return r;
+}
+
+/// The impulse `r` of a point, all others as they are, at which it neither closes nor pulls, and
+/// sticks or slides.
+Vec3 solve_point(const ContactPoint& p, Vec3 r) {
+  const Mat3& w = p.response;
+  const Vec3 free = p.speed - w * r;
+  if (free.x >= 0) return Vec3(0);
+  if (!(p.friction > 0)) return {-free.x / w[0][0], 0, 0};
+  const Vec3 stopped = stop(w, free);
+  if (stopped.x > 0 && within_cone(stopped, p.friction) == stopped) return stopped;
+  return slide(p, free, within_cone(stopped.x > 0 ? stopped : r, p.friction));
+}
+
+/// An impact: an impulse of restitution along the normal and friction with it, at a point whose
+/// bodies have met `since` before the end of the step.
+void meet(const Couplings& with, ContactPoint& p, Real since) {
+  const Mat3& w = p.response;
+  const Real wanted = -(1 + p.restitution) * (p.speed.x - p.pull * since);
+  Vec3 r(wanted / w[0][0], 0, 0);
+  for (int n = 0; n < 8 && p.friction > 0; ++n) {
+    const Real change[2] = {-p.speed.y - w[0][1] * r.x, -p.speed.z - w[0][2] * r.x};
+    Real t[2];
+    stick(w, change, std::max({w[0][0], w[1][1], w[2][2]}), t);
+    r = within_cone({r.x, t[0], t[1]}, p.friction);
+    r.x = std::max(Real(0), (wanted - w[1][0] * r.y - w[2][0] * r.z) / w[0][0]);
+  }
+  p.impulse += r, p.shift += since * r;
+  with.push(p, r), with.displace(p, since * r);
+}
+
+/// m: the gap that a closed point is opened to.
+Real goal_of(const Couplings& with, const ContactPoint& p) {
+  return std::min(Real(0), p.gap_before + kPushSpeed * with.group.h);
+}
+
+/// Displacements along the normals of closed points until none overlaps more than it may, and no
+/// more than that.
+void open_closed(const Couplings& with) {
+  const std::span<ContactPoint> points = with.group.points;
+  for (int n = 0; n < kOverlapSweeps; ++n) {
+    Real worst = 0;
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      ContactPoint& p = points[n % 2 == 0 ? i : points.size() - 1 - i];
+      if (!p.closed || !p.works) continue;
+      const Real missing = goal_of(with, p) - p.gap;
+      const Real more = std::max(-p.held.x, missing / p.response[0][0]);
+      if (more == 0) continue;
+      worst = std::max(worst, std::abs(more) * p.response[0][0]);
+      p.held.x += more, p.shift.x += more;
+      with.displace(p, {more, 0, 0});
+    }
+    if (worst <= kShut) return;
+  }
+}
+
+/// One sweep over closed points. Returns the largest change of an impulse.
+Real sweep(const Couplings& with, bool forwards) {
+  Real most = 0;
+  for (std::size_t i = 0; i < with.group.points.size(); ++i) {
+    ContactPoint& p = with.group.points[forwards ? i : with.group.points.size() - 1 - i];
+    if (!p.closed || !p.works) continue;
+    const Vec3 change = solve_point(p, p.lasting) - p.lasting;
+    if (change == Vec3(0)) continue;
+    p.lasting += change, p.impulse += change;
+    with.push(p, change);
+    most = std::max(most, glm::length(change));
+  }
+  return most;
+}
+
+Real largest(const Couplings& with) {
+  Real most = 0;
+  for (const ContactPoint& p : with.group.points) most = std::max(most, glm::length(p.lasting));
+  return most;
+}
+
+/// Points that are shut where the bodies are now become closed. Whether any did.
+bool close_more(const Couplings& with) {
+  bool any = false;
+  for (ContactPoint& p : with.group.points) {
+    if (p.closed || p.gap > kNearlyShut) continue;
+    if (p.gap > 0 && p.restitution > 0 && p.speed.x < -kSlowestImpact) continue;
+    p.closed = any = true;
+    if (!p.works) continue;
+    // What it bore in the last step is the first guess.
+    p.impulse += p.lasting;
+    with.push(p, p.lasting);
+  }
+  return any;
+}
+
+}  // namespace
+
+Real error_of(const Couplings& with) {
+  Real most = 0;
+  for (const ContactPoint& p : with.group.points)
+    if (p.closed && p.works)
+      most = std::max(most, glm::length(solve_point(p, p.lasting) - p.lasting));
+  return most;
+}
+
+void Couplings::push(const ContactPoint& p, Vec3 impulse) const {
+  follow(*this, p, impulse, Follows::speed);
+}
+void Couplings::displace(const ContactPoint& p, Vec3 shift) const {
+  follow(*this, p, shift, Follows::gap);
+}
+
+void collide(const Couplings& with) {
+  const Real h = with.group.h;
+  for (int n = 0; n < kImpactSweeps; ++n) {
+    bool any = false;
+    for (ContactPoint& p : with.group.points) {
+      if (!(p.restitution > 0) || !p.works || p.closed) continue;
+      if (!(p.gap <= 0) || !(p.speed.x < 0)) continue;
+      // The time since they met is the smaller root of gap - speed t + pull t^2 / 2.
+      const Real root = std::sqrt(std::max(Real(0), p.speed.x * p.speed.x - 2 * p.pull * p.gap));
+      const Real since = std::clamp(2 * p.gap / (p.speed.x - root), Real(0), h);
+      if (p.speed.x - p.pull * since > -kSlowestImpact) continue;
+      meet(with, p, since);
+      any = true;
+    }
+    if (!any) return;
+  }
+}
+
+bool hold(const Couplings& with) {
+  bool solved = true;
+  const Real h = with.group.h;
+  for (int round = 0; round < kRounds && close_more(with); ++round) {
+    solved = false;
+    for (int attempt = 0; attempt < kAttempts && !solved; ++attempt) {
+      for (int n = 0; n < kSweeps && !solved; ++n)
+        solved = sweep(with, n % 2 == 0) <= kTolerance * largest(with);
+      solved = solved || polish(with, kTolerance * largest(with), attempt);
+    }
+    for (ContactPoint& p : with.group.points) {
+      if (!p.closed || !p.works) continue;
+      // As far as a force of the whole step would have moved it.
+      const Vec3 shift = p.share * h * p.lasting;
+      with.displace(p, shift - p.held);
+      p.shift += shift - p.held, p.held = shift;
+    }
+    open_closed(with);
+    collide(with);  // what was pushed against others
+  }
+  return solved;
+}
+
+Real open_overlaps(const Couplings& with) {
+  Real deepest = 0;
+  for (ContactPoint& p : with.group.points) {
+    p.shift = p.held = Vec3(0);
+    const Real missing = goal_of(with, p) - p.gap;
+    p.closed = missing > 0;
+    if (p.closed && p.works) deepest = std::max(deepest, missing);
+  }
+  open_closed(with);
+  return deepest;
+}
+
+}  // namespace pantin::detail::lagrangian

@@ -1,0 +1,192 @@
+// Contacts of exact bodies, by time stepping.
+//
+// Each island has taken its step as if nothing touched it. What touches is then solved together,
+// over all islands that it couples: impulses of restitution, one pair after the other at the time
+// within the step when they meet; then those at which, at the end of the step, closed contacts
+// neither approach nor pull and friction keeps to Coulomb's cone. Joints take part by the response
+// that the island's factor gives. Positions follow the impulses as they would follow forces, and
+// are opened as far as the contacts still overlap. [Moreau 1988; Jean 1999]
+#include "engine/solvers/lagrangian/contacts.hpp"
+
+#include <algorithm>
+
+#include "engine/base/rotation.hpp"
+#include "engine/contact/memory.hpp"
+#include "engine/solvers/lagrangian/integrator.hpp"
+
+namespace pantin::detail::lagrangian {
+namespace {
+
+constexpr int kOpenings = 4;
+/// m: overlaps that rounding may leave.
+constexpr Real kOpenEnough = 1e-12;
+
+void clear_forces(Island& m) {
+  std::fill(m.scratch.momenta.begin(), m.scratch.momenta.end(), Vec3(0));
+  std::fill(m.scratch.right.begin(), m.scratch.right.end(), 0.0);
+}
+
+/// One kind of impulse of all points of a member, carried through its joints: motions into
+/// scratch.solution, impulses of joints into scratch.lambda.
+void respond(const ContactScratch& r, Island& m, const GroupMember& member,
+             Vec3 ContactPoint::*what) {
+  clear_forces(m);
+  for (std::uint32_t i = member.first_end; i < member.first_end + member.ends; ++i)
+    add_end_force(r, r.ends[i], r.points[r.ends[i].point].*what, m.scratch.momenta);
+  solve(m, {m.scratch.momenta, m.scratch.right}, {m.scratch.solution, m.scratch.lambda});
+}
+
+void change_velocities(const ContactScratch& r, Island& m, const GroupMember& member, Real h) {
+  respond(r, m, member, &ContactPoint::impulse);
+  for (std::size_t b = 0; b < m.count(); ++b) {
+    m.scratch.state.v[b] += m.scratch.solution[2 * b];
+    m.scratch.state.w[b] += m.scratch.solution[2 * b + 1];
+  }
+  for (std::size_t row = 0; row < m.rows; ++row) m.forces[row] += m.scratch.lambda[row] / h;
+}
+
+/// Moves an island by the shifts of its points and closes its joints. Returns the work of its
+/// forces on the way, J.
+Real change_poses(const World& world, Island& m, const GroupMember& member, Real h) {
+  const ContactScratch& r = world.memory.of<Islands>().contacts;
+  respond(r, m, member, &ContactPoint::shift);
+  Motions& s = m.scratch.state;
+  Real work = 0;
+  for (std::size_t b = 0; b < m.count(); ++b) {
+    const Vec3 way = m.scratch.solution[2 * b], turn = m.scratch.solution[2 * b + 1];
+    work += glm::dot(m.scratch.force[2 * b], way) + glm::dot(m.scratch.force[2 * b + 1], turn);
+    s.x[b] += way, s.q[b] = glm::normalize(from_rotation_vector(turn) * s.q[b]);
+  }
+  update_kinematics(m);
+  if (m.blocks.empty()) return work;
+  write_all_rows(world, m, {true, false});
+  if (m.settings.stabilisation != Stabilisation::projection) return work;
+  std::fill(m.scratch.impulses.begin(), m.scratch.impulses.end(), 0.0);
+  project(world, m, 1, h);
+  for (std::size_t row = 0; row < m.rows; ++row) m.forces[row] += m.scratch.impulses[row] / h;
+  return work + m.scratch.projection_work;
+}
+
+/// The work of an island's forces along its way through the step, J.
+Real work_of_step(const Island& m) {
+  const Motions &from = m.scratch.entry, &to = m.scratch.state;
+  Real work = 0;
+  for (std::size_t b = 0; b < m.count(); ++b)
+    work +=
+        glm::dot(m.scratch.force[2 * b], to.x[b] - from.x[b]) +
+        glm::dot(m.scratch.force[2 * b + 1], rotation_vector(to.q[b] * glm::conjugate(from.q[b])));
+  return work;
+}
+
+/// What the islands of a group gained by their contacts is taken from their motion, unless
+/// something that moves may have given it.
+void bound_energy(World& world, const ContactGroup& g, Real work) {
+  const bool rest = std::all_of(g.points.begin(), g.points.end(), [](const ContactPoint& p) {
+    return !p.obstacle[0].moves() && !p.obstacle[1].moves();
+  });
+  if (!rest) return;
+  Real before = 0, at_start = 0, now = 0;
+  for (const GroupMember& member : g.members) {
+    const Island& m = islands_of(world)[member.island];
+    if (!stands_on_rest(m)) return;
+    before += member.kinetic, now += kinetic_energy(m, m.scratch.state);
+    at_start += kinetic_energy(m, m.scratch.entry) + work_of_step(m);
+  }
+  // Euler's step may have taken what its contacts give back.
+  const Real due = std::max(before + work, at_start);
+  if (!(now > due)) return;
+  const Real part = due > 0 ? std::sqrt(due / now) : 0;
+  for (const GroupMember& member : g.members) {
+    Motions& s = islands_of(world)[member.island].scratch.state;
+    for (Vec3& v : s.v) v *= part;
+    for (Vec3& w : s.w) w *= part;
+  }
+}
+
+/// Solves the contacts of one group and moves its islands. False: not to the tolerance.
+bool resolve(World& world, const ContactGroup& g) {
+  ContactScratch& r = world.memory.of<Islands>().contacts;
+  place_points(world, g);
+  find_speeds(world, g);
+  for (GroupMember& member : g.members) {
+    const Island& m = islands_of(world)[member.island];
+    member.kinetic = kinetic_energy(m, m.scratch.state);
+    find_responses(world, member);
+  }
+  find_own_responses(world, g);
+  const Couplings with{r, g};
+  collide(with);
+  const bool solved = hold(with);
+  if (std::all_of(g.points.begin(), g.points.end(),
+                  [](const ContactPoint& p) { return p.impulse == Vec3(0) && p.shift == Vec3(0); }))
+    return solved;
+  Real work = 0;
+  for (const GroupMember& member : g.members) {
+    Island& m = islands_of(world)[member.island];
+    change_velocities(r, m, member, g.h);
+    m.fresh = m.fresh || row_of(m.settings.integrator).keeps_accelerations;
+  }
+  for (ContactPoint& p : g.points) p.borne = p.closed ? p.lasting : Vec3(0);
+  for (int n = 0; n < kOpenings; ++n) {
+    for (const GroupMember& member : g.members)
+      work += change_poses(world, islands_of(world)[member.island], member, g.h);
+    place_points(world, g);
+    if (n + 1 == kOpenings || open_overlaps(with) <= kOpenEnough) break;
+  }
+  bound_energy(world, g, work);
+  return solved;
+}
+
+void write_contact(World& world, const ContactPoint& p, Real h) {
+  if (p.limit != kNoIndex) return;
+  Contact& c = contacts_of(world)[p.contact];
+  const auto in_world = [&](Vec3 v) { return v.x * p.axes[0] + v.y * p.axes[1] + v.z * p.axes[2]; };
+  c.force = in_world(p.impulse) / h;
+  c.lambda = h * in_world(p.borne);
+  c.active = p.impulse.x > 0, c.impact = 0, c.rest = 0, c.sliding = 1;
+  c.depth = std::max(Real(0), -p.gap);
+}
+
+/// Limits that still bear, or touch without being left, stay active.
+void restore_limits(World& world, ContactScratch& r, Real h) {
+  for (const ContactPoint& p : r.points) {
+    if (p.limit == kNoIndex) continue;
+    const LimitRowAt& row = r.limits[p.limit];
+    Island& m = islands_of(world)[row.island];
+    m.memory[row.block].active = p.impulse.x > 0 || p.speed.x <= 0;
+    m.forces[m.blocks[row.block].first_row] += p.impulse.x / h;
+  }
+}
+
+void finish(World& world, std::uint32_t island) {
+  Island& m = islands_of(world)[island];
+  for (std::size_t i = 0; i < m.frames.size(); ++i) {
+    const BodyState& at = m.scratch.body_states[m.count() + i];
+    m.frames[i].before = {at.position, at.rotation}, m.frames[i].known = true;
+  }
+  if (!all_within_bounds(m)) {
+    m.lost = m.bodies.front(), m.fresh = true;
+    return;
+  }
+  store_transmitted(m);
+  write_back(world, m);
+}
+
+}  // namespace
+
+void resolve_contacts(World& world, Real h, const Taking& taking) {
+  if (contacts_of(world).empty()) return;
+  gather_contacts(world, h, taking);
+  ContactScratch& r = world.memory.of<Islands>().contacts;
+  for (std::size_t i = 0; i < r.groups.size(); ++i) {
+    const ContactScratch::Range& range = r.groups[i];
+    const ContactGroup g{std::span(r.points).subspan(range.first_point, range.points),
+                         std::span(r.members).subspan(range.first_member, range.members), h};
+    r.unsolved += !resolve(world, g);
+  }
+  for (const ContactPoint& p : r.points) write_contact(world, p, h);
+  restore_limits(world, r, h);
+  for (const GroupMember& member : r.members) finish(world, member.island);
+}
+
+}  // namespace pantin::detail::lagrangian

@@ -1,0 +1,58 @@
+#pragma once
+/// Contacts of exact bodies: what contacts.cpp, contact_points.cpp and contact_solve.cpp share.
+#include "engine/solvers/lagrangian/internal.hpp"
+
+namespace pantin::detail::lagrangian {
+
+/// Which islands take part: all that lead no interface, or one that does.
+struct Taking {
+  std::uint32_t leader = kNoIndex;
+};
+
+/// Finishes the step of `h` seconds with the contacts of these islands; writes bodies and contacts.
+void resolve_contacts(World& world, Real h, const Taking& taking);
+
+// Where things touch (contact_points.cpp).
+
+/// Fills the scratch with points, ends, members and groups; the islands concerned are at the end of
+/// their step, limits aside, which become points.
+void gather_contacts(World& world, Real h, const Taking& taking);
+/// Gaps and arms where the bodies are now.
+void place_points(World& world, const ContactGroup& g);
+/// Speeds and accelerations of the points, after place_points.
+void find_speeds(const World& world, const ContactGroup& g);
+/// The response of the ends of a member to one another.
+void find_responses(World& world, const GroupMember& member);
+/// The response of every point to itself, after those of the members.
+void find_own_responses(World& world, const ContactGroup& g);
+/// Adds the force of an end along its axes, or of a limit, to two vectors a body.
+void add_end_force(const ContactScratch& r, const ContactEnd& end, Vec3 along,
+                   std::span<Vec3> force);
+
+// What solves them (contact_solve.cpp).
+
+/// The islands' responses as the iterations see them.
+struct Couplings {
+  ContactScratch& scratch;
+  const ContactGroup& group;
+  /// An impulse, and what it displaces, along the axes of a point.
+  void push(const ContactPoint& p, Vec3 impulse) const;
+  void displace(const ContactPoint& p, Vec3 shift) const;
+};
+/// Impulses of restitution: bodies that meet within the step, one pair after the other.
+void collide(const Couplings& with);
+/// Impulses that hold at the end of the step, and what they displace. False: not within the
+/// tolerance.
+bool hold(const Couplings& with);
+/// The largest tangential response of a point to itself.
+Real softest_of(const Mat3& response);
+/// What closed points are from their impulses as each one alone would have it, N s.
+Real error_of(const Couplings& with);
+/// Newton's method from the impulses as they are (contact_newton.cpp): the best that it finds.
+/// Whether that is within the tolerance, N s. `attempt` counts the calls for the same points.
+bool polish(const Couplings& with, Real tolerance, int attempt);
+/// Displacements that are still needed to open closed points. Returns the deepest overlap beyond
+/// what may stay, m.
+Real open_overlaps(const Couplings& with);
+
+}  // namespace pantin::detail::lagrangian
