@@ -4,6 +4,7 @@
 #include <cmath>
 #include <vector>
 
+#include "tests/base/random.hpp"
 #include "tests/solvers/exact.hpp"
 
 using namespace pantin;
@@ -400,6 +401,49 @@ TEST_CASE("a limit holds when a contact pushes a joint against it") {
     }
     CHECK(least > -0.002);
     CHECK(worst_gap(sim.world) < 1e-10);
+  }
+}
+
+TEST_CASE("random mechanisms that fall on the floor and a block keep their joints, gain nothing") {
+  for (unsigned seed = 0; seed < 8; ++seed) {
+    Random random(seed);
+    const auto within = [&](Real low, Real high) { return random.between(low, high); };
+    const Real friction = within(0, 1.2), restitution = seed % 3 == 0 ? within(0, 1) : 0;
+    Collision c = surface(friction, restitution);
+    c.self = seed % 2 == 0;
+    World w = exact_world(kAll[seed % 4]);
+    put_floor(w, c);
+    put(w, box_of({0.3, 0.2, 0.3}), {{0.2, 0.2, 0}, kIdentity}, c, Motion::fixed);
+    const JointKind kinds[] = {JointKind::ball, JointKind::hinge, JointKind::universal,
+                               JointKind::fixed};
+    Real start = 0;
+    for (int tree = 0; tree < 2; ++tree) {
+      Vec3 from = random.in_cube(0.4) + Vec3(0, 1.5 + tree, 0);
+      Entity last;
+      for (int i = 0; i < 4; ++i) {
+        const Vec3 way = random.in_cube(1) + Vec3(0, 1.2, 0);
+        const Vec3 to = from + within(0.15, 0.4) * glm::normalize(way);
+        const Entity e = put_rod(w, from, to, c);
+        if (i > 0)
+          w.add_link(last, e,
+                     joint_at(w, last, e, kinds[(seed + i) % 4], from,
+                              frame_along(random.in_cube(1) + Vec3(0, 0, 2))));
+        start += kGravity * w.bodies[e].mass * w.bodies[e].pose.position.y;
+        last = e, from = to;
+      }
+    }
+    Simulation sim(w, {1.0 / 120});
+    sim.settings.measure = true;
+    INFO("seed " << seed << ", " << name_of(kAll[seed % 4]));
+    bool hit = false;
+    for (int i = 0; i < 240; ++i) {
+      const StepReport r = sim.step();
+      REQUIRE(r.status == Status::ok);
+      REQUIRE(r.measures.energy() < 1.001 * start);
+      REQUIRE(r.measures.worst_gap < 1e-10);
+      hit = hit || r.contacts > 0;
+    }
+    CHECK(hit);
   }
 }
 

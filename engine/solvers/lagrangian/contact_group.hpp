@@ -60,7 +60,7 @@ struct ContactPoint {
   Vec3 shift{0};            // kg m: displaces as an impulse changes velocities; not applied yet
   Vec3 held{0};             // kg m, of it against what lasts
   Real share = 0.5;         // of the step, for which a lasting force is as good as its impulse
-  Vec3 best{0};             // N s, of the iterations so far
+  Vec3 best{0}, kept{0};    // N s: of Newton's method, of all iterations
   std::size_t unknown = 0;  // in the equations of its group
   bool works = true;        // the bodies can give way to it
   bool closed = false;      // it is shut at the end of the step

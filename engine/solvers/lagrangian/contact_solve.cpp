@@ -1,5 +1,6 @@
 // Impulses of contacts by projected Gauss-Seidel, a point at a time with its whole 3x3 response.
 #include <algorithm>
+#include <limits>
 
 #include "engine/solvers/lagrangian/contacts.hpp"
 
@@ -151,6 +152,12 @@ void open_closed(const Couplings& with) {
   }
 }
 
+/// Adds to what the points hold.
+void add(const Couplings& with, ContactPoint& p, Vec3 change) {
+  p.lasting += change, p.impulse += change;
+  with.push(p, change);
+}
+
 /// One sweep over closed points. Returns the largest change of an impulse.
 Real sweep(const Couplings& with, bool forwards) {
   Real most = 0;
@@ -159,17 +166,38 @@ Real sweep(const Couplings& with, bool forwards) {
     if (!p.closed || !p.works) continue;
     const Vec3 change = solve_point(p, p.lasting) - p.lasting;
     if (change == Vec3(0)) continue;
-    p.lasting += change, p.impulse += change;
-    with.push(p, change);
+    add(with, p, change);
     most = std::max(most, glm::length(change));
   }
   return most;
 }
 
-Real largest(const Couplings& with) {
+/// N s: what matters in a group, of its impulses and of what would stop its points one by one.
+Real scale_of(const Couplings& with) {
   Real most = 0;
-  for (const ContactPoint& p : with.group.points) most = std::max(most, glm::length(p.lasting));
+  for (const ContactPoint& p : with.group.points)
+    if (p.closed && p.works)
+      most = std::max(
+          {most, glm::length(p.lasting), std::abs(p.pull) * with.group.h / p.response[0][0]});
   return most;
+}
+
+/// Impulses that hold the closed points: sweeps and Newton's method in turn. False: the best found.
+bool solve_closed(const Couplings& with) {
+  Real least = std::numeric_limits<Real>::infinity();
+  for (int attempt = 0; attempt < kAttempts; ++attempt) {
+    const Real enough = kTolerance * scale_of(with);
+    for (int n = 0; n < kSweeps; ++n)
+      if (sweep(with, n % 2 == 0) <= enough) return true;
+    if (polish(with, enough, attempt)) return true;
+    const Real error = error_of(with);
+    if (!(error < least)) continue;
+    least = error;
+    for (ContactPoint& p : with.group.points) p.kept = p.lasting;
+  }
+  for (ContactPoint& p : with.group.points)
+    if (p.closed && p.works) add(with, p, p.kept - p.lasting);
+  return false;
 }
 
 /// Points that are shut where the bodies are now become closed. Whether any did.
@@ -226,12 +254,7 @@ bool hold(const Couplings& with) {
   bool solved = true;
   const Real h = with.group.h;
   for (int round = 0; round < kRounds && close_more(with); ++round) {
-    solved = false;
-    for (int attempt = 0; attempt < kAttempts && !solved; ++attempt) {
-      for (int n = 0; n < kSweeps && !solved; ++n)
-        solved = sweep(with, n % 2 == 0) <= kTolerance * largest(with);
-      solved = solved || polish(with, kTolerance * largest(with), attempt);
-    }
+    solved = solve_closed(with);
     for (ContactPoint& p : with.group.points) {
       if (!p.closed || !p.works) continue;
       // As far as a force of the whole step would have moved it.

@@ -45,26 +45,44 @@ void change_velocities(const ContactScratch& r, Island& m, const GroupMember& me
   for (std::size_t row = 0; row < m.rows; ++row) m.forces[row] += m.scratch.lambda[row] / h;
 }
 
-/// Moves an island by the shifts of its points and closes its joints. Returns the work of its
-/// forces on the way, J.
-Real change_poses(const World& world, Island& m, const GroupMember& member, Real h) {
-  const ContactScratch& r = world.memory.of<Islands>().contacts;
-  respond(r, m, member, &ContactPoint::shift);
-  Motions& s = m.scratch.state;
-  Real work = 0;
-  for (std::size_t b = 0; b < m.count(); ++b) {
-    const Vec3 way = m.scratch.solution[2 * b], turn = m.scratch.solution[2 * b + 1];
-    work += glm::dot(m.scratch.force[2 * b], way) + glm::dot(m.scratch.force[2 * b + 1], turn);
-    s.x[b] += way, s.q[b] = glm::normalize(from_rotation_vector(turn) * s.q[b]);
-  }
+/// Closes the joints of an island that its contacts displaced. False: they stay open.
+bool close_joints(const World& world, Island& m, Real h) {
   update_kinematics(m);
-  if (m.blocks.empty()) return work;
-  write_all_rows(world, m, {true, false});
-  if (m.settings.stabilisation != Stabilisation::projection) return work;
+  m.scratch.projection_work = 0;
   std::fill(m.scratch.impulses.begin(), m.scratch.impulses.end(), 0.0);
-  project(world, m, 1, h);
-  for (std::size_t row = 0; row < m.rows; ++row) m.forces[row] += m.scratch.impulses[row] / h;
-  return work + m.scratch.projection_work;
+  if (m.blocks.empty()) return true;
+  write_all_rows(world, m, {true, false});
+  if (m.settings.stabilisation != Stabilisation::projection) return true;
+  return project(world, m, 1, h);
+}
+
+/// Moves an island by the shifts of its points and closes its joints; by a part of that, or not at
+/// all, where they do not close. Returns the work of its forces on the way, J.
+Real change_poses(const World& world, Island& m, const GroupMember& member, Real h) {
+  Motions& s = m.scratch.state;
+  m.scratch.begin = s;
+  for (const Real part : {1.0, 0.25}) {
+    // The factor follows the poses.
+    respond(world.memory.of<Islands>().contacts, m, member, &ContactPoint::shift);
+    Real work = 0;
+    for (std::size_t b = 0; b < m.count(); ++b) {
+      const Vec3 way = part * m.scratch.solution[2 * b],
+                 turn = part * m.scratch.solution[2 * b + 1];
+      work += glm::dot(m.scratch.force[2 * b], way) + glm::dot(m.scratch.force[2 * b + 1], turn);
+      s.x[b] += way, s.q[b] = glm::normalize(from_rotation_vector(turn) * s.q[b]);
+    }
+    if (close_joints(world, m, h)) {
+      for (std::size_t row = 0; row < m.rows; ++row) m.forces[row] += m.scratch.impulses[row] / h;
+      return work + m.scratch.projection_work;
+    }
+    s = m.scratch.begin;
+    update_kinematics(m);
+    if (m.blocks.empty()) continue;
+    write_all_rows(world, m, {true, false});
+    m.residual = worst_residual(m);
+    factor(m);
+  }
+  return 0;
 }
 
 /// The work of an island's forces along its way through the step, J.

@@ -174,7 +174,7 @@ void allocate_scratch(Island& m) {
     twice->assign(2 * bodies, Vec3(0));
   r.motion.assign(2 * all, Vec3(0));
   r.frame_starts.assign(m.frames.size(), {});
-  for (Motions* s : {&r.state, &r.start, &r.from, &r.begin, &r.entry})
+  for (Motions* s : {&r.state, &r.start, &r.from, &r.begin})
     s->x.assign(bodies, {}), s->q.assign(bodies, kIdentity), s->v.assign(bodies, {}),
         s->w.assign(bodies, {});
   const IntegratorRow& by = row_of(m.settings.integrator);
@@ -222,7 +222,8 @@ void step(World& world, Island& m, Real h) {
   }
   gather(world, m);
   gather_interfaces(m, h);
-  note_entry(m);
+  const bool solid = !world.collisions.empty();
+  if (solid) note_entry(m);
   const auto acts = [](Vec3 v) { return v != Vec3(0); };
   m.scratch.pushed = std::any_of(m.contact_loads.begin(), m.contact_loads.end(), acts) ||
                      std::any_of(m.scratch.applied.begin(), m.scratch.applied.end(), acts);
@@ -271,7 +272,7 @@ void step(World& world, Island& m, Real h) {
     const BodyState& at = m.scratch.body_states[m.count() + i];
     m.frames[i].before = {at.position, at.rotation}, m.frames[i].known = true;
   }
-  m.scratch.stepped = true;
+  m.scratch.stepped = solid;
 }
 
 ConstraintWrench joint_wrench(const Island& m, std::size_t block) {
