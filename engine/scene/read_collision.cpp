@@ -71,10 +71,11 @@ std::vector<MaterialPair> read_material_pairs(const Reading& reading, const Read
   std::map<std::pair<std::uint32_t, std::uint32_t>, NodeId> known;
   for (NodeId node : scene.items("material_pairs")) {
     const Reader from = reading.open(node, "material_pair");
-    if (!from.has("a") || !from.has("b")) continue;  // told
+    const auto material = [&](std::string_view key) {
+      return from.has(key) ? find_material(reading, from.find(key), UINT32_MAX) : UINT32_MAX;
+    };
     MaterialPair pair;
-    pair.a = find_material(reading, from.find("a"), UINT32_MAX);
-    pair.b = find_material(reading, from.find("b"), UINT32_MAX);
+    pair.a = material("a"), pair.b = material("b");
     pair.friction = number_if(from, "friction");
     pair.restitution = number_if(from, "restitution");
     pair.rolling = number_if(from, "rolling");

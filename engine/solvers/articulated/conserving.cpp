@@ -8,7 +8,8 @@ namespace {
 
 /// A step that does not converge is halved, down to a 256th.
 constexpr int kParts = 256;
-/// One that would lose much energy is taken in up to so many parts: rods that snap straight.
+/// One that would lose much energy is taken in up to so many parts: rods that snap straight. Ties
+/// have rules of their own for what does not converge.
 constexpr int kResolvingParts = 16;
 constexpr int kMostIterations = 8, kMostTiedIterations = 16;
 /// Parts tried in a step, converged or not: bounds its cost.
@@ -109,7 +110,7 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
                              follows && part == kParts,
                              nullptr,
                              ties_are_inner(a),
-                             part > kParts / kResolvingParts};
+                             !has_rows(a) && part > kParts / kResolvingParts};
     bool in_the_way = false;
     if (is_tied ? conserve_tied(world, a, in, in_the_way)
                 : kernels().conserve(view_of(world, a), in)) {

@@ -158,11 +158,14 @@ void add(const Couplings& with, ContactPoint& p, Vec3 change) {
   with.push(p, change);
 }
 
+enum class Order : std::uint8_t { forwards, backwards };
+
 /// One sweep over closed points. Returns the largest change of an impulse.
-Real sweep(const Couplings& with, bool forwards) {
+Real sweep(const Couplings& with, Order order) {
   Real most = 0;
   for (std::size_t i = 0; i < with.group.points.size(); ++i) {
-    ContactPoint& p = with.group.points[forwards ? i : with.group.points.size() - 1 - i];
+    ContactPoint& p =
+        with.group.points[order == Order::forwards ? i : with.group.points.size() - 1 - i];
     if (!p.closed || !p.works) continue;
     const Vec3 change = solve_point(p, p.lasting) - p.lasting;
     if (change == Vec3(0)) continue;
@@ -188,7 +191,7 @@ bool solve_closed(const Couplings& with) {
   for (int attempt = 0; attempt < kAttempts; ++attempt) {
     const Real enough = kTolerance * scale_of(with);
     for (int n = 0; n < kSweeps; ++n)
-      if (sweep(with, n % 2 == 0) <= enough) return true;
+      if (sweep(with, n % 2 == 0 ? Order::forwards : Order::backwards) <= enough) return true;
     if (polish(with, enough, attempt)) return true;
     const Real error = error_of(with);
     if (!(error < least)) continue;
