@@ -33,6 +33,7 @@ void each_shape(const Finder& s, std::uint32_t slot, const Shapes& shapes, const
     if (traits_of(shape.kind).shape_class != ShapeClass::half_space) {
       at.box = bounds_of(shape, at.pose);
       at.extent = glm::length(at.box.high - at.box.low) / 2;
+      if (!std::isfinite(at.extent) && !is_unbounded(shape.kind)) continue;  // of no size
     }
     take(at);
   }

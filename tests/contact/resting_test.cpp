@@ -1,6 +1,7 @@
 // Contacts of bodies at rest stay as they were; what comes finds them all the same.
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <limits>
 #include <tuple>
 
 #include "engine/contact/memory.hpp"
@@ -103,4 +104,14 @@ TEST_CASE("a body that comes to rest among others is found again where it then l
   for (const Contact& c : contacts_of(sim.world)) CHECK(c.depth < 1e-3);
   const Real x = sim.world.bodies[f.balls[2]].pose.position.x;
   CHECK(x > 1.0);  // the row was pushed on
+}
+
+TEST_CASE("a shape whose size is none collides with nothing, and stops nobody") {
+  Field f = field(2);
+  f.world.shapes[f.last].list[0].size.x = std::numeric_limits<Real>::quiet_NaN();
+  Simulation sim(f.world);
+  for (int i = 0; i < 30; ++i) CHECK(sim.step().status == Status::ok);
+  for (const Entity ball : f.balls)
+    CHECK(sim.world.bodies[ball].pose.position.y == Approx(0.1).margin(1e-3));
+  CHECK(sim.world.bodies[f.last].pose.position.y < -0.5);
 }
