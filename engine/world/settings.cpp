@@ -17,6 +17,9 @@ constexpr std::array<std::pair<Solver, const char*>, 5> kNames{
      {Solver::procedural, "procedural"},
      {Solver::lagrangian, "lagrangian"}}};
 
+// The bounds of the scene keys: a larger count is as good as endless.
+constexpr int kMostSweeps = 10'000, kMostActiveSetIterations = 64;
+
 }  // namespace
 
 const char* name_of(Solver solver) {
@@ -36,8 +39,10 @@ bool solver_from_name(const char* name, Solver& solver) {
 }
 
 const char* detail::settings_fault(const SolverSettings& s) {
-  if (s.sweeps < 1 || s.active_set_iterations < 1)
-    return "has solver settings without sweeps or active-set iterations, expected 1 or more";
+  if (s.sweeps < 1 || s.sweeps > kMostSweeps)
+    return "has solver settings whose sweeps are not from 1 to 10000";
+  if (s.active_set_iterations < 1 || s.active_set_iterations > kMostActiveSetIterations)
+    return "has solver settings whose active-set iterations are not from 1 to 64";
   if (!(s.calm_angle > 0)) return "has solver settings with a calm angle that is not above 0";
   if (!(s.damping_ratio >= 0 && s.damping_ratio <= 1))
     return "has solver settings with a damping ratio that is not from 0 to 1";
