@@ -12,6 +12,8 @@ namespace {
 
 /// What rests is listed anew when this many bodies, or this part of it, came to rest or left.
 constexpr std::size_t kFewChanges = 32, kPart = 4;
+/// m: what is farther away, or larger, is lost; squares of its numbers would not be finite.
+constexpr Real kFarthest = 1e12;
 
 std::uint64_t versions_of(const World& world) {
   return 1 + world.structure() + world.shapes.version();
@@ -29,13 +31,7 @@ void each_shape(const Finder& s, std::uint32_t slot, const Shapes& shapes, const
     const Shape& shape = shapes.list[i];
     if ((s.is_moved(slot) && !is_convex(shape.kind)) || !is_complete(shape)) continue;
     ColliderShape at{compose(body.pose, shape.local), {}, 0, slot, i, &shape};
-    if (!is_finite(at.pose)) continue;  // diverged bodies are reported elsewhere
-    if (traits_of(shape.kind).shape_class != ShapeClass::half_space) {
-      at.box = bounds_of(shape, at.pose);
-      at.extent = glm::length(at.box.high - at.box.low) / 2;
-      if (!std::isfinite(at.extent) && !is_unbounded(shape.kind)) continue;  // of no size
-    }
-    take(at);
+    if (bound_shape(at)) take(at);
   }
 }
 
@@ -113,6 +109,15 @@ std::size_t list_others(const Finder& s, Search& search) {
 }
 
 }  // namespace
+
+bool bound_shape(ColliderShape& at) {
+  const Vec3 p = at.pose.position;
+  if (!is_finite(at.pose) || !(glm::dot(p, p) < kFarthest * kFarthest)) return false;
+  if (traits_of(at.shape->kind).shape_class == ShapeClass::half_space) return true;
+  at.box = bounds_of(*at.shape, at.pose);
+  at.extent = glm::length(at.box.high - at.box.low) / 2;
+  return at.extent < kFarthest || is_unbounded(at.shape->kind);
+}
 
 Real Finder::reach_of(std::uint32_t slot) const { return std::max(Real(0), reach[slot]); }
 

@@ -29,6 +29,10 @@ struct ColliderShape {
   const Shape* shape = nullptr;  // only within the step in which it was looked up
 };
 
+/// Finds box and extent of a shape at its pose. False where numbers are none or too large to reckon
+/// with: it touches nothing. Diverged bodies are reported by their solvers.
+bool bound_shape(ColliderShape& at);
+
 /// A collider that moves or may be moved: one body of a solver with its shapes.
 struct Collider {
   std::uint32_t slot = 0, first = 0, count = 0;  // its shapes

@@ -13,11 +13,10 @@
 namespace pantin::detail::contact {
 namespace {
 
-/// A shape of a body at its pose; none where that is not finite, or the shape lacks its surface.
+/// A shape of a body at its pose; none where that is too far, or the shape lacks its surface.
 std::optional<ColliderShape> place(const World& world, std::uint32_t slot, const Shape& shape) {
   ColliderShape at{compose(world.bodies.values()[slot].pose, shape.local), {}, 0, slot, 0, &shape};
-  if (!is_complete(shape) || !is_finite(at.pose)) return std::nullopt;
-  if (!is_unbounded(shape.kind)) at.box = bounds_of(shape, at.pose);
+  if (!is_complete(shape) || !bound_shape(at)) return std::nullopt;
   return at;
 }
 

@@ -106,12 +106,27 @@ TEST_CASE("a body that comes to rest among others is found again where it then l
   CHECK(x > 1.0);  // the row was pushed on
 }
 
-TEST_CASE("a shape whose size is none collides with nothing, and stops nobody") {
+TEST_CASE(
+    "a shape whose size is none or that is out of reach collides with nothing, and stops nobody") {
   Field f = field(2);
-  f.world.shapes[f.last].list[0].size.x = std::numeric_limits<Real>::quiet_NaN();
-  Simulation sim(f.world);
-  for (int i = 0; i < 30; ++i) CHECK(sim.step().status == Status::ok);
-  for (const Entity ball : f.balls)
-    CHECK(sim.world.bodies[ball].pose.position.y == Approx(0.1).margin(1e-3));
-  CHECK(sim.world.bodies[f.last].pose.position.y < -0.5);
+  Shape& last = f.world.shapes[f.last].list[0];
+  const auto falls_through = [&] {
+    Simulation sim(f.world);
+    for (int i = 0; i < 30; ++i) CHECK(sim.step().status == Status::ok);
+    for (const Entity ball : f.balls)
+      CHECK(sim.world.bodies[ball].pose.position.y == Approx(0.1).margin(1e-3));
+    CHECK(sim.world.bodies[f.last].pose.position.y < -0.5);
+  };
+  SECTION("size none") {
+    last.size.x = std::numeric_limits<Real>::quiet_NaN();
+    falls_through();
+  }
+  SECTION("far away") {
+    last.local.position.z = 2e183;
+    falls_through();
+  }
+  SECTION("larger than anything") {
+    last.size.x = 1e100;
+    falls_through();
+  }
 }
