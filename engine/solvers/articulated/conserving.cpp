@@ -87,7 +87,8 @@ bool conserves(const World& world, const Island& a) {
 
 bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
   const bool follows = !a.fresh && !a.changed && a.last_step == h;
-  const Real enough = has_free_tree(a) || has_rows(a) ? kEnoughFree : kEnough;
+  const Real enough =
+      has_free_tree(a) || has_rows(a) || !a.joints.empty() ? kEnoughFree : kEnough;
   int left = kParts;
   bool yields = false;
   const bool is_tied = has_rows(a) || !a.joints.empty();
@@ -104,24 +105,25 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
                              a.scratch.ways.data(),
                              a.scratch.anchor_velocities.data(),
                              a.scratch.blocks.data(),
-                             has_rows(a) ? kMostTiedIterations : kMostIterations,
+                             is_tied ? kMostTiedIterations : kMostIterations,
                              enough,
                              is_still(a),
                              follows && part == kParts,
                              nullptr,
+                             nullptr,
                              ties_are_inner(a),
                              !has_rows(a) && part > kParts / kResolvingParts};
-    bool in_the_way = false;
-    if (is_tied ? conserve_tied(world, a, in, in_the_way)
+    TiedPart with{now};
+    if (is_tied ? conserve_tied(world, a, in, with)
                 : kernels().conserve(view_of(world, a), in)) {
       if (is_tied) store_ties(a, now);
       left -= part;
-    } else if (!in_the_way && part > 1 && attempt < kMostAttempts) {
+    } else if (!with.in_the_way && part > 1 && attempt < kMostAttempts) {
       part /= 2;
       // Loops that cannot be closed in shorter parts either give way in what is left.
       if (!yields && has_loops(a) && attempt >= kTiedAttempts) yields = true, part = left;
     } else {
-      a.projected_steps = in_the_way ? kStepsAfterImpact : kProjectedSteps;
+      a.projected_steps = with.in_the_way ? kStepsAfterImpact : kProjectedSteps;
       return finish_otherwise(world, a, {now.begin, 1, h}, lost);
     }
   }

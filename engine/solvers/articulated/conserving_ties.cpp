@@ -12,6 +12,7 @@
 #include <algorithm>
 
 #include "engine/joints/kinds.hpp"
+#include "engine/solvers/articulated/conserving_joints.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
 namespace pantin::detail::articulated {
@@ -32,6 +33,8 @@ Mat3 rows_at(const Real* m, std::size_t stride) {
 /// the second, its gap is its own compliance, whose energy counts; more than the third is no
 /// solution.
 constexpr Real kNear = 0.1, kClosed = 1e-5, kAccepted = 3e-6;
+/// rad: rounding of a joint's angle.
+constexpr Real kBeyond = 1e-12;
 
 /// One step, as the hooks of the kernel see it.
 struct TiedStep {
@@ -113,8 +116,6 @@ void load(void* context) {
   }
 }
 
-enum class Arms : std::uint8_t { mean, end };
-
 /// Clears the impulses of all bodies; adds one to both bodies of a tie.
 void clear(StepScratch& r) {
   std::fill(r.tie_impulses.begin(), r.tie_impulses.end(), Mat3(0));
@@ -131,6 +132,7 @@ void push(StepScratch& r, const ConservingTie& t, const Mat3& mu, Arms arms) {
 /// Response of the island to these impulses, three at a time: displacements of the own joints into
 /// `tie_impulses`, rotations into `tie_torques`, impulses at the joints into `tie_joints`.
 void respond(Island& a, Arms arms) {
+  if (!a.joints.empty()) return respond_stiff(a, arms);
   StepScratch& r = a.scratch;
   for (std::size_t c = a.count(); c-- > 0;) {
     const Mat3 turn = rows_at(&r.tie_factors[kTieFactor * c], 3) * r.tie_torques[c];
@@ -274,11 +276,11 @@ bool is_taut(const TiedStep& s, const PackedCable& cable) {
 /// Whether a joint would be beyond its limits at the iterate.
 bool is_beyond(const TiedStep& s, std::size_t c) {
   const PackedJoint& j = s.a.joints[c];
-  if (!j.stiff) return false;
+  if (!j.stiff || !j.joint.limits.any()) return false;
   const auto row = static_cast<Work>(kEndRotation);
   const Quat rotation =
       joint_rotation(j, s.a.scratch.work.quat(row, c), parent_rotation(s.world, s.a, c, row));
-  return violation(j.joint, rotation) > 0;
+  return violation(j.joint, rotation) > kBeyond;
 }
 
 bool accept(void* context, Real& released) {
@@ -419,8 +421,7 @@ bool limits_are_far(const Island& a) {
   for (std::size_t c = 0; c < a.joints.size(); ++c) {
     const PackedJoint& j = a.joints[c];
     if (!j.stiff) continue;
-    if (j.drive != kNobody || info_of(j.joint.kind).uses_axes || j.joint.limits->soft_zone > 0)
-      return false;
+    if (j.drive != kNobody || j.joint.limits->soft_zone > 0) return false;
     for (const Real lambda : a.joint_memory[c].lambdas)
       if (lambda > 0) return false;
   }
@@ -448,12 +449,17 @@ bool can_tie(const World& world, const Island& a) {
   return true;
 }
 
-bool conserve_tied(World& world, Island& a, ConservingInput in, bool& in_the_way) {
+bool conserve_tied(World& world, Island& a, ConservingInput in, TiedPart& with) {
   StepScratch& r = a.scratch;
-  TiedStep step{world, a, in.h, &in_the_way};
+  const StepPart& part = with.part;
+  TiedStep step{world, a, in.h, &with.in_the_way};
   const ConservingTies ties{
       &step, r.tie_blocks.data(), r.tie_factors.data(), load, correct, accept, project};
   in.ties = &ties;
+  if (a.joints.empty()) return kernels().conserve(view_of(world, a), in);
+  StiffStep stiff{world, a, in.h, part};
+  const ConservingJoints joints = stiff_joints(stiff);
+  in.joints = &joints;
   return kernels().conserve(view_of(world, a), in);
 }
 

@@ -83,7 +83,7 @@ EndSums close_joints(World& world, Island& a, Real h);
 bool has_free_tree(const Island& a);
 
 /// The energy-momentum method (conserving.cpp). Whether the island can be stepped by it: it has
-/// ball joints only, no active limits, no contacts and no taut inextensible cables in this step.
+/// no active limits, no contacts and no taut inextensible cables in this step.
 bool conserves(const World& world, const Island& a);
 /// The whole step. False if a body is lost, which `lost` then names.
 bool step_conserving(World& world, Island& a, Real h, Entity& lost);
@@ -106,10 +106,14 @@ bool has_loops(const Island& a);
 /// Whether no tie leads to a moving place; whether each leads from a tree to itself.
 bool ties_hold_still(const Island& a);
 bool ties_are_inner(const Island& a);
-/// Whether no joint constrains rotations but by limits at which it is not.
+/// Whether no joint is at a limit, or has soft ones.
 bool limits_are_far(const Island& a);
-/// Kernels::conserve with the ties. `in_the_way`: an inextensible cable or a limit is.
-bool conserve_tied(World& world, Island& a, ConservingInput in, bool& in_the_way);
+/// Kernels::conserve with ties and joints that constrain rotations, for a part of the step.
+struct TiedPart {
+  const StepPart& part;
+  bool in_the_way = false;  // an inextensible cable or a limit is
+};
+bool conserve_tied(World& world, Island& a, ConservingInput in, TiedPart& with);
 void reserve_ties(const World& world, Island& a);
 /// Solves the n equations in tie_matrix for tie_solution, which holds the right-hand side, with
 /// complete pivoting (tie_equations.cpp). Dependent rows get no impulse. False if a number is not

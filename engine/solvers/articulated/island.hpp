@@ -184,6 +184,20 @@ struct ConservingTie {
   Mat3 derivative{0};  // of mu by `now`
 };
 
+/// A body in the elimination of islands with joints that constrain rotations, by the
+/// energy-momentum method: before its turn is eliminated, and after it. See conserving_joints.cpp.
+struct ConservingSum {
+  Mat3 tt{0}, ty{0}, yt{0}, yy{0};
+  Vec3 by_torque{0}, by_force{0};  // right-hand sides
+  Vec3 torque{0}, impulse{0};      // at the iterate
+};
+struct ConservingNode {
+  Mat3 compliance{0}, turning{0}, crossing{0};
+  Mat3 turn_y{0}, turn_p{0}, force_y{0}, force_p{0}, torque_y{0}, torque_p{0};
+  Vec3 turn{0}, force{0}, torque{0};
+  bool passes_torque = false;
+};
+
 /// Scratch memory of one step of one island.
 struct StepScratch {
   LaneTable work;           // see Work
@@ -211,6 +225,8 @@ struct StepScratch {
   std::vector<Vec3x4> forces_in, torques_in;  // a body each
   std::vector<Vec3> velocities;               // a body each: at the start, while energy is watched
   std::vector<ConservingTie> ties;
+  std::vector<ConservingSum> conserving_sums;    // a body each, where joints constrain rotations
+  std::vector<ConservingNode> conserving_nodes;  // likewise
   Real tie_yield = 0;                         // of the rigid ones: see conserving_ties.cpp
   std::vector<Real> tie_blocks, tie_factors;  // see ConservingTies
   std::vector<Mat3> tie_impulses, tie_torques, tie_joints;  // a body each, for three impulses

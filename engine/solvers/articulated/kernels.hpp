@@ -100,6 +100,23 @@ struct ConservingTies {
   bool (*project)(void* context);
 };
 
+/// What is solved for: displacements that take the residual away, or the velocities allowed.
+enum class Unknown : std::uint8_t { displacement, velocity };
+
+/// Joints that constrain rotations, or exert torques, in a step by the energy-momentum method: they
+/// take the place of the kernels' elimination.
+struct ConservingJoints {
+  void* context;
+  /// Leaves to roots; the unknowns kMove and kTurnBy, and the impulses at the joints, roots to
+  /// leaves.
+  void (*inward)(void* context, Unknown);
+  void (*outward)(void* context, Unknown);
+  /// After the iterations: turns the bodies by what rounding and the last iteration left open.
+  void (*align)(void* context);
+  /// Adds the work of the joints' torques, J.
+  void (*add_work)(void* context, double& released);
+};
+
 /// A step by the energy-momentum method. Arrays hold 3 numbers a tree.
 struct ConservingInput {
   double h;
@@ -112,7 +129,8 @@ struct ConservingInput {
   double enough;               // rad: largest rotation of the last iteration
   bool still;                  // every tree is held, and no anchor moves
   bool follows_equal_step;     // the rotations of the last step predict those of this one
-  const ConservingTies* ties;  // or null
+  const ConservingTies* ties;      // or null
+  const ConservingJoints* joints;  // or null
   bool keeps_momentum;         // free trees: no tie leads to the world or to another tree
   bool resolves;               // refuses a step whose projection takes much of the energy
 };

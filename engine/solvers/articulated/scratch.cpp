@@ -59,6 +59,7 @@ void prepare(World& world) {
     if (shake) r.translation.assign(n, Vec3(0)), r.rotation.assign(n, Vec3(0));
     if (shake || has_free_tree(a)) r.lambdas.assign(n, Vec3(0));  // also outboard masses
     if (has_rows(a) || !a.joints.empty()) reserve_general_solve(a);
+    if (!a.joints.empty()) r.conserving_sums.resize(n), r.conserving_nodes.resize(n);
     if (!world.collisions.empty() && has_colliders(world, a)) {
       r.contact_rows.reserve(8 * n), r.mean_forces.reserve(8 * n);
       r.step_targets.reserve(2 * a.trees.size());

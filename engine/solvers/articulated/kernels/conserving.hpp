@@ -163,6 +163,7 @@ struct ConservingStep {
   /// Leaves to roots. The impulses at the joints go to the memory.
   template <Unknown unknown>
   void inward() const {
+    if (in.joints) return in.joints->inward(in.joints->context, unknown);
     if (p.is_chain && !in.ties) {
       Rows mass{};
       Vec<double> impulse{0, 0, 0};
@@ -258,7 +259,8 @@ struct ConservingStep {
     inward<Unknown::displacement>();
     const double* held = in.ways;
     Four most = all(0), probe = all(0);
-    for (std::size_t i = 0; i < p.count; ++i) outward<Unknown::displacement>(i, held);
+    if (in.joints) in.joints->outward(in.joints->context, Unknown::displacement);
+    for (std::size_t i = 0; !in.joints && i < p.count; ++i) outward<Unknown::displacement>(i, held);
     if (in.ties && !in.ties->correct(in.ties->context)) return false;
     for (std::size_t i = 0; i < p.count; i += kLanes) {
       double* k = column(p.work, kWorkRows, i);
@@ -328,20 +330,25 @@ struct ConservingStep {
   /// came from nowhere: the iterations then ended at no solution.
   bool finish() {
     double released = 0;
+    if (in.joints) in.joints->align(in.joints->context);
     fill_all<Unknown::velocity>();
     if (in.ties && !in.ties->accept(in.ties->context, released)) return false;
+    if (in.joints) in.joints->add_work(in.joints->context, released);
     for (std::size_t first = 0, last = 0; first < p.count; first = last) {
       last = first + 1;
       while (last < p.count && p.parents[last] >= 0) ++last;
       if (p.parents[first] == kFree && in.keeps_momentum) balance(first, last);
     }
     inward<Unknown::velocity>();
+    if (in.joints) in.joints->outward(in.joints->context, Unknown::velocity);
     const double *held = in.anchor_velocities, *target = in.targets;
     Four kept = all(0);
     for (std::size_t i = 0; i < p.count; i += kLanes) {
       const std::size_t lanes = p.count - i < kLanes ? p.count - i : kLanes;
-      for (std::size_t l = 0; l < lanes; ++l)
-        outward<Unknown::velocity>(i + l, held), put_joint(i + l, target);
+      for (std::size_t l = 0; l < lanes; ++l) {
+        if (!in.joints) outward<Unknown::velocity>(i + l, held);
+        put_joint(i + l, target);
+      }
     }
     if (in.ties && !in.ties->project(in.ties->context)) return false;
     for (std::size_t i = 0; in.still && i < p.count; i += kLanes) kept += twice_kinetic(i);

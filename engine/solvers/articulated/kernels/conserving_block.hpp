@@ -5,9 +5,6 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// What is solved for: displacements that take the residual away, or the velocities allowed.
-enum class Unknown { displacement, velocity };
-
 /// A body with its outboard subtree, before its rotation is eliminated; each row is followed by the
 /// component of a vector.
 struct ConservingBlock {

@@ -1,0 +1,415 @@
+// Joints that constrain rotations, in the energy-momentum method: hinges, universals, fixed joints,
+// and the torques of drives, springs, friction and motors (conserving_torques.cpp).
+//
+// A kind without all rotations holds directions of both bodies perpendicular: p . s = 0, p fixed in
+// the joint's body a and s in b. Such a row is bilinear in the bodies' directions, so that the
+// torque along its gradient at the mean of the poses, mean(s) x mean(p), does no work and keeps the
+// angular momentum. [Betsch & Steinmann 2001]
+//
+// The unknowns of a body are the turn t and the displacement y of its own joint point; t_p is the
+// turn of its parent. Eliminating a body from the leaves to the roots gives
+//   t = turn + turn_y y + turn_p t_p                 with the joint's rows held
+//   impulse at the joint = force_y y + force_p t_p - force
+//   torque from the parent = torque + torque_y y + torque_p t_p
+// The rows are eliminated first: t is what they prescribe and a turn along the free directions, so
+// that no number depends on how hard the other directions are to turn.
+#include <algorithm>
+
+#include "engine/base/rotation.hpp"
+#include "engine/joints/kinds.hpp"
+#include "engine/solvers/articulated/conserving_joints.hpp"
+#include "engine/solvers/articulated/internal.hpp"
+
+namespace pantin::detail::articulated {
+namespace {
+
+const Vec3 kAxes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+
+Mat3 rows_of(const Real* m, std::size_t row_stride, std::size_t stride) {
+  Mat3 out;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j)
+      out[j][i] = m[static_cast<std::size_t>(i) * row_stride + static_cast<std::size_t>(j) * stride];
+  return out;
+}
+
+/// What the children of a body and the body itself add up to, before its turn is eliminated.
+void add_own(const Island& a, std::size_t c, Unknown unknown, Real h, ConservingSum& s) {
+  const LaneTable& work = a.scratch.work;
+  const bool moves = unknown == Unknown::displacement;
+  const Real m = a.constants.at(kMass, c) * (moves ? 1 / h : 1);
+  const Vec3 end = m * work.vec(kEndArm, c), arm = moves ? m * work.vec(kMeanArm, c) : end;
+  const Vec3 torque = work.vec(kTorqueImpulse, c), impulse = work.vec(kImpulse, c);
+  for (int i = 0; i < 3; ++i) {
+    const Vec3 row = work.vec(kTurn + 3 * static_cast<std::size_t>(i), c);
+    for (int j = 0; j < 3; ++j) s.tt[j][i] += row[j];
+  }
+  s.ty += cross_matrix(arm), s.yt -= cross_matrix(end), s.yy += Mat3(m);
+  s.by_torque -= torque, s.by_force += moves ? -impulse : impulse;
+  if (moves) s.torque += torque, s.impulse += impulse;
+}
+
+void add_ties(const Real* t, ConservingSum& s) {
+  s.tt += rows_of(t, 3, 1);
+  const Vec3 impulse(t[9], t[10], t[11]), torque(t[12], t[13], t[14]);
+  s.by_torque -= torque, s.by_force -= impulse, s.torque += torque, s.impulse += impulse;
+}
+
+/// The equations of a rotation in axes that turn with the body: see the kernels' turn_axes.
+Mat3 turning_axes(Vec3 torque, Vec3 turned) {
+  const Vec3 n = 0.5 * torque, d = -0.5 * turned;
+  return glm::outerProduct(n, d) - Mat3(glm::dot(n, d)) + cross_matrix(n);
+}
+
+/// Directions fixed in both bodies of a joint, at the start, and at the iterate.
+struct Directions {
+  Mat3 a0, a1, b0, b1;
+};
+
+/// One row: p of body a and s of body b stay perpendicular.
+struct RowAxes {
+  int p, s;
+};
+constexpr RowAxes kHingeRows[] = {{1, 0}, {2, 0}}, kUniversalRows[] = {{1, 2}},
+                  kFixedRows[] = {{1, 0}, {2, 0}, {1, 2}};
+
+std::span<const RowAxes> rows_of(JointKind kind) {
+  switch (turns_of(kind)) {
+    case Turns::about_x:
+      return kHingeRows;
+    case Turns::about_two:
+      return kUniversalRows;
+    case Turns::nowhere:
+      return kFixedRows;
+    default:  // freely; other kinds do not come here
+      return {};
+  }
+}
+
+/// The rows of a joint: how the torques of their multipliers act on the own body, how they change
+/// with the relative turn of the own body at the end, by how much they are off.
+struct JointRows {
+  std::size_t count = 0;
+  Vec3 torque[3], gradient[3];
+  Real off[3];
+};
+
+JointRows find_rows(const PackedJoint& j, const Directions& d, Unknown unknown) {
+  JointRows rows;
+  const Real sign = j.own_is_a ? -1 : 1;
+  for (const RowAxes& axes : rows_of(j.joint.kind)) {
+    const Vec3 p = d.a1[axes.p], s = d.b1[axes.s];
+    const Vec3 mean_p = 0.5 * (d.a0[axes.p] + p), mean_s = 0.5 * (d.b0[axes.s] + s);
+    const std::size_t n = rows.count++;
+    rows.gradient[n] = sign * glm::cross(s, p);
+    rows.torque[n] = unknown == Unknown::velocity ? rows.gradient[n]
+                                                  : sign * glm::cross(mean_s, mean_p);
+    rows.off[n] = unknown == Unknown::velocity ? 0 : glm::dot(p, s);
+  }
+  return rows;
+}
+
+/// Directions in which the rows leave the body free: perpendicular to all of these.
+std::size_t find_free(const Vec3 (&rows)[3], std::size_t count, Vec3 (&free)[3]) {
+  if (count == 0) {
+    std::copy(std::begin(kAxes), std::end(kAxes), free);
+    return 3;
+  }
+  if (count == 2) {
+    free[0] = glm::normalize(glm::cross(rows[0], rows[1]));
+    return 1;
+  }
+  if (count == 3) return 0;
+  const Vec3 n = glm::normalize(rows[0]);
+  const int least = std::abs(n.x) < std::abs(n.y) ? (std::abs(n.x) < std::abs(n.z) ? 0 : 2)
+                                                  : (std::abs(n.y) < std::abs(n.z) ? 1 : 2);
+  free[0] = glm::normalize(glm::cross(n, kAxes[least]));
+  free[1] = glm::cross(n, free[0]);
+  return 2;
+}
+
+/// The pseudo-inverse of rows: x = sum of columns * b solves row . x = b with the least x.
+void invert_rows(const Vec3 (&rows)[3], std::size_t count, Vec3 (&columns)[3]) {
+  if (count == 1) columns[0] = rows[0] / glm::dot(rows[0], rows[0]);
+  if (count < 2) return;
+  const Vec3 third = count == 3 ? rows[2] : glm::cross(rows[0], rows[1]);
+  const Vec3 c0 = glm::cross(rows[1], third), c1 = glm::cross(third, rows[0]),
+             c2 = glm::cross(rows[0], rows[1]);
+  const Real per = 1 / glm::dot(rows[0], c0);
+  columns[0] = per * c0, columns[1] = per * c1, columns[2] = per * c2;
+}
+
+/// free (to^T m free)^-1 to^T for the first `count` directions.
+Mat3 reduced_inverse(const Mat3& m, const Vec3 (&free)[3], const Vec3 (&to)[3], std::size_t count) {
+  if (count == 0) return Mat3(0);
+  if (count == 3) return glm::inverse(m);
+  if (count == 1)
+    return glm::outerProduct(free[0], to[0]) / glm::dot(to[0], m * free[0]);
+  const Vec3 m0 = m * free[0], m1 = m * free[1];
+  const Real a = glm::dot(to[0], m0), b = glm::dot(to[0], m1), c = glm::dot(to[1], m0),
+             d = glm::dot(to[1], m1), per = 1 / (a * d - b * c);
+  return per * (glm::outerProduct(free[0], d * to[0] - b * to[1]) +
+                glm::outerProduct(free[1], a * to[1] - c * to[0]));
+}
+
+/// The rotation of what holds the own body at its joint, at a fraction of the whole step.
+Quat parent_at(const StiffStep& s, std::size_t c, Real fraction) {
+  const std::uint32_t held = held_body_of(s.a, c);
+  if (held == UINT32_MAX) return kIdentity;
+  const Body& b = s.world.bodies.values()[held];
+  if (b.teleport || fraction == 1) return b.pose.rotation;
+  return glm::normalize(from_rotation_vector((fraction - 1) * s.part.whole * b.angular_velocity) *
+                        b.pose.rotation);
+}
+
+Directions directions_of(const StiffStep& s, std::size_t c) {
+  const PackedJoint& j = s.a.joints[c];
+  const JointEnds ends = ends_of(s, c);
+  const auto axes = [](Quat body, Quat frame) { return glm::mat3_cast(body * frame); };
+  const Quat fa = j.joint.frames.a(), fb = j.joint.frames.b();
+  return j.own_is_a ? Directions{axes(ends.own0, fa), axes(ends.own1, fa), axes(ends.parent0, fb),
+                                 axes(ends.parent1, fb)}
+                    : Directions{axes(ends.parent0, fa), axes(ends.parent1, fa),
+                                 axes(ends.own0, fb), axes(ends.own1, fb)};
+}
+
+/// How the torque of the rows' multipliers turns with the own body and with its parent.
+struct RowTurn {
+  Mat3 own{0}, parent{0};
+};
+
+RowTurn turn_of_rows(const PackedJoint& j, const Directions& d, const Real (&multipliers)[3]) {
+  RowTurn turn;
+  std::size_t n = 0;
+  for (const RowAxes& axes : rows_of(j.joint.kind)) {
+    const Vec3 p = d.a1[axes.p], s = d.b1[axes.s];
+    const Vec3 mean_p = 0.5 * (d.a0[axes.p] + p), mean_s = 0.5 * (d.b0[axes.s] + s);
+    const Real half = 0.5 * multipliers[n++] * (j.own_is_a ? -1 : 1);
+    const Mat3 by_b = half * (glm::outerProduct(s, mean_p) - Mat3(glm::dot(s, mean_p)));
+    const Mat3 by_a = half * (Mat3(glm::dot(mean_s, p)) - glm::outerProduct(p, mean_s));
+    turn.own += j.own_is_a ? by_a : by_b, turn.parent += j.own_is_a ? by_b : by_a;
+  }
+  return turn;
+}
+
+/// Completes a node whose joint lets the body turn freely and exerts no torque.
+void eliminate_free(const ConservingSum& s, ConservingNode& n) {
+  n.compliance = glm::inverse(n.turning);
+  n.turn = n.compliance * s.by_torque, n.turn_y = -(n.compliance * s.ty), n.turn_p = Mat3(0);
+  n.torque = Vec3(0), n.torque_y = n.torque_p = Mat3(0);
+  n.passes_torque = false;
+}
+
+/// The same with rows and torques; the current torque is returned.
+Vec3 eliminate_stiff(const StiffStep& step, std::size_t c, Unknown unknown,
+                     const ConservingSum& s, ConservingNode& n) {
+  const PackedJoint& j = step.a.joints[c];
+  const Directions d = directions_of(step, c);
+  const JointRows rows = find_rows(j, d, unknown);
+  Vec3 along[3], free[3], to[3], columns[3];
+  const std::size_t count = find_free(rows.gradient, rows.count, free);
+  find_free(rows.torque, rows.count, to);
+  invert_rows(rows.gradient, rows.count, along);
+  Vec3 current(0);  // torque impulse on the own body
+  RowTurn turn;
+  if (unknown == Unknown::displacement) {
+    const JointTorque exerted = torque_of(step, c);
+    const Real half = 0.5 * step.h;
+    // Multipliers that balance the rest of the torque as well as they can.
+    invert_rows(rows.torque, rows.count, columns);
+    Real multipliers[3] = {0, 0, 0};
+    current = half * exerted.torque;
+    const Vec3 rest = s.torque - current;
+    for (std::size_t k = 0; k < rows.count; ++k) {
+      multipliers[k] = glm::dot(columns[k], rest);
+      current += multipliers[k] * rows.torque[k];
+    }
+    turn = turn_of_rows(j, d, multipliers);
+    turn.own -= half * exerted.stiffness, turn.parent += half * exerted.stiffness;
+    n.turning += turning_axes(s.torque - current, step.a.memory.vec(kTurned, c));
+  }
+  const Mat3 system = n.turning - turn.own;
+  n.compliance = reduced_inverse(system, free, to, count);
+  Mat3 prescribed(0);  // turn with the parent
+  Vec3 back(0);
+  for (std::size_t k = 0; k < rows.count; ++k) {
+    prescribed += glm::outerProduct(along[k], rows.gradient[k]);
+    back -= rows.off[k] * along[k];
+  }
+  const Vec3 right = s.by_torque + current;
+  n.turn = back + n.compliance * (right - system * back);
+  n.turn_y = -(n.compliance * s.ty);
+  n.turn_p = prescribed + n.compliance * (turn.parent - system * prescribed);
+  n.torque = n.turning * n.turn - s.by_torque;
+  n.torque_y = s.ty + n.turning * n.turn_y, n.torque_p = n.turning * n.turn_p;
+  n.passes_torque = true;
+  return current;
+}
+
+/// Adds an eliminated body to its parent.
+void give_parent(const ConservingNode& n, const ConservingSum& child, Vec3 current,
+                 const StiffStep& step, std::size_t c, Unknown unknown, ConservingSum& p) {
+  const bool moves = unknown == Unknown::displacement;
+  const Vec3 end = step.a.scratch.work.vec(kEndReach, c);
+  const Vec3 reach = moves ? step.a.scratch.work.vec(kMeanReach, c) : end;
+  const Mat3 back = cross_matrix(end), out = cross_matrix(reach);
+  const Mat3 by_turn = (n.passes_torque ? n.force_p : Mat3(0)) - n.force_y * back;
+  p.yy += n.force_y, p.yt += by_turn, p.by_force += n.force;
+  const Mat3 across = out * n.force_y;
+  p.ty += across, p.tt += out * by_turn, p.by_torque += glm::cross(reach, n.force);
+  if (n.passes_torque) {
+    p.ty += n.torque_y, p.tt += n.torque_p - n.torque_y * back;
+    p.by_torque -= n.torque;
+  }
+  if (!moves) return;
+  const Vec3 half = 0.5 * child.impulse;
+  p.tt += glm::outerProduct(end, half) - Mat3(glm::dot(end, half));
+  p.impulse += child.impulse, p.torque += glm::cross(reach, child.impulse) + current;
+}
+
+void inward(void* context, Unknown unknown) {
+  const StiffStep& step = *static_cast<const StiffStep*>(context);
+  Island& a = step.a;
+  StepScratch& r = a.scratch;
+  std::fill(r.conserving_sums.begin(), r.conserving_sums.end(), ConservingSum{});
+  for (std::size_t c = a.count(); c-- > 0;) {
+    ConservingSum& s = r.conserving_sums[c];
+    ConservingNode& n = r.conserving_nodes[c];
+    add_own(a, c, unknown, step.h, s);
+    const bool moves = unknown == Unknown::displacement;
+    if (moves && !r.ties.empty()) add_ties(&r.tie_blocks[kTieBlock * c], s);
+    n.turning = s.tt, n.crossing = s.yt;
+    Vec3 current(0);
+    const bool is_free = a.parents[c] == kFree || !a.joints[c].stiff;
+    if (is_free) {
+      if (moves) n.turning += turning_axes(s.torque, a.memory.vec(kTurned, c));
+      eliminate_free(s, n);
+    } else {
+      current = eliminate_stiff(step, c, unknown, s, n);
+    }
+    n.force = s.by_force - s.yt * n.turn;
+    n.force_y = s.yy + s.yt * n.turn_y;
+    if (n.passes_torque) n.force_p = s.yt * n.turn_p;
+    if (a.parents[c] < 0) continue;
+    give_parent(n, s, current, step, c, unknown, r.conserving_sums[static_cast<std::size_t>(a.parents[c])]);
+  }
+}
+
+/// How a root's joint moves, and what holds it turns.
+struct Held {
+  Vec3 move{0}, turn{0};
+};
+
+Held held_at(const StiffStep& step, std::size_t c, std::size_t tree, Unknown unknown) {
+  Held held;
+  if (step.a.parents[c] == kFree) {
+    const ConservingNode& n = step.a.scratch.conserving_nodes[c];
+    held.move = glm::inverse(n.force_y) * n.force;
+    return held;
+  }
+  if (unknown == Unknown::displacement) return held;
+  const Real* v = &step.a.scratch.anchor_velocities[3 * tree];
+  held.move = {v[0], v[1], v[2]};
+  const std::uint32_t body = held_body_of(step.a, c);
+  if (body != UINT32_MAX) held.turn = step.world.bodies.values()[body].angular_velocity;
+  return held;
+}
+
+void outward(void* context, Unknown unknown) {
+  const StiffStep& step = *static_cast<const StiffStep*>(context);
+  Island& a = step.a;
+  std::size_t tree = 0;
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    const ConservingNode& n = a.scratch.conserving_nodes[c];
+    Vec3 y, turn_p;
+    if (a.parents[c] < 0) {
+      const Held held = held_at(step, c, tree++, unknown);
+      y = held.move, turn_p = held.turn;
+    } else {
+      const auto p = static_cast<std::size_t>(a.parents[c]);
+      turn_p = a.memory.vec(kTurnBy, p);
+      y = a.memory.vec(kMove, p) + glm::cross(turn_p, a.scratch.work.vec(kEndReach, c));
+    }
+    Vec3 t = n.turn + n.turn_y * y;
+    Vec3 impulse = n.force_y * y - n.force;
+    if (n.passes_torque) t += n.turn_p * turn_p, impulse += n.force_p * turn_p;
+    a.memory.set(kMove, c, y), a.memory.set(kTurnBy, c, t);
+    if (unknown == Unknown::displacement) a.memory.set(kLambda, c, impulse);
+  }
+}
+
+void align(void* context) {
+  const StiffStep& step = *static_cast<const StiffStep*>(context);
+  Island& a = step.a;
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    const PackedJoint& j = a.joints[c];
+    if (a.parents[c] == kFree || !j.stiff || turns_of(j.joint.kind) == Turns::freely) continue;
+    const JointEnds ends = ends_of(step, c);
+    const Quat rotation = joint_rotation(j, ends.own1, ends.parent1);
+    a.scratch.work.set(kEndRotation, c,
+                       own_rotation(j, ends.parent1, allowed_by_kind(j.joint.kind, rotation)));
+  }
+}
+
+void add_work(void* context, double& released) {
+  const StiffStep& step = *static_cast<const StiffStep*>(context);
+  const Island& a = step.a;
+  for (std::size_t c = 0; c < a.count(); ++c)
+    if (a.joints[c].stiff && exerts_torque(a.joints[c]) && a.parents[c] != kFree)
+      released += work_of(step, c);
+}
+
+}  // namespace
+
+JointEnds ends_of(const StiffStep& s, std::size_t c) {
+  const LaneTable& work = s.a.scratch.work;
+  JointEnds ends;
+  ends.own0 = s.world.bodies.values()[s.a.slots[c]].pose.rotation;
+  ends.own1 = work.quat(kEndRotation, c);
+  if (s.a.parents[c] >= 0) {
+    const auto p = static_cast<std::size_t>(s.a.parents[c]);
+    ends.parent0 = s.world.bodies.values()[s.a.slots[p]].pose.rotation;
+    ends.parent1 = work.quat(kEndRotation, p);
+  } else {
+    ends.parent0 = parent_at(s, c, s.part.begin), ends.parent1 = parent_at(s, c, s.part.end);
+  }
+  return ends;
+}
+
+void respond_stiff(Island& a, Arms arms) {
+  StepScratch& r = a.scratch;
+  for (std::size_t c = a.count(); c-- > 0;) {
+    const ConservingNode& n = r.conserving_nodes[c];
+    const Mat3 torque = r.tie_torques[c], turn = n.compliance * torque;
+    r.tie_torques[c] = turn;
+    r.tie_impulses[c] -= n.crossing * turn;
+    if (a.parents[c] < 0) continue;
+    const auto p = static_cast<std::size_t>(a.parents[c]);
+    const Vec3 reach = r.work.vec(arms == Arms::mean ? kMeanReach : kEndReach, c);
+    r.tie_impulses[p] += r.tie_impulses[c];
+    r.tie_torques[p] += cross_matrix(reach) * r.tie_impulses[c];
+    if (n.passes_torque) r.tie_torques[p] -= n.turning * turn - torque;
+  }
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    const ConservingNode& n = r.conserving_nodes[c];
+    Mat3 y(0), turn_p(0);
+    if (a.parents[c] >= 0) {
+      const auto p = static_cast<std::size_t>(a.parents[c]);
+      turn_p = r.tie_torques[p];
+      y = r.tie_impulses[p] - cross_matrix(r.work.vec(kEndReach, c)) * turn_p;
+    } else if (a.parents[c] == kFree) {
+      y = glm::inverse(n.force_y) * r.tie_impulses[c];
+    }
+    r.tie_joints[c] = n.force_y * y - r.tie_impulses[c];
+    r.tie_impulses[c] = y;
+    r.tie_torques[c] += n.turn_y * y;
+    if (n.passes_torque)
+      r.tie_joints[c] += n.force_p * turn_p, r.tie_torques[c] += n.turn_p * turn_p;
+  }
+}
+
+ConservingJoints stiff_joints(StiffStep& step) {
+  return {&step, inward, outward, align, add_work};
+}
+
+}  // namespace pantin::detail::articulated
