@@ -19,9 +19,9 @@ struct Knowledge {
 // By Feature. Sweeps pose: they close joints one after the other and clamp hard limits, no more.
 constexpr Knowledge kKnowledge[kFeatures] = {
     {"a kind of joint whose bodies share no point", kExact, "\"lagrangian\""},
-    {"a spring", kExact, "\"lagrangian\""},
-    {"friction", kExact, "\"lagrangian\""},
-    {"a motor", kExact, "\"lagrangian\""},
+    {"a spring", kAuto | kExact, "\"auto\" or \"lagrangian\""},
+    {"friction", kAuto | kExact, "\"auto\" or \"lagrangian\""},
+    {"a motor", kAuto | kExact, "\"auto\" or \"lagrangian\""},
     {"limits with restitution", kExact, "\"lagrangian\""},
     {"a ratio", kExact, "\"lagrangian\""},
     {"a soft stop", kAuto, "\"auto\""},

@@ -1,5 +1,7 @@
 // The step of islands that have only ball joints and touch nothing, by the energy-momentum
 // method: no energy is gained, whatever the masses and shapes. [Betsch & Steinmann 2001]
+#include <algorithm>
+
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
@@ -91,6 +93,7 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
       has_free_tree(a) || has_rows(a) || !a.joints.empty() ? kEnoughFree : kEnough;
   int left = kParts;
   bool yields = false;
+  begin_joints(world, a);
   const bool is_tied = has_rows(a) || !a.joints.empty();
   if (has_rows(a))
     for (std::size_t c = 0; c < a.count(); ++c) a.scratch.lambdas[c] = a.memory.vec(kLambda, c);
@@ -117,6 +120,7 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
     if (is_tied ? conserve_tied(world, a, in, with)
                 : kernels().conserve(view_of(world, a), in)) {
       if (is_tied) store_ties(a, now);
+      if (!a.joints.empty()) store_joints(world, a, now);
       left -= part;
     } else if (!with.in_the_way && part > 1 && attempt < kMostAttempts) {
       part /= 2;
@@ -143,8 +147,9 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
   }
   a.in_contact = a.contact_active = a.limited = a.disturbed = false;
   a.force_share = 1, a.reserve = 0;
-  a.sweeps_used = a.active_set_iterations_used = a.stops_hit = a.drives_capped = 0;
-  for (JointMemory& j : a.joint_memory) j = {};
+  a.sweeps_used = a.active_set_iterations_used = a.stops_hit = 0;
+  for (JointMemory& j : a.joint_memory) std::fill(std::begin(j.lambdas), std::end(j.lambdas), 0);
+  a.knows_torques = true;
   remember_step(world, a, h);
   a.calm_steps = 0;  // the other rules have no history to go on
   return true;

@@ -19,6 +19,7 @@
 #include "engine/joints/kinds.hpp"
 #include "engine/solvers/articulated/conserving_joints.hpp"
 #include "engine/solvers/articulated/internal.hpp"
+#include "engine/world/joint_drive.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
@@ -236,6 +237,11 @@ Vec3 eliminate_stiff(const StiffStep& step, std::size_t c, Unknown unknown,
     prescribed += glm::outerProduct(along[k], rows.gradient[k]);
     back -= rows.off[k] * along[k];
   }
+  if (unknown == Unknown::displacement && n.yield == 0 && is_actuated(j)) {
+    // Of the turn by a torque, but for what the law itself takes from it.
+    const Real half = 0.5 * step.h, whole = half * glm::dot(n.axis, n.compliance * n.axis);
+    n.yield = whole / (1 - std::min(whole * n.slope, Real(1 - 1e-9)));
+  }
   const Vec3 right = s.by_torque + current;
   n.turn = back + n.compliance * (right - system * back);
   n.turn_y = -(n.compliance * s.ty);
@@ -267,8 +273,7 @@ void give_parent(const ConservingNode& n, const ConservingSum& child, Vec3 curre
   p.impulse += child.impulse, p.torque += glm::cross(reach, child.impulse) + current;
 }
 
-void inward(void* context, Unknown unknown) {
-  const StiffStep& step = *static_cast<const StiffStep*>(context);
+void eliminate_all(const StiffStep& step, Unknown unknown) {
   Island& a = step.a;
   StepScratch& r = a.scratch;
   std::fill(r.conserving_sums.begin(), r.conserving_sums.end(), ConservingSum{});
@@ -295,6 +300,14 @@ void inward(void* context, Unknown unknown) {
   }
 }
 
+void inward(void* context, Unknown unknown) {
+  StiffStep& step = *static_cast<StiffStep*>(context);
+  // How springs and motors are taken depends on what they move.
+  if (!step.knows_yields) eliminate_all(step, unknown);
+  step.knows_yields = true;
+  eliminate_all(step, unknown);
+}
+
 /// How a root's joint moves, and what holds it turns.
 struct Held {
   Vec3 move{0}, turn{0};
@@ -315,12 +328,23 @@ Held held_at(const StiffStep& step, std::size_t c, std::size_t tree, Unknown unk
   return held;
 }
 
+/// What an iteration changes at a joint.
+struct JointChange {
+  Vec3 move, turn, turn_of_parent;
+};
+
+/// The torques through a joint after an iteration.
+void expect(ConservingNode& n, const JointChange& by) {
+  n.passed = n.torque + n.torque_y * by.move + n.torque_p * by.turn_of_parent;
+  n.expected -= n.slope * glm::dot(n.axis, by.turn - by.turn_of_parent);
+}
+
 void outward(void* context, Unknown unknown) {
   const StiffStep& step = *static_cast<const StiffStep*>(context);
   Island& a = step.a;
   std::size_t tree = 0;
   for (std::size_t c = 0; c < a.count(); ++c) {
-    const ConservingNode& n = a.scratch.conserving_nodes[c];
+    ConservingNode& n = a.scratch.conserving_nodes[c];
     Vec3 y, turn_p;
     if (a.parents[c] < 0) {
       const Held held = held_at(step, c, tree++, unknown);
@@ -332,7 +356,10 @@ void outward(void* context, Unknown unknown) {
     }
     Vec3 t = n.turn + n.turn_y * y;
     Vec3 impulse = n.force_y * y - n.force;
-    if (n.passes_torque) t += n.turn_p * turn_p, impulse += n.force_p * turn_p;
+    if (n.passes_torque) {
+      t += n.turn_p * turn_p, impulse += n.force_p * turn_p;
+      if (unknown == Unknown::displacement) expect(n, {y, t, turn_p});
+    }
     a.memory.set(kMove, c, y), a.memory.set(kTurnBy, c, t);
     if (unknown == Unknown::displacement) a.memory.set(kLambda, c, impulse);
   }
@@ -408,7 +435,33 @@ void respond_stiff(Island& a, Arms arms) {
   }
 }
 
+void begin_joints(World& world, Island& a) {
+  a.drives_capped = 0;
+  for (JointMemory& memory : a.joint_memory) memory.torque = Vec3(0);
+  for (const PackedJoint& j : a.joints)
+    if (j.drive != UINT32_MAX) world.joint_drives.values()[j.drive].torque = 0;
+}
+
+void store_joints(World& world, Island& a, const StepPart& part) {
+  const Real share = part.end - part.begin, per = 2 / (share * part.whole);
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    const PackedJoint& j = a.joints[c];
+    if (!j.stiff || a.parents[c] == kFree) continue;
+    const ConservingNode& n = a.scratch.conserving_nodes[c];
+    a.joint_memory[c].torque += share * (per * n.passed - n.exerted);
+    if (j.drive == UINT32_MAX) continue;
+    JointDrive& drive = world.joint_drives.values()[j.drive];
+    a.joint_memory[c].torque_fraction = n.drive_share;
+    drive.torque += share * n.driven, drive.capped = n.drive_share < 1;
+    if (part.end == 1) a.drives_capped += drive.capped;
+  }
+}
+
 ConservingJoints stiff_joints(StiffStep& step) {
+  step.knows_yields = std::none_of(step.a.joints.begin(), step.a.joints.end(),
+                                   [](const PackedJoint& j) { return is_actuated(j); });
+  for (ConservingNode& n : step.a.scratch.conserving_nodes)
+    n.expected = n.yield = n.slope = 0, n.exerted = Vec3(0);
   return {&step, inward, outward, align, add_work};
 }
 

@@ -11,6 +11,7 @@ struct StiffStep {
   Island& a;
   Real h;  // s, of the part
   StepPart part;
+  bool knows_yields = true;  // of actuated joints: see ConservingNode::yield
 };
 
 /// The rotations of both bodies of a joint at the start of the part and at the iterate.

@@ -421,7 +421,6 @@ bool limits_are_far(const Island& a) {
   for (std::size_t c = 0; c < a.joints.size(); ++c) {
     const PackedJoint& j = a.joints[c];
     if (!j.stiff) continue;
-    if (j.drive != kNobody || j.joint.limits->soft_zone > 0) return false;
     for (const Real lambda : a.joint_memory[c].lambdas)
       if (lambda > 0) return false;
   }

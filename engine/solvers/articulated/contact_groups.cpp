@@ -117,6 +117,7 @@ void write_group(World& world, const Group& g, Real h) {
     if (column == 0) {
       a.stops_hit = a.drives_capped = 0;
       a.limited = a.disturbed = false, a.in_contact = true, a.contact_active = false;
+      a.knows_torques = true;
       a.force_share = 1, a.reserve = 0, a.sweeps_used = a.active_set_iterations_used = 0;
       for (Tree& t : a.trees) t.knows_angular_momentum = false;
     }
@@ -172,7 +173,7 @@ void let_sleep(World& world, const Group& g, Real h) {
     Island& a = list[f.island];
     const Real slow = a.settings.sleep_speed;
     const Real speed = glm::length(f.velocity), spin = glm::length(f.spin);
-    const bool drives = f.node != kNoNode && g.nodes[f.node].drive;
+    const bool drives = f.node != kNoNode && g.nodes[f.node].is_driven;
     if (f.node == kNoNode || g.nodes[f.node].column == 0)
       a.quiet_time += h;  // unless one of its bodies moves
     if (!a.contact_active || drives || !(speed < slow && spin < 10 * slow)) a.quiet_time = 0;

@@ -10,6 +10,9 @@
 
 namespace pantin {
 struct JointDrive;
+namespace detail {
+struct Dof;
+}
 }
 
 namespace pantin::detail::articulated {
@@ -70,6 +73,15 @@ struct GroupLimit {
   bool both_ways = false;  // a lock
 };
 
+/// A spring, friction and a motor along the coordinate of a joint.
+struct GroupActuator {
+  const Dof* dof = nullptr;  // none: the joint has none
+  Vec3 axis{0};              // world: the own body turns this way as the coordinate grows
+  Real angle = 0;            // rad, turns counted
+  Real response = 0;         // 1/(kg m^2)
+  Real impulse = 0;          // N m s of a substep
+};
+
 /// A body of a tree in a group. Wrenches and motions are those of its joint to the parent, of a
 /// free root those of its mass centre.
 struct GroupNode {
@@ -107,6 +119,8 @@ struct GroupNode {
   Vec3 spring_torque{0};    // N m s, of soft zones and the drive at no relative spin
   Mat3 spring{0};           // what relative spin takes from it
   bool has_spring = false, is_limited = false;
+  bool is_driven = false;  // may move without being pushed: see is_driven
+  GroupActuator actuator;
   GroupLimit limits[4];
   int unlimited_for = 0;  // substeps, of which no limit can be reached
   // Over the step:
@@ -277,6 +291,11 @@ void push_limits(const Group& g);
 /// Every limit once.
 void solve_limits(const Group& g, Real h, const Softness& spring);
 void bound_drives(const Group& g, Real h);
+/// Springs, friction and motors along the joints' coordinates (group_actuators.cpp): at the start
+/// of a substep, again, every one once.
+void prepare_actuator(const Group& g, std::uint32_t node);
+void push_actuators(const Group& g);
+void solve_actuators(const Group& g, Real h);
 
 // What iterations must not add (group_energy.cpp).
 

@@ -70,6 +70,9 @@ GroupNode gather_node(const World& world, const Island& a, std::size_t column) {
     n.drive = &world.joint_drives.values()[joint.drive];
     n.drive_share = memory.torque_fraction, n.has_spring = true;
   }
+  n.is_driven = is_driven(world, a, column);
+  if (is_actuated(joint))
+    n.actuator.dof = &dof_of(world, a, column), n.actuator.angle = memory.angle;
   const Real per = force_of_multiplier(a);
   for (int s = 0; s < 4; ++s)  // N m as yet
     n.limits[s].impulse = n.limits[s].before = per * memory.lambdas[s];

@@ -236,7 +236,7 @@ void add_reactions(const Group& g, const GroupTree& t) {
     n.passing += gained;
     if (n.free_root) continue;
     n.reaction.force += n.passing.force;
-    n.reaction.torque += n.passing.torque;
+    n.reaction.torque += n.passing.torque - n.actuator.impulse * n.actuator.axis;
     if (n.has_spring) {
       const Vec3 parent = n.parent == kNoNode ? t.held_spin : g.bodies[g.nodes[n.parent].body].spin;
       n.reaction.torque -= n.spring_torque - n.spring * (b.spin - parent);

@@ -115,6 +115,27 @@ struct TiedPart {
 };
 bool conserve_tied(World& world, Island& a, ConservingInput in, TiedPart& with);
 void reserve_ties(const World& world, Island& a);
+/// Joints that constrain rotations or exert torques in that method (conserving_joints.cpp): before
+/// the step; what passed through them in a part of it that was taken.
+void begin_joints(World& world, Island& a);
+void store_joints(World& world, Island& a, const StepPart& part);
+/// Follows the angles of actuated joints after a step by any method.
+void count_turns(const World& world, Island& a);
+/// Whether a spring, friction or a motor acts along the coordinate of a joint; the coordinate, rad,
+/// within a turn.
+bool is_actuated(const PackedJoint& joint);
+const Dof& dof_of(const World& world, const Island& a, std::size_t c);
+/// Whether a joint has a drive, a motor or a spring: it may move without being pushed.
+bool is_driven(const World& world, const Island& a, std::size_t c);
+Real coordinate_of(const PackedJoint& joint, Quat own, Quat parent);
+/// The same at the bodies' poses, turns counted.
+Real angle_of(const World& world, const Island& a, std::size_t c);
+/// The angle that differs from `near` by less than half a turn.
+Real unwound(Real angle, Real near);
+/// The axis of that coordinate in the joint's body a, by its rotation; the sign with which a torque
+/// along it turns the own body.
+Vec3 actuated_axis(const PackedJoint& joint, Quat own, Quat parent);
+inline Real sign_of(const PackedJoint& joint) { return joint.own_is_a ? -1 : 1; }
 /// Solves the n equations in tie_matrix for tie_solution, which holds the right-hand side, with
 /// complete pivoting (tie_equations.cpp). Dependent rows get no impulse. False if a number is not
 /// finite.

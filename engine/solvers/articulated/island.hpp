@@ -196,6 +196,13 @@ struct ConservingNode {
   Mat3 turn_y{0}, turn_p{0}, force_y{0}, force_p{0}, torque_y{0}, torque_p{0};
   Vec3 turn{0}, force{0}, torque{0};
   bool passes_torque = false;
+  Vec3 passed{0};   // torque from the parent by the last iteration, N m s over half the part
+  Vec3 exerted{0};  // of that by springs, drives and the like, N m
+  // Of a spring, friction or a motor along its coordinate: by the last iteration, N m and rad per
+  // N m; and what of the drive its limit allows.
+  Real expected = 0, yield = 0, slope = 0, drive_share = 1;
+  Real driven = 0;  // N m, size of the drive's torque
+  Vec3 axis{0};
 };
 
 /// Scratch memory of one step of one island.
@@ -275,11 +282,13 @@ struct PackedJoint {
 struct JointMemory {
   Real lambdas[4] = {0, 0, 0, 0};  // of the limits, kg m^2
   Real torque_fraction = 1;        // fraction of the drive's torque that its limit allows
-  Vec3 torque{0};  // N m, through the joint in the last step, if the island was in a group
+  Vec3 torque{0};  // N m, through the joint in the last step, springs apart, where that is known
+  Real angle = 0;  // rad, of an actuated joint, turns counted
 
   static void fields(auto& self, auto&& field) {
     field("lambdas", self.lambdas);
     field("torque_fraction", self.torque_fraction);
+    field("angle", self.angle);
     field("torque", passive(self.torque));
   }
 };
@@ -446,6 +455,7 @@ struct StepResult {
   bool converged = false;       // the last iteration changed nothing
   int sweeps_used = 0, active_set_iterations_used = 0, stops_hit = 0, drives_capped = 0;
   Real supplied_work = 0;  // J, by drives, soft zones and moving contacts
+  bool knows_torques = false;  // JointMemory::torque is of this step
   Entity lost;             // a body whose state went out of bounds
   bool grew = false;       // has severalfold more energy than it can have
 };

@@ -114,7 +114,7 @@ JointLoad joint_load(const World& world, const Island& a, std::size_t column) {
   const Real to_force = force_per_lambda(a);
   JointLoad load{to_force * a.memory.vec(kLambda, column), Vec3(0)};
   if (to_force == 0 || !is_stiff(a, column)) return load;
-  if (a.in_group) {
+  if (a.knows_torques) {
     load.torque = a.joint_memory[column].torque;
     return load;
   }

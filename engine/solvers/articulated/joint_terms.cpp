@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
+#include "engine/joints/joint_force.hpp"
 #include "engine/joints/kinds.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
@@ -172,6 +173,20 @@ void add_drive(const World& world, const At& at, const LoadScale& scale, JointTe
   t.drive_torque = k * residual - d * (t.way - ahead);
 }
 
+/// The spring, friction and motor along the coordinate, at its end as far as the slopes tell.
+void add_actuator(const World& world, Island& a, std::size_t c, const At& at,
+                  const LoadScale& scale) {
+  JointTerms& t = a.scratch.terms[c];
+  const PackedJoint& j = a.joints[c];
+  const Quat own = at.own_at(at.rotation);
+  const Vec3 along = sign_of(j) * actuated_axis(j, own, t.parent);
+  const Real angle = unwound(coordinate_of(j, own, t.parent), a.joint_memory[c].angle);
+  const Real rate = glm::dot(along, t.way) / scale.h;
+  const LinearisedForce f = linearise(dof_of(world, a, c), angle, rate, Slope::secant);
+  add_spring(t, scale.to_load * (f.stiffness + f.damping / scale.h), along,
+             scale.to_load * f.force);
+}
+
 }  // namespace
 
 Quat parent_rotation(const World& world, const Island& a, std::size_t c, Work rotation_row) {
@@ -241,6 +256,7 @@ void set_terms(const World& world, Island& a, Real h, const Pass& pass) {
     t.way += t.align;
     add_soft_zones(j.joint.limits, scale, t);
     if (j.drive != UINT32_MAX) add_drive(world, at, scale, t);
+    if (is_actuated(j)) add_actuator(world, a, c, at, scale);
   }
 }
 

@@ -68,8 +68,8 @@ bool is_driven(const World& world, const Island& a) {
   for (const PackedPin& h : a.pins)
     if (h.partner == UINT32_MAX && h.target != h.target_before) return true;
   if (!a.scratch.contact_rows.empty()) return true;  // a contact may do work
-  for (const PackedJoint& j : a.joints)
-    if (j.drive != UINT32_MAX) return true;
+  for (std::size_t c = 0; c < a.joints.size(); ++c)
+    if (is_driven(world, a, c)) return true;
   for (const PackedCable& c : a.cables) {
     if (c.column_a != UINT32_MAX && c.column_b != UINT32_MAX) continue;
     const Body& holder = world.bodies.values()[c.column_a != UINT32_MAX ? c.slot_b : c.slot_a];

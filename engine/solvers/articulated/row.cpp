@@ -4,6 +4,7 @@
 #include "engine/base/invariants.hpp"
 #include "engine/joints/kinds.hpp"
 #include "engine/solvers/articulated/articulated.hpp"
+#include "engine/solvers/articulated/internal.hpp"
 #include "engine/solvers/solver.hpp"
 
 namespace pantin::detail::articulated {
@@ -121,8 +122,21 @@ void measure_joint(const World& world, const Island& a, std::uint32_t slot, Meas
   m.worst_violation = std::max(m.worst_violation, violation(link.joint, rotation));
 }
 
+/// J, in the springs along the coordinates of joints.
+Real energy_of_springs(const World& world, const Island& a) {
+  Real sum = 0;
+  for (std::size_t c = 0; c < a.joints.size(); ++c) {
+    if (!a.joints[c].stiff || !is_actuated(a.joints[c]) || a.parents[c] == kFree) continue;
+    const SpringDamper& s = dof_of(world, a, c).spring;
+    const Real off = angle_of(world, a, c) - s.rest;
+    sum += 0.5 * s.stiffness * off * off;
+  }
+  return sum;
+}
+
 void measure(const World& world, Measures& m) {
   for (const Island& a : islands_of(world)) {
+    m.elastic += energy_of_springs(world, a);
     for (const std::uint32_t link : a.links)
       if (link != kNoSlot) measure_joint(world, a, link, m);
     for (const PackedPin& p : a.pins)

@@ -53,7 +53,7 @@ void update_sleep(World& world, Island& a, Real h) {
   for (std::size_t c = 0; still && c < a.count(); ++c) {
     const Body& b = world.bodies.values()[a.slots[c]];
     still = glm::length(b.velocity) < slow && glm::length(b.angular_velocity) < 10 * slow;
-    still = still && (a.joints.empty() || a.joints[c].drive == UINT32_MAX);
+    still = still && (a.joints.empty() || !is_driven(world, a, c));
   }
   a.quiet_time = still ? a.quiet_time + h : 0;
   if (a.quiet_time > kTimeToSleep) fall_asleep(world, a);

@@ -80,12 +80,14 @@ void remember_step(World& world, Island& a, Real h) {
     Body& b = world.bodies.values()[a.slots[c]];
     b.restart = b.teleport = false;
   }
+  count_turns(world, a);
   a.fresh = false;
   a.last_step = h;
   update_sleep(world, a, h);
 }
 
 bool finish_step(World& world, Island& a, Real h, Entity& lost) {
+  a.knows_torques = false;
   if (!a.finite) {  // before joints can hide it
     lost = a.unfit ? a.unfit : find_lost(world, a);
     return false;

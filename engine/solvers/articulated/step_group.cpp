@@ -79,8 +79,9 @@ void prepare_group(const Group& g, const GroupPart& part) {
   }
   for (GroupTie& t : g.ties) prepare_tie(g, t, part.h);
 }
-/// Limits, then ties, then contacts.
+/// Actuators, limits, then ties, then contacts.
 Real sweep_group(const Group& g, const Substep& s, Sweep sweep, Order order) {
+  solve_actuators(g, s.h);
   solve_limits(g, s.h, sweep == Sweep::solves ? s.against_fixed : Softness{});
   Real most = 0;
   for (std::size_t i = 0; i < g.ties.size(); ++i) {
@@ -123,6 +124,7 @@ void move(GroupBody& b, Real h) {
 /// The impulses of the substep before. Among trees, a lasting load is there again, a blow is not:
 /// the smaller one of the last two counts.
 void push_again(const Group& g) {
+  push_actuators(g);
   push_limits(g);
   for (const GroupTie& t : g.ties) push_tie(g, t);
   for (GroupContact& c : g.contacts) {

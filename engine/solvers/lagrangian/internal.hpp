@@ -6,6 +6,7 @@
 /// with twists V = (velocity, angular velocity) and accelerations a of all bodies, world axes.
 #include <span>
 
+#include "engine/joints/joint_force.hpp"
 #include "engine/solvers/lagrangian/jacobian.hpp"
 #include "engine/world/world.hpp"
 
@@ -33,13 +34,6 @@ void update_frames(const World& world, Island& m, Real part, Real h);
 enum class Torques : std::uint8_t { applied, with_gyroscopic };
 void add_forces(const World& world, Island& m, Torques torques);
 
-/// A force law linearised about a state: force or torque, and its slopes in coordinate and rate.
-struct LinearisedForce {
-  Real force = 0, stiffness = 0, damping = 0;
-};
-/// Secants converge for forces that saturate.
-enum class Slope : std::uint8_t { tangent, secant };
-LinearisedForce linearise(const Dof& dof, Real coordinate, Real rate, Slope slope);
 /// Adds joint forces at the current state to scratch.force.
 void add_joint_forces(const World& world, Island& m);
 /// The stiffest joint force at the current rows, relative to the mass it moves: 1/s^2 and 1/s.

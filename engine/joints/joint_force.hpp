@@ -1,0 +1,42 @@
+#pragma once
+/// Springs, friction and motors along a coordinate of a joint, as every solver reckons them.
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "engine/joints/parameters.hpp"
+
+namespace pantin::detail {
+
+/// The force along the coordinate, N or N m, and minus its derivatives by the coordinate and by its
+/// rate, at given values of both.
+struct LinearisedForce {
+  Real force = 0, stiffness = 0, damping = 0;
+};
+/// Secants converge for forces that saturate.
+enum class Slope : std::uint8_t { tangent, secant };
+LinearisedForce linearise(const Dof& dof, Real coordinate, Real rate, Slope slope);
+
+/// Whether the force saturates: dry friction, or a motor with a cap.
+bool saturates(const Dof& dof);
+
+/// The x that solves x = freely + yield force(x) for a force that falls with x: `force` returns it
+/// and minus its derivative. Newton's method within brackets.
+template <class Force>
+Real settled(Real freely, Real yield, const Force& force) {
+  constexpr int kMostIterations = 30;
+  constexpr Real kEnough = 1e-15;
+  const Real first = freely + yield * force(freely)[0];
+  Real low = std::min(first, freely), high = std::max(first, freely), x = freely;
+  for (int n = 0; n < kMostIterations && high - low > kEnough * (1 + std::abs(x)); ++n) {
+    const auto [value, slope] = force(x);
+    const Real off = freely + yield * value - x;
+    (off > 0 ? low : high) = x;
+    if (std::abs(off) <= kEnough * (1 + std::abs(x))) break;
+    const Real next = x + off / (1 + yield * slope);
+    x = next > low && next < high ? next : 0.5 * (low + high);
+  }
+  return x;
+}
+
+}  // namespace pantin::detail
