@@ -4,7 +4,6 @@
 using namespace pantin;
 int main() {
   World world;
-  world.default_settings.solver = Solver::lagrangian;  // the one that knows motors
   const Entity wall = world.add(RigidBody{.motion = Motion::fixed}).value();
   const RigidBody door{.shape = BoxShape{{0.45, 1, 0.02}}, .position = {0.45, 1, 0}};
   const JointMotor motor{.kind = MotorKind::velocity, .target = 0.5, .gain = 200};

@@ -64,9 +64,9 @@ struct HingeJoint {
   Vec3 axis{0};                         // b rotates anticlockwise about it
   std::optional<Interval> limits = {};  // rad
   std::optional<SoftStop> soft_stop = {};
-  JointMotor motor = {};                 // Lagrangian solver
-  SpringDamper spring = {};              // Lagrangian solver
-  JointFriction friction = {};           // Lagrangian solver
+  JointMotor motor = {};  // along the angle, as the next two
+  SpringDamper spring = {};
+  JointFriction friction = {};
   Real restitution = 0;                  // of the stops, 0 to 1; Lagrangian solver
   std::optional<JointDrive> drive = {};  // a joint drive
   std::optional<LocalFrames> frames = {};

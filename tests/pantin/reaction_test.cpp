@@ -51,16 +51,23 @@ struct SidePendulum {
     hinge = world.add(HingeJoint{.a = wall, .b = bob, .axis = {0, 0, 1}}).value();
   }
 
-  /// How far the reaction is off what the bob's motion asks for, part of the largest.
-  Real error(const Simulation& simulation) const {
+  /// What the bob's motion asks for.
+  JointReaction asked(const Simulation& simulation) const {
     const Body& b = simulation.world.bodies[bob];
     const Vec3 arm = b.pose.position, across(arm.x, arm.y, 0), z(0, 0, 1);
     const Real inertia = b.inertia.x, spin = b.angular_velocity.z;
     const Real rate = glm::dot(z, glm::cross(arm, 2.0 * kDown)) / (inertia + 2 * 1.0);
     const Vec3 force = 2.0 * (rate * glm::cross(z, across) - spin * spin * across - kDown);
-    const Vec3 torque = inertia * rate * z + glm::cross(arm, force);
-    const JointReaction told = reaction_of(simulation, hinge);
-    return (glm::length(told.force - force) + glm::length(told.torque - torque)) / (3 * 2 * kG);
+    return {force, inertia * rate * z + glm::cross(arm, force)};
+  }
+  /// Takes a step; how far the reaction is off the mean of that, part of the largest.
+  Real step(Simulation& simulation) const {
+    const JointReaction before = asked(simulation);
+    run(simulation, 1);
+    const JointReaction after = asked(simulation), told = reaction_of(simulation, hinge);
+    return (glm::length(told.force - 0.5 * (before.force + after.force)) +
+            glm::length(told.torque - 0.5 * (before.torque + after.torque))) /
+           (3 * 2 * kG);
   }
 };
 
@@ -95,11 +102,18 @@ struct CrookedArm {
     joints.push_back(world.add(BallJoint{.a = third, .b = fourth, .anchor = {1.5, 0, 0}}).value());
   }
 
-  std::vector<JointReaction> reactions(int steps_per_second) const {
-    Simulation simulation(world, {.h = 1.0 / steps_per_second});
-    run(simulation, steps_per_second / 4);
-    std::vector<JointReaction> all;
-    for (const Entity joint : joints) all.push_back(reaction_of(simulation, joint));
+  /// Means over the last of the steps that end after a quarter of a second, each taken in parts.
+  std::vector<JointReaction> reactions(int steps_per_second, int parts = 1) const {
+    Simulation simulation(world, {.h = 1.0 / (steps_per_second * parts)});
+    run(simulation, (steps_per_second / 4 - 1) * parts);
+    std::vector<JointReaction> all(joints.size());
+    for (int part = 0; part < parts; ++part) {
+      run(simulation, 1);
+      for (std::size_t i = 0; i < joints.size(); ++i) {
+        const JointReaction told = reaction_of(simulation, joints[i]);
+        all[i].force += told.force / Real(parts), all[i].torque += told.torque / Real(parts);
+      }
+    }
     return all;
   }
 };
@@ -133,28 +147,21 @@ TEST_CASE("a pendulum beside its hinge: force and torque follow its motion, to s
     Simulation simulation(pendulum.world, {.h = 1.0 / rate});
     Real worst = 0;
     for (int i = 0; i < rate; ++i) {
-      run(simulation, 1);
-      if (i > rate / 10) worst = std::max(worst, pendulum.error(simulation));
+      const Real error = pendulum.step(simulation);
+      if (i > rate / 10) worst = std::max(worst, error);
     }
     CAPTURE(rate, worst, before);
-    if (before > 0) CHECK(worst < before / 3.5);
+    if (before > 0) CHECK(worst < before / 12);
     before = worst;
   }
-  CHECK(before < 1e-4);
+  CHECK(before < 1e-5);
 }
 
 TEST_CASE("every joint of a falling arm bears what the Lagrangian solver says, as steps shrink") {
-  // Means over the last step: extrapolated to its end.
-  const CrookedArm slow(Solver::lagrangian);
-  std::vector<JointReaction> exact = slow.reactions(7680);
-  const std::vector<JointReaction> rough = slow.reactions(3840);
-  for (std::size_t i = 0; i < exact.size(); ++i) {
-    exact[i].force += exact[i].force - rough[i].force;
-    exact[i].torque += exact[i].torque - rough[i].torque;
-  }
-  const CrookedArm arm(Solver::articulated);
+  const CrookedArm slow(Solver::lagrangian), arm(Solver::articulated);
   const auto worst = [&](int rate) {
     const std::vector<JointReaction> told = arm.reactions(rate);
+    const std::vector<JointReaction> exact = slow.reactions(rate, 7680 / rate);
     Real most = 0;
     for (std::size_t i = 0; i < told.size(); ++i)
       most = std::max({most, glm::length(told[i].force - exact[i].force),
@@ -163,8 +170,8 @@ TEST_CASE("every joint of a falling arm bears what the Lagrangian solver says, a
   };
   const Real coarse = worst(240), fine = worst(960);
   CAPTURE(coarse, fine);
-  CHECK(fine < coarse / 3);
-  CHECK(fine < 0.02);
+  CHECK(fine < coarse / 10);
+  CHECK(fine < 2e-3);
 }
 
 TEST_CASE("a beam on a hinge: what holds it level decides what the hinge bears") {

@@ -194,8 +194,6 @@ TEST_CASE(
       error_count(R"("anchor": [0, 0, 0], "kind": "hinge", "friction": {"dry": 1},
 "limits": {"angle": [0, 1], "restitution": 0.5})") ==
       Lines{
-          "t.json:5:51: /joints/0/friction: found \"friction\" of joint \"j\" solved by \"auto\", "
-          "expected the solver \"lagrangian\": no other knows it",
           "t.json:6:44: /joints/0/limits/restitution: found \"restitution\" of joint \"j\" solved "
           "by \"auto\", expected the solver \"lagrangian\": no other knows it"});
   CHECK(diagnostics(with_two(R"("joints": [

@@ -125,16 +125,17 @@ bool find_active_set(World& world, Island& a, Real h, StepLength length) {
   // The active set is warm-started from the last step; one or two iterations mostly confirm it.
   // Otherwise projected Gauss-Seidel finds it.
   const bool few = in_substeps || bearing(world, a) <= kFewContacts;
-  const int guesses = few && a.iterating > 0                  ? 0
-                      : a.settings.active_set_iterations <= 2 ? a.settings.active_set_iterations
-                                                              : kGuesses;
+  const bool may_iterate = a.settings.active_set_iterations > 2;
+  const int guesses = !may_iterate             ? a.settings.active_set_iterations
+                      : few && a.iterating > 0 ? 0
+                                               : kGuesses;
   for (int n = 0; n < guesses && !converged; ++n) {
     ++a.active_set_iterations_used;
     eliminate_once(world, a, h);
     converged = apply_once(world, a, h);
   }
   a.iterating = converged ? 0 : a.iterating > 0 ? a.iterating - 1 : kStepsIterating;
-  if (converged || a.settings.active_set_iterations <= 2) return converged;
+  if (converged || !may_iterate) return converged;
   if (!in_substeps && bearing(world, a) > kFewContacts) return false;
   begin_iterating(world, a);
   for (int n = 2; n < std::min(kIterations, a.settings.active_set_iterations) && !converged; ++n) {

@@ -57,6 +57,21 @@ struct Builder {
     const Owner owner = owner_of(partition, slot);
     return owner && owner.solver != kArticulated;
   }
+  /// Whether a drive, a spring, friction or a motor acts along a joint: it has to be in a tree.
+  bool acts(std::uint32_t link) const {
+    if (link == kNoSlot) return false;
+    const Joint& joint = world.links.values()[link].joint;
+    return (joint.parameters.any() && joint.parameters->rotation.any()) ||
+           world.joint_drives.find(world.links.owners()[link]) != nullptr;
+  }
+  /// Reports what acts along a joint that became a loop's.
+  void note_loop(std::uint32_t link) {
+    if (acts(link))
+      partition.faults.push_back({world.links.owners()[link],
+                                  "closes a loop of joints with motors, springs, friction or "
+                                  "drives, where \"auto\" knows none",
+                                  StructureFault::unknown, false});
+  }
   void fault(Entity e, const char* reason) {
     partition.faults.push_back({e, reason, StructureFault::left_out, false});
   }
@@ -67,7 +82,10 @@ void read_links(Builder& b) {
   World& world = b.world;
   DisjointSets forest(world.bodies.size());
   std::vector<std::pair<std::uint32_t, Neighbour>> pairs;
-  for (std::uint32_t i = 0; i < world.links.size(); ++i) {
+  std::vector<std::uint32_t> order(world.links.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_partition(order.begin(), order.end(), [&](std::uint32_t i) { return b.acts(i); });
+  for (const std::uint32_t i : order) {
     const Link& link = world.links.values()[i];
     const Entity owner = world.links.owners()[i];
     const std::uint32_t sa = world.bodies.slot(link.a), sb = world.bodies.slot(link.b);
@@ -155,8 +173,9 @@ std::vector<Anchorage> anchorages_of(const Builder& b, const std::vector<std::ui
                                [](const Anchorage& a, std::uint32_t s) { return a.body < s; });
     for (; it != b.anchorages.end() && it->body == slot; ++it) found.push_back(*it);
   }
-  std::stable_sort(found.begin(), found.end(), [](const Anchorage& x, const Anchorage& y) {
+  std::stable_sort(found.begin(), found.end(), [&](const Anchorage& x, const Anchorage& y) {
     if ((x.compliance == 0) != (y.compliance == 0)) return x.compliance == 0;
+    if (b.acts(x.link) != b.acts(y.link)) return b.acts(x.link);
     return x.priority > y.priority;
   });
   return found;
@@ -323,7 +342,7 @@ void pack_bodies(const World& world, const Planting& all, Island& a) {
 }
 
 /// The anchors that are no roots.
-void pack_pins(const Builder& b, const std::vector<Anchorage>& anchorages, const Planting& all,
+void pack_pins(Builder& b, const std::vector<Anchorage>& anchorages, const Planting& all,
                Island& a) {
   for (const Anchorage& g : anchorages) {
     if (std::find(all.anchors.begin(), all.anchors.end(), &g) != all.anchors.end()) continue;
@@ -332,6 +351,7 @@ void pack_pins(const Builder& b, const std::vector<Anchorage>& anchorages, const
     h.held_body = g.held_body, h.held_pin = g.held_pin, h.held_anchor = g.held_anchor;
     h.held_link = g.link;
     h.compliance = g.compliance;
+    b.note_loop(g.link);
     while (h.tree + 1 < a.trees.size() && a.trees[h.tree + 1].first <= h.column) ++h.tree;
     if (a.parents[a.trees[h.tree].first] == kHeld) measure_reach(a, h);
     a.pins.push_back(h);
@@ -359,13 +379,14 @@ Island pack(Builder& b, const IslandPlan& plan, std::uint32_t index) {
   return a;
 }
 
-void tie_loops(const Builder& b, std::vector<Island>& made) {
+void tie_loops(Builder& b, std::vector<Island>& made) {
   for (const Loop& loop : b.loops) {
     Island& a = made[b.island[loop.body]];
     PackedPin h;
     h.column = b.column[loop.body], h.partner = b.column[loop.partner];
     h.anchor = loop.anchor, h.held_anchor = loop.partner_anchor;
     h.held_link = loop.link, h.held_pin = loop.pin;
+    b.note_loop(loop.link);
     h.priority = loop.priority, h.compliance = loop.compliance;
     while (h.tree + 1 < a.trees.size() && a.trees[h.tree + 1].first <= h.column) ++h.tree;
     a.pins.push_back(h);

@@ -89,8 +89,7 @@ bool conserves(const World& world, const Island& a) {
 
 bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
   const bool follows = !a.fresh && !a.changed && a.last_step == h;
-  const Real enough =
-      has_free_tree(a) || has_rows(a) || !a.joints.empty() ? kEnoughFree : kEnough;
+  const Real enough = has_free_tree(a) || has_rows(a) || !a.joints.empty() ? kEnoughFree : kEnough;
   int left = kParts;
   bool yields = false;
   begin_joints(world, a);
@@ -117,8 +116,7 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
                              ties_are_inner(a),
                              !has_rows(a) && part > kParts / kResolvingParts};
     TiedPart with{now};
-    if (is_tied ? conserve_tied(world, a, in, with)
-                : kernels().conserve(view_of(world, a), in)) {
+    if (is_tied ? conserve_tied(world, a, in, with) : kernels().conserve(view_of(world, a), in)) {
       if (is_tied) store_ties(a, now);
       if (!a.joints.empty()) store_joints(world, a, now);
       left -= part;

@@ -13,11 +13,12 @@
 //   torque from the parent = torque + torque_y y + torque_p t_p
 // The rows are eliminated first: t is what they prescribe and a turn along the free directions, so
 // that no number depends on how hard the other directions are to turn.
+#include "engine/solvers/articulated/conserving_joints.hpp"
+
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
 #include "engine/joints/kinds.hpp"
-#include "engine/solvers/articulated/conserving_joints.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 #include "engine/world/joint_drive.hpp"
 
@@ -30,7 +31,8 @@ Mat3 rows_of(const Real* m, std::size_t row_stride, std::size_t stride) {
   Mat3 out;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j)
-      out[j][i] = m[static_cast<std::size_t>(i) * row_stride + static_cast<std::size_t>(j) * stride];
+      out[j][i] =
+          m[static_cast<std::size_t>(i) * row_stride + static_cast<std::size_t>(j) * stride];
   return out;
 }
 
@@ -103,8 +105,8 @@ JointRows find_rows(const PackedJoint& j, const Directions& d, Unknown unknown) 
     const Vec3 mean_p = 0.5 * (d.a0[axes.p] + p), mean_s = 0.5 * (d.b0[axes.s] + s);
     const std::size_t n = rows.count++;
     rows.gradient[n] = sign * glm::cross(s, p);
-    rows.torque[n] = unknown == Unknown::velocity ? rows.gradient[n]
-                                                  : sign * glm::cross(mean_s, mean_p);
+    rows.torque[n] =
+        unknown == Unknown::velocity ? rows.gradient[n] : sign * glm::cross(mean_s, mean_p);
     rows.off[n] = unknown == Unknown::velocity ? 0 : glm::dot(p, s);
   }
   return rows;
@@ -144,8 +146,7 @@ void invert_rows(const Vec3 (&rows)[3], std::size_t count, Vec3 (&columns)[3]) {
 Mat3 reduced_inverse(const Mat3& m, const Vec3 (&free)[3], const Vec3 (&to)[3], std::size_t count) {
   if (count == 0) return Mat3(0);
   if (count == 3) return glm::inverse(m);
-  if (count == 1)
-    return glm::outerProduct(free[0], to[0]) / glm::dot(to[0], m * free[0]);
+  if (count == 1) return glm::outerProduct(free[0], to[0]) / glm::dot(to[0], m * free[0]);
   const Vec3 m0 = m * free[0], m1 = m * free[1];
   const Real a = glm::dot(to[0], m0), b = glm::dot(to[0], m1), c = glm::dot(to[1], m0),
              d = glm::dot(to[1], m1), per = 1 / (a * d - b * c);
@@ -202,8 +203,8 @@ void eliminate_free(const ConservingSum& s, ConservingNode& n) {
 }
 
 /// The same with rows and torques; the current torque is returned.
-Vec3 eliminate_stiff(const StiffStep& step, std::size_t c, Unknown unknown,
-                     const ConservingSum& s, ConservingNode& n) {
+Vec3 eliminate_stiff(const StiffStep& step, std::size_t c, Unknown unknown, const ConservingSum& s,
+                     ConservingNode& n) {
   const PackedJoint& j = step.a.joints[c];
   const Directions d = directions_of(step, c);
   const JointRows rows = find_rows(j, d, unknown);
@@ -214,20 +215,22 @@ Vec3 eliminate_stiff(const StiffStep& step, std::size_t c, Unknown unknown,
   Vec3 current(0);  // torque impulse on the own body
   RowTurn turn;
   if (unknown == Unknown::displacement) {
-    const JointTorque exerted = torque_of(step, c);
+    find_torque(step, c);
     const Real half = 0.5 * step.h;
     // Multipliers that balance the rest of the torque as well as they can.
     invert_rows(rows.torque, rows.count, columns);
     Real multipliers[3] = {0, 0, 0};
-    current = half * exerted.torque;
+    current = half * n.exerted;
     const Vec3 rest = s.torque - current;
     for (std::size_t k = 0; k < rows.count; ++k) {
       multipliers[k] = glm::dot(columns[k], rest);
       current += multipliers[k] * rows.torque[k];
     }
     turn = turn_of_rows(j, d, multipliers);
-    turn.own -= half * exerted.stiffness, turn.parent += half * exerted.stiffness;
+    turn.own -= half * n.stiffness, turn.parent += half * n.stiffness;
     n.turning += turning_axes(s.torque - current, step.a.memory.vec(kTurned, c));
+  } else {
+    current = n.damped, turn.own = -n.damping, turn.parent = n.damping;
   }
   const Mat3 system = n.turning - turn.own;
   n.compliance = reduced_inverse(system, free, to, count);
@@ -296,7 +299,8 @@ void eliminate_all(const StiffStep& step, Unknown unknown) {
     n.force_y = s.yy + s.yt * n.turn_y;
     if (n.passes_torque) n.force_p = s.yt * n.turn_p;
     if (a.parents[c] < 0) continue;
-    give_parent(n, s, current, step, c, unknown, r.conserving_sums[static_cast<std::size_t>(a.parents[c])]);
+    give_parent(n, s, current, step, c, unknown,
+                r.conserving_sums[static_cast<std::size_t>(a.parents[c])]);
   }
 }
 
@@ -335,8 +339,10 @@ struct JointChange {
 
 /// The torques through a joint after an iteration.
 void expect(ConservingNode& n, const JointChange& by) {
+  const Vec3 relative = by.turn - by.turn_of_parent;
   n.passed = n.torque + n.torque_y * by.move + n.torque_p * by.turn_of_parent;
-  n.expected -= n.slope * glm::dot(n.axis, by.turn - by.turn_of_parent);
+  n.expected -= n.slope * glm::dot(n.axis, relative);
+  n.exerted -= n.stiffness * relative;
 }
 
 void outward(void* context, Unknown unknown) {
@@ -359,9 +365,14 @@ void outward(void* context, Unknown unknown) {
     if (n.passes_torque) {
       t += n.turn_p * turn_p, impulse += n.force_p * turn_p;
       if (unknown == Unknown::displacement) expect(n, {y, t, turn_p});
+      if (unknown == Unknown::velocity)
+        n.passed += 0.5 * (n.torque + n.torque_y * y + n.torque_p * turn_p - n.damped +
+                           n.damping * (t - turn_p));
     }
     a.memory.set(kMove, c, y), a.memory.set(kTurnBy, c, t);
-    if (unknown == Unknown::displacement) a.memory.set(kLambda, c, impulse);
+    a.memory.set(
+        kLambda, c,
+        unknown == Unknown::displacement ? impulse : a.memory.vec(kLambda, c) + 0.5 * impulse);
   }
 }
 
@@ -378,12 +389,17 @@ void align(void* context) {
   }
 }
 
-void add_work(void* context, double& released) {
+bool add_work(void* context, double& released) {
   const StiffStep& step = *static_cast<const StiffStep*>(context);
   const Island& a = step.a;
-  for (std::size_t c = 0; c < a.count(); ++c)
-    if (a.joints[c].stiff && exerts_torque(a.joints[c]) && a.parents[c] != kFree)
-      released += work_of(step, c);
+  bool keeps = true;
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    if (!a.joints[c].stiff || !exerts_torque(a.joints[c]) || a.parents[c] == kFree) continue;
+    const ConservingNode& n = a.scratch.conserving_nodes[c];
+    released += glm::dot(n.exerted, turned_by(step, c, ends_of(step, c)));
+    keeps = keeps && n.damping == Mat3(0);
+  }
+  return keeps;
 }
 
 }  // namespace
@@ -461,7 +477,8 @@ ConservingJoints stiff_joints(StiffStep& step) {
   step.knows_yields = std::none_of(step.a.joints.begin(), step.a.joints.end(),
                                    [](const PackedJoint& j) { return is_actuated(j); });
   for (ConservingNode& n : step.a.scratch.conserving_nodes)
-    n.expected = n.yield = n.slope = 0, n.exerted = Vec3(0);
+    n.expected = n.yield = n.slope = 0, n.exerted = n.damped = Vec3(0),
+    n.stiffness = n.damping = Mat3(0);
   return {&step, inward, outward, align, add_work};
 }
 

@@ -29,16 +29,11 @@ enum class Arms : std::uint8_t { mean, end };
 /// elimination: see respond in conserving_ties.cpp.
 void respond_stiff(Island& a, Arms arms);
 
-/// The torque on the own body of a joint, N m, and minus its derivative by the turn of the own body
-/// relative to its parent at the iterate, N m/rad.
-struct JointTorque {
-  Vec3 torque{0};
-  Mat3 stiffness{0};
-};
-/// Whether a joint has a drive, springs, friction or a motor.
+/// Whether a joint has a drive, soft zones, a spring, friction or a motor; what these exert on the
+/// own body, and how that depends on its turn relative to its parent at the iterate, into its node.
 bool exerts_torque(const PackedJoint& joint);
-JointTorque torque_of(const StiffStep& s, std::size_t c);
-/// Work of that torque over the part, J.
-Real work_of(const StiffStep& s, std::size_t c);
+void find_torque(const StiffStep& s, std::size_t c);
+/// Cayley's vector of the relative turn over the part: the work of a torque is its product with it.
+Vec3 turned_by(const StiffStep& s, std::size_t c, const JointEnds& ends);
 
 }  // namespace pantin::detail::articulated

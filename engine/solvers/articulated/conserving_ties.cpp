@@ -239,6 +239,12 @@ bool solve_ties(Island& a, Arms arms, const RowsOf& rows_of, const Take& take) {
   return true;
 }
 
+/// What the ties' impulses add to those at the joints.
+void add_joint_impulses(Island& a, Real share) {
+  for (std::size_t c = 0; c < a.count(); ++c)
+    a.memory.set(kLambda, c, a.memory.vec(kLambda, c) + share * a.scratch.tie_joints[c][0]);
+}
+
 bool correct(void* context) {
   const TiedStep& s = *static_cast<const TiedStep*>(context);
   const auto rows_of = [](const ConservingTie& t) {
@@ -247,8 +253,7 @@ bool correct(void* context) {
   };
   if (!solve_ties(s.a, Arms::mean, rows_of, [](ConservingTie& t, Vec3 mu) { t.mu += mu; }))
     return false;
-  for (std::size_t c = 0; c < s.a.count(); ++c)
-    s.a.memory.set(kLambda, c, s.a.memory.vec(kLambda, c) + s.a.scratch.tie_joints[c][0]);
+  add_joint_impulses(s.a, 1);
   return true;
 }
 
@@ -257,8 +262,14 @@ bool project(void* context) {
   const auto rows_of = [](const ConservingTie& t) {
     return TieRows{t.kind == TieKind::rigid, Mat3(1), t.velocity, t.softness};
   };
-  for (ConservingTie& t : s.a.scratch.ties) t.softness = 0;
-  return solve_ties(s.a, Arms::end, rows_of, [](ConservingTie&, Vec3) {});
+  std::vector<ConservingTie>& ties = s.a.scratch.ties;
+  for (ConservingTie& t : ties) t.softness = 0;
+  // The impulses of the projection count in the mean over the step.
+  if (!solve_ties(s.a, Arms::end, rows_of, [](ConservingTie& t, Vec3 mu) { t.mu += 0.5 * mu; }))
+    return false;
+  if (std::any_of(ties.begin(), ties.end(), [&](auto& t) { return rows_of(t).takes; }))
+    add_joint_impulses(s.a, 0.5);
+  return true;
 }
 
 /// Whether an inextensible cable would be too long at the iterate.

@@ -1,12 +1,12 @@
 // Torques of joints in the energy-momentum method: drives, soft zones, springs, friction, motors.
 //
-// A spring that the step resolves acts at the mean of its angles, so that what it stores it gives
-// back; a damper acts at the mean rate. Beyond what the step resolves both act more and more at the
-// end of it: nothing rings, however stiff. The rate at the end is twice the mean less that at the
-// start. With s between 0, resolved, and 1
-//   spring  -k ((1 - s) / 2 before + (1 + s) / 2 end - rest) - s k h / 2 (rate at the end)
-//   damper  -d (rate at theta), theta = max(1/2, 1 - 1 / (h d / inertia))
-// In the stiff limit both are at rest after two steps.
+// A spring acts at the mean of its angles, so that what it stores it gives back; a damper acts at
+// the mean rate. That alone would ring where the step does not resolve their motion, of inertia I:
+// there a spring of stiffness k acts more at the end,
+//   -k ((1 - s) / 2 before + (1 + s) / 2 end - rest),   s = 1 - 4 / (h^2 k / I), at least 0,
+// and an impulse damps the spin at the end of the step by
+//   s k h^2 / 2 + (h d / 2 - I), the second at least 0, for a damper d.
+// So a stiff drive is where it should be after one step, and at rest there.
 #include <algorithm>
 
 #include "engine/base/rotation.hpp"
@@ -18,20 +18,23 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// Squared ratio of the step to a spring's period, over (2 pi)^2, up to which it is resolved.
+/// Of h^2 k / I, up to which a spring is resolved.
 constexpr Real kResolved = 4;
 
-
-/// How a law is taken over the part; `mobility` is the relative turn's, 1/(kg m^2).
-struct Scheme {
-  Real h, stiff = 0, theta = 0.5;
-  Scheme(Real length, Real mobility, Real stiffness, Real damping) : h(length) {
-    const Real y = h * h * mobility * stiffness, x = h * mobility * damping;
-    if (y > kResolved) stiff = 1 - kResolved / y;
-    if (x > 2) theta = 1 - 1 / x;
-  }
-  Real by_end() const { return 0.5 * (1 + stiff); }
+/// How far the step resolves a spring or a damper.
+struct Resolution {
+  Real by_end = 0.5;  // of a spring: weight of its end
+  Real damping = 0;   // N m s: of the spin at the end
 };
+Resolution resolution_of(Real h, Real mobility, Real stiffness, Real damping) {
+  Resolution r;
+  const Real y = h * h * mobility * stiffness;
+  const Real unresolved = y > kResolved ? 1 - kResolved / y : 0;
+  r.by_end += 0.5 * unresolved;
+  r.damping =
+      0.5 * h * h * stiffness * unresolved + std::max(Real(0), 0.5 * h * damping - 1 / mobility);
+  return r;
+}
 
 /// The inertia of a body, and of nothing outboard of it, about an axis through its own joint.
 Real inertia_about(const StiffStep& s, std::size_t c, Vec3 axis) {
@@ -53,30 +56,14 @@ Real mobility_about(const StiffStep& s, std::size_t c, Vec3 axis) {
 
 /// rad/s, of the own body less that of its parent, at the start of the part.
 Vec3 spin_before(const StiffStep& s, std::size_t c) {
-  const auto spin = [&](std::uint32_t slot) { return s.world.bodies.values()[slot].angular_velocity; };
+  const auto spin = [&](std::uint32_t slot) {
+    return s.world.bodies.values()[slot].angular_velocity;
+  };
   if (s.a.parents[c] >= 0)
     return spin(s.a.slots[c]) - spin(s.a.slots[static_cast<std::size_t>(s.a.parents[c])]);
   const std::uint32_t held = held_body_of(s.a, c);
   return spin(s.a.slots[c]) - (held == UINT32_MAX ? Vec3(0) : spin(held));
 }
-
-/// Cayley's vector of the relative turn over the part: the work of a torque is its product with it.
-Vec3 turned_by(const StiffStep& s, std::size_t c, const JointEnds& ends) {
-  const auto cayley = [](Quat to, Quat from) {
-    const Quat q = to * glm::conjugate(from);
-    return 2 / q.w * Vec3(q.x, q.y, q.z);
-  };
-  return cayley(ends.own1, ends.own0) -
-         (s.a.parents[c] < 0 && held_body_of(s.a, c) == UINT32_MAX
-              ? Vec3(0)
-              : cayley(ends.parent1, ends.parent0));
-}
-
-/// The rotations at a joint, at an iterate or at the end of the iterations.
-struct EndsAt {
-  JointEnds ends;
-  bool iterates;
-};
 
 /// The coordinate of an actuated joint over the part.
 struct Way {
@@ -86,57 +73,57 @@ struct Way {
 /// The force of a Dof as a function of the coordinate at the end.
 struct Law {
   const Dof& dof;
-  Scheme scheme;
+  Real h, by_end;
   Way way;
 
+  LinearisedForce forces(Real end) const {
+    return linearise(dof, way.before + by_end * (end - way.before), (end - way.before) / h,
+                     Slope::tangent);
+  }
   /// Force and minus its derivative by the coordinate at the end, which is `end`.
   std::array<Real, 2> at(Real end) const {
-    const Real h = scheme.h, mean = (end - way.before) / h, last = 2 * mean - way.rate;
-    const Real rate = 2 * scheme.theta * mean + (1 - 2 * scheme.theta) * way.rate;
-    const Real coordinate = way.before + scheme.by_end() * (end - way.before);
-    const LinearisedForce f = linearise(dof, coordinate, rate, Slope::tangent);
-    const Real numerical = 0.5 * scheme.stiff * f.stiffness * h;
-    return {f.force - numerical * last,
-            scheme.by_end() * f.stiffness + (2 * scheme.theta * f.damping + 2 * numerical) / h};
+    const LinearisedForce f = forces(end);
+    return {f.force, by_end * f.stiffness + f.damping / h};
   }
 };
 
 /// The spring, friction and motor of a joint.
-void add_dof(const StiffStep& s, std::size_t c, const EndsAt& at, JointTorque& out) {
-  const JointEnds& ends = at.ends;
+void add_dof(const StiffStep& s, std::size_t c, const JointEnds& ends) {
   const PackedJoint& j = s.a.joints[c];
   ConservingNode& n = s.a.scratch.conserving_nodes[c];
   const Real sign = sign_of(j);
   const Vec3 axis0 = actuated_axis(j, ends.own0, ends.parent0),
              axis = actuated_axis(j, ends.own1, ends.parent1), mean = glm::normalize(axis0 + axis);
   const Dof& dof = dof_of(s.world, s.a, c);
-  const Real before =
-      unwound(coordinate_of(j, ends.own0, ends.parent0), s.a.joint_memory[c].angle);
+  const Real before = unwound(coordinate_of(j, ends.own0, ends.parent0), s.a.joint_memory[c].angle);
   const Way way{before, unwound(coordinate_of(j, ends.own1, ends.parent1), before),
                 sign * glm::dot(axis0, spin_before(s, c))};
   // As the last elimination has it, the parent apart.
-  const Real mobility =
-      n.yield > 0 ? 2 * n.yield / (s.h * s.h) + mobility_of_parent(s, c, axis0)
-                  : mobility_about(s, c, axis0);
-  LinearisedForce most = linearise(dof, dof.motor.kind == MotorKind::position ? dof.motor.target : 0,
-                                   0, Slope::tangent);
-  if (dof.motor.kind == MotorKind::velocity)
-    most.damping = dof.spring.damping + dof.friction.viscous + dof.motor.gain +
-                   dof.friction.dry / dof.friction.slip;
-  const Law law{dof, Scheme(s.h, mobility, most.stiffness, most.damping), way};
+  const Real mobility = n.yield > 0 ? 2 * n.yield / (s.h * s.h) + mobility_of_parent(s, c, axis0)
+                                    : mobility_about(s, c, axis0);
+  const Real stiffness =
+      dof.spring.stiffness + (dof.motor.kind == MotorKind::position ? dof.motor.gain : 0);
+  const Law law{dof, s.h, resolution_of(s.h, mobility, stiffness, 0).by_end, way};
   const Real yield = n.yield > 0 ? n.yield : 0.5 * s.h * s.h * mobility;
   const auto force_at = [&](Real end) { return law.at(end); };
-  const Real x = saturates(dof) && at.iterates
-                     ? settled(way.end - yield * n.expected, yield, force_at)
-                     : way.end;
+  const Real x = saturates(dof) ? settled(way.end - yield * n.expected, yield, force_at) : way.end;
   const auto [force, slope] = law.at(x);
   n.expected = force + slope * (x - way.end), n.slope = slope, n.axis = sign * axis;
-  // Its work is exactly the force times the change of the coordinate.
+  const LinearisedForce f = law.forces(x);
+  const Real damping = resolution_of(s.h, mobility, f.stiffness, f.damping).damping;
+  const bool turns = dof.motor.kind == MotorKind::velocity && f.damping > 0;
+  n.damping += damping * glm::outerProduct(axis, axis);
+  // A motor below its cap holds its speed.
+  if (turns)
+    n.damped += damping * std::min(Real(1), dof.motor.gain / f.damping) * dof.motor.target * n.axis;
+  // The work of the spring is exactly the force times the change of the coordinate.
   const Real turned = sign * glm::dot(mean, turned_by(s, c, ends)), moved = way.end - way.before;
-  const Real exact =
-      std::abs(turned) > 1e-6 && std::abs(moved) < 2 ? std::clamp(moved / turned, Real(0.5), Real(1)) : 1;
-  out.torque += sign * n.expected * exact * mean;
-  out.stiffness += slope * glm::outerProduct(mean, axis);
+  const bool tells = std::abs(turned) > 1e-6 && std::abs(moved) < kPi / 2;
+  const Real exact = tells ? std::clamp(moved / turned, Real(0.5), Real(1)) : 1;
+  const Real at = way.before + law.by_end * moved,
+             stored = dof.spring.stiffness * (at - dof.spring.rest);
+  n.exerted += sign * (n.expected + (1 - exact) * stored) * mean;
+  n.stiffness += slope * glm::outerProduct(mean, axis);
 }
 
 /// The inverse of the derivative of a rotation vector by a turn in the body's own axes.
@@ -148,7 +135,19 @@ Mat3 turn_of_vector(Vec3 r) {
   return Mat3(1) + 0.5 * across + by_square * across * across;
 }
 
-void add_drive(const StiffStep& s, std::size_t c, const JointEnds& ends, JointTorque& out) {
+/// rad/s, of the target of a drive in the world, at the end.
+Vec3 target_rate(const StiffStep& s, std::size_t c, const JointEnds& ends, Real until) {
+  const PackedJoint& j = s.a.joints[c];
+  const JointDrive& drive = s.world.joint_drives.values()[j.drive];
+  if (drive.keys.empty()) return Vec3(0);
+  const Real before = 1e-3 * s.h;
+  return rotation_vector(
+             own_rotation(j, ends.parent1, target_at(drive, until)) *
+             glm::conjugate(own_rotation(j, ends.parent1, target_at(drive, until - before)))) /
+         before;
+}
+
+void add_drive(const StiffStep& s, std::size_t c, const JointEnds& ends) {
   const PackedJoint& j = s.a.joints[c];
   const JointDrive& drive = s.world.joint_drives.values()[j.drive];
   ConservingNode& n = s.a.scratch.conserving_nodes[c];
@@ -162,29 +161,27 @@ void add_drive(const StiffStep& s, std::size_t c, const JointEnds& ends, JointTo
   if (!drive.keys.empty())
     ahead = rotation_vector(goal1 *
                             glm::conjugate(own_rotation(j, ends.parent1, target_at(drive, from))));
-  const Vec3 mobile(mobility_about(s, c, {1, 0, 0}), mobility_about(s, c, {0, 1, 0}),
-                    mobility_about(s, c, {0, 0, 1}));
-  const Real most = std::max({mobile.x, mobile.y, mobile.z});
-  const Scheme scheme(s.h, most, drive.stiffness, drive.damping);
-  const Vec3 rate0 = spin_before(s, c), mean = turned_by(s, c, ends) / s.h,
-             last = Real(2) * mean - rate0;
-  const Vec3 rate = 2 * scheme.theta * mean + (1 - 2 * scheme.theta) * rate0;
-  const Real numerical = 0.5 * scheme.stiff * drive.stiffness * s.h;
-  const Vec3 torque =
-      drive.stiffness * ((1 - scheme.by_end()) * off0 + scheme.by_end() * off1) +
-      drive.damping * (ahead / s.h - rate) + numerical * (ahead / s.h - last);
+  const Real mobility = std::max({mobility_about(s, c, {1, 0, 0}), mobility_about(s, c, {0, 1, 0}),
+                                  mobility_about(s, c, {0, 0, 1})});
+  const Resolution by = resolution_of(s.h, mobility, drive.stiffness, drive.damping);
+  const Vec3 torque = drive.stiffness * ((1 - by.by_end) * off0 + by.by_end * off1) +
+                      drive.damping / s.h * (ahead - turned_by(s, c, ends));
   const Real whole = glm::length(torque);
   n.drive_share = whole > drive.max_torque ? drive.max_torque / whole : 1;
   n.driven = n.drive_share * whole;
-  out.torque += n.drive_share * torque;
-  out.stiffness += n.drive_share * (scheme.by_end() * drive.stiffness * turn_of_vector(off1) +
-                                    Mat3((2 * scheme.theta * drive.damping + 2 * numerical) / s.h));
+  n.exerted += n.drive_share * torque;
+  n.stiffness += n.drive_share *
+                 (by.by_end * drive.stiffness * turn_of_vector(off1) + Mat3(drive.damping / s.h));
+  if (n.drive_share < 1 || by.damping == 0) return;
+  n.damping += Mat3(by.damping);
+  n.damped += by.damping * target_rate(s, c, ends, until);
 }
 
-/// Springs before the limits, as stiff as the step resolves at their own force's mean.
-void add_soft_zones(const StiffStep& s, std::size_t c, const JointEnds& ends, JointTorque& out) {
+/// Springs before the limits: the mean force is the difference of what is stored over the way.
+void add_soft_zones(const StiffStep& s, std::size_t c, const JointEnds& ends) {
   const PackedJoint& j = s.a.joints[c];
   const JointLimits& limits = *j.joint.limits;
+  ConservingNode& n = s.a.scratch.conserving_nodes[c];
   JointLimit before[4], end[4];
   find_limits(j, ends.own0, ends.parent0, before);
   find_limits(j, ends.own1, ends.parent1, end);
@@ -195,27 +192,34 @@ void add_soft_zones(const StiffStep& s, std::size_t c, const JointEnds& ends, Jo
     const Real in0 = std::max(Real(0), within0), in1 = std::max(Real(0), within1);
     if (in0 == 0 && in1 == 0) continue;
     const Vec3 along = end[k].along;
-    const Scheme scheme(s.h, mobility_about(s, c, along), limits.soft_stiffness,
-                        in1 > 0 ? limits.soft_damping : 0);
-    // The mean over the way, as the difference of what is stored; at the end where that is stiff.
-    const Real way = within1 - within0;
-    const Real stored = std::abs(way) > 1e-9 ? (in1 * in1 - in0 * in0) / (2 * way) : 0.5 * (in0 + in1);
-    const Real by_end = std::abs(way) > 1e-9 ? (in1 - stored) / way : 0.5;
-    const Real rate0 = glm::dot(along, spin_before(s, c)), mean = way / s.h, last = 2 * mean - rate0;
-    const Real rate = 2 * scheme.theta * mean + (1 - 2 * scheme.theta) * rate0;
     const Real damping = in1 > 0 ? limits.soft_damping : 0;
-    const Real numerical = in1 > 0 ? 0.5 * scheme.stiff * limits.soft_stiffness * s.h : 0;
-    const Real pull = limits.soft_stiffness * ((1 - scheme.stiff) * stored + scheme.stiff * in1) +
-                      damping * rate + numerical * last;
-    const Real slope = limits.soft_stiffness *
-                           ((1 - scheme.stiff) * by_end + (in1 > 0 ? scheme.stiff : 0)) +
-                       (2 * scheme.theta * damping + 2 * numerical) / s.h;
-    out.torque -= pull * along;
-    out.stiffness += slope * glm::outerProduct(along, along);
+    const Resolution by =
+        resolution_of(s.h, mobility_about(s, c, along), limits.soft_stiffness, damping);
+    const Real way = within1 - within0, at_end = 2 * by.by_end - 1;
+    const bool moves = std::abs(way) > 1e-9;
+    const Real stored = moves ? (in1 * in1 - in0 * in0) / (2 * way) : 0.5 * (in0 + in1);
+    const Real by_way = moves ? (in1 - stored) / way : 0.5;
+    const Real pull =
+        limits.soft_stiffness * ((1 - at_end) * stored + at_end * in1) + damping / s.h * way;
+    const Real slope =
+        limits.soft_stiffness * ((1 - at_end) * by_way + (in1 > 0 ? at_end : 0)) + damping / s.h;
+    n.exerted -= pull * along;
+    n.stiffness += slope * glm::outerProduct(along, along);
+    if (in1 > 0) n.damping += by.damping * glm::outerProduct(along, along);
   }
 }
 
 }  // namespace
+
+Vec3 turned_by(const StiffStep& s, std::size_t c, const JointEnds& ends) {
+  const auto cayley = [](Quat to, Quat from) {
+    const Quat q = to * glm::conjugate(from);
+    return 2 / q.w * Vec3(q.x, q.y, q.z);
+  };
+  return cayley(ends.own1, ends.own0) - (s.a.parents[c] < 0 && held_body_of(s.a, c) == UINT32_MAX
+                                             ? Vec3(0)
+                                             : cayley(ends.parent1, ends.parent0));
+}
 
 bool is_actuated(const PackedJoint& joint) {
   return joint.joint.parameters.any() && joint.joint.parameters->rotation.any() &&
@@ -253,37 +257,23 @@ Vec3 actuated_axis(const PackedJoint& joint, Quat own, Quat parent) {
   return a * (turns_of(joint.joint.kind) == Turns::about_two ? Vec3(0, 1, 0) : Vec3(1, 0, 0));
 }
 
-namespace {
-
-JointTorque torque_at(const StiffStep& s, std::size_t c, const EndsAt& at) {
-  JointTorque out;
+void find_torque(const StiffStep& s, std::size_t c) {
   const PackedJoint& j = s.a.joints[c];
-  const JointEnds& ends = at.ends;
-  if (is_actuated(j)) add_dof(s, c, at, out);
-  if (j.drive != UINT32_MAX) add_drive(s, c, ends, out);
-  if (j.joint.limits->soft_zone > 0) add_soft_zones(s, c, ends, out);
-  return out;
-}
-
-}  // namespace
-
-JointTorque torque_of(const StiffStep& s, std::size_t c) {
-  return exerts_torque(s.a.joints[c]) ? torque_at(s, c, {ends_of(s, c), true}) : JointTorque{};
-}
-
-Real work_of(const StiffStep& s, std::size_t c) {
+  if (!exerts_torque(j)) return;
+  ConservingNode& n = s.a.scratch.conserving_nodes[c];
+  n.exerted = n.damped = Vec3(0), n.stiffness = n.damping = Mat3(0);
   const JointEnds ends = ends_of(s, c);
-  const Vec3 torque = torque_at(s, c, {ends, false}).torque;
-  s.a.scratch.conserving_nodes[c].exerted = torque;
-  return glm::dot(torque, turned_by(s, c, ends));
+  if (is_actuated(j)) add_dof(s, c, ends);
+  if (j.drive != UINT32_MAX) add_drive(s, c, ends);
+  if (j.joint.limits->soft_zone > 0) add_soft_zones(s, c, ends);
 }
 
 Real angle_of(const World& world, const Island& a, std::size_t c) {
   const auto rotation = [&](std::uint32_t slot) {
     return slot == UINT32_MAX ? kIdentity : world.bodies.values()[slot].pose.rotation;
   };
-  const std::uint32_t parent = a.parents[c] >= 0 ? a.slots[static_cast<std::size_t>(a.parents[c])]
-                                                 : held_body_of(a, c);
+  const std::uint32_t parent =
+      a.parents[c] >= 0 ? a.slots[static_cast<std::size_t>(a.parents[c])] : held_body_of(a, c);
   return unwound(coordinate_of(a.joints[c], rotation(a.slots[c]), rotation(parent)),
                  a.joint_memory[c].angle);
 }

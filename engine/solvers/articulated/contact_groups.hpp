@@ -13,7 +13,7 @@ struct JointDrive;
 namespace detail {
 struct Dof;
 }
-}
+}  // namespace pantin
 
 namespace pantin::detail::articulated {
 

@@ -18,7 +18,8 @@ bool is_left_alone(const Group& g) {
   const auto stays = [](const GroupTree& t) { return t.from == t.to && t.held_spin == Vec3(0); };
   return std::all_of(g.bodies.begin(), g.bodies.end(), rests) &&
          std::all_of(g.trees.begin(), g.trees.end(), stays) &&
-         std::none_of(g.nodes.begin(), g.nodes.end(), [](auto& n) { return n.has_spring || n.is_driven; }) &&
+         std::none_of(g.nodes.begin(), g.nodes.end(),
+                      [](auto& n) { return n.has_spring || n.is_driven; }) &&
          std::none_of(g.ties.begin(), g.ties.end(), [](auto& t) { return t.stiffness > 0; });
 }
 

@@ -196,8 +196,13 @@ struct ConservingNode {
   Mat3 turn_y{0}, turn_p{0}, force_y{0}, force_p{0}, torque_y{0}, torque_p{0};
   Vec3 turn{0}, force{0}, torque{0};
   bool passes_torque = false;
-  Vec3 passed{0};   // torque from the parent by the last iteration, N m s over half the part
-  Vec3 exerted{0};  // of that by springs, drives and the like, N m
+  Vec3 passed{0};  // torque from the parent by the last iteration, N m s over half the part
+  // Of that by springs, drives and the like, N m; minus its derivative by the relative turn.
+  Vec3 exerted{0};
+  Mat3 stiffness{0};
+  // Impulse at the end that takes what the step does not resolve: damped - damping relative spin.
+  Vec3 damped{0};
+  Mat3 damping{0};
   // Of a spring, friction or a motor along its coordinate: by the last iteration, N m and rad per
   // N m; and what of the drive its limit allows.
   Real expected = 0, yield = 0, slope = 0, drive_share = 1;
@@ -234,8 +239,8 @@ struct StepScratch {
   std::vector<ConservingTie> ties;
   std::vector<ConservingSum> conserving_sums;    // a body each, where joints constrain rotations
   std::vector<ConservingNode> conserving_nodes;  // likewise
-  Real tie_yield = 0;                         // of the rigid ones: see conserving_ties.cpp
-  std::vector<Real> tie_blocks, tie_factors;  // see ConservingTies
+  Real tie_yield = 0;                            // of the rigid ones: see conserving_ties.cpp
+  std::vector<Real> tie_blocks, tie_factors;     // see ConservingTies
   std::vector<Mat3> tie_impulses, tie_torques, tie_joints;  // a body each, for three impulses
   std::vector<Real> tie_matrix, tie_solution;
   std::vector<std::uint32_t> tie_order;
@@ -454,10 +459,10 @@ struct StepResult {
   bool in_contact = false;      // a contact or a limit was active
   bool converged = false;       // the last iteration changed nothing
   int sweeps_used = 0, active_set_iterations_used = 0, stops_hit = 0, drives_capped = 0;
-  Real supplied_work = 0;  // J, by drives, soft zones and moving contacts
+  Real supplied_work = 0;      // J, by drives, soft zones and moving contacts
   bool knows_torques = false;  // JointMemory::torque is of this step
-  Entity lost;             // a body whose state went out of bounds
-  bool grew = false;       // has severalfold more energy than it can have
+  Entity lost;                 // a body whose state went out of bounds
+  bool grew = false;           // has severalfold more energy than it can have
 };
 
 struct Island : IslandStructure, IslandMemory, StepPlan, StepResult {

@@ -113,8 +113,8 @@ struct ConservingJoints {
   void (*outward)(void* context, Unknown);
   /// After the iterations: turns the bodies by what rounding and the last iteration left open.
   void (*align)(void* context);
-  /// Adds the work of the joints' torques, J.
-  void (*add_work)(void* context, double& released);
+  /// Adds the work of the joints' torques, J. False if dampers take energy at the end.
+  bool (*add_work)(void* context, double& released);
 };
 
 /// A step by the energy-momentum method. Arrays hold 3 numbers a tree.
@@ -126,13 +126,13 @@ struct ConservingInput {
   const double* anchor_velocities;  // at the end of the step, m/s
   double* blocks;                   // kConservingBlock a body; null for a chain
   int most_iterations;
-  double enough;               // rad: largest rotation of the last iteration
-  bool still;                  // every tree is held, and no anchor moves
-  bool follows_equal_step;     // the rotations of the last step predict those of this one
+  double enough;                   // rad: largest rotation of the last iteration
+  bool still;                      // every tree is held, and no anchor moves
+  bool follows_equal_step;         // the rotations of the last step predict those of this one
   const ConservingTies* ties;      // or null
   const ConservingJoints* joints;  // or null
-  bool keeps_momentum;         // free trees: no tie leads to the world or to another tree
-  bool resolves;               // refuses a step whose projection takes much of the energy
+  bool keeps_momentum;             // free trees: no tie leads to the world or to another tree
+  bool resolves;                   // refuses a step whose projection takes much of the energy
 };
 
 struct Kernels {

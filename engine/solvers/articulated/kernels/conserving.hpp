@@ -242,15 +242,16 @@ struct ConservingStep {
                         n[7] - (n[4] * y.x + n[5] * y.y + n[6] * y.z),
                         n[11] - (n[8] * y.x + n[9] * y.y + n[10] * y.z)};
     put(m, kMove, y), put(m, kTurnBy, t);
-    if (unknown == Unknown::displacement) put_impulse(m, n, y);
+    put_impulse(m, n, y, unknown == Unknown::displacement ? 1.0 : 0.5);
   }
-  /// The impulse after this iteration.
-  static INLINE void put_impulse(double* m, const double* n, Vec<double> y) {
+  /// The impulse over half the step after this iteration, or with that of the projection.
+  static INLINE void put_impulse(double* m, const double* n, Vec<double> y, double share) {
     const double* g = n + kArticulatedMass;
     put(m, kLambda,
-        vec<double>(m, kLambda) + Vec<double>{(g[0] * y.x + g[1] * y.y + g[2] * y.z) - g[3],
-                                              (g[4] * y.x + g[5] * y.y + g[6] * y.z) - g[7],
-                                              (g[8] * y.x + g[9] * y.y + g[10] * y.z) - g[11]});
+        vec<double>(m, kLambda) +
+            share * Vec<double>{(g[0] * y.x + g[1] * y.y + g[2] * y.z) - g[3],
+                                (g[4] * y.x + g[5] * y.y + g[6] * y.z) - g[7],
+                                (g[8] * y.x + g[9] * y.y + g[10] * y.z) - g[11]});
   }
 
   /// One Newton iteration: eliminates, rotates, and fills for what comes next.
@@ -333,7 +334,8 @@ struct ConservingStep {
     if (in.joints) in.joints->align(in.joints->context);
     fill_all<Unknown::velocity>();
     if (in.ties && !in.ties->accept(in.ties->context, released)) return false;
-    if (in.joints) in.joints->add_work(in.joints->context, released);
+    const bool still =
+        !(in.joints && !in.joints->add_work(in.joints->context, released)) && in.still;
     for (std::size_t first = 0, last = 0; first < p.count; first = last) {
       last = first + 1;
       while (last < p.count && p.parents[last] >= 0) ++last;
@@ -351,11 +353,11 @@ struct ConservingStep {
       }
     }
     if (in.ties && !in.ties->project(in.ties->context)) return false;
-    for (std::size_t i = 0; in.still && i < p.count; i += kLanes) kept += twice_kinetic(i);
+    for (std::size_t i = 0; still && i < p.count; i += kLanes) kept += twice_kinetic(i);
     // The projection takes energy of the second order in the step. Below an anchor that stands
     // still velocities are scaled to the energy that is due, at most by a tenth: beyond that
     // the step does not resolve the motion, and shorter ones are tried.
-    if (in.still) {
+    if (still) {
       const double due = sum(due_) + 2 * released, found = sum(kept);
       const bool moves =
           found > 1e-10 * sum(weight_);  // beyond rounding errors of the weight's work
