@@ -54,9 +54,9 @@ HingedTree hinged_tree(const Hinged& spec) {
     if (parent >= 0) {
       const JointKind kind = spec.kinds[static_cast<std::size_t>(i - 1) % spec.kinds.size()];
       // y and z across the outboard rod, x along it.
-      const Quat across = b.pose.rotation * from_rotation_vector({0, 0, kPi / 2});
+      const Quat along = b.pose.rotation * from_rotation_vector({0, 0, kPi / 2});
       const Joint at =
-          joint_at(t.world, t.bodies[p], e, kind, joint, spec.askew ? dice.rotation() : across);
+          joint_at(t.world, t.bodies[p], e, kind, joint, spec.askew ? dice.rotation() : along);
       t.links.push_back(t.world.add_link(t.bodies[p], e, at));
     } else if (spec.held) {
       Pin pin;
