@@ -10,11 +10,11 @@ namespace {
 constexpr Real kMinRelativeStiffness = 1e-10;
 
 /// J M^-1 J^T of a row.
-Real mobility(const Island& m, const Block& b) {
+Real mobility(const Island& m, const Block& b, std::size_t row = 0) {
   Real sum = 0;
   for (std::size_t k = 0; k < b.count; ++k) {
     if (b.body[k] >= m.count()) continue;
-    const RowVectors j = row_of(b, jacobian_of(m, b), 0, k);
+    const RowVectors j = row_of(b, jacobian_of(m, b), row, k);
     sum += glm::dot(j.v, j.v) / m.mass[b.body[k]] +
            glm::dot(j.w, m.scratch.inverse_inertia[b.body[k]] * j.w);
   }
@@ -51,6 +51,31 @@ LinearisedForce linearise(const Dof& f, Real coordinate, Real rate, Slope slope)
   p.stiffness += speed ? 0 : part * f.motor.gain;
   p.damping += part * (speed ? f.motor.gain : f.motor.damping);
   return p;
+}
+
+void find_force_slopes(const World& world, Island& m, const ForceSlopes& slopes) {
+  for (const Block& b : m.blocks) {
+    if (!is_compliant(b.kind)) continue;
+    LinearisedForce p;
+    if (b.kind == BlockKind::spring) {
+      p = linearise(dof_of(world, b.source, b.coordinate), m.scratch.c[b.first_row],
+                    rate_of(m, b, 0), Slope::tangent);
+    } else if (b.kind == BlockKind::elastic_cable) {
+      const CableParameters& s = world.cables.values()[b.source].joint;
+      if (m.scratch.c[b.first_row] > s.length) p.stiffness = 1 / s.compliance;
+    } else if (b.kind == BlockKind::elastic_pin) {
+      p.stiffness = world.pins.values()[b.source].stiffness;
+      p.damping = damping_of_pin(m, p.stiffness, b.body[0]);
+    } else {
+      const DriveTorque torque = drive_torque(world, m, {b.source, {b.body[0], b.body[1]}});
+      p.stiffness = torque.stiffness, p.damping = torque.damping;
+    }
+    for (std::size_t r = 0; r < b.rows; ++r) {
+      const std::size_t row = b.first_row + r;
+      slopes.stiffness[row] = p.stiffness, slopes.damping[row] = p.damping;
+      slopes.mobility[row] = mobility(m, b, r);
+    }
+  }
 }
 
 CoordinateRow coordinate_row(const World& world, const Island& m, const JointForce& of) {
