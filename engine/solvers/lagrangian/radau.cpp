@@ -34,6 +34,9 @@ constexpr Real kLeft = 0.02, kRounding = 1e-14;
 /// Iterations whose corrections shrink no further than this part of the largest number have met
 /// rounding.
 constexpr Real kRoundingOfSolves = 1e-11;
+/// Where loops lose rank, rates of stages that leave the joints grow without bound, and corrections
+/// grow from smaller ones than this; shorter steps, nearer to that place, would see more of it.
+constexpr Real kNearLoss = 1e-7;
 /// Longest step, in parts of the last one, that accelerations are extrapolated over.
 constexpr Real kFarthest = 4;
 
@@ -132,8 +135,9 @@ Real largest(const Stages& change) {
   return std::sqrt(most);
 }
 
-/// One Newton iteration. Returns its largest correction.
-Real correct_stages(const Attempt& a) {
+/// One Newton iteration: its correction, into scratch.collocation.part. Returns the largest one of
+/// a body.
+Real find_correction(const Attempt& a) {
   Island& m = a.m;
   CollocationScratch& s = m.scratch.collocation;
   const Real h = a.span.h;
@@ -159,11 +163,17 @@ Real correct_stages(const Attempt& a) {
     for (int i = 0; i < 3; ++i) {
       const Vec3 by =
           kFrom[i][0] * s.part[0][n] + kFrom[i][1] * s.part[1][n] + kFrom[i][2] * s.part[2][n];
-      s.stage[i][n] += by;
       const Real size = glm::dot(by, by);
       if (!(size <= most)) most = size;
     }
   return std::sqrt(most);
+}
+
+void correct_stages(CollocationScratch& s) {
+  for (std::size_t n = 0; n < s.part[0].size(); ++n)
+    for (int i = 0; i < 3; ++i)
+      s.stage[i][n] +=
+          kFrom[i][0] * s.part[0][n] + kFrom[i][1] * s.part[1][n] + kFrom[i][2] * s.part[2][n];
 }
 
 /// Solves for the stages. False: the iterations do not converge.
@@ -173,15 +183,16 @@ bool solve_stages(const Attempt& a) {
   const int most = to_rounding ? kMostWithoutTolerance : kMostIterations;
   Real before = std::numeric_limits<Real>::infinity();
   for (int n = 0; n < most; ++n) {
-    const Real size = correct_stages(a);
+    const Real size = find_correction(a);
     ++a.m.iterations;
     if (!std::isfinite(size)) return false;
-    const Real scale = std::max(Real(1), largest(s.stage[2]));
+    const Real scale = std::max(Real(1), largest(s.stage[2])), ratio = size / before;
+    if (to_rounding && a.m.loops && ratio >= 1 && before <= kNearLoss * scale) return true;
+    correct_stages(s);
     const Real goal = std::max(kLeft * a.tolerance, kRounding * scale);
-    const Real ratio = size / before;
     if (size <= goal || (n > 0 && ratio < 1 && size * ratio <= goal * (1 - ratio))) return true;
     if (ratio > 0.5 && size <= kRoundingOfSolves * scale) return true;
-    if (n > 1 && ratio >= 1) return false;
+    if (n > 1 && ratio >= 1) return size <= a.tolerance;
     // Too slow to be done in time.
     if (n > 1 && size * std::pow(ratio, most - n) > goal && !to_rounding) return false;
     before = size;
