@@ -12,15 +12,20 @@ Quat along(Vec3 axis) {
   return from_rotation_vector(axis.x > 0 ? Vec3(0) : 0.5 * kPi * Vec3(0, -axis.z, axis.y));
 }
 
-/// A joint at a point of the world, its x along `axis` (x, y or z), of bodies as they stand.
-Joint joint_at(const World& w, Entity a, Entity b, Vec3 point, Vec3 axis) {
+/// A point and an axis (x, y or z) of the world.
+struct Place {
+  Vec3 point, axis;
+};
+
+/// A hinge there, its x along the axis, of bodies as they stand.
+Joint joint_at(const World& w, Entity a, Entity b, const Place& at) {
   const Pose &pa = w.bodies[a].pose, &pb = w.bodies[b].pose;
   Joint j;
   j.kind = JointKind::hinge;
-  j.anchor_a = glm::conjugate(pa.rotation) * (point - pa.position);
-  j.anchor_b = glm::conjugate(pb.rotation) * (point - pb.position);
-  j.frames.set(glm::conjugate(pa.rotation) * along(axis),
-               glm::conjugate(pb.rotation) * along(axis));
+  j.anchor_a = glm::conjugate(pa.rotation) * (at.point - pa.position);
+  j.anchor_b = glm::conjugate(pb.rotation) * (at.point - pb.position);
+  j.frames.set(glm::conjugate(pa.rotation) * along(at.axis),
+               glm::conjugate(pb.rotation) * along(at.axis));
   return j;
 }
 
@@ -40,9 +45,9 @@ World governor(Real stiffness, Real damping) {
     return w.add_body(b);
   };
   const Entity axis = add(200, {25, 1, 25}, {});
-  w.add_link(ground, axis, joint_at(w, ground, axis, Vec3(0), up));
+  w.add_link(ground, axis, joint_at(w, ground, axis, {Vec3(0), up}));
   const Entity slider = add(3, Vec3(0.02), {half, kIdentity});
-  Joint slide = joint_at(w, axis, slider, half, up);
+  Joint slide = joint_at(w, axis, slider, {half, up});
   slide.kind = JointKind::prismatic;
   w.add_link(axis, slider, slide);
   for (const Real side : {-0.5, 0.5}) {
@@ -50,7 +55,7 @@ World governor(Real stiffness, Real damping) {
     const Quat turned = from_rotation_vector({0, 0, std::atan2(down.y, down.x)});
     // A rod of 3 kg and 1 m with 5 kg at its end.
     const Entity rod = add(8, {0.01, 0.73, 0.73}, {up + 0.8125 * down, turned});
-    w.add_link(axis, rod, joint_at(w, axis, rod, up, {0, 0, 1}));
+    w.add_link(axis, rod, joint_at(w, axis, rod, {up, {0, 0, 1}}));
     Joint spring;
     spring.kind = JointKind::spring;
     spring.anchor_b = {0.5 - 0.8125, 0, 0};
@@ -60,7 +65,8 @@ World governor(Real stiffness, Real damping) {
   return w;
 }
 
-void measure_stiff(std::FILE* out, bool small) {
+void measure_stiff(std::FILE* out, Extent extent) {
+  const bool small = extent == Extent::few_points;
   constexpr Real kStep = 0.02;
   const int steps = small ? 5 : 100;
   const World start = governor(8e5, 4e4);

@@ -1,5 +1,6 @@
 #pragma once
 /// A stiff mechanism, and what accuracy costs there.
+#include <cstdint>
 #include <cstdio>
 
 #include "tools/study/problems.hpp"
@@ -12,6 +13,7 @@ namespace pantin::study {
 World governor(Real stiffness, Real damping);
 
 /// Error and CPU time of the integrators that may serve there, comma separated.
-void measure_stiff(std::FILE* out, bool small);
+enum class Extent : std::uint8_t { few_points, all };
+void measure_stiff(std::FILE* out, Extent extent);
 
 }  // namespace pantin::study

@@ -457,7 +457,7 @@ int main(int argc, char** argv) {
       {"orders", orders},
       {"energy", energy},
       {"work", work},
-      {"stiff", [] { measure_stiff(out, small); }},
+      {"stiff", [] { measure_stiff(out, small ? Extent::few_points : Extent::all); }},
       {"cost", cost}};
   for (const auto& [name, run] : studies) {
     if (what != name) continue;
