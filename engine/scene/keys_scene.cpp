@@ -121,7 +121,7 @@ constexpr Key kSolver[] = {
          "bounded "
          "in long runs. rk4: Runge-Kutta, order 4. implicit: order 2, stiff springs do not limit "
          "the "
-         "step.")
+         "step. radau: order 5, likewise.")
         .or_else(Real(kSettings.integrator)),
     word("stabilisation", kStabilisations,
          "Of lagrangian: what is done about joints that drift apart. projection: back onto them "
@@ -131,10 +131,10 @@ constexpr Key kSolver[] = {
            "Of lagrangian, with that stabilisation. euler: part of a gap closed in a step, at most "
            "1; 0 stands for 0.2. Otherwise a rate, 1/s; 0 stands for 5.")
         .or_else(kSettings.baumgarte),
-    number(
-        "step_tolerance", "", kPositive,
-        "Of lagrangian with rk4: steps are divided so that each errs by less, in m, rad, m/s and "
-        "rad/s. Default: not divided."),
+    number("step_tolerance", "", kPositive,
+           "Of lagrangian with rk4 or radau: steps are divided so that each errs by less, in m, "
+           "rad, m/s and "
+           "rad/s. Default: not divided."),
     number("damping_ratio", "", kUnit,
            "Of lagrangian with implicit: what is left of the fastest vibrations after a step.")
         .or_else(kSettings.damping_ratio),

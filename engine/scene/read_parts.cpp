@@ -30,9 +30,9 @@ void read_exact(const Reader& from, SolverSettings& s) {
     if (from.has("step_tolerance"))
       from.diagnostics.error_at_key(from.find("step_tolerance"),
                                     std::string("found \"step_tolerance\" with the integrator \"") +
-                                        name_of(s.integrator) + "\", expected it with \"" +
-                                        name_of(kTakesTolerance) +
-                                        "\" only: no other divides steps");
+                                        name_of(s.integrator) + "\", expected it with " +
+                                        names_that_take_tolerance() +
+                                        " only: no other divides steps");
     s.step_tolerance = 0;  // of the settings around it
   }
   s.damping_ratio = from.number("damping_ratio", s.damping_ratio);

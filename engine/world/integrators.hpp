@@ -3,6 +3,7 @@
 /// engine/solvers/lagrangian/WORD.cpp, which defines `lagrangian::integrators::WORD`.
 #include <cstdint>
 #include <iterator>
+#include <string>
 #include <string_view>
 
 #define PANTIN_INTEGRATORS(ROW)                                                             \
@@ -13,7 +14,9 @@
   /* Runge-Kutta with projection; of its family the 5(4) pair where a tolerance is asked */ \
   ROW(rk4, .order = 4, .takes_tolerance = true)                                             \
   /* generalised alpha: stiff springs do not limit the step */                              \
-  ROW(implicit, .order = 2)
+  ROW(implicit, .order = 2)                                                                 \
+  /* Radau IIA, of its family the method of three stages: as stiff, high order */           \
+  ROW(radau, .order = 5, .takes_tolerance = true)
 
 namespace pantin {
 
@@ -42,13 +45,13 @@ constexpr const IntegratorInfo& info_of(Integrator integrator) {
   return kIntegrators[static_cast<int>(integrator)];
 }
 
-/// "rk4": those that step within a tolerance.
-constexpr Integrator kTakesTolerance = [] {
-  Integrator first{};
+/// "rk4 or radau": those that step within a tolerance.
+inline std::string names_that_take_tolerance() {
+  std::string names;
   for (const IntegratorInfo& info : kIntegrators)
-    if (info.takes_tolerance) return static_cast<Integrator>(&info - kIntegrators);
-  return first;
-}();
+    if (info.takes_tolerance) names.append(names.empty() ? "" : " or ").append(info.name);
+  return names;
+}
 
 }  // namespace detail
 
@@ -56,7 +59,7 @@ constexpr Integrator last_of(Integrator) {
   return static_cast<Integrator>(std::size(detail::kIntegrators) - 1);
 }
 
-/// "euler", "rattle", "rk4", "implicit".
+/// "euler", "rattle", "rk4", "implicit", "radau".
 constexpr const char* name_of(Integrator integrator) {
   return detail::info_of(integrator).name.data();
 }

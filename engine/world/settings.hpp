@@ -53,7 +53,8 @@ struct SolverSettings {
   Integrator integrator = Integrator::rk4;
   Stabilisation stabilisation = Stabilisation::projection;
   Real baumgarte = 0;  // euler: part of the gap closed in a step (0: 0.2); else rate, 1/s (0: 5)
-  Real step_tolerance = 0;   // rk4: bound on the local error of each substep (m, rad, m/s, rad/s)
+  Real step_tolerance =
+      0;  // rk4, radau: bound on the local error of each substep (m, rad, m/s, rad/s)
   Real damping_ratio = 0.8;  // implicit: spectral radius at infinity, 0 to 1
 
   friend bool operator==(const SolverSettings&, const SolverSettings&) = default;

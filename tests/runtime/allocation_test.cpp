@@ -97,8 +97,8 @@ TEST_CASE("a step allocates nothing after the first few") {
 
 TEST_CASE(
     "a step of the Lagrangian solver allocates nothing after the first few, limits met or not") {
-  const auto integrator =
-      GENERATE(Integrator::euler, Integrator::rattle, Integrator::rk4, Integrator::implicit);
+  const auto integrator = GENERATE(Integrator::euler, Integrator::rattle, Integrator::rk4,
+                                   Integrator::implicit, Integrator::radau);
   const Real tolerance = GENERATE(0.0, 1e-8);
   World world = hung_chain(10).world;
   world.default_settings.solver = Solver::lagrangian;
@@ -118,8 +118,8 @@ TEST_CASE(
 }
 
 TEST_CASE("a step of exact bodies that lie on one another allocates nothing") {
-  const auto integrator =
-      GENERATE(Integrator::euler, Integrator::rattle, Integrator::rk4, Integrator::implicit);
+  const auto integrator = GENERATE(Integrator::euler, Integrator::rattle, Integrator::rk4,
+                                   Integrator::implicit, Integrator::radau);
   World world = falling_pile();
   world.default_settings.solver = Solver::lagrangian;
   world.default_settings.integrator = integrator;

@@ -59,7 +59,7 @@ inline World geared_wheels(Integrator integrator) {
   World w;
   w.default_settings.solver = Solver::lagrangian;
   w.default_settings.integrator = integrator;
-  if (integrator == Integrator::rk4) w.default_settings.step_tolerance = 1e-5;
+  if (info_of(integrator).takes_tolerance) w.default_settings.step_tolerance = 1e-5;
   Body frame;
   frame.motion = Motion::kinematic;
   const Entity base = w.add_body(frame);
@@ -123,8 +123,8 @@ inline std::vector<std::pair<std::string, World>> running_worlds() {
                                                  {"pile", falling_pile()},
                                                  {"arm", stopped_arm()},
                                                  {"beam", chain_on_beam()}};
-  for (Integrator i :
-       {Integrator::euler, Integrator::rattle, Integrator::rk4, Integrator::implicit})
+  for (Integrator i : {Integrator::euler, Integrator::rattle, Integrator::rk4, Integrator::implicit,
+                       Integrator::radau})
     all.emplace_back(std::string("wheels ") + name_of(i), geared_wheels(i));
   for (Solver s : {Solver::sweep, Solver::shake2, Solver::procedural}) {
     all.emplace_back(std::string("chain ") + name_of(s), hung_chain(5).world);

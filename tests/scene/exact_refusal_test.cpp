@@ -165,15 +165,15 @@ TEST_CASE("Settings that no solver has are refused") {
               "lagrangian"});
   CHECK(
       with_solver(R"("integrator": "rk5", "stabilisation": "some", "step_tolerance": 0)") ==
-      Lines{"t.json:2:15: /solver/integrator: found \"rk5\", expected euler, rattle, rk4 or "
-            "implicit; nearest is \"rk4\"",
+      Lines{"t.json:2:15: /solver/integrator: found \"rk5\", expected euler, rattle, rk4, "
+            "implicit or radau; nearest is \"rk4\"",
             "t.json:2:39: /solver/stabilisation: found \"some\", expected projection, baumgarte or "
             "none; nearest is \"none\"",
             "t.json:2:65: /solver/step_tolerance: found 0, expected a number above 0, at most "
             "1e12"});
   CHECK(with_solver(R"("integrator": "rattle", "step_tolerance": 1e-6)") ==
         Lines{"t.json:2:25: /solver/step_tolerance: found \"step_tolerance\" with the integrator "
-              "\"rattle\", expected it with \"rk4\" only: no other divides steps"});
+              "\"rattle\", expected it with rk4 or radau only: no other divides steps"});
   CHECK(with_solver(R"("integrator": "euler", "baumgarte": 2, "damping_ratio": 1.5)") ==
         Lines{"t.json:2:37: /solver/baumgarte: found 2, expected a number from 0 to 1: with "
               "\"euler\" it is the part of a gap closed in a step",

@@ -51,7 +51,8 @@ TEST_CASE("springs far too stiff for the step give no energy, whatever the integ
 }
 
 TEST_CASE("motors with gains far too high hold their speed") {
-  for (Integrator integrator : {Integrator::euler, Integrator::rk4, Integrator::implicit})
+  for (Integrator integrator :
+       {Integrator::euler, Integrator::rk4, Integrator::implicit, Integrator::radau})
     for (const Real cap : {1e2, 1e4, 1e300}) {
       Arm a = arm(integrator);
       JointMotor& motor = a.parameters().rotation.motor;
@@ -66,7 +67,10 @@ TEST_CASE("motors with gains far too high hold their speed") {
       INFO(name_of(integrator) << ", cap " << cap << ": "
                                << sim.world.bodies[a.body].angular_velocity.z);
       CHECK(std::abs(sim.world.bodies[a.body].angular_velocity.z - 3) <= 0.02);
-      if (integrator != Integrator::rk4) CHECK(rescued == 0);
+      // One matrix for three stages knows a motor at its bound or off it: where that changes within
+      // a step, Euler takes it and the next few.
+      const bool changes = integrator == Integrator::radau && cap == 1e2;
+      if (integrator != Integrator::rk4) CHECK(rescued <= (changes ? 8 : 0));
     }
 }
 
@@ -84,17 +88,20 @@ TEST_CASE("dry friction that is all but a step takes energy only") {
 }
 
 TEST_CASE("steps by tolerance meet stops and go on") {
-  Arm a = arm(Integrator::rk4);
-  a.world.links[a.link].joint.limits.edit().angle = {true, -1.5, 0.5};
-  a.parameters().restitution = 0.5;
-  a.world.default_settings.step_tolerance = 1e-8;
-  Simulation sim(a.world, {1.0 / 60});
-  for (int i = 0; i < 300; ++i) REQUIRE(sim.step().status == Status::ok);
-  CHECK(coordinate_of(sim.world, a.link, Coordinate::angle) == Approx(-1.5).margin(1e-8));
+  for (const Integrator by : {Integrator::rk4, Integrator::radau}) {
+    Arm a = arm(by);
+    a.world.links[a.link].joint.limits.edit().angle = {true, -1.5, 0.5};
+    a.parameters().restitution = 0.5;
+    a.world.default_settings.step_tolerance = 1e-8;
+    Simulation sim(a.world, {1.0 / 60});
+    for (int i = 0; i < 300; ++i) REQUIRE(sim.step().status == Status::ok);
+    CHECK(coordinate_of(sim.world, a.link, Coordinate::angle) == Approx(-1.5).margin(1e-8));
+  }
 }
 
 TEST_CASE("forces of constraint are means over the whole step, however it was taken") {
-  for (Integrator integrator : {Integrator::euler, Integrator::rattle, Integrator::rk4}) {
+  for (Integrator integrator :
+       {Integrator::euler, Integrator::rattle, Integrator::rk4, Integrator::radau}) {
     Arm a = arm(integrator);
     a.world.bodies[a.body].angular_velocity = {0, 0, 20},
     a.world.bodies[a.body].velocity = {0, 10, 0};

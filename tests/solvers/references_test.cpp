@@ -48,15 +48,34 @@ TEST_CASE("reference problems are met with fixed steps, and joints stay closed")
   }
 }
 
-TEST_CASE("reference problems are met with steps by tolerance") {
+TEST_CASE(
+    "the implicit method of order 5 meets the reference problems closer than that of order 4") {
   for (Problem& p : read_problems(kFolder)) {
     if (p.id == "A02_N40") continue;  // takes seconds
     CAPTURE(p.file, p.id);
-    set_exact(p.world, Integrator::rk4, 1e-10);
-    const Score s = score(p, 1);
+    const Score explicitly = score(p, p.divisions);
+    set_exact(p.world, Integrator::radau);
+    const Score s = score(p, p.divisions);
     CHECK(s.status == Status::ok);
-    CHECK(s.error <= p.allowed_adaptive);
-    if (p.conserves) CHECK(s.energy <= 1e-6);
+    CHECK(s.error <= p.allowed);
+    CHECK(s.error <= std::max(0.2 * explicitly.error, 1e-11));
+    CHECK(s.constraint <= (p.id.starts_with("chebyshev") ? 1e-9 : 1e-12));
+  }
+}
+
+TEST_CASE("reference problems are met with steps by tolerance") {
+  for (Problem& p : read_problems(kFolder)) {
+    if (p.id == "A02_N40") continue;  // takes seconds
+    for (const Integrator by : {Integrator::rk4, Integrator::radau}) {
+      // Where rows lose rank, rates off the joints have no bound: implicit stages feel it first.
+      const bool loses_rank = p.id == "A02_N2" && by == Integrator::radau;
+      CAPTURE(p.file, p.id, name_of(by));
+      set_exact(p.world, by, loses_rank ? 1e-8 : 1e-10);
+      const Score s = score(p, 1);
+      CHECK(s.status == Status::ok);
+      CHECK(s.error <= p.allowed_adaptive);
+      if (p.conserves) CHECK(s.energy <= 1e-6);
+    }
   }
 }
 
@@ -114,7 +133,8 @@ TEST_CASE("a double pendulum keeps its energy for a minute as each integrator ca
   const Row rows[] = {{Integrator::euler, 20, 0.1},
                       {Integrator::rattle, 0.24, 0.01},
                       {Integrator::rk4, 0.0104, 0.001},
-                      {Integrator::implicit, 2.7, 0.01}};
+                      {Integrator::implicit, 2.7, 0.01},
+                      {Integrator::radau, 1e-4, 1e-4}};
   for (const Row& row : rows) {
     CAPTURE(name_of(row.integrator));
     World w = chain(2, 1, kPi / 2);
@@ -151,7 +171,8 @@ TEST_CASE("a free chain keeps its momenta") {
   const std::pair<Integrator, Real> allowed[] = {{Integrator::euler, 2e-2},
                                                  {Integrator::rattle, 1e-12},
                                                  {Integrator::rk4, 1e-8},
-                                                 {Integrator::implicit, 1e-3}};
+                                                 {Integrator::implicit, 1e-3},
+                                                 {Integrator::radau, 1e-11}};
   for (const auto& [integrator, spin_drift] : allowed) {
     CAPTURE(name_of(integrator));
     const World before = run(w, integrator, 0.01, 1);

@@ -62,9 +62,9 @@ std::string idle_option(const SceneChoices& c, const World& world) {
         option);
   if (c.tolerance && odd)
     return fmt::format(
-        "found --tolerance with the integrator \"{}\", expected it with \"{}\" "
-        "only: no other divides steps",
-        name_of(odd->integrator), name_of(kTakesTolerance));
+        "found --tolerance with the integrator \"{}\", expected it with {} only: "
+        "no other divides steps",
+        name_of(odd->integrator), names_that_take_tolerance());
   return {};
 }
 
@@ -110,7 +110,7 @@ void add_scene_choices(CLI::App& command, SceneChoices& choices) {
       ->check(CLI::IsMember(integrators));
   command
       .add_option("--tolerance", choices.tolerance,
-                  "of lagrangian with rk4: divide steps so that each errs by less")
+                  "of lagrangian with rk4 or radau: divide steps so that each errs by less")
       ->check(between(1e-15, 1.0));
   command
       .add_option("--stabilisation", choices.stabilisation,

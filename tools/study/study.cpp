@@ -14,7 +14,7 @@
 
 #include "engine/base/atomic_file.hpp"
 #include "engine/solvers/lagrangian/internal.hpp"
-#include "tools/study/problems.hpp"
+#include "tools/study/stiff.hpp"
 
 #ifdef PANTIN_HAS_EIGEN
 #include <Eigen/Dense>
@@ -34,6 +34,7 @@ Measures the solvers and prints what it found.
   orders      error against step
   energy      energy of a double pendulum over a minute
   work        CPU time against error, chains of 10 and 50 links, every solver
+  stiff       CPU time against error of a governor with stiff springs
   cost        one solve against a dense factorisation; time and memory for up to 100,000 bodies
 
   --small     a few points of each, in a second or two
@@ -456,6 +457,7 @@ int main(int argc, char** argv) {
       {"orders", orders},
       {"energy", energy},
       {"work", work},
+      {"stiff", [] { measure_stiff(out, small ? Extent::few_points : Extent::all); }},
       {"cost", cost}};
   for (const auto& [name, run] : studies) {
     if (what != name) continue;
@@ -471,7 +473,8 @@ int main(int argc, char** argv) {
     if (!file.empty() && !write_file(file, text_of(out))) return fail_to_write(file);
     return 0;
   }
-  std::fprintf(stderr,
-               "study: expected references, orders, energy, work or cost; see study --help\n");
+  std::fprintf(
+      stderr,
+      "study: expected references, orders, energy, work, stiff or cost; see study --help\n");
   return 2;
 }

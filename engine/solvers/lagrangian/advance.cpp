@@ -94,7 +94,9 @@ bool integrate_adaptively(const World& world, Island& m, const Span& span,
     const Span part{span.from + done, now, span.whole};
     bool good = by.step_estimated(world, m, part, error);
     ++m.substeps;
-    const Real factor_of = good ? 0.9 * std::pow(goal / std::max(error, 1e-300), 0.2) : 0.1;
+    const Real factor_of =
+        good ? 0.9 * std::pow(goal / std::max(error, 1e-300), 1.0 / by.estimate_order)
+             : by.after_failure;
     good = good && error <= goal;
     if (good && m.settings.stabilisation == Stabilisation::projection)
       good = project(world, m, part.fraction(1), span.whole);

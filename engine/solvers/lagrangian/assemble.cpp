@@ -45,11 +45,11 @@ void add_point_product(const PointFactors& of, const ProductTarget& target) {
   }
 }
 
-/// All block products of one body.
-void add_products_at(Island& m, std::size_t body) {
+/// All block products of one body, of which `share` of the inverse mass counts.
+void add_products_at(Island& m, std::size_t body, Real share) {
   const KktPattern& p = m.scratch.pattern;
-  const Real per_mass = 1 / m.mass[body];
-  const Mat3& inverse_inertia = m.scratch.inverse_inertia[body];
+  const Real per_mass = share / m.mass[body];
+  const Mat3 inverse_inertia = share * m.scratch.inverse_inertia[body];
   RowVectors full[6];
   Vec3 w[6];
   std::uint32_t last = UINT32_MAX;
@@ -117,11 +117,11 @@ void add_scales_of_hubs(Island& m) {
 
 }  // namespace
 
-void assemble(Island& m) {
+void assemble(Island& m, std::span<const Real> share) {
   const KktPattern& p = m.scratch.pattern;
   for (const KktPattern::Range& r : p.fill_ranges)
     std::fill_n(m.scratch.values.begin() + r.from, r.count, 0.0);
-  for (std::size_t b = 0; b < m.count(); ++b) add_products_at(m, b);
+  for (std::size_t b = 0; b < m.count(); ++b) add_products_at(m, b, share.empty() ? 1 : share[b]);
   add_scales_of_hubs(m);
   for (const KktPattern::HubProduct& k : p.hub_products) {
     const Block& block = m.blocks[k.block];

@@ -3,8 +3,7 @@
 
 #include "engine/base/disjoint_sets.hpp"
 #include "engine/joints/kinds.hpp"
-#include "engine/solvers/lagrangian/island.hpp"
-#include "engine/solvers/lagrangian/jacobian.hpp"
+#include "engine/solvers/lagrangian/integrator.hpp"
 #include "engine/solvers/solver.hpp"
 #include "engine/world/world.hpp"
 
@@ -59,6 +58,15 @@ void add_block(Island& m, Block block) {
   m.rows += block.rows;
   m.vectors += vectors_of(block);
   m.blocks.push_back(block);
+}
+
+/// Elastic things between two bodies are forces; where steps are solved for with their slopes, rows
+/// too.
+void add_compliant_block(Island& m, Block block) {
+  if (!row_of(m.settings.integrator).collocates) return;
+  block.point = false;
+  m.joint_force_rows += block.rows;
+  add_block(m, block);
 }
 
 /// One side of a limited coordinate, in m or rad: the lower one, the upper one, or a lock.
@@ -132,6 +140,8 @@ void pack_links(Packer& p) {
     if (!world.joint_drives.find(world.links.owners()[i])) continue;
     m.joint_drives.push_back({i, {block.body[0], block.body[1]}});
     m.damped = true;
+    block.kind = BlockKind::joint_drive, block.rows = 3;
+    add_compliant_block(m, block);
   }
 }
 
@@ -155,10 +165,13 @@ void pack_pins(Packer& p) {
     block.point = true;
     block.body[0] = number_of(p, at, slot);
     block.body[1] = to != kNoSlot ? number_of(p, at, to) : add_frame(m, kNobody, i);
-    if (pin.kind == PinKind::exact)
+    if (pin.kind == PinKind::exact) {
       add_block(m, block);
-    else
-      m.elastic_pins.push_back({i, {block.body[0], block.body[1]}});
+      continue;
+    }
+    m.elastic_pins.push_back({i, {block.body[0], block.body[1]}});
+    block.kind = BlockKind::elastic_pin;
+    add_compliant_block(m, block);
   }
 }
 
@@ -179,6 +192,8 @@ void pack_cables(Packer& p) {
     block.body[0] = number_of(p, at, ends.a), block.body[1] = number_of(p, at, ends.b);
     if (s.joint.compliance > 0) {
       m.elastic_cables.push_back({i, {block.body[0], block.body[1]}});
+      block.kind = BlockKind::elastic_cable;
+      add_compliant_block(m, block);
       continue;
     }
     add_block(m, block);
@@ -276,7 +291,7 @@ bool has_loops(const Island& m) {
   const auto ground = static_cast<std::uint32_t>(m.count());
   DisjointSets sets(m.count() + 1);
   for (const Block& b : m.blocks) {
-    if (b.kind == BlockKind::spring) continue;
+    if (is_compliant(b.kind)) continue;
     if (b.kind == BlockKind::gear || b.kind == BlockKind::limit) continue;
     const std::uint32_t one = std::min(b.body[0], ground), two = std::min(b.body[1], ground);
     if (sets.root(one) == sets.root(two)) return true;
@@ -293,10 +308,12 @@ struct Unchanged {
   bool is_same_source(BlockKind kind, std::uint32_t old, std::uint32_t slot) const {
     switch (kind) {
       case BlockKind::pin:
+      case BlockKind::elastic_pin:
         return is_same_value(world.pins, old, slot);
       case BlockKind::gear:
         return is_same_value(world.gears, old, slot);
       case BlockKind::cable:
+      case BlockKind::elastic_cable:
         return is_same_value(world.cables, old, slot);
       case BlockKind::interface: {  // by the connection
         const contact::Interface &a = was.interfaces[old], &b = now.interfaces[slot];
@@ -363,10 +380,14 @@ std::uint32_t carry_memory(const World& world, std::vector<Island>& before, Isla
   m.mean_lambda.assign(m.rows, 0), m.forces = m.mean_lambda;
   m.accelerations.assign(2 * m.count(), Vec3(0));
   m.lagged = m.contact_loads = m.accelerations;
+  if (row_of(m.settings.integrator).collocates)
+    m.stage_accelerations.assign(6 * m.count(), Vec3(0));
   for (std::uint32_t i = 0; i < before.size(); ++i) {
     Island& was = before[i];
     if (was.bodies != m.bodies) continue;
     m.accelerations = was.accelerations, m.lagged = was.lagged;
+    if (m.stage_accelerations.size() == was.stage_accelerations.size())
+      m.stage_accelerations = was.stage_accelerations, m.stage_step = was.stage_step;
     m.try_step = was.try_step, m.rescues = was.rescues;
     if (!Unchanged{world, was, m}.is_so()) continue;
     carry_on(world, was, m);
@@ -390,10 +411,12 @@ void carry_saved(const Island& m, Islands::Saved& was, Islands::Saved& saved) {
 Entity joint_of(const World& world, const Block& block) {
   switch (block.kind) {
     case BlockKind::pin:
+    case BlockKind::elastic_pin:
       return world.pins.owners()[block.source];
     case BlockKind::gear:
       return world.gears.owners()[block.source];
     case BlockKind::cable:
+    case BlockKind::elastic_cable:
       return world.cables.owners()[block.source];
     case BlockKind::interface:
       return {};

@@ -13,6 +13,9 @@ struct IntegratorRow {
   bool (*step_estimated)(const World&, Island&, const Span&, Real& error) = nullptr;
   /// Number of rates of the state (scratch.rates) that each needs.
   int stages = 0, stages_estimated = 0;
+  /// The estimate grows by this power of the step; a step that fails goes on with this part of it.
+  int estimate_order = 5;
+  Real after_failure = 0.1;
   /// Needs no projection where its residual is within the tolerance.
   bool ends_on_joints = false;
   /// A step that opens joints far may have reached another branch, and is given up.
@@ -28,6 +31,9 @@ struct IntegratorRow {
   bool carries_interfaces = true;
   /// Continues from accelerations, which are found anew after a jump or a step by another one.
   bool keeps_accelerations = false;
+  /// Solves for three stages at once: scratch.collocation, and m.stage_accelerations from step to
+  /// step.
+  bool collocates = false;
 };
 
 namespace integrators {

@@ -53,6 +53,23 @@ void write_joint_force_rows(const World& world, Island& m, std::span<Real> reque
 ///
 ///   rate + impulse / (h (h k + c)) = (effort + c rate_before) / (h k + c)
 void write_joint_force_rows_at_end(const World& world, Island& m, std::span<Real> right, Real h);
+/// Torque of a joint drive on its body b, N m, at the current state, and its slopes: none where it
+/// is at its bound.
+struct DriveTorque {
+  Vec3 torque{0};
+  Real stiffness = 0, damping = 0;
+};
+DriveTorque drive_torque(const World& world, const Island& m, const BodyPairForce& drive);
+/// Critical for the mass of the pinned body.
+inline Real damping_of_pin(const Island& m, Real stiffness, std::uint32_t body) {
+  return 2 * std::sqrt(stiffness * (body < m.count() ? m.mass[body] : 0));
+}
+/// Slopes of the forces of all compliant rows at the current state, by row: N/m and N s/m, or
+/// N m/rad and N m s/rad; and what a force on a row accelerates it by, 1/kg or 1/(kg m^2).
+struct ForceSlopes {
+  std::span<Real> stiffness, damping, mobility;
+};
+void find_force_slopes(const World& world, Island& m, const ForceSlopes& slopes);
 /// The coordinate of a joint force with its Jacobian at the current state.
 struct CoordinateRow {
   Real value = 0, gamma = 0;
@@ -68,7 +85,8 @@ inline const Vec3* jacobian_of(const Island& m, const Block& b) {
 
 /// Assembles the matrix into scratch.values and the diagonal of J M^-1 J^T into scratch.scales,
 /// since rows of lengths and of angles may differ in scale.
-void assemble(Island& m);
+/// `share` of a body's inverse mass, by body; or none, where all of it counts.
+void assemble(Island& m, std::span<const Real> share = {});
 /// Factors J M^-1 J^T at the current rows; the second also lists redundant rows in m.faults.
 void factor(Island& m);
 void factor_and_report(Island& m);

@@ -11,6 +11,7 @@
 #include "engine/contact/memory.hpp"
 #include "engine/joints/rows.hpp"
 #include "engine/solvers/islands.hpp"
+#include "engine/solvers/lagrangian/complex.hpp"
 #include "engine/solvers/lagrangian/contact_group.hpp"
 #include "engine/world/body.hpp"
 #include "engine/world/entity.hpp"
@@ -26,8 +27,14 @@ enum class BlockKind : std::uint8_t {
   limit,      // one side of a limited coordinate; a row only while it is active
   cable,      // a cable: a row only while it is taut
   interface,  // the interface to an island of another solver: see contact::Interface
-  spring      // a joint force treated implicitly (Euler, implicit)
+  spring,     // a joint force treated implicitly (Euler, implicit, radau)
+  // The same of what else is elastic (radau).
+  elastic_cable,
+  elastic_pin,
+  joint_drive
 };
+/// Blocks whose rows are forces that give way, not constraints.
+inline bool is_compliant(BlockKind kind) { return kind >= BlockKind::spring; }
 
 /// Rows that are eliminated together: 1 to 6 rows on up to 4 bodies.
 struct Block {
@@ -174,6 +181,22 @@ struct FrameStart {
   bool known = false;
 };
 
+/// Scratch memory of an implicit step of three stages (radau). A state or a rate of it are four
+/// vectors a body: way, rotation, velocity, angular velocity from the start of the step.
+struct CollocationScratch {
+  std::vector<Vec3> stage[3], rate[3];  // of the stages
+  std::vector<Vec3> part[3];            // the same, transformed: of a real and of a complex system
+  std::vector<Vec3> rate_at_start, error;
+  std::vector<Mat3> inverse_inertia;     // at the start
+  std::vector<Real> stiffness, damping;  // of compliant rows, at the start
+  std::vector<Real> mobility;            // of compliant rows, at the start
+  std::vector<Real> values, right;
+  std::vector<Complex> complex_values, complex_right;
+  std::vector<Real> share;  // by body: of its inverse mass, what drag leaves
+  Real h = 0;
+  bool stiff = false, braked = false;  // slopes count; those of drag do
+};
+
 /// Scratch memory of a step, kept allocated between steps.
 struct StepScratch {
   bool ready = false;
@@ -206,6 +229,7 @@ struct StepScratch {
   std::vector<Real> sum_lambda;
   std::vector<Real> impulses, impulses_at_start, impulses_before;  // by row, of the step so far
   std::vector<Real> weights;  // implicit: compliances of spring rows
+  CollocationScratch collocation;
   bool springs_active = false;
   Real time = 0;             // s, at which frames and drives are evaluated
   Real opened = 0;           // residual before the last projection
@@ -266,6 +290,9 @@ struct IslandMemory {
   std::vector<Frame> frames;      // numbered after the bodies
   std::vector<JointForce> joint_forces;
   std::vector<Vec3> accelerations, lagged;  // implicit: two a body
+  // Radau: of the stages of the last step, two a body each, and its length, s.
+  std::vector<Vec3> stage_accelerations;
+  Real stage_step = 0;
   bool fresh = true;
   bool counted = false;  // whole revolutions are counted from the initial pose
   Real try_step = 0;     // s, adaptive
@@ -278,6 +305,8 @@ struct IslandMemory {
     field("joint_forces", in_place(self.joint_forces));
     field("accelerations", in_place(self.accelerations));
     field("lagged", in_place(self.lagged));
+    field("stage_accelerations", in_place(self.stage_accelerations));
+    field("stage_step", self.stage_step);
     field("fresh", self.fresh);
     field("counted", self.counted);
     field("try_step", self.try_step);

@@ -10,11 +10,11 @@ namespace {
 constexpr Real kMinRelativeStiffness = 1e-10;
 
 /// J M^-1 J^T of a row.
-Real mobility(const Island& m, const Block& b) {
+Real mobility(const Island& m, const Block& b, std::size_t row = 0) {
   Real sum = 0;
   for (std::size_t k = 0; k < b.count; ++k) {
     if (b.body[k] >= m.count()) continue;
-    const RowVectors j = row_of(b, jacobian_of(m, b), 0, k);
+    const RowVectors j = row_of(b, jacobian_of(m, b), row, k);
     sum += glm::dot(j.v, j.v) / m.mass[b.body[k]] +
            glm::dot(j.w, m.scratch.inverse_inertia[b.body[k]] * j.w);
   }
@@ -27,6 +27,53 @@ const Dof& dof_of(const World& world, std::uint32_t link, Coordinate which) {
 }
 
 }  // namespace
+
+namespace {
+
+/// Slopes of a spring row over a step of the collocation. A motor at its bound has none; but one
+/// that leaves it within the step has those that it has then.
+LinearisedForce linearise_over_step(const World& world, const Island& m, const Block& b) {
+  const Dof& dof = dof_of(world, b.source, b.coordinate);
+  const Real coordinate = m.scratch.c[b.first_row], rate = rate_of(m, b, 0);
+  LinearisedForce p = linearise(dof, coordinate, rate, Slope::tangent);
+  Dof motor;
+  motor.motor = dof.motor;
+  const Real h = m.scratch.collocation.h, end = rate + h * mobility(m, b) * p.force;
+  const LinearisedForce now = linearise(motor, coordinate, rate, Slope::tangent);
+  const bool is_bound = now.stiffness == 0 && now.damping == 0;
+  if (!is_bound || linearise(motor, coordinate + h * end, end, Slope::tangent).force == now.force)
+    return p;
+  motor.motor.cap = 1e300;
+  const LinearisedForce then = linearise(motor, coordinate, rate, Slope::tangent);
+  p.stiffness += then.stiffness, p.damping += then.damping;
+  return p;
+}
+
+}  // namespace
+
+void find_force_slopes(const World& world, Island& m, const ForceSlopes& slopes) {
+  for (const Block& b : m.blocks) {
+    if (!is_compliant(b.kind)) continue;
+    LinearisedForce p;
+    if (b.kind == BlockKind::spring) {
+      p = linearise_over_step(world, m, b);
+    } else if (b.kind == BlockKind::elastic_cable) {
+      const CableParameters& s = world.cables.values()[b.source].joint;
+      if (m.scratch.c[b.first_row] > s.length) p.stiffness = 1 / s.compliance;
+    } else if (b.kind == BlockKind::elastic_pin) {
+      p.stiffness = world.pins.values()[b.source].stiffness;
+      p.damping = damping_of_pin(m, p.stiffness, b.body[0]);
+    } else {
+      const DriveTorque torque = drive_torque(world, m, {b.source, {b.body[0], b.body[1]}});
+      p.stiffness = torque.stiffness, p.damping = torque.damping;
+    }
+    for (std::size_t r = 0; r < b.rows; ++r) {
+      const std::size_t row = b.first_row + r;
+      slopes.stiffness[row] = p.stiffness, slopes.damping[row] = p.damping;
+      slopes.mobility[row] = mobility(m, b, r);
+    }
+  }
+}
 
 CoordinateRow coordinate_row(const World& world, const Island& m, const JointForce& of) {
   CoordinateRow row;

@@ -11,7 +11,7 @@
 
 #include "engine/base/invariants.hpp"
 #include "engine/base/rotation.hpp"
-#include "engine/solvers/lagrangian/internal.hpp"
+#include "engine/solvers/lagrangian/kkt_blocks.hpp"
 
 namespace pantin::detail::lagrangian {
 namespace {
@@ -26,191 +26,6 @@ constexpr Real kProbeFactor = 4;
 constexpr Real kSuspectPivot = 1e-4;
 constexpr int kRefinements = 8;
 
-/// Which pivots of a block stand: those of `sign` that exceed `least` times the row's scale. Masses
-/// have no scales, and all of theirs stand.
-struct PivotRule {
-  Real sign = 1;
-  const Real* scales = nullptr;
-  Real least = 0;
-};
-
-/// LDL^T of a square block, lower part; the diagonal becomes 1 / D. Other pivots than those that
-/// stand are dropped. Returns the number of dropped pivots.
-template <int R>
-int decompose(Real* d, std::size_t rows, const PivotRule& rule) {
-  const std::size_t n = R ? R : rows;
-  const Real sign = rule.sign, least = rule.least;
-  const Real* scales = rule.scales;
-  int cut = 0;
-  for (std::size_t c = 0; c < n; ++c) {
-    const Real pivot = d[c * n + c];
-    const bool stands = sign * pivot > (scales ? least * scales[c] : 0);
-    // Masses are positive definite, whatever was eliminated before them; the first pivot is a sum
-    // without cancellation, later ones drown where moments differ by more than rounding.
-    PANTIN_ASSERT(scales || c > 0 || is_positive(sign * pivot));
-    const Real inverse = stands ? 1 / pivot : 0;
-    cut += stands ? 0 : 1;
-    // The column below the pivot, and its update of the rest.
-    for (std::size_t r = c + 1; r < n; ++r) {
-      const Real x = d[r * n + c];
-      const Real l = x * inverse;
-      for (std::size_t k = c + 1; k < r; ++k) d[r * n + k] -= x * d[k * n + c];
-      d[r * n + r] -= x * l;
-      d[r * n + c] = l;
-    }
-    d[c * n + c] = inverse;
-  }
-  return cut;
-}
-
-/// Size of a block of the factor beside the diagonal: a row for each unknown of the eliminated
-/// node, as wide as the other node has unknowns.
-struct BlockSize {
-  std::size_t rows, width;
-};
-
-/// Y = L^-1 B into `y`, and D^-1 Y in place of B.
-template <int R>
-void solve_lower(const Real* d, Real* b, Real* y, const BlockSize& size) {
-  const std::size_t n = R ? R : size.rows, width = R ? R : size.width;
-  for (std::size_t c = 0; c < n; ++c) {
-    Real own[6];  // stays in registers: nothing else can point to it
-    for (std::size_t r = 0; r < width; ++r) own[r] = b[c * width + r];
-    for (std::size_t k = 0; k < c; ++k) {
-      const Real l = d[c * n + k];
-      for (std::size_t r = 0; r < width; ++r) own[r] -= l * y[k * width + r];
-    }
-    const Real inverse = d[c * n + c];
-    for (std::size_t r = 0; r < width; ++r)
-      y[c * width + r] = own[r], b[c * width + r] = own[r] * inverse;
-  }
-}
-
-/// Sizes of two blocks of the factor that belong to the same eliminated node.
-struct PairSize {
-  std::size_t rows, width_z, width_y;
-};
-
-/// T -= Z^T Y. Of a block on the diagonal only the lower part is read later.
-template <int R>
-void subtract_product(const Real* z, const Real* y, Real* t, const PairSize& size) {
-  const std::size_t n = R ? R : size.rows, wz = R ? R : size.width_z, wy = R ? R : size.width_y;
-  for (std::size_t r = 0; r < wz; ++r) {
-    Real row[6];
-    for (std::size_t s = 0; s < wy; ++s) row[s] = t[r * wy + s];
-    for (std::size_t k = 0; k < n; ++k) {
-      const Real part = z[k * wz + r];
-      for (std::size_t s = 0; s < wy; ++s) row[s] -= part * y[k * wy + s];
-    }
-    for (std::size_t s = 0; s < wy; ++s) t[r * wy + s] = row[s];
-  }
-}
-
-/// Eliminates the node at a place of the order. Returns the number of dropped pivots.
-template <int R>
-int eliminate(Island& m, std::uint32_t at, const PivotRule& rule) {
-  const KktPattern& p = m.scratch.pattern;
-  Real* v = m.scratch.values.data();
-  Real* d = v + p.diagonal[at];
-  const std::size_t n = p.size[at];
-  const int cut = decompose<R>(d, n, rule);
-  const std::uint32_t from = p.first[at], to = p.first[at + 1];
-  const std::uint32_t* target = p.targets.data() + p.first_target[at];
-  Real y[36];
-  for (std::uint32_t i = from; i < to; ++i) {
-    const std::size_t ni = p.size[p.below[i]];
-    if (R && ni == R)
-      solve_lower<R>(d, v + p.offset[i], y, {n, ni});
-    else
-      solve_lower<0>(d, v + p.offset[i], y, {n, ni});
-    for (std::uint32_t j = from; j <= i; ++j, ++target) {
-      const std::size_t nj = p.size[p.below[j]];
-      if (R && ni == R && nj == R)
-        subtract_product<R>(v + p.offset[j], y, v + *target, {n, nj, ni});
-      else
-        subtract_product<0>(v + p.offset[j], y, v + *target, {n, nj, ni});
-    }
-  }
-  return cut;
-}
-
-/// other -= B^T own, and own -= B other, for one block of the factor beside the diagonal.
-template <int R>
-void update_forward(const Real* b, const Real* own, Real* other, const BlockSize& size) {
-  const std::size_t n = R ? R : size.rows, width = R ? R : size.width;
-  Real sum[6];
-  for (std::size_t r = 0; r < width; ++r) sum[r] = other[r];
-  for (std::size_t k = 0; k < n; ++k) {
-    const Real part = own[k];
-    for (std::size_t r = 0; r < width; ++r) sum[r] -= b[k * width + r] * part;
-  }
-  for (std::size_t r = 0; r < width; ++r) other[r] = sum[r];
-}
-template <int R>
-void update_back(const Real* b, Real* own, const Real* other, const BlockSize& size) {
-  const std::size_t n = R ? R : size.rows, width = R ? R : size.width;
-  for (std::size_t k = 0; k < n; ++k) {
-    Real sum = own[k];
-    for (std::size_t r = 0; r < width; ++r) sum -= b[k * width + r] * other[r];
-    own[k] = sum;
-  }
-}
-
-template <int R>
-void forward_substitute(const KktPattern& p, const Real* v, Real* y, std::uint32_t at) {
-  const std::size_t n = R ? R : p.size[at];
-  const Real* d = v + p.diagonal[at];
-  Real* own = y + p.unknown[at];
-  for (std::size_t r = 1; r < n; ++r)
-    for (std::size_t k = 0; k < r; ++k) own[r] -= d[r * n + k] * own[k];
-  for (std::uint32_t i = p.first[at]; i < p.first[at + 1]; ++i) {
-    const std::uint32_t to = p.below[i];
-    if (R && p.size[to] == R)
-      update_forward<R>(v + p.offset[i], own, y + p.unknown[to], {n, R});
-    else
-      update_forward<0>(v + p.offset[i], own, y + p.unknown[to], {n, p.size[to]});
-  }
-  for (std::size_t r = 0; r < n; ++r) own[r] *= d[r * n + r];
-}
-template <int R>
-void back_substitute(const KktPattern& p, const Real* v, Real* y, std::uint32_t at) {
-  const std::size_t n = R ? R : p.size[at];
-  const Real* d = v + p.diagonal[at];
-  Real* own = y + p.unknown[at];
-  for (std::uint32_t i = p.first[at]; i < p.first[at + 1]; ++i) {
-    const std::uint32_t to = p.below[i];
-    if (R && p.size[to] == R)
-      update_back<R>(v + p.offset[i], own, y + p.unknown[to], {n, R});
-    else
-      update_back<0>(v + p.offset[i], own, y + p.unknown[to], {n, p.size[to]});
-  }
-  for (std::size_t r = n; r-- > 1;)
-    for (std::size_t k = 0; k < r; ++k) own[k] -= d[r * n + k] * own[r];
-}
-
-/// Solves with the factor, in place.
-void back_solve(const Island& m, Real* y) {
-  const KktPattern& p = m.scratch.pattern;
-  const Real* v = m.scratch.values.data();
-  const auto count = static_cast<std::uint32_t>(p.order.size());
-  for (std::uint32_t at = 0; at < count; ++at) {
-    if (p.size[at] == 3)
-      forward_substitute<3>(p, v, y, at);
-    else if (p.size[at] == 5)
-      forward_substitute<5>(p, v, y, at);
-    else
-      forward_substitute<0>(p, v, y, at);
-  }
-  for (std::uint32_t at = count; at-- > 0;) {
-    if (p.size[at] == 3)
-      back_substitute<3>(p, v, y, at);
-    else if (p.size[at] == 5)
-      back_substitute<5>(p, v, y, at);
-    else
-      back_substitute<0>(p, v, y, at);
-  }
-}
-
 /// Factors with this regularisation. False: a row of a tree is dependent.
 bool factor_weighted(Island& m, Real weight) {
   StepScratch& scratch = m.scratch;
@@ -221,7 +36,7 @@ bool factor_weighted(Island& m, Real weight) {
     const std::size_t n = p.size[at];
     Real* d = &scratch.values[p.diagonal[at]];
     if (node >= m.blocks.size()) {
-      eliminate<6>(m, at, {.sign = -1});
+      eliminate<6>(p, scratch.values.data(), at, {.sign = -1});
       continue;
     }
     const Block& b = m.blocks[node];
@@ -234,10 +49,7 @@ bool factor_weighted(Island& m, Real weight) {
       d[r * n + r] += scratch.weights[b.first_row + r];
     }
     const PivotRule rule{.scales = scales, .least = weight > 0 ? 0.5 * weight : kPivotTolerance};
-    const int cut = n == 1   ? eliminate<1>(m, at, rule)
-                    : n == 3 ? eliminate<3>(m, at, rule)
-                    : n == 5 ? eliminate<5>(m, at, rule)
-                             : eliminate<0>(m, at, rule);
+    const int cut = eliminate_rows(p, scratch.values.data(), at, rule);
     if (weight == 0 && cut > 0 && is_active(m, node)) return false;
   }
   ++m.solves;
@@ -254,7 +66,7 @@ Real inverse_pivot(const Island& m, std::size_t block, std::size_t row) {
 /// the weight.
 void find_redundant(Island& m) {
   for (std::uint32_t i = 0; i < m.blocks.size(); ++i) {
-    if (!is_active(m, i) || m.blocks[i].kind == BlockKind::spring) continue;
+    if (!is_active(m, i) || is_compliant(m.blocks[i].kind)) continue;
     int dependent = 0;
     for (std::size_t r = 0; r < m.blocks[i].rows; ++r) {
       const Real now = inverse_pivot(m, i, r),
@@ -357,7 +169,7 @@ Real measure_row_residuals(Island& m, std::span<const Real> right, const Unknown
     for (std::size_t r = 0; r < b.rows; ++r) {
       const std::size_t row = b.first_row + r;
       row_residual[r] = right[row] - scratch.weights[row] * lambda[row];
-      if (b.kind != BlockKind::spring) requested = std::max(requested, std::abs(right[row]));
+      if (!is_compliant(b.kind)) requested = std::max(requested, std::abs(right[row]));
     }
     for (std::size_t k = 0; k < b.count; ++k) {
       if (b.body[k] >= m.count()) continue;
@@ -398,7 +210,7 @@ void add_motion(const Island& m, std::span<const Real> lambda, std::span<Vec3> a
 void solve_for_lambda(Island& m, std::span<Real> lambda) {
   std::vector<Real>& row_residual = m.scratch.row_residual;
   std::fill(row_residual.begin() + static_cast<std::ptrdiff_t>(m.rows), row_residual.end(), 0.0);
-  back_solve(m, row_residual.data());
+  back_solve(m.scratch.pattern, m.scratch.values.data(), row_residual.data());
   std::copy_n(row_residual.begin(), m.rows, lambda.begin());
 }
 

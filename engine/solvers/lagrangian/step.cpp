@@ -5,6 +5,7 @@
 #include "engine/joints/kinds.hpp"
 #include "engine/solvers/lagrangian/integrator.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
+#include "engine/solvers/lagrangian/radau.hpp"
 
 namespace pantin::detail::lagrangian {
 namespace {
@@ -181,6 +182,7 @@ void allocate_scratch(Island& m) {
   const bool estimates = by.step_estimated && m.settings.step_tolerance > 0;
   for (int i = 0; i < (estimates ? by.stages_estimated : by.stages); ++i)
     r.rates[i].assign(3 * bodies, Vec3(0)), r.quat_rates[i].assign(bodies, kIdentity);
+  if (by.collocates) allocate_collocation(m);
   m.faults.reserve(m.blocks.size() + 1);
   r.ready = true;
 }

@@ -150,23 +150,7 @@ void write_gear(const World& world, Island& m, const Block& b, const BlockMemory
 
 void add_drive_torques(const World& world, Island& m) {
   for (const BodyPairForce& p : m.joint_drives) {
-    const JointDrive* drive = world.joint_drives.find(world.links.owners()[p.source]);
-    if (!drive) continue;
-    const Joint& joint = world.links.values()[p.source].joint;
-    const BodyState &a = m.scratch.body_states[p.body[0]], &b = m.scratch.body_states[p.body[1]];
-    const Quat axes = a.rotation * joint.frames.a();
-    const Quat target = target_at(*drive, m.scratch.time),
-               now = relative_rotation(joint, a.rotation, b.rotation);
-    const Vec3 own =
-        drive->keys.empty()
-            ? Vec3(0)
-            : axes * angular_velocity_between(target_at(*drive, m.scratch.time - kDifferenceStep),
-                                              target_at(*drive, m.scratch.time + kDifferenceStep),
-                                              2 * kDifferenceStep);
-    Vec3 torque = drive->stiffness * (axes * rotation_vector(target * glm::conjugate(now))) -
-                  drive->damping * (b.angular_velocity - a.angular_velocity - own);
-    if (const Real size = glm::length(torque); size > drive->max_torque)
-      torque *= drive->max_torque / size;
+    const Vec3 torque = drive_torque(world, m, p).torque;
     for (int k = 0; k < 2; ++k)
       if (p.body[k] < m.count())
         m.scratch.force[2 * p.body[k] + 1] += (k == 0 ? -1.0 : 1.0) * torque;
@@ -208,17 +192,67 @@ void add_elastic_forces(const World& world, Island& m) {
     const Vec3 d = b.position + rb - a.position - ra;
     const Vec3 rate = b.velocity + glm::cross(b.angular_velocity, rb) - a.velocity -
                       glm::cross(a.angular_velocity, ra);
-    // Critically damped for the mass of the pinned body.
-    const Real mass = p.body[0] < m.count() ? m.mass[p.body[0]] : 0;
-    add_pair_force(m, p, {pin.stiffness * d + 2 * std::sqrt(pin.stiffness * mass) * rate, ra, rb});
+    const Real damping = damping_of_pin(m, pin.stiffness, p.body[0]);
+    add_pair_force(m, p, {pin.stiffness * d + damping * rate, ra, rb});
   }
+}
+
+/// Rows along which elastic things give way, as write_all_rows() leaves them where they act.
+void write_compliant(const World& world, Island& m, const Block& b) {
+  Vec3* j = &m.scratch.jacobian[b.first_vector];
+  std::fill(j, j + vectors_of(b), Vec3(0));
+  if (!m.scratch.springs_active) return;
+  const BodyState &at_a = m.scratch.body_states[b.body[0]],
+                  &at_b = m.scratch.body_states[b.body[1]];
+  if (b.kind == BlockKind::elastic_cable) {
+    const Cable& s = world.cables.values()[b.source];
+    write_coordinate({joint_of_cable(s), at_a, at_b}, Coordinate::travel,
+                     {&m.scratch.c[b.first_row], j, &m.scratch.gamma[b.first_row]});
+    return;
+  }
+  Vec3 arm[2] = {Vec3(0), Vec3(0)};
+  if (b.kind == BlockKind::elastic_pin) {
+    const Pin& pin = world.pins.values()[b.source];
+    arm[0] = at_a.rotation_matrix * pin.anchor;
+    if (pin.to) arm[1] = at_b.rotation_matrix * pin.target;
+  }
+  for (int r = 0; r < 3; ++r)
+    for (int k = 0; k < 2; ++k) {
+      Vec3 unit(0);
+      unit[r] = k == 0 ? 1 : -1;
+      const bool turns = b.kind == BlockKind::joint_drive;
+      j[4 * r + 2 * k] = turns ? Vec3(0) : unit;
+      j[4 * r + 2 * k + 1] = turns ? unit : glm::cross(arm[k], unit);
+    }
 }
 
 }  // namespace
 
+DriveTorque drive_torque(const World& world, const Island& m, const BodyPairForce& p) {
+  const JointDrive* drive = world.joint_drives.find(world.links.owners()[p.source]);
+  if (!drive) return {};
+  const Joint& joint = world.links.values()[p.source].joint;
+  const BodyState &a = m.scratch.body_states[p.body[0]], &b = m.scratch.body_states[p.body[1]];
+  const Quat axes = a.rotation * joint.frames.a();
+  const Quat target = target_at(*drive, m.scratch.time),
+             now = relative_rotation(joint, a.rotation, b.rotation);
+  const Vec3 own =
+      drive->keys.empty()
+          ? Vec3(0)
+          : axes * angular_velocity_between(target_at(*drive, m.scratch.time - kDifferenceStep),
+                                            target_at(*drive, m.scratch.time + kDifferenceStep),
+                                            2 * kDifferenceStep);
+  DriveTorque found{drive->stiffness * (axes * rotation_vector(target * glm::conjugate(now))) -
+                        drive->damping * (b.angular_velocity - a.angular_velocity - own),
+                    drive->stiffness, drive->damping};
+  if (const Real size = glm::length(found.torque); size > drive->max_torque)
+    found = {drive->max_torque / size * found.torque, 0, 0};
+  return found;
+}
+
 bool is_active(const Island& m, std::size_t block) {
   const Block& b = m.blocks[block];
-  if (b.kind == BlockKind::spring) return m.scratch.springs_active;
+  if (is_compliant(b.kind)) return m.scratch.springs_active;
   if (b.kind != BlockKind::limit && b.kind != BlockKind::cable) return true;
   return b.lock || m.memory[block].active;
 }
@@ -280,6 +314,11 @@ void write_all_rows(const World& world, Island& m, Want want) {
             {world.links.values()[b.source].joint, at(0), at(1), m.memory[i].before[0]},
             b.coordinate, out);
         break;
+      case BlockKind::elastic_cable:
+      case BlockKind::elastic_pin:
+      case BlockKind::joint_drive:
+        write_compliant(world, m, b);
+        break;
     }
   }
 }
@@ -310,7 +349,7 @@ Real worst_residual(const Island& m) {
   Real worst = 0;
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
     const Block& b = m.blocks[i];
-    if (b.kind == BlockKind::spring) continue;
+    if (is_compliant(b.kind)) continue;
     if (!is_active(m, i)) continue;
     for (std::size_t r = 0; r < b.rows; ++r)
       worst = std::max(worst, std::abs(m.scratch.c[b.first_row + r]));

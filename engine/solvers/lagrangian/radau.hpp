@@ -1,0 +1,34 @@
+#pragma once
+/// What the implicit method of three stages shares with the linear systems of its steps.
+#include <array>
+
+#include "engine/solvers/lagrangian/internal.hpp"
+
+namespace pantin::detail::lagrangian {
+
+/// Vectors of a body in a state or a rate of a stage: way, rotation, velocity, angular velocity.
+inline constexpr std::size_t kStageVectors = 4;
+
+/// Makes the room for a method of three stages.
+void allocate_collocation(Island& m);
+
+/// The systems of a step of `h`: for each eigenvalue z of the inverse of its coefficients,
+///
+///   (1 - g F') d = residual,   g = h / z
+///
+/// where F' is the slope of the rates of the state that springs, motors, friction, drag and all
+/// that is elastic have, at the start of the step. Where none of them is stiff for a step of this
+/// length, F' counts as d way = velocity alone.
+///
+/// Prepares both, real and complex, at the current state. Overwrites scratch.values.
+void prepare_stage_systems(const World& world, Island& m, Real h);
+
+/// Solve in place, after prepare_stage_systems().
+void solve_real_system(Island& m, std::vector<Vec3>& residual);
+void solve_complex_system(Island& m, std::vector<Vec3>& real, std::vector<Vec3>& imaginary);
+
+/// Eigenvalues of the inverse of Radau IIA's coefficients. [Hairer & Wanner II, sec. IV.8]
+inline constexpr Real kRealEigenvalue = 3.6378342527444957;
+inline constexpr Complex kComplexEigenvalue{2.6810828736277521, 3.0504301992474106};
+
+}  // namespace pantin::detail::lagrangian
