@@ -21,13 +21,26 @@ constexpr Real kDead = 1e-3, kPatience = 8;
 /// Of a group.
 constexpr std::uint8_t kOtherMethod = 1, kAwake = 2;
 
-/// Exact pins besides those of the roots are for the method that solves all at once: a bridge that
-/// is held at both ends and pulled straight leaves no way to give in to one after the other.
-bool can_join(const Island& a) {
+/// Of the size of an island: pins that are farther from their places may be out of reach, and are
+/// for the method that solves all at once. So are more rigid ties than their equations are made
+/// for.
+constexpr Real kReach = 0.1;
+
+bool has_near_pins(const World& world, const Island& a) {
+  std::size_t rigid = 0;
+  for (const PackedPin& pin : a.pins) {
+    if (pin.compliance > 0) continue;
+    if (++rigid > kMostTies || !pin.reachable) return false;
+    if (pin.partner != UINT32_MAX) continue;
+    const Vec3 at = to_world(world.bodies.values()[a.slots[pin.column]].pose, pin.anchor);
+    if (!(glm::length(pin.target_before - at) <= kReach * a.size)) return false;
+  }
+  return true;
+}
+
+bool can_join(const World& world, const Island& a) {
   return !a.unfit && a.finite && a.settings.solver == Solver::articulated && !a.follows &&
-         std::none_of(a.pins.begin(), a.pins.end(), [](const PackedPin& p) {
-           return p.partner == UINT32_MAX && !(p.compliance > 0);
-         });
+         has_near_pins(world, a);
 }
 
 }  // namespace
@@ -49,7 +62,7 @@ void plan_contact_groups(World& world, Real h) {
     a.in_group = false;
     const std::uint32_t group = r.sets.root(i);
     r.group_of[i] = group;
-    if (!can_join(a)) r.flags[group] |= kOtherMethod;
+    if (!can_join(world, a)) r.flags[group] |= kOtherMethod;
     if (!a.asleep) r.flags[group] |= kAwake;
   }
   for (std::uint32_t i = 0; i < all.list.size(); ++i) {
@@ -105,7 +118,9 @@ void write_group(World& world, const Group& g, Real h) {
   for (const GroupTree& t : g.trees) list[t.island].energy_removed += t.energy_removed;
   for (const GroupTie& t : g.ties) {
     Island& a = list[t.island];
-    if (t.kind == GroupTie::Kind::cable)
+    if (t.is_joint)
+      a.memory.set(kLambda, t.number, h * t.passed);
+    else if (t.kind == GroupTie::Kind::cable)
       a.cables[t.number].lambda = h * t.passed.x;
     else
       a.pins[t.number].lambda = h * t.passed;
@@ -201,6 +216,10 @@ void step_contact_groups(World& world, const StepTask& task) {
                  std::span(r.crosses).subspan(g.first_cross, g.crosses),
                  std::span(r.ties).subspan(g.first_tie, g.ties),
                  std::span(r.rollings).subspan(g.first_rolling, g.rollings),
+                 std::span(r.loops).subspan(g.first_loops, g.loops),
+                 std::span(r.looped).subspan(g.first_looped, g.looped),
+                 std::span(r.path_steps).subspan(g.first_step, g.steps),
+                 std::span(r.loop_numbers).subspan(g.first_number, g.numbers),
                  world.time};
   };
   for_each_island(r.groups.size(), task.threads,

@@ -18,6 +18,8 @@ struct Dof;
 namespace pantin::detail::articulated {
 
 inline constexpr std::uint32_t kNoNode = UINT32_MAX;
+/// Numbers of a block of three rows and columns in group_loops.cpp: its rows are filled up to four.
+inline constexpr std::size_t kBlockWide = 4, kBlockNumbers = 3 * kBlockWide;
 
 /// A body in contact during one step: free, part of a tree, or fixed or kinematic, with zeros for
 /// what resists.
@@ -27,16 +29,17 @@ struct GroupBody {
   Pose pose;
   /// m/s, rad/s. Of a body in a tree, between prepare_trees and release_trees, those of its joint.
   Vec3 velocity{0}, spin{0};
-  Vec3 angular_momentum{0};  // kg m^2/s, about the mass centre, world axes
-  Real per_mass = 0;         // 1/kg
-  Vec3 per_inertia{0};       // 1/(kg m^2), principal
-  Mat3 response{0};          // inverse inertia, world axes
-  Vec3 acceleration{0};      // m/s^2, of weight and applied force
-  Vec3 torque{0};            // N m
-  Real drag = 0;             // 1/s
-  Vec3 centre{0};            // m, world: the contacts' arms start here
-  Vec3 before{0};            // velocity at the start of the substep
-  bool touched = false;      // a contact bears it in this substep
+  Vec3 angular_momentum{0};        // kg m^2/s, about the mass centre, world axes
+  Real per_mass = 0;               // 1/kg
+  Vec3 per_inertia{0};             // 1/(kg m^2), principal
+  Mat3 response{0};                // inverse inertia, world axes
+  Vec3 acceleration{0};            // m/s^2, of weight and applied force
+  Vec3 torque{0};                  // N m
+  Real drag = 0;                   // 1/s
+  Vec3 centre{0};                  // m, world: the contacts' arms start here
+  Vec3 before{0};                  // velocity at the start of the substep
+  std::uint32_t looped = kNoNode;  // in GroupScratch::looped, of a body that loops may hold
+  bool touched = false;            // a contact bears it in this substep
 };
 
 /// A force and its torque, or an impulse and its moment.
@@ -110,8 +113,12 @@ struct GroupNode {
   Vec3 torque{0};        // N m s at the joint, of all impulses outboard of it so far
   Wrench pending;        // impulses that the parent has not been given yet
   Response response;
+  Vec3 velocity{0};         // m/s, of the mass centre at the start
   Wrench begin, load;       // momentum and forces; impulses of contacts and ties
   Wrench passing;           // through the joint in the substep
+  Vec3 pulled{0};           // N s through the joint in the substep before
+  Mat3 tautness{0};         // kg m^2: what turns against what pulls, see stiffen()
+  SpatialInertia pressed;   // of what presses on it, while loops are closed
   Vec3 goal{0};             // where its velocity leads the mass centre
   Vec3 missed_by{0};        // from there to where it came
   Quat turned{1, 0, 0, 0};  // ... and its spin the body
@@ -122,7 +129,8 @@ struct GroupNode {
   bool is_driven = false;  // may move without being pushed: see is_driven
   GroupActuator actuator;
   GroupLimit limits[4];
-  int unlimited_for = 0;  // substeps, of which no limit can be reached
+  int unlimited_for = 0;         // substeps, of which no limit can be reached
+  std::uint32_t step = kNoNode;  // of the path towards the root that is looked at (group_loops.cpp)
   // Over the step:
   Wrench reaction;  // N s through the joint; the torque about it, without springs
 };
@@ -130,7 +138,6 @@ struct GroupNode {
 /// One tree of a group.
 struct GroupTree {
   std::uint32_t first = 0, count = 0;  // nodes
-  std::uint32_t first_body = 0;        // in the same order
   std::uint32_t island = 0, number = 0;
   std::uint32_t at = 0;  // the node whose motion is known, as those between it and the root are
   // The anchor that holds it, over the step; `held` is the body that has it:
@@ -142,6 +149,10 @@ struct GroupTree {
   Vec3 before{0};           // m/s, of a free tree's mass centre, before forces
   Real energy_removed = 0;  // J, from all of the group over the step
   bool touched = false;
+  bool has_loops = false;             // its island has rigid ties
+  std::uint32_t loops = kNoNode;      // those, in the group
+  std::uint32_t first_tie = kNoNode;  // of them, the first on this tree
+  bool is_tied_outside = false;       // to other trees or to places
 };
 
 /// One contact point of two of them.
@@ -210,8 +221,37 @@ struct GroupTie {
   Vec3 apart{0};                         // m, from a's point to b's
   Mat3 response{0}, inverse{0};          // of the relative velocity; of what is solved for
   Real along = 0;                        // of a cable, 1/kg
-  Vec3 impulse{0};                       // N s of a substep on b, of a cable its tension in x
-  Vec3 passed{0};                        // N s over the step so far
+  std::uint32_t first_step = 0, steps = 0;  // of a rigid one: its way to the root
+  std::uint32_t first = 0;  // of the rigid ties of its island that it responds to, the first
+  Real yield = 0;           // 1/kg
+  bool is_joint = false;    // `number` is a column of the island
+  Vec3 impulse{0};          // N s of a substep on b, of a cable its tension in x
+  Vec3 passed{0};           // N s over the step so far
+};
+
+/// What an impulse does at a joint on the way from its body to the root: the torque there, of a
+/// free root the force too. By impulses along the axes of the world.
+struct PathStep {
+  std::uint32_t node = 0;
+  Mat3 torque{0}, force{0};
+};
+
+/// The rigid ties of one island, solved together: group_loops.cpp.
+struct GroupLoops {
+  std::uint32_t first_tie = 0, ties = 0;
+  std::uint32_t first_tree = 0, trees = 0;
+  std::uint32_t first_step = 0;  // in GroupScratch::path_steps, of a body's way to the root
+  Real open = 0;                 // m: gaps that are left to close by and by
+  std::size_t factor = 0;        // in GroupScratch::loop_numbers: a row of blocks for each tie
+  std::size_t left = 0;          // there too: what is left to solve
+};
+
+/// A body of such an island that contacts, springs or cables push: how loops hold it.
+struct LoopedBody {
+  std::uint32_t loops = 0, node = 0;  // in the group
+  std::size_t rows = 0;               // in GroupScratch::loop_numbers: by force, then by torque
+  bool known = false;                 // in this substep
+  Response response;                  // with all loops closed
 };
 
 /// One group of a step: bodies that touch one another, and the fixed ones that they touch.
@@ -223,6 +263,10 @@ struct Group {
   std::span<CrossResponse> crosses;
   std::span<GroupTie> ties;
   std::span<GroupRolling> rollings;
+  std::span<GroupLoops> loops;
+  std::span<LoopedBody> looped;
+  std::span<PathStep> path_steps;
+  std::span<Real> loop_numbers;
   Real time = 0;  // s, at the start of the step
 
   GroupBody& a(const GroupContact& c) const { return bodies[c.a]; }
@@ -256,6 +300,11 @@ inline Real lasting(Real last, Real before) { return std::min(last, before); }
 /// Prepares impulses on trees at their present poses: motions from momenta and the forces of the
 /// part.
 void prepare_trees(const Group& g, const GroupPart& part);
+/// Before that: what pulls at the bodies of islands with loops resists their turning.
+void stiffen(const Group& g, Real h);
+/// While loops are closed, what presses on the bodies moves with them; and no more.
+void press(const Group& g);
+void release(const Group& g);
 /// The rotation of what holds a tree, at a fraction of the step; of a node's parent, or of that, at
 /// the start of the part.
 Quat held_rotation_at(const GroupTree& t, Real fraction);
@@ -280,8 +329,8 @@ void follow_impulse(const Group& g, std::uint32_t node);
 void settle_trees(const Group& g);
 /// Moves the trees by their motions (group_motion.cpp).
 void move_trees(const Group& g, const GroupPart& part);
-/// Closes rigid ties as far as few rounds can, at the end of a step; after prepare_tie.
-void close_ties(const Group& g);
+/// Makes those of a tree current.
+void settle_tree(const Group& g, GroupTree& t);
 /// After settle_trees: the bodies' own velocities and momenta, and the forces through the joints.
 void release_trees(const Group& g, const GroupPart& part);
 /// Limits, springs and drives of the joints of trees (group_joints.cpp).
@@ -306,12 +355,38 @@ Real kinetic_energy(const Group& g);
 /// All motions become slower alike, which neither opens joints nor makes bodies approach.
 void bound_energy(const Group& g, Real before);
 
-// Pins, loops and cables (group_ties.cpp).
+// Springs and cables (group_ties.cpp).
+/// Where a tie's points are.
+void place_tie(const Group& g, GroupTie& t);
 void prepare_tie(const Group& g, GroupTie& t, Real h);
 void push_tie(const Group& g, const GroupTie& t);
 /// One tie once; this fraction of its gap is closed in the substep. Returns the change of speed,
 /// m/s.
 Real solve_tie(const Group& g, GroupTie& t, Real h, Real part);
+
+// Loops and exact pins besides those of the roots (group_loops.cpp).
+
+/// The equations of the rigid ties where the bodies are now; after prepare_trees.
+void prepare_loops(const Group& g);
+/// The response of a body with its loops closed; of one body to a wrench on another, both of one
+/// tree or one island with loops.
+void prepare_looped(const Group& g, std::uint32_t body);
+CrossResponse cross_response_of(const Group& g, std::uint32_t a, std::uint32_t b);
+/// From now on impulses on looped bodies count with what the loops make of them ...
+void begin_loops(const Group& g, Real h, Real part);
+/// ... until the loops have done it. Of their gaps, `part` is closed in the substep.
+void end_loops(const Group& g);
+/// What that has changed of a body's motion so far.
+Wrench change_by_loops(const Group& g, const LoopedBody& b);
+void push_looped(const Group& g, const LoopedBody& b, const Wrench& impulse);
+/// m, of the poses as they are; looks at all ties.
+Real worst_gap(const Group& g, const GroupLoops& l);
+/// Impulses that close what they leave open go to `passing`.
+void push_closing(const Group& g, const GroupLoops& l);
+/// Turns bodies by that, at the start of a part. Whether the equations must be made anew
+/// (group_motion.cpp).
+bool are_open(const Group& g);
+bool close_loops(const Group& g, const GroupPart& part);
 
 /// Scratch memory of the groups of a step.
 struct GroupScratch {
@@ -320,6 +395,8 @@ struct GroupScratch {
     std::size_t first_body = 0, bodies = 0, first_contact = 0, contacts = 0;
     std::size_t first_node = 0, nodes = 0, first_tree = 0, trees = 0, first_cross = 0, crosses = 0;
     std::size_t first_tie = 0, ties = 0, first_rolling = 0, rollings = 0;
+    std::size_t first_loops = 0, loops = 0, first_looped = 0, looped = 0;
+    std::size_t first_step = 0, steps = 0, first_number = 0, numbers = 0;
   };
   DisjointSets sets{0};                 // of islands
   std::vector<std::uint32_t> group_of;  // by island
@@ -334,6 +411,12 @@ struct GroupScratch {
   std::vector<CrossResponse> crosses;
   std::vector<GroupTie> ties;
   std::vector<GroupRolling> rollings;
+  std::vector<GroupLoops> loops;
+  std::vector<LoopedBody> looped;
+  std::vector<PathStep> path_steps;
+  std::vector<Real> loop_numbers;
+  std::size_t numbers = 0;                 // of these, in use
+  std::vector<std::uint32_t> ends, roots;  // by column, while an island is gathered
 };
 
 }  // namespace pantin::detail::articulated

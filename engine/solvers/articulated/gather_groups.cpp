@@ -6,34 +6,22 @@
 #include "engine/contact/detect.hpp"
 #include "engine/geometry/kinds.hpp"
 #include "engine/solvers/articulated/articulated.hpp"
+#include "engine/solvers/articulated/gather.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
 
-constexpr std::uint32_t kNone = UINT32_MAX;
 /// Overlaps up to this fraction of the size of a body are removed by translating it.
 constexpr Real kShallow = 5e-3;
+/// Ends of ties whose impulses pass through one joint.
+constexpr std::uint32_t kMostEnds = 16;
 
 /// One body without joints.
 bool is_body(const Island& a) { return a.count() == 1 && a.parents[0] == kFree; }
 
-GroupBody gather_body(const World& world, std::uint32_t slot, Real h) {
-  const Body& b = world.bodies.values()[slot];
-  GroupBody f;
-  f.slot = slot;
-  f.pose = b.pose, f.velocity = b.velocity, f.spin = b.angular_velocity;
-  if (is_own(world, slot)) return f;
-  if (!contact::moves(b)) {
-    f.velocity = f.spin = Vec3(0);
-    return f;
-  }
-  f.pose = contact::pose_before(b, h);
-  return f;
-}
-
 GroupBody gather_body(const World& world, const Island& a, std::size_t column) {
-  GroupBody f = gather_body(world, a.slots[column], 0);
+  GroupBody f = gather_pose(world, a.slots[column], 0);
   const Real mass = a.constants.at(kMass, column);
   const Vec3 inertia = a.constants.vec(kInertia, column);
   f.per_mass = 1 / mass, f.per_inertia = Real(1) / inertia;
@@ -47,11 +35,6 @@ GroupBody gather_body(const World& world, const Island& a, std::size_t column) {
   return f;
 }
 
-/// From a multiplier to the mean force.
-Real force_of_multiplier(const Island& a) {
-  return a.last_step > 0 && !a.fresh ? 1 / (a.last_step * a.last_step) : 0;
-}
-
 /// A joint of a tree, or its root.
 GroupNode gather_node(const World& world, const Island& a, std::size_t column) {
   GroupNode n;
@@ -59,8 +42,8 @@ GroupNode gather_node(const World& world, const Island& a, std::size_t column) {
   n.mass = a.constants.at(kMass, column), n.inertia = a.constants.vec(kInertia, column);
   n.own_anchor = a.constants.vec(kOwnAnchor, column);
   n.parent_anchor = a.constants.vec(kParentAnchor, column);
-  n.free_root = a.parents[column] == kFree;
-  if (n.free_root || a.joints.empty() || !a.joints[column].stiff) return n;
+  n.pulled = force_of_multiplier(a) * a.memory.vec(kLambda, column);
+  if (a.parents[column] == kFree || a.joints.empty() || !a.joints[column].stiff) return n;
   const PackedJoint& joint = a.joints[column];
   const JointMemory& memory = a.joint_memory[column];
   n.joint = &joint;
@@ -95,49 +78,82 @@ void gather_anchor(const World& world, const Island& a, GroupTree& t, Real h) {
   }
 }
 
-/// An island in a step.
-struct IslandStep {
-  std::uint32_t number;
-  Real h;
-};
-/// A body that nothing moves here.
-struct PlacedAt {
-  std::uint32_t slot;
-  Real h;
-};
+/// Whether a joint can be a tie instead.
+bool can_cut(const Island& a, std::size_t column) {
+  return a.parents[column] >= 0 && (a.joints.empty() || !a.joints[column].stiff);
+}
+
+/// Marks the roots of trees, by column. Of an island with many ties, joints that would carry the
+/// impulses of more than some are cut and become ties: few of these then respond to one another.
+void find_roots(GroupScratch& r, const Island& a) {
+  r.ends.assign(a.count(), 0), r.roots.assign(a.count(), 0);
+  for (const PackedPin& pin : a.pins) {
+    if (!is_rigid(pin)) continue;
+    ++r.ends[pin.column];
+    if (pin.partner != kNone) ++r.ends[pin.partner];
+  }
+  for (std::size_t c = a.count(); c-- > 0;) {
+    const bool cut = r.ends[c] > kMostEnds && can_cut(a, c);
+    r.roots[c] = cut || a.parents[c] < 0;
+    if (a.parents[c] >= 0) r.ends[static_cast<std::size_t>(a.parents[c])] += cut ? 1 : r.ends[c];
+  }
+}
+
+/// The trees of an island. Leaves the number of each column's tree in r.roots, of its node in
+/// r.ends.
+void gather_trees(const World& world, GroupScratch& r, const GroupScratch::Range& range,
+                  const IslandStep& of) {
+  const Island& a = islands_of(world)[of.number];
+  const std::size_t first_tree = r.trees.size();
+  find_roots(r, a);
+  std::uint32_t number = 0;
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    const std::int32_t parent = a.parents[c];
+    if (r.roots[c] == 0) {
+      r.roots[c] = r.roots[static_cast<std::size_t>(parent)];
+      ++r.trees[range.first_tree + r.roots[c]].count;
+      continue;
+    }
+    GroupTree t;
+    t.count = 1, t.island = of.number, t.has_loops = has_rigid_ties(a);
+    if (parent < 0) t.number = number++;
+    if (parent == kHeld) gather_anchor(world, a, t, of.h);
+    r.roots[c] = static_cast<std::uint32_t>(r.trees.size() - range.first_tree);
+    r.trees.push_back(t);
+  }
+  auto first = static_cast<std::uint32_t>(r.nodes.size() - range.first_node);
+  for (std::size_t i = first_tree; i < r.trees.size(); ++i) {
+    r.trees[i].first = r.trees[i].at = first;
+    first += r.trees[i].count;
+  }
+  for (std::size_t c = 0; c < a.count(); ++c)
+    r.ends[c] = r.trees[range.first_tree + r.roots[c]].at++;
+}
 
 /// All bodies of an island that something touches.
 void gather_island(const World& world, GroupScratch& r, const GroupScratch::Range& range,
                    const IslandStep& of) {
-  const std::uint32_t number = of.number;
-  const Real h = of.h;
-  const Island& a = islands_of(world)[number];
-  const bool jointed = !is_body(a);
-  const auto first = static_cast<std::uint32_t>(r.nodes.size() - range.first_node);
+  const Island& a = islands_of(world)[of.number];
+  const bool jointed = !is_body(a) || has_rigid_ties(a);
+  if (jointed) {
+    gather_trees(world, r, range, of);
+    r.nodes.resize(r.nodes.size() + a.count());
+  }
   for (std::size_t c = 0; c < a.count(); ++c) {
     const auto body = static_cast<std::uint32_t>(r.bodies.size() - range.first_body);
     r.index[a.slots[c]] = body;
     r.bodies.push_back(gather_body(world, a, c));
-    r.bodies.back().island = number;
+    r.bodies.back().island = of.number;
     if (!jointed) continue;
     GroupNode n = gather_node(world, a, c);
-    n.body = body;
-    if (a.parents[c] >= 0) {
-      n.parent = first + static_cast<std::uint32_t>(a.parents[c]);
+    n.body = body, n.tree = r.roots[c];
+    n.free_root = r.ends[c] == r.trees[range.first_tree + n.tree].first && a.parents[c] != kHeld;
+    if (a.parents[c] >= 0 && !n.free_root) {
+      n.parent = r.ends[static_cast<std::size_t>(a.parents[c])];
       n.depth = r.nodes[range.first_node + n.parent].depth + 1;
     }
-    r.bodies.back().node = first + static_cast<std::uint32_t>(c);
-    r.nodes.push_back(n);
-  }
-  for (std::uint32_t i = 0; jointed && i < a.trees.size(); ++i) {
-    GroupTree t;
-    t.first = first + a.trees[i].first, t.count = a.trees[i].count, t.island = number, t.number = i;
-    t.first_body = r.nodes[range.first_node + t.first].body;
-    if (a.parents[a.trees[i].first] == kHeld) gather_anchor(world, a, t, h);
-    for (std::uint32_t k = t.first; k < t.first + t.count; ++k)
-      r.nodes[range.first_node + k].tree =
-          static_cast<std::uint32_t>(r.trees.size() - range.first_tree);
-    r.trees.push_back(t);
+    r.bodies.back().node = r.ends[c];
+    r.nodes[range.first_node + r.ends[c]] = n;
   }
 }
 
@@ -212,91 +228,48 @@ void gather_rollings(const World& world, GroupScratch& r, const GroupScratch::Ra
   }
 }
 
-/// Two bodies of a group.
-struct TwoBodies {
-  std::uint32_t a, b;
-};
-
-bool are_of_one_tree(const GroupScratch& r, const GroupScratch::Range& range, const TwoBodies& c) {
-  const std::uint32_t a = r.bodies[range.first_body + c.a].node,
-                      b = r.bodies[range.first_body + c.b].node;
-  return a != kNoNode && b != kNoNode &&
-         r.nodes[range.first_node + a].tree == r.nodes[range.first_node + b].tree;
+/// Where the next group begins.
+GroupScratch::Range next_range(const GroupScratch& r) {
+  GroupScratch::Range range;
+  range.first_body = r.bodies.size(), range.first_contact = r.contacts.size();
+  range.first_node = r.nodes.size(), range.first_tree = r.trees.size();
+  range.first_cross = r.crosses.size(), range.first_tie = r.ties.size();
+  range.first_rolling = r.rollings.size(), range.first_loops = r.loops.size();
+  range.first_looped = r.looped.size(), range.first_step = r.path_steps.size();
+  range.first_number = r.numbers;
+  return range;
 }
 
-/// A fixed or kinematic body, once in a group.
-std::uint32_t gather_place(const World& world, GroupScratch& r, const GroupScratch::Range& range,
-                           const PlacedAt& at) {
-  const std::size_t first = range.first_body;
-  const std::uint32_t known = r.index[at.slot];
-  if (known < r.bodies.size() - first && r.bodies[first + known].slot == at.slot &&
-      r.bodies[first + known].island == UINT32_MAX)
-    return known;
-  r.index[at.slot] = static_cast<std::uint32_t>(r.bodies.size() - first);
-  r.bodies.push_back(gather_body(world, at.slot, at.h));
-  return r.index[at.slot];
-}
-
-/// A place in the world as a body without inertia, which moves from target to target.
-std::uint32_t gather_target(GroupScratch& r, const GroupScratch::Range& range, const PackedPin& pin,
-                            Real h) {
-  GroupBody place;
-  place.slot = UINT32_MAX;
-  place.pose.position = pin.target_before;
-  place.velocity = (pin.target - pin.target_before) / h;
-  r.bodies.push_back(place);
-  return static_cast<std::uint32_t>(r.bodies.size() - 1 - range.first_body);
-}
-
-void add_tie(GroupScratch& r, const GroupScratch::Range& range, GroupTie t) {
-  if (are_of_one_tree(r, range, {t.a, t.b})) {
-    t.cross = static_cast<std::uint32_t>(r.crosses.size() - range.first_cross);
-    r.crosses.emplace_back();
-  }
-  r.ties.push_back(t);
-}
-
-/// Pins, loops and cables of an island whose bodies are in the group.
-void gather_ties(const World& world, GroupScratch& r, const GroupScratch::Range& range,
-                 const IslandStep& of) {
-  const Island& a = islands_of(world)[of.number];
-  const Real per = force_of_multiplier(a);
-  for (std::uint32_t i = 0; i < a.pins.size(); ++i) {
-    const PackedPin& pin = a.pins[i];
-    GroupTie t;
-    t.kind = pin.compliance > 0 ? GroupTie::Kind::spring : GroupTie::Kind::rigid;
-    if (pin.compliance > 0)
-      t.stiffness = 1 / pin.compliance, t.damping = kSpringDamping * t.stiffness;
-    t.island = of.number, t.number = i;
-    t.b = r.index[a.slots[pin.column]], t.anchor_b = pin.anchor;
-    t.impulse = per * pin.lambda;
-    if (pin.partner != UINT32_MAX)
-      t.a = r.index[a.slots[pin.partner]], t.anchor_a = pin.held_anchor;
-    else if (pin.held_body != UINT32_MAX)
-      t.a = gather_place(world, r, range, {pin.held_body, of.h}), t.anchor_a = pin.held_anchor;
-    else
-      t.a = gather_target(r, range, pin, of.h);
-    add_tie(r, range, t);
-  }
-  for (std::uint32_t i = 0; i < a.cables.size(); ++i) {
-    const PackedCable& cable = a.cables[i];
-    const CableParameters& own = world.cables.values()[cable.cable].joint;
-    GroupTie t;
-    t.kind = GroupTie::Kind::cable, t.length = own.length;
-    t.stiffness = own.compliance > 0 ? 1 / own.compliance : 0;
-    t.island = of.number, t.number = i;
-    t.anchor_a = own.anchor_a, t.anchor_b = own.anchor_b;
-    t.impulse.x = per * cable.lambda;
-    const auto body = [&](std::uint32_t column, std::uint32_t slot) {
-      return column != UINT32_MAX ? r.index[a.slots[column]]
-                                  : gather_place(world, r, range, {slot, of.h});
-    };
-    t.a = body(cable.column_a, cable.slot_a), t.b = body(cable.column_b, cable.slot_b);
-    add_tie(r, range, t);
-  }
+void end_range(GroupScratch& r, GroupScratch::Range range) {
+  range.bodies = r.bodies.size() - range.first_body;
+  range.contacts = r.contacts.size() - range.first_contact;
+  range.nodes = r.nodes.size() - range.first_node;
+  range.trees = r.trees.size() - range.first_tree;
+  range.crosses = r.crosses.size() - range.first_cross;
+  range.ties = r.ties.size() - range.first_tie;
+  range.rollings = r.rollings.size() - range.first_rolling;
+  range.loops = r.loops.size() - range.first_loops;
+  range.looped = r.looped.size() - range.first_looped;
+  range.steps = r.path_steps.size() - range.first_step;
+  range.numbers = r.numbers - range.first_number;
+  r.groups.push_back(range);
 }
 
 }  // namespace
+
+GroupBody gather_pose(const World& world, std::uint32_t slot, Real h) {
+  const Body& b = world.bodies.values()[slot];
+  GroupBody f;
+  f.slot = slot;
+  f.pose = b.pose, f.velocity = b.velocity, f.spin = b.angular_velocity;
+  if (is_own(world, slot)) return f;
+  if (!contact::moves(b)) {
+    f.velocity = f.spin = Vec3(0);
+    return f;
+  }
+  f.pose = contact::pose_before(b, h);
+  return f;
+}
 
 void gather_groups(const World& world, GroupScratch& r, Real h) {
   const Partition& partition = partition_of(world);
@@ -304,6 +277,7 @@ void gather_groups(const World& world, GroupScratch& r, Real h) {
   const std::vector<Contact>& contacts = contacts_of(world);
   r.order.clear(), r.groups.clear(), r.bodies.clear(), r.contacts.clear();
   r.nodes.clear(), r.trees.clear(), r.crosses.clear(), r.ties.clear(), r.rollings.clear();
+  r.loops.clear(), r.looped.clear(), r.path_steps.clear(), r.numbers = 0;
   const auto group_at = [&](std::uint32_t contact) {
     return r.group_of[owner_of(partition, contacts[contact].slot_a).island];
   };
@@ -319,11 +293,7 @@ void gather_groups(const World& world, GroupScratch& r, Real h) {
   for (std::size_t from = 0; from < r.order.size();) {
     std::size_t to = from;
     while (to < r.order.size() && group_at(r.order[to]) == group_at(r.order[from])) ++to;
-    GroupScratch::Range range;
-    range.first_body = r.bodies.size(), range.first_contact = r.contacts.size();
-    range.first_node = r.nodes.size(), range.first_tree = r.trees.size();
-    range.first_cross = r.crosses.size(), range.first_tie = r.ties.size();
-    range.first_rolling = r.rollings.size();
+    const GroupScratch::Range range = next_range(r);
     for (std::size_t i = from; i < to; ++i) {
       const Contact& c = contacts[r.order[i]];
       r.index[c.slot_a] = r.index[c.slot_b] = kNone;
@@ -339,7 +309,7 @@ void gather_groups(const World& world, GroupScratch& r, Real h) {
             continue;
           }
           r.index[slot] = static_cast<std::uint32_t>(r.bodies.size() - range.first_body);
-          r.bodies.push_back(gather_body(world, slot, h));
+          r.bodies.push_back(gather_pose(world, slot, h));
         }
       }
     for (std::size_t i = from; i < to; ++i) {
@@ -347,7 +317,7 @@ void gather_groups(const World& world, GroupScratch& r, Real h) {
       r.contacts.push_back(gather_contact(world, r.order[i], island_of(world, c.slot_a)));
       GroupContact& made = r.contacts.back();
       made.a = r.index[c.slot_a], made.b = r.index[c.slot_b];
-      if (!are_of_one_tree(r, range, {made.a, made.b})) continue;
+      if (!are_coupled(r, range, {made.a, made.b})) continue;
       if (i > from && have_same_bodies(made, *(&made - 1))) {
         made.cross = (&made - 1)->cross;
         continue;
@@ -362,16 +332,11 @@ void gather_groups(const World& world, GroupScratch& r, Real h) {
       const bool first = body.island != UINT32_MAX && body.slot == list[body.island].slots[0];
       if (first) gather_ties(world, r, range, {body.island, h});
     }
-    range.bodies = r.bodies.size() - range.first_body;
-    range.contacts = r.contacts.size() - range.first_contact;
-    range.nodes = r.nodes.size() - range.first_node;
-    range.trees = r.trees.size() - range.first_tree;
-    range.crosses = r.crosses.size() - range.first_cross;
-    range.ties = r.ties.size() - range.first_tie;
-    range.rollings = r.rollings.size() - range.first_rolling;
-    r.groups.push_back(range);
+    add_looped(r, range);
+    end_range(r, range);
     from = to;
   }
+  if (r.loop_numbers.size() < r.numbers) r.loop_numbers.resize(r.numbers);
 }
 
 }  // namespace pantin::detail::articulated

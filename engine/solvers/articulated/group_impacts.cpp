@@ -44,7 +44,11 @@ bool meet(const Group& g, GroupContact& c, Real h) {
 }  // namespace
 
 bool collide_elastically(const Group& g, const Substep& s) {
+  if (std::none_of(g.contacts.begin(), g.contacts.end(),
+                   [](auto& c) { return c.restitution > 0 && c.works; }))
+    return false;
   bool moved = false;
+  begin_loops(g, s.h, 0);
   for (int sweep = 0; sweep < kImpactSweeps; ++sweep) {
     bool any = false;
     for (GroupContact& c : g.contacts)
@@ -52,6 +56,7 @@ bool collide_elastically(const Group& g, const Substep& s) {
     if (!any) break;
     moved = true;
   }
+  end_loops(g);
   if (!moved) return false;
   centre_bodies(g);
   for (GroupContact& c : g.contacts) {

@@ -11,10 +11,12 @@ namespace {
 /// m: a body may miss where its velocity leads by so much, in a substep.
 constexpr Real kEnough = 1e-5;
 constexpr int kMostRounds = 4;
+/// Of the gaps that loops may keep: those for which their equations are solved once more.
+constexpr Real kNearlyClosed = 1.5;
+/// Steps that close loops are halved while they would open them.
+constexpr Real kSmallestShare = 0.05;
 /// rad
 constexpr Real kFarthestTurn = 0.1;
-/// m, of a tie at the end of a step.
-constexpr Real kClosed = 1e-8;
 
 /// Angular momentum in the body after a time in which nothing acts: Euler's equations by the
 /// midpoint rule, which keeps its size and the energy, however thin the body is.
@@ -106,34 +108,42 @@ Miss miss_of(const Group& g, const GroupTree& t) {
   return miss;
 }
 
-/// Turns the bodies by the response of the tree to the impulses in `passing`. Linear, so that no
-/// body turns far.
-void turn_by_impulses(const Group& g, const GroupTree& t) {
+/// Makes the impulses in `passing` what they change. Returns the largest turn.
+Real respond_to_impulses(const Group& g, const GroupTree& t) {
   for (std::uint32_t i = t.first + t.count; i-- > t.first;) gather_impulse(g, i);
   Real most = 0;
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
+    GroupNode& n = g.nodes[i];
     follow_impulse(g, i);
-    most = std::max(most, glm::length(g.nodes[i].passing.torque));
+    n.kept = g.bodies[n.body].pose;
+    most = std::max(most, glm::length(n.passing.torque));
   }
-  const Real part = most > kFarthestTurn ? kFarthestTurn / most : 1;
+  return most;
+}
+
+/// Turns the bodies by a part of that.
+void turn_by(const Group& g, const GroupTree& t, Real part) {
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
     GroupNode& n = g.nodes[i];
     GroupBody& b = g.bodies[n.body];
-    n.kept = b.pose;
     n.turned = glm::normalize(from_rotation_vector(part * n.passing.torque) * b.pose.rotation);
     if (n.free_root) b.pose.position += part * n.passing.force;
   }
 }
 
-/// Turns the bodies so that they come nearer to where their velocities lead, heavy ones above all:
+void turn_back(const Group& g, const GroupTree& t) {
+  for (std::uint32_t i = t.first; i < t.first + t.count; ++i)
+    g.bodies[g.nodes[i].body].pose = g.nodes[i].kept;
+}
+
+/// Impulses by which the bodies come nearer to where their velocities lead, heavy ones above all:
 /// else light links would throw about what hangs on them.
-void turn_towards_goals(const Group& g, const GroupTree& t) {
+void push_towards_goals(const Group& g, const GroupTree& t) {
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
     GroupNode& n = g.nodes[i];
     const Vec3 impulse = n.mass * (n.goal - g.bodies[n.body].pose.position);
     n.passing = {impulse, glm::cross(n.arm, impulse)};
   }
-  turn_by_impulses(g, t);
 }
 
 /// Puts the bodies where the joints want them and, by turns that a mass must be worth, their
@@ -142,39 +152,42 @@ void close_joints(const Group& g, const GroupTree& t, const Moved& to) {
   place_by_joints(g, t, to);
   Miss miss = miss_of(g, t);
   for (int round = 0; round < kMostRounds && miss.largest > kEnough; ++round) {
-    turn_towards_goals(g, t);
+    push_towards_goals(g, t);
+    // Linear, so that no body turns far.
+    turn_by(g, t, kFarthestTurn / std::max(kFarthestTurn, respond_to_impulses(g, t)));
     place_by_joints(g, t, to);
     const Miss now = miss_of(g, t);
-    if (!(now.sum < miss.sum)) {
-      for (std::uint32_t i = t.first; i < t.first + t.count; ++i)
-        g.bodies[g.nodes[i].body].pose = g.nodes[i].kept;
-      return;
-    }
+    if (!(now.sum < miss.sum)) return turn_back(g, t);
     miss = now;
   }
 }
 
-void move_tree(const Group& g, GroupTree& t, const GroupPart& part) {
-  const Moved to{held_rotation_at(t, part.end), t.from + part.end * (t.to - t.from)};
-  Vec3 drift(0);
+Moved place_of(const GroupTree& t, Real fraction) {
+  return {held_rotation_at(t, fraction), t.from + fraction * (t.to - t.from)};
+}
+
+/// Where the bodies would go, and turn.
+void set_goals(const Group& g, GroupTree& t, const GroupPart& part) {
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
     GroupNode& n = g.nodes[i];
     GroupBody& b = g.bodies[n.body];
-    const Vec3 velocity = own_velocity(b, n);
-    n.goal = b.pose.position + part.h * velocity;
+    n.goal = b.pose.position + part.h * own_velocity(b, n);
     n.turned = turned(b, n, part.h);
     if (n.free_root) b.pose.position = n.goal;
-    drift += n.mass * velocity;
     t.touched = t.touched || b.touched;
   }
-  close_joints(g, t, to);
-  Vec3 mean(0);
+}
+
+/// What the joints made of that.
+void keep_mass_centre(const Group& g, const GroupTree& t, const GroupPart& part) {
+  Vec3 mean(0), drift(0);
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
     GroupNode& n = g.nodes[i];
     n.missed_by = g.bodies[n.body].pose.position - n.goal;
     mean += n.mass / t.mass * n.missed_by;
+    drift += n.mass * own_velocity(g.bodies[n.body], n);
   }
-  if (!is_free(g, t)) return;
+  if (!is_free(g, t) || t.is_tied_outside) return;
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i) g.nodes[i].missed_by -= mean;
   // The mass centre moves as its velocity says; in free flight by the mean, which is exact for a
   // parabola.
@@ -230,11 +243,12 @@ void add_reactions(const Group& g, const GroupTree& t) {
     GroupNode& n = g.nodes[i];
     const GroupBody& b = g.bodies[n.body];
     const Vec3 momentum = n.mass * own_velocity(b, n);
-    Wrench gained{momentum, n.world_inertia * b.spin + glm::cross(n.arm, momentum)};
+    Wrench gained{momentum, (n.world_inertia + n.tautness) * b.spin + glm::cross(n.arm, momentum)};
     gained.force -= n.begin.force + n.load.force;
     gained.torque -= n.begin.torque + n.load.torque;
     n.passing += gained;
     if (n.free_root) continue;
+    n.pulled = n.passing.force;
     n.reaction.force += n.passing.force;
     n.reaction.torque += n.passing.torque - n.actuator.impulse * n.actuator.axis;
     if (n.has_spring) {
@@ -318,47 +332,40 @@ void release_tree(const Group& g, GroupTree& t, const GroupPart& part) {
 }  // namespace
 
 void move_trees(const Group& g, const GroupPart& part) {
-  for (GroupTree& t : g.trees) move_tree(g, t, part);
-}
-
-namespace {
-
-/// Moves one body of a tie, and all that its joints move with it, by the response to a wrench about
-/// its centre.
-void move_by(const Group& g, std::uint32_t body, const Wrench& f) {
-  GroupBody& b = g.bodies[body];
-  if (b.node == kNoNode) {
-    b.pose.position += b.per_mass * f.force;
-    b.pose.rotation = glm::normalize(from_rotation_vector(b.response * f.torque) * b.pose.rotation);
-    return;
+  for (GroupTree& t : g.trees) {
+    set_goals(g, t, part);
+    close_joints(g, t, place_of(t, part.end));
+    keep_mass_centre(g, t, part);
   }
-  const GroupTree& t = g.trees[g.nodes[b.node].tree];
-  for (std::uint32_t i = t.first; i < t.first + t.count; ++i) g.nodes[i].passing = {};
-  g.nodes[b.node].passing = f;
-  turn_by_impulses(g, t);
-  place_by_joints(g, t, {t.held_after.rotation, t.to});
 }
 
-}  // namespace
+bool are_open(const Group& g) {
+  return std::any_of(g.loops.begin(), g.loops.end(),
+                     [&](const GroupLoops& l) { return worst_gap(g, l) > l.open; });
+}
 
-void close_ties(const Group& g) {
-  for (int round = 0; round < kMostRounds; ++round) {
-    bool open = false;
-    for (GroupTie& t : g.ties) {
-      if (t.kind != GroupTie::Kind::rigid) continue;
-      const GroupBody &a = g.bodies[t.a], &b = g.bodies[t.b];
-      const Vec3 arm_a = a.pose.rotation * t.anchor_a, arm_b = b.pose.rotation * t.anchor_b;
-      const Vec3 apart = b.pose.position + arm_b - a.pose.position - arm_a;
-      if (!(glm::length(apart) > kClosed)) continue;
-      open = true;
-      const Vec3 impulse = -(t.inverse * apart);
-      const Vec3 at_a = a.pose.position + arm_a - a.centre,
-                 at_b = b.pose.position + arm_b - b.centre;
-      move_by(g, t.a, {-impulse, -glm::cross(at_a, impulse)});
-      move_by(g, t.b, {impulse, glm::cross(at_b, impulse)});
+bool close_loops(const Group& g, const GroupPart& part) {
+  bool moved = false;
+  for (const GroupLoops& l : g.loops) {
+    const std::span<GroupTree> trees = g.trees.subspan(l.first_tree, l.trees);
+    const Real gap = worst_gap(g, l);
+    if (!(gap > l.open)) continue;
+    for (const GroupTree& t : trees)
+      for (std::uint32_t i = t.first; i < t.first + t.count; ++i) g.nodes[i].passing = {};
+    push_closing(g, l);
+    Real most = 0;
+    for (const GroupTree& t : trees) most = std::max(most, respond_to_impulses(g, t));
+    Real share = kFarthestTurn / std::max(kFarthestTurn, most), now = gap;
+    for (; share > kSmallestShare; share *= 0.5) {
+      for (const GroupTree& t : trees)
+        turn_by(g, t, share), place_by_joints(g, t, place_of(t, part.begin));
+      now = worst_gap(g, l);
+      if (now < gap) break;
+      for (const GroupTree& t : trees) turn_back(g, t);
     }
-    if (!open) return;
+    moved = moved || (now < gap && now > kNearlyClosed * l.open);
   }
+  return moved;
 }
 
 void release_trees(const Group& g, const GroupPart& part) {

@@ -16,7 +16,13 @@ struct Side {
       : body(g.bodies[i]),
         response(body.node == kNoNode ? nullptr : &g.nodes[body.node].response),
         velocity(body.velocity),
-        spin(body.spin) {}
+        spin(body.spin) {
+    if (body.looped == kNoNode || !g.looped[body.looped].known) return;
+    const LoopedBody& looped = g.looped[body.looped];
+    response = &looped.response;
+    const Wrench change = change_by_loops(g, looped);
+    velocity += change.force, spin += change.torque;
+  }
   Vec3 speed_at(Vec3 arm) const { return velocity + glm::cross(spin, arm); }
   void push(Vec3 arm, Vec3 impulse) {
     const Vec3 moment = glm::cross(arm, impulse);
@@ -89,6 +95,7 @@ inline void end_side(const Group& g, std::uint32_t i, const Side& side) {
   GroupBody& body = g.bodies[i];
   if (body.node != kNoNode) {
     visit(g, body.node);
+    if (body.looped != kNoNode) push_looped(g, g.looped[body.looped], side.sum);
     return apply(g, body.node, side.sum);
   }
   body.velocity = side.velocity, body.spin = side.spin;

@@ -1,4 +1,4 @@
-// Pins, loops and cables of islands in contact: impulses iterated with the contacts.
+// Spring pins and cables of islands in contact: impulses iterated with the contacts.
 #include <algorithm>
 
 #include "engine/solvers/articulated/group_pair.hpp"
@@ -9,8 +9,6 @@ namespace {
 
 /// m/s: no gap is closed faster.
 constexpr Real kFastestReturn = 4;
-/// Of the response of a rigid tie: where nothing can give way, the tie does.
-constexpr Real kYield = 1e-9;
 
 const Vec3 kAxes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 
@@ -30,11 +28,6 @@ Vec3 impulse_of(const GroupTie& t) {
 /// Of a spring with a damper: impulse by relative velocity, that of the end of the substep.
 Real stiffness_of(const GroupTie& t, Real h) { return h * (h * t.stiffness + t.damping); }
 
-Vec3 limited(Vec3 speed) {
-  const Real size = glm::length(speed);
-  return size > kFastestReturn ? kFastestReturn / size * speed : speed;
-}
-
 /// The change of a cable's tension. One that is slack is left the way that it has.
 Real solve_cable(GroupTie& t, Real speed, Real h, Real part) {
   const Real stretch = glm::length(t.apart) - t.length;
@@ -53,12 +46,17 @@ Real solve_cable(GroupTie& t, Real speed, Real h, Real part) {
 
 }  // namespace
 
-void prepare_tie(const Group& g, GroupTie& t, Real h) {
+void place_tie(const Group& g, GroupTie& t) {
   const GroupBody &a = g.bodies[t.a], &b = g.bodies[t.b];
   t.arm_a = a.pose.position - a.centre + a.pose.rotation * t.anchor_a;
   t.arm_b = b.pose.position - b.centre + b.pose.rotation * t.anchor_b;
   t.apart = b.centre + t.arm_b - a.centre - t.arm_a;
-  if (t.cross != kNoNode) g.crosses[t.cross] = cross_response(g, a.node, b.node);
+}
+
+void prepare_tie(const Group& g, GroupTie& t, Real h) {
+  place_tie(g, t);
+  prepare_looped(g, t.a), prepare_looped(g, t.b);
+  if (t.cross != kNoNode) g.crosses[t.cross] = cross_response_of(g, t.a, t.b);
   const Pair pair{{g, t.a}, {g, t.b}, t.cross == kNoNode ? nullptr : &g.crosses[t.cross]};
   for (int k = 0; k < 3; ++k) t.response[k] = response_of(pair, arms_of(t), kAxes[k]);
   t.response = 0.5 * (t.response + glm::transpose(t.response));
@@ -68,11 +66,7 @@ void prepare_tie(const Group& g, GroupTie& t, Real h) {
     if (!(t.along > 0)) t.impulse = Vec3(0);
     return;
   }
-  const Mat3 solved =
-      t.kind == GroupTie::Kind::spring
-          ? Mat3(1) + stiffness_of(t, h) * t.response
-          : t.response + Mat3(kYield * (t.response[0][0] + t.response[1][1] + t.response[2][2]));
-  t.inverse = compliance_of(solved, kAxes, 3);
+  t.inverse = compliance_of(Mat3(1) + stiffness_of(t, h) * t.response, kAxes, 3);
 }
 
 void push_tie(const Group& g, const GroupTie& t) {
@@ -91,11 +85,8 @@ Real solve_tie(const Group& g, GroupTie& t, Real h, Real part) {
     if (!(t.along > 0)) return 0;
     const Vec3 n = direction_of(t);
     change = -solve_cable(t, glm::dot(n, speed), h, part) * n;
-  } else if (t.kind == GroupTie::Kind::spring) {
-    change = -t.inverse * (t.impulse + h * t.stiffness * t.apart + stiffness_of(t, h) * speed);
-    t.impulse += change;
   } else {
-    change = -t.inverse * (speed + limited(part / h * t.apart));
+    change = -t.inverse * (t.impulse + h * t.stiffness * t.apart + stiffness_of(t, h) * speed);
     t.impulse += change;
   }
   if (change == Vec3(0)) return 0;

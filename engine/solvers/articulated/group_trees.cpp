@@ -130,12 +130,15 @@ void place_nodes(const Group& g, GroupTree& t, Real h) {
     GroupNode& n = g.nodes[i];
     GroupBody& b = g.bodies[n.body];
     b.touched = false;
+    n.velocity = b.velocity;
     n.rotation = b.pose.rotation;
     n.arm = n.free_root ? Vec3(0) : -(n.rotation * n.own_anchor);
     b.centre = b.pose.position - n.arm;
     if (n.parent != kNoNode) n.lever = b.centre - g.bodies[g.nodes[n.parent].body].centre;
     n.world_inertia = world_inertia(n.rotation, n.inertia);
     n.whole = inertia_of(n);
+    n.whole.ff += n.pressed.ff, n.whole.ft += n.pressed.ft;
+    n.whole.tt += n.pressed.tt + n.tautness;
     t.mass += n.mass, t.before += n.mass * b.velocity;
     const Real half = std::exp(-0.5 * h * b.drag);  // see slow_down
     const Vec3 impulse = n.mass * (half * b.velocity + h * b.acceleration);
@@ -357,11 +360,13 @@ void follow_impulse(const Group& g, std::uint32_t node) {
   n.passing = {parent.force, spin_of(n, f.torque, parent)};
 }
 
+void settle_tree(const Group& g, GroupTree& t) {
+  visit(g, t.first);
+  for (std::uint32_t i = t.first + 1; i < t.first + t.count; ++i) go_out(g, t, g.nodes[i]);
+}
+
 void settle_trees(const Group& g) {
-  for (GroupTree& t : g.trees) {
-    visit(g, t.first);
-    for (std::uint32_t i = t.first + 1; i < t.first + t.count; ++i) go_out(g, t, g.nodes[i]);
-  }
+  for (GroupTree& t : g.trees) settle_tree(g, t);
 }
 
 }  // namespace pantin::detail::articulated

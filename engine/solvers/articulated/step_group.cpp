@@ -24,6 +24,8 @@ constexpr Real kLongestSubstep = 1.0 / 470, kLongestTreeSubstep = 1.0 / 235;
 constexpr int kLeastTreeSubsteps = 2, kMostSubsteps = 32;
 /// rad: bodies of trees turn by no more in a substep, as long as that many are enough.
 constexpr Real kLargestTurn = 0.5;
+/// Bodies whose moments differ by less about two axes are round.
+constexpr Real kRound = 1e-6;
 /// Hz: of the springs between free bodies; twice that against fixed ones. With damping far above
 /// the critical.
 constexpr Real kContactFrequency = 60, kDampingRatio = 10;
@@ -39,6 +41,11 @@ constexpr Real kEnoughOfRolling = 1e-7;
 constexpr int kHardSweeps = 200, kRollingSweeps = 20;
 /// Of the gap of a tie, closed in a substep.
 constexpr Real kTieReturn = 0.5;
+/// Rounds in which loops are closed, of few ties and of many.
+constexpr int kClosingRounds = 16, kClosingRoundsOfMany = 4;
+constexpr std::size_t kManyTies = 24;
+/// Of the gaps that loops may keep within a step, at its end.
+constexpr Real kLeftOpen = 1e-3;
 /// A sweep over trees is repeated while it moves a contact by more than this in a substep, m.
 constexpr Real kEnoughAtImpact = 5e-4;
 constexpr int kImpactSweepsOfTrees = 6;
@@ -59,12 +66,37 @@ bool is_near(const Group& g, const GroupContact& c, Real h, Real sudden) {
   return c.impulse.x > 0 || c.gap < h * (sudden + std::max(Real(0), closing));
 }
 
+void begin_again(const Group& g) {
+  for (const GroupNode& n : g.nodes) g.bodies[n.body].velocity = n.velocity;
+}
+
+/// Trees and loops, which are closed first.
+void prepare_closed(const Group& g, const GroupPart& part, Real h) {
+  stiffen(g, h);
+  if (are_open(g)) {
+    press(g);
+    const int most = g.ties.size() < kManyTies ? kClosingRounds : kClosingRoundsOfMany;
+    bool open = true;
+    for (int round = 0; open && round < most; ++round) {
+      prepare_trees(g, part);
+      prepare_loops(g);
+      open = close_loops(g, part);
+      begin_again(g);
+    }
+    release(g);
+  }
+  prepare_trees(g, part);
+  prepare_loops(g);
+}
+
 /// All contacts and trees where the bodies are now.
 void prepare_group(const Group& g, const GroupPart& part) {
   centre_bodies(g);
-  prepare_trees(g, part);
+  prepare_closed(g, part, part.h);
   Real sudden = kSuddenSpeed;
   for (const GroupBody& b : g.bodies) sudden = std::max(sudden, glm::length(b.velocity));
+  for (GroupTie& t : g.ties)
+    if (t.kind != GroupTie::Kind::rigid) prepare_tie(g, t, part.h);
   std::uint32_t known = kNoNode;
   for (GroupContact& c : g.contacts) {
     place(g, c);
@@ -73,22 +105,26 @@ void prepare_group(const Group& g, const GroupPart& part) {
       c.impulse = Vec3(0);
       continue;
     }
+    prepare_looped(g, c.a), prepare_looped(g, c.b);
     if (c.cross != known && c.cross != kNoNode)
-      g.crosses[known = c.cross] = cross_response(g, g.a(c).node, g.b(c).node);
+      g.crosses[known = c.cross] = cross_response_of(g, c.a, c.b);
     prepare_contact(g, c);
   }
-  for (GroupTie& t : g.ties) prepare_tie(g, t, part.h);
 }
-/// Actuators, limits, then ties, then contacts.
+/// Actuators, limits, then springs and cables, then contacts, then the loops.
 Real sweep_group(const Group& g, const Substep& s, Sweep sweep, Order order) {
   solve_actuators(g, s.h);
   solve_limits(g, s.h, sweep == Sweep::solves ? s.against_fixed : Softness{});
+  const Real part = sweep == Sweep::solves ? kTieReturn : 0;
+  begin_loops(g, s.h, part);
   Real most = 0;
   for (std::size_t i = 0; i < g.ties.size(); ++i) {
     GroupTie& t = g.ties[order == Order::forwards ? i : g.ties.size() - 1 - i];
-    most = std::max(most, solve_tie(g, t, s.h, sweep == Sweep::solves ? kTieReturn : 0));
+    if (t.kind != GroupTie::Kind::rigid) most = std::max(most, solve_tie(g, t, s.h, part));
   }
-  return std::max(most, sweep_contacts(g, s, sweep, order));
+  most = std::max(most, sweep_contacts(g, s, sweep, order));
+  end_loops(g);
+  return most;
 }
 /// Half of the drag before the forces of a substep, half after its contacts: what rests is not
 /// lighter for its drag.
@@ -126,7 +162,8 @@ void move(GroupBody& b, Real h) {
 void push_again(const Group& g) {
   push_actuators(g);
   push_limits(g);
-  for (const GroupTie& t : g.ties) push_tie(g, t);
+  for (const GroupTie& t : g.ties)
+    if (t.kind != GroupTie::Kind::rigid) push_tie(g, t);
   for (GroupContact& c : g.contacts) {
     if (c.impulse == Vec3(0)) {
       c.before = 0;
@@ -248,12 +285,25 @@ Mat3 inverse_inertia(const GroupBody& b, Quat q) {
 
 namespace {
 
+/// The spin of a body in a net, of a round one only that of its axis: about the axis a rod on which
+/// something slides may turn far.
+Vec3 turning_of(const GroupBody& b) {
+  for (int k = 0; k < 3; ++k) {
+    const Real x = b.per_inertia[(k + 1) % 3], y = b.per_inertia[(k + 2) % 3];
+    if (std::abs(x - y) > kRound * x || b.per_inertia[k] < x) continue;
+    const Vec3 axis = glm::mat3_cast(b.pose.rotation)[k];
+    return b.spin - glm::dot(b.spin, axis) * axis;
+  }
+  return b.spin;
+}
+
 int substeps_of(const Group& g, Real h) {
   if (g.trees.empty() && g.ties.empty())
     return std::clamp(static_cast<int>(std::ceil(h / kLongestSubstep)), 1, kMostSubsteps);
   Real fastest = 0;
   for (const GroupBody& b : g.bodies)
-    if (b.node != kNoNode) fastest = std::max(fastest, glm::length(b.spin));
+    if (b.node != kNoNode)
+      fastest = std::max(fastest, glm::length(b.looped == kNoNode ? b.spin : turning_of(b)));
   const Real least = std::max({Real(kLeastTreeSubsteps), h / kLongestTreeSubstep,
                                h * std::min(fastest, Real(1e9)) / kLargestTurn});
   return static_cast<int>(std::ceil(std::min(least, Real(kMostSubsteps))));
@@ -275,20 +325,21 @@ void step_group(const Group& g, Real h) {
   }
   for (GroupRolling& r : g.rollings) r.impulse *= s.h;
   for (GroupTie& t : g.ties) t.impulse *= s.h;
-  for (GroupNode& n : g.nodes)
+  for (GroupNode& n : g.nodes) {
+    n.pulled *= s.h;
     for (GroupLimit& limit : n.limits) limit.impulse *= s.h, limit.before *= s.h;
+  }
   for (int n = 0; n < substeps; ++n) {
     s.part = {s.h, Real(n) / substeps, n + 1 == substeps ? 1 : Real(n + 1) / substeps, h};
     take_substep(g, s, turned(Order::forwards, n));
   }
   if (!s.hard) take_up(g, s, h);
   const GroupPart end{0, 1, 1, h};
-  if (!g.ties.empty()) {
-    centre_bodies(g);
-    prepare_trees(g, end);
-    for (GroupTie& t : g.ties) prepare_tie(g, t, 0);
-    release_trees(g, end);
-    close_ties(g);
+  if (!g.loops.empty()) {
+    for (GroupLoops& l : g.loops) l.open *= kLeftOpen;
+    prepare_closed(g, end, s.h);
+    begin_again(g);
+    stiffen(g, 0);
   }
   if (!g.trees.empty()) {  // motions that the joints allow at the final poses
     prepare_trees(g, end);

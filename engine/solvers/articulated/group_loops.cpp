@@ -1,0 +1,460 @@
+// Loops in contact: what closes them is solved together, directly.
+//
+// The rigid ties of an island (joints that close loops, exact pins besides those of the roots) need
+// impulses p on their points with
+//   (A + yield) p = -(u + what is closed of their gaps),   A = sum over joints of T^T m T,
+// u being the points' relative velocities without p, m the mobility of a joint and T the torque
+// there of unit impulses at a tie, on its way to the root. A = L L^T is factored once a substep,
+// row by row from the first tie to which one responds.
+//
+// Impulses of contacts, springs and cables count with what the loops make of them: a body that
+// these push has rows Z = W L^-T more, W being the ties' response to an impulse on it, with which
+// its response is that without loops less Z^T Z. While such impulses are iterated, L z = u + ...
+// follows them: z += Z f, and the loops change the body's motion by -Z^T z. At the end p = -L^-T z
+// acts on the trees. So a heavy ball on a light net is stopped by one impulse, not by a thousand.
+//
+// Blocks are of three rows and three columns; rows of a block lie side by side, filled up to four.
+#include <algorithm>
+
+#include "engine/base/rotation.hpp"
+#include "engine/solvers/articulated/internal.hpp"
+
+namespace pantin::detail::articulated {
+namespace {
+
+/// Of the response of a rigid tie: where nothing can give way, the tie does.
+constexpr Real kYield = 1e-7;
+/// Of the inertia of a body: what pulls at it resists its turning only where that, over a substep,
+/// is more.
+constexpr Real kTaut = 1;
+/// Of the mass of a body, on which something fixed presses.
+constexpr Real kFixedMass = 1e3;
+/// m/s: no gap is closed faster.
+constexpr Real kFastestReturn = 4;
+
+constexpr std::size_t kWide = kBlockWide;
+
+Real* row_of(const Group& g, const GroupLoops& l, std::size_t tie) {
+  return g.loop_numbers.data() + l.factor + tie * l.ties * 3 * kWide;
+}
+std::span<GroupTie> ties_of(const Group& g, const GroupLoops& l) {
+  return g.ties.subspan(l.first_tie, l.ties);
+}
+
+/// Impulses and their moments, by those along the axes of the world.
+struct Wrenches {
+  Mat3 force{0}, torque{0};
+};
+
+/// What the joint of a node passes on to its parent's.
+Wrenches passed_on(const GroupNode& n, const Wrenches& f) {
+  const Mat3 relative = n.mobility * f.torque;
+  Wrenches p;
+  p.force = f.force - n.whole.ft * relative;
+  p.torque = cross_matrix(n.lever) * p.force;
+  if (!n.is_ball) p.torque += f.torque - n.whole.tt * relative;
+  return p;
+}
+
+/// Adds to a way towards the root; true while there is a parent.
+bool climb(const Group& g, std::uint32_t& node, Wrenches& f, PathStep*& to) {
+  const GroupNode& n = g.nodes[node];
+  *to++ = {node, f.torque, f.force};
+  node = n.parent;
+  if (node == kNoNode) return false;
+  f = passed_on(n, f);
+  return true;
+}
+
+std::uint32_t node_of(const Group& g, std::uint32_t body) { return g.bodies[body].node; }
+
+/// The ways of a tie's two ends, one from where they meet.
+void find_way(const Group& g, GroupTie& t) {
+  PathStep* const begin = g.path_steps.data() + t.first_step;
+  PathStep* to = begin;
+  std::uint32_t a = node_of(g, t.a), b = node_of(g, t.b);
+  Wrenches fa{Mat3(-1), -cross_matrix(t.arm_a)}, fb{Mat3(1), cross_matrix(t.arm_b)};
+  const bool one_tree = a != kNoNode && b != kNoNode && g.nodes[a].tree == g.nodes[b].tree;
+  while (one_tree && a != b) {
+    const std::uint32_t da = g.nodes[a].depth, db = g.nodes[b].depth;
+    if (da >= db) climb(g, a, fa, to);
+    if (db >= da) climb(g, b, fb, to);
+  }
+  if (one_tree) {
+    fb.force += fa.force, fb.torque += fa.torque;
+  } else if (a != kNoNode) {
+    while (climb(g, a, fa, to)) {
+    }
+  }
+  if (b != kNoNode)
+    while (climb(g, b, fb, to)) {
+    }
+  t.steps = static_cast<std::uint32_t>(to - begin);
+}
+
+std::span<PathStep> way_of(const Group& g, const GroupTie& t) {
+  return g.path_steps.subspan(t.first_step, t.steps);
+}
+
+/// Marks the nodes on a way by what impulses on it do there: relative spin by impulse, of a free
+/// root velocity and spin.
+void mark(const Group& g, std::uint32_t first, std::span<PathStep> way) {
+  for (std::uint32_t i = 0; i < way.size(); ++i) g.nodes[way[i].node].step = first + i;
+}
+
+/// Sum over the joints that two ways share.
+Mat3 shared(const Group& g, std::span<const PathStep> way, std::uint32_t first,
+            std::uint32_t count) {
+  Mat3 sum(0);
+  for (const PathStep& s : way) {
+    const GroupNode& n = g.nodes[s.node];
+    if (n.step - first >= count) continue;
+    const PathStep& other = g.path_steps[n.step];
+    if (other.node != s.node) continue;  // marked for another body
+    if (!n.free_root) {
+      sum += glm::transpose(other.torque) * (n.mobility * s.torque);
+      continue;
+    }
+    const Response& r = n.response;
+    sum += glm::transpose(other.force) * (r.vf * s.force + r.vt * s.torque) +
+           glm::transpose(other.torque) * (glm::transpose(r.vt) * s.force + r.wt * s.torque);
+  }
+  return sum;
+}
+
+void set_block(Real* to, const Mat3& m) {  // m(row, column) = m[column][row]
+  for (int c = 0; c < 3; ++c, to += kWide)
+    for (int r = 0; r < 3; ++r) to[r] = m[c][r];
+}
+/// to -= a b^T over `columns`.
+void subtract_products(Real* to, const Real* a, const Real* b, std::size_t columns) {
+  Real sum[3 * kWide] = {};
+  for (std::size_t k = 0; k < columns; ++k, a += kWide, b += kWide)
+    for (std::size_t c = 0; c < 3; ++c)
+      for (std::size_t r = 0; r < kWide; ++r) sum[c * kWide + r] += a[r] * b[c];
+  for (std::size_t i = 0; i < 3 * kWide; ++i) to[i] -= sum[i];
+}
+
+/// m - a b^T.
+Mat3 less_products(const Mat3& m, const Real* a, const Real* b, std::size_t columns) {
+  Real block[3 * kWide] = {};
+  set_block(block, m);
+  subtract_products(block, a, b, columns);
+  return Mat3(block[0], block[1], block[2], block[kWide], block[kWide + 1], block[kWide + 2],
+              block[2 * kWide], block[2 * kWide + 1], block[2 * kWide + 2]);
+}
+
+/// Solves x L^T = x for one block, L being on the diagonal; that has its inverse pivots there.
+void divide(Real* x, const Real* l) {
+  for (std::size_t r = 0; r < 3; ++r) {
+    x[r] *= l[0];
+    x[kWide + r] = (x[kWide + r] - x[r] * l[1]) * l[kWide + 1];
+    x[2 * kWide + r] =
+        (x[2 * kWide + r] - x[r] * l[2] - x[kWide + r] * l[kWide + 2]) * l[2 * kWide + 2];
+  }
+}
+
+/// L of a block on the diagonal, with inverse pivots. Where none is left, there is no impulse.
+void factor_block(Real* l, Real least) {
+  const auto inverse = [&](Real pivot) { return pivot > least ? 1 / std::sqrt(pivot) : 0; };
+  l[0] = inverse(l[0]);
+  l[1] *= l[0], l[2] *= l[0];
+  l[kWide + 1] = inverse(l[kWide + 1] - l[1] * l[1]);
+  l[kWide + 2] = (l[kWide + 2] - l[1] * l[2]) * l[kWide + 1];
+  l[2 * kWide + 2] = inverse(l[2 * kWide + 2] - l[2] * l[2] - l[kWide + 2] * l[kWide + 2]);
+}
+
+/// Solves x L^T = x from the block `first` on, for three rows.
+void divide_row(const Group& g, const GroupLoops& l, Real* row, std::uint32_t first,
+                std::uint32_t end) {
+  const std::span<GroupTie> ties = ties_of(g, l);
+  for (std::uint32_t j = first; j < end; ++j) {
+    const std::size_t from = std::max(first, ties[j].first), width = 3 * kWide;
+    const Real* other = row_of(g, l, j);
+    if (j > from)
+      subtract_products(row + j * width, row + from * width, other + from * width, 3 * (j - from));
+    divide(row + j * width, other + j * width);
+  }
+}
+
+void factor(const Group& g, const GroupLoops& l) {
+  const std::span<GroupTie> ties = ties_of(g, l);
+  for (std::uint32_t i = 0; i < l.ties; ++i) {
+    GroupTie& t = ties[i];
+    mark(g, t.first_step, way_of(g, t));
+    Real* row = row_of(g, l, i);
+    for (std::uint32_t j = t.first; j <= i; ++j) {
+      Mat3 block = shared(g, way_of(g, ties[j]), t.first_step, t.steps);
+      if (j == i) {
+        t.yield = kYield / 3 * (block[0][0] + block[1][1] + block[2][2]);
+        block += Mat3(t.yield);
+      }
+      set_block(row + j * 3 * kWide, block);
+    }
+    divide_row(g, l, row, t.first, i);
+    Real* own = row + i * 3 * kWide;
+    const std::size_t from = t.first;
+    subtract_products(own, row + from * 3 * kWide, row + from * 3 * kWide, 3 * (i - from));
+    factor_block(own, 0.01 * t.yield);
+  }
+}
+
+Vec3 velocity_at(const GroupBody& b, Vec3 arm) { return b.velocity + glm::cross(b.spin, arm); }
+
+Vec3 limited(Vec3 speed) {
+  const Real size = glm::length(speed);
+  return size > kFastestReturn ? kFastestReturn / size * speed : speed;
+}
+
+/// L z = z.
+void solve_forwards(const Group& g, const GroupLoops& l) {
+  Real* z = g.loop_numbers.data() + l.left;
+  for (std::uint32_t i = 0; i < l.ties; ++i) {
+    const Real* row = row_of(g, l, i);
+    Real sum[kWide] = {};
+    for (std::size_t k = 3 * ties_of(g, l)[i].first; k < 3 * i; ++k)
+      for (std::size_t r = 0; r < kWide; ++r) sum[r] += row[k * kWide + r] * z[k];
+    const Real* d = row + i * 3 * kWide;
+    Real* x = z + 3 * i;
+    x[0] = (x[0] - sum[0]) * d[0];
+    x[1] = (x[1] - sum[1] - d[1] * x[0]) * d[kWide + 1];
+    x[2] = (x[2] - sum[2] - d[2] * x[0] - d[kWide + 2] * x[1]) * d[2 * kWide + 2];
+  }
+}
+
+/// L^T z = z.
+void solve_backwards(const Group& g, const GroupLoops& l) {
+  Real* z = g.loop_numbers.data() + l.left;
+  for (std::uint32_t i = l.ties; i-- > 0;) {
+    const Real* row = row_of(g, l, i);
+    const Real* d = row + i * 3 * kWide;
+    Real* x = z + 3 * i;
+    x[2] *= d[2 * kWide + 2];
+    x[1] = (x[1] - d[kWide + 2] * x[2]) * d[kWide + 1];
+    x[0] = (x[0] - d[1] * x[1] - d[2] * x[2]) * d[0];
+    for (std::size_t k = 3 * ties_of(g, l)[i].first; k < 3 * i; ++k)
+      z[k] -= row[k * kWide] * x[0] + row[k * kWide + 1] * x[1] + row[k * kWide + 2] * x[2];
+  }
+}
+
+Vec3 left_of(const Group& g, const GroupLoops& l, std::uint32_t tie) {
+  const Real* z = g.loop_numbers.data() + l.left + 3 * tie;
+  return {z[0], z[1], z[2]};
+}
+void set_left(const Group& g, const GroupLoops& l, std::uint32_t tie, Vec3 v) {
+  Real* z = g.loop_numbers.data() + l.left + 3 * tie;
+  z[0] = v.x, z[1] = v.y, z[2] = v.z;
+}
+
+/// An impulse at a point of a body.
+void push_at(const Group& g, std::uint32_t body, Vec3 arm, Vec3 impulse) {
+  const std::uint32_t node = node_of(g, body);
+  if (node == kNoNode) return;
+  visit(g, node);
+  apply(g, node, {impulse, glm::cross(arm, impulse)});
+}
+
+/// A pull at a point of a body, by its impulse over the substep, resists turning across the way
+/// from the joint to the point.
+void add_pull(const Group& g, std::uint32_t body, Vec3 lever, Vec3 impulse) {
+  const std::uint32_t node = node_of(g, body);
+  const Real size = glm::dot(lever, lever), pull = glm::dot(impulse, lever);
+  if (node == kNoNode || !(pull > 0)) return;
+  g.nodes[node].tautness += pull * (Mat3(1) - glm::outerProduct(lever, lever) / size);
+}
+
+Vec3 lever_of(const GroupNode& n, const GroupBody& b, Vec3 anchor) {
+  return b.pose.rotation * (n.free_root ? anchor : anchor - n.own_anchor);
+}
+
+}  // namespace
+
+void stiffen(const Group& g, Real h) {
+  for (const GroupLoops& l : g.loops) {
+    const std::span<GroupTree> trees = g.trees.subspan(l.first_tree, l.trees);
+    for (const GroupTree& t : trees)
+      for (std::uint32_t i = t.first; i < t.first + t.count; ++i) g.nodes[i].tautness = Mat3(0);
+    if (!(h > 0)) continue;
+    const auto pull = [&](std::uint32_t body, Vec3 anchor, Vec3 impulse) {
+      const GroupBody& b = g.bodies[body];
+      if (b.node != kNoNode) add_pull(g, body, lever_of(g.nodes[b.node], b, anchor), h * impulse);
+    };
+    for (const GroupTie& t : ties_of(g, l))
+      pull(t.a, t.anchor_a, -t.impulse), pull(t.b, t.anchor_b, t.impulse);
+    for (const GroupTree& t : trees)
+      for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
+        const GroupNode& n = g.nodes[i];
+        if (n.parent != kNoNode) pull(g.nodes[n.parent].body, n.parent_anchor, -n.pulled);
+      }
+    for (const GroupTree& t : trees)
+      for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
+        GroupNode& n = g.nodes[i];
+        const Vec3 arm = n.free_root ? Vec3(0) : n.own_anchor;
+        const Real own =
+            std::max({n.inertia.x, n.inertia.y, n.inertia.z}) + n.mass * glm::dot(arm, arm);
+        const Real all = 0.5 * (n.tautness[0][0] + n.tautness[1][1] + n.tautness[2][2]);
+        n.tautness *= all > kTaut * own ? 1 - kTaut * own / all : 0;
+      }
+  }
+}
+
+void press(const Group& g) {
+  const auto on = [&](std::uint32_t body, std::uint32_t by, Vec3 at, Vec3 normal) {
+    const GroupBody &b = g.bodies[body], &other = g.bodies[by];
+    if (b.looped == kNoNode) return;
+    GroupNode& n = g.nodes[b.node];
+    const Real mass = other.per_mass > 0 ? 1 / other.per_mass : kFixedMass / b.per_mass;
+    const Vec3 across = glm::cross(lever_of(n, b, at), normal);
+    n.pressed.ff += mass * glm::outerProduct(normal, normal);
+    n.pressed.ft += mass * glm::outerProduct(normal, across);
+    n.pressed.tt += mass * glm::outerProduct(across, across);
+  };
+  for (const GroupContact& c : g.contacts) {
+    if (!(c.impulse.x > 0)) continue;
+    on(c.a, c.b, c.core_a, c.axes[0]), on(c.b, c.a, c.core_b, c.axes[0]);
+  }
+}
+
+void release(const Group& g) {
+  for (const LoopedBody& b : g.looped) g.nodes[b.node].pressed = {};
+}
+
+void prepare_loops(const Group& g) {
+  for (const GroupLoops& l : g.loops) {
+    for (GroupTie& t : ties_of(g, l)) {
+      place_tie(g, t);
+      t.impulse = Vec3(0);
+      find_way(g, t);
+    }
+    factor(g, l);
+    for (std::uint32_t i = 0; i < l.ties; ++i) set_left(g, l, i, Vec3(0));
+  }
+  for (LoopedBody& b : g.looped) b.known = false;
+}
+
+void prepare_looped(const Group& g, std::uint32_t body) {
+  const GroupBody& b = g.bodies[body];
+  if (b.looped == kNoNode || g.looped[b.looped].known) return;
+  LoopedBody& looped = g.looped[b.looped];
+  const GroupLoops& l = g.loops[looped.loops];
+  const std::size_t width = 3 * kWide;
+  Real* const by_force = g.loop_numbers.data() + looped.rows;
+  Real* const by_torque = by_force + l.ties * width;
+  for (Real* row : {by_force, by_torque}) {
+    const bool force = row == by_force;
+    PathStep* to = g.path_steps.data() + l.first_step;
+    Wrenches f{Mat3(force ? 1.0 : 0.0), Mat3(force ? 0.0 : 1.0)};
+    std::uint32_t node = b.node;
+    while (climb(g, node, f, to)) {
+    }
+    const auto count =
+        static_cast<std::uint32_t>(to - g.path_steps.data() - std::ptrdiff_t(l.first_step));
+    mark(g, l.first_step, g.path_steps.subspan(l.first_step, count));
+    for (std::uint32_t j = 0; j < l.ties; ++j)
+      set_block(row + j * width, shared(g, way_of(g, ties_of(g, l)[j]), l.first_step, count));
+    divide_row(g, l, row, 0, l.ties);
+  }
+  const Response& own = g.nodes[b.node].response;
+  const std::size_t columns = 3 * l.ties;
+  looped.response.vf = less_products(own.vf, by_force, by_force, columns);
+  looped.response.vt = less_products(own.vt, by_force, by_torque, columns);
+  looped.response.wt = less_products(own.wt, by_torque, by_torque, columns);
+  looped.known = true;
+}
+
+void begin_loops(const Group& g, Real h, Real part) {
+  for (const GroupLoops& l : g.loops) {
+    for (GroupTree& t : g.trees.subspan(l.first_tree, l.trees)) settle_tree(g, t);
+    for (std::uint32_t i = 0; i < l.ties; ++i) {
+      const GroupTie& t = ties_of(g, l)[i];
+      const Vec3 speed = velocity_at(g.bodies[t.b], t.arm_b) - velocity_at(g.bodies[t.a], t.arm_a);
+      const Vec3 closing = part > 0 ? limited(part / h * t.apart) : Vec3(0);
+      set_left(g, l, i, speed + closing + t.yield * t.impulse);
+    }
+    solve_forwards(g, l);
+  }
+}
+
+void end_loops(const Group& g) {
+  for (const GroupLoops& l : g.loops) {
+    solve_backwards(g, l);
+    for (std::uint32_t i = 0; i < l.ties; ++i) {
+      GroupTie& t = ties_of(g, l)[i];
+      const Vec3 more = -left_of(g, l, i);
+      t.impulse += more;
+      push_at(g, t.a, t.arm_a, -more), push_at(g, t.b, t.arm_b, more);
+      set_left(g, l, i, Vec3(0));
+    }
+  }
+}
+
+Wrench change_by_loops(const Group& g, const LoopedBody& b) {
+  const GroupLoops& l = g.loops[b.loops];
+  const Real* z = g.loop_numbers.data() + l.left;
+  const Real* by_force = g.loop_numbers.data() + b.rows;
+  const Real* by_torque = by_force + l.ties * 3 * kWide;
+  Real f[kWide] = {}, t[kWide] = {};
+  for (std::size_t k = 0; k < 3 * l.ties; ++k)
+    for (std::size_t r = 0; r < kWide; ++r) {
+      f[r] -= by_force[k * kWide + r] * z[k];
+      t[r] -= by_torque[k * kWide + r] * z[k];
+    }
+  return {Vec3(f[0], f[1], f[2]), Vec3(t[0], t[1], t[2])};
+}
+
+void push_looped(const Group& g, const LoopedBody& b, const Wrench& impulse) {
+  const GroupLoops& l = g.loops[b.loops];
+  Real* z = g.loop_numbers.data() + l.left;
+  const Real* by_force = g.loop_numbers.data() + b.rows;
+  const Real* by_torque = by_force + l.ties * 3 * kWide;
+  for (std::size_t k = 0; k < 3 * l.ties; ++k) {
+    const Real *f = by_force + k * kWide, *t = by_torque + k * kWide;
+    z[k] += f[0] * impulse.force.x + f[1] * impulse.force.y + f[2] * impulse.force.z +
+            t[0] * impulse.torque.x + t[1] * impulse.torque.y + t[2] * impulse.torque.z;
+  }
+}
+
+Real worst_gap(const Group& g, const GroupLoops& l) {
+  Real worst = 0;
+  for (GroupTie& t : ties_of(g, l)) {
+    t.apart = to_world(g.bodies[t.b].pose, t.anchor_b) - to_world(g.bodies[t.a].pose, t.anchor_a);
+    worst = std::max(worst, glm::length(t.apart));
+  }
+  return worst;
+}
+
+void push_closing(const Group& g, const GroupLoops& l) {
+  for (std::uint32_t i = 0; i < l.ties; ++i) {
+    const Vec3 apart = ties_of(g, l)[i].apart;
+    const Real gap = glm::length(apart);
+    set_left(g, l, i, gap > l.open ? (1 - l.open / gap) * apart : Vec3(0));
+  }
+  solve_forwards(g, l), solve_backwards(g, l);
+  for (std::uint32_t i = 0; i < l.ties; ++i) {
+    const GroupTie& t = ties_of(g, l)[i];
+    const Vec3 impulse = -left_of(g, l, i);
+    const std::uint32_t a = node_of(g, t.a), b = node_of(g, t.b);
+    if (a != kNoNode) g.nodes[a].passing += {-impulse, -glm::cross(t.arm_a, impulse)};
+    if (b != kNoNode) g.nodes[b].passing += {impulse, glm::cross(t.arm_b, impulse)};
+    set_left(g, l, i, Vec3(0));
+  }
+}
+
+CrossResponse cross_response_of(const Group& g, std::uint32_t a, std::uint32_t b) {
+  const std::uint32_t node = node_of(g, a), on = node_of(g, b);
+  CrossResponse x;
+  if (g.nodes[node].tree == g.nodes[on].tree) x = cross_response(g, node, on);
+  if (g.bodies[a].looped == kNoNode || g.bodies[b].looped == kNoNode) return x;
+  const LoopedBody &first = g.looped[g.bodies[a].looped], &second = g.looped[g.bodies[b].looped];
+  const std::size_t columns = 3 * g.loops[first.loops].ties;
+  const Real* const rows_a = g.loop_numbers.data() + first.rows;
+  const Real* const rows_b = g.loop_numbers.data() + second.rows;
+  const std::size_t torque = columns * kWide;
+  x.vf = less_products(x.vf, rows_a, rows_b, columns);
+  x.vt = less_products(x.vt, rows_a, rows_b + torque, columns);
+  x.wf = less_products(x.wf, rows_a + torque, rows_b, columns);
+  x.wt = less_products(x.wt, rows_a + torque, rows_b + torque, columns);
+  return x;
+}
+
+}  // namespace pantin::detail::articulated
