@@ -34,9 +34,9 @@ constexpr Real kLeft = 0.02, kRounding = 1e-14;
 /// Iterations whose corrections shrink no further than this part of the largest number have met
 /// rounding.
 constexpr Real kRoundingOfSolves = 1e-11;
-/// Where loops lose rank, rates of stages that leave the joints grow without bound, and corrections
-/// grow from smaller ones than this; shorter steps, nearer to that place, would see more of it.
-constexpr Real kNearLoss = 1e-7;
+/// Corrections below this part may grow again where rounding is large (spins of thin bodies about
+/// their axes) or rates off the joints are (loops that lose rank): the stages before are kept.
+constexpr Real kSmall = 1e-7;
 /// Longest step, in parts of the last one, that accelerations are extrapolated over.
 constexpr Real kFarthest = 4;
 
@@ -187,7 +187,7 @@ bool solve_stages(const Attempt& a) {
     ++a.m.iterations;
     if (!std::isfinite(size)) return false;
     const Real scale = std::max(Real(1), largest(s.stage[2])), ratio = size / before;
-    if (to_rounding && a.m.loops && ratio >= 1 && before <= kNearLoss * scale) return true;
+    if (to_rounding && ratio >= 1 && before <= kSmall * scale) return true;
     correct_stages(s);
     const Real goal = std::max(kLeft * a.tolerance, kRounding * scale);
     if (size <= goal || (n > 0 && ratio < 1 && size * ratio <= goal * (1 - ratio))) return true;
