@@ -1,6 +1,6 @@
 #pragma once
 /// Parameters of a joint besides its anchors, axes and limits: dimensions of certain kinds, and
-/// forces along its degrees of freedom. Only the Lagrangian solver supports them.
+/// forces along its degrees of freedom. Solvers: world/faults.cpp says which knows what.
 #include <cstdint>
 #include <memory>
 #include <span>

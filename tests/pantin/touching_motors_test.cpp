@@ -153,3 +153,48 @@ TEST_CASE("a leg whose knee rubs stands, and folds where it rubs too little") {
       CHECK(fallen > 0.1);
   }
 }
+
+TEST_CASE("in a loop of joints the one with a motor is driven; what cannot be is named") {
+  const JointMotor motor{.kind = MotorKind::velocity, .target = 1, .gain = 200};
+  for (const bool all : {false, true}) {
+    World world;
+    world.gravity = Vec3(0);
+    const Entity ground = world.add(RigidBody{.motion = Motion::fixed}).value();
+    const Vec3 corners[4] = {{0, 0, 0}, {0.2, 0.2, 0}, {0.9, 0.6, 0}, {1, 0, 0}};
+    std::vector<Entity> bars{ground};
+    for (int i = 0; i < 3; ++i) {
+      const Vec3 way = corners[i + 1] - corners[i];
+      bars.push_back(
+          world
+              .add(RigidBody{.shape = BoxShape{{0.5 * glm::length(way), 0.02, 0.02}},
+                             .position = corners[i] + 0.5 * way,
+                             .rotation = glm::angleAxis(std::atan2(way.y, way.x), Vec3(0, 0, 1)),
+                             .drag = 0})
+              .value());
+    }
+    bars.push_back(ground);
+    std::vector<Entity> hinges;
+    for (int i = 3; i >= 0; --i) {  // the driven one last
+      const JointMotor own = all || i == 0 ? motor : JointMotor{};
+      hinges.push_back(world
+                           .add(HingeJoint{.a = bars[static_cast<std::size_t>(i)],
+                                           .b = bars[static_cast<std::size_t>(i) + 1],
+                                           .anchor = corners[i],
+                                           .axis = {0, 0, 1},
+                                           .motor = own})
+                           .value());
+    }
+    const std::vector<StructureFault> faults = check(world);
+    CAPTURE(all);
+    if (all) {
+      REQUIRE(faults.size() == 1);
+      CHECK(faults.front().reason.find("closes a loop") != std::string::npos);
+      continue;
+    }
+    CHECK(faults.empty());
+    Simulation sim(world, {1.0 / 60});
+    for (int i = 0; i < 120; ++i) REQUIRE(sim.step().status == Status::ok);
+    CHECK(joint_angular_speed(sim.world, hinges.back()) == Approx(1).epsilon(1e-2));
+    CHECK(measure(sim.world).worst_gap < 1e-6);
+  }
+}
