@@ -381,6 +381,8 @@ Wrench change_by_loops(const Group& g, const LoopedBody& b);
 void push_looped(const Group& g, const LoopedBody& b, const Wrench& impulse);
 /// m, of the poses as they are; looks at all ties.
 Real worst_gap(const Group& g, const GroupLoops& l);
+/// Closes the joints that were cut exactly: what they leave open goes to the loops.
+void close_cuts(const Group& g);
 /// Impulses that close what they leave open go to `passing`.
 void push_closing(const Group& g, const GroupLoops& l);
 /// Turns bodies by that, at the start of a part. Whether the equations must be made anew

@@ -350,9 +350,11 @@ void prepare_looped(const Group& g, std::uint32_t body) {
     const auto count =
         static_cast<std::uint32_t>(to - g.path_steps.data() - std::ptrdiff_t(l.first_step));
     mark(g, l.first_step, g.path_steps.subspan(l.first_step, count));
-    for (std::uint32_t j = 0; j < l.ties; ++j)
+    const std::uint32_t first = std::min(l.ties, g.trees[g.nodes[b.node].tree].first_tie);
+    std::fill(row, row + first * width, Real(0));
+    for (std::uint32_t j = first; j < l.ties; ++j)
       set_block(row + j * width, shared(g, way_of(g, ties_of(g, l)[j]), l.first_step, count));
-    divide_row(g, l, row, 0, l.ties);
+    divide_row(g, l, row, first, l.ties);
   }
   const Response& own = g.nodes[b.node].response;
   const std::size_t columns = 3 * l.ties;
@@ -421,6 +423,18 @@ Real worst_gap(const Group& g, const GroupLoops& l) {
     worst = std::max(worst, glm::length(t.apart));
   }
   return worst;
+}
+
+void close_cuts(const Group& g) {
+  for (const GroupLoops& l : g.loops)
+    for (const GroupTie& t : ties_of(g, l)) {
+      if (!t.is_joint) continue;
+      const GroupTree& tree = g.trees[g.nodes[node_of(g, t.b)].tree];
+      const Vec3 way =
+          to_world(g.bodies[t.a].pose, t.anchor_a) - to_world(g.bodies[t.b].pose, t.anchor_b);
+      for (std::uint32_t i = tree.first; i < tree.first + tree.count; ++i)
+        g.bodies[g.nodes[i].body].pose.position += way;
+    }
 }
 
 void push_closing(const Group& g, const GroupLoops& l) {

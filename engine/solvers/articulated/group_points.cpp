@@ -41,7 +41,10 @@ Vec3 solve_point(const Pair& pair, GroupContact& c, const Goal& goal) {
   Real f1 = c.impulse.y - (u1 + c.cross_first * more) / c.aside;
   Real f2 = c.impulse.z - (u2 + c.cross_second * more) / c.aside;
   const Real held = std::sqrt(f1 * f1 + f2 * f2), most = c.friction * normal;
-  if (held > most) f1 *= most / held, f2 *= most / held;
+  if (normal == 0)
+    f1 = f2 = 0;  // squares of tiny ones may be zero
+  else if (held > most)
+    f1 *= most / held, f2 *= most / held;
   const Vec3 change = Vec3(normal, f1, f2) - c.impulse;
   c.impulse += change;
   return to_world(c, change);

@@ -338,6 +338,7 @@ void step_group(const Group& g, Real h) {
   if (!g.loops.empty()) {
     for (GroupLoops& l : g.loops) l.open *= kLeftOpen;
     prepare_closed(g, end, s.h);
+    close_cuts(g);
     begin_again(g);
     stiffen(g, 0);
   }
