@@ -175,6 +175,6 @@ TEST_CASE("three hundred falls", "[.soak]") {
   CHECK(o.violation <= 1e-9);
   CHECK(o.gap <= 1e-12);
   CHECK(o.growing == 0);
-  CHECK(o.deep <= 45);
-  CHECK(o.depth <= 0.6);
+  CHECK(o.deep <= 40);
+  CHECK(o.depth <= 0.65);
 }

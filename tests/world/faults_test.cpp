@@ -218,7 +218,7 @@ TEST_CASE("islands are told apart: each by the solver it has") {
     j.parameters.edit().rotation.motor = {MotorKind::velocity, 1, 1, 0, 5};
     const Entity link = chain.world.add_link(hook, e, j);
     SolverSettings how;
-    how.solver = i == 0 ? Solver::lagrangian : Solver::articulated;
+    how.solver = i == 0 ? Solver::lagrangian : Solver::sweep;
     chain.world.settings.add(e, how);
     if (i == 1) last = link;
   }

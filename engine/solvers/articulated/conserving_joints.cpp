@@ -36,11 +36,24 @@ Mat3 rows_of(const Real* m, std::size_t row_stride, std::size_t stride) {
   return out;
 }
 
-/// What the children of a body and the body itself add up to, before its turn is eliminated.
-void add_own(const Island& a, std::size_t c, Unknown unknown, Real h, ConservingSum& s) {
+/// A body in an elimination: what its children and itself add up to, and what comes of it.
+struct Elimination {
+  const StiffStep& step;
+  std::size_t c;
+  Unknown unknown;
+  ConservingSum& sum;
+  ConservingNode& node;
+  bool moves() const { return unknown == Unknown::displacement; }
+};
+
+/// Adds the body itself.
+void add_own(const Elimination& e) {
+  const Island& a = e.step.a;
+  const std::size_t c = e.c;
+  ConservingSum& s = e.sum;
   const LaneTable& work = a.scratch.work;
-  const bool moves = unknown == Unknown::displacement;
-  const Real m = a.constants.at(kMass, c) * (moves ? 1 / h : 1);
+  const bool moves = e.moves();
+  const Real m = a.constants.at(kMass, c) * (moves ? 1 / e.step.h : 1);
   const Vec3 end = m * work.vec(kEndArm, c), arm = moves ? m * work.vec(kMeanArm, c) : end;
   const Vec3 torque = work.vec(kTorqueImpulse, c), impulse = work.vec(kImpulse, c);
   for (int i = 0; i < 3; ++i) {
@@ -203,8 +216,8 @@ void eliminate_free(const ConservingSum& s, ConservingNode& n) {
 }
 
 /// The same with rows and torques; the current torque is returned.
-Vec3 eliminate_stiff(const StiffStep& step, std::size_t c, Unknown unknown, const ConservingSum& s,
-                     ConservingNode& n) {
+Vec3 eliminate_stiff(const Elimination& e) {
+  const auto& [step, c, unknown, s, n] = e;
   const PackedJoint& j = step.a.joints[c];
   const Directions d = directions_of(step, c);
   const JointRows rows = find_rows(j, d, unknown);
@@ -256,11 +269,11 @@ Vec3 eliminate_stiff(const StiffStep& step, std::size_t c, Unknown unknown, cons
 }
 
 /// Adds an eliminated body to its parent.
-void give_parent(const ConservingNode& n, const ConservingSum& child, Vec3 current,
-                 const StiffStep& step, std::size_t c, Unknown unknown, ConservingSum& p) {
-  const bool moves = unknown == Unknown::displacement;
-  const Vec3 end = step.a.scratch.work.vec(kEndReach, c);
-  const Vec3 reach = moves ? step.a.scratch.work.vec(kMeanReach, c) : end;
+void give_parent(const Elimination& e, Vec3 current, ConservingSum& p) {
+  const ConservingNode& n = e.node;
+  const ConservingSum& child = e.sum;
+  const LaneTable& work = e.step.a.scratch.work;
+  const Vec3 end = work.vec(kEndReach, e.c), reach = e.moves() ? work.vec(kMeanReach, e.c) : end;
   const Mat3 back = cross_matrix(end), out = cross_matrix(reach);
   const Mat3 by_turn = (n.passes_torque ? n.force_p : Mat3(0)) - n.force_y * back;
   p.yy += n.force_y, p.yt += by_turn, p.by_force += n.force;
@@ -270,7 +283,7 @@ void give_parent(const ConservingNode& n, const ConservingSum& child, Vec3 curre
     p.ty += n.torque_y, p.tt += n.torque_p - n.torque_y * back;
     p.by_torque -= n.torque;
   }
-  if (!moves) return;
+  if (!e.moves()) return;
   const Vec3 half = 0.5 * child.impulse;
   p.tt += glm::outerProduct(end, half) - Mat3(glm::dot(end, half));
   p.impulse += child.impulse, p.torque += glm::cross(reach, child.impulse) + current;
@@ -283,8 +296,9 @@ void eliminate_all(const StiffStep& step, Unknown unknown) {
   for (std::size_t c = a.count(); c-- > 0;) {
     ConservingSum& s = r.conserving_sums[c];
     ConservingNode& n = r.conserving_nodes[c];
-    add_own(a, c, unknown, step.h, s);
-    const bool moves = unknown == Unknown::displacement;
+    const Elimination e{step, c, unknown, s, n};
+    add_own(e);
+    const bool moves = e.moves();
     if (moves && !r.ties.empty()) add_ties(&r.tie_blocks[kTieBlock * c], s);
     n.turning = s.tt, n.crossing = s.yt;
     Vec3 current(0);
@@ -293,14 +307,13 @@ void eliminate_all(const StiffStep& step, Unknown unknown) {
       if (moves) n.turning += turning_axes(s.torque, a.memory.vec(kTurned, c));
       eliminate_free(s, n);
     } else {
-      current = eliminate_stiff(step, c, unknown, s, n);
+      current = eliminate_stiff(e);
     }
     n.force = s.by_force - s.yt * n.turn;
     n.force_y = s.yy + s.yt * n.turn_y;
     if (n.passes_torque) n.force_p = s.yt * n.turn_p;
     if (a.parents[c] < 0) continue;
-    give_parent(n, s, current, step, c, unknown,
-                r.conserving_sums[static_cast<std::size_t>(a.parents[c])]);
+    give_parent(e, current, r.conserving_sums[static_cast<std::size_t>(a.parents[c])]);
   }
 }
 

@@ -265,8 +265,7 @@ bool project(void* context) {
   std::vector<ConservingTie>& ties = s.a.scratch.ties;
   for (ConservingTie& t : ties) t.softness = 0;
   // The impulses of the projection count in the mean over the step.
-  if (!solve_ties(s.a, Arms::end, rows_of, [](ConservingTie& t, Vec3 mu) { t.mu += 0.5 * mu; }))
-    return false;
+  if (!solve_ties(s.a, Arms::end, rows_of, [](ConservingTie&, Vec3) {})) return false;
   if (std::any_of(ties.begin(), ties.end(), [&](auto& t) { return rows_of(t).takes; }))
     add_joint_impulses(s.a, 0.5);
   return true;

@@ -44,8 +44,13 @@ void add_tie(GroupScratch& r, const GroupScratch::Range& range, GroupTie t) {
 }
 
 /// A pin or a joint that closes a loop, of an island whose bodies are in the group.
+struct PinOf {
+  const PackedPin& pin;
+  const IslandStep& of;
+};
 GroupTie gather_pin(const World& world, GroupScratch& r, const GroupScratch::Range& range,
-                    const PackedPin& pin, const IslandStep& of) {
+                    const PinOf& gathered) {
+  const auto& [pin, of] = gathered;
   const Island& a = islands_of(world)[of.number];
   GroupTie t;
   t.kind = is_rigid(pin) ? GroupTie::Kind::rigid : GroupTie::Kind::spring;
@@ -158,7 +163,7 @@ void gather_ties(const World& world, GroupScratch& r, const GroupScratch::Range&
   GroupLoops loops;
   loops.first_tie = static_cast<std::uint32_t>(r.ties.size() - range.first_tie);
   for (const PackedPin& pin : a.pins)
-    if (is_rigid(pin)) r.ties.push_back(gather_pin(world, r, range, pin, of)), ++loops.ties;
+    if (is_rigid(pin)) r.ties.push_back(gather_pin(world, r, range, {pin, of})), ++loops.ties;
   if (loops.ties > 0) {
     const std::uint32_t node = r.bodies[range.first_body + r.index[a.slots[0]]].node;
     loops.first_tree = r.nodes[range.first_node + node].tree;
@@ -171,7 +176,7 @@ void gather_ties(const World& world, GroupScratch& r, const GroupScratch::Range&
     gather_loops(r, range, loops);
   }
   for (const PackedPin& pin : a.pins)
-    if (!is_rigid(pin)) add_tie(r, range, gather_pin(world, r, range, pin, of));
+    if (!is_rigid(pin)) add_tie(r, range, gather_pin(world, r, range, {pin, of}));
   for (std::uint32_t i = 0; i < a.cables.size(); ++i) {
     const PackedCable& cable = a.cables[i];
     const CableParameters& own = world.cables.values()[cable.cable].joint;

@@ -164,9 +164,13 @@ void factor_block(Real* l, Real least) {
   l[2 * kWide + 2] = inverse(l[2 * kWide + 2] - l[2] * l[2] - l[kWide + 2] * l[kWide + 2]);
 }
 
-/// Solves x L^T = x from the block `first` on, for three rows.
-void divide_row(const Group& g, const GroupLoops& l, Real* row, std::uint32_t first,
-                std::uint32_t end) {
+/// Blocks of a row.
+struct Blocks {
+  std::uint32_t first, end;
+};
+/// Solves x L^T = x in these, for three rows.
+void divide_row(const Group& g, const GroupLoops& l, Real* row, Blocks blocks) {
+  const auto [first, end] = blocks;
   const std::span<GroupTie> ties = ties_of(g, l);
   for (std::uint32_t j = first; j < end; ++j) {
     const std::size_t from = std::max(first, ties[j].first), width = 3 * kWide;
@@ -191,7 +195,7 @@ void factor(const Group& g, const GroupLoops& l) {
       }
       set_block(row + j * 3 * kWide, block);
     }
-    divide_row(g, l, row, t.first, i);
+    divide_row(g, l, row, {t.first, i});
     Real* own = row + i * 3 * kWide;
     const std::size_t from = t.first;
     subtract_products(own, row + from * 3 * kWide, row + from * 3 * kWide, 3 * (i - from));
@@ -354,7 +358,7 @@ void prepare_looped(const Group& g, std::uint32_t body) {
     std::fill(row, row + first * width, Real(0));
     for (std::uint32_t j = first; j < l.ties; ++j)
       set_block(row + j * width, shared(g, way_of(g, ties_of(g, l)[j]), l.first_step, count));
-    divide_row(g, l, row, first, l.ties);
+    divide_row(g, l, row, {first, l.ties});
   }
   const Response& own = g.nodes[b.node].response;
   const std::size_t columns = 3 * l.ties;

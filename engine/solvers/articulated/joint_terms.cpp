@@ -173,16 +173,19 @@ void add_drive(const World& world, const At& at, const LoadScale& scale, JointTe
   t.drive_torque = k * residual - d * (t.way - ahead);
 }
 
+/// What acts along the coordinate of a joint.
+struct Actuated {
+  const Dof& by;
+  Real angle;  // rad, before the step
+};
 /// The spring, friction and motor along the coordinate, at its end as far as the slopes tell.
-void add_actuator(const World& world, Island& a, std::size_t c, const At& at,
-                  const LoadScale& scale) {
-  JointTerms& t = a.scratch.terms[c];
-  const PackedJoint& j = a.joints[c];
+void add_actuator(const Actuated& joint, const At& at, const LoadScale& scale, JointTerms& t) {
+  const PackedJoint& j = at.packed;
   const Quat own = at.own_at(at.rotation);
   const Vec3 along = sign_of(j) * actuated_axis(j, own, t.parent);
-  const Real angle = unwound(coordinate_of(j, own, t.parent), a.joint_memory[c].angle);
+  const Real angle = unwound(coordinate_of(j, own, t.parent), joint.angle);
   const Real rate = glm::dot(along, t.way) / scale.h;
-  const LinearisedForce f = linearise(dof_of(world, a, c), angle, rate, Slope::secant);
+  const LinearisedForce f = linearise(joint.by, angle, rate, Slope::secant);
   add_spring(t, scale.to_load * (f.stiffness + f.damping / scale.h), along,
              scale.to_load * f.force);
 }
@@ -256,7 +259,7 @@ void set_terms(const World& world, Island& a, Real h, const Pass& pass) {
     t.way += t.align;
     add_soft_zones(j.joint.limits, scale, t);
     if (j.drive != UINT32_MAX) add_drive(world, at, scale, t);
-    if (is_actuated(j)) add_actuator(world, a, c, at, scale);
+    if (is_actuated(j)) add_actuator({dof_of(world, a, c), a.joint_memory[c].angle}, at, scale, t);
   }
 }
 
