@@ -30,6 +30,16 @@ LinearisedForce linearise(const Dof& f, Real coordinate, Real rate, Slope slope)
   return p;
 }
 
+bool is_sound(const Dof& dof) {
+  const JointMotor& m = dof.motor;
+  for (const Real x : {dof.spring.stiffness, dof.spring.damping, dof.spring.rest,
+                       dof.friction.viscous, dof.friction.dry, dof.friction.slip})
+    if (!std::isfinite(x)) return false;
+  if (dof.friction.dry != 0 && !(dof.friction.slip > 0)) return false;
+  if (m.kind == MotorKind::none) return true;
+  return std::isfinite(m.target) && std::isfinite(m.gain) && std::isfinite(m.damping) && m.cap >= 0;
+}
+
 bool saturates(const Dof& dof) {
   return dof.friction.dry != 0 || (dof.motor.kind != MotorKind::none && dof.motor.cap < 1e299);
 }

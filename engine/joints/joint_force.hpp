@@ -20,6 +20,9 @@ LinearisedForce linearise(const Dof& dof, Real coordinate, Real rate, Slope slop
 /// Whether the force saturates: dry friction, or a motor with a cap.
 bool saturates(const Dof& dof);
 
+/// Whether every number of it is one, and friction can fade near zero rate.
+bool is_sound(const Dof& dof);
+
 /// The x that solves x = freely + yield force(x) for a force that falls with x: `force` returns it
 /// and minus its derivative. Newton's method within brackets.
 template <class Force>

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "engine/base/invariants.hpp"
+#include "engine/joints/joint_force.hpp"
 #include "engine/solvers/solver.hpp"
 
 namespace pantin::detail {
@@ -136,6 +137,13 @@ void list_impossible(const Plans& owners) {
   for (std::size_t i = 0; i < world.links.size(); ++i)
     if (const Link& l = world.links.values()[i]; !is_sound(l.joint))
       stop_both(world.links.owners()[i], "has an anchor or axes that are not finite", l.a, l.b);
+  for (std::size_t i = 0; i < world.links.size(); ++i) {
+    const Link& l = world.links.values()[i];
+    if (l.joint.parameters.any() &&
+        !(is_sound(l.joint.parameters->rotation) && is_sound(l.joint.parameters->translation)))
+      stop_both(world.links.owners()[i],
+                "has a spring, friction or a motor with a number that is none", l.a, l.b);
+  }
   for (std::size_t i = 0; i < world.cables.size(); ++i)
     if (const Cable& s = world.cables.values()[i]; !is_sound(s.joint))
       stop_both(world.cables.owners()[i], "has a number that is none", s.a, s.b);

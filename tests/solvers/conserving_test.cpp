@@ -86,26 +86,8 @@ RodTree rods(const Rods& spec) {
   return t;
 }
 
-struct Kept {
-  Real most = 0, end = 0;  // change of energy, parts of the scale
-  Real gap = 0;            // m
-  int limited = 0;         // steps in which the limiter acted
-};
-
 Kept run(const RodTree& t, Real rate, Real duration) {
-  Simulation sim(t.world, {1 / rate, 1, 1, true});
-  const Real start = measure(sim.world).energy();
-  Kept kept;
-  const int steps = static_cast<int>(std::lround(duration * rate));
-  for (int i = 0; i < steps; ++i) {
-    const StepReport report = sim.step();
-    if (report.status != Status::ok) return {1e9, -1e9, 1e9, steps};
-    kept.end = (report.measures.energy() - start) / t.scale;
-    kept.most = std::max(kept.most, kept.end);
-    kept.gap = std::max(kept.gap, report.measures.worst_gap);
-    kept.limited += report.limited;
-  }
-  return kept;
+  return kept_over(t.world, t.scale, rate, duration);
 }
 
 }  // namespace

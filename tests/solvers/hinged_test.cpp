@@ -2,6 +2,7 @@
 // on them keep energy and momentum, and springs, friction, motors and drives along their
 // coordinates move them as the exact solver says.
 #include <catch2/catch.hpp>
+#include <limits>
 #include <pantin/measure.hpp>
 
 #include "tests/solvers/exact.hpp"
@@ -77,27 +78,8 @@ HingedTree hinged_tree(const Hinged& spec) {
   return t;
 }
 
-struct Kept {
-  Real most = 0, end = 0;       // change of energy, parts of the scale
-  Real gap = 0, violation = 0;  // m, rad
-  int limited = 0;              // steps in which the limiter acted
-};
-
 Kept run(const HingedTree& t, Real rate, Real duration) {
-  Simulation sim(t.world, {1 / rate, 1, 1, true});
-  const Real start = measure(sim.world).energy();
-  Kept kept;
-  const int steps = static_cast<int>(std::lround(duration * rate));
-  for (int i = 0; i < steps; ++i) {
-    const StepReport report = sim.step();
-    if (report.status != Status::ok) return {1e9, -1e9, 1e9, 1e9, steps};
-    kept.end = (report.measures.energy() - start) / t.scale;
-    kept.most = std::max(kept.most, kept.end);
-    kept.gap = std::max(kept.gap, report.measures.worst_gap);
-    kept.violation = std::max(kept.violation, report.measures.worst_violation);
-    kept.limited += report.limited;
-  }
-  return kept;
+  return kept_over(t.world, t.scale, rate, duration);
 }
 
 constexpr JointKind kHinge = JointKind::hinge, kUniversal = JointKind::universal,
@@ -356,4 +338,36 @@ TEST_CASE("the torque through a hinge is what its arm weighs, springs and motors
   REQUIRE(load);
   CHECK(glm::length(load->force) == Approx(9.81).epsilon(1e-6));
   CHECK(glm::length(load->torque) < 1e-5);
+}
+
+TEST_CASE(
+    "a motor, a spring, friction or a drive with numbers that are none stops its island, named") {
+  const Real none = std::numeric_limits<Real>::quiet_NaN();
+  const auto spoil = [&](World& w, Entity hinge, int which) {
+    Dof& dof = w.links[hinge].joint.parameters.edit().rotation;
+    if (which == 0) dof.motor = {.kind = MotorKind::velocity, .target = none, .gain = 1};
+    if (which == 1) dof.spring.stiffness = none;
+    if (which == 2) dof.friction = {.dry = 1, .slip = 0};
+    if (which == 3) w.joint_drives[hinge].stiffness = none;
+  };
+  for (int which = 0; which < 4; ++which)
+    for (const bool at_once : {true, false}) {
+      Dof forces;
+      forces.friction.viscous = 0.1;
+      Arm a = level_arm(forces);
+      a.world.joint_drives.add(a.hinge, JointDrive{});
+      if (at_once) spoil(a.world, a.hinge, which);
+      INFO(which << (at_once ? " from the start" : " later"));
+      if (at_once && which < 3) CHECK(check(a.world).size() == 1);
+      Simulation sim(a.world, {1.0 / 60});
+      if (!at_once) {
+        REQUIRE(sim.step().status == Status::ok);
+        spoil(sim.world, a.hinge, which);
+      }
+      const Pose before = sim.world.bodies[a.arm].pose;
+      const StepReport report = sim.step();
+      CHECK(report.status == Status::diverged);
+      CHECK(report.body == a.arm);
+      CHECK(sim.world.bodies[a.arm].pose.position == before.position);
+    }
 }

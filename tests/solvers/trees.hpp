@@ -77,6 +77,31 @@ inline RandomTree random_tree(const TreeSpec& spec, Random& dice) {
   return t;
 }
 
+/// What a run kept of its energy.
+struct Kept {
+  Real most = 0, end = 0;       // change of energy, parts of a scale
+  Real gap = 0, violation = 0;  // m, rad
+  int limited = 0;              // steps in which the limiter acted
+};
+
+/// A run at `rate` steps a second; `scale` is an energy, J.
+inline Kept kept_over(const World& world, Real scale, Real rate, Real duration) {
+  Simulation sim(world, {1 / rate, 1, 1, true});
+  const Real start = measure(sim.world).energy();
+  Kept kept;
+  const int steps = static_cast<int>(std::lround(duration * rate));
+  for (int i = 0; i < steps; ++i) {
+    const StepReport report = sim.step();
+    if (report.status != Status::ok) return {1e9, -1e9, 1e9, 1e9, steps};
+    kept.end = (report.measures.energy() - start) / scale;
+    kept.most = std::max(kept.most, kept.end);
+    kept.gap = std::max(kept.gap, report.measures.worst_gap);
+    kept.violation = std::max(kept.violation, report.measures.worst_violation);
+    kept.limited += report.limited;
+  }
+  return kept;
+}
+
 inline bool is_finite(const World& world) {
   for (const Body& b : world.bodies.values())
     if (!(pantin::is_finite(b.pose) && pantin::is_finite(b.velocity) &&

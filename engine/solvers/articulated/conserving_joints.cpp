@@ -177,9 +177,7 @@ Quat parent_at(const StiffStep& s, std::size_t c, Real fraction) {
                         b.pose.rotation);
 }
 
-Directions directions_of(const StiffStep& s, std::size_t c) {
-  const PackedJoint& j = s.a.joints[c];
-  const JointEnds ends = ends_of(s, c);
+Directions directions_of(const PackedJoint& j, const JointEnds& ends) {
   const auto axes = [](Quat body, Quat frame) { return glm::mat3_cast(body * frame); };
   const Quat fa = j.joint.frames.a(), fb = j.joint.frames.b();
   return j.own_is_a ? Directions{axes(ends.own0, fa), axes(ends.own1, fa), axes(ends.parent0, fb),
@@ -219,7 +217,8 @@ void eliminate_free(const ConservingSum& s, ConservingNode& n) {
 Vec3 eliminate_stiff(const Elimination& e) {
   const auto& [step, c, unknown, s, n] = e;
   const PackedJoint& j = step.a.joints[c];
-  const Directions d = directions_of(step, c);
+  const JointEnds ends = ends_of(step, c);
+  const Directions d = directions_of(j, ends);
   const JointRows rows = find_rows(j, d, unknown);
   Vec3 along[3], free[3], to[3], columns[3];
   const std::size_t count = find_free(rows.gradient, rows.count, free);
@@ -228,7 +227,7 @@ Vec3 eliminate_stiff(const Elimination& e) {
   Vec3 current(0);  // torque impulse on the own body
   RowTurn turn;
   if (unknown == Unknown::displacement) {
-    find_torque(step, c);
+    find_torque(step, c, ends);
     const Real half = 0.5 * step.h;
     // Multipliers that balance the rest of the torque as well as they can.
     invert_rows(rows.torque, rows.count, columns);

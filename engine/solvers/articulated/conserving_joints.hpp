@@ -32,7 +32,7 @@ void respond_stiff(Island& a, Arms arms);
 /// Whether a joint has a drive, soft zones, a spring, friction or a motor; what these exert on the
 /// own body, and how that depends on its turn relative to its parent at the iterate, into its node.
 bool exerts_torque(const PackedJoint& joint);
-void find_torque(const StiffStep& s, std::size_t c);
+void find_torque(const StiffStep& s, std::size_t c, const JointEnds& ends);
 /// Cayley's vector of the relative turn over the part: the work of a torque is its product with it.
 Vec3 turned_by(const StiffStep& s, std::size_t c, const JointEnds& ends);
 

@@ -54,20 +54,9 @@ Real mobility_about(const StiffStep& s, std::size_t c, Vec3 axis) {
   return 1 / inertia_about(s, c, axis) + mobility_of_parent(s, c, axis);
 }
 
-/// rad/s, of the own body less that of its parent, at the start of the part.
-Vec3 spin_before(const StiffStep& s, std::size_t c) {
-  const auto spin = [&](std::uint32_t slot) {
-    return s.world.bodies.values()[slot].angular_velocity;
-  };
-  if (s.a.parents[c] >= 0)
-    return spin(s.a.slots[c]) - spin(s.a.slots[static_cast<std::size_t>(s.a.parents[c])]);
-  const std::uint32_t held = held_body_of(s.a, c);
-  return spin(s.a.slots[c]) - (held == UINT32_MAX ? Vec3(0) : spin(held));
-}
-
 /// The coordinate of an actuated joint over the part.
 struct Way {
-  Real before, end, rate;  // rad, rad/s at the start
+  Real before, end;  // rad
 };
 
 /// The force of a Dof as a function of the coordinate at the end.
@@ -96,8 +85,7 @@ void add_dof(const StiffStep& s, std::size_t c, const JointEnds& ends) {
              axis = actuated_axis(j, ends.own1, ends.parent1), mean = glm::normalize(axis0 + axis);
   const Dof& dof = dof_of(s.world, s.a, c);
   const Real before = unwound(coordinate_of(j, ends.own0, ends.parent0), s.a.joint_memory[c].angle);
-  const Way way{before, unwound(coordinate_of(j, ends.own1, ends.parent1), before),
-                sign * glm::dot(axis0, spin_before(s, c))};
+  const Way way{before, unwound(coordinate_of(j, ends.own1, ends.parent1), before)};
   // As the last elimination has it, the parent apart.
   const Real mobility = n.yield > 0 ? 2 * n.yield / (s.h * s.h) + mobility_of_parent(s, c, axis0)
                                     : mobility_about(s, c, axis0);
@@ -257,12 +245,11 @@ Vec3 actuated_axis(const PackedJoint& joint, Quat own, Quat parent) {
   return a * (turns_of(joint.joint.kind) == Turns::about_two ? Vec3(0, 1, 0) : Vec3(1, 0, 0));
 }
 
-void find_torque(const StiffStep& s, std::size_t c) {
+void find_torque(const StiffStep& s, std::size_t c, const JointEnds& ends) {
   const PackedJoint& j = s.a.joints[c];
   if (!exerts_torque(j)) return;
   ConservingNode& n = s.a.scratch.conserving_nodes[c];
   n.exerted = n.damped = Vec3(0), n.stiffness = n.damping = Mat3(0);
-  const JointEnds ends = ends_of(s, c);
   if (is_actuated(j)) add_dof(s, c, ends);
   if (j.drive != UINT32_MAX) add_drive(s, c, ends);
   if (j.joint.limits->soft_zone > 0) add_soft_zones(s, c, ends);

@@ -132,6 +132,8 @@ Real coordinate_of(const PackedJoint& joint, Quat own, Quat parent);
 Real angle_of(const World& world, const Island& a, std::size_t c);
 /// The angle that differs from `near` by less than half a turn.
 Real unwound(Real angle, Real near);
+/// The body of a joint whose drive, motor or the like has a number that is none, or none.
+Entity find_unsound(const World& world, const Island& a);
 /// The axis of that coordinate in the joint's body a, by its rotation; the sign with which a torque
 /// along it turns the own body.
 Vec3 actuated_axis(const PackedJoint& joint, Quat own, Quat parent);

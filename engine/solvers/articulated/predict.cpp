@@ -1,8 +1,10 @@
 // The update stage: what moves the bodies, and their free motion.
 #include <algorithm>
 
+#include "engine/joints/joint_force.hpp"
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/internal.hpp"
+#include "engine/world/joint_drive.hpp"
 
 namespace pantin::detail::articulated {
 namespace {
@@ -105,9 +107,29 @@ void predict_motion(World& world, Island& a, Real h) {
   a.momentum_before = Vec3(start.momentum[0], start.momentum[1], start.momentum[2]);
 }
 
+namespace {
+
+bool is_sound(const JointDrive& drive, Real time) {
+  return std::isfinite(drive.stiffness) && std::isfinite(drive.damping) && drive.max_torque >= 0 &&
+         is_finite(target_at(drive, time));
+}
+
+}  // namespace
+
+Entity find_unsound(const World& world, const Island& a) {
+  for (std::size_t c = 0; c < a.joints.size(); ++c) {
+    const PackedJoint& j = a.joints[c];
+    if (!j.stiff) continue;
+    if (is_actuated(j) && !detail::is_sound(dof_of(world, a, c))) return a.bodies[c];
+    if (j.drive != UINT32_MAX && !is_sound(world.joint_drives.values()[j.drive], world.time))
+      return a.bodies[c];
+  }
+  return {};
+}
+
 void update(World& world, Island& a, Real h) {
   a.scratch.predicted = true;
-  if (a.unfit) {
+  if (a.unfit || find_unsound(world, a)) {
     a.finite = false;
     return predict_still(world, a);
   }

@@ -89,7 +89,8 @@ void remember_step(World& world, Island& a, Real h) {
 bool finish_step(World& world, Island& a, Real h, Entity& lost) {
   a.knows_torques = false;
   if (!a.finite) {  // before joints can hide it
-    lost = a.unfit ? a.unfit : find_lost(world, a);
+    lost = a.unfit ? a.unfit : find_unsound(world, a);
+    if (!lost) lost = find_lost(world, a);
     return false;
   }
   EndSums end = close_joints(world, a, h);
