@@ -67,7 +67,7 @@ struct SolverRow {
   bool (*touches)(const World&, std::size_t island);
   /// Saves the initial state of the step, bodies included.
   void (*save)(World&, std::size_t island);
-  /// Repeats the step from the saved state. False if it fails.
+  /// Repeats the step from the saved state. False if it fails or is too dear to be repeated.
   bool (*repeat)(World&, std::size_t island, Real h);
   /// Appends the reactions of a follower at its interfaces over the step.
   void (*react)(World&, std::size_t island, Real h, std::vector<contact::Reaction>&);

@@ -8,7 +8,7 @@ namespace pantin::detail::lagrangian {
 namespace {
 
 constexpr int kMaxHalvings = 6, kMaxSteps = 200000;
-/// A step that needs more substeps than this fails and is reported.
+/// A part of a step that needs more substeps than this fails.
 constexpr int kMaxSubsteps = 1000;
 /// Constraint drift of a Runge-Kutta step that projection may correct, relative to the displacement
 /// of the bodies.
@@ -201,10 +201,11 @@ bool advance(const World& world, Island& m, const Span& span) {
   m.scratch.start = m.scratch.state, m.scratch.impulses_at_start = m.scratch.impulses;
   const int before = m.rescues;
   m.rescues = 0;
+  const bool dear = is_dear(m);
   // After a rescue fewer halvings are tried, and none in the next steps.
-  const Attempt first{chosen, before > 0 ? kRetries : kMaxHalvings, kMaxSubsteps};
+  const Attempt first{chosen, dear ? 0 : before > 0 ? kRetries : kMaxHalvings, kMaxSubsteps};
   if (before % kPatience == 0 && advance_by(world, m, span, first)) return true;
-  const Attempt rescue{integrators::euler, kMaxHalvings, 2 * kMaxSubsteps};
+  const Attempt rescue{integrators::euler, dear ? 0 : kMaxHalvings, 2 * kMaxSubsteps};
   const bool by_halves = &chosen != &integrators::euler && advance_by(world, m, span, rescue);
   m.rescues = before + 1;
   if (!by_halves && !advance_loosely(world, m, span)) return m.rescues = 0, false;

@@ -143,6 +143,10 @@ bool project(const World& world, Island& m, Real part, Real whole);
 /// Projects twists only; `bias` holds the required rates by row, or is empty.
 void project_twists(Island& m, std::span<const Real> bias);
 
+/// Whether the step took so many factorisations that no part of it is halved again, nor the step
+/// repeated.
+inline bool is_dear(const Island& m) { return m.solves > 4000; }
+
 /// Advances by the requested time. Where no substep is short enough it falls back to Euler, which
 /// dissipates but is stable; as a last resort joints may stay open a little.
 bool advance(const World& world, Island& m, const Span& span);

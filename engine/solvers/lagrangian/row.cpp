@@ -130,7 +130,7 @@ bool repeat(World& world, std::size_t island, Real h) {
   Island& m = restore_island<Islands>(world, island);
   step(world, m, h);
   if (!m.lost) resolve_contacts(world, h, {static_cast<std::uint32_t>(island)});
-  return !m.lost;
+  return !m.lost && !is_dear(m);
 }
 
 void note_failure(const World& world, StepReport& report) {
