@@ -42,7 +42,7 @@ struct SolverSettings {
   int sweeps = 16;          // most relaxation sweeps or Newton iterations
   int active_set_iterations = 6;  // most solves of a step to find the active set
   // An island at rest on fixed bodies that moves no faster than this for half a second falls
-  // asleep, m/s; 0: never.
+  // asleep, m/s; 0: never. What else rests among jointed bodies: has_rested() of `articulated`.
   Real sleep_speed = 2e-3;
   Real tolerance = 1e-4;          // residual of a pin, as a fraction of the island's size
   Real stall_drop = 1e-3;         // least relative improvement per sweep

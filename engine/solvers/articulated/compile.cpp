@@ -270,6 +270,7 @@ void pack_joints(const World& world, Island& a) {
   }
   if (!joints.empty()) joints.resize(a.count());
   a.joint_memory.assign(joints.size(), {});
+  a.rests.assign(a.count(), {});
   a.joints = std::move(joints);
 }
 

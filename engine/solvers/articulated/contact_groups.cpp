@@ -180,6 +180,7 @@ void let_sleep(World& world, const Group& g, Real h) {
   }
   const bool settled = is_settled(g.contacts);
   bool still = std::none_of(g.contacts.begin(), g.contacts.end(), bears_moving_surface);
+  bool rested = false;  // the island that is looked at; among trees arms may swing for long
   for (const GroupBody& f : g.bodies) {
     if (f.per_mass == 0) {
       still = still && f.velocity == Vec3(0) && f.spin == Vec3(0);
@@ -189,11 +190,14 @@ void let_sleep(World& world, const Group& g, Real h) {
     const Real slow = a.settings.sleep_speed;
     const Real speed = glm::length(f.velocity), spin = glm::length(f.spin);
     const bool drives = f.node != kNoNode && g.nodes[f.node].is_driven;
-    if (f.node == kNoNode || g.nodes[f.node].column == 0)
+    if (f.node == kNoNode || g.nodes[f.node].column == 0) {
       a.quiet_time += h;  // unless one of its bodies moves
+      rested = !g.trees.empty() && has_rested(world, a, h);
+    }
     if (!a.contact_active || drives || !(speed < slow && spin < 10 * slow)) a.quiet_time = 0;
     const bool dead = speed < kDead * slow && spin < 10 * kDead * slow;
-    still = still && a.quiet_time > (dead && settled ? kTimeToSleep : kPatience);
+    still =
+        still && !drives && (rested || a.quiet_time > (dead && settled ? kTimeToSleep : kPatience));
   }
   for (const GroupTie& t : g.ties) still = still && t.kind != GroupTie::Kind::cable;
   for (const GroupTree& t : g.trees) still = still && t.from == t.to && t.held_spin == Vec3(0);

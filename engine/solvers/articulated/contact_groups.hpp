@@ -291,10 +291,6 @@ struct Softness {
   Real by_impulse = 0;  // of the impulse it has
 };
 
-/// What is expected of an impulse of the last substep in the next one, among trees: a lasting load
-/// is there again, a blow is not.
-inline Real lasting(Real last, Real before) { return std::min(last, before); }
-
 // Trees in a group (group_trees.cpp): every joint closed and exact, whatever impulses act.
 
 /// Prepares impulses on trees at their present poses: motions from momenta and the forces of the

@@ -79,10 +79,10 @@ void prepare_limits(const Group& g, std::uint32_t node, Real h) {
       limit.impulse = limit.before = 0;
       continue;
     }
-    // What acted another way is not there again.
+    // What acted another way is not there again, nor is a blow.
     const Real last = limit.impulse;
     const Real same = std::max(Real(0), glm::dot(limit.along, found[s].along));
-    limit.impulse = found[s].both_ways ? last : same * lasting(last, limit.before);
+    limit.impulse = found[s].both_ways ? last : same * std::min(last, limit.before);
     limit.before = last;
     limit.along = found[s].along, limit.clearance = found[s].clearance;
     limit.both_ways = found[s].both_ways;

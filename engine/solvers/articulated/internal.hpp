@@ -50,6 +50,9 @@ void predict_still(const World& world, Island& a);
 /// islands, or with joint drives or cables, stay awake.
 void update_sleep(World& world, Island& a, Real h);
 void fall_asleep(World& world, Island& a);
+/// Whether an island has stayed where it is for a second, or creeps, though an arm of it may sway;
+/// once a step.
+bool has_rested(const World& world, Island& a, Real h);
 inline constexpr Real kTimeToSleep = 0.5;  // s
 
 /// One group in contact over a step (step_group.cpp): bodies that are free or in trees first, then

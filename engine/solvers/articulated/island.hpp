@@ -373,6 +373,9 @@ struct IslandMemory {
   int iterating = 0;  // steps that iterate from the start, since guessing the active set failed
   int projected_steps = 0;   // still to be taken so, since the energy-momentum method failed
   Real quiet_time = 0;       // s, with all speeds below the sleep speed
+  std::vector<Pose> rests;   // by column: where bodies were when they last moved away
+  Real rest_time = 0;        // s, since then
+  bool rested = false;       // before that they had not moved away for long
   bool asleep = false;       // asleep until something wakes it
   Vec3 asleep_gravity{0};    // gravity when it fell asleep, m/s^2
   bool fresh = true;         // no step was taken yet, or the state was reset
@@ -394,6 +397,9 @@ struct IslandMemory {
     field("iterating", self.iterating);
     field("projected_steps", self.projected_steps);
     field("quiet_time", self.quiet_time);
+    field("rests", in_place(self.rests));
+    field("rest_time", self.rest_time);
+    field("rested", self.rested);
     field("asleep", self.asleep);
     field("asleep_gravity", self.asleep_gravity);
     field("fresh", self.fresh);

@@ -136,7 +136,7 @@ void update(World& world, Island& a, Real h) {
   if (a.asleep) {
     set_targets(world, a, h);
     if (!must_wake(world, a)) return predict_still(world, a);
-    a.asleep = false, a.quiet_time = 0;
+    a.asleep = false, a.quiet_time = a.rest_time = 0;
   }
   if (!world.forces.empty() && a.scratch.forces.numbers().empty())
     a.scratch.forces.resize(6, a.count());

@@ -1,8 +1,21 @@
 // Islands at rest on fixed bodies sleep until something wakes them.
+#include <algorithm>
+
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
 namespace pantin::detail::articulated {
+namespace {
+
+/// What has moved by less is where it was: s, at the sleep speed, and a part of the size of its
+/// island. Less than half of an island may sway, so much farther.
+constexpr Real kNear = 2.5, kNearOfSize = 3e-3, kSway = 16;
+/// s: what stays so long rests; what creeps is seen to have moved no sooner.
+constexpr Real kTimeToRest = 1;
+/// rad/s of sleep speed per m/s.
+constexpr Real kTurning = 10;
+
+}  // namespace
 
 bool must_wake(const World& world, const Island& a) {
   if (world.gravity != a.asleep_gravity) return true;
@@ -23,7 +36,7 @@ bool must_wake(const World& world, const Island& a) {
 }
 
 void wake(World& world, Island& a, Real h) {
-  a.asleep = false, a.quiet_time = 0;
+  a.asleep = false, a.quiet_time = a.rest_time = 0;
   update(world, a, h);
 }
 
@@ -33,6 +46,31 @@ void predict_still(const World& world, Island& a) {
     a.scratch.work.set(kPosition, c, pose.position),
         a.scratch.work.set(kRotation, c, pose.rotation);
   }
+}
+
+bool has_rested(const World& world, Island& a, Real h) {
+  Real near = kNear * a.settings.sleep_speed;
+  if (a.size > 0) near = std::min(near, kNearOfSize * a.size);
+  Real moved = 0, whole = 0, farthest = 0, fastest = 0;
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    const Body& b = world.bodies.values()[a.slots[c]];
+    const Quat turn = b.pose.rotation * glm::conjugate(a.rests[c].rotation);
+    const Real angle = 2 * glm::length(Vec3(turn.x, turn.y, turn.z));
+    const Real by = std::max(glm::length(b.pose.position - a.rests[c].position), angle / kTurning);
+    farthest = std::max(farthest, by);
+    fastest =
+        std::max({fastest, glm::length(b.velocity), glm::length(b.angular_velocity) / kTurning});
+    whole += b.mass;
+    if (!(by < near)) moved += b.mass;
+  }
+  a.rest_time += h;
+  if (!(farthest < kSway * near) || !(2 * moved < whole)) {
+    a.rested = a.contact_active && a.rest_time > kTimeToRest;
+    a.rest_time = 0;
+    for (std::size_t c = 0; c < a.count(); ++c) a.rests[c] = world.bodies.values()[a.slots[c]].pose;
+  }
+  return a.contact_active && near > 0 && fastest * kTimeToSleep < kSway * near &&
+         (a.rested || a.rest_time > kTimeToRest);
 }
 
 void fall_asleep(World& world, Island& a) {
@@ -52,7 +90,7 @@ void update_sleep(World& world, Island& a, Real h) {
   bool still = a.contact_active && !a.mutual && a.cables.empty();
   for (std::size_t c = 0; still && c < a.count(); ++c) {
     const Body& b = world.bodies.values()[a.slots[c]];
-    still = glm::length(b.velocity) < slow && glm::length(b.angular_velocity) < 10 * slow;
+    still = glm::length(b.velocity) < slow && glm::length(b.angular_velocity) < kTurning * slow;
     still = still && (a.joints.empty() || !is_driven(world, a, c));
   }
   a.quiet_time = still ? a.quiet_time + h : 0;

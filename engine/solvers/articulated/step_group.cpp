@@ -30,7 +30,7 @@ constexpr Real kRound = 1e-6;
 /// the critical.
 constexpr Real kContactFrequency = 60, kDampingRatio = 10;
 /// s: in which a load's compression is given back.
-constexpr Real kTakeUpTime = 0.4, kTakenUp = 0.998;
+constexpr Real kTakeUpTime = 0.4, kTakeUpTimeOfTrees = 2, kTakenUp = 0.998;
 /// m/s: slower bodies let springs take up their loads; much faster ones give that back.
 constexpr Real kCalmSpeed = 0.005, kWildSpeed = 0.02;
 /// m: above 0 it tells contact detection that the contact is soft.
@@ -49,6 +49,8 @@ constexpr Real kLeftOpen = 1e-3;
 /// A sweep over trees is repeated while it moves a contact by more than this in a substep, m.
 constexpr Real kEnoughAtImpact = 5e-4;
 constexpr int kImpactSweepsOfTrees = 6;
+/// An impulse so many times that of the substep before is a blow.
+constexpr Real kBlow = 10;
 /// m/s: other impulses may make bodies approach so much faster within a substep, or as fast as
 /// anything of the group moves.
 constexpr Real kSuddenSpeed = 2;
@@ -157,8 +159,7 @@ void move(GroupBody& b, Real h) {
   b.spin = b.response * b.angular_momentum;
 }
 
-/// The impulses of the substep before. Among trees, a lasting load is there again, a blow is not:
-/// the smaller one of the last two counts.
+/// The impulses of the substep before. Among trees, a lasting load is there again, a blow is not.
 void push_again(const Group& g) {
   push_actuators(g);
   push_limits(g);
@@ -170,7 +171,7 @@ void push_again(const Group& g) {
       continue;
     }
     const Real last = c.impulse.x;
-    if (!g.trees.empty()) c.impulse *= lasting(last, c.before) / last;
+    if (!g.trees.empty() && last > kBlow * c.before) c.impulse *= c.before / last;
     c.before = last;
     push(g, c);
   }
@@ -226,7 +227,7 @@ Real compression(const Group& g, const GroupContact& c, const Substep& s) {
 /// does. Points of the same two bodies share it: else the one that bears most would be given ever
 /// more to bear.
 void take_up(const Group& g, const Substep& s, Real h) {
-  const Real part = 1 - std::exp(-h / kTakeUpTime);
+  const Real part = 1 - std::exp(-h / (g.trees.empty() ? kTakeUpTime : kTakeUpTimeOfTrees));
   const auto speed_of = [&](std::uint32_t i) {
     const GroupBody& b = g.bodies[i];
     return b.per_mass > 0 ? glm::length(b.velocity) : 0;
