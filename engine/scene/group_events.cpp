@@ -1,4 +1,5 @@
 // Timed events: what they happen to, looked up by name.
+#include <algorithm>
 #include <utility>
 
 #include "engine/joints/kinds.hpp"
@@ -170,7 +171,18 @@ void GroupBuilder::add_event(Element<EventRecipe> e) {
   const std::string what = "the name of a " + r.member;
   const auto* all = look_up_all(object, r.on, {e.id, r.member, what});
   if (!all || !count_targets(e.id, all->size())) return;
-  for (const std::uint32_t which : *all) add_event_on(e, object, which);
+  // Of a group only those that have a motor or a drive.
+  const auto lacks = [&](std::uint32_t which) {
+    if (r.event.kind == drive) return !made_.joints[which].drive;
+    if (r.event.kind != motor || !made_.joints[which].joint.parameters.any())
+      return r.event.kind == motor;
+    const JointParameters& own = *made_.joints[which].joint.parameters;
+    return own.rotation.motor.kind == MotorKind::none &&
+           own.translation.motor.kind == MotorKind::none;
+  };
+  const bool some = all->size() > 1 && !std::all_of(all->begin(), all->end(), lacks);
+  for (const std::uint32_t which : *all)
+    if (!some || !lacks(which)) add_event_on(e, object, which);
 }
 
 /// Tells of more targets of events than there may be joints: a few lines can ask for millions.
