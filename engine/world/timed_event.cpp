@@ -52,7 +52,8 @@ Real random_number(std::uint64_t seed, std::uint64_t axis, std::uint64_t number)
 }  // namespace
 
 const char* TimedEvent::restored() const {
-  return fault_of(*this) ? "is an event with a number that is none" : nullptr;
+  return fault_of(*this) || !is_finite(progress.start) ? "is an event with a number that is none"
+                                                       : nullptr;
 }
 
 namespace detail {

@@ -34,8 +34,9 @@ constexpr TimedEventKind last_of(TimedEventKind) { return TimedEventKind::solver
 ///
 /// What lasts acts from `from` to `to`, a part of a step in proportion, so that its impulse does
 /// not depend on the step. What happens at one moment does so at the boundary of substeps nearest
-/// to `from`; with `over` the change takes that long. Of several at one boundary the earlier
-/// comes first, of equals the one that was added first.
+/// to `from`; with `over` the change takes that long: a hand and a winch start and stop softly,
+/// numbers change evenly. Of several at one boundary the earlier comes first, of equals the one
+/// that was added first.
 struct TimedEvent {
   TimedEventKind kind = TimedEventKind::push;
   Entity on = {};                   // the body, joint, cable, pin or gear
