@@ -3,6 +3,7 @@
 ///
 /// Scene files and pictures are libraries of their own: <pantin/scene.hpp>, <pantin/render.hpp>.
 #include <pantin/contacts.hpp>
+#include <pantin/events.hpp>
 #include <pantin/figures.hpp>
 #include <pantin/joints.hpp>
 #include <pantin/measure.hpp>

@@ -5,6 +5,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/contact/detect.hpp"
 #include "engine/runtime/coupling.hpp"
+#include "engine/runtime/events.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "engine/solvers/solver.hpp"
 
@@ -295,6 +296,7 @@ StepReport step_world(World& world, const StepSettings& settings, const Systems&
   compile_if_changed(world);
   begin_forces(world);
   for (int left = substeps; left-- > 0;) {
+    apply_events(world, task.h);
     s.run(Stage::before_drive);
     if (!std::isfinite(world.time)) {
       compile_if_changed(world);

@@ -59,6 +59,17 @@ struct BuiltPath {
   KinematicPath path;
 };
 
+/// What an event happens to.
+enum class EventObject : std::uint8_t { none, body, joint, cable, pin, gear };
+
+struct BuiltEvent {
+  ElementId at{};
+  TimedEvent event;  // without its entities
+  EventObject object = EventObject::none;
+  std::uint32_t on = 0;               // index into the list of these
+  std::vector<std::uint32_t> bodies;  // of a wind; none: all
+};
+
 /// Bodies at their initial poses, in the frame of the scene or prefab. Points into the recipe.
 struct BuiltScene {
   std::vector<BuiltBody> bodies;
@@ -67,6 +78,7 @@ struct BuiltScene {
   std::vector<BuiltCable> cables;
   std::vector<BuiltPin> pins;
   std::vector<BuiltPath> paths;
+  std::vector<BuiltEvent> events;
 
   std::size_t links() const { return joints.size() + gears.size() + cables.size() + pins.size(); }
   Pose pose_of(std::uint32_t body) const {
@@ -103,6 +115,12 @@ std::vector<Solver> solvers_of(const BuiltScene& built, Solver otherwise);
 /// Tells of joints and ratios that the solver of their bodies does not know.
 void check_solvers(const BuiltScene& built, const std::vector<Solver>& solvers,
                    BuildMessages& messages);
+
+/// Tells of events that ask a solver for what it does not know, and warns of those that come to
+/// nothing: after the end of the scene, winds that no body feels.
+void check_events(const BuiltScene& built, const std::vector<Solver>& solvers,
+                  BuildMessages& messages);
+void warn_of_events(const BuiltScene& built, Real duration, BuildMessages& messages);
 
 /// Warns of likely mistakes: mass ratios, pins out of reach, cables too short, joints that start
 /// open or beyond their limits, loops closed by joints other than balls.

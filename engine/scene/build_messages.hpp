@@ -20,7 +20,8 @@ enum class ElementKind : std::uint8_t {
   drive,
   instance,
   grid,
-  chain
+  chain,
+  event
 };
 
 /// One element of a recipe.

@@ -22,6 +22,7 @@ BuiltScene GroupBuilder::build() {
   each(group_.gears, ElementKind::ratio, &B::add_gear);
   each(group_.cables, ElementKind::string, &B::add_cable);
   each(group_.pins, ElementKind::pin, &B::add_pin);
+  each(group_.events, ElementKind::event, &B::add_event);  // all is made by now
   return std::move(made_);
 }
 

@@ -86,6 +86,22 @@ class GroupBuilder {
   void add_pin(Element<PinRecipe> e);
   bool hold_on(Element<PinRecipe> e, BuiltPin& placed);
 
+  // Events: group_events.cpp.
+  /// Things of one sort.
+  struct Index {
+    std::vector<std::string_view> names;
+    std::unordered_map<std::string_view, std::vector<std::uint32_t>> found;
+  };
+  const Index& index_of(EventObject object);
+  const std::vector<std::uint32_t>* look_up_all(EventObject object, const std::string& name,
+                                                const Wanted& wanted);
+  bool can_be_pushed(Element<EventRecipe> e, std::uint32_t body);
+  bool set_motor(Element<EventRecipe> e, std::uint32_t joint, TimedEvent& event);
+  bool set_drive(Element<EventRecipe> e, std::uint32_t joint, TimedEvent& event);
+  bool count_targets(const ElementId& at, std::size_t more);
+  void add_event_on(Element<EventRecipe> e, EventObject object, std::uint32_t which);
+  void add_event(Element<EventRecipe> e);
+
   BuildContext& context_;
   BuildMessages& messages_;
   const Group& group_;
@@ -95,7 +111,9 @@ class GroupBuilder {
   std::vector<std::uint32_t> first_links_;                   // by chain: its first body
   std::vector<const BuiltPrefab*> of_instances_, of_grids_;  // null: broken
   std::unordered_set<std::string> own_names_, broken_;
-  std::unordered_map<std::string, int> unnamed_;  // how many share a made-up name
+  Index indices_[static_cast<std::size_t>(EventObject::gear) + 1];  // once asked for
+  std::size_t targets_ = 0;                                         // of events
+  std::unordered_map<std::string, int> unnamed_;                    // how many share a made-up name
 };
 
 }  // namespace pantin::detail

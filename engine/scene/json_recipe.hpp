@@ -26,7 +26,7 @@ class JsonPlaces final : public BuildMessages {
   Hints& hints() override { return complaints_.hints; }
 
  private:
-  static constexpr std::size_t kKinds = static_cast<std::size_t>(ElementKind::chain) + 1;
+  static constexpr std::size_t kKinds = static_cast<std::size_t>(ElementKind::event) + 1;
   using Nodes = std::array<std::vector<NodeId>, kKinds>;
 
   const JsonDocument& json_;

@@ -44,7 +44,17 @@ namespace keys {
   OBJECT(camera)               \
   OBJECT(light)                \
   OBJECT(ground)               \
-  OBJECT(output)
+  OBJECT(output)               \
+  OBJECT(push_event)           \
+  OBJECT(impulse_event)        \
+  OBJECT(wind_event)           \
+  OBJECT(pull_event)           \
+  OBJECT(cut_event)            \
+  OBJECT(motor_event)          \
+  OBJECT(drive_event)          \
+  OBJECT(winch_event)          \
+  OBJECT(gravity_event)        \
+  OBJECT(solver_event)
 
 #define PANTIN_DECLARE(word) extern const KeySet word;
 PANTIN_OBJECTS(PANTIN_DECLARE)

@@ -66,6 +66,7 @@ constexpr Key kScene[] = {
     kPaths,
     kInstances,
     kGenerators,
+    objects("events", "event", "What is done to it while it runs, by time."),
     objects("prefabs", "prefab", "Named groups to copy; they do nothing by themselves."),
     object("camera", "camera", "Where pictures are taken from."),
     object("light", "light", "Sun and sky."),

@@ -50,6 +50,10 @@ std::uint32_t read_material(const Reading& reading, const Reader& from, std::uin
 /// The same, where `node` is the name itself.
 std::uint32_t find_material(const Reading& reading, NodeId node, std::uint32_t otherwise);
 
+/// Which of `names` the "type" of an object is; nothing after an error.
+std::optional<std::size_t> read_type(const Reading& reading, NodeId node,
+                                     std::span<const std::string_view> names);
+
 /// A shape in the body's own frame, and its density.
 struct ShapeWithDensity {
   Shape shape;
@@ -112,6 +116,7 @@ std::optional<PinRecipe> read_pin(const Reading& reading, NodeId node);
 std::optional<PathRecipe> read_path(const Reading& reading, NodeId node);
 std::optional<InstanceRecipe> read_instance(const Reading& reading, NodeId node);
 std::optional<GridRecipe> read_grid(const Reading& reading, NodeId node);
+std::optional<EventRecipe> read_event(const Reading& reading, NodeId node);
 ChainRecipe read_chain(const Reading& reading, NodeId node);  // links == 0 if it cannot be read
 BodyRecipe read_stairs(const Reading& reading, NodeId node);  // no name if it cannot be read
 

@@ -221,7 +221,9 @@ Recipe read_recipe(const JsonDocument& json, JsonPlaces& places, const ReadConte
   read_ground(reading, from, scene.view);
   read_output(reading, from, scene.output);
   read_prefabs(reading, from, recipe.prefabs);
-  read_group({reading, 0, recipe.top}, from);
+  const OpenGroup top{reading, 0, recipe.top};
+  read_group(top, from);
+  top.read_all(from.items("events"), ElementKind::event, read_event, recipe.top.events);
   return recipe;
 }
 

@@ -128,26 +128,6 @@ SurfacePointer read_height_field(const Reader& from) {
                                static_cast<std::uint32_t>(rows), spacing[0], spacing[1], heights}));
 }
 
-/// Which kind of shape stands here; nothing after a complaint.
-std::optional<ShapeKind> read_kind(const Reading& reading, NodeId node) {
-  const JsonDocument& json = reading.json;
-  if (json[node].kind != JsonKind::object) {
-    reading.diagnostics.error_value(node, "an object (" + listed(kShapeNames) + ")");
-    return std::nullopt;
-  }
-  const NodeId type = json.member(node, "type");
-  if (type == kNoNode) {
-    reading.diagnostics.error(node, "found no \"type\", expected " + listed(kShapeNames));
-    return std::nullopt;
-  }
-  const std::string_view word = json[type].kind == JsonKind::string ? json[type].text : "";
-  const auto it = std::find(std::begin(kShapeNames), std::end(kShapeNames), word);
-  if (it != std::end(kShapeNames)) return static_cast<ShapeKind>(it - std::begin(kShapeNames));
-  reading.diagnostics.error_value(
-      type, listed(kShapeNames) + reading.diagnostics.hints.of(word, kShapeNames));
-  return std::nullopt;
-}
-
 /// The lengths that the kind has in scenes; false if one is missing.
 bool read_size(const Reader& from, Shape& shape) {
   bool is_whole = true;
@@ -189,18 +169,38 @@ void refuse_moving(const Reader& from, ShapeKind kind, Motion motion) {
 
 }  // namespace
 
+std::optional<std::size_t> read_type(const Reading& reading, NodeId node,
+                                     std::span<const std::string_view> names) {
+  const JsonDocument& json = reading.json;
+  if (json[node].kind != JsonKind::object) {
+    reading.diagnostics.error_value(node, "an object (" + listed(names) + ")");
+    return std::nullopt;
+  }
+  const NodeId type = json.member(node, "type");
+  if (type == kNoNode) {
+    reading.diagnostics.error(node, "found no \"type\", expected " + listed(names));
+    return std::nullopt;
+  }
+  const std::string_view word = json[type].kind == JsonKind::string ? json[type].text : "";
+  const auto it = std::find(names.begin(), names.end(), word);
+  if (it != names.end()) return static_cast<std::size_t>(it - names.begin());
+  reading.diagnostics.error_value(type, listed(names) + reading.diagnostics.hints.of(word, names));
+  return std::nullopt;
+}
+
 std::optional<ShapeWithDensity> read_shape(const Reading& reading, NodeId node,
                                            const ShapeDefaults& otherwise) {
-  const auto kind = read_kind(reading, node);
-  if (!kind) return std::nullopt;
-  const Reader from(reading.json, reading.diagnostics, node, keys_of(*kind));
-  refuse_moving(from, *kind, otherwise.motion);
+  const auto type = read_type(reading, node, kShapeNames);
+  if (!type) return std::nullopt;
+  const auto kind = static_cast<ShapeKind>(*type);
+  const Reader from(reading.json, reading.diagnostics, node, keys_of(kind));
+  refuse_moving(from, kind, otherwise.motion);
   ShapeWithDensity solid;
-  solid.shape.kind = *kind;
+  solid.shape.kind = kind;
   if (from.accepts("density")) solid.density = from.number("density", otherwise.density);
   solid.shape.material = read_material(reading, from, otherwise.material);
   solid.shape.local.position = from.vec("position");
-  if (!traits_of(*kind).is_round) solid.shape.local.rotation = from.rotation(kIdentity);
+  if (!traits_of(kind).is_round) solid.shape.local.rotation = from.rotation(kIdentity);
   if (!read_form(reading, from, solid.shape)) return std::nullopt;
   return solid;
 }

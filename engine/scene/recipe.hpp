@@ -9,6 +9,7 @@
 
 #include "engine/joints/kinds.hpp"
 #include "engine/scene/scene.hpp"
+#include "engine/world/timed_event.hpp"
 
 namespace pantin::detail {
 
@@ -134,6 +135,16 @@ struct ChainRecipe {
   RotationRecipe turn;
 };
 
+struct EventRecipe {
+  TimedEvent event;    // without what it happens to
+  std::string on;      // name of that; empty: of all
+  std::string member;  // the key of that name: "body", "joint", "cable", "pin" or "gear"
+  std::vector<std::string> bodies;
+  PointRecipe point;
+  bool in_degrees = false;                  // the target of a motor
+  std::optional<Real> gain, damping, most;  // of a motor, a drive; absent: as before
+};
+
 /// Content of a prefab or of the scene itself. Names are unique in it.
 struct Group {
   std::string name;
@@ -146,6 +157,7 @@ struct Group {
   std::vector<InstanceRecipe> instances;
   std::vector<GridRecipe> grids;
   std::vector<ChainRecipe> chains;
+  std::vector<EventRecipe> events;  // of the scene only
   // Members that could not be read: names below "<member>/" are not reported as unknown.
   std::vector<std::string> broken;
 };

@@ -41,22 +41,30 @@ void detail::build_world(const BuiltScene& built, World& world) {
     links.push_back(world.add_link(a, b, j.joint, j.name));
     if (j.drive) world.joint_drives.add(links.back(), *j.drive);
   }
+  std::vector<Entity> gears, cables, pins;
   for (const BuiltGear& r : built.gears) {
     Gear ratio = r.ratio;
     ratio.first = links[r.first], ratio.second = links[r.second];
-    world.add_gear(ratio, r.name);
+    gears.push_back(world.add_gear(ratio, r.name));
   }
   for (const BuiltCable& s : built.cables) {
     const Entity a = entity(s.a), b = entity(s.b);
-    world.add_cable(a, b, s.joint, s.name);
+    cables.push_back(world.add_cable(a, b, s.joint, s.name));
   }
   for (const BuiltPin& p : built.pins) {
     Pin pin = p.pin;
     pin.body = entities[p.body];
     if (p.to != kWorldBody) pin.to = entities[p.to];
-    world.add_pin(pin, p.name);
+    pins.push_back(world.add_pin(pin, p.name));
   }
   for (const BuiltPath& d : built.paths) world.paths.add(entities[d.body], d.path);
+  const std::vector<Entity>* const lists[] = {nullptr, &entities, &links, &cables, &pins, &gears};
+  for (const BuiltEvent& e : built.events) {
+    TimedEvent event = e.event;
+    if (const auto* list = lists[static_cast<std::size_t>(e.object)]) event.on = (*list)[e.on];
+    for (const std::uint32_t body : e.bodies) event.bodies.push_back(entities[body]);
+    add_event(world, event);
+  }
 }
 
 void SolverChoices::apply(SolverSettings& settings) const {
@@ -88,8 +96,10 @@ Result<Scene> parse_whole(std::string_view text, std::string_view name, const Sc
   std::vector<Solver> solvers = solvers_of(built, scene.world.default_settings.solver);
   if (choices.solver) solvers.assign(solvers.size(), *choices.solver);
   check_solvers(built, solvers, places);
+  check_events(built, solvers, places);
   if (diagnostics.any_errors()) return diagnostics.errors();
   warn_of_structure(built, solvers, places);
+  warn_of_events(built, scene.duration, places);
   build_world(built, scene.world);
   choices.apply(scene.world.default_settings);
   for (SolverSettings& s : scene.world.settings.values()) choices.apply(s);

@@ -8,6 +8,7 @@
 
 #include "engine/geometry/kinds.hpp"
 #include "engine/scene/keys.hpp"
+#include "engine/world/timed_event.hpp"
 
 namespace pantin::detail {
 namespace {
@@ -294,15 +295,19 @@ std::string name_schema() {
          R"(of a prefab, differ. Inside an instance a thing is called \"instance/name\"."})";
 }
 
-/// Any kind of shape, told by its "type".
-std::string shape_schema() {
+/// An object that its "type" tells: one of `names`, each described under its name and `suffix`.
+struct TypedObject {
+  std::span<const std::string_view> names;
+  std::string suffix, about_type, about;
+};
+std::string typed_schema(const TypedObject& object) {
   List rules;
-  for (const std::string_view name : kShapeNames)
+  for (const std::string_view name : object.names)
     rules.add("{\"if\":{\"properties\":{\"type\":{\"const\":" + quoted(name) +
-              "}}},\"then\":{\"$ref\":" + reference_to(name) + "}}");
+              "}}},\"then\":{\"$ref\":" + reference_to(std::string(name) + object.suffix) + "}}");
   return R"({"type":"object","required":["type"],"properties":{"type":{"enum":)" +
-         quoted_list(kShapeNames) + R"(,"description":"The kind of shape."}},"allOf":)" +
-         rules.array() + R"(,"description":"A solid in the body's own frame."})";
+         quoted_list(object.names) + ",\"description\":" + quoted(object.about_type) +
+         "}},\"allOf\":" + rules.array() + ",\"description\":" + quoted(object.about) + "}";
 }
 
 }  // namespace
@@ -328,7 +333,10 @@ std::string scene_schema() {
   List defs;
   defs.add("name", name_schema());
   defs.add("vector", array_of(number_of(kAnyNumber), 3));
-  defs.add("shape", shape_schema());
+  defs.add("shape", typed_schema({kShapeNames, "", "The kind of shape.",
+                                  "A solid in the body's own frame."}));
+  defs.add("event", typed_schema({kTimedEventNames, "_event", "What happens.",
+                                  "Something that is done to the scene while it runs."}));
   for (const KeySet* set : all_key_sets()) defs.add(set->what, schema_of(*set));
   List whole;
   whole.add("$schema", quoted("https://json-schema.org/draft/2020-12/schema"));

@@ -90,4 +90,69 @@ void check_solvers(const BuiltScene& built, const std::vector<Solver>& solvers,
         error(s.at, {"", "cable \"" + s.name + "\"", Feature::cable}, solvers[end]);
 }
 
+namespace {
+
+/// The first thing that a solver for all does not know.
+std::string unknown_to(const BuiltScene& built, Solver solver) {
+  for (const BuiltJoint& j : built.joints)
+    if (j.joint.parameters.any() || !is_articulated(j.joint.kind) || j.drive)
+      for (const Extra& extra : extras_of(j))
+        if (!knows(solver, extra.feature)) return extra.what;
+  if (!built.gears.empty() && !knows(solver, Feature::ratio))
+    return "gear \"" + built.gears.front().name + "\"";
+  if (!built.cables.empty() && !knows(solver, Feature::cable))
+    return "cable \"" + built.cables.front().name + "\"";
+  return "";
+}
+
+bool feels_wind(const BuiltScene& built, const BuiltEvent& e) {
+  if (e.event.drag > 0) return true;
+  const auto drags = [&](std::uint32_t body) {
+    return built.is_dynamic(body) && built.bodies[body].body.drag > 0;
+  };
+  if (!e.bodies.empty()) return std::any_of(e.bodies.begin(), e.bodies.end(), drags);
+  for (std::uint32_t i = 0; i < built.bodies.size(); ++i)
+    if (drags(i)) return true;
+  return false;
+}
+
+}  // namespace
+
+void check_events(const BuiltScene& built, const std::vector<Solver>& solvers,
+                  BuildMessages& messages) {
+  for (const BuiltEvent& e : built.events) {
+    const Solver here = e.object == EventObject::joint  ? solvers[mover(built, built.joints[e.on])]
+                        : e.object == EventObject::body ? solvers[e.on]
+                                                        : Solver::articulated;
+    const auto error = [&](std::string_view member, const std::string& what, Feature feature) {
+      if (!knows(here, feature))
+        messages.error(e.at, member,
+                       "found " + what + " solved by \"" + name_of(here) +
+                           "\", expected the solver " + solvers_that_know(feature) +
+                           ": no other knows it");
+    };
+    if (e.event.kind == TimedEventKind::motor)
+      error("joint", "a motor of joint \"" + built.joints[e.on].name + "\"", Feature::motor);
+    if (e.event.kind == TimedEventKind::pull && e.event.stiffness > 0)
+      error("stiffness", "a hand that gives way", Feature::spring_pin);
+    if (e.event.kind != TimedEventKind::solver) continue;
+    if (const std::string what = unknown_to(built, e.event.solver); !what.empty())
+      messages.error(e.at, "solver",
+                     "found \"" + std::string(name_of(e.event.solver)) +
+                         "\", expected a solver that knows " + what);
+  }
+}
+
+void warn_of_events(const BuiltScene& built, Real duration, BuildMessages& messages) {
+  for (const BuiltEvent& e : built.events) {
+    if (e.event.from >= duration)
+      messages.warn(e.at, "late",
+                    "event at " + written(e.event.from) +
+                        " s comes after the end of the scene at " + written(duration) + " s");
+    if (e.event.kind == TimedEventKind::wind && !feels_wind(built, e))
+      messages.warn(e.at, "calm",
+                    "no body has drag, so nothing feels this wind; give them or it a \"drag\"");
+  }
+}
+
 }  // namespace pantin::detail

@@ -33,8 +33,8 @@ class Check(unittest.TestCase):
             with self.subTest(scene["scene"]):
                 self.assertEqual(scene["status"], "ok")
                 # Their joints are solved together.
-                loops = {"bicycle": 2e-5, "net": 1e-6, "pinned_chain": 1e-8, "rope_bridge": 2e-5,
-                         "tank": 2e-5}
+                loops = {"bicycle": 2e-5, "net": 1e-6, "pinned_chain": 1e-8, "cut": 1e-8,
+                         "rope_bridge": 2e-5, "tank": 2e-5}
                 bound = loops.get(pathlib.Path(scene["scene"]).stem, 1e-12)
                 self.assertLessEqual(scene["worst_gap_rel"], bound)
 

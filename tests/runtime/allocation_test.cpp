@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/runtime/simulation.hpp"
+#include "engine/world/timed_event.hpp"
 #include "tests/runtime/puppets.hpp"
 #include "tests/runtime/running.hpp"
 
@@ -115,6 +116,19 @@ TEST_CASE(
   simulation.settings.measure = true;
   allocations_in(simulation, 3);
   CHECK(allocations_in(simulation, 60) == 0);
+}
+
+TEST_CASE("timed events that act and change numbers allocate nothing") {
+  World world = hung_chain(10).world;
+  const Entity first = world.bodies.owners()[1], last = world.bodies.owners()[10];
+  const auto add = [&](const TimedEvent& event) { add_event(world, event); };
+  add({.on = last, .from = 0.2, .to = 3, .every = 0, .force = {0.5, 0, 0}});
+  add({.kind = TimedEventKind::impulse, .on = first, .every = 0.1, .impulse = {0, 0, 0.01}});
+  add({.kind = TimedEventKind::wind, .velocity = {1, 0, 0}, .gusts = Vec3(1)});
+  add({.kind = TimedEventKind::gravity, .from = 1, .over = 2, .gravity = {0, 0, -5}});
+  Simulation simulation(std::move(world));
+  allocations_in(simulation, 3);
+  CHECK(allocations_in(simulation, 240) == 0);
 }
 
 TEST_CASE("a step of exact bodies that lie on one another allocates nothing") {

@@ -55,6 +55,11 @@ std::string scene_with(std::string_view what, const std::string& extra,
   for (const KeySet& set : path_key_sets().subspan(1))
     if (what == set.what)
       return part("paths", R"([{"body": "a", ")" + std::string(what) + "\": {" + extra + "}}]");
+  if (what.ends_with("_event")) {
+    const bool is_type = extra.starts_with("\"type\"");
+    const std::string type = "\"type\": \"" + std::string(what.substr(0, what.find('_'))) + "\", ";
+    return part("events", "[{" + (is_type ? "" : type) + extra + "}]");
+  }
   if (what == "stairs") return part("generators", R"({"stairs": [{)" + extra + "}]}");
   if (what == "chain" || what == "grid")
     return part("generators", "{\"" + std::string(what) + "s\": [{" +

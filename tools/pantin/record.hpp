@@ -1,6 +1,7 @@
 #pragma once
 // The record of a run: one CSV row a step.
 #include <string>
+#include <vector>
 
 #include "engine/base/atomic_file.hpp"
 #include "engine/world/report.hpp"
@@ -15,7 +16,8 @@ using namespace detail;
 /// kinetic, potential and total energy (J); momentum (kg m/s) and angular momentum about the origin
 /// (kg m^2/s). Where the Lagrangian solver is at work also: for each of its joints the force (N)
 /// and torque (N m, about the mass centre) on body b, world axes; elastic energy (J), equations of
-/// the joints and their rank. Grows beside `path` and takes its place when it is closed.
+/// the joints and their rank. What an event cut has empty cells from then on, and what has come up
+/// since the start has none. Grows beside `path` and takes its place when it is closed.
 class Record {
  public:
   /// Opens the file and writes the header.
@@ -27,7 +29,13 @@ class Record {
   Result<Done> close();
 
  private:
+  void add_bodies(std::string& row, const World& world) const;
+  void add_gaps(std::string& row, const World& world) const;
+  void add_islands(std::string& row, const World& world, const Measures& m) const;
+
   AtomicFile file_;
+  // In the order of the columns:
+  std::vector<Entity> bodies_, links_, exact_links_;
   bool exact_ = false;  // islands are recorded
 };
 

@@ -66,7 +66,11 @@ void notice_changes(World& world, Island& a, Real h) {
 }
 
 void collect_forces(const World& world, Island& a) {
-  a.forced = !world.forces.empty();
+  // Forces of steps before have left their components behind.
+  a.forced = !world.forces.empty() && std::any_of(a.bodies.begin(), a.bodies.end(), [&](Entity e) {
+    const Force* f = world.forces.find(e);
+    return f && (f->force != Vec3(0) || f->torque != Vec3(0));
+  });
   if (!a.forced) return;
   for (std::size_t c = 0; c < a.count(); ++c) {
     const Force* f = world.forces.find(a.bodies[c]);

@@ -1,0 +1,80 @@
+// Every shipped scene does what its title says: the runs, and the list of those that are shown.
+#include "tests/scene/claims.hpp"
+
+#include <filesystem>
+
+#include "tests/paths.hpp"
+#include "tests/scene/scenes.hpp"
+
+namespace pantin::test {
+
+Played play(const std::string& name, const Watch& watch, Real seconds) {
+  Result<Scene> scene = load_scene(asset("scenes/" + name + ".json"));
+  REQUIRE(bool(scene));
+  Played p{std::move(*scene), {}};
+  Simulation sim(p.scene.world, {p.scene.step, p.scene.substeps, 1, true});
+  const Real until = seconds > 0 ? seconds : p.scene.duration;
+  const auto steps = static_cast<int>(std::lround(until / p.scene.step));
+  p.start_energy = measure(sim.world).energy();
+  if (watch) watch(sim.world);
+  for (int i = 0; i < steps; ++i) {
+    const StepReport report = sim.step();
+    REQUIRE(report.status == Status::ok);
+    p.worst_gap = std::max(p.worst_gap, report.measures.worst_gap_rel);
+    p.worst_violation = std::max(p.worst_violation, report.measures.worst_violation);
+    p.worst_depth = std::max(p.worst_depth, report.worst_depth);
+    p.worst_residual = std::max(p.worst_residual, report.worst_residual);
+    p.most_energy = std::max(p.most_energy, report.measures.energy());
+    p.least_energy = std::min(p.least_energy, report.measures.energy());
+    p.last = report;
+    if (watch) watch(sim.world);
+  }
+  CHECK(p.worst_gap <= p.scene.drift_bound);
+  p.end = std::move(sim.world);
+  return p;
+}
+
+void each_moving(const World& world, const std::function<void(const Body&)>& see) {
+  for (const Body& b : world.bodies.values())
+    if (b.motion == Motion::dynamic) see(b);
+}
+
+Real fastest(const World& world) {
+  Real most = 0;
+  each_moving(world, [&](const Body& b) { most = std::max(most, glm::length(b.velocity)); });
+  return most;
+}
+
+}  // namespace pantin::test
+
+using namespace pantin;
+using namespace pantin::test;
+
+TEST_CASE("Every shipped scene runs to the same bits twice, by any number of threads") {
+  for (const auto& file : std::filesystem::directory_iterator(asset("scenes"))) {
+    CAPTURE(file.path().stem().string());
+    const Result<Scene> scene = load_scene(file.path().string());
+    REQUIRE(bool(scene));
+    std::set<std::uint64_t> hashes;
+    for (const int threads : {1, 1, 3}) {
+      Simulation sim(scene->world, {scene->step, scene->substeps, threads});
+      for (int i = 0; i < 15; ++i) sim.step();
+      hashes.insert(state_hash(sim.world));
+    }
+    CHECK(hashes.size() == 1);
+  }
+}
+
+TEST_CASE("Every shipped scene has a claim that is shown by numbers") {
+  std::set<std::string> shipped;
+  for (const auto& file : std::filesystem::directory_iterator(asset("scenes")))
+    shipped.insert(file.path().stem().string());
+  for (const std::string& name : shipped) {
+    CAPTURE(name);
+    CHECK(claimed().count(name) == 1);
+  }
+  for (const std::string& name : claimed()) {
+    CAPTURE(name);
+    CHECK(shipped.count(name) == 1);
+  }
+}
