@@ -14,7 +14,7 @@ using namespace detail;
 namespace {
 
 struct ViewOptions {
-  std::string scene, script, size, frames = ".", gl = "auto";
+  std::string scene, script, size, beside, frames = ".", gl = "auto", panel = "auto";
   SceneChoices how;
   int threads = 1;
   bool json = false;
@@ -34,14 +34,16 @@ Json to_json(const Drag& d) {
           {"reachable", d.reachable}};
 }
 
-Json to_json(const ViewOptions& o, const Scene& scene, const SessionReport& r) {
+Json to_json(const SessionReport& r) {
   Json j;
-  j["scene"] = o.scene;
-  j["title"] = scene.title;
+  j["scene"] = r.scene;
+  j["title"] = r.title;
   j["status"] = r.status;
   j["solver"] = r.solver;
-  j["step_s"] = scene.step;
+  if (!r.beside.empty()) j["beside"] = r.beside;
+  j["step_s"] = r.step;
   j["frames"] = r.frames;
+  if (r.frames_a_second > 0) j["frames_a_second"] = r.frames_a_second;
   j["steps"] = r.steps;
   j["restarts"] = r.restarts;
   j["simulated_s"] = r.time;
@@ -56,14 +58,16 @@ Json to_json(const ViewOptions& o, const Scene& scene, const SessionReport& r) {
   j["display"] = r.driver;
   j["gl"] = r.gl;
   j["notes"] = r.notes;
-  j["warnings"] = scene.warnings;
+  j["warnings"] = r.warnings;
   return j;
 }
 
-void print_summary(const Scene& scene, const SessionReport& r) {
-  fmt::print("{}\n", bold(scene.title));
-  fmt::print("  solver      {}, {} steps of {:.6g} s\n", r.solver, r.steps, scene.step);
-  fmt::print("  frames      {}, by {} into {}\n", r.frames, r.gl, r.driver);
+void print_summary(const SessionReport& r) {
+  fmt::print("{}\n", bold(r.title));
+  fmt::print("  solver      {}, {} steps of {:.6g} s\n",
+             r.beside.empty() ? r.solver : r.solver + " beside " + r.beside, r.steps, r.step);
+  fmt::print("  frames      {}, by {} into {}{}\n", r.frames, r.gl, r.driver,
+             r.frames_a_second > 0 ? fmt::format(", {:.0f} a second", r.frames_a_second) : "");
   fmt::print("  worst gap   {:.2e} m, {:.1e} of the size\n", r.worst_gap, r.worst_gap_rel);
   for (const Drag& d : r.drags) {
     fmt::print(
@@ -89,9 +93,13 @@ int view(const ViewOptions& o) {
         fmt::format("--size: found \"{}\", expected WIDTHxHEIGHT, each from 16 to 8192", o.size));
     return kUsage;
   }
-  choices.frames = o.frames, choices.gl = o.gl, choices.threads = o.threads;
+  choices.frames = o.frames, choices.gl = o.gl;
+  choices.desk.path = o.scene, choices.desk.threads = o.threads;
+  choices.desk.load = [how = o.how](const std::string& path) { return read_scene(path, how); };
+  if (!o.beside.empty()) solver_from_name(o.beside.c_str(), choices.desk.beside.emplace());
   choices.duration = o.how.duration.value_or(0);
   choices.is_scripted = !o.script.empty();
+  choices.has_panel = o.panel == "on" || (o.panel == "auto" && !choices.is_scripted);
   if (choices.is_scripted) {
     auto script = load_script(o.script, scene->world);
     if (!script) {
@@ -100,13 +108,13 @@ int view(const ViewOptions& o) {
     }
     choices.script = std::move(*script);
   }
-  SessionReport report = show(*scene, choices);
+  SessionReport report = show(std::move(*scene), std::move(choices));
   if (report.status == "failed") return report.exit_code;
-  if (choices.is_scripted && report.drags.empty()) report.notes.push_back("nothing was dragged");
+  if (!o.script.empty() && report.drags.empty()) report.notes.push_back("nothing was dragged");
   if (o.json)
-    print_json(to_json(o, *scene, report));
+    print_json(to_json(report));
   else
-    print_summary(*scene, report);
+    print_summary(report);
   return report.exit_code;
 }
 
@@ -164,6 +172,12 @@ void add_view(CLI::App& program, int& exit_code) {
   add_threads(*command, o->threads);
   command->add_option("--script", o->script, "JSON file of events instead of a user's");
   command->add_option("--size", o->size, "WIDTHxHEIGHT in pixels; by default the scene's");
+  command->add_option("--beside", o->beside, "a second solver that runs beside the scene's own")
+      ->check(CLI::IsMember({"auto", "sweep", "shake2", "procedural", "lagrangian"}));
+  command
+      ->add_option("--panel", o->panel,
+                   "buttons, sliders and plots: on, off, or auto: with a user, not with a script")
+      ->check(CLI::IsMember({"auto", "on", "off"}));
   command->add_option("--frames", o->frames, "folder for saved frames; by default this one");
   command->add_option("--gl", o->gl, "way to OpenGL: auto, surfaceless, device or osmesa")
       ->check(CLI::IsMember({"auto", "surfaceless", "device", "osmesa"}));
