@@ -49,6 +49,7 @@ Json to_json(const SessionReport& r) {
   j["simulated_s"] = r.time;
   j["paused"] = r.is_paused;
   j["speed"] = r.speed;
+  j["panel"] = r.has_panel;
   j["picks"] = Json::array();
   for (const Drag& d : r.drags) j["picks"].push_back(to_json(d));
   j["worst_gap_m"] = r.worst_gap;
@@ -132,14 +133,26 @@ int view(const ViewOptions&) {
 #endif
 
 constexpr const char* kHelp =
-    R"(Mouse: left drags the body under the cursor exactly, right or shift+left by a spring,
-middle turns the camera, the wheel zooms.
-Keys: space pause, . one step, [ ] slower and faster (1/16 to 4), 1-5 solver auto, sweep, shake2,
-procedural, lagrangian, o overlay, r restart, s save a frame, h help, q or Esc quit.
+    R"(Mouse: left drags the body under the cursor exactly, right or shift+left by a spring.
+On nothing, with alt, or with the middle button, left turns the camera and right or shift moves it;
+the wheel zooms, a sideways one turns.
+Keys:
+  space pause    . one step    [ ] slower, faster (1/16 to 4)    r restart
+  1-5 solver auto, sweep, shake2, procedural, lagrangian; with shift that of the second pane
+  c two solvers side by side: same scene, camera and clock
+  x cut the joint, string or pin under the mouse    p pin the body there, or let it go
+  b shoot a ball    l follow the body under the mouse    home camera back
+  arrows turn the camera, with shift move it    + - zoom
+  o joints and contacts    f forces    w wireframe    tab panel    h help
+  page up, page down other scenes of the folder    f5 read the file again
+  s save a picture    v begin or end a film    q or Esc quit
+A file that changes is read again, and the camera stays; what is wrong with it is told in red.
+The panel has sliders for step, gravity, motors, muscles and solver settings, and plots.
 
 Examples:
   pantin view assets/scenes/marionette.json
   pantin view assets/scenes/chain.json --solver sweep --size 960x540
+  pantin view assets/scenes/pendulum.json --beside lagrangian
   pantin view assets/scenes/marionette.json --script events.json --json
 
 --script plays events instead of a user's, 60 frames to the simulated second and the same every
@@ -149,12 +162,13 @@ time; it needs no display, and ends at a quit event or a second after the last o
    {"t": 1.5, "type": "mouse_up"},
    {"t": 2.0, "type": "key", "key": "space"},
    {"t": 3.0, "type": "quit"}]
-Types: mouse_down (button left, middle or right; "shift": true), mouse_move, mouse_up, wheel (dy,
-clicks), key, quit. The place is x and y in pixels, or body (seen from here, its mass centre or
+Types: mouse_down (button left, middle or right; "shift": true, "alt": true), mouse_move, mouse_up,
+wheel (dy and dx, clicks), key ("shift": true), knob (name, to: a slider of the panel; "motor NAME"
+for that of a joint), open (scene: a file), resize (width, height), quit. The place is x and y in pixels, or body (seen from here, its mass centre or
 "at": [x, y, z] in the body's own frame), or dx and dy from the last place.
 
---json prints one object: scene, title, status (ok, diverged, energy_grew, interrupted, unwritable), solver,
-step_s, frames, steps, restarts, simulated_s, paused, speed, picks (body, grip, at_s, held_s,
+--json prints one object: scene, title, status (ok, diverged, energy_grew, interrupted, unwritable), solver, beside
+(where there are two), step_s, frames, frames_a_second (not of a script), steps, restarts, simulated_s, paused, speed, panel, picks (body, grip, at_s, held_s,
 distance_moved_m, residual_m, worst_residual_m, worst_elsewhere_m of other held points, reachable),
 worst_gap_m, worst_gap_rel, hash, saved, display, gl, notes, warnings.
 

@@ -160,10 +160,12 @@ void Desk::reset_camera() {
 }
 
 void Desk::watch() {
-  if (watch_.changed()) reload();
+  if (!watch_.changed()) return;
+  reload();
+  if (!is_trouble) print_error(message);
 }
 
-void Desk::open(const std::string& path) {
+void Desk::open(std::string path) {  // by value: the list it stands in is made anew
   auto loaded = choices_.load(path);
   if (!loaded) {
     for (const Error& e : loaded.errors()) print_error(e.message);
@@ -204,10 +206,18 @@ void Desk::choose(Solver solver, std::size_t pane) {
   stale = true;
 }
 
+/// A second pane begins with the first solver that is not the one at work and can move the scene.
+Solver Desk::another() const {
+  for (const Solver solver : {Solver::sweep, Solver::lagrangian})
+    if (panes[0]->solver() != pantin::name_of(solver) && !panes[0]->why_not(solver)) return solver;
+  return Solver::articulated;
+}
+
 void Desk::compare(std::optional<Solver> solver) {
   let_go();
   if (!solver) {
     panes.resize(1);
+    pane_ = 0;
     return look();
   }
   if (panes.size() < 2) panes.push_back(std::make_unique<Pane>());
@@ -242,20 +252,20 @@ void Desk::tell(std::string line) {
   stale = true;
 }
 
+/// What the panel tells as well is left out beside it, so that less of the picture is covered.
 std::vector<std::string> Desk::labels(std::size_t index) const {
   const Pane& pane = *panes[index];
   const World& world = pane.world();
+  const char* state = paused ? "paused, " : pane.is_behind ? "too much for this machine, " : "";
   const std::string pace =
       speed < 1 ? fmt::format("speed 1/{:.0f}", 1 / speed) : fmt::format("speed {:.0f}", speed);
   std::vector<std::string> lines;
   if (index == 0) lines.push_back(scene_.title);
-  lines.push_back(
-      fmt::format("t = {:.3f} s, step {} of {:.4g} ms", world.time, world.tick, 1e3 * how_.h));
-  lines.push_back(fmt::format("solver {}, {}{}", pane.solver(),
-                              paused           ? "paused, "
-                              : pane.is_behind ? "too much for this machine, "
-                                               : "",
-                              pace));
+  if (index == 0 && !panel)
+    lines.push_back(
+        fmt::format("t = {:.3f} s, step {} of {:.4g} ms", world.time, world.tick, 1e3 * how_.h));
+  lines.push_back(index == 0 ? fmt::format("solver {}, {}{}", pane.solver(), state, pace)
+                             : "solver " + pane.solver());
   lines.push_back(fmt::format("worst joint gap {:.1e} m", pane.gap));
   const std::vector<Unreached> off = unreached(world);
   const auto worst = std::max_element(

@@ -69,6 +69,8 @@ class Desk {
 
   // What is seen.
   void resize(int width, int height);
+  /// The pane that the mouse is in, or was in last.
+  const Pane& pane_at_mouse() const { return *panes[pane_]; }
   int pane_width() const { return std::max(1, width_ / static_cast<int>(panes.size())); }
   int width() const { return width_; }
   int height() const { return height_; }
@@ -84,7 +86,7 @@ class Desk {
   void watch();
   void reload() { open(choices_.path); }
   /// Shows another file, or the same anew; where that cannot be, the scene stays and says why.
-  void open(const std::string& path);
+  void open(std::string path);
   const std::vector<std::string>& scenes() const { return scenes_; }
   void leaf(int by);
   void choose(Solver solver, std::size_t pane);
@@ -128,6 +130,7 @@ class Desk {
   Place place(double x, double y) const;
   void begin(Scene scene);
   void start_panes();
+  Solver another() const;
   void look();
   void follow();
   void notice(Pane& pane, const StepReport& step);

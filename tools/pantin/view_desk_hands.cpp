@@ -20,11 +20,6 @@ constexpr double kPixelsAcross = 8;  // a click of a sideways wheel likewise
 constexpr Solver kSolvers[]{Solver::articulated, Solver::sweep, Solver::shake2, Solver::procedural,
                             Solver::lagrangian};
 
-/// What a second pane begins with: the first solver that is not the one at work.
-Solver another(const Pane& pane) {
-  return pane.solver() == pantin::name_of(Solver::sweep) ? Solver::articulated : Solver::sweep;
-}
-
 }  // namespace
 
 Desk::Place Desk::place(double x, double y) const {
@@ -141,8 +136,7 @@ void Desk::key(std::string_view name) {
   if (name == "x") use(Tool::cut, mouse_x_, mouse_y_);
   if (name == "p") use(Tool::pin, mouse_x_, mouse_y_);
   if (name == "b") use(Tool::ball, mouse_x_, mouse_y_);
-  if (name == "c")
-    compare(panes.size() > 1 ? std::nullopt : std::optional<Solver>(another(*panes[0])));
+  if (name == "c") compare(panes.size() > 1 ? std::nullopt : std::optional<Solver>(another()));
   if (name == "s") wants_picture = true;
   if (name == "v") wants_film = true;
   if (name == "q" || name == "escape") quits = true;

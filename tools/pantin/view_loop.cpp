@@ -124,6 +124,7 @@ void Session::finish() {
   report_.solver = pane.solver();
   if (desk_.panes.size() > 1) report_.beside = desk_.panes[1]->solver();
   report_.is_paused = desk_.paused, report_.speed = desk_.speed;
+  report_.has_panel = panel_ && desk_.width() < width_;
   report_.restarts = desk_.restarts, report_.steps = pane.steps, report_.time = pane.world().time;
   report_.worst_gap = pane.worst_gap, report_.worst_gap_rel = pane.worst_gap_rel;
   report_.hash = state_hash(pane.world());

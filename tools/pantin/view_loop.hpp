@@ -29,10 +29,10 @@ struct SessionReport {
   double step = 0;                      // s
   std::uint64_t frames = 0, steps = 0;  // drawn; taken, restarts included
   int restarts = 0;
-  bool is_paused = false;
-  double speed = 1, time = 0;               // time: s, simulated since the last restart
-  double worst_gap = 0, worst_gap_rel = 0;  // m, part of the size
-  double frames_a_second = 0;               // drawn, by the wall's clock; 0 of a script
+  bool is_paused = false, has_panel = false;  // the panel was seen at the end
+  double speed = 1, time = 0;                 // time: s, simulated since the last restart
+  double worst_gap = 0, worst_gap_rel = 0;    // m, part of the size
+  double frames_a_second = 0;                 // drawn, by the wall's clock; 0 of a script
   std::uint64_t hash = 0;
   std::vector<Drag> drags;
   std::vector<std::string> saved, notes, warnings;

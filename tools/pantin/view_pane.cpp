@@ -86,7 +86,7 @@ StepReport Pane::single_step() {
   return report;
 }
 
-std::optional<std::string> Pane::choose(Solver solver) {
+std::optional<std::string> Pane::why_not(Solver solver) const {
   World tried = sim.world;
   set_solver(tried, solver);
   const std::vector<StructureFault> before = check(sim.world);
@@ -97,6 +97,11 @@ std::optional<std::string> Pane::choose(Solver solver) {
       return fmt::format("not with the solver {}: {} {}", pantin::name_of(solver),
                          tried.name_of(f.link), f.reason);
   }
+  return std::nullopt;
+}
+
+std::optional<std::string> Pane::choose(Solver solver) {
+  if (auto why = why_not(solver)) return why;
   chosen = solver;
   set_solver(sim.world, solver);
   return std::nullopt;

@@ -28,6 +28,8 @@ class Pane {
 
   /// Bodies came or went: what is drawn are the poses at the end of the last step.
   void place();
+  /// Why a solver cannot move what this one does, if so.
+  std::optional<std::string> why_not(Solver solver) const;
   /// Takes a solver for all islands; else says why that cannot be.
   std::optional<std::string> choose(Solver solver);
   /// Of a step that must not be gone on from, what happened.

@@ -13,7 +13,7 @@ using namespace detail;
 
 namespace {
 
-constexpr float kHeight = 56;  // pixels
+constexpr float kHeight = 40;  // pixels
 constexpr ImU32 kInks[]{IM_COL32(255, 186, 73, 255), IM_COL32(96, 190, 255, 255)};
 constexpr ImU32 kFaint = IM_COL32(150, 154, 162, 150), kBack = IM_COL32(24, 26, 30, 255);
 
@@ -40,28 +40,20 @@ void draw_curve(const Frame& frame, const Trace& trace, double Sample::*what, Im
                                           1.5f);
 }
 
-/// A field under its name and the last numbers; the span grows to hold 0 where that is near.
-Frame begin_plot(const std::string& name, Span span) {
+/// A field under its name and the last numbers; its bounds stand at the right of that line.
+Frame begin_plot(const std::string& name, Span span, const char* unit) {
   ImGui::TextUnformatted(name.c_str());
+  const std::string bounds = fmt::format("{:.2g} to {:.2g} {}", span.low, span.high, unit);
+  const float width = ImGui::GetContentRegionAvail().x;
+  ImGui::SameLine(ImGui::GetCursorPosX() + width - ImGui::CalcTextSize(bounds.c_str()).x);
+  ImGui::TextDisabled("%s", bounds.c_str());
   Frame frame;
   frame.low = ImGui::GetCursorScreenPos();
-  const float width = ImGui::GetContentRegionAvail().x;
   frame.high = {frame.low.x + width, frame.low.y + kHeight};
   ImGui::Dummy({width, kHeight});
-  ImDrawList& list = *ImGui::GetWindowDrawList();
-  list.AddRectFilled(frame.low, frame.high, kBack, 3);
+  ImGui::GetWindowDrawList()->AddRectFilled(frame.low, frame.high, kBack, 3);
   frame.span = span;
   return frame;
-}
-
-void end_plot(const Frame& frame, const char* unit) {
-  ImDrawList& list = *ImGui::GetWindowDrawList();
-  const auto number = [&](double x, float y) {
-    const std::string text = fmt::format("{:.3g} {}", x, unit);
-    list.AddText({frame.low.x + 4, y}, kFaint, text.c_str());
-  };
-  number(frame.span.high, frame.low.y);
-  number(frame.span.low, frame.high.y - ImGui::GetTextLineHeight());
 }
 
 /// The same stretch of time for all panes.
@@ -93,7 +85,7 @@ std::string heading(const Desk& desk, const char* name, double Sample::*what, co
   std::string text = name;
   for (const auto& pane : desk.panes)
     if (pane->trace.size() > 0)
-      text += fmt::format("{} {:.4g} {}", &pane == &desk.panes[0] ? ":" : " |",
+      text += fmt::format("{} {:.3g} {}", &pane == &desk.panes[0] ? ":" : " |",
                           pane->trace.last().*what, unit);
   return text;
 }
@@ -101,11 +93,10 @@ std::string heading(const Desk& desk, const char* name, double Sample::*what, co
 void plot(const Desk& desk, const char* name, double Sample::*what, const char* unit) {
   Span span = span_in_all(desk, what);
   span.cover(0);
-  Frame frame = begin_plot(heading(desk, name, what, unit), span);
+  Frame frame = begin_plot(heading(desk, name, what, unit), span, unit);
   set_times(frame, desk);
   for (std::size_t i = 0; i < desk.panes.size(); ++i)
     draw_curve(frame, desk.panes[i]->trace, what, kInks[i % 2]);
-  end_plot(frame, unit);
 }
 
 /// Kinetic and potential energy swing about their sum: those two are faint.
@@ -115,21 +106,20 @@ void plot_energy(const Desk& desk) {
     const Span own = span_in_all(desk, part);
     span.cover(own.low), span.cover(own.high);
   }
-  Frame frame = begin_plot(heading(desk, "energy", &Sample::sum, "J"), span);
+  Frame frame = begin_plot(heading(desk, "energy", &Sample::sum, "J"), span, "J");
   set_times(frame, desk);
   for (double Sample::*part : {&Sample::kinetic, &Sample::potential})
     draw_curve(frame, desk.panes[0]->trace, part, kFaint);
   for (std::size_t i = 0; i < desk.panes.size(); ++i)
     draw_curve(frame, desk.panes[i]->trace, &Sample::sum, kInks[i % 2]);
-  end_plot(frame, "J");
 }
 
 }  // namespace
 
 void lay_out_plots(const Desk& desk) {
   plot_energy(desk);
-  plot(desk, "worst gap", &Sample::gap, "m");
-  plot(desk, "contact force", &Sample::contact, "N");
+  plot(desk, "gap", &Sample::gap, "m");
+  plot(desk, "contacts", &Sample::contact, "N");
 }
 
 }  // namespace pantin::program

@@ -29,7 +29,7 @@ bool row_button(const char* name, int of) {
 
 void lay_out_time(Desk& desk, const PanelClock& clock) {
   const World& world = desk.panes[0]->world();
-  line(desk.scene().title);
+  line(std::filesystem::path(desk.path()).filename().string());
   std::string now = fmt::format("{:.2f} s, step {}", world.time, world.tick);
   if (clock.cost > 0) now += fmt::format(", picture {:.0f} ms", 1e3 * clock.cost);
   line(now);
@@ -98,9 +98,9 @@ void lay_out_tools(Desk& desk) {
 
 /// The room stays the same, so that what is below does not jump.
 void lay_out_body(const Desk& desk) {
-  constexpr int kLines = 7;
+  constexpr int kLines = 6;
   ImGui::BeginChild("body", {0, kLines * ImGui::GetTextLineHeightWithSpacing()});
-  const auto lines = describe(desk.panes[0]->world(), desk.under);
+  const auto lines = describe(desk.pane_at_mouse().world(), desk.under);
   if (lines.empty()) ImGui::TextDisabled("nothing yet: move the mouse over a body");
   for (const std::string& text : lines) line(text);
   ImGui::EndChild();
