@@ -29,7 +29,7 @@ def pixels(path):
         at += length + 12
     raw, depth = zlib.decompress(packed), 4 if data[25] == 6 else 3
     line = 1 + depth * width
-    return width, height, lambda x, y: tuple(raw[y * line + 1 + depth * x:][:3])
+    return width, height, lambda x, y: tuple(raw[y * line + 1 + depth * x:y * line + 4 + depth * x])
 
 
 class Window(view_test.View):

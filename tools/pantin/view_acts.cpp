@@ -20,7 +20,7 @@ namespace {
 constexpr double kNear = 12;              // pixels
 constexpr std::size_t kMostBalls = 30;    // at once
 constexpr std::size_t kMostForces = 600;  // joints; asking takes time square in a chain's length
-constexpr const char* kBall = "ball";
+constexpr const char* kBall = "shot ball";
 constexpr std::uint32_t kBallGroup = 1u << 31;
 
 /// The nearest to a pixel of all that was offered.

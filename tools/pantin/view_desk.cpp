@@ -280,7 +280,9 @@ std::vector<std::string> Desk::labels(std::size_t index) const {
   else if (is_under && index == pane_ && !panel)
     lines.push_back(describe_shortly(world, under));
   if (index > 0) return lines;
-  if (message_left > 0 && !is_trouble) lines.push_back(message);
+  const bool is_alarm =
+      std::any_of(panes.begin(), panes.end(), [&](const auto& p) { return p->alarm == message; });
+  if (message_left > 0 && !is_trouble && !is_alarm) lines.push_back(message);
   if (help && panes.size() == 1) lines.insert(lines.end(), std::begin(kHelp), std::end(kHelp));
   return lines;
 }

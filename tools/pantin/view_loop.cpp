@@ -96,6 +96,7 @@ bool Session::open() {
   report_.driver = window_->driver();
   panel_ = Panel::make();
   desk_.panel = choices_.has_panel && panel_;
+  desk_.help = !desk_.panel;  // its lines cover the picture
   return true;
 }
 

@@ -40,13 +40,16 @@ void draw_curve(const Frame& frame, const Trace& trace, double Sample::*what, Im
                                           1.5f);
 }
 
-/// A field under its name and the last numbers; its bounds stand at the right of that line.
+/// A field under its name and the last numbers; its bounds stand at the right if there is room.
 Frame begin_plot(const std::string& name, Span span, const char* unit) {
   ImGui::TextUnformatted(name.c_str());
   const std::string bounds = fmt::format("{:.2g} to {:.2g} {}", span.low, span.high, unit);
   const float width = ImGui::GetContentRegionAvail().x;
-  ImGui::SameLine(ImGui::GetCursorPosX() + width - ImGui::CalcTextSize(bounds.c_str()).x);
-  ImGui::TextDisabled("%s", bounds.c_str());
+  const float needs = ImGui::CalcTextSize(bounds.c_str()).x;
+  if (ImGui::GetItemRectSize().x + needs + 8 < width) {
+    ImGui::SameLine(ImGui::GetCursorPosX() + width - needs);
+    ImGui::TextDisabled("%s", bounds.c_str());
+  }
   Frame frame;
   frame.low = ImGui::GetCursorScreenPos();
   frame.high = {frame.low.x + width, frame.low.y + kHeight};

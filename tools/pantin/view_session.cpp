@@ -63,7 +63,7 @@ void Session::draw_pane(std::size_t index, Image& to) {
     else
       overlay.legend.insert(overlay.legend.end(), more.begin(), more.end());
   }
-  if (index > 0) overlay.legend.clear();
+  if (desk_.panes.size() > 1) overlay.legend.clear();  // it would cover half of a pane
   renderer_->draw({pane.world(), pane.poses, desk_.view(), &overlay, desk_.wireframe}, to);
 }
 
