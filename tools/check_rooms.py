@@ -25,6 +25,7 @@ OWNERS = {
     "ft2build.h": ["engine/render/"],
     "libdeflate.h": ["engine/render/", "tests/"],
     "SDL": ["tools/"],
+    "imgui": ["tools/"],
     "pantin/": ["engine/pantin/", "demos/", "tests/", "tools/"],
     "CLI/": ["tools/"],
     "fmt/": ["tools/"],

@@ -55,6 +55,7 @@
   X(PFNGLGETUNIFORMLOCATIONPROC, GetUniformLocation)                         \
   X(PFNGLLINKPROGRAMPROC, LinkProgram)                                       \
   X(PFNGLPIXELSTOREIPROC, PixelStorei)                                       \
+  X(PFNGLPOLYGONMODEPROC, PolygonMode)                                       \
   X(PFNGLPOLYGONOFFSETPROC, PolygonOffset)                                   \
   X(PFNGLREADBUFFERPROC, ReadBuffer)                                         \
   X(PFNGLREADPIXELSPROC, ReadPixels)                                         \

@@ -41,11 +41,13 @@ class GlRenderer final : public Renderer {
   Result<Done> start();
 
   void draw(const Shot& shot, Image& out) override;
+  Result<Done> resize(int width, int height) override;
   const GlReport& report() const override { return report_; }
 
  private:
   Result<Done> make_programs();
   Result<Done> make_targets();
+  Result<Done> allocate(int width, int height);
   Result<GLuint> program(const char* vertex, const char* fragment, const std::string& defines = {});
   void set_sampler(GLuint program, const char* name, int unit);
   /// What TexImage2D is told of a texture, and how it is filtered.
@@ -68,7 +70,7 @@ class GlRenderer final : public Renderer {
   void upload(const View& view, const Eye& eye);
   void draw_shadows();
   void draw_solids();
-  enum class MeshPass { shadow, colour };
+  enum class MeshPass { shadow, colour, wires };
   void draw_world_meshes(MeshPass pass);
   void draw_surfaces(std::size_t first);
   void point_at_instances(std::size_t first);
@@ -95,6 +97,9 @@ class GlRenderer final : public Renderer {
   GLuint empty_array_ = 0, solid_array_ = 0, ribbon_array_ = 0, overlay_array_ = 0;
   GLuint shade_map_ = 0;
   GLuint shadow_target_ = 0, solid_target_ = 0, resolved_target_ = 0, picture_target_ = 0;
+  GLuint solid_colours_ = 0, solid_depths_ = 0, resolved_ = 0, picture_ = 0;  // of the targets
+  int room_width_ = 0, room_height_ = 0;  // of the targets, pixels
+  bool wireframe_ = false;
   std::size_t overlay_room_ = 0;  // quads that the overlay's indices can name
 
   DrawList list_;

@@ -69,8 +69,8 @@ GLuint GlRenderer::make_texture(int unit, const TextureForm& form) {
   return name;
 }
 
-Result<Done> GlRenderer::make_targets() {
-  const int width = options_.width, height = options_.height;
+/// Memory for pictures of up to this size; what is bound to the units of textures changes.
+Result<Done> GlRenderer::allocate(int width, int height) {
   GLint most = 0, samples = 0;
   gl_.GetIntegerv(GL_MAX_RENDERBUFFER_SIZE, &most);
   if (width < 1 || height < 1 || width > most || height > most)
@@ -80,7 +80,37 @@ Result<Done> GlRenderer::make_targets() {
   samples = std::min<GLint>(samples, options_.samples);
   if (samples < 2) samples = 0;
   report_.samples = std::max(samples, 1);
+  const auto renderbuffer = [&](GLuint name, GLenum form) {
+    gl_.BindRenderbuffer(GL_RENDERBUFFER, name);
+    gl_.RenderbufferStorageMultisample(GL_RENDERBUFFER, samples, form, width, height);
+  };
+  renderbuffer(solid_colours_, GL_RGBA8);
+  renderbuffer(solid_depths_, GL_DEPTH_COMPONENT24);
+  const auto texture = [&](int unit, GLuint name) {
+    gl_.ActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
+    gl_.BindTexture(GL_TEXTURE_2D, name);
+    gl_.TexImage2D(GL_TEXTURE_2D, 0, GL_RGBA8, width, height, 0, GL_RGBA, GL_UNSIGNED_BYTE,
+                   nullptr);
+  };
+  texture(kSolidsUnit, resolved_);
+  texture(kPictureUnit, picture_);
+  room_width_ = width, room_height_ = height;
+  return Done{};
+}
 
+Result<Done> GlRenderer::resize(int width, int height) {
+  const bool fits = width <= room_width_ && height <= room_height_ && width > 0 && height > 0;
+  if (!fits) {
+    context_->make_current();
+    auto done = allocate(width, height);
+    context_->release();
+    if (!done) return done;
+  }
+  options_.width = width, options_.height = height;
+  return Done{};
+}
+
+Result<Done> GlRenderer::make_targets() {
   const auto target = [&](GLuint& name) {
     gl_.GenFramebuffers(1, &name);
     gl_.BindFramebuffer(GL_FRAMEBUFFER, name);
@@ -89,33 +119,30 @@ Result<Done> GlRenderer::make_targets() {
     if (gl_.CheckFramebufferStatus(GL_FRAMEBUFFER) == GL_FRAMEBUFFER_COMPLETE) return Done{};
     return Error{std::string("the driver refuses the target of ") + what};
   };
-  const auto renderbuffer = [&](GLenum form, GLenum point) {
-    GLuint name = 0;
-    gl_.GenRenderbuffers(1, &name);
-    gl_.BindRenderbuffer(GL_RENDERBUFFER, name);
-    gl_.RenderbufferStorageMultisample(GL_RENDERBUFFER, samples, form, width, height);
-    gl_.FramebufferRenderbuffer(GL_FRAMEBUFFER, point, GL_RENDERBUFFER, name);
-  };
-
-  target(solid_target_);
-  renderbuffer(GL_RGBA8, GL_COLOR_ATTACHMENT0);
-  renderbuffer(GL_DEPTH_COMPONENT24, GL_DEPTH_ATTACHMENT);
-  if (auto done = whole("solids"); !done) return done;
-
   const TextureForm colours{.stored = GL_RGBA8,
-                            .width = width,
-                            .height = height,
+                            .width = 1,
+                            .height = 1,
                             .format = GL_RGBA,
                             .type = GL_UNSIGNED_BYTE,
                             .filter = GL_NEAREST};
+  gl_.GenRenderbuffers(1, &solid_colours_);
+  gl_.GenRenderbuffers(1, &solid_depths_);
+  resolved_ = make_texture(kSolidsUnit, colours);
+  picture_ = make_texture(kPictureUnit, colours);
+  if (auto done = allocate(options_.width, options_.height); !done) return done;
+
+  target(solid_target_);
+  gl_.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_RENDERBUFFER,
+                              solid_colours_);
+  gl_.FramebufferRenderbuffer(GL_FRAMEBUFFER, GL_DEPTH_ATTACHMENT, GL_RENDERBUFFER, solid_depths_);
+  if (auto done = whole("solids"); !done) return done;
+
   target(resolved_target_);
-  const GLuint resolved = make_texture(kSolidsUnit, colours);
-  gl_.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, resolved, 0);
+  gl_.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, resolved_, 0);
   if (auto done = whole("resolved solids"); !done) return done;
 
   target(picture_target_);
-  const GLuint picture = make_texture(kPictureUnit, colours);
-  gl_.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, picture, 0);
+  gl_.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, picture_, 0);
   if (auto done = whole("the picture"); !done) return done;
 
   if (!options_.shadows) return Done{};

@@ -103,28 +103,18 @@ Real usual_weight(const World& world) {
   return mass * (pull > 0 ? pull : 9.81) / count;
 }
 
-/// Lines grow as log(1 + 9 force / weight); that of a whole weight is a tenth of the picture high,
-/// and none is longer than three tenths.
-void add_contacts(const PosedWorld& scene, Pen& pen) {
-  const World& world = scene.world;
-  if (contacts_of(world).empty()) return;
-  const Real weight = std::max(usual_weight(world), 1e-12);
-  const Real whole = pen.eye().height / 10.0 * pen.eye().pixel() * pen.eye().distance;
-  for (const Contact& contact : contacts_of(world)) {
-    if (contact.slot_a >= world.bodies.size()) continue;
-    const Vec3 at = to_world(scene.pose_of(contact.slot_a), contact.point_a);
-    if (!contact.active) {
-      pen.dot(at, 1.4 * pen.fine(), ink::kNear);
-      continue;
-    }
-    const Real force = glm::length(contact.force);
-    const Real length = whole * std::min(std::log10(1 + 9 * force / weight), 3.0);
-    if (force > 0)
-      pen.line(at, at + length / force * contact.force, 1.6 * pen.fine(), ink::kContact);
-    pen.dot(at, 2.6 * pen.fine(), ink::kContact);
-    if (contact.sliding < 1) pen.cross(at, 4 * pen.fine(), 1.3 * pen.fine(), ink::kSlide);
+/// How long forces are drawn: they grow as log(1 + 9 force / weight); that of a whole weight is a
+/// tenth of the picture high, and none is longer than three tenths.
+struct ForceScale {
+  Real weight, whole;  // N, m
+
+  ForceScale(const World& world, const Eye& eye)
+      : weight(std::max(usual_weight(world), 1e-12)),
+        whole(eye.height / 10.0 * eye.pixel() * eye.distance) {}
+  Real length(Real force) const {
+    return whole * std::min(std::log10(1 + 9 * force / weight), 3.0);
   }
-}
+};
 
 /// Part of the greatest torque; without one, of what the spring would exert half a turn away.
 Real effort(const JointDrive& drive) {
@@ -227,6 +217,44 @@ Real mark_size(const PosedWorld& scene, const Link& link, Vec3 at, const Pen& pe
   return std::clamp(body, height / 36 * pixel, height / 8 * pixel);
 }
 
+void add_contact_marks(const PosedWorld& scene, Pen& pen) {
+  const World& world = scene.world;
+  if (contacts_of(world).empty()) return;
+  const ForceScale scale(world, pen.eye());
+  for (const Contact& contact : contacts_of(world)) {
+    if (contact.slot_a >= world.bodies.size()) continue;
+    const Vec3 at = to_world(scene.pose_of(contact.slot_a), contact.point_a);
+    if (!contact.active) {
+      pen.dot(at, 1.4 * pen.fine(), ink::kNear);
+      continue;
+    }
+    const Real force = glm::length(contact.force);
+    if (force > 0)
+      pen.line(at, at + scale.length(force) / force * contact.force, 1.6 * pen.fine(),
+               ink::kContact);
+    pen.dot(at, 2.6 * pen.fine(), ink::kContact);
+    if (contact.sliding < 1) pen.cross(at, 4 * pen.fine(), 1.3 * pen.fine(), ink::kSlide);
+  }
+}
+
+void add_forces(const World& world, std::span<const ForceArrow> forces, Pen& pen) {
+  if (forces.empty()) return;
+  const ForceScale scale(world, pen.eye());
+  for (const ForceArrow& arrow : forces) {
+    const Real force = glm::length(arrow.force);
+    if (!(force > 0) || !is_finite(arrow.force) || !pen.sees(arrow.at)) continue;
+    const Vec3 way = arrow.force / force, tip = arrow.at + scale.length(force) * way;
+    if (!pen.sees(tip)) continue;
+    pen.line(arrow.at, tip, 1.6 * pen.fine(), ink::kForce);
+    // The head lies in the picture's plane.
+    const Vec3 side = glm::cross(way, pen.eye().forward);
+    const Real head = std::min(pen.metres(tip, 6 * pen.fine()), 0.5 * scale.length(force));
+    if (glm::length(side) < 1e-3) continue;
+    const Vec3 out = 0.45 * head * glm::normalize(side), back = tip - head * way;
+    pen.triangle(tip, back + out, back - out, ink::kForce);
+  }
+}
+
 void add_marks(const PosedWorld& scene, Pen& pen) {
   add_body_axes(scene, pen);
   add_slack_cables(scene, pen);
@@ -234,7 +262,7 @@ void add_marks(const PosedWorld& scene, Pen& pen) {
   add_joint_rings(scene, pen);
   add_muscles(scene, pen);
   add_pins(scene, pen);
-  add_contacts(scene, pen);
+  add_contact_marks(scene, pen);
 }
 
 }  // namespace pantin::detail
@@ -242,6 +270,25 @@ void add_marks(const PosedWorld& scene, Pen& pen) {
 namespace pantin {
 
 using namespace detail;
+
+namespace {
+
+void name_contacts(const World& world, std::vector<LegendEntry>& entries) {
+  if (world.collisions.empty() && contacts_of(world).empty()) return;
+  entries.push_back({linear(ink::kContact), "dot, line: contact and its force"});
+  entries.push_back({linear(ink::kSlide), "cross on a dot: slides"});
+  entries.push_back({linear(ink::kNear), "small dot: about to touch"});
+}
+
+}  // namespace
+
+std::vector<LegendEntry> forces_legend(const World& world) {
+  std::vector<LegendEntry> entries;
+  if (!world.links.empty() || !world.cables.empty() || !world.pins.empty())
+    entries.push_back({linear(ink::kForce), "arrow: force of a joint, string or pin"});
+  name_contacts(world, entries);
+  return entries;
+}
 
 std::vector<LegendEntry> overlay_legend(const World& world) {
   bool ranges = false, axes = false, locks = false, slides = false, springs = false, rods = false,
@@ -274,10 +321,7 @@ std::vector<LegendEntry> overlay_legend(const World& world) {
   if (!world.cables.empty()) name(ink::kSlack, "curve: slack string");
   if (!world.pins.empty()) name(ink::kPin, "cross: pin");
   if (!world.joint_drives.empty()) name(ink::kMuscle, "arrow: muscle at work");
-  const bool contacts = !world.collisions.empty() || !contacts_of(world).empty();
-  if (contacts) name(ink::kContact, "dot, line: contact and its force");
-  if (contacts) name(ink::kSlide, "cross on a dot: slides");
-  if (contacts) name(ink::kNear, "small dot: about to touch");
+  name_contacts(world, entries);
   std::string red;
   const auto warn = [&](const char* text) {
     red += (red.empty() ? "red: " : ", ") + std::string(text);

@@ -17,6 +17,7 @@ inline constexpr Vec3 kJoint{0.10, 0.80, 0.85}, kOpenJoint{1.0, 0.1, 0.1};
 inline constexpr Vec3 kPin{0.98, 0.78, 0.12}, kSlack{1.0, 0.55, 0.10};
 inline constexpr Vec3 kRange{0.66, 0.50, 1.0}, kHinge{0.80, 0.86, 0.92}, kLocked{0.72, 0.74, 0.80};
 inline constexpr Vec3 kContact{0.45, 0.95, 0.30}, kNear{0.55, 0.62, 0.50}, kSlide{1.0, 0.95, 0.75};
+inline constexpr Vec3 kForce{1.0, 0.50, 0.15};  // of joints, cables and pins
 inline constexpr Vec3 kMuscle{0.98, 0.45, 0.80};
 inline constexpr Vec3 kTie{0.05, 0.60, 0.42};     // what joints slide along, distances, springs
 inline constexpr Vec3 kWarning{1.0, 0.25, 0.15};  // at a stop, out of reach, at full strength
@@ -62,6 +63,11 @@ std::vector<Vec3> points_of(const Arc& arc);
 
 /// All marks: see Overlay::joints.
 void add_marks(const PosedWorld& scene, Pen& pen);
+
+/// Contacts with their forces: a part of add_marks.
+void add_contact_marks(const PosedWorld& scene, Pen& pen);
+/// Arrows: see Overlay::forces.
+void add_forces(const World& world, std::span<const ForceArrow> forces, Pen& pen);
 
 /// How far joints may turn and where they stand: sectors of hinges and universal joints, cones of
 /// ball joints with an arc for the twist, in the warning colour where they are at a stop; axes of

@@ -89,6 +89,33 @@ void OverlayList::add_text(Vec3 baseline, std::string_view utf8, Vec3 colour) {
   }
 }
 
+namespace {
+
+/// Breaks a text into lines that are no wider than `room` pixels, at spaces where there are some.
+void add_wrapped(const Font& font, std::string_view text, float room,
+                 std::vector<std::string_view>& to) {
+  while (font.width(text) > room) {
+    std::string_view rest = text;
+    std::size_t fits = 0, space = 0;
+    float width = 0;
+    while (!rest.empty()) {
+      const std::size_t before = text.size() - rest.size();
+      const char32_t letter = take_letter(rest);
+      width += font.glyph(letter).advance;
+      if (width > room && before > 0) break;
+      if (letter == U' ') space = before + 1;
+      fits = text.size() - rest.size();
+    }
+    const std::size_t cut = space > 0 ? space : fits;
+    to.push_back(text.substr(0, cut));
+    text.remove_prefix(cut);
+    if (text.empty()) return;
+  }
+  to.push_back(text);
+}
+
+}  // namespace
+
 void OverlayList::add_labels(const Overlay& overlay, const Eye& eye) {
   const Real line = std::round(1.12 * font_.line_height), pad = std::round(0.55 * line);
   const Real edge = std::round(0.6 * line), swatch = std::round(0.62 * line);
@@ -97,19 +124,17 @@ void OverlayList::add_labels(const Overlay& overlay, const Eye& eye) {
     add_box({edge + half.x, top + half.y, 0}, half, 0.35 * line, {kPanel, 0.62});
     return top + 0.8 * pad + (line - font_.line_height) / 2 + font_.ascent;  // first baseline
   };
+  std::vector<std::string_view> lines;
+  const auto room = static_cast<float>(eye.width - 2 * (edge + pad));
+  for (const std::string& text : overlay.lines) add_wrapped(font_, text, room, lines);
+  const std::size_t calm = lines.size();
+  if (!overlay.alarm.empty()) add_wrapped(font_, overlay.alarm, room, lines);
   Real widest = 0;
-  for (const std::string& text : overlay.lines)
+  for (std::string_view text : lines)
     widest = std::max(widest, static_cast<Real>(font_.width(text)));
-  const bool alarms = !overlay.alarm.empty();
-  if (alarms) widest = std::max(widest, static_cast<Real>(font_.width(overlay.alarm)));
-  if (alarms || !overlay.lines.empty()) {
-    Real y = panel(edge, widest, overlay.lines.size() + alarms);
-    for (const std::string& text : overlay.lines) {
-      add_text({edge + pad, y, 0}, text, kText);
-      y += line;
-    }
-    if (alarms) add_text({edge + pad, y, 0}, overlay.alarm, kAlarm);
-  }
+  Real at = lines.empty() ? 0 : panel(edge, widest, lines.size());
+  for (std::size_t i = 0; i < lines.size(); ++i, at += line)
+    add_text({edge + pad, at, 0}, lines[i], i < calm ? kText : kAlarm);
   if (overlay.legend.empty()) return;
   widest = 0;
   for (const LegendEntry& entry : overlay.legend)

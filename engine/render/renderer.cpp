@@ -62,6 +62,7 @@ void GlRenderer::draw_surfaces(std::size_t first) {
 /// All solids and cables, into the shadow map or into the picture.
 void GlRenderer::draw_world_meshes(MeshPass pass) {
   const bool depth_only = pass == MeshPass::shadow;
+  if (pass == MeshPass::wires) gl_.PolygonMode(GL_FRONT_AND_BACK, GL_LINE);
   gl_.UseProgram(depth_only ? solid_depth_ : solid_);
   gl_.Enable(GL_CULL_FACE);
   gl_.BindVertexArray(solid_array_);
@@ -73,13 +74,15 @@ void GlRenderer::draw_world_meshes(MeshPass pass) {
     point_at_instances(first);
     // A texel of the shadow map is coarser than a pixel: fewer triangles do.
     const bool fine = m == kRound32 || m == kRound64;
-    const MeshRange range = meshes_.ranges[depth_only && fine ? std::size_t(kRound16) : m];
+    const bool coarse = pass != MeshPass::colour;  // the wires of fine ones merge
+    const MeshRange range = meshes_.ranges[coarse && fine ? std::size_t(kRound16) : m];
     gl_.DrawElementsInstanced(GL_TRIANGLES, static_cast<GLsizei>(range.count), GL_UNSIGNED_SHORT,
                               offset(range.first * sizeof(std::uint16_t)),
                               static_cast<GLsizei>(count));
     first += count;
   }
   draw_surfaces(first);
+  gl_.PolygonMode(GL_FRONT_AND_BACK, GL_FILL);
   if (list_.ribbon_indices.empty()) return;
   gl_.UseProgram(depth_only ? ribbon_depth_ : ribbon_);
   gl_.Disable(GL_CULL_FACE);
@@ -113,7 +116,7 @@ void GlRenderer::draw_solids() {
   gl_.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
   gl_.Enable(GL_DEPTH_TEST);
   if (frame_.clips_ground) gl_.Enable(GL_CLIP_DISTANCE0);
-  draw_world_meshes(MeshPass::colour);
+  draw_world_meshes(wireframe_ ? MeshPass::wires : MeshPass::colour);
   gl_.Disable(GL_CLIP_DISTANCE0);
   gl_.Disable(GL_CULL_FACE);
   gl_.Disable(GL_DEPTH_TEST);
@@ -159,10 +162,10 @@ void GlRenderer::merge() {
 
 void GlRenderer::draw_overlay(const PosedWorld& scene, const Overlay& overlay, const Eye& eye) {
   overlay_.clear();
-  if (overlay.joints) {
-    Pen pen(overlay_, eye);
-    add_marks(scene, pen);
-  }
+  Pen pen(overlay_, eye);
+  if (overlay.joints) add_marks(scene, pen);
+  if (overlay.contacts && !overlay.joints) add_contact_marks(scene, pen);
+  add_forces(scene.world, overlay.forces, pen);
   overlay_.add_labels(overlay, eye);
   const auto vertices = overlay_.vertices();
   if (vertices.empty()) return;
@@ -197,6 +200,7 @@ void GlRenderer::draw(const Shot& shot, Image& out) {
   const Eye eye = make_eye(camera, options_.width, options_.height);
   gather(scene, view, eye, list_);
   frame_ = make_frame(view, eye, list_);
+  wireframe_ = shot.wireframe;
 
   context_->make_current();
   surfaces_.forget_unused();

@@ -40,6 +40,12 @@ struct LegendEntry {
   std::string text;
 };
 
+/// A force that is drawn as an arrow from the point where it acts.
+struct ForceArrow {
+  Vec3 at{0};     // world, m
+  Vec3 force{0};  // world, N
+};
+
 /// What is written and drawn over the picture.
 struct Overlay {
   std::vector<std::string> lines;   // top left
@@ -47,10 +53,14 @@ struct Overlay {
   std::vector<LegendEntry> legend;  // bottom left
   bool joints =
       false;  // marks: joints and their ranges, pins, slack cables, joint drives, contacts
+  bool contacts = false;           // contacts and their forces alone
+  std::vector<ForceArrow> forces;  // as long as those of contacts
 };
 
 /// What the marks of Overlay::joints mean, as far as this world can show them.
 std::vector<LegendEntry> overlay_legend(const World& world);
+/// The same for Overlay::contacts and Overlay::forces.
+std::vector<LegendEntry> forces_legend(const World& world);
 
 /// Owns a GL context and everything in it. Use from one thread at a time.
 class Renderer {
@@ -65,10 +75,14 @@ class Renderer {
     std::span<const Pose> poses = {};  // by slot of World::bodies; empty: where the bodies are
     View view = {};
     const Overlay* overlay = nullptr;  // null: nothing over the picture
+    bool wireframe = false;            // edges of the bodies' triangles, no faces
   };
   /// Draws into `out`, whose memory is used again. An automatic camera is framed anew for every
   /// picture: for a film, take framing_camera() once.
   virtual void draw(const Shot& shot, Image& out) = 0;
+  /// Pictures are of this size from now on. Smaller ones cost nothing, so sizes may change from
+  /// picture to picture. Letters stay as large as they are.
+  virtual Result<Done> resize(int width, int height) = 0;
   virtual const GlReport& report() const = 0;
 };
 

@@ -88,10 +88,10 @@ class View(unittest.TestCase):
         return subprocess.run([PANTIN, "view", *map(str, words)], capture_output=True, text=True,
                               env=env or unseen(), cwd=self.folder, timeout=120)
 
-    def play(self, events, *words, scene=None, env=None, code=0):
+    def play(self, events, *words, scene=None, env=None, code=0, size=SIZE):
         script = self.write("events.json", events)
         done = self.call(scene or self.scene, "--script", script, "--json", "--size",
-                         "%dx%d" % SIZE, *words, env=env)
+                         "%dx%d" % size, *words, env=env)
         self.assertEqual(done.returncode, code, done.stderr)
         return json.loads(done.stdout)
 
@@ -280,6 +280,9 @@ class Refusals(View):
         self.refused([event(-1, "quit")], "/0/t", "found -1", "a time from 0")
         self.refused([event(1, "quit"), event(0.5, "quit")], "/1", "1 or later")
         self.refused([5], "/0: found 5")
+        self.refused([event(0, "knob", name="step")], 'found no "to"')
+        self.refused([event(0, "open")], 'found no "scene"')
+        self.refused([event(0, "resize", width=2, height=20)], "/0/width", "from 16 to 8192")
         self.refused('[{"t": 1e999, "type": "quit"}]', "/0/t")
 
     def test_all_complaints_come_at_once(self):

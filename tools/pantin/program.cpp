@@ -131,10 +131,10 @@ void add_threads(CLI::App& command, int& threads) {
 
 namespace {
 
-/// Whether joints of an island cannot be closed together; told by their names. Joints that stand at
-/// a mirrored root are a warning.
-bool refuse_contradictions(const std::string& path, Scene& scene) {
-  bool any = false;
+/// Joints of an island that cannot be closed together, by their names, a line for each island.
+/// Joints that stand at a mirrored root are a warning.
+std::vector<Error> contradictions(const std::string& path, Scene& scene) {
+  std::vector<Error> found;
   for (std::size_t i = 0; i < lagrangian::islands_of(scene.world).size(); ++i) {
     std::string names;
     double lack = 0;
@@ -151,45 +151,44 @@ bool refuse_contradictions(const std::string& path, Scene& scene) {
       lack = std::max(lack, f.residual);
     }
     if (names.empty()) continue;
-    print_error(
-        fmt::format("{}: found joints that contradict one another: {} stay open by up to "
-                    "{:.3g} (m or rad), expected joints that can all be closed",
-                    path, names, lack));
-    any = true;
+    found.push_back(
+        {fmt::format("{}: found joints that contradict one another: {} stay open by up to "
+                     "{:.3g} (m or rad), expected joints that can all be closed",
+                     path, names, lack)});
   }
-  return any;
+  return found;
 }
 
 }  // namespace
 
-std::optional<Scene> open_scene(const std::string& path, const SceneChoices& choices) {
-  const EndsAtOnce while_nothing_is_written;
+Result<Scene> read_scene(const std::string& path, const SceneChoices& choices) {
   Result<Scene> loaded = load_scene(path, {}, solver_choices(choices));
-  if (!loaded) {
-    for (const Error& e : loaded.errors()) print_error(e.message);
-    return std::nullopt;
-  }
+  if (!loaded) return loaded;
   Scene& scene = *loaded;
   if (choices.step) scene.step = *choices.step;
   if (choices.substeps) scene.substeps = *choices.substeps;
   if (choices.duration) scene.duration = *choices.duration;
-  if (scene.duration / scene.step > kMostSteps) {
-    print_error(fmt::format("{}: found {:.6g} steps of {:.6g} s, expected at most {:g}", path,
-                            scene.duration / scene.step, scene.step, kMostSteps));
-    return std::nullopt;
-  }
-  if (const std::string why = idle_option(choices, scene.world); !why.empty()) {
-    print_error(path + ": " + why);
-    return std::nullopt;
-  }
+  if (scene.duration / scene.step > kMostSteps)
+    return Error{fmt::format("{}: found {:.6g} steps of {:.6g} s, expected at most {:g}", path,
+                             scene.duration / scene.step, scene.step, kMostSteps)};
+  if (const std::string why = idle_option(choices, scene.world); !why.empty())
+    return Error{path + ": " + why};
   compile_if_changed(scene.world);
   for (const StructureFault& f : partition_of(scene.world).faults)
     if (!f.is_minor)  // of which the reader warned
       scene.warnings.push_back(
           fmt::format("{}: {} {}{}", path, scene.world.name_of(f.link), f.reason,
                       f.kind == StructureFault::left_out ? "; it is left out" : ""));
-  if (refuse_contradictions(path, scene)) return std::nullopt;
-  return std::move(*loaded);
+  if (auto open = contradictions(path, scene); !open.empty()) return open;
+  return loaded;
+}
+
+std::optional<Scene> open_scene(const std::string& path, const SceneChoices& choices) {
+  const EndsAtOnce while_nothing_is_written;
+  Result<Scene> read = read_scene(path, choices);
+  if (read) return std::move(*read);
+  for (const Error& e : read.errors()) print_error(e.message);
+  return std::nullopt;
 }
 
 void print_warnings(const Scene& scene) {

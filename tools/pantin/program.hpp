@@ -50,9 +50,11 @@ void add_scene_choices(CLI::App& command, SceneChoices& choices);
 /// --threads.
 void add_threads(CLI::App& command, int& threads);
 
-/// Reads a scene and applies the choices to it. Complaints go to stderr, a line each, and there is
-/// no scene. More steps than kMostSteps are refused too.
+/// Reads a scene and applies the choices to it. More steps than kMostSteps are refused too, and
+/// joints that contradict one another.
 inline constexpr double kMostSteps = 1e7;
+Result<Scene> read_scene(const std::string& path, const SceneChoices& choices);
+/// The same; complaints go to stderr, a line each.
 std::optional<Scene> open_scene(const std::string& path, const SceneChoices& choices);
 /// The scene's warnings on stderr, a line each.
 void print_warnings(const Scene& scene);

@@ -14,7 +14,7 @@ using namespace detail;
 namespace {
 
 struct ViewOptions {
-  std::string scene, script, size, frames = ".", gl = "auto";
+  std::string scene, script, size, beside, frames = ".", gl = "auto", panel = "auto";
   SceneChoices how;
   int threads = 1;
   bool json = false;
@@ -34,19 +34,22 @@ Json to_json(const Drag& d) {
           {"reachable", d.reachable}};
 }
 
-Json to_json(const ViewOptions& o, const Scene& scene, const SessionReport& r) {
+Json to_json(const SessionReport& r) {
   Json j;
-  j["scene"] = o.scene;
-  j["title"] = scene.title;
+  j["scene"] = r.scene;
+  j["title"] = r.title;
   j["status"] = r.status;
   j["solver"] = r.solver;
-  j["step_s"] = scene.step;
+  if (!r.beside.empty()) j["beside"] = r.beside;
+  j["step_s"] = r.step;
   j["frames"] = r.frames;
+  if (r.frames_a_second > 0) j["frames_a_second"] = r.frames_a_second;
   j["steps"] = r.steps;
   j["restarts"] = r.restarts;
   j["simulated_s"] = r.time;
   j["paused"] = r.is_paused;
   j["speed"] = r.speed;
+  j["panel"] = r.has_panel;
   j["picks"] = Json::array();
   for (const Drag& d : r.drags) j["picks"].push_back(to_json(d));
   j["worst_gap_m"] = r.worst_gap;
@@ -56,14 +59,16 @@ Json to_json(const ViewOptions& o, const Scene& scene, const SessionReport& r) {
   j["display"] = r.driver;
   j["gl"] = r.gl;
   j["notes"] = r.notes;
-  j["warnings"] = scene.warnings;
+  j["warnings"] = r.warnings;
   return j;
 }
 
-void print_summary(const Scene& scene, const SessionReport& r) {
-  fmt::print("{}\n", bold(scene.title));
-  fmt::print("  solver      {}, {} steps of {:.6g} s\n", r.solver, r.steps, scene.step);
-  fmt::print("  frames      {}, by {} into {}\n", r.frames, r.gl, r.driver);
+void print_summary(const SessionReport& r) {
+  fmt::print("{}\n", bold(r.title));
+  fmt::print("  solver      {}, {} steps of {:.6g} s\n",
+             r.beside.empty() ? r.solver : r.solver + " beside " + r.beside, r.steps, r.step);
+  fmt::print("  frames      {}, by {} into {}{}\n", r.frames, r.gl, r.driver,
+             r.frames_a_second > 0 ? fmt::format(", {:.0f} a second", r.frames_a_second) : "");
   fmt::print("  worst gap   {:.2e} m, {:.1e} of the size\n", r.worst_gap, r.worst_gap_rel);
   for (const Drag& d : r.drags) {
     fmt::print(
@@ -89,9 +94,13 @@ int view(const ViewOptions& o) {
         fmt::format("--size: found \"{}\", expected WIDTHxHEIGHT, each from 16 to 8192", o.size));
     return kUsage;
   }
-  choices.frames = o.frames, choices.gl = o.gl, choices.threads = o.threads;
+  choices.frames = o.frames, choices.gl = o.gl;
+  choices.desk.path = o.scene, choices.desk.threads = o.threads;
+  choices.desk.load = [how = o.how](const std::string& path) { return read_scene(path, how); };
+  if (!o.beside.empty()) solver_from_name(o.beside.c_str(), choices.desk.beside.emplace());
   choices.duration = o.how.duration.value_or(0);
   choices.is_scripted = !o.script.empty();
+  choices.has_panel = o.panel == "on" || (o.panel == "auto" && !choices.is_scripted);
   if (choices.is_scripted) {
     auto script = load_script(o.script, scene->world);
     if (!script) {
@@ -100,13 +109,13 @@ int view(const ViewOptions& o) {
     }
     choices.script = std::move(*script);
   }
-  SessionReport report = show(*scene, choices);
+  SessionReport report = show(std::move(*scene), std::move(choices));
   if (report.status == "failed") return report.exit_code;
-  if (choices.is_scripted && report.drags.empty()) report.notes.push_back("nothing was dragged");
+  if (!o.script.empty() && report.drags.empty()) report.notes.push_back("nothing was dragged");
   if (o.json)
-    print_json(to_json(o, *scene, report));
+    print_json(to_json(report));
   else
-    print_summary(*scene, report);
+    print_summary(report);
   return report.exit_code;
 }
 
@@ -124,14 +133,26 @@ int view(const ViewOptions&) {
 #endif
 
 constexpr const char* kHelp =
-    R"(Mouse: left drags the body under the cursor exactly, right or shift+left by a spring,
-middle turns the camera, the wheel zooms.
-Keys: space pause, . one step, [ ] slower and faster (1/16 to 4), 1-5 solver auto, sweep, shake2,
-procedural, lagrangian, o overlay, r restart, s save a frame, h help, q or Esc quit.
+    R"(Mouse: left drags the body under the cursor exactly, right or shift+left by a spring.
+On nothing, with alt, or with the middle button, left turns the camera and right or shift moves it;
+the wheel zooms, a sideways one turns.
+Keys:
+  space pause    . one step    [ ] slower, faster (1/16 to 4)    r restart
+  1-5 solver auto, sweep, shake2, procedural, lagrangian; with shift that of the second pane
+  c two solvers side by side: same scene, camera and clock
+  x cut the joint, string or pin under the mouse    p pin the body there, or let it go
+  b shoot a ball    l follow the body under the mouse    home camera back
+  arrows turn the camera, with shift move it    + - zoom
+  o joints and contacts    f forces    w wireframe    tab panel    h help
+  page up, page down other scenes of the folder    f5 read the file again
+  s save a picture    v begin or end a film    q or Esc quit
+A file that changes is read again, and the camera stays; what is wrong with it is told in red.
+The panel has sliders for step, gravity, motors, muscles and solver settings, and plots.
 
 Examples:
   pantin view assets/scenes/marionette.json
   pantin view assets/scenes/chain.json --solver sweep --size 960x540
+  pantin view assets/scenes/pendulum.json --beside lagrangian
   pantin view assets/scenes/marionette.json --script events.json --json
 
 --script plays events instead of a user's, 60 frames to the simulated second and the same every
@@ -141,12 +162,13 @@ time; it needs no display, and ends at a quit event or a second after the last o
    {"t": 1.5, "type": "mouse_up"},
    {"t": 2.0, "type": "key", "key": "space"},
    {"t": 3.0, "type": "quit"}]
-Types: mouse_down (button left, middle or right; "shift": true), mouse_move, mouse_up, wheel (dy,
-clicks), key, quit. The place is x and y in pixels, or body (seen from here, its mass centre or
+Types: mouse_down (button left, middle or right; "shift": true, "alt": true), mouse_move, mouse_up,
+wheel (dy and dx, clicks), key ("shift": true), knob (name, to: a slider of the panel; "motor NAME"
+for that of a joint), open (scene: a file), resize (width, height), quit. The place is x and y in pixels, or body (seen from here, its mass centre or
 "at": [x, y, z] in the body's own frame), or dx and dy from the last place.
 
---json prints one object: scene, title, status (ok, diverged, energy_grew, interrupted, unwritable), solver,
-step_s, frames, steps, restarts, simulated_s, paused, speed, picks (body, grip, at_s, held_s,
+--json prints one object: scene, title, status (ok, diverged, energy_grew, interrupted, unwritable), solver, beside
+(where there are two), step_s, frames, frames_a_second (not of a script), steps, restarts, simulated_s, paused, speed, panel, picks (body, grip, at_s, held_s,
 distance_moved_m, residual_m, worst_residual_m, worst_elsewhere_m of other held points, reachable),
 worst_gap_m, worst_gap_rel, hash, saved, display, gl, notes, warnings.
 
@@ -164,6 +186,12 @@ void add_view(CLI::App& program, int& exit_code) {
   add_threads(*command, o->threads);
   command->add_option("--script", o->script, "JSON file of events instead of a user's");
   command->add_option("--size", o->size, "WIDTHxHEIGHT in pixels; by default the scene's");
+  command->add_option("--beside", o->beside, "a second solver that runs beside the scene's own")
+      ->check(CLI::IsMember({"auto", "sweep", "shake2", "procedural", "lagrangian"}));
+  command
+      ->add_option("--panel", o->panel,
+                   "buttons, sliders and plots: on, off, or auto: with a user, not with a script")
+      ->check(CLI::IsMember({"auto", "on", "off"}));
   command->add_option("--frames", o->frames, "folder for saved frames; by default this one");
   command->add_option("--gl", o->gl, "way to OpenGL: auto, surfaceless, device or osmesa")
       ->check(CLI::IsMember({"auto", "surfaceless", "device", "osmesa"}));

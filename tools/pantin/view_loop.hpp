@@ -1,10 +1,10 @@
 #pragma once
-// The session of a viewer: its loop, its keys, what it leaves behind.
+// The session of a viewer: how it is to be shown, what it leaves behind.
 #include <string>
 #include <vector>
 
 #include "engine/scene/scene.hpp"
-#include "tools/pantin/view_hand.hpp"
+#include "tools/pantin/view_desk.hpp"
 #include "tools/pantin/view_script.hpp"
 
 namespace pantin::program {
@@ -12,31 +12,34 @@ namespace pantin::program {
 using namespace detail;
 
 struct SessionChoices {
-  std::string frames = ".";  // folder for saved frames
+  std::string frames = ".";  // folder for pictures and films
   std::string gl = "auto";
-  int width = 1280, height = 720;  // pixels
-  int threads = 1;
-  double duration = 0;  // s, simulated; 0: until the window is closed
+  int width = 1280, height = 720;  // of the window, pixels
+  double duration = 0;             // s, simulated; 0: until the window is closed
   bool is_scripted = false;
+  bool has_panel = false;  // from the start
   std::vector<ScriptEvent> script;
+  DeskChoices desk;  // its size follows from the window's
 };
 
-/// What a session has to tell.
+/// What a session has to tell. Scene, solver, steps and drags are those of the first pane.
 struct SessionReport {
-  std::string status = "ok";  // ok, diverged, interrupted, failed, unwritable
-  std::string solver, driver, gl;
+  std::string status = "ok";  // ok, diverged, energy_grew, interrupted, failed, unwritable
+  std::string scene, title, solver, beside, driver, gl;
+  double step = 0;                      // s
   std::uint64_t frames = 0, steps = 0;  // drawn; taken, restarts included
   int restarts = 0;
-  bool is_paused = false;
-  double speed = 1, time = 0;               // time: s, simulated since the last restart
-  double worst_gap = 0, worst_gap_rel = 0;  // m, part of the size
+  bool is_paused = false, has_panel = false;  // the panel was seen at the end
+  double speed = 1, time = 0;                 // time: s, simulated since the last restart
+  double worst_gap = 0, worst_gap_rel = 0;    // m, part of the size
+  double frames_a_second = 0;                 // drawn, by the wall's clock; 0 of a script
   std::uint64_t hash = 0;
   std::vector<Drag> drags;
-  std::vector<std::string> saved, notes;
+  std::vector<std::string> saved, notes, warnings;
   int exit_code = 0;
 };
 
 /// Shows a scene until the window is closed or the script has ended. Complaints go to stderr.
-SessionReport show(const Scene& scene, const SessionChoices& choices);
+SessionReport show(Scene scene, SessionChoices choices);
 
 }  // namespace pantin::program

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "engine/scene/reader.hpp"
+#include "tools/pantin/view_desk.hpp"
 
 namespace pantin::program {
 
@@ -18,9 +19,11 @@ namespace {
 
 using namespace rows;
 
-constexpr std::string_view kActs[]{"mouse_down", "mouse_move", "mouse_up", "wheel", "key", "quit"};
+constexpr std::string_view kActs[]{"mouse_down", "mouse_move", "mouse_up", "wheel", "key",
+                                   "knob",       "open",       "resize",   "quit"};
 
 constexpr std::size_t kMostBytes = 16u << 20;
+constexpr Range kSide{16, 8192, "a number of pixels from 16 to 8192"};
 constexpr double kNoTime = std::numeric_limits<double>::quiet_NaN();  // it could not be read
 constexpr Range kTimes{0, 86400, "a time from 0 to 86400 s"};
 constexpr Range kPixel{-16384, 16384, "a number of pixels from -16384 to 16384"};
@@ -33,8 +36,15 @@ constexpr Key kY = number("y", "pixels", kPixel, "From the top.").expecting("x a
 constexpr Key kBody = reference("body", "the name of a body", "At this body.");
 constexpr Key kAt = vector("at", "m", "In its own frame. Default: its mass centre.").or_else(0);
 constexpr Key kButton = word("button", kButtons, "Of the mouse.").or_else(0);
-constexpr Key kDown[]{kT,    kType, kX,      kY,
-                      kBody, kAt,   kButton, flag("shift", "Held down.").or_else(false)};
+constexpr Key kDown[]{kT,
+                      kType,
+                      kX,
+                      kY,
+                      kBody,
+                      kAt,
+                      kButton,
+                      flag("shift", "Held down.").or_else(false),
+                      flag("alt", "Held down.").or_else(false)};
 constexpr Key kMove[]{kT,
                       kType,
                       kX,
@@ -44,23 +54,32 @@ constexpr Key kMove[]{kT,
                       kBody,
                       kAt};
 constexpr Key kUp[]{kT, kType, kX, kY, kBody, kAt, kButton};
-constexpr Key kWheel[]{kT, kType,
+constexpr Key kWheel[]{kT, kType, number("dx", "clicks", kClicks, "Sideways.").or_else(0),
                        number("dy", "clicks", kClicks, "Upwards positive.")
                            .needed("the clicks of the wheel, upwards positive")};
-constexpr Key kKey[]{kT, kType, word("key", kKeys, "Of the keyboard.")};
+constexpr Key kKey[]{kT, kType, word("key", kKeys, "Of the keyboard."),
+                     flag("shift", "Held down.").or_else(false)};
+constexpr Key kKnob[]{kT, kType,
+                      text("name", "Of a knob of the panel.").needed("the name of a knob"),
+                      number("to", "", kAnyNumber, "Its number.").needed("a number")};
+constexpr Key kOpen[]{kT, kType, text("scene", "A scene file.").needed("the name of a file")};
+constexpr Key kResize[]{kT, kType,
+                        number("width", "pixels", kSide, "Of the window.").needed("a width"),
+                        number("height", "pixels", kSide, "Of the window.").needed("a height")};
 constexpr Key kQuit[]{kT, kType};
-constexpr KeySet kSets[]{{"mouse_down event", "", kDown}, {"mouse_move event", "", kMove},
-                         {"mouse_up event", "", kUp},     {"wheel event", "", kWheel},
-                         {"key event", "", kKey},         {"quit event", "", kQuit}};
+constexpr KeySet kSets[]{
+    {"mouse_down event", "", kDown}, {"mouse_move event", "", kMove}, {"mouse_up event", "", kUp},
+    {"wheel event", "", kWheel},     {"key event", "", kKey},         {"knob event", "", kKnob},
+    {"open event", "", kOpen},       {"resize event", "", kResize},   {"quit event", "", kQuit}};
 
-Entity find_body(const Reader& r, NodeId value, const World& world) {
+std::string find_body(const Reader& r, NodeId value, const World& world) {
   std::vector<std::string_view> names;
   const std::string_view word = r.json[value].text;
   const bool is_text = r.json[value].kind == JsonKind::string;
   for (Entity e : world.bodies.owners()) {
     const std::string* name = world.names.find(e);
     if (!name) continue;
-    if (is_text && *name == word) return e;
+    if (is_text && *name == word) return *name;
     names.push_back(*name);
   }
   r.diagnostics.error_value(value,
@@ -70,7 +89,7 @@ Entity find_body(const Reader& r, NodeId value, const World& world) {
 
 void read_body_spot(const Reader& r, const World& world, ScriptEvent& event) {
   event.spot = Spot::body;
-  event.body = find_body(r, r.find("body"), world);
+  event.name = find_body(r, r.find("body"), world);
   event.is_centre = !r.has("at");
   event.at = r.vec("at");
 }
@@ -125,10 +144,12 @@ ScriptEvent read_event(const JsonDocument& json, Diagnostics& diagnostics, NodeI
   event.time = r.number("t", kNoTime);
   if (act <= static_cast<std::size_t>(Act::mouse_up)) read_spot(r, world, event);
   if (r.accepts("button")) event.button = static_cast<int>(r.word("button"));
+  if (r.accepts("alt")) event.alt = r.flag("alt");
   if (r.accepts("shift")) event.shift = r.flag("shift");
-  if (event.act == Act::wheel) {
-    event.y = r.number("dy", 0);
-  }
+  if (event.act == Act::wheel) event.x = r.number("dx", 0), event.y = r.number("dy", 0);
+  if (event.act == Act::knob) event.name = r.text("name", ""), event.x = r.number("to", 0);
+  if (event.act == Act::open) event.name = r.text("scene", "");
+  if (event.act == Act::resize) event.x = r.number("width", 16), event.y = r.number("height", 16);
   if (event.act == Act::key) {
     if (!r.has("key"))
       r.diagnostics.error(node, "found no \"key\", expected one of " + listed(kKeys));

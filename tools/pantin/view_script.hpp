@@ -10,7 +10,17 @@ namespace pantin::program {
 
 using namespace detail;
 
-enum class Act : std::uint8_t { mouse_down, mouse_move, mouse_up, wheel, key, quit };
+enum class Act : std::uint8_t {
+  mouse_down,
+  mouse_move,
+  mouse_up,
+  wheel,
+  key,
+  knob,    // turns one
+  open,    // another scene
+  resize,  // the window
+  quit
+};
 
 /// Where the mouse is at an event.
 enum class Spot : std::uint8_t {
@@ -24,20 +34,16 @@ struct ScriptEvent {
   double time = 0;  // s, from the start of the run
   Act act = Act::quit;
   Spot spot = Spot::same;
-  double x = 0, y = 0;  // pixels; the wheel's clicks in y
-  Entity body;
+  double x = 0, y = 0;    // pixels; the wheel's clicks, sideways in x; a knob's value in x
   Vec3 at{0};             // in the body's own frame
   bool is_centre = true;  // the mass centre instead of `at`
   int button = 0;         // place in kButtons
-  bool shift = false;     // the key is held
-  std::size_t key = 0;    // place in kKeys
+  bool shift = false, alt = false;  // the keys are held
+  std::size_t key = 0;              // place in kKeys
+  std::string name;                 // of a knob, of a body, of a scene file
 };
 
 inline constexpr std::string_view kButtons[]{"left", "middle", "right"};
-/// Names of the keys that mean something, as scripts spell them.
-inline constexpr std::string_view kKeys[]{"space", ".", "[", "]", "1", "2", "3",     "4",
-                                          "5",     "o", "r", "s", "h", "q", "escape"};
-
 /// Reads a script against the bodies of a world. Complaints are lines as of scene files.
 Result<std::vector<ScriptEvent>> load_script(const std::string& path, const World& world);
 

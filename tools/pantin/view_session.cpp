@@ -1,12 +1,10 @@
 #ifdef PANTIN_HAS_VIEW
 #include "tools/pantin/view_session.hpp"
 
-#include <fmt/core.h>
-
 #include <algorithm>
-#include <cmath>
+#include <chrono>
+#include <cstring>
 
-#include "engine/solvers/solver.hpp"
 #include "tools/pantin/program.hpp"
 
 namespace pantin::program {
@@ -15,242 +13,153 @@ using namespace detail;
 
 namespace {
 
-constexpr double kSlowest = 1.0 / 16, kFastest = 4;
-constexpr double kTurnPerPixel = 0.006;  // rad
-constexpr double kSteepest = 1.5;        // rad, above and below the horizon
-constexpr double kZoomPerClick = 0.9;    // of the distance
-constexpr int kMessageFrames = 180;
-constexpr std::size_t kMostNotes = 20;
+using Clock = std::chrono::steady_clock;
+
+constexpr double kFilmRate = 60;      // pictures a second
+constexpr std::uint8_t kSeam = 40;    // grey of the line between two panes
+constexpr double kMostFilmLag = 0.5;  // s that a film is filled up with one picture at most
+
+/// Copies a picture into a part of another one.
+void place_image(const Image& from, Image& to, int left) {
+  const int width = std::min(from.width, to.width - left);
+  const int height = std::min(from.height, to.height);
+  if (width <= 0) return;
+  for (int y = 0; y < height; ++y)
+    std::memcpy(
+        to.rgba.data() + 4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(to.width) +
+                              static_cast<std::size_t>(left)),
+        from.rgba.data() + 4 * static_cast<std::size_t>(y) * static_cast<std::size_t>(from.width),
+        4 * static_cast<std::size_t>(width));
+}
+
+void draw_seam(Image& picture, int x) {
+  for (int y = 0; y < picture.height; ++y) {
+    const std::size_t at =
+        4 * (static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.width) +
+             static_cast<std::size_t>(x));
+    for (std::size_t k = 0; k < 3; ++k) picture.rgba[at + k] = picture.rgba[at - 4 + k] = kSeam;
+  }
+}
 
 }  // namespace
 
-Session::Session(const Scene& scene, const SessionChoices& choices)
-    : scene_(scene), choices_(choices), view_(scene.view) {
-  start_over();
-  if (view_.camera.automatic)
-    view_.camera =
-        framing_camera(sim_.world, scene.view, static_cast<Real>(choices.width) / choices.height);
-  look();
+void Session::draw_pane(std::size_t index, Image& to) {
+  const Pane& pane = *desk_.panes[index];
+  Overlay overlay;
+  overlay.lines = desk_.labels(index);
+  // A script's pictures are the same every time.
+  if (!choices_.is_scripted && index == 0 && !desk_.panel)
+    overlay.lines.push_back("picture " + std::to_string(std::lround(1e3 * draw_seconds_)) + " ms");
+  overlay.alarm = pane.alarm;
+  if (index == 0 && desk_.is_trouble && desk_.message_left > 0) overlay.alarm = desk_.message;
+  overlay.joints = desk_.overlay;
+  if (desk_.overlay) overlay.legend = overlay_legend(pane.world());
+  if (desk_.forces) {
+    overlay.contacts = true;
+    overlay.forces = forces_of(pane.scene());
+    const auto more = forces_legend(pane.world());
+    if (desk_.overlay && !more.empty())
+      overlay.legend.push_back(more.front());
+    else
+      overlay.legend.insert(overlay.legend.end(), more.begin(), more.end());
+  }
+  if (desk_.panes.size() > 1) overlay.legend.clear();  // it would cover half of a pane
+  renderer_->draw({pane.world(), pane.poses, desk_.view(), &overlay, desk_.wireframe}, to);
 }
 
-/// The scene as it was read, with the solver chosen since.
-void Session::start_over() {
-  hand_.forget();
-  holding_button_ = 0;
-  alarm_.clear();
-  const int most_steps = sim_.most_steps;
-  sim_ = Simulation(scene_.world, {scene_.step, scene_.substeps, choices_.threads, false});
-  sim_.most_steps = most_steps;
-  sim_.insert(Stage::before_drive, [this](World& world, Real) {
-    hand_.before_part(world, scene_.step / scene_.substeps);
-  });
-  sim_.insert(Stage::after_step, [this](World& world, Real h) {
-    hand_.after_step(world);
-    const Measures m = measure(world);
-    gap_ = m.worst_gap;
-    report_.worst_gap = std::max(report_.worst_gap, m.worst_gap);
-    report_.worst_gap_rel = std::max(report_.worst_gap_rel, m.worst_gap_rel);
-    ++report_.steps, simulated_ += h;
-  });
-  if (chosen_) choose(*chosen_);
-  fraction_ = gap_ = 0;
-  poses_.clear();
-  for (const Body& b : sim_.world.bodies.values()) poses_.push_back(b.pose);
-  stale_ = true;
-}
-
-void Session::handle_all() {
-  for (SDL_Event e; SDL_PollEvent(&e) != 0;) handle(e);
-}
-
-void Session::handle(const SDL_Event& e) {
-  switch (e.type) {
-    case SDL_QUIT:
-      quit_ = true;
-      break;
-    case SDL_MOUSEBUTTONDOWN:
-      button_down(e.button);
-      break;
-    case SDL_MOUSEBUTTONUP:
-      button_up(e.button);
-      break;
-    case SDL_MOUSEMOTION:
-      mouse_moved(e.motion);
-      break;
-    case SDL_MOUSEWHEEL:
-      zoom(static_cast<double>(e.wheel.preciseY));
-      break;
-    case SDL_KEYDOWN:
-      // A key that is kept down repeats; only steps are wanted again and again.
-      if (!e.key.repeat || e.key.keysym.sym == SDLK_PERIOD) key_down(e.key.keysym.sym);
-      break;
-    case SDL_WINDOWEVENT:
-      stale_ = true;
-      break;
-    default:
-      break;
+/// The panes side by side, then the panel.
+void Session::compose() {
+  if (auto fits = renderer_->resize(desk_.pane_width(), desk_.height()); !fits) {
+    fail(fits.errors(), kFailed, "failed");
+    desk_.quits = true;
+    return;
+  }
+  if (desk_.panes.size() == 1 && desk_.width() == width_) return draw_pane(0, window_image_);
+  window_image_.width = width_, window_image_.height = height_;
+  window_image_.rgba.assign(
+      4 * static_cast<std::size_t>(width_) * static_cast<std::size_t>(height_), 255);
+  for (std::size_t i = 0; i < desk_.panes.size(); ++i) {
+    draw_pane(i, pane_image_);
+    const int left = static_cast<int>(i) * desk_.pane_width();
+    place_image(pane_image_, window_image_, left);
+    if (i > 0) draw_seam(window_image_, left);
   }
 }
 
-void Session::button_down(const SDL_MouseButtonEvent& e) {
-  mouse_x_ = e.x, mouse_y_ = e.y;
-  if (e.button == SDL_BUTTON_MIDDLE) turning_ = true;
-  if ((e.button != SDL_BUTTON_LEFT && e.button != SDL_BUTTON_RIGHT) || hand_.holds()) return;
-  const SeenPixel mouse{eye_, 1.0 * e.x, 1.0 * e.y};
-  const auto picked = pick({sim_.world, poses_}, mouse);
-  if (!picked) return tell(fmt::format("no body at {}, {}", e.x, e.y));
-  if (sim_.world.bodies[picked->body].motion == Motion::fixed)
-    return tell(sim_.world.name_of(picked->body) + " is fixed and cannot be dragged");
-  const bool soft = e.button == SDL_BUTTON_RIGHT || (SDL_GetModState() & KMOD_SHIFT) != 0;
-  hand_.take(sim_.world, *picked, soft ? PinKind::spring : PinKind::exact, mouse);
-  holding_button_ = e.button;
-  stale_ = true;
+void Session::draw() {
+  const Clock::time_point start = Clock::now();
+  desk_.stale = false;
+  compose();
+  if (window_image_.rgba.empty()) return;
+  if (panel_ && desk_.width() < width_)
+    panel_->draw(desk_, window_image_, desk_.width(),
+                 {1 / 60.0, choices_.is_scripted ? 0 : draw_seconds_});
+  ++report_.frames;
+  if (auto shown = window_->show(window_image_); !shown) {
+    fail(shown.errors(), kFailed, "failed");
+    desk_.quits = true;
+  }
+  draw_seconds_ = std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-void Session::button_up(const SDL_MouseButtonEvent& e) {
-  if (e.button == SDL_BUTTON_MIDDLE) turning_ = false;
-  if (e.button != holding_button_) return;
-  hand_.let_go(sim_.world);
-  holding_button_ = 0;
-  help_ = false;  // they know how, and the lines cover the picture
-  stale_ = true;
+/// Saves the picture under the first number that is free.
+void Session::save() {
+  desk_.wants_picture = false;
+  const std::string path = free_name(choices_.frames, "frame", ".png", report_.saved.size());
+  if (auto written = write_png(path, window_image_); !written) {
+    fail(written.errors(), kUnwritable, "unwritable");
+    return desk_.tell("could not save " + path);
+  }
+  report_.saved.push_back(path);
+  desk_.tell("saved " + path);
 }
 
-void Session::mouse_moved(const SDL_MouseMotionEvent& e) {
-  const int right = e.x - mouse_x_, down = e.y - mouse_y_;
-  mouse_x_ = e.x, mouse_y_ = e.y;
-  if (turning_) return rotation(right, down);
-  hand_.move({eye_, 1.0 * e.x, 1.0 * e.y});
+void Session::toggle_film() {
+  desk_.wants_film = false;
+  if (film_) return end_film();
+  film_path_ = free_name(choices_.frames, "film", ".mp4", 0);
+  CaptureOptions options;
+  options.video_path = film_path_, options.fps = kFilmRate;
+  options.width = width_ & ~1, options.height = height_ & ~1;  // the codec takes even sides
+  auto film = Capture::open(options);
+  if (!film) {
+    for (const Error& e : film.errors()) complain(e.message);
+    return desk_.tell(film.errors().front().message);
+  }
+  film_ = std::move(*film);
+  film_width_ = options.width, film_height_ = options.height, film_time_ = 1 / kFilmRate;
+  desk_.tell("films into " + film_path_ + "; v ends it");
 }
 
-void Session::key_down(SDL_Keycode key) {
-  stale_ = true;
-  constexpr Solver kSolvers[]{Solver::articulated, Solver::sweep, Solver::shake2,
-                              Solver::procedural, Solver::lagrangian};
-  if (key >= SDLK_1 && key <= SDLK_5) return choose(kSolvers[key - SDLK_1]);
-  switch (key) {
-    case SDLK_SPACE:
-      paused_ = !paused_;
-      break;
-    case SDLK_PERIOD:
-      single_step();
-      break;
-    case SDLK_LEFTBRACKET:
-      speed_ = std::max(speed_ / 2, kSlowest);
-      break;
-    case SDLK_RIGHTBRACKET:
-      speed_ = std::min(speed_ * 2, kFastest);
-      break;
-    case SDLK_o:
-      overlay_ = !overlay_;
-      break;
-    case SDLK_r:
-      start_over();
-      ++report_.restarts;
-      break;
-    case SDLK_s:
-      save_ = true;
-      break;
-    case SDLK_h:
-      help_ = !help_;
-      break;
-    case SDLK_q:
-    case SDLK_ESCAPE:
-      quit_ = true;
-      break;
-    default:
-      break;
+/// As many pictures as the time that has passed asks for.
+void Session::film(double wall) {
+  if (!film_) return;
+  if ((width_ & ~1) != film_width_ || (height_ & ~1) != film_height_) return end_film();
+  film_time_ += std::min(wall, kMostFilmLag);
+  for (; film_ && film_time_ > 0.5 / kFilmRate; film_time_ -= 1 / kFilmRate) {
+    Image& next = film_->next();
+    next.width = film_width_, next.height = film_height_;
+    next.rgba.resize(4 * static_cast<std::size_t>(film_width_) *
+                     static_cast<std::size_t>(film_height_));
+    place_image(window_image_, next, 0);
+    if (auto pushed = film_->push(); !pushed) {
+      fail(pushed.errors(), kUnwritable, "unwritable");
+      film_.reset();
+      desk_.tell("could not write " + film_path_);
+    }
   }
 }
 
-/// Pauses too: the picture is that of the step's end.
-void Session::single_step() {
-  paused_ = true;
-  hand_.expect(scene_.substeps);
-  notice(sim_.advance(scene_.step).report);  // what is left of a step stays left
-  for (std::size_t i = 0; i < poses_.size(); ++i) poses_[i] = sim_.world.bodies.values()[i].pose;
-}
-
-void Session::notice(const StepReport& step) {
-  const std::string body = sim_.world.name_of(step.body);
-  if (step.status == Status::diverged)
-    stop("diverged", fmt::format("diverged: body {} could not go on or left all bounds", body));
-  if (step.status == Status::bad_clock)
-    stop("diverged", "diverged: the time or the step is no number to compute with");
-  if (step.status == Status::energy_grew)
-    stop("energy_grew",
-         fmt::format("energy grew severalfold by itself where body {} is: the solver "
-                     "{} does not keep it",
-                     body, solver()));
-}
-
-/// A step that is not to be gone on from: pauses, and stays to be seen in red.
-void Session::stop(const char* status, std::string line) {
-  if (report_.exit_code == kOk) report_.exit_code = kDiverged, report_.status = status;
-  paused_ = true;
-  alarm_ = line;
-  tell(std::move(line));
-}
-
-void Session::look() {
-  eye_ = make_eye(view_.camera, choices_.width, choices_.height);
-  hand_.look_again({eye_, 1.0 * mouse_x_, 1.0 * mouse_y_});
-  stale_ = true;
-}
-
-void Session::rotation(double right, double down) {
-  const Vec3 back = view_.camera.eye - view_.camera.target;
-  const Real distance = glm::length(back);
-  if (!(distance > 0)) return;
-  const Real around = std::atan2(back.x, back.z) - kTurnPerPixel * right;
-  const Real above =
-      std::clamp(std::asin(std::clamp(back.y / distance, -1.0, 1.0)) + kTurnPerPixel * down,
-                 -kSteepest, kSteepest);
-  view_.camera.eye =
-      view_.camera.target + distance * Vec3(std::cos(above) * std::sin(around), std::sin(above),
-                                            std::cos(above) * std::cos(around));
-  look();
-}
-
-void Session::zoom(double clicks) {
-  const Vec3 back = view_.camera.eye - view_.camera.target;
-  const Real distance = glm::length(back);
-  if (!(distance > 0)) return;
-  const Real to = std::clamp(distance * std::pow(kZoomPerClick, clicks), 1e-3, 1e6);
-  view_.camera.eye = view_.camera.target + to / distance * back;
-  look();
-}
-
-void Session::choose(Solver solver) {
-  const auto choose_in = [solver](World& world) {
-    world.default_settings.solver = solver;
-    for (SolverSettings& s : world.settings.values()) s.solver = solver;
-    world.mark_dirty();
-  };
-  World tried = sim_.world;
-  choose_in(tried);
-  const std::vector<StructureFault> before = check(sim_.world);
-  for (const StructureFault& f : check(tried)) {
-    const bool known = std::any_of(before.begin(), before.end(),
-                                   [&](const StructureFault& b) { return b.link == f.link; });
-    if (!known && !f.is_minor)
-      return tell(fmt::format("not with the solver {}: {} {}", pantin::name_of(solver),
-                              tried.name_of(f.link), f.reason));
+void Session::end_film() {
+  if (!film_) return;
+  auto done = film_->finish();
+  film_.reset();
+  if (!done) {
+    fail(done.errors(), kUnwritable, "unwritable");
+    return desk_.tell("could not write " + film_path_);
   }
-  chosen_ = solver;
-  choose_in(sim_.world);
-}
-
-/// A line for the picture and for the report.
-void Session::tell(std::string line) {
-  if (report_.notes.size() < kMostNotes)
-    report_.notes.push_back(fmt::format("{:.3f} s: {}", sim_.world.time, line));
-  message_ = std::move(line), message_frames_ = kMessageFrames;
-  stale_ = true;
-}
-
-std::string Session::solver() const {
-  return chosen_ ? pantin::name_of(*chosen_) : describe_solvers(sim_.world);
+  report_.saved.push_back(film_path_);
+  desk_.tell("saved " + film_path_);
 }
 
 }  // namespace pantin::program

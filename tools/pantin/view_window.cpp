@@ -55,12 +55,16 @@ Result<Done> Window::start(const std::string& title, int width, int height) {
   if (!window_) return sdl_error("SDL made no window");
   renderer_ = SDL_CreateRenderer(window_, -1, SDL_RENDERER_SOFTWARE);
   if (!renderer_) return sdl_error("SDL cannot draw into its window");
-  // Mouse events come in pixels of the picture, whatever size the window has.
-  if (SDL_RenderSetLogicalSize(renderer_, width, height) != 0)
-    return sdl_error("SDL cannot scale pictures");
+  return make_texture(width, height);
+}
+
+Result<Done> Window::make_texture(int width, int height) {
+  if (texture_ && width == texture_width_ && height == texture_height_) return Done{};
+  if (texture_) SDL_DestroyTexture(texture_);
   texture_ = SDL_CreateTexture(renderer_, SDL_PIXELFORMAT_RGBA32, SDL_TEXTUREACCESS_STREAMING,
                                width, height);
   if (!texture_) return sdl_error("SDL made no texture");
+  texture_width_ = width, texture_height_ = height;
   return Done{};
 }
 
@@ -72,6 +76,7 @@ Window::~Window() {
 }
 
 Result<Done> Window::show(const Image& image) {
+  if (auto made = make_texture(image.width, image.height); !made) return made;
   if (SDL_UpdateTexture(texture_, nullptr, image.rgba.data(), image.width * 4) != 0 ||
       SDL_RenderClear(renderer_) != 0 || SDL_RenderCopy(renderer_, texture_, nullptr, nullptr) != 0)
     return sdl_error("SDL could not show a picture");

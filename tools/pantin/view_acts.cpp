@@ -1,0 +1,236 @@
+#include "tools/pantin/view_acts.hpp"
+
+#ifdef PANTIN_HAS_VIEW
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+#include <pantin/measure.hpp>
+#include <pantin/shapes.hpp>
+
+#include "engine/contact/contact.hpp"
+#include "engine/joints/kinds.hpp"
+
+namespace pantin::program {
+
+using namespace detail;
+
+namespace {
+
+constexpr double kNear = 12;              // pixels
+constexpr std::size_t kMostBalls = 30;    // at once
+constexpr std::size_t kMostForces = 600;  // joints; asking takes time square in a chain's length
+constexpr const char* kBall = "shot ball";
+constexpr std::uint32_t kBallGroup = 1u << 31;
+
+/// The nearest to a pixel of all that was offered.
+struct Nearest {
+  const SeenPixel& mouse;
+  Entity found = {};
+  double best = kNear;
+
+  void offer(Entity e, Vec3 point) {
+    if (!is_finite(point) || !(mouse.eye.depth(point) > 0)) return;
+    const Vec3 at = mouse.eye.project(point);
+    const double far = std::hypot(at.x - mouse.x, at.y - mouse.y);
+    if (far < best) best = far, found = e;
+  }
+};
+
+void offer_cables(const PosedWorld& scene, Nearest& nearest) {
+  std::vector<Vec3> curve;
+  const auto& cables = scene.world.cables;
+  for (std::size_t i = 0; i < cables.size(); ++i) {
+    const auto hanging = hanging_cable(scene, cables.values()[i]);
+    if (!hanging) continue;
+    curve.clear();
+    add_curve(*hanging, 16, curve);
+    for (std::size_t k = 1; k < curve.size(); ++k)
+      for (int part = 0; part <= 16; ++part)
+        nearest.offer(cables.owners()[i], glm::mix(curve[k - 1], curve[k], part / 16.0));
+  }
+}
+
+/// The joint of a body nearest to a point of it.
+Entity joint_at(const PosedWorld& scene, const Picked& picked) {
+  Entity found;
+  Real best = 1e300;
+  const auto& links = scene.world.links;
+  for (std::size_t i = 0; i < links.size(); ++i) {
+    const Link& link = links.values()[i];
+    if (link.a != picked.body && link.b != picked.body) continue;
+    const auto at = link.a == picked.body ? scene.position_of(link.a, link.joint.anchor_a)
+                                          : scene.position_of(link.b, link.joint.anchor_b);
+    if (at && glm::distance(*at, picked.point) < best)
+      best = glm::distance(*at, picked.point), found = links.owners()[i];
+  }
+  return found;
+}
+
+std::vector<Entity> balls_of(const World& world) {
+  std::vector<Entity> balls;
+  for (Entity e : world.bodies.owners()) {
+    const Collision* c = world.collisions.find(e);
+    if (c && c->groups == UINT32_MAX && world.name_of(e) == kBall) balls.push_back(e);
+  }
+  return balls;
+}
+
+/// A body without contacts gets some, with balls only.
+void let_balls_hit(World& world) {
+  const std::vector<Entity> bodies(world.bodies.owners().begin(), world.bodies.owners().end());
+  for (Entity e : bodies)
+    if (world.shapes.find(e) && !world.collisions.find(e))
+      world.collisions.add(e, Collision{.groups = kBallGroup, .with = kBallGroup});
+}
+
+/// What contacts press a body with, N, and how many.
+std::pair<Vec3, int> contact_of(const World& world, Entity body) {
+  const std::uint32_t slot = world.bodies.slot(body);
+  Vec3 force{0};
+  int count = 0;
+  for (const Contact& c : contacts_of(world)) {
+    if (!c.active || (c.slot_a != slot && c.slot_b != slot)) continue;
+    force += c.slot_a == slot ? c.force : -c.force;
+    ++count;
+  }
+  return {force, count};
+}
+
+std::string describe_joint(const World& world, Entity e, const Link& link) {
+  std::string line = fmt::format("{}: {}", world.name_of(e), info_of(link.joint.kind).name);
+  if (const Real angle = joint_angle(world, e); std::isfinite(angle))
+    line += fmt::format(", {:.1f} deg", glm::degrees(angle));
+  if (const auto reaction = joint_reaction(world, e))
+    line += fmt::format(", {:.3g} N", glm::length(reaction->force));
+  return line;
+}
+
+const char* word_of(Motion motion) {
+  return motion == Motion::fixed ? "fixed" : motion == Motion::kinematic ? "kinematic" : "dynamic";
+}
+
+}  // namespace
+
+Entity find_cut(const PosedWorld& scene, const SeenPixel& mouse) {
+  Nearest nearest{mouse};
+  const World& world = scene.world;
+  for (std::size_t i = 0; i < world.links.size(); ++i) {
+    const Link& link = world.links.values()[i];
+    if (const auto at = scene.position_of(link.a, link.joint.anchor_a))
+      nearest.offer(world.links.owners()[i], *at);
+  }
+  for (std::size_t i = 0; i < world.pins.size(); ++i) {
+    const Pin& pin = world.pins.values()[i];
+    if (const auto at = scene.position_of(pin.body, pin.anchor))
+      nearest.offer(world.pins.owners()[i], *at);
+  }
+  offer_cables(scene, nearest);
+  if (nearest.found) return nearest.found;
+  const auto picked = pick(scene, mouse);
+  return picked ? joint_at(scene, *picked) : Entity{};
+}
+
+std::optional<bool> toggle_pin(World& world, const Picked& at) {
+  if (world.bodies[at.body].motion != Motion::dynamic) return std::nullopt;
+  std::vector<Entity> own;
+  for (std::size_t i = 0; i < world.pins.size(); ++i) {
+    const Entity e = world.pins.owners()[i];
+    if (world.pins.values()[i].body == at.body && world.name_of(e) == kUserPin) own.push_back(e);
+  }
+  world.destroy(own);
+  if (!own.empty()) return false;
+  Pin pin;
+  pin.body = at.body, pin.anchor = at.anchor;
+  pin.target = to_world(world.bodies[at.body].pose, at.anchor);
+  world.add_pin(pin, kUserPin);
+  return true;
+}
+
+BallGun usual_gun(const World& world, double distance) {
+  double mass = 0;
+  std::size_t count = 0;
+  for (const Body& b : world.bodies.values())
+    if (b.motion == Motion::dynamic) mass += b.mass, ++count;
+  BallGun gun;
+  gun.radius = std::clamp(0.02 * distance, 1e-3, 10.0);
+  gun.mass = count > 0 ? std::max(3 * mass / static_cast<double>(count), 1e-6) : 1;
+  gun.speed = std::clamp(2 * distance, 0.1, 200.0);
+  return gun;
+}
+
+Result<Entity> shoot(World& world, const Ray& ray, const BallGun& gun) {
+  const std::vector<Entity> balls = balls_of(world);
+  if (balls.size() >= kMostBalls) world.destroy(balls.front());
+  let_balls_hit(world);
+  const Vec3 way = glm::normalize(ray.way);
+  RigidBody ball;
+  ball.shape = SphereShape{.radius = gun.radius};
+  ball.mass = gun.mass, ball.drag = 0, ball.name = kBall;
+  ball.position = ray.origin + 4 * gun.radius * way, ball.velocity = gun.speed * way;
+  ball.collision = Collision{.restitution = 0.3, .groups = UINT32_MAX, .others = true};
+  return world.add(ball);
+}
+
+void sweep_balls(World& world, Vec3 from, double reach) {
+  for (Entity e : balls_of(world))
+    if (!(glm::distance(world.bodies[e].pose.position, from) < reach)) world.destroy(e);
+}
+
+std::vector<std::string> describe(const World& world, Entity body) {
+  const Body* b = world.bodies.find(body);
+  if (!b) return {};
+  const Vec3 at = b->pose.position;
+  std::vector<std::string> lines{world.name_of(body)};
+  lines.push_back(b->motion == Motion::dynamic ? fmt::format("dynamic, {:.4g} kg", b->mass)
+                                               : word_of(b->motion));
+  lines.push_back(fmt::format("at {:.3f}, {:.3f}, {:.3f} m", at.x, at.y, at.z));
+  lines.push_back(fmt::format("{:.3g} m/s, turns at {:.3g} rad/s", glm::length(b->velocity),
+                              glm::length(b->angular_velocity)));
+  if (const auto [force, count] = contact_of(world, body); count > 0)
+    lines.push_back(
+        fmt::format("{} contact{}, {:.3g} N", count, count > 1 ? "s" : "", glm::length(force)));
+  constexpr std::size_t kMostLines = 8;
+  for (std::size_t i = 0; i < world.links.size() && lines.size() < kMostLines; ++i) {
+    const Link& link = world.links.values()[i];
+    if (link.a == body || link.b == body)
+      lines.push_back(describe_joint(world, world.links.owners()[i], link));
+  }
+  return lines;
+}
+
+std::string describe_shortly(const World& world, Entity body) {
+  const std::vector<std::string> lines = describe(world, body);
+  std::string line;
+  for (std::size_t i = 0; i < std::min<std::size_t>(lines.size(), 4); ++i)
+    line += (i > 0 ? ", " : "") + lines[i];
+  return line;
+}
+
+std::vector<ForceArrow> forces_of(const PosedWorld& scene) {
+  std::vector<ForceArrow> arrows;
+  const World& world = scene.world;
+  for (std::size_t i = 0; i < std::min(world.links.size(), kMostForces); ++i) {
+    const Link& link = world.links.values()[i];
+    const auto at = scene.position_of(link.b, link.joint.anchor_b);
+    const auto reaction = joint_reaction(world, world.links.owners()[i]);
+    if (at && reaction) arrows.push_back({*at, reaction->force});
+  }
+  for (const Cable& cable : world.cables.values()) {
+    const auto hanging = hanging_cable(scene, cable);
+    if (!hanging || !(cable.tension > 0)) continue;
+    const Vec3 span = hanging->a - hanging->b;
+    if (glm::length(span) > 0)
+      arrows.push_back({hanging->b, cable.tension / glm::length(span) * span});
+  }
+  for (std::size_t i = 0; i < std::min(world.pins.size(), kMostForces); ++i) {
+    const Pin& pin = world.pins.values()[i];
+    const auto at = scene.position_of(pin.body, pin.anchor);
+    const auto force = pin_force(world, world.pins.owners()[i]);
+    if (at && force) arrows.push_back({*at, *force});
+  }
+  return arrows;
+}
+
+}  // namespace pantin::program
+#endif

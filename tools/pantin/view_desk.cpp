@@ -1,0 +1,291 @@
+#include "tools/pantin/view_desk.hpp"
+
+#ifdef PANTIN_HAS_VIEW
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/render/renderer.hpp"
+#include "tools/pantin/program.hpp"
+
+namespace pantin::program {
+
+using namespace detail;
+
+namespace {
+
+constexpr double kSlowest = 1.0 / 16, kFastest = 4;
+constexpr double kMessageTime = 3, kTroubleTime = 20;  // s
+constexpr std::size_t kMostNotes = 20;
+constexpr double kBallReach = 40;  // distances of the camera; farther away balls are let go
+
+const char* const kHelp[] = {
+    "left: drag exactly   right or shift: by a spring   on nothing, or alt: turn, move the camera",
+    "space: pause   . step   [ ] slower, faster   r restart   o joints   f forces   w wireframe",
+    "x cut   p pin   b shoot a ball   l follow   home: camera back   c two solvers side by side",
+    "1 auto   2 sweep   3 shake2   4 procedural   5 lagrangian   page up, down: other scenes",
+    "s picture   v film   tab: panel   f5 read the file again   h help   q quit"};
+
+}  // namespace
+
+Desk::Desk(Scene scene, DeskChoices choices)
+    : choices_(std::move(choices)), width_(choices_.width), height_(choices_.height) {
+  panes.push_back(std::make_unique<Pane>());
+  if (choices_.beside) {
+    panes.push_back(std::make_unique<Pane>());
+    panes[1]->chosen = choices_.beside;
+  }
+  begin(std::move(scene));
+  const View& view = scene_.view;
+  Camera home = view.camera;
+  if (home.automatic)
+    home = framing_camera(panes[0]->world(), view, static_cast<Real>(pane_width()) / height_);
+  orbit_.start(home);
+  gun = usual_gun(scene_.world, glm::distance(home.eye, home.target));
+  look();
+}
+
+/// Takes a scene over; the camera stays.
+void Desk::begin(Scene scene) {
+  scene_ = std::move(scene);
+  how_ = {scene_.step, scene_.substeps, choices_.threads, false};
+  turned_.clear();
+  scenes_ = scenes_beside(choices_.path);
+  leaf_ = place_of(choices_.path, scenes_);
+  watch_.start(choices_.path);
+  under = followed = Entity{}, is_under = false;
+  start_panes();
+}
+
+/// The scene as it was read, with the solvers and knobs chosen since.
+void Desk::start_panes() {
+  grip_ = Grip::none;
+  for (const auto& pane : panes) {
+    const std::optional<Solver> chosen = std::exchange(pane->chosen, std::nullopt);
+    pane->start(scene_.world, how_);
+    if (!chosen) continue;
+    if (const auto why = pane->choose(*chosen)) tell(*why);
+  }
+  for (const auto& [name, value] : turned_)
+    for (const auto& pane : panes) turn_knob({pane->world(), how_, scene_.world}, name, value);
+  stale = true;
+}
+
+void Desk::restart() {
+  start_panes();
+  ++restarts;
+}
+
+void Desk::faster(double times) { speed = std::clamp(speed * times, kSlowest, kFastest); }
+
+void Desk::advance(double wall, int most) {
+  if (message_left > 0 && (message_left -= wall) <= 0) stale = true;
+  if (paused) return;
+  for (const auto& pane : panes) notice(*pane, pane->advance(wall * speed, most).report);
+  const Real reach = kBallReach * glm::distance(orbit_.camera().eye, orbit_.camera().target);
+  for (const auto& pane : panes) {
+    const std::size_t count = pane->world().bodies.size();
+    sweep_balls(pane->world(), orbit_.camera().target, reach);
+    if (pane->world().bodies.size() != count) pane->place();
+  }
+  follow();
+  stale = true;
+}
+
+void Desk::single_step() {
+  paused = true;
+  for (const auto& pane : panes) notice(*pane, pane->single_step());
+  follow();
+  stale = true;
+}
+
+/// A step that is not to be gone on from: pauses, and stays to be seen in red.
+void Desk::notice(Pane& pane, const StepReport& step) {
+  const auto trouble = pane.trouble(step);
+  if (!trouble) return;
+  if (status == "ok") status = step.status == Status::energy_grew ? "energy_grew" : "diverged";
+  paused = true;
+  pane.alarm = *trouble;
+  tell(*trouble);
+}
+
+void Desk::resize(int width, int height) {
+  width_ = std::max(1, width), height_ = std::max(1, height);
+  look();
+}
+
+View Desk::view() const {
+  View view = scene_.view;
+  view.camera = orbit_.camera();
+  return view;
+}
+
+void Desk::look() {
+  eye_ = make_eye(orbit_.camera(), pane_width(), height_);
+  for (const auto& pane : panes)
+    pane->hand.look_again(
+        {eye_, mouse_x_ - 1.0 * pane_width() * static_cast<double>(pane_), mouse_y_});
+  stale = true;
+}
+
+void Desk::follow() {
+  if (!followed) return;
+  const Pane& pane = *panes[0];
+  const std::uint32_t slot = pane.world().bodies.slot(followed);
+  if (slot >= pane.poses.size()) {
+    followed = Entity{};
+    return;
+  }
+  orbit_.look_at(pane.poses[slot].position);
+  look();
+}
+
+void Desk::toggle_follow() {
+  if (followed) {
+    tell("the camera stays");
+    followed = Entity{};
+    return;
+  }
+  if (!is_under) return tell("no body under the mouse to follow");
+  followed = under;
+  tell("follows " + panes[0]->world().name_of(followed));
+  follow();
+}
+
+void Desk::reset_camera() {
+  followed = Entity{};
+  orbit_.reset();
+  look();
+}
+
+void Desk::watch() {
+  if (!watch_.changed()) return;
+  reload();
+  if (!is_trouble) print_error(message);
+}
+
+void Desk::open(std::string path) {  // by value: the list it stands in is made anew
+  auto loaded = choices_.load(path);
+  if (!loaded) {
+    for (const Error& e : loaded.errors()) print_error(e.message);
+    const std::size_t more = loaded.errors().size() - 1;
+    tell(loaded.errors().front().message +
+         (more > 0 ? fmt::format(" (and {} more)", more) : std::string()));
+    is_trouble = true, message_left = kTroubleTime;
+    if (path == choices_.path) watch_.start(path);
+    return;
+  }
+  const bool is_same = path == choices_.path;
+  choices_.path = path;
+  begin(std::move(*loaded));
+  if (!is_same) {
+    Camera home = scene_.view.camera;
+    if (home.automatic)
+      home =
+          framing_camera(panes[0]->world(), scene_.view, static_cast<Real>(pane_width()) / height_);
+    orbit_.start(home);
+    gun = usual_gun(scene_.world, glm::distance(home.eye, home.target));
+  }
+  look();
+  tell(fmt::format("{} {}", is_same ? "read again:" : "opened", path));
+}
+
+void Desk::leaf(int by) {
+  if (scenes_.empty()) return;
+  const auto count = static_cast<int>(scenes_.size());
+  leaf_ = static_cast<std::size_t>((static_cast<int>(leaf_) + by + count) % count);
+  const std::size_t to = leaf_;
+  open(scenes_[to]);
+  leaf_ = to;  // goes on behind one that cannot be read
+}
+
+void Desk::choose(Solver solver, std::size_t pane) {
+  if (pane >= panes.size()) return tell("there is no second pane: c opens one");
+  if (const auto why = panes[pane]->choose(solver)) tell(*why);
+  stale = true;
+}
+
+/// A second pane begins with the first solver that is not the one at work and can move the scene.
+Solver Desk::another() const {
+  for (const Solver solver : {Solver::sweep, Solver::lagrangian})
+    if (panes[0]->solver() != pantin::name_of(solver) && !panes[0]->why_not(solver)) return solver;
+  return Solver::articulated;
+}
+
+void Desk::compare(std::optional<Solver> solver) {
+  let_go();
+  if (!solver) {
+    panes.resize(1);
+    pane_ = 0;
+    return look();
+  }
+  if (panes.size() < 2) panes.push_back(std::make_unique<Pane>());
+  const World now = panes[0]->world();
+  panes[0]->start(now, how_);  // both clocks from the same beat
+  panes[1]->chosen = std::nullopt;
+  panes[1]->start(now, how_);
+  if (const auto why = panes[1]->choose(*solver)) tell(*why);
+  look();
+}
+
+std::vector<Knob> Desk::knobs() const { return knobs_of(panes[0]->world(), how_, scene_.world); }
+
+bool Desk::turn(const std::string& name, double value) {
+  bool known = false;
+  for (const auto& pane : panes) {
+    known |= turn_knob({pane->world(), how_, scene_.world}, name, value);
+    pane->sim.settings = how_;
+  }
+  if (!known) return false;
+  std::erase_if(turned_, [&](const auto& t) { return t.first == name; });
+  turned_.emplace_back(name, value);
+  stale = true;
+  return true;
+}
+
+/// A line for the picture and for the report.
+void Desk::tell(std::string line) {
+  if (notes.size() < kMostNotes)
+    notes.push_back(fmt::format("{:.3f} s: {}", panes[0]->world().time, line));
+  message = std::move(line), message_left = kMessageTime, is_trouble = false;
+  stale = true;
+}
+
+/// What the panel tells as well is left out beside it, so that less of the picture is covered.
+std::vector<std::string> Desk::labels(std::size_t index) const {
+  const Pane& pane = *panes[index];
+  const World& world = pane.world();
+  const char* state = paused ? "paused, " : pane.is_behind ? "too much for this machine, " : "";
+  const std::string pace =
+      speed < 1 ? fmt::format("speed 1/{:.0f}", 1 / speed) : fmt::format("speed {:.0f}", speed);
+  std::vector<std::string> lines;
+  if (index == 0) lines.push_back(scene_.title);
+  if (index == 0 && !panel)
+    lines.push_back(
+        fmt::format("t = {:.3f} s, step {} of {:.4g} ms", world.time, world.tick, 1e3 * how_.h));
+  lines.push_back(index == 0 ? fmt::format("solver {}, {}{}", pane.solver(), state, pace)
+                             : "solver " + pane.solver());
+  lines.push_back(fmt::format("worst joint gap {:.1e} m", pane.gap));
+  const std::vector<Unreached> off = unreached(world);
+  const auto worst = std::max_element(
+      off.begin(), off.end(),
+      [](const Unreached& a, const Unreached& b) { return a.residual < b.residual; });
+  if (worst != off.end())
+    lines.push_back(fmt::format("{} of {} is {:.2g} m from its place", worst->kind, worst->name,
+                                worst->residual));
+  if (pane.hand.holds())
+    lines.push_back(fmt::format("holding {} ({}), {:.1e} m from the mouse", pane.hand.now().body,
+                                pane.hand.now().grip, pane.hand.now().residual));
+  else if (is_under && index == pane_ && !panel)
+    lines.push_back(describe_shortly(world, under));
+  if (index > 0) return lines;
+  const bool is_alarm =
+      std::any_of(panes.begin(), panes.end(), [&](const auto& p) { return p->alarm == message; });
+  if (message_left > 0 && !is_trouble && !is_alarm) lines.push_back(message);
+  if (help && panes.size() == 1) lines.insert(lines.end(), std::begin(kHelp), std::end(kHelp));
+  return lines;
+}
+
+}  // namespace pantin::program
+#endif

@@ -1,0 +1,164 @@
+#pragma once
+// The viewer without a window: what it shows and what keys, the mouse and the panel do to it.
+#include <array>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "engine/scene/scene.hpp"
+#include "tools/pantin/view_acts.hpp"
+#include "tools/pantin/view_files.hpp"
+#include "tools/pantin/view_knobs.hpp"
+#include "tools/pantin/view_orbit.hpp"
+#include "tools/pantin/view_pane.hpp"
+
+namespace pantin::program {
+
+using namespace detail;
+
+/// Names of the keys that mean something, as scripts spell them.
+inline constexpr std::string_view kKeys[]{
+    "space", ".",    "[",     "]",  "1",    "2",       "3",         "4", "5", "o",     "r",   "s",
+    "h",     "q",    "w",     "f",  "l",    "x",       "p",         "b", "c", "v",     "tab", "f5",
+    "home",  "left", "right", "up", "down", "page_up", "page_down", "+", "-", "escape"};
+
+enum class MouseButton : std::uint8_t { left, middle, right };
+struct KeysHeld {
+  bool shift = false, alt = false;
+};
+/// What a press of the left button does.
+enum class Tool : std::uint8_t { drag, cut, pin, ball };
+inline constexpr const char* kTools[]{"drag", "cut", "pin", "ball"};
+
+/// Reads a scene file anew; errors are whole lines.
+using SceneLoader = std::function<Result<Scene>(const std::string& path)>;
+
+struct DeskChoices {
+  std::string path;  // of the scene
+  SceneLoader load;
+  int width = 1280, height = 720;  // of the picture, pixels, the panel not included
+  int threads = 1;
+  std::optional<Solver> beside;  // a second pane from the start
+};
+
+class Desk {
+ public:
+  Desk(Scene scene, DeskChoices choices);
+
+  // Time.
+  /// Lets wall time pass, at most `most` steps in each pane.
+  void advance(double wall, int most);
+  void single_step();
+  void restart();
+  void faster(double times);
+
+  // The user's hands. Places are pixels of the picture.
+  void press(MouseButton button, double x, double y);
+  void release(MouseButton button, double x, double y);
+  void move(double x, double y);
+  void wheel(double up, double across);
+  void key(std::string_view name);
+  void hold(KeysHeld keys) { held_ = keys; }
+  /// The mouse has left the picture.
+  void leave() { has_mouse_ = false; }
+  /// Looks again at what is under the mouse.
+  void look_under_mouse();
+
+  // What is seen.
+  void resize(int width, int height);
+  /// The pane that the mouse is in, or was in last.
+  const Pane& pane_at_mouse() const { return *panes[pane_]; }
+  int pane_width() const { return std::max(1, width_ / static_cast<int>(panes.size())); }
+  int width() const { return width_; }
+  int height() const { return height_; }
+  View view() const;
+  const Eye& eye() const { return eye_; }
+  void toggle_follow();
+  void reset_camera();
+
+  // The scene.
+  const Scene& scene() const { return scene_; }
+  const std::string& path() const { return choices_.path; }
+  /// Reads the file anew if it was written since the last call.
+  void watch();
+  void reload() { open(choices_.path); }
+  /// Shows another file, or the same anew; where that cannot be, the scene stays and says why.
+  void open(std::string path);
+  const std::vector<std::string>& scenes() const { return scenes_; }
+  void leaf(int by);
+  void choose(Solver solver, std::size_t pane);
+  /// A second pane that goes on from here by another solver.
+  void compare(std::optional<Solver> solver);
+  std::vector<Knob> knobs() const;
+  bool turn(const std::string& name, double value);
+  void use(Tool tool, double x, double y);
+
+  /// A line for the picture and for the report.
+  void tell(std::string line);
+  /// Lines over the picture of a pane.
+  std::vector<std::string> labels(std::size_t pane) const;
+
+  std::vector<std::unique_ptr<Pane>> panes;  // one or two
+  Tool tool = Tool::drag;
+  BallGun gun;
+  double speed = 1;
+  bool paused = false, overlay = false, forces = false, wireframe = false, help = true;
+  bool panel = false;
+  bool quits = false, wants_picture = false, wants_film = false;  // for whoever owns the window
+  bool stale = true;                                              // the picture is out of date
+  Entity under;           // the body under the mouse or, with none there, the last one
+  bool is_under = false;  // it is there now
+  Entity followed;
+  std::string message;
+  bool is_trouble = false;    // the message tells of something that went wrong
+  double message_left = 0;    // s, wall
+  std::string status = "ok";  // of the session: ok, diverged, energy_grew
+  int restarts = 0;
+  std::vector<std::string> notes;
+
+ private:
+  enum class Grip : std::uint8_t { none, body, turn, pan };
+  /// Where a press was.
+  struct Place {
+    std::size_t pane;
+    SeenPixel pixel;
+  };
+
+  Place place(double x, double y) const;
+  void begin(Scene scene);
+  void start_panes();
+  Solver another() const;
+  void look();
+  void follow();
+  void notice(Pane& pane, const StepReport& step);
+  bool take(const Picked& picked, const Place& at, PinKind grip);
+  void let_go();
+  void camera_key(std::string_view name);
+  bool looks_key(std::string_view name);
+  void cut(const Place& at);
+  void pin(const Place& at);
+  void throw_ball(const Place& at);
+
+  Scene scene_;
+  DeskChoices choices_;
+  std::vector<std::string> scenes_;
+  std::size_t leaf_ = 0;  // of scenes_, where leafing has come to
+  FileWatch watch_;
+  Orbit orbit_;
+  Eye eye_;
+  StepSettings how_;
+  std::vector<std::pair<std::string, double>> turned_;  // knobs, until the file is read anew
+  int width_, height_;
+  double mouse_x_ = 0, mouse_y_ = 0;
+  double moved_ = 0;  // pixels since the press
+  bool has_mouse_ = false;
+  KeysHeld held_;
+  Grip grip_ = Grip::none;
+  MouseButton button_ = MouseButton::left;
+  std::size_t pane_ = 0;  // in which the button was pressed
+};
+
+}  // namespace pantin::program

@@ -1,0 +1,61 @@
+#include "tools/pantin/view_files.hpp"
+
+#include <algorithm>
+#include <system_error>
+
+namespace pantin::program {
+
+namespace fs = std::filesystem;
+
+FileWatch::Stamp FileWatch::look() const {
+  std::error_code trouble;
+  Stamp now;
+  now.time = fs::last_write_time(path_, trouble);
+  if (!trouble) now.bytes = fs::file_size(path_, trouble);
+  now.is_there = !trouble;
+  return now.is_there ? now : Stamp{};
+}
+
+void FileWatch::start(const std::string& path) {
+  path_ = path;
+  known_ = seen_ = look();
+}
+
+bool FileWatch::changed() {
+  const Stamp now = look();
+  const bool is_settled = now == seen_;
+  seen_ = now;
+  if (!is_settled || !now.is_there || now == known_) return false;
+  known_ = now;
+  return true;
+}
+
+std::vector<std::string> scenes_beside(const std::string& path) {
+  std::error_code trouble;
+  fs::path folder = fs::path(path).parent_path();
+  std::vector<std::string> found;
+  for (fs::directory_iterator at(folder.empty() ? "." : folder, trouble), end;
+       !trouble && at != end; at.increment(trouble))
+    if (at->path().extension() == ".json")
+      found.push_back((folder / at->path().filename()).string());
+  if (place_of(path, found) == found.size()) found.push_back(path);
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+std::size_t place_of(const std::string& path, const std::vector<std::string>& scenes) {
+  const auto same = [&](const std::string& other) { return fs::path(other) == fs::path(path); };
+  return static_cast<std::size_t>(std::find_if(scenes.begin(), scenes.end(), same) -
+                                  scenes.begin());
+}
+
+std::string free_name(const std::string& folder, const std::string& stem, const std::string& ext,
+                      std::size_t least) {
+  std::error_code trouble;
+  fs::path path;
+  do path = fs::path(folder) / (stem + "_" + std::to_string(++least) + ext);
+  while (fs::exists(path, trouble));
+  return path.string();
+}
+
+}  // namespace pantin::program

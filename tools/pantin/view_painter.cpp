@@ -1,0 +1,160 @@
+#include "tools/pantin/view_painter.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pantin::program {
+
+using namespace detail;
+
+namespace {
+
+struct Clip {
+  int x0, y0, x1, y1;  // pixels [x0, x1) x [y0, y1)
+};
+
+struct Canvas {
+  Image& picture;
+  const InkAtlas& atlas;
+  Clip clip;
+};
+
+struct Colour {
+  float part[4];  // 0..255, opacity last
+};
+
+Colour colour_of(std::uint32_t rgba) {
+  return {{static_cast<float>(rgba & 255), static_cast<float>(rgba >> 8 & 255),
+           static_cast<float>(rgba >> 16 & 255), static_cast<float>(rgba >> 24)}};
+}
+
+float coverage(const InkAtlas& atlas, float u, float v) {
+  const int x =
+      std::clamp(static_cast<int>(u * static_cast<float>(atlas.width)), 0, atlas.width - 1);
+  const int y =
+      std::clamp(static_cast<int>(v * static_cast<float>(atlas.height)), 0, atlas.height - 1);
+  return atlas.coverage[static_cast<std::size_t>(y) * static_cast<std::size_t>(atlas.width) +
+                        static_cast<std::size_t>(x)] /
+         255.0f;
+}
+
+void blend(std::uint8_t* pixel, const Colour& colour, float covered) {
+  const float opaque = colour.part[3] / 255.0f * covered;
+  for (int k = 0; k < 3; ++k) {
+    const float below = pixel[k];
+    pixel[k] = static_cast<std::uint8_t>(below + opaque * (colour.part[k] - below) + 0.5f);
+  }
+}
+
+std::uint8_t* row(Image& picture, int y) {
+  return picture.rgba.data() +
+         4 * static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.width);
+}
+
+/// The first pixel whose middle is not left of, or above, a coordinate.
+int first_middle(float at) { return static_cast<int>(std::ceil(at - 0.5f)); }
+
+/// Most of a panel is rectangles of one colour, and letters.
+bool is_upright(const InkVertex* const (&c)[4]) {
+  return c[0]->rgba == c[1]->rgba && c[0]->rgba == c[2]->rgba && c[0]->rgba == c[3]->rgba &&
+         c[0]->x == c[3]->x && c[1]->x == c[2]->x && c[0]->y == c[1]->y && c[2]->y == c[3]->y &&
+         c[0]->x < c[1]->x && c[0]->y < c[3]->y;
+}
+
+void paint_box(const Canvas& to, const InkVertex& low, const InkVertex& high) {
+  const Colour colour = colour_of(low.rgba);
+  const int x0 = std::max(first_middle(low.x), to.clip.x0);
+  const int x1 = std::min(first_middle(high.x), to.clip.x1);
+  const int y1 = std::min(first_middle(high.y), to.clip.y1);
+  const float du = (high.u - low.u) / (high.x - low.x), dv = (high.v - low.v) / (high.y - low.y);
+  const bool is_flat = low.u == high.u && low.v == high.v;
+  const float flat = is_flat ? coverage(to.atlas, low.u, low.v) : 0;
+  for (int y = std::max(first_middle(low.y), to.clip.y0); y < y1; ++y) {
+    const float v = low.v + (static_cast<float>(y) + 0.5f - low.y) * dv;
+    std::uint8_t* pixel = row(to.picture, y) + 4 * x0;
+    for (int x = x0; x < x1; ++x, pixel += 4) {
+      const float u = low.u + (static_cast<float>(x) + 0.5f - low.x) * du;
+      const float covered = is_flat ? flat : coverage(to.atlas, u, v);
+      if (covered > 0) blend(pixel, colour, covered);
+    }
+  }
+}
+
+// Whole numbers, so that of two triangles at an edge exactly one has each pixel.
+constexpr float kParts = 256;  // of a pixel
+
+struct Corner {
+  std::int64_t x, y;
+};
+
+std::int64_t edge(Corner a, Corner b, Corner p) {
+  return (b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x);
+}
+
+/// A pixel on the edge from a to b belongs to the triangle on one side of it only.
+std::int64_t bias(Corner a, Corner b) {
+  const bool owns = b.y < a.y || (b.y == a.y && b.x > a.x);
+  return owns ? 0 : -1;
+}
+
+Corner corner_of(const InkVertex& v) {
+  return {std::llround(v.x * kParts), std::llround(v.y * kParts)};
+}
+
+void paint_triangle(const Canvas& to, const InkVertex* a, const InkVertex* b, const InkVertex* c) {
+  Corner p[3]{corner_of(*a), corner_of(*b), corner_of(*c)};
+  std::int64_t area = edge(p[0], p[1], p[2]);
+  if (area == 0) return;
+  if (area < 0) std::swap(p[1], p[2]), std::swap(b, c), area = -area;
+  const Colour colours[3]{colour_of(a->rgba), colour_of(b->rgba), colour_of(c->rgba)};
+  const float low_x = std::min({a->x, b->x, c->x}), high_x = std::max({a->x, b->x, c->x});
+  const float low_y = std::min({a->y, b->y, c->y}), high_y = std::max({a->y, b->y, c->y});
+  const int x0 = std::max(first_middle(low_x), to.clip.x0);
+  const int x1 = std::min(first_middle(high_x) + 1, to.clip.x1);
+  const int y1 = std::min(first_middle(high_y) + 1, to.clip.y1);
+  const std::int64_t own[3]{bias(p[1], p[2]), bias(p[2], p[0]), bias(p[0], p[1])};
+  for (int y = std::max(first_middle(low_y), to.clip.y0); y < y1; ++y)
+    for (int x = x0; x < x1; ++x) {
+      const Corner at{static_cast<std::int64_t>((static_cast<float>(x) + 0.5f) * kParts),
+                      static_cast<std::int64_t>((static_cast<float>(y) + 0.5f) * kParts)};
+      const std::int64_t w[3]{edge(p[1], p[2], at), edge(p[2], p[0], at), edge(p[0], p[1], at)};
+      if (w[0] + own[0] < 0 || w[1] + own[1] < 0 || w[2] + own[2] < 0) continue;
+      const float all = static_cast<float>(area);
+      const float s = static_cast<float>(w[0]) / all, t = static_cast<float>(w[1]) / all;
+      const float r = 1 - s - t;
+      Colour colour;
+      for (int k = 0; k < 4; ++k)
+        colour.part[k] = s * colours[0].part[k] + t * colours[1].part[k] + r * colours[2].part[k];
+      const float covered =
+          coverage(to.atlas, s * a->u + t * b->u + r * c->u, s * a->v + t * b->v + r * c->v);
+      if (covered > 0) blend(row(to.picture, y) + 4 * x, colour, covered);
+    }
+}
+
+}  // namespace
+
+void paint(Image& picture, const InkBatch& batch, const InkAtlas& atlas) {
+  const auto whole = [](float at, int most) {
+    return static_cast<int>(std::clamp(at, 0.0f, static_cast<float>(most)));
+  };
+  const Canvas to{picture,
+                  atlas,
+                  {whole(batch.clip[0], picture.width), whole(batch.clip[1], picture.height),
+                   whole(batch.clip[2], picture.width), whole(batch.clip[3], picture.height)}};
+  const auto& i = batch.indices;
+  for (std::size_t k = 0; k + 2 < i.size(); k += 3) {
+    const InkVertex *a = &batch.vertices[i[k]], *b = &batch.vertices[i[k + 1]],
+                    *c = &batch.vertices[i[k + 2]];
+    if (k + 5 < i.size() && i[k + 3] == i[k] && i[k + 4] == i[k + 2]) {
+      const InkVertex* const box[4]{a, b, c, &batch.vertices[i[k + 5]]};
+      if (is_upright(box)) {
+        paint_box(to, *a, *c);
+        k += 3;
+        continue;
+      }
+    }
+    paint_triangle(to, a, b, c);
+  }
+}
+
+}  // namespace pantin::program

@@ -1,0 +1,129 @@
+// The curves of the panel.
+#ifdef PANTIN_HAS_PANEL
+#include <fmt/core.h>
+#include <imgui.h>
+
+#include <algorithm>
+
+#include "tools/pantin/view_widgets.hpp"
+
+namespace pantin::program {
+
+using namespace detail;
+
+namespace {
+
+constexpr float kHeight = 40;  // pixels
+constexpr ImU32 kInks[]{IM_COL32(255, 186, 73, 255), IM_COL32(96, 190, 255, 255)};
+constexpr ImU32 kFaint = IM_COL32(150, 154, 162, 150), kBack = IM_COL32(24, 26, 30, 255);
+
+/// Of one plot.
+struct Frame {
+  ImVec2 low, high;  // pixels
+  Span span;
+  double from = 0, to = 0;  // s
+};
+
+void draw_curve(const Frame& frame, const Trace& trace, double Sample::*what, ImU32 ink) {
+  if (trace.size() < 2 || !(frame.to > frame.from)) return;
+  std::vector<ImVec2> points;
+  const double width = static_cast<double>(frame.high.x - frame.low.x);
+  const double height = static_cast<double>(frame.high.y - frame.low.y) - 4;
+  const double range = std::max(frame.span.high - frame.span.low, 1e-300);
+  for (std::size_t i = 0; i < trace.size(); ++i) {
+    const double across = (trace[i].time - frame.from) / (frame.to - frame.from);
+    const double up = std::clamp((trace[i].*what - frame.span.low) / range, 0.0, 1.0);
+    points.emplace_back(frame.low.x + static_cast<float>(across * width),
+                        frame.high.y - 2 - static_cast<float>(up * height));
+  }
+  ImGui::GetWindowDrawList()->AddPolyline(points.data(), static_cast<int>(points.size()), ink, 0,
+                                          1.5f);
+}
+
+/// A field under its name and the last numbers; its bounds stand at the right if there is room.
+Frame begin_plot(const std::string& name, Span span, const char* unit) {
+  ImGui::TextUnformatted(name.c_str());
+  const std::string bounds = fmt::format("{:.2g} to {:.2g} {}", span.low, span.high, unit);
+  const float width = ImGui::GetContentRegionAvail().x;
+  const float needs = ImGui::CalcTextSize(bounds.c_str()).x;
+  if (ImGui::GetItemRectSize().x + needs + 8 < width) {
+    ImGui::SameLine(ImGui::GetCursorPosX() + width - needs);
+    ImGui::TextDisabled("%s", bounds.c_str());
+  }
+  Frame frame;
+  frame.low = ImGui::GetCursorScreenPos();
+  frame.high = {frame.low.x + width, frame.low.y + kHeight};
+  ImGui::Dummy({width, kHeight});
+  ImGui::GetWindowDrawList()->AddRectFilled(frame.low, frame.high, kBack, 3);
+  frame.span = span;
+  return frame;
+}
+
+/// The same stretch of time for all panes.
+void set_times(Frame& frame, const Desk& desk) {
+  bool any = false;
+  for (const auto& pane : desk.panes) {
+    if (pane->trace.size() == 0) continue;
+    const double first = pane->trace[0].time, last = pane->trace.last().time;
+    frame.from = any ? std::min(frame.from, first) : first;
+    frame.to = any ? std::max(frame.to, last) : last;
+    any = true;
+  }
+}
+
+Span span_in_all(const Desk& desk, double Sample::*what) {
+  Span span;
+  bool any = false;
+  for (const auto& pane : desk.panes) {
+    if (pane->trace.size() == 0) continue;
+    const Span own = span_of(pane->trace, what);
+    if (!any) span = own;
+    span.cover(own.low), span.cover(own.high);
+    any = true;
+  }
+  return span;
+}
+
+std::string heading(const Desk& desk, const char* name, double Sample::*what, const char* unit) {
+  std::string text = name;
+  for (const auto& pane : desk.panes)
+    if (pane->trace.size() > 0)
+      text += fmt::format("{} {:.3g} {}", &pane == &desk.panes[0] ? ":" : " |",
+                          pane->trace.last().*what, unit);
+  return text;
+}
+
+void plot(const Desk& desk, const char* name, double Sample::*what, const char* unit) {
+  Span span = span_in_all(desk, what);
+  span.cover(0);
+  Frame frame = begin_plot(heading(desk, name, what, unit), span, unit);
+  set_times(frame, desk);
+  for (std::size_t i = 0; i < desk.panes.size(); ++i)
+    draw_curve(frame, desk.panes[i]->trace, what, kInks[i % 2]);
+}
+
+/// Kinetic and potential energy swing about their sum: those two are faint.
+void plot_energy(const Desk& desk) {
+  Span span = span_in_all(desk, &Sample::sum);
+  for (double Sample::*part : {&Sample::kinetic, &Sample::potential}) {
+    const Span own = span_in_all(desk, part);
+    span.cover(own.low), span.cover(own.high);
+  }
+  Frame frame = begin_plot(heading(desk, "energy", &Sample::sum, "J"), span, "J");
+  set_times(frame, desk);
+  for (double Sample::*part : {&Sample::kinetic, &Sample::potential})
+    draw_curve(frame, desk.panes[0]->trace, part, kFaint);
+  for (std::size_t i = 0; i < desk.panes.size(); ++i)
+    draw_curve(frame, desk.panes[i]->trace, &Sample::sum, kInks[i % 2]);
+}
+
+}  // namespace
+
+void lay_out_plots(const Desk& desk) {
+  plot_energy(desk);
+  plot(desk, "gap", &Sample::gap, "m");
+  plot(desk, "contacts", &Sample::contact, "N");
+}
+
+}  // namespace pantin::program
+#endif
