@@ -237,10 +237,10 @@ void add_contact_marks(const PosedWorld& scene, Pen& pen) {
   }
 }
 
-void add_forces(const World& world, std::span<const ForceArrow> forces, Pen& pen) {
+void add_forces(const World& world, std::span<const Overlay::Arrow> forces, Pen& pen) {
   if (forces.empty()) return;
   const ForceScale scale(world, pen.eye());
-  for (const ForceArrow& arrow : forces) {
+  for (const Overlay::Arrow& arrow : forces) {
     const Real force = glm::length(arrow.force);
     if (!(force > 0) || !is_finite(arrow.force) || !pen.sees(arrow.at)) continue;
     const Vec3 way = arrow.force / force, tip = arrow.at + scale.length(force) * way;

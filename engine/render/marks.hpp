@@ -67,7 +67,7 @@ void add_marks(const PosedWorld& scene, Pen& pen);
 /// Contacts with their forces: a part of add_marks.
 void add_contact_marks(const PosedWorld& scene, Pen& pen);
 /// Arrows: see Overlay::forces.
-void add_forces(const World& world, std::span<const ForceArrow> forces, Pen& pen);
+void add_forces(const World& world, std::span<const Overlay::Arrow> forces, Pen& pen);
 
 /// How far joints may turn and where they stand: sectors of hinges and universal joints, cones of
 /// ball joints with an arc for the twist, in the warning colour where they are at a stop; axes of

@@ -40,21 +40,20 @@ struct LegendEntry {
   std::string text;
 };
 
-/// A force that is drawn as an arrow from the point where it acts.
-struct ForceArrow {
-  Vec3 at{0};     // world, m
-  Vec3 force{0};  // world, N
-};
-
 /// What is written and drawn over the picture.
 struct Overlay {
+  /// A force that is drawn as an arrow from the point where it acts.
+  struct Arrow {
+    Vec3 at{0};     // world, m
+    Vec3 force{0};  // world, N
+  };
   std::vector<std::string> lines;   // top left
   std::string alarm;                // below them, in red
   std::vector<LegendEntry> legend;  // bottom left
   bool joints =
       false;  // marks: joints and their ranges, pins, slack cables, joint drives, contacts
-  bool contacts = false;           // contacts and their forces alone
-  std::vector<ForceArrow> forces;  // as long as those of contacts
+  bool contacts = false;      // contacts and their forces alone
+  std::vector<Arrow> forces;  // as long as those of contacts
 };
 
 /// What the marks of Overlay::joints mean, as far as this world can show them.

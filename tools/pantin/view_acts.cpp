@@ -207,8 +207,8 @@ std::string describe_shortly(const World& world, Entity body) {
   return line;
 }
 
-std::vector<ForceArrow> forces_of(const PosedWorld& scene) {
-  std::vector<ForceArrow> arrows;
+std::vector<Overlay::Arrow> forces_of(const PosedWorld& scene) {
+  std::vector<Overlay::Arrow> arrows;
   const World& world = scene.world;
   for (std::size_t i = 0; i < std::min(world.links.size(), kMostForces); ++i) {
     const Link& link = world.links.values()[i];

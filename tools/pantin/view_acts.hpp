@@ -39,6 +39,6 @@ std::vector<std::string> describe(const World& world, Entity body);
 std::string describe_shortly(const World& world, Entity body);
 
 /// The forces of joints, cables and pins as they act on their second, or own, body.
-std::vector<ForceArrow> forces_of(const PosedWorld& scene);
+std::vector<Overlay::Arrow> forces_of(const PosedWorld& scene);
 
 }  // namespace pantin::program

@@ -38,13 +38,13 @@ GlPath gl_path(const std::string& name) {
 }
 
 /// How wide the picture is beside the panel.
-int picture_width(int window, bool has_panel) {
-  return has_panel && window >= kPanelWidth + kLeastBeside ? window - kPanelWidth : window;
+int picture_width(int window, int panel) {
+  return panel > 0 && window >= panel + kLeastBeside ? window - panel : window;
 }
 
 DeskChoices desk_choices(const SessionChoices& choices) {
   DeskChoices desk = choices.desk;
-  desk.width = picture_width(choices.width, choices.has_panel && has_panel());
+  desk.width = picture_width(choices.width, choices.has_panel && has_panel() ? kPanelWidth : 0);
   desk.height = choices.height;
   return desk;
 }
@@ -182,7 +182,7 @@ int Session::most_steps() const {
 /// The picture follows the window, and leaves room for the panel.
 void Session::fit_window() {
   window_->size(width_, height_);
-  const int width = picture_width(width_, panel_ && desk_.panel);
+  const int width = picture_width(width_, panel_ && desk_.panel ? kPanelWidth : 0);
   if (width != desk_.width() || height_ != desk_.height()) desk_.resize(width, height_);
 }
 

@@ -155,16 +155,16 @@ void lay_out(Desk& desk, const PanelClock& clock) {
   if (row_button("Picture", 2)) desk.wants_picture = true;
   ImGui::SameLine();
   if (row_button("Film", 2)) desk.wants_film = true;
-  const auto section = [](const char* name, bool is_open) {
-    return ImGui::CollapsingHeader(name, is_open ? ImGuiTreeNodeFlags_DefaultOpen : 0);
+  const auto section = [](const char* name, ImGuiTreeNodeFlags how = ImGuiTreeNodeFlags_None) {
+    return ImGui::CollapsingHeader(name, how);
   };
-  if (section("Under the mouse", true)) lay_out_body(desk);
-  if (section("Plots", true)) lay_out_plots(desk);
+  if (section("Under the mouse", ImGuiTreeNodeFlags_DefaultOpen)) lay_out_body(desk);
+  if (section("Plots", ImGuiTreeNodeFlags_DefaultOpen)) lay_out_plots(desk);
   const std::vector<Knob> knobs = desk.knobs();
-  if (section("Step and gravity", false)) lay_out_knobs(desk, knobs, KnobGroup::world);
-  if (section("Motors and muscles", false)) lay_out_knobs(desk, knobs, KnobGroup::motors);
-  if (section("Solver settings", false)) lay_out_knobs(desk, knobs, KnobGroup::solver);
-  if (section("Scenes", false)) lay_out_scenes(desk);
+  if (section("Step and gravity")) lay_out_knobs(desk, knobs, KnobGroup::world);
+  if (section("Motors and muscles")) lay_out_knobs(desk, knobs, KnobGroup::motors);
+  if (section("Solver settings")) lay_out_knobs(desk, knobs, KnobGroup::solver);
+  if (section("Scenes")) lay_out_scenes(desk);
 }
 
 }  // namespace pantin::program
