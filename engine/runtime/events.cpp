@@ -11,8 +11,8 @@ namespace {
 
 using enum TimedEventKind;
 
-/// A hand counts before every pin of a scene, and after the mouse.
-constexpr int kPriority = 1000;
+/// A hand yields to joints and pins of the scene: it opens none, and gets as near as they let it.
+constexpr int kPriority = -1000;
 /// Less of a step than this is rounding: a push from one step boundary to another wakes nobody in
 /// the step after it.
 constexpr Real kSliver = 1e-9;

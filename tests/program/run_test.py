@@ -88,6 +88,33 @@ class Run(unittest.TestCase):
         self.assertEqual(done.returncode, 4, done.stderr)
         self.assertIn(str(missing), done.stderr)
 
+    def test_events_happen_and_a_saved_run_goes_on_with_them(self):
+        scene = SCENES / "standing.json"  # pushed at 2 s and at 5.4 s
+        quiet = self.folder / "quiet.json"
+        whole = json.loads(scene.read_text())
+        del whole["events"]
+        quiet.write_text(json.dumps(whole))
+        self.assertEqual(run_json(scene, "--duration", 1.9)["energy_end_j"],
+                         run_json(quiet, "--duration", 1.9)["energy_end_j"])
+        pushed = run_json(scene, "--duration", 6.5)
+        self.assertLess(pushed["energy_end_j"], run_json(quiet, "--duration", 6.5)["energy_end_j"] - 50)
+        state = self.folder / "half.world"
+        run_json(scene, "--duration", 5.5, "--save", state)  # within the second push
+        rest = run_json(scene, "--duration", 1, "--load", state, "--threads", 3)
+        self.assertEqual(rest["hash"], pushed["hash"])
+
+    def test_the_record_of_a_joint_that_is_cut_ends(self):
+        path = self.folder / "r.csv"
+        told = run_json(SCENES / "cut.json", "--duration", 0.6, "--record", path)
+        self.assertEqual((told["status"], told["joints"]), ("ok", 24))
+        rows = list(csv.DictReader(path.open()))
+        gaps = [key for key in rows[0] if key.endswith(".gap_m")]
+        self.assertEqual(len(gaps), 25)
+        for row in rows:
+            time, cut = float(row["time_s"]), row["chain/11-12.gap_m"] == ""
+            self.assertEqual(cut, time > 0.51, time)
+            self.assertTrue(all(row[key] != "" for key in row if key != "chain/11-12.gap_m"))
+
     def test_joints_that_contradict_one_another_are_refused_before_anything_is_written(self):
         with tempfile.TemporaryDirectory() as folder:
             scene, record = pathlib.Path(folder) / "s.json", pathlib.Path(folder) / "r.csv"

@@ -1,6 +1,7 @@
 // Timed events: pushes, winds, hands, cuts and changes that a World makes happen by itself.
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <functional>
 #include <pantin/pantin.hpp>
 #include <string>
 #include <utility>
@@ -354,6 +355,65 @@ TEST_CASE("A run with events goes on from a file and from a copy with the same b
   Simulation threads(world, {1.0 / 60, 1, 4});
   run_until(threads, 2);
   CHECK(state_hash(threads.world) == whole);
+}
+
+TEST_CASE("A hand that cannot get there opens no joint") {
+  for (const Real stiffness : {0.0, 1e5}) {
+    World world;
+    const Entity wall = world.add(RigidBody{.motion = Motion::fixed}).value();
+    const Chain chain =
+        build_chain(world, {.from = {0, 0, 0}, .to = {1, 0, 0}, .links = 10, .start = wall})
+            .value();
+    REQUIRE(world.add(TimedEvent{.kind = Kind::pull,
+                                 .on = chain.links.back(),
+                                 .from = 0.2,
+                                 .over = 0.5,
+                                 .target = {0, 3, 0},
+                                 .stiffness = stiffness}));
+    Simulation sim(world);
+    sim.settings.measure = true;
+    Real worst = 0;
+    while (sim.world.time < 2) worst = std::max(worst, sim.step().measures.worst_gap_rel);
+    CHECK(worst < 1e-9);
+    CHECK(sim.world.bodies[chain.links.back()].pose.position.y == Approx(0.95).margin(0.1));
+  }
+}
+
+TEST_CASE("What sleeps is woken by an event") {
+  using Change = std::function<TimedEvent(Entity)>;
+  const Change changes[] = {
+      [](Entity box) {
+        return TimedEvent{.on = box, .from = 4, .to = 4.2, .force = {0, 300, 0}};
+      },
+      [](Entity box) {
+        return TimedEvent{.kind = Kind::impulse, .on = box, .from = 4, .impulse = {0, 50, 0}};
+      },
+      [](Entity) {
+        return TimedEvent{.kind = Kind::gravity, .from = 4, .gravity = {0, 5, 0}};
+      },
+      [](Entity box) {
+        return TimedEvent{
+            .kind = Kind::pull, .on = box, .from = 4, .over = 0.3, .target = {0, 2, 0}};
+      }};
+  for (const Change& change : changes) {
+    World world;
+    world.add(RigidBody{.motion = Motion::fixed, .shape = PlaneShape{}, .collision = Collision{}})
+        .value();
+    const Entity box = world
+                           .add(RigidBody{.shape = BoxShape{{0.1, 0.1, 0.1}},
+                                          .mass = 10,
+                                          .position = {0, 0.1, 0},
+                                          .collision = Collision{}})
+                           .value();
+    REQUIRE(world.add(change(box)));
+    Simulation sim(world);
+    StepReport report;
+    while (sim.world.time < 3.9) report = sim.step();
+    CHECK(report.asleep == 1);
+    const Real rest = sim.world.bodies[box].pose.position.y;
+    while (sim.world.time < 4.4) sim.step();
+    CHECK(sim.world.bodies[box].pose.position.y > rest + 0.05);
+  }
 }
 
 TEST_CASE("Events that are past leave no trace in the accuracy") {
