@@ -27,8 +27,9 @@ std::string complaint_of(const CLI::App& program, const CLI::ParseError& error) 
     for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
   const std::vector<std::string_view> candidates(known.begin(), known.end());
   return fmt::format("found \"{}\", expected {}{}", word,
-                     is_option || !chosen.empty() ? "one of the options"
-                                                  : "run, check, bench, doctor, view or schema",
+                     is_option || !chosen.empty()
+                         ? "one of the options"
+                         : "run, check, bench, doctor, view, schema or new",
                      pantin::detail::hint(word, candidates));
 }
 
@@ -38,6 +39,7 @@ constexpr const char* kExamples = R"(Examples:
   pantin check assets/scenes/*.json
   pantin bench assets/scenes/chain.json --json
   pantin doctor
+  pantin new scene.json
   pantin schema --out scene.schema.json
   pantin view assets/scenes/marionette.json
 
@@ -60,6 +62,11 @@ int main(int argc, char** argv) {
   add_doctor(program, exit_code);
   add_view(program, exit_code);
   add_schema(program, exit_code);
+  add_new(program, exit_code);
+  if (argc == 1) {
+    fmt::print("{}", program.help());
+    return kOk;
+  }
   catch_interrupts();
   try {
     program.parse(argc, argv);

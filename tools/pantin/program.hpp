@@ -34,6 +34,10 @@ void add_bench(CLI::App& program, int& exit_code);
 void add_doctor(CLI::App& program, int& exit_code);
 void add_view(CLI::App& program, int& exit_code);
 void add_schema(CLI::App& program, int& exit_code);
+void add_new(CLI::App& program, int& exit_code);
+
+/// The JSON Schema of scene files, laid out to be read.
+std::string schema_text();
 
 /// How a scene is to be run, where the command line says so.
 struct SceneChoices {

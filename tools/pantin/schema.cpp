@@ -27,7 +27,7 @@ std::string laid_out(const Json& json, std::size_t indent, std::size_t used) {
 }
 
 int schema(const std::string& path) {
-  const std::string text = laid_out(Json::parse(scene_schema()), 0, 0) + "\n";
+  const std::string text = schema_text();
   if (path.empty()) {
     fmt::print("{}", text);
     return kOk;
@@ -55,6 +55,8 @@ or, in VS Code, in all files that its settings name:
 Exit codes: 0 ok, 2 usage, 4 could not write.)";
 
 }  // namespace
+
+std::string schema_text() { return laid_out(Json::parse(scene_schema()), 0, 0) + "\n"; }
 
 void add_schema(CLI::App& program, int& exit_code) {
   auto path = std::make_shared<std::string>();
