@@ -98,10 +98,28 @@ class Parser {
       ++document_.more_faults;
   }
 
+  bool is_json5() const { return limits_.style == JsonStyle::json5; }
+
   void skip_space() {
-    while (at_ < text_.size() &&
-           (text_[at_] == ' ' || text_[at_] == '\n' || text_[at_] == '\t' || text_[at_] == '\r'))
-      ++at_;
+    while (at_ < text_.size()) {
+      const char c = text_[at_];
+      if (c == ' ' || c == '\n' || c == '\t' || c == '\r')
+        ++at_;
+      else if (!is_json5() || !skip_more())
+        return;
+    }
+  }
+  /// Comments, and the further spaces of JSON5. A comment without an end goes to that of the file.
+  bool skip_more() {
+    const std::string_view rest = text_.substr(at_);
+    for (const std::string_view space :
+         {"\v", "\f", "\xC2\xA0", "\xE2\x80\xA8", "\xE2\x80\xA9", "\xEF\xBB\xBF"})
+      if (rest.starts_with(space)) return at_ += space.size(), true;
+    const bool line = rest.starts_with("//");
+    if (!line && !rest.starts_with("/*")) return false;
+    const std::size_t end = line ? rest.find_first_of("\n\r", 2) : rest.find("*/", 2);
+    at_ += end == std::string_view::npos ? rest.size() : end + (line ? 0 : 2);
+    return true;
   }
   bool take(char c) {
     if (at_ >= text_.size() || text_[at_] != c) return false;
@@ -127,11 +145,12 @@ class Parser {
     if (c == '{' || c == '[') {
       node.kind = c == '{' ? JsonKind::object : JsonKind::array;
       good = children(id, depth);
-    } else if (c == '"') {
+    } else if (opens_string(c)) {
       node.kind = JsonKind::string;
       return string(node.text) ? id : kNoNode;
     } else {
-      good = c == '-' || is_digit(c) ? number(id) : word(id);
+      const bool begins = c == '-' || is_digit(c) || (is_json5() && (c == '+' || c == '.'));
+      good = begins ? number(id) : word(id);
     }
     if (!good) return kNoNode;
     document_.nodes[id].text = text_.substr(start, at_ - start);
@@ -166,6 +185,7 @@ class Parser {
         return false;
       }
       skip_space();
+      if (is_json5() && take(close)) break;
       if (at_ < text_.size() && text_[at_] == close) {
         fail(here(), is_object ? "another key after the comma" : "another value after the comma");
         return false;
@@ -175,12 +195,28 @@ class Parser {
     return true;
   }
 
+  bool opens_string(char c) const { return c == '"' || (is_json5() && c == '\''); }
+
+  /// A key without quotes, as JSON5 has them; empty if there is none.
+  std::string_view bare_key() {
+    const auto is_name = [](char c) {
+      return is_letter(c) || c == '$' || static_cast<unsigned char>(c) >= 0x80;
+    };
+    const std::size_t start = at_;
+    if (!is_json5() || at_ >= text_.size() || !is_name(text_[at_])) return {};
+    while (at_ < text_.size() && (is_name(text_[at_]) || is_digit(text_[at_]))) ++at_;
+    return text_.substr(start, at_ - start);
+  }
+
   bool member_key(std::string_view& key) {
-    if (at_ >= text_.size() || text_[at_] != '"') {
-      fail(here(), "a key in double quotes");
-      return false;
+    key = bare_key();
+    if (key.empty()) {
+      if (at_ >= text_.size() || !opens_string(text_[at_])) {
+        fail(here(), is_json5() ? "a key" : "a key in double quotes");
+        return false;
+      }
+      if (!string(key)) return false;
     }
-    if (!string(key)) return false;
     skip_space();
     if (take(':')) return true;
     fail(here(), "\":\" after the key");
@@ -200,15 +236,23 @@ class Parser {
 
   bool number(NodeId id) {
     const std::size_t start = at_;
-    take('-');
+    const bool plus = is_json5() && take('+');
+    if (!plus) take('-');
     if (text_.substr(at_).starts_with("Infinity")) return not_finite(id, start, 8);
+    if (is_json5() && text_.substr(at_).starts_with("NaN")) return not_finite(id, start, 3);
     const std::size_t whole = at_;
+    if (is_json5() && (text_.substr(at_).starts_with("0x") || text_.substr(at_).starts_with("0X")))
+      return hexadecimal_number(id, start);
     while (at_ < text_.size() && is_digit(text_[at_])) ++at_;
-    bool good = at_ > whole && (text_[whole] != '0' || at_ == whole + 1);
+    const std::size_t digits = at_ - whole;
+    bool good = is_json5() ? digits < 2 || text_[whole] != '0'
+                           : digits > 0 && (text_[whole] != '0' || digits == 1);
     if (good && take('.')) {
       const std::size_t fraction = at_;
       while (at_ < text_.size() && is_digit(text_[at_])) ++at_;
-      good = at_ > fraction;
+      good = at_ > fraction || (is_json5() && digits > 0);
+    } else {
+      good = good && digits > 0;
     }
     if (good && (take('e') || take('E'))) {
       if (!take('+')) take('-');
@@ -225,7 +269,23 @@ class Parser {
       fail(found, "a number as JSON writes it, like -1.5e3");
       return false;
     }
-    convert(id, text_.substr(start, at_ - start));
+    convert(id, text_.substr(start + (plus ? 1 : 0), at_ - start - (plus ? 1 : 0)));
+    return true;
+  }
+
+  bool hexadecimal_number(NodeId id, std::size_t start) {
+    const char *first = text_.data() + at_ + 2, *last = text_.data() + text_.size();
+    JsonNode& node = document_.nodes[id];
+    node.kind = JsonKind::number;
+    std::uint64_t read = 0;
+    const auto answer = std::from_chars(first, last, read, 16);
+    at_ = static_cast<std::size_t>(answer.ptr - text_.data());
+    if (answer.ec != std::errc() || (at_ < text_.size() && is_letter(text_[at_]))) {
+      at_ = start;
+      fail(here(), "a number of at most 16 hexadecimal digits");
+      return false;
+    }
+    node.number = text_[start] == '-' ? -static_cast<double>(read) : static_cast<double>(read);
     return true;
   }
 
@@ -261,7 +321,8 @@ class Parser {
       node.kind = JsonKind::boolean;
       node.boolean = found == "true";
     } else if (found != "null") {
-      fail(here(), rest.starts_with("/") ? "a value; JSON has no comments" : "a value");
+      fail(here(), rest.starts_with("/") ? "a value; JSON has no comments, files named .json5 may"
+                                         : "a value");
       return false;
     }
     at_ += length;
@@ -270,11 +331,12 @@ class Parser {
 
   /// Reads a quoted string; `result` points into the text unless something had to be unescaped.
   bool string(std::string_view& result) {
+    const char quote = text_[at_];
     const std::size_t start = ++at_;
-    while (at_ < text_.size() && text_[at_] != '"' && text_[at_] != '\\' &&
+    while (at_ < text_.size() && text_[at_] != quote && text_[at_] != '\\' &&
            static_cast<unsigned char>(text_[at_]) >= 0x20)
       ++at_;
-    if (take('"')) {
+    if (take(quote)) {
       result = text_.substr(start, at_ - start - 1);
       return true;
     }
@@ -283,7 +345,7 @@ class Parser {
       const char c = text_[at_];
       if (static_cast<unsigned char>(c) < 0x20) break;
       ++at_;
-      if (c == '"') {
+      if (c == quote) {
         result = whole;
         return true;
       }
@@ -304,6 +366,7 @@ class Parser {
       whole += kMeanings[i];
       return true;
     }
+    if (is_json5() && escape_of_json5(whole)) return true;
     const std::size_t start = at_;
     std::uint32_t unit = 0;
     if (c == 'u' && ++at_ && four_digits(unit)) {
@@ -321,6 +384,30 @@ class Parser {
     fail("\\" + std::string(text_.substr(start, 1)),
          "an escape: one of \\\" \\\\ \\/ \\b \\f \\n \\r \\t or \\u and four digits");
     return false;
+  }
+
+  /// The further escapes of JSON5; the end of a line after a backslash is no part of the string.
+  bool escape_of_json5(std::string& whole) {
+    const std::string_view rest = text_.substr(at_);
+    for (const std::string_view end : {"\r\n", "\n", "\r", "\xE2\x80\xA8", "\xE2\x80\xA9"})
+      if (rest.starts_with(end)) return at_ += end.size(), true;
+    const char c = rest.empty() ? '\0' : rest[0];
+    if (c == 'x' && rest.size() >= 3) {
+      std::uint32_t unit = 0;
+      if (std::from_chars(&rest[1], &rest[3], unit, 16).ptr != &rest[3]) return false;
+      at_ += 3;
+      return add_utf8(whole, unit), true;
+    }
+    if (c == '0' && (rest.size() < 2 || !is_digit(rest[1])))
+      whole += '\0';
+    else if (c == 'v')
+      whole += '\v';
+    else if (c == 'u' || c == 'x' || is_digit(c) || static_cast<unsigned char>(c) < 0x20)
+      return false;
+    else
+      whole += c;  // any other character stands for itself
+    ++at_;
+    return true;
   }
 
   bool four_digits(std::uint32_t& unit) {

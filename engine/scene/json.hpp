@@ -38,10 +38,15 @@ struct JsonFault {
   std::string message;  // "found ..., expected ..."
 };
 
+/// Strict JSON, or JSON5: comments, trailing commas, keys without quotes, single quotes, more ways
+/// to write numbers [json5.org, version 1.0.0].
+enum class JsonStyle : std::uint8_t { strict, json5 };
+
 struct JsonLimits {
   std::size_t values = 8'000'000;
   std::size_t depth = 64;
   Poll poll{};
+  JsonStyle style = JsonStyle::strict;
 };
 
 /// Owns the nodes; `text` must outlive it. Node 0 is the whole.
@@ -77,7 +82,7 @@ class TextCursor {
   LineColumn place_;
 };
 
-/// Reads strict JSON in UTF-8, with or without a byte order mark. Faults that leave the rest
+/// Reads JSON in UTF-8, with or without a byte order mark. Faults that leave the rest
 /// readable (keys given twice, numbers that are not finite) are collected; others end the reading.
 /// Throws Cancelled where the poll says so.
 JsonDocument parse_json(std::string_view text, const JsonLimits& limits = {});

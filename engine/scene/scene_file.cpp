@@ -80,8 +80,10 @@ namespace {
 Result<Scene> parse_whole(std::string_view text, std::string_view name, const SceneLimits& limits,
                           const SolverChoices& choices) {
   if (text.size() > limits.bytes) return Error{too_long(name, limits.bytes, "a scene file")};
+  const bool is_json5 = name.ends_with(".json5") || name.ends_with(".jsonc");
   const JsonDocument json =
-      parse_json(text, {limits.values, limits.depth, Poll(limits.is_cancelled)});
+      parse_json(text, {limits.values, limits.depth, Poll(limits.is_cancelled),
+                        is_json5 ? JsonStyle::json5 : JsonStyle::strict});
   Diagnostics diagnostics(json, std::string(name));
   const bool is_json = std::none_of(json.faults.begin(), json.faults.end(),
                                     [](const JsonFault& f) { return f.node == kNoNode; });

@@ -32,6 +32,9 @@ void demand(bool holds) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string_view text(reinterpret_cast<const char*>(data), size);
   Result<Scene> scene = parse_scene(text, "fuzz.json", small_limits());
+  // Whatever is JSON is JSON5 too.
+  const Result<Scene> loose = parse_scene(text, "fuzz.json5", small_limits());
+  demand(bool(loose) || !bool(scene));
   if (!scene) {
     demand(!scene.errors().empty());
     for (const Error& e : scene.errors()) demand(e.message == printable(e.message));

@@ -110,6 +110,88 @@ TEST_CASE("JSON is accepted and refused as by another reader") {
   }
 }
 
+TEST_CASE("JSON5 is read where it is asked for, and nowhere else") {
+  const JsonLimits json5{.style = JsonStyle::json5};
+  // After the example of json5.org.
+  const std::string text = R"(/* a whole
+  block */ {
+  // comments
+  unquoted: 'and you can quote me on that',
+  singleQuotes: 'I can use "double quotes" here', $_x1: '\'', "\u00e9t": 'a\x41\v\0',
+  lineBreaks: "Look, Mom! \
+No \\n's!",
+  hexadecimal: 0xdecaf, negative: -0xF,
+  leadingDecimalPoint: .8675309, andTrailing: 8675309.,
+  positiveSign: +1,
+  trailingComma: 'in objects', andIn: ['arrays',],
+  "backwardsCompatible": "with JSON",
+} // the end)";
+  const JsonDocument mine = parse_json(text, json5);
+  CAPTURE(mine.faults.empty() ? "" : mine.faults[0].message);
+  REQUIRE(mine.faults.empty());
+  const nlohmann::json expected = {{"unquoted", "and you can quote me on that"},
+                                   {"singleQuotes", "I can use \"double quotes\" here"},
+                                   {"$_x1", "'"},
+                                   {"\xC3\xA9t", std::string("aA\v\0", 4)},
+                                   {"lineBreaks", "Look, Mom! No \\n's!"},
+                                   {"hexadecimal", 0xdecaf},
+                                   {"negative", -15},
+                                   {"leadingDecimalPoint", 0.8675309},
+                                   {"andTrailing", 8675309.0},
+                                   {"positiveSign", 1},
+                                   {"trailingComma", "in objects"},
+                                   {"andIn", {"arrays"}},
+                                   {"backwardsCompatible", "with JSON"}};
+  CHECK(rebuilt(mine, 0) == expected);
+  CHECK_FALSE(is_good(text));
+  for (const char* part :
+       {"[1,]", "{a: 1}", "// x\n1", "/**/1", "'a'", "+1", ".5", "5.", "0x1F", "\"\\x41\"", "\f1",
+        "\xC2\xA0"
+        "1"}) {
+    CAPTURE(part);
+    CHECK(parse_json(part, json5).faults.empty());
+    CHECK_FALSE(is_good(part));
+  }
+  for (const char* part : {"[,]",
+                           "[1,,]",
+                           "{,}",
+                           "{a 1}",
+                           "{1: 2}",
+                           "/* x",
+                           "/",
+                           "'a\"",
+                           "++1",
+                           ".",
+                           "0x",
+                           "0xG",
+                           "0x11112222333344445",
+                           "01",
+                           "1.2.3",
+                           "\"\\x4\"",
+                           "\"\\u12\"",
+                           "\"a\nb\"",
+                           "\"\\1\"",
+                           "NaN",
+                           "+Infinity",
+                           "-NaN",
+                           "+-1",
+                           "1 // x\n2"}) {
+    CAPTURE(part);
+    CHECK_FALSE(parse_json(part, json5).faults.empty());
+  }
+}
+
+TEST_CASE("Whatever another reader takes, the reader of JSON5 takes too, and a scene by its name") {
+  const std::string text = text_of(asset("scenes/marionette.json"));
+  CHECK(rebuilt(parse_json(text, {.style = JsonStyle::json5}), 0) == nlohmann::json::parse(text));
+  const char* loose = "{version: 1, /* nothing */ bodies: [],}";
+  CHECK(parse_scene(loose, "t.json5"));
+  CHECK(parse_scene(loose, "t.jsonc"));
+  const Result<Scene> strict = parse_scene(loose, "t.json");
+  REQUIRE_FALSE(strict);
+  CHECK(strict.errors().size() == 1);
+}
+
 TEST_CASE("A large scene is read as by another reader") {
   const std::string text = text_of(asset("scenes/marionette.json"));
   REQUIRE_FALSE(text.empty());

@@ -40,7 +40,7 @@ constexpr Template kTemplates[] = {
      "axis": [0, 0, 1]}
   ],
   "events": [
-    {"type": "push", "body": "lower", "force": [12, 0, 0], "from": 2, "to": 2.3}
+    {"type": "push", "body": "lower", "force": [6, 0, 0], "from": 2, "to": 2.3}
   ]
 }
 )"},
