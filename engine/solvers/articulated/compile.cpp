@@ -270,7 +270,9 @@ void pack_joints(const World& world, Island& a) {
   }
   if (!joints.empty()) joints.resize(a.count());
   a.joint_memory.assign(joints.size(), {});
-  a.rests.assign(a.count(), {});
+  const bool solid = std::any_of(a.bodies.begin(), a.bodies.end(),
+                                 [&](Entity e) { return world.collisions.find(e) != nullptr; });
+  a.rests.assign(solid ? a.count() : 0, {});
   a.joints = std::move(joints);
 }
 

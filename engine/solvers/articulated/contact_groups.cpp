@@ -165,6 +165,12 @@ bool is_settled(std::span<const GroupContact> contacts) {
                      [](const GroupContact& c) { return c.settling <= kSettled * c.shallow; });
 }
 
+/// Whether something is still being pushed apart with speed.
+bool is_deep(std::span<const GroupContact> contacts) {
+  return std::any_of(contacts.begin(), contacts.end(),
+                     [](const GroupContact& c) { return c.gap < -c.shallow; });
+}
+
 /// What a belt runs under is carried along, or rubs.
 bool bears_moving_surface(const GroupContact& c) {
   return c.passed.x > 0 && (c.surface_first != 0 || c.surface_second != 0);
@@ -178,7 +184,7 @@ void let_sleep(World& world, const Group& g, Real h) {
     list[g.a(c).island].contact_active = true;
     if (g.b(c).per_mass > 0) list[g.b(c).island].contact_active = true;
   }
-  const bool settled = is_settled(g.contacts);
+  const bool settled = is_settled(g.contacts), deep = is_deep(g.contacts);
   bool still = std::none_of(g.contacts.begin(), g.contacts.end(), bears_moving_surface);
   bool rested = false;  // the island that is looked at; among trees arms may swing for long
   for (const GroupBody& f : g.bodies) {
@@ -192,7 +198,7 @@ void let_sleep(World& world, const Group& g, Real h) {
     const bool drives = f.node != kNoNode && g.nodes[f.node].is_driven;
     if (f.node == kNoNode || g.nodes[f.node].column == 0) {
       a.quiet_time += h;  // unless one of its bodies moves
-      rested = !g.trees.empty() && has_rested(world, a, h);
+      rested = !g.trees.empty() && has_rested(world, a, h) && !deep;
     }
     if (!a.contact_active || drives || !(speed < slow && spin < 10 * slow)) a.quiet_time = 0;
     const bool dead = speed < kDead * slow && spin < 10 * kDead * slow;

@@ -373,7 +373,7 @@ struct IslandMemory {
   int iterating = 0;  // steps that iterate from the start, since guessing the active set failed
   int projected_steps = 0;   // still to be taken so, since the energy-momentum method failed
   Real quiet_time = 0;       // s, with all speeds below the sleep speed
-  std::vector<Pose> rests;   // by column: where bodies were when they last moved away
+  std::vector<Pose> rests;   // by column, of what is solid: where bodies were when last moved away
   Real rest_time = 0;        // s, since then
   bool rested = false;       // before that they had not moved away for long
   bool asleep = false;       // asleep until something wakes it

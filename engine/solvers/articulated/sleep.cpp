@@ -49,6 +49,7 @@ void predict_still(const World& world, Island& a) {
 }
 
 bool has_rested(const World& world, Island& a, Real h) {
+  if (a.rests.empty()) return false;
   Real near = kNear * a.settings.sleep_speed;
   if (a.size > 0) near = std::min(near, kNearOfSize * a.size);
   Real moved = 0, whole = 0, farthest = 0, fastest = 0;

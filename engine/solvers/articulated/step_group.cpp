@@ -49,8 +49,9 @@ constexpr Real kLeftOpen = 1e-3;
 /// A sweep over trees is repeated while it moves a contact by more than this in a substep, m.
 constexpr Real kEnoughAtImpact = 5e-4;
 constexpr int kImpactSweepsOfTrees = 6;
-/// An impulse so many times that of the substep before is a blow.
-constexpr Real kBlow = 10;
+/// An impulse so many times that of the substep before is a blow. Loads move no faster (m/s), with
+/// friction below that part of its bound.
+constexpr Real kBlow = 10, kLoadSpeed = 0.2, kHeld = 0.99995;
 /// m/s: other impulses may make bodies approach so much faster within a substep, or as fast as
 /// anything of the group moves.
 constexpr Real kSuddenSpeed = 2;
@@ -159,6 +160,14 @@ void move(GroupBody& b, Real h) {
   b.spin = b.response * b.angular_momentum;
 }
 
+/// Whether a contact bears what hardly moves and does not slide: its impulse comes again, whole.
+/// Else the smaller one of the last two does.
+bool is_load(const Group& g, const GroupContact& c) {
+  const Vec3 a = g.a(c).velocity, b = g.b(c).velocity;
+  const Real held = c.friction * c.impulse.x, aside = std::hypot(c.impulse.y, c.impulse.z);
+  return aside < kHeld * held && std::max(glm::dot(a, a), glm::dot(b, b)) < kLoadSpeed * kLoadSpeed;
+}
+
 /// The impulses of the substep before. Among trees, a lasting load is there again, a blow is not.
 void push_again(const Group& g) {
   push_actuators(g);
@@ -171,7 +180,8 @@ void push_again(const Group& g) {
       continue;
     }
     const Real last = c.impulse.x;
-    if (!g.trees.empty() && last > kBlow * c.before) c.impulse *= c.before / last;
+    if (!g.trees.empty() && last > (is_load(g, c) ? kBlow : 1) * c.before)
+      c.impulse *= c.before / last;
     c.before = last;
     push(g, c);
   }
