@@ -145,7 +145,7 @@ constexpr Key kSolver[] = {
 
 constexpr Key kMaterial[] = {
     needed_name(),
-    row("colour", ValueType::colour, "", "Default a light grey.").within(kUnit),
+    row("colour", ValueType::colour, "", "Default a light grey.").within(kUnit).once("color"),
     number("roughness", "", kUnit, "0 mirrors, 1 is chalk.").or_else(0.5),
     number("metallic", "", kUnit, "0 or 1.").or_else(0),
 };
@@ -258,7 +258,7 @@ constexpr Key kCamera[] = {
 
 constexpr Key kLight[] = {
     direction("direction", "The way the sun's light goes."),
-    row("colour", ValueType::colour, "", "Of the sun.").within(kLit),
+    row("colour", ValueType::colour, "", "Of the sun.").within(kLit).once("color"),
     number("strength", "", kStrength, "Of the sun.").or_else(3),
     row("sky", ValueType::colour, "", "Light from above.").within(kLit),
     row("ground", ValueType::colour, "", "Light from below.").within(kLit),

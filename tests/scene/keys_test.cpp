@@ -237,6 +237,15 @@ TEST_CASE("Old words for solvers and motions are read as today's, with warnings"
   CHECK_FALSE(diagnostics(R"({"version": 1, "solver": {"type": ""}})").empty());
 }
 
+TEST_CASE("The American spelling of a colour is read, with a word about the key's name") {
+  const Scene s = good(R"({"version": 1, "materials": [{"name": "red", "color": "#ff0000"}]})");
+  CHECK(s.warnings == Lines{"t.json:1:55: /materials/0/color: the key \"color\" is called "
+                            "\"colour\" today"});
+  REQUIRE_FALSE(s.world.materials.empty());
+  CHECK(s.world.materials.back().colour.x == 1);
+  CHECK(s.world.materials.back().colour.y == 0);
+}
+
 TEST_CASE("A key beside its old name is refused") {
   CHECK(diagnostics(R"({"version": 1, "strings": [], "cables": []})") ==
         Lines{"t.json:1:16: /strings: found \"strings\" beside \"cables\", expected only the "
