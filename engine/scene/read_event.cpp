@@ -10,10 +10,6 @@ using enum TimedEventKind;
 
 constexpr Real kNever = 1e300;
 
-Real moment(const Reader& from, std::string_view key, Real otherwise) {
-  return from.number(key, otherwise);
-}
-
 std::optional<Real> number_if(const Reader& from, std::string_view key) {
   if (!from.has(key)) return std::nullopt;
   return from.number(key, 0);
@@ -21,12 +17,12 @@ std::optional<Real> number_if(const Reader& from, std::string_view key) {
 
 /// "from", "to" and "every", of those types that have them.
 void read_times(const Reader& from, TimedEvent& e) {
-  if (from.accepts("at")) e.from = moment(from, "at", 0);
-  if (from.accepts("over")) e.over = moment(from, "over", 0);
-  if (from.accepts("every")) e.every = moment(from, "every", 0);
+  if (from.accepts("at")) e.from = from.number("at", 0);
+  if (from.accepts("over")) e.over = from.number("over", 0);
+  if (from.accepts("every")) e.every = from.number("every", 0);
   if (!from.accepts("from")) return;
-  e.from = moment(from, "from", 0);
-  e.to = moment(from, "to", kNever);
+  e.from = from.number("from", 0);
+  e.to = from.number("to", kNever);
   if (e.to < e.from) {
     from.diagnostics.error(from.find("to"), "found " + written(e.to) + " s, before the begin at " +
                                                 written(e.from) + " s, expected a later time");

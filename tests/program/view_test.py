@@ -367,7 +367,8 @@ def missing():
     return done.stderr if lacks else None
 
 
-if __name__ == "__main__":
+def run_all():
+    """Every test of the module that is run; ends with 77 where nothing can be shown."""
     reason = missing()
     if reason:
         print(reason + "0 passed, 0 failed")
@@ -376,3 +377,7 @@ if __name__ == "__main__":
     bad = len(result.failures) + len(result.errors)
     print(f"{result.testsRun - bad - len(result.skipped)} passed, {bad} failed")
     sys.exit(bad > 0)
+
+
+if __name__ == "__main__":
+    run_all()

@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <memory>
 
-#include "engine/base/atomic_file.hpp"
 #include "engine/base/utf8.hpp"
 #include "engine/scene/schema.hpp"
 #include "engine/scene/words.hpp"
@@ -116,11 +115,6 @@ struct NewChoices {
   bool replace = false;
 };
 
-int complain_of(const std::vector<Error>& errors) {
-  for (const Error& e : errors) print_error(e.message);
-  return kUnwritable;
-}
-
 int write_new(const NewChoices& choices) {
   namespace fs = std::filesystem;
   const auto* found = std::find_if(std::begin(kTemplates), std::end(kTemplates),
@@ -131,13 +125,11 @@ int write_new(const NewChoices& choices) {
                          printable(choices.path)));
     return kUsage;
   }
-  if (const auto written = write_file(choices.path, found->text); !written)
-    return complain_of(written.errors());
+  if (const int code = write_or_complain(choices.path, found->text)) return code;
   // An editor finds the keys where the scene says they are.
   const fs::path schema = fs::path(choices.path).parent_path() / "scene.schema.json";
   if (!fs::exists(schema, ignored))
-    if (const auto written = write_file(schema.string(), schema_text()); !written)
-      return complain_of(written.errors());
+    if (const int code = write_or_complain(schema.string(), schema_text())) return code;
   fmt::print("{}: {}\n", printable(choices.path), found->about);
   return kOk;
 }

@@ -12,6 +12,7 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "engine/base/atomic_file.hpp"
 #include "engine/base/utf8.hpp"
 #include "engine/solvers/articulated/island.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
@@ -210,6 +211,13 @@ std::uint64_t steps_of(const Scene& scene) {
 }
 
 void print_error(const std::string& line) { std::fprintf(stderr, "%s\n", printable(line).c_str()); }
+
+int write_or_complain(const std::string& path, std::string_view text) {
+  const auto written = write_file(path, text);
+  if (written) return kOk;
+  for (const Error& e : written.errors()) print_error(e.message);
+  return kUnwritable;
+}
 
 void complain(const std::string& line) { print_error("pantin: " + line); }
 

@@ -73,6 +73,8 @@ std::uint64_t steps_of(const Scene& scene);
 void complain(const std::string& line);
 /// A line on stderr as it is. Both print only what is printable.
 void print_error(const std::string& line);
+/// Writes a whole file; the exit code, after complaints on stderr.
+int write_or_complain(const std::string& path, std::string_view text);
 /// JSON on stdout. Nothing in it acts upon a terminal.
 void print_json(const Json& json);
 

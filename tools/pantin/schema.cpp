@@ -4,7 +4,6 @@
 
 #include <memory>
 
-#include "engine/base/atomic_file.hpp"
 #include "tools/pantin/program.hpp"
 
 namespace pantin::program {
@@ -32,10 +31,7 @@ int schema(const std::string& path) {
     fmt::print("{}", text);
     return kOk;
   }
-  const auto written = write_file(path, text);
-  if (written) return kOk;
-  for (const Error& e : written.errors()) print_error(e.message);
-  return kUnwritable;
+  return write_or_complain(path, text);
 }
 
 constexpr const char* kExamples =

@@ -109,7 +109,7 @@ void keep_unchanged(World& world, std::vector<Island>& before, std::vector<Islan
     if (was == kNoSlot || !unchanged(before[was], a)) continue;
     a = renumbered(std::move(before[was]), a);
     a.was = was;
-    if (edited) a.asleep = false, a.quiet_time = a.rest_time = 0;
+    if (edited) rouse(a);
     saved[i] = std::move(all.scratch.saved[was]);
     copy_slots(a, saved[i].memory);
   }

@@ -270,10 +270,14 @@ void pack_joints(const World& world, Island& a) {
   }
   if (!joints.empty()) joints.resize(a.count());
   a.joint_memory.assign(joints.size(), {});
+  a.joints = std::move(joints);
+}
+
+/// Where bodies were is remembered of what can be touched.
+void watch_rest(const World& world, Island& a) {
   const bool solid = std::any_of(a.bodies.begin(), a.bodies.end(),
                                  [&](Entity e) { return world.collisions.find(e) != nullptr; });
   a.rests.assign(solid ? a.count() : 0, {});
-  a.joints = std::move(joints);
 }
 
 /// The trees of one island while it is packed.
@@ -379,6 +383,7 @@ Island pack(Builder& b, const IslandPlan& plan, std::uint32_t index) {
   }
   a.size = longest_way(a);
   pack_joints(world, a);
+  watch_rest(world, a);
   return a;
 }
 

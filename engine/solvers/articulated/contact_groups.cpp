@@ -200,8 +200,8 @@ void let_sleep(World& world, const Group& g, Real h) {
       a.quiet_time += h;  // unless one of its bodies moves
       rested = !g.trees.empty() && has_rested(world, a, h) && !deep;
     }
-    if (!a.contact_active || drives || !(speed < slow && spin < 10 * slow)) a.quiet_time = 0;
-    const bool dead = speed < kDead * slow && spin < 10 * kDead * slow;
+    if (!a.contact_active || drives || !(speed < slow && spin < kTurning * slow)) a.quiet_time = 0;
+    const bool dead = speed < kDead * slow && spin < kTurning * kDead * slow;
     still =
         still && !drives && (rested || a.quiet_time > (dead && settled ? kTimeToSleep : kPatience));
   }

@@ -54,6 +54,10 @@ void fall_asleep(World& world, Island& a);
 /// once a step.
 bool has_rested(const World& world, Island& a, Real h);
 inline constexpr Real kTimeToSleep = 0.5;  // s
+/// rad/s of sleep speed per m/s.
+inline constexpr Real kTurning = 10;
+/// Awake, and as if it had moved just now.
+void rouse(Island& a);
 
 /// One group in contact over a step (step_group.cpp): bodies that are free or in trees first, then
 /// the fixed and kinematic ones. Contacts hold mean forces before and after.

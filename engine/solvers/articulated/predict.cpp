@@ -66,17 +66,14 @@ void notice_changes(World& world, Island& a, Real h) {
 }
 
 void collect_forces(const World& world, Island& a) {
-  // Forces of steps before have left their components behind.
-  a.forced = !world.forces.empty() && std::any_of(a.bodies.begin(), a.bodies.end(), [&](Entity e) {
-    const Force* f = world.forces.find(e);
-    return f && (f->force != Vec3(0) || f->torque != Vec3(0));
-  });
-  if (!a.forced) return;
-  for (std::size_t c = 0; c < a.count(); ++c) {
-    const Force* f = world.forces.find(a.bodies[c]);
-    const Real mass = a.constants.at(kMass, c);
-    a.scratch.forces.set(0, c, f ? f->force / mass : Vec3(0));
-    a.scratch.forces.set(3, c, f ? f->torque : Vec3(0));
+  a.forced = false;
+  for (std::size_t c = 0; !world.forces.empty() && c < a.count(); ++c) {
+    const Force* found = world.forces.find(a.bodies[c]);
+    const Force f = found ? *found : Force{};
+    // Forces of steps before have left their components behind.
+    a.forced = a.forced || f.force != Vec3(0) || f.torque != Vec3(0);
+    a.scratch.forces.set(0, c, f.force / a.constants.at(kMass, c));
+    a.scratch.forces.set(3, c, f.torque);
   }
 }
 
@@ -140,7 +137,7 @@ void update(World& world, Island& a, Real h) {
   if (a.asleep) {
     set_targets(world, a, h);
     if (!must_wake(world, a)) return predict_still(world, a);
-    a.asleep = false, a.quiet_time = a.rest_time = 0;
+    rouse(a);
   }
   if (!world.forces.empty() && a.scratch.forces.numbers().empty())
     a.scratch.forces.resize(6, a.count());

@@ -12,8 +12,6 @@ namespace {
 constexpr Real kNear = 2.5, kNearOfSize = 3e-3, kSway = 16;
 /// s: what stays so long rests; what creeps is seen to have moved no sooner.
 constexpr Real kTimeToRest = 1;
-/// rad/s of sleep speed per m/s.
-constexpr Real kTurning = 10;
 
 }  // namespace
 
@@ -35,8 +33,13 @@ bool must_wake(const World& world, const Island& a) {
   return false;
 }
 
+void rouse(Island& a) {
+  a.asleep = a.rested = false;
+  a.quiet_time = a.rest_time = 0;
+}
+
 void wake(World& world, Island& a, Real h) {
-  a.asleep = false, a.quiet_time = a.rest_time = 0;
+  rouse(a);
   update(world, a, h);
 }
 

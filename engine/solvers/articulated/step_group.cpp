@@ -164,8 +164,9 @@ void move(GroupBody& b, Real h) {
 /// Else the smaller one of the last two does.
 bool is_load(const Group& g, const GroupContact& c) {
   const Vec3 a = g.a(c).velocity, b = g.b(c).velocity;
-  const Real held = c.friction * c.impulse.x, aside = std::hypot(c.impulse.y, c.impulse.z);
-  return aside < kHeld * held && std::max(glm::dot(a, a), glm::dot(b, b)) < kLoadSpeed * kLoadSpeed;
+  const Real held = kHeld * c.friction * c.impulse.x;
+  const Real aside = c.impulse.y * c.impulse.y + c.impulse.z * c.impulse.z;
+  return aside < held * held && std::max(glm::dot(a, a), glm::dot(b, b)) < kLoadSpeed * kLoadSpeed;
 }
 
 /// The impulses of the substep before. Among trees, a lasting load is there again, a blow is not.
@@ -180,7 +181,7 @@ void push_again(const Group& g) {
       continue;
     }
     const Real last = c.impulse.x;
-    if (!g.trees.empty() && last > (is_load(g, c) ? kBlow : 1) * c.before)
+    if (!g.trees.empty() && last > c.before && !(last <= kBlow * c.before && is_load(g, c)))
       c.impulse *= c.before / last;
     c.before = last;
     push(g, c);
