@@ -3,6 +3,7 @@
 
 #include "engine/joints/kinds.hpp"
 #include "engine/pantin/detail/findings.hpp"
+#include "engine/world/cable_route.hpp"
 
 namespace pantin {
 
@@ -82,7 +83,57 @@ Result<Entity> add_to(World& world, const SpringJoint& described) {
   return link(world, findings, described, joint);
 }
 
+namespace {
+
+/// Checks the guides and says how long the cable is over them, or the length that was asked for.
+Real add_guides(Findings& findings, const CableJoint& described, Cable& cable) {
+  const World& world = findings.world();
+  const auto local = [&](Entity body, Vec3 point) {
+    return to_local(world.bodies[body].pose, point);
+  };
+  findings.body("a", described.a), findings.body("b", described.b);
+  findings.finite("anchor_a", described.anchor_a), findings.finite("anchor_b", described.anchor_b);
+  if (described.length) findings.not_negative("length", *described.length);
+  if (described.over.size() + 2 > kMostPathPoints)
+    findings.add("over", std::to_string(described.over.size()) + " guides", "14 at most");
+  for (const CableJoint::Guide& g : described.over) {
+    findings.body("over", g.body), findings.finite("over", g.point);
+    findings.not_negative("over", g.radius);
+    if (g.radius > 0 && !(glm::length(g.axis) > 0)) findings.add("over", "no axis", "a direction");
+    if (!findings.ok()) return 0;
+    CableGuide guide{g.body, local(g.body, g.point)};
+    guide.radius = g.radius;
+    if (g.radius > 0)
+      guide.axis = glm::normalize(glm::conjugate(world.bodies[g.body].pose.rotation) *
+                                  glm::normalize(g.axis));
+    cable.guides.push_back(guide);
+    findings.known({{Feature::cable_guide}}, {described.a, g.body, described.b});
+  }
+  if (!findings.ok()) return 0;
+  cable.a = described.a, cable.b = described.b;
+  cable.joint.anchor_a = local(described.a, described.anchor_a);
+  cable.joint.anchor_b = local(described.b, described.anchor_b);
+  if (described.length) return *described.length;
+  return path_length(route_of(cable, [&](Entity e) { return &world.bodies[e].pose; }), {}).length;
+}
+
+Result<Entity> add_cable_over(World& world, const CableJoint& described) {
+  Findings findings(world, "CableJoint", described.name);
+  Cable cable;
+  const Real length = add_guides(findings, described, cable);
+  if (findings.ok()) findings.above_zero("length", length);
+  findings.not_negative("compliance", described.compliance);
+  if (!findings.ok()) return findings.take();
+  cable.joint.length = length, cable.joint.compliance = described.compliance;
+  const Entity made = world.add_cable(cable.a, cable.b, cable.joint, described.name);
+  world.cables[made].guides = std::move(cable.guides);
+  return made;
+}
+
+}  // namespace
+
 Result<Entity> add_to(World& world, const CableJoint& described) {
+  if (!described.over.empty()) return add_cable_over(world, described);
   Findings findings(world, "CableJoint", described.name);
   const Real length = length_of(findings, described, "length", described.length);
   if (findings.ok()) findings.above_zero("length", length);

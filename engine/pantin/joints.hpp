@@ -16,6 +16,7 @@
 #include <optional>
 #include <pantin/world.hpp>
 #include <string>
+#include <vector>
 
 namespace pantin {
 
@@ -170,10 +171,18 @@ struct SpringJoint {
 
 /// A cable between two points: it pulls, never pushes.
 struct CableJoint {
+  /// A ring that the cable runs through, or a pulley that it runs round, without friction.
+  struct Guide {
+    Entity body = {};  // what it is fixed to
+    Vec3 point{0};     // the ring, or the pulley's centre
+    Vec3 axis{0};      // of a pulley: from a to b the cable runs round it anticlockwise
+    Real radius = 0;   // m, of a pulley, to the middle of the cable; 0: a ring
+  };
   Entity a = {}, b = {};
   Vec3 anchor_a{0}, anchor_b{0};
-  std::optional<Real> length = {};  // m; none: as far as they are apart
+  std::optional<Real> length = {};  // m; none: as far as they are apart, over the guides
   Real compliance = 0;              // m/N; 0: does not stretch
+  std::vector<Guide> over = {};     // from a to b, 14 at most; Lagrangian solver
   std::string name = {};
 };
 

@@ -6,6 +6,7 @@
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "engine/solvers/solver.hpp"
+#include "engine/world/cable_route.hpp"
 
 namespace pantin {
 
@@ -185,10 +186,18 @@ Real cable_tension(const World& world, Entity cable) {
   const Cable& s = world.cables.values()[now];
   const std::uint32_t slot = world.cables.slot_then(now);
   const lagrangian::Island* m = mechanism_of(world, s.a, s.b);
-  if (const auto at = find_block(m, lagrangian::BlockKind::cable, slot))
-    return glm::length(lagrangian::joint_wrench(*at->mechanism, at->block).force);
-  if (m && s.joint.compliance > 0)
-    return stretch(s.joint, world.bodies[s.a].pose, world.bodies[s.b].pose) / s.joint.compliance;
+  for (const CableGuide& g : s.guides)
+    if (!m) m = mechanism_of(world, g.body, {});
+  if (const auto at = find_block(m, lagrangian::BlockKind::cable, slot)) {
+    if (s.guides.empty())
+      return glm::length(lagrangian::joint_wrench(*at->mechanism, at->block).force);
+    return m->scratch.ready ? m->forces[m->blocks[at->block].first_row] : 0;
+  }
+  const auto pose_of = [&](Entity e) {
+    const Body* b = world.bodies.find(e);
+    return b ? &b->pose : nullptr;
+  };
+  if (m && s.joint.compliance > 0) return stretch_of(s, pose_of) / s.joint.compliance;
   return s.tension;
 }
 

@@ -1,6 +1,7 @@
 #include "engine/render/bounds.hpp"
 
 #include "engine/render/surface_mesh.hpp"
+#include "engine/world/cable_route.hpp"
 
 namespace pantin::detail {
 namespace {
@@ -71,14 +72,10 @@ std::optional<Vec3> PosedWorld::position_of(Entity body, Vec3 anchor) const {
   return position;
 }
 
-std::optional<HangingCable> hanging_cable(const PosedWorld& scene, const Cable& cable) {
-  const auto a = scene.position_of(cable.a, cable.joint.anchor_a);
-  const auto b = scene.position_of(cable.b, cable.joint.anchor_b);
-  if (!a || !b) return std::nullopt;
-  return HangingCable{*a, *b, cable.joint.length, down_of(scene.world)};
-}
-
 namespace {
+
+/// Between the points of a cable on a pulley, rad.
+constexpr Real kArcStep = 0.15;
 
 Vec3 on_parabola(Vec3 a, Vec3 b, Vec3 drop, Real t) {
   return a + t * (b - a) + 4 * t * (1 - t) * drop;
@@ -108,6 +105,21 @@ void add_curve(const HangingCable& cable, int segments, std::vector<Vec3>& to) {
   }
   for (int i = 0; i <= segments; ++i)
     to.push_back(on_parabola(a, b, low * down, Real(i) / segments));
+}
+
+void add_cable(const PosedWorld& scene, const Cable& cable, int segments, std::vector<Vec3>& to) {
+  if (!cable.guides.empty()) {
+    const auto pose_of = [&](Entity body) -> const Pose* {
+      const std::uint32_t slot = scene.world.bodies.slot(body);
+      return slot == kNoSlot ? nullptr : &scene.pose_of(slot);
+    };
+    if (const auto route = route_of(cable, pose_of); !route.empty())
+      trace_path(route, kArcStep, to);
+    return;
+  }
+  const auto a = scene.position_of(cable.a, cable.joint.anchor_a);
+  const auto b = scene.position_of(cable.b, cable.joint.anchor_b);
+  if (a && b) add_curve({*a, *b, cable.joint.length, down_of(scene.world)}, segments, to);
 }
 
 Vec3 down_of(const World& world) {

@@ -43,12 +43,13 @@ struct HangingCable {
   Vec3 down{0, -1, 0};  // unit, world
 };
 
-/// None if a body of the cable is gone or a pose is not finite.
-std::optional<HangingCable> hanging_cable(const PosedWorld& scene, const Cable& cable);
-
 /// Adds points from `a` to `b` to `to`: one straight piece when the cable is taut, else a parabola
 /// of `segments` pieces. It meets the length to 0.1 %.
 void add_curve(const HangingCable& cable, int segments, std::vector<Vec3>& to);
+
+/// The same of a cable; over guides as if it were taut. Nothing if a body of the cable is gone or a
+/// pose is not finite.
+void add_cable(const PosedWorld& scene, const Cable& cable, int segments, std::vector<Vec3>& to);
 
 /// The way gravity points; -y where there is none.
 Vec3 down_of(const World& world);

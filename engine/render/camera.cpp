@@ -182,8 +182,7 @@ std::vector<Ball> all_balls(const World& world) {
     for (const Ball& ball : own) add_motion(ball, {groups.of(slot), pose.position, down}, balls);
   }
   std::vector<Vec3> curve;
-  for (const Cable& cable : world.cables.values())
-    if (const auto hanging = hanging_cable({world}, cable)) add_curve(*hanging, 8, curve);
+  for (const Cable& cable : world.cables.values()) add_cable({world}, cable, 8, curve);
   for (Vec3 point : curve) balls.push_back({point, 0});
   add_grounds(grounds, balls);
   return balls;

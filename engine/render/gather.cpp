@@ -241,10 +241,9 @@ void gather(const PosedWorld& scene, const View& view, const Eye& eye, DrawList&
 
   std::vector<Vec3> curve;
   for (const Cable& cable : world.cables.values()) {
-    const auto hanging = hanging_cable(scene, cable);
-    if (!hanging) continue;
     curve.clear();
-    add_curve(*hanging, kSlackSegments, curve);
+    add_cable(scene, cable, kSlackSegments, curve);
+    if (curve.empty()) continue;
     add_ribbon(curve, eye, to);
     for (Vec3 point : curve) {
       to.balls.push_back({point, kStringRadius});

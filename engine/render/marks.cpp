@@ -55,11 +55,9 @@ void add_body_axes(const PosedWorld& scene, Pen& pen) {
 void add_slack_cables(const PosedWorld& scene, Pen& pen) {
   std::vector<Vec3> curve;
   for (const Cable& cable : scene.world.cables.values()) {
-    const auto hanging = hanging_cable(scene, cable);
-    if (!hanging) continue;
     curve.clear();
-    add_curve(*hanging, 24, curve);
-    if (curve.size() > 2) pen.path(curve, 1.2 * pen.fine(), ink::kSlack);
+    add_cable(scene, cable, 24, curve);
+    if (curve.size() > 2 && cable.guides.empty()) pen.path(curve, 1.2 * pen.fine(), ink::kSlack);
   }
 }
 

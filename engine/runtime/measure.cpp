@@ -1,6 +1,7 @@
 // Measures of the present state of a World.
 #include "engine/runtime/simulation.hpp"
 #include "engine/solvers/solver.hpp"
+#include "engine/world/cable_route.hpp"
 
 namespace pantin {
 
@@ -16,10 +17,14 @@ Real energy_of_ties(const World& world) {
   };
   const auto exists = [&](Entity e) { return world.bodies.find(e) != nullptr; };
   Real sum = 0;
+  const auto pose_of = [&](Entity e) {
+    const Body* b = world.bodies.find(e);
+    return b ? &b->pose : nullptr;
+  };
   for (const Cable& c : world.cables.values()) {
     if (!(c.joint.compliance > 0) || !exists(c.a) || !exists(c.b)) continue;
-    if (!moves(c.a) && !moves(c.b)) continue;
-    const Real over = stretch(c.joint, world.bodies[c.a].pose, world.bodies[c.b].pose);
+    if (!moves(c.a) && !moves(c.b) && c.guides.empty()) continue;
+    const Real over = stretch_of(c, pose_of);
     sum += 0.5 * over * over / c.joint.compliance;
   }
   for (const Pin& p : world.pins.values()) {

@@ -38,11 +38,17 @@ struct BuiltGear {
   Gear ratio;
 };
 
+struct BuiltGuide {
+  std::uint32_t body = 0;
+  CableGuide guide;  // without its entity
+};
+
 struct BuiltCable {
   std::string name;
   ElementId at{};
   std::uint32_t a = 0, b = 0;
   CableParameters joint;
+  std::vector<BuiltGuide> guides = {};
 };
 
 struct BuiltPin {

@@ -83,6 +83,7 @@ class GroupBuilder {
   void add_gear(Element<GearRecipe> e);
   bool slides(const std::optional<bool>& asked, std::uint32_t joint, const Wanted& place);
   void add_cable(Element<CableRecipe> e);
+  void add_cable_over(Element<CableRecipe> e, std::uint32_t a, std::uint32_t b);
   void add_pin(Element<PinRecipe> e);
   bool hold_on(Element<PinRecipe> e, BuiltPin& placed);
 

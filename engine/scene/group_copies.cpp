@@ -87,6 +87,11 @@ void GroupBuilder::copy(const Copy& how) {
     p.a = moved_place(s.a), p.b = moved_place(s.b);
     p.joint.anchor_a = moved_anchor(s.a, s.joint.anchor_a);
     p.joint.anchor_b = moved_anchor(s.b, s.joint.anchor_b);
+    for (BuiltGuide& g : p.guides) {
+      g.guide.anchor = moved_anchor(g.body, g.guide.anchor);
+      if (g.body == kWorldBody) g.guide.axis = glm::normalize(how.at.rotation * g.guide.axis);
+      g.body = moved_place(g.body);
+    }
   }
   for (const BuiltPin& p : how.part.pins) {
     made_.pins.push_back(

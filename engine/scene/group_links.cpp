@@ -1,6 +1,7 @@
 #include <utility>
 
 #include "engine/joints/kinds.hpp"
+#include "engine/scene/cable_route.hpp"
 #include "engine/scene/group_builder.hpp"
 #include "engine/scene/place.hpp"
 
@@ -134,7 +135,9 @@ void GroupBuilder::add_joints_of(Element<ChainRecipe> e) {
 void GroupBuilder::add_cable(Element<CableRecipe> e) {
   const CableRecipe& recipe = e.recipe;
   const auto a = body_or_world(recipe.a, e.id, "a"), b = body_or_world(recipe.b, e.id, "b");
-  if (!a || !b || !can_tie({e.id, recipe.a, recipe.b, *a, *b})) return;
+  if (!a || !b) return;
+  if (!recipe.over.empty()) return add_cable_over(e, *a, *b);
+  if (!can_tie({e.id, recipe.a, recipe.b, *a, *b})) return;
   CableParameters joint;
   joint.anchor_a = anchor_of(made_, *a, recipe.at_a);
   joint.anchor_b = anchor_of(made_, *b, recipe.at_b);
@@ -147,6 +150,40 @@ void GroupBuilder::add_cable(Element<CableRecipe> e) {
     return;
   }
   made_.cables.push_back({name_for(recipe.name, recipe.a, recipe.b), e.id, *a, *b, joint});
+}
+
+/// A cable over guides. Both ends may be on one body, and neither needs to be dynamic.
+void GroupBuilder::add_cable_over(Element<CableRecipe> e, std::uint32_t a, std::uint32_t b) {
+  const CableRecipe& recipe = e.recipe;
+  BuiltCable made{name_for(recipe.name, recipe.a, recipe.b), e.id, a, b, {}};
+  made.joint.anchor_a = anchor_of(made_, a, recipe.at_a);
+  made.joint.anchor_b = anchor_of(made_, b, recipe.at_b);
+  made.joint.compliance = recipe.compliance;
+  bool moves = made_.is_dynamic(a) || made_.is_dynamic(b);
+  for (const GuideRecipe& g : recipe.over) {
+    const auto body = body_or_world(g.body, e.id, "over");
+    if (!body) return;
+    moves = moves || made_.is_dynamic(*body);
+    BuiltGuide guide{*body,
+                     {.body = {}, .anchor = anchor_of(made_, *body, g.at), .radius = g.radius}};
+    if (g.radius > 0)
+      guide.guide.axis =
+          glm::normalize(glm::conjugate(made_.pose_of(*body).rotation) * glm::normalize(g.axis));
+    made.guides.push_back(guide);
+  }
+  if (!moves)
+    return messages_.error(e.id, "",
+                           "found a cable along bodies that do not move, expected a "
+                           "dynamic one among them");
+  if (made.guides.size() + 2 > kMostPathPoints)
+    return messages_.error(e.id, "over",
+                           "found " + std::to_string(made.guides.size()) + " guides, expected " +
+                               std::to_string(kMostPathPoints - 2) + " at most");
+  const std::vector<PathPoint> route = route_of(made_, made);
+  if (const std::string fault = fault_of(route); !fault.empty())
+    return messages_.error(e.id, "over", fault);
+  made.joint.length = recipe.length.value_or(recipe.slack * path_length(route, {}).length);
+  made_.cables.push_back(std::move(made));
 }
 
 void GroupBuilder::add_pin(Element<PinRecipe> e) {

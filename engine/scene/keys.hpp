@@ -32,6 +32,7 @@ namespace keys {
   OBJECT(gear)                 \
   OBJECT(joint_drive)          \
   OBJECT(pose_key)             \
+  OBJECT(cable_guide)          \
   OBJECT(cable)                \
   OBJECT(pin)                  \
   OBJECT(keyframe)             \

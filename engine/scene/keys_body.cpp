@@ -141,6 +141,24 @@ constexpr Key kEndA = reference("a", kBodyOrWorld,
 constexpr Key kEndB =
     reference("b", kBodyOrWorld, "Likewise, the other body.").needed(kBodyOrWorld);
 
+constexpr Key kGuide[] = {
+    reference("body", kBodyOrWorld,
+              "What the ring or the pulley is fixed to; \"world\" never moves.")
+        .needed(kBodyOrWorld),
+    vector("point", "m",
+           "Ring, or centre of the pulley, at the start, in the frame of the scene or prefab."),
+    vector("anchor", "m", "The same in the body's own frame. Default: its origin."),
+    number("radius", "m", kNotNegative, "Of the pulley, to the middle of the cable; 0: a ring.")
+        .or_else(0),
+    vector(
+        "axis", "",
+        "Of the pulley, in the frame of the scene or prefab: from a to b the cable runs round it "
+        "anticlockwise, as seen from where it points."),
+};
+constexpr Exclusive kGuidePairs[] = {{"point", "anchor"}};
+constexpr Beside kGuidePartners[] = {
+    {"axis", "radius", "found \"axis\" without \"radius\", expected the pulley's radius too"}};
+
 constexpr Key kCable[] = {
     own_name("Default \"a-b\"."),
     kEndA,
@@ -150,7 +168,11 @@ constexpr Key kCable[] = {
     vector("point_b", "m", "Where the cable is tied to b, likewise."),
     vector("anchor_a", "m", "Where the cable is tied, in a's own frame. Default: its origin."),
     vector("anchor_b", "m", "Where the cable is tied, in b's own frame. Default: its origin."),
-    number("length", "m", kSize, "Default: the distance at the start."),
+    objects(
+        "over", "cable_guide",
+        "Rings that the cable runs through and pulleys that it runs round, from a to b, without "
+        "friction. Solver \"lagrangian\"."),
+    number("length", "m", kSize, "Default: the distance at the start, over the guides."),
     number("slack", "", kPositive, "Length as a multiple of the distance at the start.").or_else(1),
     number("compliance", "m/N", kNotNegative, "How far it stretches under load.").or_else(0),
 };
@@ -203,6 +225,9 @@ constinit const KeySet chain{
     "own frame is at its middle, -y along the chain; its shapes, or mass and inertia, are given "
     "there.",
     kChain, kChainPairs, kChainNeeds};
+constinit const KeySet cable_guide{
+    "cable_guide", "A ring or a pulley that a cable is led over.", kGuide, kGuidePairs, {},
+    kGuidePartners};
 constinit const KeySet cable{"cable", "A cable: it pulls, never pushes.", kCable, kCablePairs};
 constinit const KeySet pin{"pin", "A nail, or a dragging hand.", kPin, kPinPairs, {}, kPinPartners};
 constinit const KeySet keyframe{"keyframe", "A pose at a time.", kKeyframe};

@@ -101,6 +101,25 @@ std::optional<GearRecipe> read_gear(const Reading& reading, NodeId node) {
   return r;
 }
 
+namespace {
+
+std::optional<GuideRecipe> read_guide(const Reading& reading, NodeId node) {
+  const Reader from = reading.open(node, "cable_guide");
+  GuideRecipe guide;
+  const auto body = from.reference("body");
+  guide.at = read_point(from, "point", "anchor");
+  guide.radius = from.number("radius");
+  guide.axis = from.vec("axis", Vec3(0));
+  if (guide.radius > 0 && !(glm::length(guide.axis) > 0))
+    reading.diagnostics.error_value(from.has("axis") ? from.find("axis") : node,
+                                    "the \"axis\" of a pulley, a vector that is not zero");
+  if (!body) return std::nullopt;
+  guide.body = *body;
+  return guide;
+}
+
+}  // namespace
+
 std::optional<CableRecipe> read_cable(const Reading& reading, NodeId node) {
   const Reader from = reading.open(node, "cable");
   CableRecipe cable;
@@ -111,6 +130,8 @@ std::optional<CableRecipe> read_cable(const Reading& reading, NodeId node) {
   cable.at_b = read_point(from, "point_b", "anchor_b");
   if (from.has("length")) cable.length = from.number("length", 1);
   cable.slack = from.number("slack");
+  for (const NodeId guide : from.items("over"))
+    if (auto read = read_guide(reading, guide)) cable.over.push_back(std::move(*read));
   cable.compliance = from.number("compliance");
   if (!a || !b) return std::nullopt;
   cable.a = *a, cable.b = *b;

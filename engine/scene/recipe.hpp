@@ -81,10 +81,18 @@ struct GearRecipe {
   bool in_degrees = false;
 };
 
+struct GuideRecipe {
+  std::string body;
+  PointRecipe at;
+  Vec3 axis{0};  // in the scene; of any length
+  Real radius = 0;
+};
+
 struct CableRecipe {
   std::string name;
   std::string a, b;
   PointRecipe at_a, at_b;
+  std::vector<GuideRecipe> over;
   std::optional<Real> length;
   Real slack = 1;
   Real compliance = 0;

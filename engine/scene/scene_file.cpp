@@ -50,6 +50,11 @@ void detail::build_world(const BuiltScene& built, World& world) {
   for (const BuiltCable& s : built.cables) {
     const Entity a = entity(s.a), b = entity(s.b);
     cables.push_back(world.add_cable(a, b, s.joint, s.name));
+    for (const BuiltGuide& g : s.guides) {
+      CableGuide guide = g.guide;
+      guide.body = entity(g.body);
+      world.cables[cables.back()].guides.push_back(guide);
+    }
   }
   for (const BuiltPin& p : built.pins) {
     Pin pin = p.pin;

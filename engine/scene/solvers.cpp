@@ -54,6 +54,14 @@ std::vector<Solver> solvers_of(const BuiltScene& built, Solver otherwise) {
   for (const BuiltJoint& j : built.joints) tie(j.a, j.b);
   for (const BuiltGear& r : built.gears)
     tie(mover(built, built.joints[r.first]), mover(built, built.joints[r.second]));
+  for (const BuiltCable& c : built.cables) {
+    std::uint32_t last = built.is_dynamic(c.a) ? c.a : c.b;
+    for (const BuiltGuide& g : c.guides) {
+      tie(last, g.body);
+      if (built.is_dynamic(g.body)) last = g.body;
+    }
+    if (!c.guides.empty()) tie(last, c.b);
+  }
   std::vector<Solver> solvers(built.bodies.size(), otherwise);
   std::vector<bool> is_named(built.bodies.size(), false);
   for (std::uint32_t i = 0; i < solvers.size(); ++i) {
@@ -84,10 +92,16 @@ void check_solvers(const BuiltScene& built, const std::vector<Solver>& solvers,
   for (const BuiltGear& r : built.gears)
     error(r.at, {"", "gear \"" + r.name + "\" of joints", Feature::ratio},
           solvers[mover(built, built.joints[r.first])]);
-  for (const BuiltCable& s : built.cables)
+  for (const BuiltCable& s : built.cables) {
     for (const std::uint32_t end : {s.a, s.b})
       if (built.is_dynamic(end))
         error(s.at, {"", "cable \"" + s.name + "\"", Feature::cable}, solvers[end]);
+    for (const BuiltGuide& g : s.guides)
+      for (const std::uint32_t body : {s.a, g.body, s.b})
+        if (built.is_dynamic(body))
+          error(s.at, {"over", "guides of cable \"" + s.name + "\"", Feature::cable_guide},
+                solvers[body]);
+  }
 }
 
 namespace {
@@ -102,6 +116,9 @@ std::string unknown_to(const BuiltScene& built, Solver solver) {
     return "gear \"" + built.gears.front().name + "\"";
   if (!built.cables.empty() && !knows(solver, Feature::cable))
     return "cable \"" + built.cables.front().name + "\"";
+  for (const BuiltCable& c : built.cables)
+    if (!c.guides.empty() && !knows(solver, Feature::cable_guide))
+      return "guides of cable \"" + c.name + "\"";
   return "";
 }
 

@@ -7,6 +7,7 @@
 
 #include "engine/joints/kinds.hpp"
 #include "engine/scene/build.hpp"
+#include "engine/scene/cable_route.hpp"
 #include "engine/world/faults.hpp"
 
 namespace pantin::detail {
@@ -147,7 +148,10 @@ void warn_of_unknown(const BuiltScene& built, const Exact& exact, Solver solver,
 
 void warn_of_strings(const BuiltScene& built, BuildMessages& messages) {
   for (const BuiltCable& s : built.cables) {
-    const Real over = stretch(s.joint, built.pose_of(s.a), built.pose_of(s.b));
+    const Real over =
+        s.guides.empty()
+            ? stretch(s.joint, built.pose_of(s.a), built.pose_of(s.b))
+            : std::max(Real(0), path_length(route_of(built, s), {}).length - s.joint.length);
     if (over > kOpen)
       messages.warn(s.at, "short",
                     "cable " + quoted(s.name) + " of " + written(s.joint.length) + " m starts " +

@@ -28,9 +28,14 @@ bool is_sound(const Joint& j) {
          is_finite(j.frames.b());
 }
 
-bool is_sound(const CableParameters& s) {
-  return is_finite(s.anchor_a) && is_finite(s.anchor_b) && !std::isnan(s.length) &&
-         s.compliance >= 0 && std::isfinite(s.compliance);
+bool is_sound(const Cable& cable) {
+  const CableParameters& s = cable.joint;
+  const auto fits = [](const CableGuide& g) {
+    return is_finite(g.anchor) && is_unit(g.axis) && g.radius >= 0 && std::isfinite(g.radius);
+  };
+  return std::all_of(cable.guides.begin(), cable.guides.end(), fits) && is_finite(s.anchor_a) &&
+         is_finite(s.anchor_b) && !std::isnan(s.length) && s.compliance >= 0 &&
+         std::isfinite(s.compliance);
 }
 
 bool is_sound(const Pin& p) {
@@ -80,8 +85,10 @@ void list_unknown(const Plans& owners) {
   }
   for (std::size_t i = 0; i < world.cables.size(); ++i) {
     const Cable& s = world.cables.values()[i];
+    const Feature what = s.guides.empty() ? Feature::cable : Feature::cable_guide;
+    const char* verb = s.guides.empty() ? "is" : "has";
     for (Entity end : {s.a, s.b})
-      if (note(world.cables.owners()[i], owners.settings(end), Feature::cable, "is")) break;
+      if (note(world.cables.owners()[i], owners.settings(end), what, verb)) break;
   }
   for (std::size_t i = 0; i < world.pins.size(); ++i)
     if (const Pin& p = world.pins.values()[i]; p.kind == PinKind::spring)
@@ -145,7 +152,7 @@ void list_impossible(const Plans& owners) {
                 "has a spring, friction or a motor with a number that is none", l.a, l.b);
   }
   for (std::size_t i = 0; i < world.cables.size(); ++i)
-    if (const Cable& s = world.cables.values()[i]; !is_sound(s.joint))
+    if (const Cable& s = world.cables.values()[i]; !is_sound(s))
       stop_both(world.cables.owners()[i], "has a number that is none", s.a, s.b);
   for (std::size_t i = 0; i < world.pins.size(); ++i)
     if (const Pin& p = world.pins.values()[i]; !is_sound(p))

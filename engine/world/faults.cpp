@@ -29,7 +29,8 @@ constexpr Knowledge kKnowledge[kFeatures] = {
     {"a cable", kAuto | kExact, "\"auto\" or \"lagrangian\""},
     {"contact", kAuto | kExact, "\"auto\" or \"lagrangian\""},
     {"a spring pin", kAuto | kExact, "\"auto\" or \"lagrangian\""},
-    {"a moving surface, rolling or spinning friction", kAuto, "\"auto\""}};
+    {"a moving surface, rolling or spinning friction", kAuto, "\"auto\""},
+    {"a ring or a pulley of a cable", kExact, "\"lagrangian\""}};
 
 const Knowledge& knowledge(Feature f) { return kKnowledge[static_cast<int>(f)]; }
 

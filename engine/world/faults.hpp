@@ -48,9 +48,10 @@ enum class Feature : std::uint8_t {
   cable,
   contact,
   spring_pin,  // of a pin
-  surface      // that moves, or that resists rolling or spinning
+  surface,     // that moves, or that resists rolling or spinning
+  cable_guide  // a ring or a pulley that a cable is led over
 };
-inline constexpr int kFeatures = 12;
+inline constexpr int kFeatures = 13;
 
 /// Which solver does what: the only place that says so.
 bool knows(Solver solver, Feature feature);

@@ -1,6 +1,8 @@
 #pragma once
 /// Connections between bodies: links, cables, gears and pins. Links, cables and gears are what the
 /// descriptions of <pantin/joints.hpp> come down to.
+#include <vector>
+
 #include "engine/base/fields.hpp"
 #include "engine/joints/cable.hpp"
 #include "engine/joints/joint.hpp"
@@ -24,16 +26,34 @@ struct Link {
   }
 };
 
-/// Two bodies and a cable.
+/// A place that a cable is led over, without friction: a ring, or the groove of a pulley.
+struct CableGuide {
+  Entity body;
+  Vec3 anchor{0};  // in the body's mass-centre frame
+  Vec3 axis{0, 0,
+            1};     // likewise, of unit length; from a to b the cable runs round it anticlockwise
+  Real radius = 0;  // m, of the pulley; 0: a ring
+
+  static void fields(auto& self, auto&& field) {
+    field("body", self.body);
+    field("anchor", self.anchor);
+    field("axis", self.axis);
+    field("radius", self.radius);
+  }
+};
+
+/// Two bodies and a cable, led over guides from a to b.
 struct Cable {
   Entity a, b;
   CableParameters joint;
-  Real tension = 0;  // N, mean over the last step; 0 when slack
+  Real tension = 0;                     // N, mean over the last step; 0 when slack
+  std::vector<CableGuide> guides = {};  // only the Lagrangian solver supports them
 
   static void fields(auto& self, auto&& field) {
     field("a", self.a);
     field("b", self.b);
     field("joint", self.joint);
+    field("guides", self.guides);
     field("tension", passive(self.tension));
   }
 };

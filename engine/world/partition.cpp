@@ -10,21 +10,28 @@ bool is_dynamic(const World& world, std::uint32_t slot) {
   return slot != kNoSlot && world.bodies.values()[slot].motion == Motion::dynamic;
 }
 
-/// Sets that only joints and gears make.
+/// Sets that only joints, gears and cables over guides make.
 void join_along_joints(const World& world, DisjointSets& sets) {
+  std::uint32_t last = kNoSlot;
+  const auto join = [&](Entity body) {
+    const std::uint32_t slot = world.bodies.slot(body);
+    if (!is_dynamic(world, slot)) return;
+    if (last != kNoSlot) sets.join(last, slot);
+    last = slot;
+  };
   const auto join_all = [&](std::initializer_list<Entity> bodies) {
-    std::uint32_t last = kNoSlot;
-    for (const Entity body : bodies) {
-      const std::uint32_t slot = world.bodies.slot(body);
-      if (!is_dynamic(world, slot)) continue;
-      if (last != kNoSlot) sets.join(last, slot);
-      last = slot;
-    }
+    last = kNoSlot;
+    for (const Entity body : bodies) join(body);
   };
   for (const Link& link : world.links.values()) join_all({link.a, link.b});
   for (const Gear& r : world.gears.values()) {
     const Link *one = world.links.find(r.first), *two = world.links.find(r.second);
     if (one && two) join_all({one->a, one->b, two->a, two->b});
+  }
+  for (const Cable& c : world.cables.values()) {
+    if (c.guides.empty()) continue;
+    join_all({c.a, c.b});
+    for (const CableGuide& g : c.guides) join(g.body);
   }
 }
 

@@ -63,7 +63,11 @@ void World::destroy(std::span<const Entity> doomed) {
         all.push_back(store.owners()[i]);
   };
   add_orphans(links, [&](const Link& l) { return refers(l.a) || refers(l.b); });
-  add_orphans(cables, [&](const Cable& s) { return refers(s.a) || refers(s.b); });
+  add_orphans(cables, [&](const Cable& s) {
+    return refers(s.a) || refers(s.b) ||
+           std::any_of(s.guides.begin(), s.guides.end(),
+                       [&](const CableGuide& g) { return refers(g.body); });
+  });
   add_orphans(pins, [&](const Pin& p) { return refers(p.body) || refers(p.to); });
   for (const Entity e : std::vector<Entity>(all)) gone.insert(e);  // gears tie links
   add_orphans(gears, [&](const Gear& r) { return refers(r.first) || refers(r.second); });

@@ -145,3 +145,19 @@ CLAIM("chain_1000", "a thousand links are held at both ends until one lets go") 
   CHECK(p.last.rows == 3000);
   CHECK(p.worst_gap < 1e-12);
 }
+
+CLAIM("crane", "the hook rises by half of what the winch hauls in, on half of the load") {
+  Extent height, tension;
+  const Played p = play("crane", [&](const World& w) {
+    if (w.time < 5.6 || w.time > 6.9) return;  // hauled in; the crate swings a little
+    height.add(w.origin_pose(w.find("hook")).position.y);
+    tension.add(cable_tension(w, w.find("hoist")));
+  });
+  const Real load = (p.body("hook").mass + p.body("crate").mass) * 9.81;
+  const Real hauled = 12.013 - 9;
+  CHECK(height.least > p.start("hook").y + hauled / 2 - 0.01);
+  CHECK(height.most < p.start("hook").y + hauled / 2 + 0.06);
+  CHECK((tension.least > 0.45 * load && tension.most < 0.55 * load));
+  CHECK(p.place("hook").y < height.least - 0.6);
+  CHECK(p.worst_residual < 1e-9);
+}

@@ -41,10 +41,8 @@ void offer_cables(const PosedWorld& scene, Nearest& nearest) {
   std::vector<Vec3> curve;
   const auto& cables = scene.world.cables;
   for (std::size_t i = 0; i < cables.size(); ++i) {
-    const auto hanging = hanging_cable(scene, cables.values()[i]);
-    if (!hanging) continue;
     curve.clear();
-    add_curve(*hanging, 16, curve);
+    add_cable(scene, cables.values()[i], 16, curve);
     for (std::size_t k = 1; k < curve.size(); ++k)
       for (int part = 0; part <= 16; ++part)
         nearest.offer(cables.owners()[i], glm::mix(curve[k - 1], curve[k], part / 16.0));
@@ -216,12 +214,15 @@ std::vector<Overlay::Arrow> forces_of(const PosedWorld& scene) {
     const auto reaction = joint_reaction(world, world.links.owners()[i]);
     if (at && reaction) arrows.push_back({*at, reaction->force});
   }
-  for (const Cable& cable : world.cables.values()) {
-    const auto hanging = hanging_cable(scene, cable);
-    if (!hanging || !(cable.tension > 0)) continue;
-    const Vec3 span = hanging->a - hanging->b;
-    if (glm::length(span) > 0)
-      arrows.push_back({hanging->b, cable.tension / glm::length(span) * span});
+  std::vector<Vec3> curve;
+  for (std::size_t i = 0; i < std::min(world.cables.size(), kMostForces); ++i) {
+    const Real tension = cable_tension(world, world.cables.owners()[i]);
+    if (!(tension > 0)) continue;
+    curve.clear();
+    add_cable(scene, world.cables.values()[i], 1, curve);
+    if (curve.size() < 2) continue;
+    const Vec3 end = curve.back(), span = curve[curve.size() - 2] - end;
+    if (glm::length(span) > 0) arrows.push_back({end, tension / glm::length(span) * span});
   }
   for (std::size_t i = 0; i < std::min(world.pins.size(), kMostForces); ++i) {
     const Pin& pin = world.pins.values()[i];

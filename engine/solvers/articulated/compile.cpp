@@ -158,9 +158,12 @@ void check_strings(Builder& b) {
   for (std::uint32_t i = 0; i < b.world.cables.size(); ++i) {
     const Cable& s = b.world.cables.values()[i];
     const std::uint32_t sa = b.world.bodies.slot(s.a), sb = b.world.bodies.slot(s.b);
-    if (sa == kNoSlot || sb == kNoSlot)
+    const bool all_exist = std::all_of(s.guides.begin(), s.guides.end(), [&](const CableGuide& g) {
+      return b.world.bodies.find(g.body) != nullptr;
+    });
+    if (sa == kNoSlot || sb == kNoSlot || !all_exist)
       b.fault(b.world.cables.owners()[i], "names a body that does not exist");
-    else if (sa == sb)
+    else if (sa == sb && s.guides.empty())
       b.fault(b.world.cables.owners()[i], "ties a body to itself");
   }
 }
@@ -405,6 +408,7 @@ void tie_cords(Builder& b, std::vector<Island>& made) {
   World& world = b.world;
   for (std::uint32_t i = 0; i < world.cables.size(); ++i) {
     const Cable& s = world.cables.values()[i];
+    if (!s.guides.empty()) continue;
     PackedCable cord;
     cord.cable = i;
     cord.slot_a = world.bodies.slot(s.a), cord.slot_b = world.bodies.slot(s.b);

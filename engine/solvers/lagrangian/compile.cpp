@@ -2,6 +2,7 @@
 #include <array>
 
 #include "engine/base/disjoint_sets.hpp"
+#include "engine/joints/cable_path.hpp"
 #include "engine/joints/kinds.hpp"
 #include "engine/solvers/lagrangian/integrator.hpp"
 #include "engine/solvers/solver.hpp"
@@ -37,10 +38,18 @@ struct Packer {
 
 std::uint32_t add_frame(Island& m, std::uint32_t slot, std::uint32_t pin) {
   for (std::size_t i = 0; i < m.frames.size() && pin == kNobody; ++i)
-    if (m.frames[i].slot == slot && m.frames[i].pin == kNobody)
+    if (m.frames[i].slot == slot && m.frames[i].pin == kNobody && m.frames[i].cable == kNobody)
       return static_cast<std::uint32_t>(m.count() + i);
   Frame f;
   f.slot = slot, f.pin = pin;
+  m.frames.push_back(f);
+  return static_cast<std::uint32_t>(m.count() + m.frames.size() - 1);
+}
+
+/// The frame whose x is the length of a cable.
+std::uint32_t add_winch(Island& m, std::uint32_t cable) {
+  Frame f;
+  f.cable = cable;
   m.frames.push_back(f);
   return static_cast<std::uint32_t>(m.count() + m.frames.size() - 1);
 }
@@ -175,10 +184,54 @@ void pack_pins(Packer& p) {
   }
 }
 
+/// A cable over guides, from a to b; left out where a body is missing or another solver's.
+void pack_cable_path(Packer& p, std::uint32_t source) {
+  const World& world = p.world;
+  const Cable& cable = world.cables.values()[source];
+  std::vector<std::uint32_t> slots{world.bodies.slot(cable.a)};
+  for (const CableGuide& g : cable.guides) slots.push_back(world.bodies.slot(g.body));
+  slots.push_back(world.bodies.slot(cable.b));
+  std::uint32_t at = kNobody;
+  for (const std::uint32_t slot : slots) {
+    if (slot == kNoSlot || (p.owner[slot] == kNobody && is_dynamic(world, slot))) return;
+    if (at == kNobody) at = p.owner[slot];
+  }
+  if (at == kNobody) return;
+  Island& m = p.islands[at];
+  Block block;
+  block.kind = BlockKind::cable, block.source = source, block.rows = 1;
+  block.first_place = static_cast<std::uint32_t>(m.places.size());
+  for (const std::uint32_t slot : slots) {
+    const std::uint32_t number = number_of(p, at, slot);
+    const auto* found = std::find(block.body, block.body + block.count, number);
+    if (found == block.body + kMostBlockBodies - 1 || slots.size() > kMostPathPoints) {
+      m.places.resize(block.first_place);
+      return p.partition.faults.push_back({world.cables.owners()[source],
+                                           "is led over more than 14 guides or along more than 7 "
+                                           "bodies",
+                                           StructureFault::left_out, false});
+    }
+    m.places.push_back(static_cast<std::uint8_t>(found - block.body));
+    if (found == block.body + block.count) block.body[block.count++] = number;
+  }
+  if (cable.joint.compliance > 0) {
+    m.elastic_paths.push_back(block);
+    block.kind = BlockKind::elastic_cable;
+    return add_compliant_block(m, block);
+  }
+  block.body[block.count++] = add_winch(m, source);
+  add_block(m, block);
+  m.unilateral = true;
+}
+
 void pack_cables(Packer& p) {
   World& world = p.world;
   for (std::uint32_t i = 0; i < world.cables.size(); ++i) {
     const Cable& s = world.cables.values()[i];
+    if (!s.guides.empty()) {
+      pack_cable_path(p, i);
+      continue;
+    }
     const Ends ends = ends_of(world, s.a, s.b);
     if (ends.a == kNobody) continue;
     const auto fits = [&](std::uint32_t slot) {
@@ -196,6 +249,7 @@ void pack_cables(Packer& p) {
       add_compliant_block(m, block);
       continue;
     }
+    block.body[block.count++] = add_winch(m, i);
     add_block(m, block);
     m.unilateral = true;
   }
@@ -270,6 +324,7 @@ void find_interfaces(Packer& p) {
   }
   for (std::uint32_t i = 0; i < world.cables.size(); ++i) {
     const Cable& s = world.cables.values()[i];
+    if (!s.guides.empty()) continue;
     const std::uint32_t a = world.bodies.slot(s.a), b = world.bodies.slot(s.b);
     add({.kind = contact::TieKind::cable, .source = i, .anchor = s.joint.anchor_a}, a, b);
     add({.kind = contact::TieKind::cable, .source = i, .anchor = s.joint.anchor_b}, b, a);
@@ -293,117 +348,14 @@ bool has_loops(const Island& m) {
   for (const Block& b : m.blocks) {
     if (is_compliant(b.kind)) continue;
     if (b.kind == BlockKind::gear || b.kind == BlockKind::limit) continue;
-    const std::uint32_t one = std::min(b.body[0], ground), two = std::min(b.body[1], ground);
-    if (sets.root(one) == sets.root(two)) return true;
-    sets.join(one, two);
-  }
-  return false;
-}
-
-/// Whether an island has the same structure as before; slots are those of the two builds.
-struct Unchanged {
-  const World& world;
-  const Island &was, &now;
-
-  bool is_same_source(BlockKind kind, std::uint32_t old, std::uint32_t slot) const {
-    switch (kind) {
-      case BlockKind::pin:
-      case BlockKind::elastic_pin:
-        return is_same_value(world.pins, old, slot);
-      case BlockKind::gear:
-        return is_same_value(world.gears, old, slot);
-      case BlockKind::cable:
-      case BlockKind::elastic_cable:
-        return is_same_value(world.cables, old, slot);
-      case BlockKind::interface: {  // by the connection
-        const contact::Interface &a = was.interfaces[old], &b = now.interfaces[slot];
-        const bool pin = a.kind == contact::TieKind::pin;
-        return a.kind == b.kind &&
-               is_same_source(pin ? BlockKind::pin : BlockKind::cable, a.source, b.source);
-      }
-      default:
-        return is_same_value(world.links, old, slot);
+    const std::size_t bodies = b.kind == BlockKind::cable ? b.count - 1u : b.count;
+    for (std::size_t k = 1; k < bodies; ++k) {
+      const std::uint32_t one = std::min(b.body[0], ground), two = std::min(b.body[k], ground);
+      if (sets.root(one) == sets.root(two)) return true;
+      sets.join(one, two);
     }
   }
-  bool operator()(const Block& a, const Block& b) const {
-    return a.kind == b.kind && a.coordinate == b.coordinate && a.second == b.second &&
-           a.upper == b.upper && a.lock == b.lock && a.rows == b.rows && a.count == b.count &&
-           std::equal(a.body, a.body + 4, b.body) && std::equal(a.ends, a.ends + 4, b.ends) &&
-           is_same_source(a.kind, a.source, b.source);
-  }
-  bool operator()(const Frame& a, const Frame& b) const {
-    return is_same_value(world.bodies, a.slot, b.slot) && is_same_value(world.pins, a.pin, b.pin);
-  }
-  bool operator()(const JointForce& a, const JointForce& b) const {
-    return a.coordinate == b.coordinate && std::equal(a.body, a.body + 2, b.body) &&
-           is_same_value(world.links, a.link, b.link);
-  }
-  template <class T>
-  bool all(const std::vector<T>& a, const std::vector<T>& b) const {
-    return std::equal(a.begin(), a.end(), b.begin(), b.end(), *this);
-  }
-  bool is_so() const {
-    return was.bodies == now.bodies && was.rows == now.rows && all(was.blocks, now.blocks) &&
-           all(was.frames, now.frames) && all(was.joint_forces, now.joint_forces) &&
-           was.interfaces.size() == now.interfaces.size();
-  }
-};
-
-/// Carries over what only steps change: revolution counts, interfaces, faults found.
-void carry_on(const World& world, Island& was, Island& m) {
-  for (std::size_t i = 0; i < m.interfaces.size(); ++i) {
-    const contact::Interface today = m.interfaces[i];
-    contact::Interface& h = m.interfaces[i] = was.interfaces[i];
-    h.source = today.source, h.anchor = today.anchor;
-    h.body = today.body, h.point_mass = today.point_mass;
-  }
-  m.memory = was.memory, m.mean_lambda = was.mean_lambda, m.forces = was.forces;
-  m.fresh = was.fresh, m.counted = was.counted;
-  for (std::size_t i = 0; i < m.blocks.size() && m.counted; ++i)
-    if (m.blocks[i].kind == BlockKind::gear && !world.gears.values()[m.blocks[i].source].has_offset)
-      m.blocks[i].bound = was.blocks[i].bound;
-  for (std::size_t i = 0; i < m.frames.size(); ++i)
-    m.frames[i].before = was.frames[i].before, m.frames[i].known = was.frames[i].known;
-  for (std::size_t i = 0; i < m.joint_forces.size(); ++i)
-    m.joint_forces[i].before = was.joint_forces[i].before;
-  m.faults = was.faults, m.rank = was.rank, m.lost = was.lost, m.residual = was.residual;
-  m.solves = was.solves, m.substeps = was.substeps, m.iterations = was.iterations;
-  m.events = was.events, m.cannot_close = was.cannot_close;
-  m.size = was.size, m.reach = was.reach;
-  if (m.settings == was.settings) m.scratch = std::move(was.scratch);
-}
-
-/// State of an earlier build by the bodies and the blocks of an island; that island, if the
-/// structure is the same.
-std::uint32_t carry_memory(const World& world, std::vector<Island>& before, Island& m) {
-  m.memory.assign(m.blocks.size(), {});
-  m.mean_lambda.assign(m.rows, 0), m.forces = m.mean_lambda;
-  m.accelerations.assign(2 * m.count(), Vec3(0));
-  m.lagged = m.contact_loads = m.accelerations;
-  if (row_of(m.settings.integrator).collocates)
-    m.stage_accelerations.assign(6 * m.count(), Vec3(0));
-  for (std::uint32_t i = 0; i < before.size(); ++i) {
-    Island& was = before[i];
-    if (was.bodies != m.bodies) continue;
-    m.accelerations = was.accelerations, m.lagged = was.lagged;
-    if (m.stage_accelerations.size() == was.stage_accelerations.size())
-      m.stage_accelerations = was.stage_accelerations, m.stage_step = was.stage_step;
-    m.try_step = was.try_step, m.rescues = was.rescues;
-    if (!Unchanged{world, was, m}.is_so()) continue;
-    carry_on(world, was, m);
-    return i;
-  }
-  return kNobody;
-}
-
-/// The saved state of a repeated step is carried over too.
-void carry_saved(const Island& m, Islands::Saved& was, Islands::Saved& saved) {
-  saved = std::move(was);
-  if (saved.memory.frames.size() != m.frames.size()) return;
-  for (std::size_t f = 0; f < m.frames.size(); ++f)
-    saved.memory.frames[f].slot = m.frames[f].slot, saved.memory.frames[f].pin = m.frames[f].pin;
-  for (std::size_t e = 0; e < m.joint_forces.size() && e < saved.memory.joint_forces.size(); ++e)
-    saved.memory.joint_forces[e].link = m.joint_forces[e].link;
+  return false;
 }
 
 }  // namespace
@@ -455,7 +407,7 @@ void compile(World& world, std::span<const IslandPlan> plans) {
     Island& m = islands[i];
     pack_interfaces(m);
     m.loops = has_loops(m);
-    if (const std::uint32_t was = carry_memory(world, before, m); was != kNobody)
+    if (const std::uint32_t was = carry_memory(world, before, m); was != kNoSlot)
       carry_saved(m, all.scratch.saved[was], saved[i]);
   }
   all.scratch.saved = std::move(saved);

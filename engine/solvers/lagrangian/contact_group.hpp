@@ -31,8 +31,8 @@ struct ContactEnd {
 /// The row of a limit or a cable that was active in the step.
 struct LimitRowAt {
   std::uint32_t island = 0, block = 0;
-  std::uint32_t count = 0, body[4] = {};  // columns; frames are left out
-  Vec3 j[8];                              // two a body
+  std::uint32_t count = 0, body[8] = {};  // columns; frames are left out
+  Vec3 j[16];                             // two a body
   Real gap = 0, frame_rate = 0;           // m or rad; what frames add to its rate
 };
 

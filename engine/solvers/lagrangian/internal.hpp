@@ -160,6 +160,15 @@ bool advance_among_limits(World& world, Island& m, Real h);
 Real tolerance_of(const Island& m);
 Real worst_residual(const Island& m);
 bool is_active(const Island& m, std::size_t block);
+/// Takes over the state of an earlier build by the bodies and blocks of an island (carry_over.cpp).
+/// The number of that island if the structure is the same, else kNoSlot.
+std::uint32_t carry_memory(const World& world, std::vector<Island>& before, Island& m);
+/// The saved state of a repeated step, too.
+void carry_saved(const Island& m, Islands::Saved& was, Islands::Saved& saved);
+/// The length of a cable as a row, m (cables.cpp).
+void write_cable_length(const World& world, const Island& m, const Block& block, RowsOut out);
+/// Adds the forces of elastic cables over guides.
+void add_path_forces(const World& world, Island& m);
 /// Unilateral rows: cables, and limits that are not locks.
 inline bool is_one_sided(const Island& m, std::size_t block) {
   const Block& b = m.blocks[block];

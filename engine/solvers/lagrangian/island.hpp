@@ -36,7 +36,10 @@ enum class BlockKind : std::uint8_t {
 /// Blocks whose rows are forces that give way, not constraints.
 inline bool is_compliant(BlockKind kind) { return kind >= BlockKind::spring; }
 
-/// Rows that are eliminated together: 1 to 6 rows on up to 4 bodies.
+/// Of a block; the most of cables over guides.
+inline constexpr std::size_t kMostBlockBodies = 8;
+
+/// Rows that are eliminated together: 1 to 6 rows on up to 8 bodies.
 struct Block {
   BlockKind kind = BlockKind::joint;
   Coordinate coordinate = Coordinate::angle;  // limit, spring; gear: of the first link
@@ -46,8 +49,9 @@ struct Block {
   bool point = false;                         // rows 0 to 2 constrain a point, the others rotations
   std::uint8_t rows = 0, count = 0;           // of rows, of bodies
   std::uint32_t source = 0;                   // slot in the store of its kind; limit, spring: links
-  std::uint32_t body[4] = {};                 // in the island
-  std::uint8_t ends[4] = {};  // gear: bodies a and b of the first and of the second link
+  std::uint32_t body[kMostBlockBodies] = {};  // in the island
+  std::uint8_t ends[4] = {};      // gear: bodies a and b of the first and of the second link
+  std::uint32_t first_place = 0;  // of a cable over guides: in Island::places
   std::uint32_t first_row = 0;
   std::uint32_t first_vector = 0;  // in the Jacobian: see solvers/lagrangian/jacobian.hpp
   Real bound = 0;                  // limit: value; gear: offset
@@ -64,6 +68,7 @@ struct Block {
     field("source", derived(self.source));
     field("body", derived(self.body));
     field("ends", derived(self.ends));
+    field("first_place", derived(self.first_place));
     field("first_row", derived(self.first_row));
     field("first_vector", derived(self.first_vector));
     field("bound", self.bound);
@@ -101,16 +106,18 @@ struct BodyPairForce {
 };
 
 /// A reference frame that is not part of the island: the world, a fixed or kinematic body, a pin's
-/// target.
+/// target; or the winch of a cable, whose x is the cable's length.
 struct Frame {
-  std::uint32_t slot = UINT32_MAX;  // in World::bodies; none: see pin
-  std::uint32_t pin = UINT32_MAX;   // in World::pins; none: the world
-  Pose before;                      // at the end of the last step
+  std::uint32_t slot = UINT32_MAX;   // in World::bodies; none: see pin
+  std::uint32_t pin = UINT32_MAX;    // in World::pins; none: the world
+  std::uint32_t cable = UINT32_MAX;  // in World::cables
+  Pose before;                       // at the end of the last step
   bool known = false;
 
   static void fields(auto& self, auto&& field) {
     field("slot", derived(self.slot));
     field("pin", derived(self.pin));
+    field("cable", derived(self.cable));
     field("before", self.before);
     field("known", self.known);
   }
@@ -250,6 +257,8 @@ struct IslandStructure {
   std::vector<Block> blocks;
   std::vector<BodyPairForce> joint_drives;  // by link
   std::vector<BodyPairForce> elastic_cables, elastic_pins;
+  std::vector<Block> elastic_paths;  // elastic cables over guides, as forces
+  std::vector<std::uint8_t> places;  // of cables over guides: bodies of their blocks, a to b
   std::size_t rows = 0, vectors = 0;
   std::size_t joint_force_rows = 0;  // rows of joint forces
   Real size = 0;                     // m, scales tolerances
@@ -271,6 +280,8 @@ struct IslandStructure {
     field("joint_drives", derived(self.joint_drives));
     field("elastic_cables", derived(self.elastic_cables));
     field("elastic_pins", derived(self.elastic_pins));
+    field("elastic_paths", derived(self.elastic_paths));
+    field("places", derived(self.places));
     field("rows", derived(self.rows));
     field("vectors", derived(self.vectors));
     field("joint_force_rows", derived(self.joint_force_rows));

@@ -53,6 +53,10 @@ FrameMotion motion_of(const World& world, const Frame& frame, Real part, Real h)
     const Pose to{world.pins.values()[frame.pin].target, kIdentity};
     return evenly(frame.known ? frame.before : to, to, part, h);
   }
+  if (frame.cable != UINT32_MAX) {
+    const Pose to{{world.cables.values()[frame.cable].joint.length, 0, 0}, kIdentity};
+    return evenly(frame.known ? frame.before : to, to, part, h);
+  }
   const Body& body = world.bodies.values()[frame.slot];
   if (body.motion == Motion::fixed) return {body.pose};
   if (const KinematicPath* drive = world.paths.find(world.bodies.owners()[frame.slot]))
@@ -80,13 +84,6 @@ Joint joint_of_pin(const Pin& pin) {
   return j;
 }
 
-/// A cable as a joint whose travel is the distance of its ends.
-Joint joint_of_cable(const Cable& s) {
-  Joint j;
-  j.kind = JointKind::spring, j.anchor_a = s.joint.anchor_a, j.anchor_b = s.joint.anchor_b;
-  return j;
-}
-
 void write_limit(const World& world, Island& m, std::size_t block) {
   const Block& b = m.blocks[block];
   const bool is_active_row = is_active(m, block);
@@ -100,9 +97,8 @@ void write_limit(const World& world, Island& m, std::size_t block) {
                   &at_b = m.scratch.body_states[b.body[1]];
   Real bound = b.bound;
   if (is_cable) {
-    const Cable& s = world.cables.values()[b.source];
-    write_coordinate({joint_of_cable(s), at_a, at_b}, Coordinate::travel, out);
-    bound = s.joint.length;
+    write_cable_length(world, m, b, out);
+    bound = m.scratch.body_states[b.body[b.count - 1]].position.x;
   } else {
     write_coordinate({link.values()[b.source].joint, at_a, at_b, m.memory[block].before[0]},
                      b.coordinate, out);
@@ -111,11 +107,14 @@ void write_limit(const World& world, Island& m, std::size_t block) {
   c = sign * (c - bound);
   if (!is_active_row) {
     gamma = 0;
-    for (int i = 0; i < 4; ++i) j[i] = Vec3(0);
+    std::fill(j, j + vectors_of(b), Vec3(0));
     return;
   }
   gamma *= sign;
-  for (int i = 0; i < 4; ++i) j[i] *= sign;
+  for (std::uint32_t i = 0; i < vectors_of(b); ++i) j[i] *= sign;
+  if (!is_cable) return;
+  Vec3* winch = j + 2 * (b.count - 1);
+  winch[0] = {1, 0, 0}, winch[1] = Vec3(0);
 }
 
 /// One of the two coordinates that a gear couples: its link, where the bodies of that stand in
@@ -184,6 +183,7 @@ void add_elastic_forces(const World& world, Island& m) {
     if (span > s.length)
       add_pair_force(m, p, {(span - s.length) / s.compliance / span * d, ra, rb});
   }
+  add_path_forces(world, m);
   for (const BodyPairForce& p : m.elastic_pins) {
     const Pin& pin = world.pins.values()[p.source];
     const BodyState &a = m.scratch.body_states[p.body[0]], &b = m.scratch.body_states[p.body[1]];
@@ -205,9 +205,7 @@ void write_compliant(const World& world, Island& m, const Block& b) {
   const BodyState &at_a = m.scratch.body_states[b.body[0]],
                   &at_b = m.scratch.body_states[b.body[1]];
   if (b.kind == BlockKind::elastic_cable) {
-    const Cable& s = world.cables.values()[b.source];
-    write_coordinate({joint_of_cable(s), at_a, at_b}, Coordinate::travel,
-                     {&m.scratch.c[b.first_row], j, &m.scratch.gamma[b.first_row]});
+    write_cable_length(world, m, b, {&m.scratch.c[b.first_row], j, &m.scratch.gamma[b.first_row]});
     return;
   }
   Vec3 arm[2] = {Vec3(0), Vec3(0)};

@@ -1,0 +1,117 @@
+// What islands keep when they are compiled anew.
+#include <algorithm>
+
+#include "engine/solvers/lagrangian/integrator.hpp"
+#include "engine/world/world.hpp"
+
+namespace pantin::detail::lagrangian {
+namespace {
+
+/// Whether an island has the same structure as before; slots are those of the two builds.
+struct Unchanged {
+  const World& world;
+  const Island &was, &now;
+
+  bool is_same_source(BlockKind kind, std::uint32_t old, std::uint32_t slot) const {
+    switch (kind) {
+      case BlockKind::pin:
+      case BlockKind::elastic_pin:
+        return is_same_value(world.pins, old, slot);
+      case BlockKind::gear:
+        return is_same_value(world.gears, old, slot);
+      case BlockKind::cable:
+      case BlockKind::elastic_cable:
+        return is_same_value(world.cables, old, slot);
+      case BlockKind::interface: {  // by the connection
+        const contact::Interface &a = was.interfaces[old], &b = now.interfaces[slot];
+        const bool pin = a.kind == contact::TieKind::pin;
+        return a.kind == b.kind &&
+               is_same_source(pin ? BlockKind::pin : BlockKind::cable, a.source, b.source);
+      }
+      default:
+        return is_same_value(world.links, old, slot);
+    }
+  }
+  bool operator()(const Block& a, const Block& b) const {
+    return a.kind == b.kind && a.coordinate == b.coordinate && a.second == b.second &&
+           a.upper == b.upper && a.lock == b.lock && a.rows == b.rows && a.count == b.count &&
+           std::equal(a.body, a.body + kMostBlockBodies, b.body) &&
+           std::equal(a.ends, a.ends + 4, b.ends) && is_same_source(a.kind, a.source, b.source);
+  }
+  bool operator()(const Frame& a, const Frame& b) const {
+    return is_same_value(world.bodies, a.slot, b.slot) && is_same_value(world.pins, a.pin, b.pin) &&
+           is_same_value(world.cables, a.cable, b.cable);
+  }
+  bool operator()(const JointForce& a, const JointForce& b) const {
+    return a.coordinate == b.coordinate && std::equal(a.body, a.body + 2, b.body) &&
+           is_same_value(world.links, a.link, b.link);
+  }
+  template <class T>
+  bool all(const std::vector<T>& a, const std::vector<T>& b) const {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), *this);
+  }
+  bool is_so() const {
+    return was.bodies == now.bodies && was.rows == now.rows && all(was.blocks, now.blocks) &&
+           all(was.frames, now.frames) && all(was.joint_forces, now.joint_forces) &&
+           was.interfaces.size() == now.interfaces.size();
+  }
+};
+
+/// Carries over what only steps change: revolution counts, interfaces, faults found.
+void carry_on(const World& world, Island& was, Island& m) {
+  for (std::size_t i = 0; i < m.interfaces.size(); ++i) {
+    const contact::Interface today = m.interfaces[i];
+    contact::Interface& h = m.interfaces[i] = was.interfaces[i];
+    h.source = today.source, h.anchor = today.anchor;
+    h.body = today.body, h.point_mass = today.point_mass;
+  }
+  m.memory = was.memory, m.mean_lambda = was.mean_lambda, m.forces = was.forces;
+  m.fresh = was.fresh, m.counted = was.counted;
+  for (std::size_t i = 0; i < m.blocks.size() && m.counted; ++i)
+    if (m.blocks[i].kind == BlockKind::gear && !world.gears.values()[m.blocks[i].source].has_offset)
+      m.blocks[i].bound = was.blocks[i].bound;
+  for (std::size_t i = 0; i < m.frames.size(); ++i)
+    m.frames[i].before = was.frames[i].before, m.frames[i].known = was.frames[i].known;
+  for (std::size_t i = 0; i < m.joint_forces.size(); ++i)
+    m.joint_forces[i].before = was.joint_forces[i].before;
+  m.faults = was.faults, m.rank = was.rank, m.lost = was.lost, m.residual = was.residual;
+  m.solves = was.solves, m.substeps = was.substeps, m.iterations = was.iterations;
+  m.events = was.events, m.cannot_close = was.cannot_close;
+  m.size = was.size, m.reach = was.reach;
+  if (m.settings == was.settings) m.scratch = std::move(was.scratch);
+}
+
+}  // namespace
+
+std::uint32_t carry_memory(const World& world, std::vector<Island>& before, Island& m) {
+  m.memory.assign(m.blocks.size(), {});
+  m.mean_lambda.assign(m.rows, 0), m.forces = m.mean_lambda;
+  m.accelerations.assign(2 * m.count(), Vec3(0));
+  m.lagged = m.contact_loads = m.accelerations;
+  if (row_of(m.settings.integrator).collocates)
+    m.stage_accelerations.assign(6 * m.count(), Vec3(0));
+  for (std::uint32_t i = 0; i < before.size(); ++i) {
+    Island& was = before[i];
+    if (was.bodies != m.bodies) continue;
+    m.accelerations = was.accelerations, m.lagged = was.lagged;
+    if (m.stage_accelerations.size() == was.stage_accelerations.size())
+      m.stage_accelerations = was.stage_accelerations, m.stage_step = was.stage_step;
+    m.try_step = was.try_step, m.rescues = was.rescues;
+    if (!Unchanged{world, was, m}.is_so()) continue;
+    carry_on(world, was, m);
+    return i;
+  }
+  return kNoSlot;
+}
+
+void carry_saved(const Island& m, Islands::Saved& was, Islands::Saved& saved) {
+  saved = std::move(was);
+  if (saved.memory.frames.size() != m.frames.size()) return;
+  for (std::size_t f = 0; f < m.frames.size(); ++f)
+    saved.memory.frames[f].slot = m.frames[f].slot, saved.memory.frames[f].pin = m.frames[f].pin,
+    saved.memory.frames[f].cable = m.frames[f].cable;
+  for (std::size_t e = 0; e < m.joint_forces.size() && e < saved.memory.joint_forces.size(); ++e)
+    saved.memory.joint_forces[e].link = m.joint_forces[e].link;
+}
+
+}  // namespace pantin::detail::lagrangian
