@@ -50,6 +50,8 @@ std::string scene_with(std::string_view what, const std::string& extra,
   if (what == "dof") return joint("\"angle\": {" + extra + "}");
   if (what == "joint_drive") return joint("\"drive\": {" + extra + "}");
   if (what == "pose_key") return joint("\"drive\": {\"keys\": [{\"time\": 0, " + extra + "}]}");
+  if (what == "cable_guide")
+    return part("cables", R"([{"a": "a", "b": "b", "over": [{"body": "a", )" + extra + "}]}]");
   if (what == "keyframe")
     return part("paths", R"([{"body": "a", "keyframes": [{"time": 0, )" + extra + "}]}]");
   for (const KeySet& set : path_key_sets().subspan(1))
