@@ -40,6 +40,20 @@ TEST_CASE("a rectangle covers the pixels whose middles it holds, within the clip
       CHECK(red(image, x, y) == (x >= 4 && x < 10 && y >= 3 && y < 12 ? 255 : 0));
 }
 
+TEST_CASE("a rectangle that hides what is below it is what its two triangles are") {
+  const std::uint32_t ink = 0xff3c82c8;
+  const std::vector<InkVertex> v{
+      {1, 1, 0, 0, ink}, {7, 1, 0, 0, ink}, {7, 6, 0, 0, ink}, {1, 6, 0, 0, ink}};
+  const std::vector<std::uint16_t> box{0, 1, 2, 0, 2, 3}, triangles{1, 2, 0, 0, 2, 3};
+  Image one = black(9, 9);
+  for (std::size_t i = 0; i < one.rgba.size(); ++i) one.rgba[i] = static_cast<std::uint8_t>(3 * i);
+  Image other = one;
+  paint(one, {v, box, {0, 0, 9, 9}}, kPlain);
+  paint(other, {v, triangles, {0, 0, 9, 9}}, kPlain);
+  CHECK(red(one, 3, 3) == 0xc8);
+  CHECK(one.rgba == other.rgba);
+}
+
 TEST_CASE("triangles that share edges cover each pixel once") {
   // A fan about a point that lies on no grid, half opaque: a pixel painted twice would be lighter.
   Image image = black(40, 40);
