@@ -1,6 +1,7 @@
 #include "tools/pantin/command_line.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>  // join, since fmt 11
 
 #include <algorithm>
 #include <string_view>

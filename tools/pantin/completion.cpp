@@ -1,6 +1,8 @@
 // `pantin completion`: what shells need to complete a command line, written from what parses it.
 #include <fmt/format.h>
+#include <fmt/ranges.h>  // join, since fmt 11
 
+#include <memory>
 #include <string>
 
 #include "tools/pantin/command_line.hpp"

@@ -1,7 +1,7 @@
 // `pantin help`: the help of a command, or the manual page, both from what parses the command line.
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <memory>
 #include <sstream>
 
 #include "tools/pantin/command_line.hpp"
