@@ -9,8 +9,9 @@ int main() {
   const JointMotor motor{.kind = MotorKind::velocity, .target = 0.5, .gain = 200};
   const HingeJoint edge{.a = wall, .b = world.add(door).value(), .axis = {0, 1, 0}, .motor = motor};
   const Entity hinge = world.add(edge).value();
-  Simulation simulation(world);
+  Simulation simulation(world);  // steps a copy of it
   for (int i = 0; i < 120; ++i) simulation.step();
-  std::printf("open by %.2f rad\n", joint_angle(simulation.world, hinge));
+  const Vec3 middle = simulation.world.bodies[edge.b].pose.position;
+  std::printf("open by %.2f rad, z %.2f m\n", joint_angle(simulation.world, hinge), middle.z);
 }
-// prints: open by 0\.9[0-9] rad
+// prints: open by 0\.9[0-9] rad, z -0\.3[0-9] m

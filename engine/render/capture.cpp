@@ -78,7 +78,7 @@ class ThreadedCapture final : public Capture {
   }
 
   ~ThreadedCapture() override {
-    stop(Queued::dropped);  // ffmpeg_ then stops its child
+    stop(Queued::dropped);  // films_ then stop their children
   }
 
   Result<Done> start() {
@@ -87,16 +87,14 @@ class ThreadedCapture final : public Capture {
       if (auto done = check_room(options_.frames_directory, expected_bytes(kLeastPngBytes)); !done)
         return done;
     }
-    if (!options_.video_path.empty()) {
-      const std::string parent = fs::path(options_.video_path).parent_path().string();
-      std::error_code why;
-      if (!parent.empty()) fs::create_directories(parent, why);
-      if (auto done = check_room(parent, expected_bytes(kLeastVideoBytes)); !done) return done;
-      auto started =
-          Ffmpeg::start(options_.video_path, options_.width, options_.height, options_.fps);
-      if (!started) return started.errors();
-      ffmpeg_ = std::move(*started);
-    }
+    const bool is_gif = options_.gif_path.ends_with(".gif");
+    if (options_.video_path.ends_with(".gif"))
+      return Error{options_.video_path + ": the name of a video ends in .mp4 or .mkv; for a GIF " +
+                   "there is an option of its own"};
+    if (!options_.gif_path.empty() && !is_gif)
+      return Error{options_.gif_path + ": the name of a GIF ends in .gif"};
+    for (const std::string& path : {options_.video_path, options_.gif_path})
+      if (auto done = start_film(path); !done) return done;
     writer_ = std::thread([this] { write_all(); });
     return Done{};
   }
@@ -132,9 +130,9 @@ class ThreadedCapture final : public Capture {
 
   Result<std::size_t> finish() override {
     stop(Queued::written);
-    if (!failure_ && ffmpeg_) {
-      if (auto done = ffmpeg_->finish(); !done) failure_ = done.errors().front();
-    }
+    for (const auto& film : films_)
+      if (!failure_)
+        if (auto done = film->finish(); !done) failure_ = done.errors().front();
     if (failure_) return *failure_;
     return written_;
   }
@@ -143,6 +141,19 @@ class ThreadedCapture final : public Capture {
   double expected_bytes(double per_pixel) const {
     return per_pixel * options_.width * options_.height *
            static_cast<double>(std::max<std::size_t>(options_.frames_expected, 1));
+  }
+
+  Result<Done> start_film(const std::string& path) {
+    if (path.empty()) return Done{};
+    const std::string parent = fs::path(path).parent_path().string();
+    std::error_code why;
+    if (!parent.empty()) fs::create_directories(parent, why);
+    if (auto done = check_room(parent, expected_bytes(kLeastVideoBytes)); !done) return done;
+    auto started = Ffmpeg::start({path, options_.width, options_.height, options_.fps,
+                                  options_.gif_width, options_.gif_fps, options_.frames_expected});
+    if (!started) return started.errors();
+    films_.push_back(std::move(*started));
+    return Done{};
   }
 
   /// What becomes of the images in the queue when the writer stops.
@@ -191,7 +202,8 @@ class ThreadedCapture final : public Capture {
       const std::string path = options_.frames_directory + "/" + frame_name(written_);
       if (auto done = write_file(path, as_text(encoder_.encode(image))); !done) return done;
     }
-    if (ffmpeg_) return ffmpeg_->write(image);
+    for (const auto& film : films_)
+      if (auto done = film->write(image); !done) return done;
     return Done{};
   }
 
@@ -203,7 +215,7 @@ class ThreadedCapture final : public Capture {
 
   const CaptureOptions options_;
   std::vector<Image> images_;
-  std::unique_ptr<Ffmpeg> ffmpeg_;
+  std::vector<std::unique_ptr<Ffmpeg>> films_;
   PngEncoder encoder_;
 
   std::mutex mutex_;  // guards everything below

@@ -1,5 +1,5 @@
 #pragma once
-/// Frames to disk: PNG files and video, written by a thread of its own behind a bounded queue.
+/// Frames to disk: PNG files, video and GIF, written by a thread of its own behind a bounded queue.
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -13,18 +13,22 @@ namespace pantin {
 struct CaptureOptions {
   std::string frames_directory;  // empty: no PNG files
   std::string video_path;        // empty: no video; .mp4 or .mkv
+  std::string gif_path;          // empty: none; .gif
   double fps = 60;
   int width = 1280, height = 720;
-  int queue = 3;  // images in use at once; next() waits while the writer has them all
+  int gif_width = 640;  // pixels, at most: it is scaled down; 0: as wide as the pictures
+  double gif_fps = 25;  // at most: pictures are left out; 0: as many as there are
+  int queue = 3;        // images in use at once; next() waits while the writer has them all
   std::size_t frames_expected = 0;  // if known, a disk that is surely too small is refused at once
 };
 
 /// Takes frames in order. Each PNG (frame_000000.png, ...) is written beside its place and renamed;
-/// a video goes through an ffmpeg child started without a shell. Left-over `.part` files of frames
-/// are swept from the directory at the start.
+/// a video and a GIF go through ffmpeg children started without a shell. Left-over `.part` files of
+/// frames are swept from the directory at the start.
 class Capture {
  public:
-  /// Fails before any frame is made: directory not writable, ffmpeg missing, unknown container.
+  /// Fails before any frame is made: directory not writable, ffmpeg missing, unknown container, a
+  /// GIF of more than 1 GB of pixels.
   static Result<std::unique_ptr<Capture>> open(const CaptureOptions& options);
   virtual ~Capture() = default;  // abandons what was not finished
 

@@ -7,15 +7,20 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
+#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <cstring>
+#include <optional>
 
 extern char** environ;
 
 namespace pantin::detail {
 namespace {
+
+constexpr double kMostGifBytes = 1e9;  // that ffmpeg keeps until it knows all colours
 
 bool ends_with(const std::string& text, const std::string& end) {
   return text.size() > end.size() && text.compare(text.size() - end.size(), end.size(), end) == 0;
@@ -27,30 +32,53 @@ std::string rate_text(double fps) {
   return text;
 }
 
-enum class Container { mp4, matroska };
+enum class Container { mp4, matroska, gif };
+
+std::optional<Container> container_of(const std::string& path) {
+  if (ends_with(path, ".mp4")) return Container::mp4;
+  if (ends_with(path, ".mkv")) return Container::matroska;
+  if (ends_with(path, ".gif")) return Container::gif;
+  return std::nullopt;
+}
+
+/// The size and rate of a GIF, and the bytes that ffmpeg keeps of it.
+struct GifForm {
+  int width, height;
+  double fps, bytes;
+};
+
+GifForm gif_form(const Film& film) {
+  GifForm form{film.width, film.height, film.fps, 0};
+  if (film.most_width > 0 && film.width > film.most_width) {
+    form.width = film.most_width;
+    form.height = std::max(
+        1, static_cast<int>(std::lround(1.0 * film.height * film.most_width / film.width)));
+  }
+  if (film.most_fps > 0) form.fps = std::min(form.fps, film.most_fps);
+  form.bytes = 4.0 * form.width * form.height *
+               std::ceil(static_cast<double>(film.expected) * form.fps / film.fps);
+  return form;
+}
+
+/// One table of colours for all pictures, made of what moves in them; of each picture only the part
+/// that has changed is written. An ordered pattern stays where it is, so that still parts do.
+std::vector<std::string> gif_words(const Film& film) {
+  const GifForm form = gif_form(film);
+  std::string graph;
+  if (form.fps < film.fps) graph += "fps=" + rate_text(form.fps) + ",";
+  if (form.width < film.width)
+    graph +=
+        "scale=" + std::to_string(form.width) + ":" + std::to_string(form.height) + ":flags=area,";
+  graph +=
+      "split[pictures][sample];[sample]palettegen=stats_mode=full[colours];"
+      "[pictures][colours]paletteuse=dither=bayer:bayer_scale=4:diff_mode=rectangle";
+  return {"-vf", graph, "-loop", "0", "-f", "gif"};
+}
 
 /// Short groups without frames that wait for later ones, flushed as they come: what is on disk can
 /// be played even if ffmpeg is killed.
-std::vector<std::string> arguments(const std::string& part, Container container,
-                                   const std::string& size, double fps) {
+std::vector<std::string> h264_words(Container container) {
   std::vector<std::string> words = {
-      "ffmpeg",
-      "-hide_banner",
-      "-loglevel",
-      "error",
-      "-nostdin",
-      "-y",
-      "-f",
-      "rawvideo",
-      "-pixel_format",
-      "rgba",
-      "-video_size",
-      size,
-      "-framerate",
-      rate_text(fps),
-      "-i",
-      "pipe:0",
-      "-an",
       "-vf",
       "scale=in_range=pc:out_range=tv:out_color_matrix=bt709,format=yuv420p",
       "-c:v",
@@ -73,14 +101,59 @@ std::vector<std::string> arguments(const std::string& part, Container container,
       "tv",
       "-flush_packets",
       "1"};
-  if (container == Container::mp4) {
+  if (container == Container::mp4)
     words.insert(words.end(),
                  {"-movflags", "+frag_keyframe+empty_moov+default_base_moof", "-f", "mp4"});
-  } else {
+  else
     words.insert(words.end(), {"-cluster_time_limit", "500", "-f", "matroska"});
-  }
-  words.push_back("file:" + part);  // a name with a colon must not be taken for a protocol
   return words;
+}
+
+std::string size_text(const Film& film) {
+  return std::to_string(film.width) + "x" + std::to_string(film.height);
+}
+
+std::vector<std::string> arguments(const Film& film, Container container) {
+  std::vector<std::string> words = {"ffmpeg",
+                                    "-hide_banner",
+                                    "-loglevel",
+                                    "error",
+                                    "-nostdin",
+                                    "-y",
+                                    "-f",
+                                    "rawvideo",
+                                    "-pixel_format",
+                                    "rgba",
+                                    "-video_size",
+                                    size_text(film),
+                                    "-framerate",
+                                    rate_text(film.fps),
+                                    "-i",
+                                    "pipe:0",
+                                    "-an"};
+  const auto own = container == Container::gif ? gif_words(film) : h264_words(container);
+  words.insert(words.end(), own.begin(), own.end());
+  words.push_back("file:" + film.path + ".part");  // a name with a colon is no protocol
+  return words;
+}
+
+/// Why a film cannot be made of such pictures, or nothing.
+std::optional<Error> refusal(const Film& film, Container container) {
+  if (container != Container::gif && (film.width % 2 != 0 || film.height % 2 != 0))
+    return Error{film.path + ": found a size of " + size_text(film) +
+                 ", H.264 expects even width and height"};
+  if (!(film.fps > 0 && film.fps <= 1000))
+    return Error{film.path + ": found " + rate_text(film.fps) +
+                 " frames a second, expected 0 to 1000"};
+  if (container != Container::gif) return std::nullopt;
+  const GifForm form = gif_form(film);
+  if (form.bytes <= kMostGifBytes) return std::nullopt;
+  char line[160];
+  std::snprintf(line, sizeof line,
+                ": found a GIF of %.0f pictures of %dx%d, expected at most %.0f of that size",
+                form.bytes / (4.0 * form.width * form.height), form.width, form.height,
+                std::floor(kMostGifBytes / (4.0 * form.width * form.height)));
+  return Error{film.path + line + "; make it shorter, smaller or slower, or a video"};
 }
 
 /// Starts ffmpeg from PATH with these descriptors as its input and its complaints; an errno or 0.
@@ -119,16 +192,11 @@ int spawn(std::vector<std::string>& words, int input, int log, pid_t& child) {
 Ffmpeg::Ffmpeg(std::string path, int pipe, int log, pid_t child)
     : path_(std::move(path)), pipe_(pipe), log_(log), child_(child) {}
 
-Result<std::unique_ptr<Ffmpeg>> Ffmpeg::start(const std::string& path, int width, int height,
-                                              double fps) {
-  const bool mp4 = ends_with(path, ".mp4");
-  if (!mp4 && !ends_with(path, ".mkv"))
-    return Error{path + ": the name of a video ends in .mp4 or .mkv"};
-  const std::string size = std::to_string(width) + "x" + std::to_string(height);
-  if (width % 2 != 0 || height % 2 != 0)
-    return Error{path + ": found a size of " + size + ", H.264 expects even width and height"};
-  if (!(fps > 0 && fps <= 1000))
-    return Error{path + ": found " + rate_text(fps) + " frames a second, expected 0 to 1000"};
+Result<std::unique_ptr<Ffmpeg>> Ffmpeg::start(const Film& film) {
+  const std::string& path = film.path;
+  const auto container = container_of(path);
+  if (!container) return Error{path + ": the name of a video ends in .mp4 or .mkv"};
+  if (auto refused = refusal(film, *container)) return *refused;
 
   int ends[2];
   if (::pipe2(ends, O_CLOEXEC) != 0) return Error{std::string("pipe: ") + std::strerror(errno)};
@@ -139,14 +207,14 @@ Result<std::unique_ptr<Ffmpeg>> Ffmpeg::start(const std::string& path, int width
     ::close(ends[0]), ::close(ends[1]);
     return Error{std::string("memfd_create: ") + std::strerror(reason)};
   }
-  auto words = arguments(path + ".part", mp4 ? Container::mp4 : Container::matroska, size, fps);
+  auto words = arguments(film, *container);
   pid_t child = 0;
   const int reason = spawn(words, ends[0], log, child);
   ::close(ends[0]);
   if (reason == 0) return std::unique_ptr<Ffmpeg>(new Ffmpeg(path, ends[1], log, child));
   ::close(ends[1]), ::close(log);
   if (reason == ENOENT)
-    return Error{path + ": ffmpeg is not on PATH; install it or write frames instead of a video"};
+    return Error{path + ": ffmpeg is not on PATH; install it or write frames instead of a film"};
   return Error{path + ": ffmpeg does not start: " + std::strerror(reason)};
 }
 
@@ -173,7 +241,7 @@ Result<Done> Ffmpeg::write(const Image& image) {
 Result<Done> Ffmpeg::finish() {
   const int status = wait();
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
-    keep_part_ = true;
+    keep_part_ = has_beginning();
     std::string how = WIFSIGNALED(status)
                           ? "was stopped by signal " + std::to_string(WTERMSIG(status))
                           : "ended with status " + std::to_string(WEXITSTATUS(status));
@@ -215,10 +283,14 @@ std::string Ffmpeg::last_words() const {
   const std::size_t line = log.rfind('\n');
   if (line != std::string::npos) log.erase(0, line + 1);
   std::string words = log.empty() ? "" : ": " + log;
-  struct stat about {};
-  if (::stat((path_ + ".part").c_str(), &about) == 0 && about.st_size > 0)
-    words += " (the beginning is in " + path_ + ".part)";
+  if (has_beginning()) words += " (the beginning is in " + path_ + ".part)";
   return words;
+}
+
+/// Something of the film is on disk.
+bool Ffmpeg::has_beginning() const {
+  struct stat about {};
+  return ::stat((path_ + ".part").c_str(), &about) == 0 && about.st_size > 0;
 }
 
 }  // namespace pantin::detail

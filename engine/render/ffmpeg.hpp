@@ -1,5 +1,5 @@
 #pragma once
-/// An ffmpeg child that makes a video of raw pictures.
+/// An ffmpeg child that makes a film of raw pictures.
 #include <sys/types.h>
 
 #include <memory>
@@ -9,14 +9,28 @@
 
 namespace pantin::detail {
 
-/// The container follows from the name: .mp4 (fragmented) or .mkv. Both can be played up to nearly
-/// the last frame should ffmpeg be killed. The film grows in `path`.part and is renamed by
-/// finish().
+/// The pictures that go into a film, and where it goes.
+struct Film {
+  std::string path;
+  int width = 0, height = 0;  // pixels, of the pictures
+  double fps = 0;             // of the pictures
+  // Of a GIF; 0: no bound, or nobody knows.
+  int most_width = 0;        // wider pictures are scaled down
+  double most_fps = 0;       // of faster ones some are left out
+  std::size_t expected = 0;  // pictures that will come
+};
+
+/// The container follows from the name: .mp4 (fragmented), .mkv or .gif. The first two can be
+/// played up to nearly the last frame should ffmpeg be killed. The film grows in `path`.part and is
+/// renamed by finish().
+///
+/// A GIF shares one table of 256 colours, so ffmpeg keeps all its pictures until the last has come:
+/// more than fit into 1 GB are refused.
 class Ffmpeg {
  public:
-  /// Fails when ffmpeg is not on PATH, the container is unknown or the size does not suit x264.
-  static Result<std::unique_ptr<Ffmpeg>> start(const std::string& path, int width, int height,
-                                               double fps);
+  /// Fails when ffmpeg is not on PATH, the container is unknown, the size does not suit x264 or a
+  /// GIF would be too large.
+  static Result<std::unique_ptr<Ffmpeg>> start(const Film& film);
   /// Without finish(): stops ffmpeg and removes the `.part` file.
   ~Ffmpeg();
   Ffmpeg(const Ffmpeg&) = delete;
@@ -33,6 +47,7 @@ class Ffmpeg {
   Error failure(const std::string& what);
   int wait();
   std::string last_words() const;
+  bool has_beginning() const;
 
   std::string path_;
   int pipe_, log_;  // descriptors; -1 once closed

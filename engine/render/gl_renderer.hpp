@@ -20,6 +20,13 @@ GLsizeiptr bytes_of(std::span<const T> items) {
   return static_cast<GLsizeiptr>(items.size_bytes());
 }
 
+/// All that sky and far ground depend on: pictures of one key have the same ones.
+struct BackdropKey {
+  float ray[3][4], horizon[4], zenith[4], tiles[2][4], origin[4], to_clip[2], ground;
+  int width, height, row;
+  bool operator==(const BackdropKey&) const = default;
+};
+
 /// Solids are drawn with MSAA, but only where there are some; ground and sky filter themselves and
 /// are drawn without. The two pictures are then merged by coverage.
 class GlRenderer final : public Renderer {
@@ -75,6 +82,7 @@ class GlRenderer final : public Renderer {
   void draw_surfaces(std::size_t first);
   void point_at_instances(std::size_t first);
   void draw_backdrop();
+  void fill_backdrop(const PixelRect& spared);
   void merge();
   void draw_overlay(const PosedWorld& scene, const Overlay& overlay, const Eye& eye);
   void scissor(const PixelRect& rect) {
@@ -97,10 +105,16 @@ class GlRenderer final : public Renderer {
   GLuint empty_array_ = 0, solid_array_ = 0, ribbon_array_ = 0, overlay_array_ = 0;
   GLuint shade_map_ = 0;
   GLuint shadow_target_ = 0, solid_target_ = 0, resolved_target_ = 0, picture_target_ = 0;
-  GLuint solid_colours_ = 0, solid_depths_ = 0, resolved_ = 0, picture_ = 0;  // of the targets
+  GLuint backdrop_target_ = 0;
+  // Of the targets.
+  GLuint solid_colours_ = 0, solid_depths_ = 0, resolved_ = 0, picture_ = 0, backdrop_ = 0;
   int room_width_ = 0, room_height_ = 0;  // of the targets, pixels
   bool wireframe_ = false;
   std::size_t overlay_room_ = 0;  // quads that the overlay's indices can name
+
+  // While the camera stands still sky and far ground are copied from the last picture.
+  BackdropKey backdrop_key_{};
+  bool has_backdrop_ = false;  // backdrop_ holds that of the key
 
   DrawList list_;
   Frame frame_;
@@ -108,6 +122,13 @@ class GlRenderer final : public Renderer {
   std::vector<std::uint32_t> overlay_indices_;
 };
 
-enum TextureUnit : int { kShadowUnit, kShadeUnit, kSolidsUnit, kAtlasUnit, kPictureUnit };
+enum TextureUnit : int {
+  kShadowUnit,
+  kShadeUnit,
+  kSolidsUnit,
+  kAtlasUnit,
+  kPictureUnit,
+  kBackdropUnit
+};
 
 }  // namespace pantin::detail

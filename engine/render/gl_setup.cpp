@@ -94,6 +94,8 @@ Result<Done> GlRenderer::allocate(int width, int height) {
   };
   texture(kSolidsUnit, resolved_);
   texture(kPictureUnit, picture_);
+  texture(kBackdropUnit, backdrop_);
+  has_backdrop_ = false;
   room_width_ = width, room_height_ = height;
   return Done{};
 }
@@ -129,6 +131,7 @@ Result<Done> GlRenderer::make_targets() {
   gl_.GenRenderbuffers(1, &solid_depths_);
   resolved_ = make_texture(kSolidsUnit, colours);
   picture_ = make_texture(kPictureUnit, colours);
+  backdrop_ = make_texture(kBackdropUnit, colours);
   if (auto done = allocate(options_.width, options_.height); !done) return done;
 
   target(solid_target_);
@@ -144,6 +147,10 @@ Result<Done> GlRenderer::make_targets() {
   target(picture_target_);
   gl_.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, picture_, 0);
   if (auto done = whole("the picture"); !done) return done;
+
+  target(backdrop_target_);
+  gl_.FramebufferTexture2D(GL_FRAMEBUFFER, GL_COLOR_ATTACHMENT0, GL_TEXTURE_2D, backdrop_, 0);
+  if (auto done = whole("sky and ground"); !done) return done;
 
   if (!options_.shadows) return Done{};
   target(shadow_target_);

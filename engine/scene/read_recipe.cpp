@@ -224,6 +224,9 @@ Recipe read_recipe(const JsonDocument& json, JsonPlaces& places, const ReadConte
   const OpenGroup top{reading, 0, recipe.top};
   read_group(top, from);
   top.read_all(from.items("events"), ElementKind::event, read_event, recipe.top.events);
+  for (const auto& [key, surface] : surfaces)  // one file may be a hull and a mesh
+    if (std::find(scene.files.begin(), scene.files.end(), key.second) == scene.files.end())
+      scene.files.push_back(key.second);
   return recipe;
 }
 

@@ -29,6 +29,22 @@ if(RENDER)
   run(${WORK}/build/save_picture)
 endif()
 
+# What the installed program says of itself is what was installed beside it.
+if(EXISTS ${prefix}/bin/pantin)
+  foreach(page IN ITEMS "man/man1/pantin.1|help --man"
+                        "bash-completion/completions/pantin|completion bash"
+                        "zsh/site-functions/_pantin|completion zsh"
+                        "fish/vendor_completions.d/pantin.fish|completion fish")
+    string(REGEX MATCH "^(.*)[|](.*)$" _ ${page})
+    separate_arguments(words UNIX_COMMAND "${CMAKE_MATCH_2}")
+    file(READ ${prefix}/share/${CMAKE_MATCH_1} installed)
+    execute_process(COMMAND ${prefix}/bin/pantin ${words} OUTPUT_VARIABLE told COMMAND_ERROR_IS_FATAL ANY)
+    if(NOT installed STREQUAL told)
+      message(FATAL_ERROR "share/${CMAKE_MATCH_1} is not what `pantin ${CMAKE_MATCH_2}` prints")
+    endif()
+  endforeach()
+endif()
+
 find_program(PKG_CONFIG pkg-config)
 if(PKG_CONFIG)
   set(ENV{PKG_CONFIG_PATH} ${prefix}/${LIBDIR}/pkgconfig)

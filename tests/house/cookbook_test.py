@@ -14,7 +14,10 @@ Link `pantin::core`, and `pantin::render` where `<pantin/render.hpp>` is include
 
 
 def page():
-    parts = [HEAD]
+    parts = [HEAD, "\n| program | what it shows |\n|---|---|\n"]
+    for file in sorted(FOLDER.glob("*.cpp")):
+        what = file.read_text(encoding="utf-8").splitlines()[0][3:].rstrip(".")
+        parts.append(f"| [{file.name}]({file.name}) | {what} |\n")
     for file in sorted(FOLDER.glob("*.cpp")):
         first, *rest = file.read_text(encoding="utf-8").splitlines()
         code = "\n".join(line for line in rest if not line.startswith("// prints: ")).strip()

@@ -24,7 +24,9 @@ def call(line, folder):
                           text=True, timeout=120)
 
 
-class Examples(unittest.TestCase):
+class Folder(unittest.TestCase):
+    """A folder with the shipped scenes, in which examples are run."""
+
     def setUp(self):
         self.kept = tempfile.TemporaryDirectory()
         self.folder = pathlib.Path(self.kept.name)
@@ -34,11 +36,6 @@ class Examples(unittest.TestCase):
     def tearDown(self):
         self.kept.cleanup()
 
-    def help_of(self, command):
-        done = call(f"pantin {command} --help", self.folder)
-        self.assertEqual(done.returncode, 0)
-        return done.stdout
-
     def run_example(self, command, line, script):
         """Runs a line of the help; 1 means that this build or machine cannot draw."""
         name = re.search(r"--script (\S+)", line)
@@ -47,14 +44,15 @@ class Examples(unittest.TestCase):
         elif command == "view":
             (self.folder / "quit.json").write_text(QUIT)
             line += " --script quit.json"
-        if "--video" in line and not shutil.which("ffmpeg"):
+        if re.search("--(video|gif)", line) and not shutil.which("ffmpeg"):
             return
+        line = line.split(" && ")[0]
         # One scene stands for all: those have a test of their own.
         line = line.replace("/*.json", "/chain10.json")
         if "--duration" not in line and not name:
             line += " " + BRIEF.get(command, "")
         done = call(line, self.folder)
-        needs_pictures = command == "view" or re.search("--(frames|video|strip)", line)
+        needs_pictures = command == "view" or re.search("--(frames|video|gif|strip)", line)
         if done.returncode == 1 and needs_pictures:
             return
         self.assertEqual(done.returncode, 0, f"{line}\n{done.stderr}")
@@ -63,8 +61,16 @@ class Examples(unittest.TestCase):
         if name:
             self.assertNotIn("nothing was dragged", done.stdout)
 
+
+class Examples(Folder):
+    def help_of(self, command):
+        done = call(f"pantin {command} --help", self.folder)
+        self.assertEqual(done.returncode, 0)
+        return done.stdout
+
     def test_every_example_of_every_command_works(self):
-        for command in ("run", "check", "bench", "doctor", "view", "schema"):
+        for command in ("run", "check", "bench", "doctor", "view", "schema", "new", "completion",
+                        "help"):
             text = self.help_of(command)
             lines = re.findall(r"^\s*(pantin .*)$", text.split("Examples:")[1], re.M)
             self.assertGreater(len(lines), 0, command)

@@ -254,7 +254,8 @@ class Run(unittest.TestCase):
         self.assert_refused(pantin("run", bad), f"{bad}:2:2", "bodys", "bodies")
 
     def test_help_has_examples_and_exit_codes(self):
-        for command in ((), ("run",), ("check",), ("bench",), ("doctor",), ("view",), ("schema",)):
+        for command in ((), ("run",), ("check",), ("bench",), ("doctor",), ("view",), ("schema",),
+                        ("new",), ("completion",), ("help",)):
             done = pantin(*command, "--help")
             self.assertEqual(done.returncode, 0)
             self.assertIn("Examples:", done.stdout)

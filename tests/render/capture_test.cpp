@@ -356,3 +356,73 @@ TEST_CASE("the program's own SIGPIPE is left alone") {
   ::sigaction(SIGPIPE, nullptr, &after);
   CHECK(before.sa_handler == after.sa_handler);
 }
+
+TEST_CASE(
+    "a GIF has its own size and rate, stands beside a video, and appears only when finished") {
+  if (!has_ffmpeg()) return;
+  const Place place;
+  const std::string path = place / "film.gif";
+  CaptureOptions options = video_to(place / "film.mp4", 160, 120);
+  options.gif_path = path;
+  options.fps = 50, options.gif_fps = 25, options.gif_width = 81;  // odd: no H.264 in it
+  options.frames_expected = 40;
+  auto capture = Capture::open(options);
+  REQUIRE(capture);
+  REQUIRE(push_frames(**capture, 160, 120, 40).empty());
+  CHECK_FALSE(fs::exists(path));
+  const auto written = (*capture)->finish();
+  if (!written) FAIL(written.errors().front().message);
+  CHECK(*written == 40);
+  CHECK(frames_in(place / "film.mp4") == 40);
+  CHECK(frames_in(path) == 20);
+  CHECK_FALSE(fs::exists(path + ".part"));
+  const std::string form = output_of(
+      "ffprobe -v quiet -select_streams v -show_entries stream=width,height,avg_frame_rate -of "
+      "csv=p=0 '" +
+      path + "' | tr -d '\\n'");
+  CHECK(form == "81,61,25/1");
+}
+
+TEST_CASE("GIFs that are misnamed or larger than ffmpeg can keep are refused in one line") {
+  const Place place;
+  const auto message = [&](CaptureOptions options, std::size_t frames) {
+    options.frames_expected = frames;
+    auto refused = Capture::open(options);
+    return refused ? std::string() : refused.errors().front().message;
+  };
+  CaptureOptions gif = frames_to("", 640, 360);
+  gif.gif_path = place / "film.png";
+  CHECK(has(message(gif, 10), "film.png: the name of a GIF ends in .gif"));
+  CHECK(has(message(video_to(place / "film.gif"), 10), "the name of a video ends in .mp4 or .mkv"));
+  gif.gif_path = place / "film.gif", gif.fps = 100, gif.gif_fps = 50;
+  CHECK(has(message(gif, 2200),
+            "film.gif: found a GIF of 1100 pictures of 640x360, expected at most 1085"));
+  CHECK(fs::is_empty(place.text()));
+}
+
+TEST_CASE("a GIF that ffmpeg is missing for, or fails at, is told and leaves nothing") {
+  const Place place;
+  CaptureOptions gif = frames_to("", 64, 48);
+  gif.gif_path = place / "film.gif";
+  {
+    const SearchPath none(place.text());
+    const auto refused = Capture::open(gif);
+    REQUIRE_FALSE(refused);
+    CHECK(has(refused.errors().front().message, "film.gif: ffmpeg is not on PATH"));
+  }
+  fake_ffmpeg(place,
+              "for last; do :; done\n: >\"${last#file:}\"\ncat >/dev/null\n"
+              "echo 'no such filter: palettegen' >&2; exit 3");
+  const SearchPath fake(place.text() + ":/bin:/usr/bin");
+  {
+    auto capture = Capture::open(gif);
+    REQUIRE(capture);
+    REQUIRE(push_frames(**capture, 64, 48, 4).empty());
+    const auto finished = (*capture)->finish();
+    REQUIRE_FALSE(finished);
+    CHECK(has(finished.errors().front().message,
+              "film.gif: ffmpeg ended with status 3: no such filter: palettegen"));
+  }
+  CHECK_FALSE(fs::exists(gif.gif_path));
+  CHECK_FALSE(fs::exists(gif.gif_path + ".part"));
+}

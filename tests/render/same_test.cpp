@@ -88,6 +88,38 @@ TEST_CASE("the same world gives the same picture, in one renderer and in the nex
   CHECK(first.rgba == shoot({}).rgba);
 }
 
+TEST_CASE("what is kept while the camera stands still does not show") {
+  auto renderer = renderer_or_skip({160, 90, 4, true, GlPath::automatic});
+  if (!renderer) return;
+  World world = puppet_world();
+  View view = puppet_view();
+  Image kept, fresh;
+  const auto same_as_fresh = [&](int width, int height) {
+    auto other = renderer_or_skip({width, height, 4, true, GlPath::automatic});
+    other->draw({.world = world, .view = view}, fresh);
+    for (int picture = 0; picture < 3; ++picture) {  // drawn, kept, copied
+      renderer->draw({.world = world, .view = view}, kept);
+      if (kept.rgba != fresh.rgba) return false;
+    }
+    return true;
+  };
+  CHECK(same_as_fresh(160, 90));
+  for (Body& body : world.bodies.values()) body.pose.position.x += 0.4;
+  CHECK(same_as_fresh(160, 90));
+  view.camera.eye.x += 0.1;
+  CHECK(same_as_fresh(160, 90));
+  view.ground_height -= 0.3;
+  CHECK(same_as_fresh(160, 90));
+  view.light.sky *= 0.7;
+  CHECK(same_as_fresh(160, 90));
+  REQUIRE(renderer->resize(120, 80));
+  CHECK(same_as_fresh(120, 80));
+  REQUIRE(renderer->resize(200, 100));  // larger than any before
+  CHECK(same_as_fresh(200, 100));
+  view.ground = false;
+  CHECK(same_as_fresh(200, 100));
+}
+
 TEST_CASE("all paths to the same driver give the same picture") {
   Image first;
   std::string first_driver;

@@ -188,6 +188,36 @@ TEST_CASE("what is wrong with a changed file is told, and the scene stays until 
   CHECK(b.world().tick == 0);
 }
 
+TEST_CASE("a mesh that the scene names is watched like the scene's own file") {
+  Bench b;
+  const auto write_rock = [&](const std::string& size) {
+    static int seconds = 0;
+    b.write("v 0 0 0\nv " + size + " 0 0\nv 0 1 0\nv 0 0 1\n", "rock.obj");
+    const fs::path rock = b.folder / "rock.obj";
+    fs::last_write_time(rock, fs::last_write_time(rock) + std::chrono::seconds(2 * ++seconds));
+    b.desk->watch(), b.desk->watch();
+  };
+  const auto width = [&] {
+    const Surface& rock = *b.world().shapes[b.find("rock")].list[0].surface;
+    return rock.high.x - rock.low.x;
+  };
+  write_rock("1");
+  b.write(R"({"version": 1, "bodies": [{"name": "rock",
+              "shape": {"type": "hull", "file": "rock.obj"}}]})");
+  b.touch_later();
+  b.desk->watch(), b.desk->watch();
+  REQUIRE(b.find("rock"));
+  CHECK(width() == Approx(1));
+  write_rock("2");
+  CHECK(width() == Approx(2));
+  write_rock("no number");
+  CHECK(b.desk->is_trouble);
+  CHECK(width() == Approx(2));
+  write_rock("3");
+  CHECK(!b.desk->is_trouble);
+  CHECK(width() == Approx(3));
+}
+
 TEST_CASE("the scenes of a folder are leafed through, past one that cannot be read") {
   Bench b;
   b.write("{", "t_broken.json");

@@ -1,4 +1,5 @@
 // Triangles over a picture, ring buffers, names of files.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>
@@ -38,6 +39,27 @@ TEST_CASE("a rectangle covers the pixels whose middles it holds, within the clip
   for (int y = 0; y < 16; ++y)
     for (int x = 0; x < 16; ++x)
       CHECK(red(image, x, y) == (x >= 4 && x < 10 && y >= 3 && y < 12 ? 255 : 0));
+}
+
+TEST_CASE("what hides all below it leaves its colour there, and the picture as opaque as it was") {
+  const std::uint32_t ink = 0xff3c82c8;
+  const std::vector<InkVertex> v{
+      {1, 1, 0, 0, ink}, {7, 1, 0, 0, ink}, {7, 6, 0, 0, ink}, {1, 6, 0, 0, ink}};
+  Image before = black(9, 9);
+  for (std::size_t i = 0; i < before.rgba.size(); ++i)
+    before.rgba[i] = static_cast<std::uint8_t>(3 * i);
+  Image wanted = before;
+  const std::uint8_t parts[]{0xc8, 0x82, 0x3c};
+  for (std::size_t y = 1; y < 6; ++y)
+    for (std::size_t x = 1; x < 7; ++x)
+      std::copy_n(parts, 3, wanted.rgba.begin() + static_cast<std::ptrdiff_t>(4 * (9 * y + x)));
+  // As a rectangle, and as two triangles.
+  for (const std::vector<std::uint16_t>& i :
+       {std::vector<std::uint16_t>{0, 1, 2, 0, 2, 3}, {1, 2, 0, 0, 2, 3}}) {
+    Image image = before;
+    paint(image, {v, i, {0, 0, 9, 9}}, kPlain);
+    CHECK(image.rgba == wanted.rgba);
+  }
 }
 
 TEST_CASE("triangles that share edges cover each pixel once") {

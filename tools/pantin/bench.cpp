@@ -10,6 +10,7 @@
 #include "engine/base/compiler.hpp"
 #include "engine/base/utf8.hpp"
 #include "engine/solvers/articulated/kernels.hpp"
+#include "tools/pantin/command_line.hpp"
 #include "tools/pantin/program.hpp"
 
 namespace pantin::program {
@@ -289,11 +290,11 @@ Exit codes: 0 ok, 2 usage or bad input, 3 diverged, 4 could not write, 130 inter
 void add_bench(CLI::App& program, int& exit_code) {
   auto c = std::make_shared<BenchChoices>();
   CLI::App* command = program.add_subcommand("bench", "Times the steps of scenes, drift beside");
-  command->add_option("scene", c->scenes, "scene files")->required();
+  command->add_option("scene", c->scenes, "scene files")->required()->type_name(kSceneType);
   add_scene_choices(*command, c->how);
   add_threads(*command, c->threads);
   command->add_option("--repeat", c->repeat, "times each scene is run")->check(CLI::Range(1, 1000));
-  command->add_option("--csv", c->csv, "CSV file for the rows");
+  command->add_option("--csv", c->csv, "CSV file for the rows")->type_name(kFileType);
   command->add_flag("--json", c->json, "print one JSON object instead of a table");
   command->footer(kExamples);
   command->callback([c, &exit_code] { exit_code = bench(*c); });

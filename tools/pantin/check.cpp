@@ -7,6 +7,7 @@
 #include "engine/solvers/articulated/island.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "engine/solvers/solver.hpp"
+#include "tools/pantin/command_line.hpp"
 #include "tools/pantin/program.hpp"
 
 namespace pantin::program {
@@ -184,7 +185,7 @@ void add_check(CLI::App& program, int& exit_code) {
   auto c = std::make_shared<CheckChoices>();
   CLI::App* command =
       program.add_subcommand("check", "Looks scenes over and tries their first steps");
-  command->add_option("scene", c->scenes, "scene files")->required();
+  command->add_option("scene", c->scenes, "scene files")->required()->type_name(kSceneType);
   add_scene_choices(*command, c->how);
   command->add_flag("--json", c->json, "print one JSON object instead of text");
   command->footer(kExamples);

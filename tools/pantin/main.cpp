@@ -1,4 +1,5 @@
-#include <fmt/core.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>  // join, since fmt 11
 
 #include <clocale>
 #include <cstdio>
@@ -23,13 +24,12 @@ std::string complaint_of(const CLI::App& program, const CLI::ParseError& error) 
   std::vector<std::string> known;
   if (chosen.empty())
     for (const CLI::App* sub : program.get_subcommands({})) known.push_back(sub->get_name());
+  const std::string commands = fmt::format("{}", fmt::join(known, ", "));
   for (const CLI::Option* option : command.get_options())
     for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
   const std::vector<std::string_view> candidates(known.begin(), known.end());
   return fmt::format("found \"{}\", expected {}{}", word,
-                     is_option || !chosen.empty()
-                         ? "one of the options"
-                         : "run, check, bench, doctor, view, schema or new",
+                     is_option || !chosen.empty() ? "one of the options" : "one of " + commands,
                      pantin::detail::hint(word, candidates));
 }
 
@@ -42,6 +42,8 @@ constexpr const char* kExamples = R"(Examples:
   pantin new scene.json
   pantin schema --out scene.schema.json
   pantin view assets/scenes/marionette.json
+  pantin help run
+  pantin completion bash > out/pantin.bash
 
 Exit codes: 0 ok, 1 failed run, 2 usage or bad input, 3 diverged or check failed,
 4 could not write, 130 interrupted.)";
@@ -63,6 +65,8 @@ int main(int argc, char** argv) {
   add_view(program, exit_code);
   add_schema(program, exit_code);
   add_new(program, exit_code);
+  add_completion(program, exit_code);
+  add_help(program, exit_code);
   if (argc == 1) {
     fmt::print("{}", program.help());
     return kOk;

@@ -7,6 +7,7 @@
 #include "engine/base/utf8.hpp"
 #include "engine/scene/schema.hpp"
 #include "engine/scene/words.hpp"
+#include "tools/pantin/command_line.hpp"
 #include "tools/pantin/program.hpp"
 
 namespace pantin::program {
@@ -149,7 +150,9 @@ Exit codes: 0 ok, 2 usage or a file that is there already, 4 could not write.)";
 void add_new(CLI::App& program, int& exit_code) {
   auto choices = std::make_shared<NewChoices>();
   CLI::App* command = program.add_subcommand("new", "Writes a small scene to begin with");
-  command->add_option("SCENE", choices->path, "the file to write")->required();
+  command->add_option("SCENE", choices->path, "the file to write")
+      ->required()
+      ->type_name(kSceneType);
   std::vector<std::string> names;
   std::string about = "which one:";
   for (const Template& t : kTemplates) {

@@ -19,6 +19,8 @@ using namespace detail;
 #ifdef PANTIN_HAS_RENDER
 namespace {
 
+constexpr double kMostGifRate = 50;  // pictures a second; players show faster ones slowly
+
 GlPath gl_path(const std::string& name) {
   if (name == "surfaceless") return GlPath::surfaceless;
   if (name == "device") return GlPath::device;
@@ -108,9 +110,9 @@ class DrawnPictures final : public Pictures {
     Overlay overlay;
     overlay.joints = choices_.overlay;
     const std::string time = fmt::format("t = {:.3f} s", static_cast<double>(k) / fps_);
-    // The small pictures of a strip have room for the time only.
+    // The small pictures of a strip or a GIF have room for the time only.
     overlay.lines = {time};
-    if (capture_)
+    if (!choices_.frames.empty() || !choices_.video.empty())
       overlay.lines = {title_, time,
                        fmt::format("{}, step {:.4g} ms", describe_solvers(world), 1e3 * step_),
                        fmt::format("worst joint gap {:.1e} m", worst_gap)};
@@ -156,14 +158,17 @@ std::variant<std::unique_ptr<Pictures>, PictureFailure> Pictures::open(
     std::vector<Error> errors = renderer.errors();
     errors.insert(errors.begin(),
                   Error{"no way to OpenGL works here, so no pictures can be made; the scene runs "
-                        "without --frames, --video and --strip. What was tried:"});
+                        "without --frames, --video, --gif and --strip. What was tried:"});
     return PictureFailure{errors, kFailed};
   }
   std::unique_ptr<Capture> capture;
-  if (!choices.frames.empty() || !choices.video.empty()) {
+  if (choices.captured()) {
     CaptureOptions to;
     to.frames_directory = choices.frames, to.video_path = choices.video;
+    to.gif_path = choices.gif;
     to.fps = fps, to.width = width, to.height = height, to.frames_expected = frames;
+    if (!choices.size.empty()) to.gif_width = 0;
+    if (choices.fps > 0) to.gif_fps = kMostGifRate;
     auto opened = Capture::open(to);
     if (!opened) return PictureFailure{opened.errors(), kUnwritable};
     capture = std::move(*opened);
@@ -181,7 +186,8 @@ std::variant<std::unique_ptr<Pictures>, PictureFailure> Pictures::open(const Pic
                                                                        const Scene&,
                                                                        std::uint64_t) {
   return PictureFailure{{Error{"this build has no pictures (PANTIN_RENDER was off or its libraries "
-                               "missing); the scene runs without --frames, --video and --strip"}},
+                               "missing); the scene runs without --frames, --video, --gif and "
+                               "--strip"}},
                         kFailed};
 }
 

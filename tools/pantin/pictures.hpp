@@ -1,5 +1,5 @@
 #pragma once
-// Pictures of a run: frames, video and a filmstrip, in a build that can draw.
+// Pictures of a run: frames, films and a filmstrip, in a build that can draw.
 #include <memory>
 #include <string>
 
@@ -12,12 +12,14 @@ namespace pantin::program {
 using namespace detail;
 
 struct PictureChoices {
-  std::string frames, video, strip;  // paths; empty: none
+  std::string frames, video, gif, strip;  // paths; empty: none
   std::string size, gl = "auto";
   double fps = 0;  // 0: the scene's
   int strip_columns = 6, strip_rows = 2;
   bool overlay = false;
-  bool wanted() const { return !frames.empty() || !video.empty() || !strip.empty(); }
+  bool wanted() const { return captured() || !strip.empty(); }
+  /// More than a strip.
+  bool captured() const { return !frames.empty() || !video.empty() || !gif.empty(); }
 };
 
 /// Why pictures cannot be made or written, and which exit code that is.

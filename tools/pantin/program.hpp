@@ -35,6 +35,9 @@ void add_doctor(CLI::App& program, int& exit_code);
 void add_view(CLI::App& program, int& exit_code);
 void add_schema(CLI::App& program, int& exit_code);
 void add_new(CLI::App& program, int& exit_code);
+void add_completion(CLI::App& program, int& exit_code);
+/// The last: it knows all the others.
+void add_help(CLI::App& program, int& exit_code);
 
 /// The JSON Schema of scene files, laid out to be read.
 std::string schema_text();

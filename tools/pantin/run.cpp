@@ -8,6 +8,7 @@
 #include "engine/solvers/articulated/island.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "engine/solvers/solver.hpp"
+#include "tools/pantin/command_line.hpp"
 #include "tools/pantin/pictures.hpp"
 #include "tools/pantin/program.hpp"
 #include "tools/pantin/record.hpp"
@@ -329,6 +330,7 @@ int run(const RunChoices& c) {
 constexpr const char* kExamples = R"(Examples:
   pantin run assets/scenes/chain.json
   pantin run assets/scenes/chain.json --frames out/chain --video out/chain.mp4 --size 1920x1080
+  pantin run assets/scenes/marionette.json --gif out/marionette.gif --duration 4
   pantin run assets/scenes/marionette.json --strip out/marionette.png
   pantin run assets/scenes/chain10.json --step 0.004166667 --record out/chain10.csv --json
   pantin run assets/scenes/chain10.json --solver lagrangian --integrator rattle
@@ -358,23 +360,37 @@ Exit codes: 0 ok, 1 failed run, 2 usage or bad input, 3 diverged or energy grew,
 void add_run(CLI::App& program, int& exit_code) {
   auto c = std::make_shared<RunChoices>();
   CLI::App* command = program.add_subcommand("run", "Runs a scene; writes frames, video, a record");
-  command->add_option("scene", c->scene, "scene file")->required();
+  command->add_option("scene", c->scene, "scene file")->required()->type_name(kSceneType);
   add_scene_choices(*command, c->how);
   add_threads(*command, c->threads);
-  command->add_option("--record", c->record, "CSV file: poses, velocities, gaps, energy, momentum");
-  command->add_option("--load", c->load,
-                      "goes on from a state that --save wrote, with this scene's step");
-  command->add_option("--save", c->save,
-                      "file for the state at the end, to go on from with --load");
-  command->add_option("--frames", c->pictures.frames, "folder for frame_000000.png and so on");
-  command->add_option("--video", c->pictures.video, "video file, .mp4 or .mkv (needs ffmpeg)");
-  command->add_option("--strip", c->pictures.strip, "one PNG with frames of the run side by side");
+  command->add_option("--record", c->record, "CSV file: poses, velocities, gaps, energy, momentum")
+      ->type_name(kFileType);
+  command
+      ->add_option("--load", c->load,
+                   "goes on from a state that --save wrote, with this scene's step")
+      ->type_name(kFileType);
+  command->add_option("--save", c->save, "file for the state at the end, to go on from with --load")
+      ->type_name(kFileType);
+  command->add_option("--frames", c->pictures.frames, "folder for frame_000000.png and so on")
+      ->type_name(kFolderType);
+  command->add_option("--video", c->pictures.video, "video file, .mp4 or .mkv (needs ffmpeg)")
+      ->check(named({".mp4", ".mkv"}))
+      ->type_name(kFileType);
+  command
+      ->add_option("--gif", c->pictures.gif,
+                   "moving picture, .gif (needs ffmpeg); without --size at most 640 pixels wide, "
+                   "without --fps at most 25 pictures a second")
+      ->check(named({".gif"}))
+      ->type_name(kFileType);
+  command->add_option("--strip", c->pictures.strip, "one PNG with frames of the run side by side")
+      ->type_name(kFileType);
   command
       ->add_option("--strip-columns", c->pictures.strip_columns, "pictures in a row of the strip")
       ->check(CLI::Range(1, 20));
   command->add_option("--strip-rows", c->pictures.strip_rows, "rows of the strip")
       ->check(CLI::Range(1, 20));
-  command->add_option("--size", c->pictures.size, "WIDTHxHEIGHT in pixels; by default the scene's");
+  command->add_option("--size", c->pictures.size, "in pixels; by default the scene's")
+      ->type_name("WIDTHxHEIGHT");
   command->add_option("--fps", c->pictures.fps, "frames a second; by default the scene's")
       ->check(between(0.1, 1000.0));
   command->add_option("--gl", c->pictures.gl, "way to OpenGL: auto, surfaceless, device or osmesa")

@@ -4,6 +4,7 @@
 
 #include <memory>
 
+#include "tools/pantin/command_line.hpp"
 #include "tools/pantin/program.hpp"
 
 namespace pantin::program {
@@ -57,7 +58,7 @@ std::string schema_text() { return laid_out(Json::parse(scene_schema()), 0, 0) +
 void add_schema(CLI::App& program, int& exit_code) {
   auto path = std::make_shared<std::string>();
   CLI::App* command = program.add_subcommand("schema", "Prints the JSON Schema of scene files");
-  command->add_option("--out", *path, "write it to this file instead");
+  command->add_option("--out", *path, "write it to this file instead")->type_name(kFileType);
   command->footer(kExamples);
   command->callback([path, &exit_code] { exit_code = schema(*path); });
 }

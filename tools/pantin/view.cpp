@@ -1,6 +1,7 @@
 #include <fmt/core.h>
 
 #include "engine/base/utf8.hpp"
+#include "tools/pantin/command_line.hpp"
 #include "tools/pantin/program.hpp"
 
 #ifdef PANTIN_HAS_VIEW
@@ -181,18 +182,21 @@ void add_view(CLI::App& program, int& exit_code) {
   auto o = std::make_shared<ViewOptions>();
   CLI::App* command =
       program.add_subcommand("view", "Shows a scene in a window, where the mouse drags bodies");
-  command->add_option("scene", o->scene, "scene file")->required();
+  command->add_option("scene", o->scene, "scene file")->required()->type_name(kSceneType);
   add_scene_choices(*command, o->how);
   add_threads(*command, o->threads);
-  command->add_option("--script", o->script, "JSON file of events instead of a user's");
-  command->add_option("--size", o->size, "WIDTHxHEIGHT in pixels; by default the scene's");
+  command->add_option("--script", o->script, "JSON file of events instead of a user's")
+      ->type_name("FILE:.json");
+  command->add_option("--size", o->size, "in pixels; by default the scene's")
+      ->type_name("WIDTHxHEIGHT");
   command->add_option("--beside", o->beside, "a second solver that runs beside the scene's own")
       ->check(CLI::IsMember({"auto", "sweep", "shake2", "procedural", "lagrangian"}));
   command
       ->add_option("--panel", o->panel,
                    "buttons, sliders and plots: on, off, or auto: with a user, not with a script")
       ->check(CLI::IsMember({"auto", "on", "off"}));
-  command->add_option("--frames", o->frames, "folder for saved frames; by default this one");
+  command->add_option("--frames", o->frames, "folder for saved frames; by default this one")
+      ->type_name(kFolderType);
   command->add_option("--gl", o->gl, "way to OpenGL: auto, surfaceless, device or osmesa")
       ->check(CLI::IsMember({"auto", "surfaceless", "device", "osmesa"}));
   command->add_flag("--json", o->json, "print one JSON object instead of text");

@@ -82,7 +82,7 @@ class Desk {
   // The scene.
   const Scene& scene() const { return scene_; }
   const std::string& path() const { return choices_.path; }
-  /// Reads the file anew if it was written since the last call.
+  /// Reads the file anew if it, or a mesh that it names, was written since the last call.
   void watch();
   void reload() { open(choices_.path); }
   /// Shows another file, or the same anew; where that cannot be, the scene stays and says why.
@@ -129,6 +129,7 @@ class Desk {
 
   Place place(double x, double y) const;
   void begin(Scene scene);
+  void watch_files();
   void start_panes();
   Solver another() const;
   void look();

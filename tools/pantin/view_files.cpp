@@ -7,27 +7,34 @@ namespace pantin::program {
 
 namespace fs = std::filesystem;
 
-FileWatch::Stamp FileWatch::look() const {
+FileWatch::Stamp FileWatch::look(const std::string& path) {
   std::error_code trouble;
   Stamp now;
-  now.time = fs::last_write_time(path_, trouble);
-  if (!trouble) now.bytes = fs::file_size(path_, trouble);
+  now.time = fs::last_write_time(path, trouble);
+  if (!trouble) now.bytes = fs::file_size(path, trouble);
   now.is_there = !trouble;
   return now.is_there ? now : Stamp{};
 }
 
-void FileWatch::start(const std::string& path) {
-  path_ = path;
-  known_ = seen_ = look();
+void FileWatch::start(const std::vector<std::string>& paths) {
+  files_.clear();
+  for (const std::string& path : paths) {
+    const Stamp now = look(path);
+    files_.push_back({path, now, now});
+  }
 }
 
 bool FileWatch::changed() {
-  const Stamp now = look();
-  const bool is_settled = now == seen_;
-  seen_ = now;
-  if (!is_settled || !now.is_there || now == known_) return false;
-  known_ = now;
-  return true;
+  bool any = false;
+  for (Watched& file : files_) {
+    const Stamp now = look(file.path);
+    const bool is_settled = now == file.seen;
+    file.seen = now;
+    if (!is_settled || !now.is_there || now == file.known) continue;
+    file.known = now;
+    any = true;
+  }
+  return any;
 }
 
 std::vector<std::string> scenes_beside(const std::string& path) {

@@ -6,11 +6,11 @@
 
 namespace pantin::program {
 
-/// Tells when a file has been written anew.
+/// Tells when one of several files has been written anew.
 class FileWatch {
  public:
-  /// From now on; what the file is like at present is known.
-  void start(const std::string& path);
+  /// From now on; what the files are like at present is known.
+  void start(const std::vector<std::string>& paths);
   /// Once for each change, when the file has stayed the same between two calls: editors write in
   /// pieces. A file that is away is waited for.
   bool changed();
@@ -22,10 +22,13 @@ class FileWatch {
     bool is_there = false;
     bool operator==(const Stamp&) const = default;
   };
-  Stamp look() const;
+  struct Watched {
+    std::string path;
+    Stamp known, seen;
+  };
+  static Stamp look(const std::string& path);
 
-  std::string path_;
-  Stamp known_, seen_;
+  std::vector<Watched> files_;
 };
 
 /// The scene files of a scene's folder, sorted by name, itself included.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 namespace pantin::program {
 
@@ -46,6 +47,16 @@ void blend(std::uint8_t* pixel, const Colour& colour, float covered) {
   }
 }
 
+/// What blend() leaves where nothing shines through; the picture's own opacity stays.
+void fill(std::uint8_t* pixel, int count, std::uint32_t rgba) {
+  for (int x = 0; x < count; ++x, pixel += 4) {
+    std::uint32_t whole;
+    std::memcpy(&whole, pixel, 4);
+    whole = (whole & 0xff000000u) | (rgba & 0x00ffffffu);
+    std::memcpy(pixel, &whole, 4);
+  }
+}
+
 std::uint8_t* row(Image& picture, int y) {
   return picture.rgba.data() +
          4 * static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.width);
@@ -69,9 +80,14 @@ void paint_box(const Canvas& to, const InkVertex& low, const InkVertex& high) {
   const float du = (high.u - low.u) / (high.x - low.x), dv = (high.v - low.v) / (high.y - low.y);
   const bool is_flat = low.u == high.u && low.v == high.v;
   const float flat = is_flat ? coverage(to.atlas, low.u, low.v) : 0;
+  const bool hides = is_flat && flat == 1 && colour.part[3] == 255;  // what is below it
   for (int y = std::max(first_middle(low.y), to.clip.y0); y < y1; ++y) {
     const float v = low.v + (static_cast<float>(y) + 0.5f - low.y) * dv;
     std::uint8_t* pixel = row(to.picture, y) + 4 * x0;
+    if (hides) {
+      fill(pixel, x1 - x0, low.rgba);
+      continue;
+    }
     for (int x = x0; x < x1; ++x, pixel += 4) {
       const float u = low.u + (static_cast<float>(x) + 0.5f - low.x) * du;
       const float covered = is_flat ? flat : coverage(to.atlas, u, v);
@@ -101,26 +117,61 @@ Corner corner_of(const InkVertex& v) {
   return {std::llround(v.x * kParts), std::llround(v.y * kParts)};
 }
 
+/// Pixels [from, to) of a row.
+struct Run {
+  int from, to;
+};
+
+/// Leaves of a run the pixels where a number that is `first` at its start, and grows by `step` a
+/// pixel, is not negative.
+void narrow(Run& run, std::int64_t first, std::int64_t step) {
+  if (first < 0 && step <= 0) run.to = run.from;
+  if (first < 0 && step > 0) {
+    const std::int64_t skipped = (step - 1 - first) / step;
+    run.from = static_cast<int>(std::min<std::int64_t>(run.to, run.from + skipped));
+  }
+  if (first >= 0 && step < 0)
+    run.to = static_cast<int>(std::min<std::int64_t>(run.to, run.from + first / -step + 1));
+}
+
+bool is_of_one_colour(const Canvas& to, const InkVertex& a, const InkVertex& b,
+                      const InkVertex& c) {
+  return a.rgba == b.rgba && a.rgba == c.rgba && a.u == b.u && a.u == c.u && a.v == b.v &&
+         a.v == c.v && a.rgba >> 24 == 255 && coverage(to.atlas, a.u, a.v) == 1;
+}
+
 void paint_triangle(const Canvas& to, const InkVertex* a, const InkVertex* b, const InkVertex* c) {
   Corner p[3]{corner_of(*a), corner_of(*b), corner_of(*c)};
   std::int64_t area = edge(p[0], p[1], p[2]);
   if (area == 0) return;
   if (area < 0) std::swap(p[1], p[2]), std::swap(b, c), area = -area;
+  const bool hides = is_of_one_colour(to, *a, *b, *c);
   const Colour colours[3]{colour_of(a->rgba), colour_of(b->rgba), colour_of(c->rgba)};
   const float low_x = std::min({a->x, b->x, c->x}), high_x = std::max({a->x, b->x, c->x});
   const float low_y = std::min({a->y, b->y, c->y}), high_y = std::max({a->y, b->y, c->y});
   const int x0 = std::max(first_middle(low_x), to.clip.x0);
   const int x1 = std::min(first_middle(high_x) + 1, to.clip.x1);
   const int y1 = std::min(first_middle(high_y) + 1, to.clip.y1);
-  const std::int64_t own[3]{bias(p[1], p[2]), bias(p[2], p[0]), bias(p[0], p[1])};
-  for (int y = std::max(first_middle(low_y), to.clip.y0); y < y1; ++y)
-    for (int x = x0; x < x1; ++x) {
-      const Corner at{static_cast<std::int64_t>((static_cast<float>(x) + 0.5f) * kParts),
-                      static_cast<std::int64_t>((static_cast<float>(y) + 0.5f) * kParts)};
-      const std::int64_t w[3]{edge(p[1], p[2], at), edge(p[2], p[0], at), edge(p[0], p[1], at)};
-      if (w[0] + own[0] < 0 || w[1] + own[1] < 0 || w[2] + own[2] < 0) continue;
+  constexpr auto kWhole = static_cast<std::int64_t>(kParts);
+  for (int y = std::max(first_middle(low_y), to.clip.y0); y < y1; ++y) {
+    const Corner at{x0 * kWhole + kWhole / 2, y * kWhole + kWhole / 2};
+    std::int64_t w[3], step[3];
+    Run run{x0, x1};
+    for (int k = 0; k < 3; ++k) {
+      const Corner &from = p[(k + 1) % 3], &end = p[(k + 2) % 3];
+      w[k] = edge(from, end, at), step[k] = (from.y - end.y) * kWhole;
+      Run rest{x0, run.to};
+      narrow(rest, w[k] + bias(from, end), step[k]);
+      run = {std::max(run.from, rest.from), rest.to};
+    }
+    if (hides && run.from < run.to) {
+      fill(row(to.picture, y) + 4 * run.from, run.to - run.from, a->rgba);
+      continue;
+    }
+    for (int x = run.from; x < run.to; ++x) {
       const float all = static_cast<float>(area);
-      const float s = static_cast<float>(w[0]) / all, t = static_cast<float>(w[1]) / all;
+      const float s = static_cast<float>(w[0] + (x - x0) * step[0]) / all;
+      const float t = static_cast<float>(w[1] + (x - x0) * step[1]) / all;
       const float r = 1 - s - t;
       Colour colour;
       for (int k = 0; k < 4; ++k)
@@ -129,6 +180,7 @@ void paint_triangle(const Canvas& to, const InkVertex* a, const InkVertex* b, co
           coverage(to.atlas, s * a->u + t * b->u + r * c->u, s * a->v + t * b->v + r * c->v);
       if (covered > 0) blend(row(to.picture, y) + 4 * x, colour, covered);
     }
+  }
 }
 
 }  // namespace

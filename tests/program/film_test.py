@@ -1,0 +1,73 @@
+"""Films of `pantin run`: what --gif and --video take and leave behind."""
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+PANTIN = os.environ["PANTIN"]
+CHAIN = str(pathlib.Path(os.environ["PANTIN_ASSETS"]) / "scenes" / "chain.json")
+
+
+def run(*arguments, **options):
+    return subprocess.run([PANTIN, "run", CHAIN, "--json", *map(str, arguments)],
+                          stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                          text=True, timeout=120, **options)
+
+
+def can_draw():
+    with tempfile.TemporaryDirectory() as folder:
+        return run("--frames", folder, "--size", "32x32", "--duration", "0.02").returncode != 1
+
+
+class Film(unittest.TestCase):
+    def setUp(self):
+        self.kept = tempfile.TemporaryDirectory()
+        self.folder = pathlib.Path(self.kept.name)
+        self.gif = self.folder / "a.gif"
+
+    def tearDown(self):
+        self.kept.cleanup()
+
+    def test_names_of_films_are_checked(self):
+        for option, name, ending in (("--gif", "a.webp", ".gif"), ("--video", "a.gif", ".mkv"),
+                                     ("--video", "a", ".mp4")):
+            done = run(option, self.folder / name)
+            self.assertEqual((done.returncode, done.stdout), (2, ""))
+            self.assertEqual(len(done.stderr.splitlines()), 1, done.stderr)
+            for word in (option, name, ending):
+                self.assertIn(word, done.stderr)
+        self.assertEqual(os.listdir(self.folder), [])
+
+    @unittest.skipUnless(can_draw(), "nothing can be drawn here")
+    def test_without_ffmpeg_it_is_told_before_the_run(self):
+        done = run("--gif", self.gif, "--duration", 40, env={**os.environ, "PATH": str(self.folder)})
+        self.assertEqual((done.returncode, done.stdout), (4, ""))
+        self.assertIn("a.gif: ffmpeg is not on PATH", done.stderr)
+        self.assertEqual(os.listdir(self.folder), [])
+
+    @unittest.skipUnless(shutil.which("ffmpeg") and can_draw(), "no ffmpeg, or nothing can be drawn")
+    def test_a_gif_is_small_and_slow_unless_size_and_rate_are_given(self):
+        def form(*words):
+            """Frames drawn; pictures, width and height of the GIF."""
+            done = run("--duration", 0.2, "--gif", self.gif, *words)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertEqual(os.listdir(self.folder), ["a.gif"])
+            data = self.gif.read_bytes()
+            self.assertEqual(data[:6], b"GIF89a")
+            pictures = data.count(b"\x21\xf9\x04")  # each says how long it is shown
+            size = [int.from_bytes(data[i:i + 2], "little") for i in (6, 8)]
+            return [json.loads(done.stdout)["frames_written"], pictures, *size]
+
+        self.assertEqual(form(), [12, 5, 640, 360])
+        self.assertEqual(form("--size", "701x301", "--fps", 20), [4, 4, 701, 301])
+
+
+if __name__ == "__main__":
+    result = unittest.main(exit=False, verbosity=0).result
+    failed = len(result.failures) + len(result.errors)
+    print(f"{result.testsRun - failed} passed, {failed} failed")
+    sys.exit(1 if failed else 0)

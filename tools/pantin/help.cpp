@@ -1,0 +1,139 @@
+// `pantin help`: the help of a command, or the manual page, both from what parses the command line.
+#include <fmt/format.h>
+
+#include <memory>
+#include <sstream>
+
+#include "tools/pantin/command_line.hpp"
+#include "tools/pantin/program.hpp"
+
+namespace pantin::program {
+
+namespace {
+
+struct Variable {
+  const char *name, *about;
+};
+/// What the program looks up in its environment; the README lists the same.
+constexpr Variable kEnvironment[] = {
+    {"PANTIN_GL",
+     "way to OpenGL, as for --gl, where an option does not say it: surfaceless, device "
+     "or osmesa"},
+    {"PANTIN_KERNELS",
+     "instruction set of the inner loops: baseline or avx2; by default the best "
+     "that the processor has. The numbers are the same"},
+    {"NO_COLOR", "set: no bold letters"},
+    {"DISPLAY, WAYLAND_DISPLAY", "the display for the window of pantin view"},
+    {"SDL_VIDEODRIVER", "SDL's way to it; \"dummy\" for a window that nobody sees"},
+    {"PATH", "where ffmpeg is looked for, for --video and --gif"},
+};
+
+/// A line of text as roff takes it: no escape and no request of its own.
+std::string escaped(const std::string& line) {
+  std::string text;
+  if (line.starts_with('.') || line.starts_with('\'')) text = "\\&";
+  for (const char c : line) {
+    if (c == '\\')
+      text += "\\e";
+    else if (c == '-')
+      text += "\\-";
+    else if (c == '"')
+      text += "\\(dq";
+    else
+      text += c;
+  }
+  return text;
+}
+
+/// Prose is filled; what is indented stays as it stands.
+void add_footer(std::string& page, const std::string& footer) {
+  bool is_example = false;
+  const auto turn_to = [&](bool example) {
+    if (example != is_example) page += example ? ".EX\n" : ".EE\n";
+    is_example = example;
+  };
+  std::istringstream lines(footer);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.empty()) {
+      turn_to(false);
+      page += ".PP\n";
+      continue;
+    }
+    turn_to(line.starts_with(' '));
+    const bool is_heading = !is_example && line.ends_with(':') && line.find(' ') == line.npos;
+    page += (is_heading ? ".B " : "") + escaped(line) + "\n";
+    if (is_heading) page += ".br\n";
+  }
+  turn_to(false);
+}
+
+void add_arguments(std::string& page, const std::vector<Argument>& arguments) {
+  for (const Argument& a : arguments) {
+    page += ".TP\n";
+    for (std::size_t i = 0; i < a.names.size(); ++i)
+      page += fmt::format("{}\\fB{}\\fR", i > 0 ? ", " : "", escaped(a.names[i]));
+    if (!a.type.empty()) page += fmt::format(" \\fI{}\\fR", escaped(a.type));
+    page += fmt::format("\n{}\n", escaped(a.about));
+  }
+}
+
+std::string manual(const CLI::App& program, const std::string& version) {
+  const std::vector<Command> commands = commands_of(program);
+  const Command& whole = commands.front();
+  std::string page = fmt::format(
+      ".TH PANTIN 1 \"\" \"{}\" \"User Commands\"\n.SH NAME\npantin \\- {}\n.SH SYNOPSIS\n"
+      ".B pantin\n.I COMMAND\n[\\fIOPTIONS\\fR] ...\n.SH OPTIONS\n",
+      version, escaped(whole.about));
+  add_arguments(page, whole.options);
+  page += ".SH COMMANDS\n";
+  for (std::size_t i = 1; i < commands.size(); ++i) {
+    const Command& c = commands[i];
+    page += fmt::format(".SS pantin {}{}\n{}.\n", c.name, escaped(c.usage), escaped(c.about));
+    add_arguments(page, c.positionals);
+    add_arguments(page, c.options);
+    page += ".PP\n";
+    add_footer(page, c.footer);
+  }
+  page += ".SH ENVIRONMENT\n";
+  for (const Variable& v : kEnvironment)
+    page += fmt::format(".TP\n.B {}\n{}\n", v.name, escaped(v.about));
+  page += ".SH EXAMPLES AND EXIT STATUS\n";
+  add_footer(page, whole.footer);
+  return page;
+}
+
+constexpr const char* kExamples = R"(Examples:
+  pantin help run
+  pantin help --man > out/pantin.1
+
+Exit codes: 0 ok, 2 usage.)";
+
+}  // namespace
+
+void add_help(CLI::App& program, int& exit_code) {
+  struct Choices {
+    std::string command;
+    bool man = false;
+  };
+  auto choices = std::make_shared<Choices>();
+  std::vector<std::string> names{"help"};
+  for (const CLI::App* sub : program.get_subcommands({})) names.push_back(sub->get_name());
+  CLI::App* command = program.add_subcommand("help", "Prints this help, or that of a command");
+  command->add_option("command", choices->command, "which one")->check(CLI::IsMember(names));
+  command->add_flag("--man", choices->man, "print the manual page, in roff");
+  command->footer(kExamples);
+  command->callback([choices, &program, &exit_code] {
+    if (choices->man) {
+      fmt::print("{}", manual(program, program.version()));
+    } else if (!choices->command.empty()) {
+      fmt::print("{}", program.get_subcommand(choices->command)->help("pantin"));
+    } else {
+      // Its own help() would be that of the command at work, this one.
+      fmt::print(
+          "{}", program.get_formatter()->make_help(&program, "pantin", CLI::AppFormatMode::Normal));
+    }
+    exit_code = kOk;
+  });
+}
+
+}  // namespace pantin::program
