@@ -82,8 +82,9 @@ Verdict verdict_of(const Prepared& p, const Friction& mu, ModeSet& out) {
 }  // namespace
 
 const char* word_for(Verdict verdict) {
-  constexpr const char* kWords[] = {"unique",     "ambiguous", "none (squeezed)",
-                                    "none (no equilibrium)", "none (conflict)", "unresolved"};
+  constexpr const char* kWords[] = {"unique",          "ambiguous",
+                                    "none (squeezed)", "none (no equilibrium)",
+                                    "none (conflict)", "unresolved"};
   return kWords[static_cast<std::size_t>(verdict)];
 }
 

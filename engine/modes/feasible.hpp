@@ -5,23 +5,23 @@
 namespace pantin::detail::modes {
 
 struct FeasibleMode {
-  std::int32_t region = 0;        // in Prepared::regions
-  int index = 0;                  // +1 or -1, see index_of
-  std::array<Real, 3> force{};    // N, see forces()
-  Real margin = 0;                // least of X and the forms, each relative to its terms
-  Real amplification = 0;         // largest normal force over the load's size
-  bool boundary = false;          // the margin is below kBoundary: the neighbour is listed too
+  std::int32_t region = 0;      // in Prepared::regions
+  int index = 0;                // +1 or -1, see index_of
+  std::array<Real, 3> force{};  // N, see forces()
+  Real margin = 0;              // least of X and the forms, each relative to its terms
+  Real amplification = 0;       // largest normal force over the load's size
+  bool boundary = false;        // the margin is below kBoundary: the neighbour is listed too
   bool break_tie = false;
 };
 inline constexpr Real kBoundary = 1e-9;
 
 enum class Verdict : std::uint8_t {
   unique,
-  ambiguous,    // several modes
-  squeezed,     // none: no motion keeps the lamina out of the fingers
-  no_balance,   // none: no forces within the cones of friction balance the load
-  conflict,     // none: a jam or an escape; motions exist and forces exist, but no mode has both
-  unresolved    // too many linear programmes
+  ambiguous,   // several modes
+  squeezed,    // none: no motion keeps the lamina out of the fingers
+  no_balance,  // none: no forces within the cones of friction balance the load
+  conflict,    // none: a jam or an escape; motions exist and forces exist, but no mode has both
+  unresolved   // too many linear programmes
 };
 const char* word_for(Verdict verdict);
 

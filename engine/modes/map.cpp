@@ -33,9 +33,12 @@ void add_term(Bilinear& sum, Real term, std::size_t mask, const Axes& axes,
   bool x = false, y = false;
   for (std::size_t i = 0; i < N; ++i) {
     if (!(mask >> i & 1)) continue;
-    if (variables[i] == axes.x) x = true;
-    else if (variables[i] == axes.y) y = true;
-    else term *= axes.fixed[variables[i]];
+    if (variables[i] == axes.x)
+      x = true;
+    else if (variables[i] == axes.y)
+      y = true;
+    else
+      term *= axes.fixed[variables[i]];
   }
   (x ? (y ? sum.a : sum.b) : (y ? sum.c : sum.d)) += term;
 }
@@ -215,8 +218,8 @@ std::string legend_of(const Prepared& p, const ModeMap& map) {
 }
 
 std::string as_csv(const Prepared& p, const Slice& slice, const ModeMap& map) {
-  std::string text = "mu" + std::to_string(slice.across + 1) + ",mu" + std::to_string(slice.up + 1) +
-                     ",count,modes\n";
+  std::string text = "mu" + std::to_string(slice.across + 1) + ",mu" +
+                     std::to_string(slice.up + 1) + ",count,modes\n";
   for (std::size_t j = 0; j < map.size && map.complete; ++j)
     for (std::size_t i = 0; i < map.size; ++i) {
       std::string names;

@@ -47,18 +47,20 @@ struct ModeMap {
   std::vector<std::uint32_t> cells;   // rows from below; bit k: mode regions[k] is feasible
   bool complete = true;               // false, and no cells: more than 32 regions
 
-  std::uint32_t cell(std::size_t column, std::size_t row) const { return cells[row * size + column]; }
+  std::uint32_t cell(std::size_t column, std::size_t row) const {
+    return cells[row * size + column];
+  }
 };
 
-/// Fills whole spans of every row: along a row each branch of a region is one interval. A map that is
-/// filled again takes no memory.
+/// Fills whole spans of every row: along a row each branch of a region is one interval. A map that
+/// is filled again takes no memory.
 void draw_by_spans(const Prepared& p, const Slice& slice, ModeMap& map);
 /// Evaluates every region at every pixel; the same map but for pixels on a boundary.
 void draw_by_pixels(const Prepared& p, const Slice& slice, ModeMap& map);
 
 /// A character for each mode of a map: of three contacts or two 1 = 3S, 2 = R1S2, 3 = R1S3,
-/// 4 = R2S1, 5 = R2S3, 6 = R3S1, 7 = R3S2, of more in the order of the map from 1 to 9 and on from a.
-/// [Trinkle & Zeng 1995]
+/// 4 = R2S1, 5 = R2S3, 6 = R3S1, 7 = R3S2, of more in the order of the map from 1 to 9 and on from
+/// a. [Trinkle & Zeng 1995]
 char character_of(const Prepared& p, const ModeMap& map, std::size_t k);
 /// `columns` by `rows` cells of the map as text, highest row first. A cell shows the character of
 /// every mode that is feasible there, a dot if none is.

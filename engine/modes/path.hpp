@@ -15,7 +15,7 @@ struct PathBound {
   /// It holds for one coefficient common to all contacts, from 0 to this.
   Real common = std::numeric_limits<Real>::infinity();
   int pose_of_each = -1, pose_of_common = -1;  // where the bounds were found
-  int changes = 0;  // of the three contacts, between neighbouring poses
+  int changes = 0;                             // of the three contacts, between neighbouring poses
   std::array<std::uint8_t, 3> contacts{};
 
   void add(const Prepared& pose);

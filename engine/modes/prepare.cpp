@@ -7,7 +7,7 @@
 namespace pantin::detail::modes {
 namespace {
 
-constexpr Real kSingular = 1e-12;   // of a determinant, relative to the lengths of its rows
+constexpr Real kSingular = 1e-12;    // of a determinant, relative to the lengths of its rows
 constexpr Real kStandstill = 1e-11;  // of a velocity, relative to the fastest finger
 
 Real det(Vec3 a, Vec3 b, Vec3 c) { return glm::dot(a, glm::cross(b, c)); }
@@ -167,15 +167,17 @@ void add_three_slide(Prepared& p, std::array<std::uint8_t, 3> contacts) {
   const auto [i, j, k] = contacts;
   Candidate& c = p.candidates.emplace_back();
   c.contacts = contacts;
-  finish(p, c, {p.normal[i], p.normal[j], p.normal[k], p.normal_velocity[i], p.normal_velocity[j],
-                p.normal_velocity[k]});
+  finish(p, c,
+         {p.normal[i], p.normal[j], p.normal[k], p.normal_velocity[i], p.normal_velocity[j],
+          p.normal_velocity[k]});
 }
 
 void add_roll_slide(Prepared& p, std::uint8_t roll, std::uint8_t slide) {
   Candidate& c = p.candidates.emplace_back();
   c.kind = Kind::roll_slide, c.contacts = {roll, slide, 0};
-  finish(p, c, {p.normal[roll], p.tangent[roll], p.normal[slide], p.normal_velocity[roll],
-                p.tangent_velocity[roll], p.normal_velocity[slide]});
+  finish(p, c,
+         {p.normal[roll], p.tangent[roll], p.normal[slide], p.normal_velocity[roll],
+          p.tangent_velocity[roll], p.normal_velocity[slide]});
 }
 
 std::string letters(std::size_t count, Kind kind, const std::array<std::uint8_t, 3>& contacts) {

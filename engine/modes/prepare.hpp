@@ -32,12 +32,12 @@ struct Prepared {
   std::array<int, 5> found{};         // candidates of each Kinematics
 
   // In the solver's frame: about the contacts' centroid, lengths in `scale`, velocities in `speed`.
-  std::array<Vec3, kMostContacts> normal, tangent;                 // wrenches of unit forces
+  std::array<Vec3, kMostContacts> normal, tangent;                    // wrenches of unit forces
   std::array<Real, kMostContacts> normal_velocity, tangent_velocity;  // of the fingers
   Vec3 load{0};
-  Vec2 centre;      // m
-  Real scale = 1;   // m
-  Real speed = 1;   // m/s
+  Vec2 centre;     // m
+  Real scale = 1;  // m
+  Real speed = 1;  // m/s
 };
 
 /// Finds the motion of every candidate and the region of each that the motion allows. The lamina

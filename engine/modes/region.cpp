@@ -33,13 +33,6 @@ Cubic times(const Cubic& p, Real base, Real along) {
   return out;
 }
 
-bool holds(int branch, const Values& v, int forms) {
-  if (branch == 0) return false;
-  for (int i = 0; i < forms; ++i)
-    if (branch * v.forms[static_cast<std::size_t>(i)] < 0) return false;
-  return true;
-}
-
 struct Breakpoints {
   struct At {
     Real t;
@@ -108,9 +101,14 @@ Values magnitudes(const Region& r, const OwnFriction& m) {
 }
 
 int branch_of(const Region& r, const OwnFriction& mu) {
-  const Values v = values(r, mu);
-  const int branch = (v.divisor > 0) - (v.divisor < 0);
-  return holds(branch, v, r.form_count()) ? branch : 0;
+  const Real divisor = affine(r.divisor, mu);
+  const int branch = (divisor > 0) - (divisor < 0);
+  if (branch == 0) return 0;
+  for (int i = 0; i < r.form_count(); ++i) {
+    const auto [x, y] = form_variables(r.kind, i);
+    if (branch * affine(r.forms[static_cast<std::size_t>(i)], mu[x], mu[y]) < 0) return 0;
+  }
+  return branch;
 }
 
 std::array<Real, 3> forces(const Region& r, const OwnFriction& mu) {

@@ -1,11 +1,11 @@
 #pragma once
 /// The set of coefficients of friction for which a contact mode has forces: closed forms.
 ///
-/// Every mode with a unique motion and unique forces has forces f_i(mu) / X(mu), where all f_i and X
-/// are multi-affine in the mode's coefficients: of degree one in each. The mode is feasible where X is
-/// not 0 and no f_i has the other sign. On a line parallel to an axis a sign of X therefore holds in
-/// one interval, and a box lies in one branch (sign of X) if its corners do.
-/// [Trinkle & Zeng 1995, Eqs. 28-33]
+/// Every mode with a unique motion and unique forces has forces f_i(mu) / X(mu), where all f_i and
+/// X are multi-affine in the mode's coefficients: of degree one in each. The mode is feasible where
+/// X is not 0 and no f_i has the other sign. On a line parallel to an axis a sign of X therefore
+/// holds in one interval, and a box lies in one branch (sign of X) if its corners do. [Trinkle &
+/// Zeng 1995, Eqs. 28-33]
 #include "engine/modes/lamina.hpp"
 
 namespace pantin::detail::modes {
@@ -20,18 +20,18 @@ using OwnFriction = std::array<Real, 3>;
 
 struct Region {
   Kind kind = Kind::three_slide;
-  std::array<std::uint8_t, 3> contacts{};   // in order; roll_slide: the rolling one, the sliding one
-  std::array<std::int8_t, 3> slip_sign{};   // of each; 0 where it rolls
-  bool break_tie = false;                   // another contact neither separates nor penetrates
-  Vec3 twist{0};                            // velocity (m/s) at the world origin, rad/s
-  std::array<Real, 3> slip{};               // m/s, of each
-  Real determinant = 0;                     // of the kinematics: D or B
+  std::array<std::uint8_t, 3> contacts{};  // in order; roll_slide: the rolling one, the sliding one
+  std::array<std::int8_t, 3> slip_sign{};  // of each; 0 where it rolls
+  bool break_tie = false;                  // another contact neither separates nor penetrates
+  Vec3 twist{0};                           // velocity (m/s) at the world origin, rad/s
+  std::array<Real, 3> slip{};              // m/s, of each
+  Real determinant = 0;                    // of the kinematics: D or B
 
   /// X: the coefficient of a product of own frictions stands at the sum of their bits 1, 2, 4.
   std::array<Real, 8> divisor{};
-  /// Each of two own frictions (form_variables), bits 1, 2. three_slide: Y1, Y2, Y3. roll_slide: D3,
-  /// mu_r C + T, mu_r C - T, C, where C is the normal force of the rolling contact times X and T its
-  /// tangential one.
+  /// Each of two own frictions (form_variables), bits 1, 2. three_slide: Y1, Y2, Y3. roll_slide:
+  /// D3, mu_r C + T, mu_r C - T, C, where C is the normal force of the rolling contact times X and
+  /// T its tangential one.
   std::array<std::array<Real, 4>, 4> forms{};
 
   int variables() const { return kind == Kind::three_slide ? 3 : 2; }
@@ -98,13 +98,13 @@ Intervals intervals_along(const Region& r, const Line& line);
 /// The same for one coefficient common to all contacts.
 Intervals equal_friction(const Region& r);
 
-/// The largest m such that the mode has forces whenever its coefficients are within [0, m], each for
-/// itself; 0 if it has none without friction; may be infinite.
+/// The largest m such that the mode has forces whenever its coefficients are within [0, m], each
+/// for itself; 0 if it has none without friction; may be infinite.
 Real cube_bound(const Region& r);
 
 enum class BoxVerdict : std::uint8_t { inside, outside, undecided };
-/// inside and outside are exact statements about every point of the box. A small box that is neither
-/// meets the boundary, or nearly does.
+/// inside and outside are exact statements about every point of the box. A small box that is
+/// neither meets the boundary, or nearly does.
 BoxVerdict box(const Region& r, const OwnFriction& low, const OwnFriction& high);
 
 }  // namespace pantin::detail::modes

@@ -79,7 +79,8 @@ Roots real_roots(const std::array<Real, 4>& given) {
   const auto touches = [&](Real t) { return std::abs(at(p, t)) <= 4e-16 * magnitude(p, t); };
   for (std::size_t i = 0; i <= turns.count; ++i) {
     const Real high = i < turns.count ? turns.list[i] : std::max(far, 2 * low);
-    if (touches(low)) add_root(all, low);
+    if (touches(low))
+      add_root(all, low);
     else if (!touches(high) && (at(p, low) < 0) != (at(p, high) < 0))
       add_root(all, between(p, low, high));
     low = high;

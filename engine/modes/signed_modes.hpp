@@ -1,7 +1,7 @@
 #pragma once
-/// Modes by linear programmes: those whose motion or forces are not unique, and every mode for cross
-/// checks. Each contact rolls, slides either way or separates; a mode is feasible if one programme
-/// finds a motion and another finds forces.
+/// Modes by linear programmes: those whose motion or forces are not unique, and every mode for
+/// cross checks. Each contact rolls, slides either way or separates; a mode is feasible if one
+/// programme finds a motion and another finds forces.
 #include <vector>
 
 #include "engine/modes/prepare.hpp"
@@ -20,9 +20,9 @@ std::string name_of(const Signs& s, std::size_t count);
 
 struct SignedMode {
   Signs signs;
-  Vec3 twist{0};                 // one motion: m/s at the world origin, rad/s
+  Vec3 twist{0};  // one motion: m/s at the world origin, rad/s
   bool motion_unique = true;
-  Vec3 free_direction{0};        // another motion differs by a multiple of this; 0 if unique or several
+  Vec3 free_direction{0};  // another motion differs by a multiple of this; 0 if unique or several
   bool forces_unique = true;
   // One set of forces, N.
   std::array<Real, kMostContacts> normal_force{}, tangent_force{};
@@ -30,8 +30,8 @@ struct SignedMode {
 
 struct SignedModes {
   std::vector<SignedMode> list;
-  int programs = 0;       // solved
-  bool complete = true;   // false: stopped at kMostPrograms, or a programme stalled
+  int programs = 0;      // solved
+  bool complete = true;  // false: stopped at kMostPrograms, or a programme stalled
 };
 inline constexpr int kMostPrograms = 20000;
 

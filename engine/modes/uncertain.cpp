@@ -72,12 +72,14 @@ Real integral(Real t0, Real t1, Real n0, Real n1, Real h) {
   return h / n0 * (t0 * first + t1 * h * second);
 }
 
-/// A rolling contact's force against the sliding one's coefficient x: n0 + n1 x and t0 + t1 x, times X.
+/// A rolling contact's force against the sliding one's coefficient x: n0 + n1 x and t0 + t1 x,
+/// times X.
 struct Rolling {
   Real n0, n1, t0, t1;
 };
 
-/// Of the rolling contact's coefficient, uniform within [low, high], what holds for x in [from, to].
+/// Of the rolling contact's coefficient, uniform within [low, high], what holds for x in [from,
+/// to].
 Real uniform_part(const Rolling& f, const Spread& roll, Real from, Real to) {
   const Real middle = (from + to) / 2;
   const Real least = std::abs(f.t0 + f.t1 * middle) / std::abs(f.n0 + f.n1 * middle);

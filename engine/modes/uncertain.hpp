@@ -1,8 +1,8 @@
 #pragma once
 /// Contact modes when coefficients of friction are only known to lie somewhere.
 ///
-/// Each contact has one coefficient, the same where it rolls and where it slides, independent of the
-/// others'.
+/// Each contact has one coefficient, the same where it rolls and where it slides, independent of
+/// the others'.
 #include <span>
 #include <vector>
 
@@ -14,8 +14,8 @@ namespace pantin::detail::modes {
 struct Spread {
   enum class Kind : std::uint8_t { exact, uniform, normal };
   Kind kind = Kind::exact;
-  Real low = 0, high = 0;           // exact: both the value. normal: where it is cut off
-  Real mean = 0, deviation = 0;     // of the normal distribution before that
+  Real low = 0, high = 0;        // exact: both the value. normal: where it is cut off
+  Real mean = 0, deviation = 0;  // of the normal distribution before that
 
   static Spread at(Real mu) { return {Kind::exact, mu, mu}; }
   static Spread between(Real low, Real high) { return {Kind::uniform, low, high}; }
@@ -43,9 +43,9 @@ struct Probability {
   int samples = 0;  // 0 for closed forms
 };
 
-/// That the mode is feasible. In closed form if at most one of its coefficients is uncertain, or for a
-/// rolling and a sliding contact that are uniform. Else one coefficient is integrated in closed form
-/// and the others are sampled: the same numbers for the same seed.
+/// That the mode is feasible. In closed form if at most one of its coefficients is uncertain, or
+/// for a rolling and a sliding contact that are uniform. Else one coefficient is integrated in
+/// closed form and the others are sampled: the same numbers for the same seed.
 Probability probability(const Region& r, std::span<const Spread> spreads, const Sampling& sampling);
 
 /// That no mode is feasible, exactly one, or several; sampled together.
@@ -61,14 +61,14 @@ const char* word_for(Occurrence occurrence);
 
 struct WorstCase {
   Occurrence occurrence = Occurrence::unknown;
-  // Own coefficients at which the mode is feasible, and at which it is not or its forces are without
-  // bound.
+  // Own coefficients at which the mode is feasible, and at which it is not or its forces are
+  // without bound.
   OwnFriction with{}, without{};
-  Real largest_force = 0;         // N, of all its normal forces, if it is always feasible
-  int boxes = 0;                  // looked at
+  Real largest_force = 0;  // N, of all its normal forces, if it is always feasible
+  int boxes = 0;           // looked at
 };
-/// Exact statements, by corners of boxes that are halved at most `most_boxes` times; unknown if that
-/// does not decide. `low` and `high` are own coefficients of the region.
+/// Exact statements, by corners of boxes that are halved at most `most_boxes` times; unknown if
+/// that does not decide. `low` and `high` are own coefficients of the region.
 WorstCase worst_case(const Region& r, const OwnFriction& low, const OwnFriction& high,
                      int most_boxes = 4096);
 

@@ -79,8 +79,10 @@ Brute brute(const Grasp& g, const Candidate& c, const Friction& mu) {
   };
   set(0, at[0], all[at[0]].normal);
   set(1, at[1], all[at[1]].normal);
-  if (slides) set(2, at[2], all[at[2]].normal);
-  else set(2, at[0], tangent_of(all[at[0]].normal));
+  if (slides)
+    set(2, at[2], all[at[2]].normal);
+  else
+    set(2, at[0], tangent_of(all[at[0]].normal));
   const Solution q = eliminate(kinematics);
   if (!q.unique) return {};
   std::uint32_t kept = 1u << at[0] | 1u << at[1];
@@ -122,13 +124,17 @@ void compare(const Grasp& g, const Friction& mu, Tally& tally) {
     const Region* r = c.region < 0 ? nullptr : &p.regions[static_cast<std::size_t>(c.region)];
     if (r) branch = branch_of(*r, own(*r, mu));
     ++tally.modes, tally.feasible += branch != 0;
-    if ((branch != 0) != expected.feasible) ++tally.disagreements;
-    else if (branch != 0 && index_of(*r, branch) != expected.index) ++tally.disagreements;
+    if ((branch != 0) != expected.feasible)
+      ++tally.disagreements;
+    else if (branch != 0 && index_of(*r, branch) != expected.index)
+      ++tally.disagreements;
     if (!r) continue;
     const Geometric seen = by_moments(g.lamina(), *r, own(*r, mu));
     ++tally.geometric;
-    if (seen == Geometric::concurrent) ++tally.concurrent;
-    else if ((seen == Geometric::feasible) != (branch != 0)) ++tally.disagreements;
+    if (seen == Geometric::concurrent)
+      ++tally.concurrent;
+    else if ((seen == Geometric::feasible) != (branch != 0))
+      ++tally.disagreements;
   }
 }
 

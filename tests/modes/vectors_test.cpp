@@ -67,12 +67,12 @@ std::vector<Named> coefficients(const Region& r) {
   const auto& x = r.divisor;
   const auto& f = r.forms;
   if (r.kind == Kind::roll_slide)
-    return {{"A", x[2]},    {"B", x[0]},    {"C1", f[1][3]}, {"D1", f[1][1]},
+    return {{"A", x[2]},     {"B", x[0]},     {"C1", f[1][3]}, {"D1", f[1][1]},
             {"C2", f[1][2]}, {"D2", f[1][0]}, {"D3", f[0][0]}};
-  return {{"A", x[7]},      {"B1", x[3]},     {"B2", x[5]},     {"B3", x[6]},    {"C1", x[1]},
-          {"C2", x[2]},     {"C3", x[4]},     {"D", x[0]},      {"E1", f[0][3]}, {"F12", f[0][1]},
-          {"F13", f[0][2]}, {"G1", f[0][0]},  {"E2", f[1][3]},  {"F21", f[1][1]}, {"F23", f[1][2]},
-          {"G2", f[1][0]},  {"E3", f[2][3]},  {"F31", f[2][1]}, {"F32", f[2][2]}, {"G3", f[2][0]}};
+  return {{"A", x[7]},      {"B1", x[3]},    {"B2", x[5]},     {"B3", x[6]},     {"C1", x[1]},
+          {"C2", x[2]},     {"C3", x[4]},    {"D", x[0]},      {"E1", f[0][3]},  {"F12", f[0][1]},
+          {"F13", f[0][2]}, {"G1", f[0][0]}, {"E2", f[1][3]},  {"F21", f[1][1]}, {"F23", f[1][2]},
+          {"G2", f[1][0]},  {"E3", f[2][3]}, {"F31", f[2][1]}, {"F32", f[2][2]}, {"G3", f[2][0]}};
 }
 
 bool near(Real a, Real b, Real relative) {
@@ -155,6 +155,7 @@ TEST_CASE("intervals of a common coefficient and cube bounds are those of the ve
 
 TEST_CASE("samples have the modes, forces, indices and classes of the vectors") {
   int tested = 0;
+  std::set<std::string> kinds;
   for (const json& grasp : all_grasps()) {
     const Prepared p = prepared(read_grasp(grasp));
     for (const json& sample : grasp["samples"]) {
@@ -179,10 +180,11 @@ TEST_CASE("samples have the modes, forces, indices and classes of the vectors") 
       CHECK((set.verdict == Verdict::squeezed) == (kind == "kin"));
       CHECK((set.verdict == Verdict::no_balance) == (kind == "noeq"));
       CHECK((set.verdict == Verdict::conflict) == (kind == "conflict"));
-      ++tested;
+      kinds.insert(kind), ++tested;
     }
   }
   CHECK(tested >= 60);
+  CHECK(kinds.count("ok") + kinds.count("conflict") + kinds.count("noeq") == 3);
 }
 
 TEST_CASE("degenerate grasps have the statuses and the signed modes of the vectors") {
