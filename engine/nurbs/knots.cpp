@@ -139,7 +139,9 @@ Rows on_knots(const Knots& from, const Rows& rows, const Knots& to) {
   std::vector<Weighted> work;
   Arguments at{};
   for (int i = 0; i < to.count(); ++i) {
-    const int j = middle_span(to, i), span = from.span_at((to[j] + to[j + 1]) / 2);
+    const int j = middle_span(to, i);
+    if (j < 0) continue;  // beyond a seam of several knots: closed up below
+    const int span = from.span_at((to[j] + to[j + 1]) / 2);
     Weighted* row = &result.points[static_cast<std::size_t>(i) * across];
     const int q = to.degree, rounds = q == from.degree ? 1 : q;
     // Of one degree more: the mean over the arguments, each left out once.
@@ -150,6 +152,10 @@ Rows on_knots(const Knots& from, const Rows& rows, const Knots& to) {
       const std::size_t last = static_cast<std::size_t>(from.degree) * across;
       for (std::size_t c = 0; c < across; ++c) row[c] = row[c] + (1.0 / rounds) * work[last + c];
     }
+  }
+  if (to.is_periodic && to.values.front() < to.low() && to.high() < to.values.back()) {
+    const auto wrapped = static_cast<std::ptrdiff_t>(static_cast<std::size_t>(to.degree) * across);
+    std::copy_n(result.points.begin(), wrapped, result.points.end() - wrapped);
   }
   return result;
 }

@@ -198,6 +198,7 @@ TEST_CASE("a periodic curve whose knots run on takes knots anywhere, its seam to
     const Curve ring = interpolated(points, degree, Ends::periodic).value();
     const Range range = ring.knots.domain();
     for (const Real share : {0.0, 0.01, 0.3, 0.5, 0.99}) {
+      if (degree == 1 && share == 0) continue;  // there already, as often as may be
       const Curve finer = with_knot(ring, range.low + share * range.width(), 1);
       CHECK(finer.points.size() == ring.points.size() + 1);
       CHECK(finer.knots.low() == Approx(range.low).margin(1e-15));
