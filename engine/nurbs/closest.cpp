@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace pantin::detail::nurbs {
 namespace {
@@ -32,7 +33,13 @@ Height height_of(const Jet& j, Vec3 p, std::array<Real, 2> h) {
 
 struct Box {
   Range u, v;
+  // Of a cell: the piece it lies in.
+  std::optional<Face::Piece> piece = std::nullopt;
 };
+
+Jet jet_in(const Face& face, const Box& box, std::array<Real, 2> at) {
+  return box.piece ? face.at(*box.piece, at[0], at[1]) : face.at(at[0], at[1]);
+}
 
 // ---- Downhill ----------------------------------------------------------------------------------
 
@@ -57,8 +64,10 @@ class Descent {
 
 // In parameters scaled to the box. What a bound holds does not move.
 std::array<Real, 2> Descent::step(const Height& h, std::array<Real, 2> at) const {
-  const bool holds_u = (at[0] <= box_.u.low && h.gu > 0) || (at[0] >= box_.u.high && h.gu < 0);
-  const bool holds_v = (at[1] <= box_.v.low && h.gv > 0) || (at[1] >= box_.v.high && h.gv < 0);
+  const bool holds_u = box_.u.width() == 0 || (at[0] <= box_.u.low && h.gu > 0) ||
+                       (at[0] >= box_.u.high && h.gu < 0);
+  const bool holds_v = box_.v.width() == 0 || (at[1] <= box_.v.low && h.gv > 0) ||
+                       (at[1] >= box_.v.high && h.gv < 0);
   const Real size = std::max(std::abs(h.huu), std::abs(h.hvv)) + std::abs(h.huv);
   if (holds_u && holds_v) return {0, 0};
   const auto single = [&](Real g, Real bend) {
@@ -76,7 +85,7 @@ NearestPoint Descent::from(std::array<Real, 2> start) {
   const std::array<Real, 2> width{box_.u.width(), box_.v.width()};
   NearestPoint best;
   auto at = inside(start[0], start[1]);
-  Jet jet = face_.at(at[0], at[1]);
+  Jet jet = jet_in(face_, box_, at);
   Height h = height_of(jet, p_, width);
   ++best.looks;
   for (int round = 0; round < kMostSteps; ++round) {
@@ -89,7 +98,7 @@ NearestPoint Descent::from(std::array<Real, 2> start) {
     for (Real part = std::min(1.0, 0.5 / longest); part > 1e-9; part /= 4) {
       const auto to = inside(at[0] + part * way[0] * width[0], at[1] + part * way[1] * width[1]);
       if (to == at) break;
-      const Jet there = face_.at(to[0], to[1]);
+      const Jet there = jet_in(face_, box_, to);
       const Height h_there = height_of(there, p_, width);
       ++best.looks;
       if (!is_last && !(h_there.f < h.f)) continue;
@@ -132,10 +141,12 @@ class Search {
   void keep(const NearestPoint& found) {
     best_.looks += found.looks;
     if (!(found.distance < best_.distance)) return;
-    best_.u = found.u, best_.v = found.v, best_.point = found.point,
+    best_.u = found.u, best_.v = found.v, best_.point = found.point;
     best_.distance = found.distance;
   }
-  bool is_open(const Leaf& leaf, const Open& cell, Real reach);
+  Real twist_of(const Leaf& leaf, const Open& cell, const Jet& jet) const;
+  bool narrow(const Leaf& leaf, const Height& h, Real twist, Box& box) const;
+  bool is_open(const Leaf& leaf, Open& cell);
   void look_into(const Leaf& leaf);
   Real wanted() const {
     const Real f = best_.distance * best_.distance / 2;
@@ -147,46 +158,83 @@ class Search {
   NearestPoint best_{.distance = 1e300};
 };
 
+// The third derivative of f along any way within a cell is at most this: three times those of order
+// 1 and 2 multiplied, and the distance times that of order 3. By their values in the middle and the
+// leaf's bounds of what is beyond.
+Real Search::twist_of(const Leaf& leaf, const Open& cell, const Jet& jet) const {
+  const Real s = cell.scale, u = cell.box.u.width() / 2, v = cell.box.v.width() / 2;
+  const Real third = leaf.third * s * s * s;
+  const Real middle =
+      glm::length(jet.uu) * u * u + 2 * glm::length(jet.uv) * u * v + glm::length(jet.vv) * v * v;
+  const Real second = std::min(leaf.second * s * s, middle + third);
+  const Real first =
+      std::min(leaf.first * s, glm::length(jet.u) * u + glm::length(jet.v) * v + second);
+  return 3 * first * second + (glm::distance(jet.s, p_) + first) * third;
+}
+
+// Where f rises or falls all through a cell, its least is on that side: the cell shrinks to it if
+// it is a side of the leaf, else another cell has it. False if nothing is left.
+bool Search::narrow(const Leaf& leaf, const Height& h, Real twist, Box& box) const {
+  const auto shrink = [](Real slope, Real change, const Range& whole, Range& range) {
+    if (range.width() == 0 || !(std::abs(slope) > change)) return true;
+    const Real side = slope > 0 ? range.low : range.high;
+    range = {side, side};
+    return side == whole.low || side == whole.high;
+  };
+  const Real rest = twist / 2 + std::abs(h.huv);
+  return shrink(h.gu, std::abs(h.huu) + rest, leaf.u, box.u) &&
+         shrink(h.gv, std::abs(h.hvv) + rest, leaf.v, box.v);
+}
+
 // Whether a cell has to be cut: not if it is farther than the best, nor if f is convex in it.
-bool Search::is_open(const Leaf& leaf, const Open& cell, Real reach) {
-  const std::array<Real, 2> at{cell.box.u.middle(), cell.box.v.middle()};
-  const Jet jet = face_.at(at[0], at[1]);
-  const Height h = height_of(jet, p_, {cell.box.u.width() / 2, cell.box.v.width() / 2});
-  ++best_.looks;
-  // The third derivative of f along any way within the cell is at most this.
-  const Real twist =
-      (3 * leaf.first * leaf.second + reach * leaf.third) * cell.scale * cell.scale * cell.scale;
-  const Real bend = h.least_bend(), slope = std::abs(h.gu) + std::abs(h.gv);
-  const bool is_convex = bend > twist;
-  if (h.f < best_.distance * best_.distance / 2)
-    keep({.u = at[0], .v = at[1], .point = jet.s, .distance = glm::distance(jet.s, p_)});
-  if (h.f - slope + (is_convex ? 0 : std::min(0.0, bend) - twist / 6) >= wanted()) return false;
-  if (!is_convex) return true;
-  keep(Descent(face_, p_, cell.box).from(at));
-  return false;
+bool Search::is_open(const Leaf& leaf, Open& cell) {
+  for (;;) {
+    const std::array<Real, 2> at{cell.box.u.middle(), cell.box.v.middle()};
+    const Jet jet = jet_in(face_, cell.box, at);
+    const bool is_flat_u = cell.box.u.width() == 0, is_flat_v = cell.box.v.width() == 0;
+    const Height h = height_of(jet, p_, {cell.box.u.width() / 2, cell.box.v.width() / 2});
+    ++best_.looks;
+    if (h.f < best_.distance * best_.distance / 2)
+      keep({.u = at[0], .v = at[1], .point = jet.s, .distance = glm::distance(jet.s, p_)});
+    if (is_flat_u && is_flat_v) return false;
+    const Real twist = twist_of(leaf, cell, jet), slope = std::abs(h.gu) + std::abs(h.gv);
+    const Real bend = is_flat_u ? h.hvv : (is_flat_v ? h.huu : h.least_bend());
+    const bool is_convex = bend > twist;
+    if (h.f - slope + (is_convex ? 0 : std::min(0.0, bend) - twist / 6) >= wanted()) return false;
+    if (is_convex) {
+      keep(Descent(face_, p_, cell.box).from(at));
+      return false;
+    }
+    if (!narrow(leaf, h, twist, cell.box)) return false;
+    const bool is_narrower =
+        is_flat_u != (cell.box.u.width() == 0) || is_flat_v != (cell.box.v.width() == 0);
+    if (!is_narrower) return true;
+  }
 }
 
 void Search::look_into(const Leaf& leaf) {
-  const Real reach = glm::distance(leaf.centre, p_) + leaf.radius;
   constexpr std::size_t kRoom = 128;
   Open stack[kRoom];
   std::size_t depth = 0;
-  stack[depth++] = {{leaf.u, leaf.v}, 1};
+  const Face::Piece piece = face_.piece_at(leaf.u.middle(), leaf.v.middle());
+  stack[depth++] = {{leaf.u, leaf.v, piece}, 1};
   while (depth > 0) {
-    const Open cell = stack[--depth];
-    if (!is_open(leaf, cell, reach)) continue;
+    Open cell = stack[--depth];
+    if (!is_open(leaf, cell)) continue;
     const bool is_small = leaf.first * cell.scale < 1e-8 * face_.size();
     if (is_small || depth + 4 > kRoom || best_.looks > kMostLooks) {
       // Nothing in a cell of this size differs by more; many of them are a doubt.
       if (!is_small) best_.is_certain = false;
       continue;
     }
-    const Real u = cell.box.u.middle(), v = cell.box.v.middle(), half = cell.scale / 2;
-    const Range &r = cell.box.u, &q = cell.box.v;
-    stack[depth++] = {{{r.low, u}, {q.low, v}}, half};
-    stack[depth++] = {{{u, r.high}, {q.low, v}}, half};
-    stack[depth++] = {{{r.low, u}, {v, q.high}}, half};
-    stack[depth++] = {{{u, r.high}, {v, q.high}}, half};
+    const Range u = cell.box.u, v = cell.box.v;
+    for (const Range& part_u : {Range{u.low, u.middle()}, Range{u.middle(), u.high}}) {
+      for (const Range& part_v : {Range{v.low, v.middle()}, Range{v.middle(), v.high}}) {
+        stack[depth++] = {{part_u, part_v, piece}, cell.scale / 2};
+        if (v.width() == 0) break;
+      }
+      if (u.width() == 0) break;
+    }
   }
 }
 

@@ -46,7 +46,7 @@ std::size_t Face::Pieces::find(Real t) const {
 Face::Face(Surface surface) : surface_(std::move(surface)) {
   const auto prepare = [](const Knots& k, Pieces& to) {
     for (int i : k.spans()) {
-      to.starts.push_back(k[i]);
+      to.starts.push_back(k[i]), to.spans.push_back(i);
       to.middles.push_back((k[i] + k[i + 1]) / 2);
       to.inverse.push_back(1 / (k[i + 1] - k[i]));
     }
@@ -152,12 +152,12 @@ PANTIN_INLINE Jet projected(const Lifted& h, Real a, Real b) {
 
 }  // namespace
 
-Jet Face::at(Real u, Real v) const {
+Jet Face::at(Piece piece, Real u, Real v) const {
+  const auto [i, j] = piece;
   if (coefficients_.empty()) {
-    const SurfaceDerivatives d = evaluate(surface_, u, v, 2);
+    const SurfaceDerivatives d = evaluate_on(surface_, {by_u_.spans[i], by_v_.spans[j]}, {u, v}, 2);
     return {d[0][0], d[1][0], d[0][1], d[2][0], d[1][1], d[0][2]};
   }
-  const std::size_t i = by_u_.find(u), j = by_v_.find(v);
   const Real a = by_u_.inverse[i], b = by_v_.inverse[j];
   const Real s = (u - by_u_.middles[i]) * a, t = (v - by_v_.middles[j]) * b;
   const int p = surface_.u.degree, q = surface_.v.degree;

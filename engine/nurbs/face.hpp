@@ -78,7 +78,13 @@ class Face {
   Real size() const { return size_; }
 
   /// Point and derivatives; parameters within the domain. No heap.
-  Jet at(Real u, Real v) const;
+  Jet at(Real u, Real v) const { return at(piece_at(u, v), u, v); }
+  /// One of the polynomial pieces; which it is matters at knots where the surface has a crease.
+  struct Piece {
+    std::size_t u = 0, v = 0;
+  };
+  Piece piece_at(Real u, Real v) const { return {by_u_.find(u), by_v_.find(v)}; }
+  Jet at(Piece piece, Real u, Real v) const;
 
   const std::vector<Leaf>& leaves() const { return leaves_; }
   const BallTree& tree() const { return tree_; }
@@ -89,7 +95,8 @@ class Face {
 
   /// Where the pieces of one direction begin; a parameter's place in its piece is from -1/2 to 1/2.
   struct Pieces {
-    std::vector<Real> starts;            // one for each piece
+    std::vector<Real> starts;  // one for each piece
+    std::vector<int> spans;
     std::vector<Real> middles, inverse;  // and of their widths
     std::size_t find(Real t) const;
   };

@@ -7,7 +7,7 @@
 namespace pantin::detail::nurbs {
 namespace {
 
-constexpr Real kTurn = 0.3;     // rad: cells that turn no more are not cut
+constexpr Real kTurn = 0.5;     // rad: cells that turn no more are not cut
 constexpr int kMostCuts = 8;    // of a piece, one after the other
 constexpr Real kSlack = 1e-13;  // relative: what rounding may add
 constexpr int kOrders = 4;
@@ -73,6 +73,20 @@ Bounds bounds_of(const Surface& piece, Vec3 about) {
   return b;
 }
 
+// Bounds by the derivative at the middle and those of one order more are often the better ones: the
+// triangle inequality counts twice what cancels.
+void sharpen(Bounds& b, const Surface& piece, const Leaf& leaf) {
+  const SurfaceDerivatives d = evaluate(piece, leaf.u.middle(), leaf.v.middle(), kOrders - 2);
+  const Real hu = leaf.u.width() / 2, hv = leaf.v.width() / 2;
+  for (int order = kOrders - 2; order > 0; --order)
+    for (int k = 0; k <= order; ++k) {
+      const int l = order - k;
+      const Real middle = glm::length(d[static_cast<std::size_t>(k)][static_cast<std::size_t>(l)]) *
+                          std::pow(hu, k) * std::pow(hv, l);
+      b.s[k][l] = std::min(b.s[k][l], (1 + kSlack) * middle + b.s[k + 1][l] + b.s[k][l + 1]);
+    }
+}
+
 struct CutPiece {
   Surface piece;
   int cuts = 0;
@@ -84,7 +98,8 @@ Leaf leaf_of(const Surface& piece, Along& turns_along) {
   leaf.u = piece.u.domain(), leaf.v = piece.v.domain();
   const SurfaceDerivatives d = evaluate(piece, leaf.u.middle(), leaf.v.middle(), 1);
   leaf.centre = d[0][0];
-  const Bounds b = bounds_of(piece, leaf.centre);
+  Bounds b = bounds_of(piece, leaf.centre);
+  sharpen(b, piece, leaf);
   const auto& s = b.s;
   const Vec3 across = glm::cross(d[1][0], d[0][1]) * (leaf.u.width() * leaf.v.width() / 4);
   const Real area = glm::length(across);

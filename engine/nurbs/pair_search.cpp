@@ -105,6 +105,51 @@ PlacePair middles(const Cell3& a, const Cell3& b) {
           {b.face, b.leaf->u.middle(), b.leaf->v.middle()}};
 }
 
+constexpr Real kStraight = 0.2;  // rad: one start finds what there is in a cell that turns no more
+
+/// Places to start from within a cell: its middle, or those of its quarters.
+struct Starts {
+  std::array<Place, 4> at;
+  std::size_t count;
+};
+Starts starts_in(const Cell3& cell) {
+  const Range &u = cell.leaf->u, &v = cell.leaf->v;
+  if (cell.leaf->turn <= kStraight) return {{Place{cell.face, u.middle(), v.middle()}}, 1};
+  Starts all{{}, 4};
+  for (std::size_t i = 0; i < 4; ++i)
+    all.at[i] = {cell.face, u.low + u.width() * (i % 2 == 0 ? 0.25 : 0.75),
+                 v.low + v.width() * (i < 2 ? 0.25 : 0.75)};
+  return all;
+}
+
+/// Contacts by gap, each once.
+class Collected {
+ public:
+  Collected(std::span<CommonNormal> out, Real alike) : out_(out), alike_(alike) {}
+  std::size_t count() const { return count_; }
+
+  void add(const CommonNormal& found) {
+    const auto begin = out_.begin(), end = begin + static_cast<std::ptrdiff_t>(count_);
+    const auto is_same = [&](const CommonNormal& o) {
+      return glm::distance(o.on_a, found.on_a) < alike_ &&
+             glm::distance(o.on_b, found.on_b) < alike_;
+    };
+    if (std::any_of(begin, end, is_same)) return;
+    const auto place = std::find_if(begin, end, [&](const auto& o) { return found.gap < o.gap; });
+    if (place == out_.end()) return;
+    // The last falls out where there is no room.
+    count_ = std::min(count_ + 1, out_.size());
+    const auto last = begin + static_cast<std::ptrdiff_t>(count_);
+    std::move_backward(place, last - 1, last);
+    *place = found;
+  }
+
+ private:
+  std::span<CommonNormal> out_;
+  Real alike_;
+  std::size_t count_ = 0;
+};
+
 }  // namespace
 
 ClosestPair closest_pair(const Skin& a, const Skin& b, const Pose& a_in_b) {
@@ -135,30 +180,20 @@ ClosestPair closest_pair(const Skin& a, const Skin& b, const Pose& a_in_b) {
 
 std::size_t find_contacts(const Skin& a, const Skin& b, const Pose& a_in_b, Real reach,
                           std::span<CommonNormal> out) {
-  std::size_t count = 0;
-  const Real alike = 1e-7 * std::min(a.size(), b.size());
+  Collected all(out, 1e-7 * std::min(a.size(), b.size()));
   const auto limit = [&] { return reach; };
   PairWalk(a, b, a_in_b).run(limit, [&](const Cell3& x, const Cell3& y) {
     if (least_distance(x, y) > reach || !may_face(x, y)) return;
-    const CommonNormal found = track_newton(a, b, a_in_b, middles(x, y));
-    if (found.status != ContactStatus::found || std::abs(found.gap) > reach ||
-        found.least_curvature <= 0)
-      return;
-    const auto is_same = [&](const CommonNormal& o) {
-      return glm::distance(o.on_a, found.on_a) < alike && glm::distance(o.on_b, found.on_b) < alike;
-    };
-    const auto end = out.begin() + static_cast<std::ptrdiff_t>(count);
-    if (std::any_of(out.begin(), end, is_same)) return;
-    // Sorted by gap; the last falls out where there is no room.
-    const auto place =
-        std::find_if(out.begin(), end, [&](const auto& o) { return found.gap < o.gap; });
-    if (place == out.end()) return;
-    count = std::min(count + 1, out.size());
-    std::move_backward(place, out.begin() + static_cast<std::ptrdiff_t>(count) - 1,
-                       out.begin() + static_cast<std::ptrdiff_t>(count));
-    *place = found;
+    const Starts on_a = starts_in(x), on_b = starts_in(y);
+    for (std::size_t i = 0; i < on_a.count; ++i)
+      for (std::size_t j = 0; j < on_b.count; ++j) {
+        const CommonNormal found = track_newton(a, b, a_in_b, {on_a.at[i], on_b.at[j]});
+        const bool is_contact = found.status == ContactStatus::found &&
+                                std::abs(found.gap) <= reach && found.least_curvature > 0;
+        if (is_contact) all.add(found);
+      }
   });
-  return count;
+  return all.count();
 }
 
 }  // namespace pantin::detail::nurbs

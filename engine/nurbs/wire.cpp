@@ -84,8 +84,9 @@ class Search {
     Vec3 point;
     Real f, slope, bend;
   };
-  Height height_at(Real t, Real h) {
-    const CurveDerivatives c = evaluate(wire_.curve(), t, 2);
+  // By the polynomials of one span: at a kink the next ones are no help.
+  Height height_at(int span, Real t, Real h) {
+    const CurveDerivatives c = evaluate_on(wire_.curve(), span, t, 2);
     ++best_.looks;
     const Vec3 d = c[0] - p_;
     return {c[0], glm::dot(d, d) / 2, glm::dot(d, c[1]) * h,
@@ -95,7 +96,7 @@ class Search {
     const Real distance = std::sqrt(2 * h.f);
     if (distance < best_.distance) best_.u = t, best_.point = h.point, best_.distance = distance;
   }
-  void descend(Range range, Real t);
+  void descend(const Wire::Leaf& leaf, Range range, Real t);
   void look_into(const Wire::Leaf& leaf);
   Real wanted() const {
     return best_.distance * best_.distance / 2 * (1 - kAlike) -
@@ -108,9 +109,10 @@ class Search {
 };
 
 // Newton's method within a range, the parameter scaled to it.
-void Search::descend(Range range, Real t) {
+void Search::descend(const Wire::Leaf& leaf, Range range, Real t) {
   const Real width = range.width();
-  Height h = height_at(t, width);
+  const int span = wire_.knots().span_at(leaf.t.middle());
+  Height h = height_at(span, t, width);
   for (int round = 0; round < kMostSteps; ++round) {
     const Real way = -h.slope / std::max(std::abs(h.bend), 1e-300), length = std::abs(way);
     if (!(length > 1e-16)) break;
@@ -118,7 +120,7 @@ void Search::descend(Range range, Real t) {
     for (Real part = std::min(1.0, 0.5 / length); part > 1e-9; part /= 4) {
       const Real to = range.clamped(t + part * way * width);
       if (to == t) break;
-      const Height there = height_at(to, width);
+      const Height there = height_at(span, to, width);
       if (length >= 1e-7 && !(there.f < h.f)) continue;
       t = to, h = there, has_moved = true;
       break;
@@ -137,17 +139,24 @@ void Search::look_into(const Wire::Leaf& leaf) {
   std::size_t depth = 0;
   stack[depth++] = {leaf.t, 1};
   const Real reach = glm::distance(leaf.centre, p_) + leaf.radius;
+  const int span = wire_.knots().span_at(leaf.t.middle());
   while (depth > 0) {
     const Open cell = stack[--depth];
     const Real t = cell.t.middle(), scale = cell.scale;
-    const Height h = height_at(t, cell.t.width() / 2);
+    const Height h = height_at(span, t, cell.t.width() / 2);
     keep(t, h);
     const Real twist = (3 * leaf.first * leaf.second + reach * leaf.third) * scale * scale * scale;
     const bool is_convex = h.bend > twist;
     const Real sag = is_convex ? 0 : std::min(0.0, h.bend) / 2 - twist / 6;
     if (h.f - std::abs(h.slope) + sag >= wanted()) continue;
     if (is_convex) {
-      descend(cell.t, t);
+      descend(leaf, cell.t, t);
+      continue;
+    }
+    // Where f rises or falls all through, its least is at that end.
+    if (std::abs(h.slope) > std::abs(h.bend) + twist / 2) {
+      const Real end = h.slope > 0 ? cell.t.low : cell.t.high;
+      keep(end, height_at(span, end, 1));
       continue;
     }
     const bool is_small = leaf.first * scale < 1e-8 * wire_.size();
@@ -165,7 +174,7 @@ NearestPoint Search::run() {
       p_, [&] { return best_.distance; },
       [&](std::uint32_t index) {
         const Wire::Leaf& leaf = wire_.leaves()[index];
-        if (best_.distance == 1e300) descend(wire_.knots().domain(), leaf.t.middle());
+        if (best_.distance == 1e300) descend(leaf, leaf.t, leaf.t.middle());
         look_into(leaf);
       });
   const Knots& k = wire_.knots();

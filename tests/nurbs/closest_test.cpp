@@ -1,0 +1,190 @@
+// Nearest points against dense samples, each improved by a descent of its own. A million queries:
+// pantin_tests "[.soak]"
+#include "engine/nurbs/closest.hpp"
+
+#include <catch2/catch.hpp>
+
+#include "engine/nurbs/makers.hpp"
+#include "tests/nurbs/samples.hpp"
+
+using namespace pantin;
+using namespace pantin::detail;
+using namespace pantin::detail::nurbs;
+using namespace pantin::test;
+
+namespace {
+
+/// A surface by its points on a grid, for queries that look at all of them.
+class Dense {
+ public:
+  Dense(const Face& face, int lines) : face_(face), lines_(lines) {
+    for (int i = 0; i < lines; ++i)
+      for (int j = 0; j < lines; ++j) points_.push_back(face.at(u_at(i), v_at(j)).s);
+  }
+
+  /// From every grid point that is nearer than its neighbours, downhill.
+  NearestPoint closest(Vec3 p) {
+    squares_.resize(points_.size());
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      const Vec3 d = points_[i] - p;
+      squares_[i] = glm::dot(d, d);
+    }
+    NearestPoint best{.distance = 1e300};
+    for (int i = 0; i < lines_; ++i)
+      for (int j = 0; j < lines_; ++j) {
+        if (!is_least(i, j)) continue;
+        const NearestPoint found = closest_from(face_, p, {u_at(i), v_at(j)});
+        if (found.distance < best.distance) best = found;
+      }
+    return best;
+  }
+
+ private:
+  Real u_at(int i) const { return face_.u().low() + face_.u().domain().width() * i / (lines_ - 1); }
+  Real v_at(int j) const { return face_.v().low() + face_.v().domain().width() * j / (lines_ - 1); }
+  Real square(int i, int j) const { return squares_[static_cast<std::size_t>(i * lines_ + j)]; }
+  bool is_least(int i, int j) const {
+    for (int k = std::max(i - 1, 0); k <= std::min(i + 1, lines_ - 1); ++k)
+      for (int l = std::max(j - 1, 0); l <= std::min(j + 1, lines_ - 1); ++l)
+        if (square(k, l) < square(i, j)) return false;
+    return true;
+  }
+
+  const Face& face_;
+  int lines_;
+  std::vector<Vec3> points_;
+  std::vector<Real> squares_;
+};
+
+// Whether a parameter is at a knot where the surface may have a crease. A descent over the whole
+// face does not end there, one within each piece does.
+bool is_at_crease(const Knots& k, Real t) {
+  const std::vector<Real> breaks = k.breaks();
+  return std::any_of(breaks.begin() + 1, breaks.end() - 1, [&](Real knot) {
+    return std::abs(knot - t) < 1e-9 && k.multiplicity(knot) >= k.degree;
+  });
+}
+
+struct Tally {
+  int queries = 0, uncertain = 0, at_creases = 0, brute_missed = 0, unexplained = 0;
+  std::uint64_t looks = 0;
+};
+
+// Queries around one face. Where the two differ, the search has to be the nearer one, and either
+// end at a crease or a denser brute force has to come to it.
+void ask(const Face& face, int queries, Random& dice, Tally& tally) {
+  Dense coarse(face, 41);
+  const Ball ball = bounding_ball(face.surface().points);
+  for (int i = 0; i < queries; ++i) {
+    const Vec3 p = ball.centre + 1.5 * ball.radius * dice.in_cube(1);
+    const NearestPoint found = closest_point(face, p), brute = coarse.closest(p);
+    ++tally.queries, tally.looks += found.looks, tally.uncertain += found.is_certain ? 0 : 1;
+    REQUIRE(glm::distance(found.point, p) == Approx(found.distance).epsilon(1e-12));
+    REQUIRE(glm::distance(face.at(found.u, found.v).s, found.point) < 1e-14 * face.size());
+    const Real off = found.distance - brute.distance, tolerance = 1e-11 * face.size();
+    if (std::abs(off) <= tolerance) continue;
+    const bool is_crease = is_at_crease(face.u(), found.u) || is_at_crease(face.v(), found.v);
+    if (off < 0 && is_crease) {
+      ++tally.at_creases;
+      continue;
+    }
+    ++tally.brute_missed;
+    const Real again = off > 0 ? 1e300 : Dense(face, 401).closest(p).distance - found.distance;
+    if (!(std::abs(again) <= tolerance)) {
+      ++tally.unexplained;
+      WARN("p " << p.x << ' ' << p.y << ' ' << p.z << ": off by " << off << ", then " << again
+                << " at " << found.u << ' ' << found.v);
+    }
+  }
+}
+
+Face random_face(int trial, Random& dice) {
+  switch (trial % 5) {
+    case 0:
+      return Face(random_surface(3, 3, 6, 6, dice));
+    case 1:
+      return Face(bumpy_surface(3, 9, 0.3, dice));
+    case 2:
+      return Face(random_surface(2, 2, 5, 5, dice));
+    case 3:
+      return Face(random_surface(1 + trial % 4, 4, 6, 6, dice));
+    default:
+      return Face(bumpy_surface(2, 7, 0.5, dice));
+  }
+}
+
+Tally ask_around(int faces, int queries, std::uint64_t seed) {
+  Tally tally;
+  Random dice(seed);
+  for (int trial = 0; trial < faces; ++trial) ask(random_face(trial, dice), queries, dice, tally);
+  return tally;
+}
+
+}  // namespace
+
+TEST_CASE("ten thousand nearest points are those of dense samples") {
+  const Tally tally = ask_around(100, 100, 1);
+  CHECK(tally.unexplained == 0);
+  CHECK(tally.uncertain == 0);
+  CHECK(tally.brute_missed < 20);  // its samples are too far apart
+  CHECK(tally.at_creases < 1000);
+  CHECK(tally.looks < 100u * static_cast<unsigned>(tally.queries));
+  INFO(tally.looks);
+  CHECK(tally.queries == 10000);
+}
+
+TEST_CASE("a million nearest points are those of dense samples", "[.soak]") {
+  const Tally tally = ask_around(1000, 1000, 2);
+  WARN("brute force missed " << tally.brute_missed << ", at creases " << tally.at_creases
+                             << ", uncertain " << tally.uncertain << ", looks a query "
+                             << static_cast<Real>(tally.looks) / tally.queries);
+  CHECK(tally.unexplained == 0);
+  CHECK(tally.queries == 1000000);
+}
+
+TEST_CASE("nearest points of a sphere, a torus and a plate are those of the equations") {
+  Random dice(3);
+  const Face ball(sphere({}, 1.5)), ring(torus({}, 2, 0.6)), plate(plane({}, 2, 2));
+  for (int i = 0; i < 300; ++i) {
+    const Vec3 p = dice.in_cube(3);
+    CHECK(closest_point(ball, p).distance == Approx(std::abs(glm::length(p) - 1.5)).margin(1e-13));
+    const Real across = std::hypot(std::hypot(p.x, p.y) - 2, p.z);
+    CHECK(closest_point(ring, p).distance == Approx(std::abs(across - 0.6)).margin(1e-13));
+    const Vec3 out(std::max(std::abs(p.x) - 1, 0.0), std::max(std::abs(p.y) - 1, 0.0), p.z);
+    const NearestPoint on = closest_point(plate, p);
+    CHECK(on.distance == Approx(glm::length(out)).margin(1e-13));
+    CHECK(on.is_on_edge == (out.x > 0 || out.y > 0));
+  }
+}
+
+TEST_CASE("where all places are as near as one another, the answer says that it is not certain") {
+  const Face ball(sphere({}, 1.5));
+  const NearestPoint centre = closest_point(ball, Vec3(0));
+  CHECK(centre.distance == Approx(1.5).epsilon(1e-14));
+  CHECK_FALSE(centre.is_certain);
+  // On the pole u means nothing, yet the distance is right.
+  CHECK(closest_point(ball, {0, 0, 1.5}).distance < 1e-12);
+  CHECK(closest_point(ball, {0, 0, 4}).distance == Approx(2.5).epsilon(1e-13));
+}
+
+TEST_CASE("nearest points of curves are those of dense samples") {
+  Random dice(4);
+  for (int trial = 0; trial < 60; ++trial) {
+    const Curve curve = random_curve(1 + trial % 5, 8, dice);
+    const Wire wire(curve);
+    for (int i = 0; i < 50; ++i) {
+      const Vec3 p = dice.in_cube(1.5);
+      const NearestPoint found = closest_point(wire, p);
+      Real least = 1e300, farthest = 0;
+      for (int k = 0; k <= 2000; ++k)
+        least = std::min(least, glm::distance(evaluate(curve, k / 2000.0, 0)[0], p));
+      CHECK(found.is_certain);
+      CHECK(found.distance <= least + 1e-14);
+      for (int k = 0; k < 2000; ++k)
+        farthest = std::max(farthest, glm::distance(evaluate(curve, k / 2000.0, 0)[0],
+                                                    evaluate(curve, (k + 1) / 2000.0, 0)[0]));
+      CHECK(found.distance > least - farthest);
+      CHECK(glm::distance(evaluate(curve, found.u, 0)[0], p) == Approx(found.distance));
+    }
+  }
+}
