@@ -58,7 +58,7 @@ Knots uniform_knots(int degree, int count);
 using Basis = std::array<std::array<Real, kMostDegree + 1>, kMostOrder + 1>;
 
 /// The basis functions that are not zero on a span, and their derivatives up to `order`; t may lie
-/// outside the span, whose polynomials are continued. [de Boor 1978]
+/// outside the span, whose polynomials are continued. [Boor 1978]
 void write_basis(const Knots& knots, int span, Real t, int order, Basis& out);
 
 /// A control point times its weight, and the weight.

@@ -14,12 +14,13 @@ using namespace pantin::test;
 
 namespace {
 
-/// A surface by its points on a grid, for queries that look at all of them.
+/// A surface by its points on a grid, so many to each span, for queries that look at all of them.
 class Dense {
  public:
-  Dense(const Face& face, int lines) : face_(face), lines_(lines) {
-    for (int i = 0; i < lines; ++i)
-      for (int j = 0; j < lines; ++j) points_.push_back(face.at(u_at(i), v_at(j)).s);
+  Dense(const Face& face, int each)
+      : face_(face), u_(samples_of(face.u(), each)), v_(samples_of(face.v(), each)) {
+    for (Real u : u_)
+      for (Real v : v_) points_.push_back(face.at(u, v).s);
   }
 
   /// From every grid point that is nearer than its neighbours, downhill.
@@ -30,28 +31,34 @@ class Dense {
       squares_[i] = glm::dot(d, d);
     }
     NearestPoint best{.distance = 1e300};
-    for (int i = 0; i < lines_; ++i)
-      for (int j = 0; j < lines_; ++j) {
+    for (std::size_t i = 0; i < u_.size(); ++i)
+      for (std::size_t j = 0; j < v_.size(); ++j) {
         if (!is_least(i, j)) continue;
-        const NearestPoint found = closest_from(face_, p, {u_at(i), v_at(j)});
+        const NearestPoint found = closest_from(face_, p, {u_[i], v_[j]});
         if (found.distance < best.distance) best = found;
       }
     return best;
   }
 
  private:
-  Real u_at(int i) const { return face_.u().low() + face_.u().domain().width() * i / (lines_ - 1); }
-  Real v_at(int j) const { return face_.v().low() + face_.v().domain().width() * j / (lines_ - 1); }
-  Real square(int i, int j) const { return squares_[static_cast<std::size_t>(i * lines_ + j)]; }
-  bool is_least(int i, int j) const {
-    for (int k = std::max(i - 1, 0); k <= std::min(i + 1, lines_ - 1); ++k)
-      for (int l = std::max(j - 1, 0); l <= std::min(j + 1, lines_ - 1); ++l)
+  static std::vector<Real> samples_of(const Knots& k, int each) {
+    std::vector<Real> at;
+    const std::vector<Real> breaks = k.breaks();
+    for (std::size_t i = 0; i + 1 < breaks.size(); ++i)
+      for (int j = 0; j < each; ++j) at.push_back(breaks[i] + (breaks[i + 1] - breaks[i]) * j / each);
+    at.push_back(breaks.back());
+    return at;
+  }
+  Real square(std::size_t i, std::size_t j) const { return squares_[i * v_.size() + j]; }
+  bool is_least(std::size_t i, std::size_t j) const {
+    for (std::size_t k = std::max<std::size_t>(i, 1) - 1; k < std::min(i + 2, u_.size()); ++k)
+      for (std::size_t l = std::max<std::size_t>(j, 1) - 1; l < std::min(j + 2, v_.size()); ++l)
         if (square(k, l) < square(i, j)) return false;
     return true;
   }
 
   const Face& face_;
-  int lines_;
+  std::vector<Real> u_, v_;
   std::vector<Vec3> points_;
   std::vector<Real> squares_;
 };
@@ -73,7 +80,7 @@ struct Tally {
 // Queries around one face. Where the two differ, the search has to be the nearer one, and either
 // end at a crease or a denser brute force has to come to it.
 void ask(const Face& face, int queries, Random& dice, Tally& tally) {
-  Dense coarse(face, 41);
+  Dense coarse(face, 10);
   const Ball ball = bounding_ball(face.surface().points);
   for (int i = 0; i < queries; ++i) {
     const Vec3 p = ball.centre + 1.5 * ball.radius * dice.in_cube(1);
@@ -89,7 +96,7 @@ void ask(const Face& face, int queries, Random& dice, Tally& tally) {
       continue;
     }
     ++tally.brute_missed;
-    const Real again = off > 0 ? 1e300 : Dense(face, 401).closest(p).distance - found.distance;
+    const Real again = off > 0 ? 1e300 : Dense(face, 80).closest(p).distance - found.distance;
     if (!(std::abs(again) <= tolerance)) {
       ++tally.unexplained;
       WARN("p " << p.x << ' ' << p.y << ' ' << p.z << ": off by " << off << ", then " << again
