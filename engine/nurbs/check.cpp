@@ -301,20 +301,32 @@ void look_at_edges(const Surface& s, const std::string& name, std::vector<Flaw>&
     }
 }
 
+// Downhill from those samples that none of their neighbours is below.
 void look_for_singular(const Surface& s, const std::string& name, std::vector<Flaw>& to) {
   const Real size = size_of(s.points);
+  const std::vector<Real> us = samples_of(s.u, 4), vs = samples_of(s.v, 4);
+  std::vector<Real> shares;
+  for (Real u : us)
+    for (Real v : vs) shares.push_back(normal_share(s, {u, v}, size));
+  const auto is_least = [&](std::size_t i, std::size_t j) {
+    for (std::size_t k = std::max<std::size_t>(i, 1) - 1; k < std::min(i + 2, us.size()); ++k)
+      for (std::size_t l = std::max<std::size_t>(j, 1) - 1; l < std::min(j + 2, vs.size()); ++l)
+        if (shares[k * vs.size() + l] < shares[i * vs.size() + j]) return false;
+    return true;
+  };
+  const auto point = [&](const std::array<Real, 2>& at) {
+    return evaluate(s, at[0], at[1], 0)[0][0];
+  };
   std::vector<std::array<Real, 2>> found;
-  for (Real u : samples_of(s.u, 4))
-    for (Real v : samples_of(s.v, 4)) {
-      if (normal_share(s, {u, v}, size) > 0.05) continue;
-      const auto at = least_near(s, {u, v}, size);
+  for (std::size_t i = 0; i < us.size(); ++i)
+    for (std::size_t j = 0; j < vs.size(); ++j) {
+      if (!is_least(i, j)) continue;
+      const auto at = least_near(s, {us[i], vs[j]}, size);
       const Real share = normal_share(s, at, size);
-      if (share > kNoNormal) continue;
-      const auto is_same = [&](const std::array<Real, 2>& o) {
-        return glm::distance(evaluate(s, o[0], o[1], 0)[0][0], evaluate(s, at[0], at[1], 0)[0][0]) <
-               1e-3 * size;
+      const auto is_same = [&](const std::array<Real, 2>& other) {
+        return glm::distance(point(other), point(at)) < 1e-3 * size;
       };
-      if (std::any_of(found.begin(), found.end(), is_same)) continue;
+      if (share > kNoNormal || std::any_of(found.begin(), found.end(), is_same)) continue;
       found.push_back(at);
       Flaw flaw{.kind = FlawKind::singular_point, .at = at, .size = share, .text = {}};
       flaw.text =

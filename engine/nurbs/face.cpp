@@ -1,6 +1,7 @@
 #include "engine/nurbs/face.hpp"
 
 #include <algorithm>
+#include <cstring>
 
 #include "engine/base/lanes.hpp"
 
@@ -78,76 +79,82 @@ void Face::make_pieces(const std::vector<Surface>& pieces) {
 
 namespace {
 
-/// Sums over the powers of a parameter: value, derivative, half the second derivative.
-template <int P>
-struct Powers {
-  Real t, square, cube, twice, thrice, triple_square;
-  explicit Powers(Real at)
-      : t(at),
-        square(at * at),
-        cube(square * at),
-        twice(2 * at),
-        thrice(3 * at),
-        triple_square(3 * square) {}
+/// Two of the four numbers of a homogeneous point: as many as leave all sums in registers.
+PANTIN_INLINE Two load_two(const Real* p) {
+  Two pair;
+  std::memcpy(&pair, p, sizeof pair);
+  return pair;
+}
 
-  template <class Get>
-  PANTIN_INLINE Four value(Get&& c) const {
-    Four sum = c(0) + t * c(1);
-    if constexpr (P >= 2) sum += square * c(2);
-    if constexpr (P >= 3) sum += cube * c(3);
-    return sum;
-  }
-  template <class Get>
-  PANTIN_INLINE Four slope(Get&& c) const {
-    Four sum = c(1);
-    if constexpr (P >= 2) sum += twice * c(2);
-    if constexpr (P >= 3) sum += triple_square * c(3);
-    return sum;
-  }
-  template <class Get>
-  PANTIN_INLINE Four half_bend(Get&& c) const {
-    if constexpr (P >= 3)
-      return c(2) + thrice * c(3);
-    else if constexpr (P == 2)
-      return c(2);
-    else
-      return 0.0 * c(0);
-  }
+/// Two numbers of a homogeneous point and of its derivatives by the parameters of its piece.
+struct Lifted {
+  Two s, u, v, half_uu, uv, half_vv;
 };
 
-/// A homogeneous point and its derivatives by the parameters of its piece.
-struct Lifted {
-  Four s, u, v, half_uu, uv, half_vv;
+/// Powers of a parameter up to P, and of their derivatives.
+struct Powers {
+  Real value[4], slope[4], half_bend[4];
+  explicit Powers(Real t)
+      : value{1, t, t * t, t * t * t}, slope{0, 1, 2 * t, 3 * t * t}, half_bend{0, 0, 1, 3 * t} {}
 };
 
 template <int P, int Q>
-PANTIN_INLINE Lifted lifted(const Real* c, Real u, Real v) {
-  const Powers<P> by_u(u);
-  const Powers<Q> by_v(v);
-  Four value[P + 1], slope[P + 1], half_bend[P + 1];
+PANTIN_INLINE Lifted lifted(const Real* c, const Powers& by_u, const Powers& by_v) {
+  Lifted sum{};
   for (int i = 0; i <= P; ++i) {
-    const auto get = [&](int j) { return load_four(c + 4 * (i * (Q + 1) + j)); };
-    value[i] = by_v.value(get), slope[i] = by_v.slope(get), half_bend[i] = by_v.half_bend(get);
+    const Real* row = c + 4 * (Q + 1) * i;
+    Two value = load_two(row) + by_v.value[1] * load_two(row + 4), slope = load_two(row + 4),
+        bend{};
+    if constexpr (Q >= 2) {
+      const Two third = load_two(row + 8);
+      value += by_v.value[2] * third, slope += by_v.slope[2] * third, bend = third;
+    }
+    if constexpr (Q >= 3) {
+      const Two fourth = load_two(row + 12);
+      value += by_v.value[3] * fourth, slope += by_v.slope[3] * fourth;
+      bend += by_v.half_bend[3] * fourth;
+    }
+    sum.s += by_u.value[i] * value, sum.v += by_u.value[i] * slope;
+    sum.half_vv += by_u.value[i] * bend;
+    if (i >= 1) sum.u += by_u.slope[i] * value, sum.uv += by_u.slope[i] * slope;
+    if (i >= 2) sum.half_uu += by_u.half_bend[i] * value;
   }
-  const auto values = [&](int i) { return value[i]; };
-  const auto slopes = [&](int i) { return slope[i]; };
-  const auto bends = [&](int i) { return half_bend[i]; };
-  return {by_u.value(values),     by_u.slope(values), by_u.value(slopes),
-          by_u.half_bend(values), by_u.slope(slopes), by_u.value(bends)};
+  return sum;
 }
 
-PANTIN_INLINE Vec3 xyz(Four a) { return {a[0], a[1], a[2]}; }
+/// The quotient rule for two numbers; `w` holds the weight and its derivatives.
+struct Weights {
+  Real inverse, u, v, half_uu, uv, half_vv;
+};
+PANTIN_INLINE Lifted divided(const Lifted& h, const Weights& w) {
+  Lifted d;
+  d.s = w.inverse * h.s;
+  d.u = w.inverse * (h.u - w.u * d.s), d.v = w.inverse * (h.v - w.v * d.s);
+  d.half_uu = w.inverse * (h.half_uu - w.u * d.u - w.half_uu * d.s);
+  d.half_vv = w.inverse * (h.half_vv - w.v * d.v - w.half_vv * d.s);
+  d.uv = w.inverse * (h.uv - w.u * d.v - w.v * d.u - w.uv * d.s);
+  return d;
+}
 
-// The quotient rule; a and b are the inverse widths of the piece.
-PANTIN_INLINE Jet projected(const Lifted& h, Real a, Real b) {
-  const Real inverse = 1 / h.s[3];
-  const Four s = inverse * h.s;
-  const Real wu = h.u[3], wv = h.v[3];
-  const Four u = inverse * (h.u - wu * s), v = inverse * (h.v - wv * s);
-  const Four uu = (2 * inverse) * (h.half_uu - wu * u - h.half_uu[3] * s);
-  const Four vv = (2 * inverse) * (h.half_vv - wv * v - h.half_vv[3] * s);
-  const Four uv = inverse * (h.uv - wu * v - wv * u - h.uv[3] * s);
-  return {xyz(s), xyz(a * u), xyz(b * v), xyz((a * a) * uu), xyz((a * b) * uv), xyz((b * b) * vv)};
+/// Where a place lies in its piece, and the inverse widths of that.
+struct InPiece {
+  const Real* coefficients;
+  Real u, v, per_u, per_v;
+};
+
+template <int P, int Q>
+Jet jet_of(const InPiece& at) {
+  const Powers by_u(at.u), by_v(at.v);
+  const Lifted zw = lifted<P, Q>(at.coefficients + 2, by_u, by_v);
+  const Weights w{1 / zw.s[1], zw.u[1], zw.v[1], zw.half_uu[1], zw.uv[1], zw.half_vv[1]};
+  const Lifted xy = divided(lifted<P, Q>(at.coefficients, by_u, by_v), w), z = divided(zw, w);
+  const Real a = at.per_u, b = at.per_v;
+  const auto joined = [](Real scale, Two x, Two y) {
+    return Vec3(scale * x[0], scale * x[1], scale * y[0]);
+  };
+  return {joined(1, xy.s, z.s),       joined(a, xy.u, z.u),
+          joined(b, xy.v, z.v),       joined(2 * a * a, xy.half_uu, z.half_uu),
+          joined(a * b, xy.uv, z.uv), joined(2 * b * b, xy.half_vv, z.half_vv)};
 }
 
 }  // namespace
@@ -158,30 +165,30 @@ Jet Face::at(Piece piece, Real u, Real v) const {
     const SurfaceDerivatives d = evaluate_on(surface_, {by_u_.spans[i], by_v_.spans[j]}, {u, v}, 2);
     return {d[0][0], d[1][0], d[0][1], d[2][0], d[1][1], d[0][2]};
   }
-  const Real a = by_u_.inverse[i], b = by_v_.inverse[j];
-  const Real s = (u - by_u_.middles[i]) * a, t = (v - by_v_.middles[j]) * b;
   const int p = surface_.u.degree, q = surface_.v.degree;
   const std::size_t stride = 4 * static_cast<std::size_t>((p + 1) * (q + 1));
-  const Real* c = &coefficients_[(i * by_v_.starts.size() + j) * stride];
+  const Real a = by_u_.inverse[i], b = by_v_.inverse[j];
+  const InPiece at{&coefficients_[(i * by_v_.starts.size() + j) * stride],
+                   (u - by_u_.middles[i]) * a, (v - by_v_.middles[j]) * b, a, b};
   switch (4 * p + q) {
     case 4 * 1 + 1:
-      return projected(lifted<1, 1>(c, s, t), a, b);
+      return jet_of<1, 1>(at);
     case 4 * 1 + 2:
-      return projected(lifted<1, 2>(c, s, t), a, b);
+      return jet_of<1, 2>(at);
     case 4 * 1 + 3:
-      return projected(lifted<1, 3>(c, s, t), a, b);
+      return jet_of<1, 3>(at);
     case 4 * 2 + 1:
-      return projected(lifted<2, 1>(c, s, t), a, b);
+      return jet_of<2, 1>(at);
     case 4 * 2 + 2:
-      return projected(lifted<2, 2>(c, s, t), a, b);
+      return jet_of<2, 2>(at);
     case 4 * 2 + 3:
-      return projected(lifted<2, 3>(c, s, t), a, b);
+      return jet_of<2, 3>(at);
     case 4 * 3 + 1:
-      return projected(lifted<3, 1>(c, s, t), a, b);
+      return jet_of<3, 1>(at);
     case 4 * 3 + 2:
-      return projected(lifted<3, 2>(c, s, t), a, b);
+      return jet_of<3, 2>(at);
     default:
-      return projected(lifted<3, 3>(c, s, t), a, b);
+      return jet_of<3, 3>(at);
   }
 }
 

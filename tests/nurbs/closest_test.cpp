@@ -45,7 +45,8 @@ class Dense {
     std::vector<Real> at;
     const std::vector<Real> breaks = k.breaks();
     for (std::size_t i = 0; i + 1 < breaks.size(); ++i)
-      for (int j = 0; j < each; ++j) at.push_back(breaks[i] + (breaks[i + 1] - breaks[i]) * j / each);
+      for (int j = 0; j < each; ++j)
+        at.push_back(breaks[i] + (breaks[i + 1] - breaks[i]) * j / each);
     at.push_back(breaks.back());
     return at;
   }
