@@ -34,6 +34,7 @@ constexpr Real kLongestStep = 0.25;  // of a domain
 constexpr Real kDone = 1e-9;         // of a domain: what is left after such a step is its square
 constexpr Real kNoNormal = 1e-9;     // of size^2
 constexpr Real kFits = 1e-6;         // curvature, of 1 / size
+constexpr Real kStray = 1e-3;        // of a domain: a step for which that is looked at
 
 /// The 2 x 2 blocks of F and its derivative [A B; C D] by the parameters of a and b.
 struct System {
@@ -220,6 +221,12 @@ CommonNormal Newton::from(const PlacePair& start) {
     std::array<Real, 4> step = solved(m, k, {-m.f[0], -m.f[1], -m.f[2], -m.f[3]});
     const Real length = longest(step, out.at);
     if (!std::isfinite(length)) return out;
+    // Where the surfaces fit one another steps are rounding divided by rounding.
+    const Real size = std::min(a_.size(), b_.size());
+    if (length > kStray && std::abs(least_curvature(k, p)) * size < kFits) {
+      out.status = ContactStatus::degenerate;
+      return out;
+    }
     if (length > kLongestStep)
       for (Real& x : step) x *= kLongestStep / length;
     const PlacePair before = out.at;
