@@ -108,7 +108,7 @@ Real seam_gap(const Surface& s, Along way) {
   // Not wrapped: the polynomials of the last span.
   Basis basis;
   const int span = k.span_at(k.high());
-  write_basis(k, span, k.high(), 0, basis);
+  write_basis(k, {span, k.high()}, 0, basis);
   for (int i = 0; i < end.knots.count(); ++i) {
     Weighted sum;
     for (int j = 0; j <= k.degree; ++j) {

@@ -127,25 +127,29 @@ bool is_singular(const Face& face, Real normal_length) {
 
 /// One coordinate after a step: kept in its domain, or out across an edge.
 struct Walk {
-  bool is_out = false;
-  Edge edge = Edge::u_low;
+  bool is_out = false, is_high = false;
+  Edge edge_if(Edge low, Edge high) const { return is_high ? high : low; }
 };
 
-// Moves a parameter; a step out of the domain from its very end asks to leave.
-void walk(const Knots& k, Real step, std::array<Edge, 2> ends, Real& t, Walk& out) {
+// Moves a parameter; a step out of the domain from its very end asks to leave, at the edge `low` or
+// the one after it.
+void walk(const Knots& k, Real step, Real& t, Walk& out) {
   const Range domain = k.domain();
   const Real to = t + step;
   if (!k.is_periodic) {
-    if (to < domain.low && t == domain.low) out = {true, ends[0]};
-    if (to > domain.high && t == domain.high) out = {true, ends[1]};
+    if (to < domain.low && t == domain.low) out.is_out = true;
+    if (to > domain.high && t == domain.high) out.is_out = out.is_high = true;
   }
   t = k.inside(to);
 }
 
 class Newton {
  public:
-  Newton(const Skin& a, const Skin& b, const Pose& a_in_b)
-      : a_(a), b_(b), turn_(glm::mat3_cast(a_in_b.rotation)), origin_(a_in_b.position) {}
+  explicit Newton(const Meeting& of)
+      : a_(of.a),
+        b_(of.b),
+        turn_(glm::mat3_cast(of.a_in_b.rotation)),
+        origin_(of.a_in_b.position) {}
 
   CommonNormal from(const PlacePair& start);
   std::array<Real, 4> rates_at(const PlacePair& at, const Twist& twist) const;
@@ -175,18 +179,18 @@ Real Newton::longest(const std::array<Real, 4>& step, const PlacePair& at) const
 
 // False if the pair leaves a rim.
 bool Newton::move(const std::array<Real, 4>& step, PlacePair& at) const {
-  constexpr std::array<Edge, 2> kU{Edge::u_low, Edge::u_high}, kV{Edge::v_low, Edge::v_high};
-  Walk from_a, from_b;
-  const Face &fa = a_.face(at.a.face), &fb = b_.face(at.b.face);
-  walk(fa.u(), step[0], kU, at.a.u, from_a), walk(fa.v(), step[1], kV, at.a.v, from_a);
-  walk(fb.u(), step[2], kU, at.b.u, from_b), walk(fb.v(), step[3], kV, at.b.v, from_b);
-  const auto cross = [](const Skin& skin, const Walk& walk, Place& place) {
-    if (!walk.is_out) return true;
-    const auto to = skin.across(place, walk.edge);
+  const auto go = [](const Skin& skin, Place& place, Real du, Real dv) {
+    const Face& face = skin.face(place.face);
+    Walk by_u, by_v;
+    walk(face.u(), du, place.u, by_u), walk(face.v(), dv, place.v, by_v);
+    if (!by_u.is_out && !by_v.is_out) return true;
+    const Edge edge = by_v.is_out ? by_v.edge_if(Edge::v_low, Edge::v_high)
+                                  : by_u.edge_if(Edge::u_low, Edge::u_high);
+    const auto to = skin.across(place, edge);
     if (to) place = *to;
     return to.has_value();
   };
-  return cross(a_, from_a, at.a) && cross(b_, from_b, at.b);
+  return go(a_, at.a, step[0], step[1]) && go(b_, at.b, step[2], step[3]);
 }
 
 // Points at the end of a last step that is too short for its square to count.
@@ -261,31 +265,28 @@ std::array<Real, 4> Newton::rates_at(const PlacePair& at, const Twist& twist) co
 
 }  // namespace
 
-CommonNormal track_newton(const Skin& a, const Skin& b, const Pose& a_in_b, const PlacePair& from) {
-  return Newton(a, b, a_in_b).from(from);
+CommonNormal track_newton(const Meeting& of, const PlacePair& from) {
+  return Newton(of).from(from);
 }
 
-CommonNormal track(const Skin& a, const Skin& b, const Pose& a_in_b, const PlacePair& from) {
-  const CommonNormal direct = track_newton(a, b, a_in_b, from);
+CommonNormal track(const Meeting& of, const PlacePair& from) {
+  const CommonNormal direct = track_newton(of, from);
   if (direct.status != ContactStatus::lost) return direct;
-  const PairDescent nearer = descend(a, b, a_in_b, from);
-  CommonNormal again = track_newton(a, b, a_in_b, nearer.at);
+  CommonNormal again = track_newton(of, descend(of, from).at);
   again.iterations += direct.iterations;
   return again;
 }
 
-std::array<Real, 4> rates(const Skin& a, const Skin& b, const Pose& a_in_b, const PlacePair& at,
-                          const Twist& twist) {
-  return Newton(a, b, a_in_b).rates_at(at, twist);
+std::array<Real, 4> rates(const Meeting& of, const PlacePair& at, const Twist& twist) {
+  return Newton(of).rates_at(at, twist);
 }
 
-PlacePair predicted(const Skin& a, const Skin& b, const PlacePair& at, std::array<Real, 4> rates,
-                    Real time) {
+PlacePair predicted(const Meeting& of, const PlacePair& at, std::array<Real, 4> rates, Real time) {
   PlacePair to = at;
-  const Face &fa = a.face(at.a.face), &fb = b.face(at.b.face);
-  to.a.u = fa.u().inside(at.a.u + rates[0] * time),
+  const Face &fa = of.a.face(at.a.face), &fb = of.b.face(at.b.face);
+  to.a.u = fa.u().inside(at.a.u + rates[0] * time);
   to.a.v = fa.v().inside(at.a.v + rates[1] * time);
-  to.b.u = fb.u().inside(at.b.u + rates[2] * time),
+  to.b.u = fb.u().inside(at.b.u + rates[2] * time);
   to.b.v = fb.v().inside(at.b.v + rates[3] * time);
   return to;
 }

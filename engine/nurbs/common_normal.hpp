@@ -35,12 +35,19 @@ struct CommonNormal {
   int iterations = 0;
 };
 
+/// Two skins, a standing at `a_in_b` in the frame of b.
+struct Meeting {
+  const Skin& a;
+  const Skin& b;
+  Pose a_in_b;
+};
+
 /// The pair near `from`, from which it is found by Newton's method; by damped descent of the
-/// distance first where that fails. `a` stands at `a_in_b`. No heap.
-CommonNormal track(const Skin& a, const Skin& b, const Pose& a_in_b, const PlacePair& from);
+/// distance first where that fails. No heap.
+CommonNormal track(const Meeting& of, const PlacePair& from);
 
 /// The same by Newton's method alone.
-CommonNormal track_newton(const Skin& a, const Skin& b, const Pose& a_in_b, const PlacePair& from);
+CommonNormal track_newton(const Meeting& of, const PlacePair& from);
 
 /// Motion of a as seen from b: velocity of a's frame, m/s, and of turning, rad/s.
 struct Twist {
@@ -48,12 +55,10 @@ struct Twist {
 };
 
 /// Rates of the four parameters (a.u, a.v, b.u, b.v) of a pair while a moves; 0 where degenerate.
-std::array<Real, 4> rates(const Skin& a, const Skin& b, const Pose& a_in_b, const PlacePair& at,
-                          const Twist& twist);
+std::array<Real, 4> rates(const Meeting& of, const PlacePair& at, const Twist& twist);
 
 /// The places that a pair comes to after `time`, to start from.
-PlacePair predicted(const Skin& a, const Skin& b, const PlacePair& at, std::array<Real, 4> rates,
-                    Real time);
+PlacePair predicted(const Meeting& of, const PlacePair& at, std::array<Real, 4> rates, Real time);
 
 /// The pair of least distance, edges and corners included. `is_on_edge`: then its line need not be
 /// normal to both. Cells are discarded by bounds that hold; within one that is left, descents from
@@ -65,12 +70,11 @@ struct ClosestPair {
   bool is_on_edge = false;
   int descents = 0;
 };
-ClosestPair closest_pair(const Skin& a, const Skin& b, const Pose& a_in_b);
+ClosestPair closest_pair(const Meeting& of);
 
 /// All pairs whose gap is a least one and from -reach to `reach` (m), the least first; as many as
 /// `out` holds. Returns how many there are. A reach below the thickness of the bodies leaves out
 /// pairs of far sides.
-std::size_t find_contacts(const Skin& a, const Skin& b, const Pose& a_in_b, Real reach,
-                          std::span<CommonNormal> out);
+std::size_t find_contacts(const Meeting& of, Real reach, std::span<CommonNormal> out);
 
 }  // namespace pantin::detail::nurbs

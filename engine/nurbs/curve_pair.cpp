@@ -88,10 +88,9 @@ CurveContact track_planar(const Wire& a, const Wire& b, const Pose& a_in_b,
   return out;
 }
 
-CurveContact track_on_face(const Wire& a, const Skin& b, const Pose& a_in_b, Real t,
-                           const Place& from) {
+CurveContact track_on_face(const Wire& a, const Skin& b, const Pose& a_in_b, const OnCurve& from) {
   CurveContact out;
-  out.t = t, out.b = from;
+  out.t = from.t, out.b = from.b;
   while (out.iterations < kMostIterations) {
     const Face& face = b.face(out.b.face);
     const CurveDerivatives p = in_frame(a, out.t, a_in_b);

@@ -22,9 +22,14 @@ struct CurveContact {
 CurveContact track_planar(const Wire& a, const Wire& b, const Pose& a_in_b,
                           std::array<Real, 2> from);
 
-/// The pair near (t, b) of a curve, such as an edge or a wire of no thickness, with a skin. No
+/// A place on a curve and one on a skin.
+struct OnCurve {
+  Real t = 0;
+  Place b;
+};
+
+/// The pair near `from` of a curve, such as an edge or a wire of no thickness, with a skin. No
 /// heap.
-CurveContact track_on_face(const Wire& a, const Skin& b, const Pose& a_in_b, Real t,
-                           const Place& from);
+CurveContact track_on_face(const Wire& a, const Skin& b, const Pose& a_in_b, const OnCurve& from);
 
 }  // namespace pantin::detail::nurbs

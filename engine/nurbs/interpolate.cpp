@@ -87,7 +87,7 @@ std::optional<Rows> through(const Knots& knots, std::span<const Real> at, Rows r
   Basis basis;
   for (std::size_t i = 0; i < count; ++i) {
     const int span = knots.span_at(at[i]);
-    write_basis(knots, span, at[i], 0, basis);
+    write_basis(knots, {span, at[i]}, 0, basis);
     for (int j = 0; j <= knots.degree; ++j)
       system.set(i, static_cast<std::size_t>(span - knots.degree + j) % count, basis[0][j]);
   }

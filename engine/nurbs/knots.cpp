@@ -56,7 +56,8 @@ namespace {
 using Line = std::array<Real, kMostDegree + 1>;
 
 // From the functions of degree q - 1 on a span to those of degree q, in place.
-void raise(const Knots& knots, int span, Real t, int q, Line& line) {
+void raise(const Knots& knots, InSpan at, int q, Line& line) {
+  const auto [span, t] = at;
   Real saved = 0;
   for (int j = 0; j < q; ++j) {
     const Real right = knots[span + 1 + j], left = knots[span + 1 - q + j];
@@ -80,17 +81,17 @@ void differentiate(const Knots& knots, int span, int q, Line& line) {
 
 }  // namespace
 
-void write_basis(const Knots& knots, int span, Real t, int order, Basis& out) {
+void write_basis(const Knots& knots, InSpan at, int order, Basis& out) {
   const int p = knots.degree, top = std::min(order, p);
   Line line;
   line[0] = 1;
-  for (int q = 1; q <= p - top; ++q) raise(knots, span, t, q, line);
+  for (int q = 1; q <= p - top; ++q) raise(knots, at, q, line);
   // Derivative k of degree p: functions of degree p - k, differentiated k times.
   for (int k = top; k >= 0; --k) {
     Line& row = out[k];
     std::copy_n(line.begin(), p - k + 1, row.begin());
-    for (int q = p - k + 1; q <= p; ++q) differentiate(knots, span, q, row);
-    if (k > 0) raise(knots, span, t, p - k + 1, line);
+    for (int q = p - k + 1; q <= p; ++q) differentiate(knots, at.span, q, row);
+    if (k > 0) raise(knots, at, p - k + 1, line);
   }
   for (int k = top + 1; k <= order; ++k) std::fill_n(out[k].begin(), p + 1, 0.0);
 }
@@ -99,9 +100,16 @@ namespace {
 
 using Arguments = std::array<Real, kMostDegree + 1>;
 
-// The blossom of the polynomials on a span, for every column; `work` keeps degree + 1 rows.
-void write_blossom(const Knots& knots, const Rows& rows, int span, const Arguments& at,
-                   std::vector<Weighted>& work) {
+struct Blossom {
+  const Knots& knots;
+  const Rows& rows;
+  std::vector<Weighted> work = {};
+
+  const std::vector<Weighted>& at(int span, const Arguments& at);
+};
+
+// The blossom of the polynomials on a span, for every column: the last row of what it returns.
+const std::vector<Weighted>& Blossom::at(int span, const Arguments& at) {
   const int p = knots.degree;
   const auto across = rows.across;
   work.assign(rows.points.begin() + (span - p) * static_cast<std::ptrdiff_t>(across),
@@ -116,6 +124,7 @@ void write_blossom(const Knots& knots, const Rows& rows, int span, const Argumen
         here = part * here + rest * work[static_cast<std::size_t>(j - 1) * across + c];
       }
     }
+  return work;
 }
 
 // A span of `to` that is not empty, as close to the middle of function i as there is one.
@@ -136,7 +145,7 @@ Rows on_knots(const Knots& from, const Rows& rows, const Knots& to) {
   const auto across = rows.across;
   const auto count = static_cast<std::size_t>(to.count());
   Rows result{std::vector<Weighted>(count * across), across};
-  std::vector<Weighted> work;
+  Blossom blossom{from, rows};
   Arguments at{};
   for (int i = 0; i < to.count(); ++i) {
     const int j = middle_span(to, i);
@@ -148,7 +157,7 @@ Rows on_knots(const Knots& from, const Rows& rows, const Knots& to) {
     for (int out = 0; out < rounds; ++out) {
       for (int k = 0, n = 0; k < q; ++k)
         if (rounds == 1 || k != out) at[n++] = to[i + 1 + k];
-      write_blossom(from, rows, span, at, work);
+      const std::vector<Weighted>& work = blossom.at(span, at);
       const std::size_t last = static_cast<std::size_t>(from.degree) * across;
       for (std::size_t c = 0; c < across; ++c) row[c] = row[c] + (1.0 / rounds) * work[last + c];
     }

@@ -54,12 +54,18 @@ struct Knots {
 /// Knots that are `count` control points of a clamped spline with equal spans over [0, 1].
 Knots uniform_knots(int degree, int count);
 
-/// values[k][j]: derivative k of basis function span - degree + j.
+/// A parameter taken as one of a span, whose polynomials are continued outside it.
+struct InSpan {
+  int span;
+  Real t;
+};
+
+/// [k][j]: derivative k of basis function span - degree + j.
 using Basis = std::array<std::array<Real, kMostDegree + 1>, kMostOrder + 1>;
 
-/// The basis functions that are not zero on a span, and their derivatives up to `order`; t may lie
-/// outside the span, whose polynomials are continued. [Boor 1978]
-void write_basis(const Knots& knots, int span, Real t, int order, Basis& out);
+/// The basis functions that are not zero on a span, and their derivatives up to `order`. [Boor
+/// 1978]
+void write_basis(const Knots& knots, InSpan at, int order, Basis& out);
 
 /// A control point times its weight, and the weight.
 struct Weighted {

@@ -52,11 +52,11 @@ bool solve_free(Real (&h)[4][4], const std::array<bool, 4>& is_free, const Four4
 
 class Descent {
  public:
-  Descent(const Skin& a, const Skin& b, const Pose& a_in_b, const PlacePair& at)
-      : fa_(a.face(at.a.face)),
-        fb_(b.face(at.b.face)),
-        turn_(glm::mat3_cast(a_in_b.rotation)),
-        origin_(a_in_b.position),
+  Descent(const Meeting& of, const PlacePair& at)
+      : fa_(of.a.face(at.a.face)),
+        fb_(of.b.face(at.b.face)),
+        turn_(glm::mat3_cast(of.a_in_b.rotation)),
+        origin_(of.a_in_b.position),
         knots_{&fa_.u(), &fa_.v(), &fb_.u(), &fb_.v()} {
     for (std::size_t i = 0; i < 4; ++i) width_[i] = knots_[i]->domain().width();
   }
@@ -156,8 +156,8 @@ PairDescent Descent::run(const PlacePair& from) {
 
 }  // namespace
 
-PairDescent descend(const Skin& a, const Skin& b, const Pose& a_in_b, const PlacePair& from) {
-  return Descent(a, b, a_in_b, from).run(from);
+PairDescent descend(const Meeting& of, const PlacePair& from) {
+  return Descent(of, from).run(from);
 }
 
 }  // namespace pantin::detail::nurbs

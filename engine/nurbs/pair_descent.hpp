@@ -17,6 +17,6 @@ struct PairDescent {
 /// Least distance near `from` on the same two faces, by damped steps kept within their domains.
 /// [Levenberg 1944] Where the skins overlap it ends on the line in which they cut one another. No
 /// heap.
-PairDescent descend(const Skin& a, const Skin& b, const Pose& a_in_b, const PlacePair& from);
+PairDescent descend(const Meeting& of, const PlacePair& from);
 
 }  // namespace pantin::detail::nurbs

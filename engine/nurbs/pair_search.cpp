@@ -47,8 +47,11 @@ bool may_face(const Cell3& a, const Cell3& b) {
 /// Walks two trees together.
 class PairWalk {
  public:
-  PairWalk(const Skin& a, const Skin& b, const Pose& a_in_b)
-      : a_(a), b_(b), turn_(glm::mat3_cast(a_in_b.rotation)), origin_(a_in_b.position) {}
+  explicit PairWalk(const Meeting& of)
+      : a_(of.a),
+        b_(of.b),
+        turn_(glm::mat3_cast(of.a_in_b.rotation)),
+        origin_(of.a_in_b.position) {}
 
   /// Calls `found(a, b)` for the cells whose distance may be below `limit()`.
   template <class Limit, class Found>
@@ -152,7 +155,7 @@ class Collected {
 
 }  // namespace
 
-ClosestPair closest_pair(const Skin& a, const Skin& b, const Pose& a_in_b) {
+ClosestPair closest_pair(const Meeting& of) {
   ClosestPair best;
   best.distance = 1e300;
   /// Where a descent ended; starts around there would end there again.
@@ -161,14 +164,14 @@ ClosestPair closest_pair(const Skin& a, const Skin& b, const Pose& a_in_b) {
   };
   std::vector<Basin> basins;
   const auto limit = [&] { return best.distance; };
-  PairWalk(a, b, a_in_b).run(limit, [&](const Cell3& x, const Cell3& y) {
+  PairWalk(of).run(limit, [&](const Cell3& x, const Cell3& y) {
     if (least_distance(x, y) >= best.distance) return;
     const auto is_known = [&](const Basin& basin) {
       return glm::distance(basin.on_a, x.centre) < 2 * x.leaf->radius &&
              glm::distance(basin.on_b, y.centre) < 2 * y.leaf->radius;
     };
     if (std::any_of(basins.begin(), basins.end(), is_known)) return;
-    const PairDescent end = descend(a, b, a_in_b, middles(x, y));
+    const PairDescent end = descend(of, middles(x, y));
     ++best.descents;
     basins.push_back({end.on_a, end.on_b});
     if (!(end.distance < best.distance)) return;
@@ -178,16 +181,15 @@ ClosestPair closest_pair(const Skin& a, const Skin& b, const Pose& a_in_b) {
   return best;
 }
 
-std::size_t find_contacts(const Skin& a, const Skin& b, const Pose& a_in_b, Real reach,
-                          std::span<CommonNormal> out) {
-  Collected all(out, 1e-7 * std::min(a.size(), b.size()));
+std::size_t find_contacts(const Meeting& of, Real reach, std::span<CommonNormal> out) {
+  Collected all(out, 1e-7 * std::min(of.a.size(), of.b.size()));
   const auto limit = [&] { return reach; };
-  PairWalk(a, b, a_in_b).run(limit, [&](const Cell3& x, const Cell3& y) {
+  PairWalk(of).run(limit, [&](const Cell3& x, const Cell3& y) {
     if (least_distance(x, y) > reach || !may_face(x, y)) return;
     const Starts on_a = starts_in(x), on_b = starts_in(y);
     for (std::size_t i = 0; i < on_a.count; ++i)
       for (std::size_t j = 0; j < on_b.count; ++j) {
-        const CommonNormal found = track_newton(a, b, a_in_b, {on_a.at[i], on_b.at[j]});
+        const CommonNormal found = track_newton(of, {on_a.at[i], on_b.at[j]});
         const bool is_contact = found.status == ContactStatus::found &&
                                 std::abs(found.gap) <= reach && found.least_curvature > 0;
         if (is_contact) all.add(found);

@@ -15,7 +15,7 @@ constexpr Real kBinomial[4][4] = {{1, 0, 0, 0}, {1, 1, 0, 0}, {1, 2, 1, 0}, {1, 
 CurveDerivatives evaluate_on(const Curve& curve, int span, Real t, int order) {
   const int p = curve.knots.degree;
   Basis basis;
-  write_basis(curve.knots, span, t, order, basis);
+  write_basis(curve.knots, {span, t}, order, basis);
   std::array<Weighted, kMostOrder + 1> a;
   for (int k = 0; k <= order; ++k)
     for (int j = 0; j <= p; ++j)
@@ -56,8 +56,8 @@ SurfaceDerivatives evaluate_on(const Surface& surface, Cell cell, std::array<Rea
                                int order) {
   const int p = surface.u.degree, q = surface.v.degree;
   Basis by_u, by_v;
-  write_basis(surface.u, cell.u, at[0], order, by_u);
-  write_basis(surface.v, cell.v, at[1], order, by_v);
+  write_basis(surface.u, {cell.u, at[0]}, order, by_u);
+  write_basis(surface.v, {cell.v, at[1]}, order, by_v);
   Weighted a[4][4];
   for (int i = 0; i <= p; ++i) {
     Weighted row[4];
@@ -215,7 +215,7 @@ Curve isoline(const Surface& surface, Along fixed, Real at) {
   const Real t = across.inside(at);
   const int span = across.span_at(t);
   Basis basis;
-  write_basis(across, span, t, 0, basis);
+  write_basis(across, {span, t}, 0, basis);
   Curve curve{fixed == Along::u ? surface.v : surface.u, {}};
   for (int i = 0; i < curve.knots.count(); ++i) {
     Weighted sum;

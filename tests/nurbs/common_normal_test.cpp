@@ -44,7 +44,7 @@ TEST_CASE("pairs and their rates are those of the method's vectors") {
     for (const Real off : {0.0, 0.001}) {
       const PlacePair start{{0, s[0].get<Real>() + off, s[1].get<Real>() - off},
                             {0, s[2].get<Real>() - off, s[3].get<Real>() + off}};
-      const CommonNormal pair = track(a, b, a_in_b, start);
+      const CommonNormal pair = track({a, b, a_in_b}, start);
       REQUIRE(pair.status == ContactStatus::found);
       const std::array<Real, 4> found{pair.at.a.u, pair.at.a.v, pair.at.b.u, pair.at.b.v};
       for (std::size_t i = 0; i < 4; ++i)
@@ -59,7 +59,7 @@ TEST_CASE("pairs and their rates are those of the method's vectors") {
       const Quat back = glm::conjugate(p2.rotation);
       const Twist twist{back * (v1 - v2 - glm::cross(w2, p1.position - p2.position)),
                         back * (w1 - w2)};
-      const auto rate = rates(a, b, a_in_b, pair.at, twist);
+      const auto rate = rates({a, b, a_in_b}, pair.at, twist);
       for (std::size_t i = 0; i < 4; ++i)
         CHECK(std::abs(rate[i] - j["params_rate"][i].get<Real>()) < 1e-11);
       const Vec3 slide = twist.linear + glm::cross(twist.angular, pair.on_a - a_in_b.position);
@@ -75,7 +75,7 @@ TEST_CASE("balls are apart by the distance of their centres less both radii, or 
     for (int i = 0; i < 20; ++i) {
       const Vec3 way = dice.direction();
       const Pose a_in_b{(1.8 + gap) * way, dice.orientation()};
-      const CommonNormal pair = track(a, b, a_in_b, facing(Vec3(0.7), Vec3(1.1), a_in_b));
+      const CommonNormal pair = track({a, b, a_in_b}, facing(Vec3(0.7), Vec3(1.1), a_in_b));
       REQUIRE(pair.status == ContactStatus::found);
       CHECK(std::abs(pair.gap - gap) < 2e-15);
       CHECK(glm::distance(pair.normal, way) < 1e-14);
@@ -92,9 +92,9 @@ TEST_CASE("the pair does not depend on who is called a, nor on where both stand"
   const Skin a = Skin::ellipsoid(half_a), b = Skin::ellipsoid(half_b);
   for (int i = 0; i < 50; ++i) {
     const Pose a_in_b{2.2 * dice.direction(), dice.orientation()};
-    const ClosestPair near = closest_pair(a, b, a_in_b);
-    const CommonNormal one = track(a, b, a_in_b, near.at);
-    const CommonNormal two = track(b, a, inverse(a_in_b), {near.at.b, near.at.a});
+    const ClosestPair near = closest_pair({a, b, a_in_b});
+    const CommonNormal one = track({a, b, a_in_b}, near.at);
+    const CommonNormal two = track({b, a, inverse(a_in_b)}, {near.at.b, near.at.a});
     REQUIRE(one.status == ContactStatus::found);
     REQUIRE(two.status == ContactStatus::found);
     CHECK(std::abs(one.gap - near.distance) < 1e-14);
@@ -103,7 +103,7 @@ TEST_CASE("the pair does not depend on who is called a, nor on where both stand"
     CHECK(glm::distance(a_in_b.rotation * two.normal, -one.normal) < 1e-13);
     // Along the normal only the gap changes, and by as much.
     const Pose off{a_in_b.position + 0.05 * one.normal, a_in_b.rotation};
-    const CommonNormal moved = track(a, b, off, one.at);
+    const CommonNormal moved = track({a, b, off}, one.at);
     CHECK(std::abs(moved.gap - one.gap - 0.05) < 1e-14);
     CHECK(std::abs(moved.at.a.u - one.at.a.u) < 1e-13);
     CHECK(std::abs(moved.at.b.v - one.at.b.v) < 1e-13);
@@ -123,8 +123,8 @@ TEST_CASE("a ball that runs around an ellipsoid is followed across all charts") 
       const Vec3 d = half * (plane * Vec3(std::cos(i * kPi / 180), std::sin(i * kPi / 180), 0));
       const Vec3 n = glm::normalize(d / (half * half));
       const Pose a_in_b{d + 0.25 * n, from_rotation_vector(0.01 * i * Vec3(1, 2, 0.5))};
-      if (i == 0) places = closest_pair(ball, egg, a_in_b).at;
-      const CommonNormal pair = track_newton(ball, egg, a_in_b, places);
+      if (i == 0) places = closest_pair({ball, egg, a_in_b}).at;
+      const CommonNormal pair = track_newton({ball, egg, a_in_b}, places);
       REQUIRE(pair.status == ContactStatus::found);
       CHECK(std::abs(pair.gap - 0.05) < 1e-14);
       CHECK(glm::distance(pair.on_b, d) < 1e-13);
@@ -139,16 +139,16 @@ TEST_CASE("a ball that runs around an ellipsoid is followed across all charts") 
 TEST_CASE("the rates foretell where the pair goes, to second order") {
   const Skin ball = Skin::ellipsoid({0.3, 0.2, 0.25}), egg = Skin::ellipsoid({1, 0.7, 0.5});
   const Pose start{{0.3, 0.2, 0.9}, from_rotation_vector({0.2, 0.4, 0})};
-  const CommonNormal first = track(ball, egg, start, closest_pair(ball, egg, start).at);
+  const CommonNormal first = track({ball, egg, start}, closest_pair({ball, egg, start}).at);
   const Twist twist{{0.3, -0.2, 0.1}, {0.5, 1, -0.7}};
-  const auto rate = rates(ball, egg, start, first.at, twist);
+  const auto rate = rates({ball, egg, start}, first.at, twist);
   Real error[2] = {};
   for (int k = 0; k < 2; ++k) {
     const Real h = k == 0 ? 1e-2 : 5e-3;
     const Pose later{start.position + h * twist.linear,
                      from_rotation_vector(h * twist.angular) * start.rotation};
-    const CommonNormal then = track(ball, egg, later, first.at);
-    const PlacePair guess = predicted(ball, egg, first.at, rate, h);
+    const CommonNormal then = track({ball, egg, later}, first.at);
+    const PlacePair guess = predicted({ball, egg, start}, first.at, rate, h);
     error[k] =
         std::hypot(then.at.a.u - guess.a.u, then.at.a.v - guess.a.v, then.at.b.u - guess.b.u);
   }
@@ -164,19 +164,19 @@ TEST_CASE("over the rim of a face there is no phantom contact; a neighbour takes
   CHECK(both.neighbour(0, Edge::u_high) == 1);
   CHECK(both.neighbour(1, Edge::u_low) == 0);
   CHECK_FALSE(both.neighbour(0, Edge::v_low));
-  PlacePair start = closest_pair(ball, lone, at({-0.5, 0.2, 0.3})).at;
-  const CommonNormal on = track(ball, lone, at({-0.5, 0.2, 0.3}), start);
+  PlacePair start = closest_pair({ball, lone, at({-0.5, 0.2, 0.3})}).at;
+  const CommonNormal on = track({ball, lone, at({-0.5, 0.2, 0.3})}, start);
   REQUIRE(on.status == ContactStatus::found);
   CHECK(on.gap == Approx(0).margin(1e-15));
-  const CommonNormal off = track(ball, lone, at({0.1, 0.2, 0.3}), on.at);
+  const CommonNormal off = track({ball, lone, at({0.1, 0.2, 0.3})}, on.at);
   CHECK(off.status == ContactStatus::left_patch);
   CHECK(word_of(off.status) == std::string("ContactLeftPatch"));
-  const CommonNormal over = track(ball, both, at({0.1, 0.2, 0.3}), on.at);
+  const CommonNormal over = track({ball, both, at({0.1, 0.2, 0.3})}, on.at);
   REQUIRE(over.status == ContactStatus::found);
   CHECK(over.at.b.face == 1);
   CHECK(glm::distance(over.on_b, {0.1, 0.2, 0}) < 1e-14);
   // The pair of least distance ends at the rim, and says so.
-  const ClosestPair rim = closest_pair(ball, lone, at({0.1, 0.2, 0.3}));
+  const ClosestPair rim = closest_pair({ball, lone, at({0.1, 0.2, 0.3})});
   CHECK(rim.is_on_edge);
   CHECK(rim.distance == Approx(std::hypot(0.1, 0.3) - 0.3));
 }
@@ -189,11 +189,11 @@ TEST_CASE("faces that join backwards, and with other parameters, are crossed too
   for (std::size_t i = 0; i < right.points.size(); i += 2) right.points[i] = 3.0 * right.points[i];
   const Skin both({left, right}, 1e-9);
   REQUIRE(both.neighbour(0, Edge::u_high) == 1);
-  CommonNormal pair =
-      track(ball, both, at({-0.5, 0.7, 0.3}), closest_pair(ball, both, at({-0.5, 0.7, 0.3})).at);
+  CommonNormal pair = track({ball, both, at({-0.5, 0.7, 0.3})},
+                            closest_pair({ball, both, at({-0.5, 0.7, 0.3})}).at);
   for (int i = 0; i <= 20; ++i) {
     const Vec3 centre(-0.5 + 0.06 * i, 0.7, 0.3);
-    pair = track_newton(ball, both, at(centre), pair.at);
+    pair = track_newton({ball, both, at(centre)}, pair.at);
     REQUIRE(pair.status == ContactStatus::found);
     CHECK(glm::distance(pair.on_b, Vec3(centre.x, centre.y, 0)) < 1e-13);
   }
@@ -202,17 +202,17 @@ TEST_CASE("faces that join backwards, and with other parameters, are crossed too
 
 TEST_CASE("poles and surfaces that fit one another are told, not divided by") {
   const Skin ball = Skin::ellipsoid(Vec3(0.3)), poled = single(sphere({}, 1));
-  const CommonNormal pole = track(ball, poled, at({0, 0, 1.3}), {{5, 0, 0}, {0, 0.2, 1}});
+  const CommonNormal pole = track({ball, poled, at({0, 0, 1.3})}, {{5, 0, 0}, {0, 0.2, 1}});
   CHECK(pole.status == ContactStatus::singular);
   const Skin floor = single(plane({}, 4, 4)), slab = single(plane({}, 1, 1));
   const CommonNormal flat =
-      track(slab, floor, {{0.1, 0, 0.2}, kOver}, {{0, 0.5, 0.5}, {0, 0.5, 0.5}});
+      track({slab, floor, {{0.1, 0, 0.2}, kOver}}, {{0, 0.5, 0.5}, {0, 0.5, 0.5}});
   CHECK(flat.status == ContactStatus::degenerate);
   // A ball in its own socket: a sphere that looks inwards.
   Surface hollow = charts(Vec3(0.3))[5];
   for (Weighted& w : hollow.points) w = {w.x, -w.y, w.z, w.w};
   const Skin socket = single(hollow);
-  const CommonNormal fit = track(ball, socket, at(Vec3(0)), {{5, 0.01, 0}, {0, 0, 0}});
+  const CommonNormal fit = track({ball, socket, at(Vec3(0))}, {{5, 0.01, 0}, {0, 0, 0}});
   CHECK(fit.status == ContactStatus::degenerate);
 }
 
@@ -242,13 +242,13 @@ TEST_CASE("every hump of a sheet on a floor is a contact, and no other place") {
         if (is_top && std::none_of(tops.begin(), tops.end(), is_near)) tops.push_back(top);
       }
     std::array<CommonNormal, 64> found;
-    const std::size_t count = find_contacts(sheet, floor, a_in_b, 1, found);
+    const std::size_t count = find_contacts({sheet, floor, a_in_b}, 1, found);
     CHECK(count == tops.size());
     for (std::size_t i = 0; i < count; ++i) {
       CHECK(glm::distance(found[i].normal, {0, 0, 1}) < 1e-13);
       if (i > 0) CHECK(found[i - 1].gap <= found[i].gap);
     }
-    CHECK(find_contacts(sheet, floor, a_in_b, 1, std::span(found).first(1)) == 1);
+    CHECK(find_contacts({sheet, floor, a_in_b}, 1, std::span(found).first(1)) == 1);
   }
 }
 
@@ -260,7 +260,7 @@ TEST_CASE("closest pairs are those of dense samples") {
     const Skin b =
         trial % 4 < 2 ? single(bumpy_surface(3, 7, 0.3, dice)) : single(torus({}, 1, 0.3));
     const Pose a_in_b{2.5 * dice.direction(), dice.orientation()};
-    const ClosestPair found = closest_pair(a, b, a_in_b);
+    const ClosestPair found = closest_pair({a, b, a_in_b});
     CHECK(glm::distance(found.on_a, found.on_b) == Approx(found.distance));
     Real least = 1e300;
     constexpr int n = 7;
@@ -275,7 +275,7 @@ TEST_CASE("closest pairs are those of dense samples") {
           const Vec3 p = to_world(a_in_b, a.face(f).at(start.a.u, start.a.v).s);
           const Vec3 q = b.face(0).at(start.b.u, start.b.v).s;
           if (glm::distance(p, q) > found.distance + 0.5) continue;
-          least = std::min(least, descend(a, b, a_in_b, start).distance);
+          least = std::min(least, descend({a, b, a_in_b}, start).distance);
         }
     CHECK(std::abs(found.distance - least) < 1e-9);
   }

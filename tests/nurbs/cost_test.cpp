@@ -56,7 +56,7 @@ void evaluation(const char* what, const Surface& s) {
 }
 
 void tracking(const char* what, const Skin& a, const Skin& b, const Pose& pose, PlacePair start) {
-  const CommonNormal exact = track(a, b, pose, start);
+  const CommonNormal exact = track({a, b, pose}, start);
   REQUIRE(exact.status == ContactStatus::found);
   start = exact.at;
   start.a.u += 1e-3 * a.face(start.a.face).u().domain().width();
@@ -64,7 +64,7 @@ void tracking(const char* what, const Skin& a, const Skin& b, const Pose& pose, 
   int iterations = 0, calls = 0;
   Real gap = 0;
   const Real ns = cost_of(20000, [&](int) {
-    const CommonNormal pair = track_newton(a, b, pose, start);
+    const CommonNormal pair = track_newton({a, b, pose}, start);
     iterations += pair.iterations, ++calls, gap = pair.gap;
   });
   char text[96];
@@ -103,12 +103,12 @@ TEST_CASE("nurbs: what it costs", "[.bench]") {
   evaluation("order 2, degree 4 x 4 (plain evaluation)", random_surface(4, 4, 8, 8, dice));
   const Skin one = Skin::ellipsoid({1, 0.7, 0.5}), two = Skin::ellipsoid({0.8, 1.1, 0.6});
   const Pose pose{{1.2, 1.3, 0.4}, from_rotation_vector({0.3, 0.2, 0.1})};
-  tracking("ellipsoids", one, two, pose, closest_pair(one, two, pose).at);
+  tracking("ellipsoids", one, two, pose, closest_pair({one, two, pose}).at);
   const Skin cubic({bumpy_surface(3, 8, 0.05, dice)}, 1e-9),
       other({bumpy_surface(3, 8, 0.05, dice)}, 1e-9);
   const Pose over{{0.05, 0.02, 0.4}, from_rotation_vector({kPi, 0, 0})};
   std::array<CommonNormal, 8> found;
-  REQUIRE(find_contacts(cubic, other, over, 1, found) > 0);
+  REQUIRE(find_contacts({cubic, other, over}, 1, found) > 0);
   tracking("bicubic on bicubic", cubic, other, over, found[0].at);
   search("nearest of all, bicubic 8 x 8", Face(bumpy_surface(3, 8, 0.3, dice)));
   search("nearest of all, random folded bicubic 6 x 6", Face(random_surface(3, 3, 6, 6, dice)));

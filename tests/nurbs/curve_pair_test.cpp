@@ -87,7 +87,7 @@ TEST_CASE("a wire over an ellipsoid ends on the normal, across charts") {
       place = {first.chart, first.u, first.v};
       t = closest_point(wire, to_local(pose, Vec3(0))).u;
     }
-    const CurveContact pair = track_on_face(wire, egg, pose, t, place);
+    const CurveContact pair = track_on_face(wire, egg, pose, {t, place});
     REQUIRE(pair.status == ContactStatus::found);
     const Vec3 tangent = pose.rotation * evaluate(wire.curve(), pair.t, 1)[1];
     CHECK(std::abs(glm::dot(tangent, pair.normal)) < 1e-12);

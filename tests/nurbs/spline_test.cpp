@@ -99,7 +99,7 @@ TEST_CASE("basis functions add up to 1 and their derivatives to 0, on any knots"
       for (int i = 0; i <= 20; ++i) {
         const Real t = knots.low() + knots.domain().width() * i / 20;
         Basis basis;
-        write_basis(knots, knots.span_at(t), t, 3, basis);
+        write_basis(knots, {knots.span_at(t), t}, 3, basis);
         for (std::size_t k = 0; k <= 3; ++k) {
           Real sum = 0, size = 1;
           for (int j = 0; j <= degree; ++j) {
