@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
-"""Checks who includes whom: base <- geometry <- joints <- world <- { contact, scene },
-contact <- { solvers, render }, solvers <- runtime <- pantin <- demos, tests, tools; base <- modes <- tests, tools. Names every
-offending line; exit code 1 if there is one.
+"""Checks who includes whom: base <- { geometry, nurbs, modes }, geometry <- joints <- world,
+world <- { contact, scene }, contact <- { solvers, render }, solvers <- runtime <- pantin <- demos,
+tests, tools. Names every offending line; exit code 1 if there is one.
 
 usage: check_rooms.py [ROOT]     ROOT: the repository, by default the one this file lies in
 """
@@ -10,8 +10,8 @@ import re
 import sys
 
 BELOW = {"base": []}
-for room, last in [("modes", ["base"]),
-                   ("geometry", ["base"]), ("joints", ["geometry"]), ("world", ["joints"]),
+for room, last in [("geometry", ["base"]), ("nurbs", ["base"]), ("modes", ["base"]),
+                   ("joints", ["geometry"]), ("world", ["joints"]),
                    ("contact", ["world"]), ("solvers", ["contact"]), ("scene", ["world"]),
                    ("render", ["contact"]), ("runtime", ["solvers"]),
                    ("pantin", ["runtime", "scene", "render"])]:

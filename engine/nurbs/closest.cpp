@@ -1,0 +1,268 @@
+#include "engine/nurbs/closest.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace pantin::detail::nurbs {
+namespace {
+
+constexpr Real kAlike = 1e-12;       // of the least f: what is nearer to it counts as it
+constexpr Real kNoDistance = 1e-30;  // of size^2: likewise
+constexpr std::uint32_t kMostLooks = 20000;
+constexpr int kMostSteps = 60;
+
+/// f = |S - p|^2 / 2 at a place, with gradient and second derivatives by parameters scaled by `h`.
+struct Height {
+  Real f, gu, gv, huu, huv, hvv;
+
+  Real least_bend() const {
+    return (huu + hvv) / 2 - std::sqrt((huu - hvv) * (huu - hvv) / 4 + huv * huv);
+  }
+};
+
+Height height_of(const Jet& j, Vec3 p, std::array<Real, 2> h) {
+  const Vec3 d = j.s - p;
+  return {glm::dot(d, d) / 2,
+          glm::dot(d, j.u) * h[0],
+          glm::dot(d, j.v) * h[1],
+          (glm::dot(j.u, j.u) + glm::dot(d, j.uu)) * h[0] * h[0],
+          (glm::dot(j.u, j.v) + glm::dot(d, j.uv)) * h[0] * h[1],
+          (glm::dot(j.v, j.v) + glm::dot(d, j.vv)) * h[1] * h[1]};
+}
+
+struct Box {
+  Range u, v;
+  // Of a cell: the piece it lies in.
+  std::optional<Face::Piece> piece = std::nullopt;
+};
+
+Jet jet_in(const Face& face, const Box& box, std::array<Real, 2> at) {
+  return box.piece ? face.at(*box.piece, at[0], at[1]) : face.at(at[0], at[1]);
+}
+
+// ---- Downhill ----------------------------------------------------------------------------------
+
+/// Newton's method for f within a box: steps along the second derivatives where they are positive
+/// definite, else raised until they are; shortened until f falls.
+class Descent {
+ public:
+  Descent(const Face& face, Vec3 p, Box box) : face_(face), p_(p), box_(box) {}
+
+  NearestPoint from(std::array<Real, 2> start);
+
+ private:
+  std::array<Real, 2> step(const Height& h, std::array<Real, 2> at) const;
+  std::array<Real, 2> inside(Real u, Real v) const {
+    return {box_.u.clamped(u), box_.v.clamped(v)};
+  }
+
+  const Face& face_;
+  Vec3 p_;
+  Box box_;
+};
+
+// In parameters scaled to the box. What a bound holds does not move.
+std::array<Real, 2> Descent::step(const Height& h, std::array<Real, 2> at) const {
+  const bool holds_u = box_.u.width() == 0 || (at[0] <= box_.u.low && h.gu > 0) ||
+                       (at[0] >= box_.u.high && h.gu < 0);
+  const bool holds_v = box_.v.width() == 0 || (at[1] <= box_.v.low && h.gv > 0) ||
+                       (at[1] >= box_.v.high && h.gv < 0);
+  const Real size = std::max(std::abs(h.huu), std::abs(h.hvv)) + std::abs(h.huv);
+  if (holds_u && holds_v) return {0, 0};
+  const auto single = [&](Real g, Real bend) {
+    return -g / std::max(std::abs(bend), 1e-12 * size);
+  };
+  if (holds_u) return {0, size > 0 ? single(h.gv, h.hvv) : 0};
+  if (holds_v) return {size > 0 ? single(h.gu, h.huu) : 0, 0};
+  const Real least = h.least_bend(), raised = least < 1e-10 * size ? 1e-6 * size - least : 0;
+  const Real a = h.huu + raised, b = h.huv, c = h.hvv + raised, determinant = a * c - b * b;
+  if (!(determinant > 0)) return {0, 0};
+  return {(b * h.gv - c * h.gu) / determinant, (b * h.gu - a * h.gv) / determinant};
+}
+
+NearestPoint Descent::from(std::array<Real, 2> start) {
+  const std::array<Real, 2> width{box_.u.width(), box_.v.width()};
+  NearestPoint best;
+  auto at = inside(start[0], start[1]);
+  Jet jet = jet_in(face_, box_, at);
+  Height h = height_of(jet, p_, width);
+  ++best.looks;
+  for (int round = 0; round < kMostSteps; ++round) {
+    const auto way = step(h, at);
+    const Real longest = std::max(std::abs(way[0]), std::abs(way[1]));
+    if (!(longest > 1e-16)) break;
+    bool has_moved = false;
+    // Near the end f no longer tells steps apart: there Newton's step is taken as it is.
+    const bool is_last = longest < 1e-7;
+    for (Real part = std::min(1.0, 0.5 / longest); part > 1e-9; part /= 4) {
+      const auto to = inside(at[0] + part * way[0] * width[0], at[1] + part * way[1] * width[1]);
+      if (to == at) break;
+      const Jet there = jet_in(face_, box_, to);
+      const Height h_there = height_of(there, p_, width);
+      ++best.looks;
+      if (!is_last && !(h_there.f < h.f)) continue;
+      at = to, jet = there, h = h_there, has_moved = true;
+      break;
+    }
+    if (!has_moved || longest < 1e-13) break;
+  }
+  best.u = at[0], best.v = at[1], best.point = jet.s;
+  best.distance = glm::distance(jet.s, p_);
+  return best;
+}
+
+Box domain_of(const Face& face) { return {face.u().domain(), face.v().domain()}; }
+
+bool is_at_end(const Knots& k, Real t) { return !k.is_periodic && (t <= k.low() || t >= k.high()); }
+
+// ---- Branch and bound --------------------------------------------------------------------------
+
+// Of a disc: how far away it is at least.
+Real least_distance(const Leaf& leaf, Vec3 p) {
+  const Vec3 d = p - leaf.centre;
+  const Real height = glm::dot(d, leaf.normal), square = glm::dot(d, d);
+  const Real above = std::max(std::abs(height) - leaf.half_thickness, 0.0);
+  const Real beside =
+      std::max(std::sqrt(std::max(square - height * height, 0.0)) - leaf.radius, 0.0);
+  return std::sqrt(above * above + beside * beside) * (1 - 1e-12);
+}
+
+class Search {
+ public:
+  Search(const Face& face, Vec3 p) : face_(face), p_(p) {}
+  NearestPoint run();
+
+ private:
+  struct Open {
+    Box box;
+    Real scale;  // of the leaf's size
+  };
+  void keep(const NearestPoint& found) {
+    best_.looks += found.looks;
+    if (!(found.distance < best_.distance)) return;
+    best_.u = found.u, best_.v = found.v, best_.point = found.point;
+    best_.distance = found.distance;
+  }
+  Real twist_of(const Leaf& leaf, const Open& cell, const Jet& jet) const;
+  bool narrow(const Leaf& leaf, const Height& h, Real twist, Box& box) const;
+  bool is_open(const Leaf& leaf, Open& cell);
+  void look_into(const Leaf& leaf);
+  Real wanted() const {
+    const Real f = best_.distance * best_.distance / 2;
+    return f * (1 - kAlike) - kNoDistance * face_.size() * face_.size();
+  }
+
+  const Face& face_;
+  Vec3 p_;
+  NearestPoint best_{.distance = 1e300};
+};
+
+// The third derivative of f along any way within a cell is at most this: three times those of order
+// 1 and 2 multiplied, and the distance times that of order 3. By their values in the middle and the
+// leaf's bounds of what is beyond.
+Real Search::twist_of(const Leaf& leaf, const Open& cell, const Jet& jet) const {
+  const Real s = cell.scale, u = cell.box.u.width() / 2, v = cell.box.v.width() / 2;
+  const Real third = leaf.third * s * s * s;
+  const Real middle =
+      glm::length(jet.uu) * u * u + 2 * glm::length(jet.uv) * u * v + glm::length(jet.vv) * v * v;
+  const Real second = std::min(leaf.second * s * s, middle + third);
+  const Real first =
+      std::min(leaf.first * s, glm::length(jet.u) * u + glm::length(jet.v) * v + second);
+  return 3 * first * second + (glm::distance(jet.s, p_) + first) * third;
+}
+
+// Where f rises or falls all through a cell, its least is on that side: the cell shrinks to it if
+// it is a side of the leaf, else another cell has it. False if nothing is left.
+bool Search::narrow(const Leaf& leaf, const Height& h, Real twist, Box& box) const {
+  const auto shrink = [](Real slope, Real change, const Range& whole, Range& range) {
+    if (range.width() == 0 || !(std::abs(slope) > change)) return true;
+    const Real side = slope > 0 ? range.low : range.high;
+    range = {side, side};
+    return side == whole.low || side == whole.high;
+  };
+  const Real rest = twist / 2 + std::abs(h.huv);
+  return shrink(h.gu, std::abs(h.huu) + rest, leaf.u, box.u) &&
+         shrink(h.gv, std::abs(h.hvv) + rest, leaf.v, box.v);
+}
+
+// Whether a cell has to be cut: not if it is farther than the best, nor if f is convex in it.
+bool Search::is_open(const Leaf& leaf, Open& cell) {
+  for (;;) {
+    const std::array<Real, 2> at{cell.box.u.middle(), cell.box.v.middle()};
+    const Jet jet = jet_in(face_, cell.box, at);
+    const bool is_flat_u = cell.box.u.width() == 0, is_flat_v = cell.box.v.width() == 0;
+    const Height h = height_of(jet, p_, {cell.box.u.width() / 2, cell.box.v.width() / 2});
+    ++best_.looks;
+    if (h.f < best_.distance * best_.distance / 2)
+      keep({.u = at[0], .v = at[1], .point = jet.s, .distance = glm::distance(jet.s, p_)});
+    if (is_flat_u && is_flat_v) return false;
+    const Real twist = twist_of(leaf, cell, jet), slope = std::abs(h.gu) + std::abs(h.gv);
+    const Real bend = is_flat_u ? h.hvv : (is_flat_v ? h.huu : h.least_bend());
+    const bool is_convex = bend > twist;
+    if (h.f - slope + (is_convex ? 0 : std::min(0.0, bend) - twist / 6) >= wanted()) return false;
+    if (is_convex) {
+      keep(Descent(face_, p_, cell.box).from(at));
+      return false;
+    }
+    if (!narrow(leaf, h, twist, cell.box)) return false;
+    const bool is_narrower =
+        is_flat_u != (cell.box.u.width() == 0) || is_flat_v != (cell.box.v.width() == 0);
+    if (!is_narrower) return true;
+  }
+}
+
+void Search::look_into(const Leaf& leaf) {
+  constexpr std::size_t kRoom = 128;
+  Open stack[kRoom];
+  std::size_t depth = 0;
+  const Face::Piece piece = face_.piece_at(leaf.u.middle(), leaf.v.middle());
+  stack[depth++] = {{leaf.u, leaf.v, piece}, 1};
+  while (depth > 0) {
+    Open cell = stack[--depth];
+    if (!is_open(leaf, cell)) continue;
+    const bool is_small = leaf.first * cell.scale < 1e-8 * face_.size();
+    if (is_small || depth + 4 > kRoom || best_.looks > kMostLooks) {
+      // Nothing in a cell of this size differs by more; many of them are a doubt.
+      if (!is_small) best_.is_certain = false;
+      continue;
+    }
+    const Range u = cell.box.u, v = cell.box.v;
+    for (const Range& part_u : {Range{u.low, u.middle()}, Range{u.middle(), u.high}}) {
+      for (const Range& part_v : {Range{v.low, v.middle()}, Range{v.middle(), v.high}}) {
+        stack[depth++] = {{part_u, part_v, piece}, cell.scale / 2};
+        if (v.width() == 0) break;
+      }
+      if (u.width() == 0) break;
+    }
+  }
+}
+
+NearestPoint Search::run() {
+  bool is_first = true;
+  const auto limit = [&] { return best_.distance; };
+  face_.tree().visit(p_, limit, [&](std::uint32_t index) {
+    const Leaf& leaf = face_.leaves()[index];
+    const Real least = least_distance(leaf, p_);
+    if (least * least / 2 > wanted() && !is_first) return;
+    // A good start makes all bounds sharp.
+    if (is_first)
+      keep(Descent(face_, p_, domain_of(face_)).from({leaf.u.middle(), leaf.v.middle()}));
+    is_first = false;
+    look_into(leaf);
+  });
+  best_.is_on_edge = is_at_end(face_.u(), best_.u) || is_at_end(face_.v(), best_.v);
+  return best_;
+}
+
+}  // namespace
+
+NearestPoint closest_point(const Face& face, Vec3 p) { return Search(face, p).run(); }
+
+NearestPoint closest_from(const Face& face, Vec3 p, std::array<Real, 2> start) {
+  NearestPoint found = Descent(face, p, domain_of(face)).from(start);
+  found.is_on_edge = is_at_end(face.u(), found.u) || is_at_end(face.v(), found.v);
+  return found;
+}
+
+}  // namespace pantin::detail::nurbs

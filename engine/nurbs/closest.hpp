@@ -1,0 +1,53 @@
+#pragma once
+/// Points of surfaces and curves that are nearest to a given one. Global: branch and bound over
+/// cells, each of which is discarded by a bound or convex, so that a descent within it finds its
+/// least.
+#include <cstdint>
+
+#include "engine/nurbs/face.hpp"
+
+namespace pantin::detail::nurbs {
+
+struct NearestPoint {
+  Real u = 0, v = 0;  // of a curve t, 0
+  Vec3 point{0};
+  Real distance = 0;        // m
+  bool is_on_edge = false;  // at the end of a direction that is not periodic
+  bool is_certain = true;   // false: cells too many to be told apart, as at a sphere's centre
+  std::uint32_t looks = 0;  // evaluations, as a measure of cost
+};
+
+/// The nearest point of a face to p, in the face's frame. The least distance, within 1e-12 of it;
+/// no heap.
+NearestPoint closest_point(const Face& face, Vec3 p);
+
+/// The nearest in a neighbourhood: from (u, v) downhill, kept within the domain.
+NearestPoint closest_from(const Face& face, Vec3 p, std::array<Real, 2> start);
+
+/// A curve made ready for queries: bounds of its cells.
+class Wire {
+ public:
+  explicit Wire(Curve curve);
+  const Curve& curve() const { return curve_; }
+  const Knots& knots() const { return curve_.knots; }
+  Real size() const { return size_; }
+
+  struct Leaf {
+    Range t;
+    Vec3 centre{0};
+    Real radius = 0;                        // m
+    Real first = 0, second = 0, third = 0;  // as of a Leaf of a Face
+  };
+  const std::vector<Leaf>& leaves() const { return leaves_; }
+  const BallTree& tree() const { return tree_; }
+
+ private:
+  Curve curve_;
+  std::vector<Leaf> leaves_;
+  BallTree tree_;
+  Real size_ = 0;
+};
+
+NearestPoint closest_point(const Wire& wire, Vec3 p);
+
+}  // namespace pantin::detail::nurbs

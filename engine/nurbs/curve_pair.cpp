@@ -1,0 +1,158 @@
+#include "engine/nurbs/curve_pair.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pantin::detail::nurbs {
+namespace {
+
+constexpr int kMostIterations = 24;
+constexpr Real kLongestStep = 0.25, kDone = 1e-9, kNoTangent = 1e-9, kFits = 1e-6, kStray = 1e-3;
+
+CurveDerivatives in_frame(const Wire& wire, Real t, const Pose& pose) {
+  CurveDerivatives d = evaluate(wire.curve(), t, 2);
+  d[0] = to_world(pose, d[0]), d[1] = pose.rotation * d[1], d[2] = pose.rotation * d[2];
+  return d;
+}
+
+Vec3 right_of(Vec3 v) { return {v.y, -v.x, 0}; }
+
+// Adds a step; false if it leaves an end that the parameter was at already.
+bool walk(const Knots& k, Real step, Real& t) {
+  const Range domain = k.domain();
+  const Real to = t + step;
+  const bool is_out = !k.is_periodic && ((to < domain.low && t == domain.low) ||
+                                         (to > domain.high && t == domain.high));
+  t = k.inside(to);
+  return !is_out;
+}
+
+/// What both kinds of pairs have in common once b is eliminated: one equation f + r dt = 0.
+struct Reduced {
+  Real f, r;
+};
+
+// Where the curves fit one another steps are rounding divided by rounding.
+bool fits(Real curvature, Real step, Real size) {
+  return !std::isfinite(step) || (step > kStray && std::abs(curvature) * size < kFits);
+}
+
+ContactStatus judged(const CurveContact& c, Real size) {
+  return std::abs(c.least_curvature) * size < kFits ? ContactStatus::degenerate
+                                                    : ContactStatus::found;
+}
+
+bool is_singular(const Wire& wire, Vec3 tangent) {
+  const Real way = glm::length(tangent) * wire.knots().domain().width();
+  return !(way > kNoTangent * wire.size());
+}
+
+}  // namespace
+
+CurveContact track_planar(const Wire& a, const Wire& b, const Pose& a_in_b,
+                          std::array<Real, 2> from) {
+  CurveContact out;
+  out.t = from[0], out.b.u = from[1];
+  const Real width_a = a.knots().domain().width(), width_b = b.knots().domain().width();
+  while (out.iterations < kMostIterations) {
+    const CurveDerivatives p = in_frame(a, out.t, a_in_b), q = evaluate(b.curve(), out.b.u, 2);
+    ++out.iterations;
+    if (is_singular(a, p[1]) || is_singular(b, q[1])) {
+      out.status = ContactStatus::singular;
+      return out;
+    }
+    const Real inverse = 1 / glm::length(q[1]);
+    const Vec3 n = inverse * right_of(q[1]), d = p[0] - q[0], bend = right_of(q[2]);
+    const Vec3 n_t = inverse * (bend - glm::dot(n, bend) * n);
+    const Real c = glm::dot(p[1], q[1]), e = glm::dot(d, q[2]) - glm::dot(q[1], q[1]);
+    const Real across = glm::dot(p[1], n_t), g = glm::dot(d, q[1]);
+    const Reduced k{glm::dot(p[1], n) - across * g / e, glm::dot(p[2], n) - across * c / e};
+    Real step = -k.f / k.r, step_b = -(g + c * step) / e;
+    out.normal = n, out.gap = glm::dot(n, d);
+    const Real length = std::max(std::abs(step) / width_a, std::abs(step_b) / width_b);
+    out.least_curvature = k.r / glm::dot(p[1], p[1]);
+    if (fits(out.least_curvature, length, std::min(a.size(), b.size()))) {
+      out.status = ContactStatus::degenerate;
+      return out;
+    }
+    const Real part = length > kLongestStep ? kLongestStep / length : 1;
+    if (!walk(a.knots(), part * step, out.t) || !walk(b.knots(), part * step_b, out.b.u)) {
+      out.status = ContactStatus::left_patch;
+      return out;
+    }
+    if (length > kDone) continue;
+    out.on_a = p[0] + step * p[1], out.on_b = q[0] + step_b * q[1], out.normal += step_b * n_t;
+    if (c < 0) out.status = judged(out, std::min(a.size(), b.size()));
+    return out;
+  }
+  return out;
+}
+
+CurveContact track_on_face(const Wire& a, const Skin& b, const Pose& a_in_b, const OnCurve& from) {
+  CurveContact out;
+  out.t = from.t, out.b = from.b;
+  while (out.iterations < kMostIterations) {
+    const Face& face = b.face(out.b.face);
+    const CurveDerivatives p = in_frame(a, out.t, a_in_b);
+    const Jet q = face.at(out.b.u, out.b.v);
+    ++out.iterations;
+    const Vec3 across = glm::cross(q.u, q.v), d = p[0] - q.s;
+    const Real length_n = glm::length(across), inverse = 1 / length_n;
+    const Range u = face.u().domain(), v = face.v().domain();
+    if (is_singular(a, p[1]) ||
+        !(length_n * u.width() * v.width() > kNoTangent * face.size() * face.size())) {
+      out.status = ContactStatus::singular;
+      return out;
+    }
+    const Vec3 n = inverse * across;
+    const Vec3 cross_u = glm::cross(q.uu, q.v) + glm::cross(q.u, q.uv);
+    const Vec3 cross_v = glm::cross(q.uv, q.v) + glm::cross(q.u, q.vv);
+    const Vec3 n_u = inverse * (cross_u - glm::dot(n, cross_u) * n);
+    const Vec3 n_v = inverse * (cross_v - glm::dot(n, cross_v) * n);
+    const Real b0 = glm::dot(p[1], n_u), b1 = glm::dot(p[1], n_v);
+    const Real d00 = glm::dot(d, q.uu) - glm::dot(q.u, q.u),
+               d11 = glm::dot(d, q.vv) - glm::dot(q.v, q.v);
+    const Real d01 = glm::dot(d, q.uv) - glm::dot(q.u, q.v), det = d00 * d11 - d01 * d01;
+    const Real f0 = glm::dot(d, q.u), f1 = glm::dot(d, q.v);
+    const Real c0 = glm::dot(p[1], q.u), c1 = glm::dot(p[1], q.v);
+    const auto u_of = [&](Real x, Real y) { return (d11 * x - d01 * y) / det; };
+    const auto v_of = [&](Real x, Real y) { return (d00 * y - d01 * x) / det; };
+    const Reduced k{glm::dot(p[1], n) - b0 * u_of(f0, f1) - b1 * v_of(f0, f1),
+                    glm::dot(p[2], n) - b0 * u_of(c0, c1) - b1 * v_of(c0, c1)};
+    const Real step = -k.f / k.r, x = -f0 - c0 * step, y = -f1 - c1 * step;
+    const Real du = u_of(x, y), dv = v_of(x, y);
+    out.normal = n, out.gap = glm::dot(n, d);
+    const Real length = std::max({std::abs(step) / a.knots().domain().width(),
+                                  std::abs(du) / u.width(), std::abs(dv) / v.width()});
+    out.least_curvature = k.r / glm::dot(p[1], p[1]);
+    if (fits(out.least_curvature, length, std::min(a.size(), b.size()))) {
+      out.status = ContactStatus::degenerate;
+      return out;
+    }
+    const Real part = length > kLongestStep ? kLongestStep / length : 1;
+    const Place before = out.b;
+    bool stays = walk(a.knots(), part * step, out.t);
+    const auto over = [&](const Knots& knots, Real way, Real& at, Edge low) {
+      const bool is_low = way < 0;
+      if (!stays || walk(knots, way, at)) return;
+      const Edge edge = is_low ? low : static_cast<Edge>(static_cast<int>(low) + 1);
+      const auto next = b.across(out.b, edge);
+      stays = next.has_value();
+      if (next) out.b = *next;
+    };
+    over(face.u(), part * du, out.b.u, Edge::u_low);
+    if (out.b.face == before.face) over(face.v(), part * dv, out.b.v, Edge::v_low);
+    if (!stays) {
+      out.status = ContactStatus::left_patch;
+      return out;
+    }
+    if (length > kDone || out.b.face != before.face) continue;
+    out.on_a = p[0] + step * p[1], out.on_b = q.s + du * q.u + dv * q.v;
+    out.normal += du * n_u + dv * n_v;
+    out.status = judged(out, std::min(a.size(), b.size()));
+    return out;
+  }
+  return out;
+}
+
+}  // namespace pantin::detail::nurbs
