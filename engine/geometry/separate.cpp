@@ -269,22 +269,24 @@ Vec3 better_of(const Pieces& pieces, Vec3 last) {
 /// Along m they were D - s (n . m) apart to begin with, and since D is the most along any
 /// direction, that is never less than along n: steps of a proximal point method, the faster the
 /// smaller s is beside the radii of curvature. [Rockafellar 1976]
-Separation refine(const Convex& a, const Convex& b, Separation found) {
-  const Real size = a.size + b.size;
-  for (int round = 0; round < kMostRefinements; ++round) {
-    Walk whole{.most = kRefiningRounds, .tolerance = 1e-11};
-    const Vec3 shift = (kApart * size + glm::max(-found.distance, Real(0))) * found.normal;
-    const auto next = walk({a, b, shift}, whole);
+struct Refined {
+  Separation at;
+  bool is_settled = false;  // further steps would not turn it
+};
+Refined refine(const Pieces& pieces, const Separation& start) {
+  const Real size = pieces.size();
+  Refined found{start};
+  for (int round = 0; round < kMostRefinements && !found.is_settled; ++round) {
+    const Real free = kApart * size + glm::max(-found.at.distance, Real(0));
+    Walk state{.most = kRefiningRounds, .tolerance = 1e-11};
+    auto next = walk({pieces.a, pieces.b, free * found.at.normal}, state);
     if (!next) break;
-    const Real distance = next->distance - glm::dot(shift, next->normal);
-    if (distance < found.distance - 1e-12 * size) break;
-    const Real turned = glm::distance(next->normal, found.normal);
-    found = *next, found.distance = distance;
-    if (turned < kSettled) break;
+    // A walk that ran out of rounds is a little short: the farthest points tell exactly.
+    next->distance = along(pieces, next->normal).distance;
+    if (next->distance < found.at.distance - 1e-12 * size) break;
+    found = {*next, glm::distance(next->normal, found.at.normal) < kSettled};
   }
-  // A walk that ran out of rounds is a little short: the farthest points tell exactly.
-  found.distance = along({a, b}, found.normal).distance;
-  found.on_b = found.on_a - found.distance * found.normal;
+  found.at.on_b = found.at.on_a - found.at.distance * found.at.normal;
   return found;
 }
 
@@ -307,9 +309,15 @@ Separation separate(const Convex& a, const Convex& b, Real limit) {
   const bool is_far = found && (found->is_beyond || found->distance > kNear * size);
   if (is_far && (first.is_done || found->distance > kApart * size)) return *found;
   const Vec3 last = found ? found->normal : first.last;
-  const Separation shallow = refine(a, b, along(pieces, better_of(pieces, last)));
-  if (is_shallow(shallow)) return shallow;
-  return refine(a, b, Polytope(pieces).grow());
+  const Refined near = refine(pieces, along(pieces, better_of(pieces, last)));
+  if (found && !near.is_settled) {
+    // Points and edges that all but touch: they turn too little from step to step.
+    whole = {.limit = limit};
+    found = walk(pieces, whole);
+    if (found && along(pieces, found->normal).distance > near.at.distance) return *found;
+  }
+  if (is_shallow(near.at)) return near.at;
+  return refine(pieces, Polytope(pieces).grow()).at;
 }
 
 }  // namespace pantin::detail
