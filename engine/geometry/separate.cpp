@@ -317,7 +317,8 @@ Separation separate(const Convex& a, const Convex& b, Real limit) {
     if (found && along(pieces, found->normal).distance > near.at.distance) return *found;
   }
   if (is_shallow(near.at)) return near.at;
-  return refine(pieces, Polytope(pieces).grow()).at;
+  const Separation deep = refine(pieces, Polytope(pieces).grow()).at;
+  return deep.distance > near.at.distance ? deep : near.at;
 }
 
 }  // namespace pantin::detail
