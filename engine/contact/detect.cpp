@@ -99,10 +99,16 @@ void list_pairs(const Finder& s, Search& search) {
   search.pairs.erase(std::unique(search.pairs.begin(), search.pairs.end()), search.pairs.end());
 }
 
+constexpr std::uint64_t kShapes = 0x3ff;
+constexpr int kShapeOfA = 54, kShapeOfB = 44;
+
 /// Ten bits for each of the two shapes, the rest for the feature.
 std::uint64_t key_of(const ColliderShape& a, const ColliderShape& b, std::uint64_t feature) {
-  constexpr std::uint64_t kShapes = 0x3ff;
-  return (a.index & kShapes) << 54 | (b.index & kShapes) << 44 | (feature & kFeatures);
+  return (a.index & kShapes) << kShapeOfA | (b.index & kShapes) << kShapeOfB |
+         (feature & kFeatures);
+}
+std::uint64_t shape_in(std::uint64_t key, Touching::Side side) {
+  return key >> (side == Touching::Side::a ? kShapeOfA : kShapeOfB) & kShapes;
 }
 
 // ---- Surfaces ----------------------------------------------------------------------------------
@@ -390,12 +396,22 @@ void find_contacts(World& world, std::span<const Real> reach) {
   store_contacts(s, search);
 }
 
-Real rounding_at(const World& world, std::uint32_t slot, std::uint64_t shape) {
+Real rounding_at(const World& world, const Contact& c, const Touching& at) {
+  const bool is_a = at.side == Touching::Side::a;
+  const std::uint32_t slot = is_a ? c.slot_a : c.slot_b;
   const Shapes* shapes = world.shapes.find(world.bodies.owners()[slot]);
-  if (!shapes || shape >= shapes->list.size()) return 0;
-  const Shape& s = shapes->list[shape];
-  const auto rounded = traits_of(s.kind).rounded;
-  const std::optional<RoundedBox> core = rounded ? rounded(s) : std::nullopt;
+  const std::uint64_t index = shape_in(c.key, at.side);
+  if (!shapes || index >= shapes->list.size()) return 0;
+  const Shape& s = shapes->list[index];
+  const ShapeTraits& kind = traits_of(s.kind);
+  if (kind.rounding) {
+    if ((c.key & kFeatures) == kCore) return 0;
+    const Quat back = glm::conjugate(at.rotation * s.local.rotation);
+    const Vec3 spin = world.bodies.values()[slot].angular_velocity;
+    return kind.rounding(s, {to_local(s.local, is_a ? c.point_a : c.point_b),
+                             back * (is_a ? -c.normal : c.normal), back * spin});
+  }
+  const std::optional<RoundedBox> core = kind.rounded ? kind.rounded(s) : std::nullopt;
   return core ? core->radius : 0;
 }
 

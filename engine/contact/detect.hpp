@@ -3,6 +3,7 @@
 #include <span>
 
 #include "engine/base/math.hpp"
+#include "engine/contact/contact.hpp"
 #include "engine/geometry/shape.hpp"
 #include "engine/world/body.hpp"
 
@@ -40,9 +41,15 @@ void sense(World& world);
 /// Distance of the farthest point of a body's shapes from its mass centre, m.
 Real extent_of(const Shapes& shapes);
 
-/// The radius by which the core of one of a body's shapes is rounded, m: the place where it touches
-/// is that far from a point of the core, however it turns. 0: it touches with its own points.
-Real rounding_at(const World& world, std::uint32_t slot, std::uint64_t shape);
+/// One of the two bodies of a contact, and how it stands, from its axes to the world's.
+struct Touching {
+  enum class Side : std::uint8_t { a, b } side;
+  Quat rotation;
+};
+
+/// The radius by which a body is round where it is touched, m: the place is that far from a point
+/// of the body along the normal, while the body turns. 0: it is touched with its own points.
+Real rounding_at(const World& world, const Contact& contact, const Touching& at);
 
 /// Whether a body without a solver moves (a kinematic body).
 bool moves(const Body& b);

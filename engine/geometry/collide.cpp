@@ -119,18 +119,19 @@ void collide_mesh(const OnSurface& k, std::vector<std::uint32_t>& triangles) {
 /// A corner that got below the ground is pushed up along the triangle over it, however deep.
 void lift_corners(const OnSurface& k) {
   const Surface& s = k.surface;
-  CornerRoom scratch;
-  const std::span<const Vec3> corners = corners_towards(k.a, {0, -1, 0}, k.margin, scratch);
-  for (std::uint32_t i = 0; i < corners.size(); ++i) {
-    const Vec3 p = corners[i];
+  Patch scratch;
+  const Corners corners = corners_towards(k.a, {0, -1, 0}, k.margin, scratch);
+  for (std::uint32_t i = 0; i < corners.points.size(); ++i) {
+    const Vec3 p = corners.points[i];
     if (p.x < s.low.x || p.x > s.high.x || p.z < s.low.z || p.z > s.high.z || p.y > s.high.y)
       continue;
     const std::uint32_t over = tile_at(s, p);
     const Vec3 n = normal_of(s, over);
     const Real height = glm::dot(n, p - triangle_of(s, over)[0]), gap = height - k.a.radius;
     if (height < 0 && gap <= k.margin)
-      k.out.push_back({p - k.a.radius * n, p - height * n, n, gap,
-                       static_cast<std::uint64_t>(over) << kFeatureBits | kFromWithin | i});
+      k.out.push_back(
+          {p - k.a.radius * n, p - height * n, n, gap,
+           static_cast<std::uint64_t>(over) << kFeatureBits | kFromWithin | corners.number(i)});
   }
 }
 

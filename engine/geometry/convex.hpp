@@ -23,7 +23,8 @@ struct Convex {
   Real radius = 0;                                      // m
   Vec3 centre{0};                                       // a point inside the core
   Real size = 0;                                        // m, half of its widest extent or so
-  // A smooth piece has no points: the support function of its kind stands for them.
+  // A smooth piece has no points: the support function of its kind stands for them. Of its flat
+  // faces only the planes are known.
   const Shape* smooth = nullptr;
   Mat3 rotation{1};  // of a smooth piece, whose origin is at `origin`
   Vec3 origin{0};

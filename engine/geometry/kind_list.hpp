@@ -4,5 +4,6 @@
 /// check scenes need the new kind in assets/schema too, as schema_of() prints it: a test compares.
 ///
 /// Internal (pantin::detail); installed because ShapeKind is made of it.
-#define PANTIN_SHAPE_KINDS(kind) \
-  kind(sphere) kind(capsule) kind(box) kind(hull) kind(plane) kind(mesh) kind(height_field)
+#define PANTIN_SHAPE_KINDS(kind)                                                            \
+  kind(sphere) kind(capsule) kind(box) kind(hull) kind(plane) kind(mesh) kind(height_field) \
+      kind(cylinder) kind(cone) kind(ellipsoid)

@@ -28,6 +28,15 @@ Convex convex_piece(const Shape& shape, const Pose& at, ConvexScratch& scratch) 
   c.smooth = &shape, c.rotation = glm::mat3_cast(at.rotation), c.origin = at.position;
   c.centre = at.position + c.rotation * ((box.low + box.high) / 2.0);
   c.size = glm::length(box.high - box.low) / 2;
+  if (kind.flat_faces) {
+    scratch.faces.resize(2);
+    scratch.faces.resize(kind.flat_faces(shape, std::span<Face, 2>(scratch.faces.data(), 2)));
+    for (Face& f : scratch.faces) {
+      f.normal = c.rotation * f.normal;
+      f.offset += glm::dot(f.normal, at.position);
+    }
+    c.faces = scratch.faces;
+  }
   return c;
 }
 

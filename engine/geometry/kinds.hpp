@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "engine/geometry/convex.hpp"
+#include "engine/geometry/patch.hpp"
 #include "engine/geometry/shape.hpp"
 
 namespace pantin::detail {
@@ -46,6 +47,13 @@ struct SurfacePoint {
   Vec3 point{0};
   Vec3 normal{0, 1, 0};  // outwards, unit
   Real distance = 0;     // m, from the surface to the point; below 0 inside
+};
+
+/// Where a shape that rolls is touched, in its own frame.
+struct Rolling {
+  Vec3 point{0};           // m, of the surface
+  Vec3 outward{0, -1, 0};  // unit
+  Vec3 spin{0};            // rad/s, the shape's angular velocity
 };
 
 /// A box about the origin, grown by a radius: what spheres, capsules and boxes are.
@@ -91,6 +99,16 @@ struct ShapeTraits {
   // The nearest point of the surface if that is nearer than `limit` (m), or if `p` is inside.
   // None: from `support`.
   std::optional<SurfacePoint> (*closest)(const Shape&, Vec3 p, Real limit) = nullptr;
+
+  // Of a convex kind without corners: what it turns towards a direction. None: found by tilting it.
+  void (*patch)(const Shape&, const Towards&, Patch&) = nullptr;
+
+  // Its flat faces, by normal and offset alone; how many. None: it has none.
+  std::size_t (*flat_faces)(const Shape&, std::span<Face, 2>) = nullptr;
+
+  // Radius of the circle (m) along which the place that is touched moves over the surface while the
+  // shape rolls; 0 at corners. None: that of `rounded`, or 0.
+  Real (*rounding)(const Shape&, const Rolling&) = nullptr;
 };
 
 /// One constant for each word of the list, defined in the kind's file.

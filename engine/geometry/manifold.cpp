@@ -416,24 +416,6 @@ void snap_to_face(const Convex& a, const Convex& b, Nearest& near) {
 
 }  // namespace
 
-void drop_duplicates(std::vector<ContactPoint>& points, std::size_t first, Real near) {
-  std::size_t kept = first;
-  for (std::size_t i = first; i < points.size(); ++i) {
-    std::size_t j = first;
-    const auto same = [&](const ContactPoint& p) {
-      return (glm::distance(p.on_a, points[i].on_a) <= near ||
-              glm::distance(p.on_b, points[i].on_b) <= near) &&
-             glm::dot(p.normal, points[i].normal) > 1 - 1e-6;
-    };
-    while (j < kept && !same(points[j])) ++j;
-    if (j == kept)
-      points[kept++] = points[i];
-    else if (points[i].gap < points[j].gap - near)
-      points[j] = points[i];
-  }
-  points.resize(kept);
-}
-
 void collide_convex(const Convex& a, const Convex& b, const Facing* facing, const PointsOut& out) {
   const auto& [margin, points] = out;
   if (a.smooth || b.smooth) return touch_smooth(a, b, facing, out);
@@ -463,38 +445,15 @@ void collide_convex(const Convex& a, const Convex& b, const Facing* facing, cons
   reduce_points(points, first, kMostPoints);
 }
 
-void collide_plane(const Convex& a, Vec3 normal, Real offset, const PointsOut& out) {
-  CornerRoom scratch;
-  const std::span<const Vec3> corners = corners_towards(a, -normal, out.margin, scratch);
-  for (std::uint32_t i = 0; i < corners.size(); ++i) {
-    const Real height = glm::dot(normal, corners[i]) - offset, gap = height - a.radius;
-    if (gap > out.margin) continue;
-    out.points.push_back(
-        {corners[i] - a.radius * normal, corners[i] - height * normal, normal, gap, i});
+void collide_plane(const Convex& a, Vec3 n, Real offset, const PointsOut& out) {
+  Patch scratch;
+  const Corners corners = corners_towards(a, -n, out.margin, scratch);
+  for (std::uint32_t i = 0; i < corners.points.size(); ++i) {
+    const Vec3 p = corners.points[i];
+    const Real height = glm::dot(n, p) - offset, gap = height - a.radius;
+    if (gap <= out.margin)
+      out.points.push_back({p - a.radius * n, p - height * n, n, gap, corners.number(i)});
   }
-}
-
-void reduce_points(std::vector<ContactPoint>& points, std::size_t first, std::size_t most) {
-  if (points.size() - first <= most) return;
-  const auto begin = points.begin() + static_cast<std::ptrdiff_t>(first);
-  std::iter_swap(begin, std::min_element(begin, points.end(), [](const auto& p, const auto& q) {
-                   return p.gap < q.gap;
-                 }));
-  for (std::size_t kept = 1; kept < most; ++kept) {
-    // What matters is a place far from the others, and what is deeper than they are.
-    std::size_t best = first + kept;
-    Real farthest = -1;
-    for (std::size_t i = first + kept; i < points.size(); ++i) {
-      Real way = 1e300;
-      for (std::size_t j = first; j < first + kept; ++j) {
-        const Vec3 d = points[i].on_a - points[j].on_a;
-        way = glm::min(way, glm::dot(d, d));
-      }
-      if (way > farthest) farthest = way, best = i;
-    }
-    std::swap(points[first + kept], points[best]);
-  }
-  points.resize(first + most);
 }
 
 }  // namespace pantin::detail

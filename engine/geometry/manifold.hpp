@@ -47,7 +47,9 @@ void collide_plane(const Convex& a, Vec3 normal, Real offset, const PointsOut& o
 void drop_duplicates(std::vector<ContactPoint>& points, std::size_t first, Real near);
 
 /// Reduces the points from `first` on to `most`: the deepest, then those farthest from the ones
-/// kept.
-void reduce_points(std::vector<ContactPoint>& points, std::size_t first, std::size_t most);
+/// kept. Of points whose gaps differ by less than `same` (m) the first counts, so that the choice
+/// lasts.
+void reduce_points(std::vector<ContactPoint>& points, std::size_t first, std::size_t most,
+                   Real same = 0);
 
 }  // namespace pantin::detail

@@ -8,23 +8,67 @@
 namespace pantin::detail {
 namespace {
 
-constexpr int kMostRounds = 96;
+constexpr int kMostRounds = 96, kFirstRounds = 8, kMostSteps = 40, kMostRefinements = 4,
+              kRefiningRounds = 32;
+// Of the sizes: nearer pieces are looked at from farther away, since the direction between points
+// that all but coincide is lost to rounding; how far; and how deep overlaps are walked out of
+// without a polytope.
+constexpr Real kNear = 2e-3, kApart = 0.02, kShallow = 0.01;
+constexpr Real kSettled = 1e-8;   // rad
 constexpr Real kTouching = 1e-7;  // of the sizes: nearer than this, the overlap gives the direction
 constexpr Real kOverlap = 1e-11;  // of the sizes: accuracy of overlaps
-// Of the sizes: accuracy of the nearest point of a round overlap; what a place that is not round
-// has.
-constexpr Real kSlope = 1e-7, kRound = 1e-4;
+// Of the sizes: the slope at which the nearest point of a round place counts as found, that which
+// is good enough, and that which a place that is not round has.
+constexpr Real kSlope = 1e-10, kSmooth = 1e-8, kRound = 1e-4;
 
 /// A point of the difference of two pieces, and where it comes from.
 struct Difference {
   Vec3 w{0}, on_a{0}, on_b{0};
 };
 
-Difference farthest(const Convex& a, const Convex& b, Vec3 direction) {
+/// Two pieces, the first of which is moved aside.
+struct Pieces {
+  const Convex& a;
+  const Convex& b;
+  Vec3 shift{0};  // m
+
+  Real size() const { return a.size + b.size; }
+};
+
+Difference farthest(const Pieces& pieces, Vec3 direction) {
   Difference d;
-  d.on_a = a.extreme(direction), d.on_b = b.extreme(-direction);
-  d.w = d.on_a - d.on_b;
+  d.on_a = pieces.a.extreme(direction), d.on_b = pieces.b.extreme(-direction);
+  d.w = d.on_a - d.on_b + pieces.shift;
   return d;
+}
+
+/// The least reach near a direction, if the gradient vanishes there to `accuracy`, part of the
+/// sizes. Its gradient on the sphere of directions is what the farthest point has across the
+/// direction; steps by [Barzilai & Borwein 1988], none of which may lengthen the reach. Nothing
+/// where the least reach is at an edge.
+std::optional<Separation> polish(const Pieces& pieces, Vec3 normal, Real accuracy) {
+  const Real size = pieces.size();
+  Difference at = farthest(pieces, normal);
+  const auto slope = [](Vec3 n, Vec3 w) { return w - glm::dot(n, w) * n; };
+  Vec3 gradient = slope(normal, at.w);
+  Real step = 0.1 / size;
+  for (int round = 0; round < kMostSteps && glm::length(gradient) > kSlope * size; ++round) {
+    const Vec3 to = glm::normalize(normal - step * gradient);
+    const Difference next = farthest(pieces, to);
+    if (!(glm::dot(to, next.w) < glm::dot(normal, at.w))) {
+      step /= 4;
+      continue;
+    }
+    const Vec3 moved = to - normal, other = slope(to, next.w), change = other - gradient;
+    const Real along = glm::dot(moved, change);
+    step = along > 0 ? glm::dot(moved, moved) / along : 2 * step;
+    normal = to, at = next, gradient = other;
+  }
+  if (!(glm::length(gradient) < accuracy * size)) return std::nullopt;
+  Separation found;
+  found.normal = -normal, found.distance = -glm::dot(normal, at.w);
+  found.on_a = at.on_a, found.on_b = at.on_a - found.distance * found.normal;
+  return found;
 }
 
 // ---- Overlap -----------------------------------------------------------------------------------
@@ -32,7 +76,7 @@ Difference farthest(const Convex& a, const Convex& b, Vec3 direction) {
 /// A polytope within the difference of two pieces, that grows where it is nearest to the origin.
 class Polytope {
  public:
-  Polytope(const Convex& a, const Convex& b) : a_(a), b_(b), size_(a.size + b.size) { start(); }
+  explicit Polytope(const Pieces& pieces) : pieces_(pieces), size_(pieces.size()) { start(); }
 
   Separation grow();
 
@@ -49,9 +93,8 @@ class Polytope {
   bool add(std::uint32_t i, std::uint32_t j, std::uint32_t k);
   bool expand(const Difference& to);
   Separation answer(const Side& side, Real reach) const;
-  std::optional<Separation> polish(Vec3 normal) const;
 
-  const Convex &a_, &b_;
+  const Pieces& pieces_;
   Real size_;
   std::array<Difference, kPoints> points_;
   std::array<Side, kFaces> sides_;
@@ -73,13 +116,13 @@ void Polytope::start() {
     Real highest = -1;
     for (Vec3 d : directions)
       for (Real sign : {1.0, -1.0}) {
-        const Difference p = farthest(a_, b_, sign * d);
+        const Difference p = farthest(pieces_, sign * d);
         if (const Real m = measure(p.w); m > highest) highest = m, best = p;
       }
     return best;
   };
   const std::array<Vec3, 3> axes{Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(0, 0, 1)};
-  points_[0] = farthest(a_, b_, {1, 0, 0});
+  points_[0] = farthest(pieces_, {1, 0, 0});
   const Vec3 o = points_[0].w;
   points_[1] = most(axes, [&](Vec3 w) { return glm::distance(w, o); });
   const Vec3 along = points_[1].w - o;
@@ -136,34 +179,6 @@ Separation Polytope::answer(const Side& side, Real reach) const {
   return found;
 }
 
-/// The least reach near a direction, where sides run out before they follow round pieces closely.
-/// Its gradient on the sphere of directions is what the farthest point has across the direction;
-/// steps by [Barzilai & Borwein 1988], none of which may lengthen the reach. Nothing where the
-/// least reach is at an edge.
-std::optional<Separation> Polytope::polish(Vec3 normal) const {
-  Difference at = farthest(a_, b_, normal);
-  const auto slope = [](Vec3 n, Vec3 w) { return w - glm::dot(n, w) * n; };
-  Vec3 gradient = slope(normal, at.w);
-  Real step = 0.1 / size_;
-  for (int round = 0; round < kMostRounds && glm::length(gradient) > kSlope * size_; ++round) {
-    const Vec3 to = glm::normalize(normal - step * gradient);
-    const Difference next = farthest(a_, b_, to);
-    if (!(glm::dot(to, next.w) < glm::dot(normal, at.w))) {
-      step /= 4;
-      continue;
-    }
-    const Vec3 moved = to - normal, other = slope(to, next.w), change = other - gradient;
-    const Real along = glm::dot(moved, change);
-    step = along > 0 ? glm::dot(moved, moved) / along : 2 * step;
-    normal = to, at = next, gradient = other;
-  }
-  if (!(glm::length(gradient) < kRound * size_)) return std::nullopt;
-  Separation found;
-  found.normal = -normal, found.distance = -glm::dot(normal, at.w);
-  found.on_a = at.on_a, found.on_b = at.on_a - found.distance * found.normal;
-  return found;
-}
-
 Separation Polytope::grow() {
   Side best;
   Real reach = 0;
@@ -172,10 +187,10 @@ Separation Polytope::grow() {
     best =
         *std::min_element(sides_.begin(), sides_.begin() + static_cast<std::ptrdiff_t>(side_count_),
                           [](const Side& p, const Side& q) { return p.offset < q.offset; });
-    const Difference next = farthest(a_, b_, best.normal);
+    const Difference next = farthest(pieces_, best.normal);
     reach = glm::dot(best.normal, next.w);
     if (point_count_ == kPoints) {
-      if (const auto round = polish(best.normal)) return *round;
+      if (const auto round = polish(pieces_, best.normal, kRound)) return *round;
       break;
     }
     if (reach - best.offset <= kOverlap * size_) break;
@@ -184,30 +199,42 @@ Separation Polytope::grow() {
   return answer(best, reach);
 }
 
-}  // namespace
-
 // ---- Distance ----------------------------------------------------------------------------------
 
-Separation separate(const Convex& a, const Convex& b, Real limit) {
-  const Real size = a.size + b.size, touching = kTouching * size;
+/// How far a walk goes, and where it got.
+struct Walk {
+  Real limit = 1e300;  // m
+  std::uint32_t most = kMostRounds;
+  Real tolerance = 1e-14;  // of the distance's square
+  Vec3 last{0, 1, 0};      // direction from b to a
+  bool is_done = true;
+};
+
+/// Gilbert, Johnson and Keerthi's walk. Nothing where the pieces overlap or all but touch.
+std::optional<Separation> walk(const Pieces& pieces, Walk& state) {
+  const Real size = pieces.size(), touching = kTouching * size;
   std::array<Difference, kMostRounds> seen;
   Simplex s, kept;
-  Vec3 v = a.centre - b.centre, last(0);
+  Vec3 v = pieces.a.centre - pieces.b.centre + pieces.shift, last(0);
   if (v == Vec3(0)) v = Vec3(0, 1, 0);
   Real kept_distance = 1e300;
   for (std::uint32_t round = 0; round < kMostRounds; ++round) {
-    seen[round] = farthest(a, b, -v);
+    state.is_done = round < state.most;
+    if (!state.is_done) break;
+    seen[round] = farthest(pieces, -v);
     const Vec3 w = seen[round].w;
     const Real ahead = glm::dot(v, w), length = glm::length(v);
-    if (ahead > limit * length) {
+    state.last = v / length;
+    if (ahead > state.limit * length) {
       Separation found;
       found.normal = v / length, found.distance = ahead / length, found.is_beyond = true;
       return found;
     }
-    if (s.count > 0 && kept_distance - ahead <= 1e-14 * kept_distance + 1e-16 * length * size)
+    if (s.count > 0 &&
+        kept_distance - ahead <= state.tolerance * kept_distance + 1e-16 * length * size)
       break;
     s.v[s.count++] = {w, round, round, 1};
-    if (!shrink(s, v) || glm::dot(v, v) <= touching * touching) return Polytope(a, b).grow();
+    if (!shrink(s, v) || glm::dot(v, v) <= touching * touching) return std::nullopt;
     if (glm::dot(v, v) >= kept_distance) break;  // no progress: rounding errors dominate
     kept = s, last = v, kept_distance = glm::dot(v, v);
   }
@@ -219,6 +246,79 @@ Separation separate(const Convex& a, const Convex& b, Real limit) {
   found.distance = glm::length(last);
   found.normal = last / found.distance;
   return found;
+}
+
+/// How far the pieces are apart along a direction from b to a.
+Separation along(const Pieces& pieces, Vec3 normal) {
+  const Difference d = farthest(pieces, -normal);
+  return {d.on_a, d.on_b, normal, glm::dot(normal, d.w)};
+}
+
+/// The last direction of a walk, or from centre to centre: where the pieces overlap less.
+Vec3 better_of(const Pieces& pieces, Vec3 last) {
+  const Vec3 way = pieces.a.centre - pieces.b.centre;
+  const Real length = glm::length(way);
+  if (!(length > 1e-9 * pieces.size())) return is_finite(last) ? last : Vec3(0, 1, 0);
+  const bool is_last = along(pieces, last).distance >= along(pieces, way / length).distance;
+  return is_last ? last : way / length;
+}
+
+/// The direction near a known one along which the pieces are farthest apart, or overlap least.
+///
+/// Moved apart by s along a direction n that leaves them free, they are D apart along another, m.
+/// Along m they were D - s (n . m) apart to begin with, and since D is the most along any
+/// direction, that is never less than along n: steps of a proximal point method, the faster the
+/// smaller s is beside the radii of curvature. [Rockafellar 1976]
+struct Refined {
+  Separation at;
+  bool is_settled = false;  // further steps would not turn it
+};
+Refined refine(const Pieces& pieces, const Separation& start) {
+  const Real size = pieces.size();
+  Refined found{start};
+  for (int round = 0; round < kMostRefinements && !found.is_settled; ++round) {
+    const Real free = kApart * size + glm::max(-found.at.distance, Real(0));
+    Walk state{.most = kRefiningRounds, .tolerance = 1e-11};
+    auto next = walk({pieces.a, pieces.b, free * found.at.normal}, state);
+    if (!next) break;
+    // A walk that ran out of rounds is a little short: the farthest points tell exactly.
+    next->distance = along(pieces, next->normal).distance;
+    if (next->distance < found.at.distance - 1e-12 * size) break;
+    found = {*next, glm::distance(next->normal, found.at.normal) < kSettled};
+  }
+  found.at.on_b = found.at.on_a - found.at.distance * found.at.normal;
+  return found;
+}
+
+}  // namespace
+
+Separation separate(const Convex& a, const Convex& b, Real limit) {
+  const Pieces pieces{a, b};
+  const Real size = pieces.size();
+  const auto is_shallow = [&](const Separation& s) { return s.distance > -kShallow * size; };
+  Walk first{.limit = limit, .most = kFirstRounds};
+  auto found = walk(pieces, first);
+  if (!found || !first.is_done) {
+    // Where both are round, or touch with edges, steps along the gradient lead there sooner.
+    const auto round = polish(pieces, -better_of(pieces, first.last), kSmooth);
+    if (round && is_shallow(*round)) return *round;
+  }
+  // What is close is looked at from some way apart, what is not needs no such care.
+  Walk whole{.limit = limit};
+  if (found && !first.is_done && found->distance > kApart * size) found = walk(pieces, whole);
+  const bool is_far = found && (found->is_beyond || found->distance > kNear * size);
+  if (is_far && (first.is_done || found->distance > kApart * size)) return *found;
+  const Vec3 last = found ? found->normal : first.last;
+  const Refined near = refine(pieces, along(pieces, better_of(pieces, last)));
+  if (found && !near.is_settled) {
+    // Points and edges that all but touch: they turn too little from step to step.
+    whole = {.limit = limit};
+    found = walk(pieces, whole);
+    if (found && along(pieces, found->normal).distance > near.at.distance) return *found;
+  }
+  if (is_shallow(near.at)) return near.at;
+  const Separation deep = refine(pieces, Polytope(pieces).grow()).at;
+  return deep.distance > near.at.distance ? deep : near.at;
 }
 
 }  // namespace pantin::detail

@@ -29,9 +29,10 @@ constexpr ShapeKind last_of(ShapeKind) {
 /// A shape in its own frame.
 ///
 /// `size` in metres: sphere (radius, -, -); capsule (radius, half of the straight part, -), its
-/// axis along local y; box half extents; plane (extent of its picture, -, -); of every kind, what
-/// `sizes` of its traits says. hull, mesh and height_field have their size from `surface`. `local`
-/// places it in the body's mass-centre frame.
+/// axis along local y; box half extents; plane (extent of its picture, -, -); cylinder (radius,
+/// half of its length, -) and cone (radius, half of its height, -), along local y; ellipsoid its
+/// radii; of every kind, what `sizes` of its traits says. hull, mesh and height_field have their
+/// size from `surface`. `local` places it in the body's mass-centre frame.
 struct Shape {
   ShapeKind kind = ShapeKind::sphere;
   Vec3 size{0.1, 0, 0};

@@ -6,8 +6,18 @@ namespace pantin::detail {
 namespace {
 
 constexpr std::uint32_t kOfB = 256;  // features: corners of b count from here
+constexpr std::uint32_t kFarthest = 255;
 constexpr std::uint64_t kClosest = 0x3ffff;
 constexpr std::size_t kMostPoints = 8, kTilts = 8;
+// Of the sizes: what is deeper than all corners by less is left to them, so that points do not come
+// and go with what stands; and how deep along a face a piece may be to be touched there without a
+// look at other ways out.
+constexpr Real kAgree = 1e-6, kShallow = 0.05;
+constexpr Real kSnap = 1e-4;  // rad: nearer to a face's normal than this, that normal is tried
+// Of the size: points of a tilted piece that are nearer to their neighbours count once, since on a
+// smooth place tilting only rolls it; how far beside a line another is still over it, and how far
+// beyond a rim a corner is.
+constexpr Real kSame = 0.01;
 
 /// Two directions at right angles to a unit vector.
 std::array<Vec3, 2> across(Vec3 n) {
@@ -21,36 +31,54 @@ Real tilt_of(const Convex& c, Real margin) {
   return glm::clamp(c.size > 0 ? 2 * margin / c.size : Real(0), Real(2e-3), Real(0.3));
 }
 
-/// What a piece turns towards another: corners in order around the direction, with their numbers.
-struct Patch {
-  std::array<Vec3, 16> points;
-  std::array<std::uint32_t, 16> numbers{};
-  std::size_t count = 0;
-  Real size = 0;
-};
-
-/// Points that are nearer to their neighbours than this part of the size count once: on a smooth
-/// place tilting the piece only rolls it.
-constexpr Real kSame = 0.01;
-
-Patch patch_of(const Convex& c, Vec3 direction, Real margin) {
-  Patch p;
-  p.size = c.size;
-  if (c.faces.size() == 1) {  // a triangle of a surface
-    for (std::uint32_t i = 0; i < 3; ++i) p.points[i] = c.points[i], p.numbers[i] = i;
-    p.count = 3;
-    return p;
-  }
-  const auto [u, v] = across(direction);
-  const Real tilt = tilt_of(c, margin), same = kSame * c.size;
+/// Of a kind that is known by its support function alone.
+void tilted_patch(const Convex& c, const Towards& towards, Patch& p) {
+  const auto [u, v] = across(towards.direction);
+  const Real same = kSame * c.size;
   for (std::uint32_t k = 0; k < kTilts; ++k) {
     const Real angle = 2 * kPi * (k + 0.5) / kTilts;
-    const Vec3 at = c.extreme(direction + tilt * (std::cos(angle) * u + std::sin(angle) * v));
+    const Vec3 way = std::cos(angle) * u + std::sin(angle) * v;
+    const Vec3 at = c.extreme(towards.direction + towards.tilt * way);
     const auto near = [&](std::size_t i) { return glm::distance(p.points[i], at) <= same; };
     if (p.count > 0 && (near(p.count - 1) || near(0))) continue;
-    p.points[p.count] = at, p.numbers[p.count++] = k;
+    p.add(at, k);
   }
-  return p;
+}
+
+void smooth_patch(const Convex& c, const Towards& towards, Patch& p) {
+  const auto patch = traits_of(c.smooth->kind).patch;
+  if (!patch) return tilted_patch(c, towards, p);
+  patch(*c.smooth, {towards.direction * c.rotation, towards.tilt}, p);
+  for (std::size_t i = 0; i < p.count; ++i) p.points[i] = c.origin + c.rotation * p.points[i];
+}
+
+/// Of a piece with corners: its face, all of an edge unless that is seen from its end, or a point.
+void cornered_patch(const Convex& c, Vec3 direction, Patch& p) {
+  const Face* face = nullptr;
+  Real most = -2;
+  for (const Face& f : c.faces)
+    if (const Real m = glm::dot(f.normal, direction); m > most) most = m, face = &f;
+  if (face) {
+    const std::uint32_t every = 1 + (face->count - 1) / static_cast<std::uint32_t>(Patch::kMost);
+    for (std::uint32_t i = 0; i < face->count; i += every) {
+      const std::uint32_t corner = c.corners[face->first + i];
+      p.add(c.points[corner], corner);
+    }
+    return;
+  }
+  if (c.points.size() == 2) {
+    const Vec3 edge = c.points[1] - c.points[0];
+    if (std::abs(glm::dot(edge, direction)) < 0.7 * glm::length(edge))
+      return p.add(c.points[0], 0), p.add(c.points[1], 1);
+  }
+  const std::uint32_t corner = c.farthest(direction);
+  p.add(c.points[corner], corner);
+}
+
+void patch_of(const Convex& c, Vec3 direction, Real margin, Patch& p) {
+  p.count = 0, p.rim = 0;
+  if (c.smooth) return smooth_patch(c, {direction, tilt_of(c, margin)}, p);
+  cornered_patch(c, direction, p);
 }
 
 /// A patch seen along the normal: corners in its plane, and their heights.
@@ -59,17 +87,24 @@ struct Flat {
     Real x, y, height;
     std::uint32_t label;
   };
-  std::array<Corner, 16> corners{};
+  std::array<Corner, Patch::kMost> corners;
   std::size_t count = 0;
+  Real rim = 0;                 // m
   Real area = 0;                // signed, twice
   Real slack = 0;               // m
   Real rise_x = 0, rise_y = 0;  // of the plane through the corners
   Real mean_x = 0, mean_y = 0, mean_height = 0;
 };
 
-Flat flatten(const Patch& patch, const std::array<Vec3, 3>& frame, std::uint32_t label) {
-  Flat f;
-  f.count = patch.count, f.slack = 1e-9 * patch.size;
+/// Axes of a patch's plane and the normal, and what its numbers count from.
+struct Seen {
+  std::array<Vec3, 3> frame;
+  std::uint32_t label;
+};
+
+void flatten(const Convex& c, const Patch& patch, const Seen& seen, Flat& f) {
+  const auto& [frame, label] = seen;
+  f.count = patch.count, f.rim = patch.rim, f.slack = 1e-9 * c.size;
   for (std::size_t i = 0; i < f.count; ++i) {
     const Vec3 p = patch.points[i];
     f.corners[i] = {glm::dot(frame[0], p), glm::dot(frame[1], p), glm::dot(frame[2], p),
@@ -86,11 +121,10 @@ Flat flatten(const Patch& patch, const std::array<Vec3, 3>& frame, std::uint32_t
                          Vec3(q.x - f.mean_x, q.y - f.mean_y, q.height - f.mean_height));
   }
   f.area = normal.z;
-  if (std::abs(f.area) > 1e-4 * patch.size * patch.size)
+  if (std::abs(f.area) > 1e-4 * c.size * c.size)
     f.rise_x = -normal.x / f.area, f.rise_y = -normal.y / f.area;
   else
     f.area = 0;
-  return f;
 }
 
 /// The height of a patch over (x, y), if that is on it.
@@ -104,7 +138,9 @@ std::optional<Real> height_at(const Flat& f, Real x, Real y) {
     if (t < 0 || t > 1 || beside > kSame * std::sqrt(whole)) return std::nullopt;
     return p.height + t * (q.height - p.height);
   }
-  for (std::size_t i = 0; i < f.count; ++i) {
+  if (f.rim > 0 && std::hypot(x - f.mean_x, y - f.mean_y) > (1 + kSame) * f.rim)
+    return std::nullopt;
+  for (std::size_t i = 0; i < f.count && f.rim == 0; ++i) {
     const auto &p = f.corners[i], &q = f.corners[(i + 1) % f.count];
     const Real side = (q.x - p.x) * (y - p.y) - (q.y - p.y) * (x - p.x);
     const Real length = std::hypot(q.x - p.x, q.y - p.y);
@@ -128,15 +164,27 @@ struct Clip {
   }
 };
 
-/// Corners of one patch over the other, and crossings of their borders.
+/// Corners of one patch over the other, and crossings of their borders, unless all of one is over
+/// the other.
 void clip(const Clip& k) {
+  const std::size_t first = k.out.size();
+  std::size_t over = 0;
   for (std::size_t i = 0; i < k.a.count; ++i) {
     const auto& c = k.a.corners[i];
-    if (const auto h = height_at(k.b, c.x, c.y)) k.add({c.x, c.y, 0}, c.height, *h, c.label);
+    if (const auto h = height_at(k.b, c.x, c.y))
+      k.add({c.x, c.y, 0}, c.height, *h, c.label), ++over;
   }
+  if (over == k.a.count) return;
+  const std::size_t of_b = k.out.size();
+  over = 0;
   for (std::size_t i = 0; i < k.b.count; ++i) {
     const auto& c = k.b.corners[i];
-    if (const auto h = height_at(k.a, c.x, c.y)) k.add({c.x, c.y, 0}, *h, c.height, c.label);
+    if (const auto h = height_at(k.a, c.x, c.y))
+      k.add({c.x, c.y, 0}, *h, c.height, c.label), ++over;
+  }
+  if (over == k.b.count) {
+    k.out.erase(k.out.begin() + std::ptrdiff_t(first), k.out.begin() + std::ptrdiff_t(of_b));
+    return;
   }
   const auto borders = [](const Flat& f) { return f.count == 2 ? 1 : f.count < 2 ? 0 : f.count; };
   for (std::size_t i = 0; i < borders(k.a); ++i)
@@ -155,52 +203,165 @@ void clip(const Clip& k) {
     }
 }
 
+/// Two pieces that are near each other.
+struct Touch {
+  const Convex& a;
+  const Convex& b;
+  const Facing* facing;
+  const PointsOut& out;
+  std::size_t first;  // of their points
+
+  Real size() const { return a.size + b.size; }
+  Real radii() const { return a.radius + b.radius; }
+};
+
+/// What the pieces turn towards each other along a normal.
+struct Fronts {
+  Fronts(const Touch& k, Vec3 normal) {
+    const auto [u, v] = across(normal);
+    frame = {u, v, normal};
+    Patch patch;
+    patch_of(k.a, -normal, k.out.margin, patch);
+    flatten(k.a, patch, {frame, 0}, a);
+    patch_of(k.b, normal, k.out.margin, patch);
+    flatten(k.b, patch, {frame, kOfB}, b);
+  }
+  /// The height of a patch at the place above or below which `p` is, if that is on it.
+  std::optional<Real> height(const Flat& flat, Vec3 p) const {
+    return height_at(flat, glm::dot(frame[0], p), glm::dot(frame[1], p));
+  }
+  std::array<Vec3, 3> frame;
+  Flat a, b;
+};
+
+/// Adds what the fronts share; the least gap of the cores there.
+Real add_shared(const Touch& k, const Fronts& fronts) {
+  auto& points = k.out.points;
+  const std::size_t from = points.size();
+  clip({fronts.a, fronts.b, fronts.frame, k.a.radius, k.b.radius, k.out.margin, points});
+  Real least = 1e300;
+  for (std::size_t i = from; i < points.size(); ++i) least = glm::min(least, points[i].gap);
+  return least + k.radii();
+}
+
+void add_closest(const Touch& k, const Separation& at) {
+  const Vec3 n = at.normal;
+  const Real gap = at.distance - k.radii();
+  if (gap <= k.out.margin)
+    k.out.points.push_back({at.on_a - k.a.radius * n, at.on_b + k.b.radius * n, n, gap, kClosest});
+}
+
+void finish(const Touch& k) {
+  drop_duplicates(k.out.points, k.first, 1e-4 * k.size());
+  reduce_points(k.out.points, k.first, kMostPoints, kAgree * k.size());
+}
+
+/// The flat face along whose normal the pieces are farthest apart, or overlap least.
+struct BestFace {
+  Vec3 normal{0};     // from b to a
+  Real gap = -1e300;  // m, of the cores
+  bool is_of_b = true;
+  Vec3 farthest{0};  // of the other piece
+};
+
+BestFace best_face(const Touch& k) {
+  BestFace best;
+  for (const Face& f : k.b.faces) {
+    const Vec3 p = k.a.extreme(-f.normal);
+    const Real gap = glm::dot(f.normal, p) - f.offset;
+    if (gap > best.gap) best = {f.normal, gap, true, p};
+  }
+  for (const Face& f : k.a.faces) {
+    const Vec3 p = k.b.extreme(-f.normal);
+    const Real gap = glm::dot(f.normal, p) - f.offset;
+    if (gap > best.gap + 1e-7 * k.size() && (!k.facing || allows(*k.facing, -f.normal)))
+      best = {-f.normal, gap, false, p};
+  }
+  return best;
+}
+
+/// Whether a flat face decides how the pieces touch: no direction parts them more than the normal
+/// of a face which the other's farthest point is over. Then their points have been added.
+bool touch_face(const Touch& k) {
+  const BestFace face = best_face(k);
+  if (face.gap - k.radii() > k.out.margin) return true;
+  if (!(face.gap > -kShallow * k.size())) return false;
+  const Fronts fronts(k, face.normal);
+  const bool agrees = add_shared(k, fronts) <= face.gap + kAgree * k.size();
+  const bool is_over = bool(fronts.height(face.is_of_b ? fronts.b : fronts.a, face.farthest));
+  if (!agrees && !is_over) {
+    k.out.points.resize(k.first);
+    return false;
+  }
+  const Vec3 n = face.normal, p = face.farthest;
+  if (!agrees)
+    add_closest(k, face.is_of_b ? Separation{p, p - face.gap * n, n, face.gap}
+                                : Separation{p + face.gap * n, p, n, face.gap});
+  finish(k);
+  return true;
+}
+
+/// A ball and a kind that knows its nearest points.
+void touch_ball(const Touch& k) {
+  const bool a_is_ball = !k.a.smooth;
+  const Convex &ball = a_is_ball ? k.a : k.b, &other = a_is_ball ? k.b : k.a;
+  const Vec3 p = (ball.points[0] - other.origin) * other.rotation;
+  const auto near = closest(*other.smooth, p, glm::max(k.out.margin + ball.radius, Real(0)));
+  if (!near) return;
+  const Vec3 out = other.rotation * near->normal, on = other.origin + other.rotation * near->point;
+  add_closest(k, a_is_ball ? Separation{ball.points[0], on, out, near->distance}
+                           : Separation{on, ball.points[0], -out, near->distance});
+}
+
+/// Takes a face's normal instead where that is all but the same and keeps the pieces as far apart:
+/// it has fewer rounding errors.
+void snap_to_face(const Touch& k, Separation& apart) {
+  const BestFace face = best_face(k);
+  if (glm::distance(face.normal, apart.normal) > kSnap) return;
+  if (face.gap < apart.distance - 1e-9 * k.size()) return;
+  apart.normal = face.normal, apart.distance = face.gap;
+  if (face.is_of_b)
+    apart.on_a = face.farthest, apart.on_b = apart.on_a - face.gap * face.normal;
+  else
+    apart.on_b = face.farthest, apart.on_a = apart.on_b + face.gap * face.normal;
+}
+
 }  // namespace
 
-std::span<const Vec3> corners_towards(const Convex& c, Vec3 direction, Real margin,
-                                      CornerRoom& scratch) {
-  if (!c.smooth) return c.points;
-  const Patch patch = patch_of(c, direction, margin);
-  scratch[0] = c.extreme(direction);
-  std::size_t count = 1;
-  for (std::size_t i = 0; i < patch.count; ++i)
-    if (glm::distance(patch.points[i], scratch[0]) > kSame * c.size)
-      scratch[count++] = patch.points[i];
-  return {scratch.data(), count};
+Corners corners_towards(const Convex& c, Vec3 direction, Real margin, Patch& scratch) {
+  if (!c.smooth) return {c.points};
+  patch_of(c, direction, margin, scratch);
+  const Vec3 farthest = c.extreme(direction);
+  Real most = -1e300;
+  for (std::size_t i = 0; i < scratch.count; ++i)
+    most = glm::max(most, glm::dot(direction, scratch.points[i]));
+  if (glm::dot(direction, farthest) > most + kAgree * c.size) scratch.add(farthest, kFarthest);
+  return {{scratch.points.data(), scratch.count}, {scratch.numbers.data(), scratch.count}};
 }
 
 void touch_smooth(const Convex& a, const Convex& b, const Facing* facing, const PointsOut& out) {
-  const auto& [margin, points] = out;
-  const Real radii = a.radius + b.radius, size = a.size + b.size;
-  Separation apart = separate(a, b, margin + radii);
-  if (apart.is_beyond || apart.distance - radii > margin) return;
-  bool over_only = false;
+  const Touch k{a, b, facing, out, out.points.size()};
+  const auto is_ball = [](const Convex& c) { return !c.smooth && c.points.size() == 1; };
+  if (!facing && (is_ball(a) || is_ball(b))) return touch_ball(k);
+  if (touch_face(k)) return;
+  Separation apart = separate(a, b, out.margin + k.radii());
+  if (apart.is_beyond || apart.distance - k.radii() > out.margin) return;
   if (facing && !allows(*facing, apart.normal)) {
     // A concave or flat edge: only points above the triangle itself count.
     if (apart.distance > 0 && glm::dot(apart.normal, facing->normal) < 0) return;
-    apart.normal = facing->normal, over_only = true;
+    const Fronts fronts(k, facing->normal);
+    add_shared(k, fronts);
+    const Vec3 low = a.extreme(-facing->normal), n = facing->normal;
+    if (const auto h = fronts.height(fronts.b, low)) {
+      const Real gap = glm::dot(n, low) - *h;
+      add_closest(k, {low, low - gap * n, n, gap});
+    }
+    return finish(k);
   }
-  const Vec3 n = apart.normal;
-  const auto [u, v] = across(n);
-  const std::array<Vec3, 3> frame{u, v, n};
-  const Flat on_a = flatten(patch_of(a, -n, margin), frame, 0),
-             on_b = flatten(patch_of(b, n, margin), frame, kOfB);
-  const std::size_t first = points.size();
-  clip({on_a, on_b, frame, a.radius, b.radius, margin, points});
-  if (over_only) {
-    const Vec3 low = a.extreme(-n);
-    if (const auto h = height_at(on_b, glm::dot(u, low), glm::dot(v, low)))
-      apart = {low, low - (glm::dot(n, low) - *h) * n, n, glm::dot(n, low) - *h, false};
-    else
-      return reduce_points(points, first, kMostPoints);
-  }
-  const Real gap = apart.distance - radii;
-  Real least = 1e300;
-  for (std::size_t i = first; i < points.size(); ++i) least = glm::min(least, points[i].gap);
-  if (least > gap + 1e-9 * size && gap <= margin)
-    points.push_back({apart.on_a - a.radius * n, apart.on_b + b.radius * n, n, gap, kClosest});
-  drop_duplicates(points, first, 1e-4 * size);
-  reduce_points(points, first, kMostPoints);
+  snap_to_face(k, apart);
+  if (add_shared(k, Fronts(k, apart.normal)) > apart.distance + kAgree * k.size())
+    add_closest(k, apart);
+  finish(k);
 }
 
 namespace {

@@ -1,7 +1,6 @@
 #pragma once
 /// Convex pieces known by their support functions alone: distance, overlap, contact points and rays
 /// for kinds that give no corners.
-#include <array>
 #include <optional>
 #include <span>
 #include <vector>
@@ -20,18 +19,23 @@ struct Separation {
 };
 
 /// The separation of two cores, with the normal along which it is largest. Distances by Gilbert,
-/// Johnson and Keerthi's walk, overlaps by expanding a polytope towards the nearest side. The way
-/// out that is given suffices always; of round pieces that are nearly concentric it is up to a
-/// twentieth longer than the least. [Gilbert, Johnson & Keerthi 1988; Bergen 2001]
+/// Johnson and Keerthi's walk, deep overlaps by expanding a polytope towards the nearest side, and
+/// where the pieces are close or overlap, both from some way apart. The way out that is given
+/// suffices always; of several, among which a small turn does not lead from one to the other, it
+/// may be another than the least. [Gilbert, Johnson & Keerthi 1988; Bergen 2001]
 Separation separate(const Convex& a, const Convex& b, Real limit);
 
-/// Memory for the corners of a smooth piece.
-using CornerRoom = std::array<Vec3, 9>;
+/// Points of a core, and their numbers where those are not their places in the list.
+struct Corners {
+  std::span<const Vec3> points;
+  std::span<const std::uint32_t> numbers = {};
+
+  std::uint32_t number(std::uint32_t i) const { return numbers.empty() ? i : numbers[i]; }
+};
 
 /// The points of a core; of a smooth one those that may come within `margin` (m) of a plane that it
-/// faces along `direction`: the farthest, and what is farthest when the piece is tilted a little.
-std::span<const Vec3> corners_towards(const Convex& c, Vec3 direction, Real margin,
-                                      CornerRoom& scratch);
+/// faces along `direction`: what it turns there, and the farthest.
+Corners corners_towards(const Convex& c, Vec3 direction, Real margin, Patch& scratch);
 
 /// As collide_convex(), where one of the pieces or both are smooth.
 void touch_smooth(const Convex& a, const Convex& b, const Facing* facing, const PointsOut& out);

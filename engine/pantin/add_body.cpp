@@ -30,7 +30,7 @@ struct ShapeMaker {
   void need_still(const char* what) {
     if (motion == Motion::dynamic)
       findings.add("shape", std::string("a ") + what + " on a dynamic body",
-                   "a sphere, a capsule, a box or a hull");
+                   "a sphere, a capsule, a cylinder, a cone, an ellipsoid, a box or a hull");
   }
   void take(ShapeKind kind, const Surfaces& surface) {
     shape.kind = kind;
@@ -56,6 +56,23 @@ struct ShapeMaker {
   void operator()(const BoxShape& s) {
     for (int i = 0; i < 3; ++i) findings.above_zero("shape.half_extents", s.half_extents[i]);
     shape.kind = ShapeKind::box, shape.size = s.half_extents;
+    stage(s.at);
+  }
+  void operator()(const CylinderShape& s) {
+    findings.above_zero("shape.radius", s.radius);
+    findings.above_zero("shape.half_length", s.half_length);
+    shape.kind = ShapeKind::cylinder, shape.size = {s.radius, s.half_length, 0};
+    stage(s.at);
+  }
+  void operator()(const ConeShape& s) {
+    findings.above_zero("shape.radius", s.radius);
+    findings.above_zero("shape.half_height", s.half_height);
+    shape.kind = ShapeKind::cone, shape.size = {s.radius, s.half_height, 0};
+    stage(s.at);
+  }
+  void operator()(const EllipsoidShape& s) {
+    for (int i = 0; i < 3; ++i) findings.above_zero("shape.radii", s.radii[i]);
+    shape.kind = ShapeKind::ellipsoid, shape.size = s.radii;
     stage(s.at);
   }
   void operator()(const HullShape& s) {

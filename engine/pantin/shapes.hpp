@@ -61,8 +61,28 @@ struct HeightFieldShape {
   Pose at = {};
 };
 
-using BodyShape = std::variant<std::monostate, SphereShape, CapsuleShape, BoxShape, HullShape,
-                               PlaneShape, MeshShape, HeightFieldShape>;
+/// A cylinder with flat ends, along y.
+struct CylinderShape {
+  Real radius = 0;       // m
+  Real half_length = 0;  // m
+  Pose at = {};
+};
+
+/// A cone along y, its tip up, its origin halfway between base and tip.
+struct ConeShape {
+  Real radius = 0;       // m, of the base
+  Real half_height = 0;  // m
+  Pose at = {};
+};
+
+struct EllipsoidShape {
+  Vec3 radii{0};  // m
+  Pose at = {};
+};
+
+using BodyShape =
+    std::variant<std::monostate, SphereShape, CapsuleShape, BoxShape, HullShape, PlaneShape,
+                 MeshShape, HeightFieldShape, CylinderShape, ConeShape, EllipsoidShape>;
 
 /// A body, placed by the frame that its shapes are given in; the mass centre may lie elsewhere.
 ///

@@ -45,12 +45,13 @@ std::optional<RoundedBox> rounded_box(const Shape& shape) {
 }
 
 /// The surface of a shape, or one that stands for it; kept, so that the card keeps it too.
-const std::shared_ptr<const Surface>& surface_of(const Shape& shape, DrawList& to) {
-  if (has_surface(shape.kind)) return shape.surface;
+SurfaceSolids solids_of(const Shape& shape, DrawList& to) {
+  if (has_surface(shape.kind)) return {shape.surface};
   const auto key = std::make_tuple(shape.kind, shape.size.x, shape.size.y, shape.size.z);
   const auto [entry, is_new] = to.stand_ins.try_emplace(key);
-  if (is_new) entry->second = tessellate(shape);
-  return entry->second;
+  StandIn& stand_in = entry->second;
+  if (is_new) stand_in = {shape, tessellate(shape)};
+  return {stand_in.surface, &stand_in.shape};
 }
 
 /// Where the solids of a picture are collected, and how they are seen.
@@ -65,10 +66,11 @@ struct SolidList {
 };
 
 void SolidList::add_surface(const Shape& shape, const Pose& pose, const Material& material) {
-  const std::shared_ptr<const Surface>& surface = surface_of(shape, to);
-  if (!surface) return;
-  const auto [entry, is_new] = to.surface_indices.try_emplace(surface.get(), to.surfaces.size());
-  if (is_new) to.surfaces.push_back({surface, {}});
+  SurfaceSolids group = solids_of(shape, to);
+  if (!group.surface) return;
+  const auto [entry, is_new] =
+      to.surface_indices.try_emplace(group.surface.get(), to.surfaces.size());
+  if (is_new) to.surfaces.push_back(std::move(group));
   Instance& instance = to.surfaces[entry->second].instances.emplace_back();
   fill(instance, compose(pose, shape.local), material, eye);
   store(Vec3{1}, instance.core);

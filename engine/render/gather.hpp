@@ -36,15 +36,22 @@ struct RibbonVertex {
 /// All solids of one surface.
 struct SurfaceSolids {
   std::shared_ptr<const Surface> surface;
-  std::vector<Instance> instances;
+  const Shape* smooth = nullptr;  // that the surface stands for
+  std::vector<Instance> instances = {};
+};
+
+/// A surface that stands for a shape without one.
+struct StandIn {
+  Shape shape;
+  std::shared_ptr<const Surface> surface = nullptr;
 };
 
 struct DrawList {
   std::array<std::vector<Instance>, kMeshCount> solids;
   std::vector<SurfaceSolids> surfaces;
   std::unordered_map<const Surface*, std::size_t> surface_indices;  // in `surfaces`
-  // Surfaces that stand for shapes without one, by kind and size; kept from picture to picture.
-  std::map<std::tuple<ShapeKind, Real, Real, Real>, std::shared_ptr<const Surface>> stand_ins;
+  // By kind and size; kept from picture to picture.
+  std::map<std::tuple<ShapeKind, Real, Real, Real>, StandIn> stand_ins;
   std::vector<RibbonVertex> ribbon;
   std::vector<std::uint32_t> ribbon_indices;  // triangles
   std::vector<Ball> balls;                    // around all that is drawn, grounds aside

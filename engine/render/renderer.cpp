@@ -19,8 +19,8 @@ void GlRenderer::upload(const View& view, const Eye& eye) {
   std::vector<Instance> all;
   all.reserve(count);
   for (const auto& list : list_.solids) all.insert(all.end(), list.begin(), list.end());
-  for (const auto& [surface, list] : list_.surfaces)
-    all.insert(all.end(), list.begin(), list.end());
+  for (const auto& group : list_.surfaces)
+    all.insert(all.end(), group.instances.begin(), group.instances.end());
   gl_.BindBuffer(GL_ARRAY_BUFFER, instances_);
   gl_.BufferData(GL_ARRAY_BUFFER, bytes_of(std::span<const Instance>(all)), all.data(),
                  GL_STREAM_DRAW);
@@ -47,16 +47,16 @@ void GlRenderer::point_at_instances(std::size_t first) {
                             offset(first * sizeof(Instance) + 16 * part));
 }
 
-/// Hulls, meshes and height fields, whose instances begin at `first`.
+/// Hulls, meshes, height fields and what stands for other shapes, whose instances begin at `first`.
 void GlRenderer::draw_surfaces(std::size_t first) {
-  for (const auto& [surface, list] : list_.surfaces) {
-    const StoredSurface& stored = surfaces_.stored(surface);
+  for (const SurfaceSolids& group : list_.surfaces) {
+    const StoredSurface& stored = surfaces_.stored(group.surface, group.smooth);
     gl_.BindVertexArray(stored.array);
     gl_.BindBuffer(GL_ARRAY_BUFFER, instances_);
     point_at_instances(first);
     gl_.DrawElementsInstanced(GL_TRIANGLES, stored.count, GL_UNSIGNED_INT, nullptr,
-                              static_cast<GLsizei>(list.size()));
-    first += list.size();
+                              static_cast<GLsizei>(group.instances.size()));
+    first += group.instances.size();
   }
 }
 

@@ -1,6 +1,7 @@
 #include "engine/render/surface_mesh.hpp"
 
 #include <algorithm>
+#include <array>
 
 #include "engine/geometry/kinds.hpp"
 
@@ -17,11 +18,26 @@ std::uint32_t add_vertex(SurfaceMesh& to, Vec3 corner, Vec3 normal) {
   return static_cast<std::uint32_t>(to.vertices.size() - 1);
 }
 
-void add_flat_faces(const Surface& surface, SurfaceMesh& to) {
+/// The normal of a shape's surface beside a corner of a face, within the face.
+Vec3 smooth_normal(const Shape& shape, Vec3 corner, Vec3 middle, Vec3 normal) {
+  constexpr Real kInwards = 0.01, kAbove = 1e-4;
+  const Vec3 at = corner + kInwards * (middle - corner);
+  const auto near = closest(shape, at + kAbove * glm::distance(middle, corner) * normal, 1e300);
+  return near ? near->normal : normal;
+}
+
+/// With the faces' own normals, or with those of the shape that they stand for.
+void add_faces(const Surface& surface, const Shape* smooth, SurfaceMesh& to) {
   for (const Face& face : surface.faces) {
     const auto first = static_cast<std::uint32_t>(to.vertices.size());
+    const auto corner = [&](std::uint32_t i) {
+      return surface.points[surface.corners[face.first + i]];
+    };
+    Vec3 middle(0);
+    for (std::uint32_t i = 0; i < face.count; ++i) middle += corner(i) / Real(face.count);
     for (std::uint32_t i = 0; i < face.count; ++i)
-      add_vertex(to, surface.points[surface.corners[face.first + i]], face.normal);
+      add_vertex(to, corner(i),
+                 smooth ? smooth_normal(*smooth, corner(i), middle, face.normal) : face.normal);
     for (std::uint32_t i = 2; i < face.count; ++i)
       to.indices.insert(to.indices.end(), {first, first + i - 1, first + i});
   }
@@ -79,39 +95,59 @@ void add_ground(const Surface& field, SurfaceMesh& to) {
 
 }  // namespace
 
+namespace {
+
+void add_triangle(Surface& to, const std::array<std::uint32_t, 3>& corners) {
+  const Vec3 a = to.points[corners[0]], b = to.points[corners[1]], c = to.points[corners[2]];
+  const Vec3 wide = glm::cross(b - a, c - a);
+  const Real area = glm::length(wide), size = glm::length(to.high - to.low);
+  if (!(area > 1e-12 * size * size)) return;  // directions that lead to one point
+  const Vec3 normal = wide / area;
+  to.faces.push_back(
+      {static_cast<std::uint32_t>(to.corners.size()), 3, normal, glm::dot(normal, a)});
+  to.corners.insert(to.corners.end(), corners.begin(), corners.end());
+}
+
+}  // namespace
+
 std::shared_ptr<const Surface> tessellate(const Shape& shape) {
-  constexpr int kAround = 24, kAbove = 5;  // a hull has 256 corners at most
+  constexpr std::uint32_t kAround = 48,
+                          kRows = 25;  // odd: no row looks level, where sides are seen
   const auto support = traits_of(shape.kind).support;
   if (!support) return nullptr;
-  std::vector<Vec3> points;
-  const auto add = [&](Vec3 direction) {
-    const Vec3 p = support(shape, direction);
-    const Real same = 1e-6 * glm::length(p);
-    const bool known = std::any_of(points.begin(), points.end(),
-                                   [&](Vec3 q) { return glm::distance(p, q) <= same; });
-    if (!known) points.push_back(p);
-  };
-  for (int row = -(kAbove - 1); row < kAbove; ++row)
-    for (int i = 0; i < kAround; ++i) {
-      const Real rise = kPi / 2 * row / kAbove, around = 2 * kPi * i / kAround;
-      add({std::cos(rise) * std::cos(around), std::sin(rise), std::cos(rise) * std::sin(around)});
+  const Aabb box = bounds_of(shape, Pose{});
+  const Vec3 half = (box.high - box.low) / 2.0;
+  if (!(half.x > 0 && half.y > 0 && half.z > 0)) return nullptr;
+  const auto made = std::make_shared<Surface>();
+  made->low = box.low, made->high = box.high;
+  for (std::uint32_t row = 0; row <= kRows; ++row)
+    for (std::uint32_t i = 0; i < kAround; ++i) {
+      const Real rise = kPi * (Real(row) / kRows - 0.5), around = 2 * kPi * i / kAround;
+      const bool is_pole = row == 0 || row == kRows;
+      const Real out = is_pole ? 0 : std::cos(rise);
+      const Vec3 d(out * std::cos(around), std::sin(rise), out * std::sin(around));
+      made->points.push_back(support(shape, d / half));
     }
-  add({0, 1, 0}), add({0, -1, 0});
-  auto hull = make_hull(points);
-  return hull ? *hull : nullptr;
+  for (std::uint32_t row = 0; row < kRows; ++row)
+    for (std::uint32_t i = 0; i < kAround; ++i) {
+      const std::uint32_t next = (i + 1) % kAround, low = row * kAround, high = low + kAround;
+      add_triangle(*made, {low + i, high + i, high + next});
+      add_triangle(*made, {low + i, high + next, low + next});
+    }
+  return made;
 }
 
 Real rim_of(const Surface& field) {
   return 0.03 * std::max(field.high.x - field.low.x, field.high.z - field.low.z);
 }
 
-SurfaceMesh make_surface_mesh(const Surface& surface) {
+SurfaceMesh make_surface_mesh(const Surface& surface, const Shape* smooth) {
   SurfaceMesh mesh;
   const std::size_t grid = std::size_t{surface.columns} * surface.rows;
   if (grid > 0 && surface.points.size() == grid)
     add_ground(surface, mesh);
   else
-    add_flat_faces(surface, mesh);
+    add_faces(surface, smooth, mesh);
   return mesh;
 }
 

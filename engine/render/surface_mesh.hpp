@@ -13,12 +13,12 @@ struct SurfaceMesh {
   std::vector<std::uint32_t> indices;  // triangles, counter-clockwise seen from outside
 };
 
-/// Hulls and meshes get flat faces; height fields are shaded smoothly and stand on a rim, so that
-/// they look solid from the side.
-SurfaceMesh make_surface_mesh(const Surface& surface);
+/// Hulls and meshes get flat faces, what stands for a `smooth` shape that shape's normals; height
+/// fields are shaded smoothly and stand on a rim, so that they look solid from the side.
+SurfaceMesh make_surface_mesh(const Surface& surface, const Shape* smooth = nullptr);
 
-/// A hull of points of a convex shape that is known by its support function; null if it is too
-/// flat to have one.
+/// Triangles that stand for a convex shape that is known by its support function; null if it is
+/// flat.
 std::shared_ptr<const Surface> tessellate(const Shape& shape);
 
 /// How far the rim of a height field reaches below its lowest point, m.

@@ -4,8 +4,8 @@
 
 namespace pantin::detail {
 
-StoredSurface SurfaceStore::store(const Surface& surface) const {
-  const SurfaceMesh mesh = make_surface_mesh(surface);
+StoredSurface SurfaceStore::store(const Surface& surface, const Shape* smooth) const {
+  const SurfaceMesh mesh = make_surface_mesh(surface, smooth);
   StoredSurface made;
   made.count = static_cast<GLsizei>(mesh.indices.size());
   gl_.GenVertexArrays(1, &made.array);
@@ -33,9 +33,10 @@ StoredSurface SurfaceStore::store(const Surface& surface) const {
   return made;
 }
 
-const StoredSurface& SurfaceStore::stored(const std::shared_ptr<const Surface>& surface) {
+const StoredSurface& SurfaceStore::stored(const std::shared_ptr<const Surface>& surface,
+                                          const Shape* smooth) {
   const auto [entry, is_new] = entries_.try_emplace(surface.get());
-  if (is_new) entry->second = {surface, store(*surface)};
+  if (is_new) entry->second = {surface, store(*surface, smooth)};
   return entry->second.stored;
 }
 

@@ -3,6 +3,7 @@
 #include <memory>
 #include <unordered_map>
 
+#include "engine/geometry/shape.hpp"
 #include "engine/geometry/surface.hpp"
 #include "engine/render/gl.hpp"
 
@@ -21,8 +22,10 @@ class SurfaceStore {
   SurfaceStore(const SurfaceStore&) = delete;
   SurfaceStore& operator=(const SurfaceStore&) = delete;
 
-  /// The copy of a surface; the context is current. Binds other buffers and arrays.
-  const StoredSurface& stored(const std::shared_ptr<const Surface>& surface);
+  /// The copy of a surface, with the normals of the shape that it stands for, if any; the context
+  /// is current. Binds other buffers and arrays.
+  const StoredSurface& stored(const std::shared_ptr<const Surface>& surface,
+                              const Shape* smooth = nullptr);
   /// Lets go of surfaces that nobody else holds.
   void forget_unused();
 
@@ -31,7 +34,7 @@ class SurfaceStore {
     std::shared_ptr<const Surface> surface;  // held: its address names it
     StoredSurface stored;
   };
-  StoredSurface store(const Surface& surface) const;
+  StoredSurface store(const Surface& surface, const Shape* smooth) const;
 
   const Gl& gl_;
   std::unordered_map<const Surface*, Entry> entries_;

@@ -22,6 +22,13 @@ bool is_inside(const Shape& shape, Vec3 p) {
     }
     case ShapeKind::box:
       return glm::all(glm::lessThanEqual(glm::abs(p), shape.size));
+    case ShapeKind::cylinder:
+      return std::hypot(p.x, p.z) <= r && std::abs(p.y) <= shape.size.y;
+    case ShapeKind::cone:
+      return p.y >= -shape.size.y &&
+             std::hypot(p.x, p.z) <= r * (shape.size.y - p.y) / (2 * shape.size.y);
+    case ShapeKind::ellipsoid:
+      return glm::length(p / shape.size) <= 1;
     default:
       return false;
   }
@@ -63,7 +70,10 @@ const Pose kAside{{0.2, -0.1, 0.15}, from_rotation_vector({0.3, -0.7, 1.1})};
 TEST_CASE("Mass properties agree with a sum over cells, for any pose") {
   for (const Shape& shape : {Shape{ShapeKind::sphere, {0.4, 0, 0}, kAside, 0},
                              Shape{ShapeKind::capsule, {0.2, 0.35, 0}, kAside, 0},
-                             Shape{ShapeKind::box, {0.4, 0.2, 0.1}, kAside, 0}}) {
+                             Shape{ShapeKind::box, {0.4, 0.2, 0.1}, kAside, 0},
+                             Shape{ShapeKind::cylinder, {0.3, 0.2, 0}, kAside, 0},
+                             Shape{ShapeKind::cone, {0.4, 0.3, 0}, kAside, 0},
+                             Shape{ShapeKind::ellipsoid, {0.4, 0.2, 0.3}, kAside, 0}}) {
     const MassProperties exact = mass_properties(shape, 700);
     CHECK(exact.mass == Approx(700 * volume(shape)));
     check_alike(exact, summed(shape, 700, kAside.position, 0.6, 120), 2e-3);
@@ -84,6 +94,30 @@ TEST_CASE("Mass properties of solids at rest in their frame are the closed forms
   CHECK(mass_properties(round, 3).inertia[2][2] == Approx(ball[2][2]));
   const MassProperties rod = mass_properties(at_rest(ShapeKind::capsule, {1e-4, 0.5, 0}), 1);
   CHECK(rod.inertia[0][0] == Approx(rod.mass / 12).epsilon(1e-3));
+}
+
+TEST_CASE("Cylinders, cones and ellipsoids weigh what the closed forms say") {
+  const auto check = [](const Shape& shape, Real volume, Vec3 centre, Vec3 unit_moments) {
+    const MassProperties found = mass_properties(shape, 700);
+    CHECK(found.mass == Approx(700 * volume).epsilon(1e-14));
+    CHECK(glm::distance(found.centre, centre) < 1e-15);
+    for (int i = 0; i < 3; ++i) {
+      CHECK(found.inertia[i][i] == Approx(found.mass * unit_moments[i]).epsilon(1e-14));
+      CHECK(found.inertia[i][(i + 1) % 3] == 0);
+    }
+  };
+  const Real r = 0.3, l = 0.8;
+  check(at_rest(ShapeKind::cylinder, {r, l / 2, 0}), kPi * r * r * l, Vec3(0),
+        {(3 * r * r + l * l) / 12, r * r / 2, (3 * r * r + l * l) / 12});
+  check(at_rest(ShapeKind::cone, {r, l / 2, 0}), kPi * r * r * l / 3, {0, -l / 4, 0},
+        {0.15 * r * r + 0.0375 * l * l, 0.3 * r * r, 0.15 * r * r + 0.0375 * l * l});
+  const Real a = 0.5, b = 0.2, c = 0.3;
+  check(at_rest(ShapeKind::ellipsoid, {a, b, c}), 4.0 / 3 * kPi * a * b * c, Vec3(0),
+        {(b * b + c * c) / 5, (a * a + c * c) / 5, (a * a + b * b) / 5});
+  // With three like radii it is a ball.
+  const Shape round = at_rest(ShapeKind::ellipsoid, Vec3(r)),
+              ball = at_rest(ShapeKind::sphere, {r, 0, 0});
+  check_alike(mass_properties(round, 3), mass_properties(ball, 3), 1e-14);
 }
 
 TEST_CASE("Two halves of a box make the box") {

@@ -27,6 +27,13 @@ std::vector<Shape> convex_shapes() {
   return shapes;
 }
 
+/// Those that have corners too.
+std::vector<Shape> cornered_shapes() {
+  std::vector<Shape> shapes = convex_shapes();
+  std::erase_if(shapes, [](const Shape& s) { return !traits_of(s.kind).convex_piece; });
+  return shapes;
+}
+
 Real least_gap(const std::vector<ContactPoint>& points) {
   Real least = 1e300;
   for (const ContactPoint& p : points) least = std::min(least, p.gap);
@@ -37,7 +44,7 @@ Real least_gap(const std::vector<ContactPoint>& points) {
 
 TEST_CASE("support functions reach as far as corners do") {
   Random dice(7);
-  for (const Shape& shape : convex_shapes()) {
+  for (const Shape& shape : cornered_shapes()) {
     ConvexScratch room;
     const Pose at{dice.in_cube(1), dice.orientation()};
     const Convex with = convex_piece(shape, at, room), without = smooth(shape, at);
@@ -52,8 +59,8 @@ TEST_CASE("support functions reach as far as corners do") {
 TEST_CASE("smooth pieces are as far apart, and overlap as deep, as those with corners") {
   Random dice(7);
   int apart = 0, overlaps = 0;
-  for (const Shape& a : convex_shapes())
-    for (const Shape& b : convex_shapes())
+  for (const Shape& a : cornered_shapes())
+    for (const Shape& b : cornered_shapes())
       for (int trial = 0; trial < 60; ++trial) {
         const Pose at{dice.in_cube(1.1), dice.orientation()}, to{Vec3(0), dice.orientation()};
         std::vector<ContactPoint> expected;

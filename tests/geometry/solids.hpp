@@ -64,6 +64,13 @@ inline std::vector<Sample> samples() {
                    if (!(std::abs(p.y) < 0.4 && x > 0 && z > 0 && x < 1 && z < 1)) return false;
                    return x < 0.5 || z < 0.5;
                  }});
+  all.push_back({{ShapeKind::cylinder, {0.4, 0.5, 0}, {}, 0},
+                 [](Vec3 p) { return p.x * p.x + p.z * p.z < 0.16 && std::abs(p.y) < 0.5; }});
+  all.push_back({{ShapeKind::cone, {0.6, 0.5, 0}, {}, 0},
+                 [](Vec3 p) { return p.y > -0.5 && std::hypot(p.x, p.z) < 0.6 * (0.5 - p.y); }});
+  all.push_back({{ShapeKind::ellipsoid, {0.7, 0.3, 0.5}, {}, 0}, [](Vec3 p) {
+                   return p.x * p.x / 0.49 + p.y * p.y / 0.09 + p.z * p.z / 0.25 < 1;
+                 }});
   std::vector<Real> heights;
   for (int z = 0; z < 5; ++z)
     for (int x = 0; x < 6; ++x) heights.push_back(slope(0.5 * (x - 2.5), 0.4 * (z - 2)));

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""A new kind of shape is its file and one word in a list: in a copy of the library a cylinder is
-added so, and then falls, is weighed, seen and described like the others."""
+"""A new kind of shape is its file and one word in a list: in a copy of the library a drum,
+known by its support function alone, is added so, and then falls, is weighed, seen and described like the others."""
 import json
 import math
 import os
@@ -15,7 +15,7 @@ ROOT = pathlib.Path(__file__).parents[2]
 NEW = pathlib.Path(__file__).parent / "new_shape"
 RADIUS, LENGTH, DENSITY, TOP = 0.2, 0.5, 700.0, 0.4
 
-CYLINDER = {"type": "cylinder", "radius": RADIUS, "length": LENGTH}
+DRUM = {"type": "drum", "radius": RADIUS, "length": LENGTH}
 PLANE = {"name": "ground", "motion": "fixed", "shape": {"type": "plane"}, "collision": True}
 TABLE = {"name": "table", "motion": "fixed", "position": [5, TOP / 2, 0], "collision": True,
          "shape": {"type": "box", "size": [2, TOP, 2]}}
@@ -26,7 +26,7 @@ FIELD = {"name": "field", "motion": "fixed", "position": [-5, 0.7, 0], "collisio
 
 def body(name, at, lies):
     turn = {"rotation_deg": [0, 0, 90]} if lies else {}
-    return {"name": name, "position": at, **turn, "shape": CYLINDER, "density": DENSITY,
+    return {"name": name, "position": at, **turn, "shape": DRUM, "density": DENSITY,
             "collision": {"friction": 0.8}}
 
 SCENE = {"version": 1, "step": 1 / 60, "bodies": [
@@ -51,10 +51,10 @@ class NewShape(unittest.TestCase):
         cls.root = pathlib.Path(cls.folder.name) / "copy"
         shutil.copytree(ROOT / "engine", cls.root / "engine")
         # The whole of the change: a file, and a word.
-        shutil.copy(NEW / "cylinder.cpp", cls.root / "engine" / "geometry" / "kinds")
+        shutil.copy(NEW / "drum.cpp", cls.root / "engine" / "geometry" / "kinds")
         words = cls.root / "engine" / "geometry" / "kind_list.hpp"
         text = words.read_text()
-        words.write_text(text.rstrip() + " \\\n  kind(cylinder)\n")
+        words.write_text(text.rstrip() + " \\\n  kind(drum)\n")
         assert text != words.read_text()
         shutil.copy(NEW / "fall.cpp", cls.root)
         (cls.root / "CMakeLists.txt").write_text(BUILD)

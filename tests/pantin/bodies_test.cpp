@@ -64,8 +64,8 @@ TEST_CASE("bodies that cannot be are refused") {
   CHECK(complaint({.shape = SphereShape{}}) ==
         "RigidBody: shape.radius: found 0, expected a number above 0");
   CHECK(complaint({.shape = PlaneShape{}}) ==
-        "RigidBody: shape: found a plane on a dynamic body, expected a sphere, a capsule, a box or "
-        "a hull");
+        "RigidBody: shape: found a plane on a dynamic body, expected a sphere, a capsule, a "
+        "cylinder, a cone, an ellipsoid, a box or a hull");
   CHECK(complaint({.mass = 1.0}) ==
         "RigidBody: inertia: found none, and no shape, expected an inertia, or a shape that tells "
         "it");

@@ -214,3 +214,36 @@ TEST_CASE("a shape without its surface is not drawn") {
   s.world = {};
   CHECK(s.draw().rgba == image.rgba);
 }
+
+TEST_CASE("cylinders, cones and ellipsoids are drawn closed, with the normals of their surfaces") {
+  const Real r = 0.3, half = 0.4;
+  const Vec3 radii(0.5, 0.2, 0.3);
+  for (const Shape& shape :
+       {Shape{ShapeKind::cylinder, {r, half, 0}, {}, 0},
+        Shape{ShapeKind::cone, {r, half, 0}, {}, 0}, Shape{ShapeKind::ellipsoid, radii, {}, 0}}) {
+    CAPTURE(static_cast<int>(shape.kind));
+    const auto surface = tessellate(shape);
+    REQUIRE(surface);
+    const SurfaceMesh mesh = make_surface_mesh(*surface, &shape);
+    CHECK(enclosed(mesh) == Approx(volume(shape)).epsilon(0.01));
+    CHECK(mesh.indices.size() < 3 * 2 * 48 * 25);
+    for (std::size_t i = 0; i < mesh.indices.size(); ++i) {
+      const MeshVertex& v = mesh.vertices[mesh.indices[i]];
+      const Vec3 p(v.corner[0], v.corner[1], v.corner[2]), n(v.normal[0], v.normal[1], v.normal[2]);
+      CHECK(glm::length(n) == Approx(1).epsilon(1e-5));
+      const std::size_t first = i - i % 3;
+      const Vec3 a = corner(mesh, first), b = corner(mesh, first + 1), c = corner(mesh, first + 2);
+      CHECK(glm::dot(glm::normalize(glm::cross(b - a, c - a)), n) > 0.97);
+      const bool is_end = std::abs(std::abs(n.y) - 1) < 1e-6;
+      const Real out = std::hypot(n.x, n.z);
+      if (shape.kind == ShapeKind::cylinder && !is_end) {
+        CHECK(std::abs(n.y) < 1e-6);
+        CHECK(glm::distance(Vec3(p.x, 0, p.z) / r, n) < 1e-2);  // not that of a flat facet
+      } else if (shape.kind == ShapeKind::cone && !is_end) {
+        CHECK(n.y / out == Approx(r / (2 * half)).epsilon(1e-4));
+      } else if (shape.kind == ShapeKind::ellipsoid) {
+        CHECK(glm::distance(glm::normalize(p / (radii * radii)), n) < 0.03);
+      }
+    }
+  }
+}

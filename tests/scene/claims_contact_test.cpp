@@ -144,6 +144,34 @@ CLAIM("conveyor", "crates are carried along three belts, balls roll back off the
   CHECK(p.place("ball").x < -1);
 }
 
+CLAIM("shapes", "a drum rolls down, a cone round its tip, an egg rocks, a tower stands") {
+  Turns round;
+  Extent tip, rocking, late;
+  const Played p = play("shapes", [&](const World& w) {
+    const Pose cone = w.origin_pose(w.find("cone"));
+    const Vec3 at = to_world(cone, {0, 0.18, 0});
+    tip.add(std::hypot(at.x + 0.35, at.z - 0.9));
+    round.add(std::atan2(at.z - cone.position.z, cone.position.x - at.x));
+    const Vec3 along = w.origin_pose(w.find("egg")).rotation * Vec3(1, 0, 0);
+    (w.time < 2 ? rocking : late).add(std::atan2(along.y, along.x));
+  });
+  // Once round takes 2 pi / 1.5 s.
+  CHECK(std::abs(round.way) > 1.5 * 2 * kPi);
+  CHECK(tip.most < 0.03);
+  CHECK(rocking.most > 0.4);
+  CHECK(rocking.least < -0.3);
+  CHECK(late.most < rocking.most);
+  // It rolls on over the floor, its axis across its way.
+  CHECK(p.place("drum").x > 1.5);
+  CHECK(std::abs(p.place("drum").z + 0.9) < 0.01);
+  CHECK(p.place("drum").y == Approx(0.15).margin(1e-3));
+  for (const char* name : {"tower_1", "tower_2", "tower_3", "roof"}) {
+    CAPTURE(name);
+    CHECK(glm::distance(p.place(name), p.start(name)) < 2e-3);
+  }
+  CHECK(p.worst_depth < 5e-3);
+}
+
 CLAIM("capstan", "a turn and a half around a drum hold four times the pull, not nine times") {
   const Played p = play("capstan");
   CHECK(std::abs(p.place("holds_heavy").y - p.start("holds_heavy").y) < 0.02);

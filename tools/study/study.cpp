@@ -14,6 +14,7 @@
 
 #include "engine/base/atomic_file.hpp"
 #include "engine/solvers/lagrangian/internal.hpp"
+#include "tools/study/pairs.hpp"
 #include "tools/study/stiff.hpp"
 
 #ifdef PANTIN_HAS_EIGEN
@@ -35,6 +36,7 @@ Measures the solvers and prints what it found.
   energy      energy of a double pendulum over a minute
   work        CPU time against error, chains of 10 and 50 links, every solver
   stiff       CPU time against error of a governor with stiff springs
+  pairs       the narrow phase for two shapes of each kind: time, error, points
   cost        one solve against a dense factorisation; time and memory for up to 100,000 bodies
 
   --small     a few points of each, in a second or two
@@ -458,6 +460,7 @@ int main(int argc, char** argv) {
       {"energy", energy},
       {"work", work},
       {"stiff", [] { measure_stiff(out, small ? Extent::few_points : Extent::all); }},
+      {"pairs", [] { measure_pairs(out, small ? PairSample::few : PairSample::many); }},
       {"cost", cost}};
   for (const auto& [name, run] : studies) {
     if (what != name) continue;
@@ -475,6 +478,6 @@ int main(int argc, char** argv) {
   }
   std::fprintf(
       stderr,
-      "study: expected references, orders, energy, work, stiff or cost; see study --help\n");
+      "study: expected references, orders, energy, work, stiff, pairs or cost; see study --help\n");
   return 2;
 }

@@ -181,8 +181,9 @@ GroupContact gather_contact(const World& world, std::uint32_t number, const Isla
   f.contact = number;
   set_axes(f.axes, c.normal);
   // Round shapes are touched below their core, however they turn; corners turn with the body.
-  f.radius_a = contact::rounding_at(world, c.slot_a, c.key >> 54 & 0x3ff);
-  f.radius_b = contact::rounding_at(world, c.slot_b, c.key >> 44 & 0x3ff);
+  using Side = contact::Touching::Side;
+  f.radius_a = contact::rounding_at(world, c, {Side::a, a.pose.rotation});
+  f.radius_b = contact::rounding_at(world, c, {Side::b, b.pose.rotation});
   f.core_a = c.point_a + f.radius_a * (glm::conjugate(a.pose.rotation) * c.normal);
   f.core_b = c.point_b - f.radius_b * (glm::conjugate(b.pose.rotation) * c.normal);
   f.friction = c.friction, f.restitution = c.restitution, f.rest = c.rest;

@@ -55,10 +55,9 @@ ContactPoint make_point(const World& world, std::uint32_t number, Real h) {
   p.contact = number;
   set_axes(p, c.normal);
   const std::uint32_t slot[2] = {c.slot_a, c.slot_b};
-  const std::uint64_t shape[2] = {c.key >> 54 & 0x3ff, c.key >> 44 & 0x3ff};
   const Vec3 on[2] = {c.point_a, c.point_b};
+  using Side = contact::Touching::Side;
   for (int s = 0; s < 2; ++s) {
-    p.radius[s] = contact::rounding_at(world, slot[s], shape[s]);
     // The normal is that at the start of the step.
     const Owner owner = owner_of(partition_of(world), slot[s]);
     const Body& b = world.bodies.values()[slot[s]];
@@ -67,6 +66,7 @@ ContactPoint make_point(const World& world, std::uint32_t number, Real h) {
       rotation = islands_of(world)[owner.island].scratch.entry.q[owner.column];
     else if (!owner && contact::moves(b))
       rotation = contact::pose_before(b, h).rotation;
+    p.radius[s] = contact::rounding_at(world, c, {s == 0 ? Side::a : Side::b, rotation});
     p.core[s] =
         on[s] + (s == 0 ? p.radius[s] : -p.radius[s]) * (glm::conjugate(rotation) * c.normal);
   }

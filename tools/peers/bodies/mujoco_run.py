@@ -294,15 +294,15 @@ class Model:
                "conaffinity": str(signed(sum(1 << i for i, on in enumerate(touch) if on))),
                "friction": numbers((b.friction, 0.005, 0.0001))}
         quarter = [math.sqrt(0.5), -math.sqrt(0.5), 0, 0]  # z of MuJoCo's shapes is our y
-        if s.kind in ("plane", "capsule"):
+        if s.kind in ("plane", "capsule", "cylinder"):
             rotation = times(rotation, quarter)
         if s.kind == "plane":
             size = (0, 0, 1)
         elif s.kind == "hull":
             xml.SubElement(self.assets, "mesh", name=name, vertex=numbers(s.points))
             how["mesh"] = name
-        size = {"sphere": s.size[:1], "capsule": s.size[:2], "box": s.size, "plane": (0, 0, 1),
-                "hull": ()}[s.kind]
+        size = {"sphere": s.size[:1], "capsule": s.size[:2], "cylinder": s.size[:2],
+                "box": s.size, "plane": (0, 0, 1), "hull": ()}[s.kind]
         if len(size):
             how["size"] = numbers(size)
         xml.SubElement(element, "geom", type="mesh" if s.kind == "hull" else s.kind,

@@ -51,7 +51,10 @@ void write_shapes(const World& world, Entity body, std::ostream& out) {
   if (!shapes || !world.collisions.find(body)) return;
   for (const Shape& shape : shapes->list) {
     const std::string kind(detail::name_of(shape.kind));
-    if (shape.kind == ShapeKind::mesh || shape.kind == ShapeKind::height_field) {
+    using enum ShapeKind;
+    constexpr ShapeKind kOthersLack[] = {mesh, height_field, cone, ellipsoid};
+    if (std::find(std::begin(kOthersLack), std::end(kOthersLack), shape.kind) !=
+        std::end(kOthersLack)) {
       out << "unknown shape " << kind << '\n';
       continue;
     }

@@ -12,6 +12,7 @@
 #include <Jolt/Physics/Collision/Shape/BoxShape.h>
 #include <Jolt/Physics/Collision/Shape/CapsuleShape.h>
 #include <Jolt/Physics/Collision/Shape/ConvexHullShape.h>
+#include <Jolt/Physics/Collision/Shape/CylinderShape.h>
 #include <Jolt/Physics/Collision/Shape/OffsetCenterOfMassShape.h>
 #include <Jolt/Physics/Collision/Shape/RotatedTranslatedShape.h>
 #include <Jolt/Physics/Collision/Shape/SphereShape.h>
@@ -97,6 +98,9 @@ Ref<Shape> built(const ShapeSettings& settings) {
 Ref<Shape> shape_of(const SpeltShape& s) {
   if (s.kind == "sphere") return new SphereShape(s.size[0]);
   if (s.kind == "capsule") return built(CapsuleShapeSettings(s.size[1], s.size[0]));
+  if (s.kind == "cylinder")
+    return built(
+        CylinderShapeSettings(s.size[1], s.size[0], rounding(std::min(s.size[0], s.size[1]))));
   if (s.kind == "box") {
     const float least = std::min({s.size[0], s.size[1], s.size[2]});
     return built(BoxShapeSettings(vec(s.size), rounding(least)));

@@ -140,6 +140,7 @@ impl Scene {
         let collider = match kind {
             "sphere" => ColliderBuilder::ball(size.x),
             "capsule" => ColliderBuilder::capsule_y(size.y, size.x),
+            "cylinder" => ColliderBuilder::cylinder(size.y, size.x),
             "box" => ColliderBuilder::cuboid(size.x, size.y, size.z),
             "plane" => ColliderBuilder::new(SharedShape::halfspace(Vector::Y)),
             _ => {

@@ -1,4 +1,5 @@
-// A round block along y with sharp rims: size (radius, half of its length, -).
+// A round block along y with sharp rims, known by its support function: size (radius, half of its
+// length, -).
 #include "engine/geometry/kinds/parts.hpp"
 
 namespace pantin::detail::shape_kinds {
@@ -22,7 +23,7 @@ Real inner_radius(const Shape& shape) { return glm::min(shape.size.x, shape.size
 
 }  // namespace
 
-constinit const ShapeTraits cylinder{
+constinit const ShapeTraits drum{
     .about = "A round block along y.",
     .sizes = kSizes,
     .support = support,
