@@ -29,8 +29,8 @@ std::optional<Vec3> colour_from(std::string_view text) {
 
 }  // namespace
 
-Reader::Reader(const JsonDocument& j, Diagnostics& c, NodeId n, const KeySet& set)
-    : json(j), diagnostics(c), node(n), set_(set) {
+Reader::Reader(const JsonDocument& j, Diagnostics& c, ObjectSource from, const KeySet& set)
+    : json(j), diagnostics(c), node(from.node), set_(set), from_(std::move(from)) {
   if (!is_object()) {
     diagnostics.error_value(node, "an object (" + std::string(set.what) + ")");
     return;
@@ -124,9 +124,44 @@ Vec3 Reader::default_of(std::string_view key) const {
 NodeId Reader::find(std::string_view key) const {
   PANTIN_ASSERT(accepts(key));
   if (!is_object()) return kNoNode;
-  const NodeId value = json.member(node, key);
-  if (value != kNoNode || !has_old_keys_ || row(key).old.empty()) return value;
-  return json.member(node, row(key).old);
+  const NodeId value = find_in(node, key);
+  return value != kNoNode || from_.sources.empty() ? value : find_inherited(key);
+}
+
+/// The value in that object alone.
+NodeId Reader::find_in(NodeId object, std::string_view key) const {
+  const NodeId value = json.member(object, key);
+  if (value != kNoNode || row(key).old.empty()) return value;
+  return object != node || has_old_keys_ ? json.member(object, row(key).old) : kNoNode;
+}
+
+/// The value in the nearest class that has it.
+NodeId Reader::find_inherited(std::string_view key) const {
+  if (std::ranges::count(from_.left_out, key) > 0 || is_excluded_by(node, key)) return kNoNode;
+  for (const KeySource& source : from_.sources) {
+    const bool is_taken = source.only.empty() || is_word_of(source.only, key);
+    const NodeId value = is_taken ? find_in(source.node, key) : kNoNode;
+    if (value != kNoNode || is_excluded_by(source.node, key)) return value;
+  }
+  return kNoNode;
+}
+
+/// Whether an object has a key that must not stand beside this one.
+bool Reader::is_excluded_by(NodeId object, std::string_view key) const {
+  const auto has_key = [&](std::string_view other) {
+    return accepts(other) && find_in(object, other) != kNoNode;
+  };
+  const std::string in_degrees = std::string(key) + "_deg";
+  if (has_key(in_degrees)) return true;
+  if (key.ends_with("_deg") && has_key(key.substr(0, key.size() - 4))) return true;
+  for (const Exclusive& pair : set_.exclusive) {
+    if (is_word_of(pair.others, key) && has_key(pair.one)) return true;
+    bool any = false;
+    if (pair.one == key)
+      each_word(pair.others, [&](std::string_view other) { any = any || has_key(other); });
+    if (any) return true;
+  }
+  return false;
 }
 
 NodeId Reader::need(std::string_view key) const {
