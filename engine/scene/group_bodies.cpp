@@ -56,7 +56,8 @@ std::vector<std::uint32_t> GroupBuilder::parents_of_bodies() {
     if (messages_.hints().any_left())
       for (const BodyRecipe& other : group_.bodies) names.push_back(other.name);
     messages_.error({ElementKind::body, number_, i}, "parent",
-                    "found " + quoted_name(*body.parent) + ", expected the name of one of the \"bodies\"" +
+                    "found " + quoted_name(*body.parent) +
+                        ", expected the name of one of the \"bodies\"" +
                         messages_.hints().of(*body.parent, names));
   }
   return parents;

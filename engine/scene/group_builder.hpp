@@ -133,7 +133,7 @@ class GroupBuilder {
   const Group& group_;
   std::uint32_t number_;
   BuiltScene made_;
-  BuiltScene image_;  // of the prefab that is copied
+  BuiltScene image_;                                         // of the prefab that is copied
   Places bodies_, joints_;                                   // by name; joints once asked for
   std::vector<Pose> own_poses_;                              // of `bodies` of the recipe
   std::vector<std::uint32_t> first_links_;                   // by chain: its first body
@@ -142,7 +142,7 @@ class GroupBuilder {
   Index indices_[static_cast<std::size_t>(EventObject::gear) + 1];  // once asked for
   std::size_t targets_ = 0;                                         // of events
   std::unordered_map<std::uint32_t, Image> images_;  // by body; also of the images themselves
-  std::unordered_map<std::string, int> unnamed_;                    // how many share a made-up name
+  std::unordered_map<std::string, int> unnamed_;     // how many share a made-up name
 };
 
 }  // namespace pantin::detail

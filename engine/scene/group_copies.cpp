@@ -67,16 +67,17 @@ const BuiltScene& GroupBuilder::part_of(const InstanceRecipe& instance, const Bu
                                         const ElementId& id) {
   if (!instance.mirror) return prefab.built;
   if (!prefab.built.paths.empty())
-    messages_.error(id, "mirror", "found a mirror image of " + quoted_name(instance.prefab) +
-                                      ", which has paths, expected a prefab without: a path has no "
-                                      "mirror image");
+    messages_.error(id, "mirror",
+                    "found a mirror image of " + quoted_name(instance.prefab) +
+                        ", which has paths, expected a prefab without: a path has no "
+                        "mirror image");
   image_ = mirrored(prefab.built, {{*instance.mirror, 0}}, context_.images);
   for (const BuiltBody& body : image_.bodies)
     if (const auto kind = unmirrored(*body.mass_properties)) {
-      messages_.error(id, "mirror", "found a mirror image of " + quoted_name(instance.prefab) +
-                                        ", whose " + quoted_name(body.name) + " has a " +
-                                        std::string(name_of(*kind)) +
-                                        ", expected a prefab without: it has no mirror image");
+      messages_.error(id, "mirror",
+                      "found a mirror image of " + quoted_name(instance.prefab) + ", whose " +
+                          quoted_name(body.name) + " has a " + std::string(name_of(*kind)) +
+                          ", expected a prefab without: it has no mirror image");
       break;
     }
   return image_;
@@ -162,8 +163,7 @@ void GroupBuilder::copy_events(const Copy& how, const FirstPlaces& first) {
     BuiltEvent& placed = made_.events.emplace_back(e);
     placed.on += static_cast<std::uint32_t>(first_of(e.object));
     TimedEvent& t = placed.event;
-    for (Vec3* v : {&t.force, &t.torque, &t.impulse, &t.angular_impulse})
-      *v = how.at.rotation * *v;
+    for (Vec3* v : {&t.force, &t.torque, &t.impulse, &t.angular_impulse}) *v = how.at.rotation * *v;
     t.target = to_world(how.at, t.target);
   }
 }

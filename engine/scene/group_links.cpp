@@ -47,7 +47,8 @@ bool GroupBuilder::can_turn(const ElementId& id, const BuiltJoint& j, std::uint3
   const bool is_ball = joint.kind == JointKind::ball && !joint.limits.any() && !j.drive;
   if (is_ball || info_of(joint.kind).is_line) return true;
   messages_.error(id, "kind",
-                  "found " + a_joint(joint.kind) + (joint.kind == JointKind::ball ? " with limits or a drive" : "") +
+                  "found " + a_joint(joint.kind) +
+                      (joint.kind == JointKind::ball ? " with limits or a drive" : "") +
                       " at the point mass " + quoted_name(made_.bodies[body].name) +
                       ", expected a ball, a distance or a spring, or a \"shape\" or an "
                       "\"inertia\" of what turns");

@@ -10,11 +10,13 @@ namespace pantin::detail {
 void GroupBuilder::mirror_bodies(Element<MirrorRecipe> e) {
   indices_[static_cast<std::size_t>(EventObject::body)] = {};  // of names: there are more now
   std::vector<std::uint32_t> all;
-  for (const std::string& name : e.recipe.bodies)
+  for (const std::string& name : e.recipe.bodies) {
+    if (all.size() > context_.limits.bodies) break;  // which is told below
     if (const auto* found =
             look_up_all(EventObject::body, name,
                         {e.id, "bodies", "the name of a body, a chain, an instance or a grid"}))
       all.insert(all.end(), found->begin(), found->end());
+  }
   BuildCount more;
   more.bodies = static_cast<Real>(all.size());
   for (const std::uint32_t body : all)
@@ -27,9 +29,10 @@ void GroupBuilder::mirror_bodies(Element<MirrorRecipe> e) {
 
 void GroupBuilder::add_image(const ElementId& at, std::uint32_t body, const Reflection& by) {
   if (made_.bodies[body].has_path) {  // of a prefab: those of this group come later
-    messages_.error(at, "bodies", "found " + quoted_name(made_.bodies[body].name) +
-                                      ", which has a path, expected a body without: a path has no "
-                                      "mirror image");
+    messages_.error(at, "bodies",
+                    "found " + quoted_name(made_.bodies[body].name) +
+                        ", which has a path, expected a body without: a path has no "
+                        "mirror image");
     return;
   }
   BuiltBody image = mirrored(made_.bodies[body], by, context_.images);

@@ -21,9 +21,9 @@ constexpr Key kDensity =
     number("density", "kg/m^3", kWeight, "Of all shapes that name none. Not beside mass.")
         .or_else(1000);
 constexpr Key kMass = number("mass", "kg", kWeight,
-                              "With shapes, their inertia is scaled to it. Alone it makes a point "
-                              "mass, which only what holds its centre may be tied to: balls, "
-                              "distances, springs, cables and pins.")
+                             "With shapes, their inertia is scaled to it. Alone it makes a point "
+                             "mass, which only what holds its centre may be tied to: balls, "
+                             "distances, springs, cables and pins.")
                           .expecting("a mass, or a shape that tells it");
 constexpr Key kInertia =
     row("inertia", ValueType::inertia, "kg m^2",
@@ -225,8 +225,8 @@ constinit const KeySet cable_class{"cable_class",
                                    "What cables of a class are unless they say otherwise.",
                                    kCableClass, kCablePairs};
 constinit const KeySet pin{"pin", "A nail, or a dragging hand.", kPin, kPinPairs, {}, kPinPartners};
-constinit const KeySet pin_class{
-    "pin_class", "What pins of a class are unless they say otherwise.", kPinClass, kPinPairs};
+constinit const KeySet pin_class{"pin_class", "What pins of a class are unless they say otherwise.",
+                                 kPinClass, kPinPairs};
 constinit const KeySet keyframe{"keyframe", "A pose at a time.", kKeyframe};
 
 }  // namespace pantin::detail::keys

@@ -243,7 +243,8 @@ constexpr Key kGenerated[] = {
 
 constexpr Key kMirror[] = {
     row("bodies", ValueType::references, "",
-        "Names of bodies of this scene or prefab, or of chains, instances and grids: all of theirs. "
+        "Names of bodies of this scene or prefab, or of chains, instances and grids: all of "
+        "theirs. "
         "Each name has a side: \"left\" or \"right\" in it, or \"l\" or \"r\" as in \"arm_l\"; the "
         "image has the other.")
         .needed("the names of the bodies"),
@@ -374,8 +375,7 @@ constinit const KeySet prefab{"prefab",
                               "A group of bodies with all that ties and moves them, in a frame of "
                               "its own. \"world\" in it is "
                               "what never moves. It may hold instances of other prefabs.",
-                              kPrefab,
-                              kPrefabPairs};
+                              kPrefab, kPrefabPairs};
 constinit const KeySet instance{"instance", "A copy of a prefab.", kInstance};
 constinit const KeySet generators{"generators", "Rules that write many things out.", kGenerated};
 constinit const KeySet grid{"grid", "Copies of a prefab in rows.", kGrid};
@@ -388,7 +388,8 @@ constinit const KeySet stairs{
 constinit const KeySet mirror{
     "mirror",
     "Copies bodies across a plane with all joints, cables, pins and gears that tie them to each "
-    "other, to the world or to bodies that have no image: left becomes right. A hinge's image turns "
+    "other, to the world or to bodies that have no image: left becomes right. A hinge's image "
+    "turns "
     "the mirrored way through the same angles.",
     kMirror};
 constinit const KeySet collision{

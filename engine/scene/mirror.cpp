@@ -78,7 +78,8 @@ void mirror(BuiltJoint& j, const Reflection& by) {
   const auto anchor = [&](std::uint32_t body, Vec3 at) {
     return body == kWorldBody ? by.point(at) : by.direction(at);
   };
-  j.joint.anchor_a = anchor(j.a, j.joint.anchor_a), j.joint.anchor_b = anchor(j.b, j.joint.anchor_b);
+  j.joint.anchor_a = anchor(j.a, j.joint.anchor_a),
+  j.joint.anchor_b = anchor(j.b, j.joint.anchor_b);
   j.joint.frames.set(by.axes(j.joint.frames.a()), by.axes(j.joint.frames.b()));
   mirror_travel(j.joint);
 }

@@ -2,8 +2,8 @@
 /// Mirror images of bodies and of what ties them. With S the reflection, a body at position p,
 /// rotation R stands at S p, S R S afterwards; what is fixed in it is reflected by S in its frame.
 ///
-/// A joint's axes F become -S F, so that the rotation Q of b's axes in a's stays what it was: limits,
-/// targets and angles keep their numbers. A translation along x changes its sign.
+/// A joint's axes F become -S F, so that the rotation Q of b's axes in a's stays what it was:
+/// limits, targets and angles keep their numbers. A translation along x changes its sign.
 #include <map>
 #include <memory>
 #include <optional>

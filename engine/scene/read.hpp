@@ -53,11 +53,11 @@ struct Reading {
   std::size_t first_material = 1;    // of this file
   std::uint32_t scope = 0;           // of the names of its prefabs
   std::unordered_map<std::string_view, std::uint32_t> material_of{};  // by name, in the text
-  SolverSettings solver{};                 // of the scene; bodies and instances change some of it
-  std::optional<Collision> collision{};    // of bodies without their own
-  std::vector<std::string_view> groups{};  // of collision, by name
+  SolverSettings solver{};                  // of the scene; bodies and instances change some of it
+  std::optional<Collision> collision{};     // of bodies without their own
+  std::vector<std::string_view> groups{};   // of collision, by name
   std::vector<std::uint32_t> group_bits{};  // of each
-  std::string folder{};                    // folder of files named by the scene
+  std::string folder{};                     // folder of files named by the scene
   ClassParts defaults{};
   /// By name in the text: the class, then those that it takes after.
   std::unordered_map<std::string_view, std::vector<ClassParts>> classes{};

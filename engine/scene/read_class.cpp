@@ -35,6 +35,9 @@ void check_value(const Reading& reading, const Reader& from, const Key& key) {
     case ValueType::object:
       if (key.object != "shape") reading.open(from.find(key.name), key.object);
       return;
+    case ValueType::object_or_flag:
+      if (key.name == "collision") read_collision(reading, from, std::nullopt);
+      return;
     case ValueType::reference:
       if (key.name == "material") read_material(reading, from, 0);
       return;
@@ -85,8 +88,8 @@ void read_class(Reading& reading, NodeId node) {
       line.insert(line.end(), base->begin(), base->end());
   if (line.size() > kDeepest)
     reading.diagnostics.error_value(
-        from.find("class"), "a class that takes after " + std::to_string(kDeepest - 2) +
-                                " others at most");
+        from.find("class"),
+        "a class that takes after " + std::to_string(kDeepest - 2) + " others at most");
   if (name.empty()) return;
   const std::string_view text = reading.json[from.find("name")].text;
   if (!reading.classes.try_emplace(text, std::move(line)).second)
@@ -148,9 +151,10 @@ Reader open_of_class(const Reading& reading, NodeId node, std::string_view what)
   ObjectSource from(node);
   const bool is_object = reading.json[node].kind == JsonKind::object;
   const NodeId name = is_object ? reading.json.member(node, "class") : kNoNode;
-  if (name != kNoNode)
-    if (const auto* line = find_class(reading, name))
-      for (const ClassParts& parts : *line) add_sources(parts, what, from);
+  const auto* line = name == kNoNode ? nullptr : find_class(reading, name);
+  from.is_class_unknown = name != kNoNode && !line;
+  if (line)
+    for (const ClassParts& parts : *line) add_sources(parts, what, from);
   add_sources(reading.defaults, what, from);
   if (!from.sources.empty() && is_object && (what == "joint" || what == "chain"))
     leave_out(reading, set, from);

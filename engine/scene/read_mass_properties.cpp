@@ -98,7 +98,8 @@ std::uint32_t find_material(const Reading& reading, NodeId node, std::uint32_t o
     return found->second;
   std::vector<std::string_view> names;
   Hints& hints = reading.diagnostics.hints;
-  for (std::size_t i = reading.first_material; i < reading.materials.size() && hints.any_left(); ++i)
+  for (std::size_t i = reading.first_material; i < reading.materials.size() && hints.any_left();
+       ++i)
     names.push_back(reading.materials[i].name);
   reading.diagnostics.error_value(node, "the name of a material" + hints.of(name, names));
   return otherwise;

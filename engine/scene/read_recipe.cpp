@@ -97,9 +97,9 @@ std::optional<EventRecipe> read_event_of_prefab(const Reading& reading, NodeId n
   const std::string name(kTimedEventNames[static_cast<std::size_t>(kind)]);
   const bool is_of_file = reading.json[reading.json[node].parent].parent == 0;
   if (is_of_file)
-    reading.diagnostics.warn(node, "event of a scene",
-                             "the event \"" + name +
-                                 "\" is of the whole scene; in a prefab it is left out");
+    reading.diagnostics.warn(
+        node, "event of a scene",
+        "the event \"" + name + "\" is of the whole scene; in a prefab it is left out");
   else
     reading.diagnostics.error_value(reading.json.member(node, "type"),
                                     "an event of the prefab's own things: push, impulse, pull, "
@@ -208,7 +208,9 @@ void read_materials(Reading& reading, const Reader& from) {
       const std::string_view name = reading.json[item.find("name")].text;
       const auto number = static_cast<std::uint32_t>(reading.materials.size());
       const auto [first, is_new] = reading.material_of.try_emplace(name, number);
-      if (!is_new) refuse_repeated(reading, node, material.name, nodes[first->second - reading.first_material]);
+      if (!is_new)
+        refuse_repeated(reading, node, material.name,
+                        nodes[first->second - reading.first_material]);
     }
     reading.materials.push_back(std::move(material));
     nodes.push_back(node);
@@ -285,8 +287,8 @@ void read_prefabs(const Reading& reading, const Reader& from) {
     const Reader item = reading.open(node, "prefab");
     if (!item.is_object()) continue;
     const std::string name = item.name();
-    const auto number = item.has("file") ? read_prefab_file(reading, item)
-                                         : read_prefab(reading, item, name);
+    const auto number =
+        item.has("file") ? read_prefab_file(reading, item) : read_prefab(reading, item, name);
     recipe.prefab_names.push_back({reading.scope, name, number.value_or(kNoPrefab)});
     const auto [first, is_new] = known.try_emplace(name, node);
     if (!is_new && !name.empty()) refuse_repeated(reading, node, name, first->second);

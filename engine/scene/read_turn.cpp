@@ -53,9 +53,9 @@ void warn_of_turns(const Reader& from, std::string_view key, const AngleLimit& l
   from.diagnostics.warn(
       either(from, key), "more than a turn",
       "limits from " + written(limit.low * unit) + " to " + written(limit.high * unit) +
-          (in_degrees ? " degrees reach beyond a turn, and whole turns are not counted"
-                      : " rad reach beyond a turn; degrees stand under \"" + std::string(key) +
-                            "_deg\""));
+          (in_degrees
+               ? " degrees reach beyond a turn, and whole turns are not counted"
+               : " rad reach beyond a turn; degrees stand under \"" + std::string(key) + "_deg\""));
 }
 
 AngleLimit read_range(const Reader& from, std::string_view key) {

@@ -80,7 +80,8 @@ void Reader::check_pairs() const {
 
 void Reader::check_needs() const {
   for (const AnyOf& any : set_.any_of)
-    if (!has_any(any.keys)) diagnostics.error(node, std::string(any.complaint));
+    if (!has_any(any.keys) && !from_.is_class_unknown)
+      diagnostics.error(node, std::string(any.complaint));
   for (const Key& key : set_.keys)
     if (key.is_needed) need(key.name);
   for (const Beside& beside : set_.beside)
@@ -135,15 +136,19 @@ NodeId Reader::find_in(NodeId object, std::string_view key) const {
   return object != node || has_old_keys_ ? json.member(object, row(key).old) : kNoNode;
 }
 
-/// The value in the nearest class that has it.
+/// The value in the nearest class that has it, unless something nearer excludes it.
 NodeId Reader::find_inherited(std::string_view key) const {
+  const auto has_value = [&](const KeySource& source) {
+    return (source.only.empty() || is_word_of(source.only, key)) &&
+           find_in(source.node, key) != kNoNode;
+  };
+  const auto found = std::ranges::find_if(from_.sources, has_value);
+  if (found == from_.sources.end()) return kNoNode;
   if (std::ranges::count(from_.left_out, key) > 0 || is_excluded_by(node, key)) return kNoNode;
-  for (const KeySource& source : from_.sources) {
-    const bool is_taken = source.only.empty() || is_word_of(source.only, key);
-    const NodeId value = is_taken ? find_in(source.node, key) : kNoNode;
-    if (value != kNoNode || is_excluded_by(source.node, key)) return value;
-  }
-  return kNoNode;
+  const bool is_excluded = std::any_of(from_.sources.begin(), found, [&](const KeySource& nearer) {
+    return is_excluded_by(nearer.node, key);
+  });
+  return is_excluded ? kNoNode : find_in(found->node, key);
 }
 
 /// Whether an object has a key that must not stand beside this one.
@@ -166,7 +171,7 @@ bool Reader::is_excluded_by(NodeId object, std::string_view key) const {
 
 NodeId Reader::need(std::string_view key) const {
   const NodeId value = find(key);
-  if (value == kNoNode && is_object())
+  if (value == kNoNode && is_object() && !from_.is_class_unknown)
     diagnostics.error(
         node, "found no \"" + std::string(key) + "\", expected " + std::string(row(key).expected));
   return value;

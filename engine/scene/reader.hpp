@@ -25,6 +25,7 @@ struct ObjectSource {
   NodeId node;
   std::vector<KeySource> sources{};
   std::vector<std::string_view> left_out{};  // keys that are not taken from these
+  bool is_class_unknown = false;             // so that nobody knows what is missing
 };
 
 /// Reads the members of one object by the table of its keys. A missing key yields the default, by
@@ -32,7 +33,8 @@ struct ObjectSource {
 class Reader {
  public:
   /// Reports an error if `node` is not an object, has unknown keys, or keys that exclude or need
-  /// each other; warns of old keys. What comes from a class gives way to what excludes it nearer by.
+  /// each other; warns of old keys. What comes from a class gives way to what excludes it nearer
+  /// by.
   Reader(const JsonDocument& json, Diagnostics& diagnostics, ObjectSource from, const KeySet& set);
 
   const JsonDocument& json;

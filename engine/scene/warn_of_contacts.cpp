@@ -62,10 +62,10 @@ void warn_of_filter(const BuiltScene& built, const Filters& filters, const Filte
   }
   if (!any_other) return;
   const BuiltBody& body = built.bodies[kind.first];
-  const std::string why =
-      asked ? "it asks for " + called(built.bodies[asked->first]) +
-                  ", whose own \"with\" leaves it out"
-            : std::string("no other body is in a group that its \"with\" names");
+  const std::string why = asked
+                              ? "it asks for " + called(built.bodies[asked->first]) +
+                                    ", whose own \"with\" leaves it out"
+                              : std::string("no other body is in a group that its \"with\" names");
   messages.warn(body.at, "filter", called(body) + " touches nothing: " + why);
 }
 
@@ -103,34 +103,37 @@ class Islands {
   std::vector<std::uint32_t> parent_;
 };
 
-/// Whether a body is stopped by what it touches.
-bool is_stopped(const Filters& filters, std::uint32_t body) {
-  if (filters.kind_of[body] == Filters::kNone) return false;
-  const FilterKind& kind = filters.kinds[filters.kind_of[body]];
-  if (kind.is_sensor) return false;
-  return std::any_of(filters.kinds.begin(), filters.kinds.end(), [&](const FilterKind& other) {
-    return other.stops && kind.agrees(other) && (!other.is_dynamic || kind.others || other.others);
-  });
+/// By kind: whether what is filtered so is stopped by what it touches.
+std::vector<bool> stopped_kinds(const Filters& filters) {
+  std::vector<bool> stopped;
+  for (const FilterKind& kind : filters.kinds)
+    stopped.push_back(
+        !kind.is_sensor &&
+        std::any_of(filters.kinds.begin(), filters.kinds.end(), [&](const FilterKind& other) {
+          return other.stops && kind.agrees(other) &&
+                 (!other.is_dynamic || kind.others || other.others);
+        }));
+  return stopped;
 }
 
 /// Holds all that rests on what is held, directly or by way of others.
 void hold_what_rests(const BuiltScene& built, Filters& filters, Islands& islands) {
-  const auto mark = [&](std::uint32_t body) {
-    if (filters.kind_of[body] == Filters::kNone) return false;
-    FilterKind& kind = filters.kinds[filters.kind_of[body]];
-    const bool is_new = !kind.stops && !kind.is_sensor;
-    kind.stops = kind.stops || is_new;
-    return is_new;
-  };
   const auto count = static_cast<std::uint32_t>(built.bodies.size());
   bool changed = true;
-  while (changed) {  // once for each kind of filter at most, and once for what is jointed
+  while (changed) {  // once for each kind of filter at most, and once more
     changed = false;
+    const std::vector<bool> stopped = stopped_kinds(filters);
     for (std::uint32_t i = 0; i < count; ++i)
-      if (built.is_dynamic(i) && !islands.is_held[islands.root(i)] && is_stopped(filters, i))
+      if (built.is_dynamic(i) && filters.kind_of[i] != Filters::kNone &&
+          stopped[filters.kind_of[i]])
         islands.is_held[islands.root(i)] = true;
-    for (std::uint32_t i = 0; i < count; ++i)
-      if (!built.is_dynamic(i) || islands.is_held[islands.root(i)]) changed = mark(i) || changed;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      if (filters.kind_of[i] == Filters::kNone) continue;
+      FilterKind& kind = filters.kinds[filters.kind_of[i]];
+      if (kind.stops || kind.is_sensor) continue;
+      if (built.is_dynamic(i) && !islands.is_held[islands.root(i)]) continue;
+      kind.stops = changed = true;
+    }
   }
 }
 

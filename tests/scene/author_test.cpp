@@ -37,18 +37,20 @@ TEST_CASE("The two ends of a capsule tell its length and pose") {
 }
 
 TEST_CASE("Ends that contradict a length or a pose, or tell none, are refused") {
-  CHECK(of_capsule(R"("from": [0, 0, 0], "to": [0, 1, 0], "length": 1)") ==
-        Lines{"t.json:1:127: /bodies/0/shape/length: found \"length\" beside \"from\", expected only "
-              "one of them"});
+  CHECK(
+      of_capsule(R"("from": [0, 0, 0], "to": [0, 1, 0], "length": 1)") ==
+      Lines{"t.json:1:123: /bodies/0/shape/length: found \"length\" beside \"from\", expected only "
+            "one of them"});
   CHECK(of_capsule(R"("from": [0, 0, 0], "to": [0, 1, 0], "position": [0, 0, 0])").size() == 1);
   CHECK(of_capsule(R"("from": [0, 0, 0], "to": [0, 1, 0], "rotation_deg": [0, 0, 0])").size() == 1);
-  CHECK(of_capsule(R"("to": [0, 1, 0])") ==
-        Lines{"t.json:1:91: /bodies/0/shape/to: found \"to\" without \"from\", expected both ends"});
+  CHECK(
+      of_capsule(R"("to": [0, 1, 0])") ==
+      Lines{"t.json:1:87: /bodies/0/shape/to: found \"to\" without \"from\", expected both ends"});
   CHECK(of_capsule(R"("from": [0, 0, 0], "to": [0, 0, 0])") ==
-        Lines{"t.json:1:116: /bodies/0/shape/to: found an end 0 m from the other, expected a size "
+        Lines{"t.json:1:112: /bodies/0/shape/to: found an end 0 m from the other, expected a size "
               "from 1e-9 to 1e9 m"});
   CHECK(of_capsule(R"("density": 1)") ==
-        Lines{"t.json:1:56: /bodies/0/shape: found no \"length\", expected a length in m, or the "
+        Lines{"t.json:1:52: /bodies/0/shape: found no \"length\", expected a length in m, or the "
               "ends \"from\" and \"to\""});
 }
 
@@ -61,7 +63,9 @@ TEST_CASE("A body stands in the own frame of its parent, whatever the order in t
 "prefabs": [{"name": "hat", "bodies": [{"name": "rim", "parent": "top", "position": [0, -1, 0],
  "mass": 1, "inertia": [1, 1, 1]}, {"name": "top", "position": [0, 3, 0], "mass": 1}]}],
 "instances": [{"name": "worn", "prefab": "hat", "parent": "arm", "position": [0, -2, 0]}]})");
-  const auto at = [&](const char* name) { return s.world.origin_pose(s.world.find(name)).position; };
+  const auto at = [&](const char* name) {
+    return s.world.origin_pose(s.world.find(name)).position;
+  };
   CHECK(distance(at("arm"), {0, 10, -2}) < 1e-12);
   CHECK(distance(at("hand"), {0, 10, -3}) < 1e-12);
   // The hat's y axis is the arm's, which points against the chest's x: 2 m down it, 3 m up again.
@@ -93,8 +97,8 @@ TEST_CASE("A point mass on a cable swings as the pendulum of the textbooks does"
                  std::string(tie) + R"("a": "world", "b": "bob"}]})");
   CHECK(s.warnings.empty());
   // Half a period at an amplitude of asin(0.1).
-  const Real amplitude = std::asin(0.1), half = kPi * std::sqrt(1 / 9.81) *
-                                                (1 + amplitude * amplitude / 16);
+  const Real amplitude = std::asin(0.1),
+             half = kPi * std::sqrt(1 / 9.81) * (1 + amplitude * amplitude / 16);
   Simulation sim(s.world, {s.step, 1, 1, true});
   for (int i = 0; i < static_cast<int>(std::lround(half / s.step)); ++i) sim.step();
   CHECK(sim.world.bodies[sim.world.find("bob")].pose.position.x == Approx(-0.1).margin(2e-4));
@@ -105,9 +109,10 @@ TEST_CASE("What would turn a point mass is refused") {
     return diagnostics(R"({"version": 1, "bodies": [{"name": "bob", "mass": 1}],
 )" + members + "}");
   };
-  CHECK(with_bob(R"("joints": [{"a": "world", "b": "bob", "kind": "hinge", "anchor": [0, 0, 0]}])") ==
-        Lines{"t.json:2:49: /joints/0/kind: found a hinge joint at the point mass \"bob\", expected "
-              "a ball, a distance or a spring, or a \"shape\" or an \"inertia\" of what turns"});
+  CHECK(
+      with_bob(R"("joints": [{"a": "world", "b": "bob", "kind": "hinge", "anchor": [0, 0, 0]}])") ==
+      Lines{"t.json:2:47: /joints/0/kind: found a hinge joint at the point mass \"bob\", expected "
+            "a ball, a distance or a spring, or a \"shape\" or an \"inertia\" of what turns"});
   CHECK(with_bob(R"("joints": [{"a": "world", "b": "bob", "anchor": [0, 1, 0]}])") ==
         Lines{"t.json:2:12: /joints/0: found a point 1 m from the point mass \"bob\", expected its "
               "centre, or a \"shape\" or an \"inertia\" of what turns"});
@@ -116,7 +121,8 @@ TEST_CASE("What would turn a point mass is refused") {
             .size() == 1);
   CHECK(with_bob(R"("cables": [{"a": "world", "b": "bob", "anchor_b": [0, 1, 0]}])").size() == 1);
   CHECK(with_bob(R"("pins": [{"body": "bob", "anchor": [0, 1, 0]}])").size() == 1);
-  CHECK(with_bob(R"("events": [{"type": "push", "body": "bob", "torque": [1, 0, 0]}])").size() == 1);
+  CHECK(with_bob(R"("events": [{"type": "push", "body": "bob", "torque": [1, 0, 0]}])").size() ==
+        1);
   CHECK(with_bob(R"("events": [{"type": "impulse", "body": "bob", "impulse": [1, 0, 0], "at": 0,
 "anchor": [0, 1, 0]}])")
             .size() == 1);

@@ -84,13 +84,15 @@ TEST_CASE("A class that is not there is refused with the nearest that is") {
         "\"limb\"");
   CHECK(diagnostics(R"({"version": 1, "classes": [{"name": "a", "class": "b"}, {"name": "b"}]})") ==
         Lines{"t.json:1:51: /classes/0/class: found \"b\", expected the name of a class"});
-  CHECK(diagnostics(R"({"version": 1, "classes": [{"name": "a"}, {"name": "a"}]})") ==
-        Lines{"t.json:1:52: /classes/1/name: found the name \"a\" again, expected one that no class "
-              "above has"});
+  CHECK(
+      diagnostics(R"({"version": 1, "classes": [{"name": "a"}, {"name": "a"}]})") ==
+      Lines{"t.json:1:52: /classes/1/name: found the name \"a\" again, expected one that no class "
+            "above has"});
 }
 
 TEST_CASE("What is wrong in a class is told once, used or not") {
-  const std::string text = R"({"version": 1, "classes": [{"name": "c", "body": {"drag": -1, "sahpe": 1}}]
+  const std::string text =
+      R"({"version": 1, "classes": [{"name": "c", "body": {"drag": -1, "sahpe": 1}}]
 )";
   const Lines expected{
       "t.json:1:59: /classes/0/body/drag: found -1, expected a number from 0 to 1e12",

@@ -65,8 +65,7 @@ std::string scene_with(std::string_view what, const std::string& extra,
   const auto of_class = [&](const std::string& key, const std::string& user) {
     return part("classes", R"([{"name": "c", ")" + key + "\": {" + extra + "}}], " + user);
   };
-  if (what == "body_class")
-    return of_class("body", R"("bodies": [{"name": "a", "class": "c"}])");
+  if (what == "body_class") return of_class("body", R"("bodies": [{"name": "a", "class": "c"}])");
   if (what == "joint_class")
     return of_class("joint", R"("joints": [{"a": "a", "b": "b", )" + of_kind + R"("class": "c"}])");
   if (what == "cable_class")

@@ -100,8 +100,9 @@ TEST_CASE("Mistakes in a prefab's file are told with both files") {
 "prefabs": [{"name": "leg", "file": "leg.json"}],
 "instances": [{"name": "a", "prefab": "leg"}], "joints": [{"a": "world", "b": "a/x", "anchor": [0, 0, 0]}]})");
   folder.write("leg.json", R"({"version": 1, "bodies": [{"name": "shin", "mass": -1}]})");
-  CHECK(folder.errors().at(0) ==
-        "scene.json:2:37: /prefabs/0/file: found mistakes in \"leg.json\", expected a file without");
+  CHECK(
+      folder.errors().at(0) ==
+      "scene.json:2:37: /prefabs/0/file: found mistakes in \"leg.json\", expected a file without");
   CHECK(folder.errors().back() ==
         "leg.json:1:52: /bodies/0/mass: found -1, expected a number from 1e-12 to 1e12");
   folder.write("leg.json", R"({"version": 1, "bodies": [{"name": "shin", "mass": 1}],
@@ -115,9 +116,11 @@ TEST_CASE("Mistakes in a prefab's file are told with both files") {
   CHECK(folder.errors().size() == 2);
   fs::remove(folder.path / "leg.json");
   const Lines missing = folder.errors();
-  CHECK(missing.at(0).find("scene.json:2:37: /prefabs/0/file: leg.json: found no file to read") == 0);
+  CHECK(missing.at(0).find("scene.json:2:37: /prefabs/0/file: leg.json: found no file to read") ==
+        0);
   CHECK(missing.size() == 1);
-  CHECK(diagnostics(R"({"version": 1, "prefabs": [{"name": "a", "file": "/dev/zero"}]})").size() == 1);
+  CHECK(diagnostics(R"({"version": 1, "prefabs": [{"name": "a", "file": "/dev/zero"}]})").size() ==
+        1);
   CHECK(diagnostics(R"({"version": 1, "prefabs": [{"name": "a", "file": "b.json", "bodies": []}]})")
             .size() == 2);
 }
@@ -139,8 +142,8 @@ TEST_CASE("All files of a scene share its limits") {
   const Folder folder;
   std::string prefabs;
   for (const char* name : {"a", "b", "c"}) {
-    prefabs += std::string(prefabs.empty() ? "" : ", ") + R"({"name": ")" + name + R"(", "file": ")" +
-               name + ".json\"}";
+    prefabs += std::string(prefabs.empty() ? "" : ", ") + R"({"name": ")" + name +
+               R"(", "file": ")" + name + ".json\"}";
     folder.write((std::string(name) + ".json").c_str(),
                  R"({"version": 1, "title": ")" + std::string(400, 'x') + "\"}");
   }
@@ -171,7 +174,9 @@ TEST_CASE("The events of a prefab happen to each copy, in its own frame") {
   CHECK(s.warnings.empty());
   Simulation sim(s.world, {0.01, 1, 1, true});
   for (int i = 0; i < 100; ++i) sim.step();
-  const auto velocity = [&](const char* name) { return sim.world.bodies[sim.world.find(name)].velocity; };
+  const auto velocity = [&](const char* name) {
+    return sim.world.bodies[sim.world.find(name)].velocity;
+  };
   CHECK(glm::length(velocity("a/ball") - Vec3(1, 0, 0)) < 1e-12);
   CHECK(glm::length(velocity("b/ball") - Vec3(0, 0, -1)) < 1e-12);
   CHECK(glm::length(velocity("c/ball") - Vec3(-1, 0, 0)) < 1e-12);

@@ -53,9 +53,16 @@ void Desk::begin(Scene scene) {
   turned_.clear();
   scenes_ = scenes_beside(choices_.path);
   leaf_ = place_of(choices_.path, scenes_);
-  watch_.start(choices_.path);
+  watch_files();
   under = followed = Entity{}, is_under = false;
   start_panes();
+}
+
+/// The scene's own file, and those that it was read from besides.
+void Desk::watch_files() {
+  std::vector<std::string> paths = scene_.files;
+  paths.push_back(choices_.path);
+  watch_.start(std::move(paths));
 }
 
 /// The scene as it was read, with the solvers and knobs chosen since.
@@ -173,7 +180,7 @@ void Desk::open(std::string path) {  // by value: the list it stands in is made 
     tell(loaded.errors().front().message +
          (more > 0 ? fmt::format(" (and {} more)", more) : std::string()));
     is_trouble = true, message_left = kTroubleTime;
-    if (path == choices_.path) watch_.start(path);
+    if (path == choices_.path) watch_files();
     return;
   }
   const bool is_same = path == choices_.path;

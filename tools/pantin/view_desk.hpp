@@ -130,6 +130,7 @@ class Desk {
   Place place(double x, double y) const;
   void begin(Scene scene);
   void start_panes();
+  void watch_files();
   Solver another() const;
   void look();
   void follow();

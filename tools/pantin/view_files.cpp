@@ -2,31 +2,38 @@
 
 #include <algorithm>
 #include <system_error>
+#include <utility>
 
 namespace pantin::program {
 
 namespace fs = std::filesystem;
 
-FileWatch::Stamp FileWatch::look() const {
-  std::error_code trouble;
-  Stamp now;
-  now.time = fs::last_write_time(path_, trouble);
-  if (!trouble) now.bytes = fs::file_size(path_, trouble);
-  now.is_there = !trouble;
-  return now.is_there ? now : Stamp{};
+std::vector<FileWatch::Stamp> FileWatch::look() const {
+  std::vector<Stamp> stamps;
+  for (const std::string& path : paths_) {
+    std::error_code trouble;
+    Stamp now;
+    now.time = fs::last_write_time(path, trouble);
+    if (!trouble) now.bytes = fs::file_size(path, trouble);
+    now.is_there = !trouble;
+    stamps.push_back(now.is_there ? now : Stamp{});
+  }
+  return stamps;
 }
 
-void FileWatch::start(const std::string& path) {
-  path_ = path;
+void FileWatch::start(std::vector<std::string> paths) {
+  paths_ = std::move(paths);
   known_ = seen_ = look();
 }
 
 bool FileWatch::changed() {
-  const Stamp now = look();
+  std::vector<Stamp> now = look();
   const bool is_settled = now == seen_;
   seen_ = now;
-  if (!is_settled || !now.is_there || now == known_) return false;
-  known_ = now;
+  const bool all_there =
+      std::all_of(now.begin(), now.end(), [](const Stamp& stamp) { return stamp.is_there; });
+  if (!is_settled || !all_there || now == known_) return false;
+  known_ = std::move(now);
   return true;
 }
 

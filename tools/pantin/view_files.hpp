@@ -6,12 +6,12 @@
 
 namespace pantin::program {
 
-/// Tells when a file has been written anew.
+/// Tells when one of some files has been written anew.
 class FileWatch {
  public:
-  /// From now on; what the file is like at present is known.
-  void start(const std::string& path);
-  /// Once for each change, when the file has stayed the same between two calls: editors write in
+  /// From now on; what the files are like at present is known.
+  void start(std::vector<std::string> paths);
+  /// Once for each change, when all files have stayed the same between two calls: editors write in
   /// pieces. A file that is away is waited for.
   bool changed();
 
@@ -22,10 +22,10 @@ class FileWatch {
     bool is_there = false;
     bool operator==(const Stamp&) const = default;
   };
-  Stamp look() const;
+  std::vector<Stamp> look() const;
 
-  std::string path_;
-  Stamp known_, seen_;
+  std::vector<std::string> paths_;
+  std::vector<Stamp> known_, seen_;
 };
 
 /// The scene files of a scene's folder, sorted by name, itself included.
