@@ -80,7 +80,7 @@ TEST_CASE("Chains and prefabs take after classes too") {
 
 TEST_CASE("A class that is not there is refused with the nearest that is") {
   CHECK(diagnostics(kClasses + R"(, "bodies": [{"name": "a", "class": "limp"}]})").at(0) ==
-        "t.json:9:38: /bodies/0/class: found \"limp\", expected the name of a class; nearest is "
+        "t.json:9:37: /bodies/0/class: found \"limp\", expected the name of a class; nearest is "
         "\"limb\"");
   CHECK(diagnostics(R"({"version": 1, "classes": [{"name": "a", "class": "b"}, {"name": "b"}]})") ==
         Lines{"t.json:1:51: /classes/0/class: found \"b\", expected the name of a class"});
