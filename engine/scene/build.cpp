@@ -11,7 +11,7 @@ namespace {
 BuildCount count_of(const BuiltScene& built) {
   BuildCount count;
   count.bodies = static_cast<Real>(built.bodies.size());
-  count.links = static_cast<Real>(built.links());
+  count.links = static_cast<Real>(built.links() + built.events.size());
   std::size_t parts = 0, name_bytes = 0;
   for (const BuiltBody& b : built.bodies) parts += b.mass_properties->shapes.size();
   for (const BuiltPath& d : built.paths) parts += parts_of(d.path);
@@ -39,8 +39,8 @@ BuildContext::BuildContext(const Recipe& r, BuildMessages& m, const SceneLimits&
       poll(l.is_cancelled),
       built_(r.prefabs.size()),
       states_(r.prefabs.size(), State::unknown) {
-  for (std::uint32_t i = 0; i < recipe.prefabs.size(); ++i)
-    number_of_.try_emplace(recipe.prefabs[i].name, i);
+  for (const PrefabName& known : recipe.prefab_names)
+    number_of_.try_emplace({known.scope, known.name}, known.prefab);
 }
 
 void BuildContext::tell_of_cycle(std::uint32_t which, const ElementId& at,
@@ -68,17 +68,24 @@ void BuildContext::build(std::uint32_t which) {
 const BuiltPrefab* BuildContext::prefab(const std::string& name, const ElementId& at,
                                         std::string_view member) {
   if (name.empty()) return nullptr;  // reported by the reader
-  const auto known = number_of_.find(name);
+  const std::uint32_t scope = at.group == 0 ? recipe.top.scope : recipe.prefabs[at.group - 1].scope;
+  const auto known = number_of_.find({scope, name});
   if (known == number_of_.end()) {
     std::vector<std::string_view> names;
     if (messages.hints().any_left())
-      for (const Group& group : recipe.prefabs) names.push_back(group.name);
+      for (const PrefabName& other : recipe.prefab_names)
+        if (other.scope == scope) names.push_back(other.name);
     messages.error(at, member,
                    "found " + quoted_name(name) + ", expected the name of a prefab" +
                        messages.hints().of(name, names));
     return nullptr;
   }
-  const std::uint32_t which = known->second;
+  return known->second == kNoPrefab ? nullptr : built(known->second, at, member);
+}
+
+const BuiltPrefab* BuildContext::built(std::uint32_t which, const ElementId& at,
+                                       std::string_view member) {
+  const std::string& name = recipe.prefabs[which].name;
   if (states_[which] == State::open) {
     tell_of_cycle(which, at, member);
     return nullptr;
@@ -99,7 +106,7 @@ BuiltScene build_scene(const Recipe& recipe, BuildMessages& messages, const Scen
   BuildContext context(recipe, messages, limits);
   // Unused prefabs are checked too.
   for (std::uint32_t i = 0; i < recipe.prefabs.size(); ++i)
-    context.prefab(recipe.prefabs[i].name, {ElementKind::group, i + 1, 0}, "name");
+    context.built(i, {ElementKind::group, i + 1, 0}, "name");
   BuiltScene whole = build_group(context, recipe.top, 0);
   // Joints and cables were measured at rest; now each path starts at its own time.
   for (const BuiltPath& d : whole.paths) whole.bodies[d.body].body.pose = pose_at(d.path, 0);

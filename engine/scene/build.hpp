@@ -1,5 +1,6 @@
 #pragma once
 /// The scene after name lookup, with prefabs, grids and chains expanded.
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,11 +17,11 @@ struct BuiltBody {
   std::string name;
   ElementId at{};
   Body body;
-  const BodyMassProperties* mass_properties = nullptr;
+  std::shared_ptr<const BodyMassProperties> mass_properties;  // the recipe's, or a mirror image
   const SolverSettings* solver = nullptr;
   std::uint32_t material = UINT32_MAX;  // for all its shapes; UINT32_MAX: their own
   bool has_path = false;
-  const Collision* collision = nullptr;  // of colliding bodies
+  std::shared_ptr<const Collision> collision;  // of colliding bodies; likewise
 };
 
 struct BuiltJoint {
@@ -75,6 +76,12 @@ struct BuiltEvent {
   std::uint32_t on = 0;               // index into the list of these
   std::vector<std::uint32_t> bodies;  // of a wind; none: all
 };
+
+/// What the recipe owns, as a pointer that others may share.
+template <class T>
+std::shared_ptr<const T> of_recipe(const T& owned) {
+  return {std::shared_ptr<const T>(), &owned};
+}
 
 /// Bodies at their initial poses, in the frame of the scene or prefab. Points into the recipe.
 struct BuiltScene {
@@ -132,6 +139,10 @@ void warn_of_events(const BuiltScene& built, Real duration, BuildMessages& messa
 /// open or beyond their limits, loops closed by joints other than balls.
 void warn_of_structure(const BuiltScene& built, const std::vector<Solver>& solvers,
                        BuildMessages& messages);
+
+/// Warns of bodies whose collision groups agree with nobody's, and of those that fall for ever:
+/// nothing holds them, and nothing solid is there that could stop them.
+void warn_of_contacts(const BuiltScene& built, Vec3 gravity, BuildMessages& messages);
 
 /// Fills the World of a scene.
 void build_world(const BuiltScene& built, World& world);

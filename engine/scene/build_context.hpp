@@ -1,11 +1,13 @@
 #pragma once
 /// What the groups of a recipe share while they are built: messages, limits, finished prefabs.
+#include <map>
 #include <string>
 #include <string_view>
-#include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "engine/scene/build.hpp"
+#include "engine/scene/mirror.hpp"
 #include "engine/scene/poll.hpp"
 
 namespace pantin::detail {
@@ -34,9 +36,12 @@ struct BuildContext {
   const SceneLimits& limits;
   Poll poll;
   BuildCount used;  // by all groups so far
+  MirrorImages images;
 
   /// A prefab by name, built on first use, or null after an error at a member of `at`.
   const BuiltPrefab* prefab(const std::string& name, const ElementId& at, std::string_view member);
+  /// The same by its index.
+  const BuiltPrefab* built(std::uint32_t which, const ElementId& at, std::string_view member);
 
  private:
   enum class State { unknown, open, done, broken };
@@ -44,8 +49,8 @@ struct BuildContext {
   void tell_of_cycle(std::uint32_t which, const ElementId& at, std::string_view member);
   void build(std::uint32_t which);
 
-  std::unordered_map<std::string_view, std::uint32_t>
-      number_of_;  // of prefabs; the first of a name
+  std::map<std::pair<std::uint32_t, std::string_view>, std::uint32_t>
+      number_of_;  // of prefabs, by scope and name; the first of a name
   std::vector<BuiltPrefab> built_;
   std::vector<State> states_;
   std::vector<std::uint32_t> open_;  // prefabs being built, outermost first

@@ -21,6 +21,7 @@ enum class ElementKind : std::uint8_t {
   instance,
   grid,
   chain,
+  mirror,
   event
 };
 

@@ -26,6 +26,13 @@ void Diagnostics::warn(NodeId at, std::string_view kind, std::string message) {
   keep(warnings_, {offset(at), at, std::move(message)});
 }
 
+void Diagnostics::keep_error(Line line) {
+  if (errors_.lines.size() < kMostKept && !told_errors_.emplace(line.node, line.message).second)
+    ++repeated_errors_;
+  else
+    keep(errors_, std::move(line));
+}
+
 void Diagnostics::keep(Kept& kept, Line line) {
   if (kept.lines.size() < kMostKept)
     kept.lines.push_back(std::move(line));

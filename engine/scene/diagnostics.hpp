@@ -2,6 +2,7 @@
 /// Collects the errors and warnings of a scene file with their positions, so that all are reported
 /// at once.
 #include <map>
+#include <set>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -19,12 +20,11 @@ class Diagnostics {
   Diagnostics(const JsonDocument& json, std::string file) : json_(json), file_(std::move(file)) {}
 
   /// An error at a value; the scene cannot be loaded.
-  void error(NodeId at, std::string message) {
-    keep(errors_, {offset(at), at, std::move(message)});
-  }
+  /// The same error again, of a class that many take after, is told once.
+  void error(NodeId at, std::string message) { keep_error({offset(at), at, std::move(message)}); }
   /// The same at the value's key.
   void error_at_key(NodeId at, std::string message) {
-    keep(errors_, {json_[at].key_offset, at, std::move(message)});
+    keep_error({json_[at].key_offset, at, std::move(message)});
   }
   /// An error of the form "found <value>, expected <what>".
   void error_value(NodeId at, std::string_view expected);
@@ -35,7 +35,9 @@ class Diagnostics {
 
   bool any_errors() const { return error_count() > 0 || !json_.faults.empty(); }
   /// Number of errors so far.
-  std::size_t error_count() const { return errors_.lines.size() + errors_.dropped; }
+  std::size_t error_count() const {
+    return errors_.lines.size() + errors_.dropped + repeated_errors_;
+  }
   /// In the order of the text, printable, at most some hundred; a last line tells of the rest.
   std::vector<Error> errors() const;
   std::vector<std::string> warnings() const;
@@ -56,6 +58,7 @@ class Diagnostics {
     std::size_t dropped = 0;
   };
   std::uint32_t offset(NodeId at) const { return json_[at].offset; }
+  void keep_error(Line line);
   static void keep(Kept& kept, Line line);
   std::vector<std::string> told(Kept all, const std::string& what) const;
   std::string told(const Line& line, LineColumn place) const;
@@ -64,6 +67,8 @@ class Diagnostics {
   std::string file_;
   Kept errors_, warnings_;
   std::map<std::pair<NodeId, std::string>, std::size_t, std::less<>> told_;  // into warnings_
+  std::set<std::pair<NodeId, std::string>> told_errors_;
+  std::size_t repeated_errors_ = 0;
 };
 
 /// A value as errors name it: "shim" in quotes, a number as written, "an array of 3".

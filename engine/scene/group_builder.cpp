@@ -12,16 +12,19 @@ BuiltScene GroupBuilder::build() {
   using B = GroupBuilder;
   gather_names();
   if (!make_space()) return std::move(made_);
+  place_bodies();
   each(group_.bodies, ElementKind::body, &B::add_body);
   each(group_.chains, ElementKind::chain, &B::add_links_of);
   each(group_.instances, ElementKind::instance, &B::add_instance);
   each(group_.grids, ElementKind::grid, &B::add_grid);
+  each(group_.mirrors, ElementKind::mirror, &B::mirror_bodies);
   each(group_.paths, ElementKind::drive, &B::add_drive);
   each(group_.chains, ElementKind::chain, &B::add_joints_of);
   each(group_.joints, ElementKind::joint, &B::add_joint);
   each(group_.gears, ElementKind::ratio, &B::add_gear);
   each(group_.cables, ElementKind::string, &B::add_cable);
   each(group_.pins, ElementKind::pin, &B::add_pin);
+  mirror_links();
   each(group_.events, ElementKind::event, &B::add_event);  // all is made by now
   return std::move(made_);
 }

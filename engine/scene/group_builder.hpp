@@ -63,6 +63,9 @@ class GroupBuilder {
   const BuiltPrefab* prefab_of(const InstanceRecipe& instance, const ElementId& id);
 
   // Bodies and their paths: group_bodies.cpp.
+  std::vector<std::uint32_t> parents_of_bodies();
+  void place_bodies();
+  void tell_of_circle(const std::vector<std::uint32_t>& parents, std::uint32_t start);
   std::uint32_t add(BuiltBody body);
   void add_body(Element<BodyRecipe> e);
   void add_links_of(Element<ChainRecipe> e);
@@ -71,13 +74,36 @@ class GroupBuilder {
 
   // Copies of prefabs: group_copies.cpp.
   struct Copy;
+  /// Where a copy's things begin in the lists of the group.
+  struct FirstPlaces {
+    std::size_t bodies, joints, gears, cables, pins;
+  };
+  FirstPlaces sizes() const;
   void add_instance(Element<InstanceRecipe> e);
   void add_grid(Element<GridRecipe> e);
+  Pose pose_of(const InstanceRecipe& instance, const ElementId& id);
+  const BuiltScene& part_of(const InstanceRecipe& instance, const BuiltPrefab& prefab,
+                            const ElementId& id);
   void copy(const Copy& how);
+  void copy_events(const Copy& how, const FirstPlaces& first);
+
+  // Mirror images: group_mirrors.cpp.
+  /// Of a body: its image, and across what.
+  struct Image {
+    std::uint32_t body = UINT32_MAX;
+    MirrorPlane plane;
+  };
+  struct MirroredLinks;
+  void mirror_bodies(Element<MirrorRecipe> e);
+  void add_image(const ElementId& at, std::uint32_t body, const Reflection& by);
+  bool can_be_called(const ElementId& at, const std::string& name, const std::string& image);
+  void mirror_links();
 
   // Joints, ratios, strings, pins: group_links.cpp.
   struct Ends;
   bool can_tie(const Ends& ends);
+  bool can_hold(const ElementId& id, std::string_view member, std::uint32_t body, Vec3 anchor);
+  bool can_turn(const ElementId& id, const BuiltJoint& j, std::uint32_t body);
   void add_joints_of(Element<ChainRecipe> e);
   void add_joint(Element<JointRecipe> e);
   void add_gear(Element<GearRecipe> e);
@@ -108,13 +134,16 @@ class GroupBuilder {
   const Group& group_;
   std::uint32_t number_;
   BuiltScene made_;
+  BuiltScene image_;                                         // of the prefab that is copied
   Places bodies_, joints_;                                   // by name; joints once asked for
+  std::vector<Pose> own_poses_;                              // of `bodies` of the recipe
   std::vector<std::uint32_t> first_links_;                   // by chain: its first body
   std::vector<const BuiltPrefab*> of_instances_, of_grids_;  // null: broken
   std::unordered_set<std::string> own_names_, broken_;
   Index indices_[static_cast<std::size_t>(EventObject::gear) + 1];  // once asked for
   std::size_t targets_ = 0;                                         // of events
-  std::unordered_map<std::string, int> unnamed_;                    // how many share a made-up name
+  std::unordered_map<std::uint32_t, Image> images_;  // by body; also of the images themselves
+  std::unordered_map<std::string, int> unnamed_;     // how many share a made-up name
 };
 
 }  // namespace pantin::detail

@@ -1,5 +1,6 @@
 #include <utility>
 
+#include "engine/geometry/kinds.hpp"
 #include "engine/scene/group_builder.hpp"
 #include "engine/scene/place.hpp"
 
@@ -16,7 +17,7 @@ Pose placed(const Pose& by, const Pose& pose) {
 
 /// One copy of a prefab.
 struct GroupBuilder::Copy {
-  const BuiltScene& part;
+  const BuiltScene& part;  // mirrored already
   const InstanceRecipe& instance;
   std::string prefix;  // of names
   Pose at;
@@ -26,7 +27,20 @@ struct GroupBuilder::Copy {
 void GroupBuilder::add_instance(Element<InstanceRecipe> e) {
   const InstanceRecipe& instance = e.recipe;
   if (const BuiltPrefab* prefab = of_instances_[e.id.index])
-    copy({prefab->built, instance, instance.name + "/", instance.pose, instance.time_offset});
+    copy({part_of(instance, *prefab, e.id), instance, instance.name + "/", pose_of(instance, e.id),
+          instance.time_offset});
+}
+
+/// The pose of an instance or a grid in the frame of the group.
+Pose GroupBuilder::pose_of(const InstanceRecipe& instance, const ElementId& id) {
+  if (!instance.parent) return instance.pose;
+  const auto parent = body(*instance.parent, id, "parent");
+  if (!parent) return instance.pose;
+  const BuiltBody& on = made_.bodies[*parent];
+  const Pose own = on.mass_properties->is_moved
+                       ? compose(on.body.pose, inverse(on.mass_properties->centre))
+                       : on.body.pose;
+  return compose(own, instance.pose);
 }
 
 void GroupBuilder::add_grid(Element<GridRecipe> e) {
@@ -34,23 +48,46 @@ void GroupBuilder::add_grid(Element<GridRecipe> e) {
   const BuiltPrefab* prefab = of_grids_[e.id.index];
   if (!prefab) return;
   int copies = 0;
+  const Pose middle = pose_of(grid.each, e.id);
+  const BuiltScene& part = part_of(grid.each, *prefab, e.id);
   for (int y = 0; y < grid.count[1]; ++y)
     for (int z = 0; z < grid.count[2]; ++z)
       for (int x = 0; x < grid.count[0]; ++x) {
         const Vec3 from_middle(x - (grid.count[0] - 1) / 2.0, y - (grid.count[1] - 1) / 2.0,
                                z - (grid.count[2] - 1) / 2.0);
-        const Pose at{to_world(grid.each.pose, from_middle * grid.spacing),
-                      grid.each.pose.rotation};
-        copy({prefab->built, grid.each, grid.each.name + "/" + std::to_string(copies) + "/", at,
+        const Pose at{to_world(middle, from_middle * grid.spacing), middle.rotation};
+        copy({part, grid.each, grid.each.name + "/" + std::to_string(copies) + "/", at,
               copies * grid.each.time_offset});
         ++copies;
       }
 }
 
+/// A prefab as the instance takes it: itself, or its mirror image.
+const BuiltScene& GroupBuilder::part_of(const InstanceRecipe& instance, const BuiltPrefab& prefab,
+                                        const ElementId& id) {
+  if (!instance.mirror) return prefab.built;
+  if (!prefab.built.paths.empty())
+    messages_.error(id, "mirror",
+                    "found a mirror image of " + quoted_name(instance.prefab) +
+                        ", which has paths, expected a prefab without: a path has no "
+                        "mirror image");
+  image_ = mirrored(prefab.built, {{*instance.mirror, 0}}, context_.images);
+  for (const BuiltBody& body : image_.bodies)
+    if (const auto kind = unmirrored(*body.mass_properties)) {
+      messages_.error(id, "mirror",
+                      "found a mirror image of " + quoted_name(instance.prefab) + ", whose " +
+                          quoted_name(body.name) + " has a " + std::string(name_of(*kind)) +
+                          ", expected a prefab without: it has no mirror image");
+      break;
+    }
+  return image_;
+}
+
 void GroupBuilder::copy(const Copy& how) {
   context_.poll();
-  const auto first = static_cast<std::uint32_t>(made_.bodies.size());
-  const auto first_joint = static_cast<std::uint32_t>(made_.joints.size());
+  const FirstPlaces places = sizes();
+  const auto first = static_cast<std::uint32_t>(places.bodies);
+  const auto first_joint = static_cast<std::uint32_t>(places.joints);
   const auto moved_place = [&](std::uint32_t body) {
     return body == kWorldBody ? kWorldBody : first + body;
   };
@@ -100,6 +137,40 @@ void GroupBuilder::copy(const Copy& how) {
   }
   for (const BuiltPath& d : how.part.paths)
     made_.paths.push_back({d.at, moved_place(d.body), shifted(moved(d.path, how.at), how.ahead)});
+  copy_events(how, places);
+}
+
+GroupBuilder::FirstPlaces GroupBuilder::sizes() const {
+  return {made_.bodies.size(), made_.joints.size(), made_.gears.size(), made_.cables.size(),
+          made_.pins.size()};
+}
+
+/// What happens to a copy, in its frame.
+void GroupBuilder::copy_events(const Copy& how, const FirstPlaces& first) {
+  const auto first_of = [&](EventObject object) {
+    switch (object) {
+      case EventObject::body:
+        return first.bodies;
+      case EventObject::joint:
+        return first.joints;
+      case EventObject::gear:
+        return first.gears;
+      case EventObject::cable:
+        return first.cables;
+      case EventObject::pin:
+        return first.pins;
+      case EventObject::none:
+        break;
+    }
+    return std::size_t(0);
+  };
+  for (const BuiltEvent& e : how.part.events) {
+    BuiltEvent& placed = made_.events.emplace_back(e);
+    placed.on += static_cast<std::uint32_t>(first_of(e.object));
+    TimedEvent& t = placed.event;
+    for (Vec3* v : {&t.force, &t.torque, &t.impulse, &t.angular_impulse}) *v = how.at.rotation * *v;
+    t.target = to_world(how.at, t.target);
+  }
 }
 
 }  // namespace pantin::detail

@@ -141,6 +141,12 @@ void GroupBuilder::add_event_on(Element<EventRecipe> e, EventObject object, std:
     if (!can_be_pushed(e, which)) return;
     const bool is_given = e.recipe.point.in_body || e.recipe.point.in_scene;
     if (is_given || event.kind == pull) event.anchor = anchor_of(made_, which, e.recipe.point);
+    if (!can_hold(e.id, "anchor", which, event.anchor)) return;
+    const bool turns = event.torque != Vec3(0) || event.angular_impulse != Vec3(0);
+    if (turns && made_.bodies[which].mass_properties->is_point)
+      messages_.error(e.id, event.kind == push ? "torque" : "angular_impulse",
+                      "found what turns the point mass " + quoted_name(made_.bodies[which].name) +
+                          ", expected a body with a \"shape\" or an \"inertia\"");
   }
   if (event.kind == motor && !set_motor(e, which, event)) return;
   if (event.kind == drive && !set_drive(e, which, event)) return;

@@ -28,6 +28,34 @@ bool GroupBuilder::can_tie(const Ends& ends) {
   return false;
 }
 
+/// Tells of a point mass that is held elsewhere than at its centre.
+bool GroupBuilder::can_hold(const ElementId& id, std::string_view member, std::uint32_t body,
+                            Vec3 anchor) {
+  constexpr Real kAtCentre = 1e-9;  // m
+  if (body == kWorldBody || !made_.bodies[body].mass_properties->is_point) return true;
+  if (glm::length(anchor) <= kAtCentre) return true;
+  messages_.error(id, member,
+                  "found a point " + written(glm::length(anchor)) + " m from the point mass " +
+                      quoted_name(made_.bodies[body].name) +
+                      ", expected its centre, or a \"shape\" or an \"inertia\" of what turns");
+  return false;
+}
+
+/// Tells of a joint that turns a point mass.
+bool GroupBuilder::can_turn(const ElementId& id, const BuiltJoint& j, std::uint32_t body) {
+  const Joint& joint = j.joint;
+  if (body == kWorldBody || !made_.bodies[body].mass_properties->is_point) return true;
+  const bool is_ball = joint.kind == JointKind::ball && !joint.limits.any() && !j.drive;
+  if (is_ball || info_of(joint.kind).is_line) return true;
+  messages_.error(id, "kind",
+                  "found " + a_joint(joint.kind) +
+                      (joint.kind == JointKind::ball ? " with limits or a drive" : "") +
+                      " at the point mass " + quoted_name(made_.bodies[body].name) +
+                      ", expected a ball, a distance or a spring, or a \"shape\" or an "
+                      "\"inertia\" of what turns");
+  return false;
+}
+
 void GroupBuilder::add_joint(Element<JointRecipe> e) {
   const JointRecipe& recipe = e.recipe;
   const auto a = body_or_world(recipe.a, e.id, "a"), b = body_or_world(recipe.b, e.id, "b");
@@ -38,6 +66,11 @@ void GroupBuilder::add_joint(Element<JointRecipe> e) {
                     *b,
                     joint_of(made_, recipe, *a, *b),
                     recipe.turn.drive};
+  for (const std::uint32_t end : {*a, *b})
+    if (!can_turn(e.id, placed, end)) return;
+  if (!can_hold(e.id, "", *a, placed.joint.anchor_a) ||
+      !can_hold(e.id, "", *b, placed.joint.anchor_b))
+    return;
   const Parameter* measured = info_of(placed.joint.kind).measured();
   if (measured && !recipe.turn.length && !(measured->value(placed.joint.parameters.edit()) > 0))
     messages_.error(e.id, "",
@@ -141,6 +174,7 @@ void GroupBuilder::add_cable(Element<CableRecipe> e) {
   CableParameters joint;
   joint.anchor_a = anchor_of(made_, *a, recipe.at_a);
   joint.anchor_b = anchor_of(made_, *b, recipe.at_b);
+  if (!can_hold(e.id, "", *a, joint.anchor_a) || !can_hold(e.id, "", *b, joint.anchor_b)) return;
   joint.compliance = recipe.compliance;
   const Real span =
       glm::length(to_scene(made_, *b, joint.anchor_b) - to_scene(made_, *a, joint.anchor_a));
@@ -198,6 +232,7 @@ void GroupBuilder::add_pin(Element<PinRecipe> e) {
   }
   BuiltPin placed{recipe.name, e.id, *held, recipe.pin};
   placed.pin.anchor = anchor_of(made_, *held, recipe.point);
+  if (!can_hold(e.id, "anchor", *held, placed.pin.anchor)) return;
   placed.pin.target = recipe.target.value_or(to_scene(made_, *held, placed.pin.anchor));
   if (recipe.to && !hold_on(e, placed)) return;
   placed.name = name_for(recipe.name, recipe.body, "pin");

@@ -5,42 +5,39 @@
 #include <vector>
 
 #include "engine/scene/build_messages.hpp"
-#include "engine/scene/diagnostics.hpp"
 #include "engine/scene/recipe.hpp"
+#include "engine/scene/scene_files.hpp"
 
 namespace pantin::detail {
 
 class JsonPlaces final : public BuildMessages {
  public:
-  JsonPlaces(const JsonDocument& json, Diagnostics& diagnostics)
-      : json_(json), complaints_(diagnostics) {}
+  explicit JsonPlaces(SceneFiles& files) : files_(files) {}
 
+  /// The file of a group's elements; before they are added.
+  void open_group(std::uint32_t group, SceneFile& file);
   /// Notes where the next element of a kind stands, group by group.
   void add(std::uint32_t group, ElementKind kind, NodeId node);
   NodeId node(const ElementId& at) const;
-  Diagnostics& diagnostics() { return complaints_; }
 
   void error(const ElementId& at, std::string_view member, std::string message) override;
   void warn(const ElementId& at, std::string_view kind, std::string message) override;
-  std::size_t errors() const override { return complaints_.error_count(); }
-  Hints& hints() override { return complaints_.hints; }
+  std::size_t errors() const override { return files_.error_count(); }
+  Hints& hints() override { return files_.first().diagnostics.hints; }
 
  private:
   static constexpr std::size_t kKinds = static_cast<std::size_t>(ElementKind::event) + 1;
-  using Nodes = std::array<std::vector<NodeId>, kKinds>;
+  struct GroupPlaces {
+    SceneFile* file = nullptr;
+    std::array<std::vector<NodeId>, kKinds> nodes;
+  };
 
-  const JsonDocument& json_;
-  Diagnostics& complaints_;
-  std::vector<Nodes> groups_;
+  SceneFiles& files_;
+  std::vector<GroupPlaces> groups_;
 };
 
-/// What a reader needs besides the text.
-struct ReadContext {
-  const SceneLimits& limits;
-  std::string folder;  // files that the scene names are looked for here
-};
-
-/// Complains through `places`, and fills it.
-Recipe read_recipe(const JsonDocument& json, JsonPlaces& places, const ReadContext& context);
+/// Reads the first of the files, and those that its prefabs come from. Complains in them, and fills
+/// `places`.
+Recipe read_recipe(SceneFiles& files, JsonPlaces& places, const SceneLimits& limits);
 
 }  // namespace pantin::detail

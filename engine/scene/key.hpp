@@ -1,6 +1,7 @@
 #pragma once
 /// A key of an object in a file: what a value under it must be and what it means. The reader takes
 /// bounds, words and defaults from these rows, and the JSON Schema is printed from them.
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -172,6 +173,26 @@ constexpr void each_word(std::string_view words, auto take) {
     words.remove_prefix(end < words.size() ? end + 1 : end);
   }
 }
+/// Whether `name` is one of them.
+constexpr bool is_word_of(std::string_view words, std::string_view name) {
+  bool found = false;
+  each_word(words, [&](std::string_view word) { found = found || word == name; });
+  return found;
+}
+
+/// The keys of a table but for `own`, words between spaces: those that a class may hold. None of
+/// them is needed.
+template <const auto& kAll, std::size_t kOwn>
+constexpr auto shared_keys(std::string_view own) {
+  std::array<Key, std::size(kAll) - kOwn> shared{};
+  std::size_t count = 0;
+  for (const Key& key : kAll) {
+    if (is_word_of(own, key.name)) continue;
+    shared.at(count) = key;
+    shared.at(count++).is_needed = false;
+  }
+  return shared;
+}
 
 /// Rows of tables.
 namespace rows {
@@ -233,6 +254,13 @@ inline constexpr Key kRotation =
 inline constexpr Key kRotationDeg =
     vector("rotation_deg", "degrees",
            "The same as three angles: about the fixed x axis first, then y, then z.");
+inline constexpr Key kParent =
+    reference("parent", "the name of a body",
+              "Name of a body in whose own frame position and rotation are given; it ties nothing. "
+              "Default: none, they are given in the frame of the scene or prefab.");
+inline constexpr Key kClass =
+    reference("class", "the name of a class",
+              "Name of one of the scene's classes: keys that do not stand here are as it says.");
 inline constexpr Key kMaterial =
     reference("material", "the name of a material", "Name of a material.");
 

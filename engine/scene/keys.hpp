@@ -13,6 +13,9 @@
 
 namespace pantin::detail {
 
+struct ShapeTraits;
+struct SizeKey;
+
 namespace keys {
 
 #define PANTIN_OBJECTS(OBJECT) \
@@ -20,6 +23,12 @@ namespace keys {
   OBJECT(solver)               \
   OBJECT(material)             \
   OBJECT(material_pair)        \
+  OBJECT(defaults)             \
+  OBJECT(object_class)         \
+  OBJECT(body_class)           \
+  OBJECT(joint_class)          \
+  OBJECT(cable_class)          \
+  OBJECT(pin_class)            \
   OBJECT(body)                 \
   OBJECT(collision)            \
   OBJECT(joint)                \
@@ -42,6 +51,7 @@ namespace keys {
   OBJECT(chain)                \
   OBJECT(grid)                 \
   OBJECT(stairs)               \
+  OBJECT(mirror)               \
   OBJECT(camera)               \
   OBJECT(light)                \
   OBJECT(ground)               \
@@ -128,6 +138,8 @@ inline constexpr const KeySet* kKeySets[] = {PANTIN_OBJECTS(PANTIN_ROW)};
 const KeySet& keys_of(std::string_view what);
 /// Those of a kind of shape, from the table of the kinds.
 const KeySet& keys_of(ShapeKind kind);
+/// Its length along its y axis, which may be told by its ends "from" and "to"; null if it has none.
+const SizeKey* length_of(const ShapeTraits& kind);
 /// Those of "path", then of the kinds of paths that are objects, from the list of the kinds.
 std::span<const KeySet> path_key_sets();
 

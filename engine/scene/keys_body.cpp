@@ -20,7 +20,10 @@ constexpr Key kShapes =
 constexpr Key kDensity =
     number("density", "kg/m^3", kWeight, "Of all shapes that name none. Not beside mass.")
         .or_else(1000);
-constexpr Key kMass = number("mass", "kg", kWeight, "With shapes, their inertia is scaled to it.")
+constexpr Key kMass = number("mass", "kg", kWeight,
+                             "With shapes, their inertia is scaled to it. Alone it makes a point "
+                             "mass, which only what holds its centre may be tied to: balls, "
+                             "distances, springs, cables and pins.")
                           .expecting("a mass, or a shape that tells it");
 constexpr Key kInertia =
     row("inertia", ValueType::inertia, "kg m^2",
@@ -32,7 +35,7 @@ constexpr Key kCentre =
     vector("centre_of_mass", "m", "In the own frame. Default: from the shapes.");
 constexpr Key kDrag =
     number("drag", "1/s", kNotNegative, "Rate c of the damping exp(-c t) of all motion.")
-        .or_else(0.3);
+        .or_else(0);
 constexpr Key kGravityScale =
     number("gravity_scale", "", kAnyNumber, "Part of gravity that the body feels.").or_else(1);
 constexpr Key kSolver =
@@ -44,6 +47,8 @@ constexpr Key kCollision = of_object("collision", ValueType::object_or_flag, "co
 
 constexpr Key kBody[] = {
     needed_name(),
+    kClass,
+    kParent,
     kShape,
     kShapes,
     reference("material", "the name of a material", "Material of all shapes that name none."),
@@ -66,10 +71,12 @@ constexpr Key kBody[] = {
     kSolver,
     kCollision,
 };
+constexpr auto kBodyClass = shared_keys<kBody, 3>("name class parent");
 constexpr Exclusive kBodyPairs[] = {{"shape", "shapes"}, {"density", "mass"}};
 
 constexpr Key kChain[] = {
     needed_name(),
+    kClass,
     whole("links", 1, std::numeric_limits<int>::max(),
           "How many; they are called \"name/0\", \"name/1\", ..."),
     number("length", "m", kSize, "Of one link from joint to joint."),
@@ -84,6 +91,7 @@ constexpr Key kChain[] = {
     reference("end_attach", kBodyOrWorld, "What the end is jointed to. Default: nothing."),
     kShape,
     kShapes,
+    reference("material", "the name of a material", "Material of all shapes that name none."),
     row("materials", ValueType::references, "", "Taken in turn, link by link, for all shapes."),
     kDensity,
     kMass,
@@ -129,6 +137,7 @@ constexpr Key kChain[] = {
 constexpr Exclusive kChainPairs[] = {{"path", "links length start direction end sag"},
                                      {"direction", "end"},
                                      {"shape", "shapes"},
+                                     {"material", "materials"},
                                      {"density", "mass"}};
 constexpr AnyOf kChainNeeds[] = {
     {"links path", "found no \"links\", expected a number of links"},
@@ -161,6 +170,7 @@ constexpr Beside kGuidePartners[] = {
 
 constexpr Key kCable[] = {
     own_name("Default \"a-b\"."),
+    kClass,
     kEndA,
     kEndB,
     vector("point_a", "m",
@@ -176,11 +186,13 @@ constexpr Key kCable[] = {
     number("slack", "", kPositive, "Length as a multiple of the distance at the start.").or_else(1),
     number("compliance", "m/N", kNotNegative, "How far it stretches under load.").or_else(0),
 };
+constexpr auto kCableClass = shared_keys<kCable, 4>("name class a b");
 constexpr Exclusive kCablePairs[] = {
     {"point_a", "anchor_a"}, {"point_b", "anchor_b"}, {"length", "slack"}};
 
 constexpr Key kPin[] = {
     own_name("Default \"body-pin\"."),
+    kClass,
     reference("body", "the name of a body", "A dynamic body.").needed("the name of a body"),
     vector("point", "m", "The held point at the start, in the frame of the scene or prefab."),
     vector("anchor", "m", "The held point in the body's own frame. Default: its origin."),
@@ -200,6 +212,7 @@ constexpr Key kPin[] = {
         .or_else(0),
     number("stiffness", "N/m", kPositive, "Of a spring.").or_else(200),
 };
+constexpr auto kPinClass = shared_keys<kPin, 3>("name class body");
 constexpr Exclusive kPinPairs[] = {{"point", "anchor"}, {"target", "anchor_to"}};
 constexpr Beside kPinPartners[] = {
     {"anchor_to", "to", "found \"anchor_to\" without \"to\", expected the body it lies in"}};
@@ -217,8 +230,12 @@ constexpr Key kKeyframe[] = {
 constinit const KeySet body{
     "body",
     "A rigid body. Its own frame is the one its pose, shapes and anchors are given in; the mass "
-    "centre may lie anywhere in it. A dynamic body needs shapes, or mass and inertia.",
+    "centre may lie anywhere in it. A dynamic body needs shapes, or mass and inertia; with a mass "
+    "alone it is a point mass.",
     kBody, kBodyPairs};
+constinit const KeySet body_class{
+    "body_class", "What bodies of a class are, and links of chains, unless they say otherwise.",
+    kBodyClass, kBodyPairs};
 constinit const KeySet chain{
     "chain",
     "Links jointed end to end: equal ones laid out by links and length, or along a path. A link's "
@@ -229,7 +246,12 @@ constinit const KeySet cable_guide{
     "cable_guide", "A ring or a pulley that a cable is led over.", kGuide, kGuidePairs, {},
     kGuidePartners};
 constinit const KeySet cable{"cable", "A cable: it pulls, never pushes.", kCable, kCablePairs};
+constinit const KeySet cable_class{"cable_class",
+                                   "What cables of a class are unless they say otherwise.",
+                                   kCableClass, kCablePairs};
 constinit const KeySet pin{"pin", "A nail, or a dragging hand.", kPin, kPinPairs, {}, kPinPartners};
+constinit const KeySet pin_class{"pin_class", "What pins of a class are unless they say otherwise.",
+                                 kPinClass, kPinPairs};
 constinit const KeySet keyframe{"keyframe", "A pose at a time.", kKeyframe};
 
 }  // namespace pantin::detail::keys

@@ -47,6 +47,7 @@ static_assert(kParameterCount < std::size(kAllParameters.first));
 
 constexpr Key kEveryJoint[] = {
     own_name("Default \"a-b\"."),
+    kClass,
     word(
         "kind", kWords<is_of_files>,
         "ball (or spherical): all turns are free. hinge (or revolute): Q turns about x. universal: "
@@ -119,6 +120,7 @@ constexpr auto kJoint = [] {
               std::copy(std::begin(kEveryJoint), std::end(kEveryJoint), keys.begin()));
   return keys;
 }();
+constexpr auto kJointClass = shared_keys<kJoint, 5>("name class type a b");
 constexpr Exclusive kJointPairs[] = {{"kind", "type"},
                                      {"anchor", "anchor_a anchor_b"},
                                      {"anchor_a", "point_a"},
@@ -126,6 +128,7 @@ constexpr Exclusive kJointPairs[] = {{"kind", "type"},
                                      {"axis", "axis_a across_a axis_b across_b"},
                                      {"across", "axis_a across_a axis_b across_b"},
                                      {"angle", "spring friction motor"}};
+constexpr auto kJointClassPairs = std::span(kJointPairs).subspan(1);  // without the older "type"
 
 constexpr Key kLimits[] = {
     angles("angle", "Of a hinge, cylindrical, screw or planar joint about x: least and most."),
@@ -292,6 +295,9 @@ constinit const KeySet joint{
     "limits "
     "and drives. Q tells how b's stand in a's; limits are counted from Q = 1.",
     kJoint, kJointPairs};
+constinit const KeySet joint_class{
+    "joint_class", "What joints of a class are, and those of chains, unless they say otherwise.",
+    kJointClass, kJointClassPairs};
 constinit const KeySet limits{
     "limits",
     "How far a joint may turn, counted from Q = 1, or slide. A ball has twist and cone or swing; a "

@@ -58,6 +58,10 @@ constexpr Key kScene[] = {
     object("solver", "solver", "Settings of all islands that name none."),
     objects("materials", "material", "What surfaces look like."),
     objects("material_pairs", "material_pair", "What two materials are to each other."),
+    object("defaults", "defaults",
+           "What bodies, joints, cables and pins of this file are unless they or their class say "
+           "otherwise."),
+    objects("classes", "class", "Named sets of keys that bodies, joints, cables and pins take."),
     kBodies,
     kJoints,
     kGears,
@@ -150,6 +154,27 @@ constexpr Key kMaterial[] = {
     number("metallic", "", kUnit, "0 or 1.").or_else(0),
 };
 
+constexpr Key kOfBodies =
+    object("body", "body_class",
+           "Of bodies, and of the links of chains: shapes, mass, drag, gravity_scale, solver and "
+           "collision.");
+constexpr Key kOfJoints =
+    object("joint", "joint_class",
+           "Of joints, and of those of chains: kind, limits, drive, spring, friction and motor. "
+           "What a joint's kind cannot have is left out.");
+constexpr Key kOfCables = object("cable", "cable_class", "Of cables.");
+constexpr Key kOfPins = object("pin", "pin_class", "Of pins.");
+constexpr Key kDefaults[] = {kOfBodies, kOfJoints, kOfCables, kOfPins};
+constexpr Key kObjectClass[] = {
+    needed_name(),
+    reference("class", "the name of a class",
+              "Name of a class that stands above: what this one does not say is as that one says."),
+    kOfBodies,
+    kOfJoints,
+    kOfCables,
+    kOfPins,
+};
+
 constexpr Key kMaterialPair[] = {
     reference("a", "the name of a material", "One of the two.").needed("the name of a material"),
     reference("b", "the name of a material", "The other, or the same.")
@@ -164,19 +189,47 @@ constexpr AnyOf kMaterialPairNeeds[] = {
     {"friction restitution rolling spinning",
      "found nothing about the two, expected friction, restitution, rolling or spinning"}};
 
-constexpr Key kPrefab[] = {needed_name(), kBodies, kJoints,    kGears,     kCables,
-                           kPins,         kPaths,  kInstances, kGenerators};
+constexpr Key kPrefabEvents =
+    objects("events", "event",
+            "What is done to its parts while it runs: push, impulse, pull, cut, motor, drive and "
+            "winch. Each copy has its own; time_offset does not shift them.");
+constexpr Key kPrefab[] = {
+    needed_name(),
+    reference("file", "the path of a scene file",
+              "A scene file that holds the prefab instead: its bodies and what ties, moves and "
+              "happens to them, with its own materials, classes, defaults, collision and prefabs. "
+              "Its other keys are not read. The path starts from this file's folder."),
+    kBodies,
+    kJoints,
+    kGears,
+    kCables,
+    kPins,
+    kPaths,
+    kInstances,
+    kGenerators,
+    kPrefabEvents,
+};
+constexpr Exclusive kPrefabPairs[] = {
+    {"file", "bodies joints gears cables pins paths instances generators events"}};
 
 constexpr Key kOfPrefab =
     reference("prefab", "the name of a prefab", "Name of a prefab.").needed("the name of a prefab");
 constexpr Key kItsSolver = object("solver", "solver", "Solver settings for all its islands.");
 
+constexpr std::string_view kAxes[] = {"x", "y", "z"};
+constexpr Key kMirrored =
+    word("mirror", kAxes,
+         "Take the mirror image of the prefab: across the plane through its origin that this axis "
+         "of it is normal to. Names of parts change sides. Default: no mirror image.");
+
 constexpr Key kInstance[] = {
     needed_name(),
     kOfPrefab,
+    kParent,
     kPosition,
     kRotation,
     kRotationDeg,
+    kMirrored,
     number("time_offset", "s", kTime, "Its paths and drives run ahead by this time.").or_else(0),
     kItsSolver,
 };
@@ -185,6 +238,19 @@ constexpr Key kGenerated[] = {
     objects("chains", "chain", "Chains of equal links."),
     objects("grids", "grid", "Prefabs in rows."),
     objects("stairs", "stairs", "Flights of steps."),
+    objects("mirrors", "mirror", "Left and right: bodies copied across a plane."),
+};
+
+constexpr Key kMirror[] = {
+    row("bodies", ValueType::references, "",
+        "Names of bodies of this scene or prefab, or of chains, instances and grids: all of "
+        "theirs. "
+        "Each name has a side: \"left\" or \"right\" in it, or \"l\" or \"r\" as in \"arm_l\"; the "
+        "image has the other.")
+        .needed("the names of the bodies"),
+    word("axis", kAxes, "What the plane is normal to, in the frame of the scene or prefab.")
+        .or_else(0),
+    number("offset", "m", kAnyNumber, "Where the plane is along it.").or_else(0),
 };
 
 constexpr Key kGrid[] = {
@@ -197,9 +263,11 @@ constexpr Key kGrid[] = {
         .within(kCopies)
         .needed("how many copies along x, y and z"),
     vector("spacing", "m", "Between neighbours along x, y and z.").or_else(1),
+    kParent,
     vector("position", "m", "Where the grid's middle is.").or_else(0),
     kRotation,
     kRotationDeg,
+    kMirrored,
     number("time_offset", "s", kTime,
            "The paths and drives of each copy run ahead of the one before by this time.")
         .or_else(0),
@@ -238,12 +306,15 @@ constexpr Key kCollision[] = {
         .or_else(0),
     row("groups", ValueType::groups, "", "What the body is. Default: [0]."),
     row("with", ValueType::groups, "", "What it touches; both bodies have to agree. Default: all."),
-    flag("others", "Whether it touches dynamic bodies of other islands.").or_else(false),
-    flag("self", "Whether it touches dynamic bodies of its own island.").or_else(false),
+    flag("others",
+         "Whether it touches dynamic bodies of other islands; of two bodies one has to say so.")
+        .or_else(true),
+    flag("self", "Whether it touches dynamic bodies of its own island; both have to say so.")
+        .or_else(true),
     flag("sensor",
          "Whether it only reports what overlaps it and pushes nothing. Every body whose groups "
          "agree "
-         "is seen, dynamic ones without \"others\" too.")
+         "is seen, dynamic ones whatever their \"others\" too.")
         .or_else(false),
 };
 
@@ -290,11 +361,21 @@ constinit const KeySet material_pair{
     kMaterialPair,
     {},
     kMaterialPairNeeds};
+constinit const KeySet defaults{
+    "defaults",
+    "What holds unless something else is said: the object itself comes first, then its class, then "
+    "these.",
+    kDefaults};
+constinit const KeySet object_class{
+    "class",
+    "A named set of keys. A body takes those under \"body\", a joint those under \"joint\" and so "
+    "on; a value is taken whole, an object too.",
+    kObjectClass};
 constinit const KeySet prefab{"prefab",
                               "A group of bodies with all that ties and moves them, in a frame of "
                               "its own. \"world\" in it is "
                               "what never moves. It may hold instances of other prefabs.",
-                              kPrefab};
+                              kPrefab, kPrefabPairs};
 constinit const KeySet instance{"instance", "A copy of a prefab.", kInstance};
 constinit const KeySet generators{"generators", "Rules that write many things out.", kGenerated};
 constinit const KeySet grid{"grid", "Copies of a prefab in rows.", kGrid};
@@ -304,10 +385,17 @@ constinit const KeySet stairs{
     "of "
     "the first step's lower front edge; every step reaches down to the floor.",
     kStairs};
+constinit const KeySet mirror{
+    "mirror",
+    "Copies bodies across a plane with all joints, cables, pins and gears that tie them to each "
+    "other, to the world or to bodies that have no image: left becomes right. A hinge's image "
+    "turns "
+    "the mirrored way through the same angles.",
+    kMirror};
 constinit const KeySet collision{
     "collision",
-    "What a body touches. A dynamic body touches every fixed or kinematic one whose groups agree; "
-    "bodies of one joint never touch.",
+    "What a body touches: every other one whose groups agree, but for bodies of one joint, which "
+    "never touch.",
     kCollision};
 constinit const KeySet camera{"camera", "A camera.", kCamera};
 constinit const KeySet light{"light", "Sun and sky.", kLight};

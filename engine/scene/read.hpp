@@ -13,26 +13,54 @@
 #include "engine/scene/keys.hpp"
 #include "engine/scene/poll.hpp"
 #include "engine/scene/reader.hpp"
+#include "engine/scene/scene_files.hpp"
 
 namespace pantin::detail {
 
 /// Surfaces made from files, by kind and path: shapes that name one file share it. Null: refused.
 using SurfaceFiles = std::map<std::pair<ShapeKind, std::string>, std::shared_ptr<const Surface>>;
 
+/// Where a class, or the defaults of a file, tell what bodies, joints, cables and pins are.
+struct ClassParts {
+  NodeId body = kNoNode, joint = kNoNode, cable = kNoNode, pin = kNoNode;
+};
+
+/// What the files of a scene share while they are read.
+struct SceneReading {
+  Recipe& recipe;
+  SceneFiles& files;
+  JsonPlaces& places;
+  const SceneLimits& limits;
+  Poll poll;
+  SurfaceFiles surfaces{};
+  std::vector<std::string_view> groups{};  // of collision: a name for each bit, from 0
+  std::vector<std::string> open_files{};   // being read, outermost first, by their full paths
+  std::unordered_map<std::string, std::uint32_t> prefab_of{};  // of files read before
+  std::uint32_t scopes = 0;                                    // of names of prefabs
+};
+
 /// Context for reading a file.
 struct Reading {
+  SceneReading& scene;
+  SceneFile& file;
   const JsonDocument& json;
   Diagnostics& diagnostics;
   JsonPlaces& places;
   const SceneLimits& limits;
   Poll& poll;
   SurfaceFiles& surfaces;
-  std::vector<Material> materials{};                                  // the first is the default
+  std::vector<Material>& materials;  // of all files; the first is the default
+  std::size_t first_material = 1;    // of this file
+  std::uint32_t scope = 0;           // of the names of its prefabs
   std::unordered_map<std::string_view, std::uint32_t> material_of{};  // by name, in the text
-  SolverSettings solver{};                 // of the scene; bodies and instances change some of it
-  std::optional<Collision> collision{};    // of bodies without their own
-  std::vector<std::string_view> groups{};  // of collision: a name for each bit, from 0
-  std::string folder{};                    // folder of files named by the scene
+  SolverSettings solver{};                  // of the scene; bodies and instances change some of it
+  std::optional<Collision> collision{};     // of bodies without their own
+  std::vector<std::string_view> groups{};   // of collision, by name
+  std::vector<std::uint32_t> group_bits{};  // of each
+  std::string folder{};                     // folder of files named by the scene
+  ClassParts defaults{};
+  /// By name in the text: the class, then those that it takes after.
+  std::unordered_map<std::string_view, std::vector<ClassParts>> classes{};
 
   Reader open(NodeId node, std::string_view what) const {
     poll();
@@ -43,6 +71,22 @@ struct Reading {
 /// Settings under "solver", where keys that are absent keep the values of `base`.
 std::optional<SolverSettings> read_solver(const Reading& reading, const Reader& from,
                                           const SolverSettings& base);
+
+/// The prefabs of a file, those that stand in files of their own included.
+void read_prefabs(const Reading& reading, const Reader& from);
+
+/// All of a scene file but its head: what a prefab of it has too. `number` as in ElementId.
+void read_content(Reading& reading, const Reader& from, std::uint32_t number);
+
+/// Opens a file of the scene for reading.
+Reading reading_of(SceneReading& scene, SceneFile& file);
+
+/// "defaults" and "classes"; after the materials.
+void read_classes(Reading& reading, const Reader& scene);
+
+/// Opens a body, joint, cable, pin or chain, which takes what it does not say from its class and
+/// the defaults.
+Reader open_of_class(const Reading& reading, NodeId node, std::string_view what);
 
 /// The index of a material by name, or of `otherwise`.
 std::uint32_t read_material(const Reading& reading, const Reader& from, std::uint32_t otherwise);
@@ -101,6 +145,10 @@ bool read_angles(const Reader& from, std::string_view key, std::span<Real> into)
 /// hinge, two for a universal joint. Reports rotations that the kind does not allow.
 std::optional<Quat> read_joint_turn(const Reader& from, std::string_view key, JointKind kind);
 
+/// An array of names of bodies; complains of what is none.
+std::vector<std::string> read_names(const Reading& reading, const Reader& from,
+                                    std::string_view key);
+
 /// An optional name, checked like a required one.
 inline std::string optional_name(const Reader& from) { return from.has("name") ? from.name() : ""; }
 
@@ -115,6 +163,7 @@ std::optional<CableRecipe> read_cable(const Reading& reading, NodeId node);
 std::optional<PinRecipe> read_pin(const Reading& reading, NodeId node);
 std::optional<PathRecipe> read_path(const Reading& reading, NodeId node);
 std::optional<InstanceRecipe> read_instance(const Reading& reading, NodeId node);
+std::optional<MirrorRecipe> read_mirror(const Reading& reading, NodeId node);
 std::optional<GridRecipe> read_grid(const Reading& reading, NodeId node);
 std::optional<EventRecipe> read_event(const Reading& reading, NodeId node);
 ChainRecipe read_chain(const Reading& reading, NodeId node);  // links == 0 if it cannot be read

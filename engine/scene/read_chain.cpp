@@ -84,7 +84,7 @@ void read_attachments(const Reader& from, ChainRecipe& chain) {
 }  // namespace
 
 ChainRecipe read_chain(const Reading& reading, NodeId node) {
-  const Reader from = reading.open(node, "chain");
+  const Reader from = open_of_class(reading, node, "chain");
   ChainRecipe chain;
   if (!from.is_object()) return chain;
   chain.name = from.name();

@@ -10,6 +10,22 @@ namespace {
 
 constexpr std::size_t kGroups = 32;
 
+/// Of what a file calls solid, unless it says more: everything but bodies of one joint.
+Collision solid() {
+  Collision c;
+  c.others = c.self = true;
+  return c;
+}
+
+/// The bit of a name that all files share, old or new; 0 if there is none left.
+std::uint32_t bit_of(std::vector<std::string_view>& names, std::string_view name) {
+  const auto it = std::find(names.begin(), names.end(), name);
+  const auto place = static_cast<std::size_t>(it - names.begin());
+  if (place == kGroups) return 0;
+  if (it == names.end()) names.push_back(name);
+  return std::uint32_t(1) << place;
+}
+
 /// The bit of a group given by its name or its number; 0 after a complaint.
 std::uint32_t group_bit(const Reading& reading, NodeId node) {
   const JsonNode& value = reading.json[node];
@@ -19,7 +35,7 @@ std::uint32_t group_bit(const Reading& reading, NodeId node) {
   const std::string_view name = value.kind == JsonKind::string ? value.text : "";
   const auto it = std::find(reading.groups.begin(), reading.groups.end(), name);
   if (it != reading.groups.end() && !name.empty())
-    return std::uint32_t(1) << (it - reading.groups.begin());
+    return reading.group_bits[static_cast<std::size_t>(it - reading.groups.begin())];
   reading.diagnostics.error_value(node, "a name of \"collision_groups\", or a number from 0 to 31" +
                                             reading.diagnostics.hints.of(name, reading.groups));
   return 0;
@@ -51,7 +67,7 @@ Collision read_details(const Reading& reading, NodeId node, const Collision& bas
 
 /// What stands under "collision"; nothing if it is false.
 std::optional<Collision> read_value(const Reading& reading, NodeId node) {
-  const Collision base = reading.collision.value_or(Collision{});
+  const Collision base = reading.collision.value_or(solid());
   if (reading.json[node].kind == JsonKind::object) return read_details(reading, node, base);
   if (reading.json[node].kind != JsonKind::boolean)
     reading.diagnostics.error_value(node, "true, false or an object (collision)");
@@ -99,10 +115,10 @@ void read_scene_collision(Reading& reading, const Reader& scene) {
       reading.diagnostics.error_value(node, "the name of a group");
     else if (same != reading.groups.end())
       reading.diagnostics.error_value(node, "a name that no group before has");
-    else if (reading.groups.size() == kGroups)
-      reading.diagnostics.error_value(node, "at most 32 groups");
+    else if (const std::uint32_t bit = bit_of(reading.scene.groups, value.text))
+      reading.groups.push_back(value.text), reading.group_bits.push_back(bit);
     else
-      reading.groups.push_back(value.text);
+      reading.diagnostics.error_value(node, "at most 32 groups");
   }
   const NodeId node = scene.find("collision");
   if (node != kNoNode) reading.collision = read_value(reading, node);
@@ -119,8 +135,9 @@ void read_collision_of(const Reading& reading, const Reader& from, BodyRecipe& b
     body.collision = read_collision(reading, from, reading.collision);
     return;
   }
+  if (!from.says("collision")) return;  // a class may say it for those that have shapes
   const NodeId node = from.find("collision");
-  if (node == kNoNode || !read_value(reading, node)) return;
+  if (!read_value(reading, node)) return;
   reading.diagnostics.error_at_key(node,
                                    "found \"collision\" of a body without a shape, expected a "
                                    "shape that touches");

@@ -48,13 +48,7 @@ void read_wind(const Reading& reading, const Reader& from, EventRecipe& r) {
   e.gust_time = from.number("gust_time");
   e.seed = static_cast<std::uint64_t>(from.whole("seed"));
   e.drag = from.number("drag", -1);
-  for (const NodeId node : from.items("bodies")) {
-    const JsonNode& name = reading.json[node];
-    if (name.kind == JsonKind::string && !name.text.empty())
-      r.bodies.emplace_back(name.text);
-    else
-      reading.diagnostics.error_value(node, "the name of a body");
-  }
+  r.bodies = read_names(reading, from, "bodies");
 }
 
 void read_pull(const Reader& from, EventRecipe& r) {
@@ -121,6 +115,19 @@ bool read_object(const Reader& from, EventRecipe& r) {
 }
 
 }  // namespace
+
+std::vector<std::string> read_names(const Reading& reading, const Reader& from,
+                                    std::string_view key) {
+  std::vector<std::string> names;
+  for (const NodeId node : from.items(key)) {
+    const JsonNode& name = reading.json[node];
+    if (name.kind == JsonKind::string && !name.text.empty())
+      names.emplace_back(name.text);
+    else
+      reading.diagnostics.error_value(node, "the name of a body");
+  }
+  return names;
+}
 
 std::optional<EventRecipe> read_event(const Reading& reading, NodeId node) {
   const auto type = read_type(reading, node, kTimedEventNames);

@@ -42,7 +42,7 @@ void read_frames(const Reader& from, JointRecipe& joint) {
 }  // namespace
 
 std::optional<JointRecipe> read_joint(const Reading& reading, NodeId node) {
-  const Reader from = reading.open(node, "joint");
+  const Reader from = open_of_class(reading, node, "joint");
   JointRecipe joint;
   joint.name = optional_name(from);
   const auto a = from.reference("a");

@@ -9,6 +9,15 @@
 namespace pantin::detail {
 namespace {
 
+// Radius of gyration of a point mass, m. Nothing turns it, so no motion depends on it.
+constexpr Real kPointRadius = 0.01;
+
+/// A body with a mass and nothing else. Links of chains are jointed at their ends, and turn.
+bool is_point_mass(const Reader& from) {
+  return from.accepts("motion") && from.has("mass") && !from.has("inertia") && !from.has("shape") &&
+         !from.has("shapes");
+}
+
 std::vector<ShapeWithDensity> read_solids(const Reading& reading, const Reader& from,
                                           Motion motion) {
   // A chain names its materials link by link.
@@ -61,7 +70,10 @@ std::optional<MassProperties> weigh(const Reader& from, const std::vector<ShapeW
   if (motion != Motion::dynamic) return whole;
   if (solids.empty() && !from.has("shape") && !from.has("shapes")) {
     if (from.need("mass") == kNoNode) return std::nullopt;
-    if (from.need("inertia") == kNoNode) return std::nullopt;
+    if (is_point_mass(from))
+      whole.inertia = Mat3(whole.mass * kPointRadius * kPointRadius);
+    else if (from.need("inertia") == kNoNode)
+      return std::nullopt;
   }
   const Vec3 moments = principal_inertia(whole.inertia).moments;
   if (whole.mass > 0 && std::isfinite(whole.mass) && is_possible_inertia(moments)) return whole;
@@ -86,7 +98,8 @@ std::uint32_t find_material(const Reading& reading, NodeId node, std::uint32_t o
     return found->second;
   std::vector<std::string_view> names;
   Hints& hints = reading.diagnostics.hints;
-  for (std::size_t i = 1; i < reading.materials.size() && hints.any_left(); ++i)
+  for (std::size_t i = reading.first_material; i < reading.materials.size() && hints.any_left();
+       ++i)
     names.push_back(reading.materials[i].name);
   reading.diagnostics.error_value(node, "the name of a material" + hints.of(name, names));
   return otherwise;
@@ -100,6 +113,7 @@ BodyMassProperties read_mass_properties(const Reading& reading, const Reader& fr
   std::optional<MassProperties> whole = weigh(from, solids, motion, refused_before);
   if (!whole || !(whole->mass > 0)) return mass_properties;
   mass_properties.mass = whole->mass;
+  mass_properties.is_point = motion == Motion::dynamic && is_point_mass(from);
   if (motion != Motion::dynamic) {
     // The moments about the frame's own axes are those of some body too.
     const Vec3 moments(whole->inertia[0][0], whole->inertia[1][1], whole->inertia[2][2]);

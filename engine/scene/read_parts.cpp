@@ -66,15 +66,20 @@ std::optional<SolverSettings> read_solver(const Reading& reading, const Reader& 
 }
 
 BodyRecipe read_body(const Reading& reading, NodeId node) {
-  const Reader from = reading.open(node, "body");
+  const Reader from = open_of_class(reading, node, "body");
   BodyRecipe body;
   if (!from.is_object()) return body;
   body.name = from.name();
   body.motion = static_cast<Motion>(from.word("motion"));
   body.mass_properties = read_mass_properties(reading, from, body.motion);
   body.pose = from.pose();
+  body.parent = from.reference("parent");
   body.velocity = from.vec("velocity");
   body.angular_velocity = from.vec("angular_velocity");
+  if (body.mass_properties.is_point && body.angular_velocity != Vec3(0))
+    from.diagnostics.error(from.find("angular_velocity"),
+                           "found a point mass that rotates, expected a \"shape\" or an "
+                           "\"inertia\" of what turns");
   body.drag = from.number("drag");
   body.gravity_scale = from.number("gravity_scale");
   body.solver = read_solver(reading, from, reading.solver);
@@ -121,7 +126,7 @@ std::optional<GuideRecipe> read_guide(const Reading& reading, NodeId node) {
 }  // namespace
 
 std::optional<CableRecipe> read_cable(const Reading& reading, NodeId node) {
-  const Reader from = reading.open(node, "cable");
+  const Reader from = open_of_class(reading, node, "cable");
   CableRecipe cable;
   cable.name = optional_name(from);
   const auto a = from.reference("a");
@@ -139,7 +144,7 @@ std::optional<CableRecipe> read_cable(const Reading& reading, NodeId node) {
 }
 
 std::optional<PinRecipe> read_pin(const Reading& reading, NodeId node) {
-  const Reader from = reading.open(node, "pin");
+  const Reader from = open_of_class(reading, node, "pin");
   PinRecipe pin;
   pin.name = optional_name(from);
   const auto body = from.reference("body");
@@ -155,6 +160,14 @@ std::optional<PinRecipe> read_pin(const Reading& reading, NodeId node) {
   return pin;
 }
 
+std::optional<MirrorRecipe> read_mirror(const Reading& reading, NodeId node) {
+  const Reader from = reading.open(node, "mirror");
+  MirrorRecipe mirror;
+  mirror.plane = {static_cast<int>(from.word("axis")), from.number("offset")};
+  mirror.bodies = read_names(reading, from, "bodies");
+  return mirror;
+}
+
 std::optional<InstanceRecipe> read_instance(const Reading& reading, NodeId node) {
   const Reader from = reading.open(node, "instance");
   if (!from.is_object()) return std::nullopt;
@@ -162,8 +175,10 @@ std::optional<InstanceRecipe> read_instance(const Reading& reading, NodeId node)
   instance.name = from.name();
   const auto prefab = from.reference("prefab");
   instance.pose = from.pose();
+  instance.parent = from.reference("parent");
   instance.time_offset = from.number("time_offset");
   instance.solver = read_solver(reading, from, reading.solver);
+  if (from.has("mirror")) instance.mirror = static_cast<int>(from.word("mirror", 0));
   if (prefab) instance.prefab = *prefab;
   return instance;
 }
@@ -175,6 +190,7 @@ std::optional<GridRecipe> read_grid(const Reading& reading, NodeId node) {
   grid.each.name = from.name();
   const auto prefab = from.reference("prefab");
   grid.each.pose = from.pose();
+  grid.each.parent = from.reference("parent");
   grid.each.time_offset = from.number("time_offset");
   grid.each.solver = read_solver(reading, from, reading.solver);
   grid.spacing = from.vec("spacing");
@@ -186,6 +202,7 @@ std::optional<GridRecipe> read_grid(const Reading& reading, NodeId node) {
       grid.count[i] = static_cast<int>(n[i]);
     }
   }
+  if (from.has("mirror")) grid.each.mirror = static_cast<int>(from.word("mirror", 0));
   if (prefab) grid.each.prefab = *prefab;
   return grid;
 }

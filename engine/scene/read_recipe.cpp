@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <filesystem>
 #include <string>
+#include <system_error>
 #include <unordered_map>
 
 #include "engine/scene/read.hpp"
@@ -34,6 +36,7 @@ void read_generators(const OpenGroup& open, const Reader& outer) {
   const Reader from = open.reading.open(node, "generators");
   Group& group = open.group;
   open.read_all(from.items("grids"), ElementKind::grid, read_grid, group.grids);
+  open.read_all(from.items("mirrors"), ElementKind::mirror, read_mirror, group.mirrors);
   for (NodeId item : from.items("chains")) {
     ChainRecipe chain = read_chain(open.reading, item);
     if (chain.links > 0) {
@@ -83,8 +86,31 @@ void check_names(const OpenGroup& open) {
   see(group.pins, ElementKind::pin, own);
 }
 
+/// An event of a prefab's own things. Of a file that is a scene too, the others are left out.
+std::optional<EventRecipe> read_event_of_prefab(const Reading& reading, NodeId node) {
+  std::optional<EventRecipe> event = read_event(reading, node);
+  if (!event) return std::nullopt;
+  const TimedEventKind kind = event->event.kind;
+  if (kind != TimedEventKind::wind && kind != TimedEventKind::gravity &&
+      kind != TimedEventKind::solver)
+    return event;
+  const std::string name(kTimedEventNames[static_cast<std::size_t>(kind)]);
+  const bool is_of_file = reading.json[reading.json[node].parent].parent == 0;
+  if (is_of_file)
+    reading.diagnostics.warn(
+        node, "event of a scene",
+        "the event \"" + name + "\" is of the whole scene; in a prefab it is left out");
+  else
+    reading.diagnostics.error_value(reading.json.member(node, "type"),
+                                    "an event of the prefab's own things: push, impulse, pull, "
+                                    "cut, motor, drive or winch");
+  return std::nullopt;
+}
+
 void read_group(const OpenGroup& open, const Reader& from) {
   Group& group = open.group;
+  group.scope = open.reading.scope;
+  open.reading.places.open_group(open.number, open.reading.file);
   open.note(ElementKind::group, from.node);
   for (NodeId node : from.items("bodies")) {
     BodyRecipe body = read_body(open.reading, node);
@@ -98,26 +124,78 @@ void read_group(const OpenGroup& open, const Reader& from) {
   open.read_all(from.items("pins"), ElementKind::pin, read_pin, group.pins);
   open.read_all(from.items("paths"), ElementKind::drive, read_path, group.paths);
   open.read_all(from.items("instances"), ElementKind::instance, read_instance, group.instances);
+  const auto read_own_event = [&](const Reading& reading, NodeId node) {
+    return open.number == 0 ? read_event(reading, node) : read_event_of_prefab(reading, node);
+  };
+  open.read_all(from.items("events"), ElementKind::event, read_own_event, group.events);
   read_generators(open, from);
   check_names(open);
 }
 
-void read_prefabs(const Reading& reading, const Reader& from, std::vector<Group>& prefabs) {
-  std::unordered_map<std::string, NodeId> known;
-  for (NodeId node : from.items("prefabs")) {
-    const Reader item = reading.open(node, "prefab");
-    if (!item.is_object()) continue;
-    Group& prefab = prefabs.emplace_back();
-    prefab.name = item.name();
-    read_group({reading, static_cast<std::uint32_t>(prefabs.size()), prefab}, item);
-    const auto [first, is_new] = known.try_emplace(prefab.name, node);
-    if (!is_new && !prefab.name.empty()) refuse_repeated(reading, node, prefab.name, first->second);
+std::optional<std::uint32_t> read_prefab(const Reading& reading, const Reader& item,
+                                         const std::string& name) {
+  std::vector<Group>& prefabs = reading.scene.recipe.prefabs;
+  prefabs.emplace_back().name = name;
+  const auto number = static_cast<std::uint32_t>(prefabs.size());
+  read_group({reading, number, prefabs.back()}, item);
+  return number - 1;
+}
+
+std::string full_path(const std::string& path) {
+  std::error_code trouble;
+  const std::filesystem::path full = std::filesystem::weakly_canonical(path, trouble);
+  return trouble ? path : full.string();
+}
+
+/// Whether a file may be opened now; reports an error at the place that names it if not.
+bool may_open(const Reading& reading, NodeId at, const std::string& full) {
+  const std::vector<std::string>& open = reading.scene.open_files;
+  if (open.size() >= reading.limits.depth) {
+    reading.diagnostics.error_value(
+        at, "files nested at most " + std::to_string(reading.limits.depth) + " deep");
+    return false;
   }
+  const auto same = std::find(open.begin(), open.end(), full);
+  if (same == open.end()) return true;
+  std::string way;
+  for (auto it = same; it != open.end(); ++it)
+    way += std::filesystem::path(*it).filename().string() + " -> ";
+  reading.diagnostics.error_value(at, "a file that does not take itself in (" + way +
+                                          std::filesystem::path(full).filename().string() + ")");
+  return false;
+}
+
+/// A prefab that is a scene file of its own; read once, however many prefabs name it.
+std::optional<std::uint32_t> read_prefab_file(const Reading& reading, const Reader& item) {
+  const auto file = item.reference("file");
+  if (!file) return std::nullopt;
+  SceneReading& scene = reading.scene;
+  const NodeId at = item.find("file");
+  const std::string path = (std::filesystem::path(reading.folder) / *file).string(),
+                    full = full_path(path);
+  if (const auto known = scene.prefab_of.find(full); known != scene.prefab_of.end())
+    return known->second;
+  if (!may_open(reading, at, full)) return std::nullopt;
+  SceneFile* opened = scene.files.open(path, reading.file, at);
+  if (!opened || !opened->is_json()) return std::nullopt;
+  Reading inner = reading_of(scene, *opened);
+  inner.solver = reading.solver;
+  const Reader from = inner.open(0, "scene");
+  if (!from.is_object()) return std::nullopt;
+  scene.open_files.push_back(full);
+  std::vector<Group>& prefabs = scene.recipe.prefabs;
+  prefabs.emplace_back().name = item.name();
+  const auto number = static_cast<std::uint32_t>(prefabs.size());
+  read_content(inner, from, number);
+  scene.open_files.pop_back();
+  scene.prefab_of.emplace(full, number - 1);
+  return number - 1;
 }
 
 void read_materials(Reading& reading, const Reader& from) {
-  reading.materials.assign(1, Material{});
-  std::vector<NodeId> nodes{kNoNode};  // by number of the material
+  if (reading.materials.empty()) reading.materials.emplace_back();
+  reading.first_material = reading.materials.size();
+  std::vector<NodeId> nodes;  // of this file's
   for (NodeId node : from.items("materials")) {
     const Reader item = reading.open(node, "material");
     if (!item.is_object()) continue;
@@ -130,7 +208,9 @@ void read_materials(Reading& reading, const Reader& from) {
       const std::string_view name = reading.json[item.find("name")].text;
       const auto number = static_cast<std::uint32_t>(reading.materials.size());
       const auto [first, is_new] = reading.material_of.try_emplace(name, number);
-      if (!is_new) refuse_repeated(reading, node, material.name, nodes[first->second]);
+      if (!is_new)
+        refuse_repeated(reading, node, material.name,
+                        nodes[first->second - reading.first_material]);
     }
     reading.materials.push_back(std::move(material));
     nodes.push_back(node);
@@ -200,33 +280,69 @@ void read_head(const Reader& from, Scene& scene) {
 
 }  // namespace
 
-Recipe read_recipe(const JsonDocument& json, JsonPlaces& places, const ReadContext& context) {
+void read_prefabs(const Reading& reading, const Reader& from) {
+  Recipe& recipe = reading.scene.recipe;
+  std::unordered_map<std::string, NodeId> known;
+  for (NodeId node : from.items("prefabs")) {
+    const Reader item = reading.open(node, "prefab");
+    if (!item.is_object()) continue;
+    const std::string name = item.name();
+    const auto number =
+        item.has("file") ? read_prefab_file(reading, item) : read_prefab(reading, item, name);
+    recipe.prefab_names.push_back({reading.scope, name, number.value_or(kNoPrefab)});
+    const auto [first, is_new] = known.try_emplace(name, node);
+    if (!is_new && !name.empty()) refuse_repeated(reading, node, name, first->second);
+  }
+}
+
+void read_content(Reading& reading, const Reader& from, std::uint32_t number) {
+  read_materials(reading, from);
+  read_scene_collision(reading, from);
+  std::vector<MaterialPair>& pairs = reading.scene.recipe.scene.world.material_pairs;
+  for (const MaterialPair& pair : read_material_pairs(reading, from)) pairs.push_back(pair);
+  read_classes(reading, from);
+  read_prefabs(reading, from);
+  Recipe& recipe = reading.scene.recipe;
+  Group& group = number == 0 ? recipe.top : recipe.prefabs[number - 1];
+  read_group({reading, number, group}, from);
+}
+
+Reading reading_of(SceneReading& scene, SceneFile& file) {
+  Reading reading{scene,
+                  file,
+                  file.json,
+                  file.diagnostics,
+                  scene.places,
+                  scene.limits,
+                  scene.poll,
+                  scene.surfaces,
+                  scene.recipe.scene.world.materials};
+  reading.scope = scene.scopes++;
+  reading.folder = std::filesystem::path(file.name).parent_path().string();
+  return reading;
+}
+
+Recipe read_recipe(SceneFiles& files, JsonPlaces& places, const SceneLimits& limits) {
   Recipe recipe;
-  Poll poll(context.limits.is_cancelled);
-  SurfaceFiles surfaces;
-  Reading reading{json, places.diagnostics(), places, context.limits, poll, surfaces};
-  reading.folder = context.folder;
+  recipe.scene.world.materials.clear();
+  SceneReading whole{recipe, files, places, limits, Poll(limits.is_cancelled)};
+  Reading reading = reading_of(whole, files.first());
   const Reader from = reading.open(0, "scene");
   if (!from.is_object()) return recipe;
+  whole.open_files.push_back(full_path(files.first().name));
   Scene& scene = recipe.scene;
   read_head(from, scene);
-  read_materials(reading, from);
   if (const auto solver = read_solver(reading, from, reading.solver)) reading.solver = *solver;
-  read_scene_collision(reading, from);
-  scene.world.materials = reading.materials;
-  scene.world.material_pairs = read_material_pairs(reading, from);
   scene.world.default_settings = reading.solver;
   read_camera(reading, from, scene.view.camera);
   read_light(reading, from, scene.view.light);
   read_ground(reading, from, scene.view);
   read_output(reading, from, scene.output);
-  read_prefabs(reading, from, recipe.prefabs);
-  const OpenGroup top{reading, 0, recipe.top};
-  read_group(top, from);
-  top.read_all(from.items("events"), ElementKind::event, read_event, recipe.top.events);
-  for (const auto& [key, surface] : surfaces)  // one file may be a hull and a mesh
-    if (std::find(scene.files.begin(), scene.files.end(), key.second) == scene.files.end())
-      scene.files.push_back(key.second);
+  read_content(reading, from, 0);
+  scene.files = files.names();
+  for (const auto& [file, surface] : whole.surfaces)  // one file may be a hull and a mesh
+    if (std::find(scene.files.begin(), scene.files.end(), file.second) == scene.files.end())
+      scene.files.push_back(file.second);
   return recipe;
 }
 

@@ -128,11 +128,42 @@ SurfacePointer read_height_field(const Reader& from) {
                                static_cast<std::uint32_t>(rows), spacing[0], spacing[1], heights}));
 }
 
+/// The shortest rotation from y to a direction.
+Quat from_y_to(Vec3 way) {
+  if (way.y > 1 - 1e-15) return kIdentity;
+  if (way.y < -1 + 1e-12) return Quat(0, 1, 0, 0);
+  return glm::normalize(Quat(1 + way.y, glm::cross(Vec3(0, 1, 0), way)));
+}
+
+/// Length and pose from the two ends; false if they do not tell them.
+bool read_ends(const Reader& from, const SizeKey& length, Shape& shape) {
+  if (!from.has("to")) return false;  // told already
+  const std::size_t refused_before = from.diagnostics.error_count();
+  const Vec3 begin = from.vec("from", Vec3(0)), end = from.vec("to", Vec3(0));
+  if (from.diagnostics.error_count() != refused_before) return false;
+  const Vec3 way = end - begin;
+  const Real distance = glm::length(way);
+  if (!kSize.holds(distance)) {
+    from.diagnostics.error(from.find("to"), "found an end " + written(distance) +
+                                                " m from the other, expected " +
+                                                std::string(kSize.words));
+    return false;
+  }
+  shape.size[length.first] = length.scale * distance;
+  shape.local.position = begin + 0.5 * way;
+  shape.local.rotation = from_y_to(way / distance);
+  return true;
+}
+
 /// The lengths that the kind has in scenes; false if one is missing.
 bool read_size(const Reader& from, Shape& shape) {
   bool is_whole = true;
   shape.size = Vec3(0);
   for (const SizeKey& size : traits_of(shape.kind).sizes) {
+    if (&size == length_of(traits_of(shape.kind)) && from.has("from")) {
+      is_whole = read_ends(from, size, shape) && is_whole;
+      continue;
+    }
     if (size.otherwise == 0) is_whole = from.has(size.key) && is_whole;
     const Real otherwise = size.otherwise > 0 ? size.otherwise : 1;
     if (size.count == 3)

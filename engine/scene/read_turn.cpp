@@ -44,6 +44,20 @@ void check_limits(const Reader& from, JointKind kind) {
   }
 }
 
+/// Warns of a range that no joint leaves, since it does not count whole turns.
+void warn_of_turns(const Reader& from, std::string_view key, const AngleLimit& limit) {
+  constexpr Real kTurn = 2 * kPi * (1 + 1e-9);
+  if (limit.high - limit.low <= kTurn && limit.high <= kTurn && limit.low >= -kTurn) return;
+  const bool in_degrees = !from.has(key);
+  const Real unit = in_degrees ? 180 / kPi : 1;
+  from.diagnostics.warn(
+      either(from, key), "more than a turn",
+      "limits from " + written(limit.low * unit) + " to " + written(limit.high * unit) +
+          (in_degrees
+               ? " degrees reach beyond a turn, and whole turns are not counted"
+               : " rad reach beyond a turn; degrees stand under \"" + std::string(key) + "_deg\""));
+}
+
 AngleLimit read_range(const Reader& from, std::string_view key) {
   AngleLimit limit;
   Real ends[2];
@@ -113,6 +127,9 @@ JointLimits read_limits(const Reading& reading, const Reader& outer, RotationRec
     if (c.limit.empty()) continue;
     if (c.which == Coordinate::angle) limits.angle = read_range(from, c.limit);
     if (c.which == Coordinate::second) limits.second = read_range(from, c.limit);
+    if (c.which == Coordinate::angle && !info_of(turn.kind).counts_turns)
+      warn_of_turns(from, c.limit, limits.angle);
+    if (c.which == Coordinate::second) warn_of_turns(from, c.limit, limits.second);
     if (c.which == Coordinate::swing) limits.swing = read_swing(from);
     if (c.which == Coordinate::travel && from.has(c.limit))
       turn.parameters.edit().travel = read_travel(from, c.limit);

@@ -29,8 +29,8 @@ std::optional<Vec3> colour_from(std::string_view text) {
 
 }  // namespace
 
-Reader::Reader(const JsonDocument& j, Diagnostics& c, NodeId n, const KeySet& set)
-    : json(j), diagnostics(c), node(n), set_(set) {
+Reader::Reader(const JsonDocument& j, Diagnostics& c, ObjectSource from, const KeySet& set)
+    : json(j), diagnostics(c), node(from.node), set_(set), from_(std::move(from)) {
   if (!is_object()) {
     diagnostics.error_value(node, "an object (" + std::string(set.what) + ")");
     return;
@@ -80,7 +80,8 @@ void Reader::check_pairs() const {
 
 void Reader::check_needs() const {
   for (const AnyOf& any : set_.any_of)
-    if (!has_any(any.keys)) diagnostics.error(node, std::string(any.complaint));
+    if (!has_any(any.keys) && !from_.is_class_unknown)
+      diagnostics.error(node, std::string(any.complaint));
   for (const Key& key : set_.keys)
     if (key.is_needed) need(key.name);
   for (const Beside& beside : set_.beside)
@@ -124,14 +125,53 @@ Vec3 Reader::default_of(std::string_view key) const {
 NodeId Reader::find(std::string_view key) const {
   PANTIN_ASSERT(accepts(key));
   if (!is_object()) return kNoNode;
-  const NodeId value = json.member(node, key);
-  if (value != kNoNode || !has_old_keys_ || row(key).old.empty()) return value;
-  return json.member(node, row(key).old);
+  const NodeId value = find_in(node, key);
+  return value != kNoNode || from_.sources.empty() ? value : find_inherited(key);
+}
+
+/// The value in that object alone.
+NodeId Reader::find_in(NodeId object, std::string_view key) const {
+  const NodeId value = json.member(object, key);
+  if (value != kNoNode || row(key).old.empty()) return value;
+  return object != node || has_old_keys_ ? json.member(object, row(key).old) : kNoNode;
+}
+
+/// The value in the nearest class that has it, unless something nearer excludes it.
+NodeId Reader::find_inherited(std::string_view key) const {
+  const auto has_value = [&](const KeySource& source) {
+    return (source.only.empty() || is_word_of(source.only, key)) &&
+           find_in(source.node, key) != kNoNode;
+  };
+  const auto found = std::ranges::find_if(from_.sources, has_value);
+  if (found == from_.sources.end()) return kNoNode;
+  if (std::ranges::count(from_.left_out, key) > 0 || is_excluded_by(node, key)) return kNoNode;
+  const bool is_excluded = std::any_of(from_.sources.begin(), found, [&](const KeySource& nearer) {
+    return is_excluded_by(nearer.node, key);
+  });
+  return is_excluded ? kNoNode : find_in(found->node, key);
+}
+
+/// Whether an object has a key that must not stand beside this one.
+bool Reader::is_excluded_by(NodeId object, std::string_view key) const {
+  const auto has_key = [&](std::string_view other) {
+    return accepts(other) && find_in(object, other) != kNoNode;
+  };
+  const std::string in_degrees = std::string(key) + "_deg";
+  if (has_key(in_degrees)) return true;
+  if (key.ends_with("_deg") && has_key(key.substr(0, key.size() - 4))) return true;
+  for (const Exclusive& pair : set_.exclusive) {
+    if (is_word_of(pair.others, key) && has_key(pair.one)) return true;
+    bool any = false;
+    if (pair.one == key)
+      each_word(pair.others, [&](std::string_view other) { any = any || has_key(other); });
+    if (any) return true;
+  }
+  return false;
 }
 
 NodeId Reader::need(std::string_view key) const {
   const NodeId value = find(key);
-  if (value == kNoNode && is_object())
+  if (value == kNoNode && is_object() && !from_.is_class_unknown)
     diagnostics.error(
         node, "found no \"" + std::string(key) + "\", expected " + std::string(row(key).expected));
   return value;

@@ -13,13 +13,29 @@
 
 namespace pantin::detail {
 
+/// An object that others take keys from: a class, or the defaults of a scene.
+struct KeySource {
+  NodeId node = kNoNode;
+  std::string_view only = {};  // words between spaces; empty: all
+};
+
+/// An object, and where the keys come from that it does not say itself, nearest first.
+struct ObjectSource {
+  ObjectSource(NodeId object) : node(object) {}
+  NodeId node;
+  std::vector<KeySource> sources{};
+  std::vector<std::string_view> left_out{};  // keys that are not taken from these
+  bool is_class_unknown = false;             // so that nobody knows what is missing
+};
+
 /// Reads the members of one object by the table of its keys. A missing key yields the default, by
 /// default that of the table; an invalid value reports an error and yields the default too.
 class Reader {
  public:
   /// Reports an error if `node` is not an object, has unknown keys, or keys that exclude or need
-  /// each other; warns of old keys.
-  Reader(const JsonDocument& json, Diagnostics& diagnostics, NodeId node, const KeySet& set);
+  /// each other; warns of old keys. What comes from a class gives way to what excludes it nearer
+  /// by.
+  Reader(const JsonDocument& json, Diagnostics& diagnostics, ObjectSource from, const KeySet& set);
 
   const JsonDocument& json;
   Diagnostics& diagnostics;
@@ -31,6 +47,8 @@ class Reader {
   /// The value of a key, or kNoNode. The key must be in the set.
   NodeId find(std::string_view key) const;
   bool has(std::string_view key) const { return find(key) != kNoNode; }
+  /// Whether the object itself has it, not its class.
+  bool says(std::string_view key) const { return find_in(node, key) != kNoNode; }
   /// The same for a key that is needed here: "found no "a", expected ...". Of those that are
   /// needed always, is_needed in the table, it has been told.
   NodeId need(std::string_view key) const;
@@ -91,8 +109,12 @@ class Reader {
   void check_needs() const;
   bool has_any(std::string_view keys) const;
   Vec3 default_of(std::string_view key) const;
+  NodeId find_in(NodeId object, std::string_view key) const;
+  NodeId find_inherited(std::string_view key) const;
+  bool is_excluded_by(NodeId object, std::string_view key) const;
 
   const KeySet& set_;
+  const ObjectSource from_;
   bool has_old_keys_ = false;
 };
 

@@ -19,15 +19,17 @@ struct BodyMassProperties {
   Vec3 inertia{1};
   Pose centre;            // the mass-centre frame in the body's own frame
   bool is_moved = false;  // false: both frames are the same
+  bool is_point = false;  // nothing may turn it
   std::vector<Shape> shapes;
 };
 
 struct BodyRecipe {
   std::string name;
   BodyMassProperties mass_properties;
-  Pose pose;  // of the body's own frame
+  Pose pose;  // of the body's own frame, in that of `parent`
+  std::optional<std::string> parent{};
   Vec3 velocity{0}, angular_velocity{0};
-  Real drag = 0.3, gravity_scale = 1;
+  Real drag = 0, gravity_scale = 1;
   Motion motion = Motion::dynamic;
   std::optional<SolverSettings> solver;
   std::optional<Collision> collision;
@@ -113,12 +115,26 @@ struct PathRecipe {
   KinematicPath path;  // in a prefab's frame; the start of the body fills in what is kLeftOpen
 };
 
+/// A plane at `offset` (m) along x, y or z.
+struct MirrorPlane {
+  int axis = 0;  // 0: x, 1: y, 2: z
+  Real offset = 0;
+};
+
+/// Bodies of a group, with what ties them, copied across a plane.
+struct MirrorRecipe {
+  MirrorPlane plane;
+  std::vector<std::string> bodies;
+};
+
 struct InstanceRecipe {
   std::string name;
   std::string prefab;  // empty if it could not be read: reported already, names below are unknown
-  Pose pose;
+  Pose pose;           // in the own frame of `parent`
+  std::optional<std::string> parent{};
   Real time_offset = 0;
   std::optional<SolverSettings> solver;
+  std::optional<int> mirror{};  // the axis across which the prefab is mirrored, in its own frame
 };
 
 struct GridRecipe {
@@ -156,6 +172,7 @@ struct EventRecipe {
 /// Content of a prefab or of the scene itself. Names are unique in it.
 struct Group {
   std::string name;
+  std::uint32_t scope = 0;  // in which it looks up prefabs
   std::vector<BodyRecipe> bodies;
   std::vector<JointRecipe> joints;
   std::vector<GearRecipe> gears;
@@ -165,9 +182,20 @@ struct Group {
   std::vector<InstanceRecipe> instances;
   std::vector<GridRecipe> grids;
   std::vector<ChainRecipe> chains;
-  std::vector<EventRecipe> events;  // of the scene only
+  std::vector<MirrorRecipe> mirrors;
+  std::vector<EventRecipe> events;
   // Members that could not be read: names below "<member>/" are not reported as unknown.
   std::vector<std::string> broken;
+};
+
+/// A prefab that could not be read; that has been told.
+inline constexpr std::uint32_t kNoPrefab = UINT32_MAX;
+
+/// What a prefab is called in the file of that scope; 0 is the scene's own.
+struct PrefabName {
+  std::uint32_t scope;
+  std::string name;
+  std::uint32_t prefab;  // index into Recipe::prefabs
 };
 
 /// The whole recipe. `scene` is complete except for its World's entities.
@@ -175,6 +203,7 @@ struct Recipe {
   Scene scene;
   Group top;
   std::vector<Group> prefabs;
+  std::vector<PrefabName> prefab_names;
 };
 
 }  // namespace pantin::detail

@@ -29,7 +29,7 @@ struct Scene {
   Real drift_bound = 1e-12;  // allowed joint gap, part of the island's size
   OutputDefaults output;
   std::vector<std::string> warnings;  // whole lines, the place included
-  std::vector<std::string> files;     // that it names and was read from, each once: meshes
+  std::vector<std::string> files;     // read beside its own, each once: prefabs, surfaces
 };
 
 /// Counts beyond which a file is refused as absurd, before anything is made of it.

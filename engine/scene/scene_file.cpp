@@ -85,33 +85,27 @@ namespace {
 Result<Scene> parse_whole(std::string_view text, std::string_view name, const SceneLimits& limits,
                           const SolverChoices& choices) {
   if (text.size() > limits.bytes) return Error{too_long(name, limits.bytes, "a scene file")};
-  const bool is_json5 = name.ends_with(".json5") || name.ends_with(".jsonc");
-  const JsonDocument json =
-      parse_json(text, {limits.values, limits.depth, Poll(limits.is_cancelled),
-                        is_json5 ? JsonStyle::json5 : JsonStyle::strict});
-  Diagnostics diagnostics(json, std::string(name));
-  const bool is_json = std::none_of(json.faults.begin(), json.faults.end(),
-                                    [](const JsonFault& f) { return f.node == kNoNode; });
-  if (!is_json) return diagnostics.errors();
+  SceneFiles files(limits);
+  if (!files.open(name, text).is_json()) return files.errors();
 
-  JsonPlaces places(json, diagnostics);
-  Recipe recipe =
-      read_recipe(json, places, {limits, std::filesystem::path(name).parent_path().string()});
+  JsonPlaces places(files);
+  Recipe recipe = read_recipe(files, places, limits);
   const BuiltScene built = build_scene(recipe, places, limits);
-  if (diagnostics.any_errors()) return diagnostics.errors();
+  if (files.any_errors()) return files.errors();
   Scene scene = std::move(recipe.scene);
   std::vector<Solver> solvers = solvers_of(built, scene.world.default_settings.solver);
   if (choices.solver) solvers.assign(solvers.size(), *choices.solver);
   check_solvers(built, solvers, places);
   check_events(built, solvers, places);
-  if (diagnostics.any_errors()) return diagnostics.errors();
+  if (files.any_errors()) return files.errors();
   warn_of_structure(built, solvers, places);
+  warn_of_contacts(built, scene.world.gravity, places);
   warn_of_events(built, scene.duration, places);
   build_world(built, scene.world);
   choices.apply(scene.world.default_settings);
   for (SolverSettings& s : scene.world.settings.values()) choices.apply(s);
   if (scene.title.empty()) scene.title = std::filesystem::path(name).stem().string();
-  scene.warnings = diagnostics.warnings();
+  scene.warnings = files.warnings();
   return scene;
 }
 

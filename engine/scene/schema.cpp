@@ -267,6 +267,7 @@ std::string rule_of_kind(const KeySet& set, const JointKindInfo& info) {
   test.add("properties", "{\"kind\":{\"enum\":" + quoted_list(words) + "}}");
   const bool is_default = info.name == name_of(JointKind{});
   if (!is_default) test.add("required", "[\"kind\"]");
+  test.add("not", "{\"required\":[\"class\"]}");  // which may tell kind and all else
   return then.text.empty() ? "" : "{\"if\":" + test.object() + ",\"then\":" + then.object() + "}";
 }
 
@@ -322,6 +323,8 @@ std::string schema_of(const KeySet& set) {
   List list;
   list.add("type", quoted("object"));
   list.add("description", quoted(set.about));
+  if (const std::string_view text = example_of(set.what); !text.empty())
+    list.add("examples", "[" + std::string(text) + "]");
   list.add("properties", properties.object());
   list.add("additionalProperties", "false");
   if (!needed.text.empty()) list.add("required", needed.array());
@@ -340,6 +343,7 @@ std::string scene_schema() {
   for (const KeySet* set : all_key_sets()) defs.add(set->what, schema_of(*set));
   List whole;
   whole.add("$schema", quoted("https://json-schema.org/draft/2020-12/schema"));
+  whole.add("$id", quoted("https://pantin.example/scene-1.schema.json"));  // a name, no address
   whole.add("title", quoted("pantin scene, version 1"));
   whole.add("$ref", reference_to("scene"));
   whole.add("$defs", defs.object());

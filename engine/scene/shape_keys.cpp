@@ -1,5 +1,7 @@
 // Keys of shapes, from the table of their kinds.
 #include <array>
+#include <memory>
+#include <string>
 #include <vector>
 
 #include "engine/base/check.hpp"
@@ -71,39 +73,69 @@ Key size_key(const SizeKey& size) {
   return key.needed(size.expected.empty() ? kSize.words : size.expected);
 }
 
-std::vector<Key> list_keys(const ShapeTraits& kind, Words name, const KeySet& surface) {
-  std::vector<Key> keys{word("type", name, "The kind of shape.")};
+/// The keys of a kind, and what its rules refer to.
+struct ShapeKeySet {
+  std::vector<Key> keys;
+  std::vector<Exclusive> exclusive;
+  std::vector<AnyOf> any_of;
+  std::vector<Beside> beside;
+  std::string placed_by, long_by, complaint;
+  KeySet set;
+};
+
+/// Of a kind with a length along its y axis: its ends may be given instead.
+void add_ends(const SizeKey& length, ShapeKeySet& made) {
+  for (Key& key : made.keys)
+    if (key.name == length.key) key.is_needed = false;
+  const std::string name(length.key);
+  made.keys.push_back(vector("from", "m",
+                             "Where its y axis begins, in the body's own frame: with \"to\" it "
+                             "tells length, position and rotation."));
+  made.keys.push_back(vector("to", "m", "Where it ends."));
+  made.placed_by = name + " position rotation rotation_deg";
+  made.long_by = name + " from to";
+  made.complaint =
+      "found no \"" + name + "\", expected a length in m, or the ends \"from\" and \"to\"";
+  made.exclusive.insert(made.exclusive.end(), {{"from", made.placed_by}, {"to", made.placed_by}});
+  made.any_of.push_back({made.long_by, made.complaint});
+  made.beside.push_back({"from", "to", "found \"from\" without \"to\", expected both ends"});
+  made.beside.push_back({"to", "from", "found \"to\" without \"from\", expected both ends"});
+}
+
+void list_keys(const ShapeTraits& kind, Words name, ShapeKeySet& made) {
+  const KeySet surface = surface_keys(kind.source);
+  std::vector<Key>& keys = made.keys;
+  keys = {word("type", name, "The kind of shape.")};
   keys.front().is_needed = true;
   for (const SizeKey& size : kind.sizes) keys.push_back(size_key(size));
   keys.insert(keys.end(), surface.keys.begin(), surface.keys.end());
+  made.exclusive.assign(surface.exclusive.begin(), surface.exclusive.end());
+  made.any_of.assign(surface.any_of.begin(), surface.any_of.end());
+  if (const SizeKey* length = length_of(kind)) add_ends(*length, made);
   keys.push_back(kPosition);
   if (!kind.is_round) keys.insert(keys.end(), {kRotation, kRotationDeg});
   keys.push_back(kMaterial);
   if (kind.volume || kind.enclosed) keys.push_back(kDensity);
-  return keys;
+  made.set = {name.front(), kind.about, keys, made.exclusive, made.any_of, made.beside};
 }
 
 }  // namespace
 
+const SizeKey* length_of(const ShapeTraits& kind) {
+  for (const SizeKey& size : kind.sizes)
+    if (size.key == "length" || size.key == "height") return &size;
+  return nullptr;
+}
+
 const KeySet& keys_of(ShapeKind kind) {
   constexpr std::size_t kCount = std::size(kShapeNames);
-  struct Sets {
-    std::array<std::vector<Key>, kCount> keys;
-    std::array<KeySet, kCount> sets;
-  };
-  static const Sets all = [] {
-    Sets made;
-    for (std::size_t i = 0; i < kCount; ++i) {
-      const ShapeTraits& traits = *kShapeTraits[i];
-      made.sets[i] = surface_keys(traits.source);
-      made.keys[i] = list_keys(traits, std::span(kShapeNames).subspan(i, 1), made.sets[i]);
-      made.sets[i].what = kShapeNames[i];
-      made.sets[i].about = traits.about;
-      made.sets[i].keys = made.keys[i];
-    }
+  static const auto all = [] {
+    auto made = std::make_unique<std::array<ShapeKeySet, kCount>>();  // whose addresses stay
+    for (std::size_t i = 0; i < kCount; ++i)
+      list_keys(*kShapeTraits[i], std::span(kShapeNames).subspan(i, 1), (*made)[i]);
     return made;
   }();
-  return all.sets[static_cast<std::size_t>(kind)];
+  return (*all)[static_cast<std::size_t>(kind)].set;
 }
 
 const KeySet& keys_of(std::string_view what) {

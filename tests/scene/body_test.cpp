@@ -129,7 +129,7 @@ TEST_CASE("Angles turn about the fixed x axis first, then y, then z") {
 }
 
 TEST_CASE("Joints take their anchors from a point, from one body or from both") {
-  const Scene s = good(R"({"version": 1, "bodies": [
+  const Scene s = good(R"({"version": 1, "gravity": [0, 0, 0], "bodies": [
 {"name": "a", "shape": {"type": "sphere", "radius": 0.1}, "position": [0, 1, 0]},
 {"name": "b", "shape": {"type": "sphere", "radius": 0.1}, "position": [1, 1, 0],
  "rotation_deg": [0, 0, 90]},

@@ -12,7 +12,7 @@ namespace {
 Real distance(Vec3 a, Vec3 b) { return glm::length(a - b); }
 
 Scene with_chain(const std::string& members) {
-  return good(R"({"version": 1, "generators": {"chains": [{"name": "c",
+  return good(R"({"version": 1, "gravity": [0, 0, 0], "generators": {"chains": [{"name": "c",
 "shape": {"type": "capsule", "radius": 0.05, "length": 0.4}, )" +
               members + "}]}}");
 }

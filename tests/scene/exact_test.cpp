@@ -153,7 +153,7 @@ TEST_CASE("The solver of a body holds for all that joints and gears connect to i
 {"name": "i", "kind": "hinge", "a": "world", "b": "a", "anchor": [0, 0, 0]},
 {"name": "j", "kind": "prismatic", "a": "world", "b": "b", "anchor": [1, 0, 0]}])";
   const auto scene = [&](const std::string& more) {
-    return R"({"version": 1, "bodies": [
+    return R"({"version": 1, "gravity": [0, 0, 0], "bodies": [
 {"name": "a", "shape": {"type": "sphere", "radius": 0.1}, "solver": {"type": "lagrangian"}},
 {"name": "b", "shape": {"type": "sphere", "radius": 0.1}, "position": [1, 0, 0]}],
 )" + joints +

@@ -30,7 +30,7 @@ Quat axes_of(const Scene& s, const Link& l) {
 /// Two hammers, each with its mass centre and principal axes away from its own frame, the first one
 /// turned 90 degrees about z, the second about y, and a joint "j" of these members.
 Scene hammers(const std::string& joint) {
-  return good(R"({"version": 1, "bodies": [
+  return good(R"({"version": 1, "gravity": [0, 0, 0], "bodies": [
 {"name": "a", "rotation_deg": [0, 0, 90], "shapes": [{"type": "sphere", "radius": 0.1},
  {"type": "capsule", "radius": 0.05, "length": 0.5, "position": [0.3, 0.2, 0.1], "rotation_deg": [20, 0, 50]}]},
 {"name": "b", "rotation_deg": [0, 90, 0], "position": [1, 0, 0], "shapes": [{"type": "sphere", "radius": 0.1},

@@ -62,6 +62,18 @@ std::string scene_with(std::string_view what, const std::string& extra,
     const std::string type = "\"type\": \"" + std::string(what.substr(0, what.find('_'))) + "\", ";
     return part("events", "[{" + (is_type ? "" : type) + extra + "}]");
   }
+  if (what == "class") return part("classes", "[{" + extra + "}]");
+  if (what == "defaults") return part("defaults", "{" + extra + "}");
+  const auto of_class = [&](const std::string& key, const std::string& user) {
+    return part("classes", R"([{"name": "c", ")" + key + "\": {" + extra + "}}], " + user);
+  };
+  if (what == "body_class") return of_class("body", R"("bodies": [{"name": "a", "class": "c"}])");
+  if (what == "joint_class")
+    return of_class("joint", R"("joints": [{"a": "a", "b": "b", )" + of_kind + R"("class": "c"}])");
+  if (what == "cable_class")
+    return of_class("cable", R"("cables": [{"a": "a", "b": "b", "class": "c"}])");
+  if (what == "pin_class") return of_class("pin", R"("pins": [{"body": "a", "class": "c"}])");
+  if (what == "mirror") return part("generators", R"({"mirrors": [{)" + extra + "}]}");
   if (what == "stairs") return part("generators", R"({"stairs": [{)" + extra + "}]}");
   if (what == "chain" || what == "grid")
     return part("generators", "{\"" + std::string(what) + "s\": [{" +

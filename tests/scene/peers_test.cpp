@@ -28,7 +28,7 @@ World compiled(const std::string& text) {
 }
 
 /// A plane and two balls of 0.1 m that a joint holds 0.3 m apart, 1 m up; a third beside them.
-const char* kBalls = R"({"version": 1, "collision": {"others": true}, "bodies": [
+const char* kBalls = R"({"version": 1, "collision": {"others": true, "self": false}, "bodies": [
   {"name": "floor", "motion": "fixed", "shape": {"type": "plane"}},
   {"name": "a", "position": [0, 1, 0], "shape": {"type": "sphere", "radius": 0.1}, "mass": 2},
   {"name": "b", "position": [0.3, 1, 0], "shape": {"type": "sphere", "radius": 0.1}, "mass": 2},
@@ -147,11 +147,11 @@ TEST_CASE("Other engines are told who may touch whom") {
     {"name": "b", "position": [1, 1, 0], "shape": {"type": "sphere", "radius": 0.1},
      "collision": {"self": true, "others": true}},
     {"name": "c", "position": [2, 1, 0], "shape": {"type": "sphere", "radius": 0.1},
-     "collision": {"others": true}},
+     "collision": {"others": true, "self": false}},
     {"name": "d", "position": [3, 1, 0], "shape": {"type": "sphere", "radius": 0.1},
-     "collision": {"others": true}},
+     "collision": {"others": true, "self": false}},
     {"name": "e", "position": [4, 1, 0], "shape": {"type": "sphere", "radius": 0.1},
-     "collision": {}},
+     "collision": {"others": false}},
     {"name": "f", "position": [5, 1, 0], "shape": {"type": "sphere", "radius": 0.1}}],
     "joints": [{"a": "a", "b": "b", "anchor": [0.5, 1, 0]},
                {"a": "c", "b": "d", "anchor": [2.5, 1, 0]}]})");

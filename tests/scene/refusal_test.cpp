@@ -85,9 +85,10 @@ TEST_CASE("A dynamic body without matter is refused") {
       diagnostics(with_body(R"("drag": 1)")) ==
       Lines{
           "t.json:1:27: /bodies/0: found no \"mass\", expected a mass, or a shape that tells it"});
-  CHECK(diagnostics(with_body(R"("mass": 1)")) ==
-        Lines{"t.json:1:27: /bodies/0: found no \"inertia\", expected an inertia, or a shape that "
-              "tells it"});
+  CHECK(diagnostics(R"({"version": 1, "generators": {"chains": [
+{"name": "c", "links": 2, "length": 1, "mass": 1}]}})") ==
+        Lines{"t.json:2:1: /generators/chains/0: found no \"inertia\", expected an inertia, or a "
+              "shape that tells it"});
 }
 
 TEST_CASE("Quaternions far from length 1 are refused") {

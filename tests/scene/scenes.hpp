@@ -34,9 +34,9 @@ inline std::string with_body(const std::string& members) {
   return R"({"version": 1, "bodies": [{"name": "rod", )" + members + "}]}";
 }
 
-/// A scene with a ball called "a" and one called "b", 1 m to the right, and more.
+/// A scene without gravity, with a ball called "a" and one called "b", 1 m to the right, and more.
 inline std::string with_two(const std::string& members) {
-  return R"({"version": 1, "bodies": [
+  return R"({"version": 1, "gravity": [0, 0, 0], "bodies": [
 {"name": "a", "shape": {"type": "sphere", "radius": 0.1}},
 {"name": "b", "shape": {"type": "sphere", "radius": 0.1}, "position": [1, 0, 0]}],
 )" + members +

@@ -15,7 +15,7 @@ except ImportError:
 ASSETS = pathlib.Path(__file__).resolve().parents[2] / "assets"
 SCHEMA = json.loads((ASSETS / "schema" / "scene.schema.json").read_text())
 CHECK = jsonschema.Draft202012Validator(SCHEMA)
-SCENES = sorted((ASSETS / "scenes").glob("*.json"))
+SCENES = sorted((ASSETS / "scenes").glob("*.json")) + sorted((ASSETS / "prefabs").glob("*.json"))
 
 
 class Schema(unittest.TestCase):
@@ -26,8 +26,26 @@ class Schema(unittest.TestCase):
         for name, kind in SCHEMA["$defs"].items():
             for key, value in kind.get("properties", {}).items():
                 with self.subTest(f"{name}.{key}"):
-                    said = value.get("$ref") or "const" in value or value.get("description")
-                    self.assertTrue(said)
+                    self.assertGreater(len(value.get("description", "")), 4)
+
+    def test_names_the_kinds_of_shapes_and_events(self):
+        for what in ("shape", "event"):
+            types = SCHEMA["$defs"][what]["properties"]["type"]["enum"]
+            self.assertIn({"shape": "capsule", "event": "winch"}[what], types)
+            suffix = "" if what == "shape" else "_event"
+            for name in types:
+                self.assertIn(name + suffix, SCHEMA["$defs"])
+
+    def test_examples_are_examples(self):
+        seen = 0
+        for name, kind in SCHEMA["$defs"].items():
+            check = CHECK.evolve(schema={**SCHEMA, "$ref": f"#/$defs/{name}"})
+            for example in kind.get("examples", []):
+                seen += 1
+                with self.subTest(name):
+                    self.assertEqual([f.message for f in check.iter_errors(example)], [])
+        self.assertGreater(seen, 20)
+        self.assertTrue(SCHEMA["$id"])
 
     def test_shipped_scenes_fit(self):
         self.assertGreaterEqual(len(SCENES), 12)
@@ -71,6 +89,13 @@ class Schema(unittest.TestCase):
                             {"type": "height_field", "columns": 2, "rows": 2, "spacing": [1, 2],
                              "heights": [0, 0, 0, 1]}]}]),
             ("pins", [{"body": "a", "to": "b", "anchor_to": [0, 0, 0]}]),
+            ("classes", [{"name": "c", "class": "b", "joint": {"kind": "screw", "pitch": 1},
+                          "body": {"drag": 1}, "cable": {"slack": 2}, "pin": {"priority": 1}}]),
+            ("joints", [{"a": "world", "b": "rod", "class": "c", "motor": {"gain": 1, "velocity": 1}}]),
+            ("bodies", [{"name": "a", "parent": "b", "shape": {
+                "type": "capsule", "radius": 1, "from": [0, 0, 0], "to": [0, 1, 0]}}]),
+            ("prefabs", [{"name": "a", "file": "a.json"}, {"name": "b", "events": []}]),
+            ("instances", [{"name": "i", "prefab": "a", "mirror": "y", "parent": "b"}]),
             ("events", [{"type": "push", "body": "a", "torque": [1, 0, 0], "to": 1, "every": 2},
                         {"type": "cut", "gear": "g", "at": 1},
                         {"type": "drive", "joint": "j", "max_torque": 0, "at": 1, "over": 2},
@@ -131,6 +156,15 @@ class Schema(unittest.TestCase):
             ("solver", {"active_set_iterations": 0}),
             ("solver", {"sleep_speed": -0.001}),
             ("paths", [{"body": "rod"}]),
+            ("classes", [{"body": {}}]),
+            ("classes", [{"name": "c", "body": {"name": "a"}}]),
+            ("defaults", {"body": {"drag": -1}}),
+            ("bodies", 0, "shape", "from", [0, 0, 0]),
+            ("bodies", 0, "shape", {"type": "capsule", "radius": 1, "from": [0, 0, 0]}),
+            ("bodies", 0, "shape", {"type": "capsule", "radius": 1}),
+            ("prefabs", [{"name": "a", "file": "a.json", "bodies": []}]),
+            ("generators", {"mirrors": [{"axis": "x"}]}),
+            ("instances", [{"name": "i", "prefab": "a", "mirror": "w"}]),
             ("events", [{"type": "blow"}]),
             ("events", [{"body": "rod", "force": [1, 0, 0]}]),
             ("events", [{"type": "push", "body": "rod"}]),

@@ -3,6 +3,7 @@
 #include <fstream>
 
 #include "engine/geometry/surface.hpp"
+#include "engine/runtime/simulation.hpp"
 #include "engine/scene/obj.hpp"
 #include "tests/scene/scenes.hpp"
 
@@ -61,7 +62,7 @@ TEST_CASE("Without a word in the scene nothing is solid but what says so, prefab
 "instances": [{"name": "i", "prefab": "p"}]})");
   CHECK_FALSE(collision_of(s, "i/b"));
   REQUIRE(collision_of(s, "i/a"));
-  CHECK((collision_of(s, "i/a")->groups == 1 && !collision_of(s, "i/a")->others));
+  CHECK((collision_of(s, "i/a")->groups == 1 && collision_of(s, "i/a")->others));
 }
 
 TEST_CASE("A hull weighs what it encloses, and all copies of a prefab share it") {
@@ -131,4 +132,31 @@ TEST_CASE("Faults of an OBJ file are told with their lines") {
             "m.obj:4: found the end of the line, expected three corners or more after f",
             "m.obj:5: found \"4\", expected the number of one of the 3 points above",
             "m.obj:6: found \"0\", expected the number of one of the 3 points above"});
+}
+
+TEST_CASE("What is solid touches everything but its neighbours along joints") {
+  // A bent arm whose ends overlap, and two balls that do; the parts of the arm overlap as well.
+  const bool touches = GENERATE(true, false);
+  const std::string how =
+      touches ? GENERATE("true", "{\"friction\": 0.2}") : "{\"others\": false, \"self\": false}";
+  const Scene s = good(R"({"version": 1, "gravity": [0, 0, 0], "collision": )" + how +
+                       R"(, "bodies": [
+{"name": "a", "shape": {"type": "sphere", "radius": 0.25}},
+{"name": "b", "shape": {"type": "sphere", "radius": 0.25}, "position": [0.2, 0.2, 0]},
+{"name": "c", "shape": {"type": "sphere", "radius": 0.25}, "position": [0.4, 0, 0]},
+{"name": "p", "shape": {"type": "sphere", "radius": 0.25}, "position": [5, 0, 0]},
+{"name": "q", "shape": {"type": "sphere", "radius": 0.25}, "position": [5.4, 0, 0]}],
+"joints": [{"a": "a", "b": "b", "anchor": [0.1, 0.1, 0]}, {"a": "b", "b": "c", "anchor": [0.3, 0.1, 0]}]})");
+  Simulation sim(s.world, {1.0 / 120, 1, 1, true});
+  for (int i = 0; i < 360; ++i) sim.step();
+  const auto distance = [&](const char* x, const char* y) {
+    const World& w = sim.world;
+    return glm::length(w.bodies[w.find(x)].pose.position - w.bodies[w.find(y)].pose.position);
+  };
+  const Real apart = touches ? 0.49 : 0.4;
+  if (touches) CHECK(distance("a", "c") > 0.47);
+  if (!touches) CHECK(distance("a", "c") == Approx(0.4));
+  CHECK(distance("p", "q") >= apart - 1e-9);
+  CHECK(distance("a", "b") < 0.3);
+  if (!touches) CHECK(distance("p", "q") == Approx(0.4));
 }

@@ -18,7 +18,7 @@ std::string with_chain(const std::string& members) {
 }  // namespace
 
 TEST_CASE("Mass ratios above 100 across a joint are told with the ratio") {
-  const std::string text = R"({"version": 1, "bodies": [
+  const std::string text = R"({"version": 1, "gravity": [0, 0, 0], "bodies": [
 {"name": "a", "mass": 0.01, "inertia": [1, 1, 1]},
 {"name": "b", "mass": MASS, "inertia": [1, 1, 1]}],
 "joints": [{"name": "knee", "a": "a", "b": "b", "anchor": [0, 0, 0]}]})";
@@ -33,7 +33,7 @@ TEST_CASE("Mass ratios above 100 across a joint are told with the ratio") {
 }
 
 TEST_CASE("A fault of a prefab is told once, with the number of its copies") {
-  const Scene s = good(R"({"version": 1, "prefabs": [{"name": "p", "bodies": [
+  const Scene s = good(R"({"version": 1, "gravity": [0, 0, 0], "prefabs": [{"name": "p", "bodies": [
 {"name": "a", "mass": 1, "inertia": [1, 1, 1]}, {"name": "b", "mass": 1000, "inertia": [1, 1, 1]}],
 "joints": [{"a": "a", "b": "b", "anchor": [0, 0, 0]}]}],
 "generators": {"grids": [{"name": "g", "prefab": "p", "count": [5, 1, 1]}]}})");
@@ -93,6 +93,79 @@ TEST_CASE("A path that starts elsewhere than the body it drives is seen in what 
 "joints": [{"name": "j", "a": "hand", "b": "ball", "anchor_a": [0, 0, 0], "anchor_b": [0, 1, 0]}]})");
   CHECK(s.warnings ==
         Lines{"t.json:4:12: /joints/0: joint \"j\" starts 2 m open; the first step closes it"});
+}
+
+TEST_CASE("Bodies that fall for ever are told by name") {
+  const auto falls = [](const std::string& members) {
+    return good(R"({"version": 1, "bodies": [
+{"name": "a", "shape": {"type": "sphere", "radius": 0.1}, "position": [0, 1, 0]},
+{"name": "b", "shape": {"type": "sphere", "radius": 0.1}, "position": [1, 1, 0]},
+{"name": "floor", "motion": "fixed", "shape": {"type": "plane"}}],
+)" + members + "}")
+        .warnings;
+  };
+  const std::string why =
+      " for ever: no joint, cable or pin leads to anything that stays, and nothing solid that "
+      "stays "
+      "can stop ";
+  CHECK(falls(R"("ground": true)") ==
+        Lines{"t.json:2:1: /bodies/0: body \"a\" and 1 more fall" + why + "them"});
+  CHECK(falls(R"("cables": [{"a": "world", "b": "a"}])") ==
+        Lines{"t.json:3:1: /bodies/1: body \"b\" falls" + why + "it"});
+  CHECK(
+      falls(
+          R"("cables": [{"a": "world", "b": "a"}], "joints": [{"a": "a", "b": "b", "anchor": [0.5, 1, 0]}])")
+          .empty());
+  CHECK(falls(R"("collision": true)").empty());
+  CHECK(falls(R"("gravity": [0, 0, 0])").empty());
+  CHECK(falls(R"("pins": [{"body": "a"}, {"body": "b"}])").empty());
+  // Balls that touch one another fall together; one of them on a cable would stop the other.
+  const std::string balls = R"({"version": 1, "collision": true, "bodies": [
+{"name": "a", "shape": {"type": "sphere", "radius": 0.1}},
+{"name": "b", "shape": {"type": "sphere", "radius": 0.1}, "position": [1, 1, 0]}])";
+  CHECK(good(balls + "}").warnings.size() == 1);
+  CHECK(good(balls + R"(, "cables": [{"a": "world", "b": "a", "point_a": [0, 2, 0]}]})")
+            .warnings.empty());
+}
+
+TEST_CASE("Filters that agree with nobody are told by name") {
+  const auto told = [](const std::string& crate, const std::string& floor) {
+    return good(R"({"version": 1, "collision_groups": ["ground", "prop"], "bodies": [
+{"name": "crate", "shape": {"type": "sphere", "radius": 0.1}, "collision": )" +
+                crate + R"(},
+{"name": "floor", "motion": "fixed", "shape": {"type": "plane"}, "collision": )" +
+                floor + R"(}], "gravity": [0, 0, 0]})")
+        .warnings;
+  };
+  CHECK(told(R"({"groups": ["prop"], "with": ["ground"]})", R"({"groups": ["ground"]})").empty());
+  CHECK(told(R"({"groups": ["prop"], "with": ["ground"]})",
+             R"({"groups": ["ground"], "with": ["ground"]})") ==
+        Lines{"t.json:2:1: /bodies/0: body \"crate\" touches nothing: it asks for body \"floor\", "
+              "whose own \"with\" leaves it out",
+              "t.json:3:1: /bodies/1: body \"floor\" touches nothing: no other body is in a group "
+              "that its \"with\" names"});
+  CHECK(told(R"({"groups": ["prop"], "with": ["prop"]})", R"({"groups": ["ground"]})") ==
+        Lines{"t.json:2:1: /bodies/0: body \"crate\" touches nothing: no other body is in a group "
+              "that its \"with\" names"});
+}
+
+TEST_CASE("Ranges beyond a turn are told, of joints that do not count turns") {
+  const auto told = [](const std::string& limits, const std::string& kind) {
+    return good(
+               R"({"version": 1, "solver": {"type": "lagrangian"}, "bodies": [{"name": "a", "mass": 1, "inertia": [1, 1, 1]}],
+"joints": [{"a": "world", "b": "a", "anchor": [0, 0, 0], "kind": ")" +
+               kind + R"(", "limits": )" + limits + "}]}")
+        .warnings;
+  };
+  CHECK(told(R"({"angle": [0, 90]})", "hinge") ==
+        Lines{"t.json:2:95: /joints/0/limits/angle: limits from 0 to 90 rad reach beyond a turn; "
+              "degrees stand under \"angle_deg\""});
+  CHECK(
+      told(R"({"angle_deg": [-200, 200]})", "hinge") ==
+      Lines{"t.json:2:99: /joints/0/limits/angle_deg: limits from -200 to 200 degrees reach beyond "
+            "a turn, and whole turns are not counted"});
+  CHECK(told(R"({"angle_deg": [-180, 180]})", "hinge").empty());
+  CHECK(told(R"({"angle_deg": [0, 3600]})", "screw\", \"pitch\": 0.1, \"name\": \"s").empty());
 }
 
 TEST_CASE("Quaternions nearly of length 1 are brought there, within reason silently") {

@@ -5,7 +5,7 @@ namespace pantin::detail::shape_kinds {
 namespace {
 
 constexpr SizeKey kSizes[] = {
-    {"radius", "m."},
+    {"radius", "Of the round ends, and of the rod between them, m."},
     {"length", "Of the straight part, m: the whole is longer by two radii.", 1, 1, 0.5}};
 
 Real volume(const Shape& shape) {

@@ -4,7 +4,7 @@
 namespace pantin::detail::shape_kinds {
 namespace {
 
-constexpr SizeKey kSizes[] = {{"radius", "m."}};
+constexpr SizeKey kSizes[] = {{"radius", "Of the ball, m."}};
 
 Real volume(const Shape& shape) {
   const Real r = shape.size.x;

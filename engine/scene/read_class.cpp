@@ -1,0 +1,164 @@
+// Classes and defaults: what bodies, joints, cables and pins are unless they say otherwise.
+#include <algorithm>
+#include <string>
+
+#include "engine/scene/read.hpp"
+
+namespace pantin::detail {
+namespace {
+
+constexpr std::size_t kDeepest = 8;  // classes that take after one another
+
+// What the links of a chain and its joints take from a class; other keys mean something else there.
+constexpr std::string_view kOfLinks =
+    "shape shapes material density mass inertia centre_of_mass drag gravity_scale solver collision";
+constexpr std::string_view kOfTheirJoints = "kind limits drive spring friction motor";
+
+/// Reads a number or a word so that what is wrong with it is told, used or not.
+void check_value(const Reading& reading, const Reader& from, const Key& key) {
+  switch (key.type) {
+    case ValueType::number:
+      from.number(key.name, 0);
+      return;
+    case ValueType::whole:
+      from.whole(key.name, 0);
+      return;
+    case ValueType::word:
+      from.word(key.name, 0);
+      return;
+    case ValueType::vector:
+      from.vec(key.name, Vec3(0));
+      return;
+    case ValueType::direction:
+      from.direction(key.name, Vec3(1, 0, 0));
+      return;
+    case ValueType::object:
+      if (key.object != "shape") reading.open(from.find(key.name), key.object);
+      return;
+    case ValueType::object_or_flag:
+      if (key.name == "collision") read_collision(reading, from, std::nullopt);
+      return;
+    case ValueType::reference:
+      if (key.name == "material") read_material(reading, from, 0);
+      return;
+    default:
+      return;  // told where it is used
+  }
+}
+
+/// What stands under a key of a class; nothing if no object with so many keys can be right.
+NodeId read_part(const Reading& reading, const Reader& from, std::string_view key) {
+  const NodeId node = from.find(key);
+  if (node == kNoNode) return kNoNode;
+  const KeySet& set = keys_of(std::string(key) + "_class");
+  const Reader part(reading.json, reading.diagnostics, node, set);
+  if (!part.is_object() || reading.json[node].count > set.keys.size()) return kNoNode;
+  for (const Key& row : set.keys)
+    if (part.has(row.name)) check_value(reading, part, row);
+  return node;
+}
+
+ClassParts read_parts(const Reading& reading, const Reader& from) {
+  return {read_part(reading, from, "body"), read_part(reading, from, "joint"),
+          read_part(reading, from, "cable"), read_part(reading, from, "pin")};
+}
+
+/// A class by the name that stands at a node; null after an error.
+const std::vector<ClassParts>* find_class(const Reading& reading, NodeId node) {
+  const JsonNode& value = reading.json[node];
+  const std::string_view name = value.kind == JsonKind::string ? value.text : "";
+  const auto found = reading.classes.find(name);
+  if (found != reading.classes.end() && !name.empty()) return &found->second;
+  std::vector<std::string_view> names;
+  Hints& hints = reading.diagnostics.hints;
+  for (auto it = reading.classes.begin(); it != reading.classes.end() && hints.any_left(); ++it)
+    names.push_back(it->first);
+  std::ranges::sort(names);
+  reading.diagnostics.error_value(node, "the name of a class" + hints.of(name, names));
+  return nullptr;
+}
+
+void read_class(Reading& reading, NodeId node) {
+  const Reader from = reading.open(node, "class");
+  if (!from.is_object()) return;
+  const std::string name = from.name();
+  std::vector<ClassParts> line{read_parts(reading, from)};
+  if (from.has("class"))
+    if (const auto* base = find_class(reading, from.find("class")))
+      line.insert(line.end(), base->begin(), base->end());
+  if (line.size() > kDeepest)
+    reading.diagnostics.error_value(
+        from.find("class"),
+        "a class that takes after " + std::to_string(kDeepest - 2) + " others at most");
+  if (name.empty()) return;
+  const std::string_view text = reading.json[from.find("name")].text;
+  if (!reading.classes.try_emplace(text, std::move(line)).second)
+    reading.diagnostics.error(from.find("name"), "found the name \"" + name +
+                                                     "\" again, expected one that no class "
+                                                     "above has");
+}
+
+void add_sources(const ClassParts& parts, std::string_view what, ObjectSource& to) {
+  const auto add = [&](NodeId part, std::string_view only = {}) {
+    if (part != kNoNode) to.sources.push_back({part, only});
+  };
+  if (what == "body") add(parts.body);
+  if (what == "joint") add(parts.joint);
+  if (what == "cable") add(parts.cable);
+  if (what == "pin") add(parts.pin);
+  if (what == "chain") add(parts.body, kOfLinks), add(parts.joint, kOfTheirJoints);
+}
+
+/// The kind of a joint, from wherever it is told.
+JointKind kind_of(const Reading& reading, const ObjectSource& from) {
+  NodeId node = reading.json.member(from.node, "kind");
+  for (const KeySource& source : from.sources)
+    if (node == kNoNode) node = reading.json.member(source.node, "kind");
+  JointKind kind = JointKind::ball;
+  if (node != kNoNode && reading.json[node].kind == JsonKind::string)
+    joint_kind_from_name(reading.json[node].text, kind);
+  return kind;
+}
+
+/// A class may say what some of its joints cannot have: of those it is not taken.
+void leave_out(const Reading& reading, const KeySet& set, ObjectSource& from) {
+  const JointKindInfo& kind = info_of(kind_of(reading, from));
+  for (const Key& key : set.keys)
+    if (key.fits && !key.fits(kind)) from.left_out.push_back(key.name);
+  if (&set != &keys::joint) return;
+  for (const Key& key : keys::joint_parameters())
+    if (!keys::parameter_of(kind, key.name)) from.left_out.push_back(key.name);
+}
+
+}  // namespace
+
+void read_classes(Reading& reading, const Reader& scene) {
+  if (const NodeId node = scene.find("defaults"); node != kNoNode) {
+    const Reader from = reading.open(node, "defaults");
+    reading.defaults = read_parts(reading, from);
+    const NodeId joint = reading.defaults.joint;
+    const NodeId kind = joint == kNoNode ? kNoNode : reading.json.member(joint, "kind");
+    if (kind != kNoNode)
+      reading.diagnostics.error_at_key(
+          kind, "found a \"kind\" of all joints, expected it of a class or of a joint");
+  }
+  for (const NodeId node : scene.items("classes")) read_class(reading, node);
+}
+
+Reader open_of_class(const Reading& reading, NodeId node, std::string_view what) {
+  reading.poll();
+  const KeySet& set = keys_of(what);
+  ObjectSource from(node);
+  const bool is_object = reading.json[node].kind == JsonKind::object;
+  const NodeId name = is_object ? reading.json.member(node, "class") : kNoNode;
+  const auto* line = name == kNoNode ? nullptr : find_class(reading, name);
+  from.is_class_unknown = name != kNoNode && !line;
+  if (line)
+    for (const ClassParts& parts : *line) add_sources(parts, what, from);
+  add_sources(reading.defaults, what, from);
+  if (!from.sources.empty() && is_object && (what == "joint" || what == "chain"))
+    leave_out(reading, set, from);
+  return Reader(reading.json, reading.diagnostics, std::move(from), set);
+}
+
+}  // namespace pantin::detail
