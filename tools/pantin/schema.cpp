@@ -2,7 +2,9 @@
 
 #include <fmt/core.h>
 
+#include <CLI/CLI.hpp>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "engine/base/atomic_file.hpp"
 #include "tools/pantin/program.hpp"
