@@ -1,6 +1,6 @@
 #include "tools/pantin/program.hpp"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <time.h>
 #include <unistd.h>
 
