@@ -7,7 +7,8 @@ import tempfile
 import unittest
 
 TOOLS = pathlib.Path(__file__).parents[2] / "tools"
-NEEDED = ("bash", "dirname", "mkdir", "tail", "tee", "cat", "env", "chmod", "nproc")
+NEEDED = ("bash", "dirname", "mkdir", "tail", "tee", "cat", "env", "chmod", "nproc",
+          "basename")
 
 CMAKE = """#!/bin/bash
 echo "cmake $*" >>"$CALLS"
@@ -15,11 +16,12 @@ echo "cmake $*" >>"$CALLS"
 for ((i = 1; i <= 40; ++i)); do echo "[$i/40] Building CXX object $i"; done
 [[ -z $BROKEN ]] || { echo "error: no such header"; exit 1; }
 mkdir -p build/release/bin
-cat >build/release/bin/pantin <<'TEXT'
-#!/bin/bash
-echo "pantin $*" >>"$CALLS"
-TEXT
-chmod +x build/release/bin/pantin
+for name in pantin cookbook_frame; do
+  [[ $* == *"--target $name "* ]] || continue
+  echo "#!/bin/bash
+echo $name "'"$(basename "$PWD") $*" >>"$CALLS"' >"build/release/bin/$name"
+  chmod +x "build/release/bin/$name"
+done
 """
 
 
@@ -51,26 +53,28 @@ class Demo(unittest.TestCase):
     def test_builds_the_program_alone_and_draws_a_picture_before_the_runs(self):
         done = self.demo("--duration", "1")
         self.assertEqual(done.returncode, 0, done.stderr)
-        setup, configure, build, first, *runs = self.calls.read_text().splitlines()
+        setup, configure, library, first, _, _, program, *runs = self.calls.read_text().splitlines()
         self.assertEqual(setup, "setup --program")
         self.assertIn("--preset release", configure)
-        self.assertIn("--target pantin --parallel", build)
-        self.assertIn("--strip out/first.png", first)
-        self.assertEqual([run.split()[2] for run in runs],
+        self.assertIn("--target cookbook_frame --parallel", library)
+        self.assertEqual(first.split(), ["cookbook_frame", "out"])
+        self.assertIn("--target pantin --parallel", program)
+        self.assertEqual([run.split()[3] for run in runs],
                          ["assets/scenes/chain.json", "assets/scenes/marionette.json"])
         for run in runs:
             self.assertIn("--video", run)
             self.assertTrue(run.endswith("--duration 1"))
         told = done.stdout
-        self.assertEqual(told.count("% built"), 10, told)
-        self.assertLess(told.index("100 % built"), told.index("out/first.png"))
-        self.assertLess(told.index("out/first.png"), told.index("Running chain"))
+        self.assertEqual(told.count("% built"), 20, told)
+        self.assertLess(told.index("100 % built"), told.index("out/ragdoll.png"))
+        self.assertLess(told.index("out/ragdoll.png"), told.rindex(" 10 % built"))
+        self.assertLess(told.rindex("100 % built"), told.index("Running chain"))
 
     def test_a_build_that_fails_says_why_and_ends_it(self):
         done = self.demo(broken="yes")
         self.assertNotEqual(done.returncode, 0)
         self.assertIn("error: no such header", done.stderr)
-        self.assertNotIn("pantin run", self.calls.read_text())
+        self.assertNotIn("cookbook_frame out", self.calls.read_text())
 
 
 if __name__ == "__main__":
