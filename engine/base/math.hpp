@@ -4,12 +4,11 @@
 /// SI units, +Y up, right-handed. Quaternions rotate body axes into world axes. In memory glm keeps
 /// them as (x, y, z, w), which is also the order of scene files; the constructor takes w first.
 #include <cmath>
-#include <numbers>
-
-#define GLM_ENABLE_EXPERIMENTAL
+#include <cstddef>
 #include <glm/gtc/quaternion.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
+#include <numbers>
 
 namespace pantin {
 
@@ -17,6 +16,19 @@ using Real = double;
 using Vec3 = glm::dvec3;
 using Quat = glm::dquat;
 using Mat3 = glm::dmat3;
+
+// glm can be configured by macros. The library and what includes this header must agree on those
+// that change what numbers mean or where they are in memory; the others are left to the user.
+static_assert(offsetof(Quat, x) == 0 && offsetof(Quat, w) == 3 * sizeof(Real),
+              "pantin needs quaternions in memory as x, y, z, w: without GLM_FORCE_QUAT_DATA_WXYZ");
+static_assert(sizeof(Vec3) == 3 * sizeof(Real) && alignof(Vec3) == alignof(Real) &&
+                  sizeof(Quat) == 4 * sizeof(Real) && alignof(Quat) == alignof(Real) &&
+                  sizeof(Mat3) == 9 * sizeof(Real),
+              "pantin needs packed vectors: without GLM_FORCE_DEFAULT_ALIGNED_GENTYPES");
+#ifdef GLM_FORCE_QUAT_CTOR_XYZW
+static_assert(sizeof(Quat) == 0,
+              "pantin constructs quaternions w first: without GLM_FORCE_QUAT_CTOR_XYZW");
+#endif
 
 inline constexpr Real kPi = std::numbers::pi_v<Real>;
 inline const Quat kIdentity{1, 0, 0, 0};

@@ -117,3 +117,9 @@ inline bool feels_contacts(const Partition& partition, std::uint32_t slot) {
 }
 
 }  // namespace pantin::detail::contact
+
+// What copies, hashes and saves them is compiled once, in sense.cpp.
+namespace pantin::detail {
+extern template contact::Memory& Memories::create();
+extern template const contact::Memory& Memories::none();
+}  // namespace pantin::detail

@@ -125,3 +125,8 @@ const std::vector<SensorOverlap>& sensor_overlaps_of(const World& world) {
 }
 
 }  // namespace pantin::detail
+
+namespace pantin::detail {
+template contact::Memory& Memories::create();
+template const contact::Memory& Memories::none();
+}  // namespace pantin::detail

@@ -47,15 +47,13 @@ class Memories {
   template <class T>
   T& of() {
     if (Any* found = find(&kTypeName<T>)) return static_cast<One<T>*>(found)->value;
-    values_.push_back(std::make_unique<One<T>>());
-    return static_cast<One<T>&>(*values_.back()).value;
+    return create<T>();
   }
   /// The same for reading; an empty value if there is none.
   template <class T>
   const T& of() const {
     if (const Any* found = find(&kTypeName<T>)) return static_cast<const One<T>*>(found)->value;
-    static const T kNone{};
-    return kNone;
+    return none<T>();
   }
 
   void add_to(Hash& hash, const EntityRule& rule) const {
@@ -125,6 +123,11 @@ class Memories {
     T value;
   };
 
+  template <class T>
+  T& create();
+  template <class T>
+  static const T& none();
+
   Any* find(const void* type) const {
     for (const auto& one : values_)
       if (one->type == type) return one.get();
@@ -139,5 +142,20 @@ class Memories {
 
   std::vector<std::unique_ptr<Any>> values_;
 };
+
+// Not within the class, where they would count as inline: with them all that copies, hashes and
+// saves a T is compiled. A large T says `extern` of them beside itself and has them compiled in one
+// unit.
+template <class T>
+T& Memories::create() {
+  values_.push_back(std::make_unique<One<T>>());
+  return static_cast<One<T>&>(*values_.back()).value;
+}
+
+template <class T>
+const T& Memories::none() {
+  static const T kNone{};
+  return kNone;
+}
 
 }  // namespace pantin::detail

@@ -81,3 +81,8 @@ std::vector<IslandPlan> find_islands(const World& world, RowOf row_of) {
 const Partition& partition_of(const World& world) { return world.memory.of<Partition>(); }
 
 }  // namespace pantin::detail
+
+namespace pantin::detail {
+template Partition& Memories::create();
+template const Partition& Memories::none();
+}  // namespace pantin::detail

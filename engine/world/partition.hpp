@@ -9,6 +9,7 @@
 #include "engine/base/hash.hpp"
 #include "engine/world/entity.hpp"
 #include "engine/world/faults.hpp"
+#include "engine/world/memory.hpp"
 #include "engine/world/settings.hpp"
 
 namespace pantin {
@@ -88,4 +89,10 @@ inline Owner owner_of(const Partition& partition, std::uint32_t slot) {
   return owner;
 }
 
+}  // namespace pantin::detail
+
+// What copies, hashes and saves them is compiled once, in partition.cpp.
+namespace pantin::detail {
+extern template Partition& Memories::create();
+extern template const Partition& Memories::none();
 }  // namespace pantin::detail

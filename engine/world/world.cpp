@@ -16,6 +16,14 @@ void set_name(World& world, Entity e, std::string name) {
 
 }  // namespace
 
+// Here, as the compiler would write them out again in every unit that copies a World.
+World::World() = default;
+World::World(const World&) = default;
+World::World(World&&) noexcept = default;
+World& World::operator=(const World&) = default;
+World& World::operator=(World&&) noexcept = default;
+World::~World() = default;
+
 Entity World::add_body(const Body& body, std::string name) {
   const Entity e = create();
   bodies.add(e, body);

@@ -20,6 +20,13 @@
 namespace pantin {
 
 struct World {
+  World();
+  World(const World&);
+  World(World&&) noexcept;
+  World& operator=(const World&);
+  World& operator=(World&&) noexcept;
+  ~World();
+
   detail::Entities entities;
   Store<Body> bodies;
   Store<detail::Force> forces;

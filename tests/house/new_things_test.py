@@ -11,7 +11,7 @@ import unittest
 
 ROOT = pathlib.Path(__file__).parents[2]
 COPIED = ["CMakeLists.txt", "engine", "tools/package", "tests/contract/joint_kinds_test.cpp",
-          "tests/contract/path_kinds_test.cpp",
+          "tests/contract/path_kinds_test.cpp", "tests/catch3",
           "tests/base/random.hpp", "tests/joints/equations.hpp"]
 LEFT_OUT = "-DPANTIN_{}=OFF"
 
@@ -112,6 +112,9 @@ int main(int, char** arguments) {
 
 BUILD = """
 find_package(Catch2 2.13 CONFIG QUIET)
+if(NOT Catch2_FOUND)
+  find_package(Catch2 3 CONFIG QUIET)
+endif()
 add_executable(tried tried.cpp)
 target_link_libraries(tried PRIVATE pantin_scene)
 if(TARGET Catch2::Catch2)
@@ -119,6 +122,9 @@ if(TARGET Catch2::Catch2)
   add_executable(contract ${PROJECT_BINARY_DIR}/main.cpp tests/contract/joint_kinds_test.cpp
                  tests/contract/path_kinds_test.cpp)
   target_link_libraries(contract PRIVATE pantin_core Catch2::Catch2)
+  if(Catch2_VERSION VERSION_GREATER_EQUAL 3)
+    target_include_directories(contract SYSTEM PRIVATE tests/catch3)
+  endif()
 endif()
 """
 

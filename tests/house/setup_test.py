@@ -18,7 +18,9 @@ class Setup(unittest.TestCase):
             (self.bin / tool).symlink_to(shutil.which(tool))
         self.installed = self.bin / "installed"
         self.calls = self.bin / "calls"
+        self.lacking = self.bin / "lacking"
         self.installed.write_text("")
+        self.lacking.write_text("")
 
     def tearDown(self):
         self.folder.cleanup()
@@ -33,7 +35,10 @@ class Setup(unittest.TestCase):
         self.program("dpkg-query", 'while read -r p; do\n'
                                    '  [[ $p == "${@: -1}" ]] && echo -n installed\n'
                                    'done <"$INSTALLED"')
-        self.program("apt-cache", "echo '  Candidate: 1.0'")
+        self.program("apt-cache", '(($# > 1)) || { echo 500 a-mirror Packages; exit; }\n'
+                                  'while read -r p; do [[ $p != "$2" ]] || exit 0; '
+                                  f'done <"{self.lacking}"\n'
+                                  "echo '  Candidate: 1.0'")
         self.program("apt-get", f'echo "$*" >>"{self.calls}"\n{apt}')
         self.program("sudo", 'exec "$@"')
 
@@ -66,6 +71,38 @@ class Setup(unittest.TestCase):
         self.assertEqual((code, out), (0, ""))
         self.assertEqual(self.calls.read_text(), calls)
         self.assertEqual(self.run_setup("--check")[0], 0)
+
+    def test_the_program_needs_nothing_of_the_tests(self):
+        self.debian()
+        code, out, _ = self.run_setup("--check", "--program")
+        self.assertEqual(code, 1)
+        self.assertIn("libcli11-dev", out)
+        for package in ("catch2", "python3", "clang-14", "xvfb"):
+            self.assertNotIn(package, out.split())
+
+    def test_what_a_release_lacks_is_done_without(self):
+        self.debian()
+        self.lacking.write_text("libosmesa6\nclang-14\nlibclang-rt-14-dev\n")
+        code, _, err = self.run_setup()
+        self.assertEqual(code, 0, err)
+        installed = self.installed.read_text().split()
+        self.assertNotIn("libosmesa6", installed)
+        self.assertNotIn("clang-14", installed)
+        self.assertIn("clang", installed)
+        self.assertIn("libclang-rt-dev", installed)
+        self.assertEqual(self.run_setup("--check")[0], 0)
+
+    def test_without_lists_they_are_fetched_before_anything_is_chosen(self):
+        self.debian('[[ $* == *update* ]] && echo >"$INSTALLED.fresh"\n'
+                    '[[ $* != *clang-14* ]] || { echo E: no clang-14; exit 100; }\n'
+                    'for p in "$@"; do echo "$p" >>"$INSTALLED"; done')
+        self.program("apt-cache", '[[ -e $INSTALLED.fresh ]] || exit 0\n'
+                                  '(($# > 1)) || { echo 500 a-mirror Packages; exit; }\n'
+                                  "[[ $2 == *-14* ]] || echo '  Candidate: 1.0'")
+        code, out, err = self.run_setup()
+        self.assertEqual(code, 0, err)
+        self.assertNotIn("Going on without", out)
+        self.assertIn("clang", self.installed.read_text().split())
 
     def test_stale_lists_are_brought_up_to_date(self):
         self.debian('[[ $* == *update* ]] && : >"$INSTALLED.fresh"\n'

@@ -244,25 +244,41 @@ TEST_CASE("a tolerance that cannot be kept is told, and nothing moves") {
   CHECK(same_poses(w, sim.world));
 }
 
-TEST_CASE("a chain of five thousand links for a second") {
-  for (Integrator integrator : kAll) {
-    // The implicit step takes many iterations with so many links at this length.
-    const int links = integrator == Integrator::implicit ? 200 : 5000;
-    Simulation sim(hanging_chain(links, integrator), {1.0 / 60});
-    Real gap = 0;
-    int rescued = 0;
-    for (int i = 0; i < 60; ++i) {
-      const StepReport report = sim.step();
-      REQUIRE(report.status == Status::ok);
-      rescued += report.rescued;
-      gap = std::max(gap, report.worst_constraint);
-    }
-    INFO(name_of(integrator) << ": " << rescued << " rescued, gap " << gap);
-    CHECK(finite(sim.world));
-    // A kilometre of chain is too much for RATTLE's iteration at this length of step: told.
-    if (integrator != Integrator::rattle) CHECK(rescued == 0);
-    CHECK(gap <= 1e-7 * 1000);
+namespace {
+
+/// Hangs a chain for a second at 60 Hz; how many steps were rescued.
+int rescued_in_chain(int links, Integrator integrator) {
+  Simulation sim(hanging_chain(links, integrator), {1.0 / 60});
+  Real gap = 0;
+  int rescued = 0;
+  for (int i = 0; i < 60; ++i) {
+    const StepReport report = sim.step();
+    REQUIRE(report.status == Status::ok);
+    rescued += report.rescued;
+    gap = std::max(gap, report.worst_constraint);
   }
+  INFO(name_of(integrator) << ": " << rescued << " rescued, gap " << gap);
+  CHECK(finite(sim.world));
+  CHECK(gap <= 1e-7 * 0.2 * links);
+  return rescued;
+}
+
+}  // namespace
+
+TEST_CASE("a chain of five thousand links for a second") {
+  for (Integrator integrator : {Integrator::euler, Integrator::rk4})
+    CHECK(rescued_in_chain(5000, integrator) == 0);
+}
+
+TEST_CASE("a chain of hundreds of links for a second under what iterates") {
+  for (Integrator integrator : {Integrator::rattle, Integrator::implicit, Integrator::radau})
+    CHECK(rescued_in_chain(integrator == Integrator::implicit ? 200 : 500, integrator) == 0);
+}
+
+TEST_CASE("a chain of five thousand links under what iterates", "[.soak]") {
+  // A kilometre of chain is too much for RATTLE's iteration at this length of step: told.
+  rescued_in_chain(5000, Integrator::rattle);
+  CHECK(rescued_in_chain(5000, Integrator::radau) == 0);
 }
 
 TEST_CASE("nonsense is told, and nothing moves") {

@@ -91,7 +91,7 @@ void check_torture(const Setting& how, std::uint64_t first, int trees) {
 }  // namespace
 
 TEST_CASE("random trees survive any drag, any step and any masses, and gain no energy when held") {
-  for (const Setting& how : kSettings) check_torture(how, 1, 60);
+  for (const Setting& how : kSettings) check_torture(how, 1, 20);
 }
 
 TEST_CASE("thousands of random trees survive the same", "[.soak]") {

@@ -1,11 +1,13 @@
 #include <fmt/core.h>
 #include <unistd.h>
 
+#include <CLI/CLI.hpp>
 #include <array>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "engine/solvers/articulated/kernels.hpp"
 #include "tools/pantin/program.hpp"

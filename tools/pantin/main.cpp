@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>  // join, since fmt 11
 
+#include <CLI/CLI.hpp>
 #include <clocale>
 #include <cstdio>
 

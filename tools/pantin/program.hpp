@@ -1,15 +1,20 @@
 #pragma once
 // What the subcommands of the program share.
-#include <CLI/CLI.hpp>
 #include <atomic>
 #include <cstdint>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "engine/runtime/simulation.hpp"
 #include "engine/scene/scene.hpp"
+
+// Whole in the units that need them only: both libraries take seconds to compile.
+namespace CLI {
+class App;
+class Validator;
+}  // namespace CLI
 
 namespace pantin::program {
 

@@ -1,7 +1,9 @@
 #include <fmt/core.h>
 
+#include <CLI/CLI.hpp>
 #include <chrono>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "engine/base/utf8.hpp"
 #include "engine/runtime/save.hpp"

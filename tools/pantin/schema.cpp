@@ -2,7 +2,9 @@
 
 #include <fmt/core.h>
 
+#include <CLI/CLI.hpp>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "tools/pantin/command_line.hpp"
 #include "tools/pantin/program.hpp"

@@ -1,5 +1,8 @@
 #include <fmt/core.h>
 
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
 #include "engine/base/utf8.hpp"
 #include "tools/pantin/command_line.hpp"
 #include "tools/pantin/program.hpp"

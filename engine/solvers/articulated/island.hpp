@@ -488,3 +488,9 @@ inline const std::vector<Island>& islands_of(const World& world) {
 void compile(World& world, std::span<const IslandPlan> plans);
 
 }  // namespace pantin::detail::articulated
+
+// What copies, hashes and saves them is compiled once, in row.cpp.
+namespace pantin::detail {
+extern template articulated::Islands& Memories::create();
+extern template const articulated::Islands& Memories::none();
+}  // namespace pantin::detail

@@ -198,3 +198,8 @@ const SolverRow kRow{.name = "articulated",
                      .measure = measure};
 
 }  // namespace pantin::detail::articulated
+
+namespace pantin::detail {
+template articulated::Islands& Memories::create();
+template const articulated::Islands& Memories::none();
+}  // namespace pantin::detail

@@ -384,3 +384,9 @@ Entity joint_of(const World& world, const Block& block);
 void compile(World& world, std::span<const IslandPlan> plans);
 
 }  // namespace pantin::detail::lagrangian
+
+// What copies, hashes and saves them is compiled once, in row.cpp.
+namespace pantin::detail {
+extern template lagrangian::Islands& Memories::create();
+extern template const lagrangian::Islands& Memories::none();
+}  // namespace pantin::detail

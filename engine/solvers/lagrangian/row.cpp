@@ -230,3 +230,8 @@ const SolverRow kRow{.name = "lagrangian",
                      .measure = measure};
 
 }  // namespace pantin::detail::lagrangian
+
+namespace pantin::detail {
+template lagrangian::Islands& Memories::create();
+template const lagrangian::Islands& Memories::none();
+}  // namespace pantin::detail
