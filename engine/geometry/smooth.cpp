@@ -12,7 +12,7 @@ constexpr std::size_t kMostPoints = 8, kTilts = 8;
 // Of the sizes: what is deeper than all corners by less is left to them, so that points do not come
 // and go with what stands; and how deep along a face a piece may be to be touched there without a
 // look at other ways out.
-constexpr Real kAgree = 1e-6, kShallow = 0.05;
+constexpr Real kAgree = 1e-6, kShallow = 5e-3;
 constexpr Real kSnap = 1e-4;  // rad: nearer to a face's normal than this, that normal is tried
 // Of the size: points of a tilted piece that are nearer to their neighbours count once, since on a
 // smooth place tilting only rolls it; how far beside a line another is still over it, and how far
@@ -313,12 +313,12 @@ void touch_ball(const Touch& k) {
                            : Separation{on, ball.points[0], -out, near->distance});
 }
 
-/// Takes a face's normal instead where that is all but the same and keeps the pieces as far apart:
-/// it has fewer rounding errors.
+/// Takes a face's normal instead where that parts the pieces more, or is all but the same and keeps
+/// them as far apart: it has fewer rounding errors.
 void snap_to_face(const Touch& k, Separation& apart) {
   const BestFace face = best_face(k);
-  if (glm::distance(face.normal, apart.normal) > kSnap) return;
-  if (face.gap < apart.distance - 1e-9 * k.size()) return;
+  const bool is_same = glm::distance(face.normal, apart.normal) <= kSnap;
+  if (face.gap < apart.distance + (is_same ? -1e-9 : 1e-9) * k.size()) return;
   apart.normal = face.normal, apart.distance = face.gap;
   if (face.is_of_b)
     apart.on_a = face.farthest, apart.on_b = apart.on_a - face.gap * face.normal;
