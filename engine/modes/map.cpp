@@ -26,19 +26,27 @@ Axes axes_of(const Region& r, const Slice& slice) {
   return axes;
 }
 
-/// One term of a form: its coefficient times the fixed frictions among `variables` in `mask`.
+/// One term of a form: a coefficient times the frictions among `variables` in `mask`.
 template <std::size_t N>
-void add_term(Bilinear& sum, Real term, std::size_t mask, const Axes& axes,
-              const std::array<std::uint8_t, N>& variables) {
+struct Term {
+  Real coefficient;
+  std::size_t mask;
+  std::array<std::uint8_t, N> variables;
+};
+
+/// Adds a term, its fixed frictions multiplied out.
+template <std::size_t N>
+void add_term(Bilinear& sum, const Term<N>& of, const Axes& axes) {
   bool x = false, y = false;
+  Real term = of.coefficient;
   for (std::size_t i = 0; i < N; ++i) {
-    if (!(mask >> i & 1)) continue;
-    if (variables[i] == axes.x)
+    if (!(of.mask >> i & 1)) continue;
+    if (of.variables[i] == axes.x)
       x = true;
-    else if (variables[i] == axes.y)
+    else if (of.variables[i] == axes.y)
       y = true;
     else
-      term *= axes.fixed[variables[i]];
+      term *= axes.fixed[of.variables[i]];
   }
   (x ? (y ? sum.a : sum.b) : (y ? sum.c : sum.d)) += term;
 }
@@ -59,6 +67,9 @@ Bounds bounds_of(Real t, Real size) {
   return {whole ? down : down + 1, down + 1};
 }
 
+/// Whether a form may be 0.
+enum class Zero : std::uint8_t { taken, left_out };
+
 /// What a row leaves of the branches X > 0 and X < 0.
 struct RowSpans {
   Span plus, minus;
@@ -67,8 +78,9 @@ struct RowSpans {
   explicit RowSpans(int columns)
       : plus{0, columns}, minus{0, columns}, size(static_cast<Real>(columns)) {}
 
-  /// A form p + q i, in columns i, that must have the sign of the branch, or be 0 unless `strict`.
-  void restrict_to(Real p, Real q, bool strict) {
+  /// A form p + q i, in columns i, that must have the sign of the branch, or may be 0.
+  void restrict_to(Real p, Real q, Zero zero) {
+    const bool strict = zero == Zero::left_out;
     if (q == 0) {
       if (p < 0 || (strict && p == 0)) plus.last = 0;
       if (p > 0 || (strict && p == 0)) minus.last = 0;
@@ -86,17 +98,24 @@ void fill(std::uint32_t* row, Span span, std::uint32_t bit) {
   for (int i = span.first; i < span.last; ++i) row[i] |= bit;
 }
 
-void draw_row(const Cut& c, Real y, const Slice& slice, std::uint32_t* row, std::uint32_t bit) {
+/// Cells of a row, and the bit of a mode in them.
+struct RowCells {
+  std::uint32_t* cells;
+  std::uint32_t bit;
+};
+
+void draw_row(const Cut& c, Real y, const Slice& slice, const RowCells& row) {
   const Real step = (slice.high - slice.low) / static_cast<Real>(slice.size - 1);
   RowSpans spans(static_cast<int>(slice.size));
-  const auto restrict_to = [&](const Bilinear& f, bool strict) {
+  const auto restrict_to = [&](const Bilinear& f, Zero zero) {
     const Real slope = f.a * y + f.b;
-    spans.restrict_to(f.c * y + f.d + slope * slice.low, slope * step, strict);
+    spans.restrict_to(f.c * y + f.d + slope * slice.low, slope * step, zero);
   };
-  restrict_to(c.divisor, true);
-  for (int i = 0; i < c.form_count; ++i) restrict_to(c.forms[static_cast<std::size_t>(i)], false);
-  fill(row, spans.plus, bit);
-  fill(row, spans.minus, bit);
+  restrict_to(c.divisor, Zero::left_out);
+  for (int i = 0; i < c.form_count; ++i)
+    restrict_to(c.forms[static_cast<std::size_t>(i)], Zero::taken);
+  fill(row.cells, spans.plus, row.bit);
+  fill(row.cells, spans.minus, row.bit);
 }
 
 void take_regions(const Prepared& p, const Slice& slice, ModeMap& map) {
@@ -149,12 +168,12 @@ Cut cut(const Region& r, const Slice& slice) {
   Cut out;
   constexpr std::array<std::uint8_t, 3> kAll{0, 1, 2};
   for (std::size_t mask = 0; mask < 8; ++mask)
-    add_term(out.divisor, r.divisor[mask], mask, axes, kAll);
+    add_term<3>(out.divisor, {r.divisor[mask], mask, kAll}, axes);
   out.form_count = r.form_count();
   for (int i = 0; i < out.form_count; ++i) {
     const auto at = static_cast<std::size_t>(i);
     for (std::size_t mask = 0; mask < 4; ++mask)
-      add_term(out.forms[at], r.forms[at][mask], mask, axes, form_variables(r.kind, i));
+      add_term<2>(out.forms[at], {r.forms[at][mask], mask, form_variables(r.kind, i)}, axes);
   }
   return out;
 }
@@ -166,7 +185,7 @@ void draw_by_spans(const Prepared& p, const Slice& slice, ModeMap& map) {
   for (std::size_t k = 0; k < map.regions.size(); ++k) cuts[k] = cut(region_of(p, map, k), slice);
   for (std::size_t j = 0; j < slice.size; ++j)
     for (std::size_t k = 0; k < map.regions.size(); ++k)
-      draw_row(cuts[k], slice.at(j), slice, &map.cells[j * slice.size], 1u << k);
+      draw_row(cuts[k], slice.at(j), slice, {&map.cells[j * slice.size], 1u << k});
 }
 
 void draw_by_pixels(const Prepared& p, const Slice& slice, ModeMap& map) {

@@ -41,9 +41,9 @@ struct Breakpoints {
   std::array<At, 20> list;
   std::size_t count = 0;
 
-  void add(const Cubic& p, bool open) {
-    for (const Real t : real_roots(p)) list[count++] = {t, open};
-  }
+  /// Roots of a form, or of X.
+  void add(const Cubic& form) { add_all(form, At{0, false}); }
+  void add_divisor(const Cubic& x) { add_all(x, At{0, true}); }
   void sort() {
     std::sort(list.begin(), list.begin() + count, [](At a, At b) { return a.t < b.t; });
     // Roots that rounding has parted are one.
@@ -55,6 +55,11 @@ struct Breakpoints {
         list[kept++] = list[i];
     }
     count = kept;
+  }
+
+ private:
+  void add_all(const Cubic& p, At at) {
+    for (const Real t : real_roots(p)) list[count++] = {t, at.open};
   }
 };
 
@@ -147,8 +152,8 @@ Cubic form_along(const Region& r, int form, const Line& line) {
 Intervals intervals_along(const Region& r, const Line& line) {
   Breakpoints breaks;
   breaks.list[breaks.count++] = {0, false};
-  breaks.add(divisor_along(r, line), true);
-  for (int i = 0; i < r.form_count(); ++i) breaks.add(form_along(r, i, line), false);
+  breaks.add_divisor(divisor_along(r, line));
+  for (int i = 0; i < r.form_count(); ++i) breaks.add(form_along(r, i, line));
   breaks.sort();
   Intervals all;
   for (std::size_t i = 0; i < breaks.count; ++i) {

@@ -107,9 +107,9 @@ class Search {
 
  private:
   /// Solved programmes are counted; the search ends where one stalls or they become too many.
-  bool counted(bool found, Outcome outcome) {
+  bool may_go_on(Outcome outcome) {
     if (outcome == Outcome::stalled || ++out_.programs >= kMostPrograms) out_.complete = false;
-    return found && out_.complete;
+    return out_.complete;
   }
 
   /// Contacts from `depth` on are undecided: none may penetrate.
@@ -131,7 +131,8 @@ class Search {
       }
     }
     Outcome outcome = Outcome::infeasible;
-    return counted(motion.find(twist, outcome), outcome);
+    const bool found = motion.find(twist, outcome);
+    return may_go_on(outcome) && found;
   }
 
   bool balances(std::size_t depth, const Signs& s, SignedMode& mode) {
@@ -151,7 +152,8 @@ class Search {
       }
     }
     Outcome outcome = Outcome::infeasible;
-    return counted(balance.find(depth == p_.count ? &mode : nullptr, outcome), outcome);
+    const bool found = balance.find(depth == p_.count ? &mode : nullptr, outcome);
+    return may_go_on(outcome) && found;
   }
   void add(Balance& balance, std::size_t i, Real mu) {
     balance.add(p_.normal[i] + mu * p_.tangent[i], static_cast<std::uint8_t>(i), mu);

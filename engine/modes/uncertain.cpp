@@ -59,8 +59,15 @@ Real along_axis(const Region& r, const Spread& spread, OwnFriction mu, std::size
   return sum;
 }
 
+/// A rolling contact's force against the sliding one's coefficient x: n0 + n1 x and t0 + t1 x,
+/// times X.
+struct Rolling {
+  Real n0, n1, t0, t1;
+};
+
 /// The integral from 0 to h of (t0 + t1 x) / (n0 + n1 x), the divisor of one sign.
-Real integral(Real t0, Real t1, Real n0, Real n1, Real h) {
+Real integral(const Rolling& f, Real h) {
+  const auto& [n0, n1, t0, t1] = f;
   const Real z = n1 * h / n0;
   Real first = 1 - z / 2 + z * z / 3, second = 0.5 - z / 3 + z * z / 4;
   if (std::abs(z) > 1e-4) {
@@ -72,12 +79,6 @@ Real integral(Real t0, Real t1, Real n0, Real n1, Real h) {
   return h / n0 * (t0 * first + t1 * h * second);
 }
 
-/// A rolling contact's force against the sliding one's coefficient x: n0 + n1 x and t0 + t1 x,
-/// times X.
-struct Rolling {
-  Real n0, n1, t0, t1;
-};
-
 /// Of the rolling contact's coefficient, uniform within [low, high], what holds for x in [from,
 /// to].
 Real uniform_part(const Rolling& f, const Spread& roll, Real from, Real to) {
@@ -86,7 +87,7 @@ Real uniform_part(const Rolling& f, const Spread& roll, Real from, Real to) {
   if (least <= roll.low) return (roll.high - roll.low) * (to - from);
   if (!(least < roll.high)) return 0;
   const Real lost =
-      std::abs(integral(f.t0 + f.t1 * from, f.t1, f.n0 + f.n1 * from, f.n1, to - from));
+      std::abs(integral({f.n0 + f.n1 * from, f.n1, f.t0 + f.t1 * from, f.t1}, to - from));
   return std::clamp(roll.high * (to - from) - lost, 0.0, (roll.high - roll.low) * (to - from));
 }
 

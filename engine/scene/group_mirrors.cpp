@@ -77,6 +77,17 @@ struct GroupBuilder::MirroredLinks {
     if (is_image(a, of_a) || is_image(b, of_b)) return nullptr;
     return of_a ? of_a : of_b;
   }
+  /// The same of all bodies that a cable runs along.
+  const Image* image_along(const BuiltCable& cable) const {
+    const Image* image = image_of(cable.a, cable.b);
+    if (is_image(cable.a, find(cable.a)) || is_image(cable.b, find(cable.b))) return nullptr;
+    for (const BuiltGuide& g : cable.guides) {
+      const Image* own = find(g.body);
+      if (is_image(g.body, own)) return nullptr;
+      if (!image) image = own;
+    }
+    return image;
+  }
   const Image* find(std::uint32_t body) const {
     const auto it = group.images_.find(body);
     return it == group.images_.end() ? nullptr : &it->second;
@@ -148,8 +159,16 @@ void GroupBuilder::MirroredLinks::gears(const std::vector<std::uint32_t>& images
 void GroupBuilder::MirroredLinks::cables() const {
   for (std::size_t i = 0, count = made.cables.size(); i < count; ++i) {
     BuiltCable c = made.cables[i];
-    const Image* image = image_of(c.a, c.b);
+    const Image* image = image_along(c);
     if (!image) continue;
+    for (BuiltGuide& g : c.guides) {
+      const Quat turned = made.pose_of(g.body).rotation;
+      g.guide.anchor = anchor(g.body, g.guide.anchor, {image->plane});
+      g.guide.axis = find(g.body) ? Reflection{image->plane}.axial(g.guide.axis)
+                                  : glm::conjugate(turned) *
+                                        Reflection{image->plane}.axial(turned * g.guide.axis);
+      g.body = end(g.body);
+    }
     c.joint.anchor_a = anchor(c.a, c.joint.anchor_a, {image->plane});
     c.joint.anchor_b = anchor(c.b, c.joint.anchor_b, {image->plane});
     c.name = name(c.at, c.name), c.a = end(c.a), c.b = end(c.b);

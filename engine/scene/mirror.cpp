@@ -158,6 +158,8 @@ BuiltScene mirrored(const BuiltScene& whole, const Reflection& by, MirrorImages&
   for (BuiltCable& c : image.cables) {
     c.joint.anchor_a = by.direction(c.joint.anchor_a);
     c.joint.anchor_b = by.direction(c.joint.anchor_b);
+    for (BuiltGuide& g : c.guides)
+      g.guide.anchor = by.direction(g.guide.anchor), g.guide.axis = by.axial(g.guide.axis);
   }
   for (BuiltPin& p : image.pins) {
     p.pin.anchor = by.direction(p.pin.anchor);

@@ -93,7 +93,11 @@ class Islands {
   template <class Take>
   static void each_tie(const BuiltScene& built, const Take& take) {
     for (const BuiltJoint& j : built.joints) take(j.a, j.b);
-    for (const BuiltCable& c : built.cables) take(c.a, c.b);
+    for (const BuiltCable& c : built.cables) {
+      std::uint32_t last = c.a;
+      for (const BuiltGuide& g : c.guides) take(last, g.body), last = g.body;
+      take(last, c.b);
+    }
     for (const BuiltPin& p : built.pins) take(p.body, p.to);
   }
   void join(std::uint32_t a, std::uint32_t b) {

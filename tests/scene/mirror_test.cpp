@@ -112,6 +112,22 @@ TEST_CASE("Travels, screws and gears keep their meaning in a mirror") {
   check_images(s, {{"nut_l", "nut_r"}, {"sledge_l", "sledge_r"}, {"wheel_l", "wheel_r"}}, 0);
 }
 
+TEST_CASE("Cables over pulleys are mirrored, in scenes and in instances") {
+  const std::string weights = R"("bodies": [
+{"name": "heavy_l", "mass": 3, "inertia": [1, 1, 1], "position": [0.3, 0, 0], "velocity": [0.2, 0, 0]},
+{"name": "light_l", "mass": 2, "inertia": [1, 1, 1], "position": [0.9, 0.2, 0]}],
+"cables": [{"name": "line_l", "a": "heavy_l", "b": "light_l",
+ "over": [{"body": "world", "point": [0.6, 2, 0], "radius": 0.3, "axis": [0, 0, -1]}]}])";
+  const std::string head = R"({"version": 1, "solver": {"type": "lagrangian"}, )";
+  Scene s = good(head + weights +
+                 R"(, "generators": {"mirrors": [{"bodies": ["heavy_l", "light_l"]}]}})");
+  CHECK(s.world.cables.size() == 2);
+  check_images(s, {{"heavy_l", "heavy_r"}, {"light_l", "light_r"}}, 0);
+  Scene t = good(head + R"("prefabs": [{"name": "w", )" + weights + R"(}], "instances": [
+{"name": "a", "prefab": "w"}, {"name": "b", "prefab": "w", "mirror": "x"}]})");
+  check_images(t, {{"a/heavy_l", "b/heavy_r"}, {"a/light_l", "b/light_r"}}, 0);
+}
+
 TEST_CASE("Shapes are mirrored, whatever the axis") {
   const std::string axis = GENERATE("x", "y", "z");
   const int i = axis[0] - 'x';

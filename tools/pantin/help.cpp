@@ -47,24 +47,25 @@ std::string escaped(const std::string& line) {
 
 /// Prose is filled; what is indented stays as it stands.
 void add_footer(std::string& page, const std::string& footer) {
-  bool is_example = false;
-  const auto turn_to = [&](bool example) {
-    if (example != is_example) page += example ? ".EX\n" : ".EE\n";
-    is_example = example;
+  enum class Part { prose, example } part = Part::prose;
+  const auto turn_to = [&](Part next) {
+    if (next != part) page += next == Part::example ? ".EX\n" : ".EE\n";
+    part = next;
   };
   std::istringstream lines(footer);
   for (std::string line; std::getline(lines, line);) {
     if (line.empty()) {
-      turn_to(false);
+      turn_to(Part::prose);
       page += ".PP\n";
       continue;
     }
-    turn_to(line.starts_with(' '));
-    const bool is_heading = !is_example && line.ends_with(':') && line.find(' ') == line.npos;
+    turn_to(line.starts_with(' ') ? Part::example : Part::prose);
+    const bool is_heading =
+        part == Part::prose && line.ends_with(':') && line.find(' ') == line.npos;
     page += (is_heading ? ".B " : "") + escaped(line) + "\n";
     if (is_heading) page += ".br\n";
   }
-  turn_to(false);
+  turn_to(Part::prose);
 }
 
 void add_arguments(std::string& page, const std::vector<Argument>& arguments) {

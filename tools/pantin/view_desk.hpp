@@ -131,7 +131,6 @@ class Desk {
   void begin(Scene scene);
   void watch_files();
   void start_panes();
-  void watch_files();
   Solver another() const;
   void look();
   void follow();
