@@ -53,6 +53,7 @@ class Descent {
 
  private:
   std::array<Real, 2> step(const Height& h, std::array<Real, 2> at) const;
+  std::array<Real, 2> downhill(const Height& h, std::array<Real, 2> at) const;
   std::array<Real, 2> inside(Real u, Real v) const {
     return {box_.u.clamped(u), box_.v.clamped(v)};
   }
@@ -81,6 +82,17 @@ std::array<Real, 2> Descent::step(const Height& h, std::array<Real, 2> at) const
   return {(b * h.gv - c * h.gu) / determinant, (b * h.gu - a * h.gv) / determinant};
 }
 
+/// Against the gradient, each parameter by its own bend; not out of the box.
+std::array<Real, 2> Descent::downhill(const Height& h, std::array<Real, 2> at) const {
+  const Real least = 1e-6 * (std::abs(h.huu) + std::abs(h.hvv));
+  const auto along = [&](Real g, Real bend, Real t, const Range& r) {
+    const bool holds = r.width() == 0 || (t <= r.low && g > 0) || (t >= r.high && g < 0);
+    const Real scale = std::max(std::abs(bend), least);
+    return holds || !(scale > 0) ? 0 : -g / scale;
+  };
+  return {along(h.gu, h.huu, at[0], box_.u), along(h.gv, h.hvv, at[1], box_.v)};
+}
+
 NearestPoint Descent::from(std::array<Real, 2> start) {
   const std::array<Real, 2> width{box_.u.width(), box_.v.width()};
   NearestPoint best;
@@ -88,13 +100,9 @@ NearestPoint Descent::from(std::array<Real, 2> start) {
   Jet jet = jet_in(face_, box_, at);
   Height h = height_of(jet, p_, width);
   ++best.looks;
-  for (int round = 0; round < kMostSteps; ++round) {
-    const auto way = step(h, at);
-    const Real longest = std::max(std::abs(way[0]), std::abs(way[1]));
-    if (!(longest > 1e-16)) break;
-    bool has_moved = false;
-    // Near the end f no longer tells steps apart: there Newton's step is taken as it is.
-    const bool is_last = longest < 1e-7;
+  // Moves along a way, shortened until f falls; or, near the end, where f no longer tells steps
+  // apart, as it is.
+  const auto go = [&](std::array<Real, 2> way, Real longest, bool is_last) {
     for (Real part = std::min(1.0, 0.5 / longest); part > 1e-9; part /= 4) {
       const auto to = inside(at[0] + part * way[0] * width[0], at[1] + part * way[1] * width[1]);
       if (to == at) break;
@@ -102,8 +110,22 @@ NearestPoint Descent::from(std::array<Real, 2> start) {
       const Height h_there = height_of(there, p_, width);
       ++best.looks;
       if (!is_last && !(h_there.f < h.f)) continue;
-      at = to, jet = there, h = h_there, has_moved = true;
-      break;
+      at = to, jet = there, h = h_there;
+      return true;
+    }
+    return false;
+  };
+  for (int round = 0; round < kMostSteps; ++round) {
+    const auto way = step(h, at);
+    const Real longest = std::max(std::abs(way[0]), std::abs(way[1]));
+    if (!(longest > 1e-16)) break;
+    const bool is_last = longest < 1e-7;
+    bool has_moved = go(way, longest, is_last);
+    // A step that a bound cuts short may lead uphill; one against the gradient never does.
+    if (!has_moved && !is_last) {
+      const auto down = downhill(h, at);
+      const Real most = std::max(std::abs(down[0]), std::abs(down[1]));
+      has_moved = most > 1e-13 && go(down, most, false);
     }
     if (!has_moved || longest < 1e-13) break;
   }

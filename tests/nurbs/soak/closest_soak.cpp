@@ -1,5 +1,4 @@
-// A million nearest points: pantin_tests "a million*"; not one of ctest's, which takes a file's
-// hidden tests too.
+// A million nearest points: pantin_tests "a million*"
 #include "tests/nurbs/dense.hpp"
 
 using namespace pantin;
