@@ -102,14 +102,15 @@ NearestPoint Descent::from(std::array<Real, 2> start) {
   ++best.looks;
   // Moves along a way, shortened until f falls; or, near the end, where f no longer tells steps
   // apart, as it is.
-  const auto go = [&](std::array<Real, 2> way, Real longest, bool is_last) {
+  enum class Step : std::uint8_t { falls, as_it_is };
+  const auto go = [&](std::array<Real, 2> way, Real longest, Step kind) {
     for (Real part = std::min(1.0, 0.5 / longest); part > 1e-9; part /= 4) {
       const auto to = inside(at[0] + part * way[0] * width[0], at[1] + part * way[1] * width[1]);
       if (to == at) break;
       const Jet there = jet_in(face_, box_, to);
       const Height h_there = height_of(there, p_, width);
       ++best.looks;
-      if (!is_last && !(h_there.f < h.f)) continue;
+      if (kind == Step::falls && !(h_there.f < h.f)) continue;
       at = to, jet = there, h = h_there;
       return true;
     }
@@ -120,12 +121,12 @@ NearestPoint Descent::from(std::array<Real, 2> start) {
     const Real longest = std::max(std::abs(way[0]), std::abs(way[1]));
     if (!(longest > 1e-16)) break;
     const bool is_last = longest < 1e-7;
-    bool has_moved = go(way, longest, is_last);
+    bool has_moved = go(way, longest, is_last ? Step::as_it_is : Step::falls);
     // A step that a bound cuts short may lead uphill; one against the gradient never does.
     if (!has_moved && !is_last) {
       const auto down = downhill(h, at);
       const Real most = std::max(std::abs(down[0]), std::abs(down[1]));
-      has_moved = most > 1e-13 && go(down, most, false);
+      has_moved = most > 1e-13 && go(down, most, Step::falls);
     }
     if (!has_moved || longest < 1e-13) break;
   }

@@ -28,6 +28,14 @@ Lines with_ratio(const std::string& members) {
 "gears": [{
 )" + members + "}]}");
 }
+/// A cable led over guides, on line 4.
+std::string with_guides(const std::string& guides, const char* solver = "lagrangian") {
+  return ("{\"version\": 1, \"solver\": {\"type\": \"" + std::string(solver) + R"("},
+"bodies": [{"name": "a", "mass": 1, "inertia": [1, 1, 1]}],
+"cables": [{"a": "a", "b": "world", "point_b": [0, 3, 0], "over":
+[)" + guides +
+          "]}]}");
+}
 Lines with_solver(const std::string& members) {
   return diagnostics("{\"version\": 1, \"solver\": {\n" + members + "}}");
 }
@@ -218,4 +226,29 @@ TEST_CASE("Bodies that no matter makes, and joints from a body to itself, are re
         Lines{"t.json:4:12: /joints/0: found \"a\" tied to \"a\", expected two different ones"});
   CHECK(diagnostics(R"({"version": 1, "step": 0})") ==
         Lines{"t.json:1:24: /step: found 0, expected a step above 0, at most 1 s"});
+}
+
+TEST_CASE("Guides that a cable cannot be led over are refused") {
+  const std::string ring = R"({"body": "world", "point": [0, 1, 0]})";
+  good(with_guides(ring));
+  CHECK(diagnostics(with_guides(ring, "auto")) ==
+        Lines{"t.json:4:1: /cables/0/over: found guides of cable \"a-world\" solved by \"auto\", "
+              "expected the solver \"lagrangian\": no other knows it"});
+  CHECK(diagnostics(with_guides(R"({"body": "nix"})")) ==
+        Lines{"t.json:4:1: /cables/0/over: found \"nix\", expected the name of a body or "
+              "\"world\""});
+  CHECK(diagnostics(with_guides(R"({"body": "world", "point": [0, 1, 0], "radius": 0.1})")) ==
+        Lines{"t.json:4:2: /cables/0/over/0: found an object, expected the \"axis\" of a pulley, a "
+              "vector that is not zero"});
+  const auto one = [](const char* at, const char* axis) {
+    return R"({"body": "world", "radius": 0.1, "point": )" + std::string(at) + R"(, "axis": )" +
+           axis + "}";
+  };
+  CHECK(diagnostics(with_guides(one("[0, 3, 0]", "[0, 0, 1]"))).size() ==
+        1);  // holds the end at its centre
+  good(with_guides(one("[0, 1, 0]", "[0, 0, 1]") + "," + one("[0.5, 2, 0]", "[0, 0, 1]")));
+  const Lines askew = diagnostics(
+      with_guides(one("[0, 1, 0]", "[0, 0, 1]") + "," + one("[0.5, 2, 0]", "[0, 1, 1]")));
+  REQUIRE(askew.size() == 1);
+  CHECK(askew[0].find("two pulleys, expected them in one plane") != std::string::npos);
 }
