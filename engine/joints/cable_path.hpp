@@ -10,7 +10,9 @@
 /// from one side to the other), and over the pulleys, phi the angle of wrap. The tension of a cable
 /// acts along the gradient of L, so it is the same everywhere and no work is lost. Where a pulley
 /// does not turn the cable, phi would be negative: the cable passes by it. This is exact while the
-/// places next to a pulley lie in its plane; near it, it is a conservative approximation.
+/// places next to a pulley lie in its plane; near it, it is a conservative approximation. Angles of
+/// wrap are taken from -90 to 270 degrees: whole turns are not counted, and where a place goes
+/// farther round a pulley the length jumps by a turn.
 ///
 /// Internal (pantin::detail).
 #include <span>
