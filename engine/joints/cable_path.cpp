@@ -8,6 +8,9 @@
 namespace pantin::detail {
 namespace {
 
+/// How far pulleys that follow one another may be askew, rad, and that sine.
+constexpr Real kAskew = 0.02;
+
 /// A number that changes with time: value, first and second derivative.
 struct Jet {
   Real x = 0, rate = 0, second = 0;
@@ -192,6 +195,20 @@ PathLength path_length(std::span<const PathPoint> path, std::span<PathGradient> 
     pull(t.at[k - 1], w.from, -1), pull(t.at[k + 1], w.to, 1);
   }
   return {length.x, length.second};
+}
+
+std::optional<PathFault> fault_of(std::span<const PathPoint> path) {
+  for (std::size_t i = 0; i + 1 < path.size(); ++i) {
+    const PathPoint &a = path[i], &b = path[i + 1];
+    const Vec3 d = b.centre - a.centre;
+    const Real distance = glm::length(d), least = std::abs(shift_of(a, b));
+    if (!(distance > least)) return PathFault{i, false, distance, least};
+    if (!(a.radius > 0 && b.radius > 0)) continue;
+    const bool leans = glm::length(glm::cross(a.axis, b.axis)) > kAskew;
+    if (leans || std::abs(glm::dot(d, a.axis)) > kAskew * distance)
+      return PathFault{i, true, distance, least};
+  }
+  return std::nullopt;
 }
 
 void trace_path(std::span<const PathPoint> path, Real turn, std::vector<Vec3>& to) {

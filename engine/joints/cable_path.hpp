@@ -15,6 +15,7 @@
 /// farther round a pulley the length jumps by a turn.
 ///
 /// Internal (pantin::detail).
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -47,6 +48,14 @@ struct PathLength {
 /// The length of a path of 2 to kMostPathPoints places; gradients are written where there is room
 /// for all of them.
 PathLength path_length(std::span<const PathPoint> path, std::span<PathGradient> gradients);
+
+/// Two places that follow one another and cannot: within one another, or pulleys askew.
+struct PathFault {
+  std::size_t place = 0;  // of the first, from the cable's end a
+  bool askew = false;
+  Real distance = 0, least = 0;  // m, of the centres; where they would touch
+};
+std::optional<PathFault> fault_of(std::span<const PathPoint> path);
 
 /// Appends the points of the taut cable, m, arcs in steps of no more than `turn` rad.
 void trace_path(std::span<const PathPoint> path, Real turn, std::vector<Vec3>& to);

@@ -113,8 +113,12 @@ Real add_guides(Findings& findings, const CableJoint& described, Cable& cable) {
   cable.a = described.a, cable.b = described.b;
   cable.joint.anchor_a = local(described.a, described.anchor_a);
   cable.joint.anchor_b = local(described.b, described.anchor_b);
-  if (described.length) return *described.length;
-  return path_length(route_of(cable, [&](Entity e) { return &world.bodies[e].pose; }), {}).length;
+  const auto route = route_of(cable, [&](Entity e) { return &world.bodies[e].pose; });
+  if (const auto fault = fault_of(route))
+    findings.add("over", fault->askew ? "two pulleys askew" : "places within one another",
+                 fault->askew ? "them in one plane, or a ring between them" : "them apart");
+  if (!findings.ok()) return 0;
+  return described.length ? *described.length : path_length(route, {}).length;
 }
 
 Result<Entity> add_cable_over(World& world, const CableJoint& described) {

@@ -13,6 +13,6 @@ std::vector<PathPoint> route_of(const BuiltScene& built, const BuiltCable& cable
 
 /// What is wrong with a route, in words; empty if nothing is. Pulleys next to one another must lie
 /// in one plane, and places next to a pulley outside of it.
-std::string fault_of(const std::vector<PathPoint>& route);
+std::string fault_in(const std::vector<PathPoint>& route);
 
 }  // namespace pantin::detail

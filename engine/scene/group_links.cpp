@@ -214,7 +214,7 @@ void GroupBuilder::add_cable_over(Element<CableRecipe> e, std::uint32_t a, std::
                            "found " + std::to_string(made.guides.size()) + " guides, expected " +
                                std::to_string(kMostPathPoints - 2) + " at most");
   const std::vector<PathPoint> route = route_of(made_, made);
-  if (const std::string fault = fault_of(route); !fault.empty())
+  if (const std::string fault = fault_in(route); !fault.empty())
     return messages_.error(e.id, "over", fault);
   made.joint.length = recipe.length.value_or(recipe.slack * path_length(route, {}).length);
   made_.cables.push_back(std::move(made));

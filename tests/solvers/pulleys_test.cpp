@@ -182,6 +182,13 @@ TEST_CASE("wrong guides are refused with a line") {
   CHECK(why({.body = a.left, .radius = 0.1}).find("axis") != std::string::npos);
   CHECK(why({.body = a.left, .axis = {0, 0, 1}, .radius = -1}).find("over") != std::string::npos);
   CHECK(why({}).find("over") != std::string::npos);
+  const Entity ground = a.world.cables[a.cable].guides.front().body;
+  CHECK(why({.body = ground, .point = {0, 0.05, 0}, .axis = {0, 0, 1}, .radius = 0.1})
+            .find("within one another") != std::string::npos);
+  CableJoint two{.a = a.left, .b = a.right};
+  two.over = {{.body = ground, .point = {0, 5, 0}, .axis = {0, 0, 1}, .radius = 0.1},
+              {.body = ground, .point = {1, 5, 0}, .axis = {0, 1, 1}, .radius = 0.1}};
+  CHECK(!a.world.add(two));
   a.world.default_settings.solver = Solver::articulated;
   CHECK(why({.body = a.left, .axis = {0, 0, 1}, .radius = 0.1}).find("pulley") !=
         std::string::npos);
