@@ -41,4 +41,4 @@ int main() {
   simulation.step();
   std::printf("fastest %.2f m/s\n", fastest);
 }
-// prints: fastest 0\.[45][0-9] m/s
+// prints: fastest 0\.[56][0-9] m/s

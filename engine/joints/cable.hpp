@@ -11,6 +11,9 @@
 
 namespace pantin::detail {
 
+/// Angle of wrap from which those of a first pose are found, rad: from -90 to 270 degrees.
+inline constexpr Real kFirstWrap = kPi / 2;
+
 struct CableParameters {
   Vec3 anchor_a{0};     // in body a's mass-centre frame
   Vec3 anchor_b{0};     // in body b's mass-centre frame

@@ -11,6 +11,9 @@ namespace {
 /// How far pulleys that follow one another may be askew, rad, and that sine.
 constexpr Real kAskew = 0.02;
 
+/// Least length of a straight part between circles, relative to their shift.
+constexpr Real kLeastPart = 1e-3;
+
 /// A number that changes with time: value, first and second derivative.
 struct Jet {
   Real x = 0, rate = 0, second = 0;
@@ -104,7 +107,7 @@ Neighbour neighbour_of(const PathPoint& pulley, const PathPoint& other) {
 /// A pulley with what is before and after it on the cable.
 struct Wrap {
   Neighbour from, to;
-  Jet angle;  // of wrap, from -pi/2 to 3 pi/2
+  Jet angle;  // of wrap
 };
 
 Wrap wrap_at(const PathPoint& before, const PathPoint& pulley, const PathPoint& after) {
@@ -112,32 +115,40 @@ Wrap wrap_at(const PathPoint& before, const PathPoint& pulley, const PathPoint& 
   const Jet along = dot(w.from.arm, w.to.arm) - w.from.height * w.to.height;
   const Jet across = dot(axis_of(pulley), cross(w.from.arm, w.to.arm));
   w.angle = angle_of(along, across) - w.from.free_angle - w.to.free_angle;
-  while (w.angle.x < -kPi / 2) w.angle.x += 2 * kPi;
-  while (w.angle.x >= 3 * kPi / 2) w.angle.x -= 2 * kPi;
+  w.angle.x += 2 * kPi * std::round((pulley.wrap - w.angle.x) / (2 * kPi));
   return w;
 }
 
-/// The places that a cable touches, by their numbers.
+/// The places that a cable touches, by their numbers, and how it lies there.
 struct Touched {
   std::size_t count = 0, at[kMostPathPoints];
+  Wrap wraps[kMostPathPoints];  // of those with a radius
 };
 
-/// Pulleys that would turn the cable the other way are left out, the worst first.
-Touched touched_by(std::span<const PathPoint> path) {
+/// Pulleys that would turn the cable the other way are left out, the worst first. Their angles go
+/// to `passed`, by place, where there is room.
+Touched touched_by(std::span<const PathPoint> path, std::span<Real> passed = {}) {
   PANTIN_ASSERT(path.size() >= 2 && path.size() <= kMostPathPoints);
   Touched t;
   for (std::size_t i = 0; i < path.size(); ++i) t.at[t.count++] = i;
+  const auto find = [&](std::size_t k) {
+    if (k == 0 || k + 1 >= t.count || !(path[t.at[k]].radius > 0)) return;
+    t.wraps[k] = wrap_at(path[t.at[k - 1]], path[t.at[k]], path[t.at[k + 1]]);
+  };
+  for (std::size_t k = 1; k + 1 < t.count; ++k) find(k);
   for (;;) {
     Real least = 0;
     std::size_t worst = 0;
     for (std::size_t k = 1; k + 1 < t.count; ++k) {
       if (!(path[t.at[k]].radius > 0)) continue;
-      const Real wrap = wrap_at(path[t.at[k - 1]], path[t.at[k]], path[t.at[k + 1]]).angle.x;
-      if (wrap < least) least = wrap, worst = k;
+      if (t.wraps[k].angle.x < least) least = t.wraps[k].angle.x, worst = k;
     }
     if (worst == 0) return t;
+    if (!passed.empty()) passed[t.at[worst]] = least;
     std::copy(t.at + worst + 1, t.at + t.count, t.at + worst);
+    std::copy(t.wraps + worst + 1, t.wraps + t.count, t.wraps + worst);
     --t.count;
+    find(worst - 1), find(worst);
   }
 }
 
@@ -183,7 +194,7 @@ PathLength path_length(std::span<const PathPoint> path, std::span<PathGradient> 
   for (std::size_t k = 1; k + 1 < t.count; ++k) {
     const PathPoint& pulley = path[t.at[k]];
     if (!(pulley.radius > 0)) continue;
-    const Wrap w = wrap_at(path[t.at[k - 1]], pulley, path[t.at[k + 1]]);
+    const Wrap& w = t.wraps[k];
     length = length + pulley.radius * w.angle;
     if (!wanted) continue;
     const auto pull = [&](std::size_t at, const Neighbour& n, Real sense) {
@@ -195,6 +206,14 @@ PathLength path_length(std::span<const PathPoint> path, std::span<PathGradient> 
     pull(t.at[k - 1], w.from, -1), pull(t.at[k + 1], w.to, 1);
   }
   return {length.x, length.second};
+}
+
+void find_wraps(std::span<const PathPoint> path, std::span<Real> wraps) {
+  PANTIN_ASSERT(wraps.size() >= path.size());
+  std::fill(wraps.begin(), wraps.end(), 0.0);
+  const Touched t = touched_by(path, wraps);
+  for (std::size_t k = 1; k + 1 < t.count; ++k)
+    if (path[t.at[k]].radius > 0) wraps[t.at[k]] = t.wraps[k].angle.x;
 }
 
 std::optional<PathFault> fault_of(std::span<const PathPoint> path) {
@@ -211,6 +230,20 @@ std::optional<PathFault> fault_of(std::span<const PathPoint> path) {
   return std::nullopt;
 }
 
+Real run_up_of(std::span<const PathPoint> path, Real time) {
+  const Touched t = touched_by(path);
+  Real most = 0;
+  for (std::size_t k = 0; k + 1 < t.count; ++k) {
+    const PathPoint &a = path[t.at[k]], &b = path[t.at[k + 1]];
+    const Vec3 d = b.centre - a.centre;
+    const Real shift = shift_of(a, b), least = kLeastPart * std::abs(shift);
+    const Real part = std::sqrt(std::max(glm::dot(d, d) - shift * shift, Real(0)));
+    const Real way = -time * glm::dot(d, b.velocity - a.velocity);
+    most = std::max(most, part > least ? way / part - part : std::max(least - part, Real(1e-12)));
+  }
+  return most;
+}
+
 void trace_path(std::span<const PathPoint> path, Real turn, std::vector<Vec3>& to) {
   const Touched t = touched_by(path);
   to.push_back(path[t.at[0]].centre);
@@ -220,7 +253,7 @@ void trace_path(std::span<const PathPoint> path, Real turn, std::vector<Vec3>& t
       to.push_back(p.centre);
       continue;
     }
-    const Wrap w = wrap_at(path[t.at[k - 1]], p, path[t.at[k + 1]]);
+    const Wrap& w = t.wraps[k];
     const Vec3 out = (w.from.arm.x - w.from.height.x * p.axis) / w.from.distance.x;
     const Vec3 across = glm::cross(p.axis, out);
     const int parts = std::max(1, static_cast<int>(std::ceil(w.angle.x / turn)));

@@ -9,16 +9,17 @@
 /// over the straight parts, d from centre to centre, s = R - R' (R + R' where the cable crosses
 /// from one side to the other), and over the pulleys, phi the angle of wrap. The tension of a cable
 /// acts along the gradient of L, so it is the same everywhere and no work is lost. Where a pulley
-/// does not turn the cable, phi would be negative: the cable passes by it. This is exact while the
-/// places next to a pulley lie in its plane; near it, it is a conservative approximation. Angles of
-/// wrap are taken from -90 to 270 degrees: whole turns are not counted, and where a place goes
-/// farther round a pulley the length jumps by a turn.
+/// does not turn the cable, phi would be negative: the cable passes by it until its ends come back
+/// the way they went. This is exact while the places next to a pulley lie in its plane; near it, it
+/// is a conservative approximation. Poses tell phi but for whole turns; of those it has what is
+/// nearest to the angle before, so the length never jumps while a body is whirled round a pulley.
 ///
 /// Internal (pantin::detail).
 #include <optional>
 #include <span>
 #include <vector>
 
+#include "engine/joints/cable.hpp"
 #include "engine/joints/rows.hpp"
 
 namespace pantin::detail {
@@ -30,6 +31,7 @@ struct PathPoint {
   Vec3 centre{0}, velocity{0}, acceleration{0};
   Vec3 axis{0, 0, 1}, axis_rate{0}, axis_acceleration{0};  // the cable runs round it anticlockwise
   Real radius = 0;                                         // m; 0: an end or a ring
+  Real wrap = kFirstWrap;  // rad, angle of wrap before: this one is within half a turn of it
 };
 
 /// A point of a body and an axis in its mass-centre frame.
@@ -49,6 +51,9 @@ struct PathLength {
 /// for all of them.
 PathLength path_length(std::span<const PathPoint> path, std::span<PathGradient> gradients);
 
+/// The angles of wrap as they are now, rad; below 0 where the cable passes by. 0 of ends and rings.
+void find_wraps(std::span<const PathPoint> path, std::span<Real> wraps);
+
 /// Two places that follow one another and cannot: within one another, or pulleys askew.
 struct PathFault {
   std::size_t place = 0;  // of the first, from the cable's end a
@@ -56,6 +61,11 @@ struct PathFault {
   Real distance = 0, least = 0;  // m, of the centres; where they would touch
 };
 std::optional<PathFault> fault_of(std::span<const PathPoint> path);
+
+/// How far the end of a straight part runs up on its pulley, or through its ring, within `time`, m,
+/// at the velocities of the places: that is not modelled. Less than a thousandth of a pulley's
+/// radius counts as nothing left. 0: nowhere.
+Real run_up_of(std::span<const PathPoint> path, Real time);
 
 /// Appends the points of the taut cable, m, arcs in steps of no more than `turn` rad.
 void trace_path(std::span<const PathPoint> path, Real turn, std::vector<Vec3>& to);

@@ -99,10 +99,11 @@ Real add_guides(Findings& findings, const CableJoint& described, Cable& cable) {
   for (const CableJoint::Guide& g : described.over) {
     findings.body("over", g.body), findings.finite("over", g.point);
     findings.not_negative("over", g.radius);
+    if (g.turns < 0) findings.add("over", std::to_string(g.turns) + " turns", "0 or more");
     if (g.radius > 0 && !(glm::length(g.axis) > 0)) findings.add("over", "no axis", "a direction");
     if (!findings.ok()) return 0;
     CableGuide guide{g.body, local(g.body, g.point)};
-    guide.radius = g.radius;
+    guide.radius = g.radius, guide.wrap += 2 * kPi * g.turns;
     if (g.radius > 0)
       guide.axis = glm::normalize(glm::conjugate(world.bodies[g.body].pose.rotation) *
                                   glm::normalize(g.axis));

@@ -177,6 +177,7 @@ struct CableJoint {
     Vec3 point{0};     // the ring, or the pulley's centre
     Vec3 axis{0};      // of a pulley: from a to b the cable runs round it anticlockwise
     Real radius = 0;   // m, of a pulley, to the middle of the cable; 0: a ring
+    int turns = 0;     // whole turns round a pulley at the start, beside what is seen
   };
   Entity a = {}, b = {};
   Vec3 anchor_a{0}, anchor_b{0};

@@ -10,6 +10,7 @@ std::vector<PathPoint> route_of(const BuiltScene& built, const BuiltCable& cable
     const Mat3 turned = glm::mat3_cast(pose.rotation);
     route.push_back(path_point({pose.position, pose.rotation, turned, Vec3(0), Vec3(0)}, g.anchor,
                                g.axis, g.radius));
+    route.back().wrap = g.wrap;
   };
   add(cable.a, {.body = {}, .anchor = cable.joint.anchor_a});
   for (const BuiltGuide& g : cable.guides) add(g.body, g.guide);

@@ -203,6 +203,7 @@ void GroupBuilder::add_cable_over(Element<CableRecipe> e, std::uint32_t a, std::
     if (g.radius > 0)
       guide.guide.axis =
           glm::normalize(glm::conjugate(made_.pose_of(*body).rotation) * glm::normalize(g.axis));
+    guide.guide.wrap += 2 * kPi * g.turns;
     made.guides.push_back(guide);
   }
   if (!moves)

@@ -163,10 +163,13 @@ constexpr Key kGuide[] = {
         "axis", "",
         "Of the pulley, in the frame of the scene or prefab: from a to b the cable runs round it "
         "anticlockwise, as seen from where it points."),
+    whole("turns", 0, 1000, "Whole turns round the pulley at the start, beside what is seen.")
+        .or_else(0),
 };
 constexpr Exclusive kGuidePairs[] = {{"point", "anchor"}};
 constexpr Beside kGuidePartners[] = {
-    {"axis", "radius", "found \"axis\" without \"radius\", expected the pulley's radius too"}};
+    {"axis", "radius", "found \"axis\" without \"radius\", expected the pulley's radius too"},
+    {"turns", "radius", "found \"turns\" without \"radius\", expected the pulley's radius too"}};
 
 constexpr Key kCable[] = {
     own_name("Default \"a-b\"."),

@@ -10,13 +10,6 @@ namespace {
 
 constexpr std::size_t kGroups = 32;
 
-/// Of what a file calls solid, unless it says more: everything but bodies of one joint.
-Collision solid() {
-  Collision c;
-  c.others = c.self = true;
-  return c;
-}
-
 /// The bit of a name that all files share, old or new; 0 if there is none left.
 std::uint32_t bit_of(std::vector<std::string_view>& names, std::string_view name) {
   const auto it = std::find(names.begin(), names.end(), name);
@@ -67,7 +60,7 @@ Collision read_details(const Reading& reading, NodeId node, const Collision& bas
 
 /// What stands under "collision"; nothing if it is false.
 std::optional<Collision> read_value(const Reading& reading, NodeId node) {
-  const Collision base = reading.collision.value_or(solid());
+  const Collision base = reading.collision.value_or(Collision{});
   if (reading.json[node].kind == JsonKind::object) return read_details(reading, node, base);
   if (reading.json[node].kind != JsonKind::boolean)
     reading.diagnostics.error_value(node, "true, false or an object (collision)");

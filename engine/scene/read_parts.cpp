@@ -114,6 +114,7 @@ std::optional<GuideRecipe> read_guide(const Reading& reading, NodeId node) {
   const auto body = from.reference("body");
   guide.at = read_point(from, "point", "anchor");
   guide.radius = from.number("radius");
+  guide.turns = from.whole("turns");
   guide.axis = from.vec("axis", Vec3(0));
   if (guide.radius > 0 && !(glm::length(guide.axis) > 0))
     reading.diagnostics.error_value(from.has("axis") ? from.find("axis") : node,

@@ -88,6 +88,7 @@ struct GuideRecipe {
   PointRecipe at;
   Vec3 axis{0};  // in the scene; of any length
   Real radius = 0;
+  int turns = 0;
 };
 
 struct CableRecipe {

@@ -29,7 +29,7 @@ struct Body {
   bool teleport = false;  // the pose jumped: no interpolation from the old pose
   Real mass = 1;          // kg
   Vec3 inertia{1};        // principal moments, kg m^2
-  Real drag = 0.3;        // rate c of the damping exp(-c t), 1/s
+  Real drag = 0;          // rate c of the damping exp(-c t), 1/s
   Real gravity_scale = 1;
 
   static void fields(auto& self, auto&& field) {

@@ -18,6 +18,7 @@ std::vector<PathPoint> route_of(const Cable& cable, const PoseOf& pose_of) {
     const Mat3 turned = glm::mat3_cast(pose->rotation);
     route.push_back(path_point({pose->position, pose->rotation, turned, Vec3(0), Vec3(0)}, g.anchor,
                                g.axis, g.radius));
+    route.back().wrap = g.wrap;
     return true;
   };
   bool known = add({.body = cable.a, .anchor = cable.joint.anchor_a});

@@ -10,12 +10,13 @@ namespace pantin {
 
 /// A component: the body's Shapes collide. Bodies without it have no contacts.
 ///
-/// A dynamic body collides with every fixed or kinematic one whose groups agree, with dynamic ones
-/// of its solver only on request, of another one always. Bodies that a joint connects never do.
+/// A dynamic body collides with every body whose groups agree, but not with those that a joint
+/// connects it to. `others` and `self` spare it dynamic ones of its own solver; those of another
+/// one it meets always.
 ///
 /// A sensor reports which bodies overlap it and pushes none: see ContactEvents. It sees every body
-/// that collides and whose groups agree, dynamic ones without a request; neither other sensors, nor
-/// bodies that a joint connects to it, nor, where it is fixed itself, fixed bodies. Call
+/// that collides and whose groups agree, whatever `others` and `self` say; neither other sensors,
+/// nor bodies that a joint connects to it, nor, where it is fixed itself, fixed bodies. Call
 /// World::mark_dirty() after changing `sensor`.
 ///
 /// The surface of a belt moves while its body need not: friction works on the velocity relative to
@@ -26,8 +27,8 @@ struct Collision {
   Real restitution = 0;             // 0..1; of two bodies the larger counts
   std::uint32_t groups = 1;         // bits: groups that this body belongs to
   std::uint32_t with = UINT32_MAX;  // bits: groups that it collides with; both bodies must agree
-  bool others = false;              // dynamic bodies of other islands too
-  bool self = false;                // dynamic bodies of its own island too
+  bool others = true;               // dynamic bodies of other islands; one of the two says so
+  bool self = true;                 // dynamic bodies of its own island; both have to
   bool sensor = false;              // reports overlaps, pushes nothing
   Real rolling = 0;          // m: torque against rolling over normal force; the larger counts
   Real spinning = 0;         // m: the same about the normal; the larger counts

@@ -33,12 +33,15 @@ struct CableGuide {
   Vec3 axis{0, 0,
             1};     // likewise, of unit length; from a to b the cable runs round it anticlockwise
   Real radius = 0;  // m, of the pulley; 0: a ring
+  // Angle of wrap after the last step, rad, whole turns counted; at first it is within half a turn.
+  Real wrap = kFirstWrap;
 
   static void fields(auto& self, auto&& field) {
     field("body", self.body);
     field("anchor", self.anchor);
     field("axis", self.axis);
     field("radius", self.radius);
+    field("wrap", self.wrap);
   }
 };
 

@@ -11,7 +11,8 @@ enum class Status : std::uint8_t {
   ok,
   diverged,       // a number is not finite or out of bounds; the affected bodies were not moved
   system_failed,  // a user's system threw an exception; the rest of the step was taken
-  inconsistent,   // joints of an island contradict one another; see StepReport::worst_residual_at
+  inconsistent,   // joints of an island contradict one another, or a cable is longer than it can be
+                  // or has run up on a pulley; see StepReport::worst_residual_at
   bad_clock,      // World::time is not finite, or the step is too short or too long to compute with
                   // (see kShortestStep): what was left of it was not taken
   energy_grew     // a solver that does not keep the energy made it grow severalfold; see README

@@ -169,3 +169,31 @@ TEST_CASE("the drawn cable is as long as the computed one") {
     CHECK(sum == Approx(length_of(path)).epsilon(1e-5));
   }
 }
+
+TEST_CASE("turns round a pulley count both ways, and past it") {
+  const Real radius = 0.2, arm = 1;
+  std::vector<PathPoint> path{end_at({-radius, -2, 0}), pulley({0, 0, 0}, radius, {0, 0, -1}),
+                              end_at({})};
+  // Clockwise from the line that leaves the pulley at its top.
+  const auto turned_by = [&](Real angle) {
+    const Vec3 out(std::sin(angle), std::cos(angle), 0),
+        along(std::cos(angle), -std::sin(angle), 0);
+    path[2].centre = radius * out + arm * along;
+    std::vector<Real> wraps(3);
+    find_wraps(path, wraps);
+    path[1].wrap = wraps[1];
+    return length_of(path);
+  };
+  const auto wound = [&](Real angle) { return 2 + radius * (kPi / 2 + angle) + arm; };
+  for (Real angle = 0; angle < 20; angle += 0.7)
+    CHECK(turned_by(angle) == Approx(wound(angle)).epsilon(1e-14));
+  CHECK(path[1].wrap > 3 * 2 * kPi);
+  for (Real angle = 20; angle > -1.5; angle -= 0.7)
+    CHECK(turned_by(angle) == Approx(wound(angle)).epsilon(1e-14));
+  // Farther back the cable leaves the pulley, and comes to lie on it again as it left.
+  for (const Real angle : {-2.0, -2.7, -3.4, -4.1, -4.8, -4.1, -3.4, -2.7, -2.0}) {
+    const Real length = turned_by(angle);
+    CHECK(length == Approx(glm::length(path[2].centre - path[0].centre)).epsilon(1e-15));
+  }
+  CHECK(turned_by(-1) == Approx(wound(-1)).epsilon(1e-14));
+}

@@ -14,7 +14,7 @@ inline constexpr Real kHalfLink = 0.1;  // m
 inline Body rod(Vec3 position) {
   Body body;
   body.pose.position = position;
-  body.mass = 0.5;
+  body.mass = 0.5, body.drag = 0.3;
   body.inertia = {0.0002, 0.0017, 0.0017};
   return body;
 }

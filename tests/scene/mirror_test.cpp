@@ -128,6 +128,24 @@ TEST_CASE("Cables over pulleys are mirrored, in scenes and in instances") {
   check_images(t, {{"a/heavy_l", "b/heavy_r"}, {"a/light_l", "b/light_r"}}, 0);
 }
 
+TEST_CASE("Turns of a cable on its pulley count into its length, in images too") {
+  const auto length = [](const std::string& turns) {
+    const Scene s = good(R"({"version": 1, "solver": {"type": "lagrangian"}, "bodies": [
+{"name": "heavy_l", "mass": 3, "inertia": [1, 1, 1], "position": [0.3, 0, 0]},
+{"name": "light_l", "mass": 2, "inertia": [1, 1, 1], "position": [0.9, 0, 0]}],
+"cables": [{"name": "line_l", "a": "heavy_l", "b": "light_l", "over": [{"body": "world",
+ "point": [0.6, 2, 0], "radius": 0.3, "axis": [0, 0, -1])" +
+                         turns + R"(}]}], "generators": {"mirrors": [{"bodies": ["heavy_l",
+ "light_l"]}]}})");
+    REQUIRE(s.world.cables.size() == 2);
+    CHECK(s.world.cables.values()[0].guides[0].wrap == s.world.cables.values()[1].guides[0].wrap);
+    CHECK(s.world.cables.values()[0].joint.length == s.world.cables.values()[1].joint.length);
+    return s.world.cables.values()[0].joint.length;
+  };
+  CHECK(length("") == Approx(4 + 0.3 * kPi).epsilon(1e-14));
+  CHECK(length(", \"turns\": 2") == Approx(4 + 5 * 0.3 * kPi).epsilon(1e-14));
+}
+
 TEST_CASE("Shapes are mirrored, whatever the axis") {
   const std::string axis = GENERATE("x", "y", "z");
   const int i = axis[0] - 'x';

@@ -68,7 +68,7 @@ Capstan build(const Case& c) {
   World& w = made.world;
   w.default_settings.sleep_speed = 0, w.gravity = {0, -kG, 0};
   Collision surface;
-  surface.friction = c.friction;
+  surface.friction = c.friction, surface.self = false;  // turns lie in one plane
   Shape drum = rod_shape(kDrum, 1);
   drum.local.rotation = from_rotation_vector({kPi / 2, 0, 0});
   add_solid(w, drum, {Vec3(0), kIdentity}, Motion::fixed, surface);

@@ -211,6 +211,8 @@ TEST_CASE("a chain dragged over the ground stays above it") {
   const auto depth_at = [](int rate) {
     World w;
     add_ground(w);
+    Collision spares_own;
+    spares_own.self = false;
     Body hand;
     hand.motion = Motion::kinematic, hand.pose.position = {0, 0.05, 0};
     Entity before = w.add_body(hand);
@@ -219,7 +221,7 @@ TEST_CASE("a chain dragged over the ground stays above it") {
       Shape rod = rod_shape(0.02, 0.05);
       const Entity e =
           add_solid(w, rod, {{-0.05 - 0.1 * i, 0.05, 0}, from_rotation_vector({0, 0, kPi / 2})},
-                    Motion::dynamic);
+                    Motion::dynamic, spares_own);
       // A capsule lies along its y, which points along -x here.
       w.add_link(before, e, {before == handle ? Vec3(0) : Vec3(0, 0.05, 0), {0, -0.05, 0}});
       before = e;

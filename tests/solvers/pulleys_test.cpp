@@ -156,6 +156,79 @@ TEST_CASE("a slack cable over a pulley does nothing until it is taut") {
   CHECK(sim.world.bodies[a.left].pose.position.y == Approx(-1.25).epsilon(1e-9));
 }
 
+TEST_CASE("a ball winds its cable round a post at the speed it had, turn after turn") {
+  World w = exact_world(Integrator::radau, Vec3(0));
+  const Entity ground = add_ground(w);
+  const Real radius = 0.03, speed = 2;
+  const Entity mass = ball(w, {1, radius, 0}, 1);
+  w.bodies[mass].velocity = {0, -speed, 0};
+  CableJoint c{.a = ground, .b = mass};
+  c.anchor_a = {-radius, -1, 0}, c.anchor_b = {1, radius, 0};
+  c.over = {{.body = ground, .axis = {0, 0, -1}, .radius = radius}};
+  const Entity cable = w.add(c).value();
+  Simulation sim(std::move(w), {1.0 / 200});
+  // What is not wound yet: l^2 = 1 - 2 radius speed t.
+  const auto left = [&] {
+    const Real r = glm::length(sim.world.bodies[mass].pose.position);
+    return std::sqrt(r * r - radius * radius);
+  };
+  for (int i = 1; i <= 1200; ++i) {
+    REQUIRE(sim.step().status == Status::ok);
+    if (i % 100 == 0)
+      CHECK(left() == Approx(std::sqrt(1 - 2 * radius * speed * i / 200)).epsilon(1e-7));
+  }
+  CHECK(sim.world.cables[cable].guides[0].wrap > 2.5 * 2 * kPi);
+  const std::string path = (std::filesystem::temp_directory_path() / "wound.world").string();
+  REQUIRE(save_world(sim.world, path));
+  Simulation again(load_world(path).value(), {1.0 / 200});
+  // Thrown back, it unwinds to where it began.
+  for (Simulation* one : {&sim, &again}) {
+    one->world.bodies[mass].velocity *= -1;
+    for (int i = 0; i < 1200; ++i) REQUIRE(one->step().status == Status::ok);
+  }
+  CHECK(glm::length(sim.world.bodies[mass].pose.position - Vec3(1, radius, 0)) <= 1e-6);
+  CHECK(state_hash(again.world) == state_hash(sim.world));
+}
+
+TEST_CASE("a weight whirled round a post out of its plane keeps its cable and its energy") {
+  World w = exact_world(Integrator::rattle);
+  const Entity ground = add_ground(w);
+  const Entity mass = ball(w, {-1, 0.03, 0}, 1);
+  w.bodies[mass].velocity = {0, -8, 1};
+  CableJoint c{.a = mass, .b = ground};
+  c.anchor_a = {-1, 0.03, 0}, c.anchor_b = {0.03, -1, 0};
+  c.over = {{.body = ground, .axis = {0, 0, -1}, .radius = 0.03}};
+  const Entity cable = w.add(c).value();
+  Simulation sim(std::move(w), {1.0 / 400});
+  const auto pose_of = [&](Entity e) { return &sim.world.bodies[e].pose; };
+  const Real energy = measure(sim.world).energy();
+  Real most = 0, least = 10, gap = 0;
+  for (int i = 0; i < 480; ++i) {
+    REQUIRE(sim.step().status == Status::ok);
+    gap = std::max(gap, stretch_of(sim.world.cables[cable], pose_of));
+    const Real wrap = sim.world.cables[cable].guides[0].wrap;
+    most = std::max(most, wrap), least = std::min(least, wrap);
+  }
+  CHECK(gap <= 1e-9);
+  INFO(least << " to " << most);
+  CHECK(most - least > 2 * kPi);
+  CHECK(measure(sim.world).energy() == Approx(energy).epsilon(1e-3));
+}
+
+TEST_CASE("a weight hauled into its pulley is told, not hidden") {
+  for (const Real compliance : {0.0, 1e-4}) {
+    Atwood a = atwood(Integrator::radau, 1, 4);
+    a.world.cables[a.cable].joint.compliance = compliance;
+    Simulation sim(std::move(a.world), {1.0 / 400});
+    StepReport report;
+    for (int i = 0; i < 400 && report.status == Status::ok; ++i) report = sim.step();
+    CHECK(report.status == Status::inconsistent);
+    CHECK(report.worst_residual_at == a.cable);
+    // It hangs a metre below and rises at 3/5 of g.
+    CHECK(report.time == Approx(std::sqrt(2 / (0.6 * kG))).margin(0.02));
+  }
+}
+
 TEST_CASE("cables over pulleys are saved, and go with their bodies") {
   Atwood a = atwood(Integrator::rk4, 1, 3);
   Simulation sim(std::move(a.world), {1.0 / 100});

@@ -264,8 +264,11 @@ int step_through(const Run& run, Pictures* pictures, Record* record) {
       s.status = "inconsistent";
       const std::string name = sim.world.name_of(report.worst_residual_at);
       complain(fmt::format(
-          "{}: inconsistent at {:.6g} s: joints contradict one another, {} lacks the most ({:.3g})",
-          c.scene, report.time, name, report.worst_residual));
+          "{}: inconsistent at {:.6g} s: {}, {} lacks the most ({:.3g})", c.scene, report.time,
+          sim.world.cables.find(report.worst_residual_at)
+              ? "a cable is longer than it can be, or its end has run up on a pulley"
+              : "joints contradict one another",
+          name, report.worst_residual));
       return kDiverged;
     }
     if (!write_row(report.measures)) return kUnwritable;

@@ -20,32 +20,87 @@ const BodyState& body_at(const Island& m, const Block& b, std::size_t place) {
   return m.scratch.body_states[b.body[m.places[b.first_place + place]]];
 }
 
-void write_path_length(const Cable& cable, const Island& m, const Block& b, RowsOut out) {
-  PathPoint path[kMostPathPoints];
+/// The places of a cable over guides and their motion.
+struct Path {
+  PathPoint places[kMostPathPoints];
   std::size_t count = 0;
+  operator std::span<const PathPoint>() const { return {places, count}; }
+};
+
+Path path_of(const Cable& cable, const Island& m, const Block& b) {
+  Path path;
   const auto add = [&](const CableGuide& g) {
-    path[count] = path_point(body_at(m, b, count), g.anchor, g.axis, g.radius);
-    ++count;
+    PathPoint& place = path.places[path.count];
+    place = path_point(body_at(m, b, path.count), g.anchor, g.axis, g.radius);
+    place.wrap = g.wrap, ++path.count;
   };
   add({.body = cable.a, .anchor = cable.joint.anchor_a});
   for (const CableGuide& g : cable.guides) add(g);
   add({.body = cable.b, .anchor = cable.joint.anchor_b});
+  return path;
+}
+
+void write_path_length(const Cable& cable, const Island& m, const Block& b, RowsOut out) {
+  const Path path = path_of(cable, m, b);
   PathGradient gradients[kMostPathPoints];
   const PathLength found =
-      path_length({path, count}, std::span(gradients).first(out.j ? kMostPathPoints : 0));
+      path_length(path, std::span(gradients).first(out.j ? kMostPathPoints : 0));
   if (out.c) *out.c = found.length;
   if (out.gamma) *out.gamma = -found.second_rate;
   if (!out.j) return;
   std::fill(out.j, out.j + vectors_of(b), Vec3(0));
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = 0; i < path.count; ++i) {
     const std::size_t at = m.places[b.first_place + i];
-    const Vec3 arm = path[i].centre - body_at(m, b, i).position;
+    const Vec3 arm = path.places[i].centre - body_at(m, b, i).position;
     out.j[2 * at] += gradients[i].by_centre;
     out.j[2 * at + 1] += glm::cross(arm, gradients[i].by_centre) + gradients[i].by_turn;
   }
 }
 
+/// A cable that is longer than this part of the island's size, or of 1 m, is torn.
+constexpr Real kTorn = 1e-4;
+
+/// A step, and a cable after it.
+struct Followed {
+  const Island& m;
+  const Block& block;
+  Real h;
+  bool is_taut = false;  // of those that do not stretch
+};
+
+/// Counts the turns of a cable on its pulleys. Returns by how much it is wrong: longer than it can
+/// be, or about to run up on a pulley, m; 0: it is right.
+Real follow_cable(Cable& cable, const Followed& of) {
+  const Island& m = of.m;
+  Real wrong = 0;
+  if (!cable.guides.empty()) {
+    const Path path = path_of(cable, m, of.block);
+    Real wraps[kMostPathPoints];
+    find_wraps(path, wraps);
+    for (std::size_t i = 0; i < cable.guides.size(); ++i)
+      if (cable.guides[i].radius > 0) cable.guides[i].wrap = wraps[i + 1];
+    if (of.is_taut || path_length(path, {}).length >= cable.joint.length)
+      wrong = run_up_of(path, of.h);
+  }
+  if (cable.joint.compliance > 0 || m.settings.stabilisation != Stabilisation::projection)
+    return wrong;
+  const Real over = -m.scratch.c[of.block.first_row];
+  return over > kTorn * std::max(Real(1), m.size) ? std::max(wrong, over) : wrong;
+}
+
 }  // namespace
+
+void follow_cables(World& world, Island& m, Real h) {
+  const auto follow = [&](const Followed& of, std::size_t number) {
+    const Real wrong = follow_cable(world.cables.values()[of.block.source], of);
+    if (wrong > 0)
+      m.faults.push_back({Fault::inconsistent, static_cast<std::uint32_t>(number), 0, wrong});
+  };
+  for (std::size_t i = 0; i < m.blocks.size(); ++i)
+    if (m.blocks[i].kind == BlockKind::cable) follow({m, m.blocks[i], h, m.memory[i].active}, i);
+  for (std::size_t i = 0; i < m.elastic_paths.size(); ++i)
+    follow({m, m.elastic_paths[i], h}, m.blocks.size() + i);
+}
 
 void write_cable_length(const World& world, const Island& m, const Block& block, RowsOut out) {
   const Cable& cable = world.cables.values()[block.source];

@@ -167,6 +167,8 @@ std::uint32_t carry_memory(const World& world, std::vector<Island>& before, Isla
 void carry_saved(const Island& m, Islands::Saved& was, Islands::Saved& saved);
 /// The length of a cable as a row, m (cables.cpp).
 void write_cable_length(const World& world, const Island& m, const Block& block, RowsOut out);
+/// After a step: counts the turns of cables on their pulleys, and lists those that are wrong.
+void follow_cables(World& world, Island& m, Real h);
 /// Adds the forces of elastic cables over guides.
 void add_path_forces(const World& world, Island& m);
 /// Unilateral rows: cables, and limits that are not locks.

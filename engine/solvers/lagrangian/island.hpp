@@ -126,7 +126,7 @@ struct Frame {
 /// A fault of an island in its present state.
 struct Fault {
   enum Kind : std::uint8_t { redundant, inconsistent, wrong_branch } kind = redundant;
-  std::uint32_t block = 0;  // see joint_of
+  std::uint32_t block = 0;  // see block_of
   int rows = 0;             // redundant: number of its dependent rows
   Real residual = 0;        // inconsistent: residual of the joint in m or rad, or in m/s^2
 };
@@ -375,6 +375,12 @@ struct Islands : IslandList<Island, IslandMemory> {
 inline std::vector<Island>& islands_of(World& world) { return world.memory.of<Islands>().list; }
 inline const std::vector<Island>& islands_of(const World& world) {
   return world.memory.of<Islands>().list;
+}
+
+/// The block of a fault; after all blocks its number goes on with Island::elastic_paths.
+inline const Block& block_of(const Island& m, const Fault& fault) {
+  const std::size_t count = m.blocks.size();
+  return fault.block < count ? m.blocks[fault.block] : m.elastic_paths[fault.block - count];
 }
 
 /// The link, pin, cable or gear of a block.

@@ -149,7 +149,7 @@ void report(const World& world, StepReport& report) {
     for (const Fault& f : m.faults) {
       if (f.kind != Fault::inconsistent || report.status != Status::ok) continue;
       report.status = Status::inconsistent;
-      report.worst_residual_at = joint_of(world, m.blocks[f.block]),
+      report.worst_residual_at = joint_of(world, block_of(m, f)),
       report.worst_residual = f.residual;
     }
   }

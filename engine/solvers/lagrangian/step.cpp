@@ -183,7 +183,7 @@ void allocate_scratch(Island& m) {
   for (int i = 0; i < (estimates ? by.stages_estimated : by.stages); ++i)
     r.rates[i].assign(3 * bodies, Vec3(0)), r.quat_rates[i].assign(bodies, kIdentity);
   if (by.collocates) allocate_collocation(m);
-  m.faults.reserve(m.blocks.size() + 1);
+  m.faults.reserve(2 * m.blocks.size() + m.elastic_paths.size() + 1);
   r.ready = true;
 }
 
@@ -269,6 +269,7 @@ void step(World& world, Island& m, Real h) {
   for (std::size_t r = 0; r < m.rows; ++r) m.forces[r] = m.scratch.impulses[r] / h;
   store_transmitted(m);
   count_turns(world, m, CountFrom::last);
+  follow_cables(world, m, h);
   write_back(world, m);
   for (std::size_t i = 0; i < m.frames.size(); ++i) {
     const BodyState& at = m.scratch.body_states[m.count() + i];
