@@ -9,6 +9,7 @@
 // touches fixed ones alone is iterated until nothing changes, without springs.
 // [Macklin 2019, small steps; Catto 2024, soft contacts and relaxation]
 #include <algorithm>
+#include <limits>
 
 #include "engine/base/rotation.hpp"
 #include "engine/solvers/articulated/group_points.hpp"
@@ -39,6 +40,10 @@ constexpr Real kLeastRest = 1e-12;
 /// that change no motion any more may go on exchanging it.
 constexpr Real kEnoughOfRolling = 1e-7;
 constexpr int kHardSweeps = 200, kRollingSweeps = 20;
+/// Friction at two points of a line, as of a cone on its side, may ask for two speeds along it that
+/// differ by an error of the step: sweeps then exchange it for ever. Changes that are below the
+/// first (m/s, relative to 1 m/s and the body's speed) and fall by less than the second end it.
+constexpr Real kExchange = 1e-6, kStalled = 1e-3;
 /// Of the gap of a tie, closed in a substep.
 constexpr Real kTieReturn = 0.5;
 /// Rounds in which loops are closed, of few ties and of many.
@@ -189,6 +194,28 @@ void push_again(const Group& g) {
   for (GroupRolling& r : g.rollings) push(g, r);
 }
 
+/// When sweeps over a group end.
+class Ending {
+ public:
+  Ending(const Group& g, const Substep& s) : is_hard_(s.hard) {
+    const Real speed = 1 + glm::length(g.bodies.front().velocity);
+    enough_ = !s.hard              ? kEnoughAtImpact / s.h
+              : g.rollings.empty() ? 1e-14 * speed
+                                   : kEnoughOfRolling * speed;
+    exchange_ = kExchange * speed;
+  }
+  /// After a sweep that changed speeds by `most`, m/s.
+  bool is_reached(Real most) {
+    const bool stalls = is_hard_ && most <= exchange_ && most >= (1 - kStalled) * before_;
+    before_ = most;
+    return most <= enough_ || stalls;
+  }
+
+ private:
+  bool is_hard_;
+  Real enough_ = 0, exchange_ = 0, before_ = std::numeric_limits<Real>::infinity();
+};
+
 void take_substep(const Group& g, const Substep& s, Order order) {
   prepare_group(g, s.part);
   const bool collided = collide_elastically(g, s);
@@ -198,14 +225,12 @@ void take_substep(const Group& g, const Substep& s, Order order) {
   if (is_bound && collided) settle_trees(g);
   const Real energy = is_bound ? kinetic_energy(g) : 0;
   push_again(g);
-  const Real exact = g.rollings.empty() ? 1e-14 : kEnoughOfRolling;
-  const Real enough =
-      s.hard ? exact * (1 + glm::length(g.bodies.front().velocity)) : kEnoughAtImpact / s.h;
+  Ending solved(g, s), relaxed(g, s);
   const int sweeps = s.hard ? (g.rollings.empty() ? kHardSweeps : kRollingSweeps)
                      : g.trees.empty() && g.ties.empty() ? 1
                                                          : kImpactSweepsOfTrees;
   for (int n = 0; n < sweeps; ++n)
-    if (sweep_group(g, s, Sweep::solves, turned(order, n)) <= enough) break;
+    if (solved.is_reached(sweep_group(g, s, Sweep::solves, turned(order, n)))) break;
   for (const GroupContact& c : g.contacts)
     if (c.impulse.x > 0) g.a(c).touched = g.b(c).touched = true;
   settle_trees(g);
@@ -216,7 +241,7 @@ void take_substep(const Group& g, const Substep& s, Order order) {
   const bool pushed = !s.hard || std::any_of(g.contacts.begin(), g.contacts.end(),
                                              [](auto& c) { return c.gap < -c.shallow; });
   for (int n = 0; n < (!pushed ? 0 : s.hard ? sweeps : 1); ++n)
-    if (sweep_group(g, s, Sweep::relaxes, turned(order, n + 1)) <= enough) break;
+    if (relaxed.is_reached(sweep_group(g, s, Sweep::relaxes, turned(order, n + 1)))) break;
   settle_trees(g);
   if (is_bound) bound_energy(g, energy + work_of_surfaces(g));
   release_trees(g, s.part);
