@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks who includes whom: base <- { geometry, nurbs, modes }, geometry <- joints <- world,
+"""Checks who includes whom: base <- { nurbs, modes }, nurbs <- geometry <- joints <- world,
 world <- { contact, scene }, contact <- { solvers, render }, solvers <- runtime <- pantin <- demos,
 tests, tools. Names every offending line; exit code 1 if there is one.
 
@@ -10,7 +10,7 @@ import re
 import sys
 
 BELOW = {"base": []}
-for room, last in [("geometry", ["base"]), ("nurbs", ["base"]), ("modes", ["base"]),
+for room, last in [("nurbs", ["base"]), ("modes", ["base"]), ("geometry", ["nurbs"]),
                    ("joints", ["geometry"]), ("world", ["joints"]),
                    ("contact", ["world"]), ("solvers", ["contact"]), ("scene", ["world"]),
                    ("render", ["contact"]), ("runtime", ["solvers"]),

@@ -29,7 +29,7 @@ void each_shape(const Finder& s, std::uint32_t slot, const Shapes& shapes, const
   const Body& body = s.world.bodies.values()[slot];
   for (std::uint32_t i = 0; i < shapes.list.size(); ++i) {
     const Shape& shape = shapes.list[i];
-    if ((s.is_moved(slot) && !is_convex(shape.kind)) || !is_complete(shape)) continue;
+    if ((s.is_moved(slot) && !can_move(shape.kind)) || !is_complete(shape)) continue;
     ColliderShape at{compose(body.pose, shape.local), {}, 0, slot, i, &shape};
     if (bound_shape(at)) take(at);
   }

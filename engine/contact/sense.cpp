@@ -64,10 +64,10 @@ void sense_shape(const World& world, Memory& memory, const ColliderShape& sensor
                  const ColliderShape& other) {
   Search& search = memory.scratch.search;
   if (!may_sense(world, search, sensor.slot, other.slot)) return;
-  // Of the two shapes that the narrow phase compares, the first has to be convex.
-  const bool swaps = !is_convex(sensor.shape->kind);
+  // Of the two shapes that the narrow phase compares, the first has to be one that may move.
+  const bool swaps = !can_move(sensor.shape->kind);
   const ColliderShape &a = swaps ? other : sensor, &b = swaps ? sensor : other;
-  if (!is_convex(a.shape->kind)) return;
+  if (!can_move(a.shape->kind)) return;
   search.points.clear();
   collide({*a.shape, a.pose}, {*b.shape, b.pose}, search.scratch, {0, search.points});
   if (search.points.empty()) return;

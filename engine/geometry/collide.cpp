@@ -168,12 +168,37 @@ void to_outside(const Pose& at, std::vector<ContactPoint>& out, std::size_t firs
   }
 }
 
+bool is_skin(const Shape& shape) { return traits_of(shape.kind).shape_class == ShapeClass::skin; }
+/// A skin that is no convex piece.
+bool is_bent(const Shape& shape) { return is_skin(shape) && !is_convex(shape); }
+
+/// One of the two, or both, is a skin that is not convex.
+void collide_bent(const PlacedShape& a, const PlacedShape& b, NarrowPhaseScratch& scratch,
+                  const PointsOut& out) {
+  const std::size_t first = out.points.size();
+  const bool b_is_skin = is_bent(b.shape);
+  const PlacedShape &skin = b_is_skin ? b : a, &other = b_is_skin ? a : b;
+  const Quat back = glm::conjugate(skin.at.rotation);
+  const Pose within{back * (other.at.position - skin.at.position), back * other.at.rotation};
+  if (is_bent(other.shape))
+    collide_skins(*other.shape.surface, *skin.shape.surface, within, out);
+  else
+    collide_skin(*skin.shape.surface, {other.shape, within}, scratch.skin, out);
+  to_outside(skin.at, out.points, first);
+  if (b_is_skin) return;
+  for (std::size_t i = first; i < out.points.size(); ++i) {
+    std::swap(out.points[i].on_a, out.points[i].on_b);
+    out.points[i].normal = -out.points[i].normal;
+  }
+}
+
 }  // namespace
 
 void collide(const PlacedShape& a, const PlacedShape& b, NarrowPhaseScratch& scratch,
              const PointsOut& out) {
-  PANTIN_ASSERT(is_convex(a.shape.kind));
+  PANTIN_ASSERT(can_move(a.shape.kind));
   PANTIN_ASSERT(is_unit(a.at) && is_unit(b.at));
+  if (is_bent(a.shape) || is_bent(b.shape)) return collide_bent(a, b, scratch, out);
   // In b's own frame numbers stay small, and surfaces need not be moved.
   const Quat back = glm::conjugate(b.at.rotation);
   const Pose within{back * (a.at.position - b.at.position), back * a.at.rotation};
@@ -195,6 +220,7 @@ void collide(const PlacedShape& a, const PlacedShape& b, NarrowPhaseScratch& scr
       break;
     }
     case ShapeClass::convex:
+    case ShapeClass::skin:
       collide_convex(piece, convex_piece(b.shape, Pose{}, scratch.b), nullptr, out);
       break;
   }

@@ -6,4 +6,4 @@
 /// Internal (pantin::detail); installed because ShapeKind is made of it.
 #define PANTIN_SHAPE_KINDS(kind)                                                            \
   kind(sphere) kind(capsule) kind(box) kind(hull) kind(plane) kind(mesh) kind(height_field) \
-      kind(cylinder) kind(cone) kind(ellipsoid)
+      kind(cylinder) kind(cone) kind(ellipsoid) kind(nurbs)

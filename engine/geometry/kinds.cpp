@@ -1,6 +1,7 @@
 #include "engine/geometry/kinds.hpp"
 
 #include "engine/geometry/kinds/parts.hpp"
+#include "engine/geometry/skin_model.hpp"
 #include "engine/geometry/smooth.hpp"
 #include "engine/geometry/surface.hpp"
 
@@ -58,6 +59,11 @@ Real reach_of(const Shape& shape) {
   if (!kind.support || !is_complete(shape)) return 0;
   const Aabb box = bounds_by_support(shape, Pose{});
   return glm::length(glm::max(glm::abs(box.low), glm::abs(box.high)));
+}
+
+bool is_convex(const Shape& shape) {
+  if (traits_of(shape.kind).shape_class != ShapeClass::skin) return is_convex(shape.kind);
+  return is_complete(shape) && shape.surface->model->is_convex;
 }
 
 Real inner_radius(const Shape& shape) {

@@ -16,14 +16,15 @@ namespace pantin::detail {
 
 /// How shapes of a kind collide, whatever else they are.
 enum class ShapeClass : std::uint8_t {
-  convex,      // one convex piece; the only class that dynamic bodies may have
+  convex,      // one convex piece
   half_space,  // all below y = 0, without end
   mesh,        // the inside of Surface::faces, a closed surface of triangles
   heights,     // all below a grid of heights, Surface::columns by Surface::rows
+  skin,        // the inside of Surface::skin, convex or not, or an open patch of it
 };
 
 /// What a surface is made of, for kinds that have one.
-enum class SurfaceSource : std::uint8_t { none, points, triangles, heights };
+enum class SurfaceSource : std::uint8_t { none, points, triangles, heights, skin };
 
 /// A length that a scene file gives, or three of them.
 struct SizeKey {
@@ -138,8 +139,14 @@ inline std::string_view name_of(ShapeKind kind) {
   return kShapeNames[static_cast<std::size_t>(kind)];
 }
 
-/// Whether a shape is convex, as required for dynamic bodies.
+/// Whether all shapes of a kind are convex.
 inline bool is_convex(ShapeKind kind) { return traits_of(kind).shape_class == ShapeClass::convex; }
+/// Whether a shape is: of a skin, whether that is closed and convex.
+bool is_convex(const Shape& shape);
+/// Whether dynamic bodies may have shapes of a kind.
+inline bool can_move(ShapeKind kind) {
+  return is_convex(kind) || traits_of(kind).shape_class == ShapeClass::skin;
+}
 /// Whether it is solid without bound below its surface, so that its bounds do not limit contacts.
 inline bool is_unbounded(ShapeKind kind) {
   const ShapeClass c = traits_of(kind).shape_class;

@@ -87,6 +87,8 @@ const char* Shape::restored() const {
   const bool is_field = surface && surface->columns > 0;
   const bool is_mesh = surface && !surface->neighbours.empty();
   switch (traits_of(kind).source) {
+    case SurfaceSource::skin:
+      return surface && surface->skin ? nullptr : kWrong;
     case SurfaceSource::points:
       return surface && !is_field && !is_mesh && !surface->faces.empty() ? nullptr : kWrong;
     case SurfaceSource::triangles:

@@ -31,14 +31,14 @@ constexpr ShapeKind last_of(ShapeKind) {
 /// `size` in metres: sphere (radius, -, -); capsule (radius, half of the straight part, -), its
 /// axis along local y; box half extents; plane (extent of its picture, -, -); cylinder (radius,
 /// half of its length, -) and cone (radius, half of its height, -), along local y; ellipsoid its
-/// radii; of every kind, what `sizes` of its traits says. hull, mesh and height_field have their
-/// size from `surface`. `local` places it in the body's mass-centre frame.
+/// radii; of every kind, what `sizes` of its traits says. hull, mesh, height_field and nurbs have
+/// their size from `surface`. `local` places it in the body's mass-centre frame.
 struct Shape {
   ShapeKind kind = ShapeKind::sphere;
   Vec3 size{0.1, 0, 0};
   Pose local;
   std::uint32_t material = 0;                                // index into World::materials
-  std::shared_ptr<const detail::Surface> surface = nullptr;  // of hull, mesh, height_field
+  std::shared_ptr<const detail::Surface> surface = nullptr;  // of hull, mesh, height_field, nurbs
 
   static void fields(auto& self, auto&& field) {
     field("kind", self.kind);

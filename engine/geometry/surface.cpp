@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "engine/base/archive.hpp"
+#include "engine/geometry/skin_model.hpp"
 
 namespace pantin::detail {
 namespace {
@@ -135,6 +136,12 @@ const char* check_hull(const Surface& s) {
 }  // namespace
 
 const char* Surface::restored() {
+  if (skin) {
+    auto made = make_skin(skin);
+    if (!made) return "is a skin that is inside out";
+    *this = **made;
+    return nullptr;
+  }
   if (columns > 0 || rows > 0) {
     if (points.size() != static_cast<std::size_t>(columns) * rows) return "is no whole surface";
     std::vector<Real> heights;

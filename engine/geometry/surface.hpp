@@ -1,6 +1,6 @@
 #pragma once
-/// Convex hulls, triangle meshes and height fields. Immutable, so that copies of a World may share
-/// them.
+/// Convex hulls, triangle meshes, height fields and NURBS skins. Immutable, so that copies of a
+/// World may share them.
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -12,8 +12,11 @@
 #include "engine/base/math.hpp"
 #include "engine/base/result.hpp"
 #include "engine/geometry/aabb_tree.hpp"
+#include "engine/nurbs/skin.hpp"
 
 namespace pantin::detail {
+
+struct SkinModel;  // see skin_model.hpp
 
 /// One planar face, vertices anticlockwise seen from outside: a range of `corners`.
 struct Face {
@@ -42,6 +45,9 @@ struct Surface {
   // lies at the origin. Triangles follow from the grid.
   std::uint32_t columns = 0, rows = 0;
   Real spacing_x = 0, spacing_z = 0;
+  // nurbs: the faces, and what follows from them; all else but the bounds is empty.
+  std::shared_ptr<const nurbs::Skin> skin;
+  std::shared_ptr<const SkinModel> model;
 
   static void fields(auto& self, auto&& field) {
     field("points", self.points);
@@ -57,8 +63,10 @@ struct Surface {
     field("rows", self.rows);
     field("spacing_x", self.spacing_x);
     field("spacing_z", self.spacing_z);
+    field("skin", self.skin);
+    field("model", derived(self.model));
   }
-  /// Makes the tree after reading; null, or what is wrong.
+  /// Makes the tree, or the model of a skin, after reading; null, or what is wrong.
   const char* restored();
 };
 

@@ -89,6 +89,27 @@ std::optional<SweepHit> sweep_surface(const Slide& k, const Surface& s, Real lim
   return over.best;
 }
 
+/// A skin that is not convex: steps as long as the gap, within which nothing is met.
+std::optional<SweepHit> sweep_skin(const Slide& k, const Shape& b, Real limit) {
+  NarrowPhaseScratch scratch;
+  std::vector<ContactPoint> points;
+  const Real close = kClose * (b.surface->model->size + reach_of(k.shape));
+  SweepHit hit;
+  for (int round = 0; round < 10 * kMostRounds && hit.distance <= limit; ++round) {
+    const Pose at{k.at.position + hit.distance * k.way, k.at.rotation};
+    points.clear();
+    collide({k.shape, at}, {b, Pose{}}, scratch, {limit - hit.distance + close, points});
+    const ContactPoint* nearest = nullptr;
+    for (const ContactPoint& p : points)
+      if (!nearest || p.gap < nearest->gap) nearest = &p;
+    if (!nearest) return std::nullopt;
+    hit.point = nearest->on_b, hit.normal = nearest->normal;
+    if (nearest->gap <= close) return hit;
+    hit.distance += nearest->gap;
+  }
+  return std::nullopt;
+}
+
 /// What overlaps from the start.
 std::optional<SweepHit> overlap_at_start(const Slide& k, const Shape& b) {
   NarrowPhaseScratch scratch;
@@ -104,7 +125,7 @@ std::optional<SweepHit> overlap_at_start(const Slide& k, const Shape& b) {
 }  // namespace
 
 std::optional<SweepHit> sweep(const PlacedShape& a, const PlacedShape& b, Vec3 way, Real limit) {
-  PANTIN_ASSERT(is_convex(a.shape.kind));
+  PANTIN_ASSERT(is_convex(a.shape));
   PANTIN_ASSERT(is_unit(a.at) && is_unit(b.at) && is_unit(way) && is_range(0, limit));
   if (!is_complete(a.shape) || !is_complete(b.shape)) return std::nullopt;
   const Quat back = glm::conjugate(b.at.rotation);
@@ -120,6 +141,12 @@ std::optional<SweepHit> sweep(const PlacedShape& a, const PlacedShape& b, Vec3 w
       case ShapeClass::heights:
         hit = sweep_surface(k, *b.shape.surface, limit);
         break;
+      case ShapeClass::skin:
+        if (!is_convex(b.shape)) {
+          hit = sweep_skin(k, b.shape, limit);
+          break;
+        }
+        [[fallthrough]];
       case ShapeClass::convex:
         hit = sweep_convex(k, convex_piece(b.shape, Pose{}, scratch), limit);
         break;

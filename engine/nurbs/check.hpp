@@ -1,6 +1,8 @@
 #pragma once
 /// What a curve or a surface must keep before anything is computed with it, and what contact has to
 /// know of it: creases, seams and places without a normal.
+///
+/// Internal (pantin::detail); installed because a World holds surfaces.
 #include <string>
 #include <vector>
 

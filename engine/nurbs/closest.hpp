@@ -2,6 +2,8 @@
 /// Points of surfaces and curves that are nearest to a given one. Global: branch and bound over
 /// cells, each of which is discarded by a bound or convex, so that a descent within it finds its
 /// least.
+///
+/// Internal (pantin::detail); installed because a World holds surfaces.
 #include <cstdint>
 
 #include "engine/nurbs/face.hpp"
@@ -27,6 +29,8 @@ NearestPoint closest_from(const Face& face, Vec3 p, std::array<Real, 2> start);
 /// A curve made ready for queries: bounds of its cells.
 class Wire {
  public:
+  /// No curve: to read one into.
+  Wire() = default;
   explicit Wire(Curve curve);
   const Curve& curve() const { return curve_; }
   const Knots& knots() const { return curve_.knots; }
@@ -40,12 +44,24 @@ class Wire {
   };
   const std::vector<Leaf>& leaves() const { return leaves_; }
   const BallTree& tree() const { return tree_; }
+  std::uint64_t fingerprint() const { return fingerprint_; }
+
+  static void fields(auto& self, auto&& field) {
+    field("curve", self.curve_);
+    field("leaves", derived(self.leaves_));
+    field("tree", derived(self.tree_));
+    field("size", derived(self.size_));
+    field("fingerprint", derived(self.fingerprint_));
+  }
+  /// Makes the cells after reading; null, or what is wrong.
+  const char* restored();
 
  private:
   Curve curve_;
   std::vector<Leaf> leaves_;
   BallTree tree_;
   Real size_ = 0;
+  std::uint64_t fingerprint_ = 0;
 };
 
 NearestPoint closest_point(const Wire& wire, Vec3 p);

@@ -152,7 +152,7 @@ class Newton {
         origin_(of.a_in_b.position) {}
 
   CommonNormal from(const PlacePair& start);
-  std::array<Real, 4> rates_at(const PlacePair& at, const Twist& twist) const;
+  Moving moving_at(const PlacePair& at, const Twist& twist) const;
 
  private:
   Jet jet_a(const Place& at) const {
@@ -251,16 +251,18 @@ CommonNormal Newton::from(const PlacePair& start) {
 }
 
 // The derivative of F by time while the places stay.
-std::array<Real, 4> Newton::rates_at(const PlacePair& at, const Twist& twist) const {
+Moving Newton::moving_at(const PlacePair& at, const Twist& twist) const {
   const Jet p = jet_a(at.a), q = jet_b(at.b);
   const System m = system_of(p, q);
   const Reduced k = reduced(m);
-  if (!k.is_regular) return {0, 0, 0, 0};
+  if (!k.is_regular) return {};
   const Vec3 velocity = twist.linear + glm::cross(twist.angular, p.s - origin_);
-  return solved(m, k,
-                {-glm::dot(glm::cross(twist.angular, p.u), m.n),
-                 -glm::dot(glm::cross(twist.angular, p.v), m.n), -glm::dot(velocity, q.u),
-                 -glm::dot(velocity, q.v)});
+  const auto rates = solved(m, k,
+                            {-glm::dot(glm::cross(twist.angular, p.u), m.n),
+                             -glm::dot(glm::cross(twist.angular, p.v), m.n),
+                             -glm::dot(velocity, q.u), -glm::dot(velocity, q.v)});
+  return {rates, rates[0] * p.u + rates[1] * p.v, rates[2] * q.u + rates[3] * q.v,
+          rates[2] * m.n_u + rates[3] * m.n_v};
 }
 
 }  // namespace
@@ -278,7 +280,11 @@ CommonNormal track(const Meeting& of, const PlacePair& from) {
 }
 
 std::array<Real, 4> rates(const Meeting& of, const PlacePair& at, const Twist& twist) {
-  return Newton(of).rates_at(at, twist);
+  return Newton(of).moving_at(at, twist).rates;
+}
+
+Moving moving(const Meeting& of, const PlacePair& at, const Twist& twist) {
+  return Newton(of).moving_at(at, twist);
 }
 
 PlacePair predicted(const Meeting& of, const PlacePair& at, std::array<Real, 4> rates, Real time) {

@@ -4,6 +4,8 @@
 /// All in the frame of b. Unknown are the four parameters s; with n the outward normal of b and
 /// d = A - B, the pair fulfils A_u.n = A_v.n = 0 and d.B_u = d.B_v = 0. The gap n.d is smooth
 /// through zero, below which the bodies overlap. [Nelson & Cohen]
+///
+/// Internal (pantin::detail); installed because a World holds surfaces.
 #include <span>
 
 #include "engine/nurbs/skin.hpp"
@@ -12,6 +14,11 @@ namespace pantin::detail::nurbs {
 
 struct PlacePair {
   Place a, b;
+
+  static void fields(auto& self, auto&& field) {
+    field("a", self.a);
+    field("b", self.b);
+  }
 };
 
 enum class ContactStatus {
@@ -56,6 +63,14 @@ struct Twist {
 
 /// Rates of the four parameters (a.u, a.v, b.u, b.v) of a pair while a moves; 0 where degenerate.
 std::array<Real, 4> rates(const Meeting& of, const PlacePair& at, const Twist& twist);
+
+/// How a pair moves: rates of the four parameters, of its points along their surfaces (m/s, in the
+/// frame of b) and of the normal (1/s) as seen from b. 0 where degenerate.
+struct Moving {
+  std::array<Real, 4> rates{};
+  Vec3 on_a{0}, on_b{0}, normal{0};
+};
+Moving moving(const Meeting& of, const PlacePair& at, const Twist& twist);
 
 /// The places that a pair comes to after `time`, to start from.
 PlacePair predicted(const Meeting& of, const PlacePair& at, std::array<Real, 4> rates, Real time);

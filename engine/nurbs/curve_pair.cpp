@@ -155,4 +155,57 @@ CurveContact track_on_face(const Wire& a, const Skin& b, const Pose& a_in_b, con
   return out;
 }
 
+namespace {
+
+/// The first row and the right-hand side that all such pairs have in common.
+struct CurvePoint {
+  CurveDerivatives p;
+  Vec3 velocity{0}, turning{0};  // of the point, and of the tangent
+};
+CurvePoint moved_point(const Wire& a, Real t, const Pose& a_in_b, const Twist& twist) {
+  CurvePoint m{in_frame(a, t, a_in_b)};
+  m.velocity = twist.linear + glm::cross(twist.angular, m.p[0] - a_in_b.position);
+  m.turning = glm::cross(twist.angular, m.p[1]);
+  return m;
+}
+
+}  // namespace
+
+Moving moving_planar(const Wire& a, const Wire& b, const CurveMotion& of) {
+  const CurvePoint m = moved_point(a, of.at.a.u, of.a_in_b, of.twist);
+  const CurveDerivatives &p = m.p, q = evaluate(b.curve(), of.at.b.u, 2);
+  const Real inverse = 1 / glm::length(q[1]);
+  const Vec3 n = inverse * right_of(q[1]), d = p[0] - q[0], bend = right_of(q[2]);
+  const Vec3 n_t = inverse * (bend - glm::dot(n, bend) * n);
+  const Real m00 = glm::dot(p[2], n), m01 = glm::dot(p[1], n_t), m10 = glm::dot(p[1], q[1]),
+             m11 = glm::dot(d, q[2]) - glm::dot(q[1], q[1]);
+  const Real f0 = -glm::dot(m.turning, n), f1 = -glm::dot(m.velocity, q[1]);
+  const Real det = m00 * m11 - m01 * m10;
+  if (det == 0 || !std::isfinite(det)) return {};
+  const Real t = (m11 * f0 - m01 * f1) / det, s = (m00 * f1 - m10 * f0) / det;
+  return {{t, 0, s, 0}, t * p[1], s * q[1], s * n_t};
+}
+
+Moving moving_on_face(const Wire& a, const Skin& b, const CurveMotion& of) {
+  const CurvePoint m = moved_point(a, of.at.a.u, of.a_in_b, of.twist);
+  const Jet q = b.face(of.at.b.face).at(of.at.b.u, of.at.b.v);
+  const CurveDerivatives& p = m.p;
+  const Vec3 across = glm::cross(q.u, q.v), d = p[0] - q.s;
+  const Real inverse = 1 / glm::length(across);
+  const Vec3 n = inverse * across;
+  const Vec3 cross_u = glm::cross(q.uu, q.v) + glm::cross(q.u, q.uv);
+  const Vec3 cross_v = glm::cross(q.uv, q.v) + glm::cross(q.u, q.vv);
+  const Vec3 n_u = inverse * (cross_u - glm::dot(n, cross_u) * n);
+  const Vec3 n_v = inverse * (cross_v - glm::dot(n, cross_v) * n);
+  const Real mixed = glm::dot(d, q.uv) - glm::dot(q.u, q.v);
+  const Mat3 by(glm::dot(p[2], n), glm::dot(p[1], q.u), glm::dot(p[1], q.v), glm::dot(p[1], n_u),
+                glm::dot(d, q.uu) - glm::dot(q.u, q.u), mixed, glm::dot(p[1], n_v), mixed,
+                glm::dot(d, q.vv) - glm::dot(q.v, q.v));
+  const Real det = glm::determinant(by);
+  if (det == 0 || !std::isfinite(det)) return {};
+  const Vec3 x = glm::inverse(by) * Vec3(-glm::dot(m.turning, n), -glm::dot(m.velocity, q.u),
+                                         -glm::dot(m.velocity, q.v));
+  return {{x[0], 0, x[1], x[2]}, x[0] * p[1], x[1] * q.u + x[2] * q.v, x[1] * n_u + x[2] * n_v};
+}
+
 }  // namespace pantin::detail::nurbs

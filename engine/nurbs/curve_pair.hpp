@@ -22,6 +22,15 @@ struct CurveContact {
 CurveContact track_planar(const Wire& a, const Wire& b, const Pose& a_in_b,
                           std::array<Real, 2> from);
 
+/// How a pair of curves of the plane moves while a does by `twist`: rates (t of a, none, t of b,
+/// none).
+struct CurveMotion {
+  Pose a_in_b;
+  PlacePair at;
+  Twist twist;
+};
+Moving moving_planar(const Wire& a, const Wire& b, const CurveMotion& of);
+
 /// A place on a curve and one on a skin.
 struct OnCurve {
   Real t = 0;
@@ -31,5 +40,8 @@ struct OnCurve {
 /// The pair near `from` of a curve, such as an edge or a wire of no thickness, with a skin. No
 /// heap.
 CurveContact track_on_face(const Wire& a, const Skin& b, const Pose& a_in_b, const OnCurve& from);
+
+/// How such a pair moves: rates (t of a, none, u and v of b).
+Moving moving_on_face(const Wire& a, const Skin& b, const CurveMotion& of);
 
 }  // namespace pantin::detail::nurbs

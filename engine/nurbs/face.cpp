@@ -57,6 +57,8 @@ Face::Face(Surface surface) : surface_(std::move(surface)) {
   const std::vector<Surface> pieces = bezier_pieces(surface_);
   if (std::max(surface_.u.degree, surface_.v.degree) <= kFastDegree) make_pieces(pieces);
   make_leaves(pieces);
+  // Control points of small weight lie far off.
+  if (!tree_.nodes().empty()) size_ = std::min(size_, tree_.nodes().front().ball.radius);
 }
 
 void Face::make_pieces(const std::vector<Surface>& pieces) {

@@ -1,5 +1,7 @@
 #pragma once
 /// A surface made ready for contact: pieces that are evaluated fast, and bounds to search by.
+///
+/// Internal (pantin::detail); installed because a World holds surfaces.
 #include <cstdint>
 #include <vector>
 

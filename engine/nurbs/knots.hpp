@@ -1,9 +1,12 @@
 #pragma once
 /// One direction of a spline: its knots, and what stands on them.
+///
+/// Internal (pantin::detail); installed because a World holds surfaces.
 #include <array>
 #include <span>
 #include <vector>
 
+#include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
 
 namespace pantin::detail::nurbs {
@@ -49,6 +52,12 @@ struct Knots {
   std::vector<Real> breaks() const;
   /// The first index of every span of the domain that is not empty.
   std::vector<int> spans() const;
+
+  static void fields(auto& self, auto&& field) {
+    field("degree", self.degree);
+    field("values", self.values);
+    field("is_periodic", self.is_periodic);
+  }
 };
 
 /// Knots that are `count` control points of a clamped spline with equal spans over [0, 1].
@@ -86,6 +95,13 @@ struct Weighted {
     return {s * a.x, s * a.y, s * a.z, s * a.w};
   }
   friend bool operator==(const Weighted&, const Weighted&) = default;
+
+  static void fields(auto& self, auto&& field) {
+    field("x", self.x);
+    field("y", self.y);
+    field("z", self.z);
+    field("w", self.w);
+  }
 };
 
 /// Control points of one direction of a net: count() rows of `across` points each.

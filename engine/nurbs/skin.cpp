@@ -1,6 +1,7 @@
 #include "engine/nurbs/skin.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "engine/nurbs/closest.hpp"
 #include "engine/nurbs/makers.hpp"
@@ -52,17 +53,41 @@ bool is_open_edge(const Face& face, Edge edge) {
 
 }  // namespace
 
-Skin::Skin(std::vector<Surface> faces, Real tolerance) {
-  for (Surface& s : faces) faces_.emplace_back(std::move(s));
-  for (const Face& f : faces_) size_ = std::max(size_, f.size());
-  joins_.resize(faces_.size() * kEdges);
-  join(tolerance);
+Skin::Skin(std::vector<Surface> faces, Real tolerance)
+    : sources_(std::move(faces)), tolerance_(tolerance) {
+  make_faces(sources_);
+  join(tolerance_);
 }
 
 Skin::Skin(Vec3 half_axes) : half_axes_(half_axes) {
-  for (const Surface& s : charts(half_axes)) faces_.emplace_back(s);
+  const auto six = charts(half_axes);
+  make_faces({six.begin(), six.end()});
+}
+
+void Skin::make_faces(const std::vector<Surface>& surfaces) {
+  faces_.clear(), size_ = 0;
+  for (const Surface& s : surfaces) faces_.emplace_back(s);
   for (const Face& f : faces_) size_ = std::max(size_, f.size());
-  joins_.resize(faces_.size() * kEdges);
+  joins_.assign(faces_.size() * kEdges, {});
+  Hash hash;
+  hash_fields(hash, *this);
+  fingerprint_ = hash.value();
+}
+
+const char* Skin::restored() {
+  if (half_axes_) {
+    const Vec3 h = *half_axes_;
+    for (int i = 0; i < 3; ++i)
+      if (!(h[i] > 0) || !std::isfinite(h[i])) return "is an ellipsoid of no size";
+    *this = Skin(h);
+    return nullptr;
+  }
+  if (sources_.empty()) return "is a skin without faces";
+  if (!(tolerance_ >= 0) || !std::isfinite(tolerance_)) return "has a tolerance that is none";
+  for (const Surface& s : sources_)
+    if (!errors_of(s, "surface").empty()) return "is no surface that can be evaluated";
+  *this = Skin(std::move(sources_), tolerance_);
+  return nullptr;
 }
 
 Skin Skin::ellipsoid(Vec3 half_axes) { return Skin(half_axes); }
@@ -89,9 +114,15 @@ void Skin::join(Real tolerance) {
       const Vec3 middle = point_along(face_at(e), edge_at(e), 0.5);
       if (glm::distance(begin, end) <= tolerance && glm::distance(begin, middle) <= tolerance)
         continue;
+      // Both ends of a closed edge are one: a place a quarter on tells which way it runs.
+      const Vec3 quarter = point_along(face_at(e), edge_at(e), 0.25);
+      const bool is_against =
+          !forward ||
+          (backward && glm::distance(quarter, point_along(face_at(f), edge_at(f), 0.75)) <
+                           glm::distance(quarter, point_along(face_at(f), edge_at(f), 0.25)));
       if (!do_meet(one, edge_curve(face_at(f), edge_at(f)), tolerance)) continue;
-      joins_[static_cast<std::size_t>(e)] = {f / kEdges, edge_at(f), !forward};
-      joins_[static_cast<std::size_t>(f)] = {e / kEdges, edge_at(e), !forward};
+      joins_[static_cast<std::size_t>(e)] = {f / kEdges, edge_at(f), is_against};
+      joins_[static_cast<std::size_t>(f)] = {e / kEdges, edge_at(e), is_against};
     }
   }
 }

@@ -1,5 +1,7 @@
 #pragma once
 /// What surrounds a body: faces, and across which edges they join.
+///
+/// Internal (pantin::detail); installed because a World holds surfaces.
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,11 +19,19 @@ inline constexpr int kEdges = 4;
 struct Place {
   int face = 0;
   Real u = 0, v = 0;
+
+  static void fields(auto& self, auto&& field) {
+    field("face", self.face);
+    field("u", self.u);
+    field("v", self.v);
+  }
 };
 
-/// Faces whose outer side is outside the body; immutable after it is made.
+/// Faces whose outer side is outside the body; immutable after it is made, or read.
 class Skin {
  public:
+  /// No faces: to read one into.
+  Skin() = default;
   /// Edges that coincide within `tolerance` (m) are joined, forward or backward.
   Skin(std::vector<Surface> faces, Real tolerance);
   /// An ellipsoid about the origin, by six charts without poles.
@@ -37,8 +47,28 @@ class Skin {
   /// Where one arrives who leaves a face across an edge at (u, v) on it; none at a rim.
   std::optional<Place> across(const Place& at, Edge edge) const;
 
+  /// Edges that are no farther apart are joined, m.
+  Real tolerance() const { return tolerance_; }
+  /// The half axes if it is an ellipsoid by charts.
+  const std::optional<Vec3>& half_axes() const { return half_axes_; }
+  /// Of all that it is made of; hashes of what shares it take this.
+  std::uint64_t fingerprint() const { return fingerprint_; }
+
+  static void fields(auto& self, auto&& field) {
+    field("sources", self.sources_);
+    field("tolerance", self.tolerance_);
+    field("half_axes", self.half_axes_);
+    field("faces", derived(self.faces_));
+    field("joins", derived(self.joins_));
+    field("size", derived(self.size_));
+    field("fingerprint", derived(self.fingerprint_));
+  }
+  /// Makes the faces after reading; null, or what is wrong.
+  const char* restored();
+
  private:
   explicit Skin(Vec3 half_axes);
+  void make_faces(const std::vector<Surface>& surfaces);
   struct Join {
     int face = -1;
     Edge edge = Edge::u_low;
@@ -49,10 +79,13 @@ class Skin {
     return joins_[static_cast<std::size_t>(face * kEdges + static_cast<int>(edge))];
   }
 
+  std::vector<Surface> sources_;  // of the faces; none of an ellipsoid by charts
+  Real tolerance_ = 0;
+  std::optional<Vec3> half_axes_;
   std::vector<Face> faces_;
   std::vector<Join> joins_;  // [face * 4 + edge]
-  std::optional<Vec3> half_axes_;
   Real size_ = 0;
+  std::uint64_t fingerprint_ = 0;
 };
 
 }  // namespace pantin::detail::nurbs

@@ -201,6 +201,19 @@ Surface transformed(const Surface& surface, const Affine& by) {
   return {surface.u, surface.v, transformed(surface.points, by)};
 }
 
+Surface inside_out(const Surface& surface) {
+  Surface turned = surface;
+  const Real sum = surface.u.low() + surface.u.high();
+  const std::size_t across = static_cast<std::size_t>(surface.v.count());
+  std::reverse(turned.u.values.begin(), turned.u.values.end());
+  for (Real& t : turned.u.values) t = sum - t;
+  const std::size_t rows = surface.points.size() / across;
+  for (std::size_t i = 0; i < rows; ++i)
+    std::copy_n(surface.points.begin() + static_cast<std::ptrdiff_t>(i * across), across,
+                turned.points.begin() + static_cast<std::ptrdiff_t>((rows - 1 - i) * across));
+  return turned;
+}
+
 Ball bounding_ball(std::span<const Weighted> points) {
   Vec3 low(1e300), high(-1e300);
   for (const Weighted& p : points) low = glm::min(low, p.point()), high = glm::max(high, p.point());

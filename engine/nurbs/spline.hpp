@@ -1,6 +1,8 @@
 #pragma once
 /// Rational curves and tensor-product surfaces: values and derivatives, and what leaves them as
 /// they are: knots inserted, degrees raised, parts cut out. [Piegl & Tiller 1997]
+///
+/// Internal (pantin::detail); installed because a World holds surfaces.
 #include <array>
 #include <vector>
 
@@ -12,6 +14,11 @@ namespace pantin::detail::nurbs {
 struct Curve {
   Knots knots;
   std::vector<Weighted> points;
+
+  static void fields(auto& self, auto&& field) {
+    field("knots", self.knots);
+    field("points", self.points);
+  }
 };
 
 /// A surface over (u, v). Its outer side is the one that u x v points to.
@@ -21,6 +28,12 @@ struct Surface {
 
   const Weighted& at(int i, int j) const {
     return points[static_cast<std::size_t>(i * v.count() + j)];
+  }
+
+  static void fields(auto& self, auto&& field) {
+    field("u", self.u);
+    field("v", self.v);
+    field("points", self.points);
   }
 };
 
@@ -68,6 +81,8 @@ struct Affine {
 Affine affine_of(const Pose& pose);
 Curve transformed(const Curve& curve, const Affine& by);
 Surface transformed(const Surface& surface, const Affine& by);
+/// The same points with the outer side inside: u runs the other way.
+Surface inside_out(const Surface& surface);
 
 struct Ball {
   Vec3 centre{0};

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/nurbs/check.hpp"
 #include "engine/nurbs/closest.hpp"
 
 namespace pantin::detail::nurbs {
@@ -70,6 +71,15 @@ Wire::Wire(Curve curve) : curve_(std::move(curve)), size_(bounding_ball(curve_.p
     open.push_back({part_of(next.piece, {leaf.t.low, leaf.t.middle()}), next.cuts + 1});
   }
   tree_.build(balls);
+  Hash hash;
+  hash_fields(hash, curve_);
+  fingerprint_ = hash.value();
+}
+
+const char* Wire::restored() {
+  if (!errors_of(curve_, "curve").empty()) return "is no curve that can be evaluated";
+  *this = Wire(std::move(curve_));
+  return nullptr;
 }
 
 namespace {

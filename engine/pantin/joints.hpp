@@ -223,6 +223,33 @@ struct GearJoint {
   std::string name = {};
 };
 
+/// Two bodies whose smooth surfaces touch: they slide or roll on one another. Where the gap is
+/// smallest as they stand is where they start; the solver closes it. Lagrangian solver.
+///
+/// Errors: bodies without a smooth shape; surfaces that do not face one another within the size of
+/// the smaller one, fit one another, or have a crease.
+struct SurfaceJoint {
+  Entity a = {}, b = {};
+  // In the frame that the body was placed by. None: the first smooth one of the body's own shapes:
+  // a sphere, an ellipsoid, the side of a cylinder, a plane, a NURBS shape.
+  std::optional<Shape> surface_a = {}, surface_b = {};
+  SurfaceMotion motion = SurfaceMotion::rolling;
+  bool may_lift = false;  // and land again, without bouncing; else they are held together
+  OnRim on_rim = OnRim::stop;
+  std::string name = {};
+};
+
+/// Where two surfaces touch.
+struct SurfaceTouch {
+  bool touches = false;  // false: they are apart, or the joint has let go
+  Vec3 point{0};         // world, m
+  Vec3 normal{0};        // world, outwards of b, unit
+  Vec3 force{0};         // N, on b, world axes, mean over the last step
+  Real gap = 0;          // m
+};
+/// Of a SurfaceJoint, after a step; none of anything else.
+std::optional<SurfaceTouch> surface_touch(const World& world, Entity joint);
+
 Result<Entity> add_to(World& world, const BallJoint& joint);
 Result<Entity> add_to(World& world, const HingeJoint& joint);
 Result<Entity> add_to(World& world, const FixedJoint& joint);
@@ -237,5 +264,6 @@ Result<Entity> add_to(World& world, const CableJoint& joint);
 Result<Entity> add_to(World& world, const CustomConstraint& joint);
 Result<Entity> add_to(World& world, const PinConstraint& pin);
 Result<Entity> add_to(World& world, const GearJoint& gear);
+Result<Entity> add_to(World& world, const SurfaceJoint& joint);
 
 }  // namespace pantin

@@ -20,7 +20,7 @@ void add_surface(const Shape& shape, const Pose& at, std::vector<Ball>& to) {
   const Surface& s = *shape.surface;
   if (traits_of(shape.kind).shape_class == ShapeClass::heights)
     return add_corners(at, s.low - Vec3{0, rim_of(s), 0}, s.high, to);
-  if (s.points.size() > kManyPoints) return add_corners(at, s.low, s.high, to);
+  if (s.skin || s.points.size() > kManyPoints) return add_corners(at, s.low, s.high, to);
   for (Vec3 point : s.points) to.push_back({to_world(at, point), 0});
 }
 

@@ -261,6 +261,7 @@ void add_marks(const PosedWorld& scene, Pen& pen) {
   add_muscles(scene, pen);
   add_pins(scene, pen);
   add_contact_marks(scene, pen);
+  add_surface_marks(scene, pen);
 }
 
 }  // namespace pantin::detail
@@ -317,6 +318,11 @@ std::vector<LegendEntry> overlay_legend(const World& world) {
   if (ranges) name(ink::kRange, "fan, arc: range of a joint");
   if (locks) name(ink::kLocked, "square: locked");
   if (!world.cables.empty()) name(ink::kSlack, "curve: slack string");
+  if (!world.surface_contacts.empty()) {
+    name(ink::kContact, "plane, line: surfaces touch, their normal");
+    name(ink::kTrailA, "curve: where the contact went on a");
+    name(ink::kTrailB, "curve: where it went on b");
+  }
   if (!world.pins.empty()) name(ink::kPin, "cross: pin");
   if (!world.joint_drives.empty()) name(ink::kMuscle, "arrow: muscle at work");
   name_contacts(world, entries);

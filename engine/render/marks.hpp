@@ -17,6 +17,7 @@ inline constexpr Vec3 kJoint{0.10, 0.80, 0.85}, kOpenJoint{1.0, 0.1, 0.1};
 inline constexpr Vec3 kPin{0.98, 0.78, 0.12}, kSlack{1.0, 0.55, 0.10};
 inline constexpr Vec3 kRange{0.66, 0.50, 1.0}, kHinge{0.80, 0.86, 0.92}, kLocked{0.72, 0.74, 0.80};
 inline constexpr Vec3 kContact{0.45, 0.95, 0.30}, kNear{0.55, 0.62, 0.50}, kSlide{1.0, 0.95, 0.75};
+inline constexpr Vec3 kTrailA{0.98, 0.62, 0.10}, kTrailB{0.30, 0.85, 0.95};  // on a, on b
 inline constexpr Vec3 kForce{1.0, 0.50, 0.15};  // of joints, cables and pins
 inline constexpr Vec3 kMuscle{0.98, 0.45, 0.80};
 inline constexpr Vec3 kTie{0.05, 0.60, 0.42};     // what joints slide along, distances, springs
@@ -66,6 +67,11 @@ void add_marks(const PosedWorld& scene, Pen& pen);
 
 /// Contacts with their forces: a part of add_marks.
 void add_contact_marks(const PosedWorld& scene, Pen& pen);
+/// Where joints of surfaces touch, the plane that both are tangent to and its normal: a part of
+/// add_marks.
+void add_surface_marks(const PosedWorld& scene, Pen& pen);
+/// See Overlay::trails.
+void add_trails(const PosedWorld& scene, std::span<const Overlay::Trail> trails, Pen& pen);
 /// Arrows: see Overlay::forces.
 void add_forces(const World& world, std::span<const Overlay::Arrow> forces, Pen& pen);
 

@@ -54,6 +54,12 @@ struct Overlay {
       false;  // marks: joints and their ranges, pins, slack cables, joint drives, contacts
   bool contacts = false;      // contacts and their forces alone
   std::vector<Arrow> forces;  // as long as those of contacts
+  /// Where a contact went over a body.
+  struct Trail {
+    Entity body;
+    std::vector<Vec3> points;  // in its mass-centre frame, m, the oldest first
+  };
+  std::vector<Trail> trails;
 };
 
 /// What the marks of Overlay::joints mean, as far as this world can show them.

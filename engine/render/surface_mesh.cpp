@@ -4,6 +4,7 @@
 #include <array>
 
 #include "engine/geometry/kinds.hpp"
+#include "engine/geometry/skin_model.hpp"
 
 namespace pantin::detail {
 namespace {
@@ -97,6 +98,19 @@ void add_ground(const Surface& field, SurfaceMesh& to) {
 
 namespace {
 
+/// Of a closed skin the outer side; an open one is seen from both.
+void add_skin(const SkinModel& model, SurfaceMesh& to) {
+  const nurbs::Tessellation& t = model.tiles;
+  for (std::size_t i = 0; i < t.points.size(); ++i) add_vertex(to, t.points[i], t.normals[i]);
+  for (const auto& tile : t.triangles)
+    to.indices.insert(to.indices.end(), tile.begin(), tile.end());
+  if (model.is_closed) return;
+  const auto back = static_cast<std::uint32_t>(t.points.size());
+  for (std::size_t i = 0; i < t.points.size(); ++i) add_vertex(to, t.points[i], -t.normals[i]);
+  for (const auto& tile : t.triangles)
+    to.indices.insert(to.indices.end(), {back + tile[0], back + tile[2], back + tile[1]});
+}
+
 void add_triangle(Surface& to, const std::array<std::uint32_t, 3>& corners) {
   const Vec3 a = to.points[corners[0]], b = to.points[corners[1]], c = to.points[corners[2]];
   const Vec3 wide = glm::cross(b - a, c - a);
@@ -143,6 +157,10 @@ Real rim_of(const Surface& field) {
 
 SurfaceMesh make_surface_mesh(const Surface& surface, const Shape* smooth) {
   SurfaceMesh mesh;
+  if (surface.model) {
+    add_skin(*surface.model, mesh);
+    return mesh;
+  }
   const std::size_t grid = std::size_t{surface.columns} * surface.rows;
   if (grid > 0 && surface.points.size() == grid)
     add_ground(surface, mesh);

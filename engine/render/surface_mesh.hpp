@@ -1,5 +1,5 @@
 #pragma once
-/// Triangles of hulls, meshes and height fields, as the card draws them.
+/// Triangles of hulls, meshes, height fields and skins, as the card draws them.
 #include "engine/geometry/shape.hpp"
 #include "engine/geometry/surface.hpp"
 #include "engine/render/meshes.hpp"

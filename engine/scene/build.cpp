@@ -20,7 +20,7 @@ BuildCount count_of(const BuiltScene& built) {
     for (const auto& x : items) name_bytes += x.name.size();
   };
   add_names(built.bodies), add_names(built.joints), add_names(built.gears);
-  add_names(built.cables), add_names(built.pins);
+  add_names(built.cables), add_names(built.pins), add_names(built.surface_joints);
   count.parts = static_cast<Real>(parts), count.name_bytes = static_cast<Real>(name_bytes);
   return count;
 }

@@ -52,6 +52,13 @@ struct BuiltCable {
   std::vector<BuiltGuide> guides = {};
 };
 
+struct BuiltSurfaceJoint {
+  std::string name;
+  ElementId at{};
+  std::uint32_t a = 0, b = 0;
+  SurfaceContact contact;  // without its entities
+};
+
 struct BuiltPin {
   std::string name;
   ElementId at{};
@@ -90,10 +97,13 @@ struct BuiltScene {
   std::vector<BuiltGear> gears;
   std::vector<BuiltCable> cables;
   std::vector<BuiltPin> pins;
+  std::vector<BuiltSurfaceJoint> surface_joints;
   std::vector<BuiltPath> paths;
   std::vector<BuiltEvent> events;
 
-  std::size_t links() const { return joints.size() + gears.size() + cables.size() + pins.size(); }
+  std::size_t links() const {
+    return joints.size() + gears.size() + cables.size() + pins.size() + surface_joints.size();
+  }
   Pose pose_of(std::uint32_t body) const {
     return body == kWorldBody ? Pose{} : bodies[body].body.pose;
   }

@@ -22,6 +22,7 @@ enum class ElementKind : std::uint8_t {
   grid,
   chain,
   mirror,
+  surface_joint,
   event
 };
 

@@ -108,6 +108,8 @@ class GroupBuilder {
   void add_joint(Element<JointRecipe> e);
   void add_gear(Element<GearRecipe> e);
   bool slides(const std::optional<bool>& asked, std::uint32_t joint, const Wanted& place);
+  void add_surface_joint(Element<SurfaceJointRecipe> e);
+  bool place_side(const SurfaceSideRecipe& side, std::uint32_t body, ContactSurface& to);
   void add_cable(Element<CableRecipe> e);
   void add_cable_over(Element<CableRecipe> e, std::uint32_t a, std::uint32_t b);
   void add_pin(Element<PinRecipe> e);

@@ -71,6 +71,11 @@ const BuiltScene& GroupBuilder::part_of(const InstanceRecipe& instance, const Bu
                     "found a mirror image of " + quoted_name(instance.prefab) +
                         ", which has paths, expected a prefab without: a path has no "
                         "mirror image");
+  if (!prefab.built.surface_joints.empty())
+    messages_.error(id, "mirror",
+                    "found a mirror image of " + quoted_name(instance.prefab) +
+                        ", which has surface joints, expected a prefab without: they have no "
+                        "mirror image");
   image_ = mirrored(prefab.built, {{*instance.mirror, 0}}, context_.images);
   for (const BuiltBody& body : image_.bodies)
     if (const auto kind = unmirrored(*body.mass_properties)) {
@@ -118,6 +123,13 @@ void GroupBuilder::copy(const Copy& how) {
   for (const BuiltGear& r : how.part.gears)
     made_.gears.push_back(
         {how.prefix + r.name, r.at, first_joint + r.first, first_joint + r.second, r.ratio});
+  for (const BuiltSurfaceJoint& s : how.part.surface_joints) {
+    BuiltSurfaceJoint& p = made_.surface_joints.emplace_back(s);
+    p.name.insert(0, how.prefix);
+    p.a = moved_place(s.a), p.b = moved_place(s.b);
+    if (s.a == kWorldBody) p.contact.on_a.pose = compose(how.at, s.contact.on_a.pose);
+    if (s.b == kWorldBody) p.contact.on_b.pose = compose(how.at, s.contact.on_b.pose);
+  }
   for (const BuiltCable& s : how.part.cables) {
     BuiltCable& p = made_.cables.emplace_back(s);
     p.name.insert(0, how.prefix);

@@ -197,6 +197,11 @@ void GroupBuilder::mirror_links() {
   const MirroredLinks links{*this};
   links.gears(links.joints());
   links.cables(), links.pins();
+  for (const BuiltSurfaceJoint& s : made_.surface_joints)
+    if (links.image_of(s.a, s.b))
+      messages_.error(s.at, "",
+                      "found a surface joint of bodies that are mirrored, expected none: it has no "
+                      "mirror image");
 }
 
 }  // namespace pantin::detail

@@ -59,7 +59,8 @@ enum class ValueType : std::uint8_t {
   groups,            // an array of names or of numbers from 0 to 31
   object,            // of the kind Key::object
   objects,           // an array of them
-  object_or_flag
+  object_or_flag,
+  object_or_reference
 };
 
 struct JointKindInfo;

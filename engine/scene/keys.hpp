@@ -39,6 +39,8 @@ namespace keys {
   OBJECT(motor)                \
   OBJECT(dof)                  \
   OBJECT(gear)                 \
+  OBJECT(surface_joint)        \
+  OBJECT(surface_side)         \
   OBJECT(joint_drive)          \
   OBJECT(pose_key)             \
   OBJECT(cable_guide)          \
@@ -65,7 +67,25 @@ namespace keys {
   OBJECT(drive_event)          \
   OBJECT(winch_event)          \
   OBJECT(gravity_event)        \
-  OBJECT(solver_event)
+  OBJECT(solver_event)         \
+  OBJECT(surface)              \
+  OBJECT(nurbs_face)           \
+  OBJECT(plane_face)           \
+  OBJECT(cylinder_face)        \
+  OBJECT(cone_face)            \
+  OBJECT(sphere_face)          \
+  OBJECT(ellipsoid_face)       \
+  OBJECT(torus_face)           \
+  OBJECT(revolution_face)      \
+  OBJECT(extrusion_face)       \
+  OBJECT(sweep_face)           \
+  OBJECT(interpolation_face)   \
+  OBJECT(nurbs_curve)          \
+  OBJECT(line_curve)           \
+  OBJECT(arc_curve)            \
+  OBJECT(circle_curve)         \
+  OBJECT(ellipse_curve)        \
+  OBJECT(interpolation_curve)
 
 #define PANTIN_DECLARE(word) extern const KeySet word;
 PANTIN_OBJECTS(PANTIN_DECLARE)

@@ -32,6 +32,8 @@ constexpr Key kJoints = objects("joints", "joint",
                                 "point is held, unless by the solver lagrangian.");
 constexpr Key kGears =
     objects("gears", "gear", "Gears, belts, racks: joints that move in proportion.").once("ratios");
+constexpr Key kSurfaceJoints =
+    objects("surface_joints", "surface_joint", "Bodies whose surfaces touch: they slide or roll.");
 constexpr Key kCables =
     objects("cables", "cable", "Cables: they pull and never push.").once("strings");
 constexpr Key kPins = objects("pins", "pin", "Points of bodies held at a place.");
@@ -57,6 +59,7 @@ constexpr Key kScene[] = {
         "Names for groups: the first is bit 0, and so on."),
     object("solver", "solver", "Settings of all islands that name none."),
     objects("materials", "material", "What surfaces look like."),
+    objects("surfaces", "surface", "NURBS surfaces that shapes name."),
     objects("material_pairs", "material_pair", "What two materials are to each other."),
     object("defaults", "defaults",
            "What bodies, joints, cables and pins of this file are unless they or their class say "
@@ -65,6 +68,7 @@ constexpr Key kScene[] = {
     kBodies,
     kJoints,
     kGears,
+    kSurfaceJoints,
     kCables,
     kPins,
     kPaths,
@@ -202,6 +206,7 @@ constexpr Key kPrefab[] = {
     kBodies,
     kJoints,
     kGears,
+    kSurfaceJoints,
     kCables,
     kPins,
     kPaths,
@@ -210,7 +215,7 @@ constexpr Key kPrefab[] = {
     kPrefabEvents,
 };
 constexpr Exclusive kPrefabPairs[] = {
-    {"file", "bodies joints gears cables pins paths instances generators events"}};
+    {"file", "bodies joints gears surface_joints cables pins paths instances generators events"}};
 
 constexpr Key kOfPrefab =
     reference("prefab", "the name of a prefab", "Name of a prefab.").needed("the name of a prefab");

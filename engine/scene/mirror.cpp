@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/geometry/kinds.hpp"
+#include "engine/geometry/skin_model.hpp"
 #include "engine/geometry/surface.hpp"
 
 namespace pantin::detail {
@@ -31,12 +32,34 @@ std::pair<std::string_view, std::size_t> side_at(std::string_view name, std::siz
                              : std::pair(kTo.substr(place, 1), std::size_t(1));
 }
 
+/// Mirrored faces have their outer sides inside, until they are turned.
+std::shared_ptr<const Surface> image_of_skin(const nurbs::Skin& skin, const Reflection& by) {
+  std::shared_ptr<const nurbs::Skin> image;
+  if (skin.half_axes()) {  // its own image
+    image = std::make_shared<nurbs::Skin>(skin);
+  } else {
+    nurbs::Affine flip;
+    for (int k = 0; k < 3; ++k) {
+      Vec3 axis(0);
+      axis[k] = 1;
+      flip.linear[k] = by.direction(axis);
+    }
+    std::vector<nurbs::Surface> faces;
+    for (const nurbs::Face& face : skin.faces())
+      faces.push_back(nurbs::inside_out(nurbs::transformed(face.surface(), flip)));
+    image = std::make_shared<nurbs::Skin>(std::move(faces), skin.tolerance());
+  }
+  const auto made = make_skin(std::move(image));
+  return made ? *made : nullptr;
+}
+
 /// Null if there is none.
 std::shared_ptr<const Surface> image_of(const Shape& shape, const Reflection& by) {
   const auto made_of = [](Result<std::shared_ptr<const Surface>> made) {
     return made ? *made : nullptr;
   };
   const SurfaceSource source = traits_of(shape.kind).source;
+  if (source == SurfaceSource::skin) return image_of_skin(*shape.surface->skin, by);
   std::vector<Vec3> points;
   for (const Vec3 p : shape.surface->points) points.push_back(by.direction(p));
   if (source == SurfaceSource::points) return made_of(make_hull(points));
@@ -152,6 +175,7 @@ Gear mirrored(const Gear& gear) {
 BuiltScene mirrored(const BuiltScene& whole, const Reflection& by, MirrorImages& images) {
   BuiltScene image = whole;
   image.paths.clear();
+  image.surface_joints.clear();  // told of by the builder
   for (BuiltBody& b : image.bodies) b = mirrored(b, by, images);
   for (BuiltJoint& j : image.joints) mirror(j, by);
   for (BuiltGear& g : image.gears) g.ratio = mirrored(g.ratio);

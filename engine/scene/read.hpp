@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/nurbs/spline.hpp"
 #include "engine/scene/json_recipe.hpp"
 #include "engine/scene/keys.hpp"
 #include "engine/scene/poll.hpp"
@@ -59,6 +60,8 @@ struct Reading {
   std::vector<std::uint32_t> group_bits{};  // of each
   std::string folder{};                     // folder of files named by the scene
   ClassParts defaults{};
+  /// NURBS surfaces by name in the text; null: refused.
+  std::unordered_map<std::string_view, std::shared_ptr<const Surface>> surface_of{};
   /// By name in the text: the class, then those that it takes after.
   std::unordered_map<std::string_view, std::vector<ClassParts>> classes{};
 
@@ -112,6 +115,17 @@ struct ShapeDefaults {
 std::optional<ShapeWithDensity> read_shape(const Reading& reading, NodeId node,
                                            const ShapeDefaults& otherwise);
 
+/// "surfaces".
+void read_surfaces(Reading& reading, const Reader& scene);
+/// The surface under "surface" of a shape; null after a complaint.
+std::shared_ptr<const Surface> read_skin(const Reading& reading, const Reader& shape);
+/// A surface: an object, alone or in a list or a shape; null after a complaint.
+std::shared_ptr<const Surface> read_surface(const Reading& reading, NodeId node);
+/// A face; nothing after a complaint.
+std::optional<nurbs::Surface> read_face(const Reading& reading, NodeId node);
+/// A curve; nothing after a complaint.
+std::optional<nurbs::Curve> read_curve(const Reading& reading, NodeId node);
+
 /// "material_pairs"; after the materials.
 std::vector<MaterialPair> read_material_pairs(const Reading& reading, const Reader& scene);
 
@@ -159,6 +173,7 @@ BodyMassProperties read_mass_properties(const Reading& reading, const Reader& fr
 BodyRecipe read_body(const Reading& reading, NodeId node);
 std::optional<JointRecipe> read_joint(const Reading& reading, NodeId node);
 std::optional<GearRecipe> read_gear(const Reading& reading, NodeId node);
+std::optional<SurfaceJointRecipe> read_surface_joint(const Reading& reading, NodeId node);
 std::optional<CableRecipe> read_cable(const Reading& reading, NodeId node);
 std::optional<PinRecipe> read_pin(const Reading& reading, NodeId node);
 std::optional<PathRecipe> read_path(const Reading& reading, NodeId node);

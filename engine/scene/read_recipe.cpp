@@ -82,6 +82,7 @@ void check_names(const OpenGroup& open) {
   see(group.chains, ElementKind::chain, own);
   see(group.joints, ElementKind::joint, own);
   see(group.gears, ElementKind::ratio, own);
+  see(group.surface_joints, ElementKind::surface_joint, own);
   see(group.cables, ElementKind::string, own);
   see(group.pins, ElementKind::pin, own);
 }
@@ -120,6 +121,8 @@ void read_group(const OpenGroup& open, const Reader& from) {
   }
   open.read_all(from.items("joints"), ElementKind::joint, read_joint, group.joints);
   open.read_all(from.items("gears"), ElementKind::ratio, read_gear, group.gears);
+  open.read_all(from.items("surface_joints"), ElementKind::surface_joint, read_surface_joint,
+                group.surface_joints);
   open.read_all(from.items("cables"), ElementKind::string, read_cable, group.cables);
   open.read_all(from.items("pins"), ElementKind::pin, read_pin, group.pins);
   open.read_all(from.items("paths"), ElementKind::drive, read_path, group.paths);
@@ -297,6 +300,7 @@ void read_prefabs(const Reading& reading, const Reader& from) {
 
 void read_content(Reading& reading, const Reader& from, std::uint32_t number) {
   read_materials(reading, from);
+  read_surfaces(reading, from);
   read_scene_collision(reading, from);
   std::vector<MaterialPair>& pairs = reading.scene.recipe.scene.world.material_pairs;
   for (const MaterialPair& pair : read_material_pairs(reading, from)) pairs.push_back(pair);

@@ -182,6 +182,8 @@ bool read_form(const Reading& reading, const Reader& from, Shape& shape) {
       return bool(shape.surface = read_mesh(reading, from));
     case SurfaceSource::heights:
       return bool(shape.surface = read_height_field(from));
+    case SurfaceSource::skin:
+      return bool(shape.surface = read_skin(reading, from));
     case SurfaceSource::none:
       break;
   }
@@ -190,7 +192,7 @@ bool read_form(const Reading& reading, const Reader& from, Shape& shape) {
 
 /// Grounds and hollow things only stand: contacts with them are sought one way.
 void refuse_moving(const Reader& from, ShapeKind kind, Motion motion) {
-  if (motion != Motion::dynamic || is_convex(kind)) return;
+  if (motion != Motion::dynamic || can_move(kind)) return;
   const bool closed = traits_of(kind).shape_class == ShapeClass::mesh;
   from.diagnostics.error(from.find("type"),
                          "found a " + std::string(name_of(kind)) +

@@ -83,6 +83,21 @@ struct GearRecipe {
   bool in_degrees = false;
 };
 
+/// One side of two surfaces that touch.
+struct SurfaceSideRecipe {
+  std::string body;
+  std::shared_ptr<const Surface> surface;  // of NURBS; null: of the body's shape
+  std::optional<Pose> pose;                // in the body's own frame
+};
+
+struct SurfaceJointRecipe {
+  std::string name;
+  SurfaceSideRecipe a, b;
+  SurfaceMotion motion = SurfaceMotion::sliding;
+  bool lifts = false;
+  OnRim on_rim = OnRim::stop;
+};
+
 struct GuideRecipe {
   std::string body;
   PointRecipe at;
@@ -177,6 +192,7 @@ struct Group {
   std::vector<BodyRecipe> bodies;
   std::vector<JointRecipe> joints;
   std::vector<GearRecipe> gears;
+  std::vector<SurfaceJointRecipe> surface_joints;
   std::vector<CableRecipe> cables;
   std::vector<PinRecipe> pins;
   std::vector<PathRecipe> paths;

@@ -47,6 +47,11 @@ void detail::build_world(const BuiltScene& built, World& world) {
     ratio.first = links[r.first], ratio.second = links[r.second];
     gears.push_back(world.add_gear(ratio, r.name));
   }
+  for (const BuiltSurfaceJoint& s : built.surface_joints) {
+    SurfaceContact contact = s.contact;
+    contact.a = entity(s.a), contact.b = entity(s.b);
+    world.add_surface_contact(contact, s.name);
+  }
   for (const BuiltCable& s : built.cables) {
     const Entity a = entity(s.a), b = entity(s.b);
     cables.push_back(world.add_cable(a, b, s.joint, s.name));

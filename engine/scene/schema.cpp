@@ -8,6 +8,7 @@
 
 #include "engine/geometry/kinds.hpp"
 #include "engine/scene/keys.hpp"
+#include "engine/scene/surface_words.hpp"
 #include "engine/world/timed_event.hpp"
 
 namespace pantin::detail {
@@ -162,6 +163,8 @@ std::string value_of(const Key& key) {
       return array_of(object);
     case ValueType::object_or_flag:
       return either_of(kFlag, object);
+    case ValueType::object_or_reference:
+      return either_of(kSomeText, object);
     default:
       return numeric(key);
   }
@@ -340,6 +343,10 @@ std::string scene_schema() {
                                   "A solid in the body's own frame."}));
   defs.add("event", typed_schema({kTimedEventNames, "_event", "What happens.",
                                   "Something that is done to the scene while it runs."}));
+  defs.add("face", typed_schema({kFaceTypes, "_face", "The kind of face.",
+                                 "A face of a NURBS surface, u x v outwards."}));
+  defs.add("curve", typed_schema({kCurveTypes, "_curve", "The kind of curve.",
+                                  "A curve that faces are made of."}));
   for (const KeySet* set : all_key_sets()) defs.add(set->what, schema_of(*set));
   List whole;
   whole.add("$schema", quoted("https://json-schema.org/draft/2020-12/schema"));

@@ -50,6 +50,12 @@ constexpr Key kHeightKeys[] = {
     row("heights", ValueType::number_list, "m", "Row after row from low z on, each from low x on.")
         .needed(kHeightsNeed)};
 
+constexpr Key kSkinKeys[] = {
+    of_object("surface", ValueType::object_or_reference, "surface",
+              "The name of one of the scene's surfaces, a surface, or the path of a file of one, "
+              "which ends in .json and starts from the scene file's folder.")
+        .needed("the name of a surface, or a surface")};
+
 /// What depends on what a surface is made of.
 KeySet surface_keys(SurfaceSource source) {
   switch (source) {
@@ -59,6 +65,8 @@ KeySet surface_keys(SurfaceSource source) {
       return {"", "", kTriangleKeys, kTrianglePairs, kTriangleNeeds};
     case SurfaceSource::heights:
       return {"", "", kHeightKeys};
+    case SurfaceSource::skin:
+      return {"", "", kSkinKeys};
     case SurfaceSource::none:
       break;
   }

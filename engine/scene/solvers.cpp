@@ -54,6 +54,7 @@ std::vector<Solver> solvers_of(const BuiltScene& built, Solver otherwise) {
   for (const BuiltJoint& j : built.joints) tie(j.a, j.b);
   for (const BuiltGear& r : built.gears)
     tie(mover(built, built.joints[r.first]), mover(built, built.joints[r.second]));
+  for (const BuiltSurfaceJoint& s : built.surface_joints) tie(s.a, s.b);
   for (const BuiltCable& c : built.cables) {
     std::uint32_t last = built.is_dynamic(c.a) ? c.a : c.b;
     for (const BuiltGuide& g : c.guides) {
@@ -92,6 +93,9 @@ void check_solvers(const BuiltScene& built, const std::vector<Solver>& solvers,
   for (const BuiltGear& r : built.gears)
     error(r.at, {"", "gear \"" + r.name + "\" of joints", Feature::ratio},
           solvers[mover(built, built.joints[r.first])]);
+  for (const BuiltSurfaceJoint& s : built.surface_joints)
+    error(s.at, {"", "surface joint \"" + s.name + "\"", Feature::surface_contact},
+          solvers[built.is_dynamic(s.a) ? s.a : s.b]);
   for (const BuiltCable& s : built.cables) {
     for (const std::uint32_t end : {s.a, s.b})
       if (built.is_dynamic(end))
@@ -114,6 +118,8 @@ std::string unknown_to(const BuiltScene& built, Solver solver) {
         if (!knows(solver, extra.feature)) return extra.what;
   if (!built.gears.empty() && !knows(solver, Feature::ratio))
     return "gear \"" + built.gears.front().name + "\"";
+  if (!built.surface_joints.empty() && !knows(solver, Feature::surface_contact))
+    return "surface joint \"" + built.surface_joints.front().name + "\"";
   if (!built.cables.empty() && !knows(solver, Feature::cable))
     return "cable \"" + built.cables.front().name + "\"";
   for (const BuiltCable& c : built.cables)

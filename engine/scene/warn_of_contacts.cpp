@@ -99,6 +99,7 @@ class Islands {
       take(last, c.b);
     }
     for (const BuiltPin& p : built.pins) take(p.body, p.to);
+    for (const BuiltSurfaceJoint& s : built.surface_joints) take(s.a, s.b);
   }
   void join(std::uint32_t a, std::uint32_t b) {
     a = root(a), b = root(b);

@@ -93,6 +93,13 @@ void list_unknown(const Plans& owners) {
   for (std::size_t i = 0; i < world.pins.size(); ++i)
     if (const Pin& p = world.pins.values()[i]; p.kind == PinKind::spring)
       note(world.pins.owners()[i], owners.settings(p.body), Feature::spring_pin, "has");
+  for (std::size_t i = 0; i < world.surface_contacts.size(); ++i) {
+    const SurfaceContact& c = world.surface_contacts.values()[i];
+    for (Entity body : {c.a, c.b})
+      if (note(world.surface_contacts.owners()[i], owners.settings(body), Feature::surface_contact,
+               "is"))
+        break;
+  }
   for (std::size_t i = 0; i < world.gears.size(); ++i) {
     const Gear& r = world.gears.values()[i];
     const Entity owner = world.gears.owners()[i];

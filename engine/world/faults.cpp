@@ -30,7 +30,8 @@ constexpr Knowledge kKnowledge[kFeatures] = {
     {"contact", kAuto | kExact, "\"auto\" or \"lagrangian\""},
     {"a spring pin", kAuto | kExact, "\"auto\" or \"lagrangian\""},
     {"a moving surface, rolling or spinning friction", kAuto, "\"auto\""},
-    {"a ring or a pulley of a cable", kExact, "\"lagrangian\""}};
+    {"a ring or a pulley of a cable", kExact, "\"lagrangian\""},
+    {"a contact of surfaces", kExact, "\"lagrangian\""}};
 
 const Knowledge& knowledge(Feature f) { return kKnowledge[static_cast<int>(f)]; }
 

@@ -47,11 +47,12 @@ enum class Feature : std::uint8_t {
   pose_drive,   // a joint drive
   cable,
   contact,
-  spring_pin,  // of a pin
-  surface,     // that moves, or that resists rolling or spinning
-  cable_guide  // a ring or a pulley that a cable is led over
+  spring_pin,   // of a pin
+  surface,      // that moves, or that resists rolling or spinning
+  cable_guide,  // a ring or a pulley that a cable is led over
+  surface_contact
 };
-inline constexpr int kFeatures = 13;
+inline constexpr int kFeatures = 14;
 
 /// Which solver does what: the only place that says so.
 bool knows(Solver solver, Feature feature);

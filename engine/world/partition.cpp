@@ -24,6 +24,7 @@ void join_along_joints(const World& world, DisjointSets& sets) {
     for (const Entity body : bodies) join(body);
   };
   for (const Link& link : world.links.values()) join_all({link.a, link.b});
+  for (const SurfaceContact& c : world.surface_contacts.values()) join_all({c.a, c.b});
   for (const Gear& r : world.gears.values()) {
     const Link *one = world.links.find(r.first), *two = world.links.find(r.second);
     if (one && two) join_all({one->a, one->b, two->a, two->b});

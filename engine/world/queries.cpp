@@ -156,7 +156,7 @@ RayAnswer Queries::cast_shape(const Shape& shape, const Pose& from, Vec3 way,
                               const QueryFilter& filter) const {
   if (!is_finite(from) || !is_finite(way) || !is_finite(shape.size))
     return {{}, QueryStatus::not_finite};
-  if (!is_convex(shape.kind) || !is_complete(shape)) return {{}, QueryStatus::bad_shape};
+  if (!is_convex(shape) || !is_complete(shape)) return {{}, QueryStatus::bad_shape};
   const Pose at = compose(from, shape.local);
   const Real length = glm::length(way);
   const Vec3 unit = length > 0 ? way / length : Vec3(0);
@@ -182,7 +182,7 @@ QueryStatus Queries::overlap(const Shape& shape, const Pose& at, const QueryFilt
                              std::vector<Overlap>& out) const {
   out.clear();
   if (!is_finite(at) || !is_finite(shape.size)) return QueryStatus::not_finite;
-  if (!is_convex(shape.kind) || !is_complete(shape)) return QueryStatus::bad_shape;
+  if (!is_convex(shape) || !is_complete(shape)) return QueryStatus::bad_shape;
   const Pose pose = compose(at, shape.local);
   std::vector<std::uint32_t> numbers = index_->unbounded;
   index_->tree.query(bounds_of(shape, pose),

@@ -15,6 +15,7 @@ enum class Status : std::uint8_t {
                   // or has run up on a pulley; see StepReport::worst_residual_at
   bad_clock,      // World::time is not finite, or the step is too short or too long to compute with
                   // (see kShortestStep): what was left of it was not taken
+  contact_lost,   // surfaces that touch came to where they cannot: see StepReport::contact_fault
   energy_grew     // a solver that does not keep the energy made it grow severalfold; see README
 };
 
@@ -52,12 +53,16 @@ struct StepReport {
   int asleep = 0;                      // islands asleep
   int active_set_iterations_used = 0;  // most active-set iterations of any island
   // Lagrangian solver:
-  int rows = 0, rank = 0;     // of the constraint equations; a lower rank means redundant rows
-  Real worst_constraint = 0;  // m or rad, residual after the step
-  int substeps = 0;           // most substeps of the integrator in this step
-  int events = 0;             // limits reached
-  int rescued = 0;            // islands whose step fell back to Euler
-  int unsolved = 0;           // groups of islands whose contacts were not solved to the tolerance
+  int rows = 0, rank = 0;          // of the constraint equations; a lower rank means redundant rows
+  Real worst_constraint = 0;       // m or rad, residual after the step
+  int substeps = 0;                // most substeps of the integrator in this step
+  int events = 0;                  // limits reached
+  int rescued = 0;                 // islands whose step fell back to Euler
+  const char* contact_fault = "";  // of Status::contact_lost: ContactLeftPatch, SurfaceSingular,
+                                   // ContactDegenerate, lost
+  Entity contact;                  // the joint that it is of; `body` is its body a
+  int released = 0;                // joints of surfaces that let go in this step
+  int unsolved = 0;  // groups of islands whose contacts were not solved to the tolerance
   // What the structure has that cannot be used or that its solver does not know: see check(World).
   int faults = 0;
   Entity fault;  // of the first

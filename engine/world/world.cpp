@@ -52,6 +52,13 @@ Entity World::add_gear(const Gear& gear, std::string name) {
   return e;
 }
 
+Entity World::add_surface_contact(const SurfaceContact& contact, std::string name) {
+  const Entity e = create();
+  surface_contacts.add(e, contact);
+  set_name(*this, e, std::move(name));
+  return e;
+}
+
 Entity World::add_pin(const Pin& pin, std::string name) {
   const Entity e = create();
   pins.add(e, pin);
@@ -76,6 +83,8 @@ void World::destroy(std::span<const Entity> doomed) {
            std::any_of(s.guides.begin(), s.guides.end(),
                        [&](const CableGuide& g) { return refers(g.body); });
   });
+  add_orphans(surface_contacts,
+              [&](const SurfaceContact& c) { return refers(c.a) || refers(c.b); });
   add_orphans(pins, [&](const Pin& p) { return refers(p.body) || refers(p.to); });
   for (const Entity e : std::vector<Entity>(all)) gone.insert(e);  // gears tie links
   add_orphans(gears, [&](const Gear& r) { return refers(r.first) || refers(r.second); });
@@ -83,7 +92,8 @@ void World::destroy(std::span<const Entity> doomed) {
   std::sort(all.begin(), all.end(), [](Entity a, Entity b) { return a.index > b.index; });
 
   bodies.remove(all), forces.remove(all), origins.remove(all), shapes.remove(all);
-  links.remove(all), cables.remove(all), gears.remove(all), pins.remove(all), paths.remove(all);
+  links.remove(all), cables.remove(all), gears.remove(all), surface_contacts.remove(all),
+      pins.remove(all), paths.remove(all);
   joint_drives.remove(all), collisions.remove(all);
   names.remove(all), settings.remove(all), user.remove(all);
   for (Entity e : all) entities.destroy(e);

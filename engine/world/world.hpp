@@ -15,6 +15,7 @@
 #include "engine/world/memory.hpp"
 #include "engine/world/settings.hpp"
 #include "engine/world/store.hpp"
+#include "engine/world/surface_contact.hpp"
 #include "engine/world/view.hpp"
 
 namespace pantin {
@@ -36,6 +37,7 @@ struct World {
   Store<detail::Link> links;  // of the joints of <pantin/joints.hpp>, like cables and gears
   Store<detail::Cable> cables;
   Store<detail::Gear> gears;
+  Store<detail::SurfaceContact> surface_contacts;
   Store<Pin> pins;
   Store<KinematicPath> paths;
   Store<JointDrive> joint_drives;  // on links
@@ -90,6 +92,7 @@ struct World {
   Entity add_body(const Body& body, std::string name = {});
   Entity add_link(Entity a, Entity b, const detail::Joint& joint, std::string name = {});
   Entity add_gear(const detail::Gear& ratio, std::string name = {});
+  Entity add_surface_contact(const detail::SurfaceContact& contact, std::string name = {});
   Entity add_cable(Entity a, Entity b, const detail::CableParameters& joint, std::string name = {});
   /// Adds a pin to a body; destroy() removes it.
   Entity add_pin(const Pin& pin, std::string name = {});
@@ -105,8 +108,8 @@ struct World {
   /// Changes whenever the structure does.
   std::uint64_t structure() const {
     return bodies.version() + links.version() + cables.version() + gears.version() +
-           pins.version() + settings.version() + joint_drives.version() + collisions.version() +
-           edit_count;
+           surface_contacts.version() + pins.version() + settings.version() +
+           joint_drives.version() + collisions.version() + edit_count;
   }
 
   /// Moves a body at once: the integrator restarts, and no pose in between is drawn. False, and
@@ -137,6 +140,7 @@ struct World {
     field("links", self.links);
     field("cables", self.cables);
     field("gears", self.gears);
+    field("surface_contacts", self.surface_contacts);
     field("pins", self.pins);
     field("paths", self.paths);
     field("joint_drives", self.joint_drives);

@@ -4,7 +4,9 @@
 #include <vector>
 
 #include "engine/geometry/kinds.hpp"
+#include "engine/geometry/skin_model.hpp"
 #include "engine/geometry/surface.hpp"
+#include "engine/nurbs/makers.hpp"
 #include "tests/base/random.hpp"
 
 namespace pantin::test {
@@ -35,6 +37,12 @@ inline std::shared_ptr<const Surface> corner_mesh() {
     triangles.push_back({i, j + 6, j});
   }
   return *make_mesh(points, triangles);
+}
+
+/// About a line along z through (0.5, 0, 0): not convex.
+inline std::shared_ptr<const Surface> torus_skin() {
+  std::vector<nurbs::Surface> faces{nurbs::torus({{0.5, 0, 0}}, 0.5, 0.25)};
+  return *make_skin(std::make_shared<nurbs::Skin>(std::move(faces), 1e-9));
 }
 
 /// Heights of a tilted ground.
@@ -71,6 +79,8 @@ inline std::vector<Sample> samples() {
   all.push_back({{ShapeKind::ellipsoid, {0.7, 0.3, 0.5}, {}, 0}, [](Vec3 p) {
                    return p.x * p.x / 0.49 + p.y * p.y / 0.09 + p.z * p.z / 0.25 < 1;
                  }});
+  all.push_back({{ShapeKind::nurbs, {}, {}, 0, torus_skin()},
+                 [](Vec3 p) { return std::hypot(std::hypot(p.x - 0.5, p.y) - 0.5, p.z) < 0.25; }});
   std::vector<Real> heights;
   for (int z = 0; z < 5; ++z)
     for (int x = 0; x < 6; ++x) heights.push_back(slope(0.5 * (x - 2.5), 0.4 * (z - 2)));

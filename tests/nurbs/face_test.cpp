@@ -99,7 +99,7 @@ TEST_CASE("the bounds of all cells hold") {
   for (const Surface& s : all_surfaces(dice)) {
     const Face face(s);
     Real area = 0;
-    for (const Leaf& leaf : face.leaves()) {
+    for (const nurbs::Leaf& leaf : face.leaves()) {
       area += leaf.u.width() * leaf.v.width();
       const Real hu = leaf.u.width() / 2, hv = leaf.v.width() / 2;
       for (int i = 0; i < 12; ++i) {

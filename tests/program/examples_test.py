@@ -52,7 +52,7 @@ class Folder(unittest.TestCase):
         if "--duration" not in line and not name:
             line += " " + BRIEF.get(command, "")
         done = call(line, self.folder)
-        needs_pictures = command == "view" or re.search("--(frames|video|gif|strip)", line)
+        needs_pictures = command == "view" or re.search("--(frames|video|gif|strip|picture)", line)
         if done.returncode == 1 and needs_pictures:
             return
         self.assertEqual(done.returncode, 0, f"{line}\n{done.stderr}")
@@ -69,8 +69,8 @@ class Examples(Folder):
         return done.stdout
 
     def test_every_example_of_every_command_works(self):
-        for command in ("run", "check", "bench", "doctor", "view", "schema", "new", "completion",
-                        "help"):
+        for command in ("run", "check", "bench", "doctor", "view", "schema", "surface", "new",
+                        "completion", "help"):
             text = self.help_of(command)
             lines = re.findall(r"^\s*(pantin .*)$", text.split("Examples:")[1], re.M)
             self.assertGreater(len(lines), 0, command)

@@ -255,7 +255,7 @@ class Run(unittest.TestCase):
 
     def test_help_has_examples_and_exit_codes(self):
         for command in ((), ("run",), ("check",), ("bench",), ("doctor",), ("view",), ("schema",),
-                        ("new",), ("completion",), ("help",)):
+                        ("surface",), ("new",), ("completion",), ("help",)):
             done = pantin(*command, "--help")
             self.assertEqual(done.returncode, 0)
             self.assertIn("Examples:", done.stdout)

@@ -12,6 +12,7 @@
 #include "engine/world/timed_event.hpp"
 #include "tests/runtime/puppets.hpp"
 #include "tests/runtime/running.hpp"
+#include "tests/solvers/surfaces.hpp"
 
 namespace {
 
@@ -116,6 +117,24 @@ TEST_CASE(
   simulation.settings.measure = true;
   allocations_in(simulation, 3);
   CHECK(allocations_in(simulation, 60) == 0);
+}
+
+TEST_CASE("a step of surfaces that roll, come apart and land allocates nothing") {
+  const auto integrator = GENERATE(Integrator::euler, Integrator::rattle, Integrator::rk4,
+                                   Integrator::implicit, Integrator::radau);
+  World world = exact_world(integrator);
+  const Entity ground = add_ground(world);
+  for (const bool lifts : {false, true}) {
+    const Entity body = world.add_body(
+        solid_ellipsoid(1, {0.12, 0.1, 0.11}, {{lifts ? 1.0 : 0.0, 0.4, 0}, kIdentity}));
+    world.bodies[body].angular_velocity = {0.5, 0.2, 1};
+    const Entity joint = touch(world, {body, ball_skin({0.12, 0.1, 0.11}), ground, flat_skin(6)},
+                               SurfaceMotion::rolling);
+    world.surface_contacts[joint].lifts = lifts;
+  }
+  Simulation simulation(std::move(world), {1.0 / 120});
+  allocations_in(simulation, 3);
+  CHECK(allocations_in(simulation, 120) == 0);
 }
 
 TEST_CASE("timed events that act and change numbers allocate nothing") {

@@ -62,6 +62,17 @@ std::string scene_with(std::string_view what, const std::string& extra,
     const std::string type = "\"type\": \"" + std::string(what.substr(0, what.find('_'))) + "\", ";
     return part("events", "[{" + (is_type ? "" : type) + extra + "}]");
   }
+  const auto typed = [&](std::string_view suffix) {
+    if (extra.starts_with("\"type\"")) return extra;
+    return "\"type\": \"" + std::string(what.substr(0, what.size() - suffix.size())) + "\", " +
+           extra;
+  };
+  const auto face = [&](const std::string& members) {
+    return part("surfaces", R"([{"name": "s", "faces": [{)" + members + "}]}]");
+  };
+  if (what.ends_with("_face")) return face(typed("_face"));
+  if (what.ends_with("_curve"))
+    return face(R"("type": "revolution", "profile": {)" + typed("_curve") + "}");
   if (what == "class") return part("classes", "[{" + extra + "}]");
   if (what == "defaults") return part("defaults", "{" + extra + "}");
   const auto of_class = [&](const std::string& key, const std::string& user) {
@@ -127,6 +138,8 @@ bool takes(const Key& key, JsonKind kind) {
       return kind == JsonKind::string || kind == JsonKind::array;
     case ValueType::object:
       return kind == JsonKind::object;
+    case ValueType::object_or_reference:
+      return kind == JsonKind::object || kind == JsonKind::string;
     case ValueType::object_or_flag:
       return kind == JsonKind::object || kind == JsonKind::boolean;
     default:

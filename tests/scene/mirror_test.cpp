@@ -210,3 +210,17 @@ TEST_CASE("What has no side, no image or one already is refused by name") {
         Lines{"t.json:3:54: /instances/0/mirror: found a mirror image of \"p\", which has paths, "
               "expected a prefab without: a path has no mirror image"});
 }
+
+TEST_CASE("The image of a skin is the skin on the other side, its outer side outside") {
+  const Scene s = good(R"({"version": 1,
+"surfaces": [{"name": "wedge", "faces": [{"type": "torus", "radius": 0.3, "tube": 0.1,
+                                          "position": [0.5, 0.2, 0]}]}],
+"bodies": [{"name": "arm_l", "position": [1, 0, 0],
+            "shape": {"type": "nurbs", "surface": "wedge"}}],
+"generators": {"mirrors": [{"bodies": ["arm_l"], "axis": "x"}]}})");
+  const Entity left = s.world.find("arm_l"), right = s.world.find("arm_r");
+  const Shape &one = s.world.shapes[left].list[0], &other = s.world.shapes[right].list[0];
+  CHECK(s.world.bodies[right].mass == Approx(s.world.bodies[left].mass).epsilon(1e-9));
+  CHECK(other.surface->low.x == Approx(-one.surface->high.x).margin(1e-9));
+  CHECK(volume(other) == Approx(volume(one)).epsilon(1e-9));
+}

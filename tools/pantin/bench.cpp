@@ -78,7 +78,9 @@ void measure_beside(const Scene& scene, int threads, double links, Json& row) {
     residual = std::max(residual, report.worst_residual);
     contacts = std::max(contacts, report.contacts), stops = std::max(stops, report.stops_hit);
     passes += report.active_set_iterations_used;
-    if (report.status == Status::diverged || report.status == Status::energy_grew) break;
+    if (report.status == Status::diverged || report.status == Status::energy_grew ||
+        report.status == Status::contact_lost)
+      break;
   }
   const double per =
       1e9 / (links * static_cast<double>(std::max<std::uint64_t>(1, steps - kWarmUp)));

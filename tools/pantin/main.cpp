@@ -42,6 +42,7 @@ constexpr const char* kExamples = R"(Examples:
   pantin doctor
   pantin new scene.json
   pantin schema --out scene.schema.json
+  pantin surface assets/surfaces/groove.json
   pantin view assets/scenes/marionette.json
   pantin help run
   pantin completion bash > out/pantin.bash
@@ -65,6 +66,7 @@ int main(int argc, char** argv) {
   add_doctor(program, exit_code);
   add_view(program, exit_code);
   add_schema(program, exit_code);
+  add_surface(program, exit_code);
   add_new(program, exit_code);
   add_completion(program, exit_code);
   add_help(program, exit_code);

@@ -10,6 +10,7 @@
 #include "engine/render/capture.hpp"
 #include "engine/render/renderer.hpp"
 #include "engine/render/strip.hpp"
+#include "engine/render/trails.hpp"
 #endif
 
 namespace pantin::program {
@@ -70,6 +71,7 @@ class DrawnPictures final : public Pictures {
   }
 
   bool after_step(const World& world, double worst_gap) override {
+    if (choices_.overlay) trails_.record(world);
     const double end = static_cast<double>(world.tick) * step_, slack = 1e-9 * step_;
     while (ok_ && drawn_ < frames_ && static_cast<double>(drawn_) / fps_ <= end + slack) {
       const double part = 1 - (end - static_cast<double>(drawn_) / fps_) / step_;
@@ -116,7 +118,10 @@ class DrawnPictures final : public Pictures {
       overlay.lines = {title_, time,
                        fmt::format("{}, step {:.4g} ms", describe_solvers(world), 1e3 * step_),
                        fmt::format("worst joint gap {:.1e} m", worst_gap)};
-    if (choices_.overlay) overlay.legend = overlay_legend(world);
+    if (choices_.overlay) {
+      overlay.legend = overlay_legend(world);
+      overlay.trails = trails_.trails();
+    }
     Image& image = capture_ ? capture_->next() : image_;
     renderer_->draw({world, poses, view_, &overlay}, image);
     while (cell_due()) strip_->add(image);
@@ -133,6 +138,7 @@ class DrawnPictures final : public Pictures {
   std::unique_ptr<Capture> capture_;
   std::vector<Pose> before_, poses_;
   Image image_;
+  ContactTrails trails_;
   std::optional<Strip> strip_;
   bool ok_ = true;
 };

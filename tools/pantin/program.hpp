@@ -39,6 +39,7 @@ void add_bench(CLI::App& program, int& exit_code);
 void add_doctor(CLI::App& program, int& exit_code);
 void add_view(CLI::App& program, int& exit_code);
 void add_schema(CLI::App& program, int& exit_code);
+void add_surface(CLI::App& program, int& exit_code);
 void add_new(CLI::App& program, int& exit_code);
 void add_completion(CLI::App& program, int& exit_code);
 /// The last: it knows all the others.

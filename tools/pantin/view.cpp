@@ -171,7 +171,7 @@ wheel (dy and dx, clicks), key ("shift": true), knob (name, to: a slider of the 
 for that of a joint), open (scene: a file), resize (width, height), quit. The place is x and y in pixels, or body (seen from here, its mass centre or
 "at": [x, y, z] in the body's own frame), or dx and dy from the last place.
 
---json prints one object: scene, title, status (ok, diverged, energy_grew, interrupted, unwritable), solver, beside
+--json prints one object: scene, title, status (ok, diverged, contact_lost, energy_grew, interrupted, unwritable), solver, beside
 (where there are two), step_s, frames, frames_a_second (not of a script), steps, restarts, simulated_s, paused, speed, panel, picks (body, grip, at_s, held_s,
 distance_moved_m, residual_m, worst_residual_m, worst_elsewhere_m of other held points, reachable),
 worst_gap_m, worst_gap_rel, hash, saved, display, gl, notes, warnings.

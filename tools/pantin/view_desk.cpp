@@ -111,7 +111,10 @@ void Desk::single_step() {
 void Desk::notice(Pane& pane, const StepReport& step) {
   const auto trouble = pane.trouble(step);
   if (!trouble) return;
-  if (status == "ok") status = step.status == Status::energy_grew ? "energy_grew" : "diverged";
+  if (status == "ok")
+    status = step.status == Status::energy_grew    ? "energy_grew"
+             : step.status == Status::contact_lost ? "contact_lost"
+                                                   : "diverged";
   paused = true;
   pane.alarm = *trouble;
   tell(*trouble);

@@ -113,6 +113,9 @@ std::optional<std::string> Pane::trouble(const StepReport& step) const {
     return fmt::format("diverged: body {} could not go on or left all bounds", body);
   if (step.status == Status::bad_clock)
     return std::string("diverged: the time or the step is no number to compute with");
+  if (step.status == Status::contact_lost)
+    return fmt::format("contact lost: {} at the surface joint {}", step.contact_fault,
+                       sim.world.name_of(step.contact));
   if (step.status == Status::energy_grew)
     return fmt::format(
         "energy grew severalfold by itself where body {} is: the solver {} does not keep it", body,

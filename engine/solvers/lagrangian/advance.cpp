@@ -55,11 +55,20 @@ bool pay_projection(Island& m, Real before) {
   return true;
 }
 
+/// Where the projection is part of the motion, what turns the twists along curved surfaces acts
+/// there: it decides whether they pull at one another.
+void add_projected_forces(Island& m, Real h) {
+  for (const Block& b : m.blocks)
+    if (b.kind == BlockKind::surface && !b.lock)
+      m.mean_lambda[b.first_row] += m.scratch.lambda[b.first_row] / h;
+}
+
 /// One integrator step with projection. False: it failed.
 bool integrate(const World& world, Island& m, const Span& span, const IntegratorRow& by) {
+  m.scratch.lost_touch = UINT32_MAX;
   const bool done = by.step(world, m, span);
   ++m.substeps;
-  if (!done || !all_within_bounds(m)) return false;
+  if (!done || m.scratch.lost_touch != UINT32_MAX || !all_within_bounds(m)) return false;
   m.fresh = false;
   add_impulses(m, span.h);
   // RATTLE ends on the constraints up to rounding.
@@ -70,7 +79,9 @@ bool integrate(const World& world, Island& m, const Span& span, const Integrator
     m.scratch.projection_moves = moves;
     const bool closed = project(world, m, span.fraction(1), span.whole);
     m.scratch.projection_moves = false;
-    return closed && all_within_bounds(m) && (!by.may_open_joints || keeps_joints(m, span.h)) &&
+    if (moves) add_projected_forces(m, span.h);
+    return closed && m.scratch.lost_touch == UINT32_MAX && all_within_bounds(m) &&
+           (!by.may_open_joints || keeps_joints(m, span.h)) &&
            (!moves || pay_projection(m, kinetic));
   }
   update_kinematics(m), update_frames(world, m, span.fraction(1), span.whole);
@@ -91,15 +102,16 @@ bool integrate_adaptively(const World& world, Island& m, const Span& span,
     m.scratch.start = m.scratch.state;
     const Real row_residual = m.scratch.worst_relative_residual;
     Real error = 0;
+    m.scratch.lost_touch = UINT32_MAX;
     const Span part{span.from + done, now, span.whole};
     bool good = by.step_estimated(world, m, part, error);
     ++m.substeps;
     const Real factor_of =
         good ? 0.9 * std::pow(goal / std::max(error, 1e-300), 1.0 / by.estimate_order)
              : by.after_failure;
-    good = good && error <= goal;
+    good = good && error <= goal && m.scratch.lost_touch == UINT32_MAX;
     if (good && m.settings.stabilisation == Stabilisation::projection)
-      good = project(world, m, part.fraction(1), span.whole);
+      good = project(world, m, part.fraction(1), span.whole) && m.scratch.lost_touch == UINT32_MAX;
     if (good) {
       add_impulses(m, now);
       done += now, m.fresh = false;
@@ -205,8 +217,11 @@ bool advance(const World& world, Island& m, const Span& span) {
   // After a rescue fewer halvings are tried, and none in the next steps.
   const Attempt first{chosen, dear ? 0 : before > 0 ? kRetries : kMaxHalvings, kMaxSubsteps};
   if (before % kPatience == 0 && advance_by(world, m, span, first)) return true;
+  // Surfaces that do not touch any more are not helped by another method.
+  if (m.scratch.lost_touch != UINT32_MAX) return false;
   const Attempt rescue{integrators::euler, dear ? 0 : kMaxHalvings, 2 * kMaxSubsteps};
   const bool by_halves = &chosen != &integrators::euler && advance_by(world, m, span, rescue);
+  if (m.scratch.lost_touch != UINT32_MAX) return false;
   m.rescues = before + 1;
   if (!by_halves && !advance_loosely(world, m, span)) return m.rescues = 0, false;
   m.fresh = chosen.keeps_accelerations;

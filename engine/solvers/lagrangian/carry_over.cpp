@@ -22,6 +22,9 @@ struct Unchanged {
       case BlockKind::cable:
       case BlockKind::elastic_cable:
         return is_same_value(world.cables, old, slot);
+      case BlockKind::surface:
+      case BlockKind::roll:
+        return is_same_value(world.surface_contacts, old, slot);
       case BlockKind::interface: {  // by the connection
         const contact::Interface &a = was.interfaces[old], &b = now.interfaces[slot];
         const bool pin = a.kind == contact::TieKind::pin;
@@ -65,6 +68,7 @@ void carry_on(const World& world, Island& was, Island& m) {
     h.source = today.source, h.anchor = today.anchor;
     h.body = today.body, h.point_mass = today.point_mass;
   }
+  m.touches = was.touches;
   m.memory = was.memory, m.mean_lambda = was.mean_lambda, m.forces = was.forces;
   m.fresh = was.fresh, m.counted = was.counted;
   for (std::size_t i = 0; i < m.blocks.size() && m.counted; ++i)
@@ -84,7 +88,7 @@ void carry_on(const World& world, Island& was, Island& m) {
 }  // namespace
 
 std::uint32_t carry_memory(const World& world, std::vector<Island>& before, Island& m) {
-  m.memory.assign(m.blocks.size(), {});
+  m.memory.assign(m.blocks.size(), {}), m.touches.assign(m.touch_sources.size(), {});
   m.mean_lambda.assign(m.rows, 0), m.forces = m.mean_lambda;
   m.accelerations.assign(2 * m.count(), Vec3(0));
   m.lagged = m.contact_loads = m.accelerations;

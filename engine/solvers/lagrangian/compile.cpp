@@ -255,6 +255,36 @@ void pack_cables(Packer& p) {
   }
 }
 
+/// Surfaces that touch: the gap, and what binds their motion along it.
+void pack_surfaces(Packer& p) {
+  const World& world = p.world;
+  for (std::uint32_t i = 0; i < world.surface_contacts.size(); ++i) {
+    const SurfaceContact& c = world.surface_contacts.values()[i];
+    const Ends ends = ends_of(world, c.a, c.b);
+    if (ends.a == kNobody) continue;
+    const std::uint32_t at = p.owner[ends.a] != kNobody ? p.owner[ends.a] : p.owner[ends.b];
+    if (at == kNobody) continue;
+    if (const char* why = c.restored()) {
+      p.partition.faults.push_back(
+          {world.surface_contacts.owners()[i], why, StructureFault::left_out, false});
+      continue;
+    }
+    Island& m = p.islands[at];
+    Block block;
+    block.kind = BlockKind::surface, block.source = i, block.rows = 1, block.count = 2;
+    block.lock = !c.lifts, block.first_place = static_cast<std::uint32_t>(m.touch_sources.size());
+    block.body[0] = number_of(p, at, ends.a), block.body[1] = number_of(p, at, ends.b);
+    m.touch_sources.push_back(i);
+    m.unilateral = m.unilateral || c.lifts;
+    add_block(m, block);
+    block.kind = BlockKind::roll;
+    block.rows = c.motion == SurfaceMotion::sliding ? 0 : c.on_b.curve ? 1 : 2;
+    if (c.motion == SurfaceMotion::rolling_without_spin && !c.on_b.curve) ++block.rows;
+    m.rolls = m.rolls || block.rows > 0;
+    add_block(m, block);
+  }
+}
+
 bool fits_gear(const Joint& joint, Coordinate coupled) {
   return info_of(joint.kind).is_used(coupled, kGeared);
 }
@@ -347,7 +377,8 @@ bool has_loops(const Island& m) {
   DisjointSets sets(m.count() + 1);
   for (const Block& b : m.blocks) {
     if (is_compliant(b.kind)) continue;
-    if (b.kind == BlockKind::gear || b.kind == BlockKind::limit) continue;
+    if (b.kind == BlockKind::gear || b.kind == BlockKind::limit || b.kind == BlockKind::roll)
+      continue;  // rolling is no second way from body to body
     const std::size_t bodies = b.kind == BlockKind::cable ? b.count - 1u : b.count;
     for (std::size_t k = 1; k < bodies; ++k) {
       const std::uint32_t one = std::min(b.body[0], ground), two = std::min(b.body[k], ground);
@@ -370,6 +401,9 @@ Entity joint_of(const World& world, const Block& block) {
     case BlockKind::cable:
     case BlockKind::elastic_cable:
       return world.cables.owners()[block.source];
+    case BlockKind::surface:
+    case BlockKind::roll:
+      return world.surface_contacts.owners()[block.source];
     case BlockKind::interface:
       return {};
     default:
@@ -399,7 +433,7 @@ void compile(World& world, std::span<const IslandPlan> plans) {
     islands.push_back(std::move(m));
   }
   find_interfaces(p);
-  pack_links(p), pack_pins(p), pack_cables(p), pack_gears(p);
+  pack_links(p), pack_pins(p), pack_cables(p), pack_gears(p), pack_surfaces(p);
   Islands& all = world.memory.of<Islands>();
   std::vector<Islands::Saved> saved(islands.size());
   all.scratch.saved.resize(before.size());

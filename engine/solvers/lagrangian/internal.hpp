@@ -171,10 +171,20 @@ void write_cable_length(const World& world, const Island& m, const Block& block,
 void follow_cables(World& world, Island& m, Real h);
 /// Adds the forces of elastic cables over guides.
 void add_path_forces(const World& world, Island& m);
-/// Unilateral rows: cables, and limits that are not locks.
+/// Finds the places of contacts of surfaces that are not known, or may be other ones by now, at
+/// the start of a step (surfaces.cpp).
+void find_touches(const World& world, Island& m);
+/// The rows of a contact of surfaces, and of its rolling.
+void write_surface(const World& world, Island& m, std::size_t block, Want want);
+/// The contact that was lost in the step lets go, if its joint says so.
+bool release_lost(const World& world, Island& m);
+/// Results of contacts of surfaces, to the World.
+void write_back_touches(World& world, Island& m);
+/// Unilateral rows: cables, limits that are not locks, surfaces that may lift off.
 inline bool is_one_sided(const Island& m, std::size_t block) {
   const Block& b = m.blocks[block];
-  return (b.kind == BlockKind::limit && !b.lock) || b.kind == BlockKind::cable;
+  return ((b.kind == BlockKind::limit || b.kind == BlockKind::surface) && !b.lock) ||
+         b.kind == BlockKind::cable;
 }
 /// J, of the bodies of an island in this motion.
 Real kinetic_energy(const Island& m, const Motions& s);

@@ -16,6 +16,7 @@
 #include "engine/world/body.hpp"
 #include "engine/world/entity.hpp"
 #include "engine/world/settings.hpp"
+#include "engine/world/surface_contact.hpp"
 
 namespace pantin::detail::lagrangian {
 
@@ -27,6 +28,8 @@ enum class BlockKind : std::uint8_t {
   limit,      // one side of a limited coordinate; a row only while it is active
   cable,      // a cable: a row only while it is taut
   interface,  // the interface to an island of another solver: see contact::Interface
+  surface,    // the gap of two surfaces that touch; where they may lift off: only while they bear
+  roll,       // of the block before: no slip and no spin there; no constraint of poses
   spring,     // a joint force treated implicitly (Euler, implicit, radau)
   // The same of what else is elastic (radau).
   elastic_cable,
@@ -45,13 +48,14 @@ struct Block {
   Coordinate coordinate = Coordinate::angle;  // limit, spring; gear: of the first link
   Coordinate second = Coordinate::angle;      // gear: of the second link
   bool upper = false;                         // limit: the upper bound
-  bool lock = false;                          // limit: both bounds are equal
+  bool lock = false;                          // limit: both bounds are equal; surface: held
   bool point = false;                         // rows 0 to 2 constrain a point, the others rotations
   std::uint8_t rows = 0, count = 0;           // of rows, of bodies
   std::uint32_t source = 0;                   // slot in the store of its kind; limit, spring: links
   std::uint32_t body[kMostBlockBodies] = {};  // in the island
   std::uint8_t ends[4] = {};      // gear: bodies a and b of the first and of the second link
-  std::uint32_t first_place = 0;  // of a cable over guides: in Island::places
+  std::uint32_t first_place = 0;  // of a cable over guides: in Island::places; of surfaces and
+                                  // their rolling: in Island::touches
   std::uint32_t first_row = 0;
   std::uint32_t first_vector = 0;  // in the Jacobian: see solvers/lagrangian/jacobian.hpp
   Real bound = 0;                  // limit: value; gear: offset
@@ -175,11 +179,55 @@ struct KktPattern {
   std::size_t numbers = 0, unknowns = 0;
 };
 
-/// Motion of all bodies of an island at one time, frames last.
+/// Where two surfaces touch at one time: the coordinates of their contact.
+struct Touch {
+  nurbs::PlacePair at;
+  std::array<Real, 4> rates{};  // of the parameters when they were found last
+  Real time = 0;                // s, of `at`
+
+  static void fields(auto& self, auto&& field) {
+    field("at", self.at);
+    field("rates", self.rates);
+    field("time", self.time);
+  }
+};
+
+/// State of a contact of surfaces besides.
+struct TouchMemory {
+  Touch touch;
+  bool known = false;                                      // where they touch
+  nurbs::ContactStatus how = nurbs::ContactStatus::found;  // else the joint has let go
+  Pose searched;        // a in b when all pairs were looked at last
+  bool is_far = false;  // then there was none near
+
+  bool is_over() const { return how != nurbs::ContactStatus::found; }
+
+  static void fields(auto& self, auto&& field) {
+    field("touch", self.touch);
+    field("known", self.known);
+    field("how", self.how);
+    field("searched", self.searched);
+    field("is_far", self.is_far);
+  }
+};
+
+/// What the rows of a contact were written from last.
+struct TouchFound {
+  // In the frame of b, where a stood at `a_in_b`; such a pose is not looked at twice in a step.
+  nurbs::CommonNormal pair;
+  Pose a_in_b;
+  bool is_fresh = false;
+  Vec3 on_b{0}, normal{0};  // world: m, and unit, outwards of b
+  Real gap = 0;             // m
+  Vec3 tangent[2] = {};     // of the rows of rolling
+};
+
+/// Motion of all bodies of an island at one time, frames last, and where their surfaces touch.
 struct Motions {
   std::vector<Vec3> x;
   std::vector<Quat> q;
   std::vector<Vec3> v, w;
+  std::vector<Touch> touches;
 };
 
 /// Where a frame was at the start of the step: see Frame.
@@ -243,6 +291,12 @@ struct StepScratch {
   Real projection_work = 0;  // J, of scratch.force along the last projection of poses
   // Projections are part of the motion, not corrections of errors: angular velocities turn along.
   bool projection_moves = false;
+  // Rows that are no constraints of poses are left out.
+  bool poses_only = false;
+  std::vector<TouchFound> touching;
+  // The first contact of surfaces that was lost since this was cleared, and why.
+  std::uint32_t lost_touch = UINT32_MAX;
+  nurbs::ContactStatus lost_how = nurbs::ContactStatus::found;
   Real worst_relative_residual = 0;  // of J a = gamma, relative to its terms
   std::uint32_t worst_relative_block = 0;
 };
@@ -260,11 +314,13 @@ struct IslandStructure {
   std::vector<Block> elastic_paths;  // elastic cables over guides, as forces
   std::vector<std::uint8_t> places;  // of cables over guides: bodies of their blocks, a to b
   std::size_t rows = 0, vectors = 0;
-  std::size_t joint_force_rows = 0;  // rows of joint forces
-  Real size = 0;                     // m, scales tolerances
-  Real reach = 0;                    // m, the longest arm of a joint
-  bool loops = false;                // closed loops: rows may be dependent
-  bool unilateral = false;           // limits or cables
+  std::size_t joint_force_rows = 0;          // rows of joint forces
+  Real size = 0;                             // m, scales tolerances
+  Real reach = 0;                            // m, the longest arm of a joint
+  bool loops = false;                        // closed loops: rows may be dependent
+  bool unilateral = false;                   // limits, cables or surfaces that may lift off
+  bool rolls = false;                        // rows that are no constraints of poses
+  std::vector<std::uint32_t> touch_sources;  // slots in World::surface_contacts
   bool damped = false;
   Entity unfit;  // a body that no step can be computed with, or none
 
@@ -289,6 +345,8 @@ struct IslandStructure {
     field("reach", derived(self.reach));
     field("loops", derived(self.loops));
     field("unilateral", derived(self.unilateral));
+    field("rolls", derived(self.rolls));
+    field("touch_sources", derived(self.touch_sources));
     field("damped", derived(self.damped));
     field("unfit", derived(self.unfit));
   }
@@ -300,6 +358,7 @@ struct IslandMemory {
   std::vector<Real> mean_lambda;  // by row: N or N m, mean over the last integrator step
   std::vector<Frame> frames;      // numbered after the bodies
   std::vector<JointForce> joint_forces;
+  std::vector<TouchMemory> touches;
   std::vector<Vec3> accelerations, lagged;  // implicit: two a body
   // Radau: of the stages of the last step, two a body each, and its length, s.
   std::vector<Vec3> stage_accelerations;
@@ -314,6 +373,7 @@ struct IslandMemory {
     field("mean_lambda", in_place(self.mean_lambda));
     field("frames", in_place(self.frames));
     field("joint_forces", in_place(self.joint_forces));
+    field("touches", in_place(self.touches));
     field("accelerations", in_place(self.accelerations));
     field("lagged", in_place(self.lagged));
     field("stage_accelerations", in_place(self.stage_accelerations));
@@ -333,6 +393,9 @@ struct StepResult {
   Entity lost;
   Real residual = 0;  // largest constraint residual after the step
   int solves = 0, substeps = 0, iterations = 0, events = 0;
+  Entity lost_contact;  // of surfaces, that ended the step, and why
+  nurbs::ContactStatus lost_how = nurbs::ContactStatus::found;
+  int released = 0;           // contacts of surfaces that let go
   bool cannot_close = false;  // the joints of the initial pose cannot be closed
 };
 
@@ -383,7 +446,7 @@ inline const Block& block_of(const Island& m, const Fault& fault) {
   return fault.block < count ? m.blocks[fault.block] : m.elastic_paths[fault.block - count];
 }
 
-/// The link, pin, cable or gear of a block.
+/// The link, pin, cable, gear or contact of surfaces of a block.
 Entity joint_of(const World& world, const Block& block);
 
 /// Packs all islands of this solver. State is carried over by body and joint.

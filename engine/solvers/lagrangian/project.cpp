@@ -130,7 +130,12 @@ bool project(const World& world, Island& m, Real part, Real whole) {
   look();
   scratch.opened = m.residual;
   if (!std::isfinite(m.residual)) return false;
-  factor_and_report(m);
+  // Rows that bind velocities only have no part in poses.
+  const bool splits = m.rolls && m.residual > tolerance;
+  if (splits)
+    scratch.poses_only = true, look(), factor(m);
+  else
+    factor_and_report(m);
   const Real softest = m.loops ? kSoftestLoop : kSoftest;
   Real before = kInfinite, weight = 0, work_before = 0;
   scratch.projection_work = 0;
@@ -161,7 +166,11 @@ bool project(const World& world, Island& m, Real part, Real whole) {
     scratch.projection_work += move_bodies(m, scratch.solution);
     look();
   }
-  if (weight > 0) factor(m);
+  scratch.poses_only = false;
+  if (splits)
+    look(), factor_and_report(m);
+  else if (weight > 0)
+    factor(m);
   project_twists(m, {});
   for (std::size_t r = 0; r < m.rows; ++r) scratch.impulses[r] += scratch.lambda[r];
   const Real loose = m.rescues > 0 ? kRescueTolerance * m.reach : 0;

@@ -38,22 +38,40 @@ void find_correction(Island& m, FactorOf of) {
   if (of == FactorOf::start) std::swap(scratch.jacobian, scratch.jacobian_before);
 }
 
+/// Forces of constraint at the start of the step, into scratch.lambda. Rows that bind velocities
+/// only say nothing of poses at its end; they act in the first half as they do now.
+void find_forces_now(const World& world, Island& m) {
+  StepScratch& scratch = m.scratch;
+  add_forces(world, m, Torques::with_gyroscopic);
+  std::copy(scratch.gamma.begin(), scratch.gamma.end(), scratch.right.begin());
+  subtract_frame_accelerations(m, scratch.right);
+  solve(m, {scratch.force, scratch.right},
+        {std::span(scratch.motion).first(2 * m.count()), scratch.lambda});
+}
+
 bool step_rattle(const World& world, Island& m, const Span& span) {
   StepScratch& scratch = m.scratch;
   Motions& s = scratch.state;
   const Real h = span.h, tolerance = tolerance_of(m);
   update_kinematics(m), update_frames(world, m, span.fraction(0), span.whole);
-  write_all_rows(world, m, {false, false});
-  add_forces(world, m, Torques::applied);
+  write_all_rows(world, m, {false, m.rolls});
   factor(m);
+  if (m.rolls) find_forces_now(world, m);
+  add_forces(world, m, Torques::applied);
   kick(m, h / 2);
   scratch.jacobian_before = scratch.jacobian;
   scratch.momenta_before = scratch.momenta;
   scratch.from = s;
   update_frames(world, m, span.fraction(1), span.whole);
   std::copy(m.mean_lambda.begin(), m.mean_lambda.end(), scratch.sum_lambda.begin());
-  for (std::size_t i = 0; i < m.blocks.size(); ++i)
-    if (!is_active(m, i)) scratch.sum_lambda[m.blocks[i].first_row] = 0;
+  for (std::size_t i = 0; i < m.blocks.size(); ++i) {
+    const Block& b = m.blocks[i];
+    for (std::size_t r = b.first_row; r < b.first_row + b.rows; ++r)
+      if (!is_active(m, i))
+        scratch.sum_lambda[r] = 0;
+      else if (b.kind == BlockKind::roll)
+        scratch.sum_lambda[r] = scratch.lambda[r];
+  }
   keep_moving_part(m, scratch.sum_lambda);
   FactorOf factor_of = FactorOf::start;
   Real before = std::numeric_limits<Real>::infinity();

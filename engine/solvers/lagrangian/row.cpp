@@ -135,7 +135,10 @@ bool repeat(World& world, std::size_t island, Real h) {
 
 void note_failure(const World& world, StepReport& report) {
   for (const Island& m : islands_of(world))
-    if (m.lost && !m.cannot_close && report.status != Status::diverged)
+    if (m.lost && m.lost_contact) {
+      report.status = Status::contact_lost, report.body = m.lost, report.contact = m.lost_contact;
+      report.contact_fault = nurbs::word_of(m.lost_how);
+    } else if (m.lost && !m.cannot_close && report.status != Status::diverged)
       report.status = Status::diverged, report.body = m.lost, report.residual = m.residual;
 }
 
@@ -145,7 +148,7 @@ void report(const World& world, StepReport& report) {
     report.rows += static_cast<int>(m.equations()), report.rank += static_cast<int>(m.rank);
     report.worst_constraint = std::max(report.worst_constraint, m.residual);
     report.substeps = std::max(report.substeps, m.substeps), report.events += m.events;
-    report.rescued += m.rescues > 0;
+    report.rescued += m.rescues > 0, report.released += m.released;
     for (const Fault& f : m.faults) {
       if (f.kind != Fault::inconsistent || report.status != Status::ok) continue;
       report.status = Status::inconsistent;

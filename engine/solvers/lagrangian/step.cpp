@@ -41,7 +41,15 @@ void gather(const World& world, Island& m) {
     m.scratch.applied[2 * b] = f ? f->force : Vec3(0);
     m.scratch.applied[2 * b + 1] = f ? f->torque : Vec3(0);
   }
+  find_touches(world, m);
   m.size = glm::length(high - low), m.reach = 0;
+  for (const std::uint32_t source : m.touch_sources) {
+    const SurfaceContact& c = world.surface_contacts.values()[source];
+    for (const ContactSurface* one : {&c.on_a, &c.on_b})
+      m.reach = std::max(m.reach, std::min(glm::length(one->pose.position) +
+                                               (one->skin ? one->skin->size() : one->curve->size()),
+                                           Real(1e2)));
+  }
   for (const Block& b : m.blocks) {
     if (b.kind != BlockKind::joint) continue;
     // World anchors depend on the position, not on the size.
@@ -177,7 +185,8 @@ void allocate_scratch(Island& m) {
   r.frame_starts.assign(m.frames.size(), {});
   for (Motions* s : {&r.state, &r.start, &r.from, &r.begin})
     s->x.assign(bodies, {}), s->q.assign(bodies, kIdentity), s->v.assign(bodies, {}),
-        s->w.assign(bodies, {});
+        s->w.assign(bodies, {}), s->touches.assign(m.touches.size(), {});
+  r.touching.assign(m.touches.size(), {});
   const IntegratorRow& by = row_of(m.settings.integrator);
   const bool estimates = by.step_estimated && m.settings.step_tolerance > 0;
   for (int i = 0; i < (estimates ? by.stages_estimated : by.stages); ++i)
@@ -185,6 +194,28 @@ void allocate_scratch(Island& m) {
   if (by.collocates) allocate_collocation(m);
   m.faults.reserve(2 * m.blocks.size() + m.elastic_paths.size() + 1);
   r.ready = true;
+}
+
+/// Advances the state that was gathered. False: it cannot be.
+bool take_step(World& world, Island& m, Real h) {
+  const bool begins = m.fresh;
+  bool good = all_within_bounds(m) && m.scratch.lost_touch == UINT32_MAX;
+  if (good && begins) good = start(world, m, h) && m.scratch.lost_touch == UINT32_MAX;
+  std::fill(m.scratch.impulses.begin(), m.scratch.impulses.end(), 0.0);
+  m.cannot_close = begins && !good && all_within_bounds(m);
+  if (good && m.unilateral) {
+    good = advance_among_limits(world, m, h);
+    if (!good && m.scratch.lost_touch == UINT32_MAX) {  // this step ignores limits and cables
+      gather(world, m);
+      gather_interfaces(m, h);
+      for (BlockMemory& memory : m.memory) memory.active = false;
+      std::fill(m.scratch.impulses.begin(), m.scratch.impulses.end(), 0.0);
+      good = advance(world, m, {0, h, h});
+      if (good) m.rescues = std::max(1, m.rescues);
+    }
+  }
+  if (good && !m.unilateral) good = advance(world, m, {0, h, h});
+  return good;
 }
 
 }  // namespace
@@ -215,6 +246,7 @@ void prepare(World& world) {
 }
 
 void step(World& world, Island& m, Real h) {
+  m.lost_contact = Entity{}, m.released = 0, m.scratch.lost_touch = UINT32_MAX;
   m.lost = Entity{}, m.scratch.worst_relative_residual = 0, m.scratch.stepped = false;
   std::erase_if(m.faults, [](const auto& f) { return f.kind == Fault::inconsistent; });
   m.substeps = m.iterations = m.events = m.solves = 0;
@@ -229,23 +261,11 @@ void step(World& world, Island& m, Real h) {
   const auto acts = [](Vec3 v) { return v != Vec3(0); };
   m.scratch.pushed = std::any_of(m.contact_loads.begin(), m.contact_loads.end(), acts) ||
                      std::any_of(m.scratch.applied.begin(), m.scratch.applied.end(), acts);
-  const bool begins = m.fresh;
-  bool good = all_within_bounds(m);
-  if (good && begins) good = start(world, m, h);
-  std::fill(m.scratch.impulses.begin(), m.scratch.impulses.end(), 0.0);
-  m.cannot_close = begins && !good && all_within_bounds(m);
-  if (good && m.unilateral) {
-    good = advance_among_limits(world, m, h);
-    if (!good) {  // this step ignores limits and cables
-      gather(world, m);
-      gather_interfaces(m, h);
-      for (BlockMemory& memory : m.memory) memory.active = false;
-      std::fill(m.scratch.impulses.begin(), m.scratch.impulses.end(), 0.0);
-      good = advance(world, m, {0, h, h});
-      if (good) m.rescues = std::max(1, m.rescues);
-    }
+  bool good = take_step(world, m, h);
+  while (!good && release_lost(world, m)) {
+    gather(world, m), gather_interfaces(m, h);
+    good = take_step(world, m, h);
   }
-  if (good && !m.unilateral) good = advance(world, m, {0, h, h});
   const bool open = !good || m.scratch.worst_relative_residual > 1e-2;
   if (open && !m.blocks.empty()) {
     Fault f;
@@ -256,7 +276,9 @@ void step(World& world, Island& m, Real h) {
   }
   if (!good) {
     m.lost = m.bodies.front();
-    for (std::size_t b = 0; b < m.own(); ++b)
+    if (const SurfaceContact* c = world.surface_contacts.find(m.lost_contact))
+      m.lost = std::find(m.bodies.begin(), m.bodies.end(), c->a) != m.bodies.end() ? c->a : c->b;
+    for (std::size_t b = 0; b < m.own() && !m.lost_contact; ++b)
       if (!is_within_bounds(m.scratch.state, b) || !(m.mass[b] > 0) || !(m.inertia[b].x > 0) ||
           !(m.inertia[b].y > 0) || !(m.inertia[b].z > 0) || !is_finite(m.scratch.applied[2 * b]) ||
           !is_finite(m.scratch.applied[2 * b + 1])) {
@@ -270,7 +292,7 @@ void step(World& world, Island& m, Real h) {
   store_transmitted(m);
   count_turns(world, m, CountFrom::last);
   follow_cables(world, m, h);
-  write_back(world, m);
+  write_back(world, m), write_back_touches(world, m);
   for (std::size_t i = 0; i < m.frames.size(); ++i) {
     const BodyState& at = m.scratch.body_states[m.count() + i];
     m.frames[i].before = {at.position, at.rotation}, m.frames[i].known = true;

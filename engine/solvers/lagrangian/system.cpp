@@ -251,6 +251,10 @@ DriveTorque drive_torque(const World& world, const Island& m, const BodyPairForc
 bool is_active(const Island& m, std::size_t block) {
   const Block& b = m.blocks[block];
   if (is_compliant(b.kind)) return m.scratch.springs_active;
+  if (b.kind == BlockKind::roll) return !m.scratch.poses_only && is_active(m, block - 1);
+  if (b.kind == BlockKind::surface)
+    return m.touches[b.first_place].known && !m.touches[b.first_place].is_over() &&
+           (b.lock || m.memory[block].active);
   if (b.kind != BlockKind::limit && b.kind != BlockKind::cable) return true;
   return b.lock || m.memory[block].active;
 }
@@ -303,6 +307,11 @@ void write_all_rows(const World& world, Island& m, Want want) {
       case BlockKind::cable:
         write_limit(world, m, i);
         break;
+      case BlockKind::surface:
+        write_surface(world, m, i, want);
+        break;
+      case BlockKind::roll:
+        break;  // with the block before
       case BlockKind::spring:
         if (!scratch.springs_active) {
           std::fill(out.j, out.j + 4, Vec3(0));

@@ -1,0 +1,78 @@
+#pragma once
+/// What a NURBS skin needs to be a shape: triangles near it, what it encloses, whether it is
+/// convex.
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "engine/geometry/kinds.hpp"
+#include "engine/geometry/manifold.hpp"
+#include "engine/nurbs/tessellate.hpp"
+
+namespace pantin::detail {
+
+/// Follows from the skin; immutable.
+struct SkinModel {
+  nurbs::Tessellation tiles;
+  AabbTree tree;   // over its triangles, each box grown by the chord
+  Real chord = 0;  // m, how far the triangles are from the surface
+  Real size = 0;   // m, half the diagonal of the bounds
+  bool is_closed = false;
+  bool is_convex = false;
+  Vec3 low{0}, high{0};               // bounds of the surface, m
+  MassProperties enclosed;            // of a closed skin, density 1
+  std::vector<std::uint32_t> starts;  // of a convex skin: a vertex for each bin of directions
+  // A few places all over it, no place farther than `spacing` (m) from one, to walk down from.
+  std::vector<nurbs::Place> seeds;
+  std::vector<Vec3> seed_points;
+  AabbTree seed_tree;  // each grown by the spacing
+  Real spacing = 0;
+};
+
+SkinModel model_of(const nurbs::Skin& skin);
+
+/// The shape's surface of a skin, which is not null; in the skin's frame. Of a closed skin that is
+/// inside out an error: what it encloses has no volume.
+Result<std::shared_ptr<const Surface>> make_skin(std::shared_ptr<const nurbs::Skin> skin);
+
+/// A place of a skin and what is there.
+struct SkinPoint {
+  nurbs::Place at;
+  Vec3 point{0}, normal{0};  // m; outwards, unit
+  Real distance = 0;         // m, from the surface; below 0 behind it
+  bool is_on_rim = false;
+};
+
+/// The place nearest to p, found from the nearest triangle: the least distance unless another place
+/// is nearer by less than the chord. No heap.
+SkinPoint nearest_on(const Surface& surface, Vec3 p);
+/// The same from a place that is known to be near.
+SkinPoint nearest_on(const Surface& surface, Vec3 p, const nurbs::Place& start);
+
+/// What there is at a place, as seen from p.
+SkinPoint place_on(const Surface& surface, const nurbs::Place& at, Vec3 p);
+
+/// The place farthest along a direction; of a skin that is not convex the one its farthest vertex
+/// leads to.
+SkinPoint farthest_on(const Surface& surface, Vec3 direction);
+
+/// Memory for contacts with skins.
+struct SkinScratch {
+  struct Candidate {
+    Real gap;
+    std::uint32_t seed;
+  };
+  std::vector<Candidate> candidates;
+  ConvexScratch piece;
+};
+
+/// Contact points of two skins, in b's frame, where a stands at `a_in_b`: their common normals.
+void collide_skins(const Surface& a, const Surface& b, const Pose& a_in_b, const PointsOut& out);
+
+/// Contact points of a skin in its own frame with any shape at `other.at` in that frame: on_a and
+/// the normal are the other's, as if the skin were b.
+void collide_skin(const Surface& surface, const PlacedShape& other, SkinScratch& scratch,
+                  const PointsOut& out);
+
+}  // namespace pantin::detail

@@ -1,0 +1,177 @@
+// Integrals over skins, by quadrature over their polynomial pieces.
+#include <algorithm>
+#include <cmath>
+
+#include "engine/nurbs/makers.hpp"
+#include "engine/nurbs/tessellate.hpp"
+
+namespace pantin::detail::nurbs {
+namespace {
+
+constexpr int kPoints = 16, kDeepest = 5;
+constexpr Real kAgree = 1e-13;
+
+/// Gauss and Legendre's places and weights on [-1, 1].
+struct Rule {
+  std::array<Real, kPoints> at, weight;
+  Rule() {
+    for (int i = 0; i < kPoints; ++i) {
+      Real x = std::cos(kPi * (i + 0.75) / (kPoints + 0.5)), slope = 1;
+      for (int round = 0; round < 20; ++round) {
+        Real before = 1, value = x;
+        for (int n = 2; n <= kPoints; ++n) {
+          const Real next = ((2 * n - 1) * x * value - (n - 1) * before) / n;
+          before = value, value = next;
+        }
+        slope = kPoints * (x * value - before) / (x * x - 1);
+        x -= value / slope;
+      }
+      at[static_cast<std::size_t>(i)] = x;
+      weight[static_cast<std::size_t>(i)] = 2 / ((1 - x * x) * slope * slope);
+    }
+  }
+};
+
+/// Volume, 3 first and 6 second moments.
+using Sums = std::array<Real, 10>;
+
+/// What a point adds: by Gauss's theorem, with the outward vector n = S_u x S_v, the integrals of
+/// x_k n_k and x_k x_l n_k without summation, as thirds of x.n, x x.n / 4 and x x^T x.n / 5.
+Sums sums_at(const Jet& j, Vec3 origin) {
+  const Vec3 x = j.s - origin;
+  const Real out = glm::dot(x, glm::cross(j.u, j.v));
+  return {out / 3,
+          x.x * out / 4,
+          x.y * out / 4,
+          x.z * out / 4,
+          x.x * x.x * out / 5,
+          x.y * x.y * out / 5,
+          x.z * x.z * out / 5,
+          x.x * x.y * out / 5,
+          x.x * x.z * out / 5,
+          x.y * x.z * out / 5};
+}
+
+struct Patch {
+  Range u, v;
+};
+
+template <class Sum, class At>
+Sum over(const Patch& patch, const At& at) {
+  static const Rule rule;
+  Sum sum{};
+  for (std::size_t i = 0; i < kPoints; ++i)
+    for (std::size_t j = 0; j < kPoints; ++j) {
+      const Real u = patch.u.middle() + patch.u.width() / 2 * rule.at[i];
+      const Real v = patch.v.middle() + patch.v.width() / 2 * rule.at[j];
+      const Real w = rule.weight[i] * rule.weight[j] * patch.u.width() * patch.v.width() / 4;
+      const Sum one = at(u, v);
+      for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += w * one[k];
+    }
+  return sum;
+}
+
+/// Cut in four until the parts add up to the whole.
+template <class Sum, class At>
+Sum integral(const Patch& patch, const At& at, const Sum& scale, int depth = 0) {
+  const Sum whole = over<Sum>(patch, at);
+  const Range us[2] = {{patch.u.low, patch.u.middle()}, {patch.u.middle(), patch.u.high}};
+  const Range vs[2] = {{patch.v.low, patch.v.middle()}, {patch.v.middle(), patch.v.high}};
+  Sum parts{};
+  for (const Range& u : us)
+    for (const Range& v : vs) {
+      const Sum part = over<Sum>({u, v}, at);
+      for (std::size_t k = 0; k < parts.size(); ++k) parts[k] += part[k];
+    }
+  bool agrees = true;
+  for (std::size_t k = 0; k < parts.size(); ++k)
+    agrees = agrees && std::abs(parts[k] - whole[k]) <= kAgree * scale[k];
+  if (agrees || depth == kDeepest) return parts;
+  parts = {};
+  for (const Range& u : us)
+    for (const Range& v : vs) {
+      const Sum part = integral<Sum>({u, v}, at, scale, depth + 1);
+      for (std::size_t k = 0; k < parts.size(); ++k) parts[k] += part[k];
+    }
+  return parts;
+}
+
+template <class Sum, class At>
+Sum over_pieces(const Skin& skin, const At& at, const Sum& scale) {
+  Sum sum{};
+  for (const Face& face : skin.faces()) {
+    const std::vector<Real> us = face.u().breaks(), vs = face.v().breaks();
+    for (std::size_t i = 0; i + 1 < us.size(); ++i)
+      for (std::size_t j = 0; j + 1 < vs.size(); ++j) {
+        const Patch patch{{us[i], us[i + 1]}, {vs[j], vs[j + 1]}};
+        const Sum one = integral<Sum>(
+            patch, [&](Real u, Real v) { return at(face, u, v); }, scale);
+        for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += one[k];
+      }
+  }
+  return sum;
+}
+
+Enclosed of_ellipsoid(Vec3 half) {
+  Enclosed in;
+  in.volume = 4 * kPi / 3 * half.x * half.y * half.z;
+  for (int k = 0; k < 3; ++k) in.second[k][k] = in.volume / 5 * half[k] * half[k];
+  return in;
+}
+
+}  // namespace
+
+Enclosed enclosed_by(const Skin& skin) {
+  if (skin.half_axes()) return of_ellipsoid(*skin.half_axes());
+  // About a middle of its own, so that a skin far from the origin loses no digits.
+  Vec3 origin(0);
+  for (const Face& face : skin.faces())
+    origin += bounding_ball(face.surface().points).centre / Real(skin.faces().size());
+  Sums scale;
+  const Real size = skin.size();
+  for (std::size_t k = 0; k < scale.size(); ++k)
+    scale[k] = size * size * size * (k == 0 ? 1 : k < 4 ? size : size * size);
+  const Sums s = over_pieces<Sums>(
+      skin, [&](const Face& face, Real u, Real v) { return sums_at(face.at(u, v), origin); },
+      scale);
+  const Vec3 about(s[1], s[2], s[3]);
+  Enclosed in;
+  in.volume = s[0], in.first = about + s[0] * origin;
+  in.second = Mat3(s[4], s[7], s[8], s[7], s[5], s[9], s[8], s[9], s[6]);
+  in.second += glm::outerProduct(about, origin) + glm::outerProduct(origin, about) +
+               s[0] * glm::outerProduct(origin, origin);
+  return in;
+}
+
+Real area_of(const Skin& skin) {
+  using One = std::array<Real, 1>;
+  if (skin.half_axes()) {
+    const Skin whole({ellipsoid({}, *skin.half_axes())}, 0);
+    return area_of(whole);
+  }
+  const auto at = [](const Face& face, Real u, Real v) {
+    const Jet j = face.at(u, v);
+    return One{glm::length(glm::cross(j.u, j.v))};
+  };
+  return over_pieces<One>(skin, at, One{skin.size() * skin.size()})[0];
+}
+
+bool is_closed(const Skin& skin) {
+  if (skin.half_axes()) return true;
+  for (int f = 0; f < static_cast<int>(skin.faces().size()); ++f) {
+    const Face& face = skin.face(f);
+    for (int k = 0; k < kEdges; ++k) {
+      const auto edge = static_cast<Edge>(k);
+      const bool is_u = edge == Edge::u_low || edge == Edge::u_high;
+      const Knots& own = is_u ? face.u() : face.v();
+      if (own.is_periodic || skin.neighbour(f, edge)) continue;
+      const bool is_low = edge == Edge::u_low || edge == Edge::v_low;
+      const Curve line =
+          isoline(face.surface(), is_u ? Along::u : Along::v, is_low ? own.low() : own.high());
+      if (bounding_ball(line.points).radius > 1e-9 * skin.size() + skin.tolerance()) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace pantin::detail::nurbs

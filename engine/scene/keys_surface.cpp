@@ -1,0 +1,309 @@
+// Keys of NURBS surfaces, their faces and curves.
+#include "engine/nurbs/knots.hpp"
+#include "engine/scene/keys.hpp"
+#include "engine/scene/surface_words.hpp"
+
+namespace pantin::detail::keys {
+namespace {
+
+using namespace rows;
+
+constexpr Range kKnots{-1e9, 1e9, "a number between -1e9 and 1e9"};
+constexpr Range kJoin{0, 1, "a length from 0 to 1 m"};
+constexpr Range kDegree{1, nurbs::kMostDegree, "a whole number from 1 to 25"};
+constexpr Range kCount{2, 1e6, "a whole number from 2 to 1000000"};
+constexpr Range kFullTurn{1e-6, 360, "an angle above 0, at most 360 degrees"};
+
+constexpr Key kScale = row("scale", ValueType::vector_or_number, "",
+                           "By which it is multiplied, along each axis or along all, before it is "
+                           "rotated and moved.")
+                           .within(kPositive)
+                           .or_else(1);
+constexpr Key kInsideOut =
+    flag("inside_out", "Whether the outer side is turned inside, as of a bowl that is rolled in.")
+        .or_else(false);
+constexpr Key kPoints = row("points", ValueType::points, "m", "Control points.");
+constexpr Key kWeights = row("weights", ValueType::number_list, "",
+                             "Of the control points, above 0. Default: 1 for all.")
+                             .within(kAnyNumber);
+constexpr Key kHomogeneous =
+    row("homogeneous", ValueType::number_list, "",
+        "In place of points and weights: x w, y w, z w and w of each, one after the other; exact "
+        "where weights are not 1.")
+        .within(kAnyNumber);
+constexpr Exclusive kPointPairs[] = {{"homogeneous", "points weights"}};
+constexpr AnyOf kPointNeeds[] = {
+    {"points homogeneous", "found no \"points\", expected the control points"}};
+
+constexpr Key type_key(std::span<const std::string_view> name, std::string_view about) {
+  Key key = word("type", name, about);
+  key.is_needed = true;
+  return key;
+}
+constexpr Key face_type(std::size_t i) {
+  return type_key(std::span(kFaceTypes).subspan(i, 1), "The kind of face.");
+}
+constexpr Key curve_type(std::size_t i) {
+  return type_key(std::span(kCurveTypes).subspan(i, 1), "The kind of curve.");
+}
+constexpr Key radius(std::string_view about) {
+  return number("radius", "m", kSize, about).needed(kSize.words);
+}
+constexpr Key curve(std::string_view name, std::string_view about) {
+  return object(name, "curve", about).needed("a curve");
+}
+
+// ---- Surfaces ----------------------------------------------------------------------------------
+
+constexpr Key kSurface[] = {
+    text("$schema", "Of a file: where editors find this schema; not read."),
+    own_name("What shapes call it. Needed in a list of surfaces."),
+    objects("faces", "face", "All that the surface is made of, outer sides outwards."),
+    reference("file", "the path of a file of a surface",
+              "The surface of a file of its own, JSON of this kind. The path starts from this "
+              "file's folder."),
+    number("tolerance", "m", kJoin, "Edges of faces that coincide within it are joined.")
+        .or_else(1e-7),
+    kScale,
+    kPosition,
+    kRotation,
+    kRotationDeg,
+    kInsideOut,
+};
+constexpr Exclusive kSurfacePairs[] = {{"faces", "file"}};
+constexpr AnyOf kSurfaceNeeds[] = {
+    {"faces file", "found no \"faces\", expected faces, or a \"file\""}};
+
+constexpr Key kNurbsFace[] = {
+    face_type(0),
+    row("degrees", ValueType::wholes, "", "Along u and v.")
+        .holding(2)
+        .within(kDegree)
+        .needed("the degrees along u and v"),
+    row("knots_u", ValueType::number_list, "",
+        "Not decreasing; as many as points along u, the "
+        "degree and 1 together.")
+        .within(kKnots)
+        .needed("the knots along u"),
+    row("knots_v", ValueType::number_list, "", "Likewise along v.")
+        .within(kKnots)
+        .needed("the knots along v"),
+    row("points", ValueType::points, "m",
+        "Control points, u outermost: all of the first row along v, then of the next."),
+    kWeights,
+    kHomogeneous,
+    flag("periodic_u", "Whether both ends of u are one place.").or_else(false),
+    flag("periodic_v", "Whether both ends of v are one place.").or_else(false),
+    kScale,
+    kPosition,
+    kRotation,
+    kRotationDeg,
+    kInsideOut,
+};
+constexpr Key kPlaneFace[] = {
+    face_type(1),
+    row("size", ValueType::numbers, "m", "Along x and along y, the origin in the middle.")
+        .holding(2)
+        .within(kSize)
+        .needed("two lengths"),
+    kScale,
+    kPosition,
+    kRotation,
+    kRotationDeg,
+    kInsideOut,
+};
+constexpr Key kCylinderFace[] = {
+    face_type(2),
+    radius("About z."),
+    number("height", "m", kSize, "From the origin along z.").needed(kSize.words),
+    kScale,
+    kPosition,
+    kRotation,
+    kRotationDeg,
+    kInsideOut,
+};
+constexpr Key kConeFace[] = {
+    face_type(3),
+    row("radii", ValueType::numbers, "m", "About z, at the bottom and at the top; 0: a tip.")
+        .holding(2)
+        .within(kNotNegative)
+        .needed("two radii"),
+    number("height", "m", kSize, "From the origin along z.").needed(kSize.words),
+    kScale,
+    kPosition,
+    kRotation,
+    kRotationDeg,
+    kInsideOut,
+};
+constexpr Key kSphereFace[] = {
+    face_type(4), radius("About the origin."), kScale, kPosition, kRotation, kRotationDeg,
+    kInsideOut,
+};
+constexpr Key kEllipsoidFace[] = {
+    face_type(5), vector("radii", "m", "Along x, y and z.").within(kSize).needed("three radii"),
+    kScale,       kPosition,
+    kRotation,    kRotationDeg,
+    kInsideOut,
+};
+constexpr Key kTorusFace[] = {
+    face_type(6),
+    radius("Of the tube's middle, about z."),
+    number("tube", "m", kSize, "Radius of the tube.").needed(kSize.words),
+    kScale,
+    kPosition,
+    kRotation,
+    kRotationDeg,
+    kInsideOut,
+};
+constexpr Key kRevolutionFace[] = {
+    face_type(7),
+    curve("profile", "Turned about z."),
+    number("angle_deg", "degrees", kFullTurn, "How far.").or_else(360),
+    kScale,
+    kPosition,
+    kRotation,
+    kRotationDeg,
+    kInsideOut,
+};
+constexpr Key kExtrusionFace[] = {
+    face_type(8),
+    curve("profile", "Moved along the way."),
+    vector("way", "m", "From one end to the other.").needed("a vector"),
+    kScale,
+    kPosition,
+    kRotation,
+    kRotationDeg,
+    kInsideOut,
+};
+constexpr Key kSweepFace[] = {
+    face_type(9),
+    curve("section", "Moved along the path; of one that turns, in x and y."),
+    curve("path", "Where the section goes."),
+    flag("turning", "Whether the section turns with the path, as little as can be.").or_else(false),
+    whole("stations", 2, 1000, "Of one that turns: at so many places it is exact.").or_else(24),
+    kScale,
+    kPosition,
+    kRotation,
+    kRotationDeg,
+    kInsideOut,
+};
+constexpr Key kInterpolationFace[] = {
+    face_type(10),
+    row("points", ValueType::points, "m", "On the surface, row after row.").needed("points"),
+    row("columns", ValueType::whole, "", "Points in a row, along v.")
+        .within(kCount)
+        .needed("how many points are in a row"),
+    row("degrees", ValueType::wholes, "", "Along u and v.")
+        .holding(2)
+        .within(kDegree)
+        .or_else(3, 3, 0),
+    kScale,
+    kPosition,
+    kRotation,
+    kRotationDeg,
+    kInsideOut,
+};
+
+// ---- Curves ------------------------------------------------------------------------------------
+
+constexpr Key kNurbsCurve[] = {
+    curve_type(0),
+    row("degree", ValueType::whole, "", "Of the polynomials.").within(kDegree).needed("a degree"),
+    row("knots", ValueType::number_list, "",
+        "Not decreasing; as many as points, the degree and 1 "
+        "together.")
+        .within(kKnots)
+        .needed("the knots"),
+    kPoints,
+    kWeights,
+    kHomogeneous,
+    flag("periodic", "Whether both ends are one place.").or_else(false),
+    kScale,
+    kPosition,
+    kRotation,
+    kRotationDeg,
+};
+constexpr Key kLineCurve[] = {
+    curve_type(1),
+    vector("from", "m", "Where it begins.").needed("a place"),
+    vector("to", "m", "Where it ends.").needed("a place"),
+    kScale,
+    kPosition,
+    kRotation,
+    kRotationDeg,
+};
+constexpr Key kArcCurve[] = {
+    curve_type(2),
+    radius("About z."),
+    angles_deg("angles_deg", "Where it begins and ends, from x towards y; at most 360 further.")
+        .needed("two angles"),
+    kScale,
+    kPosition,
+    kRotation,
+    kRotationDeg,
+};
+constexpr Key kCircleCurve[] = {
+    curve_type(3), radius("About z."), kScale, kPosition, kRotation, kRotationDeg,
+};
+constexpr Key kEllipseCurve[] = {
+    curve_type(4),
+    row("radii", ValueType::numbers, "m", "Along x and y.")
+        .holding(2)
+        .within(kSize)
+        .needed("two radii"),
+    kScale,
+    kPosition,
+    kRotation,
+    kRotationDeg,
+};
+constexpr Key kInterpolationCurve[] = {
+    curve_type(5),
+    row("points", ValueType::points, "m", "On the curve, in order.").needed("points"),
+    row("degree", ValueType::whole, "", "Of the polynomials.").within(kDegree).or_else(3),
+    flag("closed", "Whether it returns to the first point, smoothly.").or_else(false),
+    kScale,
+    kPosition,
+    kRotation,
+    kRotationDeg,
+};
+
+}  // namespace
+
+constinit const KeySet surface{
+    "surface",
+    "A surface of NURBS faces. A closed one is a solid; what is open is touched from its outer "
+    "side, the one that u x v points to.",
+    kSurface, kSurfacePairs, kSurfaceNeeds};
+constinit const KeySet nurbs_face{"nurbs_face", "A face by knots and control points.", kNurbsFace,
+                                  kPointPairs, kPointNeeds};
+constinit const KeySet plane_face{"plane_face", "A rectangle across z.", kPlaneFace};
+constinit const KeySet cylinder_face{"cylinder_face", "The side of a cylinder.", kCylinderFace};
+constinit const KeySet cone_face{"cone_face", "The side of a cone.", kConeFace};
+constinit const KeySet sphere_face{
+    "sphere_face",
+    "A sphere. Alone in its surface, and not moved, it has no poles: it is six charts.",
+    kSphereFace};
+constinit const KeySet ellipsoid_face{"ellipsoid_face", "An ellipsoid; of poles as a sphere.",
+                                      kEllipsoidFace};
+constinit const KeySet torus_face{"torus_face", "A torus.", kTorusFace};
+constinit const KeySet revolution_face{
+    "revolution_face", "A curve turned about z; u is the angle, v runs along the curve.",
+    kRevolutionFace};
+constinit const KeySet extrusion_face{
+    "extrusion_face", "A curve moved along a straight way; u runs along the curve, v the way.",
+    kExtrusionFace};
+constinit const KeySet sweep_face{
+    "sweep_face", "A curve moved along a curve; u runs along the path, v along the section.",
+    kSweepFace};
+constinit const KeySet interpolation_face{
+    "interpolation_face", "The surface through a grid of points.", kInterpolationFace};
+constinit const KeySet nurbs_curve{"nurbs_curve", "A curve by knots and control points.",
+                                   kNurbsCurve, kPointPairs, kPointNeeds};
+constinit const KeySet line_curve{"line_curve", "A straight line.", kLineCurve};
+constinit const KeySet arc_curve{"arc_curve", "Part of a circle.", kArcCurve};
+constinit const KeySet circle_curve{"circle_curve", "A whole circle.", kCircleCurve};
+constinit const KeySet ellipse_curve{"ellipse_curve", "A whole ellipse.", kEllipseCurve};
+constinit const KeySet interpolation_curve{"interpolation_curve", "The curve through points.",
+                                           kInterpolationCurve};
+
+}  // namespace pantin::detail::keys

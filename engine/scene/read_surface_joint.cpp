@@ -1,0 +1,46 @@
+// Bodies whose surfaces touch.
+#include "engine/scene/read.hpp"
+
+namespace pantin::detail {
+namespace {
+
+bool read_side(const Reading& reading, NodeId node, SurfaceSideRecipe& side) {
+  const Reader from = reading.open(node, "surface_side");
+  if (!from.is_object()) return false;
+  const auto body = from.reference("body");
+  if (from.has("surface")) {
+    side.surface = read_skin(reading, from);
+    if (!side.surface) return false;
+    side.pose = from.pose();
+  } else {
+    for (const std::string_view key : {"position", "rotation", "rotation_deg"})
+      if (from.has(key))
+        reading.diagnostics.error(from.find(key), "found \"" + std::string(key) +
+                                                      "\" without a \"surface\", expected one: "
+                                                      "that of a shape is where the shape is");
+  }
+  if (!body) return false;
+  side.body = *body;
+  return true;
+}
+
+}  // namespace
+
+std::optional<SurfaceJointRecipe> read_surface_joint(const Reading& reading, NodeId node) {
+  const Reader from = reading.open(node, "surface_joint");
+  if (!from.is_object()) return std::nullopt;
+  SurfaceJointRecipe r;
+  r.name = optional_name(from);
+  r.motion = static_cast<SurfaceMotion>(from.word("motion"));
+  r.lifts = from.flag("unilateral");
+  r.on_rim = static_cast<OnRim>(from.word("on_rim"));
+  bool whole = true;
+  for (const auto& [key, side] : {std::pair{"a", &r.a}, {"b", &r.b}}) {
+    const NodeId at = from.find(key);
+    whole = at != kNoNode && read_side(reading, at, *side) && whole;
+  }
+  if (!whole) return std::nullopt;
+  return r;
+}
+
+}  // namespace pantin::detail

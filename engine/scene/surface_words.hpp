@@ -1,0 +1,34 @@
+#pragma once
+/// What faces and curves of scene files may be: the words under "type".
+#include <string_view>
+
+namespace pantin::detail {
+
+inline constexpr std::string_view kFaceTypes[] = {
+    "nurbs", "plane",      "cylinder",  "cone",  "sphere",       "ellipsoid",
+    "torus", "revolution", "extrusion", "sweep", "interpolation"};
+enum class FaceType {
+  nurbs,
+  plane,
+  cylinder,
+  cone,
+  sphere,
+  ellipsoid,
+  torus,
+  revolution,
+  extrusion,
+  sweep,
+  interpolation
+};
+
+inline constexpr std::string_view kCurveTypes[] = {"nurbs",  "line",    "arc",
+                                                   "circle", "ellipse", "interpolation"};
+enum class CurveType { nurbs, line, arc, circle, ellipse, interpolation };
+
+/// How two surfaces that touch may move, and what happens at their rims: by SurfaceMotion and
+/// OnRim.
+inline constexpr std::string_view kSurfaceMotions[] = {"sliding", "rolling",
+                                                       "rolling_without_spin"};
+inline constexpr std::string_view kOnRims[] = {"stop", "release"};
+
+}  // namespace pantin::detail

@@ -1,0 +1,323 @@
+// Contacts of surfaces: where they touch, and the rows of gap, rolling and spin. [Nelson & Cohen]
+//
+//   gap      J = [ n, r_a x n, -n, -(r_b x n) ]     gamma = -(n'.v + n.b)
+//   rolling  J = [ t, r_a x t, -t, -(r_b x t) ]     gamma = -(t'.v + t.b)    two tangents t
+//   spin     J = [ 0, n, 0, -n ]                    gamma = -n'.w
+//
+// with n the outward normal of b, r from the mass centres to the points, v and w the relative
+// velocities there, b = w_a x r_a' - w_b x r_b'. The gap is where it is least or greatest, so its
+// row needs no rate of the places; gamma does.
+#include <algorithm>
+
+#include "engine/nurbs/curve_pair.hpp"
+#include "engine/solvers/lagrangian/internal.hpp"
+
+namespace pantin::detail::lagrangian {
+namespace {
+
+using nurbs::ContactStatus;
+
+/// A relative turn (rad), and a part of the smaller surface's size, after which all pairs are
+/// looked at again.
+constexpr Real kSearchTurn = 0.3, kSearchWay = 0.05;
+/// How far apart surfaces may be, in parts of the smaller one, to be looked at for contacts.
+constexpr Real kSearchReach = 1;
+/// Pairs that are compared.
+constexpr std::size_t kMostPairs = 8;
+/// Gap of surfaces that are not near one another, m.
+constexpr Real kFar = 1e3;
+
+using Pair = nurbs::CommonNormal;
+
+Pair track_pair(const SurfaceContact& c, const Pose& a_in_b, const nurbs::PlacePair& from) {
+  if (!c.on_a.curve) return nurbs::track({*c.on_a.skin, *c.on_b.skin, a_in_b}, from);
+  const nurbs::CurveContact f =
+      c.on_b.curve ? nurbs::track_planar(*c.on_a.curve, *c.on_b.curve, a_in_b, {from.a.u, from.b.u})
+                   : nurbs::track_on_face(*c.on_a.curve, *c.on_b.skin, a_in_b, {from.a.u, from.b});
+  return {f.status, {{0, f.t, 0}, f.b}, f.on_a, f.on_b, f.normal, f.gap};
+}
+
+nurbs::Moving moving_pair(const SurfaceContact& c, const nurbs::CurveMotion& of) {
+  if (!c.on_a.curve) return nurbs::moving({*c.on_a.skin, *c.on_b.skin, of.a_in_b}, of.at, of.twist);
+  return c.on_b.curve ? nurbs::moving_planar(*c.on_a.curve, *c.on_b.curve, of)
+                      : nurbs::moving_on_face(*c.on_a.curve, *c.on_b.skin, of);
+}
+
+Real size_of(const ContactSurface& s) { return s.curve ? s.curve->size() : s.skin->size(); }
+
+/// Parameters moved on by their rates, kept within the domain.
+nurbs::PlacePair predicted(const SurfaceContact& c, const Touch& t, Real time) {
+  nurbs::PlacePair to = t.at;
+  const auto go = [&](const ContactSurface& s, nurbs::Place& place, const Real* rate) {
+    if (s.curve) {
+      place.u = s.curve->knots().inside(place.u + time * rate[0]);
+      return;
+    }
+    const nurbs::Face& face = s.skin->face(place.face);
+    place.u = face.u().inside(place.u + time * rate[0]);
+    place.v = face.v().inside(place.v + time * rate[1]);
+  };
+  go(c.on_a, to.a, &t.rates[0]), go(c.on_b, to.b, &t.rates[2]);
+  return to;
+}
+
+/// Frames are placed by their matrix: see Euler.
+Pose pose_of(const Island& m, std::uint32_t body) {
+  const BodyState& at = m.scratch.body_states[body];
+  return {at.position,
+          body < m.count() ? at.rotation : glm::normalize(glm::quat_cast(at.rotation_matrix))};
+}
+
+/// A contact at the current state.
+struct Contact3 {
+  const SurfaceContact& c;
+  const BodyState &a, &b;
+  Pose surface_a, surface_b, a_in_b;  // world, world, in b's
+};
+Contact3 contact_at(const World& world, const Island& m, const Block& block) {
+  const SurfaceContact& c = world.surface_contacts.values()[block.source];
+  const Pose a = compose(pose_of(m, block.body[0]), c.on_a.pose);
+  const Pose b = compose(pose_of(m, block.body[1]), c.on_b.pose);
+  return {c,
+          m.scratch.body_states[block.body[0]],
+          m.scratch.body_states[block.body[1]],
+          a,
+          b,
+          compose(inverse(b), a)};
+}
+
+/// The motion of a's surface as seen from b's.
+nurbs::Twist twist_of(const Contact3& k) {
+  const auto velocity = [](const BodyState& at, Vec3 point) {
+    return at.velocity + glm::cross(at.angular_velocity, point - at.position);
+  };
+  const Quat back = glm::conjugate(k.surface_b.rotation);
+  const Vec3 origin = k.surface_a.position;
+  return {back * (velocity(k.a, origin) - velocity(k.b, origin)),
+          back * (k.a.angular_velocity - k.b.angular_velocity)};
+}
+
+/// A tangent and its rate as seen from b: across the normal, along an axis of b or, of curves of
+/// the plane, within that.
+struct Tangent {
+  Vec3 t{0}, rate{0};
+};
+Tangent tangent_of(const SurfaceContact& c, Vec3 n, Vec3 n_rate) {
+  if (c.on_b.curve) return {{-n.y, n.x, 0}, {-n_rate.y, n_rate.x, 0}};
+  Vec3 e(0);
+  const Vec3 size = glm::abs(n);
+  e[size.x <= size.y && size.x <= size.z ? 0 : size.y <= size.z ? 1 : 2] = 1;
+  const Vec3 p = e - glm::dot(n, e) * n;
+  const Vec3 rate = -(glm::dot(n, e) * n_rate + glm::dot(n_rate, e) * n);
+  const Real inverse = 1 / glm::length(p);
+  const Vec3 t = inverse * p;
+  return {t, inverse * (rate - glm::dot(t, rate) * t)};
+}
+
+void write_row(const Vec3 (&arm)[2], Vec3 along, Vec3* j) {
+  j[0] = along, j[1] = glm::cross(arm[0], along);
+  j[2] = -along, j[3] = -glm::cross(arm[1], along);
+}
+
+void clear_rows(Island& m, const Block& b) {
+  Vec3* j = &m.scratch.jacobian[b.first_vector];
+  std::fill(j, j + vectors_of(b), Vec3(0));
+  std::fill_n(&m.scratch.gamma[b.first_row], b.rows, 0.0);
+  std::fill_n(&m.scratch.c[b.first_row], b.rows, 0.0);
+}
+
+/// The block of the rolling that goes with one of a gap, or null.
+const Block* roll_of(const Island& m, std::size_t block) {
+  const bool has = block + 1 < m.blocks.size() && m.blocks[block + 1].kind == BlockKind::roll;
+  return has ? &m.blocks[block + 1] : nullptr;
+}
+
+/// Where they touch now; the places are kept. False: nowhere near the last place.
+bool follow(Island& m, const Contact3& k, std::size_t block, Pair& now) {
+  const Block& b = m.blocks[block];
+  StepScratch& scratch = m.scratch;
+  Touch& touch = scratch.state.touches[b.first_place];
+  TouchFound& found = scratch.touching[b.first_place];
+  if (!(found.is_fresh && found.a_in_b.position == k.a_in_b.position &&
+        found.a_in_b.rotation == k.a_in_b.rotation)) {
+    now = track_pair(k.c, k.a_in_b, predicted(k.c, touch, scratch.time - touch.time));
+    if (now.status != ContactStatus::found && now.status != ContactStatus::degenerate)
+      now = track_pair(k.c, k.a_in_b, touch.at);
+    found.pair = now, found.a_in_b = k.a_in_b, found.is_fresh = true;
+  } else {
+    now = found.pair;
+  }
+  if (now.status == ContactStatus::found) {
+    touch.at = now.at, touch.time = scratch.time;
+    return true;
+  }
+  if (!is_active(m, block)) return false;
+  if (scratch.lost_touch == UINT32_MAX)
+    scratch.lost_touch = b.first_place, scratch.lost_how = now.status;
+  return false;
+}
+
+/// gamma of the rows, and the rates of the places.
+void write_gammas(Island& m, const Contact3& k, std::size_t block, const Pair& now) {
+  const Block& b = m.blocks[block];
+  const Block* roll = roll_of(m, block);
+  StepScratch& scratch = m.scratch;
+  Touch& touch = scratch.state.touches[b.first_place];
+  const nurbs::Moving moving = moving_pair(k.c, {k.a_in_b, touch.at, twist_of(k)});
+  touch.rates = moving.rates;
+  const Quat turn = k.surface_b.rotation;
+  const Vec3 n = turn * now.normal, wa = k.a.angular_velocity, wb = k.b.angular_velocity;
+  const Vec3 arm_a = to_world(k.surface_b, now.on_a) - k.a.position;
+  const Vec3 arm_b = to_world(k.surface_b, now.on_b) - k.b.position;
+  const Vec3 n_rate = glm::cross(wb, n) + turn * moving.normal;
+  const Vec3 v = k.a.velocity + glm::cross(wa, arm_a) - k.b.velocity - glm::cross(wb, arm_b);
+  const Vec3 bend = glm::cross(wa, glm::cross(wa, arm_a) + turn * moving.on_a) -
+                    glm::cross(wb, glm::cross(wb, arm_b) + turn * moving.on_b);
+  scratch.gamma[b.first_row] = -(glm::dot(n_rate, v) + glm::dot(n, bend));
+  if (!roll) return;
+  const Tangent own = tangent_of(k.c, now.normal, moving.normal);
+  const Vec3 t[2] = {turn * own.t, turn * glm::cross(now.normal, own.t)};
+  const Vec3 rate[2] = {turn * own.rate, turn * (glm::cross(moving.normal, own.t) +
+                                                 glm::cross(now.normal, own.rate))};
+  Real* gamma = &scratch.gamma[roll->first_row];
+  const std::size_t tangents = std::min<std::size_t>(roll->rows, k.c.on_b.curve ? 1 : 2);
+  for (std::size_t i = 0; i < tangents; ++i)
+    gamma[i] = -(glm::dot(glm::cross(wb, t[i]) + rate[i], v) + glm::dot(t[i], bend));
+  if (roll->rows > tangents) gamma[tangents] = -glm::dot(n_rate, wa - wb);
+}
+
+void write_rolling(Island& m, const Contact3& k, const Block& roll, const Pair& now) {
+  StepScratch& scratch = m.scratch;
+  TouchFound& found = scratch.touching[roll.first_place];
+  const Quat turn = k.surface_b.rotation;
+  const Vec3 arms[2] = {to_world(k.surface_b, now.on_a) - k.a.position, found.on_b - k.b.position};
+  const Tangent own = tangent_of(k.c, now.normal, Vec3(0));
+  found.tangent[0] = turn * own.t, found.tangent[1] = glm::cross(found.normal, found.tangent[0]);
+  Vec3* j = &scratch.jacobian[roll.first_vector];
+  std::fill_n(&scratch.c[roll.first_row], roll.rows, 0.0);
+  const std::size_t tangents = std::min<std::size_t>(roll.rows, k.c.on_b.curve ? 1 : 2);
+  for (std::size_t i = 0; i < tangents; ++i) write_row(arms, found.tangent[i], j + 4 * i);
+  if (roll.rows == tangents) return;
+  j += 4 * tangents;
+  j[0] = Vec3(0), j[1] = found.normal, j[2] = Vec3(0), j[3] = -found.normal;
+}
+
+}  // namespace
+
+void write_surface(const World& world, Island& m, std::size_t block, Want want) {
+  const Block& b = m.blocks[block];
+  const Block* roll = roll_of(m, block);
+  StepScratch& scratch = m.scratch;
+  TouchFound& found = scratch.touching[b.first_place];
+  const TouchMemory& memory = m.touches[b.first_place];
+  clear_rows(m, b);
+  if (roll) clear_rows(m, *roll);
+  scratch.c[b.first_row] = kFar;
+  if (memory.is_over() || !memory.known) return;
+  const Contact3 k = contact_at(world, m, b);
+  Pair now;
+  // Surfaces apart that are not followed further are as far as they were.
+  const bool near = follow(m, k, block, now);
+  if (near) {
+    found.on_b = to_world(k.surface_b, now.on_b), found.normal = k.surface_b.rotation * now.normal;
+    found.gap = now.gap;
+  }
+  scratch.c[b.first_row] = near || b.lock ? found.gap : std::max(found.gap, Real(1e-6));
+  if (!near || !is_active(m, block)) return;
+  const Vec3 arms[2] = {to_world(k.surface_b, now.on_a) - k.a.position, found.on_b - k.b.position};
+  write_row(arms, found.normal, &scratch.jacobian[b.first_vector]);
+  const bool rolls = roll && is_active(m, block + 1);
+  if (rolls) write_rolling(m, k, *roll, now);
+  if (want.gamma) write_gammas(m, k, block, now);
+}
+
+namespace {
+
+/// Whether a has moved so far as seen from b that another pair may have come nearer.
+bool is_search_due(const SurfaceContact& c, const TouchMemory& memory, const Pose& a_in_b) {
+  const Real size = std::min(size_of(c.on_a), size_of(c.on_b));
+  const Real cosine =
+      std::min(std::abs(glm::dot(a_in_b.rotation, memory.searched.rotation)), Real(1));
+  return 2 * std::acos(cosine) > kSearchTurn ||
+         glm::distance(a_in_b.position, memory.searched.position) > kSearchWay * size;
+}
+
+/// All pairs of a contact, the nearest of them.
+void search(const SurfaceContact& c, const Pose& a_in_b, TouchMemory& memory) {
+  memory.searched = a_in_b, memory.is_far = true;
+  if (c.on_a.curve) return;
+  nurbs::CommonNormal found[kMostPairs];
+  const Real reach = kSearchReach * std::min(size_of(c.on_a), size_of(c.on_b));
+  const std::size_t count =
+      nurbs::find_contacts({*c.on_a.skin, *c.on_b.skin, a_in_b}, reach, found);
+  if (count == 0) return;
+  const auto nearest = std::min_element(found, found + count, [](const auto& x, const auto& y) {
+    return std::abs(x.gap) < std::abs(y.gap);
+  });
+  memory.known = true, memory.is_far = false;
+  memory.touch = {nearest->at, {}, memory.touch.time};
+}
+
+}  // namespace
+
+void find_touches(const World& world, Island& m) {
+  Motions& s = m.scratch.state;
+  for (std::size_t i = 0; i < m.blocks.size(); ++i) {
+    const Block& b = m.blocks[i];
+    if (b.kind != BlockKind::surface) continue;
+    TouchMemory& memory = m.touches[b.first_place];
+    const SurfaceContact& c = world.surface_contacts.values()[b.source];
+    if (memory.known && !(is_on(c.on_a, memory.touch.at.a) && is_on(c.on_b, memory.touch.at.b)))
+      memory.known = false;
+    if (!memory.known && !memory.is_far && c.known)
+      memory.known = true, memory.touch = {c.at, {}, world.time};
+    const bool is_apart = !b.lock && !m.memory[i].active;
+    if (!memory.is_over() && (!memory.known || is_apart)) {
+      const auto pose = [&](Entity e) { return world.bodies[e].pose; };
+      const Pose a = compose(pose(c.a), c.on_a.pose), bb = compose(pose(c.b), c.on_b.pose);
+      const Pose a_in_b = compose(inverse(bb), a);
+      if ((!memory.known && !memory.is_far) || is_search_due(c, memory, a_in_b))
+        search(c, a_in_b, memory);
+    }
+    s.touches[b.first_place] = memory.touch;
+    m.scratch.touching[b.first_place].is_fresh = false;
+    if (b.lock && !memory.known && !memory.is_over())
+      m.scratch.lost_touch = b.first_place, m.scratch.lost_how = ContactStatus::lost;
+  }
+}
+
+bool release_lost(const World& world, Island& m) {
+  StepScratch& scratch = m.scratch;
+  if (scratch.lost_touch == UINT32_MAX) return false;
+  const std::uint32_t source = m.touch_sources[scratch.lost_touch];
+  const SurfaceContact& c = world.surface_contacts.values()[source];
+  if (c.on_rim == OnRim::release) {
+    m.touches[scratch.lost_touch].how = scratch.lost_how;
+    ++m.released, scratch.lost_touch = UINT32_MAX;
+    return true;
+  }
+  m.lost_contact = world.surface_contacts.owners()[source], m.lost_how = scratch.lost_how;
+  return false;
+}
+
+void write_back_touches(World& world, Island& m) {
+  for (std::size_t i = 0; i < m.blocks.size(); ++i) {
+    const Block& b = m.blocks[i];
+    if (b.kind != BlockKind::surface) continue;
+    TouchMemory& memory = m.touches[b.first_place];
+    const TouchFound& found = m.scratch.touching[b.first_place];
+    SurfaceContact& c = world.surface_contacts.values()[b.source];
+    memory.touch = m.scratch.state.touches[b.first_place];
+    c.at = memory.touch.at, c.known = memory.known, c.over = memory.is_over();
+    c.touches = is_active(m, i) && memory.known;
+    c.point = found.on_b, c.normal = found.normal, c.gap = found.gap;
+    c.status = memory.how;
+    Vec3 pull[2] = {Vec3(0), Vec3(0)};
+    for (std::size_t n = i; n <= i + (roll_of(m, i) ? 1 : 0); ++n)
+      add_constraint_force({m.blocks[n], jacobian_of(m, m.blocks[n]), 1},
+                           &m.forces[m.blocks[n].first_row], pull);
+    c.force = pull[0];
+  }
+}
+
+}  // namespace pantin::detail::lagrangian

@@ -1,0 +1,95 @@
+#pragma once
+/// Two bodies whose surfaces touch, slide or roll on one another: what the joint
+/// `SurfaceJoint` of <pantin/joints.hpp> comes down to.
+///
+/// Internal but for the two enums; installed because a World holds it.
+#include <memory>
+
+#include "engine/base/fields.hpp"
+#include "engine/nurbs/closest.hpp"
+#include "engine/nurbs/common_normal.hpp"
+#include "engine/world/entity.hpp"
+
+namespace pantin {
+
+/// How two surfaces that touch move on one another.
+enum class SurfaceMotion : std::uint8_t {
+  sliding,              // without friction: 1 row
+  rolling,              // without slip; they may spin about the common normal: 3 rows
+  rolling_without_spin  // 4 rows
+};
+constexpr SurfaceMotion last_of(SurfaceMotion) { return SurfaceMotion::rolling_without_spin; }
+
+/// What happens where the contact leaves a surface over its rim, comes to a place without a normal,
+/// or the surfaces fit one another.
+enum class OnRim : std::uint8_t {
+  stop,    // the step is not taken, and its report says so
+  release  // the joint lets go for good
+};
+constexpr OnRim last_of(OnRim) { return OnRim::release; }
+
+namespace detail {
+
+namespace nurbs {
+constexpr ContactStatus last_of(ContactStatus) { return ContactStatus::lost; }
+}  // namespace nurbs
+
+/// A surface, or the curve in its place, fixed in a body.
+struct ContactSurface {
+  Pose pose;  // of its frame in the body's mass-centre frame
+  std::shared_ptr<const nurbs::Skin> skin;
+  std::shared_ptr<const nurbs::Wire> curve;
+
+  static void fields(auto& self, auto&& field) {
+    field("pose", self.pose);
+    field("skin", self.skin);
+    field("curve", self.curve);
+  }
+};
+
+/// Two bodies and the surfaces by which they touch. Either b has a skin and a a skin or a curve, or
+/// both have curves, of the planes z = 0 of their frames. Only the Lagrangian solver supports it.
+struct SurfaceContact {
+  Entity a, b;
+  ContactSurface on_a, on_b;
+  SurfaceMotion motion = SurfaceMotion::sliding;
+  bool lifts = false;  // may come off and touch again; else it is held
+  OnRim on_rim = OnRim::stop;
+  // Where they touch, or are nearest. Steps move it. A curve has its parameter in `u`.
+  nurbs::PlacePair at;
+  bool known = false;  // `at` is such a place
+  bool over = false;   // it has let go
+  // Results of the last step:
+  nurbs::ContactStatus status = nurbs::ContactStatus::found;
+  bool touches = false;
+  Vec3 point{0}, normal{0};  // world: on b, m, and outwards of b
+  Vec3 force{0};             // N, on b, mean over the step
+  Real gap = 0;              // m
+
+  static void fields(auto& self, auto&& field) {
+    field("a", self.a);
+    field("b", self.b);
+    field("on_a", self.on_a);
+    field("on_b", self.on_b);
+    field("motion", self.motion);
+    field("lifts", self.lifts);
+    field("on_rim", self.on_rim);
+    field("at", self.at);
+    field("known", self.known);
+    field("over", self.over);
+    field("status", passive(self.status));
+    field("touches", passive(self.touches));
+    field("point", passive(self.point));
+    field("normal", passive(self.normal));
+    field("force", passive(self.force));
+    field("gap", passive(self.gap));
+  }
+  /// Null, or what is wrong: surfaces missing, places off them.
+  const char* restored() const;
+};
+
+/// Whether a place is one of a surface or curve.
+bool is_on(const ContactSurface& surface, const nurbs::Place& place);
+
+}  // namespace detail
+}  // namespace pantin
