@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Checks who includes whom: base <- { nurbs, modes }, nurbs <- geometry <- joints <- world,
-world <- { contact, scene }, contact <- { solvers, render }, solvers <- runtime <- pantin <- demos,
+{ world, modes } <- scene, world <- contact <- { solvers, render }, solvers <- runtime <- pantin <- demos,
 tests, tools. Names every offending line; exit code 1 if there is one.
 
 usage: check_rooms.py [ROOT]     ROOT: the repository, by default the one this file lies in
@@ -12,7 +12,7 @@ import sys
 BELOW = {"base": []}
 for room, last in [("nurbs", ["base"]), ("modes", ["base"]), ("geometry", ["nurbs"]),
                    ("joints", ["geometry"]), ("world", ["joints"]),
-                   ("contact", ["world"]), ("solvers", ["contact"]), ("scene", ["world"]),
+                   ("contact", ["world"]), ("solvers", ["contact"]), ("scene", ["world", "modes"]),
                    ("render", ["contact"]), ("runtime", ["solvers"]),
                    ("pantin", ["runtime", "scene", "render"])]:
     BELOW[room] = sorted({r for l in last for r in [l, *BELOW[l]]})

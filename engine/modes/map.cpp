@@ -118,6 +118,38 @@ void draw_row(const Cut& c, Real y, const Slice& slice, const RowCells& row) {
   fill(row.cells, spans.minus, row.bit);
 }
 
+/// So many neighbouring pixels of a row are tested together.
+constexpr std::size_t kLanes = 32;
+
+/// Evaluates what Cut::branch_at does, to the bit, without branches: all forms at all pixels.
+class Lanes {
+ public:
+  Lanes(const Slice& slice, std::size_t first) : count_(std::min(kLanes, slice.size - first)) {
+    for (std::size_t i = 0; i < kLanes; ++i) x_[i] = slice.at(first + std::min(i, count_ - 1));
+  }
+  void draw(const Cut& c, Real y, const RowCells& row) {
+    std::array<Real, kLanes> over, least, most;
+    for (std::size_t i = 0; i < kLanes; ++i) over[i] = c.divisor.at(x_[i], y);
+    least = most = over;  // its sign is asked for anyway
+    for (int f = 0; f < c.form_count; ++f) {
+      const Bilinear& form = c.forms[static_cast<std::size_t>(f)];
+      for (std::size_t i = 0; i < kLanes; ++i) {
+        const Real value = form.at(x_[i], y);
+        least[i] = value < least[i] ? value : least[i];
+        most[i] = value > most[i] ? value : most[i];
+      }
+    }
+    for (std::size_t i = 0; i < count_; ++i) {
+      const bool plus = (over[i] > 0) & (least[i] >= 0), minus = (over[i] < 0) & (most[i] <= 0);
+      row.cells[i] |= row.bit & -static_cast<std::uint32_t>(plus | minus);
+    }
+  }
+
+ private:
+  std::array<Real, kLanes> x_;
+  std::size_t count_;
+};
+
 void take_regions(const Prepared& p, const Slice& slice, ModeMap& map) {
   PANTIN_ASSERT(slice.size >= 2 && slice.across != slice.up);
   PANTIN_ASSERT(slice.across < p.count && slice.up < p.count);
@@ -193,9 +225,11 @@ void draw_by_pixels(const Prepared& p, const Slice& slice, ModeMap& map) {
   if (!map.complete) return;
   for (std::size_t k = 0; k < map.regions.size(); ++k) {
     const Cut c = cut(region_of(p, map, k), slice);
-    for (std::size_t j = 0; j < slice.size; ++j)
-      for (std::size_t i = 0; i < slice.size; ++i)
-        if (c.branch_at(slice.at(i), slice.at(j)) != 0) map.cells[j * slice.size + i] |= 1u << k;
+    for (std::size_t first = 0; first < slice.size; first += kLanes) {
+      Lanes lanes(slice, first);
+      for (std::size_t j = 0; j < slice.size; ++j)
+        lanes.draw(c, slice.at(j), {&map.cells[j * slice.size + first], 1u << k});
+    }
   }
 }
 

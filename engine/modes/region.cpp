@@ -105,15 +105,26 @@ Values magnitudes(const Region& r, const OwnFriction& m) {
   return values(sums, m);
 }
 
-int branch_of(const Region& r, const OwnFriction& mu) {
-  const Real divisor = affine(r.divisor, mu);
-  const int branch = (divisor > 0) - (divisor < 0);
-  if (branch == 0) return 0;
-  for (int i = 0; i < r.form_count(); ++i) {
-    const auto [x, y] = form_variables(r.kind, i);
-    if (branch * affine(r.forms[static_cast<std::size_t>(i)], mu[x], mu[y]) < 0) return 0;
-  }
-  return branch;
+namespace {
+
+/// 1 or -1 where X and all forms agree in sign, forms may be 0; otherwise 0. No branches: which way
+/// it goes is anybody's guess.
+template <std::size_t N>
+int agreed(Real x, const std::array<Real, N>& forms) {
+  bool plus = x > 0, minus = x < 0;
+  for (const Real f : forms) plus &= !(f < 0), minus &= !(f > 0);
+  return plus - minus;
+}
+
+}  // namespace
+
+int branch_of(const Region& r, const OwnFriction& m) {
+  const auto& f = r.forms;
+  if (r.kind == Kind::three_slide)
+    return agreed<3>(affine(r.divisor, m), {affine(f[0], m[1], m[2]), affine(f[1], m[0], m[2]),
+                                            affine(f[2], m[0], m[1])});
+  const auto of = [&](std::size_t k) { return affine(f[k], m[0], m[1]); };
+  return agreed<4>(affine(r.divisor, m), {of(0), of(1), of(2), of(3)});
 }
 
 std::array<Real, 3> forces(const Region& r, const OwnFriction& mu) {

@@ -49,6 +49,7 @@ enum class ValueType : std::uint8_t {
   number_or_pair,    // one number, or two
   number_list,       // an array of any length
   points,            // an array of vectors
+  pairs,             // an array of two numbers each
   triples,           // an array of three whole numbers each
   quaternion,        // four numbers, of length 1
   joint_turn,        // a quaternion, or the one or two angles of a joint in rad

@@ -50,6 +50,8 @@ namespace keys {
   OBJECT(prefab)               \
   OBJECT(instance)             \
   OBJECT(generators)           \
+  OBJECT(lamina)               \
+  OBJECT(finger)               \
   OBJECT(chain)                \
   OBJECT(grid)                 \
   OBJECT(stairs)               \

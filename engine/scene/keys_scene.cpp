@@ -74,6 +74,9 @@ constexpr Key kScene[] = {
     kPaths,
     kInstances,
     kGenerators,
+    objects("laminas", "lamina",
+            "Planar parts held or pushed slowly by fingers, for `pantin modes`. Other commands do "
+            "not move them."),
     objects("events", "event", "What is done to it while it runs, by time."),
     objects("prefabs", "prefab", "Named groups to copy; they do nothing by themselves."),
     object("camera", "camera", "Where pictures are taken from."),

@@ -180,6 +180,7 @@ std::optional<PathRecipe> read_path(const Reading& reading, NodeId node);
 std::optional<InstanceRecipe> read_instance(const Reading& reading, NodeId node);
 std::optional<MirrorRecipe> read_mirror(const Reading& reading, NodeId node);
 std::optional<GridRecipe> read_grid(const Reading& reading, NodeId node);
+std::optional<LaminaPlan> read_lamina(const Reading& reading, NodeId node, Vec3 gravity);
 std::optional<EventRecipe> read_event(const Reading& reading, NodeId node);
 ChainRecipe read_chain(const Reading& reading, NodeId node);  // links == 0 if it cannot be read
 BodyRecipe read_stairs(const Reading& reading, NodeId node);  // no name if it cannot be read

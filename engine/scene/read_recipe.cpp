@@ -270,6 +270,17 @@ void read_output(const Reading& reading, const Reader& outer, OutputDefaults& ou
   output.fps = from.number("fps");
 }
 
+void read_laminas(const Reading& reading, const Reader& from, Scene& scene) {
+  std::unordered_map<std::string, NodeId> known;
+  for (const NodeId node : from.items("laminas")) {
+    auto lamina = read_lamina(reading, node, scene.world.gravity);
+    if (!lamina) continue;
+    const auto [first, is_new] = known.try_emplace(lamina->name, node);
+    if (!is_new) refuse_repeated(reading, node, lamina->name, first->second);
+    scene.laminas.push_back(std::move(*lamina));
+  }
+}
+
 void read_head(const Reader& from, Scene& scene) {
   from.number("version");
   from.text("$schema", "");
@@ -342,6 +353,7 @@ Recipe read_recipe(SceneFiles& files, JsonPlaces& places, const SceneLimits& lim
   read_light(reading, from, scene.view.light);
   read_ground(reading, from, scene.view);
   read_output(reading, from, scene.output);
+  read_laminas(reading, from, scene);
   read_content(reading, from, 0);
   scene.files = files.names();
   for (const auto& [file, surface] : whole.surfaces)  // one file may be a hull and a mesh

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/base/result.hpp"
+#include "engine/scene/lamina_plan.hpp"
 #include "engine/world/world.hpp"
 
 namespace pantin {
@@ -23,6 +24,7 @@ struct Scene {
   std::string title;  // file's "title", or its stem
   World world;
   View view;
+  std::vector<detail::LaminaPlan> laminas;
   Real step = 1.0 / 60;  // s
   int substeps = 1;
   Real duration = 5;         // s

@@ -119,6 +119,8 @@ std::string numeric(const Key& key) {
       return array_of(one);
     case ValueType::points:
       return array_of(vector_of(key.range));
+    case ValueType::pairs:
+      return array_of(array_of(one, 2));
     case ValueType::triples:
       return array_of(array_of(R"({"type":"integer","minimum":0})", 3));
     case ValueType::quaternion:

@@ -84,6 +84,7 @@ std::string scene_with(std::string_view what, const std::string& extra,
   if (what == "cable_class")
     return of_class("cable", R"("cables": [{"a": "a", "b": "b", "class": "c"}])");
   if (what == "pin_class") return of_class("pin", R"("pins": [{"body": "a", "class": "c"}])");
+  if (what == "finger") return part("laminas", R"([{"name": "l", "fingers": [{)" + extra + "}]}]");
   if (what == "mirror") return part("generators", R"({"mirrors": [{)" + extra + "}]}");
   if (what == "stairs") return part("generators", R"({"stairs": [{)" + extra + "}]}");
   if (what == "chain" || what == "grid")

@@ -40,6 +40,7 @@ constexpr const char* kExamples = R"(Examples:
   pantin check assets/scenes/*.json
   pantin bench assets/scenes/chain.json --json
   pantin doctor
+  pantin modes assets/laminas/rod.json
   pantin new scene.json
   pantin schema --out scene.schema.json
   pantin surface assets/surfaces/groove.json
@@ -65,6 +66,7 @@ int main(int argc, char** argv) {
   add_bench(program, exit_code);
   add_doctor(program, exit_code);
   add_view(program, exit_code);
+  add_modes(program, exit_code);
   add_schema(program, exit_code);
   add_surface(program, exit_code);
   add_new(program, exit_code);

@@ -38,6 +38,7 @@ void add_check(CLI::App& program, int& exit_code);
 void add_bench(CLI::App& program, int& exit_code);
 void add_doctor(CLI::App& program, int& exit_code);
 void add_view(CLI::App& program, int& exit_code);
+void add_modes(CLI::App& program, int& exit_code);
 void add_schema(CLI::App& program, int& exit_code);
 void add_surface(CLI::App& program, int& exit_code);
 void add_new(CLI::App& program, int& exit_code);

@@ -1,0 +1,303 @@
+#include "engine/modes/stepper.hpp"
+
+#include <algorithm>
+
+namespace pantin::detail::modes {
+namespace {
+
+constexpr Real kTouching = 1e-9;   // of the outline's extent
+constexpr Real kSharp = 1e-12;     // of a step: how sharply the end of a mode is found
+constexpr Real kStraight = 1e-6;   // of a stretch: a part this short is straight to 1e-12
+constexpr Real kDwell = 1.0 / 16;  // of a step: how long a mode is kept where switches pile up
+constexpr Real kShort = 1e-6;      // of a step: stretches below are piling up
+constexpr int kMostShort = 6, kMostSwitches = 200;
+
+/// Rows k q = d of a motion. Three independent ones are kept, the farthest from the others first.
+struct RowSet {
+  std::array<Vec3, 2 * kMostContacts> rows;
+  std::array<Real, 2 * kMostContacts> right;
+  std::size_t count = 0;
+
+  void add(Vec3 row, Real d) { rows[count] = row, right[count++] = d; }
+
+  bool solve(Vec3& q) const {
+    std::array<Vec3, 2 * kMostContacts> left;
+    std::copy_n(rows.begin(), count, left.begin());
+    std::array<std::size_t, 3> pick{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      std::size_t best = 0;
+      for (std::size_t i = 1; i < count; ++i)
+        if (glm::dot(left[i], left[i]) > glm::dot(left[best], left[best])) best = i;
+      const Real size = count ? glm::length(left[best]) : 0;
+      if (!(size > 1e-9)) return false;
+      const Vec3 unit = left[best] / size;
+      pick[k] = best;
+      for (std::size_t i = 0; i < count; ++i) left[i] -= glm::dot(left[i], unit) * unit;
+    }
+    const Vec3 a = rows[pick[0]], b = rows[pick[1]], c = rows[pick[2]];
+    const Vec3 bc = glm::cross(b, c), ca = glm::cross(c, a), ab = glm::cross(a, b);
+    q = (right[pick[0]] * bc + right[pick[1]] * ca + right[pick[2]] * ab) / glm::dot(a, bc);
+    return true;
+  }
+};
+
+Vec3 row_of(Vec2 point, Vec2 along, Vec2 about) {
+  return {along.x, along.y, cross(point - about, along)};
+}
+
+bool has(std::uint32_t set, std::size_t i) { return set >> i & 1; }
+std::uint32_t kept(const Signs& s) { return s.roll | s.plus | s.minus; }
+
+/// The twist at a point, told about the origin.
+Vec3 about_origin(Vec3 twist, Vec2 at) {
+  return {twist.x + twist.z * at.y, twist.y - twist.z * at.x, twist.z};
+}
+
+/// A placement that a twist about the origin has moved for a time, to first order.
+Placement moved(const Placement& p, Vec3 twist, Real h) {
+  return {{p.shift.x + h * (twist.x - twist.z * p.shift.y),
+           p.shift.y + h * (twist.y + twist.z * p.shift.x)},
+          p.angle + h * twist.z};
+}
+
+}  // namespace
+
+const char* word_for(Ending ending) {
+  constexpr const char* kWords[] = {"done", "no mode", "the motion is not determined",
+                                    "a finger is at a corner, where it has no normal",
+                                    "more than 32 contacts"};
+  return kWords[static_cast<std::size_t>(ending)];
+}
+
+void Stepper::prepare_at(const Moment& now) {
+  const Touches& t = motion.touches;
+  for (std::size_t i = 0; i < t.count; ++i) {
+    contacts_[i] = contact_of(now, t.list[i]);
+    roll_[i] = now.fingers[t.list[i].finger].roll;
+    slide_[i] = now.fingers[t.list[i].finger].slide;
+  }
+  prepare({{contacts_.data(), t.count}, load_of(now)}, prepared_);
+}
+
+bool Stepper::find_twist(const Moment& now, Vec3& twist) const {
+  RowSet rows;
+  const Vec2 about = now.finger_at(motion.touches.list[0].finger);
+  for (std::size_t i = 0; i < motion.touches.count; ++i) {
+    if (!has(kept(motion.signs), i)) continue;
+    const Contact c = contact_of(now, motion.touches.list[i]);
+    const Vec2 t = tangent_of(c.normal);
+    rows.add(row_of(c.point, c.normal, about), dot(c.normal, c.velocity));
+    if (has(motion.signs.roll, i)) rows.add(row_of(c.point, t, about), dot(t, c.velocity));
+  }
+  Vec3 q;
+  if (!rows.solve(q)) return false;
+  twist = about_origin(q, about);
+  return true;
+}
+
+/// Closes the gaps of the contacts that are kept; rolling ones do not slip by it.
+void Stepper::close(Moment& now) const {
+  RowSet rows;
+  const Vec2 about = now.finger_at(motion.touches.list[0].finger);
+  for (std::size_t i = 0; i < motion.touches.count; ++i) {
+    if (!has(kept(motion.signs), i)) continue;
+    const Touch touch = motion.touches.list[i];
+    const Contact c = contact_of(now, touch);
+    rows.add(row_of(c.point, c.normal, about), -gap_of(now, touch));
+    if (has(motion.signs.roll, i)) rows.add(row_of(c.point, tangent_of(c.normal), about), 0);
+  }
+  Vec3 q;
+  if (rows.solve(q)) now.place(moved(now.placed, about_origin(q, about), 1));
+}
+
+/// Runge-Kutta, order 4; false where the rows lose their rank.
+bool Stepper::advance(Moment& now, Real h) const {
+  const Placement from = now.placed;
+  const Real start = now.time;
+  std::array<Placement, 4> rates;
+  constexpr Real kParts[] = {0, 0.5, 0.5, 1};
+  for (std::size_t k = 0; k < 4; ++k) {
+    const Real part = kParts[k] * h;
+    now.time = start + part;
+    if (k > 0)
+      now.place({from.shift + part * rates[k - 1].shift, from.angle + part * rates[k - 1].angle});
+    Vec3 twist;
+    if (!find_twist(now, twist)) return false;
+    const Placement next = moved(now.placed, twist, 1);
+    rates[k] = {next.shift - now.placed.shift, twist.z};
+  }
+  const auto mean = [](const auto& a, const auto& b, const auto& c, const auto& d) {
+    return 1.0 / 6 * (a + 2 * (b + c) + d);
+  };
+  now.place(
+      {from.shift + h * mean(rates[0].shift, rates[1].shift, rates[2].shift, rates[3].shift),
+       from.angle + h * mean(rates[0].angle, rates[1].angle, rates[2].angle, rates[3].angle)});
+  now.time = start + h;
+  close(now);
+  return true;
+}
+
+/// Whether the mode holds here still, its forces and its slips.
+bool Stepper::holds(const Moment& now) {
+  prepare_at(now);
+  const Friction mu{{roll_.data(), prepared_.count}, {slide_.data(), prepared_.count}};
+  for (const Region& r : prepared_.regions)
+    if (signs_of(r) == motion.signs) return contains(r, own(r, mu));
+  if (motion.index != 0) return false;
+  find_modes(prepared_, mu, modes_);
+  for (const SignedMode& mode : modes_.indeterminate)
+    if (mode.signs == motion.signs) return true;
+  return false;
+}
+
+/// Whether no finger has come to the lamina, and none has left its edge.
+bool Stepper::stays(const Moment& before, const Moment& now) const {
+  std::uint32_t touching = 0;
+  for (std::size_t i = 0; i < motion.touches.count; ++i) {
+    const Touch touch = motion.touches.list[i];
+    touching |= 1u << touch.finger;
+    if (has(kept(motion.signs), i) && left_on_edge(now, touch) < 0) return false;
+    if (!has(kept(motion.signs), i) && gap_of(now, touch) < -tolerance_) return false;
+  }
+  for (std::size_t i = 0; i < now.fingers.size(); ++i)
+    if (!has(touching, i) && least_gap(now, i) < 0 && least_gap(before, i) >= -tolerance_)
+      return false;
+  return true;
+}
+
+/// Brings two moments at which a mode holds and does not together. The way between is straight.
+void Stepper::sharpen(const Moment& start, Moment& low, Moment& high, Real sharp) {
+  while (high.time - low.time > sharp) {
+    Moment middle = low;
+    middle.place({0.5 * (low.placed.shift + high.placed.shift),
+                  0.5 * (low.placed.angle + high.placed.angle)});
+    middle.time = (low.time + high.time) / 2;
+    const bool is_good = stays(start, middle) && holds(middle);
+    Moment& end = is_good ? low : high;
+    end.place(middle.placed), end.time = middle.time;
+  }
+}
+
+/// Moves on while the mode holds, at most so long; how long it was. An end is found to `sharp`.
+Real Stepper::go(Moment& now, Real longest, Real sharp) {
+  const Moment start = now;
+  const auto try_for = [&](Real h) {
+    Moment next = start;
+    if (!advance(next, h)) return false;
+    now.place(next.placed), now.time = next.time;
+    return stays(start, next) && holds(next);
+  };
+  if (try_for(longest)) return longest;
+  Real good = 0, bad = longest;
+  while (bad - good > std::max(kStraight * longest, sharp)) {
+    const Real middle = (good + bad) / 2;
+    (try_for(middle) ? good : bad) = middle;
+  }
+  Moment low = start, high = start;
+  if (advance(low, good) && advance(high, bad)) sharpen(start, low, high, sharp);
+  bad = high.time - start.time;
+  try_for(bad);  // just beyond the end, where the next mode holds
+  return bad;
+}
+
+bool Stepper::take(const Moment& now, const Region& r) {
+  const Friction mu{{roll_.data(), prepared_.count}, {slide_.data(), prepared_.count}};
+  const OwnFriction m = own(r, mu);
+  const std::array<Real, 3> f = forces(r, m);
+  motion.signs = signs_of(r);
+  motion.index = index_of(r, values(r, m).divisor > 0 ? 1 : -1);
+  motion.normal_force = {}, motion.tangent_force = {};
+  if (r.kind == Kind::roll_slide) {
+    motion.normal_force[r.contacts[0]] = f[0], motion.tangent_force[r.contacts[0]] = f[1];
+    motion.normal_force[r.contacts[1]] = f[2];
+    motion.tangent_force[r.contacts[1]] = -r.slip_sign[1] * m[1] * f[2];
+  } else {
+    for (std::size_t k = 0; k < 3; ++k) {
+      motion.normal_force[r.contacts[k]] = f[k];
+      motion.tangent_force[r.contacts[k]] = -r.slip_sign[k] * m[k] * f[k];
+    }
+  }
+  return motion.is_known = find_twist(now, motion.twist);
+}
+
+bool Stepper::take(const Moment& now, const SignedMode& mode) {
+  motion.signs = mode.signs;
+  motion.index = 0;
+  motion.normal_force = mode.normal_force, motion.tangent_force = mode.tangent_force;
+  return motion.is_known = find_twist(now, motion.twist);
+}
+
+/// The mode to go on in; false where there is none.
+bool Stepper::choose(const Moment& now, StepEnd& end) {
+  const Touches before = motion.touches;
+  const Signs last = motion.signs;
+  const auto same = [](Touch a, Touch b) { return a.finger == b.finger && a.feature == b.feature; };
+  motion.touches = touches_of(now, tolerance_);
+  const bool as_before =
+      motion.is_known &&
+      std::equal(before.begin(), before.end(), motion.touches.begin(), motion.touches.end(), same);
+  motion.is_known = false;
+  end.verdict = Verdict::no_balance;
+  end.ending = motion.touches.at_corner  ? Ending::at_corner
+               : motion.touches.too_many ? Ending::crowded
+                                         : Ending::no_mode;
+  if (end.ending != Ending::no_mode || motion.touches.count == 0) return false;
+  prepare_at(now);
+  const Friction mu{{roll_.data(), prepared_.count}, {slide_.data(), prepared_.count}};
+  const Region* best = nullptr;
+  std::array<Real, 2> of_best{};
+  std::size_t count = 0;
+  for (const Region& r : prepared_.regions) {
+    const OwnFriction m = own(r, mu);
+    const int branch = branch_of(r, m);
+    if (branch == 0) continue;
+    ++count;
+    const Values v = values(r, m), size = magnitudes(r, m);
+    Real margin = std::abs(v.divisor) / size.divisor;
+    for (std::size_t i = 0; i < static_cast<std::size_t>(r.form_count()); ++i)
+      margin = std::min(margin, branch * v.forms[i] / std::max(size.forms[i], 1e-300));
+    const bool is_last = as_before && signs_of(r) == last;
+    const std::array<Real, 2> rank{is_last ? 2.0 : Real(index_of(r, branch)), margin};
+    if (!best || rank > of_best) best = &r, of_best = rank;
+  }
+  end.choices = std::max(end.choices, count);
+  end.verdict = count > 1 ? Verdict::ambiguous : Verdict::unique;
+  if (best && take(now, *best)) return true;
+  find_modes(prepared_, mu, modes_);
+  end.verdict = modes_.verdict;
+  for (const FeasibleMode& mode : modes_.modes)  // on its boundary
+    if (take(now, prepared_.regions[static_cast<std::size_t>(mode.region)])) return true;
+  for (const SignedMode& mode : modes_.indeterminate)
+    if (take(now, mode)) return true;
+  if (!modes_.indeterminate.empty() || !modes_.modes.empty()) end.ending = Ending::free_motion;
+  return false;
+}
+
+StepEnd Stepper::step(const Part& part, std::span<const Finger> fingers, Real duration) {
+  StepEnd end;
+  tolerance_ = kTouching * extent(part.outline);
+  Moment now{part, fingers};
+  now.place(placed);
+  int piled = 0;
+  while (duration - now.time > kSharp * duration) {
+    const Signs before = motion.signs;
+    const bool moved_before = motion.is_known;
+    if (!choose(now, end)) break;
+    if (moved_before && !(before == motion.signs)) ++end.switches;
+    end.zeno |= piled > kMostShort || end.switches > kMostSwitches;
+    const Real left = duration - now.time;
+    const Real took = go(now, left, kSharp * duration);
+    piled = took < kShort * duration ? piled + 1 : 0;
+    if (end.zeno && piled > 0) {  // it goes on by turns
+      Moment next = now;
+      if (!advance(next, std::min(kDwell * duration, duration - now.time))) break;
+      now.place(next.placed), now.time = next.time;
+    }
+  }
+  placed = now.placed;
+  end.time = now.time;
+  if (duration - now.time <= kSharp * duration) end.ending = Ending::done;
+  return end;
+}
+
+}  // namespace pantin::detail::modes

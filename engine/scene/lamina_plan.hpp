@@ -1,0 +1,45 @@
+#pragma once
+/// A lamina and its fingers as a scene file describes them, in the x-y plane of the scene, at time
+/// 0: SI units, moments about the scene's origin, counter-clockwise positive.
+#include <string>
+#include <vector>
+
+#include "engine/modes/lamina.hpp"
+#include "engine/modes/uncertain.hpp"
+
+namespace pantin::detail {
+
+/// Where a finger is at a time.
+struct Waypoint {
+  Real time = 0;  // s
+  modes::Vec2 at;
+};
+
+struct FingerPlan {
+  std::string name;
+  modes::Vec2 point, normal;   // normal: unit, into the lamina, across the nearest edge
+  bool flat = false;           // an edge of its own touches a corner of the lamina
+  std::vector<Waypoint> path;  // two or more, times rising from 0; it rests after the last
+  Real roll = 0.5, slide = 0.5;
+  modes::Spread spread;  // of its one coefficient, if that is not certain
+  bool touches = true;   // at the start
+};
+
+struct LaminaPlan {
+  std::string name;
+  std::vector<modes::Vec2>
+      outline;         // corners, counter-clockwise; none: only its contacts are known
+  modes::Vec2 centre;  // of mass
+  Real mass = 1;       // kg
+  modes::Vec2 force;   // at the mass centre, weight included, N
+  Real torque = 0;     // N m
+  std::vector<FingerPlan> fingers;
+
+  /// Force and moment about the origin.
+  Vec3 load() const { return {force.x, force.y, torque + modes::cross(centre, force)}; }
+};
+
+/// Velocity over the first stretch of its path, m/s.
+modes::Vec2 first_velocity(const FingerPlan& finger);
+
+}  // namespace pantin::detail

@@ -1,0 +1,168 @@
+#include "tools/pantin/modes.hpp"
+
+#include <fmt/core.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "engine/scene/words.hpp"
+#include "tools/pantin/command_line.hpp"
+
+namespace pantin::program {
+namespace {
+
+/// The lamina that is asked for, the first if none is; null after a complaint.
+const LaminaPlan* lamina_of(const Scene& scene, const ModesChoices& c) {
+  if (scene.laminas.empty()) {
+    complain(fmt::format("{}: found no \"laminas\", expected one or more", c.scene));
+    return nullptr;
+  }
+  if (c.lamina.empty()) return &scene.laminas.front();
+  std::vector<std::string_view> names;
+  for (const LaminaPlan& plan : scene.laminas) {
+    if (plan.name == c.lamina) return &plan;
+    names.push_back(plan.name);
+  }
+  complain(fmt::format("{}: --lamina: found \"{}\", expected the name of a lamina{}", c.scene,
+                       c.lamina, hint(c.lamina, names)));
+  return nullptr;
+}
+
+/// --mu in place of what the fingers say; false after a complaint.
+bool set_friction(LaminaPlan& plan, const std::vector<double>& mu) {
+  if (mu.empty()) return true;
+  if (mu.size() != 1 && mu.size() != plan.fingers.size()) {
+    complain(fmt::format("--mu: found {} numbers, expected 1, or {}: one for each finger",
+                         mu.size(), plan.fingers.size()));
+    return false;
+  }
+  for (std::size_t i = 0; i < plan.fingers.size(); ++i) {
+    FingerPlan& f = plan.fingers[i];
+    f.roll = f.slide = mu[mu.size() == 1 ? 0 : i];
+    f.spread = Spread::at(f.slide);
+  }
+  return true;
+}
+
+int modes(ModesChoices c) {
+  const EndsAtOnce while_nothing_is_written;
+  if (c.range[0] >= c.range[1]) {
+    complain(fmt::format("--range: found {:g},{:g}, expected the lower bound first", c.range[0],
+                         c.range[1]));
+    return kUsage;
+  }
+  std::optional<Scene> scene = open_scene(c.scene, {});
+  if (!scene) return kUsage;
+  const LaminaPlan* found = lamina_of(*scene, c);
+  if (!found) return kUsage;
+  LaminaPlan plan = *found;
+  if (!set_friction(plan, c.mu)) return kUsage;
+  if (c.duration == 0) c.duration = scene->duration;
+  if (!c.against.empty()) return compare_with_dynamics(*scene, plan, c);
+  if (!c.path.empty()) return follow_path(plan, c);
+  if (!c.move.empty()) return move_on(*scene, plan, c);
+  std::optional<Grasp> grasp = grasp_of(plan, c.scene);
+  if (!grasp) return kUsage;
+  if (!c.axes.empty()) return draw_map(*grasp, c);
+  if (c.advise) return print_advice(*grasp, c);
+  if (c.uncertain) return print_outlook(*grasp, c);
+  return print_modes(*grasp, c);
+}
+
+constexpr const char* kExamples =
+    R"(A planar part that fingers hold or push slowly moves in one of a few contact modes: each contact
+sticks (R, it rolls), slides (S) or separates (B). Tells the modes that hold, their motions and
+forces, and which friction allows them. A scene describes such parts under "laminas"; assets/README.md
+shows how.
+
+Examples:
+  pantin modes assets/laminas/rod.json
+  pantin modes assets/laminas/grasp.json --mu 0.3 --json
+  pantin modes assets/laminas/grasp.json --map mu1,mu2
+  pantin modes assets/laminas/grasp.json --map mu1,mu2 --out out/map.svg
+  pantin modes assets/laminas/grasp.json --uncertain
+  pantin modes assets/laminas/grasp.json --advise
+  pantin modes assets/laminas/rod.json --move out/rod.csv
+  pantin modes assets/laminas/rod.json --move out/rod.json && pantin run out/rod.json --gif out/rod.gif
+  pantin modes assets/laminas/push.json --path out/bound.csv
+  pantin modes assets/laminas/rod.json --against dynamics --duration 2 --out out/both.svg
+
+A map shows where in the plane of two coefficients each mode holds: 1 all three contacts slide,
+2 R1S2, 3 R1S3, 4 R2S1, 5 R2S3, 6 R3S1, 7 R3S2 of up to three contacts (R2S1: the second sticks, the
+first slides); of more, numbers as the legend says. Where none is, no mode holds.
+
+--move moves the part as its fingers move and writes time, pose of the mass centre, mode (a letter
+for each finger, + and - for the two ways to slide, . where it does not touch) and forces; it stops where no mode holds.
+--path does so without friction and writes how much of it the motion bears at each pose.
+--against dynamics runs the same part with its mass, by the solver lagrangian, at falling speed of
+the fingers, and tells where and why they part.
+
+Exit codes: 0 ok, 1 not possible here, 2 usage or bad input, 4 could not write.)";
+
+void add_friction(CLI::App& command, ModesChoices& c) {
+  command.add_option("--lamina", c.lamina, "which one; default: the first");
+  command
+      .add_option("--mu", c.mu,
+                  "friction of all fingers, or of each: 0.3 or 0.3,0.4,0.5; default: as they say")
+      ->delimiter(',')
+      ->check(between(0, 1e6));
+  command.add_flag("--uncertain", c.uncertain,
+                   "probabilities and worst cases where fingers have \"friction_between\"");
+  command.add_flag("--advise", c.advise,
+                   "the smallest move of one finger along its edge that makes a mode certain");
+}
+
+void add_outputs(CLI::App& command, ModesChoices& c) {
+  command.add_option("--map", c.axes, "map over two coefficients, as in mu1,mu2")
+      ->type_name("MU,MU");
+  command.add_option("--range", c.range, "of the map's coefficients, default 0,1")
+      ->delimiter(',')
+      ->expected(2)
+      ->check(between(0, 1e6));
+  command.add_option("--size", c.size, "columns of a map, default 256")->check(CLI::Range(2, 4096));
+  command.add_option("--out", c.out, "draw the map, or the comparison, into this file instead")
+      ->check(named({".svg", ".png", ".csv"}))
+      ->type_name(kFileType);
+  command.add_option("--path", c.path, "write the bound of friction along the motion")
+      ->check(named({".csv"}))
+      ->type_name(kFileType);
+  command
+      .add_option("--move", c.move,
+                  "move it, and write its motion: a table, or a scene to be drawn")
+      ->check(named({".csv", ".json"}))
+      ->type_name(kFileType);
+  command.add_option("--against", c.against, "compare the motion with another model")
+      ->check(CLI::IsMember({"dynamics"}));
+  command.add_option("--samples", c.samples, "rows of --path and --move, default 101")
+      ->check(CLI::Range(2, 1'000'000));
+  command.add_option("--duration", c.duration, "of the motion, s; default: the scene's")
+      ->check(between(1e-9, 1e6));
+  command.add_flag("--json", c.json, "print one JSON object instead of text");
+}
+
+}  // namespace
+
+void add_modes(CLI::App& program, int& exit_code) {
+  auto c = std::make_shared<ModesChoices>();
+  CLI::App* command =
+      program.add_subcommand("modes", "Tells which contacts stick or slide, for which friction");
+  command->add_option("scene", c->scene, "a scene file with \"laminas\"")
+      ->required()
+      ->type_name(kSceneType);
+  add_friction(*command, *c);
+  add_outputs(*command, *c);
+  CLI::Option *map = command->get_option("--map"), *path = command->get_option("--path"),
+              *move = command->get_option("--move"), *against = command->get_option("--against"),
+              *uncertain = command->get_option("--uncertain"),
+              *advise = command->get_option("--advise"), *out = command->get_option("--out");
+  const std::vector<CLI::Option*> answers{map, path, move, against, uncertain, advise};
+  for (std::size_t i = 0; i < answers.size(); ++i)
+    for (std::size_t k = 0; k < i; ++k) answers[i]->excludes(answers[k]);
+  for (CLI::Option* other : {path, move, uncertain, advise}) out->excludes(other);
+  command->footer(kExamples);
+  command->callback([c, &exit_code] { exit_code = modes(*c); });
+}
+
+}  // namespace pantin::program
