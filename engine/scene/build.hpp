@@ -139,6 +139,10 @@ std::vector<Solver> solvers_of(const BuiltScene& built, Solver otherwise);
 void check_solvers(const BuiltScene& built, const std::vector<Solver>& solvers,
                    BuildMessages& messages);
 
+/// Tells of what solver "planar" cannot keep in the plane of x and y: bodies, joints, gravity.
+void check_planes(const BuiltScene& built, const std::vector<Solver>& solvers, Vec3 gravity,
+                  BuildMessages& messages);
+
 /// Tells of events that ask a solver for what it does not know, and warns of those that come to
 /// nothing: after the end of the scene, winds that no body feels.
 void check_events(const BuiltScene& built, const std::vector<Solver>& solvers,

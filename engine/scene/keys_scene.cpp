@@ -9,7 +9,8 @@ using namespace rows;
 
 constexpr SolverSettings kSettings;  // what a scene that says nothing has
 
-constexpr std::string_view kSolvers[] = {"auto", "sweep", "shake2", "procedural", "lagrangian"};
+constexpr std::string_view kSolvers[] = {"auto",       "sweep",      "shake2",
+                                         "procedural", "lagrangian", "planar"};
 constexpr std::string_view kOldSolvers[] = {"", "", "", "paper", ""};
 constexpr std::string_view kStabilisations[] = {"projection", "baumgarte", "none"};
 constexpr std::string_view kReluctances[] = {"inertia_over_mass", "literal_step"};
@@ -88,11 +89,13 @@ constexpr Key kScene[] = {
 };
 
 constexpr Key kSolver[] = {
-    word("type", kSolvers,
-         "auto: dynamics, stable at any step. sweep: kinematic posing. shake2: accurate at small "
-         "steps. procedural: the rotation rule as printed by Lee et al. (2000), for comparison. "
-         "lagrangian: exact joints of "
-         "every kind, by forces of constraint.")
+    word(
+        "type", kSolvers,
+        "auto: dynamics, stable at any step. sweep: kinematic posing. shake2: accurate at small "
+        "steps. procedural: the rotation rule as printed by Lee et al. (2000), for comparison. "
+        "lagrangian: exact joints of "
+        "every kind, by forces of constraint. planar: bodies that stay in the plane of x and y, by "
+        "Box2D, with joints closed exactly.")
         .once_words(kOldSolvers)
         .or_else(0),
     number("rotation_stiffness", "", kNotNegative, "Of sweep: 0 swings, large values slide.")

@@ -101,6 +101,7 @@ Result<Scene> parse_whole(std::string_view text, std::string_view name, const Sc
   std::vector<Solver> solvers = solvers_of(built, scene.world.default_settings.solver);
   if (choices.solver) solvers.assign(solvers.size(), *choices.solver);
   check_solvers(built, solvers, places);
+  check_planes(built, solvers, scene.world.gravity, places);
   check_events(built, solvers, places);
   if (files.any_errors()) return files.errors();
   warn_of_structure(built, solvers, places);

@@ -19,12 +19,13 @@ constexpr std::size_t kMostHeld = 8;  // points of one tree that are compared wi
 
 std::string quoted(const std::string& name) { return "\"" + name + "\""; }
 
-/// By body: whether the Lagrangian solver moves it.
+/// By body: whether it is moved by a solver that closes loops of any joints.
 struct Exact {
   const BuiltScene& built;
   const std::vector<Solver>& solvers;
   bool has(std::uint32_t body) const {
-    return built.is_dynamic(body) && solvers[body] == Solver::lagrangian;
+    return built.is_dynamic(body) &&
+           (solvers[body] == Solver::lagrangian || solvers[body] == Solver::planar);
   }
   bool has(const BuiltJoint& joint) const { return has(joint.a) || has(joint.b); }
 };
@@ -123,7 +124,7 @@ void warn_of_turns(const BuiltScene& built, BuildMessages& messages) {
 /// What a solver does not know, but does not keep a scene from being run: a line for each.
 void warn_of_unknown(const BuiltScene& built, const Exact& exact, Solver solver,
                      BuildMessages& messages) {
-  const bool is_exact = solver == Solver::lagrangian;
+  const bool is_exact = solver == Solver::lagrangian || solver == Solver::planar;
   const std::string who = std::string("but the solver \"") + name_of(solver) + "\" does not know ";
   std::size_t solid = 0;
   const BuiltBody* first = nullptr;
@@ -287,7 +288,8 @@ void warn_of_structure(const BuiltScene& built, const std::vector<Solver>& solve
   const Exact exact{built, solvers};
   warn_of_joints(built, exact, messages);
   warn_of_loops(built, exact, messages);
-  for (Solver solver : {Solver::lagrangian, Solver::sweep, Solver::shake2, Solver::procedural})
+  for (Solver solver :
+       {Solver::lagrangian, Solver::planar, Solver::sweep, Solver::shake2, Solver::procedural})
     warn_of_unknown(built, exact, solver, messages);
   warn_of_turns(built, messages);
   warn_of_strings(built, messages);

@@ -5,6 +5,7 @@
 #include "engine/base/invariants.hpp"
 #include "engine/joints/joint_force.hpp"
 #include "engine/solvers/solver.hpp"
+#include "engine/world/flat.hpp"
 
 namespace pantin::detail {
 namespace {
@@ -178,6 +179,35 @@ void list_faulty_settings(const Plans& owners, std::span<std::vector<IslandPlan>
     }
 }
 
+/// Why an island cannot be moved in the plane, and the body that this is said of; or nothing.
+std::string flat_fault_of(const World& world, const IslandPlan& plan, Entity& who) {
+  who = world.bodies.owners()[plan.slots.front()];
+  if (!has_planar_solver())
+    return "is solved by \"planar\", which needs Box2D: this build was made without it";
+  if (std::string why = flat_fault(world.gravity); !why.empty()) return why;
+  for (const std::uint32_t slot : plan.slots) {
+    who = world.bodies.owners()[slot];
+    const Body& body = world.bodies.values()[slot];
+    if (std::string why = flat_fault(body); !why.empty()) return why;
+    const Shapes* shapes = world.collisions.find(who) ? world.shapes.find(who) : nullptr;
+    if (shapes && !std::all_of(shapes->list.begin(), shapes->list.end(),
+                               [&](const Shape& s) { return has_section(s, body.pose.rotation); }))
+      return "has a shape whose section by a plane is made of neither discs nor polygons";
+  }
+  return {};
+}
+
+/// What leaves the plane does not move.
+void list_what_leaves_planes(const Plans& owners, std::span<const IslandPlan> plans) {
+  for (const IslandPlan& plan : plans) {
+    Entity who;
+    std::string why = flat_fault_of(owners.world, plan, who);
+    if (why.empty()) continue;
+    owners.partition.faults.push_back({who, std::move(why), StructureFault::impossible, false});
+    owners.stop(who);
+  }
+}
+
 }  // namespace
 
 void list_faults(World& world, std::span<std::vector<IslandPlan>> plans) {
@@ -189,6 +219,7 @@ void list_faults(World& world, std::span<std::vector<IslandPlan>> plans) {
   list_unknown(all);
   list_impossible(all);
   list_faulty_settings(all, plans);
+  list_what_leaves_planes(all, plans[kPlanar]);
 }
 
 }  // namespace pantin::detail

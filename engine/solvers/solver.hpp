@@ -83,16 +83,19 @@ struct SolverRow {
 };
 
 /// Rows of kSolvers, in the order in which solvers predict and adjust.
-enum SolverIndex : std::uint8_t { kLagrangian, kArticulated, kSolverCount };
+enum SolverIndex : std::uint8_t { kPlanar, kLagrangian, kArticulated, kSolverCount };
 
+namespace planar {
+extern const SolverRow kRow;
+}
 namespace lagrangian {
 extern const SolverRow kRow;
 }
 namespace articulated {
 extern const SolverRow kRow;
 }
-inline constexpr std::array<const SolverRow*, kSolverCount> kSolvers{&lagrangian::kRow,
-                                                                     &articulated::kRow};
+inline constexpr std::array<const SolverRow*, kSolverCount> kSolvers{
+    &planar::kRow, &lagrangian::kRow, &articulated::kRow};
 
 /// The row of a solver setting.
 std::uint8_t row_of(Solver solver);

@@ -9,25 +9,27 @@ namespace pantin::detail {
 namespace {
 
 constexpr unsigned bit(Solver s) { return 1u << static_cast<int>(s); }
-constexpr unsigned kAuto = bit(Solver::articulated), kExact = bit(Solver::lagrangian);
+constexpr unsigned kAuto = bit(Solver::articulated), kExact = bit(Solver::lagrangian),
+                   kPlanar = bit(Solver::planar);
 
 struct Knowledge {
   const char* name;
   unsigned solvers;
   const char* told;
 };
-// By Feature. Sweeps pose: they close joints one after the other and clamp hard limits, no more.
+// By Feature. "planar" knows its own only for what stays in a plane, so that nobody is sent to it.
+// Sweeps pose: they close joints one after the other and clamp hard limits, no more.
 constexpr Knowledge kKnowledge[kFeatures] = {
-    {"a kind of joint whose bodies share no point", kExact, "\"lagrangian\""},
-    {"a spring", kAuto | kExact, "\"auto\" or \"lagrangian\""},
-    {"friction", kAuto | kExact, "\"auto\" or \"lagrangian\""},
-    {"a motor", kAuto | kExact, "\"auto\" or \"lagrangian\""},
+    {"a kind of joint whose bodies share no point", kExact | kPlanar, "\"lagrangian\""},
+    {"a spring", kAuto | kExact | kPlanar, "\"auto\" or \"lagrangian\""},
+    {"friction", kAuto | kExact | kPlanar, "\"auto\" or \"lagrangian\""},
+    {"a motor", kAuto | kExact | kPlanar, "\"auto\" or \"lagrangian\""},
     {"limits with restitution", kExact, "\"lagrangian\""},
-    {"a ratio", kExact, "\"lagrangian\""},
+    {"a ratio", kExact | kPlanar, "\"lagrangian\""},
     {"a soft stop", kAuto, "\"auto\""},
     {"a pose drive", kAuto | kExact, "\"auto\" or \"lagrangian\""},
     {"a cable", kAuto | kExact, "\"auto\" or \"lagrangian\""},
-    {"contact", kAuto | kExact, "\"auto\" or \"lagrangian\""},
+    {"contact", kAuto | kExact | kPlanar, "\"auto\" or \"lagrangian\""},
     {"a spring pin", kAuto | kExact, "\"auto\" or \"lagrangian\""},
     {"a moving surface, rolling or spinning friction", kAuto, "\"auto\""},
     {"a ring or a pulley of a cable", kExact, "\"lagrangian\""},

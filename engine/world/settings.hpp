@@ -14,8 +14,9 @@ enum class Solver : std::uint8_t {
   shake2,       // two Newton steps in start-of-step directions, then a closing sweep
   procedural,   // rotation rule as printed in [Lee 2000], for comparison in charts
   lagrangian,   // Newton's and Euler's equations with multipliers: exact joints of every kind
+  planar,       // bodies that stay in the plane of x and y, by Box2D; joints closed exactly
 };
-constexpr Solver last_of(Solver) { return Solver::lagrangian; }
+constexpr Solver last_of(Solver) { return Solver::planar; }
 
 /// How the Lagrangian solver corrects constraint drift.
 enum class Stabilisation : std::uint8_t {
@@ -80,7 +81,7 @@ struct SolverSettings {
   }
 };
 
-/// "auto", "sweep", "shake2", "procedural", "lagrangian".
+/// "auto", "sweep", "shake2", "procedural", "lagrangian", "planar".
 const char* name_of(Solver solver);
 /// False for any other word; `solver` is then unchanged.
 bool solver_from_name(const char* name, Solver& solver);

@@ -103,7 +103,7 @@ void add_scene_choices(CLI::App& command, SceneChoices& choices) {
   command
       .add_option("--solver", choices.solver,
                   "auto, sweep, shake2, procedural or lagrangian; for the whole scene")
-      ->check(CLI::IsMember({"auto", "sweep", "shake2", "procedural", "lagrangian"}))
+      ->check(CLI::IsMember({"auto", "sweep", "shake2", "procedural", "lagrangian", "planar"}))
       ->transform(solver_of_today);
   const std::vector<std::string> integrators(std::begin(kIntegratorNames),
                                              std::end(kIntegratorNames));

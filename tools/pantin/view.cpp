@@ -193,7 +193,7 @@ void add_view(CLI::App& program, int& exit_code) {
   command->add_option("--size", o->size, "in pixels; by default the scene's")
       ->type_name("WIDTHxHEIGHT");
   command->add_option("--beside", o->beside, "a second solver that runs beside the scene's own")
-      ->check(CLI::IsMember({"auto", "sweep", "shake2", "procedural", "lagrangian"}));
+      ->check(CLI::IsMember({"auto", "sweep", "shake2", "procedural", "lagrangian", "planar"}));
   command
       ->add_option("--panel", o->panel,
                    "buttons, sliders and plots: on, off, or auto: with a user, not with a script")

@@ -1,0 +1,462 @@
+// The only file that knows Box2D 2.4.
+#include "engine/solvers/planar/plane.hpp"
+
+#ifdef PANTIN_HAS_BOX2D
+#include <box2d/box2d.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace pantin::detail::planar {
+namespace {
+
+constexpr int kVelocityIterations = 8, kPositionIterations = 3;
+constexpr int kFewestSubsteps = 4, kMostSubsteps = 64;
+// Box2D cuts a motion off at 2 units and a quarter of a turn in a step.
+constexpr Real kMostUnits = 1.2, kMostTurn = 1.0;
+// What rests lies one slop deep in skins of two: outlines are moved in, or out, by what makes their
+// own surfaces meet.
+constexpr float kInset = 1.5f * b2_linearSlop, kDiscOutset = 0.5f * b2_linearSlop;
+constexpr float kTiniest = 1e-20f;
+
+struct FixtureAt {
+  std::uint32_t body, outline;
+};
+constexpr std::uint64_t packed(FixtureAt at) { return std::uint64_t(at.body) << 32 | at.outline; }
+FixtureAt unpacked(const b2Fixture& f) {
+  const std::uint64_t both = const_cast<b2Fixture&>(f).GetUserData().pointer;
+  return {static_cast<std::uint32_t>(both >> 32), static_cast<std::uint32_t>(both)};
+}
+
+class Filter final : public b2ContactFilter {
+ public:
+  explicit Filter(const Plane& plane) : plane_(plane) {}
+  bool ShouldCollide(b2Fixture* f, b2Fixture* g) override {
+    const FixtureAt at = unpacked(*f), bt = unpacked(*g);
+    const PlaneBody &a = plane_.bodies[at.body], &b = plane_.bodies[bt.body];
+    if (!(a.groups & b.with) || !(b.groups & a.with)) return false;
+    if (a.kind == PlaneBody::dynamic && b.kind == PlaneBody::dynamic) {
+      const bool asked = a.island == b.island ? a.self && b.self : a.others || b.others;
+      if (!asked) return false;
+    }
+    const Outline &p = plane_.outlines[a.first + at.outline],
+                  &q = plane_.outlines[b.first + bt.outline];
+    return p.low < q.high && q.low < p.high;
+  }
+
+ private:
+  const Plane& plane_;
+};
+
+/// The touch of a manifold's point, without its impulses.
+Touch touch_of(b2Contact& contact, const b2ManifoldPoint& point) {
+  const FixtureAt a = unpacked(*contact.GetFixtureA()), b = unpacked(*contact.GetFixtureB());
+  Touch t;
+  t.a = a.body, t.b = b.body, t.outline_a = a.outline, t.outline_b = b.outline;
+  t.feature = point.id.key;
+  return t;
+}
+
+/// Starts the contacts of the first substep from the impulses of the last step.
+class WarmStart final : public b2ContactListener {
+ public:
+  WarmStart(const std::vector<Touch>& before, Real to_box2d) : before_(before), scale_(to_box2d) {}
+  void end() { on_ = false; }
+  void PreSolve(b2Contact* contact, const b2Manifold* old) override {
+    if (!on_ || old->pointCount > 0) return;
+    b2Manifold& m = *contact->GetManifold();
+    for (int i = 0; i < m.pointCount; ++i) {
+      const Touch t = touch_of(*contact, m.points[i]);
+      const auto at = std::lower_bound(before_.begin(), before_.end(), t, comes_before);
+      if (at == before_.end() || comes_before(t, *at)) continue;
+      m.points[i].normalImpulse = at->normal_impulse * static_cast<float>(scale_);
+      m.points[i].tangentImpulse = at->tangent_impulse * static_cast<float>(scale_);
+    }
+  }
+
+ private:
+  const std::vector<Touch>& before_;
+  Real scale_;
+  bool on_ = true;
+};
+
+/// Lengths in units, positions from a local origin.
+struct Scale {
+  Vec3 origin{0};
+  Real per_metre = 1;
+
+  float length(Real metres) const { return static_cast<float>(metres * per_metre); }
+  b2Vec2 vector(Vec3 v) const { return {length(v.x), length(v.y)}; }
+  b2Vec2 place(Vec3 p) const { return vector(p - origin); }
+  float torque(Real t) const { return static_cast<float>(t * per_metre * per_metre); }
+  Vec3 back(b2Vec2 v) const { return Vec3(v.x, v.y, 0) / per_metre; }
+};
+
+Scale scale_of(const Plane& plane) {
+  Scale scale;
+  scale.per_metre = 1 / plane.unit;
+  Real count = 0;
+  for (const PlaneBody& b : plane.bodies)
+    if (b.kind == PlaneBody::dynamic) scale.origin += b.position, ++count;
+  if (count > 0) scale.origin /= count;
+  return scale;
+}
+
+/// The radius of a circle about the origin that all bodies that move are well within, m.
+Real reach_of(const Plane& plane, const Scale& scale) {
+  Real reach = 0;
+  for (const PlaneBody& b : plane.bodies)
+    if (b.kind == PlaneBody::dynamic)
+      reach = std::max(reach, glm::length(b.position - scale.origin));
+  return reach + 20 * plane.unit;
+}
+
+/// Corners moved in by `inset`; the middle where the polygon is too thin for that.
+int move_in(const b2Vec2* from, int count, b2Vec2* to) {
+  for (int i = 0; i < count; ++i) {
+    const b2Vec2 before = from[(i + count - 1) % count], at = from[i],
+                 after = from[(i + 1) % count];
+    b2Vec2 in = at - before, out = after - at;
+    in.Normalize(), out.Normalize();
+    const float turn = b2Cross(in, out);
+    // Where the edges meet after both were moved to the left.
+    const float along = turn > 1e-3f ? (1 - b2Dot(in, out)) / turn : 0;
+    const b2Vec2 left(-out.y, out.x);
+    to[i] = at + kInset * (left + along * out);
+  }
+  float twice = 0;
+  for (int i = 0; i < count; ++i) twice += b2Cross(to[i], to[(i + 1) % count]);
+  if (!(twice > 0)) std::copy(from, from + count, to);
+  return count;
+}
+
+void add_polygon(b2Body& body, b2FixtureDef& how, const b2Vec2* corners, int count) {
+  // Not by Set(), which begins at the corner that is farthest to the right: contacts would lose
+  // their names when another one is.
+  b2PolygonShape shape;
+  shape.m_count = move_in(corners, count, shape.m_vertices);
+  shape.m_centroid.SetZero();
+  for (int i = 0; i < count; ++i) {
+    const b2Vec2 side = shape.m_vertices[(i + 1) % count] - shape.m_vertices[i];
+    shape.m_normals[i] = b2Cross(side, 1.0f);
+    shape.m_normals[i].Normalize();
+    shape.m_centroid += (1.0f / static_cast<float>(count)) * shape.m_vertices[i];
+  }
+  how.shape = &shape;
+  body.CreateFixture(&how);
+}
+
+/// A turn about z by an angle of any size.
+struct Turn {
+  Real cosine, sine;
+  explicit Turn(Real angle) : cosine(std::cos(angle)), sine(std::sin(angle)) {}
+  Vec3 operator()(Vec3 v) const {
+    return {cosine * v.x - sine * v.y, sine * v.x + cosine * v.y, 0};
+  }
+};
+
+/// The body that outlines are made for, and how their surface is.
+struct Site {
+  const Plane& plane;
+  const Scale& scale;
+  const PlaneBody& of;
+  b2Body& body;
+  b2FixtureDef how = {};
+};
+
+void add_half_plane(Site& site, const Outline& placed) {
+  const Scale& scale = site.scale;
+  b2Vec2 corners[4];
+  const Real reach = reach_of(site.plane, scale);
+  const Vec3 n = placed.normal, along(n.y, -n.x, 0);
+  const Vec3 to_middle = scale.origin - placed.centre;
+  const Vec3 middle = placed.centre + glm::dot(to_middle, along) * along;
+  const Vec3 deep = -2 * reach * n, at = scale.origin + scale.back(site.body.GetPosition());
+  const Vec3 places[] = {middle - reach * along, middle - reach * along + deep,
+                         middle + reach * along + deep, middle + reach * along};
+  for (int i = 0; i < 4; ++i) corners[i] = scale.vector(places[i] - at);
+  add_polygon(site.body, site.how, corners, 4);
+}
+
+void add_outline(Site& site, const Outline& o) {
+  const Turn turned(site.of.angle);
+  if (o.kind == Outline::disc) {
+    b2CircleShape shape;
+    shape.m_p = site.scale.vector(turned(o.centre));
+    shape.m_radius = site.scale.length(o.radius) + kDiscOutset;
+    site.how.shape = &shape;
+    site.body.CreateFixture(&site.how);
+    return;
+  }
+  if (o.kind == Outline::half_plane) {
+    Outline placed = o;
+    placed.centre = site.of.position + turned(o.centre), placed.normal = turned(o.normal);
+    return add_half_plane(site, placed);
+  }
+  b2Vec2 corners[b2_maxPolygonVertices];
+  for (std::uint32_t i = 0; i < o.count; ++i)
+    corners[i] = site.scale.vector(turned(site.plane.corners[o.first + i]));
+  add_polygon(site.body, site.how, corners, static_cast<int>(o.count));
+}
+
+/// How a step is done: the World that is made for it, and what it is made of.
+struct Stepper {
+  Plane& plane;
+  Scale scale;
+  Real h = 0;  // s, of the whole step
+  int substeps = kFewestSubsteps;
+  b2World world;
+  std::vector<b2Body*> bodies = {};
+  std::vector<b2Vec2> starts = {}, speeds = {};
+  // By joint: what holds it, and the spring or motor of a hinge.
+  std::vector<b2Joint*> holds = {}, springs = {};
+  float part() const { return static_cast<float>(h / substeps); }
+};
+
+int substeps_for(const Plane& plane, Real h) {
+  Real most = 0;
+  const Real gained = h * glm::length(plane.gravity);
+  for (const PlaneBody& b : plane.bodies) {
+    if (b.kind == PlaneBody::fixed) continue;
+    const Real way = (glm::length(b.velocity) + gained + h * glm::length(b.force) / b.mass) * h;
+    const Real turn = (std::abs(b.spin) + h * std::abs(b.torque) / b.inertia) * h;
+    most = std::max({most, way / (kMostUnits * plane.unit), turn / kMostTurn});
+  }
+  if (!(most < kMostSubsteps)) return kMostSubsteps;
+  return std::max(kFewestSubsteps, static_cast<int>(std::ceil(most)));
+}
+
+void add_body(Stepper& s, std::uint32_t index) {
+  const PlaneBody& b = s.plane.bodies[index];
+  b2BodyDef how;
+  const bool dynamic = b.kind == PlaneBody::dynamic, fixed = b.kind == PlaneBody::fixed;
+  how.type = dynamic ? b2_dynamicBody : fixed ? b2_staticBody : b2_kinematicBody;
+  const Vec3 start = dynamic || fixed ? b.position : b.position - s.h * b.velocity;
+  how.position = s.scale.place(start);
+  if (!fixed) {
+    how.linearVelocity = s.scale.vector(b.velocity);
+    how.angularVelocity = static_cast<float>(b.spin);
+  }
+  if (!dynamic && !fixed) how.angle = static_cast<float>(-s.h * b.spin);
+  how.gravityScale = static_cast<float>(b.gravity_scale);
+  how.allowSleep = false;
+  b2Body& body = *s.world.CreateBody(&how);
+  s.bodies.push_back(&body);
+  Site site{s.plane, s.scale, b, body};
+  site.how.density = 0;
+  site.how.friction = static_cast<float>(b.friction);
+  site.how.restitution = static_cast<float>(b.restitution);
+  site.how.restitutionThreshold =
+      s.scale.length(2 * glm::length(s.plane.gravity) * s.h / s.substeps) + 1e-3f;
+  for (std::uint32_t i = 0; i < b.count; ++i) {
+    site.how.userData.pointer = packed({index, i});
+    add_outline(site, s.plane.outlines[b.first + i]);
+  }
+  if (!dynamic) return;
+  const b2MassData mass{static_cast<float>(b.mass), b2Vec2(0, 0), s.scale.torque(b.inertia)};
+  body.SetMassData(&mass);
+  body.ApplyForceToCenter(s.scale.vector(b.force), true);
+  body.ApplyTorque(s.scale.torque(b.torque), true);
+}
+
+template <class Definition>
+Definition between(Stepper& s, const PlaneJoint& j) {
+  Definition d;
+  d.bodyA = s.bodies[j.a], d.bodyB = s.bodies[j.b];
+  d.localAnchorA = s.scale.vector(j.arm_a), d.localAnchorB = s.scale.vector(j.arm_b);
+  return d;
+}
+
+/// A spring or motor along the angle of a hinge: a weld that is soft in its angle. The angle where
+/// it is at rest stands for its load, and takes back what is given to the bodies beforehand.
+b2Joint* add_torsion(Stepper& s, const PlaneJoint& j) {
+  const PlaneSpring& spring = j.along;
+  if (!(spring.stiffness > 0) && !(spring.damping > 0)) {
+    s.bodies[j.b]->ApplyTorque(s.scale.torque(spring.load), true);
+    s.bodies[j.a]->ApplyTorque(-s.scale.torque(spring.load), true);
+    return nullptr;
+  }
+  auto d = between<b2WeldJointDef>(s, j);
+  d.stiffness = std::max(kTiniest, s.scale.torque(spring.stiffness));
+  d.damping = s.scale.torque(spring.damping);
+  d.referenceAngle = s.scale.torque(spring.load - j.load.spring) / d.stiffness;
+  return s.world.CreateJoint(&d);
+}
+
+void add_hinge(Stepper& s, const PlaneJoint& j) {
+  auto d = between<b2RevoluteJointDef>(s, j);
+  d.enableLimit = j.limited;
+  if (j.limited)
+    d.lowerAngle = static_cast<float>(j.low), d.upperAngle = static_cast<float>(j.high);
+  s.holds.back() = s.world.CreateJoint(&d);
+  s.springs.back() = add_torsion(s, j);
+}
+
+void add_weld(Stepper& s, const PlaneJoint& j) {
+  auto d = between<b2WeldJointDef>(s, j);
+  d.referenceAngle = static_cast<float>(-j.angle_error);
+  s.holds.back() = s.world.CreateJoint(&d);
+}
+
+void add_slider(Stepper& s, const PlaneJoint& j) {
+  auto d = between<b2PrismaticJointDef>(s, j);
+  d.localAxisA = b2Vec2(static_cast<float>(j.axis.x), static_cast<float>(j.axis.y));
+  d.referenceAngle = static_cast<float>(-j.angle_error);
+  d.enableLimit = j.limited;
+  if (j.limited)
+    d.lowerTranslation = s.scale.length(j.low), d.upperTranslation = s.scale.length(j.high);
+  s.holds.back() = s.world.CreateJoint(&d);
+  const PlaneSpring& spring = j.along;
+  if (spring.stiffness > 0 || spring.damping > 0) {
+    auto w = between<b2WheelJointDef>(s, j);
+    w.localAxisA = d.localAxisA;
+    if (spring.stiffness > 0)  // at rest where the load has drawn it
+      w.localAnchorA += s.scale.length(spring.load / spring.stiffness) * w.localAxisA;
+    w.stiffness = std::max(kTiniest, static_cast<float>(spring.stiffness));
+    w.damping = static_cast<float>(spring.damping);
+    s.world.CreateJoint(&w);
+  }
+  if (spring.load == 0 || spring.stiffness > 0) return;
+  const b2Vec2 force = s.scale.length(spring.load) * d.localAxisA;
+  const b2Vec2 at = s.bodies[j.b]->GetWorldPoint(d.localAnchorB);
+  s.bodies[j.b]->ApplyForce(force, at, true), s.bodies[j.a]->ApplyForce(-force, at, true);
+}
+
+void add_rod(Stepper& s, const PlaneJoint& j) {
+  auto d = between<b2DistanceJointDef>(s, j);
+  d.length = d.minLength = d.maxLength = s.scale.length(j.length);
+  if (j.kind == PlaneJoint::spring) {
+    d.minLength = 0, d.maxLength = b2_maxFloat;
+    d.stiffness = std::max(kTiniest, static_cast<float>(j.along.stiffness));
+    d.damping = static_cast<float>(j.along.damping);
+  }
+  b2Joint* joint = s.world.CreateJoint(&d);
+  if (j.kind == PlaneJoint::rod) s.holds.back() = joint;
+}
+
+void add_joint(Stepper& s, const PlaneJoint& j) {
+  s.holds.push_back(nullptr), s.springs.push_back(nullptr);
+  switch (j.kind) {
+    case PlaneJoint::hinge:
+      return add_hinge(s, j);
+    case PlaneJoint::weld:
+      return add_weld(s, j);
+    case PlaneJoint::slider:
+      return add_slider(s, j);
+    case PlaneJoint::rod:
+    case PlaneJoint::spring:
+      return add_rod(s, j);
+  }
+}
+
+/// The part of a force that a joint can bear where it is now: what it cannot would never be taken
+/// back.
+Vec3 borne(const Stepper& s, std::size_t joint, Vec3 force) {
+  const PlaneJoint& j = s.plane.joints[joint];
+  if (j.kind == PlaneJoint::slider) {
+    const Vec3 axis = Turn(s.bodies[j.a]->GetAngle())(j.axis);
+    return force - glm::dot(force, axis) * axis;
+  }
+  if (j.kind != PlaneJoint::rod) return force;
+  const b2Vec2 span = s.holds[joint]->GetAnchorB() - s.holds[joint]->GetAnchorA();
+  const Vec3 along(span.x, span.y, 0);
+  return glm::dot(force, along) / glm::dot(along, along) * along;
+}
+
+/// What joints did in the last step is given to the bodies before a substep; they do the rest.
+void begin_joints(Stepper& s) {
+  for (std::size_t i = 0; i < s.holds.size(); ++i) {
+    const PlaneJoint& j = s.plane.joints[i];
+    if (!s.holds[i]) continue;
+    b2Body &a = *s.bodies[j.a], &b = *s.bodies[j.b];
+    const b2Vec2 force = s.part() * s.scale.vector(borne(s, i, j.load.force));
+    const float torque = s.part() * s.scale.torque(j.load.torque + j.load.spring);
+    // A slider presses on its rail where it is.
+    const b2Vec2 at = s.holds[i]->GetAnchorB();
+    const b2Vec2 on_a = j.kind == PlaneJoint::slider ? at : s.holds[i]->GetAnchorA();
+    a.ApplyLinearImpulse(-force, on_a, true), b.ApplyLinearImpulse(force, at, true);
+    a.ApplyAngularImpulse(-torque, true), b.ApplyAngularImpulse(torque, true);
+  }
+}
+
+void read_loads(Stepper& s) {
+  const float per_step = 1 / s.part();
+  const Real torque = 1 / (s.scale.per_metre * s.scale.per_metre);
+  for (std::size_t i = 0; i < s.holds.size(); ++i) {
+    PlaneJoint& j = s.plane.joints[i];
+    if (!s.holds[i]) continue;
+    const Vec3 more = s.scale.back(s.holds[i]->GetReactionForce(per_step));
+    j.load.force = borne(s, i, j.load.force + more);
+    if (j.kind == PlaneJoint::weld || j.kind == PlaneJoint::slider)
+      j.load.torque += torque * s.holds[i]->GetReactionTorque(per_step);
+    if (!s.springs[i]) continue;
+    j.load.force += s.scale.back(s.springs[i]->GetReactionForce(per_step));
+    j.load.spring += torque * s.springs[i]->GetReactionTorque(per_step);
+  }
+}
+
+void read_results(Stepper& s) {
+  for (std::size_t i = 0; i < s.bodies.size(); ++i) {
+    PlaneBody& b = s.plane.bodies[i];
+    if (b.kind != PlaneBody::dynamic) continue;
+    const b2Body& body = *s.bodies[i];
+    b.moved = s.scale.back(body.GetWorldCenter() - s.starts[i]);
+    b.sped_up = s.scale.back(body.GetLinearVelocity() - s.speeds[i]);
+    b.turned = body.GetAngle();
+    b.spun_up = body.GetAngularVelocity() - static_cast<float>(b.spin);
+  }
+}
+
+void read_touches(Stepper& s, std::vector<Touch>& touches) {
+  touches.clear();
+  for (b2Contact* c = s.world.GetContactList(); c; c = c->GetNext()) {
+    const b2Manifold& m = *c->GetManifold();
+    if (!c->IsTouching()) continue;
+    b2WorldManifold at;
+    c->GetWorldManifold(&at);
+    for (int i = 0; i < m.pointCount; ++i) {
+      Touch t = touch_of(*c, m.points[i]);
+      t.normal_impulse = m.points[i].normalImpulse / static_cast<float>(s.scale.per_metre);
+      t.tangent_impulse = m.points[i].tangentImpulse / static_cast<float>(s.scale.per_metre);
+      t.point = s.scale.origin + s.scale.back(at.points[i]);
+      t.normal = Vec3(-at.normal.x, -at.normal.y, 0);
+      t.depth = std::max(0.0, -Real(at.separations[i] + b2_linearSlop) / s.scale.per_metre);
+      touches.push_back(t);
+    }
+  }
+  std::sort(touches.begin(), touches.end(), comes_before);
+}
+
+}  // namespace
+
+void step_plane(Plane& plane, Real h, std::vector<Touch>& touches) {
+  const Scale scale = scale_of(plane);
+  Stepper s{plane, scale, h, substeps_for(plane, h), b2World(scale.vector(plane.gravity))};
+  Filter filter(plane);
+  WarmStart warm(touches, scale.per_metre);
+  s.world.SetContactFilter(&filter), s.world.SetContactListener(&warm);
+  s.world.SetAllowSleeping(false), s.world.SetAutoClearForces(false);
+  // Impulses are scaled by the ratio of two steps: without one before they would be dropped.
+  s.world.Step(s.part(), 0, 0);
+  s.bodies.reserve(plane.bodies.size());
+  for (std::uint32_t i = 0; i < plane.bodies.size(); ++i) add_body(s, i);
+  for (const b2Body* body : s.bodies)
+    s.starts.push_back(body->GetWorldCenter()), s.speeds.push_back(body->GetLinearVelocity());
+  for (const PlaneJoint& j : plane.joints) add_joint(s, j);
+  for (int i = 0; i < s.substeps; ++i) {
+    begin_joints(s);
+    s.world.Step(s.part(), kVelocityIterations, kPositionIterations);
+    warm.end();
+  }
+  read_results(s), read_loads(s), read_touches(s, touches);
+}
+
+}  // namespace pantin::detail::planar
+
+#else
+
+namespace pantin::detail::planar {
+void step_plane(Plane&, Real, std::vector<Touch>&) {}
+}  // namespace pantin::detail::planar
+
+#endif

@@ -1,0 +1,221 @@
+// Joints and gears closed in double precision. Box2D leaves gaps of its tolerance and knows no
+// gears between joints that share no ground.
+#include <algorithm>
+#include <cmath>
+
+#include "engine/joints/kinds.hpp"
+#include "engine/joints/rows.hpp"
+#include "engine/solvers/planar/island.hpp"
+
+namespace pantin::detail::planar {
+namespace {
+
+constexpr int kMostIterations = 8;
+constexpr Real kClosed = 1e-13;  // of the size of the joints
+
+Vec3 turned(Vec3 v, Real angle) {
+  const Real c = std::cos(angle), s = std::sin(angle);
+  return {c * v.x - s * v.y, s * v.x + c * v.y, 0};
+}
+Real cross(Vec3 a, Vec3 b) { return a.x * b.y - a.y * b.x; }
+
+/// A joint as its bodies stand.
+struct Placed {
+  const PlaneJoint& joint;
+  Vec3 arm_a, arm_b;
+  Vec3 gap;   // from a's anchor to b's, m
+  Real turn;  // rad, of b to a since the start of the step
+};
+
+Placed place(const PlaneJoint& j, const Motions& m) {
+  const Vec3 a = turned(j.arm_a, m.gained[j.a]), b = turned(j.arm_b, m.gained[j.b]);
+  const Vec3 gap = (m.position[j.b] - m.position[j.a]) * Vec3(1, 1, 0) + b - a;
+  return {j, a, b, gap, m.gained[j.b] - m.gained[j.a]};
+}
+
+/// The row of n . gap, where n is fixed to a; for one that is not, `fixed` is 0.
+Row along(const Placed& p, Vec3 n, Real fixed) {
+  Row row;
+  row.add(p.joint.a, {-n.x, -n.y, -cross(p.arm_a + fixed * p.gap, n)});
+  row.add(p.joint.b, {n.x, n.y, cross(p.arm_b, n)});
+  row.c = glm::dot(n, p.gap);
+  return row;
+}
+
+Row turning(const Placed& p) {
+  Row row;
+  row.add(p.joint.a, {0, 0, -1}), row.add(p.joint.b, {0, 0, 1});
+  row.c = p.joint.angle_error + p.turn;
+  return row;
+}
+
+Vec3 axis_of(const Placed& p, const Motions& m) {
+  return turned(p.joint.axis, m.gained[p.joint.a]);
+}
+
+void append_rows(const Placed& p, const Motions& m, std::vector<Row>& rows) {
+  switch (p.joint.kind) {
+    case PlaneJoint::weld:
+      rows.push_back(turning(p));
+      [[fallthrough]];
+    case PlaneJoint::hinge:
+      rows.push_back(along(p, {1, 0, 0}, 0)), rows.push_back(along(p, {0, 1, 0}, 0));
+      return;
+    case PlaneJoint::slider: {
+      const Vec3 axis = axis_of(p, m);
+      rows.push_back(along(p, {-axis.y, axis.x, 0}, 1)), rows.push_back(turning(p));
+      return;
+    }
+    case PlaneJoint::rod: {
+      Row row = along(p, p.gap / p.joint.length, 0);
+      row.c = 0.5 * (glm::dot(p.gap, p.gap) / p.joint.length - p.joint.length);
+      rows.push_back(row);
+      return;
+    }
+    case PlaneJoint::spring:
+      return;
+  }
+}
+
+Coordinate first_of(const Gear& gear) {
+  return gear.first_travels ? Coordinate::travel : Coordinate::angle;
+}
+Coordinate second_of(const Gear& gear) {
+  return gear.second_travels ? Coordinate::travel : Coordinate::angle;
+}
+
+/// The coordinate of a geared link less what was counted from, as a row.
+Row coordinate(const World& world, const Planar& all, std::uint32_t at, Coordinate which) {
+  const StepScratch& s = all.scratch;
+  const PlaneJoint& j = s.plane.joints[s.joint_of[at]];
+  const Placed p = place(j, s.motions);
+  if (which == Coordinate::travel) return along(p, axis_of(p, s.motions), 1);
+  const FlatLink& l = all.links[at];
+  const Link& link = world.links.values()[l.link];
+  const Quat axes =
+      world.bodies.values()[all.bodies[l.a].slot].pose.rotation * link.joint.frames.a();
+  const Real sign = (axes * Vec3(1, 0, 0)).z > 0 ? 1 : -1;
+  Row row;
+  row.add(l.a, {0, 0, -sign}), row.add(l.b, {0, 0, sign});
+  row.c = sign * (s.motions.position[l.b].z - s.motions.position[l.a].z);
+  return row;
+}
+
+Row gear_row(const World& world, const Planar& all, const FlatGear& gear) {
+  const Gear& told = world.gears.values()[gear.slot];
+  const Row first = coordinate(world, all, gear.links[0], first_of(told));
+  Row row = coordinate(world, all, gear.links[1], second_of(told));
+  for (int i = 0; i < first.count; ++i) row.add(first.body[i], -told.ratio * first.j[i]);
+  row.c += gear.second - told.ratio * (first.c + gear.first) - gear.offset;
+  return row;
+}
+
+void find_rows(const World& world, Planar& all) {
+  StepScratch& s = all.scratch;
+  s.rows.clear();
+  for (const PlaneJoint& j : s.plane.joints) append_rows(place(j, s.motions), s.motions, s.rows);
+  for (const FlatGear& gear : all.gears) s.rows.push_back(gear_row(world, all, gear));
+}
+
+/// Adds M^-1 J^T lambda.
+void add(std::span<const Row> rows, std::span<const Real> lambda, const Motions& m,
+         std::vector<Vec3>& to) {
+  for (std::size_t r = 0; r < rows.size(); ++r)
+    for (int i = 0; i < rows[r].count; ++i) {
+      const std::uint32_t b = rows[r].body[i];
+      to[b] += m.inverse_mass[b] * (lambda[r] * rows[r].j[i]);
+    }
+}
+
+Real worst(std::span<const Row> rows) {
+  Real most = 0;
+  for (const Row& row : rows) most = std::max(most, std::abs(row.c));
+  return most;
+}
+
+Real size_of(const Planar& all) {
+  Real size = 1e-3;
+  for (const PlaneJoint& j : all.scratch.plane.joints)
+    size = std::max({size, glm::length(j.arm_a), glm::length(j.arm_b)});
+  return size;
+}
+
+void close_positions(const World& world, Planar& all) {
+  StepScratch& s = all.scratch;
+  Motions& m = s.motions;
+  const Real enough = kClosed * size_of(all);
+  for (int n = 0; n < kMostIterations && worst(s.rows) > enough; ++n) {
+    const std::vector<Vec3>& before = m.position;
+    s.lambda.clear();
+    for (const Row& row : s.rows) s.lambda.push_back(-row.c);
+    s.factor.compute(s.rows, m.inverse_mass), s.factor.solve(s.lambda);
+    for (std::size_t i = 0; i < before.size(); ++i) m.gained[i] -= m.position[i].z;
+    add(s.rows, s.lambda, m, m.position);
+    for (std::size_t i = 0; i < before.size(); ++i) m.gained[i] += m.position[i].z;
+    find_rows(world, all);
+  }
+  all.residual = worst(s.rows);
+}
+
+void close_velocities(Planar& all) {
+  StepScratch& s = all.scratch;
+  Motions& m = s.motions;
+  s.factor.compute(s.rows, m.inverse_mass);
+  for (int n = 0; n < 2; ++n) {
+    s.lambda.clear();
+    for (const Row& row : s.rows) {
+      Real rate = 0;
+      for (int i = 0; i < row.count; ++i) rate += glm::dot(row.j[i], m.velocity[row.body[i]]);
+      s.lambda.push_back(-rate);
+    }
+    s.factor.solve(s.lambda);
+    add(s.rows, s.lambda, m, m.velocity);
+  }
+}
+
+/// The coordinate of a joint as it stands, by the kind's own reckoning.
+Real coordinate_now(const World& world, const FlatLink& l, Coordinate which) {
+  const Link& link = world.links.values()[l.link];
+  const auto state = [&](Entity e) {
+    const Body& b = world.bodies[e];
+    return BodyState{b.pose.position, b.pose.rotation, glm::mat3_cast(b.pose.rotation), b.velocity,
+                     b.angular_velocity};
+  };
+  Real x = 0;
+  write_coordinate({link.joint, state(link.a), state(link.b)}, which, {&x, nullptr, nullptr});
+  return x;
+}
+
+}  // namespace
+
+void count_gears(const World& world, Planar& all) {
+  Motions& m = all.scratch.motions;
+  const bool all_counted = std::all_of(all.gears.begin(), all.gears.end(),
+                                       [](const FlatGear& gear) { return gear.counted; });
+  if (all_counted) return;
+  const std::vector<PlaneBody>& bodies = all.scratch.plane.bodies;
+  m.position.clear(), m.gained.assign(bodies.size(), 0);
+  for (const PlaneBody& b : bodies) m.position.push_back({b.position.x, b.position.y, b.angle});
+  for (FlatGear& gear : all.gears) {
+    if (gear.counted) continue;
+    const Gear& told = world.gears.values()[gear.slot];
+    const Real first = coordinate_now(world, all.links[gear.links[0]], first_of(told));
+    const Real second = coordinate_now(world, all.links[gear.links[1]], second_of(told));
+    gear.first = first - coordinate(world, all, gear.links[0], first_of(told)).c;
+    gear.second = second - coordinate(world, all, gear.links[1], second_of(told)).c;
+    gear.offset = told.has_offset ? told.offset : second - told.ratio * first;
+    gear.counted = true;
+  }
+}
+
+void close(const World& world, Planar& all) {
+  StepScratch& s = all.scratch;
+  find_rows(world, all);
+  all.residual = 0;
+  if (s.rows.empty()) return;
+  if (!s.factor.fits(s.rows.size())) s.factor.analyse(s.rows, s.motions.inverse_mass);
+  close_positions(world, all);
+  close_velocities(all);
+}
+
+}  // namespace pantin::detail::planar

@@ -1,0 +1,200 @@
+// Which bodies, joints and gears the plane has.
+#include <algorithm>
+#include <cmath>
+
+#include "engine/joints/kinds.hpp"
+#include "engine/solvers/planar/island.hpp"
+#include "engine/solvers/solver.hpp"
+#include "engine/world/flat.hpp"
+
+namespace pantin::detail::planar {
+namespace {
+
+constexpr Real kSameTurn = 1e-9;  // rad: the caller left the body as it was
+
+struct Turned {
+  Real angle = 0;
+  Quat tilt{1, 0, 0, 0};
+};
+
+/// Splits a rotation into a turn about z after a tilt. A turn about z moves (w, z) and (x, y) each
+/// on its circle; the larger one tells the angle.
+Turned split(Quat q) {
+  const bool upright = q.w * q.w + q.z * q.z >= q.x * q.x + q.y * q.y;
+  const Real half = upright ? std::atan2(q.z, q.w) : std::atan2(q.y, q.x);
+  const Quat back(std::cos(half), 0, 0, -std::sin(half));
+  return {2 * half, glm::normalize(back * q)};
+}
+
+bool is_solid(const World& world, Entity e) {
+  const Collision* collision = world.collisions.find(e);
+  return collision && !collision->sensor;
+}
+
+/// Numbers of the plane's bodies by slot.
+struct Builder {
+  World& world;
+  Planar& all;
+  Partition& partition;
+  std::vector<std::uint32_t> island;  // by slot
+  std::vector<bool> wanted;
+  std::vector<std::uint32_t> number;
+
+  bool is_own(std::uint32_t slot) const { return slot != kNoSlot && island[slot] != kNobody; }
+  bool is_foreign(std::uint32_t slot) const {
+    return !is_own(slot) && world.bodies.values()[slot].motion == Motion::dynamic;
+  }
+  void leave_out(Entity who, std::string why) {
+    partition.faults.push_back({who, std::move(why), StructureFault::left_out, false});
+  }
+};
+
+void pick_links(Builder& b) {
+  for (std::uint32_t i = 0; i < b.world.links.size(); ++i) {
+    const Link& link = b.world.links.values()[i];
+    const std::uint32_t slot_a = b.world.bodies.slot(link.a), slot_b = b.world.bodies.slot(link.b);
+    if (slot_a == kNoSlot || slot_b == kNoSlot || slot_a == slot_b) continue;  // told elsewhere
+    if (!b.is_own(slot_a) && !b.is_own(slot_b)) continue;
+    const auto pose = [&](std::uint32_t slot) { return b.world.bodies.values()[slot].pose; };
+    std::string why = flat_fault(link.joint, pose(slot_a), pose(slot_b));
+    if (!why.empty()) {
+      b.leave_out(b.world.links.owners()[i], std::move(why));
+      continue;
+    }
+    b.wanted[slot_a] = b.wanted[slot_b] = true;
+    b.all.links.push_back({b.world.links.owners()[i], i, slot_a, slot_b});
+  }
+}
+
+void pick_pins(Builder& b) {
+  for (std::uint32_t i = 0; i < b.world.pins.size(); ++i) {
+    const Pin& pin = b.world.pins.values()[i];
+    const std::uint32_t slot = b.world.bodies.slot(pin.body);
+    const std::uint32_t to = pin.to ? b.world.bodies.slot(pin.to) : kNoSlot;
+    if (slot == kNoSlot || slot == to || (pin.to && to == kNoSlot)) continue;
+    if ((!b.is_own(slot) && !b.is_own(to)) || pin.kind != PinKind::exact) continue;
+    if (b.is_foreign(slot) || (pin.to && b.is_foreign(to))) {
+      b.leave_out(b.world.pins.owners()[i], "ties a body of the plane to one of another solver");
+      continue;
+    }
+    b.wanted[slot] = true;
+    if (pin.to) b.wanted[to] = true;
+    b.all.pins.push_back({b.world.pins.owners()[i], i, slot, pin.to ? to : kNobody});
+  }
+}
+
+void pick_gears(Builder& b) {
+  const auto find = [&](Entity link) {
+    const std::uint32_t slot = b.world.links.slot(link);
+    const auto at = std::find_if(b.all.links.begin(), b.all.links.end(),
+                                 [&](const FlatLink& l) { return l.link == slot; });
+    return static_cast<std::uint32_t>(at - b.all.links.begin());
+  };
+  for (std::uint32_t i = 0; i < b.world.gears.size(); ++i) {
+    const Gear& gear = b.world.gears.values()[i];
+    const std::uint32_t first = find(gear.first), second = find(gear.second);
+    if (first == second || std::max(first, second) >= b.all.links.size()) continue;
+    const auto fits = [&](std::uint32_t at, FlatJoint needed) {
+      const Link& link = b.world.links.values()[b.all.links[at].link];
+      const FlatJoint kind = flat_kind(link.joint, b.world.bodies[link.a].pose);
+      return kind == needed && link.joint.kind != JointKind::ball;
+    };
+    const FlatJoint one = gear.first_travels ? FlatJoint::slider : FlatJoint::hinge;
+    const FlatJoint two = gear.second_travels ? FlatJoint::slider : FlatJoint::hinge;
+    if (fits(first, one) && fits(second, two))
+      b.all.gears.push_back({b.world.gears.owners()[i], i, {first, second}});
+    else
+      b.leave_out(b.world.gears.owners()[i], "couples a freedom that the joint does not have");
+  }
+}
+
+void number_bodies(Builder& b) {
+  b.number.assign(b.world.bodies.size(), kNobody);
+  for (std::uint32_t slot = 0; slot < b.world.bodies.size(); ++slot) {
+    const Entity e = b.world.bodies.owners()[slot];
+    const bool solid = is_solid(b.world, e);
+    if (!b.is_own(slot) && !b.wanted[slot] && (!solid || b.is_foreign(slot))) continue;
+    b.number[slot] = static_cast<std::uint32_t>(b.all.bodies.size());
+    const Turned turned = split(b.world.bodies.values()[slot].pose.rotation);
+    b.all.bodies.push_back({e, slot, b.island[slot], solid, turned.angle, turned.tilt});
+  }
+  for (FlatLink& l : b.all.links) l.a = b.number[l.a], l.b = b.number[l.b];
+  for (FlatPin& p : b.all.pins) {
+    p.body = b.number[p.body];
+    if (p.to != kNobody) p.to = b.number[p.to];
+  }
+}
+
+/// What bodies and gears that stay have turned, and the contacts between them.
+void carry_over(const Planar& was, Planar& all) {
+  std::vector<std::uint32_t> now(was.bodies.size(), kNobody);
+  std::uint32_t at = 0;
+  for (std::uint32_t i = 0; i < was.bodies.size(); ++i) {
+    // The order of slots may have changed, mostly it has not.
+    for (std::uint32_t tries = 0; tries < all.bodies.size(); ++tries, ++at) {
+      if (at == all.bodies.size()) at = 0;
+      if (all.bodies[at].body != was.bodies[i].body) continue;
+      now[i] = at;
+      all.bodies[at].turned = was.bodies[i].turned, all.bodies[at].tilt = was.bodies[i].tilt;
+      break;
+    }
+  }
+  const auto take_load = [&](std::size_t to, Entity owner, const auto& list, std::size_t from) {
+    for (std::size_t i = 0; i < list.size(); ++i)
+      if (list[i].owner == owner) all.loads[to] = was.loads[from + i];
+  };
+  for (std::size_t i = 0; i < all.links.size(); ++i) take_load(i, all.links[i].owner, was.links, 0);
+  for (std::size_t i = 0; i < all.pins.size(); ++i)
+    take_load(all.links.size() + i, all.pins[i].owner, was.pins, was.links.size());
+  for (FlatGear& gear : all.gears)
+    for (const FlatGear& old : was.gears)
+      if (old.gear == gear.gear)
+        gear.counted = old.counted, gear.first = old.first, gear.second = old.second,
+        gear.offset = old.offset;
+  for (Touch t : was.touches) {
+    t.a = now[t.a], t.b = now[t.b];
+    if (t.a != kNobody && t.b != kNobody) all.touches.push_back(t);
+  }
+  std::sort(all.touches.begin(), all.touches.end(), comes_before);
+}
+
+}  // namespace
+
+void compile(World& world, std::span<const IslandPlan> plans) {
+  Planar& kept = plane_of(world);
+  const Planar was = std::move(kept);
+  kept = Planar();
+  if (plans.empty()) return;
+  Builder b{world, kept, world.memory.of<Partition>(), {}, {}, {}};
+  b.island.assign(world.bodies.size(), kNobody), b.wanted.assign(world.bodies.size(), false);
+  kept.islands = static_cast<std::uint32_t>(plans.size());
+  kept.sleep_speed = plans.front().settings.sleep_speed;
+  for (std::uint32_t i = 0; i < plans.size(); ++i) {
+    kept.sleep_speed = std::min(kept.sleep_speed, plans[i].settings.sleep_speed);
+    for (const std::uint32_t slot : plans[i].slots) {
+      if (plans[i].unfit)
+        b.wanted[slot] = true;
+      else
+        b.island[slot] = i;
+    }
+  }
+  pick_links(b), pick_pins(b), pick_gears(b), number_bodies(b);
+  for (std::uint32_t i = 0; i < kept.bodies.size(); ++i)
+    if (kept.bodies[i].island != kNobody) b.partition.set_column(kept.bodies[i].slot, i);
+  kept.loads.assign(kept.links.size() + kept.pins.size(), {});
+  carry_over(was, kept);
+}
+
+void read_turns(const World& world, Planar& all) {
+  for (FlatBody& f : all.bodies) {
+    const Quat q = world.bodies.values()[f.slot].pose.rotation;
+    const Turned now = split(q);
+    const Real gained = std::remainder(now.angle - f.turned, 2 * kPi);
+    // A half turn less is the same rotation, of the other sign.
+    if (std::abs(gained) < kSameTurn) continue;
+    f.turned += gained, f.tilt = now.tilt;
+    all.scratch.has_sections = false;
+  }
+}
+
+}  // namespace pantin::detail::planar

@@ -1,0 +1,47 @@
+#pragma once
+/// Rows of constraints in a plane, and the factors of J M^-1 J^T.
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/base/math.hpp"
+
+namespace pantin::detail::planar {
+
+/// One scalar row on at most four bodies. A body that nothing moves counts in the rate alone.
+struct Row {
+  std::uint8_t count = 0;
+  std::array<std::uint32_t, 4> body{};
+  std::array<Vec3, 4> j{};  // by x, y and the angle
+  Real c = 0;               // m or rad
+
+  /// Adds a part; a body may be named twice.
+  void add(std::uint32_t on, Vec3 part);
+};
+
+/// Inverse masses of a body along x, y and about z; zero where nothing moves it.
+using InverseMasses = std::span<const Vec3>;
+
+/// A sparse L D L^T whose pattern follows from which bodies the rows name.
+class Factor {
+ public:
+  bool fits(std::size_t rows) const { return built_ && order_.size() == rows; }
+  /// Finds an order of least degree and the pattern. Allocates.
+  void analyse(std::span<const Row> rows, InverseMasses masses);
+  /// Rows that follow from others are dropped.
+  void compute(std::span<const Row> rows, InverseMasses masses);
+  /// In place.
+  void solve(std::span<Real> x) const;
+
+ private:
+  bool built_ = false;
+  std::vector<std::uint32_t> order_;   // rows, as they are eliminated
+  std::vector<std::uint32_t> first_;   // of each column, in the lists below
+  std::vector<std::uint32_t> column_;  // places of its entries below the diagonal, ascending
+  std::vector<std::uint32_t> target_;  // where the products of its entries go
+  std::vector<Real> value_, diagonal_;
+  mutable std::vector<Real> work_;
+};
+
+}  // namespace pantin::detail::planar

@@ -1,0 +1,141 @@
+#pragma once
+/// What the planar solver keeps of a World.
+#include <string_view>
+#include <vector>
+
+#include "engine/solvers/planar/factor.hpp"
+#include "engine/solvers/planar/plane.hpp"
+#include "engine/world/memory.hpp"
+#include "engine/world/partition.hpp"
+#include "engine/world/world.hpp"
+
+namespace pantin::detail::planar {
+
+inline constexpr std::uint32_t kNobody = UINT32_MAX;
+
+/// A body of the plane: those that the solver moves, those they may touch, and those that joints
+/// hold them to. Its rotation is a turn by `turned` about z after `tilt`.
+struct FlatBody {
+  Entity body;
+  std::uint32_t slot = 0;
+  std::uint32_t island = kNobody;  // none: it stands, or others move it
+  bool solid = false;
+  Real turned = 0;  // rad, whole turns counted
+  Quat tilt{1, 0, 0, 0};
+
+  static void fields(auto& self, auto&& field) {
+    field("body", derived(self.body));
+    field("slot", derived(self.slot));
+    field("island", derived(self.island));
+    field("solid", derived(self.solid));
+    field("turned", self.turned);
+    field("tilt", self.tilt);
+  }
+};
+
+/// A link between two bodies of the plane.
+struct FlatLink {
+  Entity owner;
+  std::uint32_t link = 0;  // slot
+  std::uint32_t a = 0, b = 0;
+};
+struct FlatPin {
+  Entity owner;
+  std::uint32_t pin = 0;  // slot
+  std::uint32_t body = 0, to = kNobody;
+};
+
+/// A gear between two of the links. The coordinate of a joint is what its bodies have turned, or
+/// the travel, plus `first` or `second`.
+struct FlatGear {
+  Entity gear;
+  std::uint32_t slot = 0;
+  std::uint32_t links[2] = {0, 0};  // in Planar::links
+  bool counted = false;             // the three below are known
+  Real first = 0, second = 0, offset = 0;
+
+  static void fields(auto& self, auto&& field) {
+    field("gear", derived(self.gear));
+    field("slot", derived(self.slot));
+    field("links", derived(self.links));
+    field("counted", self.counted);
+    field("first", self.first);
+    field("second", self.second);
+    field("offset", self.offset);
+  }
+};
+
+/// Bodies at the end of a step, by number; the last one stands where pins are.
+struct Motions {
+  std::vector<Vec3> position, velocity;  // by x and y, and the angle or spin as z
+  std::vector<Vec3> inverse_mass;        // likewise
+  std::vector<Real> gained;              // rad: the angle since the start of the step
+};
+/// Memory of a step.
+struct StepScratch {
+  Plane plane;
+  bool has_sections = false;            // outlines and corners of the plane are those of the bodies
+  std::vector<std::uint32_t> joint_of;  // by link, in the plane's joints; kNobody: none
+  Motions motions;
+  Factor factor;
+  std::vector<Row> rows;
+  std::vector<Real> lambda;
+  std::vector<Pose> starts;  // of the bodies, before the step
+  bool stepped = false;
+};
+
+struct Planar {
+  static constexpr std::string_view name = "planar";  // in saved Worlds
+  std::vector<FlatBody> bodies;                       // in the order of their slots
+  std::vector<FlatGear> gears;
+  std::vector<Touch> touches;    // of the last step
+  std::vector<JointLoad> loads;  // likewise, of the links and then of the pins
+  std::vector<FlatLink> links;
+  std::vector<FlatPin> pins;
+  std::uint32_t islands = 0;
+  Entity lost;        // the last step came to no numbers: a body of it
+  Real residual = 0;  // m, rad, m/s: of the joints, after the last step
+  int still = 0;      // steps for which nothing has moved faster than the settings' sleep speed
+  Real sleep_speed = 0;
+  Vec3 gravity{0};  // in the last step
+  Scratch<StepScratch> scratch;
+
+  static void fields(auto& self, auto&& field) {
+    field("bodies", in_place(self.bodies));
+    field("gears", in_place(self.gears));
+    field("touches", self.touches);
+    field("loads", in_place(self.loads));
+    field("links", derived(self.links));
+    field("pins", derived(self.pins));
+    field("islands", derived(self.islands));
+    field("lost", derived(self.lost));
+    field("residual", passive(self.residual));
+    field("still", self.still);
+    field("gravity", self.gravity);
+    field("sleep_speed", derived(self.sleep_speed));
+    field("scratch", derived(self.scratch));
+  }
+};
+
+inline Planar& plane_of(World& world) { return world.memory.of<Planar>(); }
+inline const Planar& plane_of(const World& world) { return world.memory.of<Planar>(); }
+
+void compile(World& world, std::span<const IslandPlan> plans);
+/// Takes the bodies as the caller left them: what they have turned, and how they are tilted.
+void read_turns(const World& world, Planar& all);
+/// Fills the plane of the step.
+void gather(const World& world, Planar& all);
+
+/// Counts the coordinates of new gears from the poses before the step.
+void count_gears(const World& world, Planar& all);
+/// Closes joints and gears, positions and velocities, by the least changes in the metric of the
+/// masses. Notes the residual that is left.
+void close(const World& world, Planar& all);
+
+}  // namespace pantin::detail::planar
+
+// What copies, hashes and saves them is compiled once, in row.cpp.
+namespace pantin::detail {
+extern template planar::Planar& Memories::create();
+extern template const planar::Planar& Memories::none();
+}  // namespace pantin::detail

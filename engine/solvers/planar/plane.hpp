@@ -1,0 +1,124 @@
+#pragma once
+/// A plane of bodies, outlines and joints, stepped by Box2D. The interface is ours: plain numbers
+/// in and out, so that only box2d_plane.cpp knows the library.
+///
+/// Vectors lie in the plane z = 0, angles are about z. SI units; positions are the world's. The
+/// "start frame" of a body has its origin at the mass centre and the axes of the world at the start
+/// of the step: its angle there is 0. That of a kinematic body has the axes it ends with.
+#include <array>
+#include <cstdint>
+#include <tuple>
+#include <vector>
+
+#include "engine/base/fields.hpp"
+#include "engine/base/math.hpp"
+
+namespace pantin::detail::planar {
+
+/// A convex piece of the section of a shape, in the body's axes before it turned by its angle.
+struct Outline {
+  enum Kind : std::uint8_t { disc, polygon, half_plane } kind = disc;
+  std::uint32_t first = 0, count = 0;  // polygon: in Plane::corners, anticlockwise, at most 8
+  Vec3 centre{0};                      // disc; half-plane: a point of its edge
+  Vec3 normal{0, 1, 0};                // half-plane: outwards
+  Real radius = 0;                     // m, of a disc
+  Real low = 0, high = 0;              // m: the z of the world between which it is solid
+  std::uint32_t material = 0;
+};
+
+struct PlaneBody {
+  enum Kind : std::uint8_t { fixed, kinematic, dynamic } kind = fixed;
+  bool self = true, others = true;  // as of Collision
+  Vec3 position{0}, velocity{0};    // m, m/s; of kinematic bodies the position at the end
+  Real angle = 0;                   // rad, by which the outlines have turned; likewise
+  Real spin = 0;                    // rad/s
+  Real mass = 1, inertia = 1;       // kg, kg m^2 about z
+  Real gravity_scale = 1;
+  Vec3 force{0};                       // N
+  Real torque = 0;                     // N m
+  std::uint32_t first = 0, count = 0;  // outlines
+  std::uint32_t island = 0;
+  std::uint32_t groups = 1, with = UINT32_MAX;
+  Real friction = 0.5, restitution = 0;
+  // Results, of dynamic bodies: changes in the step.
+  Vec3 moved{0}, sped_up{0};
+  Real turned = 0, spun_up = 0;
+};
+
+/// Load of a spring or motor along a joint's coordinate: load - stiffness x - damping rate, where x
+/// is 0 now.
+struct PlaneSpring {
+  Real stiffness = 0, damping = 0, load = 0;
+};
+
+/// What a joint did to its body b in the last step, and to a the other way: where the next step
+/// begins.
+struct JointLoad {
+  Vec3 force{0};                // N, at the anchor
+  Real torque = 0, spring = 0;  // N m, of a weld or slider; of the spring or motor of a hinge
+
+  static void fields(auto& self, auto&& field) {
+    field("force", self.force);
+    field("torque", self.torque);
+    field("spring", self.spring);
+  }
+};
+
+struct PlaneJoint {
+  enum Kind : std::uint8_t { hinge, weld, slider, rod, spring } kind = hinge;
+  std::uint32_t a = 0, b = 0;  // bodies
+  Vec3 arm_a{0}, arm_b{0};     // anchors in the start frames, m
+  Vec3 axis{1, 0, 0};          // slider: fixed to a, unit, in its start frame
+  Real angle_error = 0;        // weld, slider: rad, of b to a, to be closed
+  Real length = 0;             // rod, spring: m, at rest
+  bool limited = false;        // hinge: angle, slider: travel
+  Real low = 0, high = 0;      // rad, of the angle gained from now on; m, of the travel
+  JointLoad load = {};         // of the last step; a result, too
+  PlaneSpring along = {};      // the angle of a hinge, the travel of a slider, the line of a spring
+};
+
+/// A contact point, kept from step to step: impulses to start the next one from.
+struct Touch {
+  std::uint32_t a = 0, b = 0;                  // bodies
+  std::uint32_t outline_a = 0, outline_b = 0;  // of each body
+  std::uint32_t feature = 0;
+  float normal_impulse = 0, tangent_impulse = 0;  // kg m/s
+  Vec3 point{0}, normal{0, 1, 0};                 // results, world; from b to a
+  Real depth = 0;
+
+  static void fields(auto& self, auto&& field) {
+    field("a", self.a);
+    field("b", self.b);
+    field("outline_a", self.outline_a);
+    field("outline_b", self.outline_b);
+    field("feature", self.feature);
+    field("normal_impulse", self.normal_impulse);
+    field("tangent_impulse", self.tangent_impulse);
+    field("point", passive(self.point));
+    field("normal", passive(self.normal));
+    field("depth", passive(self.depth));
+  }
+};
+
+/// The order that step_plane() needs.
+inline bool comes_before(const Touch& p, const Touch& q) {
+  const auto key = [](const Touch& t) {
+    return std::tie(t.a, t.b, t.outline_a, t.outline_b, t.feature);
+  };
+  return key(p) < key(q);
+}
+
+struct Plane {
+  std::vector<PlaneBody> bodies;
+  std::vector<Outline> outlines;
+  std::vector<Vec3> corners;
+  std::vector<PlaneJoint> joints;
+  Vec3 gravity{0};  // m/s^2
+  Real unit = 1;    // m: the size of a typical body
+};
+
+/// One step of `h` seconds: a function of its arguments alone. Reads the touches of the last step,
+/// sorted, and leaves those of this one. Writes the results of the bodies.
+void step_plane(Plane& plane, Real h, std::vector<Touch>& touches);
+
+}  // namespace pantin::detail::planar

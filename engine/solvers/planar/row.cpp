@@ -1,0 +1,259 @@
+// The planar solver's row in the table of solvers.
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/invariants.hpp"
+#include "engine/base/rotation.hpp"
+#include "engine/contact/detect.hpp"
+#include "engine/contact/memory.hpp"
+#include "engine/joints/kinds.hpp"
+#include "engine/solvers/planar/island.hpp"
+#include "engine/solvers/solver.hpp"
+
+namespace pantin::detail::planar {
+namespace {
+
+constexpr Real kTimeToSleep = 0.5;  // s
+constexpr Real kPinMoved = 1e-9;    // m
+constexpr Real kWidest = 1e12;      // m, m/s: beyond it nothing is a motion
+
+void prepare(World&) {}
+
+/// How far from its mass centre a body has parts, m.
+Real extent_of(const World& world, const FlatBody& f) {
+  const Shapes* shapes = world.shapes.find(f.body);
+  const Body& b = world.bodies.values()[f.slot];
+  const Real inertia = glm::max(b.inertia.x, glm::max(b.inertia.y, b.inertia.z));
+  return std::max(shapes ? contact::extent_of(*shapes) : 0, std::sqrt(inertia / b.mass));
+}
+
+/// Whether a body that the solver does not move has come, gone or been pushed on its way.
+bool stirs(const World& world, const FlatBody& f) {
+  const Body& b = world.bodies.values()[f.slot];
+  if (b.restart || b.teleport) return true;
+  if (f.island == kNobody) return contact::moves(b);
+  for (const contact::Pressure& p : world.memory.of<contact::Memory>().pressures)
+    if (p.body == f.body) return true;
+  const Force* push = world.forces.find(f.body);
+  return push && (push->force != Vec3(0) || push->torque != Vec3(0));
+}
+
+/// How far a pin is from its place in the plane, m.
+Real gap_of(const World& world, const Planar& all, const FlatPin& p) {
+  const Pin& pin = world.pins.values()[p.pin];
+  const auto pose_of = [&](std::uint32_t body) {
+    return world.bodies.values()[all.bodies[body].slot].pose;
+  };
+  const Vec3 to = p.to == kNobody ? pin.target : to_world(pose_of(p.to), pin.target);
+  return glm::length((to - to_world(pose_of(p.body), pin.anchor)) * Vec3(1, 1, 0));
+}
+
+/// Whether the plane has been at rest for long enough, and nothing stirs it.
+bool rests(const World& world, const Planar& all, Real h) {
+  if (!(all.sleep_speed > 0) || all.still * h < kTimeToSleep) return false;
+  if (world.gravity != all.gravity) return false;
+  for (const FlatPin& p : all.pins)
+    if (gap_of(world, all, p) > kPinMoved) return false;
+  return std::none_of(all.bodies.begin(), all.bodies.end(),
+                      [&](const FlatBody& f) { return stirs(world, f); });
+}
+
+void note_stillness(const World& world, Planar& all) {
+  Real fastest = 0;
+  for (const FlatBody& f : all.bodies) {
+    if (f.island == kNobody) continue;
+    const Body& b = world.bodies.values()[f.slot];
+    fastest = std::max(
+        fastest, glm::length(b.velocity) + extent_of(world, f) * std::abs(b.angular_velocity.z));
+  }
+  all.still = fastest < all.sleep_speed ? all.still + 1 : 0;
+  all.gravity = world.gravity;
+}
+
+/// The motion that Box2D found, in the plane's numbers.
+void take_results(const World& world, Planar& all, Real h) {
+  StepScratch& s = all.scratch;
+  Motions& m = s.motions;
+  const std::size_t count = s.plane.bodies.size();
+  m.position.assign(count, Vec3(0)), m.velocity = m.inverse_mass = m.position;
+  m.gained.assign(count, 0);
+  for (std::size_t i = 0; i < count; ++i) {
+    const PlaneBody& b = s.plane.bodies[i];
+    m.position[i] = {b.position.x, b.position.y, b.angle};
+    if (b.kind != PlaneBody::fixed) m.velocity[i] = {b.velocity.x, b.velocity.y, b.spin};
+    if (b.kind != PlaneBody::dynamic) continue;
+    m.position[i] += Vec3(b.moved.x, b.moved.y, b.turned);
+    m.velocity[i] += Vec3(b.sped_up.x, b.sped_up.y, b.spun_up);
+    m.velocity[i] *= std::exp(-world.bodies.values()[all.bodies[i].slot].drag * h);
+    m.gained[i] = b.turned;
+    m.inverse_mass[i] = {1 / b.mass, 1 / b.mass, 1 / b.inertia};
+  }
+}
+
+/// A body whose motion is no number, or none.
+Entity find_lost(const Planar& all) {
+  const Motions& m = all.scratch.motions;
+  const auto fits = [](Vec3 v) { return glm::dot(v, v) < kWidest * kWidest; };
+  for (std::size_t i = 0; i < all.bodies.size(); ++i)
+    if (!fits(m.position[i]) || !fits(m.velocity[i])) return all.bodies[i].body;
+  return {};
+}
+
+void write_bodies(World& world, Planar& all) {
+  const Motions& m = all.scratch.motions;
+  for (std::size_t i = 0; i < all.bodies.size(); ++i) {
+    FlatBody& f = all.bodies[i];
+    if (f.island == kNobody) continue;
+    Body& b = world.bodies.values()[f.slot];
+    f.turned = m.position[i].z;
+    b.pose.position.x = m.position[i].x, b.pose.position.y = m.position[i].y;
+    const Real half = 0.5 * std::remainder(f.turned, 2 * kPi);
+    b.pose.rotation = glm::normalize(Quat(std::cos(half), 0, 0, std::sin(half)) * f.tilt);
+    b.velocity = {m.velocity[i].x, m.velocity[i].y, 0};
+    b.angular_velocity = {0, 0, m.velocity[i].z};
+    b.restart = b.teleport = false;
+  }
+  for (const FlatPin& p : all.pins) {
+    Pin& pin = world.pins.values()[p.pin];
+    pin.residual = gap_of(world, all, p);
+    pin.missed = pin.residual > 1e-4 * std::max(all.scratch.plane.unit, 1e-3);
+    pin.reachable = !pin.missed;
+  }
+}
+
+/// Where the joints of the next step begin.
+void keep_loads(Planar& all) {
+  const std::vector<PlaneJoint>& joints = all.scratch.plane.joints;
+  for (std::size_t i = 0; i < all.links.size(); ++i)
+    if (const std::uint32_t at = all.scratch.joint_of[i]; at != kNobody)
+      all.loads[i] = joints[at].load;
+  for (std::size_t i = 0; i < all.pins.size(); ++i)
+    all.loads[all.links.size() + i] = joints[joints.size() - all.pins.size() + i].load;
+}
+
+void predict(World& world, const StepTask& task) {
+  Planar& all = plane_of(world);
+  all.scratch.stepped = false;
+  all.lost = {};
+  if (all.islands == 0) return;
+  read_turns(world, all);
+  if (rests(world, all, task.h)) return;
+  gather(world, all);
+  count_gears(world, all);
+  all.scratch.starts.clear();
+  for (const FlatBody& f : all.bodies)
+    all.scratch.starts.push_back(world.bodies.values()[f.slot].pose);
+  const std::vector<Touch> before = all.touches;
+  step_plane(all.scratch.plane, task.h, all.touches);
+  take_results(world, all, task.h);
+  close(world, all);
+  all.lost = find_lost(all);
+  if (all.lost) {
+    all.touches = before;
+    return;
+  }
+  keep_loads(all);
+  write_bodies(world, all);
+  note_stillness(world, all);
+  all.scratch.stepped = true;
+}
+
+void nothing(World&, const StepTask&) {}
+bool has_begun(const World&, std::size_t) { return true; }
+bool never(const World&, std::size_t) { return false; }
+
+/// After a saved World was read.
+const char* fault(const World& world) {
+  const Planar& all = plane_of(world);
+  for (const Touch& t : all.touches)
+    if (std::max(t.a, t.b) >= all.bodies.size()) return "holds a contact of a body that is none";
+  for (const FlatBody& f : all.bodies)
+    if (!std::isfinite(f.turned) || !is_unit(Pose{Vec3(0), f.tilt}))
+      return "holds a rotation that is none";
+  return nullptr;
+}
+
+bool asleep(const World& world) {
+  const Planar& all = plane_of(world);
+  return all.islands == 0 || !all.scratch.stepped;
+}
+
+/// Bodies of the plane are obstacles that are at the end of the step already.
+void find_reaches(const World&, Real, std::span<Real>) {}
+void find_starts(const World& world, std::vector<contact::StartPose>& out) {
+  const Planar& all = plane_of(world);
+  for (std::size_t i = 0; i < all.bodies.size() && all.scratch.stepped; ++i)
+    if (all.bodies[i].island != kNobody && all.bodies[i].solid)
+      out.push_back({all.bodies[i].slot, all.scratch.starts[i]});
+}
+
+void take_contacts(World&, Real) {}
+std::size_t count(const World&) { return 0; }
+std::span<contact::Interface> interfaces(World&, std::size_t) { return {}; }
+void save(World&, std::size_t) {}
+bool repeat(World&, std::size_t, Real) { return true; }
+void react(World&, std::size_t, Real, std::vector<contact::Reaction>&) {}
+void press(const World&, std::vector<contact::Pressure>&) {}
+
+void note_failure(const World& world, StepReport& report) {
+  const Planar& all = plane_of(world);
+  if (!all.lost || report.status == Status::diverged) return;
+  report.status = Status::diverged, report.body = all.lost, report.residual = all.residual;
+}
+
+void report(const World& world, StepReport& report) {
+  const Planar& all = plane_of(world);
+  report.worst_constraint = std::max(report.worst_constraint, all.residual);
+  report.contacts += static_cast<int>(all.touches.size());
+  for (const Touch& t : all.touches) report.worst_depth = std::max(report.worst_depth, t.depth);
+  if (all.islands > 0 && !all.scratch.stepped && !all.lost)
+    report.asleep += static_cast<int>(all.islands);
+}
+
+void measure(const World& world, Measures& m) {
+  const Planar& all = plane_of(world);
+  Real size = 1e-3;
+  for (const FlatBody& f : all.bodies) size = std::max(size, extent_of(world, f));
+  for (const FlatLink& l : all.links) {
+    const Link& link = world.links.values()[l.link];
+    const Pose &a = world.bodies[link.a].pose, &b = world.bodies[link.b].pose;
+    const Real gap = info_of(link.joint.kind).gap(link.joint, a, b);
+    if (gap > m.worst_gap) m.worst_gap = gap, m.worst_link = world.links.owners()[l.link];
+    m.worst_gap_rel = std::max(m.worst_gap_rel, gap / size);
+  }
+}
+
+}  // namespace
+
+const SolverRow kRow{.name = "planar",
+                     .feels_contacts = false,
+                     .compile = compile,
+                     .prepare = prepare,
+                     .predict = predict,
+                     .catch_up = nothing,
+                     .has_begun = has_begun,
+                     .fault = fault,
+                     .asleep = asleep,
+                     .find_reaches = find_reaches,
+                     .find_starts = find_starts,
+                     .take_contacts = take_contacts,
+                     .adjust = nothing,
+                     .adjust_touching = nothing,
+                     .count = count,
+                     .interfaces = interfaces,
+                     .follows = never,
+                     .touches = never,
+                     .save = save,
+                     .repeat = repeat,
+                     .react = react,
+                     .press = press,
+                     .note_failure = note_failure,
+                     .report = report,
+                     .measure = measure};
+
+}  // namespace pantin::detail::planar
+
+namespace pantin::detail {
+template planar::Planar& Memories::create();
+template const planar::Planar& Memories::none();
+}  // namespace pantin::detail

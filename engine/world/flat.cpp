@@ -1,0 +1,131 @@
+#include "engine/world/flat.hpp"
+
+#include "engine/base/rotation.hpp"
+#include "engine/geometry/kinds.hpp"
+#include "engine/joints/kinds.hpp"
+
+namespace pantin::detail {
+namespace {
+
+// Of what is rounded in a file of six digits or turned by a few rotations, nothing is refused.
+constexpr Real kAlong = 1e-6;
+
+bool is_along_z(Vec3 axis) { return std::hypot(axis.x, axis.y) < kAlong; }
+bool is_level(Vec3 axis) { return std::abs(axis.z) < kAlong; }
+
+Vec3 axis_of(const Joint& joint, const Pose& a) {
+  return a.rotation * (joint.frames.a() * Vec3(1, 0, 0));
+}
+
+/// Whether a turn about z carries the joint's axes on a to those on b.
+bool keeps_z(const Joint& joint, const Pose& a, const Pose& b) {
+  const Quat turn = b.rotation * joint.frames.b() * glm::conjugate(a.rotation * joint.frames.a());
+  return std::hypot(turn.x, turn.y) < kAlong;
+}
+
+}  // namespace
+
+bool has_planar_solver() {
+#ifdef PANTIN_HAS_BOX2D
+  return true;
+#else
+  return false;
+#endif
+}
+
+std::string flat_fault(const Body& body) {
+  if (std::abs(body.velocity.z) > kAlong * (1 + glm::length(body.velocity)))
+    return "moves along z, out of the plane of x and y";
+  const Vec3 spin = body.angular_velocity;
+  if (std::hypot(spin.x, spin.y) > kAlong * (1 + glm::length(spin)))
+    return "turns about an axis other than z, out of the plane of x and y";
+  const Mat3 inertia = world_inertia(body.pose.rotation, body.inertia);
+  const Real largest = glm::max(body.inertia.x, glm::max(body.inertia.y, body.inertia.z));
+  if (std::hypot(inertia[2].x, inertia[2].y) > 1e-4 * largest)
+    return "has no principal axis along z: turning, it would tilt out of the plane of x and y";
+  return {};
+}
+
+std::string flat_fault(Vec3 gravity) {
+  return std::abs(gravity.z) > kAlong * glm::length(gravity)
+             ? "falls along z, out of the plane of x and y"
+             : "";
+}
+
+FlatJoint flat_kind(const Joint& joint, const Pose& a) {
+  switch (joint.kind) {
+    case JointKind::ball:
+    case JointKind::hinge:
+      return FlatJoint::hinge;
+    case JointKind::cylindrical:
+      return is_along_z(axis_of(joint, a)) ? FlatJoint::hinge : FlatJoint::slider;
+    case JointKind::fixed:
+      return FlatJoint::weld;
+    case JointKind::prismatic:
+      return FlatJoint::slider;
+    case JointKind::distance:
+      return FlatJoint::rod;
+    case JointKind::spring:
+      return FlatJoint::spring;
+    default:
+      return FlatJoint::none;
+  }
+}
+
+std::string flat_fault(const Joint& joint, const Pose& a, const Pose& b) {
+  const Vec3 axis = axis_of(joint, a);
+  const std::string kind = name_of(joint.kind);
+  switch (joint.kind) {
+    case JointKind::hinge:
+    case JointKind::planar:
+      if (!is_along_z(axis))
+        return "has an axis that is not z, which no " + kind + " in a plane has";
+      break;
+    case JointKind::prismatic:
+      if (!is_level(axis)) return "has an axis that leaves the plane of x and y";
+      break;
+    case JointKind::cylindrical:
+      if (!is_level(axis) && !is_along_z(axis))
+        return "has an axis that is neither z nor in the plane of x and y";
+      break;
+    case JointKind::universal:
+    case JointKind::screw:
+    case JointKind::custom:
+      return "is of a kind that a plane does not have";
+    case JointKind::ball:
+      if (joint.limits.any())
+        return "is a ball joint with limits, of which a plane has none: a hinge along z has them";
+      break;
+    default:
+      break;
+  }
+  const bool is_line = joint.kind == JointKind::distance || joint.kind == JointKind::spring;
+  if (!is_line && joint.kind != JointKind::ball && !keeps_z(joint, a, b))
+    return "has axes on its two bodies that no turn about z brings together";
+  const Vec3 gap = residual(joint, a, b);
+  const Real size = 1e-3 + glm::length(joint.anchor_a) + glm::length(joint.anchor_b);
+  if (joint.kind != JointKind::planar && std::abs(gap.z) > 1e-4 * size)
+    return "has anchors at two heights z, which a plane cannot bring together";
+  return {};
+}
+
+bool has_section(const Shape& shape, Quat rotation) {
+  const Quat at = rotation * shape.local.rotation;
+  const Vec3 axis = at * Vec3(0, 1, 0);
+  switch (shape.kind) {
+    case ShapeKind::sphere:
+    case ShapeKind::box:
+    case ShapeKind::hull:
+      return true;
+    case ShapeKind::plane:
+      return is_level(axis);
+    case ShapeKind::capsule:
+    case ShapeKind::cylinder:
+    case ShapeKind::cone:
+      return is_level(axis) || is_along_z(axis);
+    default:
+      return false;
+  }
+}
+
+}  // namespace pantin::detail

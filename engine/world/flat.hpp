@@ -1,0 +1,41 @@
+#pragma once
+/// What can be solved in the plane of x and y: bodies that keep their z and turn about z alone.
+#include <string>
+
+#include "engine/geometry/shape.hpp"
+#include "engine/joints/joint.hpp"
+#include "engine/world/body.hpp"
+
+namespace pantin::detail {
+
+/// Whether this build has the solver "planar".
+bool has_planar_solver();
+
+/// How a joint acts in the plane.
+enum class FlatJoint : std::uint8_t {
+  none,    // it leaves all motions free that a plane has
+  hinge,   // ball, hinge and cylindrical joint with its axis along z
+  weld,    // fixed
+  slider,  // prismatic or cylindrical joint with its axis in the plane
+  rod,     // distance
+  spring
+};
+
+/// Why a dynamic body cannot be moved in the plane, as a clause ("leaves the plane: ..."), or
+/// empty.
+std::string flat_fault(const Body& body);
+
+/// Why a joint cannot be held in the plane, or empty; of bodies as they stand.
+std::string flat_fault(const Joint& joint, const Pose& a, const Pose& b);
+
+/// Of a joint without a fault.
+FlatJoint flat_kind(const Joint& joint, const Pose& a);
+
+/// Why bodies under this gravity leave the plane, or empty.
+std::string flat_fault(Vec3 gravity);
+
+/// Whether a shape of a body that stands at `rotation` has a section at constant z that is made of
+/// discs and convex polygons.
+bool has_section(const Shape& shape, Quat rotation);
+
+}  // namespace pantin::detail
