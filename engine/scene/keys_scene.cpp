@@ -11,7 +11,7 @@ constexpr SolverSettings kSettings;  // what a scene that says nothing has
 
 constexpr std::string_view kSolvers[] = {"auto",       "sweep",      "shake2",
                                          "procedural", "lagrangian", "planar"};
-constexpr std::string_view kOldSolvers[] = {"", "", "", "paper", ""};
+constexpr std::string_view kOldSolvers[] = {"", "", "", "paper", "", ""};
 constexpr std::string_view kStabilisations[] = {"projection", "baumgarte", "none"};
 constexpr std::string_view kReluctances[] = {"inertia_over_mass", "literal_step"};
 

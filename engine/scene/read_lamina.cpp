@@ -15,7 +15,7 @@ constexpr Real kTouch = 1e-6;       // of the outline's extent: a point this nea
 constexpr Real kLeastArea = 1e-12;  // of the extent's square
 
 std::string written(Vec2 p) {
-  return "[" + detail::written(p.x) + ", " + detail::written(p.y) + "]";
+  return "[" + detail::written(p.x + 0.0) + ", " + detail::written(p.y + 0.0) + "]";  // no -0
 }
 
 std::optional<Vec2> pair_if(const Reader& from, std::string_view key) {

@@ -272,13 +272,15 @@ void read_output(const Reading& reading, const Reader& outer, OutputDefaults& ou
 
 void read_laminas(const Reading& reading, const Reader& from, Scene& scene) {
   std::unordered_map<std::string, NodeId> known;
+  std::vector<LaminaPlan> all;
   for (const NodeId node : from.items("laminas")) {
     auto lamina = read_lamina(reading, node, scene.world.gravity);
     if (!lamina) continue;
     const auto [first, is_new] = known.try_emplace(lamina->name, node);
     if (!is_new) refuse_repeated(reading, node, lamina->name, first->second);
-    scene.laminas.push_back(std::move(*lamina));
+    all.push_back(std::move(*lamina));
   }
+  if (!all.empty()) scene.laminas = std::make_shared<const std::vector<LaminaPlan>>(std::move(all));
 }
 
 void read_head(const Reader& from, Scene& scene) {

@@ -3,16 +3,20 @@
 /// version 1.
 #include <cstddef>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "engine/base/result.hpp"
-#include "engine/scene/lamina_plan.hpp"
 #include "engine/world/world.hpp"
 
 namespace pantin {
+
+namespace detail {
+struct LaminaPlan;  // see lamina_plan.hpp
+}
 
 /// What a scene file says of pictures; the command line overrides it.
 struct OutputDefaults {
@@ -24,8 +28,8 @@ struct Scene {
   std::string title;  // file's "title", or its stem
   World world;
   View view;
-  std::vector<detail::LaminaPlan> laminas;
-  Real step = 1.0 / 60;  // s
+  std::shared_ptr<const std::vector<detail::LaminaPlan>> laminas;  // null: none
+  Real step = 1.0 / 60;                                            // s
   int substeps = 1;
   Real duration = 5;         // s
   Real drift_bound = 1e-12;  // allowed joint gap, part of the island's size

@@ -73,6 +73,13 @@ std::string scene_with(std::string_view what, const std::string& extra,
   if (what.ends_with("_face")) return face(typed("_face"));
   if (what.ends_with("_curve"))
     return face(R"("type": "revolution", "profile": {)" + typed("_curve") + "}");
+  if (what == "surface_joint")
+    return part("surface_joints", R"([{"a": {"body": "a"}, "b": {"body": "b"}, )" + extra + "}]");
+  if (what == "surface_side")
+    return part("surface_joints",
+                R"([{"b": {"body": "b"}, "a": {"body": "a", "surface": "s", )" + extra +
+                    "}}], \"surfaces\": [{\"name\": \"s\", \"faces\": [{\"type\": \"sphere\", "
+                    "\"radius\": 1}]}]");
   if (what == "class") return part("classes", "[{" + extra + "}]");
   if (what == "defaults") return part("defaults", "{" + extra + "}");
   const auto of_class = [&](const std::string& key, const std::string& user) {

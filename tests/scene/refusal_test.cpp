@@ -335,19 +335,19 @@ TEST_CASE("All faults are told at once, in the order of the text") {
 "solver": {"type": "fast"}, "output": {"size": [0, 10]}})");
   CHECK(
       lines ==
-      Lines{
-          "t.json:1:24: /step: found 2, expected a step above 0, at most 1 s",
-          "t.json:2:39: /materials/0/colour: found \"#12345\", expected a colour: \"#rrggbb\" "
-          "(sRGB) or [r, g, b] (linear)",
-          "t.json:3:44: /bodies/0/shape/type: found \"ball\", expected sphere, capsule, "
-          "box, hull, plane, mesh, height_field, cylinder, cone or ellipsoid; nearest is \"hull\"",
-          "t.json:4:28: /joints/0/b: found \"c\", expected the name of a body or \"world\"",
-          "t.json:5:20: /solver/type: found \"fast\", expected auto, sweep, shake2, "
-          "procedural or lagrangian",
-          "t.json:5:49: /output/size/0: found 0, expected a whole number of pixels from 16 to "
-          "16384",
-          "t.json:5:52: /output/size/1: found 10, expected a whole number of pixels from 16 to "
-          "16384"});
+      Lines{"t.json:1:24: /step: found 2, expected a step above 0, at most 1 s",
+            "t.json:2:39: /materials/0/colour: found \"#12345\", expected a colour: \"#rrggbb\" "
+            "(sRGB) or [r, g, b] (linear)",
+            "t.json:3:44: /bodies/0/shape/type: found \"ball\", expected sphere, capsule, "
+            "box, hull, plane, mesh, height_field, cylinder, cone, ellipsoid or nurbs; nearest is "
+            "\"hull\"",
+            "t.json:4:28: /joints/0/b: found \"c\", expected the name of a body or \"world\"",
+            "t.json:5:20: /solver/type: found \"fast\", expected auto, sweep, shake2, "
+            "procedural, lagrangian or planar",
+            "t.json:5:49: /output/size/0: found 0, expected a whole number of pixels from 16 to "
+            "16384",
+            "t.json:5:52: /output/size/1: found 10, expected a whole number of pixels from 16 to "
+            "16384"});
 }
 
 TEST_CASE("Very many faults are counted, not all told") {

@@ -15,13 +15,13 @@ namespace {
 
 /// The lamina that is asked for, the first if none is; null after a complaint.
 const LaminaPlan* lamina_of(const Scene& scene, const ModesChoices& c) {
-  if (scene.laminas.empty()) {
+  if (!scene.laminas) {
     complain(fmt::format("{}: found no \"laminas\", expected one or more", c.scene));
     return nullptr;
   }
-  if (c.lamina.empty()) return &scene.laminas.front();
+  if (c.lamina.empty()) return &scene.laminas->front();
   std::vector<std::string_view> names;
-  for (const LaminaPlan& plan : scene.laminas) {
+  for (const LaminaPlan& plan : *scene.laminas) {
     if (plan.name == c.lamina) return &plan;
     names.push_back(plan.name);
   }

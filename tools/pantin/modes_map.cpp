@@ -70,15 +70,22 @@ void fill(Canvas& canvas, const Chart& chart, const Frame& frame) {
     }
 }
 
+/// A region in a frame, and its colour.
+struct Bounded {
+  const Frame& frame;
+  const Cut& cut;
+  Ink ink;
+};
+
 /// Draws where a region ends, along the curve of one of its forms: closed forms, column by column
 /// and, for what is steep, row by row.
-void outline_form(Canvas& canvas, const Frame& frame, const Cut& cut, const Bilinear& form,
-                  Ink ink) {
+void outline_form(Canvas& canvas, const Bounded& of, const Bilinear& form) {
+  const auto& [frame, cut, ink] = of;
   constexpr int kFine = 600;
   const Bilinear turned{form.a, form.c, form.b, form.d};
   for (const bool is_across : {true, false}) {
-    const Axis &axis = is_across ? frame.across : frame.up,
-               &other = is_across ? frame.up : frame.across;
+    const Axis& axis = is_across ? frame.across : frame.up;
+    const Axis& other = is_across ? frame.up : frame.across;
     const double step = (axis.high - axis.low) / kFine, off = 1e-6 * (other.high - other.low);
     for (int i = 0; i < kFine; ++i) {
       const double t = axis.low + step * i, u = t + step;
@@ -141,9 +148,9 @@ int draw(const Chart& chart, const ModesChoices& c) {
   fill(*canvas, chart, frame);
   for (std::size_t s = 0; s < seen.size(); ++s) {
     const Cut shape = cut(chart.region(seen[s]), chart.slice);
-    outline_form(*canvas, frame, shape, shape.divisor, ink_of(s));
+    outline_form(*canvas, {frame, shape, ink_of(s)}, shape.divisor);
     for (int f = 0; f < shape.form_count; ++f)
-      outline_form(*canvas, frame, shape, shape.forms[static_cast<std::size_t>(f)], ink_of(s));
+      outline_form(*canvas, {frame, shape, ink_of(s)}, shape.forms[static_cast<std::size_t>(f)]);
   }
   letter(*canvas, chart, frame);
   frame.draw(*canvas, title_of(chart));
