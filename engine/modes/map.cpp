@@ -140,8 +140,10 @@ class Lanes {
       }
     }
     for (std::size_t i = 0; i < count_; ++i) {
-      const bool plus = (over[i] > 0) & (least[i] >= 0), minus = (over[i] < 0) & (most[i] <= 0);
-      row.cells[i] |= row.bit & -static_cast<std::uint32_t>(plus | minus);
+      // Of numbers, not of truths: no branch.
+      const std::uint32_t plus = over[i] > 0, minus = over[i] < 0;
+      const std::uint32_t above = least[i] >= 0, below = most[i] <= 0;
+      row.cells[i] |= row.bit & -((plus & above) | (minus & below));
     }
   }
 

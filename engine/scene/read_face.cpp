@@ -51,13 +51,17 @@ std::vector<Real> read_list(const Reader& from, std::string_view key) {
   return values;
 }
 
+constexpr Real kMostDegree = 1000;
+
 std::array<int, 2> read_degrees(const Reader& from, int otherwise) {
   Real degrees[2] = {Real(otherwise), Real(otherwise)};
   from.numbers("degrees", degrees);
-  std::array<int, 2> whole{static_cast<int>(degrees[0]), static_cast<int>(degrees[1])};
-  if (whole[0] != degrees[0] || whole[1] != degrees[1])
-    from.diagnostics.error_value(from.find("degrees"), "two whole numbers");
-  return whole;
+  const auto fits = [](Real d) { return d >= 0 && d <= kMostDegree && d == std::floor(d); };
+  if (!fits(degrees[0]) || !fits(degrees[1])) {
+    from.diagnostics.error_value(from.find("degrees"), "two whole numbers from 0 to 1000");
+    return {otherwise, otherwise};
+  }
+  return {static_cast<int>(degrees[0]), static_cast<int>(degrees[1])};
 }
 
 /// Control points with their weights, or as they are stored.

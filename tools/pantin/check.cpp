@@ -33,21 +33,46 @@ struct Finding {
   Json json;
 };
 
-/// Degrees of freedom that the joints and exact pins leave: 6 a body, less the rank of their rows.
-/// They are counted by the solver that has rows for every kind of joint, whichever runs the scene.
+/// Those of bodies that the solver `planar` moves: three each, less what joints, gears and exact
+/// pins take in the plane.
+std::int64_t freedoms_of_plane(const World& world) {
+  std::int64_t sum = 0;
+  const auto is_there = [&](Entity e) {
+    const std::uint32_t slot = world.bodies.slot(e);
+    return slot != kNoSlot && is_planar(world, slot);
+  };
+  for (const Entity e : world.bodies.owners()) sum += is_there(e) ? 3 : 0;
+  for (const Link& l : world.links.values()) {
+    if (!is_there(l.a) && !is_there(l.b)) continue;
+    const JointKind kind = l.joint.kind;
+    if (kind == JointKind::spring) continue;
+    sum -= kind == JointKind::fixed ? 3 : kind == JointKind::distance ? 1 : 2;
+  }
+  for (const Gear& g : world.gears.values())
+    if (const Link* l = world.links.find(g.first)) sum -= is_there(l->a) || is_there(l->b);
+  for (const Pin& p : world.pins.values())
+    if (p.kind == PinKind::exact && is_there(p.body)) sum -= 2;
+  return sum;
+}
+
+/// Degrees of freedom that joints, surfaces that touch and exact pins leave: 6 a body, less the
+/// rank of their rows. They are counted by the solver that has rows for every kind of joint,
+/// whichever runs the scene.
 std::int64_t degrees_of_freedom(const World& world) {
   World counted = world;
   counted.default_settings.solver = Solver::lagrangian;
   for (SolverSettings& settings : counted.settings.values()) settings.solver = Solver::lagrangian;
   counted.mark_dirty();
   compile_if_changed(counted);
-  std::int64_t sum = 0;
+  std::int64_t sum = freedoms_of_plane(world);
   for (std::size_t i = 0; i < lagrangian::islands_of(counted).size(); ++i) {
     const lagrangian::Island& m = lagrangian::islands_of(counted)[i];
+    if (m.own() > 0 && is_planar(world, m.slots[0])) continue;
     sum += 6 * static_cast<std::int64_t>(m.count() - m.interfaces.size());
     for (const lagrangian::Block& b : m.blocks)
       if (b.kind == lagrangian::BlockKind::joint || b.kind == lagrangian::BlockKind::pin ||
-          b.kind == lagrangian::BlockKind::gear)
+          b.kind == lagrangian::BlockKind::gear || b.kind == lagrangian::BlockKind::roll ||
+          (b.kind == lagrangian::BlockKind::surface && b.lock))
         sum -= b.rows;
     for (const lagrangian::Fault& f : lagrangian::inspect(counted, i))
       if (f.kind == lagrangian::Fault::redundant) sum += f.rows;

@@ -271,6 +271,11 @@ std::string bold(const std::string& text) {
   return kPlain ? safe : "\033[1m" + safe + "\033[0m";
 }
 
+bool is_planar(const World& world, std::uint32_t slot) {
+  const Owner owner = owner_of(partition_of(world), slot);
+  return owner && owner.solver == kPlanar;
+}
+
 std::vector<std::pair<Solver, std::size_t>> solvers_in_use(const World& world) {
   std::vector<std::pair<Solver, std::size_t>> used;
   const auto add = [&](Solver solver, std::size_t bodies) {
@@ -282,6 +287,8 @@ std::vector<std::pair<Solver, std::size_t>> solvers_in_use(const World& world) {
     add(a.settings.solver, a.count());
   for (const lagrangian::Island& m : lagrangian::islands_of(world))
     add(m.settings.solver, m.count() - m.interfaces.size());
+  for (std::uint32_t slot = 0; slot < world.bodies.size(); ++slot)
+    if (is_planar(world, slot)) add(Solver::planar, 1);
   if (used.empty()) add(world.default_settings.solver, 0);
   return used;
 }

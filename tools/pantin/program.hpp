@@ -119,6 +119,8 @@ class Progress {
 /// Printable, and bold if stdout is a terminal and NO_COLOR is not set.
 std::string bold(const std::string& text);
 
+/// Whether the solver `planar` moves a body.
+bool is_planar(const World& world, std::uint32_t slot);
 /// The solvers that move the bodies of a world whose structure is built, and how many bodies each.
 std::vector<std::pair<Solver, std::size_t>> solvers_in_use(const World& world);
 /// The solver in use, or "mixed".
