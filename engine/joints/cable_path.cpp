@@ -208,12 +208,21 @@ PathLength path_length(std::span<const PathPoint> path, std::span<PathGradient> 
   return {length.x, length.second};
 }
 
-void find_wraps(std::span<const PathPoint> path, std::span<Real> wraps) {
+Real follow_path(std::span<const PathPoint> path, Real time, std::span<Real> wraps) {
   PANTIN_ASSERT(wraps.size() >= path.size());
   std::fill(wraps.begin(), wraps.end(), 0.0);
   const Touched t = touched_by(path, wraps);
-  for (std::size_t k = 1; k + 1 < t.count; ++k)
-    if (path[t.at[k]].radius > 0) wraps[t.at[k]] = t.wraps[k].angle.x;
+  Real most = 0;
+  for (std::size_t k = 0; k + 1 < t.count; ++k) {
+    const PathPoint &a = path[t.at[k]], &b = path[t.at[k + 1]];
+    if (k > 0 && a.radius > 0) wraps[t.at[k]] = t.wraps[k].angle.x;
+    const Vec3 d = b.centre - a.centre;
+    const Real shift = shift_of(a, b), least = kLeastPart * std::abs(shift);
+    const Real part = std::sqrt(std::max(glm::dot(d, d) - shift * shift, Real(0)));
+    const Real way = -time * glm::dot(d, b.velocity - a.velocity);
+    most = std::max(most, part > least ? way / part - part : std::max(least - part, Real(1e-12)));
+  }
+  return most;
 }
 
 std::optional<PathFault> fault_of(std::span<const PathPoint> path) {
@@ -228,20 +237,6 @@ std::optional<PathFault> fault_of(std::span<const PathPoint> path) {
       return PathFault{i, true, distance, least};
   }
   return std::nullopt;
-}
-
-Real run_up_of(std::span<const PathPoint> path, Real time) {
-  const Touched t = touched_by(path);
-  Real most = 0;
-  for (std::size_t k = 0; k + 1 < t.count; ++k) {
-    const PathPoint &a = path[t.at[k]], &b = path[t.at[k + 1]];
-    const Vec3 d = b.centre - a.centre;
-    const Real shift = shift_of(a, b), least = kLeastPart * std::abs(shift);
-    const Real part = std::sqrt(std::max(glm::dot(d, d) - shift * shift, Real(0)));
-    const Real way = -time * glm::dot(d, b.velocity - a.velocity);
-    most = std::max(most, part > least ? way / part - part : std::max(least - part, Real(1e-12)));
-  }
-  return most;
 }
 
 void trace_path(std::span<const PathPoint> path, Real turn, std::vector<Vec3>& to) {

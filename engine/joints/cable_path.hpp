@@ -51,8 +51,11 @@ struct PathLength {
 /// for all of them.
 PathLength path_length(std::span<const PathPoint> path, std::span<PathGradient> gradients);
 
-/// The angles of wrap as they are now, rad; below 0 where the cable passes by. 0 of ends and rings.
-void find_wraps(std::span<const PathPoint> path, std::span<Real> wraps);
+/// Writes the angles of wrap as they are now, rad, below 0 where the cable passes by, 0 of ends and
+/// rings. Returns how far the end of a straight part runs up on its pulley, or through its ring,
+/// within `time` at the velocities of the places, m: that is not modelled. Less than a thousandth
+/// of a pulley's radius counts as nothing left. 0: nowhere.
+Real follow_path(std::span<const PathPoint> path, Real time, std::span<Real> wraps);
 
 /// Two places that follow one another and cannot: within one another, or pulleys askew.
 struct PathFault {
@@ -61,11 +64,6 @@ struct PathFault {
   Real distance = 0, least = 0;  // m, of the centres; where they would touch
 };
 std::optional<PathFault> fault_of(std::span<const PathPoint> path);
-
-/// How far the end of a straight part runs up on its pulley, or through its ring, within `time`, m,
-/// at the velocities of the places: that is not modelled. Less than a thousandth of a pulley's
-/// radius counts as nothing left. 0: nowhere.
-Real run_up_of(std::span<const PathPoint> path, Real time);
 
 /// Appends the points of the taut cable, m, arcs in steps of no more than `turn` rad.
 void trace_path(std::span<const PathPoint> path, Real turn, std::vector<Vec3>& to);

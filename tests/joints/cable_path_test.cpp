@@ -180,7 +180,7 @@ TEST_CASE("turns round a pulley count both ways, and past it") {
         along(std::cos(angle), -std::sin(angle), 0);
     path[2].centre = radius * out + arm * along;
     std::vector<Real> wraps(3);
-    find_wraps(path, wraps);
+    follow_path(path, 0, wraps);
     path[1].wrap = wraps[1];
     return length_of(path);
   };

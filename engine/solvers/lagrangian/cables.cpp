@@ -76,11 +76,12 @@ Real follow_cable(Cable& cable, const Followed& of) {
   if (!cable.guides.empty()) {
     const Path path = path_of(cable, m, of.block);
     Real wraps[kMostPathPoints];
-    find_wraps(path, wraps);
+    const Real run_up = follow_path(path, of.h, wraps);
     for (std::size_t i = 0; i < cable.guides.size(); ++i)
       if (cable.guides[i].radius > 0) cable.guides[i].wrap = wraps[i + 1];
-    if (of.is_taut || path_length(path, {}).length >= cable.joint.length)
-      wrong = run_up_of(path, of.h);
+    if (of.is_taut ||
+        (cable.joint.compliance > 0 && path_length(path, {}).length >= cable.joint.length))
+      wrong = run_up;
   }
   if (cable.joint.compliance > 0 || m.settings.stabilisation != Stabilisation::projection)
     return wrong;
