@@ -1,24 +1,17 @@
 #include "engine/scene/schema.hpp"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <string_view>
 #include <vector>
 
 #include "engine/geometry/kinds.hpp"
 #include "engine/scene/keys.hpp"
 #include "engine/scene/surface_words.hpp"
+#include "engine/scene/words.hpp"
 #include "engine/world/timed_event.hpp"
 
 namespace pantin::detail {
 namespace {
-
-std::string number_text(Real x) {
-  std::array<char, 32> text{};
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), x);
-  return {text.data(), end.ptr};
-}
 
 std::string quoted(std::string_view text) {
   std::string out = "\"";

@@ -1,20 +1,12 @@
 #include "engine/scene/surface_file.hpp"
 
-#include <charconv>
-
 #include "engine/geometry/surface.hpp"
 #include "engine/scene/read.hpp"
 #include "engine/scene/text_file.hpp"
+#include "engine/scene/words.hpp"
 
 namespace pantin::detail {
 namespace {
-
-/// The shortest text that is read as the same number.
-std::string number_text(Real x) {
-  std::array<char, 32> text{};
-  const auto end = std::to_chars(text.data(), text.data() + text.size(), x);
-  return {text.data(), end.ptr};
-}
 
 template <class Values, class Text>
 std::string list_of(const Values& values, const Text& text) {

@@ -29,6 +29,9 @@ class Hints {
 /// A number for a message, six digits at most.
 std::string written(double number);
 
+/// The shortest text that is read as the same number.
+std::string number_text(double number);
+
 /// A name in quotes, clipped and printable.
 std::string quoted_name(std::string_view name);
 
