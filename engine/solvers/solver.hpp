@@ -22,64 +22,78 @@ struct StepTask {
   int threads = 1;  // available for islands; the result does not depend on it
 };
 
-/// One solver. `island` is the index of one of its islands, in the order of compilation.
+/// One solver. `island` is the index of one of its islands, in the order of compilation. A row
+/// names what its solver does; what it leaves out does nothing.
 struct SolverRow {
   const char* name;
-  bool feels_contacts;  // resolves contacts of its bodies
+  bool feels_contacts = false;  // resolves contacts of its bodies
 
   /// Packs the given islands in their order, carrying state over by body; writes Owner::column of
   /// their bodies and faults into the Partition.
   void (*compile)(World&, std::span<const IslandPlan>);
   /// Allocates scratch memory: after compile, and after the World was copied.
-  void (*prepare)(World&);
+  void (*prepare)(World&) = [](World&) {};
 
   /// The update stage: free motion of all islands. Leaders of interfaces are stepped by `repeat`
   /// instead.
   void (*predict)(World&, const StepTask&);
   /// After islands were compiled anew within a step, between the update and the adjust stage: the
   /// changed ones are predicted, or skip the substep.
-  void (*catch_up)(World&, const StepTask&);
+  void (*catch_up)(World&, const StepTask&) = [](World&, const StepTask&) {};
   /// Within a substep, from the update stage on: false if the island skips it.
-  bool (*has_begun)(const World&, std::size_t island);
+  bool (*has_begun)(const World&, std::size_t island) = [](const World&, std::size_t) {
+    return true;
+  };
   /// After a saved World was read: what no step can be computed with in its islands, or null.
-  const char* (*fault)(const World&);
+  const char* (*fault)(const World&) = [](const World&) -> const char* { return nullptr; };
   /// Whether all its islands sleep.
   bool (*asleep)(const World&);
   /// Bounds on the displacement of its bodies' surfaces in the step, m, by body slot.
-  void (*find_reaches)(const World&, Real h, std::span<Real> reach);
+  void (*find_reaches)(const World&, Real h, std::span<Real> reach) = [](const World&, Real,
+                                                                         std::span<Real>) {};
   /// Appends the solid bodies that `predict` has moved to the end of the step already.
-  void (*find_starts)(const World&, std::vector<contact::StartPose>&);
+  void (*find_starts)(const World&, std::vector<contact::StartPose>&) =
+      [](const World&, std::vector<contact::StartPose>&) {};
   /// After contact detection: each island takes the contacts of its bodies.
-  void (*take_contacts)(World&, Real h);
+  void (*take_contacts)(World&, Real h) = [](World&, Real) {};
   /// The adjust stage: closes joints, resolves contacts, writes bodies. For islands that neither
   /// follow an interface nor are in contact with one another.
-  void (*adjust)(World&, const StepTask&);
+  void (*adjust)(World&, const StepTask&) = [](World&, const StepTask&) {};
   /// The same for islands in contact with one another.
-  void (*adjust_touching)(World&, const StepTask&);
+  void (*adjust_touching)(World&, const StepTask&) = [](World&, const StepTask&) {};
 
   // Interfaces: see runtime/coupling.hpp.
-  std::size_t (*count)(const World&);
+  std::size_t (*count)(const World&) = [](const World&) -> std::size_t { return 0; };
   /// The interfaces of which the island is the leader.
-  std::span<contact::Interface> (*interfaces)(World&, std::size_t island);
+  std::span<contact::Interface> (*interfaces)(World&, std::size_t island) =
+      [](World&, std::size_t) -> std::span<contact::Interface> { return {}; };
   /// Whether the island is the follower of an interface.
-  bool (*follows)(const World&, std::size_t island);
+  bool (*follows)(const World&, std::size_t island) = [](const World&, std::size_t) {
+    return false;
+  };
   /// Whether it is in contact with another island of its solver.
-  bool (*touches)(const World&, std::size_t island);
+  bool (*touches)(const World&, std::size_t island) = [](const World&, std::size_t) {
+    return false;
+  };
   /// Saves the initial state of the step, bodies included.
-  void (*save)(World&, std::size_t island);
+  void (*save)(World&, std::size_t island) = [](World&, std::size_t) {};
   /// Repeats the step from the saved state. False if it fails or is too dear to be repeated.
-  bool (*repeat)(World&, std::size_t island, Real h);
+  bool (*repeat)(World&, std::size_t island, Real h) = [](World&, std::size_t, Real) {
+    return true;
+  };
   /// Appends the reactions of a follower at its interfaces over the step.
-  void (*react)(World&, std::size_t island, Real h, std::vector<contact::Reaction>&);
+  void (*react)(World&, std::size_t island, Real h, std::vector<contact::Reaction>&) =
+      [](World&, std::size_t, Real, std::vector<contact::Reaction>&) {};
   /// Appends forces of contacts on bodies that had been stepped already.
-  void (*press)(const World&, std::vector<contact::Pressure>&);
+  void (*press)(const World&, std::vector<contact::Pressure>&) =
+      [](const World&, std::vector<contact::Pressure>&) {};
 
   /// After each substep: its failure, unless a worse one is in the report, and the energy that was
   /// removed.
-  void (*note_failure)(const World&, StepReport&);
+  void (*note_failure)(const World&, StepReport&) = [](const World&, StepReport&) {};
   /// Adds the results of the step, those of its last substep, to the report and to the measures.
   void (*report)(const World&, StepReport&);
-  void (*measure)(const World&, Measures&);
+  void (*measure)(const World&, Measures&) = [](const World&, Measures&) {};
 };
 
 /// Rows of kSolvers, in the order in which solvers predict and adjust.

@@ -69,11 +69,6 @@ bool touches(const World& world, std::size_t island) { return islands_of(world)[
 
 std::size_t count(const World& world) { return islands_of(world).size(); }
 
-std::span<contact::Interface> interfaces(World&, std::size_t) { return {}; }
-
-/// Bodies stay where they are until contacts are known.
-void no_starts(const World&, std::vector<contact::StartPose>&) {}
-
 bool repeat(World& world, std::size_t island, Real h) {
   Island& a = restore_island<Islands>(world, island);
   update(world, a, h);
@@ -181,12 +176,10 @@ const SolverRow kRow{.name = "articulated",
                      .fault = fault,
                      .asleep = all_asleep,
                      .find_reaches = find_reaches,
-                     .find_starts = no_starts,
                      .take_contacts = take_contacts,
                      .adjust = adjust_alone,
                      .adjust_touching = adjust_touching,
                      .count = count,
-                     .interfaces = interfaces,
                      .follows = follows,
                      .touches = touches,
                      .save = save_island<Islands>,

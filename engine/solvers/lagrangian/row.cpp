@@ -35,7 +35,6 @@ void predict(World& world, const StepTask& task) {
 }
 
 /// An island compiled within a step has been stepped in its previous form, if at all.
-void catch_up(World&, const StepTask&) {}
 bool has_begun(const World& world, std::size_t island) {
   return islands_of(world)[island].scratch.in_step;
 }
@@ -99,9 +98,6 @@ void take_contacts(World& world, Real) {
 }
 
 void adjust(World& world, const StepTask& task) { resolve_contacts(world, task.h, {}); }
-void nothing(World&, const StepTask&) {}
-bool never(const World&, std::size_t) { return false; }
-void react(World&, std::size_t, Real, std::vector<contact::Reaction>&) {}
 
 /// Islands that lead interfaces get what others met them with one step later.
 void press(const World& world, std::vector<contact::Pressure>& out) {
@@ -211,7 +207,6 @@ const SolverRow kRow{.name = "lagrangian",
                      .compile = compile,
                      .prepare = prepare,
                      .predict = predict,
-                     .catch_up = catch_up,
                      .has_begun = has_begun,
                      .fault = fault,
                      .asleep = asleep,
@@ -219,14 +214,10 @@ const SolverRow kRow{.name = "lagrangian",
                      .find_starts = find_starts,
                      .take_contacts = take_contacts,
                      .adjust = adjust,
-                     .adjust_touching = nothing,
                      .count = count,
                      .interfaces = interfaces,
-                     .follows = never,
-                     .touches = never,
                      .save = save_island<Islands>,
                      .repeat = repeat,
-                     .react = react,
                      .press = press,
                      .note_failure = note_failure,
                      .report = report,

@@ -17,8 +17,6 @@ constexpr Real kTimeToSleep = 0.5;  // s
 constexpr Real kPinMoved = 1e-9;    // m
 constexpr Real kWidest = 1e12;      // m, m/s: beyond it nothing is a motion
 
-void prepare(World&) {}
-
 /// How far from its mass centre a body has parts, m.
 Real extent_of(const World& world, const FlatBody& f) {
   const Shapes* shapes = world.shapes.find(f.body);
@@ -158,10 +156,6 @@ void predict(World& world, const StepTask& task) {
   all.scratch.stepped = true;
 }
 
-void nothing(World&, const StepTask&) {}
-bool has_begun(const World&, std::size_t) { return true; }
-bool never(const World&, std::size_t) { return false; }
-
 /// After a saved World was read.
 const char* fault(const World& world) {
   const Planar& all = plane_of(world);
@@ -179,21 +173,12 @@ bool asleep(const World& world) {
 }
 
 /// Bodies of the plane are obstacles that are at the end of the step already.
-void find_reaches(const World&, Real, std::span<Real>) {}
 void find_starts(const World& world, std::vector<contact::StartPose>& out) {
   const Planar& all = plane_of(world);
   for (std::size_t i = 0; i < all.bodies.size() && all.scratch.stepped; ++i)
     if (all.bodies[i].island != kNobody && all.bodies[i].solid)
       out.push_back({all.bodies[i].slot, all.scratch.starts[i]});
 }
-
-void take_contacts(World&, Real) {}
-std::size_t count(const World&) { return 0; }
-std::span<contact::Interface> interfaces(World&, std::size_t) { return {}; }
-void save(World&, std::size_t) {}
-bool repeat(World&, std::size_t, Real) { return true; }
-void react(World&, std::size_t, Real, std::vector<contact::Reaction>&) {}
-void press(const World&, std::vector<contact::Pressure>&) {}
 
 void note_failure(const World& world, StepReport& report) {
   const Planar& all = plane_of(world);
@@ -226,27 +211,11 @@ void measure(const World& world, Measures& m) {
 }  // namespace
 
 const SolverRow kRow{.name = "planar",
-                     .feels_contacts = false,
                      .compile = compile,
-                     .prepare = prepare,
                      .predict = predict,
-                     .catch_up = nothing,
-                     .has_begun = has_begun,
                      .fault = fault,
                      .asleep = asleep,
-                     .find_reaches = find_reaches,
                      .find_starts = find_starts,
-                     .take_contacts = take_contacts,
-                     .adjust = nothing,
-                     .adjust_touching = nothing,
-                     .count = count,
-                     .interfaces = interfaces,
-                     .follows = never,
-                     .touches = never,
-                     .save = save,
-                     .repeat = repeat,
-                     .react = react,
-                     .press = press,
                      .note_failure = note_failure,
                      .report = report,
                      .measure = measure};
