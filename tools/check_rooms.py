@@ -12,7 +12,7 @@ import sys
 BELOW = {"base": []}
 for room, last in [("nurbs", ["base"]), ("modes", ["base"]), ("geometry", ["nurbs"]),
                    ("joints", ["geometry"]), ("world", ["joints"]),
-                   ("contact", ["world"]), ("solvers", ["contact"]), ("scene", ["world", "modes"]),
+                   ("contact", ["world"]), ("solvers", ["contact", "modes"]), ("scene", ["world", "modes"]),
                    ("render", ["contact"]), ("runtime", ["solvers"]),
                    ("pantin", ["runtime", "scene", "render"])]:
     BELOW[room] = sorted({r for l in last for r in [l, *BELOW[l]]})

@@ -70,6 +70,37 @@ bool is_inside(std::span<const Vec2> corners, Vec2 p) {
   return inside;
 }
 
+bool is_convex(std::span<const Vec2> corners) {
+  const std::size_t n = corners.size();
+  for (std::size_t i = 0; i < n; ++i)
+    if (cross(corners[(i + 1) % n] - corners[i], corners[(i + 2) % n] - corners[(i + 1) % n]) < 0)
+      return false;
+  return true;
+}
+
+/// By ears.
+std::vector<std::vector<Vec2>> convex_pieces(std::span<const Vec2> outline) {
+  std::vector<Vec2> corners(outline.begin(), outline.end());
+  if (is_convex(outline)) return {std::move(corners)};
+  std::vector<std::vector<Vec2>> all;
+  for (std::size_t i = 0; corners.size() > 3 && i < corners.size();) {
+    const std::size_t n = corners.size();
+    const Vec2 a = corners[(i + n - 1) % n], b = corners[i], c = corners[(i + 1) % n];
+    const auto is_in = [&](Vec2 p) {
+      return cross(b - a, p - a) > 0 && cross(c - b, p - b) > 0 && cross(a - c, p - c) > 0;
+    };
+    if (cross(b - a, c - b) <= 0 || std::any_of(corners.begin(), corners.end(), is_in)) {
+      ++i;
+      continue;
+    }
+    all.push_back({a, b, c});
+    corners.erase(corners.begin() + static_cast<std::ptrdiff_t>(i));
+    i = 0;
+  }
+  if (corners.size() == 3) all.push_back(std::move(corners));
+  return all;
+}
+
 Edge edge_of(std::span<const Vec2> corners, std::size_t edge) {
   Edge e;
   e.from = corners[edge];

@@ -3,6 +3,7 @@
 #include <optional>
 #include <span>
 #include <utility>
+#include <vector>
 
 #include "engine/modes/lamina.hpp"
 
@@ -24,6 +25,9 @@ Real extent(std::span<const Vec2> corners);
 /// Two edges that cross or touch and are no neighbours; numbers of their first corners.
 std::optional<std::pair<std::size_t, std::size_t>> crossing(std::span<const Vec2> corners);
 bool is_inside(std::span<const Vec2> corners, Vec2 p);
+bool is_convex(std::span<const Vec2> corners);
+/// The outline itself if it is convex, else triangles.
+std::vector<std::vector<Vec2>> convex_pieces(std::span<const Vec2> corners);
 
 /// The edge from a corner to the next.
 struct Edge {

@@ -4,6 +4,7 @@
 /// programme finds a motion and another finds forces.
 #include <vector>
 
+#include "engine/base/fields.hpp"
 #include "engine/modes/prepare.hpp"
 
 namespace pantin::detail::modes {
@@ -12,6 +13,11 @@ namespace pantin::detail::modes {
 struct Signs {
   std::uint32_t roll = 0, plus = 0, minus = 0;
 
+  static void fields(auto& self, auto&& field) {
+    field("roll", self.roll);
+    field("plus", self.plus);
+    field("minus", self.minus);
+  }
   friend bool operator==(const Signs&, const Signs&) = default;
 };
 Signs signs_of(const Region& r);

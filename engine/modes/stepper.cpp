@@ -63,9 +63,13 @@ Placement moved(const Placement& p, Vec3 twist, Real h) {
 }  // namespace
 
 const char* word_for(Ending ending) {
-  constexpr const char* kWords[] = {"done", "no mode", "the motion is not determined",
+  constexpr const char* kWords[] = {"done",
+                                    "no mode",
+                                    "the motion is not determined",
                                     "a finger is at a corner, where it has no normal",
-                                    "more than 32 contacts"};
+                                    "more than 32 contacts",
+                                    "several modes hold",
+                                    "modes switch without end"};
   return kWords[static_cast<std::size_t>(ending)];
 }
 
@@ -246,7 +250,7 @@ bool Stepper::choose(const Moment& now, StepEnd& end) {
   const Friction mu{{roll_.data(), prepared_.count}, {slide_.data(), prepared_.count}};
   const Region* best = nullptr;
   std::array<Real, 2> of_best{};
-  std::size_t count = 0;
+  std::size_t count = 0, stable = 0;
   for (const Region& r : prepared_.regions) {
     const OwnFriction m = own(r, mu);
     const int branch = branch_of(r, m);
@@ -259,9 +263,14 @@ bool Stepper::choose(const Moment& now, StepEnd& end) {
     const bool is_last = as_before && signs_of(r) == last;
     const std::array<Real, 2> rank{is_last ? 2.0 : Real(index_of(r, branch)), margin};
     if (!best || rank > of_best) best = &r, of_best = rank;
+    stable += index_of(r, branch) > 0;
   }
   end.choices = std::max(end.choices, count);
   end.verdict = count > 1 ? Verdict::ambiguous : Verdict::unique;
+  if (best && doubt == Doubt::stop && of_best[0] < 2 && stable != 1) {
+    end.ending = Ending::undecided;
+    return false;
+  }
   if (best && take(now, *best)) return true;
   find_modes(prepared_, mu, modes_);
   end.verdict = modes_.verdict;
@@ -285,6 +294,10 @@ StepEnd Stepper::step(const Part& part, std::span<const Finger> fingers, Real du
     if (!choose(now, end)) break;
     if (moved_before && !(before == motion.signs)) ++end.switches;
     end.zeno |= piled > kMostShort || end.switches > kMostSwitches;
+    if (end.zeno && doubt == Doubt::stop) {
+      end.ending = Ending::zeno;
+      break;
+    }
     const Real left = duration - now.time;
     const Real took = go(now, left, kSharp * duration);
     piled = took < kShort * duration ? piled + 1 : 0;
@@ -298,6 +311,93 @@ StepEnd Stepper::step(const Part& part, std::span<const Finger> fingers, Real du
   end.time = now.time;
   if (duration - now.time <= kSharp * duration) end.ending = Ending::done;
   return end;
+}
+
+namespace {
+
+/// Moves a lamina so that contacts are closed, each in turn by the least motion.
+void close_all(Moment& now, const Touches& touches, Real size) {
+  constexpr int kMostSweeps = 200;
+  for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
+    Real worst = 0;
+    for (const Touch touch : touches) {
+      const Contact c = contact_of(now, touch);
+      const Real gap = gap_of(now, touch);
+      const Vec2 middle = now.placed.shift;
+      const Real arm = cross(c.point - middle, c.normal) / size;
+      const Real by = -gap / (1 + arm * arm), turn = by * arm / size;
+      now.place({now.placed.shift + by * c.normal, now.placed.angle + turn});
+      worst = std::max(worst, std::abs(gap));
+    }
+    if (worst < 1e-13 * size) return;
+  }
+}
+
+/// The greatest difference of two motions anywhere on the outline, m/s.
+Real apart(const Moment& now, Vec3 p, Vec3 q) {
+  const Vec3 d = p - q;
+  Real most = 0;
+  for (const Vec2 corner : now.part.outline) {
+    const Vec2 at = now.placed.shift + turned(corner, now.facing.x, now.facing.y);
+    most = std::max(most, std::hypot(d.x - d.z * at.y, d.y + d.z * at.x));
+  }
+  return most;
+}
+
+}  // namespace
+
+bool Stepper::resume(const Part& part, std::span<const Finger> fingers, const Found& found) {
+  constexpr Real kNear = 0.01;  // of the extent
+  const Real size = extent(part.outline);
+  tolerance_ = kTouching * size;
+  Moment now{part, fingers};
+  now.place(found.placed);
+  Touches near = touches_of(now, kNear * size);
+  const auto touches = [&](Touch t) { return has(found.fingers, t.finger); };
+  near.count = static_cast<std::size_t>(
+      std::partition(near.list.begin(), near.list.begin() + near.count, touches) -
+      near.list.begin());
+  if (near.count == 0 || near.at_corner || near.too_many) return false;
+  close_all(now, near, size);
+  const Motion before = motion;
+  motion.touches = touches_of(now, tolerance_);
+  if (motion.touches.count == near.count && take_nearest(now, found)) {
+    placed = now.placed;
+    return true;
+  }
+  motion = before;
+  return false;
+}
+
+/// Of the stable modes that hold here the one that moves most like what was found.
+bool Stepper::take_nearest(const Moment& now, const Found& found) {
+  prepare_at(now);
+  const Friction mu{{roll_.data(), prepared_.count}, {slide_.data(), prepared_.count}};
+  const Region* best = nullptr;
+  const SignedMode* other = nullptr;
+  Real least = found.apart;
+  for (const Region& r : prepared_.regions) {
+    const int branch = branch_of(r, own(r, mu));
+    const Real away = apart(now, r.twist, found.twist);
+    if (branch != 0 && index_of(r, branch) > 0 && away <= least) best = &r, least = away;
+  }
+  if (!best) {
+    find_modes(prepared_, mu, modes_);
+    for (const SignedMode& mode : modes_.indeterminate) {
+      const Real away = apart(now, mode.twist, found.twist);
+      if (mode.motion_unique && away <= least) other = &mode, least = away;
+    }
+  }
+  return best ? take(now, *best) : other && take(now, *other);
+}
+
+void Stepper::reserve(std::size_t contacts) {
+  const std::size_t n = std::min(contacts, kMostContacts);
+  prepared_.candidates.reserve(n * (n - 1) * (n + 4) / 6);
+  // The motion of n fingers in general position allows at most 2 n - 4 and 6 n - 12 modes.
+  prepared_.regions.reserve(16 * n);
+  modes_.modes.reserve(16 * n), modes_.indeterminate.reserve(16 * n);
+  modes_.search.list.reserve(16 * n);
 }
 
 }  // namespace pantin::detail::modes

@@ -11,9 +11,18 @@ enum class Ending : std::uint8_t {
   no_mode,      // StepEnd::verdict tells why: dynamics must go on from here
   free_motion,  // the modes that hold leave the motion open
   at_corner,    // a point finger is at a convex corner, where it has no normal
-  crowded       // more than kMostContacts contacts
+  crowded,      // more than kMostContacts contacts
+  undecided,    // of several modes, none is the only one that is stable: see Doubt
+  zeno          // modes switch faster than can be followed: likewise
 };
 const char* word_for(Ending ending);
+
+/// What to do where quasi-statics leaves the motion open: several modes hold and none of them holds
+/// already, or modes switch without end.
+enum class Doubt : std::uint8_t {
+  decide,  // the stable mode (index +1) that is farthest from its bounds; switches by turns
+  stop     // unless one mode alone is stable
+};
 
 struct StepEnd {
   Ending ending = Ending::done;
@@ -32,6 +41,24 @@ struct Motion {
   int index = 0;  // see index_of; 0 where forces are not unique
   std::array<Real, kMostContacts> normal_force{}, tangent_force{};  // of the touches, N
   bool is_known = false;
+
+  static void fields(auto& self, auto&& field) {
+    field("touches", self.touches);
+    field("signs", self.signs);
+    field("twist", passive(self.twist));
+    field("index", self.index);
+    field("normal_force", passive(self.normal_force));
+    field("tangent_force", passive(self.tangent_force));
+    field("is_known", self.is_known);
+  }
+};
+
+/// Where a lamina is, and how fast it moves, not by modes: see Stepper::resume().
+struct Found {
+  Placement placed;
+  Vec3 twist{0};   // about the scene's origin
+  Real apart = 0;  // m/s: how far from it a mode's motion may be, anywhere on the outline
+  std::uint32_t fingers = UINT32_MAX;  // those that touch, a bit each
 };
 
 /// Copying it is a snapshot. Steps take no memory after the first ones.
@@ -39,16 +66,26 @@ class Stepper {
  public:
   Placement placed;
   Motion motion;  // of the last stretch, as at its start
+  Doubt doubt = Doubt::decide;
 
   /// Moves on by `duration` (s), or as far as there is an answer. A mode is kept as long as it
   /// holds; of several others it is the one of index +1 that is farthest from its bounds. Ends of
   /// modes are found to 1e-12 of the step.
   StepEnd step(const Part& part, std::span<const Finger> fingers, Real duration);
 
+  /// Goes on from a motion found otherwise in the mode that moves most alike, at the place moved so
+  /// that contacts of these fingers within 1 % of the outline's extent are closed. False, and
+  /// nothing happens, if no stable mode moves like it.
+  bool resume(const Part& part, std::span<const Finger> fingers, const Found& found);
+
+  /// Takes the memory of steps with so many contacts.
+  void reserve(std::size_t contacts);
+
  private:
   bool choose(const Moment& now, StepEnd& end);
   bool take(const Moment& now, const Region& r);
   bool take(const Moment& now, const SignedMode& mode);
+  bool take_nearest(const Moment& now, const Found& found);
   void prepare_at(const Moment& now);
   bool find_twist(const Moment& now, Vec3& twist) const;
   bool advance(Moment& now, Real h) const;

@@ -1,5 +1,6 @@
 #pragma once
 /// Where fingers touch a lamina that has an outline and a pose.
+#include "engine/base/fields.hpp"
 #include "engine/modes/outline.hpp"
 
 namespace pantin::detail::modes {
@@ -30,6 +31,11 @@ struct Finger {
 struct Touch {
   std::uint8_t finger = 0;
   std::uint32_t feature = 0;
+
+  static void fields(auto& self, auto&& field) {
+    field("finger", self.finger);
+    field("feature", self.feature);
+  }
 };
 
 /// The lamina and its fingers at a moment of a step.
@@ -61,6 +67,13 @@ struct Touches {
   std::size_t count = 0;
   bool at_corner = false;  // a point finger is at a convex corner: it has no normal there
   bool too_many = false;
+
+  static void fields(auto& self, auto&& field) {
+    field("list", self.list);
+    field("count", self.count);
+    field("at_corner", self.at_corner);
+    field("too_many", self.too_many);
+  }
 
   const Touch* begin() const { return list.data(); }
   const Touch* end() const { return list.data() + count; }

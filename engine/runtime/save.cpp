@@ -15,6 +15,7 @@
 #include "engine/geometry/surface.hpp"
 #include "engine/joints/kinds.hpp"
 #include "engine/solvers/solver.hpp"
+#include "engine/world/lamina.hpp"
 #include "engine/world/timed_event.hpp"
 
 namespace pantin {
@@ -194,7 +195,7 @@ Result<World> world_from_bytes(std::string_view bytes, World like, std::string_v
   FieldReader from(rest);
   World world;
   world.user = std::move(like.user);
-  events_of(world);  // of the engine's own, kept like those of users
+  laminas_of(world), events_of(world);  // of the engine's own, kept like those of users
   from.read(world);
   if (!from.ok()) return error(stage, from.fault());
   if (std::string why = check_components(world); !why.empty()) return error(stage, why);

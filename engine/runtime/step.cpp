@@ -8,6 +8,7 @@
 #include "engine/runtime/events.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "engine/solvers/solver.hpp"
+#include "engine/world/lamina.hpp"
 
 namespace pantin::detail {
 namespace {
@@ -210,6 +211,7 @@ class Timed {
 void drive(Step& s) {
   const Timed timed(s, &StageTimes::drive);
   move_kinematic_bodies(s.world, s.task.h, s.report);
+  move_fingers(s.world, s.world.time + s.task.h, s.task.h);
   compile_if_changed(s.world);
 }
 

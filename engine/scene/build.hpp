@@ -21,6 +21,7 @@ struct BuiltBody {
   const SolverSettings* solver = nullptr;
   std::uint32_t material = UINT32_MAX;  // for all its shapes; UINT32_MAX: their own
   bool has_path = false;
+  bool is_lamina = false;
   std::shared_ptr<const Collision> collision;  // of colliding bodies; likewise
 };
 
@@ -143,6 +144,11 @@ void check_solvers(const BuiltScene& built, const std::vector<Solver>& solvers,
 void check_planes(const BuiltScene& built, const std::vector<Solver>& solvers, Vec3 gravity,
                   BuildMessages& messages);
 
+/// Tells of bodies that solver "quasistatic" cannot move: those that are no laminas, and those that
+/// are but are tied to something.
+void check_laminas(const BuiltScene& built, const std::vector<Solver>& solvers,
+                   BuildMessages& messages);
+
 /// Tells of events that ask a solver for what it does not know, and warns of those that come to
 /// nothing: after the end of the scene, winds that no body feels.
 void check_events(const BuiltScene& built, const std::vector<Solver>& solvers,
@@ -160,5 +166,8 @@ void warn_of_contacts(const BuiltScene& built, Vec3 gravity, BuildMessages& mess
 
 /// Fills the World of a scene.
 void build_world(const BuiltScene& built, World& world);
+
+/// Makes the bodies of laminas what they are: see add_lamina_bodies.
+void add_laminas(const std::vector<LaminaPlan>& laminas, World& world);
 
 }  // namespace pantin::detail

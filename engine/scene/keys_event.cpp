@@ -11,8 +11,8 @@ using enum TimedEventKind;
 constexpr Range kMoment{0, 1e6, "a time in seconds from 0 to 1e6"};
 constexpr Range kRepeat{kShortestRepeat, 1e6, "a time in seconds from 1e-3 to 1e6"};
 constexpr std::string_view kAnEvent = "a time in seconds";
-constexpr std::string_view kSolverWords[] = {"auto",       "sweep",      "shake2",
-                                             "procedural", "lagrangian", "planar"};
+constexpr std::string_view kSolverWords[] = {"auto",       "sweep",  "shake2",     "procedural",
+                                             "lagrangian", "planar", "quasistatic"};
 
 constexpr Key type_of(TimedEventKind kind) {
   Key key = word("type", std::span(kTimedEventNames).subspan(static_cast<std::size_t>(kind), 1),

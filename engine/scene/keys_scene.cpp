@@ -9,9 +9,9 @@ using namespace rows;
 
 constexpr SolverSettings kSettings;  // what a scene that says nothing has
 
-constexpr std::string_view kSolvers[] = {"auto",       "sweep",      "shake2",
-                                         "procedural", "lagrangian", "planar"};
-constexpr std::string_view kOldSolvers[] = {"", "", "", "paper", "", ""};
+constexpr std::string_view kSolvers[] = {"auto",       "sweep",  "shake2",     "procedural",
+                                         "lagrangian", "planar", "quasistatic"};
+constexpr std::string_view kOldSolvers[] = {"", "", "", "paper", "", "", ""};
 constexpr std::string_view kStabilisations[] = {"projection", "baumgarte", "none"};
 constexpr std::string_view kReluctances[] = {"inertia_over_mass", "literal_step"};
 
@@ -95,7 +95,8 @@ constexpr Key kSolver[] = {
         "steps. procedural: the rotation rule as printed by Lee et al. (2000), for comparison. "
         "lagrangian: exact joints of "
         "every kind, by forces of constraint. planar: bodies that stay in the plane of x and y, by "
-        "Box2D, with joints closed exactly.")
+        "Box2D, with joints closed exactly. quasistatic: laminas, which have it without being "
+        "told.")
         .once_words(kOldSolvers)
         .or_else(0),
     number("rotation_stiffness", "", kNotNegative, "Of sweep: 0 swings, large values slide.")

@@ -39,6 +39,14 @@ struct LaminaPlan {
   Vec3 load() const { return {force.x, force.y, torque + modes::cross(centre, force)}; }
 };
 
+/// Whether it is known enough to be moved: it has an outline and a mass.
+inline bool is_body(const LaminaPlan& lamina) { return !lamina.outline.empty() && lamina.mass > 0; }
+
+/// The name of the body of a finger: "rod/left".
+inline std::string body_name(const LaminaPlan& lamina, const FingerPlan& finger) {
+  return lamina.name + '/' + finger.name;
+}
+
 /// Velocity over the first stretch of its path, m/s.
 modes::Vec2 first_velocity(const FingerPlan& finger);
 

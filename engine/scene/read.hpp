@@ -39,6 +39,7 @@ struct SceneReading {
   std::vector<std::string> open_files{};   // being read, outermost first, by their full paths
   std::unordered_map<std::string, std::uint32_t> prefab_of{};  // of files read before
   std::uint32_t scopes = 0;                                    // of names of prefabs
+  std::vector<NodeId> lamina_nodes{};                          // of Scene::laminas
 };
 
 /// Context for reading a file.

@@ -4,6 +4,7 @@
 #include <system_error>
 #include <unordered_map>
 
+#include "engine/scene/lamina_bodies.hpp"
 #include "engine/scene/read.hpp"
 
 namespace pantin::detail {
@@ -108,6 +109,26 @@ std::optional<EventRecipe> read_event_of_prefab(const Reading& reading, NodeId n
   return std::nullopt;
 }
 
+/// Laminas and their fingers are bodies of the scene like others.
+void add_bodies_of_laminas(const OpenGroup& open) {
+  const Reading& reading = open.reading;
+  const Scene& scene = reading.scene.recipe.scene;
+  for (std::size_t i = 0; scene.laminas && i < scene.laminas->size(); ++i) {
+    const std::size_t before = open.group.bodies.size();
+    const NodeId node = reading.scene.lamina_nodes[i];
+    if (!is_body((*scene.laminas)[i])) {
+      reading.diagnostics.warn(node, "lamina without a body",
+                               "lamina \"" + (*scene.laminas)[i].name +
+                                   "\" has no outline or no mass: only `pantin modes` knows it, "
+                                   "nothing moves it");
+      continue;
+    }
+    add_lamina_bodies((*scene.laminas)[i], reading.solver, {open.group.bodies, reading.materials});
+    for (std::size_t k = before; k < open.group.bodies.size(); ++k)
+      open.note(ElementKind::body, node);
+  }
+}
+
 void read_group(const OpenGroup& open, const Reader& from) {
   Group& group = open.group;
   group.scope = open.reading.scope;
@@ -132,6 +153,7 @@ void read_group(const OpenGroup& open, const Reader& from) {
   };
   open.read_all(from.items("events"), ElementKind::event, read_own_event, group.events);
   read_generators(open, from);
+  if (open.number == 0) add_bodies_of_laminas(open);
   check_names(open);
 }
 
@@ -277,8 +299,12 @@ void read_laminas(const Reading& reading, const Reader& from, Scene& scene) {
     auto lamina = read_lamina(reading, node, scene.world.gravity);
     if (!lamina) continue;
     const auto [first, is_new] = known.try_emplace(lamina->name, node);
-    if (!is_new) refuse_repeated(reading, node, lamina->name, first->second);
+    if (!is_new) {
+      refuse_repeated(reading, node, lamina->name, first->second);
+      continue;
+    }
     all.push_back(std::move(*lamina));
+    reading.scene.lamina_nodes.push_back(node);
   }
   if (!all.empty()) scene.laminas = std::make_shared<const std::vector<LaminaPlan>>(std::move(all));
 }

@@ -102,12 +102,14 @@ Result<Scene> parse_whole(std::string_view text, std::string_view name, const Sc
   if (choices.solver) solvers.assign(solvers.size(), *choices.solver);
   check_solvers(built, solvers, places);
   check_planes(built, solvers, scene.world.gravity, places);
+  check_laminas(built, solvers, places);
   check_events(built, solvers, places);
   if (files.any_errors()) return files.errors();
   warn_of_structure(built, solvers, places);
   warn_of_contacts(built, scene.world.gravity, places);
   warn_of_events(built, scene.duration, places);
   build_world(built, scene.world);
+  if (scene.laminas) add_laminas(*scene.laminas, scene.world);
   choices.apply(scene.world.default_settings);
   for (SolverSettings& s : scene.world.settings.values()) choices.apply(s);
   if (scene.title.empty()) scene.title = std::filesystem::path(name).stem().string();

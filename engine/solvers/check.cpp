@@ -6,6 +6,7 @@
 #include "engine/joints/joint_force.hpp"
 #include "engine/solvers/solver.hpp"
 #include "engine/world/flat.hpp"
+#include "engine/world/lamina.hpp"
 
 namespace pantin::detail {
 namespace {
@@ -208,6 +209,36 @@ void list_what_leaves_planes(const Plans& owners, std::span<const IslandPlan> pl
   }
 }
 
+/// Of bodies that are no laminas, and of what ties a lamina to another body.
+void list_what_is_no_lamina(const Plans& owners, std::span<const IslandPlan> plans) {
+  for (const IslandPlan& plan : plans)
+    for (const std::uint32_t slot : plan.slots) {
+      const Entity who = owners.world.bodies.owners()[slot];
+      std::string why = lamina_fault(owners.world, who);
+      if (why.empty() && plan.slots.size() > 1)
+        why = "is a lamina that is tied to another body: only fingers hold it";
+      if (why.empty()) continue;
+      owners.partition.faults.push_back({who, std::move(why), StructureFault::impossible, false});
+      owners.stop(who);
+    }
+  const auto is_slow = [&](Entity body) {
+    const SolverSettings* how = owners.settings(body);
+    return how && how->solver == Solver::quasistatic;
+  };
+  const auto tell = [&](Entity tie, std::initializer_list<Entity> bodies) {
+    if (std::any_of(bodies.begin(), bodies.end(), is_slow))
+      owners.partition.faults.push_back(
+          {tie,
+           "ties a lamina, which its solver \"quasistatic\" does not know: only fingers hold it",
+           StructureFault::left_out, false});
+  };
+  const World& w = owners.world;
+  for (std::size_t i = 0; i < w.links.size(); ++i)
+    tell(w.links.owners()[i], {w.links.values()[i].a, w.links.values()[i].b});
+  for (std::size_t i = 0; i < w.pins.size(); ++i)
+    tell(w.pins.owners()[i], {w.pins.values()[i].body, w.pins.values()[i].to});
+}
+
 }  // namespace
 
 void list_faults(World& world, std::span<std::vector<IslandPlan>> plans) {
@@ -220,6 +251,7 @@ void list_faults(World& world, std::span<std::vector<IslandPlan>> plans) {
   list_impossible(all);
   list_faulty_settings(all, plans);
   list_what_leaves_planes(all, plans[kPlanar]);
+  list_what_is_no_lamina(all, plans[kQuasistatic]);
 }
 
 }  // namespace pantin::detail

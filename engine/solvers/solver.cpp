@@ -10,6 +10,7 @@
 namespace pantin::detail {
 
 std::uint8_t row_of(Solver solver) {
+  if (solver == Solver::quasistatic) return kQuasistatic;
   if (solver == Solver::planar) return kPlanar;
   return solver == Solver::lagrangian ? kLagrangian : kArticulated;
 }

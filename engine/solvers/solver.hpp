@@ -97,8 +97,11 @@ struct SolverRow {
 };
 
 /// Rows of kSolvers, in the order in which solvers predict and adjust.
-enum SolverIndex : std::uint8_t { kPlanar, kLagrangian, kArticulated, kSolverCount };
+enum SolverIndex : std::uint8_t { kQuasistatic, kPlanar, kLagrangian, kArticulated, kSolverCount };
 
+namespace quasistatic {
+extern const SolverRow kRow;
+}
 namespace planar {
 extern const SolverRow kRow;
 }
@@ -109,7 +112,7 @@ namespace articulated {
 extern const SolverRow kRow;
 }
 inline constexpr std::array<const SolverRow*, kSolverCount> kSolvers{
-    &planar::kRow, &lagrangian::kRow, &articulated::kRow};
+    &quasistatic::kRow, &planar::kRow, &lagrangian::kRow, &articulated::kRow};
 
 /// The row of a solver setting.
 std::uint8_t row_of(Solver solver);

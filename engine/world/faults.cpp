@@ -10,7 +10,7 @@ namespace {
 
 constexpr unsigned bit(Solver s) { return 1u << static_cast<int>(s); }
 constexpr unsigned kAuto = bit(Solver::articulated), kExact = bit(Solver::lagrangian),
-                   kPlanar = bit(Solver::planar);
+                   kPlanar = bit(Solver::planar), kSlow = bit(Solver::quasistatic);
 
 struct Knowledge {
   const char* name;
@@ -29,7 +29,7 @@ constexpr Knowledge kKnowledge[kFeatures] = {
     {"a soft stop", kAuto, "\"auto\""},
     {"a pose drive", kAuto | kExact, "\"auto\" or \"lagrangian\""},
     {"a cable", kAuto | kExact, "\"auto\" or \"lagrangian\""},
-    {"contact", kAuto | kExact | kPlanar, "\"auto\" or \"lagrangian\""},
+    {"contact", kAuto | kExact | kPlanar | kSlow, "\"auto\" or \"lagrangian\""},
     {"a spring pin", kAuto | kExact, "\"auto\" or \"lagrangian\""},
     {"a moving surface, rolling or spinning friction", kAuto, "\"auto\""},
     {"a ring or a pulley of a cable", kExact, "\"lagrangian\""},

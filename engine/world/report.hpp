@@ -63,6 +63,11 @@ struct StepReport {
   Entity contact;                  // the joint that it is of; `body` is its body a
   int released = 0;                // joints of surfaces that let go in this step
   int unsolved = 0;  // groups of islands whose contacts were not solved to the tolerance
+  // Quasi-static solver:
+  int mode_switches = 0;  // changes of contact modes in this step
+  int handed_over = 0;    // laminas that dynamics moved in this step: quasi-statics had no answer
+  Entity lamina;          // the first that went over to dynamics in this step, or came back
+  const char* changed = "";  // why it went, in a clause; "" if it came back
   // What the structure has that cannot be used or that its solver does not know: see check(World).
   int faults = 0;
   Entity fault;  // of the first

@@ -10,12 +10,14 @@ using namespace detail;
 
 namespace {
 
-constexpr std::array<std::pair<Solver, const char*>, 6> kNames{{{Solver::articulated, "auto"},
-                                                                {Solver::sweep, "sweep"},
-                                                                {Solver::shake2, "shake2"},
-                                                                {Solver::procedural, "procedural"},
-                                                                {Solver::lagrangian, "lagrangian"},
-                                                                {Solver::planar, "planar"}}};
+constexpr std::array<std::pair<Solver, const char*>, 7> kNames{
+    {{Solver::articulated, "auto"},
+     {Solver::sweep, "sweep"},
+     {Solver::shake2, "shake2"},
+     {Solver::procedural, "procedural"},
+     {Solver::lagrangian, "lagrangian"},
+     {Solver::planar, "planar"},
+     {Solver::quasistatic, "quasistatic"}}};
 
 // The bounds of the scene keys: a larger count is as good as endless.
 constexpr int kMostSweeps = 10'000, kMostActiveSetIterations = 64;

@@ -15,8 +15,9 @@ enum class Solver : std::uint8_t {
   procedural,   // rotation rule as printed in [Lee 2000], for comparison in charts
   lagrangian,   // Newton's and Euler's equations with multipliers: exact joints of every kind
   planar,       // bodies that stay in the plane of x and y, by Box2D; joints closed exactly
+  quasistatic,  // laminas that fingers move so slowly that inertia does not count
 };
-constexpr Solver last_of(Solver) { return Solver::planar; }
+constexpr Solver last_of(Solver) { return Solver::quasistatic; }
 
 /// How the Lagrangian solver corrects constraint drift.
 enum class Stabilisation : std::uint8_t {
@@ -81,7 +82,7 @@ struct SolverSettings {
   }
 };
 
-/// "auto", "sweep", "shake2", "procedural", "lagrangian", "planar".
+/// "auto", "sweep", "shake2", "procedural", "lagrangian", "planar", "quasistatic".
 const char* name_of(Solver solver);
 /// False for any other word; `solver` is then unchanged.
 bool solver_from_name(const char* name, Solver& solver);

@@ -88,6 +88,5 @@ std::string scene_along(const Scene& scene, const LaminaPlan& plan, const Places
 /// The same where it moves by dynamics, its fingers slower by a factor. Outlines must be convex.
 std::string scene_of_dynamics(const Scene& scene, const LaminaPlan& plan, double duration,
                               double slower);
-bool is_convex(std::span<const Vec2> corners);
 
 }  // namespace pantin::program

@@ -17,27 +17,6 @@ constexpr double kTurn = 0.002;
 
 Json triple(Vec2 v, double z = 0) { return Json::array({v.x, v.y, z}); }
 
-/// Triangles of a simple polygon, by ears.
-std::vector<std::array<Vec2, 3>> triangles_of(std::vector<Vec2> corners) {
-  std::vector<std::array<Vec2, 3>> all;
-  for (std::size_t i = 0; corners.size() > 3 && i < corners.size();) {
-    const std::size_t n = corners.size();
-    const Vec2 a = corners[(i + n - 1) % n], b = corners[i], c = corners[(i + 1) % n];
-    const auto is_in = [&](Vec2 p) {
-      return cross(b - a, p - a) > 0 && cross(c - b, p - b) > 0 && cross(a - c, p - c) > 0;
-    };
-    if (cross(b - a, c - b) <= 0 || std::any_of(corners.begin(), corners.end(), is_in)) {
-      ++i;
-      continue;
-    }
-    all.push_back({a, b, c});
-    corners.erase(corners.begin() + static_cast<std::ptrdiff_t>(i));
-    i = 0;
-  }
-  if (corners.size() == 3) all.push_back({corners[0], corners[1], corners[2]});
-  return all;
-}
-
 Json hull_of(std::span<const Vec2> corners, double thick) {
   Json points = Json::array();
   for (const Vec2 c : corners)
@@ -47,12 +26,7 @@ Json hull_of(std::span<const Vec2> corners, double thick) {
 
 Json shapes_of(const LaminaPlan& plan, double thick) {
   Json shapes = Json::array();
-  if (is_convex(plan.outline)) {
-    shapes.push_back(hull_of(plan.outline, thick));
-    return shapes;
-  }
-  for (const auto& triangle : triangles_of(plan.outline))
-    shapes.push_back(hull_of(triangle, thick));
+  for (const auto& piece : convex_pieces(plan.outline)) shapes.push_back(hull_of(piece, thick));
   return shapes;
 }
 
@@ -133,14 +107,6 @@ Json frame_of(const Scene& scene, const LaminaPlan& plan, double duration, doubl
 }
 
 }  // namespace
-
-bool is_convex(std::span<const Vec2> corners) {
-  const std::size_t n = corners.size();
-  for (std::size_t i = 0; i < n; ++i)
-    if (cross(corners[(i + 1) % n] - corners[i], corners[(i + 2) % n] - corners[(i + 1) % n]) < 0)
-      return false;
-  return true;
-}
 
 std::string scene_along(const Scene& scene, const LaminaPlan& plan, const Places& places) {
   const double end = places.interval * static_cast<double>(places.list.size() - 1);

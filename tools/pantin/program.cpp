@@ -271,9 +271,17 @@ std::string bold(const std::string& text) {
   return kPlain ? safe : "\033[1m" + safe + "\033[0m";
 }
 
-bool is_planar(const World& world, std::uint32_t slot) {
+namespace {
+
+bool is_solved_by(SolverIndex solver, const World& world, std::uint32_t slot) {
   const Owner owner = owner_of(partition_of(world), slot);
-  return owner && owner.solver == kPlanar;
+  return owner && owner.solver == solver;
+}
+
+}  // namespace
+
+bool is_planar(const World& world, std::uint32_t slot) {
+  return is_solved_by(kPlanar, world, slot) || is_solved_by(kQuasistatic, world, slot);
 }
 
 std::vector<std::pair<Solver, std::size_t>> solvers_in_use(const World& world) {
@@ -288,7 +296,9 @@ std::vector<std::pair<Solver, std::size_t>> solvers_in_use(const World& world) {
   for (const lagrangian::Island& m : lagrangian::islands_of(world))
     add(m.settings.solver, m.count() - m.interfaces.size());
   for (std::uint32_t slot = 0; slot < world.bodies.size(); ++slot)
-    if (is_planar(world, slot)) add(Solver::planar, 1);
+    if (is_solved_by(kPlanar, world, slot)) add(Solver::planar, 1);
+  for (std::uint32_t slot = 0; slot < world.bodies.size(); ++slot)
+    if (is_solved_by(kQuasistatic, world, slot)) add(Solver::quasistatic, 1);
   if (used.empty()) add(world.default_settings.solver, 0);
   return used;
 }

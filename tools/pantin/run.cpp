@@ -10,6 +10,7 @@
 #include "engine/solvers/articulated/island.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "engine/solvers/solver.hpp"
+#include "engine/world/lamina.hpp"
 #include "tools/pantin/command_line.hpp"
 #include "tools/pantin/pictures.hpp"
 #include "tools/pantin/program.hpp"
@@ -27,6 +28,12 @@ struct RunChoices {
   PictureChoices pictures;
   int threads = 1;
   bool hash = false, json = false;
+};
+
+/// A lamina that went over to dynamics, or back to modes.
+struct HandOver {
+  double time = 0;          // s
+  std::string lamina, why;  // why: "" on the way back
 };
 
 /// What a run has to tell.
@@ -47,12 +54,19 @@ struct Summary {
   std::uint64_t limited_steps = 0, rescued_steps = 0, allocations = 0, timed_steps = 0;
   std::vector<double> step_seconds;
   std::size_t frames = 0;
+  std::uint64_t mode_switches = 0, dynamic_steps = 0;  // of laminas
+  std::vector<HandOver> hand_overs;
   std::string lost_body;
   double lost_time = 0, lost_gap = 0;  // s, m
   double cpu_seconds = 0;              // of all threads, over the loop
 };
 
 using Clock = std::chrono::steady_clock;
+
+bool has_laminas(const World& world) {
+  const Store<Lamina>* all = laminas_of(world);
+  return all && all->size() > 0;
+}
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -97,6 +111,10 @@ StepReport timed_step(Simulation& sim, double until, Summary& s) {
   s.most_passes = std::max(s.most_passes, report.active_set_iterations_used);
   s.passes += report.active_set_iterations_used;
   s.contacts_now = report.contacts, s.stops_now = report.stops_hit;
+  s.mode_switches += static_cast<std::uint64_t>(report.mode_switches);
+  s.dynamic_steps += report.handed_over > 0;
+  if (report.lamina)
+    s.hand_overs.push_back({report.time, sim.world.name_of(report.lamina), report.changed});
   note_quiet(sim, until, s);
   ++s.steps;
   return report;
@@ -170,10 +188,33 @@ Json to_json(const RunChoices& c, const Scene& scene, const Simulation& sim, Sum
              {"rows", f.rows}});
     j["mechanisms"].push_back(one);
   }
+  if (has_laminas(sim.world)) {
+    j["mode_switches"] = s.mode_switches;
+    j["steps_by_dynamics"] = s.dynamic_steps;
+    j["hand_overs"] = Json::array();
+    for (const HandOver& h : s.hand_overs)
+      j["hand_overs"].push_back({{"time_s", h.time},
+                                 {"lamina", h.lamina},
+                                 {"to", h.why.empty() ? "modes" : "dynamics"},
+                                 {"why", h.why}});
+  }
   if (!s.lost_body.empty())
     j["lost"] = {{"body", s.lost_body}, {"time_s", s.lost_time}, {"residual_m", s.lost_gap}};
   j["warnings"] = scene.warnings;
   return j;
+}
+
+void print_hand_overs(const Summary& s) {
+  constexpr std::size_t kMostTold = 6;
+  fmt::print("  modes       {} switches; dynamics moved laminas in {} of {} steps\n",
+             s.mode_switches, s.dynamic_steps, s.steps);
+  for (std::size_t i = 0; i < std::min(kMostTold, s.hand_overs.size()); ++i) {
+    const HandOver& h = s.hand_overs[i];
+    fmt::print("  at {:<9} {} {}\n", fmt::format("{:.4g} s", h.time), printable(h.lamina),
+               h.why.empty() ? "moves by modes again" : "is left to dynamics: " + h.why);
+  }
+  if (s.hand_overs.size() > kMostTold)
+    fmt::print("              and {} more, see --json\n", s.hand_overs.size() - kMostTold);
 }
 
 void print_summary(const RunChoices& c, const Scene& scene, const Simulation& sim, Summary& s) {
@@ -199,6 +240,7 @@ void print_summary(const RunChoices& c, const Scene& scene, const Simulation& si
     fmt::print(
         "  rescued     {} steps were too long for the integrator; Euler's method took them\n",
         s.rescued_steps);
+  if (has_laminas(sim.world)) print_hand_overs(s);
   if (s.frames > 0)
     fmt::print("  frames      {}, {:.1f} ms of CPU each, steps and writing included\n", s.frames,
                j["cpu_ms_per_frame"].get<double>());

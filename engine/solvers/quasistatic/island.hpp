@@ -1,0 +1,112 @@
+#pragma once
+/// What the quasi-static solver keeps of a World: an island is one lamina.
+#include <string_view>
+#include <vector>
+
+#include "engine/modes/stepper.hpp"
+#include "engine/solvers/planar/plane.hpp"
+#include "engine/world/lamina.hpp"
+#include "engine/world/memory.hpp"
+#include "engine/world/partition.hpp"
+#include "engine/world/world.hpp"
+
+namespace pantin::detail::quasistatic {
+
+/// What moves a lamina.
+enum class Phase : std::uint8_t { modes, dynamics };
+constexpr Phase last_of(Phase) { return Phase::dynamics; }
+
+/// Why quasi-statics had no answer.
+enum class Why : std::uint8_t {
+  none,
+  squeezed,
+  no_balance,
+  conflict,
+  unresolved,
+  free_motion,
+  at_corner,
+  crowded,
+  ambiguous,
+  zeno
+};
+constexpr Why last_of(Why) { return Why::zeno; }
+/// A clause: "no motion keeps it out of the fingers".
+const char* word_for(Why why);
+
+struct IslandScratch {
+  modes::Stepper stepper;
+  std::vector<modes::Vec2> outline;      // in the mass-centre frame
+  std::vector<modes::Finger> fingers;    // as of now, in the order of the component's
+  std::vector<std::uint32_t> finger_of;  // of each: its number in the component
+  planar::Plane plane;
+  Pose start;            // of the body, before the last step
+  bool stepped = false;  // in the last step
+  bool changed = false;  // of phase, likewise
+  int switches = 0;      // of modes, likewise
+};
+
+struct Island {
+  Entity body;
+  std::uint32_t slot = 0;
+  bool unfit = false;
+  Real turned = 0;  // rad, whole turns counted
+  Phase phase = Phase::modes;
+  Why why = Why::none;                 // of the last change to dynamics
+  modes::Motion motion;                // the mode that holds
+  std::vector<planar::Touch> touches;  // of the last step of dynamics
+  Real calm = 0;                       // s: for how long a mode has moved as dynamics did
+  bool lost = false;                   // the last step came to no numbers
+  Scratch<IslandScratch> scratch;
+
+  static void fields(auto& self, auto&& field) {
+    field("body", derived(self.body));
+    field("slot", derived(self.slot));
+    field("unfit", derived(self.unfit));
+    field("turned", self.turned);
+    field("phase", self.phase);
+    field("why", self.why);
+    field("motion", self.motion);
+    field("touches", self.touches);
+    field("calm", self.calm);
+    field("lost", derived(self.lost));
+    field("scratch", derived(self.scratch));
+  }
+};
+
+struct Islands {
+  static constexpr std::string_view name = "quasistatic";  // in saved Worlds
+  std::vector<Island> list;
+
+  static void fields(auto& self, auto&& field) { field("list", in_place(self.list)); }
+};
+
+inline std::vector<Island>& islands_of(World& world) { return world.memory.of<Islands>().list; }
+inline const std::vector<Island>& islands_of(const World& world) {
+  return world.memory.of<Islands>().list;
+}
+
+/// A moment of a step: `done` (s) of its `h` have passed.
+struct Clock {
+  Real start = 0, h = 0, done = 0;
+  Real now() const { return start + done; }
+  Real left() const { return h - done; }
+};
+
+void compile(World& world, std::span<const IslandPlan> plans);
+void prepare(World& world);
+/// Outline and load; what acts on it in this step.
+modes::Part part_of(const World& world, const Island& m);
+/// Fills in the fingers as they are now; until when (s) they go on so.
+Real find_fingers(const World& world, Island& m, const Clock& clock);
+/// The rest of the step by planar dynamics; goes back to modes where one moves alike for a while.
+void step_dynamics(World& world, Island& m, const Clock& clock);
+/// A step of the island.
+void step(World& world, Island& m, Real h);
+
+}  // namespace pantin::detail::quasistatic
+
+// What copies, hashes and saves them is compiled once, in row.cpp.
+namespace pantin::detail {
+extern template quasistatic::Islands& Memories::create();
+extern template const quasistatic::Islands& Memories::none();
+}  // namespace pantin::detail

@@ -1,0 +1,123 @@
+// A step of a lamina: by contact modes as far as they go, by dynamics from there on.
+#include <algorithm>
+#include <cmath>
+
+#include "engine/solvers/quasistatic/island.hpp"
+
+namespace pantin::detail::quasistatic {
+namespace {
+
+constexpr Real kSameTurn = 1e-9;      // rad: the caller left the body as it was
+constexpr Real kLeastStretch = 1e-9;  // of a step
+
+Why why_of(const modes::StepEnd& end) {
+  using modes::Ending, modes::Verdict;
+  switch (end.ending) {
+    case Ending::free_motion:
+      return Why::free_motion;
+    case Ending::at_corner:
+      return Why::at_corner;
+    case Ending::crowded:
+      return Why::crowded;
+    case Ending::undecided:
+      return Why::ambiguous;
+    case Ending::zeno:
+      return Why::zeno;
+    default:
+      return end.verdict == Verdict::squeezed     ? Why::squeezed
+             : end.verdict == Verdict::conflict   ? Why::conflict
+             : end.verdict == Verdict::no_balance ? Why::no_balance
+                                                  : Why::unresolved;
+  }
+}
+
+void read_pose(const World& world, Island& m) {
+  const Pose& pose = world.bodies.values()[m.slot].pose;
+  const Real angle = 2 * std::atan2(pose.rotation.z, pose.rotation.w);
+  const Real gained = std::remainder(angle - m.turned, 2 * kPi);
+  if (!(std::abs(gained) < kSameTurn)) m.turned += gained;
+  m.scratch.stepper.placed = {{pose.position.x, pose.position.y}, m.turned};
+}
+
+/// The body as the modes left it.
+void write_body(World& world, Island& m) {
+  const modes::Stepper& s = m.scratch.stepper;
+  Body& b = world.bodies.values()[m.slot];
+  m.turned = s.placed.angle;
+  b.pose.position.x = s.placed.shift.x, b.pose.position.y = s.placed.shift.y;
+  const Real half = 0.5 * std::remainder(m.turned, 2 * kPi);
+  b.pose.rotation = Quat(std::cos(half), 0, 0, std::sin(half));
+  b.velocity = b.angular_velocity = Vec3(0);
+  if (!s.motion.is_known) return;
+  const Vec3 twist = s.motion.twist;
+  b.velocity = {twist.x - twist.z * b.pose.position.y, twist.y + twist.z * b.pose.position.x, 0};
+  b.angular_velocity = {0, 0, twist.z};
+}
+
+bool is_finite(const modes::Placement& p) {
+  return std::isfinite(p.shift.x) && std::isfinite(p.shift.y) && std::isfinite(p.angle);
+}
+
+/// By modes, from one turn of a finger to the next. False where they have no answer.
+bool step_modes(World& world, Island& m, Clock& clock) {
+  IslandScratch& s = m.scratch;
+  s.stepper.motion = m.motion;
+  const modes::Part part = part_of(world, m);
+  Body& b = world.bodies.values()[m.slot];
+  modes::StepEnd end;
+  while (clock.left() > kLeastStretch * clock.h && end.ending == modes::Ending::done) {
+    const Real until = find_fingers(world, m, clock);
+    const Real stretch = std::clamp(until - clock.now(), kLeastStretch * clock.h, clock.left());
+    const modes::Motion last = s.stepper.motion;
+    end = s.stepper.step(part, s.fingers, stretch);
+    s.switches += end.switches;
+    clock.done += end.ending == modes::Ending::done ? stretch : end.time;
+    // Dynamics goes on from the last motion that was known.
+    if (!s.stepper.motion.is_known && end.ending != modes::Ending::done) s.stepper.motion = last;
+  }
+  m.motion = s.stepper.motion;
+  if (is_finite(s.stepper.placed)) write_body(world, m);
+  b.restart = b.teleport = false;
+  if (end.ending == modes::Ending::done) return true;
+  m.motion = {};
+  m.why = why_of(end);
+  return false;
+}
+
+}  // namespace
+
+const char* word_for(Why why) {
+  constexpr const char* kWords[] = {"",
+                                    "no motion keeps it out of the fingers",
+                                    "no forces of the fingers balance its load",
+                                    "motions and balances exist, but no mode has both",
+                                    "too many modes to be looked through",
+                                    "its fingers leave the motion open",
+                                    "a finger is at a corner, where it has no normal",
+                                    "it has more than 32 contacts",
+                                    "several modes hold, or an unstable one alone",
+                                    "modes switch without end"};
+  return kWords[static_cast<std::size_t>(why)];
+}
+
+void step(World& world, Island& m, Real h) {
+  IslandScratch& s = m.scratch;
+  s.start = world.bodies.values()[m.slot].pose;
+  s.stepped = !m.unfit, s.changed = false, s.switches = 0;
+  m.lost = false;
+  if (m.unfit) return;
+  read_pose(world, m);
+  if (!is_finite(s.stepper.placed)) {
+    m.lost = true;
+    return;
+  }
+  Clock clock{world.time, h, 0};
+  if (m.phase == Phase::modes) {
+    if (step_modes(world, m, clock)) return;
+    m.phase = Phase::dynamics, m.calm = 0, m.touches.clear();
+    s.changed = true;
+  }
+  if (clock.left() > kLeastStretch * h) step_dynamics(world, m, clock);
+}
+
+}  // namespace pantin::detail::quasistatic
