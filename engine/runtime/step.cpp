@@ -49,6 +49,16 @@ void note_teleports(const World& world, std::span<Pose> drawn_from) {
     if (world.bodies.values()[i].teleport) drawn_from[i] = world.bodies.values()[i].pose;
 }
 
+/// Whether contacts matter to anybody: to a solver, or to a sensor.
+bool anybody_feels(const World& world) {
+  const auto& islands = partition_of(world).islands;
+  const auto collisions = world.collisions.values();
+  return std::any_of(islands.begin(), islands.end(),
+                     [](const Partition::Place& p) { return p.feels_contacts; }) ||
+         std::any_of(collisions.begin(), collisions.end(),
+                     [](const Collision& c) { return c.sensor; });
+}
+
 /// Contacts of the step, handed to the islands of their bodies. False where nothing can have
 /// changed.
 bool detect_contacts(World& world, Real h) {
@@ -69,7 +79,7 @@ bool detect_contacts(World& world, Real h) {
       std::none_of(kinematic.begin(), kinematic.end(), comes) &&
       std::none_of(collisions.begin(), collisions.end(), runs))
     return false;
-  if (!world.collisions.empty()) {
+  if (!world.collisions.empty() && anybody_feels(world)) {
     std::vector<Real>& reach = scratch.reach;
     reach.assign(world.bodies.size(), 0);
     scratch.starts.clear();

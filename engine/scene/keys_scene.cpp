@@ -75,9 +75,10 @@ constexpr Key kScene[] = {
     kPaths,
     kInstances,
     kGenerators,
-    objects("laminas", "lamina",
-            "Planar parts held or pushed slowly by fingers, for `pantin modes`. Other commands do "
-            "not move them."),
+    objects(
+        "laminas", "lamina",
+        "Planar parts held or pushed by fingers, so slowly that inertia does not count. Each is a "
+        "body of its name, solved by \"quasistatic\"; its fingers are bodies NAME/FINGER."),
     objects("events", "event", "What is done to it while it runs, by time."),
     objects("prefabs", "prefab", "Named groups to copy; they do nothing by themselves."),
     object("camera", "camera", "Where pictures are taken from."),

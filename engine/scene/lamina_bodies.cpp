@@ -17,7 +17,7 @@ using modes::Vec2;
 namespace {
 
 // Sizes beside the outline's extent: radius of a finger, thickness of all, length of a flat finger.
-constexpr Real kFinger = 0.01, kThick = 0.04, kFlat = 3;
+constexpr Real kFinger = 0.02, kThick = 0.04, kFlat = 3;
 
 Vec3 spatial(Vec2 v) { return {v.x, v.y, 0}; }
 

@@ -9,7 +9,9 @@
 #include <vector>
 
 #include "engine/runtime/simulation.hpp"
+#include "engine/scene/scene.hpp"
 #include "engine/world/timed_event.hpp"
+#include "tests/paths.hpp"
 #include "tests/runtime/puppets.hpp"
 #include "tests/runtime/running.hpp"
 #include "tests/solvers/surfaces.hpp"
@@ -210,4 +212,20 @@ TEST_CASE(
   INFO(per_link << " bytes");
   CHECK(per_link < 1024);
   CHECK(per_link > 400);  // the count counts
+}
+
+TEST_CASE("a step of a lamina allocates nothing after the first few, switches of modes included") {
+  const char* name = GENERATE("rod", "regrasp", "push");
+  CAPTURE(name);
+  const auto scene = load_scene(asset("laminas/" + std::string(name) + ".json"));
+  REQUIRE(scene);
+  Simulation simulation(scene->world);
+  simulation.settings.measure = true;
+  allocations_in(simulation, 20);
+  int switches = 0;
+  const long before = allocations;
+  for (int i = 0; i < 180 || (i < 800 && std::string(name) == "rod"); ++i)
+    switches += simulation.step().mode_switches;
+  CHECK(allocations == before);
+  if (std::string(name) != "push") CHECK(switches > 0);
 }

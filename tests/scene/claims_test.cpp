@@ -7,9 +7,28 @@
 #include "tests/scene/scenes.hpp"
 
 namespace pantin::test {
+namespace {
+
+constexpr const char* kFolders[] = {"scenes", "laminas"};
+
+std::string file_of(const std::string& name) {
+  for (const std::string folder : kFolders)
+    if (const std::string file = asset(folder + "/" + name + ".json");
+        std::filesystem::exists(file))
+      return file;
+  return {};
+}
+
+/// Calls `see` with the file of each shipped scene.
+void each_shipped(const std::function<void(const std::filesystem::path&)>& see) {
+  for (const char* folder : kFolders)
+    for (const auto& file : std::filesystem::directory_iterator(asset(folder))) see(file.path());
+}
+
+}  // namespace
 
 Played play(const std::string& name, const Watch& watch, Real seconds) {
-  Result<Scene> scene = load_scene(asset("scenes/" + name + ".json"));
+  Result<Scene> scene = load_scene(file_of(name));
   REQUIRE(bool(scene));
   Played p{std::move(*scene), {}};
   Simulation sim(p.scene.world, {p.scene.step, p.scene.substeps, 1, true});
@@ -51,9 +70,9 @@ using namespace pantin;
 using namespace pantin::test;
 
 TEST_CASE("Every shipped scene runs to the same bits twice, by any number of threads") {
-  for (const auto& file : std::filesystem::directory_iterator(asset("scenes"))) {
-    CAPTURE(file.path().stem().string());
-    const Result<Scene> scene = load_scene(file.path().string());
+  each_shipped([](const std::filesystem::path& file) {
+    CAPTURE(file.stem().string());
+    const Result<Scene> scene = load_scene(file.string());
     REQUIRE(bool(scene));
     std::set<std::uint64_t> hashes;
     for (const int threads : {1, 1, 3}) {
@@ -62,13 +81,12 @@ TEST_CASE("Every shipped scene runs to the same bits twice, by any number of thr
       hashes.insert(state_hash(sim.world));
     }
     CHECK(hashes.size() == 1);
-  }
+  });
 }
 
 TEST_CASE("Every shipped scene has a claim that is shown by numbers") {
   std::set<std::string> shipped;
-  for (const auto& file : std::filesystem::directory_iterator(asset("scenes")))
-    shipped.insert(file.path().stem().string());
+  each_shipped([&](const std::filesystem::path& file) { shipped.insert(file.stem().string()); });
   for (const std::string& name : shipped) {
     CAPTURE(name);
     CHECK(claimed().count(name) == 1);

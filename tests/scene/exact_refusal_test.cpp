@@ -170,7 +170,7 @@ TEST_CASE("Settings that no solver has are refused") {
   CHECK(with_solver(R"("type": "lagrange")") ==
         Lines{"t.json:2:9: /solver/type: found \"lagrange\", expected auto, sweep, shake2, "
               "procedural, "
-              "lagrangian or planar"});
+              "lagrangian, planar or quasistatic"});
   CHECK(
       with_solver(R"("integrator": "rk5", "stabilisation": "some", "step_tolerance": 0)") ==
       Lines{"t.json:2:15: /solver/integrator: found \"rk5\", expected euler, rattle, rk4, "

@@ -343,7 +343,7 @@ TEST_CASE("All faults are told at once, in the order of the text") {
             "\"hull\"",
             "t.json:4:28: /joints/0/b: found \"c\", expected the name of a body or \"world\"",
             "t.json:5:20: /solver/type: found \"fast\", expected auto, sweep, shake2, "
-            "procedural, lagrangian or planar",
+            "procedural, lagrangian, planar or quasistatic",
             "t.json:5:49: /output/size/0: found 0, expected a whole number of pixels from 16 to "
             "16384",
             "t.json:5:52: /output/size/1: found 10, expected a whole number of pixels from 16 to "
