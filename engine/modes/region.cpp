@@ -8,13 +8,17 @@
 namespace pantin::detail::modes {
 namespace {
 
-Real affine(const std::array<Real, 4>& f, Real x, Real y) {
-  return f[0] + f[1] * x + y * (f[2] + f[3] * x);
+/// Neighbours in pairs, which are one register.
+Real affine(const Real* f, Real x, Real y) {
+  Real pair[2];
+  for (int i = 0; i < 2; ++i) pair[i] = f[i] + y * f[i + 2];
+  return pair[0] + x * pair[1];
 }
+Real affine(const std::array<Real, 4>& f, Real x, Real y) { return affine(f.data(), x, y); }
 Real affine(const std::array<Real, 8>& f, const OwnFriction& m) {
-  const Real low = f[0] + f[1] * m[0] + m[1] * (f[2] + f[3] * m[0]);
-  const Real high = f[4] + f[5] * m[0] + m[1] * (f[6] + f[7] * m[0]);
-  return low + m[2] * high;
+  Real four[4];
+  for (std::size_t i = 0; i < 4; ++i) four[i] = f[i] + m[2] * f[i + 4];
+  return affine(four, m[0], m[1]);
 }
 
 template <std::size_t N>
@@ -111,9 +115,11 @@ namespace {
 /// it goes is anybody's guess.
 template <std::size_t N>
 int agreed(Real x, const std::array<Real, N>& forms) {
-  bool plus = x > 0, minus = x < 0;
-  for (const Real f : forms) plus &= !(f < 0), minus &= !(f > 0);
-  return plus - minus;
+  Real least = forms[0], most = forms[0];
+  for (const Real f : forms) least = f < least ? f : least, most = f > most ? f : most;
+  // Of numbers, not of truths: no branch.
+  const int plus = x > 0, minus = x < 0, above = least >= 0, below = most <= 0;
+  return (plus & above) - (minus & below);
 }
 
 }  // namespace

@@ -10,7 +10,50 @@ constexpr Real kSharp = 1e-12;     // of a step: how sharply the end of a mode i
 constexpr Real kStraight = 1e-6;   // of a stretch: a part this short is straight to 1e-12
 constexpr Real kDwell = 1.0 / 16;  // of a step: how long a mode is kept where switches pile up
 constexpr Real kShort = 1e-6;      // of a step: stretches below are piling up
-constexpr int kMostShort = 6, kMostSwitches = 200;
+constexpr int kMostShort = 2, kMostSwitches = 200;
+constexpr Real kSameRatio = 0.02, kRest = 0.01;  // see PileUp
+
+/// The end of a mode is between two times of a stretch.
+struct Stretch {
+  Real good = 0, bad = 0;  // s: it holds, it does not
+  Real slack_good = 0, slack_bad = 0;
+  int tries = 0;
+  bool last_was_good = false;
+
+  bool is_known() const { return slack_good >= 0 && slack_bad < 0; }
+  Real next(Real sharp) const;
+  void narrow(Real at, const Slack& s);
+};
+
+/// Switches that come ever faster. Stretches that shrink by one ratio end in a point: where that is
+/// nearer than a part of the step, what is left of them is not followed.
+struct PileUp {
+  Real step = 0;  // s
+  std::array<Real, 3> last{};
+  int stretches = 0, brief = 0;
+
+  void add(Real took) {
+    last = {last[1], last[2], took};
+    ++stretches;
+    brief = took < kShort * step ? brief + 1 : 0;
+  }
+  bool is_near() const {
+    const Real ratio = last[2] / last[1], before = last[1] / last[0];
+    return brief > kMostShort ||
+           (stretches >= 3 && ratio < 1 && std::abs(ratio - before) < kSameRatio * ratio &&
+            last[2] * ratio / (1 - ratio) < kRest * step);
+  }
+};
+
+/// How far a mode is from its bounds: the least of X and the forms on a branch, relative to their
+/// terms; below 0 outside.
+Real margin(const Region& r, const OwnFriction& m, int branch) {
+  const Values v = values(r, m), size = magnitudes(r, m);
+  Real least = branch * v.divisor / size.divisor;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(r.form_count()); ++i)
+    least = std::min(least, branch * v.forms[i] / std::max(size.forms[i], 1e-300));
+  return least;
+}
 
 /// Rows k q = d of a motion. Three independent ones are kept, the farthest from the others first.
 struct RowSet {
@@ -142,31 +185,55 @@ bool Stepper::advance(Moment& now, Real h) const {
 }
 
 /// Whether the mode holds here still, its forces and its slips.
-bool Stepper::holds(const Moment& now) {
+Slack Stepper::forces_hold(const Moment& now) {
   prepare_at(now);
   const Friction mu{{roll_.data(), prepared_.count}, {slide_.data(), prepared_.count}};
-  for (const Region& r : prepared_.regions)
-    if (signs_of(r) == motion.signs) return contains(r, own(r, mu));
-  if (motion.index != 0) return false;
+  const std::uint32_t all = kept(motion.signs);
+  for (const Region& r : prepared_.regions) {
+    const Signs signs = signs_of(r);
+    if (signs.roll != motion.signs.roll || kept(signs) != all) continue;
+    Real least = 1;
+    for (std::size_t k = 0; k < static_cast<std::size_t>(r.variables()); ++k)
+      if (r.slip_sign[k] != 0) least = std::min(least, std::abs(r.slip[k]) / prepared_.speed);
+    if (!(signs == motion.signs)) return {false, -least};  // a slip has changed its sign
+    const OwnFriction m = own(r, mu);
+    const int branch = r.determinant > 0 ? motion.index : -motion.index;
+    return {contains(r, m), std::min(least, margin(r, m, branch))};
+  }
+  if (motion.index != 0) return {};
   find_modes(prepared_, mu, modes_);
   for (const SignedMode& mode : modes_.indeterminate)
-    if (mode.signs == motion.signs) return true;
-  return false;
+    if (mode.signs == motion.signs) return {true, Slack{}.value};
+  return {};
 }
 
 /// Whether no finger has come to the lamina, and none has left its edge.
-bool Stepper::stays(const Moment& before, const Moment& now) const {
+Slack Stepper::contacts_stay(const Moment& before, const Moment& now) const {
   std::uint32_t touching = 0;
+  const Real size = tolerance_ / kTouching;
+  Slack s{true, 1};
+  const auto expect = [&](Real length, Real least) {
+    s.holds &= length >= least;
+    s.value = std::min(s.value, (length - least) / size);
+  };
   for (std::size_t i = 0; i < motion.touches.count; ++i) {
     const Touch touch = motion.touches.list[i];
     touching |= 1u << touch.finger;
-    if (has(kept(motion.signs), i) && left_on_edge(now, touch) < 0) return false;
-    if (!has(kept(motion.signs), i) && gap_of(now, touch) < -tolerance_) return false;
+    if (has(kept(motion.signs), i))
+      expect(left_on_edge(now, touch), 0);
+    else
+      expect(gap_of(now, touch), -tolerance_);
   }
   for (std::size_t i = 0; i < now.fingers.size(); ++i)
-    if (!has(touching, i) && least_gap(now, i) < 0 && least_gap(before, i) >= -tolerance_)
-      return false;
-  return true;
+    if (!has(touching, i) && least_gap(before, i) >= -tolerance_) expect(least_gap(now, i), 0);
+  return s;
+}
+
+Slack Stepper::holds(const Moment& before, const Moment& now) {
+  const Slack contacts = contacts_stay(before, now);
+  if (!contacts.holds) return contacts;
+  const Slack forces = forces_hold(now);
+  return {forces.holds, std::min(forces.value, contacts.value)};
 }
 
 /// Brings two moments at which a mode holds and does not together. The way between is straight.
@@ -176,32 +243,56 @@ void Stepper::sharpen(const Moment& start, Moment& low, Moment& high, Real sharp
     middle.place({0.5 * (low.placed.shift + high.placed.shift),
                   0.5 * (low.placed.angle + high.placed.angle)});
     middle.time = (low.time + high.time) / 2;
-    const bool is_good = stays(start, middle) && holds(middle);
-    Moment& end = is_good ? low : high;
+    Moment& end = holds(start, middle).holds ? low : high;
     end.place(middle.placed), end.time = middle.time;
   }
+}
+
+/// Where to look for the end of a mode next: by the rule of false position (Illinois) where slacks
+/// are known at both ends, else in the middle.
+Real Stretch::next(Real sharp) const {
+  const Real middle = (good + bad) / 2;
+  if (!(slack_good >= 0 && slack_bad < 0) || tries % 4 == 3) return middle;
+  const Real zero = good + (bad - good) * slack_good / (slack_good - slack_bad);
+  const Real rim = 0.4 * std::min(sharp, bad - good);
+  return std::clamp(zero, good + rim, bad - rim);
+}
+
+void Stretch::narrow(Real at, const Slack& s) {
+  ++tries;
+  if (s.holds) {
+    if (last_was_good) slack_bad /= 2;
+    good = at, slack_good = s.value;
+  } else {
+    if (tries > 1 && !last_was_good) slack_good /= 2;
+    bad = at, slack_bad = s.value;
+  }
+  last_was_good = s.holds;
 }
 
 /// Moves on while the mode holds, at most so long; how long it was. An end is found to `sharp`.
 Real Stepper::go(Moment& now, Real longest, Real sharp) {
   const Moment start = now;
-  const auto try_for = [&](Real h) {
+  const auto try_for = [&](Real h) -> Slack {
     Moment next = start;
-    if (!advance(next, h)) return false;
+    if (!advance(next, h)) return {};
     now.place(next.placed), now.time = next.time;
-    return stays(start, next) && holds(next);
+    return holds(start, next);
   };
-  if (try_for(longest)) return longest;
-  Real good = 0, bad = longest;
-  while (bad - good > std::max(kStraight * longest, sharp)) {
-    const Real middle = (good + bad) / 2;
-    (try_for(middle) ? good : bad) = middle;
+  const Slack whole = try_for(longest);
+  if (whole.holds) return longest;
+  Stretch s{.bad = longest, .slack_good = holds(start, start).value, .slack_bad = whole.value};
+  while (s.bad - s.good > (s.is_known() ? sharp : std::max(kStraight * longest, sharp))) {
+    const Real at = s.next(sharp);
+    s.narrow(at, try_for(at));
   }
-  Moment low = start, high = start;
-  if (advance(low, good) && advance(high, bad)) sharpen(start, low, high, sharp);
-  bad = high.time - start.time;
-  try_for(bad);  // just beyond the end, where the next mode holds
-  return bad;
+  if (s.bad - s.good > sharp) {
+    Moment low = start, high = start;
+    if (advance(low, s.good) && advance(high, s.bad)) sharpen(start, low, high, sharp);
+    s.bad = high.time - start.time;
+  }
+  try_for(s.bad);  // just beyond the end, where the next mode holds
+  return s.bad;
 }
 
 bool Stepper::take(const Moment& now, const Region& r) {
@@ -256,12 +347,8 @@ bool Stepper::choose(const Moment& now, StepEnd& end) {
     const int branch = branch_of(r, m);
     if (branch == 0) continue;
     ++count;
-    const Values v = values(r, m), size = magnitudes(r, m);
-    Real margin = std::abs(v.divisor) / size.divisor;
-    for (std::size_t i = 0; i < static_cast<std::size_t>(r.form_count()); ++i)
-      margin = std::min(margin, branch * v.forms[i] / std::max(size.forms[i], 1e-300));
     const bool is_last = as_before && signs_of(r) == last;
-    const std::array<Real, 2> rank{is_last ? 2.0 : Real(index_of(r, branch)), margin};
+    const std::array<Real, 2> rank{is_last ? 2.0 : Real(index_of(r, branch)), margin(r, m, branch)};
     if (!best || rank > of_best) best = &r, of_best = rank;
     stable += index_of(r, branch) > 0;
   }
@@ -287,25 +374,25 @@ StepEnd Stepper::step(const Part& part, std::span<const Finger> fingers, Real du
   tolerance_ = kTouching * extent(part.outline);
   Moment now{part, fingers};
   now.place(placed);
-  int piled = 0;
+  PileUp pile{.step = duration};
   while (duration - now.time > kSharp * duration) {
     const Signs before = motion.signs;
     const bool moved_before = motion.is_known;
     if (!choose(now, end)) break;
     if (moved_before && !(before == motion.signs)) ++end.switches;
-    end.zeno |= piled > kMostShort || end.switches > kMostSwitches;
+    const bool piles_up = pile.is_near() || end.switches > kMostSwitches;
+    end.zeno |= piles_up;
     if (end.zeno && doubt == Doubt::stop) {
       end.ending = Ending::zeno;
       break;
     }
-    const Real left = duration - now.time;
-    const Real took = go(now, left, kSharp * duration);
-    piled = took < kShort * duration ? piled + 1 : 0;
-    if (end.zeno && piled > 0) {  // it goes on by turns
+    if (piles_up) {  // it goes on by turns
       Moment next = now;
       if (!advance(next, std::min(kDwell * duration, duration - now.time))) break;
       now.place(next.placed), now.time = next.time;
+      continue;
     }
+    pile.add(go(now, duration - now.time, kSharp * duration));
   }
   placed = now.placed;
   end.time = now.time;

@@ -1,5 +1,7 @@
 #pragma once
 /// Moves a lamina as its fingers move, quasi-statically: in one contact mode until it ends.
+#include <limits>
+
 #include "engine/modes/feasible.hpp"
 #include "engine/modes/touch.hpp"
 
@@ -61,6 +63,12 @@ struct Found {
   std::uint32_t fingers = UINT32_MAX;  // those that touch, a bit each
 };
 
+/// Whether a mode holds, and how far it is from where it does not.
+struct Slack {
+  bool holds = false;
+  Real value = std::numeric_limits<Real>::quiet_NaN();  // below 0 where it does not; NaN: unknown
+};
+
 /// Copying it is a snapshot. Steps take no memory after the first ones.
 class Stepper {
  public:
@@ -90,8 +98,9 @@ class Stepper {
   bool find_twist(const Moment& now, Vec3& twist) const;
   bool advance(Moment& now, Real h) const;
   void close(Moment& now) const;
-  bool holds(const Moment& now);
-  bool stays(const Moment& before, const Moment& now) const;
+  Slack forces_hold(const Moment& now);
+  Slack contacts_stay(const Moment& before, const Moment& now) const;
+  Slack holds(const Moment& before, const Moment& now);
   void sharpen(const Moment& start, Moment& low, Moment& high, Real sharp);
   Real go(Moment& now, Real longest, Real sharp);
 

@@ -91,6 +91,57 @@ TEST_CASE("maps by spans are maps by pixels, but for pixels on a boundary") {
   CHECK(sum.boundary < sum.pixels / 1000);
 }
 
+TEST_CASE("pixels exactly on a boundary: closed where a force is 0, open where X is") {
+  // Forms of whole numbers at whole coefficients, 0 to 4: no rounding anywhere.
+  Prepared p;
+  p.count = 3;
+  const auto add = [&](std::array<Real, 8> x, std::array<std::array<Real, 4>, 3> y) {
+    Region r;
+    r.contacts = {0, 1, 2}, r.slip_sign = {1, 1, 1}, r.determinant = 1;
+    r.divisor = x;
+    for (std::size_t k = 0; k < 3; ++k) r.forms[k] = y[k];
+    p.regions.push_back(r);
+  };
+  const std::array<Real, 4> one{1}, minus_one{-1};
+  // X = 2 - mu1, forms 1, mu1 - 1, 2 - mu2: the column mu1 = 1, up to mu2 = 2.
+  add({2, -1}, {one, {-1, 1}, {2, 0, -1}});
+  // X = 2 - mu1, forms -1, 3 - mu1, 1 - mu2: from mu1 = 3 and mu2 = 1 on.
+  add({2, -1}, {minus_one, {3, -1}, {1, 0, -1}});
+  // X = mu2 - 1, constant along a row, forms 1, 1, mu2 - 2: from mu2 = 2 on.
+  add({-1, 0, 1}, {one, one, {-2, 0, 1}});
+  // X = 1 - mu2, forms -1, -1, 2 - mu2: the same on the other branch.
+  add({1, 0, -1}, {minus_one, minus_one, {2, 0, -1}});
+  // X = mu1 mu2 - 4, forms 1: beyond a hyperbola through pixels.
+  add({-4, 0, 0, 1}, {one, one, one});
+  const auto expected = [](std::size_t region, std::size_t i, std::size_t j) {
+    switch (region) {
+      case 0:
+        return i == 1 && j <= 2;
+      case 1:
+        return i >= 3 && j >= 1;
+      case 4:
+        return i * j > 4;
+      default:
+        return j >= 2;
+    }
+  };
+  const std::vector<Real> fixed{0, 0, 0};
+  Slice slice;
+  slice.low = 0, slice.high = 4, slice.size = 5, slice.fixed = Friction::same(fixed);
+  for (const auto draw : {draw_by_spans, draw_by_pixels}) {
+    ModeMap map;
+    draw(p, slice, map);
+    REQUIRE(map.regions.size() == 5);
+    for (std::size_t j = 0; j < 5; ++j)
+      for (std::size_t i = 0; i < 5; ++i)
+        for (std::size_t k = 0; k < 5; ++k) {
+          CAPTURE(i, j, k);
+          CHECK((map.cell(i, j) >> k & 1) == expected(k, i, j));
+          CHECK(contains(p.regions[k], {Real(i), Real(j), 0}) == expected(k, i, j));
+        }
+  }
+}
+
 TEST_CASE("a cell of a map says which regions hold its coefficients") {
   Random random(2);
   long feasible = 0;
@@ -231,9 +282,10 @@ TEST_CASE("what preparations, tests and maps take, beside their error", "[.bench
   out << "modes with forces and margins, n = 3: " << modes << " us\n";
   long inside = 0;
   const Region& r = p.regions.front();
-  const double test = microseconds(1000, [&](int i) {
-    inside += contains(r, {0.01 * (i % 100), 0.5, 0.7});
-  });
+  std::array<OwnFriction, 128> tried;
+  for (std::size_t i = 0; i < tried.size(); ++i) tried[i] = {0.01 * Real(i % 100), 0.5, 0.7};
+  const double test = microseconds(
+      1024, [&](int i) { inside += contains(r, tried[static_cast<std::size_t>(i) % 128]); });
   out << "test of one mode: " << 1e3 * test << " ns (" << inside << " inside)\n";
   WARN(out.str());
   CHECK(sum.elsewhere == 0);
