@@ -107,12 +107,15 @@ TEST_CASE("pixels exactly on a boundary: closed where a force is 0, open where X
   add({2, -1}, {one, {-1, 1}, {2, 0, -1}});
   // X = 2 - mu1, forms -1, 3 - mu1, 1 - mu2: from mu1 = 3 and mu2 = 1 on.
   add({2, -1}, {minus_one, {3, -1}, {1, 0, -1}});
-  // X = mu2 - 1, constant along a row, forms 1, 1, mu2 - 2: from mu2 = 2 on.
-  add({-1, 0, 1}, {one, one, {-2, 0, 1}});
-  // X = 1 - mu2, forms -1, -1, 2 - mu2: the same on the other branch.
-  add({1, 0, -1}, {minus_one, minus_one, {2, 0, -1}});
+  // X = mu2 - 1, constant along a row, forms 1: beyond mu2 = 1.
+  add({-1, 0, 1}, {one, one, one});
+  // X = 1 - mu2, forms -1: the same on the other branch.
+  add({1, 0, -1}, {minus_one, minus_one, minus_one});
   // X = mu1 mu2 - 4, forms 1: beyond a hyperbola through pixels.
   add({-4, 0, 0, 1}, {one, one, one});
+  // X = 1, forms 1, 2 - mu1, 1: up to mu1 = 2. X = -1, forms -1, mu1 - 2, -1: likewise.
+  add({1}, {one, {2, -1}, one});
+  add({-1}, {minus_one, {-2, 1}, minus_one});
   const auto expected = [](std::size_t region, std::size_t i, std::size_t j) {
     switch (region) {
       case 0:
@@ -121,6 +124,9 @@ TEST_CASE("pixels exactly on a boundary: closed where a force is 0, open where X
         return i >= 3 && j >= 1;
       case 4:
         return i * j > 4;
+      case 5:
+      case 6:
+        return i <= 2;
       default:
         return j >= 2;
     }
@@ -131,10 +137,10 @@ TEST_CASE("pixels exactly on a boundary: closed where a force is 0, open where X
   for (const auto draw : {draw_by_spans, draw_by_pixels}) {
     ModeMap map;
     draw(p, slice, map);
-    REQUIRE(map.regions.size() == 5);
+    REQUIRE(map.regions.size() == 7);
     for (std::size_t j = 0; j < 5; ++j)
       for (std::size_t i = 0; i < 5; ++i)
-        for (std::size_t k = 0; k < 5; ++k) {
+        for (std::size_t k = 0; k < 7; ++k) {
           CAPTURE(i, j, k);
           CHECK((map.cell(i, j) >> k & 1) == expected(k, i, j));
           CHECK(contains(p.regions[k], {Real(i), Real(j), 0}) == expected(k, i, j));

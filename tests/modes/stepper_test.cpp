@@ -98,7 +98,7 @@ TEST_CASE("Switches that come ever faster are seen by their ratio, not followed 
   run.go(33, 33);
   CHECK(run.zeno);
   CHECK(run.switches > 6);
-  CHECK(run.switches < 40);
+  CHECK(run.switches < 14);
   CHECK(run.stepper.placed.shift.x == Approx(-0.075).margin(0.01));
   RodRun before;
   before.go(30, 30);
