@@ -53,7 +53,7 @@ int print_outlook(const Grasp& grasp, const ModesChoices& c);
 int print_advice(const Grasp& grasp, const ModesChoices& c);
 int follow_path(LaminaPlan plan, const ModesChoices& c);
 int move_on(const Scene& scene, const LaminaPlan& plan, const ModesChoices& c);
-int compare_with_dynamics(const Scene& scene, LaminaPlan plan, const ModesChoices& c);
+int compare_with_dynamics(const Scene& scene, const LaminaPlan& plan, const ModesChoices& c);
 
 /// The fingers as a stepper takes them, at a time (s); `until` is when the first of them turns.
 std::vector<Finger> fingers_at(const LaminaPlan& plan, double time, double& until);
@@ -88,5 +88,7 @@ std::string scene_along(const Scene& scene, const LaminaPlan& plan, const Places
 /// The same where it moves by dynamics, its fingers slower by a factor. Outlines must be convex.
 std::string scene_of_dynamics(const Scene& scene, const LaminaPlan& plan, double duration,
                               double slower);
+/// Of the balls that stand for point fingers there, m.
+double radius_of_finger(const LaminaPlan& plan);
 
 }  // namespace pantin::program

@@ -1,4 +1,6 @@
 // The same lamina by quasi-static modes and by dynamics, at falling speed of its fingers.
+#include "tools/pantin/modes_against.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -6,108 +8,18 @@
 #include <nlohmann/json.hpp>
 
 #include "engine/base/utf8.hpp"
-#include "engine/runtime/simulation.hpp"
 #include "tools/pantin/canvas.hpp"
-#include "tools/pantin/modes.hpp"
 
 namespace pantin::program {
 namespace {
 
-constexpr int kRows = 101;
 constexpr std::array<double, 4> kSlower{1, 2, 4, 8};
-constexpr double kApart = 0.02;    // of the way of the fastest finger: they have parted
-constexpr double kInertia = 0.05;  // of the load: inertia counts
-constexpr double kSettled = 0.1;   // of the duration, after which inertia is looked at
-
-/// Mass centre (m) and angle (rad).
-struct State {
-  Vec2 at;
-  double angle = 0;
-};
-struct Run {
-  std::vector<State> states;    // at equal parts of the duration
-  std::vector<double> inertia;  // largest m a over the load, in the part before
-};
-
-struct Quasistatic {
-  Run run;
-  StepEnd end;
-  double time = 0;
-  bool zeno = false, unstable = false;
-  std::size_t choices = 0;
-};
-
-Quasistatic predict(const LaminaPlan& plan, double duration) {
-  Quasistatic q;
-  Course course{plan};
-  for (int i = 0; i < kRows; ++i) {
-    q.end = course.to(duration * i / (kRows - 1));
-    if (q.end.ending != Ending::done) break;
-    q.unstable |= course.stepper.motion.index < 0;
-    q.run.states.push_back({course.centre(), course.stepper.placed.angle});
-  }
-  q.time = course.time, q.zeno = course.zeno, q.choices = course.choices;
-  return q;
-}
-
-/// Nothing after a complaint, or an interruption.
-std::optional<Run> simulate(const Scene& like, const LaminaPlan& plan, double duration,
-                            double slower) {
-  const auto scene =
-      parse_scene(scene_of_dynamics(like, plan, duration, slower), "dynamics of " + plan.name);
-  if (!scene) {
-    for (const Error& e : scene.errors()) print_error(e.message);
-    return std::nullopt;
-  }
-  Simulation sim(scene->world, {scene->step});
-  const Entity body = sim.world.find(plan.name);
-  const Vec3 load = plan.load();
-  const double force = std::max(std::hypot(load.x, load.y), 1e-300);
-  Run run;
-  double time = 0;
-  Vec3 velocity = sim.world.bodies[body].velocity;
-  for (int i = 0; i < kRows; ++i) {
-    double worst = 0;
-    for (const double target = duration * slower * i / (kRows - 1); time < target - 1e-9;) {
-      sim.settings.h = std::min(scene->step, target - time);
-      if (sim.step().status == Status::diverged || interrupted()) return std::nullopt;
-      time += sim.settings.h;
-      const Vec3 now = sim.world.bodies[body].velocity;
-      worst = std::max(worst, plan.mass * glm::length(now - velocity) / sim.settings.h / force);
-      velocity = now;
-    }
-    const Pose& pose = sim.world.bodies[body].pose;
-    const Quat q = sim.world.origin_pose(body).rotation;
-    run.states.push_back({{pose.position.x, pose.position.y}, 2 * std::atan2(q.z, q.w)});
-    run.inertia.push_back(worst);
-  }
-  return run;
-}
-
-/// The way of the fastest finger, m.
-double way_of(const LaminaPlan& plan, double duration) {
-  double way = 0;
-  for (const FingerPlan& f : plan.fingers) {
-    double sum = 0;
-    for (std::size_t k = 0; k + 1 < f.path.size() && f.path[k].time < duration; ++k) {
-      const Waypoint &a = f.path[k], &b = f.path[k + 1];
-      sum += length(b.at - a.at) * std::min(1.0, (duration - a.time) / (b.time - a.time));
-    }
-    way = std::max(way, sum);
-  }
-  return way;
-}
-
-struct Parting {
-  double worst = 0;  // m, of any point of the outline
-  int row = -1;      // from which on they are apart
-};
 
 Parting compare(const LaminaPlan& plan, const Run& a, const Run& b, double way) {
   Parting p;
   const double size = extent(plan.outline);
-  for (std::size_t i = 0; i < std::min(a.states.size(), b.states.size()); ++i) {
-    const State &x = a.states[i], &y = b.states[i];
+  for (std::size_t i = 0; i < std::min(a.rows.size(), b.rows.size()); ++i) {
+    const Row &x = a.rows[i], &y = b.rows[i];
     const double away = length(x.at - y.at) + size / 2 * std::abs(x.angle - y.angle);
     p.worst = std::max(p.worst, away);
     if (p.row < 0 && away > kApart * way) p.row = static_cast<int>(i);
@@ -115,48 +27,76 @@ Parting compare(const LaminaPlan& plan, const Run& a, const Run& b, double way) 
   return p;
 }
 
-/// What of the quasi-static assumptions did not hold where they parted.
-std::string broken(const Quasistatic& q, const Run& run, int row) {
-  double inertia = 0;
-  const int first = static_cast<int>(kSettled * kRows);
-  for (int i = std::min(first, row); i <= row; ++i)
-    inertia = std::max(inertia, run.inertia[static_cast<std::size_t>(i)]);
-  if (inertia > kInertia)
-    return fmt::format("inertia counts: m a reaches {:.0f} % of the load", 100 * inertia);
-  if (q.choices > 1) return "several modes held: quasi-statics had to choose one";
-  if (q.unstable) return "the mode has index -1: it is unstable when contacts yield";
-  if (q.zeno) return "modes switch without end: the motion is an average of theirs";
-  return "fingers of some size: the contact moves round them as the part turns";
+/// What of the quasi-static assumptions did not hold where they parted: all that is beyond its
+/// bound, or what comes nearest to it.
+std::string broken(const std::vector<Breach>& all) {
+  std::string words;
+  for (const Breach& b : all)
+    if (b.part() >= 1) words += (words.empty() ? "" : "; ") + b.words;
+  if (!words.empty()) return words;
+  return "no assumption is beyond its bound; nearest: " + all.front().words;
 }
 
-void draw_panel(Canvas& canvas, const Frame& frame, const std::vector<const Run*>& runs,
-                double (*value)(const State&)) {
+Ink ink_of_run(std::size_t r) { return r == 0 ? Ink{190, 190, 190} : ink_of(r - 1); }
+
+/// Lines through points of each run, the prediction below the others; points may be missing.
+template <class Point>
+void draw_lines(Canvas& canvas, const std::vector<const Run*>& runs, const Point& point) {
   for (std::size_t r = runs.size(); r-- > 0;)
-    for (std::size_t i = 0; i + 1 < runs[r]->states.size(); ++i) {
-      const auto spot = [&](std::size_t k) {
-        return frame.at(static_cast<double>(k) / (kRows - 1) * frame.across.high,
-                        value(runs[r]->states[k]));
-      };
-      canvas.line(spot(i), spot(i + 1), r == 0 ? 4 : 1.5,
-                  r == 0 ? Ink{190, 190, 190} : ink_of(r - 1));
+    for (std::size_t i = 1; i < runs[r]->rows.size(); ++i) {
+      const std::optional<Spot> from = point(*runs[r], i - 1), to = point(*runs[r], i);
+      if (from && to) canvas.line(*from, *to, r == 0 ? 4 : 1.5, ink_of_run(r));
     }
+}
+
+/// A value over the time.
+void draw_panel(Canvas& canvas, const Frame& frame, const std::vector<const Run*>& runs,
+                double (*value)(const Row&)) {
+  draw_lines(canvas, runs, [&](const Run& run, std::size_t i) -> std::optional<Spot> {
+    return frame.at(static_cast<double>(i) / (kRows - 1) * frame.across.high, value(run.rows[i]));
+  });
+}
+
+/// Friction that two fingers use: a finger that slides uses its coefficient, one that sticks less.
+/// The mode bounces from one coefficient to the other.
+void draw_friction(Canvas& canvas, const LaminaPlan& plan, const std::vector<const Run*>& runs,
+                   double left) {
+  std::vector<std::size_t> two;
+  for (std::size_t i = 0; i < plan.fingers.size() && two.size() < 2; ++i)
+    if (plan.fingers[i].touches) two.push_back(i);
+  if (two.size() < 2) return;
+  double most = 0.01;
+  for (const std::size_t i : two)
+    most = std::max({most, plan.fingers[i].roll, plan.fingers[i].slide});
+  const auto name = [&](std::size_t k) { return "friction used at " + plan.fingers[two[k]].name; };
+  const Frame frame{{left, 60}, {270, 270}, {0, 1.15 * most, name(0)}, {0, 1.15 * most, name(1)}};
+  draw_lines(canvas, runs, [&](const Run& run, std::size_t i) -> std::optional<Spot> {
+    double used[2];
+    for (std::size_t k = 0; k < 2; ++k) {
+      const AtFinger& f = run.rows[i].fingers[two[k]];
+      if (!(f.normal > 0) || i == 0) return std::nullopt;
+      used[k] = std::min(std::abs(f.tangent) / f.normal, 1.15 * most);
+    }
+    return frame.at(used[0], used[1]);
+  });
+  frame.draw(canvas, "");
 }
 
 int draw(const LaminaPlan& plan, const ModesChoices& c, const std::vector<const Run*>& runs,
          const std::vector<std::string>& legend) {
-  const auto canvas = make_canvas(c.out, 1140, 420 + 20 * static_cast<int>(legend.size()));
+  const auto canvas = make_canvas(c.out, 1510, 420 + 20 * static_cast<int>(legend.size()));
   if (!canvas) {
     complain("this build draws no PNG: configure with -DPANTIN_RENDER=ON, or name an .svg");
     return kFailed;
   }
-  constexpr double (*kValues[])(const State&) = {[](const State& s) { return Real(s.at.x); },
-                                                 [](const State& s) { return Real(s.at.y); },
-                                                 [](const State& s) { return s.angle; }};
+  constexpr double (*kValues[])(const Row&) = {[](const Row& s) { return Real(s.at.x); },
+                                               [](const Row& s) { return Real(s.at.y); },
+                                               [](const Row& s) { return s.angle; }};
   constexpr const char* kNames[] = {"x, m", "y, m", "angle, rad"};
   for (int k = 0; k < 3; ++k) {
     double low = 1e300, high = -1e300;
     for (const Run* run : runs)
-      for (const State& s : run->states)
+      for (const Row& s : run->rows)
         low = std::min(low, kValues[k](s)), high = std::max(high, kValues[k](s));
     const double rim = std::max(0.05 * (high - low), 1e-3);
     Frame frame{{80.0 + 370 * k, 60}, {270, 270}, {0, c.duration, "time at full speed, s"}, {}};
@@ -164,50 +104,57 @@ int draw(const LaminaPlan& plan, const ModesChoices& c, const std::vector<const 
     draw_panel(*canvas, frame, runs, kValues[k]);
     frame.draw(*canvas, k == 1 ? plan.name : "");
   }
+  draw_friction(*canvas, plan, runs, 80.0 + 370 * 3);
   double y = 400;
   for (std::size_t i = 0; i < legend.size(); ++i, y += 20)
-    canvas->text({40, y}, legend[i], i == 0 ? Ink{110, 110, 110} : ink_of(i - 1), Anchor::start);
+    canvas->text({40, y}, legend[i], i == 0 ? Ink{110, 110, 110} : ink_of_run(i), Anchor::start);
   return write_or_complain(c.out, canvas->bytes());
 }
 
-std::string verdict_on(const Quasistatic& q, const ModesChoices& c, const Run& run,
-                       const Parting& p) {
-  if (q.run.states.empty()) return "nothing to compare";
+std::string verdict_on(const Prediction& q, const ModesChoices& c, const Parting& p,
+                       const std::vector<Breach>& all) {
+  if (q.run.rows.empty()) return "nothing to compare";
   if (p.row < 0) return "they agree";
-  return fmt::format("they part at {:.3g} s; {}", c.duration * p.row / (kRows - 1),
-                     broken(q, run, p.row));
+  return fmt::format("they part at {:.3g} s: {}", c.duration * p.row / (kRows - 1), broken(all));
+}
+
+Json to_json(const std::vector<Breach>& all) {
+  Json j = Json::array();
+  for (const Breach& b : all)
+    j.push_back({{"size", b.size}, {"bound", b.bound}, {"words", b.words}});
+  return j;
 }
 
 }  // namespace
 
-int compare_with_dynamics(const Scene& scene, LaminaPlan plan, const ModesChoices& c) {
+int compare_with_dynamics(const Scene& scene, const LaminaPlan& plan, const ModesChoices& c) {
   if (!can_move(plan, c)) return kUsage;
   if (!(plan.mass > 0)) {
     complain(fmt::format("{}: lamina \"{}\": found mass 0, expected some for dynamics", c.scene,
                          plan.name));
     return kUsage;
   }
-  bool two = false;
-  for (FingerPlan& f : plan.fingers) two |= f.roll != f.slide, f.roll = f.slide;
-  const Quasistatic q = predict(plan, c.duration);
+  const Prediction q = predict(plan, c.duration);
   const double way = way_of(plan, c.duration);
   std::vector<Run> runs;
   Json j{{"lamina", plan.name}, {"way", way}, {"runs", Json::array()}};
   std::vector<std::string> legend{"quasi-static"};
   if (q.end.ending != Ending::done)
     legend[0] += fmt::format(", until {:.4g} s: {}", q.time, why(q.end));
-  if (two) legend[0] += "; dynamics has one coefficient, both take the sliding one";
   j["quasistatic"] = legend[0];
   for (const double slower : kSlower) {
     auto run = simulate(scene, plan, c.duration, slower);
     if (!run) return interrupted() ? kInterrupted : kFailed;
     const Parting p = compare(plan, q.run, *run, way);
-    const std::string words = verdict_on(q, c, *run, p);
+    const std::vector<Breach> all =
+        p.row < 0 || q.run.rows.empty() ? std::vector<Breach>{} : breaches(plan, q, *run, p);
+    const std::string words = verdict_on(q, c, p, all);
     legend.push_back(
         fmt::format("dynamics, fingers at 1/{:g} speed: at most {:.2g} m apart, {:.2g} "
                     "% of the way; {}",
                     slower, p.worst, 100 * p.worst / std::max(way, 1e-300), words));
-    j["runs"].push_back({{"slower", slower}, {"apart", p.worst}, {"words", words}});
+    j["runs"].push_back(
+        {{"slower", slower}, {"apart", p.worst}, {"words", words}, {"breaches", to_json(all)}});
     runs.push_back(std::move(*run));
   }
   if (!c.out.empty()) {

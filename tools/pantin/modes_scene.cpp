@@ -108,6 +108,8 @@ Json frame_of(const Scene& scene, const LaminaPlan& plan, double duration, doubl
 
 }  // namespace
 
+double radius_of_finger(const LaminaPlan& plan) { return kFinger * extent(plan.outline); }
+
 std::string scene_along(const Scene& scene, const LaminaPlan& plan, const Places& places) {
   const double end = places.interval * static_cast<double>(places.list.size() - 1);
   Json j = frame_of(scene, plan, std::max(end, 0.01), 1);
