@@ -135,6 +135,51 @@ class Motions(Folder):
         self.assertLess(apart[-1], 0.005 * told["way"])
         self.assertLess(modes("peg", "--against", "dynamics", "--duration", "1")["runs"][0]["apart"], 1e-5)
 
+    def test_dynamics_bounces_in_friction_space_as_modes_do(self):
+        told = modes("rod", "--against", "dynamics")
+        apart = [run["apart"] for run in told["runs"]]
+        for fast, slow in zip(apart, apart[1:]):
+            self.assertLess(slow, 0.6 * fast)
+        self.assertTrue(all(run["words"] == "they agree" for run in told["runs"]))
+        self.assertTrue(all(run["breaches"] == [] for run in told["runs"]))
+        drawn = self.folder / "both.svg"
+        done = pantin("modes", LAMINAS / "rod.json", "--against", "dynamics", "--duration", "2", "--out",
+                      drawn)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertIn("friction used at left", drawn.read_text())
+
+    def parted(self, change):
+        scene = json.loads((LAMINAS / "rod.json").read_text())
+        change(scene)
+        path = self.folder / "changed.json"
+        path.write_text(json.dumps(scene))
+        done = pantin("modes", path, "--against", "dynamics", "--json")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return json.loads(done.stdout)["runs"]
+
+    def test_where_they_part_the_broken_assumption_is_measured(self):
+        def faster(scene):
+            scene["duration"] = 0.8
+            for finger in scene["laminas"][0]["fingers"]:
+                finger["velocity"] = [40 * v for v in finger["velocity"]]
+        first = self.parted(faster)[0]
+        self.assertIn("they part at", first["words"])
+        self.assertIn("inertia reaches", first["words"])
+        sizes = [b["size"] / b["bound"] for b in first["breaches"]]
+        self.assertEqual(sizes, sorted(sizes, reverse=True))
+        self.assertGreater(sizes[0], 1)
+
+    def test_modes_are_told_of_a_scene_on_its_way(self):
+        for time, mode in (("12", "+R"), ("13", "R-"), ("0.05", "dynamics: several modes hold, or an "
+                                                           "unstable one alone")):
+            self.assertEqual(modes("rod", "--at", time)["running"], mode)
+        told = modes("rod", "--at", "10")
+        self.assertAlmostEqual(told["contacts"][0]["point"][0], -0.3, places=9)
+        self.assertAlmostEqual(told["contacts"][1]["point"][0], 0.15, places=9)
+        done = pantin("modes", LAMINAS / "grasp.json", "--at", "1")
+        self.assertEqual((done.returncode, done.stdout), (2, ""))
+        self.assertIn('found no "outline"', done.stderr)
+
     def test_a_motion_is_a_scene_that_runs(self):
         done = pantin("modes", LAMINAS / "peg.json", "--move", self.folder / "peg.json")
         self.assertEqual(done.returncode, 0, done.stderr)

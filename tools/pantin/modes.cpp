@@ -63,6 +63,11 @@ int modes(ModesChoices c) {
   if (!c.against.empty()) return compare_with_dynamics(*scene, plan, c);
   if (!c.path.empty()) return follow_path(plan, c);
   if (!c.move.empty()) return move_on(*scene, plan, c);
+  if (c.at > 0) {
+    auto moved = plan_at(*scene, std::move(plan), c);
+    if (!moved) return interrupted() ? kInterrupted : kUsage;
+    plan = std::move(*moved);
+  }
   std::optional<Grasp> grasp = grasp_of(plan, c.scene);
   if (!grasp) return kUsage;
   if (!c.axes.empty()) return draw_map(*grasp, c);
@@ -82,6 +87,7 @@ Examples:
   pantin modes assets/laminas/grasp.json --mu 0.3 --json
   pantin modes assets/laminas/grasp.json --map mu1,mu2
   pantin modes assets/laminas/grasp.json --map mu1,mu2 --out out/map.svg
+  pantin modes assets/laminas/rod.json --at 12.6
   pantin modes assets/laminas/grasp.json --uncertain
   pantin modes assets/laminas/grasp.json --advise
   pantin modes assets/laminas/rod.json --move out/rod.csv
@@ -96,8 +102,10 @@ first slides); of more, numbers as the legend says. Where none is, no mode holds
 --move moves the part as its fingers move and writes time, pose of the mass centre, mode (a letter
 for each finger, + and - for the two ways to slide, . where it does not touch) and forces; it stops where no mode holds.
 --path does so without friction and writes how much of it the motion bears at each pose.
+--at runs the scene to a time first, as `pantin run` does.
 --against dynamics runs the same part with its mass, by the solver lagrangian, at falling speed of
-the fingers, and tells where and why they part.
+the fingers, and tells where they part and which assumptions did not hold there: inertia against
+friction, a contact that should stick and slips, one that is lost, a choice among several modes.
 
 Exit codes: 0 ok, 1 not possible here, 2 usage or bad input, 4 could not write.)";
 
@@ -133,6 +141,10 @@ void add_outputs(CLI::App& command, ModesChoices& c) {
                   "move it, and write its motion: a table, or a scene to be drawn")
       ->check(named({".csv", ".json"}))
       ->type_name(kFileType);
+  command
+      .add_option("--at", c.at,
+                  "the modes, map or advice at this time of the scene's run, s; default 0")
+      ->check(between(0, 1e6));
   command.add_option("--against", c.against, "compare the motion with another model")
       ->check(CLI::IsMember({"dynamics"}));
   command.add_option("--samples", c.samples, "rows of --path and --move, default 101")
@@ -161,6 +173,7 @@ void add_modes(CLI::App& program, int& exit_code) {
   for (std::size_t i = 0; i < answers.size(); ++i)
     for (std::size_t k = 0; k < i; ++k) answers[i]->excludes(answers[k]);
   for (CLI::Option* other : {path, move, uncertain, advise}) out->excludes(other);
+  for (CLI::Option* other : {path, move, against}) command->get_option("--at")->excludes(other);
   command->footer(kExamples);
   command->callback([c, &exit_code] { exit_code = modes(*c); });
 }

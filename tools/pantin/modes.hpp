@@ -24,6 +24,8 @@ struct ModesChoices {
   std::vector<double> mu, range{0, 1};
   int size = 256, samples = 101;
   double duration = 0;  // s; 0: the scene's
+  double at = 0;        // s
+  std::string running;  // how the lamina moves then: a letter for each finger, or by dynamics
   bool uncertain = false, advise = false, json = false;
 };
 
@@ -74,6 +76,10 @@ struct Course {
   StepEnd to(double target);
   Vec2 centre() const;  // of mass
 };
+/// The lamina and its fingers where the scene's World has brought them at ModesChoices::at.
+/// Fills in `running`. Nothing after a complaint, or an interruption.
+std::optional<LaminaPlan> plan_at(const Scene& scene, LaminaPlan plan, ModesChoices& c);
+
 /// Why a course came to an end.
 std::string why(const StepEnd& end);
 

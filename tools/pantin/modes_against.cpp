@@ -105,6 +105,8 @@ int draw(const LaminaPlan& plan, const ModesChoices& c, const std::vector<const 
     frame.draw(*canvas, k == 1 ? plan.name : "");
   }
   draw_friction(*canvas, plan, runs, 80.0 + 370 * 3);
+  canvas->text({1190, 440}, "A finger that slides uses its friction of", {}, Anchor::start);
+  canvas->text({1190, 460}, "sliding, one that sticks up to that of sticking.", {}, Anchor::start);
   double y = 400;
   for (std::size_t i = 0; i < legend.size(); ++i, y += 20)
     canvas->text({40, y}, legend[i], i == 0 ? Ink{110, 110, 110} : ink_of_run(i), Anchor::start);

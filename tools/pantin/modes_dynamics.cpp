@@ -122,7 +122,7 @@ Breach inertia_in(const Run& run, Window w, double load) {
     for (const AtFinger& f : run.rows[i].fingers) friction += std::abs(f.tangent);
     b.size = std::max(b.size, run.rows[i].inertia / friction);
   }
-  b.words = fmt::format("inertia reaches {:.2g} % of the forces of friction", 100 * b.size);
+  b.words = fmt::format("inertia reaches {:.3g} % of the forces of friction", 100 * b.size);
   return b;
 }
 
@@ -137,12 +137,12 @@ Breach fingers_in(const LaminaPlan& plan, const Run& q, const Run& run, Window w
       if (now.sticks && before.sticks && is.slip / speed > slip.size) {
         slip.size = is.slip / speed;
         slip.words =
-            fmt::format("{} should stick and slips by {:.2g} % of the fastest finger's speed", name,
+            fmt::format("{} should stick and slips by {:.3g} % of the fastest finger's speed", name,
                         100 * slip.size);
       }
       if (now.bears > 0 && before.bears > 0 && 1 - is.bears > lost.size) {
         lost.size = 1 - is.bears;
-        lost.words = fmt::format("{} should bear and is lost for {:.2g} % of the time", name,
+        lost.words = fmt::format("{} should bear and is lost for {:.3g} % of the time", name,
                                  100 * lost.size);
       }
     }
@@ -154,7 +154,7 @@ Breach roundness_in(const LaminaPlan& plan, const Run& run, Window w, double way
   for (std::size_t i = w.first; i <= w.last; ++i)
     b.size = std::max(b.size, radius_of_finger(plan) * std::abs(run.rows[i].angle) / way);
   b.words =
-      fmt::format("contacts move round fingers of some size by {:.2g} % of the way", 100 * b.size);
+      fmt::format("contacts move round fingers of some size by {:.3g} % of the way", 100 * b.size);
   return b;
 }
 

@@ -139,7 +139,8 @@ Json json_of(const Grasp& g, const Told& t) {
   return j;
 }
 
-void print_all_json(const Grasp& g, const ModeSet& set, const std::vector<Told>& all) {
+void print_all_json(const Grasp& g, const ModeSet& set, const std::vector<Told>& all,
+                    const std::string& running) {
   const Vec3 load = g.plan->load();
   Json j{{"lamina", g.plan->name}, {"load", {load.x, load.y, load.z}}};
   j["contacts"] = Json::array();
@@ -151,6 +152,7 @@ void print_all_json(const Grasp& g, const ModeSet& set, const std::vector<Told>&
                              {"friction", {g.roll[i], g.slide[i]}}});
   j["verdict"] = word_for(set.verdict);
   j["near_singular"] = set.near_singular;
+  if (!running.empty()) j["running"] = running;
   j["modes"] = Json::array();
   for (const Told& t : all) j["modes"].push_back(json_of(g, t));
   print_json(j);
@@ -163,7 +165,7 @@ int print_modes(const Grasp& g, const ModesChoices& c) {
   find_modes(g.prepared, g.friction(), set);
   const std::vector<Told> all = all_of(g, set);
   if (c.json) {
-    print_all_json(g, set, all);
+    print_all_json(g, set, all, c.running);
     return kOk;
   }
   const Vec3 load = g.plan->load();
@@ -175,6 +177,7 @@ int print_modes(const Grasp& g, const ModesChoices& c) {
                g.roll[i] == g.slide[i]
                    ? fmt::format("{:g}", g.roll[i])
                    : fmt::format("{:g} sticking, {:g} sliding", g.roll[i], g.slide[i]));
+  if (!c.running.empty()) fmt::print("at {:g} s the run moves it by {}\n", c.at, c.running);
   fmt::print("{}\n", sentence_of(set.verdict));
   for (const Told& t : all) print_mode(g, t);
   if (set.near_singular) fmt::print("  near a mode whose forces grow without bound\n");
