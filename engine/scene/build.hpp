@@ -21,7 +21,7 @@ struct BuiltBody {
   const SolverSettings* solver = nullptr;
   std::uint32_t material = UINT32_MAX;  // for all its shapes; UINT32_MAX: their own
   bool has_path = false;
-  bool is_lamina = false;
+  bool is_lamina = false, is_finger = false;
   std::shared_ptr<const Collision> collision;  // of colliding bodies; likewise
 };
 
@@ -145,7 +145,7 @@ void check_planes(const BuiltScene& built, const std::vector<Solver>& solvers, V
                   BuildMessages& messages);
 
 /// Tells of bodies that solver "quasistatic" cannot move: those that are no laminas, and those that
-/// are but are tied to something.
+/// are but are tied to something. Fingers have no other paths than their own.
 void check_laminas(const BuiltScene& built, const std::vector<Solver>& solvers,
                    BuildMessages& messages);
 

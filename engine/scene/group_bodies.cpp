@@ -20,6 +20,7 @@ BuiltBody laid_out(const BodyRecipe& recipe, const ElementId& id, const Pose& ow
   p.body.mass = recipe.mass_properties.mass, p.body.inertia = recipe.mass_properties.inertia;
   p.body.drag = recipe.drag, p.body.gravity_scale = recipe.gravity_scale;
   p.body.motion = recipe.motion, p.is_lamina = recipe.is_lamina;
+  p.is_finger = recipe.is_finger;
   if (recipe.collision) p.collision = of_recipe(*recipe.collision);
   return p;
 }

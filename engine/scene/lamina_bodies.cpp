@@ -68,7 +68,7 @@ BodyRecipe lamina_body(const LaminaPlan& lamina, const SolverSettings& how,
 BodyRecipe finger_body(const LaminaPlan& lamina, const FingerPlan& f, std::uint32_t material) {
   const Real size = modes::extent(lamina.outline);
   BodyRecipe body;
-  body.name = body_name(lamina, f), body.motion = Motion::kinematic;
+  body.name = body_name(lamina, f), body.motion = Motion::kinematic, body.is_finger = true;
   body.pose.position = spatial(f.point - kFinger * size * f.normal);
   Shape shape;
   shape.material = material;
@@ -143,6 +143,12 @@ void check_laminas(const BuiltScene& built, const std::vector<Solver>& solvers,
                          " on a lamina, expected none: its solver \"quasistatic\" knows fingers "
                          "only");
   };
+  for (const BuiltPath& p : built.paths)
+    if (built.bodies[p.body].is_finger)
+      messages.error(p.at, "body",
+                     "found \"" + built.bodies[p.body].name +
+                         "\", expected no finger of a lamina: those move by their \"velocity\" or "
+                         "\"waypoints\"");
   for (const BuiltJoint& j : built.joints) tell(j.at, "joint \"" + j.name + "\"", j.a, j.b);
   for (const BuiltCable& c : built.cables) tell(c.at, "cable \"" + c.name + "\"", c.a, c.b);
   for (const BuiltPin& p : built.pins) tell(p.at, "pin \"" + p.name + "\"", p.body, p.to);

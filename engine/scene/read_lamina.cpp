@@ -11,8 +11,9 @@ using modes::Vec2;
 
 namespace {
 
-constexpr Real kTouch = 1e-6;       // of the outline's extent: a point this near is on it
-constexpr Real kLeastArea = 1e-12;  // of the extent's square
+constexpr Real kTouch = 1e-6;        // of the outline's extent: a point this near is on it
+constexpr Real kLeastArea = 1e-12;   // of the extent's square
+constexpr Real kLeastExtent = 1e-9;  // m
 
 std::string written(Vec2 p) {
   return "[" + detail::written(p.x + 0.0) + ", " + detail::written(p.y + 0.0) + "]";  // no -0
@@ -34,6 +35,11 @@ bool check_outline(const Reader& from, std::vector<Vec2>& corners) {
   }
   const std::vector<NodeId> nodes = from.items("outline");
   const Real size = modes::extent(corners);
+  if (!(size >= kLeastExtent)) {
+    d.error(node,
+            "found an outline " + detail::written(size) + " m large, expected 1e-9 m or more");
+    return false;
+  }
   for (std::size_t i = 0; i < corners.size(); ++i) {
     const std::size_t next = (i + 1) % corners.size();
     if (length(corners[next] - corners[i]) > kTouch * size) continue;

@@ -33,7 +33,7 @@ struct BodyRecipe {
   Motion motion = Motion::dynamic;
   std::optional<SolverSettings> solver;
   std::optional<Collision> collision;
-  bool is_lamina = false;
+  bool is_lamina = false, is_finger = false;
 };
 
 /// A point given in the scene at the start, in a body's own frame, or not at all.

@@ -116,6 +116,9 @@ std::string unknown_to(const BuiltScene& built, Solver solver) {
     if (j.joint.parameters.any() || !is_articulated(j.joint.kind) || j.drive)
       for (const Extra& extra : extras_of(j))
         if (!knows(solver, extra.feature)) return extra.what;
+  for (const BuiltBody& b : built.bodies)
+    if (solver == Solver::quasistatic && b.body.motion == Motion::dynamic && !b.is_lamina)
+      return "body \"" + b.name + "\", which is no lamina";
   if (!built.gears.empty() && !knows(solver, Feature::ratio))
     return "gear \"" + built.gears.front().name + "\"";
   if (!built.surface_joints.empty() && !knows(solver, Feature::surface_contact))

@@ -249,6 +249,37 @@ class Refusals(Folder):
         self.refused({"name": "a", "fingers": [{"point": [0, 0], "normal": [0, 1]}]},
                      "no \"outline\"")
 
+    def test_what_a_lamina_of_a_world_cannot_be_is_refused(self):
+        rod = {"name": "rod", "outline": [[-0.6, 0], [0.6, 0], [0.6, 0.02], [-0.6, 0.02]],
+               "fingers": [{"name": "a", "point": [-0.4, 0]}, {"name": "b", "point": [0.25, 0]}]}
+        tiny = dict(rod, outline=[[1e-100 * x, 1e-100 * y] for x, y in rod["outline"]])
+        ball = {"name": "ball", "mass": 1, "inertia": [1, 1, 1]}
+        self.refused(tiny, "/laminas/0/outline", "expected 1e-9 m or more")
+        self.refused(rod, "/joints/0", "on a lamina", "knows fingers only",
+                     joints=[{"a": "world", "b": "rod", "anchor": [0, 0, 0]}])
+        self.refused(rod, "/pins/0", "on a lamina", pins=[{"body": "rod", "target": [0, 0, 0]}])
+        self.refused(rod, "/paths/0/body", 'found "rod/a", expected no finger of a lamina',
+                     paths=[{"body": "rod/a", "keyframes": [{"time": 0}]}])
+        self.refused(rod, "/bodies/0", 'body "ball" solved by "quasistatic"', bodies=[ball],
+                     solver={"type": "quasistatic"})
+        self.refused(rod, "/events/0/solver", 'body "ball", which is no lamina', bodies=[ball],
+                     events=[{"type": "solver", "solver": "quasistatic", "at": 1}])
+        self.refused(rod, "/laminas/0/name", 'found the name "rod" again',
+                     bodies=[dict(ball, name="rod")])
+
+    def test_a_run_tells_when_dynamics_moves_a_lamina(self):
+        done = pantin("run", LAMINAS / "rod.json", "--json", "--record", self.folder / "rod.csv")
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        told = json.loads(done.stdout)
+        self.assertEqual((told["solver"], told["mode_switches"]), ("quasistatic", 8))
+        to, back = told["hand_overs"]
+        self.assertEqual((to["lamina"], to["to"], to["why"]),
+                         ("rod", "dynamics", "several modes hold, or an unstable one alone"))
+        self.assertEqual((back["lamina"], back["to"]), ("rod", "modes"))
+        self.assertEqual(told["steps_by_dynamics"], 6)
+        self.assertIn("is left to dynamics", pantin("run", LAMINAS / "rod.json").stdout)
+        self.assertEqual(len((self.folder / "rod.csv").read_text().splitlines()), 1922)
+
     def test_a_coefficient_that_is_no_number_is_refused(self):
         for value in ("NaN", "1e999", "\"much\""):
             path = self.folder / "bad.json"
