@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Checks who includes whom: base <- { nurbs, modes }, nurbs <- geometry <- joints <- world,
-{ world, modes } <- scene, world <- contact <- { solvers, render }, solvers <- runtime <- pantin <- demos,
+{ world, modes } <- scene, world <- contact <- { solvers, render }, modes <- solvers, solvers <- runtime <- pantin <- demos,
 tests, tools. Names every offending line; exit code 1 if there is one.
 
 usage: check_rooms.py [ROOT]     ROOT: the repository, by default the one this file lies in

@@ -9,7 +9,8 @@ PAGE = FOLDER / "README.md"
 HEAD = """# Cookbook
 
 Short programs over `<pantin/...>`, each built and run by the tests; `ctest -L cookbook` runs them all.
-Link `pantin::core`, and `pantin::render` where `<pantin/render.hpp>` is included.
+Link `pantin::core`, `pantin::render` where `<pantin/render.hpp>` is included, `pantin::scene` where
+`<pantin/scene.hpp>` is.
 """
 
 

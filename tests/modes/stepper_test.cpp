@@ -122,7 +122,7 @@ TEST_CASE("Gaps are above 0 outside a lamina and below 0 inside, flat fingers an
   CHECK(gap(wall, {{0.5, 0}, 0}) == Approx(-0.2));
   // On its corner: the other one is higher.
   CHECK(gap(floor, {{0, 0}, kPi / 4}) == Approx(0.1));
-  const Finger point{{0.5, -0.1}, {0, 0}};
+  const Finger point{{0.5, -0.1}, {0, 0}, {}, false};
   CHECK(gap(point, {}) == Approx(0.1));
   CHECK(gap(point, {{0, -0.3}, 0}) == Approx(-0.2));
   // A flat finger bears on the corner that lies on it, and only there.

@@ -19,6 +19,7 @@ struct DynamicCourse {
   Simulation sim;
   Entity lamina;
   std::vector<Entity> fingers;
+  double slides = 0;  // m/s: a contact that slips faster slides
 };
 
 struct Slip {
@@ -45,7 +46,7 @@ Slip slip_at(const World& world, Entity lamina, Entity finger) {
 }
 
 /// One row: steps until `target` (s), friction set by slip before each.
-bool run_row(DynamicCourse& s, const LaminaPlan& plan, double target, double slides, Row& row) {
+bool run_row(DynamicCourse& s, const LaminaPlan& plan, double target, Row& row) {
   World& world = s.sim.world;
   const double step = s.sim.settings.h, start = world.time;
   const Vec3 before = world.bodies[s.lamina].velocity;
@@ -55,7 +56,7 @@ bool run_row(DynamicCourse& s, const LaminaPlan& plan, double target, double sli
     for (std::size_t i = 0; i < s.fingers.size(); ++i) {
       const Slip slip = slip_at(world, s.lamina, s.fingers[i]);
       const FingerPlan& f = plan.fingers[i];
-      world.material_pairs[i].friction = std::abs(slip.speed) > slides ? f.slide : f.roll;
+      world.material_pairs[i].friction = std::abs(slip.speed) > s.slides ? f.slide : f.roll;
     }
     s.sim.settings.h = std::min(step, target - world.time);
     if (s.sim.step().status == Status::diverged || interrupted()) return false;
@@ -127,7 +128,8 @@ Breach inertia_in(const Run& run, Window w, double load) {
 }
 
 /// A finger that does not what was predicted, in rows around which the prediction stays the same.
-Breach fingers_in(const LaminaPlan& plan, const Run& q, const Run& run, Window w, double speed) {
+Breach fingers_in(const LaminaPlan& plan, const Run& q, const Run& run, Window w) {
+  const double speed = speed_of(plan, 1e300);
   Breach slip{0, 0.05, "no contact slips that should stick"}, lost{0, 0.1, "none is lost"};
   for (std::size_t i = w.first; i <= w.last; ++i)
     for (std::size_t k = 0; k < plan.fingers.size(); ++k) {
@@ -186,11 +188,11 @@ std::optional<Run> simulate(const Scene& like, const LaminaPlan& plan, double du
   s.lamina = s.sim.world.find(plan.name);
   for (const FingerPlan& f : plan.fingers)
     s.fingers.push_back(s.sim.world.find(fmt::format("finger {}", f.name)));
-  const double slides = kSlips * speed_of(plan, duration) / slower;
+  s.slides = kSlips * speed_of(plan, duration) / slower;
   Run run;
   for (int i = 0; i < kRows; ++i) {
     Row& row = run.rows.emplace_back();
-    if (!run_row(s, plan, duration * slower * i / (kRows - 1), slides, row)) return std::nullopt;
+    if (!run_row(s, plan, duration * slower * i / (kRows - 1), row)) return std::nullopt;
     for (AtFinger& f : row.fingers) f.slip *= slower;  // as at full speed
   }
   return run;
@@ -219,7 +221,7 @@ std::vector<Breach> breaches(const LaminaPlan& plan, const Prediction& q, const 
   const Window w = window_of(q.run, run, p);
   const Vec3 load = plan.load();
   std::vector<Breach> all{inertia_in(run, w, std::hypot(load.x, load.y)),
-                          fingers_in(plan, q.run, run, w, speed_of(plan, 1e300)),
+                          fingers_in(plan, q.run, run, w),
                           roundness_in(plan, run, w, way_of(plan, 1e300))};
   // A choice that quasi-statics had to make decides where dynamics may go another way.
   for (std::size_t i = 0; i <= w.last; ++i) {
