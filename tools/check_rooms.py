@@ -26,7 +26,7 @@ OWNERS = {
     "ft2build.h": ["engine/render/"],
     "libdeflate.h": ["engine/render/", "tests/"],
     "SDL": ["tools/"],
-    "box2d/": ["engine/solvers/planar/box2d_plane.cpp"],
+    "box2d/": ["engine/solvers/planar/box2d_plane.cpp", "tools/plane/"],
     "imgui": ["tools/"],
     "pantin/": ["engine/pantin/", "demos/", "tests/", "tools/"],
     "CLI/": ["tools/"],

@@ -223,6 +223,40 @@ struct GearJoint {
   std::string name = {};
 };
 
+/// A closed flat belt round pulleys that turn about z: without mass, it does not stretch, and slips
+/// nowhere unless it has a friction. Where all axles are held by one body and pulleys are out of
+/// round, its span from the last to the first gives way. Planar and Lagrangian solver.
+///
+/// Errors: fewer than 2 pulleys or more than 16; two on one body, on one that is fixed, at two z;
+/// pulleys that overlap; a belt that does not touch a pulley from its side, that crosses itself, or
+/// runs through a pulley; a friction of more than two pulleys.
+struct BeltJoint {
+  struct Pulley {
+    Entity body = {};
+    Vec3 point{0};    // its centre, world
+    Real radius = 0;  // m, to the middle of the belt
+    std::vector<Vec3> outline =
+        {};                   // about the centre, world axes, m: the belt runs round its hull
+    bool is_outside = false;  // it presses on the belt from outside
+  };
+  std::vector<Pulley> pulleys = {};  // in the order in which the belt meets them
+  bool crossed = false;              // of two pulleys: round the second the other way
+  Real pretension = 0;               // N
+  Real friction = 0;                 // of two pulleys, by which it slips; 0: never
+  std::string name = {};
+};
+
+/// How a belt lies after a step.
+struct BeltState {
+  Real length = 0;                  // m, of its way
+  Real defect = 0;                  // m, by which the way is longer than the belt
+  Real travel = 0;                  // m, by which it has run past the first pulley
+  bool slips = false;               // in the last step
+  std::vector<Real> tensions = {};  // N, of the span that leaves each pulley, mean over the step
+};
+/// Of a BeltJoint; none of anything else.
+std::optional<BeltState> belt_state(const World& world, Entity belt);
+
 /// Two bodies whose smooth surfaces touch: they slide or roll on one another. Where the gap is
 /// smallest as they stand is where they start; the solver closes it. Lagrangian solver.
 ///
@@ -265,5 +299,6 @@ Result<Entity> add_to(World& world, const CustomConstraint& joint);
 Result<Entity> add_to(World& world, const PinConstraint& pin);
 Result<Entity> add_to(World& world, const GearJoint& gear);
 Result<Entity> add_to(World& world, const SurfaceJoint& joint);
+Result<Entity> add_to(World& world, const BeltJoint& belt);
 
 }  // namespace pantin

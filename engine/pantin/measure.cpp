@@ -5,6 +5,7 @@
 #include "engine/joints/rows.hpp"
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
+#include "engine/solvers/planar/island.hpp"
 #include "engine/solvers/solver.hpp"
 #include "engine/world/cable_route.hpp"
 
@@ -106,6 +107,14 @@ std::optional<JointReaction> articulated_reaction(const World& world, const Link
   return std::nullopt;
 }
 
+std::optional<JointReaction> planar_reaction(const World& world, std::uint32_t slot) {
+  const planar::Planar& all = planar::plane_of(world);
+  for (std::size_t i = 0; i < all.links.size() && i < all.reactions.size(); ++i)
+    if (all.links[i].link == slot)
+      return JointReaction{all.reactions[i].force, {0, 0, all.reactions[i].torque}};
+  return std::nullopt;
+}
+
 std::optional<Vec3> articulated_pin_force(const World& world, std::uint32_t pin) {
   for (const articulated::Island& a : articulated::islands_of(world)) {
     const Real scale = articulated::force_per_lambda(a);
@@ -177,6 +186,7 @@ std::optional<JointReaction> joint_reaction(const World& world, Entity joint) {
     const Vec3 arm = world.bodies[link.b].pose.rotation * link.joint.anchor_b;
     return JointReaction{f.force, f.torque - glm::cross(arm, f.force)};
   }
+  if (const auto planar = planar_reaction(world, slot)) return planar;
   return articulated_reaction(world, link, slot);
 }
 

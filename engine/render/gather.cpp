@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/geometry/surface.hpp"
+#include "engine/render/belts.hpp"
 #include "engine/render/surface_mesh.hpp"
 
 namespace pantin::detail {
@@ -234,6 +235,20 @@ void gather(const PosedWorld& scene, const View& view, const Eye& eye, DrawList&
       if (is_ground(shape.kind)) continue;
       add_fillings(shape, pose, to.fillings);
       if (moves) to.movers.insert(to.movers.end(), to.balls.begin() + first, to.balls.end());
+    }
+  }
+
+  std::vector<BeltPiece> pieces;
+  for (const Belt& belt : world.belts.values()) {
+    pieces.clear();
+    add_belt(scene, belt, pieces);
+    const bool known = belt.material < world.materials.size();
+    const Material own = known ? world.materials[belt.material] : plain;
+    Material mark = own;
+    mark.colour = glm::mix(own.colour, Vec3(1), 0.55);
+    for (const BeltPiece& piece : pieces) {
+      solids.add(piece.box, piece.pose, piece.is_mark ? mark : own);
+      add_balls(piece.box, piece.pose, to.movers);
     }
   }
 

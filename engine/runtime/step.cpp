@@ -266,6 +266,8 @@ void adjust(Step& s) {
   for (const SolverRow* solver : kSolvers) solver->adjust_touching(world, s.task);
   couple_touching(world, s.task.h);
   collect_pressures(world);
+  for (const SolverRow* solver : kSolvers)
+    if (solver->list_contacts) solver->list_contacts(world, contacts_of(world));
 }
 
 /// The end of a substep; `left` follow it.

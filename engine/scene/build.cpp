@@ -21,6 +21,7 @@ BuildCount count_of(const BuiltScene& built) {
   };
   add_names(built.bodies), add_names(built.joints), add_names(built.gears);
   add_names(built.cables), add_names(built.pins), add_names(built.surface_joints);
+  add_names(built.belts);
   count.parts = static_cast<Real>(parts), count.name_bytes = static_cast<Real>(name_bytes);
   return count;
 }

@@ -40,6 +40,13 @@ struct BuiltGear {
   Gear ratio;
 };
 
+struct BuiltBelt {
+  std::string name;
+  ElementId at{};
+  std::vector<std::uint32_t> bodies;  // of its pulleys
+  Belt belt;                          // without their entities
+};
+
 struct BuiltGuide {
   std::uint32_t body = 0;
   CableGuide guide;  // without its entity
@@ -96,6 +103,7 @@ struct BuiltScene {
   std::vector<BuiltBody> bodies;
   std::vector<BuiltJoint> joints;
   std::vector<BuiltGear> gears;
+  std::vector<BuiltBelt> belts;
   std::vector<BuiltCable> cables;
   std::vector<BuiltPin> pins;
   std::vector<BuiltSurfaceJoint> surface_joints;
@@ -103,7 +111,8 @@ struct BuiltScene {
   std::vector<BuiltEvent> events;
 
   std::size_t links() const {
-    return joints.size() + gears.size() + cables.size() + pins.size() + surface_joints.size();
+    return joints.size() + gears.size() + belts.size() + cables.size() + pins.size() +
+           surface_joints.size();
   }
   Pose pose_of(std::uint32_t body) const {
     return body == kWorldBody ? Pose{} : bodies[body].body.pose;
@@ -154,6 +163,9 @@ void check_laminas(const BuiltScene& built, const std::vector<Solver>& solvers,
 void check_events(const BuiltScene& built, const std::vector<Solver>& solvers,
                   BuildMessages& messages);
 void warn_of_events(const BuiltScene& built, Real duration, BuildMessages& messages);
+
+/// Gives the solver "planar" to what stays in the plane of x and y; warns of what does not.
+void choose_plane(World& world, BuildMessages& messages);
 
 /// Warns of likely mistakes: mass ratios, pins out of reach, cables too short, joints that start
 /// open or beyond their limits, loops closed by joints other than balls.

@@ -15,6 +15,7 @@ enum class ElementKind : std::uint8_t {
   body,
   joint,
   ratio,
+  belt,
   string,
   pin,
   drive,

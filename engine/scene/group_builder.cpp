@@ -22,6 +22,7 @@ BuiltScene GroupBuilder::build() {
   each(group_.chains, ElementKind::chain, &B::add_joints_of);
   each(group_.joints, ElementKind::joint, &B::add_joint);
   each(group_.gears, ElementKind::ratio, &B::add_gear);
+  each(group_.belts, ElementKind::belt, &B::add_belt);
   each(group_.surface_joints, ElementKind::surface_joint, &B::add_surface_joint);
   each(group_.cables, ElementKind::string, &B::add_cable);
   each(group_.pins, ElementKind::pin, &B::add_pin);
@@ -40,7 +41,7 @@ void GroupBuilder::gather_names() {
   };
   note(group_.bodies), note(group_.instances), note(group_.chains);
   note(group_.joints), note(group_.gears), note(group_.cables), note(group_.pins);
-  note(group_.surface_joints);
+  note(group_.surface_joints), note(group_.belts);
   for (const GridRecipe& grid : group_.grids) own_names_.insert(grid.each.name);
 }
 
@@ -105,7 +106,7 @@ bool GroupBuilder::make_space() {
   count.bodies = static_cast<Real>(group_.bodies.size());
   count.links =
       static_cast<Real>(group_.joints.size() + group_.gears.size() + group_.cables.size() +
-                        group_.pins.size() + group_.surface_joints.size());
+                        group_.pins.size() + group_.surface_joints.size() + group_.belts.size());
   for (const BodyRecipe& b : group_.bodies)
     count.parts += static_cast<Real>(b.mass_properties.shapes.size());
   bool good = true;

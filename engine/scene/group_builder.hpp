@@ -85,6 +85,7 @@ class GroupBuilder {
   const BuiltScene& part_of(const InstanceRecipe& instance, const BuiltPrefab& prefab,
                             const ElementId& id);
   void copy(const Copy& how);
+  void copy_belt(const Copy& how, const BuiltBelt& belt, std::uint32_t first);
   void copy_events(const Copy& how, const FirstPlaces& first);
 
   // Mirror images: group_mirrors.cpp.
@@ -107,6 +108,11 @@ class GroupBuilder {
   void add_joints_of(Element<ChainRecipe> e);
   void add_joint(Element<JointRecipe> e);
   void add_gear(Element<GearRecipe> e);
+  // Belts: group_belts.cpp.
+  void add_belt(Element<BeltRecipe> e);
+  bool place_pulleys(Element<BeltRecipe> e, BuiltBelt& made);
+  void add_links_of_belt(Element<BeltRecipe> e, const BuiltBelt& laid);
+  bool can_be_driven(Element<BeltRecipe> e, const BuiltBelt& laid);
   bool slides(const std::optional<bool>& asked, std::uint32_t joint, const Wanted& place);
   void add_surface_joint(Element<SurfaceJointRecipe> e);
   bool place_side(const SurfaceSideRecipe& side, std::uint32_t body, ContactSurface& to);

@@ -76,6 +76,10 @@ const BuiltScene& GroupBuilder::part_of(const InstanceRecipe& instance, const Bu
                     "found a mirror image of " + quoted_name(instance.prefab) +
                         ", which has surface joints, expected a prefab without: they have no "
                         "mirror image");
+  if (!prefab.built.belts.empty())
+    messages_.error(id, "mirror",
+                    "found a mirror image of " + quoted_name(instance.prefab) +
+                        ", which has belts, expected a prefab without: they have no mirror image");
   image_ = mirrored(prefab.built, {{*instance.mirror, 0}}, context_.images);
   for (const BuiltBody& body : image_.bodies)
     if (const auto kind = unmirrored(*body.mass_properties)) {
@@ -123,6 +127,7 @@ void GroupBuilder::copy(const Copy& how) {
   for (const BuiltGear& r : how.part.gears)
     made_.gears.push_back(
         {how.prefix + r.name, r.at, first_joint + r.first, first_joint + r.second, r.ratio});
+  for (const BuiltBelt& belt : how.part.belts) copy_belt(how, belt, first);
   for (const BuiltSurfaceJoint& s : how.part.surface_joints) {
     BuiltSurfaceJoint& p = made_.surface_joints.emplace_back(s);
     p.name.insert(0, how.prefix);
@@ -150,6 +155,20 @@ void GroupBuilder::copy(const Copy& how) {
   for (const BuiltPath& d : how.part.paths)
     made_.paths.push_back({d.at, moved_place(d.body), shifted(moved(d.path, how.at), how.ahead)});
   copy_events(how, places);
+}
+
+/// A belt is laid anew: its plane may be turned with the copy.
+void GroupBuilder::copy_belt(const Copy& how, const BuiltBelt& belt, std::uint32_t first) {
+  BuiltBelt& p = made_.belts.emplace_back(belt);
+  p.name.insert(0, how.prefix);
+  std::vector<Pose> poses;
+  for (std::uint32_t& body : p.bodies) body += first, poses.push_back(made_.pose_of(body));
+  lay_belt(p.belt, poses);
+  if ((how.at.rotation * Vec3(0, 0, 1)).z < 1 - 1e-12)
+    messages_.error(belt.at, "",
+                    "found a belt in a prefab whose copy \"" + how.instance.name +
+                        "\" is turned out of the plane of x and y, expected it turned about z "
+                        "alone");
 }
 
 GroupBuilder::FirstPlaces GroupBuilder::sizes() const {

@@ -202,6 +202,14 @@ void GroupBuilder::mirror_links() {
       messages_.error(s.at, "",
                       "found a surface joint of bodies that are mirrored, expected none: it has no "
                       "mirror image");
+  for (const BuiltBelt& belt : made_.belts)
+    for (const std::uint32_t body : belt.bodies)
+      if (images_.contains(body)) {
+        messages_.error(belt.at, "",
+                        "found a belt on bodies that are mirrored, expected none: it has no mirror "
+                        "image");
+        break;
+      }
 }
 
 }  // namespace pantin::detail

@@ -39,6 +39,8 @@ namespace keys {
   OBJECT(motor)                \
   OBJECT(dof)                  \
   OBJECT(gear)                 \
+  OBJECT(belt)                 \
+  OBJECT(belt_pulley)          \
   OBJECT(surface_joint)        \
   OBJECT(surface_side)         \
   OBJECT(joint_drive)          \

@@ -32,7 +32,8 @@ constexpr Key kJoints = objects("joints", "joint",
                                 "them in place once more, only the "
                                 "point is held, unless by the solver lagrangian.");
 constexpr Key kGears =
-    objects("gears", "gear", "Gears, belts, racks: joints that move in proportion.").once("ratios");
+    objects("gears", "gear", "Gears, racks: joints that move in proportion.").once("ratios");
+constexpr Key kBelts = objects("belts", "belt", "Closed belts round pulleys, in a plane.");
 constexpr Key kSurfaceJoints =
     objects("surface_joints", "surface_joint", "Bodies whose surfaces touch: they slide or roll.");
 constexpr Key kCables =
@@ -49,6 +50,11 @@ constexpr Key kScene[] = {
     text("title", "Default: the file's name."),
     vector("gravity", "m/s^2", "What all bodies fall with.").or_else(0, -9.81, 0),
     number("step", "s", kStep, "Length of one step.").or_else(1.0 / 60),
+    flag("plane",
+         "Whether what stays in the plane of x and y is solved by \"planar\", which is cheaper: "
+         "each island of joints, where all that is solid stays there; a warning tells why another "
+         "does not. Bodies with a solver of their own keep it.")
+        .or_else(false),
     whole("substeps", 1, 1000, "Equal parts each step is taken in.").or_else(1),
     number("duration", "s", kDuration, "How long the scene runs.").or_else(5),
     number("drift_bound", "", kPositive,
@@ -69,6 +75,7 @@ constexpr Key kScene[] = {
     kBodies,
     kJoints,
     kGears,
+    kBelts,
     kSurfaceJoints,
     kCables,
     kPins,
@@ -214,6 +221,7 @@ constexpr Key kPrefab[] = {
     kBodies,
     kJoints,
     kGears,
+    kBelts,
     kSurfaceJoints,
     kCables,
     kPins,
@@ -223,7 +231,8 @@ constexpr Key kPrefab[] = {
     kPrefabEvents,
 };
 constexpr Exclusive kPrefabPairs[] = {
-    {"file", "bodies joints gears surface_joints cables pins paths instances generators events"}};
+    {"file",
+     "bodies joints gears belts surface_joints cables pins paths instances generators events"}};
 
 constexpr Key kOfPrefab =
     reference("prefab", "the name of a prefab", "Name of a prefab.").needed("the name of a prefab");

@@ -175,7 +175,7 @@ Gear mirrored(const Gear& gear) {
 BuiltScene mirrored(const BuiltScene& whole, const Reflection& by, MirrorImages& images) {
   BuiltScene image = whole;
   image.paths.clear();
-  image.surface_joints.clear();  // told of by the builder
+  image.surface_joints.clear(), image.belts.clear();  // told of by the builder
   for (BuiltBody& b : image.bodies) b = mirrored(b, by, images);
   for (BuiltJoint& j : image.joints) mirror(j, by);
   for (BuiltGear& g : image.gears) g.ratio = mirrored(g.ratio);

@@ -27,6 +27,9 @@ Found fault_of(const BuiltBody& b) {
 constexpr const char* kExpected =
     ", expected what stays in the plane of x and y, as \"planar\" needs";
 
+constexpr const char* kExpectedOfBelts =
+    ", expected what stays in the plane of x and y, as the belt on it needs";
+
 }  // namespace
 
 void check_planes(const BuiltScene& built, const std::vector<Solver>& solvers, Vec3 gravity,
@@ -49,11 +52,17 @@ void check_planes(const BuiltScene& built, const std::vector<Solver>& solvers, V
       messages.error(b.at, found.member,
                      "found body \"" + b.name + "\", which " + found.what + kExpected);
   }
+  std::vector<bool> carries(built.bodies.size(), false);
+  for (const BuiltBelt& belt : built.belts)
+    for (const std::uint32_t body : belt.bodies) carries[body] = true;
+  const auto is_belted = [&](std::uint32_t body) { return body != kWorldBody && carries[body]; };
   for (const BuiltJoint& j : built.joints) {
-    if (!is_flat(j.a) && !is_flat(j.b)) continue;
+    if (!is_flat(j.a) && !is_flat(j.b) && !is_belted(j.a) && !is_belted(j.b)) continue;
     const std::string why = flat_fault(j.joint, built.pose_of(j.a), built.pose_of(j.b));
     if (!why.empty())
-      messages.error(j.at, "", "found joint \"" + j.name + "\", which " + why + kExpected);
+      messages.error(j.at, "",
+                     "found joint \"" + j.name + "\", which " + why +
+                         (is_flat(j.a) || is_flat(j.b) ? kExpected : kExpectedOfBelts));
   }
 }
 

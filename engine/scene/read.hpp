@@ -175,6 +175,9 @@ BodyMassProperties read_mass_properties(const Reading& reading, const Reader& fr
 BodyRecipe read_body(const Reading& reading, NodeId node);
 std::optional<JointRecipe> read_joint(const Reading& reading, NodeId node);
 std::optional<GearRecipe> read_gear(const Reading& reading, NodeId node);
+/// A point in the scene, or in the own frame of its body.
+PointRecipe read_point(const Reader& from, std::string_view in_scene, std::string_view in_body);
+std::optional<BeltRecipe> read_belt(const Reading& reading, NodeId node);
 std::optional<SurfaceJointRecipe> read_surface_joint(const Reading& reading, NodeId node);
 std::optional<CableRecipe> read_cable(const Reading& reading, NodeId node);
 std::optional<PinRecipe> read_pin(const Reading& reading, NodeId node);

@@ -7,11 +7,11 @@
 #include "engine/scene/read.hpp"
 
 namespace pantin::detail {
-namespace {
-
 PointRecipe read_point(const Reader& from, std::string_view in_scene, std::string_view in_body) {
   return {from.vec_if(in_scene), from.vec_if(in_body)};
 }
+
+namespace {
 
 /// The settings of the Lagrangian solver.
 void read_exact(const Reader& from, SolverSettings& s) {

@@ -83,6 +83,7 @@ void check_names(const OpenGroup& open) {
   see(group.chains, ElementKind::chain, own);
   see(group.joints, ElementKind::joint, own);
   see(group.gears, ElementKind::ratio, own);
+  see(group.belts, ElementKind::belt, own);
   see(group.surface_joints, ElementKind::surface_joint, own);
   see(group.cables, ElementKind::string, own);
   see(group.pins, ElementKind::pin, own);
@@ -142,6 +143,7 @@ void read_group(const OpenGroup& open, const Reader& from) {
   }
   open.read_all(from.items("joints"), ElementKind::joint, read_joint, group.joints);
   open.read_all(from.items("gears"), ElementKind::ratio, read_gear, group.gears);
+  open.read_all(from.items("belts"), ElementKind::belt, read_belt, group.belts);
   open.read_all(from.items("surface_joints"), ElementKind::surface_joint, read_surface_joint,
                 group.surface_joints);
   open.read_all(from.items("cables"), ElementKind::string, read_cable, group.cables);
@@ -375,6 +377,7 @@ Recipe read_recipe(SceneFiles& files, JsonPlaces& places, const SceneLimits& lim
   whole.open_files.push_back(full_path(files.first().name));
   Scene& scene = recipe.scene;
   read_head(from, scene);
+  recipe.plane = from.flag("plane");
   if (const auto solver = read_solver(reading, from, reading.solver)) reading.solver = *solver;
   scene.world.default_settings = reading.solver;
   read_camera(reading, from, scene.view.camera);

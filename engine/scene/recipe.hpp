@@ -84,6 +84,25 @@ struct GearRecipe {
   bool in_degrees = false;
 };
 
+struct PulleyRecipe {
+  std::string body;
+  PointRecipe at;
+  Real radius = 0;
+  std::vector<Vec3> outline;  // in the body's own x and y; none: round
+  bool is_outside = false;
+};
+
+struct BeltRecipe {
+  std::string name;
+  std::vector<PulleyRecipe> pulleys;
+  bool crossed = false;
+  Real pretension = 0, friction = 0, width = 0;
+  bool has_links = false;
+  int links = 0;  // 0: as many as fit
+  Real mass = 0;  // kg, of the links
+  std::uint32_t material = 0;
+};
+
 /// One side of two surfaces that touch.
 struct SurfaceSideRecipe {
   std::string body;
@@ -193,6 +212,7 @@ struct Group {
   std::vector<BodyRecipe> bodies;
   std::vector<JointRecipe> joints;
   std::vector<GearRecipe> gears;
+  std::vector<BeltRecipe> belts;
   std::vector<SurfaceJointRecipe> surface_joints;
   std::vector<CableRecipe> cables;
   std::vector<PinRecipe> pins;
@@ -219,6 +239,7 @@ struct PrefabName {
 /// The whole recipe. `scene` is complete except for its World's entities.
 struct Recipe {
   Scene scene;
+  bool plane = false;  // what stays in the plane is solved there
   Group top;
   std::vector<Group> prefabs;
   std::vector<PrefabName> prefab_names;

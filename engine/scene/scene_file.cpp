@@ -47,6 +47,11 @@ void detail::build_world(const BuiltScene& built, World& world) {
     ratio.first = links[r.first], ratio.second = links[r.second];
     gears.push_back(world.add_gear(ratio, r.name));
   }
+  for (const BuiltBelt& b : built.belts) {
+    Belt belt = b.belt;
+    for (std::size_t i = 0; i < b.bodies.size(); ++i) belt.pulleys[i].body = entities[b.bodies[i]];
+    world.add_belt(belt, b.name);
+  }
   for (const BuiltSurfaceJoint& s : built.surface_joints) {
     SurfaceContact contact = s.contact;
     contact.a = entity(s.a), contact.b = entity(s.b);
@@ -110,6 +115,7 @@ Result<Scene> parse_whole(std::string_view text, std::string_view name, const Sc
   warn_of_events(built, scene.duration, places);
   build_world(built, scene.world);
   if (scene.laminas) add_laminas(*scene.laminas, scene.world);
+  if (recipe.plane && !choices.solver) choose_plane(scene.world, places);
   choices.apply(scene.world.default_settings);
   for (SolverSettings& s : scene.world.settings.values()) choices.apply(s);
   if (scene.title.empty()) scene.title = std::filesystem::path(name).stem().string();

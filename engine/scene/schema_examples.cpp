@@ -28,6 +28,7 @@ constexpr Example kExamples[] = {
     {"motor", R"({"velocity_deg": 90, "gain": 5, "cap": 2})"},
     {"spring", R"({"stiffness": 50, "damping": 0.5})"},
     {"gear", R"({"first": "crank", "second": "wheel", "ratio": -2})"},
+    {"belt", R"({"pulleys": [{"body": "motor", "radius": 0.1}, {"body": "fan", "radius": 0.3}]})"},
     {"surface_joint", R"({"a": {"body": "ball"}, "b": {"body": "table"}, "motion": "rolling"})"},
     {"cable", R"({"a": "world", "b": "lamp", "point_a": [0, 3, 0], "length": 1.5})"},
     {"pin", R"({"body": "hand", "anchor": [0, -0.1, 0], "target": [0.4, 1.2, 0]})"},

@@ -54,6 +54,13 @@ std::vector<Solver> solvers_of(const BuiltScene& built, Solver otherwise) {
   for (const BuiltJoint& j : built.joints) tie(j.a, j.b);
   for (const BuiltGear& r : built.gears)
     tie(mover(built, built.joints[r.first]), mover(built, built.joints[r.second]));
+  for (const BuiltBelt& belt : built.belts) {
+    std::uint32_t last = belt.bodies[0];
+    for (const std::uint32_t body : belt.bodies) {
+      tie(last, body);
+      if (built.is_dynamic(body)) last = body;
+    }
+  }
   for (const BuiltSurfaceJoint& s : built.surface_joints) tie(s.a, s.b);
   for (const BuiltCable& c : built.cables) {
     std::uint32_t last = built.is_dynamic(c.a) ? c.a : c.b;
@@ -93,6 +100,10 @@ void check_solvers(const BuiltScene& built, const std::vector<Solver>& solvers,
   for (const BuiltGear& r : built.gears)
     error(r.at, {"", "gear \"" + r.name + "\" of joints", Feature::ratio},
           solvers[mover(built, built.joints[r.first])]);
+  for (const BuiltBelt& belt : built.belts)
+    for (const std::uint32_t body : belt.bodies)
+      if (built.is_dynamic(body))
+        error(belt.at, {"", "belt \"" + belt.name + "\"", Feature::belt}, solvers[body]);
   for (const BuiltSurfaceJoint& s : built.surface_joints)
     error(s.at, {"", "surface joint \"" + s.name + "\"", Feature::surface_contact},
           solvers[built.is_dynamic(s.a) ? s.a : s.b]);
@@ -121,6 +132,8 @@ std::string unknown_to(const BuiltScene& built, Solver solver) {
       return "body \"" + b.name + "\", which is no lamina";
   if (!built.gears.empty() && !knows(solver, Feature::ratio))
     return "gear \"" + built.gears.front().name + "\"";
+  if (!built.belts.empty() && !knows(solver, Feature::belt))
+    return "belt \"" + built.belts.front().name + "\"";
   if (!built.surface_joints.empty() && !knows(solver, Feature::surface_contact))
     return "surface joint \"" + built.surface_joints.front().name + "\"";
   if (!built.cables.empty() && !knows(solver, Feature::cable))

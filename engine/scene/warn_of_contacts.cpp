@@ -100,6 +100,8 @@ class Islands {
     }
     for (const BuiltPin& p : built.pins) take(p.body, p.to);
     for (const BuiltSurfaceJoint& s : built.surface_joints) take(s.a, s.b);
+    for (const BuiltBelt& belt : built.belts)
+      for (const std::uint32_t body : belt.bodies) take(belt.bodies[0], body);
   }
   void join(std::uint32_t a, std::uint32_t b) {
     a = root(a), b = root(b);

@@ -102,6 +102,9 @@ void list_unknown(const Plans& owners) {
                "is"))
         break;
   }
+  for (std::size_t i = 0; i < world.belts.size(); ++i)
+    for (const BeltPulley& p : world.belts.values()[i].pulleys)
+      if (note(world.belts.owners()[i], owners.settings(p.body), Feature::belt, "is")) break;
   for (std::size_t i = 0; i < world.gears.size(); ++i) {
     const Gear& r = world.gears.values()[i];
     const Entity owner = world.gears.owners()[i];

@@ -87,6 +87,9 @@ struct SolverRow {
   /// Appends forces of contacts on bodies that had been stepped already.
   void (*press)(const World&, std::vector<contact::Pressure>&) =
       [](const World&, std::vector<contact::Pressure>&) {};
+  /// At the end of a substep: appends the contacts that a solver has found by itself, in the order
+  /// of contact::Memory::contacts. Null: it has none.
+  void (*list_contacts)(const World&, std::vector<Contact>&) = nullptr;
 
   /// After each substep: its failure, unless a worse one is in the report, and the energy that was
   /// removed.

@@ -33,7 +33,8 @@ constexpr Knowledge kKnowledge[kFeatures] = {
     {"a spring pin", kAuto | kExact, "\"auto\" or \"lagrangian\""},
     {"a moving surface, rolling or spinning friction", kAuto, "\"auto\""},
     {"a ring or a pulley of a cable", kExact, "\"lagrangian\""},
-    {"a contact of surfaces", kExact, "\"lagrangian\""}};
+    {"a contact of surfaces", kExact, "\"lagrangian\""},
+    {"a belt", kExact | kPlanar, "\"planar\" or \"lagrangian\""}};
 
 const Knowledge& knowledge(Feature f) { return kKnowledge[static_cast<int>(f)]; }
 

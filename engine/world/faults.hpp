@@ -50,9 +50,10 @@ enum class Feature : std::uint8_t {
   spring_pin,   // of a pin
   surface,      // that moves, or that resists rolling or spinning
   cable_guide,  // a ring or a pulley that a cable is led over
-  surface_contact
+  surface_contact,
+  belt
 };
-inline constexpr int kFeatures = 14;
+inline constexpr int kFeatures = 15;
 
 /// Which solver does what: the only place that says so.
 bool knows(Solver solver, Feature feature);

@@ -5,6 +5,11 @@
 #include "engine/geometry/shape.hpp"
 #include "engine/joints/joint.hpp"
 #include "engine/world/body.hpp"
+#include "engine/world/entity.hpp"
+
+namespace pantin {
+struct World;
+}
 
 namespace pantin::detail {
 
@@ -37,5 +42,10 @@ std::string flat_fault(Vec3 gravity);
 /// Whether a shape of a body that stands at `rotation` has a section at constant z that is made of
 /// discs and convex polygons.
 bool has_section(const Shape& shape, Quat rotation);
+
+/// Why the island of a dynamic body cannot be moved in the plane, as a clause, or empty: of the
+/// World as it stands. What its joints tie to it counts, and the fixed shapes it may touch; what
+/// else may come to push it out of the plane does not.
+std::string plane_fault(const World& world, Entity body);
 
 }  // namespace pantin::detail

@@ -10,7 +10,7 @@ bool is_dynamic(const World& world, std::uint32_t slot) {
   return slot != kNoSlot && world.bodies.values()[slot].motion == Motion::dynamic;
 }
 
-/// Sets that only joints, gears and cables over guides make.
+/// Sets that only joints, gears, belts and cables over guides make.
 void join_along_joints(const World& world, DisjointSets& sets) {
   std::uint32_t last = kNoSlot;
   const auto join = [&](Entity body) {
@@ -28,6 +28,10 @@ void join_along_joints(const World& world, DisjointSets& sets) {
   for (const Gear& r : world.gears.values()) {
     const Link *one = world.links.find(r.first), *two = world.links.find(r.second);
     if (one && two) join_all({one->a, one->b, two->a, two->b});
+  }
+  for (const Belt& belt : world.belts.values()) {
+    last = kNoSlot;
+    for (const BeltPulley& p : belt.pulleys) join(p.body);
   }
   for (const Cable& c : world.cables.values()) {
     if (c.guides.empty()) continue;

@@ -23,8 +23,8 @@ auto* find_store(W& world) {
     (one(stores), ...);
   };
   look(world.bodies, world.forces, world.origins, world.shapes, world.links, world.cables,
-       world.gears, world.surface_contacts, world.pins, world.paths, world.joint_drives,
-       world.collisions, world.names, world.settings);
+       world.gears, world.belts, world.surface_contacts, world.pins, world.paths,
+       world.joint_drives, world.collisions, world.names, world.settings);
   if (found) return found;
   if constexpr (std::is_const_v<W>)
     return world.user.template find<T>();

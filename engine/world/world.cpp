@@ -52,6 +52,13 @@ Entity World::add_gear(const Gear& gear, std::string name) {
   return e;
 }
 
+Entity World::add_belt(const Belt& belt, std::string name) {
+  const Entity e = create();
+  belts.add(e, belt);
+  set_name(*this, e, std::move(name));
+  return e;
+}
+
 Entity World::add_surface_contact(const SurfaceContact& contact, std::string name) {
   const Entity e = create();
   surface_contacts.add(e, contact);
@@ -85,6 +92,10 @@ void World::destroy(std::span<const Entity> doomed) {
   });
   add_orphans(surface_contacts,
               [&](const SurfaceContact& c) { return refers(c.a) || refers(c.b); });
+  add_orphans(belts, [&](const Belt& belt) {
+    return std::any_of(belt.pulleys.begin(), belt.pulleys.end(),
+                       [&](const BeltPulley& p) { return refers(p.body); });
+  });
   add_orphans(pins, [&](const Pin& p) { return refers(p.body) || refers(p.to); });
   for (const Entity e : std::vector<Entity>(all)) gone.insert(e);  // gears tie links
   add_orphans(gears, [&](const Gear& r) { return refers(r.first) || refers(r.second); });
@@ -92,8 +103,8 @@ void World::destroy(std::span<const Entity> doomed) {
   std::sort(all.begin(), all.end(), [](Entity a, Entity b) { return a.index > b.index; });
 
   bodies.remove(all), forces.remove(all), origins.remove(all), shapes.remove(all);
-  links.remove(all), cables.remove(all), gears.remove(all), surface_contacts.remove(all),
-      pins.remove(all), paths.remove(all);
+  links.remove(all), cables.remove(all), gears.remove(all), belts.remove(all),
+      surface_contacts.remove(all), pins.remove(all), paths.remove(all);
   joint_drives.remove(all), collisions.remove(all);
   names.remove(all), settings.remove(all), user.remove(all);
   for (Entity e : all) entities.destroy(e);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "engine/geometry/shape.hpp"
+#include "engine/world/belt.hpp"
 #include "engine/world/body.hpp"
 #include "engine/world/collision.hpp"
 #include "engine/world/entity.hpp"
@@ -37,6 +38,7 @@ struct World {
   Store<detail::Link> links;  // of the joints of <pantin/joints.hpp>, like cables and gears
   Store<detail::Cable> cables;
   Store<detail::Gear> gears;
+  Store<detail::Belt> belts;
   Store<detail::SurfaceContact> surface_contacts;
   Store<Pin> pins;
   Store<KinematicPath> paths;
@@ -92,12 +94,13 @@ struct World {
   Entity add_body(const Body& body, std::string name = {});
   Entity add_link(Entity a, Entity b, const detail::Joint& joint, std::string name = {});
   Entity add_gear(const detail::Gear& ratio, std::string name = {});
+  Entity add_belt(const detail::Belt& belt, std::string name = {});
   Entity add_surface_contact(const detail::SurfaceContact& contact, std::string name = {});
   Entity add_cable(Entity a, Entity b, const detail::CableParameters& joint, std::string name = {});
   /// Adds a pin to a body; destroy() removes it.
   Entity add_pin(const Pin& pin, std::string name = {});
 
-  /// Removes entities and every link, cable, gear and pin that refers to them.
+  /// Removes entities and every link, cable, gear, belt and pin that refers to them.
   void destroy(std::span<const Entity> doomed);
   void destroy(Entity e) { destroy(std::span<const Entity>(&e, 1)); }
   bool is_alive(Entity e) const { return entities.is_alive(e); }
@@ -108,7 +111,7 @@ struct World {
   /// Changes whenever the structure does.
   std::uint64_t structure() const {
     return bodies.version() + links.version() + cables.version() + gears.version() +
-           surface_contacts.version() + pins.version() + settings.version() +
+           belts.version() + surface_contacts.version() + pins.version() + settings.version() +
            joint_drives.version() + collisions.version() + edit_count;
   }
 
@@ -140,6 +143,7 @@ struct World {
     field("links", self.links);
     field("cables", self.cables);
     field("gears", self.gears);
+    field("belts", self.belts);
     field("surface_contacts", self.surface_contacts);
     field("pins", self.pins);
     field("paths", self.paths);

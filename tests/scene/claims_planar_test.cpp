@@ -35,11 +35,58 @@ CLAIM("planar_belts",
       "the large pulley turns half as fast, with the belt crossed the other way round") {
   Turns turns[4];
   const char* names[] = {"open_small", "open_large", "crossed_small", "crossed_large"};
-  play("planar_belts", [&](const World& w) {
+  const Played p = play("planar_belts", [&](const World& w) {
     for (int i = 0; i < 4; ++i) turns[i].add(angle_of(w, w.find(names[i])));
   });
   CHECK(turns[0].way > 5 * 2 * kPi);
   CHECK(turns[1].way == Approx(0.5 * turns[0].way).margin(1e-9));
   CHECK(turns[2].way > 5 * 2 * kPi);
   CHECK(turns[3].way == Approx(-0.5 * turns[2].way).margin(1e-9));
+  // 2 D cos b + pi (r + R) + 2 (R - r) b, sin b = (R - r) / D; crossed with R + r.
+  const detail::Belt &open = p.end.belts[p.end.find("open_belt")],
+                     &crossed = p.end.belts[p.end.find("crossed_belt")];
+  const Real b = std::asin(0.25 / 1.5), a = std::asin(0.75 / 1.5);
+  CHECK(open.length == Approx(3 * std::cos(b) + 0.75 * kPi + 0.5 * b).epsilon(1e-12));
+  CHECK(crossed.length == Approx(3 * std::cos(a) + 0.75 * (kPi + 2 * a)).epsilon(1e-12));
+  CHECK(open.travel == Approx(0.25 * turns[0].way).epsilon(1e-6));
+}
+
+CLAIM("planar_serpentine",
+      "all pulleys run, the pump the other way round, and the belt keeps its length as the "
+      "tensioner swings") {
+  const char* names[] = {"crank", "alternator", "pump", "steering"};
+  const Real radii[] = {0.3, 0.14, 0.22, 0.2};
+  Turns turns[4];
+  Extent arm;
+  Real length = 0, off = 0, least = 1e9;
+  play("planar_serpentine", [&](const World& w) {
+    for (int i = 0; i < 4; ++i) turns[i].add(angle_of(w, w.find(names[i])));
+    arm.add(angle_of(w, w.find("arm")));
+    const detail::Belt& belt = w.belts[w.find("belt")];
+    if (w.time == 0) length = belt.length;
+    off = std::max(off, std::abs(belt.length - length));
+    if (w.time > 0.5)
+      for (const detail::BeltPulley& p : belt.pulleys) least = std::min(least, p.tension);
+  });
+  CHECK(std::abs(turns[0].way) > 5 * 2 * kPi);
+  // The belt passes from one to the next; spans that swing add a little to what it has run.
+  for (int i = 1; i < 4; ++i)
+    CHECK((i == 2 ? -1 : 1) * turns[i].way * radii[i] ==
+          Approx(turns[0].way * radii[0]).epsilon(0.01));
+  CHECK(off < 1e-9);
+  CHECK(arm.most - arm.least > 0.01);
+  CHECK(least > 0);
+}
+
+CLAIM("planar_bicycle", "the chain of links drives its wheel as the ideal belt does") {
+  Turns turns[4];
+  const char* names[] = {"belt_pedals", "belt_wheel", "chain_pedals", "chain_wheel"};
+  const Played p = play("planar_bicycle", [&](const World& w) {
+    for (int i = 0; i < 4; ++i) turns[i].add(angle_of(w, w.find(names[i])));
+  });
+  CHECK(turns[1].way == Approx(2 * turns[0].way).margin(1e-9));
+  CHECK(std::abs(turns[3].way) > 2 * 2 * kPi);
+  CHECK(turns[3].way == Approx(2 * turns[2].way).epsilon(0.1));
+  CHECK(turns[3].way == Approx(turns[1].way).epsilon(0.1));
+  CHECK(p.worst_gap < 1e-10);
 }

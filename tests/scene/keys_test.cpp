@@ -75,6 +75,9 @@ std::string scene_with(std::string_view what, const std::string& extra,
     return face(R"("type": "revolution", "profile": {)" + typed("_curve") + "}");
   if (what == "surface_joint")
     return part("surface_joints", R"([{"a": {"body": "a"}, "b": {"body": "b"}, )" + extra + "}]");
+  if (what == "belt") return part("belts", R"([{"pulleys": [{"body": "a"}], )" + extra + "}]");
+  if (what == "belt_pulley")
+    return part("belts", R"([{"pulleys": [{"body": "b", )" + extra + "}]}]");
   if (what == "surface_side")
     return part("surface_joints",
                 R"([{"b": {"body": "b"}, "a": {"body": "a", "surface": "s", )" + extra +

@@ -51,3 +51,101 @@ TEST_CASE("a joint that a plane does not have is refused") {
   CHECK(joint(R"("kind": "hinge", "axis": [0, 1, 1])").size() == 1);
   CHECK(joint(R"("kind": "prismatic", "axis": [0, 0, 1])").size() == 1);
 }
+
+namespace {
+
+/// A scene of three wheels of 0.2 m at x = 0, 1 and 2, and a belt.
+Lines belt(const std::string& pulleys, const std::string& more = "",
+           const char* solver = "planar") {
+  std::string bodies, joints;
+  for (int i = 0; i < 3; ++i) {
+    const std::string n(1, static_cast<char>('a' + i)), x = std::to_string(i);
+    bodies += (i ? ", " : "") + std::string(R"({"name": ")") + n + R"(", "position": [)" + x +
+              R"(, 0, 0], "shape": {"type": "cylinder", "radius": 0.2, "length": 0.1, )" +
+              R"("rotation_deg": [90, 0, 0]}})";
+    joints += (i ? ", " : "") + std::string(R"({"kind": "hinge", "a": "world", "b": ")") + n +
+              R"(", "anchor": [)" + x + R"(, 0, 0], "axis": [0, 0, 1]})";
+  }
+  const Result<Scene> scene = parse_scene(
+      R"({"version": 1, "solver": {"type": ")" + std::string(solver) + R"("}, "bodies": [)" +
+          bodies + R"(, {"name": "wall", "motion": "fixed", "position": [1, 3, 0]}], "joints": [)" +
+          joints + R"(], "belts": [{"pulleys": [)" + pulleys + "]" + more + "}]}",
+      "t.json");
+  Lines lines;
+  if (!scene)
+    for (const Error& e : scene.errors()) lines.push_back(e.message);
+  return lines;
+}
+
+std::string on(const std::string& body, const std::string& radius, const std::string& more = "") {
+  return R"({"body": ")" + body + R"(", "radius": )" + radius + more + "}";
+}
+
+/// Whether there is one line, which tells of this place and in these words.
+bool says(const Lines& lines, const std::string& words, const std::string& place = "pulleys") {
+  INFO((lines.empty() ? "nothing" : lines[0]));
+  CHECK(lines.size() == 1);
+  return lines.size() == 1 && lines[0].find("/belts/0/" + place) != std::string::npos &&
+         lines[0].find(words) != std::string::npos;
+}
+
+}  // namespace
+
+TEST_CASE("belts that close are taken, by both solvers that know them") {
+  for (const char* solver : {"planar", "lagrangian"}) {
+    CHECK(belt(on("a", "0.2") + ", " + on("c", "0.3"), "", solver) == Lines{});
+    CHECK(belt(on("a", "0.2") + ", " + on("c", "0.3"), R"(, "crossed": true)", solver) == Lines{});
+    CHECK(belt(on("a", "0.3") + ", " + on("c", "0.3") + ", " +
+                   R"({"body": "b", "anchor": [0, 0.3, 0], "radius": 0.1, "side": "outside"})",
+               "", solver) == Lines{});
+  }
+  CHECK(belt(R"({"body": "a", "half_axes": [0.3, 0.2]}, )" + on("c", "0.3")) == Lines{});
+  CHECK(belt(R"({"body": "a", "outline": [[0.2, 0.2], [-0.3, 0], [0.2, -0.2], [0, 0]]}, )" +
+             on("c", "0.3")) == Lines{});
+}
+
+TEST_CASE("belts that cannot be are refused, each with its reason") {
+  CHECK(says(belt(on("a", "0.6") + ", " + on("b", "0.5")), "they overlap"));
+  CHECK(says(belt(on("a", "3") + ", " + on("b", "0.5")), "within one another"));
+  CHECK(says(belt(on("a", "0.3") + ", " + on("c", "0.3") + ", " +
+                  R"({"body": "b", "anchor": [0, 0.6, 0], "radius": 0.1, "side": "outside"})"),
+             "cross"));
+  CHECK(says(belt(on("a", "0.3") + ", " + on("c", "0.3", R"(, "side": "outside")")), "cross"));
+  CHECK(says(belt(on("a", "0.2") + ", " + on("c", "0.2") + ", " + on("b", "0.2")),
+             "does not touch pulley"));
+  CHECK(says(belt(on("a", "0.2")), "found 1 pulleys, expected 2 to 16"));
+  CHECK(says(belt(on("a", "0.2") + ", " + on("a", "0.2")), "two pulleys on \"a\""));
+  CHECK(says(belt(on("a", "0.2") + ", " + on("wall", "0.2")), "which is fixed"));
+  CHECK(says(belt(on("a", "0.2") + ", " + on("nobody", "0.2")), "found \"nobody\""));
+  CHECK(says(belt(R"({"body": "a"}, )" + on("c", "0.2")), "found no \"radius\"", "pulleys/0"));
+  CHECK(says(belt(R"({"body": "a", "outline": [[0, 0], [1, 1], [2, 2]]}, )" + on("c", "0.3")),
+             "do not lie on one line", "pulleys/0/outline"));
+  CHECK(says(belt(on("a", "0.2") + ", " + on("c", "0.2"), R"(, "friction": 0.3)"),
+             "without a \"pretension\"", "friction"));
+  CHECK(says(belt(on("a", "0.2") + ", " + on("c", "0.2"), R"(, "level": "links")"),
+             "which is not solid"));
+  const Lines unknown = belt(on("a", "0.2") + ", " + on("c", "0.2"), "", "auto");
+  REQUIRE(!unknown.empty());
+  CHECK(unknown[0].find("expected the solver \"planar\" or \"lagrangian\"") != std::string::npos);
+}
+
+TEST_CASE("what stays in the plane is solved there where a scene asks for it") {
+  const auto scene = [](const std::string& more) {
+    return parse_scene(R"({"version": 1, "plane": true, "bodies": [
+{"name": "flat", "mass": 1, "inertia": [1, 1, 1], "position": [1, 0, 0]},
+{"name": "deep", "mass": 1, "inertia": [1, 1, 1], "position": [3, 0, 0], "velocity": [0, 0, 1]}],
+"joints": [{"kind": "hinge", "a": "world", "b": "flat", "anchor": [0, 0, 0], "axis": [0, 0, 1]}])" +
+                           more + "}",
+                       "t.json");
+  };
+  const Result<Scene> mixed = scene("");
+  REQUIRE(mixed);
+  const World& w = mixed->world;
+  REQUIRE(w.settings.find(w.find("flat")));
+  CHECK(w.settings[w.find("flat")].solver == Solver::planar);
+  CHECK(!w.settings.find(w.find("deep")));
+  int told = 0;
+  for (const std::string& warning : mixed->warnings)
+    told += warning.find("\"deep\" is not solved in the plane: moves along z") != std::string::npos;
+  CHECK(told == 1);
+}

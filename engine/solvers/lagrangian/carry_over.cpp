@@ -19,6 +19,8 @@ struct Unchanged {
         return is_same_value(world.pins, old, slot);
       case BlockKind::gear:
         return is_same_value(world.gears, old, slot);
+      case BlockKind::belt:
+        return is_same_value(world.belts, old, slot);
       case BlockKind::cable:
       case BlockKind::elastic_cable:
         return is_same_value(world.cables, old, slot);
@@ -39,7 +41,9 @@ struct Unchanged {
     return a.kind == b.kind && a.coordinate == b.coordinate && a.second == b.second &&
            a.upper == b.upper && a.lock == b.lock && a.rows == b.rows && a.count == b.count &&
            std::equal(a.body, a.body + kMostBlockBodies, b.body) &&
-           std::equal(a.ends, a.ends + 4, b.ends) && is_same_source(a.kind, a.source, b.source);
+           std::equal(a.ends, a.ends + 4, b.ends) &&
+           (a.kind != BlockKind::belt || a.first_place == b.first_place) &&
+           is_same_source(a.kind, a.source, b.source);
   }
   bool operator()(const Frame& a, const Frame& b) const {
     return is_same_value(world.bodies, a.slot, b.slot) && is_same_value(world.pins, a.pin, b.pin) &&

@@ -327,6 +327,30 @@ void pack_gears(Packer& p) {
   }
 }
 
+void pack_belts(Packer& p) {
+  World& world = p.world;
+  for (std::uint32_t i = 0; i < world.belts.size(); ++i) {
+    const Belt& belt = world.belts.values()[i];
+    const std::size_t count = belt.pulleys.size();
+    const std::size_t held = count >= 2 ? held_spans(world, belt) : 0;
+    std::uint32_t at = kNobody;
+    for (const BeltPulley& pulley : belt.pulleys)
+      if (const std::uint32_t slot = world.bodies.slot(pulley.body);
+          at == kNobody && slot != kNoSlot)
+        at = p.owner[slot];
+    for (std::uint32_t k = 0; k < held && at != kNobody; ++k) {
+      const std::uint32_t a = world.bodies.slot(belt.pulleys[k].body),
+                          b = world.bodies.slot(belt.pulleys[(k + 1) % count].body);
+      if (a == kNoSlot || b == kNoSlot || a == b) continue;
+      Block block;
+      block.kind = BlockKind::belt, block.source = i, block.rows = 1, block.count = 2;
+      block.first_place = k;
+      block.body[0] = number_of(p, at, a), block.body[1] = number_of(p, at, b);
+      add_block(p.islands[at], block);
+    }
+  }
+}
+
 /// Points where islands of other solvers are tied, each with a body for their mass.
 void find_interfaces(Packer& p) {
   World& world = p.world;
@@ -377,7 +401,8 @@ bool has_loops(const Island& m) {
   DisjointSets sets(m.count() + 1);
   for (const Block& b : m.blocks) {
     if (is_compliant(b.kind)) continue;
-    if (b.kind == BlockKind::gear || b.kind == BlockKind::limit || b.kind == BlockKind::roll)
+    if (b.kind == BlockKind::gear || b.kind == BlockKind::belt || b.kind == BlockKind::limit ||
+        b.kind == BlockKind::roll)
       continue;  // rolling is no second way from body to body
     const std::size_t bodies = b.kind == BlockKind::cable ? b.count - 1u : b.count;
     for (std::size_t k = 1; k < bodies; ++k) {
@@ -398,6 +423,8 @@ Entity joint_of(const World& world, const Block& block) {
       return world.pins.owners()[block.source];
     case BlockKind::gear:
       return world.gears.owners()[block.source];
+    case BlockKind::belt:
+      return world.belts.owners()[block.source];
     case BlockKind::cable:
     case BlockKind::elastic_cable:
       return world.cables.owners()[block.source];
@@ -433,7 +460,7 @@ void compile(World& world, std::span<const IslandPlan> plans) {
     islands.push_back(std::move(m));
   }
   find_interfaces(p);
-  pack_links(p), pack_pins(p), pack_cables(p), pack_gears(p), pack_surfaces(p);
+  pack_links(p), pack_pins(p), pack_cables(p), pack_gears(p), pack_belts(p), pack_surfaces(p);
   Islands& all = world.memory.of<Islands>();
   std::vector<Islands::Saved> saved(islands.size());
   all.scratch.saved.resize(before.size());

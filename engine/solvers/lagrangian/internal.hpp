@@ -169,6 +169,18 @@ void carry_saved(const Island& m, Islands::Saved& was, Islands::Saved& saved);
 void write_cable_length(const World& world, const Island& m, const Block& block, RowsOut out);
 /// After a step: counts the turns of cables on their pulleys, and lists those that are wrong.
 void follow_cables(World& world, Island& m, Real h);
+/// A span of a belt as a row, m (belts.cpp).
+void write_belt(const World& world, const Island& m, std::size_t block, RowsOut out);
+/// One of the two pulleys of a span, and its angle before, rad.
+struct BeltEnd {
+  const Block& block;
+  std::size_t end;
+  Real before;
+};
+/// Its angle now, rad.
+Real belt_angle(const World& world, const Island& m, const BeltEnd& of);
+/// After a step: where belts are, and their tensions.
+void follow_belts(World& world, Island& m);
 /// Adds the forces of elastic cables over guides.
 void add_path_forces(const World& world, Island& m);
 /// Finds the places of contacts of surfaces that are not known, or may be other ones by now, at

@@ -25,6 +25,7 @@ enum class BlockKind : std::uint8_t {
   joint,      // a link
   pin,        // a pin: rows of a ball joint
   gear,       // a gear
+  belt,       // a span of a belt
   limit,      // one side of a limited coordinate; a row only while it is active
   cable,      // a cable: a row only while it is taut
   interface,  // the interface to an island of another solver: see contact::Interface
@@ -55,7 +56,7 @@ struct Block {
   std::uint32_t body[kMostBlockBodies] = {};  // in the island
   std::uint8_t ends[4] = {};      // gear: bodies a and b of the first and of the second link
   std::uint32_t first_place = 0;  // of a cable over guides: in Island::places; of surfaces and
-                                  // their rolling: in Island::touches
+                                  // their rolling: in Island::touches; of a belt: its pulley
   std::uint32_t first_row = 0;
   std::uint32_t first_vector = 0;  // in the Jacobian: see solvers/lagrangian/jacobian.hpp
   Real bound = 0;                  // limit: value; gear: offset

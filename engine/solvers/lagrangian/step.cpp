@@ -108,6 +108,14 @@ void count_turns(const World& world, Island& m, CountFrom from) {
       if (anew && !r.has_offset) b.bound = before[1] - r.ratio * before[0];
       continue;
     }
+    if (b.kind == BlockKind::belt) {
+      const Belt& belt = world.belts.values()[b.source];
+      for (std::size_t end = 0; end < 2; ++end) {
+        if (anew) before[end] = belt.pulleys[(b.first_place + end) % belt.pulleys.size()].angle;
+        before[end] = belt_angle(world, m, {b, end, before[end]});
+      }
+      continue;
+    }
     if (b.kind != BlockKind::joint && b.kind != BlockKind::limit && b.kind != BlockKind::spring)
       continue;
     const Joint& joint = world.links.values()[b.source].joint;
@@ -291,7 +299,7 @@ void step(World& world, Island& m, Real h) {
   for (std::size_t r = 0; r < m.rows; ++r) m.forces[r] = m.scratch.impulses[r] / h;
   store_transmitted(m);
   count_turns(world, m, CountFrom::last);
-  follow_cables(world, m, h);
+  follow_cables(world, m, h), follow_belts(world, m);
   write_back(world, m), write_back_touches(world, m);
   for (std::size_t i = 0; i < m.frames.size(); ++i) {
     const BodyState& at = m.scratch.body_states[m.count() + i];

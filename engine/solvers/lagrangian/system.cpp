@@ -303,6 +303,9 @@ void write_all_rows(const World& world, Island& m, Want want) {
       case BlockKind::gear:
         write_gear(world, m, b, m.memory[i]);
         break;
+      case BlockKind::belt:
+        write_belt(world, m, i, out);
+        break;
       case BlockKind::limit:
       case BlockKind::cable:
         write_limit(world, m, i);

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace pantin::detail::planar {
 namespace {
@@ -35,10 +36,8 @@ class Filter final : public b2ContactFilter {
     const FixtureAt at = unpacked(*f), bt = unpacked(*g);
     const PlaneBody &a = plane_.bodies[at.body], &b = plane_.bodies[bt.body];
     if (!(a.groups & b.with) || !(b.groups & a.with)) return false;
-    if (a.kind == PlaneBody::dynamic && b.kind == PlaneBody::dynamic) {
-      const bool asked = a.island == b.island ? a.self && b.self : a.others || b.others;
-      if (!asked) return false;
-    }
+    if (a.kind == PlaneBody::dynamic && b.kind == PlaneBody::dynamic)
+      if (!(a.island == b.island ? a.self && b.self : a.others || b.others)) return false;
     const Outline &p = plane_.outlines[a.first + at.outline],
                   &q = plane_.outlines[b.first + bt.outline];
     return p.low < q.high && q.low < p.high;
@@ -57,11 +56,28 @@ Touch touch_of(b2Contact& contact, const b2ManifoldPoint& point) {
   return t;
 }
 
-/// Starts the contacts of the first substep from the impulses of the last step.
+/// Starts the contacts of the first substep from the impulses of the last step, and adds up what
+/// they bear.
 class WarmStart final : public b2ContactListener {
  public:
   WarmStart(const std::vector<Touch>& before, Real to_box2d) : before_(before), scale_(to_box2d) {}
-  void end() { on_ = false; }
+  void end() {
+    if (std::exchange(on_, false)) std::sort(borne_.begin(), borne_.end(), comes_before);
+  }
+  /// What contacts have borne in the step; those that are over at its end, too. Sorted.
+  const std::vector<Touch>& borne() const { return borne_; }
+  void PostSolve(b2Contact* contact, const b2ContactImpulse* impulse) override {
+    b2WorldManifold at;
+    contact->GetWorldManifold(&at);
+    for (int i = 0; i < impulse->count; ++i) {
+      Touch& sum = sum_of(touch_of(*contact, contact->GetManifold()->points[i]));
+      const b2Vec2 on_b = impulse->normalImpulses[i] * at.normal +
+                          impulse->tangentImpulses[i] * b2Cross(at.normal, 1.0f);
+      sum.impulse -= Vec3(on_b.x, on_b.y, 0) / scale_;
+      sum.point = {at.points[i].x, at.points[i].y, 0};
+      sum.normal = {-at.normal.x, -at.normal.y, 0};
+    }
+  }
   void PreSolve(b2Contact* contact, const b2Manifold* old) override {
     if (!on_ || old->pointCount > 0) return;
     b2Manifold& m = *contact->GetManifold();
@@ -75,9 +91,17 @@ class WarmStart final : public b2ContactListener {
   }
 
  private:
+  /// The list is sorted after the first substep; from then on few are new.
+  Touch& sum_of(const Touch& t) {
+    auto at = borne_.end();
+    if (!on_) at = std::lower_bound(borne_.begin(), at, t, comes_before);
+    return at == borne_.end() || comes_before(t, *at) ? *borne_.insert(at, t) : *at;
+  }
+
   const std::vector<Touch>& before_;
   Real scale_;
   bool on_ = true;
+  std::vector<Touch> borne_;
 };
 
 /// Lengths in units, positions from a local origin.
@@ -286,8 +310,7 @@ b2Joint* add_torsion(Stepper& s, const PlaneJoint& j) {
 void add_hinge(Stepper& s, const PlaneJoint& j) {
   auto d = between<b2RevoluteJointDef>(s, j);
   d.enableLimit = j.limited;
-  if (j.limited)
-    d.lowerAngle = static_cast<float>(j.low), d.upperAngle = static_cast<float>(j.high);
+  d.lowerAngle = static_cast<float>(j.low), d.upperAngle = static_cast<float>(j.high);
   s.holds.back() = s.world.CreateJoint(&d);
   s.springs.back() = add_torsion(s, j);
 }
@@ -303,8 +326,7 @@ void add_slider(Stepper& s, const PlaneJoint& j) {
   d.localAxisA = b2Vec2(static_cast<float>(j.axis.x), static_cast<float>(j.axis.y));
   d.referenceAngle = static_cast<float>(-j.angle_error);
   d.enableLimit = j.limited;
-  if (j.limited)
-    d.lowerTranslation = s.scale.length(j.low), d.upperTranslation = s.scale.length(j.high);
+  d.lowerTranslation = s.scale.length(j.low), d.upperTranslation = s.scale.length(j.high);
   s.holds.back() = s.world.CreateJoint(&d);
   const PlaneSpring& spring = j.along;
   if (spring.stiffness > 0 || spring.damping > 0) {
@@ -427,6 +449,21 @@ void read_touches(Stepper& s, std::vector<Touch>& touches) {
   std::sort(touches.begin(), touches.end(), comes_before);
 }
 
+/// Adds what contacts have borne, and those that are over.
+void add_impulses(const Stepper& s, const std::vector<Touch>& borne, std::vector<Touch>& touches) {
+  const auto lasting = static_cast<std::ptrdiff_t>(touches.size());
+  for (const Touch& b : borne) {
+    const auto end = touches.begin() + lasting;
+    const auto at = std::lower_bound(touches.begin(), end, b, comes_before);
+    const bool lasts = at != end && !comes_before(b, *at);
+    if (lasts) at->impulse += b.impulse;
+    if (lasts || b.impulse == Vec3(0)) continue;
+    touches.push_back(b), touches.back().ended = true;
+    touches.back().point = s.scale.origin + b.point / s.scale.per_metre;
+  }
+  std::sort(touches.begin(), touches.end(), comes_before);
+}
+
 }  // namespace
 
 void step_plane(Plane& plane, Real h, std::vector<Touch>& touches) {
@@ -449,6 +486,7 @@ void step_plane(Plane& plane, Real h, std::vector<Touch>& touches) {
     warm.end();
   }
   read_results(s), read_loads(s), read_touches(s, touches);
+  add_impulses(s, warm.borne(), touches);
 }
 
 }  // namespace pantin::detail::planar

@@ -8,15 +8,23 @@
 #include "engine/solvers/planar/island.hpp"
 
 namespace pantin::detail::planar {
-namespace {
-
-constexpr int kMostIterations = 8;
-constexpr Real kClosed = 1e-13;  // of the size of the joints
 
 Vec3 turned(Vec3 v, Real angle) {
   const Real c = std::cos(angle), s = std::sin(angle);
   return {c * v.x - s * v.y, s * v.x + c * v.y, 0};
 }
+
+int rows_of(const PlaneJoint& joint) {
+  constexpr int kRows[] = {2, 3, 2, 1, 0};  // hinge, weld, slider, rod, spring
+  return kRows[joint.kind];
+}
+
+namespace {
+
+constexpr int kMostIterations = 48;
+constexpr Real kMostTurn = 0.5;  // rad, of a body in an iteration
+constexpr Real kClosed = 1e-13;  // of the size of the joints
+
 Real cross(Vec3 a, Vec3 b) { return a.x * b.y - a.y * b.x; }
 
 /// A joint as its bodies stand.
@@ -110,12 +118,25 @@ Row gear_row(const World& world, const Planar& all, const FlatGear& gear) {
   return row;
 }
 
+}  // namespace
+
 void find_rows(const World& world, Planar& all) {
   StepScratch& s = all.scratch;
   s.rows.clear();
   for (const PlaneJoint& j : s.plane.joints) append_rows(place(j, s.motions), s.motions, s.rows);
   for (const FlatGear& gear : all.gears) s.rows.push_back(gear_row(world, all, gear));
+  append_belt_rows(world, all, s.rows);
 }
+
+Row coordinate_row(const PlaneJoint& joint, const Motions& m) {
+  const Placed p = place(joint, m);
+  if (joint.kind == PlaneJoint::slider) return along(p, axis_of(p, m), 1);
+  Row row;
+  row.add(joint.a, {0, 0, -1}), row.add(joint.b, {0, 0, 1});
+  return row;
+}
+
+namespace {
 
 /// Adds M^-1 J^T lambda.
 void add(std::span<const Row> rows, std::span<const Real> lambda, const Motions& m,
@@ -140,18 +161,54 @@ Real size_of(const Planar& all) {
   return size;
 }
 
+/// Takes a step of Newton's method, or the part of it in which nothing turns too far for its rows
+/// to hold.
+void move(Motions& m, std::span<const Row> rows, std::span<const Real> lambda) {
+  m.before = m.position;
+  add(rows, lambda, m, m.position);
+  Real most = 0;
+  for (std::size_t i = 0; i < m.before.size(); ++i)
+    most = std::max(most, std::abs(m.position[i].z - m.before[i].z));
+  const Real part = most > kMostTurn ? kMostTurn / most : 1;
+  for (std::size_t i = 0; i < m.before.size(); ++i) {
+    if (part < 1) m.position[i] = m.before[i] + part * (m.position[i] - m.before[i]);
+    m.gained[i] += m.position[i].z - m.before[i].z;
+  }
+}
+
+/// Belts whose ratio changes keep their energy if what closes them acts along the rows at the start
+/// of the step, on velocities too. [Andersen 1983]
+void close_along_start(const World& world, Planar& all, Real h) {
+  StepScratch& s = all.scratch;
+  if (all.spans.empty()) return;
+  const std::size_t first = s.rows.size() - all.spans.size();
+  for (std::size_t i = 0; i < all.spans.size(); ++i)
+    if (all.spans[i].slips) s.start_rows[i] = s.rows[first + i];
+  const Real enough = kClosed * size_of(all);
+  for (int n = 0; n < kMostIterations && worst(s.rows) > enough; ++n) {
+    s.lambda.clear();
+    for (const Row& row : s.rows) s.lambda.push_back(-row.c);
+    std::copy(s.start_rows.begin(), s.start_rows.end(), s.rows.begin() + first);
+    s.factor.compute(s.rows, s.motions.inverse_mass), s.factor.solve(s.lambda);
+    move(s.motions, s.rows, s.lambda);
+    for (Real& impulse : s.lambda) impulse /= h;
+    const std::span<const Real> of_spans = std::span(s.lambda).subspan(first);
+    for (std::size_t i = first; i < s.rows.size(); ++i) s.borne[i] += s.lambda[i];
+    add(s.start_rows, of_spans, s.motions, s.motions.velocity);
+    for (std::size_t i = 0; i < all.spans.size(); ++i) all.spans[i].impulse += of_spans[i];
+    find_rows(world, all);
+  }
+}
+
 void close_positions(const World& world, Planar& all) {
   StepScratch& s = all.scratch;
   Motions& m = s.motions;
   const Real enough = kClosed * size_of(all);
   for (int n = 0; n < kMostIterations && worst(s.rows) > enough; ++n) {
-    const std::vector<Vec3>& before = m.position;
     s.lambda.clear();
     for (const Row& row : s.rows) s.lambda.push_back(-row.c);
     s.factor.compute(s.rows, m.inverse_mass), s.factor.solve(s.lambda);
-    for (std::size_t i = 0; i < before.size(); ++i) m.gained[i] -= m.position[i].z;
-    add(s.rows, s.lambda, m, m.position);
-    for (std::size_t i = 0; i < before.size(); ++i) m.gained[i] += m.position[i].z;
+    move(m, s.rows, s.lambda);
     find_rows(world, all);
   }
   all.residual = worst(s.rows);
@@ -170,6 +227,9 @@ void close_velocities(Planar& all) {
     }
     s.factor.solve(s.lambda);
     add(s.rows, s.lambda, m, m.velocity);
+    for (std::size_t i = 0; i < s.rows.size(); ++i) s.borne[i] += s.lambda[i];
+    const std::size_t first = s.rows.size() - all.spans.size();
+    for (std::size_t i = 0; i < all.spans.size(); ++i) all.spans[i].impulse += s.lambda[first + i];
   }
 }
 
@@ -208,12 +268,15 @@ void count_gears(const World& world, Planar& all) {
   }
 }
 
-void close(const World& world, Planar& all) {
+void close(const World& world, Planar& all, Real h) {
   StepScratch& s = all.scratch;
   find_rows(world, all);
   all.residual = 0;
   if (s.rows.empty()) return;
   if (!s.factor.fits(s.rows.size())) s.factor.analyse(s.rows, s.motions.inverse_mass);
+  if (may_slip(world, all)) let_slip(world, all, h), find_rows(world, all);
+  s.borne.resize(s.rows.size(), 0);  // some may have been borne before the step
+  close_along_start(world, all, h);
   close_positions(world, all);
   close_velocities(all);
 }

@@ -108,6 +108,22 @@ void pick_gears(Builder& b) {
   }
 }
 
+void pick_belts(Builder& b) {
+  for (std::uint32_t i = 0; i < b.world.belts.size(); ++i) {
+    const Belt& belt = b.world.belts.values()[i];
+    const std::size_t count = belt.pulleys.size();
+    std::vector<std::uint32_t> slots;
+    for (const BeltPulley& p : belt.pulleys) slots.push_back(b.world.bodies.slot(p.body));
+    if (count < 2 || std::find(slots.begin(), slots.end(), kNoSlot) != slots.end()) continue;
+    if (std::none_of(slots.begin(), slots.end(), [&](std::uint32_t s) { return b.is_own(s); }))
+      continue;
+    for (const std::uint32_t slot : slots) b.wanted[slot] = true;
+    const auto held = static_cast<std::uint32_t>(held_spans(b.world, belt));
+    for (std::uint32_t k = 0; k < held; ++k)
+      b.all.spans.push_back({i, k, held, slots[k], slots[(k + 1) % count]});
+  }
+}
+
 void number_bodies(Builder& b) {
   b.number.assign(b.world.bodies.size(), kNobody);
   for (std::uint32_t slot = 0; slot < b.world.bodies.size(); ++slot) {
@@ -119,6 +135,7 @@ void number_bodies(Builder& b) {
     b.all.bodies.push_back({e, slot, b.island[slot], solid, turned.angle, turned.tilt});
   }
   for (FlatLink& l : b.all.links) l.a = b.number[l.a], l.b = b.number[l.b];
+  for (FlatSpan& s : b.all.spans) s.a = b.number[s.a], s.b = b.number[s.b];
   for (FlatPin& p : b.all.pins) {
     p.body = b.number[p.body];
     if (p.to != kNobody) p.to = b.number[p.to];
@@ -178,7 +195,7 @@ void compile(World& world, std::span<const IslandPlan> plans) {
         b.island[slot] = i;
     }
   }
-  pick_links(b), pick_pins(b), pick_gears(b), number_bodies(b);
+  pick_links(b), pick_pins(b), pick_gears(b), pick_belts(b), number_bodies(b);
   for (std::uint32_t i = 0; i < kept.bodies.size(); ++i)
     if (kept.bodies[i].island != kNobody) b.partition.set_column(kept.bodies[i].slot, i);
   kept.loads.assign(kept.links.size() + kept.pins.size(), {});

@@ -18,6 +18,12 @@ struct Row {
 
   /// Adds a part; a body may be named twice.
   void add(std::uint32_t on, Vec3 part);
+  /// That of a body; 0 where it has none.
+  Vec3 part(std::uint32_t on) const {
+    for (int i = 0; i < count; ++i)
+      if (body[i] == on) return j[i];
+    return Vec3(0);
+  }
 };
 
 /// Inverse masses of a body along x, y and about z; zero where nothing moves it.

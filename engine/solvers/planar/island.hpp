@@ -65,11 +65,22 @@ struct FlatGear {
   }
 };
 
+/// A span of a belt that is a row; those of a belt follow one another.
+struct FlatSpan {
+  std::uint32_t belt = 0;      // slot
+  std::uint32_t index = 0;     // of the pulley that it leaves
+  std::uint32_t held = 0;      // how many spans of the belt are rows
+  std::uint32_t a = 0, b = 0;  // bodies
+  bool slips = false;          // in this step
+  Real impulse = 0;            // N s, in this step; above 0 it pushes
+};
+
 /// Bodies at the end of a step, by number; the last one stands where pins are.
 struct Motions {
   std::vector<Vec3> position, velocity;  // by x and y, and the angle or spin as z
   std::vector<Vec3> inverse_mass;        // likewise
   std::vector<Real> gained;              // rad: the angle since the start of the step
+  std::vector<Vec3> before;              // memory of an iteration
 };
 /// Memory of a step.
 struct StepScratch {
@@ -79,19 +90,24 @@ struct StepScratch {
   Motions motions;
   Factor factor;
   std::vector<Row> rows;
+  std::vector<Real> borne;      // by row, N s
+  std::vector<Row> start_rows;  // of spans, at the start of the step
   std::vector<Real> lambda;
   std::vector<Pose> starts;  // of the bodies, before the step
   bool stepped = false;
+  Real h = 0;  // s, of the last step
 };
 
 struct Planar {
   static constexpr std::string_view name = "planar";  // in saved Worlds
   std::vector<FlatBody> bodies;                       // in the order of their slots
   std::vector<FlatGear> gears;
-  std::vector<Touch> touches;    // of the last step
-  std::vector<JointLoad> loads;  // likewise, of the links and then of the pins
+  std::vector<Touch> touches;        // of the last step
+  std::vector<JointLoad> loads;      // likewise, of the links and then of the pins
+  std::vector<JointLoad> reactions;  // what links bore in the last step, closing included
   std::vector<FlatLink> links;
   std::vector<FlatPin> pins;
+  std::vector<FlatSpan> spans;
   std::uint32_t islands = 0;
   Entity lost;        // the last step came to no numbers: a body of it
   Real residual = 0;  // m, rad, m/s: of the joints, after the last step
@@ -105,8 +121,10 @@ struct Planar {
     field("gears", in_place(self.gears));
     field("touches", self.touches);
     field("loads", in_place(self.loads));
+    field("reactions", derived(self.reactions));
     field("links", derived(self.links));
     field("pins", derived(self.pins));
+    field("spans", derived(self.spans));
     field("islands", derived(self.islands));
     field("lost", derived(self.lost));
     field("residual", passive(self.residual));
@@ -130,7 +148,34 @@ void gather(const World& world, Planar& all);
 void count_gears(const World& world, Planar& all);
 /// Closes joints and gears, positions and velocities, by the least changes in the metric of the
 /// masses. Notes the residual that is left.
-void close(const World& world, Planar& all);
+void close(const World& world, Planar& all, Real h);
+
+/// Writes the rows of joints, gears and belts as the motions are now.
+void find_rows(const World& world, Planar& all);
+/// The angle of b about a, or the travel along the axis, of a hinge or slider, as a row.
+Row coordinate_row(const PlaneJoint& joint, const Motions& m);
+/// Springs and motors on what belts and gears tie act before the step (motors.cpp).
+void drive_tied(const World& world, Planar& all, Real h);
+/// How many rows a joint has.
+int rows_of(const PlaneJoint& joint);
+/// A vector after a turn by an angle, rad.
+Vec3 turned(Vec3 v, Real angle);
+
+/// A pulley of a belt, and the number of its body.
+struct PulleyAt {
+  const Belt& belt;
+  std::size_t index;
+  std::uint32_t body;
+};
+/// Reads the angles of pulleys before a step, and writes the rows of that time.
+void begin_belts(World& world, Planar& all);
+/// The spans that hold, as the motions are now; they are the last of all rows.
+void append_belt_rows(const World& world, const Planar& all, std::vector<Row>& rows);
+bool may_slip(const World& world, const Planar& all);
+/// Lets belts slip that would have to bear more than their grip; all spans are in the rows.
+void let_slip(const World& world, Planar& all, Real h);
+/// After the bodies were written: where belts are, and their tensions.
+void end_belts(World& world, Planar& all, Real h);
 
 }  // namespace pantin::detail::planar
 

@@ -85,6 +85,8 @@ struct Touch {
   float normal_impulse = 0, tangent_impulse = 0;  // kg m/s
   Vec3 point{0}, normal{0, 1, 0};                 // results, world; from b to a
   Real depth = 0;
+  Vec3 impulse{0};     // kg m/s, on a, of the whole step
+  bool ended = false;  // it bore in the step and is over at its end
 
   static void fields(auto& self, auto&& field) {
     field("a", self.a);
@@ -97,6 +99,8 @@ struct Touch {
     field("point", passive(self.point));
     field("normal", passive(self.normal));
     field("depth", passive(self.depth));
+    field("impulse", passive(self.impulse));
+    field("ended", passive(self.ended));
   }
 };
 

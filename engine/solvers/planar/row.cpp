@@ -1,6 +1,7 @@
 // The planar solver's row in the table of solvers.
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "engine/base/invariants.hpp"
 #include "engine/base/rotation.hpp"
@@ -119,12 +120,37 @@ void write_bodies(World& world, Planar& all) {
   }
 }
 
+/// What links bore: by Box2D, and where they were closed after it.
+void note_reactions(Planar& all, Real h) {
+  const StepScratch& s = all.scratch;
+  all.reactions.assign(all.links.size(), {});
+  std::size_t row = 0;
+  std::vector<std::uint32_t> link_of(s.plane.joints.size(), kNobody);
+  for (std::uint32_t i = 0; i < all.links.size(); ++i)
+    if (s.joint_of[i] != kNobody) link_of[s.joint_of[i]] = i;
+  for (std::uint32_t k = 0; k < s.plane.joints.size(); ++k) {
+    const PlaneJoint& joint = s.plane.joints[k];
+    JointLoad sum = joint.load;
+    sum.spring = 0;
+    for (int rows = rows_of(joint); rows-- > 0; ++row) {
+      if (row >= s.borne.size()) continue;
+      const Real force = s.borne[row] / h;
+      const Vec3 on_b = s.rows[row].part(joint.b);
+      const Vec3 arm = turned(joint.arm_b, s.motions.gained[joint.b]);
+      sum.force += force * Vec3(on_b.x, on_b.y, 0);
+      sum.torque += force * (on_b.z - (arm.x * on_b.y - arm.y * on_b.x));
+    }
+    if (link_of[k] != kNobody) all.reactions[link_of[k]] = sum;
+  }
+}
+
 /// Where the joints of the next step begin.
-void keep_loads(Planar& all) {
+void keep_loads(Planar& all, Real h) {
   const std::vector<PlaneJoint>& joints = all.scratch.plane.joints;
   for (std::size_t i = 0; i < all.links.size(); ++i)
     if (const std::uint32_t at = all.scratch.joint_of[i]; at != kNobody)
       all.loads[i] = joints[at].load;
+  note_reactions(all, h);
   for (std::size_t i = 0; i < all.pins.size(); ++i)
     all.loads[all.links.size() + i] = joints[joints.size() - all.pins.size() + i].load;
 }
@@ -135,23 +161,25 @@ void predict(World& world, const StepTask& task) {
   all.lost = {};
   if (all.islands == 0) return;
   read_turns(world, all);
+  all.scratch.h = task.h;
   if (rests(world, all, task.h)) return;
   gather(world, all);
-  count_gears(world, all);
+  count_gears(world, all), begin_belts(world, all);
+  drive_tied(world, all, task.h);
   all.scratch.starts.clear();
   for (const FlatBody& f : all.bodies)
     all.scratch.starts.push_back(world.bodies.values()[f.slot].pose);
   const std::vector<Touch> before = all.touches;
   step_plane(all.scratch.plane, task.h, all.touches);
   take_results(world, all, task.h);
-  close(world, all);
+  close(world, all, task.h);
   all.lost = find_lost(all);
   if (all.lost) {
     all.touches = before;
     return;
   }
-  keep_loads(all);
-  write_bodies(world, all);
+  keep_loads(all, task.h);
+  write_bodies(world, all), end_belts(world, all, task.h);
   note_stillness(world, all);
   all.scratch.stepped = true;
 }
@@ -180,6 +208,37 @@ void find_starts(const World& world, std::vector<contact::StartPose>& out) {
       out.push_back({all.bodies[i].slot, all.scratch.starts[i]});
 }
 
+Contact contact_of(const World& world, const Planar& all, const Touch& t) {
+  const FlatBody &a = all.bodies[t.a], &b = all.bodies[t.b];
+  const Body &on_a = world.bodies.values()[a.slot], &on_b = world.bodies.values()[b.slot];
+  Contact c;
+  c.slot_a = a.slot, c.slot_b = b.slot, c.normal = t.normal, c.depth = t.depth;
+  c.key = std::uint64_t(t.outline_a) << 48 | std::uint64_t(t.outline_b) << 32 | t.feature;
+  const Vec3 at(t.point.x, t.point.y, 0.5 * (on_a.pose.position.z + on_b.pose.position.z));
+  c.point_a = to_local(on_a.pose, at), c.point_b = to_local(on_b.pose, at);
+  c.active = t.impulse != Vec3(0), c.gap = t.ended ? 1e-3 : -t.depth;
+  c.force = all.scratch.h > 0 ? t.impulse / all.scratch.h : Vec3(0);
+  if (a.island != kNobody) return c;
+  std::swap(c.slot_a, c.slot_b), std::swap(c.point_a, c.point_b);
+  c.normal = -c.normal, c.force = -c.force;
+  return c;
+}
+
+/// Contacts of two bodies none of which another solver moves, in the order of bodies.
+void list_contacts(const World& world, std::vector<Contact>& to) {
+  const Planar& all = plane_of(world);
+  if (all.islands == 0) return;
+  const Partition& partition = partition_of(world);
+  std::erase_if(to, [&](const Contact& c) {  // of a step before, through which all slept
+    return !contact::feels_contacts(partition, c.slot_a) &&
+           !contact::feels_contacts(partition, c.slot_b);
+  });
+  for (const Touch& t : all.touches) to.push_back(contact_of(world, all, t));
+  std::stable_sort(to.begin(), to.end(), [](const Contact& p, const Contact& q) {
+    return std::tie(p.slot_a, p.slot_b, p.key) < std::tie(q.slot_a, q.slot_b, q.key);
+  });
+}
+
 void note_failure(const World& world, StepReport& report) {
   const Planar& all = plane_of(world);
   if (!all.lost || report.status == Status::diverged) return;
@@ -189,8 +248,6 @@ void note_failure(const World& world, StepReport& report) {
 void report(const World& world, StepReport& report) {
   const Planar& all = plane_of(world);
   report.worst_constraint = std::max(report.worst_constraint, all.residual);
-  report.contacts += static_cast<int>(all.touches.size());
-  for (const Touch& t : all.touches) report.worst_depth = std::max(report.worst_depth, t.depth);
   if (all.islands > 0 && !all.scratch.stepped && !all.lost)
     report.asleep += static_cast<int>(all.islands);
 }
@@ -216,6 +273,7 @@ const SolverRow kRow{.name = "planar",
                      .fault = fault,
                      .asleep = asleep,
                      .find_starts = find_starts,
+                     .list_contacts = list_contacts,
                      .note_failure = note_failure,
                      .report = report,
                      .measure = measure};
