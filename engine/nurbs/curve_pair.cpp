@@ -6,7 +6,7 @@
 namespace pantin::detail::nurbs {
 namespace {
 
-constexpr int kMostIterations = 24;
+constexpr int kMostIterations = 24, kMostTries = 40;
 constexpr Real kLongestStep = 0.25, kDone = 1e-9, kNoTangent = 1e-9, kFits = 1e-6, kStray = 1e-3;
 
 CurveDerivatives in_frame(const Wire& wire, Real t, const Pose& pose) {
@@ -42,22 +42,37 @@ ContactStatus judged(const CurveContact& c, Real size) {
                                                     : ContactStatus::found;
 }
 
-bool is_singular(const Wire& wire, Vec3 tangent) {
-  const Real way = glm::length(tangent) * wire.knots().domain().width();
-  return !(way > kNoTangent * wire.size());
+std::array<Vec3, 3> jet_of(const Wire& wire, Real t) {
+  const CurveDerivatives d = evaluate(wire.curve(), t, 2);
+  return {d[0], d[1], d[2]};
+}
+std::array<Vec3, 3> jet_of(const CurvePieces& curve, Real t) { return curve.at(t); }
+
+template <class C>
+bool has_no_way(const C& curve, Vec3 tangent) {
+  const Real way = glm::length(tangent) * curve.knots().domain().width();
+  return !(way > kNoTangent * curve.size());
 }
 
-}  // namespace
-
-CurveContact track_planar(const Wire& a, const Wire& b, const Pose& a_in_b,
-                          std::array<Real, 2> from) {
+template <class C>
+CurveContact track_in_plane(const C& a, const C& b, const Pose& a_in_b, std::array<Real, 2> from) {
   CurveContact out;
   out.t = from[0], out.b.u = from[1];
+  const Mat3 turn = glm::mat3_cast(a_in_b.rotation);
   const Real width_a = a.knots().domain().width(), width_b = b.knots().domain().width();
+  const Real size = std::min(a.size(), b.size());
+  // Where a round piece goes over into a straight one, steps go too far: the last place from which
+  // one did, and the slope of the gap there.
+  struct {
+    Real t = 0, u = 0, slope = 0;
+    int tries = 0;
+  } round;
   while (out.iterations < kMostIterations) {
-    const CurveDerivatives p = in_frame(a, out.t, a_in_b), q = evaluate(b.curve(), out.b.u, 2);
+    std::array<Vec3, 3> p = jet_of(a, out.t);
+    const std::array<Vec3, 3> q = jet_of(b, out.b.u);
+    p = {a_in_b.position + turn * p[0], turn * p[1], turn * p[2]};
     ++out.iterations;
-    if (is_singular(a, p[1]) || is_singular(b, q[1])) {
+    if (has_no_way(a, p[1]) || has_no_way(b, q[1])) {
       out.status = ContactStatus::singular;
       return out;
     }
@@ -71,10 +86,17 @@ CurveContact track_planar(const Wire& a, const Wire& b, const Pose& a_in_b,
     out.normal = n, out.gap = glm::dot(n, d);
     const Real length = std::max(std::abs(step) / width_a, std::abs(step_b) / width_b);
     out.least_curvature = k.r / glm::dot(p[1], p[1]);
-    if (fits(out.least_curvature, length, std::min(a.size(), b.size()))) {
+    if (fits(out.least_curvature, length, size)) {
+      const bool is_between = k.f * round.slope < 0 && std::abs(out.t - round.t) < width_a / 2 &&
+                              std::abs(out.b.u - round.u) < width_b / 2;
+      if (is_between && ++round.tries < kMostTries) {
+        out.t = (out.t + round.t) / 2, out.b.u = (out.b.u + round.u) / 2, --out.iterations;
+        continue;
+      }
       out.status = ContactStatus::degenerate;
       return out;
     }
+    round.t = out.t, round.u = out.b.u, round.slope = k.f;
     const Real part = length > kLongestStep ? kLongestStep / length : 1;
     if (!walk(a.knots(), part * step, out.t) || !walk(b.knots(), part * step_b, out.b.u)) {
       out.status = ContactStatus::left_patch;
@@ -82,10 +104,22 @@ CurveContact track_planar(const Wire& a, const Wire& b, const Pose& a_in_b,
     }
     if (length > kDone) continue;
     out.on_a = p[0] + step * p[1], out.on_b = q[0] + step_b * q[1], out.normal += step_b * n_t;
-    if (c < 0) out.status = judged(out, std::min(a.size(), b.size()));
+    if (c < 0) out.status = judged(out, size);
     return out;
   }
   return out;
+}
+
+}  // namespace
+
+CurveContact track_planar(const Wire& a, const Wire& b, const Pose& a_in_b,
+                          std::array<Real, 2> from) {
+  return track_in_plane(a, b, a_in_b, from);
+}
+
+CurveContact track_planar(const CurvePieces& a, const CurvePieces& b, const Pose& a_in_b,
+                          std::array<Real, 2> from) {
+  return track_in_plane(a, b, a_in_b, from);
 }
 
 CurveContact track_on_face(const Wire& a, const Skin& b, const Pose& a_in_b, const OnCurve& from) {
@@ -99,7 +133,7 @@ CurveContact track_on_face(const Wire& a, const Skin& b, const Pose& a_in_b, con
     const Vec3 across = glm::cross(q.u, q.v), d = p[0] - q.s;
     const Real length_n = glm::length(across), inverse = 1 / length_n;
     const Range u = face.u().domain(), v = face.v().domain();
-    if (is_singular(a, p[1]) ||
+    if (has_no_way(a, p[1]) ||
         !(length_n * u.width() * v.width() > kNoTangent * face.size() * face.size())) {
       out.status = ContactStatus::singular;
       return out;

@@ -2,6 +2,7 @@
 /// Common normals of curves: of two in a plane, and of one with a face.
 #include "engine/nurbs/closest.hpp"
 #include "engine/nurbs/common_normal.hpp"
+#include "engine/nurbs/curve_pieces.hpp"
 
 namespace pantin::detail::nurbs {
 
@@ -17,10 +18,23 @@ struct CurveContact {
   int iterations = 0;
 };
 
+/// Which pairs to look for, and where to list them.
+struct CurveReach {
+  Real reach = 0;  // m
+  std::span<CurveContact> out;
+};
+
 /// The pair near (t, b.u) of two curves with z = 0 that run anticlockwise around what they bound,
 /// so that outwards is right of their way; `a_in_b` turns about z only. No heap.
 CurveContact track_planar(const Wire& a, const Wire& b, const Pose& a_in_b,
                           std::array<Real, 2> from);
+CurveContact track_planar(const CurvePieces& a, const CurvePieces& b, const Pose& a_in_b,
+                          std::array<Real, 2> from);
+
+/// All pairs of two such curves whose gap is a least one and from -reach to `reach` (m), the least
+/// first; as many as `out` holds. Returns how many there are. From every pair of cells whose bounds
+/// let them face one another. No heap.
+std::size_t find_planar(const Wire& a, const Wire& b, const Pose& a_in_b, CurveReach reach);
 
 /// How a pair of curves of the plane moves while a does by `twist`: rates (t of a, none, t of b,
 /// none).
@@ -40,6 +54,9 @@ struct OnCurve {
 /// The pair near `from` of a curve, such as an edge or a wire of no thickness, with a skin. No
 /// heap.
 CurveContact track_on_face(const Wire& a, const Skin& b, const Pose& a_in_b, const OnCurve& from);
+
+/// All such pairs, as find_planar() does; from the places that cells of the curve are nearest to.
+std::size_t find_on_face(const Wire& a, const Skin& b, const Pose& a_in_b, CurveReach reach);
 
 /// How such a pair moves: rates (t of a, none, u and v of b).
 Moving moving_on_face(const Wire& a, const Skin& b, const CurveMotion& of);

@@ -257,16 +257,41 @@ struct BeltState {
 /// Of a BeltJoint; none of anything else.
 std::optional<BeltState> belt_state(const World& world, Entity belt);
 
+/// A smooth rational curve. Outside is outside a closed one of the plane, and right of the way of
+/// an open one.
+struct NurbsCurve {
+  int degree = 3;                  // 1 to 25
+  std::vector<Real> knots = {};    // not decreasing; points, degree and 1 together
+  std::vector<Vec3> points = {};   // m; those of a curve of the plane have z = 0
+  std::vector<Real> weights = {};  // above 0, one a point; none: all 1
+  bool periodic = false;           // both ends are one place
+  Pose at = {};                    // of its frame, in the one that the body was placed by
+  bool inside_out = false;         // its outer side is the other one, as of a slot
+
+  static NurbsCurve line(Vec3 from, Vec3 to);
+  static NurbsCurve circle(Real radius);      // m, about the origin
+  static NurbsCurve ellipse(Real a, Real b);  // m, half axes along x and y
+  /// The cubic through points, which it returns to or not. An error names the point.
+  static Result<NurbsCurve> through(const std::vector<Vec3>& points);
+  static Result<NurbsCurve> around(const std::vector<Vec3>& points);
+  /// The closed polygon, its corners rounded by arcs of a radius, m. An error names the corner.
+  static Result<NurbsCurve> outline(const std::vector<Vec3>& corners, Real rounding);
+};
+
 /// Two bodies whose smooth surfaces touch: they slide or roll on one another. Where the gap is
-/// smallest as they stand is where they start; the solver closes it. Lagrangian solver.
+/// smallest as they stand is where they start; the solver closes it. Lagrangian solver; two curves
+/// of the plane of x and y under Solver::planar, too.
 ///
 /// Errors: bodies without a smooth shape; surfaces that do not face one another within the size of
-/// the smaller one, fit one another, or have a crease.
+/// the smaller one, fit one another, or have a crease; curves that cross themselves, or touch one
+/// another out of one plane.
 struct SurfaceJoint {
   Entity a = {}, b = {};
   // In the frame that the body was placed by. None: the first smooth one of the body's own shapes:
   // a sphere, an ellipsoid, the side of a cylinder, a plane, a NURBS shape.
   std::optional<Shape> surface_a = {}, surface_b = {};
+  // In place of a surface: one of a on b's surface or curve, or of both.
+  std::optional<NurbsCurve> curve_a = {}, curve_b = {};
   SurfaceMotion motion = SurfaceMotion::rolling;
   bool may_lift = false;  // and land again, without bouncing; else they are held together
   OnRim on_rim = OnRim::stop;

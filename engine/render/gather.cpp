@@ -4,6 +4,7 @@
 
 #include "engine/geometry/surface.hpp"
 #include "engine/render/belts.hpp"
+#include "engine/render/curve_mesh.hpp"
 #include "engine/render/surface_mesh.hpp"
 
 namespace pantin::detail {
@@ -64,18 +65,43 @@ struct SolidList {
   /// Adds a shape of a body at `pose`.
   void add(const Shape& shape, const Pose& pose, const Material& material);
   void add_surface(const Shape& shape, const Pose& pose, const Material& material);
+  void add_instance(SurfaceSolids group, const Pose& at, const Material& material);
+  void add_curve(const PosedWorld& scene, Entity body, const ContactSurface& on);
 };
 
 void SolidList::add_surface(const Shape& shape, const Pose& pose, const Material& material) {
   SurfaceSolids group = solids_of(shape, to);
-  if (!group.surface) return;
+  if (group.surface) add_instance(std::move(group), compose(pose, shape.local), material);
+}
+
+void SolidList::add_instance(SurfaceSolids group, const Pose& at, const Material& material) {
   const auto [entry, is_new] =
       to.surface_indices.try_emplace(group.surface.get(), to.surfaces.size());
   if (is_new) to.surfaces.push_back(std::move(group));
   Instance& instance = to.surfaces[entry->second].instances.emplace_back();
-  fill(instance, compose(pose, shape.local), material, eye);
+  fill(instance, at, material, eye);
   store(Vec3{1}, instance.core);
   instance.skin = 0;
+}
+
+/// A curve of a body looks as the body's first shape.
+void SolidList::add_curve(const PosedWorld& scene, Entity body, const ContactSurface& on) {
+  const World& world = scene.world;
+  const std::uint32_t slot = world.bodies.slot(body);
+  if (slot == kNoSlot || !is_finite(scene.pose_of(slot))) return;
+  DrawList::CurveSolid& kept = to.curve_solids[on.curve.get()];
+  if (!kept.curve) kept = {on.curve, solid_of(*on.curve)};
+  if (!kept.solid) return;
+  const Shapes* shapes = world.shapes.find(body);
+  const std::uint32_t material = shapes && !shapes->list.empty() ? shapes->list[0].material : 0;
+  const Pose at = compose(scene.pose_of(slot), on.pose);
+  add_instance({kept.solid}, at,
+               material < world.materials.size() ? world.materials[material] : Material{});
+  for (int c = 0; c < 8; ++c) {
+    const Vec3 low = kept.solid->low, high = kept.solid->high;
+    const Vec3 corner{c & 1 ? high.x : low.x, c & 2 ? high.y : low.y, c & 4 ? high.z : low.z};
+    to.balls.push_back({to_world(at, corner), 0});
+  }
 }
 
 void SolidList::add(const Shape& shape, const Pose& pose, const Material& material) {
@@ -251,6 +277,13 @@ void gather(const PosedWorld& scene, const View& view, const Eye& eye, DrawList&
       add_balls(piece.box, piece.pose, to.movers);
     }
   }
+  std::vector<std::pair<Entity, const nurbs::Wire*>> drawn;
+  for (const SurfaceContact& c : world.surface_contacts.values())
+    for (const auto& [body, on] : {std::pair{c.a, &c.on_a}, {c.b, &c.on_b}}) {
+      const std::pair one{body, on->curve.get()};
+      if (!on->curve || std::find(drawn.begin(), drawn.end(), one) != drawn.end()) continue;
+      drawn.push_back(one), solids.add_curve(scene, body, *on);
+    }
 
   // What is hidden then costs little.
   for (auto& list : to.solids) sort_nearest_first(list, eye.forward);

@@ -52,6 +52,12 @@ struct DrawList {
   std::unordered_map<const Surface*, std::size_t> surface_indices;  // in `surfaces`
   // By kind and size; kept from picture to picture.
   std::map<std::tuple<ShapeKind, Real, Real, Real>, StandIn> stand_ins;
+  // Of curves that touch; kept likewise.
+  struct CurveSolid {
+    std::shared_ptr<const nurbs::Wire> curve;  // held: its address names it
+    std::shared_ptr<const Surface> solid;
+  };
+  std::unordered_map<const nurbs::Wire*, CurveSolid> curve_solids;
   std::vector<RibbonVertex> ribbon;
   std::vector<std::uint32_t> ribbon_indices;  // triangles
   std::vector<Ball> balls;                    // around all that is drawn, grounds aside

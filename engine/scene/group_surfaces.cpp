@@ -14,6 +14,10 @@ bool GroupBuilder::place_side(const SurfaceSideRecipe& side, std::uint32_t body,
     to.skin = side.surface->skin, to.pose = compose(inverse(own), side.pose.value_or(Pose{}));
     return true;
   }
+  if (side.curve) {
+    to.curve = side.curve, to.pose = compose(inverse(own), side.pose.value_or(Pose{}));
+    return true;
+  }
   if (body == kWorldBody) return false;
   for (const Shape& shape : made_.bodies[body].mass_properties->shapes) {
     to.skin = skin_of(shape), to.pose = shape.local;
@@ -47,10 +51,11 @@ void GroupBuilder::add_surface_joint(Element<SurfaceJointRecipe> e) {
                              "found the point mass " + quoted_name(side.recipe.body) +
                                  ", expected a \"shape\" or an \"inertia\" of what turns");
     if (place_side(side.recipe, side.body, side.to)) continue;
-    return messages_.error(e.id, side.member,
-                           "found no smooth shape of " + quoted_name(side.recipe.body) +
-                               ", expected a \"surface\", or a sphere, an ellipsoid, a cylinder, "
-                               "a plane or a NURBS shape");
+    return messages_.error(
+        e.id, side.member,
+        "found no smooth shape of " + quoted_name(side.recipe.body) +
+            ", expected a \"surface\", a \"curve\", or a sphere, an ellipsoid, a cylinder, "
+            "a plane or a NURBS shape");
   }
   if (const std::string why = place_surfaces(c, {made_.pose_of(*a), made_.pose_of(*b)});
       !why.empty())

@@ -89,7 +89,9 @@ namespace keys {
   OBJECT(arc_curve)            \
   OBJECT(circle_curve)         \
   OBJECT(ellipse_curve)        \
-  OBJECT(interpolation_curve)
+  OBJECT(interpolation_curve)  \
+  OBJECT(outline_curve)        \
+  OBJECT(joined_curve)
 
 #define PANTIN_DECLARE(word) extern const KeySet word;
 PANTIN_OBJECTS(PANTIN_DECLARE)

@@ -35,7 +35,8 @@ constexpr Key kGears =
     objects("gears", "gear", "Gears, racks: joints that move in proportion.").once("ratios");
 constexpr Key kBelts = objects("belts", "belt", "Closed belts round pulleys, in a plane.");
 constexpr Key kSurfaceJoints =
-    objects("surface_joints", "surface_joint", "Bodies whose surfaces touch: they slide or roll.");
+    objects("surface_joints", "surface_joint",
+            "Bodies whose surfaces, or curves, touch: they slide or roll.");
 constexpr Key kCables =
     objects("cables", "cable", "Cables: they pull and never push.").once("strings");
 constexpr Key kPins = objects("pins", "pin", "Points of bodies held at a place.");
@@ -67,6 +68,7 @@ constexpr Key kScene[] = {
     object("solver", "solver", "Settings of all islands that name none."),
     objects("materials", "material", "What surfaces look like."),
     objects("surfaces", "surface", "NURBS surfaces that shapes name."),
+    objects("curves", "curve", "Curves that surface joints name."),
     objects("material_pairs", "material_pair", "What two materials are to each other."),
     object("defaults", "defaults",
            "What bodies, joints, cables and pins of this file are unless they or their class say "

@@ -206,8 +206,11 @@ constexpr Key kInterpolationFace[] = {
 
 // ---- Curves ------------------------------------------------------------------------------------
 
+constexpr Key kCurveName = own_name("What joints call it. Needed in a list of curves.");
+
 constexpr Key kNurbsCurve[] = {
     curve_type(0),
+    kCurveName,
     row("degree", ValueType::whole, "", "Of the polynomials.").within(kDegree).needed("a degree"),
     row("knots", ValueType::number_list, "",
         "Not decreasing; as many as points, the degree and 1 "
@@ -225,6 +228,7 @@ constexpr Key kNurbsCurve[] = {
 };
 constexpr Key kLineCurve[] = {
     curve_type(1),
+    kCurveName,
     vector("from", "m", "Where it begins.").needed("a place"),
     vector("to", "m", "Where it ends.").needed("a place"),
     kScale,
@@ -234,6 +238,7 @@ constexpr Key kLineCurve[] = {
 };
 constexpr Key kArcCurve[] = {
     curve_type(2),
+    kCurveName,
     radius("About z."),
     angles_deg("angles_deg", "Where it begins and ends, from x towards y; at most 360 further.")
         .needed("two angles"),
@@ -243,10 +248,11 @@ constexpr Key kArcCurve[] = {
     kRotationDeg,
 };
 constexpr Key kCircleCurve[] = {
-    curve_type(3), radius("About z."), kScale, kPosition, kRotation, kRotationDeg,
+    curve_type(3), kCurveName, radius("About z."), kScale, kPosition, kRotation, kRotationDeg,
 };
 constexpr Key kEllipseCurve[] = {
     curve_type(4),
+    kCurveName,
     row("radii", ValueType::numbers, "m", "Along x and y.")
         .holding(2)
         .within(kSize)
@@ -258,9 +264,30 @@ constexpr Key kEllipseCurve[] = {
 };
 constexpr Key kInterpolationCurve[] = {
     curve_type(5),
+    kCurveName,
     row("points", ValueType::points, "m", "On the curve, in order.").needed("points"),
     row("degree", ValueType::whole, "", "Of the polynomials.").within(kDegree).or_else(3),
     flag("closed", "Whether it returns to the first point, smoothly.").or_else(false),
+    kScale,
+    kPosition,
+    kRotation,
+    kRotationDeg,
+};
+constexpr Key kOutlineCurve[] = {
+    curve_type(6),
+    kCurveName,
+    row("points", ValueType::points, "m", "Corners in order, z = 0; the last side is drawn back.")
+        .needed("the corners"),
+    number("rounding", "m", kNotNegative, "Radius of the arcs that round its corners.").or_else(0),
+    kScale,
+    kPosition,
+    kRotation,
+    kRotationDeg,
+};
+constexpr Key kJoinedCurve[] = {
+    curve_type(7),
+    kCurveName,
+    objects("curves", "curve", "Each begins or ends where the one before ends.").needed("curves"),
     kScale,
     kPosition,
     kRotation,
@@ -305,5 +332,11 @@ constinit const KeySet circle_curve{"circle_curve", "A whole circle.", kCircleCu
 constinit const KeySet ellipse_curve{"ellipse_curve", "A whole ellipse.", kEllipseCurve};
 constinit const KeySet interpolation_curve{"interpolation_curve", "The curve through points.",
                                            kInterpolationCurve};
+constinit const KeySet outline_curve{
+    "outline_curve", "A closed polygon with rounded corners: straight lines and arcs.",
+    kOutlineCurve};
+constinit const KeySet joined_curve{
+    "joined_curve", "Curves one after the other; closed if the last ends where the first begins.",
+    kJoinedCurve};
 
 }  // namespace pantin::detail::keys

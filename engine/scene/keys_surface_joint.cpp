@@ -14,11 +14,20 @@ constexpr Key kSide[] = {
               "The name of one of the scene's surfaces, a surface, or the path of a file of one. "
               "Default: that of the body's first shape that is smooth: a sphere, an ellipsoid, the "
               "side of a cylinder, a plane, a NURBS shape."),
-    vector("position", "m", "Where the surface's frame is in the body's own. Default: its origin.")
+    of_object("curve", ValueType::object_or_reference, "curve",
+              "In place of a surface: the name of one of the scene's curves, or a curve. Outside "
+              "is outside a closed one, and right of the way of an open one. Two curves touch in "
+              "one plane; one that meets a surface is that of \"a\"."),
+    flag("inside_out", "Whether the outer side of the curve is its other one, as of a slot.")
+        .or_else(0),
+    vector("position", "m",
+           "Where the frame of the surface or curve is in the body's own. Default: its origin.")
         .or_else(0),
     kRotation,
     kRotationDeg,
 };
+
+constexpr Exclusive kSidePairs[] = {{"surface", "curve"}};
 
 constexpr Key kSurfaceJoint[] = {
     own_name("Default \"a-b\"."),
@@ -43,11 +52,12 @@ constexpr Key kSurfaceJoint[] = {
 constinit const KeySet surface_side{"surface_side",
                                     "A body and its surface. With a surface of its own it may be "
                                     "moved; that of a shape is where the shape is.",
-                                    kSide};
+                                    kSide, kSidePairs};
 constinit const KeySet surface_joint{
     "surface_joint",
-    "Two bodies whose surfaces touch in a point, slide or roll. They start where their gap is "
-    "smallest, which the solver closes. For the solver lagrangian.",
+    "Two bodies whose surfaces, or curves, touch in a point, slide or roll. They start where their "
+    "gap is smallest, which the solver closes. For the solver lagrangian; two curves of the plane "
+    "of x and y for planar, too.",
     kSurfaceJoint};
 
 }  // namespace pantin::detail::keys

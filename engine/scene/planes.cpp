@@ -64,6 +64,12 @@ void check_planes(const BuiltScene& built, const std::vector<Solver>& solvers, V
                      "found joint \"" + j.name + "\", which " + why +
                          (is_flat(j.a) || is_flat(j.b) ? kExpected : kExpectedOfBelts));
   }
+  for (const BuiltSurfaceJoint& s : built.surface_joints) {
+    if (!s.contact.on_b.curve || (!is_flat(s.a) && !is_flat(s.b))) continue;
+    const std::string why = flat_fault(s.contact, built.pose_of(s.a), built.pose_of(s.b));
+    if (!why.empty())
+      messages.error(s.at, "", "found surface joint \"" + s.name + "\", which " + why + kExpected);
+  }
 }
 
 }  // namespace pantin::detail

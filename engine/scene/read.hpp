@@ -64,6 +64,8 @@ struct Reading {
   ClassParts defaults{};
   /// NURBS surfaces by name in the text; null: refused.
   std::unordered_map<std::string_view, std::shared_ptr<const Surface>> surface_of{};
+  /// Curves likewise.
+  std::unordered_map<std::string_view, std::optional<nurbs::Curve>> curve_of{};
   /// By name in the text: the class, then those that it takes after.
   std::unordered_map<std::string_view, std::vector<ClassParts>> classes{};
 
@@ -123,6 +125,10 @@ void read_surfaces(Reading& reading, const Reader& scene);
 std::shared_ptr<const Surface> read_skin(const Reading& reading, const Reader& shape);
 /// A surface: an object, alone or in a list or a shape; null after a complaint.
 std::shared_ptr<const Surface> read_surface(const Reading& reading, NodeId node);
+/// "curves".
+void read_curves(Reading& reading, const Reader& scene);
+/// The curve under "curve" of a side of a joint; nothing after a complaint.
+std::optional<nurbs::Curve> read_own_curve(const Reading& reading, const Reader& side);
 /// A face; nothing after a complaint.
 std::optional<nurbs::Surface> read_face(const Reading& reading, NodeId node);
 /// A curve; nothing after a complaint.

@@ -5,6 +5,7 @@
 
 #include "engine/nurbs/check.hpp"
 #include "engine/nurbs/makers.hpp"
+#include "engine/nurbs/plane_curves.hpp"
 #include "engine/scene/read.hpp"
 #include "engine/scene/surface_words.hpp"
 
@@ -104,7 +105,28 @@ bool is_whole(const Reader& from, const nurbs::Curve& curve) {
   return errors.empty();
 }
 
-MaybeCurve curve_of(CurveType type, const Reader& from) {
+MaybeCurve outline_curve(const Reader& from) {
+  const Whole whole{from};
+  const std::vector<Vec3> points = read_points(from);
+  const Real rounding = from.number("rounding");
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (points[i].z != 0)
+      from.diagnostics.error(from.find("points"), "found point " + std::to_string(i) +
+                                                      " off the plane, expected z = 0 of all");
+  if (!whole.is_good()) return std::nullopt;
+  return kept(from, nurbs::rounded_polygon(points, rounding));
+}
+
+MaybeCurve joined_curve(const Reading& reading, const Reader& from) {
+  const Whole whole{from};
+  std::vector<nurbs::Curve> curves;
+  for (const NodeId node : from.items("curves"))
+    if (auto curve = read_curve(reading, node)) curves.push_back(std::move(*curve));
+  if (!whole.is_good()) return std::nullopt;
+  return kept(from, nurbs::joined(curves));
+}
+
+MaybeCurve curve_of(const Reading& reading, CurveType type, const Reader& from) {
   const Whole whole{from};
   nurbs::Curve curve;
   switch (type) {
@@ -146,6 +168,10 @@ MaybeCurve curve_of(CurveType type, const Reader& from) {
       curve = std::move(*made);
       break;
     }
+    case CurveType::outline:
+      return outline_curve(from);
+    case CurveType::joined:
+      return joined_curve(reading, from);
   }
   return whole.is_good() ? MaybeCurve(std::move(curve)) : std::nullopt;
 }
@@ -245,7 +271,8 @@ std::optional<nurbs::Curve> read_curve(const Reading& reading, NodeId node) {
   if (!type) return std::nullopt;
   const Reader from = reading.open(node, std::string(kCurveTypes[*type]) + "_curve");
   const Whole whole{from};
-  auto curve = curve_of(static_cast<CurveType>(*type), from);
+  if (from.has("name")) from.name();
+  auto curve = curve_of(reading, static_cast<CurveType>(*type), from);
   const nurbs::Affine by = placing_of(from);
   if (!curve || !whole.is_good() || !is_whole(from, *curve)) return std::nullopt;
   return is_placed(from) ? nurbs::transformed(*curve, by) : *curve;

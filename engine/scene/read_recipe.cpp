@@ -342,6 +342,7 @@ void read_prefabs(const Reading& reading, const Reader& from) {
 void read_content(Reading& reading, const Reader& from, std::uint32_t number) {
   read_materials(reading, from);
   read_surfaces(reading, from);
+  read_curves(reading, from);
   read_scene_collision(reading, from);
   std::vector<MaterialPair>& pairs = reading.scene.recipe.scene.world.material_pairs;
   for (const MaterialPair& pair : read_material_pairs(reading, from)) pairs.push_back(pair);

@@ -1,5 +1,6 @@
 // Bodies whose surfaces touch.
 #include "engine/scene/read.hpp"
+#include "engine/world/surface_start.hpp"
 
 namespace pantin::detail {
 namespace {
@@ -12,6 +13,16 @@ bool read_side(const Reading& reading, NodeId node, SurfaceSideRecipe& side) {
     side.surface = read_skin(reading, from);
     if (!side.surface) return false;
     side.pose = from.pose();
+  } else if (from.has("curve")) {
+    const auto curve = read_own_curve(reading, from);
+    if (!curve) return false;
+    side.curve =
+        contact_curve(*curve, from.flag("inside_out") ? OuterSide::left : OuterSide::right);
+    side.pose = from.pose();
+    if (const std::string why = curve_fault(*side.curve); !why.empty()) {
+      reading.diagnostics.error(from.find("curve"), why);
+      return false;
+    }
   } else {
     for (const std::string_view key : {"position", "rotation", "rotation_deg"})
       if (from.has(key))
@@ -19,6 +30,10 @@ bool read_side(const Reading& reading, NodeId node, SurfaceSideRecipe& side) {
                                                       "\" without a \"surface\", expected one: "
                                                       "that of a shape is where the shape is");
   }
+  if (from.has("inside_out") && !from.has("curve"))
+    reading.diagnostics.error(from.find("inside_out"),
+                              "found \"inside_out\" without a \"curve\", expected one: that of a "
+                              "surface stands in the surface");
   if (!body) return false;
   side.body = *body;
   return true;

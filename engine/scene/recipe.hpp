@@ -106,8 +106,9 @@ struct BeltRecipe {
 /// One side of two surfaces that touch.
 struct SurfaceSideRecipe {
   std::string body;
-  std::shared_ptr<const Surface> surface;  // of NURBS; null: of the body's shape
-  std::optional<Pose> pose;                // in the body's own frame
+  std::shared_ptr<const Surface> surface;  // of NURBS; null, without a curve: of its shape
+  std::shared_ptr<const nurbs::Wire> curve;
+  std::optional<Pose> pose;  // in the body's own frame
 };
 
 struct SurfaceJointRecipe {

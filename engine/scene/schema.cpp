@@ -341,7 +341,7 @@ std::string scene_schema() {
   defs.add("face", typed_schema({kFaceTypes, "_face", "The kind of face.",
                                  "A face of a NURBS surface, u x v outwards."}));
   defs.add("curve", typed_schema({kCurveTypes, "_curve", "The kind of curve.",
-                                  "A curve that faces are made of."}));
+                                  "A curve: of a face, or one that touches."}));
   for (const KeySet* set : all_key_sets()) defs.add(set->what, schema_of(*set));
   List whole;
   whole.add("$schema", quoted("https://json-schema.org/draft/2020-12/schema"));

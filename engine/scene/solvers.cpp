@@ -105,7 +105,7 @@ void check_solvers(const BuiltScene& built, const std::vector<Solver>& solvers,
       if (built.is_dynamic(body))
         error(belt.at, {"", "belt \"" + belt.name + "\"", Feature::belt}, solvers[body]);
   for (const BuiltSurfaceJoint& s : built.surface_joints)
-    error(s.at, {"", "surface joint \"" + s.name + "\"", Feature::surface_contact},
+    error(s.at, {"", "surface joint \"" + s.name + "\"", feature_of(s.contact)},
           solvers[built.is_dynamic(s.a) ? s.a : s.b]);
   for (const BuiltCable& s : built.cables) {
     for (const std::uint32_t end : {s.a, s.b})
@@ -134,8 +134,8 @@ std::string unknown_to(const BuiltScene& built, Solver solver) {
     return "gear \"" + built.gears.front().name + "\"";
   if (!built.belts.empty() && !knows(solver, Feature::belt))
     return "belt \"" + built.belts.front().name + "\"";
-  if (!built.surface_joints.empty() && !knows(solver, Feature::surface_contact))
-    return "surface joint \"" + built.surface_joints.front().name + "\"";
+  for (const BuiltSurfaceJoint& s : built.surface_joints)
+    if (!knows(solver, feature_of(s.contact))) return "surface joint \"" + s.name + "\"";
   if (!built.cables.empty() && !knows(solver, Feature::cable))
     return "cable \"" + built.cables.front().name + "\"";
   for (const BuiltCable& c : built.cables)

@@ -21,9 +21,9 @@ enum class FaceType {
   interpolation
 };
 
-inline constexpr std::string_view kCurveTypes[] = {"nurbs",  "line",    "arc",
-                                                   "circle", "ellipse", "interpolation"};
-enum class CurveType { nurbs, line, arc, circle, ellipse, interpolation };
+inline constexpr std::string_view kCurveTypes[] = {"nurbs",   "line",          "arc",     "circle",
+                                                   "ellipse", "interpolation", "outline", "joined"};
+enum class CurveType { nurbs, line, arc, circle, ellipse, interpolation, outline, joined };
 
 /// How two surfaces that touch may move, and what happens at their rims: by SurfaceMotion and
 /// OnRim.

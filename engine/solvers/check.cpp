@@ -98,8 +98,7 @@ void list_unknown(const Plans& owners) {
   for (std::size_t i = 0; i < world.surface_contacts.size(); ++i) {
     const SurfaceContact& c = world.surface_contacts.values()[i];
     for (Entity body : {c.a, c.b})
-      if (note(world.surface_contacts.owners()[i], owners.settings(body), Feature::surface_contact,
-               "is"))
+      if (note(world.surface_contacts.owners()[i], owners.settings(body), feature_of(c), "is"))
         break;
   }
   for (std::size_t i = 0; i < world.belts.size(); ++i)

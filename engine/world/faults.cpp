@@ -4,6 +4,7 @@
 
 #include "engine/joints/kinds.hpp"
 #include "engine/world/store.hpp"
+#include "engine/world/surface_contact.hpp"
 
 namespace pantin::detail {
 namespace {
@@ -34,7 +35,8 @@ constexpr Knowledge kKnowledge[kFeatures] = {
     {"a moving surface, rolling or spinning friction", kAuto, "\"auto\""},
     {"a ring or a pulley of a cable", kExact, "\"lagrangian\""},
     {"a contact of surfaces", kExact, "\"lagrangian\""},
-    {"a belt", kExact | kPlanar, "\"planar\" or \"lagrangian\""}};
+    {"a belt", kExact | kPlanar, "\"planar\" or \"lagrangian\""},
+    {"a contact of curves", kExact | kPlanar, "\"planar\" or \"lagrangian\""}};
 
 const Knowledge& knowledge(Feature f) { return kKnowledge[static_cast<int>(f)]; }
 
@@ -47,6 +49,10 @@ bool knows(Solver solver, Feature feature) {
 const char* solvers_that_know(Feature feature) { return knowledge(feature).told; }
 
 const char* name_of(Feature feature) { return knowledge(feature).name; }
+
+Feature feature_of(const SurfaceContact& contact) {
+  return contact.on_b.curve ? Feature::curve_contact : Feature::surface_contact;
+}
 
 std::vector<Feature> features_of(const Joint& joint) {
   std::vector<Feature> found;

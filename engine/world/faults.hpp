@@ -51,9 +51,10 @@ enum class Feature : std::uint8_t {
   surface,      // that moves, or that resists rolling or spinning
   cable_guide,  // a ring or a pulley that a cable is led over
   surface_contact,
-  belt
+  belt,
+  curve_contact  // of two curves of a plane
 };
-inline constexpr int kFeatures = 15;
+inline constexpr int kFeatures = 16;
 
 /// Which solver does what: the only place that says so.
 bool knows(Solver solver, Feature feature);
@@ -61,6 +62,9 @@ bool knows(Solver solver, Feature feature);
 const char* solvers_that_know(Feature feature);
 /// "a spring", "a motor", "a cable" ...
 const char* name_of(Feature feature);
+
+struct SurfaceContact;
+Feature feature_of(const SurfaceContact& contact);
 
 /// What a joint has besides a shared point and hard limits; kinds included.
 std::vector<Feature> features_of(const Joint& joint);

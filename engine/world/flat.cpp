@@ -109,6 +109,17 @@ std::string flat_fault(const Joint& joint, const Pose& a, const Pose& b) {
   return {};
 }
 
+std::string flat_fault(const SurfaceContact& c, const Pose& a, const Pose& b) {
+  for (const auto& [pose, side] :
+       {std::pair{compose(a, c.on_a.pose), "a"}, {compose(b, c.on_b.pose), "b"}}) {
+    const Quat q = pose.rotation;
+    if (std::hypot(q.x, q.y) > kAlong)
+      return std::string("has a curve of \"") + side +
+             "\" whose plane is not that of x and y, seen from +z";
+  }
+  return {};
+}
+
 bool has_section(const Shape& shape, Quat rotation) {
   const Quat at = rotation * shape.local.rotation;
   const Vec3 axis = at * Vec3(0, 1, 0);

@@ -1,12 +1,18 @@
 #include "engine/world/surface_start.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+
+#include "engine/nurbs/curve_pair.hpp"
+#include "engine/nurbs/plane_curves.hpp"
 
 namespace pantin::detail {
 namespace {
 
 constexpr std::size_t kMostPairs = 16;
+constexpr Real kFlat = 1e-9;       // of its size: a curve of the plane
+constexpr Real kSamePlane = 1e-6;  // rad, and of the smaller size
 
 std::string shown(Real x) {
   char text[32];
@@ -26,26 +32,57 @@ std::string crease_in(const ContactSurface& surface, const char* side) {
   return {};
 }
 
-}  // namespace
+Real size_of(const ContactSurface& s) { return s.curve ? s.curve->size() : s.skin->size(); }
 
-std::string place_surfaces(SurfaceContact& c, const StartPoses& bodies) {
-  if (const char* why = c.restored()) return std::string("found a joint that ") + why;
-  for (const auto& [surface, side] : {std::pair{&c.on_a, "surface a"}, {&c.on_b, "surface b"}})
-    if (std::string crease = crease_in(*surface, side); !crease.empty()) return crease;
-  if (c.known || c.on_a.curve) return {};
-  const Pose a_in_b =
-      compose(inverse(compose(bodies.b, c.on_b.pose)), compose(bodies.a, c.on_a.pose));
-  const nurbs::Meeting meeting{*c.on_a.skin, *c.on_b.skin, a_in_b};
-  nurbs::CommonNormal found[kMostPairs];
-  const Real reach = std::min(c.on_a.skin->size(), c.on_b.skin->size());
-  if (const std::size_t count = nurbs::find_contacts(meeting, reach, found); count > 0) {
-    const auto nearest = std::min_element(found, found + count, [](const auto& x, const auto& y) {
-      return std::abs(x.gap) < std::abs(y.gap);
-    });
-    c.at = nearest->at, c.known = true;
-    return {};
+/// How far a curve is from the plane z = 0, m.
+Real height_of(const nurbs::Wire& curve) {
+  Real most = 0;
+  for (const nurbs::Weighted& w : curve.curve().points)
+    most = std::max(most, std::abs(w.point().z));
+  return most;
+}
+bool is_flat(const nurbs::Wire& curve) { return height_of(curve) <= kFlat * curve.size(); }
+
+/// Why two curves do not lie in one plane that both run around the same way.
+std::string plane_fault(const SurfaceContact& c, const Pose& a_in_b) {
+  for (const auto& [side, name] : {std::pair{&c.on_a, "a"}, {&c.on_b, "b"}})
+    if (!is_flat(*side->curve))
+      return "found a curve of \"" + std::string(name) + "\" that leaves its plane z = 0 by " +
+             shown(height_of(*side->curve)) + " m, expected one of the plane to touch a curve";
+  const Vec3 up = a_in_b.rotation * Vec3(0, 0, 1);
+  const Real tilt = std::atan2(glm::length(glm::cross(up, Vec3(0, 0, 1))), up.z);
+  if (tilt > kSamePlane)
+    return "found curves whose planes are askew by " + shown(tilt * (180 / kPi)) +
+           " degrees, expected them in one plane" + (tilt > 3 ? ", seen from the same side" : "");
+  const Real apart = std::abs(a_in_b.position.z);
+  if (apart > kSamePlane * std::min(size_of(c.on_a), size_of(c.on_b)))
+    return "found curves in planes " + shown(apart) + " m apart, expected them in one plane";
+  return {};
+}
+
+/// The least distance of two curves, or of a curve and a surface, by places along a; m.
+Real apart(const SurfaceContact& c, const Pose& a_in_b) {
+  Real least = 1e300;
+  for (const Vec3 p :
+       nurbs::points_along(c.on_a.curve->curve(), 1e-3 * c.on_a.curve->size()).points) {
+    const Vec3 at = to_world(a_in_b, p);
+    if (c.on_b.curve) {
+      least = std::min(least, nurbs::closest_point(*c.on_b.curve, at).distance);
+      continue;
+    }
+    for (const nurbs::Face& face : c.on_b.skin->faces())
+      least = std::min(least, nurbs::closest_point(face, at).distance);
   }
-  if (c.lifts) return {};
+  return least;
+}
+
+std::string far_apart(const SurfaceContact& c, const Pose& a_in_b, Real reach) {
+  if (c.on_a.curve)
+    return "found a curve " + shown(apart(c, a_in_b)) + " m from " +
+           (c.on_b.curve ? "a curve" : "a surface") +
+           " that it faces nowhere, or that it fits, expected one outside the other, within " +
+           shown(reach) + " m";
+  const nurbs::Meeting meeting{*c.on_a.skin, *c.on_b.skin, a_in_b};
   const nurbs::ClosestPair closest = nurbs::closest_pair(meeting);
   if (!closest.is_on_edge &&
       nurbs::track(meeting, closest.at).status == nurbs::ContactStatus::degenerate)
@@ -54,6 +91,68 @@ std::string place_surfaces(SurfaceContact& c, const StartPoses& bodies) {
   return "found surfaces " + shown(closest.distance) + " m apart" +
          (closest.is_on_edge ? ", nearest at an edge" : "") +
          ", expected them to face one another within " + shown(reach) + " m";
+}
+
+}  // namespace
+
+std::shared_ptr<const nurbs::Wire> contact_curve(const nurbs::Curve& curve, OuterSide side) {
+  nurbs::Curve made = nurbs::closed_up(curve);
+  const bool is_round = made.knots.is_periodic && is_flat(nurbs::Wire(made));
+  const bool is_clockwise = is_round && nurbs::area_around(made) < 0;
+  if (is_clockwise != (side == OuterSide::left)) made = nurbs::reversed(made);
+  return std::make_shared<const nurbs::Wire>(std::move(made));
+}
+
+std::string curve_fault(const nurbs::Wire& wire) {
+  for (const nurbs::Flaw& flaw : nurbs::flaws_of(wire.curve(), "the curve")) {
+    if (flaw.kind == nurbs::FlawKind::crease)
+      return "found a corner of " + shown(flaw.size * (180 / kPi)) +
+             " degrees at t = " + shown(flaw.knot) +
+             ", expected a smooth curve: round it, as \"rounding\" does";
+    if (flaw.kind == nurbs::FlawKind::singular_point)
+      return "found " + flaw.text + ", expected a smooth curve";
+  }
+  if (!is_flat(wire)) return {};
+  if (const auto at = nurbs::crossing_of(wire.curve()))
+    return "found a curve that crosses itself at t = " + shown((*at)[0]) + " and " +
+           shown((*at)[1]) + ", expected one that does not";
+  return {};
+}
+
+std::size_t find_pairs(const SurfaceContact& c, const Pose& a_in_b,
+                       std::span<nurbs::CommonNormal> out) {
+  const Real reach = std::min(size_of(c.on_a), size_of(c.on_b));
+  if (!c.on_a.curve) return nurbs::find_contacts({*c.on_a.skin, *c.on_b.skin, a_in_b}, reach, out);
+  nurbs::CurveContact found[kMostPairs];
+  const nurbs::CurveReach wanted{reach, std::span(found).first(std::min(out.size(), kMostPairs))};
+  const std::size_t count = c.on_b.curve
+                                ? nurbs::find_planar(*c.on_a.curve, *c.on_b.curve, a_in_b, wanted)
+                                : nurbs::find_on_face(*c.on_a.curve, *c.on_b.skin, a_in_b, wanted);
+  for (std::size_t i = 0; i < count; ++i) {
+    const nurbs::CurveContact& f = found[i];
+    out[i] = {f.status, {{0, f.t, 0}, f.b}, f.on_a, f.on_b, f.normal, f.gap, f.least_curvature};
+  }
+  return count;
+}
+
+std::string place_surfaces(SurfaceContact& c, const StartPoses& bodies) {
+  if (const char* why = c.restored()) return std::string("found a joint that ") + why;
+  for (const auto& [surface, side] : {std::pair{&c.on_a, "surface a"}, {&c.on_b, "surface b"}})
+    if (std::string crease = crease_in(*surface, side); !crease.empty()) return crease;
+  const Pose a_in_b =
+      compose(inverse(compose(bodies.b, c.on_b.pose)), compose(bodies.a, c.on_a.pose));
+  if (c.on_b.curve)
+    if (std::string why = plane_fault(c, a_in_b); !why.empty()) return why;
+  if (c.known) return {};
+  nurbs::CommonNormal found[kMostPairs];
+  if (const std::size_t count = find_pairs(c, a_in_b, found); count > 0) {
+    const auto nearest = std::min_element(found, found + count, [](const auto& x, const auto& y) {
+      return std::abs(x.gap) < std::abs(y.gap);
+    });
+    c.at = nearest->at, c.known = true;
+    return {};
+  }
+  return c.lifts ? std::string() : far_apart(c, a_in_b, std::min(size_of(c.on_a), size_of(c.on_b)));
 }
 
 }  // namespace pantin::detail

@@ -1,15 +1,32 @@
 #pragma once
-/// Where two surfaces touch at first, and why they cannot.
+/// Where two surfaces or curves touch at first, and why they cannot.
+#include <span>
 #include <string>
 
 #include "engine/world/surface_contact.hpp"
 
 namespace pantin::detail {
 
+/// On which side of its way a curve has its outer side; of a closed one of the plane, which is
+/// taken to run anticlockwise, right is outside.
+enum class OuterSide : std::uint8_t { right, left };
+
+/// A curve made ready to touch: right of its way is its outer side.
+std::shared_ptr<const nurbs::Wire> contact_curve(const nurbs::Curve& curve, OuterSide side);
+
+/// "found ..., expected ..." where nothing slides smoothly along a curve: corners, places without a
+/// tangent; and where one of the plane crosses itself. Else nothing.
+std::string curve_fault(const nurbs::Wire& curve);
+
+/// All pairs of places that face one another with a gap that is a least one and no larger than the
+/// smaller of both is, the nearest first; as many as `out` holds. Returns how many there are.
+std::size_t find_pairs(const SurfaceContact& contact, const Pose& a_in_b,
+                       std::span<nurbs::CommonNormal> out);
+
 /// Finds the pair of places whose gap is the smallest, with the bodies at these poses, and sets
 /// SurfaceContact::at; leaves what is `known`. Returns "found ..., expected ..." where surfaces
-/// that are held do not face one another within their size, where they fit one another, and where
-/// one has a crease; else nothing.
+/// that are held do not face one another within their size, where they fit one another, where
+/// one has a crease, and where curves do not lie in one plane; else nothing.
 struct StartPoses {
   Pose a, b;  // of the bodies' mass-centre frames
 };

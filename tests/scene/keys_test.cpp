@@ -71,8 +71,7 @@ std::string scene_with(std::string_view what, const std::string& extra,
     return part("surfaces", R"([{"name": "s", "faces": [{)" + members + "}]}]");
   };
   if (what.ends_with("_face")) return face(typed("_face"));
-  if (what.ends_with("_curve"))
-    return face(R"("type": "revolution", "profile": {)" + typed("_curve") + "}");
+  if (what.ends_with("_curve")) return part("curves", "[{" + typed("_curve") + "}]");
   if (what == "surface_joint")
     return part("surface_joints", R"([{"a": {"body": "a"}, "b": {"body": "b"}, )" + extra + "}]");
   if (what == "belt") return part("belts", R"([{"pulleys": [{"body": "a"}], )" + extra + "}]");

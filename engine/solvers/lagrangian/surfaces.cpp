@@ -11,6 +11,7 @@
 
 #include "engine/nurbs/curve_pair.hpp"
 #include "engine/solvers/lagrangian/internal.hpp"
+#include "engine/world/surface_start.hpp"
 
 namespace pantin::detail::lagrangian {
 namespace {
@@ -20,8 +21,6 @@ using nurbs::ContactStatus;
 /// A relative turn (rad), and a part of the smaller surface's size, after which all pairs are
 /// looked at again.
 constexpr Real kSearchTurn = 0.3, kSearchWay = 0.05;
-/// How far apart surfaces may be, in parts of the smaller one, to be looked at for contacts.
-constexpr Real kSearchReach = 1;
 /// Pairs that are compared.
 constexpr std::size_t kMostPairs = 8;
 /// Gap of surfaces that are not near one another, m.
@@ -245,11 +244,8 @@ bool is_search_due(const SurfaceContact& c, const TouchMemory& memory, const Pos
 /// All pairs of a contact, the nearest of them.
 void search(const SurfaceContact& c, const Pose& a_in_b, TouchMemory& memory) {
   memory.searched = a_in_b, memory.is_far = true;
-  if (c.on_a.curve) return;
   nurbs::CommonNormal found[kMostPairs];
-  const Real reach = kSearchReach * std::min(size_of(c.on_a), size_of(c.on_b));
-  const std::size_t count =
-      nurbs::find_contacts({*c.on_a.skin, *c.on_b.skin, a_in_b}, reach, found);
+  const std::size_t count = find_pairs(c, a_in_b, found);
   if (count == 0) return;
   const auto nearest = std::min_element(found, found + count, [](const auto& x, const auto& y) {
     return std::abs(x.gap) < std::abs(y.gap);

@@ -61,7 +61,10 @@ Vec3 axis_of(const Placed& p, const Motions& m) {
   return turned(p.joint.axis, m.gained[p.joint.a]);
 }
 
-void append_rows(const Placed& p, const Motions& m, std::vector<Row>& rows) {
+}  // namespace
+
+void append_joint_rows(const PlaneJoint& joint, const Motions& m, std::vector<Row>& rows) {
+  const Placed p = place(joint, m);
   switch (p.joint.kind) {
     case PlaneJoint::weld:
       rows.push_back(turning(p));
@@ -84,6 +87,22 @@ void append_rows(const Placed& p, const Motions& m, std::vector<Row>& rows) {
       return;
   }
 }
+
+Row sprung_row(const PlaneJoint& joint, const Motions& m) {
+  const Placed p = place(joint, m);
+  if (joint.kind == PlaneJoint::slider) return along(p, axis_of(p, m), 1);
+  if (joint.kind == PlaneJoint::hinge) {
+    Row row = turning(p);
+    row.c = p.turn;
+    return row;
+  }
+  const Real length = glm::length(p.gap);
+  Row row = along(p, length > 0 ? p.gap / length : Vec3(1, 0, 0), 0);
+  row.c = length - joint.length;
+  return row;
+}
+
+namespace {
 
 Coordinate first_of(const Gear& gear) {
   return gear.first_travels ? Coordinate::travel : Coordinate::angle;
@@ -109,6 +128,8 @@ Row coordinate(const World& world, const Planar& all, std::uint32_t at, Coordina
   return row;
 }
 
+}  // namespace
+
 Row gear_row(const World& world, const Planar& all, const FlatGear& gear) {
   const Gear& told = world.gears.values()[gear.slot];
   const Row first = coordinate(world, all, gear.links[0], first_of(told));
@@ -118,13 +139,12 @@ Row gear_row(const World& world, const Planar& all, const FlatGear& gear) {
   return row;
 }
 
-}  // namespace
-
 void find_rows(const World& world, Planar& all) {
   StepScratch& s = all.scratch;
   s.rows.clear();
-  for (const PlaneJoint& j : s.plane.joints) append_rows(place(j, s.motions), s.motions, s.rows);
+  for (const PlaneJoint& j : s.plane.joints) append_joint_rows(j, s.motions, s.rows);
   for (const FlatGear& gear : all.gears) s.rows.push_back(gear_row(world, all, gear));
+  append_curve_rows(all, s.rows);
   append_belt_rows(world, all, s.rows);
 }
 
@@ -200,7 +220,7 @@ void close_along_start(const World& world, Planar& all, Real h) {
   }
 }
 
-void close_positions(const World& world, Planar& all) {
+void close_positions(const World& world, Planar& all, Real h) {
   StepScratch& s = all.scratch;
   Motions& m = s.motions;
   const Real enough = kClosed * size_of(all);
@@ -208,10 +228,11 @@ void close_positions(const World& world, Planar& all) {
     s.lambda.clear();
     for (const Row& row : s.rows) s.lambda.push_back(-row.c);
     s.factor.compute(s.rows, m.inverse_mass), s.factor.solve(s.lambda);
+    take_curve_impulses(all, h);
     move(m, s.rows, s.lambda);
     find_rows(world, all);
   }
-  all.residual = worst(s.rows);
+  all.residual = std::max(all.residual, worst(s.rows));
 }
 
 void close_velocities(Planar& all) {
@@ -270,14 +291,17 @@ void count_gears(const World& world, Planar& all) {
 
 void close(const World& world, Planar& all, Real h) {
   StepScratch& s = all.scratch;
+  if (is_closed_already(all)) {
+    s.nows.assign(kMostPlaces * all.curves.size(), {});
+    return;
+  }
   find_rows(world, all);
-  all.residual = 0;
   if (s.rows.empty()) return;
   if (!s.factor.fits(s.rows.size())) s.factor.analyse(s.rows, s.motions.inverse_mass);
   if (may_slip(world, all)) let_slip(world, all, h), find_rows(world, all);
   s.borne.resize(s.rows.size(), 0);  // some may have been borne before the step
   close_along_start(world, all, h);
-  close_positions(world, all);
+  close_positions(world, all, h);
   close_velocities(all);
 }
 

@@ -124,6 +124,44 @@ void pick_belts(Builder& b) {
   }
 }
 
+FlatCurve::Side side_of(const Body& body, const ContactSurface& surface) {
+  const Quat tilt = split(body.pose.rotation).tilt;
+  const Quat axes = tilt * surface.pose.rotation;
+  const Vec3 arm = tilt * surface.pose.position;
+  return {surface.curve, nullptr, {arm.x, arm.y, 0}, 2 * std::atan2(axes.z, axes.w)};
+}
+
+void pick_curves(Builder& b) {
+  for (std::uint32_t i = 0; i < b.world.surface_contacts.size(); ++i) {
+    const SurfaceContact& c = b.world.surface_contacts.values()[i];
+    const std::uint32_t slot_a = b.world.bodies.slot(c.a), slot_b = b.world.bodies.slot(c.b);
+    if (slot_a == kNoSlot || slot_b == kNoSlot || slot_a == slot_b) continue;
+    if (!c.on_b.curve || (!b.is_own(slot_a) && !b.is_own(slot_b))) continue;  // told elsewhere
+    const Entity owner = b.world.surface_contacts.owners()[i];
+    if (const char* why = c.restored()) {
+      b.leave_out(owner, why);
+      continue;
+    }
+    if (b.is_foreign(slot_a) || b.is_foreign(slot_b)) {
+      b.leave_out(owner, "ties a body of the plane to one of another solver");
+      continue;
+    }
+    const Body &on_a = b.world.bodies.values()[slot_a], &on_b = b.world.bodies.values()[slot_b];
+    if (std::string why = flat_fault(c, on_a.pose, on_b.pose); !why.empty()) {
+      b.leave_out(owner, std::move(why));
+      continue;
+    }
+    b.wanted[slot_a] = b.wanted[slot_b] = true;
+    FlatCurve& made = b.all.curves.emplace_back();
+    made.owner = owner, made.contact = i, made.a = slot_a, made.b = slot_b;
+    made.island = b.is_own(slot_a) ? b.island[slot_a] : b.island[slot_b];
+    made.rolls = c.motion != SurfaceMotion::sliding, made.lifts = c.lifts, made.over = c.over;
+    made.sides = {side_of(on_a, c.on_a), side_of(on_b, c.on_b)};
+    if (c.known) made.places[0] = {.used = true, .t_a = c.at.a.u, .t_b = c.at.b.u};
+    made.known = c.known && !c.lifts;
+  }
+}
+
 void number_bodies(Builder& b) {
   b.number.assign(b.world.bodies.size(), kNobody);
   for (std::uint32_t slot = 0; slot < b.world.bodies.size(); ++slot) {
@@ -136,6 +174,7 @@ void number_bodies(Builder& b) {
   }
   for (FlatLink& l : b.all.links) l.a = b.number[l.a], l.b = b.number[l.b];
   for (FlatSpan& s : b.all.spans) s.a = b.number[s.a], s.b = b.number[s.b];
+  for (FlatCurve& c : b.all.curves) c.a = b.number[c.a], c.b = b.number[c.b];
   for (FlatPin& p : b.all.pins) {
     p.body = b.number[p.body];
     if (p.to != kNobody) p.to = b.number[p.to];
@@ -168,6 +207,21 @@ void carry_over(const Planar& was, Planar& all) {
       if (old.gear == gear.gear)
         gear.counted = old.counted, gear.first = old.first, gear.second = old.second,
         gear.offset = old.offset;
+  for (FlatCurve& c : all.curves) {
+    for (const FlatCurve& old : was.curves) {
+      if (old.owner != c.owner) continue;
+      const bool same = old.sides[0].wire == c.sides[0].wire &&
+                        old.sides[1].wire == c.sides[1].wire && old.rolls == c.rolls;
+      if (!same) continue;
+      for (std::size_t i = 0; i < 2; ++i) c.sides[i].pieces = old.sides[i].pieces;
+      if (c.lifts == old.lifts)
+        c.known = old.known, c.over = old.over, c.places = old.places, c.searched = old.searched,
+        c.struck = old.struck, c.how = old.how;
+    }
+    for (FlatCurve::Side& side : c.sides)
+      if (!side.pieces)
+        side.pieces = std::make_shared<const nurbs::CurvePieces>(side.wire->curve());
+  }
   for (Touch t : was.touches) {
     t.a = now[t.a], t.b = now[t.b];
     if (t.a != kNobody && t.b != kNobody) all.touches.push_back(t);
@@ -195,11 +249,13 @@ void compile(World& world, std::span<const IslandPlan> plans) {
         b.island[slot] = i;
     }
   }
-  pick_links(b), pick_pins(b), pick_gears(b), pick_belts(b), number_bodies(b);
+  pick_links(b), pick_pins(b), pick_gears(b), pick_belts(b), pick_curves(b);
+  number_bodies(b);
   for (std::uint32_t i = 0; i < kept.bodies.size(); ++i)
     if (kept.bodies[i].island != kNobody) b.partition.set_column(kept.bodies[i].slot, i);
   kept.loads.assign(kept.links.size() + kept.pins.size(), {});
   carry_over(was, kept);
+  list_mechanisms(world, kept);
 }
 
 void read_turns(const World& world, Planar& all) {

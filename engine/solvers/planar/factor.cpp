@@ -83,7 +83,7 @@ void Factor::analyse(std::span<const Row> rows, InverseMasses masses) {
 void Factor::compute(std::span<const Row> rows, InverseMasses masses) {
   for (std::size_t k = 0; k < order_.size(); ++k) {
     const Row& row = rows[order_[k]];
-    work_[k] = diagonal_[k] = product(row, row, masses);
+    work_[k] = diagonal_[k] = product(row, row, masses) + row.soft;
     for (std::uint32_t e = first_[k]; e < first_[k + 1]; ++e)
       value_[e] = product(row, rows[order_[column_[e]]], masses);
   }

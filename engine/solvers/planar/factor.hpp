@@ -15,6 +15,7 @@ struct Row {
   std::array<std::uint32_t, 4> body{};
   std::array<Vec3, 4> j{};  // by x, y and the angle
   Real c = 0;               // m or rad
+  Real soft = 0;            // added to its pivot: of a row that gives way
 
   /// Adds a part; a body may be named twice.
   void add(std::uint32_t on, Vec3 part);

@@ -3,6 +3,7 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/solvers/planar/curves.hpp"
 #include "engine/solvers/planar/factor.hpp"
 #include "engine/solvers/planar/plane.hpp"
 #include "engine/world/memory.hpp"
@@ -75,6 +76,45 @@ struct FlatSpan {
   Real impulse = 0;            // N s, in this step; above 0 it pushes
 };
 
+/// Memory of a mechanism's step: see rattle.cpp.
+struct RattleRows {
+  std::vector<Row> rows;
+  std::vector<PlaceNow> nows;  // of its curves, as many as they have places at most
+  std::size_t first_curve = 0;
+};
+struct RattleSpring {
+  const PlaneJoint* joint = nullptr;
+  bool is_explicit = false;
+  Real damping = 0;
+};
+struct RattleWork {
+  RattleRows start, now;
+  std::vector<RattleSpring> springs;
+  std::vector<Real> lambda, step, impulse, wanted;
+  std::vector<Vec3> from, free;                      // of its bodies
+  std::vector<Pose> searched;                        // of its curves, as the next ones
+  std::vector<std::array<Vec3, kMostPlaces>> means;  // N s: along the normal, and across
+  std::vector<std::array<CurvePlace, kMostPlaces>> places, kept;
+};
+
+/// Bodies that joints and curves tie to one another, of one island: they move by RATTLE in double
+/// precision while nothing else touches them.
+struct Mechanism {
+  std::vector<std::uint32_t> bodies;  // that it moves
+  std::vector<std::uint32_t> driven;  // that others move, kinematic
+  std::vector<std::uint32_t> links, pins, gears, curves;
+  bool has_belt = false;  // which RATTLE does not know: the plane's step is closed
+  // Of the step:
+  bool moved = false;  // the results below are those of the step
+  std::vector<Vec3> position, velocity;
+  std::vector<std::array<CurvePlace, kMostPlaces>> places;  // of its curves
+  std::vector<Pose> searched;                               // likewise
+  std::vector<PlaceNow> starts, ends;                       // likewise, kMostPlaces each
+  Real residual = 0;                                        // m, rad: what its rows are left with
+  Factor positions, velocities;
+  Scratch<RattleWork> work;
+};
+
 /// Bodies at the end of a step, by number; the last one stands where pins are.
 struct Motions {
   std::vector<Vec3> position, velocity;  // by x and y, and the angle or spin as z
@@ -93,7 +133,9 @@ struct StepScratch {
   std::vector<Real> borne;      // by row, N s
   std::vector<Row> start_rows;  // of spans, at the start of the step
   std::vector<Real> lambda;
-  std::vector<Pose> starts;  // of the bodies, before the step
+  std::vector<PlaceNow> nows;       // of curves: kMostPlaces each
+  std::size_t first_curve_row = 0;  // of `rows`
+  std::vector<Pose> starts;         // of the bodies, before the step
   bool stepped = false;
   Real h = 0;  // s, of the last step
 };
@@ -108,8 +150,13 @@ struct Planar {
   std::vector<FlatLink> links;
   std::vector<FlatPin> pins;
   std::vector<FlatSpan> spans;
+  std::vector<FlatCurve> curves;
+  std::vector<Mechanism> mechanisms;
+  std::vector<std::uint32_t> mechanism_of;  // by body; kNobody: none
   std::uint32_t islands = 0;
-  Entity lost;        // the last step came to no numbers: a body of it
+  Entity lost;          // the last step came to no numbers: a body of it
+  Entity lost_contact;  // of curves, that ended the last step, and why
+  nurbs::ContactStatus lost_how = nurbs::ContactStatus::found;
   Real residual = 0;  // m, rad, m/s: of the joints, after the last step
   int still = 0;      // steps for which nothing has moved faster than the settings' sleep speed
   Real sleep_speed = 0;
@@ -125,6 +172,11 @@ struct Planar {
     field("links", derived(self.links));
     field("pins", derived(self.pins));
     field("spans", derived(self.spans));
+    field("curves", in_place(self.curves));
+    field("mechanisms", derived(self.mechanisms));
+    field("mechanism_of", derived(self.mechanism_of));
+    field("lost_contact", derived(self.lost_contact));
+    field("lost_how", derived(self.lost_how));
     field("islands", derived(self.islands));
     field("lost", derived(self.lost));
     field("residual", passive(self.residual));
@@ -176,6 +228,34 @@ bool may_slip(const World& world, const Planar& all);
 void let_slip(const World& world, Planar& all, Real h);
 /// After the bodies were written: where belts are, and their tensions.
 void end_belts(World& world, Planar& all, Real h);
+
+/// The rows of a joint, and of a gear, as the motions are now.
+void append_joint_rows(const PlaneJoint& joint, const Motions& m, std::vector<Row>& rows);
+Row gear_row(const World& world, const Planar& all, const FlatGear& gear);
+/// The freedom of a joint that a spring or a motor acts along: its row, and as `c` the coordinate
+/// that PlaneSpring counts from.
+Row sprung_row(const PlaneJoint& joint, const Motions& m);
+
+/// Lists the mechanisms of curves; the curves, bodies and joints are known.
+void list_mechanisms(const World& world, Planar& all);
+/// A step of one mechanism from the motions at its start; false, and nothing done, where it fails.
+/// Sets a body's motions as they are at the start of a step.
+void begin_motion(const PlaneBody& body, Real h, std::uint32_t number, Motions& m);
+bool move_by_rattle(const World& world, Planar& all, Mechanism& of, Real h);
+/// Moves mechanisms by a step, and gives the forces of their curves to the plane.
+void move_mechanisms(const World& world, Planar& all, Real h);
+/// After the plane's step: takes the motions of mechanisms that nothing touched.
+void take_mechanisms(Planar& all);
+/// Whether mechanisms that nothing touched are all that there is to close.
+bool is_closed_already(const Planar& all);
+/// The rows of curves of mechanisms that something touched; those of others hold nothing.
+void append_curve_rows(Planar& all, std::vector<Row>& rows);
+/// What closed those rows acts on velocities too, and never pulls where curves may lift.
+void take_curve_impulses(Planar& all, Real h);
+/// A curve that is held, or presses, and has no place any more: lets it go, or ends the step.
+void find_lost_curves(const World& world, Planar& all);
+/// After the bodies were written: where curves touch, and how they press.
+void write_curves(World& world, Planar& all);
 
 }  // namespace pantin::detail::planar
 

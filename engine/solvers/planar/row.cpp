@@ -158,7 +158,8 @@ void keep_loads(Planar& all, Real h) {
 void predict(World& world, const StepTask& task) {
   Planar& all = plane_of(world);
   all.scratch.stepped = false;
-  all.lost = {};
+  all.residual = 0;
+  all.lost = all.lost_contact = {};
   if (all.islands == 0) return;
   read_turns(world, all);
   all.scratch.h = task.h;
@@ -170,16 +171,21 @@ void predict(World& world, const StepTask& task) {
   for (const FlatBody& f : all.bodies)
     all.scratch.starts.push_back(world.bodies.values()[f.slot].pose);
   const std::vector<Touch> before = all.touches;
+  const std::vector<FlatCurve> curves_before = all.curves;
+  move_mechanisms(world, all, task.h);
   step_plane(all.scratch.plane, task.h, all.touches);
   take_results(world, all, task.h);
+  take_mechanisms(all);
   close(world, all, task.h);
-  all.lost = find_lost(all);
+  find_lost_curves(world, all);
+  if (!all.lost_contact) all.lost = find_lost(all);
   if (all.lost) {
-    all.touches = before;
+    all.touches = before, all.curves = curves_before;
     return;
   }
   keep_loads(all, task.h);
   write_bodies(world, all), end_belts(world, all, task.h);
+  write_curves(world, all);
   note_stillness(world, all);
   all.scratch.stepped = true;
 }
@@ -242,6 +248,11 @@ void list_contacts(const World& world, std::vector<Contact>& to) {
 void note_failure(const World& world, StepReport& report) {
   const Planar& all = plane_of(world);
   if (!all.lost || report.status == Status::diverged) return;
+  if (all.lost_contact) {
+    report.status = Status::contact_lost, report.body = all.lost;
+    report.contact = all.lost_contact, report.contact_fault = nurbs::word_of(all.lost_how);
+    return;
+  }
   report.status = Status::diverged, report.body = all.lost, report.residual = all.residual;
 }
 

@@ -1,0 +1,108 @@
+#include "engine/nurbs/curve_pieces.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace pantin::detail::nurbs {
+namespace {
+
+constexpr int kFastDegree = 3;
+
+// Gauss's points and weights on [-1, 1], the half above 0.
+constexpr Real kAt[4] = {0.18343464249564980494, 0.52553240991632898582, 0.79666647741362673959,
+                         0.96028985649753623168};
+constexpr Real kWeight[4] = {0.36268378337836198297, 0.31370664587788728734, 0.22238103445337447054,
+                             0.10122853629037625915};
+constexpr Real kOut = 0.77459666924148337704;  // of the rule of three points
+// The longest part of a piece that one rule is for, and that a rule of three points is for.
+constexpr Real kPart = 1.0 / 8, kShort = 1.0 / 128;
+
+/// Of a Bezier piece, about its middle: coefficient k is derivative k by k!.
+void append_powers(const std::vector<Weighted>& piece, std::vector<Weighted>& to) {
+  const std::size_t p = piece.size() - 1;
+  std::vector<Weighted> differences = piece;
+  Real factor = 1;
+  for (std::size_t k = 0; k <= p; ++k) {
+    std::vector<Weighted> work = differences;
+    for (std::size_t r = p - k; r > 0; --r)
+      for (std::size_t i = 0; i < r; ++i) work[i] = 0.5 * (work[i] + work[i + 1]);
+    to.push_back(factor * work[0]);
+    factor = factor * static_cast<Real>(p - k) / static_cast<Real>(k + 1);
+    for (std::size_t i = 0; i + 1 < differences.size(); ++i)
+      differences[i] = differences[i + 1] - differences[i];
+    differences.pop_back();
+  }
+}
+
+}  // namespace
+
+CurvePieces::CurvePieces(const Curve& curve)
+    : curve_(curve), size_(bounding_ball(curve.points).radius) {
+  for (const int i : curve_.knots.spans()) {
+    const Real low = curve_.knots[i], high = curve_.knots[i + 1];
+    starts_.push_back(low), spans_.push_back(i);
+    middles_.push_back((low + high) / 2), inverse_.push_back(1 / (high - low));
+  }
+  if (curve_.knots.degree > kFastDegree) return;
+  for (const Curve& piece : bezier_pieces(curve_)) append_powers(piece.points, coefficients_);
+}
+
+std::size_t CurvePieces::piece_at(Real t) const {
+  std::size_t first = 0, count = starts_.size();
+  while (count > 1) {
+    const std::size_t half = count / 2;
+    first += starts_[first + half] <= t ? half : 0;
+    count -= half;
+  }
+  return first;
+}
+
+std::array<Vec3, 3> CurvePieces::at(Real t) const {
+  const std::size_t i = piece_at(t);
+  if (coefficients_.empty()) {
+    const CurveDerivatives d = evaluate_on(curve_, spans_[i], t, 2);
+    return {d[0], d[1], d[2]};
+  }
+  const auto p = static_cast<std::size_t>(curve_.knots.degree);
+  const Weighted* c = &coefficients_[i * (p + 1)];
+  const Real per = inverse_[i], x = (t - middles_[i]) * per;
+  Weighted value = c[p], slope, half_bend;
+  for (std::size_t k = p; k-- > 0;) {
+    half_bend = slope + x * half_bend, slope = value + x * slope, value = c[k] + x * value;
+  }
+  const Real inverse = 1 / value.w;
+  const Vec3 s = inverse * value.product();
+  const Vec3 d = inverse * (slope.product() - slope.w * s);
+  const Vec3 dd = inverse * (half_bend.product() - slope.w * d - half_bend.w * s);
+  return {s, per * d, 2 * per * per * dd};
+}
+
+Real CurvePieces::length(Real from, Real to) const {
+  Real sum = 0;
+  while (from < to) {
+    const std::size_t i = piece_at(from);
+    Real end = std::min(to, from + kPart / inverse_[i]);
+    if (i + 1 < starts_.size()) end = std::min(end, starts_[i + 1]);
+    const Real middle = (from + end) / 2, half = (end - from) / 2;
+    const auto speed = [&](Real t) { return glm::length(at(t)[1]); };
+    if (end - from < kShort / inverse_[i])
+      sum += half / 9 *
+             (8 * speed(middle) + 5 * (speed(middle - half * kOut) + speed(middle + half * kOut)));
+    else
+      for (int k = 0; k < 4; ++k)
+        sum += half * kWeight[k] * (speed(middle - half * kAt[k]) + speed(middle + half * kAt[k]));
+    from = end;
+  }
+  return sum;
+}
+
+Real CurvePieces::way(Real from, Real to) const {
+  const Range domain = curve_.knots.domain();
+  const Real straight = std::abs(to - from);
+  const bool is_round = curve_.knots.is_periodic && straight > domain.width() / 2;
+  if (!is_round) return from <= to ? length(from, to) : -length(to, from);
+  return from > to ? length(from, domain.high) + length(domain.low, to)
+                   : -(length(to, domain.high) + length(domain.low, from));
+}
+
+}  // namespace pantin::detail::nurbs
