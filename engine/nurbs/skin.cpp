@@ -64,11 +64,28 @@ Skin::Skin(Vec3 half_axes) : half_axes_(half_axes) {
   make_faces({six.begin(), six.end()});
 }
 
+namespace {
+
+bool lies_in_plane(const Surface& s) {
+  const auto at = [&](int i, int j) { return s.at(i, j).point(); };
+  const Vec3 corner = at(0, 0);
+  const Vec3 across = glm::cross(at(s.u.count() - 1, 0) - corner, at(0, s.v.count() - 1) - corner);
+  const Real area = glm::length(across);
+  for (int i = 0; i < s.u.count(); ++i)
+    for (int j = 0; j < s.v.count(); ++j)
+      if (!(std::abs(glm::dot(across, at(i, j) - corner)) <= 1e-12 * area * std::sqrt(area)))
+        return false;
+  return true;
+}
+
+}  // namespace
+
 void Skin::make_faces(const std::vector<Surface>& surfaces) {
   faces_.clear(), size_ = 0;
   for (const Surface& s : surfaces) faces_.emplace_back(s);
   for (const Face& f : faces_) size_ = std::max(size_, f.size());
   joins_.assign(faces_.size() * kEdges, {});
+  is_flat_ = surfaces.size() == 1 && lies_in_plane(surfaces.front());
   Hash hash;
   hash_fields(hash, *this);
   fingerprint_ = hash.value();

@@ -41,6 +41,8 @@ class Skin {
   const Face& face(int i) const { return faces_[static_cast<std::size_t>(i)]; }
   /// Radius of the largest face's ball, m.
   Real size() const { return size_; }
+  /// Certainly without hollows: an ellipsoid by charts, or flat.
+  bool is_convex() const { return half_axes_ || is_flat_; }
   /// The face across an edge; none at a rim.
   std::optional<int> neighbour(int face, Edge edge) const;
 
@@ -61,6 +63,7 @@ class Skin {
     field("faces", derived(self.faces_));
     field("joins", derived(self.joins_));
     field("size", derived(self.size_));
+    field("is_flat", derived(self.is_flat_));
     field("fingerprint", derived(self.fingerprint_));
   }
   /// Makes the faces after reading; null, or what is wrong.
@@ -85,6 +88,7 @@ class Skin {
   std::vector<Face> faces_;
   std::vector<Join> joins_;  // [face * 4 + edge]
   Real size_ = 0;
+  bool is_flat_ = false;
   std::uint64_t fingerprint_ = 0;
 };
 

@@ -21,7 +21,6 @@ void check_pulley(Findings& findings, const BeltJoint::Pulley& p) {
     findings.above_zero("radius", p.radius);
   else if (hull_outline(p.outline).corners.empty())
     findings.add("outline", "corners on one line", "three or more that are not");
-  findings.known({{Feature::belt}}, {p.body});
 }
 
 BeltPulley placed(const World& world, const BeltJoint::Pulley& p) {
@@ -61,6 +60,8 @@ Result<Entity> add_to(World& world, const BeltJoint& described) {
     sides.is_outside.push_back(p.is_outside), poses.push_back(world.bodies[p.body].pose);
     moves = moves || world.bodies[p.body].motion == Motion::dynamic;
   }
+  for (const BeltJoint::Pulley& p : described.pulleys)
+    findings.known({{feature_of(belt)}}, {p.body});
   if (!moves) findings.add("pulleys", "none that is dynamic", "one that is");
   if (!findings.ok()) return findings.take();
   if (const std::string why = lay_round(belt, poses, sides); !why.empty()) {

@@ -5,6 +5,7 @@
 
 #include "engine/base/rotation.hpp"
 #include "engine/geometry/mass_properties.hpp"
+#include "engine/geometry/skin_model.hpp"
 #include "engine/geometry/surface.hpp"
 #include "engine/pantin/detail/findings.hpp"
 
@@ -15,6 +16,15 @@ using namespace detail;
 namespace {
 
 using Surfaces = Result<std::shared_ptr<const Surface>>;
+
+nurbs::Surface surface_of(const NurbsShape::Face& f) {
+  nurbs::Surface s{
+      {f.degree_u, f.knots_u, f.periodic_u}, {f.degree_v, f.knots_v, f.periodic_v}, {}};
+  const bool is_weighted = f.weights.size() == f.points.size();
+  for (std::size_t i = 0; i < f.points.size(); ++i)
+    s.points.emplace_back(f.points[i], is_weighted ? f.weights[i] : 1);
+  return s;
+}
 
 /// Turns the shapes of a description into the engine's, checking each.
 struct ShapeMaker {
@@ -73,6 +83,29 @@ struct ShapeMaker {
   void operator()(const EllipsoidShape& s) {
     for (int i = 0; i < 3; ++i) findings.above_zero("shape.radii", s.radii[i]);
     shape.kind = ShapeKind::ellipsoid, shape.size = s.radii;
+    stage(s.at);
+  }
+  void operator()(const NurbsShape& s) {
+    findings.within("shape.tolerance", s.tolerance, 0, 1);
+    if (s.faces.empty()) findings.add("shape.faces", "none", "at least one face");
+    std::vector<nurbs::Surface> faces;
+    bool sound = !s.faces.empty();
+    for (std::size_t i = 0; i < s.faces.size(); ++i) {
+      nurbs::Surface face = surface_of(s.faces[i]);
+      const std::string name = "face " + std::to_string(i);
+      if (s.faces[i].weights.size() > 0 && s.faces[i].weights.size() != s.faces[i].points.size()) {
+        findings.add("shape.faces",
+                     name + ", " + std::to_string(s.faces[i].weights.size()) + " weights",
+                     "one for each point, or none");
+        sound = false;
+      }
+      for (const Error& e : nurbs::errors_of(face, name))
+        findings.add("shape.faces", e.message, "a sound face"), sound = false;
+      faces.push_back(std::move(face));
+    }
+    if (sound && findings.ok())
+      take(ShapeKind::nurbs,
+           make_skin(std::make_shared<nurbs::Skin>(std::move(faces), s.tolerance)));
     stage(s.at);
   }
   void operator()(const HullShape& s) {

@@ -93,7 +93,16 @@ Result<Entity> add_to(World& world, const SurfaceJoint& described) {
     why = place_curve(world, c.b, *described.curve_b, c.on_b);
   else if (!described.curve_b && !place_side(world, c.b, described.surface_b, c.on_b))
     findings.add("surface_b", "no smooth shape", kSmooth);
+  if (described.friction) findings.within("friction", *described.friction, 0, 1e3);
+  if (described.friction && c.motion == SurfaceMotion::rolling_without_spin)
+    findings.add("friction", "one of rolling without spin", "sliding or rolling");
+  const int most = c.lifts ? static_cast<int>(kMostSpots) : 1;
+  if (described.contacts && (*described.contacts < 1 || *described.contacts > most))
+    findings.add("contacts", std::to_string(*described.contacts),
+                 c.lifts ? "a whole number from 1 to 8" : "1 where they may not lift");
   if (!findings.ok()) return findings.take();
+  c.friction = described.friction.value_or(-1);
+  c.spots = described.contacts ? static_cast<std::uint8_t>(*described.contacts) : usual_spots(c);
   if (why.empty()) why = place_surfaces(c, {world.bodies[c.a].pose, world.bodies[c.b].pose});
   if (why.empty()) return world.add_surface_contact(c, described.name);
   return Error{"SurfaceJoint" + (described.name.empty() ? "" : " '" + described.name + "'") + ": " +
@@ -103,7 +112,17 @@ Result<Entity> add_to(World& world, const SurfaceJoint& described) {
 std::optional<SurfaceTouch> surface_touch(const World& world, Entity joint) {
   const SurfaceContact* c = world.surface_contacts.find(joint);
   if (!c) return std::nullopt;
-  return SurfaceTouch{c->touches, c->point, c->normal, c->force, c->gap};
+  return SurfaceTouch{c->touches, c->slips, c->point, c->normal, c->force, c->gap};
+}
+
+std::vector<SurfaceTouch> surface_touches(const World& world, Entity joint) {
+  const std::optional<SurfaceTouch> first = surface_touch(world, joint);
+  if (!first) return {};
+  std::vector<SurfaceTouch> all;
+  if (first->normal != Vec3(0)) all.push_back(*first);
+  for (const SurfaceSpot& s : world.surface_contacts[joint].more)
+    if (s.normal != Vec3(0)) all.push_back({s.touches, s.slips, s.point, s.normal, s.force, s.gap});
+  return all;
 }
 
 }  // namespace pantin

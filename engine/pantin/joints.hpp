@@ -284,7 +284,8 @@ struct NurbsCurve {
 ///
 /// Errors: bodies without a smooth shape; surfaces that do not face one another within the size of
 /// the smaller one, fit one another, or have a crease; curves that cross themselves, or touch one
-/// another out of one plane.
+/// another out of one plane; a friction below 0, or of rolling without spin; several contacts of
+/// what may not lift.
 struct SurfaceJoint {
   Entity a = {}, b = {};
   // In the frame that the body was placed by. None: the first smooth one of the body's own shapes:
@@ -295,12 +296,18 @@ struct SurfaceJoint {
   SurfaceMotion motion = SurfaceMotion::rolling;
   bool may_lift = false;  // and land again, without bouncing; else they are held together
   OnRim on_rim = OnRim::stop;
+  // Coulomb's coefficient of sliding or rolling, 0 and more. None: sliding has none, rolling holds.
+  std::optional<Real> friction = {};
+  // Of what may lift: at how many places at once they may touch, from 1 to 8. None: 1 for an
+  // ellipsoid and another or a plane, else 4.
+  std::optional<int> contacts = {};
   std::string name = {};
 };
 
 /// Where two surfaces touch.
 struct SurfaceTouch {
   bool touches = false;  // false: they are apart, or the joint has let go
+  bool slips = false;    // friction does not hold
   Vec3 point{0};         // world, m
   Vec3 normal{0};        // world, outwards of b, unit
   Vec3 force{0};         // N, on b, world axes, mean over the last step
@@ -308,6 +315,8 @@ struct SurfaceTouch {
 };
 /// Of a SurfaceJoint, after a step; none of anything else.
 std::optional<SurfaceTouch> surface_touch(const World& world, Entity joint);
+/// All places that it follows, bearing or near, the first as above.
+std::vector<SurfaceTouch> surface_touches(const World& world, Entity joint);
 
 Result<Entity> add_to(World& world, const BallJoint& joint);
 Result<Entity> add_to(World& world, const HingeJoint& joint);

@@ -80,9 +80,26 @@ struct EllipsoidShape {
   Pose at = {};
 };
 
+/// A surface of NURBS faces, exactly as given: it collides, is weighed by quadrature where it is
+/// closed, and may touch by a SurfaceJoint. A closed one is a solid, its outer side outwards; an
+/// open one is for bodies that are fixed or kinematic, or whose mass is told.
+struct NurbsShape {
+  /// Its outer side is the one that u x v points to.
+  struct Face {
+    int degree_u = 3, degree_v = 3;                // 1 to 25
+    std::vector<Real> knots_u = {}, knots_v = {};  // not decreasing; points + degree + 1 of them
+    std::vector<Vec3> points = {};                 // m, u outermost: all along v, then the next row
+    std::vector<Real> weights = {};                // above 0, one for each point; none: 1 for all
+    bool periodic_u = false, periodic_v = false;   // both ends are one place
+  };
+  std::vector<Face> faces = {};
+  Real tolerance = 1e-7;  // m: edges of faces that coincide within it are joined
+  Pose at = {};
+};
+
 using BodyShape =
     std::variant<std::monostate, SphereShape, CapsuleShape, BoxShape, HullShape, PlaneShape,
-                 MeshShape, HeightFieldShape, CylinderShape, ConeShape, EllipsoidShape>;
+                 MeshShape, HeightFieldShape, CylinderShape, ConeShape, EllipsoidShape, NurbsShape>;
 
 /// A body, placed by the frame that its shapes are given in; the mass centre may lie elsewhere.
 ///

@@ -71,11 +71,6 @@ const BuiltScene& GroupBuilder::part_of(const InstanceRecipe& instance, const Bu
                     "found a mirror image of " + quoted_name(instance.prefab) +
                         ", which has paths, expected a prefab without: a path has no "
                         "mirror image");
-  if (!prefab.built.surface_joints.empty())
-    messages_.error(id, "mirror",
-                    "found a mirror image of " + quoted_name(instance.prefab) +
-                        ", which has surface joints, expected a prefab without: they have no "
-                        "mirror image");
   if (!prefab.built.belts.empty())
     messages_.error(id, "mirror",
                     "found a mirror image of " + quoted_name(instance.prefab) +

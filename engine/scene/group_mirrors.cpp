@@ -4,6 +4,7 @@
 #include "engine/geometry/kinds.hpp"
 #include "engine/scene/group_builder.hpp"
 #include "engine/scene/place.hpp"
+#include "engine/world/surface_start.hpp"
 
 namespace pantin::detail {
 
@@ -125,6 +126,7 @@ struct GroupBuilder::MirroredLinks {
   void gears(const std::vector<std::uint32_t>& images) const;
   void cables() const;
   void pins() const;
+  void surfaces() const;
 };
 
 std::vector<std::uint32_t> GroupBuilder::MirroredLinks::joints() const {
@@ -188,6 +190,28 @@ void GroupBuilder::MirroredLinks::pins() const {
   }
 }
 
+/// They touch where the originals do, at the image of that place.
+void GroupBuilder::MirroredLinks::surfaces() const {
+  for (std::size_t i = 0, count = made.surface_joints.size(); i < count; ++i) {
+    BuiltSurfaceJoint s = made.surface_joints[i];
+    const Image* image = image_of(s.a, s.b);
+    if (!image) continue;
+    const Reflection by{image->plane};
+    const auto reflected = [&](std::uint32_t body, const ContactSurface& side) {
+      return find(body) ? mirrored(side, by, group.context_.images)
+                        : mirrored_in(made.pose_of(body), side, by, group.context_.images);
+    };
+    s.contact.on_a = reflected(s.a, s.contact.on_a),
+    s.contact.on_b = reflected(s.b, s.contact.on_b);
+    s.name = name(s.at, s.name), s.a = end(s.a), s.b = end(s.b);
+    s.contact.known = false;
+    if (const std::string why = place_surfaces(s.contact, {made.pose_of(s.a), made.pose_of(s.b)});
+        !why.empty())
+      group.messages_.error(s.at, "", why + " (of its mirror image)");
+    group.made_.surface_joints.push_back(std::move(s));
+  }
+}
+
 void GroupBuilder::mirror_links() {
   if (images_.empty()) return;
   BuildCount more;
@@ -197,11 +221,7 @@ void GroupBuilder::mirror_links() {
   const MirroredLinks links{*this};
   links.gears(links.joints());
   links.cables(), links.pins();
-  for (const BuiltSurfaceJoint& s : made_.surface_joints)
-    if (links.image_of(s.a, s.b))
-      messages_.error(s.at, "",
-                      "found a surface joint of bodies that are mirrored, expected none: it has no "
-                      "mirror image");
+  links.surfaces();
   for (const BuiltBelt& belt : made_.belts)
     for (const std::uint32_t body : belt.bodies)
       if (images_.contains(body)) {

@@ -39,6 +39,7 @@ void GroupBuilder::add_surface_joint(Element<SurfaceJointRecipe> e) {
   BuiltSurfaceJoint made{name_for(recipe.name, recipe.a.body, recipe.b.body), e.id, *a, *b, {}};
   SurfaceContact& c = made.contact;
   c.motion = recipe.motion, c.lifts = recipe.lifts, c.on_rim = recipe.on_rim;
+  c.friction = recipe.friction.value_or(-1);
   struct Side {
     const SurfaceSideRecipe& recipe;
     std::uint32_t body;
@@ -57,9 +58,13 @@ void GroupBuilder::add_surface_joint(Element<SurfaceJointRecipe> e) {
             ", expected a \"surface\", a \"curve\", or a sphere, an ellipsoid, a cylinder, "
             "a plane or a NURBS shape");
   }
+  c.spots = recipe.contacts.value_or(usual_spots(c));
   if (const std::string why = place_surfaces(c, {made_.pose_of(*a), made_.pose_of(*b)});
       !why.empty())
     return messages_.error(e.id, "", why);
+  for (const auto& [surface, side] : {std::pair{&c.on_a, "surface a"}, {&c.on_b, "surface b"}})
+    if (const std::string crease = crease_between(*surface, side); !crease.empty())
+      messages_.warn(e.id, "crease", crease + "; a contact that comes there is lost");
   made_.surface_joints.push_back(std::move(made));
 }
 

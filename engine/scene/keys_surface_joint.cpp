@@ -1,11 +1,15 @@
 // Keys of bodies whose surfaces touch.
 #include "engine/scene/keys.hpp"
 #include "engine/scene/surface_words.hpp"
+#include "engine/world/surface_contact.hpp"
 
 namespace pantin::detail::keys {
 namespace {
 
 using namespace rows;
+
+constexpr Range kFriction{0, 1e3, "a number from 0 to 1000"};
+constexpr Range kContacts{1, kMostSpots, "a whole number from 1 to 8"};
 
 constexpr Key kSide[] = {
     reference("body", "the name of a body", "Name of a body, or \"world\".")
@@ -41,6 +45,14 @@ constexpr Key kSurfaceJoint[] = {
     flag("unilateral",
          "Whether they may come apart, and touch again. Default: they are held together.")
         .or_else(0),
+    number(
+        "friction", "", kFriction,
+        "Coulomb's coefficient, of sliding or rolling: what slides until it rolls, and what rolls "
+        "until it slips. Default: sliding has none, rolling holds."),
+    row("contacts", ValueType::whole, "",
+        "Of a unilateral joint: at how many places at once they may touch, from 1 to 8. Default: 1 "
+        "for an ellipsoid and another or a plane, else 4.")
+        .within(kContacts),
     word("on_rim", kOnRims,
          "What happens where the contact leaves a surface over its rim, meets a place without a "
          "normal, or the surfaces fit one another: stop the run, or release the joint for good.")

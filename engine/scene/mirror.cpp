@@ -8,6 +8,7 @@
 #include "engine/geometry/kinds.hpp"
 #include "engine/geometry/skin_model.hpp"
 #include "engine/geometry/surface.hpp"
+#include "engine/nurbs/plane_curves.hpp"
 
 namespace pantin::detail {
 namespace {
@@ -32,24 +33,35 @@ std::pair<std::string_view, std::size_t> side_at(std::string_view name, std::siz
                              : std::pair(kTo.substr(place, 1), std::size_t(1));
 }
 
-/// Mirrored faces have their outer sides inside, until they are turned.
-std::shared_ptr<const Surface> image_of_skin(const nurbs::Skin& skin, const Reflection& by) {
-  std::shared_ptr<const nurbs::Skin> image;
-  if (skin.half_axes()) {  // its own image
-    image = std::make_shared<nurbs::Skin>(skin);
-  } else {
-    nurbs::Affine flip;
-    for (int k = 0; k < 3; ++k) {
-      Vec3 axis(0);
-      axis[k] = 1;
-      flip.linear[k] = by.direction(axis);
-    }
-    std::vector<nurbs::Surface> faces;
-    for (const nurbs::Face& face : skin.faces())
-      faces.push_back(nurbs::inside_out(nurbs::transformed(face.surface(), flip)));
-    image = std::make_shared<nurbs::Skin>(std::move(faces), skin.tolerance());
+nurbs::Affine flip_of(const Reflection& by) {
+  nurbs::Affine flip;
+  for (int k = 0; k < 3; ++k) {
+    Vec3 axis(0);
+    axis[k] = 1;
+    flip.linear[k] = by.direction(axis);
   }
-  const auto made = make_skin(std::move(image));
+  return flip;
+}
+
+/// A curve of the plane runs the other way round, unless it is mirrored across that plane.
+std::shared_ptr<const nurbs::Wire> curve_image(const nurbs::Wire& wire, const Reflection& by) {
+  nurbs::Curve image = nurbs::transformed(wire.curve(), flip_of(by));
+  if (by.plane.axis != 2) image = nurbs::reversed(image);
+  return std::make_shared<const nurbs::Wire>(std::move(image));
+}
+
+/// Mirrored faces have their outer sides inside, until they are turned.
+std::shared_ptr<const nurbs::Skin> skin_image(const nurbs::Skin& skin, const Reflection& by) {
+  if (skin.half_axes()) return std::make_shared<nurbs::Skin>(skin);  // its own image
+  const nurbs::Affine flip = flip_of(by);
+  std::vector<nurbs::Surface> faces;
+  for (const nurbs::Face& face : skin.faces())
+    faces.push_back(nurbs::inside_out(nurbs::transformed(face.surface(), flip)));
+  return std::make_shared<nurbs::Skin>(std::move(faces), skin.tolerance());
+}
+
+std::shared_ptr<const Surface> image_of_skin(const nurbs::Skin& skin, const Reflection& by) {
+  const auto made = make_skin(skin_image(skin, by));
   return made ? *made : nullptr;
 }
 
@@ -172,10 +184,28 @@ Gear mirrored(const Gear& gear) {
   return image;
 }
 
+ContactSurface mirrored(const ContactSurface& surface, const Reflection& by, MirrorImages& images) {
+  ContactSurface image = surface;
+  image.pose = {by.direction(surface.pose.position), by.rotation(surface.pose.rotation)};
+  if (surface.curve) image.curve = curve_image(*surface.curve, by);
+  if (!surface.skin) return image;
+  auto& known = images.skins[{surface.skin.get(), by.plane.axis}];
+  if (!known) known = skin_image(*surface.skin, by);
+  image.skin = known;
+  return image;
+}
+
+ContactSurface mirrored_in(const Pose& body, const ContactSurface& surface, const Reflection& by,
+                           MirrorImages& images) {
+  ContactSurface image = mirrored(surface, by, images);
+  image.pose = compose(inverse(body), by.pose(compose(body, surface.pose)));
+  return image;
+}
+
 BuiltScene mirrored(const BuiltScene& whole, const Reflection& by, MirrorImages& images) {
   BuiltScene image = whole;
   image.paths.clear();
-  image.surface_joints.clear(), image.belts.clear();  // told of by the builder
+  image.belts.clear();  // told of by the builder
   for (BuiltBody& b : image.bodies) b = mirrored(b, by, images);
   for (BuiltJoint& j : image.joints) mirror(j, by);
   for (BuiltGear& g : image.gears) g.ratio = mirrored(g.ratio);
@@ -189,12 +219,19 @@ BuiltScene mirrored(const BuiltScene& whole, const Reflection& by, MirrorImages&
     p.pin.anchor = by.direction(p.pin.anchor);
     p.pin.target = by.direction(p.pin.target);
   }
+  for (BuiltSurfaceJoint& s : image.surface_joints) {
+    const auto reflect = [&](std::uint32_t body, ContactSurface& side) {
+      side = body == kWorldBody ? mirrored_in({}, side, by, images) : mirrored(side, by, images);
+    };
+    reflect(s.a, s.contact.on_a), reflect(s.b, s.contact.on_b);
+    s.contact.known = false;
+  }
   for (BuiltEvent& e : image.events) mirror(e, by, whole);
   const auto rename = [](auto& items) {
     for (auto& item : items) item.name = mirrored_name(item.name);
   };
   rename(image.bodies), rename(image.joints), rename(image.gears);
-  rename(image.cables), rename(image.pins);
+  rename(image.cables), rename(image.pins), rename(image.surface_joints);
   return image;
 }
 

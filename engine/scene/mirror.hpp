@@ -43,6 +43,7 @@ struct Reflection {
 struct MirrorImages {
   std::map<std::pair<const void*, int>, std::shared_ptr<const BodyMassProperties>> bodies;
   std::map<std::pair<const void*, int>, std::shared_ptr<const Surface>> surfaces;
+  std::map<std::pair<const void*, int>, std::shared_ptr<const nurbs::Skin>> skins;
 };
 
 /// The name of an image: left and right change places, as do l and r where they stand alone. The
@@ -57,6 +58,11 @@ BuiltBody mirrored(const BuiltBody& body, const Reflection& by, MirrorImages& im
 /// What does not depend on where the ends are: the travel along x, and what follows from it.
 void mirror_travel(Joint& joint);
 Gear mirrored(const Gear& gear);
+/// A surface fixed in an image of a body.
+ContactSurface mirrored(const ContactSurface& surface, const Reflection& by, MirrorImages& images);
+/// One that stays in the frame at `body`, which has no image: where the whole is reflected.
+ContactSurface mirrored_in(const Pose& body, const ContactSurface& surface, const Reflection& by,
+                           MirrorImages& images);
 
 /// The whole, across a plane through the origin. Its paths are left out.
 BuiltScene mirrored(const BuiltScene& whole, const Reflection& by, MirrorImages& images);

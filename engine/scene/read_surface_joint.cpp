@@ -49,6 +49,16 @@ std::optional<SurfaceJointRecipe> read_surface_joint(const Reading& reading, Nod
   r.motion = static_cast<SurfaceMotion>(from.word("motion"));
   r.lifts = from.flag("unilateral");
   r.on_rim = static_cast<OnRim>(from.word("on_rim"));
+  if (from.has("friction")) r.friction = from.number("friction");
+  if (from.has("contacts")) r.contacts = static_cast<std::uint8_t>(from.whole("contacts"));
+  if (r.friction && r.motion == SurfaceMotion::rolling_without_spin)
+    reading.diagnostics.error(from.find("friction"),
+                              "found a friction of \"rolling_without_spin\", expected the motion "
+                              "\"sliding\" or \"rolling\": nothing bounds what holds the spin");
+  if (r.contacts.value_or(1) > 1 && !r.lifts)
+    reading.diagnostics.error(from.find("contacts"),
+                              "found several contacts of a joint that is held together, expected "
+                              "one, or \"unilateral\": true");
   bool whole = true;
   for (const auto& [key, side] : {std::pair{"a", &r.a}, {"b", &r.b}}) {
     const NodeId at = from.find(key);

@@ -117,6 +117,8 @@ struct SurfaceJointRecipe {
   SurfaceMotion motion = SurfaceMotion::sliding;
   bool lifts = false;
   OnRim on_rim = OnRim::stop;
+  std::optional<Real> friction;
+  std::optional<std::uint8_t> contacts;
 };
 
 struct GuideRecipe {

@@ -103,7 +103,10 @@ void check_solvers(const BuiltScene& built, const std::vector<Solver>& solvers,
   for (const BuiltBelt& belt : built.belts)
     for (const std::uint32_t body : belt.bodies)
       if (built.is_dynamic(body))
-        error(belt.at, {"", "belt \"" + belt.name + "\"", Feature::belt}, solvers[body]);
+        error(belt.at,
+              {belt.belt.friction > 0 ? "friction" : "", "belt \"" + belt.name + "\"",
+               feature_of(belt.belt)},
+              solvers[body]);
   for (const BuiltSurfaceJoint& s : built.surface_joints)
     error(s.at, {"", "surface joint \"" + s.name + "\"", feature_of(s.contact)},
           solvers[built.is_dynamic(s.a) ? s.a : s.b]);
@@ -132,8 +135,8 @@ std::string unknown_to(const BuiltScene& built, Solver solver) {
       return "body \"" + b.name + "\", which is no lamina";
   if (!built.gears.empty() && !knows(solver, Feature::ratio))
     return "gear \"" + built.gears.front().name + "\"";
-  if (!built.belts.empty() && !knows(solver, Feature::belt))
-    return "belt \"" + built.belts.front().name + "\"";
+  for (const BuiltBelt& b : built.belts)
+    if (!knows(solver, feature_of(b.belt))) return "belt \"" + b.name + "\"";
   for (const BuiltSurfaceJoint& s : built.surface_joints)
     if (!knows(solver, feature_of(s.contact))) return "surface joint \"" + s.name + "\"";
   if (!built.cables.empty() && !knows(solver, Feature::cable))

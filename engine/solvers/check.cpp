@@ -101,9 +101,11 @@ void list_unknown(const Plans& owners) {
       if (note(world.surface_contacts.owners()[i], owners.settings(body), feature_of(c), "is"))
         break;
   }
-  for (std::size_t i = 0; i < world.belts.size(); ++i)
-    for (const BeltPulley& p : world.belts.values()[i].pulleys)
-      if (note(world.belts.owners()[i], owners.settings(p.body), Feature::belt, "is")) break;
+  for (std::size_t i = 0; i < world.belts.size(); ++i) {
+    const Belt& belt = world.belts.values()[i];
+    for (const BeltPulley& p : belt.pulleys)
+      if (note(world.belts.owners()[i], owners.settings(p.body), feature_of(belt), "is")) break;
+  }
   for (std::size_t i = 0; i < world.gears.size(); ++i) {
     const Gear& r = world.gears.values()[i];
     const Entity owner = world.gears.owners()[i];

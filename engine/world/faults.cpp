@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "engine/joints/kinds.hpp"
+#include "engine/world/belt.hpp"
 #include "engine/world/store.hpp"
 #include "engine/world/surface_contact.hpp"
 
@@ -36,7 +37,9 @@ constexpr Knowledge kKnowledge[kFeatures] = {
     {"a ring or a pulley of a cable", kExact, "\"lagrangian\""},
     {"a contact of surfaces", kExact, "\"lagrangian\""},
     {"a belt", kExact | kPlanar, "\"planar\" or \"lagrangian\""},
-    {"a contact of curves", kExact | kPlanar, "\"planar\" or \"lagrangian\""}};
+    {"a contact of curves", kExact | kPlanar, "\"planar\" or \"lagrangian\""},
+    {"friction of a contact of curves", kExact, "\"lagrangian\""},
+    {"a belt that slips", kPlanar, "\"planar\""}};
 
 const Knowledge& knowledge(Feature f) { return kKnowledge[static_cast<int>(f)]; }
 
@@ -50,8 +53,13 @@ const char* solvers_that_know(Feature feature) { return knowledge(feature).told;
 
 const char* name_of(Feature feature) { return knowledge(feature).name; }
 
+Feature feature_of(const Belt& belt) {
+  return belt.friction > 0 ? Feature::belt_friction : Feature::belt;
+}
+
 Feature feature_of(const SurfaceContact& contact) {
-  return contact.on_b.curve ? Feature::curve_contact : Feature::surface_contact;
+  if (!contact.on_b.curve) return Feature::surface_contact;
+  return contact.friction >= 0 ? Feature::curve_friction : Feature::curve_contact;
 }
 
 std::vector<Feature> features_of(const Joint& joint) {

@@ -52,9 +52,11 @@ enum class Feature : std::uint8_t {
   cable_guide,  // a ring or a pulley that a cable is led over
   surface_contact,
   belt,
-  curve_contact  // of two curves of a plane
+  curve_contact,  // of two curves of a plane
+  curve_friction,
+  belt_friction
 };
-inline constexpr int kFeatures = 16;
+inline constexpr int kFeatures = 18;
 
 /// Which solver does what: the only place that says so.
 bool knows(Solver solver, Feature feature);
@@ -63,6 +65,8 @@ const char* solvers_that_know(Feature feature);
 /// "a spring", "a motor", "a cable" ...
 const char* name_of(Feature feature);
 
+struct Belt;
+Feature feature_of(const Belt& belt);
 struct SurfaceContact;
 Feature feature_of(const SurfaceContact& contact);
 

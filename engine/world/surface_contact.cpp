@@ -1,5 +1,6 @@
 #include "engine/world/surface_contact.hpp"
 
+#include <cmath>
 #include <utility>
 
 #include "engine/base/invariants.hpp"
@@ -22,6 +23,9 @@ const char* SurfaceContact::restored() const {
   }
   if (on_b.curve && !on_a.curve) return "has a curve that meets no curve";
   if (known && !(is_on(on_a, at.a) && is_on(on_b, at.b))) return "has a place off its surfaces";
+  if (!std::isfinite(friction)) return "has a friction that is none";
+  if (spots < 1 || spots > kMostSpots || (spots > 1 && !lifts))
+    return "has a number of places that it cannot touch at";
   return nullptr;
 }
 

@@ -47,6 +47,26 @@ struct ContactSurface {
   }
 };
 
+/// Where two surfaces touch, or are nearest: a result of the last step.
+struct SurfaceSpot {
+  bool touches = false;
+  bool slips = false;        // friction does not hold there
+  Vec3 point{0}, normal{0};  // world: on b, m, and outwards of b
+  Vec3 force{0};             // N, on b, mean over the step
+  Real gap = 0;              // m
+
+  static void fields(auto& self, auto&& field) {
+    field("touches", self.touches);
+    field("slips", self.slips);
+    field("point", self.point);
+    field("normal", self.normal);
+    field("force", self.force);
+    field("gap", self.gap);
+  }
+};
+/// At how many places at once two surfaces may touch.
+inline constexpr std::size_t kMostSpots = 8;
+
 /// Two bodies and the surfaces by which they touch. Either b has a skin and a a skin or a curve, or
 /// both have curves, of the planes z = 0 of their frames. Only the Lagrangian solver supports it.
 struct SurfaceContact {
@@ -55,16 +75,20 @@ struct SurfaceContact {
   SurfaceMotion motion = SurfaceMotion::sliding;
   bool lifts = false;  // may come off and touch again; else it is held
   OnRim on_rim = OnRim::stop;
+  // Coulomb's coefficient, of what slides or rolls; below 0: sliding is free, rolling holds.
+  Real friction = -1;
+  std::uint8_t spots = 1;  // at how many places at once they may touch; 1 of those that are held
   // Where they touch, or are nearest. Steps move it. A curve has its parameter in `u`.
   nurbs::PlacePair at;
   bool known = false;  // `at` is such a place
   bool over = false;   // it has let go
   // Results of the last step:
   nurbs::ContactStatus status = nurbs::ContactStatus::found;
-  bool touches = false;
-  Vec3 point{0}, normal{0};  // world: on b, m, and outwards of b
-  Vec3 force{0};             // N, on b, mean over the step
-  Real gap = 0;              // m
+  bool touches = false, slips = false;
+  Vec3 point{0}, normal{0};                      // world: on b, m, and outwards of b
+  Vec3 force{0};                                 // N, on b, mean over the step
+  Real gap = 0;                                  // m
+  std::array<SurfaceSpot, kMostSpots - 1> more;  // of further places; normal 0: none there
 
   static void fields(auto& self, auto&& field) {
     field("a", self.a);
@@ -74,17 +98,21 @@ struct SurfaceContact {
     field("motion", self.motion);
     field("lifts", self.lifts);
     field("on_rim", self.on_rim);
+    field("friction", self.friction);
+    field("spots", self.spots);
     field("at", self.at);
     field("known", self.known);
     field("over", self.over);
     field("status", passive(self.status));
     field("touches", passive(self.touches));
+    field("slips", passive(self.slips));
     field("point", passive(self.point));
     field("normal", passive(self.normal));
     field("force", passive(self.force));
     field("gap", passive(self.gap));
+    field("more", passive(self.more));
   }
-  /// Null, or what is wrong: surfaces missing, places off them.
+  /// Null, or what is wrong: surfaces missing, places off them, a friction that is none.
   const char* restored() const;
 };
 

@@ -13,11 +13,28 @@ namespace {
 constexpr std::size_t kMostPairs = 16;
 constexpr Real kFlat = 1e-9;       // of its size: a curve of the plane
 constexpr Real kSamePlane = 1e-6;  // rad, and of the smaller size
+/// rad: between the normals of joined faces.
+constexpr Real kSmoothEnough = 1e-3;
 
 std::string shown(Real x) {
   char text[32];
   std::snprintf(text, sizeof text, "%.4g", x);
   return text;
+}
+
+nurbs::Place place_on_edge(const nurbs::Skin& skin, int face, nurbs::Edge edge, Real share) {
+  const nurbs::Range u = skin.face(face).u().domain(), v = skin.face(face).v().domain();
+  switch (edge) {
+    case nurbs::Edge::u_low:
+      return {face, u.low, v.low + share * v.width()};
+    case nurbs::Edge::u_high:
+      return {face, u.high, v.low + share * v.width()};
+    case nurbs::Edge::v_low:
+      return {face, u.low + share * u.width(), v.low};
+    case nurbs::Edge::v_high:
+      break;
+  }
+  return {face, u.low + share * u.width(), v.high};
 }
 
 std::string crease_in(const ContactSurface& surface, const char* side) {
@@ -133,6 +150,44 @@ std::size_t find_pairs(const SurfaceContact& c, const Pose& a_in_b,
     out[i] = {f.status, {{0, f.t, 0}, f.b}, f.on_a, f.on_b, f.normal, f.gap, f.least_curvature};
   }
   return count;
+}
+
+std::string crease_between(const ContactSurface& surface, const char* side) {
+  if (!surface.skin || surface.skin->half_axes()) return {};
+  const nurbs::Skin& skin = *surface.skin;
+  const auto normal_at = [&](const nurbs::Place& at) {
+    const nurbs::Jet jet = skin.face(at.face).at(at.u, at.v);
+    const Vec3 across = glm::cross(jet.u, jet.v);
+    const Real length = glm::length(across);
+    return length > 0 ? across / length : Vec3(0);
+  };
+  Real sharpest = kSmoothEnough;
+  std::string text;
+  for (int face = 0; face < static_cast<int>(skin.faces().size()); ++face)
+    for (int e = 0; e < nurbs::kEdges; ++e) {
+      const auto edge = static_cast<nurbs::Edge>(e);
+      const auto other = skin.neighbour(face, edge);
+      if (!other || *other < face) continue;
+      for (const Real share : {0.1, 0.3, 0.5, 0.7, 0.9}) {
+        const nurbs::Place at = place_on_edge(skin, face, edge, share);
+        const auto there = skin.across(at, edge);
+        if (!there) continue;
+        const Vec3 n = normal_at(at), m = normal_at(*there);
+        const Real angle = std::atan2(glm::length(glm::cross(n, m)), glm::dot(n, m));
+        if (n == Vec3(0) || m == Vec3(0) || !(angle > sharpest)) continue;
+        sharpest = angle;
+        text = std::string(side) + ": faces " + std::to_string(face) + " and " +
+               std::to_string(*other) + " meet at an angle of " + shown(angle * 180 / kPi) +
+               " degrees, at u " + shown(at.u) + ", v " + shown(at.v) + " of the first";
+      }
+    }
+  return text;
+}
+
+std::uint8_t usual_spots(const SurfaceContact& c) {
+  const bool is_single =
+      c.on_a.skin && c.on_b.skin && c.on_a.skin->is_convex() && c.on_b.skin->is_convex();
+  return c.lifts && !is_single ? 4 : 1;
 }
 
 std::string place_surfaces(SurfaceContact& c, const StartPoses& bodies) {

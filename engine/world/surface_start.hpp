@@ -23,13 +23,22 @@ std::string curve_fault(const nurbs::Wire& curve);
 std::size_t find_pairs(const SurfaceContact& contact, const Pose& a_in_b,
                        std::span<nurbs::CommonNormal> out);
 
+struct StartPoses {
+  Pose a, b;  // of the bodies' mass-centre frames
+};
+
+/// At how many places surfaces like these may touch at once, where nobody says: one for those
+/// without hollows and those that are held, else four.
+std::uint8_t usual_spots(const SurfaceContact& contact);
+
 /// Finds the pair of places whose gap is the smallest, with the bodies at these poses, and sets
 /// SurfaceContact::at; leaves what is `known`. Returns "found ..., expected ..." where surfaces
 /// that are held do not face one another within their size, where they fit one another, where
 /// one has a crease, and where curves do not lie in one plane; else nothing.
-struct StartPoses {
-  Pose a, b;  // of the bodies' mass-centre frames
-};
 std::string place_surfaces(SurfaceContact& contact, const StartPoses& bodies);
+
+/// What there is to warn of: the sharpest crease between joined faces, which no contact crosses;
+/// else nothing.
+std::string crease_between(const ContactSurface& surface, const char* side);
 
 }  // namespace pantin::detail

@@ -90,7 +90,7 @@ TEST_CASE("a surface with a crease is refused for a joint, with its knot") {
   CHECK(errors.find("expected a smooth surface") != std::string::npos);
 }
 
-TEST_CASE("copies of a prefab have surface joints of their own; mirror images are refused") {
+TEST_CASE("copies of a prefab have surface joints of their own") {
   const auto text = [](const std::string& instance) {
     return R"({"version": 1, "solver": {"type": "lagrangian"}, "prefabs": [{"name": "p", "bodies": [
       {"name": "ball", "position": [0, 0.1, 0], "shape": {"type": "sphere", "radius": 0.1}}],
@@ -108,8 +108,158 @@ TEST_CASE("copies of a prefab have surface joints of their own; mirror images ar
   const SurfaceTouch touch = surface_touch(sim.world, sim.world.find("i/c")).value();
   CHECK(touch.normal.x == Approx(-0.5));
   CHECK(glm::distance(touch.point, {3, 0, 0}) <= 0.01);
-  CHECK(all_errors(text(R"({"name": "i", "prefab": "p", "mirror": "x"})")).find("surface joints") !=
-        std::string::npos);
+}
+
+namespace {
+
+/// A boat with a keel of its own, which has no symmetry, on a torus of the world beside it.
+constexpr const char* kBoat = R"("bodies": [{"name": "boat_l", "position": [0.6, 0.33, 0.05],
+    "rotation_deg": [10, 20, 5], "angular_velocity": [0.3, 0.5, -0.4],
+    "mass": 2, "inertia": [0.02, 0.03, 0.04]}],
+  "surface_joints": [{"name": "keel_l", "motion": "rolling", "unilateral": true,
+    "a": {"body": "boat_l", "position": [0.02, 0, 0.01], "surface": {"faces": [{"type": "ellipsoid",
+      "radii": [0.2, 0.1, 0.15], "rotation_deg": [7, 0, 12]}]}},
+    "b": {"body": "world", "position": [-0.6, 0, 0], "rotation_deg": [80, 0, 0], "surface": {"faces":
+      [{"type": "torus", "radius": 1.2, "tube": 0.2}]}}}])";
+
+/// Both sides of a scene, after 0.5 s.
+void check_images(const std::string& text) {
+  const Result<Scene> scene = parse_scene(text, "s.json");
+  if (!scene)
+    for (const Error& e : scene.errors()) UNSCOPED_INFO(e.message);
+  REQUIRE(scene);
+  Simulation sim(scene->world, {1.0 / 240});
+  const auto named = [&](const char* side, const char* prefix) {
+    return sim.world.find(std::string(prefix) + side);
+  };
+  const bool in_instances = static_cast<bool>(sim.world.find("one/boat_l"));
+  const Entity one = in_instances ? sim.world.find("one/boat_l") : named("_l", "boat");
+  const Entity two = in_instances ? sim.world.find("two/boat_r") : named("_r", "boat");
+  const Entity keel = in_instances ? sim.world.find("one/keel_l") : named("_l", "keel");
+  const Entity other = in_instances ? sim.world.find("two/keel_r") : named("_r", "keel");
+  REQUIRE(sim.world.surface_contacts.find(other));
+  bool touched = false;
+  for (int i = 0; i < 120; ++i) {
+    REQUIRE(sim.step().status == Status::ok);
+    const Vec3 left = sim.world.bodies[one].pose.position,
+               right = sim.world.bodies[two].pose.position;
+    CHECK(glm::distance(right, {-left.x, left.y, left.z}) <= 1e-9);
+    const SurfaceTouch l = surface_touch(sim.world, keel).value(),
+                       r = surface_touch(sim.world, other).value();
+    CHECK(l.touches == r.touches);
+    CHECK(glm::distance(r.force, {-l.force.x, l.force.y, l.force.z}) <= 1e-6);
+    touched = touched || l.touches;
+  }
+  CHECK(touched);
+}
+
+}  // namespace
+
+TEST_CASE("mirror images of surface joints move as the originals in a mirror") {
+  check_images(std::string(R"({"version": 1, "solver": {"type": "lagrangian"}, "prefabs": [
+    {"name": "p", )") +
+               kBoat + R"(}], "instances": [{"name": "one", "prefab": "p"},
+    {"name": "two", "prefab": "p", "mirror": "x"}]})");
+  check_images(std::string(R"({"version": 1, "solver": {"type": "lagrangian"}, )") + kBoat +
+               R"(, "generators": {"mirrors": [{"axis": "x", "bodies": ["boat_l"]}]}})");
+}
+
+TEST_CASE(
+    "friction and contacts of a surface joint are read, and refused where they mean nothing") {
+  const auto joint = [](const std::string& more) {
+    return scene_of(R"({"a": {"body": "ball"}, "b": {"body": "table"}, )" + more + "}");
+  };
+  const auto read = [&](const std::string& more) {
+    const Result<Scene> scene = parse_scene(joint(more), "s.json");
+    REQUIRE(scene);
+    return scene->world.surface_contacts.values()[0];
+  };
+  CHECK(read(R"("motion": "sliding")").friction < 0);
+  CHECK(read(R"("friction": 0.25)").friction == 0.25);
+  CHECK(read(R"("unilateral": true)").spots == 1);
+  CHECK(read(R"("unilateral": true, "contacts": 3)").spots == 3);
+  const auto refused = [&](const std::string& more, const char* what) {
+    INFO(more);
+    CHECK(all_errors(joint(more)).find(what) != std::string::npos);
+  };
+  refused(R"("friction": -0.1)", "/surface_joints/0/friction");
+  refused(R"("motion": "rolling_without_spin", "friction": 1)", "/surface_joints/0/friction");
+  refused(R"("contacts": 2)",
+          "/surface_joints/0/contacts: found several contacts of a joint that is "
+          "held together");
+  refused(R"("unilateral": true, "contacts": 9)", "/surface_joints/0/contacts");
+  refused(R"("unilateral": true, "contacts": 0)", "/surface_joints/0/contacts");
+}
+
+TEST_CASE("programs make bodies of NURBS faces, weighed as their solids, that touch by them") {
+  // A cube by six faces of degree 1.
+  NurbsShape cube;
+  const auto add = [&](Vec3 corner, Vec3 u, Vec3 v) {
+    NurbsShape::Face f;
+    f.degree_u = f.degree_v = 1, f.knots_u = f.knots_v = {0, 0, 1, 1};
+    f.points = {corner, corner + v, corner + u, corner + u + v};
+    cube.faces.push_back(f);
+  };
+  const Real s = 0.2;
+  for (int axis = 0; axis < 3; ++axis) {
+    Vec3 x(0), y(0), z(0);
+    x[axis] = y[(axis + 1) % 3] = z[(axis + 2) % 3] = s;
+    add(-0.5 * (x + y + z), z, y), add(-0.5 * (x + y + z) + x, y, z);
+  }
+  World w;
+  const Result<Entity> body = w.add(RigidBody{.shape = cube, .density = 500});
+  if (!body)
+    for (const Error& e : body.errors()) UNSCOPED_INFO(e.message);
+  REQUIRE(body);
+  CHECK(w.bodies[*body].mass == Approx(500 * s * s * s).epsilon(1e-9));
+  CHECK(w.bodies[*body].inertia.x == Approx(500 * s * s * s * s * s / 6).epsilon(1e-9));
+
+  const auto refused = [&](NurbsShape shape, const char* what) {
+    const Result<Entity> made = w.add(RigidBody{.shape = std::move(shape), .name = "n"});
+    REQUIRE_FALSE(made);
+    INFO(made.errors().front().message << " " << what);
+    CHECK(made.errors().front().message.find(what) != std::string::npos);
+  };
+  refused({}, "at least one face");
+  NurbsShape bad = cube;
+  bad.faces[1].points.pop_back();
+  refused(bad, "face 1");
+  bad = cube;
+  bad.faces[2].weights = {1, 1, 1};
+  refused(bad, "one for each point");
+  bad = cube;
+  bad.faces[3].weights = {1, 1, 0, 1};
+  refused(bad, "face 3");
+  bad = cube;
+  bad.faces[0].knots_u = {0, 1, 0, 1};
+  refused(bad, "face 0");
+  bad = cube;
+  bad.tolerance = -1;
+  refused(bad, "shape.tolerance");
+
+  NurbsShape floor;
+  floor.faces = {{.degree_u = 1,
+                  .degree_v = 1,
+                  .knots_u = {0, 0, 1, 1},
+                  .knots_v = {0, 0, 1, 1},
+                  .points = {{-1, 0, -1}, {1, 0, -1}, {-1, 0, 1}, {1, 0, 1}}}};
+  World t;
+  t.default_settings.solver = Solver::lagrangian;
+  const Entity ground = t.add(RigidBody{.motion = Motion::fixed, .shape = floor}).value();
+  const Entity ball =
+      t.add(RigidBody{.shape = SphereShape{.radius = 0.1}, .position = {0, 0.1, 0}}).value();
+  const Entity joint =
+      t.add(SurfaceJoint{.a = ball, .b = ground, .may_lift = true, .friction = 0.3}).value();
+  Simulation sim(t, {0.01});
+  REQUIRE(sim.step().status == Status::ok);
+  REQUIRE(surface_touches(sim.world, joint).size() == 1);
+  CHECK(surface_touches(sim.world, joint)[0].force.y ==
+        Approx(-9.81 * sim.world.bodies[ball].mass).epsilon(1e-9));
+  CHECK_FALSE(t.add(SurfaceJoint{.a = ball, .b = ground, .friction = -1}));
+  CHECK_FALSE(t.add(SurfaceJoint{.a = ball, .b = ground, .contacts = 2}));
+  CHECK_FALSE(t.add(SurfaceJoint{.a = ball, .b = ground, .may_lift = true, .contacts = 9}));
+  CHECK_FALSE(t.add(SurfaceJoint{
+      .a = ball, .b = ground, .motion = SurfaceMotion::rolling_without_spin, .friction = 1}));
 }
 
 TEST_CASE("programs add surface joints of the bodies' shapes or of others") {

@@ -16,6 +16,7 @@
 #include "engine/solvers/lagrangian/internal.hpp"
 #include "tools/study/pairs.hpp"
 #include "tools/study/stiff.hpp"
+#include "tools/study/surface_forms.hpp"
 
 #ifdef PANTIN_HAS_EIGEN
 #include <Eigen/Dense>
@@ -36,6 +37,7 @@ Measures the solvers and prints what it found.
   energy      energy of a double pendulum over a minute
   work        CPU time against error, chains of 10 and 50 links, every solver
   stiff       CPU time against error of a governor with stiff springs
+  surface_forms  forms of the constraint of surfaces that touch: error and cost
   pairs       the narrow phase for two shapes of each kind: time, error, points
   cost        one solve against a dense factorisation; time and memory for up to 100,000 bodies
 
@@ -460,6 +462,8 @@ int main(int argc, char** argv) {
       {"energy", energy},
       {"work", work},
       {"stiff", [] { measure_stiff(out, small ? Extent::few_points : Extent::all); }},
+      {"surface_forms",
+       [] { measure_surface_forms(out, small ? FormSteps::few : FormSteps::all); }},
       {"pairs", [] { measure_pairs(out, small ? PairSample::few : PairSample::many); }},
       {"cost", cost}};
   for (const auto& [name, run] : studies) {
@@ -476,8 +480,8 @@ int main(int argc, char** argv) {
     if (!file.empty() && !write_file(file, text_of(out))) return fail_to_write(file);
     return 0;
   }
-  std::fprintf(
-      stderr,
-      "study: expected references, orders, energy, work, stiff, pairs or cost; see study --help\n");
+  std::fprintf(stderr,
+               "study: expected references, orders, energy, work, stiff, surface_forms, pairs or "
+               "cost; see study --help\n");
   return 2;
 }

@@ -21,8 +21,10 @@ void accelerate(const World& world, Island& m, Real part, Real whole) {
         scratch.right[b.first_row + r] -=
             2 * rate * rate_of(m, b, r) + rate * rate * scratch.c[b.first_row + r];
   }
-  solve(m, {scratch.force, scratch.right},
-        {std::span(scratch.motion).first(2 * m.count()), scratch.lambda});
+  const Unknowns found{std::span(scratch.motion).first(2 * m.count()), scratch.lambda};
+  solve(m, {scratch.force, scratch.right}, found);
+  for (int n = 0; n < kMostGrips && raise_grips(m, 1, scratch.force); ++n)
+    solve(m, {scratch.force, scratch.right}, found);
 }
 
 }  // namespace pantin::detail::lagrangian

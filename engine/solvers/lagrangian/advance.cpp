@@ -58,14 +58,20 @@ bool pay_projection(Island& m, Real before) {
 /// Where the projection is part of the motion, what turns the twists along curved surfaces acts
 /// there: it decides whether they pull at one another.
 void add_projected_forces(Island& m, Real h) {
-  for (const Block& b : m.blocks)
-    if (b.kind == BlockKind::surface && !b.lock)
-      m.mean_lambda[b.first_row] += m.scratch.lambda[b.first_row] / h;
+  for (const Block& b : m.blocks) {
+    if (b.kind != BlockKind::surface) continue;
+    const Real force = m.scratch.lambda[b.first_row] / h;
+    if (!b.lock || m.rubs) m.mean_lambda[b.first_row] += force;
+    m.touches[b.first_place].projected = force;
+  }
 }
 
 /// One integrator step with projection. False: it failed.
 bool integrate(const World& world, Island& m, const Span& span, const IntegratorRow& by) {
   m.scratch.lost_touch = UINT32_MAX;
+  set_grips(m, m.mean_lambda);
+  for (TouchMemory& touch : m.touches)
+    if (!by.projection_moves) touch.projected = 0;
   const bool done = by.step(world, m, span);
   ++m.substeps;
   if (!done || m.scratch.lost_touch != UINT32_MAX || !all_within_bounds(m)) return false;
@@ -103,6 +109,7 @@ bool integrate_adaptively(const World& world, Island& m, const Span& span,
     const Real row_residual = m.scratch.worst_relative_residual;
     Real error = 0;
     m.scratch.lost_touch = UINT32_MAX;
+    set_grips(m, m.mean_lambda);
     const Span part{span.from + done, now, span.whole};
     bool good = by.step_estimated(world, m, part, error);
     ++m.substeps;

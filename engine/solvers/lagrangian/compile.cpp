@@ -255,6 +255,25 @@ void pack_cables(Packer& p) {
   }
 }
 
+bool rubs(const SurfaceContact& c) {
+  return c.friction >= 0 && c.motion != SurfaceMotion::rolling_without_spin &&
+         !(c.motion == SurfaceMotion::sliding && c.friction == 0);
+}
+
+/// One of the places where two surfaces may touch.
+void add_spot(Island& m, const SurfaceContact& c, Block block) {
+  block.first_place = static_cast<std::uint32_t>(m.touch_sources.size());
+  m.touch_sources.push_back(block.source);
+  m.touch_blocks.push_back(static_cast<std::uint32_t>(m.blocks.size()));
+  add_block(m, block);
+  if (c.motion == SurfaceMotion::sliding && !rubs(c)) return;
+  block.kind = BlockKind::roll, block.rows = c.on_b.curve ? 1 : 2;
+  if (c.motion == SurfaceMotion::rolling_without_spin && !c.on_b.curve) ++block.rows;
+  block.lock = !rubs(c), block.bound = rubs(c) ? c.friction : 0;
+  m.rolls = true;
+  add_block(m, block);
+}
+
 /// Surfaces that touch: the gap, and what binds their motion along it.
 void pack_surfaces(Packer& p) {
   const World& world = p.world;
@@ -272,16 +291,11 @@ void pack_surfaces(Packer& p) {
     Island& m = p.islands[at];
     Block block;
     block.kind = BlockKind::surface, block.source = i, block.rows = 1, block.count = 2;
-    block.lock = !c.lifts, block.first_place = static_cast<std::uint32_t>(m.touch_sources.size());
+    block.lock = !c.lifts;
     block.body[0] = number_of(p, at, ends.a), block.body[1] = number_of(p, at, ends.b);
-    m.touch_sources.push_back(i);
-    m.unilateral = m.unilateral || c.lifts;
-    add_block(m, block);
-    block.kind = BlockKind::roll;
-    block.rows = c.motion == SurfaceMotion::sliding ? 0 : c.on_b.curve ? 1 : 2;
-    if (c.motion == SurfaceMotion::rolling_without_spin && !c.on_b.curve) ++block.rows;
-    m.rolls = m.rolls || block.rows > 0;
-    add_block(m, block);
+    m.unilateral = m.unilateral || c.lifts || rubs(c), m.rubs = m.rubs || rubs(c);
+    m.damped = m.damped || rubs(c);
+    for (std::uint8_t n = 0; n < c.spots; ++n) add_spot(m, c, block);
   }
 }
 

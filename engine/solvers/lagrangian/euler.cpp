@@ -151,7 +151,11 @@ bool step_euler(const World& world, Island& m, const Span& span) {
   turn_first_half(m, span.h);
   place(world, m, span);
   scratch.springs_active = true;
+  // What touches is where it was at the start.
+  const Real ends = scratch.time;
+  scratch.time -= span.h;
   write_all_rows(world, m, {draws || !m.joint_forces.empty(), false});
+  scratch.time = ends;
   add_forces(world, m, Torques::applied);
   right_of_rates(m);
   if (draws)
@@ -170,6 +174,8 @@ bool step_euler(const World& world, Island& m, const Span& span) {
   add_geometric_stiffness(m, span.h);
   factor(m);
   solve(m, {scratch.momenta, scratch.right}, {scratch.solution, scratch.lambda});
+  for (int n = 0; n < kMostGrips && raise_grips(m, span.h, scratch.momenta); ++n)
+    solve(m, {scratch.momenta, scratch.right}, {scratch.solution, scratch.lambda});
   scratch.springs_active = false;
   if (!m.joint_forces.empty()) std::fill(scratch.weights.begin(), scratch.weights.end(), 0.0);
   store_lambda(m, scratch.lambda, 1 / span.h);

@@ -115,6 +115,7 @@ Residuals find_residuals(const World& world, Island& m, const Scheme& k, Slope s
   StepScratch& scratch = m.scratch;
   update_kinematics(m);
   write_all_rows(world, m, {true, false});
+  set_grips(m, scratch.sum_lambda);
   add_forces(world, m, Torques::with_gyroscopic);
   std::fill(scratch.right.begin(), scratch.right.end(), 0.0);
   write_joint_force_rows(world, m, scratch.right, {k.by_way, k.by_speed, slope});

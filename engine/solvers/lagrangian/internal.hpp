@@ -186,10 +186,42 @@ void add_path_forces(const World& world, Island& m);
 /// Finds the places of contacts of surfaces that are not known, or may be other ones by now, at
 /// the start of a step (surfaces.cpp).
 void find_touches(const World& world, Island& m);
+/// The pair near `from`, of surfaces or curves.
+nurbs::CommonNormal track_pair(const SurfaceContact& contact, const Pose& a_in_b,
+                               const nurbs::PlacePair& from);
 /// The rows of a contact of surfaces, and of its rolling.
 void write_surface(const World& world, Island& m, std::size_t block, Want want);
+/// Rows of rolling bind nothing.
+void clear_rolling(Island& m);
 /// The contact that was lost in the step lets go, if its joint says so.
 bool release_lost(const World& world, Island& m);
+// Friction where surfaces touch (surface_friction.cpp). `block` is of rolling, `lambda` by row.
+
+/// At the current rows: what slips, slips; the rest holds.
+void begin_slips(Island& m);
+/// At the start of a part of a step: friction acts against the slips as they are now.
+void turn_slips(Island& m);
+/// The same within an impact.
+void aim_slips(Island& m);
+/// m/s: how fast it slips along the way of its slip; below 0 where that has ended. Far from 0
+/// where nothing slips.
+Real slip_left(const Island& m, std::size_t block);
+/// Slips of no more than `tolerance` along their ways have ended: they hold, or go on in another.
+void end_slips(Island& m, Real tolerance);
+/// What holds by more than friction can gives way; what gave way and does not slip holds. True:
+/// any.
+bool yield_holding(Island& m, std::span<const Real> lambda);
+/// What presses the surfaces together, from forces or impulses. Returns by how much that is other
+/// than before where they slip, relative.
+Real set_grips(Island& m, std::span<const Real> lambda);
+/// Adds the friction of what slips to scratch.force.
+void add_slip_forces(Island& m);
+/// Adds to `load`, two vectors a body, what friction changes by as scratch.lambda tells, forces
+/// times `h`. True: solve again.
+bool raise_grips(Island& m, Real h, std::span<Vec3> load);
+/// Solutions for the friction of a step.
+inline constexpr int kMostGrips = 40;
+
 /// Results of contacts of surfaces, to the World.
 void write_back_touches(World& world, Island& m);
 /// Unilateral rows: cables, limits that are not locks, surfaces that may lift off.

@@ -30,7 +30,8 @@ enum class BlockKind : std::uint8_t {
   cable,      // a cable: a row only while it is taut
   interface,  // the interface to an island of another solver: see contact::Interface
   surface,    // the gap of two surfaces that touch; where they may lift off: only while they bear
-  roll,       // of the block before: no slip and no spin there; no constraint of poses
+  roll,       // of the block before: no slip and no spin there; no constraint of poses. With
+              // friction only while it holds: BlockMemory::active
   spring,     // a joint force treated implicitly (Euler, implicit, radau)
   // The same of what else is elastic (radau).
   elastic_cable,
@@ -49,7 +50,8 @@ struct Block {
   Coordinate coordinate = Coordinate::angle;  // limit, spring; gear: of the first link
   Coordinate second = Coordinate::angle;      // gear: of the second link
   bool upper = false;                         // limit: the upper bound
-  bool lock = false;                          // limit: both bounds are equal; surface: held
+  bool lock = false;                          // limit: both bounds are equal; surface: held;
+                                              // roll: holds whatever it takes
   bool point = false;                         // rows 0 to 2 constrain a point, the others rotations
   std::uint8_t rows = 0, count = 0;           // of rows, of bodies
   std::uint32_t source = 0;                   // slot in the store of its kind; limit, spring: links
@@ -59,7 +61,7 @@ struct Block {
                                   // their rolling: in Island::touches; of a belt: its pulley
   std::uint32_t first_row = 0;
   std::uint32_t first_vector = 0;  // in the Jacobian: see solvers/lagrangian/jacobian.hpp
-  Real bound = 0;                  // limit: value; gear: offset
+  Real bound = 0;                  // limit: value; gear: offset; roll: friction
 
   static void fields(auto& self, auto&& field) {
     field("kind", derived(self.kind));
@@ -83,7 +85,7 @@ struct Block {
 /// State of a block.
 struct BlockMemory {
   Real before[2] = {0, 0};  // coordinates after the last step, whole revolutions counted
-  bool active = false;      // limit, cable: the row is active
+  bool active = false;      // limit, cable: the row is active; roll with friction: it holds
 
   static void fields(auto& self, auto&& field) {
     field("before", self.before);
@@ -200,6 +202,10 @@ struct TouchMemory {
   nurbs::ContactStatus how = nurbs::ContactStatus::found;  // else the joint has let go
   Pose searched;        // a in b when all pairs were looked at last
   bool is_far = false;  // then there was none near
+  bool was_searched = false;
+  bool is_least = true;  // the gap has its least there
+  Real projected = 0;    // N: what the projection of the last step pressed them together with
+  Vec3 slip{0};          // world, unit: the way that a slips on b, where friction does not hold
 
   bool is_over() const { return how != nurbs::ContactStatus::found; }
 
@@ -209,6 +215,10 @@ struct TouchMemory {
     field("how", self.how);
     field("searched", self.searched);
     field("is_far", self.is_far);
+    field("was_searched", self.was_searched);
+    field("is_least", self.is_least);
+    field("projected", self.projected);
+    field("slip", self.slip);
   }
 };
 
@@ -221,6 +231,13 @@ struct TouchFound {
   Vec3 on_b{0}, normal{0};  // world: m, and unit, outwards of b
   Real gap = 0;             // m
   Vec3 tangent[2] = {};     // of the rows of rolling
+  Vec3 arm[2] = {};         // from the mass centres to the points, m
+  // Friction: the unit way that it acts against, what presses the surfaces together (N), and how
+  // fast they slipped at the start of this part of the step.
+  Vec3 along{0};
+  Real grip = 0, slip_before = 0;
+  // What held gave way in this part of the step; or did, and did not slip: it holds for this part.
+  enum class Holds : std::uint8_t { as_it_can, gave_way, anyway } holds = Holds::as_it_can;
 };
 
 /// Motion of all bodies of an island at one time, frames last, and where their surfaces touch.
@@ -298,6 +315,7 @@ struct StepScratch {
   // The first contact of surfaces that was lost since this was cleared, and why.
   std::uint32_t lost_touch = UINT32_MAX;
   nurbs::ContactStatus lost_how = nurbs::ContactStatus::found;
+  int relooked = 0;  // how often in the step all pairs were looked at for one that was lost
   Real worst_relative_residual = 0;  // of J a = gamma, relative to its terms
   std::uint32_t worst_relative_block = 0;
 };
@@ -321,7 +339,9 @@ struct IslandStructure {
   bool loops = false;                        // closed loops: rows may be dependent
   bool unilateral = false;                   // limits, cables or surfaces that may lift off
   bool rolls = false;                        // rows that are no constraints of poses
-  std::vector<std::uint32_t> touch_sources;  // slots in World::surface_contacts
+  std::vector<std::uint32_t> touch_sources;  // slots in World::surface_contacts, by touch
+  std::vector<std::uint32_t> touch_blocks;   // blocks of their gaps
+  bool rubs = false;                         // friction of surfaces that touch
   bool damped = false;
   Entity unfit;  // a body that no step can be computed with, or none
 
@@ -348,6 +368,8 @@ struct IslandStructure {
     field("unilateral", derived(self.unilateral));
     field("rolls", derived(self.rolls));
     field("touch_sources", derived(self.touch_sources));
+    field("touch_blocks", derived(self.touch_blocks));
+    field("rubs", derived(self.rubs));
     field("damped", derived(self.damped));
     field("unfit", derived(self.unfit));
   }

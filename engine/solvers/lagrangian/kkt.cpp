@@ -24,6 +24,8 @@ constexpr Real kPivotTolerance = 1e-12;
 constexpr Real kProbeFactor = 4;
 /// Pivots below this fraction of the scale are suspect.
 constexpr Real kSuspectPivot = 1e-4;
+/// Of forces: smaller residuals of rows are rounding.
+constexpr Real kRounding = 1e-9;
 constexpr int kRefinements = 8;
 
 /// Factors with this regularisation. False: a row of a tree is dependent.
@@ -241,6 +243,9 @@ Real solve(Island& m, const Known& known, const Unknowns& found, Real tolerance)
   else
     find_free_motion(m, force, a);
   find_row_residuals(m, right, force.empty() ? std::span<const Vec3>{} : std::span<const Vec3>(a));
+  Real given = 0;
+  for (std::size_t r = 0; m.loops && r < m.rows; ++r)
+    given = std::max(given, std::abs(scratch.row_residual[r]));
   solve_for_lambda(m, lambda);
   add_motion(m, lambda, a);
   if (!m.loops) return 0;  // the factor is exact
@@ -255,7 +260,8 @@ Real solve(Island& m, const Known& known, const Unknowns& found, Real tolerance)
     for (std::size_t r = 0; r < m.rows; ++r) lambda[r] += scratch.step_lambda[r];
     add_motion(m, scratch.step_lambda, a);
   }
-  const Real part = row_residual / requested;
+  // What is rounding of the forces contradicts nothing, however little moves.
+  const Real part = row_residual / std::max(requested, kRounding * given);
   if (part > scratch.worst_relative_residual) {
     scratch.worst_relative_residual = part;
     for (std::uint32_t i = 0; i < m.blocks.size(); ++i)

@@ -15,12 +15,14 @@ constexpr int kMaxBounces = 4;
 /// Bounds on events per step, on search steps per event, and on attempts per step.
 constexpr int kMaxEvents = 8, kMaxSearches = 16, kMaxAttempts = 60;
 
-/// Clearance of the nearest inactive limit; negative if one is violated.
+/// Clearance of the nearest inactive limit, or what is left of a slip; negative if one is violated.
 Real clearance(const Island& m) {
   Real least = 1e300;
   for (std::size_t i = 0; i < m.blocks.size(); ++i)
     if (is_one_sided(m, i) && !m.memory[i].active)
       least = std::min(least, m.scratch.c[m.blocks[i].first_row]);
+  for (std::size_t i = 0; m.rubs && i < m.blocks.size(); ++i)
+    least = std::min(least, slip_left(m, i));
   return least;
 }
 
@@ -37,16 +39,47 @@ bool release_pulling(Island& m) {
   return any;
 }
 
+/// Limits that pull open; friction that does not suffice gives way. True if any did.
+bool give_way(Island& m) {
+  const bool pulled = release_pulling(m);
+  return yield_holding(m, m.mean_lambda) || pulled;
+}
+
 /// Whether impacts return a part of the speed, as the joints say, or none.
 enum class Impact : std::uint8_t { with_restitution, inelastic };
+
+/// The same impact with the friction of what slips in it, from scratch.start; its force that
+/// presses is a part of what is solved.
+void rub(Island& m, const std::vector<Real>& bias) {
+  StepScratch& scratch = m.scratch;
+  aim_slips(m);
+  for (TouchMemory& touch : m.touches) touch.projected = 0;
+  std::fill(scratch.momenta.begin(), scratch.momenta.end(), Vec3(0));
+  std::fill(scratch.step_lambda.begin(), scratch.step_lambda.end(), 0.0);
+  set_grips(m, scratch.step_lambda);
+  for (int n = 0; n < kMostGrips && raise_grips(m, 1, scratch.momenta); ++n) {
+    for (std::size_t b = 0; b < m.count(); ++b) {
+      BodyState& at = scratch.body_states[b];
+      at.velocity = scratch.state.v[b] = scratch.start.v[b] + scratch.momenta[2 * b] / m.mass[b];
+      at.angular_velocity = scratch.state.w[b] =
+          scratch.start.w[b] + scratch.inverse_inertia[b] * scratch.momenta[2 * b + 1];
+    }
+    project_twists(m, bias);
+  }
+}
 
 /// Impact at the limits reached, for the whole island at once.
 void resolve_impacts(const World& world, Island& m, Impact kind) {
   StepScratch& scratch = m.scratch;
   for (std::size_t i = 0; i < m.blocks.size(); ++i)
     if (is_one_sided(m, i) && !m.memory[i].active &&
-        scratch.c[m.blocks[i].first_row] <= kLimitTolerance)
+        scratch.c[m.blocks[i].first_row] <= kLimitTolerance) {
       m.memory[i].active = true;
+      // Friction stops what it can.
+      if (m.rubs && i + 1 < m.blocks.size() && m.blocks[i + 1].kind == BlockKind::roll)
+        m.memory[i + 1].active = true;
+    }
+  end_slips(m, kLimitTolerance);
   for (int round = 0; round < 8; ++round) {
     update_kinematics(m);
     write_all_rows(world, m, {true, false});
@@ -64,7 +97,8 @@ void resolve_impacts(const World& world, Island& m, Impact kind) {
     }
     scratch.start.v = scratch.state.v, scratch.start.w = scratch.state.w;
     project_twists(m, bias);
-    bool pulled = false;
+    if (m.rubs) rub(m, bias);
+    bool pulled = m.rubs && yield_holding(m, scratch.lambda);
     for (std::size_t i = 0; i < m.blocks.size(); ++i) {
       if (!is_one_sided(m, i) || !m.memory[i].active) continue;
       const std::size_t row = m.blocks[i].first_row;
@@ -91,6 +125,7 @@ void begin_active_set(const World& world, Island& m) {
     m.memory[i].active =
         is_one_sided(m, i) && m.scratch.c[m.blocks[i].first_row] <= kLimitTolerance;
   write_all_rows(world, m, {true, false});
+  begin_slips(m);
   for (std::size_t i = 0; i < m.blocks.size(); ++i)  // a limit that is being left is inactive
     if (m.memory[i].active && rate_of(m, m.blocks[i], 0) > kRestitutionThreshold)
       m.memory[i].active = false;
@@ -106,6 +141,7 @@ bool advance_among_limits(World& world, Island& m, Real h) {
     scratch.begin = scratch.state, scratch.impulses_before = scratch.impulses;
     update_kinematics(m), update_frames(world, m, done / h, h);
     write_all_rows(world, m, {true, false});
+    turn_slips(m);
     const Real at_start = clearance(m);
     bool again = false;
     const auto attempt = [&](Real length) {
@@ -116,7 +152,7 @@ bool advance_among_limits(World& world, Island& m, Real h) {
     };
     Real length = h - done;
     if (!attempt(length)) return false;
-    for (int n = 0; n < 16 && release_pulling(m); ++n)
+    for (int n = 0; n < 16 && give_way(m); ++n)
       if (!attempt(length)) return false;
     if (Real left = clearance(m);
         left < -kLimitTolerance && tries < kMaxEvents && attempts < kMaxAttempts) {
@@ -144,8 +180,9 @@ bool advance_among_limits(World& world, Island& m, Real h) {
     done += length;
     bool reached = false;
     for (std::size_t i = 0; i < m.blocks.size(); ++i)
-      reached = reached || (is_one_sided(m, i) && !m.memory[i].active &&
-                            scratch.c[m.blocks[i].first_row] <= kLimitTolerance);
+      reached = reached || slip_left(m, i) <= kLimitTolerance ||
+                (is_one_sided(m, i) && !m.memory[i].active &&
+                 scratch.c[m.blocks[i].first_row] <= kLimitTolerance);
     if (!reached) continue;
     ++m.events;
     resolve_impacts(world, m,

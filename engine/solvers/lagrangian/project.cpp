@@ -133,7 +133,7 @@ bool project(const World& world, Island& m, Real part, Real whole) {
   // Rows that bind velocities only have no part in poses.
   const bool splits = m.rolls && m.residual > tolerance;
   if (splits)
-    scratch.poses_only = true, look(), factor(m);
+    scratch.poses_only = true, clear_rolling(m), factor(m);
   else
     factor_and_report(m);
   const Real softest = m.loops ? kSoftestLoop : kSoftest;

@@ -182,7 +182,10 @@ bool solve_stages(const Attempt& a) {
   const bool to_rounding = !(a.tolerance > 0);
   const int most = to_rounding ? kMostWithoutTolerance : kMostIterations;
   Real before = std::numeric_limits<Real>::infinity();
+  const Real row_residual = a.m.scratch.worst_relative_residual;
   for (int n = 0; n < most; ++n) {
+    // Of the last iteration only: stages on the way may open what is closed twice.
+    a.m.scratch.worst_relative_residual = row_residual;
     const Real size = find_correction(a);
     ++a.m.iterations;
     if (!std::isfinite(size)) return false;

@@ -7,6 +7,8 @@ namespace pantin::detail::lagrangian {
 namespace {
 
 constexpr int kMaxIterations = 40;
+/// What may be missing of friction, relative.
+constexpr Real kGripTolerance = 1e-11;
 
 /// Free rotation over `h` by a symmetric splitting into rotations about the body axes: symplectic
 /// and reversible. `l` in body axes. [McLachlan 1993; Reich 1994]
@@ -49,7 +51,7 @@ void find_forces_now(const World& world, Island& m) {
         {std::span(scratch.motion).first(2 * m.count()), scratch.lambda});
 }
 
-bool step_rattle(const World& world, Island& m, const Span& span) {
+bool step_once(const World& world, Island& m, const Span& span) {
   StepScratch& scratch = m.scratch;
   Motions& s = scratch.state;
   const Real h = span.h, tolerance = tolerance_of(m);
@@ -125,6 +127,15 @@ bool step_rattle(const World& world, Island& m, const Span& span) {
   for (std::size_t r = 0; r < m.rows; ++r)
     m.mean_lambda[r] = 0.5 * scratch.sum_lambda[r] + scratch.lambda[r] / h;
   return true;
+}
+
+/// Friction acts with the mean force that presses surfaces together.
+bool step_rattle(const World& world, Island& m, const Span& span) {
+  for (int n = 0;; ++n) {
+    if (!step_once(world, m, span)) return false;
+    if (n == kMostGrips || !(set_grips(m, m.mean_lambda) > kGripTolerance)) return true;
+    m.scratch.state = m.scratch.from;
+  }
 }
 
 }  // namespace

@@ -255,6 +255,7 @@ void prepare(World& world) {
 
 void step(World& world, Island& m, Real h) {
   m.lost_contact = Entity{}, m.released = 0, m.scratch.lost_touch = UINT32_MAX;
+  m.scratch.relooked = 0;
   m.lost = Entity{}, m.scratch.worst_relative_residual = 0, m.scratch.stepped = false;
   std::erase_if(m.faults, [](const auto& f) { return f.kind == Fault::inconsistent; });
   m.substeps = m.iterations = m.events = m.solves = 0;

@@ -18,31 +18,16 @@ namespace {
 
 using nurbs::ContactStatus;
 
-/// A relative turn (rad), and a part of the smaller surface's size, after which all pairs are
-/// looked at again.
-constexpr Real kSearchTurn = 0.3, kSearchWay = 0.05;
-/// Pairs that are compared.
-constexpr std::size_t kMostPairs = 8;
 /// Gap of surfaces that are not near one another, m.
 constexpr Real kFar = 1e3;
 
 using Pair = nurbs::CommonNormal;
-
-Pair track_pair(const SurfaceContact& c, const Pose& a_in_b, const nurbs::PlacePair& from) {
-  if (!c.on_a.curve) return nurbs::track({*c.on_a.skin, *c.on_b.skin, a_in_b}, from);
-  const nurbs::CurveContact f =
-      c.on_b.curve ? nurbs::track_planar(*c.on_a.curve, *c.on_b.curve, a_in_b, {from.a.u, from.b.u})
-                   : nurbs::track_on_face(*c.on_a.curve, *c.on_b.skin, a_in_b, {from.a.u, from.b});
-  return {f.status, {{0, f.t, 0}, f.b}, f.on_a, f.on_b, f.normal, f.gap};
-}
 
 nurbs::Moving moving_pair(const SurfaceContact& c, const nurbs::CurveMotion& of) {
   if (!c.on_a.curve) return nurbs::moving({*c.on_a.skin, *c.on_b.skin, of.a_in_b}, of.at, of.twist);
   return c.on_b.curve ? nurbs::moving_planar(*c.on_a.curve, *c.on_b.curve, of)
                       : nurbs::moving_on_face(*c.on_a.curve, *c.on_b.skin, of);
 }
-
-Real size_of(const ContactSurface& s) { return s.curve ? s.curve->size() : s.skin->size(); }
 
 /// Parameters moved on by their rates, kept within the domain.
 nurbs::PlacePair predicted(const SurfaceContact& c, const Touch& t, Real time) {
@@ -173,7 +158,7 @@ void write_gammas(Island& m, const Contact3& k, std::size_t block, const Pair& n
   const Vec3 bend = glm::cross(wa, glm::cross(wa, arm_a) + turn * moving.on_a) -
                     glm::cross(wb, glm::cross(wb, arm_b) + turn * moving.on_b);
   scratch.gamma[b.first_row] = -(glm::dot(n_rate, v) + glm::dot(n, bend));
-  if (!roll) return;
+  if (!roll || !is_active(m, block + 1)) return;
   const Tangent own = tangent_of(k.c, now.normal, moving.normal);
   const Vec3 t[2] = {turn * own.t, turn * glm::cross(now.normal, own.t)};
   const Vec3 rate[2] = {turn * own.rate, turn * (glm::cross(moving.normal, own.t) +
@@ -203,6 +188,20 @@ void write_rolling(Island& m, const Contact3& k, const Block& roll, const Pair& 
 
 }  // namespace
 
+nurbs::CommonNormal track_pair(const SurfaceContact& c, const Pose& a_in_b,
+                               const nurbs::PlacePair& from) {
+  if (!c.on_a.curve) return nurbs::track({*c.on_a.skin, *c.on_b.skin, a_in_b}, from);
+  const nurbs::CurveContact f =
+      c.on_b.curve ? nurbs::track_planar(*c.on_a.curve, *c.on_b.curve, a_in_b, {from.a.u, from.b.u})
+                   : nurbs::track_on_face(*c.on_a.curve, *c.on_b.skin, a_in_b, {from.a.u, from.b});
+  return {f.status, {{0, f.t, 0}, f.b}, f.on_a, f.on_b, f.normal, f.gap, f.least_curvature};
+}
+
+void clear_rolling(Island& m) {
+  for (const Block& b : m.blocks)
+    if (b.kind == BlockKind::roll) clear_rows(m, b);
+}
+
 void write_surface(const World& world, Island& m, std::size_t block, Want want) {
   const Block& b = m.blocks[block];
   const Block* roll = roll_of(m, block);
@@ -226,94 +225,10 @@ void write_surface(const World& world, Island& m, std::size_t block, Want want) 
   const Vec3 arms[2] = {to_world(k.surface_b, now.on_a) - k.a.position, found.on_b - k.b.position};
   write_row(arms, found.normal, &scratch.jacobian[b.first_vector]);
   const bool rolls = roll && is_active(m, block + 1);
-  if (rolls) write_rolling(m, k, *roll, now);
+  if (roll && (rolls || !roll->lock)) write_rolling(m, k, *roll, now);
+  found.arm[0] = arms[0], found.arm[1] = arms[1];
+  if (roll && !roll->lock && !rolls) clear_rows(m, *roll);
   if (want.gamma) write_gammas(m, k, block, now);
-}
-
-namespace {
-
-/// Whether a has moved so far as seen from b that another pair may have come nearer.
-bool is_search_due(const SurfaceContact& c, const TouchMemory& memory, const Pose& a_in_b) {
-  const Real size = std::min(size_of(c.on_a), size_of(c.on_b));
-  const Real cosine =
-      std::min(std::abs(glm::dot(a_in_b.rotation, memory.searched.rotation)), Real(1));
-  return 2 * std::acos(cosine) > kSearchTurn ||
-         glm::distance(a_in_b.position, memory.searched.position) > kSearchWay * size;
-}
-
-/// All pairs of a contact, the nearest of them.
-void search(const SurfaceContact& c, const Pose& a_in_b, TouchMemory& memory) {
-  memory.searched = a_in_b, memory.is_far = true;
-  nurbs::CommonNormal found[kMostPairs];
-  const std::size_t count = find_pairs(c, a_in_b, found);
-  if (count == 0) return;
-  const auto nearest = std::min_element(found, found + count, [](const auto& x, const auto& y) {
-    return std::abs(x.gap) < std::abs(y.gap);
-  });
-  memory.known = true, memory.is_far = false;
-  memory.touch = {nearest->at, {}, memory.touch.time};
-}
-
-}  // namespace
-
-void find_touches(const World& world, Island& m) {
-  Motions& s = m.scratch.state;
-  for (std::size_t i = 0; i < m.blocks.size(); ++i) {
-    const Block& b = m.blocks[i];
-    if (b.kind != BlockKind::surface) continue;
-    TouchMemory& memory = m.touches[b.first_place];
-    const SurfaceContact& c = world.surface_contacts.values()[b.source];
-    if (memory.known && !(is_on(c.on_a, memory.touch.at.a) && is_on(c.on_b, memory.touch.at.b)))
-      memory.known = false;
-    if (!memory.known && !memory.is_far && c.known)
-      memory.known = true, memory.touch = {c.at, {}, world.time};
-    const bool is_apart = !b.lock && !m.memory[i].active;
-    if (!memory.is_over() && (!memory.known || is_apart)) {
-      const auto pose = [&](Entity e) { return world.bodies[e].pose; };
-      const Pose a = compose(pose(c.a), c.on_a.pose), bb = compose(pose(c.b), c.on_b.pose);
-      const Pose a_in_b = compose(inverse(bb), a);
-      if ((!memory.known && !memory.is_far) || is_search_due(c, memory, a_in_b))
-        search(c, a_in_b, memory);
-    }
-    s.touches[b.first_place] = memory.touch;
-    m.scratch.touching[b.first_place].is_fresh = false;
-    if (b.lock && !memory.known && !memory.is_over())
-      m.scratch.lost_touch = b.first_place, m.scratch.lost_how = ContactStatus::lost;
-  }
-}
-
-bool release_lost(const World& world, Island& m) {
-  StepScratch& scratch = m.scratch;
-  if (scratch.lost_touch == UINT32_MAX) return false;
-  const std::uint32_t source = m.touch_sources[scratch.lost_touch];
-  const SurfaceContact& c = world.surface_contacts.values()[source];
-  if (c.on_rim == OnRim::release) {
-    m.touches[scratch.lost_touch].how = scratch.lost_how;
-    ++m.released, scratch.lost_touch = UINT32_MAX;
-    return true;
-  }
-  m.lost_contact = world.surface_contacts.owners()[source], m.lost_how = scratch.lost_how;
-  return false;
-}
-
-void write_back_touches(World& world, Island& m) {
-  for (std::size_t i = 0; i < m.blocks.size(); ++i) {
-    const Block& b = m.blocks[i];
-    if (b.kind != BlockKind::surface) continue;
-    TouchMemory& memory = m.touches[b.first_place];
-    const TouchFound& found = m.scratch.touching[b.first_place];
-    SurfaceContact& c = world.surface_contacts.values()[b.source];
-    memory.touch = m.scratch.state.touches[b.first_place];
-    c.at = memory.touch.at, c.known = memory.known, c.over = memory.is_over();
-    c.touches = is_active(m, i) && memory.known;
-    c.point = found.on_b, c.normal = found.normal, c.gap = found.gap;
-    c.status = memory.how;
-    Vec3 pull[2] = {Vec3(0), Vec3(0)};
-    for (std::size_t n = i; n <= i + (roll_of(m, i) ? 1 : 0); ++n)
-      add_constraint_force({m.blocks[n], jacobian_of(m, m.blocks[n]), 1},
-                           &m.forces[m.blocks[n].first_row], pull);
-    c.force = pull[0];
-  }
 }
 
 }  // namespace pantin::detail::lagrangian

@@ -251,7 +251,8 @@ DriveTorque drive_torque(const World& world, const Island& m, const BodyPairForc
 bool is_active(const Island& m, std::size_t block) {
   const Block& b = m.blocks[block];
   if (is_compliant(b.kind)) return m.scratch.springs_active;
-  if (b.kind == BlockKind::roll) return !m.scratch.poses_only && is_active(m, block - 1);
+  if (b.kind == BlockKind::roll)
+    return !m.scratch.poses_only && (b.lock || m.memory[block].active) && is_active(m, block - 1);
   if (b.kind == BlockKind::surface)
     return m.touches[b.first_place].known && !m.touches[b.first_place].is_over() &&
            (b.lock || m.memory[block].active);
@@ -351,6 +352,7 @@ void add_forces(const World& world, Island& m, Torques torques) {
   if (!m.scratch.springs_active) add_joint_forces(world, m);
   add_drive_torques(world, m);
   add_elastic_forces(world, m);
+  add_slip_forces(m);
 }
 
 Real tolerance_of(const Island& m) { return 1e-13 * std::max(Real(1), m.size); }

@@ -1,0 +1,180 @@
+// Coulomb's friction where surfaces touch. While it holds, the rows of rolling bind; while they
+// slip a force mu N acts against the slip, N the force of the gap's row, of which it is a part
+// itself. What holds gives way where it would take more than mu N; a slip ends where its speed
+// passes zero.
+#include <algorithm>
+#include <cmath>
+
+#include "engine/solvers/lagrangian/internal.hpp"
+
+namespace pantin::detail::lagrangian {
+namespace {
+
+/// m/s: slower slip has the way that it had.
+constexpr Real kStill = 1e-9;
+/// m/s: slower slip is none, and so is what is left across the way of a slip that ends, in parts of
+/// what it was.
+constexpr Real kNoSlip = 1e-6, kAcross = 0.02;
+/// What may be missing of a force of friction, relative.
+constexpr Real kGripTolerance = 1e-13;
+
+bool has_friction(const Island& m, std::size_t block) {
+  return m.blocks[block].kind == BlockKind::roll && !m.blocks[block].lock;
+}
+/// A slip against which friction acts; of its block of rolling.
+bool slips(const Island& m, std::size_t block) {
+  return has_friction(m, block) && !m.memory[block].active && is_active(m, block - 1);
+}
+
+/// Adds a force of friction of `size` at a place to forces and torques, two a body.
+void add_friction(const Island& m, const Block& roll, Real size, std::span<Vec3> force) {
+  const TouchFound& found = m.scratch.touching[roll.first_place];
+  for (std::size_t k = 0; k < 2; ++k) {
+    if (roll.body[k] >= m.count()) continue;
+    const Vec3 pull = (k == 0 ? -size : size) * found.along;
+    force[2 * roll.body[k]] += pull;
+    force[2 * roll.body[k] + 1] += glm::cross(found.arm[k], pull);
+  }
+}
+
+/// How a slips on b at present, m/s.
+Vec3 slip_of(const Island& m, const Block& roll) {
+  const TouchFound& found = m.scratch.touching[roll.first_place];
+  Vec3 v(0);
+  for (std::size_t k = 0; k < 2; ++k) {
+    const BodyState& at = m.scratch.body_states[roll.body[k]];
+    v += (k == 0 ? 1.0 : -1.0) * (at.velocity + glm::cross(at.angular_velocity, found.arm[k]));
+  }
+  if (roll.rows == 1) return glm::dot(v, found.tangent[0]) * found.tangent[0];
+  return v - glm::dot(v, found.normal) * found.normal;
+}
+
+/// The way that friction acts against. Past the end of a slip it acts as before: the end is an
+/// event.
+void aim(Island& m, const Block& roll) {
+  TouchFound& found = m.scratch.touching[roll.first_place];
+  const Vec3 before = m.touches[roll.first_place].slip, slip = slip_of(m, roll);
+  if (const Real speed = glm::length(slip); speed > kStill) {
+    found.along = (glm::dot(slip, before) < 0 ? -1 : 1) / speed * slip;
+    return;
+  }
+  const Vec3 way = before - glm::dot(before, found.normal) * found.normal;
+  const Real length = glm::length(way);
+  found.along = length > 0.5 ? way / length : Vec3(0);
+}
+
+/// The force of rolling rows on a.
+Vec3 held_by(const Island& m, const Block& roll, std::span<const Real> lambda) {
+  const TouchFound& found = m.scratch.touching[roll.first_place];
+  Vec3 sum(0);
+  for (std::size_t r = 0; r < roll.rows; ++r) sum += lambda[roll.first_row + r] * found.tangent[r];
+  return sum;
+}
+
+}  // namespace
+
+void begin_slips(Island& m) {
+  for (std::size_t i = 0; m.rubs && i < m.blocks.size(); ++i) {
+    if (!has_friction(m, i) || !is_active(m, i - 1)) continue;
+    const Vec3 slip = slip_of(m, m.blocks[i]);
+    const Real speed = glm::length(slip);
+    m.memory[i].active = !(speed > kNoSlip);
+    m.touches[m.blocks[i].first_place].slip = speed > kNoSlip ? slip / speed : Vec3(0);
+  }
+}
+
+void turn_slips(Island& m) {
+  for (std::size_t i = 0; m.rubs && i < m.blocks.size(); ++i)
+    if (has_friction(m, i))
+      m.scratch.touching[m.blocks[i].first_place].holds = TouchFound::Holds::as_it_can;
+  aim_slips(m);
+}
+
+void aim_slips(Island& m) {
+  for (std::size_t i = 0; m.rubs && i < m.blocks.size(); ++i) {
+    if (!slips(m, i)) continue;
+    TouchFound& found = m.scratch.touching[m.blocks[i].first_place];
+    const Vec3 slip = slip_of(m, m.blocks[i]);
+    found.slip_before = glm::length(slip);
+    if (found.slip_before > kNoSlip)
+      m.touches[m.blocks[i].first_place].slip = slip / found.slip_before;
+    aim(m, m.blocks[i]);
+  }
+}
+
+Real slip_left(const Island& m, std::size_t block) {
+  if (!m.rubs || !slips(m, block)) return 1e300;
+  return glm::dot(slip_of(m, m.blocks[block]), m.touches[m.blocks[block].first_place].slip);
+}
+
+void end_slips(Island& m, Real tolerance) {
+  for (std::size_t i = 0; m.rubs && i < m.blocks.size(); ++i) {
+    if (!(slip_left(m, i) <= tolerance)) continue;
+    const std::uint32_t place = m.blocks[i].first_place;
+    const Vec3 slip = slip_of(m, m.blocks[i]);
+    const Real speed = glm::length(slip);
+    if (speed <= std::max(kNoSlip, kAcross * m.scratch.touching[place].slip_before))
+      m.memory[i].active = true, m.scratch.touching[place].holds = TouchFound::Holds::anyway;
+    else
+      m.touches[place].slip = slip / speed;
+  }
+}
+
+bool yield_holding(Island& m, std::span<const Real> lambda) {
+  using Holds = TouchFound::Holds;
+  bool any = false;
+  for (std::size_t i = 0; m.rubs && i < m.blocks.size(); ++i) {
+    if (!has_friction(m, i) || !is_active(m, i - 1)) continue;
+    TouchFound& found = m.scratch.touching[m.blocks[i].first_place];
+    if (found.holds == Holds::gave_way && slip_left(m, i) < 0) {
+      found.holds = Holds::anyway, m.memory[i].active = any = true;
+      continue;
+    }
+    if (!m.memory[i].active || found.holds == Holds::anyway) continue;
+    const Vec3 held = held_by(m, m.blocks[i], lambda);
+    const Real size = glm::length(held),
+               grip = m.blocks[i].bound * std::abs(lambda[m.blocks[i - 1].first_row]);
+    if (!(size > grip * (1 + 1e-9))) continue;
+    m.memory[i].active = false, any = true, found.holds = Holds::gave_way;
+    m.touches[m.blocks[i].first_place].slip = -held / size;
+  }
+  return any;
+}
+
+Real set_grips(Island& m, std::span<const Real> lambda) {
+  Real most = 0, change = 0;
+  for (std::size_t i = 0; m.rubs && i < m.blocks.size(); ++i) {
+    if (!has_friction(m, i)) continue;
+    Real& grip = m.scratch.touching[m.blocks[i].first_place].grip;
+    const Real before = grip;
+    grip = std::abs(lambda[m.blocks[i - 1].first_row]);
+    if (slips(m, i))
+      most = std::max(most, grip), change = std::max(change, std::abs(grip - before));
+  }
+  return most > 0 ? change / most : 0;
+}
+
+void add_slip_forces(Island& m) {
+  for (std::size_t i = 0; m.rubs && i < m.blocks.size(); ++i) {
+    if (!slips(m, i)) continue;
+    const Block& roll = m.blocks[i];
+    aim(m, roll);
+    add_friction(m, roll, roll.bound * m.scratch.touching[roll.first_place].grip, m.scratch.force);
+  }
+}
+
+bool raise_grips(Island& m, Real h, std::span<Vec3> load) {
+  Real most = 0, change = 0;
+  for (std::size_t i = 0; m.rubs && i < m.blocks.size(); ++i) {
+    if (!slips(m, i)) continue;
+    TouchFound& found = m.scratch.touching[m.blocks[i].first_place];
+    const Real force = m.scratch.lambda[m.blocks[i - 1].first_row] / h;
+    const Real grip = std::abs(force + m.touches[m.blocks[i].first_place].projected);
+    add_friction(m, m.blocks[i], h * m.blocks[i].bound * (grip - found.grip), load);
+    most = std::max(most, grip), change = std::max(change, std::abs(grip - found.grip));
+    found.grip = grip;
+  }
+  return change > kGripTolerance * most;
+}
+
+}  // namespace pantin::detail::lagrangian

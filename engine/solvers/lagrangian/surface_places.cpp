@@ -1,0 +1,342 @@
+// Where surfaces touch: which pairs are followed, when all are looked at again, what ends them.
+//
+// What may lift off has several places, each a pair of least gap and a row of its own, bearing or
+// not: one that comes nearer is met in time. What a search finds is new only if no place has it.
+#include <algorithm>
+#include <limits>
+
+#include "engine/solvers/lagrangian/integrator.hpp"
+#include "engine/world/surface_start.hpp"
+
+namespace pantin::detail::lagrangian {
+namespace {
+
+using nurbs::ContactStatus;
+
+/// A relative turn (rad), and a part of the smaller surface's size, after which all pairs are
+/// looked at again.
+constexpr Real kSearchTurn = 0.3, kSearchWay = 0.05;
+/// Pairs that are compared.
+constexpr std::size_t kMostPairs = 16;
+/// An overlap that bodies may start with, of the smaller surface. What overlaps more, and by more
+/// than they moved since the last search, is a pair of far sides.
+constexpr Real kDeepest = 0.05;
+/// One pair is another's, in parts of the smaller surface.
+constexpr Real kAlike = 1e-5;
+/// Searches in a step for pairs in place of lost ones.
+constexpr int kMostLooks = 4;
+/// m: by so much another pair has to be deeper to take the place of one that bears.
+constexpr Real kDeeper = 1e-9;
+
+using Pair = nurbs::CommonNormal;
+
+Real size_of(const ContactSurface& s) { return s.curve ? s.curve->size() : s.skin->size(); }
+Real smaller_size(const SurfaceContact& c) { return std::min(size_of(c.on_a), size_of(c.on_b)); }
+
+Pose a_in_b(const World& world, const SurfaceContact& c) {
+  const auto pose = [&](Entity e) { return world.bodies[e].pose; };
+  const Pose a = compose(pose(c.a), c.on_a.pose), b = compose(pose(c.b), c.on_b.pose);
+  return compose(inverse(b), a);
+}
+
+/// How far a's surface extends from the origin of its frame, m.
+Real extent_of(const ContactSurface& surface) {
+  Real most = 0;
+  const auto take = [&](const nurbs::BallTree& tree) {
+    const nurbs::Ball& ball = tree.nodes().front().ball;
+    most = std::max(most, glm::length(ball.centre) + ball.radius);
+  };
+  if (surface.curve) take(surface.curve->tree());
+  if (surface.skin)
+    for (const nurbs::Face& face : surface.skin->faces()) take(face.tree());
+  return most;
+}
+
+/// How a has moved, as seen from b, since all pairs were looked at.
+struct Moved {
+  Real turn = 0, way = 0;  // rad, m
+
+  /// The farthest that a place of a has come, m.
+  Real most(const SurfaceContact& c) const { return way + turn * extent_of(c.on_a); }
+};
+Moved moved(const TouchMemory& memory, const Pose& at) {
+  const Real cosine = std::min(std::abs(glm::dot(at.rotation, memory.searched.rotation)), Real(1));
+  return {2 * std::acos(cosine), glm::distance(at.position, memory.searched.position)};
+}
+
+/// The places of one contact: those of an island that follow one another.
+struct Spots {
+  const World& world;
+  Island& m;
+  std::size_t first, count;
+
+  const SurfaceContact& contact() const {
+    return world.surface_contacts.values()[m.touch_sources[first]];
+  }
+  TouchMemory& memory(std::size_t n) const { return m.touches[first + n]; }
+  std::uint32_t block(std::size_t n) const { return m.touch_blocks[first + n]; }
+  bool bears(std::size_t n) const { return m.memory[block(n)].active && memory(n).known; }
+  bool is_open(std::size_t n) const { return !memory(n).known && !memory(n).is_over(); }
+};
+
+template <class Do>
+void for_each_contact(const World& world, Island& m, const Do& act) {
+  for (std::size_t first = 0; first < m.touch_sources.size();) {
+    std::size_t end = first + 1;
+    while (end < m.touch_sources.size() && m.touch_sources[end] == m.touch_sources[first]) ++end;
+    act(Spots{world, m, first, end - first});
+    first = end;
+  }
+}
+
+Vec3 point_on(const ContactSurface& s, const nurbs::Place& at) {
+  if (s.curve) return nurbs::evaluate(s.curve->curve(), at.u, 0)[0];
+  return s.skin->face(at.face).at(at.u, at.v).s;
+}
+bool are_alike(const SurfaceContact& c, const nurbs::PlacePair& x, const nurbs::PlacePair& y) {
+  const auto near = [&](const ContactSurface& s, const nurbs::Place& p, const nurbs::Place& q) {
+    return glm::distance(point_on(s, p), point_on(s, q)) <= kAlike * smaller_size(c);
+  };
+  return near(c.on_a, x.a, y.a) && near(c.on_b, x.b, y.b);
+}
+
+/// Places that came to the same pair are one.
+void merge(const Spots& s) {
+  const SurfaceContact& c = s.contact();
+  for (std::size_t i = 0; i < s.count; ++i)
+    for (std::size_t k = i + 1; k < s.count; ++k) {
+      if (!s.memory(i).known || !s.memory(k).known ||
+          !are_alike(c, s.memory(i).touch.at, s.memory(k).touch.at))
+        continue;
+      const std::size_t gone = s.bears(k) && !s.bears(i) ? i : k;
+      s.memory(gone).known = false, s.m.memory[s.block(gone)].active = false;
+    }
+}
+
+/// The gap at a place as the bodies stand; far away where it is none any more.
+Real gap_now(const Spots& s, std::size_t n, const Pose& at) {
+  const SurfaceContact& c = s.contact();
+  const Pair now = track_pair(c, at, s.memory(n).touch.at);
+  return now.status == ContactStatus::found ? now.gap : std::numeric_limits<Real>::infinity();
+}
+
+/// Where a pair that was found goes: a free place, else that of the farthest pair that does not
+/// bear and is farther, else, of one place only, the one that bears if it is deeper. None: count.
+std::size_t place_for(const Spots& s, const Pair& pair, const Pose& at) {
+  for (std::size_t n = 0; n < s.count; ++n)
+    if (s.is_open(n)) return n;
+  std::size_t worst = s.count;
+  Real farthest = pair.gap;
+  for (std::size_t n = 0; n < s.count; ++n) {
+    if (s.memory(n).is_over() || (s.bears(n) && s.count > 1)) continue;
+    const Real gap = gap_now(s, n, at) - (s.bears(n) ? kDeeper : 0);
+    if (gap > farthest) farthest = gap, worst = n;
+  }
+  return worst;
+}
+
+/// Whether a pair may be where the surfaces have met, at most so far within one another, not one of
+/// far sides.
+bool may_have_met(const Pair& pair, Real most) {
+  return pair.gap >= -most && 2 * pair.gap * pair.least_curvature >= -1;
+}
+
+/// Looks at all pairs of a contact; those that no place follows yet take places, the nearest first.
+void search(const Spots& s, const Pose& at) {
+  const SurfaceContact& c = s.contact();
+  bool any_known = false;
+  Real most = kDeepest * smaller_size(c);
+  if (s.memory(0).was_searched) most = std::max(most, moved(s.memory(0), at).most(c));
+  for (std::size_t n = 0; n < s.count; ++n) {
+    s.memory(n).searched = at, s.memory(n).is_far = s.memory(n).was_searched = true;
+    any_known = any_known || s.memory(n).known;
+  }
+  Pair found[kMostPairs];
+  const std::size_t count = find_pairs(c, at, found);
+  std::sort(found, found + count,
+            [](const Pair& x, const Pair& y) { return std::abs(x.gap) < std::abs(y.gap); });
+  for (std::size_t i = 0; i < count; ++i) {
+    bool is_known = false;
+    for (std::size_t n = 0; n < s.count; ++n)
+      is_known = is_known || (s.memory(n).known && are_alike(c, s.memory(n).touch.at, found[i].at));
+    if (is_known || ((any_known || i > 0) && !may_have_met(found[i], most))) continue;
+    const std::size_t n = place_for(s, found[i], at);
+    if (n == s.count) continue;
+    TouchMemory& memory = s.memory(n);
+    memory.known = memory.is_least = true;
+    memory.touch = {found[i].at, {}, s.world.time}, memory.slip = Vec3(0);
+    s.m.memory[s.block(n)].active = false;
+  }
+  for (std::size_t n = 0; n < s.count; ++n) s.memory(n).is_far = !s.memory(n).known;
+}
+
+/// Places off their surfaces are forgotten; the first begins where the joint says.
+void begin(const Spots& s) {
+  const SurfaceContact& c = s.contact();
+  for (std::size_t n = 0; n < s.count; ++n) {
+    TouchMemory& memory = s.memory(n);
+    if (memory.known && !(is_on(c.on_a, memory.touch.at.a) && is_on(c.on_b, memory.touch.at.b)))
+      memory.known = false;
+  }
+  TouchMemory& one = s.memory(0);
+  if (!one.known && !one.is_far && c.known) one.known = true, one.touch = {c.at, {}, s.world.time};
+}
+
+bool is_convex(const SurfaceContact& c) {
+  return c.on_a.skin && c.on_b.skin && c.on_a.skin->is_convex() && c.on_b.skin->is_convex();
+}
+
+/// Whether all pairs are to be looked at.
+bool wants_search(const Spots& s, const Pose& at) {
+  const SurfaceContact& c = s.contact();
+  bool any_open = false, is_unsure = false;
+  for (std::size_t n = 0; n < s.count; ++n) {
+    const TouchMemory& memory = s.memory(n);
+    any_open = any_open || !memory.is_over();
+    is_unsure = is_unsure || (memory.known && !memory.is_least);
+    if (s.is_open(n) && !memory.is_far) return true;
+  }
+  if (!any_open) return false;
+  const Moved since = moved(s.memory(0), at);
+  const bool is_due = since.turn > kSearchTurn || since.way > kSearchWay * smaller_size(c);
+  if (!c.lifts) return s.is_open(0) && is_due;
+  // Two surfaces without hollows have one pair.
+  if (s.count == 1 && s.memory(0).known && s.memory(0).is_least && is_convex(c)) return false;
+  // Where one place bears, nothing tells of another that comes near but the search.
+  const bool is_urgent = s.count == 1 && since.most(c) > kSearchWay * smaller_size(c);
+  return is_unsure || is_due || is_urgent;
+}
+
+/// Of what may lift off, pairs where the gap is not least any more bear nothing.
+void forget_saddles(const Spots& s) {
+  for (std::size_t n = 0; n < s.count; ++n)
+    if (s.memory(n).known && !s.memory(n).is_least)
+      s.memory(n).known = false, s.m.memory[s.block(n)].active = false;
+}
+
+}  // namespace
+
+void find_touches(const World& world, Island& m) {
+  for_each_contact(world, m, [&](const Spots& s) {
+    const SurfaceContact& c = s.contact();
+    begin(s);
+    const Pose at = a_in_b(world, c);
+    if (c.lifts) {
+      if (s.count > 1) merge(s);
+      const bool looks = wants_search(s, at);
+      forget_saddles(s);
+      if (looks) search(s, at);
+    } else if (wants_search(s, at)) {
+      search(s, at);
+    }
+    for (std::size_t n = 0; n < s.count; ++n) {
+      m.scratch.state.touches[s.first + n] = s.memory(n).touch;
+      m.scratch.touching[s.first + n].is_fresh = false;
+    }
+    if (!c.lifts && s.is_open(0))
+      m.scratch.lost_touch = static_cast<std::uint32_t>(s.first),
+      m.scratch.lost_how = ContactStatus::lost;
+  });
+}
+
+bool release_lost(const World& world, Island& m) {
+  StepScratch& scratch = m.scratch;
+  if (scratch.lost_touch == UINT32_MAX) return false;
+  const std::uint32_t source = m.touch_sources[scratch.lost_touch];
+  const SurfaceContact& c = world.surface_contacts.values()[source];
+  TouchMemory& memory = m.touches[scratch.lost_touch];
+  // What may lift off has other pairs, which are looked for.
+  if (c.lifts && scratch.lost_how == ContactStatus::lost && scratch.relooked < kMostLooks) {
+    memory.is_least = false, scratch.lost_touch = UINT32_MAX, ++scratch.relooked;
+    return true;
+  }
+  if (c.on_rim == OnRim::release) {
+    memory.how = scratch.lost_how;
+    ++m.released, scratch.lost_touch = UINT32_MAX;
+    return true;
+  }
+  m.lost_contact = world.surface_contacts.owners()[source], m.lost_how = scratch.lost_how;
+  return false;
+}
+
+namespace {
+
+/// N, on b, mean over the step.
+Vec3 force_on_b(const Island& m, std::size_t block) {
+  const Block& b = m.blocks[block];
+  Vec3 pull[2] = {Vec3(0), Vec3(0)};
+  add_constraint_force({b, jacobian_of(m, b), 1}, &m.forces[b.first_row], pull);
+  const bool has = block + 1 < m.blocks.size() && m.blocks[block + 1].kind == BlockKind::roll;
+  if (!has) return pull[0];
+  const Block& roll = m.blocks[block + 1];
+  add_constraint_force({roll, jacobian_of(m, roll), 1}, &m.forces[roll.first_row], pull);
+  if (!roll.lock && is_active(m, block) && !is_active(m, block + 1))
+    pull[0] +=
+        roll.bound * std::abs(m.forces[b.first_row]) * m.scratch.touching[b.first_place].along;
+  return pull[0];
+}
+
+SurfaceSpot spot_of(const Spots& s, std::size_t n) {
+  const std::uint32_t block = s.block(n);
+  const TouchFound& found = s.m.scratch.touching[s.first + n];
+  if (!s.memory(n).known) return {};
+  SurfaceSpot spot{is_active(s.m, block), false, found.on_b, found.normal, Vec3(0), found.gap};
+  if (!spot.touches) return spot;
+  spot.force = force_on_b(s.m, block);
+  const bool rubs = s.m.rubs && block + 1 < s.m.blocks.size() &&
+                    s.m.blocks[block + 1].kind == BlockKind::roll && !s.m.blocks[block + 1].lock;
+  spot.slips = rubs && !is_active(s.m, block + 1);
+  return spot;
+}
+
+}  // namespace
+
+namespace {
+
+/// Without rates of their own, places go on as they did.
+void guess_rates(const Spots& s, std::size_t n) {
+  const Touch& before = s.memory(n).touch;
+  Touch& now = s.m.scratch.state.touches[s.first + n];
+  const Real time = now.time - before.time;
+  const nurbs::PlacePair &p = before.at, &q = now.at;
+  const SurfaceContact& c = s.contact();
+  now.rates = {};
+  if (!(time > 0) || c.on_a.curve || p.a.face != q.a.face || p.b.face != q.b.face) return;
+  const auto leaps = [](const nurbs::Face& face, const nurbs::Place& from, const nurbs::Place& to) {
+    return std::abs(to.u - from.u) > 0.25 * face.u().domain().width() ||
+           std::abs(to.v - from.v) > 0.25 * face.v().domain().width();
+  };
+  if (leaps(c.on_a.skin->face(p.a.face), p.a, q.a) || leaps(c.on_b.skin->face(p.b.face), p.b, q.b))
+    return;
+  now.rates = {(q.a.u - p.a.u) / time, (q.a.v - p.a.v) / time, (q.b.u - p.b.u) / time,
+               (q.b.v - p.b.v) / time};
+}
+
+}  // namespace
+
+void write_back_touches(World& world, Island& m) {
+  for_each_contact(world, m, [&](const Spots& s) {
+    SurfaceContact& c = world.surface_contacts.values()[m.touch_sources[s.first]];
+    c.over = true;
+    for (std::size_t n = 0; n < s.count; ++n) {
+      TouchMemory& memory = s.memory(n);
+      const TouchFound& found = m.scratch.touching[s.first + n];
+      if (row_of(m.settings.integrator).projection_moves) guess_rates(s, n);
+      memory.touch = m.scratch.state.touches[s.first + n];
+      c.over = c.over && memory.is_over();
+      if (c.lifts && memory.known)
+        memory.is_least =
+            found.pair.status == ContactStatus::found && found.pair.least_curvature > 0;
+      const SurfaceSpot spot = spot_of(s, n);
+      if (n > 0) {
+        c.more[n - 1] = spot;
+        continue;
+      }
+      c.at = memory.touch.at, c.known = memory.known, c.status = memory.how;
+      c.touches = spot.touches, c.slips = spot.slips, c.force = spot.force;
+      c.point = found.on_b, c.normal = found.normal, c.gap = found.gap;
+    }
+  });
+}
+
+}  // namespace pantin::detail::lagrangian
