@@ -57,7 +57,8 @@ struct Overlay {
   /// Where a contact went over a body.
   struct Trail {
     Entity body;
-    std::vector<Vec3> points;  // in its mass-centre frame, m, the oldest first
+    std::vector<Vec3> points;              // in its mass-centre frame, m, the oldest first
+    std::vector<std::size_t> starts = {};  // of points that no line leads to, rising
   };
   std::vector<Trail> trails;
 };

@@ -35,10 +35,17 @@ void add_trails(const PosedWorld& scene, std::span<const Overlay::Trail> trails,
   for (std::size_t i = 0; i < trails.size(); ++i) {
     const std::uint32_t slot = scene.world.bodies.slot(trails[i].body);
     const Pose pose = slot == kNoSlot ? Pose{} : scene.pose_of(slot);
-    points.clear();
-    for (const Vec3 p : trails[i].points) points.push_back(to_world(pose, p));
-    if (points.size() > 1)
-      pen.path(points, 1.8 * pen.fine(), {i % 2 == 0 ? ink::kTrailA : ink::kTrailB});
+    const Paint paint{i % 2 == 0 ? ink::kTrailA : ink::kTrailB};
+    const auto draw = [&] {
+      if (points.size() > 1) pen.path(points, 1.8 * pen.fine(), paint);
+      points.clear();
+    };
+    auto start = trails[i].starts.begin();
+    for (std::size_t n = 0; n < trails[i].points.size(); ++n) {
+      if (start != trails[i].starts.end() && *start == n) draw(), ++start;
+      points.push_back(to_world(pose, trails[i].points[n]));
+    }
+    draw();
   }
 }
 

@@ -12,14 +12,17 @@ class ContactTrails {
  public:
   /// Notes where the surfaces touch now; after each step.
   void record(const World& world);
-  /// For Overlay::trails: of each joint that on a, then that on b.
+  /// For Overlay::trails: of each place that on a, then that on b.
   const std::vector<Overlay::Trail>& trails() const { return trails_; }
 
  private:
-  void add(Overlay::Trail& trail, Vec3 point, Real near);
+  /// Of a surface of this size.
+  void add(std::size_t trail, Vec3 point, Real size);
 
-  std::map<std::uint32_t, std::size_t> places_;  // by index of the joint's entity, of its first
+  // By index of the joint's entity and place: where its pair of trails begins.
+  std::map<std::pair<std::uint32_t, std::size_t>, std::size_t> places_;
   std::vector<Overlay::Trail> trails_;
+  std::vector<char> apart_;  // since the last point; by trail
 };
 
 }  // namespace pantin::detail

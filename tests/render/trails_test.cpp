@@ -64,6 +64,36 @@ TEST_CASE("trails are kept in the frames of both bodies, without points that are
   CHECK(trails.trails()[0].points.size() == 11);
 }
 
+TEST_CASE("a trail starts anew where surfaces met again, and where a place leapt") {
+  Pair p;
+  ContactTrails trails;
+  const auto go = [&](Real x, bool touches) {
+    p.contact().point = {x, 0, 0}, p.contact().touches = touches;
+    trails.record(p.world);
+  };
+  go(0, true), go(0.01, true), go(0.02, false), go(0.02, true), go(0.03, true), go(0.9, true);
+  const Overlay::Trail& trail = trails.trails()[1];
+  CHECK(trail.points.size() == 5);
+  CHECK(trail.starts == std::vector<std::size_t>{2, 4});
+  for (int i = 0; i < 5000; ++i) go(0.9 + 0.1 * (i % 2), i % 100 > 0);
+  REQUIRE(trails.trails()[1].points.size() <= 4000);
+  const Overlay::Trail& full = trails.trails()[1];
+  CHECK(full.starts.size() >= 29);
+  for (std::size_t i = 1; i < full.starts.size(); ++i)
+    CHECK(full.starts[i] - full.starts[i - 1] == 99);
+}
+
+TEST_CASE("each place of a joint has trails of its own") {
+  Pair p;
+  p.contact().spots = 2;
+  p.contact().more[0] = {true, false, {0, 0, 0.5}, {0, 1, 0}, Vec3(0), 0};
+  ContactTrails trails;
+  trails.record(p.world);
+  REQUIRE(trails.trails().size() == 4);
+  CHECK(glm::distance(trails.trails()[3].points.at(0),
+                      to_local(p.world.bodies[p.b].pose, {0, 0, 0.5})) < 1e-12);
+}
+
 TEST_CASE("the place where surfaces touch is marked with its tangent plane, its trail drawn") {
   Pair p;
   View view;

@@ -390,3 +390,18 @@ TEST_CASE("forces of joints are drawn where they act") {
     CHECK(arrows[i].force == joint_reaction(b.world(), joint)->force);
   }
 }
+
+TEST_CASE("the way of a contact is kept while a scene runs, and gone when it starts over") {
+  std::ifstream file(asset("scenes/turntable.json"));
+  std::stringstream text;
+  text << file.rdbuf();
+  const Bench b(text.str());
+  b.run(1);
+  const auto& trails = b.desk->panes[0]->trails.trails();
+  REQUIRE(trails.size() == 2);
+  CHECK(trails[0].body == b.world().surface_contacts.values()[0].a);
+  CHECK(trails[0].points.size() > 20);
+  CHECK(trails[1].points.size() > 20);
+  b.desk->key("r");
+  CHECK(b.desk->panes[0]->trails.trails().empty());
+}

@@ -35,7 +35,7 @@ double contact_forces(const World& world) {
 
 void Pane::start(const World& from, const StepSettings& how) {
   hand.forget();
-  alarm.clear(), trace.clear();
+  alarm.clear(), trace.clear(), trails = {};
   sim = Simulation(from, how);
   sim.insert(Stage::before_drive, [this](World& world, Real) {
     hand.before_part(world, sim.settings.h / sim.settings.substeps);
@@ -53,6 +53,7 @@ void Pane::place() {
 
 void Pane::after_step(const World& world, Real h) {
   hand.after_step(world);
+  trails.record(world);
   const Measures m = measure(world);
   gap = m.worst_gap;
   worst_gap = std::max(worst_gap, m.worst_gap);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/render/trails.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "tools/pantin/view_hand.hpp"
 #include "tools/pantin/view_trace.hpp"
@@ -44,6 +45,7 @@ class Pane {
   std::vector<Pose> poses;  // as drawn, by slot
   std::optional<Solver> chosen;
   Trace trace;
+  ContactTrails trails;
   std::string alarm;     // why the last step stopped the run, until it starts over
   double gap = 0;        // m, after the last step
   double fraction = 0;   // of the next step

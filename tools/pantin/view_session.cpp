@@ -53,7 +53,8 @@ void Session::draw_pane(std::size_t index, Image& to) {
   overlay.alarm = pane.alarm;
   if (index == 0 && desk_.is_trouble && desk_.message_left > 0) overlay.alarm = desk_.message;
   overlay.joints = desk_.overlay;
-  if (desk_.overlay) overlay.legend = overlay_legend(pane.world());
+  if (desk_.overlay)
+    overlay.legend = overlay_legend(pane.world()), overlay.trails = pane.trails.trails();
   if (desk_.forces) {
     overlay.contacts = true;
     overlay.forces = forces_of(pane.scene());
