@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/geometry/plane_hull.hpp"
+
 namespace pantin::detail {
 namespace {
 
 constexpr int kMostTries = 64;
-constexpr Real kFlat = 1e-9;  // sine of a turn that is none
 
 Vec3 flat(Vec3 v) { return {v.x, v.y, 0}; }
 Vec3 unit(Real angle) { return {std::cos(angle), std::sin(angle), 0}; }
@@ -52,41 +53,14 @@ Real aim(const BeltPlace& a, const BeltPlace& b, Real angle) {
   return angle;
 }
 
-bool turns_left(Vec3 a, Vec3 b, Vec3 c) {
-  const Vec3 in = b - a, out = c - b;
-  return in.x * out.y - in.y * out.x > kFlat * glm::length(in) * glm::length(out);
-}
-
-/// [Andrew 1979]
-std::vector<Vec3> hull_of(std::vector<Vec3> points) {
-  std::sort(points.begin(), points.end(),
-            [](Vec3 p, Vec3 q) { return p.x != q.x ? p.x < q.x : p.y < q.y; });
-  points.erase(std::unique(points.begin(), points.end()), points.end());
-  std::vector<Vec3> hull;
-  for (int half = 0; half < 2 && points.size() > 2; ++half) {
-    const std::size_t from = hull.size();
-    for (const Vec3& p : points) {
-      while (hull.size() >= from + 2 && !turns_left(hull[hull.size() - 2], hull.back(), p))
-        hull.pop_back();
-      hull.push_back(p);
-    }
-    hull.pop_back();
-    std::reverse(points.begin(), points.end());
-  }
-  return hull;
-}
-
 }  // namespace
 
 BeltOutline hull_outline(std::span<const Vec3> points) {
   std::vector<Vec3> list;
   for (const Vec3& p : points) list.push_back(flat(p));
   BeltOutline o;
-  o.corners = hull_of(std::move(list));
-  if (o.corners.size() < 3) {
-    o.corners.clear();
-    return o;
-  }
+  o.corners = plane_hull(std::move(list));
+  if (o.corners.empty()) return o;
   Real along = 0;
   for (std::size_t i = 0; i < o.corners.size(); ++i) {
     const Vec3 edge = o.corners[(i + 1) % o.corners.size()] - o.corners[i];

@@ -7,8 +7,11 @@
 namespace pantin::detail::nurbs {
 namespace {
 
-constexpr Real kJump = 1e-9;      // relative; what is below it is rounding
-constexpr Real kNoNormal = 1e-9;  // of size^2
+constexpr Real kJump = 1e-9;          // relative; what is below it is rounding
+constexpr Real kNoNormal = 1e-9;      // of size^2
+constexpr Real kLeastSpan = 1e-12;    // between knots, of their domain; and of that itself
+constexpr Real kLeastShare = 1e-15;   // likewise, of the knots
+constexpr Real kLeastWeight = 1e-12;  // of the largest: rounding takes what is less
 
 std::string text_of(Real x) {
   char text[32];
@@ -22,6 +25,20 @@ struct Complaints {
   std::vector<Error> errors = {};
   void add(const std::string& what) { errors.push_back({place + ": " + what}); }
 };
+
+// False if some are so near to one another that a span cannot be halved.
+bool are_apart(const Knots& k, Complaints& to) {
+  const Real size = std::max(std::abs(k.values.front()), std::abs(k.values.back()));
+  const Real least = std::max(kLeastSpan * (k.high() - k.low()), kLeastShare * size);
+  for (std::size_t i = 1; i < k.values.size(); ++i) {
+    const Real gap = k.values[i] - k.values[i - 1];
+    if (gap == 0 || gap >= least) continue;
+    to.add("knots " + std::to_string(i - 1) + " and " + std::to_string(i) + " are " + text_of(gap) +
+           " apart, expected equal ones, or at least " + text_of(least));
+    return false;
+  }
+  return true;
+}
 
 // False if the knots cannot even be counted.
 bool look_at_knots(const Knots& k, std::size_t points, Complaints& to) {
@@ -49,12 +66,12 @@ bool look_at_knots(const Knots& k, std::size_t points, Complaints& to) {
       return false;
     }
   }
-  if (!(k.low() < k.high())) {
+  if (!(k.high() - k.low() > kLeastSpan)) {
     to.add("found a domain from " + text_of(k.low()) + " to " + text_of(k.high()) +
-           ", expected a range that is not empty");
+           ", expected a range of more than " + text_of(kLeastSpan));
     return false;
   }
-  return true;
+  return are_apart(k, to);
 }
 
 void look_at_multiplicities(const Knots& k, Complaints& to) {
@@ -70,6 +87,8 @@ void look_at_multiplicities(const Knots& k, Complaints& to) {
 }
 
 void look_at_points(std::span<const Weighted> points, Complaints& to) {
+  Real largest = 0;
+  for (const Weighted& p : points) largest = std::max(largest, p.w);
   for (std::size_t i = 0; i < points.size(); ++i) {
     const Weighted& p = points[i];
     const std::string which = "control point " + std::to_string(i);
@@ -77,6 +96,9 @@ void look_at_points(std::span<const Weighted> points, Complaints& to) {
       to.add(which + " has a number that is not finite");
     else if (!(p.w > 0))
       to.add(which + " has weight " + text_of(p.w) + ", expected one above 0");
+    else if (p.w < kLeastWeight * largest)
+      to.add(which + " has weight " + text_of(p.w) + ", expected at least " +
+             text_of(kLeastWeight * largest) + ": the largest is " + text_of(largest));
   }
 }
 

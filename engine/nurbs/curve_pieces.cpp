@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/nurbs/pieces.hpp"
+
 namespace pantin::detail::nurbs {
 namespace {
 
@@ -17,23 +19,6 @@ constexpr Real kOut = 0.77459666924148337704;  // of the rule of three points
 // The longest part of a piece that one rule is for, and that a rule of three points is for.
 constexpr Real kPart = 1.0 / 8, kShort = 1.0 / 128;
 
-/// Of a Bezier piece, about its middle: coefficient k is derivative k by k!.
-void append_powers(const std::vector<Weighted>& piece, std::vector<Weighted>& to) {
-  const std::size_t p = piece.size() - 1;
-  std::vector<Weighted> differences = piece;
-  Real factor = 1;
-  for (std::size_t k = 0; k <= p; ++k) {
-    std::vector<Weighted> work = differences;
-    for (std::size_t r = p - k; r > 0; --r)
-      for (std::size_t i = 0; i < r; ++i) work[i] = 0.5 * (work[i] + work[i + 1]);
-    to.push_back(factor * work[0]);
-    factor = factor * static_cast<Real>(p - k) / static_cast<Real>(k + 1);
-    for (std::size_t i = 0; i + 1 < differences.size(); ++i)
-      differences[i] = differences[i + 1] - differences[i];
-    differences.pop_back();
-  }
-}
-
 }  // namespace
 
 CurvePieces::CurvePieces(const Curve& curve)
@@ -44,21 +29,14 @@ CurvePieces::CurvePieces(const Curve& curve)
     middles_.push_back((low + high) / 2), inverse_.push_back(1 / (high - low));
   }
   if (curve_.knots.degree > kFastDegree) return;
-  for (const Curve& piece : bezier_pieces(curve_)) append_powers(piece.points, coefficients_);
-}
-
-std::size_t CurvePieces::piece_at(Real t) const {
-  std::size_t first = 0, count = starts_.size();
-  while (count > 1) {
-    const std::size_t half = count / 2;
-    first += starts_[first + half] <= t ? half : 0;
-    count -= half;
+  for (Curve& piece : bezier_pieces(curve_)) {
+    to_powers(piece.points);
+    coefficients_.insert(coefficients_.end(), piece.points.begin(), piece.points.end());
   }
-  return first;
 }
 
 std::array<Vec3, 3> CurvePieces::at(Real t) const {
-  const std::size_t i = piece_at(t);
+  const std::size_t i = piece_at(starts_, t);
   if (coefficients_.empty()) {
     const CurveDerivatives d = evaluate_on(curve_, spans_[i], t, 2);
     return {d[0], d[1], d[2]};
@@ -80,7 +58,7 @@ std::array<Vec3, 3> CurvePieces::at(Real t) const {
 Real CurvePieces::length(Real from, Real to) const {
   Real sum = 0;
   while (from < to) {
-    const std::size_t i = piece_at(from);
+    const std::size_t i = piece_at(starts_, from);
     Real end = std::min(to, from + kPart / inverse_[i]);
     if (i + 1 < starts_.size()) end = std::min(end, starts_[i + 1]);
     const Real middle = (from + end) / 2, half = (end - from) / 2;

@@ -27,7 +27,6 @@ class CurvePieces {
   Real way(Real from, Real to) const;
 
  private:
-  std::size_t piece_at(Real t) const;
   Real length(Real from, Real to) const;  // from <= to, within the domain
 
   Curve curve_;

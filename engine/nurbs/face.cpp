@@ -4,45 +4,16 @@
 #include <cstring>
 
 #include "engine/base/lanes.hpp"
+#include "engine/nurbs/pieces.hpp"
 
 namespace pantin::detail::nurbs {
 namespace {
 
 constexpr int kFastDegree = 3;
 
-// Powers about the middle of a Bezier line, in place: coefficient k is derivative k by k!, with the
-// parameter from -1/2 to 1/2.
-void to_powers(std::span<Weighted> line) {
-  const int p = static_cast<int>(line.size()) - 1;
-  std::vector<Weighted> work;
-  Real factor = 1;
-  std::vector<Weighted> differences(line.begin(), line.end());
-  for (int k = 0; k <= p; ++k) {
-    work = differences;
-    for (int r = p - k; r > 0; --r)
-      for (int i = 0; i < r; ++i)
-        work[static_cast<std::size_t>(i)] =
-            0.5 * (work[static_cast<std::size_t>(i)] + work[static_cast<std::size_t>(i + 1)]);
-    line[static_cast<std::size_t>(k)] = factor * work[0];
-    factor = factor * (p - k) / (k + 1);
-    for (std::size_t i = 0; i + 1 < differences.size(); ++i)
-      differences[i] = differences[i + 1] - differences[i];
-    differences.pop_back();
-  }
-}
-
 }  // namespace
 
-std::size_t Face::Pieces::find(Real t) const {
-  // Without branches, which would be guessed wrong half of the time.
-  std::size_t first = 0, count = starts.size();
-  while (count > 1) {
-    const std::size_t half = count / 2;
-    first += starts[first + half] <= t ? half : 0;
-    count -= half;
-  }
-  return first;
-}
+std::size_t Face::Pieces::find(Real t) const { return nurbs::piece_at(starts, t); }
 
 Face::Face(Surface surface) : surface_(std::move(surface)) {
   const auto prepare = [](const Knots& k, Pieces& to) {

@@ -1,4 +1,6 @@
 // Belts.
+#include <algorithm>
+
 #include "engine/scene/group_builder.hpp"
 #include "engine/scene/place.hpp"
 #include "engine/world/belt_sides.hpp"
@@ -6,6 +8,7 @@
 namespace pantin::detail {
 namespace {
 
+constexpr int kFewestLinks = 6, kMostLinks = 2000;  // as the key "links" says
 constexpr Real kLinkTurn = 0.01;  // rad, between points of the way that links are laid along
 
 /// Bodies along a belt, y along it, and their lengths.
@@ -135,14 +138,23 @@ bool GroupBuilder::can_be_driven(Element<BeltRecipe> e, const BuiltBelt& laid) {
 
 void GroupBuilder::add_links_of_belt(Element<BeltRecipe> e, const BuiltBelt& laid) {
   const Real thickness = kBeltThickness * laid.belt.width;
-  const int fits_in = static_cast<int>(laid.belt.length / (1.2 * thickness));
-  const int count = e.recipe.links > 0 ? e.recipe.links : std::min(fits_in / 2, 2000);
+  const Real most = laid.belt.length / (1.2 * thickness);
+  const int fits_in = static_cast<int>(std::min<Real>(most, 2 * kMostLinks));
+  const int count =
+      e.recipe.links > 0 ? e.recipe.links : std::clamp(fits_in / 2, kFewestLinks, kMostLinks);
   if (!can_be_driven(e, laid)) return;
-  if (count > fits_in || count < 6)
-    return messages_.error(e.id, e.recipe.links > 0 ? "links" : "width",
-                           "found " + std::to_string(count) + " links of a belt " +
-                               written(laid.belt.length) + " m long and " + written(thickness) +
-                               " m thick, expected 6 to " + std::to_string(fits_in));
+  const std::string belt = " a belt " + written(laid.belt.length) + " m long";
+  if (fits_in < kFewestLinks)
+    return messages_.error(e.id, "width",
+                           "found a width of " + written(laid.belt.width) + " m on" + belt +
+                               ", expected at most " +
+                               written(laid.belt.length / (1.2 * kFewestLinks * kBeltThickness)) +
+                               " m: six links of a quarter of it fit in");
+  if (count > fits_in)
+    return messages_.error(e.id, "links",
+                           "found " + std::to_string(count) + " links of" + belt + " and " +
+                               written(thickness) + " m thick, expected 6 to " +
+                               std::to_string(fits_in));
   BuildCount more;
   more.bodies = more.links = more.parts = count;
   if (!fits(more, e.id)) return;

@@ -29,23 +29,20 @@ void GroupBuilder::mirror_bodies(Element<MirrorRecipe> e) {
 }
 
 void GroupBuilder::add_image(const ElementId& at, std::uint32_t body, const Reflection& by) {
-  if (made_.bodies[body].has_path) {  // of a prefab: those of this group come later
-    messages_.error(at, "bodies",
-                    "found " + quoted_name(made_.bodies[body].name) +
-                        ", which has a path, expected a body without: a path has no "
-                        "mirror image");
-    return;
-  }
-  BuiltBody image = mirrored(made_.bodies[body], by, context_.images);
+  const BuiltBody& own = made_.bodies[body];
+  const auto refuse = [&](const std::string& what) {
+    messages_.error(at, "bodies", "found " + quoted_name(own.name) + ", " + what);
+  };
+  if (own.has_path)  // of a prefab: those of this group come later
+    return refuse("which has a path, expected a body without: a path has no mirror image");
+  if (own.is_lamina || own.is_finger)
+    return refuse("expected no lamina and no finger of one: they have no mirror image");
+  BuiltBody image = mirrored(own, by, context_.images);
   image.name = mirrored_name(image.name);
-  if (!can_be_called(at, made_.bodies[body].name, image.name)) return;
-  if (const auto kind = unmirrored(*image.mass_properties)) {
-    messages_.error(at, "bodies",
-                    "found " + quoted_name(made_.bodies[body].name) + ", which has a " +
-                        std::string(name_of(*kind)) +
-                        ", expected a body without: it has no mirror image");
-    return;
-  }
+  if (!can_be_called(at, own.name, image.name)) return;
+  if (const auto kind = unmirrored(*image.mass_properties))
+    return refuse("which has a " + std::string(name_of(*kind)) +
+                  ", expected a body without: it has no mirror image");
   const std::uint32_t place = add(std::move(image));
   images_[body] = {place, by.plane}, images_[place] = {body, by.plane};
 }

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <string>
 
-#include "engine/scene/read.hpp"
+#include "engine/scene/read_named.hpp"
 
 namespace pantin::detail {
 namespace {
@@ -69,12 +69,7 @@ const std::vector<ClassParts>* find_class(const Reading& reading, NodeId node) {
   const std::string_view name = value.kind == JsonKind::string ? value.text : "";
   const auto found = reading.classes.find(name);
   if (found != reading.classes.end() && !name.empty()) return &found->second;
-  std::vector<std::string_view> names;
-  Hints& hints = reading.diagnostics.hints;
-  for (auto it = reading.classes.begin(); it != reading.classes.end() && hints.any_left(); ++it)
-    names.push_back(it->first);
-  std::ranges::sort(names);
-  reading.diagnostics.error_value(node, "the name of a class" + hints.of(name, names));
+  refuse_unknown(reading, node, reading.classes, "the name of a class");
   return nullptr;
 }
 

@@ -20,7 +20,16 @@ struct Whole {
   const Reader& from;
   std::size_t refused_before = from.diagnostics.error_count();
 
-  bool is_good() const { return from.diagnostics.error_count() == refused_before; }
+  bool is_good() const { return from.diagnostics.error_count() == refused_before && !has_faults(); }
+  /// Whether some number is none, which was told when the text was read.
+  bool has_faults() const {
+    const auto is_below = [&](const JsonFault& fault) {
+      NodeId node = fault.node;
+      while (node != kNoNode && node != from.node) node = from.json[node].parent;
+      return node == from.node;
+    };
+    return std::ranges::any_of(from.json.faults, is_below);
+  }
 };
 
 nurbs::Affine placing_of(const Reader& from) {

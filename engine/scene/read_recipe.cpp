@@ -213,6 +213,9 @@ std::optional<std::uint32_t> read_prefab_file(const Reading& reading, const Read
   std::vector<Group>& prefabs = scene.recipe.prefabs;
   prefabs.emplace_back().name = item.name();
   const auto number = static_cast<std::uint32_t>(prefabs.size());
+  if (from.has("laminas"))
+    inner.diagnostics.warn(from.find("laminas"), "laminas of a scene",
+                           "laminas are of the whole scene; in a prefab they are left out");
   read_content(inner, from, number);
   scene.open_files.pop_back();
   scene.prefab_of.emplace(full, number - 1);

@@ -1,11 +1,10 @@
 // Surfaces by name, in shapes, and in files of their own.
-#include <algorithm>
 #include <filesystem>
 
 #include "engine/geometry/skin_model.hpp"
 #include "engine/nurbs/check.hpp"
 #include "engine/nurbs/makers.hpp"
-#include "engine/scene/read.hpp"
+#include "engine/scene/read_named.hpp"
 #include "engine/scene/surface_words.hpp"
 
 namespace pantin::detail {
@@ -110,7 +109,8 @@ SurfacePointer surface_of_faces(const Reading& reading, const Reader& from) {
   }
   if (from.diagnostics.error_count() != refused_before) return nullptr;
   if (faces.empty()) {
-    if (from.has("faces")) from.diagnostics.error_value(from.find("faces"), "at least one face");
+    if (from.has("faces") && nodes.empty())
+      from.diagnostics.error_value(from.find("faces"), "at least one face");
     return nullptr;
   }
   return made_of(from, std::make_shared<nurbs::Skin>(std::move(faces), tolerance));
@@ -181,36 +181,13 @@ SurfacePointer read_skin(const Reading& reading, const Reader& shape) {
     if (name.ends_with(".json") || name.ends_with(".json5") || name.ends_with(".jsonc"))
       return surface_of_file(reading, node, std::string(name));
   }
-  std::vector<std::string_view> names;
-  for (const auto& [name, surface] : reading.surface_of) names.push_back(name);
-  std::sort(names.begin(), names.end());
-  const std::string_view word = value.kind == JsonKind::string ? value.text : "";
-  reading.diagnostics.error_value(node,
-                                  "the name of a surface, a surface, or a file that ends in .json" +
-                                      reading.diagnostics.hints.of(word, names));
+  refuse_unknown(reading, node, reading.surface_of,
+                 "the name of a surface, a surface, or a file that ends in .json");
   return nullptr;
 }
 
 void read_surfaces(Reading& reading, const Reader& scene) {
-  std::unordered_map<std::string_view, NodeId> known;
-  for (NodeId node : scene.items("surfaces")) {
-    const NodeId name =
-        reading.json[node].kind == JsonKind::object ? reading.json.member(node, "name") : kNoNode;
-    SurfacePointer surface = read_surface(reading, node);
-    if (reading.json[node].kind != JsonKind::object) continue;
-    if (name == kNoNode) {
-      reading.diagnostics.error(node, "found no \"name\", expected a name");
-      continue;
-    }
-    if (reading.json[name].kind != JsonKind::string) continue;  // told already
-    const std::string_view text = reading.json[name].text;
-    const auto [first, is_new] = known.try_emplace(text, node);
-    if (!is_new)
-      reading.diagnostics.error(name, "found the name \"" + std::string(text) +
-                                          "\" again, expected one that " +
-                                          reading.json.pointer(first->second) + " does not have");
-    reading.surface_of.try_emplace(text, std::move(surface));
-  }
+  read_named(reading, scene.items("surfaces"), reading.surface_of, read_surface);
 }
 
 }  // namespace pantin::detail

@@ -107,9 +107,14 @@ void check_solvers(const BuiltScene& built, const std::vector<Solver>& solvers,
               {belt.belt.friction > 0 ? "friction" : "", "belt \"" + belt.name + "\"",
                feature_of(belt.belt)},
               solvers[body]);
-  for (const BuiltSurfaceJoint& s : built.surface_joints)
-    error(s.at, {"", "surface joint \"" + s.name + "\"", feature_of(s.contact)},
-          solvers[built.is_dynamic(s.a) ? s.a : s.b]);
+  for (const BuiltSurfaceJoint& s : built.surface_joints) {
+    const std::string what = "surface joint \"" + s.name + "\"";
+    const Feature feature = feature_of(s.contact);
+    const Extra extra = feature == Feature::curve_friction
+                            ? Extra{"friction", "the friction of " + what, feature}
+                            : Extra{"", what, feature};
+    error(s.at, extra, solvers[built.is_dynamic(s.a) ? s.a : s.b]);
+  }
   for (const BuiltCable& s : built.cables) {
     for (const std::uint32_t end : {s.a, s.b})
       if (built.is_dynamic(end))

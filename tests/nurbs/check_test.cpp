@@ -56,13 +56,16 @@ TEST_CASE("bad input is told with surface, direction, knot and what was expected
   CHECK(first_error(s) == "roof: control point 7 has weight 0, expected one above 0");
   s = good, s.points[7].w = -2;
   CHECK(first_error(s) == "roof: control point 7 has weight -2, expected one above 0");
+  s = good, s.points[7].w = 1e-20, s.points[2].w = 1e3;
+  CHECK(first_error(s) ==
+        "roof: control point 7 has weight 1e-20, expected at least 1e-09: the largest is 1000");
   s = good, s.points[3].x = std::numeric_limits<Real>::quiet_NaN();
   CHECK(first_error(s) == "roof: control point 3 has a number that is not finite");
   s = good, s.v.values[4] = std::numeric_limits<Real>::infinity();
   CHECK(first_error(s) == "roof, v: knot 4 is not a finite number");
   s = good, s.u.values.assign(8, 1);
   CHECK(first_error(s) ==
-        "roof, u: found a domain from 1 to 1, expected a range that is not empty");
+        "roof, u: found a domain from 1 to 1, expected a range of more than 1e-12");
   s = good, s.v.is_periodic = true;
   CHECK(first_error(s).starts_with("roof: is periodic along v, but its ends are "));
   Curve c = random_curve(3, 6, dice);
@@ -73,6 +76,30 @@ TEST_CASE("bad input is told with surface, direction, knot and what was expected
   CHECK(errors_of(c, "rail")[0].message == "rail: knot 0.5 is there 2 times, expected at most 1");
   c = circle({}, 1), c.points.back() = {Vec3(1, 0.5, 0), 1};
   CHECK(errors_of(c, "ring")[0].message == "ring: is periodic, but its ends are 0.5 m apart");
+}
+
+TEST_CASE(
+    "knots that no span fits between are refused, and pieces of those that are not can be cut") {
+  const auto bent_at = [](Real first, Real second) {
+    Curve c{{.degree = 1, .values = {0, 0, first, second, 1, 1}}, {}};
+    for (int i = 0; i < 4; ++i) c.points.push_back({Vec3(i, i * i, 0), 1});
+    return c;
+  };
+  for (const Real gap : {6e-17, 1e-16, 1e-14, 9e-13}) {
+    INFO("gap " << gap);
+    const auto errors = errors_of(bent_at(0.25, 0.25 + gap), "rail");
+    REQUIRE(errors.size() == 1);
+    CHECK(errors[0].message.starts_with("rail: knots 2 and 3 are "));
+    CHECK(errors[0].message.ends_with(" apart, expected equal ones, or at least 1e-12"));
+  }
+  CHECK(errors_of(bent_at(0.25, 0.25 + 1e-11), "rail").empty());
+  Curve c = bent_at(0.25, 0.5);
+  for (Real& t : c.knots.values) t *= 5e-324;
+  CHECK(errors_of(c, "rail")[0].message ==
+        "rail: found a domain from 0 to 4.94065646e-324, expected a range of more than 1e-12");
+  c = bent_at(0.25, 0.5);
+  for (Real& t : c.knots.values) t = 1e9 + 2e-6 * t;
+  CHECK(errors_of(c, "rail")[0].message.find(" apart, expected ") != std::string::npos);
 }
 
 TEST_CASE("every mistake is told, not only the first") {

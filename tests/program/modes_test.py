@@ -76,6 +76,25 @@ class Answers(Folder):
             self.assertAlmostEqual(names[name], share, delta=0.01)
         self.assertAlmostEqual(told["none"] + told["unique"] + told["ambiguous"], 1)
 
+    def test_a_map_as_json_tells_the_shares_of_its_cells(self):
+        path = self.folder / "map.csv"
+        for scene in ("grasp", "ambiguous"):
+            told = modes(scene, "--map", "mu2,mu1", "--range", "0,2", "--size", "64")
+            with_file = modes(scene, "--map", "mu2,mu1", "--range", "0,2", "--size", "64", "--out",
+                              path)
+            self.assertEqual(with_file.pop("out"), str(path))
+            self.assertEqual(told, with_file)
+            self.assertEqual((told["from"], told["to"], told["columns"]), (0, 2, 64))
+            self.assertEqual((told["across"], told["up"]), ("mu2 (index)", "mu1 (thumb)"))
+            cells = [r["modes"].split() for r in csv.DictReader(path.open())]
+            self.assertEqual(len(cells), 64 * 64)
+            names = [m["mode"] for m in told["modes"]]
+            self.assertEqual(set(names), {name for cell in cells for name in cell})
+            for m in told["modes"]:
+                self.assertEqual(m["share"], sum(m["mode"] in c for c in cells) / len(cells))
+            self.assertEqual(told["several"], sum(len(c) > 1 for c in cells) / len(cells))
+            self.assertEqual(told["none"], sum(not c for c in cells) / len(cells))
+
     def test_advice_makes_a_mode_certain(self):
         told = modes("grasp", "--advise")
         self.assertTrue(told["certain"])
@@ -266,6 +285,44 @@ class Refusals(Folder):
                      events=[{"type": "solver", "solver": "quasistatic", "at": 1}])
         self.refused(rod, "/laminas/0/name", 'found the name "rod" again',
                      bodies=[dict(ball, name="rod")])
+
+    def test_a_lamina_that_no_finger_touches_has_no_modes(self):
+        rod = {"name": "rod", "outline": [[-0.6, 0], [0.6, 0], [0.6, 0.02], [-0.6, 0.02]],
+               "fingers": [{"name": "a", "point": [-0.4, 0], "velocity": [0, -5]},
+                           {"name": "b", "point": [0.25, -0.5]}]}
+        path = self.folder / "drop.json"
+        path.write_text(json.dumps({"version": 1, "laminas": [rod]}))
+        done = pantin("modes", path, "--at", "0.1")
+        self.assertEqual((done.returncode, done.stdout), (1, ""))
+        self.assertIn('lamina "rod": found no finger that touches it at 0.1 s, expected one: '
+                      "without contacts it has no modes (dynamics: ", done.stderr)
+        rod["fingers"] = rod["fingers"][1:]
+        path.write_text(json.dumps({"version": 1, "laminas": [rod]}))
+        for more in ([], ["--json"], ["--advise"], ["--uncertain"], ["--map", "mu1,mu2"]):
+            done = pantin("modes", path, *more)
+            self.assertEqual((done.returncode, done.stdout), (1, ""), more)
+            self.assertIn("touches it at 0 s", done.stderr)
+
+    def test_laminas_have_no_mirror_image_and_no_prefab(self):
+        rod = {"name": "rod_l", "outline": [[-0.6, 0], [0.6, 0], [0.6, 0.02], [-0.6, 0.02]],
+               "fingers": [{"name": "a_l", "point": [-0.4, 0]}, {"point": [0.25, 0]}]}
+        mirrored = {"generators": {"mirrors": [{"bodies": ["rod_l/a_l"]}]}}
+        self.refused(rod, "/generators/mirrors/0/bodies", 'found "rod_l/a_l", expected no lamina',
+                     **mirrored)
+        mirrored["generators"]["mirrors"][0]["bodies"] = ["rod_l"]
+        part = self.folder / "part.json"
+        part.write_text(json.dumps({"version": 1, "laminas": [rod], **mirrored}))
+        done = pantin("check", part)
+        self.assertEqual(done.returncode, 2)
+        self.assertIn('found "rod_l", expected no lamina', done.stderr)
+        part.write_text(json.dumps({"version": 1, "laminas": [rod]}))
+        whole = self.folder / "whole.json"
+        whole.write_text(json.dumps({"version": 1, "prefabs": [{"name": "p", "file": "part.json"}],
+                                     "instances": [{"name": "i", "prefab": "p"}]}))
+        done = pantin("check", whole)
+        self.assertEqual(done.returncode, 0)
+        self.assertIn("part.json:1:27: /laminas: laminas are of the whole scene; in a prefab they "
+                      "are left out", done.stderr)
 
     def test_a_run_tells_when_dynamics_moves_a_lamina(self):
         done = pantin("run", LAMINAS / "rod.json", "--json", "--record", self.folder / "rod.csv")

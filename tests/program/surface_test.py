@@ -79,6 +79,10 @@ class Surface(Folder):
         out = self.folder / "out.json"
         self.assert_refused(pantin("surface", bad, "--out", out), f"{bad}:2", "/faces/0/tube")
         self.assertFalse(out.exists())
+        for option, name in (("--out", "out.txt"), ("--picture", "out.jpg")):
+            self.assert_refused(pantin("surface", self.torus, option, self.folder / name),
+                                f"{option}: found", "expected a name that ends in")
+            self.assertFalse((self.folder / name).exists())
 
     def test_without_the_helper_a_cad_file_is_refused_clearly(self):
         alone = self.folder / "bin"

@@ -1,4 +1,5 @@
 // Curves that touch, in scene files and programs: what is made of them, and what is refused.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <pantin/pantin.hpp>
 
@@ -102,8 +103,34 @@ TEST_CASE("curves that cannot touch are refused, with the pointer and what was f
   check_told(scene_of(kRound, kFace, "", "auto"), "solved by \"auto\"");
 }
 
+TEST_CASE("a number that is none is told once, whatever is made of it") {
+  const auto told = [](const std::string& a) {
+    const std::string all = all_errors(scene_of(a, kFace));
+    INFO(all);
+    CHECK(std::count(all.begin(), all.end(), '\n') == 1);
+    CHECK(all.find(", expected a finite number") != std::string::npos);
+  };
+  const auto nurbs = [](const std::string& knot, const std::string& x, const std::string& weight) {
+    return R"("curve": {"type": "nurbs", "degree": 2, "knots": [0, 0, 0, )" + knot +
+           R"(, 1, 1], "points": [[1, 0, 0], [)" + x +
+           R"(, 0.1, 0], [-1, 0, 0]], "weights": [1, )" + weight + ", 1]}";
+  };
+  CHECK(parse_scene(scene_of(nurbs("1", "0", "1"), kFace), "s.json"));
+  told(nurbs("1e999", "0", "1"));
+  told(nurbs("1", "NaN", "1"));
+  told(nurbs("1", "0", "1e999"));
+  told(R"("curve": {"type": "joined", "curves": [{"type": "circle", "radius": Infinity}]})");
+  told(R"("curve": {"type": "interpolation", "points": [[0, 0, 0], [1, NaN, 0], [2, 0, 0]]})");
+  told(R"("surface": {"faces": [{"type": "plane", "size": [1e999, 1]}]})");
+  told(R"("surface": {"faces": [{"type": "extrusion", "way": [0, 0, NaN],
+          "profile": {"type": "circle", "radius": 1}}]})");
+}
+
 TEST_CASE("the plane takes curves of its own plane alone") {
   CHECK(parse_scene(scene_of(kRound, kFace, "", "planar"), "s.json"));
+  check_told(scene_of(kRound, kFace, R"(, "friction": 0.2)", "planar"),
+             "/surface_joints/0/friction: found the friction of surface joint \"c\" solved by "
+             "\"planar\", expected the solver \"lagrangian\"");
   const std::string turned = R"(, "rotation_deg": [0, 20, 0])";
   check_told(scene_of(kRound + turned, kFace + turned, "", "planar"),
              "which has a curve of \"a\" whose plane is not that of x and y");

@@ -129,6 +129,38 @@ TEST_CASE("belts that cannot be are refused, each with its reason") {
   CHECK(unknown[0].find("expected the solver \"planar\" or \"lagrangian\"") != std::string::npos);
 }
 
+TEST_CASE("links of a belt are as many as fit in, however wide it is") {
+  const auto solid = [](const std::string& x, const std::string& name) {
+    return R"({"name": ")" + name + R"(", "position": [)" + x + R"(, 0, 0], "collision": true,
+      "shape": {"type": "cylinder", "radius": 0.2, "length": 0.1, "rotation_deg": [90, 0, 0]}})";
+  };
+  const auto scene = [&](const std::string& width, const std::string& more = "") {
+    return parse_scene(R"({"version": 1, "solver": {"type": "planar"}, "bodies": [)" +
+                           solid("0", "a") + ", " + solid("1", "b") +
+                           R"(], "belts": [{"level": "links", "width": )" + width + more +
+                           R"(, "pulleys": [{"body": "a", "radius": 0.2},
+                                            {"body": "b", "radius": 0.2}]}]})",
+                       "t.json");
+  };
+  const auto refused = [&](const std::string& width, const std::string& more = "") {
+    const Result<Scene> made = scene(width, more);
+    return made || made.errors().size() != 1 ? "" : made.errors()[0].message;
+  };
+  const Real length = 2 + 0.4 * kPi;  // m, of the belt
+  const auto links = [](const Result<Scene>& made) { return made ? made->world.links.size() : 0; };
+  CHECK(links(scene("1e-9")) == 2000);
+  CHECK(links(scene("1e-9", R"(, "links": 60)")) == 60);
+  CHECK(links(scene("0.1")) == static_cast<std::size_t>(length / (1.2 * 0.025)) / 2);
+  CHECK(links(scene("1.8")) == 6);
+  CHECK(refused("2").find("/belts/0/width: found a width of 2 m on a belt 3.256") !=
+        std::string::npos);
+  CHECK(refused("2").find("m long, expected at most 1.809") != std::string::npos);
+  CHECK(refused("1e9", R"(, "links": 60)").find("/belts/0/width: ") != std::string::npos);
+  CHECK(refused("0.5", R"(, "links": 60)").find("/belts/0/links: found 60 links of a belt ") !=
+        std::string::npos);
+  CHECK(refused("0.5", R"(, "links": 60)").ends_with("expected 6 to 21"));
+}
+
 TEST_CASE("what stays in the plane is solved there where a scene asks for it") {
   const auto scene = [](const std::string& more) {
     return parse_scene(R"({"version": 1, "plane": true, "bodies": [

@@ -68,6 +68,13 @@ int modes(ModesChoices c) {
     if (!moved) return interrupted() ? kInterrupted : kUsage;
     plan = std::move(*moved);
   }
+  if (std::ranges::none_of(plan.fingers, &FingerPlan::touches)) {
+    complain(
+        fmt::format("{}: lamina \"{}\": found no finger that touches it at {:g} s, expected "
+                    "one: without contacts it has no modes{}",
+                    c.scene, plan.name, c.at, c.running.empty() ? "" : " (" + c.running + ")"));
+    return kFailed;
+  }
   std::optional<Grasp> grasp = grasp_of(plan, c.scene);
   if (!grasp) return kUsage;
   if (!c.axes.empty()) return draw_map(*grasp, c);
@@ -97,7 +104,8 @@ Examples:
 
 A map shows where in the plane of two coefficients each mode holds: 1 all three contacts slide,
 2 R1S2, 3 R1S3, 4 R2S1, 5 R2S3, 6 R3S1, 7 R3S2 of up to three contacts (R2S1: the second sticks, the
-first slides); of more, numbers as the legend says. Where none is, no mode holds.
+first slides); of more, numbers as the legend says. Where none is, no mode holds. With --json it is
+the modes of the map and the share of its cells in which each holds.
 
 --move moves the part as its fingers move and writes time, pose of the mass centre, mode (a letter
 for each finger, + and - for the two ways to slide, . where it does not touch) and forces; it stops where no mode holds.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "engine/base/utf8.hpp"
 #include "engine/modes/map.hpp"
@@ -182,6 +183,37 @@ bool read_axes(const Grasp& g, const ModesChoices& c, Slice& slice) {
   return false;
 }
 
+/// The modes of the map and their shares of it.
+void print_shares(const Chart& chart, const ModesChoices& c) {
+  const Grasp& g = chart.grasp;
+  const std::vector<std::uint32_t>& cells = chart.map.cells;
+  const auto share = [&](auto holds) {
+    return static_cast<double>(std::ranges::count_if(cells, holds)) /
+           static_cast<double>(cells.size());
+  };
+  Json j{{"lamina", g.plan->name},
+         {"across", axis_name(g, chart.slice.across)},
+         {"up", axis_name(g, chart.slice.up)},
+         {"from", chart.slice.low},
+         {"to", chart.slice.high},
+         {"columns", chart.slice.size}};
+  j["modes"] = Json::array();
+  for (const std::size_t k : chart.seen())
+    j["modes"].push_back({{"mode", short_name(g.prepared, chart.region(k))},
+                          {"words", in_words(g, signs_of(chart.region(k)))},
+                          {"share", share([&](std::uint32_t cell) { return cell >> k & 1; })}});
+  j["several"] = share([](std::uint32_t cell) { return std::popcount(cell) > 1; });
+  j["none"] = share([](std::uint32_t cell) { return cell == 0; });
+  if (!c.out.empty()) j["out"] = c.out;
+  print_json(j);
+}
+
+/// Into the file of --out.
+int write_map(const Chart& chart, const ModesChoices& c) {
+  if (!c.out.ends_with(".csv")) return draw(chart, c);
+  return write_or_complain(c.out, as_csv(chart.grasp.prepared, chart.slice, chart.map));
+}
+
 }  // namespace
 
 int draw_map(Grasp& g, const ModesChoices& c) {
@@ -196,9 +228,9 @@ int draw_map(Grasp& g, const ModesChoices& c) {
     complain(fmt::format("{}: more than 32 modes in the map, expected fewer contacts", c.scene));
     return kFailed;
   }
-  if (c.out.ends_with(".csv"))
-    return write_or_complain(c.out, as_csv(g.prepared, slice, chart.map));
-  if (!c.out.empty()) return draw(chart, c);
+  const int written = c.out.empty() ? kOk : write_map(chart, c);
+  if (c.json && written == kOk) print_shares(chart, c);
+  if (c.json || !c.out.empty()) return written;
   const std::vector<std::size_t> seen = chart.seen();
   fmt::print("{}; {} upwards, {} to the right, {:g} to {:g}\n", bold(printable(title_of(chart))),
              printable(axis_name(g, slice.up)), printable(axis_name(g, slice.across)), slice.low,

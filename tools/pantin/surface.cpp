@@ -329,8 +329,11 @@ void add_surface(CLI::App& program, int& exit_code) {
       program.add_subcommand("surface", "Checks NURBS surfaces; reads them from STEP and IGES");
   command->add_option("file", c->file, "JSON, STEP or IGES")->required()->type_name(kFileType);
   command->add_option("--out", c->out, "write it as JSON, or as STEP or IGES, by the name's ending")
+      ->check(named({".json", ".step", ".stp", ".iges", ".igs"}))
       ->type_name(kFileType);
-  command->add_option("--picture", c->picture, "draw it into this PNG file")->type_name(kFileType);
+  command->add_option("--picture", c->picture, "draw it into this PNG file")
+      ->check(named({".png"}))
+      ->type_name(kFileType);
   command->add_option("--size", c->size, "of the picture, in pixels")
       ->type_name("WIDTHxHEIGHT")
       ->capture_default_str();

@@ -22,6 +22,8 @@ struct Turned {
 Turned split(Quat q) {
   const bool upright = q.w * q.w + q.z * q.z >= q.x * q.x + q.y * q.y;
   const Real half = upright ? std::atan2(q.z, q.w) : std::atan2(q.y, q.x);
+  // None to the bit, whatever the angle: a loaded World splits at another one.
+  if (q.x == 0 && q.y == 0) return {2 * half};
   const Quat back(std::cos(half), 0, 0, -std::sin(half));
   return {2 * half, glm::normalize(back * q)};
 }

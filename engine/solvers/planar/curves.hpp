@@ -45,8 +45,16 @@ struct FlatCurve {
   struct Side {
     std::shared_ptr<const nurbs::Wire> wire;
     std::shared_ptr<const nurbs::CurvePieces> pieces;
+    // As the body was tilted when this was made, with the rounding of its turn then: kept.
     Vec3 arm{0};  // from the mass centre to the curve's origin, m, in the body as it lies unturned
     Real angle = 0;  // rad, of the curve's axes there
+
+    static void fields(auto& self, auto&& field) {
+      field("wire", derived(self.wire));
+      field("pieces", derived(self.pieces));
+      field("arm", self.arm);
+      field("angle", self.angle);
+    }
   };
   std::array<Side, 2> sides;
   bool known = false;   // where they touch has been looked for
@@ -64,7 +72,7 @@ struct FlatCurve {
     field("island", derived(self.island));
     field("rolls", derived(self.rolls));
     field("lifts", derived(self.lifts));
-    field("sides", derived(self.sides));
+    field("sides", self.sides);
     field("known", self.known);
     field("over", self.over);
     field("struck", self.struck);

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "engine/geometry/kinds.hpp"
+#include "engine/geometry/plane_hull.hpp"
 #include "engine/world/flat.hpp"
 
 namespace pantin::detail::planar {
@@ -14,29 +15,6 @@ constexpr std::uint32_t kMostCorners = 8;
 
 Vec3 flat(Vec3 v) { return {v.x, v.y, 0}; }
 bool is_along_z(Vec3 axis) { return std::hypot(axis.x, axis.y) < kAlong; }
-
-/// The hull of points in the plane, anticlockwise, none on a straight side. [Andrew 1979]
-std::vector<Vec3> hull_of(std::vector<Vec3> points) {
-  std::sort(points.begin(), points.end(),
-            [](Vec3 p, Vec3 q) { return p.x != q.x ? p.x < q.x : p.y < q.y; });
-  Real size = 0;
-  for (const Vec3& p : points) size = std::max(size, glm::length(p - points.front()));
-  const auto turns_left = [&](Vec3 a, Vec3 b, Vec3 c) {
-    return glm::cross(b - a, c - b).z > kAlong * size * size;
-  };
-  std::vector<Vec3> hull;
-  for (int half = 0; half < 2; ++half) {
-    const std::size_t from = hull.size();
-    for (const Vec3& p : points) {
-      while (hull.size() >= from + 2 && !turns_left(hull[hull.size() - 2], hull.back(), p))
-        hull.pop_back();
-      hull.push_back(p);
-    }
-    hull.pop_back();
-    std::reverse(points.begin(), points.end());
-  }
-  return hull;
-}
 
 /// Where the edges of a piece with corners pass the height of its middle.
 std::vector<Vec3> cut(const Convex& piece, Real height) {
@@ -74,7 +52,7 @@ void append_bar(const std::array<Vec3, 2>& ends, const std::array<Real, 2>& radi
   std::vector<Vec3> corners;
   for (int end = 0; end < 2; ++end)
     for (const Real side : {-1.0, 1.0}) corners.push_back(ends[end] + side * radii[end] * left);
-  append_polygon(hull_of(std::move(corners)), o, out);
+  append_polygon(plane_hull(std::move(corners)), o, out);
 }
 
 Outline with_heights(const Shape& shape, const Pose& at) {
@@ -118,7 +96,7 @@ void append_section(const Shape& shape, const Pose& body, Plane& out) {
     case ShapeKind::hull: {
       ConvexScratch scratch;
       const std::vector<Vec3> points = cut(convex_piece(shape, at, scratch), at.position.z);
-      if (points.size() >= 3) append_polygon(hull_of(points), o, out);
+      append_polygon(plane_hull(points), o, out);
       return;
     }
     default:
