@@ -139,6 +139,17 @@ TEST_CASE("a step of surfaces that roll, come apart and land allocates nothing")
   CHECK(allocations_in(simulation, 120) == 0);
 }
 
+TEST_CASE("a step of planar linkages, belts and curves that nothing can touch allocates nothing") {
+  const std::string name = GENERATE("planar_four_bar", "planar_belts", "planar_serpentine",
+                                    "cam_follower", "geneva", "spline_cam", "elliptical_gears");
+  const auto scene = load_scene(asset("scenes/" + name + ".json"));
+  REQUIRE(scene);
+  Simulation simulation(scene->world, {scene->step});
+  allocations_in(simulation, 300);
+  INFO(name);
+  CHECK(allocations_in(simulation, 300) == 0);
+}
+
 TEST_CASE("timed events that act and change numbers allocate nothing") {
   World world = hung_chain(10).world;
   const Entity first = world.bodies.owners()[1], last = world.bodies.owners()[10];

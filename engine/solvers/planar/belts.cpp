@@ -24,31 +24,6 @@ BeltPlace place_in(const World& world, const Planar& all, const PulleyAt& at) {
   return {p.outline, centre * Vec3(1, 1, 0), p.angle + gained, p.sense};
 }
 
-Row span_row(const World& world, const Planar& all, const FlatSpan& of) {
-  const Belt& belt = world.belts.values()[of.belt];
-  const std::size_t next = (of.index + 1) % belt.pulleys.size();
-  const BeltPlace a = place_in(world, all, {belt, of.index, of.a}),
-                  b = place_in(world, all, {belt, next, of.b});
-  const BeltSpan span = span_between(a, b, belt.pulleys[of.index].direction);
-  Row row;
-  if (!span.is_found || of.slips) {  // names its bodies all the same: the factor keeps its pattern
-    row.add(of.a, Vec3(0)), row.add(of.b, Vec3(0));
-    return row;
-  }
-  const std::vector<Vec3>& at = all.scratch.motions.position;
-  const Vec3 u = span.along;
-  row.add(of.a, {-u.x, -u.y, -cross(span.from - at[of.a], u)});
-  row.add(of.b, {u.x, u.y, cross(span.to - at[of.b], u)});
-  row.c = marked_length(a, b, span) - belt.pulleys[of.index].offset;
-  return row;
-}
-
-Real rate_of(const Row& row, const Motions& m) {
-  Real rate = 0;
-  for (int i = 0; i < row.count; ++i) rate += glm::dot(row.j[i], m.velocity[row.body[i]]);
-  return rate;
-}
-
 void push(Motions& m, const Row& row, Real impulse, Real h) {
   for (int i = 0; i < row.count; ++i) {
     const std::uint32_t b = row.body[i];
@@ -57,51 +32,70 @@ void push(Motions& m, const Row& row, Real impulse, Real h) {
   }
 }
 
+/// Names its bodies all the same: the factor keeps its pattern.
+Row slack_row(const FlatSpan& of) {
+  Row row;
+  row.add(of.a, Vec3(0)), row.add(of.b, Vec3(0));
+  return row;
+}
+
 }  // namespace
 
-void append_belt_rows(const World& world, const Planar& all, std::vector<Row>& rows) {
-  for (const FlatSpan& s : all.spans) rows.push_back(span_row(world, all, s));
+Row span_row(const World& world, const Planar& all, const FlatSpan& of) {
+  return of.slips == 0 ? span_pull(world, all, of) : slack_row(of);
+}
+
+Row span_pull(const World& world, const Planar& all, const FlatSpan& of) {
+  const Belt& belt = world.belts.values()[of.belt];
+  const std::size_t next = (of.index + 1) % belt.pulleys.size();
+  const BeltPlace a = place_in(world, all, {belt, of.index, of.a}),
+                  b = place_in(world, all, {belt, next, of.b});
+  const BeltSpan span = span_between(a, b, belt.pulleys[of.index].direction);
+  if (!span.is_found) return slack_row(of);
+  Row row;
+  const std::vector<Vec3>& at = all.scratch.motions.position;
+  const Vec3 u = span.along;
+  row.add(of.a, {-u.x, -u.y, -cross(span.from - at[of.a], u)});
+  row.add(of.b, {u.x, u.y, cross(span.to - at[of.b], u)});
+  row.c = marked_length(a, b, span) - belt.pulleys[of.index].offset;
+  return row;
 }
 
 void begin_belts(World& world, Planar& all) {
   StepScratch& s = all.scratch;
   s.start_rows.clear();
-  if (all.spans.empty()) return;
   for (FlatSpan& span : all.spans) {
-    span.slips = false, span.impulse = 0;
+    span.slips = 0, span.impulse = 0;
     Belt& belt = world.belts.values()[span.belt];
     const std::size_t next = (span.index + 1) % belt.pulleys.size();
     BeltPulley &a = belt.pulleys[span.index], &b = belt.pulleys[next];
     a.angle = place_of(a, pose_of(world, all, span.a)).angle;
     b.angle = place_of(b, pose_of(world, all, span.b)).angle;
   }
-  Motions& m = s.motions;
-  m.position.clear(), m.gained.assign(s.plane.bodies.size(), 0);
-  for (const PlaneBody& b : s.plane.bodies)
-    m.position.push_back({b.position.x, b.position.y, b.angle});
-  append_belt_rows(world, all, s.start_rows);
+  for (const FlatSpan& span : all.spans) s.start_rows.push_back(span_row(world, all, span));
 }
 
-void let_slip(const World& world, Planar& all, Real h) {
+void let_slip(const World& world, Planar& all, const Mechanism& of, Real h) {
   StepScratch& s = all.scratch;
-  const std::size_t first = s.rows.size() - all.spans.size();
-  s.factor.compute(s.rows, s.motions.inverse_mass);
+  const std::size_t first = s.rows.size() - of.spans.size();
   s.lambda.clear();
-  for (const Row& row : s.rows) s.lambda.push_back(-rate_of(row, s.motions));
-  s.factor.solve(s.lambda);
-  for (std::size_t i = 0; i < all.spans.size(); ++i) {
-    const Belt& belt = world.belts.values()[all.spans[i].belt];
+  for (const Row& row : s.rows) s.lambda.push_back(-rate_of(row, s.motions.velocity));
+  of.closing.solve(s.lambda);
+  for (std::size_t i = 0; i < of.spans.size(); ++i) {
+    FlatSpan& span = all.spans[of.spans[i]];
+    const Belt& belt = world.belts.values()[span.belt];
     if (!(belt.friction > 0)) continue;
     const Real most = grip_of(belt) * h, asked = s.lambda[first + i];
     if (!(std::abs(asked) > most)) continue;
-    all.spans[i].slips = true, all.spans[i].impulse = std::copysign(most, asked);
-    push(s.motions, s.rows[first + i], all.spans[i].impulse, h);
+    span.slips = asked < 0 ? -1 : 1, span.impulse = span.slips * most;
+    push(s.motions, s.rows[first + i], span.impulse, h);
   }
 }
 
-bool may_slip(const World& world, const Planar& all) {
-  return std::any_of(all.spans.begin(), all.spans.end(),
-                     [&](const FlatSpan& s) { return world.belts.values()[s.belt].friction > 0; });
+bool may_slip(const World& world, const Planar& all, const Mechanism& of) {
+  return std::any_of(of.spans.begin(), of.spans.end(), [&](std::uint32_t span) {
+    return world.belts.values()[all.spans[span].belt].friction > 0;
+  });
 }
 
 void end_belts(World& world, Planar& all, Real h) {
@@ -121,7 +115,7 @@ void end_belts(World& world, Planar& all, Real h) {
     }
     if (spans.size() < count) belt.pulleys.back().tension = belt.pretension;
     follow_belt(belt, {poses, count}, {angles, count});
-    belt.slips = spans.front().slips;
+    belt.slips = spans.front().slips != 0;
     if (belt.slips) lay_mark(belt, 0, {poses, count});
   }
 }

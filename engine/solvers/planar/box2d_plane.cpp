@@ -231,7 +231,6 @@ struct Stepper {
   int substeps = kFewestSubsteps;
   b2World world;
   std::vector<b2Body*> bodies = {};
-  std::vector<b2Vec2> starts = {}, speeds = {};
   // By joint: what holds it, and the spring or motor of a hinge.
   std::vector<b2Joint*> holds = {}, springs = {};
   float part() const { return static_cast<float>(h / substeps); }
@@ -241,7 +240,7 @@ int substeps_for(const Plane& plane, Real h) {
   Real most = 0;
   const Real gained = h * glm::length(plane.gravity);
   for (const PlaneBody& b : plane.bodies) {
-    if (b.kind == PlaneBody::fixed) continue;
+    if (b.kind == PlaneBody::fixed || b.kind == PlaneBody::absent) continue;
     const Real way = (glm::length(b.velocity) + gained + h * glm::length(b.force) / b.mass) * h;
     const Real turn = (std::abs(b.spin) + h * std::abs(b.torque) / b.inertia) * h;
     most = std::max({most, way / (kMostUnits * plane.unit), turn / kMostTurn});
@@ -252,6 +251,7 @@ int substeps_for(const Plane& plane, Real h) {
 
 void add_body(Stepper& s, std::uint32_t index) {
   const PlaneBody& b = s.plane.bodies[index];
+  if (b.kind == PlaneBody::absent) return s.bodies.push_back(nullptr);
   b2BodyDef how;
   const bool dynamic = b.kind == PlaneBody::dynamic, fixed = b.kind == PlaneBody::fixed;
   how.type = dynamic ? b2_dynamicBody : fixed ? b2_staticBody : b2_kinematicBody;
@@ -358,6 +358,7 @@ void add_rod(Stepper& s, const PlaneJoint& j) {
 
 void add_joint(Stepper& s, const PlaneJoint& j) {
   s.holds.push_back(nullptr), s.springs.push_back(nullptr);
+  if (!s.bodies[j.a] || !s.bodies[j.b]) return;
   switch (j.kind) {
     case PlaneJoint::hinge:
       return add_hinge(s, j);
@@ -365,8 +366,7 @@ void add_joint(Stepper& s, const PlaneJoint& j) {
       return add_weld(s, j);
     case PlaneJoint::slider:
       return add_slider(s, j);
-    case PlaneJoint::rod:
-    case PlaneJoint::spring:
+    default:
       return add_rod(s, j);
   }
 }
@@ -422,8 +422,8 @@ void read_results(Stepper& s) {
     PlaneBody& b = s.plane.bodies[i];
     if (b.kind != PlaneBody::dynamic) continue;
     const b2Body& body = *s.bodies[i];
-    b.moved = s.scale.back(body.GetWorldCenter() - s.starts[i]);
-    b.sped_up = s.scale.back(body.GetLinearVelocity() - s.speeds[i]);
+    b.moved = s.scale.back(body.GetWorldCenter() - s.scale.place(b.position));
+    b.sped_up = s.scale.back(body.GetLinearVelocity() - s.scale.vector(b.velocity));
     b.turned = body.GetAngle();
     b.spun_up = body.GetAngularVelocity() - static_cast<float>(b.spin);
   }
@@ -467,6 +467,8 @@ void add_impulses(const Stepper& s, const std::vector<Touch>& borne, std::vector
 }  // namespace
 
 void step_plane(Plane& plane, Real h, std::vector<Touch>& touches) {
+  const auto is_dynamic = [](const PlaneBody& b) { return b.kind == PlaneBody::dynamic; };
+  if (std::none_of(plane.bodies.begin(), plane.bodies.end(), is_dynamic)) return touches.clear();
   const Scale scale = scale_of(plane);
   Stepper s{plane, scale, h, substeps_for(plane, h), b2World(scale.vector(plane.gravity))};
   Filter filter(plane);
@@ -477,8 +479,6 @@ void step_plane(Plane& plane, Real h, std::vector<Touch>& touches) {
   s.world.Step(s.part(), 0, 0);
   s.bodies.reserve(plane.bodies.size());
   for (std::uint32_t i = 0; i < plane.bodies.size(); ++i) add_body(s, i);
-  for (const b2Body* body : s.bodies)
-    s.starts.push_back(body->GetWorldCenter()), s.speeds.push_back(body->GetLinearVelocity());
   for (const PlaneJoint& j : plane.joints) add_joint(s, j);
   for (int i = 0; i < s.substeps; ++i) {
     begin_joints(s);

@@ -1,5 +1,5 @@
-// Joints and gears closed in double precision. Box2D leaves gaps of its tolerance and knows no
-// gears between joints that share no ground.
+// Rows of joints and gears; and mechanisms closed in double precision after Box2D's step, which
+// leaves gaps of its tolerance and knows no gears between joints that share no ground.
 #include <algorithm>
 #include <cmath>
 
@@ -139,13 +139,13 @@ Row gear_row(const World& world, const Planar& all, const FlatGear& gear) {
   return row;
 }
 
-void find_rows(const World& world, Planar& all) {
+void find_rows(const World& world, Planar& all, const Mechanism& of) {
   StepScratch& s = all.scratch;
   s.rows.clear();
-  for (const PlaneJoint& j : s.plane.joints) append_joint_rows(j, s.motions, s.rows);
-  for (const FlatGear& gear : all.gears) s.rows.push_back(gear_row(world, all, gear));
-  append_curve_rows(all, s.rows);
-  append_belt_rows(world, all, s.rows);
+  each_joint(all, of, [&](const PlaneJoint& j) { append_joint_rows(j, s.motions, s.rows); });
+  for (const std::uint32_t gear : of.gears) s.rows.push_back(gear_row(world, all, all.gears[gear]));
+  append_curve_rows(all, of, s.rows);
+  for (const std::uint32_t span : of.spans) s.rows.push_back(span_row(world, all, all.spans[span]));
 }
 
 Row coordinate_row(const PlaneJoint& joint, const Motions& m) {
@@ -196,62 +196,87 @@ void move(Motions& m, std::span<const Row> rows, std::span<const Real> lambda) {
   }
 }
 
+/// A mechanism that Box2D has moved, and the rows of it that are being closed.
+struct Closing {
+  const World& world;
+  Planar& all;
+  Mechanism& of;
+  Real h, enough;
+  StepScratch& s = all.scratch;
+
+  std::size_t first_span() const { return s.rows.size() - of.spans.size(); }
+  void add_to_spans(Real part) {
+    const std::size_t first = first_span();
+    for (std::size_t i = 0; i < of.spans.size(); ++i)
+      all.spans[of.spans[i]].impulse += part * s.lambda[first + i];
+  }
+};
+
 /// Belts whose ratio changes keep their energy if what closes them acts along the rows at the start
 /// of the step, on velocities too. [Andersen 1983]
-void close_along_start(const World& world, Planar& all, Real h) {
-  StepScratch& s = all.scratch;
-  if (all.spans.empty()) return;
-  const std::size_t first = s.rows.size() - all.spans.size();
-  for (std::size_t i = 0; i < all.spans.size(); ++i)
-    if (all.spans[i].slips) s.start_rows[i] = s.rows[first + i];
-  const Real enough = kClosed * size_of(all);
-  for (int n = 0; n < kMostIterations && worst(s.rows) > enough; ++n) {
+void close_along_start(Closing& c) {
+  StepScratch& s = c.s;
+  if (c.of.spans.empty()) return;
+  const std::size_t first = c.first_span();
+  for (int n = 0; n < kMostIterations && worst(s.rows) > c.enough; ++n) {
     s.lambda.clear();
     for (const Row& row : s.rows) s.lambda.push_back(-row.c);
-    std::copy(s.start_rows.begin(), s.start_rows.end(), s.rows.begin() + first);
-    s.factor.compute(s.rows, s.motions.inverse_mass), s.factor.solve(s.lambda);
+    for (std::size_t i = 0; i < c.of.spans.size(); ++i)
+      if (const std::uint32_t span = c.of.spans[i]; c.all.spans[span].slips == 0)
+        s.rows[first + i] = s.start_rows[span];
+    c.of.closing.compute(s.rows, s.motions.inverse_mass), c.of.closing.solve(s.lambda);
     move(s.motions, s.rows, s.lambda);
-    for (Real& impulse : s.lambda) impulse /= h;
-    const std::span<const Real> of_spans = std::span(s.lambda).subspan(first);
-    for (std::size_t i = first; i < s.rows.size(); ++i) s.borne[i] += s.lambda[i];
-    add(s.start_rows, of_spans, s.motions, s.motions.velocity);
-    for (std::size_t i = 0; i < all.spans.size(); ++i) all.spans[i].impulse += of_spans[i];
-    find_rows(world, all);
+    for (std::size_t i = first; i < s.rows.size(); ++i) c.of.row_impulses[i] += s.lambda[i] / c.h;
+    c.add_to_spans(1 / c.h);
+    for (std::size_t i = first; i < s.rows.size(); ++i) s.lambda[i] /= c.h;
+    add(std::span(s.rows).subspan(first), std::span(s.lambda).subspan(first), s.motions,
+        s.motions.velocity);
+    find_rows(c.world, c.all, c.of);
   }
 }
 
-void close_positions(const World& world, Planar& all, Real h) {
-  StepScratch& s = all.scratch;
-  Motions& m = s.motions;
-  const Real enough = kClosed * size_of(all);
-  for (int n = 0; n < kMostIterations && worst(s.rows) > enough; ++n) {
+void close_positions(Closing& c) {
+  StepScratch& s = c.s;
+  for (int n = 0; n < kMostIterations && worst(s.rows) > c.enough; ++n) {
     s.lambda.clear();
     for (const Row& row : s.rows) s.lambda.push_back(-row.c);
-    s.factor.compute(s.rows, m.inverse_mass), s.factor.solve(s.lambda);
-    take_curve_impulses(all, h);
-    move(m, s.rows, s.lambda);
-    find_rows(world, all);
+    c.of.closing.compute(s.rows, s.motions.inverse_mass), c.of.closing.solve(s.lambda);
+    take_curve_impulses(c.all, c.of, c.h);
+    move(s.motions, s.rows, s.lambda);
+    find_rows(c.world, c.all, c.of);
   }
-  all.residual = std::max(all.residual, worst(s.rows));
+  c.all.residual = std::max(c.all.residual, worst(s.rows));
 }
 
-void close_velocities(Planar& all) {
-  StepScratch& s = all.scratch;
+void close_velocities(Closing& c) {
+  StepScratch& s = c.s;
   Motions& m = s.motions;
-  s.factor.compute(s.rows, m.inverse_mass);
+  c.of.closing.compute(s.rows, m.inverse_mass);
   for (int n = 0; n < 2; ++n) {
     s.lambda.clear();
-    for (const Row& row : s.rows) {
-      Real rate = 0;
-      for (int i = 0; i < row.count; ++i) rate += glm::dot(row.j[i], m.velocity[row.body[i]]);
-      s.lambda.push_back(-rate);
-    }
-    s.factor.solve(s.lambda);
+    for (const Row& row : s.rows) s.lambda.push_back(-rate_of(row, m.velocity));
+    c.of.closing.solve(s.lambda);
     add(s.rows, s.lambda, m, m.velocity);
-    for (std::size_t i = 0; i < s.rows.size(); ++i) s.borne[i] += s.lambda[i];
-    const std::size_t first = s.rows.size() - all.spans.size();
-    for (std::size_t i = 0; i < all.spans.size(); ++i) all.spans[i].impulse += s.lambda[first + i];
+    for (std::size_t i = 0; i < s.rows.size(); ++i) c.of.row_impulses[i] += s.lambda[i];
+    c.add_to_spans(1);
   }
+}
+
+/// What its joints bore: in Box2D's step, and as they were closed after it.
+void note_borne(Closing& c) {
+  std::size_t row = 0;
+  c.of.borne.clear();
+  each_joint(c.all, c.of, [&](const PlaneJoint& joint) {
+    JointLoad& sum = c.of.borne.emplace_back(joint.load);
+    sum.spring = 0;
+    const Vec3 arm = turned(joint.arm_b, c.s.motions.gained[joint.b]);
+    for (int rows = rows_of(joint); rows-- > 0; ++row) {
+      const Real force = c.of.row_impulses[row] / c.h;
+      const Vec3 on_b = c.s.rows[row].part(joint.b);
+      sum.force += force * Vec3(on_b.x, on_b.y, 0);
+      sum.torque += force * (on_b.z - (arm.x * on_b.y - arm.y * on_b.x));
+    }
+  });
 }
 
 /// The coordinate of a joint as it stands, by the kind's own reckoning.
@@ -291,18 +316,21 @@ void count_gears(const World& world, Planar& all) {
 
 void close(const World& world, Planar& all, Real h) {
   StepScratch& s = all.scratch;
-  if (is_closed_already(all)) {
-    s.nows.assign(kMostPlaces * all.curves.size(), {});
-    return;
+  s.nows.assign(kMostPlaces * all.curves.size(), {});
+  const Real enough = kClosed * size_of(all);
+  for (Mechanism& of : all.mechanisms) {
+    if (of.moved) continue;
+    find_rows(world, all, of);
+    if (!of.closing.fits(s.rows.size())) of.closing.analyse(s.rows, s.motions.inverse_mass);
+    if (may_slip(world, all, of)) {
+      of.closing.compute(s.rows, s.motions.inverse_mass);
+      let_slip(world, all, of, h), find_rows(world, all, of);
+    }
+    of.row_impulses.resize(s.rows.size(), 0);  // some may have been borne before the step
+    Closing closing{world, all, of, h, enough};
+    close_along_start(closing), close_positions(closing), close_velocities(closing);
+    note_borne(closing);
   }
-  find_rows(world, all);
-  if (s.rows.empty()) return;
-  if (!s.factor.fits(s.rows.size())) s.factor.analyse(s.rows, s.motions.inverse_mass);
-  if (may_slip(world, all)) let_slip(world, all, h), find_rows(world, all);
-  s.borne.resize(s.rows.size(), 0);  // some may have been borne before the step
-  close_along_start(world, all, h);
-  close_positions(world, all, h);
-  close_velocities(all);
 }
 
 }  // namespace pantin::detail::planar

@@ -223,6 +223,7 @@ void carry_over(const Planar& was, Planar& all) {
     for (FlatCurve::Side& side : c.sides)
       if (!side.pieces)
         side.pieces = std::make_shared<const nurbs::CurvePieces>(side.wire->curve());
+    c.meets_once = meets_once(c);
   }
   for (Touch t : was.touches) {
     t.a = now[t.a], t.b = now[t.b];

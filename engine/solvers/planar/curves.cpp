@@ -17,7 +17,7 @@ constexpr Real kSearchTurn = 0.05, kSearchWay = 0.05, kKept = 0.5;
 constexpr Real kSame = 1e-3;
 constexpr std::size_t kMostPairs = 16;
 // How far beside a place a straight piece may begin, of the domain; and how straight, of 1 / size.
-constexpr Real kBeside[] = {-1e-6, 1e-6}, kStraight = 1e-6;
+constexpr Real kBeside[] = {-1e-6, 1e-6}, kStraight = 1e-6, kBends = 0.01;
 
 Real cross(Vec3 a, Vec3 b) { return a.x * b.y - a.y * b.x; }
 
@@ -106,6 +106,38 @@ nurbs::CurveContact lying(const nurbs::CurvePieces& a, const nurbs::CurvePieces&
   return out;
 }
 
+/// Whether the points that govern it turn to the left alone, at most once round: its outer side is
+/// its right.
+bool is_convex(const nurbs::Curve& curve) {
+  const std::size_t count = curve.points.size();
+  const auto at = [&](std::size_t i) { return curve.points[i % count].point(); };
+  std::vector<Vec3> edges;
+  for (std::size_t i = 0; i + (curve.knots.is_periodic ? 0 : 1) < count; ++i)
+    if (const Vec3 edge = at(i + 1) - at(i); glm::length(edge) > 0)
+      edges.push_back(glm::normalize(edge));
+  const bool closed = curve.knots.is_periodic || glm::length(at(count - 1) - at(0)) < 1e-12;
+  Real turned = 0;
+  for (std::size_t i = 0; i < edges.size() && (closed || i + 1 < edges.size()); ++i) {
+    const Vec3 p = edges[i], q = edges[(i + 1) % edges.size()];
+    const Real turn = std::atan2(cross(p, q), glm::dot(p, q));
+    if (turn < -1e-9) return false;
+    turned += turn;
+  }
+  return turned < 2 * kPi + 1e-6;
+}
+
+/// Whether no piece of it is straight.
+bool bends(const nurbs::CurvePieces& curve) {
+  constexpr int kSamples = 256;
+  const nurbs::Range domain = curve.knots().domain();
+  for (int i = 0; i < kSamples; ++i) {
+    const auto d = curve.at(domain.low + (i + 0.5) / kSamples * domain.width());
+    const Real speed = glm::length(d[1]);
+    if (!(cross(d[1], d[2]) * curve.size() > kBends * speed * speed * speed)) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 Pose pose_between(const FlatCurve& curve, const Motions& m) { return standing(curve, m).a_in_b; }
@@ -140,7 +172,14 @@ void append_place_rows(const FlatCurve& c, const PlaceNow* at, std::vector<Row>&
   if (c.rolls) add({-n.y, n.x, 0}, at ? at->place.slip : 0);
 }
 
+bool meets_once(const FlatCurve& c) {
+  const auto &a = *c.sides[0].wire, &b = *c.sides[1].wire;
+  return is_convex(a.curve()) && is_convex(b.curve()) &&
+         (bends(*c.sides[0].pieces) || bends(*c.sides[1].pieces));
+}
+
 bool is_search_due(const FlatCurve& c, const Pose& searched, const Motions& m) {
+  if (c.meets_once && c.places[0].used) return false;
   if (std::any_of(c.places.begin(), c.places.end(), [](const auto& p) { return p.lies; }))
     return true;
   const Pose now = pose_between(c, m);

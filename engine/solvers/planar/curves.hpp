@@ -57,9 +57,10 @@ struct FlatCurve {
     }
   };
   std::array<Side, 2> sides;
-  bool known = false;   // where they touch has been looked for
-  bool over = false;    // it has let go
-  bool struck = false;  // something else touched its mechanism in the last step
+  bool meets_once = false;  // convex ones have one place: what is followed needs no search
+  bool known = false;       // where they touch has been looked for
+  bool over = false;        // it has let go
+  bool struck = false;      // something else touched its mechanism in the last step
   nurbs::ContactStatus how = nurbs::ContactStatus::found;  // why it let go
   std::array<CurvePlace, kMostPlaces> places;
   Pose searched;  // of a in b, when all pairs were looked at
@@ -73,6 +74,7 @@ struct FlatCurve {
     field("rolls", derived(self.rolls));
     field("lifts", derived(self.lifts));
     field("sides", self.sides);
+    field("meets_once", derived(self.meets_once));
     field("known", self.known);
     field("over", self.over);
     field("struck", self.struck);
@@ -100,6 +102,9 @@ PlaceNow follow(const FlatCurve& curve, const CurvePlace& from, const Motions& m
 /// The rows of a place: of the gap, and of rolling if the curve does. Without a place, or where it
 /// does not press, they name the bodies and hold nothing.
 void append_place_rows(const FlatCurve& curve, const PlaceNow* at, std::vector<Row>& rows);
+
+/// Whether both are convex, and one of them bends everywhere: then they meet in one place at most.
+bool meets_once(const FlatCurve& curve);
 
 /// Where a stands as seen from b.
 Pose pose_between(const FlatCurve& curve, const Motions& m);

@@ -1,6 +1,7 @@
 #include "engine/solvers/planar/factor.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 namespace pantin::detail::planar {
@@ -38,6 +39,12 @@ void Row::add(std::uint32_t on, Vec3 part) {
   const auto at = std::find(body.begin(), body.begin() + count, on) - body.begin();
   if (at == count) body[count] = on, j[count++] = Vec3(0);
   j[at] += part;
+}
+
+Real rate_of(const Row& row, std::span<const Vec3> velocities) {
+  Real rate = 0;
+  for (int i = 0; i < row.count; ++i) rate += glm::dot(row.j[i], velocities[row.body[i]]);
+  return rate;
 }
 
 void Factor::analyse(std::span<const Row> rows, InverseMasses masses) {
@@ -81,6 +88,7 @@ void Factor::analyse(std::span<const Row> rows, InverseMasses masses) {
 }
 
 void Factor::compute(std::span<const Row> rows, InverseMasses masses) {
+  symmetric_ = true;
   for (std::size_t k = 0; k < order_.size(); ++k) {
     const Row& row = rows[order_[k]];
     work_[k] = diagonal_[k] = product(row, row, masses) + row.soft;
@@ -101,8 +109,36 @@ void Factor::compute(std::span<const Row> rows, InverseMasses masses) {
   }
 }
 
+void Factor::compute(std::span<const Row> rows, std::span<const Row> along, InverseMasses masses) {
+  symmetric_ = false, upper_.resize(value_.size());
+  for (std::size_t k = 0; k < order_.size(); ++k) {
+    const Row &row = rows[order_[k]], &column = along[order_[k]];
+    diagonal_[k] = product(row, column, masses) + column.soft;
+    work_[k] = std::abs(diagonal_[k]);
+    for (std::uint32_t e = first_[k]; e < first_[k + 1]; ++e) {
+      value_[e] = product(rows[order_[column_[e]]], column, masses);
+      upper_[e] = product(row, along[order_[column_[e]]], masses);
+    }
+  }
+  const std::uint32_t* target = target_.data();
+  for (std::size_t k = 0; k < order_.size(); ++k) {
+    const Real inverse = std::abs(diagonal_[k]) > kDependent * work_[k] ? 1 / diagonal_[k] : 0;
+    for (std::uint32_t i = first_[k]; i < first_[k + 1]; ++i) {
+      const Real low = value_[i] * inverse, high = upper_[i] * inverse;
+      for (std::uint32_t e = first_[k]; e < i; ++e, ++target)
+        value_[*target] -= low * upper_[e], upper_[*target] -= high * value_[e];
+      diagonal_[column_[i]] -= low * upper_[i];
+    }
+    for (std::uint32_t e = first_[k]; e < first_[k + 1]; ++e)
+      value_[e] *= inverse, upper_[e] *= inverse;
+    diagonal_[k] = inverse;
+  }
+}
+
 void Factor::solve(std::span<Real> x) const {
   const std::size_t n = order_.size();
+  const std::vector<Real>& above = symmetric_ ? value_ : upper_;
+
   for (std::size_t k = 0; k < n; ++k) work_[k] = x[order_[k]];
   for (std::size_t k = 0; k < n; ++k)
     for (std::uint32_t e = first_[k]; e < first_[k + 1]; ++e)
@@ -110,7 +146,7 @@ void Factor::solve(std::span<Real> x) const {
   for (std::size_t k = n; k-- > 0;) {
     work_[k] *= diagonal_[k];
     for (std::uint32_t e = first_[k]; e < first_[k + 1]; ++e)
-      work_[k] -= value_[e] * work_[column_[e]];
+      work_[k] -= above[e] * work_[column_[e]];
   }
   for (std::size_t k = 0; k < n; ++k) x[order_[k]] = work_[k];
 }

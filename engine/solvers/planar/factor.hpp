@@ -27,10 +27,14 @@ struct Row {
   }
 };
 
+/// J v.
+Real rate_of(const Row& row, std::span<const Vec3> velocities);
+
 /// Inverse masses of a body along x, y and about z; zero where nothing moves it.
 using InverseMasses = std::span<const Vec3>;
 
-/// A sparse L D L^T whose pattern follows from which bodies the rows name.
+/// A sparse L D L^T, or L D U of two kinds of rows, whose pattern follows from which bodies the
+/// rows name.
 class Factor {
  public:
   bool fits(std::size_t rows) const { return built_ && order_.size() == rows; }
@@ -38,6 +42,10 @@ class Factor {
   void analyse(std::span<const Row> rows, InverseMasses masses);
   /// Rows that follow from others are dropped.
   void compute(std::span<const Row> rows, InverseMasses masses);
+  /// Of J M^-1 K^T, where K are rows of the same bodies in another place; no row is dropped that
+  /// gives way.
+  void compute(std::span<const Row> rows, std::span<const Row> along, InverseMasses masses);
+
   /// In place.
   void solve(std::span<Real> x) const;
 
@@ -47,7 +55,9 @@ class Factor {
   std::vector<std::uint32_t> first_;   // of each column, in the lists below
   std::vector<std::uint32_t> column_;  // places of its entries below the diagonal, ascending
   std::vector<std::uint32_t> target_;  // where the products of its entries go
+  bool symmetric_ = true;
   std::vector<Real> value_, diagonal_;
+  std::vector<Real> upper_;  // of what is not symmetric
   mutable std::vector<Real> work_;
 };
 

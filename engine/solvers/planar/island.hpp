@@ -72,7 +72,7 @@ struct FlatSpan {
   std::uint32_t index = 0;     // of the pulley that it leaves
   std::uint32_t held = 0;      // how many spans of the belt are rows
   std::uint32_t a = 0, b = 0;  // bodies
-  bool slips = false;          // in this step
+  int slips = 0;               // in this step: the sign of what it bears then
   Real impulse = 0;            // N s, in this step; above 0 it pushes
 };
 
@@ -80,38 +80,58 @@ struct FlatSpan {
 struct RattleRows {
   std::vector<Row> rows;
   std::vector<PlaceNow> nows;  // of its curves, as many as they have places at most
-  std::size_t first_curve = 0;
+  std::size_t first_span = 0, first_limit = 0, first_curve = 0;
 };
 struct RattleSpring {
   const PlaneJoint* joint = nullptr;
-  bool is_explicit = false;
-  Real damping = 0;
+  bool is_soft = false;
+  Real damping = 0, load = 0;
+  Row row = {};
+};
+struct RattleLimit {
+  const PlaneJoint* joint = nullptr;
+  int side = 0;  // below 0: its low end bears
+};
+/// The last rows are of springs, which come and go.
+struct DampedFactor : Factor {
+  std::vector<std::uint32_t> damped;  // joints
+};
+struct SpanLoad {
+  Real impulse = 0;
+  int slips = 0;
 };
 struct RattleWork {
   RattleRows start, now;
   std::vector<RattleSpring> springs;
-  std::vector<Real> lambda, step, impulse, wanted;
-  std::vector<Vec3> from, free;                      // of its bodies
+  std::vector<RattleLimit> limits;
+  std::vector<std::uint32_t> damped;  // joints whose springs are rows
+  std::vector<Real> lambda, step, first, impulse, wanted, stage, answer;
+  std::vector<Row> damped_rows;
+  std::vector<Vec3> from, free, closed, from_velocity, free_velocity;  // of its bodies
   std::vector<Pose> searched;                        // of its curves, as the next ones
   std::vector<std::array<Vec3, kMostPlaces>> means;  // N s: along the normal, and across
   std::vector<std::array<CurvePlace, kMostPlaces>> places, kept;
 };
 
-/// Bodies that joints and curves tie to one another, of one island: they move by RATTLE in double
-/// precision while nothing else touches them.
+/// Bodies that joints, gears, belts and curves tie to one another, of one island: they move by
+/// RATTLE in double precision while nothing else touches them.
 struct Mechanism {
   std::vector<std::uint32_t> bodies;  // that it moves
   std::vector<std::uint32_t> driven;  // that others move, kinematic
-  std::vector<std::uint32_t> links, pins, gears, curves;
-  bool has_belt = false;  // which RATTLE does not know: the plane's step is closed
+  std::vector<std::uint32_t> links, pins, gears, spans, curves;
   // Of the step:
-  bool moved = false;  // the results below are those of the step
+  bool moved = false;    // the results below are those of the step
+  bool touched = false;  // by bodies, as was told last
   std::vector<Vec3> position, velocity;
   std::vector<std::array<CurvePlace, kMostPlaces>> places;  // of its curves
   std::vector<Pose> searched;                               // likewise
   std::vector<PlaceNow> starts, ends;                       // likewise, kMostPlaces each
   Real residual = 0;                                        // m, rad: what its rows are left with
-  Factor positions, velocities;
+  std::vector<JointLoad> borne;  // mean, of its links that are joints, and of its pins
+  std::vector<SpanLoad> span_loads;
+  std::vector<Real> row_impulses;  // N s, by row, of what drove and closed it beside Box2D
+  Factor positions, closing;
+  DampedFactor velocities, damping;
   Scratch<RattleWork> work;
 };
 
@@ -120,7 +140,7 @@ struct Motions {
   std::vector<Vec3> position, velocity;  // by x and y, and the angle or spin as z
   std::vector<Vec3> inverse_mass;        // likewise
   std::vector<Real> gained;              // rad: the angle since the start of the step
-  std::vector<Vec3> before;              // memory of an iteration
+  std::vector<Vec3> before, answer;      // memory of an iteration
 };
 /// Memory of a step.
 struct StepScratch {
@@ -128,14 +148,14 @@ struct StepScratch {
   bool has_sections = false;            // outlines and corners of the plane are those of the bodies
   std::vector<std::uint32_t> joint_of;  // by link, in the plane's joints; kNobody: none
   Motions motions;
-  Factor factor;
-  std::vector<Row> rows;
-  std::vector<Real> borne;      // by row, N s
+  std::vector<Row> rows;        // of the mechanism that is closed
   std::vector<Row> start_rows;  // of spans, at the start of the step
   std::vector<Real> lambda;
   std::vector<PlaceNow> nows;       // of curves: kMostPlaces each
   std::size_t first_curve_row = 0;  // of `rows`
   std::vector<Pose> starts;         // of the bodies, before the step
+  std::vector<Touch> touches_before;
+  std::vector<FlatCurve> curves_before;
   bool stepped = false;
   Real h = 0;  // s, of the last step
 };
@@ -202,11 +222,11 @@ void count_gears(const World& world, Planar& all);
 /// masses. Notes the residual that is left.
 void close(const World& world, Planar& all, Real h);
 
-/// Writes the rows of joints, gears and belts as the motions are now.
-void find_rows(const World& world, Planar& all);
+/// Writes the rows of a mechanism as the motions are now: of joints, gears, curves and belts.
+void find_rows(const World& world, Planar& all, const Mechanism& of);
 /// The angle of b about a, or the travel along the axis, of a hinge or slider, as a row.
 Row coordinate_row(const PlaneJoint& joint, const Motions& m);
-/// Springs and motors on what belts and gears tie act before the step (motors.cpp).
+/// Springs and motors on what belts and gears tie act before Box2D's step (motors.cpp).
 void drive_tied(const World& world, Planar& all, Real h);
 /// How many rows a joint has.
 int rows_of(const PlaneJoint& joint);
@@ -221,11 +241,13 @@ struct PulleyAt {
 };
 /// Reads the angles of pulleys before a step, and writes the rows of that time.
 void begin_belts(World& world, Planar& all);
-/// The spans that hold, as the motions are now; they are the last of all rows.
-void append_belt_rows(const World& world, const Planar& all, std::vector<Row>& rows);
-bool may_slip(const World& world, const Planar& all);
-/// Lets belts slip that would have to bear more than their grip; all spans are in the rows.
-void let_slip(const World& world, Planar& all, Real h);
+/// A span as the motions are now; one that slips holds nothing.
+Row span_row(const World& world, const Planar& all, const FlatSpan& of);
+/// The row of a span, whether it slips or not.
+Row span_pull(const World& world, const Planar& all, const FlatSpan& of);
+bool may_slip(const World& world, const Planar& all, const Mechanism& of);
+/// Lets belts slip that would have to bear more than their grip; the spans are the last rows.
+void let_slip(const World& world, Planar& all, const Mechanism& of, Real h);
 /// After the bodies were written: where belts are, and their tensions.
 void end_belts(World& world, Planar& all, Real h);
 
@@ -236,22 +258,30 @@ Row gear_row(const World& world, const Planar& all, const FlatGear& gear);
 /// that PlaneSpring counts from.
 Row sprung_row(const PlaneJoint& joint, const Motions& m);
 
-/// Lists the mechanisms of curves; the curves, bodies and joints are known.
+/// Lists the mechanisms; bodies and all that ties them are known.
 void list_mechanisms(const World& world, Planar& all);
-/// A step of one mechanism from the motions at its start; false, and nothing done, where it fails.
-/// Sets a body's motions as they are at the start of a step.
+/// Sets a body's motion as it is at the start of a step.
 void begin_motion(const PlaneBody& body, Real h, std::uint32_t number, Motions& m);
+void begin_motions(Planar& all, Real h);
+/// A step of one mechanism from the motions at its start; false, and nothing done, where it fails.
 bool move_by_rattle(const World& world, Planar& all, Mechanism& of, Real h);
 /// Moves mechanisms by a step, and gives the forces of their curves to the plane.
 void move_mechanisms(const World& world, Planar& all, Real h);
 /// After the plane's step: takes the motions of mechanisms that nothing touched.
 void take_mechanisms(Planar& all);
-/// Whether mechanisms that nothing touched are all that there is to close.
-bool is_closed_already(const Planar& all);
-/// The rows of curves of mechanisms that something touched; those of others hold nothing.
-void append_curve_rows(Planar& all, std::vector<Row>& rows);
+/// The rows of its curves.
+void append_curve_rows(Planar& all, const Mechanism& of, std::vector<Row>& rows);
 /// What closed those rows acts on velocities too, and never pulls where curves may lift.
-void take_curve_impulses(Planar& all, Real h);
+void take_curve_impulses(Planar& all, const Mechanism& of, Real h);
+/// The joints of its links that are some, and of its pins.
+template <class F>
+void each_joint(Planar& all, const Mechanism& of, F&& f) {
+  StepScratch& s = all.scratch;
+  for (const std::uint32_t link : of.links)
+    if (const std::uint32_t at = s.joint_of[link]; at != kNobody) f(s.plane.joints[at]);
+  const std::size_t pins = s.plane.joints.size() - all.pins.size();
+  for (const std::uint32_t pin : of.pins) f(s.plane.joints[pins + pin]);
+}
 /// A curve that is held, or presses, and has no place any more: lets it go, or ends the step.
 void find_lost_curves(const World& world, Planar& all);
 /// After the bodies were written: where curves touch, and how they press.

@@ -1,5 +1,5 @@
-// Mechanisms of curves in a step of the plane: moved by RATTLE, or closed after Box2D's step where
-// something else touches them.
+// Mechanisms in a step of the plane: moved by RATTLE, or closed after Box2D's step where something
+// else touches them.
 #include <algorithm>
 #include <cmath>
 
@@ -7,16 +7,6 @@
 
 namespace pantin::detail::planar {
 namespace {
-
-/// All bodies where the step begins.
-void begin_motions(Planar& all, Real h) {
-  StepScratch& s = all.scratch;
-  Motions& m = s.motions;
-  const std::size_t count = s.plane.bodies.size();
-  m.position.assign(count, Vec3(0)), m.velocity = m.inverse_mass = m.position;
-  m.gained.assign(count, 0);
-  for (std::uint32_t i = 0; i < count; ++i) begin_motion(s.plane.bodies[i], h, i, m);
-}
 
 /// The plane's step is taken under the forces of curves, which it does not know.
 void press(Planar& all, const FlatCurve& c, const PlaceNow& at) {
@@ -32,17 +22,105 @@ void press(Planar& all, const FlatCurve& c, const PlaceNow& at) {
   give(c.a, at.arm_a, force), give(c.b, at.arm_b, -force);
 }
 
+/// Marks the mechanisms that bodies touch.
+void find_touched(Planar& all) {
+  for (Mechanism& of : all.mechanisms) of.touched = false;
+  for (const Touch& t : all.touches)
+    for (const std::uint32_t body : {t.a, t.b})
+      if (const std::uint32_t at = all.mechanism_of[body]; at != kNobody)
+        all.mechanisms[at].touched = true;
+}
+
+/// Box2D need not know a mechanism that has moved and has nothing that others could touch.
+void leave_out(Planar& all, const Mechanism& of) {
+  std::vector<PlaneBody>& bodies = all.scratch.plane.bodies;
+  if (std::any_of(of.bodies.begin(), of.bodies.end(),
+                  [&](std::uint32_t b) { return bodies[b].count > 0; }))
+    return;
+  for (const std::uint32_t b : of.bodies) bodies[b].kind = PlaneBody::absent;
+}
+
+/// The forces of its curves, for Box2D's step.
+void press_curves(Planar& all, const Mechanism& of) {
+  for (std::size_t i = 0; i < of.curves.size(); ++i) {
+    FlatCurve& c = all.curves[of.curves[i]];
+    for (std::size_t k = 0; k < c.most_places(); ++k) {
+      CurvePlace& start = c.places[k];
+      // What something else bears, the last step knows better.
+      if (of.moved && !c.struck)
+        start.force = of.places[i][k].force, start.along = of.places[i][k].along;
+      if (!start.used || c.over || (start.force == 0 && start.along == 0)) continue;
+      PlaceNow at =
+          of.moved ? of.starts[kMostPlaces * i + k] : follow(c, start, all.scratch.motions);
+      at.place.force = start.force, at.place.along = start.along;
+      press(all, c, at);
+    }
+  }
+}
+
 }  // namespace
+
+void begin_motion(const PlaneBody& b, Real h, std::uint32_t number, Motions& m) {
+  m.position[number] = {b.position.x, b.position.y, b.angle};
+  m.velocity[number] = m.inverse_mass[number] = Vec3(0), m.gained[number] = 0;
+  if (b.kind == PlaneBody::fixed) return;
+  m.velocity[number] = {b.velocity.x, b.velocity.y, b.spin};
+  if (b.kind == PlaneBody::kinematic)
+    m.position[number] -= h * m.velocity[number], m.gained[number] = -h * b.spin;
+  else
+    m.inverse_mass[number] = {1 / b.mass, 1 / b.mass, 1 / b.inertia};
+}
+
+void begin_motions(Planar& all, Real h) {
+  Motions& m = all.scratch.motions;
+  const std::vector<PlaneBody>& bodies = all.scratch.plane.bodies;
+  for (auto* list : {&m.position, &m.velocity, &m.inverse_mass}) list->resize(bodies.size());
+  m.gained.resize(bodies.size());
+  for (std::uint32_t i = 0; i < bodies.size(); ++i) begin_motion(bodies[i], h, i, m);
+}
 
 void list_mechanisms(const World& world, Planar& all) {
   all.mechanisms.clear();
   all.mechanism_of.assign(all.bodies.size() + 1, kNobody);
   std::vector<std::uint32_t> of_island(all.islands, kNobody);
-  for (std::uint32_t i = 0; i < all.curves.size(); ++i) {
-    std::uint32_t& at = of_island[all.curves[i].island];
-    if (at == kNobody)
-      at = static_cast<std::uint32_t>(all.mechanisms.size()), all.mechanisms.emplace_back();
-    all.mechanisms[at].curves.push_back(i);
+  const auto island_of = [&](std::uint32_t body) {
+    return body == kNobody ? kNobody : all.bodies[body].island;
+  };
+  // Where something belongs that ties bodies; none of two others moves by itself.
+  const auto owner = [&](std::uint32_t a, std::uint32_t b) -> Mechanism* {
+    const std::uint32_t island = island_of(a) != kNobody ? island_of(a) : island_of(b);
+    if (island == kNobody) return nullptr;
+    if (of_island[island] == kNobody) {
+      of_island[island] = static_cast<std::uint32_t>(all.mechanisms.size());
+      all.mechanisms.emplace_back();
+    }
+    Mechanism& of = all.mechanisms[of_island[island]];
+    for (const std::uint32_t body : {a, b}) {
+      if (body == kNobody || island_of(body) != kNobody) continue;
+      if (world.bodies.values()[all.bodies[body].slot].motion != Motion::kinematic) continue;
+      if (std::find(of.driven.begin(), of.driven.end(), body) == of.driven.end())
+        of.driven.push_back(body);
+    }
+    return &of;
+  };
+  for (std::uint32_t i = 0; i < all.curves.size(); ++i)
+    if (Mechanism* of = owner(all.curves[i].a, all.curves[i].b)) of->curves.push_back(i);
+  for (std::uint32_t i = 0; i < all.links.size(); ++i)
+    if (Mechanism* of = owner(all.links[i].a, all.links[i].b)) of->links.push_back(i);
+  for (std::uint32_t i = 0; i < all.pins.size(); ++i)
+    if (Mechanism* of = owner(all.pins[i].body, all.pins[i].to)) of->pins.push_back(i);
+  // A belt belongs where its first pulley does that moves by itself.
+  for (std::uint32_t i = 0; i < all.spans.size(); i += all.spans[i].held) {
+    Mechanism* of = nullptr;
+    for (std::uint32_t k = i; k < i + all.spans[i].held; ++k)
+      if (Mechanism* found = owner(all.spans[k].a, all.spans[k].b); !of) of = found;
+    for (std::uint32_t k = i; of && k < i + all.spans[i].held; ++k) of->spans.push_back(k);
+  }
+  for (std::uint32_t i = 0; i < all.gears.size(); ++i) {
+    const FlatLink &one = all.links[all.gears[i].links[0]], &two = all.links[all.gears[i].links[1]];
+    Mechanism* of = owner(one.a, one.b);
+    if (!of) of = owner(two.a, two.b);
+    if (of) of->gears.push_back(i);
   }
   for (std::uint32_t i = 0; i < all.bodies.size(); ++i) {
     const std::uint32_t island = all.bodies[i].island;
@@ -50,74 +128,26 @@ void list_mechanisms(const World& world, Planar& all) {
     all.mechanism_of[i] = of_island[island];
     all.mechanisms[of_island[island]].bodies.push_back(i);
   }
-  const auto drive = [&](std::uint32_t mechanism, std::uint32_t body) {
-    std::vector<std::uint32_t>& list = all.mechanisms[mechanism].driven;
-    if (body == kNobody || all.mechanism_of[body] == mechanism) return;
-    if (world.bodies.values()[all.bodies[body].slot].motion != Motion::kinematic) return;
-    if (std::find(list.begin(), list.end(), body) == list.end()) list.push_back(body);
-  };
-  for (std::uint32_t i = 0; i < all.mechanisms.size(); ++i)
-    for (const std::uint32_t curve : all.mechanisms[i].curves)
-      drive(i, all.curves[curve].a), drive(i, all.curves[curve].b);
-  const auto owner = [&](std::uint32_t a, std::uint32_t b) {
-    const std::uint32_t at = all.mechanism_of[a];
-    return at != kNobody || b == kNobody ? at : all.mechanism_of[b];
-  };
-  for (std::uint32_t i = 0; i < all.links.size(); ++i)
-    if (const auto at = owner(all.links[i].a, all.links[i].b); at != kNobody) {
-      all.mechanisms[at].links.push_back(i);
-      drive(at, all.links[i].a), drive(at, all.links[i].b);
-    }
-  for (std::uint32_t i = 0; i < all.pins.size(); ++i)
-    if (const auto at = owner(all.pins[i].body, all.pins[i].to); at != kNobody) {
-      all.mechanisms[at].pins.push_back(i);
-      drive(at, all.pins[i].to);
-    }
-  for (const FlatSpan& span : all.spans)
-    if (const auto at = owner(span.a, span.b); at != kNobody) all.mechanisms[at].has_belt = true;
-  for (std::uint32_t i = 0; i < all.gears.size(); ++i)
-    for (const std::uint32_t link : all.gears[i].links) {
-      const auto at = owner(all.links[link].a, all.links[link].b);
-      if (at == kNobody) continue;
-      all.mechanisms[at].gears.push_back(i);
-      break;
-    }
 }
 
 void move_mechanisms(const World& world, Planar& all, Real h) {
-  if (all.curves.empty()) return;
-  begin_motions(all, h);
+  find_touched(all);
   for (Mechanism& of : all.mechanisms) {
-    of.moved = false;
+    of.moved = false, of.row_impulses.clear();
     for (const std::uint32_t curve : of.curves)
       if (!all.curves[curve].over) search_places(all.curves[curve], all.scratch.motions);
-    if (!of.has_belt) move_by_rattle(world, all, of, h);
+    // What was touched will most likely be again.
+    if (!of.touched || !of.curves.empty()) move_by_rattle(world, all, of, h);
+    if (of.moved) leave_out(all, of);
   }
-  for (const Mechanism& of : all.mechanisms)
-    for (std::size_t i = 0; i < of.curves.size(); ++i) {
-      FlatCurve& c = all.curves[of.curves[i]];
-      for (std::size_t k = 0; k < c.most_places(); ++k) {
-        CurvePlace& start = c.places[k];
-        // What something else bears, the last step knows better.
-        if (of.moved && !c.struck)
-          start.force = of.places[i][k].force, start.along = of.places[i][k].along;
-        if (!start.used || c.over || (start.force == 0 && start.along == 0)) continue;
-        PlaceNow at =
-            of.moved ? of.starts[kMostPlaces * i + k] : follow(c, start, all.scratch.motions);
-        at.place.force = start.force, at.place.along = start.along;
-        press(all, c, at);
-      }
-    }
+  for (const Mechanism& of : all.mechanisms) press_curves(all, of);
 }
 
 void take_mechanisms(Planar& all) {
-  if (all.curves.empty()) return;
   Motions& m = all.scratch.motions;
-  for (const Touch& t : all.touches)
-    for (const std::uint32_t body : {t.a, t.b})
-      if (const std::uint32_t at = all.mechanism_of[body]; at != kNobody)
-        all.mechanisms[at].moved = false;
-  for (const Mechanism& of : all.mechanisms) {
+  find_touched(all);
+  for (Mechanism& of : all.mechanisms) {
+    of.moved = of.moved && !of.touched;
     for (const std::uint32_t curve : of.curves) all.curves[curve].struck = !of.moved;
     if (!of.moved) continue;
     all.residual = std::max(all.residual, of.residual);
@@ -126,6 +156,12 @@ void take_mechanisms(Planar& all) {
       m.gained[b] = of.position[i].z - all.scratch.plane.bodies[b].angle;
       m.position[b] = of.position[i], m.velocity[b] = of.velocity[i];
     }
+    std::size_t joint = 0;
+    each_joint(all, of, [&](PlaneJoint& j) { j.load = of.borne[joint++]; });
+    for (std::size_t i = 0; i < of.spans.size(); ++i) {
+      FlatSpan& span = all.spans[of.spans[i]];
+      span.impulse = of.span_loads[i].impulse, span.slips = of.span_loads[i].slips;
+    }
     for (std::size_t i = 0; i < of.curves.size(); ++i) {
       FlatCurve& c = all.curves[of.curves[i]];
       c.places = of.places[i], c.searched = of.searched[i];
@@ -133,62 +169,50 @@ void take_mechanisms(Planar& all) {
   }
 }
 
-bool is_closed_already(const Planar& all) {
-  std::size_t links = 0, pins = 0, gears = 0;
-  for (const Mechanism& of : all.mechanisms) {
-    if (!of.moved) return false;
-    links += of.links.size(), pins += of.pins.size(), gears += of.gears.size();
-  }
-  return !all.mechanisms.empty() && all.spans.empty() && links == all.links.size() &&
-         pins == all.pins.size() && gears == all.gears.size();
-}
-
-void append_curve_rows(Planar& all, std::vector<Row>& rows) {
+void append_curve_rows(Planar& all, const Mechanism& of, std::vector<Row>& rows) {
   StepScratch& s = all.scratch;
-  s.first_curve_row = rows.size(), s.nows.assign(kMostPlaces * all.curves.size(), {});
-  for (const Mechanism& of : all.mechanisms)
-    for (const std::uint32_t i : of.curves) {
-      FlatCurve& c = all.curves[i];
-      for (std::size_t k = 0; k < c.most_places(); ++k) {
-        PlaceNow& now = s.nows[kMostPlaces * i + k];
-        CurvePlace& place = c.places[k];
-        const bool wanted = !of.moved && place.used && !c.over;
-        if (wanted) now = follow(c, place, s.motions);
-        const bool found = now.status == nurbs::ContactStatus::found;
-        if (found) place = now.place;
-        if (found && c.lifts && now.gap < 0) place.presses = true;
-        const bool holds = found && (!c.lifts || place.presses);
-        append_place_rows(c, holds ? &now : nullptr, rows);
-      }
+  s.first_curve_row = rows.size();
+  for (const std::uint32_t i : of.curves) {
+    FlatCurve& c = all.curves[i];
+    for (std::size_t k = 0; k < c.most_places(); ++k) {
+      PlaceNow& now = s.nows[kMostPlaces * i + k];
+      now = {};
+      CurvePlace& place = c.places[k];
+      if (place.used && !c.over) now = follow(c, place, s.motions);
+      const bool found = now.status == nurbs::ContactStatus::found;
+      if (found) place = now.place;
+      if (found && c.lifts && now.gap < 0) place.presses = true;
+      const bool holds = found && (!c.lifts || place.presses);
+      append_place_rows(c, holds ? &now : nullptr, rows);
     }
+  }
 }
 
-void take_curve_impulses(Planar& all, Real h) {
+void take_curve_impulses(Planar& all, const Mechanism& of, Real h) {
   StepScratch& s = all.scratch;
   std::size_t row = s.first_curve_row;
   const auto act = [&](std::size_t r, Real& force) {
-    const Row& of = s.rows[r];
+    const Row& by = s.rows[r];
     force += s.lambda[r] / (h * h);
-    for (int i = 0; i < of.count; ++i)
-      s.motions.velocity[of.body[i]] +=
-          s.motions.inverse_mass[of.body[i]] * (s.lambda[r] / h * of.j[i]);
+    for (int i = 0; i < by.count; ++i)
+      s.motions.velocity[by.body[i]] +=
+          s.motions.inverse_mass[by.body[i]] * (s.lambda[r] / h * by.j[i]);
   };
-  for (const Mechanism& of : all.mechanisms)
-    for (const std::uint32_t i : of.curves) {
-      FlatCurve& c = all.curves[i];
-      for (std::size_t k = 0; k < c.most_places(); ++k, row += c.rows_per_place()) {
-        CurvePlace& place = c.places[k];
-        if (of.moved || !place.used || c.over) continue;
-        if (c.lifts && place.force + s.lambda[row] / (h * h) < 0) {
-          s.lambda[row] = -place.force * h * h;
-          if (c.rolls) s.lambda[row + 1] = 0;
-          act(row, place.force), place.force = 0, place.presses = false;
-          continue;
-        }
-        act(row, place.force);
-        if (c.rolls) act(row + 1, place.along);
+  for (const std::uint32_t i : of.curves) {
+    FlatCurve& c = all.curves[i];
+    for (std::size_t k = 0; k < c.most_places(); ++k, row += c.rows_per_place()) {
+      CurvePlace& place = c.places[k];
+      if (!place.used || c.over) continue;
+      if (c.lifts && place.force + s.lambda[row] / (h * h) < 0) {
+        s.lambda[row] = -place.force * h * h;
+        if (c.rolls) s.lambda[row + 1] = 0;
+        act(row, place.force), place.force = 0, place.presses = false;
+        continue;
       }
+      act(row, place.force);
+      if (c.rolls) act(row + 1, place.along);
     }
+  }
 }
 
 void find_lost_curves(const World& world, Planar& all) {

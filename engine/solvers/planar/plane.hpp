@@ -26,8 +26,9 @@ struct Outline {
   std::uint32_t material = 0;
 };
 
+/// One that is absent takes no part in the step: others have moved it, and nothing touches it.
 struct PlaneBody {
-  enum Kind : std::uint8_t { fixed, kinematic, dynamic } kind = fixed;
+  enum Kind : std::uint8_t { fixed, kinematic, dynamic, absent } kind = fixed;
   bool self = true, others = true;  // as of Collision
   Vec3 position{0}, velocity{0};    // m, m/s; of kinematic bodies the position at the end
   Real angle = 0;                   // rad, by which the outlines have turned; likewise

@@ -1,97 +1,62 @@
-// Mechanisms of curves: RATTLE in double precision. [Andersen 1983]
-//
-//   q1 = q0 + h (v0 + h/2 M^-1 f0 + M^-1 J0^T l / h)    with C(q1) = 0, l >= 0 where curves may
-//   lift v1 = (q1 - q0) / h + h/2 M^-1 f1 + M^-1 J1^T m      with J1 v1 = 0
-//
-// What is damped or driven acts once, at the end, implicitly. Rolling is a row of positions, too:
-// in a plane, the ways gone along both curves differ by what they did where they met.
+// The step of a mechanism by RATTLE: see rattle.hpp.
+#include "engine/solvers/planar/rattle.hpp"
+
 #include <algorithm>
 #include <cmath>
-#include <optional>
-
-#include "engine/base/disjoint_sets.hpp"
-#include "engine/solvers/planar/island.hpp"
 
 namespace pantin::detail::planar {
 namespace {
 
-constexpr int kMostIterations = 40, kMostLooks = 4, kMostParts = 64;
-constexpr Real kMostTurn = 0.5;                     // rad, of a body in a part of a step
-constexpr Real kClosed = 1e-12, kAccepted = 1e-10;  // of the size of the joints
-// Of a row's own pivot, added to it: rows that say the same give way to one another, and the rounds
-// make good for it. Where curves roll about fixed axes the gap follows from rolling, and from the
-// axes alone where the common normal meets both.
-constexpr Real kGives = 1e-8, kGivesRolling = 1e-5;
-constexpr Real kFalls = 0.25;     // a residual that falls by less: the matrix is made anew
-constexpr Real kStiffest = 0.25;  // of h^2 k / m: a spring that is stiffer acts implicitly
+constexpr int kMostIterations = 40, kMostParts = 64;
+constexpr std::size_t kMostRows = 16000;  // in all parts of a step: what is larger is Box2D's
+constexpr int kHopeful = 5;               // iterations after which gaps must have shrunk by
+constexpr Real kHope = 0.1;               // this, if they ever do
+constexpr Real kMostPhase = 1.5;          // rad, of the fastest swing that a part can follow
+constexpr Real kMostTurn = 0.5;           // rad, of a body in a part of a step
+constexpr Real kMostClosed = 1;           // rad, by which closing turns a body
+constexpr Real kStartGap = 1e-8;          // of the size of the joints: no step leaves a wider gap
+// As kGives. Where curves roll about fixed axes the gap follows from rolling, and from the axes
+// alone where the common normal meets both.
+constexpr Real kGivesRolling = 1e-5;
+constexpr Real kWidest = 1e3;  // of their size: gaps that are never closed
+constexpr Real kFalls = 0.02;  // a residual that falls by less: the matrix is made anew
 
-/// A step of one mechanism; the plane's motions are its workplace.
-class Rattle {
- public:
-  Rattle(const World& world, Planar& all, Mechanism& of, Real h)
-      : world_(world), all_(all), s_(all.scratch), m_(all.scratch.motions), of_(of), h_(h) {}
-
-  /// In as few parts as it takes.
-  bool run();
-
- private:
-  bool go(int parts);
-  void begin();
-  void note_positions(std::vector<Vec3>& to) const;
-  void place_at(const std::vector<Vec3>& positions);
-  bool advance(Real to);
-  void add_impulses();
-  void note_starts();
-  bool look_again(std::size_t curve);
-  bool meets_anew();
-  void restart();
-  int fewest_parts() const;
-  const PlaneJoint* joint_of_link(std::uint32_t link) const {
-    const std::uint32_t at = s_.joint_of[link];
-    return at == kNobody ? nullptr : &s_.plane.joints[at];
+Real worst_of(std::span<const Row> rows) {
+  Real worst = 0;
+  for (const Row& row : rows) {
+    if (!std::isfinite(row.c)) return row.c;
+    worst = std::max(worst, std::abs(row.c));
   }
-  template <class F>
-  void each_joint(F&& f) const {
-    for (const std::uint32_t link : of_.links)
-      if (const PlaneJoint* joint = joint_of_link(link)) f(*joint);
-    const std::size_t pins = s_.plane.joints.size() - all_.pins.size();
-    for (const std::uint32_t pin : of_.pins) f(s_.plane.joints[pins + pin]);
-  }
-  void collect(RattleRows& to);
-  void soften(std::vector<Row>& rows, Real part) const;
-  void find_springs();
-  void kick(Real part);
-  bool is_active(std::size_t curve, std::size_t place) const;
-  std::optional<bool> switch_places(int& looks);
-  bool close_gaps();
-  bool within_limits() const;
-  void project();
-  void shift(std::span<const Row> rows, std::span<const Real> by);
-  void keep();
+  return worst;
+}
 
-  const World& world_;
-  Planar& all_;
-  StepScratch& s_;
-  Motions& m_;
-  Mechanism& of_;
-  Real h_, whole_ = h_;  // s, of a part and of the step
-  RattleWork& work_ = of_.work;
-  RattleRows &start_ = work_.start, &now_ = work_.now;
-  std::vector<RattleSpring>& springs_ = work_.springs;
-  std::vector<Real>&lambda_ = work_.lambda, &step_ = work_.step, &impulse_ = work_.impulse;
-  std::vector<Vec3>&from_ = work_.from, &free_ = work_.free;
-  std::vector<Pose>& searched_ = work_.searched;
-  std::vector<std::array<Vec3, kMostPlaces>>& means_ = work_.means;
-  std::vector<std::array<CurvePlace, kMostPlaces>>& places_ = work_.places;
-  Real gives_ = kGives;
-  Real size_ = 1e-3;
-};
+void append_residuals(std::span<const Row> rows, std::vector<Real>& to) {
+  to.clear();
+  for (const Row& row : rows) to.push_back(-row.c);
+}
+
+}  // namespace
+
+Rattle::Rattle(const World& world, Planar& all, Mechanism& of, Real h)
+    : world_(world), all_(all), s_(all.scratch), m_(all.scratch.motions), of_(of), h_(h) {
+  each_joint([&](const PlaneJoint& j) {
+    size_ = std::max({size_, glm::length(j.arm_a), glm::length(j.arm_b)});
+  });
+  bool rolls = false;
+  for (const std::uint32_t curve : of_.curves) rolls = rolls || all_.curves[curve].rolls;
+  gives_ = rolls ? kGivesRolling : kGives;
+}
 
 void Rattle::collect(RattleRows& to) {
   to.rows.clear(), to.nows.clear();
   each_joint([&](const PlaneJoint& j) { append_joint_rows(j, m_, to.rows); });
   for (const std::uint32_t gear : of_.gears)
     to.rows.push_back(gear_row(world_, all_, all_.gears[gear]));
+  to.first_span = to.rows.size();
+  for (const std::uint32_t span : of_.spans)
+    to.rows.push_back(span_row(world_, all_, all_.spans[span]));
+  to.first_limit = to.rows.size();
+  append_limit_rows(to.rows);
   to.first_curve = to.rows.size();
   for (std::size_t i = 0; i < of_.curves.size(); ++i) {
     const FlatCurve& c = all_.curves[of_.curves[i]];
@@ -108,44 +73,6 @@ void Rattle::collect(RattleRows& to) {
       const bool holds = now.status == nurbs::ContactStatus::found && is_active(i, k);
       append_place_rows(c, holds ? &now : nullptr, to.rows);
     }
-  }
-}
-
-bool Rattle::is_active(std::size_t curve, std::size_t place) const {
-  const FlatCurve& c = all_.curves[of_.curves[curve]];
-  const CurvePlace& p = places_[curve][place];
-  return p.used && !c.over && (!c.lifts || p.presses);
-}
-
-void Rattle::find_springs() {
-  each_joint([&](const PlaneJoint& j) {
-    const PlaneSpring& along = j.along;
-    if (along.stiffness == 0 && along.damping == 0 && along.load == 0) return;
-    RattleSpring& made = springs_.emplace_back(RattleSpring{&j});
-    const Row start = sprung_row(j, m_);
-    Real light = 0;
-    for (int i = 0; i < start.count; ++i)
-      light += glm::dot(start.j[i] * m_.inverse_mass[start.body[i]], start.j[i]);
-    const bool is_soft = h_ * h_ * along.stiffness * light < kStiffest;
-    made.is_explicit = along.damping == 0 && is_soft;
-    made.damping = along.damping + (is_soft ? 0 : h_ * along.stiffness);
-  });
-}
-
-/// Forces of positions act for a part of the step.
-void Rattle::kick(Real part) {
-  for (const std::uint32_t b : of_.bodies) {
-    const PlaneBody& body = s_.plane.bodies[b];
-    const Vec3 force = body.force + body.gravity_scale * body.mass * s_.plane.gravity;
-    m_.velocity[b] += part * h_ * m_.inverse_mass[b] * Vec3(force.x, force.y, body.torque);
-  }
-  for (const RattleSpring& spring : springs_) {
-    if (!spring.is_explicit) continue;
-    const Row row = sprung_row(*spring.joint, m_);
-    const Real force = spring.joint->along.load - spring.joint->along.stiffness * row.c;
-    const Real by = part * h_ * force;
-    for (int i = 0; i < row.count; ++i)
-      m_.velocity[row.body[i]] += m_.inverse_mass[row.body[i]] * (by * row.j[i]);
   }
 }
 
@@ -167,133 +94,36 @@ void Rattle::soften(std::vector<Row>& rows, Real part) const {
   }
 }
 
-/// Where a curve that may lift touches now; false if nowhere near.
-bool Rattle::look_again(std::size_t curve) {
-  const FlatCurve& c = all_.curves[of_.curves[curve]];
-  FlatCurve looked = c;
-  looked.places = places_[curve], looked.known = true;
-  looked.searched.position = Vec3(1e300, 0, 0);
-  search_places(looked, m_);
-  places_[curve] = looked.places, searched_[curve] = looked.searched;
-  bool any = false;
-  for (CurvePlace& place : places_[curve]) {
-    if (!place.used) continue;
-    const PlaceNow now = follow(c, place, m_);
-    if (now.status != nurbs::ContactStatus::found) {
-      place.used = false;
-      continue;
-    }
-    any = true, place.presses = place.presses || now.gap < 0;
-  }
-  return any;
-}
-
-/// Whether a curve overlaps another where nothing was known of it when the step began, as when a
-/// box tips over an edge.
-bool Rattle::meets_anew() {
-  bool any = false;
-  for (std::size_t i = 0; i < of_.curves.size(); ++i) {
-    const FlatCurve& c = all_.curves[of_.curves[i]];
-    const bool lies = std::any_of(places_[i].begin(), places_[i].end(),
-                                  [](const CurvePlace& p) { return p.used && p.lies; });
-    if (!c.lifts || c.over || !(lies || is_search_due(c, searched_[i], m_))) continue;
-    const auto before = places_[i];
-    if (!look_again(i)) {
-      places_[i] = before;
-      continue;
-    }
-    for (std::size_t k = 0; k < kMostPlaces; ++k)
-      any = any || (places_[i][k].presses && follow(c, places_[i][k], m_).gap < -kAccepted * size_);
-  }
-  return any;
-}
-
-/// From the free motion again, along the rows that act now. A place that is none where the step
-/// begins, as the far corner of a box that tips over, takes the row that it has at the end.
-void Rattle::restart() {
-  place_at(from_);
-  work_.kept = places_;
-  collect(start_);
-  places_ = work_.kept;
-  place_at(free_);
-  collect(now_);
-  std::size_t row = start_.first_curve, at = 0;
-  for (std::size_t i = 0; i < of_.curves.size(); ++i) {
-    const FlatCurve& c = all_.curves[of_.curves[i]];
-    for (std::size_t k = 0; k < c.most_places(); ++k, ++at, row += c.rows_per_place())
-      if (is_active(i, k) && start_.nows[at].status != nurbs::ContactStatus::found)
-        for (std::size_t r = row; r < row + c.rows_per_place(); ++r) start_.rows[r] = now_.rows[r];
-  }
-  soften(start_.rows, gives_);
-  of_.positions.compute(start_.rows, m_.inverse_mass);
-  lambda_.assign(start_.rows.size(), 0);
-}
-
-/// Which curves press, after a round; nothing if the step cannot be taken.
-std::optional<bool> Rattle::switch_places(int& looks) {
-  bool changed = false;
-  std::size_t row = now_.first_curve, at = 0;
-  for (std::size_t i = 0; i < of_.curves.size(); ++i) {
-    const FlatCurve& c = all_.curves[of_.curves[i]];
-    bool look = false;
-    for (std::size_t k = 0; k < c.most_places(); ++k, ++at, row += c.rows_per_place()) {
-      const PlaceNow& now = now_.nows[at];
-      const bool active = is_active(i, k), found = now.status == nurbs::ContactStatus::found;
-      if (active && !found && !c.lifts) return std::nullopt;
-      if (!c.lifts) continue;
-      CurvePlace& place = places_[i][k];
-      if (active && !found) {
-        place = {}, look = true;
-        continue;
-      }
-      if (!found) continue;
-      const bool pulls = active && lambda_[row] < 0 && std::abs(now.gap) < kAccepted * size_;
-      const bool overlaps = !active && now.gap < -kClosed * size_ && looks >= 0;
-      if (pulls) place.presses = false, changed = true;
-      if (overlaps) place.presses = true, place.slip = 0, changed = true;
-    }
-    if (!look) continue;
-    if (++looks > kMostLooks || !look_again(i)) return std::nullopt;
-    changed = true;
-  }
-  return changed;
-}
-
-/// Positions along the rows of the start.
+/// Positions along the rows of the start, by Newton's method.
 bool Rattle::close_gaps() {
-  bool rolls = false;
-  for (const std::uint32_t curve : of_.curves) rolls = rolls || all_.curves[curve].rolls;
-  gives_ = rolls ? kGivesRolling : kGives;
   lambda_.assign(start_.rows.size(), 0);
   soften(start_.rows, gives_);
-  of_.positions.compute(start_.rows, m_.inverse_mass);
-  Real before = 1e300;
-  int looks = 0;
+  Real before = 1e300, first = 1e300;
+  int looks = 0, since = 0;
+  bool is_due = true, is_anew = false;
   for (int n = 0; n < kMostIterations; ++n) {
     collect(now_);
     if (n == kMostIterations / 2) looks = -kMostIterations;  // no more are added
     const std::optional<bool> changed = switch_places(looks);
     if (!changed) return false;
-    if (*changed) {
-      restart(), before = 1e300;
+    if (switch_limits(looks) || *changed) {
+      restart(), before = first = 1e300, is_due = true, since = 0;
       continue;
     }
-    Real worst = 0;
-    step_.clear();
-    for (const Row& r : now_.rows) worst = std::max(worst, std::abs(r.c)), step_.push_back(-r.c);
-    const bool stays = !(worst < 0.9 * before) && worst <= kAccepted * size_;
+    const Real worst = worst_of(now_.rows);
+    const bool stays = is_anew && !(worst < 0.9 * before) && worst <= kAccepted * size_;
     of_.residual = worst;
     if (worst <= kClosed * size_ || stays) {
       if (looks < 0 || !meets_anew()) return true;
-      ++looks, restart(), before = 1e300;
+      ++looks, restart(), before = first = 1e300, is_due = true, since = 0;
       continue;
     }
-    if (!std::isfinite(worst)) return false;
-    if (!(worst < kFalls * before) && n > 2) {
-      soften(now_.rows, gives_);
-      of_.positions.compute(now_.rows, m_.inverse_mass);
-    }
-    before = worst;
+    if (since == 0) first = worst;
+    if (!(worst < kWidest * size_) || (++since > kHopeful && worst > kHope * first)) return false;
+    is_anew = is_due || !(worst < kFalls * before);
+    if (is_anew) of_.positions.compute(now_.rows, start_.rows, m_.inverse_mass);
+    before = worst, is_due = false;
+    append_residuals(now_.rows, step_);
     of_.positions.solve(step_);
     for (std::size_t r = 0; r < step_.size(); ++r) lambda_[r] += step_[r];
     shift(start_.rows, step_);
@@ -301,81 +131,79 @@ bool Rattle::close_gaps() {
   return false;
 }
 
-bool Rattle::within_limits() const {
-  bool fits = true;
-  each_joint([&](const PlaneJoint& j) {
-    if (!j.limited) return;
-    const Real x = sprung_row(j, m_).c;
-    fits = fits && x > j.low && x < j.high;
-  });
-  return fits;
+/// Closes what is open as the step begins: a body was teleported, a pin moved, or Box2D went past a
+/// limit. That is no motion. False if it does not close.
+bool Rattle::settle() {
+  work_.closed.assign(of_.bodies.size(), Vec3(0));
+  begin(), take_places(), find_limits(), collect(start_);
+  if (!(worst_of(std::span(start_.rows).first(start_.first_curve)) > kStartGap * size_))
+    return true;
+  note_positions(from_);
+  for (int n = 0; n < kMostIterations; ++n) {
+    const Real worst = worst_of(start_.rows);
+    if (!std::isfinite(worst)) return false;
+    if (worst <= kClosed * size_) {
+      for (std::size_t i = 0; i < from_.size(); ++i)
+        work_.closed[i] = m_.position[of_.bodies[i]] - from_[i];
+      return true;
+    }
+    append_residuals(start_.rows, step_);
+    if (!of_.positions.fits(start_.rows.size()))
+      of_.positions.analyse(start_.rows, m_.inverse_mass);
+    soften(start_.rows, gives_);
+    of_.positions.compute(start_.rows, m_.inverse_mass), of_.positions.solve(step_);
+    note_positions(free_), shift(start_.rows, step_);
+    Real most = 0;
+    for (std::size_t i = 0; i < free_.size(); ++i)
+      most = std::max(most, std::abs(m_.position[of_.bodies[i]].z - free_[i].z));
+    for (std::size_t i = 0; i < free_.size() && most > kMostTurn; ++i)
+      free_[i] += kMostTurn / most * (m_.position[of_.bodies[i]] - free_[i]);
+    if (most > kMostTurn) place_at(free_);
+    find_limits(), collect(start_);
+  }
+  return false;
 }
 
-/// Velocities along the rows of the end, dampers and motors among them.
-void Rattle::project() {
-  std::vector<Row>& rows = now_.rows;
-  const std::size_t hard = rows.size();
-  soften(rows, kGives);
-  step_.assign(rows.size(), 0);
-  for (const RattleSpring& spring : springs_) {
-    if (spring.is_explicit) continue;
-    const PlaneSpring& along = spring.joint->along;
-    Row row = sprung_row(*spring.joint, m_);
-    const Real force = along.load - along.stiffness * row.c;
-    if (!(spring.damping > 0)) {
-      for (int i = 0; i < row.count; ++i)
-        m_.velocity[row.body[i]] += h_ * m_.inverse_mass[row.body[i]] * (force * row.j[i]);
-      row.j = {};
-    }
-    row.soft = spring.damping > 0 ? 1 / (h_ * spring.damping) : 0;
-    step_.push_back(spring.damping > 0 ? force / spring.damping : 0);
-    rows.push_back(row);
-  }
-  if (!of_.velocities.fits(rows.size())) of_.velocities.analyse(rows, m_.inverse_mass);
-  of_.velocities.compute(rows, m_.inverse_mass);
-  impulse_.assign(rows.size(), 0);
-  std::vector<Real>& wanted = work_.wanted;
-  wanted = step_;
-  for (int n = 0; n < 2; ++n) {
-    for (std::size_t r = 0; r < rows.size(); ++r) {
-      Real rate = 0;
-      for (int i = 0; i < rows[r].count; ++i)
-        rate += glm::dot(rows[r].j[i], m_.velocity[rows[r].body[i]]);
-      const bool gives = r >= hard;
-      step_[r] = wanted[r] - rate - (gives ? rows[r].soft * impulse_[r] : 0);
-    }
-    of_.velocities.solve(step_);
-    for (std::size_t r = 0; r < rows.size(); ++r) {
-      impulse_[r] += step_[r];
-      for (int i = 0; i < rows[r].count; ++i) {
-        const std::uint32_t b = rows[r].body[i];
-        m_.velocity[b] += m_.inverse_mass[b] * (step_[r] * rows[r].j[i]);
-      }
-    }
-  }
-}
-
-/// The impulses of curves in a part of the step.
+/// The impulses of joints, spans and curves in a part of the step.
 void Rattle::add_impulses() {
-  std::size_t row = now_.first_curve;
+  std::size_t row = 0, joint = 0;
+  each_joint([&](const PlaneJoint& j) {
+    JointLoad& sum = of_.borne[joint++];
+    for (int rows = rows_of(j); rows-- > 0; ++row) {
+      const Vec3 on_b = (lambda_[row] / h_ + first_[row]) * start_.rows[row].part(j.b) +
+                        impulse_[row] * now_.rows[row].part(j.b);
+      const bool turns = on_b.x == 0 && on_b.y == 0;
+      sum.force += Vec3(on_b.x, on_b.y, 0) / whole_;
+      if (turns) sum.torque += on_b.z / whole_;
+    }
+  });
+  row = now_.first_span;
+  for (std::size_t i = 0; i < of_.spans.size(); ++i, ++row)
+    of_.span_loads[i].impulse += impulse_of(row) + h_ * grip(all_.spans[of_.spans[i]]);
+  row = now_.first_curve;
   for (std::size_t i = 0; i < of_.curves.size(); ++i) {
     const FlatCurve& c = all_.curves[of_.curves[i]];
     for (std::size_t k = 0; k < c.most_places(); ++k, row += c.rows_per_place()) {
       if (!is_active(i, k)) continue;
-      means_[i][k].x += lambda_[row] / h_ + impulse_[row];
-      if (c.rolls) means_[i][k].y += lambda_[row + 1] / h_ + impulse_[row + 1];
+      means_[i][k].x += impulse_of(row);
+      if (c.rolls) means_[i][k].y += impulse_of(row + 1);
     }
+  }
+}
+
+/// Damping by the air.
+void Rattle::drag(Real time) {
+  for (const std::uint32_t b : of_.bodies) {
+    const Real rate = world_.bodies.values()[all_.bodies[b].slot].drag;
+    if (rate > 0) m_.velocity[b] *= std::exp(-rate * time);
   }
 }
 
 /// Results, and the forces of curves.
 void Rattle::keep() {
   of_.position.clear(), of_.velocity.clear();
-  for (const std::uint32_t b : of_.bodies) {
-    const Real drag = world_.bodies.values()[all_.bodies[b].slot].drag;
-    of_.position.push_back(m_.position[b]);
-    of_.velocity.push_back(std::exp(-drag * whole_) * m_.velocity[b]);
-  }
+  for (const std::uint32_t b : of_.bodies)
+    of_.position.push_back(m_.position[b]), of_.velocity.push_back(m_.velocity[b]);
   for (std::size_t i = 0; i < of_.curves.size(); ++i)
     for (std::size_t k = 0; k < kMostPlaces; ++k)
       places_[i][k].force = means_[i][k].x / whole_, places_[i][k].along = means_[i][k].y / whole_;
@@ -384,21 +212,37 @@ void Rattle::keep() {
   for (std::size_t i = 0; i < of_.curves.size(); ++i)
     for (std::size_t k = 0; k < all_.curves[of_.curves[i]].most_places(); ++k)
       of_.ends[kMostPlaces * i + k] = now_.nows[at++];
+  for (std::size_t i = 0; i < of_.spans.size(); ++i)
+    of_.span_loads[i].slips = all_.spans[of_.spans[i]].slips;
   of_.places = places_, of_.searched = searched_, of_.moved = true;
 }
 
-/// Where curves touch as the step begins: the plane's step is taken under their forces there.
-void Rattle::note_starts() {
-  std::size_t at = 0;
-  of_.starts.assign(kMostPlaces * of_.curves.size(), {});
-  for (std::size_t i = 0; i < of_.curves.size(); ++i)
-    for (std::size_t k = 0; k < all_.curves[of_.curves[i]].most_places(); ++k)
-      of_.starts[kMostPlaces * i + k] = start_.nows[at++];
+/// Those that others move, where they are at a time in the step.
+void Rattle::drive_others(Real time) {
+  for (const std::uint32_t b : of_.driven) {
+    const PlaneBody& body = s_.plane.bodies[b];
+    const Vec3 left = (whole_ - time) * m_.velocity[b];
+    m_.position[b] = Vec3(body.position.x, body.position.y, body.angle) - left;
+    m_.gained[b] = -left.z;
+  }
+}
+
+/// The free motion, from where a part of the step begins.
+void Rattle::drift() {
+  kick(End::start);
+  for (const std::uint32_t b : of_.bodies) {
+    const Vec3 moved = h_ * m_.velocity[b];
+    m_.position[b] += moved, m_.gained[b] += moved.z;
+  }
+  drive_others(end_);
+  note_positions(free_);
 }
 
 /// A part of the step, to a time in it.
 bool Rattle::advance(Real to) {
-  collect(start_);
+  end_ = to;
+
+  find_limits(), collect(start_);
   for (std::size_t i = 0, at = 0; i < of_.curves.size(); ++i) {
     const FlatCurve& c = all_.curves[of_.curves[i]];
     for (std::size_t k = 0; k < c.most_places(); ++k, ++at) {
@@ -409,31 +253,27 @@ bool Rattle::advance(Real to) {
   }
   if (!of_.positions.fits(start_.rows.size())) of_.positions.analyse(start_.rows, m_.inverse_mass);
   if (to <= h_ * 1.5) note_starts();
-  springs_.clear(), find_springs();
-  note_positions(from_);
-  kick(0.5);
-  for (const std::uint32_t b : of_.bodies) {
-    const Vec3 moved = h_ * m_.velocity[b];
-    m_.position[b] += moved, m_.gained[b] += moved.z;
+  find_springs();
+  note_positions(from_), note_velocities(work_.from_velocity);
+  drift();
+  if (!close_gaps()) return false;
+  for (std::size_t i = 0; i < of_.bodies.size(); ++i) {
+    const Vec3 closed = m_.position[of_.bodies[i]] - free_[i];
+    if (std::abs(closed.z) > kMostClosed) return false;
+    m_.velocity[of_.bodies[i]] += closed / h_;
   }
-  // Those that others move are where they are by then.
-  for (const std::uint32_t b : of_.driven) {
-    const PlaneBody& body = s_.plane.bodies[b];
-    const Vec3 left = (whole_ - to) * m_.velocity[b];
-    m_.position[b] = Vec3(body.position.x, body.position.y, body.angle) - left;
-    m_.gained[b] = -left.z;
-  }
-  note_positions(free_);
-  if (!close_gaps() || !within_limits()) return false;
-  for (std::size_t i = 0; i < of_.bodies.size(); ++i)
-    m_.velocity[of_.bodies[i]] += (m_.position[of_.bodies[i]] - free_[i]) / h_;
-  kick(0.5), project(), add_impulses();
+  kick(End::end), add_impulses();
   return true;
 }
 
 void Rattle::note_positions(std::vector<Vec3>& to) const {
   to.clear();
   for (const std::uint32_t b : of_.bodies) to.push_back(m_.position[b]);
+}
+
+void Rattle::note_velocities(std::vector<Vec3>& to) const {
+  to.clear();
+  for (const std::uint32_t b : of_.bodies) to.push_back(m_.velocity[b]);
 }
 
 void Rattle::place_at(const std::vector<Vec3>& positions) {
@@ -447,50 +287,66 @@ void Rattle::place_at(const std::vector<Vec3>& positions) {
 void Rattle::begin() {
   for (const auto* list : {&of_.bodies, &of_.driven})
     for (const std::uint32_t b : *list) begin_motion(s_.plane.bodies[b], whole_, b, m_);
+  for (std::size_t i = 0; i < of_.bodies.size(); ++i) {
+    const std::uint32_t b = of_.bodies[i];
+    m_.position[b] += work_.closed[i], m_.gained[b] += work_.closed[i].z;
+  }
 }
 
-bool Rattle::go(int parts) {
-  begin(), h_ = whole_ / parts;
+void Rattle::take_places() {
   places_.clear(), searched_.clear();
   for (const std::uint32_t curve : of_.curves) {
     places_.push_back(all_.curves[curve].places);
     searched_.push_back(all_.curves[curve].searched);
   }
+}
+
+bool Rattle::go(int parts) {
+  begin(), take_places(), h_ = whole_ / parts;
+  drag(0.5 * whole_);
   means_.assign(of_.curves.size(), {});
+  of_.borne.assign(of_.links.size() + of_.pins.size(), {});
+  of_.span_loads.assign(of_.spans.size(), {});
   for (int i = 0; i < parts; ++i)
     if (!advance((i + 1) * h_)) return false;
+  drag(0.5 * whole_);
   keep();
   return true;
 }
 
-int Rattle::fewest_parts() const {
-  Real fastest = 0;
+/// By how fast bodies turn, and how fast they swing under what their joints bore.
+Real Rattle::fewest_parts() {
+  Real most = 0;
   for (const std::uint32_t b : of_.bodies)
-    fastest = std::max(fastest, std::abs(m_.velocity[b].z) * whole_);
-  return fastest < kMostTurn * kMostParts ? 1 + static_cast<int>(fastest / kMostTurn) : kMostParts;
+    most = std::max(most, std::abs(m_.velocity[b].z) * whole_ / kMostTurn);
+  for (const std::uint32_t b : of_.bodies) m_.gained[b] = 0;  // memory; of swings, 1/s^2
+  each_joint([&](const PlaneJoint& j) {
+    const Real force = glm::length(j.load.force);
+    m_.gained[j.a] += force * glm::length(j.arm_a) * m_.inverse_mass[j.a].z;
+    m_.gained[j.b] += force * glm::length(j.arm_b) * m_.inverse_mass[j.b].z;
+  });
+  for (const std::uint32_t b : of_.bodies)
+    most = std::max(most, std::sqrt(m_.gained[b]) * whole_ / kMostPhase);
+  return 1 + std::floor(most);
 }
 
 bool Rattle::run() {
-  each_joint([&](const PlaneJoint& j) {
-    size_ = std::max({size_, glm::length(j.arm_a), glm::length(j.arm_b)});
-  });
   bool good = false;
-  for (int parts = fewest_parts(); parts <= kMostParts && !good; parts *= 4) good = go(parts);
+  if (settle()) {
+    const std::size_t affordable = kMostRows / (1 + start_.rows.size());
+    const int most = static_cast<int>(std::clamp<std::size_t>(affordable, 4, kMostParts));
+    int parts = static_cast<int>(std::min<Real>(fewest_parts(), most));
+    for (; !good; parts = std::min(2 * parts, most)) {
+      for (const std::uint32_t span : of_.spans) all_.spans[span].slips = 0;
+      good = go(parts);
+      if (good && overloads()) good = go(parts);
+      if (parts == most) break;
+    }
+  }
+  for (const std::uint32_t span : of_.spans) all_.spans[span].slips = 0;
+  work_.closed.assign(of_.bodies.size(), Vec3(0));
   begin();
   return good;
-}
-
-}  // namespace
-
-void begin_motion(const PlaneBody& b, Real h, std::uint32_t number, Motions& m) {
-  m.position[number] = {b.position.x, b.position.y, b.angle};
-  m.velocity[number] = m.inverse_mass[number] = Vec3(0), m.gained[number] = 0;
-  if (b.kind == PlaneBody::fixed) return;
-  m.velocity[number] = {b.velocity.x, b.velocity.y, b.spin};
-  if (b.kind == PlaneBody::kinematic)
-    m.position[number] -= h * m.velocity[number], m.gained[number] = -h * b.spin;
-  else
-    m.inverse_mass[number] = {1 / b.mass, 1 / b.mass, 1 / b.inertia};
 }
 
 bool move_by_rattle(const World& world, Planar& all, Mechanism& of, Real h) {

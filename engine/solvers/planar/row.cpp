@@ -71,21 +71,18 @@ void note_stillness(const World& world, Planar& all) {
 
 /// The motion that Box2D found, in the plane's numbers.
 void take_results(const World& world, Planar& all, Real h) {
-  StepScratch& s = all.scratch;
-  Motions& m = s.motions;
-  const std::size_t count = s.plane.bodies.size();
-  m.position.assign(count, Vec3(0)), m.velocity = m.inverse_mass = m.position;
-  m.gained.assign(count, 0);
-  for (std::size_t i = 0; i < count; ++i) {
-    const PlaneBody& b = s.plane.bodies[i];
-    m.position[i] = {b.position.x, b.position.y, b.angle};
-    if (b.kind != PlaneBody::fixed) m.velocity[i] = {b.velocity.x, b.velocity.y, b.spin};
+  begin_motions(all, h);
+  const std::vector<PlaneBody>& bodies = all.scratch.plane.bodies;
+  Motions& m = all.scratch.motions;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const PlaneBody& b = bodies[i];
+    if (b.kind == PlaneBody::kinematic)
+      m.position[i] = {b.position.x, b.position.y, b.angle}, m.gained[i] = 0;
     if (b.kind != PlaneBody::dynamic) continue;
     m.position[i] += Vec3(b.moved.x, b.moved.y, b.turned);
     m.velocity[i] += Vec3(b.sped_up.x, b.sped_up.y, b.spun_up);
     m.velocity[i] *= std::exp(-world.bodies.values()[all.bodies[i].slot].drag * h);
     m.gained[i] = b.turned;
-    m.inverse_mass[i] = {1 / b.mass, 1 / b.mass, 1 / b.inertia};
   }
 }
 
@@ -120,37 +117,18 @@ void write_bodies(World& world, Planar& all) {
   }
 }
 
-/// What links bore: by Box2D, and where they were closed after it.
-void note_reactions(Planar& all, Real h) {
+/// What links bore, and where the joints of the next step begin.
+void keep_loads(Planar& all) {
   const StepScratch& s = all.scratch;
   all.reactions.assign(all.links.size(), {});
-  std::size_t row = 0;
-  std::vector<std::uint32_t> link_of(s.plane.joints.size(), kNobody);
-  for (std::uint32_t i = 0; i < all.links.size(); ++i)
-    if (s.joint_of[i] != kNobody) link_of[s.joint_of[i]] = i;
-  for (std::uint32_t k = 0; k < s.plane.joints.size(); ++k) {
-    const PlaneJoint& joint = s.plane.joints[k];
-    JointLoad sum = joint.load;
-    sum.spring = 0;
-    for (int rows = rows_of(joint); rows-- > 0; ++row) {
-      if (row >= s.borne.size()) continue;
-      const Real force = s.borne[row] / h;
-      const Vec3 on_b = s.rows[row].part(joint.b);
-      const Vec3 arm = turned(joint.arm_b, s.motions.gained[joint.b]);
-      sum.force += force * Vec3(on_b.x, on_b.y, 0);
-      sum.torque += force * (on_b.z - (arm.x * on_b.y - arm.y * on_b.x));
-    }
-    if (link_of[k] != kNobody) all.reactions[link_of[k]] = sum;
+  for (const Mechanism& of : all.mechanisms) {
+    std::size_t joint = 0;
+    for (const std::uint32_t link : of.links)
+      if (s.joint_of[link] != kNobody) all.reactions[link] = of.borne[joint++];
   }
-}
-
-/// Where the joints of the next step begin.
-void keep_loads(Planar& all, Real h) {
-  const std::vector<PlaneJoint>& joints = all.scratch.plane.joints;
+  const std::vector<PlaneJoint>& joints = s.plane.joints;
   for (std::size_t i = 0; i < all.links.size(); ++i)
-    if (const std::uint32_t at = all.scratch.joint_of[i]; at != kNobody)
-      all.loads[i] = joints[at].load;
-  note_reactions(all, h);
+    if (const std::uint32_t at = s.joint_of[i]; at != kNobody) all.loads[i] = joints[at].load;
   for (std::size_t i = 0; i < all.pins.size(); ++i)
     all.loads[all.links.size() + i] = joints[joints.size() - all.pins.size() + i].load;
 }
@@ -165,25 +143,24 @@ void predict(World& world, const StepTask& task) {
   all.scratch.h = task.h;
   if (rests(world, all, task.h)) return;
   gather(world, all);
-  count_gears(world, all), begin_belts(world, all);
-  drive_tied(world, all, task.h);
-  all.scratch.starts.clear();
-  for (const FlatBody& f : all.bodies)
-    all.scratch.starts.push_back(world.bodies.values()[f.slot].pose);
-  const std::vector<Touch> before = all.touches;
-  const std::vector<FlatCurve> curves_before = all.curves;
+  StepScratch& scratch = all.scratch;
+  count_gears(world, all), begin_motions(all, task.h), begin_belts(world, all);
+  scratch.starts.clear();
+  for (const FlatBody& f : all.bodies) scratch.starts.push_back(world.bodies.values()[f.slot].pose);
+  scratch.touches_before = all.touches, scratch.curves_before = all.curves;
   move_mechanisms(world, all, task.h);
-  step_plane(all.scratch.plane, task.h, all.touches);
+  drive_tied(world, all, task.h);
+  step_plane(scratch.plane, task.h, all.touches);
   take_results(world, all, task.h);
   take_mechanisms(all);
   close(world, all, task.h);
   find_lost_curves(world, all);
   if (!all.lost_contact) all.lost = find_lost(all);
   if (all.lost) {
-    all.touches = before, all.curves = curves_before;
+    all.touches = scratch.touches_before, all.curves = scratch.curves_before;
     return;
   }
-  keep_loads(all, task.h);
+  keep_loads(all);
   write_bodies(world, all), end_belts(world, all, task.h);
   write_curves(world, all);
   note_stillness(world, all);
