@@ -6,7 +6,10 @@
 namespace pantin::detail::nurbs {
 namespace {
 
-constexpr int kMostIterations = 24, kMostTries = 40;
+constexpr int kMostIterations = 24, kMostTries = 40, kMostCuts = 54;
+/// rad: by so much a straight side may be off the one that it lies on; of a domain: to look for
+/// where it bends.
+constexpr Real kFlat = 1e-6, kBeside = 1e-6;
 constexpr Real kLongestStep = 0.25, kDone = 1e-9, kNoTangent = 1e-9, kFits = 1e-6, kStray = 1e-3;
 
 CurveDerivatives in_frame(const Wire& wire, Real t, const Pose& pose) {
@@ -54,57 +57,129 @@ bool has_no_way(const C& curve, Vec3 tangent) {
   return !(way > kNoTangent * curve.size());
 }
 
+/// Two curves of a plane, b's in its own frame, and how a stands there.
+template <class C>
+struct CurvesInPlane {
+  const C &a, &b;
+  Mat3 turn;
+  Vec3 origin;
+
+  struct At {
+    std::array<Vec3, 3> p, q;
+    Vec3 n{0}, n_t{0};  // b's outward normal and its rate along b
+    Real c = 0, e = 0, g = 0, across = 0;
+    Real bend = 0, tilt = 0;  // of the gap along a: its curvature, 1/m, and slope
+    Reduced k{};
+  };
+  At at(Real t, Real u) const {
+    At x{jet_of(a, t), jet_of(b, u)};
+    x.p = {origin + turn * x.p[0], turn * x.p[1], turn * x.p[2]};
+    const std::array<Vec3, 3>&p = x.p, &q = x.q;
+    const Real inverse = 1 / glm::length(q[1]);
+    x.n = inverse * right_of(q[1]);
+    const Vec3 d = p[0] - q[0], bend = right_of(q[2]);
+    x.n_t = inverse * (bend - glm::dot(x.n, bend) * x.n);
+    x.c = glm::dot(p[1], q[1]), x.e = glm::dot(d, q[2]) - glm::dot(q[1], q[1]);
+    x.across = glm::dot(p[1], x.n_t), x.g = glm::dot(d, q[1]);
+    x.k = {glm::dot(p[1], x.n) - x.across * x.g / x.e, glm::dot(p[2], x.n) - x.across * x.c / x.e};
+    x.bend = x.k.r / glm::dot(p[1], p[1]), x.tilt = x.k.f / glm::length(p[1]);
+    return x;
+  }
+  Real size() const { return std::min(a.size(), b.size()); }
+  bool is_bent(const At& x) const { return !(std::abs(x.bend) * size() < kFits); }
+};
+
+/// A place of a pair: its parameters, and the slope of the gap there.
+struct BendPlace {
+  Real t = 0, u = 0, slope = 0;
+  bool is_known = false;
+};
+
+/// The parameter of a periodic curve that is next to `to`.
+Real beside(const Knots& k, Real t, Real to) {
+  return k.is_periodic ? to + std::remainder(t - to, k.domain().width()) : t;
+}
+
+/// A straight part of one curve that lies along one of the other faces it nowhere alone; they bear
+/// where it begins to bend, next to `to`. `bent` is a place beyond that, or none is known yet.
+template <class C>
+CurveContact rest_on_end(const CurvesInPlane<C>& of, BendPlace bent, const BendPlace& to) {
+  CurveContact out;
+  out.status = ContactStatus::degenerate, out.t = to.t, out.b.u = to.u;
+  const Knots &by_t = of.a.knots(), &by_u = of.b.knots();
+  const auto bends_at = [&](Real t, Real u) {
+    return of.is_bent(of.at(by_t.inside(t), by_u.inside(u)));
+  };
+  for (const Real way : {-kBeside, kBeside}) {
+    if (bent.is_known) break;
+    const Real t = to.t + way * by_t.domain().width();
+    bent = {t, to.u, 0, bends_at(t, to.u)};
+  }
+  const auto x = of.at(to.t, to.u);
+  if (!bent.is_known || !(std::abs(x.tilt) <= kFlat)) return out;
+  BendPlace flat = to;
+  bent.t = beside(by_t, bent.t, to.t), bent.u = beside(by_u, bent.u, to.u);
+  for (int n = 0; n < kMostCuts; ++n) {
+    const Real t = (bent.t + flat.t) / 2, u = (bent.u + flat.u) / 2;
+    BendPlace& moved = bends_at(t, u) ? bent : flat;
+    moved.t = t, moved.u = u;
+  }
+  bent.t = by_t.inside(bent.t), bent.u = by_u.inside(bent.u);
+  auto end = of.at(bent.t, bent.u);
+  for (int n = 0; n < 3; ++n) {
+    bent.u = by_u.inside(bent.u - end.g / end.e);
+    end = of.at(bent.t, bent.u);
+  }
+  if (!of.is_bent(end) || !(end.bend > 0) || !(std::abs(end.tilt) <= 2 * kFlat) || !(end.c < 0))
+    return out;
+  out.t = bent.t, out.b.u = bent.u, out.status = ContactStatus::found;
+  out.on_a = end.p[0], out.on_b = end.q[0], out.normal = end.n;
+  out.gap = glm::dot(end.n, end.p[0] - end.q[0]), out.least_curvature = end.bend;
+  return out;
+}
+
 template <class C>
 CurveContact track_in_plane(const C& a, const C& b, const Pose& a_in_b, std::array<Real, 2> from) {
   CurveContact out;
   out.t = from[0], out.b.u = from[1];
-  const Mat3 turn = glm::mat3_cast(a_in_b.rotation);
+  const CurvesInPlane<C> of{a, b, glm::mat3_cast(a_in_b.rotation), a_in_b.position};
   const Real width_a = a.knots().domain().width(), width_b = b.knots().domain().width();
-  const Real size = std::min(a.size(), b.size());
+  const Real size = of.size();
   // Where a round piece goes over into a straight one, steps go too far: the last place from which
-  // one did, and the slope of the gap there.
-  struct {
-    Real t = 0, u = 0, slope = 0;
-    int tries = 0;
-  } round;
+  // one did.
+  BendPlace round;
+  int tries = 0;
   while (out.iterations < kMostIterations) {
-    std::array<Vec3, 3> p = jet_of(a, out.t);
-    const std::array<Vec3, 3> q = jet_of(b, out.b.u);
-    p = {a_in_b.position + turn * p[0], turn * p[1], turn * p[2]};
+    const auto x = of.at(out.t, out.b.u);
+    const std::array<Vec3, 3>&p = x.p, &q = x.q;
     ++out.iterations;
     if (has_no_way(a, p[1]) || has_no_way(b, q[1])) {
       out.status = ContactStatus::singular;
       return out;
     }
-    const Real inverse = 1 / glm::length(q[1]);
-    const Vec3 n = inverse * right_of(q[1]), d = p[0] - q[0], bend = right_of(q[2]);
-    const Vec3 n_t = inverse * (bend - glm::dot(n, bend) * n);
-    const Real c = glm::dot(p[1], q[1]), e = glm::dot(d, q[2]) - glm::dot(q[1], q[1]);
-    const Real across = glm::dot(p[1], n_t), g = glm::dot(d, q[1]);
-    const Reduced k{glm::dot(p[1], n) - across * g / e, glm::dot(p[2], n) - across * c / e};
-    Real step = -k.f / k.r, step_b = -(g + c * step) / e;
-    out.normal = n, out.gap = glm::dot(n, d);
+    const Reduced k = x.k;
+    const Real step = -k.f / k.r, step_b = -(x.g + x.c * step) / x.e;
+    out.normal = x.n, out.gap = glm::dot(x.n, p[0] - q[0]);
     const Real length = std::max(std::abs(step) / width_a, std::abs(step_b) / width_b);
-    out.least_curvature = k.r / glm::dot(p[1], p[1]);
+    out.least_curvature = x.bend;
     if (fits(out.least_curvature, length, size)) {
-      const bool is_between = k.f * round.slope < 0 && std::abs(out.t - round.t) < width_a / 2 &&
-                              std::abs(out.b.u - round.u) < width_b / 2;
-      if (is_between && ++round.tries < kMostTries) {
-        out.t = (out.t + round.t) / 2, out.b.u = (out.b.u + round.u) / 2, --out.iterations;
+      if (k.f * round.slope < 0 && ++tries < kMostTries) {
+        out.t = a.knots().inside((out.t + beside(a.knots(), round.t, out.t)) / 2);
+        out.b.u = b.knots().inside((out.b.u + beside(b.knots(), round.u, out.b.u)) / 2);
+        --out.iterations;
         continue;
       }
-      out.status = ContactStatus::degenerate;
-      return out;
+      return rest_on_end(of, round, {out.t, out.b.u});
     }
-    round.t = out.t, round.u = out.b.u, round.slope = k.f;
+    round = {out.t, out.b.u, k.f, true};
     const Real part = length > kLongestStep ? kLongestStep / length : 1;
     if (!walk(a.knots(), part * step, out.t) || !walk(b.knots(), part * step_b, out.b.u)) {
       out.status = ContactStatus::left_patch;
       return out;
     }
     if (length > kDone) continue;
-    out.on_a = p[0] + step * p[1], out.on_b = q[0] + step_b * q[1], out.normal += step_b * n_t;
-    if (c < 0) out.status = judged(out, size);
+    out.on_a = p[0] + step * p[1], out.on_b = q[0] + step_b * q[1], out.normal += step_b * x.n_t;
+    if (x.c < 0) out.status = judged(out, size);
     return out;
   }
   return out;

@@ -71,6 +71,7 @@ bool lies_in_plane(const Surface& s) {
   const Vec3 corner = at(0, 0);
   const Vec3 across = glm::cross(at(s.u.count() - 1, 0) - corner, at(0, s.v.count() - 1) - corner);
   const Real area = glm::length(across);
+  if (!(area > 0)) return false;  // one that closes
   for (int i = 0; i < s.u.count(); ++i)
     for (int j = 0; j < s.v.count(); ++j)
       if (!(std::abs(glm::dot(across, at(i, j) - corner)) <= 1e-12 * area * std::sqrt(area)))

@@ -136,9 +136,8 @@ std::string curve_fault(const nurbs::Wire& wire) {
   return {};
 }
 
-std::size_t find_pairs(const SurfaceContact& c, const Pose& a_in_b,
-                       std::span<nurbs::CommonNormal> out) {
-  const Real reach = std::min(size_of(c.on_a), size_of(c.on_b));
+std::size_t find_pairs(const SurfaceContact& c, const Pose& a_in_b, const PairReach& to) {
+  const auto& [reach, out] = to;
   if (!c.on_a.curve) return nurbs::find_contacts({*c.on_a.skin, *c.on_b.skin, a_in_b}, reach, out);
   nurbs::CurveContact found[kMostPairs];
   const nurbs::CurveReach wanted{reach, std::span(found).first(std::min(out.size(), kMostPairs))};
@@ -199,15 +198,16 @@ std::string place_surfaces(SurfaceContact& c, const StartPoses& bodies) {
   if (c.on_b.curve)
     if (std::string why = plane_fault(c, a_in_b); !why.empty()) return why;
   if (c.known) return {};
+  const Real reach = std::min(size_of(c.on_a), size_of(c.on_b));
   nurbs::CommonNormal found[kMostPairs];
-  if (const std::size_t count = find_pairs(c, a_in_b, found); count > 0) {
+  if (const std::size_t count = find_pairs(c, a_in_b, {reach, found}); count > 0) {
     const auto nearest = std::min_element(found, found + count, [](const auto& x, const auto& y) {
       return std::abs(x.gap) < std::abs(y.gap);
     });
     c.at = nearest->at, c.known = true;
     return {};
   }
-  return c.lifts ? std::string() : far_apart(c, a_in_b, std::min(size_of(c.on_a), size_of(c.on_b)));
+  return c.lifts ? std::string() : far_apart(c, a_in_b, reach);
 }
 
 }  // namespace pantin::detail

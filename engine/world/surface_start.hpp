@@ -18,10 +18,15 @@ std::shared_ptr<const nurbs::Wire> contact_curve(const nurbs::Curve& curve, Oute
 /// tangent; and where one of the plane crosses itself. Else nothing.
 std::string curve_fault(const nurbs::Wire& curve);
 
+/// How far apart pairs may be, m, and where they go.
+struct PairReach {
+  Real reach = 0;
+  std::span<nurbs::CommonNormal> out;
+};
+
 /// All pairs of places that face one another with a gap that is a least one and no larger than the
-/// smaller of both is, the nearest first; as many as `out` holds. Returns how many there are.
-std::size_t find_pairs(const SurfaceContact& contact, const Pose& a_in_b,
-                       std::span<nurbs::CommonNormal> out);
+/// reach, the nearest first; as many as there is room for. Returns how many there are.
+std::size_t find_pairs(const SurfaceContact& contact, const Pose& a_in_b, const PairReach& to);
 
 struct StartPoses {
   Pose a, b;  // of the bodies' mass-centre frames

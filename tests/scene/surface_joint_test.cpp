@@ -90,6 +90,32 @@ TEST_CASE("a surface with a crease is refused for a joint, with its knot") {
   CHECK(errors.find("expected a smooth surface") != std::string::npos);
 }
 
+TEST_CASE("faces of a joint that meet at an angle are warned of, by their numbers and place") {
+  // A ball of radius 0.1 on the left one of two plates, of which the right one rises by `rise`.
+  const auto warnings = [](const std::string& rise) {
+    return good(R"({"version": 1, "solver": {"type": "lagrangian"}, "bodies": [
+      {"name": "ball", "position": [-0.5, 0.1, 0], "shape": {"type": "sphere", "radius": 0.1}}],
+      "surface_joints": [{"name": "c", "a": {"body": "ball"}, "b": {"body": "world", "surface":
+      {"faces": [{"type": "nurbs", "degrees": [1, 1], "knots_u": [0, 0, 1, 1],
+          "knots_v": [0, 0, 1, 1],
+          "points": [[-1, 0, 1], [-1, 0, -1], [0, 0, 1], [0, 0, -1]]},
+        {"type": "nurbs", "degrees": [1, 1], "knots_u": [0, 0, 1, 1], "knots_v": [0, 0, 1, 1],
+          "points": [[0, 0, 1], [0, 0, -1], [1, )" +
+                rise + ", 1], [1, " + rise + R"(, -1]]}]}}}]})")
+        .warnings;
+  };
+  const Lines found = warnings("0.2");
+  REQUIRE(found.size() == 1);
+  INFO(found[0]);
+  for (const char* part : {"t.json", "/surface_joints/0",
+                           "surface b: faces 0 and 1 meet at an angle of 11.31 degrees, at u 1",
+                           "a contact that comes there is lost"})
+    CHECK(found[0].find(part) != std::string::npos);
+  CHECK(warnings("0").empty());
+  CHECK(warnings("0.0005").empty());  // 0.03 degrees
+  CHECK(warnings("0.002").size() == 1);
+}
+
 TEST_CASE("copies of a prefab have surface joints of their own") {
   const auto text = [](const std::string& instance) {
     return R"({"version": 1, "solver": {"type": "lagrangian"}, "prefabs": [{"name": "p", "bodies": [
@@ -116,7 +142,7 @@ namespace {
 constexpr const char* kBoat = R"("bodies": [{"name": "boat_l", "position": [0.6, 0.33, 0.05],
     "rotation_deg": [10, 20, 5], "angular_velocity": [0.3, 0.5, -0.4],
     "mass": 2, "inertia": [0.02, 0.03, 0.04]}],
-  "surface_joints": [{"name": "keel_l", "motion": "rolling", "unilateral": true,
+  "surface_joints": [{"name": "keel_l", "motion": "rolling", "friction": 0.3, "unilateral": true,
     "a": {"body": "boat_l", "position": [0.02, 0, 0.01], "surface": {"faces": [{"type": "ellipsoid",
       "radii": [0.2, 0.1, 0.15], "rotation_deg": [7, 0, 12]}]}},
     "b": {"body": "world", "position": [-0.6, 0, 0], "rotation_deg": [80, 0, 0], "surface": {"faces":
@@ -138,7 +164,7 @@ void check_images(const std::string& text) {
   const Entity keel = in_instances ? sim.world.find("one/keel_l") : named("_l", "keel");
   const Entity other = in_instances ? sim.world.find("two/keel_r") : named("_r", "keel");
   REQUIRE(sim.world.surface_contacts.find(other));
-  bool touched = false;
+  bool touched = false, slipped = false;
   for (int i = 0; i < 120; ++i) {
     REQUIRE(sim.step().status == Status::ok);
     const Vec3 left = sim.world.bodies[one].pose.position,
@@ -147,10 +173,13 @@ void check_images(const std::string& text) {
     const SurfaceTouch l = surface_touch(sim.world, keel).value(),
                        r = surface_touch(sim.world, other).value();
     CHECK(l.touches == r.touches);
-    CHECK(glm::distance(r.force, {-l.force.x, l.force.y, l.force.z}) <= 1e-6);
-    touched = touched || l.touches;
+    // The time at which it lands or a slip ends is known to 1e-9 of a gap or speed.
+    CHECK(glm::distance(r.force, {-l.force.x, l.force.y, l.force.z}) <= (i < 2 ? 1e-3 : 1e-6));
+    CHECK(l.slips == r.slips);
+    touched = touched || l.touches, slipped = slipped || l.slips;
   }
   CHECK(touched);
+  CHECK(slipped);
 }
 
 }  // namespace

@@ -68,7 +68,7 @@ struct RowsAt {
 };
 RowsAt rows_at(Meeting3& m, Real t, std::size_t rows = 4) {
   lag::Island& island = ready(m.world);
-  if (!island.touches[0].known) lag::find_touches(m.world, island);
+  if (!island.touches[0].known) lag::find_touches(m.world, island, 0.01);
   REQUIRE(island.touches[0].known);
   for (std::size_t i = 0; i < 2; ++i) {
     const BodyState s = moved(m.from[i], t);

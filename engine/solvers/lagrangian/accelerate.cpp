@@ -23,8 +23,7 @@ void accelerate(const World& world, Island& m, Real part, Real whole) {
   }
   const Unknowns found{std::span(scratch.motion).first(2 * m.count()), scratch.lambda};
   solve(m, {scratch.force, scratch.right}, found);
-  for (int n = 0; n < kMostGrips && raise_grips(m, 1, scratch.force); ++n)
-    solve(m, {scratch.force, scratch.right}, found);
+  settle_grips(m, 1, scratch.force, [&] { solve(m, {scratch.force, scratch.right}, found); });
 }
 
 }  // namespace pantin::detail::lagrangian

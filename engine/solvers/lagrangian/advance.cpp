@@ -17,6 +17,9 @@ constexpr Real kMaxOpening = 0.05;
 constexpr int kPatience = 8, kRetries = 3;
 /// Largest rotation per step, rad; larger ones halve the step, except with the implicit integrator.
 constexpr Real kMaxRotation = 0.5;
+/// Of a step: in a shorter part, up to an event, rounding of positions is all that multipliers of
+/// poses tell, and friction would follow it; Euler takes that part.
+constexpr Real kShortest = 1e-3;
 /// Energy that may stay unpaid in a step, relative to all weight falling by the size of the island.
 constexpr Real kRounding = 1e-10;
 /// Stability limit of explicit integration: h^2 spring + 2 h damper, relative to the mass moved.
@@ -56,7 +59,7 @@ bool pay_projection(Island& m, Real before) {
 }
 
 /// Where the projection is part of the motion, what turns the twists along curved surfaces acts
-/// there: it decides whether they pull at one another.
+/// there: it decides whether they pull at one another, and how much they rub.
 void add_projected_forces(Island& m, Real h) {
   for (const Block& b : m.blocks) {
     if (b.kind != BlockKind::surface) continue;
@@ -71,7 +74,7 @@ bool integrate(const World& world, Island& m, const Span& span, const Integrator
   m.scratch.lost_touch = UINT32_MAX;
   set_grips(m, m.mean_lambda);
   for (TouchMemory& touch : m.touches)
-    if (!by.projection_moves) touch.projected = 0;
+    if (!by.projection_moves && !by.projection_presses) touch.projected = 0;
   const bool done = by.step(world, m, span);
   ++m.substeps;
   if (!done || m.scratch.lost_touch != UINT32_MAX || !all_within_bounds(m)) return false;
@@ -85,7 +88,7 @@ bool integrate(const World& world, Island& m, const Span& span, const Integrator
     m.scratch.projection_moves = moves;
     const bool closed = project(world, m, span.fraction(1), span.whole);
     m.scratch.projection_moves = false;
-    if (moves) add_projected_forces(m, span.h);
+    if (moves || (m.rubs && by.projection_presses)) add_projected_forces(m, span.h);
     return closed && m.scratch.lost_touch == UINT32_MAX && all_within_bounds(m) &&
            (!by.may_open_joints || keeps_joints(m, span.h)) &&
            (!moves || pay_projection(m, kinetic));
@@ -149,6 +152,8 @@ bool advance_by(const World& world, Island& m, const Span& span, const Attempt& 
   const IntegratorRow& by = attempt.by;
   const bool bound = !by.turns_far;
   const Real fastest = bound ? fastest_rotation(m) : 0;
+  // Euler adds no energy, however far they come.
+  const bool watched = !m.touches.empty() && &by != &integrators::euler;
   int substeps = 1;
   while (substeps < 64 && fastest * span.h > kMaxRotation * substeps) substeps *= 2;
   if (!m.joint_forces.empty() && by.efforts_are_forces) {
@@ -162,15 +167,22 @@ bool advance_by(const World& world, Island& m, const Span& span, const Attempt& 
   }
   for (int halvings = 0;; substeps *= 2) {
     bool good = true;
-    for (int i = 0; i < substeps && good; ++i)
-      good =
-          integrate(world, m, {span.from + i * span.h / substeps, span.h / substeps, span.whole},
-                    by) &&
-          (!bound || substeps >= 64 || fastest_rotation(m) * span.h <= 2 * kMaxRotation * substeps);
+    for (int i = 0; i < substeps && good; ++i) {
+      if (watched) note_touches(world, m);
+      good = integrate(world, m, {span.from + i * span.h / substeps, span.h / substeps, span.whole},
+                       by) &&
+             (substeps >= 64 ||
+              ((!bound || fastest_rotation(m) * span.h <= 2 * kMaxRotation * substeps) &&
+               !(watched && touches_leap(world, m, span.h / substeps))));
+    }
     if (good) return true;
     m.scratch.state = m.scratch.start, m.scratch.impulses = m.scratch.impulses_at_start;
     std::fill(m.mean_lambda.begin(), m.mean_lambda.end(), 0.0);
     m.fresh = true;
+    // Shorter parts come there too.
+    if (m.scratch.lost_touch != UINT32_MAX &&
+        m.scratch.lost_how == nurbs::ContactStatus::degenerate)
+      return false;
     if (++halvings > attempt.most_halvings || m.substeps > attempt.most_substeps) return false;
   }
 }
@@ -213,8 +225,9 @@ bool stands_on_rest(const Island& m) {
 
 bool advance(const World& world, Island& m, const Span& span) {
   const IntegratorRow& requested = row_of(m.settings.integrator);
-  const IntegratorRow& chosen =
-      requested.carries_interfaces || m.interfaces.empty() ? requested : integrators::euler;
+  const bool serves = (requested.carries_interfaces || m.interfaces.empty()) &&
+                      !(m.rubs && requested.projection_presses && span.h < kShortest * span.whole);
+  const IntegratorRow& chosen = serves ? requested : integrators::euler;
   if (chosen.step_estimated && m.settings.step_tolerance > 0)
     return integrate_adaptively(world, m, span, chosen);
   m.scratch.start = m.scratch.state, m.scratch.impulses_at_start = m.scratch.impulses;
@@ -223,7 +236,10 @@ bool advance(const World& world, Island& m, const Span& span) {
   const bool dear = is_dear(m);
   // After a rescue fewer halvings are tried, and none in the next steps.
   const Attempt first{chosen, dear ? 0 : before > 0 ? kRetries : kMaxHalvings, kMaxSubsteps};
-  if (before % kPatience == 0 && advance_by(world, m, span, first)) return true;
+  if (before % kPatience == 0 && advance_by(world, m, span, first)) {
+    if (!serves) m.fresh = m.fresh || requested.keeps_accelerations;
+    return true;
+  }
   // Surfaces that do not touch any more are not helped by another method.
   if (m.scratch.lost_touch != UINT32_MAX) return false;
   const Attempt rescue{integrators::euler, dear ? 0 : kMaxHalvings, 2 * kMaxSubsteps};
@@ -231,7 +247,7 @@ bool advance(const World& world, Island& m, const Span& span) {
   if (m.scratch.lost_touch != UINT32_MAX) return false;
   m.rescues = before + 1;
   if (!by_halves && !advance_loosely(world, m, span)) return m.rescues = 0, false;
-  m.fresh = chosen.keeps_accelerations;
+  m.fresh = requested.keeps_accelerations;
   return true;
 }
 

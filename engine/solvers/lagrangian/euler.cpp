@@ -173,9 +173,11 @@ bool step_euler(const World& world, Island& m, const Span& span) {
   }
   add_geometric_stiffness(m, span.h);
   factor(m);
-  solve(m, {scratch.momenta, scratch.right}, {scratch.solution, scratch.lambda});
-  for (int n = 0; n < kMostGrips && raise_grips(m, span.h, scratch.momenta); ++n)
+  const auto solve_now = [&] {
     solve(m, {scratch.momenta, scratch.right}, {scratch.solution, scratch.lambda});
+  };
+  solve_now();
+  settle_grips(m, span.h, scratch.momenta, solve_now);
   scratch.springs_active = false;
   if (!m.joint_forces.empty()) std::fill(scratch.weights.begin(), scratch.weights.end(), 0.0);
   store_lambda(m, scratch.lambda, 1 / span.h);

@@ -36,6 +36,7 @@ void find_initial_accelerations(const World& world, Island& m, const Span& span)
   write_joint_force_rows(world, m, m.mean_lambda, {0, 0, Slope::tangent});
   std::fill(scratch.weights.begin(), scratch.weights.end(), 0.0);
   scratch.springs_active = false;
+  for (TouchMemory& touch : m.touches) touch.projected = 0;
   accelerate(world, m, span.fraction(0), span.whole);
   scratch.springs_active = true;
   for (std::size_t i = 0; i < m.blocks.size(); ++i)
@@ -109,13 +110,24 @@ void add_row_residuals(Island& m, const Scheme& k, Residuals& worst) {
   }
 }
 
+/// What presses surfaces together. Positions that lie on the constraints leave the multipliers off
+/// by the order of the step; the projection of the last step tells by how much.
+void set_own_grips(Island& m) {
+  StepScratch& scratch = m.scratch;
+  scratch.step_lambda = scratch.sum_lambda;
+  for (const Block& b : m.blocks)
+    if (b.kind == BlockKind::surface)
+      scratch.step_lambda[b.first_row] += m.touches[b.first_place].projected;
+  set_grips(m, scratch.step_lambda);
+}
+
 /// Residuals of the equations at the end of the step, into scratch.force_residuals and
 /// scratch.right.
 Residuals find_residuals(const World& world, Island& m, const Scheme& k, Slope slope) {
   StepScratch& scratch = m.scratch;
   update_kinematics(m);
   write_all_rows(world, m, {true, false});
-  set_grips(m, scratch.sum_lambda);
+  set_own_grips(m);
   add_forces(world, m, Torques::with_gyroscopic);
   std::fill(scratch.right.begin(), scratch.right.end(), 0.0);
   write_joint_force_rows(world, m, scratch.right, {k.by_way, k.by_speed, slope});
@@ -192,6 +204,7 @@ bool step_implicit(const World& world, Island& m, const Span& span) {
 
 // Its twists are not sums of the impulses acting: interface impulses would not be balanced.
 const IntegratorRow integrators::implicit{.step = step_implicit,
+                                          .projection_presses = true,
                                           .turns_far = true,
                                           .carries_interfaces = false,
                                           .keeps_accelerations = true};

@@ -25,6 +25,9 @@ struct IntegratorRow {
   /// Its projection is part of the motion: angular velocities turn along, and what it lifts is
   /// taken from the kinetic energy. Together with a step that adds no energy, none is ever gained.
   bool projection_moves = false;
+  /// Its multipliers of what binds poses lag by a part of the step, which its projection of twists
+  /// makes up for: where surfaces rub, both press them together.
+  bool projection_presses = false;
   /// Steps in which bodies rotate far are not halved.
   bool turns_far = false;
   /// Satisfies interfaces to other solvers; Euler replaces an integrator that does not.

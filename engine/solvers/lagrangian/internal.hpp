@@ -184,8 +184,17 @@ void follow_belts(World& world, Island& m);
 /// Adds the forces of elastic cables over guides.
 void add_path_forces(const World& world, Island& m);
 /// Finds the places of contacts of surfaces that are not known, or may be other ones by now, at
-/// the start of a step (surfaces.cpp).
-void find_touches(const World& world, Island& m);
+/// the start of a step of `h` (surface_places.cpp).
+void find_touches(const World& world, Island& m, Real h);
+/// Whether a pair of curves that was lost in this part of a step may give way to another one there:
+/// a side that lies down flat.
+bool may_turn_over(const World& world, Island& m);
+/// Looks at all pairs again, where the bodies are now.
+void look_for_touches(const World& world, Island& m, Real h);
+/// Where surfaces touch on either at the start of a part of a step; and whether they have come so
+/// far along one since that the part is too long: a normal that turns fast is a blow.
+void note_touches(const World& world, Island& m);
+bool touches_leap(const World& world, const Island& m, Real h);
 /// The pair near `from`, of surfaces or curves.
 nurbs::CommonNormal track_pair(const SurfaceContact& contact, const Pose& a_in_b,
                                const nurbs::PlacePair& from);
@@ -217,10 +226,28 @@ Real set_grips(Island& m, std::span<const Real> lambda);
 /// Adds the friction of what slips to scratch.force.
 void add_slip_forces(Island& m);
 /// Adds to `load`, two vectors a body, what friction changes by as scratch.lambda tells, forces
-/// times `h`. True: solve again.
-bool raise_grips(Island& m, Real h, std::span<Vec3> load);
+/// times `h`. Returns by how much, N; 0 where that does not count.
+Real raise_grips(Island& m, Real h, std::span<Vec3> load);
+/// Takes all friction from `load` again: what slips is jammed, and holds in the next attempt.
+void jam_slips(Island& m, Real h, std::span<Vec3> load);
 /// Solutions for the friction of a step.
 inline constexpr int kMostGrips = 40;
+/// Those after which friction that still grows jams.
+inline constexpr int kSureGrips = 4;
+/// Solves anew until friction agrees with what presses surfaces together.
+template <class Solve>
+void settle_grips(Island& m, Real h, std::span<Vec3> load, const Solve& solve_again) {
+  Real before = 0;
+  for (int n = 0; n < kMostGrips; ++n) {
+    const Real change = raise_grips(m, h, load);
+    if (!(change > 0)) return;
+    const bool grows = n > kSureGrips && change >= before;
+    if (grows) jam_slips(m, h, load);
+    solve_again();
+    if (grows) return;
+    before = change;
+  }
+}
 
 /// Results of contacts of surfaces, to the World.
 void write_back_touches(World& world, Island& m);

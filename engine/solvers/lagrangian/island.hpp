@@ -232,12 +232,15 @@ struct TouchFound {
   Real gap = 0;             // m
   Vec3 tangent[2] = {};     // of the rows of rolling
   Vec3 arm[2] = {};         // from the mass centres to the points, m
+  Vec3 from[2] = {};        // on either, in its frame, at the start of this part of the step
   // Friction: the unit way that it acts against, what presses the surfaces together (N), and how
   // fast they slipped at the start of this part of the step.
   Vec3 along{0};
   Real grip = 0, slip_before = 0;
   // What held gave way in this part of the step; or did, and did not slip: it holds for this part.
   enum class Holds : std::uint8_t { as_it_can, gave_way, anyway } holds = Holds::as_it_can;
+  int ends = 0;       // of slips in this step
+  bool jams = false;  // friction that presses itself together without end: nothing slips there
 };
 
 /// Motion of all bodies of an island at one time, frames last, and where their surfaces touch.

@@ -18,6 +18,8 @@ namespace {
 
 /// Regularisation of dependent rows, relative to the mean diagonal; refinement removes its error.
 constexpr Real kRegularisation = 1e-8;
+/// Rows that friction bounds take less than others of a load that they share: so much more of it.
+constexpr Real kGive = 1e2;
 /// A smaller pivot, relative to the mean diagonal, means a dependent row.
 constexpr Real kPivotTolerance = 1e-12;
 /// Pivots of dependent rows scale with the regularisation: factor between the two weights.
@@ -43,14 +45,15 @@ bool factor_weighted(Island& m, Real weight) {
     }
     const Block& b = m.blocks[node];
     const Real* scales = &scratch.scales[b.first_row];
+    const Real own = weight * (b.kind == BlockKind::roll && !b.lock ? kGive : 1);
     for (std::size_t r = 0; r < n; ++r) {
       if (is_active(m, node))
-        d[r * n + r] += weight * scales[r];
+        d[r * n + r] += own * scales[r];
       else
         d[r * n + r] = 1;
       d[r * n + r] += scratch.weights[b.first_row + r];
     }
-    const PivotRule rule{.scales = scales, .least = weight > 0 ? 0.5 * weight : kPivotTolerance};
+    const PivotRule rule{.scales = scales, .least = weight > 0 ? 0.5 * own : kPivotTolerance};
     const int cut = eliminate_rows(p, scratch.values.data(), at, rule);
     if (weight == 0 && cut > 0 && is_active(m, node)) return false;
   }

@@ -12,8 +12,9 @@ constexpr Real kRestitutionThreshold = 1e-3;
 constexpr Real kLimitTolerance = 1e-9;
 /// Impacts per step with restitution; later ones are inelastic (Zeno behaviour).
 constexpr int kMaxBounces = 4;
-/// Bounds on events per step, on search steps per event, and on attempts per step.
-constexpr int kMaxEvents = 8, kMaxSearches = 16, kMaxAttempts = 60;
+/// Bounds on halvings of the time at which a pair turns over, on events per step, on search steps
+/// per event, and on attempts per step.
+constexpr int kMaxCuts = 26, kMaxEvents = 8, kMaxSearches = 16, kMaxAttempts = 60;
 
 /// Clearance of the nearest inactive limit, or what is left of a slip; negative if one is violated.
 Real clearance(const Island& m) {
@@ -57,7 +58,7 @@ void rub(Island& m, const std::vector<Real>& bias) {
   std::fill(scratch.momenta.begin(), scratch.momenta.end(), Vec3(0));
   std::fill(scratch.step_lambda.begin(), scratch.step_lambda.end(), 0.0);
   set_grips(m, scratch.step_lambda);
-  for (int n = 0; n < kMostGrips && raise_grips(m, 1, scratch.momenta); ++n) {
+  settle_grips(m, 1, scratch.momenta, [&] {
     for (std::size_t b = 0; b < m.count(); ++b) {
       BodyState& at = scratch.body_states[b];
       at.velocity = scratch.state.v[b] = scratch.start.v[b] + scratch.momenta[2 * b] / m.mass[b];
@@ -65,7 +66,7 @@ void rub(Island& m, const std::vector<Real>& bias) {
           scratch.start.w[b] + scratch.inverse_inertia[b] * scratch.momenta[2 * b + 1];
     }
     project_twists(m, bias);
-  }
+  });
 }
 
 /// Impact at the limits reached, for the whole island at once.
@@ -131,6 +132,24 @@ void begin_active_set(const World& world, Island& m) {
       m.memory[i].active = false;
 }
 
+namespace {
+
+/// The longest part of `length` that can be taken, s, and takes it: where a pair of curves turns
+/// over to another. 0: none.
+template <class Attempt>
+Real until_turned(Island& m, const Attempt& attempt, Real length) {
+  const Real row_residual = m.scratch.worst_relative_residual;
+  Real low = 0, high = length;
+  for (int n = 0; n < kMaxCuts; ++n) {
+    const Real middle = 0.5 * (low + high);
+    (attempt(middle) ? low : high) = middle;
+  }
+  m.scratch.worst_relative_residual = row_residual;  // parts that are not taken tell nothing
+  return low > 0 && attempt(low) ? low : 0;
+}
+
+}  // namespace
+
 bool advance_among_limits(World& world, Island& m, Real h) {
   StepScratch& scratch = m.scratch;
   Real done = 0;
@@ -151,9 +170,16 @@ bool advance_among_limits(World& world, Island& m, Real h) {
       return advance(world, m, {done, length, h});
     };
     Real length = h - done;
-    if (!attempt(length)) return false;
+    bool turned = false;
+    const auto take = [&] {
+      if (attempt(length)) return true;
+      if (!may_turn_over(world, m)) return false;
+      turned = true, length = until_turned(m, attempt, length);
+      return length > 0;
+    };
+    if (!take()) return false;
     for (int n = 0; n < 16 && give_way(m); ++n)
-      if (!attempt(length)) return false;
+      if (!take()) return false;
     if (Real left = clearance(m);
         left < -kLimitTolerance && tries < kMaxEvents && attempts < kMaxAttempts) {
       // Time of the first event by regula falsi (Illinois variant).
@@ -178,6 +204,7 @@ bool advance_among_limits(World& world, Island& m, Real h) {
       if (!met && !attempt(length = high)) return false;
     }
     done += length;
+    if (turned) look_for_touches(world, m, h), write_all_rows(world, m, {true, false});
     bool reached = false;
     for (std::size_t i = 0; i < m.blocks.size(); ++i)
       reached = reached || slip_left(m, i) <= kLimitTolerance ||

@@ -9,6 +9,8 @@ namespace {
 constexpr int kMaxIterations = 40;
 /// What may be missing of friction, relative.
 constexpr Real kGripTolerance = 1e-11;
+/// Friction that changes by as much from one solution to the next, relative, does not end.
+constexpr Real kGrows = 0.1;
 
 /// Free rotation over `h` by a symmetric splitting into rotations about the body axes: symplectic
 /// and reversible. `l` in body axes. [McLachlan 1993; Reich 1994]
@@ -131,9 +133,13 @@ bool step_once(const World& world, Island& m, const Span& span) {
 
 /// Friction acts with the mean force that presses surfaces together.
 bool step_rattle(const World& world, Island& m, const Span& span) {
+  bool jammed = false;
   for (int n = 0;; ++n) {
     if (!step_once(world, m, span)) return false;
-    if (n == kMostGrips || !(set_grips(m, m.mean_lambda) > kGripTolerance)) return true;
+    const Real change = set_grips(m, m.mean_lambda);
+    if (n == kMostGrips || jammed || !(change > kGripTolerance)) return true;
+    jammed = n > kSureGrips && change > kGrows;
+    if (jammed) jam_slips(m, 0, {});
     m.scratch.state = m.scratch.from;
   }
 }

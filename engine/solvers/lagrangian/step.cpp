@@ -28,7 +28,7 @@ void gather_interfaces(Island& m, Real h) {
   }
 }
 
-void gather(const World& world, Island& m) {
+void gather(const World& world, Island& m, Real h) {
   Motions& s = m.scratch.state;
   Vec3 low(1e300), high(-1e300);
   for (std::size_t b = 0; b < m.own(); ++b) {
@@ -41,7 +41,7 @@ void gather(const World& world, Island& m) {
     m.scratch.applied[2 * b] = f ? f->force : Vec3(0);
     m.scratch.applied[2 * b + 1] = f ? f->torque : Vec3(0);
   }
-  find_touches(world, m);
+  find_touches(world, m, h);
   m.size = glm::length(high - low), m.reach = 0;
   for (const std::uint32_t source : m.touch_sources) {
     const SurfaceContact& c = world.surface_contacts.values()[source];
@@ -214,7 +214,7 @@ bool take_step(World& world, Island& m, Real h) {
   if (good && m.unilateral) {
     good = advance_among_limits(world, m, h);
     if (!good && m.scratch.lost_touch == UINT32_MAX) {  // this step ignores limits and cables
-      gather(world, m);
+      gather(world, m, h);
       gather_interfaces(m, h);
       for (BlockMemory& memory : m.memory) memory.active = false;
       std::fill(m.scratch.impulses.begin(), m.scratch.impulses.end(), 0.0);
@@ -263,7 +263,7 @@ void step(World& world, Island& m, Real h) {
     m.lost = m.unfit, m.cannot_close = false;
     return;
   }
-  gather(world, m);
+  gather(world, m, h);
   gather_interfaces(m, h);
   const bool solid = !world.collisions.empty();
   if (solid) note_entry(m);
@@ -272,7 +272,7 @@ void step(World& world, Island& m, Real h) {
                      std::any_of(m.scratch.applied.begin(), m.scratch.applied.end(), acts);
   bool good = take_step(world, m, h);
   while (!good && release_lost(world, m)) {
-    gather(world, m), gather_interfaces(m, h);
+    gather(world, m, h), gather_interfaces(m, h);
     good = take_step(world, m, h);
   }
   const bool open = !good || m.scratch.worst_relative_residual > 1e-2;
@@ -340,9 +340,9 @@ Real joint_gap(const World& world, const Island& m, std::size_t block) {
 std::vector<Fault> inspect(const World& world, std::size_t number) {
   Island m = islands_of(world)[number];
   allocate_scratch(m);
-  gather(world, m);
-  m.faults.clear();
   constexpr Real kInspectionStep = 1e-3;
+  gather(world, m, kInspectionStep);
+  m.faults.clear();
   gather_interfaces(m, kInspectionStep);
   const bool closed = start(world, m, kInspectionStep);
   std::vector<Fault> found = m.faults;

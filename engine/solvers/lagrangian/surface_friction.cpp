@@ -4,6 +4,7 @@
 // passes zero.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "engine/solvers/lagrangian/internal.hpp"
 
@@ -86,7 +87,8 @@ void begin_slips(Island& m) {
 void turn_slips(Island& m) {
   for (std::size_t i = 0; m.rubs && i < m.blocks.size(); ++i)
     if (has_friction(m, i))
-      m.scratch.touching[m.blocks[i].first_place].holds = TouchFound::Holds::as_it_can;
+      m.scratch.touching[m.blocks[i].first_place].holds = TouchFound::Holds::as_it_can,
+      m.scratch.touching[m.blocks[i].first_place].jams = false;
   aim_slips(m);
 }
 
@@ -113,7 +115,9 @@ void end_slips(Island& m, Real tolerance) {
     const std::uint32_t place = m.blocks[i].first_place;
     const Vec3 slip = slip_of(m, m.blocks[i]);
     const Real speed = glm::length(slip);
-    if (speed <= std::max(kNoSlip, kAcross * m.scratch.touching[place].slip_before))
+    // What turns and ends again in the same step would go on to do so.
+    const bool turns = ++m.scratch.touching[place].ends > 1;
+    if (turns || speed <= std::max(kNoSlip, kAcross * m.scratch.touching[place].slip_before))
       m.memory[i].active = true, m.scratch.touching[place].holds = TouchFound::Holds::anyway;
     else
       m.touches[place].slip = slip / speed;
@@ -126,7 +130,8 @@ bool yield_holding(Island& m, std::span<const Real> lambda) {
   for (std::size_t i = 0; m.rubs && i < m.blocks.size(); ++i) {
     if (!has_friction(m, i) || !is_active(m, i - 1)) continue;
     TouchFound& found = m.scratch.touching[m.blocks[i].first_place];
-    if (found.holds == Holds::gave_way && slip_left(m, i) < 0) {
+    const bool jams = std::exchange(found.jams, false) && !m.memory[i].active;
+    if (jams || (found.holds == Holds::gave_way && slip_left(m, i) < 0)) {
       found.holds = Holds::anyway, m.memory[i].active = any = true;
       continue;
     }
@@ -163,7 +168,7 @@ void add_slip_forces(Island& m) {
   }
 }
 
-bool raise_grips(Island& m, Real h, std::span<Vec3> load) {
+Real raise_grips(Island& m, Real h, std::span<Vec3> load) {
   Real most = 0, change = 0;
   for (std::size_t i = 0; m.rubs && i < m.blocks.size(); ++i) {
     if (!slips(m, i)) continue;
@@ -174,7 +179,16 @@ bool raise_grips(Island& m, Real h, std::span<Vec3> load) {
     most = std::max(most, grip), change = std::max(change, std::abs(grip - found.grip));
     found.grip = grip;
   }
-  return change > kGripTolerance * most;
+  return change > kGripTolerance * most ? change : 0;
+}
+
+void jam_slips(Island& m, Real h, std::span<Vec3> load) {
+  for (std::size_t i = 0; m.rubs && i < m.blocks.size(); ++i) {
+    if (!slips(m, i)) continue;
+    TouchFound& found = m.scratch.touching[m.blocks[i].first_place];
+    if (!load.empty()) add_friction(m, m.blocks[i], -h * m.blocks[i].bound * found.grip, load);
+    found.grip = 0, found.jams = true;
+  }
 }
 
 }  // namespace pantin::detail::lagrangian

@@ -27,6 +27,10 @@ constexpr Real kAlike = 1e-5;
 constexpr int kMostLooks = 4;
 /// m: by so much another pair has to be deeper to take the place of one that bears.
 constexpr Real kDeeper = 1e-9;
+/// Of its surface, and of what rolling brings: farther than a touch may come in a part of a step.
+constexpr Real kLeap = 0.1, kRolled = 2;
+/// Steps that are looked ahead for what comes near.
+constexpr Real kAhead = 2;
 
 using Pair = nurbs::CommonNormal;
 
@@ -141,8 +145,19 @@ bool may_have_met(const Pair& pair, Real most) {
   return pair.gap >= -most && 2 * pair.gap * pair.least_curvature >= -1;
 }
 
+/// How fast any place of a may come nearer to b's surface, m/s, at most.
+Real approach_of(const Spots& s) {
+  const SurfaceContact& c = s.contact();
+  const Body &a = s.world.bodies[c.a], &b = s.world.bodies[c.b];
+  const Pose surface = compose(a.pose, c.on_a.pose);
+  const Vec3 at = surface.position, spin = a.angular_velocity - b.angular_velocity;
+  const Vec3 v = a.velocity + glm::cross(a.angular_velocity, at - a.pose.position) - b.velocity -
+                 glm::cross(b.angular_velocity, at - b.pose.position);
+  return glm::length(v) + glm::length(spin) * extent_of(c.on_a);
+}
+
 /// Looks at all pairs of a contact; those that no place follows yet take places, the nearest first.
-void search(const Spots& s, const Pose& at) {
+void search(const Spots& s, const Pose& at, Real h) {
   const SurfaceContact& c = s.contact();
   bool any_known = false;
   Real most = kDeepest * smaller_size(c);
@@ -152,7 +167,8 @@ void search(const Spots& s, const Pose& at) {
     any_known = any_known || s.memory(n).known;
   }
   Pair found[kMostPairs];
-  const std::size_t count = find_pairs(c, at, found);
+  const Real reach = std::max(smaller_size(c), kAhead * h * approach_of(s));
+  const std::size_t count = find_pairs(c, at, {reach, found});
   std::sort(found, found + count,
             [](const Pair& x, const Pair& y) { return std::abs(x.gap) < std::abs(y.gap); });
   for (std::size_t i = 0; i < count; ++i) {
@@ -216,7 +232,7 @@ void forget_saddles(const Spots& s) {
 
 }  // namespace
 
-void find_touches(const World& world, Island& m) {
+void find_touches(const World& world, Island& m, Real h) {
   for_each_contact(world, m, [&](const Spots& s) {
     const SurfaceContact& c = s.contact();
     begin(s);
@@ -225,17 +241,73 @@ void find_touches(const World& world, Island& m) {
       if (s.count > 1) merge(s);
       const bool looks = wants_search(s, at);
       forget_saddles(s);
-      if (looks) search(s, at);
+      if (looks) search(s, at, h);
     } else if (wants_search(s, at)) {
-      search(s, at);
+      search(s, at, h);
     }
     for (std::size_t n = 0; n < s.count; ++n) {
       m.scratch.state.touches[s.first + n] = s.memory(n).touch;
       m.scratch.touching[s.first + n].is_fresh = false;
+      m.scratch.touching[s.first + n].ends = 0;
     }
     if (!c.lifts && s.is_open(0))
       m.scratch.lost_touch = static_cast<std::uint32_t>(s.first),
       m.scratch.lost_how = ContactStatus::lost;
+  });
+}
+
+void note_touches(const World& world, Island& m) {
+  for (std::size_t n = 0; n < m.touches.size(); ++n) {
+    const SurfaceContact& c = world.surface_contacts.values()[m.touch_sources[n]];
+    const nurbs::PlacePair& at = m.scratch.state.touches[n].at;
+    if (m.touches[n].known && is_active(m, m.touch_blocks[n]))
+      m.scratch.touching[n].from[0] = point_on(c.on_a, at.a),
+      m.scratch.touching[n].from[1] = point_on(c.on_b, at.b);
+  }
+}
+
+bool touches_leap(const World& world, const Island& m, Real h) {
+  for (std::size_t n = 0; n < m.touches.size(); ++n) {
+    if (!m.touches[n].known || !is_active(m, m.touch_blocks[n])) continue;
+    const SurfaceContact& c = world.surface_contacts.values()[m.touch_sources[n]];
+    const nurbs::PlacePair& at = m.scratch.state.touches[n].at;
+    const Vec3(&from)[2] = m.scratch.touching[n].from;
+    const Block& b = m.blocks[m.touch_blocks[n]];
+    const auto spin = [&](std::size_t k) {
+      return m.scratch.body_states[b.body[k]].angular_velocity;
+    };
+    const Real most = std::max(kLeap, kRolled * h * glm::length(spin(0) - spin(1)));
+    if (glm::distance(point_on(c.on_a, at.a), from[0]) > most * size_of(c.on_a) ||
+        glm::distance(point_on(c.on_b, at.b), from[1]) > most * size_of(c.on_b))
+      return true;
+  }
+  return false;
+}
+
+bool may_turn_over(const World& world, Island& m) {
+  StepScratch& scratch = m.scratch;
+  if (scratch.lost_touch == UINT32_MAX || scratch.relooked >= kMostLooks) return false;
+  const SurfaceContact& c = world.surface_contacts.values()[m.touch_sources[scratch.lost_touch]];
+  if (!c.lifts || !c.on_b.curve || c.spots < 2) return false;
+  ++scratch.relooked;
+  return true;
+}
+
+void look_for_touches(const World& world, Island& m, Real h) {
+  for_each_contact(world, m, [&](const Spots& s) {
+    const Block& b = m.blocks[s.block(0)];
+    const auto surface = [&](std::size_t k, const ContactSurface& of) {
+      const BodyState& at = m.scratch.body_states[b.body[k]];
+      return compose({at.position, glm::normalize(glm::quat_cast(at.rotation_matrix))}, of.pose);
+    };
+    const SurfaceContact& c = s.contact();
+    for (std::size_t n = 0; n < s.count; ++n)
+      s.memory(n).touch = m.scratch.state.touches[s.first + n];
+    search(s, compose(inverse(surface(1, c.on_b)), surface(0, c.on_a)), h);
+    for (std::size_t n = 0; n < s.count; ++n) {
+      m.scratch.state.touches[s.first + n] = s.memory(n).touch;
+      m.scratch.touching[s.first + n].is_fresh = false;
+    }
   });
 }
 
