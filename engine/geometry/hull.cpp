@@ -264,7 +264,9 @@ Result<std::shared_ptr<const Surface>> make_hull(std::span<const Vec3> points) {
   if (s->points.size() > kMostCorners)
     return Error{"hull has " + std::to_string(s->points.size()) +
                  " corners, expected at most 256: give fewer points"};
-  PANTIN_ASSERT(s->points.size() >= 4 && s->faces.size() >= 4);
+  // Sides that are flat beside its length fall into one another.
+  if (s->points.size() < 4 || s->faces.size() < 4)
+    return Error{"hull is too thin: beside its length, its sides lie in a plane to rounding"};
   bounds = Aabb{};
   for (Vec3 p : s->points) bounds.add(p);
   s->low = bounds.low, s->high = bounds.high;

@@ -82,6 +82,17 @@ std::vector<Solver> solvers_of(const BuiltScene& built, Solver otherwise) {
   return solvers;
 }
 
+namespace {
+
+std::string knowing(Feature feature) {
+  const std::string told = solvers_that_know(feature);
+  if (!knows(Solver::planar, feature) || told.find("planar") != std::string::npos)
+    return told + ": no other knows it";
+  return told + ", or \"planar\" for what stays in a plane";
+}
+
+}  // namespace
+
 void check_solvers(const BuiltScene& built, const std::vector<Solver>& solvers,
                    BuildMessages& messages) {
   // The fault of a prefab once, however often it is copied.
@@ -90,8 +101,7 @@ void check_solvers(const BuiltScene& built, const std::vector<Solver>& solvers,
     if (!knows(solver, extra.feature) && told.insert({at, extra.member}).second)
       messages.error(at, extra.member,
                      "found " + extra.what + " solved by \"" + name_of(solver) +
-                         "\", expected the solver " + solvers_that_know(extra.feature) +
-                         ": no other knows it");
+                         "\", expected the solver " + knowing(extra.feature));
   };
   for (const BuiltJoint& j : built.joints) {
     if (!j.joint.parameters.any() && is_articulated(j.joint.kind) && !j.drive) continue;
@@ -175,8 +185,7 @@ void check_events(const BuiltScene& built, const std::vector<Solver>& solvers,
       if (!knows(here, feature))
         messages.error(e.at, member,
                        "found " + what + " solved by \"" + name_of(here) +
-                           "\", expected the solver " + solvers_that_know(feature) +
-                           ": no other knows it");
+                           "\", expected the solver " + knowing(feature));
     };
     if (e.event.kind == TimedEventKind::motor)
       error("joint", "a motor of joint \"" + built.joints[e.on].name + "\"", Feature::motor);

@@ -74,8 +74,12 @@ std::string tie_fault(const Flat& flat) {
       return "hangs on a cable, which the planar solver does not know";
   }
   for (const SurfaceContact& c : w.surface_contacts.values())
-    if (flat.is_own(c.a) || flat.is_own(c.b))
-      return "touches by a contact of surfaces, which the planar solver does not know";
+    if (flat.is_own(c.a) || flat.is_own(c.b)) {
+      if (const Feature f = feature_of(c); !knows(Solver::planar, f))
+        return std::string("touches by ") + name_of(f) + ", which the planar solver does not know";
+      if (std::string why = flat_fault(c, flat.pose_of(c.a), flat.pose_of(c.b)); !why.empty())
+        return why;
+    }
   for (const Pin& p : w.pins.values())
     if (flat.is_own(p.body) && p.kind != PinKind::exact)
       return "hangs on a spring pin, which the planar solver does not know";

@@ -75,6 +75,14 @@ TEST_CASE("hulls without volume, with too few points or wrong numbers are refuse
   for (int i = 0; i < 9; ++i) flat.push_back({i % 3, 0.5 * i, i * i % 5});
   for (Vec3& p : flat) p.z = p.x + 2 * p.y;
   CHECK(complains(make_hull(flat), "no volume"));
+  for (const Real length : {3e4, 99992.0, 1e6, 1e8}) {
+    INFO(length);
+    const std::vector<Vec3> needle = {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}, {1, 1, length}};
+    const auto made = make_hull(needle);
+    if (!made) CHECK((complains(made, "too thin") || complains(made, "no volume")));
+  }
+  CHECK(complains(make_hull(std::vector<Vec3>{{0, 0, 0}, {1, 0, 0}, {0, 0, 1}, {1, 1, 99992}}),
+                  "too thin"));
   std::vector<Vec3> wrong = kCube;
   wrong[3].y = std::numeric_limits<Real>::quiet_NaN();
   CHECK(complains(make_hull(wrong), "point 3"));

@@ -1,4 +1,5 @@
 // Claims of the scenes that are solved in a plane.
+#include "engine/solvers/planar/island.hpp"
 #include "tests/scene/claims.hpp"
 
 using namespace pantin;
@@ -89,4 +90,24 @@ CLAIM("planar_bicycle", "the chain of links drives its wheel as the ideal belt d
   CHECK(turns[3].way == Approx(2 * turns[2].way).epsilon(0.1));
   CHECK(turns[3].way == Approx(turns[1].way).epsilon(0.1));
   CHECK(p.worst_gap < 1e-10);
+}
+
+CLAIM("puppet_crank",
+      "a puppet of space turns a crank of a belt; a cam of the plane runs beside it") {
+  Turns crank, wheel;
+  Real worst_face = 0;
+  const Played p = play("puppet_crank", [&](const World& w) {
+    crank.add(angle_of(w, w.find("crank"))), wheel.add(angle_of(w, w.find("wheel")));
+    const Real phi = angle_of(w, w.find("cam"));
+    const Real face = w.origin_pose(w.find("follower")).position.y - 0.85;
+    if (w.tick > 0) worst_face = std::max(worst_face, std::abs(face - 0.1 - 0.04 * std::sin(phi)));
+  });
+  CHECK(crank.way > 2.5 * 2 * kPi);
+  CHECK(wheel.way == Approx(0.15 / 0.28 * crank.way).margin(1e-9));
+  CHECK(worst_face < 1e-9);
+  CHECK(p.worst_gap < 1e-11);
+  // Both models stand side by side: two bodies of the plane, and the puppet's island in space.
+  const auto& plane = p.end.memory.of<detail::planar::Planar>();
+  CHECK(plane.mechanisms.size() == 1);
+  CHECK(plane.mechanisms.front().bodies.size() == 2);
 }

@@ -197,7 +197,7 @@ TEST_CASE(
   CHECK(
       error_count(R"("kind": "distance")") ==
       Lines{"t.json:5:9: /joints/0/kind: found a distance joint \"j\" solved by \"auto\", expected "
-            "the solver \"lagrangian\": no other knows it"});
+            "the solver \"lagrangian\", or \"planar\" for what stays in a plane"});
   CHECK(
       error_count(R"("anchor": [0, 0, 0], "kind": "hinge", "friction": {"dry": 1},
 "limits": {"angle": [0, 1], "restitution": 0.5})") ==
@@ -209,7 +209,7 @@ TEST_CASE(
 {"name": "j", "kind": "hinge", "a": "world", "b": "b", "anchor": [1, 0, 0]}],
 "gears": [{"name": "gears", "first": "i", "second": "j", "ratio": 2}])")) ==
         Lines{"t.json:7:11: /gears/0: found gear \"gears\" of joints solved by \"auto\", expected "
-              "the solver \"lagrangian\": no other knows it"});
+              "the solver \"lagrangian\", or \"planar\" for what stays in a plane"});
 }
 
 TEST_CASE("Bodies that no matter makes, and joints from a body to itself, are refused") {

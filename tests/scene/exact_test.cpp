@@ -161,7 +161,7 @@ TEST_CASE("The solver of a body holds for all that joints and gears connect to i
   };
   CHECK(diagnostics(scene("")) ==
         Lines{"t.json:6:23: /joints/1/kind: found a prismatic joint \"j\" solved by \"auto\", "
-              "expected the solver \"lagrangian\": no other knows it"});
+              "expected the solver \"lagrangian\", or \"planar\" for what stays in a plane"});
   CHECK(good(scene(R"(, "gears": [{"first": "i", "second": "j", "ratio": 1}])")).warnings.empty());
 }
 

@@ -181,3 +181,26 @@ TEST_CASE("what stays in the plane is solved there where a scene asks for it") {
     told += warning.find("\"deep\" is not solved in the plane: moves along z") != std::string::npos;
   CHECK(told == 1);
 }
+
+TEST_CASE("a belt that slips is refused by the exact solver, by name") {
+  const auto told_by = [](const std::string& solver) {
+    const Result<Scene> scene =
+        parse_scene(R"({"version": 1, "solver": {"type": ")" + solver + R"("}, "bodies": [
+          {"name": "a", "mass": 1, "inertia": [1, 1, 1]},
+          {"name": "b", "position": [1, 0, 0], "mass": 1, "inertia": [1, 1, 1]}],
+        "joints": [{"kind": "hinge", "a": "world", "b": "a", "anchor": [0, 0, 0], "axis": [0, 0, 1]},
+                   {"kind": "hinge", "a": "world", "b": "b", "anchor": [1, 0, 0], "axis": [0, 0, 1]}],
+        "belts": [{"name": "loose", "friction": 0.3, "pretension": 100,
+                   "pulleys": [{"body": "a", "radius": 0.2}, {"body": "b", "radius": 0.2}]}]})",
+                    "t.json");
+    Lines lines;
+    if (!scene)
+      for (const Error& e : scene.errors()) lines.push_back(e.message);
+    return lines;
+  };
+  CHECK(told_by("planar") == Lines{});
+  const Lines out = told_by("lagrangian");
+  REQUIRE(out.size() == 1);
+  CHECK(out[0].find("/belts/0/friction: found belt \"loose\" solved by \"lagrangian\", expected "
+                    "the solver \"planar\": no other knows it") != std::string::npos);
+}

@@ -96,6 +96,29 @@ TEST_CASE("planar curves: a flat face follows an eccentric circle: place, speed 
   }
 }
 
+TEST_CASE("planar curves: convex ones meet once, and are searched no more; others are") {
+  const auto meets_once = [](const nurbs::Curve& on_a, const nurbs::Curve& on_b) {
+    World w = planar_world();
+    const Entity a = add_body(w, Vec3(0), 1, 1), b = add_body(w, {0, 0.2, 0}, 1, 1);
+    add_joint(w, add_fixed(w), a, JointKind::hinge, Vec3(0));
+    add_contact(w, {a, b, on_a, on_b}, SurfaceMotion::sliding, Hold::loose);
+    run(w, 1e-3, 1);
+    return w.memory.of<planar::Planar>().curves.front().meets_once;
+  };
+  const nurbs::Curve circle = nurbs::circle({}, 0.1), face = nurbs::line({-0.1, 0, 0}, {0.1, 0, 0});
+  std::vector<Vec3> bean;
+  for (int i = 0; i < 16; ++i) {
+    const Real t = i * kPi / 8, r = 0.1 * (1 + 0.4 * std::cos(2 * t));
+    bean.push_back({r * std::cos(t), r * std::sin(t), 0});
+  }
+  const auto waist = nurbs::interpolated(bean, 3, nurbs::Ends::periodic);
+  REQUIRE(waist);
+  CHECK(meets_once(circle, face));
+  CHECK(meets_once(circle, nurbs::ellipse({}, 0.1, 0.05)));
+  CHECK_FALSE(meets_once(*waist, face));
+  CHECK_FALSE(meets_once(circle, *waist));
+}
+
 TEST_CASE("planar curves: a fast cam throws its face off where its bend says, and catches it") {
   const Real rate = 36, bend = kArm * rate * rate;  // 19.4 m/s^2
   Cam c = eccentric(rate, Hold::loose);

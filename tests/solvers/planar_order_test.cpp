@@ -2,6 +2,7 @@
 // was where bodies touch.
 #include <catch2/catch.hpp>
 
+#include "engine/runtime/save.hpp"
 #include "tests/solvers/planar.hpp"
 
 using namespace pantin;
@@ -177,4 +178,18 @@ TEST_CASE("a planar linkage that falls on the ground rests on it, and moves on w
   w.gravity = {0, 5, 0};
   run(w, 1.0 / 60, 60);
   for (const Entity e : {one, two}) CHECK(w.bodies[e].velocity.y == Approx(5).margin(0.1));
+}
+
+TEST_CASE("a World of planar linkages goes on from a file with the same bits") {
+  World stiff = planar_four_bar();
+  add_motor(stiff, 5);
+  for (World w : {chain(20, 0.1), stiff, belt_drive()}) {
+    run(w, 1.0 / 60, 40);
+    const auto bytes = world_to_bytes(w);
+    REQUIRE(bytes);
+    auto loaded = world_from_bytes(*bytes);
+    REQUIRE(loaded);
+    run(w, 1.0 / 60, 40), run(*loaded, 1.0 / 60, 40);
+    CHECK(state_hash(w) == state_hash(*loaded));
+  }
 }

@@ -182,6 +182,36 @@ TEST_CASE("surfaces: 10 kg stand on a ball of 1 g, which rolls") {
   }
 }
 
+TEST_CASE("surfaces: a stick that is pushed with its foot ahead jams, and gains nothing") {
+  // With friction beyond 4/3 a force at the foot of a stick that leans back presses it down more
+  // than it takes: Painleve's paradox.
+  for (const Integrator integrator : kAll) {
+    INFO(name_of(integrator));
+    constexpr Real kLean = 1.1, kHalf = 0.5, kFoot = 0.02;
+    World w = exact_world(integrator);
+    const Entity ground = add_ground(w);
+    const Vec3 foot(kHalf, 0, 0);
+    Body stick = solid(1, {1e-3, 1.0 / 12, 1.0 / 12});
+    stick.pose.rotation = from_rotation_vector({0, 0, -kLean});
+    stick.pose.position = Vec3(0, kFoot, 0) - stick.pose.rotation * foot;
+    stick.velocity = {2, 0, 0};
+    const Entity body = w.add_body(stick);
+    const Entity contact =
+        touch(w, {body, ball_skin(Vec3(kFoot)), ground, flat_skin(20)}, SurfaceMotion::sliding);
+    SurfaceContact& c = w.surface_contacts[contact];
+    c.on_a.pose.position = foot, c.friction = 3, c.lifts = true;
+    Simulation sim(std::move(w), {1.0 / 240});
+    CHECK(run(sim, 1) <= 1e-9);
+    // The foot is caught; the moment of momentum about it is kept.
+    const Vec3 arm =
+        sim.world.bodies[body].pose.position - sim.world.surface_contacts[contact].point;
+    const Real spin = -2 * arm.y / (1.0 / 12 + glm::dot(arm, arm));
+    CHECK(sim.world.bodies[body].angular_velocity.z == Approx(spin).epsilon(0.02));
+    CHECK(run(sim, 23) <= 1e-9);
+    CHECK(slip_of(sim.world, contact) <= 1e-9);
+  }
+}
+
 TEST_CASE("surfaces: two rings hang in one another, hollow on hollow") {
   // Two rings through one another: the inner side of one tube on that of the other.
   for (const Integrator integrator : kAll) {

@@ -203,6 +203,25 @@ TEST_CASE("surfaces: a ball that lands on a floor with friction loses what the b
     }
 }
 
+TEST_CASE("surfaces: friction drags what is below as much as it holds back what slides") {
+  for (const Integrator integrator : kAll) {
+    INFO(name_of(integrator));
+    World w = exact_world(integrator, {0, 0, 0});
+    const Entity slab = w.add_body(solid(4, Vec3(0.5)));
+    const Entity ball = w.add_body(solid_ball(1, kRadius, {0, kRadius, 0}));
+    w.bodies[ball].velocity = {2, 0, 0};
+    const Entity contact =
+        touch(w, {ball, ball_skin(Vec3(kRadius)), slab, flat_skin(4)}, SurfaceMotion::sliding);
+    w.surface_contacts[contact].friction = 0.2;
+    w.forces.add(ball, {{0, -20, 0}, {0, 0, 0}}), w.forces.add(slab, {{0, 20, 0}, {0, 0, 0}});
+    Simulation sim(std::move(w), {1.0 / 200});
+    sim.step();
+    const Real left = sim.world.bodies[ball].velocity.x, taken = sim.world.bodies[slab].velocity.x;
+    CHECK(left < 2 - 0.01);
+    CHECK(left + 4 * taken == Approx(2).epsilon(1e-9));
+  }
+}
+
 TEST_CASE("surfaces: a slip goes on to the same bits in copies and saved worlds") {
   for (const Integrator integrator : kAll) {
     INFO(name_of(integrator));

@@ -1,7 +1,10 @@
 // Whether a World stays in the plane of x and y.
 #include <catch2/catch.hpp>
 
+#include "engine/nurbs/makers.hpp"
+#include "engine/nurbs/plane_curves.hpp"
 #include "engine/world/flat.hpp"
+#include "engine/world/surface_start.hpp"
 #include "tests/solvers/planar.hpp"
 
 using namespace pantin;
@@ -52,6 +55,23 @@ TEST_CASE("a four-bar linkage in space stays in its plane, and what leads out of
     joint.kind = JointKind::universal;
     CHECK(why().find("a kind that a plane does not have") != std::string::npos);
   }
+  SECTION("a contact of curves that slide, and of some that rub") {
+    SurfaceContact c;
+    c.a = w.bodies.owners()[0], c.b = w.bodies.owners()[1];
+    c.on_a.curve = c.on_b.curve = contact_curve(nurbs::circle({}, 0.1), OuterSide::right);
+    const Entity touch = w.add_surface_contact(c);
+    CHECK(why() == "");
+    w.surface_contacts[touch].friction = 0.3;
+    CHECK(why().find("friction of a contact of curves") != std::string::npos);
+  }
+  SECTION("a contact of curves whose plane is another") {
+    SurfaceContact c;
+    c.a = w.bodies.owners()[0], c.b = w.bodies.owners()[1];
+    c.on_a.curve = c.on_b.curve = contact_curve(nurbs::circle({}, 0.1), OuterSide::right);
+    c.on_b.pose.rotation = from_rotation_vector({0.2, 0, 0});
+    w.add_surface_contact(c);
+    CHECK(why().find("has a curve of \"b\"") != std::string::npos);
+  }
   SECTION("a spring pin") {
     Pin pin;
     pin.body = w.bodies.owners()[1], pin.kind = PinKind::spring;
@@ -75,5 +95,5 @@ TEST_CASE("what stays in the plane moves there alike by the planar and the exact
   run(w, 1e-3, 500), run(flat, 1.0 / 1920, 960);
   for (std::size_t i = 0; i < w.bodies.size(); ++i)
     CHECK(glm::length(w.bodies.values()[i].pose.position - flat.bodies.values()[i].pose.position) <
-          2e-3);
+          1e-5);
 }

@@ -81,7 +81,8 @@ struct Bounded {
 /// Draws where a region ends, along the curve of one of its forms: closed forms, column by column
 /// and, for what is steep, row by row.
 void outline_form(Canvas& canvas, const Bounded& of, const Bilinear& form) {
-  const auto& [frame, cut, ink] = of;
+  const Frame& frame = of.frame;
+  const Cut& cut = of.cut;
   constexpr int kFine = 600;
   const Bilinear turned{form.a, form.c, form.b, form.d};
   for (const bool is_across : {true, false}) {
@@ -101,9 +102,9 @@ void outline_form(Canvas& canvas, const Bounded& of, const Bilinear& form) {
       const auto inside = [&](double y) { return y >= other.low && y <= other.high; };
       if (!inside(at_t) || !inside(at_u)) continue;
       if (is_across)
-        canvas.line(frame.at(t, at_t), frame.at(u, at_u), 2, ink);
+        canvas.line(frame.at(t, at_t), frame.at(u, at_u), 2, of.ink);
       else
-        canvas.line(frame.at(at_t, t), frame.at(at_u, u), 2, ink);
+        canvas.line(frame.at(at_t, t), frame.at(at_u, u), 2, of.ink);
     }
   }
 }

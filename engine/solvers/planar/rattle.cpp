@@ -259,7 +259,8 @@ bool Rattle::advance(Real to) {
   if (!close_gaps()) return false;
   for (std::size_t i = 0; i < of_.bodies.size(); ++i) {
     const Vec3 closed = m_.position[of_.bodies[i]] - free_[i];
-    if (std::abs(closed.z) > kMostClosed) return false;
+    const Real turned = m_.position[of_.bodies[i]].z - from_[i].z;
+    if (std::abs(closed.z) > kMostClosed || std::abs(turned) > most_turn_) return false;
     m_.velocity[of_.bodies[i]] += closed / h_;
   }
   kick(End::end), add_impulses();
@@ -319,6 +320,8 @@ Real Rattle::fewest_parts() {
   Real most = 0;
   for (const std::uint32_t b : of_.bodies)
     most = std::max(most, std::abs(m_.velocity[b].z) * whole_ / kMostTurn);
+  // Parts that change in number cost more than long ones, until these are too long.
+  if (most > 1) most *= 2;
   for (const std::uint32_t b : of_.bodies) m_.gained[b] = 0;  // memory; of swings, 1/s^2
   each_joint([&](const PlaneJoint& j) {
     const Real force = glm::length(j.load.force);
@@ -338,6 +341,7 @@ bool Rattle::run() {
     int parts = static_cast<int>(std::min<Real>(fewest_parts(), most));
     for (; !good; parts = std::min(2 * parts, most)) {
       for (const std::uint32_t span : of_.spans) all_.spans[span].slips = 0;
+      most_turn_ = parts < most ? 1.5 * kMostTurn : kWidest;  // it may speed up in the step
       good = go(parts);
       if (good && overloads()) good = go(parts);
       if (parts == most) break;

@@ -67,8 +67,9 @@ class Rattle {
   Real grip(const FlatSpan& span) const;
   void project(std::span<const Row> hard, std::vector<Real>& impulses);
   void damp(End at, std::vector<Real>& impulses);
+  enum class Which { soft, stiff };
   void relax(End at, std::vector<Real>& impulses);
-  std::vector<Row>& damped_rows(std::span<const Row> rows, Real time, bool is_soft);
+  std::vector<Row>& damped_rows(std::span<const Row> rows, Real time, Which which);
   void prepare(DampedFactor& factor, std::span<const Row> rows) const;
   void solve_rates(const Factor& factor, std::span<const Row> rows, std::vector<Real>& impulses);
   bool overloads();
@@ -97,6 +98,7 @@ class Rattle {
   std::vector<Pose>& searched_ = work_.searched;
   std::vector<std::array<Vec3, kMostPlaces>>& means_ = work_.means;
   std::vector<std::array<CurvePlace, kMostPlaces>>& places_ = work_.places;
+  Real most_turn_ = 0;  // rad, of a body in a part
   Real gives_ = 0;
   Real size_ = 1e-3;
 };

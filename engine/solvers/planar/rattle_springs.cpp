@@ -99,12 +99,12 @@ void Rattle::solve_rates(const Factor& factor, std::span<const Row> rows,
 }
 
 /// The rows of one end, and of those springs that act along theirs for a time.
-std::vector<Row>& Rattle::damped_rows(std::span<const Row> rows, Real time, bool is_soft) {
+std::vector<Row>& Rattle::damped_rows(std::span<const Row> rows, Real time, Which which) {
   std::vector<Row>& all = work_.damped_rows;
   all.assign(rows.begin(), rows.end()), soften(all, kGives);
   work_.damped.clear(), work_.wanted.clear();
   for (const RattleSpring& spring : springs_) {
-    if (!(spring.damping > 0) || spring.is_soft != is_soft) continue;
+    if (!(spring.damping > 0) || spring.is_soft != (which == Which::soft)) continue;
     work_.damped.push_back(static_cast<std::uint32_t>(spring.joint - s_.plane.joints.data()));
     all.push_back(sprung_row(*spring.joint, m_));
     all.back().soft = 1 / (time * spring.damping);
@@ -121,7 +121,7 @@ void Rattle::prepare(DampedFactor& factor, std::span<const Row> rows) const {
 
 /// Velocities along the rows of an end; at the last, soft dampers are among them.
 void Rattle::project(std::span<const Row> hard, std::vector<Real>& impulses) {
-  const std::vector<Row>& rows = damped_rows(hard, 0.5 * h_, true);
+  const std::vector<Row>& rows = damped_rows(hard, 0.5 * h_, Which::soft);
   prepare(of_.velocities, rows);
   solve_rates(of_.velocities, rows, impulses);
 }
@@ -132,7 +132,7 @@ void Rattle::damp(End at, std::vector<Real>& impulses) {
   constexpr Real kStage = 1 - 0.70710678118654752440, kOn = (1 - kStage) / kStage - 1;
   const std::vector<Row>& hard = at == End::start ? start_.rows : now_.rows;
   const Real time = 0.5 * h_;
-  const std::vector<Row>& rows = damped_rows(hard, kStage * time, false);
+  const std::vector<Row>& rows = damped_rows(hard, kStage * time, Which::stiff);
   prepare(of_.damping, rows);
   if (rows.size() == hard.size() + 1) return relax(at, impulses);
   note_velocities(free_velocity_);
