@@ -9,6 +9,8 @@ namespace pantin::detail::nurbs {
 namespace {
 
 constexpr int kPoints = 16, kDeepest = 5;
+/// Of all patches of a skin: rounding or folds may keep the parts from adding up.
+constexpr int kMostCuts = 300;
 constexpr Real kAgree = 1e-13;
 
 /// Gauss and Legendre's places and weights on [-1, 1].
@@ -56,6 +58,12 @@ struct Patch {
   Range u, v;
 };
 
+/// What may still be cut, of all patches of a skin, and how often this one has been.
+struct Cuts {
+  int& left;
+  int depth = 0;
+};
+
 template <class Sum, class At>
 Sum over(const Patch& patch, const At& at) {
   static const Rule rule;
@@ -71,9 +79,9 @@ Sum over(const Patch& patch, const At& at) {
   return sum;
 }
 
-/// Cut in four until the parts add up to the whole.
+/// Cut in four until the parts add up to the whole, or nothing is left to cut with.
 template <class Sum, class At>
-Sum integral(const Patch& patch, const At& at, const Sum& scale, int depth = 0) {
+Sum integral(const Patch& patch, const At& at, const Sum& scale, Cuts cuts) {
   const Sum whole = over<Sum>(patch, at);
   const Range us[2] = {{patch.u.low, patch.u.middle()}, {patch.u.middle(), patch.u.high}};
   const Range vs[2] = {{patch.v.low, patch.v.middle()}, {patch.v.middle(), patch.v.high}};
@@ -86,11 +94,12 @@ Sum integral(const Patch& patch, const At& at, const Sum& scale, int depth = 0) 
   bool agrees = true;
   for (std::size_t k = 0; k < parts.size(); ++k)
     agrees = agrees && std::abs(parts[k] - whole[k]) <= kAgree * scale[k];
-  if (agrees || depth == kDeepest) return parts;
+  if (agrees || cuts.depth == kDeepest || cuts.left == 0) return parts;
+  --cuts.left;
   parts = {};
   for (const Range& u : us)
     for (const Range& v : vs) {
-      const Sum part = integral<Sum>({u, v}, at, scale, depth + 1);
+      const Sum part = integral<Sum>({u, v}, at, scale, {cuts.left, cuts.depth + 1});
       for (std::size_t k = 0; k < parts.size(); ++k) parts[k] += part[k];
     }
   return parts;
@@ -99,13 +108,14 @@ Sum integral(const Patch& patch, const At& at, const Sum& scale, int depth = 0) 
 template <class Sum, class At>
 Sum over_pieces(const Skin& skin, const At& at, const Sum& scale) {
   Sum sum{};
+  int left = kMostCuts;
   for (const Face& face : skin.faces()) {
     const std::vector<Real> us = face.u().breaks(), vs = face.v().breaks();
     for (std::size_t i = 0; i + 1 < us.size(); ++i)
       for (std::size_t j = 0; j + 1 < vs.size(); ++j) {
         const Patch patch{{us[i], us[i + 1]}, {vs[j], vs[j + 1]}};
         const Sum one = integral<Sum>(
-            patch, [&](Real u, Real v) { return at(face, u, v); }, scale);
+            patch, [&](Real u, Real v) { return at(face, u, v); }, scale, Cuts{left});
         for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += one[k];
       }
   }
