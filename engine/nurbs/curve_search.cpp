@@ -73,20 +73,29 @@ bool may_touch(const Cone& a, Vec3 normal, Real turn) {
   return tilt <= std::asin(a.sine) + turn + 1e-6;
 }
 
+/// A cell of a's, from b.
+struct Seen {
+  Vec3 centre;
+  Cone cone;
+};
+Seen seen(const Wire& a, const Wire::Leaf& cell, const Pose& a_in_b) {
+  Seen at{to_world(a_in_b, cell.centre), cone_of(a, cell)};
+  at.cone.along = a_in_b.rotation * at.cone.along;
+  return at;
+}
+
 }  // namespace
 
 std::size_t find_planar(const Wire& a, const Wire& b, const Pose& a_in_b, CurveReach reach) {
   Found found(reach, std::min(a.size(), b.size()));
   for (const Wire::Leaf& cell : a.leaves()) {
-    const Vec3 centre = to_world(a_in_b, cell.centre);
-    Cone cone = cone_of(a, cell);
-    cone.along = a_in_b.rotation * cone.along;
+    const Seen here = seen(a, cell, a_in_b);
     b.tree().visit(
-        centre, [&] { return cell.radius + reach.reach; },
+        here.centre, [&] { return cell.radius + reach.reach; },
         [&](std::uint32_t index) {
           const Wire::Leaf& other = b.leaves()[index];
-          const Real apart = glm::distance(centre, other.centre) - cell.radius - other.radius;
-          if (apart > reach.reach || !may_oppose(cone, cone_of(b, other))) return;
+          const Real apart = glm::distance(here.centre, other.centre) - cell.radius - other.radius;
+          if (apart > reach.reach || !may_oppose(here.cone, cone_of(b, other))) return;
           found.keep(track_planar(a, b, a_in_b, {cell.t.middle(), other.t.middle()}));
         });
   }
@@ -96,20 +105,18 @@ std::size_t find_planar(const Wire& a, const Wire& b, const Pose& a_in_b, CurveR
 std::size_t find_on_face(const Wire& a, const Skin& b, const Pose& a_in_b, CurveReach reach) {
   Found found(reach, std::min(a.size(), b.size()));
   for (const Wire::Leaf& cell : a.leaves()) {
-    const Vec3 centre = to_world(a_in_b, cell.centre);
-    Cone cone = cone_of(a, cell);
-    cone.along = a_in_b.rotation * cone.along;
+    const Seen here = seen(a, cell, a_in_b);
     for (int i = 0; i < static_cast<int>(b.faces().size()); ++i) {
       const Face& face = b.face(i);
       face.tree().visit(
-          centre, [&] { return cell.radius + reach.reach; },
+          here.centre, [&] { return cell.radius + reach.reach; },
           [&](std::uint32_t index) {
             const Leaf& leaf = face.leaves()[index];
-            if (glm::distance(centre, leaf.centre) - cell.radius - leaf.radius > reach.reach)
+            if (glm::distance(here.centre, leaf.centre) - cell.radius - leaf.radius > reach.reach)
               return;
-            if (!may_touch(cone, leaf.normal, leaf.turn)) return;
+            if (!may_touch(here.cone, leaf.normal, leaf.turn)) return;
             const NearestPoint near =
-                closest_from(face, centre, {leaf.u.middle(), leaf.v.middle()});
+                closest_from(face, here.centre, {leaf.u.middle(), leaf.v.middle()});
             found.keep(track_on_face(a, b, a_in_b, {cell.t.middle(), {i, near.u, near.v}}));
           });
     }
