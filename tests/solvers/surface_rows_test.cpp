@@ -248,3 +248,34 @@ TEST_CASE("surfaces: the paper's forms agree where they say anything") {
     CHECK(paper.rolling[1] == Approx(-glm::dot(turn * p.v, slip)).margin(1e-12));
   }
 }
+
+TEST_CASE("surfaces: the paper's C_roll, differenced once, gives the gammas of the rolling rows") {
+  std::mt19937 random(4);
+  for (int n = 0; n < 20; ++n) {
+    Meeting3 m = meeting(skins(n % 4), random);
+    // Without slip: b's motion, and a turn about the place on a.
+    RowsAt now = rows_at(m, 0);
+    const Vec3 arm = lag::islands_of(m.world)[0].scratch.touching[0].arm[0];
+    m.from[0].position -= now.c[0] * now.j[0];
+    const Vec3 place = m.from[0].position + arm;
+    m.from[0].velocity = m.from[1].velocity +
+                         glm::cross(m.from[1].angular_velocity, place - m.from[1].position) -
+                         glm::cross(m.from[0].angular_velocity, arm);
+    now = rows_at(m, 0);
+    INFO(n);
+    REQUIRE(std::abs(now.rate[0]) + std::abs(now.rate[1]) + std::abs(now.rate[2]) <= 1e-12);
+    const lag::Island& island = lag::islands_of(m.world)[0];
+    const lag::TouchFound& found = island.scratch.touching[0];
+    const Vec3 slip_rate = -(now.gamma[1] * found.tangent[0] + now.gamma[2] * found.tangent[1]);
+    const SurfaceContact& c = m.world.surface_contacts[m.contact];
+    const nurbs::PlacePair at = island.scratch.state.touches[0].at;
+    const Quat turn = m.from[0].rotation * c.on_a.pose.rotation;
+    const nurbs::Jet p = c.on_a.skin->face(at.a.face).at(at.a.u, at.a.v);
+    for (std::size_t i = 0; i < 2; ++i) {
+      const Real by_differences =
+          derivative([&](Real t) { return paper_forms(m, t).rolling[i]; }, 5e-5);
+      CHECK(by_differences ==
+            Approx(-glm::dot(turn * (i == 0 ? p.u : p.v), slip_rate)).margin(1e-8));
+    }
+  }
+}

@@ -28,7 +28,7 @@ using namespace pantin::study;
 
 namespace {
 
-constexpr const char* kUsage = R"(usage: study WHAT [--small] [--json] [--csv FILE]
+constexpr const char* kUsage = R"(usage: study WHAT [--small] [--form NAME] [--json] [--csv FILE]
 
 Measures the solvers and prints what it found.
 
@@ -42,6 +42,8 @@ Measures the solvers and prints what it found.
   cost        one solve against a dense factorisation; time and memory for up to 100,000 bodies
 
   --small     a few points of each, in a second or two
+  --form NAME one of the forms of surface_forms: analytic, gap_central, gap_richardson (the gap's
+              rows by differences), paper_central, paper_richardson (C_p, C_tan and C_roll)
   --json      print one array of objects, a row each, keys as the columns' names
   --csv FILE  write comma separated values to FILE, not to the standard output
 
@@ -51,10 +53,12 @@ narrowest, part of the median.
 Examples:
   study references
   study cost --small --json
+  study surface_forms --form paper_richardson
   study work --csv work.csv
 )";
 
 bool small = false;
+std::optional<SurfaceForm> wanted;
 std::FILE* out = stdout;
 
 void tell(const std::string& what) {
@@ -437,6 +441,10 @@ int fail_to_write(const std::string& file) {
   return std::fprintf(stderr, "study: could not write %s\n", file.c_str()), 4;
 }
 
+int refuse_form(const char* found, const char* expected) {
+  return std::fprintf(stderr, "study: --form: found \"%s\", expected %s\n", found, expected), 2;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -449,13 +457,17 @@ int main(int argc, char** argv) {
       small = true;
     else if (word == "--json")
       json = true;
-    else if (word == "--csv" && i + 1 < argc)
+    else if (word == "--form" && i + 1 < argc) {
+      if (!(wanted = form_named(argv[++i]))) return refuse_form(argv[i], kFormNames);
+    } else if (word == "--csv" && i + 1 < argc)
       file = argv[++i];
     else if (what.empty() && word[0] != '-')
       what = word;
     else
       return std::fprintf(stderr, "study: found \"%s\"; see study --help\n", argv[i]), 2;
   }
+  if (wanted && what != "surface_forms")
+    return refuse_form(what.c_str(), "the study surface_forms");
   const std::pair<const char*, std::function<void()>> studies[] = {
       {"references", [] { references(PANTIN_STUDY_DATA); }},
       {"orders", orders},
@@ -463,7 +475,7 @@ int main(int argc, char** argv) {
       {"work", work},
       {"stiff", [] { measure_stiff(out, small ? Extent::few_points : Extent::all); }},
       {"surface_forms",
-       [] { measure_surface_forms(out, small ? FormSteps::few : FormSteps::all); }},
+       [] { measure_surface_forms(out, small ? FormSteps::few : FormSteps::all, wanted); }},
       {"pairs", [] { measure_pairs(out, small ? PairSample::few : PairSample::many); }},
       {"cost", cost}};
   for (const auto& [name, run] : studies) {

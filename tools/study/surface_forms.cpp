@@ -331,20 +331,28 @@ std::vector<Case> cases() {
   return all;
 }
 
+constexpr std::pair<SurfaceForm, const char*> kForms[] = {
+    {SurfaceForm::analytic, "analytic"},
+    {SurfaceForm::gap_central, "gap_central"},
+    {SurfaceForm::gap_richardson, "gap_richardson"},
+    {SurfaceForm::paper_central, "paper_central"},
+    {SurfaceForm::paper_richardson, "paper_richardson"}};
+
 }  // namespace
 
-void measure_surface_forms(std::FILE* out, FormSteps steps) {
+std::optional<SurfaceForm> form_named(std::string_view name) {
+  for (const auto& [form, known] : kForms)
+    if (name == known) return form;
+  return std::nullopt;
+}
+
+void measure_surface_forms(std::FILE* out, FormSteps steps, std::optional<SurfaceForm> only) {
   const bool small = steps == FormSteps::few;
   const int count = small ? 20 : 100;
-  constexpr std::pair<SurfaceForm, const char*> kForms[] = {
-      {SurfaceForm::analytic, "analytic"},
-      {SurfaceForm::gap_central, "gap_central"},
-      {SurfaceForm::gap_richardson, "gap_richardson"},
-      {SurfaceForm::paper_central, "paper_central"},
-      {SurfaceForm::paper_richardson, "paper_richardson"}};
   std::fprintf(out, "method,difference,error,us_a_step\n");
   for (const Case& of : cases())
-    for (const auto& [form, name] : kForms)
+    for (const auto& [form, name] : kForms) {
+      if (only && form != *only) continue;
       for (int n = 1; n <= 7; ++n) {
         if ((form == SurfaceForm::analytic && n > 1) || (small && n != 1 && n != 4)) continue;
         const Real difference = form == SurfaceForm::analytic ? 0 : std::pow(10, -n);
@@ -356,6 +364,7 @@ void measure_surface_forms(std::FILE* out, FormSteps steps) {
                      glm::distance(body.state().pose.position, of.end), cost);
         std::fflush(out);
       }
+    }
 }
 
 }  // namespace pantin::study

@@ -2,6 +2,8 @@
 /// Forms of the constraint of surfaces that touch, what they cost and how exact they are.
 #include <cstdint>
 #include <cstdio>
+#include <optional>
+#include <string_view>
 
 #include "tools/study/problems.hpp"
 
@@ -16,9 +18,14 @@ enum class SurfaceForm : std::uint8_t {
   paper_richardson  // the same, extrapolated once
 };
 
+inline constexpr const char* kFormNames =
+    "analytic, gap_central, gap_richardson, paper_central or paper_richardson";
+std::optional<SurfaceForm> form_named(std::string_view name);
+
 /// Error after a second and CPU time a step (Runge-Kutta of order 4 with projection) of a ball on a
-/// turntable and a leaning wheel, by form and by the step of the differences, comma separated.
+/// turntable and a leaning wheel, by form and by the step of the differences, comma separated. Of
+/// one form, or of all.
 enum class FormSteps : std::uint8_t { few, all };
-void measure_surface_forms(std::FILE* out, FormSteps steps);
+void measure_surface_forms(std::FILE* out, FormSteps steps, std::optional<SurfaceForm> only);
 
 }  // namespace pantin::study
