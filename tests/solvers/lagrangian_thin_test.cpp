@@ -243,3 +243,22 @@ TEST_CASE("hinged, universal and fixed thin bodies and loops gain no energy by E
     CHECK(kept.most < 1e-6);
   }
 }
+
+TEST_CASE("threadlike rulers on hinges stay closed and gain no energy by Euler's method") {
+  Random dice(3);
+  for (int n = 0; n < 60; ++n) {
+    Family of{2 + n % 2, true, n % 4 < 2, true, 1e-6};
+    of.whirl = 35;
+    Made made = make(of, Integrator::euler, static_cast<std::uint64_t>(n + 1));
+    World& w = made.world;
+    for (Link& l : w.links.values()) {
+      const Vec3 point = to_world(w.bodies[l.a].pose, l.joint.anchor_a);
+      l.joint = joint_at(w, l.a, l.b, JointKind::hinge, point, dice.rotation());
+    }
+    const Kept kept = run(made, 240, 2);
+    INFO(n << ": " << told(of, kept));
+    CHECK(kept.failed == 0);
+    CHECK(kept.gap < 1e-6);
+    CHECK(kept.most < 1e-6);
+  }
+}

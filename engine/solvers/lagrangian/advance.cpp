@@ -22,6 +22,8 @@ constexpr Real kMaxRotation = 0.5;
 constexpr Real kShortest = 1e-3;
 /// Energy that may stay unpaid in a step, relative to all weight falling by the size of the island.
 constexpr Real kRounding = 1e-10;
+/// Of its kinetic energy, what the projection may add to that of a free island.
+constexpr Real kFreeGain = 1e-9;
 /// Stability limit of explicit integration: h^2 spring + 2 h damper, relative to the mass moved.
 constexpr Real kStabilityLimit = 4;
 
@@ -40,11 +42,15 @@ void add_impulses(Island& m, Real h) {
 }
 
 /// Takes from the motion what the projection lifted, where nothing else can have paid for it:
-/// `before` is the kinetic energy before. False: there was not as much.
+/// `before` is the kinetic energy before. False: there was not as much, or the step of a free
+/// island, whose momentum stays as it is, gained and is to be cut.
 bool pay_projection(Island& m, Real before) {
-  if (m.scratch.pattern.framed.empty() || !stands_on_rest(m)) return true;
   StepScratch& scratch = m.scratch;
-  const Real now = kinetic_energy(m, scratch.state), due = before + scratch.projection_work;
+  const bool is_free = scratch.pattern.framed.empty();
+  if (!is_free && !stands_on_rest(m)) return true;
+  const Real now = kinetic_energy(m, scratch.state);
+  if (is_free && m.rescues == 0) return now <= (1 + kFreeGain) * before;
+  const Real due = before + scratch.projection_work;
   if (now <= due) return true;
   Real weight = 0;
   for (std::size_t b = 0; b < m.count(); ++b) weight += glm::length(scratch.force[2 * b]);

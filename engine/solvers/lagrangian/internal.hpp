@@ -24,6 +24,9 @@ struct Want {
 
 /// Forward kinematics: rotation matrices and world inertia from `scratch.state`.
 void update_kinematics(Island& m);
+/// Inverses of inertia with moments of at least the part `least` of the body's largest; until
+/// update_kinematics().
+void thicken(Island& m, Real least);
 /// Evaluates the rows of all blocks. Inactive limits have a zero Jacobian.
 void write_all_rows(const World& world, Island& m, Want want);
 /// Poses and twists of frames at the fraction `part` (0 to 1) of a step of `h` that ends at

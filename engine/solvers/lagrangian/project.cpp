@@ -14,6 +14,9 @@ constexpr Real kRoundingFactor = 1e3;
 constexpr Real kSoftest = 1e-12, kSoftestLoop = 1e-6, kSofter = 100, kStiffer = 0.3, kStiffest = 1;
 /// Tolerance of joints in a rescued step, relative to the longest arm.
 constexpr Real kRescueTolerance = 0.02;
+/// Where the least correction by the masses does not converge, since thin bodies would turn about
+/// their axes by much, moments of inertia count as this part of the body's largest at least.
+constexpr Real kThick = 0.1;
 /// Longer corrections, rad, are no part of the motion: angular velocities turn along.
 constexpr Real kMostTurned = 0.1;
 
@@ -117,28 +120,25 @@ void project_twists(Island& m, std::span<const Real> bias) {
   }
 }
 
-bool project(const World& world, Island& m, Real part, Real whole) {
+namespace {
+
+/// By what moments of inertia a correction of poses is the least.
+enum class Metric : std::uint8_t { of_masses, thick };
+
+void look(const World& world, Island& m, Metric metric) {
+  update_kinematics(m);
+  if (metric == Metric::thick) thicken(m, kThick);
+  write_all_rows(world, m, {true, false});
+  m.residual = worst_residual(m);
+}
+
+/// Newton's method on the rows that bind poses, with Levenberg's where it diverges. Returns whether
+/// the factor at the end is that of another matrix than the rows have.
+bool close_poses(const World& world, Island& m, Metric metric) {
   constexpr Real kInfinite = std::numeric_limits<Real>::infinity();
   StepScratch& scratch = m.scratch;
-  const Real tolerance = tolerance_of(m);
-  update_frames(world, m, part, whole);
-  const auto look = [&] {
-    update_kinematics(m);
-    write_all_rows(world, m, {true, false});
-    m.residual = worst_residual(m);
-  };
-  look();
-  scratch.opened = m.residual;
-  if (!std::isfinite(m.residual)) return false;
-  // Rows that bind velocities only have no part in poses.
-  const bool splits = m.rolls && m.residual > tolerance;
-  if (splits)
-    scratch.poses_only = true, clear_rolling(m), factor(m);
-  else
-    factor_and_report(m);
-  const Real softest = m.loops ? kSoftestLoop : kSoftest;
+  const Real tolerance = tolerance_of(m), softest = m.loops ? kSoftestLoop : kSoftest;
   Real before = kInfinite, weight = 0, work_before = 0;
-  scratch.projection_work = 0;
   bool fresh = true;  // the factor, at the last correction
   for (int round = 0; m.residual > tolerance && round < kMaxCorrections; ++round) {
     const bool better = m.residual < (weight > 0 ? 1 : 0.5) * before;
@@ -148,7 +148,7 @@ bool project(const World& world, Island& m, Real part, Real whole) {
     } else {
       if (m.residual <= kRoundingFactor * tolerance) break;
       scratch.state = scratch.from, scratch.projection_work = work_before;
-      look();
+      look(world, m, metric);
       // The Newton step was too long: a shorter, regularised one. [Levenberg 1944]
       if (fresh) weight = std::max(softest, kSofter * weight);
       if (weight > kStiffest) break;
@@ -164,17 +164,42 @@ bool project(const World& world, Island& m, Real part, Real whole) {
     for (std::size_t r = 0; r < m.rows; ++r) scratch.right[r] = -scratch.c[r];
     correct(m, weight > 0 ? kInfinite : 1e-6);
     scratch.projection_work += move_bodies(m, scratch.solution);
-    look();
+    look(world, m, metric);
+  }
+  return weight > 0;
+}
+
+}  // namespace
+
+bool project(const World& world, Island& m, Real part, Real whole) {
+  StepScratch& scratch = m.scratch;
+  update_frames(world, m, part, whole);
+  look(world, m, Metric::of_masses);
+  scratch.opened = m.residual;
+  if (!std::isfinite(m.residual)) return false;
+  // Rows that bind velocities only have no part in poses.
+  const bool splits = m.rolls && m.residual > tolerance_of(m);
+  if (splits)
+    scratch.poses_only = true, clear_rolling(m), factor(m);
+  else
+    factor_and_report(m);
+  scratch.projection_work = 0;
+  bool softened = close_poses(world, m, Metric::of_masses);
+  const Real enough = 1e-7 * std::max(Real(1), m.size);
+  if (m.rescues > 0 && m.residual > enough) {
+    look(world, m, Metric::thick), factor(m);
+    close_poses(world, m, Metric::thick);
+    look(world, m, Metric::of_masses), softened = true;
   }
   scratch.poses_only = false;
   if (splits)
-    look(), factor_and_report(m);
-  else if (weight > 0)
+    look(world, m, Metric::of_masses), factor_and_report(m);
+  else if (softened)
     factor(m);
   project_twists(m, {});
   for (std::size_t r = 0; r < m.rows; ++r) scratch.impulses[r] += scratch.lambda[r];
   const Real loose = m.rescues > 0 ? kRescueTolerance * m.reach : 0;
-  return m.residual <= std::max(1e-7 * std::max(Real(1), m.size), loose);
+  return m.residual <= std::max(enough, loose);
 }
 
 }  // namespace pantin::detail::lagrangian

@@ -269,6 +269,15 @@ void update_kinematics(Island& m) {
   }
 }
 
+void thicken(Island& m, Real least) {
+  for (std::size_t b = 0; b < m.count(); ++b) {
+    const Vec3 inertia = m.inertia[b];
+    const Real thinnest = least * std::max({inertia.x, inertia.y, inertia.z});
+    m.scratch.inverse_inertia[b] =
+        rotated(m.scratch.body_states[b].rotation_matrix, 1.0 / glm::max(inertia, Vec3(thinnest)));
+  }
+}
+
 void update_frames(const World& world, Island& m, Real part, Real h) {
   m.scratch.time = world.time + part * h;
   for (std::size_t i = 0; i < m.frames.size(); ++i) {
