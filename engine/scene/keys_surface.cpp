@@ -1,4 +1,6 @@
 // Keys of NURBS surfaces, their faces and curves.
+#include <array>
+
 #include "engine/nurbs/knots.hpp"
 #include "engine/scene/keys.hpp"
 #include "engine/scene/surface_words.hpp"
@@ -53,6 +55,18 @@ constexpr Key curve(std::string_view name, std::string_view about) {
   return object(name, "curve", about).needed("a curve");
 }
 
+constexpr Key kCurveName = own_name("What joints call it. Needed in a list of curves.");
+
+/// The keys of a face and of a curve: its type, those of its own, and where it stands.
+constexpr auto face_keys(std::size_t type, const auto&... own) {
+  return std::array{face_type(type), own...,       kScale,    kPosition,
+                    kRotation,       kRotationDeg, kInsideOut};
+}
+constexpr auto curve_keys(std::size_t type, const auto&... own) {
+  return std::array{curve_type(type), kCurveName, own...,      kScale,
+                    kPosition,        kRotation,  kRotationDeg};
+}
+
 // ---- Surfaces ----------------------------------------------------------------------------------
 
 constexpr Key kSurface[] = {
@@ -74,225 +88,102 @@ constexpr Exclusive kSurfacePairs[] = {{"faces", "file"}};
 constexpr AnyOf kSurfaceNeeds[] = {
     {"faces file", "found no \"faces\", expected faces, or a \"file\""}};
 
-constexpr Key kNurbsFace[] = {
-    face_type(0),
-    row("degrees", ValueType::wholes, "", "Along u and v.")
-        .holding(2)
-        .within(kDegree)
-        .needed("the degrees along u and v"),
-    row("knots_u", ValueType::number_list, "",
-        "Not decreasing; as many as points along u, the "
-        "degree and 1 together.")
-        .within(kKnots)
-        .needed("the knots along u"),
-    row("knots_v", ValueType::number_list, "", "Likewise along v.")
-        .within(kKnots)
-        .needed("the knots along v"),
-    row("points", ValueType::points, "m",
-        "Control points, u outermost: all of the first row along v, then of the next."),
-    kWeights,
-    kHomogeneous,
-    flag("periodic_u", "Whether both ends of u are one place.").or_else(false),
-    flag("periodic_v", "Whether both ends of v are one place.").or_else(false),
-    kScale,
-    kPosition,
-    kRotation,
-    kRotationDeg,
-    kInsideOut,
-};
-constexpr Key kPlaneFace[] = {
-    face_type(1),
-    row("size", ValueType::numbers, "m", "Along x and along y, the origin in the middle.")
-        .holding(2)
-        .within(kSize)
-        .needed("two lengths"),
-    kScale,
-    kPosition,
-    kRotation,
-    kRotationDeg,
-    kInsideOut,
-};
-constexpr Key kCylinderFace[] = {
-    face_type(2),
-    radius("About z."),
-    number("height", "m", kSize, "From the origin along z.").needed(kSize.words),
-    kScale,
-    kPosition,
-    kRotation,
-    kRotationDeg,
-    kInsideOut,
-};
-constexpr Key kConeFace[] = {
-    face_type(3),
+constexpr auto kNurbsFace =
+    face_keys(0,
+              row("degrees", ValueType::wholes, "", "Along u and v.")
+                  .holding(2)
+                  .within(kDegree)
+                  .needed("the degrees along u and v"),
+              row("knots_u", ValueType::number_list, "",
+                  "Not decreasing; as many as points along u, the "
+                  "degree and 1 together.")
+                  .within(kKnots)
+                  .needed("the knots along u"),
+              row("knots_v", ValueType::number_list, "", "Likewise along v.")
+                  .within(kKnots)
+                  .needed("the knots along v"),
+              row("points", ValueType::points, "m",
+                  "Control points, u outermost: all of the first row along v, then of the next."),
+              kWeights, kHomogeneous,
+              flag("periodic_u", "Whether both ends of u are one place.").or_else(false),
+              flag("periodic_v", "Whether both ends of v are one place.").or_else(false));
+constexpr auto kPlaneFace = face_keys(
+    1, row("size", ValueType::numbers, "m", "Along x and along y, the origin in the middle.")
+           .holding(2)
+           .within(kSize)
+           .needed("two lengths"));
+constexpr auto kCylinderFace =
+    face_keys(2, radius("About z."),
+              number("height", "m", kSize, "From the origin along z.").needed(kSize.words));
+constexpr auto kConeFace = face_keys(
+    3,
     row("radii", ValueType::numbers, "m", "About z, at the bottom and at the top; 0: a tip.")
         .holding(2)
         .within(kNotNegative)
         .needed("two radii"),
-    number("height", "m", kSize, "From the origin along z.").needed(kSize.words),
-    kScale,
-    kPosition,
-    kRotation,
-    kRotationDeg,
-    kInsideOut,
-};
-constexpr Key kSphereFace[] = {
-    face_type(4), radius("About the origin."), kScale, kPosition, kRotation, kRotationDeg,
-    kInsideOut,
-};
-constexpr Key kEllipsoidFace[] = {
-    face_type(5), vector("radii", "m", "Along x, y and z.").within(kSize).needed("three radii"),
-    kScale,       kPosition,
-    kRotation,    kRotationDeg,
-    kInsideOut,
-};
-constexpr Key kTorusFace[] = {
-    face_type(6),
-    radius("Of the tube's middle, about z."),
-    number("tube", "m", kSize, "Radius of the tube.").needed(kSize.words),
-    kScale,
-    kPosition,
-    kRotation,
-    kRotationDeg,
-    kInsideOut,
-};
-constexpr Key kRevolutionFace[] = {
-    face_type(7),
-    curve("profile", "Turned about z."),
-    number("angle_deg", "degrees", kFullTurn, "How far.").or_else(360),
-    kScale,
-    kPosition,
-    kRotation,
-    kRotationDeg,
-    kInsideOut,
-};
-constexpr Key kExtrusionFace[] = {
-    face_type(8),
-    curve("profile", "Moved along the way."),
-    vector("way", "m", "From one end to the other.").needed("a vector"),
-    kScale,
-    kPosition,
-    kRotation,
-    kRotationDeg,
-    kInsideOut,
-};
-constexpr Key kSweepFace[] = {
-    face_type(9),
-    curve("section", "Moved along the path; of one that turns, in x and y."),
+    number("height", "m", kSize, "From the origin along z.").needed(kSize.words));
+constexpr auto kSphereFace = face_keys(4, radius("About the origin."));
+constexpr auto kEllipsoidFace =
+    face_keys(5, vector("radii", "m", "Along x, y and z.").within(kSize).needed("three radii"));
+constexpr auto kTorusFace =
+    face_keys(6, radius("Of the tube's middle, about z."),
+              number("tube", "m", kSize, "Radius of the tube.").needed(kSize.words));
+constexpr auto kRevolutionFace =
+    face_keys(7, curve("profile", "Turned about z."),
+              number("angle_deg", "degrees", kFullTurn, "How far.").or_else(360));
+constexpr auto kExtrusionFace =
+    face_keys(8, curve("profile", "Moved along the way."),
+              vector("way", "m", "From one end to the other.").needed("a vector"));
+constexpr auto kSweepFace = face_keys(
+    9, curve("section", "Moved along the path; of one that turns, in x and y."),
     curve("path", "Where the section goes."),
     flag("turning", "Whether the section turns with the path, as little as can be.").or_else(false),
-    whole("stations", 2, 1000, "Of one that turns: at so many places it is exact.").or_else(24),
-    kScale,
-    kPosition,
-    kRotation,
-    kRotationDeg,
-    kInsideOut,
-};
-constexpr Key kInterpolationFace[] = {
-    face_type(10),
-    row("points", ValueType::points, "m", "On the surface, row after row.").needed("points"),
+    whole("stations", 2, 1000, "Of one that turns: at so many places it is exact.").or_else(24));
+constexpr auto kInterpolationFace = face_keys(
+    10, row("points", ValueType::points, "m", "On the surface, row after row.").needed("points"),
     row("columns", ValueType::whole, "", "Points in a row, along v.")
         .within(kCount)
         .needed("how many points are in a row"),
     row("degrees", ValueType::wholes, "", "Along u and v.")
         .holding(2)
         .within(kDegree)
-        .or_else(3, 3, 0),
-    kScale,
-    kPosition,
-    kRotation,
-    kRotationDeg,
-    kInsideOut,
-};
+        .or_else(3, 3, 0));
 
 // ---- Curves ------------------------------------------------------------------------------------
 
-constexpr Key kCurveName = own_name("What joints call it. Needed in a list of curves.");
-
-constexpr Key kNurbsCurve[] = {
-    curve_type(0),
-    kCurveName,
+constexpr auto kNurbsCurve = curve_keys(
+    0,
     row("degree", ValueType::whole, "", "Of the polynomials.").within(kDegree).needed("a degree"),
     row("knots", ValueType::number_list, "",
         "Not decreasing; as many as points, the degree and 1 "
         "together.")
         .within(kKnots)
         .needed("the knots"),
-    kPoints,
-    kWeights,
-    kHomogeneous,
-    flag("periodic", "Whether both ends are one place.").or_else(false),
-    kScale,
-    kPosition,
-    kRotation,
-    kRotationDeg,
-};
-constexpr Key kLineCurve[] = {
-    curve_type(1),
-    kCurveName,
-    vector("from", "m", "Where it begins.").needed("a place"),
-    vector("to", "m", "Where it ends.").needed("a place"),
-    kScale,
-    kPosition,
-    kRotation,
-    kRotationDeg,
-};
-constexpr Key kArcCurve[] = {
-    curve_type(2),
-    kCurveName,
-    radius("About z."),
+    kPoints, kWeights, kHomogeneous,
+    flag("periodic", "Whether both ends are one place.").or_else(false));
+constexpr auto kLineCurve = curve_keys(1, vector("from", "m", "Where it begins.").needed("a place"),
+                                       vector("to", "m", "Where it ends.").needed("a place"));
+constexpr auto kArcCurve = curve_keys(
+    2, radius("About z."),
     angles_deg("angles_deg", "Where it begins and ends, from x towards y; at most 360 further.")
-        .needed("two angles"),
-    kScale,
-    kPosition,
-    kRotation,
-    kRotationDeg,
-};
-constexpr Key kCircleCurve[] = {
-    curve_type(3), kCurveName, radius("About z."), kScale, kPosition, kRotation, kRotationDeg,
-};
-constexpr Key kEllipseCurve[] = {
-    curve_type(4),
-    kCurveName,
-    row("radii", ValueType::numbers, "m", "Along x and y.")
-        .holding(2)
-        .within(kSize)
-        .needed("two radii"),
-    kScale,
-    kPosition,
-    kRotation,
-    kRotationDeg,
-};
-constexpr Key kInterpolationCurve[] = {
-    curve_type(5),
-    kCurveName,
-    row("points", ValueType::points, "m", "On the curve, in order.").needed("points"),
+        .needed("two angles"));
+constexpr auto kCircleCurve = curve_keys(3, radius("About z."));
+constexpr auto kEllipseCurve = curve_keys(4, row("radii", ValueType::numbers, "m", "Along x and y.")
+                                                 .holding(2)
+                                                 .within(kSize)
+                                                 .needed("two radii"));
+constexpr auto kInterpolationCurve = curve_keys(
+    5, row("points", ValueType::points, "m", "On the curve, in order.").needed("points"),
     row("degree", ValueType::whole, "", "Of the polynomials.").within(kDegree).or_else(3),
-    flag("closed", "Whether it returns to the first point, smoothly.").or_else(false),
-    kScale,
-    kPosition,
-    kRotation,
-    kRotationDeg,
-};
-constexpr Key kOutlineCurve[] = {
-    curve_type(6),
-    kCurveName,
+    flag("closed", "Whether it returns to the first point, smoothly.").or_else(false));
+constexpr auto kOutlineCurve = curve_keys(
+    6,
     row("points", ValueType::points, "m", "Corners in order, z = 0; the last side is drawn back.")
         .needed("the corners"),
-    number("rounding", "m", kNotNegative, "Radius of the arcs that round its corners.").or_else(0),
-    kScale,
-    kPosition,
-    kRotation,
-    kRotationDeg,
-};
-constexpr Key kJoinedCurve[] = {
-    curve_type(7),
-    kCurveName,
-    objects("curves", "curve", "Each begins or ends where the one before ends.").needed("curves"),
-    kScale,
-    kPosition,
-    kRotation,
-    kRotationDeg,
-};
+    number("rounding", "m", kNotNegative, "Radius of the arcs that round its corners.").or_else(0));
+constexpr auto kJoinedCurve = curve_keys(
+    7,
+    objects("curves", "curve", "Each begins or ends where the one before ends.").needed("curves"));
 
 }  // namespace
 
