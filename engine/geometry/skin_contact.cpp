@@ -4,9 +4,9 @@
 #include <cmath>
 #include <optional>
 
+#include "engine/geometry/skin_edges.hpp"
 #include "engine/geometry/skin_model.hpp"
 #include "engine/geometry/surface.hpp"
-#include "engine/nurbs/common_normal.hpp"
 #include "engine/nurbs/walk.hpp"
 
 namespace pantin::detail {
@@ -30,6 +30,7 @@ struct Touching {
   const PointsOut& out;
   Aabb reach;  // of the other, grown by the margin
   Real size;   // of the other, m
+  bool leaves_flats = false;  // to the corners and edges of both
 };
 
 /// A ball about a point of the other shape, and the place of the skin that is nearest.
@@ -157,6 +158,7 @@ void find_candidates(const Touching& k, const Depth& depth) {
   auto& found = k.scratch.candidates;
   found.clear();
   m.seed_tree.query(k.reach, [&](std::uint32_t seed) {
+    if (k.leaves_flats && !m.seed_is_round[seed]) return;
     const Real gap = depth.at(m.seed_points[seed]).distance;
     if (gap <= k.out.margin + m.spacing) found.push_back({gap, seed});
   });
@@ -235,24 +237,35 @@ void touch_places(const Touching& k) {
   }
 }
 
-void touch_convex(const Touching& k) {
-  const Convex c = convex_piece(k.other.shape, k.other.at, k.scratch.piece);
-  if (!c.smooth) {
-    const Aabb box = Aabb{k.skin.low, k.skin.high}.grown(
-        c.radius + std::max(k.out.margin, Real(0)) + (k.skin.model->is_closed ? 0 : k.size));
-    const auto is_near = [&](Vec3 p) { return box.overlaps({p, p}); };
-    for (std::uint32_t i = 0; i < c.points.size(); ++i)
-      if (is_near(c.points[i]))
-        add_ball(k, {c.points[i], c.radius, i}, nearest_on(k.skin, c.points[i]));
-    for (std::uint32_t e = 0; e < c.edges.size(); ++e) {
-      const Vec3 from = c.points[c.edges[e][0]], to = c.points[c.edges[e][1]];
-      Aabb around;
-      around.add(from), around.add(to);
-      if (box.overlaps(around)) touch_edge(k, {from, to - from, c.radius, kOfEdge | e});
-    }
-    if (c.faces.empty()) return;  // balls and capsules are known by their cores
+/// Balls and capsules, known by their cores.
+void touch_core(const Touching& k, const Convex& c) {
+  const Aabb box = Aabb{k.skin.low, k.skin.high}.grown(
+      c.radius + std::max(k.out.margin, Real(0)) + (k.skin.model->is_closed ? 0 : k.size));
+  const auto is_near = [&](Vec3 p) { return box.overlaps({p, p}); };
+  for (std::uint32_t i = 0; i < c.points.size(); ++i)
+    if (is_near(c.points[i]))
+      add_ball(k, {c.points[i], c.radius, i}, nearest_on(k.skin, c.points[i]));
+  for (std::uint32_t e = 0; e < c.edges.size(); ++e) {
+    const Vec3 from = c.points[c.edges[e][0]], to = c.points[c.edges[e][1]];
+    Aabb around;
+    around.add(from), around.add(to);
+    if (box.overlaps(around)) touch_edge(k, {from, to - from, c.radius, kOfEdge | e});
   }
+}
+
+/// Whether what is flat touches a shape by corners and edges of both alone.
+bool has_corners(const Shape& shape, const Convex* piece) {
+  return piece ? !piece->smooth : traits_of(shape.kind).shape_class == ShapeClass::half_space;
+}
+
+void touch(Touching k) {
+  const Shape& shape = k.other.shape;
+  Convex piece;
+  if (is_convex(shape.kind)) piece = convex_piece(shape, k.other.at, k.scratch.piece);
+  if (is_convex(shape.kind) && !piece.smooth && piece.faces.empty()) return touch_core(k, piece);
+  k.leaves_flats = has_corners(shape, is_convex(shape.kind) ? &piece : nullptr);
   touch_places(k);
+  touch_edges(k.skin, k.other, k.scratch, k.out);
 }
 
 }  // namespace
@@ -272,28 +285,9 @@ void collide_skin(const Surface& surface, const PlacedShape& other, SkinScratch&
   }
   const Touching k{surface, other, scratch, out, reach, size};
   const std::size_t first = out.points.size();
-  if (is_convex(other.shape.kind))
-    touch_convex(k);
-  else
-    touch_places(k);
+  touch(k);
   drop_duplicates(out.points, first, 1e-4 * surface.model->size);
   reduce_points(out.points, first, kMostPoints, 1e-6 * surface.model->size);
-}
-
-void collide_skins(const Surface& a, const Surface& b, const Pose& a_in_b, const PointsOut& out) {
-  // Overlaps deeper than this are seen from the other side of the thinner body.
-  constexpr Real kDeepest = 0.1;
-  const Real reach = std::max(out.margin, kDeepest * std::min(a.model->size, b.model->size));
-  std::array<nurbs::CommonNormal, kMostPoints> found;
-  const std::size_t there =
-      nurbs::find_contacts({*a.skin, *b.skin, a_in_b}, reach, std::span(found));
-  for (std::size_t i = 0; i < std::min(there, found.size()); ++i) {
-    const nurbs::CommonNormal& c = found[i];
-    if (c.status != nurbs::ContactStatus::found || c.gap > out.margin) continue;
-    const auto feature =
-        static_cast<std::uint64_t>(c.at.a.face) << 10 | static_cast<std::uint64_t>(c.at.b.face);
-    out.points.push_back({c.on_a, c.on_b, c.normal, c.gap, feature});
-  }
 }
 
 }  // namespace pantin::detail

@@ -14,6 +14,7 @@ constexpr Real kCoarse = 1e-2;  // of the size: chord between seeds
 constexpr Real kConvex = 1e-7;  // of the size: how far a vertex may stand out of a tangent plane
 constexpr std::size_t kMostCompared = 1500;  // vertices, in the test of convexity
 constexpr int kBins = 6;                     // along each edge of a cube of directions
+constexpr Real kPlanar = 1e-10;              // of a face's size
 constexpr Real kCrease = 1e-6;               // of 1 - cosine
 
 using nurbs::Skin;
@@ -92,6 +93,63 @@ void build_tree(SkinModel& m) {
   m.tree.build(boxes);
 }
 
+/// The plane of a piece of a face, if it is flat: checked where its derivatives would tell.
+struct Plane {
+  Vec3 normal{0}, point{0};
+};
+std::optional<Plane> plane_of(const nurbs::Face& face, nurbs::Range u, nurbs::Range v) {
+  constexpr int kRows = 5;
+  const nurbs::Face::Piece piece = face.piece_at(u.middle(), v.middle());
+  const nurbs::Jet middle = face.at(piece, u.middle(), v.middle());
+  const Vec3 cross = glm::cross(middle.u, middle.v);
+  if (!(glm::length(cross) > 0)) return std::nullopt;
+  const Plane plane{glm::normalize(cross), middle.s};
+  for (int i = 0; i < kRows; ++i)
+    for (int j = 0; j < kRows; ++j) {
+      const Vec3 p = face.at(piece, u.low + u.width() * i / (kRows - 1),
+                             v.low + v.width() * j / (kRows - 1))
+                         .s;
+      if (std::abs(glm::dot(plane.normal, p - plane.point)) > kPlanar * face.size())
+        return std::nullopt;
+    }
+  return plane;
+}
+
+std::vector<Plane> planes_of(const nurbs::Face& face) {
+  std::vector<Plane> planes;
+  const std::vector<Real> us = face.u().breaks(), vs = face.v().breaks();
+  for (std::size_t i = 0; i + 1 < us.size(); ++i)
+    for (std::size_t j = 0; j + 1 < vs.size(); ++j)
+      if (const auto plane = plane_of(face, {us[i], us[i + 1]}, {vs[j], vs[j + 1]}))
+        planes.push_back(*plane);
+  return planes;
+}
+
+/// Normals of triangles, and which are of flat pieces; seeds that are of no others.
+void find_flats(const Skin& skin, SkinModel& m) {
+  std::vector<std::vector<Plane>> planes;
+  for (const nurbs::Face& face : skin.faces()) planes.push_back(planes_of(face));
+  const auto plane_at = [&](std::span<const Vec3> points, int face) -> const Plane* {
+    const Real least = 10 * kPlanar * skin.face(face).size();
+    for (const Plane& plane : planes[static_cast<std::size_t>(face)])
+      if (std::all_of(points.begin(), points.end(), [&](Vec3 p) {
+            return std::abs(glm::dot(plane.normal, p - plane.point)) <= least;
+          }))
+        return &plane;
+    return nullptr;
+  };
+  for (const auto& t : m.tiles.triangles) {
+    const Vec3 p[] = {m.tiles.points[t[0]], m.tiles.points[t[1]], m.tiles.points[t[2]]};
+    const Vec3 cross = glm::cross(p[1] - p[0], p[2] - p[0]);
+    const Real area = glm::length(cross);
+    const Plane* plane = plane_at(p, m.tiles.places[t[0]].face);
+    m.flat.push_back(plane ? 1 : 0);
+    m.normals.push_back(plane ? plane->normal : area > 0 ? cross / area : m.tiles.normals[t[0]]);
+  }
+  for (std::size_t i = 0; i < m.seeds.size(); ++i)
+    m.seed_is_round.push_back(plane_at({&m.seed_points[i], 1}, m.seeds[i].face) ? 0 : 1);
+}
+
 void scatter_seeds(const Skin& skin, SkinModel& m) {
   const nurbs::Tessellation coarse = nurbs::tessellate(skin, kCoarse * m.size);
   m.seed_points = coarse.points, m.seeds = coarse.places;
@@ -164,6 +222,8 @@ SkinModel model_of(const Skin& skin) {
   m.size = glm::length(m.high - m.low) / 2;
   build_tree(m);
   scatter_seeds(skin, m);
+  find_flats(skin, m);
+  m.features = features_of(skin);
   m.is_closed = nurbs::is_closed(skin);
   if (!m.is_closed) return m;
   m.enclosed = mass_of(skin);

@@ -8,6 +8,7 @@
 
 #include "engine/geometry/kinds.hpp"
 #include "engine/geometry/manifold.hpp"
+#include "engine/geometry/skin_features.hpp"
 #include "engine/nurbs/tessellate.hpp"
 
 namespace pantin::detail {
@@ -16,6 +17,9 @@ namespace pantin::detail {
 struct SkinModel {
   nurbs::Tessellation tiles;
   AabbTree tree;   // over its triangles, each box grown by the chord
+  // Of each triangle: its normal, of a flat piece of a face to rounding, and whether it is of one.
+  std::vector<Vec3> normals;
+  std::vector<std::uint8_t> flat;
   Real chord = 0;  // m, how far the triangles are from the surface
   Real size = 0;   // m, half the diagonal of the bounds
   bool is_closed = false;
@@ -26,8 +30,17 @@ struct SkinModel {
   // A few places all over it, no place farther than `spacing` (m) from one, to walk down from.
   std::vector<nurbs::Place> seeds;
   std::vector<Vec3> seed_points;
+  std::vector<std::uint8_t> seed_is_round;  // not within flat pieces
   AabbTree seed_tree;  // each grown by the spacing
   Real spacing = 0;
+  SkinFeatures features;
+};
+
+/// Two skins; the second stands still, the first at a pose in its frame.
+struct SkinPair {
+  const Surface& a;
+  const Surface& b;
+  const Pose& a_in_b;
 };
 
 SkinModel model_of(const nurbs::Skin& skin);
@@ -57,18 +70,26 @@ SkinPoint place_on(const Surface& surface, const nurbs::Place& at, Vec3 p);
 /// leads to.
 SkinPoint farthest_on(const Surface& surface, Vec3 direction);
 
+/// Corners and edges as seen from another frame.
+struct FeatureScratch {
+  std::vector<Corner> corners;
+  std::vector<EdgePart> edges;
+};
+
 /// Memory for contacts with skins.
 struct SkinScratch {
   struct Candidate {
     Real gap;
     std::uint32_t seed;
+    std::uint32_t tile = 0;  // of the other skin
   };
   std::vector<Candidate> candidates;
   ConvexScratch piece;
+  FeatureScratch features;
 };
 
-/// Contact points of two skins, in b's frame, where a stands at `a_in_b`: their common normals.
-void collide_skins(const Surface& a, const Surface& b, const Pose& a_in_b, const PointsOut& out);
+/// Contact points of two skins, in b's frame, where a stands at `a_in_b`.
+void collide_skins(const SkinPair& pair, SkinScratch& scratch, const PointsOut& out);
 
 /// Contact points of a skin in its own frame with any shape at `other.at` in that frame: on_a and
 /// the normal are the other's, as if the skin were b.

@@ -1,0 +1,492 @@
+#include "engine/geometry/skin_edges.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "engine/geometry/kinds.hpp"
+#include "engine/geometry/surface.hpp"
+#include "engine/nurbs/tessellate.hpp"
+
+namespace pantin::detail {
+namespace {
+
+// Features: whose they are, and which of them.
+constexpr std::uint64_t kCornerOfA = 1ull << 40, kCornerOfB = 2ull << 40, kAcross = 3ull << 40,
+                        kEdgeOfA = 4ull << 40, kEdgeOfB = 5ull << 40;
+constexpr std::uint64_t kNumber = (1u << 20) - 1;
+constexpr Real kTilt = 0.3;      // rad, by which a corner's ways may lead behind a face
+constexpr Real kFlat = 0.05;     // rad, between edges and faces that lie along one another
+constexpr Real kCrossing = 0.02;  // rad, between edges whose own normal counts
+// Of the smaller size: how deep a body is found in a closed skin; overlaps below which are not held
+// against what is really inside; and how far beside a face a corner is still over it.
+constexpr Real kDeepest = 0.2, kShallow = 1e-3, kBeside = 1e-4;
+constexpr Real kBehind = 2;  // of the other's size, behind a patch
+constexpr int kSamples = 9, kMostRefinements = 12, kMostSteps = 6;
+
+/// How near and how deep counts, m.
+struct Reach {
+  Real margin, deepest, shallow, beside;
+
+  Real farthest() const { return std::max(margin, deepest); }
+};
+
+Reach reach_between(Real margin, Real size_a, Real size_b) {
+  const Real size = std::min(size_a, size_b);
+  return {margin, kDeepest * size, kShallow * size, kBeside * size};
+}
+
+/// The place of a face that a corner is over, or below.
+struct Foot {
+  Vec3 point, normal;
+  Real gap;
+};
+
+bool admits(const Corner& corner, Vec3 normal, Real tilt) {
+  for (std::uint32_t i = 0; i < corner.count; ++i)
+    if (glm::dot(corner.ways[i], normal) < -tilt) return false;
+  return true;
+}
+
+// ---- What corners and edges are held against --------------------------------------------------
+
+/// The faces of a skin, in its frame.
+struct OfSkin {
+  const Surface& surface;
+  Reach reach;
+
+  bool holds(Vec3 p) const {
+    return !surface.model->is_closed || nearest_on(surface, p).distance <= reach.beside;
+  }
+  bool is_round_near(const Aabb& box) const {
+    const SkinModel& m = *surface.model;
+    bool found = false;
+    m.tree.query(box.grown(reach.farthest()), [&](std::uint32_t i) { found |= !m.flat[i]; });
+    return found;
+  }
+  std::optional<Foot> foot(const Corner& corner) const;
+
+ private:
+  std::optional<Foot> over(std::uint32_t tile, const Corner& corner) const;
+};
+
+std::optional<Foot> OfSkin::over(std::uint32_t tile, const Corner& corner) const {
+  const SkinModel& m = *surface.model;
+  const Vec3 p = corner.point;
+  if (m.flat[tile]) {
+    const Vec3 n = m.normals[tile];
+    const Real gap = glm::dot(n, p - m.tiles.points[m.tiles.triangles[tile][0]]);
+    return Foot{p - gap * n, n, gap};
+  }
+  std::uint32_t start = m.tiles.triangles[tile][0];
+  for (const std::uint32_t k : m.tiles.triangles[tile])
+    if (glm::distance(p, m.tiles.points[k]) < glm::distance(p, m.tiles.points[start])) start = k;
+  const SkinPoint on = nearest_on(surface, p, m.tiles.places[start]);
+  const Vec3 n = nurbs::normal_at(surface.skin->face(on.at.face), on.at.u, on.at.v);
+  const Real gap = glm::dot(n, p - on.point);
+  if (!admits(corner, n, kTilt) || glm::distance(p, on.point + gap * n) > reach.beside)
+    return std::nullopt;
+  return Foot{on.point, n, gap};
+}
+
+std::optional<Foot> OfSkin::foot(const Corner& corner) const {
+  constexpr Real kFacet = 0.15;  // rad, between a round face and its tiles
+  const SkinModel& m = *surface.model;
+  const Vec3 p = corner.point;
+  std::optional<std::uint32_t> tile;
+  const Real far = reach.farthest() + m.chord;
+  m.tree.nearest(p, far * far, [&](std::uint32_t i) {
+    constexpr Real kNone = 1e300;
+    const Vec3 n = m.normals[i];
+    const bool is_flat = m.flat[i];
+    if (!admits(corner, n, kTilt + (is_flat ? 0 : kFacet))) return kNone;
+    const auto& t = m.tiles.triangles[i];
+    const Vec3 way =
+        p - nearest_in({m.tiles.points[t[0]], m.tiles.points[t[1]], m.tiles.points[t[2]]}, p);
+    const Real along = glm::dot(way, n), square = glm::dot(way, way);
+    const Real beside =
+        reach.beside + (is_flat ? 0 : m.chord + kFacet * (std::abs(along) + m.chord));
+    if (square - along * along > beside * beside || along > reach.margin + m.chord) return kNone;
+    if (!tile || square < far * far) tile = i;
+    return square;
+  });
+  if (!tile) return std::nullopt;
+  const auto found = over(*tile, corner);
+  if (!found || found->gap > reach.margin || found->gap < -reach.deepest) return std::nullopt;
+  if (found->gap < -reach.shallow && !holds(p)) return std::nullopt;
+  return found;
+}
+
+/// The flat faces of a piece with corners.
+struct OfConvex {
+  const Convex& piece;
+  Reach reach;
+
+  Real depth(Vec3 p) const {
+    Real most = -1e300;
+    for (const Face& f : piece.faces) most = std::max(most, glm::dot(f.normal, p) - f.offset);
+    return most;
+  }
+  bool holds(Vec3 p) const { return depth(p) <= reach.beside; }
+  bool is_round_near(const Aabb&) const { return false; }
+  bool is_over(const Face& face, Vec3 p) const {
+    for (std::uint32_t i = 0; i < face.count; ++i) {
+      const Vec3 from = piece.points[piece.corners[face.first + i]];
+      const Vec3 way = piece.points[piece.corners[face.first + (i + 1) % face.count]] - from;
+      if (glm::dot(glm::cross(face.normal, way), p - from) < -reach.beside * glm::length(way))
+        return false;
+    }
+    return true;
+  }
+  std::optional<Foot> foot(const Corner& corner) const {
+    const Vec3 p = corner.point;
+    std::optional<Foot> best;
+    for (const Face& f : piece.faces) {
+      const Real gap = glm::dot(f.normal, p) - f.offset;
+      if (gap > reach.margin || gap < -reach.deepest || (best && gap < best->gap)) continue;
+      if (admits(corner, f.normal, kTilt) && is_over(f, p))
+        best = Foot{p - gap * f.normal, f.normal, gap};
+    }
+    if (best && best->gap < -reach.shallow && !holds(p)) return std::nullopt;
+    return best;
+  }
+};
+
+/// Any other shape, by its nearest places.
+struct OfShape {
+  const PlacedShape& shape;
+  Reach reach;
+
+  bool holds(Vec3) const { return true; }
+  bool is_round_near(const Aabb&) const { return is_convex(shape.shape.kind); }
+  std::optional<Foot> foot(const Corner& corner) const {
+    const Vec3 local =
+        glm::conjugate(shape.at.rotation) * (corner.point - shape.at.position);
+    const auto near = closest(shape.shape, local, std::max(reach.margin, Real(0)));
+    if (!near || near->distance > reach.margin) return std::nullopt;
+    const Vec3 n = shape.at.rotation * near->normal;
+    if (!admits(corner, n, kTilt)) return std::nullopt;
+    return Foot{to_world(shape.at, near->point), n, near->distance};
+  }
+};
+
+// ---- Corners, and edges along faces -----------------------------------------------------------
+
+/// Whose corners they are, and the frame that they are in as seen from b.
+struct Emit {
+  enum class Whose { a, b } whose;
+  Pose frame;
+  const PointsOut& out;
+
+  void add(Vec3 at, const Foot& foot, std::uint64_t feature) const {
+    const Vec3 p = to_world(frame, at), q = to_world(frame, foot.point),
+               n = frame.rotation * foot.normal;
+    if (whose == Whose::a)
+      out.points.push_back({p, q, n, foot.gap, feature});
+    else
+      out.points.push_back({q, p, -n, foot.gap, feature});
+  }
+};
+
+/// Corners and edges in the frame of what they are held against.
+struct Features {
+  std::span<const Corner> corners;
+  std::span<const EdgePart> edges;
+  const nurbs::Skin* skin = nullptr;  // of edges that are not straight
+  Pose at;                            // of that
+
+  EdgePoint point(const EdgePart& edge, Real share) const {
+    if (edge.is_straight) return {glm::mix(edge.from, edge.to, share), edge.to - edge.from};
+    const EdgePoint own = point_of(*skin, edge, share);
+    return {to_world(at, own.point), at.rotation * own.rate};
+  }
+};
+
+template <class Ground>
+class Slide {
+ public:
+  Slide(const Ground& ground, const Features& of, const Emit& emit)
+      : ground_(ground), of_(of), emit_(emit) {}
+
+  /// The places of an edge where the distance is least, and those where it stays.
+  void run(const EdgePart& edge) const {
+    const int samples = edge.is_straight ? kSamples : 2;
+    std::optional<Place> last;
+    for (int i = 0; i < samples; ++i) {
+      std::optional<Place> here = look(edge, Real(i) / (samples - 1));
+      if (here && edge.is_straight && std::abs(here->slope) <= kFlat * glm::length(edge.to - edge.from))
+        add(edge, *here);
+      else if (here && last && last->slope < 0 && here->slope > 0)
+        refine(edge, *last, *here);
+      last = here;
+    }
+  }
+
+ private:
+  struct Place {
+    Real share, slope;
+    Vec3 point;
+    Foot foot;
+  };
+  std::optional<Place> look(const EdgePart& edge, Real share) const {
+    const EdgePoint at = of_.point(edge, share);
+    Corner corner;
+    corner.point = at.point;
+    corner.add(edge.into[0]), corner.add(edge.into[1]);
+    const auto foot = ground_.foot(corner);
+    if (!foot) return std::nullopt;
+    return Place{share, glm::dot(foot->normal, at.rate), at.point, *foot};
+  }
+  /// Regula falsi, the end that stays taken at half. [Dowell & Jarratt 1971]
+  void refine(const EdgePart& edge, Place low, Place high) const {
+    Place best = low.foot.gap < high.foot.gap ? low : high;
+    int stays = 0;
+    for (int round = 0; round < kMostRefinements; ++round) {
+      const Real share =
+          (low.share * high.slope - high.share * low.slope) / (high.slope - low.slope);
+      if (!(std::abs(share - best.share) > 1e-12)) break;
+      const auto here = look(edge, share);
+      if (!here) break;
+      best = *here;
+      if (best.slope == 0) break;
+      Place &stayed = best.slope < 0 ? high : low, &moved = best.slope < 0 ? low : high;
+      const int side = best.slope < 0 ? 1 : -1;
+      moved = best;
+      if (stays == side) stayed.slope /= 2;
+      stays = side;
+    }
+    add(edge, best);
+  }
+  void add(const EdgePart& edge, const Place& at) const {
+    const auto part = static_cast<std::uint64_t>(at.share * (kSamples - 1));
+    const std::uint64_t whose = emit_.whose == Emit::Whose::a ? kEdgeOfA : kEdgeOfB;
+    emit_.add(at.point, at.foot, whose | (edge.number & kNumber) << 8 | part);
+  }
+
+  const Ground& ground_;
+  const Features& of_;
+  const Emit& emit_;
+};
+
+template <class Ground>
+void touch_faces(const Ground& ground, const Features& of, const Emit& emit) {
+  const std::uint64_t whose = emit.whose == Emit::Whose::a ? kCornerOfA : kCornerOfB;
+  for (const Corner& corner : of.corners)
+    if (const auto foot = ground.foot(corner)) emit.add(corner.point, *foot, whose | corner.number);
+  const Slide slide(ground, of, emit);
+  for (const EdgePart& edge : of.edges) {
+    if (!edge.is_straight) {
+      slide.run(edge);
+      continue;
+    }
+    Aabb box;
+    box.add(edge.from), box.add(edge.to);
+    if (ground.is_round_near(box)) slide.run(edge);
+  }
+}
+
+// ---- Edges across edges -------------------------------------------------------------------------
+
+/// Where two edges cross as seen along a normal, from b to a.
+struct Crossing {
+  Vec3 normal{0};
+  Real gap = -1e300, on_a = 0, on_b = 0;  // m; shares
+  Vec3 at_a{0}, at_b{0};
+};
+
+class Cross {
+ public:
+  Cross(const EdgePart& a, const EdgePart& b, const Features& of_a, const Features& of_b)
+      : a_(a), b_(b), of_a_(of_a), of_b_(of_b), way_a_(a.to - a.from), way_b_(b.to - b.from) {}
+
+  /// By the normal of a face of either in which both lie, else by that of both edges.
+  std::optional<Crossing> find() const {
+    std::optional<Crossing> best;
+    const auto take = [&](const std::optional<Crossing>& found) {
+      if (found && (!best || found->gap > best->gap)) best = found;
+    };
+    for (const Vec3 n : {b_.normals[0], b_.normals[1], -a_.normals[0], -a_.normals[1]})
+      if (lies_along(way_a_, n) && lies_along(way_b_, n) && parts(n)) take(along(n));
+    if (best) return best;
+    const Vec3 cross = glm::cross(way_a_, way_b_);
+    const Real sine = glm::length(cross);
+    if (sine <= kCrossing * glm::length(way_a_) * glm::length(way_b_)) return best;
+    for (const Vec3 n : {cross / sine, -cross / sine})
+      if (parts(n)) take(along(n));
+    return best;
+  }
+
+ private:
+  static bool lies_along(Vec3 way, Vec3 n) {
+    return std::abs(glm::dot(way, n)) <= kFlat * glm::length(way);
+  }
+  /// Whether the bodies begin on both sides of the plane.
+  bool parts(Vec3 n) const {
+    return glm::dot(a_.into[0], n) >= -kFlat && glm::dot(a_.into[1], n) >= -kFlat &&
+           glm::dot(b_.into[0], n) <= kFlat && glm::dot(b_.into[1], n) <= kFlat;
+  }
+  std::optional<Crossing> along(Vec3 n) const {
+    const bool is_straight = a_.is_straight && b_.is_straight;
+    Crossing c{n};
+    EdgePoint p{a_.from, way_a_}, q{b_.from, way_b_};
+    for (int step = 0; step < (is_straight ? 1 : kMostSteps); ++step) {
+      const Vec3 apart = q.point - p.point;
+      const Real turn = glm::dot(n, glm::cross(p.rate, q.rate));
+      if (std::abs(turn) < 1e-6 * glm::length(p.rate) * glm::length(q.rate)) return std::nullopt;
+      c.on_a += glm::dot(n, glm::cross(apart, q.rate)) / turn;
+      c.on_b += glm::dot(n, glm::cross(apart, p.rate)) / turn;
+      constexpr Real kBeyond = 0.5;
+      if (!is_within(c.on_a, step == 0 && !is_straight ? kBeyond : 1e-6) ||
+          !is_within(c.on_b, step == 0 && !is_straight ? kBeyond : 1e-6))
+        return std::nullopt;
+      c.on_a = std::clamp(c.on_a, Real(0), Real(1)), c.on_b = std::clamp(c.on_b, Real(0), Real(1));
+      p = of_a_.point(a_, c.on_a), q = of_b_.point(b_, c.on_b);
+    }
+    c.at_a = p.point, c.at_b = q.point, c.gap = glm::dot(n, p.point - q.point);
+    return c;
+  }
+  static bool is_within(Real share, Real slack) { return share >= -slack && share <= 1 + slack; }
+
+  const EdgePart &a_, &b_;
+  const Features &of_a_, &of_b_;
+  Vec3 way_a_, way_b_;
+};
+
+/// Edges of a across those of a skin or a piece that stands still.
+template <class Ground, class Near>
+void touch_across(const Ground& b, const Features& of_a, const Features& of_b, const PointsOut& out,
+                  const Near& each_near) {
+  for (const EdgePart& one : of_a.edges)
+    each_near(one, [&](const EdgePart& two) {
+      const auto c = Cross(one, two, of_a, of_b).find();
+      if (!c || c->gap > b.reach.margin || c->gap < -b.reach.deepest) return;
+      if (c->gap < -b.reach.shallow && !b.holds(c->at_a)) return;
+      out.points.push_back({c->at_a, c->at_b, c->normal, c->gap,
+                            kAcross | (one.number & kNumber) << 20 | (two.number & kNumber)});
+    });
+}
+
+// ---- Where features come from -------------------------------------------------------------------
+
+/// Those of a skin near a box in its own frame, as seen from where it stands at `at`.
+Features features_near(const Surface& surface, const Aabb& near, const Pose& at,
+                       FeatureScratch& scratch) {
+  const SkinFeatures& all = surface.model->features;
+  scratch.corners.clear(), scratch.edges.clear();
+  all.corner_tree.query(near, [&](std::uint32_t i) {
+    Corner& c = scratch.corners.emplace_back(all.corners[i]);
+    c.point = to_world(at, c.point);
+    for (std::uint32_t k = 0; k < c.count; ++k) c.ways[k] = at.rotation * c.ways[k];
+  });
+  all.edge_tree.query(near, [&](std::uint32_t i) {
+    EdgePart& e = scratch.edges.emplace_back(all.edges[i]);
+    e.from = to_world(at, e.from), e.to = to_world(at, e.to);
+    for (int k = 0; k < 2; ++k)
+      e.normals[k] = at.rotation * e.normals[k], e.into[k] = at.rotation * e.into[k];
+  });
+  return {scratch.corners, scratch.edges, surface.skin.get(), at};
+}
+
+/// Those of a piece with flat faces.
+Features features_of(const Convex& piece, FeatureScratch& scratch) {
+  scratch.corners.clear(), scratch.edges.clear();
+  for (std::uint32_t i = 0; i < piece.points.size(); ++i) {
+    Corner& c = scratch.corners.emplace_back();
+    c.point = piece.points[i], c.number = i;
+  }
+  for (std::uint32_t i = 0; i < piece.edges.size(); ++i) {
+    const auto [from, to] = piece.edges[i];
+    EdgePart& e = scratch.edges.emplace_back();
+    e.from = piece.points[from], e.to = piece.points[to], e.number = i;
+    const Vec3 way = glm::normalize(e.to - e.from);
+    scratch.corners[from].add(way), scratch.corners[to].add(-way);
+    // The left face is that in whose round the edge runs forward.
+    for (int k = 0; k < 2; ++k) {
+      e.normals[k] = piece.faces[piece.sides[i][k]].normal;
+      e.into[k] = (k == 0 ? 1.0 : -1.0) * glm::cross(e.normals[k], way);
+    }
+  }
+  return {scratch.corners, scratch.edges, nullptr, {}};
+}
+
+Aabb box_of(const Surface& surface) { return {surface.low, surface.high}; }
+
+Aabb box_of(const EdgePart& edge, Real reach) {
+  Aabb box;
+  box.add(edge.from), box.add(edge.to);
+  const Real bend = edge.is_straight ? 0 : glm::distance(edge.from, edge.to) / 8;
+  return box.grown(reach + bend);
+}
+
+Aabb bounds_in(const Surface& surface, const Pose& at) {
+  Aabb box;
+  for (int i = 0; i < 8; ++i)
+    box.add(to_world(at, {i & 1 ? surface.high.x : surface.low.x,
+                          i & 2 ? surface.high.y : surface.low.y,
+                          i & 4 ? surface.high.z : surface.low.z}));
+  return box;
+}
+
+/// How deep things are found in a skin: behind a patch as far as they are large.
+Reach reach_into(const Surface& surface, Real size, Real margin) {
+  Reach r = reach_between(margin, surface.model->size, size);
+  if (!surface.model->is_closed) r.deepest = kBehind * size;
+  return r;
+}
+
+/// Edges of a skin, where it stands.
+Features still(const Surface& s) {
+  return {s.model->features.corners, s.model->features.edges, s.skin.get(), {}};
+}
+
+}  // namespace
+
+void touch_edges(const SkinPair& pair, SkinScratch& scratch, const PointsOut& out) {
+  const auto& [a, b, a_in_b] = pair;
+  const Pose b_in_a = inverse(a_in_b);
+  const Reach into_a = reach_into(a, b.model->size, out.margin),
+              into_b = reach_into(b, a.model->size, out.margin);
+  const OfSkin ground_a{a, into_a}, ground_b{b, into_b};
+  const Features of_b = features_near(b, bounds_in(a, a_in_b).grown(into_a.farthest()), b_in_a,
+                                      scratch.features);
+  touch_faces(ground_a, of_b, {Emit::Whose::b, a_in_b, out});
+  const Features of_a = features_near(a, bounds_in(b, b_in_a).grown(into_b.farthest()), a_in_b,
+                                      scratch.features);
+  touch_faces(ground_b, of_a, {Emit::Whose::a, {}, out});
+  const SkinFeatures& all = b.model->features;
+  touch_across(ground_b, of_a, still(b), out, [&](const EdgePart& one, const auto& take) {
+    const Real reach = std::max(out.margin, std::min(into_a.deepest, into_b.deepest) / 2);
+    all.edge_tree.query(box_of(one, reach), [&](std::uint32_t i) { take(all.edges[i]); });
+  });
+}
+
+void touch_edges(const Surface& skin, const PlacedShape& other, SkinScratch& scratch,
+                 const PointsOut& out) {
+  const bool is_bounded = !is_unbounded(other.shape.kind);
+  Aabb box = box_of(skin);
+  Real size = skin.model->size;
+  if (is_bounded) {
+    box = bounds_of(other.shape, other.at);
+    size = glm::length(box.high - box.low) / 2;
+  }
+  const Reach into_other = reach_between(out.margin, skin.model->size, size);
+  const Features of_skin = features_near(
+      skin, is_bounded ? box.grown(into_other.farthest()) : box, Pose{}, scratch.features);
+  const Emit by_skin{Emit::Whose::b, {}, out};
+  if (!is_convex(other.shape.kind)) return touch_faces(OfShape{other, into_other}, of_skin, by_skin);
+  const Convex piece = convex_piece(other.shape, other.at, scratch.piece);
+  if (piece.faces.empty() || piece.smooth)
+    return touch_faces(OfShape{other, into_other}, of_skin, by_skin);
+  touch_faces(OfConvex{piece, into_other}, of_skin, by_skin);
+  const Reach into_skin = reach_into(skin, size, out.margin);
+  const OfSkin ground{skin, into_skin};
+  const Features of_piece = features_of(piece, scratch.features);
+  touch_faces(ground, of_piece, {Emit::Whose::a, {}, out});
+  const SkinFeatures& all = skin.model->features;
+  touch_across(ground, of_piece, still(skin), out, [&](const EdgePart& one, const auto& take) {
+    const Real reach = std::max(out.margin, into_other.deepest / 2);
+    all.edge_tree.query(box_of(one, reach), [&](std::uint32_t i) { take(all.edges[i]); });
+  });
+}
+
+}  // namespace pantin::detail

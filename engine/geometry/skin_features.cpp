@@ -1,0 +1,346 @@
+#include "engine/geometry/skin_features.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <span>
+#include <tuple>
+
+#include "engine/nurbs/tessellate.hpp"
+
+namespace pantin::detail {
+namespace {
+
+constexpr Real kSmooth = 0.02;     // rad: a crease of less is none
+constexpr Real kTurn = 0.25;       // rad, of a part of a round edge
+constexpr Real kStraight = 1e-10;  // of the skin's size
+constexpr Real kOn = -0.999;       // cosine between ways where an edge goes on
+constexpr int kMostParts = 32;     // of a polynomial piece
+constexpr int kAround = 8;         // ways from a pole
+
+using nurbs::Face;
+using nurbs::Jet;
+using nurbs::Skin;
+enum class Fold { convex, hollow, smooth };
+
+/// A line of a face, and what is across it: another face, the face itself on the other side of a
+/// knot where it is creased, or nothing.
+struct Line {
+  EdgeLine on;
+  bool is_low = false;     // the face is on the side of higher parameters
+  bool is_inside = false;  // a knot where the face is creased, not its end
+};
+
+/// A place of such a line. Of a rim there is one side.
+struct Station {
+  Vec3 point{0}, tangent{0};
+  std::array<Vec3, 2> normals, into;
+  bool is_rim = false;
+};
+
+const nurbs::Knots& knots_of(const Face& face, bool is_of_u) {
+  return is_of_u ? face.u() : face.v();
+}
+
+std::array<Real, 2> place_at(const EdgeLine& line, Real s) {
+  return line.is_of_u ? std::array{line.fixed, s} : std::array{s, line.fixed};
+}
+
+Vec3 unit(Vec3 v) {
+  const Real length = glm::length(v);
+  return length > 0 ? v / length : Vec3(0);
+}
+
+class Finder {
+ public:
+  explicit Finder(const Skin& skin) : skin_(skin) {}
+  SkinFeatures run();
+
+ private:
+  struct End {
+    Vec3 point, way;
+    std::size_t part;  // of parts_
+  };
+  struct Part {
+    EdgePart edge;
+    Fold fold;
+  };
+
+  void add_face(int face);
+  void add_creases(int face, bool is_of_u);
+  void add_line(const Line& line);
+  void add_pole(const Line& line);
+  void add_parts(const Line& line, const nurbs::Range& span);
+  void add_part(const Line& line, const Station& from, const Station& to);
+  void add_nodes();
+  void add_node(std::span<const End> node);
+  void build_trees();
+
+  bool is_pole(const Line& line) const;
+  bool is_counted_across(const Line& line) const;
+  Jet jet(const Line& line, Real s, bool is_beyond) const;
+  Station station(const Line& line, Real s) const;
+
+  const Skin& skin_;
+  SkinFeatures made_;
+  std::vector<Part> parts_;
+  std::vector<End> ends_;
+};
+
+/// On the side of a knot where the face lies that the line is of, or beyond it.
+Jet Finder::jet(const Line& line, Real s, bool is_beyond) const {
+  const Face& face = skin_.face(line.on.face);
+  const nurbs::Knots& own = knots_of(face, line.on.is_of_u);
+  auto at = place_at(line.on, s);
+  Face::Piece piece = face.piece_at(at[0], at[1]);
+  if (line.is_inside && is_beyond) {  // below the knot, of a seam at the other end
+    Real& t = line.on.is_of_u ? at[0] : at[1];
+    std::size_t& which = line.on.is_of_u ? piece.u : piece.v;
+    if (t > own.low())
+      --which;
+    else
+      t = own.high(), piece = face.piece_at(at[0], at[1]);
+  }
+  return face.at(piece, at[0], at[1]);
+}
+
+Station Finder::station(const Line& line, Real s) const {
+  const Face& face = skin_.face(line.on.face);
+  const auto at = place_at(line.on, s);
+  const Jet here = jet(line, s, false);
+  Station found;
+  found.point = here.s;
+  found.tangent = unit(line.on.is_of_u ? here.v : here.u);
+  const Vec3 inwards = (line.is_low ? 1.0 : -1.0) * (line.on.is_of_u ? here.u : here.v);
+  const Vec3 cross = glm::cross(here.u, here.v);
+  found.normals[0] = line.is_inside ? unit(cross) : nurbs::normal_at(face, at[0], at[1]);
+  const Vec3 side = glm::cross(found.normals[0], found.tangent);
+  const Real sign = glm::dot(side, inwards) < 0 ? -1 : 1;
+  found.into[0] = sign * side;
+  if (line.is_inside) {
+    const Jet beyond = jet(line, s, true);
+    found.normals[1] = unit(glm::cross(beyond.u, beyond.v));
+  } else {
+    using enum nurbs::Edge;
+    const nurbs::Edge edge = line.on.is_of_u ? (line.is_low ? u_low : u_high)
+                                             : (line.is_low ? v_low : v_high);
+    const auto to = skin_.across({line.on.face, at[0], at[1]}, edge);
+    found.is_rim = !to;
+    if (!to) {
+      found.normals[1] = found.normals[0], found.into[1] = found.into[0];
+      return found;
+    }
+    found.normals[1] = nurbs::normal_at(skin_.face(to->face), to->u, to->v);
+  }
+  found.into[1] = -sign * glm::cross(found.normals[1], found.tangent);
+  return found;
+}
+
+bool Finder::is_pole(const Line& line) const {
+  const Vec3 first = jet(line, line.on.along.low, false).s;
+  for (const Real share : {0.3, 0.7, 1.0}) {
+    const Real s = line.on.along.low + share * line.on.along.width();
+    if (glm::distance(jet(line, s, false).s, first) > skin_.tolerance() + 1e-9 * skin_.size())
+      return false;
+  }
+  return true;
+}
+
+/// Of two faces that join, the edge is that of the first.
+bool Finder::is_counted_across(const Line& line) const {
+  using enum nurbs::Edge;
+  const nurbs::Edge edge =
+      line.on.is_of_u ? (line.is_low ? u_low : u_high) : (line.is_low ? v_low : v_high);
+  const auto other = skin_.neighbour(line.on.face, edge);
+  return other && (*other < line.on.face || (*other == line.on.face && !line.is_low));
+}
+
+void Finder::add_face(int face) {
+  const Face& f = skin_.face(face);
+  for (const bool is_of_u : {true, false}) {
+    const nurbs::Knots& own = knots_of(f, is_of_u);
+    const nurbs::Range other = knots_of(f, !is_of_u).domain();
+    add_creases(face, is_of_u);
+    if (own.is_periodic) continue;
+    for (const bool is_low : {true, false}) {
+      const Line line{{face, is_of_u, is_low ? own.low() : own.high(), other}, is_low, false};
+      if (is_pole(line))
+        add_pole(line);
+      else if (!is_counted_across(line))
+        add_line(line);
+    }
+  }
+}
+
+void Finder::add_creases(int face, bool is_of_u) {
+  const Face& f = skin_.face(face);
+  const nurbs::Knots& own = knots_of(f, is_of_u);
+  for (const Real knot : own.breaks()) {
+    const bool is_end = knot <= own.low() || knot >= own.high();
+    if (is_end && !(own.is_periodic && knot <= own.low())) continue;
+    if (!is_end && own.multiplicity(knot) < own.degree) continue;
+    add_line({{face, is_of_u, knot, knots_of(f, !is_of_u).domain()}, true, true});
+  }
+}
+
+/// A point where a whole edge of a face is: a tip, unless all around it is flat.
+void Finder::add_pole(const Line& line) {
+  Corner tip;
+  tip.point = jet(line, line.on.along.low, false).s;
+  Vec3 sum(0);
+  for (int i = 0; i < kAround; ++i) {
+    const Real s = line.on.along.low + line.on.along.width() * (i + 0.5) / kAround;
+    const Jet here = jet(line, s, false);
+    const Vec3 way =
+        unit((line.is_low ? 1.0 : -1.0) * (line.on.is_of_u ? here.u : here.v));
+    sum += nurbs::normal_at(skin_.face(line.on.face), place_at(line.on, s)[0],
+                            place_at(line.on, s)[1]);
+    tip.add(way);
+  }
+  const Vec3 mean = unit(sum);
+  Real rise = 0;
+  for (const Vec3 way : tip.ways) rise = std::min(rise, glm::dot(mean, way));
+  if (rise < -kSmooth) made_.corners.push_back(tip);
+}
+
+void Finder::add_line(const Line& line) {
+  const nurbs::Knots& free = knots_of(skin_.face(line.on.face), !line.on.is_of_u);
+  const std::vector<Real> breaks = free.breaks();
+  for (std::size_t i = 0; i + 1 < breaks.size(); ++i) add_parts(line, {breaks[i], breaks[i + 1]});
+}
+
+void Finder::add_parts(const Line& line, const nurbs::Range& span) {
+  const auto at = [&](Real share) {
+    // Just within the piece, so that both sides of a knot are told apart.
+    const Real inside = std::clamp(share, 1e-9, 1 - 1e-9);
+    Station found = station(line, span.low + inside * span.width());
+    found.point = jet(line, span.low + share * span.width(), false).s;
+    return found;
+  };
+  const Station low = at(0), high = at(1);
+  Real turn = 0;
+  Station last = low;
+  for (const Real share : {0.25, 0.5, 0.75, 1.0}) {
+    const Station here = share < 1 ? at(share) : high;
+    turn += std::acos(std::clamp(glm::dot(last.tangent, here.tangent), Real(-1), Real(1)));
+    last = here;
+  }
+  const bool is_straight = turn < 1e-6;
+  const int parts = is_straight ? 1
+                                : std::clamp(static_cast<int>(std::ceil(turn / kTurn)), 1,
+                                             kMostParts);
+  Station from = low;
+  for (int k = 1; k <= parts; ++k) {
+    const Station to = k < parts ? at(Real(k) / parts) : high;
+    Line part = line;
+    part.on.along = {span.low + span.width() * (k - 1) / parts, span.low + span.width() * k / parts};
+    add_part(part, from, to);
+    from = to;
+  }
+}
+
+void Finder::add_part(const Line& line, const Station& from, const Station& to) {
+  const Station middle = station(line, line.on.along.middle());
+  const Real depth = glm::dot(middle.normals[0], middle.into[1]);
+  const Fold fold = middle.is_rim || depth < -kSmooth ? Fold::convex
+                    : depth > kSmooth                 ? Fold::hollow
+                                                      : Fold::smooth;
+  if (fold == Fold::smooth) return;
+  EdgePart edge;
+  edge.from = from.point, edge.to = to.point;
+  edge.normals = middle.normals, edge.into = middle.into;
+  edge.line = line.on;
+  const Real length = glm::distance(edge.from, edge.to);
+  edge.is_straight =
+      glm::distance(middle.point, (edge.from + edge.to) / 2.0) <= kStraight * skin_.size() &&
+      glm::dot(from.tangent, to.tangent) > 1 - 1e-12;
+  if (!(length > kStraight * skin_.size())) return;
+  ends_.push_back({from.point, from.tangent, parts_.size()});
+  ends_.push_back({to.point, -to.tangent, parts_.size()});
+  parts_.push_back({edge, fold});
+}
+
+/// Ends of parts that are at one place.
+void Finder::add_nodes() {
+  const Real same = 2 * skin_.tolerance() + 1e-7 * skin_.size();
+  std::sort(ends_.begin(), ends_.end(), [](const End& a, const End& b) {
+    return std::tie(a.point.x, a.part) < std::tie(b.point.x, b.part);
+  });
+  std::vector<bool> is_taken(ends_.size(), false);
+  std::vector<End> node;
+  for (std::size_t i = 0; i < ends_.size(); ++i) {
+    if (is_taken[i]) continue;
+    node.clear();
+    for (std::size_t j = i; j < ends_.size() && ends_[j].point.x <= ends_[i].point.x + same; ++j)
+      if (!is_taken[j] && glm::distance(ends_[j].point, ends_[i].point) <= same)
+        node.push_back(ends_[j]), is_taken[j] = true;
+    add_node(node);
+  }
+}
+
+void Finder::add_node(std::span<const End> node) {
+  Corner corner;
+  corner.point = node[0].point;
+  bool is_convex = false, is_round = false;
+  for (const End& end : node) {
+    is_convex = is_convex || parts_[end.part].fold == Fold::convex;
+    is_round = is_round || !parts_[end.part].edge.is_straight;
+    bool is_new = true;
+    for (std::uint32_t k = 0; k < corner.count; ++k)
+      is_new = is_new && glm::dot(corner.ways[k], end.way) < 1 - 1e-6;
+    if (is_new) corner.add(end.way);
+  }
+  if (!is_convex) return;
+  const bool goes_on = corner.count == 1 || (corner.count == 2 && glm::dot(corner.ways[0],
+                                                                          corner.ways[1]) < kOn);
+  if (goes_on) {
+    if (corner.count == 2 && !is_round) return;
+    if (corner.count == 1) corner.add(-corner.ways[0]);
+    for (const Vec3 way : parts_[node[0].part].edge.into) corner.add(way);
+  }
+  made_.corners.push_back(corner);
+}
+
+void Finder::build_trees() {
+  std::vector<Aabb> boxes;
+  for (std::uint32_t i = 0; i < made_.corners.size(); ++i) {
+    made_.corners[i].number = i;
+    boxes.push_back({made_.corners[i].point, made_.corners[i].point});
+  }
+  made_.corner_tree.build(boxes);
+  boxes.clear();
+  for (std::uint32_t i = 0; i < made_.edges.size(); ++i) {
+    EdgePart& edge = made_.edges[i];
+    edge.number = i;
+    Aabb box;
+    box.add(edge.from), box.add(edge.to);
+    if (!edge.is_straight) box.add(point_of(skin_, edge, 0.5).point);
+    boxes.push_back(edge.is_straight ? box
+                                     : box.grown(kTurn * glm::distance(edge.from, edge.to) / 8));
+  }
+  made_.edge_tree.build(boxes);
+}
+
+SkinFeatures Finder::run() {
+  if (skin_.half_axes()) return {};
+  for (int f = 0; f < static_cast<int>(skin_.faces().size()); ++f) add_face(f);
+  add_nodes();
+  for (const Part& part : parts_)
+    if (part.fold == Fold::convex) made_.edges.push_back(part.edge);
+  build_trees();
+  return std::move(made_);
+}
+
+}  // namespace
+
+SkinFeatures features_of(const Skin& skin) { return Finder(skin).run(); }
+
+EdgePoint point_of(const Skin& skin, const EdgePart& edge, Real share) {
+  if (edge.is_straight) return {glm::mix(edge.from, edge.to, share), edge.to - edge.from};
+  const Real s = edge.line.along.low + share * edge.line.along.width();
+  const auto at = place_at(edge.line, s);
+  const Jet j = skin.face(edge.line.face).at(at[0], at[1]);
+  return {j.s, edge.line.along.width() * (edge.line.is_of_u ? j.v : j.u)};
+}
+
+}  // namespace pantin::detail
