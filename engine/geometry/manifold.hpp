@@ -52,4 +52,9 @@ void drop_duplicates(std::vector<ContactPoint>& points, std::size_t first, Real 
 void reduce_points(std::vector<ContactPoint>& points, std::size_t first, std::size_t most,
                    Real same = 0);
 
+/// The same where normals differ, as in a slot: places are as far apart as their normals, times
+/// `size` (m), are too, and of those whose normals are alike within 0.1 rad at most half are kept.
+void reduce_directed(std::vector<ContactPoint>& points, std::size_t first, std::size_t most,
+                     Real size);
+
 }  // namespace pantin::detail

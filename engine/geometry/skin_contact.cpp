@@ -28,8 +28,8 @@ struct Touching {
   const PlacedShape& other;
   SkinScratch& scratch;
   const PointsOut& out;
-  Aabb reach;  // of the other, grown by the margin
-  Real size;   // of the other, m
+  Aabb reach;                 // of the other, grown by the margin
+  Real size;                  // of the other, m
   bool leaves_flats = false;  // to the corners and edges of both
 };
 
@@ -239,8 +239,8 @@ void touch_places(const Touching& k) {
 
 /// Balls and capsules, known by their cores.
 void touch_core(const Touching& k, const Convex& c) {
-  const Aabb box = Aabb{k.skin.low, k.skin.high}.grown(
-      c.radius + std::max(k.out.margin, Real(0)) + (k.skin.model->is_closed ? 0 : k.size));
+  const Aabb box = Aabb{k.skin.low, k.skin.high}.grown(c.radius + std::max(k.out.margin, Real(0)) +
+                                                       (k.skin.model->is_closed ? 0 : k.size));
   const auto is_near = [&](Vec3 p) { return box.overlaps({p, p}); };
   for (std::uint32_t i = 0; i < c.points.size(); ++i)
     if (is_near(c.points[i]))

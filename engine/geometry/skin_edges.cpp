@@ -15,8 +15,8 @@ namespace {
 constexpr std::uint64_t kCornerOfA = 1ull << 40, kCornerOfB = 2ull << 40, kAcross = 3ull << 40,
                         kEdgeOfA = 4ull << 40, kEdgeOfB = 5ull << 40;
 constexpr std::uint64_t kNumber = (1u << 20) - 1;
-constexpr Real kTilt = 0.3;      // rad, by which a corner's ways may lead behind a face
-constexpr Real kFlat = 0.05;     // rad, between edges and faces that lie along one another
+constexpr Real kTilt = 0.3;       // rad, by which a corner's ways may lead behind a face
+constexpr Real kFlat = 0.05;      // rad, between edges and faces that lie along one another
 constexpr Real kCrossing = 0.02;  // rad, between edges whose own normal counts
 // Of the smaller size: how deep a body is found in a closed skin; overlaps below which are not held
 // against what is really inside; and how far beside a face a corner is still over it.
@@ -68,6 +68,7 @@ struct OfSkin {
 
  private:
   std::optional<Foot> over(std::uint32_t tile, const Corner& corner) const;
+  std::optional<std::uint32_t> tile_under(const Corner& corner, Real far) const;
 };
 
 std::optional<Foot> OfSkin::over(std::uint32_t tile, const Corner& corner) const {
@@ -89,27 +90,40 @@ std::optional<Foot> OfSkin::over(std::uint32_t tile, const Corner& corner) const
   return Foot{on.point, n, gap};
 }
 
-std::optional<Foot> OfSkin::foot(const Corner& corner) const {
+/// The nearest tile that a corner may touch and is over.
+std::optional<std::uint32_t> OfSkin::tile_under(const Corner& corner, Real far) const {
   constexpr Real kFacet = 0.15;  // rad, between a round face and its tiles
   const SkinModel& m = *surface.model;
   const Vec3 p = corner.point;
   std::optional<std::uint32_t> tile;
-  const Real far = reach.farthest() + m.chord;
   m.tree.nearest(p, far * far, [&](std::uint32_t i) {
     constexpr Real kNone = 1e300;
     const Vec3 n = m.normals[i];
     const bool is_flat = m.flat[i];
     if (!admits(corner, n, kTilt + (is_flat ? 0 : kFacet))) return kNone;
-    const auto& t = m.tiles.triangles[i];
-    const Vec3 way =
-        p - nearest_in({m.tiles.points[t[0]], m.tiles.points[t[1]], m.tiles.points[t[2]]}, p);
+    const Vec3 way = way_from(m, i, p);
     const Real along = glm::dot(way, n), square = glm::dot(way, way);
     const Real beside =
         reach.beside + (is_flat ? 0 : m.chord + kFacet * (std::abs(along) + m.chord));
     if (square - along * along > beside * beside || along > reach.margin + m.chord) return kNone;
-    if (!tile || square < far * far) tile = i;
+    if (square < far * far) tile = i;
     return square;
   });
+  return tile;
+}
+
+std::optional<Foot> OfSkin::foot(const Corner& corner) const {
+  const SkinModel& m = *surface.model;
+  const Vec3 p = corner.point;
+  const Real far = reach.farthest() + m.chord;
+  const auto nearest = nearest_tile_of(m, p, far);
+  if (!nearest) return std::nullopt;
+  const Vec3 way = way_from(m, *nearest, p);
+  const Real apart = glm::length(way);
+  if (apart > reach.margin + 2 * m.chord && glm::dot(way, m.normals[*nearest]) > 0)
+    return std::nullopt;
+  auto tile = tile_under(corner, std::min(far, 1.1 * apart + reach.beside + m.chord));
+  if (!tile) tile = tile_under(corner, far);
   if (!tile) return std::nullopt;
   const auto found = over(*tile, corner);
   if (!found || found->gap > reach.margin || found->gap < -reach.deepest) return std::nullopt;
@@ -160,8 +174,7 @@ struct OfShape {
   bool holds(Vec3) const { return true; }
   bool is_round_near(const Aabb&) const { return is_convex(shape.shape.kind); }
   std::optional<Foot> foot(const Corner& corner) const {
-    const Vec3 local =
-        glm::conjugate(shape.at.rotation) * (corner.point - shape.at.position);
+    const Vec3 local = glm::conjugate(shape.at.rotation) * (corner.point - shape.at.position);
     const auto near = closest(shape.shape, local, std::max(reach.margin, Real(0)));
     if (!near || near->distance > reach.margin) return std::nullopt;
     const Vec3 n = shape.at.rotation * near->normal;
@@ -214,7 +227,8 @@ class Slide {
     std::optional<Place> last;
     for (int i = 0; i < samples; ++i) {
       std::optional<Place> here = look(edge, Real(i) / (samples - 1));
-      if (here && edge.is_straight && std::abs(here->slope) <= kFlat * glm::length(edge.to - edge.from))
+      if (here && edge.is_straight &&
+          std::abs(here->slope) <= kFlat * glm::length(edge.to - edge.from))
         add(edge, *here);
       else if (here && last && last->slope < 0 && here->slope > 0)
         refine(edge, *last, *here);
@@ -421,9 +435,9 @@ Aabb box_of(const EdgePart& edge, Real reach) {
 Aabb bounds_in(const Surface& surface, const Pose& at) {
   Aabb box;
   for (int i = 0; i < 8; ++i)
-    box.add(to_world(at, {i & 1 ? surface.high.x : surface.low.x,
-                          i & 2 ? surface.high.y : surface.low.y,
-                          i & 4 ? surface.high.z : surface.low.z}));
+    box.add(to_world(
+        at, {i & 1 ? surface.high.x : surface.low.x, i & 2 ? surface.high.y : surface.low.y,
+             i & 4 ? surface.high.z : surface.low.z}));
   return box;
 }
 
@@ -447,11 +461,11 @@ void touch_edges(const SkinPair& pair, SkinScratch& scratch, const PointsOut& ou
   const Reach into_a = reach_into(a, b.model->size, out.margin),
               into_b = reach_into(b, a.model->size, out.margin);
   const OfSkin ground_a{a, into_a}, ground_b{b, into_b};
-  const Features of_b = features_near(b, bounds_in(a, a_in_b).grown(into_a.farthest()), b_in_a,
-                                      scratch.features);
+  const Features of_b =
+      features_near(b, bounds_in(a, a_in_b).grown(into_a.farthest()), b_in_a, scratch.features);
   touch_faces(ground_a, of_b, {Emit::Whose::b, a_in_b, out});
-  const Features of_a = features_near(a, bounds_in(b, b_in_a).grown(into_b.farthest()), a_in_b,
-                                      scratch.features);
+  const Features of_a =
+      features_near(a, bounds_in(b, b_in_a).grown(into_b.farthest()), a_in_b, scratch.features);
   touch_faces(ground_b, of_a, {Emit::Whose::a, {}, out});
   const SkinFeatures& all = b.model->features;
   touch_across(ground_b, of_a, still(b), out, [&](const EdgePart& one, const auto& take) {
@@ -470,10 +484,11 @@ void touch_edges(const Surface& skin, const PlacedShape& other, SkinScratch& scr
     size = glm::length(box.high - box.low) / 2;
   }
   const Reach into_other = reach_between(out.margin, skin.model->size, size);
-  const Features of_skin = features_near(
-      skin, is_bounded ? box.grown(into_other.farthest()) : box, Pose{}, scratch.features);
+  const Features of_skin = features_near(skin, is_bounded ? box.grown(into_other.farthest()) : box,
+                                         Pose{}, scratch.features);
   const Emit by_skin{Emit::Whose::b, {}, out};
-  if (!is_convex(other.shape.kind)) return touch_faces(OfShape{other, into_other}, of_skin, by_skin);
+  if (!is_convex(other.shape.kind))
+    return touch_faces(OfShape{other, into_other}, of_skin, by_skin);
   const Convex piece = convex_piece(other.shape, other.at, scratch.piece);
   if (piece.faces.empty() || piece.smooth)
     return touch_faces(OfShape{other, into_other}, of_skin, by_skin);

@@ -9,8 +9,8 @@ namespace pantin::detail {
 /// that are deepest in round faces; in b's frame.
 void touch_edges(const SkinPair& pair, SkinScratch& scratch, const PointsOut& out);
 
-/// The same of any other shape, which is a, with a skin, which is b, in the skin's frame. Of a shape
-/// without corners only those of the skin.
+/// The same of any other shape, which is a, with a skin, which is b, in the skin's frame. Of a
+/// shape without corners only those of the skin.
 void touch_edges(const Surface& skin, const PlacedShape& other, SkinScratch& scratch,
                  const PointsOut& out);
 

@@ -122,8 +122,8 @@ Station Finder::station(const Line& line, Real s) const {
     found.normals[1] = unit(glm::cross(beyond.u, beyond.v));
   } else {
     using enum nurbs::Edge;
-    const nurbs::Edge edge = line.on.is_of_u ? (line.is_low ? u_low : u_high)
-                                             : (line.is_low ? v_low : v_high);
+    const nurbs::Edge edge =
+        line.on.is_of_u ? (line.is_low ? u_low : u_high) : (line.is_low ? v_low : v_high);
     const auto to = skin_.across({line.on.face, at[0], at[1]}, edge);
     found.is_rim = !to;
     if (!to) {
@@ -191,8 +191,7 @@ void Finder::add_pole(const Line& line) {
   for (int i = 0; i < kAround; ++i) {
     const Real s = line.on.along.low + line.on.along.width() * (i + 0.5) / kAround;
     const Jet here = jet(line, s, false);
-    const Vec3 way =
-        unit((line.is_low ? 1.0 : -1.0) * (line.on.is_of_u ? here.u : here.v));
+    const Vec3 way = unit((line.is_low ? 1.0 : -1.0) * (line.on.is_of_u ? here.u : here.v));
     sum += nurbs::normal_at(skin_.face(line.on.face), place_at(line.on, s)[0],
                             place_at(line.on, s)[1]);
     tip.add(way);
@@ -226,14 +225,14 @@ void Finder::add_parts(const Line& line, const nurbs::Range& span) {
     last = here;
   }
   const bool is_straight = turn < 1e-6;
-  const int parts = is_straight ? 1
-                                : std::clamp(static_cast<int>(std::ceil(turn / kTurn)), 1,
-                                             kMostParts);
+  const int parts =
+      is_straight ? 1 : std::clamp(static_cast<int>(std::ceil(turn / kTurn)), 1, kMostParts);
   Station from = low;
   for (int k = 1; k <= parts; ++k) {
     const Station to = k < parts ? at(Real(k) / parts) : high;
     Line part = line;
-    part.on.along = {span.low + span.width() * (k - 1) / parts, span.low + span.width() * k / parts};
+    part.on.along = {span.low + span.width() * (k - 1) / parts,
+                     span.low + span.width() * k / parts};
     add_part(part, from, to);
     from = to;
   }
@@ -291,8 +290,8 @@ void Finder::add_node(std::span<const End> node) {
     if (is_new) corner.add(end.way);
   }
   if (!is_convex) return;
-  const bool goes_on = corner.count == 1 || (corner.count == 2 && glm::dot(corner.ways[0],
-                                                                          corner.ways[1]) < kOn);
+  const bool goes_on =
+      corner.count == 1 || (corner.count == 2 && glm::dot(corner.ways[0], corner.ways[1]) < kOn);
   if (goes_on) {
     if (corner.count == 2 && !is_round) return;
     if (corner.count == 1) corner.add(-corner.ways[0]);

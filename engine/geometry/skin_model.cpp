@@ -106,9 +106,9 @@ std::optional<Plane> plane_of(const nurbs::Face& face, nurbs::Range u, nurbs::Ra
   const Plane plane{glm::normalize(cross), middle.s};
   for (int i = 0; i < kRows; ++i)
     for (int j = 0; j < kRows; ++j) {
-      const Vec3 p = face.at(piece, u.low + u.width() * i / (kRows - 1),
-                             v.low + v.width() * j / (kRows - 1))
-                         .s;
+      const Vec3 p =
+          face.at(piece, u.low + u.width() * i / (kRows - 1), v.low + v.width() * j / (kRows - 1))
+              .s;
       if (std::abs(glm::dot(plane.normal, p - plane.point)) > kPlanar * face.size())
         return std::nullopt;
     }
@@ -152,7 +152,7 @@ void find_flats(const Skin& skin, SkinModel& m) {
 
 void scatter_seeds(const Skin& skin, SkinModel& m) {
   const nurbs::Tessellation coarse = nurbs::tessellate(skin, kCoarse * m.size);
-  m.seed_points = coarse.points, m.seeds = coarse.places;
+  m.seed_points = coarse.points, m.seed_normals = coarse.normals, m.seeds = coarse.places;
   for (const auto& t : coarse.triangles)
     for (int k = 0; k < 3; ++k)
       m.spacing =
@@ -245,18 +245,26 @@ Result<std::shared_ptr<const Surface>> make_skin(std::shared_ptr<const Skin> ski
   return std::shared_ptr<const Surface>(std::move(surface));
 }
 
-SkinPoint nearest_on(const Surface& surface, Vec3 p) {
-  const SkinModel& m = *surface.model;
-  std::uint32_t tile = 0;
-  Real best = 1e300;
-  m.tree.nearest(p, 1e300, [&](std::uint32_t index) {
-    const auto& t = m.tiles.triangles[index];
-    const Vec3 q =
-        nearest_in({m.tiles.points[t[0]], m.tiles.points[t[1]], m.tiles.points[t[2]]}, p);
-    const Real d = glm::dot(p - q, p - q);
-    if (d < best) best = d, tile = index;
+Vec3 way_from(const SkinModel& m, std::uint32_t triangle, Vec3 p) {
+  const auto& t = m.tiles.triangles[triangle];
+  return p - nearest_in({m.tiles.points[t[0]], m.tiles.points[t[1]], m.tiles.points[t[2]]}, p);
+}
+
+std::optional<std::uint32_t> nearest_tile_of(const SkinModel& m, Vec3 p, Real limit) {
+  std::optional<std::uint32_t> tile;
+  Real best = limit < 1e150 ? limit * limit : 1e300;
+  m.tree.nearest(p, best, [&](std::uint32_t i) {
+    const Vec3 way = way_from(m, i, p);
+    const Real d = glm::dot(way, way);
+    if (d < best) best = d, tile = i;
     return d;
   });
+  return tile;
+}
+
+SkinPoint nearest_on(const Surface& surface, Vec3 p) {
+  const SkinModel& m = *surface.model;
+  const std::uint32_t tile = nearest_tile_of(m, p, 1e300).value_or(0);
   std::uint32_t start = m.tiles.triangles[tile][0];
   for (const std::uint32_t corner : m.tiles.triangles[tile])
     if (glm::distance(p, m.tiles.points[corner]) < glm::distance(p, m.tiles.points[start]))

@@ -16,7 +16,7 @@ namespace pantin::detail {
 /// Follows from the skin; immutable.
 struct SkinModel {
   nurbs::Tessellation tiles;
-  AabbTree tree;   // over its triangles, each box grown by the chord
+  AabbTree tree;  // over its triangles, each box grown by the chord
   // Of each triangle: its normal, of a flat piece of a face to rounding, and whether it is of one.
   std::vector<Vec3> normals;
   std::vector<std::uint8_t> flat;
@@ -29,9 +29,9 @@ struct SkinModel {
   std::vector<std::uint32_t> starts;  // of a convex skin: a vertex for each bin of directions
   // A few places all over it, no place farther than `spacing` (m) from one, to walk down from.
   std::vector<nurbs::Place> seeds;
-  std::vector<Vec3> seed_points;
+  std::vector<Vec3> seed_points, seed_normals;
   std::vector<std::uint8_t> seed_is_round;  // not within flat pieces
-  AabbTree seed_tree;  // each grown by the spacing
+  AabbTree seed_tree;                       // each grown by the spacing
   Real spacing = 0;
   SkinFeatures features;
 };
@@ -42,6 +42,11 @@ struct SkinPair {
   const Surface& b;
   const Pose& a_in_b;
 };
+
+/// From the nearest point of a triangle to p.
+Vec3 way_from(const SkinModel& model, std::uint32_t triangle, Vec3 p);
+/// The nearest triangle, if that is nearer than `limit` (m).
+std::optional<std::uint32_t> nearest_tile_of(const SkinModel& model, Vec3 p, Real limit);
 
 SkinModel model_of(const nurbs::Skin& skin);
 

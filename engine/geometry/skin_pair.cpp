@@ -1,22 +1,167 @@
-// Contacts of two skins of which one at least is not convex: common normals near one another, and
-// corners and edges.
+// Contacts of two skins of which one at least is not convex: places where round faces lie deepest,
+// and corners and edges.
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <optional>
+#include <span>
 
 #include "engine/geometry/skin_edges.hpp"
 #include "engine/geometry/skin_model.hpp"
 #include "engine/geometry/surface.hpp"
-#include "engine/nurbs/common_normal.hpp"
 
 namespace pantin::detail {
 namespace {
 
-constexpr std::size_t kMostPoints = 8, kMostStarts = 12;
+constexpr std::size_t kMostPoints = 16, kMostStarts = 12;
+constexpr int kMostSteps = 8;
 constexpr Real kApart = 0.15;    // of the smaller size, between starts
-constexpr Real kDeepest = 0.1;   // likewise: overlaps deeper than this are of the far side
+constexpr Real kNear = 0.06;     // of the seeds' skin: how far a seed beside a contact may be
+constexpr Real kDeepest = 0.1;   // of the smaller size: deeper is the far side
 constexpr Real kShallow = 1e-3;  // likewise: below, a look whether it is inside
 constexpr Real kFacing = -0.7;   // cosine between normals where to start
+constexpr Real kAlong = 0.05;    // rad, of normals where round faces lie along one another
+constexpr Real kFits = 0.02;     // of 1 / size: curvatures that differ by less fit one another
+constexpr Real kMeets = 1e-5;    // of the size, between the two points along the surface
 constexpr std::uint64_t kOfA = 6ull << 40, kOfB = 7ull << 40;
+
+// ---- Where two faces lie deepest ----------------------------------------------------------------
+
+/// A place of a skin, in the frame of b.
+struct Local {
+  nurbs::Place at;
+  nurbs::Jet jet;
+  Vec3 normal{0};
+};
+
+/// A skin, and where it stands as seen from b.
+struct Standing {
+  const Surface& surface;
+  Mat3 rotation;
+  Vec3 origin;
+
+  Local at(const nurbs::Place& place) const {
+    const nurbs::Jet j = surface.skin->face(place.face).at(place.u, place.v);
+    Local l{place,
+            {rotation * j.s + origin, rotation * j.u, rotation * j.v, rotation * j.uu,
+             rotation * j.uv, rotation * j.vv}};
+    const Vec3 n = glm::cross(l.jet.u, l.jet.v);
+    const Real length = glm::length(n);
+    l.normal = length > 0 ? n / length : Vec3(0);
+    return l;
+  }
+  /// The place that is `way` farther along the face, on the next one if it ends before.
+  nurbs::Place moved(const Local& from, Vec3 way) const {
+    const nurbs::Jet& j = from.jet;
+    const Real uu = glm::dot(j.u, j.u), uv = glm::dot(j.u, j.v), vv = glm::dot(j.v, j.v);
+    const Real determinant = uu * vv - uv * uv, u = glm::dot(way, j.u), v = glm::dot(way, j.v);
+    nurbs::Place to = from.at;
+    if (!(determinant > 0)) return to;
+    const nurbs::Face& face = surface.skin->face(to.face);
+    to.u += (vv * u - uv * v) / determinant, to.v += (uu * v - uv * u) / determinant;
+    using enum nurbs::Edge;
+    std::optional<nurbs::Edge> over;
+    const auto keep = [&](const nurbs::Knots& k, Real& t, nurbs::Edge low, nurbs::Edge high) {
+      if (!k.is_periodic && t < k.low()) over = low;
+      if (!k.is_periodic && t > k.high()) over = high;
+      t = k.is_periodic ? k.inside(t) : k.domain().clamped(t);
+    };
+    keep(face.u(), to.u, u_low, u_high), keep(face.v(), to.v, v_low, v_high);
+    if (!over) return to;
+    return surface.skin->across(to, *over).value_or(to);
+  }
+};
+
+/// A height over a plane to second order: slope and curvature.
+struct Height {
+  Real x, y, xx, xy, yy;
+};
+
+struct Frame {
+  Vec3 x, y, n;
+};
+
+/// Of a surface that rises along n, by its own parameters put in terms of the plane's.
+Height height_of(const Local& l, const Frame& f) {
+  const nurbs::Jet& j = l.jet;
+  const Real ux = glm::dot(j.u, f.x), uy = glm::dot(j.u, f.y), vx = glm::dot(j.v, f.x),
+             vy = glm::dot(j.v, f.y), determinant = ux * vy - uy * vx;
+  const Vec3 n = l.normal;
+  const Real rises = glm::dot(n, f.n);
+  const Height slope{-glm::dot(n, f.x) / rises, -glm::dot(n, f.y) / rises, 0, 0, 0};
+  // Second derivatives off the tangent plane, over that along n.
+  const Real a = glm::dot(n, j.uu) / rises, b = glm::dot(n, j.uv) / rises,
+             c = glm::dot(n, j.vv) / rises;
+  const Real xu = vy / determinant, xv = -uy / determinant, yu = -vx / determinant,
+             yv = ux / determinant;
+  return {slope.x, slope.y, a * xu * xu + 2 * b * xu * xv + c * xv * xv,
+          a * xu * yu + b * (xu * yv + xv * yu) + c * xv * yv,
+          a * yu * yu + 2 * b * yu * yv + c * yv * yv};
+}
+
+/// The step to where a quadratic function is least, along the ways that it bends up; nothing along
+/// those that it is straight in. None where it bends down.
+std::optional<std::array<Real, 2>> least_of(const Height& h, Real least_bend) {
+  const Real mean = (h.xx + h.yy) / 2, half = (h.xx - h.yy) / 2;
+  const Real apart = std::hypot(half, h.xy);
+  const Real angle = apart > 0 ? std::atan2(h.xy, half) / 2 : 0;
+  std::array<Real, 2> step{0, 0};
+  for (const int k : {0, 1}) {
+    const Real bend = k == 0 ? mean + apart : mean - apart;
+    if (bend < -least_bend) return std::nullopt;
+    if (bend < least_bend) continue;
+    const Real c = std::cos(angle + k * kPi / 2), s = std::sin(angle + k * kPi / 2);
+    const Real t = -(h.x * c + h.y * s) / bend;
+    step[0] += t * c, step[1] += t * s;
+  }
+  return step;
+}
+
+Frame frame_about(Vec3 n) {
+  const Vec3 side = std::abs(n.x) < 0.6 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
+  const Vec3 x = glm::normalize(glm::cross(n, side));
+  return {x, glm::cross(n, x), n};
+}
+
+/// Two skins in b's frame.
+struct Meeting {
+  Standing a, b;
+  Real size;  // of the smaller
+};
+
+/// The places on a line normal to both near a start, or, where they fit one another along a line,
+/// the nearest of those. Newton's method on the gap as seen along b's normal.
+struct Met {
+  Local a, b;
+  Real gap;
+};
+std::optional<Met> meet(const Meeting& m, const nurbs::Place& on_a, const nurbs::Place& on_b) {
+  Local a = m.a.at(on_a), b = m.b.at(on_b);
+  for (int step = 0;; ++step) {
+    if (!(glm::dot(a.normal, b.normal) < -0.2)) return std::nullopt;
+    const Frame f = frame_about(b.normal);
+    const Vec3 apart = a.jet.s - b.jet.s;
+    const Real x = glm::dot(apart, f.x), y = glm::dot(apart, f.y);
+    const Height of_a = height_of(a, f), of_b = height_of(b, f);
+    // Over b's place, to which a's parabola is continued.
+    const Height gap{of_a.x - of_a.xx * x - of_a.xy * y, of_a.y - of_a.xy * x - of_a.yy * y,
+                     of_a.xx - of_b.xx, of_a.xy - of_b.xy, of_a.yy - of_b.yy};
+    const auto to = least_of(gap, kFits / m.size);
+    if (!to) return std::nullopt;
+    const Real move_a = std::hypot((*to)[0] - x, (*to)[1] - y),
+               move_b = std::hypot((*to)[0], (*to)[1]);
+    if (std::max(move_a, move_b) > m.size) return std::nullopt;
+    if (std::max(move_a, move_b) < 1e-12 * m.size || step == kMostSteps) {
+      if (std::hypot(x, y) > kMeets * m.size || glm::length(a.normal + b.normal) > kAlong)
+        return std::nullopt;
+      return Met{a, b, glm::dot(apart, b.normal)};
+    }
+    a = m.a.at(m.a.moved(a, ((*to)[0] - x) * f.x + ((*to)[1] - y) * f.y));
+    b = m.b.at(m.b.moved(b, (*to)[0] * f.x + (*to)[1] * f.y));
+  }
+}
+
+// ---- Where to start -----------------------------------------------------------------------------
 
 /// Seeds of one skin against the faces of another, in the frame of that.
 struct Seeking {
@@ -26,42 +171,41 @@ struct Seeking {
   Real margin, size;
 };
 
-/// The seeds of round places near the other skin's faces that face them, by number, with gaps.
-/// `only_flat`: those near its flat places, since the others are sought from the other side.
-template <class Counts>
-void find_seeds(const Seeking& k, std::vector<SkinScratch::Candidate>& found,
-                const Counts& counts) {
-  found.clear();
+/// The tile that faces a seed nearest, and the gap.
+std::optional<SkinScratch::Candidate> facing(const Seeking& k, std::uint32_t seed) {
   const SkinModel &m = *k.from.model, &other = *k.to.model;
-  const Quat back = glm::conjugate(k.at.rotation);
+  const Real far = k.margin + kNear * m.size;
+  const Vec3 p = to_world(k.at, m.seed_points[seed]), n = k.at.rotation * m.seed_normals[seed];
+  const auto faces = [&](std::uint32_t i) { return glm::dot(other.normals[i], n) <= kFacing; };
+  const auto nearest = nearest_tile_of(other, p, far);
+  if (!nearest) return std::nullopt;
+  std::uint32_t tile = *nearest;
+  if (!faces(tile)) {
+    Real best = far * far;
+    other.tree.nearest(p, best, [&](std::uint32_t i) {
+      if (!faces(i)) return Real(1e300);
+      const Vec3 way = way_from(other, i, p);
+      if (glm::dot(way, way) < best) best = glm::dot(way, way), tile = i;
+      return best;
+    });
+    if (!faces(tile)) return std::nullopt;
+  }
+  return SkinScratch::Candidate{glm::dot(other.normals[tile], way_from(other, tile, p)), seed,
+                                tile};
+}
+
+/// The seeds of round places that are near the other's faces and face them, the deepest first.
+void find_seeds(const Seeking& k, std::vector<SkinScratch::Candidate>& found) {
+  found.clear();
+  const SkinModel& m = *k.from.model;
+  const Pose back = inverse(k.at);
   Aabb box;
   for (int i = 0; i < 8; ++i)
-    box.add(back * (Vec3(i & 1 ? k.to.high.x : k.to.low.x, i & 2 ? k.to.high.y : k.to.low.y,
-                         i & 4 ? k.to.high.z : k.to.low.z) -
-                    k.at.position));
-  const Real near = k.margin + m.spacing, far = std::max(near, kDeepest * k.size);
+    box.add(to_world(back, {i & 1 ? k.to.high.x : k.to.low.x, i & 2 ? k.to.high.y : k.to.low.y,
+                            i & 4 ? k.to.high.z : k.to.low.z}));
   m.seed_tree.query(box.grown(k.margin), [&](std::uint32_t seed) {
     if (!m.seed_is_round[seed]) return;
-    const Vec3 p = to_world(k.at, m.seed_points[seed]);
-    const nurbs::Place& at = m.seeds[seed];
-    const Vec3 n =
-        k.at.rotation * nurbs::normal_at(k.from.skin->face(at.face), at.u, at.v);
-    std::uint32_t tile = UINT32_MAX;
-    Real best = 1e300;
-    other.tree.nearest(p, far * far, [&](std::uint32_t i) {
-      constexpr Real kNone = 1e300;
-      if (!counts(i) || glm::dot(other.normals[i], n) > kFacing) return kNone;
-      const auto& t = other.tiles.triangles[i];
-      const auto& v = other.tiles.points;
-      const Vec3 way = p - nearest_in({v[t[0]], v[t[1]], v[t[2]]}, p);
-      const Real square = glm::dot(way, way);
-      if (square < best) best = square, tile = i;
-      return square;
-    });
-    if (tile == UINT32_MAX || best > far * far) return;
-    const Real gap =
-        glm::dot(other.normals[tile], p - other.tiles.points[other.tiles.triangles[tile][0]]);
-    if (gap <= near) found.push_back({gap, seed, tile});
+    if (const auto candidate = facing(k, seed)) found.push_back(*candidate);
   });
   std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) {
     return a.gap != b.gap ? a.gap < b.gap : a.seed < b.seed;
@@ -72,18 +216,20 @@ bool holds(const Surface& surface, Vec3 p) {
   return !surface.model->is_closed || nearest_on(surface, p).distance <= 0;
 }
 
-/// The common normal near a start, if there is one that is of use.
-void add_normal(const SkinPair& pair, const nurbs::PlacePair& start, Real size,
-                const PointsOut& out, std::uint64_t feature) {
-  const nurbs::CommonNormal c =
-      nurbs::track_newton({*pair.a.skin, *pair.b.skin, pair.a_in_b}, start);
-  if (c.status != nurbs::ContactStatus::found || !(c.least_curvature > 0)) return;
-  if (c.gap > out.margin || c.gap < -kDeepest * size) return;
-  if (c.gap < -kShallow * size && !holds(pair.b, c.on_a)) return;
-  out.points.push_back({c.on_a, c.on_b, c.normal, c.gap, feature});
+/// A start, and what the contact from it is called.
+struct Start {
+  nurbs::Place on_a, on_b;
+  std::uint64_t feature;
+};
+
+void add_met(const Meeting& m, const Start& start, const PointsOut& out) {
+  const auto met = meet(m, start.on_a, start.on_b);
+  if (!met || met->gap > out.margin || met->gap < -kDeepest * m.size) return;
+  if (met->gap < -kShallow * m.size && !holds(m.b.surface, met->a.jet.s)) return;
+  out.points.push_back({met->a.jet.s, met->b.jet.s, met->b.normal, met->gap, start.feature});
 }
 
-/// From the deepest seeds that are apart from one another.
+/// Calls `start` with the deepest seeds that are apart from one another.
 template <class Start>
 void start_apart(const Seeking& k, std::span<const SkinScratch::Candidate> found,
                  const Start& start) {
@@ -91,10 +237,8 @@ void start_apart(const Seeking& k, std::span<const SkinScratch::Candidate> found
   std::size_t count = 0;
   for (const auto& c : found) {
     const Vec3 p = k.from.model->seed_points[c.seed];
-    const bool is_new = std::none_of(taken.begin(), taken.begin() + std::ptrdiff_t(count), [&](Vec3 q) {
-      return glm::distance(p, q) < kApart * k.size;
-    });
-    if (!is_new) continue;
+    const auto is_near = [&](Vec3 q) { return glm::distance(p, q) < kApart * k.size; };
+    if (std::any_of(taken.begin(), taken.begin() + std::ptrdiff_t(count), is_near)) continue;
     start(c);
     taken[count++] = p;
     if (count == kMostStarts) return;
@@ -105,21 +249,19 @@ nurbs::Place place_of_tile(const Surface& s, std::uint32_t tile) {
   return s.model->tiles.places[s.model->tiles.triangles[tile][0]];
 }
 
-void touch_normals(const SkinPair& pair, SkinScratch& scratch, const PointsOut& out) {
+void touch_rounds(const SkinPair& pair, SkinScratch& scratch, const PointsOut& out) {
   const auto& [a, b, a_in_b] = pair;
   const Real size = std::min(a.model->size, b.model->size), margin = std::max(out.margin, Real(0));
-  const Seeking from_a{a, b, a_in_b, margin, size};
-  find_seeds(from_a, scratch.candidates, [](std::uint32_t) { return true; });
+  const Meeting m{
+      {a, glm::mat3_cast(a_in_b.rotation), a_in_b.position}, {b, Mat3(1), Vec3(0)}, size};
+  const Seeking from_a{a, b, a_in_b, margin, size}, from_b{b, a, inverse(a_in_b), margin, size};
+  find_seeds(from_a, scratch.candidates);
   start_apart(from_a, scratch.candidates, [&](const SkinScratch::Candidate& c) {
-    add_normal(pair, {a.model->seeds[c.seed], place_of_tile(b, c.tile)}, size, out,
-               kOfA | (c.seed + 1));
+    add_met(m, {a.model->seeds[c.seed], place_of_tile(b, c.tile), kOfA | (c.seed + 1)}, out);
   });
-  const Seeking from_b{b, a, inverse(a_in_b), margin, size};
-  find_seeds(from_b, scratch.candidates,
-             [&](std::uint32_t tile) { return a.model->flat[tile] != 0; });
+  find_seeds(from_b, scratch.candidates);
   start_apart(from_b, scratch.candidates, [&](const SkinScratch::Candidate& c) {
-    add_normal(pair, {place_of_tile(a, c.tile), b.model->seeds[c.seed]}, size, out,
-               kOfB | (c.seed + 1));
+    add_met(m, {place_of_tile(a, c.tile), b.model->seeds[c.seed], kOfB | (c.seed + 1)}, out);
   });
 }
 
@@ -128,10 +270,10 @@ void touch_normals(const SkinPair& pair, SkinScratch& scratch, const PointsOut& 
 void collide_skins(const SkinPair& pair, SkinScratch& scratch, const PointsOut& out) {
   const std::size_t first = out.points.size();
   const Real size = std::min(pair.a.model->size, pair.b.model->size);
-  touch_normals(pair, scratch, out);
+  touch_rounds(pair, scratch, out);
   touch_edges(pair, scratch, out);
   drop_duplicates(out.points, first, 1e-4 * size);
-  reduce_points(out.points, first, kMostPoints, 1e-6 * size);
+  reduce_directed(out.points, first, kMostPoints, size);
 }
 
 }  // namespace pantin::detail

@@ -135,8 +135,8 @@ inline Creased turned(std::vector<std::array<Real, 2>> outline) {
       const auto a = outline[i], b = outline[(i + 1) % outline.size()];
       const Real dx = b[0] - a[0], dy = b[1] - a[1];
       if (!(a[0] == 0 && b[0] == 0)) {
-        const Real t = std::clamp(((x - a[0]) * dx + (y - a[1]) * dy) / (dx * dx + dy * dy),
-                                  Real(0), Real(1));
+        const Real t =
+            std::clamp(((x - a[0]) * dx + (y - a[1]) * dy) / (dx * dx + dy * dy), Real(0), Real(1));
         least = std::min(least, std::hypot(x - a[0] - t * dx, y - a[1] - t * dy));
       }
       if ((a[1] > y) != (b[1] > y) && x < a[0] + (y - a[1]) / dy * dx) is_inside = !is_inside;
@@ -146,13 +146,14 @@ inline Creased turned(std::vector<std::array<Real, 2>> outline) {
   return made;
 }
 
-// ---- Parts ---------------------------------------------------------------------------------------
+// ---- Parts
+// ---------------------------------------------------------------------------------------
 
 inline Creased block_of(Vec3 half) { return grown_together({{-half, half}}); }
 /// An L of two plates 0.03 m thick, 0.2 m long, 0.16 m wide.
 inline Creased bracket() {
-  return grown_together({{{-0.1, -0.05, -0.08}, {0.1, -0.02, 0.08}},
-                         {{-0.1, -0.05, -0.08}, {-0.07, 0.15, 0.08}}});
+  return grown_together(
+      {{{-0.1, -0.05, -0.08}, {0.1, -0.02, 0.08}}, {{-0.1, -0.05, -0.08}, {-0.07, 0.15, 0.08}}});
 }
 /// A rail 0.6 m long with a slot like a T, open above.
 inline Creased t_slot() {
@@ -164,9 +165,8 @@ inline Creased t_slot() {
 }
 /// What fits in it with a millimetre to spare.
 inline Creased slider() {
-  return grown_together(
-      {{{-0.059, -0.0195, -0.05}, {0.059, 0.0195, 0.05}},
-       {{-0.029, -0.0195, -0.05}, {0.029, 0.08, 0.05}}});
+  return grown_together({{{-0.059, -0.0195, -0.05}, {0.059, 0.0195, 0.05}},
+                         {{-0.029, -0.0195, -0.05}, {0.029, 0.08, 0.05}}});
 }
 inline Creased disc(Real radius, Real half) {
   return turned({{0, -half}, {radius, -half}, {radius, half}, {0, half}});
@@ -177,8 +177,14 @@ inline Creased washer(Real inner, Real outer, Real half) {
 }
 /// A cup with a foot ring, 0.1 m wide.
 inline Creased cup() {
-  return turned({{0, 0.01}, {0.03, 0.01}, {0.03, 0}, {0.04, 0}, {0.05, 0.1}, {0.042, 0.1},
-                 {0.035, 0.02}, {0, 0.02}});
+  return turned({{0, 0.01},
+                 {0.03, 0.01},
+                 {0.03, 0},
+                 {0.04, 0},
+                 {0.05, 0.1},
+                 {0.042, 0.1},
+                 {0.035, 0.02},
+                 {0, 0.02}});
 }
 /// A shallow dish with a rim.
 inline Creased dish() {
