@@ -5,8 +5,9 @@
 #include <optional>
 
 #include "engine/geometry/kinds.hpp"
+#include "engine/geometry/skin_ground.hpp"
+#include "engine/geometry/smooth.hpp"
 #include "engine/geometry/surface.hpp"
-#include "engine/nurbs/tessellate.hpp"
 
 namespace pantin::detail {
 namespace {
@@ -15,173 +16,9 @@ namespace {
 constexpr std::uint64_t kCornerOfA = 1ull << 40, kCornerOfB = 2ull << 40, kAcross = 3ull << 40,
                         kEdgeOfA = 4ull << 40, kEdgeOfB = 5ull << 40;
 constexpr std::uint64_t kNumber = (1u << 20) - 1;
-constexpr Real kTilt = 0.3;       // rad, by which a corner's ways may lead behind a face
 constexpr Real kFlat = 0.05;      // rad, between edges and faces that lie along one another
 constexpr Real kCrossing = 0.02;  // rad, between edges whose own normal counts
-// Of the smaller size: how deep a body is found in a closed skin; overlaps below which are not held
-// against what is really inside; and how far beside a face a corner is still over it.
-constexpr Real kDeepest = 0.2, kShallow = 1e-3, kBeside = 1e-4;
-constexpr Real kBehind = 2;  // of the other's size, behind a patch
 constexpr int kSamples = 9, kMostRefinements = 12, kMostSteps = 6;
-
-/// How near and how deep counts, m.
-struct Reach {
-  Real margin, deepest, shallow, beside;
-
-  Real farthest() const { return std::max(margin, deepest); }
-};
-
-Reach reach_between(Real margin, Real size_a, Real size_b) {
-  const Real size = std::min(size_a, size_b);
-  return {margin, kDeepest * size, kShallow * size, kBeside * size};
-}
-
-/// The place of a face that a corner is over, or below.
-struct Foot {
-  Vec3 point, normal;
-  Real gap;
-};
-
-bool admits(const Corner& corner, Vec3 normal, Real tilt) {
-  for (std::uint32_t i = 0; i < corner.count; ++i)
-    if (glm::dot(corner.ways[i], normal) < -tilt) return false;
-  return true;
-}
-
-// ---- What corners and edges are held against --------------------------------------------------
-
-/// The faces of a skin, in its frame.
-struct OfSkin {
-  const Surface& surface;
-  Reach reach;
-
-  bool holds(Vec3 p) const {
-    return !surface.model->is_closed || nearest_on(surface, p).distance <= reach.beside;
-  }
-  bool is_round_near(const Aabb& box) const {
-    const SkinModel& m = *surface.model;
-    bool found = false;
-    m.tree.query(box.grown(reach.farthest()), [&](std::uint32_t i) { found |= !m.flat[i]; });
-    return found;
-  }
-  std::optional<Foot> foot(const Corner& corner) const;
-
- private:
-  std::optional<Foot> over(std::uint32_t tile, const Corner& corner) const;
-  std::optional<std::uint32_t> tile_under(const Corner& corner, Real far) const;
-};
-
-std::optional<Foot> OfSkin::over(std::uint32_t tile, const Corner& corner) const {
-  const SkinModel& m = *surface.model;
-  const Vec3 p = corner.point;
-  if (m.flat[tile]) {
-    const Vec3 n = m.normals[tile];
-    const Real gap = glm::dot(n, p - m.tiles.points[m.tiles.triangles[tile][0]]);
-    return Foot{p - gap * n, n, gap};
-  }
-  std::uint32_t start = m.tiles.triangles[tile][0];
-  for (const std::uint32_t k : m.tiles.triangles[tile])
-    if (glm::distance(p, m.tiles.points[k]) < glm::distance(p, m.tiles.points[start])) start = k;
-  const SkinPoint on = nearest_on(surface, p, m.tiles.places[start]);
-  const Vec3 n = nurbs::normal_at(surface.skin->face(on.at.face), on.at.u, on.at.v);
-  const Real gap = glm::dot(n, p - on.point);
-  if (!admits(corner, n, kTilt) || glm::distance(p, on.point + gap * n) > reach.beside)
-    return std::nullopt;
-  return Foot{on.point, n, gap};
-}
-
-/// The nearest tile that a corner may touch and is over.
-std::optional<std::uint32_t> OfSkin::tile_under(const Corner& corner, Real far) const {
-  constexpr Real kFacet = 0.15;  // rad, between a round face and its tiles
-  const SkinModel& m = *surface.model;
-  const Vec3 p = corner.point;
-  std::optional<std::uint32_t> tile;
-  m.tree.nearest(p, far * far, [&](std::uint32_t i) {
-    constexpr Real kNone = 1e300;
-    const Vec3 n = m.normals[i];
-    const bool is_flat = m.flat[i];
-    if (!admits(corner, n, kTilt + (is_flat ? 0 : kFacet))) return kNone;
-    const Vec3 way = way_from(m, i, p);
-    const Real along = glm::dot(way, n), square = glm::dot(way, way);
-    const Real beside =
-        reach.beside + (is_flat ? 0 : m.chord + kFacet * (std::abs(along) + m.chord));
-    if (square - along * along > beside * beside || along > reach.margin + m.chord) return kNone;
-    if (square < far * far) tile = i;
-    return square;
-  });
-  return tile;
-}
-
-std::optional<Foot> OfSkin::foot(const Corner& corner) const {
-  const SkinModel& m = *surface.model;
-  const Vec3 p = corner.point;
-  const Real far = reach.farthest() + m.chord;
-  const auto nearest = nearest_tile_of(m, p, far);
-  if (!nearest) return std::nullopt;
-  const Vec3 way = way_from(m, *nearest, p);
-  const Real apart = glm::length(way);
-  if (apart > reach.margin + 2 * m.chord && glm::dot(way, m.normals[*nearest]) > 0)
-    return std::nullopt;
-  auto tile = tile_under(corner, std::min(far, 1.1 * apart + reach.beside + m.chord));
-  if (!tile) tile = tile_under(corner, far);
-  if (!tile) return std::nullopt;
-  const auto found = over(*tile, corner);
-  if (!found || found->gap > reach.margin || found->gap < -reach.deepest) return std::nullopt;
-  if (found->gap < -reach.shallow && !holds(p)) return std::nullopt;
-  return found;
-}
-
-/// The flat faces of a piece with corners.
-struct OfConvex {
-  const Convex& piece;
-  Reach reach;
-
-  Real depth(Vec3 p) const {
-    Real most = -1e300;
-    for (const Face& f : piece.faces) most = std::max(most, glm::dot(f.normal, p) - f.offset);
-    return most;
-  }
-  bool holds(Vec3 p) const { return depth(p) <= reach.beside; }
-  bool is_round_near(const Aabb&) const { return false; }
-  bool is_over(const Face& face, Vec3 p) const {
-    for (std::uint32_t i = 0; i < face.count; ++i) {
-      const Vec3 from = piece.points[piece.corners[face.first + i]];
-      const Vec3 way = piece.points[piece.corners[face.first + (i + 1) % face.count]] - from;
-      if (glm::dot(glm::cross(face.normal, way), p - from) < -reach.beside * glm::length(way))
-        return false;
-    }
-    return true;
-  }
-  std::optional<Foot> foot(const Corner& corner) const {
-    const Vec3 p = corner.point;
-    std::optional<Foot> best;
-    for (const Face& f : piece.faces) {
-      const Real gap = glm::dot(f.normal, p) - f.offset;
-      if (gap > reach.margin || gap < -reach.deepest || (best && gap < best->gap)) continue;
-      if (admits(corner, f.normal, kTilt) && is_over(f, p))
-        best = Foot{p - gap * f.normal, f.normal, gap};
-    }
-    if (best && best->gap < -reach.shallow && !holds(p)) return std::nullopt;
-    return best;
-  }
-};
-
-/// Any other shape, by its nearest places.
-struct OfShape {
-  const PlacedShape& shape;
-  Reach reach;
-
-  bool holds(Vec3) const { return true; }
-  bool is_round_near(const Aabb&) const { return is_convex(shape.shape.kind); }
-  std::optional<Foot> foot(const Corner& corner) const {
-    const Vec3 local = glm::conjugate(shape.at.rotation) * (corner.point - shape.at.position);
-    const auto near = closest(shape.shape, local, std::max(reach.margin, Real(0)));
-    if (!near || near->distance > reach.margin) return std::nullopt;
-    const Vec3 n = shape.at.rotation * near->normal;
-    if (!admits(corner, n, kTilt)) return std::nullopt;
-    return Foot{to_world(shape.at, near->point), n, near->distance};
-  }
-};
 
 // ---- Corners, and edges along faces -----------------------------------------------------------
 
@@ -423,6 +260,35 @@ Features features_of(const Convex& piece, FeatureScratch& scratch) {
   return {scratch.corners, scratch.edges, nullptr, {}};
 }
 
+/// What a smooth piece turns towards the flat faces of a skin near a box: a rim, a line or a point
+/// for each of the ways that these face.
+Features fronts_of(const Convex& piece, const OfSkin& skin, const Aabb& near,
+                   FeatureScratch& scratch) {
+  constexpr std::size_t kMostWays = 6;
+  const SkinModel& m = *skin.surface.model;
+  std::array<Vec3, kMostWays> ways;
+  std::size_t count = 0;
+  m.tree.query(near, [&](std::uint32_t i) {
+    const auto is_known = [&](Vec3 n) { return glm::dot(n, m.normals[i]) > 1 - 1e-6; };
+    const auto end = ways.begin() + static_cast<std::ptrdiff_t>(count);
+    if (m.flat[i] && count < kMostWays && std::none_of(ways.begin(), end, is_known))
+      ways[count++] = m.normals[i];
+  });
+  scratch.corners.clear(), scratch.edges.clear();
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const Vec3 n = ways[i], side = std::abs(n.x) < 0.6 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
+    const Vec3 u = glm::normalize(glm::cross(n, side)), v = glm::cross(n, u);
+    Patch patch;
+    const Corners front = corners_towards(piece, -n, skin.reach.margin, patch);
+    for (std::uint32_t k = 0; k < front.points.size(); ++k) {
+      Corner& c = scratch.corners.emplace_back();
+      c.point = front.points[k], c.number = i << 10 | front.number(k);
+      for (const Vec3 way : {n, u, -u, v, -v}) c.add(way);
+    }
+  }
+  return {scratch.corners, scratch.edges, nullptr, {}};
+}
+
 Aabb box_of(const Surface& surface) { return {surface.low, surface.high}; }
 
 Aabb box_of(const EdgePart& edge, Real reach) {
@@ -439,13 +305,6 @@ Aabb bounds_in(const Surface& surface, const Pose& at) {
         at, {i & 1 ? surface.high.x : surface.low.x, i & 2 ? surface.high.y : surface.low.y,
              i & 4 ? surface.high.z : surface.low.z}));
   return box;
-}
-
-/// How deep things are found in a skin: behind a patch as far as they are large.
-Reach reach_into(const Surface& surface, Real size, Real margin) {
-  Reach r = reach_between(margin, surface.model->size, size);
-  if (!surface.model->is_closed) r.deepest = kBehind * size;
-  return r;
 }
 
 /// Edges of a skin, where it stands.
@@ -490,11 +349,14 @@ void touch_edges(const Surface& skin, const PlacedShape& other, SkinScratch& scr
   if (!is_convex(other.shape.kind))
     return touch_faces(OfShape{other, into_other}, of_skin, by_skin);
   const Convex piece = convex_piece(other.shape, other.at, scratch.piece);
-  if (piece.faces.empty() || piece.smooth)
-    return touch_faces(OfShape{other, into_other}, of_skin, by_skin);
+  const OfSkin ground{skin, reach_into(skin, size, out.margin)};
+  if (piece.smooth) {
+    touch_faces(OfShape{other, into_other}, of_skin, by_skin);
+    const Aabb near = box.grown(std::max(out.margin, Real(0)));
+    const Features fronts = fronts_of(piece, ground, near, scratch.features);
+    return touch_faces(ground, fronts, {Emit::Whose::a, {}, out});
+  }
   touch_faces(OfConvex{piece, into_other}, of_skin, by_skin);
-  const Reach into_skin = reach_into(skin, size, out.margin);
-  const OfSkin ground{skin, into_skin};
   const Features of_piece = features_of(piece, scratch.features);
   touch_faces(ground, of_piece, {Emit::Whose::a, {}, out});
   const SkinFeatures& all = skin.model->features;

@@ -65,6 +65,10 @@ void GroupBuilder::add_surface_joint(Element<SurfaceJointRecipe> e) {
   for (const auto& [surface, side] : {std::pair{&c.on_a, "surface a"}, {&c.on_b, "surface b"}})
     if (const std::string crease = crease_between(*surface, side); !crease.empty())
       messages_.warn(e.id, "crease", crease + "; a contact that comes there is lost");
+  if (c.lifts)
+    if (const std::string fit = fit_between(c, {made_.pose_of(*a), made_.pose_of(*b)});
+        !fit.empty())
+      messages_.warn(e.id, "fit", fit);
   made_.surface_joints.push_back(std::move(made));
 }
 

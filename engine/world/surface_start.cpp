@@ -77,6 +77,23 @@ std::string plane_fault(const SurfaceContact& c, const Pose& a_in_b) {
   return {};
 }
 
+/// What to use for faces that touch all over, or along a line.
+constexpr const char* kInstead =
+    "bodies whose shapes have these surfaces touch through contacts, by faces, edges and corners";
+
+/// Whether every face of a surface is flat.
+bool is_flat(const nurbs::Skin& skin) {
+  for (const nurbs::Face& face : skin.faces()) {
+    const nurbs::Jet middle = face.at(face.u().domain().middle(), face.v().domain().middle());
+    const Vec3 across = glm::cross(middle.u, middle.v);
+    for (const nurbs::Weighted& w : face.surface().points)
+      if (!(std::abs(glm::dot(across, w.point() - middle.s)) <=
+            kFlat * face.size() * glm::length(across)))
+        return false;
+  }
+  return true;
+}
+
 /// The least distance of two curves, or of a curve and a surface, by places along a; m.
 Real apart(const SurfaceContact& c, const Pose& a_in_b) {
   Real least = 1e300;
@@ -103,8 +120,10 @@ std::string far_apart(const SurfaceContact& c, const Pose& a_in_b, Real reach) {
   const nurbs::ClosestPair closest = nurbs::closest_pair(meeting);
   if (!closest.is_on_edge &&
       nurbs::track(meeting, closest.at).status == nurbs::ContactStatus::degenerate)
-    return "found surfaces that fit one another where they are nearest (ContactDegenerate), "
-           "expected them to touch in a point";
+    return std::string(
+               "found surfaces that fit one another where they are nearest "
+               "(ContactDegenerate), expected them to touch in a point; ") +
+           kInstead;
   return "found surfaces " + shown(closest.distance) + " m apart" +
          (closest.is_on_edge ? ", nearest at an edge" : "") +
          ", expected them to face one another within " + shown(reach) + " m";
@@ -181,6 +200,29 @@ std::string crease_between(const ContactSurface& surface, const char* side) {
       }
     }
   return text;
+}
+
+std::string fit_between(const SurfaceContact& c, const StartPoses& bodies) {
+  if (c.on_a.curve || c.on_b.curve) return {};
+  if (is_flat(*c.on_a.skin) && is_flat(*c.on_b.skin))
+    return std::string(
+               "both surfaces are flat, which touch in no single point (ContactDegenerate), "
+               "so the joint holds nothing; ") +
+           kInstead;
+  const Pose a_in_b =
+      compose(inverse(compose(bodies.b, c.on_b.pose)), compose(bodies.a, c.on_a.pose));
+  nurbs::CommonNormal found[kMostPairs];
+  const Real reach = std::min(size_of(c.on_a), size_of(c.on_b));
+  if (find_pairs(c, a_in_b, {reach, found}) > 0) return {};
+  const nurbs::Meeting meeting{*c.on_a.skin, *c.on_b.skin, a_in_b};
+  const nurbs::ClosestPair closest = nurbs::closest_pair(meeting);
+  if (closest.is_on_edge ||
+      nurbs::track(meeting, closest.at).status != nurbs::ContactStatus::degenerate)
+    return {};
+  return std::string(
+             "the surfaces fit one another where they are nearest, along a line or all over "
+             "(ContactDegenerate), where the joint holds nothing; ") +
+         kInstead;
 }
 
 std::uint8_t usual_spots(const SurfaceContact& c) {

@@ -46,4 +46,8 @@ std::string place_surfaces(SurfaceContact& contact, const StartPoses& bodies);
 /// else nothing.
 std::string crease_between(const ContactSurface& surface, const char* side);
 
+/// The same of surfaces that may lift off: that they fit one another where they are nearest, or are
+/// both flat, so that they never touch in one point. Takes milliseconds where they are far apart.
+std::string fit_between(const SurfaceContact& contact, const StartPoses& bodies);
+
 }  // namespace pantin::detail

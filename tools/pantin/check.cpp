@@ -95,8 +95,8 @@ std::string step_through(const Scene& scene, Json& j) {
       return fmt::format("diverged at {:.6g} s: body {}, worst joint gap {:.3g} m", report.time,
                          sim.world.name_of(report.body), report.residual);
     if (report.status == Status::contact_lost)
-      return fmt::format("contact lost at {:.6g} s: {} at the surface joint {}", report.time,
-                         report.contact_fault, sim.world.name_of(report.contact));
+      return fmt::format("contact lost at {:.6g} s: {}", report.time,
+                         words_of_lost_contact(sim.world, report));
     if (report.status == Status::energy_grew)
       return fmt::format("energy grew severalfold by itself at {:.6g} s: body {}", report.time,
                          sim.world.name_of(report.body));

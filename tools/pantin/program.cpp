@@ -164,6 +164,16 @@ std::vector<Error> contradictions(const std::string& path, Scene& scene) {
 
 }  // namespace
 
+std::string words_of_lost_contact(const World& world, const StepReport& report) {
+  const std::string_view fault = report.contact_fault;
+  return fmt::format("{} at the surface joint {} of body {}{}", fault,
+                     world.name_of(report.contact), world.name_of(report.body),
+                     fault == "ContactDegenerate"
+                         ? ": its surfaces fit one another there; shapes that have them touch "
+                           "through contacts"
+                         : "");
+}
+
 Result<Scene> read_scene(const std::string& path, const SceneChoices& choices) {
   Result<Scene> loaded = load_scene(path, {}, solver_choices(choices));
   if (!loaded) return loaded;

@@ -64,6 +64,10 @@ void add_scene_choices(CLI::App& command, SceneChoices& choices);
 /// --threads.
 void add_threads(CLI::App& command, int& threads);
 
+/// Of a step whose status is contact_lost: what happened, at which joint of which body, and, where
+/// surfaces fit one another, what to use instead.
+std::string words_of_lost_contact(const World& world, const StepReport& report);
+
 /// Reads a scene and applies the choices to it. More steps than kMostSteps are refused too, and
 /// joints that contradict one another.
 inline constexpr double kMostSteps = 1e7;

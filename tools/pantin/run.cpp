@@ -294,9 +294,8 @@ int step_through(const Run& run, Pictures* pictures, Record* record) {
     if (report.status == Status::contact_lost) {
       s.status = "contact_lost";
       s.lost_body = sim.world.name_of(report.body), s.lost_time = report.time;
-      complain(fmt::format("{}: contact lost at {:.6g} s: {} at the surface joint {} of body {}",
-                           c.scene, report.time, report.contact_fault,
-                           sim.world.name_of(report.contact), s.lost_body));
+      complain(fmt::format("{}: contact lost at {:.6g} s: {}", c.scene, report.time,
+                           words_of_lost_contact(sim.world, report)));
       return kDiverged;
     }
     if (report.status == Status::energy_grew) {

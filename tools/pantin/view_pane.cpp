@@ -115,8 +115,7 @@ std::optional<std::string> Pane::trouble(const StepReport& step) const {
   if (step.status == Status::bad_clock)
     return std::string("diverged: the time or the step is no number to compute with");
   if (step.status == Status::contact_lost)
-    return fmt::format("contact lost: {} at the surface joint {}", step.contact_fault,
-                       sim.world.name_of(step.contact));
+    return "contact lost: " + words_of_lost_contact(sim.world, step);
   if (step.status == Status::energy_grew)
     return fmt::format(
         "energy grew severalfold by itself where body {} is: the solver {} does not keep it", body,

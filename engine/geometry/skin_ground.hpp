@@ -1,0 +1,68 @@
+#pragma once
+/// What corners and edges are held against: the faces of a skin, of a convex piece with corners, or
+/// the nearest places of any other shape.
+#include <optional>
+
+#include "engine/geometry/skin_model.hpp"
+
+namespace pantin::detail {
+
+/// How near and how deep counts, m.
+struct Reach {
+  Real margin, deepest, shallow, beside;
+
+  Real farthest() const { return std::max(margin, deepest); }
+};
+
+/// Between bodies of these sizes (m), both closed.
+Reach reach_between(Real margin, Real size_a, Real size_b);
+/// Into a skin, of a body of a size (m): behind a patch as far as that is large.
+Reach reach_into(const Surface& surface, Real size, Real margin);
+
+/// The place of a face that a corner is over, or below.
+struct Foot {
+  Vec3 point, normal;
+  Real gap;
+};
+
+/// Each has foot(corner), the nearest face that a corner is over and may touch; holds(p), whether
+/// a point is inside; is_round_near(box), whether edges near there may touch between their ends.
+///
+/// The faces of a skin, in its frame.
+struct OfSkin {
+  const Surface& surface;
+  Reach reach;
+
+  bool holds(Vec3 p) const;
+  bool is_round_near(const Aabb& box) const;
+  std::optional<Foot> foot(const Corner& corner) const;
+
+ private:
+  std::optional<Foot> over(std::uint32_t tile, const Corner& corner) const;
+  std::optional<std::uint32_t> tile_under(const Corner& corner, Real far) const;
+};
+
+/// The flat faces of a piece with corners.
+struct OfConvex {
+  const Convex& piece;
+  Reach reach;
+
+  bool holds(Vec3 p) const;
+  bool is_round_near(const Aabb&) const { return false; }
+  std::optional<Foot> foot(const Corner& corner) const;
+
+ private:
+  bool is_over(const Face& face, Vec3 p) const;
+};
+
+/// Any other shape, by its nearest places.
+struct OfShape {
+  const PlacedShape& shape;
+  Reach reach;
+
+  bool holds(Vec3) const { return true; }
+  bool is_round_near(const Aabb&) const { return is_convex(shape.shape.kind); }
+  std::optional<Foot> foot(const Corner& corner) const;
+};
+
+}  // namespace pantin::detail
