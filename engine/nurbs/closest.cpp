@@ -11,6 +11,7 @@ constexpr Real kAlike = 1e-12;       // of the least f: what is nearer to it cou
 constexpr Real kNoDistance = 1e-30;  // of size^2: likewise
 constexpr std::uint32_t kMostLooks = 20000;
 constexpr int kMostSteps = 60;
+constexpr Real kLong = 4;  // times as long as wide: cells are cut across
 
 /// f = |S - p|^2 / 2 at a place, with gradient and second derivatives by parameters scaled by `h`.
 struct Height {
@@ -141,13 +142,21 @@ bool is_at_end(const Knots& k, Real t) { return !k.is_periodic && (t <= k.low() 
 
 // ---- Branch and bound --------------------------------------------------------------------------
 
-// Of a disc: how far away it is at least.
+// Of a disc, and of a box about the cell's parallelogram: how far away it is at least.
 Real least_distance(const Leaf& leaf, Vec3 p) {
   const Vec3 d = p - leaf.centre;
   const Real height = glm::dot(d, leaf.normal), square = glm::dot(d, d);
   const Real above = std::max(std::abs(height) - leaf.half_thickness, 0.0);
-  const Real beside =
-      std::max(std::sqrt(std::max(square - height * height, 0.0)) - leaf.radius, 0.0);
+  Real beside = std::max(std::sqrt(std::max(square - height * height, 0.0)) - leaf.radius, 0.0);
+  const bool is_long_u =
+      glm::dot(leaf.along_u, leaf.along_u) > glm::dot(leaf.along_v, leaf.along_v);
+  const Vec3 side = is_long_u ? leaf.along_u : leaf.along_v;
+  const Real length = glm::length(side);
+  if (length > 0 && leaf.normal != Vec3(0)) {
+    const Vec3 along = side / length;
+    const Real x = leaf.outside(d, along), y = leaf.outside(d, glm::cross(leaf.normal, along));
+    beside = std::max(beside, std::sqrt(x * x + y * y));
+  }
   return std::sqrt(above * above + beside * beside) * (1 - 1e-12);
 }
 
@@ -159,7 +168,7 @@ class Search {
  private:
   struct Open {
     Box box;
-    Real scale;  // of the leaf's size
+    Real share_u, share_v;  // of the leaf's widths
   };
   void keep(const NearestPoint& found) {
     best_.looks += found.looks;
@@ -182,17 +191,28 @@ class Search {
 };
 
 // The third derivative of f along any way within a cell is at most this: three times those of order
-// 1 and 2 multiplied, and the distance times that of order 3. By their values in the middle and the
-// leaf's bounds of what is beyond.
+// 1 and 2 multiplied (as vectors: along straight lines they are square to one another), and the
+// distance times that of order 3. By their values in the middle and the leaf's bounds of what is
+// beyond.
 Real Search::twist_of(const Leaf& leaf, const Open& cell, const Jet& jet) const {
-  const Real s = cell.scale, u = cell.box.u.width() / 2, v = cell.box.v.width() / 2;
-  const Real third = leaf.third * s * s * s;
+  const Real a = cell.share_u, b = cell.share_v;
+  const Real u = cell.box.u.width() / 2, v = cell.box.v.width() / 2;
+  const auto& of = leaf.third;
+  const Real third = ((of[0] * a + 3 * of[1] * b) * a + 3 * of[2] * b * b) * a + of[3] * b * b * b;
   const Real middle =
       glm::length(jet.uu) * u * u + 2 * glm::length(jet.uv) * u * v + glm::length(jet.vv) * v * v;
-  const Real second = std::min(leaf.second * s * s, middle + third);
-  const Real first =
-      std::min(leaf.first * s, glm::length(jet.u) * u + glm::length(jet.v) * v + second);
-  return 3 * first * second + (glm::distance(jet.s, p_) + first) * third;
+  const Real second = std::min(
+      (leaf.second[0] * a + 2 * leaf.second[1] * b) * a + leaf.second[2] * b * b, middle + third);
+  const Real first = std::min(leaf.first[0] * a + leaf.first[1] * b,
+                              glm::length(jet.u) * u + glm::length(jet.v) * v + second);
+  const auto dot = [](Vec3 x, Vec3 y) { return std::abs(glm::dot(x, y)); };
+  const Real dots =
+      ((dot(jet.u, jet.uu) * u + (dot(jet.v, jet.uu) + 2 * dot(jet.u, jet.uv)) * v) * u +
+       (dot(jet.u, jet.vv) + 2 * dot(jet.v, jet.uv)) * v * v) *
+          u +
+      dot(jet.v, jet.vv) * v * v * v;
+  const Real product = std::min(first * second, dots + second * middle + first * third);
+  return 3 * product + (glm::distance(jet.s, p_) + first) * third;
 }
 
 // Where f rises or falls all through a cell, its least is on that side: the cell shrinks to it if
@@ -229,6 +249,8 @@ bool Search::is_open(const Leaf& leaf, Open& cell) {
       return false;
     }
     if (!narrow(leaf, h, twist, cell.box)) return false;
+    if (cell.box.u.width() == 0) cell.share_u = 0;
+    if (cell.box.v.width() == 0) cell.share_v = 0;
     const bool is_narrower =
         is_flat_u != (cell.box.u.width() == 0) || is_flat_v != (cell.box.v.width() == 0);
     if (!is_narrower) return true;
@@ -240,31 +262,35 @@ void Search::look_into(const Leaf& leaf) {
   Open stack[kRoom];
   std::size_t depth = 0;
   const Face::Piece piece = face_.piece_at(leaf.u.middle(), leaf.v.middle());
-  stack[depth++] = {{leaf.u, leaf.v, piece}, 1};
+  stack[depth++] = {{leaf.u, leaf.v, piece}, 1, 1};
   while (depth > 0) {
     Open cell = stack[--depth];
     if (!is_open(leaf, cell)) continue;
-    const bool is_small = leaf.first * cell.scale < 1e-8 * face_.size();
+    const Real long_u = leaf.first[0] * cell.share_u, long_v = leaf.first[1] * cell.share_v;
+    const bool is_small = long_u + long_v < 1e-8 * face_.size();
     if (is_small || depth + 4 > kRoom || best_.looks > kMostLooks) {
       // Nothing in a cell of this size differs by more; many of them are a doubt.
       if (!is_small) best_.is_certain = false;
       continue;
     }
+    // Across the long side alone where it is much longer.
     const Range u = cell.box.u, v = cell.box.v;
-    for (const Range& part_u : {Range{u.low, u.middle()}, Range{u.middle(), u.high}}) {
-      for (const Range& part_v : {Range{v.low, v.middle()}, Range{v.middle(), v.high}}) {
-        stack[depth++] = {{part_u, part_v, piece}, cell.scale / 2};
-        if (v.width() == 0) break;
-      }
-      if (u.width() == 0) break;
-    }
+    const bool cuts_u = u.width() > 0 && (v.width() == 0 || kLong * long_u > long_v);
+    const bool cuts_v = v.width() > 0 && (u.width() == 0 || kLong * long_v > long_u);
+    const Real share_u = cell.share_u / (cuts_u ? 2 : 1), share_v = cell.share_v / (cuts_v ? 2 : 1);
+    const Range us[2] = {{u.low, cuts_u ? u.middle() : u.high}, {u.middle(), u.high}};
+    const Range vs[2] = {{v.low, cuts_v ? v.middle() : v.high}, {v.middle(), v.high}};
+    for (std::size_t i = 0; i < (cuts_u ? 2u : 1u); ++i)
+      for (std::size_t j = 0; j < (cuts_v ? 2u : 1u); ++j)
+        stack[depth++] = {{us[i], vs[j], piece}, share_u, share_v};
   }
 }
 
 NearestPoint Search::run() {
   bool is_first = true;
   const auto limit = [&] { return best_.distance; };
-  face_.tree().visit(p_, limit, [&](std::uint32_t index) {
+  const auto least_of = [&](std::uint32_t node) { return face_.regions()[node].distance(p_); };
+  face_.tree().visit(least_of, limit, [&](std::uint32_t index) {
     const Leaf& leaf = face_.leaves()[index];
     const Real least = least_distance(leaf, p_);
     if (least * least / 2 > wanted() && !is_first) return;

@@ -75,6 +75,12 @@ Moving moving(const Meeting& of, const PlacePair& at, const Twist& twist);
 /// The places that a pair comes to after `time`, to start from.
 PlacePair predicted(const Meeting& of, const PlacePair& at, std::array<Real, 4> rates, Real time);
 
+/// What a search took: pairs of cells and branches looked at, and descents or Newton's iterations
+/// started.
+struct SearchCost {
+  int pairs = 0, starts = 0;
+};
+
 /// The pair of least distance, edges and corners included. `is_on_edge`: then its line need not be
 /// normal to both. Cells are discarded by bounds that hold; within one that is left, descents from
 /// its middle.
@@ -83,13 +89,14 @@ struct ClosestPair {
   Vec3 on_a{0}, on_b{0};
   Real distance = 0;
   bool is_on_edge = false;
-  int descents = 0;
+  SearchCost cost;
 };
 ClosestPair closest_pair(const Meeting& of);
 
 /// All pairs whose gap is a least one and from -reach to `reach` (m), the least first; as many as
 /// `out` holds. Returns how many there are. A reach below the thickness of the bodies leaves out
 /// pairs of far sides.
-std::size_t find_contacts(const Meeting& of, Real reach, std::span<CommonNormal> out);
+std::size_t find_contacts(const Meeting& of, Real reach, std::span<CommonNormal> out,
+                          SearchCost* cost = nullptr);
 
 }  // namespace pantin::detail::nurbs

@@ -22,6 +22,7 @@ struct CurveContact {
 struct CurveReach {
   Real reach = 0;  // m
   std::span<CurveContact> out;
+  SearchCost* cost = nullptr;  // of find_on_face: where to say what it took
 };
 
 /// The pair near (t, b.u) of two curves with z = 0 that run anticlockwise around what they bound,

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/nurbs/cells.hpp"
 #include "engine/nurbs/curve_pair.hpp"
 
 namespace pantin::detail::nurbs {
@@ -11,6 +12,7 @@ namespace {
 constexpr Real kSame = 1e-6;
 // A turn beyond which a cell tells nothing of where its tangents point.
 constexpr Real kAnyTurn = 0.95;
+constexpr Real kSlack = 1e-12;  // relative: what rounding may add
 
 class Found {
  public:
@@ -66,13 +68,6 @@ bool may_oppose(const Cone& a, const Cone& b) {
   return std::acos(std::clamp(cosine, -1.0, 1.0)) <= std::asin(a.sine) + std::asin(b.sine) + 1e-6;
 }
 
-/// May both have a common normal, of a curve's tangents with a face's normals?
-bool may_touch(const Cone& a, Vec3 normal, Real turn) {
-  if (a.sine > kAnyTurn || turn > kPi / 2) return true;
-  const Real tilt = std::asin(std::min(std::abs(glm::dot(a.along, normal)), 1.0));
-  return tilt <= std::asin(a.sine) + turn + 1e-6;
-}
-
 /// A cell of a's, from b.
 struct Seen {
   Vec3 centre;
@@ -84,6 +79,66 @@ Seen seen(const Wire& a, const Wire::Leaf& cell, const Pose& a_in_b) {
   return at;
 }
 
+/// A cell of a curve that may touch a face: a segment, and how far the curve strays from it.
+struct Segment {
+  Vec3 centre, half;
+  Cone cone;
+  Real sag, radius;
+
+  Real extent(Vec3 axis) const { return std::min(std::abs(glm::dot(half, axis)) + sag, radius); }
+  bool may_lean_on(Vec3 normal, Real turn) const {
+    if (cone.sine > kAnyTurn || turn > kPi / 2) return true;
+    const Real tilt = std::asin(std::min(std::abs(glm::dot(cone.along, normal)), 1.0));
+    return tilt <= std::asin(cone.sine) + turn + 1e-6;
+  }
+};
+Segment segment_of(const Wire& a, const Wire::Leaf& cell, const Pose& a_in_b) {
+  const Seen at = seen(a, cell, a_in_b);
+  const Vec3 tangent = a_in_b.rotation * evaluate(a.curve(), cell.t.middle(), 1)[1];
+  return {at.centre, tangent * (cell.t.width() / 2), at.cone,
+          cell.second / 2 + kSlack * cell.radius, cell.radius};
+}
+
+// How far a segment is from a region at least; far where no tangent is square to a normal.
+Real least_distance(const Segment& a, const Region& b) {
+  if (!a.may_lean_on(b.normal, b.turn)) return 1e300;
+  const Vec3 d = a.centre - (b.low + b.high) / 2.0, room = (b.high - b.low) / 2.0;
+  Real least = 0;
+  for (int k = 0; k < 3; ++k) {
+    Vec3 axis(0);
+    axis[k] = 1;
+    least = std::max(least, std::abs(d[k]) - room[k] - a.extent(axis));
+  }
+  return least;
+}
+
+bool may_touch(const Segment& a, const PatchCell& b, Real reach) {
+  if (!a.may_lean_on(b.normal, b.turn)) return false;
+  const Vec3 d = a.centre - b.centre;
+  const auto is_apart = [&](Vec3 axis, Real within) {
+    return std::abs(glm::dot(d, axis)) > a.extent(axis) + b.extent(axis) + within;
+  };
+  const Real room = reach + kSlack * (glm::length(d) + a.radius);
+  if (is_apart(b.normal, room)) return false;
+  // The line between the points runs along a normal.
+  const Real beside = b.turn < kPi / 2 ? room * std::sin(b.turn) + (room - reach) : room;
+  const Vec3 across = glm::cross(b.normal, a.cone.along);
+  const Real length = glm::length(across);
+  if (length > 0 && is_apart(across / length, beside)) return false;
+  return !is_apart(b.sides[0], beside) && !is_apart(b.sides[1], beside);
+}
+
+// Calls `found(cell)` for the straight parts of a cell that a segment may touch.
+template <class Asked, class Found>
+void for_each_part(const PatchCell& cell, Asked& asked, Found& found) {
+  if (!asked(cell)) return;
+  if (!cell.is_bent()) {
+    found(cell);
+    return;
+  }
+  for (int k = 0; k < 2; ++k) for_each_part(half_of(cell, k, {}), asked, found);
+}
+
 }  // namespace
 
 std::size_t find_planar(const Wire& a, const Wire& b, const Pose& a_in_b, CurveReach reach) {
@@ -91,7 +146,7 @@ std::size_t find_planar(const Wire& a, const Wire& b, const Pose& a_in_b, CurveR
   for (const Wire::Leaf& cell : a.leaves()) {
     const Seen here = seen(a, cell, a_in_b);
     b.tree().visit(
-        here.centre, [&] { return cell.radius + reach.reach; },
+        b.tree().from(here.centre), [&] { return cell.radius + reach.reach; },
         [&](std::uint32_t index) {
           const Wire::Leaf& other = b.leaves()[index];
           const Real apart = glm::distance(here.centre, other.centre) - cell.radius - other.radius;
@@ -104,23 +159,39 @@ std::size_t find_planar(const Wire& a, const Wire& b, const Pose& a_in_b, CurveR
 
 std::size_t find_on_face(const Wire& a, const Skin& b, const Pose& a_in_b, CurveReach reach) {
   Found found(reach, std::min(a.size(), b.size()));
-  for (const Wire::Leaf& cell : a.leaves()) {
-    const Seen here = seen(a, cell, a_in_b);
+  SearchCost cost;
+  for (const Wire::Leaf& leaf : a.leaves()) {
+    const Segment here = segment_of(a, leaf, a_in_b);
     for (int i = 0; i < static_cast<int>(b.faces().size()); ++i) {
       const Face& face = b.face(i);
+      const auto asked = [&](const PatchCell& cell) {
+        ++cost.pairs;
+        return may_touch(here, cell, reach.reach);
+      };
+      const auto start = [&](const PatchCell& cell) {
+        ++cost.starts;
+        const Vec3 ways[3] = {here.half, -cell.along_u, -cell.along_v};
+        Real shares[3] = {};
+        approach(here.centre - cell.centre, ways, shares);
+        const Real t = leaf.t.middle() + shares[0] * leaf.t.width() / 2;
+        const Vec3 at = to_world(a_in_b, evaluate(a.curve(), t, 0)[0]);
+        const NearestPoint near = closest_from(face, at,
+                                               {cell.u.middle() + shares[1] * cell.u.width() / 2,
+                                                cell.v.middle() + shares[2] * cell.v.width() / 2});
+        found.keep(track_on_face(a, b, a_in_b, {t, {i, near.u, near.v}}));
+      };
+      const auto least = [&](std::uint32_t node) {
+        ++cost.pairs;
+        return least_distance(here, face.regions()[node]);
+      };
       face.tree().visit(
-          here.centre, [&] { return cell.radius + reach.reach; },
+          least, [&] { return reach.reach; },
           [&](std::uint32_t index) {
-            const Leaf& leaf = face.leaves()[index];
-            if (glm::distance(here.centre, leaf.centre) - cell.radius - leaf.radius > reach.reach)
-              return;
-            if (!may_touch(here.cone, leaf.normal, leaf.turn)) return;
-            const NearestPoint near =
-                closest_from(face, here.centre, {leaf.u.middle(), leaf.v.middle()});
-            found.keep(track_on_face(a, b, a_in_b, {cell.t.middle(), {i, near.u, near.v}}));
+            for_each_part(cell_of(face, face.leaves()[index], {}), asked, start);
           });
     }
   }
+  if (reach.cost != nullptr) *reach.cost = cost;
   return found.count();
 }
 

@@ -2,6 +2,8 @@
 /// A surface made ready for contact: pieces that are evaluated fast, and bounds to search by.
 ///
 /// Internal (pantin::detail); installed because a World holds surfaces.
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -22,9 +24,29 @@ struct Leaf {
   Vec3 centre{0}, normal{0};
   Real radius = 0, half_thickness = 0;
   Real turn = kPi;  // its normals are within this angle of `normal`, rad
-  // Bounds of the first, second and third derivative along any way that stays in the cell, with
-  // both parameters from -1 to 1 over it, m.
-  Real first = 0, second = 0, third = 0;
+  // Derivatives with both parameters from -1 to 1 over it, m: the first ones in its middle, and
+  // bounds in all of it, those of an order from the one of u alone to the one of v alone.
+  Vec3 along_u{0}, along_v{0};
+  Real first[2] = {}, second[3] = {}, third[4] = {};
+
+  /// How far the cell is from the parallelogram of its middle at most, m.
+  Real sag() const { return (second[0] + 2 * second[1] + second[2]) / 2; }
+  /// How far d, from its centre, is outside of it along a unit vector; 0 if it may be in it.
+  Real outside(Vec3 d, Vec3 axis) const {
+    const Real extent =
+        std::abs(glm::dot(along_u, axis)) + std::abs(glm::dot(along_v, axis)) + sag();
+    return std::max(std::abs(glm::dot(d, axis)) - extent, 0.0);
+  }
+};
+
+/// Where a branch of the tree lies, in the surface's frame, and where its normals point.
+struct Region {
+  Vec3 low{0}, high{0};
+  Vec3 normal{0};
+  Real turn = kPi;  // its normals are within this angle of `normal`, rad
+
+  /// The least distance of its box from p, m.
+  Real distance(Vec3 p) const { return glm::length(p - glm::clamp(p, low, high)); }
 };
 
 /// A tree of balls around numbered things.
@@ -39,27 +61,32 @@ class BallTree {
   void build(std::span<const Ball> balls);
   const std::vector<Node>& nodes() const { return nodes_; }
 
-  /// Calls `found(thing)` for those whose distance from p may be below `limit()`, nearest first as
-  /// far as the balls tell; `limit` is asked again every time.
-  template <class Limit, class Found>
-  void visit(Vec3 p, Limit&& limit, Found&& found) const {
+  /// Calls `found(thing)` for those for which `least(node)`, their distance from something or less,
+  /// may be below `limit()`, nearest first as far as that tells; `limit` is asked again every time.
+  template <class Least, class Limit, class Found>
+  void visit(Least&& least, Limit&& limit, Found&& found) const {
     if (nodes_.empty()) return;
-    const auto least = [&](const Node& n) {
-      return glm::distance(n.ball.centre, p) - n.ball.radius;
-    };
     std::uint32_t stack[kDeepest], depth = 0;
     stack[depth++] = 0;
     while (depth > 0) {
-      const Node& node = nodes_[stack[--depth]];
-      if (least(node) > limit()) continue;
+      const std::uint32_t index = stack[--depth];
+      const Node& node = nodes_[index];
+      if (least(index) > limit()) continue;
       if (node.is_leaf) {
         found(node.first);
         continue;
       }
-      const bool swap = least(nodes_[node.first]) > least(nodes_[node.first + 1]);
+      const bool swap = least(node.first) > least(node.first + 1);
       stack[depth++] = node.first + (swap ? 0 : 1);
       stack[depth++] = node.first + (swap ? 1 : 0);
     }
+  }
+
+  /// The distance of a node's ball from p, m; below 0 within it.
+  auto from(Vec3 p) const {
+    return [this, p](std::uint32_t node) {
+      return glm::distance(nodes_[node].ball.centre, p) - nodes_[node].ball.radius;
+    };
   }
 
  private:
@@ -90,6 +117,8 @@ class Face {
 
   const std::vector<Leaf>& leaves() const { return leaves_; }
   const BallTree& tree() const { return tree_; }
+  /// Of every node of the tree.
+  const std::vector<Region>& regions() const { return regions_; }
 
  private:
   void make_pieces(const std::vector<Surface>& pieces);
@@ -109,6 +138,7 @@ class Face {
   std::vector<Real> coefficients_;
   std::vector<Leaf> leaves_;
   BallTree tree_;
+  std::vector<Region> regions_;
   Real size_ = 0;
 };
 

@@ -181,7 +181,7 @@ void Search::look_into(const Wire::Leaf& leaf) {
 
 NearestPoint Search::run() {
   wire_.tree().visit(
-      p_, [&] { return best_.distance; },
+      wire_.tree().from(p_), [&] { return best_.distance; },
       [&](std::uint32_t index) {
         const Wire::Leaf& leaf = wire_.leaves()[index];
         if (best_.distance == 1e300) descend(leaf, leaf.t, leaf.t.middle());

@@ -112,16 +112,13 @@ TEST_CASE("the bounds of all cells hold") {
         const Vec3 n = glm::cross(d[1][0], d[0][1]);
         if (leaf.turn < kPi)
           CHECK(glm::dot(n, leaf.normal) >= std::cos(leaf.turn) * glm::length(n) * (1 - 1e-12));
-        // Along any way within the cell.
-        const Real x = hu * dice.between(-1, 1), y = hv * dice.between(-1, 1);
-        const Vec3 first = x * d[1][0] + y * d[0][1];
-        const Vec3 second = x * x * d[2][0] + 2 * x * y * d[1][1] + y * y * d[0][2];
-        const Vec3 third = x * x * x * d[3][0] + 3 * x * x * y * d[2][1] + 3 * x * y * y * d[1][2] +
-                           y * y * y * d[0][3];
-        const Real slack = 1 + 1e-12;
-        CHECK(glm::length(first) <= leaf.first * slack);
-        CHECK(glm::length(second) <= leaf.second * slack + 1e-14);
-        CHECK(glm::length(third) <= leaf.third * slack + 1e-13);
+        for (std::size_t order = 1; order <= 3; ++order)
+          for (std::size_t l = 0; l <= order; ++l) {
+            const Real* const bounds[] = {leaf.first, leaf.second, leaf.third};
+            const Real size = glm::length(d[order - l][l]) * std::pow(hu, Real(order - l)) *
+                              std::pow(hv, Real(l));
+            CHECK(size <= bounds[order - 1][l] * (1 + 1e-12) + 1e-13 * face.size());
+          }
       }
     }
     CHECK(area == Approx(s.u.domain().width() * s.v.domain().width()));
