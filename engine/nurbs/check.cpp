@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdio>
 
+#include "engine/nurbs/bounds.hpp"
+
 namespace pantin::detail::nurbs {
 namespace {
 
@@ -323,6 +325,16 @@ void look_at_edges(const Surface& s, const std::string& name, std::vector<Flaw>&
     }
 }
 
+// Whether the polynomial piece about a place has a normal everywhere, for certain.
+bool has_normals(const Surface& s, std::array<Real, 2> at) {
+  const auto range = [](const Knots& k, Real t) {
+    const int span = k.span_at(t);
+    return Range{k[span], k[span + 1]};
+  };
+  const Surface strip = part_of(s, Along::u, range(s.u, at[0]));
+  return bounded(part_of(strip, Along::v, range(s.v, at[1]))).leaf.turn < kPi / 2;
+}
+
 // Downhill from those samples that none of their neighbours is below.
 void look_for_singular(const Surface& s, const std::string& name, std::vector<Flaw>& to) {
   const Real size = size_of(s.points);
@@ -342,7 +354,7 @@ void look_for_singular(const Surface& s, const std::string& name, std::vector<Fl
   std::vector<std::array<Real, 2>> found;
   for (std::size_t i = 0; i < us.size(); ++i)
     for (std::size_t j = 0; j < vs.size(); ++j) {
-      if (!is_least(i, j)) continue;
+      if (!is_least(i, j) || has_normals(s, {us[i], vs[j]})) continue;
       const auto at = least_near(s, {us[i], vs[j]}, size);
       const Real share = normal_share(s, at, size);
       const auto is_same = [&](const std::array<Real, 2>& other) {

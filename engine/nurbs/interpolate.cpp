@@ -11,55 +11,71 @@ namespace {
 
 using std::to_string;
 
-/// A square system with few entries in each row, solved for many right sides at once.
-struct System {
-  std::size_t size;
-  std::vector<Real> matrix;                                           // [row * size + column]
-  std::vector<std::size_t> ends = std::vector<std::size_t>(size, 0);  // of each row, one past
-  Rows right;
+/// A square system with entries near its diagonal only, solved for many right sides at once.
+class BandSystem {
+ public:
+  struct Entry {
+    std::size_t row, column;
+    Real value;
+  };
+  BandSystem(std::size_t size, std::span<const Entry> entries);
 
-  explicit System(std::size_t n) : size(n), matrix(n * n, 0) {}
-  void set(std::size_t row, std::size_t column, Real value) {
-    matrix[row * size + column] += value;
-    ends[row] = std::max(ends[row], column + 1);
-  }
-  bool solve();
+  /// In place; false if it has no solution, or no certain one.
+  bool solve(Rows& right);
 
  private:
-  void swap_rows(std::size_t a, std::size_t b);
-  Weighted* side(std::size_t row) { return &right.points[row * right.across]; }
+  Real& at(std::size_t row, std::size_t column) {
+    return band_[row * width_ + (column + below_ - row)];
+  }
+  std::size_t end(std::size_t row) const { return std::min(size_, row + below_ + above_ + 1); }
+  void swap_rows(std::size_t a, std::size_t b, Rows& right);
+
+  std::size_t size_, below_ = 0, above_ = 0;  // entries of a row beside the diagonal
+  std::size_t width_ = 0;                     // of a row, room for exchanged ones included
+  std::vector<Real> band_;
 };
 
-void System::swap_rows(std::size_t a, std::size_t b) {
-  if (a == b) return;
-  std::swap_ranges(&matrix[a * size], &matrix[a * size] + size, &matrix[b * size]);
-  std::swap_ranges(side(a), side(a) + right.across, side(b));
-  std::swap(ends[a], ends[b]);
+BandSystem::BandSystem(std::size_t size, std::span<const Entry> entries) : size_(size) {
+  for (const Entry& e : entries) {
+    if (e.row > e.column) below_ = std::max(below_, e.row - e.column);
+    if (e.row < e.column) above_ = std::max(above_, e.column - e.row);
+  }
+  width_ = 2 * below_ + above_ + 1;
+  band_.assign(size * width_, 0);
+  for (const Entry& e : entries) at(e.row, e.column) += e.value;
 }
 
-// Elimination with row exchanges, which skips what is zero.
-bool System::solve() {
-  for (std::size_t k = 0; k < size; ++k) {
+// Of two rows of which the columns before `a` are done with.
+void BandSystem::swap_rows(std::size_t a, std::size_t b, Rows& right) {
+  if (a == b) return;
+  for (std::size_t j = a; j < end(a); ++j) std::swap(at(a, j), at(b, j));
+  const auto side = [&](std::size_t row) { return &right.points[row * right.across]; };
+  std::swap_ranges(side(a), side(a) + right.across, side(b));
+}
+
+// Elimination with row exchanges.
+bool BandSystem::solve(Rows& right) {
+  const auto side = [&](std::size_t row) { return &right.points[row * right.across]; };
+  for (std::size_t k = 0; k < size_; ++k) {
+    const std::size_t last = std::min(size_, k + below_ + 1);
     std::size_t best = k;
-    for (std::size_t i = k + 1; i < size; ++i)
-      if (std::abs(matrix[i * size + k]) > std::abs(matrix[best * size + k])) best = i;
-    swap_rows(k, best);
-    const Real pivot = matrix[k * size + k];
+    for (std::size_t i = k + 1; i < last; ++i)
+      if (std::abs(at(i, k)) > std::abs(at(best, k))) best = i;
+    swap_rows(k, best, right);
+    const Real pivot = at(k, k);
     if (!(std::abs(pivot) > 1e-14)) return false;
-    for (std::size_t i = k + 1; i < size; ++i) {
-      const Real part = matrix[i * size + k] / pivot;
+    for (std::size_t i = k + 1; i < last; ++i) {
+      const Real part = at(i, k) / pivot;
       if (part == 0) continue;
-      ends[i] = std::max(ends[i], ends[k]);
-      for (std::size_t j = k; j < ends[k]; ++j) matrix[i * size + j] -= part * matrix[k * size + j];
+      for (std::size_t j = k; j < end(k); ++j) at(i, j) -= part * at(k, j);
       for (std::size_t c = 0; c < right.across; ++c) side(i)[c] = side(i)[c] - part * side(k)[c];
     }
   }
-  for (std::size_t k = size; k-- > 0;) {
-    for (std::size_t j = k + 1; j < ends[k]; ++j)
+  for (std::size_t k = size_; k-- > 0;) {
+    for (std::size_t j = k + 1; j < end(k); ++j)
       for (std::size_t c = 0; c < right.across; ++c)
-        side(k)[c] = side(k)[c] - matrix[k * size + j] * side(j)[c];
-    for (std::size_t c = 0; c < right.across; ++c)
-      side(k)[c] = (1 / matrix[k * size + k]) * side(k)[c];
+        side(k)[c] = side(k)[c] - at(k, j) * side(j)[c];
+    for (std::size_t c = 0; c < right.across; ++c) side(k)[c] = (1 / at(k, k)) * side(k)[c];
   }
   return true;
 }
@@ -79,24 +95,37 @@ Knots mean_knots(std::span<const Real> at, int degree) {
   return knots;
 }
 
+// Where what runs round and round stands so that neighbours stay near: from both ends in turns.
+std::size_t folded(std::size_t i, std::size_t count) {
+  return i < (count + 1) / 2 ? 2 * i : 2 * (count - 1 - i) + 1;
+}
+
 // Rows of control points such that the spline takes the given rows at the parameters.
-std::optional<Rows> through(const Knots& knots, std::span<const Real> at, Rows rows) {
+std::optional<Rows> through(const Knots& knots, std::span<const Real> at, const Rows& rows) {
   const std::size_t count = at.size(), across = rows.across;
-  System system(count);
-  system.right = std::move(rows);
+  const auto place = [&](std::size_t i) { return knots.is_periodic ? folded(i, count) : i; };
+  std::vector<BandSystem::Entry> entries;
+  entries.reserve(count * static_cast<std::size_t>(knots.degree + 1));
+  Rows right{std::vector<Weighted>(rows.points.size()), across};
+  const auto copy_row = [&](const Rows& from, std::size_t row, Rows& to, std::size_t at_row) {
+    std::copy_n(from.points.begin() + static_cast<std::ptrdiff_t>(row * across), across,
+                to.points.begin() + static_cast<std::ptrdiff_t>(at_row * across));
+  };
   Basis basis;
   for (std::size_t i = 0; i < count; ++i) {
     const int span = knots.span_at(at[i]);
     write_basis(knots, {span, at[i]}, 0, basis);
-    for (int j = 0; j <= knots.degree; ++j)
-      system.set(i, static_cast<std::size_t>(span - knots.degree + j) % count, basis[0][j]);
+    for (int j = 0; j <= knots.degree; ++j) {
+      const auto column = static_cast<std::size_t>(span - knots.degree + j) % count;
+      entries.push_back({place(i), place(column), basis[0][j]});
+    }
+    copy_row(rows, i, right, place(i));
   }
-  if (!system.solve()) return std::nullopt;
-  Rows solved = std::move(system.right);
+  if (!BandSystem(count, entries).solve(right)) return std::nullopt;
   // Of a periodic spline the first control points stand at the end again.
-  for (std::size_t i = count; i < static_cast<std::size_t>(knots.count()); ++i)
-    for (std::size_t c = 0; c < across; ++c)
-      solved.points.push_back(solved.points[(i - count) * across + c]);
+  const auto all = static_cast<std::size_t>(knots.count());
+  Rows solved{std::vector<Weighted>(all * across), across};
+  for (std::size_t i = 0; i < all; ++i) copy_row(right, place(i % count), solved, i);
   return solved;
 }
 
@@ -250,7 +279,7 @@ Surface swept_turning(const Curve& section, const Curve& path, int stations) {
     }
   }
   const Knots along = mean_knots(at, degree);
-  auto solved = through(along, at, std::move(rows));  // regular: the knots are means
+  auto solved = through(along, at, rows);  // regular: the knots are means
   return {along, section.knots, std::move(solved->points)};
 }
 

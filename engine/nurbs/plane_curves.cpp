@@ -238,29 +238,88 @@ Real area_around(const Curve& curve) {
   return twice / 2;
 }
 
+namespace {
+
+/// Where chords of a curve of the plane lie: boxes of ranges of them, halved down to one.
+class ChordBoxes {
+ public:
+  /// Chord i runs from points[i] to the next one, round about.
+  ChordBoxes(std::span<const Vec3> points, std::size_t chords) : chords_(chords) {
+    while (leaves_ < chords) leaves_ *= 2;
+    boxes_.resize(2 * leaves_);
+    for (std::size_t i = 0; i < chords; ++i) {
+      const Vec3 a = points[i], b = points[(i + 1) % points.size()];
+      boxes_[leaves_ + i] = {glm::min(a, b), glm::max(a, b)};
+    }
+    for (std::size_t i = leaves_; i-- > 1;)
+      boxes_[i] = {glm::min(boxes_[2 * i].low, boxes_[2 * i + 1].low),
+                   glm::max(boxes_[2 * i].high, boxes_[2 * i + 1].high)};
+  }
+
+  /// The first chord from `from` on whose box meets that of chord i and that `crosses`; how many
+  /// there are if none.
+  template <class Crosses>
+  std::size_t first(std::size_t i, std::size_t from, const Crosses& crosses) const {
+    return first_in({1, 0, leaves_}, {i, from}, crosses);
+  }
+
+ private:
+  struct Box {
+    Vec3 low{1e300}, high{-1e300};
+  };
+  struct Branch {
+    std::size_t node, begin, count;
+  };
+  struct Asked {
+    std::size_t chord, from;
+  };
+  bool meets(const Box& a, const Box& b) const {
+    return a.low.x <= b.high.x && b.low.x <= a.high.x && a.low.y <= b.high.y && b.low.y <= a.high.y;
+  }
+  template <class Crosses>
+  std::size_t first_in(const Branch& in, const Asked& of, const Crosses& crosses) const {
+    if (in.begin + in.count <= of.from || in.begin >= chords_) return chords_;
+    if (!meets(boxes_[in.node], boxes_[leaves_ + of.chord])) return chords_;
+    if (in.count == 1) return crosses(in.begin) ? in.begin : chords_;
+    const std::size_t half = in.count / 2;
+    const std::size_t found = first_in({2 * in.node, in.begin, half}, of, crosses);
+    return found < chords_ ? found
+                           : first_in({2 * in.node + 1, in.begin + half, half}, of, crosses);
+  }
+
+  std::size_t chords_, leaves_ = 1;
+  std::vector<Box> boxes_;
+};
+
+}  // namespace
+
 std::optional<std::array<Real, 2>> crossing_of(const Curve& curve) {
   const CurvePoints along = points_along(curve, 1e-3 * bounding_ball(curve.points).radius);
   const std::vector<Vec3>& p = along.points;
   const std::size_t n = p.size();
   const std::size_t sides = curve.knots.is_periodic ? n : n - 1;
+  const ChordBoxes boxes(p, sides);
   for (std::size_t i = 0; i < sides; ++i) {
     const Vec3 a = p[i], b = p[(i + 1) % n];
-    for (std::size_t k = i + 2; k < sides; ++k) {
-      if (i == 0 && k + 1 == n && curve.knots.is_periodic) continue;
+    const auto sides_of = [&](std::size_t k) {
       const Vec3 c = p[k], d = p[(k + 1) % n];
-      if (std::min(a.x, b.x) > std::max(c.x, d.x) || std::min(c.x, d.x) > std::max(a.x, b.x) ||
-          std::min(a.y, b.y) > std::max(c.y, d.y) || std::min(c.y, d.y) > std::max(a.y, b.y))
-        continue;
-      const Real of_c = cross(b - a, c - a), of_d = cross(b - a, d - a);
-      const Real of_a = cross(d - c, a - c), of_b = cross(d - c, b - c);
-      if (of_c * of_d > 0 || of_a * of_b > 0) continue;
-      const auto between = [&](std::size_t side, Real before, Real after) {
-        const Real end = side + 1 < n ? along.at[side + 1] : curve.knots.high();
-        const Real part = before != after ? before / (before - after) : 0;
-        return along.at[side] + part * (end - along.at[side]);
-      };
-      return std::array{between(i, of_a, of_b), between(k, of_c, of_d)};
-    }
+      return std::array{cross(b - a, c - a), cross(b - a, d - a), cross(d - c, a - c),
+                        cross(d - c, b - c)};
+    };
+    const auto crosses = [&](std::size_t k) {
+      if (i == 0 && k + 1 == n && curve.knots.is_periodic) return false;
+      const auto [of_c, of_d, of_a, of_b] = sides_of(k);
+      return !(of_c * of_d > 0 || of_a * of_b > 0);
+    };
+    const std::size_t k = boxes.first(i, i + 2, crosses);
+    if (k >= sides) continue;
+    const auto [of_c, of_d, of_a, of_b] = sides_of(k);
+    const auto between = [&](std::size_t side, Real before, Real after) {
+      const Real end = side + 1 < n ? along.at[side + 1] : curve.knots.high();
+      const Real part = before != after ? before / (before - after) : 0;
+      return along.at[side] + part * (end - along.at[side]);
+    };
+    return std::array{between(i, of_a, of_b), between(k, of_c, of_d)};
   }
   return std::nullopt;
 }

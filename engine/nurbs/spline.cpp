@@ -131,6 +131,21 @@ Knots raised(const Knots& knots) {
   return to;
 }
 
+/// The part of a direction that a range of its domain hangs on: knots, and how many control points
+/// are before those.
+struct Local {
+  Knots knots;
+  std::size_t first = 0;
+};
+Local local(const Knots& knots, Range range) {
+  const int p = knots.degree, from = knots.span_at(range.low);
+  int to = knots.span_at(range.high);
+  while (to > from && !(knots[to] < range.high)) --to;
+  const auto at = [&](int i) { return knots.values.begin() + i; };
+  return {{.degree = p, .values = {at(from - p), at(to + p + 2)}},
+          static_cast<std::size_t>(from - p)};
+}
+
 Knots cut(const Knots& knots, Range range) {
   PANTIN_ASSERT(range.low < range.high && knots.domain().holds(range.low) &&
                 knots.domain().holds(range.high));
@@ -156,9 +171,27 @@ Surface elevated(const Surface& surface, Along way) {
   return moved(surface, way, raised(knots_of(surface, way)));
 }
 
-Curve part_of(const Curve& curve, Range range) { return moved(curve, cut(curve.knots, range)); }
+Curve part_of(const Curve& curve, Range range) {
+  const auto [knots, first] = local(curve.knots, range);
+  const auto from = curve.points.begin() + static_cast<std::ptrdiff_t>(first);
+  return moved({knots, {from, from + knots.count()}}, cut(knots, range));
+}
 Surface part_of(const Surface& surface, Along way, Range range) {
-  return moved(surface, way, cut(knots_of(surface, way), range));
+  const auto [knots, first] = local(knots_of(surface, way), range);
+  const auto across = static_cast<std::size_t>(surface.v.count());
+  const bool is_u = way == Along::u;
+  const std::size_t rows =
+      is_u ? static_cast<std::size_t>(knots.count()) : surface.points.size() / across;
+  const std::size_t columns = is_u ? across : static_cast<std::size_t>(knots.count());
+  std::vector<Weighted> points;
+  points.reserve(rows * columns);
+  for (std::size_t i = 0; i < rows; ++i) {
+    const auto row = surface.points.begin() +
+                     static_cast<std::ptrdiff_t>(is_u ? (first + i) * across : i * across + first);
+    points.insert(points.end(), row, row + static_cast<std::ptrdiff_t>(columns));
+  }
+  const Surface part{is_u ? knots : surface.u, is_u ? surface.v : knots, std::move(points)};
+  return moved(part, way, cut(knots, range));
 }
 
 std::vector<Curve> bezier_pieces(const Curve& curve) {

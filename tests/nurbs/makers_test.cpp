@@ -242,3 +242,34 @@ TEST_CASE("interpolation tells what it cannot go through") {
   REQUIRE_FALSE(ragged);
   CHECK(ragged.errors()[0].message == "found 4 points in rows of 3, expected whole rows");
 }
+
+TEST_CASE("a closed curve goes through all of 20,000 points, and a long one of degree 25") {
+  // A full matrix would take 3.2 GB.
+  for (const auto& [count, degree, ends] :
+       {std::tuple{20000, 3, Ends::periodic}, {20001, 4, Ends::periodic}, {3000, 25, Ends::open}}) {
+    std::vector<Vec3> points;
+    for (int i = 0; i < count; ++i) {
+      const Real t = (ends == Ends::open ? 1.5 : 2) * kPi * i / count;
+      points.emplace_back(std::cos(t), std::sin(t), 0.1 * std::sin(5 * t));
+    }
+    const Curve curve = interpolated(points, degree, ends).value();
+    Real whole = 0, at = 0, most = 0;
+    for (int i = 0; i < count; ++i)
+      if (i + 1 < count || ends == Ends::periodic)
+        whole += glm::distance(points[static_cast<std::size_t>(i)],
+                               points[static_cast<std::size_t>((i + 1) % count)]);
+    for (int i = 0; i < count; ++i) {
+      const Vec3 here = points[static_cast<std::size_t>(i)];
+      if (i > 0) at += glm::distance(points[static_cast<std::size_t>(i - 1)], here);
+      const Real t = std::min(at / whole, 1.0);
+      most = std::max(most, glm::distance(evaluate(curve, t, 0)[0], here));
+      if (i % 100 == 0) {
+        const Real between = std::min(t + 0.5 / count, 1.0);
+        const Vec3 p = evaluate(curve, between, 0)[0];
+        CHECK(std::abs(std::hypot(p.x, p.y) - 1) < 1e-9);
+      }
+    }
+    INFO("degree " << degree);
+    CHECK(most < 1e-12);
+  }
+}

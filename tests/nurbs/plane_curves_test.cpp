@@ -177,3 +177,40 @@ TEST_CASE("a search of a curve over a face finds where they are nearest") {
     CHECK(found[0].gap >= nearest - 1e-3);
   }
 }
+
+TEST_CASE("the first crossing of a curve is the one that all pairs of chords tell") {
+  Random dice(13);
+  int crossings = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    // Polygons, so that chords are sides; those of few points often cross themselves.
+    std::vector<Vec3> at;
+    const int count = 3 + dice.below(12);
+    for (int i = 0; i < count; ++i) {
+      const Real angle = 2 * kPi * (i + dice.between(0, 3)) / count;
+      at.push_back(dice.between(0.5, 1) * Vec3(std::cos(angle), std::sin(angle), 0));
+    }
+    Curve polygon{uniform_knots(1, count + 1), {}};
+    for (int i = 0; i <= count; ++i)
+      polygon.points.emplace_back(at[static_cast<std::size_t>(i % count)], 1);
+    polygon.knots.is_periodic = true;
+    const auto is_cut = [&](int i, int k) {
+      const auto point = [&](int j) { return at[static_cast<std::size_t>(j % count)]; };
+      const auto side = [&](Vec3 a, Vec3 b, Vec3 p) {
+        return (b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x);
+      };
+      const Vec3 a = point(i), b = point(i + 1), c = point(k), d = point(k + 1);
+      return side(a, b, c) * side(a, b, d) <= 0 && side(c, d, a) * side(c, d, b) <= 0;
+    };
+    std::optional<std::array<int, 2>> expected;
+    for (int i = 0; i < count && !expected; ++i)
+      for (int k = i + 2; k < count && !expected; ++k)
+        if (!(i == 0 && k + 1 == count) && is_cut(i, k)) expected = {i, k};
+    const auto found = crossing_of(polygon);
+    REQUIRE(found.has_value() == expected.has_value());
+    if (!found) continue;
+    ++crossings;
+    CHECK(static_cast<int>((*found)[0] * count) == (*expected)[0]);
+    CHECK(static_cast<int>((*found)[1] * count) == (*expected)[1]);
+  }
+  CHECK(crossings > 20);
+}
