@@ -41,29 +41,6 @@ void add_impulses(Island& m, Real h) {
   for (std::size_t r = 0; r < m.rows; ++r) m.scratch.impulses[r] += h * m.mean_lambda[r];
 }
 
-/// Takes from the motion what the projection lifted, where nothing else can have paid for it:
-/// `before` is the kinetic energy before. False: there was not as much, or the step of a free
-/// island, whose momentum stays as it is, gained and is to be cut.
-bool pay_projection(Island& m, Real before) {
-  StepScratch& scratch = m.scratch;
-  const bool is_free = scratch.pattern.framed.empty();
-  if (!is_free && !stands_on_rest(m)) return true;
-  const Real now = kinetic_energy(m, scratch.state);
-  if (is_free && m.rescues == 0) return now <= (1 + kFreeGain) * before;
-  const Real due = before + scratch.projection_work;
-  if (now <= due) return true;
-  Real weight = 0;
-  for (std::size_t b = 0; b < m.count(); ++b) weight += glm::length(scratch.force[2 * b]);
-  if (due < -kRounding * weight * m.size && m.rescues == 0) return false;
-  const Real part = due > 0 ? std::sqrt(due / now) : 0;
-  for (std::size_t b = 0; b < m.count(); ++b) {
-    scratch.state.v[b] *= part, scratch.state.w[b] *= part;
-    scratch.body_states[b].velocity = scratch.state.v[b];
-    scratch.body_states[b].angular_velocity = scratch.state.w[b];
-  }
-  return true;
-}
-
 /// Where the projection is part of the motion, what turns the twists along curved surfaces acts
 /// there: it decides whether they pull at one another, and how much they rub.
 void add_projected_forces(Island& m, Real h) {
@@ -226,6 +203,26 @@ bool stands_on_rest(const Island& m) {
     if (m.scratch.body_states[n].velocity != Vec3(0) ||
         m.scratch.body_states[n].angular_velocity != Vec3(0))
       return false;
+  return true;
+}
+
+bool pay_projection(Island& m, Real before) {
+  StepScratch& scratch = m.scratch;
+  const bool is_free = scratch.pattern.framed.empty();
+  if (!is_free && !stands_on_rest(m)) return true;
+  const Real now = kinetic_energy(m, scratch.state);
+  if (is_free && m.rescues == 0) return now <= (1 + kFreeGain) * before;
+  const Real due = before + scratch.projection_work;
+  if (now <= due) return true;
+  Real weight = 0;
+  for (std::size_t b = 0; b < m.count(); ++b) weight += glm::length(scratch.force[2 * b]);
+  if (due < -kRounding * weight * m.size && m.rescues == 0) return false;
+  const Real part = due > 0 ? std::sqrt(due / now) : 0;
+  for (std::size_t b = 0; b < m.count(); ++b) {
+    scratch.state.v[b] *= part, scratch.state.w[b] *= part;
+    scratch.body_states[b].velocity = scratch.state.v[b];
+    scratch.body_states[b].angular_velocity = scratch.state.w[b];
+  }
   return true;
 }
 

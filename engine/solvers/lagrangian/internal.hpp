@@ -197,7 +197,9 @@ void look_for_touches(const World& world, Island& m, Real h);
 /// Where surfaces touch on either at the start of a part of a step; and whether they have come so
 /// far along one since that the part is too long: a normal that turns fast is a blow.
 void note_touches(const World& world, Island& m);
-bool touches_leap(const World& world, const Island& m, Real h);
+bool touches_leap(const World& world, Island& m, Real h);
+/// How the normal of a contact turns as seen from either body, where no gamma told of it.
+void find_turning(const World& world, Island& m, std::size_t block);
 /// The pair near `from`, of surfaces or curves.
 nurbs::CommonNormal track_pair(const SurfaceContact& contact, const Pose& a_in_b,
                                const nurbs::PlacePair& from);
@@ -252,6 +254,31 @@ void settle_grips(Island& m, Real h, std::span<Vec3> load, const Solve& solve_ag
   }
 }
 
+// Events where surfaces touch (surface_events.cpp).
+
+/// Whether a contact that may lift off was pulled at by the last part of the step, in the mean.
+bool any_pulls(const Island& m);
+/// The least force that presses surfaces together in the present state, N; below 0 where one pulls.
+Real least_pressing(const World& world, Island& m, Real part, Real whole);
+/// Those that press least bear no more.
+void lift_off(const World& world, Island& m, Real part, Real whole);
+/// What ends within another bears in the next attempt. True: any.
+bool hold_within(Island& m);
+/// How fast surfaces come apart at the start of a part of a step.
+void note_openings(Island& m);
+/// Euler falls by g h^2 where others fall by half of that, so what leaves a surface that bends away
+/// ends within it. Where neither start nor end of the part came nearer its pose is set back, and
+/// what that lifts is paid. False: it cannot be.
+bool set_back(const World& world, Island& m, const Span& span);
+
+// What surfaces meet on their way (surface_sweep.cpp).
+
+/// Where they stand at the start of a part of a step.
+void note_sweep(const World& world, Island& m);
+/// After which part of it surfaces that may lift off are within one another where no place tells of
+/// it: 1 at its end, where none follows them; less on the way; 2: nowhere.
+Real met_unseen(const World& world, Island& m);
+
 /// Results of contacts of surfaces, to the World.
 void write_back_touches(World& world, Island& m);
 /// Unilateral rows: cables, limits that are not locks, surfaces that may lift off.
@@ -264,6 +291,9 @@ inline bool is_one_sided(const Island& m, std::size_t block) {
 Real kinetic_energy(const Island& m, const Motions& s);
 /// Whether nothing that the island is joined to moves.
 bool stands_on_rest(const Island& m);
+/// Takes from the motion what the projection lifted, where nothing else can have paid for it:
+/// `before` is the kinetic energy before, J. False: there was not as much.
+bool pay_projection(Island& m, Real before);
 /// Impulses transmitted to the island at its interfaces in this step.
 void store_transmitted(Island& m);
 /// scratch.state of the World's bodies, back to them.

@@ -233,6 +233,15 @@ struct TouchFound {
   Vec3 tangent[2] = {};     // of the rows of rolling
   Vec3 arm[2] = {};         // from the mass centres to the points, m
   Vec3 from[2] = {};        // on either, in its frame, at the start of this part of the step
+  // The normal as seen from either: then, and how it turned in the part, 1/s.
+  Vec3 normal_from[2] = {}, normal_rate[2] = {};
+  bool knows_rate = false;
+  Real opened = 0;  // m/s: how fast they came apart then
+  bool is_set_back = false;
+  // Of the first place of a contact: where a stood in the frame of b then, and what was the least
+  // gap when all pairs were looked at, m.
+  Pose begun;
+  Real clear = 0;
   // Friction: the unit way that it acts against, what presses the surfaces together (N), and how
   // fast they slipped at the start of this part of the step.
   Vec3 along{0};

@@ -8,13 +8,17 @@ namespace {
 
 /// Slower impacts are inelastic, m/s or rad/s.
 constexpr Real kRestitutionThreshold = 1e-3;
+/// Impulses that change speeds by less are none, m/s.
+constexpr Real kNoSpeed = 1e-9;
 /// A limit violated by less counts as reached, m or rad.
 constexpr Real kLimitTolerance = 1e-9;
 /// Impacts per step with restitution; later ones are inelastic (Zeno behaviour).
 constexpr int kMaxBounces = 4;
 /// Bounds on halvings of the time at which a pair turns over, on events per step, on search steps
 /// per event, and on attempts per step.
-constexpr int kMaxCuts = 26, kMaxEvents = 8, kMaxSearches = 16, kMaxAttempts = 60;
+constexpr Real kLiftTolerance = 1e-6;  // of the force at the start: where it counts as 0
+constexpr int kMaxCuts = 26, kMaxEvents = 8, kMaxSearches = 16, kMaxAttempts = 60, kMaxHolds = 4,
+              kMaxSweeps = 24;
 
 /// Clearance of the nearest inactive limit, or what is left of a slip; negative if one is violated.
 Real clearance(const Island& m) {
@@ -81,6 +85,8 @@ void resolve_impacts(const World& world, Island& m, Impact kind) {
         m.memory[i + 1].active = true;
     }
   end_slips(m, kLimitTolerance);
+  Real least = 0;  // N s
+  for (const Real mass : m.mass) least += kNoSpeed * mass;
   for (int round = 0; round < 8; ++round) {
     update_kinematics(m);
     write_all_rows(world, m, {true, false});
@@ -104,7 +110,7 @@ void resolve_impacts(const World& world, Island& m, Impact kind) {
       if (!is_one_sided(m, i) || !m.memory[i].active) continue;
       const std::size_t row = m.blocks[i].first_row;
       const bool leaves = bias[row] > 0;
-      if (scratch.lambda[row] < 0)
+      if (scratch.lambda[row] < -least)
         m.memory[i].active = false, pulled = true;
       else if (leaves && round == 7)
         m.memory[i].active = false;
@@ -148,19 +154,52 @@ Real until_turned(Island& m, const Attempt& attempt, Real length) {
   return low > 0 && attempt(low) ? low : 0;
 }
 
+/// The part of a step of `of.whole` that is being tried: from of.from, of.h long.
+///
+/// Where what bears presses at its start and pulls in its mean: the time after which it pulls, s,
+/// taken. Else 0.
+template <class Attempt>
+Real until_lifted(const World& world, Island& m, const Span& of, const Attempt& attempt) {
+  StepScratch& scratch = m.scratch;
+  const auto pressing = [&](Real at) {
+    return least_pressing(world, m, (of.from + at) / of.whole, of.whole);
+  };
+  Real low = 0, high = of.h, at_high = pressing(high);
+  scratch.state = scratch.begin;
+  Real at_low = pressing(0);
+  if (!(at_low > 0 && at_high < 0)) return 0;
+  const Real enough = kLiftTolerance * at_low;
+  int side = 0;
+  for (int n = 0; n < kMaxSearches && at_high < -enough; ++n) {
+    const Real middle = low + (high - low) * at_low / (at_low - at_high);
+    if (!attempt(middle)) return 0;
+    const Real now = pressing(middle);
+    if (now < 0) {
+      high = middle, at_high = now;
+      if (side < 0) at_low *= 0.5;
+      side = -1;
+    } else {
+      low = middle, at_low = now;
+      if (side > 0) at_high *= 0.5;
+      side = 1;
+    }
+  }
+  return attempt(high) ? high : 0;
+}
+
 }  // namespace
 
 bool advance_among_limits(World& world, Island& m, Real h) {
   StepScratch& scratch = m.scratch;
   Real done = 0;
-  int attempts = 0;
+  int attempts = 0, sweeps = 0;
   m.events = 0;
   // After kMaxEvents the remainder is taken in one piece.
   for (int tries = 0; done < h * (1 - 1e-12); ++tries) {
     scratch.begin = scratch.state, scratch.impulses_before = scratch.impulses;
     update_kinematics(m), update_frames(world, m, done / h, h);
     write_all_rows(world, m, {true, false});
-    turn_slips(m);
+    turn_slips(m), note_openings(m), note_sweep(world, m);
     const Real at_start = clearance(m);
     bool again = false;
     const auto attempt = [&](Real length) {
@@ -169,6 +208,7 @@ bool advance_among_limits(World& world, Island& m, Real h) {
       m.fresh = m.fresh || again, again = true;
       return advance(world, m, {done, length, h});
     };
+    const auto is_clear = [&](Real part) { return attempt(part) && met_unseen(world, m) > 1; };
     Real length = h - done;
     bool turned = false;
     const auto take = [&] {
@@ -178,8 +218,26 @@ bool advance_among_limits(World& world, Island& m, Real h) {
       return length > 0;
     };
     if (!take()) return false;
-    for (int n = 0; n < 16 && give_way(m); ++n)
+    Real lifted = 0;
+    if (!turned && attempts < kMaxAttempts && any_pulls(m)) {
+      lifted = until_lifted(world, m, {done, length, h}, attempt);
+      if (lifted > 0) length = lifted;
+      if (lifted == 0 && !take()) return false;
+    }
+    for (int n = 0; n < 16 && (lifted > 0 ? yield_holding(m, m.mean_lambda) : give_way(m)); ++n)
       if (!take()) return false;
+    for (; sweeps < kMaxSweeps && !turned; ++sweeps) {
+      const Real met = met_unseen(world, m);
+      if (met > 1) break;
+      lifted = 0;
+      const Real seen = met < 1 ? 0 : until_turned(m, is_clear, length);
+      turned = seen > 0;
+      length = turned ? seen : std::min(met, Real(1)) * length;
+      if (turned) break;
+      if (!attempt(length)) return false;
+      if (met == 1) break;
+    }
+    if (!set_back(world, m, {done, length, h})) return false;
     if (Real left = clearance(m);
         left < -kLimitTolerance && tries < kMaxEvents && attempts < kMaxAttempts) {
       // Time of the first event by regula falsi (Illinois variant).
@@ -203,7 +261,10 @@ bool advance_among_limits(World& world, Island& m, Real h) {
       }
       if (!met && !attempt(length = high)) return false;
     }
+    for (int n = 0; n < kMaxHolds && clearance(m) < -kLimitTolerance && hold_within(m); ++n)
+      if (!attempt(length)) return false;
     done += length;
+    if (lifted == length) lift_off(world, m, done / h, h);
     if (turned) look_for_touches(world, m, h), write_all_rows(world, m, {true, false});
     bool reached = false;
     for (std::size_t i = 0; i < m.blocks.size(); ++i)

@@ -6,102 +6,29 @@
 #include <limits>
 
 #include "engine/solvers/lagrangian/integrator.hpp"
-#include "engine/world/surface_start.hpp"
+#include "engine/solvers/lagrangian/surface_spots.hpp"
 
 namespace pantin::detail::lagrangian {
 namespace {
 
 using nurbs::ContactStatus;
+using Pair = nurbs::CommonNormal;
 
-/// A relative turn (rad), and a part of the smaller surface's size, after which all pairs are
-/// looked at again.
-constexpr Real kSearchTurn = 0.3, kSearchWay = 0.05;
-/// Pairs that are compared.
-constexpr std::size_t kMostPairs = 16;
-/// An overlap that bodies may start with, of the smaller surface. What overlaps more, and by more
-/// than they moved since the last search, is a pair of far sides.
-constexpr Real kDeepest = 0.05;
-/// One pair is another's, in parts of the smaller surface.
-constexpr Real kAlike = 1e-5;
 /// Searches in a step for pairs in place of lost ones.
 constexpr int kMostLooks = 4;
 /// m: by so much another pair has to be deeper to take the place of one that bears.
 constexpr Real kDeeper = 1e-9;
 /// Of its surface, and of what rolling brings: farther than a touch may come in a part of a step.
 constexpr Real kLeap = 0.1, kRolled = 2;
+/// rad: of a normal, besides what its rate and turning bodies bring.
+constexpr Real kBend = 0.2;
 /// Steps that are looked ahead for what comes near.
 constexpr Real kAhead = 2;
-
-using Pair = nurbs::CommonNormal;
-
-Real size_of(const ContactSurface& s) { return s.curve ? s.curve->size() : s.skin->size(); }
-Real smaller_size(const SurfaceContact& c) { return std::min(size_of(c.on_a), size_of(c.on_b)); }
 
 Pose a_in_b(const World& world, const SurfaceContact& c) {
   const auto pose = [&](Entity e) { return world.bodies[e].pose; };
   const Pose a = compose(pose(c.a), c.on_a.pose), b = compose(pose(c.b), c.on_b.pose);
   return compose(inverse(b), a);
-}
-
-/// How far a's surface extends from the origin of its frame, m.
-Real extent_of(const ContactSurface& surface) {
-  Real most = 0;
-  const auto take = [&](const nurbs::BallTree& tree) {
-    const nurbs::Ball& ball = tree.nodes().front().ball;
-    most = std::max(most, glm::length(ball.centre) + ball.radius);
-  };
-  if (surface.curve) take(surface.curve->tree());
-  if (surface.skin)
-    for (const nurbs::Face& face : surface.skin->faces()) take(face.tree());
-  return most;
-}
-
-/// How a has moved, as seen from b, since all pairs were looked at.
-struct Moved {
-  Real turn = 0, way = 0;  // rad, m
-
-  /// The farthest that a place of a has come, m.
-  Real most(const SurfaceContact& c) const { return way + turn * extent_of(c.on_a); }
-};
-Moved moved(const TouchMemory& memory, const Pose& at) {
-  const Real cosine = std::min(std::abs(glm::dot(at.rotation, memory.searched.rotation)), Real(1));
-  return {2 * std::acos(cosine), glm::distance(at.position, memory.searched.position)};
-}
-
-/// The places of one contact: those of an island that follow one another.
-struct Spots {
-  const World& world;
-  Island& m;
-  std::size_t first, count;
-
-  const SurfaceContact& contact() const {
-    return world.surface_contacts.values()[m.touch_sources[first]];
-  }
-  TouchMemory& memory(std::size_t n) const { return m.touches[first + n]; }
-  std::uint32_t block(std::size_t n) const { return m.touch_blocks[first + n]; }
-  bool bears(std::size_t n) const { return m.memory[block(n)].active && memory(n).known; }
-  bool is_open(std::size_t n) const { return !memory(n).known && !memory(n).is_over(); }
-};
-
-template <class Do>
-void for_each_contact(const World& world, Island& m, const Do& act) {
-  for (std::size_t first = 0; first < m.touch_sources.size();) {
-    std::size_t end = first + 1;
-    while (end < m.touch_sources.size() && m.touch_sources[end] == m.touch_sources[first]) ++end;
-    act(Spots{world, m, first, end - first});
-    first = end;
-  }
-}
-
-Vec3 point_on(const ContactSurface& s, const nurbs::Place& at) {
-  if (s.curve) return nurbs::evaluate(s.curve->curve(), at.u, 0)[0];
-  return s.skin->face(at.face).at(at.u, at.v).s;
-}
-bool are_alike(const SurfaceContact& c, const nurbs::PlacePair& x, const nurbs::PlacePair& y) {
-  const auto near = [&](const ContactSurface& s, const nurbs::Place& p, const nurbs::Place& q) {
-    return glm::distance(point_on(s, p), point_on(s, q)) <= kAlike * smaller_size(c);
-  };
-  return near(c.on_a, x.a, y.a) && near(c.on_b, x.b, y.b);
 }
 
 /// Places that came to the same pair are one.
@@ -139,12 +66,6 @@ std::size_t place_for(const Spots& s, const Pair& pair, const Pose& at) {
   return worst;
 }
 
-/// Whether a pair may be where the surfaces have met, at most so far within one another, not one of
-/// far sides.
-bool may_have_met(const Pair& pair, Real most) {
-  return pair.gap >= -most && 2 * pair.gap * pair.least_curvature >= -1;
-}
-
 /// How fast any place of a may come nearer to b's surface, m/s, at most.
 Real approach_of(const Spots& s) {
   const SurfaceContact& c = s.contact();
@@ -161,7 +82,7 @@ void search(const Spots& s, const Pose& at, Real h) {
   const SurfaceContact& c = s.contact();
   bool any_known = false;
   Real most = kDeepest * smaller_size(c);
-  if (s.memory(0).was_searched) most = std::max(most, moved(s.memory(0), at).most(c));
+  if (s.memory(0).was_searched) most = std::max(most, moved(s.memory(0).searched, at).most(c));
   for (std::size_t n = 0; n < s.count; ++n) {
     s.memory(n).searched = at, s.memory(n).is_far = s.memory(n).was_searched = true;
     any_known = any_known || s.memory(n).known;
@@ -169,6 +90,9 @@ void search(const Spots& s, const Pose& at, Real h) {
   Pair found[kMostPairs];
   const Real reach = std::max(smaller_size(c), kAhead * h * approach_of(s));
   const std::size_t count = find_pairs(c, at, {reach, found});
+  Real& clear = s.m.scratch.touching[s.first].clear;
+  clear = reach;
+  for (std::size_t i = 0; i < count; ++i) clear = std::min(clear, found[i].gap);
   std::sort(found, found + count,
             [](const Pair& x, const Pair& y) { return std::abs(x.gap) < std::abs(y.gap); });
   for (std::size_t i = 0; i < count; ++i) {
@@ -198,10 +122,6 @@ void begin(const Spots& s) {
   if (!one.known && !one.is_far && c.known) one.known = true, one.touch = {c.at, {}, s.world.time};
 }
 
-bool is_convex(const SurfaceContact& c) {
-  return c.on_a.skin && c.on_b.skin && c.on_a.skin->is_convex() && c.on_b.skin->is_convex();
-}
-
 /// Whether all pairs are to be looked at.
 bool wants_search(const Spots& s, const Pose& at) {
   const SurfaceContact& c = s.contact();
@@ -213,8 +133,8 @@ bool wants_search(const Spots& s, const Pose& at) {
     if (s.is_open(n) && !memory.is_far) return true;
   }
   if (!any_open) return false;
-  const Moved since = moved(s.memory(0), at);
-  const bool is_due = since.turn > kSearchTurn || since.way > kSearchWay * smaller_size(c);
+  const Moved since = moved(s.memory(0).searched, at);
+  const bool is_due = is_far(since, c);
   if (!c.lifts) return s.is_open(0) && is_due;
   // Two surfaces without hollows have one pair.
   if (s.count == 1 && s.memory(0).known && s.memory(0).is_least && is_convex(c)) return false;
@@ -256,30 +176,64 @@ void find_touches(const World& world, Island& m, Real h) {
   });
 }
 
-void note_touches(const World& world, Island& m) {
-  for (std::size_t n = 0; n < m.touches.size(); ++n) {
-    const SurfaceContact& c = world.surface_contacts.values()[m.touch_sources[n]];
-    const nurbs::PlacePair& at = m.scratch.state.touches[n].at;
-    if (m.touches[n].known && is_active(m, m.touch_blocks[n]))
-      m.scratch.touching[n].from[0] = point_on(c.on_a, at.a),
-      m.scratch.touching[n].from[1] = point_on(c.on_b, at.b);
+namespace {
+
+/// A place of a surface in its frame, and its outward normal; 0 of a curve in space.
+struct PlaceOn {
+  Vec3 at{0}, normal{0};
+};
+PlaceOn place_on(const ContactSurface& s, const nurbs::Place& at) {
+  if (s.curve) {
+    const auto d = nurbs::evaluate(s.curve->curve(), at.u, 1);
+    return {d[0], glm::normalize(Vec3(d[1].y, -d[1].x, 0))};
   }
+  const nurbs::Jet jet = s.skin->face(at.face).at(at.u, at.v);
+  return {jet.s, glm::normalize(glm::cross(jet.u, jet.v))};
+}
+/// Of a, against b's.
+PlaceOn place_on_a(const SurfaceContact& c, const nurbs::Place& at) {
+  PlaceOn place = place_on(c.on_a, at);
+  place.normal = c.on_a.curve && c.on_b.skin ? Vec3(0) : -place.normal;
+  return place;
 }
 
-bool touches_leap(const World& world, const Island& m, Real h) {
+}  // namespace
+
+void note_touches(const World& world, Island& m) {
   for (std::size_t n = 0; n < m.touches.size(); ++n) {
     if (!m.touches[n].known || !is_active(m, m.touch_blocks[n])) continue;
     const SurfaceContact& c = world.surface_contacts.values()[m.touch_sources[n]];
     const nurbs::PlacePair& at = m.scratch.state.touches[n].at;
-    const Vec3(&from)[2] = m.scratch.touching[n].from;
+    TouchFound& found = m.scratch.touching[n];
+    const PlaceOn on_a = place_on_a(c, at.a), on_b = place_on(c.on_b, at.b);
+    found.from[0] = on_a.at, found.from[1] = on_b.at;
+    found.normal_from[0] = on_a.normal, found.normal_from[1] = on_b.normal;
+    found.knows_rate = false;
+  }
+}
+
+bool touches_leap(const World& world, Island& m, Real h) {
+  for (std::size_t n = 0; n < m.touches.size(); ++n) {
+    if (!m.touches[n].known || !is_active(m, m.touch_blocks[n])) continue;
+    const SurfaceContact& c = world.surface_contacts.values()[m.touch_sources[n]];
+    const nurbs::PlacePair& at = m.scratch.state.touches[n].at;
+    const TouchFound& found = m.scratch.touching[n];
     const Block& b = m.blocks[m.touch_blocks[n]];
     const auto spin = [&](std::size_t k) {
       return m.scratch.body_states[b.body[k]].angular_velocity;
     };
-    const Real most = std::max(kLeap, kRolled * h * glm::length(spin(0) - spin(1)));
-    if (glm::distance(point_on(c.on_a, at.a), from[0]) > most * size_of(c.on_a) ||
-        glm::distance(point_on(c.on_b, at.b), from[1]) > most * size_of(c.on_b))
+    const Real turned = h * glm::length(spin(0) - spin(1));
+    const Real most = std::max(kLeap, kRolled * turned);
+    const PlaceOn now[2] = {place_on_a(c, at.a), place_on(c.on_b, at.b)};
+    if (glm::distance(now[0].at, found.from[0]) > most * size_of(c.on_a) ||
+        glm::distance(now[1].at, found.from[1]) > most * size_of(c.on_b))
       return true;
+    find_turning(world, m, m.touch_blocks[n]);
+    for (int k = 0; k < 2; ++k)
+      if (now[k].normal != Vec3(0) &&
+          glm::distance(now[k].normal, found.normal_from[k] + h * found.normal_rate[k]) >
+              kBend + 0.5 * turned * turned)
+        return true;
   }
   return false;
 }
@@ -293,17 +247,23 @@ bool may_turn_over(const World& world, Island& m) {
   return true;
 }
 
+Pose a_in_b_now(const Spots& s) {
+  const Block& b = s.m.blocks[s.block(0)];
+  const auto surface = [&](std::size_t k, const ContactSurface& of) {
+    const BodyState& at = s.m.scratch.body_states[b.body[k]];
+    return compose({at.position, glm::normalize(glm::quat_cast(at.rotation_matrix))}, of.pose);
+  };
+  return compose(inverse(surface(1, s.contact().on_b)), surface(0, s.contact().on_a));
+}
+
 void look_for_touches(const World& world, Island& m, Real h) {
   for_each_contact(world, m, [&](const Spots& s) {
-    const Block& b = m.blocks[s.block(0)];
-    const auto surface = [&](std::size_t k, const ContactSurface& of) {
-      const BodyState& at = m.scratch.body_states[b.body[k]];
-      return compose({at.position, glm::normalize(glm::quat_cast(at.rotation_matrix))}, of.pose);
-    };
-    const SurfaceContact& c = s.contact();
-    for (std::size_t n = 0; n < s.count; ++n)
+    for (std::size_t n = 0; n < s.count; ++n) {
       s.memory(n).touch = m.scratch.state.touches[s.first + n];
-    search(s, compose(inverse(surface(1, c.on_b)), surface(0, c.on_a)), h);
+      // Pairs that ended make room.
+      if (s.contact().lifts && !s.bears(n) && has_ended(s, n)) s.memory(n).known = false;
+    }
+    search(s, a_in_b_now(s), h);
     for (std::size_t n = 0; n < s.count; ++n) {
       m.scratch.state.touches[s.first + n] = s.memory(n).touch;
       m.scratch.touching[s.first + n].is_fresh = false;

@@ -141,6 +141,14 @@ bool follow(Island& m, const Contact3& k, std::size_t block, Pair& now) {
   return false;
 }
 
+/// How the normal turns as seen from either body.
+void note_turning(const Contact3& k, const nurbs::Moving& moving, TouchFound& found) {
+  const Vec3 turns = moving.normal - glm::cross(twist_of(k).angular, found.pair.normal);
+  found.normal_rate[0] = glm::conjugate(k.a_in_b.rotation) * turns;
+  found.normal_rate[1] = moving.normal;
+  found.knows_rate = true;
+}
+
 /// gamma of the rows, and the rates of the places.
 void write_gammas(Island& m, const Contact3& k, std::size_t block, const Pair& now) {
   const Block& b = m.blocks[block];
@@ -149,6 +157,7 @@ void write_gammas(Island& m, const Contact3& k, std::size_t block, const Pair& n
   Touch& touch = scratch.state.touches[b.first_place];
   const nurbs::Moving moving = moving_pair(k.c, {k.a_in_b, touch.at, twist_of(k)});
   touch.rates = moving.rates;
+  note_turning(k, moving, scratch.touching[b.first_place]);
   const Quat turn = k.surface_b.rotation;
   const Vec3 n = turn * now.normal, wa = k.a.angular_velocity, wb = k.b.angular_velocity;
   const Vec3 arm_a = to_world(k.surface_b, now.on_a) - k.a.position;
@@ -195,6 +204,13 @@ nurbs::CommonNormal track_pair(const SurfaceContact& c, const Pose& a_in_b,
       c.on_b.curve ? nurbs::track_planar(*c.on_a.curve, *c.on_b.curve, a_in_b, {from.a.u, from.b.u})
                    : nurbs::track_on_face(*c.on_a.curve, *c.on_b.skin, a_in_b, {from.a.u, from.b});
   return {f.status, {{0, f.t, 0}, f.b}, f.on_a, f.on_b, f.normal, f.gap, f.least_curvature};
+}
+
+void find_turning(const World& world, Island& m, std::size_t block) {
+  TouchFound& found = m.scratch.touching[m.blocks[block].first_place];
+  if (found.knows_rate) return;
+  const Contact3 k = contact_at(world, m, m.blocks[block]);
+  note_turning(k, moving_pair(k.c, {k.a_in_b, found.pair.at, twist_of(k)}), found);
 }
 
 void clear_rolling(Island& m) {

@@ -1,0 +1,112 @@
+// Events of surfaces that touch, besides where one comes down: when what bears lifts off; what ends
+// a step within another where it did not come nearer.
+#include <algorithm>
+
+#include "engine/solvers/lagrangian/integrator.hpp"
+
+namespace pantin::detail::lagrangian {
+namespace {
+
+/// m/s: what comes apart no slower came not nearer.
+constexpr Real kApart = 1e-3;
+/// m: as of limits.
+constexpr Real kWithin = 1e-9;
+/// Of the largest force: less is rounding.
+constexpr Real kRounding = 1e-9;
+
+bool may_lift(const Island& m, std::size_t block) {
+  return m.blocks[block].kind == BlockKind::surface && !m.blocks[block].lock;
+}
+bool is_within(const Island& m, std::size_t block) {
+  return may_lift(m, block) && !m.memory[block].active &&
+         m.scratch.c[m.blocks[block].first_row] < -kWithin;
+}
+
+/// How fast the two bodies come apart at a pair, m/s, at the rows of now.
+Real opening_speed(const Island& m, const Block& b) {
+  const TouchFound& found = m.scratch.touching[b.first_place];
+  const auto velocity = [&](std::size_t k, Vec3 point) {
+    const BodyState& at = m.scratch.body_states[b.body[k]];
+    return at.velocity + glm::cross(at.angular_velocity, point - at.position);
+  };
+  const Vec3 on_a = found.on_b + found.gap * found.normal;
+  return glm::dot(found.normal, velocity(0, on_a) - velocity(1, found.on_b));
+}
+
+}  // namespace
+
+bool any_pulls(const Island& m) {
+  Real most = 0;
+  for (const Real force : m.mean_lambda) most = std::max(most, std::abs(force));
+  for (std::size_t i = 0; i < m.blocks.size(); ++i)
+    if (may_lift(m, i) && is_active(m, i) &&
+        m.mean_lambda[m.blocks[i].first_row] < -kRounding * most)
+      return true;
+  return false;
+}
+
+Real least_pressing(const World& world, Island& m, Real part, Real whole) {
+  accelerate(world, m, part, whole);
+  Real least = 1e300;
+  for (std::size_t i = 0; i < m.blocks.size(); ++i)
+    if (may_lift(m, i) && is_active(m, i))
+      least = std::min(least, m.scratch.lambda[m.blocks[i].first_row]);
+  return least;
+}
+
+void lift_off(const World& world, Island& m, Real part, Real whole) {
+  const Real least = least_pressing(world, m, part, whole);
+  for (std::size_t i = 0; i < m.blocks.size(); ++i)
+    if (may_lift(m, i) && is_active(m, i) &&
+        m.scratch.lambda[m.blocks[i].first_row] <= std::max(least, Real(0)))
+      m.memory[i].active = false;
+  write_all_rows(world, m, {true, false});
+}
+
+bool hold_within(Island& m) {
+  bool any = false;
+  for (std::size_t i = 0; i < m.blocks.size(); ++i)
+    if (is_within(m, i)) m.memory[i].active = any = true;
+  return any;
+}
+
+void note_openings(Island& m) {
+  for (const Block& b : m.blocks)
+    if (b.kind == BlockKind::surface)
+      m.scratch.touching[b.first_place].opened = opening_speed(m, b);
+}
+
+bool set_back(const World& world, Island& m, const Span& span) {
+  StepScratch& scratch = m.scratch;
+  if (!row_of(m.settings.integrator).projection_moves) return true;
+  bool any = false;
+  for (std::size_t i = 0; i < m.blocks.size(); ++i) {
+    TouchFound* found = may_lift(m, i) ? &scratch.touching[m.blocks[i].first_place] : nullptr;
+    if (!found) continue;
+    found->is_set_back =
+        is_within(m, i) && found->opened >= -kApart && opening_speed(m, m.blocks[i]) >= -kApart;
+    any = any || found->is_set_back;
+  }
+  if (!any) return true;
+  const auto set = [&](bool to) {
+    for (std::size_t i = 0; i < m.blocks.size(); ++i)
+      if (may_lift(m, i) && scratch.touching[m.blocks[i].first_place].is_set_back)
+        m.memory[i].active = to;
+  };
+  const Real kinetic = kinetic_energy(m, scratch.state);
+  for (std::size_t b = 0; b < m.count(); ++b)
+    scratch.momenta[2 * b] = scratch.state.v[b], scratch.momenta[2 * b + 1] = scratch.state.w[b];
+  scratch.impulses_at_start = scratch.impulses;
+  const Real part = span.fraction(1);
+  set(true);
+  const bool closed = project(world, m, part, span.whole);
+  set(false);
+  for (std::size_t b = 0; b < m.count(); ++b)
+    scratch.state.v[b] = scratch.momenta[2 * b], scratch.state.w[b] = scratch.momenta[2 * b + 1];
+  scratch.impulses = scratch.impulses_at_start;
+  update_kinematics(m), write_all_rows(world, m, {true, false});
+  factor(m), project_twists(m, {});
+  return closed && pay_projection(m, kinetic);
+}
+
+}  // namespace pantin::detail::lagrangian

@@ -1,0 +1,112 @@
+#pragma once
+/// The places of contacts of surfaces: what the files of them share.
+#include <algorithm>
+#include <cmath>
+
+#include "engine/solvers/lagrangian/internal.hpp"
+#include "engine/world/surface_start.hpp"
+
+namespace pantin::detail::lagrangian {
+
+/// A relative turn (rad), and a part of the smaller surface's size, after which all pairs are
+/// looked at again.
+constexpr Real kSearchTurn = 0.3, kSearchWay = 0.05;
+/// Pairs that are compared.
+constexpr std::size_t kMostPairs = 16;
+/// An overlap that bodies may start with, of the smaller surface. What overlaps more, and by more
+/// than they moved since the last search, is a pair of far sides.
+constexpr Real kDeepest = 0.05;
+/// One pair is another's, in parts of the smaller surface.
+constexpr Real kAlike = 1e-5;
+
+inline Real size_of(const ContactSurface& s) { return s.curve ? s.curve->size() : s.skin->size(); }
+inline Real smaller_size(const SurfaceContact& c) {
+  return std::min(size_of(c.on_a), size_of(c.on_b));
+}
+
+/// How far a's surface extends from the origin of its frame, m.
+inline Real extent_of(const ContactSurface& surface) {
+  Real most = 0;
+  const auto take = [&](const nurbs::BallTree& tree) {
+    const nurbs::Ball& ball = tree.nodes().front().ball;
+    most = std::max(most, glm::length(ball.centre) + ball.radius);
+  };
+  if (surface.curve) take(surface.curve->tree());
+  if (surface.skin)
+    for (const nurbs::Face& face : surface.skin->faces()) take(face.tree());
+  return most;
+}
+
+/// How a has moved as seen from b.
+struct Moved {
+  Real turn = 0, way = 0;  // rad, m
+
+  /// The farthest that a place of a has come, m.
+  Real most(const SurfaceContact& c) const { return way + turn * extent_of(c.on_a); }
+};
+inline Moved moved(const Pose& from, const Pose& to) {
+  const Real cosine = std::min(std::abs(glm::dot(to.rotation, from.rotation)), Real(1));
+  return {2 * std::acos(cosine), glm::distance(to.position, from.position)};
+}
+/// Far enough for all pairs to be looked at again.
+inline bool is_far(const Moved& since, const SurfaceContact& c) {
+  return since.turn > kSearchTurn || since.way > kSearchWay * smaller_size(c);
+}
+
+/// The places of one contact: those of an island that follow one another.
+struct Spots {
+  const World& world;
+  Island& m;
+  std::size_t first, count;
+
+  const SurfaceContact& contact() const {
+    return world.surface_contacts.values()[m.touch_sources[first]];
+  }
+  TouchMemory& memory(std::size_t n) const { return m.touches[first + n]; }
+  std::uint32_t block(std::size_t n) const { return m.touch_blocks[first + n]; }
+  bool bears(std::size_t n) const { return m.memory[block(n)].active && memory(n).known; }
+  bool is_open(std::size_t n) const { return !memory(n).known && !memory(n).is_over(); }
+};
+
+template <class Do>
+void for_each_contact(const World& world, Island& m, const Do& act) {
+  for (std::size_t first = 0; first < m.touch_sources.size();) {
+    std::size_t end = first + 1;
+    while (end < m.touch_sources.size() && m.touch_sources[end] == m.touch_sources[first]) ++end;
+    act(Spots{world, m, first, end - first});
+    first = end;
+  }
+}
+
+inline Vec3 point_on(const ContactSurface& s, const nurbs::Place& at) {
+  if (s.curve) return nurbs::evaluate(s.curve->curve(), at.u, 0)[0];
+  return s.skin->face(at.face).at(at.u, at.v).s;
+}
+inline bool are_alike(const SurfaceContact& c, const nurbs::PlacePair& x,
+                      const nurbs::PlacePair& y) {
+  const auto near = [&](const ContactSurface& s, const nurbs::Place& p, const nurbs::Place& q) {
+    return glm::distance(point_on(s, p), point_on(s, q)) <= kAlike * smaller_size(c);
+  };
+  return near(c.on_a, x.a, y.a) && near(c.on_b, x.b, y.b);
+}
+
+/// Whether a pair may be where the surfaces have met, at most so far within one another, not one of
+/// far sides.
+inline bool may_have_met(const nurbs::CommonNormal& pair, Real most) {
+  return pair.gap >= -most && 2 * pair.gap * pair.least_curvature >= -1;
+}
+
+/// Two surfaces without hollows have one pair.
+inline bool is_convex(const SurfaceContact& c) {
+  return c.on_a.skin && c.on_b.skin && c.on_a.skin->is_convex() && c.on_b.skin->is_convex();
+}
+/// A pair that was followed, and is none of least gap any more, or none at all.
+inline bool has_ended(const Spots& s, std::size_t n) {
+  const nurbs::CommonNormal& pair = s.m.scratch.touching[s.first + n].pair;
+  return s.memory(n).known &&
+         !(pair.status == nurbs::ContactStatus::found && pair.least_curvature > 0);
+}
+/// Where a stands as seen from b in the present state of the solver.
+Pose a_in_b_now(const Spots& s);
+
+}  // namespace pantin::detail::lagrangian

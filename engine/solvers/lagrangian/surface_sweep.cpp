@@ -1,0 +1,114 @@
+// Surfaces that may lift off have come into one another within a step, where no place follows them
+// or only on the way.
+#include "engine/solvers/lagrangian/surface_spots.hpp"
+
+namespace pantin::detail::lagrangian {
+namespace {
+
+/// Of the smaller surface: so far apart are the poses on the way that are looked at, and at most so
+/// many. Half of that is the radius of a ball, within which near and far sides are told apart.
+constexpr Real kStride = 0.25;
+constexpr int kMostStrides = 400;
+/// m: deeper is within.
+constexpr Real kWithin = 1e-9;
+
+Pose between(const Pose& from, const Pose& to, Real part) {
+  if (part == 1) return to;
+  return {from.position + part * (to.position - from.position),
+          glm::slerp(from.rotation, to.rotation, part)};
+}
+
+/// Whether nothing can be met unseen: there is one pair, which is followed.
+bool is_sure(const Spots& s) {
+  const SurfaceContact& c = s.contact();
+  bool any_open = false;
+  for (std::size_t n = 0; n < s.count; ++n) any_open = any_open || !s.memory(n).is_over();
+  if (!c.lifts || !any_open) return true;
+  // One place goes over to deeper pairs at the next search.
+  return s.count == 1 && s.memory(0).known && (is_convex(c) || s.bears(0)) && !has_ended(s, 0);
+}
+
+enum class Seen : std::uint8_t { no, followed, bears };
+/// Whether a pair found on the way is one that a place follows.
+Seen seen(const Spots& s, const Pose& at, const nurbs::CommonNormal& pair) {
+  const SurfaceContact& c = s.contact();
+  Seen best = Seen::no;
+  for (std::size_t n = 0; n < s.count; ++n) {
+    if (!s.memory(n).known) continue;
+    const nurbs::PlacePair& to = s.m.scratch.state.touches[s.first + n].at;
+    if (!are_alike(c, to, pair.at) && !are_alike(c, track_pair(c, at, to).at, pair.at)) continue;
+    best = std::max(best, s.bears(n) ? Seen::bears : Seen::followed);
+  }
+  return best;
+}
+
+/// The way of a contact in the last part of a step.
+struct Way {
+  Pose from, to;
+  Real length = 0;  // m, of the farthest place of a
+  int strides = 1;
+};
+
+/// Looks at one pose on the way. Returns the least gap, m, and whether anything was met.
+struct Look {
+  Real least = 0;
+  bool met = false;
+};
+Look look_at(const Spots& s, const Way& way, int stride) {
+  const SurfaceContact& c = s.contact();
+  const Real left = way.length * (way.strides - stride) / way.strides;
+  nurbs::CommonNormal found[kMostPairs];
+  const Pose at = between(way.from, way.to, Real(stride) / way.strides);
+  Look out{std::max(kStride * smaller_size(c), left), false};
+  const std::size_t count = find_pairs(c, at, {out.least, found});
+  const Real deepest = kDeepest * smaller_size(c) + way.length / way.strides;
+  for (std::size_t i = 0; i < count; ++i) {
+    const nurbs::CommonNormal& pair = found[i];
+    if (pair.gap < 0 && !may_have_met(pair, deepest)) continue;
+    out.least = std::min(out.least, pair.gap);
+    if (!(pair.gap < -kWithin)) continue;
+    const Seen is = seen(s, at, pair);
+    out.met = out.met || is == Seen::no || (is == Seen::followed && stride < way.strides);
+  }
+  return out;
+}
+
+/// The part of the way after which a contact has met something unseen, or 2.
+Real part_of(const Spots& s) {
+  if (is_sure(s)) return 2;
+  const SurfaceContact& c = s.contact();
+  Way way{s.m.scratch.touching[s.first].begun, a_in_b_now(s)};
+  way.length = moved(way.from, way.to).most(c);
+  const Moved since = moved(s.memory(0).searched, way.to);
+  if (since.most(c) < s.m.scratch.touching[s.first].clear) return 2;
+  way.strides = static_cast<int>(
+      std::clamp(std::ceil(way.length / (kStride * smaller_size(c))), Real(1), Real(kMostStrides)));
+  bool any_ended = false;
+  for (std::size_t n = 0; n < s.count; ++n)
+    any_ended = any_ended || (has_ended(s, n) && !s.bears(n));
+  if (way.strides == 1 && !any_ended && !is_far(since, c)) return 2;
+  for (int i = 1; i <= way.strides;) {
+    const Look look = look_at(s, way, i);
+    if (look.met) return Real(i) / way.strides;
+    if (i == way.strides) break;
+    const Real free = std::max(look.least, Real(0)) * way.strides / way.length;
+    i = std::min(way.strides, i + std::max(1, static_cast<int>(free)));
+  }
+  return 2;
+}
+
+}  // namespace
+
+void note_sweep(const World& world, Island& m) {
+  for_each_contact(world, m, [&](const Spots& s) {
+    if (s.contact().lifts) m.scratch.touching[s.first].begun = a_in_b_now(s);
+  });
+}
+
+Real met_unseen(const World& world, Island& m) {
+  Real first = 2;
+  for_each_contact(world, m, [&](const Spots& s) { first = std::min(first, part_of(s)); });
+  return first;
+}
+
+}  // namespace pantin::detail::lagrangian
