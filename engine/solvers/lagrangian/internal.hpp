@@ -292,7 +292,8 @@ Real kinetic_energy(const Island& m, const Motions& s);
 /// Whether nothing that the island is joined to moves.
 bool stands_on_rest(const Island& m);
 /// Takes from the motion what the projection lifted, where nothing else can have paid for it:
-/// `before` is the kinetic energy before, J. False: there was not as much.
+/// `before` is the kinetic energy before, J. False: there was not as much, or the step of a free
+/// island, whose momentum stays as it is, gained and is to be cut.
 bool pay_projection(Island& m, Real before);
 /// Impulses transmitted to the island at its interfaces in this step.
 void store_transmitted(Island& m);

@@ -132,6 +132,53 @@ void look(const World& world, Island& m, Metric metric) {
   m.residual = worst_residual(m);
 }
 
+/// The gap of a contact of surfaces, where no other row binds poses; else null.
+const Block* only_gap(const Island& m) {
+  const Block* gap = nullptr;
+  for (std::size_t i = 0; i < m.blocks.size(); ++i) {
+    const Block& b = m.blocks[i];
+    if (b.kind == BlockKind::roll || !is_active(m, i)) continue;
+    if (gap || b.kind != BlockKind::surface) return nullptr;
+    gap = &b;
+  }
+  return gap;
+}
+
+/// One row is solved for without a factor.
+void correct_gap(Island& m, const Block& gap) {
+  StepScratch& scratch = m.scratch;
+  const Vec3* j = jacobian_of(m, gap);
+  std::fill(scratch.solution.begin(), scratch.solution.end(), Vec3(0));
+  Real gives = 0;
+  for (std::size_t k = 0; k < gap.count; ++k, j += 2) {
+    const std::uint32_t b = gap.body[k];
+    if (b >= m.count()) continue;
+    scratch.solution[2 * b] = 1 / m.mass[b] * j[0];
+    scratch.solution[2 * b + 1] = scratch.inverse_inertia[b] * j[1];
+    gives += glm::dot(j[0], scratch.solution[2 * b]) + glm::dot(j[1], scratch.solution[2 * b + 1]);
+  }
+  const Real part = -scratch.c[gap.first_row] / gives;
+  for (Vec3& way : scratch.solution) way *= part;
+}
+
+/// Closes the only row of poses. What does not converge is left as it was.
+void close_gap(const World& world, Island& m, const Block& gap) {
+  StepScratch& scratch = m.scratch;
+  const Real tolerance = tolerance_of(m);
+  scratch.from = scratch.state;
+  for (int n = 0; m.residual > tolerance; ++n) {
+    const Real before = m.residual;
+    correct_gap(m, gap);
+    scratch.projection_work += move_bodies(m, scratch.solution);
+    look(world, m, Metric::of_masses);
+    if (n < kMaxCorrections && m.residual < 0.5 * before) continue;
+    if (m.residual <= kRoundingFactor * tolerance) return;
+    scratch.state = scratch.from, scratch.projection_work = 0;
+    look(world, m, Metric::of_masses);
+    return;
+  }
+}
+
 /// Newton's method on the rows that bind poses, with Levenberg's where it diverges. Returns whether
 /// the factor at the end is that of another matrix than the rows have.
 bool close_poses(const World& world, Island& m, Metric metric) {
@@ -177,13 +224,15 @@ bool project(const World& world, Island& m, Real part, Real whole) {
   look(world, m, Metric::of_masses);
   scratch.opened = m.residual;
   if (!std::isfinite(m.residual)) return false;
+  scratch.projection_work = 0;
+  const Block* gap = m.rolls && m.residual > tolerance_of(m) ? only_gap(m) : nullptr;
+  if (gap) close_gap(world, m, *gap);
   // Rows that bind velocities only have no part in poses.
   const bool splits = m.rolls && m.residual > tolerance_of(m);
   if (splits)
     scratch.poses_only = true, clear_rolling(m), factor(m);
   else
     factor_and_report(m);
-  scratch.projection_work = 0;
   bool softened = close_poses(world, m, Metric::of_masses);
   const Real enough = 1e-7 * std::max(Real(1), m.size);
   if (m.rescues > 0 && m.residual > enough) {

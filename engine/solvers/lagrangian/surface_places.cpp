@@ -132,12 +132,13 @@ bool wants_search(const Spots& s, const Pose& at) {
     is_unsure = is_unsure || (memory.known && !memory.is_least);
     if (s.is_open(n) && !memory.is_far) return true;
   }
-  if (!any_open) return false;
+  if (!any_open || (!c.lifts && !s.is_open(0))) return false;
+  // Two surfaces without hollows have one pair.
+  if (c.lifts && s.count == 1 && s.memory(0).known && s.memory(0).is_least && is_convex(c))
+    return false;
   const Moved since = moved(s.memory(0).searched, at);
   const bool is_due = is_far(since, c);
-  if (!c.lifts) return s.is_open(0) && is_due;
-  // Two surfaces without hollows have one pair.
-  if (s.count == 1 && s.memory(0).known && s.memory(0).is_least && is_convex(c)) return false;
+  if (!c.lifts) return is_due;
   // Where one place bears, nothing tells of another that comes near but the search.
   const bool is_urgent = s.count == 1 && since.most(c) > kSearchWay * smaller_size(c);
   return is_unsure || is_due || is_urgent;

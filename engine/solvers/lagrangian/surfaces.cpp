@@ -48,8 +48,9 @@ nurbs::PlacePair predicted(const SurfaceContact& c, const Touch& t, Real time) {
 /// Frames are placed by their matrix: see Euler.
 Pose pose_of(const Island& m, std::uint32_t body) {
   const BodyState& at = m.scratch.body_states[body];
+  const bool has_rotation = body < m.count() || at.angular_velocity == Vec3(0);
   return {at.position,
-          body < m.count() ? at.rotation : glm::normalize(glm::quat_cast(at.rotation_matrix))};
+          has_rotation ? at.rotation : glm::normalize(glm::quat_cast(at.rotation_matrix))};
 }
 
 /// A contact at the current state.
@@ -224,10 +225,12 @@ void write_surface(const World& world, Island& m, std::size_t block, Want want) 
   StepScratch& scratch = m.scratch;
   TouchFound& found = scratch.touching[b.first_place];
   const TouchMemory& memory = m.touches[b.first_place];
-  clear_rows(m, b);
-  if (roll) clear_rows(m, *roll);
-  scratch.c[b.first_row] = kFar;
-  if (memory.is_over() || !memory.known) return;
+  const auto bind_nothing = [&](Real gap) {
+    clear_rows(m, b);
+    if (roll) clear_rows(m, *roll);
+    scratch.c[b.first_row] = gap;
+  };
+  if (memory.is_over() || !memory.known) return bind_nothing(kFar);
   const Contact3 k = contact_at(world, m, b);
   Pair now;
   // Surfaces apart that are not followed further are as far as they were.
@@ -236,14 +239,17 @@ void write_surface(const World& world, Island& m, std::size_t block, Want want) 
     found.on_b = to_world(k.surface_b, now.on_b), found.normal = k.surface_b.rotation * now.normal;
     found.gap = now.gap;
   }
-  scratch.c[b.first_row] = near || b.lock ? found.gap : std::max(found.gap, Real(1e-6));
-  if (!near || !is_active(m, block)) return;
+  const Real gap = near || b.lock ? found.gap : std::max(found.gap, Real(1e-6));
+  if (!near || !is_active(m, block)) return bind_nothing(gap);
+  scratch.c[b.first_row] = gap;
   const Vec3 arms[2] = {to_world(k.surface_b, now.on_a) - k.a.position, found.on_b - k.b.position};
   write_row(arms, found.normal, &scratch.jacobian[b.first_vector]);
   const bool rolls = roll && is_active(m, block + 1);
   if (roll && (rolls || !roll->lock)) write_rolling(m, k, *roll, now);
   found.arm[0] = arms[0], found.arm[1] = arms[1];
-  if (roll && !roll->lock && !rolls) clear_rows(m, *roll);
+  if (roll && !rolls) clear_rows(m, *roll);
+  scratch.gamma[b.first_row] = 0;
+  if (roll) std::fill_n(&scratch.gamma[roll->first_row], roll->rows, 0.0);
   if (want.gamma) write_gammas(m, k, block, now);
 }
 
