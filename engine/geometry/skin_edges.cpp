@@ -18,6 +18,7 @@ constexpr std::uint64_t kCornerOfA = 1ull << 40, kCornerOfB = 2ull << 40, kAcros
 constexpr std::uint64_t kNumber = (1u << 20) - 1;
 constexpr Real kFlat = 0.05;      // rad, between edges and faces that lie along one another
 constexpr Real kCrossing = 0.02;  // rad, between edges whose own normal counts
+constexpr Real kBend = 0.15;  // of its length: how far a round part may leave its tangent
 constexpr int kSamples = 9, kMostRefinements = 12, kMostSteps = 6;
 
 // ---- Corners, and edges along faces -----------------------------------------------------------
@@ -59,7 +60,10 @@ class Slide {
       : ground_(ground), of_(of), emit_(emit) {}
 
   /// The places of an edge where the distance is least, and those where it stays.
-  void run(const EdgePart& edge) const {
+  void run(const EdgePart& edge) {
+    // The ends of a round part may be farther than the margin where its middle is not.
+    ground_.reach.margin =
+        emit_.out.margin + (edge.is_straight ? 0 : kBend * glm::distance(edge.from, edge.to));
     const int samples = edge.is_straight ? kSamples : 2;
     std::optional<Place> last;
     for (int i = 0; i < samples; ++i) {
@@ -109,12 +113,13 @@ class Slide {
     add(edge, best);
   }
   void add(const EdgePart& edge, const Place& at) const {
+    if (at.foot.gap > emit_.out.margin) return;
     const auto part = static_cast<std::uint64_t>(at.share * (kSamples - 1));
     const std::uint64_t whose = emit_.whose == Emit::Whose::a ? kEdgeOfA : kEdgeOfB;
     emit_.add(at.point, at.foot, whose | (edge.number & kNumber) << 8 | part);
   }
 
-  const Ground& ground_;
+  Ground ground_;
   const Features& of_;
   const Emit& emit_;
 };
@@ -124,7 +129,7 @@ void touch_faces(const Ground& ground, const Features& of, const Emit& emit) {
   const std::uint64_t whose = emit.whose == Emit::Whose::a ? kCornerOfA : kCornerOfB;
   for (const Corner& corner : of.corners)
     if (const auto foot = ground.foot(corner)) emit.add(corner.point, *foot, whose | corner.number);
-  const Slide slide(ground, of, emit);
+  Slide slide(ground, of, emit);
   for (const EdgePart& edge : of.edges) {
     if (!edge.is_straight) {
       slide.run(edge);
