@@ -18,7 +18,7 @@ constexpr std::uint64_t kCornerOfA = 1ull << 40, kCornerOfB = 2ull << 40, kAcros
 constexpr std::uint64_t kNumber = (1u << 20) - 1;
 constexpr Real kFlat = 0.05;      // rad, between edges and faces that lie along one another
 constexpr Real kCrossing = 0.02;  // rad, between edges whose own normal counts
-constexpr Real kBend = 0.15;  // of its length: how far a round part may leave its tangent
+constexpr Real kBend = 0.15;      // of its length: how far a round part may leave its tangent
 constexpr int kSamples = 9, kMostRefinements = 12, kMostSteps = 6;
 
 // ---- Corners, and edges along faces -----------------------------------------------------------
@@ -43,8 +43,9 @@ struct Emit {
 struct Features {
   std::span<const Corner> corners;
   std::span<const EdgePart> edges;
+  FeatureScratch* feet = nullptr;     // of the corners, to be filled
   const nurbs::Skin* skin = nullptr;  // of edges that are not straight
-  Pose at;                            // of that
+  Pose at = {};                       // of that
 
   EdgePoint point(const EdgePart& edge, Real share) const {
     if (edge.is_straight) return {glm::mix(edge.from, edge.to, share), edge.to - edge.from};
@@ -53,6 +54,7 @@ struct Features {
   }
 };
 
+/// Edges along faces; after the corners, whose feet it takes where round edges end.
 template <class Ground>
 class Slide {
  public:
@@ -60,14 +62,12 @@ class Slide {
       : ground_(ground), of_(of), emit_(emit) {}
 
   /// The places of an edge where the distance is least, and those where it stays.
-  void run(const EdgePart& edge) {
-    // The ends of a round part may be farther than the margin where its middle is not.
-    ground_.reach.margin =
-        emit_.out.margin + (edge.is_straight ? 0 : kBend * glm::distance(edge.from, edge.to));
+  void run(const EdgePart& edge) const {
     const int samples = edge.is_straight ? kSamples : 2;
     std::optional<Place> last;
     for (int i = 0; i < samples; ++i) {
-      std::optional<Place> here = look(edge, Real(i) / (samples - 1));
+      std::optional<Place> here =
+          edge.is_straight ? look(edge, Real(i) / (samples - 1)) : look_at_end(edge, i);
       if (here && edge.is_straight &&
           std::abs(here->slope) <= kFlat * glm::length(edge.to - edge.from))
         add(edge, *here);
@@ -85,12 +85,25 @@ class Slide {
   };
   std::optional<Place> look(const EdgePart& edge, Real share) const {
     const EdgePoint at = of_.point(edge, share);
+    return look(edge, share, at);
+  }
+  std::optional<Place> look(const EdgePart& edge, Real share, const EdgePoint& at) const {
     Corner corner;
     corner.point = at.point;
     corner.add(edge.into[0]), corner.add(edge.into[1]);
     const auto foot = ground_.foot(corner);
     if (!foot) return std::nullopt;
     return Place{share, glm::dot(foot->normal, at.rate), at.point, *foot};
+  }
+  std::optional<Place> look_at_end(const EdgePart& edge, int end) const {
+    const EdgePoint at = of_.point(edge, end);
+    const std::uint32_t corner = edge.ends[static_cast<std::size_t>(end)];
+    const std::uint32_t slot =
+        corner < of_.feet->slots.size() ? of_.feet->slots[corner] : UINT32_MAX;
+    if (slot == UINT32_MAX) return look(edge, end, at);
+    const auto& foot = of_.feet->feet[slot];
+    if (!foot) return std::nullopt;
+    return Place{Real(end), glm::dot(foot->normal, at.rate), at.point, *foot};
   }
   /// Regula falsi, the end that stays taken at half. [Dowell & Jarratt 1971]
   void refine(const EdgePart& edge, Place low, Place high) const {
@@ -119,25 +132,29 @@ class Slide {
     emit_.add(at.point, at.foot, whose | (edge.number & kNumber) << 8 | part);
   }
 
-  Ground ground_;
+  const Ground& ground_;
   const Features& of_;
   const Emit& emit_;
 };
 
 template <class Ground>
-void touch_faces(const Ground& ground, const Features& of, const Emit& emit) {
+void touch_faces(Ground ground, const Features& of, const Emit& emit) {
+  // The ends of a round part may be farther than the margin where its middle is not.
+  Real longest = 0;
+  for (const EdgePart& edge : of.edges)
+    if (!edge.is_straight) longest = std::max(longest, glm::distance(edge.from, edge.to));
+  ground.reach.margin = emit.out.margin + kBend * longest;
   const std::uint64_t whose = emit.whose == Emit::Whose::a ? kCornerOfA : kCornerOfB;
-  for (const Corner& corner : of.corners)
-    if (const auto foot = ground.foot(corner)) emit.add(corner.point, *foot, whose | corner.number);
-  Slide slide(ground, of, emit);
+  of.feet->feet.clear();
+  for (const Corner& corner : of.corners) {
+    const auto foot = of.feet->feet.emplace_back(ground.foot(corner));
+    if (foot && foot->gap <= emit.out.margin) emit.add(corner.point, *foot, whose | corner.number);
+  }
+  const Slide slide(ground, of, emit);
   for (const EdgePart& edge : of.edges) {
-    if (!edge.is_straight) {
-      slide.run(edge);
-      continue;
-    }
     Aabb box;
     box.add(edge.from), box.add(edge.to);
-    if (ground.is_round_near(box)) slide.run(edge);
+    if (!edge.is_straight || ground.is_round_near(box)) slide.run(edge);
   }
 }
 
@@ -229,7 +246,9 @@ Features features_near(const Surface& surface, const Aabb& near, const Pose& at,
                        FeatureScratch& scratch) {
   const SkinFeatures& all = surface.model->features;
   scratch.corners.clear(), scratch.edges.clear();
+  scratch.slots.assign(all.corners.size(), UINT32_MAX);
   all.corner_tree.query(near, [&](std::uint32_t i) {
+    scratch.slots[i] = static_cast<std::uint32_t>(scratch.corners.size());
     Corner& c = scratch.corners.emplace_back(all.corners[i]);
     c.point = to_world(at, c.point);
     for (std::uint32_t k = 0; k < c.count; ++k) c.ways[k] = at.rotation * c.ways[k];
@@ -240,7 +259,7 @@ Features features_near(const Surface& surface, const Aabb& near, const Pose& at,
     for (int k = 0; k < 2; ++k)
       e.normals[k] = at.rotation * e.normals[k], e.into[k] = at.rotation * e.into[k];
   });
-  return {scratch.corners, scratch.edges, surface.skin.get(), at};
+  return {scratch.corners, scratch.edges, &scratch, surface.skin.get(), at};
 }
 
 /// Those of a piece with flat faces.
@@ -262,7 +281,7 @@ Features features_of(const Convex& piece, FeatureScratch& scratch) {
       e.into[k] = (k == 0 ? 1.0 : -1.0) * glm::cross(e.normals[k], way);
     }
   }
-  return {scratch.corners, scratch.edges, nullptr, {}};
+  return {scratch.corners, scratch.edges, &scratch};
 }
 
 /// What a smooth piece turns towards the flat faces of a skin near a box: a rim, a line or a point
@@ -291,7 +310,7 @@ Features fronts_of(const Convex& piece, const OfSkin& skin, const Aabb& near,
       for (const Vec3 way : {n, u, -u, v, -v}) c.add(way);
     }
   }
-  return {scratch.corners, scratch.edges, nullptr, {}};
+  return {scratch.corners, scratch.edges, &scratch};
 }
 
 Aabb box_of(const Surface& surface) { return {surface.low, surface.high}; }
@@ -314,7 +333,7 @@ Aabb bounds_in(const Surface& surface, const Pose& at) {
 
 /// Edges of a skin, where it stands.
 Features still(const Surface& s) {
-  return {s.model->features.corners, s.model->features.edges, s.skin.get(), {}};
+  return {s.model->features.corners, s.model->features.edges, nullptr, s.skin.get()};
 }
 
 }  // namespace

@@ -59,7 +59,7 @@ class Finder {
  private:
   struct End {
     Vec3 point, way;
-    std::size_t part;  // of parts_
+    std::size_t part, side;  // of parts_, and which end of that
   };
   struct Part {
     EdgePart edge;
@@ -254,8 +254,8 @@ void Finder::add_part(const Line& line, const Station& from, const Station& to) 
       glm::distance(middle.point, (edge.from + edge.to) / 2.0) <= kStraight * skin_.size() &&
       glm::dot(from.tangent, to.tangent) > 1 - 1e-12;
   if (!(length > kStraight * skin_.size())) return;
-  ends_.push_back({from.point, from.tangent, parts_.size()});
-  ends_.push_back({to.point, -to.tangent, parts_.size()});
+  ends_.push_back({from.point, from.tangent, parts_.size(), 0});
+  ends_.push_back({to.point, -to.tangent, parts_.size(), 1});
   parts_.push_back({edge, fold});
 }
 
@@ -297,6 +297,8 @@ void Finder::add_node(std::span<const End> node) {
     if (corner.count == 1) corner.add(-corner.ways[0]);
     for (const Vec3 way : parts_[node[0].part].edge.into) corner.add(way);
   }
+  for (const End& end : node)
+    parts_[end.part].edge.ends[end.side] = static_cast<std::uint32_t>(made_.corners.size());
   made_.corners.push_back(corner);
 }
 

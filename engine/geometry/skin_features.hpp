@@ -24,6 +24,12 @@ struct Corner {
   }
 };
 
+/// The place of a face that a corner is over, or below.
+struct Foot {
+  Vec3 point, normal;  // m; outwards, unit
+  Real gap;            // m, below 0 behind it
+};
+
 /// The line of a face of a skin on which one of its parameters stays.
 struct EdgeLine {
   int face = -1;
@@ -39,7 +45,9 @@ struct EdgePart {
   std::array<Vec3, 2> normals, into;
   std::uint32_t number = 0;
   bool is_straight = true;
-  EdgeLine line;  // of one that is not straight
+  // Of one that is not straight: where it is, and the corners at its ends, if there are any.
+  EdgeLine line;
+  std::array<std::uint32_t, 2> ends{UINT32_MAX, UINT32_MAX};
 };
 
 /// Follows from the skin; immutable. Places of round edges are among the corners.

@@ -19,12 +19,6 @@ Reach reach_between(Real margin, Real size_a, Real size_b);
 /// Into a skin, of a body of a size (m): behind a patch as far as that is large.
 Reach reach_into(const Surface& surface, Real size, Real margin);
 
-/// The place of a face that a corner is over, or below.
-struct Foot {
-  Vec3 point, normal;
-  Real gap;
-};
-
 /// Each has foot(corner), the nearest face that a corner is over and may touch; holds(p), whether
 /// a point is inside; is_round_near(box), whether edges near there may touch between their ends.
 ///

@@ -79,6 +79,8 @@ SkinPoint farthest_on(const Surface& surface, Vec3 direction);
 struct FeatureScratch {
   std::vector<Corner> corners;
   std::vector<EdgePart> edges;
+  std::vector<std::uint32_t> slots;       // by number of a corner, its place in the list
+  std::vector<std::optional<Foot>> feet;  // of the corners
 };
 
 /// Memory for contacts with skins.

@@ -1,12 +1,12 @@
 // Edges and corners of skins: where they are, and where they touch.
-#include <catch2/catch.hpp>
+#include "tests/geometry/creased.hpp"
 
 #include <algorithm>
+#include <catch2/catch.hpp>
 
 #include "engine/base/rotation.hpp"
 #include "engine/geometry/collide.hpp"
 #include "tests/base/random.hpp"
-#include "tests/geometry/creased.hpp"
 
 using namespace pantin;
 using namespace pantin::test;
@@ -146,7 +146,8 @@ TEST_CASE("the lowest place of a round edge touches, and all of one that lies fl
   Found found;
   for (const Real tilt : {0.1, 0.4, 0.9, 1.4}) {
     const Real low = 0.1 * std::sin(tilt) + 0.03 * std::cos(tilt);
-    const Pose at{{0.03, 0.05 + low - 1e-3, 0.02}, from_rotation_vector({0.8 * tilt, 0, 0.6 * tilt})};
+    const Pose at{{0.03, 0.05 + low - 1e-3, 0.02},
+                  from_rotation_vector({0.8 * tilt, 0, 0.6 * tilt})};
     const ContactPoint* p = found.touch({plate.skin, at}, {table().skin, Pose{}}, 1e-3);
     INFO(tilt);
     REQUIRE(p);
