@@ -312,7 +312,8 @@ struct StepScratch {
   std::vector<Vec3> rates[7];  // Runge-Kutta: v and accelerations, three a body
   std::vector<Quat> quat_rates[7];
   std::vector<Real> sum_lambda;
-  std::vector<Real> impulses, impulses_at_start, impulses_before;  // by row, of the step so far
+  std::vector<Real> lambda_before, impulses, impulses_at_start,
+      impulses_before;        // by row, of the step so far
   std::vector<Real> weights;  // implicit: compliances of spring rows
   CollocationScratch collocation;
   bool springs_active = false;
@@ -327,7 +328,8 @@ struct StepScratch {
   // The first contact of surfaces that was lost since this was cleared, and why.
   std::uint32_t lost_touch = UINT32_MAX;
   nurbs::ContactStatus lost_how = nurbs::ContactStatus::found;
-  int relooked = 0;  // how often in the step all pairs were looked at for one that was lost
+  int turned_over = 0;  // how often in the step a pair of curves gave way to another
+  int relooked = 0;     // how often in the step all pairs were looked at for one that was lost
   Real worst_relative_residual = 0;  // of J a = gamma, relative to its terms
   std::uint32_t worst_relative_block = 0;
 };

@@ -197,6 +197,8 @@ bool advance_among_limits(World& world, Island& m, Real h) {
   // After kMaxEvents the remainder is taken in one piece.
   for (int tries = 0; done < h * (1 - 1e-12); ++tries) {
     scratch.begin = scratch.state, scratch.impulses_before = scratch.impulses;
+    scratch.lambda_before = m.mean_lambda;
+    const int rescues = m.rescues;
     update_kinematics(m), update_frames(world, m, done / h, h);
     write_all_rows(world, m, {true, false});
     turn_slips(m), note_openings(m), note_sweep(world, m);
@@ -205,6 +207,10 @@ bool advance_among_limits(World& world, Island& m, Real h) {
     const auto attempt = [&](Real length) {
       ++attempts;
       scratch.state = scratch.begin, scratch.impulses = scratch.impulses_before;
+      // Where a side lies down flat the last time that can be taken is sought: what an attempt
+      // comes to has to depend on its length only.
+      if (again && scratch.turned_over > 0)
+        m.mean_lambda = scratch.lambda_before, m.rescues = rescues;
       m.fresh = m.fresh || again, again = true;
       return advance(world, m, {done, length, h});
     };
@@ -214,7 +220,9 @@ bool advance_among_limits(World& world, Island& m, Real h) {
     const auto take = [&] {
       if (attempt(length)) return true;
       if (!may_turn_over(world, m)) return false;
+      const int counted = attempts;
       turned = true, length = until_turned(m, attempt, length);
+      attempts = counted;  // of the search for a time, one
       return length > 0;
     };
     if (!take()) return false;
@@ -246,7 +254,11 @@ bool advance_among_limits(World& world, Island& m, Real h) {
       bool met = false;
       for (int n = 0; n < kMaxSearches && !met && high - low > 1e-12 * h; ++n) {
         length = low + (high - low) * at_low / (at_low - at_high);
-        if (!attempt(length)) return false;
+        if (!attempt(length)) {
+          if (!may_turn_over(world, m)) return false;
+          high = length, at_high = -at_low, side = 0;
+          continue;
+        }
         left = clearance(m);
         met = std::abs(left) <= kLimitTolerance;
         if (left < 0) {

@@ -183,7 +183,7 @@ void allocate_scratch(Island& m) {
   r.body_states.assign(all, {}), r.inverse_inertia.assign(bodies, Mat3(1));
   r.jacobian.assign(m.vectors, Vec3(0)), r.jacobian_before = r.jacobian;
   for (auto* rows : {&r.c, &r.gamma, &r.right, &r.lambda, &r.step_lambda, &r.sum_lambda, &r.weights,
-                     &r.impulses, &r.impulses_at_start, &r.impulses_before})
+                     &r.lambda_before, &r.impulses, &r.impulses_at_start, &r.impulses_before})
     rows->assign(m.rows, 0);
   r.row_residual.assign(r.pattern.unknowns, 0);
   for (auto* twice : {&r.force, &r.solution, &r.applied, &r.momenta, &r.momenta_before,
@@ -255,7 +255,7 @@ void prepare(World& world) {
 
 void step(World& world, Island& m, Real h) {
   m.lost_contact = Entity{}, m.released = 0, m.scratch.lost_touch = UINT32_MAX;
-  m.scratch.relooked = 0;
+  m.scratch.relooked = m.scratch.turned_over = 0;
   m.lost = Entity{}, m.scratch.worst_relative_residual = 0, m.scratch.stepped = false;
   std::erase_if(m.faults, [](const auto& f) { return f.kind == Fault::inconsistent; });
   m.substeps = m.iterations = m.events = m.solves = 0;

@@ -16,6 +16,8 @@ using Pair = nurbs::CommonNormal;
 
 /// Searches in a step for pairs in place of lost ones.
 constexpr int kMostLooks = 4;
+/// In a step: a box rocks from one end of a side to the other before it lies.
+constexpr int kMostTurns = 24;
 /// m: by so much another pair has to be deeper to take the place of one that bears.
 constexpr Real kDeeper = 1e-9;
 /// Of its surface, and of what rolling brings: farther than a touch may come in a part of a step.
@@ -241,10 +243,10 @@ bool touches_leap(const World& world, Island& m, Real h) {
 
 bool may_turn_over(const World& world, Island& m) {
   StepScratch& scratch = m.scratch;
-  if (scratch.lost_touch == UINT32_MAX || scratch.relooked >= kMostLooks) return false;
+  if (scratch.lost_touch == UINT32_MAX || scratch.turned_over >= kMostTurns) return false;
   const SurfaceContact& c = world.surface_contacts.values()[m.touch_sources[scratch.lost_touch]];
   if (!c.lifts || !c.on_b.curve || c.spots < 2) return false;
-  ++scratch.relooked;
+  ++scratch.turned_over;
   return true;
 }
 
