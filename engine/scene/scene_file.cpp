@@ -3,6 +3,7 @@
 
 #include "engine/base/utf8.hpp"
 #include "engine/scene/build.hpp"
+#include "engine/scene/joint_place.hpp"
 #include "engine/scene/json_recipe.hpp"
 #include "engine/scene/scene.hpp"
 #include "engine/scene/text_file.hpp"
@@ -141,4 +142,36 @@ Result<Scene> load_scene(const std::string& path, const SceneLimits& limits,
   return parse_scene(*text, path, limits, choices);
 }
 
+namespace detail {
+namespace {
+
+/// The element that a joint is made from.
+std::optional<ElementId> element_of(const BuiltScene& built, std::string_view joint) {
+  std::optional<ElementId> at;
+  const auto look_in = [&](const auto& list) {
+    for (const auto& one : list)
+      if (!at && one.name == joint) at = one.at;
+  };
+  look_in(built.joints), look_in(built.surface_joints), look_in(built.cables);
+  look_in(built.gears), look_in(built.pins);
+  return at;
+}
+
+}  // namespace
+
+Error error_of_joint(const std::string& path, std::string_view joint, const std::string& message) {
+  const SceneLimits limits;
+  const Result<std::string> text = read_text(path, limits.bytes, "a scene file");
+  SceneFiles files(limits);
+  if (!text || !files.open(path, *text).is_json()) return {path + ": " + message};
+  JsonPlaces places(files);
+  const Recipe recipe = read_recipe(files, places, limits);
+  const BuiltScene built = build_scene(recipe, places, limits);
+  const auto at = element_of(built, joint);
+  if (!at || files.any_errors()) return {path + ": " + message};
+  places.error(*at, "", message);
+  return files.errors().front();
+}
+
+}  // namespace detail
 }  // namespace pantin

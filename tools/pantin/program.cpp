@@ -16,6 +16,7 @@
 
 #include "engine/base/atomic_file.hpp"
 #include "engine/base/utf8.hpp"
+#include "engine/scene/joint_place.hpp"
 #include "engine/solvers/articulated/island.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "engine/solvers/solver.hpp"
@@ -134,12 +135,13 @@ void add_threads(CLI::App& command, int& threads) {
 
 namespace {
 
-/// Joints of an island that cannot be closed together, by their names, a line for each island.
-/// Joints that stand at a mirrored root are a warning.
+/// Joints of an island that cannot be closed together, by their names, a line for each island at
+/// the first of them. Joints that stand at a mirrored root are a warning.
 std::vector<Error> contradictions(const std::string& path, Scene& scene) {
   std::vector<Error> found;
   for (std::size_t i = 0; i < lagrangian::islands_of(scene.world).size(); ++i) {
-    std::string names;
+    std::string names, first;
+    int count = 0;
     double lack = 0;
     for (const lagrangian::Fault& f : lagrangian::inspect(scene.world, i)) {
       const Entity joint =
@@ -151,13 +153,15 @@ std::vector<Error> contradictions(const std::string& path, Scene& scene) {
                         path, scene.world.name_of(joint)));
       if (f.kind != lagrangian::Fault::inconsistent) continue;
       names += (names.empty() ? "" : ", ") + scene.world.name_of(joint);
+      if (count++ == 0) first = scene.world.name_of(joint);
       lack = std::max(lack, f.residual);
     }
     if (names.empty()) continue;
-    found.push_back(
-        {fmt::format("{}: found joints that contradict one another: {} stay open by up to "
-                     "{:.3g} (m or rad), expected joints that can all be closed",
-                     path, names, lack)});
+    found.push_back(error_of_joint(
+        path, first,
+        fmt::format("found joints that contradict one another: {} {} open by up to {:.3g} (m or "
+                    "rad), expected joints that can all be closed",
+                    names, count == 1 ? "stays" : "stay", lack)));
   }
   return found;
 }
