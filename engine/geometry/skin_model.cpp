@@ -162,8 +162,7 @@ void scatter_seeds(const Skin& skin, SkinModel& m) {
   m.seed_tree.build(boxes);
 }
 
-MassProperties mass_of(const Skin& skin) {
-  const nurbs::Enclosed in = nurbs::enclosed_by(skin);
+MassProperties mass_of(const nurbs::Enclosed& in) {
   if (!(in.volume > 0)) return {};
   const Vec3 centre = in.first / in.volume;
   const Mat3 second = in.second - in.volume * glm::outerProduct(centre, centre);
@@ -226,7 +225,9 @@ SkinModel model_of(const Skin& skin) {
   m.features = features_of(skin);
   m.is_closed = nurbs::is_closed(skin);
   if (!m.is_closed) return m;
-  m.enclosed = mass_of(skin);
+  const nurbs::Enclosed in = nurbs::enclosed_by(skin);
+  m.enclosed = mass_of(in);
+  if (in.volume > 0) m.doubt = in.by.doubt / in.volume;
   m.is_convex = m.enclosed.mass > 0 && is_convex_by(skin, m);
   if (m.is_convex)
     for (int bin = 0; bin < 6 * kBins * kBins; ++bin)

@@ -26,6 +26,7 @@ struct SkinModel {
   bool is_convex = false;
   Vec3 low{0}, high{0};               // bounds of the surface, m
   MassProperties enclosed;            // of a closed skin, density 1
+  Real doubt = 0;                     // of its volume, as a share of it: see nurbs::Quadrature
   std::vector<std::uint32_t> starts;  // of a convex skin: a vertex for each bin of directions
   // A few places all over it, no place farther than `spacing` (m) from one, to walk down from.
   std::vector<nurbs::Place> seeds;

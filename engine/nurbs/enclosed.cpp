@@ -8,24 +8,25 @@
 namespace pantin::detail::nurbs {
 namespace {
 
-constexpr int kPoints = 16, kDeepest = 5;
+constexpr int kDeepest = 5;
 /// Of all patches of a skin: rounding or folds may keep the parts from adding up.
 constexpr int kMostCuts = 300;
 constexpr Real kAgree = 1e-13;
 
 /// Gauss and Legendre's places and weights on [-1, 1].
+template <int Points>
 struct Rule {
-  std::array<Real, kPoints> at, weight;
+  std::array<Real, Points> at, weight;
   Rule() {
-    for (int i = 0; i < kPoints; ++i) {
-      Real x = std::cos(kPi * (i + 0.75) / (kPoints + 0.5)), slope = 1;
+    for (int i = 0; i < Points; ++i) {
+      Real x = std::cos(kPi * (i + 0.75) / (Points + 0.5)), slope = 1;
       for (int round = 0; round < 20; ++round) {
         Real before = 1, value = x;
-        for (int n = 2; n <= kPoints; ++n) {
+        for (int n = 2; n <= Points; ++n) {
           const Real next = ((2 * n - 1) * x * value - (n - 1) * before) / n;
           before = value, value = next;
         }
-        slope = kPoints * (x * value - before) / (x * x - 1);
+        slope = Points * (x * value - before) / (x * x - 1);
         x -= value / slope;
       }
       at[static_cast<std::size_t>(i)] = x;
@@ -58,18 +59,20 @@ struct Patch {
   Range u, v;
 };
 
-/// What may still be cut, of all patches of a skin, and how often this one has been.
-struct Cuts {
-  int& left;
-  int depth = 0;
+/// The rest of a quadrature: what may still be cut, of all patches of a skin, and what it says of
+/// itself.
+struct Work {
+  Quadrature by;
+  int cuts_left = kMostCuts;
 };
 
-template <class Sum, class At>
-Sum over(const Patch& patch, const At& at) {
-  static const Rule rule;
+template <int Points, class Sum, class At>
+Sum over(const Patch& patch, const At& at, Work& work) {
+  work.by.looks += Points * Points;
+  static const Rule<Points> rule;
   Sum sum{};
-  for (std::size_t i = 0; i < kPoints; ++i)
-    for (std::size_t j = 0; j < kPoints; ++j) {
+  for (std::size_t i = 0; i < Points; ++i)
+    for (std::size_t j = 0; j < Points; ++j) {
       const Real u = patch.u.middle() + patch.u.width() / 2 * rule.at[i];
       const Real v = patch.v.middle() + patch.v.width() / 2 * rule.at[j];
       const Real w = rule.weight[i] * rule.weight[j] * patch.u.width() * patch.v.width() / 4;
@@ -79,46 +82,70 @@ Sum over(const Patch& patch, const At& at) {
   return sum;
 }
 
-/// Cut in four until the parts add up to the whole, or nothing is left to cut with.
-template <class Sum, class At>
-Sum integral(const Patch& patch, const At& at, const Sum& scale, Cuts cuts) {
-  const Sum whole = over<Sum>(patch, at);
-  const Range us[2] = {{patch.u.low, patch.u.middle()}, {patch.u.middle(), patch.u.high}};
-  const Range vs[2] = {{patch.v.low, patch.v.middle()}, {patch.v.middle(), patch.v.high}};
-  Sum parts{};
-  for (const Range& u : us)
-    for (const Range& v : vs) {
-      const Sum part = over<Sum>({u, v}, at);
-      for (std::size_t k = 0; k < parts.size(); ++k) parts[k] += part[k];
-    }
-  bool agrees = true;
-  for (std::size_t k = 0; k < parts.size(); ++k)
-    agrees = agrees && std::abs(parts[k] - whole[k]) <= kAgree * scale[k];
-  if (agrees || cuts.depth == kDeepest || cuts.left == 0) return parts;
-  --cuts.left;
-  parts = {};
-  for (const Range& u : us)
-    for (const Range& v : vs) {
-      const Sum part = integral<Sum>({u, v}, at, scale, {cuts.left, cuts.depth + 1});
-      for (std::size_t k = 0; k < parts.size(); ++k) parts[k] += part[k];
-    }
-  return parts;
+template <class Sum>
+bool agree(const Sum& a, const Sum& b, const Sum& scale) {
+  for (std::size_t k = 0; k < a.size(); ++k)
+    if (!(std::abs(a[k] - b[k]) <= kAgree * scale[k])) return false;
+  return true;
 }
 
+/// Cut in four until the parts add up to the whole, or nothing is left to cut with.
 template <class Sum, class At>
-Sum over_pieces(const Skin& skin, const At& at, const Sum& scale) {
+struct Integral {
+  const At& at;
+  const Sum& scale;
+  Work& work;
+
+  // By more and more points, which suffice for small pieces, then in parts.
+  Sum of_piece(const Patch& patch) {
+    const Sum few = over<4, Sum>(patch, at, work), more = over<8, Sum>(patch, at, work);
+    if (agree(few, more, scale)) return more;
+    const Sum most = over<16, Sum>(patch, at, work);
+    if (agree(more, most, scale)) return most;
+    if (work.cuts_left > 0) return in_parts(patch, most, 0);
+    work.by.doubt += std::abs(most[0] - more[0]);
+    return most;
+  }
+
+  Sum in_parts(const Patch& patch, const Sum& whole, int depth) {
+    const Range us[2] = {{patch.u.low, patch.u.middle()}, {patch.u.middle(), patch.u.high}};
+    const Range vs[2] = {{patch.v.low, patch.v.middle()}, {patch.v.middle(), patch.v.high}};
+    Patch quarters[4];
+    Sum parts[4], sum{};
+    for (std::size_t i = 0; i < 4; ++i) {
+      quarters[i] = {us[i / 2], vs[i % 2]};
+      parts[i] = over<16, Sum>(quarters[i], at, work);
+      add(parts[i], sum);
+    }
+    if (agree(sum, whole, scale)) return sum;
+    if (depth == kDeepest || work.cuts_left == 0) {
+      work.by.doubt += std::abs(sum[0] - whole[0]);
+      return sum;
+    }
+    --work.cuts_left;
+    sum = {};
+    for (std::size_t i = 0; i < 4; ++i) add(in_parts(quarters[i], parts[i], depth + 1), sum);
+    return sum;
+  }
+
+  static void add(const Sum& one, Sum& to) {
+    for (std::size_t k = 0; k < to.size(); ++k) to[k] += one[k];
+  }
+};
+
+template <class Sum, class At>
+Sum over_pieces(const Skin& skin, const At& at, const Sum& scale, Quadrature& by) {
   Sum sum{};
-  int left = kMostCuts;
+  Work work;
   for (const Face& face : skin.faces()) {
+    const auto at_place = [&](Real u, Real v) { return at(face, u, v); };
+    Integral<Sum, decltype(at_place)> integral{at_place, scale, work};
     const std::vector<Real> us = face.u().breaks(), vs = face.v().breaks();
     for (std::size_t i = 0; i + 1 < us.size(); ++i)
-      for (std::size_t j = 0; j + 1 < vs.size(); ++j) {
-        const Patch patch{{us[i], us[i + 1]}, {vs[j], vs[j + 1]}};
-        const Sum one = integral<Sum>(
-            patch, [&](Real u, Real v) { return at(face, u, v); }, scale, Cuts{left});
-        for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += one[k];
-      }
+      for (std::size_t j = 0; j + 1 < vs.size(); ++j)
+        integral.add(integral.of_piece({{us[i], us[i + 1]}, {vs[j], vs[j + 1]}}), sum);
   }
+  by = work.by;
   return sum;
 }
 
@@ -141,11 +168,10 @@ Enclosed enclosed_by(const Skin& skin) {
   const Real size = skin.size();
   for (std::size_t k = 0; k < scale.size(); ++k)
     scale[k] = size * size * size * (k == 0 ? 1 : k < 4 ? size : size * size);
-  const Sums s = over_pieces<Sums>(
-      skin, [&](const Face& face, Real u, Real v) { return sums_at(face.at(u, v), origin); },
-      scale);
-  const Vec3 about(s[1], s[2], s[3]);
   Enclosed in;
+  const auto at = [&](const Face& face, Real u, Real v) { return sums_at(face.at(u, v), origin); };
+  const Sums s = over_pieces<Sums>(skin, at, scale, in.by);
+  const Vec3 about(s[1], s[2], s[3]);
   in.volume = s[0], in.first = about + s[0] * origin;
   in.second = Mat3(s[4], s[7], s[8], s[7], s[5], s[9], s[8], s[9], s[6]);
   in.second += glm::outerProduct(about, origin) + glm::outerProduct(origin, about) +
@@ -153,17 +179,20 @@ Enclosed enclosed_by(const Skin& skin) {
   return in;
 }
 
-Real area_of(const Skin& skin) {
+Real area_of(const Skin& skin, Quadrature* by) {
   using One = std::array<Real, 1>;
   if (skin.half_axes()) {
     const Skin whole({ellipsoid({}, *skin.half_axes())}, 0);
-    return area_of(whole);
+    return area_of(whole, by);
   }
   const auto at = [](const Face& face, Real u, Real v) {
     const Jet j = face.at(u, v);
     return One{glm::length(glm::cross(j.u, j.v))};
   };
-  return over_pieces<One>(skin, at, One{skin.size() * skin.size()})[0];
+  Quadrature own;
+  const One area = over_pieces<One>(skin, at, One{skin.size() * skin.size()}, own);
+  if (by != nullptr) *by = own;
+  return area[0];
 }
 
 bool is_closed(const Skin& skin) {

@@ -12,6 +12,8 @@ namespace {
 
 using SurfacePointer = std::shared_ptr<const Surface>;
 
+constexpr Real kSureVolume = 1e-6;  // relative: a doubt below it is not worth a warning
+
 /// Scaled, then rotated, then moved.
 nurbs::Affine placing_of(const Reader& from) {
   const Vec3 scale = from.vec_or_number("scale");
@@ -83,7 +85,14 @@ std::optional<Vec3> charts_of(const Reading& reading, const Reader& from,
 
 SurfacePointer made_of(const Reader& from, std::shared_ptr<const nurbs::Skin> skin) {
   auto made = make_skin(std::move(skin));
-  if (made) return *made;
+  if (made) {
+    if (const Real doubt = (*made)->model->doubt; doubt > kSureVolume)
+      from.diagnostics.warn(
+          from.node, "volume",
+          called(from) + " folds so wildly that its volume is known to a share of " +
+              written(doubt) + " only: give the mass and the inertia of its bodies");
+    return *made;
+  }
   for (const Error& e : made.errors()) from.diagnostics.error(from.node, e.message);
   return nullptr;
 }

@@ -8,6 +8,7 @@
 
 #include "engine/nurbs/closest.hpp"
 #include "engine/nurbs/makers.hpp"
+#include "tests/nurbs/samples.hpp"
 
 using namespace pantin;
 using namespace pantin::detail::nurbs;
@@ -102,6 +103,7 @@ TEST_CASE("an open patch is no closed skin, and is cut to its rim", "[nurbs]") {
 TEST_CASE("what skins enclose agrees with closed forms to 1e-12", "[nurbs]") {
   const auto check = [](const Skin& skin, Real volume, Vec3 centre, Vec3 squares) {
     const Enclosed in = enclosed_by(skin);
+    CHECK(in.by.doubt == 0);
     CHECK(std::abs(in.volume - volume) < 1e-12 * volume);
     const Real size = std::cbrt(volume);
     CHECK(glm::distance(in.first / in.volume, centre) < 1e-12 * size);
@@ -138,4 +140,29 @@ TEST_CASE("what skins enclose agrees with closed forms to 1e-12", "[nurbs]") {
   CHECK(area_of(Skin({torus(at, big, small)}, 1e-9)) ==
         Approx(4 * kPi * kPi * big * small).epsilon(1e-12));
   CHECK(area_of(Skin::ellipsoid(Vec3(r))) == Approx(4 * kPi * r * r).epsilon(1e-12));
+}
+
+TEST_CASE("quadrature of a wild skin comes to an end, and says how far it may be off", "[nurbs]") {
+  test::Random dice(5);
+  Surface wild = test::random_surface(3, 3, 16, 16, dice);
+  for (Weighted& p : wild.points) p = Weighted(p.point(), std::pow(10, dice.between(-6, 0)));
+  const std::size_t pieces = wild.u.spans().size() * wild.v.spans().size();
+  Surface finer = wild;
+  for (const Along way : {Along::u, Along::v}) {
+    const std::vector<Real> breaks = knots_of(wild, way).breaks();
+    for (std::size_t i = 0; i + 1 < breaks.size(); ++i)
+      finer = with_knot(finer, way, (breaks[i] + breaks[i + 1]) / 2, 1);
+  }
+  const Skin skin({wild}, 1e-9), parts({finer}, 1e-9);
+  Quadrature by, by_parts;
+  const Real area = area_of(skin, &by), area_by_parts = area_of(parts, &by_parts);
+  const Enclosed in = enclosed_by(skin), in_parts = enclosed_by(parts);
+  // Of each piece three rules and its quarters; 300 cuts, each into four that have quarters.
+  const std::size_t most = pieces * (16 + 64 + 256 + 1024) + 4 * 300 * 1024;
+  CHECK(static_cast<std::size_t>(by.looks) < most);
+  CHECK(static_cast<std::size_t>(in.by.looks) < most);
+  CHECK(by.doubt > 1e-3 * area);
+  CHECK(in.by.doubt > 1e-3 * std::abs(in.volume));
+  CHECK(std::abs(area - area_by_parts) < by.doubt + by_parts.doubt);
+  CHECK(std::abs(in.volume - in_parts.volume) < in.by.doubt + in_parts.by.doubt);
 }

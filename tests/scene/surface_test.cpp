@@ -10,6 +10,7 @@
 #include "engine/runtime/save.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "engine/scene/surface_file.hpp"
+#include "tests/base/random.hpp"
 #include "tests/scene/scenes.hpp"
 
 using namespace pantin;
@@ -239,4 +240,30 @@ TEST_CASE("skins fall, roll and rest, and a World with them is saved with the sa
   };
   CHECK(height("ring") == Approx(0.1).margin(1e-3));
   CHECK(height("egg") == Approx(0.2).margin(1e-3));
+}
+
+TEST_CASE("of a surface too wild to be measured the volume is told to be doubtful", "[surfaces]") {
+  const auto revolved = [](Real least_weight) {
+    constexpr int kCount = 200;
+    Random dice(3);
+    std::string points = "[0, 0, -1]", weights = "1", knots = "0, 0, 0";
+    for (int i = 1; i < kCount; ++i) {
+      const Real radius = i + 1 < kCount ? dice.between(0.2, 1) : 0, share = dice.between(0, 1);
+      points += ", [" + std::to_string(radius) + ", 0, " +
+                std::to_string(-1 + 2.0 * i / (kCount - 1)) + "]";
+      weights += ", " + std::to_string(std::pow(least_weight, share));
+    }
+    for (int i = 0; i < kCount - 2; ++i) knots += ", " + std::to_string(i);
+    for (int i = 0; i < 3; ++i) knots += ", " + std::to_string(kCount - 3);
+    return good(with_faces(R"({"type": "revolution", "profile": {"type": "nurbs", "degree": 3,
+      "points": [)" + points +
+                           R"(], "weights": [)" + weights + R"(], "knots": [)" + knots + "]}}"));
+  };
+  const auto tells = [](const Scene& scene) {
+    return std::any_of(scene.warnings.begin(), scene.warnings.end(), [](const std::string& line) {
+      return line.find("its volume is known to a share of 0.") != line.npos;
+    });
+  };
+  CHECK_FALSE(tells(revolved(0.5)));
+  CHECK(tells(revolved(1e-6)));
 }

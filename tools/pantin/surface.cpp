@@ -172,16 +172,23 @@ Json summary_of(const SurfaceChoices& c, const Read& read) {
   const SkinModel& m = *surface.model;
   Json faces = Json::array();
   for (const nurbs::Face& face : surface.skin->faces()) faces.push_back(face_json(face));
+  nurbs::Quadrature by;
+  const Real area = nurbs::area_of(*surface.skin, &by);
   Json j{{"file", c.file},
          {"faces", std::move(faces)},
          {"closed", m.is_closed},
          {"convex", m.is_convex},
          {"low", vector_json(surface.low)},
          {"high", vector_json(surface.high)},
-         {"area_m2", nurbs::area_of(*surface.skin)}};
+         {"area_m2", area}};
   if (m.is_closed) j["volume_m3"] = m.enclosed.mass, j["centre"] = vector_json(m.enclosed.centre);
   if (!read.cad.is_null()) j["cad"] = read.cad;
   j["warnings"] = read.loaded.warnings;
+  if (by.doubt > 1e-6 * area)
+    j["warnings"].push_back(fmt::format(
+        "{}: found a surface that folds too wildly to be measured, expected one whose area is "
+        "known better than to {:.2g} m^2",
+        c.file, by.doubt));
   return j;
 }
 
