@@ -126,6 +126,15 @@ std::optional<Rows> through(const Knots& knots, std::span<const Real> at, const 
   const auto all = static_cast<std::size_t>(knots.count());
   Rows solved{std::vector<Weighted>(all * across), across};
   for (std::size_t i = 0; i < all; ++i) copy_row(right, place(i % count), solved, i);
+  // Weights that are the same in all rows stay so to the last digit.
+  for (std::size_t c = 0; c < across; ++c) {
+    const Real weight = rows.points[c].w;
+    bool is_one = true;
+    for (std::size_t i = c; i < rows.points.size(); i += across)
+      is_one = is_one && rows.points[i].w == weight;
+    for (std::size_t i = c; is_one && i < solved.points.size(); i += across)
+      solved.points[i].w = weight;
+  }
   return solved;
 }
 

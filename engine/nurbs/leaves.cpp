@@ -3,12 +3,15 @@
 #include <cmath>
 
 #include "engine/nurbs/bounds.hpp"
+#include "engine/nurbs/cells.hpp"
 #include "engine/nurbs/face.hpp"
 
 namespace pantin::detail::nurbs {
 namespace {
 
-constexpr Real kTurn = 0.2;     // rad: cells that turn no more are not cut
+// Cells that turn no more are not cut, rad; of many pieces a search halves those that it looks at.
+constexpr Real kTurn = kStraight, kTurnOfMany = 1;
+constexpr std::size_t kMany = 5000;
 constexpr int kMostCuts = 8;    // of a piece, one after the other
 constexpr Real kSlack = 1e-13;  // relative: what rounding may add
 
@@ -20,6 +23,7 @@ struct CutPiece {
 }  // namespace
 
 void Face::make_leaves(const std::vector<Surface>& pieces) {
+  const Real most = pieces.size() > kMany ? kTurnOfMany : kTurn;
   std::vector<CutPiece> open;
   for (auto piece = pieces.rbegin(); piece != pieces.rend(); ++piece) open.push_back({*piece});
   std::vector<Ball> balls;
@@ -28,7 +32,7 @@ void Face::make_leaves(const std::vector<Surface>& pieces) {
     const CutPiece next = std::move(open.back());
     open.pop_back();
     const auto [leaf, region, way] = bounded(next.piece);
-    if (leaf.turn <= kTurn || next.cuts == kMostCuts) {
+    if (leaf.turn <= most || next.cuts == kMostCuts) {
       leaves_.push_back(leaf);
       of_leaves.push_back(region);
       balls.push_back({leaf.centre, leaf.radius});
