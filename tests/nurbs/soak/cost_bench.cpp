@@ -7,6 +7,7 @@
 #include "engine/nurbs/closest.hpp"
 #include "engine/nurbs/common_normal.hpp"
 #include "engine/nurbs/makers.hpp"
+#include "tests/nurbs/long.hpp"
 #include "tests/nurbs/samples.hpp"
 
 using namespace pantin;
@@ -93,6 +94,25 @@ void search(const char* what, const Face& face) {
   line(what, ns, error);
 }
 
+// An ellipsoid that stands on a long surface in 64 places, found anew in each.
+void search_on(const Named& on) {
+  Random dice(3);
+  const Skin ball = Skin::ellipsoid({0.02, 0.03, 0.015}), surface = single(on.surface);
+  std::vector<Pose> places;
+  for (int i = 0; i < 64; ++i) places.push_back(standing_on(ball, surface, 1e-4, dice));
+  std::array<CommonNormal, 16> found;
+  Real error = 0;
+  const Real ns = cost_of(64, [&](int i) {
+    const auto at = static_cast<std::size_t>(i);
+    const std::size_t count = find_contacts({ball, surface, places[at]}, on.reach, found);
+    Real nearest = 1e300;
+    for (std::size_t k = 0; k < count; ++k)
+      nearest = std::min(nearest, std::abs(found[k].gap - 1e-4));
+    error = std::max(error, nearest);
+  });
+  line((std::string("contacts with an ellipsoid: ") + on.name).c_str(), ns, error);
+}
+
 }  // namespace
 
 TEST_CASE("nurbs: what it costs", "[.bench]") {
@@ -113,4 +133,5 @@ TEST_CASE("nurbs: what it costs", "[.bench]") {
   search("nearest of all, bicubic 8 x 8", Face(bumpy_surface(3, 8, 0.3, dice)));
   search("nearest of all, random folded bicubic 6 x 6", Face(random_surface(3, 3, 6, 6, dice)));
   search("nearest of all, torus", Face(torus({}, 2, 0.6)));
+  for (const Named& on : long_surfaces()) search_on(on);
 }
