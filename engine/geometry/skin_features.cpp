@@ -74,6 +74,7 @@ class Finder {
   void add_part(const Line& line, const Station& from, const Station& to);
   void add_nodes();
   void add_node(std::span<const End> node);
+  void add_edge_ends(std::span<const End> node);
   void build_trees();
 
   bool is_pole(const Line& line) const;
@@ -280,8 +281,9 @@ void Finder::add_nodes() {
 void Finder::add_node(std::span<const End> node) {
   Corner corner;
   corner.point = node[0].point;
-  bool is_convex = false, is_round = false;
+  bool is_convex = false, is_round = false, is_hollow = false;
   for (const End& end : node) {
+    is_hollow = is_hollow || parts_[end.part].fold == Fold::hollow;
     is_convex = is_convex || parts_[end.part].fold == Fold::convex;
     is_round = is_round || !parts_[end.part].edge.is_straight;
     bool is_new = true;
@@ -297,9 +299,24 @@ void Finder::add_node(std::span<const End> node) {
     if (corner.count == 1) corner.add(-corner.ways[0]);
     for (const Vec3 way : parts_[node[0].part].edge.into) corner.add(way);
   }
+  if (is_hollow && !goes_on) return add_edge_ends(node);
   for (const End& end : node)
     parts_[end.part].edge.ends[end.side] = static_cast<std::uint32_t>(made_.corners.size());
   made_.corners.push_back(corner);
+}
+
+/// Where a hollow edge comes in, each of the others ends by itself: a body may lie on one of them
+/// and reach beyond it.
+void Finder::add_edge_ends(std::span<const End> node) {
+  for (const End& end : node) {
+    Part& part = parts_[end.part];
+    if (part.fold != Fold::convex) continue;
+    Corner corner;
+    corner.point = end.point;
+    for (const Vec3 way : {end.way, part.edge.into[0], part.edge.into[1]}) corner.add(way);
+    part.edge.ends[end.side] = static_cast<std::uint32_t>(made_.corners.size());
+    made_.corners.push_back(corner);
+  }
 }
 
 void Finder::build_trees() {

@@ -68,7 +68,10 @@ void GroupBuilder::add_surface_joint(Element<SurfaceJointRecipe> e) {
   if (c.lifts)
     if (const std::string fit = fit_between(c, {made_.pose_of(*a), made_.pose_of(*b)});
         !fit.empty())
-      messages_.warn(e.id, "fit", fit);
+      messages_.warn(e.id, "fit",
+                     "surface joint " + quoted_name(made.name) + " of " +
+                         quoted_name(recipe.a.body) + " and " + quoted_name(recipe.b.body) + ": " +
+                         fit);
   made_.surface_joints.push_back(std::move(made));
 }
 

@@ -9,6 +9,7 @@
 #include "engine/geometry/surface.hpp"
 #include "engine/geometry/sweep.hpp"
 #include "engine/nurbs/makers.hpp"
+#include "tests/geometry/creased.hpp"
 
 using namespace pantin;
 using namespace pantin::detail;
@@ -312,4 +313,35 @@ TEST_CASE("skins: what contacts cost", "[.][skin_cost]") {
   time("ball on convex skin", {sphere, beside}, {ball(), Pose{}});
   time("box on convex skin", {box, beside}, {ball(), Pose{}});
   time("convex skin on plane", {ball(), Pose{{0, 0.499, 0}}}, {ground, Pose{}});
+}
+
+TEST_CASE("skins on skins: what contacts cost", "[.][skin_cost]") {
+  using namespace pantin::test;
+  Found found;
+  const auto time = [&](const char* what, const PlacedShape& a, const PlacedShape& b) {
+    double least = 1e300;
+    for (int round = 0; round < 9; ++round) {
+      const std::clock_t start = std::clock();
+      constexpr int kTimes = 100;
+      for (int i = 0; i < kTimes; ++i) found.touch(a, b, 0.002);
+      least = std::min(least, static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC / kTimes);
+    }
+    std::cout << what << ": " << 1e6 * least << " us, " << found.points.size() << " points\n";
+  };
+  const Creased table = grown_together(
+      {{{-0.5, -0.05, -0.5}, {0.5, 0.05, 0.5}}, {{-0.5, -0.05, -0.5}, {-0.45, 0.2, 0.5}}});
+  const Creased angle = bracket(), rail = t_slot(), block = slider(), vessel = cup(), bowl = dish(),
+                ring_plate = washer(0.0505, 0.15, 0.05), peg = disc(0.05, 0.1),
+                plate = disc(0.1, 0.03);
+  const Shape box = plain(ShapeKind::box, Vec3(0.1));
+  time("box on a table of faces", {box, Pose{{0.03, 0.1499, 0}}}, {table.skin, Pose{}});
+  time("bracket on table", {angle.skin, Pose{{0.03, 0.0999, 0}}}, {table.skin, Pose{}});
+  time("slider in slot", {block.skin, Pose{{0, 0.0395, -0.15}}}, {rail.skin, Pose{}});
+  time("disc flat on table", {plate.skin, Pose{{0.03, 0.0799, 0}}}, {table.skin, Pose{}});
+  time("peg in hole", {peg.skin, Pose{{1e-4, 0.08, 0}}}, {ring_plate.skin, Pose{}});
+  time("cup on table", {vessel.skin, Pose{{0.03, 0.04999, 0.01}}}, {table.skin, Pose{}});
+  time("cup on dish", {vessel.skin, Pose{{0.03, 0.00743, 0.01}}}, {bowl.skin, Pose{}});
+  time("torus through torus", {ring(), Pose{{0.4, 0, 0}, glm::normalize(Quat(1, 1, 0, 0))}},
+       {ring(), Pose{}});
+  time("torus flat on torus", {ring(), Pose{{0, 0, 0.399}}}, {ring(), Pose{}});
 }

@@ -72,7 +72,8 @@ TEST_CASE("surface joints that cannot be are refused, by name") {
             .find("without a \"surface\"") != std::string::npos);
   CHECK(all_errors(scene_of(kPlain, R"("type": "cylinder", "radius": 0.1, "length": 0.3,
             "rotation_deg": [90, 0, 0])"))
-            .find("ContactDegenerate") != std::string::npos);
+            .find("ContactDegenerate), expected them to touch in a point; bodies whose shapes") !=
+        std::string::npos);
   std::string text = scene_of(kPlain);
   text.replace(text.find("lagrangian"), 10, "auto");
   CHECK(all_errors(text).find("surface joint \"ball-table\" solved by \"auto\"") !=
@@ -344,4 +345,31 @@ TEST_CASE("shapes are smooth surfaces with their normals outwards") {
   check(shape, {7, 0, -3}, {0, 1, 0});
   shape.kind = ShapeKind::box;
   CHECK_FALSE(detail::skin_of(shape));
+}
+
+TEST_CASE("surfaces that may lift off and never touch in one point are warned of") {
+  const auto warnings = [](const std::string& face, const std::string& more) {
+    return good(R"({"version": 1, "solver": {"type": "lagrangian"}, "bodies": [
+      {"name": "block", "position": [0, 0.15, 0], "mass": 1, "inertia": [0.01, 0.01, 0.01]}],
+      "surface_joints": [{"name": "stands", "a": {"body": "block", "surface": {"faces": [)" +
+                face + R"(]}}, "b": {"body": "world", "surface": {"faces": [
+        {"type": "plane", "size": [2, 2], "rotation_deg": [-90, 0, 0]}]}})" +
+                more + "}]}")
+        .warnings;
+  };
+  const char* const kLifts = R"(, "unilateral": true)";
+  const Lines flat =
+      warnings(R"({"type": "plane", "size": [0.2, 0.2], "rotation_deg": [90, 0, 0]})", kLifts);
+  REQUIRE(flat.size() == 1);
+  INFO(flat[0]);
+  for (const char* part :
+       {"/surface_joints/0", "surface joint \"stands\" of \"block\" and \"world\"",
+        "both surfaces are flat", "shapes have these surfaces"})
+    CHECK(flat[0].find(part) != std::string::npos);
+  // A cylinder lies there along a line; a torus on its side touches in a point.
+  const Lines line = warnings(
+      R"({"type": "cylinder", "radius": 0.1, "height": 0.3, "position": [0, 0, -0.15]})", kLifts);
+  REQUIRE(line.size() == 1);
+  CHECK(line[0].find("fit one another") != std::string::npos);
+  CHECK(warnings(R"({"type": "torus", "radius": 0.1, "tube": 0.04})", kLifts).empty());
 }
