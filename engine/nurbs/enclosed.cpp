@@ -100,7 +100,7 @@ struct Integral {
   Sum of_piece(const Patch& patch) {
     const Sum few = over<4, Sum>(patch, at, work), more = over<8, Sum>(patch, at, work);
     if (agree(few, more, scale)) return more;
-    const Sum most = over<16, Sum>(patch, at, work);
+    const Sum most = over<12, Sum>(patch, at, work);
     if (agree(more, most, scale)) return most;
     if (work.cuts_left > 0) return in_parts(patch, most, 0);
     work.by.doubt += std::abs(most[0] - more[0]);
@@ -138,12 +138,15 @@ Sum over_pieces(const Skin& skin, const At& at, const Sum& scale, Quadrature& by
   Sum sum{};
   Work work;
   for (const Face& face : skin.faces()) {
-    const auto at_place = [&](Real u, Real v) { return at(face, u, v); };
+    Face::Piece piece;
+    const auto at_place = [&](Real u, Real v) { return at(face.at(piece, u, v)); };
     Integral<Sum, decltype(at_place)> integral{at_place, scale, work};
     const std::vector<Real> us = face.u().breaks(), vs = face.v().breaks();
     for (std::size_t i = 0; i + 1 < us.size(); ++i)
-      for (std::size_t j = 0; j + 1 < vs.size(); ++j)
+      for (std::size_t j = 0; j + 1 < vs.size(); ++j) {
+        piece = {i, j};
         integral.add(integral.of_piece({{us[i], us[i + 1]}, {vs[j], vs[j + 1]}}), sum);
+      }
   }
   by = work.by;
   return sum;
@@ -169,7 +172,7 @@ Enclosed enclosed_by(const Skin& skin) {
   for (std::size_t k = 0; k < scale.size(); ++k)
     scale[k] = size * size * size * (k == 0 ? 1 : k < 4 ? size : size * size);
   Enclosed in;
-  const auto at = [&](const Face& face, Real u, Real v) { return sums_at(face.at(u, v), origin); };
+  const auto at = [&](const Jet& j) { return sums_at(j, origin); };
   const Sums s = over_pieces<Sums>(skin, at, scale, in.by);
   const Vec3 about(s[1], s[2], s[3]);
   in.volume = s[0], in.first = about + s[0] * origin;
@@ -185,10 +188,7 @@ Real area_of(const Skin& skin, Quadrature* by) {
     const Skin whole({ellipsoid({}, *skin.half_axes())}, 0);
     return area_of(whole, by);
   }
-  const auto at = [](const Face& face, Real u, Real v) {
-    const Jet j = face.at(u, v);
-    return One{glm::length(glm::cross(j.u, j.v))};
-  };
+  const auto at = [](const Jet& j) { return One{glm::length(glm::cross(j.u, j.v))}; };
   Quadrature own;
   const One area = over_pieces<One>(skin, at, One{skin.size() * skin.size()}, own);
   if (by != nullptr) *by = own;

@@ -158,7 +158,7 @@ TEST_CASE("quadrature of a wild skin comes to an end, and says how far it may be
   const Real area = area_of(skin, &by), area_by_parts = area_of(parts, &by_parts);
   const Enclosed in = enclosed_by(skin), in_parts = enclosed_by(parts);
   // Of each piece three rules and its quarters; 300 cuts, each into four that have quarters.
-  const std::size_t most = pieces * (16 + 64 + 256 + 1024) + 4 * 300 * 1024;
+  const std::size_t most = pieces * (16 + 64 + 144 + 1024) + 4 * 300 * 1024;
   CHECK(static_cast<std::size_t>(by.looks) < most);
   CHECK(static_cast<std::size_t>(in.by.looks) < most);
   CHECK(by.doubt > 1e-3 * area);
