@@ -64,7 +64,10 @@ bool integrate(const World& world, Island& m, const Span& span, const Integrator
   m.fresh = false;
   add_impulses(m, span.h);
   // RATTLE ends on the constraints up to rounding.
-  if (by.ends_on_joints && m.residual <= tolerance_of(m)) return true;
+  if (by.ends_on_joints && m.residual <= tolerance_of(m)) {
+    note_pulls(m, span);
+    return true;
+  }
   if (m.settings.stabilisation == Stabilisation::projection) {
     const bool moves = by.projection_moves;
     const Real kinetic = moves ? kinetic_energy(m, m.scratch.state) : 0;
@@ -72,6 +75,7 @@ bool integrate(const World& world, Island& m, const Span& span, const Integrator
     const bool closed = project(world, m, span.fraction(1), span.whole);
     m.scratch.projection_moves = false;
     if (moves || (m.rubs && by.projection_presses)) add_projected_forces(m, span.h);
+    note_pulls(m, span);
     return closed && m.scratch.lost_touch == UINT32_MAX && all_within_bounds(m) &&
            (!by.may_open_joints || keeps_joints(m, span.h)) &&
            (!moves || pay_projection(m, kinetic));
@@ -106,7 +110,7 @@ bool integrate_adaptively(const World& world, Island& m, const Span& span,
     if (good && m.settings.stabilisation == Stabilisation::projection)
       good = project(world, m, part.fraction(1), span.whole) && m.scratch.lost_touch == UINT32_MAX;
     if (good) {
-      add_impulses(m, now);
+      add_impulses(m, now), note_pulls(m, part);
       done += now, m.fresh = false;
       if (!last || factor_of < 1) h = now * std::clamp(factor_of, 0.2, 5.0);
     } else {
@@ -160,6 +164,7 @@ bool advance_by(const World& world, Island& m, const Span& span, const Attempt& 
     }
     if (good) return true;
     m.scratch.state = m.scratch.start, m.scratch.impulses = m.scratch.impulses_at_start;
+    m.scratch.pulled_at = 1e300;
     std::fill(m.mean_lambda.begin(), m.mean_lambda.end(), 0.0);
     m.fresh = true;
     // Shorter parts come there too.

@@ -256,8 +256,8 @@ void settle_grips(Island& m, Real h, std::span<Vec3> load, const Solve& solve_ag
 
 // Events where surfaces touch (surface_events.cpp).
 
-/// Whether a contact that may lift off was pulled at by the last part of the step, in the mean.
-bool any_pulls(const Island& m);
+/// After a substep: the end of the first one that pulls at what may lift off, in the mean.
+void note_pulls(Island& m, const Span& span);
 /// The least force that presses surfaces together in the present state, N; below 0 where one pulls.
 Real least_pressing(const World& world, Island& m, Real part, Real whole);
 /// Those that press least bear no more.

@@ -328,8 +328,9 @@ struct StepScratch {
   // The first contact of surfaces that was lost since this was cleared, and why.
   std::uint32_t lost_touch = UINT32_MAX;
   nurbs::ContactStatus lost_how = nurbs::ContactStatus::found;
-  int turned_over = 0;  // how often in the step a pair of curves gave way to another
-  int relooked = 0;     // how often in the step all pairs were looked at for one that was lost
+  Real pulled_at = 1e300;  // s: end of the first substep that pulls at what may lift off
+  int turned_over = 0;     // how often in the step a pair of curves gave way to another
+  int relooked = 0;        // how often in the step all pairs were looked at for one that was lost
   Real worst_relative_residual = 0;  // of J a = gamma, relative to its terms
   std::uint32_t worst_relative_block = 0;
 };

@@ -207,6 +207,7 @@ bool advance_among_limits(World& world, Island& m, Real h) {
     const auto attempt = [&](Real length) {
       ++attempts;
       scratch.state = scratch.begin, scratch.impulses = scratch.impulses_before;
+      scratch.pulled_at = 1e300;
       // Where a side lies down flat the last time that can be taken is sought: what an attempt
       // comes to has to depend on its length only.
       if (again && scratch.turned_over > 0)
@@ -227,9 +228,13 @@ bool advance_among_limits(World& world, Island& m, Real h) {
     };
     if (!take()) return false;
     Real lifted = 0;
-    if (!turned && attempts < kMaxAttempts && any_pulls(m)) {
-      lifted = until_lifted(world, m, {done, length, h}, attempt);
+    if (!turned && attempts < kMaxAttempts && scratch.pulled_at < 1e300) {
+      const Real part = std::min(scratch.pulled_at - done, length);
+      if (part < length && !attempt(part)) return false;
+      lifted = until_lifted(world, m, {done, part, h}, attempt);
       if (lifted > 0) length = lifted;
+      // What pulls from the start lets go there, whatever it did later.
+      if (lifted == 0 && part < length && attempt(part)) give_way(m);
       if (lifted == 0 && !take()) return false;
     }
     for (int n = 0; n < 16 && (lifted > 0 ? yield_holding(m, m.mean_lambda) : give_way(m)); ++n)

@@ -35,14 +35,14 @@ Real opening_speed(const Island& m, const Block& b) {
 
 }  // namespace
 
-bool any_pulls(const Island& m) {
+void note_pulls(Island& m, const Span& span) {
+  if (!m.unilateral || m.scratch.pulled_at < 1e300) return;
   Real most = 0;
   for (const Real force : m.mean_lambda) most = std::max(most, std::abs(force));
   for (std::size_t i = 0; i < m.blocks.size(); ++i)
     if (may_lift(m, i) && is_active(m, i) &&
         m.mean_lambda[m.blocks[i].first_row] < -kRounding * most)
-      return true;
-  return false;
+      m.scratch.pulled_at = span.from + span.h;
 }
 
 Real least_pressing(const World& world, Island& m, Real part, Real whole) {
