@@ -187,6 +187,49 @@ Real until_lifted(const World& world, Island& m, const Span& of, const Attempt& 
   return attempt(high) ? high : 0;
 }
 
+/// A part of a step in which a limit is passed: what clearance there was at its start, how long it
+/// is, s, and when times are alike.
+struct Passed {
+  Real at_start = 0, length = 0, alike = 0;
+};
+/// The time of the first event by regula falsi (Illinois variant), s, taken. 0: it cannot be.
+template <class Attempt>
+Real until_event(const World& world, Island& m, const Passed& part, const Attempt& attempt) {
+  Real low = 0, high = part.length, at_low = std::max(part.at_start, kLimitTolerance);
+  Real at_high = clearance(m);
+  int side = 0;
+  for (int n = 0; n < kMaxSearches && high - low > part.alike; ++n) {
+    const Real length = low + (high - low) * at_low / (at_low - at_high);
+    if (!attempt(length)) {
+      if (!may_turn_over(world, m)) return 0;
+      high = length, at_high = -at_low, side = 0;
+      continue;
+    }
+    const Real left = clearance(m);
+    if (std::abs(left) <= kLimitTolerance) return length;
+    if (left < 0) {
+      high = length, at_high = left;
+      if (side < 0) at_low *= 0.5;
+      side = -1;
+    } else {
+      low = length, at_low = left;
+      if (side > 0) at_high *= 0.5;
+      side = 1;
+    }
+  }
+  return attempt(high) ? high : 0;
+}
+
+/// Whether a limit is reached, or a slip has ended.
+bool any_reached(const Island& m) {
+  for (std::size_t i = 0; i < m.blocks.size(); ++i)
+    if (slip_left(m, i) <= kLimitTolerance ||
+        (is_one_sided(m, i) && !m.memory[i].active &&
+         m.scratch.c[m.blocks[i].first_row] <= kLimitTolerance))
+      return true;
+  return false;
+}
+
 }  // namespace
 
 bool advance_among_limits(World& world, Island& m, Real h) {
@@ -244,51 +287,22 @@ bool advance_among_limits(World& world, Island& m, Real h) {
       if (met > 1) break;
       lifted = 0;
       const Real seen = met < 1 ? 0 : until_turned(m, is_clear, length);
-      turned = seen > 0;
-      length = turned ? seen : std::min(met, Real(1)) * length;
+      turned = seen > 0, length = turned ? seen : met * length;
       if (turned) break;
       if (!attempt(length)) return false;
       if (met == 1) break;
     }
     if (!set_back(world, m, {done, length, h})) return false;
-    if (Real left = clearance(m);
-        left < -kLimitTolerance && tries < kMaxEvents && attempts < kMaxAttempts) {
-      // Time of the first event by regula falsi (Illinois variant).
-      Real low = 0, high = length, at_low = std::max(at_start, kLimitTolerance), at_high = left;
-      int side = 0;
-      bool met = false;
-      for (int n = 0; n < kMaxSearches && !met && high - low > 1e-12 * h; ++n) {
-        length = low + (high - low) * at_low / (at_low - at_high);
-        if (!attempt(length)) {
-          if (!may_turn_over(world, m)) return false;
-          high = length, at_high = -at_low, side = 0;
-          continue;
-        }
-        left = clearance(m);
-        met = std::abs(left) <= kLimitTolerance;
-        if (left < 0) {
-          high = length, at_high = left;
-          if (side < 0) at_low *= 0.5;
-          side = -1;
-        } else {
-          low = length, at_low = left;
-          if (side > 0) at_high *= 0.5;
-          side = 1;
-        }
-      }
-      if (!met && !attempt(length = high)) return false;
+    if (clearance(m) < -kLimitTolerance && tries < kMaxEvents && attempts < kMaxAttempts) {
+      length = until_event(world, m, {at_start, length, 1e-12 * h}, attempt);
+      if (length == 0) return false;
     }
     for (int n = 0; n < kMaxHolds && clearance(m) < -kLimitTolerance && hold_within(m); ++n)
       if (!attempt(length)) return false;
     done += length;
     if (lifted == length) lift_off(world, m, done / h, h);
     if (turned) look_for_touches(world, m, h), write_all_rows(world, m, {true, false});
-    bool reached = false;
-    for (std::size_t i = 0; i < m.blocks.size(); ++i)
-      reached = reached || slip_left(m, i) <= kLimitTolerance ||
-                (is_one_sided(m, i) && !m.memory[i].active &&
-                 scratch.c[m.blocks[i].first_row] <= kLimitTolerance);
-    if (!reached) continue;
+    if (!any_reached(m)) continue;
     ++m.events;
     resolve_impacts(world, m,
                     m.events <= kMaxBounces ? Impact::with_restitution : Impact::inelastic);

@@ -88,19 +88,20 @@ bool set_back(const World& world, Island& m, const Span& span) {
     any = any || found->is_set_back;
   }
   if (!any) return true;
-  const auto set = [&](bool to) {
+  enum class Bears : bool { no, yes };
+  const auto set = [&](Bears to) {
     for (std::size_t i = 0; i < m.blocks.size(); ++i)
       if (may_lift(m, i) && scratch.touching[m.blocks[i].first_place].is_set_back)
-        m.memory[i].active = to;
+        m.memory[i].active = to == Bears::yes;
   };
   const Real kinetic = kinetic_energy(m, scratch.state);
   for (std::size_t b = 0; b < m.count(); ++b)
     scratch.momenta[2 * b] = scratch.state.v[b], scratch.momenta[2 * b + 1] = scratch.state.w[b];
   scratch.impulses_at_start = scratch.impulses;
   const Real part = span.fraction(1);
-  set(true);
+  set(Bears::yes);
   const bool closed = project(world, m, part, span.whole);
-  set(false);
+  set(Bears::no);
   for (std::size_t b = 0; b < m.count(); ++b)
     scratch.state.v[b] = scratch.momenta[2 * b], scratch.state.w[b] = scratch.momenta[2 * b + 1];
   scratch.impulses = scratch.impulses_at_start;
