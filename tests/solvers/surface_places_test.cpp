@@ -218,3 +218,18 @@ TEST_CASE("surfaces: several places go on to the same bits in copies") {
     CHECK(state_hash(one.world) == state_hash(copy.world));
   }
 }
+
+TEST_CASE("surfaces: both feet of a dumbbell that is thrown along the floor tell that they slip") {
+  Rocker r = rocker(Integrator::rk4, SurfaceMotion::rolling, 0);
+  r.world.surface_contacts[r.contact].friction = 0.2;
+  r.world.bodies[r.body].velocity = {3, 0, 0};
+  Simulation sim(std::move(r.world), {1.0 / 120});
+  run(sim, 24);
+  const std::vector<SurfaceSpot> feet = spots_of(sim.world.surface_contacts[r.contact]);
+  REQUIRE(feet.size() == 2);
+  for (const SurfaceSpot& foot : feet) {
+    CHECK(foot.touches);
+    CHECK(foot.slips);
+    CHECK(foot.force.x == Approx(-0.2 * foot.force.y).epsilon(1e-6));
+  }
+}
