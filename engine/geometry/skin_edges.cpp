@@ -225,12 +225,20 @@ class Cross {
   Vec3 way_a_, way_b_;
 };
 
-/// Edges of a across those of a skin or a piece that stands still.
-template <class Ground, class Near>
-void touch_across(const Ground& b, const Features& of_a, const Features& of_b, const PointsOut& out,
-                  const Near& each_near) {
+Aabb box_of(const EdgePart& edge, Real reach) {
+  Aabb box;
+  box.add(edge.from), box.add(edge.to);
+  const Real bend = edge.is_straight ? 0 : glm::distance(edge.from, edge.to) / 8;
+  return box.grown(reach + bend);
+}
+
+/// Edges of a across those of a skin that are nearer than `far` (m).
+void touch_across(const OfSkin& b, const Features& of_a, Real far, const PointsOut& out) {
+  const SkinFeatures& all = b.surface.model->features;
+  const Features of_b{all.corners, all.edges, nullptr, b.surface.skin.get()};
   for (const EdgePart& one : of_a.edges)
-    each_near(one, [&](const EdgePart& two) {
+    all.edge_tree.query(box_of(one, far), [&](std::uint32_t i) {
+      const EdgePart& two = all.edges[i];
       const auto c = Cross(one, two, of_a, of_b).find();
       if (!c || c->gap > b.reach.margin || c->gap < -b.reach.deepest) return;
       if (c->gap < -b.reach.shallow && !b.holds(c->at_a)) return;
@@ -315,13 +323,6 @@ Features fronts_of(const Convex& piece, const OfSkin& skin, const Aabb& near,
 
 Aabb box_of(const Surface& surface) { return {surface.low, surface.high}; }
 
-Aabb box_of(const EdgePart& edge, Real reach) {
-  Aabb box;
-  box.add(edge.from), box.add(edge.to);
-  const Real bend = edge.is_straight ? 0 : glm::distance(edge.from, edge.to) / 8;
-  return box.grown(reach + bend);
-}
-
 Aabb bounds_in(const Surface& surface, const Pose& at) {
   Aabb box;
   for (int i = 0; i < 8; ++i)
@@ -329,11 +330,6 @@ Aabb bounds_in(const Surface& surface, const Pose& at) {
         at, {i & 1 ? surface.high.x : surface.low.x, i & 2 ? surface.high.y : surface.low.y,
              i & 4 ? surface.high.z : surface.low.z}));
   return box;
-}
-
-/// Edges of a skin, where it stands.
-Features still(const Surface& s) {
-  return {s.model->features.corners, s.model->features.edges, nullptr, s.skin.get()};
 }
 
 }  // namespace
@@ -350,11 +346,8 @@ void touch_edges(const SkinPair& pair, SkinScratch& scratch, const PointsOut& ou
   const Features of_a =
       features_near(a, bounds_in(b, b_in_a).grown(into_b.farthest()), a_in_b, scratch.features);
   touch_faces(ground_b, of_a, {Emit::Whose::a, {}, out});
-  const SkinFeatures& all = b.model->features;
-  touch_across(ground_b, of_a, still(b), out, [&](const EdgePart& one, const auto& take) {
-    const Real reach = std::max(out.margin, std::min(into_a.deepest, into_b.deepest) / 2);
-    all.edge_tree.query(box_of(one, reach), [&](std::uint32_t i) { take(all.edges[i]); });
-  });
+  const Real far = std::max(out.margin, std::min(into_a.deepest, into_b.deepest) / 2);
+  touch_across(ground_b, of_a, far, out);
 }
 
 void touch_edges(const Surface& skin, const PlacedShape& other, SkinScratch& scratch,
@@ -383,11 +376,7 @@ void touch_edges(const Surface& skin, const PlacedShape& other, SkinScratch& scr
   touch_faces(OfConvex{piece, into_other}, of_skin, by_skin);
   const Features of_piece = features_of(piece, scratch.features);
   touch_faces(ground, of_piece, {Emit::Whose::a, {}, out});
-  const SkinFeatures& all = skin.model->features;
-  touch_across(ground, of_piece, still(skin), out, [&](const EdgePart& one, const auto& take) {
-    const Real reach = std::max(out.margin, into_other.deepest / 2);
-    all.edge_tree.query(box_of(one, reach), [&](std::uint32_t i) { take(all.edges[i]); });
-  });
+  touch_across(ground, of_piece, std::max(out.margin, into_other.deepest / 2), out);
 }
 
 }  // namespace pantin::detail

@@ -18,10 +18,15 @@ constexpr Real kOn = -0.999;       // cosine between ways where an edge goes on
 constexpr int kMostParts = 32;     // of a polynomial piece
 constexpr int kAround = 8;         // ways from a pole
 
+using nurbs::Along;
 using nurbs::Face;
 using nurbs::Jet;
 using nurbs::Skin;
 enum class Fold { convex, hollow, smooth };
+enum class Side { here, beyond };  // of a knot
+
+bool is_of_u(const EdgeLine& line) { return line.stays == Along::u; }
+Along other_of(Along way) { return way == Along::u ? Along::v : Along::u; }
 
 /// A line of a face, and what is across it: another face, the face itself on the other side of a
 /// knot where it is creased, or nothing.
@@ -38,12 +43,12 @@ struct Station {
   bool is_rim = false;
 };
 
-const nurbs::Knots& knots_of(const Face& face, bool is_of_u) {
-  return is_of_u ? face.u() : face.v();
+const nurbs::Knots& knots_of(const Face& face, Along way) {
+  return way == Along::u ? face.u() : face.v();
 }
 
 std::array<Real, 2> place_at(const EdgeLine& line, Real s) {
-  return line.is_of_u ? std::array{line.fixed, s} : std::array{s, line.fixed};
+  return is_of_u(line) ? std::array{line.fixed, s} : std::array{s, line.fixed};
 }
 
 Vec3 unit(Vec3 v) {
@@ -67,7 +72,7 @@ class Finder {
   };
 
   void add_face(int face);
-  void add_creases(int face, bool is_of_u);
+  void add_creases(int face, Along stays);
   void add_line(const Line& line);
   void add_pole(const Line& line);
   void add_parts(const Line& line, const nurbs::Range& span);
@@ -79,7 +84,7 @@ class Finder {
 
   bool is_pole(const Line& line) const;
   bool is_counted_across(const Line& line) const;
-  Jet jet(const Line& line, Real s, bool is_beyond) const;
+  Jet jet(const Line& line, Real s, Side side) const;
   Station station(const Line& line, Real s) const;
 
   const Skin& skin_;
@@ -89,14 +94,14 @@ class Finder {
 };
 
 /// On the side of a knot where the face lies that the line is of, or beyond it.
-Jet Finder::jet(const Line& line, Real s, bool is_beyond) const {
+Jet Finder::jet(const Line& line, Real s, Side side) const {
   const Face& face = skin_.face(line.on.face);
-  const nurbs::Knots& own = knots_of(face, line.on.is_of_u);
+  const nurbs::Knots& own = knots_of(face, line.on.stays);
   auto at = place_at(line.on, s);
   Face::Piece piece = face.piece_at(at[0], at[1]);
-  if (line.is_inside && is_beyond) {  // below the knot, of a seam at the other end
-    Real& t = line.on.is_of_u ? at[0] : at[1];
-    std::size_t& which = line.on.is_of_u ? piece.u : piece.v;
+  if (line.is_inside && side == Side::beyond) {  // below the knot, of a seam at the other end
+    Real& t = is_of_u(line.on) ? at[0] : at[1];
+    std::size_t& which = is_of_u(line.on) ? piece.u : piece.v;
     if (t > own.low())
       --which;
     else
@@ -108,23 +113,23 @@ Jet Finder::jet(const Line& line, Real s, bool is_beyond) const {
 Station Finder::station(const Line& line, Real s) const {
   const Face& face = skin_.face(line.on.face);
   const auto at = place_at(line.on, s);
-  const Jet here = jet(line, s, false);
+  const Jet here = jet(line, s, Side::here);
   Station found;
   found.point = here.s;
-  found.tangent = unit(line.on.is_of_u ? here.v : here.u);
-  const Vec3 inwards = (line.is_low ? 1.0 : -1.0) * (line.on.is_of_u ? here.u : here.v);
+  found.tangent = unit(is_of_u(line.on) ? here.v : here.u);
+  const Vec3 inwards = (line.is_low ? 1.0 : -1.0) * (is_of_u(line.on) ? here.u : here.v);
   const Vec3 cross = glm::cross(here.u, here.v);
   found.normals[0] = line.is_inside ? unit(cross) : nurbs::normal_at(face, at[0], at[1]);
   const Vec3 side = glm::cross(found.normals[0], found.tangent);
   const Real sign = glm::dot(side, inwards) < 0 ? -1 : 1;
   found.into[0] = sign * side;
   if (line.is_inside) {
-    const Jet beyond = jet(line, s, true);
+    const Jet beyond = jet(line, s, Side::beyond);
     found.normals[1] = unit(glm::cross(beyond.u, beyond.v));
   } else {
     using enum nurbs::Edge;
     const nurbs::Edge edge =
-        line.on.is_of_u ? (line.is_low ? u_low : u_high) : (line.is_low ? v_low : v_high);
+        is_of_u(line.on) ? (line.is_low ? u_low : u_high) : (line.is_low ? v_low : v_high);
     const auto to = skin_.across({line.on.face, at[0], at[1]}, edge);
     found.is_rim = !to;
     if (!to) {
@@ -138,10 +143,10 @@ Station Finder::station(const Line& line, Real s) const {
 }
 
 bool Finder::is_pole(const Line& line) const {
-  const Vec3 first = jet(line, line.on.along.low, false).s;
+  const Vec3 first = jet(line, line.on.along.low, Side::here).s;
   for (const Real share : {0.3, 0.7, 1.0}) {
     const Real s = line.on.along.low + share * line.on.along.width();
-    if (glm::distance(jet(line, s, false).s, first) > skin_.tolerance() + 1e-9 * skin_.size())
+    if (glm::distance(jet(line, s, Side::here).s, first) > skin_.tolerance() + 1e-9 * skin_.size())
       return false;
   }
   return true;
@@ -151,20 +156,20 @@ bool Finder::is_pole(const Line& line) const {
 bool Finder::is_counted_across(const Line& line) const {
   using enum nurbs::Edge;
   const nurbs::Edge edge =
-      line.on.is_of_u ? (line.is_low ? u_low : u_high) : (line.is_low ? v_low : v_high);
+      is_of_u(line.on) ? (line.is_low ? u_low : u_high) : (line.is_low ? v_low : v_high);
   const auto other = skin_.neighbour(line.on.face, edge);
   return other && (*other < line.on.face || (*other == line.on.face && !line.is_low));
 }
 
 void Finder::add_face(int face) {
   const Face& f = skin_.face(face);
-  for (const bool is_of_u : {true, false}) {
-    const nurbs::Knots& own = knots_of(f, is_of_u);
-    const nurbs::Range other = knots_of(f, !is_of_u).domain();
-    add_creases(face, is_of_u);
+  for (const Along stays : {Along::u, Along::v}) {
+    const nurbs::Knots& own = knots_of(f, stays);
+    const nurbs::Range other = knots_of(f, other_of(stays)).domain();
+    add_creases(face, stays);
     if (own.is_periodic) continue;
     for (const bool is_low : {true, false}) {
-      const Line line{{face, is_of_u, is_low ? own.low() : own.high(), other}, is_low, false};
+      const Line line{{face, stays, is_low ? own.low() : own.high(), other}, is_low, false};
       if (is_pole(line))
         add_pole(line);
       else if (!is_counted_across(line))
@@ -173,26 +178,26 @@ void Finder::add_face(int face) {
   }
 }
 
-void Finder::add_creases(int face, bool is_of_u) {
+void Finder::add_creases(int face, Along stays) {
   const Face& f = skin_.face(face);
-  const nurbs::Knots& own = knots_of(f, is_of_u);
+  const nurbs::Knots& own = knots_of(f, stays);
   for (const Real knot : own.breaks()) {
     const bool is_end = knot <= own.low() || knot >= own.high();
     if (is_end && !(own.is_periodic && knot <= own.low())) continue;
     if (!is_end && own.multiplicity(knot) < own.degree) continue;
-    add_line({{face, is_of_u, knot, knots_of(f, !is_of_u).domain()}, true, true});
+    add_line({{face, stays, knot, knots_of(f, other_of(stays)).domain()}, true, true});
   }
 }
 
 /// A point where a whole edge of a face is: a tip, unless all around it is flat.
 void Finder::add_pole(const Line& line) {
   Corner tip;
-  tip.point = jet(line, line.on.along.low, false).s;
+  tip.point = jet(line, line.on.along.low, Side::here).s;
   Vec3 sum(0);
   for (int i = 0; i < kAround; ++i) {
     const Real s = line.on.along.low + line.on.along.width() * (i + 0.5) / kAround;
-    const Jet here = jet(line, s, false);
-    const Vec3 way = unit((line.is_low ? 1.0 : -1.0) * (line.on.is_of_u ? here.u : here.v));
+    const Jet here = jet(line, s, Side::here);
+    const Vec3 way = unit((line.is_low ? 1.0 : -1.0) * (is_of_u(line.on) ? here.u : here.v));
     sum += nurbs::normal_at(skin_.face(line.on.face), place_at(line.on, s)[0],
                             place_at(line.on, s)[1]);
     tip.add(way);
@@ -204,7 +209,7 @@ void Finder::add_pole(const Line& line) {
 }
 
 void Finder::add_line(const Line& line) {
-  const nurbs::Knots& free = knots_of(skin_.face(line.on.face), !line.on.is_of_u);
+  const nurbs::Knots& free = knots_of(skin_.face(line.on.face), other_of(line.on.stays));
   const std::vector<Real> breaks = free.breaks();
   for (std::size_t i = 0; i + 1 < breaks.size(); ++i) add_parts(line, {breaks[i], breaks[i + 1]});
 }
@@ -214,7 +219,7 @@ void Finder::add_parts(const Line& line, const nurbs::Range& span) {
     // Just within the piece, so that both sides of a knot are told apart.
     const Real inside = std::clamp(share, 1e-9, 1 - 1e-9);
     Station found = station(line, span.low + inside * span.width());
-    found.point = jet(line, span.low + share * span.width(), false).s;
+    found.point = jet(line, span.low + share * span.width(), Side::here).s;
     return found;
   };
   const Station low = at(0), high = at(1);
@@ -358,7 +363,7 @@ EdgePoint point_of(const Skin& skin, const EdgePart& edge, Real share) {
   const Real s = edge.line.along.low + share * edge.line.along.width();
   const auto at = place_at(edge.line, s);
   const Jet j = skin.face(edge.line.face).at(at[0], at[1]);
-  return {j.s, edge.line.along.width() * (edge.line.is_of_u ? j.v : j.u)};
+  return {j.s, edge.line.along.width() * (is_of_u(edge.line) ? j.v : j.u)};
 }
 
 }  // namespace pantin::detail

@@ -33,7 +33,7 @@ struct Foot {
 /// The line of a face of a skin on which one of its parameters stays.
 struct EdgeLine {
   int face = -1;
-  bool is_of_u = false;  // u stays
+  nurbs::Along stays = nurbs::Along::u;
   Real fixed = 0;
   nurbs::Range along;  // of the other parameter
 };
