@@ -73,6 +73,15 @@ void rub(Island& m, const std::vector<Real>& bias) {
   });
 }
 
+/// Whether an impulse at what bears is more than `least`, N s.
+bool any_hits(const Island& m, Real least) {
+  for (std::size_t i = 0; i < m.blocks.size(); ++i)
+    if (is_one_sided(m, i) && m.memory[i].active &&
+        std::abs(m.scratch.lambda[m.blocks[i].first_row]) > least)
+      return true;
+  return false;
+}
+
 /// Impact at the limits reached, for the whole island at once.
 void resolve_impacts(const World& world, Island& m, Impact kind) {
   StepScratch& scratch = m.scratch;
@@ -104,8 +113,10 @@ void resolve_impacts(const World& world, Island& m, Impact kind) {
     }
     scratch.start.v = scratch.state.v, scratch.start.w = scratch.state.w;
     project_twists(m, bias);
-    if (m.rubs) rub(m, bias);
-    bool pulled = m.rubs && yield_holding(m, scratch.lambda);
+    // Where nothing hits, rounding is all that friction would follow.
+    const bool rubs = m.rubs && any_hits(m, least);
+    if (rubs) rub(m, bias);
+    bool pulled = rubs && yield_holding(m, scratch.lambda);
     for (std::size_t i = 0; i < m.blocks.size(); ++i) {
       if (!is_one_sided(m, i) || !m.memory[i].active) continue;
       const std::size_t row = m.blocks[i].first_row;
