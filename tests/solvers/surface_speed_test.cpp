@@ -1,5 +1,6 @@
 // Surfaces that may lift off, at speed: what comes down is met, what leaves lets go in time.
 #include <catch2/catch.hpp>
+#include <random>
 
 #include "engine/nurbs/closest.hpp"
 #include "engine/nurbs/plane_curves.hpp"
@@ -156,5 +157,40 @@ TEST_CASE("surfaces: a disc that slides down a round hill leaves it where it wei
     for (int i = 0; i < 336; ++i) REQUIRE(sim.step().status == Status::ok);
     CHECK_FALSE(sim.world.surface_contacts[s.contact].touches);
     CHECK(sim.world.bodies[s.disc].velocity.x == Approx(level).epsilon(error_of(integrator)));
+  }
+}
+
+TEST_CASE("rings that tumble on a floor stay on it, or their step says that they fit it") {
+  constexpr Real kRadius = 0.2, kTube = 0.05;
+  const SkinPtr ring = skin_of(nurbs::torus({}, kRadius, kTube));
+  for (const Integrator integrator :
+       {Integrator::rattle, Integrator::rk4, Integrator::implicit, Integrator::radau}) {
+    std::mt19937 random(5);
+    std::uniform_real_distribution<Real> some(-1, 1);
+    const auto vector = [&] {
+      const Real x = some(random), y = some(random), z = some(random);
+      return Vec3(x, y, z);
+    };
+    Real worst = 0;
+    for (int n = 0; n < 40; ++n) {
+      World w = exact_world(integrator);
+      const Entity ground = add_ground(w);
+      const Vec3 speed = 2.0 * vector(), spin = 15.0 * vector(), turned = 1.5 * vector();
+      Body body = solid(1, {0.012, 0.012, 0.021}, {{0, 0.35, 0}, from_rotation_vector(turned)});
+      body.velocity = speed, body.angular_velocity = spin;
+      const Entity e = w.add_body(body);
+      SurfaceContact& c =
+          w.surface_contacts[touch(w, {e, ring, ground, flat_skin(40)}, SurfaceMotion::sliding)];
+      c.lifts = true, c.spots = usual_spots(c);
+      Simulation sim(w, {1.0 / 60});
+      for (int i = 0; i < 120 && sim.step().status == Status::ok; ++i) {
+        const Body& at = sim.world.bodies[e];
+        const Real up = (at.pose.rotation * Vec3(0, 0, 1)).y;
+        worst = std::min(worst, at.pose.position.y - kTube -
+                                    kRadius * std::sqrt(std::max(Real(0), 1 - up * up)));
+      }
+    }
+    INFO(static_cast<int>(integrator));
+    CHECK(worst >= -1e-9);
   }
 }

@@ -192,6 +192,9 @@ void find_touches(const World& world, Island& m, Real h);
 /// Whether a pair of curves that was lost in this part of a step may give way to another one there:
 /// a side that lies down flat.
 bool may_turn_over(const World& world, Island& m);
+/// Whether a contact that touched before the step has sunk into the other surface where no place
+/// tells: it is lost (surface_sweep.cpp).
+bool any_sank(const World& world, Island& m);
 /// Looks at all pairs again, where the bodies are now.
 void look_for_touches(const World& world, Island& m, Real h);
 /// Where surfaces touch on either at the start of a part of a step; and whether they have come so

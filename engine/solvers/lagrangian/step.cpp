@@ -223,7 +223,7 @@ bool take_step(World& world, Island& m, Real h) {
     }
   }
   if (good && !m.unilateral) good = advance(world, m, {0, h, h});
-  return good;
+  return good && !any_sank(world, m);
 }
 
 }  // namespace

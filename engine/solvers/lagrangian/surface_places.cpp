@@ -146,11 +146,21 @@ bool wants_search(const Spots& s, const Pose& at) {
   return is_unsure || is_due || is_urgent;
 }
 
-/// Of what may lift off, pairs where the gap is not least any more bear nothing.
-void forget_saddles(const Spots& s) {
+/// Of what may lift off, pairs where the gap is not least any more bear nothing. Whether one that
+/// bore was among them.
+bool forget_saddles(const Spots& s) {
+  bool any_bore = false;
   for (std::size_t n = 0; n < s.count; ++n)
-    if (s.memory(n).known && !s.memory(n).is_least)
+    if (s.memory(n).known && !s.memory(n).is_least) {
+      any_bore = any_bore || s.bears(n);
       s.memory(n).known = false, s.m.memory[s.block(n)].active = false;
+    }
+  return any_bore;
+}
+bool any_known(const Spots& s) {
+  for (std::size_t n = 0; n < s.count; ++n)
+    if (s.memory(n).known) return true;
+  return false;
 }
 
 }  // namespace
@@ -160,11 +170,13 @@ void find_touches(const World& world, Island& m, Real h) {
     const SurfaceContact& c = s.contact();
     begin(s);
     const Pose at = a_in_b(world, c);
+    bool fits = false;
     if (c.lifts) {
       if (s.count > 1) merge(s);
-      const bool looks = wants_search(s, at);
-      forget_saddles(s);
+      const bool looks = wants_search(s, at), bore = forget_saddles(s);
       if (looks) search(s, at, h);
+      // What touched has no place any more that is nearest: it touches all along a line.
+      fits = bore && !any_known(s);
     } else if (wants_search(s, at)) {
       search(s, at, h);
     }
@@ -173,9 +185,9 @@ void find_touches(const World& world, Island& m, Real h) {
       m.scratch.touching[s.first + n].is_fresh = false;
       m.scratch.touching[s.first + n].ends = 0;
     }
-    if (!c.lifts && s.is_open(0))
+    if (fits || (!c.lifts && s.is_open(0)))
       m.scratch.lost_touch = static_cast<std::uint32_t>(s.first),
-      m.scratch.lost_how = ContactStatus::lost;
+      m.scratch.lost_how = fits ? ContactStatus::degenerate : ContactStatus::lost;
   });
 }
 

@@ -11,6 +11,10 @@ constexpr Real kStride = 0.25;
 constexpr int kMostStrides = 400;
 /// m: deeper is within.
 constexpr Real kWithin = 1e-9;
+/// Parts of a step, attempts included, after which it is looked at.
+constexpr int kManyParts = 8;
+/// Of the smaller surface: what is deeper at the end of a step has sunk in.
+constexpr Real kSunk = 1e-4;
 
 Pose between(const Pose& from, const Pose& to, Real part) {
   if (part == 1) return to;
@@ -97,7 +101,42 @@ Real part_of(const Spots& s) {
   return 2;
 }
 
+/// Whether surfaces are deep within one another after a step that leaves room for it: what touched
+/// before bears nowhere any more, or the step was cut into many parts. One place that bears goes
+/// over to a deeper pair at the next search.
+bool has_sunk(const Spots& s) {
+  const SurfaceContact& c = s.contact();
+  bool touched = c.touches, any_bears = false;
+  for (const SurfaceSpot& spot : c.more) touched = touched || spot.touches;
+  for (std::size_t n = 0; n < s.count; ++n) {
+    if (s.memory(n).is_over()) return false;
+    any_bears = any_bears || s.bears(n);
+  }
+  const bool was_cut = s.m.substeps > kManyParts && (s.count > 1 || !any_bears);
+  if (!c.lifts || !(was_cut || (touched && !any_bears))) return false;
+  const Pose at = a_in_b_now(s);
+  const Real way = moved(s.m.scratch.touching[s.first].begun, at).most(c);
+  nurbs::CommonNormal found[kMostPairs];
+  const std::size_t count = find_pairs(c, at, {kDeepest * smaller_size(c) + way, found});
+  for (std::size_t i = 0; i < count; ++i)
+    if (found[i].gap < -kSunk * smaller_size(c) &&
+        may_have_met(found[i], kDeepest * smaller_size(c) + way))
+      return true;
+  return false;
+}
+
 }  // namespace
+
+bool any_sank(const World& world, Island& m) {
+  bool any = false;
+  for_each_contact(world, m, [&](const Spots& s) {
+    if (any || !has_sunk(s)) return;
+    any = true;
+    m.scratch.lost_touch = static_cast<std::uint32_t>(s.first);
+    m.scratch.lost_how = nurbs::ContactStatus::lost;
+  });
+  return any;
+}
 
 void note_sweep(const World& world, Island& m) {
   for_each_contact(world, m, [&](const Spots& s) {
