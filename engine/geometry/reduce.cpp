@@ -35,7 +35,8 @@ struct Keep {
 /// it is below 0 between those of which q leaves no room for p.
 template <class Way>
 void keep_apart(std::vector<ContactPoint>& points, const Keep& keep, const Way& way_between) {
-  const auto [first, most, same] = keep;
+  const std::size_t first = keep.first, most = keep.most;
+  const Real same = keep.same;
   const auto begin = points.begin() + static_cast<std::ptrdiff_t>(first);
   Real least = 1e300;
   for (auto p = begin; p != points.end(); ++p) least = glm::min(least, p->gap);

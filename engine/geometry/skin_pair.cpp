@@ -250,7 +250,8 @@ nurbs::Place place_of_tile(const Surface& s, std::uint32_t tile) {
 }
 
 void touch_rounds(const SkinPair& pair, SkinScratch& scratch, const PointsOut& out) {
-  const auto& [a, b, a_in_b] = pair;
+  const Surface &a = pair.a, &b = pair.b;
+  const Pose& a_in_b = pair.a_in_b;
   const Real size = std::min(a.model->size, b.model->size), margin = std::max(out.margin, Real(0));
   const Meeting m{
       {a, glm::mat3_cast(a_in_b.rotation), a_in_b.position}, {b, Mat3(1), Vec3(0)}, size};
