@@ -5,6 +5,7 @@
 #include <functional>
 #include <vector>
 
+#include "engine/geometry/collide.hpp"
 #include "engine/geometry/kinds.hpp"
 #include "engine/geometry/skin_model.hpp"
 #include "engine/geometry/surface.hpp"
@@ -190,5 +191,20 @@ inline Creased cup() {
 inline Creased dish() {
   return turned({{0, 0}, {0.15, 0}, {0.2, 0.03}, {0.19, 0.035}, {0.145, 0.01}, {0, 0.005}});
 }
+
+/// What two shapes touch by, and the deepest of it.
+struct Found {
+  std::vector<ContactPoint> points;
+  NarrowPhaseScratch scratch;
+
+  const ContactPoint* touch(const PlacedShape& a, const PlacedShape& b, Real margin) {
+    points.clear();
+    collide(a, b, scratch, {margin, points});
+    const ContactPoint* deepest = nullptr;
+    for (const ContactPoint& p : points)
+      if (!deepest || p.gap < deepest->gap) deepest = &p;
+    return deepest;
+  }
+};
 
 }  // namespace pantin::test

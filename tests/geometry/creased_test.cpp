@@ -15,20 +15,6 @@ namespace {
 
 const SkinFeatures& features(const Creased& c) { return c.skin.surface->model->features; }
 
-struct Found {
-  std::vector<ContactPoint> points;
-  NarrowPhaseScratch scratch;
-
-  const ContactPoint* touch(const PlacedShape& a, const PlacedShape& b, Real margin) {
-    points.clear();
-    collide(a, b, scratch, {margin, points});
-    const ContactPoint* deepest = nullptr;
-    for (const ContactPoint& p : points)
-      if (!deepest || p.gap < deepest->gap) deepest = &p;
-    return deepest;
-  }
-};
-
 /// Not convex: a plate 0.1 m thick with a wall along one side.
 const Creased& table() {
   static const Creased made = grown_together(

@@ -165,6 +165,26 @@ Real until_turned(Island& m, const Attempt& attempt, Real length) {
   return low > 0 && attempt(low) ? low : 0;
 }
 
+/// Times between which what is above 0 at the first and below at the second crosses it: regula
+/// falsi, Illinois variant.
+struct Bracket {
+  Real low = 0, high = 0, at_low = 0, at_high = 0;
+  int side = 0;  // where the last one was put
+
+  Real crossing() const { return low + (high - low) * at_low / (at_low - at_high); }
+  void narrow(Real time, Real value) {
+    if (value < 0) {
+      high = time, at_high = value;
+      if (side < 0) at_low *= 0.5;
+      side = -1;
+    } else {
+      low = time, at_low = value;
+      if (side > 0) at_high *= 0.5;
+      side = 1;
+    }
+  }
+};
+
 /// The part of a step of `of.whole` that is being tried: from of.from, of.h long.
 ///
 /// Where what bears presses at its start and pulls in its mean: the time after which it pulls, s,
@@ -175,27 +195,17 @@ Real until_lifted(const World& world, Island& m, const Span& of, const Attempt& 
   const auto pressing = [&](Real at) {
     return least_pressing(world, m, (of.from + at) / of.whole, of.whole);
   };
-  Real low = 0, high = of.h, at_high = pressing(high);
+  Bracket times{0, of.h, 0, pressing(of.h)};
   scratch.state = scratch.begin;
-  Real at_low = pressing(0);
-  if (!(at_low > 0 && at_high < 0)) return 0;
-  const Real enough = kLiftTolerance * at_low;
-  int side = 0;
-  for (int n = 0; n < kMaxSearches && at_high < -enough; ++n) {
-    const Real middle = low + (high - low) * at_low / (at_low - at_high);
+  times.at_low = pressing(0);
+  if (!(times.at_low > 0 && times.at_high < 0)) return 0;
+  const Real enough = kLiftTolerance * times.at_low;
+  for (int n = 0; n < kMaxSearches && times.at_high < -enough; ++n) {
+    const Real middle = times.crossing();
     if (!attempt(middle)) return 0;
-    const Real now = pressing(middle);
-    if (now < 0) {
-      high = middle, at_high = now;
-      if (side < 0) at_low *= 0.5;
-      side = -1;
-    } else {
-      low = middle, at_low = now;
-      if (side > 0) at_high *= 0.5;
-      side = 1;
-    }
+    times.narrow(middle, pressing(middle));
   }
-  return attempt(high) ? high : 0;
+  return attempt(times.high) ? times.high : 0;
 }
 
 /// A part of a step in which a limit is passed: what clearance there was at its start, how long it
@@ -203,32 +213,22 @@ Real until_lifted(const World& world, Island& m, const Span& of, const Attempt& 
 struct Passed {
   Real at_start = 0, length = 0, alike = 0;
 };
-/// The time of the first event by regula falsi (Illinois variant), s, taken. 0: it cannot be.
+/// The time of the first event, s, taken. 0: it cannot be.
 template <class Attempt>
 Real until_event(const World& world, Island& m, const Passed& part, const Attempt& attempt) {
-  Real low = 0, high = part.length, at_low = std::max(part.at_start, kLimitTolerance);
-  Real at_high = clearance(m);
-  int side = 0;
-  for (int n = 0; n < kMaxSearches && high - low > part.alike; ++n) {
-    const Real length = low + (high - low) * at_low / (at_low - at_high);
+  Bracket times{0, part.length, std::max(part.at_start, kLimitTolerance), clearance(m)};
+  for (int n = 0; n < kMaxSearches && times.high - times.low > part.alike; ++n) {
+    const Real length = times.crossing();
     if (!attempt(length)) {
       if (!may_turn_over(world, m)) return 0;
-      high = length, at_high = -at_low, side = 0;
+      times.high = length, times.at_high = -times.at_low, times.side = 0;
       continue;
     }
     const Real left = clearance(m);
     if (std::abs(left) <= kLimitTolerance) return length;
-    if (left < 0) {
-      high = length, at_high = left;
-      if (side < 0) at_low *= 0.5;
-      side = -1;
-    } else {
-      low = length, at_low = left;
-      if (side > 0) at_high *= 0.5;
-      side = 1;
-    }
+    times.narrow(length, left);
   }
-  return attempt(high) ? high : 0;
+  return attempt(times.high) ? times.high : 0;
 }
 
 /// Whether a limit is reached, or a slip has ended.
