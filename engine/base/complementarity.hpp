@@ -1,0 +1,50 @@
+#pragma once
+/// The bounded linear complementarity problem of impulses, solved exactly.
+///
+/// Rows are constraints that act at one moment: contacts, limits, cables, capped friction (bounded)
+/// and closed joints (unbounded). With W = J A^-1 J^T, what an impulse of one row changes of the
+/// velocity of another, and b the velocities before, find the impulses x and velocities w with
+///
+///   w = W x + b,   lower <= x <= upper,
+///   w_i >= 0 where x_i = lower_i,   w_i <= 0 where x_i = upper_i,   w_i = 0 between.
+///
+/// The velocities w are those of least kinetic energy that the rows allow; they are unique, the
+/// impulses need not be (redundant rows). Solved by active sets, a finite sequence of exact solves
+/// on a Cholesky factor that is updated row by row. [Lawson & Hanson 1974, ch. 23; Gill, Golub,
+/// Murray & Saunders 1974, method C1]
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "engine/base/math.hpp"
+
+namespace pantin::detail {
+
+/// The least and the largest impulse of a row; lower <= 0 <= upper.
+struct ImpulseBounds {
+  static constexpr Real kUnbounded = std::numeric_limits<Real>::infinity();
+  Real lower = 0, upper = kUnbounded;  // as they are: the row pushes only
+  static constexpr ImpulseBounds bilateral() { return {-kUnbounded, kUnbounded}; }
+};
+
+struct ComplementarityProblem {
+  std::span<const Real> matrix;           // W: n x n, symmetric, positive semidefinite
+  std::span<const Real> bias;             // b: n
+  std::span<const ImpulseBounds> bounds;  // n
+};
+
+/// Memory of a solve: grows to the largest problem, then stays.
+struct ComplementarityScratch {
+  std::vector<Real> factor;         // lower triangular, of the free rows in their order
+  std::vector<std::uint32_t> free;  // rows that are at neither bound
+  std::vector<std::uint8_t> is_free;
+  std::vector<Real> velocity, step, column;
+};
+
+/// Writes the impulses to `x` (n), starting from zero. False where no finite impulses satisfy the
+/// rows (they contradict one another): x is then the best that was found, within its bounds.
+bool solve_complementarity(const ComplementarityProblem& problem, std::span<Real> x,
+                           ComplementarityScratch& scratch);
+
+}  // namespace pantin::detail
