@@ -296,6 +296,7 @@ void take_up(const Group& g, const Substep& s, Real h) {
 
 /// The gaps in the end; overlaps of a body that touches fixed ones alone are closed.
 void finish_group(const Group& g) {
+  centre_bodies(g);  // the last substep moved them away from where its arms start
   for (GroupContact& c : g.contacts) place(g, c);
   if (!g.is_single()) return;
   GroupBody& body = g.bodies.front();
