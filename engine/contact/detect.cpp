@@ -20,7 +20,6 @@ constexpr Real kContactSlop = 1e-4;
 constexpr Real kSamePoint = 0.15;
 // Reach of a body that stands while its surface runs, m: it does not count as resting.
 constexpr Real kRunningReach = 1e-12;
-constexpr std::uint64_t kFeatures = (1ull << 44) - 1, kCore = kFeatures;
 
 std::uint64_t pair_of(std::uint32_t a, std::uint32_t b) {
   return static_cast<std::uint64_t>(std::min(a, b)) << 32 | std::max(a, b);
@@ -99,18 +98,6 @@ void list_pairs(const Finder& s, Search& search) {
   search.pairs.erase(std::unique(search.pairs.begin(), search.pairs.end()), search.pairs.end());
 }
 
-constexpr std::uint64_t kShapes = 0x3ff;
-constexpr int kShapeOfA = 54, kShapeOfB = 44;
-
-/// Ten bits for each of the two shapes, the rest for the feature.
-std::uint64_t key_of(const ColliderShape& a, const ColliderShape& b, std::uint64_t feature) {
-  return (a.index & kShapes) << kShapeOfA | (b.index & kShapes) << kShapeOfB |
-         (feature & kFeatures);
-}
-std::uint64_t shape_in(std::uint64_t key, Touching::Side side) {
-  return key >> (side == Touching::Side::a ? kShapeOfA : kShapeOfB) & kShapes;
-}
-
 // ---- Surfaces ----------------------------------------------------------------------------------
 
 std::uint64_t materials_of(const MaterialPair* pair) { return pair_of(pair->a, pair->b); }
@@ -165,11 +152,11 @@ void add_core_contact(const Finder& s, Search& search, const ColliderShape& a,
   ContactPoint core =
       *std::min_element(search.points.begin(), search.points.end(),
                         [](const ContactPoint& p, const ContactPoint& q) { return p.gap < q.gap; });
-  core.on_a = a.pose.position, core.on_b += radius * core.normal;
+  core.on_a = a.pose.position - radius * core.normal;
   core.gap = glm::dot(core.normal, core.on_a - core.on_b);
   core.feature = kCore;
   search.found.push_back(
-      {a.slot, b.slot, key_of(a, b, core.feature), search.found.back().pair, core});
+      {a.slot, b.slot, key_of(a.index, b.index, core.feature), search.found.back().pair, core});
 }
 
 void collide_shapes(const Finder& s, Search& search, const ColliderShape& a,
@@ -182,7 +169,7 @@ void collide_shapes(const Finder& s, Search& search, const ColliderShape& a,
   collide({*a.shape, a.pose}, {*b.shape, b.pose}, search.scratch, {margin, search.points});
   const MaterialPair* pair = find_pair(search, a.shape->material, b.shape->material);
   for (const ContactPoint& p : search.points)
-    search.found.push_back({a.slot, b.slot, key_of(a, b, p.feature), pair, p});
+    search.found.push_back({a.slot, b.slot, key_of(a.index, b.index, p.feature), pair, p});
   if (have_two_solvers(s, a.slot, b.slot)) add_core_contact(s, search, a, b);
 }
 
@@ -317,6 +304,7 @@ Contact contact_of(const Finder& s, const FoundPoint& f) {
   c.point_b = to_local(bodies[f.slot_b].pose, f.at.on_b);
   c.normal = f.at.normal, c.gap = f.at.gap;
   set_surface(s, c, f.pair);
+  if (is_core(c.key)) c.friction = c.rolling = c.spinning = 0;
   return c;
 }
 
@@ -394,25 +382,6 @@ void find_contacts(World& world, std::span<const Real> reach) {
   list_pairs(s, search);
   find_points(s, search);
   store_contacts(s, search);
-}
-
-Real rounding_at(const World& world, const Contact& c, const Touching& at) {
-  const bool is_a = at.side == Touching::Side::a;
-  const std::uint32_t slot = is_a ? c.slot_a : c.slot_b;
-  const Shapes* shapes = world.shapes.find(world.bodies.owners()[slot]);
-  const std::uint64_t index = shape_in(c.key, at.side);
-  if (!shapes || index >= shapes->list.size()) return 0;
-  const Shape& s = shapes->list[index];
-  const ShapeTraits& kind = traits_of(s.kind);
-  if (kind.rounding) {
-    if ((c.key & kFeatures) == kCore) return 0;
-    const Quat back = glm::conjugate(at.rotation * s.local.rotation);
-    const Vec3 spin = world.bodies.values()[slot].angular_velocity;
-    return kind.rounding(s, {to_local(s.local, is_a ? c.point_a : c.point_b),
-                             back * (is_a ? -c.normal : c.normal), back * spin});
-  }
-  const std::optional<RoundedBox> core = kind.rounded ? kind.rounded(s) : std::nullopt;
-  return core ? core->radius : 0;
 }
 
 Real extent_of(const Shapes& shapes) {

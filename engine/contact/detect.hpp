@@ -51,6 +51,24 @@ struct Touching {
 /// of the body along the normal, while the body turns. 0: it is touched with its own points.
 Real rounding_at(const World& world, const Contact& contact, const Touching& at);
 
+/// Where a body is touched however it turns: the sum of a point of the body, the farthest point of
+/// a circle about an axis of the body along the outward normal, and a radius along that.
+struct TouchedPlace {
+  Vec3 core{0};                 // m, body frame
+  Vec3 axis{0};                 // unit, body frame
+  Real circle = 0, radius = 0;  // m
+
+  /// From the mass centre, world.
+  Vec3 at(Quat rotation, Vec3 outward) const {
+    Vec3 place = rotation * core + radius * outward;
+    if (circle == 0) return place;
+    const Vec3 about = rotation * axis, across = outward - glm::dot(outward, about) * about;
+    const Real length = glm::length(across);
+    return length > 0 ? place + circle / length * across : place;
+  }
+};
+TouchedPlace touched_place(const World& world, const Contact& contact, const Touching& at);
+
 /// Whether a body without a solver moves (a kinematic body).
 bool moves(const Body& b);
 

@@ -19,6 +19,14 @@ struct Partition;
 
 namespace pantin::detail::contact {
 
+/// Keys of contact points: ten bits for each of the two shapes, the rest for the feature.
+inline constexpr std::uint64_t kFeatures = (1ull << 44) - 1, kCore = kFeatures, kShapes = 0x3ff;
+inline constexpr int kShapeOfA = 54, kShapeOfB = 44;
+inline std::uint64_t key_of(std::uint32_t a, std::uint32_t b, std::uint64_t feature) {
+  return (a & kShapes) << kShapeOfA | (b & kShapes) << kShapeOfB | (feature & kFeatures);
+}
+inline bool is_core(std::uint64_t key) { return (key & kFeatures) == kCore; }
+
 /// One shape of a collider at its pose in the world.
 struct ColliderShape {
   Pose pose;

@@ -69,6 +69,7 @@ struct ShapeTraits {
   ShapeClass shape_class = ShapeClass::convex;
   SurfaceSource source = SurfaceSource::none;
   bool is_round = false;   // looks the same however it is turned
+  bool is_turned = false;  // however it is turned about its y
   bool is_ground = false;  // drawn, but of less interest than what stands on it
   std::span<const SizeKey> sizes = {};
 

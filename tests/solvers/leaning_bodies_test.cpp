@@ -61,3 +61,101 @@ TEST_CASE("a ladder slides down between floor and wall as its energy says, at ev
     CHECK(std::abs(angle - ladder_angle(start, kTime)) <= 0.05 * kPi / 180);
   }
 }
+
+namespace {
+
+Shape disc_shape(Real radius, Real half) {
+  Shape s;
+  s.kind = ShapeKind::cylinder, s.size = {radius, half, 0};
+  return s;
+}
+
+Collision rough(Real friction) {
+  Collision c;
+  c.friction = friction;
+  return c;
+}
+
+World grounded(Real friction) {
+  World w;
+  w.gravity = {0, -kGravity, 0}, w.default_settings.sleep_speed = 0;
+  add_ground(w, rough(friction));
+  return w;
+}
+
+Real tilt_of(const Body& b) {
+  return std::acos(std::min(Real(1), std::abs((b.pose.rotation * Vec3(0, 1, 0)).y)));
+}
+
+}  // namespace
+
+// Its middle stands still while the point of contact runs around: for a thin disc of radius r that
+// leans by a from the floor, Omega^2 = 4 g / (r sin a), and its spin Omega sin a is about its
+// diameter through that point.
+TEST_CASE("a disc that rolls on its rim about its resting middle keeps energy and tilt") {
+  for (const Real degrees : {10.0, 30.0, 60.0})
+    for (const int rate : {60, 240, 960}) {
+      World w = grounded(2);
+      const Real r = 0.1, half = 1e-3, lean = degrees * kPi / 180;
+      const Quat at = from_rotation_vector({0, 0, -lean});
+      const Entity e = add_solid(w, disc_shape(r, half),
+                                 {{0, r * std::sin(lean) + half * std::cos(lean), 0}, at},
+                                 Motion::dynamic, rough(2));
+      w.bodies[e].mass = 1, w.bodies[e].inertia = {0.25 * r * r, 0.5 * r * r, 0.25 * r * r};
+      const Real spin = std::sqrt(4 * kGravity * std::sin(lean) / r);
+      w.bodies[e].angular_velocity = spin * (at * Vec3(-1, 0, 0));
+      Simulation sim(std::move(w), {1.0 / rate});
+      const Real before = energy_of(sim.world.bodies[e]);
+      Real least = before, most = before;
+      for (int i = 0; i < 2 * rate; ++i) {
+        REQUIRE(sim.step().status == Status::ok);
+        const Real now = energy_of(sim.world.bodies[e]);
+        least = std::min(least, now), most = std::max(most, now);
+      }
+      INFO(degrees << " degrees at " << rate << " Hz");
+      CHECK(most <= 1.001 * before);
+      CHECK(least >= (rate < 240 ? 0.95 : 0.999) * before);
+      CHECK(std::abs(tilt_of(sim.world.bodies[e]) - lean) < (rate < 240 ? 0.5 : 0.1) * lean);
+    }
+}
+
+TEST_CASE("capsules and drums roll at constant speed, however fast") {
+  for (const ShapeKind kind : {ShapeKind::capsule, ShapeKind::cylinder})
+    for (const Real speed : {0.5, 5.0, 20.0})
+      for (const int rate : {30, 60, 240}) {
+        World w = grounded(0.5);
+        const Shape shape{kind, {0.1, 0.15, 0}, {}};
+        const Entity e = add_solid(w, shape, {{0, 0.1, 0}, from_rotation_vector({kPi / 2, 0, 0})},
+                                   Motion::dynamic, rough(0.5));
+        w.bodies[e].velocity = {speed, 0, 0};
+        w.bodies[e].angular_velocity = {0, 0, -speed / 0.1};
+        Simulation sim(std::move(w), {1.0 / rate});
+        for (int i = 0; i < 5 * rate; ++i) REQUIRE(sim.step().status == Status::ok);
+        const Body& b = sim.world.bodies[e];
+        INFO(int(kind) << " at " << speed << " m/s and " << rate << " Hz");
+        CHECK(glm::length(b.velocity - Vec3(speed, 0, 0)) <= 1e-6 * speed);
+        CHECK(glm::length(b.pose.position - Vec3(5 * speed, 0.1, 0)) <= 1e-5 * speed);
+      }
+}
+
+TEST_CASE("a box that slides to a stop or down a slope goes the way of constant acceleration") {
+  for (const int rate : {30, 60, 240})
+    for (const Real degrees : {0.0, 40.0}) {
+      constexpr Real kFriction = 0.4, kTime = 0.5, kStart = 3;
+      World w;
+      w.gravity = {0, -kGravity, 0}, w.default_settings.sleep_speed = 0;
+      const Real a = degrees * kPi / 180;
+      const Quat slope = from_rotation_vector({0, 0, -a});
+      add_ground(w, rough(kFriction), slope);
+      const Entity e = add_solid(w, box_shape({0.2, 0.05, 0.2}), {slope * Vec3(0, 0.05, 0), slope},
+                                 Motion::dynamic, rough(kFriction));
+      w.bodies[e].velocity = slope * Vec3(kStart, 0, 0);
+      Simulation sim(std::move(w), {1.0 / rate});
+      for (int i = 0; i < std::lround(kTime * rate); ++i) REQUIRE(sim.step().status == Status::ok);
+      const Real along = kGravity * (std::sin(a) - kFriction * std::cos(a));
+      const Real way = kStart * kTime + 0.5 * along * kTime * kTime;
+      const Vec3 at = glm::conjugate(slope) * sim.world.bodies[e].pose.position;
+      INFO(degrees << " degrees at " << rate << " Hz");
+      CHECK(glm::length(at - Vec3(way, 0.05, 0)) <= 1e-6);
+    }
+}

@@ -130,6 +130,7 @@ std::optional<SurfacePoint> closest(const Shape& shape, Vec3 p, Real limit) {
 
 constinit const ShapeTraits cone{
     .about = "A cone along y, its tip up; its origin is halfway up, its mass centre lower.",
+    .is_turned = true,
     .sizes = kSizes,
     .support = support,
     .enclosed = enclosed,

@@ -82,6 +82,7 @@ std::optional<SurfacePoint> closest(const Shape& shape, Vec3 p, Real limit) {
 
 constinit const ShapeTraits cylinder{
     .about = "A cylinder along y with flat ends.",
+    .is_turned = true,
     .sizes = kSizes,
     .support = support,
     .volume = volume,

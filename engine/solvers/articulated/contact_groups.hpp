@@ -7,6 +7,7 @@
 
 #include "engine/base/disjoint_sets.hpp"
 #include "engine/base/math.hpp"
+#include "engine/contact/detect.hpp"
 
 namespace pantin {
 struct JointDrive;
@@ -162,10 +163,10 @@ struct GroupContact {
   std::uint32_t cross = kNoNode;    // of two bodies of one tree: in GroupScratch::crosses
   std::uint32_t rolling = kNoNode;  // in GroupScratch::rollings
   Vec3 axes[3];                     // the normal, from b to a, and two across it
-  Vec3 core_a{0}, core_b{0};  // in the bodies' frames; for round shapes a radius below the surface
-  Real radius_a = 0, radius_b = 0;
-  Vec3 arm_a{0}, arm_b{0};                                       // m, world
-  Real gap = 0;                                                  // m
+  contact::TouchedPlace on_a, on_b;
+  Vec3 arm_a{0}, arm_b{0};    // m, world: where impulses act
+  Vec3 lead_a{0}, lead_b{0};  // m, world: where velocities count, see lead()
+  Real gap = 0;               // m
   Real along = 0, aside = 0, cross_first = 0, cross_second = 0;  // response, 1/kg
   bool works = true;                                             // the bodies can give way to it
   Real friction = 0, restitution = 0;

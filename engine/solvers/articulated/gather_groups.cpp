@@ -182,10 +182,8 @@ GroupContact gather_contact(const World& world, std::uint32_t number, const Isla
   set_axes(f.axes, c.normal);
   // Round shapes are touched below their core, however they turn; corners turn with the body.
   using Side = contact::Touching::Side;
-  f.radius_a = contact::rounding_at(world, c, {Side::a, a.pose.rotation});
-  f.radius_b = contact::rounding_at(world, c, {Side::b, b.pose.rotation});
-  f.core_a = c.point_a + f.radius_a * (glm::conjugate(a.pose.rotation) * c.normal);
-  f.core_b = c.point_b - f.radius_b * (glm::conjugate(b.pose.rotation) * c.normal);
+  f.on_a = contact::touched_place(world, c, {Side::a, a.pose.rotation});
+  f.on_b = contact::touched_place(world, c, {Side::b, b.pose.rotation});
   f.friction = c.friction, f.restitution = c.restitution, f.rest = c.rest;
   f.rolling_length = c.rolling, f.spinning_length = c.spinning;
   f.shallow = kShallow * island.size;

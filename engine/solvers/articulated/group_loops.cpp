@@ -315,7 +315,7 @@ void press(const Group& g) {
   };
   for (const GroupContact& c : g.contacts) {
     if (!(c.impulse.x > 0)) continue;
-    on(c.a, c.b, c.core_a, c.axes[0]), on(c.b, c.a, c.core_b, c.axes[0]);
+    on(c.a, c.b, c.on_a.core, c.axes[0]), on(c.b, c.a, c.on_b.core, c.axes[0]);
   }
 }
 

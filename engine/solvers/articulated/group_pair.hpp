@@ -106,23 +106,28 @@ inline void end_pair(const Group& g, const PairOf& c, const Pair& pair) {
   end_side(g, c.a, pair.a), end_side(g, c.b, pair.b);
 }
 
-/// What an impulse at a point changes of its velocity.
-inline Vec3 response_at(const Side& s, Vec3 arm, Vec3 d) {
+/// What an impulse at a point changes of the velocity at another.
+inline Vec3 response_at(const Side& s, Vec3 arm, Vec3 d, Vec3 seen) {
   const Vec3 moment = glm::cross(arm, d);
-  if (!s.response) return s.body.per_mass * d + glm::cross(s.body.response * moment, arm);
+  if (!s.response) return s.body.per_mass * d + glm::cross(s.body.response * moment, seen);
   const Response& r = *s.response;
-  return r.vf * d + r.vt * moment + glm::cross(d * r.vt + r.wt * moment, arm);
+  return r.vf * d + r.vt * moment + glm::cross(d * r.vt + r.wt * moment, seen);
 }
 
-/// What an impulse `d` on a, and its opposite on b, changes of the relative velocity there.
-inline Vec3 response_of(const Pair& pair, const Arms& c, Vec3 d) {
-  Vec3 moved = response_at(pair.a, c.a, d) + response_at(pair.b, c.b, d);
+/// What an impulse `d` on a, and its opposite on b, changes of the relative velocity elsewhere.
+inline Vec3 response_of(const Pair& pair, const Arms& c, Vec3 d, const Arms& seen) {
+  Vec3 moved = response_at(pair.a, c.a, d, seen.a) + response_at(pair.b, c.b, d, seen.b);
   if (!pair.cross) return moved;
   const CrossResponse& x = *pair.cross;
   const Vec3 on_a = glm::cross(c.a, d), on_b = glm::cross(c.b, d);
-  moved -= x.vf * d + x.vt * on_b + glm::cross(x.wf * d + x.wt * on_b, c.a);
-  moved -= d * x.vf + on_a * x.wf + glm::cross(d * x.vt + on_a * x.wt, c.b);
+  moved -= x.vf * d + x.vt * on_b + glm::cross(x.wf * d + x.wt * on_b, seen.a);
+  moved -= d * x.vf + on_a * x.wf + glm::cross(d * x.vt + on_a * x.wt, seen.b);
   return moved;
+}
+
+/// The same there.
+inline Vec3 response_of(const Pair& pair, const Arms& c, Vec3 d) {
+  return response_of(pair, c, d, c);
 }
 
 }  // namespace pantin::detail::articulated

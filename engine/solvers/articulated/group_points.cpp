@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "engine/base/rotation.hpp"
+
 namespace pantin::detail::articulated {
 namespace {
 
@@ -22,6 +24,7 @@ struct Goal {
 };
 
 Goal goal_of(const GroupContact& c, const Softness& spring, const Substep& s, Sweep sweep) {
+  if (s.hard && sweep == Sweep::relaxes) return {};
   if (c.gap > c.rest) return {-c.gap / s.h, {}};
   if (sweep == Sweep::relaxes) return {};
   if (s.hard) return {c.gap < -c.shallow ? std::min(-0.2 * c.gap / s.h, kPushSpeed) : 0, {}};
@@ -30,7 +33,7 @@ Goal goal_of(const GroupContact& c, const Softness& spring, const Substep& s, Sw
 
 /// One point: returns the change of its impulse, N s.
 Vec3 solve_point(const Pair& pair, GroupContact& c, const Goal& goal) {
-  const Vec3 u = pair.speed_of(arms_of(c));
+  const Vec3 u = pair.speed_of(leads_of(c));
   const Real un = glm::dot(c.axes[0], u);
   const Real normal =
       std::max(Real(0), c.impulse.x + goal.spring.by_mass * (goal.speed - un) / c.along -
@@ -72,7 +75,7 @@ Real solve_points(const Group& g, std::span<GroupContact> points, const Substep&
     if (rolls) now = std::max(now, solve_rolling(g, pair, g.rollings[points.front().rolling]));
     most = std::max(most, now);
     if (n == 0) first = now;
-    if (now == 0 || (rolls && now <= kRollingTolerance * first)) break;
+    if (now <= s.enough || ((rolls || s.hard) && now <= kRollingTolerance * first)) break;
   }
   if (most > 0) end_pair(g, pair_of(points.front()), pair);
   return most;
@@ -94,16 +97,24 @@ void push(const Group& g, const GroupContact& c) {
 void place(const Group& g, GroupContact& c) {
   const GroupBody &a = g.a(c), &b = g.b(c);
   const Vec3 n = c.axes[0];
-  c.arm_a = a.pose.position - a.centre + a.pose.rotation * c.core_a - c.radius_a * n;
-  c.arm_b = b.pose.position - b.centre + b.pose.rotation * c.core_b + c.radius_b * n;
+  c.arm_a = a.pose.position - a.centre + c.on_a.at(a.pose.rotation, -n);
+  c.arm_b = b.pose.position - b.centre + c.on_b.at(b.pose.rotation, n);
+  c.lead_a = c.arm_a, c.lead_b = c.arm_b;
   c.gap = glm::dot(n, a.centre + c.arm_a - b.centre - c.arm_b);
+}
+
+void lead(const Group& g, GroupContact& c, Real h) {
+  const auto arm = [&](const GroupBody& body, const contact::TouchedPlace& on, Vec3 outward) {
+    return on.at(from_rotation_vector(0.5 * h * body.spin) * body.pose.rotation, outward);
+  };
+  c.lead_a = arm(g.a(c), c.on_a, -c.axes[0]), c.lead_b = arm(g.b(c), c.on_b, c.axes[0]);
 }
 
 void prepare_contact(const Group& g, GroupContact& c) {
   const Vec3 n = c.axes[0];
   const Pair pair{{g, c.a}, {g, c.b}, c.cross == kNoNode ? nullptr : &g.crosses[c.cross]};
   Vec3 moved[3];
-  for (int k = 0; k < 3; ++k) moved[k] = response_of(pair, arms_of(c), c.axes[k]);
+  for (int k = 0; k < 3; ++k) moved[k] = response_of(pair, arms_of(c), c.axes[k], leads_of(c));
   c.along = glm::dot(n, moved[0]);
   c.cross_first = glm::dot(c.axes[1], moved[0]), c.cross_second = glm::dot(c.axes[2], moved[0]);
   const Real k1 = glm::dot(c.axes[1], moved[1]), k2 = glm::dot(c.axes[2], moved[2]),

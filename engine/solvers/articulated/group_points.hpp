@@ -18,6 +18,7 @@ struct Substep {
   GroupPart part;
   Softness between, against_fixed;
   bool hard = false;  // without springs
+  Real enough = 0;    // m/s: smaller changes of speed end the iteration of hard contacts
 };
 
 inline const Softness& spring_of(const Group& g, const GroupContact& c, const Substep& s) {
@@ -25,12 +26,16 @@ inline const Softness& spring_of(const Group& g, const GroupContact& c, const Su
 }
 
 inline Arms arms_of(const GroupContact& c) { return {c.arm_a, c.arm_b}; }
+inline Arms leads_of(const GroupContact& c) { return {c.lead_a, c.lead_b}; }
 inline PairOf pair_of(const GroupContact& c) { return {c.a, c.b, c.cross}; }
 
 /// Arms of bodies without joints start at their mass centres.
 void centre_bodies(const Group& g);
 /// Arms and gap of a contact where its bodies are now.
 void place(const Group& g, GroupContact& c);
+/// Velocities count where the contact is half a substep later: so points go along the chord of
+/// their way, while impulses act where they are.
+void lead(const Group& g, GroupContact& c, Real h);
 /// The response of a contact.
 void prepare_contact(const Group& g, GroupContact& c);
 /// The impulses that a contact has, on its bodies.

@@ -21,10 +21,13 @@ namespace {
 
 /// s: no substep is longer, and no step has more of them. Trees keep their joints whatever its
 /// length; towers of bodies need shorter ones.
-constexpr Real kLongestSubstep = 1.0 / 470, kLongestTreeSubstep = 1.0 / 235;
+constexpr Real kLongestSubstep = 1.0 / 470, kLongestTreeSubstep = 1.0 / 235,
+               kLongestHardSubstep = 1.0 / 235;
 constexpr int kLeastTreeSubsteps = 2, kMostSubsteps = 32;
 /// rad: bodies of trees turn by no more in a substep, as long as that many are enough.
 constexpr Real kLargestTurn = 0.5;
+/// Cosine of the angle between normal and axis from which a rim leans.
+constexpr Real kLeaning = 0.7;
 /// Bodies whose moments differ by less about two axes are round.
 constexpr Real kRound = 1e-6;
 /// Hz: of the springs between free bodies; twice that against fixed ones. With damping far above
@@ -39,11 +42,15 @@ constexpr Real kLeastRest = 1e-12;
 /// m/s: rolling friction of several points can be shared among them in many ways, and iterations
 /// that change no motion any more may go on exchanging it.
 constexpr Real kEnoughOfRolling = 1e-7;
-constexpr int kHardSweeps = 200, kRollingSweeps = 20;
+/// m/s, relative to 1 m/s and the speed: of a body that touches fixed ones alone.
+constexpr Real kEnoughAlone = 1e-12;
+/// Of what the first sweep changes.
+constexpr Real kOfFirst = 1e-6;
+constexpr int kHardSweeps = 100, kRollingSweeps = 20;
 /// Friction at two points of a line, as of a cone on its side, may ask for two speeds along it that
 /// differ by an error of the step: sweeps then exchange it for ever. Changes that are below the
 /// first (m/s, relative to 1 m/s and the body's speed) and fall by less than the second end it.
-constexpr Real kExchange = 1e-6, kStalled = 1e-3;
+constexpr Real kExchange = 1e-6, kStalled = 0.02;
 /// Of the gap of a tie, closed in a substep.
 constexpr Real kTieReturn = 0.5;
 /// Rounds in which loops are closed, of few ties and of many.
@@ -98,7 +105,8 @@ void prepare_closed(const Group& g, const GroupPart& part, Real h) {
 }
 
 /// All contacts and trees where the bodies are now.
-void prepare_group(const Group& g, const GroupPart& part) {
+void prepare_group(const Group& g, const Substep& s) {
+  const GroupPart& part = s.part;
   centre_bodies(g);
   prepare_closed(g, part, part.h);
   Real sudden = kSuddenSpeed;
@@ -108,6 +116,7 @@ void prepare_group(const Group& g, const GroupPart& part) {
   std::uint32_t known = kNoNode;
   for (GroupContact& c : g.contacts) {
     place(g, c);
+    if (s.hard) lead(g, c, s.h);
     c.works = is_near(g, c, part.h, sudden);
     if (!c.works) {
       c.impulse = Vec3(0);
@@ -117,6 +126,17 @@ void prepare_group(const Group& g, const GroupPart& part) {
     if (c.cross != known && c.cross != kNoNode)
       g.crosses[known = c.cross] = cross_response_of(g, c.a, c.b);
     prepare_contact(g, c);
+  }
+}
+
+/// Contacts that bear or touch where the bodies are now; others wait for the next substep.
+void prepare_touching(const Group& g) {
+  centre_bodies(g);
+  for (GroupContact& c : g.contacts) {
+    if (!c.works) continue;
+    place(g, c);
+    c.works = c.impulse.x > 0 || c.gap <= 0;
+    if (c.works) prepare_contact(g, c);
   }
 }
 /// Actuators, limits, then springs and cables, then contacts, then the loops.
@@ -141,23 +161,18 @@ void slow_down(GroupBody& b, Real h) {
   b.velocity *= half, b.angular_momentum *= half, b.spin *= half;
 }
 
-/// Weight and forces over a substep.
+/// Weight and forces over a time.
 void accelerate(GroupBody& b, Real h) {
-  b.before = b.velocity;
-  slow_down(b, h);
   b.velocity += h * b.acceleration, b.angular_momentum += h * b.torque;
   b.spin = b.response * b.angular_momentum;
 }
 
-/// Free flight goes by the mean velocity, which is exact for a parabola; in contact the velocity at
-/// the end is what the contacts hold.
-void move(GroupBody& b, Real h) {
+void move(GroupBody& b, Vec3 velocity, Real h) {
+  b.pose.position += h * velocity;
   if (b.per_mass == 0) {
-    b.pose.position += h * b.velocity;
     b.pose.rotation = glm::normalize(from_rotation_vector(h * b.spin) * b.pose.rotation);
     return;
   }
-  b.pose.position += h * (b.touched ? b.velocity : 0.5 * (b.before + b.velocity));
   const Quat half = from_rotation_vector(0.5 * h * b.spin) * b.pose.rotation;
   const Vec3 mean = inverse_inertia(b, half) * b.angular_momentum;
   b.pose.rotation = glm::normalize(from_rotation_vector(h * mean) * b.pose.rotation);
@@ -200,35 +215,76 @@ class Ending {
   Ending(const Group& g, const Substep& s) : is_hard_(s.hard) {
     const Real speed = 1 + glm::length(g.bodies.front().velocity);
     enough_ = !s.hard              ? kEnoughAtImpact / s.h
-              : g.rollings.empty() ? 1e-14 * speed
+              : g.rollings.empty() ? s.enough
                                    : kEnoughOfRolling * speed;
     exchange_ = kExchange * speed;
   }
   /// After a sweep that changed speeds by `most`, m/s.
   bool is_reached(Real most) {
     const bool stalls = is_hard_ && most <= exchange_ && most >= (1 - kStalled) * before_;
+    if (is_hard_ && before_ == kNothingYet) enough_ = std::max(enough_, kOfFirst * most);
     before_ = most;
     return most <= enough_ || stalls;
   }
 
  private:
+  static constexpr Real kNothingYet = std::numeric_limits<Real>::infinity();
   bool is_hard_;
-  Real enough_ = 0, exchange_ = 0, before_ = std::numeric_limits<Real>::infinity();
+  Real enough_ = 0, exchange_ = 0, before_ = kNothingYet;
 };
 
+void add_passed(const Group& g) {
+  for (GroupContact& c : g.contacts) c.passed += c.impulse;
+  for (GroupRolling& r : g.rollings) r.passed += r.impulse;
+  for (GroupTie& t : g.ties) t.passed += t.impulse;
+}
+
+void scale_impulses(const Group& g, Real by) {
+  for (GroupContact& c : g.contacts) c.impulse *= by;
+  for (GroupRolling& r : g.rollings) r.impulse *= by;
+}
+
+/// Few bodies without joints: Verlet's rule, second order. Half of the forces and of the last
+/// impulses act before the bodies move, which then touch where they should; half after it, when
+/// what touches keeps its distance. [Andersen 1983, RATTLE]
+void take_hard_substep(const Group& g, const Substep& s, Order order) {
+  prepare_group(g, s);
+  collide_elastically(g, s);
+  const auto act = [&](Sweep sweep) {
+    for (GroupBody& b : g.bodies)
+      if (b.per_mass > 0) slow_down(b, s.h), accelerate(b, 0.5 * s.h);
+    for (GroupContact& c : g.contacts)
+      if (c.impulse != Vec3(0)) push(g, c);
+    for (GroupRolling& r : g.rollings) push(g, r);
+    if (sweep == Sweep::relaxes) scale_impulses(g, 2);  // those before the move count on
+    Ending ending(g, s);
+    const int sweeps = g.rollings.empty() ? kHardSweeps : kRollingSweeps;
+    for (int n = 0; n < sweeps; ++n)
+      if (ending.is_reached(sweep_group(g, s, sweep, turned(order, n)))) break;
+  };
+  scale_impulses(g, 0.5);
+  act(Sweep::solves);
+  for (GroupBody& b : g.bodies) move(b, b.velocity, s.h);
+  prepare_touching(g);
+  act(Sweep::relaxes);
+  add_passed(g);
+}
+
 void take_substep(const Group& g, const Substep& s, Order order) {
-  prepare_group(g, s.part);
+  if (s.hard) return take_hard_substep(g, s, order);
+  prepare_group(g, s);
   const bool collided = collide_elastically(g, s);
   for (GroupBody& b : g.bodies)
-    if (b.per_mass > 0 && b.node == kNoNode) accelerate(b, s.h), b.touched = false;
+    if (b.per_mass > 0 && b.node == kNoNode) {
+      b.before = b.velocity, b.touched = false;
+      slow_down(b, s.h), accelerate(b, s.h);
+    }
   const bool is_bound = !g.trees.empty() && is_left_alone(g);
   if (is_bound && collided) settle_trees(g);
   const Real energy = is_bound ? kinetic_energy(g) : 0;
   push_again(g);
-  Ending solved(g, s), relaxed(g, s);
-  const int sweeps = s.hard ? (g.rollings.empty() ? kHardSweeps : kRollingSweeps)
-                     : g.trees.empty() && g.ties.empty() ? 1
-                                                         : kImpactSweepsOfTrees;
+  Ending solved(g, s);
+  const int sweeps = g.trees.empty() && g.ties.empty() ? 1 : kImpactSweepsOfTrees;
   for (int n = 0; n < sweeps; ++n)
     if (solved.is_reached(sweep_group(g, s, Sweep::solves, turned(order, n)))) break;
   for (const GroupContact& c : g.contacts)
@@ -236,20 +292,18 @@ void take_substep(const Group& g, const Substep& s, Order order) {
   settle_trees(g);
   bound_drives(g, s.h);
   for (GroupBody& b : g.bodies)
-    if (b.node == kNoNode) move(b, s.h);
+    // Free flight goes by the mean velocity, which is exact for a parabola; in contact the velocity
+    // at the end is what the contacts hold.
+    if (b.node == kNoNode)
+      move(b, b.touched || b.per_mass == 0 ? b.velocity : 0.5 * (b.before + b.velocity), s.h);
   move_trees(g, s.part);
-  const bool pushed = !s.hard || std::any_of(g.contacts.begin(), g.contacts.end(),
-                                             [](auto& c) { return c.gap < -c.shallow; });
-  for (int n = 0; n < (!pushed ? 0 : s.hard ? sweeps : 1); ++n)
-    if (relaxed.is_reached(sweep_group(g, s, Sweep::relaxes, turned(order, n + 1)))) break;
+  sweep_group(g, s, Sweep::relaxes, turned(order, 1));
   settle_trees(g);
   if (is_bound) bound_energy(g, energy + work_of_surfaces(g));
   release_trees(g, s.part);
   for (GroupBody& b : g.bodies)
     if (b.per_mass > 0) slow_down(b, s.h);
-  for (GroupContact& c : g.contacts) c.passed += c.impulse;
-  for (GroupRolling& r : g.rollings) r.passed += r.impulse;
-  for (GroupTie& t : g.ties) t.passed += t.impulse;
+  add_passed(g);
 }
 
 /// m, by which a contact's spring is compressed.
@@ -335,9 +389,21 @@ Vec3 turning_of(const GroupBody& b) {
   return b.spin;
 }
 
+/// Where a leaning disc touches moves around its rim faster than it turns.
+bool touches_with_rim(const Group& g, const GroupContact& c) {
+  const auto leans = [&](const GroupBody& b, const contact::TouchedPlace& on) {
+    return on.circle > 0 && std::abs(glm::dot(b.pose.rotation * on.axis, c.axes[0])) > kLeaning;
+  };
+  return leans(g.a(c), c.on_a) || leans(g.b(c), c.on_b);
+}
+
 int substeps_of(const Group& g, Real h) {
-  if (g.trees.empty() && g.ties.empty())
-    return std::clamp(static_cast<int>(std::ceil(h / kLongestSubstep)), 1, kMostSubsteps);
+  if (g.trees.empty() && g.ties.empty()) {
+    const bool rims = std::any_of(g.contacts.begin(), g.contacts.end(),
+                                  [&](auto& c) { return touches_with_rim(g, c); });
+    const Real longest = g.is_single() && !rims ? kLongestHardSubstep : kLongestSubstep;
+    return std::clamp(static_cast<int>(std::ceil(h / longest)), 1, kMostSubsteps);
+  }
   Real fastest = 0;
   for (const GroupBody& b : g.bodies)
     if (b.node != kNoNode)
@@ -356,6 +422,7 @@ void step_group(const Group& g, Real h) {
   s.between = softness_of(kContactFrequency, s.h);
   s.against_fixed = softness_of(2 * kContactFrequency, s.h);
   s.hard = g.is_single();
+  if (s.hard) s.enough = kEnoughAlone * (1 + glm::length(g.bodies.front().velocity));
   for (GroupContact& c : g.contacts) {
     c.impulse *= s.h;  // from the mean force
     c.before = c.impulse.x;

@@ -1,0 +1,59 @@
+// Where bodies are touched while they turn.
+#include <optional>
+
+#include "engine/contact/detect.hpp"
+#include "engine/contact/search.hpp"
+#include "engine/geometry/kinds.hpp"
+#include "engine/world/world.hpp"
+
+namespace pantin::detail::contact {
+namespace {
+
+// A turned shape whose axis leans less, rad, stands on points that stay where they are on its rim;
+// and by how much the lowest point of the rim may be beside the normal, as 1 - cos.
+constexpr Real kUpright = 1e-3, kFarthest = 1e-9;
+
+}  // namespace
+
+Real rounding_at(const World& world, const Contact& c, const Touching& at) {
+  const bool is_a = at.side == Touching::Side::a;
+  const std::uint32_t slot = is_a ? c.slot_a : c.slot_b;
+  const Shapes* shapes = world.shapes.find(world.bodies.owners()[slot]);
+  const std::uint64_t index = c.key >> (is_a ? kShapeOfA : kShapeOfB) & kShapes;
+  if (!shapes || index >= shapes->list.size()) return 0;
+  const Shape& s = shapes->list[index];
+  const ShapeTraits& kind = traits_of(s.kind);
+  if (is_a && is_core(c.key)) return inner_radius(s);
+  if (kind.rounding) {
+    const Quat back = glm::conjugate(at.rotation * s.local.rotation);
+    const Vec3 spin = world.bodies.values()[slot].angular_velocity;
+    return kind.rounding(s, {to_local(s.local, is_a ? c.point_a : c.point_b),
+                             back * (is_a ? -c.normal : c.normal), back * spin});
+  }
+  const std::optional<RoundedBox> core = kind.rounded ? kind.rounded(s) : std::nullopt;
+  return core ? core->radius : 0;
+}
+
+TouchedPlace touched_place(const World& world, const Contact& c, const Touching& at) {
+  const bool is_a = at.side == Touching::Side::a;
+  const Vec3 point = is_a ? c.point_a : c.point_b;
+  const Vec3 outward = glm::conjugate(at.rotation) * (is_a ? -c.normal : c.normal);
+  const Shapes* shapes = world.shapes.find(world.bodies.owners()[is_a ? c.slot_a : c.slot_b]);
+  const std::uint64_t index = c.key >> (is_a ? kShapeOfA : kShapeOfB) & kShapes;
+  if (shapes && index < shapes->list.size() && !(is_a && is_core(c.key)) &&
+      traits_of(shapes->list[index].kind).is_turned) {
+    const Shape& s = shapes->list[index];
+    const Vec3 axis = s.local.rotation * Vec3(0, 1, 0), from = point - s.local.position;
+    const Vec3 middle = glm::dot(from, axis) * axis, out = from - middle;
+    const Vec3 lean = outward - glm::dot(outward, axis) * axis;
+    const Real circle = glm::length(out), length = glm::length(lean);
+    // The point that is farthest along the normal goes around; others stay on the body.
+    if (length > kUpright && glm::dot(out, lean) > (1 - kFarthest) * circle * length)
+      return {s.local.position + middle, axis, circle, 0};
+    return {point};
+  }
+  const Real radius = rounding_at(world, c, at);
+  return {point - radius * outward, Vec3(0), 0, radius};
+}
+
+}  // namespace pantin::detail::contact
