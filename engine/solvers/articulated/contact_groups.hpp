@@ -273,10 +273,11 @@ struct Group {
   GroupBody& a(const GroupContact& c) const { return bodies[c.a]; }
   GroupBody& b(const GroupContact& c) const { return bodies[c.b]; }
   bool is_fixed(const GroupContact& c) const { return b(c).per_mass == 0; }
-  /// Whether one body alone is free, and without joints.
-  bool is_single() const {
-    return trees.empty() && ties.empty() && (bodies.size() < 2 || bodies[1].per_mass == 0);
+  /// Whether no more than `most` bodies are free, and those without joints.
+  bool has_at_most(std::size_t most) const {
+    return trees.empty() && ties.empty() && (bodies.size() <= most || bodies[most].per_mass == 0);
   }
+  bool is_single() const { return has_at_most(1); }
 };
 
 /// A part of a step: its length, s, and the fractions of the step at which it begins and ends.

@@ -27,7 +27,8 @@ Goal goal_of(const GroupContact& c, const Softness& spring, const Substep& s, Sw
   if (s.hard && sweep == Sweep::relaxes) return {};
   if (c.gap > c.rest) return {-c.gap / s.h, {}};
   if (sweep == Sweep::relaxes) return {};
-  if (s.hard) return {c.gap < -c.shallow ? std::min(-0.2 * c.gap / s.h, kPushSpeed) : 0, {}};
+  if (s.hard)
+    return {c.gap < (s.alone ? -c.shallow : 0) ? std::min(-0.2 * c.gap / s.h, kPushSpeed) : 0, {}};
   return {std::min(spring.rate * (c.rest - c.gap), kPushSpeed), spring};
 }
 
@@ -75,7 +76,9 @@ Real solve_points(const Group& g, std::span<GroupContact> points, const Substep&
     if (rolls) now = std::max(now, solve_rolling(g, pair, g.rollings[points.front().rolling]));
     most = std::max(most, now);
     if (n == 0) first = now;
-    if (now <= s.enough || ((rolls || s.hard) && now <= kRollingTolerance * first)) break;
+    if ((s.hard ? now <= s.enough : now == 0) ||
+        ((rolls || s.hard) && now <= kRollingTolerance * first))
+      break;
   }
   if (most > 0) end_pair(g, pair_of(points.front()), pair);
   return most;

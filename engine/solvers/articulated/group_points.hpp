@@ -18,7 +18,9 @@ struct Substep {
   GroupPart part;
   Softness between, against_fixed;
   bool hard = false;  // without springs
-  Real enough = 0;    // m/s: smaller changes of speed end the iteration of hard contacts
+  int most_sweeps = 1;
+  bool alone = false;  // one body: its shallow overlaps are closed at the end of the step
+  Real enough = 0;     // m/s: smaller changes of speed end the iteration of hard contacts
 };
 
 inline const Softness& spring_of(const Group& g, const GroupContact& c, const Substep& s) {

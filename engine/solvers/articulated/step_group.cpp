@@ -33,6 +33,11 @@ constexpr Real kRound = 1e-6;
 /// Hz: of the springs between free bodies; twice that against fixed ones. With damping far above
 /// the critical.
 constexpr Real kContactFrequency = 60, kDampingRatio = 10;
+/// So many free bodies are iterated until nothing changes, without springs.
+constexpr std::size_t kFewBodies = 3;
+/// So are more in a substep in which they strike one another faster, m/s, at no more points.
+constexpr Real kLeastBlow = 0.5;
+constexpr std::size_t kFewPoints = 32;
 /// s: in which a load's compression is given back.
 constexpr Real kTakeUpTime = 0.4, kTakeUpTimeOfTrees = 2, kTakenUp = 0.998;
 /// m/s: slower bodies let springs take up their loads; much faster ones give that back.
@@ -43,10 +48,10 @@ constexpr Real kLeastRest = 1e-12;
 /// that change no motion any more may go on exchanging it.
 constexpr Real kEnoughOfRolling = 1e-7;
 /// m/s, relative to 1 m/s and the speed: of a body that touches fixed ones alone.
-constexpr Real kEnoughAlone = 1e-12;
+constexpr Real kEnoughAlone = 1e-12, kEnoughOfFew = 1e-6, kEnoughAfterBlow = 1e-9;
 /// Of what the first sweep changes.
 constexpr Real kOfFirst = 1e-6;
-constexpr int kHardSweeps = 100, kRollingSweeps = 20;
+constexpr int kHardSweeps = 100, kSweepsOfFew = 12, kSmoothBlowSweeps = 400, kRollingSweeps = 20;
 /// Friction at two points of a line, as of a cone on its side, may ask for two speeds along it that
 /// differ by an error of the step: sweeps then exchange it for ever. Changes that are below the
 /// first (m/s, relative to 1 m/s and the body's speed) and fall by less than the second end it.
@@ -58,8 +63,8 @@ constexpr int kClosingRounds = 16, kClosingRoundsOfMany = 4;
 constexpr std::size_t kManyTies = 24;
 /// Of the gaps that loops may keep within a step, at its end.
 constexpr Real kLeftOpen = 1e-3;
-/// A sweep over trees is repeated while it moves a contact by more than this in a substep, m.
-constexpr Real kEnoughAtImpact = 5e-4;
+/// m/s: a sweep over trees is repeated while it changes the speed of a contact by more.
+constexpr Real kEnoughAtImpact = 0.12;
 constexpr int kImpactSweepsOfTrees = 6;
 /// An impulse so many times that of the substep before is a blow. Loads move no faster (m/s), with
 /// friction below that part of its bound.
@@ -212,24 +217,22 @@ void push_again(const Group& g) {
 /// When sweeps over a group end.
 class Ending {
  public:
-  Ending(const Group& g, const Substep& s) : is_hard_(s.hard) {
+  Ending(const Group& g, const Substep& s) : is_hard_(s.hard), is_alone_(s.alone) {
     const Real speed = 1 + glm::length(g.bodies.front().velocity);
-    enough_ = !s.hard              ? kEnoughAtImpact / s.h
-              : g.rollings.empty() ? s.enough
-                                   : kEnoughOfRolling * speed;
+    enough_ = !s.hard ? kEnoughAtImpact : g.rollings.empty() ? s.enough : kEnoughOfRolling * speed;
     exchange_ = kExchange * speed;
   }
   /// After a sweep that changed speeds by `most`, m/s.
   bool is_reached(Real most) {
     const bool stalls = is_hard_ && most <= exchange_ && most >= (1 - kStalled) * before_;
-    if (is_hard_ && before_ == kNothingYet) enough_ = std::max(enough_, kOfFirst * most);
+    if (is_alone_ && before_ == kNothingYet) enough_ = std::max(enough_, kOfFirst * most);
     before_ = most;
     return most <= enough_ || stalls;
   }
 
  private:
   static constexpr Real kNothingYet = std::numeric_limits<Real>::infinity();
-  bool is_hard_;
+  bool is_hard_, is_alone_;
   Real enough_ = 0, exchange_ = 0, before_ = kNothingYet;
 };
 
@@ -258,7 +261,7 @@ void take_hard_substep(const Group& g, const Substep& s, Order order) {
     for (GroupRolling& r : g.rollings) push(g, r);
     if (sweep == Sweep::relaxes) scale_impulses(g, 2);  // those before the move count on
     Ending ending(g, s);
-    const int sweeps = g.rollings.empty() ? kHardSweeps : kRollingSweeps;
+    const int sweeps = s.most_sweeps;
     for (int n = 0; n < sweeps; ++n)
       if (ending.is_reached(sweep_group(g, s, sweep, turned(order, n)))) break;
   };
@@ -270,9 +273,37 @@ void take_hard_substep(const Group& g, const Substep& s, Order order) {
   add_passed(g);
 }
 
+Vec3 speed_of(const GroupBody& b, Vec3 arm) { return b.velocity + glm::cross(b.spin, arm); }
+
+/// Whether free bodies strike one another, few enough to be solved as one: a row of balls, a rack.
+bool is_blow(const Group& g, const Substep& s) {
+  if (!g.trees.empty() || !g.ties.empty()) return false;
+  std::size_t points = 0;
+  for (const GroupContact& c : g.contacts) points += c.works;
+  if (points > kFewPoints) return false;
+  return std::any_of(g.contacts.begin(), g.contacts.end(), [&](const GroupContact& c) {
+    const Vec3 speed = speed_of(g.a(c), c.arm_a) - speed_of(g.b(c), c.arm_b);
+    const Real closing = -glm::dot(c.axes[0], speed);
+    return c.works && closing > kLeastBlow && c.gap < s.h * closing;
+  });
+}
+
 void take_substep(const Group& g, const Substep& s, Order order) {
   if (s.hard) return take_hard_substep(g, s, order);
   prepare_group(g, s);
+  if (is_blow(g, s)) {
+    Substep at_once = s;
+    const bool smooth = std::none_of(g.contacts.begin(), g.contacts.end(),
+                                     [](auto& c) { return c.works && c.friction > 0; });
+    at_once.hard = true;
+    if (smooth)
+      at_once.most_sweeps = kSmoothBlowSweeps, at_once.enough *= kEnoughAfterBlow / kEnoughOfFew;
+    for (GroupContact& c : g.contacts) c.before = c.impulse.x;
+    take_hard_substep(g, at_once, order);
+    for (GroupContact& c : g.contacts)  // a blow is not there again
+      if (c.impulse.x > c.before) c.impulse *= c.before / c.impulse.x;
+    return;
+  }
   const bool collided = collide_elastically(g, s);
   for (GroupBody& b : g.bodies)
     if (b.per_mass > 0 && b.node == kNoNode) {
@@ -419,10 +450,12 @@ void step_group(const Group& g, Real h) {
   const int substeps = substeps_of(g, h);
   Substep s;
   s.h = h / substeps;
-  s.between = softness_of(kContactFrequency, s.h);
-  s.against_fixed = softness_of(2 * kContactFrequency, s.h);
-  s.hard = g.is_single();
-  if (s.hard) s.enough = kEnoughAlone * (1 + glm::length(g.bodies.front().velocity));
+  const Real frequency = kContactFrequency * std::max(Real(1), kLongestSubstep / s.h);
+  s.between = softness_of(frequency, s.h);
+  s.against_fixed = softness_of(2 * frequency, s.h);
+  s.hard = g.has_at_most(kFewBodies), s.alone = g.is_single();
+  s.most_sweeps = !s.alone ? kSweepsOfFew : g.rollings.empty() ? kHardSweeps : kRollingSweeps;
+  s.enough = (s.alone ? kEnoughAlone : kEnoughOfFew) * (1 + glm::length(g.bodies.front().velocity));
   for (GroupContact& c : g.contacts) {
     c.impulse *= s.h;  // from the mean force
     c.before = c.impulse.x;
