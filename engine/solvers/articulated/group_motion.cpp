@@ -15,6 +15,8 @@ constexpr int kMostRounds = 4;
 constexpr Real kNearlyClosed = 1.5;
 /// Steps that close loops are halved while they would open them.
 constexpr Real kSmallestShare = 0.05;
+/// Of the bodies' velocities: what joints keep back of a way that is badly resolved.
+constexpr Real kFastWay = 0.05;
 /// rad
 constexpr Real kFarthestTurn = 0.1;
 
@@ -261,18 +263,22 @@ void add_reactions(const Group& g, const GroupTree& t) {
   }
 }
 
-/// Velocities become those with which the bodies have moved, where that takes energy: what the
-/// joints kept back is lost.
+/// Velocities come nearer to those with which the bodies have moved, where that takes energy: what
+/// the joints kept back is lost. Of short turns the joints keep back what curves the way: by as
+/// much less, so that the loss vanishes with the step.
 void slow_to_way(const Group& g, const GroupTree& t, Real h) {
-  Real gained = 0;
+  Real gained = 0, kept = 0, all = 0;
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
     const GroupNode& n = g.nodes[i];
     const Vec3 change = n.missed_by / h;
-    gained += n.mass * glm::dot(change, g.bodies[n.body].velocity + 0.5 * change);
+    const Vec3 velocity = g.bodies[n.body].velocity;
+    gained += n.mass * glm::dot(change, velocity + 0.5 * change);
+    kept += n.mass * glm::dot(change, change), all += n.mass * glm::dot(velocity, velocity);
   }
   if (!(gained < 0)) return;
+  const Real share = std::min(Real(1), std::sqrt(kept / all) / kFastWay) / h;
   for (std::uint32_t i = t.first; i < t.first + t.count; ++i)
-    g.bodies[g.nodes[i].body].velocity += g.nodes[i].missed_by / h;
+    g.bodies[g.nodes[i].body].velocity += share * g.nodes[i].missed_by;
 }
 
 /// Kinetic energy of a tree within its mass centre's motion, J, from the momenta of the bodies.

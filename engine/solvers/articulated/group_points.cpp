@@ -24,7 +24,7 @@ struct Goal {
 };
 
 Goal goal_of(const GroupContact& c, const Softness& spring, const Substep& s, Sweep sweep) {
-  if (s.hard && sweep == Sweep::relaxes) return {};
+  if (sweep == Sweep::relaxes && (s.hard || c.impulse.x > 0)) return {};
   if (c.gap > c.rest) return {-c.gap / s.h, {}};
   if (sweep == Sweep::relaxes) return {};
   if (s.hard)

@@ -19,8 +19,9 @@ struct Substep {
   Softness between, against_fixed;
   bool hard = false;  // without springs
   int most_sweeps = 1;
-  bool alone = false;  // one body: its shallow overlaps are closed at the end of the step
-  Real enough = 0;     // m/s: smaller changes of speed end the iteration of hard contacts
+  bool few_points = false;  // of trees: their impacts are iterated further
+  bool alone = false;       // one body: its shallow overlaps are closed at the end of the step
+  Real enough = 0;          // m/s: smaller changes of speed end the iteration of hard contacts
 };
 
 inline const Softness& spring_of(const Group& g, const GroupContact& c, const Substep& s) {
@@ -45,6 +46,12 @@ void push(const Group& g, const GroupContact& c);
 /// Every contact once, those of the same bodies together, from either end. Returns the largest
 /// change of speed, m/s.
 Real sweep_contacts(const Group& g, const Substep& s, Sweep sweep, Order order);
+
+/// Lasting loads compress the springs; while nothing moves, that is taken up by and by. Among trees
+/// the two bodies alone count, since an arm may swing for long; towers creep unless all of them
+/// does. Points of the same two bodies share it: else the one that bears most would be given ever
+/// more to bear.
+void take_up(const Group& g, const Substep& s, Real h);
 
 /// Impacts of the substep, pair by pair until none approaches: a row of balls passes a blow on.
 /// Whether there were any (group_impacts.cpp).

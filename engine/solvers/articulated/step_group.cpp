@@ -37,13 +37,7 @@ constexpr Real kContactFrequency = 60, kDampingRatio = 10;
 constexpr std::size_t kFewBodies = 3;
 /// So are more in a substep in which they strike one another faster, m/s, at no more points.
 constexpr Real kLeastBlow = 0.5;
-constexpr std::size_t kFewPoints = 32;
-/// s: in which a load's compression is given back.
-constexpr Real kTakeUpTime = 0.4, kTakeUpTimeOfTrees = 2, kTakenUp = 0.998;
-/// m/s: slower bodies let springs take up their loads; much faster ones give that back.
-constexpr Real kCalmSpeed = 0.005, kWildSpeed = 0.02;
-/// m: above 0 it tells contact detection that the contact is soft.
-constexpr Real kLeastRest = 1e-12;
+constexpr std::size_t kFewPoints = 32, kFewPointsOfTrees = 12;
 /// m/s: rolling friction of several points can be shared among them in many ways, and iterations
 /// that change no motion any more may go on exchanging it.
 constexpr Real kEnoughOfRolling = 1e-7;
@@ -51,7 +45,7 @@ constexpr Real kEnoughOfRolling = 1e-7;
 constexpr Real kEnoughAlone = 1e-12, kEnoughOfFew = 1e-6, kEnoughAfterBlow = 1e-9;
 /// Of what the first sweep changes.
 constexpr Real kOfFirst = 1e-6;
-constexpr int kHardSweeps = 100, kSweepsOfFew = 12, kSmoothBlowSweeps = 400, kRollingSweeps = 20;
+constexpr int kHardSweeps = 100, kSweepsOfFew = 30, kSmoothBlowSweeps = 400, kRollingSweeps = 20;
 /// Friction at two points of a line, as of a cone on its side, may ask for two speeds along it that
 /// differ by an error of the step: sweeps then exchange it for ever. Changes that are below the
 /// first (m/s, relative to 1 m/s and the body's speed) and fall by less than the second end it.
@@ -64,8 +58,8 @@ constexpr std::size_t kManyTies = 24;
 /// Of the gaps that loops may keep within a step, at its end.
 constexpr Real kLeftOpen = 1e-3;
 /// m/s: a sweep over trees is repeated while it changes the speed of a contact by more.
-constexpr Real kEnoughAtImpact = 0.12;
-constexpr int kImpactSweepsOfTrees = 6;
+constexpr Real kEnoughAtImpact = 0.06, kEnoughAtFewPoints = 3e-3;
+constexpr int kImpactSweepsOfTrees = 6, kSweepsOfFewPoints = 24;
 /// An impulse so many times that of the substep before is a blow. Loads move no faster (m/s), with
 /// friction below that part of its bound.
 constexpr Real kBlow = 10, kLoadSpeed = 0.2, kHeld = 0.99995;
@@ -219,7 +213,10 @@ class Ending {
  public:
   Ending(const Group& g, const Substep& s) : is_hard_(s.hard), is_alone_(s.alone) {
     const Real speed = 1 + glm::length(g.bodies.front().velocity);
-    enough_ = !s.hard ? kEnoughAtImpact : g.rollings.empty() ? s.enough : kEnoughOfRolling * speed;
+    enough_ = s.few_points         ? kEnoughAtFewPoints
+              : !s.hard            ? kEnoughAtImpact
+              : g.rollings.empty() ? s.enough
+                                   : kEnoughOfRolling * speed;
     exchange_ = kExchange * speed;
   }
   /// After a sweep that changed speeds by `most`, m/s.
@@ -315,7 +312,9 @@ void take_substep(const Group& g, const Substep& s, Order order) {
   const Real energy = is_bound ? kinetic_energy(g) : 0;
   push_again(g);
   Ending solved(g, s);
-  const int sweeps = g.trees.empty() && g.ties.empty() ? 1 : kImpactSweepsOfTrees;
+  const int sweeps = g.trees.empty() && g.ties.empty() ? 1
+                     : s.few_points                    ? kSweepsOfFewPoints
+                                                       : kImpactSweepsOfTrees;
   for (int n = 0; n < sweeps; ++n)
     if (solved.is_reached(sweep_group(g, s, Sweep::solves, turned(order, n)))) break;
   for (const GroupContact& c : g.contacts)
@@ -328,55 +327,15 @@ void take_substep(const Group& g, const Substep& s, Order order) {
     if (b.node == kNoNode)
       move(b, b.touched || b.per_mass == 0 ? b.velocity : 0.5 * (b.before + b.velocity), s.h);
   move_trees(g, s.part);
-  sweep_group(g, s, Sweep::relaxes, turned(order, 1));
+  Ending relaxed(g, s);
+  for (int n = 0; n < (s.few_points ? sweeps : 1); ++n)
+    if (relaxed.is_reached(sweep_group(g, s, Sweep::relaxes, turned(order, n + 1)))) break;
   settle_trees(g);
   if (is_bound) bound_energy(g, energy + work_of_surfaces(g));
   release_trees(g, s.part);
   for (GroupBody& b : g.bodies)
     if (b.per_mass > 0) slow_down(b, s.h);
   add_passed(g);
-}
-
-/// m, by which a contact's spring is compressed.
-Real compression(const Group& g, const GroupContact& c, const Substep& s) {
-  const Softness& spring = spring_of(g, c, s);
-  return spring.by_impulse * c.impulse.x * c.along / (spring.by_mass * spring.rate);
-}
-
-/// Lasting loads compress the springs; while nothing moves, that is taken up by and by. Among trees
-/// the two bodies alone count, since an arm may swing for long; towers creep unless all of them
-/// does. Points of the same two bodies share it: else the one that bears most would be given ever
-/// more to bear.
-void take_up(const Group& g, const Substep& s, Real h) {
-  const Real part = 1 - std::exp(-h / (g.trees.empty() ? kTakeUpTime : kTakeUpTimeOfTrees));
-  const auto speed_of = [&](std::uint32_t i) {
-    const GroupBody& b = g.bodies[i];
-    return b.per_mass > 0 ? glm::length(b.velocity) : 0;
-  };
-  Real fastest = 0;
-  for (std::uint32_t i = 0; g.trees.empty() && i < g.bodies.size(); ++i)
-    fastest = std::max(fastest, speed_of(i));
-  for (std::size_t from = 0, to = 0; from < g.contacts.size(); from = to) {
-    Real sum = 0, bearing = 0;
-    for (to = from; to < g.contacts.size() && have_same_bodies(g.contacts[to], g.contacts[from]);
-         ++to) {
-      sum += compression(g, g.contacts[to], s);
-      bearing += g.contacts[to].impulse.x > 0;
-    }
-    const Real speed =
-        std::max({fastest, speed_of(g.contacts[from].a), speed_of(g.contacts[from].b)});
-    const bool lasts = speed < kCalmSpeed;
-    const bool wild = speed > kWildSpeed;
-    const Real mean = bearing > 0 ? sum / bearing : 0;
-    for (std::size_t i = from; i < to; ++i) {
-      GroupContact& c = g.contacts[i];
-      c.rest = std::max(kLeastRest, c.rest);
-      if (!lasts && !wild) continue;
-      const Real rest = lasts ? std::clamp(kTakenUp * mean, Real(0), c.shallow) : 0;
-      c.settling = std::abs(rest - c.rest);
-      c.rest = std::max(kLeastRest, c.rest + part * (rest - c.rest));
-    }
-  }
 }
 
 /// The gaps in the end; overlaps of a body that touches fixed ones alone are closed.
@@ -444,6 +403,13 @@ int substeps_of(const Group& g, Real h) {
   return static_cast<int>(std::ceil(std::min(least, Real(kMostSubsteps))));
 }
 
+/// Of trees at few points impacts are iterated further; motors at their caps would ask for too
+/// much.
+bool has_few_points(const Group& g) {
+  return !g.trees.empty() && g.contacts.size() <= kFewPointsOfTrees &&
+         std::none_of(g.nodes.begin(), g.nodes.end(), [](auto& n) { return n.actuator.dof; });
+}
+
 }  // namespace
 
 void step_group(const Group& g, Real h) {
@@ -454,6 +420,7 @@ void step_group(const Group& g, Real h) {
   s.between = softness_of(frequency, s.h);
   s.against_fixed = softness_of(2 * frequency, s.h);
   s.hard = g.has_at_most(kFewBodies), s.alone = g.is_single();
+  s.few_points = has_few_points(g);
   s.most_sweeps = !s.alone ? kSweepsOfFew : g.rollings.empty() ? kHardSweeps : kRollingSweeps;
   s.enough = (s.alone ? kEnoughAlone : kEnoughOfFew) * (1 + glm::length(g.bodies.front().velocity));
   for (GroupContact& c : g.contacts) {

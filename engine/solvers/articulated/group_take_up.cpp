@@ -1,0 +1,56 @@
+// What lasting loads compress in the springs of contacts is given back by and by.
+#include <algorithm>
+
+#include "engine/solvers/articulated/group_points.hpp"
+
+namespace pantin::detail::articulated {
+namespace {
+
+/// s: in which a load's compression is given back.
+constexpr Real kTakeUpTime = 0.4, kTakeUpTimeOfTrees = 2, kTakenUp = 0.998;
+/// m/s: slower bodies let springs take up their loads; much faster ones give that back.
+constexpr Real kCalmSpeed = 0.005, kWildSpeed = 0.02;
+/// m: above 0 it tells contact detection that the contact is soft.
+constexpr Real kLeastRest = 1e-12;
+
+/// m, by which a contact's spring is compressed.
+Real compression(const Group& g, const GroupContact& c, const Substep& s) {
+  const Softness& spring = spring_of(g, c, s);
+  return spring.by_impulse * c.impulse.x * c.along / (spring.by_mass * spring.rate);
+}
+
+}  // namespace
+
+void take_up(const Group& g, const Substep& s, Real h) {
+  const Real part = 1 - std::exp(-h / (g.trees.empty() ? kTakeUpTime : kTakeUpTimeOfTrees));
+  const auto speed_of = [&](std::uint32_t i) {
+    const GroupBody& b = g.bodies[i];
+    return b.per_mass > 0 ? glm::length(b.velocity) : 0;
+  };
+  Real fastest = 0;
+  for (std::uint32_t i = 0; g.trees.empty() && i < g.bodies.size(); ++i)
+    fastest = std::max(fastest, speed_of(i));
+  for (std::size_t from = 0, to = 0; from < g.contacts.size(); from = to) {
+    Real sum = 0, bearing = 0;
+    for (to = from; to < g.contacts.size() && have_same_bodies(g.contacts[to], g.contacts[from]);
+         ++to) {
+      sum += compression(g, g.contacts[to], s);
+      bearing += g.contacts[to].impulse.x > 0;
+    }
+    const Real speed =
+        std::max({fastest, speed_of(g.contacts[from].a), speed_of(g.contacts[from].b)});
+    const bool lasts = speed < kCalmSpeed;
+    const bool wild = speed > kWildSpeed;
+    const Real mean = bearing > 0 ? sum / bearing : 0;
+    for (std::size_t i = from; i < to; ++i) {
+      GroupContact& c = g.contacts[i];
+      c.rest = std::max(kLeastRest, c.rest);
+      if (!lasts && !wild) continue;
+      const Real rest = lasts ? std::clamp(kTakenUp * mean, Real(0), c.shallow) : 0;
+      c.settling = std::abs(rest - c.rest);
+      c.rest = std::max(kLeastRest, c.rest + part * (rest - c.rest));
+    }
+  }
+}
+
+}  // namespace pantin::detail::articulated
