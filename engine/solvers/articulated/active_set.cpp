@@ -38,6 +38,7 @@ void begin_step(World& world, Island& a, Real h) {
   a.disturbed = a.limited = false;
   a.sweeps_used = a.active_set_iterations_used = a.stops_hit = a.drives_capped = 0;
   a.supplied_work = 0, a.iterates = false;
+  for (PackedCable& cord : a.cables) cord.was_taut = cord.lambda > 0;
   if (!a.finite || a.settings.solver != Solver::articulated || is_plain(a)) return;
   reserve_general_solve(a);
   const Tension tension = tension_of(a);

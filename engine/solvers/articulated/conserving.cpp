@@ -44,6 +44,25 @@ void set_anchors(const World& world, Island& a, const StepPart& part) {
   }
 }
 
+/// Turns over a part of the step, rad: up to these the mid-point rule follows the motion of a body
+/// alone, whose spin nothing else shows, and of bodies that joints hold.
+constexpr Real kTurnAlone = 0.2, kTurnHeld = 1.6;
+constexpr int kShortestFirst = kParts / 64;
+
+/// Length of the first part of the step: bodies that turn fast need shorter ones.
+int first_part(const World& world, const Island& a, Real h) {
+  Real spin2 = 0;
+  for (const std::uint32_t slot : std::span(a.slots).first(a.count())) {
+    const Vec3 w = world.bodies.values()[slot].angular_velocity;
+    spin2 = std::max(spin2, glm::dot(w, w));
+  }
+  const Real most = a.count() == 1 ? kTurnAlone : kTurnHeld;
+  int part = kParts;
+  for (Real turn2 = h * h * spin2; turn2 > most * most && part > kShortestFirst; turn2 /= 4)
+    part /= 2;
+  return part;
+}
+
 /// Whether weight alone works on the island: every tree is held by an anchor at rest.
 bool is_still(const Island& a) {
   if (has_free_tree(a) || a.forced || a.fresh || a.changed) return false;
@@ -96,7 +115,7 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
   const bool is_tied = has_rows(a) || !a.joints.empty();
   if (has_rows(a))
     for (std::size_t c = 0; c < a.count(); ++c) a.scratch.lambdas[c] = a.memory.vec(kLambda, c);
-  for (int part = kParts, attempt = 1; left > 0; ++attempt) {
+  for (int part = first_part(world, a, h), attempt = 1; left > 0; ++attempt) {
     const StepPart now{Real(kParts - left) / kParts, Real(kParts - left + part) / kParts, h,
                        yields};
     set_anchors(world, a, now);
@@ -110,6 +129,8 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
                              is_tied ? kMostTiedIterations : kMostIterations,
                              enough,
                              is_still(a),
+                             ties_hold_still(a),
+                             part > 1,
                              follows && part == kParts,
                              nullptr,
                              nullptr,

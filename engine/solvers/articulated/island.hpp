@@ -320,6 +320,7 @@ struct PackedCable {
   std::uint32_t column_a = UINT32_MAX, column_b = UINT32_MAX;
   std::uint32_t slot_a = 0, slot_b = 0;
   Real lambda = 0;  // of the last step, kg m
+  bool was_taut = false;  // at the start of the step
 
   static void fields(auto& self, auto&& field) {
     field("cable", derived(self.cable));
@@ -328,6 +329,7 @@ struct PackedCable {
     field("slot_a", derived(self.slot_a));
     field("slot_b", derived(self.slot_b));
     field("lambda", self.lambda);
+    field("was_taut", derived(self.was_taut));
   }
 };
 

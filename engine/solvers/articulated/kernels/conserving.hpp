@@ -24,6 +24,8 @@ namespace {
 
 /// The step of one island; see the head of the file.
 struct ConservingStep {
+  /// Cayley's vector of a turn by 2 rad.
+  static constexpr double kMostTurned = 3.11;
   const IslandView& p;
   const ConservingInput& in;
   const double h = in.h, per = 1 / in.h;
@@ -101,6 +103,8 @@ struct ConservingStep {
     if (parent < 0) held_ += 3;
   }
 
+  static INLINE Four size_of(Four x) { return choose(x > all(0), x, all(-1) * x); }
+
   /// What the elimination needs of each body of a block.
   template <Unknown unknown>
   INLINE void fill(std::size_t i) {
@@ -141,6 +145,16 @@ struct ConservingStep {
       const Four fall = all(2 * h) * num<Four>(c, kGravityScale) * dot(g, way);
       impulse = mass * v, weight_ += mask(i, p.count) * mass * root(dot(g, g) * dot(arm, arm));
       due_ += mask(i, p.count) * mass * (dot(s.v, s.v) + fall);
+      work_ += mask(i, p.count) * mass * size_of(fall);
+      const Vec<Four> turned = vec<Four>(column(p.memory, kMemoryRows, i), kTurned);
+      const Four turned2 = mask(i, p.count) * dot(turned, turned);
+      turned2_ = choose(turned2 > turned2_, turned2, turned2_);
+      if (p.forces) {
+        const double* f = column(p.forces, 6, i);
+        const Four by_force = all(2 * h) * mass * dot(vec<Four>(f, 0), way);
+        const Four pushed = by_force + all(2) * dot(vec<Four>(f, 3), turned);
+        due_ += mask(i, p.count) * pushed, work_ += mask(i, p.count) * size_of(pushed);
+      }
       turn.add(arm, all(-1) * (mass * arm));
       for (int n = 0; n < 3; ++n) {
         const Vec<Four> before = cross(s.w, d0.d[n]);
@@ -327,15 +341,33 @@ struct ConservingStep {
     }
   }
 
+  /// Twice the work at the anchors of the roots, J: by their impulses over `ways`, m, or at the
+  /// velocities at the end, m/s.
+  double anchor_work(const double* moved, double share) const {
+    double work = 0;
+    for (std::size_t i = 0; i < p.count; ++i) {
+      if (p.parents[i] >= 0) continue;
+      const Vec<double> way{moved[0], moved[1], moved[2]};
+      if (p.parents[i] == kHeld)
+        work += share * dot(vec<double>(column(p.memory, kMemoryRows, i), kLambda), way);
+      moved += 3;
+    }
+    return work;
+  }
+
   /// Velocities at the end, and everything written back; false, and nothing written, where energy
-  /// came from nowhere: the iterations then ended at no solution.
+  /// came from nowhere, or a body turned about half around: the iterations then ended at no
+  /// solution, or at a spurious one.
   bool finish() {
     double released = 0;
     if (in.joints) in.joints->align(in.joints->context);
     fill_all<Unknown::velocity>();
+    if (in.divisible && largest(turned2_) > kMostTurned * kMostTurned) return false;
     if (in.ties && !in.ties->accept(in.ties->context, released)) return false;
-    const bool still =
-        !(in.joints && !in.joints->add_work(in.joints->context, released)) && in.still;
+    const bool keeps = !(in.joints && !in.joints->add_work(in.joints->context, released));
+    const bool still = keeps && in.still, known = keeps && in.knows_work;
+    const double by_ways = anchor_work(in.ways, 4 * per);
+    const double at_end = anchor_work(in.anchor_velocities, 4);
     for (std::size_t first = 0, last = 0; first < p.count; first = last) {
       last = first + 1;
       while (last < p.count && p.parents[last] >= 0) ++last;
@@ -353,17 +385,20 @@ struct ConservingStep {
       }
     }
     if (in.ties && !in.ties->project(in.ties->context)) return false;
-    for (std::size_t i = 0; still && i < p.count; i += kLanes) kept += twice_kinetic(i);
+    for (std::size_t i = 0; known && i < p.count; i += kLanes) kept += twice_kinetic(i);
     // The projection takes energy of the second order in the step. Below an anchor that stands
     // still velocities are scaled to the energy that is due, at most by a tenth: beyond that
-    // the step does not resolve the motion, and shorter ones are tried.
-    if (still) {
-      const double due = sum(due_) + 2 * released, found = sum(kept);
+    // the step does not resolve the motion, and shorter ones are tried. The projection impulses
+    // do no more work at anchors than at the velocities that these have at the end.
+    if (known) {
+      const double by_anchors = by_ways + anchor_work(in.anchor_velocities, 4) - at_end;
+      const double due = sum(due_) + 2 * released + by_anchors, found = sum(kept);
+      const double rounding = still ? 0 : 1e-3 * (sum(work_) + ::fabs(by_anchors));
       const bool moves =
           found > 1e-10 * sum(weight_);  // beyond rounding errors of the weight's work
-      if (moves && !(due >= 0.99 * found)) return false;
-      if (moves && in.resolves && due > 1.2 * found) return false;
-      if (moves) factor_ = due < 1.2 * found ? ::sqrt(due / found) : ::sqrt(1.2);
+      if (moves && !(due + rounding >= 0.99 * found)) return false;
+      if (moves && still && in.resolves && due > 1.2 * found) return false;
+      if (moves && still) factor_ = due < 1.2 * found ? ::sqrt(due / found) : ::sqrt(1.2);
     }
     for (std::size_t i = 0; i < p.count; i += kLanes)
       write_back(i, p.count - i < kLanes ? p.count - i : kLanes);
@@ -420,6 +455,8 @@ struct ConservingStep {
   }
 
   Four due_ = all(0);     // twice the kinetic energy that the bodies must have at the end, J
+  Four work_ = all(0);     // J: sizes of the works in it
+  Four turned2_ = all(0);  // square of the largest rotation over the step, by Cayley's vector
   Four weight_ = all(0);  // J: scale of the work that the weight can do
   double factor_ = 1;     // of the velocities after it
   Four probe_ = all(0);   // finite where all positions are
