@@ -289,6 +289,7 @@ TEST_CASE("a free body that spins fast keeps its energy and angular momentum") {
     const Real ratio = glm::dot(end.inertia, spun * spun) / glm::dot(start, b.angular_velocity);
     INFO(spin << " rad/s: energy x" << ratio);
     CHECK(std::abs(ratio - 1) < 0.01);
-    CHECK(glm::length(end.pose.rotation * (end.inertia * spun) - start) < 1e-6 * glm::length(start));
+    CHECK(glm::length(end.pose.rotation * (end.inertia * spun) - start) <
+          1e-6 * glm::length(start));
   }
 }

@@ -124,7 +124,8 @@ bool stays(World& world, Island& a, Real h, Vec3& drift) {
   return true;
 }
 
-/// Whether an inextensible cable became taut: a blow, after which velocities are those of the way.
+/// Whether an inextensible cable became taut: a blow. The rule of a first step would double the
+/// velocities that it gives.
 bool cable_hits(const World& world, const Island& a) {
   return std::any_of(a.cables.begin(), a.cables.end(), [&](const PackedCable& cord) {
     return world.cables.values()[cord.cable].joint.compliance == 0 && cord.lambda > 0 &&
@@ -140,7 +141,7 @@ EndSums close_in_turn(World& world, Island& a, VelocityInput in) {
     if (has_rows(a)) close_rows(world, a, in.h);
     if (!a.joints.empty()) store_limits(a, in.h);
     a.contact_active = has_active_contacts(world, a);
-    a.in_contact = a.stops_hit > 0 || a.contact_active || cable_hits(world, a);
+    a.in_contact = a.stops_hit > 0 || a.contact_active || (a.fresh && cable_hits(world, a));
   } else if (solver == Solver::shake2) {
     close_shake(world, a, p, in.h);
   } else {

@@ -47,19 +47,22 @@ void set_anchors(const World& world, Island& a, const StepPart& part) {
 /// Turns over a part of the step, rad: up to these the mid-point rule follows the motion of a body
 /// alone, whose spin nothing else shows, and of bodies that joints hold.
 constexpr Real kTurnAlone = 0.2, kTurnHeld = 1.6;
-constexpr int kShortestFirst = kParts / 64;
+constexpr int kShortestAlone = kParts / 64, kShortestHeld = kParts / 16;
 
-/// Length of the first part of the step: bodies that turn fast need shorter ones.
+/// Length of the first part of the step: bodies that turn fast need shorter ones. Thin bodies on
+/// hinges turn about their axes by what their parents do, and are followed as they are.
 int first_part(const World& world, const Island& a, Real h) {
+  if (!a.joints.empty()) return kParts;
   Real spin2 = 0;
   for (const std::uint32_t slot : std::span(a.slots).first(a.count())) {
     const Vec3 w = world.bodies.values()[slot].angular_velocity;
     spin2 = std::max(spin2, glm::dot(w, w));
   }
-  const Real most = a.count() == 1 ? kTurnAlone : kTurnHeld;
+  const bool alone = a.count() == 1;
+  const Real most = alone ? kTurnAlone : kTurnHeld;
+  const int shortest = alone ? kShortestAlone : kShortestHeld;
   int part = kParts;
-  for (Real turn2 = h * h * spin2; turn2 > most * most && part > kShortestFirst; turn2 /= 4)
-    part /= 2;
+  for (Real turn2 = h * h * spin2; turn2 > most * most && part > shortest; turn2 /= 4) part /= 2;
   return part;
 }
 
@@ -130,7 +133,7 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
                              enough,
                              is_still(a),
                              ties_hold_still(a),
-                             part > 1,
+                             a.joints.empty() && part > kShortestHeld,
                              follows && part == kParts,
                              nullptr,
                              nullptr,

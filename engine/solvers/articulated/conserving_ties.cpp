@@ -7,6 +7,9 @@
 // an elastic one is a function of d before and after whose work is the difference of the stored
 // energy, so that it is given back to the last digit. [Gonzalez 1996]
 //
+// A taut inextensible cable keeps the length of d, which is quadratic: its force is along the mean
+// of d before and after, and does no work. One that would push is left to the other rules.
+//
 // The elimination of the tree gives the motion for the present mu; its response to further impulses
 // at the ties takes an inward and an outward pass a tie.
 #include <algorithm>
@@ -29,10 +32,9 @@ Mat3 rows_at(const Real* m, std::size_t stride) {
               m[stride + 2], m[2 * stride + 2]);
 }
 
-/// Parts of the island's size: wider open, a tie is closed by the sweeps of the other rules; below
-/// the second, its gap is its own compliance, whose energy counts; more than the third is no
-/// solution.
-constexpr Real kNear = 0.1, kClosed = 1e-5, kAccepted = 3e-6;
+/// Parts of the island's size: below the first, a tie's gap is its own compliance, whose energy
+/// counts; more than the second is no solution.
+constexpr Real kClosed = 1e-5, kAccepted = 3e-6;
 /// rad: rounding of a joint's angle.
 constexpr Real kBeyond = 1e-12;
 
@@ -93,6 +95,13 @@ void load_cable(ConservingTie& t, Real h) {
   if (l1 > 0) t.derivative += 0.5 * h * by_length * glm::outerProduct(mean, t.now / l1);
 }
 
+/// The impulse of a taut cable is along the mean of d.
+void load_taut(ConservingTie& t) {
+  const Vec3 mean = 0.5 * (t.before + t.now);
+  t.stiffness = glm::dot(t.mu, mean) / glm::dot(mean, mean);
+  t.mu = t.stiffness * mean;
+}
+
 /// Adds the impulse of a tie to the block of one of its bodies, as that of a child without mass.
 void add_to_block(Real* block, Vec3 impulse, Vec3 mean, Vec3 end) {
   const Vec3 f = 0.5 * impulse, torque = glm::cross(mean, impulse);
@@ -111,6 +120,7 @@ void load(void* context) {
     look_at(s, t);
     if (t.kind == TieKind::spring) load_spring(t, s.h);
     if (t.kind == TieKind::cable) load_cable(t, s.h);
+    if (t.kind == TieKind::taut) load_taut(t);
     add_to_block(&r.tie_blocks[kTieBlock * t.b], t.mu, t.mean_b, t.end_b);
     if (t.a != kNobody) add_to_block(&r.tie_blocks[kTieBlock * t.a], -t.mu, t.mean_a, t.end_a);
   }
@@ -179,7 +189,7 @@ struct TieRows {
   bool takes = true;      // part in these equations
   Mat3 before = Mat3(1);  // of the change of d, in its equations
   Vec3 right{0};          // their right-hand side
-  Real own = 0;           // factor of its impulse in them
+  Mat3 own{0};            // factor of its impulse in them
 };
 
 Real size_of(const Mat3& m) { return std::abs(m[0][0]) + std::abs(m[1][1]) + std::abs(m[2][2]); }
@@ -205,7 +215,7 @@ bool solve_ties(Island& a, Arms arms, const RowsOf& rows_of, const Take& take) {
       const TieRows rows = rows_of(other);
       if (!rows.takes) continue;
       Mat3 w = rows.before * change_of(r, other);
-      if (row == column) w -= Mat3(rows.own);
+      if (row == column) w -= rows.own;
       for (int i = 0; i < 3; ++i)
         for (int j = 0; j < 3; ++j)
           r.tie_matrix[(row + static_cast<std::size_t>(i)) * n + column +
@@ -245,11 +255,33 @@ void add_joint_impulses(Island& a, Real share) {
     a.memory.set(kLambda, c, a.memory.vec(kLambda, c) + share * a.scratch.tie_joints[c][0]);
 }
 
+/// The factor of a taut cable's impulse: across n it is what its direction says, scaled alike.
+Mat3 taut_factor(const TiedStep& s, const ConservingTie& t, const Mat3& along) {
+  return s.h / s.a.mass * (Mat3(1) - along) + t.softness * along;
+}
+/// Along the mean of d, its length; across it, an impulse that stays along the mean.
+TieRows taut_rows(const TiedStep& s, const ConservingTie& t) {
+  const Vec3 n = glm::normalize(t.before + t.now);
+  const Mat3 along = glm::outerProduct(n, n);
+  const Real l = glm::length(t.now), over = 0.5 * (l - t.length * t.length / l);
+  return {true,
+          glm::outerProduct(n, t.now / l) + 0.5 * s.h / s.a.mass * t.stiffness * (Mat3(1) - along),
+          (t.softness * glm::dot(n, t.mu) - over) * n, taut_factor(s, t, along)};
+}
+/// Of velocities: along d at the end.
+TieRows taut_speeds(const TiedStep& s, const ConservingTie& t) {
+  const Vec3 n = glm::normalize(t.now);
+  const Mat3 along = glm::outerProduct(n, n);
+  return {true, along, along * t.velocity, taut_factor(s, t, along)};
+}
+
 bool correct(void* context) {
   const TiedStep& s = *static_cast<const TiedStep*>(context);
-  const auto rows_of = [](const ConservingTie& t) {
-    return t.kind == TieKind::rigid ? TieRows{true, Mat3(1), t.softness * t.mu - t.now, t.softness}
-                                    : TieRows{true, t.derivative, Vec3(0), 1};
+  const auto rows_of = [&](const ConservingTie& t) {
+    if (t.kind == TieKind::taut) return taut_rows(s, t);
+    return t.kind == TieKind::rigid
+               ? TieRows{true, Mat3(1), t.softness * t.mu - t.now, Mat3(t.softness)}
+               : TieRows{true, t.derivative, Vec3(0), Mat3(1)};
   };
   if (!solve_ties(s.a, Arms::mean, rows_of, [](ConservingTie& t, Vec3 mu) { t.mu += mu; }))
     return false;
@@ -259,8 +291,9 @@ bool correct(void* context) {
 
 bool project(void* context) {
   const TiedStep& s = *static_cast<const TiedStep*>(context);
-  const auto rows_of = [](const ConservingTie& t) {
-    return TieRows{t.kind == TieKind::rigid, Mat3(1), t.velocity, t.softness};
+  const auto rows_of = [&](const ConservingTie& t) {
+    if (t.kind == TieKind::taut) return taut_speeds(s, t);
+    return TieRows{t.kind == TieKind::rigid, Mat3(1), t.velocity, Mat3(t.softness)};
   };
   std::vector<ConservingTie>& ties = s.a.scratch.ties;
   for (ConservingTie& t : ties) t.softness = 0;
@@ -274,7 +307,7 @@ bool project(void* context) {
 /// Whether an inextensible cable would be too long at the iterate.
 bool is_taut(const TiedStep& s, const PackedCable& cable) {
   const CableParameters& c = s.world.cables.values()[cable.cable].joint;
-  if (c.compliance > 0) return false;
+  if (c.compliance > 0 || cable.lambda > 0) return false;
   const auto end = [&](std::uint32_t column, std::uint32_t slot, Vec3 anchor) {
     return column == kNobody ? point_on(s.world, slot, anchor)
                              : point_now(s, column, anchor - s.a.constants.vec(kOwnAnchor, column));
@@ -300,12 +333,15 @@ bool accept(void* context, Real& released) {
     look_at(s, t);
     released += 2 / s.h * glm::dot(t.mu, t.before - t.now);
     if (t.kind == TieKind::rigid) most = std::max(most, glm::length(t.now));
+    if (t.kind != TieKind::taut) continue;
+    most = std::max(most, std::abs(glm::length(t.now) - t.length));
+    *s.in_the_way = *s.in_the_way || glm::dot(t.mu, t.before + t.now) < 0;
   }
   for (const PackedCable& cable : s.a.cables) *s.in_the_way = *s.in_the_way || is_taut(s, cable);
   for (std::size_t c = 0; c < s.a.joints.size(); ++c)
     *s.in_the_way = *s.in_the_way || is_beyond(s, c);
   const bool yields = s.a.scratch.tie_yield > kSoftness;
-  return !*s.in_the_way && most <= (yields ? kNear : kAccepted) * s.a.size;
+  return !*s.in_the_way && most <= (yields ? kNearTie : kAccepted) * s.a.size;
 }
 
 /// Where a tie is fixed in the world over the step, and how fast it is at its end.
@@ -370,11 +406,13 @@ void begin_ties(const World& world, Island& a, const StepPart& part) {
   }
   for (const PackedCable& cable : a.cables) {
     const CableParameters& s = world.cables.values()[cable.cable].joint;
-    if (!(s.compliance > 0)) continue;
+    const bool stretches = s.compliance > 0;
+    if (!stretches && !(cable.lambda > 0)) continue;
     ConservingTie t;
     const bool has_b = cable.column_b != kNobody;
     t.cable = static_cast<std::uint32_t>(&cable - a.cables.data());
-    t.kind = TieKind::cable, t.stiffness = 1 / s.compliance, t.length = s.length;
+    t.kind = stretches ? TieKind::cable : TieKind::taut, t.length = s.length;
+    if (stretches) t.stiffness = 1 / s.compliance;
     t.b = has_b ? cable.column_b : cable.column_a;
     t.anchor_b = has_b ? s.anchor_b : s.anchor_a;
     t.a = has_b ? cable.column_a : kNobody, t.anchor_a = s.anchor_a;
@@ -384,8 +422,11 @@ void begin_ties(const World& world, Island& a, const StepPart& part) {
       const Vec3 anchor = has_b ? s.anchor_a : s.anchor_b;
       place.before = point_before(world, slot, anchor, part.whole);
       place.after = point_on(world, slot, anchor);
+      const Body& b = world.bodies.values()[slot];
+      place.velocity = b.velocity + glm::cross(b.angular_velocity, b.pose.rotation * anchor);
     }
     begin_tie(world, a, t, {place, part});
+    if (!stretches) r.ties.back().mu = to_mu * cable.lambda * glm::normalize(r.ties.back().before);
   }
 }
 
@@ -396,66 +437,6 @@ void store_ties(Island& a, const StepPart& part) {
   for (PackedCable& cable : a.cables) cable.lambda = 0;
   for (; tie != a.scratch.ties.cend(); ++tie)
     a.cables[tie->cable].lambda = to_lambda * glm::length(tie->mu);
-}
-
-bool has_loops(const Island& a) {
-  return std::any_of(a.pins.begin(), a.pins.end(), [](const PackedPin& pin) {
-    return pin.partner != kNobody && pin.compliance == 0;
-  });
-}
-
-bool ties_hold_still(const Island& a) {
-  return std::all_of(a.scratch.ties.begin(), a.scratch.ties.end(),
-                     [](const ConservingTie& t) { return t.still; });
-}
-
-bool ties_are_inner(const Island& a) {
-  const auto tree_of = [&](std::uint32_t column) {
-    std::size_t t = 0;
-    while (t + 1 < a.trees.size() && a.trees[t + 1].first <= column) ++t;
-    return t;
-  };
-  return std::all_of(a.scratch.ties.begin(), a.scratch.ties.end(), [&](const ConservingTie& t) {
-    return t.a != kNobody && tree_of(t.a) == tree_of(t.b);
-  });
-}
-
-std::size_t tie_count(const World& world, const Island& a) {
-  return a.pins.size() + static_cast<std::size_t>(std::count_if(
-                             a.cables.begin(), a.cables.end(), [&](const PackedCable& c) {
-                               return world.cables.values()[c.cable].joint.compliance > 0;
-                             }));
-}
-
-bool limits_are_far(const Island& a) {
-  for (std::size_t c = 0; c < a.joints.size(); ++c) {
-    const PackedJoint& j = a.joints[c];
-    if (!j.stiff) continue;
-    for (const Real lambda : a.joint_memory[c].lambdas)
-      if (lambda > 0) return false;
-  }
-  return true;
-}
-
-bool can_tie(const World& world, const Island& a) {
-  if (a.scratch.ties.capacity() < tie_count(world, a)) return false;
-  for (const PackedPin& pin : a.pins) {
-    if (pin.compliance > 0) continue;
-    if (pin.held_pin != kNobody) return false;
-    const Vec3 at = point_on(world, a.slots[pin.column], pin.anchor);
-    const Vec3 to = pin.partner == kNobody ? pin.target_before
-                                           : point_on(world, a.slots[pin.partner], pin.held_anchor);
-    if (!(glm::length(to - at) <= kNear * a.size)) return false;
-  }
-  for (const PackedCable& cable : a.cables) {
-    const Cable& c = world.cables.values()[cable.cable];
-    if (c.joint.compliance > 0) continue;
-    // Where both ends move, its pull keeps their momentum better with a history.
-    if (cable.column_a != kNobody && cable.column_b != kNobody) return false;
-    if (cable.lambda > 0 || stretch(c.joint, world.bodies[c.a].pose, world.bodies[c.b].pose) > 0)
-      return false;
-  }
-  return true;
 }
 
 bool conserve_tied(World& world, Island& a, ConservingInput in, TiedPart& with) {
@@ -472,16 +453,4 @@ bool conserve_tied(World& world, Island& a, ConservingInput in, TiedPart& with) 
   return kernels().conserve(view_of(world, a), in);
 }
 
-void reserve_ties(const World& world, Island& a) {
-  StepScratch& r = a.scratch;
-  const std::size_t ties = tie_count(world, a), n = a.count();
-  const std::size_t rows = ties <= kMostTies ? 3 * ties : 0;
-  r.ties.reserve(rows / 3);
-  r.tie_blocks.assign(kTieBlock * n, 0), r.tie_factors.assign(kTieFactor * n, 0);
-  r.tie_impulses.assign(n, Mat3(0)), r.tie_torques.assign(n, Mat3(0));
-  r.tie_joints.assign(n, Mat3(0));
-  r.tie_matrix.assign(rows * rows, 0), r.tie_solution.assign(rows, 0);
-  r.tie_order.assign(rows, 0);
-  r.pins_before.assign(a.pins.size(), Vec3(0));
-}
 }  // namespace pantin::detail::articulated

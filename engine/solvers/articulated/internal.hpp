@@ -100,11 +100,13 @@ struct StepPart {
   bool yields = false;  // rigid ties give way
 };
 /// Loops, spring pins and elastic cables in that method (conserving_ties.cpp). Whether it can take
-/// those of the island: inextensible cables are slack, no exact pin but the root's is there, since
+/// those of the island: cables are not far too long, no exact pin but the root's is there, since
 /// those jump and may be out of reach, and loops are nearly closed.
 bool can_tie(const World& world, const Island& a);
 inline constexpr std::size_t kMostTies = 200;
-std::size_t tie_count(const World& world, const Island& a);
+/// Part of the island's size: wider open, a tie is closed by the sweeps of the other rules.
+inline constexpr Real kNearTie = 0.1;
+std::size_t tie_count(const Island& a);
 /// The ties for a part of the step; their multipliers after it.
 void begin_ties(const World& world, Island& a, const StepPart& part);
 void store_ties(Island& a, const StepPart& part);
@@ -121,7 +123,7 @@ struct TiedPart {
   bool in_the_way = false;  // an inextensible cable or a limit is
 };
 bool conserve_tied(World& world, Island& a, ConservingInput in, TiedPart& with);
-void reserve_ties(const World& world, Island& a);
+void reserve_ties(Island& a);
 /// Joints that constrain rotations or exert torques in that method (conserving_joints.cpp): before
 /// the step; what passed through them in a part of it that was taken.
 void begin_joints(World& world, Island& a);

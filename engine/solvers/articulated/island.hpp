@@ -168,7 +168,7 @@ struct IterationRow {
 };
 
 /// A force between two points in a step by the energy-momentum method: see conserving_ties.cpp.
-enum class TieKind : std::uint8_t { rigid, spring, cable };
+enum class TieKind : std::uint8_t { rigid, spring, cable, taut };
 struct ConservingTie {
   TieKind kind = TieKind::rigid;
   bool still = true;                    // it leads to no moving place
@@ -177,9 +177,9 @@ struct ConservingTie {
   Vec3 anchor_a{0}, anchor_b{0};        // from the own joints, body frames
   Vec3 target{0}, velocity{0};          // of the place in the world at the end
   Vec3 before{0}, now{0};               // from a's point to b's, at the start and at the end
-  Real stiffness = 0, damping = 0;      // N/m, N s/m
+  Real stiffness = 0, damping = 0;      // N/m, N s/m; of a taut cable: mu by the mean of d, kg/s
   Real length = 0;                      // m
-  Real softness = 0;                    // s/kg, of a rigid tie
+  Real softness = 0;                    // s/kg, of a rigid tie or a taut cable
   Vec3 mean_a{0}, mean_b{0}, end_a{0}, end_b{0};  // arms
   Vec3 mu{0};          // impulse of half the step that pulls b to a, kg m/s
   Mat3 derivative{0};  // of mu by `now`
@@ -319,7 +319,7 @@ struct PackedCable {
   std::uint32_t cable = 0;  // slot in World::cables
   std::uint32_t column_a = UINT32_MAX, column_b = UINT32_MAX;
   std::uint32_t slot_a = 0, slot_b = 0;
-  Real lambda = 0;  // of the last step, kg m
+  Real lambda = 0;        // of the last step, kg m
   bool was_taut = false;  // at the start of the step
 
   static void fields(auto& self, auto&& field) {

@@ -129,7 +129,7 @@ struct ConservingInput {
   double enough;                   // rad: largest rotation of the last iteration
   bool still;                      // every tree is held, and no anchor moves
   bool knows_work;                 // all that works on the island is known
-  bool divisible;                  // a shorter step can be tried
+  bool divisible;                  // shorter steps can follow larger turns
   bool follows_equal_step;         // the rotations of the last step predict those of this one
   const ConservingTies* ties;      // or null
   const ConservingJoints* joints;  // or null

@@ -53,7 +53,7 @@ void prepare(World& world) {
     r.targets.reserve(3 * a.trees.size());
     r.ways.reserve(3 * a.trees.size()), r.anchor_velocities.reserve(3 * a.trees.size());
     if (!world.forces.empty()) r.forces.resize(6, n);
-    if (has_rows(a) || !a.joints.empty()) reserve_ties(world, a);
+    if (has_rows(a) || !a.joints.empty()) reserve_ties(a);
     if (!a.is_chain || shake || has_rows(a) || !a.joints.empty())
       r.blocks.assign(std::max<std::size_t>(kBlockSize, kConservingBlock) * n, 0);
     if (shake) r.translation.assign(n, Vec3(0)), r.rotation.assign(n, Vec3(0));

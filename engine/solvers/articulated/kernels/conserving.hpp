@@ -454,12 +454,12 @@ struct ConservingStep {
     bodies.set(p.layout.angular_velocity, keep * w, lanes);
   }
 
-  Four due_ = all(0);     // twice the kinetic energy that the bodies must have at the end, J
+  Four due_ = all(0);      // twice the kinetic energy that the bodies must have at the end, J
   Four work_ = all(0);     // J: sizes of the works in it
   Four turned2_ = all(0);  // square of the largest rotation over the step, by Cayley's vector
-  Four weight_ = all(0);  // J: scale of the work that the weight can do
-  double factor_ = 1;     // of the velocities after it
-  Four probe_ = all(0);   // finite where all positions are
+  Four weight_ = all(0);   // J: scale of the work that the weight can do
+  double factor_ = 1;      // of the velocities after it
+  Four probe_ = all(0);    // finite where all positions are
   const double* held_ = nullptr;  // of the next root: displacement of its anchor
 };
 

@@ -1,0 +1,83 @@
+// Which islands the energy-momentum method can step with their ties, and room for these.
+#include <algorithm>
+
+#include "engine/joints/kinds.hpp"
+#include "engine/solvers/articulated/internal.hpp"
+
+namespace pantin::detail::articulated {
+namespace {
+
+constexpr std::uint32_t kNobody = UINT32_MAX;
+
+}  // namespace
+
+bool has_loops(const Island& a) {
+  return std::any_of(a.pins.begin(), a.pins.end(), [](const PackedPin& pin) {
+    return pin.partner != kNobody && pin.compliance == 0;
+  });
+}
+
+bool ties_hold_still(const Island& a) {
+  return std::all_of(a.scratch.ties.begin(), a.scratch.ties.end(),
+                     [](const ConservingTie& t) { return t.still; });
+}
+
+bool ties_are_inner(const Island& a) {
+  const auto tree_of = [&](std::uint32_t column) {
+    std::size_t t = 0;
+    while (t + 1 < a.trees.size() && a.trees[t + 1].first <= column) ++t;
+    return t;
+  };
+  return std::all_of(a.scratch.ties.begin(), a.scratch.ties.end(), [&](const ConservingTie& t) {
+    return t.a != kNobody && tree_of(t.a) == tree_of(t.b);
+  });
+}
+
+std::size_t tie_count(const Island& a) { return a.pins.size() + a.cables.size(); }
+
+bool limits_are_far(const Island& a) {
+  for (std::size_t c = 0; c < a.joints.size(); ++c) {
+    const PackedJoint& j = a.joints[c];
+    if (!j.stiff) continue;
+    for (const Real lambda : a.joint_memory[c].lambdas)
+      if (lambda > 0) return false;
+  }
+  return true;
+}
+
+bool can_tie(const World& world, const Island& a) {
+  if (a.scratch.ties.capacity() < tie_count(a)) return false;
+  const bool is_held = std::any_of(a.trees.begin(), a.trees.end(),
+                                   [&](const Tree& t) { return a.parents[t.first] == kHeld; });
+  for (const PackedPin& pin : a.pins) {
+    if (pin.compliance > 0) continue;
+    if (pin.held_pin != kNobody) return false;
+    const Vec3 at = point_on(world, a.slots[pin.column], pin.anchor);
+    const Vec3 to = pin.partner == kNobody ? pin.target_before
+                                           : point_on(world, a.slots[pin.partner], pin.held_anchor);
+    if (!(glm::length(to - at) <= kNearTie * a.size)) return false;
+  }
+  for (const PackedCable& cable : a.cables) {
+    const Cable& c = world.cables.values()[cable.cable];
+    if (c.joint.compliance > 0) continue;
+    // Between free bodies alone the other rules keep the momentum of a blow better with a history.
+    if (cable.column_a != kNobody && cable.column_b != kNobody && !is_held) return false;
+    const Real over = stretch(c.joint, world.bodies[c.a].pose, world.bodies[c.b].pose);
+    if (cable.lambda > 0 ? std::abs(over) > kNearTie * a.size : over > 0) return false;
+  }
+  return true;
+}
+
+void reserve_ties(Island& a) {
+  StepScratch& r = a.scratch;
+  const std::size_t ties = tie_count(a), n = a.count();
+  const std::size_t rows = ties <= kMostTies ? 3 * ties : 0;
+  r.ties.reserve(rows / 3);
+  r.tie_blocks.assign(kTieBlock * n, 0), r.tie_factors.assign(kTieFactor * n, 0);
+  r.tie_impulses.assign(n, Mat3(0)), r.tie_torques.assign(n, Mat3(0));
+  r.tie_joints.assign(n, Mat3(0));
+  r.tie_matrix.assign(rows * rows, 0), r.tie_solution.assign(rows, 0);
+  r.tie_order.assign(rows, 0);
+  r.pins_before.assign(a.pins.size(), Vec3(0));
+}
+}  // namespace pantin::detail::articulated
