@@ -31,6 +31,9 @@ std::uint8_t solver_of(const Finder& s, std::uint32_t slot) {
   return owner ? owner.solver : UINT8_MAX;
 }
 
+/// The row of solvers whose bodies others meet as obstacles.
+constexpr std::uint8_t kLaminas = 0;
+
 /// Whether two bodies belong to solvers of their own: to the one that adjusts later, the other is
 /// an obstacle that moves.
 bool have_two_solvers(const Finder& s, std::uint32_t a, std::uint32_t b) {
@@ -56,8 +59,13 @@ Memory& memory_of(const Finder& s) { return s.world.memory.of<Memory>(); }
 
 // ---- Pairs -------------------------------------------------------------------------------------
 
+/// Two bodies that solvers with contacts move are of one solver once they come near each other.
 bool may_collide(const Finder& s, const Search& search, std::uint32_t a, std::uint32_t b) {
-  return do_groups_agree(collision_of(s, a), collision_of(s, b)) && !are_jointed(search, a, b);
+  const std::uint8_t one = solver_of(s, a), two = solver_of(s, b);
+  const bool apart =
+      one != two && one != UINT8_MAX && two != UINT8_MAX && one != kLaminas && two != kLaminas;
+  return !apart && do_groups_agree(collision_of(s, a), collision_of(s, b)) &&
+         !are_jointed(search, a, b);
 }
 
 /// Of two bodies that solvers move.

@@ -15,6 +15,7 @@
 #include "engine/geometry/surface.hpp"
 #include "engine/joints/kinds.hpp"
 #include "engine/solvers/solver.hpp"
+#include "engine/solvers/takeover.hpp"
 #include "engine/world/lamina.hpp"
 #include "engine/world/timed_event.hpp"
 
@@ -201,6 +202,12 @@ Result<World> world_from_bytes(std::string_view bytes, World like, std::string_v
   if (std::string why = check_components(world); !why.empty()) return error(stage, why);
   if (std::string why = check_numbers(world); !why.empty()) return error(stage, why);
   if (std::string why = read_user(from, world); !why.empty()) return error(stage, why);
+  // Which solver steps what comes first: the memory of the others fits islands of those.
+  Memories first;
+  first.of<Takeovers>();
+  FieldReader ahead = from;
+  first.read(ahead);
+  world.memory.of<Partition>(), world.memory.of<Takeovers>() = first.of<Takeovers>();
   compile_if_changed(world);
   if (const char* why = world.memory.read(from)) return error(stage, why);
   if (!from.ok() || from.left() > 0) return error(stage, "memory " + from.fault());

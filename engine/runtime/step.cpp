@@ -8,6 +8,7 @@
 #include "engine/runtime/events.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "engine/solvers/solver.hpp"
+#include "engine/solvers/takeover.hpp"
 #include "engine/world/lamina.hpp"
 
 namespace pantin::detail {
@@ -231,6 +232,7 @@ void update(Step& s) {
   World& world = s.world;
   s.run(Stage::before_update);
   compile_if_changed(world);
+  take_over(world, s.task.h);
   check_kinematic_bodies(world, s.report);
   note_teleports(world, s.record.drawn_from);
   save_coupled(world);

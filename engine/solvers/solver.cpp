@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "engine/solvers/takeover.hpp"
+
 #ifdef PANTIN_HAS_TBB
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
@@ -24,7 +26,11 @@ std::array<std::vector<IslandPlan>, kSolverCount> partition(World& world) {
   all.island.assign(world.bodies.size(), Owner::kNone);
   all.column.assign(world.collisions.empty() ? 0 : world.bodies.size(), Owner::kNone);
   std::array<std::vector<IslandPlan>, kSolverCount> plans;
+  const std::vector<Takeover>& taken = world.memory.of<Takeovers>().list;
   for (IslandPlan& plan : find_islands(world, row_of)) {
+    const Entity first = world.bodies.owners()[plan.slots.front()];
+    for (const Takeover& t : taken)
+      if (t.body == first) plan.settings = t.by, plan.solver = row_of(t.by.solver);
     std::vector<IslandPlan>& own = plans[plan.solver];
     for (const std::uint32_t slot : plan.slots)
       all.island[slot] = static_cast<std::uint32_t>(all.islands.size());
@@ -89,6 +95,7 @@ void note_build(World& world, Partition& now) {
 void compile_if_changed(World& world) {
   // Created in this fixed order, so that the hash does not depend on the order of use.
   Partition& now = world.memory.of<Partition>();
+  world.memory.of<Takeovers>();
   world.memory.of<contact::Memory>();
   if (now.built_for != world.structure()) {
     auto plans = partition(world);

@@ -11,8 +11,8 @@ namespace pantin {
 /// A component: the body's Shapes collide. Bodies without it have no contacts.
 ///
 /// A dynamic body collides with every body whose groups agree, but not with those that a joint
-/// connects it to. `others` and `self` spare it dynamic ones of its own solver; those of another
-/// one it meets always.
+/// connects it to. `others` and `self` spare it dynamic ones, whichever solver they ask for: what
+/// may touch is stepped by one.
 ///
 /// A sensor reports which bodies overlap it and pushes none: see ContactEvents. It sees every body
 /// that collides and whose groups agree, whatever `others` and `self` say; neither other sensors,

@@ -10,6 +10,7 @@
 #include "engine/solvers/articulated/island.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "engine/solvers/solver.hpp"
+#include "engine/solvers/takeover.hpp"
 #include "engine/world/lamina.hpp"
 #include "tools/pantin/command_line.hpp"
 #include "tools/pantin/pictures.hpp"
@@ -56,6 +57,8 @@ struct Summary {
   std::size_t frames = 0;
   std::uint64_t mode_switches = 0, dynamic_steps = 0;  // of laminas
   std::vector<HandOver> hand_overs;
+  std::vector<Entity> taken;            // islands that another solver stepped than they ask for
+  std::vector<std::string> taken_over;  // told of them
   std::string lost_body;
   double lost_time = 0, lost_gap = 0;  // s, m
   double cpu_seconds = 0;              // of all threads, over the loop
@@ -200,8 +203,21 @@ Json to_json(const RunChoices& c, const Scene& scene, const Simulation& sim, Sum
   }
   if (!s.lost_body.empty())
     j["lost"] = {{"body", s.lost_body}, {"time_s", s.lost_time}, {"residual_m", s.lost_gap}};
+  j["taken_over"] = s.taken_over;
   j["warnings"] = scene.warnings;
   return j;
+}
+
+/// Each island once, by the line that was first told of it.
+void note_takeovers(const World& world, Summary& s) {
+  const std::vector<Takeover>& now = world.memory.of<Takeovers>().list;
+  const auto is_known = [&](const Takeover& t) {
+    return std::find(s.taken.begin(), s.taken.end(), t.body) != s.taken.end();
+  };
+  if (std::all_of(now.begin(), now.end(), is_known)) return;
+  const std::vector<std::string> lines = takeover_lines(world);
+  for (std::size_t i = 0; i < std::min(now.size(), lines.size()); ++i)
+    if (!is_known(now[i])) s.taken.push_back(now[i].body), s.taken_over.push_back(lines[i]);
 }
 
 void print_hand_overs(const Summary& s) {
@@ -241,6 +257,7 @@ void print_summary(const RunChoices& c, const Scene& scene, const Simulation& si
         "  rescued     {} steps were too long for the integrator; Euler's method took them\n",
         s.rescued_steps);
   if (has_laminas(sim.world)) print_hand_overs(s);
+  for (const std::string& line : s.taken_over) fmt::print("  taken over  {}\n", printable(line));
   if (s.frames > 0)
     fmt::print("  frames      {}, {:.1f} ms of CPU each, steps and writing included\n", s.frames,
                j["cpu_ms_per_frame"].get<double>());
@@ -281,6 +298,7 @@ int step_through(const Run& run, Pictures* pictures, Record* record) {
     }
     if (pictures) pictures->before_step(sim.world);
     const StepReport report = timed_step(sim, until, s);
+    note_takeovers(sim.world, s);
     if (report.status == Status::diverged) {
       s.status = "diverged";
       s.lost_body = sim.world.name_of(report.body), s.lost_time = report.time;

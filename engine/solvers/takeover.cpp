@@ -1,0 +1,251 @@
+// Islands that may touch within the next steps form a group. Where its islands ask for several
+// solvers, one steps them all: `lagrangian`, which knows every kind of joint, or `auto` where
+// something has a surface that moves or resists rolling and `auto` knows all the rest. Islands
+// part at twice the distance at which they met.
+#include "engine/solvers/takeover.hpp"
+
+#include <algorithm>
+
+#include "engine/base/disjoint_sets.hpp"
+#include "engine/contact/detect.hpp"
+#include "engine/contact/memory.hpp"
+#include "engine/joints/kinds.hpp"
+#include "engine/solvers/solver.hpp"
+
+namespace pantin::detail {
+namespace {
+
+/// Steps within which a contact counts as near, and the part of a shape's extent that is added.
+constexpr Real kSteps = 2, kMargin = 0.05;
+/// Of the distance at which islands meet: that at which they part.
+constexpr Real kParting = 2;
+
+struct NearShape {
+  Aabb near, far;
+  std::uint32_t slot = 0, island = 0;  // in World::bodies, in Partition::islands
+};
+
+struct TakeoverScratch {
+  static constexpr std::string_view name = "takeover scratch";
+  struct Lists {
+    std::vector<NearShape> shapes;
+    std::vector<Aabb> boxes;
+    AabbTree tree;
+    DisjointSets sets{0};
+    std::vector<std::uint8_t> asked, taken;   // by island: the row asked for; whether taken over
+    std::vector<std::uint32_t> met;           // by island: a slot that it can touch
+    std::vector<std::uint32_t> first;         // by island: its lowest slot
+    std::vector<std::uint8_t> rows, special;  // by group, the root's island
+    std::vector<Takeover> list;
+  };
+  Scratch<Lists> lists;
+
+  static void fields(auto& self, auto&& field) { field("lists", derived(self.lists)); }
+};
+
+using Lists = TakeoverScratch::Lists;
+
+bool is_solid(const World& world, Entity e) {
+  const Collision* c = world.collisions.find(e);
+  return c && !c->sensor;
+}
+
+bool is_special(const Collision& c) {
+  return c.surface_velocity != Vec3(0) || c.rolling != 0 || c.spinning != 0;
+}
+
+SolverSettings asked_settings(const World& world, std::uint32_t island) {
+  const Partition& partition = partition_of(world);
+  for (std::uint32_t slot = 0; slot < partition.island.size(); ++slot)
+    if (partition.island[slot] == island)
+      if (const SolverSettings* s = world.settings.find(world.bodies.owners()[slot])) return *s;
+  return world.default_settings;
+}
+
+/// The solvers that islands ask for. False: all solid ones ask for the same.
+bool list_asked(World& world, Lists& lists) {
+  const Partition& partition = partition_of(world);
+  const std::size_t count = partition.islands.size();
+  lists.asked.assign(count, UINT8_MAX), lists.first.assign(count, kNoSlot);
+  const std::uint8_t otherwise = row_of(world.default_settings.solver);
+  bool solid[kSolverCount] = {};
+  for (std::uint32_t slot = 0; slot < partition.island.size(); ++slot) {
+    const std::uint32_t island = partition.island[slot];
+    if (island == Owner::kNone) continue;
+    if (lists.first[island] == kNoSlot) lists.first[island] = slot;
+    if (lists.asked[island] != UINT8_MAX) continue;
+    if (const SolverSettings* s = world.settings.find(world.bodies.owners()[slot]))
+      lists.asked[island] = row_of(s->solver);
+  }
+  for (std::uint8_t& asked : lists.asked)
+    if (asked == UINT8_MAX) asked = otherwise;
+  for (const Entity e : world.collisions.owners()) {
+    const std::uint32_t slot = world.bodies.slot(e);
+    if (slot >= partition.island.size() || !is_solid(world, e)) continue;
+    if (const std::uint32_t island = partition.island[slot]; island != Owner::kNone)
+      solid[lists.asked[island]] = true;
+  }
+  return solid[kPlanar] + solid[kLagrangian] + solid[kArticulated] > 1;
+}
+
+void list_shapes(const World& world, Lists& lists, Real h) {
+  const Partition& partition = partition_of(world);
+  lists.shapes.clear(), lists.boxes.clear();
+  for (std::uint32_t slot = 0; slot < partition.island.size(); ++slot) {
+    const std::uint32_t island = partition.island[slot];
+    const Entity e = world.bodies.owners()[slot];
+    if (island == Owner::kNone || lists.asked[island] == kQuasistatic || !is_solid(world, e))
+      continue;
+    const Shapes* shapes = world.shapes.find(e);
+    if (!shapes) continue;
+    const Body& b = world.bodies.values()[slot];
+    const Real extent = contact::extent_of(*shapes);
+    Real way = h * (glm::length(b.velocity) + extent * glm::length(b.angular_velocity)) +
+               2 * h * h * glm::length(world.gravity);
+    if (const Force* f = world.forces.find(e)) way += h * h * glm::length(f->force) / b.mass;
+    const Real near = kSteps * way + kMargin * extent;
+    if (!std::isfinite(near)) continue;
+    for (std::uint32_t i = 0; i < shapes->list.size(); ++i) {
+      const Shape& shape = shapes->list[i];
+      if (!can_move(shape.kind) || !is_complete(shape)) continue;
+      contact::ColliderShape at{compose(b.pose, shape.local), {}, 0, slot, i, &shape};
+      if (!contact::bound_shape(at)) continue;
+      lists.shapes.push_back({at.box.grown(near), at.box.grown(kParting * near), slot, island});
+      lists.boxes.push_back(lists.shapes.back().far);
+    }
+  }
+}
+
+/// Joins islands that may touch.
+void join_near(const World& world, Lists& lists) {
+  const Partition& partition = partition_of(world);
+  lists.sets.reset(partition.islands.size());
+  lists.met.assign(partition.islands.size(), kNoSlot);
+  contact::update_tree(lists.tree, lists.boxes);
+  for (std::uint32_t i = 0; i < lists.shapes.size(); ++i) {
+    const NearShape& a = lists.shapes[i];
+    lists.tree.query(lists.boxes[i], [&](std::uint32_t j) {
+      const NearShape& b = lists.shapes[j];
+      if (j <= i || a.island == b.island) return;
+      const bool together =
+          partition.islands[a.island].solver == partition.islands[b.island].solver &&
+          (lists.taken[a.island] || lists.taken[b.island]);
+      if (!together && !a.near.overlaps(b.near)) return;
+      const Collision &on_a = world.collisions[world.bodies.owners()[a.slot]],
+                      &on_b = world.collisions[world.bodies.owners()[b.slot]];
+      if (!do_groups_agree(on_a, on_b) || !(on_a.others || on_b.others)) return;
+      lists.sets.join(a.island, b.island);
+      const auto meet = [&](const NearShape& one, const NearShape& other) {
+        std::uint32_t& met = lists.met[one.island];
+        const bool differs = lists.asked[other.island] != lists.asked[one.island];
+        if (met == kNoSlot ||
+            (differs && lists.asked[partition.island[met]] == lists.asked[one.island]))
+          met = other.slot;
+      };
+      meet(a, b), meet(b, a);
+    });
+  }
+}
+
+/// Whether `auto` knows all that an island has.
+bool knows_all(const World& world, std::uint32_t island) {
+  const Partition& partition = partition_of(world);
+  const auto is_of = [&](Entity e) {
+    const std::uint32_t slot = world.bodies.slot(e);
+    return slot < partition.island.size() && partition.island[slot] == island;
+  };
+  for (const Link& l : world.links.values())
+    if ((is_of(l.a) || is_of(l.b)) &&
+        (!is_articulated(l.joint.kind) ||
+         (l.joint.parameters.any() && l.joint.parameters->restitution != 0)))
+      return false;
+  return world.gears.empty() && world.belts.empty() && world.surface_contacts.empty();
+}
+
+/// The row that steps each group of islands that ask for several: in Lists::rows, else UINT8_MAX.
+void choose_rows(const World& world, Lists& lists) {
+  const std::size_t count = lists.asked.size();
+  const auto collisions = world.collisions.values();
+  lists.rows.assign(count, UINT8_MAX), lists.special.assign(count, 0);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    std::uint8_t& row = lists.rows[lists.sets.root(i)];
+    if (row == UINT8_MAX) row = lists.asked[i];
+    if (row != lists.asked[i]) row = kLagrangian, lists.special[lists.sets.root(i)] = 1;
+  }
+  const bool special = std::any_of(collisions.begin(), collisions.end(), is_special);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    if (lists.sets.root(i) != i) continue;
+    if (!lists.special[i]) {
+      lists.rows[i] = UINT8_MAX;
+      continue;
+    }
+    if (!special) continue;
+    bool fits = false;
+    for (std::uint32_t k = 0; k < count; ++k)
+      fits = fits || (lists.sets.root(k) == i && lists.asked[k] == kArticulated);
+    for (std::uint32_t k = 0; k < count && fits; ++k)
+      fits = lists.sets.root(k) != i || knows_all(world, k);
+    if (fits) lists.rows[i] = kArticulated;
+  }
+}
+
+void list_takeovers(const World& world, Lists& lists) {
+  lists.list.clear();
+  for (std::uint32_t i = 0; i < lists.asked.size(); ++i) {
+    const std::uint8_t row = lists.rows[lists.sets.root(i)];
+    if (row == UINT8_MAX || lists.asked[i] == row) continue;
+    Takeover t;
+    t.body = world.bodies.owners()[lists.first[i]];
+    if (lists.met[i] != kNoSlot) t.other = world.bodies.owners()[lists.met[i]];
+    t.by.solver = row == kLagrangian ? Solver::lagrangian : Solver::articulated;
+    for (std::uint32_t k = 0; k < lists.asked.size(); ++k)
+      if (lists.asked[k] == row && lists.sets.root(k) == lists.sets.root(i)) {
+        t.by = asked_settings(world, k);
+        break;
+      }
+    lists.list.push_back(t);
+  }
+}
+
+}  // namespace
+
+void take_over(World& world, Real h) {
+  Takeovers& now = world.memory.of<Takeovers>();
+  if (world.settings.empty() && now.list.empty()) return;
+  Lists& lists = world.memory.of<TakeoverScratch>().lists;
+  if (!list_asked(world, lists)) {
+    if (now.list.empty()) return;
+    now.list.clear();
+  } else {
+    lists.taken.assign(lists.asked.size(), 0);
+    for (std::size_t i = 0; i < lists.asked.size(); ++i)
+      lists.taken[i] = partition_of(world).islands[i].solver != lists.asked[i];
+    list_shapes(world, lists, h);
+    join_near(world, lists);
+    choose_rows(world, lists);
+    list_takeovers(world, lists);
+    const auto same = [](const Takeover& a, const Takeover& b) {
+      return a.body == b.body && a.by == b.by;
+    };
+    if (std::equal(now.list.begin(), now.list.end(), lists.list.begin(), lists.list.end(), same))
+      return;
+    now.list = lists.list;
+  }
+  world.memory.of<Partition>().built_for = UINT64_MAX;  // no structure has that number
+  compile_if_changed(world);
+}
+
+std::vector<std::string> takeover_lines(const World& world) {
+  std::vector<std::string> lines;
+  for (const Takeover& t : world.memory.of<Takeovers>().list) {
+    const std::uint32_t slot = world.bodies.slot(t.body);
+    if (slot >= partition_of(world).island.size()) continue;
+    const SolverSettings asked = asked_settings(world, partition_of(world).island[slot]);
+    lines.push_back(world.name_of(t.body) + " (" + pantin::name_of(asked.solver) +
+                    ") is stepped by " + pantin::name_of(t.by.solver) + ": it can touch " +
+                    world.name_of(t.other));
+  }
+  return lines;
+}
+
+}  // namespace pantin::detail
