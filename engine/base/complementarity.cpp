@@ -13,6 +13,9 @@ constexpr Real kDependent = 1e-13;
 /// Of the terms that a velocity is the sum of: its rounding; what redundant rows may differ by.
 constexpr Real kRounding = 1e-12, kConsistent = 1e-9;
 
+/// Which of the rows at a bound that their velocity would leave is freed next.
+enum class Entering : std::uint8_t { fastest, lowest };
+
 class ActiveSet {
  public:
   ActiveSet(const ComplementarityProblem& p, std::span<Real> x, ComplementarityScratch& s)
@@ -32,7 +35,8 @@ class ActiveSet {
     for (std::size_t round = 0; round < most; ++round) {
       if (!descend()) return false;
       // Against cycles of steps of no length: the lowest row, not the best. [Bland 1977]
-      const std::uint32_t entering = find_entering(round > 4 * n_ + 16);
+      const Entering rule = round > 4 * n_ + 16 ? Entering::lowest : Entering::fastest;
+      const std::uint32_t entering = find_entering(rule);
       if (entering == n_) return consistent;
       if (!add(entering) && !exchange(entering)) {
         // No impulse changes its velocity: the row is left as it is.
@@ -171,7 +175,7 @@ class ActiveSet {
   }
 
   /// The row at a bound that its velocity would leave, the fastest for its response; n if none.
-  std::uint32_t find_entering(bool lowest) const {
+  std::uint32_t find_entering(Entering rule) const {
     std::uint32_t best = static_cast<std::uint32_t>(n_);
     Real most = 0;
     for (std::uint32_t i = 0; i < n_; ++i) {
@@ -183,7 +187,7 @@ class ActiveSet {
       const Real weighed = std::abs(v) / std::sqrt(w(i, i));
       if (!(rises || falls) || !(std::abs(v) > kRounding * size) || !(weighed > most)) continue;
       best = i, most = weighed;
-      if (lowest) break;
+      if (rule == Entering::lowest) break;
     }
     return best;
   }
