@@ -1,4 +1,4 @@
-// A chain hung by one end and let go.
+// A chain hung by one end and let go; drag brings it to rest.
 #include <cstdio>
 #include <pantin/pantin.hpp>
 
@@ -8,7 +8,9 @@ int main() {
   World world;
   const Entity hook = world.add(RigidBody{.motion = Motion::fixed, .position = {0, 2, 0}}).value();
   const Chain chain =
-      build_chain(world, {.from = {0, 2, 0}, .to = {1, 2, 0}, .links = 20, .start = hook}).value();
+      build_chain(world,
+                  {.from = {0, 2, 0}, .to = {1, 2, 0}, .links = 20, .start = hook, .drag = 0.5})
+          .value();
 
   Simulation simulation(world);  // 60 steps a second
   for (int i = 0; i < 1800; ++i) simulation.step();
