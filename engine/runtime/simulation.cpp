@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "engine/runtime/monitor.hpp"
+
 namespace pantin {
 
 using namespace detail;
@@ -13,6 +15,19 @@ Error within_step(const std::string& what) {
 }
 
 }  // namespace
+
+namespace detail {
+
+MonitorBox::MonitorBox() : held_(std::make_unique<Monitor>()) {}
+MonitorBox::MonitorBox(const MonitorBox& o) : held_(std::make_unique<Monitor>(*o.held_)) {}
+MonitorBox::MonitorBox(MonitorBox&&) noexcept = default;
+MonitorBox& MonitorBox::operator=(MonitorBox o) noexcept {
+  held_ = std::move(o.held_);
+  return *this;
+}
+MonitorBox::~MonitorBox() = default;
+
+}  // namespace detail
 
 Result<Done> Simulation::insert(Stage stage, System system) {
   if (stepping_) return within_step("an insertion of a system");
@@ -34,10 +49,17 @@ Result<Done> Simulation::remove(std::string_view name) {
 
 StepReport Simulation::take_step(std::span<Pose> drawn_from) {
   stepping_ = true;
-  const StepReport report =
-      step_world(world, settings, systems_, {timing ? &times : nullptr, drawn_from});
+  const StepReport report = step_world(
+      world, settings, systems_,
+      {timing ? &times : nullptr, drawn_from, settings.watch ? monitor_.get() : nullptr});
   stepping_ = false;
   return report;
+}
+
+std::span<const Finding> Simulation::findings() const { return (*monitor_).findings(); }
+
+bool Simulation::is_energy_checked(Entity body) const {
+  return (*monitor_).energy().is_asked(world.bodies.slot(body));
 }
 
 StepReport Simulation::step() { return take_step({}); }

@@ -7,6 +7,7 @@
 #include "engine/contact/contact.hpp"
 #include "engine/runtime/systems.hpp"
 #include "engine/world/faults.hpp"
+#include "engine/world/findings.hpp"
 #include "engine/world/report.hpp"
 #include "engine/world/world.hpp"
 
@@ -17,12 +18,29 @@ struct StepSettings {
   int substeps = 1;      // equal parts each step is taken in
   int threads = 1;       // islands are distributed over threads; the result does not depend on it
   bool measure = false;  // fill StepReport::measures after each step
+  bool watch = false;    // list what makes the result doubtful: see Simulation::findings()
 };
 
 /// The shortest and the longest substep that is taken, s.
 inline constexpr Real kShortestStep = 1e-12, kLongestStep = 1e6;
 
 namespace detail {
+
+class Monitor;
+/// Holds one; copies are deep.
+class MonitorBox {
+ public:
+  MonitorBox();
+  MonitorBox(const MonitorBox&);
+  MonitorBox(MonitorBox&&) noexcept;
+  MonitorBox& operator=(MonitorBox) noexcept;
+  ~MonitorBox();
+  const Monitor& operator*() const { return *held_; }
+  Monitor* get() { return held_.get(); }
+
+ private:
+  std::unique_ptr<Monitor> held_;
+};
 
 /// Seconds spent in each stage since the last reset, for benchmarks.
 struct StageTimes {
@@ -35,6 +53,7 @@ struct StepRecord {
   /// Holds the poses at the start by slot; a body that a system teleports before the update gets
   /// the place where it lands.
   std::span<Pose> drawn_from = {};
+  Monitor* monitor = nullptr;
 };
 
 /// One whole step: drive, update, contacts, adjust, measure. Never throws, never prints; allocates
@@ -92,6 +111,13 @@ class Simulation {
   /// Interpolated pose of a body between the last two steps; a teleported body is not interpolated.
   Pose interpolated(Entity body, Real fraction) const;
 
+  /// What made results doubtful in the steps that StepSettings::watch was set for, by kind and
+  /// place; kinds are in engine/world/findings.hpp.
+  std::span<const Finding> findings() const;
+  /// Whether the energy of a body can be balanced; not where several bodies hold a mechanism and
+  /// one of them is moved.
+  bool is_energy_checked(Entity body) const;
+
   detail::StageTimes times;  // filled when `timing` is set
   bool timing = false;
 
@@ -99,6 +125,7 @@ class Simulation {
   StepReport take_step(std::span<Pose> drawn_from);
 
   detail::Systems systems_;
+  detail::MonitorBox monitor_;
   bool stepping_ = false;
   Real left_over_ = 0;
   std::vector<Pose> before_;  // poses before the last step of advance(), by body slot

@@ -6,6 +6,7 @@
 #include "engine/contact/detect.hpp"
 #include "engine/runtime/coupling.hpp"
 #include "engine/runtime/events.hpp"
+#include "engine/runtime/monitor.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "engine/solvers/solver.hpp"
 #include "engine/solvers/takeover.hpp"
@@ -234,6 +235,7 @@ void update(Step& s) {
   compile_if_changed(world);
   take_over(world, s.task.h);
   check_kinematic_bodies(world, s.report);
+  if (s.record.monitor) s.record.monitor->note_start(world);
   note_teleports(world, s.record.drawn_from);
   save_coupled(world);
   for (const SolverRow* solver : kSolvers) solver->predict(world, s.task);
@@ -275,6 +277,7 @@ void adjust(Step& s) {
 /// The end of a substep; `left` follow it.
 void advance_clock(Step& s, int left) {
   for (const SolverRow* solver : kSolvers) solver->note_failure(s.world, s.report);
+  if (s.record.monitor) s.record.monitor->end_substep(s.world, s.task.h);
   end_forces(s.world, left, s.substeps);
   s.world.time += s.task.h;
 }
@@ -286,6 +289,7 @@ void finish(Step& s) {
   clear_requests(world);
   if (s.moved) contact::sense(world);
   report_step(world, s.report);
+  if (s.record.monitor) s.record.monitor->end_step(world, s.report);
   {
     const Timed timed(s, &StageTimes::measure);
     s.run(Stage::before_measure);
@@ -319,6 +323,7 @@ StepReport step_world(World& world, const StepSettings& settings, const Systems&
       s.report.status = Status::bad_clock;
       return s.report;
     }
+    if (record.monitor) record.monitor->begin_substep(world);
     drive(s);
     update(s);
     find_contacts(s);

@@ -71,6 +71,8 @@ struct StepReport {
   // What the structure has that cannot be used or that its solver does not know: see check(World).
   int faults = 0;
   Entity fault;  // of the first
+  // With StepSettings::watch: see Simulation::findings().
+  int findings = 0;  // made in this step for the first time
   bool measured = false;
   Measures measures;  // only on request
 };

@@ -13,6 +13,7 @@
 #include "engine/solvers/takeover.hpp"
 #include "engine/world/lamina.hpp"
 #include "tools/pantin/command_line.hpp"
+#include "tools/pantin/findings.hpp"
 #include "tools/pantin/pictures.hpp"
 #include "tools/pantin/program.hpp"
 #include "tools/pantin/record.hpp"
@@ -28,7 +29,7 @@ struct RunChoices {
   SceneChoices how;
   PictureChoices pictures;
   int threads = 1;
-  bool hash = false, json = false;
+  bool hash = false, json = false, strict = false;
 };
 
 /// A lamina that went over to dynamics, or back to modes.
@@ -204,6 +205,8 @@ Json to_json(const RunChoices& c, const Scene& scene, const Simulation& sim, Sum
   if (!s.lost_body.empty())
     j["lost"] = {{"body", s.lost_body}, {"time_s", s.lost_time}, {"residual_m", s.lost_gap}};
   j["taken_over"] = s.taken_over;
+  j["findings"] = findings_json(sim.world, sim.findings());
+  j["energy_unchecked"] = unchecked_bodies(sim);
   j["warnings"] = scene.warnings;
   return j;
 }
@@ -241,8 +244,10 @@ void print_summary(const RunChoices& c, const Scene& scene, const Simulation& si
   fmt::print("  bodies      {} with {} joints, {} cables\n", sim.world.bodies.size(),
              sim.world.links.size(), sim.world.cables.size());
   fmt::print("  worst gap   {:.2e} m, {:.1e} of the size\n", s.worst_gap, s.worst_gap_rel);
-  fmt::print("  energy      {:.6g} J to {:.6g} J, at most {:.6g} J\n", s.energy_start, s.energy_end,
-             s.energy_max);
+  const std::size_t unchecked = unchecked_bodies(sim);
+  fmt::print("  energy      {:.6g} J to {:.6g} J, at most {:.6g} J{}\n", s.energy_start,
+             s.energy_end, s.energy_max,
+             unchecked ? fmt::format("; not balanced for {} bodies", unchecked) : "");
   fmt::print("  time        {:.4f} ms a step (p99 {:.4f}), {:.0f} ns per link and step\n",
              j["frame_ms_median"].get<double>(), j["frame_ms_p99"].get<double>(),
              j["ns_per_link_step_median"].get<double>());
@@ -258,6 +263,7 @@ void print_summary(const RunChoices& c, const Scene& scene, const Simulation& si
         s.rescued_steps);
   if (has_laminas(sim.world)) print_hand_overs(s);
   for (const std::string& line : s.taken_over) fmt::print("  taken over  {}\n", printable(line));
+  print_findings(sim);
   if (s.frames > 0)
     fmt::print("  frames      {}, {:.1f} ms of CPU each, steps and writing included\n", s.frames,
                j["cpu_ms_per_frame"].get<double>());
@@ -367,7 +373,7 @@ int run(const RunChoices& c) {
 
   if (c.threads > 1 && !has_threads())
     complain("--threads: this build has one thread (oneTBB was not there); going on with it");
-  Simulation sim(scene->world, {scene->step, scene->substeps, c.threads, false});
+  Simulation sim(scene->world, {scene->step, scene->substeps, c.threads, false, true});
   Summary s;
   s.energy_start = s.energy_max = measure(sim.world).energy();
   const double cpu_before = cpu_seconds();
@@ -388,7 +394,11 @@ int run(const RunChoices& c) {
       s.frames = std::get<std::size_t>(finished);
   }
   s.cpu_seconds = cpu_seconds() - cpu_before;
-  if (!c.save.empty() && exit_code == kOk)
+  if (exit_code == kOk && !sim.findings().empty()) {
+    s.status = "doubtful";
+    if (c.strict) exit_code = kDiverged;
+  }
+  if (!c.save.empty() && (exit_code == kOk || s.status == "doubtful"))
     if (const auto saved = save_world(sim.world, c.save); !saved)
       exit_code = fail(saved.errors(), kUnwritable);
   if (exit_code == kUnwritable) s.status = "unwritable";
@@ -410,7 +420,7 @@ constexpr const char* kExamples = R"(Examples:
   pantin run assets/scenes/marionette.json --save out/marionette.world
   pantin run assets/scenes/marionette.json --load out/marionette.world --strip out/later.png
 
---json prints one object: scene, title, status (ok, diverged,
+--json prints one object: scene, title, status (ok, doubtful: there are findings, diverged,
 inconsistent, contact_lost, energy_grew, interrupted, unwritable), solver ("mixed" if several), solvers (bodies of each),
 step_s, substeps, steps, simulated_s, bodies, joints, strings, articulations, worst_gap_m,
 worst_gap_rel, energy_start_j, energy_end_j, energy_max_j, ns_per_link_step_median,
@@ -422,10 +432,11 @@ Euler's method), contacts (bearing, at the end), contacts_max,
 contact_depth_m (worst overlap after a step), limit_hits (joints held by a limit, at the end),
 limit_hits_max, limit_violation_rad, drives_capped_max, passes_mean, passes_max,
 final_acceleration_rms (m/s^2, mass centres, last second), unreached, mechanisms
-(Lagrangian: bodies, integrator, equations, rank, redundant, residual, parts), warnings, and lost after a
-divergence or a growth of energy.
+(Lagrangian: bodies, integrator, equations, rank, redundant, residual, parts), findings (kind, where,
+time_s, amount, unit, steps), energy_unchecked (bodies), warnings, and lost after a divergence or a
+growth of energy. README.md says what each kind of finding means.
 
-Exit codes: 0 ok, 1 failed run, 2 usage or bad input, 3 diverged or energy grew, 4 could not write, 130 interrupted.)";
+Exit codes: 0 ok, 1 failed run, 2 usage or bad input, 3 diverged, energy grew or (--strict) findings, 4 could not write, 130 interrupted.)";
 
 }  // namespace
 
@@ -469,6 +480,7 @@ void add_run(CLI::App& program, int& exit_code) {
       ->check(CLI::IsMember({"auto", "surfaceless", "device", "osmesa"}));
   command->add_flag("--overlay", c->pictures.overlay, "draw joints, axes and pins");
   command->add_flag("--hash", c->hash, "print the 64-bit hash of the final state");
+  command->add_flag("--strict", c->strict, "exit code 3 where there are findings");
   command->add_flag("--json", c->json, "print one JSON object instead of text");
   command->footer(kExamples);
   command->callback([c, &exit_code] { exit_code = run(*c); });

@@ -1,0 +1,328 @@
+#include "engine/runtime/energy_account.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/rotation.hpp"
+#include "engine/contact/contact.hpp"
+#include "engine/contact/detect.hpp"
+#include "engine/solvers/solver.hpp"
+
+namespace pantin::detail {
+namespace {
+
+/// Of the greatest kinetic energy and the work so far: what a run may gain unnoticed.
+constexpr Real kPart = 0.05;
+/// Of a body's size: to be lifted by so little does not count.
+constexpr Real kLift = 0.01;
+/// m: a place that is held moves no more in a substep.
+constexpr Real kStill = 1e-6;
+
+struct Energies {
+  Real kinetic = 0, all = 0;  // J
+  Vec3 angular_momentum{0};   // about the world's origin
+};
+Energies energies_of(const World& world, const Body& b) {
+  const Vec3 spin =
+      b.pose.rotation * (b.inertia * (glm::conjugate(b.pose.rotation) * b.angular_velocity));
+  Energies e;
+  e.kinetic =
+      0.5 * (b.mass * glm::dot(b.velocity, b.velocity) + glm::dot(spin, b.angular_velocity));
+  e.all = e.kinetic - b.mass * b.gravity_scale * glm::dot(world.gravity, b.pose.position);
+  e.angular_momentum = spin + b.mass * glm::cross(b.pose.position, b.velocity);
+  return e;
+}
+
+bool is_dynamic(const Body& b) { return b.motion == Motion::dynamic; }
+
+Real size_of(const World& world, Entity e, const Body& b) {
+  const Shapes* shapes = world.shapes.find(e);
+  const Real inertia = std::max({b.inertia.x, b.inertia.y, b.inertia.z});
+  return std::max(shapes ? contact::extent_of(*shapes) : 0, std::sqrt(inertia / b.mass));
+}
+
+/// Before, after and on the way.
+struct Speeds {
+  Vec3 before, after, mean;
+};
+/// The most of a force times speed, W.
+Real most_power(Vec3 force, const Speeds& v) {
+  return std::max({glm::dot(force, v.mean), glm::dot(force, v.before), glm::dot(force, v.after)});
+}
+
+}  // namespace
+
+void EnergyAccount::hold(std::uint32_t group, std::uint32_t by) {
+  std::uint32_t& held_by = groups_[group].held_by;
+  if (by == kNobody || by == held_by) return;
+  held_by = held_by == kNobody ? by : kSeveral;
+}
+
+/// Joins the dynamic ones of some bodies that a joint, cable or pin ties; the others hold them.
+void EnergyAccount::attach(const World& world, std::initializer_list<Entity> bodies) {
+  std::uint32_t first = kNoSlot;
+  for (const Entity e : bodies) {
+    const std::uint32_t slot = world.bodies.slot(e);
+    if (slot == kNoSlot || !is_dynamic(world.bodies.values()[slot])) continue;
+    if (first != kNoSlot) join(first, slot);
+    first = slot;
+  }
+  if (first == kNoSlot) return;
+  for (const Entity e : bodies) {
+    const std::uint32_t slot = world.bodies.slot(e);
+    if (slot == kNoSlot || is_dynamic(world.bodies.values()[slot])) continue;
+    hold(sets_.root(first), slot);
+    holds_.push_back({first, slot});
+  }
+}
+
+void EnergyAccount::join(std::uint32_t a, std::uint32_t b) {
+  a = sets_.root(a), b = sets_.root(b);
+  if (a == b) return;
+  if (b < a) std::swap(a, b);
+  sets_.join(a, b);
+  Group &to = groups_[a], &from = groups_[b];
+  hold(a, from.held_by);
+  to.is_asked = to.is_asked && from.is_asked;
+  to.slack += from.slack, to.balance += from.balance, to.least += from.least;
+  to.greatest += from.greatest, to.exchanged += from.exchanged;
+  to.impulse_before += from.impulse_before;
+  to.change += from.change, to.kinetic += from.kinetic;
+  to.momentum += from.momentum, to.angular += from.angular;
+  gained_[b] = 0;
+}
+
+void EnergyAccount::compile(const World& world) {
+  const std::size_t count = world.bodies.size();
+  sets_.reset(count);
+  bodies_.assign(count, {}), groups_.assign(count, {}), gained_.assign(count, 0);
+  const Real g = glm::length(world.gravity);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const Body& b = world.bodies.values()[i];
+    if (!is_dynamic(b)) continue;
+    const Real lift = kLift * size_of(world, world.bodies.owners()[i], b);
+    groups_[i].slack = b.mass * lift * (g * std::abs(b.gravity_scale) + lift);
+  }
+  holds_.clear();
+  for (const Link& l : world.links.values()) {
+    attach(world, {l.a, l.b});
+    const std::uint32_t body = world.bodies.slot(l.a);
+    const JointLimits& limits = *l.joint.limits;
+    if (body != kNoSlot)
+      groups_[sets_.root(body)].slack +=
+          0.5 * limits.soft_stiffness * limits.soft_zone * limits.soft_zone;
+  }
+  for (const Cable& c : world.cables.values()) {
+    attach(world, {c.a, c.b});
+    for (const CableGuide& guide : c.guides) attach(world, {c.a, c.b, guide.body});
+  }
+  for (const SurfaceContact& c : world.surface_contacts.values()) attach(world, {c.a, c.b});
+  for (const Belt& belt : world.belts.values())
+    for (const BeltPulley& p : belt.pulleys) attach(world, {belt.pulleys.front().body, p.body});
+  for (const Gear& gear : world.gears.values()) {
+    const Link *first = world.links.find(gear.first), *second = world.links.find(gear.second);
+    if (first && second) attach(world, {first->a, first->b, second->a, second->b});
+  }
+  for (std::uint32_t i = 0; i < world.pins.size(); ++i) {
+    const Pin& p = world.pins.values()[i];
+    attach(world, {p.body, p.to});
+    const std::uint32_t body = world.bodies.slot(p.body);
+    if (!p.to && body != kNoSlot && is_dynamic(world.bodies.values()[body]))
+      hold(sets_.root(body), kPlaces + i), holds_.push_back({body, kPlaces + i});
+  }
+  lengths_.clear();
+  for (const Cable& c : world.cables.values()) lengths_.push_back(c.joint.length);
+  list_stores(world, stores_);
+  built_for_ = world.structure(), is_new_ = true;
+}
+
+bool EnergyAccount::is_asked(std::uint32_t slot) const {
+  DisjointSets sets = sets_;
+  return slot < groups_.size() && groups_[sets.root(slot)].is_asked;
+}
+
+void EnergyAccount::begin_substep(const World& world) {
+  if (built_for_ != world.structure()) compile(world);
+  for (std::uint32_t i = 0; i < bodies_.size(); ++i) {
+    const Body& b = world.bodies.values()[i];
+    if (!is_dynamic(b)) bodies_[i].pose = b.pose;
+  }
+  for (EnergyStore& s : stores_) begin_store(world, s);
+  begun_ = true;
+}
+
+void EnergyAccount::note_start(const World& world) {
+  begun_ = begun_ && built_for_ == world.structure();
+  if (!begun_) return;
+  for (std::uint32_t i = 0; is_new_ && i < bodies_.size(); ++i)
+    if (owner_of(partition_of(world), i).solver == kQuasistatic)
+      groups_[sets_.root(i)].is_asked = false;
+  for (std::uint32_t i = 0; i < bodies_.size(); ++i) {
+    const Body& b = world.bodies.values()[i];
+    Start& s = bodies_[i];
+    s.velocity = b.velocity, s.angular_velocity = b.angular_velocity;
+    if (!is_dynamic(b)) continue;
+    const Energies e = energies_of(world, b);
+    s.pose = b.pose, s.energy = e.all, s.kinetic = e.kinetic;
+    s.angular_momentum = e.angular_momentum;
+    s.force = s.torque = Vec3(0);
+  }
+  for (std::size_t i = 0; i < world.forces.size(); ++i) {
+    const std::uint32_t slot = world.bodies.slot(world.forces.owners()[i]);
+    const Force& f = world.forces.values()[i];
+    if (slot != kNoSlot && is_finite(f.force) && is_finite(f.torque))
+      bodies_[slot].force = f.force, bodies_[slot].torque = f.torque;
+  }
+}
+
+void EnergyAccount::end_substep(const World& world, Real h) {
+  if (!begun_ || built_for_ != world.structure()) return;
+  begun_ = false;
+  for (const Contact& c : contacts_of(world))
+    if (c.active && is_dynamic(world.bodies.values()[c.slot_a]) &&
+        is_dynamic(world.bodies.values()[c.slot_b]))
+      join(c.slot_a, c.slot_b);
+  for (Group& g : groups_)
+    g.change = g.kinetic = g.kinetic_before = 0, g.momentum = g.angular = Vec3(0);
+  add_bodies(world, h);
+  add_contacts(world, h);
+  add_stores(world, h);
+  leave_out(world);
+  add_leads(world, h);
+  close(world);
+  is_new_ = false;
+}
+
+void EnergyAccount::add_bodies(const World& world, Real h) {
+  for (std::uint32_t i = 0; i < bodies_.size(); ++i) {
+    const Body& b = world.bodies.values()[i];
+    if (!is_dynamic(b)) continue;
+    const Start& s = bodies_[i];
+    Group& g = groups_[sets_.root(i)];
+    const Energies e = energies_of(world, b);
+    g.kinetic += e.kinetic, g.kinetic_before += s.kinetic, g.change += e.all - s.energy;
+    const Vec3 way = (b.pose.position - s.pose.position) / h;
+    const Vec3 middle = 0.5 * (b.pose.position + s.pose.position);
+    const Vec3 spin = angular_velocity_between(s.pose.rotation, b.pose.rotation, h);
+    if (s.force != Vec3(0) || s.torque != Vec3(0)) {
+      const Real work = h * (most_power(s.force, {s.velocity, b.velocity, way}) +
+                             most_power(s.torque, {s.angular_velocity, b.angular_velocity, spin}));
+      g.change -= work, g.exchanged += std::abs(work);
+    }
+    const Vec3 slowed = b.drag * b.mass * way;  // N, by drag
+    const Vec3 known = s.force + b.mass * b.gravity_scale * world.gravity - slowed;
+    g.momentum += b.mass * (b.velocity - s.velocity) - h * known;
+    g.angular +=
+        e.angular_momentum - s.angular_momentum - h * (glm::cross(middle, known) + s.torque) +
+        h * b.drag * (b.pose.rotation * (b.inertia * (glm::conjugate(b.pose.rotation) * spin)));
+  }
+}
+
+/// Belts and led bodies do work. What overlaps has been pressed together, or was placed so: the
+/// normal force gives it back.
+void EnergyAccount::add_contacts(const World& world, Real h) {
+  for (const Contact& c : contacts_of(world)) {
+    if (!c.active) continue;
+    const Body &a = world.bodies.values()[c.slot_a], &b = world.bodies.values()[c.slot_b];
+    if (!is_dynamic(a)) continue;
+    const Start &from_a = bodies_[c.slot_a], &from_b = bodies_[c.slot_b];
+    Group& g = groups_[sets_.root(c.slot_a)];
+    Real work = -h * glm::dot(c.force, c.surface_velocity);
+    const Vec3 way_a = to_world(a.pose, c.point_a) - to_world(from_a.pose, c.point_a),
+               way_b = to_world(b.pose, c.point_b) - to_world(from_b.pose, c.point_b);
+    if (!is_dynamic(b)) {
+      work += glm::dot(c.force, way_b) + h * glm::dot(c.torque, b.angular_velocity);
+      g.momentum -= h * c.force;
+      g.angular -= h * (glm::cross(to_world(a.pose, c.point_a), c.force) + c.torque);
+    }
+    g.change -= work, g.exchanged += std::abs(work);
+    if (c.gap < 0) g.change -= glm::dot(c.force, c.normal) * glm::dot(c.normal, way_a - way_b);
+  }
+}
+
+void EnergyAccount::add_stores(const World& world, Real h) {
+  for (EnergyStore& s : stores_) {
+    const StoreChange change = end_store(world, s, h);
+    Group& g = groups_[sets_.root(s.body)];
+    g.change += change.stored - change.worked, g.exchanged += std::abs(change.worked);
+  }
+}
+
+/// Where a body was at the start of the substep and is now, or the point that a pin holds.
+EnergyAccount::Way EnergyAccount::way_of(const World& world, std::uint32_t holder) const {
+  Way way;
+  if (holder >= kPlaces) {  // it may have to be reached yet
+    const Pin& pin = world.pins.values()[holder - kPlaces];
+    const std::uint32_t slot = world.bodies.slot(pin.body);
+    way.from.position = to_world(bodies_[slot].pose, pin.anchor);
+    way.to.position = to_world(world.bodies.values()[slot].pose, pin.anchor);
+    return way;
+  }
+  const Body& b = world.bodies.values()[holder];
+  return {bodies_[holder].pose, b.pose, b.velocity - bodies_[holder].velocity};
+}
+
+/// Groups that several hold, one of which moves, and such as winches pull at.
+void EnergyAccount::leave_out(const World& world) {
+  for (const Hold& hold : holds_) {
+    Group& g = groups_[sets_.root(hold.body)];
+    if (g.held_by != kSeveral || !g.is_asked) continue;
+    const Way way = way_of(world, hold.by);
+    const Vec3 moved = way.to.position - way.from.position;
+    g.is_asked = glm::dot(moved, moved) < kStill * kStill && way.from.rotation == way.to.rotation;
+  }
+  const auto cables = world.cables.values();
+  for (std::size_t i = 0; i < cables.size(); ++i) {
+    if (cables[i].joint.length == lengths_[i] || cables[i].joint.compliance > 0) continue;
+    lengths_[i] = cables[i].joint.length;
+    const auto leave = [&](Entity e) {
+      if (const std::uint32_t slot = world.bodies.slot(e); slot != kNoSlot)
+        groups_[sets_.root(slot)].is_asked = false;
+    };
+    leave(cables[i].a), leave(cables[i].b);
+    for (const CableGuide& guide : cables[i].guides) leave(guide.body);
+  }
+}
+
+/// What led bodies, and hands that hold a place, do to those that they hold.
+void EnergyAccount::add_leads(const World& world, Real h) {
+  for (std::uint32_t i = 0; i < groups_.size(); ++i) {
+    Group& g = groups_[i];
+    if (g.held_by == kNobody || g.held_by == kSeveral || sets_.root(i) != i) continue;
+    const auto& [from, to, faster] = way_of(world, g.held_by);
+    const Vec3 middle = 0.5 * (from.position + to.position);
+    const Vec3 torque = g.angular - glm::cross(middle, g.momentum);
+    const Real work = glm::dot(g.momentum, to.position - from.position) / h +
+                      glm::dot(torque, angular_velocity_between(from.rotation, to.rotation, h));
+    // A blow meets the led body at any moment of the substep.
+    const Real unknown = 0.5 * std::abs(glm::dot(g.momentum - g.impulse_before, faster));
+    g.change -= work + unknown, g.exchanged += std::abs(work);
+    g.impulse_before = g.momentum;
+  }
+}
+
+void EnergyAccount::close(const World& world) {
+  Real fastest = 0;
+  for (std::uint32_t i = 0; i < groups_.size(); ++i) {
+    Group& g = groups_[i];
+    if (sets_.root(i) != i || !g.is_asked || !std::isfinite(g.change)) continue;
+    // What is put together in the first step may be lifted, not thrown.
+    g.balance += is_new_ ? std::min(g.change, g.kinetic - g.kinetic_before) : g.change;
+    g.least = std::min(g.least, g.balance);
+    g.greatest = std::max(g.greatest, g.kinetic);
+    const Real may = g.slack + kPart * (g.greatest + g.exchanged);
+    // Of what was lost on the way some may have been stored where nobody counts it.
+    const bool thrown = g.balance - g.least > may && g.kinetic > (g.balance - g.least) / 2;
+    gained_[i] = g.balance > may || thrown ? 1 : 0;
+    if (!gained_[i]) continue;
+    fastest = -1;
+    for (std::uint32_t k = i; k < groups_.size(); ++k) {
+      const Body& b = world.bodies.values()[k];
+      if (!is_dynamic(b) || sets_.root(k) != i) continue;
+      const Real kinetic = energies_of(world, b).kinetic;
+      if (kinetic > fastest) fastest = kinetic, gained_[i] = 1 + k;
+    }
+  }
+}
+
+}  // namespace pantin::detail

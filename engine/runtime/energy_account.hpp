@@ -1,0 +1,101 @@
+#pragma once
+/// An account of the energy of all that is joined or has touched, from outside the solvers.
+///
+///   balance = energy now - energy at the start - work done      must not grow
+///
+/// Work is reckoned at its most: of pushes and wind, of motors and drives, of belts, and of bodies
+/// that are led. A led body that alone holds what it leads does
+///
+///   work = impulse . velocity + angular impulse . angular velocity
+///
+/// and the impulses follow from the momentum of what is led, gravity, pushes and contacts. Where
+/// several hold it they do not; the balance is then not asked for.
+#include <algorithm>
+#include <vector>
+
+#include "engine/base/disjoint_sets.hpp"
+#include "engine/runtime/energy_stores.hpp"
+#include "engine/world/world.hpp"
+
+namespace pantin::detail {
+
+class EnergyAccount {
+ public:
+  /// Before kinematic bodies move.
+  void begin_substep(const World& world);
+  /// Before the solvers start: from here on nobody else changes motions.
+  void note_start(const World& world);
+  /// After them; `h` in s.
+  void end_substep(const World& world, Real h);
+
+  struct Gain {
+    Entity body;      // the fastest of those that gained
+    Real amount = 0;  // J, beyond all work
+  };
+  /// Calls `tell(gain)` for all that gained more than they may.
+  template <class Tell>
+  void each_gain(const World& world, const Tell& tell) const {
+    for (std::uint32_t slot = 0; slot < bodies_.size(); ++slot)
+      if (gained_[slot]) tell(Gain{world.bodies.owners()[gained_[slot] - 1], groups_[slot].gain()});
+  }
+  /// Whether the balance of a body is asked for.
+  bool is_asked(std::uint32_t slot) const;
+
+ private:
+  /// Who holds a group besides contacts: nobody, one body or place, or several.
+  static constexpr std::uint32_t kNobody = UINT32_MAX, kSeveral = UINT32_MAX - 1,
+                                 kPlaces = 1u << 31;  // from here on: slots of pins
+  /// Of the bodies that are joined or have touched; by the slot of its first body.
+  struct Group {
+    std::uint32_t held_by = kNobody;
+    bool is_asked = true;
+    Real slack = 0;                        // J, that does not count
+    Real balance = 0, least = 0;           // J; the least so far
+    Real greatest = 0;                     // J, of the kinetic energy so far
+    Real exchanged = 0;                    // J, of work so far, either way
+    Vec3 impulse_before{0};                // N s, of whom it is held by
+    Real change = 0;                       // J, of this substep
+    Real kinetic = 0, kinetic_before = 0;  // J, at its end and at its start
+    Vec3 momentum{0}, angular{0};          // that no known force explains, of this substep
+    Real gain() const { return balance - std::min(least, Real(0)); }
+  };
+  struct Start {
+    Pose pose;  // of dynamic bodies at note_start(), of others before they were led
+    Vec3 velocity{0}, angular_velocity{0};
+    Real energy = 0, kinetic = 0;  // J
+    Vec3 angular_momentum{0};      // about the world's origin
+    Vec3 force{0}, torque{0};
+  };
+
+  struct Hold {
+    std::uint32_t body = 0, by = 0;
+  };
+  struct Way {
+    Pose from, to;
+    Vec3 faster{0};  // m/s, at the end than at the start
+  };
+
+  void compile(const World& world);
+  void hold(std::uint32_t group, std::uint32_t by);
+  void attach(const World& world, std::initializer_list<Entity> bodies);
+  void add_bodies(const World& world, Real h);
+  void add_contacts(const World& world, Real h);
+  void add_stores(const World& world, Real h);
+  Way way_of(const World& world, std::uint32_t holder) const;
+  void leave_out(const World& world);
+  void add_leads(const World& world, Real h);
+  void join(std::uint32_t a, std::uint32_t b);
+  void close(const World& world);
+
+  std::uint64_t built_for_ = 0;
+  bool begun_ = false, is_new_ = false;
+  DisjointSets sets_{0};
+  std::vector<Start> bodies_;
+  std::vector<Group> groups_;
+  std::vector<EnergyStore> stores_;
+  std::vector<Hold> holds_;
+  std::vector<Real> lengths_;          // of cables, after the last substep
+  std::vector<std::uint32_t> gained_;  // by group: 0, or 1 + the slot of its fastest body
+};
+
+}  // namespace pantin::detail

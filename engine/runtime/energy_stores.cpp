@@ -1,0 +1,197 @@
+#include "engine/runtime/energy_stores.hpp"
+
+#include <algorithm>
+
+#include "engine/base/rotation.hpp"
+#include "engine/joints/kinds.hpp"
+#include "engine/world/cable_route.hpp"
+
+namespace pantin::detail {
+namespace {
+
+BodyState state_of(const Body& b) {
+  return {b.pose.position, b.pose.rotation, glm::mat3_cast(b.pose.rotation), b.velocity,
+          b.angular_velocity};
+}
+
+/// Of a force that grows as `stiffness * off` up to `cap`.
+Real energy_of(Real stiffness, Real off, Real cap) {
+  off = std::abs(off);
+  if (stiffness * off <= cap) return 0.5 * stiffness * off * off;
+  return cap * (off - 0.5 * cap / stiffness);
+}
+
+const Dof& dof_of(const Link& link, Coordinate along) {
+  const JointParameters& own = *link.joint.parameters;
+  return along == Coordinate::angle ? own.rotation : own.translation;
+}
+
+void find_coordinate(const World& world, EnergyStore& s) {
+  const Link& link = world.links.values()[s.slot];
+  const BodyState a = state_of(world.bodies[link.a]), b = state_of(world.bodies[link.b]);
+  Vec3 j[4];
+  Real x = 0;
+  write_coordinate({link.joint, a, b, s.x}, s.along, {&x, j, nullptr});
+  s.x = x;
+  s.rate = glm::dot(j[0], a.velocity) + glm::dot(j[1], a.angular_velocity) +
+           glm::dot(j[2], b.velocity) + glm::dot(j[3], b.angular_velocity);
+}
+
+Real energy_of(const Dof& dof, Real x) {
+  Real sum = energy_of(dof.spring.stiffness, x - dof.spring.rest, 1e300);
+  if (dof.motor.kind == MotorKind::position)
+    sum += energy_of(dof.motor.gain, x - dof.motor.target, dof.motor.cap);
+  return sum;
+}
+
+/// The most that a motor that holds a speed can have done at rates between `low` and `high`, W.
+Real most_power(const JointMotor& motor, Real low, Real high) {
+  if (low > high) std::swap(low, high);
+  const auto power = [&](Real rate) {
+    return std::clamp(motor.gain * (motor.target - rate), -motor.cap, motor.cap) * rate;
+  };
+  // Without the cap the power is a parabola about half the target; with it, it grows up to where
+  // the cap ends.
+  const Real slack = motor.gain > 0 ? motor.cap / motor.gain : 0;
+  Real most = std::max(power(low), power(high));
+  for (const Real at : {motor.target / 2, motor.target - slack, motor.target + slack})
+    most = std::max(most, power(std::clamp(at, low, high)));
+  return most;
+}
+
+/// From the drive's target to where the joint is, rad.
+Real off_target(Quat turn, Quat target) {
+  return glm::length(rotation_vector(glm::conjugate(target) * turn));
+}
+
+Quat turn_of(const World& world, const Link& link) {
+  return relative_rotation(link.joint, world.bodies[link.a].pose.rotation,
+                           world.bodies[link.b].pose.rotation);
+}
+
+Real energy_of(const JointDrive& drive, Quat turn, Quat target) {
+  return energy_of(drive.stiffness, off_target(turn, target), drive.max_torque);
+}
+
+Real energy_of(const World& world, const Cable& c) {
+  const auto pose_of = [&](Entity e) { return &world.bodies[e].pose; };
+  const Real over = stretch_of(c, pose_of);
+  return 0.5 * over * over / c.joint.compliance;
+}
+
+Real energy_of(const World& world, const Pin& p) {
+  const Vec3 to = p.to ? to_world(world.bodies[p.to].pose, p.target) : p.target;
+  const Vec3 gap = to - to_world(world.bodies[p.body].pose, p.anchor);
+  return 0.5 * p.stiffness * glm::dot(gap, gap);
+}
+
+/// The slot of a dynamic one of the bodies, or kNoSlot; that too where one is gone.
+std::uint32_t dynamic_of(const World& world, std::initializer_list<Entity> bodies) {
+  std::uint32_t found = kNoSlot;
+  for (const Entity e : bodies) {
+    const std::uint32_t slot = world.bodies.slot(e);
+    if (slot == kNoSlot) return kNoSlot;
+    if (world.bodies.values()[slot].motion == Motion::dynamic) found = slot;
+  }
+  return found;
+}
+
+std::uint32_t dynamic_of(const World& world, const Cable& c) {
+  std::uint32_t found = dynamic_of(world, {c.a, c.b});
+  const bool there = world.bodies.find(c.a) && world.bodies.find(c.b);
+  for (const CableGuide& g : c.guides) {
+    if (!there || !world.bodies.find(g.body)) return kNoSlot;
+    found = std::min(found, dynamic_of(world, {g.body}));
+  }
+  return found;
+}
+
+std::uint32_t dynamic_of(const World& world, const Pin& p) {
+  return p.to ? dynamic_of(world, {p.body, p.to}) : dynamic_of(world, {p.body});
+}
+
+void list_joint(const World& world, std::uint32_t slot, std::vector<EnergyStore>& stores) {
+  const Link& link = world.links.values()[slot];
+  EnergyStore s;
+  s.slot = slot, s.body = dynamic_of(world, {link.a, link.b});
+  if (s.body == kNoSlot) return;
+  const JointKindInfo& info = info_of(link.joint.kind);
+  for (const Coordinate along : {Coordinate::angle, Coordinate::travel}) {
+    if (!info.find(along) || !dof_of(link, along).any()) continue;
+    s.along = along;
+    find_coordinate(world, s);
+    stores.push_back(s);
+  }
+  const std::uint32_t drive = world.joint_drives.slot(world.links.owners()[slot]);
+  if (drive == kNoSlot) return;
+  s.kind = EnergyStore::Kind::drive, s.slot = drive;
+  stores.push_back(s);
+}
+
+}  // namespace
+
+void list_stores(const World& world, std::vector<EnergyStore>& stores) {
+  stores.clear();
+  for (std::uint32_t i = 0; i < world.links.size(); ++i) list_joint(world, i, stores);
+  for (std::uint32_t i = 0; i < world.cables.size(); ++i) {
+    const Cable& c = world.cables.values()[i];
+    EnergyStore s;
+    s.kind = EnergyStore::Kind::cable, s.slot = i, s.body = dynamic_of(world, c);
+    if (c.joint.compliance > 0 && s.body != kNoSlot) stores.push_back(s);
+  }
+  for (std::uint32_t i = 0; i < world.pins.size(); ++i) {
+    const Pin& p = world.pins.values()[i];
+    EnergyStore s;
+    s.kind = EnergyStore::Kind::pin, s.slot = i, s.body = dynamic_of(world, p);
+    if (p.kind == PinKind::spring && s.body != kNoSlot) stores.push_back(s);
+  }
+}
+
+void begin_store(const World& world, EnergyStore& s) {
+  switch (s.kind) {
+    case EnergyStore::Kind::coordinate:
+      find_coordinate(world, s);
+      s.energy = energy_of(dof_of(world.links.values()[s.slot], s.along), s.x);
+      return;
+    case EnergyStore::Kind::drive: {
+      const JointDrive& drive = world.joint_drives.values()[s.slot];
+      s.turn = turn_of(world, world.links[world.joint_drives.owners()[s.slot]]);
+      s.target = target_at(drive, world.time);
+      s.energy = energy_of(drive, s.turn, s.target);
+      return;
+    }
+    case EnergyStore::Kind::cable:
+      s.energy = energy_of(world, world.cables.values()[s.slot]);
+      return;
+    case EnergyStore::Kind::pin:
+      s.energy = energy_of(world, world.pins.values()[s.slot]);
+      return;
+  }
+}
+
+StoreChange end_store(const World& world, EnergyStore& s, Real h) {
+  const EnergyStore before = s;
+  begin_store(world, s);
+  StoreChange change;
+  if (s.kind == EnergyStore::Kind::coordinate) {
+    const JointMotor& motor = dof_of(world.links.values()[s.slot], s.along).motor;
+    if (motor.kind == MotorKind::velocity) {
+      const Real mean = (s.x - before.x) / h;
+      const auto [low, high] = std::minmax({before.rate, s.rate, mean});
+      change.worked = h * most_power(motor, low, high);
+    }
+  } else if (s.kind == EnergyStore::Kind::drive) {
+    // By how far the target moves it does work on what is held, as at the start or as at the end.
+    const JointDrive& drive = world.joint_drives.values()[s.slot];
+    s.target = target_at(drive, world.time + h);
+    s.energy = energy_of(drive, s.turn, s.target);
+    const Real speed = glm::length(rotation_vector(s.target * glm::conjugate(before.target))) / h;
+    change.worked = std::max(energy_of(drive, before.turn, s.target) - before.energy,
+                             s.energy - energy_of(drive, s.turn, before.target)) +
+                    h * std::min(drive.damping * speed / 4, drive.max_torque) * speed;
+  }
+  change.stored = s.energy - before.energy;
+  return change;
+}
+
+}  // namespace pantin::detail

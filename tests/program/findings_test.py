@@ -1,0 +1,60 @@
+"""Findings of pantin run, seen from outside: lines, JSON, --strict; shipped scenes have none."""
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import unittest
+
+PANTIN = os.environ["PANTIN"]
+SCENES = pathlib.Path(os.environ["PANTIN_ASSETS"]) / "scenes"
+NET = SCENES / "net.json"
+
+
+def run(*arguments):
+    return subprocess.run([PANTIN, "run", *map(str, arguments)], stdin=subprocess.DEVNULL,
+                          stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=300)
+
+
+class Findings(unittest.TestCase):
+    def test_shipped_scenes_have_none(self):
+        for scene in sorted(SCENES.glob("*.json")):
+            with self.subTest(scene.stem):
+                done = run(scene, "--duration", 3, "--json", "--strict")
+                told = json.loads(done.stdout)
+                self.assertEqual((told["status"], told["findings"]), ("ok", []))
+                self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_open_joints_are_told(self):
+        arguments = (NET, "--solver", "sweep", "--duration", 0.5)
+        told = json.loads(run(*arguments, "--json").stdout)
+        self.assertEqual(told["status"], "doubtful")
+        gaps = [f for f in told["findings"] if f["kind"] == "joint_open"]
+        self.assertGreater(len(gaps), 10)
+        worst = max(gaps, key=lambda f: f["amount"])
+        self.assertAlmostEqual(worst["amount"], told["worst_gap_m"], delta=1e-9)
+        self.assertEqual(worst["unit"], "m")
+        self.assertGreater(worst["steps"], 0)
+        done = run(*arguments)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        lines = [line for line in done.stdout.splitlines() if line.startswith("  found ")]
+        line = next(line for line in lines if "joint_open" in line)
+        self.assertIn(worst["where"], line)
+        self.assertIn(f"{worst['amount']:.3g} m", line)
+
+    def test_strict_makes_findings_exit_three(self):
+        arguments = (NET, "--solver", "sweep", "--duration", 0.2)
+        self.assertEqual(run(*arguments).returncode, 0)
+        self.assertEqual(run(*arguments, "--strict").returncode, 3)
+
+
+def main():
+    tests = unittest.defaultTestLoader.loadTestsFromTestCase(Findings)
+    result = unittest.TextTestRunner(stream=sys.stdout).run(tests)
+    failed = len({str(test).split(" (")[0] for test, _ in result.failures + result.errors})
+    print(f"{result.testsRun - len(result.skipped) - failed} passed, {failed} failed")
+    return 0 if result.wasSuccessful() else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,156 @@
+// Findings: what makes a result doubtful is told with its place, its time and its amount; what is
+// right is not.
+#include <catch2/catch.hpp>
+#include <string>
+
+#include "engine/runtime/energy_account.hpp"
+#include "engine/runtime/simulation.hpp"
+#include "tests/runtime/puppets.hpp"
+
+using namespace pantin;
+using namespace pantin::detail;
+using namespace pantin::test;
+
+namespace {
+
+const Finding* find(const Simulation& sim, FindingKind kind) {
+  for (const Finding& f : sim.findings())
+    if (f.kind == kind) return &f;
+  return nullptr;
+}
+
+/// Watched for `seconds`.
+Simulation watched(World world, Real h, Real seconds) {
+  Simulation sim(std::move(world), {h, 1, 1, false, true});
+  while (sim.world.time < seconds - h / 2) sim.step();
+  return sim;
+}
+
+/// A stick on a hook that is led to and fro, with twice its weight at most.
+World led_stick() {
+  World w;
+  Body hook;
+  hook.motion = Motion::kinematic;
+  const Entity h = w.add_body(hook, "hook");
+  Lissajous path;
+  path.amplitude = {0.5, 0, 0}, path.frequency = {1, 0, 0};
+  w.paths.add(h, {path});
+  Body stick = rod({kHalfLink, 0, 0});
+  stick.drag = 0;
+  const Entity s = w.add_body(stick, "stick");
+  w.add_link(h, s, {{}, {-kHalfLink, 0, 0}});
+  return w;
+}
+
+}  // namespace
+
+TEST_CASE("every kind of finding has a name, a unit, a meaning and what to change") {
+  for (int i = 0; i <= static_cast<int>(last_of(FindingKind{})); ++i) {
+    const FindingInfo& info = info_of(static_cast<FindingKind>(i));
+    CHECK(info.name.find(' ') == std::string_view::npos);
+    CHECK_FALSE(info.name.empty());
+    CHECK(info.meaning.ends_with('.'));
+    CHECK(info.change.ends_with('.'));
+  }
+}
+
+TEST_CASE("work of a led body, of pushes and of springs is no gain of energy") {
+  for (const Solver solver : {Solver::articulated, Solver::lagrangian}) {
+    INFO(name_of(solver));
+    World w = led_stick();
+    w.default_settings.solver = solver;
+    const Simulation led = watched(w, 1.0 / 240, 5);
+    CHECK(led.findings().empty());
+    CHECK(led.is_energy_checked(led.world.find("stick")));
+    CHECK(measure(led.world).kinetic > 0.01);
+
+    Chain chain = hung_chain(6);
+    chain.world.default_settings.solver = solver;
+    Simulation pushed(chain.world, {1.0 / 240, 1, 1, false, true});
+    pushed.insert(Stage::before_update, [&](World& world, Real) {
+      world.push(chain.rods.back(), {20, 0, 5}, world.bodies[chain.rods.back()].pose.position);
+    });
+    for (int i = 0; i < 480; ++i) pushed.step();
+    CHECK(pushed.findings().empty());
+  }
+}
+
+TEST_CASE("energy that nobody brought is told as soon as it is there") {
+  EnergyAccount account;
+  World w;
+  const Entity e = w.add_body(rod(Vec3(0)), "rod");
+  w.gravity = Vec3(0);
+  Simulation still(w, {1e-3});
+  still.step();
+  World& world = still.world;
+  int gains = 0;
+  for (int i = 0; i < 3; ++i) {
+    account.begin_substep(world), account.note_start(world);
+    if (i == 1) world.bodies[e].velocity = {0, 3, 0};
+    account.end_substep(world, 1e-3);
+    account.each_gain(world, [&](const EnergyAccount::Gain& gain) {
+      ++gains;
+      CHECK(gain.body == e);
+      CHECK(gain.amount == Approx(0.5 * 0.5 * 9));
+    });
+  }
+  CHECK(gains == 2);
+}
+
+TEST_CASE("a solver that throws a chain is told, one that keeps its energy is not") {
+  for (const Solver solver : {Solver::sweep, Solver::shake2, Solver::articulated}) {
+    World w = hung_chain(12).world;
+    w.default_settings.solver = solver;
+    const Simulation sim = watched(w, 1.0 / 60, 1.5);
+    const Finding* gain = find(sim, FindingKind::energy_gained);
+    INFO(name_of(solver));
+    REQUIRE((gain != nullptr) == (solver == Solver::sweep));
+    if (gain) CHECK(gain->amount > 1);
+    if (gain) CHECK(sim.world.bodies.find(gain->where));
+  }
+}
+
+TEST_CASE("a joint that its solver cannot keep closed is told with its gap") {
+  for (const Real z : {0.0, 0.5}) {
+    Chain chain = hung_chain(4);
+    World& w = chain.world;
+    w.default_settings.solver = Solver::planar;
+    w.links[chain.links[2]].joint.anchor_b.z = z;
+    const Simulation sim = watched(w, 1.0 / 60, 0.5);
+    INFO(z);
+    if (z == 0) {
+      CHECK(sim.findings().empty());
+      continue;
+    }
+    const Finding* open = find(sim, FindingKind::joint_open);
+    REQUIRE(open);
+    CHECK(open->where == chain.links[2]);
+    CHECK(open->amount >= 0.49);
+    CHECK(open->time == Approx(1.0 / 60));
+    CHECK(open->steps == 30);
+  }
+}
+
+TEST_CASE("a cable between bodies that cannot come nearer is told with what it is too long by") {
+  for (const Real apart : {1.0, 1.1}) {
+    Chain chain = hung_chain(3);
+    World& w = chain.world;
+    Body far;
+    far.motion = Motion::fixed, far.pose.position = {-apart, 0, 0};
+    // From the first rod's hook, which cannot move.
+    const Entity c = w.add_cable(w.add_body(far), chain.rods[0], {{}, {-kHalfLink, 0, 0}, 1, 0});
+    const Simulation sim = watched(w, 1.0 / 60, 0.2);
+    const Finding* taut = find(sim, FindingKind::cable_overlong);
+    INFO(apart);
+    CHECK((taut != nullptr) == (apart > 1));
+    if (taut) CHECK(taut->where == c);
+    if (taut) CHECK(taut->amount == Approx(0.1).epsilon(0.2));
+  }
+}
+
+TEST_CASE("watching does not change the motion") {
+  World w = swaying_puppet().world;
+  Simulation plain(w, {1.0 / 60}), seen(w, {1.0 / 60, 1, 1, false, true});
+  for (int i = 0; i < 120; ++i) plain.step(), seen.step();
+  CHECK(state_hash(plain.world) == state_hash(seen.world));
+}
