@@ -89,13 +89,14 @@ void EnergyAccount::join(std::uint32_t a, std::uint32_t b) {
   to.impulse_before += from.impulse_before;
   to.change += from.change, to.kinetic += from.kinetic;
   to.momentum += from.momentum, to.angular += from.angular;
-  gained_[b] = 0;
+  if (to.fastest == kNoSlot) to.fastest = from.fastest;
+  from.has_gained = false;
 }
 
 void EnergyAccount::compile(const World& world) {
   const std::size_t count = world.bodies.size();
   sets_.reset(count);
-  bodies_.assign(count, {}), groups_.assign(count, {}), gained_.assign(count, 0);
+  bodies_.assign(count, {}), groups_.assign(count, {});
   const Real g = glm::length(world.gravity);
   for (std::uint32_t i = 0; i < count; ++i) {
     const Body& b = world.bodies.values()[i];
@@ -302,7 +303,6 @@ void EnergyAccount::add_leads(const World& world, Real h) {
 }
 
 void EnergyAccount::close(const World& world) {
-  Real fastest = 0;
   for (std::uint32_t i = 0; i < groups_.size(); ++i) {
     Group& g = groups_[i];
     if (sets_.root(i) != i || !g.is_asked || !std::isfinite(g.change)) continue;
@@ -313,15 +313,18 @@ void EnergyAccount::close(const World& world) {
     const Real may = g.slack + kPart * (g.greatest + g.exchanged);
     // Of what was lost on the way some may have been stored where nobody counts it.
     const bool thrown = g.balance - g.least > may && g.kinetic > (g.balance - g.least) / 2;
-    gained_[i] = g.balance > may || thrown ? 1 : 0;
-    if (!gained_[i]) continue;
-    fastest = -1;
-    for (std::uint32_t k = i; k < groups_.size(); ++k) {
-      const Body& b = world.bodies.values()[k];
-      if (!is_dynamic(b) || sets_.root(k) != i) continue;
-      const Real kinetic = energies_of(world, b).kinetic;
-      if (kinetic > fastest) fastest = kinetic, gained_[i] = 1 + k;
-    }
+    g.has_gained = g.balance > may || thrown;
+    if (g.has_gained && g.fastest == kNoSlot) find_fastest(world, i);
+  }
+}
+
+void EnergyAccount::find_fastest(const World& world, std::uint32_t group) {
+  Real most = -1;
+  for (std::uint32_t k = group; k < bodies_.size(); ++k) {
+    const Body& b = world.bodies.values()[k];
+    if (!is_dynamic(b) || sets_.root(k) != group) continue;
+    const Real kinetic = energies_of(world, b).kinetic;
+    if (kinetic > most) most = kinetic, groups_[group].fastest = k;
   }
 }
 

@@ -29,14 +29,14 @@ class EnergyAccount {
   void end_substep(const World& world, Real h);
 
   struct Gain {
-    Entity body;      // the fastest of those that gained
+    Entity body;      // the fastest of those that gained, when they first did
     Real amount = 0;  // J, beyond all work
   };
   /// Calls `tell(gain)` for all that gained more than they may.
   template <class Tell>
   void each_gain(const World& world, const Tell& tell) const {
-    for (std::uint32_t slot = 0; slot < bodies_.size(); ++slot)
-      if (gained_[slot]) tell(Gain{world.bodies.owners()[gained_[slot] - 1], groups_[slot].gain()});
+    for (const Group& g : groups_)
+      if (g.has_gained) tell(Gain{world.bodies.owners()[g.fastest], g.gain()});
   }
   /// Whether the balance of a body is asked for.
   bool is_asked(std::uint32_t slot) const;
@@ -48,7 +48,8 @@ class EnergyAccount {
   /// Of the bodies that are joined or have touched; by the slot of its first body.
   struct Group {
     std::uint32_t held_by = kNobody;
-    bool is_asked = true;
+    bool is_asked = true, has_gained = false;
+    std::uint32_t fastest = kNoSlot;       // body, when the group first gained
     Real slack = 0;                        // J, that does not count
     Real balance = 0, least = 0;           // J; the least so far
     Real greatest = 0;                     // J, of the kinetic energy so far
@@ -86,6 +87,7 @@ class EnergyAccount {
   void add_leads(const World& world, Real h);
   void join(std::uint32_t a, std::uint32_t b);
   void close(const World& world);
+  void find_fastest(const World& world, std::uint32_t group);
 
   std::uint64_t built_for_ = 0;
   bool begun_ = false, is_new_ = false;
@@ -94,8 +96,7 @@ class EnergyAccount {
   std::vector<Group> groups_;
   std::vector<EnergyStore> stores_;
   std::vector<Hold> holds_;
-  std::vector<Real> lengths_;          // of cables, after the last substep
-  std::vector<std::uint32_t> gained_;  // by group: 0, or 1 + the slot of its fastest body
+  std::vector<Real> lengths_;  // of cables, after the last substep
 };
 
 }  // namespace pantin::detail
