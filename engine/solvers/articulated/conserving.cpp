@@ -1,6 +1,7 @@
 // The step of islands that have only ball joints and touch nothing, by the energy-momentum
 // method: no energy is gained, whatever the masses and shapes. [Betsch & Steinmann 2001]
 #include <algorithm>
+#include <limits>
 
 #include "engine/solvers/articulated/articulated.hpp"
 #include "engine/solvers/articulated/internal.hpp"
@@ -10,8 +11,7 @@ namespace {
 
 /// A step that does not converge is halved, down to a 256th.
 constexpr int kParts = 256;
-/// One that would lose much energy is taken in up to so many parts: rods that snap straight. Ties
-/// have rules of their own for what does not converge.
+/// One that would lose much energy is taken in up to so many parts: rods that snap straight.
 constexpr int kResolvingParts = 16;
 constexpr int kMostIterations = 8, kMostTiedIterations = 16;
 /// Parts tried in a step, converged or not: bounds its cost.
@@ -76,6 +76,15 @@ bool is_still(const Island& a) {
   return ties_hold_still(a);
 }
 
+/// Energy due over energy found from which a part of the step is divided: the projection at its end
+/// takes the rest. A cable can turn fast, and little is lost where parts resolve it.
+Real most_due(const Island& a, int part, int attempt) {
+  constexpr Real kAny = std::numeric_limits<Real>::infinity(), kByTrees = 1.2, kByCables = 1.0001;
+  if (!a.pins.empty()) return kAny;
+  if (!a.cables.empty()) return part > 1 && 2 * attempt < kMostAttempts ? kByCables : kAny;
+  return part > kParts / kResolvingParts && is_still(a) ? kByTrees : kAny;
+}
+
 /// What is left of a step, by the rules that always end.
 bool finish_otherwise(World& world, Island& a, const StepPart& rest, Entity& lost) {
   const Real h = (rest.end - rest.begin) * rest.whole;
@@ -113,12 +122,17 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
   const bool follows = !a.fresh && !a.changed && a.last_step == h;
   const Real enough = has_free_tree(a) || has_rows(a) || !a.joints.empty() ? kEnoughFree : kEnough;
   int left = kParts;
-  bool yields = false;
+  bool yields = false, inner = true;
   begin_joints(world, a);
   const bool is_tied = has_rows(a) || !a.joints.empty();
   if (has_rows(a))
     for (std::size_t c = 0; c < a.count(); ++c) a.scratch.lambdas[c] = a.memory.vec(kLambda, c);
-  for (int part = first_part(world, a, h), attempt = 1; left > 0; ++attempt) {
+  const auto forget_rows = [&] {
+    std::fill(a.scratch.cable_rows.begin(), a.scratch.cable_rows.end(), CableRow::open);
+  };
+  forget_rows();
+  const int longest = first_part(world, a, h);
+  for (int part = longest, attempt = 1; left > 0; ++attempt) {
     const StepPart now{Real(kParts - left) / kParts, Real(kParts - left + part) / kParts, h,
                        yields};
     set_anchors(world, a, now);
@@ -137,13 +151,17 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
                              follows && part == kParts,
                              nullptr,
                              nullptr,
-                             ties_are_inner(a),
-                             !has_rows(a) && part > kParts / kResolvingParts};
-    TiedPart with{now};
+                             most_due(a, part, attempt)};
+    TiedPart with{now, part, 4 * attempt < kMostAttempts};
     if (is_tied ? conserve_tied(world, a, in, with) : kernels().conserve(view_of(world, a), in)) {
       if (is_tied) store_ties(a, now);
       if (!a.joints.empty()) store_joints(world, a, now);
+      inner = inner && with.inner;
       left -= part;
+      part = std::min(with.struck ? longest : part, left);
+      forget_rows();
+    } else if (with.shorter > 0 && attempt < kMostAttempts) {
+      part = with.shorter;
     } else if (!with.in_the_way && part > 1 && attempt < kMostAttempts) {
       part /= 2;
       // Loops that cannot be closed in shorter parts either give way in what is left.
@@ -162,7 +180,6 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
     lost = a.bodies[c];
     return false;
   }
-  const bool inner = ties_are_inner(a);
   for (Tree& t : a.trees) {
     t.knows_angular_momentum = t.knows_angular_momentum && inner;
     if (a.parents[t.first] == kFree && inner) keep_angular_momentum(world, a, t, h);

@@ -8,10 +8,13 @@
 // energy, so that it is given back to the last digit. [Gonzalez 1996]
 //
 // A taut inextensible cable keeps the length of d, which is quadratic: its force is along the mean
-// of d before and after, and does no work. One that would push is left to the other rules.
+// of d before and after, and does no work. One that would push is let go; one that comes to its
+// length ends the part of the step there, with a blow (strike).
 //
 // The elimination of the tree gives the motion for the present mu; its response to further impulses
 // at the ties takes an inward and an outward pass a tie.
+#include "engine/solvers/articulated/conserving_ties.hpp"
+
 #include <algorithm>
 
 #include "engine/joints/kinds.hpp"
@@ -22,31 +25,17 @@ namespace pantin::detail::articulated {
 namespace {
 
 constexpr std::uint32_t kNobody = UINT32_MAX;
-/// A rigid tie gives way by this part of the motion that its impulse makes in the step. Loops that
-/// say the same twice thus share their load, and a net stretched flat has a finite tension. Where
-/// that finds no solution, as in a net whose corners are moved apart, by the second part.
-constexpr Real kSoftness = 1e-7, kYielding = 0.03;
-
 Mat3 rows_at(const Real* m, std::size_t stride) {
   return Mat3(m[0], m[stride], m[2 * stride], m[1], m[stride + 1], m[2 * stride + 1], m[2],
               m[stride + 2], m[2 * stride + 2]);
 }
 
-/// Parts of the island's size: below the first, a tie's gap is its own compliance, whose energy
-/// counts; more than the second is no solution.
-constexpr Real kClosed = 1e-5, kAccepted = 3e-6;
+/// Of the island's size: a tie that is wider open is no solution.
+constexpr Real kAccepted = 3e-6;
+/// Of the fastest of a blow: a cable that does not grow longer.
+constexpr Real kStill = 1e-9;
 /// rad: rounding of a joint's angle.
 constexpr Real kBeyond = 1e-12;
-
-/// One step, as the hooks of the kernel see it.
-struct TiedStep {
-  const World& world;
-  Island& a;
-  Real h;
-  bool* in_the_way;
-
-  const Body& body(std::uint32_t c) const { return world.bodies.values()[a.slots[c]]; }
-};
 
 /// Where a point of a body is at the iterate; its anchor is measured from the own joint.
 Vec3 point_now(const TiedStep& s, std::uint32_t c, Vec3 anchor) {
@@ -93,13 +82,14 @@ void load_cable(ConservingTie& t, Real h) {
   t.mu = 0.5 * h * s * mean;
   t.derivative = 0.5 * h * Mat3(0.5 * s);
   if (l1 > 0) t.derivative += 0.5 * h * by_length * glm::outerProduct(mean, t.now / l1);
+  t.across = 0.5 * h * s;
 }
 
 /// The impulse of a taut cable is along the mean of d.
 void load_taut(ConservingTie& t) {
   const Vec3 mean = 0.5 * (t.before + t.now);
-  t.stiffness = glm::dot(t.mu, mean) / glm::dot(mean, mean);
-  t.mu = t.stiffness * mean;
+  t.across = glm::dot(t.mu, mean) / glm::dot(mean, mean);
+  t.mu = t.across * mean;
 }
 
 /// Adds the impulse of a tie to the block of one of its bodies, as that of a child without mass.
@@ -112,12 +102,19 @@ void add_to_block(Real* block, Vec3 impulse, Vec3 mean, Vec3 end) {
   }
 }
 
+/// After so many iterations one cable at a time changes: changes of many may go round in circles.
+constexpr int kChangeAtOnce = 6;
+
 void load(void* context) {
   const TiedStep& s = *static_cast<const TiedStep*>(context);
   StepScratch& r = s.a.scratch;
   std::fill(r.tie_blocks.begin(), r.tie_blocks.end(), 0.0);
+  bool may_change = true;
+  ++s.with.iterations;
   for (ConservingTie& t : r.ties) {
     look_at(s, t);
+    if (may_change && has_to_change(s, t))
+      change(t), may_change = s.with.iterations <= kChangeAtOnce;
     if (t.kind == TieKind::spring) load_spring(t, s.h);
     if (t.kind == TieKind::cable) load_cable(t, s.h);
     if (t.kind == TieKind::taut) load_taut(t);
@@ -145,6 +142,8 @@ void respond(Island& a, Arms arms) {
   if (!a.joints.empty()) return respond_stiff(a, arms);
   StepScratch& r = a.scratch;
   for (std::size_t c = a.count(); c-- > 0;) {
+    // Most bodies have no tie below them.
+    if (r.tie_torques[c] == Mat3(0) && r.tie_impulses[c] == Mat3(0)) continue;
     const Mat3 turn = rows_at(&r.tie_factors[kTieFactor * c], 3) * r.tie_torques[c];
     r.tie_torques[c] = turn;
     r.tie_impulses[c] -= rows_at(&r.tie_factors[kTieFactor * c + 9], 3) * turn;
@@ -184,62 +183,84 @@ Vec3 change_of(const Island& a, const ConservingTie& t) {
   return at(t.b, t.end_b) - (t.a != kNobody ? at(t.a, t.end_a) : Vec3(0));
 }
 
-/// The part of a tie in the equations, for the unknowns as the elimination left them.
-struct TieRows {
-  bool takes = true;      // part in these equations
-  Mat3 before = Mat3(1);  // of the change of d, in its equations
-  Vec3 right{0};          // their right-hand side
-  Mat3 own{0};            // factor of its impulse in them
-};
+/// A row for the change of d along `by`, for an impulse along `direction`.
+TieRows one_row(Vec3 by, Vec3 direction, Real right, Real own) {
+  TieRows rows{1, Mat3(0), {right, 0, 0}, Mat3(own), Mat3(0)};
+  rows.by[0] = by, rows.directions[0] = direction;
+  return rows;
+}
 
-Real size_of(const Mat3& m) { return std::abs(m[0][0]) + std::abs(m[1][1]) + std::abs(m[2][2]); }
+/// Fills the columns of three impulses, the first of them a number among all, by their response.
+void fill_columns(StepScratch& r, std::size_t n, std::size_t first) {
+  std::size_t row = 0;
+  for (ConservingTie& t : r.ties) {
+    if (t.rows.count == 0) continue;
+    const Mat3 w = glm::transpose(t.rows.by) * change_of(r, t);
+    for (std::size_t i = 0; i < 3 && first + i < n; ++i)
+      for (int j = 0; j < t.rows.count; ++j)
+        r.tie_matrix[(row + static_cast<std::size_t>(j)) * n + first + i] =
+            w[static_cast<int>(i)][j];
+    row += static_cast<std::size_t>(t.rows.count);
+  }
+}
+
+/// Adds what is a tie's own, with its softness if it has none yet.
+template <class RowsOf>
+void add_own_rows(Island& a, std::size_t n, const RowsOf& rows_of) {
+  StepScratch& r = a.scratch;
+  std::size_t row = 0;
+  for (ConservingTie& t : r.ties) {
+    const auto count = static_cast<std::size_t>(t.rows.count);
+    if (count == 0) continue;
+    Real response = 0;
+    for (std::size_t i = 0; i < count; ++i)
+      response += std::abs(r.tie_matrix[(row + i) * (n + 1)]) / static_cast<Real>(count);
+    if (count == 1) t.response = response;
+    if (t.softness == 0) t.softness = r.tie_yield * response;
+    t.rows = rows_of(t);
+    const Vec3 right = t.rows.right - change_of(a, t) * t.rows.by;
+    for (std::size_t i = 0; i < count; ++i) {
+      for (std::size_t j = 0; j < count; ++j)
+        r.tie_matrix[(row + i) * n + row + j] -=
+            t.rows.own[static_cast<int>(j)][static_cast<int>(i)];
+      r.tie_solution[row + i] = right[static_cast<int>(i)];
+    }
+    row += count;
+  }
+}
 
 /// Solves for the impulses of all ties for which `rows_of` has equations, and moves the bodies by
-/// them: before (d + W mu) - own mu = right, W being the response.
+/// them: by (d + W mu) - own mu = right, W being the response, found for three impulses at once.
 template <class RowsOf, class Take>
 bool solve_ties(Island& a, Arms arms, const RowsOf& rows_of, const Take& take) {
   StepScratch& r = a.scratch;
-  std::size_t count = 0;
-  for (const ConservingTie& t : r.ties) count += rows_of(t).takes;
-  if (count == 0) return true;
-  const std::size_t n = 3 * count;
+  std::size_t n = 0;
+  for (ConservingTie& t : r.ties) n += static_cast<std::size_t>((t.rows = rows_of(t)).count);
+  if (n == 0) return true;
   std::size_t column = 0;
-  for (ConservingTie& t : r.ties) {
-    if (!rows_of(t).takes) continue;
-    clear(r);
-    push(r, t, Mat3(1), arms);
-    respond(a, arms);
-    if (t.softness == 0) t.softness = r.tie_yield / 3 * size_of(change_of(r, t));
-    std::size_t row = 0;
-    for (const ConservingTie& other : r.ties) {
-      const TieRows rows = rows_of(other);
-      if (!rows.takes) continue;
-      Mat3 w = rows.before * change_of(r, other);
-      if (row == column) w -= rows.own;
-      for (int i = 0; i < 3; ++i)
-        for (int j = 0; j < 3; ++j)
-          r.tie_matrix[(row + static_cast<std::size_t>(i)) * n + column +
-                       static_cast<std::size_t>(j)] = w[j][i];
-      row += 3;
-    }
-    column += 3;
-  }
-  std::size_t row = 0;
-  for (const ConservingTie& t : r.ties) {
-    const TieRows rows = rows_of(t);
-    if (!rows.takes) continue;
-    const Vec3 right = rows.right - rows.before * change_of(a, t);
-    for (int i = 0; i < 3; ++i) r.tie_solution[row++] = right[i];
-  }
-  if (!solve_tie_equations(r, n)) return false;
   clear(r);
-  row = 0;
+  const auto respond_to_columns = [&] {
+    respond(a, arms);
+    fill_columns(r, n, (column - 1) / 3 * 3);
+    clear(r);
+  };
+  for (const ConservingTie& t : r.ties)
+    for (int i = 0; i < t.rows.count; ++i) {
+      Mat3 mu(0);
+      mu[static_cast<int>(column++ % 3)] = t.rows.directions[i];
+      push(r, t, mu, arms);
+      if (column % 3 == 0) respond_to_columns();
+    }
+  if (column % 3 != 0) respond_to_columns();
+  add_own_rows(a, n, rows_of);
+  if (!solve_tie_equations(r, n)) return false;
+  std::size_t row = 0;
   for (ConservingTie& t : r.ties) {
-    if (!rows_of(t).takes) continue;
-    const Vec3 mu(r.tie_solution[row], r.tie_solution[row + 1], r.tie_solution[row + 2]);
+    if (t.rows.count == 0) continue;
+    Vec3 mu(0);
+    for (int i = 0; i < t.rows.count; ++i) mu += r.tie_solution[row++] * t.rows.directions[i];
     push(r, t, Mat3(mu, Vec3(0), Vec3(0)), arms);
     take(t, mu);
-    row += 3;
   }
   respond(a, arms);
   for (std::size_t c = 0; c < a.count(); ++c) {
@@ -255,33 +276,48 @@ void add_joint_impulses(Island& a, Real share) {
     a.memory.set(kLambda, c, a.memory.vec(kLambda, c) + share * a.scratch.tie_joints[c][0]);
 }
 
-/// The factor of a taut cable's impulse: across n it is what its direction says, scaled alike.
-Mat3 taut_factor(const TiedStep& s, const ConservingTie& t, const Mat3& along) {
-  return s.h / s.a.mass * (Mat3(1) - along) + t.softness * along;
-}
+/// Of the change of d by a cable's impulse: what its direction changes of the impulse makes less of
+/// it, and is left to the next iteration.
+constexpr Real kSlight = 0.1;
+bool turns_slightly(const ConservingTie& t) { return 0.5 * t.across * t.response < kSlight; }
+
 /// Along the mean of d, its length; across it, an impulse that stays along the mean.
 TieRows taut_rows(const TiedStep& s, const ConservingTie& t) {
   const Vec3 n = glm::normalize(t.before + t.now);
-  const Mat3 along = glm::outerProduct(n, n);
-  const Real l = glm::length(t.now), over = 0.5 * (l - t.length * t.length / l);
-  return {true,
-          glm::outerProduct(n, t.now / l) + 0.5 * s.h / s.a.mass * t.stiffness * (Mat3(1) - along),
-          (t.softness * glm::dot(n, t.mu) - over) * n, taut_factor(s, t, along)};
+  const Real l = glm::length(t.now), too_long = 0.5 * (l - t.length * t.length / l);
+  const Real right = t.softness * glm::dot(n, t.mu) - too_long;
+  if (turns_slightly(t)) return one_row(t.now / l, n, right, t.softness);
+  const Mat3 along = glm::outerProduct(n, n), across = s.h / s.a.mass * (Mat3(1) - along);
+  return {3, glm::transpose(glm::outerProduct(n, t.now / l) + 0.5 * t.across * across), right * n,
+          across + t.softness * along};
+}
+/// The impulse of a stretched cable follows from d.
+TieRows elastic_rows(const ConservingTie& t) {
+  if (t.derivative == Mat3(0)) return {0};
+  const Vec3 n = glm::normalize(t.before + t.now);
+  const Vec3 by = n * t.derivative;
+  const Real stiffness = glm::length(by);
+  if (turns_slightly(t)) return one_row(by / stiffness, n, 0, 1 / stiffness);
+  return {3, glm::transpose(t.derivative), Vec3(0), Mat3(1)};
 }
 /// Of velocities: along d at the end.
-TieRows taut_speeds(const TiedStep& s, const ConservingTie& t) {
+TieRows taut_speeds(const ConservingTie& t) {
   const Vec3 n = glm::normalize(t.now);
-  const Mat3 along = glm::outerProduct(n, n);
-  return {true, along, along * t.velocity, taut_factor(s, t, along)};
+  return one_row(n, n, glm::dot(n, t.velocity), t.softness);
+}
+TieRows rigid_speeds(const ConservingTie& t) {
+  return {t.kind == TieKind::rigid ? 3 : 0, Mat3(1), t.velocity, Mat3(t.softness)};
 }
 
 bool correct(void* context) {
   const TiedStep& s = *static_cast<const TiedStep*>(context);
   const auto rows_of = [&](const ConservingTie& t) {
     if (t.kind == TieKind::taut) return taut_rows(s, t);
+    if (t.kind == TieKind::slack) return TieRows{0};
+    if (t.kind == TieKind::cable) return elastic_rows(t);
     return t.kind == TieKind::rigid
-               ? TieRows{true, Mat3(1), t.softness * t.mu - t.now, Mat3(t.softness)}
-               : TieRows{true, t.derivative, Vec3(0), Mat3(1)};
+               ? TieRows{3, Mat3(1), t.softness * t.mu - t.now, Mat3(t.softness)}
+               : TieRows{3, glm::transpose(t.derivative), Vec3(0), Mat3(1)};
   };
   if (!solve_ties(s.a, Arms::mean, rows_of, [](ConservingTie& t, Vec3 mu) { t.mu += mu; }))
     return false;
@@ -289,31 +325,65 @@ bool correct(void* context) {
   return true;
 }
 
+/// How fast a taut cable would grow longer, m/s.
+Real rate_of(const Island& a, const ConservingTie& t) {
+  return glm::dot(change_of(a, t) - t.velocity, glm::normalize(t.now));
+}
+/// The blow of cables that came to their lengths at the end: the velocities of least kinetic energy
+/// at which no taut cable grows longer, by impulses that pull. Which ones do is found by letting go
+/// the one that would push hardest, and by taking up again the one that would grow fastest.
+bool strike(const TiedStep& s) {
+  Island& a = s.a;
+  StepScratch& r = a.scratch;
+  Real fastest = 0;
+  for (std::size_t c = 0; c < a.count(); ++c)
+    r.velocities_before[2 * c] = a.memory.vec(kMove, c),
+                            r.velocities_before[2 * c + 1] = a.memory.vec(kTurnBy, c);
+  for (ConservingTie& t : r.ties)
+    if (t.kind == TieKind::taut) fastest = std::max(fastest, rate_of(a, t)), t.strikes = true;
+  const auto rows_of = [&](const ConservingTie& t) {
+    return t.strikes ? taut_speeds(t) : rigid_speeds(t);
+  };
+  for (std::size_t round = 0; round < 4 * r.ties.size() + 4; ++round) {
+    for (std::size_t c = 0; c < a.count(); ++c)
+      a.memory.set(kMove, c, r.velocities_before[2 * c]),
+          a.memory.set(kTurnBy, c, r.velocities_before[2 * c + 1]);
+    ConservingTie* out = nullptr;
+    Real most = 0;
+    const auto take = [&](ConservingTie& t, Vec3 mu) {
+      const Real push = t.strikes ? -glm::dot(mu, t.now) : 0;
+      if (push > most) most = push, out = &t;
+    };
+    if (!solve_ties(a, Arms::end, rows_of, take)) return false;
+    if (out) {
+      out->strikes = false;
+      continue;
+    }
+    most = kStill * fastest;
+    for (ConservingTie& t : r.ties)
+      if (t.kind == TieKind::taut && !t.strikes && rate_of(a, t) > most)
+        most = rate_of(a, t), out = &t;
+    if (!out) break;
+    out->strikes = true;
+  }
+  for (ConservingTie& t : r.ties)
+    if (t.kind == TieKind::taut && !t.strikes) t.kind = TieKind::slack;
+  add_joint_impulses(a, 0.5);
+  return true;
+}
+
 bool project(void* context) {
   const TiedStep& s = *static_cast<const TiedStep*>(context);
   const auto rows_of = [&](const ConservingTie& t) {
-    if (t.kind == TieKind::taut) return taut_speeds(s, t);
-    return TieRows{t.kind == TieKind::rigid, Mat3(1), t.velocity, Mat3(t.softness)};
+    return t.kind == TieKind::taut && !t.strikes ? taut_speeds(t) : rigid_speeds(t);
   };
   std::vector<ConservingTie>& ties = s.a.scratch.ties;
   for (ConservingTie& t : ties) t.softness = 0;
   // The impulses of the projection count in the mean over the step.
   if (!solve_ties(s.a, Arms::end, rows_of, [](ConservingTie&, Vec3) {})) return false;
-  if (std::any_of(ties.begin(), ties.end(), [&](auto& t) { return rows_of(t).takes; }))
+  if (std::any_of(ties.begin(), ties.end(), [](auto& t) { return t.rows.count > 0; }))
     add_joint_impulses(s.a, 0.5);
-  return true;
-}
-
-/// Whether an inextensible cable would be too long at the iterate.
-bool is_taut(const TiedStep& s, const PackedCable& cable) {
-  const CableParameters& c = s.world.cables.values()[cable.cable].joint;
-  if (c.compliance > 0 || cable.lambda > 0) return false;
-  const auto end = [&](std::uint32_t column, std::uint32_t slot, Vec3 anchor) {
-    return column == kNobody ? point_on(s.world, slot, anchor)
-                             : point_now(s, column, anchor - s.a.constants.vec(kOwnAnchor, column));
-  };
-  return glm::length(end(cable.column_b, cable.slot_b, c.anchor_b) -
-                     end(cable.column_a, cable.slot_a, c.anchor_a)) > c.length;
+  return std::none_of(ties.begin(), ties.end(), [](auto& t) { return t.strikes; }) || strike(s);
 }
 
 /// Whether a joint would be beyond its limits at the iterate.
@@ -329,122 +399,32 @@ bool is_beyond(const TiedStep& s, std::size_t c) {
 bool accept(void* context, Real& released) {
   const TiedStep& s = *static_cast<const TiedStep*>(context);
   Real most = 0;
+  bool changes = false;
   for (ConservingTie& t : s.a.scratch.ties) {
     look_at(s, t);
     released += 2 / s.h * glm::dot(t.mu, t.before - t.now);
     if (t.kind == TieKind::rigid) most = std::max(most, glm::length(t.now));
-    if (t.kind != TieKind::taut) continue;
-    most = std::max(most, std::abs(glm::length(t.now) - t.length));
-    *s.in_the_way = *s.in_the_way || glm::dot(t.mu, t.before + t.now) < 0;
+    if (t.kind == TieKind::taut) most = std::max(most, std::abs(over(t)));
+    changes = changes || has_to_change(s, t);
   }
-  for (const PackedCable& cable : s.a.cables) *s.in_the_way = *s.in_the_way || is_taut(s, cable);
   for (std::size_t c = 0; c < s.a.joints.size(); ++c)
-    *s.in_the_way = *s.in_the_way || is_beyond(s, c);
-  const bool yields = s.a.scratch.tie_yield > kSoftness;
-  return !*s.in_the_way && most <= (yields ? kNearTie : kAccepted) * s.a.size;
-}
-
-/// Where a tie is fixed in the world over the step, and how fast it is at its end.
-struct Place {
-  Vec3 before, after, velocity;
-};
-
-Place place_of(const World& world, const PackedPin& pin, Real h) {
-  const bool jumps = pin.held_body != kNobody && world.bodies.values()[pin.held_body].teleport;
-  const Vec3 before = jumps ? pin.target : pin.target_before;
-  Vec3 velocity = (pin.target - before) / h;
-  if (pin.held_body != kNobody) {
-    const Body& b = world.bodies.values()[pin.held_body];
-    velocity = b.velocity + glm::cross(b.angular_velocity, b.pose.rotation * pin.held_anchor);
-  }
-  return {before, pin.target, velocity};
-}
-
-/// The same in one part of the step.
-struct PlaceInStep {
-  Place place;
-  const StepPart& part;
-};
-
-/// Completes a tie for a part of the step of length h in all.
-void begin_tie(const World& world, Island& a, ConservingTie t, const PlaceInStep& fixed) {
-  const auto& [place, part] = fixed;
-  const Real begin = part.begin;
-  const auto start = [&](std::uint32_t c, Vec3& anchor) {
-    const Vec3 at = point_on(world, a.slots[c], anchor);
-    anchor -= a.constants.vec(kOwnAnchor, c);
-    return at;
-  };
-  const Vec3 way = place.after - place.before;
-  t.target = place.after - (1 - part.end) * way;
-  t.velocity = t.a != kNobody ? Vec3(0) : part.end == 1 ? place.velocity : way / part.whole;
-  t.still = t.a != kNobody || (way == Vec3(0) && t.velocity == Vec3(0));
-  t.before = start(t.b, t.anchor_b) -
-             (t.a != kNobody ? start(t.a, t.anchor_a) : place.before + begin * way);
-  if (t.kind == TieKind::rigid && glm::length(t.before) > kClosed * a.size) t.still = false;
-  t.mu = Vec3(0);
-  a.scratch.ties.push_back(t);
+    s.with.in_the_way = s.with.in_the_way || is_beyond(s, c);
+  const bool yields = s.a.scratch.tie_yield > kTieSoftness;
+  if (s.with.in_the_way || !(most <= (yields ? kNearTie : kAccepted) * s.a.size)) return false;
+  if (changes || has_to_end_early(s)) return false;
+  s.with.inner = ties_are_inner(s.a);
+  return true;
 }
 
 }  // namespace
 
-void begin_ties(const World& world, Island& a, const StepPart& part) {
-  StepScratch& r = a.scratch;
-  r.ties.clear();
-  r.tie_yield = part.yields ? kYielding : kSoftness;
-  const Real to_mu = 0.5 / (part.whole * part.whole) * (part.end - part.begin) * part.whole;
-  for (const PackedPin& pin : a.pins) {
-    ConservingTie t;
-    t.b = pin.column, t.anchor_b = pin.anchor;
-    t.a = pin.partner, t.anchor_a = pin.held_anchor;
-    t.kind = pin.compliance > 0 ? TieKind::spring : TieKind::rigid;
-    if (pin.compliance > 0)
-      t.stiffness = 1 / pin.compliance, t.damping = kSpringDamping * t.stiffness;
-    begin_tie(world, a, t,
-              {pin.partner == kNobody ? place_of(world, pin, part.whole) : Place{}, part});
-    if (t.kind == TieKind::rigid) r.ties.back().mu = -to_mu * pin.lambda;
-  }
-  for (const PackedCable& cable : a.cables) {
-    const CableParameters& s = world.cables.values()[cable.cable].joint;
-    const bool stretches = s.compliance > 0;
-    if (!stretches && !(cable.lambda > 0)) continue;
-    ConservingTie t;
-    const bool has_b = cable.column_b != kNobody;
-    t.cable = static_cast<std::uint32_t>(&cable - a.cables.data());
-    t.kind = stretches ? TieKind::cable : TieKind::taut, t.length = s.length;
-    if (stretches) t.stiffness = 1 / s.compliance;
-    t.b = has_b ? cable.column_b : cable.column_a;
-    t.anchor_b = has_b ? s.anchor_b : s.anchor_a;
-    t.a = has_b ? cable.column_a : kNobody, t.anchor_a = s.anchor_a;
-    Place place{};
-    if (t.a == kNobody) {
-      const std::uint32_t slot = has_b ? cable.slot_a : cable.slot_b;
-      const Vec3 anchor = has_b ? s.anchor_a : s.anchor_b;
-      place.before = point_before(world, slot, anchor, part.whole);
-      place.after = point_on(world, slot, anchor);
-      const Body& b = world.bodies.values()[slot];
-      place.velocity = b.velocity + glm::cross(b.angular_velocity, b.pose.rotation * anchor);
-    }
-    begin_tie(world, a, t, {place, part});
-    if (!stretches) r.ties.back().mu = to_mu * cable.lambda * glm::normalize(r.ties.back().before);
-  }
-}
-
-void store_ties(Island& a, const StepPart& part) {
-  const Real to_lambda = 2 * part.whole / (part.end - part.begin);
-  auto tie = a.scratch.ties.cbegin();
-  for (PackedPin& pin : a.pins) pin.lambda = -to_lambda * (tie++)->mu, pin.reachable = true;
-  for (PackedCable& cable : a.cables) cable.lambda = 0;
-  for (; tie != a.scratch.ties.cend(); ++tie)
-    a.cables[tie->cable].lambda = to_lambda * glm::length(tie->mu);
-}
-
 bool conserve_tied(World& world, Island& a, ConservingInput in, TiedPart& with) {
   StepScratch& r = a.scratch;
   const StepPart& part = with.part;
-  TiedStep step{world, a, in.h, &with.in_the_way};
+  TiedStep step{world, a, in.h, with};
   const ConservingTies ties{
-      &step, r.tie_blocks.data(), r.tie_factors.data(), load, correct, accept, project};
+      &step,   r.tie_blocks.data(), r.tie_factors.data(), load, correct, accept,
+      project, &with.inner,         &with.struck};
   in.ties = &ties;
   if (a.joints.empty()) return kernels().conserve(view_of(world, a), in);
   StiffStep stiff{world, a, in.h, part};

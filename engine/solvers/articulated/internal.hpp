@@ -106,6 +106,8 @@ bool can_tie(const World& world, const Island& a);
 inline constexpr std::size_t kMostTies = 200;
 /// Part of the island's size: wider open, a tie is closed by the sweeps of the other rules.
 inline constexpr Real kNearTie = 0.1;
+/// A rigid tie gives way by this part of the motion that its impulse makes in the step.
+inline constexpr Real kTieSoftness = 1e-7;
 std::size_t tie_count(const Island& a);
 /// The ties for a part of the step; their multipliers after it.
 void begin_ties(const World& world, Island& a, const StepPart& part);
@@ -120,7 +122,13 @@ bool limits_are_far(const Island& a);
 /// Kernels::conserve with ties and joints that constrain rotations, for a part of the step.
 struct TiedPart {
   const StepPart& part;
-  bool in_the_way = false;  // an inextensible cable or a limit is
+  int units = 1;  // its length, in the shortest units of time
+  bool may_end_early = true;
+  bool in_the_way = false;  // a limit is
+  int iterations = 0;       // so far
+  int shorter = 0;          // it has to be taken again in so many units: a cable is taut then
+  bool inner = true;        // no tie leads to the world or to another tree
+  bool struck = false;      // cables pulled tight took energy
 };
 bool conserve_tied(World& world, Island& a, ConservingInput in, TiedPart& with);
 void reserve_ties(Island& a);

@@ -13,6 +13,7 @@
 #include "engine/solvers/articulated/conserving_node.hpp"
 #include "engine/solvers/articulated/contact_groups.hpp"
 #include "engine/solvers/articulated/lane_layout.hpp"
+#include "engine/solvers/articulated/tie.hpp"
 #include "engine/solvers/articulated/vec3x4.hpp"
 #include "engine/solvers/islands.hpp"
 #include "engine/world/body.hpp"
@@ -167,24 +168,6 @@ struct IterationRow {
   Real stiffness = 0, side_stiffness = 0;  // along the normal, across it
 };
 
-/// A force between two points in a step by the energy-momentum method: see conserving_ties.cpp.
-enum class TieKind : std::uint8_t { rigid, spring, cable, taut };
-struct ConservingTie {
-  TieKind kind = TieKind::rigid;
-  bool still = true;                    // it leads to no moving place
-  std::uint32_t a = UINT32_MAX, b = 0;  // columns; a: or the world
-  std::uint32_t cable = UINT32_MAX;     // in Island::cables
-  Vec3 anchor_a{0}, anchor_b{0};        // from the own joints, body frames
-  Vec3 target{0}, velocity{0};          // of the place in the world at the end
-  Vec3 before{0}, now{0};               // from a's point to b's, at the start and at the end
-  Real stiffness = 0, damping = 0;      // N/m, N s/m; of a taut cable: mu by the mean of d, kg/s
-  Real length = 0;                      // m
-  Real softness = 0;                    // s/kg, of a rigid tie or a taut cable
-  Vec3 mean_a{0}, mean_b{0}, end_a{0}, end_b{0};  // arms
-  Vec3 mu{0};          // impulse of half the step that pulls b to a, kg m/s
-  Mat3 derivative{0};  // of mu by `now`
-};
-
 /// Scratch memory of one step of one island.
 struct StepScratch {
   LaneTable work;           // see Work
@@ -219,6 +202,8 @@ struct StepScratch {
   std::vector<Mat3> tie_impulses, tie_torques, tie_joints;  // a body each, for three impulses
   std::vector<Real> tie_matrix, tie_solution;
   std::vector<std::uint32_t> tie_order;
+  std::vector<CableRow> cable_rows;     // a cable each
+  std::vector<Vec3> velocities_before;  // 2 a body, where cables strike
   std::vector<Vec3> pins_before;  // a pin each: its target at the start of what is left of the step
   std::vector<std::uint8_t> on_path;
   bool predicted = false;  // by the update stage; otherwise the prediction is made later

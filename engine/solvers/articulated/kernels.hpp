@@ -98,6 +98,8 @@ struct ConservingTies {
   bool (*accept)(void* context, double& released);
   /// kMove and kTurnBy are velocities; they become those that the ties allow.
   bool (*project)(void* context);
+  /// After these: whether no tie leads to the world or to another tree; whether a blow took energy.
+  const bool *inner, *struck;
 };
 
 /// What is solved for: displacements that take the residual away, or the velocities allowed.
@@ -133,8 +135,7 @@ struct ConservingInput {
   bool follows_equal_step;         // the rotations of the last step predict those of this one
   const ConservingTies* ties;      // or null
   const ConservingJoints* joints;  // or null
-  bool keeps_momentum;             // free trees: no tie leads to the world or to another tree
-  bool resolves;                   // refuses a step whose projection takes much of the energy
+  double most_due;                 // of the energy found: a step that takes more of it is refused
 };
 
 struct Kernels {

@@ -29,6 +29,7 @@ bool ties_are_inner(const Island& a) {
     return t;
   };
   return std::all_of(a.scratch.ties.begin(), a.scratch.ties.end(), [&](const ConservingTie& t) {
+    if (t.kind == TieKind::slack) return true;
     return t.a != kNobody && tree_of(t.a) == tree_of(t.b);
   });
 }
@@ -47,8 +48,6 @@ bool limits_are_far(const Island& a) {
 
 bool can_tie(const World& world, const Island& a) {
   if (a.scratch.ties.capacity() < tie_count(a)) return false;
-  const bool is_held = std::any_of(a.trees.begin(), a.trees.end(),
-                                   [&](const Tree& t) { return a.parents[t.first] == kHeld; });
   for (const PackedPin& pin : a.pins) {
     if (pin.compliance > 0) continue;
     if (pin.held_pin != kNobody) return false;
@@ -60,10 +59,9 @@ bool can_tie(const World& world, const Island& a) {
   for (const PackedCable& cable : a.cables) {
     const Cable& c = world.cables.values()[cable.cable];
     if (c.joint.compliance > 0) continue;
-    // Between free bodies alone the other rules keep the momentum of a blow better with a history.
-    if (cable.column_a != kNobody && cable.column_b != kNobody && !is_held) return false;
     const Real over = stretch(c.joint, world.bodies[c.a].pose, world.bodies[c.b].pose);
-    if (cable.lambda > 0 ? std::abs(over) > kNearTie * a.size : over > 0) return false;
+    if (!(over <= kNearTie * a.size) || (cable.lambda > 0 && !(over >= -kNearTie * a.size)))
+      return false;
   }
   return true;
 }
@@ -79,5 +77,7 @@ void reserve_ties(Island& a) {
   r.tie_matrix.assign(rows * rows, 0), r.tie_solution.assign(rows, 0);
   r.tie_order.assign(rows, 0);
   r.pins_before.assign(a.pins.size(), Vec3(0));
+  r.cable_rows.assign(a.cables.size(), CableRow::open);
+  r.velocities_before.assign(a.cables.empty() ? 0 : 2 * n, Vec3(0));
 }
 }  // namespace pantin::detail::articulated

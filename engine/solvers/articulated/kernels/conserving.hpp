@@ -365,13 +365,13 @@ struct ConservingStep {
     if (in.divisible && largest(turned2_) > kMostTurned * kMostTurned) return false;
     if (in.ties && !in.ties->accept(in.ties->context, released)) return false;
     const bool keeps = !(in.joints && !in.joints->add_work(in.joints->context, released));
-    const bool still = keeps && in.still, known = keeps && in.knows_work;
+    bool still = keeps && in.still, known = keeps && in.knows_work;
     const double by_ways = anchor_work(in.ways, 4 * per);
     const double at_end = anchor_work(in.anchor_velocities, 4);
     for (std::size_t first = 0, last = 0; first < p.count; first = last) {
       last = first + 1;
       while (last < p.count && p.parents[last] >= 0) ++last;
-      if (p.parents[first] == kFree && in.keeps_momentum) balance(first, last);
+      if (p.parents[first] == kFree && (!in.ties || *in.ties->inner)) balance(first, last);
     }
     inward<Unknown::velocity>();
     if (in.joints) in.joints->outward(in.joints->context, Unknown::velocity);
@@ -385,6 +385,7 @@ struct ConservingStep {
       }
     }
     if (in.ties && !in.ties->project(in.ties->context)) return false;
+    if (in.ties && *in.ties->struck) still = known = false;
     for (std::size_t i = 0; known && i < p.count; i += kLanes) kept += twice_kinetic(i);
     // The projection takes energy of the second order in the step. Below an anchor that stands
     // still velocities are scaled to the energy that is due, at most by a tenth: beyond that
@@ -397,7 +398,7 @@ struct ConservingStep {
       const bool moves =
           found > 1e-10 * sum(weight_);  // beyond rounding errors of the weight's work
       if (moves && !(due + rounding >= 0.99 * found)) return false;
-      if (moves && still && in.resolves && due > 1.2 * found) return false;
+      if (moves && due > in.most_due * found) return false;
       if (moves && still) factor_ = due < 1.2 * found ? ::sqrt(due / found) : ::sqrt(1.2);
     }
     for (std::size_t i = 0; i < p.count; i += kLanes)

@@ -1,0 +1,123 @@
+// Ties of a part of a step by the energy-momentum method: how they begin, what is kept of them.
+#include "engine/solvers/articulated/internal.hpp"
+
+namespace pantin::detail::articulated {
+namespace {
+
+constexpr std::uint32_t kNobody = UINT32_MAX;
+/// A rigid tie gives way by this part of the motion that its impulse makes in the step. Loops that
+/// say the same twice thus share their load, and a net stretched flat has a finite tension. Where
+/// that finds no solution, as in a net whose corners are moved apart, by the second part.
+constexpr Real kYielding = 0.03;
+/// Of the island's size: below it, a tie's gap is its own compliance, whose energy counts.
+constexpr Real kClosed = 1e-5;
+
+/// Of the island's mass times its size: the multiplier of a cable that has just become taut.
+constexpr Real kLeast = 1e-30;
+
+/// Where a tie is fixed in the world over the step, and how fast it is at its end.
+struct Place {
+  Vec3 before, after, velocity;
+};
+
+Place place_of(const World& world, const PackedPin& pin, Real h) {
+  const bool jumps = pin.held_body != kNobody && world.bodies.values()[pin.held_body].teleport;
+  const Vec3 before = jumps ? pin.target : pin.target_before;
+  Vec3 velocity = (pin.target - before) / h;
+  if (pin.held_body != kNobody) {
+    const Body& b = world.bodies.values()[pin.held_body];
+    velocity = b.velocity + glm::cross(b.angular_velocity, b.pose.rotation * pin.held_anchor);
+  }
+  return {before, pin.target, velocity};
+}
+
+/// The same in one part of the step.
+struct PlaceInStep {
+  Place place;
+  const StepPart& part;
+};
+
+/// Completes a tie for a part of the step of length h in all.
+void begin_tie(const World& world, Island& a, ConservingTie t, const PlaceInStep& fixed) {
+  const auto& [place, part] = fixed;
+  const Real begin = part.begin;
+  const auto start = [&](std::uint32_t c, Vec3& anchor) {
+    const Vec3 at = point_on(world, a.slots[c], anchor);
+    anchor -= a.constants.vec(kOwnAnchor, c);
+    return at;
+  };
+  const Vec3 way = place.after - place.before;
+  t.target = place.after - (1 - part.end) * way;
+  t.velocity = t.a != kNobody ? Vec3(0) : part.end == 1 ? place.velocity : way / part.whole;
+  t.still = t.a != kNobody || (way == Vec3(0) && t.velocity == Vec3(0));
+  t.before = start(t.b, t.anchor_b) -
+             (t.a != kNobody ? start(t.a, t.anchor_a) : place.before + begin * way);
+  if (t.kind == TieKind::rigid && glm::length(t.before) > kClosed * a.size) t.still = false;
+  t.mu = Vec3(0);
+  a.scratch.ties.push_back(t);
+}
+
+/// The last tie: taut as at the end of the last step, to begin with.
+void begin_inextensible(StepScratch& r, const PackedCable& cable, Real to_mu) {
+  ConservingTie& t = r.ties.back();
+  const Real span = glm::length(t.before);
+  t.followed = r.cable_rows[t.cable] == CableRow::followed;
+  t.was_taut = cable.lambda > 0 && span > 0 && !t.followed;
+  if (t.was_taut) t.kind = TieKind::taut, t.mu = to_mu * cable.lambda / span * t.before;
+}
+
+}  // namespace
+
+void begin_ties(const World& world, Island& a, const StepPart& part) {
+  StepScratch& r = a.scratch;
+  r.ties.clear();
+  r.tie_yield = part.yields ? kYielding : kTieSoftness;
+  const Real to_mu = 0.5 / (part.whole * part.whole) * (part.end - part.begin) * part.whole;
+  for (const PackedPin& pin : a.pins) {
+    ConservingTie t;
+    t.b = pin.column, t.anchor_b = pin.anchor;
+    t.a = pin.partner, t.anchor_a = pin.held_anchor;
+    t.kind = pin.compliance > 0 ? TieKind::spring : TieKind::rigid;
+    if (pin.compliance > 0)
+      t.stiffness = 1 / pin.compliance, t.damping = kSpringDamping * t.stiffness;
+    begin_tie(world, a, t,
+              {pin.partner == kNobody ? place_of(world, pin, part.whole) : Place{}, part});
+    if (t.kind == TieKind::rigid) r.ties.back().mu = -to_mu * pin.lambda;
+  }
+  for (const PackedCable& cable : a.cables) {
+    const CableParameters& s = world.cables.values()[cable.cable].joint;
+    const bool stretches = s.compliance > 0;
+    ConservingTie t;
+    const bool has_b = cable.column_b != kNobody;
+    t.cable = static_cast<std::uint32_t>(&cable - a.cables.data());
+    t.kind = stretches ? TieKind::cable : TieKind::slack, t.length = s.length;
+    if (stretches) t.stiffness = 1 / s.compliance;
+    t.b = has_b ? cable.column_b : cable.column_a;
+    t.anchor_b = has_b ? s.anchor_b : s.anchor_a;
+    t.a = has_b ? cable.column_a : kNobody, t.anchor_a = s.anchor_a;
+    Place place{};
+    if (t.a == kNobody) {
+      const std::uint32_t slot = has_b ? cable.slot_a : cable.slot_b;
+      const Vec3 anchor = has_b ? s.anchor_a : s.anchor_b;
+      place.before = point_before(world, slot, anchor, part.whole);
+      place.after = point_on(world, slot, anchor);
+      const Body& b = world.bodies.values()[slot];
+      place.velocity = b.velocity + glm::cross(b.angular_velocity, b.pose.rotation * anchor);
+    }
+    begin_tie(world, a, t, {place, part});
+    if (!stretches) begin_inextensible(r, cable, to_mu);
+  }
+}
+
+void store_ties(Island& a, const StepPart& part) {
+  const Real to_lambda = 2 * part.whole / (part.end - part.begin);
+  auto tie = a.scratch.ties.cbegin();
+  for (PackedPin& pin : a.pins) pin.lambda = -to_lambda * (tie++)->mu, pin.reachable = true;
+  for (PackedCable& cable : a.cables) cable.lambda = 0;
+  for (; tie != a.scratch.ties.cend(); ++tie)
+    if (tie->kind != TieKind::slack)
+      a.cables[tie->cable].lambda =
+          std::max(kLeast * a.mass * a.size, to_lambda * glm::length(tie->mu));
+}
+
+}  // namespace pantin::detail::articulated

@@ -1,0 +1,80 @@
+// Inextensible cables in a step by the energy-momentum method: when they become taut and slack.
+#include "engine/solvers/articulated/conserving_ties.hpp"
+
+namespace pantin::detail::articulated {
+namespace {
+
+constexpr std::uint32_t kNobody = UINT32_MAX;
+/// Of the island's size: a cable is at its length.
+constexpr Real kAtLength = 1e-10;
+/// Part of the island's kinetic energy: a blow that takes more of it is followed to its time.
+constexpr Real kMuch = 0.01;
+
+/// How fast a cable grew longer at the start, m/s; the kinetic energy of the island then, J.
+Real rate_before(const TiedStep& s, const ConservingTie& t) {
+  const auto at = [&](std::uint32_t c, Vec3 anchor) {
+    const Body& b = s.body(c);
+    return b.velocity + glm::cross(b.angular_velocity,
+                                   b.pose.rotation * (anchor + s.a.constants.vec(kOwnAnchor, c)));
+  };
+  const Vec3 of_a = t.a != kNobody ? at(t.a, t.anchor_a) : t.velocity;
+  return glm::dot(at(t.b, t.anchor_b) - of_a, glm::normalize(t.before));
+}
+Real kinetic_energy(const TiedStep& s) {
+  Real energy = 0;
+  for (std::uint32_t c = 0; c < s.a.count(); ++c) {
+    const Body& b = s.body(c);
+    const Vec3 w = glm::conjugate(b.pose.rotation) * b.angular_velocity;
+    energy += 0.5 * (b.mass * glm::dot(b.velocity, b.velocity) + glm::dot(w, b.inertia * w));
+  }
+  return energy;
+}
+
+/// Of a taut cable: its impulse, negative where it would push.
+Real pull_of(const ConservingTie& t) {
+  return t.kind == TieKind::taut ? glm::dot(t.mu, glm::normalize(t.before + t.now)) : 0;
+}
+
+}  // namespace
+
+bool has_to_change(const TiedStep& s, const ConservingTie& t) {
+  const Real near = kAtLength * s.a.size;
+  if (t.kind == TieKind::taut) return pull_of(t) * t.softness < -s.a.scratch.tie_yield * near;
+  return t.kind == TieKind::slack && !t.followed && over(t) > near;
+}
+void change(ConservingTie& t) {
+  t.kind = t.kind == TieKind::taut ? TieKind::slack : TieKind::taut;
+  t.mu = Vec3(0), t.softness = 0;
+}
+
+bool has_to_end_early(const TiedStep& s) {
+  StepScratch& r = s.a.scratch;
+  const Real near = kAtLength * s.a.size;
+  Real kinetic = 0, first = 1;
+  for (ConservingTie& t : r.ties) {
+    const Real before = glm::length(t.before) - t.length;
+    if (t.kind != TieKind::taut || t.was_taut) continue;
+    s.with.struck = true;
+    if (!(before < -near) || s.with.units == 1 || !s.with.may_end_early) continue;
+    if (kinetic == 0) kinetic = kinetic_energy(s);
+    const Real rate = rate_before(s, t), mass = s.h * r.tie_yield / t.softness;
+    if (!(0.5 * mass * rate * rate > kMuch * kinetic)) continue;
+    r.cable_rows[t.cable] = CableRow::followed;
+    first = std::min(first, -before / (rate * s.h));
+  }
+  for (ConservingTie& t : r.ties) {
+    if (!t.followed || !(over(t) > near)) continue;
+    const Real before = glm::length(t.before) - t.length;
+    first = std::min(first, before / (before - over(t)));
+  }
+  const Real units = first * s.with.units;
+  if (first < 1 && s.with.units - units > 1) {
+    s.with.shorter = static_cast<int>(std::ceil(std::max(units, Real(1))));
+    return true;
+  }
+  for (ConservingTie& t : r.ties)
+    if (t.followed && over(t) > near) t.kind = TieKind::taut, t.strikes = s.with.struck = true;
+  return false;
+}
+
+}  // namespace pantin::detail::articulated

@@ -1,0 +1,45 @@
+#pragma once
+/// Forces between two points in a step by the energy-momentum method.
+#include <cstdint>
+
+#include "engine/base/math.hpp"
+
+namespace pantin::detail::articulated {
+
+/// An inextensible cable in a part of a step: free to become taut, or left slack until it comes to
+/// its length, where the part ends.
+enum class CableRow : std::uint8_t { open, followed };
+/// The part of a tie in the equations that couple ties: the first `count` rows, and its impulse
+/// along as many directions.
+struct TieRows {
+  int count = 3;              // 0, 1 or 3
+  Mat3 by = Mat3(1);          // of the change of d: a column each
+  Vec3 right{0};              // right-hand side
+  Mat3 own{0};                // factor of the impulse
+  Mat3 directions = Mat3(1);  // a column each
+};
+/// A force between two points in a step by the energy-momentum method: see conserving_ties.cpp.
+enum class TieKind : std::uint8_t { rigid, spring, cable, taut, slack };
+struct ConservingTie {
+  TieKind kind = TieKind::rigid;
+  bool still = true;                    // it leads to no moving place
+  bool was_taut = false;                // an inextensible cable: at the start
+  bool followed = false;                // likewise: see CableRow
+  bool strikes = false;                 // likewise: takes part in the blow at the end
+  std::uint32_t a = UINT32_MAX, b = 0;  // columns; a: or the world
+  std::uint32_t cable = UINT32_MAX;     // in Island::cables
+  Vec3 anchor_a{0}, anchor_b{0};        // from the own joints, body frames
+  Vec3 target{0}, velocity{0};          // of the place in the world at the end
+  Vec3 before{0}, now{0};               // from a's point to b's, at the start and at the end
+  Real stiffness = 0, damping = 0;      // N/m, N s/m
+  Real across = 0;                      // of a cable: mu by the mean of d, kg/s
+  Real length = 0;                      // m
+  Real softness = 0;                    // s/kg, of a rigid tie or a taut cable
+  Real response = 0;                    // s/kg: change of d by an impulse
+  TieRows rows;
+  Vec3 mean_a{0}, mean_b{0}, end_a{0}, end_b{0};  // arms
+  Vec3 mu{0};          // impulse of half the step that pulls b to a, kg m/s
+  Mat3 derivative{0};  // of mu by `now`
+};
+
+}  // namespace pantin::detail::articulated
