@@ -220,6 +220,11 @@ class ActiveSet {
 
 }  // namespace
 
+void reserve(ComplementarityScratch& scratch, std::size_t n) {
+  scratch.factor.reserve(n * n), scratch.free.reserve(n), scratch.is_free.reserve(n);
+  scratch.velocity.reserve(n), scratch.step.reserve(n), scratch.column.reserve(n);
+}
+
 bool solve_complementarity(const ComplementarityProblem& problem, std::span<Real> x,
                            ComplementarityScratch& scratch) {
   return ActiveSet(problem, x, scratch).solve();

@@ -42,6 +42,9 @@ struct ComplementarityScratch {
   std::vector<Real> velocity, step, column;
 };
 
+/// Room for problems of n rows, so that they allocate nothing.
+void reserve(ComplementarityScratch& scratch, std::size_t n);
+
 /// Writes the impulses to `x` (n), starting from zero. False where no finite impulses satisfy the
 /// rows (they contradict one another): x is then the best that was found, within its bounds.
 bool solve_complementarity(const ComplementarityProblem& problem, std::span<Real> x,

@@ -284,6 +284,17 @@ Real met_unseen(const World& world, Island& m);
 
 /// Results of contacts of surfaces, to the World.
 void write_back_touches(World& world, Island& m);
+// Impacts (limits.cpp, blows.cpp).
+
+/// Whether impacts return a part of the speed, as the joints say, or none.
+enum class Impact : std::uint8_t { with_restitution, inelastic };
+/// Impact at the limits reached, for the whole island at once.
+void resolve_impacts(const World& world, Island& m, Impact kind);
+/// Of the active unilateral rows, which are written, those that are hit stay active, `bias` being
+/// the rates after the impact; scratch.blow.resting are those that it does not leave.
+void choose_hit(const World& world, Island& m, std::span<const Real> bias);
+void allocate_blows(Island& m);
+
 /// Unilateral rows: cables, limits that are not locks, surfaces that may lift off.
 inline bool is_one_sided(const Island& m, std::size_t block) {
   const Block& b = m.blocks[block];

@@ -11,6 +11,7 @@
 #include "engine/contact/memory.hpp"
 #include "engine/joints/rows.hpp"
 #include "engine/solvers/islands.hpp"
+#include "engine/solvers/lagrangian/blow_scratch.hpp"
 #include "engine/solvers/lagrangian/complex.hpp"
 #include "engine/solvers/lagrangian/contact_group.hpp"
 #include "engine/world/body.hpp"
@@ -311,11 +312,11 @@ struct StepScratch {
   std::vector<Vec3> end_accelerations, force_residuals;
   std::vector<Vec3> rates[7];  // Runge-Kutta: v and accelerations, three a body
   std::vector<Quat> quat_rates[7];
-  std::vector<Real> sum_lambda;
-  std::vector<Real> lambda_before, impulses, impulses_at_start,
+  std::vector<Real> sum_lambda, lambda_before, impulses, impulses_at_start,
       impulses_before;        // by row, of the step so far
   std::vector<Real> weights;  // implicit: compliances of spring rows
   CollocationScratch collocation;
+  BlowScratch blow;
   bool springs_active = false;
   Real time = 0;             // s, at which frames and drives are evaluated
   Real opened = 0;           // residual before the last projection

@@ -50,9 +50,6 @@ bool give_way(Island& m) {
   return yield_holding(m, m.mean_lambda) || pulled;
 }
 
-/// Whether impacts return a part of the speed, as the joints say, or none.
-enum class Impact : std::uint8_t { with_restitution, inelastic };
-
 /// The same impact with the friction of what slips in it, from scratch.start; its force that
 /// presses is a part of what is solved.
 void rub(Island& m, const std::vector<Real>& bias) {
@@ -82,7 +79,22 @@ bool any_hits(const Island& m, Real least) {
   return false;
 }
 
-/// Impact at the limits reached, for the whole island at once.
+/// How fast the limits that are hit are left, m/s or rad/s, by row.
+void find_rates_after(const World& world, const Island& m, Impact kind, std::span<Real> bias) {
+  std::fill(bias.begin(), bias.end(), 0.0);
+  for (std::size_t i = 0; i < m.blocks.size(); ++i) {
+    if (!is_one_sided(m, i) || !m.memory[i].active) continue;
+    const Block& b = m.blocks[i];
+    const Real rate = rate_of(m, b, 0);
+    const Real bounce = b.kind == BlockKind::limit && kind == Impact::with_restitution
+                            ? world.links.values()[b.source].joint.parameters->restitution
+                            : 0;
+    if (rate < -kRestitutionThreshold) bias[b.first_row] = -bounce * rate;
+  }
+}
+
+}  // namespace
+
 void resolve_impacts(const World& world, Island& m, Impact kind) {
   StepScratch& scratch = m.scratch;
   for (std::size_t i = 0; i < m.blocks.size(); ++i)
@@ -96,21 +108,16 @@ void resolve_impacts(const World& world, Island& m, Impact kind) {
   end_slips(m, kLimitTolerance);
   Real least = 0;  // N s
   for (const Real mass : m.mass) least += kNoSpeed * mass;
+  std::vector<Real>& bias = scratch.sum_lambda;
+  update_kinematics(m);
+  write_all_rows(world, m, {true, false});
+  find_rates_after(world, m, kind, bias);
+  if (!m.rubs) choose_hit(world, m, bias);
   for (int round = 0; round < 8; ++round) {
     update_kinematics(m);
     write_all_rows(world, m, {true, false});
     factor(m);
-    std::vector<Real>& bias = scratch.sum_lambda;
-    std::fill(bias.begin(), bias.end(), 0.0);
-    for (std::size_t i = 0; i < m.blocks.size(); ++i) {
-      if (!is_one_sided(m, i) || !m.memory[i].active) continue;
-      const Block& b = m.blocks[i];
-      const Real rate = rate_of(m, b, 0);
-      const Real bounce = b.kind == BlockKind::limit && kind == Impact::with_restitution
-                              ? world.links.values()[b.source].joint.parameters->restitution
-                              : 0;
-      if (rate < -kRestitutionThreshold) bias[b.first_row] = -bounce * rate;
-    }
+    if (m.rubs) find_rates_after(world, m, kind, bias);
     scratch.start.v = scratch.state.v, scratch.start.w = scratch.state.w;
     project_twists(m, bias);
     // Where nothing hits, rounding is all that friction would follow.
@@ -130,13 +137,13 @@ void resolve_impacts(const World& world, Island& m, Impact kind) {
       for (std::size_t r = 0; r < m.rows; ++r) scratch.impulses[r] += scratch.lambda[r];
       for (std::size_t i = 0; i < m.blocks.size(); ++i)
         if (is_one_sided(m, i) && bias[m.blocks[i].first_row] > 0) m.memory[i].active = false;
+      if (!m.rubs)
+        for (const std::uint32_t i : scratch.blow.resting) m.memory[i].active = true;
       return;
     }
     scratch.state.v = scratch.start.v, scratch.state.w = scratch.start.w;
   }
 }
-
-}  // namespace
 
 void begin_active_set(const World& world, Island& m) {
   for (std::size_t i = 0; i < m.blocks.size(); ++i)

@@ -158,6 +158,7 @@ bool start(const World& world, Island& m, Real h) {
   m.counted = true;
   write_all_rows(world, m, {true, true});
   begin_active_set(world, m);
+  if (m.unilateral && !m.rubs) resolve_impacts(world, m, Impact::inelastic);
   std::fill(m.mean_lambda.begin(), m.mean_lambda.end(), 0.0);
   if (!project(world, m, 0, h)) return false;
   find_rank(m);
@@ -200,6 +201,7 @@ void allocate_scratch(Island& m) {
   for (int i = 0; i < (estimates ? by.stages_estimated : by.stages); ++i)
     r.rates[i].assign(3 * bodies, Vec3(0)), r.quat_rates[i].assign(bodies, kIdentity);
   if (by.collocates) allocate_collocation(m);
+  allocate_blows(m);
   m.faults.reserve(2 * m.blocks.size() + m.elastic_paths.size() + 1);
   r.ready = true;
 }
