@@ -168,7 +168,7 @@ bool is_settled(std::span<const GroupContact> contacts) {
 /// Whether something is still being pushed apart with speed.
 bool is_deep(std::span<const GroupContact> contacts) {
   return std::any_of(contacts.begin(), contacts.end(),
-                     [](const GroupContact& c) { return c.gap < -c.shallow; });
+                     [](const GroupContact& c) { return c.gap < -c.shallow - c.rest; });
 }
 
 /// What a belt runs under is carried along, or rubs.

@@ -41,6 +41,8 @@ struct GroupBody {
   Vec3 before{0};                  // velocity at the start of the substep
   std::uint32_t looped = kNoNode;  // in GroupScratch::looped, of a body that loops may hold
   bool touched = false;            // a contact bears it in this substep
+  // Before the impulses of the substep, see forget_impulses():
+  Vec3 free_velocity{0}, free_spin{0}, free_momentum{0};
 };
 
 /// A force and its torque, or an impulse and its moment.
@@ -114,18 +116,20 @@ struct GroupNode {
   Vec3 torque{0};        // N m s at the joint, of all impulses outboard of it so far
   Wrench pending;        // impulses that the parent has not been given yet
   Response response;
-  Vec3 velocity{0};         // m/s, of the mass centre at the start
-  Wrench begin, load;       // momentum and forces; impulses of contacts and ties
-  Wrench passing;           // through the joint in the substep
-  Vec3 pulled{0};           // N s through the joint in the substep before
-  Mat3 tautness{0};         // kg m^2: what turns against what pulls, see stiffen()
-  SpatialInertia pressed;   // of what presses on it, while loops are closed
-  Vec3 goal{0};             // where its velocity leads the mass centre
-  Vec3 missed_by{0};        // from there to where it came
-  Quat turned{1, 0, 0, 0};  // ... and its spin the body
-  Pose kept;                // before it is brought nearer to that
-  Vec3 spring_torque{0};    // N m s, of soft zones and the drive at no relative spin
-  Mat3 spring{0};           // what relative spin takes from it
+  Vec3 velocity{0};                // m/s, of the mass centre at the start
+  Wrench begin, load;              // momentum and forces; impulses of contacts and ties
+  Vec3 free_torque{0};             // these three before the impulses of the substep, see
+  Wrench free_pending, free_load;  // forget_impulses()
+  Wrench passing;                  // through the joint in the substep
+  Vec3 pulled{0};                  // N s through the joint in the substep before
+  Mat3 tautness{0};                // kg m^2: what turns against what pulls, see stiffen()
+  SpatialInertia pressed;          // of what presses on it, while loops are closed
+  Vec3 goal{0};                    // where its velocity leads the mass centre
+  Vec3 missed_by{0};               // from there to where it came
+  Quat turned{1, 0, 0, 0};         // ... and its spin the body
+  Pose kept;                       // before it is brought nearer to that
+  Vec3 spring_torque{0};           // N m s, of soft zones and the drive at no relative spin
+  Mat3 spring{0};                  // what relative spin takes from it
   bool has_spring = false, is_limited = false;
   bool is_driven = false;  // may move without being pushed: see is_driven
   GroupActuator actuator;
@@ -346,8 +350,13 @@ void solve_actuators(const Group& g, Real h);
 
 // What iterations must not add (group_energy.cpp).
 
-/// Whether nothing but weight can give the group energy.
+/// Whether nothing but weight and what moves by itself can give the group energy.
 bool is_left_alone(const Group& g);
+/// J, that moving surfaces and bodies give by the impulses of a substep, at most.
+Real work_of_surfaces(const Group& g);
+/// All motions as they are, before impulses; and back to them, without impulses.
+void remember_free(const Group& g);
+void forget_impulses(const Group& g);
 /// J, of all motions as they are.
 Real kinetic_energy(const Group& g);
 /// All motions become slower alike, which neither opens joints nor makes bodies approach.

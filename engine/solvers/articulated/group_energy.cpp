@@ -12,15 +12,43 @@ constexpr Real kRounding = 1e-9;
 }  // namespace
 
 bool is_left_alone(const Group& g) {
-  const auto rests = [](const GroupBody& b) {
-    return b.per_mass > 0 || (b.velocity == Vec3(0) && b.spin == Vec3(0));
-  };
   const auto stays = [](const GroupTree& t) { return t.from == t.to && t.held_spin == Vec3(0); };
-  return std::all_of(g.bodies.begin(), g.bodies.end(), rests) &&
-         std::all_of(g.trees.begin(), g.trees.end(), stays) &&
+  return std::all_of(g.trees.begin(), g.trees.end(), stays) &&
          std::none_of(g.nodes.begin(), g.nodes.end(),
                       [](auto& n) { return n.has_spring || n.is_driven; }) &&
          std::none_of(g.ties.begin(), g.ties.end(), [](auto& t) { return t.stiffness > 0; });
+}
+
+Real work_of_surfaces(const Group& g) {
+  Real sum = 0;
+  for (const GroupContact& c : g.contacts) {
+    sum -= c.impulse.y * c.surface_first + c.impulse.z * c.surface_second;
+    const GroupBody& b = g.b(c);
+    if (b.per_mass == 0)
+      sum += glm::dot(to_world(c, c.impulse), b.velocity + glm::cross(b.spin, c.arm_b));
+  }
+  return std::max(Real(0), sum);
+}
+
+void remember_free(const Group& g) {
+  for (GroupBody& b : g.bodies)
+    b.free_velocity = b.velocity, b.free_spin = b.spin, b.free_momentum = b.angular_momentum;
+  for (GroupNode& n : g.nodes)
+    n.free_torque = n.torque, n.free_pending = n.pending, n.free_load = n.load;
+}
+
+void forget_impulses(const Group& g) {
+  for (GroupBody& b : g.bodies)
+    b.velocity = b.free_velocity, b.spin = b.free_spin, b.angular_momentum = b.free_momentum;
+  for (GroupNode& n : g.nodes) {
+    n.torque = n.free_torque, n.pending = n.free_pending, n.load = n.free_load;
+    n.actuator.impulse = 0;
+    for (GroupLimit& limit : n.limits) limit.impulse = 0;
+  }
+  for (GroupTree& t : g.trees) t.at = t.first;
+  for (GroupContact& c : g.contacts) c.impulse = Vec3(0);
+  for (GroupRolling& r : g.rollings) r.impulse = Vec3(0);
+  for (GroupTie& t : g.ties) t.impulse = Vec3(0);
 }
 
 Real kinetic_energy(const Group& g) {

@@ -146,11 +146,4 @@ Real sweep_contacts(const Group& g, const Substep& s, Sweep sweep, Order order) 
   return most;
 }
 
-Real work_of_surfaces(const Group& g) {
-  Real sum = 0;
-  for (const GroupContact& c : g.contacts)
-    sum -= c.impulse.y * c.surface_first + c.impulse.z * c.surface_second;
-  return std::max(Real(0), sum);
-}
-
 }  // namespace pantin::detail::articulated

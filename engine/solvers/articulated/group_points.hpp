@@ -57,9 +57,6 @@ void take_up(const Group& g, const Substep& s, Real h);
 /// Whether there were any (group_impacts.cpp).
 bool collide_elastically(const Group& g, const Substep& s);
 
-/// J, that the motion of surfaces gives at most in a substep, by friction.
-Real work_of_surfaces(const Group& g);
-
 // Rolling and spinning friction (group_rolling.cpp), of bodies that have it.
 
 /// What torques change of the relative turning.

@@ -10,6 +10,9 @@ namespace {
 constexpr Real kTakeUpTime = 0.4, kTakeUpTimeOfTrees = 2, kTakenUp = 0.998;
 /// m/s: slower bodies let springs take up their loads; much faster ones give that back.
 constexpr Real kCalmSpeed = 0.005, kWildSpeed = 0.02;
+/// Overlaps of trees so many times deeper than shallow ones that last this long, s, stay: what is
+/// interlocked would fight for ever.
+constexpr Real kInterlocked = 4, kGiveUpTime = 2;
 /// m: above 0 it tells contact detection that the contact is soft.
 constexpr Real kLeastRest = 1e-12;
 
@@ -23,6 +26,7 @@ Real compression(const Group& g, const GroupContact& c, const Substep& s) {
 
 void take_up(const Group& g, const Substep& s, Real h) {
   const Real part = 1 - std::exp(-h / (g.trees.empty() ? kTakeUpTime : kTakeUpTimeOfTrees));
+  const Real give_up = g.trees.empty() ? 0 : h / kGiveUpTime;
   const auto speed_of = [&](std::uint32_t i) {
     const GroupBody& b = g.bodies[i];
     return b.per_mass > 0 ? glm::length(b.velocity) : 0;
@@ -45,6 +49,10 @@ void take_up(const Group& g, const Substep& s, Real h) {
     for (std::size_t i = from; i < to; ++i) {
       GroupContact& c = g.contacts[i];
       c.rest = std::max(kLeastRest, c.rest);
+      if (-c.gap > kInterlocked * c.shallow) {
+        c.rest = std::min(-c.gap, c.rest + give_up * -c.gap);
+        continue;
+      }
       if (!lasts && !wild) continue;
       const Real rest = lasts ? std::clamp(kTakenUp * mean, Real(0), c.shallow) : 0;
       c.settling = std::abs(rest - c.rest);

@@ -63,6 +63,9 @@ constexpr int kImpactSweepsOfTrees = 6, kSweepsOfFewPoints = 24;
 /// An impulse so many times that of the substep before is a blow. Loads move no faster (m/s), with
 /// friction below that part of its bound.
 constexpr Real kBlow = 10, kLoadSpeed = 0.2, kHeld = 0.99995;
+/// Of the energy of a substep: where impulses add more, they are found again from none.
+constexpr Real kSlightGain = 0.01;
+constexpr int kSweepsFromNone = 12;
 /// m/s: other impulses may make bodies approach so much faster within a substep, or as fast as
 /// anything of the group moves.
 constexpr Real kSuddenSpeed = 2;
@@ -285,6 +288,18 @@ bool is_blow(const Group& g, const Substep& s) {
   });
 }
 
+/// Impulses that fight over what overlaps, cut short, may leave more energy than there was: they
+/// are found again from none. Each of these takes energy, or no more than what pushes gives.
+void keep_energy(const Group& g, const Substep& s, Real before) {
+  const auto allowed = [&] { return before + work_of_surfaces(g); };
+  if (kinetic_energy(g) <= (1 + kSlightGain) * allowed()) return bound_energy(g, allowed());
+  forget_impulses(g);
+  for (int n = 0; n < kSweepsFromNone; ++n)
+    if (sweep_group(g, s, Sweep::relaxes, turned(Order::forwards, n)) < kEnoughAtFewPoints) break;
+  settle_trees(g);
+  bound_energy(g, allowed());
+}
+
 void take_substep(const Group& g, const Substep& s, Order order) {
   if (s.hard) return take_hard_substep(g, s, order);
   prepare_group(g, s);
@@ -310,6 +325,7 @@ void take_substep(const Group& g, const Substep& s, Order order) {
   const bool is_bound = !g.trees.empty() && is_left_alone(g);
   if (is_bound && collided) settle_trees(g);
   const Real energy = is_bound ? kinetic_energy(g) : 0;
+  if (is_bound) remember_free(g);
   push_again(g);
   Ending solved(g, s);
   const int sweeps = g.trees.empty() && g.ties.empty() ? 1
@@ -331,7 +347,7 @@ void take_substep(const Group& g, const Substep& s, Order order) {
   for (int n = 0; n < (s.few_points ? sweeps : 1); ++n)
     if (relaxed.is_reached(sweep_group(g, s, Sweep::relaxes, turned(order, n + 1)))) break;
   settle_trees(g);
-  if (is_bound) bound_energy(g, energy + work_of_surfaces(g));
+  if (is_bound) keep_energy(g, s, energy);
   release_trees(g, s.part);
   for (GroupBody& b : g.bodies)
     if (b.per_mass > 0) slow_down(b, s.h);
