@@ -43,6 +43,7 @@ struct GroupBody {
   bool touched = false;            // a contact bears it in this substep
   // Before the impulses of the substep, see forget_impulses():
   Vec3 free_velocity{0}, free_spin{0}, free_momentum{0};
+  Vec3 from{0};  // m, where it was at the start of the step
 };
 
 /// A force and its torque, or an impulse and its moment.
@@ -352,8 +353,12 @@ void solve_actuators(const Group& g, Real h);
 
 /// Whether nothing but weight and what moves by itself can give the group energy.
 bool is_left_alone(const Group& g);
-/// J, that moving surfaces and bodies give by the impulses of a substep, at most.
-Real work_of_surfaces(const Group& g);
+/// J, that moving surfaces and bodies give by the impulses of a substep, or of the step, at most.
+Real work_of_surfaces(const Group& g, Vec3 GroupContact::*impulse = &GroupContact::impulse);
+/// J, of the bodies' own velocities, between substeps.
+Real energy_of_bodies(const Group& g);
+/// J, that weight has given since the start of the step.
+Real work_of_weight(const Group& g);
 /// All motions as they are, before impulses; and back to them, without impulses.
 void remember_free(const Group& g);
 void forget_impulses(const Group& g);
@@ -361,6 +366,8 @@ void forget_impulses(const Group& g);
 Real kinetic_energy(const Group& g);
 /// All motions become slower alike, which neither opens joints nor makes bodies approach.
 void bound_energy(const Group& g, Real before);
+/// The same between substeps, given the energy of the bodies' own velocities.
+void slow_bodies(const Group& g, Real now, Real before);
 
 // Springs and cables (group_ties.cpp).
 /// Where a tie's points are.

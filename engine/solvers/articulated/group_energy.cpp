@@ -19,15 +19,34 @@ bool is_left_alone(const Group& g) {
          std::none_of(g.ties.begin(), g.ties.end(), [](auto& t) { return t.stiffness > 0; });
 }
 
-Real work_of_surfaces(const Group& g) {
+Real work_of_surfaces(const Group& g, Vec3 GroupContact::*impulse) {
   Real sum = 0;
   for (const GroupContact& c : g.contacts) {
-    sum -= c.impulse.y * c.surface_first + c.impulse.z * c.surface_second;
+    const Vec3 passed = c.*impulse;
+    sum -= passed.y * c.surface_first + passed.z * c.surface_second;
     const GroupBody& b = g.b(c);
     if (b.per_mass == 0)
-      sum += glm::dot(to_world(c, c.impulse), b.velocity + glm::cross(b.spin, c.arm_b));
+      sum += glm::dot(to_world(c, passed), b.velocity + glm::cross(b.spin, c.arm_b));
   }
   return std::max(Real(0), sum);
+}
+
+Real energy_of_bodies(const Group& g) {
+  Real sum = 0;
+  for (const GroupBody& b : g.bodies) {
+    if (b.per_mass == 0) continue;
+    sum += 0.5 * glm::dot(b.velocity, b.velocity) / b.per_mass;
+    const Vec3 inside = glm::conjugate(b.pose.rotation) * b.angular_momentum;
+    sum += 0.5 * glm::dot(inside, inside * b.per_inertia);
+  }
+  return sum;
+}
+
+Real work_of_weight(const Group& g) {
+  Real sum = 0;
+  for (const GroupBody& b : g.bodies)
+    if (b.per_mass > 0) sum += glm::dot(b.acceleration, b.pose.position - b.from) / b.per_mass;
+  return sum;
 }
 
 void remember_free(const Group& g) {
@@ -66,8 +85,10 @@ Real kinetic_energy(const Group& g) {
   return sum;
 }
 
-void bound_energy(const Group& g, Real before) {
-  const Real now = kinetic_energy(g);
+void bound_energy(const Group& g, Real before) { slow_bodies(g, kinetic_energy(g), before); }
+
+void slow_bodies(const Group& g, Real now, Real before) {
+  before = std::max(Real(0), before);
   if (!(now > (1 + kRounding) * before)) return;
   const Real part = std::sqrt(before / now);
   for (GroupBody& b : g.bodies)

@@ -10,29 +10,53 @@ namespace {
 constexpr Real kSlowestImpact = 0.05;
 constexpr int kImpactSweeps = 64;
 
+/// What the forces of the substep have changed of the speed of a point of a tree already.
+Vec3 gained_by(const Group& g, const GroupBody& b, Vec3 arm) {
+  if (b.node == kNoNode) return Vec3(0);
+  const Wrench& motion = g.nodes[b.node].passing;
+  return motion.force + glm::cross(motion.torque, arm);
+}
+
+/// Leaves in `passing` what the forces of the substep change of the motions of trees: joints bear
+/// some of the weight.
+void find_gained(const Group& g, Real h) {
+  for (const GroupTree& t : g.trees) {
+    for (std::uint32_t i = t.first; i < t.first + t.count; ++i) {
+      GroupNode& n = g.nodes[i];
+      const GroupBody& b = g.bodies[n.body];
+      const Vec3 impulse = n.mass * h * b.acceleration;
+      n.passing = {impulse, h * b.torque + glm::cross(n.arm, impulse)};
+    }
+    for (std::uint32_t i = t.first + t.count; i-- > t.first;) gather_impulse(g, i);
+    for (std::uint32_t i = t.first; i < t.first + t.count; ++i) follow_impulse(g, i);
+  }
+}
+
 /// The impact of two bodies that meet within the substep, at the time when they do. They continue
-/// as if they had come from where that leads back to. False if they do not meet.
+/// as if they had come from where that leads back to. Trees, which are not moved back, meet at the
+/// start of the substep, with the speed that they have there. False if they do not meet.
 bool meet(const Group& g, GroupContact& c, Real h) {
   GroupBody &a = g.a(c), &b = g.b(c);
   const Vec3 n = c.axes[0];
   Pair pair = begin_pair(g, pair_of(c));
-  // The motions of trees have the acceleration of the substep already.
-  Vec3 gained(0);
-  if (a.node != kNoNode) gained += h * a.acceleration;
-  if (b.node != kNoNode) gained -= h * b.acceleration;
-  const Real speed = glm::dot(n, pair.speed_of(arms_of(c)) - gained);
-  const Real pull = glm::dot(n, a.acceleration - b.acceleration);
+  const bool jointed = a.node != kNoNode || b.node != kNoNode;
+  const Real gained = glm::dot(n, gained_by(g, a, c.arm_a) - gained_by(g, b, c.arm_b));
+  const Real speed = glm::dot(n, pair.speed_of(arms_of(c))) - gained;
+  const auto pull_on = [&](const GroupBody& body) {
+    return body.node == kNoNode ? glm::dot(n, body.acceleration) : 0;
+  };
+  const Real pull = gained / h + pull_on(a) - pull_on(b);
   const Real gap = std::max(Real(0), c.gap);
   if (speed > -kSlowestImpact || gap + h * (speed + 0.5 * h * pull) > 0) return false;
   // The first zero of gap + speed t + pull t^2 / 2, in the form that does not cancel.
   const Real root = std::sqrt(std::max(Real(0), speed * speed - 2 * pull * gap));
-  const Real when = std::min(h, 2 * gap / (root - speed));
+  const Real when = jointed ? 0 : std::min(h, 2 * gap / (root - speed));
   const Real after = -c.restitution * (speed + pull * when) - pull * when;
   const Real impulse = (after - speed) / c.along;
   pair.push(arms_of(c), impulse * n);
   end_pair(g, pair_of(c), pair);
   c.passed.x += impulse;
-  if (a.node != kNoNode || b.node != kNoNode) return true;
+  if (jointed) return true;
   const Real back = -when * (after + 0.5 * pull * when) - gap;
   const Real whole = a.per_mass + b.per_mass;
   a.pose.position += back * a.per_mass / whole * n,
@@ -48,6 +72,7 @@ bool collide_elastically(const Group& g, const Substep& s) {
                    [](auto& c) { return c.restitution > 0 && c.works; }))
     return false;
   bool moved = false;
+  find_gained(g, s.h);
   begin_loops(g, s.h, 0);
   for (int sweep = 0; sweep < kImpactSweeps; ++sweep) {
     bool any = false;

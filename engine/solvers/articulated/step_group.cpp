@@ -426,6 +426,13 @@ bool has_few_points(const Group& g) {
          std::none_of(g.nodes.begin(), g.nodes.end(), [](auto& n) { return n.actuator.dof; });
 }
 
+/// Whether something bounces, has done so or is about to: before and after it swings freely, whose
+/// weight counts half a substep early within the group. What bears makes up for that by itself.
+bool is_bouncing(const Group& g) {
+  return std::any_of(g.contacts.begin(), g.contacts.end(),
+                     [](const GroupContact& c) { return c.restitution > 0 && c.impulse.x == 0; });
+}
+
 }  // namespace
 
 void step_group(const Group& g, Real h) {
@@ -450,6 +457,9 @@ void step_group(const Group& g, Real h) {
     n.pulled *= s.h;
     for (GroupLimit& limit : n.limits) limit.impulse *= s.h, limit.before *= s.h;
   }
+  const bool is_bound = !g.trees.empty() && is_left_alone(g);
+  const Real energy = energy_of_bodies(g);
+  for (GroupBody& b : g.bodies) b.from = b.pose.position;
   for (int n = 0; n < substeps; ++n) {
     s.part = {s.h, Real(n) / substeps, n + 1 == substeps ? 1 : Real(n + 1) / substeps, h};
     take_substep(g, s, turned(Order::forwards, n));
@@ -468,6 +478,9 @@ void step_group(const Group& g, Real h) {
     settle_trees(g);
     release_trees(g, end);
   }
+  if (is_bound && is_bouncing(g))
+    slow_bodies(g, energy_of_bodies(g),
+                energy + work_of_weight(g) + work_of_surfaces(g, &GroupContact::passed));
   finish_group(g);
   for (GroupContact& c : g.contacts) c.impulse /= s.h;
   for (GroupRolling& r : g.rollings) r.impulse /= s.h;
