@@ -13,10 +13,16 @@ constexpr Real kRounding = 1e-9;
 
 bool is_left_alone(const Group& g) {
   const auto stays = [](const GroupTree& t) { return t.from == t.to && t.held_spin == Vec3(0); };
+  const auto rests = [&](std::uint32_t body) {
+    const GroupBody& b = g.bodies[body];
+    return b.per_mass > 0 || (b.velocity == Vec3(0) && b.spin == Vec3(0));
+  };
   return std::all_of(g.trees.begin(), g.trees.end(), stays) &&
          std::none_of(g.nodes.begin(), g.nodes.end(),
                       [](auto& n) { return n.has_spring || n.is_driven; }) &&
-         std::none_of(g.ties.begin(), g.ties.end(), [](auto& t) { return t.stiffness > 0; });
+         std::all_of(g.ties.begin(), g.ties.end(), [&](const GroupTie& t) {
+           return t.stiffness == 0 && rests(t.a) && rests(t.b);
+         });
 }
 
 Real work_of_surfaces(const Group& g, Vec3 GroupContact::*impulse) {
