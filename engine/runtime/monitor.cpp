@@ -26,6 +26,7 @@ void Monitor::note(FindingKind kind, Entity where, Real amount) {
 
 /// How far the anchors of a mechanism lie apart, as it was built; of bodies it is added up.
 void Monitor::find_sizes(const World& world) {
+  findings_.reserve(kMost);
   sizes_.assign(world.bodies.size(), 0);
   const Partition& partition = partition_of(world);
   std::vector<Vec3> low(partition.islands.size(), Vec3(1e300)), high(low.size(), Vec3(-1e300));

@@ -14,8 +14,6 @@ namespace pantin::detail {
 /// structure changes, and for nothing else.
 class Monitor {
  public:
-  Monitor() { findings_.reserve(kMost); }
-
   /// In each substep: see EnergyAccount.
   void begin_substep(const World& world) { energy_.begin_substep(world); }
   void note_start(const World& world) { energy_.note_start(world); }
