@@ -9,6 +9,10 @@ namespace {
 /// m/s: slower impacts are inelastic.
 constexpr Real kSlowestImpact = 0.05;
 constexpr int kImpactSweeps = 64;
+/// Friction turns what is not round, which changes how fast the point itself separates: of one
+/// impact, and the change of speed, as a part of the first, that ends it.
+constexpr int kStrikeIterations = 32;
+constexpr Real kStruckEnough = 1e-9;
 
 /// What the forces of the substep have changed of the speed of a point of a tree already.
 Vec3 gained_by(const Group& g, const GroupBody& b, Vec3 arm) {
@@ -32,6 +36,21 @@ void find_gained(const Group& g, Real h) {
   }
 }
 
+/// The impulse, along the axes, that makes a contact separate at a speed, friction within its cone.
+Vec3 strike(Pair& pair, const GroupContact& c, Real speed) {
+  GroupContact at_once = c;
+  at_once.impulse = Vec3(0), at_once.lead_a = c.arm_a, at_once.lead_b = c.arm_b;
+  Real first = 0;
+  for (int n = 0; n < kStrikeIterations; ++n) {
+    const Vec3 change = solve_point(pair, at_once, {speed, {}});
+    pair.push(arms_of(c), change);
+    const Real size = glm::length(change);
+    if (n == 0) first = size;
+    if (size <= kStruckEnough * first) break;
+  }
+  return at_once.impulse;
+}
+
 /// The impact of two bodies that meet within the substep, at the time when they do. They continue
 /// as if they had come from where that leads back to. Trees, which are not moved back, meet at the
 /// start of the substep, with the speed that they have there. False if they do not meet.
@@ -52,15 +71,15 @@ bool meet(const Group& g, GroupContact& c, Real h) {
   const Real root = std::sqrt(std::max(Real(0), speed * speed - 2 * pull * gap));
   const Real when = jointed ? 0 : std::min(h, 2 * gap / (root - speed));
   const Real after = -c.restitution * (speed + pull * when) - pull * when;
-  const Real impulse = (after - speed) / c.along;
-  pair.push(arms_of(c), impulse * n);
+  const Vec3 impulse = strike(pair, c, after + gained);
   end_pair(g, pair_of(c), pair);
-  c.passed.x += impulse;
+  c.passed += impulse;
   if (jointed) return true;
   const Real back = -when * (after + 0.5 * pull * when) - gap;
   const Real whole = a.per_mass + b.per_mass;
-  a.pose.position += back * a.per_mass / whole * n,
-      b.pose.position -= back * b.per_mass / whole * n;
+  const Vec3 aside = to_world(c, {0, impulse.y, impulse.z});  // acts from the impact on
+  a.pose.position += a.per_mass * (back / whole * n - when * aside),
+      b.pose.position -= b.per_mass * (back / whole * n - when * aside);
   c.gap += back;
   return true;
 }

@@ -17,12 +17,6 @@ constexpr Real kRollingTolerance = 0.05;
 /// Of a contact of bodies in trees, as a fraction of that without joints.
 constexpr Real kLeastResponse = 1e-4;
 
-/// Normal speed that a contact asks for at least.
-struct Goal {
-  Real speed = 0;
-  Softness spring;
-};
-
 Goal goal_of(const GroupContact& c, const Softness& spring, const Substep& s, Sweep sweep) {
   if (sweep == Sweep::relaxes && (s.hard || c.impulse.x > 0)) return {};
   if (c.gap > c.rest) return {-c.gap / s.h, {}};
@@ -32,7 +26,8 @@ Goal goal_of(const GroupContact& c, const Softness& spring, const Substep& s, Sw
   return {std::min(spring.rate * (c.rest - c.gap), kPushSpeed), spring};
 }
 
-/// One point: returns the change of its impulse, N s.
+}  // namespace
+
 Vec3 solve_point(const Pair& pair, GroupContact& c, const Goal& goal) {
   const Vec3 u = pair.speed_of(leads_of(c));
   const Real un = glm::dot(c.axes[0], u);
@@ -53,6 +48,8 @@ Vec3 solve_point(const Pair& pair, GroupContact& c, const Goal& goal) {
   c.impulse += change;
   return to_world(c, change);
 }
+
+namespace {
 
 /// Contacts [from, to) between the same two bodies. Returns the largest change of speed, m/s.
 Real solve_points(const Group& g, std::span<GroupContact> points, const Substep& s, Sweep sweep) {

@@ -43,6 +43,13 @@ void lead(const Group& g, GroupContact& c, Real h);
 void prepare_contact(const Group& g, GroupContact& c);
 /// The impulses that a contact has, on its bodies.
 void push(const Group& g, const GroupContact& c);
+/// Normal speed that a contact asks for at least.
+struct Goal {
+  Real speed = 0;
+  Softness spring;
+};
+/// One point, with friction: returns the change of its impulse, N s, which is not pushed yet.
+Vec3 solve_point(const Pair& pair, GroupContact& c, const Goal& goal);
 /// Every contact once, those of the same bodies together, from either end. Returns the largest
 /// change of speed, m/s.
 Real sweep_contacts(const Group& g, const Substep& s, Sweep sweep, Order order);
