@@ -89,7 +89,7 @@ bool shrink(Simplex& s, Vec3& point) {
     case 3:
       point = shrink_triangle(s);
       return true;
-    default:
+    default:  // 4
       return shrink_tetrahedron(s, point);
   }
 }

@@ -160,7 +160,7 @@ Jet Face::at(Piece piece, Real u, Real v) const {
       return jet_of<3, 1>(at);
     case 4 * 3 + 2:
       return jet_of<3, 2>(at);
-    default:
+    default:  // both are 3
       return jet_of<3, 3>(at);
   }
 }

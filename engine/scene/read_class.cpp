@@ -41,8 +41,8 @@ void check_value(const Reading& reading, const Reader& from, const Key& key) {
     case ValueType::reference:
       if (key.name == "material") read_material(reading, from, 0);
       return;
-    default:
-      return;  // told where it is used
+    default:  // told where it is used
+      return;
   }
 }
 

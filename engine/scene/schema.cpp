@@ -124,7 +124,7 @@ std::string numeric(const Key& key) {
       return turn_of(3, kDegrees);
     case ValueType::inertia:
       return either_of(array_of(one, 3), array_of(one, 6));
-    default:
+    default:  // number, and what value_of() writes itself
       return one;
   }
 }
@@ -160,7 +160,7 @@ std::string value_of(const Key& key) {
       return either_of(kFlag, object);
     case ValueType::object_or_reference:
       return either_of(kSomeText, object);
-    default:
+    default:  // what is made of numbers
       return numeric(key);
   }
 }
@@ -177,7 +177,7 @@ std::string default_of(const Key& key) {
     case ValueType::number:
     case ValueType::whole:
       return number_text(key.defaults[0]);
-    default:
+    default:  // several numbers
       return list.array();
   }
 }

@@ -6,7 +6,7 @@ import unittest
 ROOT = pathlib.Path(__file__).parents[2]
 ALLOWED = {"CMakeLists.txt", "CMakePresets.json", "CHANGELOG.md", "CONTRIBUTING.md", "LICENSE", "README.md",
            "assets", "demos", "engine", "tests", "tools"}
-HIDDEN = {".ci", ".clang-format", ".gitignore"}
+HIDDEN = {".ci", ".clang-format", ".clang-tidy", ".gitignore"}
 IGNORED = {".git", "build", "out", "compile_commands.json", ".cache"}  # as in .gitignore
 
 
@@ -28,7 +28,7 @@ class TopLevel(unittest.TestCase):
 
     def test_scripts_can_be_run(self):
         for name in (".ci/run", "tools/setup", "tools/build", "tools/demo", "tools/test", "tools/format",
-                     "tools/docs"):
+                     "tools/docs", "tools/nightly", "tools/truth"):
             self.assertTrue((ROOT / name).stat().st_mode & 0o111, f"{name} is not executable")
 
 

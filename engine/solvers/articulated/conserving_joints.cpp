@@ -97,9 +97,11 @@ std::span<const RowAxes> rows_of(JointKind kind) {
       return kUniversalRows;
     case Turns::nowhere:
       return kFixedRows;
-    default:  // freely; other kinds do not come here
-      return {};
+    case Turns::freely:
+    case Turns::own:  // does not come here
+      break;
   }
+  return {};
 }
 
 /// The rows of a joint: how the torques of their multipliers act on the own body, how they change

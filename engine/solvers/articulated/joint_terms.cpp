@@ -93,7 +93,8 @@ void measure_stops(const At& at, Excess (&out)[4]) {
     }
     case Turns::freely:
       break;
-    default:  // nowhere; other kinds do not come here
+    case Turns::nowhere:
+    case Turns::own:  // does not come here
       return;
   }
   if (!limits.any()) return;
@@ -111,9 +112,12 @@ FreeAxes free_axes(const At& at) {
       return {at.a * kX, Vec3(0)};
     case Turns::about_two:
       return {at.a * kY, at.b * kZ};
-    default:  // freely or nowhere; other kinds do not come here
-      return {};
+    case Turns::freely:
+    case Turns::nowhere:
+    case Turns::own:  // does not come here
+      break;
   }
+  return {};
 }
 
 /// The limits of a joint, with gradients for the rotation of the own body relative to the parent. A

@@ -64,7 +64,8 @@ std::size_t free_directions(const PackedJoint& joint, JointTerms& t, Vec3 (&free
     case Turns::about_two:
       add(t.free.first), add(t.free.second);
       break;
-    default:  // nowhere; other kinds do not come here
+    case Turns::nowhere:
+    case Turns::own:  // does not come here
       break;
   }
   return count;

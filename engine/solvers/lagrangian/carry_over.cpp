@@ -33,9 +33,13 @@ struct Unchanged {
         return a.kind == b.kind &&
                is_same_source(pin ? BlockKind::pin : BlockKind::cable, a.source, b.source);
       }
-      default:
-        return is_same_value(world.links, old, slot);
+      case BlockKind::joint:
+      case BlockKind::limit:
+      case BlockKind::spring:
+      case BlockKind::joint_drive:
+        break;
     }
+    return is_same_value(world.links, old, slot);
   }
   bool operator()(const Block& a, const Block& b) const {
     return a.kind == b.kind && a.coordinate == b.coordinate && a.second == b.second &&

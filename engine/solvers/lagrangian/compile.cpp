@@ -447,9 +447,13 @@ Entity joint_of(const World& world, const Block& block) {
       return world.surface_contacts.owners()[block.source];
     case BlockKind::interface:
       return {};
-    default:
-      return world.links.owners()[block.source];
+    case BlockKind::joint:
+    case BlockKind::limit:
+    case BlockKind::spring:
+    case BlockKind::joint_drive:
+      break;
   }
+  return world.links.owners()[block.source];
 }
 
 void compile(World& world, std::span<const IslandPlan> plans) {

@@ -366,7 +366,7 @@ void add_joint(Stepper& s, const PlaneJoint& j) {
       return add_weld(s, j);
     case PlaneJoint::slider:
       return add_slider(s, j);
-    default:
+    default:  // rod, spring
       return add_rod(s, j);
   }
 }

@@ -99,7 +99,7 @@ void append_section(const Shape& shape, const Pose& body, Plane& out) {
       append_polygon(plane_hull(points), o, out);
       return;
     }
-    default:
+    default:  // of what has_section() knows: capsules, cylinders, cones
       return append_turned(shape, at, o, out);
   }
 }

@@ -23,12 +23,14 @@ Why why_of(const modes::StepEnd& end) {
       return Why::ambiguous;
     case Ending::zeno:
       return Why::zeno;
-    default:
-      return end.verdict == Verdict::squeezed     ? Why::squeezed
-             : end.verdict == Verdict::conflict   ? Why::conflict
-             : end.verdict == Verdict::no_balance ? Why::no_balance
-                                                  : Why::unresolved;
+    case Ending::done:
+    case Ending::no_mode:
+      break;
   }
+  return end.verdict == Verdict::squeezed     ? Why::squeezed
+         : end.verdict == Verdict::conflict   ? Why::conflict
+         : end.verdict == Verdict::no_balance ? Why::no_balance
+                                              : Why::unresolved;
 }
 
 void read_pose(const World& world, Island& m) {
