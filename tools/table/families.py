@@ -13,7 +13,7 @@ DATA = ROOT / "tests/data/references"
 RATES = [60, 240, 960]
 KEYS = {"about", "parameters", "variants", "let", "scene", "solvers", "rates", "duration", "data", "ode", "table",
         "limit",
-        "checks", "known", "random", "alike", "nightly", "pool", "expect", "random_known"}
+        "checks", "known", "random", "alike", "nightly", "pool", "expect"}
 
 
 def filled(node, scope):
@@ -142,6 +142,11 @@ class Family:
             if entry["solver"] == solver and rate in entry["rates"]:
                 return entry["why"]
         return None
+
+    def known_of(self, solver):
+        """Why it is known to be wrong at some rate, or none."""
+        return next((e["why"] for e in self.told.get("known", []) if e["solver"] == solver and
+                     any(isinstance(r, int) for r in e["rates"])), None)
 
     def bound(self, check, case):
         """Most that the error of a check may be; none where it is not asked."""

@@ -37,8 +37,8 @@ def drawn(program, found, args):
             case.origin = Vector((0, 0, 0))
             cell = outcome(program, case, limits)
         cell.values = case.values
-        cell.known = family.told.get("random_known", "")
         if cell.verdict == RED:
+            cell.known = family.known_of(case.solver) or ""
             sets = " ".join(f"--set '{name}={json.dumps(value)}'" for name, value in case.values.items())
             place = ",".join(str(x) for x in case.origin)
             cell.said += (f"; tools/truth --only {family.name} --solver {case.solver} --rates {case.rate} "
