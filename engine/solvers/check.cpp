@@ -69,8 +69,8 @@ void list_unknown(const Plans& owners) {
   const World& world = owners.world;
   const auto note = [&](Entity who, const SolverSettings* how, Feature what, const char* verb) {
     if (!how || knows(how->solver, what)) return false;
-    const bool minor = what == Feature::contact || what == Feature::soft_stop ||
-                       what == Feature::spring_pin || what == Feature::surface;
+    const bool minor =
+        what == Feature::contact || what == Feature::soft_stop || what == Feature::spring_pin;
     owners.partition.faults.push_back(
         {who, unknown_to(how->solver, what, verb), StructureFault::unknown, minor});
     return true;
@@ -114,12 +114,16 @@ void list_unknown(const Plans& owners) {
     for (Entity body : {one->a, one->b, two->a, two->b})
       if (note(owner, owners.settings(body), Feature::ratio, "is")) break;
   }
-  const auto is_special = [](const Collision& c) {
-    return c.surface_velocity != Vec3(0) || c.rolling != 0 || c.spinning != 0;
+  const auto resists = [](const Collision& c) { return c.rolling != 0 || c.spinning != 0; };
+  const auto is_special = [&](const Collision& c) {
+    return c.surface_velocity != Vec3(0) || resists(c);
   };
-  std::optional<Entity> belt;  // of no island
-  for (Entity e : world.collisions.owners())
-    if (!belt && !owners.settings(e) && is_special(world.collisions[e])) belt = e;
+  std::optional<Entity> belt, rough;  // of no island
+  for (Entity e : world.collisions.owners()) {
+    if (owners.settings(e)) continue;
+    if (!belt && is_special(world.collisions[e])) belt = e;
+    if (!rough && resists(world.collisions[e])) rough = e;
+  }
   // One body represents its island.
   std::vector<const SolverSettings*> told;
   for (Entity e : world.collisions.owners()) {
@@ -131,10 +135,12 @@ void list_unknown(const Plans& owners) {
     told.push_back(how);
     note(e, how, Feature::contact, "is made for");
     if (!knows(how->solver, Feature::contact)) continue;
-    if (is_special(world.collisions[e]))
+    const bool carried = how->solver == Solver::lagrangian;  // by moving surfaces
+    const std::optional<Entity>& other = carried ? rough : belt;
+    if (carried ? resists(world.collisions[e]) : is_special(world.collisions[e]))
       note(e, how, Feature::surface, "has");
-    else if (belt)
-      note(*belt, how, Feature::surface, "has");
+    else if (other)
+      note(*other, how, Feature::surface, "has");
   }
 }
 

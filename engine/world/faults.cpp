@@ -33,7 +33,7 @@ constexpr Knowledge kKnowledge[kFeatures] = {
     {"a cable", kAuto | kExact, "\"auto\" or \"lagrangian\""},
     {"contact", kAuto | kExact | kPlanar | kSlow, "\"auto\" or \"lagrangian\""},
     {"a spring pin", kAuto | kExact, "\"auto\" or \"lagrangian\""},
-    {"a moving surface, rolling or spinning friction", kAuto, "\"auto\""},
+    {"rolling or spinning friction, or a moving surface", kAuto, "\"auto\""},
     {"a ring or a pulley of a cable", kExact, "\"lagrangian\""},
     {"a contact of surfaces", kExact, "\"lagrangian\""},
     {"a belt", kExact | kPlanar, "\"planar\" or \"lagrangian\""},

@@ -170,6 +170,7 @@ def outcome(program, case, limits):
             cell.verdict, cell.said = TOLD, one.refusal
         else:
             cell.errors = asked.errors()
+            cell.found += tuple(one.warned)
             weigh(cell, case)
     except Bad as fault:
         raise Bad(f"{case.family.name} {case.values} under {case.solver} at {case.rate} Hz: {fault}") from None

@@ -27,6 +27,11 @@ class Run:
         found = [f"{f['kind']} at {f['where']}, {f['amount']:.3g} {f['unit']}" for f in self.report.get("findings", [])]
         return found + ([status] if status not in ("ok", "doubtful") else [])
 
+    @property
+    def warned(self):
+        """What the program said as it read the scene."""
+        return [f"warning: {text}" for text in self.report.get("warnings", [])]
+
     def row(self, step):
         if step not in self.read:
             self.read[step] = [float(v) if v else float("nan") for v in self.lines[step].split(",")]
@@ -73,4 +78,5 @@ def run(program, scene, timeout=300):
         if done.returncode not in (0, 3):
             return Run({}, None, f"exit code {done.returncode}: {done.stderr.strip()[-300:]}", [], [])
         lines = record.read_text().splitlines()
-        return Run(json.loads(done.stdout), None, None, next(csv.reader(lines[:1])), lines[1:])
+        report = json.loads(done.stdout.replace(str(file), "scene"))
+        return Run(report, None, None, next(csv.reader(lines[:1])), lines[1:])

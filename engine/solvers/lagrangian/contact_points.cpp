@@ -309,7 +309,9 @@ void find_speeds(const World& world, const ContactGroup& g) {
       const StepScratch& scratch = islands_of(world)[e.island].scratch;
       now += sign * speed_at(scratch.state, e), before += sign * speed_at(scratch.entry, e);
     }
-    p.speed = {glm::dot(p.axes[0], now), glm::dot(p.axes[1], now), glm::dot(p.axes[2], now)};
+    // A surface moves on its body along itself only.
+    const Vec3 slip = now + contacts_of(world)[p.contact].surface_velocity;
+    p.speed = {glm::dot(p.axes[0], now), glm::dot(p.axes[1], slip), glm::dot(p.axes[2], slip)};
     p.pull = glm::dot(p.axes[0], now - before) / g.h;
   }
 }

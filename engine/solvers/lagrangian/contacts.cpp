@@ -99,8 +99,10 @@ Real work_of_step(const Island& m) {
 /// What the islands of a group gained by their contacts is taken from their motion, unless
 /// something that moves may have given it.
 void bound_energy(World& world, const ContactGroup& g, Real work) {
-  const bool rest = std::all_of(g.points.begin(), g.points.end(), [](const ContactPoint& p) {
-    return !p.obstacle[0].moves() && !p.obstacle[1].moves();
+  const bool rest = std::all_of(g.points.begin(), g.points.end(), [&](const ContactPoint& p) {
+    const bool is_belt =
+        p.limit == kNoIndex && contacts_of(world)[p.contact].surface_velocity != Vec3(0);
+    return !is_belt && !p.obstacle[0].moves() && !p.obstacle[1].moves();
   });
   if (!rest) return;
   Real before = 0, at_start = 0, now = 0;
