@@ -6,8 +6,6 @@
 namespace pantin::detail {
 namespace {
 
-constexpr std::size_t kManyPoints = 64;  // beyond, a box stands for the points
-
 void add_corners(const Pose& at, Vec3 low, Vec3 high, std::vector<Ball>& to) {
   for (int c = 0; c < 8; ++c) {
     const Vec3 corner{c & 1 ? high.x : low.x, c & 2 ? high.y : low.y, c & 4 ? high.z : low.z};
@@ -20,7 +18,7 @@ void add_surface(const Shape& shape, const Pose& at, std::vector<Ball>& to) {
   const Surface& s = *shape.surface;
   if (traits_of(shape.kind).shape_class == ShapeClass::heights)
     return add_corners(at, s.low - Vec3{0, rim_of(s), 0}, s.high, to);
-  if (s.skin || s.points.size() > kManyPoints) return add_corners(at, s.low, s.high, to);
+  if (s.skin || s.points.size() > kMostBalls) return add_corners(at, s.low, s.high, to);
   for (Vec3 point : s.points) to.push_back({to_world(at, point), 0});
 }
 

@@ -14,9 +14,11 @@ struct Ball {
   Real radius = 0;  // m
 };
 
+inline constexpr std::size_t kMostBalls = 64;  // of one shape
+
 /// Balls whose hull holds the shape of a body at `pose`: one for a sphere, two for a capsule, eight
-/// points for a box and for what has many corners or none, else its corners. None for a shape that
-/// lacks its surface.
+/// points for a box and for what has many corners or none, else its corners; of more corners than
+/// kMostBalls a box stands for them. None for a shape that lacks its surface.
 void add_balls(const Shape& shape, const Pose& pose, std::vector<Ball>& to);
 
 /// The flat box that a plane is drawn as: its upper side is the plane, as far as `size.x` from the

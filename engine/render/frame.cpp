@@ -1,6 +1,7 @@
 #include "engine/render/frame.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <limits>
 
@@ -24,8 +25,8 @@ Vec3 direction_of(const Light& light) {
 
 void set_clip(FrameBlock& block, const Eye& eye, const DrawList& list) {
   Real low = kInfinity, high = 0;
-  for (const auto* balls : {&list.balls, &list.grounds}) {
-    for (const Ball& b : *balls) {
+  for (const Hulls* hulls : {&list.solids_around, &list.grounds}) {
+    for (const Ball& b : hulls->balls) {
       const Real depth = eye.depth(b.centre);
       low = std::min(low, depth - b.radius), high = std::max(high, depth + b.radius);
     }
@@ -56,14 +57,14 @@ void set_light(FrameBlock& block, const View& view, const Eye& eye, const DrawLi
   for (const Ball& b : list.movers) take(b);
   const Vec3 moving_low = low, moving_size = high - low;
   const Real reach = std::max({moving_size.x, moving_size.y, moving_size.z});
-  for (const Ball& b : list.balls) {
+  for (const Ball& b : list.solids_around.balls) {
     const Vec3 c{glm::dot(axes[0], b.centre), glm::dot(axes[1], b.centre),
                  glm::dot(axes[2], b.centre)};
     const Vec3 middle = moving_low + moving_size / 2.0;
     if (list.movers.empty() || glm::length(c - middle) + b.radius < 2 * reach) take(b);
   }
-  if (list.movers.empty() && list.balls.empty())
-    for (const Ball& b : list.grounds) take(b);
+  if (list.movers.empty() && list.solids_around.balls.empty())
+    for (const Ball& b : list.grounds.balls) take(b);
   if (!(low.x <= high.x)) low = Vec3{-1}, high = Vec3{1};
 
   Real texel = 0;
@@ -126,30 +127,57 @@ void unite(PixelRect& rect, const PixelRect& own) {
           std::max(rect.y1, own.y1)};
 }
 
-/// Grows `rect` by the picture of a ball; by everything if the ball reaches the eye's plane.
-void take(PixelRect& rect, const Eye& eye, const Ball& ball, int margin) {
-  const Real depth = eye.depth(ball.centre);
-  const Real nearest = depth - ball.radius;
-  if (depth + ball.radius <= 0) return;
-  if (nearest <= 1e-3 * eye.distance) {
+/// Pixels, not cut by the picture.
+struct PixelBounds {
+  Real low[2] = {kInfinity, kInfinity}, high[2] = {-kInfinity, -kInfinity};
+
+  void add(const Eye& eye, const Ball& ball) {
+    const Real depth = eye.depth(ball.centre);
+    const Vec3 d = ball.centre - eye.position;
+    const Real middle[2] = {glm::dot(eye.right, d), -glm::dot(eye.up, d)};
+    const Real tan[2] = {eye.tan_x, eye.tan_y};
+    const int size[2] = {eye.width, eye.height};
+    // The farther out of the nearest and the farthest.
+    const auto pixel = [&](int axis, Real edge, Real z) {
+      return (1 + edge / (z * tan[axis])) / 2 * size[axis];
+    };
+    const Real nearest = depth - ball.radius, farthest = depth + ball.radius;
+    for (int k = 0; k < 2; ++k) {
+      const Real from = middle[k] - ball.radius, to = middle[k] + ball.radius;
+      low[k] = std::min(low[k], pixel(k, from, from > 0 ? farthest : nearest));
+      high[k] = std::max(high[k], pixel(k, to, to > 0 ? nearest : farthest));
+    }
+  }
+};
+
+/// Grows `rect` by the picture of a hull, even where all its balls lie beside the picture; by
+/// everything if the hull reaches the eye's plane.
+void take(PixelRect& rect, const Eye& eye, std::span<const Ball> hull, int margin) {
+  PixelBounds bounds;
+  std::size_t behind = 0;
+  bool is_cut = false;
+  for (const Ball& b : hull) {
+    const Real depth = eye.depth(b.centre);
+    if (depth + b.radius <= 0)
+      ++behind;
+    else if (depth - b.radius <= 1e-3 * eye.distance)
+      is_cut = true;
+    else
+      bounds.add(eye, b);
+  }
+  if (behind == hull.size()) return;
+  if (behind > 0 || is_cut) {
     rect = {0, 0, eye.width, eye.height};
     return;
   }
-  const Vec3 d = ball.centre - eye.position;
-  const Real x = glm::dot(eye.right, d), y = -glm::dot(eye.up, d);
-  enum class Side { lower, upper };
-  const auto bound = [&](Real offset, Real tan, int size, Side side) {
-    const bool upper = side == Side::upper;
-    const Real edge = upper ? offset + ball.radius : offset - ball.radius;
-    const Real z = (edge > 0) == upper ? nearest : depth + ball.radius;  // farther out of the two
-    const Real pixel = (1 + edge / (z * tan)) / 2 * size;
-    const Real kept = std::clamp(pixel + (upper ? margin : -margin), Real(0), Real(size));
-    return static_cast<int>(upper ? std::ceil(kept) : std::floor(kept));
+  const auto kept = [](Real pixel, int size) { return std::clamp(pixel, Real(0), Real(size)); };
+  const auto low = [&](int axis, int size) {
+    return static_cast<int>(std::floor(kept(bounds.low[axis] - margin, size)));
   };
-  const PixelRect own{
-      bound(x, eye.tan_x, eye.width, Side::lower), bound(y, eye.tan_y, eye.height, Side::lower),
-      bound(x, eye.tan_x, eye.width, Side::upper), bound(y, eye.tan_y, eye.height, Side::upper)};
-  unite(rect, own);
+  const auto high = [&](int axis, int size) {
+    return static_cast<int>(std::ceil(kept(bounds.high[axis] + margin, size)));
+  };
+  unite(rect, {low(0, eye.width), low(1, eye.height), high(0, eye.width), high(1, eye.height)});
 }
 
 /// The way of the light over what an eye sees.
@@ -158,16 +186,30 @@ struct Sunlight {
   Vec3 direction;  // unit, world, from the sun
 };
 
-/// Adds the shadow that a ball casts onto the ground from `height` above its `foot`.
-void cast_shadow(Frame& frame, const Sunlight& light, const Ball& foot, Real height) {
+/// Adds what a hull takes of the ground: its shadow.
+void take_shadow(Frame& frame, const Sunlight& light, std::span<const Ball> hull, Real ground) {
   const auto& [eye, sun] = light;
   if (sun.y > -0.02) {  // a setting sun: shadows everywhere
     frame.near_ground = {0, 0, eye.width, eye.height};
     return;
   }
-  const Vec3 cast = foot.centre + std::max(height, 0.0) / -sun.y * Vec3{sun.x, 0, sun.z};
-  const Real texel = frame.block.sun[3];
-  take(frame.near_ground, eye, {cast, foot.radius / -sun.y + kShadowBlur * texel}, 2);
+  std::array<Ball, kMostBalls> shadow;
+  const Real blur = kShadowBlur * frame.block.sun[3];
+  std::transform(hull.begin(), hull.end(), shadow.begin(), [&](const Ball& b) {
+    const Real way = std::max(b.centre.y - ground, 0.0) / -sun.y;
+    return Ball{{b.centre.x + way * sun.x, ground, b.centre.z + way * sun.z},
+                b.radius / -sun.y + blur};
+  });
+  take(frame.near_ground, eye, std::span(shadow).first(hull.size()), 2);
+}
+
+/// Adds the places on the ground below a hull.
+void take_feet(Frame& frame, const Eye& eye, std::span<const Ball> hull, Real ground) {
+  std::array<Ball, kMostBalls> feet;
+  std::transform(hull.begin(), hull.end(), feet.begin(), [&](const Ball& b) {
+    return Ball{{b.centre.x, ground, b.centre.z}, 0};
+  });
+  take(frame.near_ground, eye, std::span(feet).first(hull.size()), 2);
 }
 
 /// The ground that sun shadows and the shade around contacts may reach.
@@ -181,13 +223,15 @@ void set_ground(Frame& frame, const View& view, const Eye& eye, const DrawList& 
   while (frame.ground_row < eye.height && rises(frame.ground_row)) ++frame.ground_row;
 
   const Sunlight sun{eye, direction_of(view.light)};
+  const auto lowest = [&](const Ball& b) { return b.centre.y - b.radius - view.ground_height; };
+  const auto highest = [&](const Ball& b) { return b.centre.y + b.radius - view.ground_height; };
   frame.shade_low = Vec3{kInfinity}, frame.shade_high = Vec3{-kInfinity};
-  for (const Ball& b : list.balls) {
-    const Real height = b.centre.y - view.ground_height;
-    if (height - b.radius < 0) frame.clips_ground = true;
-    if (height + b.radius < 0) continue;
-    const Vec3 foot{b.centre.x, view.ground_height, b.centre.z};
-    cast_shadow(frame, sun, {foot, b.radius}, height);
+  for (const Hulls* hulls : {&list.solids_around, &list.grounds})
+    for (const Ball& b : hulls->balls) frame.clips_ground |= lowest(b) < 0;
+  for (std::size_t i = 0; i < list.solids_around.size(); ++i) {
+    const std::span<const Ball> hull = list.solids_around[i];
+    if (std::any_of(hull.begin(), hull.end(), [&](const Ball& b) { return highest(b) >= 0; }))
+      take_shadow(frame, sun, hull, view.ground_height);
   }
   // A margin keeps the shade from being cut where a texel of its map reaches farther than the
   // shade.
@@ -198,19 +242,14 @@ void set_ground(Frame& frame, const View& view, const Eye& eye, const DrawList& 
     const Vec3 foot{b.centre.x, view.ground_height, b.centre.z};
     frame.shade_low = glm::min(frame.shade_low, foot - wide);
     frame.shade_high = glm::max(frame.shade_high, foot + wide);
-    take(frame.near_ground, eye, {foot, wide}, 2);
+    const Ball shade{foot, wide};
+    take(frame.near_ground, eye, {&shade, 1}, 2);
   }
-  bool leaves = list.around_eye;
-  for (const Ball& b : list.grounds) {  // no shade: it would take in all that lies around
-    const Real height = b.centre.y - view.ground_height;
-    if (height < 0) frame.clips_ground = true;
-    const Vec3 foot{b.centre.x, view.ground_height, b.centre.z};
-    const Vec3 seen = eye.project(foot);
-    leaves |= seen.x < 0 || seen.y < 0 || seen.x > eye.width || seen.y > eye.height;
-    take(frame.near_ground, eye, {foot, 0}, 2);
-    cast_shadow(frame, sun, {foot, b.radius}, height);
+  // Grounds give no shade: it would take in all that lies around.
+  for (std::size_t i = 0; i < list.grounds.size(); ++i) {
+    take_feet(frame, eye, list.grounds[i], view.ground_height);
+    take_shadow(frame, sun, list.grounds[i], view.ground_height);
   }
-  if (leaves) frame.near_ground = {0, 0, eye.width, eye.height};
   if (!(frame.shade_low.x < frame.shade_high.x))
     frame.shade_low = Vec3{-1}, frame.shade_high = Vec3{1};
   frame.near_ground.y0 = std::max(frame.near_ground.y0, frame.ground_row);
@@ -239,13 +278,8 @@ Frame make_frame(const View& view, const Eye& eye, const DrawList& list) {
   set_light(frame.block, view, eye, list);
   set_colours(frame.block, view, eye);
   set_rays(frame.block, eye);
-  for (const Ball& b : list.balls) take(frame.solids, eye, b, 3);
-  for (const Ball& b : list.grounds) take(frame.solids, eye, b, 3);
-  if (list.seen_low.x < list.seen_high.x && list.seen_low.y < list.seen_high.y)
-    unite(frame.solids, {static_cast<int>(list.seen_low.x), static_cast<int>(list.seen_low.y),
-                         std::min(static_cast<int>(list.seen_high.x) + 1, eye.width),
-                         std::min(static_cast<int>(list.seen_high.y) + 1, eye.height)});
-  if (list.around_eye) frame.solids = {0, 0, eye.width, eye.height};
+  for (const Hulls* hulls : {&list.solids_around, &list.grounds})
+    for (std::size_t i = 0; i < hulls->size(); ++i) take(frame.solids, eye, (*hulls)[i], 3);
   set_ground(frame, view, eye, list);
   // Mesa cuts by what a shader writes even where the cut is not enabled.
   frame.block.viewport[2] = frame.clips_ground ? frame.block.soil[3] : -1e30f;

@@ -100,8 +100,9 @@ void SolidList::add_curve(const PosedWorld& scene, Entity body, const ContactSur
   for (int c = 0; c < 8; ++c) {
     const Vec3 low = kept.solid->low, high = kept.solid->high;
     const Vec3 corner{c & 1 ? high.x : low.x, c & 2 ? high.y : low.y, c & 4 ? high.z : low.z};
-    to.balls.push_back({to_world(at, corner), 0});
+    to.solids_around.balls.push_back({to_world(at, corner), 0});
   }
+  to.solids_around.end();
 }
 
 void SolidList::add(const Shape& shape, const Pose& pose, const Material& material) {
@@ -180,33 +181,6 @@ bool is_drawn_ground(const Shape& shape, const Pose& pose, const View& view) {
          std::abs(at.position.y - view.ground_height) < 1e-3;
 }
 
-/// Notes what is seen of a shape some of whose corners lie beside the picture or behind the eye:
-/// which its corners alone would not show.
-void note_seen(const Eye& eye, std::span<const Ball> corners, DrawList& to) {
-  if (corners.size() < 4) return;
-  Vec3 low{1e9}, high{-1e9};
-  std::size_t behind = 0;
-  for (const Ball& b : corners) {
-    const Vec3 p = eye.project(b.centre);
-    if (p.z <= 1e-3 * eye.distance) {
-      ++behind;
-      continue;
-    }
-    low = glm::min(low, p), high = glm::max(high, p);
-  }
-  if (behind == corners.size()) return;
-  if (behind > 0) {
-    to.around_eye = true;
-    return;
-  }
-  const Vec3 size(eye.width, eye.height, 0);
-  const bool within = low.x >= 0 && low.y >= 0 && high.x <= size.x && high.y <= size.y;
-  const bool beside = high.x < 0 || high.y < 0 || low.x > size.x || low.y > size.y;
-  if (within || beside) return;
-  to.seen_low = glm::min(to.seen_low, glm::max(low, Vec3{0}));
-  to.seen_high = glm::max(to.seen_high, glm::min(high, size));
-}
-
 void sort_nearest_first(std::vector<Instance>& list, Vec3 forward) {
   const auto depth = [&](const Instance& i) {
     return forward.x * i.position[0] + forward.y * i.position[1] + forward.z * i.position[2];
@@ -236,10 +210,8 @@ void add_ribbon(std::span<const Vec3> points, const Eye& eye, DrawList& to) {
 void gather(const PosedWorld& scene, const View& view, const Eye& eye, DrawList& to) {
   for (auto& list : to.solids) list.clear();
   to.surfaces.clear(), to.surface_indices.clear();
-  to.ribbon.clear(), to.ribbon_indices.clear(), to.balls.clear(), to.movers.clear();
+  to.ribbon.clear(), to.ribbon_indices.clear(), to.solids_around.clear(), to.movers.clear();
   to.fillings.clear(), to.grounds.clear();
-  to.around_eye = false;
-  to.seen_low = Vec3{1e9}, to.seen_high = Vec3{-1e9};
 
   const Material plain;
   const World& world = scene.world;
@@ -254,13 +226,12 @@ void gather(const PosedWorld& scene, const View& view, const Eye& eye, DrawList&
       if (is_drawn_ground(shape, pose, view)) continue;
       const bool known = shape.material < world.materials.size();
       solids.add(shape, pose, known ? world.materials[shape.material] : plain);
-      std::vector<Ball>& balls = is_ground(shape.kind) ? to.grounds : to.balls;
-      const std::size_t first = balls.size();
-      add_balls(shape, pose, balls);
-      note_seen(eye, std::span(balls).subspan(first), to);
-      if (is_ground(shape.kind)) continue;
+      const bool ground = is_ground(shape.kind);
+      Hulls& hulls = ground ? to.grounds : to.solids_around;
+      add_balls(shape, pose, hulls.balls), hulls.end();
+      if (ground) continue;
       add_fillings(shape, pose, to.fillings);
-      if (moves) to.movers.insert(to.movers.end(), to.balls.begin() + first, to.balls.end());
+      if (moves) add_balls(shape, pose, to.movers);
     }
   }
 
@@ -274,6 +245,7 @@ void gather(const PosedWorld& scene, const View& view, const Eye& eye, DrawList&
     mark.colour = glm::mix(own.colour, Vec3(1), 0.55);
     for (const BeltPiece& piece : pieces) {
       solids.add(piece.box, piece.pose, piece.is_mark ? mark : own);
+      add_balls(piece.box, piece.pose, to.solids_around.balls), to.solids_around.end();
       add_balls(piece.box, piece.pose, to.movers);
     }
   }
@@ -295,9 +267,12 @@ void gather(const PosedWorld& scene, const View& view, const Eye& eye, DrawList&
     add_cable(scene, cable, kSlackSegments, curve);
     if (curve.empty()) continue;
     add_ribbon(curve, eye, to);
-    for (Vec3 point : curve) {
-      to.balls.push_back({point, kStringRadius});
-      to.movers.push_back({point, kStringRadius});
+    for (std::size_t i = 0; i < curve.size(); ++i) {
+      const Ball one{curve[i], kStringRadius};
+      to.movers.push_back(one);
+      if (i == 0) continue;
+      to.solids_around.balls.push_back({curve[i - 1], kStringRadius});
+      to.solids_around.balls.push_back(one), to.solids_around.end();
     }
   }
 }

@@ -46,6 +46,23 @@ struct StandIn {
   std::shared_ptr<const Surface> surface = nullptr;
 };
 
+/// Balls in groups; the hull of each group holds something that is drawn.
+struct Hulls {
+  std::vector<Ball> balls;
+  std::vector<std::size_t> ends;  // of each group in `balls`
+
+  void clear() { balls.clear(), ends.clear(); }
+  /// Ends a group: what was added to `balls` since the last one; none if that is nothing.
+  void end() {
+    if (balls.size() > (ends.empty() ? 0 : ends.back())) ends.push_back(balls.size());
+  }
+  std::size_t size() const { return ends.size(); }
+  std::span<const Ball> operator[](std::size_t i) const {
+    const std::size_t first = i == 0 ? 0 : ends[i - 1];
+    return std::span(balls).subspan(first, ends[i] - first);
+  }
+};
+
 struct DrawList {
   std::array<std::vector<Instance>, kMeshCount> solids;
   std::vector<SurfaceSolids> surfaces;
@@ -60,12 +77,10 @@ struct DrawList {
   std::unordered_map<const nurbs::Wire*, CurveSolid> curve_solids;
   std::vector<RibbonVertex> ribbon;
   std::vector<std::uint32_t> ribbon_indices;  // triangles
-  std::vector<Ball> balls;                    // around all that is drawn, grounds aside
-  std::vector<Ball> grounds;                  // around planes and height fields
+  Hulls solids_around;                        // around all that is drawn, grounds aside
+  Hulls grounds;                              // around planes and height fields
   std::vector<Ball> movers;                   // around what is not fixed, cables included
   std::vector<Ball> fillings;                 // within the solids: what keeps light from the ground
-  bool around_eye = false;                    // a shape is both before and behind the eye
-  Vec3 seen_low{1e9}, seen_high{-1e9};        // pixels, around shapes that are cut by the picture
 };
 
 inline constexpr Real kStringRadius = 0.0012;  // m

@@ -191,6 +191,86 @@ TEST_CASE("strings are seen at least a pixel wide, however far away") {
   }
 }
 
+TEST_CASE("strings, rods and belts whose ends are out of the picture are seen within it") {
+  const bool is_upright = GENERATE(true, false);
+  Stage s;
+  s.view.ground = false;
+  const Vec3 way = is_upright ? Vec3{0.1, 5, 0.2} : Vec3{5, 0.1, -1};
+  const Vec3 from = Vec3{0, 1, 0} - way, to = Vec3{0, 1, 0} + way;
+  const Entity a = s.ball(from, 0.02, kWood), b = s.ball(to, 0.02, kWood);
+  const Image bare = s.draw();
+  if (bare.rgba.empty()) return;
+  const auto seen = [&](const Image& image) {
+    int count = 0;
+    for (int i = -9; i <= 9; ++i) {
+      const Vec3 p = Vec3{0, 1, 0} + (is_upright ? 0.013 : 0.024) * Real(i) * way;
+      if (difference(s.at(image, p), s.at(bare, p)) > 25) ++count;
+    }
+    return count;
+  };
+  SECTION("a string") {
+    s.make.string(a, from, b, to);
+    CHECK(seen(s.draw()) == 19);
+  }
+  SECTION("a string that comes from behind the eye") {
+    s.view.camera = {Vec3{0, 1, 4}, {0, 1, 0}, 0.7, false};
+    const Vec3 near{0.3, 1.2, 6}, far{-0.3, 0.8, -6};
+    const Entity c = s.ball(near, 0.02, kWood), d = s.ball(far, 0.02, kWood);
+    s.make.string(c, near, d, far);
+    const Vec3 middle = 0.5 * (near + far);
+    CHECK(difference(s.at(s.draw(), middle), s.at(bare, middle)) > 25);
+  }
+  SECTION("a rod") {
+    const Vec3 y = glm::normalize(way);
+    const Vec3 across = glm::cross(Vec3{0, 1, 0}, y);
+    const Quat turn = glm::normalize(Quat(1 + y.y, across.x, across.y, across.z));
+    s.make.body({{0, 1, 0}, turn}, {{ShapeKind::capsule, {0.01, 5, 0}, {}, kShirt}},
+                Motion::dynamic);
+    CHECK(seen(s.draw()) == 19);
+  }
+}
+
+TEST_CASE("a belt is seen where its pulleys are out of the picture") {
+  Stage s;
+  s.view.ground = false;
+  const Entity a = s.ball({-6, 1, 0}, 0.1, kWood), b = s.ball({6, 1, 0}, 0.1, kWood);
+  s.view.camera = {{0, 1, 1}, {0, 1, 0}, 0.7, false};
+  const Image bare = s.draw();
+  if (bare.rgba.empty()) return;
+  Belt belt;
+  for (const Entity e : {a, b}) {
+    belt.pulleys.emplace_back().body = e;
+    belt.pulleys.back().outline.radius = 0.1;
+  }
+  belt.width = 0.05;
+  const Pose poses[] = {s.world.bodies[a].pose, s.world.bodies[b].pose};
+  REQUIRE(lay_belt(belt, poses));
+  s.world.add_belt(belt);
+  const Image image = s.draw();
+  for (const Real y : {0.9, 1.1})
+    for (const Real x : {-0.3, 0.0, 0.3}) {
+      CAPTURE(x, y);
+      CHECK(difference(s.at(image, {x, y, 0.02}), s.at(bare, {x, y, 0.02})) > 25);
+    }
+}
+
+TEST_CASE("a rod that ends out of the picture throws its shadow into it") {
+  Stage s;
+  s.view.ground = true;
+  s.view.light.direction = {0, -1, -0.2};
+  s.view.camera = {{0, 1, 4}, {0, 0.1, 0}, 0.7, false};
+  s.options.shadows = true;
+  const Image bare = s.draw();
+  if (bare.rgba.empty()) return;
+  s.make.body({{0, 2.5, 0.5}, kOnItsSide}, {{ShapeKind::capsule, {0.06, 6, 0}, {}, kShirt}},
+              Motion::dynamic);
+  const Image image = s.draw();
+  for (const Real x : {-0.5, 0.0, 0.5}) {
+    const Pixel lit = s.at(bare, {x, 0, 0}), dark = s.at(image, {x, 0, 0});
+    CHECK(dark.sum() < 0.8 * lit.sum());
+  }
+}
+
 TEST_CASE("a slack string sags below the line between its ends") {
   Stage s;
   s.view.ground = false;
