@@ -167,6 +167,18 @@ TEST_CASE("a file that is written again is read again, and the camera stays") {
   CHECK(!b.desk->is_trouble);
 }
 
+TEST_CASE("after another scene was saved the camera goes home to where that scene wants it") {
+  Bench b;
+  std::string other = kPendulum;
+  other.replace(other.find("[0, 1, 4]"), 9, "[0, 2, 7]");
+  b.write(other);
+  b.touch_later();
+  b.desk->watch(), b.desk->watch();
+  CHECK(b.desk->view().camera.eye == Vec3(0, 1, 4));
+  b.desk->key("home");
+  CHECK(b.desk->view().camera.eye == Vec3(0, 2, 7));
+}
+
 TEST_CASE("what is wrong with a changed file is told, and the scene stays until it is mended") {
   Bench b;
   b.run(0.5);
@@ -223,7 +235,8 @@ TEST_CASE("the scenes of a folder are leafed through, past one that cannot be re
   b.write("{", "t_broken.json");
   std::string other = kPendulum;
   other.replace(other.find("Two rods"), 8, "Last one");
-  b.write(other, "z_last.json");
+  b.write(other, "z_last.json5");
+  b.write("{}", "scene.schema.json"), b.write("", "notes.txt");
   b.desk->reload();
   REQUIRE(b.desk->scenes().size() == 3);
   b.desk->key("page_down");
@@ -231,7 +244,7 @@ TEST_CASE("the scenes of a folder are leafed through, past one that cannot be re
   CHECK(b.desk->scene().title == "Two rods");
   b.desk->key("page_down");
   CHECK(b.desk->scene().title == "Last one");
-  CHECK(fs::path(b.desk->path()).filename() == "z_last.json");
+  CHECK(fs::path(b.desk->path()).filename() == "z_last.json5");
   b.desk->key("page_down");
   CHECK(b.desk->scene().title == "Two rods");
 }

@@ -37,13 +37,17 @@ Desk::Desk(Scene scene, DeskChoices choices)
     panes[1]->chosen = choices_.beside;
   }
   begin(std::move(scene));
-  const View& view = scene_.view;
-  Camera home = view.camera;
-  if (home.automatic)
-    home = framing_camera(panes[0]->world(), view, static_cast<Real>(pane_width()) / height_);
+  const Camera home = home_camera();
   orbit_.start(home);
   gun = usual_gun(scene_.world, glm::distance(home.eye, home.target));
   look();
+}
+
+/// Where the scene wants the camera.
+Camera Desk::home_camera() const {
+  const View& view = scene_.view;
+  if (!view.camera.automatic) return view.camera;
+  return framing_camera(panes[0]->world(), view, static_cast<Real>(pane_width()) / height_);
 }
 
 /// Takes a scene over; the camera stays.
@@ -189,11 +193,9 @@ void Desk::open(std::string path) {  // by value: the list it stands in is made 
   const bool is_same = path == choices_.path;
   choices_.path = path;
   begin(std::move(*loaded));
+  const Camera home = home_camera();
+  orbit_.set_home(home);
   if (!is_same) {
-    Camera home = scene_.view.camera;
-    if (home.automatic)
-      home =
-          framing_camera(panes[0]->world(), scene_.view, static_cast<Real>(pane_width()) / height_);
     orbit_.start(home);
     gun = usual_gun(scene_.world, glm::distance(home.eye, home.target));
   }

@@ -128,6 +128,7 @@ class Desk {
   };
 
   Place place(double x, double y) const;
+  Camera home_camera() const;
   void begin(Scene scene);
   void watch_files();
   void start_panes();

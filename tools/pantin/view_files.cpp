@@ -37,13 +37,24 @@ bool FileWatch::changed() {
   return any;
 }
 
+namespace {
+
+/// A schema is no scene, though scenes made by `pantin new` lie beside one.
+bool is_scene_file(const fs::path& name) {
+  const std::string ending = name.extension().string();
+  if (ending != ".json" && ending != ".json5" && ending != ".jsonc") return false;
+  return name.stem().extension() != ".schema";
+}
+
+}  // namespace
+
 std::vector<std::string> scenes_beside(const std::string& path) {
   std::error_code trouble;
   fs::path folder = fs::path(path).parent_path();
   std::vector<std::string> found;
   for (fs::directory_iterator at(folder.empty() ? "." : folder, trouble), end;
        !trouble && at != end; at.increment(trouble))
-    if (at->path().extension() == ".json")
+    if (is_scene_file(at->path().filename()))
       found.push_back((folder / at->path().filename()).string());
   if (place_of(path, found) == found.size()) found.push_back(path);
   std::sort(found.begin(), found.end());

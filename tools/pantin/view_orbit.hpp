@@ -11,6 +11,7 @@ class Orbit {
  public:
   /// `home` is where reset() goes back to.
   void start(const Camera& home) { camera_ = home_ = home; }
+  void set_home(const Camera& home) { home_ = home; }
   const Camera& camera() const { return camera_; }
 
   /// About the target, by pixels of the mouse: to the right, down.
