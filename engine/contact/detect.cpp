@@ -9,6 +9,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/contact/memory.hpp"
 #include "engine/geometry/kinds.hpp"
+#include "engine/world/requests.hpp"
 
 namespace pantin::detail::contact {
 namespace {
@@ -65,7 +66,8 @@ bool may_collide(const Finder& s, const Search& search, std::uint32_t a, std::ui
   const bool apart =
       one != two && one != UINT8_MAX && two != UINT8_MAX && one != kLaminas && two != kLaminas;
   return !apart && do_groups_agree(collision_of(s, a), collision_of(s, b)) &&
-         !are_jointed(search, a, b);
+         !are_jointed(search, a, b) &&
+         !std::binary_search(search.ignored.begin(), search.ignored.end(), pair_of(a, b));
 }
 
 /// Of two bodies that solvers move.
@@ -362,6 +364,17 @@ void list_jointed(const World& world, Search& search) {
   std::sort(search.jointed.begin(), search.jointed.end());
 }
 
+void list_ignored(const World& world, Search& search) {
+  search.ignored.clear();
+  const Store<IgnoredPair>* pairs = world.user.find<IgnoredPair>();
+  if (!pairs) return;
+  for (const IgnoredPair& pair : pairs->values()) {
+    const std::uint32_t a = world.bodies.slot(pair.a), b = world.bodies.slot(pair.b);
+    if (a != kNoSlot && b != kNoSlot) search.ignored.push_back(pair_of(a, b));
+  }
+  std::sort(search.ignored.begin(), search.ignored.end());
+}
+
 bool are_jointed(const Search& search, std::uint32_t a, std::uint32_t b) {
   return std::binary_search(search.jointed.begin(), search.jointed.end(), pair_of(a, b));
 }
@@ -384,7 +397,7 @@ void find_contacts(World& world, std::span<const Real> reach) {
   const Finder s{world, partition_of(world), reach, !memory.scratch.stale};
   std::swap(memory.scratch.before, memory.contacts);
   memory.contacts.clear();
-  list_jointed(world, search);
+  list_jointed(world, search), list_ignored(world, search);
   list_material_pairs(world, search);
   list_colliders(s, search);
   list_pairs(s, search);

@@ -25,6 +25,12 @@ inline constexpr int kShapeOfA = 54, kShapeOfB = 44;
 inline std::uint64_t key_of(std::uint32_t a, std::uint32_t b, std::uint64_t feature) {
   return (a & kShapes) << kShapeOfA | (b & kShapes) << kShapeOfB | (feature & kFeatures);
 }
+inline std::uint32_t shape_of_a(std::uint64_t key) {
+  return static_cast<std::uint32_t>(key >> kShapeOfA & kShapes);
+}
+inline std::uint32_t shape_of_b(std::uint64_t key) {
+  return static_cast<std::uint32_t>(key >> kShapeOfB & kShapes);
+}
 inline bool is_core(std::uint64_t key) { return (key & kFeatures) == kCore; }
 
 /// One shape of a collider at its pose in the world.
@@ -85,6 +91,7 @@ struct Search {
   AabbTree tree;
   std::vector<std::uint64_t> jointed;               // pairs of slots, lower first, sorted
   std::uint64_t jointed_for = 0;                    // see list_jointed
+  std::vector<std::uint64_t> ignored;               // as `jointed`
   std::vector<std::uint64_t> pairs;                 // of colliders, lower slot first
   std::vector<const MaterialPair*> material_pairs;  // of the World, sorted by their materials
   std::vector<FoundPoint> found;
@@ -101,6 +108,8 @@ struct Search {
 
 /// Brings Search::jointed up to date.
 void list_jointed(const World& world, Search& search);
+/// Brings Search::ignored up to date.
+void list_ignored(const World& world, Search& search);
 /// Whether a joint connects two bodies, by their slots.
 bool are_jointed(const Search& search, std::uint32_t a, std::uint32_t b);
 /// Updates a tree: refits it, or rebuilds it when it has become loose.

@@ -19,7 +19,7 @@ Real rounding_at(const World& world, const Contact& c, const Touching& at) {
   const bool is_a = at.side == Touching::Side::a;
   const std::uint32_t slot = is_a ? c.slot_a : c.slot_b;
   const Shapes* shapes = world.shapes.find(world.bodies.owners()[slot]);
-  const std::uint64_t index = c.key >> (is_a ? kShapeOfA : kShapeOfB) & kShapes;
+  const std::uint32_t index = is_a ? shape_of_a(c.key) : shape_of_b(c.key);
   if (!shapes || index >= shapes->list.size()) return 0;
   const Shape& s = shapes->list[index];
   const ShapeTraits& kind = traits_of(s.kind);
@@ -39,7 +39,7 @@ TouchedPlace touched_place(const World& world, const Contact& c, const Touching&
   const Vec3 point = is_a ? c.point_a : c.point_b;
   const Vec3 outward = glm::conjugate(at.rotation) * (is_a ? -c.normal : c.normal);
   const Shapes* shapes = world.shapes.find(world.bodies.owners()[is_a ? c.slot_a : c.slot_b]);
-  const std::uint64_t index = c.key >> (is_a ? kShapeOfA : kShapeOfB) & kShapes;
+  const std::uint32_t index = is_a ? shape_of_a(c.key) : shape_of_b(c.key);
   if (shapes && index < shapes->list.size() && !(is_a && is_core(c.key)) &&
       traits_of(shapes->list[index].kind).is_turned) {
     const Shape& s = shapes->list[index];

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "engine/joints/kinds.hpp"
+#include "engine/runtime/requests.hpp"
 #include "engine/world/world.hpp"
 
 namespace pantin::detail {
@@ -136,6 +137,12 @@ void go_on_pulling(const Span& span, TimedEvent& e) {
   pin->target = e.progress.start + part * (e.target - e.progress.start);
 }
 
+/// Wakes what a joint or cable ties.
+void rouse_ends(World& world, Entity tie) {
+  if (const Link* l = world.links.find(tie)) rouse(world, l->a), rouse(world, l->b);
+  if (const Cable* c = world.cables.find(tie)) rouse(world, c->a), rouse(world, c->b);
+}
+
 void change_drive(World& world, const TimedEvent& e, Real part) {
   JointDrive* d = world.joint_drives.find(e.on);
   if (!d) return;
@@ -148,6 +155,7 @@ void change_drive(World& world, const TimedEvent& e, Real part) {
 /// What is held at the end of the substep goes by its end; a force or a speed by its middle.
 void change(const Span& span, TimedEvent& e) {
   World& world = span.world;
+  rouse_ends(world, e.on);
   const Real at_end = progress_at(e, span.to());
   const Real in_middle = at_end == 1 && span.from >= e.from + e.over
                              ? Real(1)

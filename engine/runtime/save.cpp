@@ -17,6 +17,7 @@
 #include "engine/solvers/solver.hpp"
 #include "engine/solvers/takeover.hpp"
 #include "engine/world/lamina.hpp"
+#include "engine/world/requests.hpp"
 #include "engine/world/timed_event.hpp"
 
 namespace pantin {
@@ -196,7 +197,8 @@ Result<World> world_from_bytes(std::string_view bytes, World like, std::string_v
   FieldReader from(rest);
   World world;
   world.user = std::move(like.user);
-  laminas_of(world), events_of(world);  // of the engine's own, kept like those of users
+  laminas_of(world), events_of(world), world.store<Impulse>(),
+      world.store<IgnoredPair>();  // of the engine's own, kept like those of users
   from.read(world);
   if (!from.ok()) return error(stage, from.fault());
   if (std::string why = check_components(world); !why.empty()) return error(stage, why);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/runtime/monitor.hpp"
+#include "engine/solvers/solver.hpp"
 
 namespace pantin {
 
@@ -18,6 +19,14 @@ Error within_step(const std::string& what) {
 
 namespace detail {
 
+void StartPoses::take(const World& world) {
+  kept_.assign(world.entities.capacity(), {});
+  for (std::size_t i = 0; i < world.bodies.size(); ++i) {
+    const Entity owner = world.bodies.owners()[i];
+    kept_[owner.index] = {owner, world.bodies.values()[i].pose};
+  }
+}
+
 MonitorBox::MonitorBox() : held_(std::make_unique<Monitor>()) {}
 MonitorBox::MonitorBox(const MonitorBox& o) : held_(std::make_unique<Monitor>(*o.held_)) {}
 MonitorBox::MonitorBox(MonitorBox&&) noexcept = default;
@@ -28,6 +37,14 @@ MonitorBox& MonitorBox::operator=(MonitorBox o) noexcept {
 MonitorBox::~MonitorBox() = default;
 
 }  // namespace detail
+
+bool is_asleep(const World& world, Entity body) {
+  const std::uint32_t slot = world.bodies.slot(body);
+  if (slot == kNoSlot) return false;
+  // Slots are those of the last build.
+  const Owner owner = owner_of(partition_of(world), world.bodies.slot_then(slot));
+  return owner && kSolvers[owner.solver]->sleeps(world, owner.island);
+}
 
 Result<Done> Simulation::insert(Stage stage, System system) {
   if (stepping_) return within_step("an insertion of a system");
@@ -47,11 +64,11 @@ Result<Done> Simulation::remove(std::string_view name) {
   return Error{who + ": found no system of that name to remove"};
 }
 
-StepReport Simulation::take_step(std::span<Pose> drawn_from) {
+StepReport Simulation::take_step(StartPoses* start) {
   stepping_ = true;
-  const StepReport report = step_world(
-      world, settings, systems_,
-      {timing ? &times : nullptr, drawn_from, settings.watch ? monitor_.get() : nullptr});
+  const StepReport report =
+      step_world(world, settings, systems_,
+                 {timing ? &times : nullptr, start, settings.watch ? monitor_.get() : nullptr});
   stepping_ = false;
   return report;
 }
@@ -62,7 +79,7 @@ bool Simulation::is_energy_checked(Entity body) const {
   return (*monitor_).energy().is_asked(world.bodies.slot(body));
 }
 
-StepReport Simulation::step() { return take_step({}); }
+StepReport Simulation::step() { return take_step(nullptr); }
 
 Advance Simulation::advance(Real wall_seconds) {
   Advance done;
@@ -70,10 +87,8 @@ Advance Simulation::advance(Real wall_seconds) {
   const Real h = settings.h;
   if (!(h > 0) || !std::isfinite(h)) return done;
   while (left_over_ >= h && done.steps < most_steps) {
-    before_.clear();
-    for (const Body& b : world.bodies.values()) before_.push_back(b.pose);
-    before_version_ = world.bodies.version();
-    const StepReport report = take_step(before_);
+    before_.take(world);
+    const StepReport report = take_step(&before_);
     if (done.report.status == Status::ok) done.report = report;
     left_over_ -= h;
     ++done.steps;
@@ -89,14 +104,37 @@ Advance Simulation::advance(Real wall_seconds) {
 }
 
 Pose Simulation::interpolated(Entity body, Real fraction) const {
-  const std::uint32_t slot = world.bodies.slot(body);
-  if (slot == kNoSlot) return {};
-  const Body& b = world.bodies.values()[slot];
-  if (b.teleport || before_version_ != world.bodies.version() || slot >= before_.size())
-    return b.pose;
-  const Pose& from = before_[slot];
-  return {glm::mix(from.position, b.pose.position, fraction),
-          glm::slerp(from.rotation, b.pose.rotation, fraction)};
+  const Body* b = world.bodies.find(body);
+  if (!b) return {};
+  const Pose* from = b->teleport ? nullptr : before_.find(body);
+  if (!from) return b->pose;
+  return {glm::mix(from->position, b->pose.position, fraction),
+          glm::slerp(from->rotation, b->pose.rotation, fraction)};
+}
+
+std::span<const DrawnPose> Simulation::drawn_poses(Real fraction) {
+  drawn_.resize(world.bodies.size());
+  for (std::size_t i = 0; i < drawn_.size(); ++i) {
+    DrawnPose& d = drawn_[i];
+    d.body = world.bodies.owners()[i];
+    const Pose* origin = world.origins.find(d.body);
+    const Pose centre = interpolated(d.body, fraction);
+    const Pose at = origin ? compose(centre, *origin) : centre;
+    for (int k = 0; k < 3; ++k) d.position[k] = static_cast<float>(at.position[k]);
+    const Quat& q = at.rotation;
+    const Real numbers[4] = {q.x, q.y, q.z, q.w};
+    for (int k = 0; k < 4; ++k) d.rotation[k] = static_cast<float>(numbers[k]);
+  }
+  return drawn_;
+}
+
+std::span<const Entity> Simulation::awake_bodies() {
+  awake_.clear();
+  for (std::size_t i = 0; i < world.bodies.size(); ++i)
+    if (const Entity e = world.bodies.owners()[i];
+        world.bodies.values()[i].motion == Motion::dynamic && !is_asleep(world, e))
+      awake_.push_back(e);
+  return awake_;
 }
 
 }  // namespace pantin

@@ -47,12 +47,34 @@ struct StageTimes {
   Real drive = 0, update = 0, contacts = 0, adjust = 0, measure = 0;
 };
 
+/// Poses of bodies before a step. Kept by entity: slots change when bodies come and go.
+class StartPoses {
+ public:
+  void take(const World& world);
+  /// Null for a body that was not there.
+  const Pose* find(Entity body) const { return has(body) ? &kept_[body.index].pose : nullptr; }
+  void replace(Entity body, const Pose& by) {
+    if (has(body)) kept_[body.index].pose = by;
+  }
+
+ private:
+  bool has(Entity body) const {
+    return body.index < kept_.size() && kept_[body.index].owner == body;
+  }
+
+  struct Kept {
+    Entity owner;
+    Pose pose;
+  };
+  std::vector<Kept> kept_;  // by index of the entity
+};
+
 /// What is recorded of a step besides its report, where there is room for it.
 struct StepRecord {
   StageTimes* times = nullptr;
-  /// Holds the poses at the start by slot; a body that a system teleports before the update gets
-  /// the place where it lands.
-  std::span<Pose> drawn_from = {};
+  /// Poses at the start; a body that a system teleports before the update gets the place where it
+  /// lands.
+  StartPoses* start = nullptr;
   Monitor* monitor = nullptr;
 };
 
@@ -70,11 +92,22 @@ StepReport step_world(World& world, const StepSettings& settings, const Systems&
 
 }  // namespace detail
 
+/// Whether a body rests and costs nothing until something wakes it; false for one that is not
+/// dynamic.
+bool is_asleep(const World& world, Entity body);
+
 /// Whether a step can use more than one thread in this build.
 bool has_threads();
 
 /// Measures of the present state.
 Measures measure(const World& world);
+
+/// Where to draw a body: the frame that it was placed by (World::origins), world.
+struct DrawnPose {
+  Entity body;
+  float position[3] = {0, 0, 0};     // m
+  float rotation[4] = {0, 0, 0, 1};  // quaternion x, y, z, w
+};
 
 /// Result of advance().
 struct Advance {
@@ -108,8 +141,16 @@ class Simulation {
   /// Takes as many whole steps as fit into `wall_seconds` plus the remainder of earlier calls.
   Advance advance(Real wall_seconds);
 
-  /// Interpolated pose of a body between the last two steps; a teleported body is not interpolated.
+  /// Interpolated pose of a body between the last two steps of advance(); a body that was
+  /// teleported or added since is where it is.
   Pose interpolated(Entity body, Real fraction) const;
+
+  /// All bodies as `interpolated` has them, by their own frames, in the order of World::bodies.
+  /// Good until the next call.
+  std::span<const DrawnPose> drawn_poses(Real fraction);
+
+  /// The dynamic bodies that do not sleep, in the order of World::bodies. Good until the next call.
+  std::span<const Entity> awake_bodies();
 
   /// What made results doubtful in the steps that StepSettings::watch was set for, by kind and
   /// place; kinds are in engine/world/findings.hpp.
@@ -122,14 +163,15 @@ class Simulation {
   bool timing = false;
 
  private:
-  StepReport take_step(std::span<Pose> drawn_from);
+  StepReport take_step(detail::StartPoses* start);
 
   detail::Systems systems_;
   detail::MonitorBox monitor_;
   bool stepping_ = false;
   Real left_over_ = 0;
-  std::vector<Pose> before_;  // poses before the last step of advance(), by body slot
-  std::uint64_t before_version_ = 0;
+  detail::StartPoses before_;  // of the last step of advance()
+  std::vector<DrawnPose> drawn_;
+  std::vector<Entity> awake_;
 };
 
 }  // namespace pantin

@@ -7,6 +7,7 @@
 #include "engine/runtime/coupling.hpp"
 #include "engine/runtime/events.hpp"
 #include "engine/runtime/monitor.hpp"
+#include "engine/runtime/requests.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "engine/solvers/solver.hpp"
 #include "engine/solvers/takeover.hpp"
@@ -45,10 +46,10 @@ void check_kinematic_bodies(const World& world, StepReport& report) {
   }
 }
 
-void note_teleports(const World& world, std::span<Pose> drawn_from) {
-  const std::size_t count = std::min(drawn_from.size(), world.bodies.size());
-  for (std::size_t i = 0; i < count; ++i)
-    if (world.bodies.values()[i].teleport) drawn_from[i] = world.bodies.values()[i].pose;
+void note_teleports(const World& world, StartPoses& start) {
+  for (std::size_t i = 0; i < world.bodies.size(); ++i)
+    if (const Body& b = world.bodies.values()[i]; b.teleport)
+      start.replace(world.bodies.owners()[i], b.pose);
 }
 
 /// Whether contacts matter to anybody: to a solver, or to a sensor.
@@ -236,7 +237,7 @@ void update(Step& s) {
   take_over(world, s.task.h);
   check_kinematic_bodies(world, s.report);
   if (s.record.monitor) s.record.monitor->note_start(world);
-  note_teleports(world, s.record.drawn_from);
+  if (s.record.start) note_teleports(world, *s.record.start);
   save_coupled(world);
   for (const SolverRow* solver : kSolvers) solver->predict(world, s.task);
   note_used_forces(world);
@@ -316,7 +317,7 @@ StepReport step_world(World& world, const StepSettings& settings, const Systems&
   compile_if_changed(world);
   begin_forces(world);
   for (int left = substeps; left-- > 0;) {
-    apply_events(world, task.h);
+    apply_requests(world, task.h), apply_events(world, task.h);
     s.run(Stage::before_drive);
     if (!std::isfinite(world.time)) {
       compile_if_changed(world);

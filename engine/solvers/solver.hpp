@@ -48,6 +48,10 @@ struct SolverRow {
   const char* (*fault)(const World&) = [](const World&) -> const char* { return nullptr; };
   /// Whether all its islands sleep.
   bool (*asleep)(const World&);
+  /// Whether one of them does; of a solver that lets nothing sleep, none.
+  bool (*sleeps)(const World&, std::size_t island) = [](const World&, std::size_t) {
+    return false;
+  };
   /// Bounds on the displacement of its bodies' surfaces in the step, m, by body slot.
   void (*find_reaches)(const World&, Real h, std::span<Real> reach) = [](const World&, Real,
                                                                          std::span<Real>) {};

@@ -143,6 +143,48 @@ TEST_CASE("a body added after the last step is drawn where it is") {
   CHECK(simulation.interpolated(e, 0.5).position == Vec3(5, 5, 5));
 }
 
+TEST_CASE("bodies that come and go leave the others where they are drawn") {
+  auto [simulation, body] = falling_body();
+  const Entity first = body;
+  const Entity second = simulation.world.add_body(simulation.world.bodies[first]);
+  simulation.world.bodies[second].velocity = {0, 3, 0};
+  simulation.advance(2 * kStep);
+  const Vec3 last = simulation.world.bodies[second].pose.position;
+  const auto is_between = [&, &sim = simulation] {
+    const Vec3 now = sim.world.bodies[second].pose.position;
+    return glm::length(sim.interpolated(second, 0.5).position - 0.5 * (last + now)) < 1e-12;
+  };
+  SECTION("before the step") {
+    simulation.world.add_body({});
+    simulation.world.destroy(first);
+    simulation.advance(kStep);
+    CHECK(is_between());
+  }
+  SECTION("within the step, before bodies move and after") {
+    for (const Stage stage : {Stage::before_drive, Stage::after_step})
+      simulation.insert(stage, [&, stage](World& w, Real) {
+        stage == Stage::before_drive ? w.destroy(first) : void(w.add_body({}));
+      });
+    simulation.advance(kStep);
+    CHECK(is_between());
+  }
+  SECTION("after the step") {
+    simulation.advance(kStep);
+    simulation.world.destroy(first);
+    simulation.world.add_body({});
+    CHECK(is_between());
+  }
+  SECTION("a teleported one behind one that goes") {
+    simulation.insert(Stage::before_update, [&](World& w, Real) {
+      if (!w.is_alive(first)) return;
+      w.destroy(first);
+      w.teleport(second, {{100, 0, 0}, kIdentity});
+    });
+    simulation.advance(kStep);
+    CHECK(simulation.interpolated(second, 0.5).position.x == 100);
+  }
+}
+
 TEST_CASE("nothing is drawn on the way of a teleported body") {
   auto [simulation, body] = falling_body();
   const Vec3 far{100, 0, 0};

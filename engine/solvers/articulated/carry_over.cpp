@@ -37,7 +37,32 @@ bool is_same(const PackedJoint& a, const PackedJoint& b) {
          (a.drive == kNoSlot) == (b.drive == kNoSlot) && a.joint.kind == b.joint.kind &&
          a.joint.anchor_a == b.joint.anchor_a && a.joint.anchor_b == b.joint.anchor_b &&
          a.joint.frames.a() == b.joint.frames.a() && a.joint.frames.b() == b.joint.frames.b() &&
-         is_same(*a.joint.limits, *b.joint.limits);
+         is_actuated(a) == is_actuated(b);
+}
+
+/// Numbers that may change while an island stays what it is.
+bool has_same_values(const Island& a, const Island& b) {
+  const auto limits = [](const PackedJoint& x, const PackedJoint& y) {
+    return is_same(*x.joint.limits, *y.joint.limits);
+  };
+  return a.constants.numbers() == b.constants.numbers() &&
+         std::equal(a.joints.begin(), a.joints.end(), b.joints.begin(), b.joints.end(), limits);
+}
+
+bool has_same_masses(const Island& a, const Island& b) {
+  for (std::size_t c = 0; c < a.count(); ++c)
+    if (a.constants.at(kMass, c) != b.constants.at(kMass, c) ||
+        a.constants.vec(kInertia, c) != b.constants.vec(kInertia, c))
+      return false;
+  return true;
+}
+
+bool has_same_anchors(const Island& a, const Island& b) {
+  for (std::size_t c = 0; c < a.count(); ++c)
+    if (a.constants.vec(kOwnAnchor, c) != b.constants.vec(kOwnAnchor, c) ||
+        a.constants.vec(kParentAnchor, c) != b.constants.vec(kParentAnchor, c))
+      return false;
+  return true;
 }
 
 /// Whether an island has the same structure as before: then its state must not change.
@@ -76,18 +101,20 @@ struct Unchanged {
   }
   bool operator()(const Island& a, const Island& b) const {
     return a.bodies == b.bodies && a.parents == b.parents && a.settings == b.settings &&
-           a.constants.numbers() == b.constants.numbers() && a.unfit == b.unfit &&
+           a.unfit == b.unfit && has_same_anchors(a, b) && has_same_masses(a, b) &&
            all(a.trees, b.trees) && all(a.pins, b.pins) && all(a.cables, b.cables) &&
            all(a.links, b.links) && all(a.joints, b.joints);
   }
 };
 
-/// The island of the last build, with the present slots.
+/// The island of the last build, with the present slots, limits, drags and shares of gravity; new
+/// ones wake it.
 Island renumbered(Island old, Island& made) {
+  if (!has_same_values(old, made)) rouse(old);
   copy_slots(made, old);
   old.slots = std::move(made.slots), old.links = std::move(made.links);
   old.follows = made.follows;
-  for (std::size_t i = 0; i < old.joints.size(); ++i) old.joints[i].drive = made.joints[i].drive;
+  old.joints = std::move(made.joints), old.constants = std::move(made.constants);
   return old;
 }
 
@@ -153,8 +180,9 @@ void carry_memory(const std::vector<Island>& before, const World& world,
     }
     const Remembered& first = old[a.slots.front()];
     if (!first.island || first.island->bodies != a.bodies) continue;
-    // A free tree keeps its angular momentum only while its structure is unchanged.
+    // A free tree keeps its angular momentum only while structure and masses are unchanged.
     const Island& was = *first.island;
+    if (!has_same_masses(a, was)) continue;
     for (std::size_t t = 0; t < a.trees.size() && a.trees.size() == was.trees.size(); ++t) {
       const std::uint32_t root = a.trees[t].first;
       if (was.trees[t].first != root || was.parents[root] != a.parents[root]) continue;

@@ -67,6 +67,8 @@ void adjust_alone(World& world, const StepTask& task) {
 
 bool touches(const World& world, std::size_t island) { return islands_of(world)[island].mutual; }
 
+bool sleeps(const World& world, std::size_t island) { return islands_of(world)[island].asleep; }
+
 std::size_t count(const World& world) { return islands_of(world).size(); }
 
 bool repeat(World& world, std::size_t island, Real h) {
@@ -175,6 +177,7 @@ const SolverRow kRow{.name = "articulated",
                      .has_begun = has_begun,
                      .fault = fault,
                      .asleep = all_asleep,
+                     .sleeps = sleeps,
                      .find_reaches = find_reaches,
                      .take_contacts = take_contacts,
                      .adjust = adjust_alone,

@@ -35,9 +35,7 @@ class Filter final : public b2ContactFilter {
   bool ShouldCollide(b2Fixture* f, b2Fixture* g) override {
     const FixtureAt at = unpacked(*f), bt = unpacked(*g);
     const PlaneBody &a = plane_.bodies[at.body], &b = plane_.bodies[bt.body];
-    if (!(a.groups & b.with) || !(b.groups & a.with)) return false;
-    if (a.kind == PlaneBody::dynamic && b.kind == PlaneBody::dynamic)
-      if (!(a.island == b.island ? a.self && b.self : a.others || b.others)) return false;
+    if (!may_touch(plane_, at.body, bt.body)) return false;
     const Outline &p = plane_.outlines[a.first + at.outline],
                   &q = plane_.outlines[b.first + bt.outline];
     return p.low < q.high && q.low < p.high;

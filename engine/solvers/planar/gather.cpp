@@ -1,4 +1,5 @@
 // From the World to the plane of a step.
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -10,6 +11,7 @@
 #include "engine/solvers/planar/island.hpp"
 #include "engine/solvers/planar/section.hpp"
 #include "engine/world/flat.hpp"
+#include "engine/world/requests.hpp"
 
 namespace pantin::detail::planar {
 namespace {
@@ -42,8 +44,11 @@ void cut_sections(const World& world, Planar& all) {
     b.first = static_cast<std::uint32_t>(plane.outlines.size());
     const Shapes* shapes = f.solid ? world.shapes.find(f.body) : nullptr;
     const Real z = world.bodies.values()[f.slot].pose.position.z;
-    if (shapes)
-      for (const Shape& shape : shapes->list) append_section(shape, {{0, 0, z}, f.tilt}, plane);
+    for (std::uint32_t k = 0; shapes && k < shapes->list.size(); ++k) {
+      const std::size_t from = plane.outlines.size();
+      append_section(shapes->list[k], {{0, 0, z}, f.tilt}, plane);
+      for (std::size_t n = from; n < plane.outlines.size(); ++n) plane.outlines[n].shape = k;
+    }
     b.count = static_cast<std::uint32_t>(plane.outlines.size()) - b.first;
   }
   plane.unit = unit_of(world, all);
@@ -68,6 +73,19 @@ void gather_body(const World& world, const FlatBody& f, PlaneBody& b) {
   b.inertia = world_inertia(body.pose.rotation, body.inertia)[2].z;
   if (const Force* push = world.forces.find(f.body))
     b.force = flat(push->force), b.torque = push->torque.z;
+}
+
+void list_ignored(const World& world, const Planar& all, Plane& plane) {
+  plane.ignored.clear();
+  const Store<IgnoredPair>* pairs = world.user.find<IgnoredPair>();
+  if (!pairs) return;
+  const auto number_of = [&](Entity e) {
+    std::uint32_t i = 0;
+    while (i < all.bodies.size() && all.bodies[i].body != e) ++i;
+    return i;
+  };
+  for (const IgnoredPair& pair : pairs->values())
+    plane.ignored.push_back(std::minmax({number_of(pair.a), number_of(pair.b)}));
 }
 
 /// What others pressed on the plane's bodies in the last step.
@@ -192,6 +210,7 @@ void gather(const World& world, Planar& all) {
     gather_body(world, all.bodies[i], plane.bodies[i]);
   plane.bodies.push_back({});
   plane.gravity = flat(world.gravity);
+  list_ignored(world, all, plane);
   add_pressures(world, all);
   plane.joints.clear(), all.scratch.joint_of.clear();
   for (const FlatLink& l : all.links) gather_link(world, l, all);

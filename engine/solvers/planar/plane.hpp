@@ -5,9 +5,11 @@
 /// Vectors lie in the plane z = 0, angles are about z. SI units; positions are the world's. The
 /// "start frame" of a body has its origin at the mass centre and the axes of the world at the start
 /// of the step: its angle there is 0. That of a kinematic body has the axes it ends with.
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include "engine/base/fields.hpp"
@@ -24,6 +26,7 @@ struct Outline {
   Real radius = 0;                     // m, of a disc
   Real low = 0, high = 0;              // m: the z of the world between which it is solid
   std::uint32_t material = 0;
+  std::uint32_t shape = 0;  // among those of its body
 };
 
 /// One that is absent takes no part in the step: others have moved it, and nothing touches it.
@@ -86,8 +89,9 @@ struct Touch {
   float normal_impulse = 0, tangent_impulse = 0;  // kg m/s
   Vec3 point{0}, normal{0, 1, 0};                 // results, world; from b to a
   Real depth = 0;
-  Vec3 impulse{0};     // kg m/s, on a, of the whole step
-  bool ended = false;  // it bore in the step and is over at its end
+  Vec3 impulse{0};                         // kg m/s, on a, of the whole step
+  bool ended = false;                      // it bore in the step and is over at its end
+  std::uint32_t shape_a = 0, shape_b = 0;  // of each body
 
   static void fields(auto& self, auto&& field) {
     field("a", self.a);
@@ -102,6 +106,8 @@ struct Touch {
     field("depth", passive(self.depth));
     field("impulse", passive(self.impulse));
     field("ended", passive(self.ended));
+    field("shape_a", passive(self.shape_a));
+    field("shape_b", passive(self.shape_b));
   }
 };
 
@@ -118,9 +124,20 @@ struct Plane {
   std::vector<Outline> outlines;
   std::vector<Vec3> corners;
   std::vector<PlaneJoint> joints;
-  Vec3 gravity{0};  // m/s^2
-  Real unit = 1;    // m: the size of a typical body
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> ignored;  // do not touch; the lower first
+  Vec3 gravity{0};                                               // m/s^2
+  Real unit = 1;                                                 // m: the size of a typical body
 };
+
+/// Whether what is said of two bodies lets them touch.
+inline bool may_touch(const Plane& plane, std::uint32_t number_a, std::uint32_t number_b) {
+  const PlaneBody &a = plane.bodies[number_a], &b = plane.bodies[number_b];
+  if (!(a.groups & b.with) || !(b.groups & a.with)) return false;
+  if (a.kind == PlaneBody::dynamic && b.kind == PlaneBody::dynamic)
+    if (!(a.island == b.island ? a.self && b.self : a.others || b.others)) return false;
+  const std::pair<std::uint32_t, std::uint32_t> both = std::minmax(number_a, number_b);
+  return std::find(plane.ignored.begin(), plane.ignored.end(), both) == plane.ignored.end();
+}
 
 /// One step of `h` seconds: a function of its arguments alone. Reads the touches of the last step,
 /// sorted, and leaves those of this one. Writes the results of the bodies.

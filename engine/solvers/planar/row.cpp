@@ -133,6 +133,11 @@ void keep_loads(Planar& all) {
     all.loads[all.links.size() + i] = joints[joints.size() - all.pins.size() + i].load;
 }
 
+void name_shapes(const Plane& plane, Touch& t) {
+  t.shape_a = plane.outlines[plane.bodies[t.a].first + t.outline_a].shape;
+  t.shape_b = plane.outlines[plane.bodies[t.b].first + t.outline_b].shape;
+}
+
 void predict(World& world, const StepTask& task) {
   Planar& all = plane_of(world);
   all.scratch.stepped = false;
@@ -151,6 +156,7 @@ void predict(World& world, const StepTask& task) {
   move_mechanisms(world, all, task.h);
   drive_tied(world, all, task.h);
   step_plane(scratch.plane, task.h, all.touches);
+  for (Touch& t : all.touches) name_shapes(scratch.plane, t);
   take_results(world, all, task.h);
   take_mechanisms(all);
   close(world, all, task.h);
@@ -183,6 +189,12 @@ bool asleep(const World& world) {
   return all.islands == 0 || !all.scratch.stepped;
 }
 
+/// The plane sleeps as one.
+bool sleeps(const World& world, std::size_t) {
+  const Planar& all = plane_of(world);
+  return all.scratch.h > 0 && !all.scratch.stepped && !all.lost && all.still > 0;
+}
+
 /// Bodies of the plane are obstacles that are at the end of the step already.
 void find_starts(const World& world, std::vector<contact::StartPose>& out) {
   const Planar& all = plane_of(world);
@@ -196,7 +208,11 @@ Contact contact_of(const World& world, const Planar& all, const Touch& t) {
   const Body &on_a = world.bodies.values()[a.slot], &on_b = world.bodies.values()[b.slot];
   Contact c;
   c.slot_a = a.slot, c.slot_b = b.slot, c.normal = t.normal, c.depth = t.depth;
-  c.key = std::uint64_t(t.outline_a) << 48 | std::uint64_t(t.outline_b) << 32 | t.feature;
+  // Outlines of a shape are few; of more than 64 some share a key.
+  const std::uint64_t outlines = (t.outline_a & 0x3f) << 6 | (t.outline_b & 0x3f);
+  const bool is_a = a.island != kNobody;
+  c.key = contact::key_of(is_a ? t.shape_a : t.shape_b, is_a ? t.shape_b : t.shape_a,
+                          outlines << 32 | t.feature);
   const Vec3 at(t.point.x, t.point.y, 0.5 * (on_a.pose.position.z + on_b.pose.position.z));
   c.point_a = to_local(on_a.pose, at), c.point_b = to_local(on_b.pose, at);
   c.active = t.impulse != Vec3(0), c.gap = t.ended ? 1e-3 : -t.depth;
@@ -260,6 +276,7 @@ const SolverRow kRow{.name = "planar",
                      .predict = predict,
                      .fault = fault,
                      .asleep = asleep,
+                     .sleeps = sleeps,
                      .find_starts = find_starts,
                      .list_contacts = list_contacts,
                      .note_failure = note_failure,
