@@ -7,7 +7,7 @@
 #include "engine/geometry/mass_properties.hpp"
 #include "engine/geometry/skin_model.hpp"
 #include "engine/geometry/surface.hpp"
-#include "engine/pantin/detail/findings.hpp"
+#include "engine/pantin/detail/checks.hpp"
 
 namespace pantin {
 
@@ -182,12 +182,7 @@ void check(const RigidBody& body, Findings& findings) {
   findings.finite("gravity_scale", body.gravity_scale);
   if (body.material >= findings.world().materials.size())
     findings.add("material", std::to_string(body.material), "an index into World::materials");
-  if (!body.collision) return;
-  findings.not_negative("collision.friction", body.collision->friction);
-  findings.within("collision.restitution", body.collision->restitution, 0, 1);
-  findings.not_negative("collision.rolling", body.collision->rolling);
-  findings.not_negative("collision.spinning", body.collision->spinning);
-  findings.finite("collision.surface_velocity", body.collision->surface_velocity);
+  if (body.collision) check(findings, *body.collision);
 }
 
 void check(const MaterialPair& pair, Findings& findings) {

@@ -1,7 +1,7 @@
 #include <pantin/joints.hpp>
 
 #include "engine/joints/kinds.hpp"
-#include "engine/pantin/detail/findings.hpp"
+#include "engine/pantin/detail/checks.hpp"
 
 namespace pantin {
 
@@ -12,7 +12,6 @@ namespace {
 /// A joint's frame in the world, as either body carries it.
 struct WorldFrames {
   Pose a, b;
-  bool has_axes = true;  // not only anchors
 };
 
 /// Some direction square to a unit vector; the same for the same vector.
@@ -60,63 +59,15 @@ Joint make_joint(const World& world, JointKind kind, const T& described, const W
   Joint joint;
   joint.kind = kind;
   joint.anchor_a = to_local(on_a, at.a.position), joint.anchor_b = to_local(on_b, at.b.position);
-  if (!at.has_axes) return joint;
   const Quat frame_a = glm::normalize(glm::conjugate(on_a.rotation) * at.a.rotation),
              frame_b = glm::normalize(glm::conjugate(on_b.rotation) * at.b.rotation);
   if (frame_a != kIdentity || frame_b != kIdentity) joint.frames.set(frame_a, frame_b);
   return joint;
 }
 
-AngleLimit limit_of(Findings& findings, const char* member, const std::optional<Interval>& range) {
-  if (!range) return {};
-  if (!std::isfinite(range->low) || !std::isfinite(range->high) || range->low > range->high)
-    findings.add(member, shown(range->low) + " to " + shown(range->high),
-                 "two finite numbers, the lower one first");
-  return {true, range->low, range->high};
-}
-
-void soften(Findings& findings, const std::optional<SoftStop>& soft, JointLimits& limits) {
-  if (!soft) return;
-  findings.above_zero("soft_stop.zone", soft->zone);
-  findings.not_negative("soft_stop.stiffness", soft->stiffness);
-  findings.not_negative("soft_stop.damping", soft->damping);
-  if (!limits.any()) findings.add("soft_stop", "one", "limits beside it");
-  limits.soft_zone = soft->zone, limits.soft_stiffness = soft->stiffness;
-  limits.soft_damping = soft->damping;
-}
-
-void check(Findings& findings, const std::optional<JointDrive>& drive) {
-  if (!drive) return;
-  findings.rotation("drive.target", drive->target);
-  findings.not_negative("drive.stiffness", drive->stiffness);
-  findings.not_negative("drive.damping", drive->damping);
-  if (!(drive->max_torque >= 0))
-    findings.add("drive.max_torque", shown(drive->max_torque), "0 or a number above it");
-  for (std::size_t i = 0; i < drive->keys.size(); ++i) {
-    findings.finite("drive.keys.time", drive->keys[i].time);
-    findings.rotation("drive.keys.turn", drive->keys[i].rotation);
-    if (i > 0 && !(drive->keys[i].time > drive->keys[i - 1].time))
-      findings.add("drive.keys", "times that do not grow", "each key after the one before");
-  }
-}
-
 Dof freedom_of(Findings& findings, const JointMotor& motor, const SpringDamper& spring,
                const JointFriction& friction) {
-  findings.not_negative("spring.stiffness", spring.stiffness);
-  findings.not_negative("spring.damping", spring.damping);
-  findings.finite("spring.rest", spring.rest);
-  findings.not_negative("friction.viscous", friction.viscous);
-  findings.not_negative("friction.dry", friction.dry);
-  findings.above_zero("friction.slip", friction.slip);
-  if (motor.kind == MotorKind::none) {
-    if (motor.target != 0 || motor.gain != 0)
-      findings.add("motor.kind", "none, with a target or a gain", "velocity or position");
-  } else {
-    findings.finite("motor.target", motor.target);
-    findings.above_zero("motor.gain", motor.gain);
-    findings.not_negative("motor.damping", motor.damping);
-    if (!(motor.cap >= 0)) findings.add("motor.cap", shown(motor.cap), "0 or a number above it");
-  }
+  check(findings, motor), check(findings, spring), check(findings, friction);
   return {spring, friction, motor};
 }
 
@@ -173,15 +124,10 @@ Result<Entity> add_to(World& world, const BallJoint& described) {
   }
   JointLimits limits;
   limits.angle = limit_of(findings, "twist", described.twist);
-  if (described.cone) {
-    findings.within("cone.y", described.cone->y, 0, kPi);
-    findings.within("cone.z", described.cone->z, 0, kPi);
-    limits.swing = {true, described.cone->y, described.cone->z};
-  }
+  if (described.cone) limits.swing = swing_of(findings, *described.cone);
   soften(findings, described.soft_stop, limits);
   check(findings, described.drive);
   if (!findings.ok()) return findings.take();
-  at.has_axes = limits.any() || described.drive || described.frames;
   Joint joint = make_joint(world, JointKind::ball, described, at);
   joint.limits = limits;
   return link(world, findings, described, joint);

@@ -3,6 +3,7 @@
 #include <tuple>
 
 #include "engine/contact/contact.hpp"
+#include "engine/contact/search.hpp"
 
 namespace pantin {
 
@@ -19,10 +20,22 @@ auto key(const ContactEvent& e) {
 }
 bool is_before(const ContactEvent& p, const ContactEvent& q) { return key(p) < key(q); }
 
+std::uint32_t material_of(const World& world, Entity body, std::uint32_t shape) {
+  const Shapes* shapes = world.shapes.find(body);
+  return shapes && shape < shapes->list.size() ? shapes->list[shape].material : 0;
+}
+
+void swap_sides(ContactEvent& e) {
+  std::swap(e.a, e.b), std::swap(e.shape_a, e.shape_b), std::swap(e.material_a, e.material_b);
+  e.impulse = -e.impulse, e.normal = -e.normal;
+}
+
 /// Contacts come by pairs of slots, one after the other; what their points say is added up.
 struct Sum {
   Vec3 impulse{0}, normal{0}, point{0};
   Real depth = 0, weight = 0;
+  std::uint64_t key = 0;  // of the point that bears most, or is nearest
+  std::pair<Real, Real> most{-1, 0};
   bool bears = false, is_near = false;
 
   void add(const Contact& c, Vec3 at, Real seconds) {
@@ -32,10 +45,34 @@ struct Sum {
     impulse += seconds * c.force;
     normal += w * c.normal, point += w * at, weight += w;
     depth = std::max(depth, c.depth);
+    const std::pair<Real, Real> bears_now{glm::length(c.force), -c.gap};
+    if (bears_now > most) most = bears_now, key = c.key;
   }
 };
 
 }  // namespace
+
+Vec3 ContactEvents::velocity_before(Entity body, Vec3 point) const {
+  if (body.index >= motions_.size() || motions_[body.index].owner != body) return Vec3(0);
+  const Motion& m = motions_[body.index];
+  return m.velocity + glm::cross(m.spin, point - m.position);
+}
+
+void ContactEvents::find_approaches() {
+  for (ContactEvent& e : now_) {
+    const Vec3 closing = velocity_before(e.b, e.point) - velocity_before(e.a, e.point);
+    e.approach = std::max(Real(0), glm::dot(closing, e.normal));
+  }
+}
+
+void ContactEvents::note_motions(const World& world) {
+  motions_.assign(world.entities.capacity(), {});
+  for (std::size_t i = 0; i < world.bodies.size(); ++i) {
+    const Body& b = world.bodies.values()[i];
+    const Entity owner = world.bodies.owners()[i];
+    motions_[owner.index] = {owner, b.pose.position, b.velocity, b.angular_velocity};
+  }
+}
 
 bool ContactEvents::touched(const ContactEvent& now) const {
   return std::binary_search(before_.begin(), before_.end(), now, is_before);
@@ -58,9 +95,12 @@ void ContactEvents::collect(const World& world, Real seconds) {
     ContactEvent e;
     e.a = world.bodies.owners()[now_a], e.b = world.bodies.owners()[now_b];
     e.impulse = sum.impulse, e.point = sum.point / sum.weight, e.depth = sum.depth;
+    e.shape_a = contact::shape_of_a(sum.key), e.shape_b = contact::shape_of_b(sum.key);
+    e.material_a = material_of(world, e.a, e.shape_a);
+    e.material_b = material_of(world, e.b, e.shape_b);
     const Real length = glm::length(sum.normal);
     e.normal = length > 0 ? sum.normal / length : contacts[i - 1].normal;
-    if (e.b.index < e.a.index) std::swap(e.a, e.b), e.impulse = -e.impulse, e.normal = -e.normal;
+    if (e.b.index < e.a.index) swap_sides(e);
     if (sum.bears || (sum.is_near && touched(e))) now_.push_back(e);
   }
 }
@@ -86,7 +126,7 @@ void ContactEvents::compare() {
     if (std::binary_search(now_.begin(), now_.end(), e, is_before)) continue;
     events_.push_back(e);
     events_.back().phase = ContactPhase::end;
-    events_.back().impulse = Vec3(0), events_.back().depth = 0;
+    events_.back().impulse = Vec3(0), events_.back().depth = events_.back().approach = 0;
   }
 }
 
@@ -96,6 +136,7 @@ std::span<const ContactEvent> ContactEvents::update(const World& world) {
   collect(world, std::max(Real(0), world.time - time_));
   collect_overlaps(world);
   std::sort(now_.begin(), now_.end(), is_before);
+  find_approaches(), note_motions(world);
   compare();
   time_ = world.time;
   return events_;

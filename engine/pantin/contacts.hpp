@@ -39,6 +39,12 @@ struct ContactEvent {
   Vec3 point{0};         // world, m: mean of all contact points on b
   Vec3 normal{0, 1, 0};  // unit, world, from b to a
   Real depth = 0;        // m, overlap at the deepest point
+  // Of the point that bears most: which shapes of a and b (in World::shapes), and their materials
+  // (in World::materials).
+  std::uint32_t shape_a = 0, shape_b = 0, material_a = 0, material_b = 0;
+  // m/s: how fast the bodies came towards each other at the point, by their motion at the update
+  // before; of a begin what a sound goes by.
+  Real approach = 0;
 };
 
 /// Tracks pairs in contact and reports changes. One object for each World:
@@ -52,7 +58,7 @@ struct ContactEvent {
 /// forces are those of the last one. An end names bodies that may be gone.
 ///
 /// Overlaps with sensors are those at the end of the last step: what passes a thin sensor within
-/// one step is not seen.
+/// one step is not seen; of an overlap the shapes are not told.
 class ContactEvents {
  public:
   /// Pairs in contact in this World as it stands do not report a begin.
@@ -69,8 +75,18 @@ class ContactEvents {
   void collect_overlaps(const World& world);
   void compare();
   bool touched(const ContactEvent& now) const;
+  void find_approaches();
+  void note_motions(const World& world);
+
+  /// A body as it was at the last update.
+  struct Motion {
+    Entity owner;
+    Vec3 position{0}, velocity{0}, spin{0};
+  };
+  Vec3 velocity_before(Entity body, Vec3 point) const;
 
   Real time_ = 0;
+  std::vector<Motion> motions_;  // by index of the entity
   std::vector<ContactEvent> now_, before_, events_;
 };
 

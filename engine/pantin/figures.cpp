@@ -33,8 +33,7 @@ void check(const ChainOptions& options, Findings& findings) {
 
 /// The axes of a universal joint are the axis of `joint` and its y.
 Entity join(Builder& builder, ChainJoint kind, const BallJoint& joint, const std::string& part) {
-  if (kind == ChainJoint::ball)
-    return builder.add(BallJoint{.a = joint.a, .b = joint.b, .anchor = joint.anchor}, part);
+  if (kind == ChainJoint::ball) return builder.add(joint, part);
   return builder.add(UniversalJoint{.a = joint.a,
                                     .b = joint.b,
                                     .anchor = joint.anchor,

@@ -2,6 +2,7 @@
 /// The core of pantin: worlds, bodies, joints, figures, the step, what can be read back.
 ///
 /// Scene files and pictures are libraries of their own: <pantin/scene.hpp>, <pantin/render.hpp>.
+#include <pantin/change.hpp>
 #include <pantin/contacts.hpp>
 #include <pantin/events.hpp>
 #include <pantin/figures.hpp>

@@ -1,0 +1,21 @@
+#pragma once
+/// What the numbers of joints and bodies have to be, when they are added and when they are changed.
+/// Not installed.
+#include <optional>
+#include <pantin/joints.hpp>
+
+#include "engine/pantin/detail/findings.hpp"
+
+namespace pantin::detail {
+
+AngleLimit limit_of(Findings& findings, const char* member, const std::optional<Interval>& range);
+/// Puts a soft stop beside the limits.
+void soften(Findings& findings, const std::optional<SoftStop>& soft, JointLimits& limits);
+SwingLimit swing_of(Findings& findings, const ConeLimit& cone);
+void check(Findings& findings, const std::optional<JointDrive>& drive);
+void check(Findings& findings, const SpringDamper& spring);
+void check(Findings& findings, const JointFriction& friction);
+void check(Findings& findings, const JointMotor& motor);
+void check(Findings& findings, const Collision& collision);
+
+}  // namespace pantin::detail
