@@ -105,21 +105,8 @@ TEST_CASE("an exact ball jumps to the height that restitution leaves it") {
   for (const Integrator by : kAll)
     for (const Real e : {1.0, 0.5, 0.0}) {
       INFO(name_of(by) << ", restitution " << e);
-      if (by != Integrator::euler) {
-        CHECK(std::abs(excess_of_jump(by, e, 60)) < 3e-3);
-        CHECK(std::abs(excess_of_jump(by, e, 240)) < 1e-3);
-        continue;
-      }
-      if (e == 0) {
-        CHECK(std::abs(excess_of_jump(by, e, 60)) < 1e-12);
-        continue;
-      }
-      // Euler's own free fall is of first order: the error halves with the step.
-      const Real at_60 = excess_of_jump(by, e, 60), at_120 = excess_of_jump(by, e, 120),
-                 at_240 = excess_of_jump(by, e, 240);
-      CHECK(at_60 < 0);
-      CHECK(at_120 / at_60 == Approx(0.5).margin(0.05));
-      CHECK(at_240 / at_120 == Approx(0.5).margin(0.05));
+      CHECK(std::abs(excess_of_jump(by, e, 60)) < 3e-3);
+      CHECK(std::abs(excess_of_jump(by, e, 240)) < 1e-3);
     }
 }
 

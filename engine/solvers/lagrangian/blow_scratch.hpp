@@ -11,6 +11,13 @@ namespace pantin::detail::lagrangian {
 struct BlowScratch {
   std::vector<std::uint32_t> blocks, resting;  // those that may be hit; not left by it
   std::vector<Real> matrix, bias, impulses, scale;
+  std::vector<Real> at_start;            // N s, by row: impulses before the first step
+  std::vector<Real> gap_before;          // by block: at the start of the step
+  std::vector<Real> gap, rate;           // by block: at the start of a part of it
+  std::vector<std::uint8_t> is_near;     // by block: the rate is known
+  std::vector<int> hits;                 // by block: in the step
+  std::vector<std::uint32_t> passed;     // within a bound that they are leaving
+  std::vector<std::uint8_t> was_active;  // by block: in the step that contacts finish
   std::vector<ImpulseBounds> bounds;
   std::vector<Vec3> jacobian;  // of those that may be hit
   std::vector<std::size_t> first_vector;

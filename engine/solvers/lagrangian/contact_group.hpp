@@ -28,12 +28,13 @@ struct ContactEnd {
   Vec3 arm{0};               // m, world, from the mass centre
 };
 
-/// The row of a limit or a cable that was active in the step.
+/// The row of a limit or a cable that may bear at the end of the step.
 struct LimitRowAt {
   std::uint32_t island = 0, block = 0;
   std::uint32_t count = 0, body[8] = {};  // columns; frames are left out
   Vec3 j[16];                             // two a body
   Real gap = 0, frame_rate = 0;           // m or rad; what frames add to its rate
+  bool was_active = false;                // in the step
 };
 
 /// A contact point. Vectors with three components along its axes: the normal, from b to a, and two
@@ -49,18 +50,19 @@ struct ContactPoint {
   Real radius[2] = {};   // m
   Obstacle obstacle[2];  // where there is no end
   Real friction = 0, restitution = 0;
-  Real gap_before = 0;      // m, at the start of the step
-  Real gap = 0;             // m, at its end with all displacements so far
-  Real pull = 0;            // m/s^2, along the normal, of all but contacts
-  Vec3 speed{0};            // m/s, at the end, with all impulses so far
-  Mat3 response{0};         // 1/kg
-  Vec3 impulse{0};          // N s on a, in all
-  Vec3 lasting{0};          // N s, of it what holds at the end of the step
-  Vec3 borne{0};            // the same, in the end
-  Vec3 shift{0};            // kg m: displaces as an impulse changes velocities; not applied yet
-  Vec3 held{0};             // kg m, of it against what lasts
-  Real share = 0.5;         // of the step, for which a lasting force is as good as its impulse
-  Vec3 best{0}, kept{0};    // N s: of Newton's method, of all iterations
+  Real gap_before = 0;    // m, at the start of the step
+  Real gap = 0;           // m, at its end with all displacements so far
+  Real pull = 0;          // m/s^2, along the normal, of all but contacts
+  Vec3 speed{0};          // m/s, at the end, with all impulses so far
+  Mat3 response{0};       // 1/kg
+  Vec3 impulse{0};        // N s on a, in all
+  Vec3 lasting{0};        // N s, of it what holds at the end of the step
+  Vec3 borne{0};          // the same, in the end
+  Real least = 0;         // N s, of what lasts along the normal: a limit may push less than it did
+  Vec3 shift{0};          // kg m: displaces as an impulse changes velocities; not applied yet
+  Vec3 held{0};           // kg m, of it against what lasts
+  Real share = 0.5;       // of the step, for which a lasting force is as good as its impulse
+  Vec3 best{0}, kept{0};  // N s: of Newton's method, of all iterations
   std::size_t unknown = 0;  // in the equations of its group
   bool works = true;        // the bodies can give way to it
   bool closed = false;      // it is shut at the end of the step

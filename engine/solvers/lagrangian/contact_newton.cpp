@@ -77,13 +77,14 @@ void write_rows_of(const Equations& to, const ContactPoint& p, Real regularisati
   const std::size_t n = p.unknown;
   const auto clear = [&](std::size_t k) {
     for (std::size_t c = 0; c < to.n; ++c) to.at(n + k, c) = 0;
-    to.at(n + k, n + k) = 1, to.right[n + k] = -p.lasting[static_cast<int>(k)];
+    to.at(n + k, n + k) = 1;
+    to.right[n + k] = (k == 0 ? p.least : 0) - p.lasting[static_cast<int>(k)];
   };
   const auto stop = [&](std::size_t k, Real response) {
     to.at(n + k, n + k) += regularisation * response;
     to.right[n + k] = -p.speed[static_cast<int>(k)];
   };
-  const bool open = p.lasting.x - p.speed.x / w[0][0] <= 0;
+  const bool open = p.lasting.x - p.least - p.speed.x / w[0][0] <= 0;
   if (open) return clear(0), clear(1), clear(2);
   stop(0, w[0][0]);
   const Real soft = softest_of(w);

@@ -12,6 +12,9 @@ namespace {
 
 /// Of the response that the two bodies would have without joints: with less the contact is theirs.
 constexpr Real kLeastResponse = 1e-9;
+/// How near a bound may be for contacts to bring it there: at the fastest speed, in steps; m or
+/// rad.
+constexpr Real kNearInSteps = 2, kAtBound = 1e-9;
 
 /// An island that takes part, or none.
 std::uint32_t taking_part(const World& world, const Owner& owner, const Taking& taking) {
@@ -39,8 +42,11 @@ Obstacle obstacle_at(const World& world, std::uint32_t slot, Real h) {
           b.angular_velocity};
 }
 
-/// Euler moves bodies by their velocities at the end of the step, the others by the mean ones.
-Real lasting_share(const Island& m) { return m.settings.integrator == Integrator::euler ? 1 : 0.5; }
+/// Euler moves jointed bodies by their velocities at the end of the step; the others, and all loose
+/// ones, go by the mean ones.
+Real lasting_share(const Island& m) {
+  return m.settings.integrator == Integrator::euler && !m.blocks.empty() ? 1 : 0.5;
+}
 
 void set_axes(ContactPoint& p, Vec3 normal) {
   const Vec3 aside = std::abs(normal.x) < 0.6 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
@@ -104,13 +110,52 @@ void list_points(const World& world, ContactScratch& r, Real h, const Taking& ta
   }
 }
 
-/// A limit that was active in the step no longer is a row of the island, but may push.
+/// The fastest of any body, m/s and rad/s, at the start of the step or at its end.
+struct Fastest {
+  Real speed = 0, spin = 0;
+};
+Fastest fastest_of(const Island& m) {
+  Fastest most;
+  for (const Motions* s : {&m.scratch.entry, &m.scratch.state})
+    for (std::size_t b = 0; b < m.count(); ++b) {
+      most.speed = std::max(most.speed, glm::length(s->v[b]));
+      most.spin = std::max(most.spin, glm::length(s->w[b]));
+    }
+  return most;
+}
+
+/// Limits and slack cables that contacts may bring to their bounds within the step count as well.
+void wake_near_limits(const World& world, Island& m, Real h) {
+  const Fastest most = fastest_of(m);
+  const auto is_other = [&](std::size_t i) { return is_one_sided(m, i) && !m.memory[i].active; };
+  std::vector<std::uint32_t>& near = m.scratch.blow.blocks;
+  near.clear();
+  for (std::uint32_t i = 0; i < m.blocks.size(); ++i)
+    m.scratch.blow.was_active[i] = m.memory[i].active;
+  for (std::uint32_t i = 0; i < m.blocks.size(); ++i)
+    if (is_other(i) && m.blocks[i].kind != BlockKind::surface) near.push_back(i);
+  if (near.empty()) return;
+  for (const std::uint32_t i : near) m.memory[i].active = true;
+  write_all_rows(world, m, {true, false});
+  for (const std::uint32_t i : near) {
+    const Block& b = m.blocks[i];
+    Real rate = 0;
+    for (std::size_t k = 0; k < b.count; ++k) {
+      const RowVectors j = row_of(b, jacobian_of(m, b), 0, k);
+      rate += glm::length(j.v) * most.speed + glm::length(j.w) * most.spin;
+    }
+    m.memory[i].active = m.scratch.c[b.first_row] <= kNearInSteps * h * rate + kAtBound;
+  }
+}
+
+/// Limits that may bear no longer are rows of the island, but may push.
 void list_limits(ContactScratch& r, Island& m, std::uint32_t island) {
   for (std::uint32_t i = 0; i < m.blocks.size(); ++i) {
     if (!is_one_sided(m, i) || !m.memory[i].active) continue;
     const Block& b = m.blocks[i];
     LimitRowAt row;
     row.island = island, row.block = i, row.gap = m.scratch.c[b.first_row];
+    row.was_active = m.scratch.blow.was_active[i] != 0;
     for (std::size_t k = 0; k < b.count; ++k) {
       const RowVectors j = row_of(b, jacobian_of(m, b), 0, k);
       if (b.body[k] >= m.count()) {
@@ -123,8 +168,11 @@ void list_limits(ContactScratch& r, Island& m, std::uint32_t island) {
     }
     ContactPoint p;
     p.limit = static_cast<std::uint32_t>(r.limits.size());
-    p.owner[0] = island, p.lasting.x = std::max(Real(0), m.scratch.impulses[b.first_row]);
-    p.gap_before = row.gap;
+    p.owner[0] = island, p.share = lasting_share(m);
+    p.gap_before = m.scratch.blow.gap_before[i];
+    // Contacts act with it: what it gave in the step without them may turn out to be less.
+    const Real given = m.scratch.impulses[b.first_row] + m.scratch.blow.at_start[b.first_row];
+    p.least = -std::max(Real(0), given);
     r.limits.push_back(row), r.points.push_back(p);
     m.memory[i].active = false;
   }
@@ -141,9 +189,11 @@ void take_up(World& world, ContactScratch& r, std::uint32_t island, Real h) {
   }
   update_kinematics(m), update_frames(world, m, 1, h);
   write_all_rows(world, m, {true, false});
-  const std::size_t limits = r.limits.size();
-  list_limits(r, m, island);
-  if (r.limits.size() > limits) write_all_rows(world, m, {true, false});
+  if (m.unilateral) {
+    wake_near_limits(world, m, h);
+    list_limits(r, m, island);
+    write_all_rows(world, m, {true, false});
+  }
   factor(m);
   add_forces(world, m, Torques::applied);
 }

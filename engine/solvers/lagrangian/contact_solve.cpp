@@ -103,8 +103,8 @@ Vec3 slide(const ContactPoint& p, Vec3 free, Vec3 r) {
 Vec3 solve_point(const ContactPoint& p, Vec3 r) {
   const Mat3& w = p.response;
   const Vec3 free = p.speed - w * r;
+  if (!(p.friction > 0)) return {std::max(p.least, -free.x / w[0][0]), 0, 0};
   if (free.x >= 0) return Vec3(0);
-  if (!(p.friction > 0)) return {-free.x / w[0][0], 0, 0};
   const Vec3 stopped = stop(w, free);
   if (stopped.x > 0 && within_cone(stopped, p.friction) == stopped) return stopped;
   return slide(p, free, within_cone(stopped.x > 0 ? stopped : r, p.friction));
@@ -142,7 +142,8 @@ void open_closed(const Couplings& with) {
       ContactPoint& p = points[n % 2 == 0 ? i : points.size() - 1 - i];
       if (!p.closed || !p.works) continue;
       const Real missing = goal_of(with, p) - p.gap;
-      const Real more = std::max(-p.held.x, missing / p.response[0][0]);
+      const Real least = p.share * with.group.h * p.least;
+      const Real more = std::max(least - p.held.x, missing / p.response[0][0]);
       if (more == 0) continue;
       worst = std::max(worst, std::abs(more) * p.response[0][0]);
       p.held.x += more, p.shift.x += more;
@@ -207,7 +208,9 @@ bool solve_closed(const Couplings& with) {
 bool close_more(const Couplings& with) {
   bool any = false;
   for (ContactPoint& p : with.group.points) {
-    if (p.closed || p.gap > kNearlyShut) continue;
+    // What touched and is being closed has been left by blows alone that others undo.
+    const bool comes_back = p.gap_before <= kNearlyShut && p.speed.x < 0;
+    if (p.closed || (p.gap > kNearlyShut && !comes_back)) continue;
     if (p.gap > 0 && p.restitution > 0 && p.speed.x < -kSlowestImpact) continue;
     p.closed = any = true;
     if (!p.works) continue;

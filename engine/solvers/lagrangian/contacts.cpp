@@ -173,7 +173,8 @@ void restore_limits(World& world, ContactScratch& r, Real h) {
     if (p.limit == kNoIndex) continue;
     const LimitRowAt& row = r.limits[p.limit];
     Island& m = islands_of(world)[row.island];
-    m.memory[row.block].active = p.impulse.x > 0 || p.speed.x <= 0;
+    const bool bears = p.impulse.x > p.least;
+    m.memory[row.block].active = bears || (row.was_active && p.speed.x <= 0);
     m.forces[m.blocks[row.block].first_row] += p.impulse.x / h;
   }
 }

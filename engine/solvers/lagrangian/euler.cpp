@@ -135,8 +135,10 @@ void finish(Island& m, Real h) {
   StepScratch& scratch = m.scratch;
   Motions& s = scratch.state;
   for (std::size_t b = 0; b < m.count(); ++b) {
+    const Vec3 before = s.v[b];
     s.v[b] = scratch.solution[2 * b];
-    s.x[b] += h * s.v[b];
+    // Without joints nothing is stiff: a fall that keeps its energy.
+    s.x[b] += m.blocks.empty() ? 0.5 * h * (before + s.v[b]) : h * s.v[b];
     Vec3 w = glm::conjugate(s.q[b]) * scratch.solution[2 * b + 1];
     const Vec3 first = scratch.from.w[b] + 0.5 * h * w;
     const Vec3 second = turn_freely(w, m.inertia[b], 0.5 * h);

@@ -42,7 +42,11 @@ void add_joint_forces(const World& world, Island& m);
 /// The stiffest joint force at the current rows, relative to the mass it moves: 1/s^2 and 1/s.
 struct Stiffness {
   Real spring = 0, damper = 0;
+  /// Whether explicit integration by `h` is unstable.
+  bool is_long(Real h) const { return h * h * spring + 2 * h * damper > 4; }
 };
+/// The most parts that a step is divided into before another integrator takes it.
+inline constexpr int kMostParts = 64;
 Stiffness stiffness_of(const World& world, const Island& m);
 /// Joint forces as rows: forces into `requested`, compliances into scratch.weights. `by_way` and
 /// `by_speed` are the derivatives of coordinate and rate by the unknown acceleration.
@@ -158,6 +162,9 @@ bool advance(const World& world, Island& m, const Span& span);
 void begin_active_set(const World& world, Island& m);
 /// A step with limits: to the first event, then the remainder.
 bool advance_among_limits(World& world, Island& m, Real h);
+
+/// A copy of an island as at the start of a step, where nothing has been stepped yet.
+void place_for_inspection(const World& world, Island& m, Real h);
 
 /// Residuals below this bound count as zero.
 Real tolerance_of(const Island& m);
@@ -286,14 +293,37 @@ Real met_unseen(const World& world, Island& m);
 void write_back_touches(World& world, Island& m);
 // Impacts (limits.cpp, blows.cpp).
 
+/// A limit violated by less counts as reached, m or rad.
+inline constexpr Real kLimitTolerance = 1e-9;
+
 /// Whether impacts return a part of the speed, as the joints say, or none.
 enum class Impact : std::uint8_t { with_restitution, inelastic };
 /// Impact at the limits reached, for the whole island at once.
 void resolve_impacts(const World& world, Island& m, Impact kind);
+/// The same within a step: the first ones with restitution.
+void hit(const World& world, Island& m);
 /// Of the active unilateral rows, which are written, those that are hit stay active, `bias` being
 /// the rates after the impact; scratch.blow.resting are those that it does not leave.
 void choose_hit(const World& world, Island& m, std::span<const Real> bias);
 void allocate_blows(Island& m);
+
+// Bounds that are passed (bounds.cpp).
+
+/// How fast a limit or cable that binds nothing opens, m/s or rad/s.
+Real opening_rate(const World& world, Island& m, std::size_t block);
+/// A part of a step begins on its constraints: where contacts, or an event too many, left limits
+/// and cables beyond their bounds, these are hit now and closed. Multipliers of poses would make
+/// speed of it. False: it cannot be.
+bool begin_on_bounds(const World& world, Island& m, const Span& at);
+/// What limits and cables do at the start of a part of a step of `h`.
+void note_bounds(const World& world, Island& m, Real h);
+/// When a limit passes its bound in a part of a step, in parts of its length, as its ends tell: it
+/// falls from `low`, where it is `at_low`, to `high`. Beyond 1: none does.
+struct Passing {
+  Real low = 0, high = 1, guess = 2, at_low = 0;
+};
+/// The first one in a part of `h`, now at its end.
+Passing find_passing(const World& world, Island& m, Real h);
 
 /// Unilateral rows: cables, limits that are not locks, surfaces that may lift off.
 inline bool is_one_sided(const Island& m, std::size_t block) {

@@ -10,10 +10,10 @@ namespace {
 constexpr Real kRestitutionThreshold = 1e-3;
 /// Impulses that change speeds by less are none, m/s.
 constexpr Real kNoSpeed = 1e-9;
-/// A limit violated by less counts as reached, m or rad.
-constexpr Real kLimitTolerance = 1e-9;
 /// Impacts per step with restitution; later ones are inelastic (Zeno behaviour).
 constexpr int kMaxBounces = 4;
+/// Hits of one limit in a step after which it is not left any more within that impact.
+constexpr int kMostHits = 2;
 /// Bounds on halvings of the time at which a pair turns over, on events per step, on search steps
 /// per event, and on attempts per step.
 constexpr Real kLiftTolerance = 1e-6;  // of the force at the start: where it counts as 0
@@ -100,7 +100,7 @@ void resolve_impacts(const World& world, Island& m, Impact kind) {
   for (std::size_t i = 0; i < m.blocks.size(); ++i)
     if (is_one_sided(m, i) && !m.memory[i].active &&
         scratch.c[m.blocks[i].first_row] <= kLimitTolerance) {
-      m.memory[i].active = true;
+      m.memory[i].active = true, ++scratch.blow.hits[i];
       // Friction stops what it can.
       if (m.rubs && i + 1 < m.blocks.size() && m.blocks[i + 1].kind == BlockKind::roll)
         m.memory[i + 1].active = true;
@@ -113,6 +113,13 @@ void resolve_impacts(const World& world, Island& m, Impact kind) {
   write_all_rows(world, m, {true, false});
   find_rates_after(world, m, kind, bias);
   if (!m.rubs) choose_hit(world, m, bias);
+  // Limits that are hit in turn, ever faster, come to rest on all of them.
+  const auto rests = [&](std::size_t i) {
+    return is_one_sided(m, i) && scratch.blow.hits[i] > kMostHits &&
+           scratch.c[m.blocks[i].first_row] <= kLimitTolerance;
+  };
+  for (std::size_t i = 0; i < m.blocks.size(); ++i)
+    if (!m.rubs && rests(i)) m.memory[i].active = true;
   for (int round = 0; round < 8; ++round) {
     update_kinematics(m);
     write_all_rows(world, m, {true, false});
@@ -128,7 +135,7 @@ void resolve_impacts(const World& world, Island& m, Impact kind) {
       if (!is_one_sided(m, i) || !m.memory[i].active) continue;
       const std::size_t row = m.blocks[i].first_row;
       const bool leaves = bias[row] > 0;
-      if (scratch.lambda[row] < -least)
+      if (scratch.lambda[row] < -least && (m.rubs || !rests(i)))
         m.memory[i].active = false, pulled = true;
       else if (leaves && round == 7)
         m.memory[i].active = false;
@@ -143,6 +150,12 @@ void resolve_impacts(const World& world, Island& m, Impact kind) {
     }
     scratch.state.v = scratch.start.v, scratch.state.w = scratch.start.w;
   }
+}
+
+void hit(const World& world, Island& m) {
+  ++m.events;
+  resolve_impacts(world, m, m.events <= kMaxBounces ? Impact::with_restitution : Impact::inelastic);
+  m.fresh = m.fresh || row_of(m.settings.integrator).keeps_accelerations;
 }
 
 void begin_active_set(const World& world, Island& m) {
@@ -215,27 +228,48 @@ Real until_lifted(const World& world, Island& m, const Span& of, const Attempt& 
   return attempt(times.high) ? times.high : 0;
 }
 
-/// A part of a step in which a limit is passed: what clearance there was at its start, how long it
-/// is, s, and when times are alike.
-struct Passed {
+/// A part of a step: what clearance there was at its start, how long it is, s, and when times are
+/// alike.
+struct Part {
   Real at_start = 0, length = 0, alike = 0;
 };
-/// The time of the first event, s, taken. 0: it cannot be.
+/// The time of the first event in a part that has been taken, s, taken: where a bound is passed, at
+/// its end or before. No event: the whole part. 0: it cannot be.
 template <class Attempt>
-Real until_event(const World& world, Island& m, const Passed& part, const Attempt& attempt) {
-  Bracket times{0, part.length, std::max(part.at_start, kLimitTolerance), clearance(m)};
+Real until_event(const World& world, Island& m, const Part& part, const Attempt& attempt) {
+  const Real at_end = clearance(m);
+  const Passing passing = find_passing(world, m, part.length);
+  const bool known = passing.guess <= 1;
+  if (part.at_start < -kLimitTolerance || (!known && at_end >= -kLimitTolerance))
+    return part.length;
+  Bracket times{0, part.length, std::max(part.at_start, kLimitTolerance), at_end};
+  if (known)
+    times = {passing.low * part.length, passing.high * part.length, passing.at_low, at_end};
+  if (known && passing.high < 1) {
+    if (!attempt(times.high)) return 0;
+    times.at_high = clearance(m);
+    if (times.at_high >= -kLimitTolerance) return attempt(part.length) ? part.length : 0;
+  }
+  Real length = known ? passing.guess * part.length : times.crossing();
   for (int n = 0; n < kMaxSearches && times.high - times.low > part.alike; ++n) {
-    const Real length = times.crossing();
     if (!attempt(length)) {
       if (!may_turn_over(world, m)) return 0;
       times.high = length, times.at_high = -times.at_low, times.side = 0;
-      continue;
+    } else {
+      const Real left = clearance(m);
+      if (std::abs(left) <= kLimitTolerance) return length;
+      times.narrow(length, left);
     }
-    const Real left = clearance(m);
-    if (std::abs(left) <= kLimitTolerance) return length;
-    times.narrow(length, left);
+    length = times.crossing();
   }
   return attempt(times.high) ? times.high : 0;
+}
+
+/// What a step begins with: the gaps, and nothing hit.
+void note_start(Island& m) {
+  BlowScratch& s = m.scratch.blow;
+  for (std::size_t i = 0; i < m.blocks.size(); ++i)
+    s.gap_before[i] = m.scratch.c[m.blocks[i].first_row], s.hits[i] = 0;
 }
 
 /// Whether a limit is reached, or a slip has ended.
@@ -257,11 +291,14 @@ bool advance_among_limits(World& world, Island& m, Real h) {
   m.events = 0;
   // After kMaxEvents the remainder is taken in one piece.
   for (int tries = 0; done < h * (1 - 1e-12); ++tries) {
+    update_kinematics(m), update_frames(world, m, done / h, h);
+    write_all_rows(world, m, {true, false});
+    if (!begin_on_bounds(world, m, {done, 0, h})) return false;
+    if (tries == 0) note_start(m);
     scratch.begin = scratch.state, scratch.impulses_before = scratch.impulses;
     scratch.lambda_before = m.mean_lambda;
     const int rescues = m.rescues;
-    update_kinematics(m), update_frames(world, m, done / h, h);
-    write_all_rows(world, m, {true, false});
+    note_bounds(world, m, h - done);
     turn_slips(m), note_openings(m), note_sweep(world, m);
     const Real at_start = clearance(m);
     bool again = false;
@@ -269,10 +306,10 @@ bool advance_among_limits(World& world, Island& m, Real h) {
       ++attempts;
       scratch.state = scratch.begin, scratch.impulses = scratch.impulses_before;
       scratch.pulled_at = 1e300;
+      m.rescues = rescues;
       // Where a side lies down flat the last time that can be taken is sought: what an attempt
       // comes to has to depend on its length only.
-      if (again && scratch.turned_over > 0)
-        m.mean_lambda = scratch.lambda_before, m.rescues = rescues;
+      if (again && scratch.turned_over > 0) m.mean_lambda = scratch.lambda_before;
       m.fresh = m.fresh || again, again = true;
       return advance(world, m, {done, length, h});
     };
@@ -311,7 +348,7 @@ bool advance_among_limits(World& world, Island& m, Real h) {
       if (met == 1) break;
     }
     if (!set_back(world, m, {done, length, h})) return false;
-    if (clearance(m) < -kLimitTolerance && tries < kMaxEvents && attempts < kMaxAttempts) {
+    if (tries < kMaxEvents && attempts < kMaxAttempts) {
       length = until_event(world, m, {at_start, length, 1e-12 * h}, attempt);
       if (length == 0) return false;
     }
@@ -321,10 +358,7 @@ bool advance_among_limits(World& world, Island& m, Real h) {
     if (lifted == length) lift_off(world, m, done / h, h);
     if (turned) look_for_touches(world, m, h), write_all_rows(world, m, {true, false});
     if (!any_reached(m)) continue;
-    ++m.events;
-    resolve_impacts(world, m,
-                    m.events <= kMaxBounces ? Impact::with_restitution : Impact::inelastic);
-    if (row_of(m.settings.integrator).keeps_accelerations) m.fresh = true;
+    hit(world, m);
     update_frames(world, m, done / h, h);
     if (!project(world, m, done / h, h)) return false;
   }

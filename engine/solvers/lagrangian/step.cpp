@@ -210,7 +210,9 @@ void allocate_scratch(Island& m) {
 bool take_step(World& world, Island& m, Real h) {
   const bool begins = m.fresh;
   bool good = all_within_bounds(m) && m.scratch.lost_touch == UINT32_MAX;
+  std::fill(m.scratch.impulses.begin(), m.scratch.impulses.end(), 0.0);
   if (good && begins) good = start(world, m, h) && m.scratch.lost_touch == UINT32_MAX;
+  std::swap(m.scratch.impulses, m.scratch.blow.at_start);
   std::fill(m.scratch.impulses.begin(), m.scratch.impulses.end(), 0.0);
   m.cannot_close = begins && !good && all_within_bounds(m);
   if (good && m.unilateral) {
@@ -339,13 +341,17 @@ Real joint_gap(const World& world, const Island& m, std::size_t block) {
   return std::sqrt(sum);
 }
 
+void place_for_inspection(const World& world, Island& m, Real h) {
+  allocate_scratch(m);
+  gather(world, m, h), gather_interfaces(m, h);
+  update_kinematics(m), update_frames(world, m, 0, h);
+}
+
 std::vector<Fault> inspect(const World& world, std::size_t number) {
   Island m = islands_of(world)[number];
-  allocate_scratch(m);
   constexpr Real kInspectionStep = 1e-3;
-  gather(world, m, kInspectionStep);
+  place_for_inspection(world, m, kInspectionStep);
   m.faults.clear();
-  gather_interfaces(m, kInspectionStep);
   const bool closed = start(world, m, kInspectionStep);
   std::vector<Fault> found = m.faults;
   if (!closed) {

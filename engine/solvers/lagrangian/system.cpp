@@ -226,6 +226,15 @@ void write_compliant(const World& world, Island& m, const Block& b) {
 
 }  // namespace
 
+Real opening_rate(const World& world, Island& m, std::size_t block) {
+  m.memory[block].active = true;
+  write_limit(world, m, block);
+  const Real rate = rate_of(m, m.blocks[block], 0);
+  m.memory[block].active = false;
+  write_limit(world, m, block);
+  return rate;
+}
+
 DriveTorque drive_torque(const World& world, const Island& m, const BodyPairForce& p) {
   const JointDrive* drive = world.joint_drives.find(world.links.owners()[p.source]);
   if (!drive) return {};
