@@ -16,16 +16,15 @@ constexpr Real kMaxOpening = 0.05;
 /// Euler steps before the integrator is retried, and halvings allowed for the retry.
 constexpr int kPatience = 8, kRetries = 3;
 /// Largest rotation per step, rad; larger ones halve the step, except with the implicit integrator.
-constexpr Real kMaxRotation = 0.5;
+/// Of islands without joints, whose steps cost little.
+constexpr Real kMaxRotation = 0.5, kMaxFreeRotation = 0.2;
 /// Of a step: in a shorter part, up to an event, rounding of positions is all that multipliers of
-/// poses tell, and friction would follow it; Euler takes that part.
+/// poses tell, and speeds and friction would follow it; Euler takes that part.
 constexpr Real kShortest = 1e-3;
 /// Energy that may stay unpaid in a step, relative to all weight falling by the size of the island.
 constexpr Real kRounding = 1e-10;
 /// Of its kinetic energy, what the projection may add to that of a free island.
 constexpr Real kFreeGain = 1e-9;
-/// Stability limit of explicit integration: h^2 spring + 2 h damper, relative to the mass moved.
-constexpr Real kStabilityLimit = 4;
 
 /// Whether the drift is small compared with the displacement of the bodies. A high-order step with
 /// larger drift passes near a singular configuration and may end on another branch.
@@ -34,7 +33,7 @@ bool keeps_joints(const Island& m, Real h) {
   for (std::size_t b = 0; b < m.count(); ++b)
     speed = std::max(
         speed, glm::length(m.scratch.state.v[b]) + m.reach * glm::length(m.scratch.state.w[b]));
-  return m.scratch.opened <= std::max(kMaxOpening * h * speed, 1e-9 * m.size);
+  return m.scratch.opened <= std::max({kMaxOpening * h * speed, 1e-9 * m.size, tolerance_of(m)});
 }
 
 void add_impulses(Island& m, Real h) {
@@ -122,6 +121,46 @@ bool integrate_adaptively(const World& world, Island& m, const Span& span,
   return true;
 }
 
+/// Energy of an island that no force but weight does work on: a step that changes it is too long.
+class EnergyWatch {
+ public:
+  EnergyWatch(const World& world, const Island& m, const IntegratorRow& by) : world_(world), m_(m) {
+    watches_ = by.keeps_energy_to > 0 && !m.scratch.pushed && m.joint_forces.empty() &&
+               m.joint_drives.empty() && m.elastic_cables.empty() && m.elastic_pins.empty() &&
+               m.elastic_paths.empty() && !m.rubs && !m.blocks.empty() && stands_on_rest(m);
+    if (watches_) begin();
+  }
+  void begin() {
+    if (watches_) kinetic_ = kinetic_energy(m_, m_.scratch.state), height_ = work_of_weight();
+  }
+  /// Since begin().
+  bool keeps(const IntegratorRow& by) const {
+    if (!watches_) return true;
+    const Real now = kinetic_energy(m_, m_.scratch.state);
+    const Real gained = now - kinetic_ - (work_of_weight() - height_);
+    Real weight = 0;
+    for (std::size_t b = 0; b < m_.count(); ++b)
+      weight += m_.mass[b] * std::abs(m_.gravity_scale[b]);
+    weight *= glm::length(world_.gravity);
+    const Real most = by.keeps_energy_to * (std::max(now, kinetic_) + weight * m_.size);
+    return gained <= most && (m_.damped || gained >= -most);
+  }
+
+ private:
+  /// J, from the origin to where the bodies are.
+  Real work_of_weight() const {
+    Real sum = 0;
+    for (std::size_t b = 0; b < m_.count(); ++b)
+      sum += m_.mass[b] * m_.gravity_scale[b] * glm::dot(world_.gravity, m_.scratch.state.x[b]);
+    return sum;
+  }
+
+  const World& world_;
+  const Island& m_;
+  Real kinetic_ = 0, height_ = 0;
+  bool watches_ = false;
+};
+
 Real fastest_rotation(const Island& m) {
   Real most = 0;
   for (const Vec3& w : m.scratch.state.w) most = std::max(most, glm::dot(w, w));
@@ -141,26 +180,26 @@ bool advance_by(const World& world, Island& m, const Span& span, const Attempt& 
   const Real fastest = bound ? fastest_rotation(m) : 0;
   // Euler adds no energy, however far they come.
   const bool watched = !m.touches.empty() && &by != &integrators::euler;
+  const Real most_turned = m.blocks.empty() ? kMaxFreeRotation : kMaxRotation;
+  EnergyWatch energy(world, m, by);
   int substeps = 1;
-  while (substeps < 64 && fastest * span.h > kMaxRotation * substeps) substeps *= 2;
+  while (substeps < kMostParts && fastest * span.h > most_turned * substeps) substeps *= 2;
   if (!m.joint_forces.empty() && by.efforts_are_forces) {
     update_kinematics(m), update_frames(world, m, span.fraction(0), span.whole);
     const Stiffness stiff = stiffness_of(world, m);
-    const auto is_long = [&](Real h) {
-      return h * h * stiff.spring + 2 * h * stiff.damper > kStabilityLimit;
-    };
-    while (substeps < 64 && is_long(span.h / substeps)) substeps *= 2;
-    if (is_long(span.h / substeps)) return false;
+    while (substeps < kMostParts && stiff.is_long(span.h / substeps)) substeps *= 2;
+    if (stiff.is_long(span.h / substeps)) return false;
   }
   for (int halvings = 0;; substeps *= 2) {
     bool good = true;
     for (int i = 0; i < substeps && good; ++i) {
       if (watched) note_touches(world, m);
+      energy.begin();
       good = integrate(world, m, {span.from + i * span.h / substeps, span.h / substeps, span.whole},
                        by) &&
-             (substeps >= 64 ||
-              ((!bound || fastest_rotation(m) * span.h <= 2 * kMaxRotation * substeps) &&
-               !(watched && touches_leap(world, m, span.h / substeps))));
+             (substeps >= kMostParts ||
+              ((!bound || fastest_rotation(m) * span.h <= 2 * most_turned * substeps) &&
+               energy.keeps(by) && !(watched && touches_leap(world, m, span.h / substeps))));
     }
     if (good) return true;
     m.scratch.state = m.scratch.start, m.scratch.impulses = m.scratch.impulses_at_start;
@@ -233,9 +272,14 @@ bool pay_projection(Island& m, Real before) {
 
 bool advance(const World& world, Island& m, const Span& span) {
   const IntegratorRow& requested = row_of(m.settings.integrator);
+  const bool by_poses = requested.ends_on_joints || requested.projection_presses;
   const bool serves = (requested.carries_interfaces || m.interfaces.empty()) &&
-                      !(m.rubs && requested.projection_presses && span.h < kShortest * span.whole);
-  const IntegratorRow& chosen = serves ? requested : integrators::euler;
+                      !(by_poses && span.h < kShortest * span.whole);
+  // Nothing is stiff in a body without joints, and this one keeps its angular momentum.
+  const bool is_loose = requested.turns_far && m.blocks.empty();
+  const IntegratorRow& chosen = !serves    ? integrators::euler
+                                : is_loose ? integrators::rattle
+                                           : requested;
   if (chosen.step_estimated && m.settings.step_tolerance > 0)
     return integrate_adaptively(world, m, span, chosen);
   m.scratch.start = m.scratch.state, m.scratch.impulses_at_start = m.scratch.impulses;
@@ -245,7 +289,7 @@ bool advance(const World& world, Island& m, const Span& span) {
   // After a rescue fewer halvings are tried, and none in the next steps.
   const Attempt first{chosen, dear ? 0 : before > 0 ? kRetries : kMaxHalvings, kMaxSubsteps};
   if (before % kPatience == 0 && advance_by(world, m, span, first)) {
-    if (!serves) m.fresh = m.fresh || requested.keeps_accelerations;
+    if (&chosen != &requested) m.fresh = m.fresh || requested.keeps_accelerations;
     return true;
   }
   // Surfaces that do not touch any more are not helped by another method.

@@ -28,6 +28,9 @@ struct IntegratorRow {
   /// Its multipliers of what binds poses lag by a part of the step, which its projection of twists
   /// makes up for: where surfaces rub, both press them together.
   bool projection_presses = false;
+  /// Of the energy of an island that only weight does work on, what a step may make or lose before
+  /// it is halved; 0: nothing is asked.
+  Real keeps_energy_to = 0;
   /// Steps in which bodies rotate far are not halved.
   bool turns_far = false;
   /// Satisfies interfaces to other solvers; Euler replaces an integrator that does not.

@@ -256,6 +256,7 @@ const IntegratorRow integrators::radau{.step = step_radau,
                                        .estimate_order = 4,
                                        .after_failure = 0.5,
                                        .may_open_joints = true,
+                                       .keeps_energy_to = 1e-4,
                                        .collocates = true};
 
 }  // namespace pantin::detail::lagrangian

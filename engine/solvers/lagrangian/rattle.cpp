@@ -146,7 +146,9 @@ bool step_rattle(const World& world, Island& m, const Span& span) {
 
 }  // namespace
 
-const IntegratorRow integrators::rattle{
-    .step = step_rattle, .ends_on_joints = true, .efforts_are_forces = true};
+const IntegratorRow integrators::rattle{.step = step_rattle,
+                                        .ends_on_joints = true,
+                                        .efforts_are_forces = true,
+                                        .keeps_energy_to = 1e-3};
 
 }  // namespace pantin::detail::lagrangian

@@ -125,6 +125,7 @@ const IntegratorRow integrators::rk4{.step = step_rk4,
                                      .stages = kClassic.stages,
                                      .stages_estimated = kPair.stages,
                                      .may_open_joints = true,
-                                     .efforts_are_forces = true};
+                                     .efforts_are_forces = true,
+                                     .keeps_energy_to = 1e-4};
 
 }  // namespace pantin::detail::lagrangian
