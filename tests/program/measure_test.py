@@ -73,6 +73,25 @@ class Check(unittest.TestCase):
         self.assertIn("drifted", done.stderr)
         self.assertIn("joint", done.stderr)
 
+    def test_a_motor_too_stiff_for_its_part_is_named(self):
+        body = {"name": "b", "position": [0.2, 0, 0], "mass": 1e-3, "inertia": [1e-7, 1e-7, 1e-7]}
+        motor = {"velocity": 3, "gain": 50}
+        joint = {"name": "crank", "kind": "hinge", "a": "world", "b": "b", "anchor": [0.2, 0, 0],
+                 "axis": [0, 1, 0], "motor": motor}
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "motor.json"
+            for integrator, named in (("rk4", True), ("rattle", True), ("radau", False)):
+                with self.subTest(integrator):
+                    path.write_text(json.dumps({
+                        "version": 1, "bodies": [body], "joints": [joint],
+                        "solver": {"type": "lagrangian", "integrator": integrator}}))
+                    done = pantin("check", path, "--json")
+                    warnings = json.loads(done.stdout)["scenes"][0]["warnings"]
+                    self.assertEqual(["crank" in w and "radau" in w for w in warnings],
+                                     [True] if named else [])
+                    told = json.loads(pantin("run", path, "--duration", 0.5, "--json").stdout)
+                    self.assertEqual(told["rescued_steps"] > 0, named)
+
     def test_bad_input_is_the_worse_news(self):
         with tempfile.TemporaryDirectory() as folder:
             path = pathlib.Path(folder) / "bad.json"

@@ -80,6 +80,22 @@ std::int64_t degrees_of_freedom(const World& world) {
   return sum;
 }
 
+/// Joints whose springs or motors are too stiff for the integrator in steps of the scene's length.
+std::vector<std::string> stiff_joints(const Scene& scene) {
+  std::vector<std::string> found;
+  const World& world = scene.world;
+  for (std::size_t i = 0; i < lagrangian::islands_of(world).size(); ++i)
+    if (const Entity joint =
+            lagrangian::too_stiff_joint(world, i, scene.step / std::max(1, scene.substeps)))
+      found.push_back(fmt::format(
+          "joint {}: its spring, damper or motor is too stiff for what it moves; {} cannot take "
+          "steps of {:.3g} s with it, and Euler's method takes them. \"integrator\": \"radau\" "
+          "follows it",
+          world.name_of(joint), name_of(lagrangian::islands_of(world)[i].settings.integrator),
+          scene.step));
+  return found;
+}
+
 /// Sixty steps, or as many as there is time for; the second half twice: from here and from a copy.
 /// Why it failed, or nothing.
 std::string step_through(const Scene& scene, Json& j) {
@@ -160,7 +176,12 @@ Finding look_at(const std::string& path, const CheckChoices& c) {
     complain(fmt::format("{}: {}", path, failure));
     found.exit_code = kDiverged;
   }
-  j["warnings"] = scene->warnings;
+  std::vector<std::string> warnings = scene->warnings;
+  for (const std::string& warning : stiff_joints(*scene)) {
+    if (!c.json) print_error(fmt::format("warning: {}: {}", path, warning));
+    warnings.push_back(warning);
+  }
+  j["warnings"] = warnings;
   if (!c.json)
     fmt::print(
         "{}  {}\n  {} bodies, {} joints, {} cables, {} pins in {} articulated and {} Lagrangian "

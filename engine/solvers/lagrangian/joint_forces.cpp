@@ -1,7 +1,8 @@
 // Springs, friction and motors along joint coordinates: as explicit forces, or as compliant rows.
 #include <algorithm>
 
-#include "engine/solvers/lagrangian/internal.hpp"
+#include "engine/solvers/lagrangian/integrator.hpp"
+#include "engine/solvers/lagrangian/lagrangian.hpp"
 
 namespace pantin::detail::lagrangian {
 namespace {
@@ -98,22 +99,52 @@ void add_joint_forces(const World& world, Island& m) {
   }
 }
 
+namespace {
+
+/// Of a force along a coordinate of two bodies, which `of` names.
+Stiffness stiffness_of(const Island& m, const CoordinateRow& row, const JointForce& of,
+                       const Dof& dof) {
+  Real mobile = 0;
+  for (std::size_t k = 0; k < 2; ++k)
+    if (of.body[k] < m.count())
+      mobile +=
+          glm::dot(row.j[2 * k], row.j[2 * k]) / m.mass[of.body[k]] +
+          glm::dot(row.j[2 * k + 1], m.scratch.inverse_inertia[of.body[k]] * row.j[2 * k + 1]);
+  const LinearisedForce p = linearise(dof, row.value, row.rate, Slope::tangent);
+  return {mobile * p.stiffness, mobile * p.damping};
+}
+
+}  // namespace
+
 Stiffness stiffness_of(const World& world, const Island& m) {
   Stiffness most;
   for (const JointForce& e : m.joint_forces) {
-    const CoordinateRow row = coordinate_row(world, m, e);
-    Real mobile = 0;
-    for (std::size_t k = 0; k < 2; ++k)
-      if (e.body[k] < m.count())
-        mobile +=
-            glm::dot(row.j[2 * k], row.j[2 * k]) / m.mass[e.body[k]] +
-            glm::dot(row.j[2 * k + 1], m.scratch.inverse_inertia[e.body[k]] * row.j[2 * k + 1]);
-    const LinearisedForce p =
-        linearise(dof_of(world, e.link, e.coordinate), row.value, row.rate, Slope::tangent);
-    most.spring = std::max(most.spring, mobile * p.stiffness);
-    most.damper = std::max(most.damper, mobile * p.damping);
+    const Stiffness one =
+        stiffness_of(m, coordinate_row(world, m, e), e, dof_of(world, e.link, e.coordinate));
+    most.spring = std::max(most.spring, one.spring);
+    most.damper = std::max(most.damper, one.damper);
   }
   return most;
+}
+
+Entity too_stiff_joint(const World& world, std::size_t number, Real h) {
+  const IntegratorRow& by = row_of(islands_of(world)[number].settings.integrator);
+  const bool divides = by.step_estimated && islands_of(world)[number].settings.step_tolerance > 0;
+  if (!by.efforts_are_forces || divides) return {};
+  Island m = islands_of(world)[number];
+  place_for_inspection(world, m, h);
+  Entity found;
+  Real most = 0;
+  for (const JointForce& e : m.joint_forces) {
+    // A motor at its bound comes off it sooner or later.
+    Dof dof = dof_of(world, e.link, e.coordinate);
+    dof.motor.cap = 1e300;
+    const Stiffness one = stiffness_of(m, coordinate_row(world, m, e), e, dof);
+    if (!one.is_long(h / kMostParts)) continue;
+    const Real rate = std::max(one.damper, std::sqrt(one.spring));
+    if (rate > most) most = rate, found = world.links.owners()[e.link];
+  }
+  return found;
 }
 
 void write_joint_force_rows(const World& world, Island& m, std::span<Real> requested,

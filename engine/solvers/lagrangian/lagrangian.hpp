@@ -19,6 +19,10 @@ void step(World& world, Island& m, Real h);
 /// together, joints on a spurious branch. Moves nothing; allocates.
 std::vector<Fault> inspect(const World& world, std::size_t island);
 
+/// The stiffest spring, damper or motor of a joint, where the island's integrator cannot resolve it
+/// in steps of `h`: Euler's method takes these. None: it can.
+Entity too_stiff_joint(const World& world, std::size_t island, Real h);
+
 /// Gap of a joint in the present state: root of the sum of its squared residuals, m and rad.
 Real joint_gap(const World& world, const Island& m, std::size_t block);
 
