@@ -22,31 +22,11 @@ void copy_slots(const IslandMemory& from, IslandMemory& to) {
   }
 }
 
-bool is_same(const AngleLimit& a, const AngleLimit& b) {
-  return a.on == b.on && a.low == b.low && a.high == b.high;
-}
-
-bool is_same(const JointLimits& a, const JointLimits& b) {
-  return is_same(a.angle, b.angle) && is_same(a.second, b.second) && a.swing.on == b.swing.on &&
-         a.swing.y == b.swing.y && a.swing.z == b.swing.z && a.soft_zone == b.soft_zone &&
-         a.soft_stiffness == b.soft_stiffness && a.soft_damping == b.soft_damping;
-}
-
 bool is_same(const PackedJoint& a, const PackedJoint& b) {
   return a.stiff == b.stiff && a.own_is_a == b.own_is_a &&
          (a.drive == kNoSlot) == (b.drive == kNoSlot) && a.joint.kind == b.joint.kind &&
          a.joint.anchor_a == b.joint.anchor_a && a.joint.anchor_b == b.joint.anchor_b &&
-         a.joint.frames.a() == b.joint.frames.a() && a.joint.frames.b() == b.joint.frames.b() &&
-         is_actuated(a) == is_actuated(b);
-}
-
-/// Numbers that may change while an island stays what it is.
-bool has_same_values(const Island& a, const Island& b) {
-  const auto limits = [](const PackedJoint& x, const PackedJoint& y) {
-    return is_same(*x.joint.limits, *y.joint.limits);
-  };
-  return a.constants.numbers() == b.constants.numbers() &&
-         std::equal(a.joints.begin(), a.joints.end(), b.joints.begin(), b.joints.end(), limits);
+         a.joint.frames.a() == b.joint.frames.a() && a.joint.frames.b() == b.joint.frames.b();
 }
 
 bool has_same_masses(const Island& a, const Island& b) {
@@ -107,10 +87,9 @@ struct Unchanged {
   }
 };
 
-/// The island of the last build, with the present slots, limits, drags and shares of gravity; new
-/// ones wake it.
+/// The island of the last build, with the present slots, laws of joints, drags and shares of
+/// gravity.
 Island renumbered(Island old, Island& made) {
-  if (!has_same_values(old, made)) rouse(old);
   copy_slots(made, old);
   old.slots = std::move(made.slots), old.links = std::move(made.links);
   old.follows = made.follows;
