@@ -58,7 +58,10 @@ void check_planes(const BuiltScene& built, const std::vector<Solver>& solvers, V
   const auto is_belted = [&](std::uint32_t body) { return body != kWorldBody && carries[body]; };
   for (const BuiltJoint& j : built.joints) {
     if (!is_flat(j.a) && !is_flat(j.b) && !is_belted(j.a) && !is_belted(j.b)) continue;
-    const std::string why = flat_fault(j.joint, built.pose_of(j.a), built.pose_of(j.b));
+    std::string why = flat_fault(j.joint, built.pose_of(j.a), built.pose_of(j.b));
+    for (const BuiltPath& p : built.paths)
+      if (why.empty() && (p.body == j.a || p.body == j.b))
+        why = flat_fault(j.joint, p.path, p.body == j.a ? j.joint.anchor_a : j.joint.anchor_b);
     if (!why.empty())
       messages.error(j.at, "",
                      "found joint \"" + j.name + "\", which " + why +

@@ -23,6 +23,27 @@ bool keeps_z(const Joint& joint, const Pose& a, const Pose& b) {
   return std::hypot(turn.x, turn.y) < kAlong;
 }
 
+/// Times at which a path is looked at, s: those of its keys and between them, or many.
+std::vector<Real> times_of(const KinematicPath& path) {
+  constexpr int kBetween = 4, kMany = 256;
+  constexpr Real kApart = 0.0371;  // s: in no simple ratio to usual frequencies
+  std::vector<Real> times;
+  if (const Keyframes* k = std::get_if<Keyframes>(&path.curve)) {
+    for (std::size_t i = 0; i + 1 < k->keys.size(); ++i)
+      for (int part = 0; part < kBetween; ++part)
+        times.push_back(glm::mix(k->keys[i].time, k->keys[i + 1].time, Real(part) / kBetween));
+    if (!k->keys.empty()) times.push_back(k->keys.back().time);
+    return times;
+  }
+  for (int i = 0; i < kMany; ++i) times.push_back(kApart * i);
+  return times;
+}
+
+/// Of the joint's anchors: by so much they may leave the plane.
+Real height_tolerance(const Joint& joint) {
+  return 1e-4 * (1e-3 + glm::length(joint.anchor_a) + glm::length(joint.anchor_b));
+}
+
 }  // namespace
 
 bool has_planar_solver() {
@@ -103,9 +124,23 @@ std::string flat_fault(const Joint& joint, const Pose& a, const Pose& b) {
   if (!is_line && joint.kind != JointKind::ball && !keeps_z(joint, a, b))
     return "has axes on its two bodies that no turn about z brings together";
   const Vec3 gap = residual(joint, a, b);
-  const Real size = 1e-3 + glm::length(joint.anchor_a) + glm::length(joint.anchor_b);
-  if (joint.kind != JointKind::planar && std::abs(gap.z) > 1e-4 * size)
+  if (joint.kind != JointKind::planar && std::abs(gap.z) > height_tolerance(joint))
     return "has anchors at two heights z, which a plane cannot bring together";
+  return {};
+}
+
+std::string flat_fault(const Joint& joint, const KinematicPath& path, Vec3 anchor) {
+  const bool turns_freely = joint.kind == JointKind::ball || joint.kind == JointKind::distance ||
+                            joint.kind == JointKind::spring;
+  const Pose first = pose_at(path, 0);
+  for (const Real time : times_of(path)) {
+    const Pose at = pose_at(path, time);
+    const Quat turn = at.rotation * glm::conjugate(first.rotation);
+    const bool tilts = !turns_freely && std::hypot(turn.x, turn.y) > kAlong;
+    const Real rise = std::abs((to_world(at, anchor) - to_world(first, anchor)).z);
+    if (tilts || rise > height_tolerance(joint))
+      return "is led out of the plane of x and y by the path of one of its bodies";
+  }
   return {};
 }
 

@@ -6,6 +6,7 @@
 #include "engine/joints/joint.hpp"
 #include "engine/world/body.hpp"
 #include "engine/world/entity.hpp"
+#include "engine/world/kinematic_path.hpp"
 #include "engine/world/surface_contact.hpp"
 
 namespace pantin {
@@ -33,6 +34,9 @@ std::string flat_fault(const Body& body);
 
 /// Why a joint cannot be held in the plane, or empty; of bodies as they stand.
 std::string flat_fault(const Joint& joint, const Pose& a, const Pose& b);
+
+/// Why a joint cannot be held in the plane by a body on a path, where it has its anchor; or empty.
+std::string flat_fault(const Joint& joint, const KinematicPath& path, Vec3 anchor);
 
 /// Why curves that touch cannot do so in the plane, or empty.
 std::string flat_fault(const SurfaceContact& contact, const Pose& a, const Pose& b);

@@ -55,6 +55,11 @@ std::string link_fault(const Flat& flat, std::uint32_t slot) {
   if (std::string why = flat_fault(link.joint, flat.pose_of(link.a), flat.pose_of(link.b));
       !why.empty())
     return "has a joint that " + why;
+  for (const auto& [body, anchor] :
+       {std::pair{link.a, link.joint.anchor_a}, {link.b, link.joint.anchor_b}})
+    if (const KinematicPath* path = flat.world.paths.find(body))
+      if (std::string why = flat_fault(link.joint, *path, anchor); !why.empty())
+        return "has a joint that " + why;
   if (flat.world.joint_drives.find(flat.world.links.owners()[slot]))
     return "has a joint with a pose drive, which the planar solver does not know";
   for (const Feature f : features_of(link.joint))

@@ -18,7 +18,7 @@ constexpr Real kMostUnits = 1.2, kMostTurn = 1.0;
 // What rests lies one slop deep in skins of two: outlines are moved in, or out, by what makes their
 // own surfaces meet.
 constexpr float kInset = 1.5f * b2_linearSlop, kDiscOutset = 0.5f * b2_linearSlop;
-constexpr float kTiniest = 1e-20f;
+constexpr float kTiniest = 1e-20f, kFar = 1e3f;  // kFar: units
 
 struct FixtureAt {
   std::uint32_t body, outline;
@@ -190,14 +190,17 @@ void add_half_plane(Site& site, const Outline& placed) {
   const Scale& scale = site.scale;
   b2Vec2 corners[4];
   const Real reach = reach_of(site.plane, scale);
+  b2Body* on = &site.body;  // one that stands far away has its corners about the middle
+  const b2BodyDef here;
+  if (site.of.kind == PlaneBody::fixed && on->GetPosition().Length() > kFar)
+    on = on->GetWorld()->CreateBody(&here);
   const Vec3 n = placed.normal, along(n.y, -n.x, 0);
-  const Vec3 to_middle = scale.origin - placed.centre;
-  const Vec3 middle = placed.centre + glm::dot(to_middle, along) * along;
-  const Vec3 deep = -2 * reach * n, at = scale.origin + scale.back(site.body.GetPosition());
+  const Vec3 middle = placed.centre + glm::dot(scale.origin - placed.centre, along) * along;
+  const Vec3 deep = -2 * reach * n, at = scale.origin + scale.back(on->GetPosition());
   const Vec3 places[] = {middle - reach * along, middle - reach * along + deep,
                          middle + reach * along + deep, middle + reach * along};
   for (int i = 0; i < 4; ++i) corners[i] = scale.vector(places[i] - at);
-  add_polygon(site.body, site.how, corners, 4);
+  add_polygon(*on, site.how, corners, 4);
 }
 
 void add_outline(Site& site, const Outline& o) {
@@ -465,8 +468,6 @@ void add_impulses(const Stepper& s, const std::vector<Touch>& borne, std::vector
 }  // namespace
 
 void step_plane(Plane& plane, Real h, std::vector<Touch>& touches) {
-  const auto is_dynamic = [](const PlaneBody& b) { return b.kind == PlaneBody::dynamic; };
-  if (std::none_of(plane.bodies.begin(), plane.bodies.end(), is_dynamic)) return touches.clear();
   const Scale scale = scale_of(plane);
   Stepper s{plane, scale, h, substeps_for(plane, h), b2World(scale.vector(plane.gravity))};
   Filter filter(plane);

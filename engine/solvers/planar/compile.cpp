@@ -59,6 +59,10 @@ void pick_links(Builder& b) {
     if (!b.is_own(slot_a) && !b.is_own(slot_b)) continue;
     const auto pose = [&](std::uint32_t slot) { return b.world.bodies.values()[slot].pose; };
     std::string why = flat_fault(link.joint, pose(slot_a), pose(slot_b));
+    for (const auto& [body, anchor] :
+         {std::pair{link.a, link.joint.anchor_a}, {link.b, link.joint.anchor_b}})
+      if (const KinematicPath* path = b.world.paths.find(body); path && why.empty())
+        why = flat_fault(link.joint, *path, anchor);
     if (!why.empty()) {
       b.leave_out(b.world.links.owners()[i], std::move(why));
       continue;
@@ -263,8 +267,9 @@ void compile(World& world, std::span<const IslandPlan> plans) {
 
 void read_turns(const World& world, Planar& all) {
   for (FlatBody& f : all.bodies) {
-    const Quat q = world.bodies.values()[f.slot].pose.rotation;
-    const Turned now = split(q);
+    const Pose& at = world.bodies.values()[f.slot].pose;
+    const Turned now = split(at.rotation);
+    if (at.position.z != f.height) f.height = at.position.z, all.scratch.has_sections = false;
     const Real gained = std::remainder(now.angle - f.turned, 2 * kPi);
     // A half turn less is the same rotation, of the other sign.
     if (std::abs(gained) < kSameTurn) continue;

@@ -23,6 +23,7 @@ struct FlatBody {
   bool solid = false;
   Real turned = 0;  // rad, whole turns counted
   Quat tilt{1, 0, 0, 0};
+  Real height = 0;  // m, of its middle along z, for which its sections were cut
 
   static void fields(auto& self, auto&& field) {
     field("body", derived(self.body));
@@ -31,6 +32,7 @@ struct FlatBody {
     field("solid", derived(self.solid));
     field("turned", self.turned);
     field("tilt", self.tilt);
+    field("height", derived(self.height));
   }
 };
 

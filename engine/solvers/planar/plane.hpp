@@ -139,8 +139,14 @@ inline bool may_touch(const Plane& plane, std::uint32_t number_a, std::uint32_t 
   return std::find(plane.ignored.begin(), plane.ignored.end(), both) == plane.ignored.end();
 }
 
-/// One step of `h` seconds: a function of its arguments alone. Reads the touches of the last step,
-/// sorted, and leaves those of this one. Writes the results of the bodies.
+/// One step of `h` seconds by Box2D: a function of its arguments alone. Reads the touches of the
+/// last step, sorted, and leaves those of this one. Writes the results of the bodies.
 void step_plane(Plane& plane, Real h, std::vector<Touch>& touches);
+
+/// The same wherever bodies are: those far from one another are stepped apart.
+void step_clusters(Plane& plane, Real h, std::vector<Touch>& touches);
+
+/// A body with a number that Box2D cannot take, of it or of its joint; UINT32_MAX: there is none.
+std::uint32_t find_unfit(const Plane& plane);
 
 }  // namespace pantin::detail::planar

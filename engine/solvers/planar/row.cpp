@@ -149,13 +149,17 @@ void predict(World& world, const StepTask& task) {
   if (rests(world, all, task.h)) return;
   gather(world, all);
   StepScratch& scratch = all.scratch;
+  if (const std::uint32_t unfit = find_unfit(scratch.plane); unfit != kNobody) {
+    all.lost = all.bodies[std::min<std::size_t>(unfit, all.bodies.size() - 1)].body;
+    return;
+  }
   count_gears(world, all), begin_motions(all, task.h), begin_belts(world, all);
   scratch.starts.clear();
   for (const FlatBody& f : all.bodies) scratch.starts.push_back(world.bodies.values()[f.slot].pose);
   scratch.touches_before = all.touches, scratch.curves_before = all.curves;
   move_mechanisms(world, all, task.h);
   drive_tied(world, all, task.h);
-  step_plane(scratch.plane, task.h, all.touches);
+  step_clusters(scratch.plane, task.h, all.touches);
   for (Touch& t : all.touches) name_shapes(scratch.plane, t);
   take_results(world, all, task.h);
   take_mechanisms(all);

@@ -5,6 +5,7 @@
 
 #include "engine/geometry/kinds.hpp"
 #include "engine/geometry/plane_hull.hpp"
+#include "engine/geometry/usable.hpp"
 #include "engine/world/flat.hpp"
 
 namespace pantin::detail::planar {
@@ -82,7 +83,7 @@ void append_turned(const Shape& shape, const Pose& at, const Outline& o, Plane& 
 }  // namespace
 
 void append_section(const Shape& shape, const Pose& body, Plane& out) {
-  if (!has_section(shape, body.rotation) || !is_complete(shape)) return;
+  if (!has_section(shape, body.rotation) || !is_usable(shape)) return;
   const Pose at = compose({{0, 0, body.position.z}, body.rotation}, shape.local);
   Outline o = with_heights(shape, at);
   switch (shape.kind) {
