@@ -6,6 +6,7 @@
 #include "engine/contact/detect.hpp"
 #include "engine/contact/memory.hpp"
 #include "engine/geometry/kinds.hpp"
+#include "engine/geometry/usable.hpp"
 
 namespace pantin::detail::contact {
 namespace {
@@ -29,7 +30,7 @@ void each_shape(const Finder& s, std::uint32_t slot, const Shapes& shapes, const
   const Body& body = s.world.bodies.values()[slot];
   for (std::uint32_t i = 0; i < shapes.list.size(); ++i) {
     const Shape& shape = shapes.list[i];
-    if ((s.is_moved(slot) && !can_move(shape.kind)) || !is_complete(shape)) continue;
+    if ((s.is_moved(slot) && !can_move(shape.kind)) || !is_usable(shape)) continue;
     ColliderShape at{compose(body.pose, shape.local), {}, 0, slot, i, &shape};
     if (bound_shape(at)) take(at);
   }
@@ -112,7 +113,8 @@ std::size_t list_others(const Finder& s, Search& search) {
 
 bool bound_shape(ColliderShape& at) {
   const Vec3 p = at.pose.position;
-  if (!is_finite(at.pose) || !(glm::dot(p, p) < kFarthest * kFarthest)) return false;
+  if (!is_finite(at.pose) || !is_unit(at.pose) || !(glm::dot(p, p) < kFarthest * kFarthest))
+    return false;
   if (traits_of(at.shape->kind).shape_class == ShapeClass::half_space) return true;
   at.box = bounds_of(*at.shape, at.pose);
   at.extent = glm::length(at.box.high - at.box.low) / 2;

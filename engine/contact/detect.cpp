@@ -9,6 +9,7 @@
 #include "engine/base/rotation.hpp"
 #include "engine/contact/memory.hpp"
 #include "engine/geometry/kinds.hpp"
+#include "engine/geometry/usable.hpp"
 #include "engine/world/requests.hpp"
 
 namespace pantin::detail::contact {
@@ -198,7 +199,7 @@ void collide_obstacles(const Finder& s, Search& search, const ColliderShape& a) 
 bool look_up(const Finder& s, const Search& search, ColliderShape& at) {
   if (!search.resting.known[at.slot]) return false;
   const Shapes* shapes = s.world.shapes.find(s.world.bodies.owners()[at.slot]);
-  if (!shapes || at.index >= shapes->list.size() || !is_complete(shapes->list[at.index]))
+  if (!shapes || at.index >= shapes->list.size() || !is_usable(shapes->list[at.index]))
     return false;
   at.shape = &shapes->list[at.index];
   return true;

@@ -9,6 +9,7 @@
 #include "engine/contact/detect.hpp"
 #include "engine/contact/memory.hpp"
 #include "engine/geometry/kinds.hpp"
+#include "engine/geometry/usable.hpp"
 
 namespace pantin::detail::contact {
 namespace {
@@ -16,7 +17,7 @@ namespace {
 /// A shape of a body at its pose; none where that is too far, or the shape lacks its surface.
 std::optional<ColliderShape> place(const World& world, std::uint32_t slot, const Shape& shape) {
   ColliderShape at{compose(world.bodies.values()[slot].pose, shape.local), {}, 0, slot, 0, &shape};
-  if (!is_complete(shape) || !bound_shape(at)) return std::nullopt;
+  if (!is_usable(shape) || !bound_shape(at)) return std::nullopt;
   return at;
 }
 

@@ -4,6 +4,7 @@
 #include "engine/geometry/collide.hpp"
 #include "engine/geometry/smooth.hpp"
 #include "engine/geometry/surface.hpp"
+#include "engine/geometry/usable.hpp"
 
 namespace pantin::detail {
 namespace {
@@ -127,7 +128,7 @@ std::optional<SweepHit> overlap_at_start(const Slide& k, const Shape& b) {
 std::optional<SweepHit> sweep(const PlacedShape& a, const PlacedShape& b, Vec3 way, Real limit) {
   PANTIN_ASSERT(is_convex(a.shape));
   PANTIN_ASSERT(is_unit(a.at) && is_unit(b.at) && is_unit(way) && is_range(0, limit));
-  if (!is_complete(a.shape) || !is_complete(b.shape)) return std::nullopt;
+  if (!is_usable(a.shape) || !is_usable(b.shape)) return std::nullopt;
   const Quat back = glm::conjugate(b.at.rotation);
   const Slide k{
       a.shape, {back * (a.at.position - b.at.position), back * a.at.rotation}, back * way};

@@ -20,7 +20,7 @@ Quat about_z(Real angle) { return Quat(std::cos(angle / 2), 0, 0, std::sin(angle
 }  // namespace
 
 SwingTwist swing_twist(Quat q) {
-  PANTIN_ASSERT(is_unit(q));
+  if (!is_unit(q)) q = glm::normalize(q);  // of a pose that a user wrote
   if (q.w < 0 || (q.w == 0 && q.x < 0)) q = -q;
   // A swing of half a revolution leaves the twist undefined.
   const Real n2 = q.w * q.w + q.x * q.x;
@@ -39,7 +39,7 @@ Quat rotation_of(const SwingTwist& parts) {
 }
 
 UniversalAngles universal_angles(Quat q) {
-  PANTIN_ASSERT(is_unit(q));
+  if (!is_unit(q)) q = glm::normalize(q);
   // Q = turn_y(first) turn_x(e) turn_z(second) for some e; dropping e is the nearest such joint.
   const Vec3 z = q * Vec3(0, 0, 1), y = glm::conjugate(q) * Vec3(0, 1, 0);
   return {std::atan2(z.x, z.z), std::atan2(y.x, y.y)};
@@ -50,8 +50,7 @@ Quat rotation_of(const UniversalAngles& a) {
 }
 
 Real clamped(const AngleLimit& limit, Real angle) {
-  if (!limit.on) return angle;
-  PANTIN_ASSERT(is_range(limit.low, limit.high));
+  if (!limit.on || !is_range(limit.low, limit.high)) return angle;
   const Real middle = 0.5 * (limit.low + limit.high);
   return std::clamp(unwound(angle, middle), limit.low, limit.high);
 }

@@ -36,7 +36,8 @@ class EnergyAccount {
   template <class Tell>
   void each_gain(const World& world, const Tell& tell) const {
     for (const Group& g : groups_)
-      if (g.has_gained) tell(Gain{world.bodies.owners()[g.fastest], g.gain()});
+      if (g.has_gained && g.fastest < world.bodies.size())
+        tell(Gain{world.bodies.owners()[g.fastest], g.gain()});
   }
   /// Whether the balance of a body is asked for.
   bool is_asked(std::uint32_t slot) const;

@@ -18,6 +18,8 @@ class Monitor {
   void begin_substep(const World& world) { energy_.begin_substep(world); }
   void note_start(const World& world) { energy_.note_start(world); }
   void end_substep(const World& world, Real h) { energy_.end_substep(world, h); }
+  /// Another World is in place: its energy is balanced from here on.
+  void start_again() { energy_ = {}, built_for_ = 0; }
   /// At the end of the step; counts what is new in the report.
   void end_step(const World& world, StepReport& report);
 

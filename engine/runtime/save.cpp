@@ -14,6 +14,7 @@
 #include "engine/contact/memory.hpp"
 #include "engine/geometry/surface.hpp"
 #include "engine/joints/kinds.hpp"
+#include "engine/solvers/check.hpp"
 #include "engine/solvers/solver.hpp"
 #include "engine/solvers/takeover.hpp"
 #include "engine/world/lamina.hpp"
@@ -159,10 +160,9 @@ std::string check_contacts(const World& world) {
 
 }  // namespace
 
-Result<std::string> world_to_bytes(const World& world, Saved* saved) {
-  World current = world;  // with islands that fit the components, as the next step would make them
-  compile_if_changed(current);
-  current.entities.write_out();
+namespace {
+
+Result<std::string> bytes_of(World& current, Saved* saved) {
   FieldWriter payload;
   payload.write(current);
   if (!payload.unwritable().empty())
@@ -178,6 +178,25 @@ Result<std::string> world_to_bytes(const World& world, Saved* saved) {
   write_header(whole, header);
   whole.put(payload.bytes().data(), payload.bytes().size());
   return whole.take();
+}
+
+}  // namespace
+
+Result<std::string> world_to_bytes(const World& world, Saved* saved) {
+  World current = world;  // with islands that fit the components, as the next step would make them
+  drop_strays(current), normalise_rotations(current);
+  compile_if_changed(current);
+  current.entities.write_out();
+  World like;
+  like.user = current.user;
+  Result<std::string> bytes = bytes_of(current, saved);
+  if (!bytes || world_from_bytes(*bytes, like)) return bytes;
+  // What solvers remember does not fit components that were changed without mark_dirty().
+  current.mark_dirty(), compile_if_changed(current);
+  bytes = bytes_of(current, nullptr);
+  const Result<World> read = world_from_bytes(*bytes, std::move(like), "save_world");
+  if (!read) return read.errors();  // what cannot be read is not written
+  return bytes;
 }
 
 Result<World> world_from_bytes(std::string_view bytes, World like, std::string_view stage) {
@@ -230,6 +249,8 @@ Result<Saved> save_world(const World& world, const std::string& path) {
 }
 
 Result<World> load_world(const std::string& path, World like) {
+  if (path.find('\0') != std::string::npos)
+    return error(path, "found a name with a zero byte, expected that of a saved World");
   errno = 0;
   std::ifstream in(path, std::ios::binary);
   const std::string bytes{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};

@@ -65,6 +65,12 @@ Result<Done> Simulation::remove(std::string_view name) {
 }
 
 StepReport Simulation::take_step(StartPoses* start) {
+  if (stepping_) {  // by a system
+    StepReport refused;
+    refused.status = Status::system_failed;
+    refused.tick = world.tick, refused.time = world.time;
+    return refused;
+  }
   stepping_ = true;
   const StepReport report =
       step_world(world, settings, systems_,

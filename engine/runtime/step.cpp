@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "engine/base/invariants.hpp"
 #include "engine/base/rotation.hpp"
 #include "engine/contact/detect.hpp"
 #include "engine/runtime/coupling.hpp"
@@ -9,12 +10,15 @@
 #include "engine/runtime/monitor.hpp"
 #include "engine/runtime/requests.hpp"
 #include "engine/runtime/simulation.hpp"
+#include "engine/solvers/check.hpp"
 #include "engine/solvers/solver.hpp"
 #include "engine/solvers/takeover.hpp"
 #include "engine/world/lamina.hpp"
 
 namespace pantin::detail {
 namespace {
+
+constexpr Status kAborted = static_cast<Status>(7);
 
 /// Moves kinematic bodies to the poses of their paths at the end of the step. Those whose path is
 /// not finite there stay, at rest; the first is reported.
@@ -36,12 +40,29 @@ void move_kinematic_bodies(World& world, Real h, StepReport& report) {
   }
 }
 
-/// Reports the first kinematic body that the caller gave a pose or a velocity that is not finite.
+/// Reports the first dynamic body with impossible numbers. Where they became so without
+/// mark_dirty(), the World is compiled anew, which keeps its island where it is.
+void check_dynamic_bodies(World& world, StepReport& report) {
+  const Partition& partition = partition_of(world);
+  bool is_stale = false;
+  for (std::uint32_t slot = 0; slot < partition.island.size(); ++slot) {
+    const std::uint32_t island = partition.island[slot];
+    if (island == Owner::kNone || !fault_of(world.bodies.values()[slot])) continue;
+    is_stale = is_stale || !partition.islands[island].unfit;
+    if (report.status == Status::diverged) continue;
+    report.status = Status::diverged, report.body = world.bodies.owners()[slot];
+  }
+  if (is_stale) world.mark_dirty(), compile_if_changed(world);
+}
+
+/// Reports the first kinematic body that the caller gave a pose or a velocity that is none.
 void check_kinematic_bodies(const World& world, StepReport& report) {
   for (std::uint32_t slot : partition_of(world).kinematic) {
     const Body& b = world.bodies.values()[slot];
     if (report.status == Status::diverged) return;
-    if (is_finite(b.pose) && is_finite(b.velocity) && is_finite(b.angular_velocity)) continue;
+    if (is_finite(b.pose) && is_unit(b.pose) && is_finite(b.velocity) &&
+        is_finite(b.angular_velocity))
+      continue;
     report.status = Status::diverged, report.body = world.bodies.owners()[slot];
   }
 }
@@ -179,6 +200,19 @@ void report_step(const World& world, StepReport& report) {
   }
 }
 
+/// Marks the World that is stepped. A copy has no mark: one that was put in its place is noticed.
+struct Stepped {
+  static constexpr std::string_view name = "stepped";  // in saved Worlds
+  enum State : std::uint8_t { never, within, between };
+  struct Mark {
+    State state = never;
+  };
+  Scratch<Mark> mark;
+
+  static void fields(auto& self, auto&& field) { field("mark", derived(self.mark)); }
+};
+Stepped::State& stepped(World& world) { return world.memory.of<Stepped>().mark.state; }
+
 /// One step of a World: what its stages share.
 struct Step {
   World& world;
@@ -220,20 +254,30 @@ class Timed {
   Clock::time_point from_;
 };
 
+/// Where a system has put another World in place: what was noted of the former one is forgotten.
+bool is_replaced(Step& s) {
+  if (stepped(s.world) == Stepped::within) return false;
+  stepped(s.world) = Stepped::within;
+  if (s.record.monitor) s.record.monitor->start_again();
+  begin_forces(s.world);
+  return true;
+}
+
 /// Kinematic bodies move.
 void drive(Step& s) {
   const Timed timed(s, &StageTimes::drive);
+  if (s.record.monitor) s.record.monitor->begin_substep(s.world);
   move_kinematic_bodies(s.world, s.task.h, s.report);
   move_fingers(s.world, s.world.time + s.task.h, s.task.h);
   compile_if_changed(s.world);
 }
 
-/// The update stage: free motion of all bodies. [Lee 2000, sec. 3.1]
-void update(Step& s) {
-  const Timed timed(s, &StageTimes::update);
+/// Free motion of all bodies.
+void predict(Step& s) {
   World& world = s.world;
-  s.run(Stage::before_update);
+  normalise_rotations(world);
   compile_if_changed(world);
+  check_dynamic_bodies(world, s.report);
   take_over(world, s.task.h);
   check_kinematic_bodies(world, s.report);
   if (s.record.monitor) s.record.monitor->note_start(world);
@@ -243,10 +287,24 @@ void update(Step& s) {
   note_used_forces(world);
 }
 
-/// Structural changes by systems between the update and the adjust stage.
+/// The update stage. [Lee 2000, sec. 3.1]
+void update(Step& s) {
+  const Timed timed(s, &StageTimes::update);
+  s.run(Stage::before_update);
+  if (is_replaced(s)) drive(s);
+  predict(s);
+}
+
+/// Structural changes by systems between the update and the adjust stage. Another World takes the
+/// substep from its beginning, without the systems that have run.
 void take_changes(Step& s, Stage stage) {
   s.run(stage);
   if (s.systems.at(stage).empty()) return;
+  if (is_replaced(s)) {
+    drive(s), predict(s);
+    s.world.memory.of<contact::Memory>().scratch.stale = true;
+    return;
+  }
   compile_if_changed(s.world);
   for (const SolverRow* solver : kSolvers) solver->catch_up(s.world, s.task);
   recouple(s.world);
@@ -287,6 +345,7 @@ void advance_clock(Step& s, int left) {
 void finish(Step& s) {
   World& world = s.world;
   ++world.tick;
+  stepped(world) = Stepped::between;
   clear_requests(world);
   if (s.moved) contact::sense(world);
   report_step(world, s.report);
@@ -303,6 +362,43 @@ void finish(Step& s) {
 
 }  // namespace
 
+namespace {
+
+void take_step(Step& s) {
+  World& world = s.world;
+  compile_if_changed(world);
+  begin_forces(world);
+  if (stepped(world) == Stepped::never && s.record.monitor) s.record.monitor->start_again();
+  stepped(world) = Stepped::within;
+  for (int left = s.substeps; left-- > 0;) {
+    apply_requests(world, s.task.h), apply_events(world, s.task.h);
+    s.run(Stage::before_drive);
+    if (!std::isfinite(world.time)) {
+      compile_if_changed(world);
+      s.report.status = Status::bad_clock;
+      return;
+    }
+    is_replaced(s);
+    drive(s);
+    update(s);
+    find_contacts(s);
+    adjust(s);
+    advance_clock(s, left);
+  }
+  finish(s);
+}
+
+/// Memory has run out, or a number that was asked for exceeds all memory: what solvers hold may be
+/// torn, so that the next step makes it anew from the components.
+void abort_step(Step& s) {
+  s.world.memory = {};
+  s.report = {};
+  s.report.status = kAborted;
+  s.report.tick = s.world.tick, s.report.time = s.world.time;
+}
+
+}  // namespace
+
 StepReport step_world(World& world, const StepSettings& settings, const Systems& systems,
                       const StepRecord& record) noexcept {
   const int substeps = std::max(1, settings.substeps);
@@ -314,24 +410,11 @@ StepReport step_world(World& world, const StepSettings& settings, const Systems&
     s.report.status = Status::bad_clock;
     return s.report;
   }
-  compile_if_changed(world);
-  begin_forces(world);
-  for (int left = substeps; left-- > 0;) {
-    apply_requests(world, task.h), apply_events(world, task.h);
-    s.run(Stage::before_drive);
-    if (!std::isfinite(world.time)) {
-      compile_if_changed(world);
-      s.report.status = Status::bad_clock;
-      return s.report;
-    }
-    if (record.monitor) record.monitor->begin_substep(world);
-    drive(s);
-    update(s);
-    find_contacts(s);
-    adjust(s);
-    advance_clock(s, left);
+  try {
+    take_step(s);
+  } catch (...) {
+    abort_step(s);
   }
-  finish(s);
   return s.report;
 }
 

@@ -1,8 +1,11 @@
 // Faults of a World: see check().
+#include "engine/solvers/check.hpp"
+
 #include <algorithm>
 #include <optional>
 
 #include "engine/base/invariants.hpp"
+#include "engine/geometry/usable.hpp"
 #include "engine/joints/joint_force.hpp"
 #include "engine/solvers/solver.hpp"
 #include "engine/world/flat.hpp"
@@ -16,18 +19,14 @@ std::string unknown_to(Solver solver, Feature feature, const char* verb) {
          "\" does not know, only " + solvers_that_know(feature);
 }
 
-/// Why no step can be computed with a dynamic body, or null.
-const char* fault_of(const Body& b) {
-  if (!is_mass(b.mass)) return "has a mass that is not a positive number";
-  if (!is_mass(b.inertia)) return "has an inertia that is not three positive numbers";
-  if (!std::isfinite(b.drag) || !std::isfinite(b.gravity_scale))
-    return "has a drag or a gravity scale that is not finite";
-  return nullptr;
-}
-
 bool is_sound(const Joint& j) {
   return is_finite(j.anchor_a) && is_finite(j.anchor_b) && is_finite(j.frames.a()) &&
-         is_finite(j.frames.b());
+         is_finite(j.frames.b()) && is_unit(j.frames.a()) && is_unit(j.frames.b());
+}
+
+bool are_sound(const JointLimits& limits) {
+  const auto fits = [](const AngleLimit& l) { return !l.on || is_range(l.low, l.high); };
+  return fits(limits.angle) && fits(limits.second);
 }
 
 bool is_sound(const Cable& cable) {
@@ -162,7 +161,12 @@ void list_impossible(const Plans& owners) {
   }
   for (std::size_t i = 0; i < world.links.size(); ++i)
     if (const Link& l = world.links.values()[i]; !is_sound(l.joint))
-      stop_both(world.links.owners()[i], "has an anchor or axes that are not finite", l.a, l.b);
+      stop_both(world.links.owners()[i], "has an anchor or axes that are none", l.a, l.b);
+  for (std::size_t i = 0; i < world.links.size(); ++i)
+    if (const Link& l = world.links.values()[i];
+        l.joint.limits.any() && !are_sound(*l.joint.limits))
+      stop_both(world.links.owners()[i], "has limits whose low end is above the high one", l.a,
+                l.b);
   for (std::size_t i = 0; i < world.links.size(); ++i) {
     const Link& l = world.links.values()[i];
     if (l.joint.parameters.any() &&
@@ -170,6 +174,12 @@ void list_impossible(const Plans& owners) {
       stop_both(world.links.owners()[i],
                 "has a spring, friction or a motor with a number that is none", l.a, l.b);
   }
+  for (const Entity e : world.collisions.owners())
+    if (const Shapes* shapes = world.shapes.find(e);
+        shapes && !std::all_of(shapes->list.begin(), shapes->list.end(),
+                               [](const Shape& shape) { return is_usable(shape); }))
+      owners.partition.faults.push_back(
+          {e, "has a shape whose sizes or place are none", StructureFault::left_out, false});
   for (std::size_t i = 0; i < world.cables.size(); ++i)
     if (const Cable& s = world.cables.values()[i]; !is_sound(s))
       stop_both(world.cables.owners()[i], "has a number that is none", s.a, s.b);
@@ -250,6 +260,63 @@ void list_what_is_no_lamina(const Plans& owners, std::span<const IslandPlan> pla
 }
 
 }  // namespace
+
+const char* fault_of(const Body& b) {
+  if (!is_mass(b.mass)) return "has a mass that is not a positive number";
+  if (!is_mass(b.inertia)) return "has an inertia that is not three positive numbers";
+  if (!std::isfinite(b.drag) || !std::isfinite(b.gravity_scale))
+    return "has a drag or a gravity scale that is not finite";
+  if (!is_unit(b.pose)) return "has a rotation that is none";
+  return nullptr;
+}
+
+namespace {
+
+/// Removes one component of what does not exist. One of what took its place hides it, and is put
+/// back.
+template <class T>
+void drop(Store<T>& store, Entity gone) {
+  if (store.slot(gone) != kNoSlot) return store.remove(gone);
+  for (const Entity e : store.owners()) {
+    if (e.index != gone.index || store.slot(e) == kNoSlot) continue;
+    T kept = std::move(store[e]);
+    const Entity owner = e;
+    store.remove(owner), drop(store, gone);
+    store.add(owner, std::move(kept));
+    return;
+  }
+}
+
+}  // namespace
+
+std::vector<StructureFault> drop_strays(World& world) {
+  std::vector<StructureFault> faults;
+  const auto stray = [&](Entity e) { return !world.is_alive(e); };
+  const auto clear = [&](const char* name, auto& store) {
+    for (;;) {
+      const auto at = std::find_if(store.owners().begin(), store.owners().end(), stray);
+      if (at == store.owners().end()) return;
+      const Entity gone = *at;
+      drop(store, gone);
+      faults.push_back({gone, "does not exist, but was given one of " + std::string(name),
+                        StructureFault::left_out, false});
+    }
+  };
+  World::fields(world, [&](const char* name, auto&& part) {
+    unwrap(part, [&](Role, auto& member) {
+      if constexpr (requires { member.owners(); }) clear(name, member);
+    });
+  });
+  return faults;
+}
+
+void normalise_rotations(World& world) {
+  for (Body& b : world.bodies.values()) {
+    Quat& q = b.pose.rotation;
+    const Real length = glm::length(q);
+    if (!is_unit(q) && length > 1e-150 && std::isfinite(length)) q = q / length;
+  }
+}
 
 void list_faults(World& world, std::span<std::vector<IslandPlan>> plans) {
   Plans all{world, world.memory.of<Partition>(), {}};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "engine/solvers/check.hpp"
 #include "engine/solvers/takeover.hpp"
 
 #ifdef PANTIN_HAS_TBB
@@ -98,7 +99,9 @@ void compile_if_changed(World& world) {
   world.memory.of<Takeovers>();
   world.memory.of<contact::Memory>();
   if (now.built_for != world.structure()) {
+    const std::vector<StructureFault> strays = drop_strays(world);
     auto plans = partition(world);
+    now.faults = strays;
     list_faults(world, plans);
     for (std::size_t i = 0; i < kSolverCount; ++i) kSolvers[i]->compile(world, plans[i]);
     renumber_contacts(world);

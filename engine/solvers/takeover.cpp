@@ -9,6 +9,7 @@
 #include "engine/base/disjoint_sets.hpp"
 #include "engine/contact/detect.hpp"
 #include "engine/contact/memory.hpp"
+#include "engine/geometry/usable.hpp"
 #include "engine/joints/kinds.hpp"
 #include "engine/solvers/solver.hpp"
 
@@ -107,7 +108,7 @@ void list_shapes(const World& world, Lists& lists, Real h) {
     if (!std::isfinite(near)) continue;
     for (std::uint32_t i = 0; i < shapes->list.size(); ++i) {
       const Shape& shape = shapes->list[i];
-      if (!can_move(shape.kind) || !is_complete(shape)) continue;
+      if (!can_move(shape.kind) || !is_usable(shape)) continue;
       contact::ColliderShape at{compose(b.pose, shape.local), {}, 0, slot, i, &shape};
       if (!contact::bound_shape(at)) continue;
       lists.shapes.push_back({at.box.grown(near), at.box.grown(kParting * near), slot, island});

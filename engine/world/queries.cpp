@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <tuple>
 
+#include "engine/base/invariants.hpp"
 #include "engine/geometry/aabb_tree.hpp"
 #include "engine/geometry/collide.hpp"
 #include "engine/geometry/sweep.hpp"
+#include "engine/geometry/usable.hpp"
 #include "engine/world/world.hpp"
 
 namespace pantin {
@@ -110,7 +112,7 @@ void Queries::refit(const World& world, std::span<const Pose> poses) {
     for (std::uint32_t i = 0; i < shapes->list.size(); ++i) {
       const Shape& shape = shapes->list[i];
       Item item{shape, compose(pose, shape.local), owners[slot], i};
-      if (!is_finite(item.at) || !is_complete(shape)) {
+      if (!is_finite(item.at) || !is_unit(item.at) || !is_usable(shape)) {
         ++left_out;
         continue;
       }
@@ -154,12 +156,13 @@ QueryStatus Queries::cast_ray_through(const Ray& ray, const QueryFilter& filter,
 
 RayAnswer Queries::cast_shape(const Shape& shape, const Pose& from, Vec3 way,
                               const QueryFilter& filter) const {
-  if (!is_finite(from) || !is_finite(way) || !is_finite(shape.size))
-    return {{}, QueryStatus::not_finite};
-  if (!is_convex(shape) || !is_complete(shape)) return {{}, QueryStatus::bad_shape};
-  const Pose at = compose(from, shape.local);
   const Real length = glm::length(way);
-  const Vec3 unit = length > 0 ? way / length : Vec3(0);
+  if (!is_finite(from) || !is_unit(from) || !std::isfinite(length) || !is_finite(shape.size))
+    return {{}, QueryStatus::not_finite};
+  if (!is_convex(shape) || !is_usable(shape)) return {{}, QueryStatus::bad_shape};
+  const Pose at = compose(from, shape.local);
+  constexpr Real kShortest = 1e-150;  // m: the square of a shorter one is none
+  const Vec3 unit = length > kShortest ? way / length : Vec3(0, 1, 0);
   RayAnswer answer;
   const auto look = [&](std::uint32_t number) {
     const Item& item = index_->items[number];
@@ -181,8 +184,8 @@ RayAnswer Queries::cast_shape(const Shape& shape, const Pose& from, Vec3 way,
 QueryStatus Queries::overlap(const Shape& shape, const Pose& at, const QueryFilter& filter,
                              std::vector<Overlap>& out) const {
   out.clear();
-  if (!is_finite(at) || !is_finite(shape.size)) return QueryStatus::not_finite;
-  if (!is_convex(shape) || !is_complete(shape)) return QueryStatus::bad_shape;
+  if (!is_finite(at) || !is_unit(at) || !is_finite(shape.size)) return QueryStatus::not_finite;
+  if (!is_convex(shape) || !is_usable(shape)) return QueryStatus::bad_shape;
   const Pose pose = compose(at, shape.local);
   std::vector<std::uint32_t> numbers = index_->unbounded;
   index_->tree.query(bounds_of(shape, pose),

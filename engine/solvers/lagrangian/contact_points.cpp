@@ -16,12 +16,16 @@ constexpr Real kLeastResponse = 1e-9;
 /// rad.
 constexpr Real kNearInSteps = 2, kAtBound = 1e-9;
 
+/// The exact island of a body; null for one of another solver, or of none.
+const Island* exact_island(const World& world, const Owner& owner) {
+  return owner && owner.solver == kLagrangian ? &islands_of(world)[owner.island] : nullptr;
+}
+
 /// An island that takes part, or none.
 std::uint32_t taking_part(const World& world, const Owner& owner, const Taking& taking) {
-  if (!owner || owner.solver != kLagrangian) return kNoIndex;
-  const Island& m = islands_of(world)[owner.island];
-  if (!m.scratch.stepped || m.lost || m.unfit) return kNoIndex;
-  const bool in = taking.leader == kNoIndex ? m.interfaces.empty() : owner.island == taking.leader;
+  const Island* m = exact_island(world, owner);
+  if (!m || !m->scratch.stepped || m->lost || m->unfit) return kNoIndex;
+  const bool in = taking.leader == kNoIndex ? m->interfaces.empty() : owner.island == taking.leader;
   return in ? owner.island : kNoIndex;
 }
 
@@ -33,9 +37,11 @@ Obstacle obstacle_at(const World& world, std::uint32_t slot, Real h) {
     if (!contact::moves(b)) return {b.pose};
     return {b.pose, b.velocity, b.angular_velocity};
   }
-  const Island& m = islands_of(world)[owner.island];
-  if (m.scratch.stepped) return {b.pose, b.velocity, b.angular_velocity};
-  if (m.lost || m.unfit) return {b.pose};
+  // Planes and laminas have been moved before; others are moved after exact islands.
+  const Island* m = exact_island(world, owner);
+  if (owner.solver < kLagrangian || (m && m->scratch.stepped))
+    return {b.pose, b.velocity, b.angular_velocity};
+  if (m && (m->lost || m->unfit)) return {b.pose};
   return {{b.pose.position + h * b.velocity,
            glm::normalize(from_rotation_vector(h * b.angular_velocity) * b.pose.rotation)},
           b.velocity,
@@ -68,8 +74,8 @@ ContactPoint make_point(const World& world, std::uint32_t number, Real h) {
     const Owner owner = owner_of(partition_of(world), slot[s]);
     const Body& b = world.bodies.values()[slot[s]];
     Quat rotation = b.pose.rotation;
-    if (owner && islands_of(world)[owner.island].scratch.stepped)
-      rotation = islands_of(world)[owner.island].scratch.entry.q[owner.column];
+    if (const Island* m = exact_island(world, owner); m && m->scratch.stepped)
+      rotation = m->scratch.entry.q[owner.column];
     else if (!owner && contact::moves(b))
       rotation = contact::pose_before(b, h).rotation;
     p.radius[s] = contact::rounding_at(world, c, {s == 0 ? Side::a : Side::b, rotation});
