@@ -82,6 +82,7 @@ Result<Done> AtomicFile::open(const std::string& path) {
   path_ = path, target_ = target.path, failed_ = 0;
   part_ = target.in_place ? target_ : target_ + ".part";
   std::error_code none;
+  if (path.find('\0') != std::string::npos) return fail(EINVAL);  // it would name another file
   if (fs::is_directory(target_, none)) return fail(EISDIR);
   errno = 0;
   file_ = target.in_place ? standard_stream(target_) : nullptr;

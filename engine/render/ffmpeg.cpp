@@ -240,8 +240,9 @@ Result<Done> Ffmpeg::write(const Image& image) {
 
 Result<Done> Ffmpeg::finish() {
   const int status = wait();
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {
-    keep_part_ = has_beginning();
+  // It ends with status 0 where the last bytes of a GIF find no room.
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0 || disk_is_full()) {
+    keep_part_ = has_beginning() && !disk_is_full();
     std::string how = WIFSIGNALED(status)
                           ? "was stopped by signal " + std::to_string(WTERMSIG(status))
                           : "ended with status " + std::to_string(WEXITSTATUS(status));
@@ -272,8 +273,8 @@ int Ffmpeg::wait() {
   return status;
 }
 
-/// ": " and the last line that ffmpeg wrote, and where the beginning of the film is.
-std::string Ffmpeg::last_words() const {
+/// The last line that ffmpeg wrote.
+std::string Ffmpeg::last_line() const {
   char text[1024];
   const off_t end = ::lseek(log_, 0, SEEK_END);
   const off_t from = end > off_t(sizeof text) ? end - off_t(sizeof text) : 0;
@@ -282,8 +283,18 @@ std::string Ffmpeg::last_words() const {
   while (!log.empty() && (log.back() == '\n' || log.back() == ' ')) log.pop_back();
   const std::size_t line = log.rfind('\n');
   if (line != std::string::npos) log.erase(0, line + 1);
+  return log;
+}
+
+bool Ffmpeg::disk_is_full() const {
+  return last_line().find(std::strerror(ENOSPC)) != std::string::npos;
+}
+
+/// ": " and ffmpeg's last line, and where the beginning of the film is.
+std::string Ffmpeg::last_words() const {
+  const std::string log = last_line();
   std::string words = log.empty() ? "" : ": " + log;
-  if (has_beginning()) words += " (the beginning is in " + path_ + ".part)";
+  if (keep_part_) words += " (the beginning is in " + path_ + ".part)";
   return words;
 }
 

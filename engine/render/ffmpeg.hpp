@@ -39,14 +39,17 @@ class Ffmpeg {
   /// Hands one picture over. SIGPIPE must be blocked or ignored on this thread. Errors carry
   /// ffmpeg's own last line.
   Result<Done> write(const Image& image);
-  /// Closes the pipe, waits, checks the exit status and renames.
+  /// Closes the pipe, waits, checks the exit status and renames. Of a film that failed the
+  /// beginning stays, unless the disk was full.
   Result<Done> finish();
 
  private:
   Ffmpeg(std::string path, int pipe, int log, pid_t child);
   Error failure(const std::string& what);
   int wait();
+  std::string last_line() const;
   std::string last_words() const;
+  bool disk_is_full() const;
   bool has_beginning() const;
 
   std::string path_;

@@ -58,9 +58,10 @@ constexpr Key kScene[] = {
         .or_else(false),
     whole("substeps", 1, 1000, "Equal parts each step is taken in.").or_else(1),
     number("duration", "s", kDuration, "How long the scene runs.").or_else(5),
-    number("drift_bound", "", kPositive,
-           "Joint gap that counts as failure, as a fraction of the island's size.")
-        .or_else(1e-12),
+    number(
+        "drift_bound", "", kPositive,
+        "Joint gap that counts as failure, as a fraction of the island's size. Default: what the "
+        "solvers promise, 1e-12, or 1e-5 where joints of \"auto\" close loops."),
     of_object("collision", ValueType::object_or_flag, "collision",
               "Of all bodies with shapes that say nothing of it. Default: nothing is solid."),
     row("collision_groups", ValueType::group_names, "",

@@ -322,7 +322,7 @@ void read_head(const Reader& from, Scene& scene) {
   scene.step = from.number("step");
   scene.substeps = from.whole("substeps");
   scene.duration = from.number("duration");
-  scene.drift_bound = from.number("drift_bound");
+  scene.drift_bound = from.number("drift_bound", 0);  // 0: as promised, see parse_whole()
 }
 
 }  // namespace

@@ -1,12 +1,14 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "engine/base/disjoint_sets.hpp"
 #include "engine/base/utf8.hpp"
 #include "engine/scene/build.hpp"
 #include "engine/scene/joint_place.hpp"
 #include "engine/scene/json_recipe.hpp"
 #include "engine/scene/scene.hpp"
 #include "engine/scene/text_file.hpp"
+#include "engine/world/partition.hpp"
 
 namespace pantin {
 
@@ -93,6 +95,32 @@ void SolverChoices::apply(SolverSettings& settings) const {
 
 namespace {
 
+/// What its solvers promise of the joints of a World, as a part of the size: those that close loops
+/// of `auto` and its kin are held by impulses, all others to rounding.
+Real promised_gap(const World& world) {
+  constexpr Real kTrees = 1e-12, kLoops = 1e-5;
+  const auto ground = static_cast<std::uint32_t>(world.bodies.size());
+  std::vector<bool> own(ground, false);
+  for (const IslandPlan& island : find_islands(world, [](Solver) { return std::uint8_t(0); })) {
+    const Solver solver = island.settings.solver;
+    const bool is_exact =
+        solver == Solver::lagrangian || solver == Solver::planar || solver == Solver::quasistatic;
+    for (const std::uint32_t slot : island.slots) own[slot] = !is_exact;
+  }
+  DisjointSets joined(ground + 1);
+  const auto place_of = [&](Entity body) {
+    const std::uint32_t slot = world.bodies.slot(body);
+    return slot < ground && own[slot] ? slot : ground;
+  };
+  for (const Link& l : world.links.values()) {
+    const std::uint32_t a = place_of(l.a), b = place_of(l.b);
+    if (a == b) continue;  // of others
+    if (joined.root(a) == joined.root(b)) return kLoops;
+    joined.join(a, b);
+  }
+  return kTrees;
+}
+
 Result<Scene> parse_whole(std::string_view text, std::string_view name, const SceneLimits& limits,
                           const SolverChoices& choices) {
   if (text.size() > limits.bytes) return Error{too_long(name, limits.bytes, "a scene file")};
@@ -119,6 +147,7 @@ Result<Scene> parse_whole(std::string_view text, std::string_view name, const Sc
   if (recipe.plane && !choices.solver) choose_plane(scene.world, places);
   choices.apply(scene.world.default_settings);
   for (SolverSettings& s : scene.world.settings.values()) choices.apply(s);
+  if (scene.drift_bound == 0) scene.drift_bound = promised_gap(scene.world);
   if (scene.title.empty()) scene.title = std::filesystem::path(name).stem().string();
   scene.warnings = files.warnings();
   return scene;

@@ -17,6 +17,8 @@ std::string too_long(std::string_view name, std::size_t most, std::string_view w
 
 Result<std::string> read_text(const std::string& path, std::size_t most, std::string_view what) {
   const std::string expected = ", expected " + std::string(what);
+  if (path.find('\0') != std::string::npos)
+    return Error{printable(path) + ": found a name with a zero byte" + expected};
   std::error_code trouble;
   if (std::filesystem::is_directory(path, trouble))
     return Error{printable(path) + ": found a directory" + expected};

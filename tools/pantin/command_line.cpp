@@ -4,11 +4,14 @@
 #include <fmt/ranges.h>  // join, since fmt 11
 
 #include <algorithm>
+#include <filesystem>
 #include <string_view>
 
 namespace pantin::program {
 
 namespace {
+
+namespace fs = std::filesystem;
 
 std::vector<std::string> parts_of(std::string_view text, char between) {
   std::vector<std::string> parts;
@@ -66,7 +69,53 @@ Command command_of(const CLI::App& app) {
   return command;
 }
 
+/// A file that a command was given by name.
+struct NamedFile {
+  std::string option, path;
+  bool is_read = false;
+  fs::path whole = {};  // of links and points free
+};
+
+/// Whether what is there by this name is no file that another would take the place of.
+bool is_a_device(const fs::path& path) {
+  std::error_code none;
+  const fs::file_type kind = fs::status(path, none).type();
+  return kind != fs::file_type::not_found && kind != fs::file_type::regular;
+}
+
+std::vector<NamedFile> files_of(const CLI::App& command) {
+  std::vector<NamedFile> files;
+  for (const CLI::Option* option : command.get_options()) {
+    const Argument argument = argument_of(*option);
+    if (argument.kind != ValueKind::file) continue;
+    const bool is_read = option->get_positional() || argument.type == kSceneType;
+    // What a state is loaded from may be saved to: it has been read then.
+    if (argument.names.back() == "--load") continue;
+    for (const std::string& path : option->results())
+      if (!is_a_device(path)) {
+        std::error_code none;
+        files.push_back({argument.names.back(), path, is_read, fs::weakly_canonical(path, none)});
+      }
+  }
+  return files;
+}
+
+bool are_one(const NamedFile& a, const NamedFile& b) {
+  std::error_code none;
+  return a.whole == b.whole || fs::equivalent(a.whole, b.whole, none);
+}
+
 }  // namespace
+
+void check_files(const CLI::App& command) {
+  const std::vector<NamedFile> files = files_of(command);
+  for (std::size_t i = 0; i < files.size(); ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (!(files[i].is_read && files[j].is_read) && are_one(files[i], files[j]))
+        throw CLI::ValidationError(files[i].option,
+                                   fmt::format("found \"{}\" for {} too, expected another file",
+                                               files[i].path, files[j].option));
+}
 
 std::vector<Command> commands_of(const CLI::App& program) {
   std::vector<Command> commands{command_of(program)};

@@ -34,4 +34,8 @@ inline constexpr const char *kSceneType = "FILE:.json|.json5|.jsonc", *kFolderTy
 /// A file whose name ends in one of these. Together with kFileType.
 CLI::Validator named(std::initializer_list<const char*> endings);
 
+/// Throws a CLI::ValidationError where a command was given one name for two files, one of which
+/// would take the other's place: for two outputs, or for an output and the scene.
+void check_files(const CLI::App& command);
+
 }  // namespace pantin::program

@@ -4,8 +4,10 @@
 #include <CLI/CLI.hpp>
 #include <clocale>
 #include <cstdio>
+#include <iostream>
 
 #include "engine/scene/words.hpp"
+#include "tools/pantin/command_line.hpp"
 #include "tools/pantin/program.hpp"
 
 using namespace pantin::program;
@@ -32,6 +34,18 @@ std::string complaint_of(const CLI::App& program, const CLI::ParseError& error) 
   return fmt::format("found \"{}\", expected {}{}", word,
                      is_option || !chosen.empty() ? "one of the options" : "one of " + commands,
                      pantin::detail::hint(word, candidates));
+}
+
+/// Whether a word stands on the command line that nobody asked for: it is no mere call for help.
+bool has_stray_words(const CLI::App& program) { return !program.remaining(true).empty(); }
+
+/// What is left to say at the end: what could not be written. One rule for all that is printed.
+int closed(int exit_code) {
+  std::cout.flush();
+  const bool written = std::fflush(stdout) == 0 && !std::ferror(stdout) && std::cout.good();
+  if (written) return exit_code;
+  complain("could not write to the standard output");
+  return exit_code == kOk ? kUnwritable : exit_code;
 }
 
 constexpr const char* kExamples = R"(Examples:
@@ -72,27 +86,28 @@ int main(int argc, char** argv) {
   add_new(program, exit_code);
   add_completion(program, exit_code);
   add_help(program, exit_code);
-  if (argc == 1) {
-    fmt::print("{}", program.help());
-    return kOk;
-  }
+  for (CLI::App* command : program.get_subcommands({}))
+    command->parse_complete_callback([command] { check_files(*command); });
   catch_interrupts();
   try {
-    program.parse(argc, argv);
+    if (argc == 1)
+      fmt::print("{}", program.help());
+    else
+      program.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
-    if (e.get_exit_code() == 0) return program.exit(e);  // --help, --version
+    // --help, --version
+    if (e.get_exit_code() == 0 && !has_stray_words(program)) return closed(program.exit(e));
     // One line, and where to read more.
     const auto chosen = program.get_subcommands();
     const std::string who = chosen.empty() ? "pantin" : "pantin " + chosen.front()->get_name();
-    fmt::print(stderr, "{}: {}; see {} --help\n", who, complaint_of(program, e), who);
+    const CLI::ExtrasError strays(who, program.remaining(true));
+    const CLI::ParseError& why = e.get_exit_code() == 0 ? strays : e;
+    fmt::print(stderr, "{}: {}; see {} --help\n", who, complaint_of(program, why), who);
     return kUsage;
   } catch (const std::exception& e) {
+    if (std::ferror(stdout)) return closed(kOk);
     complain(e.what());
     return kFailed;
   }
-  if (std::fflush(stdout) != 0 || std::ferror(stdout)) {
-    if (exit_code == kOk) exit_code = kUnwritable;
-    complain("could not write to the standard output");
-  }
-  return exit_code;
+  return closed(exit_code);
 }
