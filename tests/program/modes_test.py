@@ -95,6 +95,36 @@ class Answers(Folder):
             self.assertEqual(told["several"], sum(len(c) > 1 for c in cells) / len(cells))
             self.assertEqual(told["none"], sum(not c for c in cells) / len(cells))
 
+    def test_two_fingers_at_one_point_are_a_tie(self):
+        def tell(twin, *arguments):
+            path = self.folder / "two.json"
+            path.write_text(json.dumps({
+                "version": 1, "title": "Two fingers", "gravity": [0, 0, 0],
+                "laminas": [{"name": "part", "centre_of_mass": [0.5, 0.2], "force": [0.1, -1],
+                             "fingers": [
+                    {"name": "left", "point": [0, 0], "normal": [0, 1], "velocity": [0.2, 0.1],
+                     "friction": 0.3},
+                    {"name": "twin", "point": [0, 0], "normal": [0.6, 0.8], "velocity": twin,
+                     "friction": 0.3},
+                    {"name": "right", "point": [1, 0], "normal": [0.1, 0.99498743710662],
+                     "velocity": [0, 0.1], "friction": 0.5}]}]}))
+            done = pantin("modes", path, *arguments)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            return done.stdout
+        words = tell([0.2, 0.1])
+        self.assertIn("one motion holds, in which a finger may bear or not: a tie", words)
+        self.assertRegex(words, "twin +bears nothing, stays")
+        self.assertNotIn("separates at", words)
+        mode = json.loads(tell([0.2, 0.1], "--json"))["modes"][0]
+        self.assertTrue(mode["break_tie"])
+        self.assertEqual(mode["contacts"][1]["does"], "stays")
+        # A finger that goes away slowly separates, and there is one mode.
+        words = tell([0.2 - 0.6e-3, 0.1 - 0.8e-3])
+        self.assertIn("one mode holds\n", words)
+        self.assertRegex(words, "twin +separates at 0.001 m/s")
+        told = json.loads(tell([0.2 - 0.6e-3, 0.1 - 0.8e-3], "--json"))
+        self.assertEqual([m["break_tie"] for m in told["modes"]], [False])
+
     def test_advice_makes_a_mode_certain(self):
         told = modes("grasp", "--advise")
         self.assertTrue(told["certain"])
@@ -123,6 +153,13 @@ class Motions(Folder):
         self.assertAlmostEqual(at[12.5], -0.125, places=9)
         self.assertAlmostEqual(at[20.5], -0.045, places=9)
         self.assertEqual(rows[-1]["switches"], "8")
+        # However few samples there are.
+        told = modes("rod", "--move", self.folder / "rod.csv", "--samples", "33")
+        times = [12.5, 20.5, 25.3, 28.18, 29.908, 30.9448, 31.56688, 31.940128]
+        self.assertEqual(len(told["modes"]), 1 + len(times))
+        self.assertEqual(told["modes"][0], {"time": 0, "mode": "+R"})
+        for mode, time in zip(told["modes"][1:], times):
+            self.assertAlmostEqual(mode["time"], time, places=7)
 
     def test_the_bar_is_handed_on(self):
         told = modes("regrasp", "--move", self.folder / "bar.csv")

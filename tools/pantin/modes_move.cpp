@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "engine/base/utf8.hpp"
 #include "engine/modes/path.hpp"
@@ -141,21 +142,58 @@ int follow_path(LaminaPlan plan, const ModesChoices& c) {
   return kOk;
 }
 
+/// Most switches of the mode that are told of one sample.
+constexpr int kMostSwitches = 16;
+/// Of the time between two samples.
+constexpr double kSharp = 1e-9;
+
+/// A mode and when it began, s.
+struct Began {
+  double time = 0;
+  std::string mode;
+};
+
+/// Appends the modes that begin on the way to `target`, each with its time, found by halving.
+void add_switches(const Course& before, double target, std::vector<Began>& began) {
+  std::optional<Course> course(before);
+  for (int i = 0; i < kMostSwitches; ++i) {
+    const auto differs = [&](const Course& later) {
+      return later.switches > course->switches || mode_name(later) != mode_name(*course);
+    };
+    std::optional<Course> after(*course);
+    after->to(target);
+    if (!differs(*after)) return;
+    double low = course->time, high = after->time;
+    const double sharp = kSharp * (target - course->time);
+    while (high - low > sharp) {
+      const double middle = 0.5 * (low + high);
+      Course there = *course;
+      there.to(middle);
+      if (differs(there))
+        high = middle, after.emplace(there);
+      else
+        low = middle;
+    }
+    if (const std::string now = mode_name(*after);
+        !now.empty() && (began.empty() || now != began.back().mode))
+      began.push_back({began.empty() ? course->time : high, now});
+    if (!(after->time > course->time)) return;
+    course.emplace(*after);
+  }
+}
+
 int move_on(const Scene& scene, const LaminaPlan& plan, const ModesChoices& c) {
   if (!can_move(plan, c)) return kUsage;
   Course course{plan};
-  std::string text = head_of(plan), stopped, mode;
+  std::string text = head_of(plan), stopped;
   std::vector<Placement> places;
-  Json changes = Json::array();
+  std::vector<Began> began;
   for (int i = 0; i < c.samples; ++i) {
     const double target = c.duration * i / (c.samples - 1);
+    const Course before = course;
     const StepEnd end = course.to(target);
     places.push_back(course.stepper.placed);
-    const std::string now = mode_name(course);
-    if (now != mode && !now.empty()) {
-      changes.push_back({{"before", course.time}, {"mode", now}});
-      mode = now;
-    }
+    add_switches(before, course.time, began);
     text += row_of(course);
     if (end.ending == Ending::done) continue;
     stopped = why(end);
@@ -166,6 +204,8 @@ int move_on(const Scene& scene, const LaminaPlan& plan, const ModesChoices& c) {
   if (const int code = write_or_complain(c.move, text); code != kOk) return code;
   const Placement& at = course.stepper.placed;
   if (c.json) {
+    Json changes = Json::array();
+    for (const auto& [time, mode] : began) changes.push_back({{"time", time}, {"mode", mode}});
     print_json({{"lamina", plan.name},
                 {"time", course.time},
                 {"shift", {at.shift.x, at.shift.y}},
@@ -181,9 +221,7 @@ int move_on(const Scene& scene, const LaminaPlan& plan, const ModesChoices& c) {
       "{}: {:g} s, {} switches of the mode; shifted by {:.6g} m, {:.6g} m, turned by {:.6g} "
       "rad\n",
       bold(printable(plan.name)), course.time, course.switches, at.shift.x, at.shift.y, at.angle);
-  for (const Json& change : changes)
-    fmt::print("  by {:.6g} s: {}\n", change["before"].get<double>(),
-               change["mode"].get<std::string>());
+  for (const auto& [time, mode] : began) fmt::print("  from {:.9g} s: {}\n", time, mode);
   if (course.choices > 1)
     fmt::print("  ambiguous at times: up to {} modes held at once\n", course.choices);
   if (course.zeno) fmt::print("  zeno: modes switched faster than can be followed\n");

@@ -18,20 +18,25 @@ struct Told {
   std::array<Real, kMostContacts> normal{}, tangent{}, slip{};
   const Region* region = nullptr;
   int index = 0;
-  bool boundary = false, motion_unique = true, forces_unique = true;
-};
+  std::array<Real, kMostContacts> parting{};  // m/s, along the normals
+  bool boundary = false, break_tie = false, motion_unique = true, forces_unique = true;
 
-Real slip_of(const Contact& c, Vec3 twist) {
-  const Vec2 t = tangent_of(c.normal);
-  const Vec2 v{twist.x - twist.z * c.point.y, twist.y + twist.z * c.point.x};
-  return dot(t, v) - dot(t, c.velocity);
+  bool bears(std::size_t i) const { return (signs.roll | signs.plus | signs.minus) >> i & 1; }
+};
+/// m/s, of the fastest motion: a finger that parts no faster stays where it touches.
+constexpr Real kStays = 1e-9;
+
+/// How fast the lamina moves past a finger, m/s.
+Vec2 past(const Contact& c, Vec3 twist) {
+  return Vec2{twist.x - twist.z * c.point.y, twist.y + twist.z * c.point.x} - c.velocity;
 }
 
 Told told_of(const Grasp& g, const FeasibleMode& mode) {
   Told told;
   const Region& r = g.prepared.regions[static_cast<std::size_t>(mode.region)];
   told.name = name_of(g.prepared, r), told.signs = signs_of(r), told.twist = r.twist;
-  told.region = &r, told.index = mode.index, told.boundary = mode.boundary;
+  told.region = &r, told.index = mode.index;
+  told.boundary = mode.boundary, told.break_tie = mode.break_tie;
   const OwnFriction mu = own(r, g.friction());
   if (r.kind == Kind::roll_slide) {
     const std::size_t a = r.contacts[0], b = r.contacts[1];
@@ -59,7 +64,11 @@ std::vector<Told> all_of(const Grasp& g, const ModeSet& set) {
   for (const FeasibleMode& m : set.modes) all.push_back(told_of(g, m));
   for (const SignedMode& m : set.indeterminate) all.push_back(told_of(g, m));
   for (Told& t : all)
-    for (std::size_t i = 0; i < g.contacts.size(); ++i) t.slip[i] = slip_of(g.contacts[i], t.twist);
+    for (std::size_t i = 0; i < g.contacts.size(); ++i) {
+      const Contact& c = g.contacts[i];
+      const Vec2 v = past(c, t.twist);
+      t.slip[i] = dot(tangent_of(c.normal), v), t.parting[i] = dot(c.normal, v);
+    }
   return all;
 }
 
@@ -86,11 +95,22 @@ std::string interval_words(const Interval& i) {
                                : fmt::format("{:.4g} upwards", i.low);
 }
 
+/// Whether a finger that bears nothing does not part either: it could bear.
+bool stays(const Grasp& g, const Told& t, std::size_t i) {
+  Real fastest = 0;
+  for (const Contact& c : g.contacts) {
+    const Vec2 v = past(c, t.twist);
+    fastest = std::max({fastest, std::hypot(v.x, v.y), std::hypot(c.velocity.x, c.velocity.y)});
+  }
+  return !t.bears(i) && t.parting[i] <= kStays * fastest;
+}
+
 void print_contact(const Grasp& g, const Told& t, std::size_t i) {
   const bool rolls = t.signs.roll >> i & 1, slides = (t.signs.plus | t.signs.minus) >> i & 1;
-  const std::string does = rolls    ? "sticks"
-                           : slides ? fmt::format("slides at {:.4g} m/s", t.slip[i])
-                                    : "separates";
+  const std::string does = rolls            ? "sticks"
+                           : slides         ? fmt::format("slides at {:.4g} m/s", t.slip[i])
+                           : stays(g, t, i) ? "bears nothing, stays"
+                                            : fmt::format("separates at {:.4g} m/s", t.parting[i]);
   const std::string forces =
       rolls || slides ? fmt::format("{:.4g} N into it, {:.4g} N along", t.normal[i], t.tangent[i])
                       : "";
@@ -103,6 +123,11 @@ void print_mode(const Grasp& g, const Told& t) {
   for (std::size_t i = 0; i < g.contacts.size(); ++i) print_contact(g, t, i);
   if (!t.motion_unique) fmt::print("    the motion is one of many\n");
   if (!t.forces_unique) fmt::print("    the forces are one way of many\n");
+  if (t.break_tie)
+    fmt::print(
+        "    a tie: what bears nothing stays where it touches; how the load is shared with it is "
+        "not "
+        "decided\n");
   if (t.boundary) fmt::print("    on its boundary: the neighbouring mode holds too\n");
   if (!t.region) return;
   std::string all;
@@ -123,11 +148,13 @@ Json json_of(const Grasp& g, const Told& t) {
     j["contacts"].push_back({{"finger", g.name(i)},
                              {"does", t.signs.roll >> i & 1                     ? "sticks"
                                       : (t.signs.plus | t.signs.minus) >> i & 1 ? "slides"
+                                      : stays(g, t, i)                          ? "stays"
                                                                                 : "separates"},
+                             {"parting", t.parting[i]},
                              {"slip", t.slip[i]},
                              {"normal_force", t.normal[i]},
                              {"tangent_force", t.tangent[i]}});
-  j["boundary"] = t.boundary;
+  j["boundary"] = t.boundary, j["break_tie"] = t.break_tie;
   j["motion_unique"] = t.motion_unique, j["forces_unique"] = t.forces_unique;
   if (!t.region) return j;
   j["index"] = t.index;
@@ -178,7 +205,9 @@ int print_modes(const Grasp& g, const ModesChoices& c) {
                    ? fmt::format("{:g}", g.roll[i])
                    : fmt::format("{:g} sticking, {:g} sliding", g.roll[i], g.slide[i]));
   if (!c.running.empty()) fmt::print("at {:g} s the run moves it by {}\n", c.at, c.running);
-  fmt::print("{}\n", sentence_of(set.verdict));
+  const bool is_tied = set.verdict == Verdict::unique && all.size() > 1;
+  fmt::print("{}\n", is_tied ? "one motion holds, in which a finger may bear or not: a tie"
+                             : sentence_of(set.verdict));
   for (const Told& t : all) print_mode(g, t);
   if (set.near_singular) fmt::print("  near a mode whose forces grow without bound\n");
   fmt::print(
