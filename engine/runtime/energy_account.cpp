@@ -15,12 +15,17 @@ namespace {
 constexpr Real kPart = 0.05;
 /// Of a body's size: to be lifted by so little does not count.
 constexpr Real kLift = 0.01;
+/// rad/s: about as fast a body may turn without a cause.
+constexpr Real kSlowTurn = 0.01;
+/// Substeps after a contact, a start or a change by the user in which energy may be taken.
+constexpr int kTouched = 3;
 /// m: a place that is held moves no more in a substep.
 constexpr Real kStill = 1e-6;
 
 struct Energies {
   Real kinetic = 0, all = 0;  // J
   Vec3 angular_momentum{0};   // about the world's origin
+  Vec3 spin{0};               // likewise, about the mass centre
 };
 Energies energies_of(const World& world, const Body& b) {
   const Vec3 spin =
@@ -29,7 +34,7 @@ Energies energies_of(const World& world, const Body& b) {
   e.kinetic =
       0.5 * (b.mass * glm::dot(b.velocity, b.velocity) + glm::dot(spin, b.angular_velocity));
   e.all = e.kinetic - b.mass * b.gravity_scale * glm::dot(world.gravity, b.pose.position);
-  e.angular_momentum = spin + b.mass * glm::cross(b.pose.position, b.velocity);
+  e.spin = spin, e.angular_momentum = spin + b.mass * glm::cross(b.pose.position, b.velocity);
   return e;
 }
 
@@ -51,6 +56,11 @@ Real most_power(Vec3 force, const Speeds& v) {
 }
 
 }  // namespace
+
+Real kinetic_energy(const Body& b) {
+  const Vec3 spin = glm::conjugate(b.pose.rotation) * b.angular_velocity;
+  return 0.5 * (b.mass * glm::dot(b.velocity, b.velocity) + glm::dot(spin, b.inertia * spin));
+}
 
 void EnergyAccount::hold(std::uint32_t group, std::uint32_t by) {
   std::uint32_t& held_by = groups_[group].held_by;
@@ -84,13 +94,16 @@ void EnergyAccount::join(std::uint32_t a, std::uint32_t b) {
   Group &to = groups_[a], &from = groups_[b];
   hold(a, from.held_by);
   to.is_asked = to.is_asked && from.is_asked;
+  to.is_lossy = to.is_lossy || from.is_lossy, to.touched = std::max(to.touched, from.touched);
+  to.top += from.top, to.spin += from.spin, to.slack_spin += from.slack_spin;
+  to.drift += from.drift;
   to.slack += from.slack, to.balance += from.balance, to.least += from.least;
   to.greatest += from.greatest, to.exchanged += from.exchanged;
   to.impulse_before += from.impulse_before;
   to.change += from.change, to.kinetic += from.kinetic;
   to.momentum += from.momentum, to.angular += from.angular;
   if (to.fastest == kNoSlot) to.fastest = from.fastest;
-  from.has_gained = false;
+  from.has_gained = from.has_lost = from.has_turned = false;
 }
 
 void EnergyAccount::compile(const World& world) {
@@ -103,6 +116,8 @@ void EnergyAccount::compile(const World& world) {
     if (!is_dynamic(b)) continue;
     const Real lift = kLift * size_of(world, world.bodies.owners()[i], b);
     groups_[i].slack = b.mass * lift * (g * std::abs(b.gravity_scale) + lift);
+    groups_[i].slack_spin = kSlowTurn * b.mass * (lift / kLift) * (lift / kLift);
+    groups_[i].is_lossy = b.drag > 0, groups_[i].touched = kTouched;  // joints may jerk
   }
   holds_.clear();
   for (const Link& l : world.links.values()) {
@@ -131,10 +146,38 @@ void EnergyAccount::compile(const World& world) {
     if (!p.to && body != kNoSlot && is_dynamic(world.bodies.values()[body]))
       hold(sets_.root(body), kPlaces + i), holds_.push_back({body, kPlaces + i});
   }
+  find_losses(world);
   lengths_.clear();
   for (const Cable& c : world.cables.values()) lengths_.push_back(c.joint.length);
   list_stores(world, stores_);
   built_for_ = world.structure(), is_new_ = true;
+}
+
+/// What of joints and ties can take energy.
+void EnergyAccount::find_losses(const World& world) {
+  const auto lose = [&](std::initializer_list<Entity> bodies) {
+    for (const Entity e : bodies)
+      if (const std::uint32_t slot = world.bodies.slot(e); slot != kNoSlot)
+        groups_[sets_.root(slot)].is_lossy = true;
+  };
+  const auto takes = [](const Dof& d) {
+    return d.spring.damping != 0 || d.friction.viscous != 0 || d.friction.dry != 0 ||
+           d.motor.kind != MotorKind::none;
+  };
+  for (std::uint32_t i = 0; i < world.links.size(); ++i) {
+    const Link& l = world.links.values()[i];
+    const JointParameters& own = *l.joint.parameters;
+    if (l.joint.limits.any() || own.travel.on || takes(own.rotation) || takes(own.translation) ||
+        world.joint_drives.find(world.links.owners()[i]))
+      lose({l.a, l.b});
+  }
+  for (const Cable& c : world.cables.values()) lose({c.a, c.b});
+  for (const Pin& p : world.pins.values()) lose({p.body, p.to});
+  for (const SurfaceContact& c : world.surface_contacts.values())
+    if (c.lifts || c.friction >= 0) lose({c.a, c.b});
+  for (const Belt& belt : world.belts.values())
+    if (belt.friction > 0)
+      for (const BeltPulley& p : belt.pulleys) lose({p.body});
 }
 
 bool EnergyAccount::is_asked(std::uint32_t slot) const {
@@ -163,6 +206,7 @@ void EnergyAccount::note_start(const World& world) {
     Start& s = bodies_[i];
     s.velocity = b.velocity, s.angular_velocity = b.angular_velocity;
     if (!is_dynamic(b)) continue;
+    if (b.restart) groups_[sets_.root(i)].touched = kTouched;
     const Energies e = energies_of(world, b);
     s.pose = b.pose, s.energy = e.all, s.kinetic = e.kinetic;
     s.angular_momentum = e.angular_momentum;
@@ -184,13 +228,14 @@ void EnergyAccount::end_substep(const World& world, Real h) {
         is_dynamic(world.bodies.values()[c.slot_b]))
       join(c.slot_a, c.slot_b);
   for (Group& g : groups_)
-    g.change = g.kinetic = g.kinetic_before = 0, g.momentum = g.angular = Vec3(0);
+    g.change = g.kinetic = g.kinetic_before = 0, g.momentum = g.angular = Vec3(0),
+    g.before = g.now = {};
   add_bodies(world, h);
   add_contacts(world, h);
   add_stores(world, h);
   leave_out(world);
   add_leads(world, h);
-  close(world);
+  close(world, h);
   is_new_ = false;
 }
 
@@ -210,8 +255,14 @@ void EnergyAccount::add_bodies(const World& world, Real h) {
                              most_power(s.torque, {s.angular_velocity, b.angular_velocity, spin}));
       g.change -= work, g.exchanged += std::abs(work);
     }
+    g.now.mass += b.mass, g.now.first += b.mass * b.pose.position;
+    g.now.momentum += b.mass * b.velocity, g.now.angular += e.angular_momentum;
+    g.now.spins += glm::length(e.spin);
+    g.before.mass += b.mass, g.before.first += b.mass * s.pose.position;
+    g.before.momentum += b.mass * s.velocity, g.before.angular += s.angular_momentum;
     const Vec3 slowed = b.drag * b.mass * way;  // N, by drag
     const Vec3 known = s.force + b.mass * b.gravity_scale * world.gravity - slowed;
+    g.now.force += known, g.now.torque += glm::cross(middle, known) + s.torque;
     g.momentum += b.mass * (b.velocity - s.velocity) - h * known;
     g.angular +=
         e.angular_momentum - s.angular_momentum - h * (glm::cross(middle, known) + s.torque) +
@@ -228,6 +279,7 @@ void EnergyAccount::add_contacts(const World& world, Real h) {
     if (!is_dynamic(a)) continue;
     const Start &from_a = bodies_[c.slot_a], &from_b = bodies_[c.slot_b];
     Group& g = groups_[sets_.root(c.slot_a)];
+    g.touched = kTouched;
     Real work = -h * glm::dot(c.force, c.surface_velocity);
     const Vec3 way_a = to_world(a.pose, c.point_a) - to_world(from_a.pose, c.point_a),
                way_b = to_world(b.pose, c.point_b) - to_world(from_b.pose, c.point_b);
@@ -302,20 +354,42 @@ void EnergyAccount::add_leads(const World& world, Real h) {
   }
 }
 
-void EnergyAccount::close(const World& world) {
+void EnergyAccount::close(const World& world, Real h) {
   for (std::uint32_t i = 0; i < groups_.size(); ++i) {
     Group& g = groups_[i];
     if (sets_.root(i) != i || !g.is_asked || !std::isfinite(g.change)) continue;
     // What is put together in the first step may be lifted, not thrown.
     g.balance += is_new_ ? std::min(g.change, g.kinetic - g.kinetic_before) : g.change;
     g.least = std::min(g.least, g.balance);
-    g.greatest = std::max(g.greatest, g.kinetic);
+    g.greatest = std::max({g.greatest, g.kinetic, g.kinetic_before});
     const Real may = g.slack + kPart * (g.greatest + g.exchanged);
     // Of what was lost on the way some may have been stored where nobody counts it.
     const bool thrown = g.balance - g.least > may && g.kinetic > (g.balance - g.least) / 2;
     g.has_gained = g.balance > may || thrown;
-    if (g.has_gained && g.fastest == kNoSlot) find_fastest(world, i);
+    close_losses(g, h);
+    if ((g.has_gained || g.has_lost || g.has_turned) && g.fastest == kNoSlot)
+      find_fastest(world, i);
   }
+}
+
+/// Of what nothing takes energy from; and the angular momentum of what nobody holds.
+void EnergyAccount::close_losses(Group& g, Real h) {
+  const bool is_led = g.held_by != kNobody && g.exchanged > 0;
+  if (g.is_lossy || g.touched > 0 || is_led) g.top = g.balance;
+  g.top = std::max(g.top, g.balance);
+  g.has_lost = g.top - g.balance > g.slack + kPart * (g.greatest + g.exchanged);
+  const auto about_centre = [](const Moments& m, Vec3 angular, Vec3 momentum) {
+    return angular - glm::cross(m.first / m.mass, momentum);
+  };
+  const Vec3 angular = about_centre(g.now, g.now.angular, g.now.momentum);
+  const Vec3 change = angular - about_centre(g.before, g.before.angular, g.before.momentum);
+  const Vec3 centre = 0.5 * (g.before.first + g.now.first) / g.now.mass;  // on the way
+  const Vec3 twist = g.now.torque - glm::cross(centre, g.now.force);
+  g.spin = std::max({g.spin, g.now.spins, glm::length(angular)});
+  const bool is_free = g.held_by == kNobody && g.touched == 0 && !g.is_lossy;
+  g.drift = is_free ? g.drift + change - h * twist : Vec3(0);
+  g.has_turned = glm::length(g.drift) > g.slack_spin + kPart * g.spin;
+  g.touched = std::max(0, g.touched - 1);
 }
 
 void EnergyAccount::find_fastest(const World& world, std::uint32_t group) {

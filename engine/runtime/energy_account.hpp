@@ -9,8 +9,10 @@
 ///   work = impulse . velocity + angular impulse . angular velocity
 ///
 /// and the impulses follow from the momentum of what is led, gravity, pushes and contacts. Where
-/// several hold it they do not; the balance is then not asked for.
+/// several hold it they do not; the balance is then not asked for. Where nothing takes energy, the
+/// balance must not fall either, and what nobody holds keeps its angular momentum.
 #include <algorithm>
+#include <span>
 #include <vector>
 
 #include "engine/base/disjoint_sets.hpp"
@@ -18,6 +20,9 @@
 #include "engine/world/world.hpp"
 
 namespace pantin::detail {
+
+/// J, of a body's motion.
+Real kinetic_energy(const Body& body);
 
 class EnergyAccount {
  public:
@@ -28,28 +33,45 @@ class EnergyAccount {
   /// After them; `h` in s.
   void end_substep(const World& world, Real h);
 
-  struct Gain {
-    Entity body;      // the fastest of those that gained, when they first did
-    Real amount = 0;  // J, beyond all work
+  /// What has changed by itself, of one group of bodies.
+  struct Change {
+    enum class Kind : std::uint8_t { gain, loss, spin } kind = Kind::gain;
+    Entity body;      // the fastest, when it first happened
+    Real amount = 0;  // J, or kg m^2/s of angular momentum
   };
-  /// Calls `tell(gain)` for all that gained more than they may.
+  /// Calls `tell(change)` for all that changed by more than it may.
   template <class Tell>
-  void each_gain(const World& world, const Tell& tell) const {
-    for (const Group& g : groups_)
-      if (g.has_gained && g.fastest < world.bodies.size())
-        tell(Gain{world.bodies.owners()[g.fastest], g.gain()});
+  void each_change(const World& world, const Tell& tell) const {
+    for (const Group& g : groups_) {
+      if (g.fastest >= world.bodies.size()) continue;
+      const auto body = [&] { return world.bodies.owners()[g.fastest]; };
+      if (g.has_gained) tell(Change{Change::Kind::gain, body(), g.gain()});
+      if (g.has_lost) tell(Change{Change::Kind::loss, body(), g.top - g.balance});
+      if (g.has_turned) tell(Change{Change::Kind::spin, body(), glm::length(g.drift)});
+    }
   }
   /// Whether the balance of a body is asked for.
   bool is_asked(std::uint32_t slot) const;
+  /// After end_substep(): how far the coordinates of joints moved.
+  std::span<const EnergyStore> stores() const { return stores_; }
 
  private:
   /// Who holds a group besides contacts: nobody, one body or place, or several.
   static constexpr std::uint32_t kNobody = UINT32_MAX, kSeveral = UINT32_MAX - 1,
                                  kPlaces = 1u << 31;  // from here on: slots of pins
+  /// Sums over the bodies of a group at the end of a substep.
+  struct Moments {
+    Real mass = 0;                           // kg
+    Vec3 first{0}, momentum{0}, angular{0};  // kg m, kg m/s, kg m^2/s about the origin
+    Vec3 force{0}, torque{0};                // known ones, N, N m about the origin
+    Real spins = 0;                          // kg m^2/s, of the bodies themselves
+  };
   /// Of the bodies that are joined or have touched; by the slot of its first body.
   struct Group {
     std::uint32_t held_by = kNobody;
-    bool is_asked = true, has_gained = false;
+    bool is_asked = true, is_lossy = false;
+    bool has_gained = false, has_lost = false, has_turned = false;
+    int touched = 0;                       // substeps for which a contact may take energy
     std::uint32_t fastest = kNoSlot;       // body, when the group first gained
     Real slack = 0;                        // J, that does not count
     Real balance = 0, least = 0;           // J; the least so far
@@ -59,6 +81,10 @@ class EnergyAccount {
     Real change = 0;                       // J, of this substep
     Real kinetic = 0, kinetic_before = 0;  // J, at its end and at its start
     Vec3 momentum{0}, angular{0};          // that no known force explains, of this substep
+    Real top = 0;                          // J, of the balance since something took energy
+    Moments before, now;
+    Real spin = 0, slack_spin = 0;  // kg m^2/s, the greatest so far; that does not count
+    Vec3 drift{0};                  // kg m^2/s, of the angular momentum that nothing explains
     Real gain() const { return balance - std::min(least, Real(0)); }
   };
   struct Start {
@@ -80,6 +106,7 @@ class EnergyAccount {
   void compile(const World& world);
   void hold(std::uint32_t group, std::uint32_t by);
   void attach(const World& world, std::initializer_list<Entity> bodies);
+  void find_losses(const World& world);
   void add_bodies(const World& world, Real h);
   void add_contacts(const World& world, Real h);
   void add_stores(const World& world, Real h);
@@ -87,7 +114,8 @@ class EnergyAccount {
   void leave_out(const World& world);
   void add_leads(const World& world, Real h);
   void join(std::uint32_t a, std::uint32_t b);
-  void close(const World& world);
+  void close(const World& world, Real h);
+  void close_losses(Group& group, Real h);
   void find_fastest(const World& world, std::uint32_t group);
 
   std::uint64_t built_for_ = 0;

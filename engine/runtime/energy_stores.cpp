@@ -174,6 +174,7 @@ StoreChange end_store(const World& world, EnergyStore& s, Real h) {
   begin_store(world, s);
   StoreChange change;
   if (s.kind == EnergyStore::Kind::coordinate) {
+    s.moved = s.x - before.x;
     const JointMotor& motor = dof_of(world.links.values()[s.slot], s.along).motor;
     if (motor.kind == MotorKind::velocity) {
       const Real mean = (s.x - before.x) / h;

@@ -15,6 +15,7 @@ struct EnergyStore {
   std::uint32_t slot = 0;                // in the store of joints, drives, cables or pins
   std::uint32_t body = 0;                // slot of a dynamic body that it acts on
   Real x = 0, rate = 0;                  // the coordinate; from step to step, so that turns count
+  Real moved = 0;                        // by how much in the last substep
   Quat turn{1, 0, 0, 0}, target{1, 0, 0, 0};  // of a drive
   Real energy = 0;                            // J
 };

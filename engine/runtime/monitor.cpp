@@ -1,94 +1,103 @@
 #include "engine/runtime/monitor.hpp"
 
 #include <algorithm>
+#include <cmath>
 
-#include "engine/joints/kinds.hpp"
-#include "engine/world/cable_route.hpp"
 #include "engine/world/partition.hpp"
 
 namespace pantin::detail {
 namespace {
 
-/// Of a mechanism's size: by so much its joints may be open.
-constexpr Real kOpen = 1e-3;
+/// s, and the part of it: what happens more often than that is a habit.
+constexpr Real kLately = 1, kOften = 0.05;
+/// Of the kinetic energy: so much may be taken away in a second.
+constexpr Real kLittle = 0.25;
+/// Of a body's radius of gyration: what lifts it so high is nothing.
+constexpr Real kLift = 0.03;
+
+FindingKind kind_of(EnergyAccount::Change::Kind kind) {
+  switch (kind) {
+    case EnergyAccount::Change::Kind::gain:
+      return FindingKind::energy_gained;
+    case EnergyAccount::Change::Kind::loss:
+      return FindingKind::energy_lost;
+    case EnergyAccount::Change::Kind::spin:
+      return FindingKind::angular_momentum_changed;
+  }
+  return FindingKind::energy_gained;
+}
 
 }  // namespace
 
-void Monitor::note(FindingKind kind, Entity where, Real amount) {
-  const auto same = [&](const Finding& f) { return f.kind == kind && f.where == where; };
-  const auto found = std::find_if(findings_.begin(), findings_.end(), same);
-  if (found != findings_.end()) {
-    found->amount = std::max(found->amount, amount), ++found->steps;
-  } else if (findings_.size() < kMost) {
-    findings_.push_back({kind, where, time_, amount, 1});
-  }
-}
-
-/// How far the anchors of a mechanism lie apart, as it was built; of bodies it is added up.
-void Monitor::find_sizes(const World& world) {
-  findings_.reserve(kMost);
-  sizes_.assign(world.bodies.size(), 0);
-  const Partition& partition = partition_of(world);
-  std::vector<Vec3> low(partition.islands.size(), Vec3(1e300)), high(low.size(), Vec3(-1e300));
-  const auto island_of = [&](Entity e) {
-    const std::uint32_t slot = world.bodies.slot(e);
-    return slot < partition.island.size() ? partition.island[slot] : Owner::kNone;
-  };
-  const auto add = [&](std::uint32_t island, Entity e, Vec3 anchor) {
-    const Body* b = world.bodies.find(e);
-    if (!b || island == Owner::kNone) return;
-    const Vec3 at = to_world(b->pose, anchor);
-    low[island] = glm::min(low[island], glm::min(at, b->pose.position));
-    high[island] = glm::max(high[island], glm::max(at, b->pose.position));
-  };
-  const auto add_both = [&](Entity a, Entity b, Vec3 on_a, Vec3 on_b) {
-    for (const std::uint32_t island : {island_of(a), island_of(b)})
-      add(island, a, on_a), add(island, b, on_b);
-  };
-  for (const Link& l : world.links.values()) add_both(l.a, l.b, l.joint.anchor_a, l.joint.anchor_b);
-  for (const Cable& c : world.cables.values())
-    add_both(c.a, c.b, c.joint.anchor_a, c.joint.anchor_b);
-  for (std::uint32_t i = 0; i < sizes_.size() && i < partition.island.size(); ++i)
-    if (partition.island[i] != Owner::kNone)
-      sizes_[i] =
-          std::max(Real(0), glm::length(high[partition.island[i]] - low[partition.island[i]]));
+void Monitor::compile(const World& world) {
+  found_.open();
+  gaps_.compile(world), contacts_.compile(world), turns_.compile(world);
   built_for_ = world.structure();
 }
 
-void Monitor::check_joints(const World& world) {
-  const auto size_of = [&](Entity a, Entity b) {
-    const std::uint32_t on_a = world.bodies.slot(a), on_b = world.bodies.slot(b);
-    return std::max(on_a < sizes_.size() ? sizes_[on_a] : 0,
-                    on_b < sizes_.size() ? sizes_[on_b] : 0);
-  };
-  for (std::uint32_t i = 0; i < world.links.size(); ++i) {
-    const Link& l = world.links.values()[i];
-    const Body *a = world.bodies.find(l.a), *b = world.bodies.find(l.b);
-    const JointKindInfo& info = info_of(l.joint.kind);
-    if (!a || !b || info.counts_turns || info.rows == 0) continue;
-    const Real gap = info.gap(l.joint, a->pose, b->pose);
-    if (gap > kOpen * size_of(l.a, l.b))
-      note(FindingKind::joint_open, world.links.owners()[i], gap);
-  }
-  for (std::uint32_t i = 0; i < world.cables.size(); ++i) {
-    const Cable& c = world.cables.values()[i];
-    if (c.joint.compliance > 0 || !c.guides.empty()) continue;
-    const Body *a = world.bodies.find(c.a), *b = world.bodies.find(c.b);
-    const Real over = a && b ? stretch(c.joint, a->pose, b->pose) : 0;
-    if (over > kOpen * size_of(c.a, c.b))
-      note(FindingKind::cable_overlong, world.cables.owners()[i], over);
-  }
+void Monitor::begin_substep(const World& world) {
+  energy_.begin_substep(world);
+  if (built_for_ == world.structure()) contacts_.begin_substep(world);
 }
 
-void Monitor::end_step(const World& world, StepReport& report) {
-  const std::size_t before = findings_.size();
-  time_ = world.time;
-  if (built_for_ != world.structure()) find_sizes(world);
-  energy_.each_gain(world, [&](const EnergyAccount::Gain& gain) {
-    note(FindingKind::energy_gained, gain.body, gain.amount);
+void Monitor::note_start(const World& world) {
+  if (built_for_ != world.structure()) compile(world), contacts_.begin_substep(world);
+  energy_.note_start(world);
+}
+
+/// What was changed within the substep is looked at from the next one on.
+void Monitor::end_substep(const World& world, Real h) {
+  energy_.end_substep(world, h);
+  if (built_for_ != world.structure()) return;
+  found_.set_time(world.time + h);
+  turns_.end_substep(world, h, energy_.stores(), found_);
+  contacts_.end_substep(world, found_);
+}
+
+/// Whether it matters beside what the island that is limited most has.
+bool Monitor::is_much_removed(const World& world, const StepReport& report, Real kept) {
+  energies_.removed = kept * energies_.removed + report.energy_removed, energies_.kinetic *= kept;
+  if (!(report.energy_removed > 0)) return false;
+  const std::vector<std::uint32_t>& islands = partition_of(world).island;
+  const std::uint32_t slot = world.bodies.slot(report.limited_at);
+  const Real g = glm::length(world.gravity);
+  Real kinetic = report.energy_removed, slack = 0;
+  for (std::uint32_t i = 0; i < islands.size() && i < world.bodies.size(); ++i)
+    if (const Body& b = world.bodies.values()[i];
+        slot < islands.size() && islands[i] == islands[slot]) {
+      kinetic += kinetic_energy(b);
+      slack += kLift * g * std::sqrt(b.mass * std::max({b.inertia.x, b.inertia.y, b.inertia.z}));
+    }
+  energies_.kinetic = std::max(energies_.kinetic, kinetic);
+  return energies_.removed > slack + kLittle * energies_.kinetic;
+}
+
+/// Part of the time lately, weighted by how long ago it was.
+void Monitor::check_habits(const World& world, const StepReport& report, Real h) {
+  const Real kept = std::exp(-h / kLately);
+  const bool is_much = is_much_removed(world, report, kept);
+  const auto check = [&](Habit& habit, FindingKind kind, Entity where, Real amount) {
+    habit.part = kept * habit.part + (amount > 0 ? 1 - kept : 0), habit.amount += amount;
+    if (habit.part > kOften && amount > 0 && (is_much || kind != FindingKind::energy_limited))
+      found_.note(kind, where, habit.amount);
+  };
+  check(limited_, FindingKind::energy_limited, report.limited_at, report.energy_removed);
+  check(rescued_, FindingKind::step_rescued, report.rescued_at, report.rescued > 0 ? h : 0);
+  check(unsolved_, FindingKind::contacts_unsolved, report.unsolved_at, report.unsolved > 0 ? h : 0);
+}
+
+void Monitor::end_step(const World& world, Real h, StepReport& report) {
+  found_.set_time(world.time);
+  if (built_for_ != world.structure()) compile(world);  // before the first substep has begun
+  energy_.each_change(world, [&](const EnergyAccount::Change& change) {
+    found_.note(kind_of(change.kind), change.body, change.amount);
   });
-  check_joints(world);
-  report.findings = static_cast<int>(findings_.size() - before);
+  gaps_.end_step(world, h, found_);
+  contacts_.end_step(world, h, found_);
+  check_habits(world, report, h);
+  report.findings = static_cast<int>(found_.all().size() - found_before_);
+  found_before_ = found_.all().size();
+  found_.end_step();
 }
 
 }  // namespace pantin::detail

@@ -1,10 +1,12 @@
 #pragma once
 /// Watches the steps of a World from outside the solvers and lists what makes the result doubtful.
 #include <span>
-#include <vector>
 
 #include "engine/runtime/energy_account.hpp"
-#include "engine/world/findings.hpp"
+#include "engine/runtime/finding_list.hpp"
+#include "engine/runtime/watch_contacts.hpp"
+#include "engine/runtime/watch_gaps.hpp"
+#include "engine/runtime/watch_turns.hpp"
 #include "engine/world/report.hpp"
 #include "engine/world/world.hpp"
 
@@ -15,30 +17,41 @@ namespace pantin::detail {
 class Monitor {
  public:
   /// In each substep: see EnergyAccount.
-  void begin_substep(const World& world) { energy_.begin_substep(world); }
-  void note_start(const World& world) { energy_.note_start(world); }
-  void end_substep(const World& world, Real h) { energy_.end_substep(world, h); }
+  void begin_substep(const World& world);
+  void note_start(const World& world);
+  void end_substep(const World& world, Real h);
+  /// At the end of a step of `h` seconds; counts what is new in the report.
+  void end_step(const World& world, Real h, StepReport& report);
   /// Another World is in place: its energy is balanced from here on.
   void start_again() { energy_ = {}, built_for_ = 0; }
-  /// At the end of the step; counts what is new in the report.
-  void end_step(const World& world, StepReport& report);
 
-  std::span<const Finding> findings() const { return findings_; }
+  std::span<const Finding> findings() const { return found_.all(); }
   /// Bodies whose balance of energy is not asked for; see EnergyAccount.
   const EnergyAccount& energy() const { return energy_; }
 
  private:
-  static constexpr std::size_t kMost = 256;
+  /// Something that may happen now and then: its part of the last second, and all that there was.
+  struct Habit {
+    Real part = 0, amount = 0;
+  };
+  /// Energy of the last second, J.
+  struct Lately {
+    Real removed = 0, kinetic = 0;
+  };
 
-  void find_sizes(const World& world);
-  void check_joints(const World& world);
-  void note(FindingKind kind, Entity where, Real amount);
+  void compile(const World& world);
+  void check_habits(const World& world, const StepReport& report, Real h);
+  bool is_much_removed(const World& world, const StepReport& report, Real kept);
 
   EnergyAccount energy_;
-  std::vector<Finding> findings_;
-  Real time_ = 0;
+  GapWatch gaps_;
+  ContactWatch contacts_;
+  TurnWatch turns_;
+  FindingList found_;
+  Lately energies_;
+  Habit limited_, rescued_, unsolved_;
+  std::size_t found_before_ = 0;  // findings at the end of the step before
   std::uint64_t built_for_ = 0;
-  std::vector<Real> sizes_;  // m, of the mechanism that each body is part of
 };
 
 }  // namespace pantin::detail

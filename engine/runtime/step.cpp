@@ -349,7 +349,7 @@ void finish(Step& s) {
   clear_requests(world);
   if (s.moved) contact::sense(world);
   report_step(world, s.report);
-  if (s.record.monitor) s.record.monitor->end_step(world, s.report);
+  if (s.record.monitor) s.record.monitor->end_step(world, s.settings.h, s.report);
   {
     const Timed timed(s, &StageTimes::measure);
     s.run(Stage::before_measure);

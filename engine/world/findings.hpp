@@ -11,16 +11,30 @@ namespace pantin {
 
 enum class FindingKind : std::uint8_t {
   energy_gained,
+  energy_lost,
+  angular_momentum_changed,
   joint_open,
+  limit_exceeded,
   cable_overlong,
+  pin_missed,
+  gear_slipped,
+  belt_slipped,
+  surfaces_apart,
+  sunk,
+  passed_through,
+  turned_too_far,
+  spring_unresolved,
+  energy_limited,
+  step_rescued,
+  contacts_unsolved,
 };
-constexpr FindingKind last_of(FindingKind) { return FindingKind::cable_overlong; }
+constexpr FindingKind last_of(FindingKind) { return FindingKind::contacts_unsolved; }
 
-/// A row of the table: one paragraph of README.md each.
+/// A row of the table; engine/runtime/README.md has an example of each.
 struct FindingInfo {
   std::string_view name;     // in programs and JSON
   std::string_view unit;     // of the amount
-  std::string_view meaning;  // one sentence
+  std::string_view meaning;  // one sentence, with the bound
   std::string_view change;   // what to do about it, one sentence
 };
 const FindingInfo& info_of(FindingKind kind);

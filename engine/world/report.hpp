@@ -43,6 +43,7 @@ struct StepReport {
   int sweeps_used = 0;                 // most relaxation sweeps of any island
   int limited = 0;                     // most islands whose energy was limited in a substep
   Real energy_removed = 0;             // J, by the energy limiter
+  Entity limited_at;                   // a body of the island from which most was removed
   int unreached = 0;                   // pins and cables whose residual exceeds the tolerance
   Entity worst_residual_at;            // the pin or cable with the worst residual
   Real worst_residual = 0;             // m
@@ -58,11 +59,13 @@ struct StepReport {
   int substeps = 0;                // most substeps of the integrator in this step
   int events = 0;                  // limits reached
   int rescued = 0;                 // islands whose step fell back to Euler
+  Entity rescued_at;               // a body of the first
   const char* contact_fault = "";  // of Status::contact_lost: ContactLeftPatch, SurfaceSingular,
                                    // ContactDegenerate, lost
   Entity contact;                  // the joint that it is of; `body` is its body a
   int released = 0;                // joints of surfaces that let go in this step
-  int unsolved = 0;  // groups of islands whose contacts were not solved to the tolerance
+  int unsolved = 0;    // groups of islands whose contacts were not solved to the tolerance
+  Entity unsolved_at;  // a body of the first
   // Quasi-static solver:
   int mode_switches = 0;  // changes of contact modes in this step
   int handed_over = 0;    // laminas that dynamics moved in this step: quasi-statics had no answer

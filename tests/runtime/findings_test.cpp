@@ -3,6 +3,7 @@
 #include <catch2/catch.hpp>
 #include <string>
 
+#include "engine/base/rotation.hpp"
 #include "engine/runtime/energy_account.hpp"
 #include "engine/runtime/simulation.hpp"
 #include "tests/runtime/puppets.hpp"
@@ -88,13 +89,78 @@ TEST_CASE("energy that nobody brought is told as soon as it is there") {
     account.begin_substep(world), account.note_start(world);
     if (i == 1) world.bodies[e].velocity = {0, 3, 0};
     account.end_substep(world, 1e-3);
-    account.each_gain(world, [&](const EnergyAccount::Gain& gain) {
+    account.each_change(world, [&](const EnergyAccount::Change& gain) {
       ++gains;
+      CHECK(gain.kind == EnergyAccount::Change::Kind::gain);
       CHECK(gain.body == e);
       CHECK(gain.amount == Approx(0.5 * 0.5 * 9));
     });
   }
   CHECK(gains == 2);
+}
+
+TEST_CASE("energy that nothing takes is missed as soon as it is gone, with drag or contact not") {
+  for (const Real slower : {0.04, 0.06})
+    for (const bool has_drag : {false, true}) {
+      EnergyAccount account;
+      World w;
+      Body body = rod(Vec3(0));
+      body.velocity = {3, 0, 0}, body.drag = has_drag ? 1e-3 : 0;
+      const Entity e = w.add_body(body, "rod");
+      w.gravity = Vec3(0);
+      Simulation sim(w, {1e-3});
+      sim.step();
+      World& world = sim.world;
+      int losses = 0;
+      for (int i = 0; i < 6; ++i) {
+        account.begin_substep(world), account.note_start(world);
+        if (i == 4) world.bodies[e].velocity.x *= std::sqrt(1 - slower);
+        account.end_substep(world, 1e-3);
+        account.each_change(world, [&](const EnergyAccount::Change& loss) {
+          ++losses;
+          CHECK(loss.kind == EnergyAccount::Change::Kind::loss);
+          CHECK(loss.body == e);
+          CHECK(loss.amount == Approx(slower * 0.5 * 0.5 * 9).epsilon(1e-3));
+        });
+      }
+      INFO(slower << " " << has_drag);
+      CHECK(losses == (slower > 0.05 && !has_drag ? 2 : 0));
+    }
+}
+
+TEST_CASE("angular momentum that turns by itself is told, of what is held it is not asked") {
+  for (const Real by : {0.04, 0.06})
+    for (const bool is_held : {false, true}) {
+      EnergyAccount account;
+      World w;
+      Body body = rod({kHalfLink, 0, 0});
+      body.inertia = Vec3(0.002), body.drag = 0;
+      const Entity e = w.add_body(body, "rod");
+      if (is_held) {
+        Body hook;
+        hook.motion = Motion::fixed;
+        w.add_link(w.add_body(hook), e, {{}, {-kHalfLink, 0, 0}});
+      }
+      w.gravity = Vec3(0);
+      Simulation sim(w, {1e-3});
+      sim.step();
+      World& world = sim.world;
+      Body& b = world.bodies[e];
+      b.velocity = Vec3(0), b.angular_velocity = {0, 50, 0};
+      int turns = 0;
+      for (int i = 0; i < 6; ++i) {
+        account.begin_substep(world), account.note_start(world);
+        if (i == 4) b.angular_velocity = from_rotation_vector({by, 0, 0}) * b.angular_velocity;
+        account.end_substep(world, 1e-3);
+        account.each_change(world, [&](const EnergyAccount::Change& turn) {
+          ++turns;
+          CHECK(turn.kind == EnergyAccount::Change::Kind::spin);
+          CHECK(turn.amount == Approx(by * 0.002 * 50).epsilon(1e-2));
+        });
+      }
+      INFO(by << " " << is_held);
+      CHECK(turns == (by > 0.0505 && !is_held ? 2 : 0));
+    }
 }
 
 TEST_CASE("a solver that throws a chain is told, one that keeps its energy is not") {

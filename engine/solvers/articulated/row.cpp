@@ -143,8 +143,10 @@ void measure(const World& world, Measures& m) {
 
 void note_failure(const World& world, StepReport& report) {
   int limited = 0;
+  Real most = 0;
   for (const Island& a : islands_of(world)) {
     limited += a.energy_removed > 0, report.energy_removed += a.energy_removed;
+    if (a.energy_removed > most) most = a.energy_removed, report.limited_at = a.bodies.front();
     if (a.grew && report.status == Status::ok)
       report.status = Status::energy_grew, report.body = a.bodies.back();
     if (!a.lost || report.status == Status::diverged) continue;

@@ -98,6 +98,7 @@ struct ContactScratch {
   std::vector<Real> matrix, right;    // of Newton's method
   std::vector<std::uint8_t> touched;  // by island
   int unsolved = 0;                   // groups of the step, not solved to the tolerance
+  Entity unsolved_at;                 // a body of the first
 };
 
 }  // namespace pantin::detail::lagrangian

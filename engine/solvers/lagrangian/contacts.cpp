@@ -203,7 +203,8 @@ void resolve_contacts(World& world, Real h, const Taking& taking) {
     const ContactScratch::Range& range = r.groups[i];
     const ContactGroup g{std::span(r.points).subspan(range.first_point, range.points),
                          std::span(r.members).subspan(range.first_member, range.members), h};
-    r.unsolved += !resolve(world, g);
+    if (!resolve(world, g) && r.unsolved++ == 0)
+      r.unsolved_at = islands_of(world)[g.members.front().island].bodies.front();
   }
   for (const ContactPoint& p : r.points) write_contact(world, p, h);
   restore_limits(world, r, h);

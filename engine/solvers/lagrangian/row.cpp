@@ -26,7 +26,8 @@ void take_pressures(World& world) {
 /// Whole steps; islands that lead interfaces take theirs in repeat().
 void predict(World& world, const StepTask& task) {
   take_pressures(world);
-  world.memory.of<Islands>().contacts.unsolved = 0;
+  ContactScratch& contacts = world.memory.of<Islands>().contacts;
+  contacts.unsolved = 0, contacts.unsolved_at = Entity{};
   std::vector<Island>& all = islands_of(world);
   for (Island& m : all) m.scratch.in_step = true;
   for_each_island(all.size(), task.threads, [&](std::size_t i) {
@@ -139,12 +140,14 @@ void note_failure(const World& world, StepReport& report) {
 }
 
 void report(const World& world, StepReport& report) {
-  report.unsolved = world.memory.of<Islands>().contacts.unsolved;
+  const ContactScratch& contacts = world.memory.of<Islands>().contacts;
+  report.unsolved = contacts.unsolved, report.unsolved_at = contacts.unsolved_at;
   for (const Island& m : islands_of(world)) {
     report.rows += static_cast<int>(m.equations()), report.rank += static_cast<int>(m.rank);
     report.worst_constraint = std::max(report.worst_constraint, m.residual);
     report.substeps = std::max(report.substeps, m.substeps), report.events += m.events;
-    report.rescued += m.rescues > 0, report.released += m.released;
+    if (m.rescues > 0 && report.rescued++ == 0) report.rescued_at = m.bodies.front();
+    report.released += m.released;
     for (const Fault& f : m.faults) {
       if (f.kind != Fault::inconsistent || report.status != Status::ok) continue;
       report.status = Status::inconsistent;

@@ -1,0 +1,196 @@
+#include "engine/runtime/watch_contacts.hpp"
+
+#include <algorithm>
+
+#include "engine/base/rotation.hpp"
+#include "engine/contact/detect.hpp"
+#include "engine/contact/memory.hpp"
+#include "engine/geometry/sweep.hpp"
+#include "engine/world/partition.hpp"
+
+namespace pantin::detail {
+namespace {
+
+/// Of the smaller one's size, but no more than that part of its thickness: by so much bodies at
+/// rest may overlap.
+constexpr Real kDeep = 0.01, kDeepOfThickness = 0.05;
+/// Of the middle half's thickness: what cuts a corner by less has not come through.
+constexpr Real kThrough = 0.9;
+/// Of the half thickness: a way that is bent by more, since the other turns, is not followed.
+constexpr Real kStraight = 0.25;
+/// s: until it counts. Rests what moves slower than that part of sqrt(g thickness).
+constexpr Real kAtRestFor = 0.5, kSlow = 0.02;
+constexpr Real kTiny = 1e-9;  // m
+
+/// The middle half of a shape: what remains when a quarter of its thickness is taken off all
+/// around, or a ball in its middle.
+Shape core_of(const Shape& shape, Real half_thickness) {
+  Shape core = shape;
+  core.material = 0;
+  const Real off = 0.5 * half_thickness;
+  if (shape.kind == ShapeKind::capsule) core.size.x -= off;
+  if (shape.kind == ShapeKind::box) core.size -= Vec3(off);
+  if (shape.kind == ShapeKind::capsule || shape.kind == ShapeKind::box) return core;
+  core.kind = ShapeKind::sphere, core.size = Vec3(off, 0, 0), core.surface = nullptr;
+  return core;
+}
+
+Real turn_between(Quat a, Quat b) { return glm::length(rotation_vector(b * glm::conjugate(a))); }
+
+/// Whether two bodies of solvers that feel contacts collide where they meet.
+bool collide(const World& world, std::uint32_t a, std::uint32_t b) {
+  const Collision *on_a = world.collisions.find(world.bodies.owners()[a]),
+                  *on_b = world.collisions.find(world.bodies.owners()[b]);
+  if (!on_a || !on_b || on_a->sensor || on_b->sensor || !do_groups_agree(*on_a, *on_b))
+    return false;
+  const Partition& partition = partition_of(world);
+  const Owner of_a = owner_of(partition, a), of_b = owner_of(partition, b);
+  if (!of_a.feels_contacts && !of_b.feels_contacts) return false;
+  if (!of_a || !of_b) return true;  // one of them is an obstacle
+  const bool own = of_a.solver == of_b.solver && of_a.island == of_b.island;
+  return own ? on_a->self && on_b->self : on_a->others || on_b->others;
+}
+
+}  // namespace
+
+void ContactWatch::compile(const World& world) {
+  const std::size_t count = world.bodies.size();
+  solids_.clear(), unbounded_.clear();
+  thickness_.assign(count, 0), shallow_.assign(count, 0), rests_for_.assign(count, 0),
+      depth_.assign(count, 0);
+  before_.assign(count, {}), leaps_.assign(count, 1);
+  for (std::uint32_t slot = 0; slot < count; ++slot) {
+    const Entity e = world.bodies.owners()[slot];
+    const Collision* collision = world.collisions.find(e);
+    const Shapes* shapes = world.shapes.find(e);
+    if (!collision || collision->sensor || !shapes) continue;
+    Real thinnest = 1e300;
+    for (std::uint32_t i = 0; i < shapes->list.size(); ++i) {
+      const Shape& shape = shapes->list[i];
+      if (!is_complete(shape)) continue;
+      const Real half = inner_radius(shape);
+      if (is_unbounded(shape.kind))
+        unbounded_.push_back(static_cast<std::uint32_t>(solids_.size()));
+      solids_.push_back({slot, i, core_of(shape, half), half, reach_of(shape)});
+      if (half > 0) thinnest = std::min(thinnest, 2 * half);
+    }
+    thickness_[slot] = thinnest < 1e300 ? thinnest : 0;
+    shallow_[slot] =
+        std::min(kDeep * 2 * contact::extent_of(*shapes), kDeepOfThickness * thickness_[slot]);
+  }
+  boxes_.resize(solids_.size());
+  contact::list_jointed(world, jointed_);
+  tree_ = {};
+}
+
+void ContactWatch::begin_substep(const World& world) {
+  if (solids_.empty()) return;
+  for (std::uint32_t i = 0; i < before_.size(); ++i) {
+    const Body& b = world.bodies.values()[i];
+    before_[i] = b.pose, leaps_[i] = b.teleport;
+  }
+}
+
+bool ContactWatch::may_meet(const World& world, std::uint32_t a, std::uint32_t b) const {
+  if (a == b || leaps_[a] || leaps_[b]) return false;
+  return collide(world, a, b) && !contact::are_jointed(jointed_, a, b);
+}
+
+/// Whether it went further than a quarter of its thickness.
+bool ContactWatch::is_fast(const World& world, const Solid& s) const {
+  if (!(s.half_thickness > 0)) return false;
+  const Body& b = world.bodies.values()[s.slot];
+  if (b.motion == Motion::fixed) return false;
+  const Vec3 way =
+      to_world(b.pose, s.core.local.position) - to_world(before_[s.slot], s.core.local.position);
+  return glm::dot(way, way) > 0.25 * s.half_thickness * s.half_thickness;
+}
+
+void ContactWatch::place_boxes(const World& world) {
+  for (std::size_t i = 0; i < solids_.size(); ++i) {
+    const Solid& s = solids_[i];
+    const Body& b = world.bodies.values()[s.slot];
+    const Shape& shape = world.shapes[world.bodies.owners()[s.slot]].list[s.shape];
+    if (is_unbounded(shape.kind) || !is_finite(b.pose)) {
+      boxes_[i] = {Vec3(1e300), Vec3(1e300)};
+      continue;
+    }
+    boxes_[i] = bounds_of(shape, compose(b.pose, shape.local));
+    boxes_[i].add(bounds_of(shape, compose(before_[s.slot], shape.local)));
+  }
+  contact::update_tree(tree_, boxes_);
+}
+
+/// Slides the middle half of `a` along its way as `b` saw it, without turning it.
+void ContactWatch::check(const World& world, const Solid& a, const Solid& b,
+                         FindingList& found) const {
+  const Body &on_a = world.bodies.values()[a.slot], &on_b = world.bodies.values()[b.slot];
+  if (on_a.motion != Motion::dynamic && on_b.motion != Motion::dynamic) return;
+  const Shape& other = world.shapes[world.bodies.owners()[b.slot]].list[b.shape];
+  const Pose end = compose(on_a.pose, a.core.local), at = compose(on_b.pose, other.local);
+  const Pose seen = compose(inverse(before_[b.slot]), compose(before_[a.slot], a.core.local));
+  const Pose start = compose(on_b.pose, seen);
+  const Vec3 way = end.position - start.position;
+  const Real length = glm::length(way);
+  if (!(length > kTiny) || !is_finite(end) || !is_finite(at)) return;
+  const Real turn = turn_between(before_[b.slot].rotation, on_b.pose.rotation);
+  const Real away = std::max(glm::length(end.position - on_b.pose.position),
+                             glm::length(start.position - on_b.pose.position));
+  if (turn * turn / 8 * away > kStraight * a.half_thickness) return;
+  const Pose from{start.position, end.rotation};
+  Shape core = a.core;
+  if (a.reach * turn_between(start.rotation, end.rotation) > a.half_thickness)
+    core.kind = ShapeKind::sphere, core.size = Vec3(0.5 * a.half_thickness, 0, 0);
+  const std::optional<SweepHit> hit = sweep({core, from}, {other, at}, way / length, length);
+  if (!hit || hit->distance <= 0) return;
+  // Where it came in again on its way back, it is out; under the ground it is behind.
+  const std::optional<SweepHit> back = sweep({core, end}, {other, at}, -way / length, length);
+  const bool is_inside = back && back->distance <= 0;
+  const bool is_behind = is_unbounded(other.kind) && contains(other, to_local(at, end.position));
+  const Real within = length - hit->distance - (back ? back->distance : 0);
+  const bool is_through = back && !is_inside && within > kThrough * a.half_thickness;
+  if (!is_behind && !is_through) return;
+  const Entity where = world.bodies.owners()[on_a.motion == Motion::dynamic ? a.slot : b.slot];
+  found.note(FindingKind::passed_through, where, length - hit->distance);
+}
+
+void ContactWatch::end_substep(const World& world, FindingList& found) {
+  bool placed = false;
+  for (const Solid& s : solids_) {
+    if (leaps_[s.slot] || !is_fast(world, s)) continue;
+    if (!placed) place_boxes(world), placed = true;
+    const auto meet = [&](std::uint32_t i) {
+      if (may_meet(world, s.slot, solids_[i].slot)) check(world, s, solids_[i], found);
+    };
+    tree_.query(boxes_[static_cast<std::size_t>(&s - solids_.data())], meet);
+    for (const std::uint32_t i : unbounded_) meet(i);
+  }
+}
+
+void ContactWatch::end_step(const World& world, Real h, FindingList& found) {
+  const std::vector<Contact>& contacts = contacts_of(world);
+  if (contacts.empty() || thickness_.size() != world.bodies.size()) return;
+  std::fill(depth_.begin(), depth_.end(), Real(0));
+  const Real g = glm::length(world.gravity);
+  for (const Contact& c : contacts) {
+    const Body &a = world.bodies.values()[c.slot_a], &b = world.bodies.values()[c.slot_b];
+    const Real on_a = thickness_[c.slot_a], on_b = thickness_[c.slot_b];
+    const bool a_is_smaller = on_b == 0 || on_a < on_b;
+    const Real thin = a_is_smaller ? on_a : on_b;
+    if (!(c.depth > shallow_[a_is_smaller ? c.slot_a : c.slot_b]) || !(thin > 0)) continue;
+    const auto speed_at = [](const Body& body, Vec3 point) {
+      return body.velocity + glm::cross(body.angular_velocity, body.pose.rotation * point);
+    };
+    const Vec3 apart = speed_at(a, c.point_a) - speed_at(b, c.point_b);
+    const Real slow = kSlow * std::sqrt(std::max(g, thin) * thin);
+    if (glm::dot(apart, apart) < slow * slow)
+      depth_[c.slot_a] = std::max(depth_[c.slot_a], c.depth);
+  }
+  for (std::uint32_t i = 0; i < depth_.size(); ++i) {
+    rests_for_[i] = depth_[i] > 0 ? rests_for_[i] + h : 0;
+    if (rests_for_[i] > kAtRestFor)
+      found.note(FindingKind::sunk, world.bodies.owners()[i], depth_[i]);
+  }
+}
+
+}  // namespace pantin::detail

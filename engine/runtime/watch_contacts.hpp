@@ -1,0 +1,47 @@
+#pragma once
+/// What lies too deep in something, and what came through something: a continuous check of what
+/// moves by more than its own thickness in a substep, from poses and shapes alone.
+#include <vector>
+
+#include "engine/contact/search.hpp"
+#include "engine/runtime/finding_list.hpp"
+#include "engine/world/world.hpp"
+
+namespace pantin::detail {
+
+class ContactWatch {
+ public:
+  /// After the structure has changed.
+  void compile(const World& world);
+  /// Before bodies are moved, kinematic ones included.
+  void begin_substep(const World& world);
+  /// After the solvers; looks for what passed through something.
+  void end_substep(const World& world, FindingList& found);
+  /// At the end of a step of `h` seconds: looks for what lies too deep.
+  void end_step(const World& world, Real h, FindingList& found);
+
+ private:
+  /// A shape of a solid body, and the middle half of it.
+  struct Solid {
+    std::uint32_t slot = 0, shape = 0;
+    Shape core;
+    Real half_thickness = 0, reach = 0;  // m
+  };
+
+  bool may_meet(const World& world, std::uint32_t a, std::uint32_t b) const;
+  bool is_fast(const World& world, const Solid& s) const;
+  void place_boxes(const World& world);
+  void check(const World& world, const Solid& a, const Solid& b, FindingList& found) const;
+
+  std::vector<Solid> solids_;                          // by body
+  std::vector<std::uint32_t> unbounded_;               // of them
+  std::vector<Pose> before_;                           // by slot
+  std::vector<std::uint8_t> leaps_;                    // by slot: was placed anew
+  std::vector<Real> thickness_, shallow_, rests_for_;  // by slot: m, of the thinnest shape; m; s
+  std::vector<Real> depth_;                            // m, by slot, of this step
+  std::vector<Aabb> boxes_;                            // of the ways of all solids
+  AabbTree tree_;
+  contact::Search jointed_;  // of which only the list of joined pairs is used
+};
+
+}  // namespace pantin::detail
