@@ -2,6 +2,7 @@
 import json
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import unittest
@@ -9,6 +10,8 @@ import unittest
 PANTIN = os.environ["PANTIN"]
 SCENES = pathlib.Path(os.environ["PANTIN_ASSETS"]) / "scenes"
 NET = SCENES / "net.json"
+ROOT = pathlib.Path(__file__).parents[2]
+README = ROOT / "engine/runtime/README.md"
 
 
 def run(*arguments):
@@ -41,6 +44,19 @@ class Findings(unittest.TestCase):
         line = next(line for line in lines if "joint_open" in line)
         self.assertIn(worst["where"], line)
         self.assertIn(f"{worst['amount']:.3g} m", line)
+
+    def test_every_kind_has_an_example_that_has_it(self):
+        rows = re.findall(r"^\| `(\w+)` \|.*\| ([^|]*) \|$", README.read_text(), re.MULTILINE)
+        self.assertGreater(len(rows), 15)
+        for kind, example in rows:
+            command = re.search(r"`pantin run (\S+)([^`]*)`", example)
+            if not command:
+                self.assertIn("none is known", example)
+                continue
+            with self.subTest(kind):
+                told = json.loads(run(ROOT / command[1], *command[2].split(), "--json").stdout)
+                self.assertIn(kind, {f["kind"] for f in told["findings"]})
+                self.assertNotEqual(told["status"], "ok")
 
     def test_strict_makes_findings_exit_three(self):
         arguments = (NET, "--solver", "sweep", "--duration", 0.2)

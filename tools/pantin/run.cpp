@@ -434,7 +434,7 @@ limit_hits_max, limit_violation_rad, drives_capped_max, passes_mean, passes_max,
 final_acceleration_rms (m/s^2, mass centres, last second), unreached, mechanisms
 (Lagrangian: bodies, integrator, equations, rank, redundant, residual, parts), findings (kind, where,
 time_s, amount, unit, steps), energy_unchecked (bodies), warnings, and lost after a divergence or a
-growth of energy. README.md says what each kind of finding means.
+growth of energy. engine/runtime/README.md says what each kind of finding means.
 
 Exit codes: 0 ok, 1 failed run, 2 usage or bad input, 3 diverged, energy grew or (--strict) findings, 4 could not write, 130 interrupted.)";
 
