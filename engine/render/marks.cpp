@@ -253,6 +253,11 @@ void add_forces(const World& world, std::span<const Overlay::Arrow> forces, Pen&
   }
 }
 
+void add_doubts(std::span<const Vec3> places, Pen& pen) {
+  for (const Vec3 at : places)
+    if (pen.sees(at)) pen.ring(at, 9 * pen.fine(), 1.6 * pen.fine(), ink::kWarning);
+}
+
 void add_marks(const PosedWorld& scene, Pen& pen) {
   add_body_axes(scene, pen);
   add_slack_cables(scene, pen);

@@ -72,6 +72,8 @@ void add_contact_marks(const PosedWorld& scene, Pen& pen);
 void add_surface_marks(const PosedWorld& scene, Pen& pen);
 /// See Overlay::trails.
 void add_trails(const PosedWorld& scene, std::span<const Overlay::Trail> trails, Pen& pen);
+/// Rings: see Overlay::doubts.
+void add_doubts(std::span<const Vec3> places, Pen& pen);
 /// Arrows: see Overlay::forces.
 void add_forces(const World& world, std::span<const Overlay::Arrow> forces, Pen& pen);
 

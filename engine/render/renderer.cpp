@@ -203,6 +203,7 @@ void GlRenderer::draw_overlay(const PosedWorld& scene, const Overlay& overlay, c
   if (overlay.contacts && !overlay.joints) add_contact_marks(scene, pen);
   add_forces(scene.world, overlay.forces, pen);
   add_trails(scene, overlay.trails, pen);
+  add_doubts(overlay.doubts, pen);
   overlay_.add_labels(overlay, eye);
   const auto vertices = overlay_.vertices();
   if (vertices.empty()) return;

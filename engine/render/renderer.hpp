@@ -54,6 +54,7 @@ struct Overlay {
       false;  // marks: joints and their ranges, pins, slack cables, joint drives, contacts
   bool contacts = false;      // contacts and their forces alone
   std::vector<Arrow> forces;  // as long as those of contacts
+  std::vector<Vec3> doubts;   // world, m: places that are ringed in the warning colour
   /// Where a contact went over a body.
   struct Trail {
     Entity body;

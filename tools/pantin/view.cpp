@@ -63,6 +63,7 @@ Json to_json(const SessionReport& r) {
   j["display"] = r.driver;
   j["gl"] = r.gl;
   j["notes"] = r.notes;
+  j["findings"] = r.findings;
   j["warnings"] = r.warnings;
   return j;
 }
@@ -83,6 +84,7 @@ void print_summary(const SessionReport& r) {
       fmt::print("              other held points gave way by up to {:.3g} m\n", d.worst_elsewhere);
   }
   for (const std::string& path : r.saved) fmt::print("  saved       {}\n", path);
+  for (const std::string& line : r.findings) fmt::print("  found       {}\n", line);
   for (const std::string& line : r.notes) fmt::print("  note        {}\n", printable(line));
   fmt::print("  hash        {}\n", hex(r.hash));
 }
@@ -174,7 +176,8 @@ for that of a joint), open (scene: a file), resize (width, height), quit. The pl
 --json prints one object: scene, title, status (ok, diverged, contact_lost, energy_grew, interrupted, unwritable), solver, beside
 (where there are two), step_s, frames, frames_a_second (not of a script), steps, restarts, simulated_s, paused, speed, panel, picks (body, grip, at_s, held_s,
 distance_moved_m, residual_m, worst_residual_m, worst_elsewhere_m of other held points, reachable),
-worst_gap_m, worst_gap_rel, hash, saved, display, gl, notes, warnings.
+worst_gap_m, worst_gap_rel, hash, saved, display, gl, notes, findings (of the last start, a line
+each; see `pantin run --help`), warnings.
 
 Exit codes: 0 ok, 1 no window or no OpenGL, 2 usage or bad input, 3 diverged or energy grew, 4 could not write,
 130 interrupted.)";

@@ -205,6 +205,22 @@ std::string describe_shortly(const World& world, Entity body) {
   return line;
 }
 
+std::vector<Vec3> places_of(const PosedWorld& scene, std::span<const Finding> findings) {
+  std::vector<Vec3> places;
+  const World& world = scene.world;
+  for (const Finding& f : findings) {
+    std::optional<Vec3> at = scene.position_of(f.where, Vec3(0));
+    if (const Link* link = world.links.find(f.where))
+      at = scene.position_of(link->b, link->joint.anchor_b);
+    if (const Cable* cable = world.cables.find(f.where))
+      at = scene.position_of(cable->b, cable->joint.anchor_b);
+    if (const Pin* pin = world.pins.find(f.where)) at = scene.position_of(pin->body, pin->anchor);
+    if (const SurfaceContact* c = world.surface_contacts.find(f.where)) at = c->point;
+    if (at) places.push_back(*at);
+  }
+  return places;
+}
+
 std::vector<Overlay::Arrow> forces_of(const PosedWorld& scene) {
   std::vector<Overlay::Arrow> arrows;
   const World& world = scene.world;

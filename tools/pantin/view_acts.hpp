@@ -1,10 +1,12 @@
 #pragma once
 // What a user does to the scene by a click, and what is told of what lies under the mouse.
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "engine/render/renderer.hpp"
+#include "engine/world/findings.hpp"
 #include "tools/pantin/view_pick.hpp"
 
 namespace pantin::program {
@@ -40,5 +42,8 @@ std::string describe_shortly(const World& world, Entity body);
 
 /// The forces of joints, cables and pins as they act on their second, or own, body.
 std::vector<Overlay::Arrow> forces_of(const PosedWorld& scene);
+
+/// Where findings were made, as bodies are drawn, m: at mass centres, anchors of joints and cables.
+std::vector<Vec3> places_of(const PosedWorld& scene, std::span<const Finding> findings);
 
 }  // namespace pantin::program

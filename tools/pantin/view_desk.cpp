@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "engine/render/renderer.hpp"
+#include "tools/pantin/findings.hpp"
 #include "tools/pantin/program.hpp"
 
 namespace pantin::program {
@@ -53,7 +54,7 @@ Camera Desk::home_camera() const {
 /// Takes a scene over; the camera stays.
 void Desk::begin(Scene scene) {
   scene_ = std::move(scene);
-  how_ = {scene_.step, scene_.substeps, choices_.threads, false};
+  how_ = {scene_.step, scene_.substeps, choices_.threads, false, true};
   turned_.clear();
   scenes_ = scenes_beside(choices_.path);
   leaf_ = place_of(choices_.path, scenes_);
@@ -286,6 +287,10 @@ std::vector<std::string> Desk::labels(std::size_t index) const {
   if (worst != off.end())
     lines.push_back(fmt::format("{} of {} is {:.2g} m from its place", worst->kind, worst->name,
                                 worst->residual));
+  if (const auto found = pane.sim.findings(); !found.empty())
+    lines.push_back(
+        fmt::format("found {}{}", words_of(world, found.back()),
+                    found.size() > 1 ? fmt::format("; {} more", found.size() - 1) : ""));
   if (pane.hand.holds())
     lines.push_back(fmt::format("holding {} ({}), {:.1e} m from the mouse", pane.hand.now().body,
                                 pane.hand.now().grip, pane.hand.now().residual));

@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "engine/base/utf8.hpp"
+#include "tools/pantin/findings.hpp"
 #include "tools/pantin/program.hpp"
 #include "tools/pantin/view_session.hpp"
 
@@ -120,6 +121,8 @@ void Session::finish() {
     report_.exit_code = kDiverged, report_.status = desk_.status;
   report_.scene = desk_.path(), report_.title = desk_.scene().title;
   report_.warnings = desk_.scene().warnings, report_.notes = desk_.notes;
+  for (const Finding& f : pane.sim.findings())
+    report_.findings.push_back(words_of(pane.world(), f));
   report_.step = pane.sim.settings.h;
   report_.drags = pane.hand.drags();
   report_.solver = pane.solver();

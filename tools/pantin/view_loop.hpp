@@ -35,7 +35,7 @@ struct SessionReport {
   double frames_a_second = 0;                 // drawn, by the wall's clock; 0 of a script
   std::uint64_t hash = 0;
   std::vector<Drag> drags;
-  std::vector<std::string> saved, notes, warnings;
+  std::vector<std::string> saved, notes, findings, warnings;
   int exit_code = 0;
 };
 

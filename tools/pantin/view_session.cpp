@@ -53,6 +53,7 @@ void Session::draw_pane(std::size_t index, Image& to) {
   overlay.alarm = pane.alarm;
   if (index == 0 && desk_.is_trouble && desk_.message_left > 0) overlay.alarm = desk_.message;
   overlay.joints = desk_.overlay;
+  overlay.doubts = places_of(pane.scene(), pane.sim.findings());
   if (desk_.overlay)
     overlay.legend = overlay_legend(pane.world()), overlay.trails = pane.trails.trails();
   if (desk_.forces) {

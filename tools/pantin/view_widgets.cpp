@@ -6,6 +6,8 @@
 
 #include <filesystem>
 
+#include "tools/pantin/findings.hpp"
+
 namespace pantin::program {
 
 using namespace detail;
@@ -106,6 +108,21 @@ void lay_out_body(const Desk& desk) {
   ImGui::EndChild();
 }
 
+/// What made the run doubtful so far, the last first.
+void lay_out_findings(const Desk& desk) {
+  constexpr int kLines = 5;
+  const Pane& pane = desk.pane_at_mouse();
+  const std::span<const Finding> found = pane.sim.findings();
+  if (found.empty()) return ImGui::TextDisabled("nothing that makes the run doubtful");
+  ImGui::BeginChild("findings", {0, kLines * ImGui::GetTextLineHeightWithSpacing()});
+  for (auto f = found.rbegin(); f != found.rend(); ++f) {
+    ImGui::TextWrapped("%s", words_of(pane.world(), *f).c_str());
+    if (ImGui::IsItemHovered())
+      ImGui::SetTooltip("%s", std::string(info_of(f->kind).change).c_str());
+  }
+  ImGui::EndChild();
+}
+
 void lay_out_knobs(Desk& desk, const std::vector<Knob>& knobs, KnobGroup group) {
   for (const Knob& knob : knobs) {
     if (knob.group != group) continue;
@@ -160,6 +177,7 @@ void lay_out(Desk& desk, const PanelClock& clock) {
   };
   if (section("Under the mouse", ImGuiTreeNodeFlags_DefaultOpen)) lay_out_body(desk);
   if (section("Plots", ImGuiTreeNodeFlags_DefaultOpen)) lay_out_plots(desk);
+  if (section("Findings", ImGuiTreeNodeFlags_DefaultOpen)) lay_out_findings(desk);
   const std::vector<Knob> knobs = desk.knobs();
   if (section("Step and gravity")) lay_out_knobs(desk, knobs, KnobGroup::world);
   if (section("Motors and muscles")) lay_out_knobs(desk, knobs, KnobGroup::motors);
