@@ -83,6 +83,21 @@ bool anybody_feels(const World& world) {
                      [](const Collision& c) { return c.sensor; });
 }
 
+/// Wakes what rested on something that touches it no more: a sensor now, or of other groups.
+void wake_unsupported(World& world) {
+  const auto on = [&](std::uint32_t slot) {
+    const Collision* c = world.collisions.find(world.bodies.owners()[slot]);
+    return c && !c->sensor ? c : nullptr;
+  };
+  for (const Contact& c : contacts_of(world)) {
+    if (c.lambda == Vec3(0)) continue;
+    const Collision *a = on(c.slot_a), *b = on(c.slot_b);
+    if (a && b && do_groups_agree(*a, *b)) continue;
+    for (const std::uint32_t slot : {c.slot_a, c.slot_b})
+      if (owner_of(partition_of(world), slot)) world.bodies.values()[slot].restart = true;
+  }
+}
+
 /// Contacts of the step, handed to the islands of their bodies. False where nothing can have
 /// changed.
 bool detect_contacts(World& world, Real h) {
@@ -278,6 +293,7 @@ void predict(Step& s) {
   normalise_rotations(world);
   compile_if_changed(world);
   check_dynamic_bodies(world, s.report);
+  wake_unsupported(world);
   take_over(world, s.task.h);
   check_kinematic_bodies(world, s.report);
   if (s.record.monitor) s.record.monitor->note_start(world);

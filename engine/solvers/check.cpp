@@ -200,6 +200,29 @@ void list_faulty_settings(const Plans& owners, std::span<std::vector<IslandPlan>
     }
 }
 
+/// One solver steps all that is tied together: a body that asks for another one is told so, the
+/// first of each island.
+void list_ignored(const Plans& owners, std::span<std::vector<IslandPlan>> plans) {
+  const World& world = owners.world;
+  for (const std::vector<IslandPlan>& list : plans)
+    for (const IslandPlan& plan : list) {
+      const SolverSettings* used = nullptr;
+      Entity by;
+      for (const std::uint32_t slot : plan.slots) {
+        const Entity e = world.bodies.owners()[slot];
+        const SolverSettings* asked = world.settings.find(e);
+        if (!asked) continue;
+        if (!used) used = asked, by = e;
+        if (asked->solver == used->solver) continue;
+        std::string why = std::string("asks for the solver \"") + name_of(asked->solver) +
+                          "\", but is tied to " + world.name_of(by) + ", whose solver \"" +
+                          name_of(used->solver) + "\" steps both";
+        owners.partition.faults.push_back({e, std::move(why), StructureFault::unknown, false});
+        break;
+      }
+    }
+}
+
 /// Why an island cannot be moved in the plane, and the body that this is said of; or nothing.
 std::string flat_fault_of(const World& world, const IslandPlan& plan, Entity& who) {
   who = world.bodies.owners()[plan.slots.front()];
@@ -327,6 +350,7 @@ void list_faults(World& world, std::span<std::vector<IslandPlan>> plans) {
   list_unknown(all);
   list_impossible(all);
   list_faulty_settings(all, plans);
+  list_ignored(all, plans);
   list_what_leaves_planes(all, plans[kPlanar]);
   list_what_is_no_lamina(all, plans[kQuasistatic]);
 }

@@ -49,23 +49,24 @@ bool is_solid(const World& world, Entity e) {
   return collision && !collision->sensor;
 }
 
-/// Contacts refer to slots: they get the present ones, or end where a body is gone; the other body
-/// then wakes.
+/// Contacts refer to slots: they get the present ones, or end where a body is gone or no longer
+/// solid; what is left of the two then wakes, if it can move: the ground does not, with all that
+/// rests on it.
 void renumber_contacts(World& world) {
   contact::Memory& memory = world.memory.of<contact::Memory>();
-  const auto now = [&](std::uint32_t slot) {
-    const std::uint32_t s = world.bodies.slot_now(slot);
-    const bool stays = s < world.bodies.size() && is_solid(world, world.bodies.owners()[s]);
-    return stays ? s : kNoSlot;
+  const auto is_there = [&](std::uint32_t slot) { return slot < world.bodies.size(); };
+  const auto stays = [&](std::uint32_t slot) {
+    return is_there(slot) && is_solid(world, world.bodies.owners()[slot]);
   };
   std::erase_if(memory.contacts, [&](Contact& c) {
-    const std::uint32_t a = now(c.slot_a), b = now(c.slot_b);
-    if (a != kNoSlot && b != kNoSlot) {
+    const std::uint32_t a = world.bodies.slot_now(c.slot_a), b = world.bodies.slot_now(c.slot_b);
+    if (stays(a) && stays(b)) {
       c.slot_a = a, c.slot_b = b;
       return false;
     }
     for (const std::uint32_t slot : {a, b})
-      if (slot != kNoSlot) world.bodies.values()[slot].restart = true;
+      if (is_there(slot) && owner_of(partition_of(world), slot))
+        world.bodies.values()[slot].restart = true;
     return true;
   });
   memory.scratch.stale = true;

@@ -286,6 +286,81 @@ TEST_CASE("what sleeps goes on sleeping when something else comes or goes, and w
   CHECK(sim.world.bodies[other].pose.position.y < -0.5);
 }
 
+namespace {
+
+/// Balls at rest on a floor and on a plate above it, all asleep.
+struct Sleepers {
+  Entity floor, plate;
+  std::vector<Entity> on_floor, on_plate;
+  Simulation sim;
+
+  Sleepers() : sim(World{}) {
+    World w;
+    floor = add_floor(w);
+    Body b;
+    b.motion = Motion::fixed, b.pose.position = {0, 1, 0};
+    plate = w.add_body(b);
+    Shape board;
+    board.kind = ShapeKind::box, board.size = {2, 0.1, 1};
+    w.shapes.add(plate, {{board}}), w.collisions.add(plate, {});
+    for (int i = 0; i < 3; ++i) on_floor.push_back(add_ball(w, {5.0 + i, 0.1, 0}));
+    for (int i = 0; i < 3; ++i) on_plate.push_back(add_ball(w, {-1.0 + i, 1.2, 0}));
+    for (Collision& c : w.collisions.values()) c.restitution = 0;
+    sim = Simulation(std::move(w));
+    for (int i = 0; i < 120; ++i) sim.step();
+    REQUIRE(sim.step().asleep == 6);
+  }
+  void check_falls_alone(Entity e) {
+    CHECK(sim.step().asleep == 5);
+    for (int i = 0; i < 30; ++i) sim.step();
+    CHECK(sim.world.bodies[e].pose.position.y < 0);
+  }
+  void check_plate_is_gone() {
+    CHECK(sim.step().asleep == 3);
+    for (int i = 0; i < 25; ++i) sim.step();
+    for (const Entity e : on_plate) CHECK(sim.world.bodies[e].pose.position.y < 0.8);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("what goes wakes only what touched it, not all that stands on the same ground") {
+  Sleepers s;
+  s.sim.world.destroy(s.on_floor[0]);
+  CHECK(s.sim.step().asleep == 5);
+  s.sim.world.destroy(s.on_plate[1]);
+  CHECK(s.sim.step().asleep == 4);
+}
+
+TEST_CASE("a body that is no longer solid falls, the others sleep on") {
+  Sleepers s;
+  s.sim.world.collisions.remove(s.on_floor[1]);
+  s.check_falls_alone(s.on_floor[1]);
+}
+
+TEST_CASE("a plate that can be touched no more keeps nobody asleep on it") {
+  SECTION("without its Collision") {
+    Sleepers s;
+    s.sim.world.collisions.remove(s.plate);
+    s.check_plate_is_gone();
+  }
+  SECTION("as a sensor") {
+    Sleepers s;
+    s.sim.world.collisions[s.plate].sensor = true;
+    s.check_plate_is_gone();
+  }
+  SECTION("of another group") {
+    Sleepers s;
+    s.sim.world.collisions[s.plate].groups = 2, s.sim.world.collisions[s.plate].with = 2;
+    s.check_plate_is_gone();
+  }
+  SECTION("passed by one ball alone") {
+    Sleepers s;
+    s.sim.world.collisions[s.on_floor[2]].with = 2;
+    s.check_falls_alone(s.on_floor[2]);
+  }
+}
+
 TEST_CASE("changing what is asleep wakes it") {
   World w;
   add_floor(w);

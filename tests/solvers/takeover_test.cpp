@@ -102,3 +102,20 @@ TEST_CASE("a World saved while one solver has taken over goes on with the same b
   CHECK(state_hash(again.world) == state_hash(sim.world));
   CHECK(state_hash(copy.world) == state_hash(sim.world));
 }
+
+TEST_CASE("a body tied to one of another solver is told that its own is not used") {
+  World w;
+  const Entity a = add_solid(w, Solver::articulated, box_of(0.1), {0, 0, 0}, 1, {}),
+               b = add_solid(w, Solver::lagrangian, box_of(0.1), {0.5, 0, 0}, 1, {}),
+               c = add_solid(w, Solver::articulated, box_of(0.1), {1, 0, 0}, 1, {});
+  w.names.add(a, "arm"), w.names.add(b, "hand");
+  CHECK(check(w).empty());
+  w.add_link(b, c, {{0.25, 0, 0}, {-0.25, 0, 0}});
+  w.add_link(a, b, {{0.25, 0, 0}, {-0.25, 0, 0}});
+  const std::vector<StructureFault> faults = check(w);
+  REQUIRE(faults.size() == 1);
+  CHECK(faults[0].link == b);
+  CHECK_FALSE(faults[0].is_minor);
+  CHECK(faults[0].reason ==
+        "asks for the solver \"lagrangian\", but is tied to arm, whose solver \"auto\" steps both");
+}
