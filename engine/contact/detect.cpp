@@ -8,6 +8,7 @@
 #include "engine/base/invariants.hpp"
 #include "engine/base/rotation.hpp"
 #include "engine/contact/memory.hpp"
+#include "engine/contact/on_the_way.hpp"
 #include "engine/geometry/kinds.hpp"
 #include "engine/geometry/usable.hpp"
 #include "engine/world/requests.hpp"
@@ -28,7 +29,7 @@ std::uint64_t pair_of(std::uint32_t a, std::uint32_t b) {
 }
 
 /// The solver of a body, as in kSolvers; UINT8_MAX: none.
-std::uint8_t solver_of(const Finder& s, std::uint32_t slot) {
+std::uint8_t solver_of(const WayFinder& s, std::uint32_t slot) {
   const Owner owner = owner_of(s.partition, slot);
   return owner ? owner.solver : UINT8_MAX;
 }
@@ -38,31 +39,31 @@ constexpr std::uint8_t kLaminas = 0;
 
 /// Whether two bodies belong to solvers of their own: to the one that adjusts later, the other is
 /// an obstacle that moves.
-bool have_two_solvers(const Finder& s, std::uint32_t a, std::uint32_t b) {
+bool have_two_solvers(const WayFinder& s, std::uint32_t a, std::uint32_t b) {
   return solver_of(s, a) != solver_of(s, b);
 }
 
 /// Of two bodies that solvers move, whether `a` is the one whose contact it is.
-bool is_first(const Finder& s, std::uint32_t a, std::uint32_t b) {
+bool is_first(const WayFinder& s, std::uint32_t a, std::uint32_t b) {
   return have_two_solvers(s, a, b) ? solver_of(s, a) > solver_of(s, b) : a < b;
 }
 
 /// Index of a body's island over all solvers; UINT64_MAX: none.
-std::uint64_t island_of(const Finder& s, std::uint32_t slot) {
+std::uint64_t island_of(const WayFinder& s, std::uint32_t slot) {
   const Owner owner = owner_of(s.partition, slot);
   return owner ? std::uint64_t(owner.solver) << 32 | owner.island : UINT64_MAX;
 }
 
-const Collision& collision_of(const Finder& s, std::uint32_t slot) {
+const Collision& collision_of(const WayFinder& s, std::uint32_t slot) {
   return s.world.collisions[s.world.bodies.owners()[slot]];
 }
 
-Memory& memory_of(const Finder& s) { return s.world.memory.of<Memory>(); }
+Memory& memory_of(const WayFinder& s) { return s.world.memory.of<Memory>(); }
 
 // ---- Pairs -------------------------------------------------------------------------------------
 
 /// Two bodies that solvers with contacts move are of one solver once they come near each other.
-bool may_collide(const Finder& s, const Search& search, std::uint32_t a, std::uint32_t b) {
+bool may_collide(const WayFinder& s, const Search& search, std::uint32_t a, std::uint32_t b) {
   const std::uint8_t one = solver_of(s, a), two = solver_of(s, b);
   const bool apart =
       one != two && one != UINT8_MAX && two != UINT8_MAX && one != kLaminas && two != kLaminas;
@@ -72,7 +73,7 @@ bool may_collide(const Finder& s, const Search& search, std::uint32_t a, std::ui
 }
 
 /// Of two bodies that solvers move.
-bool asked_for(const Finder& s, std::uint32_t slot_a, std::uint32_t slot_b) {
+bool asked_for(const WayFinder& s, std::uint32_t slot_a, std::uint32_t slot_b) {
   const Collision &a = collision_of(s, slot_a), &b = collision_of(s, slot_b);
   if (have_two_solvers(s, slot_a, slot_b)) return true;
   const std::uint64_t island = island_of(s, slot_a);
@@ -81,7 +82,7 @@ bool asked_for(const Finder& s, std::uint32_t slot_a, std::uint32_t slot_b) {
 }
 
 /// Pairs of colliders with overlapping bounds (broad phase), the one whose contact it is first.
-void list_pairs(const Finder& s, Search& search) {
+void list_pairs(const WayFinder& s, Search& search) {
   search.pairs.clear();
   const bool two_solvers =
       std::any_of(search.colliders.begin(), search.colliders.end(), [&](const Collider& c) {
@@ -140,7 +141,7 @@ Vec3 surface_velocity(const World& world, std::uint32_t slot, const Collision& c
 }
 
 /// What the surfaces of two bodies are to each other at a contact.
-void set_surface(const Finder& s, Contact& c, const MaterialPair* given) {
+void set_surface(const WayFinder& s, Contact& c, const MaterialPair* given) {
   static const MaterialPair kNothingSaid;
   const Collision &a = collision_of(s, c.slot_a), &b = collision_of(s, c.slot_b);
   const MaterialPair& pair = given ? *given : kNothingSaid;
@@ -154,7 +155,7 @@ void set_surface(const Finder& s, Contact& c, const MaterialPair* given) {
 
 /// A body that may rotate far in one step moves its features away from their contact points. A ball
 /// inside the body is independent of rotation and gets a contact of its own.
-void add_core_contact(const Finder& s, Search& search, const ColliderShape& a,
+void add_core_contact(const WayFinder& s, Search& search, const ColliderShape& a,
                       const ColliderShape& b) {
   if (search.points.empty() || s.reach_of(a.slot) < a.extent || traits_of(a.shape->kind).is_round)
     return;
@@ -170,7 +171,7 @@ void add_core_contact(const Finder& s, Search& search, const ColliderShape& a,
       {a.slot, b.slot, key_of(a.index, b.index, core.feature), search.found.back().pair, core});
 }
 
-void collide_shapes(const Finder& s, Search& search, const ColliderShape& a,
+void collide_shapes(const WayFinder& s, Search& search, const ColliderShape& a,
                     const ColliderShape& b) {
   const bool bounded = !is_unbounded(b.shape->kind);
   const Real extent = bounded ? glm::min(a.extent, b.extent) : a.extent;
@@ -179,13 +180,14 @@ void collide_shapes(const Finder& s, Search& search, const ColliderShape& a,
   search.points.clear();
   collide({*a.shape, a.pose}, {*b.shape, b.pose}, search.scratch, {margin, search.points});
   const MaterialPair* pair = find_pair(search, a.shape->material, b.shape->material);
+  follow_way(s, search, a, b);
   for (const ContactPoint& p : search.points)
     search.found.push_back({a.slot, b.slot, key_of(a.index, b.index, p.feature), pair, p});
   if (have_two_solvers(s, a.slot, b.slot)) add_core_contact(s, search, a, b);
 }
 
 /// A shape of a body that a solver moves, with obstacles of no solver.
-void collide_obstacles(const Finder& s, Search& search, const ColliderShape& a) {
+void collide_obstacles(const WayFinder& s, Search& search, const ColliderShape& a) {
   const auto collide_with = [&](const ColliderShape& b) {
     if (s.rests(a.slot) && s.rests(b.slot)) return;
     if (may_collide(s, search, a.slot, b.slot)) collide_shapes(s, search, a, b);
@@ -196,10 +198,13 @@ void collide_obstacles(const Finder& s, Search& search, const ColliderShape& a) 
 }
 
 /// What is kept of a resting shape, as it is now. False where it is no longer there.
-bool look_up(const Finder& s, const Search& search, ColliderShape& at) {
+bool look_up(const WayFinder& s, const Search& search, ColliderShape& at) {
   if (!search.resting.known[at.slot]) return false;
-  const Shapes* shapes = s.world.shapes.find(s.world.bodies.owners()[at.slot]);
-  if (!shapes || at.index >= shapes->list.size() || !is_usable(shapes->list[at.index]))
+  const Entity e = s.world.bodies.owners()[at.slot];
+  const Shapes* shapes = s.world.shapes.find(e);
+  const Collision* collision = s.world.collisions.find(e);
+  if (!shapes || at.index >= shapes->list.size() || !is_usable(shapes->list[at.index]) ||
+      !collision || collision->sensor)
     return false;
   at.shape = &shapes->list[at.index];
   return true;
@@ -207,7 +212,7 @@ bool look_up(const Finder& s, const Search& search, ColliderShape& at) {
 
 /// Calls `take(shape)` for each resting shape near a box.
 template <class Take>
-void each_resting(const Finder& s, Search& search, const Aabb& near, const Take& take) {
+void each_resting(const WayFinder& s, Search& search, const Aabb& near, const Take& take) {
   const auto give = [&](ColliderShape at) {
     if (look_up(s, search, at)) take(at);
   };
@@ -217,7 +222,7 @@ void each_resting(const Finder& s, Search& search, const Aabb& near, const Take&
 }
 
 /// A shape of a body that a solver moves, with what rests.
-void collide_resting(const Finder& s, Search& search, const ColliderShape& a) {
+void collide_resting(const WayFinder& s, Search& search, const ColliderShape& a) {
   each_resting(s, search, a.box.grown(s.reach_of(a.slot) + kContactSlop * a.extent),
                [&](const ColliderShape& b) {
                  const bool both = s.is_moved(b.slot);
@@ -229,7 +234,7 @@ void collide_resting(const Finder& s, Search& search, const ColliderShape& a) {
 }
 
 /// An obstacle that comes, with sleeping bodies.
-void strike_resting(const Finder& s, Search& search, const ColliderShape& b) {
+void strike_resting(const WayFinder& s, Search& search, const ColliderShape& b) {
   if (s.rests(b.slot)) return;
   const bool bounded = !is_unbounded(b.shape->kind);
   const Aabb everywhere{Vec3(-1e300), Vec3(1e300)};
@@ -240,7 +245,7 @@ void strike_resting(const Finder& s, Search& search, const ColliderShape& b) {
                });
 }
 
-void find_points(const Finder& s, Search& search) {
+void find_points(const WayFinder& s, Search& search) {
   search.found.clear();
   for (const Collider& c : search.colliders)
     for (std::uint32_t p = c.first; p < c.first + c.count; ++p) {
@@ -306,7 +311,7 @@ void match_rest(Memory& memory, std::size_t from) {
   }
 }
 
-Contact contact_of(const Finder& s, const FoundPoint& f) {
+Contact contact_of(const WayFinder& s, const FoundPoint& f) {
   const auto bodies = s.world.bodies.values();
   PANTIN_ASSERT(f.slot_b < bodies.size() && f.slot_b != f.slot_a && is_unit(f.at.normal));
   Contact c;
@@ -321,7 +326,7 @@ Contact contact_of(const Finder& s, const FoundPoint& f) {
 
 /// The points found, with the warm start of those they continue, and what is kept between bodies at
 /// rest: Memory::contacts, in order.
-void store_contacts(const Finder& s, Search& search) {
+void store_contacts(const WayFinder& s, Search& search) {
   Memory& memory = memory_of(s);
   std::vector<Contact>& contacts = memory.contacts;
   const std::vector<Contact>& before = memory.scratch.before;
@@ -386,7 +391,10 @@ void update_tree(AabbTree& tree, std::span<const Aabb> boxes) {
   if (tree.looseness() > 1.5) tree.build(boxes);
 }
 
-void find_contacts(World& world, std::span<const Real> reach) {
+namespace {
+
+/// Those of a step of h seconds; 0: as the bodies stand.
+void search_contacts(World& world, std::span<const Real> reach, Real h) {
   Memory& memory = world.memory.of<Memory>();
   Search& search = memory.scratch.search;
   if (world.collisions.empty()) {
@@ -395,7 +403,7 @@ void find_contacts(World& world, std::span<const Real> reach) {
     return;
   }
   PANTIN_ASSERT(reach.size() >= world.bodies.size());
-  const Finder s{world, partition_of(world), reach, !memory.scratch.stale};
+  const WayFinder s{{world, partition_of(world), reach, !memory.scratch.stale}, h};
   std::swap(memory.scratch.before, memory.contacts);
   memory.contacts.clear();
   list_jointed(world, search), list_ignored(world, search);
@@ -405,6 +413,10 @@ void find_contacts(World& world, std::span<const Real> reach) {
   find_points(s, search);
   store_contacts(s, search);
 }
+
+}  // namespace
+
+void find_contacts(World& world, std::span<const Real> reach) { search_contacts(world, reach, 0); }
 
 Real extent_of(const Shapes& shapes) {
   Real most = 0;
@@ -448,7 +460,7 @@ void detect(World& world, Real h) {
       std::swap(world.bodies.values()[start.slot].pose, start.pose);
   };
   swap_starts();
-  find_contacts(world, scratch.reach);
+  search_contacts(world, scratch.reach, h);
   swap_starts();
   auto end = scratch.ends.begin();
   for (std::uint32_t slot : partition.kinematic)

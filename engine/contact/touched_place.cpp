@@ -1,19 +1,38 @@
 // Where bodies are touched while they turn.
+#include <cmath>
 #include <optional>
 
 #include "engine/contact/detect.hpp"
-#include "engine/contact/search.hpp"
-#include "engine/geometry/kinds.hpp"
+#include "engine/contact/on_the_way.hpp"
 #include "engine/world/world.hpp"
 
 namespace pantin::detail::contact {
 namespace {
 
-// A turned shape whose axis leans less, rad, stands on points that stay where they are on its rim;
-// and by how much the lowest point of the rim may be beside the normal, as 1 - cos.
-constexpr Real kUpright = 1e-3, kFarthest = 1e-9;
+// A turned shape whose axis leans less, rad, stands on points that stay where they are on its rim.
+// Of one that leans more the lowest point goes around, 1 - cos from the farthest; points of the rim
+// beside it, by this cosine, are that one too, since it may come to where they are within the step.
+constexpr Real kUpright = 1e-3, kBeside = 0.5, kFarthest = 1e-9;
+// Of the size.
+constexpr Real kOnRim = 1e-6;
+
+/// Whether a point, in the shape's frame, lies on the circle about its axis on which the farthest
+/// one along a direction does.
+bool is_on_rim(const Shape& s, Vec3 point, Vec3 outward) {
+  const Vec3 far = traits_of(s.kind).support(s, outward);
+  const Real radius = std::hypot(far.x, far.z), near = kOnRim * (radius + std::abs(far.y));
+  return std::abs(point.y - far.y) <= near &&
+         std::abs(std::hypot(point.x, point.z) - radius) <= near;
+}
 
 }  // namespace
+
+Real rounding_of(const Shape& s, const Rolling& at) {
+  const ShapeTraits& kind = traits_of(s.kind);
+  if (kind.rounding) return kind.rounding(s, at);
+  const std::optional<RoundedBox> core = kind.rounded ? kind.rounded(s) : std::nullopt;
+  return core ? core->radius : 0;
+}
 
 Real rounding_at(const World& world, const Contact& c, const Touching& at) {
   const bool is_a = at.side == Touching::Side::a;
@@ -22,16 +41,11 @@ Real rounding_at(const World& world, const Contact& c, const Touching& at) {
   const std::uint32_t index = is_a ? shape_of_a(c.key) : shape_of_b(c.key);
   if (!shapes || index >= shapes->list.size()) return 0;
   const Shape& s = shapes->list[index];
-  const ShapeTraits& kind = traits_of(s.kind);
   if (is_a && is_core(c.key)) return inner_radius(s);
-  if (kind.rounding) {
-    const Quat back = glm::conjugate(at.rotation * s.local.rotation);
-    const Vec3 spin = world.bodies.values()[slot].angular_velocity;
-    return kind.rounding(s, {to_local(s.local, is_a ? c.point_a : c.point_b),
-                             back * (is_a ? -c.normal : c.normal), back * spin});
-  }
-  const std::optional<RoundedBox> core = kind.rounded ? kind.rounded(s) : std::nullopt;
-  return core ? core->radius : 0;
+  const Quat back = glm::conjugate(at.rotation * s.local.rotation);
+  const Vec3 spin = world.bodies.values()[slot].angular_velocity;
+  return rounding_of(s, {to_local(s.local, is_a ? c.point_a : c.point_b),
+                         back * (is_a ? -c.normal : c.normal), back * spin});
 }
 
 TouchedPlace touched_place(const World& world, const Contact& c, const Touching& at) {
@@ -48,7 +62,11 @@ TouchedPlace touched_place(const World& world, const Contact& c, const Touching&
     const Vec3 lean = outward - glm::dot(outward, axis) * axis;
     const Real circle = glm::length(out), length = glm::length(lean);
     // The point that is farthest along the normal goes around; others stay on the body.
-    if (length > kUpright && glm::dot(out, lean) > (1 - kFarthest) * circle * length)
+    const Quat back = glm::conjugate(s.local.rotation);
+    const Real beside = glm::dot(out, lean), whole = circle * length;
+    if (length > kUpright &&
+        (beside > (1 - kFarthest) * whole ||
+         (beside > kBeside * whole && is_on_rim(s, back * from, back * outward))))
       return {s.local.position + middle, axis, circle, 0};
     return {point};
   }

@@ -90,3 +90,46 @@ TEST_CASE("seven balls that touch, of which one is struck, move with least kinet
     }
   }
 }
+
+// A shot is decided by where the balls touch, not by where they were when the step began.
+TEST_CASE("a ball struck off its middle goes along the line of centres, at every rate") {
+  constexpr Real kRadius = 0.03, kSpeed = 5;
+  for (const Solver solver : {Solver::articulated, Solver::lagrangian})
+    for (const Real restitution : {0.0, 0.5, 1.0})
+      for (const Real aside : {0.0, 0.4, 1.0, 1.6})
+        for (const int rate : {30, 60, 240, 960}) {
+          World w;
+          w.gravity = Vec3(0), w.default_settings.solver = solver;
+          Collision smooth;
+          smooth.friction = 0, smooth.restitution = restitution;
+          const Entity a =
+              add_solid(w, ball_shape(kRadius), {{-0.5, 0, 0}, kIdentity}, Motion::dynamic, smooth);
+          const Entity b = add_solid(w, ball_shape(kRadius), {{0, 0, aside * kRadius}, kIdentity},
+                                     Motion::dynamic, smooth);
+          w.bodies[a].velocity = {kSpeed, 0, 0};
+          Simulation sim(std::move(w), {1.0 / rate});
+          for (int i = 0; i < rate / 5; ++i) REQUIRE(sim.step().status == Status::ok);
+          const Real sine = aside / 2, cosine = std::sqrt(1 - sine * sine);
+          const Vec3 to = 0.5 * (1 + restitution) * kSpeed * cosine * Vec3(cosine, 0, sine);
+          INFO(name_of(solver) << ", e " << restitution << ", aside " << aside << ", " << rate);
+          CHECK(glm::distance(sim.world.bodies[b].velocity, to) <= 2e-3 * kSpeed);
+          CHECK(glm::distance(sim.world.bodies[a].velocity, Vec3(kSpeed, 0, 0) - to) <=
+                2e-3 * kSpeed);
+        }
+}
+
+TEST_CASE("a ball that passes another one closely is not turned away") {
+  for (const Solver solver : {Solver::articulated, Solver::lagrangian})
+    for (const int rate : {30, 60, 240}) {
+      World w;
+      w.gravity = Vec3(0), w.default_settings.solver = solver;
+      const Entity a = add_solid(w, ball_shape(0.03), {{-0.5, 0, 0}, kIdentity}, Motion::dynamic);
+      const Entity b = add_solid(w, ball_shape(0.03), {{0, 0, 0.061}, kIdentity}, Motion::dynamic);
+      w.bodies[a].velocity = {5, 0, 0};
+      Simulation sim(std::move(w), {1.0 / rate});
+      for (int i = 0; i < rate / 5; ++i) REQUIRE(sim.step().status == Status::ok);
+      INFO(name_of(solver) << " at " << rate << " Hz");
+      CHECK(glm::length(sim.world.bodies[b].velocity) <= 1e-12);
+      CHECK(glm::distance(sim.world.bodies[a].velocity, Vec3(5, 0, 0)) <= 1e-12);
+    }
+}
