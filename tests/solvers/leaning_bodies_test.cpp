@@ -119,6 +119,41 @@ TEST_CASE("a disc that rolls on its rim about its resting middle keeps energy an
     }
 }
 
+// The state after half a second, of coins of any size that roll as they like: energy is kept, and
+// the tilt is that of a finer step.
+TEST_CASE("thick coins roll with their energy kept, and to where a finer step has them") {
+  struct Coin {
+    Real radius, half, degrees, speed;
+  };
+  for (const Coin& c :
+       {Coin{0.0116, 0.0012, 30, 1}, Coin{0.0116, 0.0012, 60, 1}, Coin{0.0116, 0.0012, 45, 1.5},
+        Coin{0.1, 0.01, 30, 0.8}, Coin{0.1, 0.02, 45, 1.3}, Coin{0.4, 0.03, 20, 1.1}}) {
+    Real fine = 0;
+    for (const int rate : {1920, 60, 240, 960}) {
+      World w = grounded(2);
+      const Real lean = c.degrees * kPi / 180;
+      const Quat at = from_rotation_vector({0, 0, -lean});
+      const Vec3 middle(0, c.radius * std::sin(lean) + c.half * std::cos(lean), 0);
+      const Entity e =
+          add_solid(w, disc_shape(c.radius, c.half), {middle, at}, Motion::dynamic, rough(2), 8000);
+      const Vec3 spin =
+          c.speed * std::sqrt(4 * kGravity * std::sin(lean) / c.radius) * (at * Vec3(-1, 0, 0));
+      w.bodies[e].angular_velocity = spin;
+      w.bodies[e].velocity = -glm::cross(spin, at * Vec3(c.radius, -c.half, 0));
+      Simulation sim(std::move(w), {1.0 / rate});
+      const Real before = energy_of(sim.world.bodies[e]);
+      INFO(c.radius << " m, " << c.degrees << " degrees at " << rate << " Hz");
+      for (int i = 0; i < rate / 2; ++i) {
+        REQUIRE(sim.step().status == Status::ok);
+        REQUIRE(std::abs(energy_of(sim.world.bodies[e]) / before - 1) <= 2e-3);
+      }
+      const Real tilt = tilt_of(sim.world.bodies[e]);
+      if (rate == 1920) fine = tilt;
+      CHECK(std::abs(tilt - fine) <= 0.2 * kPi / 180);
+    }
+  }
+}
+
 TEST_CASE("capsules and drums roll at constant speed, however fast") {
   for (const ShapeKind kind : {ShapeKind::capsule, ShapeKind::cylinder})
     for (const Real speed : {0.5, 5.0, 20.0})

@@ -14,8 +14,9 @@ namespace {
 /// rad: a limit farther away than this is not looked at in a substep. How much faster a joint may
 /// turn than expected before it is looked at again, rad/s.
 constexpr Real kNear = 0.15, kSuddenSpin = 20;
-/// rad
-constexpr Real kBuffer = 0.01;
+/// rad, and of substeps shorter than so many seconds as much less: the spring before a limit
+/// vanishes with the step.
+constexpr Real kBuffer = 0.01, kBufferOf = 1.0 / 235;
 
 void add_drive(const Group& g, GroupNode& n, const GroupPart& part) {
   const JointDrive& drive = *n.drive;
@@ -114,6 +115,7 @@ void push_limits(const Group& g) {
 }
 
 void solve_limits(const Group& g, Real h, const Softness& spring) {
+  const Real buffer = kBuffer * std::min(Real(1), h / kBufferOf);
   for (std::uint32_t i = 0; i < g.nodes.size(); ++i) {
     GroupNode& n = g.nodes[i];
     if (!n.is_limited) continue;
@@ -122,7 +124,7 @@ void solve_limits(const Group& g, Real h, const Softness& spring) {
       const Real speed = glm::dot(limit.along, relative_spin(g, i));
       // Bodies are never turned beyond a limit (group_motion.cpp). A spring takes hold a little
       // before it: loads of heaps come to rest on that.
-      const Real left = limit.clearance - kBuffer;
+      const Real left = limit.clearance - buffer;
       const bool springs = !limit.both_ways && left <= 0;
       const Softness& by = springs ? spring : Softness{};
       const Real most = limit.both_ways ? 0 : springs ? spring.rate * left : left / h;

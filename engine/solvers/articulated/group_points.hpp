@@ -24,6 +24,22 @@ struct Substep {
   Real enough = 0;          // m/s: smaller changes of speed end the iteration of hard contacts
 };
 
+/// So many free bodies are iterated until nothing changes, without springs.
+inline constexpr std::size_t kFewBodies = 3;
+/// m/s: slower strikes are no blows.
+inline constexpr Real kLeastBlow = 0.5;
+
+// How many substeps a group takes, and where they are divided (group_substeps.cpp).
+int substeps_of(const Group& g, Real h);
+/// The springs of contacts in a substep that is part of one of h seconds.
+void set_springs(Substep& s, Real h);
+/// Of trees at few points impacts are iterated further; motors at their caps would ask for too
+/// much.
+bool has_few_points(const Group& g);
+/// When what flies first strikes something, s, if that is within h, and not all at once; else h.
+/// Between substeps velocities are those of mass centres.
+Real first_strike(const Group& g, Real h);
+
 inline const Softness& spring_of(const Group& g, const GroupContact& c, const Substep& s) {
   return g.is_fixed(c) ? s.against_fixed : s.between;
 }

@@ -219,7 +219,7 @@ void prepare_tree(const Group& g, GroupTree& t, const GroupPart& part) {
     else
       find_response(g, n), go_out(g, t, n);
     n.pending = {};
-    if (n.is_limited && part.h > 0) prepare_limits(g, i, part.h);
+    if (n.is_limited && part.h > 0) prepare_limits(g, i, part.whole);  // parts differ in length
     if (n.actuator.dof && part.h > 0) prepare_actuator(g, i);
   }
   t.at = t.first;

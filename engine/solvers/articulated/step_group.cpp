@@ -19,25 +19,11 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// s: no substep is longer, and no step has more of them. Trees keep their joints whatever its
-/// length; towers of bodies need shorter ones.
-constexpr Real kLongestSubstep = 1.0 / 470, kLongestTreeSubstep = 1.0 / 235,
-               kLongestHardSubstep = 1.0 / 235;
-constexpr int kLeastTreeSubsteps = 2, kMostSubsteps = 32;
-/// rad: bodies of trees turn by no more in a substep, as long as that many are enough.
-constexpr Real kLargestTurn = 0.5;
-/// Cosine of the angle between normal and axis from which a rim leans.
-constexpr Real kLeaning = 0.7;
-/// Bodies whose moments differ by less about two axes are round.
-constexpr Real kRound = 1e-6;
-/// Hz: of the springs between free bodies; twice that against fixed ones. With damping far above
-/// the critical.
-constexpr Real kContactFrequency = 60, kDampingRatio = 10;
-/// So many free bodies are iterated until nothing changes, without springs.
-constexpr std::size_t kFewBodies = 3;
-/// So are more in a substep in which they strike one another faster, m/s, at no more points.
-constexpr Real kLeastBlow = 0.5;
-constexpr std::size_t kFewPoints = 32, kFewPointsOfTrees = 12;
+/// More than few bodies are iterated until nothing changes in a substep in which they strike one
+/// another at no more points.
+/// Parts of a substep that end where something strikes.
+constexpr int kMostParts = 6;
+constexpr std::size_t kFewPoints = 32;
 /// m/s: rolling friction of several points can be shared among them in many ways, and iterations
 /// that change no motion any more may go on exchanging it.
 constexpr Real kEnoughOfRolling = 1e-7;
@@ -45,7 +31,8 @@ constexpr Real kEnoughOfRolling = 1e-7;
 constexpr Real kEnoughAlone = 1e-12, kEnoughOfFew = 1e-6, kEnoughAfterBlow = 1e-9;
 /// Of what the first sweep changes.
 constexpr Real kOfFirst = 1e-6;
-constexpr int kHardSweeps = 100, kSweepsOfFew = 30, kSmoothBlowSweeps = 400, kRollingSweeps = 20;
+constexpr int kHardSweeps = 100, kSweepsOfFew = 1000, kBlowSweeps = 30, kSmoothBlowSweeps = 400,
+              kRollingSweeps = 20;
 /// Friction at two points of a line, as of a cone on its side, may ask for two speeds along it that
 /// differ by an error of the step: sweeps then exchange it for ever. Changes that are below the
 /// first (m/s, relative to 1 m/s and the body's speed) and fall by less than the second end it.
@@ -69,11 +56,6 @@ constexpr int kSweepsFromNone = 12;
 /// m/s: other impulses may make bodies approach so much faster within a substep, or as fast as
 /// anything of the group moves.
 constexpr Real kSuddenSpeed = 2;
-
-Softness softness_of(Real frequency, Real h) {
-  const Real omega = 2 * kPi * frequency, a = 2 * kDampingRatio + h * omega, b = h * omega * a;
-  return {omega / a, b / (1 + b), 1 / (1 + b)};
-}
 
 /// Whether two bodies may touch at a contact within the substep.
 bool is_near(const Group& g, const GroupContact& c, Real h, Real sudden) {
@@ -247,10 +229,30 @@ void scale_impulses(const Group& g, Real by) {
   for (GroupRolling& r : g.rollings) r.impulse *= by;
 }
 
+/// The spin that the angular momentum means when the body has turned on for a time: it moves with
+/// that of the middle of the substep.
+void turn_inertia(GroupBody& b, Real h) {
+  b.response = inverse_inertia(b, from_rotation_vector(h * b.spin) * b.pose.rotation);
+  b.spin = b.response * b.angular_momentum;
+}
+
+/// What was of a substep becomes what it would be of one so many times as long.
+void change_length(const Group& g, Real by) {
+  scale_impulses(g, by);
+  for (GroupContact& c : g.contacts) c.before *= by;
+  for (GroupTie& t : g.ties) t.impulse *= by;
+  for (GroupNode& n : g.nodes) {
+    n.pulled *= by;
+    for (GroupLimit& limit : n.limits) limit.impulse *= by, limit.before *= by;
+  }
+}
+
 /// Few bodies without joints: Verlet's rule, second order. Half of the forces and of the last
 /// impulses act before the bodies move, which then touch where they should; half after it, when
 /// what touches keeps its distance. [Andersen 1983, RATTLE]
 void take_hard_substep(const Group& g, const Substep& s, Order order) {
+  for (GroupBody& b : g.bodies)
+    if (b.per_mass > 0) turn_inertia(b, 0.5 * s.h);
   prepare_group(g, s);
   collide_elastically(g, s);
   const auto act = [&](Sweep sweep) {
@@ -307,7 +309,7 @@ void take_substep(const Group& g, const Substep& s, Order order) {
     Substep at_once = s;
     const bool smooth = std::none_of(g.contacts.begin(), g.contacts.end(),
                                      [](auto& c) { return c.works && c.friction > 0; });
-    at_once.hard = true;
+    at_once.hard = true, at_once.most_sweeps = kBlowSweeps;
     if (smooth)
       at_once.most_sweeps = kSmoothBlowSweeps, at_once.enough *= kEnoughAfterBlow / kEnoughOfFew;
     for (GroupContact& c : g.contacts) c.before = c.impulse.x;
@@ -354,6 +356,28 @@ void take_substep(const Group& g, const Substep& s, Order order) {
   add_passed(g);
 }
 
+/// A substep of few bodies, in parts that end where something strikes: until then it flies freely.
+void take_parts(const Group& g, const Substep& whole, Order order) {
+  if (!whole.hard && !whole.few_points) return take_substep(g, whole, order);
+  Substep s = whole;
+  Real left = whole.h;
+  for (int n = 1; left > 0; ++n) {
+    const Real h = n < kMostParts ? first_strike(g, left) : left;
+    if (h != s.h) change_length(g, h / s.h);
+    s.h = s.part.h = h, left -= h;
+    s.part.end = left > 0 ? whole.part.end - left / whole.part.whole : whole.part.end;
+    set_springs(s, whole.h);
+    if (whole.hard)
+      for (GroupContact& c : g.contacts) c.before = c.impulse.x;
+    take_substep(g, s, order);
+    s.part.begin = s.part.end;
+    if (!whole.hard || n == 1) continue;
+    for (GroupContact& c : g.contacts)  // a blow is not there again
+      if (c.impulse.x > c.before) c.impulse *= c.before / c.impulse.x;
+  }
+  if (s.h != whole.h) change_length(g, whole.h / s.h);
+}
+
 /// The gaps in the end; overlaps of a body that touches fixed ones alone are closed.
 void finish_group(const Group& g) {
   centre_bodies(g);  // the last substep moved them away from where its arms start
@@ -383,49 +407,6 @@ Mat3 inverse_inertia(const GroupBody& b, Quat q) {
 
 namespace {
 
-/// The spin of a body in a net, of a round one only that of its axis: about the axis a rod on which
-/// something slides may turn far.
-Vec3 turning_of(const GroupBody& b) {
-  for (int k = 0; k < 3; ++k) {
-    const Real x = b.per_inertia[(k + 1) % 3], y = b.per_inertia[(k + 2) % 3];
-    if (std::abs(x - y) > kRound * x || b.per_inertia[k] < x) continue;
-    const Vec3 axis = glm::mat3_cast(b.pose.rotation)[k];
-    return b.spin - glm::dot(b.spin, axis) * axis;
-  }
-  return b.spin;
-}
-
-/// Where a leaning disc touches moves around its rim faster than it turns.
-bool touches_with_rim(const Group& g, const GroupContact& c) {
-  const auto leans = [&](const GroupBody& b, const contact::TouchedPlace& on) {
-    return on.circle > 0 && std::abs(glm::dot(b.pose.rotation * on.axis, c.axes[0])) > kLeaning;
-  };
-  return leans(g.a(c), c.on_a) || leans(g.b(c), c.on_b);
-}
-
-int substeps_of(const Group& g, Real h) {
-  if (g.trees.empty() && g.ties.empty()) {
-    const bool rims = std::any_of(g.contacts.begin(), g.contacts.end(),
-                                  [&](auto& c) { return touches_with_rim(g, c); });
-    const Real longest = g.is_single() && !rims ? kLongestHardSubstep : kLongestSubstep;
-    return std::clamp(static_cast<int>(std::ceil(h / longest)), 1, kMostSubsteps);
-  }
-  Real fastest = 0;
-  for (const GroupBody& b : g.bodies)
-    if (b.node != kNoNode)
-      fastest = std::max(fastest, glm::length(b.looped == kNoNode ? b.spin : turning_of(b)));
-  const Real least = std::max({Real(kLeastTreeSubsteps), h / kLongestTreeSubstep,
-                               h * std::min(fastest, Real(1e9)) / kLargestTurn});
-  return static_cast<int>(std::ceil(std::min(least, Real(kMostSubsteps))));
-}
-
-/// Of trees at few points impacts are iterated further; motors at their caps would ask for too
-/// much.
-bool has_few_points(const Group& g) {
-  return !g.trees.empty() && g.contacts.size() <= kFewPointsOfTrees &&
-         std::none_of(g.nodes.begin(), g.nodes.end(), [](auto& n) { return n.actuator.dof; });
-}
-
 /// Whether something bounces, has done so or is about to: before and after it swings freely, whose
 /// weight counts half a substep early within the group. What bears makes up for that by itself.
 bool is_bouncing(const Group& g) {
@@ -439,30 +420,22 @@ void step_group(const Group& g, Real h) {
   const int substeps = substeps_of(g, h);
   Substep s;
   s.h = h / substeps;
-  const Real frequency = kContactFrequency * std::max(Real(1), kLongestSubstep / s.h);
-  s.between = softness_of(frequency, s.h);
-  s.against_fixed = softness_of(2 * frequency, s.h);
+  set_springs(s, s.h);
   s.hard = g.has_at_most(kFewBodies), s.alone = g.is_single();
   s.few_points = has_few_points(g);
   s.most_sweeps = !s.alone ? kSweepsOfFew : g.rollings.empty() ? kHardSweeps : kRollingSweeps;
   s.enough = (s.alone ? kEnoughAlone : kEnoughOfFew) * (1 + glm::length(g.bodies.front().velocity));
+  change_length(g, s.h);  // from the mean forces
   for (GroupContact& c : g.contacts) {
-    c.impulse *= s.h;  // from the mean force
     c.before = c.impulse.x;
     if (s.hard) c.rest = 0;  // what a heap took up has no spring to bear it
-  }
-  for (GroupRolling& r : g.rollings) r.impulse *= s.h;
-  for (GroupTie& t : g.ties) t.impulse *= s.h;
-  for (GroupNode& n : g.nodes) {
-    n.pulled *= s.h;
-    for (GroupLimit& limit : n.limits) limit.impulse *= s.h, limit.before *= s.h;
   }
   const bool is_bound = !g.trees.empty() && is_left_alone(g);
   const Real energy = energy_of_bodies(g);
   for (GroupBody& b : g.bodies) b.from = b.pose.position;
   for (int n = 0; n < substeps; ++n) {
     s.part = {s.h, Real(n) / substeps, n + 1 == substeps ? 1 : Real(n + 1) / substeps, h};
-    take_substep(g, s, turned(Order::forwards, n));
+    take_parts(g, s, turned(Order::forwards, n));
   }
   if (!s.hard) take_up(g, s, h);
   const GroupPart end{0, 1, 1, h};
@@ -482,11 +455,7 @@ void step_group(const Group& g, Real h) {
     slow_bodies(g, energy_of_bodies(g),
                 energy + work_of_weight(g) + work_of_surfaces(g, &GroupContact::passed));
   finish_group(g);
-  for (GroupContact& c : g.contacts) c.impulse /= s.h;
-  for (GroupRolling& r : g.rollings) r.impulse /= s.h;
-  for (GroupTie& t : g.ties) t.impulse /= s.h;
-  for (GroupNode& n : g.nodes)
-    for (GroupLimit& limit : n.limits) limit.impulse /= s.h;
+  change_length(g, 1 / s.h);
 }
 
 }  // namespace pantin::detail::articulated

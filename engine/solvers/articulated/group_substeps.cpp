@@ -1,0 +1,125 @@
+// How many substeps a group takes, and where they are divided.
+#include <algorithm>
+
+#include "engine/solvers/articulated/group_points.hpp"
+#include "engine/solvers/articulated/internal.hpp"
+
+namespace pantin::detail::articulated {
+namespace {
+
+/// s: no substep is longer, and no step has more of them. Trees keep their joints whatever its
+/// length; towers of bodies need shorter ones.
+constexpr Real kLongestSubstep = 1.0 / 470, kLongestTreeSubstep = 1.0 / 235,
+               kLongestHardSubstep = 1.0 / 235;
+constexpr int kLeastTreeSubsteps = 2, kMostSubsteps = 32;
+/// rad: bodies of trees turn by no more in a substep, as long as that many are enough; nor do free
+/// ones that roll on a rim, and the place on it where they touch.
+constexpr Real kLargestTurn = 0.5, kLargestRoll = 0.1;
+/// Cosine of the angle between normal and axis from which a rim leans.
+/// Cosine below which a body lies on its side and rolls as a drum.
+constexpr Real kLeaning = 0.7, kLying = 0.02;
+/// Bodies whose moments differ by less about two axes are round.
+constexpr Real kRound = 1e-6;
+/// Hz: of the springs between free bodies; twice that against fixed ones. With damping far above
+/// the critical.
+constexpr Real kContactFrequency = 60, kDampingRatio = 10;
+constexpr std::size_t kFewPointsOfTrees = 12;
+/// A strike so near to either end of a substep, as a part of it, does not divide it.
+constexpr Real kAtOnce = 1e-3;
+/// The least square of the sine of a lean by which anything is divided.
+constexpr Real kLeast = 1e-12;
+
+Softness softness_of(Real frequency, Real h) {
+  const Real omega = 2 * kPi * frequency, a = 2 * kDampingRatio + h * omega, b = h * omega * a;
+  return {omega / a, b / (1 + b), 1 / (1 + b)};
+}
+
+/// The spin of a body in a net, of a round one only that of its axis: about the axis a rod on which
+/// something slides may turn far.
+Vec3 turning_of(const GroupBody& b) {
+  for (int k = 0; k < 3; ++k) {
+    const Real x = b.per_inertia[(k + 1) % 3], y = b.per_inertia[(k + 2) % 3];
+    if (std::abs(x - y) > kRound * x || b.per_inertia[k] < x) continue;
+    const Vec3 axis = glm::mat3_cast(b.pose.rotation)[k];
+    return b.spin - glm::dot(b.spin, axis) * axis;
+  }
+  return b.spin;
+}
+
+/// Where a leaning disc touches moves around its rim faster than it turns.
+bool touches_with_rim(const Group& g, const GroupContact& c) {
+  const auto leans = [&](const GroupBody& b, const contact::TouchedPlace& on) {
+    return on.circle > 0 && std::abs(glm::dot(b.pose.rotation * on.axis, c.axes[0])) > kLeaning;
+  };
+  return leans(g.a(c), c.on_a) || leans(g.b(c), c.on_b);
+}
+
+/// How fast the place where a rim touches goes around, in the world and on the body, rad/s.
+Real rolling_rate(const GroupBody& b, const contact::TouchedPlace& on, Vec3 normal) {
+  if (on.circle == 0) return 0;
+  const Vec3 axis = b.pose.rotation * on.axis;
+  if (std::abs(glm::dot(axis, normal)) < kLying) return 0;
+  const Vec3 lean = axis - glm::dot(axis, normal) * normal;
+  const Real around = glm::dot(normal, glm::cross(lean, glm::cross(b.spin, axis))) /
+                      std::max(glm::dot(lean, lean), kLeast);
+  return std::max({std::abs(around), glm::length(b.spin),
+                   std::abs(around * glm::dot(axis, normal) - glm::dot(b.spin, axis))});
+}
+
+int substeps_of_free(const Group& g, Real h) {
+  bool rims = false;
+  Real rate = 0;
+  for (const GroupContact& c : g.contacts) {
+    rims = rims || touches_with_rim(g, c);
+    if (!(c.impulse.x > 0) || !g.has_at_most(kFewBodies)) continue;
+    rate = std::max(
+        {rate, rolling_rate(g.a(c), c.on_a, c.axes[0]), rolling_rate(g.b(c), c.on_b, c.axes[0])});
+  }
+  const Real longest = g.is_single() && !rims ? kLongestHardSubstep : kLongestSubstep;
+  const Real least = h * std::max(1 / longest, std::min(rate, Real(1e9)) / kLargestRoll);
+  return std::clamp(static_cast<int>(std::ceil(least)), 1, kMostSubsteps);
+}
+
+}  // namespace
+
+int substeps_of(const Group& g, Real h) {
+  if (g.trees.empty() && g.ties.empty()) return substeps_of_free(g, h);
+  Real fastest = 0;
+  for (const GroupBody& b : g.bodies)
+    if (b.node != kNoNode)
+      fastest = std::max(fastest, glm::length(b.looped == kNoNode ? b.spin : turning_of(b)));
+  const Real least = std::max({Real(kLeastTreeSubsteps), h / kLongestTreeSubstep,
+                               h * std::min(fastest, Real(1e9)) / kLargestTurn});
+  return static_cast<int>(std::ceil(std::min(least, Real(kMostSubsteps))));
+}
+
+void set_springs(Substep& s, Real h) {
+  const Real frequency = kContactFrequency * std::max(Real(1), kLongestSubstep / h);
+  s.between = softness_of(frequency, s.h), s.against_fixed = softness_of(2 * frequency, s.h);
+}
+
+bool has_few_points(const Group& g) {
+  return !g.trees.empty() && g.contacts.size() <= kFewPointsOfTrees &&
+         std::none_of(g.nodes.begin(), g.nodes.end(), [](auto& n) { return n.actuator.dof; });
+}
+
+Real first_strike(const Group& g, Real h) {
+  Real first = h;
+  for (const GroupContact& c : g.contacts) {
+    const GroupBody &a = g.a(c), &b = g.b(c);
+    const Vec3 n = c.axes[0];
+    const Vec3 arm_a = c.on_a.at(a.pose.rotation, -n), arm_b = c.on_b.at(b.pose.rotation, n);
+    const Real gap = glm::dot(n, a.pose.position + arm_a - b.pose.position - arm_b);
+    const Real speed = glm::dot(
+        n, a.velocity + glm::cross(a.spin, arm_a) - b.velocity - glm::cross(b.spin, arm_b));
+    // What bounces does so at its time by itself.
+    if (!(gap > 0) || !(speed < -kLeastBlow) || c.restitution > 0) continue;
+    const Real pull = glm::dot(n, a.acceleration - b.acceleration);
+    const Real root = std::sqrt(std::max(Real(0), speed * speed - 2 * pull * gap));
+    const Real when = 2 * gap / (root - speed);
+    if (when > kAtOnce * h && when < first) first = when;
+  }
+  return first < (1 - kAtOnce) * h ? first : h;
+}
+
+}  // namespace pantin::detail::articulated
