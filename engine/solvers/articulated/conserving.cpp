@@ -10,7 +10,9 @@ namespace pantin::detail::articulated {
 namespace {
 
 /// A step that does not converge is halved, down to a 256th.
-constexpr int kParts = 256;
+constexpr Real kParts = 256;
+/// Less than that of a step is not left over.
+constexpr Real kRounding = 1e-6;
 /// One that would lose much energy is taken in up to so many parts: rods that snap straight.
 constexpr int kResolvingParts = 16;
 constexpr int kMostIterations = 8, kMostTiedIterations = 16;
@@ -18,11 +20,9 @@ constexpr int kMostIterations = 8, kMostTiedIterations = 16;
 constexpr int kMostAttempts = 48, kTiedAttempts = 4;
 /// Steps taken by projection after one that did not converge: bounds the cost of wild motion.
 constexpr int kProjectedSteps = 30;
-/// Likewise after a cable became taut or a joint came to a limit.
-constexpr int kStepsAfterImpact = 2;
 /// rad: the next iteration would rotate by about its square. Free trees have no anchor that would
 /// take up a lack of angular momentum.
-constexpr Real kEnough = 3e-4, kEnoughFree = 1e-6;
+constexpr Real kEnough = 3e-4, kEnoughFree = 1e-6, kEnoughEver = 1e-11;
 
 /// Anchors over a part of the step.
 void set_anchors(const World& world, Island& a, const StepPart& part) {
@@ -47,11 +47,11 @@ void set_anchors(const World& world, Island& a, const StepPart& part) {
 /// Turns over a part of the step, rad: up to these the mid-point rule follows the motion of a body
 /// alone, whose spin nothing else shows, and of bodies that joints hold.
 constexpr Real kTurnAlone = 0.2, kTurnHeld = 1.6;
-constexpr int kShortestAlone = kParts / 64, kShortestHeld = kParts / 16;
+constexpr Real kShortestAlone = kParts / 64, kShortestHeld = kParts / 16;
 
 /// Length of the first part of the step: bodies that turn fast need shorter ones. Thin bodies on
 /// hinges turn about their axes by what their parents do, and are followed as they are.
-int first_part(const World& world, const Island& a, Real h) {
+Real first_part(const World& world, const Island& a, Real h) {
   if (!a.joints.empty()) return kParts;
   Real spin2 = 0;
   for (const std::uint32_t slot : std::span(a.slots).first(a.count())) {
@@ -60,8 +60,8 @@ int first_part(const World& world, const Island& a, Real h) {
   }
   const bool alone = a.count() == 1;
   const Real most = alone ? kTurnAlone : kTurnHeld;
-  const int shortest = alone ? kShortestAlone : kShortestHeld;
-  int part = kParts;
+  const Real shortest = alone ? kShortestAlone : kShortestHeld;
+  Real part = kParts;
   for (Real turn2 = h * h * spin2; turn2 > most * most && part > shortest; turn2 /= 4) part /= 2;
   return part;
 }
@@ -78,7 +78,7 @@ bool is_still(const Island& a) {
 
 /// Energy due over energy found from which a part of the step is divided: the projection at its end
 /// takes the rest. A cable can turn fast, and little is lost where parts resolve it.
-Real most_due(const Island& a, int part, int attempt) {
+Real most_due(const Island& a, Real part, int attempt) {
   constexpr Real kAny = std::numeric_limits<Real>::infinity(), kByTrees = 1.2, kByCables = 1.0001;
   if (!a.pins.empty()) return kAny;
   if (!a.cables.empty()) return part > 1 && 2 * attempt < kMostAttempts ? kByCables : kAny;
@@ -115,13 +115,13 @@ bool finish_otherwise(World& world, Island& a, const StepPart& rest, Entity& los
 bool conserves(const World& world, const Island& a) {
   return a.finite && a.settings.solver == Solver::articulated && a.settings.tension_stiffness &&
          a.projected_steps == 0 && !a.follows && a.scratch.contact_rows.empty() &&
-         (a.joints.empty() || limits_are_far(a)) && (!has_rows(a) || can_tie(world, a));
+         (a.joints.empty() || can_limit(world, a)) && (!has_rows(a) || can_tie(world, a));
 }
 
 bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
   const bool follows = !a.fresh && !a.changed && a.last_step == h;
   const Real enough = has_free_tree(a) || has_rows(a) || !a.joints.empty() ? kEnoughFree : kEnough;
-  int left = kParts;
+  Real left = kParts;
   bool yields = false, inner = true;
   begin_joints(world, a);
   const bool is_tied = has_rows(a) || !a.joints.empty();
@@ -131,12 +131,16 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
     std::fill(a.scratch.cable_rows.begin(), a.scratch.cable_rows.end(), CableRow::open);
   };
   forget_rows();
-  const int longest = first_part(world, a, h);
-  for (int part = longest, attempt = 1; left > 0; ++attempt) {
-    const StepPart now{Real(kParts - left) / kParts, Real(kParts - left + part) / kParts, h,
-                       yields};
+  const Real longest = first_part(world, a, h);
+  Real part = longest, usual = longest;  // the second but for ends at blows
+  for (int attempt = 1; left > 0; ++attempt) {
+    if (left - part < kRounding) part = left;
+    const StepPart now{1 - left / kParts, part < left ? 1 - (left - part) / kParts : 1, h, yields};
     set_anchors(world, a, now);
     if (is_tied) begin_ties(world, a, now);
+    if (!a.joints.empty())
+      begin_limits(world, a, now,
+                   2 * attempt < kMostAttempts ? Blows::followed : Blows::within_part);
     const ConservingInput in{h * part / kParts,
                              {world.gravity.x, world.gravity.y, world.gravity.z},
                              a.scratch.targets.data(),
@@ -144,7 +148,7 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
                              a.scratch.anchor_velocities.data(),
                              a.scratch.blocks.data(),
                              is_tied ? kMostTiedIterations : kMostIterations,
-                             enough,
+                             std::max(enough * std::min(part, Real(1)), kEnoughEver),
                              is_still(a),
                              ties_hold_still(a),
                              a.joints.empty() && part > kShortestHeld,
@@ -158,16 +162,17 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
       if (!a.joints.empty()) store_joints(world, a, now);
       inner = inner && with.inner;
       left -= part;
-      part = std::min(with.struck ? longest : part, left);
+      if (with.struck) usual = longest;
+      part = std::min(usual, left);
       forget_rows();
     } else if (with.shorter > 0 && attempt < kMostAttempts) {
       part = with.shorter;
-    } else if (!with.in_the_way && part > 1 && attempt < kMostAttempts) {
-      part /= 2;
+    } else if (part > 1 && attempt < kMostAttempts) {
+      part = usual = part / 2;
       // Loops that cannot be closed in shorter parts either give way in what is left.
-      if (!yields && has_loops(a) && attempt >= kTiedAttempts) yields = true, part = left;
+      if (!yields && has_loops(a) && attempt >= kTiedAttempts) yields = true, part = usual = left;
     } else {
-      a.projected_steps = with.in_the_way ? kStepsAfterImpact : kProjectedSteps;
+      a.projected_steps = kProjectedSteps;
       return finish_otherwise(world, a, {now.begin, 1, h}, lost);
     }
   }
@@ -186,8 +191,7 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
   }
   a.in_contact = a.contact_active = a.limited = a.disturbed = false;
   a.force_share = 1, a.reserve = 0;
-  a.sweeps_used = a.active_set_iterations_used = a.stops_hit = 0;
-  for (JointMemory& j : a.joint_memory) std::fill(std::begin(j.lambdas), std::end(j.lambdas), 0);
+  a.sweeps_used = a.active_set_iterations_used = 0;
   a.knows_torques = true;
   remember_step(world, a, h);
   a.calm_steps = 0;  // the other rules have no history to go on

@@ -25,8 +25,6 @@
 namespace pantin::detail::articulated {
 namespace {
 
-const Vec3 kAxes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-
 Mat3 rows_of(const Real* m, std::size_t row_stride, std::size_t stride) {
   Mat3 out;
   for (int i = 0; i < 3; ++i)
@@ -77,98 +75,6 @@ Mat3 turning_axes(Vec3 torque, Vec3 turned) {
   return glm::outerProduct(n, d) - Mat3(glm::dot(n, d)) + cross_matrix(n);
 }
 
-/// Directions fixed in both bodies of a joint, at the start, and at the iterate.
-struct Directions {
-  Mat3 a0, a1, b0, b1;
-};
-
-/// One row: p of body a and s of body b stay perpendicular.
-struct RowAxes {
-  int p, s;
-};
-constexpr RowAxes kHingeRows[] = {{1, 0}, {2, 0}}, kUniversalRows[] = {{1, 2}},
-                  kFixedRows[] = {{1, 0}, {2, 0}, {1, 2}};
-
-std::span<const RowAxes> rows_of(JointKind kind) {
-  switch (turns_of(kind)) {
-    case Turns::about_x:
-      return kHingeRows;
-    case Turns::about_two:
-      return kUniversalRows;
-    case Turns::nowhere:
-      return kFixedRows;
-    case Turns::freely:
-    case Turns::own:  // does not come here
-      break;
-  }
-  return {};
-}
-
-/// The rows of a joint: how the torques of their multipliers act on the own body, how they change
-/// with the relative turn of the own body at the end, by how much they are off.
-struct JointRows {
-  std::size_t count = 0;
-  Vec3 torque[3], gradient[3];
-  Real off[3];
-};
-
-JointRows find_rows(const PackedJoint& j, const Directions& d, Unknown unknown) {
-  JointRows rows;
-  const Real sign = j.own_is_a ? -1 : 1;
-  for (const RowAxes& axes : rows_of(j.joint.kind)) {
-    const Vec3 p = d.a1[axes.p], s = d.b1[axes.s];
-    const Vec3 mean_p = 0.5 * (d.a0[axes.p] + p), mean_s = 0.5 * (d.b0[axes.s] + s);
-    const std::size_t n = rows.count++;
-    rows.gradient[n] = sign * glm::cross(s, p);
-    rows.torque[n] =
-        unknown == Unknown::velocity ? rows.gradient[n] : sign * glm::cross(mean_s, mean_p);
-    rows.off[n] = unknown == Unknown::velocity ? 0 : glm::dot(p, s);
-  }
-  return rows;
-}
-
-/// Directions in which the rows leave the body free: perpendicular to all of these.
-std::size_t find_free(const Vec3 (&rows)[3], std::size_t count, Vec3 (&free)[3]) {
-  if (count == 0) {
-    std::copy(std::begin(kAxes), std::end(kAxes), free);
-    return 3;
-  }
-  if (count == 2) {
-    free[0] = glm::normalize(glm::cross(rows[0], rows[1]));
-    return 1;
-  }
-  if (count == 3) return 0;
-  const Vec3 n = glm::normalize(rows[0]);
-  const int least = std::abs(n.x) < std::abs(n.y) ? (std::abs(n.x) < std::abs(n.z) ? 0 : 2)
-                                                  : (std::abs(n.y) < std::abs(n.z) ? 1 : 2);
-  free[0] = glm::normalize(glm::cross(n, kAxes[least]));
-  free[1] = glm::cross(n, free[0]);
-  return 2;
-}
-
-/// The pseudo-inverse of rows: x = sum of columns * b solves row . x = b with the least x.
-void invert_rows(const Vec3 (&rows)[3], std::size_t count, Vec3 (&columns)[3]) {
-  if (count == 1) columns[0] = rows[0] / glm::dot(rows[0], rows[0]);
-  if (count < 2) return;
-  const Vec3 third = count == 3 ? rows[2] : glm::cross(rows[0], rows[1]);
-  const Vec3 c0 = glm::cross(rows[1], third), c1 = glm::cross(third, rows[0]),
-             c2 = glm::cross(rows[0], rows[1]);
-  const Real per = 1 / glm::dot(rows[0], c0);
-  columns[0] = per * c0, columns[1] = per * c1, columns[2] = per * c2;
-}
-
-/// free (to^T m free)^-1 to^T for the first `count` directions.
-Mat3 reduced_inverse(const Mat3& m, const Vec3 (&free)[3], const Vec3 (&to)[3], std::size_t count) {
-  if (count == 0) return Mat3(0);
-  if (count == 3) return glm::inverse(m);
-  if (count == 1) return glm::outerProduct(free[0], to[0]) / glm::dot(to[0], m * free[0]);
-  const Vec3 m0 = m * free[0], m1 = m * free[1];
-  const Real a = glm::dot(to[0], m0), b = glm::dot(to[0], m1), c = glm::dot(to[1], m0),
-             d = glm::dot(to[1], m1), per = 1 / (a * d - b * c);
-  return per * (glm::outerProduct(free[0], d * to[0] - b * to[1]) +
-                glm::outerProduct(free[1], a * to[1] - c * to[0]));
-}
-
 /// The rotation of what holds the own body at its joint, at a fraction of the whole step.
 Quat parent_at(const StiffStep& s, std::size_t c, Real fraction) {
   const std::uint32_t held = held_body_of(s.a, c);
@@ -177,34 +83,6 @@ Quat parent_at(const StiffStep& s, std::size_t c, Real fraction) {
   if (b.teleport || fraction == 1) return b.pose.rotation;
   return glm::normalize(from_rotation_vector((fraction - 1) * s.part.whole * b.angular_velocity) *
                         b.pose.rotation);
-}
-
-Directions directions_of(const PackedJoint& j, const JointEnds& ends) {
-  const auto axes = [](Quat body, Quat frame) { return glm::mat3_cast(body * frame); };
-  const Quat fa = j.joint.frames.a(), fb = j.joint.frames.b();
-  return j.own_is_a ? Directions{axes(ends.own0, fa), axes(ends.own1, fa), axes(ends.parent0, fb),
-                                 axes(ends.parent1, fb)}
-                    : Directions{axes(ends.parent0, fa), axes(ends.parent1, fa),
-                                 axes(ends.own0, fb), axes(ends.own1, fb)};
-}
-
-/// How the torque of the rows' multipliers turns with the own body and with its parent.
-struct RowTurn {
-  Mat3 own{0}, parent{0};
-};
-
-RowTurn turn_of_rows(const PackedJoint& j, const Directions& d, const Real (&multipliers)[3]) {
-  RowTurn turn;
-  std::size_t n = 0;
-  for (const RowAxes& axes : rows_of(j.joint.kind)) {
-    const Vec3 p = d.a1[axes.p], s = d.b1[axes.s];
-    const Vec3 mean_p = 0.5 * (d.a0[axes.p] + p), mean_s = 0.5 * (d.b0[axes.s] + s);
-    const Real half = 0.5 * multipliers[n++] * (j.own_is_a ? -1 : 1);
-    const Mat3 by_b = half * (glm::outerProduct(s, mean_p) - Mat3(glm::dot(s, mean_p)));
-    const Mat3 by_a = half * (Mat3(glm::dot(mean_s, p)) - glm::outerProduct(p, mean_s));
-    turn.own += j.own_is_a ? by_a : by_b, turn.parent += j.own_is_a ? by_b : by_a;
-  }
-  return turn;
 }
 
 /// Completes a node whose joint lets the body turn freely and exerts no torque.
@@ -221,7 +99,8 @@ Vec3 eliminate_stiff(const Elimination& e) {
   const PackedJoint& j = step.a.joints[c];
   const JointEnds ends = ends_of(step, c);
   const Directions d = directions_of(j, ends);
-  const JointRows rows = find_rows(j, d, unknown);
+  JointRows rows = find_rows(j, d, unknown);
+  if (j.joint.limits.any()) add_limit_rows(step, c, unknown, rows);
   Vec3 along[3], free[3], to[3], columns[3];
   const std::size_t count = find_free(rows.gradient, rows.count, free);
   find_free(rows.torque, rows.count, to);
@@ -244,8 +123,11 @@ Vec3 eliminate_stiff(const Elimination& e) {
     turn.own -= half * n.stiffness, turn.parent += half * n.stiffness;
     n.turning += turning_axes(s.torque - current, step.a.memory.vec(kTurned, c));
   } else {
+    if (rows.count > 0 && rows.limit[rows.count - 1]) invert_rows(rows.torque, rows.count, columns);
     current = n.damped, turn.own = -n.damping, turn.parent = n.damping;
   }
+  for (std::size_t k = 0; k < rows.count; ++k)
+    if (rows.limit[k]) rows.limit[k]->column = columns[k];
   const Mat3 system = n.turning - turn.own;
   n.compliance = reduced_inverse(system, free, to, count);
   Mat3 prescribed(0);  // turn with the parent
@@ -395,11 +277,16 @@ void align(void* context) {
   Island& a = step.a;
   for (std::size_t c = 0; c < a.count(); ++c) {
     const PackedJoint& j = a.joints[c];
-    if (a.parents[c] == kFree || !j.stiff || turns_of(j.joint.kind) == Turns::freely) continue;
+    if (a.parents[c] == kFree || !j.stiff) continue;
     const JointEnds ends = ends_of(step, c);
+    look_at_limits(step, c, ends);
+    const bool clamped = is_clamped(a, c);
+    if (turns_of(j.joint.kind) == Turns::freely && !clamped) continue;
     const Quat rotation = joint_rotation(j, ends.own1, ends.parent1);
     a.scratch.work.set(kEndRotation, c,
-                       own_rotation(j, ends.parent1, allowed_by_kind(j.joint.kind, rotation)));
+                       own_rotation(j, ends.parent1,
+                                    clamped ? allowed_rotation(j.joint, rotation)
+                                            : allowed_by_kind(j.joint.kind, rotation)));
   }
 }
 
@@ -436,8 +323,9 @@ JointEnds ends_of(const StiffStep& s, std::size_t c) {
 void respond_stiff(Island& a, Arms arms) {
   StepScratch& r = a.scratch;
   for (std::size_t c = a.count(); c-- > 0;) {
-    const ConservingNode& n = r.conserving_nodes[c];
+    ConservingNode& n = r.conserving_nodes[c];
     const Mat3 torque = r.tie_torques[c], turn = n.compliance * torque;
+    n.tie_passed = n.turning * turn - torque;
     r.tie_torques[c] = turn;
     r.tie_impulses[c] -= n.crossing * turn;
     if (a.parents[c] < 0) continue;
@@ -445,7 +333,7 @@ void respond_stiff(Island& a, Arms arms) {
     const Vec3 reach = r.work.vec(arms == Arms::mean ? kMeanReach : kEndReach, c);
     r.tie_impulses[p] += r.tie_impulses[c];
     r.tie_torques[p] += cross_matrix(reach) * r.tie_impulses[c];
-    if (n.passes_torque) r.tie_torques[p] -= n.turning * turn - torque;
+    if (n.passes_torque) r.tie_torques[p] -= n.tie_passed;
   }
   for (std::size_t c = 0; c < a.count(); ++c) {
     const ConservingNode& n = r.conserving_nodes[c];
@@ -466,7 +354,8 @@ void respond_stiff(Island& a, Arms arms) {
 }
 
 void begin_joints(World& world, Island& a) {
-  a.drives_capped = 0;
+  a.drives_capped = a.stops_hit = 0;
+  begin_limits(a);
   for (JointMemory& memory : a.joint_memory) memory.torque = Vec3(0);
   for (const PackedJoint& j : a.joints)
     if (j.drive != UINT32_MAX) world.joint_drives.values()[j.drive].torque = 0;
@@ -479,6 +368,7 @@ void store_joints(World& world, Island& a, const StepPart& part) {
     if (!j.stiff || a.parents[c] == kFree) continue;
     const ConservingNode& n = a.scratch.conserving_nodes[c];
     a.joint_memory[c].torque += share * (per * n.passed - n.exerted);
+    store_limits(a, c, part);
     if (j.drive == UINT32_MAX) continue;
     JointDrive& drive = world.joint_drives.values()[j.drive];
     a.joint_memory[c].torque_fraction = n.drive_share;
@@ -493,7 +383,9 @@ ConservingJoints stiff_joints(StiffStep& step) {
   for (ConservingNode& n : step.a.scratch.conserving_nodes)
     n.expected = n.yield = n.slope = 0, n.exerted = n.damped = Vec3(0),
     n.stiffness = n.damping = Mat3(0);
-  return {&step, inward, outward, align, add_work};
+  return hooks_of(step);
 }
+
+ConservingJoints hooks_of(StiffStep& step) { return {&step, inward, outward, align, add_work}; }
 
 }  // namespace pantin::detail::articulated

@@ -34,8 +34,6 @@ Mat3 rows_at(const Real* m, std::size_t stride) {
 constexpr Real kAccepted = 3e-6;
 /// Of the fastest of a blow: a cable that does not grow longer.
 constexpr Real kStill = 1e-9;
-/// rad: rounding of a joint's angle.
-constexpr Real kBeyond = 1e-12;
 
 /// Where a point of a body is at the iterate; its anchor is measured from the own joint.
 Vec3 point_now(const TiedStep& s, std::uint32_t c, Vec3 anchor) {
@@ -111,6 +109,11 @@ void load(void* context) {
   std::fill(r.tie_blocks.begin(), r.tie_blocks.end(), 0.0);
   bool may_change = true;
   ++s.with.iterations;
+  for (std::size_t c = 0; c < s.a.joints.size(); ++c) {
+    if (!has_limits(s.a, c)) continue;
+    look_at_limits(*s.stiff, c, ends_of(*s.stiff, c));
+    if (may_change && change_limits(*s.stiff, c)) may_change = s.with.iterations <= kChangeAtOnce;
+  }
   for (ConservingTie& t : r.ties) {
     look_at(s, t);
     if (may_change && has_to_change(s, t))
@@ -325,27 +328,37 @@ bool correct(void* context) {
   return true;
 }
 
+bool has_tie_rows(const StepScratch& r) {
+  return std::any_of(r.ties.begin(), r.ties.end(), [](auto& t) { return t.rows.count > 0; });
+}
+
 /// How fast a taut cable would grow longer, m/s.
 Real rate_of(const Island& a, const ConservingTie& t) {
   return glm::dot(change_of(a, t) - t.velocity, glm::normalize(t.now));
 }
-/// The blow of cables that came to their lengths at the end: the velocities of least kinetic energy
-/// at which no taut cable grows longer, by impulses that pull. Which ones do is found by letting go
-/// the one that would push hardest, and by taking up again the one that would grow fastest.
+/// The blow of cables that came to their lengths at the end, and of limits that were hit: the
+/// velocities of least kinetic energy at which no taut cable grows longer and no limit is passed,
+/// by impulses that pull, and push. Which ones do is found by letting go the one that would push,
+/// or pull, hardest, and by taking up again the fastest.
 bool strike(const TiedStep& s) {
   Island& a = s.a;
   StepScratch& r = a.scratch;
-  Real fastest = 0;
-  for (std::size_t c = 0; c < a.count(); ++c)
+  const bool limits = s.stiff && any_limit(a);
+  Real fastest = limits ? begin_blow(*s.stiff) : 0;
+  const Real still_turn = kStill * fastest;
+  for (std::size_t c = 0; !limits && c < a.count(); ++c)
     r.velocities_before[2 * c] = a.memory.vec(kMove, c),
                             r.velocities_before[2 * c + 1] = a.memory.vec(kTurnBy, c);
+  fastest = 0;
   for (ConservingTie& t : r.ties)
     if (t.kind == TieKind::taut) fastest = std::max(fastest, rate_of(a, t)), t.strikes = true;
   const auto rows_of = [&](const ConservingTie& t) {
     return t.strikes ? taut_speeds(t) : rigid_speeds(t);
   };
-  for (std::size_t round = 0; round < 4 * r.ties.size() + 4; ++round) {
-    for (std::size_t c = 0; c < a.count(); ++c)
+  const std::size_t most_rounds = 4 * r.ties.size() + (limits ? 8 * a.count() : 0) + 4;
+  for (std::size_t round = 0; round < most_rounds; ++round) {
+    if (limits) respond_to_blow(*s.stiff);
+    for (std::size_t c = 0; !limits && c < a.count(); ++c)
       a.memory.set(kMove, c, r.velocities_before[2 * c]),
           a.memory.set(kTurnBy, c, r.velocities_before[2 * c + 1]);
     ConservingTie* out = nullptr;
@@ -359,6 +372,8 @@ bool strike(const TiedStep& s) {
       out->strikes = false;
       continue;
     }
+    if (limits && release_limit(*s.stiff, still_turn)) continue;
+    if (limits && catch_limit(*s.stiff, still_turn)) continue;
     most = kStill * fastest;
     for (ConservingTie& t : r.ties)
       if (t.kind == TieKind::taut && !t.strikes && rate_of(a, t) > most)
@@ -368,7 +383,8 @@ bool strike(const TiedStep& s) {
   }
   for (ConservingTie& t : r.ties)
     if (t.kind == TieKind::taut && !t.strikes) t.kind = TieKind::slack;
-  add_joint_impulses(a, 0.5);
+  if (limits) end_blow(a);
+  if (has_tie_rows(r)) add_joint_impulses(a, 0.5);
   return true;
 }
 
@@ -381,37 +397,39 @@ bool project(void* context) {
   for (ConservingTie& t : ties) t.softness = 0;
   // The impulses of the projection count in the mean over the step.
   if (!solve_ties(s.a, Arms::end, rows_of, [](ConservingTie&, Vec3) {})) return false;
-  if (std::any_of(ties.begin(), ties.end(), [](auto& t) { return t.rows.count > 0; }))
-    add_joint_impulses(s.a, 0.5);
-  return std::none_of(ties.begin(), ties.end(), [](auto& t) { return t.strikes; }) || strike(s);
+  if (has_tie_rows(s.a.scratch)) add_joint_impulses(s.a, 0.5);
+  const bool strikes = std::any_of(ties.begin(), ties.end(), [](auto& t) { return t.strikes; });
+  return !(strikes || (s.stiff && any_limit_hit(s.a))) || strike(s);
 }
 
-/// Whether a joint would be beyond its limits at the iterate.
-bool is_beyond(const TiedStep& s, std::size_t c) {
-  const PackedJoint& j = s.a.joints[c];
-  if (!j.stiff || !j.joint.limits.any()) return false;
-  const auto row = static_cast<Work>(kEndRotation);
-  const Quat rotation =
-      joint_rotation(j, s.a.scratch.work.quat(row, c), parent_rotation(s.world, s.a, c, row));
-  return violation(j.joint, rotation) > kBeyond;
+bool settled(void* context) {
+  const TiedStep& s = *static_cast<const TiedStep*>(context);
+  for (ConservingTie& t : s.a.scratch.ties) {
+    look_at(s, t);
+    if (!has_to_change(s, t)) continue;
+    change(t);
+    return false;
+  }
+  for (std::size_t c = 0; c < s.a.joints.size(); ++c) {
+    if (!has_limits(s.a, c)) continue;
+    look_at_limits(*s.stiff, c, ends_of(*s.stiff, c));
+    if (change_limits(*s.stiff, c)) return false;
+  }
+  return true;
 }
 
 bool accept(void* context, Real& released) {
   const TiedStep& s = *static_cast<const TiedStep*>(context);
   Real most = 0;
-  bool changes = false;
   for (ConservingTie& t : s.a.scratch.ties) {
     look_at(s, t);
     released += 2 / s.h * glm::dot(t.mu, t.before - t.now);
     if (t.kind == TieKind::rigid) most = std::max(most, glm::length(t.now));
     if (t.kind == TieKind::taut) most = std::max(most, std::abs(over(t)));
-    changes = changes || has_to_change(s, t);
   }
-  for (std::size_t c = 0; c < s.a.joints.size(); ++c)
-    s.with.in_the_way = s.with.in_the_way || is_beyond(s, c);
   const bool yields = s.a.scratch.tie_yield > kTieSoftness;
-  if (s.with.in_the_way || !(most <= (yields ? kNearTie : kAccepted) * s.a.size)) return false;
-  if (changes || has_to_end_early(s)) return false;
+  if (!(most <= (yields ? kNearTie : kAccepted) * s.a.size)) return false;
+  if (has_to_end_early(s) || (s.stiff && limits_end_early(*s.stiff, s.with))) return false;
   s.with.inner = ties_are_inner(s.a);
   return true;
 }
@@ -423,11 +441,12 @@ bool conserve_tied(World& world, Island& a, ConservingInput in, TiedPart& with) 
   const StepPart& part = with.part;
   TiedStep step{world, a, in.h, with};
   const ConservingTies ties{
-      &step,   r.tie_blocks.data(), r.tie_factors.data(), load, correct, accept,
+      &step,   r.tie_blocks.data(), r.tie_factors.data(), load, correct, settled, accept,
       project, &with.inner,         &with.struck};
   in.ties = &ties;
   if (a.joints.empty()) return kernels().conserve(view_of(world, a), in);
   StiffStep stiff{world, a, in.h, part};
+  step.stiff = &stiff;
   const ConservingJoints joints = stiff_joints(stiff);
   in.joints = &joints;
   return kernels().conserve(view_of(world, a), in);

@@ -1,6 +1,6 @@
 #pragma once
 /// Ties of a step by the energy-momentum method: what its files share.
-#include "engine/solvers/articulated/internal.hpp"
+#include "engine/solvers/articulated/conserving_joints.hpp"
 
 namespace pantin::detail::articulated {
 
@@ -10,6 +10,7 @@ struct TiedStep {
   Island& a;
   Real h;
   TiedPart& with;
+  StiffStep* stiff = nullptr;  // where joints constrain rotations
 
   const Body& body(std::uint32_t c) const { return world.bodies.values()[a.slots[c]]; }
 };

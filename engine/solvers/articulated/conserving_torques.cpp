@@ -50,10 +50,6 @@ Real mobility_of_parent(const StiffStep& s, std::size_t c, Vec3 axis) {
   const std::int32_t p = s.a.parents[c];
   return p < 0 ? 0 : 1 / inertia_about(s, static_cast<std::size_t>(p), axis);
 }
-Real mobility_about(const StiffStep& s, std::size_t c, Vec3 axis) {
-  return 1 / inertia_about(s, c, axis) + mobility_of_parent(s, c, axis);
-}
-
 /// The coordinate of an actuated joint over the part.
 struct Way {
   Real before, end;  // rad
@@ -198,6 +194,10 @@ void add_soft_zones(const StiffStep& s, std::size_t c, const JointEnds& ends) {
 }
 
 }  // namespace
+
+Real mobility_about(const StiffStep& s, std::size_t c, Vec3 axis) {
+  return 1 / inertia_about(s, c, axis) + mobility_of_parent(s, c, axis);
+}
 
 Vec3 turned_by(const StiffStep& s, std::size_t c, const JointEnds& ends) {
   const auto cayley = [](Quat to, Quat from) {

@@ -117,24 +117,29 @@ bool has_loops(const Island& a);
 /// Whether no tie leads to a moving place; whether each leads from a tree to itself.
 bool ties_hold_still(const Island& a);
 bool ties_are_inner(const Island& a);
-/// Whether no joint is at a limit, or has soft ones.
-bool limits_are_far(const Island& a);
+/// Whether no joint is beyond its limits, or has a cone too narrow to be held on one side.
+bool can_limit(const World& world, const Island& a);
 /// Kernels::conserve with ties and joints that constrain rotations, for a part of the step.
 struct TiedPart {
   const StepPart& part;
-  int units = 1;  // its length, in the shortest units of time
+  Real units = 1;  // its length, in the shortest units of time
   bool may_end_early = true;
-  bool in_the_way = false;  // a limit is
-  int iterations = 0;       // so far
-  int shorter = 0;          // it has to be taken again in so many units: a cable is taut then
-  bool inner = true;        // no tie leads to the world or to another tree
-  bool struck = false;      // cables pulled tight took energy
+  int iterations = 0;   // so far
+  Real shorter = 0;     // it has to be taken again in so many units: a cable is taut then
+  bool inner = true;    // no tie leads to the world or to another tree
+  bool struck = false;  // cables pulled tight, or limits that were hit, took energy
 };
 bool conserve_tied(World& world, Island& a, ConservingInput in, TiedPart& with);
 void reserve_ties(Island& a);
 /// Joints that constrain rotations or exert torques in that method (conserving_joints.cpp): before
 /// the step; what passed through them in a part of it that was taken.
 void begin_joints(World& world, Island& a);
+/// Limits in that method (conserving_limits.cpp): those held in the last step; where they are at
+/// the start of a part; their multipliers after it.
+enum class Blows : std::uint8_t { followed, within_part };
+void begin_limits(Island& a);
+void begin_limits(const World& world, Island& a, const StepPart& part, Blows blows);
+void store_limits(Island& a, std::size_t c, const StepPart& part);
 void store_joints(World& world, Island& a, const StepPart& part);
 /// Follows the angles of actuated joints after a step by any method.
 void count_turns(const World& world, Island& a);

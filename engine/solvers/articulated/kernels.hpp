@@ -93,6 +93,8 @@ struct ConservingTies {
   /// After it: kMove and kTurnBy, and the impulses at the joints, as the ties have them. False if
   /// their equations have no solution.
   bool (*correct)(void* context);
+  /// Where the iterations have converged: false if what acts had to change, so that they go on.
+  bool (*settled)(void* context);
   /// After the iterations: false if the step cannot be taken so. `released` is the work of the
   /// ties, J.
   bool (*accept)(void* context, double& released);

@@ -55,7 +55,7 @@ bool has_to_end_early(const TiedStep& s) {
     const Real before = glm::length(t.before) - t.length;
     if (t.kind != TieKind::taut || t.was_taut) continue;
     s.with.struck = true;
-    if (!(before < -near) || s.with.units == 1 || !s.with.may_end_early) continue;
+    if (!(before < -near) || s.with.units <= 1 || !s.with.may_end_early) continue;
     if (kinetic == 0) kinetic = kinetic_energy(s);
     const Real rate = rate_before(s, t), mass = s.h * r.tie_yield / t.softness;
     if (!(0.5 * mass * rate * rate > kMuch * kinetic)) continue;
@@ -69,7 +69,7 @@ bool has_to_end_early(const TiedStep& s) {
   }
   const Real units = first * s.with.units;
   if (first < 1 && s.with.units - units > 1) {
-    s.with.shorter = static_cast<int>(std::ceil(std::max(units, Real(1))));
+    s.with.shorter = std::ceil(std::max(units, Real(1)));
     return true;
   }
   for (ConservingTie& t : r.ties)

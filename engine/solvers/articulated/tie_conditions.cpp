@@ -36,16 +36,6 @@ bool ties_are_inner(const Island& a) {
 
 std::size_t tie_count(const Island& a) { return a.pins.size() + a.cables.size(); }
 
-bool limits_are_far(const Island& a) {
-  for (std::size_t c = 0; c < a.joints.size(); ++c) {
-    const PackedJoint& j = a.joints[c];
-    if (!j.stiff) continue;
-    for (const Real lambda : a.joint_memory[c].lambdas)
-      if (lambda > 0) return false;
-  }
-  return true;
-}
-
 bool can_tie(const World& world, const Island& a) {
   if (a.scratch.ties.capacity() < tie_count(a)) return false;
   for (const PackedPin& pin : a.pins) {

@@ -143,7 +143,8 @@ struct ConservingStep {
       const Vec<Four> v = way + way - s.v;
       const Vec<Four> g{all(in.gravity[0]), all(in.gravity[1]), all(in.gravity[2])};
       const Four fall = all(2 * h) * num<Four>(c, kGravityScale) * dot(g, way);
-      impulse = mass * v, weight_ += mask(i, p.count) * mass * root(dot(g, g) * dot(arm, arm));
+      impulse = mass * v,
+      weight_ += mask(i, p.count) * mass * root(dot(g, g) * (dot(arm, arm) + half / mass));
       due_ += mask(i, p.count) * mass * (dot(s.v, s.v) + fall);
       work_ += mask(i, p.count) * mass * size_of(fall);
       const Vec<Four> turned = vec<Four>(column(p.memory, kMemoryRows, i), kTurned);
@@ -300,8 +301,9 @@ struct ConservingStep {
       if (!iterate()) return false;
       const bool near = largest2 < in.enough * in.enough;
       move_roots();
-      if (near) return true;
+      if (near && !in.ties) return true;
       fill_all<Unknown::displacement>();
+      if (near && in.ties->settled(in.ties->context)) return true;
     }
     return false;
   }
