@@ -24,10 +24,6 @@ constexpr Real kSamePoint = 0.15;
 // Reach of a body that stands while its surface runs, m: it does not count as resting.
 constexpr Real kRunningReach = 1e-12;
 
-std::uint64_t pair_of(std::uint32_t a, std::uint32_t b) {
-  return static_cast<std::uint64_t>(std::min(a, b)) << 32 | std::max(a, b);
-}
-
 /// The solver of a body, as in kSolvers; UINT8_MAX: none.
 std::uint8_t solver_of(const WayFinder& s, std::uint32_t slot) {
   const Owner owner = owner_of(s.partition, slot);
@@ -68,8 +64,7 @@ bool may_collide(const WayFinder& s, const Search& search, std::uint32_t a, std:
   const bool apart =
       one != two && one != UINT8_MAX && two != UINT8_MAX && one != kLaminas && two != kLaminas;
   return !apart && do_groups_agree(collision_of(s, a), collision_of(s, b)) &&
-         !are_jointed(search, a, b) &&
-         !std::binary_search(search.ignored.begin(), search.ignored.end(), pair_of(a, b));
+         !are_joined(search.joined, a, b) && !are_joined(search.ignored, a, b);
 }
 
 /// Of two bodies that solvers move.
@@ -112,7 +107,7 @@ void list_pairs(const WayFinder& s, Search& search) {
 
 // ---- Surfaces ----------------------------------------------------------------------------------
 
-std::uint64_t materials_of(const MaterialPair* pair) { return pair_of(pair->a, pair->b); }
+std::uint64_t materials_of(const MaterialPair* pair) { return body_pair(pair->a, pair->b); }
 
 void list_material_pairs(const World& world, Search& search) {
   search.material_pairs.clear();
@@ -126,7 +121,7 @@ void list_material_pairs(const World& world, Search& search) {
 /// What the World says of two materials, or null.
 const MaterialPair* find_pair(const Search& search, std::uint32_t a, std::uint32_t b) {
   if (search.material_pairs.empty()) return nullptr;
-  const std::uint64_t both = pair_of(a, b);
+  const std::uint64_t both = body_pair(a, b);
   const auto at = std::lower_bound(
       search.material_pairs.begin(), search.material_pairs.end(), both,
       [](const MaterialPair* p, std::uint64_t key) { return materials_of(p) < key; });
@@ -358,16 +353,11 @@ void store_contacts(const WayFinder& s, Search& search) {
 
 }  // namespace
 
-void list_jointed(const World& world, Search& search) {
-  const std::uint64_t now = 1 + world.links.version() + world.bodies.version() + world.edit_count;
-  if (search.jointed_for == now) return;
-  search.jointed_for = now;
-  search.jointed.clear();
-  for (const Link& link : world.links.values()) {
-    const std::uint32_t a = world.bodies.slot(link.a), b = world.bodies.slot(link.b);
-    if (a != kNoSlot && b != kNoSlot) search.jointed.push_back(pair_of(a, b));
-  }
-  std::sort(search.jointed.begin(), search.jointed.end());
+void list_joined(const World& world, Search& search) {
+  const std::uint64_t now = 1 + joined_version(world);
+  if (search.joined_for == now) return;
+  search.joined_for = now;
+  detail::list_joined(world, search.joined);
 }
 
 void list_ignored(const World& world, Search& search) {
@@ -376,13 +366,9 @@ void list_ignored(const World& world, Search& search) {
   if (!pairs) return;
   for (const IgnoredPair& pair : pairs->values()) {
     const std::uint32_t a = world.bodies.slot(pair.a), b = world.bodies.slot(pair.b);
-    if (a != kNoSlot && b != kNoSlot) search.ignored.push_back(pair_of(a, b));
+    if (a != kNoSlot && b != kNoSlot) search.ignored.push_back(body_pair(a, b));
   }
   std::sort(search.ignored.begin(), search.ignored.end());
-}
-
-bool are_jointed(const Search& search, std::uint32_t a, std::uint32_t b) {
-  return std::binary_search(search.jointed.begin(), search.jointed.end(), pair_of(a, b));
 }
 
 void update_tree(AabbTree& tree, std::span<const Aabb> boxes) {
@@ -406,7 +392,7 @@ void search_contacts(World& world, std::span<const Real> reach, Real h) {
   const WayFinder s{{world, partition_of(world), reach, !memory.scratch.stale}, h};
   std::swap(memory.scratch.before, memory.contacts);
   memory.contacts.clear();
-  list_jointed(world, search), list_ignored(world, search);
+  list_joined(world, search), list_ignored(world, search);
   list_material_pairs(world, search);
   list_colliders(s, search);
   list_pairs(s, search);

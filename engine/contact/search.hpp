@@ -8,6 +8,7 @@
 #include "engine/geometry/collide.hpp"
 #include "engine/world/collision.hpp"
 #include "engine/world/entity.hpp"
+#include "engine/world/joined.hpp"
 
 namespace pantin {
 struct World;
@@ -89,9 +90,9 @@ struct Search {
   std::vector<Collider> colliders;    // by slot
   std::vector<Aabb> boxes;            // of the colliders
   AabbTree tree;
-  std::vector<std::uint64_t> jointed;               // pairs of slots, lower first, sorted
-  std::uint64_t jointed_for = 0;                    // see list_jointed
-  std::vector<std::uint64_t> ignored;               // as `jointed`
+  std::vector<std::uint64_t> joined;  // see engine/world/joined.hpp
+  std::uint64_t joined_for = 0;
+  std::vector<std::uint64_t> ignored;               // likewise
   std::vector<std::uint64_t> pairs;                 // of colliders, lower slot first
   std::vector<const MaterialPair*> material_pairs;  // of the World, sorted by their materials
   std::vector<FoundPoint> found;
@@ -106,12 +107,10 @@ struct Search {
   AabbTree sensor_tree;
 };
 
-/// Brings Search::jointed up to date.
-void list_jointed(const World& world, Search& search);
+/// Brings Search::joined up to date.
+void list_joined(const World& world, Search& search);
 /// Brings Search::ignored up to date.
 void list_ignored(const World& world, Search& search);
-/// Whether a joint connects two bodies, by their slots.
-bool are_jointed(const Search& search, std::uint32_t a, std::uint32_t b);
 /// Updates a tree: refits it, or rebuilds it when it has become loose.
 void update_tree(AabbTree& tree, std::span<const Aabb> boxes);
 

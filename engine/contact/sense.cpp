@@ -57,7 +57,7 @@ bool may_sense(const World& world, const Search& search, std::uint32_t sensor, s
     return world.bodies.values()[slot].motion == Motion::fixed;
   };
   return do_groups_agree(world.collisions[owners[sensor]], world.collisions[owners[body]]) &&
-         !(is_fixed(sensor) && is_fixed(body)) && !are_jointed(search, sensor, body);
+         !(is_fixed(sensor) && is_fixed(body)) && !are_joined(search.joined, sensor, body);
 }
 
 /// Adds the overlap of two shapes, if there is one.
@@ -102,7 +102,7 @@ void sense(World& world) {
   Search& search = memory.scratch.search;
   memory.overlaps.clear();
   if (search.sensors == 0) return;
-  list_jointed(world, search);
+  list_joined(world, search);
   list_sensors(world, search);
   each_shape(world, Role::solid, [&](const ColliderShape& at) {
     const auto look = [&](std::uint32_t number) {

@@ -287,7 +287,7 @@ void add_body(Stepper& s, std::uint32_t index) {
 template <class Definition>
 Definition between(Stepper& s, const PlaneJoint& j) {
   Definition d;
-  d.bodyA = s.bodies[j.a], d.bodyB = s.bodies[j.b];
+  d.bodyA = s.bodies[j.a], d.bodyB = s.bodies[j.b], d.collideConnected = true;  // see may_touch()
   d.localAnchorA = s.scale.vector(j.arm_a), d.localAnchorB = s.scale.vector(j.arm_b);
   return d;
 }

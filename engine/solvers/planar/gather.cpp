@@ -11,6 +11,7 @@
 #include "engine/solvers/planar/island.hpp"
 #include "engine/solvers/planar/section.hpp"
 #include "engine/world/flat.hpp"
+#include "engine/world/joined.hpp"
 #include "engine/world/requests.hpp"
 
 namespace pantin::detail::planar {
@@ -62,7 +63,7 @@ void gather_body(const World& world, const FlatBody& f, PlaneBody& b) {
                                               : PlaneBody::fixed;
   b.position = flat(body.pose.position), b.angle = f.turned;
   b.velocity = flat(body.velocity), b.spin = body.angular_velocity.z;
-  b.gravity_scale = body.gravity_scale, b.island = f.island;
+  b.gravity_scale = body.gravity_scale, b.island = f.island, b.slot = f.slot;
   b.force = Vec3(0), b.torque = 0;
   if (const Collision* c = world.collisions.find(f.body)) {
     b.groups = c->groups, b.with = c->with, b.self = c->self, b.others = c->others;
@@ -209,6 +210,8 @@ void gather(const World& world, Planar& all) {
   for (std::size_t i = 0; i < all.bodies.size(); ++i)
     gather_body(world, all.bodies[i], plane.bodies[i]);
   plane.bodies.push_back({});
+  if (const std::uint64_t now = 1 + joined_version(world); plane.joined_for != now)
+    list_joined(world, plane.joined), plane.joined_for = now;
   plane.gravity = flat(world.gravity);
   list_ignored(world, all, plane);
   add_pressures(world, all);

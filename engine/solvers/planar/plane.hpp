@@ -14,6 +14,7 @@
 
 #include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
+#include "engine/world/joined.hpp"
 
 namespace pantin::detail::planar {
 
@@ -38,10 +39,10 @@ struct PlaneBody {
   Real spin = 0;                    // rad/s
   Real mass = 1, inertia = 1;       // kg, kg m^2 about z
   Real gravity_scale = 1;
-  Vec3 force{0};                       // N
-  Real torque = 0;                     // N m
-  std::uint32_t first = 0, count = 0;  // outlines
-  std::uint32_t island = 0;
+  Vec3 force{0};                                // N
+  Real torque = 0;                              // N m
+  std::uint32_t first = 0, count = 0;           // outlines
+  std::uint32_t island = 0, slot = UINT32_MAX;  // in World::bodies
   std::uint32_t groups = 1, with = UINT32_MAX;
   Real friction = 0.5, restitution = 0;
   // Results, of dynamic bodies: changes in the step.
@@ -125,14 +126,17 @@ struct Plane {
   std::vector<Vec3> corners;
   std::vector<PlaneJoint> joints;
   std::vector<std::pair<std::uint32_t, std::uint32_t>> ignored;  // do not touch; the lower first
-  Vec3 gravity{0};                                               // m/s^2
-  Real unit = 1;                                                 // m: the size of a typical body
+  std::vector<std::uint64_t> joined;  // pairs of slots: see engine/world/joined.hpp
+  std::uint64_t joined_for = 0;
+  Vec3 gravity{0};  // m/s^2
+  Real unit = 1;    // m: the size of a typical body
 };
 
 /// Whether what is said of two bodies lets them touch.
 inline bool may_touch(const Plane& plane, std::uint32_t number_a, std::uint32_t number_b) {
   const PlaneBody &a = plane.bodies[number_a], &b = plane.bodies[number_b];
   if (!(a.groups & b.with) || !(b.groups & a.with)) return false;
+  if (are_joined(plane.joined, a.slot, b.slot)) return false;
   if (a.kind == PlaneBody::dynamic && b.kind == PlaneBody::dynamic)
     if (!(a.island == b.island ? a.self && b.self : a.others || b.others)) return false;
   const std::pair<std::uint32_t, std::uint32_t> both = std::minmax(number_a, number_b);
