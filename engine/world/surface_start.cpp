@@ -110,6 +110,23 @@ Real apart(const SurfaceContact& c, const Pose& a_in_b) {
   return least;
 }
 
+/// Outwards; nowhere at a place without a normal.
+Vec3 normal_at(const nurbs::Skin& skin, const nurbs::Place& at) {
+  const nurbs::Jet jet = skin.face(at.face).at(at.u, at.v);
+  const Vec3 across = glm::cross(jet.u, jet.v);
+  const Real length = glm::length(across);
+  return length > 0 ? across / length : Vec3(0);
+}
+
+/// Which of two surfaces show each other their inner sides where they are nearest: "a", "b", both,
+/// or none.
+std::string turned_away(const nurbs::Meeting& meeting, const nurbs::ClosestPair& closest) {
+  const Vec3 way = closest.on_a - closest.on_b;
+  const bool a = glm::dot(meeting.a_in_b.rotation * normal_at(meeting.a, closest.at.a), way) > 0;
+  const bool b = glm::dot(normal_at(meeting.b, closest.at.b), way) < 0;
+  return a && b ? "both" : a ? "that of a" : b ? "that of b" : "";
+}
+
 std::string far_apart(const SurfaceContact& c, const Pose& a_in_b, Real reach) {
   if (c.on_a.curve)
     return "found a curve " + shown(apart(c, a_in_b)) + " m from " +
@@ -124,6 +141,11 @@ std::string far_apart(const SurfaceContact& c, const Pose& a_in_b, Real reach) {
                "found surfaces that fit one another where they are nearest "
                "(ContactDegenerate), expected them to touch in a point; ") +
            kInstead;
+  const std::string inner = turned_away(meeting, closest);
+  if (!closest.is_on_edge && closest.distance <= reach && !inner.empty())
+    return "found surfaces " + shown(closest.distance) + " m apart that meet with an inner side, " +
+           inner +
+           ", expected outer sides to face one another: \"inside_out\" turns a surface over";
   return "found surfaces " + shown(closest.distance) + " m apart" +
          (closest.is_on_edge ? ", nearest at an edge" : "") +
          ", expected them to face one another within " + shown(reach) + " m";
@@ -173,12 +195,6 @@ std::size_t find_pairs(const SurfaceContact& c, const Pose& a_in_b, const PairRe
 std::string crease_between(const ContactSurface& surface, const char* side) {
   if (!surface.skin || surface.skin->half_axes()) return {};
   const nurbs::Skin& skin = *surface.skin;
-  const auto normal_at = [&](const nurbs::Place& at) {
-    const nurbs::Jet jet = skin.face(at.face).at(at.u, at.v);
-    const Vec3 across = glm::cross(jet.u, jet.v);
-    const Real length = glm::length(across);
-    return length > 0 ? across / length : Vec3(0);
-  };
   Real sharpest = kSmoothEnough;
   std::string text;
   for (int face = 0; face < static_cast<int>(skin.faces().size()); ++face)
@@ -190,7 +206,7 @@ std::string crease_between(const ContactSurface& surface, const char* side) {
         const nurbs::Place at = place_on_edge(skin, face, edge, share);
         const auto there = skin.across(at, edge);
         if (!there) continue;
-        const Vec3 n = normal_at(at), m = normal_at(*there);
+        const Vec3 n = normal_at(skin, at), m = normal_at(skin, *there);
         const Real angle = std::atan2(glm::length(glm::cross(n, m)), glm::dot(n, m));
         if (n == Vec3(0) || m == Vec3(0) || !(angle > sharpest)) continue;
         sharpest = angle;

@@ -233,3 +233,23 @@ TEST_CASE("surfaces: both feet of a dumbbell that is thrown along the floor tell
     CHECK(foot.force.x == Approx(-0.2 * foot.force.y).epsilon(1e-6));
   }
 }
+
+TEST_CASE("surfaces: what is met from its inner side is told, with the way to turn it over") {
+  World w = exact_world(Integrator::rk4);
+  const auto why = [&](Real height, SkinPtr on_a, SkinPtr on_b) {
+    SurfaceContact c;
+    c.a = w.add_body(solid_ball(1, kFoot, {0, height, 0})), c.b = add_ground(w);
+    c.on_a.skin = std::move(on_a), c.on_b.skin = std::move(on_b);
+    return place_surfaces(c, {w.bodies[c.a].pose, w.bodies[c.b].pose});
+  };
+  const SkinPtr ball = ball_skin(Vec3(kFoot)), floor = flat_skin(4);
+  const SkinPtr hollow = skin_of(turned_over(nurbs::sphere({}, kFoot)));
+  CHECK(why(kFoot + 0.003, ball, floor).empty());
+  CHECK(
+      why(-kFoot - 0.003, ball, floor) ==
+      "found surfaces 0.003 m apart that meet with an inner side, that of b, expected outer sides "
+      "to face one another: \"inside_out\" turns a surface over");
+  CHECK(why(kFoot + 0.003, hollow, floor).find("inner side, that of a,") != std::string::npos);
+  CHECK(why(-kFoot - 0.003, hollow, floor).find("inner side, both,") != std::string::npos);
+  CHECK(why(9, ball, floor).find("m apart, expected them to face") != std::string::npos);
+}

@@ -9,7 +9,9 @@ void accelerate(const World& world, Island& m, Real part, Real whole) {
   StepScratch& scratch = m.scratch;
   const bool draws = m.settings.stabilisation == Stabilisation::baumgarte;
   update_kinematics(m), update_frames(world, m, part, whole);
+  scratch.leaves_gaps = true;
   write_all_rows(world, m, {draws, true});
+  scratch.leaves_gaps = false;
   add_forces(world, m, Torques::with_gyroscopic);
   factor(m);
   std::copy(scratch.gamma.begin(), scratch.gamma.end(), scratch.right.begin());

@@ -53,7 +53,7 @@ void add_projected_forces(Island& m, Real h) {
 
 /// One integrator step with projection. False: it failed.
 bool integrate(const World& world, Island& m, const Span& span, const IntegratorRow& by) {
-  m.scratch.lost_touch = UINT32_MAX;
+  m.scratch.lost_touch = UINT32_MAX, m.scratch.part_h = span.h;
   set_grips(m, m.mean_lambda);
   for (TouchMemory& touch : m.touches)
     if (!by.projection_moves && !by.projection_presses) touch.projected = 0;
@@ -97,7 +97,7 @@ bool integrate_adaptively(const World& world, Island& m, const Span& span,
     m.scratch.start = m.scratch.state;
     const Real row_residual = m.scratch.worst_relative_residual;
     Real error = 0;
-    m.scratch.lost_touch = UINT32_MAX;
+    m.scratch.lost_touch = UINT32_MAX, m.scratch.part_h = now;
     set_grips(m, m.mean_lambda);
     const Span part{span.from + done, now, span.whole};
     bool good = by.step_estimated(world, m, part, error);

@@ -43,7 +43,8 @@ struct Unchanged {
   }
   bool operator()(const Block& a, const Block& b) const {
     return a.kind == b.kind && a.coordinate == b.coordinate && a.second == b.second &&
-           a.upper == b.upper && a.lock == b.lock && a.rows == b.rows && a.count == b.count &&
+           a.upper == b.upper && a.lock == b.lock && a.holonomic == b.holonomic &&
+           a.rows == b.rows && a.count == b.count &&
            std::equal(a.body, a.body + kMostBlockBodies, b.body) &&
            std::equal(a.ends, a.ends + 4, b.ends) &&
            (a.kind != BlockKind::belt || a.first_place == b.first_place) &&

@@ -263,14 +263,18 @@ bool rubs(const SurfaceContact& c) {
 /// One of the places where two surfaces may touch.
 void add_spot(Island& m, const SurfaceContact& c, Block block) {
   block.first_place = static_cast<std::uint32_t>(m.touch_sources.size());
-  m.touch_sources.push_back(block.source);
+  m.touch_sources.push_back(block.source), m.touch_ways.emplace_back();
   m.touch_blocks.push_back(static_cast<std::uint32_t>(m.blocks.size()));
   add_block(m, block);
   if (c.motion == SurfaceMotion::sliding && !rubs(c)) return;
   block.kind = BlockKind::roll, block.rows = c.on_b.curve ? 1 : 2;
   if (c.motion == SurfaceMotion::rolling_without_spin && !c.on_b.curve) ++block.rows;
+  block.holonomic = block.lock && !rubs(c) && c.on_a.curve && c.on_b.curve;
   block.lock = !rubs(c), block.bound = rubs(c) ? c.friction : 0;
-  m.rolls = true;
+  if (block.holonomic)
+    m.touch_ways.back() = {std::make_shared<const nurbs::CurvePieces>(c.on_a.curve->curve()),
+                           std::make_shared<const nurbs::CurvePieces>(c.on_b.curve->curve())};
+  m.rolls = m.rolls || !block.holonomic;
   add_block(m, block);
 }
 

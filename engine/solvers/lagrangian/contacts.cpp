@@ -45,15 +45,18 @@ void change_velocities(const ContactScratch& r, Island& m, const GroupMember& me
   for (std::size_t row = 0; row < m.rows; ++row) m.forces[row] += m.scratch.lambda[row] / h;
 }
 
-/// Closes the joints of an island that its contacts displaced. False: they stay open.
+/// Closes the joints of an island that its contacts displaced. False: they stay open, or surfaces
+/// that they hold together do not face one another any more.
 bool close_joints(const World& world, Island& m, Real h) {
   update_kinematics(m);
-  m.scratch.projection_work = 0;
+  m.scratch.projection_work = 0, m.scratch.lost_touch = UINT32_MAX;
   std::fill(m.scratch.impulses.begin(), m.scratch.impulses.end(), 0.0);
   if (m.blocks.empty()) return true;
   write_all_rows(world, m, {true, false});
   if (m.settings.stabilisation != Stabilisation::projection) return true;
-  return project(world, m, 1, h);
+  const bool closed = project(world, m, 1, h) && m.scratch.lost_touch == UINT32_MAX;
+  m.scratch.lost_touch = UINT32_MAX;
+  return closed;
 }
 
 /// Moves an island by the shifts of its points and closes its joints; by a part of that, or not at

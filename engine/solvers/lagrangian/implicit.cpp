@@ -98,7 +98,7 @@ void add_row_residuals(Island& m, const Scheme& k, Residuals& worst) {
         worst.force_scale = std::max(worst.force_scale, std::abs(block_lambda));
         worst.force = std::max(worst.force, std::abs(row_residual));
         scratch.right[row] = row_residual * scratch.weights[row];
-      } else if (b.kind == BlockKind::roll) {  // binds rates, not poses
+      } else if (binds_no_poses(b)) {
         const Real rate = on ? rate_of(m, b, r) : 0;
         worst.row = std::max(worst.row, k.h * std::abs(rate));
         scratch.right[row] = -rate / k.by_speed;

@@ -213,6 +213,9 @@ void find_turning(const World& world, Island& m, std::size_t block);
 /// The pair near `from`, of surfaces or curves.
 nurbs::CommonNormal track_pair(const SurfaceContact& contact, const Pose& a_in_b,
                                const nurbs::PlacePair& from);
+/// Finds the contacts whose gap follows from their rolling and all other joints, as that of gears
+/// on fixed axes does.
+void find_following_gaps(const World& world, Island& m);
 /// The rows of a contact of surfaces, and of its rolling.
 void write_surface(const World& world, Island& m, std::size_t block, Want want);
 /// Rows of rolling bind nothing.
@@ -223,18 +226,23 @@ bool release_lost(const World& world, Island& m);
 
 /// At the current rows: what slips, slips; the rest holds.
 void begin_slips(Island& m);
-/// At the start of a part of a step: friction acts against the slips as they are now.
-void turn_slips(Island& m);
+/// At the start of a part of a step of `h`: friction acts against the slips as they are now.
+void turn_slips(Island& m, Real h);
 /// The same within an impact.
 void aim_slips(Island& m);
 /// m/s: how fast it slips along the way of its slip; below 0 where that has ended. Far from 0
 /// where nothing slips.
 Real slip_left(const Island& m, std::size_t block);
+bool has_slip_ended(const Island& m, std::size_t block, Real tolerance);
 /// Slips of no more than `tolerance` along their ways have ended: they hold, or go on in another.
 void end_slips(Island& m, Real tolerance);
-/// What holds by more than friction can gives way; what gave way and does not slip holds. True:
-/// any.
-bool yield_holding(Island& m, std::span<const Real> lambda);
+/// What holds by more than friction can, and by more than `least`, gives way; what gave way and
+/// does not slip holds. True: any.
+bool yield_holding(Island& m, std::span<const Real> lambda, Real least = 0);
+/// N: what friction may still take where it holds; far from 0 where it does not, or holds anyway.
+Real grip_left(const Island& m, std::size_t block, std::span<const Real> lambda);
+/// What holds gives way, against the force that held it.
+void give_way_at(Island& m, std::size_t block, std::span<const Real> lambda);
 /// What presses the surfaces together, from forces or impulses. Returns by how much that is other
 /// than before where they slip, relative.
 Real set_grips(Island& m, std::span<const Real> lambda);
@@ -266,12 +274,17 @@ void settle_grips(Island& m, Real h, std::span<Vec3> load, const Solve& solve_ag
 
 // Events where surfaces touch (surface_events.cpp).
 
-/// After a substep: the end of the first one that pulls at what may lift off, in the mean.
+/// After a substep: the end of the first one that, in the mean, pulls at what may lift off or takes
+/// more than friction gives.
 void note_pulls(Island& m, const Span& span);
-/// The least force that presses surfaces together in the present state, N; below 0 where one pulls.
-Real least_pressing(const World& world, Island& m, Real part, Real whole);
-/// Those that press least bear no more.
-void lift_off(const World& world, Island& m, Real part, Real whole);
+/// The same where one may do so at `end`, that of what was taken: as the forces go on that changed
+/// from scratch.lambda_before.
+void note_ends(Island& m, Real end);
+/// The least that is left, in the present state, of what presses surfaces together and of friction
+/// that holds, N; below 0 where one pulls, or takes more than friction gives.
+Real least_left(const World& world, Island& m, Real part, Real whole);
+/// Those with least left bear no more, or slip.
+void let_go(const World& world, Island& m, Real part, Real whole);
 /// What ends within another bears in the next attempt. True: any.
 bool hold_within(Island& m);
 /// How fast surfaces come apart at the start of a part of a step.

@@ -14,10 +14,10 @@
 #include "engine/solvers/lagrangian/blow_scratch.hpp"
 #include "engine/solvers/lagrangian/complex.hpp"
 #include "engine/solvers/lagrangian/contact_group.hpp"
+#include "engine/solvers/lagrangian/touches.hpp"
 #include "engine/world/body.hpp"
 #include "engine/world/entity.hpp"
 #include "engine/world/settings.hpp"
-#include "engine/world/surface_contact.hpp"
 
 namespace pantin::detail::lagrangian {
 
@@ -31,8 +31,8 @@ enum class BlockKind : std::uint8_t {
   cable,      // a cable: a row only while it is taut
   interface,  // the interface to an island of another solver: see contact::Interface
   surface,    // the gap of two surfaces that touch; where they may lift off: only while they bear
-  roll,       // of the block before: no slip and no spin there; no constraint of poses. With
-              // friction only while it holds: BlockMemory::active
+  roll,       // of the block before: no slip and no spin there; no constraint of poses unless it is
+              // holonomic. With friction only while it holds: BlockMemory::active
   spring,     // a joint force treated implicitly (Euler, implicit, radau)
   // The same of what else is elastic (radau).
   elastic_cable,
@@ -53,6 +53,7 @@ struct Block {
   bool upper = false;                         // limit: the upper bound
   bool lock = false;                          // limit: both bounds are equal; surface: held;
                                               // roll: holds whatever it takes
+  bool holonomic = false;                     // roll: of curves, whose ways tell their slip
   bool point = false;                         // rows 0 to 2 constrain a point, the others rotations
   std::uint8_t rows = 0, count = 0;           // of rows, of bodies
   std::uint32_t source = 0;                   // slot in the store of its kind; limit, spring: links
@@ -70,6 +71,7 @@ struct Block {
     field("second", derived(self.second));
     field("upper", derived(self.upper));
     field("lock", derived(self.lock));
+    field("holonomic", derived(self.holonomic));
     field("point", derived(self.point));
     field("rows", derived(self.rows));
     field("count", derived(self.count));
@@ -82,6 +84,9 @@ struct Block {
     field("bound", self.bound);
   }
 };
+
+/// Whether its rows bind velocities only.
+inline bool binds_no_poses(const Block& b) { return b.kind == BlockKind::roll && !b.holonomic; }
 
 /// State of a block.
 struct BlockMemory {
@@ -183,76 +188,6 @@ struct KktPattern {
   std::size_t numbers = 0, unknowns = 0;
 };
 
-/// Where two surfaces touch at one time: the coordinates of their contact.
-struct Touch {
-  nurbs::PlacePair at;
-  std::array<Real, 4> rates{};  // of the parameters when they were found last
-  Real time = 0;                // s, of `at`
-
-  static void fields(auto& self, auto&& field) {
-    field("at", self.at);
-    field("rates", self.rates);
-    field("time", self.time);
-  }
-};
-
-/// State of a contact of surfaces besides.
-struct TouchMemory {
-  Touch touch;
-  bool known = false;                                      // where they touch
-  nurbs::ContactStatus how = nurbs::ContactStatus::found;  // else the joint has let go
-  Pose searched;        // a in b when all pairs were looked at last
-  bool is_far = false;  // then there was none near
-  bool was_searched = false;
-  bool is_least = true;  // the gap has its least there
-  Real projected = 0;    // N: what the projection of the last step pressed them together with
-  Vec3 slip{0};          // world, unit: the way that a slips on b, where friction does not hold
-
-  bool is_over() const { return how != nurbs::ContactStatus::found; }
-
-  static void fields(auto& self, auto&& field) {
-    field("touch", self.touch);
-    field("known", self.known);
-    field("how", self.how);
-    field("searched", self.searched);
-    field("is_far", self.is_far);
-    field("was_searched", self.was_searched);
-    field("is_least", self.is_least);
-    field("projected", self.projected);
-    field("slip", self.slip);
-  }
-};
-
-/// What the rows of a contact were written from last.
-struct TouchFound {
-  // In the frame of b, where a stood at `a_in_b`; such a pose is not looked at twice in a step.
-  nurbs::CommonNormal pair;
-  Pose a_in_b;
-  bool is_fresh = false;
-  Vec3 on_b{0}, normal{0};  // world: m, and unit, outwards of b
-  Real gap = 0;             // m
-  Vec3 tangent[2] = {};     // of the rows of rolling
-  Vec3 arm[2] = {};         // from the mass centres to the points, m
-  Vec3 from[2] = {};        // on either, in its frame, at the start of this part of the step
-  // The normal as seen from either: then, and how it turned in the part, 1/s.
-  Vec3 normal_from[2] = {}, normal_rate[2] = {};
-  bool knows_rate = false;
-  Real opened = 0;  // m/s: how fast they came apart then
-  bool is_set_back = false;
-  // Of the first place of a contact: where a stood in the frame of b then, and what was the least
-  // gap when all pairs were looked at, m.
-  Pose begun;
-  Real clear = 0;
-  // Friction: the unit way that it acts against, what presses the surfaces together (N), and how
-  // fast they slipped at the start of this part of the step.
-  Vec3 along{0};
-  Real grip = 0, slip_before = 0;
-  // What held gave way in this part of the step; or did, and did not slip: it holds for this part.
-  enum class Holds : std::uint8_t { as_it_can, gave_way, anyway } holds = Holds::as_it_can;
-  int ends = 0;       // of slips in this step
-  bool jams = false;  // friction that presses itself together without end: nothing slips there
-};
-
 /// Motion of all bodies of an island at one time, frames last, and where their surfaces touch.
 struct Motions {
   std::vector<Vec3> x;
@@ -325,13 +260,18 @@ struct StepScratch {
   bool projection_moves = false;
   // Rows that are no constraints of poses are left out.
   bool poses_only = false;
+  // Of surfaces whose gap follows from other rows, its row is left out: off the joints, as stages
+  // of a step are, the two contradict one another.
+  bool leaves_gaps = false;
   std::vector<TouchFound> touching;
   // The first contact of surfaces that was lost since this was cleared, and why.
   std::uint32_t lost_touch = UINT32_MAX;
   nurbs::ContactStatus lost_how = nurbs::ContactStatus::found;
-  Real pulled_at = 1e300;  // s: end of the first substep that pulls at what may lift off
-  int turned_over = 0;     // how often in the step a pair of curves gave way to another
-  int relooked = 0;        // how often in the step all pairs were looked at for one that was lost
+  Real part_h = 0;  // s: of the part of a step that is taken
+  // s: end of the first substep that pulls at what may lift off, or takes more than friction gives.
+  Real pulled_at = 1e300;
+  int turned_over = 0;  // how often in the step a pair of curves gave way to another
+  int relooked = 0;     // how often in the step all pairs were looked at for one that was lost
   Real worst_relative_residual = 0;  // of J a = gamma, relative to its terms
   std::uint32_t worst_relative_block = 0;
 };
@@ -357,6 +297,7 @@ struct IslandStructure {
   bool rolls = false;                        // rows that are no constraints of poses
   std::vector<std::uint32_t> touch_sources;  // slots in World::surface_contacts, by touch
   std::vector<std::uint32_t> touch_blocks;   // blocks of their gaps
+  std::vector<TouchWays> touch_ways;         // of those that roll as their curves say
   bool rubs = false;                         // friction of surfaces that touch
   bool damped = false;
   Entity unfit;  // a body that no step can be computed with, or none
@@ -385,6 +326,7 @@ struct IslandStructure {
     field("rolls", derived(self.rolls));
     field("touch_sources", derived(self.touch_sources));
     field("touch_blocks", derived(self.touch_blocks));
+    field("touch_ways", derived(self.touch_ways));
     field("rubs", derived(self.rubs));
     field("damped", derived(self.damped));
     field("unfit", derived(self.unfit));

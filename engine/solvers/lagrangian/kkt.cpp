@@ -211,6 +211,13 @@ void add_motion(const Island& m, std::span<const Real> lambda, std::span<Vec3> a
   }
 }
 
+/// What keeps the ends of the longest arm on their circle, m/s^2.
+Real turning(const Island& m) {
+  Real fastest = 0;
+  for (const Vec3& w : m.scratch.state.w) fastest = std::max(fastest, glm::dot(w, w));
+  return fastest * m.reach;
+}
+
 /// One solve with the factor and right-hand side scratch.row_residual, which is overwritten.
 void solve_for_lambda(Island& m, std::span<Real> lambda) {
   std::vector<Real>& row_residual = m.scratch.row_residual;
@@ -263,8 +270,9 @@ Real solve(Island& m, const Known& known, const Unknowns& found, Real tolerance)
     for (std::size_t r = 0; r < m.rows; ++r) lambda[r] += scratch.step_lambda[r];
     add_motion(m, scratch.step_lambda, a);
   }
-  // What is rounding of the forces contradicts nothing, however little moves.
-  const Real part = row_residual / std::max(requested, kRounding * given);
+  // What is rounding of the forces contradicts nothing, however little moves; nor is that of what
+  // turning bodies need.
+  const Real part = row_residual / std::max(requested, kRounding * std::max(given, turning(m)));
   if (part > scratch.worst_relative_residual) {
     scratch.worst_relative_residual = part;
     for (std::uint32_t i = 0; i < m.blocks.size(); ++i)

@@ -54,6 +54,7 @@ bool give_way(Island& m) {
 /// presses is a part of what is solved.
 void rub(Island& m, const std::vector<Real>& bias) {
   StepScratch& scratch = m.scratch;
+  scratch.part_h = 0;
   aim_slips(m);
   for (TouchMemory& touch : m.touches) touch.projected = 0;
   std::fill(scratch.momenta.begin(), scratch.momenta.end(), Vec3(0));
@@ -70,13 +71,22 @@ void rub(Island& m, const std::vector<Real>& bias) {
   });
 }
 
-/// Whether an impulse at what bears is more than `least`, N s.
+/// Whether an impulse at what bears, or of its friction, is more than `least`, N s.
 bool any_hits(const Island& m, Real least) {
-  for (std::size_t i = 0; i < m.blocks.size(); ++i)
-    if (is_one_sided(m, i) && m.memory[i].active &&
-        std::abs(m.scratch.lambda[m.blocks[i].first_row]) > least)
-      return true;
+  for (std::size_t i = 0; i < m.blocks.size(); ++i) {
+    const Block& b = m.blocks[i];
+    const bool may = is_one_sided(m, i) || (b.kind == BlockKind::roll && !b.lock);
+    for (std::size_t r = 0; may && m.memory[i].active && r < b.rows; ++r)
+      if (std::abs(m.scratch.lambda[b.first_row + r]) > least) return true;
+  }
   return false;
+}
+
+/// Whether a bound that nothing holds is reached.
+bool is_reached(const Island& m, std::size_t i) {
+  const Block& b = m.blocks[i];
+  return is_one_sided(m, i) && !m.memory[i].active && m.scratch.c[b.first_row] <= kLimitTolerance &&
+         !(b.kind == BlockKind::surface && m.scratch.touching[b.first_place].has_let_go);
 }
 
 /// How fast the limits that are hit are left, m/s or rad/s, by row.
@@ -98,8 +108,7 @@ void find_rates_after(const World& world, const Island& m, Impact kind, std::spa
 void resolve_impacts(const World& world, Island& m, Impact kind) {
   StepScratch& scratch = m.scratch;
   for (std::size_t i = 0; i < m.blocks.size(); ++i)
-    if (is_one_sided(m, i) && !m.memory[i].active &&
-        scratch.c[m.blocks[i].first_row] <= kLimitTolerance) {
+    if (is_reached(m, i)) {
       m.memory[i].active = true, ++scratch.blow.hits[i];
       // Friction stops what it can.
       if (m.rubs && i + 1 < m.blocks.size() && m.blocks[i + 1].kind == BlockKind::roll)
@@ -130,7 +139,7 @@ void resolve_impacts(const World& world, Island& m, Impact kind) {
     // Where nothing hits, rounding is all that friction would follow.
     const bool rubs = m.rubs && any_hits(m, least);
     if (rubs) rub(m, bias);
-    bool pulled = rubs && yield_holding(m, scratch.lambda);
+    bool pulled = rubs && yield_holding(m, scratch.lambda, least);
     for (std::size_t i = 0; i < m.blocks.size(); ++i) {
       if (!is_one_sided(m, i) || !m.memory[i].active) continue;
       const std::size_t row = m.blocks[i].first_row;
@@ -207,23 +216,23 @@ struct Bracket {
 
 /// The part of a step of `of.whole` that is being tried: from of.from, of.h long.
 ///
-/// Where what bears presses at its start and pulls in its mean: the time after which it pulls, s,
-/// taken. Else 0.
+/// Where what bears presses at its start and pulls in its mean, or friction holds at its start and
+/// takes too much in its mean: the time after which that is so, s, taken. Else 0.
 template <class Attempt>
-Real until_lifted(const World& world, Island& m, const Span& of, const Attempt& attempt) {
+Real until_let_go(const World& world, Island& m, const Span& of, const Attempt& attempt) {
   StepScratch& scratch = m.scratch;
-  const auto pressing = [&](Real at) {
-    return least_pressing(world, m, (of.from + at) / of.whole, of.whole);
+  const auto left = [&](Real at) {
+    return least_left(world, m, (of.from + at) / of.whole, of.whole);
   };
-  Bracket times{0, of.h, 0, pressing(of.h)};
+  Bracket times{0, of.h, 0, left(of.h)};
   scratch.state = scratch.begin;
-  times.at_low = pressing(0);
+  times.at_low = left(0);
   if (!(times.at_low > 0 && times.at_high < 0)) return 0;
   const Real enough = kLiftTolerance * times.at_low;
   for (int n = 0; n < kMaxSearches && times.at_high < -enough; ++n) {
     const Real middle = times.crossing();
     if (!attempt(middle)) return 0;
-    times.narrow(middle, pressing(middle));
+    times.narrow(middle, left(middle));
   }
   return attempt(times.high) ? times.high : 0;
 }
@@ -275,10 +284,7 @@ void note_start(Island& m) {
 /// Whether a limit is reached, or a slip has ended.
 bool any_reached(const Island& m) {
   for (std::size_t i = 0; i < m.blocks.size(); ++i)
-    if (slip_left(m, i) <= kLimitTolerance ||
-        (is_one_sided(m, i) && !m.memory[i].active &&
-         m.scratch.c[m.blocks[i].first_row] <= kLimitTolerance))
-      return true;
+    if (is_reached(m, i) || has_slip_ended(m, i, kLimitTolerance)) return true;
   return false;
 }
 
@@ -288,7 +294,6 @@ bool advance_among_limits(World& world, Island& m, Real h) {
   StepScratch& scratch = m.scratch;
   Real done = 0;
   int attempts = 0, sweeps = 0;
-  m.events = 0;
   // After kMaxEvents the remainder is taken in one piece.
   for (int tries = 0; done < h * (1 - 1e-12); ++tries) {
     update_kinematics(m), update_frames(world, m, done / h, h);
@@ -299,7 +304,7 @@ bool advance_among_limits(World& world, Island& m, Real h) {
     scratch.lambda_before = m.mean_lambda;
     const int rescues = m.rescues;
     note_bounds(world, m, h - done);
-    turn_slips(m), note_openings(m), note_sweep(world, m);
+    turn_slips(m, h - done), note_openings(m), note_sweep(world, m);
     const Real at_start = clearance(m);
     bool again = false;
     const auto attempt = [&](Real length) {
@@ -325,22 +330,23 @@ bool advance_among_limits(World& world, Island& m, Real h) {
       return length > 0;
     };
     if (!take()) return false;
-    Real lifted = 0;
+    Real freed = 0;
+    note_ends(m, done + length);
     if (!turned && attempts < kMaxAttempts && scratch.pulled_at < 1e300) {
       const Real part = std::min(scratch.pulled_at - done, length);
       if (part < length && !attempt(part)) return false;
-      lifted = until_lifted(world, m, {done, part, h}, attempt);
-      if (lifted > 0) length = lifted;
+      freed = until_let_go(world, m, {done, part, h}, attempt);
+      if (freed > 0) length = freed;
       // What pulls from the start lets go there, whatever it did later.
-      if (lifted == 0 && part < length && attempt(part)) give_way(m);
-      if (lifted == 0 && !take()) return false;
+      if (freed == 0 && part < length && attempt(part)) give_way(m);
+      if (freed == 0 && !take()) return false;
     }
-    for (int n = 0; n < 16 && (lifted > 0 ? yield_holding(m, m.mean_lambda) : give_way(m)); ++n)
+    for (int n = 0; n < 16 && (freed > 0 ? yield_holding(m, m.mean_lambda) : give_way(m)); ++n)
       if (!take()) return false;
     for (; sweeps < kMaxSweeps && !turned; ++sweeps) {
       const Real met = met_unseen(world, m);
       if (met > 1) break;
-      lifted = 0;
+      freed = 0;
       const Real seen = met < 1 ? 0 : until_turned(m, is_clear, length);
       turned = seen > 0, length = turned ? seen : met * length;
       if (turned) break;
@@ -355,7 +361,7 @@ bool advance_among_limits(World& world, Island& m, Real h) {
     for (int n = 0; n < kMaxHolds && clearance(m) < -kLimitTolerance && hold_within(m); ++n)
       if (!attempt(length)) return false;
     done += length;
-    if (lifted == length) lift_off(world, m, done / h, h);
+    if (freed == length) let_go(world, m, done / h, h);
     if (turned) look_for_touches(world, m, h), write_all_rows(world, m, {true, false});
     if (!any_reached(m)) continue;
     hit(world, m);

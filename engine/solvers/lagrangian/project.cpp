@@ -137,7 +137,7 @@ const Block* only_gap(const Island& m) {
   const Block* gap = nullptr;
   for (std::size_t i = 0; i < m.blocks.size(); ++i) {
     const Block& b = m.blocks[i];
-    if (b.kind == BlockKind::roll || !is_active(m, i)) continue;
+    if (binds_no_poses(b) || !is_active(m, i)) continue;
     if (gap || b.kind != BlockKind::surface) return nullptr;
     gap = &b;
   }

@@ -73,7 +73,7 @@ bool step_once(const World& world, Island& m, const Span& span) {
     for (std::size_t r = b.first_row; r < b.first_row + b.rows; ++r)
       if (!is_active(m, i))
         scratch.sum_lambda[r] = 0;
-      else if (b.kind == BlockKind::roll)
+      else if (binds_no_poses(b))
         scratch.sum_lambda[r] = scratch.lambda[r];
   }
   keep_moving_part(m, scratch.sum_lambda);

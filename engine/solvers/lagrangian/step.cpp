@@ -157,6 +157,7 @@ bool start(const World& world, Island& m, Real h) {
   count_turns(world, m, m.counted ? CountFrom::last : CountFrom::nearest);
   m.counted = true;
   write_all_rows(world, m, {true, true});
+  for (Touch& touch : m.scratch.state.touches) touch.slip = 0;
   begin_active_set(world, m);
   if (m.unilateral && !m.rubs) resolve_impacts(world, m, Impact::inelastic);
   std::fill(m.mean_lambda.begin(), m.mean_lambda.end(), 0.0);
@@ -213,6 +214,8 @@ bool take_step(World& world, Island& m, Real h) {
   std::fill(m.scratch.impulses.begin(), m.scratch.impulses.end(), 0.0);
   if (good && begins) good = start(world, m, h) && m.scratch.lost_touch == UINT32_MAX;
   std::swap(m.scratch.impulses, m.scratch.blow.at_start);
+  if (good) find_following_gaps(world, m);
+  m.events = 0;
   std::fill(m.scratch.impulses.begin(), m.scratch.impulses.end(), 0.0);
   m.cannot_close = begins && !good && all_within_bounds(m);
   if (good && m.unilateral) {

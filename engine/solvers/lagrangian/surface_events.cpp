@@ -1,5 +1,5 @@
-// Events of surfaces that touch, besides where one comes down: when what bears lifts off; what ends
-// a step within another where it did not come nearer.
+// Events of surfaces that touch, besides where one comes down: when what bears lifts off, and when
+// what rolls begins to slip; what ends a step within another where it did not come nearer.
 #include <algorithm>
 
 #include "engine/solvers/lagrangian/integrator.hpp"
@@ -22,6 +22,20 @@ bool is_within(const Island& m, std::size_t block) {
          m.scratch.c[m.blocks[block].first_row] < -kWithin;
 }
 
+/// Far from 0, N.
+constexpr Real kNothing = 1e300;
+/// What is left of what presses at a block, or of its friction, N.
+Real left_of(const Island& m, std::size_t block, std::span<const Real> lambda) {
+  if (may_lift(m, block) && is_active(m, block)) return lambda[m.blocks[block].first_row];
+  return grip_left(m, block, lambda);
+}
+
+Real largest(std::span<const Real> forces) {
+  Real most = 0;
+  for (const Real force : forces) most = std::max(most, std::abs(force));
+  return most;
+}
+
 /// How fast the two bodies come apart at a pair, m/s, at the rows of now.
 Real opening_speed(const Island& m, const Block& b) {
   const TouchFound& found = m.scratch.touching[b.first_place];
@@ -37,29 +51,41 @@ Real opening_speed(const Island& m, const Block& b) {
 
 void note_pulls(Island& m, const Span& span) {
   if (!m.unilateral || m.scratch.pulled_at < 1e300) return;
-  Real most = 0;
-  for (const Real force : m.mean_lambda) most = std::max(most, std::abs(force));
+  const Real rounding = kRounding * largest(m.mean_lambda);
   for (std::size_t i = 0; i < m.blocks.size(); ++i)
-    if (may_lift(m, i) && is_active(m, i) &&
-        m.mean_lambda[m.blocks[i].first_row] < -kRounding * most)
-      m.scratch.pulled_at = span.from + span.h;
+    if (left_of(m, i, m.mean_lambda) < -rounding) m.scratch.pulled_at = span.from + span.h;
 }
 
-Real least_pressing(const World& world, Island& m, Real part, Real whole) {
+void note_ends(Island& m, Real end) {
+  if (!m.unilateral || m.scratch.pulled_at <= end) return;
+  const std::span<const Real> before = m.scratch.lambda_before;
+  const Real rounding = kRounding * largest(before);
+  for (std::size_t i = 0; i < m.blocks.size(); ++i) {
+    // From the mean of a step to its end is half of the way from mean to mean.
+    const Real left = left_of(m, i, m.mean_lambda);
+    if (left < kNothing && left < left_of(m, i, before) - left - rounding)
+      m.scratch.pulled_at = end;
+  }
+}
+
+Real least_left(const World& world, Island& m, Real part, Real whole) {
   accelerate(world, m, part, whole);
-  Real least = 1e300;
+  Real least = kNothing;
   for (std::size_t i = 0; i < m.blocks.size(); ++i)
-    if (may_lift(m, i) && is_active(m, i))
-      least = std::min(least, m.scratch.lambda[m.blocks[i].first_row]);
+    least = std::min(least, left_of(m, i, m.scratch.lambda));
   return least;
 }
 
-void lift_off(const World& world, Island& m, Real part, Real whole) {
-  const Real least = least_pressing(world, m, part, whole);
-  for (std::size_t i = 0; i < m.blocks.size(); ++i)
-    if (may_lift(m, i) && is_active(m, i) &&
-        m.scratch.lambda[m.blocks[i].first_row] <= std::max(least, Real(0)))
+void let_go(const World& world, Island& m, Real part, Real whole) {
+  const Real least = std::max(least_left(world, m, part, whole), Real(0));
+  for (std::size_t i = 0; i < m.blocks.size(); ++i) {
+    if (left_of(m, i, m.scratch.lambda) > least) continue;
+    m.scratch.touching[m.blocks[i].first_place].has_let_go = true;
+    if (m.blocks[i].kind == BlockKind::roll)
+      give_way_at(m, i, m.scratch.lambda);
+    else
       m.memory[i].active = false;
+  }
   write_all_rows(world, m, {true, false});
 }
 
@@ -73,7 +99,8 @@ bool hold_within(Island& m) {
 void note_openings(Island& m) {
   for (const Block& b : m.blocks)
     if (b.kind == BlockKind::surface)
-      m.scratch.touching[b.first_place].opened = opening_speed(m, b);
+      m.scratch.touching[b.first_place].opened = opening_speed(m, b),
+      m.scratch.touching[b.first_place].has_let_go = false;
 }
 
 bool set_back(const World& world, Island& m, const Span& span) {

@@ -16,7 +16,7 @@ constexpr Real kStill = 1e-9;
 /// m/s: slower slip is none, and so is what is left across the way of a slip that ends, in parts of
 /// what it was.
 constexpr Real kNoSlip = 1e-6, kAcross = 0.02;
-/// What may be missing of a force of friction, relative.
+/// What may be missing of a force of friction, relative to the largest force.
 constexpr Real kGripTolerance = 1e-13;
 
 bool has_friction(const Island& m, std::size_t block) {
@@ -50,13 +50,38 @@ Vec3 slip_of(const Island& m, const Block& roll) {
   return v - glm::dot(v, found.normal) * found.normal;
 }
 
+/// m/s: as slow as a slip may be for its way to be followed. Friction ends what slips across that
+/// way within a time of `slip / deceleration`; where this is less than the part of the step that is
+/// taken, the way turns as in an implicit step.
+Real fast_enough(const Island& m, const Block& roll, Vec3 way) {
+  const TouchFound& found = m.scratch.touching[roll.first_place];
+  const Vec3 across = glm::cross(found.normal, way);
+  Real mobility = 0;
+  for (std::size_t k = 0; k < 2; ++k) {
+    if (roll.body[k] >= m.count()) continue;
+    const Vec3 turn = glm::cross(found.arm[k], across);
+    mobility +=
+        1 / m.mass[roll.body[k]] + glm::dot(turn, m.scratch.inverse_inertia[roll.body[k]] * turn);
+  }
+  return m.scratch.part_h * roll.bound * found.grip * mobility;
+}
+
+/// The way of a slip that had the way `before`.
+Vec3 way_of(const Island& m, const Block& roll, Vec3 slip, Vec3 before) {
+  const Real speed = glm::length(slip);
+  const Real lag =
+      roll.rows == 1 ? 0 : std::max(fast_enough(m, roll, before) - 0.5 * speed, Real(0));
+  const Vec3 normal = m.scratch.touching[roll.first_place].normal;
+  return glm::normalize(slip + lag * (before - glm::dot(before, normal) * normal));
+}
+
 /// The way that friction acts against. Past the end of a slip it acts as before: the end is an
 /// event.
 void aim(Island& m, const Block& roll) {
   TouchFound& found = m.scratch.touching[roll.first_place];
   const Vec3 before = m.touches[roll.first_place].slip, slip = slip_of(m, roll);
-  if (const Real speed = glm::length(slip); speed > kStill) {
-    found.along = (glm::dot(slip, before) < 0 ? -1 : 1) / speed * slip;
+  if (glm::length(slip) > kStill) {
+    found.along = way_of(m, roll, glm::dot(slip, before) < 0 ? -slip : slip, before);
     return;
   }
   const Vec3 way = before - glm::dot(before, found.normal) * found.normal;
@@ -84,7 +109,9 @@ void begin_slips(Island& m) {
   }
 }
 
-void turn_slips(Island& m) {
+void turn_slips(Island& m, Real h) {
+  m.scratch.part_h = h;
+  set_grips(m, m.mean_lambda);
   for (std::size_t i = 0; m.rubs && i < m.blocks.size(); ++i)
     if (has_friction(m, i))
       m.scratch.touching[m.blocks[i].first_place].holds = TouchFound::Holds::as_it_can,
@@ -98,8 +125,9 @@ void aim_slips(Island& m) {
     TouchFound& found = m.scratch.touching[m.blocks[i].first_place];
     const Vec3 slip = slip_of(m, m.blocks[i]);
     found.slip_before = glm::length(slip);
+    Vec3& way = m.touches[m.blocks[i].first_place].slip;
     if (found.slip_before > kNoSlip)
-      m.touches[m.blocks[i].first_place].slip = slip / found.slip_before;
+      way = glm::dot(slip, way) > 0 ? way_of(m, m.blocks[i], slip, way) : slip / found.slip_before;
     aim(m, m.blocks[i]);
   }
 }
@@ -109,9 +137,14 @@ Real slip_left(const Island& m, std::size_t block) {
   return glm::dot(slip_of(m, m.blocks[block]), m.touches[m.blocks[block].first_place].slip);
 }
 
+bool has_slip_ended(const Island& m, std::size_t block, Real tolerance) {
+  return slip_left(m, block) <= tolerance &&
+         !m.scratch.touching[m.blocks[block].first_place].has_let_go;
+}
+
 void end_slips(Island& m, Real tolerance) {
   for (std::size_t i = 0; m.rubs && i < m.blocks.size(); ++i) {
-    if (!(slip_left(m, i) <= tolerance)) continue;
+    if (!has_slip_ended(m, i, tolerance)) continue;
     const std::uint32_t place = m.blocks[i].first_place;
     const Vec3 slip = slip_of(m, m.blocks[i]);
     const Real speed = glm::length(slip);
@@ -124,7 +157,23 @@ void end_slips(Island& m, Real tolerance) {
   }
 }
 
-bool yield_holding(Island& m, std::span<const Real> lambda) {
+Real grip_left(const Island& m, std::size_t block, std::span<const Real> lambda) {
+  const Block& roll = m.blocks[block];
+  if (!m.rubs || !has_friction(m, block) || !m.memory[block].active || !is_active(m, block - 1) ||
+      m.scratch.touching[roll.first_place].holds == TouchFound::Holds::anyway)
+    return 1e300;
+  const Real grip = roll.bound * std::abs(lambda[m.blocks[block - 1].first_row]);
+  return grip - glm::length(held_by(m, roll, lambda));
+}
+
+void give_way_at(Island& m, std::size_t block, std::span<const Real> lambda) {
+  const Block& roll = m.blocks[block];
+  m.memory[block].active = false;
+  m.scratch.touching[roll.first_place].holds = TouchFound::Holds::gave_way;
+  m.touches[roll.first_place].slip = -glm::normalize(held_by(m, roll, lambda));
+}
+
+bool yield_holding(Island& m, std::span<const Real> lambda, Real least) {
   using Holds = TouchFound::Holds;
   bool any = false;
   for (std::size_t i = 0; m.rubs && i < m.blocks.size(); ++i) {
@@ -135,19 +184,17 @@ bool yield_holding(Island& m, std::span<const Real> lambda) {
       found.holds = Holds::anyway, m.memory[i].active = any = true;
       continue;
     }
-    if (!m.memory[i].active || found.holds == Holds::anyway) continue;
-    const Vec3 held = held_by(m, m.blocks[i], lambda);
-    const Real size = glm::length(held),
-               grip = m.blocks[i].bound * std::abs(lambda[m.blocks[i - 1].first_row]);
-    if (!(size > grip * (1 + 1e-9))) continue;
-    m.memory[i].active = false, any = true, found.holds = Holds::gave_way;
-    m.touches[m.blocks[i].first_place].slip = -held / size;
+    const Real left = grip_left(m, i, lambda);
+    const Real rounding = 1e-9 * std::abs(lambda[m.blocks[i - 1].first_row]) * m.blocks[i].bound;
+    if (!(left < -(rounding + least))) continue;
+    give_way_at(m, i, lambda), any = true;
   }
   return any;
 }
 
 Real set_grips(Island& m, std::span<const Real> lambda) {
   Real most = 0, change = 0;
+  for (const Vec3& force : m.scratch.force) most = std::max(most, glm::length(force));
   for (std::size_t i = 0; m.rubs && i < m.blocks.size(); ++i) {
     if (!has_friction(m, i)) continue;
     Real& grip = m.scratch.touching[m.blocks[i].first_place].grip;
@@ -169,7 +216,10 @@ void add_slip_forces(Island& m) {
 }
 
 Real raise_grips(Island& m, Real h, std::span<Vec3> load) {
+  // Where what presses surfaces together passes 0, it is the difference of larger forces.
   Real most = 0, change = 0;
+  for (std::size_t b = 0; m.rubs && b < m.count(); ++b)
+    most = std::max(most, glm::length(load[2 * b]) / h);
   for (std::size_t i = 0; m.rubs && i < m.blocks.size(); ++i) {
     if (!slips(m, i)) continue;
     TouchFound& found = m.scratch.touching[m.blocks[i].first_place];

@@ -106,7 +106,7 @@ void search(const Spots& s, const Pose& at, Real h) {
     if (n == s.count) continue;
     TouchMemory& memory = s.memory(n);
     memory.known = memory.is_least = true;
-    memory.touch = {found[i].at, {}, s.world.time}, memory.slip = Vec3(0);
+    memory.touch = {found[i].at, {}, s.world.time, 0}, memory.slip = Vec3(0);
     s.m.memory[s.block(n)].active = false;
   }
   for (std::size_t n = 0; n < s.count; ++n) s.memory(n).is_far = !s.memory(n).known;
@@ -121,7 +121,8 @@ void begin(const Spots& s) {
       memory.known = false;
   }
   TouchMemory& one = s.memory(0);
-  if (!one.known && !one.is_far && c.known) one.known = true, one.touch = {c.at, {}, s.world.time};
+  if (!one.known && !one.is_far && c.known)
+    one.known = true, one.touch = {c.at, {}, s.world.time, 0};
 }
 
 /// Whether all pairs are to be looked at.

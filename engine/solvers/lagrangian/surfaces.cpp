@@ -4,6 +4,10 @@
 //   rolling  J = [ t, r_a x t, -t, -(r_b x t) ]     gamma = -(t'.v + t.b)    two tangents t
 //   spin     J = [ 0, n, 0, -n ]                    gamma = -n'.w
 //
+// Curves of the plane that are held to roll have come along both by the same way: there, rolling
+// binds poses. Where axes hold the bodies, as of gears, the gap alone would not: at the ends of
+// elliptical ones it does not change to first order.
+//
 // with n the outward normal of b, r from the mass centres to the points, v and w the relative
 // velocities there, b = w_a x r_a' - w_b x r_b'. The gap is where it is least or greatest, so its
 // row needs no rate of the places; gamma does.
@@ -133,6 +137,8 @@ bool follow(Island& m, const Contact3& k, std::size_t block, Pair& now) {
     now = found.pair;
   }
   if (now.status == ContactStatus::found) {
+    if (const TouchWays& ways = m.touch_ways[b.first_place]; ways.a)
+      touch.slip += ways.a->way(touch.at.a.u, now.at.a.u) + ways.b->way(touch.at.b.u, now.at.b.u);
     touch.at = now.at, touch.time = scratch.time;
     return true;
   }
@@ -189,6 +195,7 @@ void write_rolling(Island& m, const Contact3& k, const Block& roll, const Pair& 
   found.tangent[0] = turn * own.t, found.tangent[1] = glm::cross(found.normal, found.tangent[0]);
   Vec3* j = &scratch.jacobian[roll.first_vector];
   std::fill_n(&scratch.c[roll.first_row], roll.rows, 0.0);
+  if (roll.holonomic) scratch.c[roll.first_row] = scratch.state.touches[roll.first_place].slip;
   const std::size_t tangents = std::min<std::size_t>(roll.rows, k.c.on_b.curve ? 1 : 2);
   for (std::size_t i = 0; i < tangents; ++i) write_row(arms, found.tangent[i], j + 4 * i);
   if (roll.rows == tangents) return;
@@ -216,7 +223,7 @@ void find_turning(const World& world, Island& m, std::size_t block) {
 
 void clear_rolling(Island& m) {
   for (const Block& b : m.blocks)
-    if (b.kind == BlockKind::roll) clear_rows(m, b);
+    if (binds_no_poses(b)) clear_rows(m, b);
 }
 
 void write_surface(const World& world, Island& m, std::size_t block, Want want) {
@@ -251,6 +258,10 @@ void write_surface(const World& world, Island& m, std::size_t block, Want want) 
   scratch.gamma[b.first_row] = 0;
   if (roll) std::fill_n(&scratch.gamma[roll->first_row], roll->rows, 0.0);
   if (want.gamma) write_gammas(m, k, block, now);
+  if (scratch.leaves_gaps && found.gap_follows) {
+    clear_rows(m, b);
+    scratch.c[b.first_row] = gap;
+  }
 }
 
 }  // namespace pantin::detail::lagrangian

@@ -261,7 +261,8 @@ bool is_active(const Island& m, std::size_t block) {
   const Block& b = m.blocks[block];
   if (is_compliant(b.kind)) return m.scratch.springs_active;
   if (b.kind == BlockKind::roll)
-    return !m.scratch.poses_only && (b.lock || m.memory[block].active) && is_active(m, block - 1);
+    return (b.holonomic || !m.scratch.poses_only) && (b.lock || m.memory[block].active) &&
+           is_active(m, block - 1);
   if (b.kind == BlockKind::surface)
     return m.touches[b.first_place].known && !m.touches[b.first_place].is_over() &&
            (b.lock || m.memory[block].active);
