@@ -115,7 +115,7 @@ void Findings::known(std::span<const Feature> features, std::initializer_list<En
   if (!ok() || features.empty()) return;
   const Solver solver = solver_of(world_, bodies);
   for (const Feature feature : features)
-    if (!knows(solver, feature))
+    if (!knows(solver_for(solver, feature), feature))
       add("solver",
           std::string("\"") + name_of(solver) + "\", which does not know " + name_of(feature),
           solvers_that_know(feature));

@@ -98,7 +98,7 @@ void check_solvers(const BuiltScene& built, const std::vector<Solver>& solvers,
   // The fault of a prefab once, however often it is copied.
   std::set<std::pair<ElementId, std::string_view>> told;
   const auto error = [&](const ElementId& at, const Extra& extra, Solver solver) {
-    if (!knows(solver, extra.feature) && told.insert({at, extra.member}).second)
+    if (!knows(solver_for(solver, extra.feature), extra.feature) && told.insert({at, extra.member}).second)
       messages.error(at, extra.member,
                      "found " + extra.what + " solved by \"" + name_of(solver) +
                          "\", expected the solver " + knowing(extra.feature));
@@ -141,23 +141,24 @@ namespace {
 
 /// The first thing that a solver for all does not know.
 std::string unknown_to(const BuiltScene& built, Solver solver) {
+  const auto steps = [&](Feature what) { return knows(solver_for(solver, what), what); };
   for (const BuiltJoint& j : built.joints)
     if (j.joint.parameters.any() || !is_articulated(j.joint.kind) || j.drive)
       for (const Extra& extra : extras_of(j))
-        if (!knows(solver, extra.feature)) return extra.what;
+        if (!steps(extra.feature)) return extra.what;
   for (const BuiltBody& b : built.bodies)
     if (solver == Solver::quasistatic && b.body.motion == Motion::dynamic && !b.is_lamina)
       return "body \"" + b.name + "\", which is no lamina";
-  if (!built.gears.empty() && !knows(solver, Feature::ratio))
+  if (!built.gears.empty() && !steps(Feature::ratio))
     return "gear \"" + built.gears.front().name + "\"";
   for (const BuiltBelt& b : built.belts)
-    if (!knows(solver, feature_of(b.belt))) return "belt \"" + b.name + "\"";
+    if (!steps(feature_of(b.belt))) return "belt \"" + b.name + "\"";
   for (const BuiltSurfaceJoint& s : built.surface_joints)
-    if (!knows(solver, feature_of(s.contact))) return "surface joint \"" + s.name + "\"";
-  if (!built.cables.empty() && !knows(solver, Feature::cable))
+    if (!steps(feature_of(s.contact))) return "surface joint \"" + s.name + "\"";
+  if (!built.cables.empty() && !steps(Feature::cable))
     return "cable \"" + built.cables.front().name + "\"";
   for (const BuiltCable& c : built.cables)
-    if (!c.guides.empty() && !knows(solver, Feature::cable_guide))
+    if (!c.guides.empty() && !steps(Feature::cable_guide))
       return "guides of cable \"" + c.name + "\"";
   return "";
 }
@@ -182,7 +183,7 @@ void check_events(const BuiltScene& built, const std::vector<Solver>& solvers,
                         : e.object == EventObject::body ? solvers[e.on]
                                                         : Solver::articulated;
     const auto error = [&](std::string_view member, const std::string& what, Feature feature) {
-      if (!knows(here, feature))
+      if (!knows(solver_for(here, feature), feature))
         messages.error(e.at, member,
                        "found " + what + " solved by \"" + name_of(here) +
                            "\", expected the solver " + knowing(feature));

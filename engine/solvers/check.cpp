@@ -8,6 +8,7 @@
 #include "engine/geometry/usable.hpp"
 #include "engine/joints/joint_force.hpp"
 #include "engine/solvers/solver.hpp"
+#include "engine/world/features.hpp"
 #include "engine/world/flat.hpp"
 #include "engine/world/lamina.hpp"
 
@@ -74,45 +75,12 @@ void list_unknown(const Plans& owners) {
         {who, unknown_to(how->solver, what, verb), StructureFault::unknown, minor});
     return true;
   };
-  for (std::size_t i = 0; i < world.links.size(); ++i) {
-    const Link& link = world.links.values()[i];
-    const Entity owner = world.links.owners()[i];
-    const SolverSettings* how = owners.settings(link.a);
-    if (!how) how = owners.settings(link.b);
-    if (link.joint.parameters.any() || link.joint.limits.any())
-      for (Feature f : features_of(link.joint))
-        if (f != Feature::kind) note(owner, how, f, "has");  // kinds are left out
-    if (world.joint_drives.find(owner)) note(owner, how, Feature::pose_drive, "has");
-  }
-  for (std::size_t i = 0; i < world.cables.size(); ++i) {
-    const Cable& s = world.cables.values()[i];
-    const Feature what = s.guides.empty() ? Feature::cable : Feature::cable_guide;
-    const char* verb = s.guides.empty() ? "is" : "has";
-    for (Entity end : {s.a, s.b})
-      if (note(world.cables.owners()[i], owners.settings(end), what, verb)) break;
-  }
-  for (std::size_t i = 0; i < world.pins.size(); ++i)
-    if (const Pin& p = world.pins.values()[i]; p.kind == PinKind::spring)
-      note(world.pins.owners()[i], owners.settings(p.body), Feature::spring_pin, "has");
-  for (std::size_t i = 0; i < world.surface_contacts.size(); ++i) {
-    const SurfaceContact& c = world.surface_contacts.values()[i];
-    for (Entity body : {c.a, c.b})
-      if (note(world.surface_contacts.owners()[i], owners.settings(body), feature_of(c), "is"))
-        break;
-  }
-  for (std::size_t i = 0; i < world.belts.size(); ++i) {
-    const Belt& belt = world.belts.values()[i];
-    for (const BeltPulley& p : belt.pulleys)
-      if (note(world.belts.owners()[i], owners.settings(p.body), feature_of(belt), "is")) break;
-  }
-  for (std::size_t i = 0; i < world.gears.size(); ++i) {
-    const Gear& r = world.gears.values()[i];
-    const Entity owner = world.gears.owners()[i];
-    const Link *one = world.links.find(r.first), *two = world.links.find(r.second);
-    if (!one || !two || r.first == r.second) continue;  // reported by the Lagrangian solver
-    for (Entity body : {one->a, one->b, two->a, two->b})
-      if (note(owner, owners.settings(body), Feature::ratio, "is")) break;
-  }
+  each_feature(world, [&](Entity owner, std::span<const Entity> bodies, Feature what,
+                          const char* verb) {
+    if (what == Feature::kind) return;  // kinds are left out
+    for (const Entity body : bodies)
+      if (note(owner, owners.settings(body), what, verb)) return;
+  });
   const auto resists = [](const Collision& c) { return c.rolling != 0 || c.spinning != 0; };
   const auto is_special = [&](const Collision& c) {
     return c.surface_velocity != Vec3(0) || resists(c);

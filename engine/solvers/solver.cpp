@@ -36,7 +36,7 @@ std::array<std::vector<IslandPlan>, kSolverCount> partition(World& world) {
     for (const std::uint32_t slot : plan.slots)
       all.island[slot] = static_cast<std::uint32_t>(all.islands.size());
     all.islands.push_back({plan.solver, kSolvers[plan.solver]->feels_contacts,
-                           static_cast<std::uint32_t>(own.size())});
+                           static_cast<std::uint32_t>(own.size()), false, plan.beyond});
     own.push_back(std::move(plan));
   }
   for (std::uint32_t slot = 0; slot < world.bodies.size(); ++slot)

@@ -57,10 +57,15 @@ bool is_special(const Collision& c) {
 
 SolverSettings asked_settings(const World& world, std::uint32_t island) {
   const Partition& partition = partition_of(world);
+  SolverSettings asked = world.default_settings;
   for (std::uint32_t slot = 0; slot < partition.island.size(); ++slot)
     if (partition.island[slot] == island)
-      if (const SolverSettings* s = world.settings.find(world.bodies.owners()[slot])) return *s;
-  return world.default_settings;
+      if (const SolverSettings* s = world.settings.find(world.bodies.owners()[slot])) {
+        asked = *s;
+        break;
+      }
+  if (partition.islands[island].beyond) asked.solver = Solver::lagrangian;
+  return asked;
 }
 
 /// The solvers that islands ask for. False: all solid ones ask for the same.
@@ -78,8 +83,11 @@ bool list_asked(World& world, Lists& lists) {
     if (const SolverSettings* s = world.settings.find(world.bodies.owners()[slot]))
       lists.asked[island] = row_of(s->solver);
   }
-  for (std::uint8_t& asked : lists.asked)
-    if (asked == UINT8_MAX) asked = otherwise;
+  for (std::size_t i = 0; i < count; ++i)
+    if (partition.islands[i].beyond)
+      lists.asked[i] = kLagrangian;
+    else if (lists.asked[i] == UINT8_MAX)
+      lists.asked[i] = otherwise;
   for (const Entity e : world.collisions.owners()) {
     const std::uint32_t slot = world.bodies.slot(e);
     if (slot >= partition.island.size() || !is_solid(world, e)) continue;
@@ -212,7 +220,11 @@ void list_takeovers(const World& world, Lists& lists) {
 
 void take_over(World& world, Real h) {
   Takeovers& now = world.memory.of<Takeovers>();
-  if (world.settings.empty() && now.list.empty()) return;
+  const auto is_left = [](const Partition::Place& island) { return bool(island.beyond); };
+  const auto& islands = partition_of(world).islands;
+  if (world.settings.empty() && now.list.empty() &&
+      std::none_of(islands.begin(), islands.end(), is_left))
+    return;
   Lists& lists = world.memory.of<TakeoverScratch>().lists;
   if (!list_asked(world, lists)) {
     if (now.list.empty()) return;
@@ -245,6 +257,21 @@ std::vector<std::string> takeover_lines(const World& world) {
     lines.push_back(world.name_of(t.body) + " (" + pantin::name_of(asked.solver) +
                     ") is stepped by " + pantin::name_of(t.by.solver) + ": it can touch " +
                     world.name_of(t.other));
+  }
+  return lines;
+}
+
+std::vector<std::string> lines_beyond_auto(const World& world) {
+  std::vector<std::string> lines;
+  const Partition& partition = partition_of(world);
+  std::vector<bool> told(partition.islands.size(), false);
+  for (std::uint32_t slot = 0; slot < partition.island.size(); ++slot) {
+    const std::uint32_t island = partition.island[slot];
+    if (island == Owner::kNone || told[island] || !partition.islands[island].beyond) continue;
+    told[island] = true;
+    lines.push_back(world.name_of(world.bodies.owners()[slot]) +
+                    " (auto) is stepped by lagrangian: it has " +
+                    world.name_of(partition.islands[island].beyond));
   }
   return lines;
 }

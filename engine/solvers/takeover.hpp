@@ -41,5 +41,7 @@ void take_over(World& world, Real h);
 
 /// One line for each island that is taken over: which, by which solver, and why.
 std::vector<std::string> takeover_lines(const World& world);
+/// One line for each island that asks for "auto" and holds what that does not know.
+std::vector<std::string> lines_beyond_auto(const World& world);
 
 }  // namespace pantin::detail

@@ -49,6 +49,12 @@ bool knows(Solver solver, Feature feature) {
   return (knowledge(feature).solvers & bit(solver)) != 0;
 }
 
+Solver solver_for(Solver asked, Feature feature) {
+  const bool leaves = asked == Solver::articulated && !knows(asked, feature) &&
+                      knows(Solver::lagrangian, feature);
+  return leaves ? Solver::lagrangian : asked;
+}
+
 const char* solvers_that_know(Feature feature) { return knowledge(feature).told; }
 
 const char* name_of(Feature feature) { return knowledge(feature).name; }

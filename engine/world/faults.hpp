@@ -60,6 +60,9 @@ inline constexpr int kFeatures = 18;
 
 /// Which solver does what: the only place that says so.
 bool knows(Solver solver, Feature feature);
+/// The solver that steps what asks for `asked` and has the feature: "auto" leaves what it does not
+/// know to "lagrangian".
+Solver solver_for(Solver asked, Feature feature);
 /// The solvers that know it, in words: "\"lagrangian\"", "\"auto\" or \"lagrangian\"".
 const char* solvers_that_know(Feature feature);
 /// "a spring", "a motor", "a cable" ...

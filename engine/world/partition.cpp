@@ -1,6 +1,7 @@
 #include "engine/world/partition.hpp"
 
 #include "engine/base/disjoint_sets.hpp"
+#include "engine/world/features.hpp"
 #include "engine/world/world.hpp"
 
 namespace pantin::detail {
@@ -62,6 +63,20 @@ std::vector<IslandPlan> list_sets(const World& world, DisjointSets& sets) {
   return made;
 }
 
+/// What "auto" does not know, by slot of the first body that has it.
+std::vector<Entity> list_beyond(const World& world) {
+  std::vector<Entity> beyond(world.bodies.size());
+  each_feature(world, [&](Entity owner, std::span<const Entity> bodies, Feature what, const char*) {
+    if (solver_for(Solver::articulated, what) == Solver::articulated) return;
+    for (const Entity body : bodies)
+      if (const std::uint32_t slot = world.bodies.slot(body); is_dynamic(world, slot)) {
+        if (!beyond[slot]) beyond[slot] = owner;
+        return;
+      }
+  });
+  return beyond;
+}
+
 }  // namespace
 
 std::vector<IslandPlan> find_islands(const World& world, RowOf row_of) {
@@ -79,7 +94,15 @@ std::vector<IslandPlan> find_islands(const World& world, RowOf row_of) {
   for (const Pin& pin : world.pins.values())
     if (pin.to) tie(pin.body, pin.to);
   std::vector<IslandPlan> islands = list_sets(world, sets);
-  for (IslandPlan& island : islands) island.solver = row[island.slots.front()];
+  const std::vector<Entity> beyond = list_beyond(world);
+  for (IslandPlan& island : islands) {
+    island.solver = row[island.slots.front()];
+    if (island.settings.solver != Solver::articulated) continue;
+    for (const std::uint32_t slot : island.slots)
+      if (beyond[slot] && !island.beyond) island.beyond = beyond[slot];
+    if (!island.beyond) continue;
+    island.settings.solver = Solver::lagrangian, island.solver = row_of(Solver::lagrangian);
+  }
   return islands;
 }
 

@@ -34,6 +34,7 @@ struct IslandPlan {
   SolverSettings settings;           // of its first body with settings
   std::vector<std::uint32_t> slots;  // in World::bodies, ascending
   Entity unfit;                      // a body that no step can be computed with, or none
+  Entity beyond;                     // what "auto" does not know and left to `settings.solver`
 };
 
 /// Owners of all bodies. Derived from the components; rebuilt when World::structure() changes.
@@ -44,6 +45,7 @@ struct Partition {
     bool feels_contacts = false;
     std::uint32_t island = 0;  // of that solver
     bool unfit = false;        // holds a body that no step can be computed with
+    Entity beyond;             // see IslandPlan
   };
   std::vector<Place> islands;            // of all solvers
   std::vector<std::uint32_t> island;     // by slot in World::bodies: in `islands`, or Owner::kNone
@@ -72,7 +74,7 @@ struct Partition {
 using RowOf = std::uint8_t (*)(Solver);
 
 /// Finds all islands. Joints and gears always connect; the solver of an island is that of its first
-/// body with settings. Cables and pins connect bodies of the same solver only: between two solvers
+/// body with settings; "auto" leaves islands with what it does not know to "lagrangian". Cables and pins connect bodies of the same solver only: between two solvers
 /// they are interfaces. Islands are ordered by their lowest slot.
 std::vector<IslandPlan> find_islands(const World& world, RowOf row_of);
 

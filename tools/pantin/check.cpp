@@ -9,6 +9,7 @@
 #include "engine/solvers/articulated/island.hpp"
 #include "engine/solvers/lagrangian/lagrangian.hpp"
 #include "engine/solvers/solver.hpp"
+#include "engine/solvers/takeover.hpp"
 #include "tools/pantin/command_line.hpp"
 #include "tools/pantin/program.hpp"
 
@@ -212,6 +213,7 @@ Finding look_at(const std::string& path, const CheckChoices& c) {
     warnings.push_back(warning);
   }
   j["warnings"] = warnings;
+  j["beyond_auto"] = lines_beyond_auto(world);
   if (!c.json)
     fmt::print(
         "{}  {}\n  {} bodies, {} joints, {} cables, {} pins in {} articulated and {} Lagrangian "
@@ -226,6 +228,8 @@ Finding look_at(const std::string& path, const CheckChoices& c) {
             ? fmt::format("worst gap {:.1e} of the size, hash {}", j["worst_gap_rel"].get<double>(),
                           j["hash"].get<std::string>())
             : printable(failure));
+  for (const std::string& line : lines_beyond_auto(world))
+    if (!c.json) fmt::print("  {}\n", printable(line));
   std::fflush(stdout);  // whole lines, should the next scene be interrupted
   return found;
 }

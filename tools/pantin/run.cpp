@@ -205,6 +205,7 @@ Json to_json(const RunChoices& c, const Scene& scene, const Simulation& sim, Sum
   if (!s.lost_body.empty())
     j["lost"] = {{"body", s.lost_body}, {"time_s", s.lost_time}, {"residual_m", s.lost_gap}};
   j["taken_over"] = s.taken_over;
+  j["beyond_auto"] = lines_beyond_auto(sim.world);
   j["findings"] = findings_json(sim.world, sim.findings());
   j["energy_unchecked"] = unchecked_bodies(sim);
   j["warnings"] = scene.warnings;
@@ -263,6 +264,8 @@ void print_summary(const RunChoices& c, const Scene& scene, const Simulation& si
         s.rescued_steps);
   if (has_laminas(sim.world)) print_hand_overs(s);
   for (const std::string& line : s.taken_over) fmt::print("  taken over  {}\n", printable(line));
+  for (const std::string& line : lines_beyond_auto(sim.world))
+    fmt::print("  beyond auto {}\n", printable(line));
   print_findings(sim);
   if (s.frames > 0)
     fmt::print("  frames      {}, {:.1f} ms of CPU each, steps and writing included\n", s.frames,
