@@ -98,7 +98,8 @@ void check_solvers(const BuiltScene& built, const std::vector<Solver>& solvers,
   // The fault of a prefab once, however often it is copied.
   std::set<std::pair<ElementId, std::string_view>> told;
   const auto error = [&](const ElementId& at, const Extra& extra, Solver solver) {
-    if (!knows(solver_for(solver, extra.feature), extra.feature) && told.insert({at, extra.member}).second)
+    if (!knows(solver_for(solver, extra.feature), extra.feature) &&
+        told.insert({at, extra.member}).second)
       messages.error(at, extra.member,
                      "found " + extra.what + " solved by \"" + name_of(solver) +
                          "\", expected the solver " + knowing(extra.feature));

@@ -75,12 +75,12 @@ void list_unknown(const Plans& owners) {
         {who, unknown_to(how->solver, what, verb), StructureFault::unknown, minor});
     return true;
   };
-  each_feature(world, [&](Entity owner, std::span<const Entity> bodies, Feature what,
-                          const char* verb) {
-    if (what == Feature::kind) return;  // kinds are left out
-    for (const Entity body : bodies)
-      if (note(owner, owners.settings(body), what, verb)) return;
-  });
+  each_feature(world,
+               [&](Entity owner, std::span<const Entity> bodies, Feature what, const char* verb) {
+                 if (what == Feature::kind) return;  // kinds are left out
+                 for (const Entity body : bodies)
+                   if (note(owner, owners.settings(body), what, verb)) return;
+               });
   const auto resists = [](const Collision& c) { return c.rolling != 0 || c.spinning != 0; };
   const auto is_special = [&](const Collision& c) {
     return c.surface_velocity != Vec3(0) || resists(c);

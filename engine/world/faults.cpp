@@ -50,8 +50,8 @@ bool knows(Solver solver, Feature feature) {
 }
 
 Solver solver_for(Solver asked, Feature feature) {
-  const bool leaves = asked == Solver::articulated && !knows(asked, feature) &&
-                      knows(Solver::lagrangian, feature);
+  const bool leaves =
+      asked == Solver::articulated && !knows(asked, feature) && knows(Solver::lagrangian, feature);
   return leaves ? Solver::lagrangian : asked;
 }
 

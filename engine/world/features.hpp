@@ -25,8 +25,7 @@ void each_feature(const World& world, const Visit& visit) {
     const Link& link = world.links.values()[i];
     const Entity owner = world.links.owners()[i];
     for (const Feature f : features_of(link.joint)) tell(owner, {link.a, link.b}, f, "has");
-    if (world.joint_drives.find(owner))
-      tell(owner, {link.a, link.b}, Feature::pose_drive, "has");
+    if (world.joint_drives.find(owner)) tell(owner, {link.a, link.b}, Feature::pose_drive, "has");
   }
   for (std::size_t i = 0; i < world.cables.size(); ++i) {
     const Cable& c = world.cables.values()[i];

@@ -74,8 +74,9 @@ struct Partition {
 using RowOf = std::uint8_t (*)(Solver);
 
 /// Finds all islands. Joints and gears always connect; the solver of an island is that of its first
-/// body with settings; "auto" leaves islands with what it does not know to "lagrangian". Cables and pins connect bodies of the same solver only: between two solvers
-/// they are interfaces. Islands are ordered by their lowest slot.
+/// body with settings; "auto" leaves islands with what it does not know to "lagrangian". Cables and
+/// pins connect bodies of the same solver only: between two solvers they are interfaces. Islands
+/// are ordered by their lowest slot.
 std::vector<IslandPlan> find_islands(const World& world, RowOf row_of);
 
 /// The partition of the last step.

@@ -33,7 +33,8 @@ std::string scene_of(const Beyond& of, const char* solver) {
   return R"({"version": 1, "solver": {"type": ")" + std::string(solver) + R"("}, "bodies": [
     {"name": "a", "mass": 1, "inertia": [0.1, 0.1, 0.1]},
     {"name": "b", "mass": 2, "inertia": [0.1, 0.1, 0.1], "position": [1, 0, 0]}],
-    )" + of.members + "}";
+    )" + of.members +
+         "}";
 }
 
 }  // namespace

@@ -198,8 +198,9 @@ TEST_CASE(
   };
   CHECK(
       error_count(R"("kind": "distance")") ==
-      Lines{"t.json:5:9: /joints/0/kind: found a distance joint \"j\" solved by \"sweep\", expected "
-            "the solver \"lagrangian\", or \"planar\" for what stays in a plane"});
+      Lines{
+          "t.json:5:9: /joints/0/kind: found a distance joint \"j\" solved by \"sweep\", expected "
+          "the solver \"lagrangian\", or \"planar\" for what stays in a plane"});
   CHECK(
       error_count(R"("anchor": [0, 0, 0], "kind": "hinge",
 "limits": {"angle": [0, 1], "restitution": 0.5})") ==
@@ -236,7 +237,8 @@ TEST_CASE("Guides that a cable cannot be led over are refused") {
   good(with_guides(ring, "auto"));
   CHECK(diagnostics(with_guides(ring, "sweep")).back() ==
         Lines{"t.json:4:1: /cables/0/over: found guides of cable \"a-world\" solved by \"sweep\", "
-              "expected the solver \"lagrangian\": no other knows it"}.front());
+              "expected the solver \"lagrangian\": no other knows it"}
+            .front());
   CHECK(diagnostics(with_guides(R"({"body": "nix"})")) ==
         Lines{"t.json:4:1: /cables/0/over: found \"nix\", expected the name of a body or "
               "\"world\""});
