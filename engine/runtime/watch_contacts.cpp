@@ -6,6 +6,7 @@
 #include "engine/contact/detect.hpp"
 #include "engine/contact/memory.hpp"
 #include "engine/geometry/sweep.hpp"
+#include "engine/world/joined.hpp"
 #include "engine/world/partition.hpp"
 
 namespace pantin::detail {
@@ -79,7 +80,7 @@ void ContactWatch::compile(const World& world) {
         std::min(kDeep * 2 * contact::extent_of(*shapes), kDeepOfThickness * thickness_[slot]);
   }
   boxes_.resize(solids_.size());
-  contact::list_jointed(world, jointed_);
+  list_joined(world, joined_);
   tree_ = {};
 }
 
@@ -93,7 +94,7 @@ void ContactWatch::begin_substep(const World& world) {
 
 bool ContactWatch::may_meet(const World& world, std::uint32_t a, std::uint32_t b) const {
   if (a == b || leaps_[a] || leaps_[b]) return false;
-  return collide(world, a, b) && !contact::are_jointed(jointed_, a, b);
+  return collide(world, a, b) && !are_joined(joined_, a, b);
 }
 
 /// Whether it went further than a quarter of its thickness.

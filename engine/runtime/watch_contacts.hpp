@@ -41,7 +41,7 @@ class ContactWatch {
   std::vector<Real> depth_;                            // m, by slot, of this step
   std::vector<Aabb> boxes_;                            // of the ways of all solids
   AabbTree tree_;
-  contact::Search jointed_;  // of which only the list of joined pairs is used
+  std::vector<std::uint64_t> joined_;  // see engine/world/joined.hpp
 };
 
 }  // namespace pantin::detail

@@ -218,7 +218,7 @@ std::string crease_between(const ContactSurface& surface, const char* side) {
   return text;
 }
 
-std::string fit_between(const SurfaceContact& c, const StartPoses& bodies) {
+std::string fit_between(const SurfaceContact& c, const PairPoses& bodies) {
   if (c.on_a.curve || c.on_b.curve) return {};
   if (is_flat(*c.on_a.skin) && is_flat(*c.on_b.skin))
     return std::string(
@@ -247,7 +247,7 @@ std::uint8_t usual_spots(const SurfaceContact& c) {
   return c.lifts && !is_single ? 4 : 1;
 }
 
-std::string place_surfaces(SurfaceContact& c, const StartPoses& bodies) {
+std::string place_surfaces(SurfaceContact& c, const PairPoses& bodies) {
   if (const char* why = c.restored()) return std::string("found a joint that ") + why;
   for (const auto& [surface, side] : {std::pair{&c.on_a, "surface a"}, {&c.on_b, "surface b"}})
     if (std::string crease = crease_in(*surface, side); !crease.empty()) return crease;

@@ -28,7 +28,7 @@ struct PairReach {
 /// reach, the nearest first; as many as there is room for. Returns how many there are.
 std::size_t find_pairs(const SurfaceContact& contact, const Pose& a_in_b, const PairReach& to);
 
-struct StartPoses {
+struct PairPoses {
   Pose a, b;  // of the bodies' mass-centre frames
 };
 
@@ -40,7 +40,7 @@ std::uint8_t usual_spots(const SurfaceContact& contact);
 /// SurfaceContact::at; leaves what is `known`. Returns "found ..., expected ..." where surfaces
 /// that are held do not face one another within their size, where they fit one another, where
 /// one has a crease, and where curves do not lie in one plane; else nothing.
-std::string place_surfaces(SurfaceContact& contact, const StartPoses& bodies);
+std::string place_surfaces(SurfaceContact& contact, const PairPoses& bodies);
 
 /// What there is to warn of: the sharpest crease between joined faces, which no contact crosses;
 /// else nothing.
@@ -48,6 +48,6 @@ std::string crease_between(const ContactSurface& surface, const char* side);
 
 /// The same of surfaces that may lift off: that they fit one another where they are nearest, or are
 /// both flat, so that they never touch in one point. Takes milliseconds where they are far apart.
-std::string fit_between(const SurfaceContact& contact, const StartPoses& bodies);
+std::string fit_between(const SurfaceContact& contact, const PairPoses& bodies);
 
 }  // namespace pantin::detail

@@ -100,7 +100,7 @@ TEST_CASE("curves that cannot touch are refused, with the pointer and what was f
                {"type": "line", "from": [3, 0, 0], "to": [4, 0, 0]}]})",
                       kFace),
              "curve 1 to begin 2 m from the end");
-  check_told(scene_of(kRound, kFace, "", "auto"), "solved by \"auto\"");
+  check_told(scene_of(kRound, kFace, "", "sweep"), "solved by \"sweep\"");
 }
 
 TEST_CASE("a number that is none is told once, whatever is made of it") {

@@ -136,7 +136,7 @@ TEST_CASE("Settings of the Lagrangian solver are read") {
 }
 
 TEST_CASE("Choices of whoever runs a scene replace its settings, for every island") {
-  const std::string text = with_two(R"("solver": {"step_tolerance": 1e-3}, "joints": [
+  const std::string text = with_two(R"("solver": {"type": "sweep", "step_tolerance": 1e-3}, "joints": [
 {"a": "a", "b": "b", "kind": "prismatic", "anchor": [0, 0, 0]}])");
   CHECK_FALSE(bool(parse_scene(text, "t.json")));
   SolverChoices choices;
@@ -153,14 +153,14 @@ TEST_CASE("The solver of a body holds for all that joints and gears connect to i
 {"name": "i", "kind": "hinge", "a": "world", "b": "a", "anchor": [0, 0, 0]},
 {"name": "j", "kind": "prismatic", "a": "world", "b": "b", "anchor": [1, 0, 0]}])";
   const auto scene = [&](const std::string& more) {
-    return R"({"version": 1, "gravity": [0, 0, 0], "bodies": [
+    return R"({"version": 1, "gravity": [0, 0, 0], "solver": {"type": "sweep"}, "bodies": [
 {"name": "a", "shape": {"type": "sphere", "radius": 0.1}, "solver": {"type": "lagrangian"}},
 {"name": "b", "shape": {"type": "sphere", "radius": 0.1}, "position": [1, 0, 0]}],
 )" + joints +
            more + "}";
   };
   CHECK(diagnostics(scene("")) ==
-        Lines{"t.json:6:23: /joints/1/kind: found a prismatic joint \"j\" solved by \"auto\", "
+        Lines{"t.json:6:23: /joints/1/kind: found a prismatic joint \"j\" solved by \"sweep\", "
               "expected the solver \"lagrangian\", or \"planar\" for what stays in a plane"});
   CHECK(good(scene(R"(, "gears": [{"first": "i", "second": "j", "ratio": 1}])")).warnings.empty());
 }

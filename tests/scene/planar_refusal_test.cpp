@@ -124,7 +124,7 @@ TEST_CASE("belts that cannot be are refused, each with its reason") {
              "without a \"pretension\"", "friction"));
   CHECK(says(belt(on("a", "0.2") + ", " + on("c", "0.2"), R"(, "level": "links")"),
              "which is not solid"));
-  const Lines unknown = belt(on("a", "0.2") + ", " + on("c", "0.2"), "", "auto");
+  const Lines unknown = belt(on("a", "0.2") + ", " + on("c", "0.2"), "", "sweep");
   REQUIRE(!unknown.empty());
   CHECK(unknown[0].find("expected the solver \"planar\" or \"lagrangian\"") != std::string::npos);
 }

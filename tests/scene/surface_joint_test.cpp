@@ -75,8 +75,8 @@ TEST_CASE("surface joints that cannot be are refused, by name") {
             .find("ContactDegenerate), expected them to touch in a point; bodies whose shapes") !=
         std::string::npos);
   std::string text = scene_of(kPlain);
-  text.replace(text.find("lagrangian"), 10, "auto");
-  CHECK(all_errors(text).find("surface joint \"ball-table\" solved by \"auto\"") !=
+  text.replace(text.find("lagrangian"), 10, "sweep");
+  CHECK(all_errors(text).find("surface joint \"ball-table\" solved by \"sweep\"") !=
         std::string::npos);
 }
 
