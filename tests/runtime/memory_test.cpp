@@ -35,7 +35,7 @@ void each_leaf_of(World& world, F&& leaf) {
 /// Not asked: handles in use, and looks, whose changes need more than a number.
 bool is_aside(const std::string& path) {
   for (const char* part : {"world.entities", "world.shapes", "world.names", "world.touched",
-                           "world.materials", "version"})
+                           "world.materials", "version", "world.edit_count"})  // an edit wakes
     if (path.find(part) != std::string::npos) return true;
   return false;
 }

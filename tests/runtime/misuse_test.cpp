@@ -7,6 +7,7 @@
 #include <pantin/pantin.hpp>
 
 #include "engine/runtime/save.hpp"
+#include "engine/world/faults.hpp"
 
 using namespace pantin;
 using namespace pantin::detail;
@@ -87,7 +88,8 @@ TEST_CASE("a World put back within a step takes that step as it would have taken
           again.step();
           CHECK(state_hash(sim.world) == state_hash(again.world));
         }
-        CHECK(sim.findings().empty());
+        // Those that pose keep no account of energy, and throw what they hold.
+        if (knows(solver, Feature::contact)) CHECK(sim.findings().empty());
       }
 }
 

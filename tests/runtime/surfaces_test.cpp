@@ -80,14 +80,13 @@ TEST_CASE("the hash knows surfaces and, where pairs are given, what shapes are o
   CHECK(state_hash(plain) == state_hash(painted));
 }
 
-TEST_CASE("a file whose pairs name a material that is none is refused") {
+TEST_CASE("a World whose pairs name a material that is none is not written") {
   World w = rolling_world();
   w.material_pairs[0].a = 3;
   const Result<std::string> bytes = world_to_bytes(w);
-  REQUIRE(bytes);
-  const Result<World> read = world_from_bytes(*bytes, World{}, "test");
-  REQUIRE_FALSE(read);
-  CHECK(read.errors().front().message == "test: material_pairs name a material that is none");
+  REQUIRE_FALSE(bytes);
+  CHECK(bytes.errors().front().message.find("material_pairs name a material that is none") !=
+        std::string::npos);
 }
 
 TEST_CASE("pairs of materials that cannot be meant are not added") {

@@ -15,8 +15,8 @@ struct Beyond {
 };
 constexpr Beyond kBeyond[] = {
     {"gear", R"("joints": [
-      {"name": "i", "kind": "hinge", "a": "world", "b": "a", "anchor": [0, 0.3, 0]},
-      {"name": "j", "kind": "hinge", "a": "world", "b": "b", "anchor": [1, 0.2, 0]}],
+      {"name": "i", "kind": "hinge", "a": "world", "b": "a", "anchor": [0.2, 0.3, 0], "axis": [0, 0, 1]},
+      {"name": "j", "kind": "hinge", "a": "world", "b": "b", "anchor": [1, 0.2, 0], "axis": [0, 0, 1]}],
       "gears": [{"name": "gear", "first": "i", "second": "j", "ratio": 2}])"},
     {"rod", R"("joints": [
       {"name": "i", "kind": "ball", "a": "world", "b": "a", "anchor": [0, 0.3, 0]},
@@ -47,17 +47,19 @@ TEST_CASE("auto leaves what it does not know to lagrangian, to the bit, and tell
   REQUIRE(asked);
   REQUIRE(named);
   Simulation one(asked->world), two(named->world);
+  Real fastest = 0;
   for (int i = 0; i < 60; ++i) {
     REQUIRE(one.step().status == Status::ok);
     REQUIRE(two.step().status == Status::ok);
+    for (const Body& b : one.world.bodies.values())
+      fastest = std::max(fastest, glm::length(b.velocity));
   }
   for (const Entity e : one.world.bodies.owners()) {
     const Body &a = one.world.bodies[e], &b = two.world.bodies[e];
     CHECK(a.pose.position == b.pose.position);
     CHECK(a.pose.rotation == b.pose.rotation);
   }
-  const Body& moved = one.world.bodies.values().front();
-  CHECK(glm::length(moved.velocity) > 0.01);
+  CHECK(fastest > 0.1);
   const auto lines = lines_beyond_auto(one.world);
   REQUIRE(lines.size() == 1);
   CHECK(lines[0] == "a (auto) is stepped by lagrangian: it has " + std::string(of.name));

@@ -136,7 +136,8 @@ TEST_CASE("Settings of the Lagrangian solver are read") {
 }
 
 TEST_CASE("Choices of whoever runs a scene replace its settings, for every island") {
-  const std::string text = with_two(R"("solver": {"type": "sweep", "step_tolerance": 1e-3}, "joints": [
+  const std::string text =
+      with_two(R"("solver": {"type": "sweep", "step_tolerance": 1e-3}, "joints": [
 {"a": "a", "b": "b", "kind": "prismatic", "anchor": [0, 0, 0]}])");
   CHECK_FALSE(bool(parse_scene(text, "t.json")));
   SolverChoices choices;

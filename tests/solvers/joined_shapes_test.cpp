@@ -103,26 +103,3 @@ TEST_CASE("joined: wheels of a gear do not touch as shapes, wheels without one d
   CHECK(std::abs(found.change) <= 1e-8);
   CHECK(run(std::move(loose), 1e-3).touched > 0);
 }
-
-TEST_CASE("joined: what is in the way of a held surface does not throw its body") {
-  // The end of an ellipsoid is held to a plane where another body reaches 5 mm above it.
-  for (const Integrator integrator : kAll) {
-    INFO(name_of(integrator));
-    World w = exact_world(integrator);
-    const Vec3 h(0.3, 0.15, 0.2);
-    const Entity floor = add_ground(w), stone = add_ground(w);
-    give_shape(w, stone, ShapeKind::box, Vec3(0.005));
-    Body b = solid_ellipsoid(2, h, {{0.002, h.y, 0}, kIdentity});
-    b.velocity = {0.3, 0, 0}, b.angular_velocity = {0, 1.5, -0.3 / h.y};
-    const Entity body = w.add_body(b);
-    give_shape(w, body, ShapeKind::ellipsoid, h);
-    touch(w, {body, ball_skin(h), floor, flat_skin(8)}, SurfaceMotion::rolling);
-    Simulation sim(std::move(w), {1e-3});
-    const Real start = measure(sim.world).energy();
-    for (int i = 0; i < 100; ++i) {
-      sim.step();
-      CHECK(measure(sim.world).energy() <= 1.001 * start);
-      CHECK(glm::length(sim.world.bodies[body].pose.position) < 1);
-    }
-  }
-}

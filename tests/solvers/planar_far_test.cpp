@@ -73,7 +73,8 @@ TEST_CASE("planar bodies deep within a half-space far away end in finite numbers
   }
 }
 
-TEST_CASE("numbers that no plane can be stepped with are told with their body, and nothing moves") {
+TEST_CASE(
+    "numbers that no plane can be stepped with are told with their body, and spoil no other") {
   const auto spoil = [](World& w, int how, Real bad) {
     Body& b = w.bodies.values()[2];
     Collision& c = w.collisions.values()[2];
@@ -102,7 +103,9 @@ TEST_CASE("numbers that no plane can be stepped with are told with their body, a
       const StepReport report = sim.step();
       const bool allowed = (how == 4 || how == 5) && bad == 1e300;  // heavy, but a number
       if (!allowed) CHECK(report.status == Status::diverged);
-      if (report.status == Status::diverged)
-        CHECK(sim.world.bodies.values()[1].pose.position == before);
+      const Vec3 after = sim.world.bodies.values()[1].pose.position;
+      // What is wrong in its own members stops a body alone; the others fall on.
+      CHECK(is_finite(after));
+      CHECK(glm::length(after - before) < 1e-2);
     }
 }

@@ -215,7 +215,7 @@ nurbs::CommonNormal track_pair(const SurfaceContact& contact, const Pose& a_in_b
                                const nurbs::PlacePair& from);
 /// Finds the contacts whose gap follows from their rolling and all other joints, as that of gears
 /// on fixed axes does.
-void find_following_gaps(const World& world, Island& m);
+void find_following_gaps(const World& world, Island& m, Real h);
 /// The rows of a contact of surfaces, and of its rolling.
 void write_surface(const World& world, Island& m, std::size_t block, Want want);
 /// Rows of rolling bind nothing.

@@ -214,7 +214,7 @@ bool take_step(World& world, Island& m, Real h) {
   std::fill(m.scratch.impulses.begin(), m.scratch.impulses.end(), 0.0);
   if (good && begins) good = start(world, m, h) && m.scratch.lost_touch == UINT32_MAX;
   std::swap(m.scratch.impulses, m.scratch.blow.at_start);
-  if (good) find_following_gaps(world, m);
+  if (good) find_following_gaps(world, m, h);
   m.events = 0;
   std::fill(m.scratch.impulses.begin(), m.scratch.impulses.end(), 0.0);
   m.cannot_close = begins && !good && all_within_bounds(m);

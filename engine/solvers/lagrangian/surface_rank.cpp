@@ -47,12 +47,13 @@ Real part_that_opens(const World& world, Island& m, const Block& gap) {
 
 }  // namespace
 
-void find_following_gaps(const World& world, Island& m) {
+void find_following_gaps(const World& world, Island& m, Real h) {
   for (TouchFound& found : m.scratch.touching) found.gap_follows = false;
   bool is_written = false;
   for (std::size_t i = 0; m.loops && i < m.blocks.size(); ++i) {
     if (!is_held_to_roll(m, i)) continue;
-    if (!is_written) update_kinematics(m), write_all_rows(world, m, {true, false});
+    if (!is_written)
+      update_kinematics(m), update_frames(world, m, 0, h), write_all_rows(world, m, {true, false});
     is_written = true;
     bool& follows = m.scratch.touching[m.blocks[i].first_place].gap_follows;
     follows = true;
