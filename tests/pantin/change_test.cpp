@@ -402,5 +402,5 @@ TEST_CASE("What is wrong is told by member, and nothing is changed") {
   refuses(ignore(w, body, body, 1), "ignore: b: found the same body as a, expected another one");
   w.default_settings.solver = Solver::sweep, w.mark_dirty();
   CHECK(!set_spring(w, r.knee, kSpring));  // a solver that knows no springs
-  CHECK(!motor_of(w, body).gain);
+  CHECK(motor_of(w, body).gain == 0);
 }
