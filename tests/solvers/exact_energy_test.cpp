@@ -197,8 +197,8 @@ TEST_CASE("a ball that bounces without loss keeps its energy with every integrat
 }
 
 TEST_CASE(
-    "a ball that a cable whips round keeps its energy with every method but euler and rattle") {
-  const char* integrator = GENERATE("rk4", "implicit", "radau");
+    "a ball that a cable whips round keeps its energy with every method of order 2 and more") {
+  const char* integrator = GENERATE("rattle", "rk4", "implicit", "radau");
   const Real rate = GENERATE(60, 240, 960, 3840);
   const auto read = parse_scene(R"({"version": 1, "bodies": [
   {"name": "rod", "position": [0.5, 0, 0], "rotation_deg": [0, 0, 90], "mass": 1,

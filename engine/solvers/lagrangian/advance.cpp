@@ -142,7 +142,8 @@ class EnergyWatch {
     for (std::size_t b = 0; b < m_.count(); ++b)
       weight += m_.mass[b] * std::abs(m_.gravity_scale[b]);
     weight *= glm::length(world_.gravity);
-    const Real most = by.keeps_energy_to * (std::max(now, kinetic_) + weight * m_.size);
+    const Real part = (by.returns_energy && !m_.unilateral ? 10 : 1) * by.keeps_energy_to;
+    const Real most = part * (std::max(now, kinetic_) + weight * m_.size);
     return gained <= most && (m_.damped || gained >= -most);
   }
 

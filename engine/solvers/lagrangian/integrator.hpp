@@ -31,6 +31,8 @@ struct IntegratorRow {
   /// Of the energy of an island that only weight does work on, what a step may make or lose before
   /// it is halved; 0: nothing is asked.
   Real keeps_energy_to = 0;
+  /// Symplectic: between blows it gives back what it makes, and ten times as much may come and go.
+  bool returns_energy = false;
   /// Steps in which bodies rotate far are not halved.
   bool turns_far = false;
   /// Satisfies interfaces to other solvers; Euler replaces an integrator that does not.

@@ -149,7 +149,7 @@ bool step_rattle(const World& world, Island& m, const Span& span) {
 const IntegratorRow integrators::rattle{.step = step_rattle,
                                         .ends_on_joints = true,
                                         .efforts_are_forces = true,
-                                        // What it makes it gives back: only runaways are halved.
-                                        .keeps_energy_to = 1e-2};
+                                        .keeps_energy_to = 1e-3,
+                                        .returns_energy = true};
 
 }  // namespace pantin::detail::lagrangian
