@@ -208,7 +208,7 @@ TEST_CASE("surfaces: a stick that is pushed with its foot ahead jams, and gains 
     const Real spin = -2 * arm.y / (1.0 / 12 + glm::dot(arm, arm));
     CHECK(sim.world.bodies[body].angular_velocity.z == Approx(spin).epsilon(0.02));
     // Where the normal force and friction meet, the forces of this one lag.
-    CHECK(run(sim, 23) <= (integrator == Integrator::implicit ? 1e-4 : 1e-9));
+    CHECK(run(sim, 23) <= 1e-9);
     CHECK(slip_of(sim.world, contact) <= 1e-9);
   }
 }

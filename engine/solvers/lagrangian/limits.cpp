@@ -311,10 +311,10 @@ bool advance_among_limits(World& world, Island& m, Real h) {
       ++attempts;
       scratch.state = scratch.begin, scratch.impulses = scratch.impulses_before;
       scratch.pulled_at = 1e300;
-      m.rescues = rescues;
-      // Where a side lies down flat the last time that can be taken is sought: what an attempt
-      // comes to has to depend on its length only.
-      if (again && scratch.turned_over > 0) m.mean_lambda = scratch.lambda_before;
+      // What an attempt comes to, where a side lies down flat, depends on its length only.
+      const bool alike = again && scratch.turned_over > 0;
+      if (alike) m.mean_lambda = scratch.lambda_before;
+      if (alike || m.touches.empty()) m.rescues = rescues;  // surfaces: Euler keeps the step
       m.fresh = m.fresh || again, again = true;
       return advance(world, m, {done, length, h});
     };
