@@ -164,3 +164,21 @@ TEST_CASE("two balls tied by an elastic string in free flight swing to and fro")
   CHECK(most < 1.001 * start.energy());
   CHECK(least > 0.99 * start.energy());
 }
+
+TEST_CASE("a mass laid into a stiff elastic cable stays there, however stiff, at every rate") {
+  const Real compliance = GENERATE(1e-4, 1e-6, 1e-8, 1e-10), mass = GENERATE(0.1, 1.0, 100.0);
+  const Real rate = GENERATE(30, 60, 240, 1000, 4000);
+  CAPTURE(compliance, mass, rate);
+  Bungee b;
+  b.compliance = compliance, b.mass = mass, b.start = {0, -1, 0};
+  Entity jumper;
+  Simulation sim(b.build(&jumper), {1 / rate});
+  sim.settings.measure = true;
+  const Real start = measure(sim.world).energy();
+  const Height all = follow(sim, jumper, 1);
+  const Real sag = 2 * mass * kGravity * compliance;  // at most
+  CHECK(all.highest <= -1 + 1e-9);
+  CHECK(all.lowest >= -1 - sag - 1e-9);
+  CHECK(all.most_energy <= start + 1e-9 * mass * kGravity);
+  CHECK(all.least_energy >= start - 1e-6 * mass * kGravity);
+}

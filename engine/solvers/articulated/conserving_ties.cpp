@@ -32,6 +32,9 @@ Mat3 rows_at(const Real* m, std::size_t stride) {
 
 /// Of the island's size: a tie that is wider open is no solution.
 constexpr Real kAccepted = 3e-6;
+/// Likewise: the next iteration would change the length of an elastic cable by less. Rotations
+/// alone do not tell when a stiff one is solved that has just become taut or slack.
+constexpr Real kFollowed = 1e-9;
 /// Of the fastest of a blow: a cable that does not grow longer.
 constexpr Real kStill = 1e-9;
 
@@ -402,10 +405,20 @@ bool project(void* context) {
   return !(strikes || (s.stiff && any_limit_hit(s.a))) || strike(s);
 }
 
+/// Whether the impulse of an elastic cable is that of its length at the iterate.
+bool is_followed(const TiedStep& s, const ConservingTie& t) {
+  ConservingTie now = t;
+  load_cable(now, s.h);
+  const Real response = t.response > 0 ? t.response : s.h / s.a.mass;
+  const Real stiffness = glm::length(glm::normalize(t.before + t.now) * now.derivative);
+  return response * glm::length(now.mu - t.mu) <= kFollowed * s.a.size * (1 + response * stiffness);
+}
+
 bool settled(void* context) {
   const TiedStep& s = *static_cast<const TiedStep*>(context);
   for (ConservingTie& t : s.a.scratch.ties) {
     look_at(s, t);
+    if (t.kind == TieKind::cable && !is_followed(s, t)) return false;
     if (!has_to_change(s, t)) continue;
     change(t);
     return false;
