@@ -127,8 +127,9 @@ std::optional<SweepHit> overlap_at_start(const Slide& k, const Shape& b) {
 
 std::optional<SweepHit> sweep(const PlacedShape& a, const PlacedShape& b, Vec3 way, Real limit) {
   PANTIN_ASSERT(is_convex(a.shape));
-  PANTIN_ASSERT(is_unit(a.at) && is_unit(b.at) && is_unit(way) && is_range(0, limit));
+  if (!is_unit(way) || !(limit >= 0)) return std::nullopt;  // too long for a square to be a number
   if (!is_usable(a.shape) || !is_usable(b.shape)) return std::nullopt;
+  if (!is_unit(a.at) || !is_unit(b.at)) return std::nullopt;
   const Quat back = glm::conjugate(b.at.rotation);
   const Slide k{
       a.shape, {back * (a.at.position - b.at.position), back * a.at.rotation}, back * way};
@@ -152,8 +153,7 @@ std::optional<SweepHit> sweep(const PlacedShape& a, const PlacedShape& b, Vec3 w
         hit = sweep_convex(k, convex_piece(b.shape, Pose{}, scratch), limit);
         break;
     }
-  if (!hit) return std::nullopt;
-  PANTIN_ASSERT(is_unit(hit->normal) && is_range(0, hit->distance));
+  if (!hit || !is_unit(hit->normal) || !is_range(0, hit->distance)) return std::nullopt;
   hit->point = to_world(b.at, hit->point), hit->normal = b.at.rotation * hit->normal;
   return hit;
 }

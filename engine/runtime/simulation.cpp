@@ -72,6 +72,7 @@ StepReport Simulation::take_step(StartPoses* start) {
     return refused;
   }
   stepping_ = true;
+  if (!settings.watch) monitor_.get()->start_again();  // it knows nothing of these steps
   const StepReport report =
       step_world(world, settings, systems_,
                  {timing ? &times : nullptr, start, settings.watch ? monitor_.get() : nullptr});

@@ -18,8 +18,6 @@
 namespace pantin::detail {
 namespace {
 
-constexpr Status kAborted = static_cast<Status>(7);
-
 /// Moves kinematic bodies to the poses of their paths at the end of the step. Those whose path is
 /// not finite there stay, at rest; the first is reported.
 void move_kinematic_bodies(World& world, Real h, StepReport& report) {
@@ -409,7 +407,7 @@ void take_step(Step& s) {
 void abort_step(Step& s) {
   s.world.memory = {};
   s.report = {};
-  s.report.status = kAborted;
+  s.report.status = Status::aborted;
   s.report.tick = s.world.tick, s.report.time = s.world.time;
 }
 

@@ -6,6 +6,7 @@
 #include "engine/contact/detect.hpp"
 #include "engine/contact/memory.hpp"
 #include "engine/geometry/sweep.hpp"
+#include "engine/geometry/usable.hpp"
 #include "engine/world/joined.hpp"
 #include "engine/world/partition.hpp"
 
@@ -68,7 +69,7 @@ void ContactWatch::compile(const World& world) {
     Real thinnest = 1e300;
     for (std::uint32_t i = 0; i < shapes->list.size(); ++i) {
       const Shape& shape = shapes->list[i];
-      if (!is_complete(shape)) continue;
+      if (!is_usable(shape)) continue;
       const Real half = inner_radius(shape);
       if (is_unbounded(shape.kind))
         unbounded_.push_back(static_cast<std::uint32_t>(solids_.size()));
@@ -111,11 +112,15 @@ void ContactWatch::place_boxes(const World& world) {
   for (std::size_t i = 0; i < solids_.size(); ++i) {
     const Solid& s = solids_[i];
     const Body& b = world.bodies.values()[s.slot];
-    const Shape& shape = world.shapes[world.bodies.owners()[s.slot]].list[s.shape];
-    if (is_unbounded(shape.kind) || !is_finite(b.pose)) {
+    // Shapes may have come, gone and changed since.
+    const Shapes* shapes = world.shapes.find(world.bodies.owners()[s.slot]);
+    const bool is_there = shapes && s.shape < shapes->list.size() &&
+                          is_usable(shapes->list[s.shape]) && is_finite(b.pose);
+    if (!is_there || is_unbounded(shapes->list[s.shape].kind)) {
       boxes_[i] = {Vec3(1e300), Vec3(1e300)};
       continue;
     }
+    const Shape& shape = shapes->list[s.shape];
     boxes_[i] = bounds_of(shape, compose(b.pose, shape.local));
     boxes_[i].add(bounds_of(shape, compose(before_[s.slot], shape.local)));
   }
@@ -127,7 +132,9 @@ void ContactWatch::check(const World& world, const Solid& a, const Solid& b,
                          FindingList& found) const {
   const Body &on_a = world.bodies.values()[a.slot], &on_b = world.bodies.values()[b.slot];
   if (on_a.motion != Motion::dynamic && on_b.motion != Motion::dynamic) return;
-  const Shape& other = world.shapes[world.bodies.owners()[b.slot]].list[b.shape];
+  const Shapes* shapes = world.shapes.find(world.bodies.owners()[b.slot]);
+  if (!shapes || b.shape >= shapes->list.size()) return;
+  const Shape& other = shapes->list[b.shape];
   const Pose end = compose(on_a.pose, a.core.local), at = compose(on_b.pose, other.local);
   const Pose seen = compose(inverse(before_[b.slot]), compose(before_[a.slot], a.core.local));
   const Pose start = compose(on_b.pose, seen);

@@ -113,7 +113,7 @@ void list_shapes(const World& world, Lists& lists, Real h) {
                2 * h * h * glm::length(world.gravity);
     if (const Force* f = world.forces.find(e)) way += h * h * glm::length(f->force) / b.mass;
     const Real near = kSteps * way + kMargin * extent;
-    if (!std::isfinite(near)) continue;
+    if (!(near >= 0 && std::isfinite(near))) continue;
     for (std::uint32_t i = 0; i < shapes->list.size(); ++i) {
       const Shape& shape = shapes->list[i];
       if (!can_move(shape.kind) || !is_usable(shape)) continue;

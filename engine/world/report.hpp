@@ -16,7 +16,9 @@ enum class Status : std::uint8_t {
   bad_clock,      // World::time is not finite, or the step is too short or too long to compute with
                   // (see kShortestStep): what was left of it was not taken
   contact_lost,   // surfaces that touch came to where they cannot: see StepReport::contact_fault
-  energy_grew     // a solver that does not keep the energy made it grow severalfold; see README
+  energy_grew,    // a solver that does not keep the energy made it grow severalfold; see README
+  aborted         // memory ran out within the step: bodies are where it had put them, and the next
+                  // step starts from there
 };
 
 /// Measures of one state, SI units.

@@ -32,9 +32,14 @@ namespace detail {
 template <class T>
 class Store {
  public:
-  /// Adds a component to `owner`; an existing one is replaced in place.
+  /// Adds a component to `owner`; an existing one is replaced in place. What is given to a handle
+  /// of nothing is laid aside: no step sees it. What was destroyed gets it, but the next step takes
+  /// it away and tells: see StepReport::faults.
   T& add(Entity owner, T value) {
-    PANTIN_ASSERT(owner);
+    if (!owner) {
+      thread_local T aside;
+      return aside = std::move(value);
+    }
     if (T* old = find(owner)) {
       ++version_;
       return *old = std::move(value);

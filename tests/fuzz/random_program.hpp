@@ -361,7 +361,6 @@ class Program {
   /// Components through any handle, stale or of another thing.
   void add_component(World& world) {
     const Entity e = thing();
-    if (!e) return;
     switch (bytes_.pick(9)) {
       case 0:
         world.collisions.add(e, collision());

@@ -318,6 +318,11 @@ int step_through(const Run& run, Pictures* pictures, Record* record) {
                       c.scene, report.time, s.lost_body, s.worst_gap));
       return kDiverged;
     }
+    if (report.status == Status::aborted) {
+      s.status = "aborted";
+      complain(fmt::format("{}: aborted at {:.6g} s: memory ran out", c.scene, report.time));
+      return kFailed;
+    }
     if (report.status == Status::contact_lost) {
       s.status = "contact_lost";
       s.lost_body = sim.world.name_of(report.body), s.lost_time = report.time;
@@ -424,7 +429,7 @@ constexpr const char* kExamples = R"(Examples:
   pantin run assets/scenes/marionette.json --load out/marionette.world --strip out/later.png
 
 --json prints one object: scene, title, status (ok, doubtful: there are findings, diverged,
-inconsistent, contact_lost, energy_grew, interrupted, unwritable), solver ("mixed" if several), solvers (bodies of each),
+inconsistent, contact_lost, energy_grew, aborted, interrupted, unwritable), solver ("mixed" if several), solvers (bodies of each),
 step_s, substeps, steps, simulated_s, bodies, joints, strings, articulations, worst_gap_m,
 worst_gap_rel, energy_start_j, energy_end_j, energy_max_j, ns_per_link_step_median,
 ns_per_link_step_p99, frame_ms_median, frame_ms_p99 (a step, without drawing),
