@@ -176,6 +176,9 @@ Result<Entity> add_to(World& world, const PinConstraint& described) {
   const Vec3 target = described.target.value_or(described.point);
   findings.finite("target", target);
   findings.not_negative("stiffness", described.stiffness);
+  findings.not_negative("damping", described.damping);
+  if (described.damping > 0 && described.stiffness == 0)
+    findings.add("damping", shown(described.damping), "0 without a stiffness");
   if (findings.ok() && described.to == described.body)
     findings.add("to", "the pinned body itself", "another one");
   if (findings.ok() && world.bodies[described.body].motion != Motion::dynamic)
@@ -187,6 +190,7 @@ Result<Entity> add_to(World& world, const PinConstraint& described) {
   pin.anchor = to_local(world.bodies[described.body].pose, described.point);
   pin.target = described.to ? to_local(world.bodies[described.to].pose, target) : target;
   if (described.stiffness > 0) pin.kind = PinKind::spring, pin.stiffness = described.stiffness;
+  pin.damping = described.damping;
   return world.add_pin(pin, described.name);
 }
 

@@ -200,7 +200,8 @@ struct PinConstraint {
   Vec3 point{0};                    // of the body
   std::optional<Vec3> target = {};  // where it is to go; none: where it is
   Entity to = {};                   // the body that the target is fixed in; none: the world
-  Real stiffness = 0;               // N/m of a damped spring; 0: exact
+  Real stiffness = 0;               // N/m of a spring; 0: exact
+  Real damping = 0;                 // N s/m, of that spring's damper
   int priority = 0;  // of several exact pins the one of highest priority is met exactly
   std::string name = {};
 };

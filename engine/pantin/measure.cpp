@@ -144,8 +144,10 @@ std::optional<Vec3> interface_force(const World& world, const lagrangian::Island
 Vec3 spring_force(const World& world, const Pin& pin) {
   const Body& body = world.bodies[pin.body];
   const Vec3 at = to_world(body.pose, pin.anchor);
-  const Vec3 to = pin.to ? to_world(world.bodies[pin.to].pose, pin.target) : pin.target;
-  return pin.stiffness * (to - at);
+  const Body* holder = pin.to ? &world.bodies[pin.to] : nullptr;
+  const Vec3 to = holder ? to_world(holder->pose, pin.target) : pin.target;
+  const Vec3 rate = (holder ? velocity_at(*holder, to) : Vec3(0)) - velocity_at(body, at);
+  return pin.stiffness * (to - at) + pin.damping * rate;
 }
 
 }  // namespace

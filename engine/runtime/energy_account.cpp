@@ -143,7 +143,8 @@ void EnergyAccount::compile(const World& world) {
     const Pin& p = world.pins.values()[i];
     attach(world, {p.body, p.to});
     const std::uint32_t body = world.bodies.slot(p.body);
-    if (!p.to && body != kNoSlot && is_dynamic(world.bodies.values()[body]))
+    if (p.kind == PinKind::exact && !p.to && body != kNoSlot &&
+        is_dynamic(world.bodies.values()[body]))
       hold(sets_.root(body), kPlaces + i), holds_.push_back({body, kPlaces + i});
   }
   find_losses(world);

@@ -79,10 +79,27 @@ Real energy_of(const World& world, const Cable& c) {
   return 0.5 * over * over / c.joint.compliance;
 }
 
-Real energy_of(const World& world, const Pin& p) {
-  const Vec3 to = p.to ? to_world(world.bodies[p.to].pose, p.target) : p.target;
-  const Vec3 gap = to - to_world(world.bodies[p.body].pose, p.anchor);
-  return 0.5 * p.stiffness * glm::dot(gap, gap);
+/// From the point to `target`.
+Vec3 gap_of(const World& world, const Pin& p, Vec3 target) {
+  const Vec3 to = p.to ? to_world(world.bodies[p.to].pose, target) : target;
+  return to - to_world(world.bodies[p.body].pose, p.anchor);
+}
+
+/// Its energy is that towards where the target was before: what moves the target does work.
+void begin_pin(const World& world, EnergyStore& s) {
+  const Pin& p = world.pins.values()[s.slot];
+  s.gap = gap_of(world, p, s.place);
+  s.energy = 0.5 * p.stiffness * glm::dot(s.gap, s.gap);
+}
+
+/// At most done on a pin's target: the pull as at the start or as at the end, and what the damper
+/// hands on.
+Real work_of_target(const World& world, const EnergyStore& before, const EnergyStore& now, Real h) {
+  const Pin& p = world.pins.values()[now.slot];
+  const Vec3 way = now.place - before.place;
+  if (p.to || way == Vec3(0)) return 0;
+  return p.stiffness * std::max(glm::dot(before.gap, way), glm::dot(now.gap, way)) +
+         p.damping / 4 * glm::dot(way, way) / h;
 }
 
 /// The slot of a dynamic one of the bodies, or kNoSlot; that too where one is gone.
@@ -143,6 +160,7 @@ void list_stores(const World& world, std::vector<EnergyStore>& stores) {
     const Pin& p = world.pins.values()[i];
     EnergyStore s;
     s.kind = EnergyStore::Kind::pin, s.slot = i, s.body = dynamic_of(world, p);
+    s.place = p.target;
     if (p.kind == PinKind::spring && s.body != kNoSlot) stores.push_back(s);
   }
 }
@@ -164,13 +182,14 @@ void begin_store(const World& world, EnergyStore& s) {
       s.energy = energy_of(world, world.cables.values()[s.slot]);
       return;
     case EnergyStore::Kind::pin:
-      s.energy = energy_of(world, world.pins.values()[s.slot]);
+      begin_pin(world, s);
       return;
   }
 }
 
 StoreChange end_store(const World& world, EnergyStore& s, Real h) {
   const EnergyStore before = s;
+  if (s.kind == EnergyStore::Kind::pin) s.place = world.pins.values()[s.slot].target;
   begin_store(world, s);
   StoreChange change;
   if (s.kind == EnergyStore::Kind::coordinate) {
@@ -191,6 +210,7 @@ StoreChange end_store(const World& world, EnergyStore& s, Real h) {
                              s.energy - energy_of(drive, s.turn, before.target)) +
                     h * std::min(drive.damping * speed / 4, drive.max_torque) * speed;
   }
+  if (s.kind == EnergyStore::Kind::pin) change.worked = work_of_target(world, before, s, h);
   change.stored = s.energy - before.energy;
   return change;
 }

@@ -17,6 +17,7 @@ struct EnergyStore {
   Real x = 0, rate = 0;                  // the coordinate; from step to step, so that turns count
   Real moved = 0;                        // by how much in the last substep
   Quat turn{1, 0, 0, 0}, target{1, 0, 0, 0};  // of a drive
+  Vec3 gap{0}, place{0};                      // of a pin, to where its target was; that
   Real energy = 0;                            // J
 };
 

@@ -58,7 +58,7 @@ void begin_pull(const Span& span, TimedEvent& e) {
   pin.body = e.on, pin.anchor = e.anchor, pin.priority = kPriority;
   pin.target = e.progress.start = to_world(body->pose, e.anchor);
   pin.kind = e.stiffness > 0 ? PinKind::spring : PinKind::exact;
-  pin.stiffness = e.stiffness;
+  pin.stiffness = e.stiffness, pin.damping = e.damping;
   e.progress.pin = world.add_pin(pin);
 }
 

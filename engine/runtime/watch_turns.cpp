@@ -71,7 +71,12 @@ void TurnWatch::find_geared(const World& world) {
         bodies_[slot].is_geared = true;
   };
   for (const Cable& c : world.cables.values()) mark({c.a, c.b});
-  for (const Pin& p : world.pins.values()) mark({p.body, p.to});
+  for (const Pin& p : world.pins.values()) {
+    if (p.kind == PinKind::exact) mark({p.body, p.to});
+    for (const Entity e : {p.body, p.to})
+      if (const std::uint32_t slot = world.bodies.slot(e); slot != kNoSlot)
+        bodies_[slot].is_sprung = true;
+  }
   for (const SurfaceContact& c : world.surface_contacts.values()) mark({c.a, c.b});
   for (const Belt& belt : world.belts.values())
     for (const BeltPulley& p : belt.pulleys) mark({p.body});
@@ -151,8 +156,10 @@ void TurnWatch::end_substep(const World& world, Real h, std::span<const EnergySt
     if (turned > kBriefly && share_of(world, slot) > kLittle)
       found.note(FindingKind::turned_too_far, world.bodies.owners()[slot], turn);
   }
-  for (const EnergyStore& s : stores)
+  for (const EnergyStore& s : stores) {
     if (s.kind == EnergyStore::Kind::coordinate) check_spring(world, h, s, found);
+    if (s.kind == EnergyStore::Kind::pin) check_spring_pin(world, h, s, found);
+  }
 }
 
 /// Part of the kinetic energy of all that it is joined to.
@@ -179,7 +186,7 @@ Real TurnWatch::inertia_beyond(const World& world, const EnergyStore& s, std::ui
     const std::uint32_t slot = stack_.back();
     stack_.pop_back();
     const pantin::Body& b = world.bodies.values()[slot];
-    if (b.motion != Motion::dynamic || bodies_[slot].is_geared) return 0;
+    if (b.motion != Motion::dynamic || bodies_[slot].is_geared || bodies_[slot].is_sprung) return 0;
     const Vec3 across = glm::cross(axis, b.pose.position - anchor),
                inside = glm::conjugate(b.pose.rotation) * axis;
     sum += s.along == Coordinate::travel
@@ -223,6 +230,43 @@ void TurnWatch::check_spring(const World& world, Real h, const EnergyStore& s, F
   const Real swing = h * std::sqrt(stiffness / inertia);
   if (swing > detail::range_of(world, s.body).swing)
     found.note(FindingKind::spring_unresolved, world.links.owners()[s.slot], swing);
+}
+
+/// Of pins between bodies that nothing else holds.
+void TurnWatch::check_spring_pin(const World& world, Real h, const EnergyStore& s,
+                                 FindingList& found) {
+  const Pin& pin = world.pins.values()[s.slot];
+  struct End {
+    const pantin::Body* body;
+    std::uint32_t slot;
+    Vec3 anchor, at;
+  };
+  const auto end_of = [&](Entity e, Vec3 anchor) {
+    const std::uint32_t slot = world.bodies.slot(e);
+    const pantin::Body* b = slot != kNoSlot ? &world.bodies.values()[slot] : nullptr;
+    return End{b, slot, anchor, b ? to_world(b->pose, anchor) : anchor};
+  };
+  const End ends[] = {end_of(pin.body, pin.anchor), end_of(pin.to, pin.target)};
+  const Vec3 gap = ends[1].at - ends[0].at;
+  if (gap == Vec3(0)) return;
+  Real mobile = 0, size = 0;  // acceleration by a force along the spring; of the bodies
+  Vec3 rate(0);
+  for (const End& end : ends) {
+    if (!end.body) continue;
+    rate += (&end == ends ? -1.0 : 1.0) * velocity_at(*end.body, end.at);
+    if (end.body->motion != Motion::dynamic) continue;
+    if (bodies_[end.slot].is_joined || bodies_[end.slot].is_geared) return;
+    const Vec3 inertia = end.body->inertia;
+    const Vec3 across =
+        glm::cross(end.anchor, glm::conjugate(end.body->pose.rotation) * glm::normalize(gap));
+    mobile += 1 / end.body->mass + glm::dot(across, across / inertia);
+    size = std::max(size, std::sqrt(std::max({inertia.x, inertia.y, inertia.z}) / end.body->mass));
+  }
+  if (h * glm::length(rate) < kSwing * size) return;
+  if (pin.damping * std::sqrt(mobile) > 2 * kDamped * std::sqrt(pin.stiffness)) return;
+  const Real swing = h * std::sqrt(pin.stiffness * mobile);
+  if (swing > detail::range_of(world, s.body).swing)
+    found.note(FindingKind::spring_unresolved, world.pins.owners()[s.slot], swing);
 }
 
 }  // namespace pantin::detail

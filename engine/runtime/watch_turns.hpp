@@ -22,7 +22,8 @@ class TurnWatch {
   /// turn as fast as it likes.
   struct Body {
     bool is_asked = false, is_joined = false;
-    bool is_geared = false;  // moves as others do: by gears, belts, surfaces, cables, pins
+    bool is_geared = false;  // moves as others do: by gears, belts, surfaces, cables, exact pins
+    bool is_sprung = false;  // by a pin
     Vec3 axis{0};            // of that symmetry, body axes; 0: none
     Real turned = 0;         // rad, on end in steps that were too long for it
   };
@@ -32,6 +33,7 @@ class TurnWatch {
   void find_geared(const World& world);
   void link_up(const World& world);
   void check_spring(const World& world, Real h, const EnergyStore& store, FindingList& found);
+  void check_spring_pin(const World& world, Real h, const EnergyStore& store, FindingList& found);
   /// Of the bodies beyond a link, as seen from it: moment of inertia about an axis, or mass; 0:
   /// held, or part of a loop.
   Real inertia_beyond(const World& world, const EnergyStore& store, std::uint32_t from,

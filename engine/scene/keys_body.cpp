@@ -210,10 +210,13 @@ constexpr Key kPin[] = {
     whole("priority", -1'000'000, 1'000'000, "Of several exact pins the highest is met exactly.")
         .or_else(0),
     word("kind", kPinKinds,
-         "exact: goes to the target whatever it weighs. spring: drawn by a damped spring.")
+         "exact: goes to the target whatever it weighs. spring: drawn by a spring.")
         .once("grip")
         .or_else(0),
     number("stiffness", "N/m", kPositive, "Of a spring.").or_else(200),
+    number("damping", "N s/m", kNotNegative,
+           "Of a spring's damper; critical for a mass alone: 2 sqrt(stiffness mass).")
+        .or_else(0),
 };
 constexpr auto kPinClass = shared_keys<kPin, 3>("name class body");
 constexpr Exclusive kPinPairs[] = {{"point", "anchor"}, {"target", "anchor_to"}};

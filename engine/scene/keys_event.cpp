@@ -100,6 +100,7 @@ constexpr Key kPull[] = {
     number("stiffness", "N/m", kNotNegative,
            "Of a hand that gives way like a spring; 0: it gets there exactly.")
         .or_else(0),
+    number("damping", "N s/m", kNotNegative, "Of that spring's damper.").or_else(0),
     kFrom,
     number("to", "s", kMoment, "When the hand lets go. Default: never."),
     number("over", "s", kMoment,

@@ -54,7 +54,7 @@ void read_wind(const Reading& reading, const Reader& from, EventRecipe& r) {
 void read_pull(const Reader& from, EventRecipe& r) {
   TimedEvent& e = r.event;
   e.target = from.vec("target", Vec3(0));
-  e.stiffness = from.number("stiffness");
+  e.stiffness = from.number("stiffness"), e.damping = from.number("damping");
   if (!from.has("over")) e.over = e.to < kNever ? e.to - e.from : 1;
 }
 

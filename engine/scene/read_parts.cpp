@@ -155,7 +155,7 @@ std::optional<PinRecipe> read_pin(const Reading& reading, NodeId node) {
   pin.to = from.reference("to");
   pin.pin.priority = from.whole("priority");
   pin.pin.kind = static_cast<PinKind>(from.word("kind"));
-  pin.pin.stiffness = from.number("stiffness");
+  pin.pin.stiffness = from.number("stiffness"), pin.pin.damping = from.number("damping");
   if (!body) return std::nullopt;
   pin.body = *body;
   return pin;

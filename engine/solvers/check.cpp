@@ -42,7 +42,8 @@ bool is_sound(const Cable& cable) {
 
 bool is_sound(const Pin& p) {
   const bool draws =
-      p.kind == PinKind::exact || (std::isfinite(1 / p.stiffness) && p.stiffness > 0);
+      p.kind == PinKind::exact || (std::isfinite(1 / p.stiffness) && p.stiffness > 0 &&
+                                   std::isfinite(p.damping) && p.damping >= 0);
   return is_finite(p.anchor) && draws;
 }
 
@@ -153,7 +154,8 @@ void list_impossible(const Plans& owners) {
       stop_both(world.cables.owners()[i], "has a number that is none", s.a, s.b);
   for (std::size_t i = 0; i < world.pins.size(); ++i)
     if (const Pin& p = world.pins.values()[i]; !is_sound(p))
-      stop_both(world.pins.owners()[i], "has an anchor or a stiffness that is none", p.body, p.to);
+      stop_both(world.pins.owners()[i], "has an anchor, a stiffness or a damping that is none",
+                p.body, p.to);
 }
 
 /// Islands whose settings are faulty are not stepped; their first body is reported.

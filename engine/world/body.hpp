@@ -48,6 +48,11 @@ struct Body {
 
 namespace detail {
 
+/// Of the body's point that is at `at`, world.
+inline Vec3 velocity_at(const Body& b, Vec3 at) {
+  return b.velocity + glm::cross(b.angular_velocity, at - b.pose.position);
+}
+
 /// External force on a body during the next step. World::push() adds to it; each step clears it.
 struct Force {
   Vec3 force{0};   // N, world axes, at the mass centre

@@ -53,7 +53,8 @@ constexpr FindingInfo kInfos[] = {
      "may turn as fast as it likes.",
      "Take a shorter step, or \"lagrangian\" with \"rk4\" or \"radau\", which divide it."},
     {"spring_unresolved", "rad",
-     "A spring of a joint, with little damping, swings by more in a step than its solver can "
+     "A spring of a joint or a pin, with little damping, swings by more in a step than its solver "
+     "can "
      "follow, so that its swing dies or grows by itself: its frequency times the step.",
      "Take a shorter step, make the spring softer, or give it the damping that it is to have."},
     {"energy_limited", "J",

@@ -90,7 +90,7 @@ struct Gear {
 
 enum class PinKind : std::uint8_t {
   exact,   // a hard constraint: the point reaches its target
-  spring,  // a damped spring of `stiffness`
+  spring,  // a spring of `stiffness` with a damper of `damping`
 };
 constexpr PinKind last_of(PinKind) { return PinKind::spring; }
 
@@ -103,6 +103,7 @@ struct Pin {
   int priority = 0;  // of several exact pins the one of highest priority is met exactly
   PinKind kind = PinKind::exact;
   Real stiffness = 200;  // N/m, of a spring
+  Real damping = 0;      // N s/m, likewise, of the point's velocity relative to its target
   // Results of the last step:
   Real residual = 0;    // m, distance of the point from its target
   bool missed = false;  // exact: that is more than the solver's tolerance
@@ -117,6 +118,7 @@ struct Pin {
     field("priority", self.priority);
     field("kind", self.kind);
     field("stiffness", self.stiffness);
+    field("damping", self.damping);
     field("residual", passive(self.residual));
     field("missed", passive(self.missed));
     field("reachable", passive(self.reachable));

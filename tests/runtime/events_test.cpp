@@ -192,7 +192,8 @@ TEST_CASE("A hand takes a body to a place, holds it there and lets go") {
                                  .to = 2.5,
                                  .over = 1,
                                  .target = {1, 2, 0},
-                                 .stiffness = stiffness}));
+                                 .stiffness = stiffness,
+                                 .damping = 40}));
     Simulation sim = run(world, 1.0 / 120, 2.5);
     const Real sag = stiffness > 0 ? 2 * 9.81 / stiffness : 0;
     const Vec3 off = sim.world.bodies[ball].pose.position - Vec3(1, 2 - sag, 0);

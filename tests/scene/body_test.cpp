@@ -181,11 +181,12 @@ TEST_CASE("Strings are as long as told, or as the way between their ends") {
 TEST_CASE("Pins hold a point where it is unless told otherwise") {
   const Scene s = good(with_two(R"("pins": [{"body": "b"},
 {"name": "hand", "body": "b", "anchor": [0, 0.1, 0], "target": [1, 1, 0], "priority": 3,
- "kind": "spring", "stiffness": 50}, {"body": "a", "point": [0, 0.05, 0]}])"));
+ "kind": "spring", "stiffness": 50, "damping": 3}, {"body": "a", "point": [0, 0.05, 0]}])"));
   const auto pins = s.world.pins.values();
   CHECK((pins[0].target == Vec3(1, 0, 0) && pins[0].kind == PinKind::exact));
   CHECK((pins[1].anchor == Vec3(0, 0.1, 0) && pins[1].target == Vec3(1, 1, 0)));
   CHECK((pins[1].priority == 3 && pins[1].kind == PinKind::spring && pins[1].stiffness == 50));
+  CHECK((pins[0].damping == 0 && pins[1].damping == 3));
   CHECK((pins[2].anchor == Vec3(0, 0.05, 0) && pins[2].target == Vec3(0, 0.05, 0)));
 }
 

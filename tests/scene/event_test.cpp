@@ -81,9 +81,10 @@ TEST_CASE("A wind blows on all, or on bodies and groups of them") {
 }
 
 TEST_CASE("A hand, a winch, gravity and a solver say what becomes of them") {
-  const TimedEvent hand =
-      event_in(R"({"type": "pull", "body": "b", "target": [1, 2, 0], "from": 1, "to": 3})");
-  CHECK((hand.target == Vec3(1, 2, 0) && hand.over == 2 && hand.stiffness == 0));
+  const TimedEvent hand = event_in(
+      R"({"type": "pull", "body": "b", "target": [1, 2, 0], "from": 1, "to": 3, "damping": 5})");
+  CHECK(
+      (hand.target == Vec3(1, 2, 0) && hand.over == 2 && hand.stiffness == 0 && hand.damping == 5));
   CHECK(event_in(R"({"type": "pull", "body": "b", "target": [1, 2, 0]})").over == 1);
   const TimedEvent winch =
       event_in(R"({"type": "winch", "cable": "line", "length": 1.5, "at": 2, "over": 1})");

@@ -212,10 +212,11 @@ TEST_CASE("a spring pin carries a weight at the offset m g / k") {
   for (Real stiffness : {50.0, 200.0, 3000.0}) {
     World w;
     Body b;
-    b.mass = 2, b.inertia = Vec3(0.02), b.drag = 0.3;
+    b.mass = 2, b.inertia = Vec3(0.02);
     const Entity e = w.add_body(b);
     Pin p;
     p.body = e, p.kind = PinKind::spring, p.stiffness = stiffness;
+    p.damping = std::sqrt(2 * stiffness);  // half the critical one
     w.add_pin(p);
     Simulation sim(std::move(w), {1.0 / 60});
     for (int i = 0; i < 60 * 60; ++i) sim.step();

@@ -69,7 +69,9 @@ void Hand::take(World& world, const Picked& picked, PinKind grip, const SeenPixe
   Pin pin;
   pin.body = body_, pin.anchor = anchor_, pin.target = target_;
   pin.priority = kFirst, pin.kind = grip;
-  pin.stiffness = std::max(kLeastStiffness, kFirmness * mass_with(world, body_));
+  const Real mass = mass_with(world, body_);
+  pin.stiffness = std::max(kLeastStiffness, kFirmness * mass);
+  pin.damping = 2 * std::sqrt(pin.stiffness * mass);  // critical
   pin_ = world.add_pin(pin, "mouse");
 }
 

@@ -78,8 +78,7 @@ void begin_ties(const World& world, Island& a, const StepPart& part) {
     t.b = pin.column, t.anchor_b = pin.anchor;
     t.a = pin.partner, t.anchor_a = pin.held_anchor;
     t.kind = pin.compliance > 0 ? TieKind::spring : TieKind::rigid;
-    if (pin.compliance > 0)
-      t.stiffness = 1 / pin.compliance, t.damping = kSpringDamping * t.stiffness;
+    if (pin.compliance > 0) t.stiffness = 1 / pin.compliance, t.damping = pin.damping;
     begin_tie(world, a, t,
               {pin.partner == kNobody ? place_of(world, pin, part.whole) : Place{}, part});
     if (t.kind == TieKind::rigid) r.ties.back().mu = -to_mu * pin.lambda;

@@ -19,7 +19,7 @@ struct Anchorage {
   std::uint32_t held_body = kNoSlot, held_pin = kNoSlot, link = kNoSlot;
   Vec3 held_anchor{0};
   int priority = 0;
-  Real compliance = 0;
+  Real compliance = 0, damping = 0;
 };
 
 /// A joint or a pin between two dynamic bodies that is not part of the tree.
@@ -28,7 +28,7 @@ struct Loop {
   Vec3 anchor{0}, partner_anchor{0};
   std::uint32_t link = kNoSlot, pin = kNoSlot;
   int priority = 0;
-  Real compliance = 0;
+  Real compliance = 0, damping = 0;
 };
 
 struct Neighbour {
@@ -100,11 +100,11 @@ void read_links(Builder& b) {
     } else if (!is_articulated(link.joint.kind)) {
       b.fault(owner, "is of a kind that only the Lagrangian solver knows");
     } else if (!b.is_dynamic(sa)) {
-      b.anchorages.push_back({sb, link.joint.anchor_b, sa, kNoSlot, i, link.joint.anchor_a, 0, 0});
+      b.anchorages.push_back({sb, link.joint.anchor_b, sa, kNoSlot, i, link.joint.anchor_a});
     } else if (!b.is_dynamic(sb)) {
-      b.anchorages.push_back({sa, link.joint.anchor_a, sb, kNoSlot, i, link.joint.anchor_b, 0, 0});
+      b.anchorages.push_back({sa, link.joint.anchor_a, sb, kNoSlot, i, link.joint.anchor_b});
     } else if (forest.root(sa) == forest.root(sb)) {
-      b.loops.push_back({sb, sa, link.joint.anchor_b, link.joint.anchor_a, i, kNoSlot, 0, 0});
+      b.loops.push_back({sb, sa, link.joint.anchor_b, link.joint.anchor_a, i, kNoSlot});
     } else {
       forest.join(sa, sb);
       pairs.push_back({sa, {sb, i}}), pairs.push_back({sb, {sa, i}});
@@ -131,7 +131,7 @@ void read_pins(Builder& b) {
       const std::uint32_t to = pin.to ? world.bodies.slot(pin.to) : kNoSlot;
       if (b.is_foreign(slot) && to != kNoSlot && b.is_dynamic(to))
         b.anchorages.push_back(
-            {to, pin.target, slot, i, kNoSlot, pin.anchor, pin.priority, compliance});
+            {to, pin.target, slot, i, kNoSlot, pin.anchor, pin.priority, compliance, pin.damping});
       continue;
     }
     if (pin.to) {
@@ -142,12 +142,14 @@ void read_pins(Builder& b) {
         b.fault(world.pins.owners()[i], "holds a body on to itself");
       else if (!b.is_dynamic(to))
         b.anchorages.push_back(
-            {slot, pin.anchor, to, i, kNoSlot, pin.target, pin.priority, compliance});
+            {slot, pin.anchor, to, i, kNoSlot, pin.target, pin.priority, compliance, pin.damping});
       else
-        b.loops.push_back({slot, to, pin.anchor, pin.target, kNoSlot, i, pin.priority, compliance});
+        b.loops.push_back(
+            {slot, to, pin.anchor, pin.target, kNoSlot, i, pin.priority, compliance, pin.damping});
       continue;
     }
-    b.anchorages.push_back({slot, pin.anchor, kNoSlot, i, kNoSlot, {}, pin.priority, compliance});
+    b.anchorages.push_back(
+        {slot, pin.anchor, kNoSlot, i, kNoSlot, {}, pin.priority, compliance, pin.damping});
   }
   std::stable_sort(b.anchorages.begin(), b.anchorages.end(), [](const auto& x, const auto& y) {
     return x.body != y.body ? x.body < y.body : x.priority > y.priority;
@@ -360,7 +362,7 @@ void pack_pins(Builder& b, const std::vector<Anchorage>& anchorages, const Plant
     h.column = b.column[g.body], h.anchor = g.anchor, h.priority = g.priority;
     h.held_body = g.held_body, h.held_pin = g.held_pin, h.held_anchor = g.held_anchor;
     h.held_link = g.link;
-    h.compliance = g.compliance;
+    h.compliance = g.compliance, h.damping = g.damping;
     b.note_loop(g.link);
     while (h.tree + 1 < a.trees.size() && a.trees[h.tree + 1].first <= h.column) ++h.tree;
     if (a.parents[a.trees[h.tree].first] == kHeld) measure_reach(a, h);
@@ -398,7 +400,7 @@ void tie_loops(Builder& b, std::vector<Island>& made) {
     h.anchor = loop.anchor, h.held_anchor = loop.partner_anchor;
     h.held_link = loop.link, h.held_pin = loop.pin;
     b.note_loop(loop.link);
-    h.priority = loop.priority, h.compliance = loop.compliance;
+    h.priority = loop.priority, h.compliance = loop.compliance, h.damping = loop.damping;
     while (h.tree + 1 < a.trees.size() && a.trees[h.tree + 1].first <= h.column) ++h.tree;
     a.pins.push_back(h);
   }

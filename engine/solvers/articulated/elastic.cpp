@@ -88,10 +88,9 @@ SpringExchange spring_exchange(const Island& a, const PackedPin& pin, Real h) {
   const Vec3 gap =
       target_of(a, pin, kFinalPoses) - point_at(a, pin.column, pin.anchor, kFinalPoses);
   const Vec3 change = gap - pin.gap_before;
-  const Real stiffness = 1 / pin.compliance, damping = kSpringDamping * stiffness;
-  const Vec3 force = 0.5 * stiffness * (gap + pin.gap_before) + damping / h * change;
+  const Vec3 force = 0.5 / pin.compliance * (gap + pin.gap_before) + pin.damping / h * change;
   const Vec3 moved = pin.partner == UINT32_MAX ? pin.target - pin.target_before : Vec3(0);
-  return {glm::dot(force, moved), damping / h * glm::dot(change, change)};
+  return {glm::dot(force, moved), pin.damping / h * glm::dot(change, change)};
 }
 
 }  // namespace pantin::detail::articulated

@@ -54,7 +54,7 @@ GroupTie gather_pin(const World& world, GroupScratch& r, const GroupScratch::Ran
   const Island& a = islands_of(world)[of.number];
   GroupTie t;
   t.kind = is_rigid(pin) ? GroupTie::Kind::rigid : GroupTie::Kind::spring;
-  if (!is_rigid(pin)) t.stiffness = 1 / pin.compliance, t.damping = kSpringDamping * t.stiffness;
+  if (!is_rigid(pin)) t.stiffness = 1 / pin.compliance, t.damping = pin.damping;
   t.island = of.number, t.number = static_cast<std::uint32_t>(&pin - a.pins.data());
   t.b = r.index[a.slots[pin.column]], t.anchor_b = pin.anchor;
   t.impulse = force_of_multiplier(a) * pin.lambda;

@@ -339,8 +339,6 @@ struct SpringExchange {
   Real work, lost;
 };
 SpringExchange spring_exchange(const Island& a, const PackedPin& pin, Real h);
-/// s: damping of a spring pin over its stiffness.
-inline constexpr Real kSpringDamping = 0.1;
 
 /// Of solvers that do not conserve energy: the energy of an island before a step, and whether the
 /// step raised it severalfold above that and what kinematic bodies, forces and drives supplied

@@ -271,6 +271,7 @@ struct PackedPin {
   Vec3 target{0}, target_before{0};
   int priority = 0;
   Real compliance = 0;             // m/N; 0 is exact
+  Real damping = 0;                // N s/m, of a spring
   Vec3 lambda{0};                  // of the last step, kg m
   Vec3 gap_before{0};              // point to target after the last step, for springs
   Real reach = 0, dead_reach = 0;  // largest and smallest distance to the root's target
@@ -290,6 +291,7 @@ struct PackedPin {
     field("target_before", derived(self.target_before));
     field("priority", derived(self.priority));
     field("compliance", derived(self.compliance));
+    field("damping", derived(self.damping));
     field("lambda", self.lambda);
     field("gap_before", self.gap_before);
     field("reach", derived(self.reach));

@@ -67,7 +67,7 @@ void list_pin_rows(Island& a, const PackedPin& h, Real step, const Pass& pass) {
   if (h.partner != kNobody) row.arm_a = lever(a, h.partner, h.held_anchor, rotation_row);
   if (h.compliance > 0) {
     // k g + c (g - g_before) / h, as one spring of stiffness k + c/h.
-    const Real stiffer = 1 + kSpringDamping / step;
+    const Real stiffer = 1 + h.damping * h.compliance / step;
     row.softness = h.compliance / stiffer / (a.force_share * step * step);
     gap -= (1 - 1 / stiffer) * h.gap_before;
   }

@@ -174,6 +174,15 @@ struct Attempt {
   int most_halvings, most_substeps;
 };
 
+/// Of what an integrator takes as explicit forces.
+Stiffness explicit_stiffness(const World& world, const Island& m, const IntegratorRow& by) {
+  Stiffness most;
+  if (by.efforts_are_forces) most = stiffness_of(world, m);
+  if (by.collocates || &by == &integrators::euler) return most;
+  const Stiffness pins = stiffness_of_pins(world, m);
+  return {std::max(most.spring, pins.spring), std::max(most.damper, pins.damper)};
+}
+
 /// Advances by one integrator, halving the step where it fails.
 bool advance_by(const World& world, Island& m, const Span& span, const Attempt& attempt) {
   const IntegratorRow& by = attempt.by;
@@ -185,9 +194,9 @@ bool advance_by(const World& world, Island& m, const Span& span, const Attempt& 
   EnergyWatch energy(world, m, by);
   int substeps = 1;
   while (substeps < kMostParts && fastest * span.h > most_turned * substeps) substeps *= 2;
-  if (!m.joint_forces.empty() && by.efforts_are_forces) {
+  if ((!m.joint_forces.empty() && by.efforts_are_forces) || !m.elastic_pins.empty()) {
     update_kinematics(m), update_frames(world, m, span.fraction(0), span.whole);
-    const Stiffness stiff = stiffness_of(world, m);
+    const Stiffness stiff = explicit_stiffness(world, m, by);
     while (substeps < kMostParts && stiff.is_long(span.h / substeps)) substeps *= 2;
     if (stiff.is_long(span.h / substeps)) return false;
   }

@@ -179,7 +179,7 @@ void pack_pins(Packer& p) {
       continue;
     }
     m.elastic_pins.push_back({i, {block.body[0], block.body[1]}});
-    block.kind = BlockKind::elastic_pin;
+    m.damped = m.damped || pin.damping > 0, block.kind = BlockKind::elastic_pin;
     add_compliant_block(m, block);
   }
 }
@@ -488,7 +488,7 @@ void compile(World& world, std::span<const IslandPlan> plans) {
   all.scratch.saved.resize(before.size());
   for (std::size_t i = 0; i < islands.size(); ++i) {
     Island& m = islands[i];
-    pack_interfaces(m);
+    pack_interfaces(m), count_pins(m);
     m.loops = has_loops(m);
     if (const std::uint32_t was = carry_memory(world, before, m); was != kNoSlot)
       carry_saved(m, all.scratch.saved[was], saved[i]);

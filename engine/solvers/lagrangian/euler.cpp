@@ -130,6 +130,12 @@ void place(const World& world, Island& m, const Span& span) {
   }
 }
 
+/// Of one body that nothing ties.
+bool is_loose(const Island& m) {
+  return m.blocks.empty() && m.elastic_pins.empty() && m.elastic_cables.empty() &&
+         m.elastic_paths.empty();
+}
+
 /// Poses at the end of the step, and the second half of what free bodies turn.
 void finish(Island& m, Real h) {
   StepScratch& scratch = m.scratch;
@@ -137,8 +143,8 @@ void finish(Island& m, Real h) {
   for (std::size_t b = 0; b < m.count(); ++b) {
     const Vec3 before = s.v[b];
     s.v[b] = scratch.solution[2 * b];
-    // Without joints nothing is stiff: a fall that keeps its energy.
-    s.x[b] += m.blocks.empty() ? 0.5 * h * (before + s.v[b]) : h * s.v[b];
+    // Where nothing is stiff: a fall that keeps its energy.
+    s.x[b] += is_loose(m) ? 0.5 * h * (before + s.v[b]) : h * s.v[b];
     Vec3 w = glm::conjugate(s.q[b]) * scratch.solution[2 * b + 1];
     const Vec3 first = scratch.from.w[b] + 0.5 * h * w;
     const Vec3 second = turn_freely(w, m.inertia[b], 0.5 * h);
@@ -158,7 +164,9 @@ bool step_euler(const World& world, Island& m, const Span& span) {
   scratch.time -= span.h;
   write_all_rows(world, m, {draws || !m.joint_forces.empty(), false});
   scratch.time = ends;
+  scratch.pins_over = span.h;
   add_forces(world, m, Torques::applied);
+  scratch.pins_over = 0;
   right_of_rates(m);
   if (draws)
     for (const Block& b : m.blocks)

@@ -37,6 +37,18 @@ void update_frames(const World& world, Island& m, Real part, Real h);
 enum class Torques : std::uint8_t { applied, with_gyroscopic };
 void add_forces(const World& world, Island& m, Torques torques);
 
+/// A force on body a, N, and the opposite one on body b, at arms from their mass centres, m; world
+/// axes.
+struct OppositeForces {
+  Vec3 on_a, arm_a, arm_b;
+};
+/// Adds equal and opposite forces at points of two bodies to scratch.force.
+void add_pair_force(Island& m, const BodyPairForce& p, const OppositeForces& forces);
+/// After the spring pins of an island were listed.
+void count_pins(Island& m);
+/// Adds those of spring pins: at the current state, or as they are at the end of
+/// scratch.pins_over.
+void add_pin_forces(const World& world, Island& m);
 /// Adds joint forces at the current state to scratch.force.
 void add_joint_forces(const World& world, Island& m);
 /// The stiffest joint force at the current rows, relative to the mass it moves: 1/s^2 and 1/s.
@@ -48,6 +60,8 @@ struct Stiffness {
 /// The most parts that a step is divided into before another integrator takes it.
 inline constexpr int kMostParts = 64;
 Stiffness stiffness_of(const World& world, const Island& m);
+/// Likewise of spring pins, at most, at the current kinematics.
+Stiffness stiffness_of_pins(const World& world, const Island& m);
 /// Joint forces as rows: forces into `requested`, compliances into scratch.weights. `by_way` and
 /// `by_speed` are the derivatives of coordinate and rate by the unknown acceleration.
 struct ImplicitForce {
@@ -67,10 +81,6 @@ struct DriveTorque {
   Real stiffness = 0, damping = 0;
 };
 DriveTorque drive_torque(const World& world, const Island& m, const BodyPairForce& drive);
-/// Critical for the mass of the pinned body.
-inline Real damping_of_pin(const Island& m, Real stiffness, std::uint32_t body) {
-  return 2 * std::sqrt(stiffness * (body < m.count() ? m.mass[body] : 0));
-}
 /// Slopes of the forces of all compliant rows at the current state, by row: N/m and N s/m, or
 /// N m/rad and N m s/rad; and what a force on a row accelerates it by, 1/kg or 1/(kg m^2).
 struct ForceSlopes {

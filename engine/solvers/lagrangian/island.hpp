@@ -116,6 +116,7 @@ struct JointForce {
 /// A force between two bodies, by its slot in its store.
 struct BodyPairForce {
   std::uint32_t source = 0, body[2] = {};
+  Real beside = 1;  // of spring pins: the most at either body
 };
 
 /// A reference frame that is not part of the island: the world, a fixed or kinematic body, a pin's
@@ -253,6 +254,7 @@ struct StepScratch {
   CollocationScratch collocation;
   BlowScratch blow;
   bool springs_active = false;
+  Real pins_over = 0;        // s: a step at the end of which spring pins pull; 0: as they are
   Real time = 0;             // s, at which frames and drives are evaluated
   Real opened = 0;           // residual before the last projection
   Real projection_work = 0;  // J, of scratch.force along the last projection of poses

@@ -62,8 +62,8 @@ void find_force_slopes(const World& world, Island& m, const ForceSlopes& slopes)
       const CableParameters& s = world.cables.values()[b.source].joint;
       if (m.scratch.c[b.first_row] > s.length) p.stiffness = 1 / s.compliance;
     } else if (b.kind == BlockKind::elastic_pin) {
-      p.stiffness = world.pins.values()[b.source].stiffness;
-      p.damping = damping_of_pin(m, p.stiffness, b.body[0]);
+      const Pin& pin = world.pins.values()[b.source];
+      p.stiffness = pin.stiffness, p.damping = pin.damping;
     } else {
       const DriveTorque torque = drive_torque(world, m, {b.source, {b.body[0], b.body[1]}});
       p.stiffness = torque.stiffness, p.damping = torque.damping;

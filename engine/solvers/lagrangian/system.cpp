@@ -156,23 +156,6 @@ void add_drive_torques(const World& world, Island& m) {
   }
 }
 
-/// A force on body a, N, and the opposite one on body b, at arms from their mass centres, m; world
-/// axes.
-struct OppositeForces {
-  Vec3 on_a, arm_a, arm_b;
-};
-
-/// Adds equal and opposite forces at points of two bodies.
-void add_pair_force(Island& m, const BodyPairForce& p, const OppositeForces& forces) {
-  const auto& [on_a, arm_a, arm_b] = forces;
-  if (p.body[0] < m.count())
-    m.scratch.force[2 * p.body[0]] += on_a,
-        m.scratch.force[2 * p.body[0] + 1] += glm::cross(arm_a, on_a);
-  if (p.body[1] < m.count())
-    m.scratch.force[2 * p.body[1]] -= on_a,
-        m.scratch.force[2 * p.body[1] + 1] -= glm::cross(arm_b, on_a);
-}
-
 void add_elastic_forces(const World& world, Island& m) {
   for (const BodyPairForce& p : m.elastic_cables) {
     const CableParameters& s = world.cables.values()[p.source].joint;
@@ -184,17 +167,7 @@ void add_elastic_forces(const World& world, Island& m) {
       add_pair_force(m, p, {(span - s.length) / s.compliance / span * d, ra, rb});
   }
   add_path_forces(world, m);
-  for (const BodyPairForce& p : m.elastic_pins) {
-    const Pin& pin = world.pins.values()[p.source];
-    const BodyState &a = m.scratch.body_states[p.body[0]], &b = m.scratch.body_states[p.body[1]];
-    const Vec3 ra = a.rotation_matrix * pin.anchor,
-               rb = pin.to ? b.rotation_matrix * pin.target : Vec3(0);
-    const Vec3 d = b.position + rb - a.position - ra;
-    const Vec3 rate = b.velocity + glm::cross(b.angular_velocity, rb) - a.velocity -
-                      glm::cross(a.angular_velocity, ra);
-    const Real damping = damping_of_pin(m, pin.stiffness, p.body[0]);
-    add_pair_force(m, p, {pin.stiffness * d + damping * rate, ra, rb});
-  }
+  add_pin_forces(world, m);
 }
 
 /// Rows along which elastic things give way, as write_all_rows() leaves them where they act.
