@@ -18,6 +18,8 @@ constexpr int kPatience = 8, kRetries = 3;
 /// Largest rotation per step, rad; larger ones halve the step, except with the implicit integrator.
 /// Of islands without joints, whose steps cost little.
 constexpr Real kMaxRotation = 0.5, kMaxFreeRotation = 0.2;
+/// Moments of inertia that differ by less, relative, are one.
+constexpr Real kAlike = 1e-6;
 /// Of a step: in a shorter part, up to an event, rounding of positions is all that multipliers of
 /// poses tell, and speeds and friction would follow it; Euler takes that part.
 constexpr Real kShortest = 1e-3;
@@ -168,6 +170,32 @@ Real fastest_rotation(const Island& m) {
   return std::sqrt(most);
 }
 
+/// The fastest that a free body comes to turn, rad/s, from its momentum and its energy [Poinsot]:
+/// at one end of the curve that its angular velocity `w`, body axes, runs along, where one of its
+/// components is 0.
+Real fastest_of_free(Vec3 w, Vec3 inertia) {
+  const Real energy = glm::dot(w, inertia * w), momentum = glm::dot(inertia * w, inertia * w);
+  Real most = glm::dot(w, w);
+  for (int k = 0; k < 3; ++k) {
+    const Real p = inertia[(k + 1) % 3], q = inertia[(k + 2) % 3];
+    if (!(std::abs(p - q) > kAlike * (p + q))) continue;
+    const Real first = (momentum - q * energy) / (p * (p - q)),
+               second = (p * energy - momentum) / (q * (p - q));
+    if (first >= 0 && second >= 0) most = std::max(most, first + second);
+  }
+  return std::sqrt(most);
+}
+
+/// Where nothing is joined: the same from step to step, so that its parts are.
+Real fastest_free_rotation(const Island& m) {
+  Real most = 0;
+  for (std::size_t b = 0; b < m.count(); ++b)
+    most = std::max(
+        most,
+        fastest_of_free(glm::conjugate(m.scratch.state.q[b]) * m.scratch.state.w[b], m.inertia[b]));
+  return most;
+}
+
 /// An integrator, how often it may halve a step that fails, and into how many substeps in all.
 struct Attempt {
   const IntegratorRow& by;
@@ -187,7 +215,9 @@ Stiffness explicit_stiffness(const World& world, const Island& m, const Integrat
 bool advance_by(const World& world, Island& m, const Span& span, const Attempt& attempt) {
   const IntegratorRow& by = attempt.by;
   const bool bound = !by.turns_far;
-  const Real fastest = bound ? fastest_rotation(m) : 0;
+  const Real fastest = !bound             ? 0
+                       : m.blocks.empty() ? fastest_free_rotation(m)
+                                          : fastest_rotation(m);
   // Euler adds no energy, however far they come.
   const bool watched = !m.touches.empty() && &by != &integrators::euler;
   const Real most_turned = m.blocks.empty() ? kMaxFreeRotation : kMaxRotation;
