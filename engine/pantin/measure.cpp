@@ -152,6 +152,20 @@ Vec3 spring_force(const World& world, const Pin& pin) {
 
 }  // namespace
 
+std::optional<LocalFrames> joint_frames(const World& world, Entity joint) {
+  const Link* link = world.links.find(joint);
+  if (!link || !world.bodies.find(link->a) || !world.bodies.find(link->b)) return std::nullopt;
+  const Joint& j = link->joint;
+  if (j.kind == JointKind::distance || j.kind == JointKind::spring || j.kind == JointKind::custom)
+    return std::nullopt;
+  const auto side = [&](Entity body, Vec3 anchor, Quat axes) {
+    return compose(inverse(world.origin_pose(body)),
+                   compose(world.bodies[body].pose, {anchor, axes}));
+  };
+  return LocalFrames{side(link->a, j.anchor_a, j.frames.a()),
+                     side(link->b, j.anchor_b, j.frames.b())};
+}
+
 Real joint_angle(const World& world, Entity joint) {
   return coordinate(world, joint, Coordinate::angle).value;
 }

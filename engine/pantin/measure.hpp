@@ -10,6 +10,12 @@
 
 namespace pantin {
 
+/// The frames of a joint in its bodies. They are its zero: a joint that is taken away and added
+/// again with `.frames = joint_frames(world, joint)` has the angles, limits and springs that it
+/// had, where one described by anchor and axes is at zero as it is added. None of what has no
+/// frames: distance and spring joints, custom constraints.
+std::optional<LocalFrames> joint_frames(const World& world, Entity joint);
+
 /// rad. Hinge, cylindrical, screw and planar joints: the rotation about the axis; ball joints: the
 /// twist; universal joints: about axis_a. From -pi to pi; where the Lagrangian solver needs it,
 /// whole turns are counted.

@@ -146,6 +146,42 @@ TEST_CASE("a weight slides down a rail: travel and speed") {
   CHECK(std::isnan(joint_angle(simulation.world, translation)));
 }
 
+TEST_CASE("a joint that is added again with its frames keeps its zero, its limits and its spring") {
+  for (const Solver solver : {Solver::articulated, Solver::lagrangian})
+    for (const Real low : {0.2, 0.69}) {
+      World world = world_of(solver);
+      world.gravity = Vec3(0);
+      const Entity wall = fixed_at(world, {0, 0, 0});
+      const Entity arm =
+          world
+              .add(RigidBody{
+                  .shape = BoxShape{{0.4, 0.05, 0.05}, {}}, .mass = 2, .position = {1, 0, 0}})
+              .value();
+      HingeJoint hinge{.a = wall, .b = arm, .anchor = {0.2, 0, 0}, .axis = {0, 0, 1}};
+      hinge.limits = Interval{low, 2};
+      const Entity first = world.add(hinge).value();
+      const Quat turn = glm::angleAxis(0.7, Vec3(0, 0, 1));
+      world.bodies[arm].pose = {Vec3(0.2, 0, 0) + turn * Vec3(0.8, 0, 0), turn};
+      world.bodies[arm].restart = true;
+      CHECK(joint_angle(world, first) == Approx(0.7));
+      hinge.frames = joint_frames(world, first);
+      world.destroy(first);
+      hinge.spring = {.stiffness = 4};
+      const Entity second = world.add(hinge).value();
+      CAPTURE(name_of(solver), low);
+      CHECK(joint_angle(world, second) == Approx(0.7));
+      Simulation simulation(world, {.h = 1e-3});
+      Real least = 1;
+      for (int i = 0; i < 2000; ++i)
+        simulation.step(), least = std::min(least, joint_angle(simulation.world, second));
+      CHECK(least == Approx(low).margin(1e-3));  // drawn to 0, held by its limit
+    }
+  World world = world_of(Solver::articulated);
+  const Entity wall = fixed_at(world, {0, 0, 0}), ball = ball_at(world, {1, 0, 0}, 1);
+  const Entity tie = world.add(DistanceJoint{.a = wall, .b = ball, .anchor_b = {1, 0, 0}}).value();
+  CHECK_FALSE((joint_frames(world, tie) || joint_frames(world, wall)));
+}
+
 TEST_CASE("both axes of a universal joint are told apart") {
   World world = world_of(Solver::articulated);
   const Entity wall = fixed_at(world, {0, 0, 0}), ball = ball_at(world, {1, 0, 0}, 1);
