@@ -31,7 +31,7 @@ CLAIM("stairs", "a puppet is pushed down twenty stairs, tumbles to the floor and
       passed = w.time;
   });
   CHECK((passed > 1 && passed < 4));
-  CHECK(moved - passed < 5);
+  CHECK(moved - passed < 6);
   CHECK(above.least > 0.01);
   CHECK(p.worst_depth < 0.03);
   CHECK(p.worst_violation < 1e-12);
@@ -46,7 +46,7 @@ CLAIM("stairs_five", "five puppets fall on the landing above stairs and lie stil
     on_landing += p.place(pelvis).y > 3.4;
   }
   CHECK(on_landing >= 3);
-  CHECK(fastest(p.end) < 0.3);  // an arm may hang over the edge and swing
+  CHECK(fastest(p.end) < 0.4);  // an arm may hang over the edge and swing
   CHECK(p.worst_depth < 0.06);
 }
 

@@ -114,7 +114,7 @@ void push_limits(const Group& g) {
   }
 }
 
-void solve_limits(const Group& g, Real h, const Softness& spring) {
+void solve_limits(const Group& g, Real h, const Softness* spring) {
   const Real buffer = kBuffer * std::min(Real(1), h / kBufferOf);
   for (std::uint32_t i = 0; i < g.nodes.size(); ++i) {
     GroupNode& n = g.nodes[i];
@@ -125,9 +125,11 @@ void solve_limits(const Group& g, Real h, const Softness& spring) {
       // Bodies are never turned beyond a limit (group_motion.cpp). A spring takes hold a little
       // before it: loads of heaps come to rest on that.
       const Real left = limit.clearance - buffer;
-      const bool springs = !limit.both_ways && left <= 0;
-      const Softness& by = springs ? spring : Softness{};
-      const Real most = limit.both_ways ? 0 : springs ? spring.rate * left : left / h;
+      const bool springs = !limit.both_ways && left <= 0 && spring;
+      const bool holds =
+          limit.both_ways || (!spring && (left <= 0 || limit.impulse > 0 || limit.before > 0));
+      const Softness& by = springs ? *spring : Softness{};
+      const Real most = holds ? 0 : springs ? spring->rate * left : left / h;
       Real impulse = limit.impulse + by.by_mass * (speed - most) / limit.response -
                      by.by_impulse * limit.impulse;
       if (!limit.both_ways) impulse = std::max(Real(0), impulse);

@@ -46,7 +46,10 @@ constexpr std::size_t kManyTies = 24;
 constexpr Real kLeftOpen = 1e-3;
 /// m/s: a sweep over trees is repeated while it changes the speed of a contact by more.
 constexpr Real kEnoughAtImpact = 0.06, kEnoughAtFewPoints = 3e-3;
-constexpr int kImpactSweepsOfTrees = 6, kSweepsOfFewPoints = 24;
+constexpr int kImpactSweepsOfTrees = 6, kSweepsOfFewPoints = 24, kBlowSweepsOfTrees = 400;
+/// s: in shorter substeps that limit falls with the square of their length, so that what is left
+/// of all of them falls with it.
+constexpr Real kSubstepOfFewPoints = 1 / 470.0;
 /// An impulse so many times that of the substep before is a blow. Loads move no faster (m/s), with
 /// friction below that part of its bound.
 constexpr Real kBlow = 10, kLoadSpeed = 0.2, kHeld = 0.99995;
@@ -126,7 +129,7 @@ void prepare_touching(const Group& g) {
 /// Actuators, limits, then springs and cables, then contacts, then the loops.
 Real sweep_group(const Group& g, const Substep& s, Sweep sweep, Order order) {
   solve_actuators(g, s.h);
-  solve_limits(g, s.h, sweep == Sweep::solves ? s.against_fixed : Softness{});
+  solve_limits(g, s.h, sweep == Sweep::solves ? &s.against_fixed : nullptr);
   const Real part = sweep == Sweep::solves ? kTieReturn : 0;
   begin_loops(g, s.h, part);
   Real most = 0;
@@ -198,7 +201,8 @@ class Ending {
  public:
   Ending(const Group& g, const Substep& s) : is_hard_(s.hard), is_alone_(s.alone) {
     const Real speed = 1 + glm::length(g.bodies.front().velocity);
-    enough_ = s.few_points         ? kEnoughAtFewPoints
+    enough_ = s.strikes            ? kEnoughOfFew * speed
+              : s.few_points       ? s.enough
               : !s.hard            ? kEnoughAtImpact
               : g.rollings.empty() ? s.enough
                                    : kEnoughOfRolling * speed;
@@ -331,7 +335,8 @@ void take_substep(const Group& g, const Substep& s, Order order) {
   push_again(g);
   Ending solved(g, s);
   const int sweeps = g.trees.empty() && g.ties.empty() ? 1
-                     : s.few_points                    ? kSweepsOfFewPoints
+                     : s.strikes                       ? kBlowSweepsOfTrees
+                     : s.few_points                    ? s.most_sweeps
                                                        : kImpactSweepsOfTrees;
   for (int n = 0; n < sweeps; ++n)
     if (solved.is_reached(sweep_group(g, s, Sweep::solves, turned(order, n)))) break;
@@ -367,6 +372,8 @@ void take_parts(const Group& g, const Substep& whole, Order order) {
     s.h = s.part.h = h, left -= h;
     s.part.end = left > 0 ? whole.part.end - left / whole.part.whole : whole.part.end;
     set_springs(s, whole.h);
+    s.strikes = n > 1 && whole.few_points;
+    if (s.strikes) s.between = s.against_fixed = Softness{};
     if (whole.hard)
       for (GroupContact& c : g.contacts) c.before = c.impulse.x;
     take_substep(g, s, order);
@@ -425,6 +432,12 @@ void step_group(const Group& g, Real h) {
   s.few_points = has_few_points(g);
   s.most_sweeps = !s.alone ? kSweepsOfFew : g.rollings.empty() ? kHardSweeps : kRollingSweeps;
   s.enough = (s.alone ? kEnoughAlone : kEnoughOfFew) * (1 + glm::length(g.bodies.front().velocity));
+  if (s.few_points) {
+    const Real longer = std::max(Real(1), kSubstepOfFewPoints / s.h);
+    s.most_sweeps =
+        static_cast<int>(std::min(kSweepsOfFewPoints * longer, Real(kBlowSweepsOfTrees)));
+    s.enough = kEnoughAtFewPoints / (longer * longer);
+  }
   change_length(g, s.h);  // from the mean forces
   for (GroupContact& c : g.contacts) {
     c.before = c.impulse.x;
