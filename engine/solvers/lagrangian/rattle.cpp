@@ -1,6 +1,7 @@
 // RATTLE: symplectic and reversible.
 #include <limits>
 
+#include "engine/base/rotation.hpp"
 #include "engine/solvers/lagrangian/momenta.hpp"
 
 namespace pantin::detail::lagrangian {
@@ -12,22 +13,34 @@ constexpr Real kGripTolerance = 1e-11;
 /// Friction that changes by as much from one solution to the next, relative, does not end.
 constexpr Real kGrows = 0.1;
 
-/// Free rotation over `h` by a symmetric splitting into rotations about the body axes: symplectic
-/// and reversible. `l` in body axes. [McLachlan 1993; Reich 1994]
+/// Rotates by `angle` about a body axis; `l` in body axes stays in space.
+void rotate_about(Quat& q, Vec3& l, int axis, Real angle) {
+  const int next = (axis + 1) % 3, last = (axis + 2) % 3;
+  const Real ch = std::cos(0.5 * angle), sh = std::sin(0.5 * angle);
+  const Real c = 1 - 2 * sh * sh, s = 2 * sh * ch, a = l[next], b = l[last];
+  l[next] = c * a + s * b, l[last] = c * b - s * a;
+  Vec3 way(0);
+  way[axis] = sh;
+  q = q * Quat(ch, way);
+}
+
+/// Free rotation over `h` by a symmetric splitting: a top, of which the two moments that are most
+/// alike are one, turns as it does exactly; before and after, half of what the other moment adds, a
+/// rotation about its axis. Symplectic and reversible; a thin body, whose spin about its axis
+/// rotations about all three would disturb, is such a top. `l` in body axes. [McLachlan 1993; Touma
+/// & Wisdom 1994]
 void rotate_freely(Quat& q, Vec3& l, Vec3 inertia, Real h) {
-  constexpr int kAxis[] = {2, 1, 0, 1, 2};
-  constexpr Real kPart[] = {0.5, 0.5, 1, 0.5, 0.5};
-  for (int i = 0; i < 5; ++i) {
-    const int axis = kAxis[i], next = (axis + 1) % 3, last = (axis + 2) % 3;
-    const Real half = 0.5 * kPart[i] * h * l[axis] / inertia[axis];
-    const Real ch = std::cos(half), sh = std::sin(half);
-    const Real c = 1 - 2 * sh * sh, s = 2 * sh * ch;
-    const Real a = l[next], b = l[last];
-    l[next] = c * a + s * b, l[last] = c * b - s * a;
-    Vec3 way(0);
-    way[axis] = sh;
-    q = q * Quat(ch, way);
-  }
+  const Vec3 mobile = 1.0 / inertia;
+  int axis = 0;  // of the top
+  const auto apart = [&](int k) { return std::abs(mobile[(k + 1) % 3] - mobile[(k + 2) % 3]); };
+  for (const int k : {1, 2})
+    if (apart(k) < apart(axis)) axis = k;
+  const int other = (axis + 1) % 3;
+  const Real across = mobile[(axis + 2) % 3], more = mobile[other] - across;
+  if (more != 0) rotate_about(q, l, other, 0.5 * h * more * l[other]);
+  q = q * from_rotation_vector(h * across * l);
+  rotate_about(q, l, axis, h * (mobile[axis] - across) * l[axis]);
+  if (more != 0) rotate_about(q, l, other, 0.5 * h * more * l[other]);
   q = glm::normalize(q);
 }
 
