@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/contact/contact.hpp"
 #include "engine/joints/kinds.hpp"
 #include "engine/runtime/energy_account.hpp"
 #include "engine/solvers/solver.hpp"
@@ -18,10 +19,12 @@ struct Range {
   // more than a hundredth of its energy each time.
   Real swing = 1e300;
   bool divides_free_turns = true;  // of what nothing holds
+  // rad, of a body on what it touches: contacts act once a step.
+  Real roll = 1e300;
 };
 constexpr Range kArticulatedRange{1, 1.5}, kPlanarRange{1, 1}, kNoRange{},
     // All but `implicit` divide steps in which a body turns far.
-    kImplicitRange{0.5, 1, false}, kLagrangianRange{.swing = 1};
+    kImplicitRange{0.5, 1, false, 1.5}, kLagrangianRange{.swing = 1, .roll = 1.5};
 
 /// Of the most alike moments and of a body's size: about that axis it is symmetric.
 constexpr Real kAlike = 1e-3;
@@ -36,7 +39,8 @@ Range range_of_row(std::uint8_t solver, const SolverSettings& settings) {
   if (solver == kPlanar) return kPlanarRange;
   if (solver == kArticulated)
     return settings.solver == Solver::articulated ? kArticulatedRange : kNoRange;
-  if (solver != kLagrangian || settings.step_tolerance > 0) return kNoRange;
+  if (solver != kLagrangian) return kNoRange;
+  if (settings.step_tolerance > 0) return {.roll = kLagrangianRange.roll};
   return settings.integrator == Integrator::implicit ? kImplicitRange : kLagrangianRange;
 }
 
@@ -122,7 +126,7 @@ void TurnWatch::find_axes(const World& world) {
     const bool has_arm = glm::length(arm) > kAlike * size;
     if (alike(i.x, i.y) && alike(i.y, i.z)) {
       on.axis = has_arm ? glm::normalize(arm) : Vec3(0);
-      on.is_asked = on.is_asked && has_arm;
+      on.is_asked = on.is_asked && has_arm, on.is_ball = true;
     } else {
       for (int k = 0; k < 3; ++k)
         if (alike(i[(k + 1) % 3], i[(k + 2) % 3])) on.axis = Vec3(0), on.axis[k] = 1;
@@ -156,9 +160,36 @@ void TurnWatch::end_substep(const World& world, Real h, std::span<const EnergySt
     if (turned > kBriefly && share_of(world, slot) > kLittle)
       found.note(FindingKind::turned_too_far, world.bodies.owners()[slot], turn);
   }
+  note_rolling(world, h), check_rolling(world, found);
   for (const EnergyStore& s : stores) {
     if (s.kind == EnergyStore::Kind::coordinate) check_spring(world, h, s, found);
     if (s.kind == EnergyStore::Kind::pin) check_spring_pin(world, h, s, found);
+  }
+}
+
+/// Bodies that roll or slide while they turn by more than a quarter in a step. Balls may.
+void TurnWatch::note_rolling(const World& world, Real h) {
+  const Real least = kLagrangianRange.roll / h;
+  for (const Contact& c : contacts_of(world))
+    for (const std::uint32_t slot : {c.slot_a, c.slot_b}) {
+      const pantin::Body& b = world.bodies.values()[slot];
+      const Vec3 spin = b.angular_velocity, across = spin - glm::dot(spin, c.normal) * c.normal;
+      if (!c.active || glm::dot(across, across) < least * least || bodies_[slot].is_ball ||
+          b.motion != Motion::dynamic)
+        continue;
+      const Real turn = h * glm::length(across);
+      if (turn > detail::range_of(world, slot).roll)
+        bodies_[slot].rolls = std::max(bodies_[slot].rolls, turn);
+    }
+}
+
+void TurnWatch::check_rolling(const World& world, FindingList& found) {
+  for (std::uint32_t slot = 0; slot < bodies_.size(); ++slot) {
+    Body& b = bodies_[slot];
+    b.rolled = b.rolls > 0 ? b.rolled + b.rolls : 0;
+    if (b.rolled > kBriefly && share_of(world, slot) > kLittle)
+      found.note(FindingKind::turned_too_far, world.bodies.owners()[slot], b.rolls);
+    b.rolls = 0;
   }
 }
 

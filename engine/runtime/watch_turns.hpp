@@ -25,13 +25,18 @@ class TurnWatch {
     bool is_geared = false;  // moves as others do: by gears, belts, surfaces, cables, exact pins
     bool is_sprung = false;  // by a pin
     Vec3 axis{0};            // of that symmetry, body axes; 0: none
+    bool is_ball = false;    // all moments alike
     Real turned = 0;         // rad, on end in steps that were too long for it
+    Real rolls = 0;          // rad, in this step on what it touches, where that is too far; or 0
+    Real rolled = 0;         // rad, likewise on end
   };
 
   Real range_of(const World& world, std::uint32_t slot) const;
   void find_axes(const World& world);
   void find_geared(const World& world);
   void link_up(const World& world);
+  void note_rolling(const World& world, Real h);
+  void check_rolling(const World& world, FindingList& found);
   void check_spring(const World& world, Real h, const EnergyStore& store, FindingList& found);
   void check_spring_pin(const World& world, Real h, const EnergyStore& store, FindingList& found);
   /// Of the bodies beyond a link, as seen from it: moment of inertia about an axis, or mass; 0:

@@ -357,6 +357,33 @@ TEST_CASE("a joined body that turns too far in a step is told, by its solver's r
     }
 }
 
+TEST_CASE("what rolls by more than a quarter turn in a step of lagrangian is told, balls are not") {
+  for (const Solver solver : {Solver::articulated, Solver::lagrangian})
+    for (const bool is_ball : {false, true})
+      for (const Real turn_by : {0.9, 2.0}) {
+        World w;
+        w.default_settings.solver = solver;
+        const Real r = 0.1, spin = turn_by * 60;
+        RigidBody roller{.shape = CapsuleShape{.radius = r, .half_length = r}, .mass = 1};
+        if (is_ball) roller.shape = SphereShape{.radius = r};
+        roller.position = {0, r, 0}, roller.rotation = glm::angleAxis(kPi / 2, Vec3(1, 0, 0));
+        roller.velocity = {spin * r, 0, 0}, roller.angular_velocity = {0, 0, -spin};
+        roller.collision = Collision{};
+        const Entity on = w.add(roller).value();
+        w.add(RigidBody{.motion = Motion::fixed, .shape = PlaneShape{}, .collision = Collision{}})
+            .value();
+        Simulation sim(std::move(w), {1.0 / 60});
+        sim.settings.watch = true;
+        for (int i = 0; i < 12; ++i) sim.step();
+        const auto all = sim.findings();
+        const bool told = std::any_of(all.begin(), all.end(), [&](const Finding& f) {
+          return f.kind == FindingKind::turned_too_far && f.where == on;
+        });
+        INFO(name_of(solver) << (is_ball ? " ball " : " capsule ") << turn_by);
+        CHECK(told == (solver == Solver::lagrangian && !is_ball && turn_by > 1.5));
+      }
+}
+
 TEST_CASE("a spring that swings faster than its solver's range is told while it swings") {
   constexpr Real kInertia = 1.0 / 6 * 0.04 + 0.25;  // of a box of 0.2 m, 0.5 m from its hinge
   for (const Real swing : {1.4, 1.6})
