@@ -214,6 +214,39 @@ TEST_CASE("a cable between bodies that cannot come nearer is told with what it i
   }
 }
 
+TEST_CASE("a box that friction jams between walls that close is told and not flung when it slips") {
+  World w;
+  w.gravity = Vec3(0);
+  const auto add = [&](Vec3 half, Body b) {
+    const Entity e = w.add_body(b);
+    w.shapes.add(e, {{{ShapeKind::box, half, {}, 0, nullptr}}});
+    Collision how;
+    how.friction = 0.4;
+    w.collisions.add(e, how);
+    return e;
+  };
+  const Real speed = 0.1;
+  for (const Real side : {-1.0, 1.0}) {
+    Body wall;
+    wall.motion = Motion::kinematic, wall.pose.position.x = 0.25 * side;
+    Lissajous path;  // of a quarter swing of ten seconds
+    path.centre.position = wall.pose.position, path.frequency = {1.0 / 40, 0, 0};
+    path.amplitude = {-side * speed * 40 / (2 * kPi), 0, 0};
+    w.paths.add(add({0.1, 1, 0.5}, wall), {path});
+  }
+  Body box;
+  box.drag = 0, box.inertia = Vec3(0.0067), box.pose.rotation = from_rotation_vector({0, 0, 0.52});
+  const Entity b = add(Vec3(0.1), box);
+  Simulation sim(std::move(w), {1.0 / 960, 1, 1, false, true});
+  while (sim.world.time < 1) {
+    sim.step();
+    REQUIRE(glm::length(sim.world.bodies[b].velocity) < 4 * speed);
+  }
+  const Finding* told = find(sim, FindingKind::contacts_unsolved);
+  REQUIRE(told);
+  CHECK(told->where == b);
+}
+
 TEST_CASE("watching does not change the motion") {
   World w = swaying_puppet().world;
   Simulation plain(w, {1.0 / 60}), seen(w, {1.0 / 60, 1, 1, false, true});

@@ -131,6 +131,7 @@ void write_group(World& world, const Group& g, Real h) {
     const std::size_t column = f.node == kNoNode ? 0 : g.nodes[f.node].column;
     if (column == 0) {
       a.stops_hit = a.drives_capped = 0;
+      a.jammed = a.jammed || f.jammed;
       a.limited = a.disturbed = false, a.in_contact = true, a.contact_active = false;
       a.knows_torques = true;
       a.force_share = 1, a.reserve = 0, a.sweeps_used = a.active_set_iterations_used = 0;

@@ -41,6 +41,7 @@ struct GroupBody {
   Vec3 before{0};                  // velocity at the start of the substep
   std::uint32_t looped = kNoNode;  // in GroupScratch::looped, of a body that loops may hold
   bool touched = false;            // a contact bears it in this substep
+  bool jammed = false;             // in this step: see is_jammed()
   // Before the impulses of the substep, see forget_impulses():
   Vec3 free_velocity{0}, free_spin{0}, free_momentum{0};
   Vec3 from{0};  // m, where it was at the start of the step

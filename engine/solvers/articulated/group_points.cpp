@@ -17,12 +17,19 @@ constexpr Real kRollingTolerance = 0.05;
 /// Of a contact of bodies in trees, as a fraction of that without joints.
 constexpr Real kLeastResponse = 1e-4;
 
+/// Sweeps with no result go on changing speeds by as much as walls close.
+constexpr Real kJammed = 0.125;
+
+/// m/s: of a hard contact.
+Real push_speed(const GroupContact& c, const Substep& s) {
+  return c.gap < (s.alone ? -c.shallow : 0) ? std::min(-0.2 * c.gap / s.h, kPushSpeed) : 0;
+}
+
 Goal goal_of(const GroupContact& c, const Softness& spring, const Substep& s, Sweep sweep) {
   if (sweep == Sweep::relaxes && (s.hard || c.impulse.x > 0)) return {};
   if (c.gap > c.rest) return {-c.gap / s.h, {}};
   if (sweep == Sweep::relaxes) return {};
-  if (s.hard)
-    return {c.gap < (s.alone ? -c.shallow : 0) ? std::min(-0.2 * c.gap / s.h, kPushSpeed) : 0, {}};
+  if (s.hard) return {push_speed(c, s), {}};
   return {std::min(spring.rate * (c.rest - c.gap), kPushSpeed), spring};
 }
 
@@ -82,6 +89,27 @@ Real solve_points(const Group& g, std::span<GroupContact> points, const Substep&
 }
 
 }  // namespace
+
+namespace {
+
+/// m/s: how fast the fixed body of a contact that bears comes, or deep overlaps are pushed out.
+Real asked_speed(const Group& g, const GroupContact& c, const Substep& s) {
+  const GroupBody& b = g.b(c);
+  const Real comes = glm::dot(c.axes[0], b.velocity + glm::cross(b.spin, c.arm_b));
+  return comes + (c.gap < -c.shallow ? push_speed(c, s) : 0);
+}
+
+}  // namespace
+
+bool is_jammed(const Group& g, const Substep& s, Real change) {
+  const auto bears = [&](const GroupContact& c) { return c.impulse.x > 0 && g.is_fixed(c); };
+  Real closing = 0;
+  for (const GroupContact& c : g.contacts)
+    for (const GroupContact& d : g.contacts)
+      if (bears(c) && bears(d) && glm::dot(c.axes[0], d.axes[0]) < 0)
+        closing = std::max(closing, asked_speed(g, c, s) + asked_speed(g, d, s));
+  return closing > 0 && change > kJammed * closing;
+}
 
 void centre_bodies(const Group& g) {
   for (GroupBody& b : g.bodies)

@@ -67,6 +67,9 @@ struct Goal {
 };
 /// One point, with friction: returns the change of its impulse, N s, which is not pushed yet.
 Vec3 solve_point(const Pair& pair, GroupContact& c, const Goal& goal);
+/// Whether sweeps that ended with such a change of speed, m/s, can have no result: bodies that move
+/// by themselves, or overlaps, ask from both sides for room that there is not.
+bool is_jammed(const Group& g, const Substep& s, Real change);
 /// Every contact once, those of the same bodies together, from either end. Returns the largest
 /// change of speed, m/s.
 Real sweep_contacts(const Group& g, const Substep& s, Sweep sweep, Order order);

@@ -433,6 +433,7 @@ struct StepResult {
   bool knows_torques = false;  // JointMemory::torque is of this step
   Entity lost;                 // a body whose state went out of bounds
   bool grew = false;           // has severalfold more energy than it can have
+  bool jammed = false;         // moving bodies leave it no room in a part of the step
 };
 
 struct Island : IslandStructure, IslandMemory, StepPlan, StepResult {

@@ -58,7 +58,7 @@ void adjust_touching(World& world, const StepTask& task) {
 void adjust_alone(World& world, const StepTask& task) {
   std::vector<Island>& all = islands_of(world);
   for_each_island(all.size(), task.threads, [&](std::size_t i) {
-    all[i].lost = Entity{}, all[i].energy_removed = 0;
+    all[i].lost = Entity{}, all[i].energy_removed = 0, all[i].jammed = false;
     const bool elsewhere = all[i].mutual || all[i].follows || (all[i].in_group && !all[i].asleep);
     if (!elsewhere) adjust(world, all[i], task.h, all[i].lost);
   });
@@ -74,7 +74,7 @@ std::size_t count(const World& world) { return islands_of(world).size(); }
 bool repeat(World& world, std::size_t island, Real h) {
   Island& a = restore_island<Islands>(world, island);
   update(world, a, h);
-  a.lost = Entity{}, a.energy_removed = 0;
+  a.lost = Entity{}, a.energy_removed = 0, a.jammed = false;
   return adjust(world, a, h, a.lost);
 }
 
@@ -142,11 +142,12 @@ void measure(const World& world, Measures& m) {
 }
 
 void note_failure(const World& world, StepReport& report) {
-  int limited = 0;
+  int limited = 0, jammed = 0;
   Real most = 0;
   for (const Island& a : islands_of(world)) {
     limited += a.energy_removed > 0, report.energy_removed += a.energy_removed;
     if (a.energy_removed > most) most = a.energy_removed, report.limited_at = a.bodies.front();
+    if (a.jammed && jammed++ == 0) report.unsolved_at = a.bodies.front();
     if (a.grew && report.status == Status::ok)
       report.status = Status::energy_grew, report.body = a.bodies.back();
     if (!a.lost || report.status == Status::diverged) continue;
@@ -155,6 +156,7 @@ void note_failure(const World& world, StepReport& report) {
     report.status = Status::diverged, report.body = a.lost, report.residual = gaps.worst_gap;
   }
   report.limited = std::max(report.limited, limited);
+  report.unsolved = std::max(report.unsolved, jammed);
 }
 
 void report(const World& world, StepReport& report) {

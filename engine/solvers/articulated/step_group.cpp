@@ -259,6 +259,7 @@ void take_hard_substep(const Group& g, const Substep& s, Order order) {
     if (b.per_mass > 0) turn_inertia(b, 0.5 * s.h);
   prepare_group(g, s);
   collide_elastically(g, s);
+  bool jammed = false;
   const auto act = [&](Sweep sweep) {
     for (GroupBody& b : g.bodies)
       if (b.per_mass > 0) slow_down(b, s.h), accelerate(b, 0.5 * s.h);
@@ -267,9 +268,12 @@ void take_hard_substep(const Group& g, const Substep& s, Order order) {
     for (GroupRolling& r : g.rollings) push(g, r);
     if (sweep == Sweep::relaxes) scale_impulses(g, 2);  // those before the move count on
     Ending ending(g, s);
-    const int sweeps = s.most_sweeps;
-    for (int n = 0; n < sweeps; ++n)
-      if (ending.is_reached(sweep_group(g, s, sweep, turned(order, n)))) break;
+    for (int n = 0; n < s.most_sweeps; ++n) {
+      const Real most = sweep_group(g, s, sweep, turned(order, n));
+      const bool jams = n + 1 == (s.alone ? s.most_sweeps : kHardSweeps) && is_jammed(g, s, most);
+      jammed = jammed || jams;
+      if (jams || ending.is_reached(most)) break;
+    }
   };
   scale_impulses(g, 0.5);
   act(Sweep::solves);
@@ -277,6 +281,10 @@ void take_hard_substep(const Group& g, const Substep& s, Order order) {
   prepare_touching(g);
   act(Sweep::relaxes);
   add_passed(g);
+  if (!jammed) return;
+  // Impulses that fight one another would grow from substep to substep until friction lets go.
+  scale_impulses(g, 0);
+  for (GroupBody& b : g.bodies) b.jammed = b.jammed || b.per_mass > 0;
 }
 
 Vec3 speed_of(const GroupBody& b, Vec3 arm) { return b.velocity + glm::cross(b.spin, arm); }

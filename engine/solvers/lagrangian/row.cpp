@@ -141,7 +141,8 @@ void note_failure(const World& world, StepReport& report) {
 
 void report(const World& world, StepReport& report) {
   const ContactScratch& contacts = world.memory.of<Islands>().contacts;
-  report.unsolved = contacts.unsolved, report.unsolved_at = contacts.unsolved_at;
+  if (contacts.unsolved > 0)
+    report.unsolved += contacts.unsolved, report.unsolved_at = contacts.unsolved_at;
   for (const Island& m : islands_of(world)) {
     report.rows += static_cast<int>(m.equations()), report.rank += static_cast<int>(m.rank);
     report.worst_constraint = std::max(report.worst_constraint, m.residual);
