@@ -6,6 +6,7 @@
 
 #include "engine/base/disjoint_sets.hpp"
 #include "engine/base/math.hpp"
+#include "engine/contact/detect.hpp"
 
 namespace pantin::detail::lagrangian {
 
@@ -25,7 +26,8 @@ struct ContactEnd {
   std::uint32_t point = 0;   // in ContactScratch::points
   std::uint32_t column = 0;  // of the body in its island
   Real sign = 1;             // -1: on the contact's body b
-  Vec3 arm{0};               // m, world, from the mass centre
+  Vec3 arm{0};               // m, world, from the mass centre: where impulses act
+  Vec3 lead{0};              // m, likewise: where it touches as the step ends
 };
 
 /// The row of a limit or a cable that may bear at the end of the step.
@@ -46,9 +48,8 @@ struct ContactPoint {
   std::uint32_t end[2] = {kNoIndex, kNoIndex};  // in ContactScratch::ends; none: an obstacle
   std::uint32_t owner[2] = {kNoIndex, kNoIndex}, column[2] = {};  // islands and bodies of those
   Vec3 axes[3];
-  Vec3 core[2];          // m, in the bodies' frames; of round shapes a radius below the surface
-  Real radius[2] = {};   // m
-  Obstacle obstacle[2];  // where there is no end
+  contact::TouchedPlace on[2];  // where the bodies are touched, however they turn
+  Obstacle obstacle[2];         // where there is no end
   Real friction = 0, restitution = 0;
   Real gap_before = 0;    // m, at the start of the step
   Real gap = 0;           // m, at its end with all displacements so far

@@ -67,7 +67,6 @@ ContactPoint make_point(const World& world, std::uint32_t number, Real h) {
   p.contact = number;
   set_axes(p, c.normal);
   const std::uint32_t slot[2] = {c.slot_a, c.slot_b};
-  const Vec3 on[2] = {c.point_a, c.point_b};
   using Side = contact::Touching::Side;
   for (int s = 0; s < 2; ++s) {
     // The normal is that at the start of the step.
@@ -78,9 +77,7 @@ ContactPoint make_point(const World& world, std::uint32_t number, Real h) {
       rotation = m->scratch.entry.q[owner.column];
     else if (!owner && contact::moves(b))
       rotation = contact::pose_before(b, h).rotation;
-    p.radius[s] = contact::rounding_at(world, c, {s == 0 ? Side::a : Side::b, rotation});
-    p.core[s] =
-        on[s] + (s == 0 ? p.radius[s] : -p.radius[s]) * (glm::conjugate(rotation) * c.normal);
+    p.on[s] = contact::touched_place(world, c, {s == 0 ? Side::a : Side::b, rotation});
   }
   // A face that turns takes its normal along.
   const Body& b = world.bodies.values()[c.slot_b];
@@ -273,7 +270,7 @@ Vec3 end_rates(const ContactScratch& r, const ContactEnd& end, std::span<const V
 
 /// The speed of a body's point.
 Vec3 speed_at(const Motions& s, const ContactEnd& e) {
-  return s.v[e.column] + glm::cross(s.w[e.column], e.arm);
+  return s.v[e.column] + glm::cross(s.w[e.column], e.lead);
 }
 
 Real limit_rate(const LimitRowAt& row, const Motions& s) {
@@ -328,15 +325,22 @@ void place_points(World& world, const ContactGroup& g) {
     }
     Vec3 at[2];
     for (int s = 0; s < 2; ++s) {
-      const Vec3 round = (s == 0 ? -p.radius[s] : p.radius[s]) * p.axes[0];
+      const Vec3 outward = (s == 0 ? -1.0 : 1.0) * p.axes[0];
       if (p.end[s] == kNoIndex) {
-        at[s] = to_world(p.obstacle[s].pose, p.core[s]) + round;
+        const Pose& pose = p.obstacle[s].pose;
+        at[s] = pose.position + p.on[s].at(pose.rotation, outward);
         continue;
       }
       ContactEnd& e = r.ends[p.end[s]];
-      const Motions& state = islands_of(world)[e.island].scratch.state;
-      e.arm = state.q[e.column] * p.core[s] + round;
-      at[s] = state.x[e.column] + e.arm;
+      const StepScratch& scratch = islands_of(world)[e.island].scratch;
+      const Quat end = scratch.state.q[e.column];
+      e.arm = e.lead = p.on[s].at(end, outward);
+      at[s] = scratch.state.x[e.column] + e.arm;
+      if (p.on[s].circle == 0) continue;
+      // The point of a rim goes around: what it gives acts half-way through the step.
+      Quat begin = scratch.entry.q[e.column];
+      if (glm::dot(begin, end) < 0) begin = -begin;
+      e.arm = p.on[s].at(glm::normalize(begin + end), outward);
     }
     p.gap = glm::dot(p.axes[0], at[0] - at[1]);
   }
@@ -355,8 +359,7 @@ void find_speeds(const World& world, const ContactGroup& g) {
       const Real sign = s == 0 ? 1 : -1;
       if (p.end[s] == kNoIndex) {
         const Obstacle& o = p.obstacle[s];
-        const Vec3 arm =
-            to_world(o.pose, p.core[s]) + -sign * p.radius[s] * p.axes[0] - o.pose.position;
+        const Vec3 arm = p.on[s].at(o.pose.rotation, -sign * p.axes[0]);
         const Vec3 v = o.velocity + glm::cross(o.spin, arm);
         now += sign * v, before += sign * v;
         continue;
