@@ -3,6 +3,8 @@
 #include <pantin/change.hpp>
 
 #include "engine/contact/contact.hpp"
+#include "engine/contact/detect.hpp"
+#include "engine/geometry/kinds.hpp"
 #include "engine/pantin/detail/checks.hpp"
 #include "engine/runtime/requests.hpp"
 
@@ -20,6 +22,32 @@ void wake_touching(World& world, Entity body) {
     const Entity on_a = world.bodies.owners()[a], on_b = world.bodies.owners()[b];
     if (on_a == body) wake(world, on_b);
     if (on_b == body) wake(world, on_a);
+  }
+}
+
+/// Whether the shapes of two bodies may overlap: by spheres about them.
+bool may_overlap(const World& world, Entity a, Entity b) {
+  const Shapes *on_a = world.shapes.find(a), *on_b = world.shapes.find(b);
+  if (!on_a || !on_b) return false;
+  const auto is_endless = [](const Shape& s) { return !can_move(s.kind); };
+  if (std::any_of(on_a->list.begin(), on_a->list.end(), is_endless) ||
+      std::any_of(on_b->list.begin(), on_b->list.end(), is_endless))
+    return true;
+  const Vec3 way = world.bodies[a].pose.position - world.bodies[b].pose.position;
+  return glm::length(way) <= contact::extent_of(*on_a) + contact::extent_of(*on_b);
+}
+
+/// Wakes what a body may collide with from now on, as it did not before.
+void wake_new_partners(World& world, Entity body, const Collision* before, const Collision& now) {
+  for (std::size_t i = 0; i < world.collisions.size(); ++i) {
+    const Entity other = world.collisions.owners()[i];
+    if (other == body || !world.bodies.find(other)) continue;
+    const Collision& on = world.collisions.values()[i];
+    const auto collide = [&](const Collision& c) {
+      return !c.sensor && do_groups_agree(c, on) && (c.others || on.others);
+    };
+    if (collide(now) && !(before && collide(*before)) && may_overlap(world, body, other))
+      wake(world, other);
   }
 }
 
@@ -68,6 +96,7 @@ Result<Done> set_collision(World& world, Entity body, const std::optional<Collis
   if (collision) check(findings, *collision);
   if (!findings.ok()) return findings.take();
   wake(world, body), wake_touching(world, body);
+  if (collision) wake_new_partners(world, body, world.collisions.find(body), *collision);
   if (collision)
     world.collisions.add(body, *collision);
   else

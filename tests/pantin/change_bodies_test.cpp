@@ -160,6 +160,29 @@ TEST_CASE("A floor that is made a ghost lets go of what slept on it") {
   for (const Entity e : {s.one, s.other}) CHECK(s.sim.world.bodies[e].pose.position.y < 0);
 }
 
+TEST_CASE("What sleeps within a body that begins to collide is woken and pushed out") {
+  World world;
+  const Entity floor = add_floor(world), ghost = add_floor(world, {0, 0.15, 0});
+  world.collisions[ghost].with = 0;
+  const Entity ball = add_ball(world, {0, 0.1, 0});
+  Simulation sim(std::move(world), {kStep});
+  run(sim, 240);
+  REQUIRE(is_asleep(sim.world, ball));
+  SECTION("as its own groups change") {
+    REQUIRE(set_collision(sim.world, ghost, sim.world.collisions[floor]));
+  }
+  SECTION("but not if it collides with none") {
+    REQUIRE(set_collision(sim.world, ghost, Collision{.groups = 2, .with = 0}));
+    run(sim, 2);
+    CHECK(is_asleep(sim.world, ball));
+    return;
+  }
+  run(sim, 2);
+  CHECK(!is_asleep(sim.world, ball));
+  run(sim, 240);
+  CHECK(sim.world.bodies[ball].pose.position.y > 0.24);
+}
+
 TEST_CASE("Two bodies ignore each other for a while") {
   for (const Solver solver : {Solver::articulated, Solver::lagrangian, Solver::planar}) {
     CAPTURE(name_of(solver));
