@@ -28,10 +28,10 @@ constexpr std::size_t kFewPoints = 32;
 /// that change no motion any more may go on exchanging it.
 constexpr Real kEnoughOfRolling = 1e-7;
 /// m/s, relative to 1 m/s and the speed: of a body that touches fixed ones alone.
-constexpr Real kEnoughAlone = 1e-12, kEnoughOfFew = 1e-6, kEnoughAfterBlow = 1e-9;
+constexpr Real kEnoughAlone = 1e-12, kEnoughOfFew = 1e-6, kEnoughAfterBlow = 1e-10;
 /// Of what the first sweep changes.
 constexpr Real kOfFirst = 1e-6;
-constexpr int kHardSweeps = 100, kSweepsOfFew = 1000, kBlowSweeps = 30, kSmoothBlowSweeps = 400,
+constexpr int kHardSweeps = 100, kSweepsOfFew = 1000, kBlowSweeps = 30, kSmoothBlowSweeps = 1600,
               kRollingSweeps = 20;
 /// Friction at two points of a line, as of a cone on its side, may ask for two speeds along it that
 /// differ by an error of the step: sweeps then exchange it for ever. Changes that are below the
@@ -199,7 +199,9 @@ void push_again(const Group& g) {
 /// When sweeps over a group end.
 class Ending {
  public:
-  Ending(const Group& g, const Substep& s) : is_hard_(s.hard), is_alone_(s.alone) {
+  Ending(const Group& g, const Substep& s) : is_alone_(s.alone) {
+    may_exchange_ = s.hard && std::any_of(g.contacts.begin(), g.contacts.end(),
+                                          [](auto& c) { return c.works && c.friction > 0; });
     const Real speed = 1 + glm::length(g.bodies.front().velocity);
     enough_ = s.strikes            ? kEnoughOfFew * speed
               : s.few_points       ? s.enough
@@ -210,7 +212,7 @@ class Ending {
   }
   /// After a sweep that changed speeds by `most`, m/s.
   bool is_reached(Real most) {
-    const bool stalls = is_hard_ && most <= exchange_ && most >= (1 - kStalled) * before_;
+    const bool stalls = may_exchange_ && most <= exchange_ && most >= (1 - kStalled) * before_;
     if (is_alone_ && before_ == kNothingYet) enough_ = std::max(enough_, kOfFirst * most);
     before_ = most;
     return most <= enough_ || stalls;
@@ -218,7 +220,7 @@ class Ending {
 
  private:
   static constexpr Real kNothingYet = std::numeric_limits<Real>::infinity();
-  bool is_hard_, is_alone_;
+  bool may_exchange_ = false, is_alone_;
   Real enough_ = 0, exchange_ = 0, before_ = kNothingYet;
 };
 
