@@ -26,7 +26,8 @@ struct Lines {
 /// is allowed is left to the other way.
 int cuts_for(Real bend, Real width, Real chord) {
   const Real cuts = std::ceil(width * std::sqrt(bend / (4 * chord)));
-  return std::isfinite(cuts) ? std::clamp(static_cast<int>(cuts), 1, kMostCuts) : kMostCuts;
+  return std::isfinite(cuts) ? static_cast<int>(std::clamp(cuts, Real(1), Real(kMostCuts)))
+                             : kMostCuts;
 }
 
 /// What of a second derivative bends, and not only runs faster.
