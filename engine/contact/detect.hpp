@@ -47,10 +47,6 @@ struct Touching {
   Quat rotation;
 };
 
-/// The radius by which a body is round where it is touched, m: the place is that far from a point
-/// of the body along the normal, while the body turns. 0: it is touched with its own points.
-Real rounding_at(const World& world, const Contact& contact, const Touching& at);
-
 /// Where a body is touched however it turns: the sum of a point of the body, the farthest point of
 /// a circle about an axis of the body along the outward normal, and a radius along that.
 struct TouchedPlace {

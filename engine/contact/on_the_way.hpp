@@ -16,7 +16,8 @@ struct WayFinder : Finder {
 void follow_way(const WayFinder& finder, Search& search, const ColliderShape& a,
                 const ColliderShape& b);
 
-/// The radius by which a shape is round where it is touched, m: see rounding_at().
+/// The radius by which a shape is round where it is touched, m: the place is that far from a point
+/// of it along the normal, while it turns. 0: it is touched with its own points.
 Real rounding_of(const Shape& shape, const Rolling& at);
 
 }  // namespace pantin::detail::contact

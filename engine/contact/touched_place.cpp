@@ -34,29 +34,17 @@ Real rounding_of(const Shape& s, const Rolling& at) {
   return core ? core->radius : 0;
 }
 
-Real rounding_at(const World& world, const Contact& c, const Touching& at) {
-  const bool is_a = at.side == Touching::Side::a;
-  const std::uint32_t slot = is_a ? c.slot_a : c.slot_b;
-  const Shapes* shapes = world.shapes.find(world.bodies.owners()[slot]);
-  const std::uint32_t index = is_a ? shape_of_a(c.key) : shape_of_b(c.key);
-  if (!shapes || index >= shapes->list.size()) return 0;
-  const Shape& s = shapes->list[index];
-  if (is_a && is_core(c.key)) return inner_radius(s);
-  const Quat back = glm::conjugate(at.rotation * s.local.rotation);
-  const Vec3 spin = world.bodies.values()[slot].angular_velocity;
-  return rounding_of(s, {to_local(s.local, is_a ? c.point_a : c.point_b),
-                         back * (is_a ? -c.normal : c.normal), back * spin});
-}
-
 TouchedPlace touched_place(const World& world, const Contact& c, const Touching& at) {
   const bool is_a = at.side == Touching::Side::a;
-  const Vec3 point = is_a ? c.point_a : c.point_b;
-  const Vec3 outward = glm::conjugate(at.rotation) * (is_a ? -c.normal : c.normal);
-  const Shapes* shapes = world.shapes.find(world.bodies.owners()[is_a ? c.slot_a : c.slot_b]);
+  const std::uint32_t slot = is_a ? c.slot_a : c.slot_b;
+  const Vec3 point = is_a ? c.point_a : c.point_b, normal = is_a ? -c.normal : c.normal;
+  const Vec3 outward = glm::conjugate(at.rotation) * normal;
+  const Shapes* shapes = world.shapes.find(world.bodies.owners()[slot]);
   const std::uint32_t index = is_a ? shape_of_a(c.key) : shape_of_b(c.key);
-  if (shapes && index < shapes->list.size() && !(is_a && is_core(c.key)) &&
-      traits_of(shapes->list[index].kind).is_turned) {
-    const Shape& s = shapes->list[index];
+  if (!shapes || index >= shapes->list.size()) return {point};
+  const Shape& s = shapes->list[index];
+  const bool by_core = is_a && is_core(c.key);
+  if (!by_core && traits_of(s.kind).is_turned) {
     const Vec3 axis = s.local.rotation * Vec3(0, 1, 0), from = point - s.local.position;
     const Vec3 middle = glm::dot(from, axis) * axis, out = from - middle;
     const Vec3 lean = outward - glm::dot(outward, axis) * axis;
@@ -70,7 +58,12 @@ TouchedPlace touched_place(const World& world, const Contact& c, const Touching&
       return {s.local.position + middle, axis, circle, 0};
     return {point};
   }
-  const Real radius = rounding_at(world, c, at);
+  const Quat turn = glm::conjugate(at.rotation * s.local.rotation);
+  const Vec3 spin = world.bodies.values()[slot].angular_velocity;
+  // Round: that far from a point of the body along the normal, while the body turns.
+  const Real radius = by_core
+                          ? inner_radius(s)
+                          : rounding_of(s, {to_local(s.local, point), turn * normal, turn * spin});
   return {point - radius * outward, Vec3(0), 0, radius};
 }
 

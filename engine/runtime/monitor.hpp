@@ -23,7 +23,9 @@ class Monitor {
   /// At the end of a step of `h` seconds; counts what is new in the report.
   void end_step(const World& world, Real h, StepReport& report);
   /// Another World is in place: its energy is balanced from here on.
-  void start_again() { energy_ = {}, built_for_ = 0; }
+  void start_again() {
+    if (built_for_ != 0) energy_ = {}, built_for_ = 0;
+  }
 
   std::span<const Finding> findings() const { return found_.all(); }
   /// Bodies whose balance of energy is not asked for; see EnergyAccount.

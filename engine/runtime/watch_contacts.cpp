@@ -39,6 +39,12 @@ Shape core_of(const Shape& shape, Real half_thickness) {
 
 Real turn_between(Quat a, Quat b) { return glm::length(rotation_vector(b * glm::conjugate(a))); }
 
+/// A shape of a body, or null: shapes may have come and gone since they were listed.
+const Shape* find_shape(const World& world, std::uint32_t slot, std::uint32_t number) {
+  const Shapes* shapes = world.shapes.find(world.bodies.owners()[slot]);
+  return shapes && number < shapes->list.size() ? &shapes->list[number] : nullptr;
+}
+
 /// Whether two bodies of solvers that feel contacts collide where they meet.
 bool collide(const World& world, std::uint32_t a, std::uint32_t b) {
   const Collision *on_a = world.collisions.find(world.bodies.owners()[a]),
@@ -112,17 +118,13 @@ void ContactWatch::place_boxes(const World& world) {
   for (std::size_t i = 0; i < solids_.size(); ++i) {
     const Solid& s = solids_[i];
     const Body& b = world.bodies.values()[s.slot];
-    // Shapes may have come, gone and changed since.
-    const Shapes* shapes = world.shapes.find(world.bodies.owners()[s.slot]);
-    const bool is_there = shapes && s.shape < shapes->list.size() &&
-                          is_usable(shapes->list[s.shape]) && is_finite(b.pose);
-    if (!is_there || is_unbounded(shapes->list[s.shape].kind)) {
+    const Shape* shape = find_shape(world, s.slot, s.shape);
+    if (!shape || !is_usable(*shape) || !is_finite(b.pose) || is_unbounded(shape->kind)) {
       boxes_[i] = {Vec3(1e300), Vec3(1e300)};
       continue;
     }
-    const Shape& shape = shapes->list[s.shape];
-    boxes_[i] = bounds_of(shape, compose(b.pose, shape.local));
-    boxes_[i].add(bounds_of(shape, compose(before_[s.slot], shape.local)));
+    boxes_[i] = bounds_of(*shape, compose(b.pose, shape->local));
+    boxes_[i].add(bounds_of(*shape, compose(before_[s.slot], shape->local)));
   }
   contact::update_tree(tree_, boxes_);
 }
@@ -132,9 +134,9 @@ void ContactWatch::check(const World& world, const Solid& a, const Solid& b,
                          FindingList& found) const {
   const Body &on_a = world.bodies.values()[a.slot], &on_b = world.bodies.values()[b.slot];
   if (on_a.motion != Motion::dynamic && on_b.motion != Motion::dynamic) return;
-  const Shapes* shapes = world.shapes.find(world.bodies.owners()[b.slot]);
-  if (!shapes || b.shape >= shapes->list.size()) return;
-  const Shape& other = shapes->list[b.shape];
+  const Shape* found_shape = find_shape(world, b.slot, b.shape);
+  if (!found_shape) return;
+  const Shape& other = *found_shape;
   const Pose end = compose(on_a.pose, a.core.local), at = compose(on_b.pose, other.local);
   const Pose seen = compose(inverse(before_[b.slot]), compose(before_[a.slot], a.core.local));
   const Pose start = compose(on_b.pose, seen);

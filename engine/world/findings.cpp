@@ -54,8 +54,7 @@ constexpr FindingInfo kInfos[] = {
      "Take a shorter step, or \"lagrangian\" with \"rk4\" or \"radau\", which divide it."},
     {"spring_unresolved", "rad",
      "A spring of a joint or a pin, with little damping, swings by more in a step than its solver "
-     "can "
-     "follow, so that its swing dies or grows by itself: its frequency times the step.",
+     "can follow, so that its swing dies or grows by itself: its frequency times the step.",
      "Take a shorter step, make the spring softer, or give it the damping that it is to have."},
     {"energy_limited", "J",
      "For more than a twentieth of the last second the solver took energy away that its own steps "

@@ -67,7 +67,12 @@ void load_spring(ConservingTie& t, Real h) {
 
 /// The same of an elastic cable: minus its tension is s d, s = 2 (V_1 - V_0) / (l_1^2 - l_0^2), d
 /// being the mean of d before and after.
-void load_cable(ConservingTie& t, Real h) {
+struct CableLoad {
+  Vec3 mu;
+  Mat3 derivative;
+  Real across;
+};
+CableLoad load_of_cable(const ConservingTie& t, Real h) {
   const Real l0 = glm::length(t.before), l1 = glm::length(t.now);
   const Real over0 = std::max(Real(0), l0 - t.length), over1 = std::max(Real(0), l1 - t.length);
   const Vec3 mean = 0.5 * (t.before + t.now);
@@ -80,10 +85,13 @@ void load_cable(ConservingTie& t, Real h) {
     s = t.stiffness * (over1 * over1 - over0 * over0) / squares;
     by_length = 2 * (t.stiffness * over1 - s * l1) / squares;
   }
-  t.mu = 0.5 * h * s * mean;
-  t.derivative = 0.5 * h * Mat3(0.5 * s);
-  if (l1 > 0) t.derivative += 0.5 * h * by_length * glm::outerProduct(mean, t.now / l1);
-  t.across = 0.5 * h * s;
+  Mat3 derivative = 0.5 * h * Mat3(0.5 * s);
+  if (l1 > 0) derivative += 0.5 * h * by_length * glm::outerProduct(mean, t.now / l1);
+  return {0.5 * h * s * mean, derivative, 0.5 * h * s};
+}
+void load_cable(ConservingTie& t, Real h) {
+  const CableLoad load = load_of_cable(t, h);
+  t.mu = load.mu, t.derivative = load.derivative, t.across = load.across;
 }
 
 /// The impulse of a taut cable is along the mean of d.
@@ -407,8 +415,7 @@ bool project(void* context) {
 
 /// Whether the impulse of an elastic cable is that of its length at the iterate.
 bool is_followed(const TiedStep& s, const ConservingTie& t) {
-  ConservingTie now = t;
-  load_cable(now, s.h);
+  const CableLoad now = load_of_cable(t, s.h);
   const Real response = t.response > 0 ? t.response : s.h / s.a.mass;
   const Real stiffness = glm::length(glm::normalize(t.before + t.now) * now.derivative);
   return response * glm::length(now.mu - t.mu) <= kFollowed * s.a.size * (1 + response * stiffness);

@@ -47,6 +47,9 @@ struct GroupBody {
   Vec3 from{0};  // m, where it was at the start of the step
 };
 
+/// m/s, of the body's point at an arm from its mass centre.
+inline Vec3 speed_at(const GroupBody& b, Vec3 arm) { return b.velocity + glm::cross(b.spin, arm); }
+
 /// A force and its torque, or an impulse and its moment.
 struct Wrench {
   Vec3 force{0}, torque{0};

@@ -31,8 +31,7 @@ Real work_of_surfaces(const Group& g, Vec3 GroupContact::*impulse) {
     const Vec3 passed = c.*impulse;
     sum -= passed.y * c.surface_first + passed.z * c.surface_second;
     const GroupBody& b = g.b(c);
-    if (b.per_mass == 0)
-      sum += glm::dot(to_world(c, passed), b.velocity + glm::cross(b.spin, c.arm_b));
+    if (b.per_mass == 0) sum += glm::dot(to_world(c, passed), speed_at(b, c.arm_b));
   }
   return std::max(Real(0), sum);
 }
@@ -84,7 +83,7 @@ Real kinetic_energy(const Group& g) {
              (glm::dot(b.velocity, b.velocity) / b.per_mass + glm::dot(b.spin, b.angular_momentum));
   for (const GroupNode& n : g.nodes) {
     const GroupBody& b = g.bodies[n.body];
-    const Vec3 velocity = b.velocity + glm::cross(b.spin, n.arm);
+    const Vec3 velocity = speed_at(b, n.arm);
     sum +=
         0.5 * (n.mass * glm::dot(velocity, velocity) + glm::dot(b.spin, n.world_inertia * b.spin));
   }

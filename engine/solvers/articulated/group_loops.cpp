@@ -203,8 +203,6 @@ void factor(const Group& g, const GroupLoops& l) {
   }
 }
 
-Vec3 velocity_at(const GroupBody& b, Vec3 arm) { return b.velocity + glm::cross(b.spin, arm); }
-
 Vec3 limited(Vec3 speed) {
   const Real size = glm::length(speed);
   return size > kFastestReturn ? kFastestReturn / size * speed : speed;
@@ -373,7 +371,7 @@ void begin_loops(const Group& g, Real h, Real part) {
     for (GroupTree& t : g.trees.subspan(l.first_tree, l.trees)) settle_tree(g, t);
     for (std::uint32_t i = 0; i < l.ties; ++i) {
       const GroupTie& t = ties_of(g, l)[i];
-      const Vec3 speed = velocity_at(g.bodies[t.b], t.arm_b) - velocity_at(g.bodies[t.a], t.arm_a);
+      const Vec3 speed = speed_at(g.bodies[t.b], t.arm_b) - speed_at(g.bodies[t.a], t.arm_a);
       const Vec3 closing = part > 0 ? limited(part / h * t.apart) : Vec3(0);
       set_left(g, l, i, speed + closing + t.yield * t.impulse);
     }

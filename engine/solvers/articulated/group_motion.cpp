@@ -41,9 +41,7 @@ Vec3 turned_momentum(Vec3 momentum, Vec3 inertia, Real h) {
 /// A tree of which no anchor holds any part.
 bool is_free(const Group& g, const GroupTree& t) { return g.nodes[t.first].free_root; }
 
-Vec3 own_velocity(const GroupBody& b, const GroupNode& n) {
-  return b.velocity + glm::cross(b.spin, n.arm);
-}
+Vec3 own_velocity(const GroupBody& b, const GroupNode& n) { return speed_at(b, n.arm); }
 
 /// The axis about which a body is most nearly symmetric.
 int symmetry_axis(Vec3 inertia) {

@@ -88,14 +88,10 @@ Real solve_points(const Group& g, std::span<GroupContact> points, const Substep&
   return most;
 }
 
-}  // namespace
-
-namespace {
-
 /// m/s: how fast the fixed body of a contact that bears comes, or deep overlaps are pushed out.
 Real asked_speed(const Group& g, const GroupContact& c, const Substep& s) {
   const GroupBody& b = g.b(c);
-  const Real comes = glm::dot(c.axes[0], b.velocity + glm::cross(b.spin, c.arm_b));
+  const Real comes = glm::dot(c.axes[0], speed_at(b, c.arm_b));
   return comes + (c.gap < -c.shallow ? push_speed(c, s) : 0);
 }
 

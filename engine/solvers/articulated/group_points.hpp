@@ -22,7 +22,7 @@ struct Substep {
   bool few_points = false;  // of trees: their impacts are iterated further
   bool strikes = false;     // of those: something has just struck
   bool alone = false;       // one body: its shallow overlaps are closed at the end of the step
-  Real enough = 0;          // m/s: smaller changes of speed end the iteration of hard contacts
+  Real enough = 0;  // m/s: smaller changes of speed end the iteration, of few bodies or points
 };
 
 /// So many free bodies are iterated until nothing changes, without springs.

@@ -55,10 +55,12 @@ void adjust_touching(World& world, const StepTask& task) {
   each([&](Island& a) { finish_step(world, a, h, a.lost); });
 }
 
+void forget_result(Island& a) { a.lost = Entity{}, a.energy_removed = 0, a.jammed = false; }
+
 void adjust_alone(World& world, const StepTask& task) {
   std::vector<Island>& all = islands_of(world);
   for_each_island(all.size(), task.threads, [&](std::size_t i) {
-    all[i].lost = Entity{}, all[i].energy_removed = 0, all[i].jammed = false;
+    forget_result(all[i]);
     const bool elsewhere = all[i].mutual || all[i].follows || (all[i].in_group && !all[i].asleep);
     if (!elsewhere) adjust(world, all[i], task.h, all[i].lost);
   });
@@ -74,7 +76,7 @@ std::size_t count(const World& world) { return islands_of(world).size(); }
 bool repeat(World& world, std::size_t island, Real h) {
   Island& a = restore_island<Islands>(world, island);
   update(world, a, h);
-  a.lost = Entity{}, a.energy_removed = 0, a.jammed = false;
+  forget_result(a);
   return adjust(world, a, h, a.lost);
 }
 

@@ -196,12 +196,16 @@ void push_again(const Group& g) {
   for (GroupRolling& r : g.rollings) push(g, r);
 }
 
+bool has_friction(const Group& g) {
+  return std::any_of(g.contacts.begin(), g.contacts.end(),
+                     [](const GroupContact& c) { return c.works && c.friction > 0; });
+}
+
 /// When sweeps over a group end.
 class Ending {
  public:
   Ending(const Group& g, const Substep& s) : is_alone_(s.alone) {
-    may_exchange_ = s.hard && std::any_of(g.contacts.begin(), g.contacts.end(),
-                                          [](auto& c) { return c.works && c.friction > 0; });
+    may_exchange_ = s.hard && has_friction(g);
     const Real speed = 1 + glm::length(g.bodies.front().velocity);
     enough_ = s.strikes            ? kEnoughOfFew * speed
               : s.few_points       ? s.enough
@@ -289,8 +293,6 @@ void take_hard_substep(const Group& g, const Substep& s, Order order) {
   for (GroupBody& b : g.bodies) b.jammed = b.jammed || b.per_mass > 0;
 }
 
-Vec3 speed_of(const GroupBody& b, Vec3 arm) { return b.velocity + glm::cross(b.spin, arm); }
-
 /// Whether free bodies strike one another, few enough to be solved as one: a row of balls, a rack.
 bool is_blow(const Group& g, const Substep& s) {
   if (!g.trees.empty() || !g.ties.empty()) return false;
@@ -298,7 +300,7 @@ bool is_blow(const Group& g, const Substep& s) {
   for (const GroupContact& c : g.contacts) points += c.works;
   if (points > kFewPoints) return false;
   return std::any_of(g.contacts.begin(), g.contacts.end(), [&](const GroupContact& c) {
-    const Vec3 speed = speed_of(g.a(c), c.arm_a) - speed_of(g.b(c), c.arm_b);
+    const Vec3 speed = speed_at(g.a(c), c.arm_a) - speed_at(g.b(c), c.arm_b);
     const Real closing = -glm::dot(c.axes[0], speed);
     return c.works && closing > kLeastBlow && c.gap < s.h * closing;
   });
@@ -321,10 +323,8 @@ void take_substep(const Group& g, const Substep& s, Order order) {
   prepare_group(g, s);
   if (is_blow(g, s)) {
     Substep at_once = s;
-    const bool smooth = std::none_of(g.contacts.begin(), g.contacts.end(),
-                                     [](auto& c) { return c.works && c.friction > 0; });
     at_once.hard = true, at_once.most_sweeps = kBlowSweeps;
-    if (smooth)
+    if (!has_friction(g))
       at_once.most_sweeps = kSmoothBlowSweeps, at_once.enough *= kEnoughAfterBlow / kEnoughOfFew;
     for (GroupContact& c : g.contacts) c.before = c.impulse.x;
     take_hard_substep(g, at_once, order);

@@ -23,6 +23,8 @@ constexpr Real kAlike = 1e-6;
 /// Of a step: in a shorter part, up to an event, rounding of positions is all that multipliers of
 /// poses tell, and speeds and friction would follow it; Euler takes that part.
 constexpr Real kShortest = 1e-3;
+/// What a symplectic integrator makes between blows and gives back, over what it may make for good.
+constexpr Real kReturned = 10;
 /// Energy that may stay unpaid in a step, relative to all weight falling by the size of the island.
 constexpr Real kRounding = 1e-10;
 /// Of its kinetic energy, what the projection may add to that of a free island.
@@ -144,7 +146,7 @@ class EnergyWatch {
     for (std::size_t b = 0; b < m_.count(); ++b)
       weight += m_.mass[b] * std::abs(m_.gravity_scale[b]);
     weight *= glm::length(world_.gravity);
-    const Real part = (by.returns_energy && !m_.unilateral ? 10 : 1) * by.keeps_energy_to;
+    const Real part = by.keeps_energy_to * (by.returns_energy && !m_.unilateral ? kReturned : 1);
     const Real most = part * (std::max(now, kinetic_) + weight * m_.size);
     return gained <= most && (m_.damped || gained >= -most);
   }
@@ -202,13 +204,15 @@ struct Attempt {
   int most_halvings, most_substeps;
 };
 
+bool takes_pins_as_forces(const Island& m, const IntegratorRow& by) {
+  return !m.elastic_pins.empty() && !by.collocates && &by != &integrators::euler;
+}
+
 /// Of what an integrator takes as explicit forces.
 Stiffness explicit_stiffness(const World& world, const Island& m, const IntegratorRow& by) {
-  Stiffness most;
-  if (by.efforts_are_forces) most = stiffness_of(world, m);
-  if (by.collocates || &by == &integrators::euler) return most;
-  const Stiffness pins = stiffness_of_pins(world, m);
-  return {std::max(most.spring, pins.spring), std::max(most.damper, pins.damper)};
+  const Stiffness joints = by.efforts_are_forces ? stiffness_of(world, m) : Stiffness{};
+  const Stiffness pins = takes_pins_as_forces(m, by) ? stiffness_of_pins(world, m) : Stiffness{};
+  return {std::max(joints.spring, pins.spring), std::max(joints.damper, pins.damper)};
 }
 
 /// Advances by one integrator, halving the step where it fails.
@@ -224,7 +228,7 @@ bool advance_by(const World& world, Island& m, const Span& span, const Attempt& 
   EnergyWatch energy(world, m, by);
   int substeps = 1;
   while (substeps < kMostParts && fastest * span.h > most_turned * substeps) substeps *= 2;
-  if ((!m.joint_forces.empty() && by.efforts_are_forces) || !m.elastic_pins.empty()) {
+  if ((!m.joint_forces.empty() && by.efforts_are_forces) || takes_pins_as_forces(m, by)) {
     update_kinematics(m), update_frames(world, m, span.fraction(0), span.whole);
     const Stiffness stiff = explicit_stiffness(world, m, by);
     while (substeps < kMostParts && stiff.is_long(span.h / substeps)) substeps *= 2;

@@ -50,16 +50,6 @@ void count_pins(Island& m) {
   each([](BodyPairForce& p, std::uint32_t count) { p.beside = std::max(p.beside, Real(count)); });
 }
 
-void add_pair_force(Island& m, const BodyPairForce& p, const OppositeForces& forces) {
-  const auto& [on_a, arm_a, arm_b] = forces;
-  if (p.body[0] < m.count())
-    m.scratch.force[2 * p.body[0]] += on_a,
-        m.scratch.force[2 * p.body[0] + 1] += glm::cross(arm_a, on_a);
-  if (p.body[1] < m.count())
-    m.scratch.force[2 * p.body[1]] -= on_a,
-        m.scratch.force[2 * p.body[1] + 1] -= glm::cross(arm_b, on_a);
-}
-
 void add_pin_forces(const World& world, Island& m) {
   const Real h = m.scratch.pins_over;
   for (const BodyPairForce& p : m.elastic_pins) {

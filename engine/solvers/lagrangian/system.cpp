@@ -199,6 +199,16 @@ void write_compliant(const World& world, Island& m, const Block& b) {
 
 }  // namespace
 
+void add_pair_force(Island& m, const BodyPairForce& p, const OppositeForces& forces) {
+  const auto& [on_a, arm_a, arm_b] = forces;
+  if (p.body[0] < m.count())
+    m.scratch.force[2 * p.body[0]] += on_a,
+        m.scratch.force[2 * p.body[0] + 1] += glm::cross(arm_a, on_a);
+  if (p.body[1] < m.count())
+    m.scratch.force[2 * p.body[1]] -= on_a,
+        m.scratch.force[2 * p.body[1] + 1] -= glm::cross(arm_b, on_a);
+}
+
 Real opening_rate(const World& world, Island& m, std::size_t block) {
   m.memory[block].active = true;
   write_limit(world, m, block);
