@@ -59,6 +59,8 @@ struct ContactPoint {
   Vec3 impulse{0};        // N s on a, in all
   Vec3 lasting{0};        // N s, of it what holds at the end of the step
   Vec3 borne{0};          // the same, in the end
+  Vec3 more{0};           // N s, of all that where the bodies have come to asks for
+  Vec3 whole{0};          // N s, of the parts of the step so far
   Real least = 0;         // N s, of what lasts along the normal: a limit may push less than it did
   Vec3 shift{0};          // kg m: displaces as an impulse changes velocities; not applied yet
   Vec3 held{0};           // kg m, of it against what lasts

@@ -15,6 +15,13 @@ constexpr Real kLeastResponse = 1e-9;
 /// How near a bound may be for contacts to bring it there: at the fastest speed, in steps; m or
 /// rad.
 constexpr Real kNearInSteps = 2, kAtBound = 1e-9;
+/// rad, and in how many parts at most: the point of a rim goes around by no more in one; where
+/// there are no more points than that.
+constexpr Real kMostAround = 0.15;
+constexpr int kMostRimParts = 32;
+constexpr std::size_t kMostRimPoints = 16;
+/// m: what is so near rolls on its rim already. Of its radius: on the same one.
+constexpr Real kOnRim = 1e-6, kOnCircle = 1e-4;
 
 /// The exact island of a body; null for one of another solver, or of none.
 const Island* exact_island(const World& world, const Owner& owner) {
@@ -181,7 +188,7 @@ void list_limits(ContactScratch& r, Island& m, std::uint32_t island) {
   }
 }
 
-/// An island at the end of its step, as contacts found it: kinematics, rows, factor, forces.
+/// An island at the end of its step, as contacts found it.
 void take_up(World& world, ContactScratch& r, std::uint32_t island, Real h) {
   Island& m = islands_of(world)[island];
   Motions& s = m.scratch.state;
@@ -199,6 +206,25 @@ void take_up(World& world, ContactScratch& r, std::uint32_t island, Real h) {
   }
   factor(m);
   add_forces(world, m, Torques::applied);
+}
+
+/// How far the point of a rim that touches goes around the contact's normal in a step, rad.
+Real way_around(const World& world, const ContactScratch& r, const ContactPoint& p, int side) {
+  if (p.end[side] == kNoIndex || p.on[side].circle == 0) return 0;
+  const ContactEnd& e = r.ends[p.end[side]];
+  const Motions& from = islands_of(world)[e.island].scratch.entry;
+  const Vec3 axis = from.q[e.column] * p.on[side].axis;
+  const Vec3 lean = axis - glm::dot(axis, p.axes[0]) * p.axes[0];
+  const Vec3 turn = glm::cross(from.w[e.column], axis);
+  return std::abs(glm::dot(p.axes[0], glm::cross(lean, turn))) / glm::dot(lean, lean);
+}
+
+bool has_same_bodies(const ContactPoint& p, const ContactPoint& q) {
+  for (const int side : {0, 1}) {
+    if ((p.end[side] == kNoIndex) != (q.end[side] == kNoIndex)) return false;
+    if (p.owner[side] != q.owner[side] || p.column[side] != q.column[side]) return false;
+  }
+  return true;
 }
 
 void sort_points(ContactScratch& r) {
@@ -344,6 +370,35 @@ void place_points(World& world, const ContactGroup& g) {
     }
     p.gap = glm::dot(p.axes[0], at[0] - at[1]);
   }
+}
+
+int parts_of(const World& world, const ContactGroup& g) {
+  const ContactScratch& r = world.memory.of<Islands>().contacts;
+  for (const GroupMember& member : g.members)
+    if (const Island& m = islands_of(world)[member.island];
+        !m.blocks.empty() || !m.interfaces.empty() || !m.touches.empty())
+      return 1;
+  if (g.points.size() > kMostRimPoints) return 1;
+  Real most = 0;
+  for (const ContactPoint& p : g.points) {
+    if (p.obstacle[0].moves() || p.obstacle[1].moves()) return 1;
+    if (p.gap_before > kOnRim) continue;
+    for (const int side : {0, 1}) most = std::max(most, g.h * way_around(world, r, p, side));
+  }
+  return std::clamp(static_cast<int>(std::ceil(most / kMostAround)), 1, kMostRimParts);
+}
+
+void join_rims(const ContactGroup& g) {
+  for (const ContactPoint& low : g.points)
+    for (ContactPoint& p : g.points)
+      for (const int side : {0, 1}) {
+        const contact::TouchedPlace& rim = low.on[side];
+        if (rim.circle == 0 || p.on[side].circle > 0 || !has_same_bodies(p, low)) continue;
+        const Vec3 from = p.on[side].core - rim.core;
+        const Real along = glm::dot(from, rim.axis);
+        if (std::abs(along) + std::abs(glm::length(from) - rim.circle) < kOnCircle * rim.circle)
+          p.on[side] = rim;
+      }
 }
 
 void find_speeds(const World& world, const ContactGroup& g) {

@@ -274,6 +274,8 @@ bool hold(const Couplings& with) {
   return solved;
 }
 
+bool hold_on(const Couplings& with) { return solve_closed(with); }
+
 Real open_overlaps(const Couplings& with) {
   Real deepest = 0;
   for (ContactPoint& p : with.group.points) {

@@ -36,13 +36,17 @@ void respond(const ContactScratch& r, Island& m, const GroupMember& member,
   solve(m, {m.scratch.momenta, m.scratch.right}, {m.scratch.solution, m.scratch.lambda});
 }
 
-void change_velocities(const ContactScratch& r, Island& m, const GroupMember& member, Real h) {
-  respond(r, m, member, &ContactPoint::impulse);
+/// By one kind of impulse of all points of a member.
+void change_velocities(World& world, const Couplings& with, const GroupMember& member,
+                       Vec3 ContactPoint::*what) {
+  Island& m = islands_of(world)[member.island];
+  respond(with.scratch, m, member, what);
   for (std::size_t b = 0; b < m.count(); ++b) {
     m.scratch.state.v[b] += m.scratch.solution[2 * b];
     m.scratch.state.w[b] += m.scratch.solution[2 * b + 1];
   }
-  for (std::size_t row = 0; row < m.rows; ++row) m.forces[row] += m.scratch.lambda[row] / h;
+  for (std::size_t row = 0; row < m.rows; ++row)
+    m.forces[row] += m.scratch.lambda[row] / with.group.h;
 }
 
 /// Closes the joints of an island that its contacts displaced. False: they stay open, or surfaces
@@ -72,7 +76,10 @@ Real change_poses(const World& world, Island& m, const GroupMember& member, Real
       const Vec3 way = part * m.scratch.solution[2 * b],
                  turn = part * m.scratch.solution[2 * b + 1];
       work += glm::dot(m.scratch.force[2 * b], way) + glm::dot(m.scratch.force[2 * b + 1], turn);
+      const Vec3 momentum = s.q[b] * (m.inertia[b] * (glm::conjugate(s.q[b]) * s.w[b]));
       s.x[b] += way, s.q[b] = glm::normalize(from_rotation_vector(turn) * s.q[b]);
+      // What no joint holds keeps its angular momentum: angular velocities turn along.
+      if (m.blocks.empty()) s.w[b] = s.q[b] * ((glm::conjugate(s.q[b]) * momentum) / m.inertia[b]);
     }
     if (close_joints(world, m, h)) {
       for (std::size_t row = 0; row < m.rows; ++row) m.forces[row] += m.scratch.impulses[row] / h;
@@ -126,6 +133,28 @@ void bound_energy(World& world, const ContactGroup& g, Real work) {
   }
 }
 
+/// Whether what is shut touches with the rim of a body.
+bool touches_with_rims(const ContactGroup& g) {
+  return std::any_of(g.points.begin(), g.points.end(), [](const ContactPoint& p) {
+    const auto is_rim = [&](int side) { return p.end[side] != kNoIndex && p.on[side].circle > 0; };
+    return p.closed && (is_rim(0) || is_rim(1));
+  });
+}
+
+/// The place of a rim that touches depends on the pose that what lasts brings the body to: solves
+/// for that again there.
+bool hold_where_placed(World& world, const Couplings& with) {
+  find_speeds(world, with.group);
+  for (GroupMember& member : with.group.members) find_responses(world, member);
+  find_own_responses(world, with.group);
+  for (ContactPoint& p : with.group.points) p.more = p.impulse;
+  const bool solved = hold_on(with);
+  for (ContactPoint& p : with.group.points) p.more = p.impulse - p.more;
+  for (const GroupMember& member : with.group.members)
+    change_velocities(world, with, member, &ContactPoint::more);
+  return solved;
+}
+
 /// Solves the contacts of one group and moves its islands. False: not to the tolerance.
 bool resolve(World& world, const ContactGroup& g) {
   ContactScratch& r = world.memory.of<Islands>().contacts;
@@ -139,24 +168,56 @@ bool resolve(World& world, const ContactGroup& g) {
   find_own_responses(world, g);
   const Couplings with{r, g};
   collide(with);
-  const bool solved = hold(with);
+  bool solved = hold(with);
   if (std::all_of(g.points.begin(), g.points.end(),
                   [](const ContactPoint& p) { return p.impulse == Vec3(0) && p.shift == Vec3(0); }))
     return solved;
   Real work = 0;
   for (const GroupMember& member : g.members) {
     Island& m = islands_of(world)[member.island];
-    change_velocities(r, m, member, g.h);
+    change_velocities(world, with, member, &ContactPoint::impulse);
     m.fresh = m.fresh || row_of(m.settings.integrator).keeps_accelerations;
   }
-  for (ContactPoint& p : g.points) p.borne = p.closed ? p.lasting : Vec3(0);
   for (int n = 0; n < kOpenings; ++n) {
     for (const GroupMember& member : g.members)
       work += change_poses(world, islands_of(world)[member.island], member, g.h);
     place_points(world, g);
+    if (n == 0 && touches_with_rims(g)) solved = hold_where_placed(world, with) && solved;
+    if (n == 0)
+      for (ContactPoint& p : g.points) p.borne = p.closed ? p.lasting : Vec3(0);
     if (n + 1 == kOpenings || open_overlaps(with) <= kOpenEnough) break;
   }
   bound_energy(world, g, work);
+  return solved;
+}
+
+/// A step of loose bodies in parts, each with its contacts. False: not to the tolerance.
+bool resolve_in_parts(World& world, ContactGroup g, int parts) {
+  const Real h = g.h;
+  g.h = h / parts;
+  for (const GroupMember& member : g.members) {
+    StepScratch& scratch = islands_of(world)[member.island].scratch;
+    scratch.state = scratch.entry;
+  }
+  join_rims(g);
+  for (ContactPoint& p : g.points) p.lasting /= parts;
+  bool solved = true;
+  for (int i = 0; i < parts; ++i) {
+    for (const GroupMember& member : g.members) {
+      Island& m = islands_of(world)[member.island];
+      m.scratch.entry = m.scratch.state;
+      if (!advance(world, m, {i * g.h, g.h, h})) return false;
+      update_kinematics(m), factor(m), add_forces(world, m, Torques::applied);
+    }
+    solved = resolve(world, g) && solved;
+    for (ContactPoint& p : g.points) {
+      p.whole += p.impulse, p.gap_before = p.gap;
+      if (i + 1 == parts) continue;
+      p.lasting = p.borne, p.closed = false;
+      p.impulse = p.borne = p.shift = p.held = Vec3(0);
+    }
+  }
+  for (ContactPoint& p : g.points) p.impulse = p.whole, p.borne *= parts;
   return solved;
 }
 
@@ -206,7 +267,9 @@ void resolve_contacts(World& world, Real h, const Taking& taking) {
     const ContactScratch::Range& range = r.groups[i];
     const ContactGroup g{std::span(r.points).subspan(range.first_point, range.points),
                          std::span(r.members).subspan(range.first_member, range.members), h};
-    if (!resolve(world, g) && r.unsolved++ == 0)
+    const int parts = parts_of(world, g);
+    const bool solved = parts > 1 ? resolve_in_parts(world, g, parts) : resolve(world, g);
+    if (!solved && r.unsolved++ == 0)
       r.unsolved_at = islands_of(world)[g.members.front().island].bodies.front();
   }
   for (const ContactPoint& p : r.points) write_contact(world, p, h);

@@ -17,6 +17,11 @@ void resolve_contacts(World& world, Real h, const Taking& taking);
 /// Fills the scratch with points, ends, members and groups; the islands concerned are at the end of
 /// their step, limits aside, which become points.
 void gather_contacts(World& world, Real h, const Taking& taking);
+/// In how many parts the bodies of a group take their step: more than one where loose ones roll on
+/// their rims, whose points go around.
+int parts_of(const World& world, const ContactGroup& g);
+/// Points of a rim that stay on their body become the one that goes around: it is the deepest.
+void join_rims(const ContactGroup& g);
 /// Gaps and arms where the bodies are now.
 void place_points(World& world, const ContactGroup& g);
 /// Speeds and accelerations of the points, after place_points.
@@ -44,6 +49,8 @@ void collide(const Couplings& with);
 /// Impulses that hold at the end of the step, and what they displace. False: not within the
 /// tolerance.
 bool hold(const Couplings& with);
+/// The same of what is closed already, from what it holds, after its speeds were found anew.
+bool hold_on(const Couplings& with);
 /// The largest tangential response of a point to itself.
 Real softest_of(const Mat3& response);
 /// What closed points are from their impulses as each one alone would have it, N s.
