@@ -19,6 +19,9 @@ constexpr Real kHit = 1e-6;       // rad: so near, it is hit at the end of a par
 constexpr Real kRounding = 1e-9;
 /// rad, on the way over the step: a blow that is slower is not followed to its time.
 constexpr Real kSlow = 1e-4;
+/// Of a step: limits that are hit within that time of one another are hit at once. Which of two
+/// comes first would be an error of the step, and decides how what is alike on both sides goes on.
+constexpr Real kTogether = 0.1;
 /// In the shortest units of time: no part ends earlier.
 constexpr Real kSoonest = 1e-3;
 /// rad: the side on which a narrower cone is touched changes within a step.
@@ -214,9 +217,11 @@ Real begin_blow(const StiffStep& s) {
   }
   Real fastest = 0;
   for_each_limit(a, [&](ConservingLimit& l, std::size_t c) {
-    if (!l.watched || (l.clearance > kHit && !l.both_ways)) return;
+    if (!l.watched) return;
+    const Real rate = rate_of(s, c, l);
+    if (l.clearance > std::max(kHit, kTogether * s.part.whole * rate) && !l.both_ways) return;
     l.state = LimitState::hit, l.acts = true;
-    fastest = std::max(fastest, std::abs(rate_of(s, c, l)));
+    fastest = std::max(fastest, std::abs(rate));
   });
   return fastest;
 }

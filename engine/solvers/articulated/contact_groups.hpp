@@ -344,8 +344,14 @@ void release_trees(const Group& g, const GroupPart& part);
 void prepare_springs(const Group& g, GroupNode& n, const GroupPart& part);
 void prepare_limits(const Group& g, std::uint32_t node, Real h);
 void push_limits(const Group& g);
-/// Every limit once; without the spring, those that hold are kept from closing further.
-void solve_limits(const Group& g, Real h, const Softness* spring);
+/// The spring before a limit: from how far on it holds, rad; without one, limits that hold are kept
+/// from closing further.
+struct LimitSpring {
+  Real buffer = 0;
+  const Softness* by = nullptr;
+};
+/// Every limit once.
+void solve_limits(const Group& g, Real h, const LimitSpring& spring);
 void bound_drives(const Group& g, Real h);
 /// Springs, friction and motors along the joints' coordinates (group_actuators.cpp): at the start
 /// of a substep, again, every one once.

@@ -14,9 +14,6 @@ namespace {
 /// rad: a limit farther away than this is not looked at in a substep. How much faster a joint may
 /// turn than expected before it is looked at again, rad/s.
 constexpr Real kNear = 0.15, kSuddenSpin = 20;
-/// rad, and of substeps shorter than so many seconds as much less: the spring before a limit
-/// vanishes with the step.
-constexpr Real kBuffer = 0.01, kBufferOf = 1.0 / 235;
 
 void add_drive(const Group& g, GroupNode& n, const GroupPart& part) {
   const JointDrive& drive = *n.drive;
@@ -114,8 +111,7 @@ void push_limits(const Group& g) {
   }
 }
 
-void solve_limits(const Group& g, Real h, const Softness* spring) {
-  const Real buffer = kBuffer * std::min(Real(1), h / kBufferOf);
+void solve_limits(const Group& g, Real h, const LimitSpring& spring) {
   for (std::uint32_t i = 0; i < g.nodes.size(); ++i) {
     GroupNode& n = g.nodes[i];
     if (!n.is_limited) continue;
@@ -124,12 +120,12 @@ void solve_limits(const Group& g, Real h, const Softness* spring) {
       const Real speed = glm::dot(limit.along, relative_spin(g, i));
       // Bodies are never turned beyond a limit (group_motion.cpp). A spring takes hold a little
       // before it: loads of heaps come to rest on that.
-      const Real left = limit.clearance - buffer;
-      const bool springs = !limit.both_ways && left <= 0 && spring;
+      const Real left = limit.clearance - spring.buffer;
+      const bool springs = !limit.both_ways && left <= 0 && spring.by;
       const bool holds =
-          limit.both_ways || (!spring && (left <= 0 || limit.impulse > 0 || limit.before > 0));
-      const Softness& by = springs ? *spring : Softness{};
-      const Real most = holds ? 0 : springs ? spring->rate * left : left / h;
+          limit.both_ways || (!spring.by && (left <= 0 || limit.impulse > 0 || limit.before > 0));
+      const Softness& by = springs ? *spring.by : Softness{};
+      const Real most = holds ? 0 : springs ? spring.by->rate * left : left / h;
       Real impulse = limit.impulse + by.by_mass * (speed - most) / limit.response -
                      by.by_impulse * limit.impulse;
       if (!limit.both_ways) impulse = std::max(Real(0), impulse);

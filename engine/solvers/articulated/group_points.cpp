@@ -27,7 +27,7 @@ Real push_speed(const GroupContact& c, const Substep& s) {
 
 Goal goal_of(const GroupContact& c, const Softness& spring, const Substep& s, Sweep sweep) {
   if (sweep == Sweep::relaxes && (s.hard || c.impulse.x > 0)) return {};
-  if (c.gap > c.rest) return {-c.gap / s.h, {}};
+  if (c.gap > c.rest) return {-c.gap / s.reach, {}};
   if (sweep == Sweep::relaxes) return {};
   if (s.hard) return {push_speed(c, s), {}};
   return {std::min(spring.rate * (c.rest - c.gap), kPushSpeed), spring};

@@ -15,9 +15,11 @@ inline Order turned(Order order, int times) {
 
 struct Substep {
   Real h = 0;
+  Real reach = 0;  // s: what touches within so long, or comes to a limit, is stopped by then
   GroupPart part;
   Softness between, against_fixed;
-  bool hard = false;  // without springs
+  Real before_limits = 0;  // rad: from there on springs act before a limit
+  bool hard = false;       // without springs
   int most_sweeps = 1;
   bool few_points = false;  // of trees: their impacts are iterated further
   bool strikes = false;     // of those: something has just struck

@@ -11,7 +11,9 @@ namespace {
 /// length; towers of bodies need shorter ones.
 constexpr Real kLongestSubstep = 1.0 / 470, kLongestTreeSubstep = 1.0 / 235,
                kLongestHardSubstep = 1.0 / 235;
-constexpr int kLeastTreeSubsteps = 2, kMostSubsteps = 32;
+/// Of trees at few points, whose motion converges with the step, more: a short step is then as much
+/// finer than one of 1/60 s as it is shorter.
+constexpr int kLeastTreeSubsteps = 2, kLeastAtFewPoints = 3, kMostSubsteps = 32;
 /// rad: bodies of trees turn by no more in a substep, as long as that many are enough; nor do free
 /// ones that roll on a rim, and the place on it where they touch.
 constexpr Real kLargestTurn = 0.5, kLargestRoll = 0.1;
@@ -24,6 +26,8 @@ constexpr Real kRound = 1e-6;
 /// the critical.
 constexpr Real kContactFrequency = 60, kDampingRatio = 10;
 constexpr std::size_t kFewPointsOfTrees = 12;
+/// rad, and of shorter substeps as much less: the spring before a limit vanishes with the step.
+constexpr Real kBuffer = 0.01;
 /// A strike so near to either end of a substep, as a part of it, does not divide it.
 constexpr Real kAtOnce = 1e-3;
 /// The least square of the sine of a lean by which anything is divided.
@@ -88,14 +92,16 @@ int substeps_of(const Group& g, Real h) {
   for (const GroupBody& b : g.bodies)
     if (b.node != kNoNode)
       fastest = std::max(fastest, glm::length(b.looped == kNoNode ? b.spin : turning_of(b)));
-  const Real least = std::max({Real(kLeastTreeSubsteps), h / kLongestTreeSubstep,
-                               h * std::min(fastest, Real(1e9)) / kLargestTurn});
+  const Real least =
+      std::max({Real(has_few_points(g) ? kLeastAtFewPoints : kLeastTreeSubsteps),
+                h / kLongestTreeSubstep, h * std::min(fastest, Real(1e9)) / kLargestTurn});
   return static_cast<int>(std::ceil(std::min(least, Real(kMostSubsteps))));
 }
 
 void set_springs(Substep& s, Real h) {
   const Real frequency = kContactFrequency * std::max(Real(1), kLongestSubstep / h);
   s.between = softness_of(frequency, s.h), s.against_fixed = softness_of(2 * frequency, s.h);
+  s.before_limits = kBuffer * std::min(Real(1), h / kLongestTreeSubstep);
 }
 
 bool has_few_points(const Group& g) {

@@ -47,8 +47,7 @@ constexpr Real kLeftOpen = 1e-3;
 /// m/s: a sweep over trees is repeated while it changes the speed of a contact by more.
 constexpr Real kEnoughAtImpact = 0.06, kEnoughAtFewPoints = 3e-3;
 constexpr int kImpactSweepsOfTrees = 6, kSweepsOfFewPoints = 24, kBlowSweepsOfTrees = 400;
-/// s: in shorter substeps that limit falls with the square of their length, so that what is left
-/// of all of them falls with it.
+/// s: in shorter substeps that limit falls with the cube of their length: mirrored bodies stay so.
 constexpr Real kSubstepOfFewPoints = 1 / 470.0;
 /// An impulse so many times that of the substep before is a blow. Loads move no faster (m/s), with
 /// friction below that part of its bound.
@@ -104,7 +103,7 @@ void prepare_group(const Group& g, const Substep& s) {
   for (GroupContact& c : g.contacts) {
     place(g, c);
     if (s.hard) lead(g, c, s.h);
-    c.works = is_near(g, c, part.h, sudden);
+    c.works = is_near(g, c, s.reach, sudden);
     if (!c.works) {
       c.impulse = Vec3(0);
       continue;
@@ -129,7 +128,7 @@ void prepare_touching(const Group& g) {
 /// Actuators, limits, then springs and cables, then contacts, then the loops.
 Real sweep_group(const Group& g, const Substep& s, Sweep sweep, Order order) {
   solve_actuators(g, s.h);
-  solve_limits(g, s.h, sweep == Sweep::solves ? &s.against_fixed : nullptr);
+  solve_limits(g, s.reach, {s.before_limits, sweep == Sweep::solves ? &s.against_fixed : nullptr});
   const Real part = sweep == Sweep::solves ? kTieReturn : 0;
   begin_loops(g, s.h, part);
   Real most = 0;
@@ -383,6 +382,7 @@ void take_parts(const Group& g, const Substep& whole, Order order) {
     s.part.end = left > 0 ? whole.part.end - left / whole.part.whole : whole.part.end;
     set_springs(s, whole.h);
     s.strikes = n > 1 && whole.few_points;
+    s.reach = s.strikes ? whole.h : h;
     if (s.strikes) s.between = s.against_fixed = Softness{};
     if (whole.hard)
       for (GroupContact& c : g.contacts) c.before = c.impulse.x;
@@ -436,7 +436,7 @@ bool is_bouncing(const Group& g) {
 void step_group(const Group& g, Real h) {
   const int substeps = substeps_of(g, h);
   Substep s;
-  s.h = h / substeps;
+  s.h = s.reach = h / substeps;
   set_springs(s, s.h);
   s.hard = g.has_at_most(kFewBodies), s.alone = g.is_single();
   s.few_points = has_few_points(g);
@@ -446,7 +446,7 @@ void step_group(const Group& g, Real h) {
     const Real longer = std::max(Real(1), kSubstepOfFewPoints / s.h);
     s.most_sweeps =
         static_cast<int>(std::min(kSweepsOfFewPoints * longer, Real(kBlowSweepsOfTrees)));
-    s.enough = kEnoughAtFewPoints / (longer * longer);
+    s.enough = kEnoughAtFewPoints / (longer * longer * longer);
   }
   change_length(g, s.h);  // from the mean forces
   for (GroupContact& c : g.contacts) {
