@@ -38,23 +38,22 @@ struct PlaceInStep {
 };
 
 /// Completes a tie for a part of the step of length h in all.
-void begin_tie(const World& world, Island& a, ConservingTie t, const PlaceInStep& fixed) {
+void begin_tie(const World& world, const Island& a, ConservingTie& t, const PlaceInStep& fixed) {
   const auto& [place, part] = fixed;
   const Real begin = part.begin;
-  const auto start = [&](std::uint32_t c, Vec3& anchor) {
+  const auto start = [&](std::uint32_t c, Vec3& anchor, Vec3& arm) {
     const Vec3 at = point_on(world, a.slots[c], anchor);
     anchor -= a.constants.vec(kOwnAnchor, c);
+    arm = world.bodies.values()[a.slots[c]].pose.rotation * anchor;
     return at;
   };
   const Vec3 way = place.after - place.before;
-  t.target = place.after - (1 - part.end) * way;
+  t.way = (part.end - begin) * way;
   t.velocity = t.a != kNobody ? Vec3(0) : part.end == 1 ? place.velocity : way / part.whole;
   t.still = t.a != kNobody || (way == Vec3(0) && t.velocity == Vec3(0));
-  t.before = start(t.b, t.anchor_b) -
-             (t.a != kNobody ? start(t.a, t.anchor_a) : place.before + begin * way);
+  t.before = start(t.b, t.anchor_b, t.start_b) -
+             (t.a != kNobody ? start(t.a, t.anchor_a, t.start_a) : place.before + begin * way);
   if (t.kind == TieKind::rigid && glm::length(t.before) > kClosed * a.size) t.still = false;
-  t.mu = Vec3(0);
-  a.scratch.ties.push_back(t);
 }
 
 /// The last tie: taut as at the end of the last step, to begin with.
@@ -74,7 +73,7 @@ void begin_ties(const World& world, Island& a, const StepPart& part) {
   r.tie_yield = part.yields ? kYielding : kTieSoftness;
   const Real to_mu = 0.5 / (part.whole * part.whole) * (part.end - part.begin) * part.whole;
   for (const PackedPin& pin : a.pins) {
-    ConservingTie t;
+    ConservingTie& t = r.ties.emplace_back();
     t.b = pin.column, t.anchor_b = pin.anchor;
     t.a = pin.partner, t.anchor_a = pin.held_anchor;
     t.kind = pin.compliance > 0 ? TieKind::spring : TieKind::rigid;
@@ -86,7 +85,7 @@ void begin_ties(const World& world, Island& a, const StepPart& part) {
   for (const PackedCable& cable : a.cables) {
     const CableParameters& s = world.cables.values()[cable.cable].joint;
     const bool stretches = s.compliance > 0;
-    ConservingTie t;
+    ConservingTie& t = r.ties.emplace_back();
     const bool has_b = cable.column_b != kNobody;
     t.cable = static_cast<std::uint32_t>(&cable - a.cables.data());
     t.kind = stretches ? TieKind::cable : TieKind::slack, t.length = s.length;

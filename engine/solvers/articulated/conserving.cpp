@@ -23,6 +23,8 @@ constexpr int kProjectedSteps = 30;
 /// rad: the next iteration would rotate by about its square. Free trees have no anchor that would
 /// take up a lack of angular momentum.
 constexpr Real kEnough = 3e-4, kEnoughFree = 1e-6, kEnoughEver = 1e-11;
+/// rad, of what hangs on cables: they take up as much as an anchor.
+constexpr Real kEnoughNext = 5e-7;
 
 /// Anchors over a part of the step.
 void set_anchors(const World& world, Island& a, const StepPart& part) {
@@ -125,6 +127,7 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
   bool yields = false, inner = true;
   begin_joints(world, a);
   const bool is_tied = has_rows(a) || !a.joints.empty();
+  const bool hangs = !a.cables.empty() && a.pins.empty() && a.joints.empty();
   if (has_rows(a))
     for (std::size_t c = 0; c < a.count(); ++c) a.scratch.lambdas[c] = a.memory.vec(kLambda, c);
   const auto forget_rows = [&] {
@@ -149,6 +152,7 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
                              a.scratch.blocks.data(),
                              is_tied ? kMostTiedIterations : kMostIterations,
                              std::max(enough * std::min(part, Real(1)), kEnoughEver),
+                             hangs && !ties_are_inner(a) ? kEnoughNext : 0,
                              is_still(a),
                              ties_hold_still(a),
                              a.joints.empty() && part > kShortestHeld,

@@ -320,39 +320,6 @@ JointEnds ends_of(const StiffStep& s, std::size_t c) {
   return ends;
 }
 
-void respond_stiff(Island& a, Arms arms) {
-  StepScratch& r = a.scratch;
-  for (std::size_t c = a.count(); c-- > 0;) {
-    ConservingNode& n = r.conserving_nodes[c];
-    const Mat3 torque = r.tie_torques[c], turn = n.compliance * torque;
-    n.tie_passed = n.turning * turn - torque;
-    r.tie_torques[c] = turn;
-    r.tie_impulses[c] -= n.crossing * turn;
-    if (a.parents[c] < 0) continue;
-    const auto p = static_cast<std::size_t>(a.parents[c]);
-    const Vec3 reach = r.work.vec(arms == Arms::mean ? kMeanReach : kEndReach, c);
-    r.tie_impulses[p] += r.tie_impulses[c];
-    r.tie_torques[p] += cross_matrix(reach) * r.tie_impulses[c];
-    if (n.passes_torque) r.tie_torques[p] -= n.tie_passed;
-  }
-  for (std::size_t c = 0; c < a.count(); ++c) {
-    const ConservingNode& n = r.conserving_nodes[c];
-    Mat3 y(0), turn_p(0);
-    if (a.parents[c] >= 0) {
-      const auto p = static_cast<std::size_t>(a.parents[c]);
-      turn_p = r.tie_torques[p];
-      y = r.tie_impulses[p] - cross_matrix(r.work.vec(kEndReach, c)) * turn_p;
-    } else if (a.parents[c] == kFree) {
-      y = glm::inverse(n.force_y) * r.tie_impulses[c];
-    }
-    r.tie_joints[c] = n.force_y * y - r.tie_impulses[c];
-    r.tie_impulses[c] = y;
-    r.tie_torques[c] += n.turn_y * y;
-    if (n.passes_torque)
-      r.tie_joints[c] += n.force_p * turn_p, r.tie_torques[c] += n.turn_p * turn_p;
-  }
-}
-
 void begin_joints(World& world, Island& a) {
   a.drives_capped = a.stops_hit = 0;
   begin_limits(a);

@@ -25,12 +25,6 @@ ConservingJoints stiff_joints(StiffStep& step);
 /// The same without a fresh start.
 ConservingJoints hooks_of(StiffStep& step);
 
-/// Arms of impulses: at the means of the poses, or at the end.
-enum class Arms : std::uint8_t { mean, end };
-/// The response of the island to the impulses in scratch.tie_impulses and tie_torques, by the last
-/// elimination: see respond in conserving_ties.cpp.
-void respond_stiff(Island& a, Arms arms);
-
 /// Whether a joint has a drive, soft zones, a spring, friction or a motor; what these exert on the
 /// own body, and how that depends on its turn relative to its parent at the iterate, into its node.
 bool exerts_torque(const PackedJoint& joint);

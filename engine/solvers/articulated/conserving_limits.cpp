@@ -231,7 +231,7 @@ void respond_to_blow(StiffStep& s) {
   for (std::size_t c = 0; c < a.count(); ++c) {
     ConservingNode& n = a.scratch.conserving_nodes[c];
     n.passed = n.passed_before, a.memory.set(kLambda, c, n.impulse_before);
-    n.tie_passed = a.scratch.tie_impulses[c] = a.scratch.tie_torques[c] = Mat3(0);
+    n.tie_passed = a.scratch.tie_impulses[c] = a.scratch.tie_torques[c] = Vec3(0);
   }
   const ConservingJoints joints = hooks_of(s);
   joints.inward(joints.context, Unknown::velocity);
@@ -246,9 +246,9 @@ bool release_limit(const StiffStep& s, Real rate) {
     if (!l.acts || l.both_ways) return;
     const ConservingNode& n = r.conserving_nodes[c];
     Vec3 torque =
-        2.0 * (n.passed - n.passed_before) + n.tie_passed[0] + n.torque_y * r.tie_impulses[c][0];
+        2.0 * (n.passed - n.passed_before) + n.tie_passed + n.torque_y * r.tie_impulses[c];
     if (s.a.parents[c] >= 0)
-      torque += n.torque_p * r.tie_torques[static_cast<std::size_t>(s.a.parents[c])][0];
+      torque += n.torque_p * r.tie_torques[static_cast<std::size_t>(s.a.parents[c])];
     const Real pull = glm::dot(l.column, torque) * mobility_about(s, c, l.along);
     if (pull > most) most = pull, out = &l;
   });

@@ -43,7 +43,7 @@ struct ConservingNode {
   Vec3 axis{0};
   // Before a blow: the impulse at the joint, and `passed`; kEndJoint, whose rows the blow takes.
   Vec3 impulse_before{0}, passed_before{0}, end_joint{0};
-  Mat3 tie_passed{0};  // torques by the response to three impulses of ties
+  Vec3 tie_passed{0};  // torque by the response to the impulses of ties
   ConservingLimit limits[4];
 };
 

@@ -11,8 +11,8 @@
 // of d before and after, and does no work. One that would push is let go; one that comes to its
 // length ends the part of the step there, with a blow (strike).
 //
-// The elimination of the tree gives the motion for the present mu; its response to further impulses
-// at the ties takes an inward and an outward pass a tie.
+// The elimination of the tree gives the motion for the present mu; tie_response.cpp tells how it
+// answers further impulses at the ties.
 #include "engine/solvers/articulated/conserving_ties.hpp"
 
 #include <algorithm>
@@ -25,10 +25,11 @@ namespace pantin::detail::articulated {
 namespace {
 
 constexpr std::uint32_t kNobody = UINT32_MAX;
-Mat3 rows_at(const Real* m, std::size_t stride) {
-  return Mat3(m[0], m[stride], m[2 * stride], m[1], m[stride + 1], m[2 * stride + 1], m[2],
-              m[stride + 2], m[2 * stride + 2]);
-}
+/// Of a point of a body, from its own joint.
+struct TieArms {
+  const Vec3& start;
+  Vec3 &mean, &end;
+};
 
 /// Of the island's size: a tie that is wider open is no solution.
 constexpr Real kAccepted = 3e-6;
@@ -38,24 +39,17 @@ constexpr Real kFollowed = 1e-9;
 /// Of the fastest of a blow: a cable that does not grow longer.
 constexpr Real kStill = 1e-9;
 
-/// Where a point of a body is at the iterate; its anchor is measured from the own joint.
-Vec3 point_now(const TiedStep& s, std::uint32_t c, Vec3 anchor) {
-  const Body& b = s.body(c);
-  const Vec3 joint = b.pose.position + b.pose.rotation * s.a.constants.vec(kOwnAnchor, c) +
-                     s.a.scratch.work.vec(kJointWay, c);
-  return joint + s.a.scratch.work.quat(kEndRotation, c) * anchor;
-}
-
 /// Arms from the own joint, and d, at the iterate.
 void look_at(const TiedStep& s, ConservingTie& t) {
-  const auto arms = [&](std::uint32_t c, Vec3 anchor, Vec3& mean, Vec3& end) {
-    end = s.a.scratch.work.quat(kEndRotation, c) * anchor;
-    mean = 0.5 * (s.body(c).pose.rotation * anchor + end);
+  const LaneTable& work = s.a.scratch.work;
+  // The displacement of the point over the part of the step.
+  const auto moved = [&](std::uint32_t c, Vec3 anchor, const TieArms& arms) {
+    arms.end = work.quat(kEndRotation, c) * anchor;
+    arms.mean = 0.5 * (arms.start + arms.end);
+    return work.vec(kJointWay, c) + (arms.end - arms.start);
   };
-  arms(t.b, t.anchor_b, t.mean_b, t.end_b);
-  if (t.a != kNobody) arms(t.a, t.anchor_a, t.mean_a, t.end_a);
-  t.now =
-      point_now(s, t.b, t.anchor_b) - (t.a != kNobody ? point_now(s, t.a, t.anchor_a) : t.target);
+  const Vec3 of_a = t.a != kNobody ? moved(t.a, t.anchor_a, {t.start_a, t.mean_a, t.end_a}) : t.way;
+  t.now = t.before + (moved(t.b, t.anchor_b, {t.start_b, t.mean_b, t.end_b}) - of_a);
 }
 
 /// Impulse and derivative of a spring with a damper.
@@ -119,6 +113,7 @@ void load(void* context) {
   StepScratch& r = s.a.scratch;
   std::fill(r.tie_blocks.begin(), r.tie_blocks.end(), 0.0);
   bool may_change = true;
+  s.with.tautened = false;
   ++s.with.iterations;
   for (std::size_t c = 0; c < s.a.joints.size(); ++c) {
     if (!has_limits(s.a, c)) continue;
@@ -127,8 +122,10 @@ void load(void* context) {
   }
   for (ConservingTie& t : r.ties) {
     look_at(s, t);
-    if (may_change && has_to_change(s, t))
+    if (may_change && has_to_change(s, t)) {
       change(t), may_change = s.with.iterations <= kChangeAtOnce;
+      s.with.tautened = s.with.tautened || t.kind == TieKind::taut;
+    }
     if (t.kind == TieKind::spring) load_spring(t, s.h);
     if (t.kind == TieKind::cable) load_cable(t, s.h);
     if (t.kind == TieKind::taut) load_taut(t);
@@ -137,59 +134,7 @@ void load(void* context) {
   }
 }
 
-/// Clears the impulses of all bodies; adds one to both bodies of a tie.
-void clear(StepScratch& r) {
-  std::fill(r.tie_impulses.begin(), r.tie_impulses.end(), Mat3(0));
-  std::fill(r.tie_torques.begin(), r.tie_torques.end(), Mat3(0));
-}
-void push(StepScratch& r, const ConservingTie& t, const Mat3& mu, Arms arms) {
-  const Vec3 on_b = arms == Arms::mean ? t.mean_b : t.end_b;
-  r.tie_impulses[t.b] -= mu, r.tie_torques[t.b] -= cross_matrix(on_b) * mu;
-  if (t.a == kNobody) return;
-  const Vec3 on_a = arms == Arms::mean ? t.mean_a : t.end_a;
-  r.tie_impulses[t.a] += mu, r.tie_torques[t.a] += cross_matrix(on_a) * mu;
-}
-
-/// Response of the island to these impulses, three at a time: displacements of the own joints into
-/// `tie_impulses`, rotations into `tie_torques`, impulses at the joints into `tie_joints`.
-void respond(Island& a, Arms arms) {
-  if (!a.joints.empty()) return respond_stiff(a, arms);
-  StepScratch& r = a.scratch;
-  for (std::size_t c = a.count(); c-- > 0;) {
-    // Most bodies have no tie below them.
-    if (r.tie_torques[c] == Mat3(0) && r.tie_impulses[c] == Mat3(0)) continue;
-    const Mat3 turn = rows_at(&r.tie_factors[kTieFactor * c], 3) * r.tie_torques[c];
-    r.tie_torques[c] = turn;
-    r.tie_impulses[c] -= rows_at(&r.tie_factors[kTieFactor * c + 9], 3) * turn;
-    if (a.parents[c] < 0) continue;
-    const auto p = static_cast<std::size_t>(a.parents[c]);
-    const Vec3 reach = r.work.vec(arms == Arms::mean ? kMeanReach : kEndReach, c);
-    r.tie_impulses[p] += r.tie_impulses[c];
-    r.tie_torques[p] += cross_matrix(reach) * r.tie_impulses[c];
-  }
-  for (std::size_t c = 0; c < a.count(); ++c) {
-    const Real* node = r.nodes.data() + kNodeSize * c;
-    const Mat3 mass = rows_at(node + kArticulatedMass, 4);
-    Mat3 y(0);
-    if (a.parents[c] >= 0) {
-      const auto p = static_cast<std::size_t>(a.parents[c]);
-      y = r.tie_impulses[p] - cross_matrix(r.work.vec(kEndReach, c)) * r.tie_torques[p];
-    } else if (a.parents[c] == kFree) {
-      y = glm::inverse(mass) * r.tie_impulses[c];
-    }
-    r.tie_joints[c] = mass * y - r.tie_impulses[c];
-    r.tie_impulses[c] = y;
-    r.tie_torques[c] -= rows_at(node + kResponse, 4) * y;
-  }
-}
-
-/// Change of d of a tie by the response.
-Mat3 change_of(const StepScratch& r, const ConservingTie& t) {
-  Mat3 d = r.tie_impulses[t.b] - cross_matrix(t.end_b) * r.tie_torques[t.b];
-  if (t.a != kNobody) d -= r.tie_impulses[t.a] - cross_matrix(t.end_a) * r.tie_torques[t.a];
-  return d;
-}
-/// The same by the unknowns of the bodies.
+/// Change of d of a tie by the unknowns of the bodies.
 Vec3 change_of(const Island& a, const ConservingTie& t) {
   const auto at = [&](std::uint32_t c, Vec3 arm) {
     return a.memory.vec(kMove, c) + glm::cross(a.memory.vec(kTurnBy, c), arm);
@@ -202,20 +147,6 @@ TieRows one_row(Vec3 by, Vec3 direction, Real right, Real own) {
   TieRows rows{1, Mat3(0), {right, 0, 0}, Mat3(own), Mat3(0)};
   rows.by[0] = by, rows.directions[0] = direction;
   return rows;
-}
-
-/// Fills the columns of three impulses, the first of them a number among all, by their response.
-void fill_columns(StepScratch& r, std::size_t n, std::size_t first) {
-  std::size_t row = 0;
-  for (ConservingTie& t : r.ties) {
-    if (t.rows.count == 0) continue;
-    const Mat3 w = glm::transpose(t.rows.by) * change_of(r, t);
-    for (std::size_t i = 0; i < 3 && first + i < n; ++i)
-      for (int j = 0; j < t.rows.count; ++j)
-        r.tie_matrix[(row + static_cast<std::size_t>(j)) * n + first + i] =
-            w[static_cast<int>(i)][j];
-    row += static_cast<std::size_t>(t.rows.count);
-  }
 }
 
 /// Adds what is a tie's own, with its softness if it has none yet.
@@ -244,42 +175,29 @@ void add_own_rows(Island& a, std::size_t n, const RowsOf& rows_of) {
 }
 
 /// Solves for the impulses of all ties for which `rows_of` has equations, and moves the bodies by
-/// them: by (d + W mu) - own mu = right, W being the response, found for three impulses at once.
+/// them: by (d + W mu) - own mu = right, W being the response.
 template <class RowsOf, class Take>
 bool solve_ties(Island& a, Arms arms, const RowsOf& rows_of, const Take& take) {
   StepScratch& r = a.scratch;
   std::size_t n = 0;
   for (ConservingTie& t : r.ties) n += static_cast<std::size_t>((t.rows = rows_of(t)).count);
   if (n == 0) return true;
-  std::size_t column = 0;
-  clear(r);
-  const auto respond_to_columns = [&] {
-    respond(a, arms);
-    fill_columns(r, n, (column - 1) / 3 * 3);
-    clear(r);
-  };
-  for (const ConservingTie& t : r.ties)
-    for (int i = 0; i < t.rows.count; ++i) {
-      Mat3 mu(0);
-      mu[static_cast<int>(column++ % 3)] = t.rows.directions[i];
-      push(r, t, mu, arms);
-      if (column % 3 == 0) respond_to_columns();
-    }
-  if (column % 3 != 0) respond_to_columns();
+  fill_tie_matrix(a, arms, n);
   add_own_rows(a, n, rows_of);
   if (!solve_tie_equations(r, n)) return false;
+  clear_tie_impulses(r);
   std::size_t row = 0;
   for (ConservingTie& t : r.ties) {
     if (t.rows.count == 0) continue;
     Vec3 mu(0);
     for (int i = 0; i < t.rows.count; ++i) mu += r.tie_solution[row++] * t.rows.directions[i];
-    push(r, t, Mat3(mu, Vec3(0), Vec3(0)), arms);
+    add_tie_impulse(r, t, mu, arms);
     take(t, mu);
   }
-  respond(a, arms);
+  respond_to_ties(a, arms);
   for (std::size_t c = 0; c < a.count(); ++c) {
-    a.memory.set(kMove, c, a.memory.vec(kMove, c) + r.tie_impulses[c][0]);
-    a.memory.set(kTurnBy, c, a.memory.vec(kTurnBy, c) + r.tie_torques[c][0]);
+    a.memory.set(kMove, c, a.memory.vec(kMove, c) + r.tie_impulses[c]);
+    a.memory.set(kTurnBy, c, a.memory.vec(kTurnBy, c) + r.tie_torques[c]);
   }
   return true;
 }
@@ -287,7 +205,7 @@ bool solve_ties(Island& a, Arms arms, const RowsOf& rows_of, const Take& take) {
 /// What the ties' impulses add to those at the joints.
 void add_joint_impulses(Island& a, Real share) {
   for (std::size_t c = 0; c < a.count(); ++c)
-    a.memory.set(kLambda, c, a.memory.vec(kLambda, c) + share * a.scratch.tie_joints[c][0]);
+    a.memory.set(kLambda, c, a.memory.vec(kLambda, c) + share * a.scratch.tie_joints[c]);
 }
 
 /// Of the change of d by a cable's impulse: what its direction changes of the impulse makes less of
@@ -335,6 +253,7 @@ bool correct(void* context) {
   };
   if (!solve_ties(s.a, Arms::mean, rows_of, [](ConservingTie& t, Vec3 mu) { t.mu += mu; }))
     return false;
+  if (s.with.tautened && is_hit_early(s)) return false;
   add_joint_impulses(s.a, 1);
   return true;
 }

@@ -15,6 +15,17 @@ struct TiedStep {
   const Body& body(std::uint32_t c) const { return world.bodies.values()[a.slots[c]]; }
 };
 
+/// Arms of impulses: at the means of the poses, or at the end.
+enum class Arms : std::uint8_t { mean, end };
+/// The response of the island to impulses of ties, by the last elimination (tie_response.cpp): the
+/// n x n matrix of the ties' rows into `tie_matrix`; displacements of the own joints and turns by
+/// all impulses that were added, into `tie_impulses` and `tie_torques`, which held these, and
+/// impulses at the joints into `tie_joints`.
+void fill_tie_matrix(Island& a, Arms arms, std::size_t n);
+void clear_tie_impulses(StepScratch& r);
+void add_tie_impulse(StepScratch& r, const ConservingTie& t, Vec3 mu, Arms arms);
+void respond_to_ties(Island& a, Arms arms);
+
 /// How much too long a cable is at the iterate, m.
 inline Real over(const ConservingTie& t) { return glm::length(t.now) - t.length; }
 /// Whether an inextensible cable has to change: one that would push goes slack, one that would be
@@ -25,5 +36,7 @@ void change(ConservingTie& t);
 /// end where the first of them comes to its length: TiedPart::shorter tells where. At the end of
 /// such a part they strike.
 bool has_to_end_early(const TiedStep& s);
+/// The same of those that took up their load in this iteration: the rest of it would be in vain.
+bool is_hit_early(const TiedStep& s);
 
 }  // namespace pantin::detail::articulated

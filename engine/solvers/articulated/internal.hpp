@@ -124,13 +124,15 @@ struct TiedPart {
   const StepPart& part;
   Real units = 1;  // its length, in the shortest units of time
   bool may_end_early = true;
-  int iterations = 0;   // so far
-  Real shorter = 0;     // it has to be taken again in so many units: a cable is taut then
-  bool inner = true;    // no tie leads to the world or to another tree
-  bool struck = false;  // cables pulled tight, or limits that were hit, took energy
+  int iterations = 0;     // so far
+  bool tautened = false;  // in the last one cables became taut
+  Real shorter = 0;       // it has to be taken again in so many units: a cable is taut then
+  bool inner = true;      // no tie leads to the world or to another tree
+  bool struck = false;    // cables pulled tight, or limits that were hit, took energy
 };
 bool conserve_tied(World& world, Island& a, ConservingInput in, TiedPart& with);
 void reserve_ties(Island& a);
+void reserve_tie_rows(Island& a);
 /// Joints that constrain rotations or exert torques in that method (conserving_joints.cpp): before
 /// the step; what passed through them in a part of it that was taken.
 void begin_joints(World& world, Island& a);

@@ -199,8 +199,14 @@ struct StepScratch {
   std::vector<ConservingNode> conserving_nodes;  // likewise
   Real tie_yield = 0;                            // of the rigid ones: see conserving_ties.cpp
   std::vector<Real> tie_blocks, tie_factors;     // see ConservingTies
-  std::vector<Mat3> tie_impulses, tie_torques, tie_joints;  // a body each, for three impulses
-  std::vector<Real> tie_matrix, tie_solution;
+  std::vector<Vec3> tie_impulses, tie_torques, tie_joints;  // a body each
+  std::vector<TiePathStep> tie_paths;                       // of all ties, by tie_path_starts
+  std::vector<std::uint32_t> tie_path_starts;               // one more than ties
+  std::vector<TieRow> tie_rows;
+  std::vector<TieShare> tie_shares;     // as the rows have them
+  std::vector<TiePassing> tie_passing;  // of the longest path
+  std::vector<Vec3x4> tie_turns;        // by four impulses: of each body, and of each as a root
+  std::vector<Real> tie_matrix, tie_solution, tie_largest;
   std::vector<std::uint32_t> tie_order;
   std::vector<CableRow> cable_rows;     // a cable each
   std::vector<Vec3> velocities_before;  // 2 a body, where cables strike

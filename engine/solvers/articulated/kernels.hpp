@@ -131,6 +131,7 @@ struct ConservingInput {
   double* blocks;                   // kConservingBlock a body; null for a chain
   int most_iterations;
   double enough;                   // rad: largest rotation of the last iteration
+  double enough_next;              // rad: likewise of the next one, as the last two foretell it
   bool still;                      // every tree is held, and no anchor moves
   bool knows_work;                 // all that works on the island is known
   bool divisible;                  // shorter steps can follow larger turns

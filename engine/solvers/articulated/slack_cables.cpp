@@ -35,6 +35,14 @@ Real pull_of(const ConservingTie& t) {
   return t.kind == TieKind::taut ? glm::dot(t.mu, glm::normalize(t.before + t.now)) : 0;
 }
 
+/// Whether the part has to end at this fraction of it, which is then asked for.
+bool ends_at(const TiedStep& s, Real fraction) {
+  const Real units = fraction * s.with.units;
+  if (!(fraction < 1) || !(s.with.units - units > 1)) return false;
+  s.with.shorter = std::ceil(std::max(units, Real(1)));
+  return true;
+}
+
 }  // namespace
 
 bool has_to_change(const TiedStep& s, const ConservingTie& t) {
@@ -47,7 +55,7 @@ void change(ConservingTie& t) {
   t.mu = Vec3(0), t.softness = 0;
 }
 
-bool has_to_end_early(const TiedStep& s) {
+bool is_hit_early(const TiedStep& s) {
   StepScratch& r = s.a.scratch;
   const Real near = kAtLength * s.a.size;
   Real kinetic = 0, first = 1;
@@ -62,16 +70,20 @@ bool has_to_end_early(const TiedStep& s) {
     r.cable_rows[t.cable] = CableRow::followed;
     first = std::min(first, -before / (rate * s.h));
   }
-  for (ConservingTie& t : r.ties) {
+  return ends_at(s, first);
+}
+
+bool has_to_end_early(const TiedStep& s) {
+  if (is_hit_early(s)) return true;
+  StepScratch& r = s.a.scratch;
+  const Real near = kAtLength * s.a.size;
+  Real first = 1;
+  for (const ConservingTie& t : r.ties) {
     if (!t.followed || !(over(t) > near)) continue;
     const Real before = glm::length(t.before) - t.length;
     first = std::min(first, before / (before - over(t)));
   }
-  const Real units = first * s.with.units;
-  if (first < 1 && s.with.units - units > 1) {
-    s.with.shorter = std::ceil(std::max(units, Real(1)));
-    return true;
-  }
+  if (ends_at(s, first)) return true;
   for (ConservingTie& t : r.ties)
     if (t.followed && over(t) > near) t.kind = TieKind::taut, t.strikes = s.with.struck = true;
   return false;

@@ -62,10 +62,11 @@ void reserve_ties(Island& a) {
   const std::size_t rows = ties <= kMostTies ? 3 * ties : 0;
   r.ties.reserve(rows / 3);
   r.tie_blocks.assign(kTieBlock * n, 0), r.tie_factors.assign(kTieFactor * n, 0);
-  r.tie_impulses.assign(n, Mat3(0)), r.tie_torques.assign(n, Mat3(0));
-  r.tie_joints.assign(n, Mat3(0));
+  r.tie_impulses.assign(n, Vec3(0)), r.tie_torques.assign(n, Vec3(0));
+  r.tie_joints.assign(n, Vec3(0));
+  if (rows > 0) reserve_tie_rows(a);
   r.tie_matrix.assign(rows * rows, 0), r.tie_solution.assign(rows, 0);
-  r.tie_order.assign(rows, 0);
+  r.tie_order.assign(rows, 0), r.tie_largest.assign(rows, 0);
   r.pins_before.assign(a.pins.size(), Vec3(0));
   r.cable_rows.assign(a.cables.size(), CableRow::open);
   r.velocities_before.assign(a.cables.empty() ? 0 : 2 * n, Vec3(0));

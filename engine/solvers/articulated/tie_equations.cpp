@@ -24,23 +24,35 @@ bool solve_tie_equations(StepScratch& r, std::size_t n) {
     if (most > 0) x[i] /= most;
   }
   std::size_t rank = 0;
+  // The largest number of each row that is left, kept up as rows are reduced.
+  std::vector<Real>& largest = r.tie_largest;
+  const auto largest_of = [&](std::size_t i, std::size_t first) {
+    Real most = 0;
+    for (std::size_t j = first; j < n; ++j) most = std::max(most, std::abs(m[i * n + j]));
+    return most;
+  };
+  for (std::size_t i = 0; i < n; ++i) largest[i] = largest_of(i, 0);
   for (; rank < n; ++rank) {
     std::size_t row = rank, at = rank;
-    for (std::size_t i = rank; i < n; ++i)
-      for (std::size_t j = rank; j < n; ++j)
-        if (std::abs(m[i * n + j]) > std::abs(m[row * n + at])) row = i, at = j;
-    if (!(std::abs(m[row * n + at]) > kDependent)) break;
+    for (std::size_t i = rank + 1; i < n; ++i)
+      if (largest[i] > largest[row]) row = i;
+    if (!(largest[row] > kDependent)) break;
+    while (at + 1 < n && std::abs(m[row * n + at]) != largest[row]) ++at;
     if (row != rank) {
       std::swap_ranges(m + row * n, m + row * n + n, m + rank * n);
-      std::swap(x[row], x[rank]);
+      std::swap(x[row], x[rank]), std::swap(largest[row], largest[rank]);
     }
     for (std::size_t i = 0; at != rank && i < n; ++i) std::swap(m[i * n + at], m[i * n + rank]);
     std::swap(order[at], order[rank]);
+    const Real* const pivot = m + rank * n;
     for (std::size_t i = rank + 1; i < n; ++i) {
-      const Real f = m[i * n + rank] / m[rank * n + rank];
-      if (f == 0) continue;
-      for (std::size_t j = rank; j < n; ++j) m[i * n + j] -= f * m[rank * n + j];
-      x[i] -= f * x[rank];
+      Real* const own = m + i * n;
+      const Real f = own[rank] / pivot[rank];
+      if (f != 0) {
+        for (std::size_t j = rank + 1; j < n; ++j) own[j] -= f * pivot[j];
+        x[i] -= f * x[rank];
+      }
+      if (f != 0 || largest[i] == std::abs(own[rank])) largest[i] = largest_of(i, rank + 1);
     }
   }
   for (std::size_t i = rank; i < n; ++i) x[i] = 0;

@@ -298,8 +298,10 @@ struct ConservingStep {
     if (!(sum(probe_) < HUGE_VAL)) return false;
     fill_all<Unknown::displacement>();
     for (int n = 0; n < in.most_iterations; ++n) {
+      const double before2 = largest2;
       if (!iterate()) return false;
-      const bool near = largest2 < in.enough * in.enough;
+      const bool near = largest2 < in.enough * in.enough ||
+                        (n > 0 && largest2 < in.enough_next * ::sqrt(before2));
       move_roots();
       if (near && !in.ties) return true;
       fill_all<Unknown::displacement>();

@@ -1,0 +1,258 @@
+// How ties answer impulses: the matrix of their equations, and the motion of the bodies.
+//
+// An impulse at a point passes from its body to the root, and what it changes at another point
+// passes back from the root to that point's body. A row of the matrix is the second way taken
+// backwards; an entry is the sum over the bodies that both ways share of what the row gives for a
+// turn and what the impulse turns. [Featherstone 2010, "Exploiting sparsity in operational-space
+// dynamics"] A row thus costs the depth of its bodies, and not the number of all.
+#include <algorithm>
+#include <span>
+
+#include "engine/solvers/articulated/conserving_ties.hpp"
+#include "engine/solvers/articulated/internal.hpp"
+
+namespace pantin::detail::articulated {
+namespace {
+
+constexpr std::uint32_t kNone = UINT32_MAX;
+
+Mat3 rows_at(const Real* m, std::size_t stride) {
+  return Mat3(m[0], m[stride], m[2 * stride], m[1], m[stride + 1], m[2 * stride + 1], m[2],
+              m[stride + 2], m[2 * stride + 2]);
+}
+
+/// What the elimination left of a body: of islands of free ball joints, by the kernels, and of
+/// others (conserving_joints.cpp). The turn by a torque; the impulse that a turn takes; the turn
+/// and the impulse by a displacement of the own joint; what the parent's turn adds to these.
+struct BallNodes {
+  static constexpr bool kPassTorque = false;
+  StepScratch& r;
+  Mat3 compliance(std::size_t c) const { return rows_at(&r.tie_factors[kTieFactor * c], 3); }
+  Mat3 crossing(std::size_t c) const { return rows_at(&r.tie_factors[kTieFactor * c + 9], 3); }
+  Mat3 turn_y(std::size_t c) const { return -rows_at(&r.nodes[kNodeSize * c + kResponse], 4); }
+  Mat3 force_y(std::size_t c) const {
+    return rows_at(&r.nodes[kNodeSize * c + kArticulatedMass], 4);
+  }
+};
+struct StiffNodes {
+  static constexpr bool kPassTorque = true;
+  StepScratch& r;
+  ConservingNode& node(std::size_t c) const { return r.conserving_nodes[c]; }
+  const Mat3& compliance(std::size_t c) const { return node(c).compliance; }
+  const Mat3& crossing(std::size_t c) const { return node(c).crossing; }
+  const Mat3& turn_y(std::size_t c) const { return node(c).turn_y; }
+  const Mat3& force_y(std::size_t c) const { return node(c).force_y; }
+};
+
+/// Reaches of impulses, and of motions.
+Vec3 reach_of(const StepScratch& r, Arms arms, std::size_t c) {
+  return r.work.vec(arms == Arms::mean ? kMeanReach : kEndReach, c);
+}
+
+/// Response of the whole island to the impulses in `tie_impulses` and `tie_torques`, which become
+/// displacements of the own joints, and turns; impulses at the joints into `tie_joints`.
+template <class Nodes>
+void respond(Island& a, const Nodes& nodes, Arms arms) {
+  StepScratch& r = a.scratch;
+  for (std::size_t c = a.count(); c-- > 0;) {
+    Vec3 &torque = r.tie_torques[c], &impulse = r.tie_impulses[c];
+    if constexpr (Nodes::kPassTorque) nodes.node(c).tie_passed = Vec3(0);
+    // Most bodies have no tie below them.
+    if (torque == Vec3(0) && impulse == Vec3(0)) continue;
+    const Vec3 turn = nodes.compliance(c) * torque;
+    impulse -= nodes.crossing(c) * turn;
+    if (a.parents[c] >= 0) {
+      const auto p = static_cast<std::size_t>(a.parents[c]);
+      r.tie_impulses[p] += impulse;
+      r.tie_torques[p] += glm::cross(reach_of(r, arms, c), impulse);
+    }
+    if constexpr (Nodes::kPassTorque) {
+      ConservingNode& n = nodes.node(c);
+      n.tie_passed = n.turning * turn - torque;
+      if (n.passes_torque && a.parents[c] >= 0)
+        r.tie_torques[static_cast<std::size_t>(a.parents[c])] -= n.tie_passed;
+    }
+    torque = turn;
+  }
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    const Mat3 mass = nodes.force_y(c);
+    Vec3 y(0), turn_p(0);
+    if (a.parents[c] >= 0) {
+      const auto p = static_cast<std::size_t>(a.parents[c]);
+      turn_p = r.tie_torques[p];
+      y = r.tie_impulses[p] + glm::cross(turn_p, r.work.vec(kEndReach, c));
+    } else if (a.parents[c] == kFree) {
+      y = glm::inverse(mass) * r.tie_impulses[c];
+    }
+    r.tie_joints[c] = mass * y - r.tie_impulses[c];
+    r.tie_impulses[c] = y;
+    r.tie_torques[c] += nodes.turn_y(c) * y;
+    if constexpr (Nodes::kPassTorque) {
+      const ConservingNode& n = nodes.node(c);
+      if (n.passes_torque)
+        r.tie_joints[c] += n.force_p * turn_p, r.tie_torques[c] += n.turn_p * turn_p;
+    }
+  }
+}
+
+/// A row of the ties' equations: an impulse at a tie, and what is asked of the change of its d.
+struct AskedRow {
+  const ConservingTie& tie;
+  Vec3 direction, by;
+};
+
+/// Fills the shares of a row: see the head of the file.
+template <class Nodes>
+void fill_shares(Island& a, const Nodes& nodes, Arms arms, const AskedRow& row) {
+  StepScratch& r = a.scratch;
+  const TieRow& to = r.tie_rows.back();
+  const auto path = std::span(r.tie_paths).subspan(to.path, to.count);
+  const auto at = std::span(r.tie_passing).first(to.count);
+  TieShare* const shares = &r.tie_shares[to.share];
+  std::fill(at.begin(), at.end(), TiePassing{});
+  const auto begin = [&](std::uint32_t c, Vec3 on, Vec3 end, Real sign) {
+    std::size_t k = 0;
+    while (path[k].column != c) ++k;
+    const Vec3 impulse = -sign * row.direction, asked = sign * row.by;
+    at[k].impulse += impulse, at[k].torque += glm::cross(on, impulse);
+    at[k].by_move += asked, at[k].by_turn += glm::cross(end, asked);
+  };
+  const ConservingTie& t = row.tie;
+  const bool mean = arms == Arms::mean;
+  begin(t.b, mean ? t.mean_b : t.end_b, t.end_b, 1);
+  if (t.a != kNone) begin(t.a, mean ? t.mean_a : t.end_a, t.end_a, -1);
+  for (std::size_t k = 0; k < path.size(); ++k) {
+    const std::size_t c = path[k].column;
+    if (c >= a.count()) {  // the place of a free root
+      shares[k] = {glm::inverse(nodes.force_y(c - a.count())) * at[k].impulse, at[k].by_move};
+      continue;
+    }
+    const Vec3 turn = nodes.compliance(c) * at[k].torque;
+    shares[k] = {turn, at[k].by_turn};
+    if (path[k].parent == kNone) continue;
+    TiePassing& p = at[path[k].parent];
+    const Vec3 impulse = at[k].impulse - nodes.crossing(c) * turn;
+    const Vec3 by_move = at[k].by_move + at[k].by_turn * nodes.turn_y(c);
+    p.impulse += impulse, p.by_move += by_move;
+    if (a.parents[c] < 0) continue;
+    p.torque += glm::cross(reach_of(r, arms, c), impulse);
+    p.by_turn += glm::cross(r.work.vec(kEndReach, c), by_move);
+    if constexpr (Nodes::kPassTorque) {
+      const ConservingNode& n = nodes.node(c);
+      if (!n.passes_torque) continue;
+      p.torque += at[k].torque - n.turning * turn, p.by_turn += at[k].by_turn * n.turn_p;
+    }
+  }
+}
+
+template <class Nodes>
+void fill_all_shares(Island& a, const Nodes& nodes, Arms arms) {
+  StepScratch& r = a.scratch;
+  r.tie_rows.clear();
+  std::uint32_t share = 0;
+  for (std::size_t tie = 0; tie < r.ties.size(); ++tie) {
+    const ConservingTie& t = r.ties[tie];
+    const std::uint32_t first = r.tie_path_starts[tie], count = r.tie_path_starts[tie + 1] - first;
+    for (int i = 0; i < t.rows.count; ++i) {
+      r.tie_rows.push_back({first, count, share});
+      fill_shares(a, nodes, arms, {t, t.rows.directions[i], t.rows.by[i]});
+      share += count;
+    }
+  }
+}
+
+/// The bodies between a tie and its roots, children first.
+void add_path(Island& a, std::uint32_t b, std::uint32_t other) {
+  std::vector<TiePathStep>& paths = a.scratch.tie_paths;
+  const auto first = static_cast<std::uint32_t>(paths.size());
+  const auto n = static_cast<std::uint32_t>(a.count());
+  for (std::uint32_t x = b, y = other; x != kNone || y != kNone;) {
+    const std::uint32_t c = x == kNone ? y : y == kNone ? x : std::max(x, y);
+    const std::int32_t parent = a.parents[c];
+    const std::uint32_t next = parent < 0 ? kNone : static_cast<std::uint32_t>(parent);
+    paths.push_back({c, next});
+    if (parent == kFree) paths.back().parent = n + c, paths.push_back({n + c, kNone});
+    if (x == c) x = next;
+    if (y == c) y = next;
+  }
+  for (std::uint32_t k = first; k < paths.size(); ++k) {
+    if (paths[k].parent == kNone) continue;
+    std::uint32_t p = k + 1;
+    while (paths[p].column != paths[k].parent) ++p;
+    paths[k].parent = p - first;
+  }
+}
+
+}  // namespace
+
+void reserve_tie_rows(Island& a) {
+  StepScratch& r = a.scratch;
+  r.tie_paths.clear(), r.tie_path_starts.assign(1, 0);
+  for (const PackedPin& pin : a.pins) {
+    add_path(a, pin.column, pin.partner);
+    r.tie_path_starts.push_back(static_cast<std::uint32_t>(r.tie_paths.size()));
+  }
+  for (const PackedCable& cable : a.cables) {
+    const bool has_b = cable.column_b != kNone;
+    add_path(a, has_b ? cable.column_b : cable.column_a, has_b ? cable.column_a : kNone);
+    r.tie_path_starts.push_back(static_cast<std::uint32_t>(r.tie_paths.size()));
+  }
+  std::uint32_t longest = 0;
+  for (std::size_t tie = 0; tie + 1 < r.tie_path_starts.size(); ++tie)
+    longest = std::max(longest, r.tie_path_starts[tie + 1] - r.tie_path_starts[tie]);
+  r.tie_passing.assign(longest, {}), r.tie_shares.assign(3 * r.tie_paths.size(), {});
+  r.tie_rows.reserve(3 * tie_count(a)), r.tie_turns.assign(2 * a.count(), {});
+}
+
+void fill_tie_matrix(Island& a, Arms arms, std::size_t n) {
+  StepScratch& r = a.scratch;
+  if (a.joints.empty())
+    fill_all_shares(a, BallNodes{r}, arms);
+  else
+    fill_all_shares(a, StiffNodes{r}, arms);
+  // Turns by four impulses side by side: a row meets all of them at once.
+  constexpr std::size_t kSides = Vec3x4::kSides;
+  for (std::size_t first = 0; first < n; first += kSides) {
+    const std::size_t count = std::min(kSides, n - first);
+    std::fill(r.tie_turns.begin(), r.tie_turns.end(), Vec3x4{});
+    for (std::size_t side = 0; side < count; ++side) {
+      const TieRow& from = r.tie_rows[first + side];
+      for (std::uint32_t k = 0; k < from.count; ++k)
+        r.tie_turns[r.tie_paths[from.path + k].column].add_to_side(
+            side, r.tie_shares[from.share + k].turn);
+    }
+    for (std::size_t row = 0; row < n; ++row) {
+      const TieRow& of = r.tie_rows[row];
+      Real sum[kSides] = {};
+      for (std::uint32_t k = 0; k < of.count; ++k) {
+        const Vec3x4& turns = r.tie_turns[r.tie_paths[of.path + k].column];
+        const Vec3 by = r.tie_shares[of.share + k].by_turn;
+        for (std::size_t s = 0; s < kSides; ++s)
+          sum[s] += by.x * turns.v[0][s] + by.y * turns.v[1][s] + by.z * turns.v[2][s];
+      }
+      std::copy_n(sum, count, &r.tie_matrix[row * n + first]);
+    }
+  }
+}
+
+void clear_tie_impulses(StepScratch& r) {
+  std::fill(r.tie_impulses.begin(), r.tie_impulses.end(), Vec3(0));
+  std::fill(r.tie_torques.begin(), r.tie_torques.end(), Vec3(0));
+}
+
+void add_tie_impulse(StepScratch& r, const ConservingTie& t, Vec3 mu, Arms arms) {
+  const Vec3 on_b = arms == Arms::mean ? t.mean_b : t.end_b;
+  r.tie_impulses[t.b] -= mu, r.tie_torques[t.b] -= glm::cross(on_b, mu);
+  if (t.a == kNone) return;
+  const Vec3 on_a = arms == Arms::mean ? t.mean_a : t.end_a;
+  r.tie_impulses[t.a] += mu, r.tie_torques[t.a] += glm::cross(on_a, mu);
+}
+
+void respond_to_ties(Island& a, Arms arms) {
+  if (a.joints.empty())
+    respond(a, BallNodes{a.scratch}, arms);
+  else
+    respond(a, StiffNodes{a.scratch}, arms);
+}
+
+}  // namespace pantin::detail::articulated
