@@ -18,6 +18,8 @@ namespace pantin::detail::lagrangian {
 namespace {
 
 constexpr int kOpenings = 4;
+/// m/s or rad/s: a limit that is left so fast bears no longer.
+constexpr Real kLeaves = 1e-6;
 /// m: overlaps that rounding may leave.
 constexpr Real kOpenEnough = 1e-12;
 
@@ -231,14 +233,15 @@ void write_contact(World& world, const ContactPoint& p, Real h) {
   c.depth = std::max(Real(0), -p.gap);
 }
 
-/// Limits that still bear, or touch without being left, stay active.
+/// Limits that still bear, or touch without being left, stay active: not those that bore in the
+/// step alone, which contacts have opened.
 void restore_limits(World& world, ContactScratch& r, Real h) {
   for (const ContactPoint& p : r.points) {
     if (p.limit == kNoIndex) continue;
     const LimitRowAt& row = r.limits[p.limit];
     Island& m = islands_of(world)[row.island];
     const bool bears = p.impulse.x > p.least;
-    m.memory[row.block].active = bears || (row.was_active && p.speed.x <= 0);
+    m.memory[row.block].active = bears ? p.speed.x <= kLeaves : row.was_active && p.speed.x <= 0;
     m.forces[m.blocks[row.block].first_row] += p.impulse.x / h;
   }
 }
