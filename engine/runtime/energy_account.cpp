@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "engine/base/rotation.hpp"
 #include "engine/contact/contact.hpp"
@@ -13,12 +14,17 @@ namespace {
 
 /// Of the greatest kinetic energy and the work so far: what a run may gain unnoticed.
 constexpr Real kPart = 0.05;
+/// Of what contacts took rightly: so much more may be lost in their blows.
+constexpr Real kRough = 0.1;
 /// Of a body's size: to be lifted by so little does not count.
 constexpr Real kLift = 0.01;
 /// rad/s: about as fast a body may turn without a cause.
 constexpr Real kSlowTurn = 0.01;
 /// Substeps after a contact, a start or a change by the user in which energy may be taken.
 constexpr int kTouched = 3;
+/// Of a cable's length: what is less slack is taut, and was not slack where it grows by less in a
+/// substep.
+constexpr Real kTaut = 1e-4;
 /// m: a place that is held moves no more in a substep.
 constexpr Real kStill = 1e-6;
 
@@ -94,8 +100,10 @@ void EnergyAccount::join(std::uint32_t a, std::uint32_t b) {
   Group &to = groups_[a], &from = groups_[b];
   hold(a, from.held_by);
   to.is_asked = to.is_asked && from.is_asked;
-  to.is_lossy = to.is_lossy || from.is_lossy, to.touched = std::max(to.touched, from.touched);
-  to.top += from.top, to.spin += from.spin, to.slack_spin += from.slack_spin;
+  to.is_lossy = to.is_lossy || from.is_lossy;
+  to.touched = std::max(to.touched, from.touched), to.jerked = std::max(to.jerked, from.jerked);
+  to.missing += from.missing, to.spent += from.spent, to.spin += from.spin,
+      to.slack_spin += from.slack_spin;
   to.drift += from.drift;
   to.slack += from.slack, to.balance += from.balance, to.least += from.least;
   to.greatest += from.greatest, to.exchanged += from.exchanged;
@@ -117,7 +125,7 @@ void EnergyAccount::compile(const World& world) {
     const Real lift = kLift * size_of(world, world.bodies.owners()[i], b);
     groups_[i].slack = b.mass * lift * (g * std::abs(b.gravity_scale) + lift);
     groups_[i].slack_spin = kSlowTurn * b.mass * (lift / kLift) * (lift / kLift);
-    groups_[i].is_lossy = b.drag > 0, groups_[i].touched = kTouched;  // joints may jerk
+    groups_[i].touched = groups_[i].jerked = kTouched;  // joints may jerk
   }
   holds_.clear();
   for (const Link& l : world.links.values()) {
@@ -148,8 +156,8 @@ void EnergyAccount::compile(const World& world) {
       hold(sets_.root(body), kPlaces + i), holds_.push_back({body, kPlaces + i});
   }
   find_losses(world);
-  lengths_.clear();
-  for (const Cable& c : world.cables.values()) lengths_.push_back(c.joint.length);
+  ropes_.resize(world.cables.size());
+  for (std::uint32_t i = 0; i < ropes_.size(); ++i) ropes_[i] = rope_of(world, i);
   list_stores(world, stores_);
   built_for_ = world.structure(), is_new_ = true;
 }
@@ -172,7 +180,8 @@ void EnergyAccount::find_losses(const World& world) {
         world.joint_drives.find(world.links.owners()[i]))
       lose({l.a, l.b});
   }
-  for (const Cable& c : world.cables.values()) lose({c.a, c.b});
+  for (const Cable& c : world.cables.values())
+    if (c.joint.compliance > 0 || !c.guides.empty()) lose({c.a, c.b});
   for (const Pin& p : world.pins.values()) lose({p.body, p.to});
   for (const SurfaceContact& c : world.surface_contacts.values())
     if (c.lifts || c.friction >= 0) lose({c.a, c.b});
@@ -207,7 +216,7 @@ void EnergyAccount::note_start(const World& world) {
     Start& s = bodies_[i];
     s.velocity = b.velocity, s.angular_velocity = b.angular_velocity;
     if (!is_dynamic(b)) continue;
-    if (b.restart) groups_[sets_.root(i)].touched = kTouched;
+    if (Group& g = groups_[sets_.root(i)]; b.restart) g.touched = g.jerked = kTouched;
     const Energies e = energies_of(world, b);
     s.pose = b.pose, s.energy = e.all, s.kinetic = e.kinetic;
     s.angular_momentum = e.angular_momentum;
@@ -229,12 +238,13 @@ void EnergyAccount::end_substep(const World& world, Real h) {
         is_dynamic(world.bodies.values()[c.slot_b]))
       join(c.slot_a, c.slot_b);
   for (Group& g : groups_)
-    g.change = g.kinetic = g.kinetic_before = 0, g.momentum = g.angular = Vec3(0),
+    g.change = g.paid = g.kinetic = g.kinetic_before = 0, g.momentum = g.angular = Vec3(0),
     g.before = g.now = {};
   add_bodies(world, h);
   add_contacts(world, h);
   add_stores(world, h);
   leave_out(world);
+  note_cable_blows(world, h);
   add_leads(world, h);
   close(world, h);
   is_new_ = false;
@@ -261,6 +271,8 @@ void EnergyAccount::add_bodies(const World& world, Real h) {
     g.now.spins += glm::length(e.spin);
     g.before.mass += b.mass, g.before.first += b.mass * s.pose.position;
     g.before.momentum += b.mass * s.velocity, g.before.angular += s.angular_momentum;
+    g.paid += 2 * h * b.drag * std::max(e.kinetic, s.kinetic);
+    g.is_slowed = g.is_slowed || b.drag > 0;
     const Vec3 slowed = b.drag * b.mass * way;  // N, by drag
     const Vec3 known = s.force + b.mass * b.gravity_scale * world.gravity - slowed;
     g.now.force += known, g.now.torque += glm::cross(middle, known) + s.torque;
@@ -269,6 +281,27 @@ void EnergyAccount::add_bodies(const World& world, Real h) {
         e.angular_momentum - s.angular_momentum - h * (glm::cross(middle, known) + s.torque) +
         h * b.drag * (b.pose.rotation * (b.inertia * (glm::conjugate(b.pose.rotation) * spin)));
   }
+}
+
+/// The most that a contact took by its force and the speeds of its place, at the start and at the
+/// end of the substep: what slides rubs, and a blow takes half of what it had at the start.
+Real EnergyAccount::taken_by(const World& world, const Contact& c, Real h) const {
+  Vec3 slip[2] = {c.surface_velocity, c.surface_velocity}, spin[2] = {};
+  for (const std::uint32_t slot : {c.slot_a, c.slot_b}) {
+    const Body& b = world.bodies.values()[slot];
+    const Start& from = bodies_[slot];
+    const Vec3 on = slot == c.slot_a ? c.point_a : c.point_b;
+    const Real sign = slot == c.slot_a ? 1 : -1;
+    const bool moves = is_dynamic(b);
+    const Vec3 w = moves ? from.angular_velocity : b.angular_velocity,
+               v = moves ? from.velocity : b.velocity;
+    slip[0] += sign * (v + glm::cross(w, from.pose.rotation * on)), spin[0] += sign * w;
+    slip[1] += sign * velocity_at(b, to_world(b.pose, on)), spin[1] += sign * b.angular_velocity;
+  }
+  Real most = 0;
+  for (const int k : {0, 1})
+    most = std::max(most, -glm::dot(c.force, slip[k]) - glm::dot(c.torque, spin[k]));
+  return h * most;
 }
 
 /// Belts and led bodies do work. What overlaps has been pressed together, or was placed so: the
@@ -290,7 +323,10 @@ void EnergyAccount::add_contacts(const World& world, Real h) {
       g.angular -= h * (glm::cross(to_world(a.pose, c.point_a), c.force) + c.torque);
     }
     g.change -= work, g.exchanged += std::abs(work);
-    if (c.gap < 0) g.change -= glm::dot(c.force, c.normal) * glm::dot(c.normal, way_a - way_b);
+    g.paid += taken_by(world, c, h);
+    if (c.gap >= 0) continue;
+    const Real given = glm::dot(c.force, c.normal) * glm::dot(c.normal, way_a - way_b);
+    g.change -= given, g.paid += given;
   }
 }
 
@@ -327,14 +363,42 @@ void EnergyAccount::leave_out(const World& world) {
   }
   const auto cables = world.cables.values();
   for (std::size_t i = 0; i < cables.size(); ++i) {
-    if (cables[i].joint.length == lengths_[i] || cables[i].joint.compliance > 0) continue;
-    lengths_[i] = cables[i].joint.length;
+    if (cables[i].joint.length == ropes_[i].length || cables[i].joint.compliance > 0) continue;
     const auto leave = [&](Entity e) {
       if (const std::uint32_t slot = world.bodies.slot(e); slot != kNoSlot)
         groups_[sets_.root(slot)].is_asked = false;
     };
     leave(cables[i].a), leave(cables[i].b);
     for (const CableGuide& guide : cables[i].guides) leave(guide.body);
+  }
+}
+
+EnergyAccount::Rope EnergyAccount::rope_of(const World& world, std::uint32_t cable) {
+  const Cable& c = world.cables.values()[cable];
+  const Body *a = world.bodies.find(c.a), *b = world.bodies.find(c.b);
+  if (!a || !b || c.joint.compliance > 0 || !c.guides.empty()) return {c.joint.length};
+  const Vec3 on_a = to_world(a->pose, c.joint.anchor_a), on_b = to_world(b->pose, c.joint.anchor_b);
+  const Real span = glm::length(on_b - on_a);
+  const Vec3 along = span > 0 ? (on_b - on_a) / span : Vec3(0);
+  return {c.joint.length, c.joint.length - span,
+          glm::dot(along, velocity_at(*b, on_b) - velocity_at(*a, on_a))};
+}
+
+/// A cable that goes taut within the substep takes what it may.
+void EnergyAccount::note_cable_blows(const World& world, Real h) {
+  for (std::uint32_t i = 0; i < ropes_.size(); ++i) {
+    const Cable& c = world.cables.values()[i];
+    const Rope before = std::exchange(ropes_[i], rope_of(world, i));
+    const auto is_taut = [&](const Rope& r) { return r.slack < kTaut * r.length; };
+    const auto may_meet = [&](const Rope& r) { return r.slack < 2 * h * std::abs(r.faster); };
+    const Rope& now = ropes_[i];
+    const Real still = kTaut * now.length / h;
+    const bool lasts = is_taut(before) && is_taut(now) && before.faster < still;
+    const bool is_far = !may_meet(before) && !may_meet(now);
+    if (lasts || is_far) continue;
+    for (const Entity e : {c.a, c.b})
+      if (const std::uint32_t slot = world.bodies.slot(e); slot != kNoSlot)
+        groups_[sets_.root(slot)].jerked = kTouched;
   }
 }
 
@@ -376,9 +440,10 @@ void EnergyAccount::close(const World& world, Real h) {
 /// Of what nothing takes energy from; and the angular momentum of what nobody holds.
 void EnergyAccount::close_losses(Group& g, Real h) {
   const bool is_led = g.held_by != kNobody && g.exchanged > 0;
-  if (g.is_lossy || g.touched > 0 || is_led) g.top = g.balance;
-  g.top = std::max(g.top, g.balance);
-  g.has_lost = g.top - g.balance > g.slack + kPart * (g.greatest + g.exchanged);
+  g.spent += g.paid;
+  const bool is_lossy = g.is_lossy || g.jerked > 0 || is_led;
+  g.missing = is_lossy ? 0 : std::max(Real(0), g.missing - g.change - g.paid);
+  g.has_lost = g.missing > g.slack + kPart * (g.greatest + g.exchanged) + kRough * g.spent;
   const auto about_centre = [](const Moments& m, Vec3 angular, Vec3 momentum) {
     return angular - glm::cross(m.first / m.mass, momentum);
   };
@@ -387,10 +452,10 @@ void EnergyAccount::close_losses(Group& g, Real h) {
   const Vec3 centre = 0.5 * (g.before.first + g.now.first) / g.now.mass;  // on the way
   const Vec3 twist = g.now.torque - glm::cross(centre, g.now.force);
   g.spin = std::max({g.spin, g.now.spins, glm::length(angular)});
-  const bool is_free = g.held_by == kNobody && g.touched == 0 && !g.is_lossy;
+  const bool is_free = g.held_by == kNobody && g.touched == 0 && !g.is_lossy && !g.is_slowed;
   g.drift = is_free ? g.drift + change - h * twist : Vec3(0);
   g.has_turned = glm::length(g.drift) > g.slack_spin + kPart * g.spin;
-  g.touched = std::max(0, g.touched - 1);
+  g.touched = std::max(0, g.touched - 1), g.jerked = std::max(0, g.jerked - 1);
 }
 
 void EnergyAccount::find_fastest(const World& world, std::uint32_t group) {

@@ -10,7 +10,8 @@
 ///
 /// and the impulses follow from the momentum of what is led, gravity, pushes and contacts. Where
 /// several hold it they do not; the balance is then not asked for. Where nothing takes energy, the
-/// balance must not fall either, and what nobody holds keeps its angular momentum.
+/// balance must not fall either, but for what contacts take by their forces and the speeds of their
+/// places, and for blows of cables; what nobody holds keeps its angular momentum.
 #include <algorithm>
 #include <span>
 #include <vector>
@@ -18,6 +19,10 @@
 #include "engine/base/disjoint_sets.hpp"
 #include "engine/runtime/energy_stores.hpp"
 #include "engine/world/world.hpp"
+
+namespace pantin {
+struct Contact;
+}
 
 namespace pantin::detail {
 
@@ -46,7 +51,7 @@ class EnergyAccount {
       if (g.fastest >= world.bodies.size()) continue;
       const auto body = [&] { return world.bodies.owners()[g.fastest]; };
       if (g.has_gained) tell(Change{Change::Kind::gain, body(), g.gain()});
-      if (g.has_lost) tell(Change{Change::Kind::loss, body(), g.top - g.balance});
+      if (g.has_lost) tell(Change{Change::Kind::loss, body(), g.missing});
       if (g.has_turned) tell(Change{Change::Kind::spin, body(), glm::length(g.drift)});
     }
   }
@@ -69,9 +74,10 @@ class EnergyAccount {
   /// Of the bodies that are joined or have touched; by the slot of its first body.
   struct Group {
     std::uint32_t held_by = kNobody;
-    bool is_asked = true, is_lossy = false;
+    bool is_asked = true, is_lossy = false, is_slowed = false;
     bool has_gained = false, has_lost = false, has_turned = false;
-    int touched = 0;                       // substeps for which a contact may take energy
+    int touched = 0;  // substeps for which something may turn it: contacts, joints that jerk
+    int jerked = 0;   // likewise, for which joints and cables may take energy
     std::uint32_t fastest = kNoSlot;       // body, when the group first gained
     Real slack = 0;                        // J, that does not count
     Real balance = 0, least = 0;           // J; the least so far
@@ -81,7 +87,9 @@ class EnergyAccount {
     Real change = 0;                       // J, of this substep
     Real kinetic = 0, kinetic_before = 0;  // J, at its end and at its start
     Vec3 momentum{0}, angular{0};          // that no known force explains, of this substep
-    Real top = 0;                          // J, of the balance since something took energy
+    Real paid = 0;                         // J, likewise: what contacts may have taken
+    Real spent = 0;                        // J, all of that so far
+    Real missing = 0;                      // J, lost since something took energy, and not paid
     Moments before, now;
     Real spin = 0, slack_spin = 0;  // kg m^2/s, the greatest so far; that does not count
     Vec3 drift{0};                  // kg m^2/s, of the angular momentum that nothing explains
@@ -109,9 +117,11 @@ class EnergyAccount {
   void find_losses(const World& world);
   void add_bodies(const World& world, Real h);
   void add_contacts(const World& world, Real h);
+  Real taken_by(const World& world, const Contact& contact, Real h) const;
   void add_stores(const World& world, Real h);
   Way way_of(const World& world, std::uint32_t holder) const;
   void leave_out(const World& world);
+  void note_cable_blows(const World& world, Real h);
   void add_leads(const World& world, Real h);
   void join(std::uint32_t a, std::uint32_t b);
   void close(const World& world, Real h);
@@ -125,7 +135,13 @@ class EnergyAccount {
   std::vector<Group> groups_;
   std::vector<EnergyStore> stores_;
   std::vector<Hold> holds_;
-  std::vector<Real> lengths_;  // of cables, after the last substep
+  /// How a cable was.
+  struct Rope {
+    Real length = 0;             // m, that it may have
+    Real slack = 0, faster = 0;  // m; m/s, how fast that shrinks
+  };
+  static Rope rope_of(const World& world, std::uint32_t cable);
+  std::vector<Rope> ropes_;  // after the last substep
 };
 
 }  // namespace pantin::detail
