@@ -38,7 +38,7 @@ int substeps_of(const Group& g, Real h);
 void set_springs(Substep& s, Real h);
 /// Of trees at few points impacts are iterated further; motors at their caps would ask for too
 /// much.
-bool has_few_points(const Group& g);
+bool has_few_points(const Group& g, Real h);
 /// When what flies first strikes something, s, if that is within h, and not all at once; else h.
 /// Between substeps velocities are those of mass centres.
 Real first_strike(const Group& g, Real h);

@@ -25,7 +25,8 @@ constexpr Real kRound = 1e-6;
 /// Hz: of the springs between free bodies; twice that against fixed ones. With damping far above
 /// the critical.
 constexpr Real kContactFrequency = 60, kDampingRatio = 10;
-constexpr std::size_t kFewPointsOfTrees = 12;
+/// In a step of so many seconds; in shorter ones more, for which time is left: in proportion.
+constexpr Real kFewPointsOfTrees = 12, kStepOfFewPoints = 1.0 / 240;
 /// rad, and of shorter substeps as much less: the spring before a limit vanishes with the step.
 constexpr Real kBuffer = 0.01;
 /// A strike so near to either end of a substep, as a part of it, does not divide it.
@@ -93,7 +94,7 @@ int substeps_of(const Group& g, Real h) {
     if (b.node != kNoNode)
       fastest = std::max(fastest, glm::length(b.looped == kNoNode ? b.spin : turning_of(b)));
   const Real least =
-      std::max({Real(has_few_points(g) ? kLeastAtFewPoints : kLeastTreeSubsteps),
+      std::max({Real(has_few_points(g, kStepOfFewPoints) ? kLeastAtFewPoints : kLeastTreeSubsteps),
                 h / kLongestTreeSubstep, h * std::min(fastest, Real(1e9)) / kLargestTurn});
   return static_cast<int>(std::ceil(std::min(least, Real(kMostSubsteps))));
 }
@@ -104,8 +105,9 @@ void set_springs(Substep& s, Real h) {
   s.before_limits = kBuffer * std::min(Real(1), h / kLongestTreeSubstep);
 }
 
-bool has_few_points(const Group& g) {
-  return !g.trees.empty() && g.contacts.size() <= kFewPointsOfTrees &&
+bool has_few_points(const Group& g, Real h) {
+  const Real most = kFewPointsOfTrees * std::max(Real(1), kStepOfFewPoints / h);
+  return !g.trees.empty() && static_cast<Real>(g.contacts.size()) <= most &&
          std::none_of(g.nodes.begin(), g.nodes.end(), [](auto& n) { return n.actuator.dof; });
 }
 

@@ -439,7 +439,7 @@ void step_group(const Group& g, Real h) {
   s.h = s.reach = h / substeps;
   set_springs(s, s.h);
   s.hard = g.has_at_most(kFewBodies), s.alone = g.is_single();
-  s.few_points = has_few_points(g);
+  s.few_points = has_few_points(g, h);
   s.most_sweeps = !s.alone ? kSweepsOfFew : g.rollings.empty() ? kHardSweeps : kRollingSweeps;
   s.enough = (s.alone ? kEnoughAlone : kEnoughOfFew) * (1 + glm::length(g.bodies.front().velocity));
   if (s.few_points) {
