@@ -350,8 +350,8 @@ struct LimitSpring {
   Real buffer = 0;
   const Softness* by = nullptr;
 };
-/// Every limit once.
-void solve_limits(const Group& g, Real h, const LimitSpring& spring);
+/// Every limit once. Returns the largest change of a speed, m/s, of the mass centre of what turns.
+Real solve_limits(const Group& g, Real h, const LimitSpring& spring);
 void bound_drives(const Group& g, Real h);
 /// Springs, friction and motors along the joints' coordinates (group_actuators.cpp): at the start
 /// of a substep, again, every one once.

@@ -111,7 +111,8 @@ void push_limits(const Group& g) {
   }
 }
 
-void solve_limits(const Group& g, Real h, const LimitSpring& spring) {
+Real solve_limits(const Group& g, Real h, const LimitSpring& spring) {
+  Real largest = 0;
   for (std::uint32_t i = 0; i < g.nodes.size(); ++i) {
     GroupNode& n = g.nodes[i];
     if (!n.is_limited) continue;
@@ -133,8 +134,10 @@ void solve_limits(const Group& g, Real h, const LimitSpring& spring) {
       if (more == 0) continue;
       limit.impulse = impulse;
       apply_at_joint(g, i, -more * limit.along);
+      largest = std::max(largest, std::abs(more) * limit.response * glm::length(n.own_anchor));
     }
   }
+  return largest;
 }
 
 }  // namespace pantin::detail::articulated

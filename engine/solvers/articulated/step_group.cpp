@@ -128,10 +128,11 @@ void prepare_touching(const Group& g) {
 /// Actuators, limits, then springs and cables, then contacts, then the loops.
 Real sweep_group(const Group& g, const Substep& s, Sweep sweep, Order order) {
   solve_actuators(g, s.h);
-  solve_limits(g, s.reach, {s.before_limits, sweep == Sweep::solves ? &s.against_fixed : nullptr});
+  const LimitSpring before{s.before_limits, sweep == Sweep::solves ? &s.against_fixed : nullptr};
+  const Real limited = solve_limits(g, s.reach, before);
   const Real part = sweep == Sweep::solves ? kTieReturn : 0;
   begin_loops(g, s.h, part);
-  Real most = 0;
+  Real most = s.few_points ? limited : 0;
   for (std::size_t i = 0; i < g.ties.size(); ++i) {
     GroupTie& t = g.ties[order == Order::forwards ? i : g.ties.size() - 1 - i];
     if (t.kind != GroupTie::Kind::rigid) most = std::max(most, solve_tie(g, t, s.h, part));
