@@ -12,6 +12,10 @@ constexpr int kMaxIterations = 40;
 /// Newton iterations with tangents; later ones use secants, which cannot cycle.
 constexpr int kNewton = 6;
 
+/// Where a moment of inertia is that much less than by a mass at the end of an arm, torques count
+/// by as much more.
+constexpr Real kLight = 1e3;
+
 struct Scheme {
   Real h = 0, am = 0, af = 0, gamma = 0, beta = 0;
   Real by_way = 0, by_speed = 0;  // of coordinates and rates, by the unknown accelerations
@@ -77,6 +81,7 @@ void advance_state(Island& m, const Scheme& k) {
 /// Largest residuals: of rows, in m or rad; of forces, and the size of the forces.
 struct Residuals {
   Real row = 0, force = 0, force_scale = 1e-300;
+  bool light = false;  // something hardly has a moment of inertia
 };
 
 /// Adds what the multipliers do to the force residuals of the bodies; the right-hand side becomes
@@ -144,7 +149,18 @@ Residuals find_residuals(const World& world, Island& m, const Scheme& k, Slope s
     }
   }
   add_row_residuals(m, k, worst);
-  for (const Vec3& f : scratch.force_residuals) worst.force = std::max(worst.force, glm::length(f));
+  // What hardly has a moment of inertia turns by a torque that is nothing beside the forces. (Of
+  // surfaces the reach is no arm.)
+  const Real reach = m.touches.empty() ? m.reach : 0;
+  for (std::size_t b = 0; b < m.count(); ++b) {
+    const Vec3 inertia = m.inertia[b];
+    const Real most = std::max({inertia.x, inertia.y, inertia.z});
+    const bool is_light = m.mass[b] * reach * reach > kLight * most;
+    worst.light = worst.light || is_light;
+    worst.force =
+        std::max({worst.force, glm::length(scratch.force_residuals[2 * b]),
+                  (is_light ? kLight : 1) * glm::length(scratch.force_residuals[2 * b + 1])});
+  }
   return worst;
 }
 
@@ -161,7 +177,7 @@ void correct(Island& m) {
 
 /// Newton iterations for the accelerations and multipliers at the end of the step.
 bool solve_equations(const World& world, Island& m, const Scheme& k) {
-  Real before = std::numeric_limits<Real>::infinity();
+  Real before = std::numeric_limits<Real>::infinity(), force_before = before;
   for (int n = 0; n < kMaxIterations; ++n) {
     advance_state(m, k);
     const Residuals now =
@@ -171,9 +187,10 @@ bool solve_equations(const World& world, Island& m, const Scheme& k) {
         std::max(now.row / std::max(Real(1), m.size), 1e-3 * now.force / now.force_scale);
     if (!std::isfinite(worst)) return false;
     if (n > 0 && (worst <= 1e-13 || (worst <= 1e-10 && worst > 0.5 * before))) return true;
-    if (n == 0 || worst > 0.25 * before) factor(m);
+    if (n == 0 || worst > 0.25 * before || (now.light && now.force > 0.25 * force_before))
+      factor(m);
     if (n > 12 && worst > 1e3 * before) return false;
-    before = worst;
+    before = worst, force_before = now.force;
     correct(m);
   }
   return false;

@@ -1,5 +1,6 @@
 // RATTLE: symplectic and reversible.
 #include <limits>
+#include <utility>
 
 #include "engine/base/rotation.hpp"
 #include "engine/solvers/lagrangian/momenta.hpp"
@@ -8,6 +9,15 @@ namespace pantin::detail::lagrangian {
 namespace {
 
 constexpr int kMaxIterations = 40;
+/// rad: a guess of multipliers that turns a body by more.
+constexpr Real kPoorTurn = 0.5;
+/// Residuals that fall by less in an iteration ask for a new factor, where moments are tiny by less
+/// than the other; up to this multiple of the tolerance they may be due to rounding.
+constexpr Real kFalls = 0.25, kFallsSlowly = 0.6, kRoundingFactor = 1e3;
+/// Evaluations of forces that depend on the velocity at the end of a step; they contract by this
+/// factor at least, unless what still changes is that part of the speeds.
+constexpr int kRateIterations = 3;
+constexpr Real kContracts = 0.5, kSlowChange = 1e-3;
 /// What may be missing of friction, relative.
 constexpr Real kGripTolerance = 1e-11;
 /// Friction that changes by as much from one solution to the next, relative, does not end.
@@ -55,6 +65,38 @@ void find_correction(Island& m, FactorOf of) {
   if (of == FactorOf::start) std::swap(scratch.jacobian, scratch.jacobian_before);
 }
 
+/// m: what a body's turn counts by; not 0 where its joint is at its mass centre.
+Real arm_of(const Island& m, std::size_t b) {
+  const Vec3 inertia = m.inertia[b];
+  return m.reach + std::sqrt(std::max({inertia.x, inertia.y, inertia.z}) / m.mass[b]);
+}
+
+/// m: how far a point of a body comes in `time` at most, at the speeds that it started with.
+Real way_of_step(const Island& m, Real time) {
+  Real most = 0;
+  for (std::size_t b = 0; b < m.count(); ++b)
+    most = std::max(most, time * (glm::length(m.scratch.from.v[b]) +
+                                  arm_of(m, b) * glm::length(m.scratch.from.w[b])));
+  return most;
+}
+
+/// Whether the multipliers of the last step, that the bodies were moved with, are no guess for this
+/// one: they turn something that hardly has a moment of inertia.
+bool is_poor_guess(const Island& m, Real h) {
+  Real most = 0;
+  for (std::size_t b = 0; b < m.count(); ++b)
+    most = std::max(most, glm::length(m.scratch.state.w[b] - m.scratch.from.w[b]));
+  return h * most > kPoorTurn;
+}
+
+/// m: what rounding of the multipliers moves bodies by in a step; much where moments are tiny.
+Real rounding_of(const Island& m, std::span<const Real> lambda, Real h) {
+  Real most = 0, mobile = 0;
+  for (std::size_t r = 0; r < m.rows; ++r)
+    most = std::max(most, std::abs(lambda[r])), mobile = std::max(mobile, m.scratch.scales[r]);
+  return std::numeric_limits<Real>::epsilon() * most * mobile * h * h / 2;
+}
+
 /// Forces of constraint at the start of the step, into scratch.lambda. Rows that bind velocities
 /// only say nothing of poses at its end; they act in the first half as they do now.
 void find_forces_now(const World& world, Island& m) {
@@ -64,6 +106,33 @@ void find_forces_now(const World& world, Island& m) {
   subtract_frame_accelerations(m, scratch.right);
   solve(m, {scratch.force, scratch.right},
         {std::span(scratch.motion).first(2 * m.count()), scratch.lambda});
+}
+
+/// The second half of the step, at its end. Forces that depend on velocity are evaluated again with
+/// the new velocity. False: they push to and fro.
+bool end_twists(const World& world, Island& m, Real h) {
+  StepScratch& scratch = m.scratch;
+  Motions& s = scratch.state;
+  scratch.momenta_before = scratch.momenta;
+  const int most = m.damped ? kRateIterations : 1;
+  Real moved = 0, moved_before = 0;  // m/s, in an iteration
+  for (int n = 0; n < most; ++n) {
+    add_forces(world, m, Torques::applied);
+    moved_before = std::exchange(moved, 0);
+    for (std::size_t i = 0; i < scratch.momenta.size(); ++i)
+      scratch.momenta[i] = scratch.momenta_before[i] + h / 2 * scratch.force[i];
+    right_of_rates(m);
+    solve(m, {scratch.momenta, scratch.right}, {scratch.solution, scratch.lambda});
+    for (std::size_t b = 0; b < m.count(); ++b) {
+      const Vec3 v = scratch.solution[2 * b], w = scratch.solution[2 * b + 1];
+      moved = std::max(moved, glm::length(v - s.v[b]) + arm_of(m, b) * glm::length(w - s.w[b]));
+      scratch.body_states[b].velocity = s.v[b] = v;
+      scratch.body_states[b].angular_velocity = s.w[b] = w;
+    }
+  }
+  // Dry friction that turns with every iteration would go on to push to and fro.
+  return !m.damped || moved <= kContracts * moved_before ||
+         moved <= kSlowChange * way_of_step(m, 1);
 }
 
 bool step_once(const World& world, Island& m, const Span& span) {
@@ -93,6 +162,7 @@ bool step_once(const World& world, Island& m, const Span& span) {
   FactorOf factor_of = FactorOf::start;
   Real before = std::numeric_limits<Real>::infinity();
   bool closed = false;
+  Real falls = kFalls;
   for (int n = 0; n < kMaxIterations && !closed; ++n) {
     scratch.momenta = scratch.momenta_before;
     push(m, scratch.jacobian_before, scratch.sum_lambda, h / 2);
@@ -109,11 +179,19 @@ bool step_once(const World& world, Island& m, const Span& span) {
     const Real worst = worst_residual(m);
     ++m.iterations;
     if (!std::isfinite(worst)) return false;
-    closed = worst <= tolerance || (worst <= 1e3 * tolerance && worst > 0.5 * before);
+    // What falls no faster is rounding.
+    closed = worst <= tolerance || (worst <= kRoundingFactor * tolerance && worst > 0.5 * before) ||
+             (worst <= rounding_of(m, scratch.sum_lambda, h) && worst > kFalls * before);
     const Real last = before;
     before = worst;
     if (closed) break;
-    if (n > 0 && worst > 0.25 * last) factor(m), factor_of = FactorOf::end;
+    // Where loops or surfaces may be singular the factor has to follow.
+    if (n == 0 && !m.loops && m.touches.empty() && is_poor_guess(m, h)) {
+      std::fill(scratch.sum_lambda.begin(), scratch.sum_lambda.end(), 0.0);
+      falls = kFallsSlowly;
+      continue;
+    }
+    if (n > 0 && worst > falls * last) factor(m), factor_of = FactorOf::end;
     if (n > 12 && worst > 1e3 * last) return false;
     for (std::size_t i = 0; i < m.blocks.size(); ++i)
       for (std::size_t r = 0; r < m.blocks[i].rows; ++r) {
@@ -126,19 +204,7 @@ bool step_once(const World& world, Island& m, const Span& span) {
   if (!closed) return false;
   m.residual = before;
   factor_and_report(m);
-  scratch.momenta_before = scratch.momenta;
-  // Forces that depend on velocity are evaluated again with the new velocity.
-  for (int n = 0; n < (m.damped ? 3 : 1); ++n) {
-    add_forces(world, m, Torques::applied);
-    for (std::size_t i = 0; i < scratch.momenta.size(); ++i)
-      scratch.momenta[i] = scratch.momenta_before[i] + h / 2 * scratch.force[i];
-    right_of_rates(m);
-    solve(m, {scratch.momenta, scratch.right}, {scratch.solution, scratch.lambda});
-    for (std::size_t b = 0; b < m.count(); ++b) {
-      scratch.body_states[b].velocity = s.v[b] = scratch.solution[2 * b];
-      scratch.body_states[b].angular_velocity = s.w[b] = scratch.solution[2 * b + 1];
-    }
-  }
+  if (!end_twists(world, m, h)) return false;
   for (std::size_t r = 0; r < m.rows; ++r)
     m.mean_lambda[r] = 0.5 * scratch.sum_lambda[r] + scratch.lambda[r] / h;
   return true;

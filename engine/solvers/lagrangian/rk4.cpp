@@ -8,7 +8,7 @@ namespace {
 
 /// Stability limit of Runge-Kutta (rate times step), and changes of speed that are negligible
 /// (squared, relative).
-constexpr Real kMaxRate = 2, kNegligible = 1e-6, kTurning = 2.5e-3;
+constexpr Real kMaxRate = 1.9, kNegligible = 1e-6, kTurning = 2.5e-3;
 
 /// Butcher tableau of an explicit Runge-Kutta method.
 struct Table7 {
