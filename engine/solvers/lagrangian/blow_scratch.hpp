@@ -15,8 +15,10 @@ struct BlowScratch {
   std::vector<Real> gap_before;          // by block: at the start of the step
   std::vector<Real> gap, rate;           // by block: at the start of a part of it
   std::vector<std::uint8_t> is_near;     // by block: the rate is known
-  std::vector<int> hits;                 // by block: in the step
+  std::vector<int> hits, touches;        // by block: in the step, with a blow and without
   std::vector<std::uint32_t> passed;     // within a bound that they are leaving
+  std::vector<std::uint32_t> early;      // hit together with others that were hit just before
+  Real together = 0;                     // s: so soon after one another bounds are reached at once
   std::vector<std::uint8_t> was_active;  // by block: in the step that contacts finish
   std::vector<ImpulseBounds> bounds;
   std::vector<Vec3> jacobian;  // of those that may be hit

@@ -70,10 +70,10 @@ void allocate_blows(Island& m) {
   for (std::size_t i = 0; i < m.blocks.size(); ++i) n += is_one_sided(m, i);
   s.blocks.reserve(n), s.matrix.reserve(n * n), s.bias.reserve(n), s.bounds.reserve(n);
   s.impulses.reserve(n), s.jacobian.reserve(m.vectors), s.first_vector.reserve(n);
-  s.scale.reserve(n), s.resting.reserve(n), s.passed.reserve(n);
+  s.scale.reserve(n), s.resting.reserve(n), s.passed.reserve(n), s.early.reserve(n);
   s.at_start.assign(m.rows, 0), s.was_active.assign(m.blocks.size(), 0);
   s.gap_before.assign(m.blocks.size(), 0), s.gap = s.rate = s.gap_before;
-  s.is_near = s.was_active, s.hits.assign(m.blocks.size(), 0);
+  s.is_near = s.was_active, s.hits.assign(m.blocks.size(), 0), s.touches = s.hits;
   reserve(s.complementarity, n);
   s.twists.assign(2 * m.count(), Vec3(0)), s.twists_closed = s.twists;
 }

@@ -10,6 +10,9 @@ namespace {
 constexpr Real kRestitutionThreshold = 1e-3;
 /// Impulses that change speeds by less are none, m/s.
 constexpr Real kNoSpeed = 1e-9;
+/// Of a step: limits and cables that are hit within that time of one another are hit at once. Which
+/// comes first of what is alike on both sides is rounding.
+constexpr Real kTogether = 1e-3;
 /// Impacts per step with restitution; later ones are inelastic (Zeno behaviour).
 constexpr int kMaxBounces = 4;
 /// Hits of one limit in a step after which it is not left any more within that impact.
@@ -89,6 +92,31 @@ bool is_reached(const Island& m, std::size_t i) {
          !(b.kind == BlockKind::surface && m.scratch.touching[b.first_place].has_let_go);
 }
 
+/// Bounds that are reached, and those that will be at once, may be hit. Whether any is hit in a
+/// blow.
+bool list_hit(const World& world, Island& m) {
+  BlowScratch& s = m.scratch.blow;
+  s.early.clear();
+  bool blow = false;
+  for (std::uint32_t i = 0; i < m.blocks.size(); ++i) {
+    if (!is_one_sided(m, i) || m.memory[i].active) continue;
+    const bool reached = is_reached(m, i), surface = m.blocks[i].kind == BlockKind::surface;
+    if (surface && !reached) continue;
+    const Real rate = surface ? 0 : opening_rate(world, m, i);
+    if (!reached && m.scratch.c[m.blocks[i].first_row] > -rate * s.together) continue;
+    m.memory[i].active = true;
+    // What begins to bear is reached again and again till it is known what does, but not hit.
+    const bool strikes = surface || rate < -kRestitutionThreshold;
+    ++(strikes ? s.hits : s.touches)[i];
+    blow = blow || strikes;
+    if (!reached) s.early.push_back(i);
+    // Friction stops what it can.
+    if (m.rubs && i + 1 < m.blocks.size() && m.blocks[i + 1].kind == BlockKind::roll)
+      m.memory[i + 1].active = true;
+  }
+  return blow;
+}
+
 /// How fast the limits that are hit are left, m/s or rad/s, by row.
 void find_rates_after(const World& world, const Island& m, Impact kind, std::span<Real> bias) {
   std::fill(bias.begin(), bias.end(), 0.0);
@@ -107,13 +135,8 @@ void find_rates_after(const World& world, const Island& m, Impact kind, std::spa
 
 void resolve_impacts(const World& world, Island& m, Impact kind) {
   StepScratch& scratch = m.scratch;
-  for (std::size_t i = 0; i < m.blocks.size(); ++i)
-    if (is_reached(m, i)) {
-      m.memory[i].active = true, ++scratch.blow.hits[i];
-      // Friction stops what it can.
-      if (m.rubs && i + 1 < m.blocks.size() && m.blocks[i + 1].kind == BlockKind::roll)
-        m.memory[i + 1].active = true;
-    }
+  update_kinematics(m);
+  const bool blow = list_hit(world, m);
   end_slips(m, kLimitTolerance);
   Real least = 0;  // N s
   for (const Real mass : m.mass) least += kNoSpeed * mass;
@@ -124,7 +147,8 @@ void resolve_impacts(const World& world, Island& m, Impact kind) {
   if (!m.rubs) choose_hit(world, m, bias);
   // Limits that are hit in turn, ever faster, come to rest on all of them.
   const auto rests = [&](std::size_t i) {
-    return is_one_sided(m, i) && scratch.blow.hits[i] > kMostHits &&
+    return is_one_sided(m, i) &&
+           scratch.blow.hits[i] + (blow ? 0 : scratch.blow.touches[i]) > kMostHits &&
            scratch.c[m.blocks[i].first_row] <= kLimitTolerance;
   };
   for (std::size_t i = 0; i < m.blocks.size(); ++i)
@@ -164,6 +188,7 @@ void resolve_impacts(const World& world, Island& m, Impact kind) {
 void hit(const World& world, Island& m) {
   ++m.events;
   resolve_impacts(world, m, m.events <= kMaxBounces ? Impact::with_restitution : Impact::inelastic);
+  for (const std::uint32_t i : m.scratch.blow.early) m.memory[i].active = false;
   m.fresh = m.fresh || row_of(m.settings.integrator).keeps_accelerations;
 }
 
@@ -275,10 +300,11 @@ Real until_event(const World& world, Island& m, const Part& part, const Attempt&
 }
 
 /// What a step begins with: the gaps, and nothing hit.
-void note_start(Island& m) {
+void note_start(Island& m, Real h) {
   BlowScratch& s = m.scratch.blow;
+  s.together = kTogether * h;
   for (std::size_t i = 0; i < m.blocks.size(); ++i)
-    s.gap_before[i] = m.scratch.c[m.blocks[i].first_row], s.hits[i] = 0;
+    s.gap_before[i] = m.scratch.c[m.blocks[i].first_row], s.hits[i] = s.touches[i] = 0;
 }
 
 /// Whether a limit is reached, or a slip has ended.
@@ -299,7 +325,7 @@ bool advance_among_limits(World& world, Island& m, Real h) {
     update_kinematics(m), update_frames(world, m, done / h, h);
     write_all_rows(world, m, {true, false});
     if (!begin_on_bounds(world, m, {done, 0, h})) return false;
-    if (tries == 0) note_start(m);
+    if (tries == 0) note_start(m, h);
     scratch.begin = scratch.state, scratch.impulses_before = scratch.impulses;
     scratch.lambda_before = m.mean_lambda;
     const int rescues = m.rescues;
