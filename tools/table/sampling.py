@@ -42,7 +42,7 @@ def drawn(program, found, args):
             sets = " ".join(f"--set '{name}={json.dumps(value)}'" for name, value in case.values.items())
             place = ",".join(str(x) for x in case.origin)
             cell.said += (f"; tools/truth --only {family.name} --solver {case.solver} --rates {case.rate} "
-                          f"--place {place} {sets}")
+                          f"--place={place} {sets}")
         return cell
     if not willing:
         return []

@@ -6,8 +6,6 @@
 namespace pantin::detail::articulated {
 namespace {
 
-/// m/s: slower impacts are inelastic.
-constexpr Real kSlowestImpact = 0.05;
 /// Of the way of a substep: what comes as near by its end meets within it. Else rounding decides
 /// whether it is stopped there, for good, as what must not go on.
 constexpr Real kMeets = 1e-9;
@@ -70,7 +68,7 @@ bool meet(const Group& g, GroupContact& c, Real h) {
   const Real pull = gained / h + pull_on(a) - pull_on(b);
   const Real gap = std::max(Real(0), c.gap);
   const Real left = gap + h * (speed + 0.5 * h * pull);
-  if (speed > -kSlowestImpact || left > -kMeets * h * speed) return false;
+  if (speed > -kLeastBlow || left > -kMeets * h * speed) return false;
   // The first zero of gap + speed t + pull t^2 / 2, in the form that does not cancel.
   const Real root = std::sqrt(std::max(Real(0), speed * speed - 2 * pull * gap));
   const Real when = jointed ? 0 : std::min(h, 2 * gap / (root - speed));

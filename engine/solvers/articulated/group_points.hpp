@@ -29,8 +29,9 @@ struct Substep {
 
 /// So many free bodies are iterated until nothing changes, without springs.
 inline constexpr std::size_t kFewBodies = 3;
-/// m/s: slower strikes are no blows.
-inline constexpr Real kLeastBlow = 0.5;
+/// m/s: slower strikes are no blows, and give nothing back; below the second they do not end a part
+/// of a substep.
+inline constexpr Real kLeastBlow = 0.05, kLeastTimed = 0.5;
 
 // How many substeps a group takes, and where they are divided (group_substeps.cpp).
 int substeps_of(const Group& g, Real h);

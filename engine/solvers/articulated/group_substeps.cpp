@@ -121,7 +121,7 @@ Real first_strike(const Group& g, Real h) {
     const Real speed = glm::dot(
         n, a.velocity + glm::cross(a.spin, arm_a) - b.velocity - glm::cross(b.spin, arm_b));
     // What bounces does so at its time by itself.
-    if (!(gap > 0) || !(speed < -kLeastBlow) || c.restitution > 0) continue;
+    if (!(gap > 0) || !(speed < -kLeastTimed) || c.restitution > 0) continue;
     const Real pull = glm::dot(n, a.acceleration - b.acceleration);
     const Real root = std::sqrt(std::max(Real(0), speed * speed - 2 * pull * gap));
     const Real when = 2 * gap / (root - speed);
