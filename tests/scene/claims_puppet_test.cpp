@@ -31,7 +31,7 @@ CLAIM("stairs", "a puppet is pushed down twenty stairs, tumbles to the floor and
       passed = w.time;
   });
   CHECK((passed > 1 && passed < 4));
-  CHECK(moved - passed < 6);
+  CHECK(moved - passed < 5);
   CHECK(above.least > 0.01);
   CHECK(p.worst_depth < 0.03);
   CHECK(p.worst_violation < 1e-12);
