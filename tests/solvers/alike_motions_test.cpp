@@ -72,7 +72,7 @@ TEST_CASE("a puppet that is pushed straight ahead falls alike on both sides") {
     Simulation sim(read->world, {1.0 / rate});
     for (int i = 0; 2 * i < rate; ++i) sim.step();
     INFO(rate << " Hz");
-    CHECK(largest_difference(sim.world) < 5e-4);
+    CHECK(largest_difference(sim.world) < 1e-4);
   }
 }
 
