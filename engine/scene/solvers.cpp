@@ -9,6 +9,7 @@
 #include "engine/joints/kinds.hpp"
 #include "engine/scene/build.hpp"
 #include "engine/world/faults.hpp"
+#include "engine/world/holds.hpp"
 
 namespace pantin::detail {
 namespace {
@@ -93,6 +94,28 @@ std::string knowing(Feature feature) {
 
 }  // namespace
 
+namespace {
+
+/// The first pin of each body that has more than its solver can take.
+void check_pins(const BuiltScene& built, const std::vector<Solver>& solvers,
+                BuildMessages& messages) {
+  std::vector<std::size_t> pins(built.bodies.size(), 0);
+  std::vector<const BuiltPin*> first(built.bodies.size(), nullptr);
+  for (const BuiltPin& p : built.pins)
+    for (const std::uint32_t body : {p.body, p.to})
+      if (p.pin.kind == PinKind::exact && built.is_dynamic(body) && pins[body]++ == 0)
+        first[body] = &p;
+  for (std::size_t body = 0; body < pins.size(); ++body)
+    if (pins[body] > kMostExactPins && solvers[body] == Solver::lagrangian)
+      messages.error(first[body]->at, "",
+                     "found " + std::to_string(pins[body]) + " exact pins of body \"" +
+                         built.bodies[body].name +
+                         "\" solved by \"lagrangian\", expected at most " +
+                         std::to_string(kMostExactPins) + "; three hold a body");
+}
+
+}  // namespace
+
 void check_solvers(const BuiltScene& built, const std::vector<Solver>& solvers,
                    BuildMessages& messages) {
   // The fault of a prefab once, however often it is copied.
@@ -136,6 +159,7 @@ void check_solvers(const BuiltScene& built, const std::vector<Solver>& solvers,
           error(s.at, {"over", "guides of cable \"" + s.name + "\"", Feature::cable_guide},
                 solvers[body]);
   }
+  check_pins(built, solvers, messages);
 }
 
 namespace {

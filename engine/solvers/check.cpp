@@ -10,6 +10,7 @@
 #include "engine/solvers/solver.hpp"
 #include "engine/world/features.hpp"
 #include "engine/world/flat.hpp"
+#include "engine/world/holds.hpp"
 #include "engine/world/lamina.hpp"
 
 namespace pantin::detail {
@@ -156,6 +157,28 @@ void list_impossible(const Plans& owners) {
     if (const Pin& p = world.pins.values()[i]; !is_sound(p))
       stop_both(world.pins.owners()[i], "has an anchor, a stiffness or a damping that is none",
                 p.body, p.to);
+}
+
+/// Bodies with more exact pins than `lagrangian` can solve for are not stepped.
+void list_overheld(const Plans& owners) {
+  const World& world = owners.world;
+  std::vector<std::size_t> pins(world.bodies.size(), 0);
+  for (const Pin& p : world.pins.values()) {
+    if (p.kind != PinKind::exact) continue;
+    for (const Entity e : {p.body, p.to})
+      if (const std::uint32_t slot = world.bodies.slot(e); slot != kNoSlot) ++pins[slot];
+  }
+  for (std::size_t slot = 0; slot < pins.size(); ++slot) {
+    const Entity e = world.bodies.owners()[slot];
+    const SolverSettings* how = owners.settings(e);
+    if (pins[slot] <= kMostExactPins || !how || how->solver != Solver::lagrangian) continue;
+    owners.partition.faults.push_back(
+        {e,
+         "has " + std::to_string(pins[slot]) + " exact pins, expected at most " +
+             std::to_string(kMostExactPins) + " under \"lagrangian\"; three hold a body",
+         StructureFault::impossible, false});
+    owners.stop(e);
+  }
 }
 
 /// Islands whose settings are faulty are not stepped; their first body is reported.
@@ -318,7 +341,7 @@ void list_faults(World& world, std::span<std::vector<IslandPlan>> plans) {
     for (IslandPlan& plan : list)
       for (const std::uint32_t slot : plan.slots) all.of[slot] = &plan;
   list_unknown(all);
-  list_impossible(all);
+  list_impossible(all), list_overheld(all);
   list_faulty_settings(all, plans);
   list_ignored(all, plans);
   list_what_leaves_planes(all, plans[kPlanar]);

@@ -181,3 +181,24 @@ TEST_CASE("memory that runs out within a step ends it, and the next one goes on"
     CHECK(std::abs(one.pose.position.y - other.pose.position.y) < 1e-12);
   }
 }
+
+TEST_CASE("more exact pins of a body than can be solved for are told before a step is tried") {
+  for (const int count : {64, 65}) {
+    World w;
+    w.default_settings.solver = Solver::lagrangian;
+    const Entity body = w.add_body({}, "body");
+    for (int i = 0; i < count; ++i) {
+      Pin pin;
+      pin.body = body, pin.anchor = pin.target = {0.01 * i, 0, 0};
+      w.pins.add(w.create(), pin);
+    }
+    const std::vector<StructureFault> faults = check(w);
+    REQUIRE(faults.size() == (count == 65 ? 1u : 0u));
+    if (count == 64) continue;
+    CHECK(faults[0].link == body);
+    CHECK(faults[0].kind == StructureFault::impossible);
+    CHECK(faults[0].reason.find("65 exact pins") != std::string::npos);
+    Simulation sim(std::move(w), {1.0 / 60});
+    CHECK(sim.step().status != Status::ok);
+  }
+}
