@@ -112,6 +112,20 @@ bool finish_otherwise(World& world, Island& a, const StepPart& rest, Entity& los
   return finish_step(world, a, h, lost);
 }
 
+/// Whether all bodies are somewhere; `lost` is the first that is not.
+bool all_found(const World& world, const Island& a, Entity& lost) {
+  for (std::size_t c = 0; c < a.count(); ++c) {
+    const Body& b = world.bodies.values()[a.slots[c]];
+    const Vec3 x = b.pose.position;
+    if (is_finite(b.pose) && is_finite(b.velocity) && is_finite(b.angular_velocity) &&
+        glm::dot(x, x) < kTooFar * kTooFar)
+      continue;
+    lost = a.bodies[c];
+    return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 bool conserves(const World& world, const Island& a) {
@@ -180,15 +194,7 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
       return finish_otherwise(world, a, {now.begin, 1, h}, lost);
     }
   }
-  for (std::size_t c = 0; c < a.count(); ++c) {
-    const Body& b = world.bodies.values()[a.slots[c]];
-    const Vec3 x = b.pose.position;
-    if (is_finite(b.pose) && is_finite(b.velocity) && is_finite(b.angular_velocity) &&
-        glm::dot(x, x) < kTooFar * kTooFar)
-      continue;
-    lost = a.bodies[c];
-    return false;
-  }
+  if (!all_found(world, a, lost)) return false;
   for (Tree& t : a.trees) {
     t.knows_angular_momentum = t.knows_angular_momentum && inner;
     if (a.parents[t.first] == kFree && inner) keep_angular_momentum(world, a, t, h);
