@@ -28,7 +28,7 @@ constexpr std::size_t kFewPoints = 32;
 /// that change no motion any more may go on exchanging it.
 constexpr Real kEnoughOfRolling = 1e-7;
 /// m/s, relative to 1 m/s and the speed: of a body that touches fixed ones alone.
-constexpr Real kEnoughAlone = 1e-12, kEnoughOfFew = 1e-6, kEnoughAfterBlow = 1e-10;
+constexpr Real kEnoughAlone = 1e-12, kEnoughOfFew = 1e-6, kEnoughWhereSmooth = 1e-10;
 /// Of what the first sweep changes.
 constexpr Real kOfFirst = 1e-6;
 constexpr int kHardSweeps = 100, kSweepsOfFew = 1000, kBlowSweeps = 30, kSmoothBlowSweeps = 1600,
@@ -324,8 +324,7 @@ void take_substep(const Group& g, const Substep& s, Order order) {
   if (is_blow(g, s)) {
     Substep at_once = s;
     at_once.hard = true, at_once.most_sweeps = kBlowSweeps;
-    if (!has_friction(g))
-      at_once.most_sweeps = kSmoothBlowSweeps, at_once.enough *= kEnoughAfterBlow / kEnoughOfFew;
+    if (!has_friction(g)) at_once.most_sweeps = kSmoothBlowSweeps;
     for (GroupContact& c : g.contacts) c.before = c.impulse.x;
     take_hard_substep(g, at_once, order);
     for (GroupContact& c : g.contacts)  // a blow is not there again
@@ -442,7 +441,10 @@ void step_group(const Group& g, Real h) {
   s.hard = g.has_at_most(kFewBodies), s.alone = g.is_single();
   s.few_points = has_few_points(g, h);
   s.most_sweeps = !s.alone ? kSweepsOfFew : g.rollings.empty() ? kHardSweeps : kRollingSweeps;
-  s.enough = (s.alone ? kEnoughAlone : kEnoughOfFew) * (1 + glm::length(g.bodies.front().velocity));
+  const bool rough = std::any_of(g.contacts.begin(), g.contacts.end(),
+                                 [](const GroupContact& c) { return c.friction > 0; });
+  s.enough = s.alone ? kEnoughAlone : rough ? kEnoughOfFew : kEnoughWhereSmooth;
+  s.enough *= 1 + glm::length(g.bodies.front().velocity);
   if (s.few_points) {
     const Real longer = std::max(Real(1), kSubstepOfFewPoints / s.h);
     s.most_sweeps =
