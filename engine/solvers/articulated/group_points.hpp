@@ -35,6 +35,8 @@ inline constexpr Real kLeastBlow = 0.05, kLeastTimed = 0.5;
 
 // How many substeps a group takes, and where they are divided (group_substeps.cpp).
 int substeps_of(const Group& g, Real h);
+/// Points of a rim that stay on their body become the one that goes around, where it goes far.
+void join_rims(const Group& g, Real h);
 /// The springs of contacts in a substep that is part of one of h seconds.
 void set_springs(Substep& s, Real h);
 /// Of trees at few points impacts are iterated further; motors at their caps would ask for too

@@ -13,10 +13,14 @@ constexpr Real kLongestSubstep = 1.0 / 470, kLongestTreeSubstep = 1.0 / 235,
                kLongestHardSubstep = 1.0 / 235;
 /// Of trees at few points, whose motion converges with the step, more: a short step is then as much
 /// finer than one of 1/60 s as it is shorter.
-constexpr int kLeastTreeSubsteps = 2, kLeastAtFewPoints = 3, kMostSubsteps = 32;
+constexpr int kLeastTreeSubsteps = 2, kLeastAtFewPoints = 3, kMostSubsteps = 32,
+              kMostRimSubsteps = 128;
 /// rad: bodies of trees turn by no more in a substep, as long as that many are enough; nor do free
 /// ones that roll on a rim, and the place on it where they touch.
 constexpr Real kLargestTurn = 0.5, kLargestRoll = 0.1;
+/// rad, in the step: a rim that goes further around touches at one place alone, unless it leans by
+/// less. Of its radius: on the same rim.
+constexpr Real kFarAround = 0.5, kFlat = 0.01, kOnCircle = 1e-4;
 /// Cosine of the angle between normal and axis from which a rim leans.
 /// Cosine below which a body lies on its side and rolls as a drum.
 constexpr Real kLeaning = 0.7, kLying = 0.02;
@@ -82,7 +86,15 @@ int substeps_of_free(const Group& g, Real h) {
   }
   const Real longest = g.is_single() && !rims ? kLongestHardSubstep : kLongestSubstep;
   const Real least = h * std::max(1 / longest, std::min(rate, Real(1e9)) / kLargestRoll);
-  return std::clamp(static_cast<int>(std::ceil(least)), 1, kMostSubsteps);
+  return std::clamp(static_cast<int>(std::ceil(least)), 1, kMostRimSubsteps);
+}
+
+void join_rim(contact::TouchedPlace& place, const contact::TouchedPlace& rim) {
+  if (place.circle > 0) return;
+  const Vec3 from = place.core - rim.core;
+  const Real along = glm::dot(from, rim.axis);
+  if (std::abs(along) + std::abs(glm::length(from) - rim.circle) < kOnCircle * rim.circle)
+    place = rim;
 }
 
 }  // namespace
@@ -97,6 +109,25 @@ int substeps_of(const Group& g, Real h) {
       std::max({Real(has_few_points(g, kStepOfFewPoints) ? kLeastAtFewPoints : kLeastTreeSubsteps),
                 h / kLongestTreeSubstep, h * std::min(fastest, Real(1e9)) / kLargestTurn});
   return static_cast<int>(std::ceil(std::min(least, Real(kMostSubsteps))));
+}
+
+void join_rims(const Group& g, Real h) {
+  if (!g.has_at_most(kFewBodies)) return;
+  const auto goes_around = [&](const GroupBody& b, const contact::TouchedPlace& on, Vec3 normal) {
+    const Vec3 lean = glm::cross(b.pose.rotation * on.axis, normal);
+    return on.circle > 0 && glm::dot(lean, lean) > kFlat * kFlat &&
+           h * rolling_rate(b, on, normal) > kFarAround;
+  };
+  for (const GroupContact& low : g.contacts) {
+    const bool on_a = goes_around(g.a(low), low.on_a, low.axes[0]),
+               on_b = goes_around(g.b(low), low.on_b, low.axes[0]);
+    if (!on_a && !on_b) continue;
+    for (GroupContact& c : g.contacts) {
+      if (!have_same_bodies(c, low)) continue;
+      if (on_a) join_rim(c.on_a, low.on_a);
+      if (on_b) join_rim(c.on_b, low.on_b);
+    }
+  }
 }
 
 void set_springs(Substep& s, Real h) {

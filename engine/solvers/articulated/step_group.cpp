@@ -435,6 +435,7 @@ bool is_bouncing(const Group& g) {
 
 void step_group(const Group& g, Real h) {
   const int substeps = substeps_of(g, h);
+  join_rims(g, h);
   Substep s;
   s.h = s.reach = h / substeps;
   set_springs(s, s.h);
