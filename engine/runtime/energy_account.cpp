@@ -22,9 +22,6 @@ constexpr Real kLift = 0.01;
 constexpr Real kSlowTurn = 0.01;
 /// Substeps after a contact, a start or a change by the user in which energy may be taken.
 constexpr int kTouched = 3;
-/// Of a cable's length: what is less slack is taut, and was not slack where it grows by less in a
-/// substep.
-constexpr Real kTaut = 1e-4;
 /// m: a place that is held moves no more in a substep.
 constexpr Real kStill = 1e-6;
 
@@ -48,8 +45,7 @@ bool is_dynamic(const Body& b) { return b.motion == Motion::dynamic; }
 
 Real size_of(const World& world, Entity e, const Body& b) {
   const Shapes* shapes = world.shapes.find(e);
-  const Real inertia = std::max({b.inertia.x, b.inertia.y, b.inertia.z});
-  return std::max(shapes ? contact::extent_of(*shapes) : 0, std::sqrt(inertia / b.mass));
+  return std::max(shapes ? contact::extent_of(*shapes) : 0, radius_of_gyration(b));
 }
 
 /// Before, after and on the way.
@@ -62,6 +58,10 @@ Real most_power(Vec3 force, const Speeds& v) {
 }
 
 }  // namespace
+
+Real radius_of_gyration(const Body& b) {
+  return std::sqrt(std::max({b.inertia.x, b.inertia.y, b.inertia.z}) / b.mass);
+}
 
 Real kinetic_energy(const Body& b) {
   const Vec3 spin = glm::conjugate(b.pose.rotation) * b.angular_velocity;
@@ -244,7 +244,7 @@ void EnergyAccount::end_substep(const World& world, Real h) {
   add_contacts(world, h);
   add_stores(world, h);
   leave_out(world);
-  note_cable_blows(world, h);
+  add_cable_blows(world, h);
   add_leads(world, h);
   close(world, h);
   is_new_ = false;
@@ -380,25 +380,22 @@ EnergyAccount::Rope EnergyAccount::rope_of(const World& world, std::uint32_t cab
   const Vec3 on_a = to_world(a->pose, c.joint.anchor_a), on_b = to_world(b->pose, c.joint.anchor_b);
   const Real span = glm::length(on_b - on_a);
   const Vec3 along = span > 0 ? (on_b - on_a) / span : Vec3(0);
-  return {c.joint.length, c.joint.length - span,
-          glm::dot(along, velocity_at(*b, on_b) - velocity_at(*a, on_a))};
+  return {c.joint.length, glm::dot(along, velocity_at(*b, on_b) - velocity_at(*a, on_a))};
 }
 
-/// A cable that goes taut within the substep takes what it may.
-void EnergyAccount::note_cable_blows(const World& world, Real h) {
+/// What goes taut takes half of its impulse times the speed that the impulse ends, whatever else
+/// holds its ends.
+void EnergyAccount::add_cable_blows(const World& world, Real h) {
   for (std::uint32_t i = 0; i < ropes_.size(); ++i) {
     const Cable& c = world.cables.values()[i];
     const Rope before = std::exchange(ropes_[i], rope_of(world, i));
-    const auto is_taut = [&](const Rope& r) { return r.slack < kTaut * r.length; };
-    const auto may_meet = [&](const Rope& r) { return r.slack < 2 * h * std::abs(r.faster); };
-    const Rope& now = ropes_[i];
-    const Real still = kTaut * now.length / h;
-    const bool lasts = is_taut(before) && is_taut(now) && before.faster < still;
-    const bool is_far = !may_meet(before) && !may_meet(now);
-    if (lasts || is_far) continue;
-    for (const Entity e : {c.a, c.b})
-      if (const std::uint32_t slot = world.bodies.slot(e); slot != kNoSlot)
-        groups_[sets_.root(slot)].jerked = kTouched;
+    const Real ended = std::max({Real(0), before.faster, ropes_[i].faster});
+    const std::uint32_t a = world.bodies.slot(c.a), b = world.bodies.slot(c.b);
+    for (const std::uint32_t slot : {a, b})
+      if (slot != kNoSlot && is_dynamic(world.bodies.values()[slot])) {
+        groups_[sets_.root(slot)].paid += h * c.tension * ended;
+        break;
+      }
   }
 }
 
@@ -422,11 +419,12 @@ void EnergyAccount::add_leads(const World& world, Real h) {
 void EnergyAccount::close(const World& world, Real h) {
   for (std::uint32_t i = 0; i < groups_.size(); ++i) {
     Group& g = groups_[i];
-    if (sets_.root(i) != i || !g.is_asked || !std::isfinite(g.change)) continue;
+    if (sets_.root(i) != i || !std::isfinite(g.change)) continue;
+    g.greatest = std::max({g.greatest, g.kinetic, g.kinetic_before});
+    if (!g.is_asked) continue;
     // What is put together in the first step may be lifted, not thrown.
     g.balance += is_new_ ? std::min(g.change, g.kinetic - g.kinetic_before) : g.change;
     g.least = std::min(g.least, g.balance);
-    g.greatest = std::max({g.greatest, g.kinetic, g.kinetic_before});
     const Real may = g.slack + kPart * (g.greatest + g.exchanged);
     // Of what was lost on the way some may have been stored where nobody counts it.
     const bool thrown = g.balance - g.least > may && g.kinetic > (g.balance - g.least) / 2;

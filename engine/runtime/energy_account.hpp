@@ -28,6 +28,8 @@ namespace pantin::detail {
 
 /// J, of a body's motion.
 Real kinetic_energy(const Body& body);
+/// m, about the axis about which it is largest.
+Real radius_of_gyration(const Body& body);
 
 class EnergyAccount {
  public:
@@ -57,6 +59,10 @@ class EnergyAccount {
   }
   /// Whether the balance of a body is asked for.
   bool is_asked(std::uint32_t slot) const;
+  /// J: the most kinetic energy so far of all that a body is joined to or has touched.
+  Real greatest_of(std::uint32_t slot) {
+    return slot < groups_.size() ? groups_[sets_.root(slot)].greatest : 0;
+  }
   /// After end_substep(): how far the coordinates of joints moved.
   std::span<const EnergyStore> stores() const { return stores_; }
 
@@ -121,7 +127,7 @@ class EnergyAccount {
   void add_stores(const World& world, Real h);
   Way way_of(const World& world, std::uint32_t holder) const;
   void leave_out(const World& world);
-  void note_cable_blows(const World& world, Real h);
+  void add_cable_blows(const World& world, Real h);
   void add_leads(const World& world, Real h);
   void join(std::uint32_t a, std::uint32_t b);
   void close(const World& world, Real h);
@@ -137,8 +143,8 @@ class EnergyAccount {
   std::vector<Hold> holds_;
   /// How a cable was.
   struct Rope {
-    Real length = 0;             // m, that it may have
-    Real slack = 0, faster = 0;  // m; m/s, how fast that shrinks
+    Real length = 0;  // m, that it may have
+    Real faster = 0;  // m/s, by which its ends part
   };
   static Rope rope_of(const World& world, std::uint32_t cable);
   std::vector<Rope> ropes_;  // after the last substep

@@ -12,8 +12,9 @@ namespace {
 constexpr Real kLately = 1, kOften = 0.05;
 /// Of the kinetic energy: so much may be taken away in a second.
 constexpr Real kLittle = 0.25;
-/// Of a body's radius of gyration: what lifts it so high is nothing.
-constexpr Real kLift = 0.03;
+/// Of the energy that there ever was, and of a body's radius of gyration: what lifts it so high, or
+/// moves it so far in a second, is nothing.
+constexpr Real kTrifle = 1e-3, kLift = 0.03;
 
 FindingKind kind_of(EnergyAccount::Change::Kind kind) {
   switch (kind) {
@@ -66,9 +67,11 @@ bool Monitor::is_much_removed(const World& world, const StepReport& report, Real
     if (const Body& b = world.bodies.values()[i];
         slot < islands.size() && islands[i] == islands[slot]) {
       kinetic += kinetic_energy(b);
-      slack += kLift * g * std::sqrt(b.mass * std::max({b.inertia.x, b.inertia.y, b.inertia.z}));
+      const Real lift = kLift * radius_of_gyration(b);
+      slack += b.mass * lift * (g + lift);
     }
   energies_.kinetic = std::max(energies_.kinetic, kinetic);
+  slack += kTrifle * energy_.greatest_of(slot);
   return energies_.removed > slack + kLittle * energies_.kinetic;
 }
 

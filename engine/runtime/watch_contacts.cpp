@@ -22,6 +22,10 @@ constexpr Real kThrough = 0.9;
 constexpr Real kStraight = 0.25;
 /// s: until it counts. Rests what moves slower than that part of sqrt(g thickness).
 constexpr Real kAtRestFor = 0.5, kSlow = 0.02;
+/// Of the thickness, and s: what moves counts while it lies deeper than that, in proportion to its
+/// depth: a whole thickness for so long, or two for half as long. No blow explains that. What
+/// begins in something has so much more time to come out.
+constexpr Real kMostly = 0.5, kMovingFor = 0.15, kToComeOut = 0.25;
 constexpr Real kTiny = 1e-9;  // m
 
 /// The middle half of a shape: what remains when a quarter of its thickness is taken off all
@@ -35,6 +39,14 @@ Shape core_of(const Shape& shape, Real half_thickness) {
   if (shape.kind == ShapeKind::capsule || shape.kind == ShapeKind::box) return core;
   core.kind = ShapeKind::sphere, core.size = Vec3(off, 0, 0), core.surface = nullptr;
   return core;
+}
+
+/// m; of what is not convex no more than that of the box around it.
+Real thickness_of(const Shape& shape, Real half_thickness) {
+  if (half_thickness > 0 || is_unbounded(shape.kind)) return 2 * half_thickness;
+  const Aabb box = bounds_of(shape, Pose{});
+  const Vec3 size = box.high - box.low;
+  return std::min({size.x, size.y, size.z});
 }
 
 Real turn_between(Quat a, Quat b) { return glm::length(rotation_vector(b * glm::conjugate(a))); }
@@ -65,7 +77,7 @@ void ContactWatch::compile(const World& world) {
   const std::size_t count = world.bodies.size();
   solids_.clear(), unbounded_.clear();
   thickness_.assign(count, 0), shallow_.assign(count, 0), rests_for_.assign(count, 0),
-      depth_.assign(count, 0);
+      depth_.assign(count, 0), mired_.assign(count, {0, 0, -kToComeOut});
   before_.assign(count, {}), leaps_.assign(count, 1);
   for (std::uint32_t slot = 0; slot < count; ++slot) {
     const Entity e = world.bodies.owners()[slot];
@@ -80,7 +92,8 @@ void ContactWatch::compile(const World& world) {
       if (is_unbounded(shape.kind))
         unbounded_.push_back(static_cast<std::uint32_t>(solids_.size()));
       solids_.push_back({slot, i, core_of(shape, half), half, reach_of(shape)});
-      if (half > 0) thinnest = std::min(thinnest, 2 * half);
+      if (const Real thick = thickness_of(shape, half); thick > 0)
+        thinnest = std::min(thinnest, thick);
     }
     thickness_[slot] = thinnest < 1e300 ? thinnest : 0;
     shallow_[slot] =
@@ -181,6 +194,7 @@ void ContactWatch::end_step(const World& world, Real h, FindingList& found) {
   const std::vector<Contact>& contacts = contacts_of(world);
   if (contacts.empty() || thickness_.size() != world.bodies.size()) return;
   std::fill(depth_.begin(), depth_.end(), Real(0));
+  for (Mired& m : mired_) m.part = m.depth = 0;
   const Real g = glm::length(world.gravity);
   for (const Contact& c : contacts) {
     const Body &a = world.bodies.values()[c.slot_a], &b = world.bodies.values()[c.slot_b];
@@ -188,6 +202,8 @@ void ContactWatch::end_step(const World& world, Real h, FindingList& found) {
     const bool a_is_smaller = on_b == 0 || on_a < on_b;
     const Real thin = a_is_smaller ? on_a : on_b;
     if (!(c.depth > shallow_[a_is_smaller ? c.slot_a : c.slot_b]) || !(thin > 0)) continue;
+    if (Mired& m = mired_[c.slot_a]; c.depth > m.part * thin)
+      m.part = c.depth / thin, m.depth = c.depth;
     const auto speed_at = [](const Body& body, Vec3 point) {
       return body.velocity + glm::cross(body.angular_velocity, body.pose.rotation * point);
     };
@@ -200,6 +216,9 @@ void ContactWatch::end_step(const World& world, Real h, FindingList& found) {
     rests_for_[i] = depth_[i] > 0 ? rests_for_[i] + h : 0;
     if (rests_for_[i] > kAtRestFor)
       found.note(FindingKind::sunk, world.bodies.owners()[i], depth_[i]);
+    Mired& m = mired_[i];
+    m.for_long = m.part > kMostly ? m.for_long + h * m.part : 0;
+    if (m.for_long > kMovingFor) found.note(FindingKind::sunk, world.bodies.owners()[i], m.depth);
   }
 }
 

@@ -28,6 +28,12 @@ class ContactWatch {
     Real half_thickness = 0, reach = 0;  // m
   };
 
+  /// How deep a body lies in another one, at rest or not.
+  struct Mired {
+    Real part = 0, depth = 0;  // of the thickness of the thinner one; m; in this step
+    Real for_long = 0;         // s, times that part, on end
+  };
+
   bool may_meet(const World& world, std::uint32_t a, std::uint32_t b) const;
   bool is_fast(const World& world, const Solid& s) const;
   void place_boxes(const World& world);
@@ -39,6 +45,7 @@ class ContactWatch {
   std::vector<std::uint8_t> leaps_;                    // by slot: was placed anew
   std::vector<Real> thickness_, shallow_, rests_for_;  // by slot: m, of the thinnest shape; m; s
   std::vector<Real> depth_;                            // m, by slot, of this step
+  std::vector<Mired> mired_;                           // by slot
   std::vector<Aabb> boxes_;                            // of the ways of all solids
   AabbTree tree_;
   std::vector<std::uint64_t> joined_;  // see engine/world/joined.hpp

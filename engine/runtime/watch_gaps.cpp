@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/joints/kinds.hpp"
+#include "engine/runtime/energy_account.hpp"
 #include "engine/world/cable_route.hpp"
 #include "engine/world/partition.hpp"
 
@@ -31,7 +32,8 @@ Real coordinate_of(const World& world, const Link& link, Coordinate which, Real 
 
 }  // namespace
 
-/// How far the anchors of a mechanism lie apart, as it was built; of bodies it is added up.
+/// How far the anchors of a mechanism lie apart, as it was built, and no less than the radii of
+/// gyration of its bodies: a wheel may be held at its centre alone.
 void GapWatch::find_sizes(const World& world) {
   sizes_.assign(world.bodies.size(), 0);
   const Partition& partition = partition_of(world);
@@ -56,8 +58,10 @@ void GapWatch::find_sizes(const World& world) {
     add_both(c.a, c.b, c.joint.anchor_a, c.joint.anchor_b);
   for (std::uint32_t i = 0; i < sizes_.size() && i < partition.island.size(); ++i) {
     const std::uint32_t island = partition.island[i];
+    const Body& b = world.bodies.values()[i];
+    if (b.motion == Motion::dynamic) sizes_[i] = radius_of_gyration(b);
     if (island != Owner::kNone && low[island].x <= high[island].x)
-      sizes_[i] = glm::length(high[island] - low[island]);
+      sizes_[i] = std::max(sizes_[i], glm::length(high[island] - low[island]));
   }
 }
 

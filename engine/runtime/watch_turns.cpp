@@ -248,7 +248,7 @@ void TurnWatch::check_spring(const World& world, Real h, const EnergyStore& s, F
   Real least = kSwing;
   if (s.along == Coordinate::travel) {
     const Vec3 apart = world.bodies[link.a].pose.position - world.bodies[link.b].pose.position;
-    least *= glm::length(apart);
+    least *= std::max(glm::length(apart), radius_of_gyration(world.bodies.values()[s.body]));
   }
   if (std::abs(s.moved) < least) return;
   const std::uint32_t a = world.bodies.slot(link.a), b = world.bodies.slot(link.b);

@@ -44,7 +44,9 @@ constexpr FindingInfo kInfos[] = {
      "Take a shorter step; of \"lagrangian\" the stabilisation \"projection\"."},
     {"sunk", "m",
      "A body at rest lies deeper in another one than a hundredth of the smaller one's size, or a "
-     "twentieth of its thickness, for longer than half a second.",
+     "twentieth of its thickness, for longer than half a second; or one that moves is in by the "
+     "whole thickness of the thinner one for longer than 0.15 s, or by a part above half of it for "
+     "longer in proportion.",
      "Take a shorter step or more substeps; make the heavy body lighter or what bears it heavier."},
     {"passed_through", "m",
      "The middle half of a body came to the other side of one that it collides with.",
@@ -60,7 +62,7 @@ constexpr FindingInfo kInfos[] = {
      "Take a shorter step, make the spring softer, or give it the damping that it is to have."},
     {"energy_limited", "J",
      "For more than a twentieth of the last second the solver took energy away that its own steps "
-     "had made, by more than a quarter of what moves the bodies.",
+     "had made, by more than a quarter of what moves the bodies and a thousandth of what ever did.",
      "Take a shorter step; check whether bodies begin within one another."},
     {"step_rescued", "s",
      "For more than a twentieth of the last second Euler's method took steps that the integrator "
