@@ -87,18 +87,19 @@ TEST_CASE("a wheel that a joint holds at its centre has a size, and rounding is 
 }
 
 TEST_CASE("what a solver takes from a wheel that its stop has brought to rest is not told") {
-  for (const Real h : {1.0 / 20, 1.0 / 30, 1.0 / 60}) {
+  for (const Real speed : {5, 50, 150, 500}) {
+    const Real h = 1.0 / 30;
     World w;
     w.gravity = Vec3(0);
     const Entity wheel =
         w.add(RigidBody{
-                  .mass = 1.0, .inertia = Mat3(0.02), .angular_velocity = {0, 0, 50}, .drag = 0})
+                  .mass = 1.0, .inertia = Mat3(0.02), .angular_velocity = {0, 0, speed}, .drag = 0})
             .value();
     const Entity base = w.add(RigidBody{.motion = Motion::fixed}).value();
     w.add(HingeJoint{.a = base, .b = wheel, .axis = {0, 0, 1}, .limits = Interval{-1, 1}}).value();
     Simulation sim(std::move(w), {h, 1, 1, false, true});
     while (sim.world.time < 2) sim.step();
-    INFO(h);
+    INFO(speed);
     CHECK(sim.findings().empty());
   }
 }

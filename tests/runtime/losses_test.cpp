@@ -1,5 +1,6 @@
 // What contacts, drag and blows of cables take is paid for; what is lost besides is told.
 #include <catch2/catch.hpp>
+#include <pantin/pantin.hpp>
 
 #include "engine/base/rotation.hpp"
 #include "engine/runtime/simulation.hpp"
@@ -74,13 +75,42 @@ TEST_CASE("energy that an integrator loses is told where cables act, blows of th
   w.add_link(w.add_body(hook), hung, {{}, {-0.5, 0, 0}});
   // From beside the rod to beside the ball: it lets go and goes taut again.
   w.add_cable(hung, w.add_body(ball), {{0, 1, 0}, {1.5, 0, 0}, std::sqrt(7.25), 0});
-  for (const Real h : {1.0 / 60, 1.0 / 240, 1.0 / 960}) {
+  for (const Real h : {1.0 / 240, 1.0 / 960}) {
     ask(w, Solver::lagrangian, Integrator::euler);
     CHECK(losses_of(w, h, 2) > 0);
     ask(w, Solver::lagrangian, Integrator::rk4);
     CHECK(losses_of(w, h, 3) == 0);
     ask(w, Solver::articulated, Integrator::rk4);
     CHECK(losses_of(w, h, 3) == 0);
+  }
+}
+
+TEST_CASE("what a blow of a cable is paid for is no more than its impulse can take") {
+  for (const Real mass : {0.3, 0.8, 1.0, 1.5, 3.0}) {
+    World w;
+    const Entity rod = w.add(RigidBody{.shape = CapsuleShape{.radius = 0.02, .half_length = 0.45},
+                                       .mass = 1.0,
+                                       .position = {0.5, 0, 0},
+                                       .rotation = from_rotation_vector({0, 0, kPi / 2}),
+                                       .drag = 0})
+                           .value();
+    const Entity ball = w.add(RigidBody{.shape = SphereShape{.radius = 0.1},
+                                        .mass = mass,
+                                        .position = {1.5, 0, 0},
+                                        .drag = 0})
+                            .value();
+    const Entity hook = w.add(RigidBody{.motion = Motion::fixed}).value();
+    w.add_link(hook, rod, {{}, {0, 0.5, 0}});
+    w.add_cable(rod, ball, {{0, -0.5, 0}, {}, 0.5, 0});  // taut from the start
+    INFO(mass);
+    ask(w, Solver::lagrangian, Integrator::euler);
+    CHECK(losses_of(w, 1.0 / 60, 1) > 0);
+    for (const Integrator by : {Integrator::rattle, Integrator::rk4}) {
+      ask(w, Solver::lagrangian, by);
+      CHECK(losses_of(w, 1.0 / 60, 1) == 0);
+    }
+    ask(w, Solver::articulated, Integrator::rk4);
+    CHECK(losses_of(w, 1.0 / 60, 1) == 0);
   }
 }
 
