@@ -96,22 +96,41 @@ std::string knowing(Feature feature) {
 
 namespace {
 
-/// The first pin of each body that has more than its solver can take.
-void check_pins(const BuiltScene& built, const std::vector<Solver>& solvers,
-                BuildMessages& messages) {
-  std::vector<std::size_t> pins(built.bodies.size(), 0);
-  std::vector<const BuiltPin*> first(built.bodies.size(), nullptr);
+/// What holds each body: how much of it, and the first that does.
+struct Holders {
+  std::string_view what;
+  std::size_t most = 0;
+  std::vector<std::size_t> count{};
+  std::vector<ElementId> first{};
+
+  void add(std::uint32_t body, ElementId at) {
+    if (count[body]++ == 0) first[body] = at;
+  }
+};
+
+/// The first pin, or joint to what is fixed, of each body that has more than its solver can take.
+void check_holders(const BuiltScene& built, const std::vector<Solver>& solvers,
+                   BuildMessages& messages) {
+  const std::size_t bodies = built.bodies.size();
+  const auto none = [&](std::string_view what, std::size_t most) {
+    return Holders{what, most, std::vector<std::size_t>(bodies), std::vector<ElementId>(bodies)};
+  };
+  Holders pins = none("exact pins", kMostExactPins),
+          joints = none("joints to fixed bodies", kMostJointsToFixed);
   for (const BuiltPin& p : built.pins)
     for (const std::uint32_t body : {p.body, p.to})
-      if (p.pin.kind == PinKind::exact && built.is_dynamic(body) && pins[body]++ == 0)
-        first[body] = &p;
-  for (std::size_t body = 0; body < pins.size(); ++body)
-    if (pins[body] > kMostExactPins && solvers[body] == Solver::lagrangian)
-      messages.error(first[body]->at, "",
-                     "found " + std::to_string(pins[body]) + " exact pins of body \"" +
-                         built.bodies[body].name +
-                         "\" solved by \"lagrangian\", expected at most " +
-                         std::to_string(kMostExactPins) + "; three hold a body");
+      if (p.pin.kind == PinKind::exact && built.is_dynamic(body)) pins.add(body, p.at);
+  for (const BuiltJoint& j : built.joints)
+    if (built.is_dynamic(j.a) != built.is_dynamic(j.b))
+      joints.add(built.is_dynamic(j.a) ? j.a : j.b, j.at);
+  for (const Holders* of : {&pins, &joints})
+    for (std::size_t body = 0; body < bodies; ++body)
+      if (of->count[body] > of->most && solvers[body] == Solver::lagrangian)
+        messages.error(of->first[body], "",
+                       "found " + std::to_string(of->count[body]) + " " + std::string(of->what) +
+                           " of body \"" + built.bodies[body].name +
+                           "\" solved by \"lagrangian\", expected at most " +
+                           std::to_string(of->most) + "; three hold a body");
 }
 
 }  // namespace
@@ -159,7 +178,7 @@ void check_solvers(const BuiltScene& built, const std::vector<Solver>& solvers,
           error(s.at, {"over", "guides of cable \"" + s.name + "\"", Feature::cable_guide},
                 solvers[body]);
   }
-  check_pins(built, solvers, messages);
+  check_holders(built, solvers, messages);
 }
 
 namespace {

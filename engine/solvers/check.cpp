@@ -159,25 +159,39 @@ void list_impossible(const Plans& owners) {
                 p.body, p.to);
 }
 
-/// Bodies with more exact pins than `lagrangian` can solve for are not stepped.
+/// Bodies with more exact pins, or joints to what is fixed, than `lagrangian` can solve for are not
+/// stepped.
 void list_overheld(const Plans& owners) {
   const World& world = owners.world;
-  std::vector<std::size_t> pins(world.bodies.size(), 0);
+  std::vector<std::size_t> pins(world.bodies.size(), 0), joints(pins);
   for (const Pin& p : world.pins.values()) {
     if (p.kind != PinKind::exact) continue;
     for (const Entity e : {p.body, p.to})
       if (const std::uint32_t slot = world.bodies.slot(e); slot != kNoSlot) ++pins[slot];
   }
-  for (std::size_t slot = 0; slot < pins.size(); ++slot) {
+  for (const Link& l : world.links.values()) {
+    const std::uint32_t a = world.bodies.slot(l.a), b = world.bodies.slot(l.b);
+    if (a == kNoSlot || b == kNoSlot) continue;
+    const auto is_dynamic = [&](std::uint32_t slot) {
+      return world.bodies.values()[slot].motion == Motion::dynamic;
+    };
+    if (is_dynamic(a) != is_dynamic(b)) ++joints[is_dynamic(a) ? a : b];
+  }
+  const auto check = [&](std::size_t slot, std::size_t found, std::size_t most,
+                         std::string_view what) {
     const Entity e = world.bodies.owners()[slot];
     const SolverSettings* how = owners.settings(e);
-    if (pins[slot] <= kMostExactPins || !how || how->solver != Solver::lagrangian) continue;
-    owners.partition.faults.push_back(
-        {e,
-         "has " + std::to_string(pins[slot]) + " exact pins, expected at most " +
-             std::to_string(kMostExactPins) + " under \"lagrangian\"; three hold a body",
-         StructureFault::impossible, false});
+    if (found <= most || !how || how->solver != Solver::lagrangian) return;
+    owners.partition.faults.push_back({e,
+                                       "has " + std::to_string(found) + " " + std::string(what) +
+                                           ", expected at most " + std::to_string(most) +
+                                           " under \"lagrangian\"; three hold a body",
+                                       StructureFault::impossible, false});
     owners.stop(e);
+  };
+  for (std::size_t slot = 0; slot < pins.size(); ++slot) {
+    check(slot, pins[slot], kMostExactPins, "exact pins");
+    check(slot, joints[slot], kMostJointsToFixed, "joints to fixed bodies");
   }
 }
 

@@ -182,6 +182,26 @@ TEST_CASE("memory that runs out within a step ends it, and the next one goes on"
   }
 }
 
+TEST_CASE("more joints of a body to fixed ones than can be solved for are told likewise") {
+  for (const int count : {128, 129}) {
+    World w;
+    w.default_settings.solver = Solver::lagrangian;
+    const Entity body = w.add_body({}, "body");
+    Body fixed;
+    fixed.motion = Motion::fixed;
+    const Entity wall = w.add_body(fixed, "wall");
+    for (int i = 0; i < count; ++i) w.add_link(wall, body, {{0.01 * i, 0, 0}, {0.01 * i, 0, 0}});
+    const std::vector<StructureFault> faults = check(w);
+    REQUIRE(faults.size() == (count == 129 ? 1u : 0u));
+    if (count == 128) continue;
+    CHECK(faults[0].link == body);
+    CHECK(faults[0].kind == StructureFault::impossible);
+    CHECK(faults[0].reason.find("129 joints to fixed bodies") != std::string::npos);
+    Simulation sim(std::move(w), {1.0 / 60});
+    CHECK(sim.step().status != Status::ok);
+  }
+}
+
 TEST_CASE("more exact pins of a body than can be solved for are told before a step is tried") {
   for (const int count : {64, 65}) {
     World w;
