@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "engine/solvers/articulated/articulated.hpp"
+#include "engine/solvers/articulated/conserving_joints.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 
 namespace pantin::detail::articulated {
@@ -16,8 +17,8 @@ constexpr Real kRounding = 1e-6;
 /// One that would lose much energy is taken in up to so many parts: rods that snap straight.
 constexpr int kResolvingParts = 16;
 constexpr int kMostIterations = 8, kMostTiedIterations = 16;
-/// Parts tried in a step, converged or not: bounds its cost.
-constexpr int kMostAttempts = 48, kTiedAttempts = 4;
+/// Parts tried in a step, converged or not, the second where joints have limits: bounds its cost.
+constexpr int kMostAttempts = 48, kLimitedAttempts = 96, kTiedAttempts = 4;
 /// Steps taken by projection after one that did not converge: bounds the cost of wild motion.
 constexpr int kProjectedSteps = 30;
 /// rad: the next iteration would rotate by about its square. Free trees have no anchor that would
@@ -141,6 +142,7 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
   bool yields = false, inner = true;
   begin_joints(world, a);
   const bool is_tied = has_rows(a) || !a.joints.empty();
+  const int most_attempts = any_limit(a) ? kLimitedAttempts : kMostAttempts;
   const bool hangs = !a.cables.empty() && a.pins.empty() && a.joints.empty();
   if (has_rows(a))
     for (std::size_t c = 0; c < a.count(); ++c) a.scratch.lambdas[c] = a.memory.vec(kLambda, c);
@@ -150,6 +152,7 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
   forget_rows();
   const Real longest = first_part(world, a, h);
   Real part = longest, usual = longest;  // the second but for ends at blows
+  Real bent = kParts;                    // as far as cones let the way be straight
   for (int attempt = 1; left > 0; ++attempt) {
     if (left - part < kRounding) part = left;
     const StepPart now{1 - left / kParts, part < left ? 1 - (left - part) / kParts : 1, h, yields};
@@ -157,7 +160,7 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
     if (is_tied) begin_ties(world, a, now);
     if (!a.joints.empty())
       begin_limits(world, a, now,
-                   2 * attempt < kMostAttempts ? Blows::followed : Blows::within_part);
+                   2 * attempt < most_attempts ? Blows::followed : Blows::within_part);
     const ConservingInput in{h * part / kParts,
                              {world.gravity.x, world.gravity.y, world.gravity.z},
                              a.scratch.targets.data(),
@@ -174,18 +177,21 @@ bool step_conserving(World& world, Island& a, Real h, Entity& lost) {
                              nullptr,
                              nullptr,
                              most_due(a, part, attempt)};
-    TiedPart with{now, part, 4 * attempt < kMostAttempts};
-    if (is_tied ? conserve_tied(world, a, in, with) : kernels().conserve(view_of(world, a), in)) {
+    TiedPart with{now, part, 4 * attempt < kMostAttempts, 2 * attempt < most_attempts};
+    const bool is_taken =
+        is_tied ? conserve_tied(world, a, in, with) : kernels().conserve(view_of(world, a), in);
+    bent = with.longest < kParts ? with.longest : is_taken ? 2 * bent : bent;
+    if (is_taken) {
       if (is_tied) store_ties(a, now);
       if (!a.joints.empty()) store_joints(world, a, now);
       inner = inner && with.inner;
       left -= part;
       if (with.struck) usual = longest;
-      part = std::min(usual, left);
+      part = std::min({usual, bent, left});
       forget_rows();
-    } else if (with.shorter > 0 && attempt < kMostAttempts) {
+    } else if (with.shorter > 0 && attempt < most_attempts) {
       part = with.shorter;
-    } else if (part > 1 && attempt < kMostAttempts) {
+    } else if (part > 1 && attempt < most_attempts) {
       part = usual = part / 2;
       // Loops that cannot be closed in shorter parts either give way in what is left.
       if (!yields && has_loops(a) && attempt >= kTiedAttempts) yields = true, part = usual = left;

@@ -16,12 +16,18 @@ namespace {
 constexpr Real kAtLimit = 1e-10;  // rad: a joint is at its limit
 constexpr Real kHit = 1e-6;       // rad: so near, it is hit at the end of a part
 /// rad: what the iterations leave of a limit that is held.
-constexpr Real kRounding = 1e-9;
+constexpr Real kRounding = 1e-8;
 /// rad, on the way over the step: a blow that is slower is not followed to its time.
 constexpr Real kSlow = 1e-4;
 /// Of a step: limits that are hit within that time of one another are hit at once. Which of two
 /// comes first would be an error of the step, and decides how what is alike on both sides goes on.
 constexpr Real kTogether = 0.1;
+/// rad^2/s, times the step: the square of the angle by which a cone's gradient turns over a part,
+/// at most. What slides along a cone goes round it, thin rods in milliseconds; the error of the
+/// mid- point rule is as that square, and so falls as the step.
+constexpr Real kBend = 0.3;
+/// In the shortest units of time: no part is shorter for that.
+constexpr Real kShortestBend = 4;
 /// In the shortest units of time: no part ends earlier.
 constexpr Real kSoonest = 1e-3;
 /// rad: the side on which a narrower cone is touched changes within a step.
@@ -55,6 +61,32 @@ Real time_of_blow(const ConservingLimit& l, Real h) {
   const Real from = std::max(Real(0), l.clearance_before - 0.5 * kHit), way = l.rate * h;
   const Real bend = l.clearance_before - way - l.clearance;
   return 2 * from / (way + std::sqrt(std::max(Real(0), way * way + 4 * bend * from)));
+}
+
+/// rad: how far the gradients of cones that hold turn over the part, seen from the parents.
+Real bend_of(const StiffStep& s) {
+  constexpr std::size_t kSwing = 2;  // behind the two of the twist
+  Real bend = 0;
+  for (std::size_t c = 0; c < s.a.joints.size(); ++c) {
+    if (!has_limits(s.a, c) || turns_of(s.a.joints[c].joint.kind) != Turns::freely) continue;
+    const ConservingLimit& l = s.a.scratch.conserving_nodes[c].limits[kSwing];
+    if (!l.watched || !l.acts) continue;
+    const JointEnds ends = ends_of(s, c);
+    const Vec3 carried = ends.parent1 * (glm::conjugate(ends.parent0) * l.along_before);
+    bend = std::max(bend, glm::distance(glm::normalize(l.along), glm::normalize(carried)));
+  }
+  return bend;
+}
+
+/// Whether the part has to be taken again, as cones bend the way too far in it.
+bool cones_bend(const StiffStep& s, TiedPart& with) {
+  const Real bend = bend_of(s), most = std::sqrt(kBend * s.part.whole);
+  if (!with.may_divide || bend <= kRounding) return false;
+  with.longest =
+      std::max(kShortestBend, 0.8 * most / bend * with.units);  // it may turn faster then
+  if (bend <= most || with.longest >= with.units) return false;
+  with.shorter = with.longest;
+  return true;
 }
 
 /// Half the impulse with which a limit that is held pushes over the part.
@@ -183,6 +215,7 @@ bool limits_end_early(const StiffStep& s, TiedPart& with) {
     with.shorter = std::max(first * with.units, kSoonest);
     return true;
   }
+  if (cones_bend(s, with)) return true;
   with.struck = with.struck || hit;
   return false;
 }

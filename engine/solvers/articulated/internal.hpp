@@ -124,11 +124,13 @@ struct TiedPart {
   const StepPart& part;
   Real units = 1;  // its length, in the shortest units of time
   bool may_end_early = true;
-  int iterations = 0;     // so far
-  bool tautened = false;  // in the last one cables became taut
-  Real shorter = 0;       // it has to be taken again in so many units: a cable is taut then
-  bool inner = true;      // no tie leads to the world or to another tree
-  bool struck = false;    // cables pulled tight, or limits that were hit, took energy
+  bool may_divide = true;  // where cones bend the way
+  int iterations = 0;      // so far
+  bool tautened = false;   // in the last one cables became taut
+  Real shorter = 0;    // it has to be taken again in so many units: a cable is taut, or a limit hit
+  Real longest = 1e9;  // units of the next one at most, as far as cones bend the way
+  bool inner = true;   // no tie leads to the world or to another tree
+  bool struck = false;  // cables pulled tight, or limits that were hit, took energy
 };
 bool conserve_tied(World& world, Island& a, ConservingInput in, TiedPart& with);
 void reserve_ties(Island& a);
