@@ -11,9 +11,9 @@ namespace {
 /// m/s: what overlaps is pushed apart no faster.
 constexpr Real kPushSpeed = 1;
 constexpr int kPointIterations = 8;
-/// Friction and rolling friction of a pair are iterated until they change by less than this part of
-/// what they did at first.
-constexpr Real kRollingTolerance = 0.05;
+/// What acts between a pair is iterated until it changes by less than this part of what it did at
+/// first.
+constexpr Real kPairTolerance = 0.05;
 /// Of a contact of bodies in trees, as a fraction of that without joints.
 constexpr Real kLeastResponse = 1e-4;
 
@@ -64,6 +64,8 @@ Real solve_points(const Group& g, std::span<GroupContact> points, const Substep&
   const auto working = std::count_if(points.begin(), points.end(), [](auto& c) { return c.works; });
   if (working == 0) return most;
   const bool rolls = points.front().rolling != kNoNode;
+  // What is left of a pair of trees would swing on through their joints.
+  const bool converges = rolls || s.hard || g.trees.empty();
   const int iterations = working > 1 || rolls ? kPointIterations : 1;
   Pair pair = begin_pair(g, pair_of(points.front()));
   for (int n = 0; n < iterations; ++n) {
@@ -80,8 +82,7 @@ Real solve_points(const Group& g, std::span<GroupContact> points, const Substep&
     if (rolls) now = std::max(now, solve_rolling(g, pair, g.rollings[points.front().rolling]));
     most = std::max(most, now);
     if (n == 0) first = now;
-    if ((s.hard ? now <= s.enough : now == 0) ||
-        ((rolls || s.hard) && now <= kRollingTolerance * first))
+    if ((s.hard ? now <= s.enough : now == 0) || (converges && now <= kPairTolerance * first))
       break;
   }
   if (most > 0) end_pair(g, pair_of(points.front()), pair);
