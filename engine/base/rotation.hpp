@@ -1,5 +1,7 @@
 #pragma once
 /// Rotations as quaternions and as rotation vectors (axis times angle, radians).
+#include <algorithm>
+
 #include "engine/base/math.hpp"
 
 namespace pantin {
@@ -38,6 +40,11 @@ inline Quat fraction_of(Quat rotation, Real k) {
 /// rad/s.
 inline Vec3 angular_velocity_between(Quat from, Quat to, Real h) {
   return rotation_vector(to * glm::conjugate(from)) / h;
+}
+
+/// m, about the axis about which it is largest; of principal moments.
+inline Real radius_of_gyration(Vec3 inertia, Real mass) {
+  return std::sqrt(std::max({inertia.x, inertia.y, inertia.z}) / mass);
 }
 
 /// The world inertia of principal moments `inertia` (body axes) at `rotation`.

@@ -62,6 +62,10 @@ struct TouchedPlace {
     const Real length = glm::length(across);
     return length > 0 ? place + circle / length * across : place;
   }
+  /// How fast the farthest point of the circle goes around the normal while the body turns, rad/s.
+  Real rate_around(Quat rotation, Vec3 spin, Vec3 normal) const;
+  /// Whether this is a point of the body on the circle of `rim`.
+  bool lies_on(const TouchedPlace& rim) const;
 };
 TouchedPlace touched_place(const World& world, const Contact& contact, const Touching& at);
 

@@ -1,4 +1,5 @@
 // Where bodies are touched while they turn.
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -13,8 +14,10 @@ namespace {
 // Of one that leans more the lowest point goes around, 1 - cos from the farthest; points of the rim
 // beside it, by this cosine, are that one too, since it may come to where they are within the step.
 constexpr Real kUpright = 1e-3, kBeside = 0.5, kFarthest = 1e-9;
-// Of the size.
-constexpr Real kOnRim = 1e-6;
+// Of the size; of the circle, of places that were found apart.
+constexpr Real kOnRim = 1e-6, kOnCircle = 1e-4;
+// The least square of the sine of a lean by which anything is divided.
+constexpr Real kLeastLean = 1e-12;
 
 /// Whether a point, in the shape's frame, lies on the circle about its axis on which the farthest
 /// one along a direction does.
@@ -26,6 +29,19 @@ bool is_on_rim(const Shape& s, Vec3 point, Vec3 outward) {
 }
 
 }  // namespace
+
+Real TouchedPlace::rate_around(Quat rotation, Vec3 spin, Vec3 normal) const {
+  const Vec3 about = rotation * axis, lean = about - glm::dot(about, normal) * normal;
+  return glm::dot(normal, glm::cross(lean, glm::cross(spin, about))) /
+         std::max(glm::dot(lean, lean), kLeastLean);
+}
+
+bool TouchedPlace::lies_on(const TouchedPlace& rim) const {
+  const Vec3 from = core - rim.core;
+  const Real along = glm::dot(from, rim.axis);
+  return circle == 0 &&
+         std::abs(along) + std::abs(glm::length(from) - rim.circle) < kOnCircle * rim.circle;
+}
 
 Real rounding_of(const Shape& s, const Rolling& at) {
   const ShapeTraits& kind = traits_of(s.kind);

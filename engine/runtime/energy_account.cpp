@@ -45,7 +45,7 @@ bool is_dynamic(const Body& b) { return b.motion == Motion::dynamic; }
 
 Real size_of(const World& world, Entity e, const Body& b) {
   const Shapes* shapes = world.shapes.find(e);
-  return std::max(shapes ? contact::extent_of(*shapes) : 0, radius_of_gyration(b));
+  return std::max(shapes ? contact::extent_of(*shapes) : 0, radius_of_gyration(b.inertia, b.mass));
 }
 
 /// Before, after and on the way.
@@ -58,10 +58,6 @@ Real most_power(Vec3 force, const Speeds& v) {
 }
 
 }  // namespace
-
-Real radius_of_gyration(const Body& b) {
-  return std::sqrt(std::max({b.inertia.x, b.inertia.y, b.inertia.z}) / b.mass);
-}
 
 Real kinetic_energy(const Body& b) {
   const Vec3 spin = glm::conjugate(b.pose.rotation) * b.angular_velocity;
@@ -156,8 +152,8 @@ void EnergyAccount::compile(const World& world) {
       hold(sets_.root(body), kPlaces + i), holds_.push_back({body, kPlaces + i});
   }
   find_losses(world);
-  ropes_.resize(world.cables.size());
-  for (std::uint32_t i = 0; i < ropes_.size(); ++i) ropes_[i] = rope_of(world, i);
+  cables_.resize(world.cables.size());
+  for (std::uint32_t i = 0; i < cables_.size(); ++i) cables_[i] = state_of(world, i);
   list_stores(world, stores_);
   built_for_ = world.structure(), is_new_ = true;
 }
@@ -363,7 +359,7 @@ void EnergyAccount::leave_out(const World& world) {
   }
   const auto cables = world.cables.values();
   for (std::size_t i = 0; i < cables.size(); ++i) {
-    if (cables[i].joint.length == ropes_[i].length || cables[i].joint.compliance > 0) continue;
+    if (cables[i].joint.length == cables_[i].length || cables[i].joint.compliance > 0) continue;
     const auto leave = [&](Entity e) {
       if (const std::uint32_t slot = world.bodies.slot(e); slot != kNoSlot)
         groups_[sets_.root(slot)].is_asked = false;
@@ -373,7 +369,7 @@ void EnergyAccount::leave_out(const World& world) {
   }
 }
 
-EnergyAccount::Rope EnergyAccount::rope_of(const World& world, std::uint32_t cable) {
+EnergyAccount::CableState EnergyAccount::state_of(const World& world, std::uint32_t cable) {
   const Cable& c = world.cables.values()[cable];
   const Body *a = world.bodies.find(c.a), *b = world.bodies.find(c.b);
   if (!a || !b || c.joint.compliance > 0 || !c.guides.empty()) return {c.joint.length};
@@ -386,10 +382,10 @@ EnergyAccount::Rope EnergyAccount::rope_of(const World& world, std::uint32_t cab
 /// What goes taut takes half of its impulse times the speed that the impulse ends, whatever else
 /// holds its ends.
 void EnergyAccount::add_cable_blows(const World& world, Real h) {
-  for (std::uint32_t i = 0; i < ropes_.size(); ++i) {
+  for (std::uint32_t i = 0; i < cables_.size(); ++i) {
     const Cable& c = world.cables.values()[i];
-    const Rope before = std::exchange(ropes_[i], rope_of(world, i));
-    const Real ended = std::max({Real(0), before.faster, ropes_[i].faster});
+    const CableState before = std::exchange(cables_[i], state_of(world, i));
+    const Real ended = std::max({Real(0), before.rate, cables_[i].rate});
     const std::uint32_t a = world.bodies.slot(c.a), b = world.bodies.slot(c.b);
     for (const std::uint32_t slot : {a, b})
       if (slot != kNoSlot && is_dynamic(world.bodies.values()[slot])) {

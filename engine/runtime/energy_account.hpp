@@ -28,8 +28,6 @@ namespace pantin::detail {
 
 /// J, of a body's motion.
 Real kinetic_energy(const Body& body);
-/// m, about the axis about which it is largest.
-Real radius_of_gyration(const Body& body);
 
 class EnergyAccount {
  public:
@@ -142,12 +140,12 @@ class EnergyAccount {
   std::vector<EnergyStore> stores_;
   std::vector<Hold> holds_;
   /// How a cable was.
-  struct Rope {
+  struct CableState {
     Real length = 0;  // m, that it may have
-    Real faster = 0;  // m/s, by which its ends part
+    Real rate = 0;    // m/s, at which its ends part
   };
-  static Rope rope_of(const World& world, std::uint32_t cable);
-  std::vector<Rope> ropes_;  // after the last substep
+  static CableState state_of(const World& world, std::uint32_t cable);
+  std::vector<CableState> cables_;  // after the last substep
 };
 
 }  // namespace pantin::detail

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/rotation.hpp"
 #include "engine/world/partition.hpp"
 
 namespace pantin::detail {
@@ -67,7 +68,7 @@ bool Monitor::is_much_removed(const World& world, const StepReport& report, Real
     if (const Body& b = world.bodies.values()[i];
         slot < islands.size() && islands[i] == islands[slot]) {
       kinetic += kinetic_energy(b);
-      const Real lift = kLift * radius_of_gyration(b);
+      const Real lift = kLift * radius_of_gyration(b.inertia, b.mass);
       slack += b.mass * lift * (g + lift);
     }
   energies_.kinetic = std::max(energies_.kinetic, kinetic);

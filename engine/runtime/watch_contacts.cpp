@@ -77,7 +77,7 @@ void ContactWatch::compile(const World& world) {
   const std::size_t count = world.bodies.size();
   solids_.clear(), unbounded_.clear();
   thickness_.assign(count, 0), shallow_.assign(count, 0), rests_for_.assign(count, 0),
-      depth_.assign(count, 0), mired_.assign(count, {0, 0, -kToComeOut});
+      depth_.assign(count, 0), overlaps_.assign(count, {0, 0, -kToComeOut});
   before_.assign(count, {}), leaps_.assign(count, 1);
   for (std::uint32_t slot = 0; slot < count; ++slot) {
     const Entity e = world.bodies.owners()[slot];
@@ -194,7 +194,7 @@ void ContactWatch::end_step(const World& world, Real h, FindingList& found) {
   const std::vector<Contact>& contacts = contacts_of(world);
   if (contacts.empty() || thickness_.size() != world.bodies.size()) return;
   std::fill(depth_.begin(), depth_.end(), Real(0));
-  for (Mired& m : mired_) m.part = m.depth = 0;
+  for (Overlap& m : overlaps_) m.part = m.depth = 0;
   const Real g = glm::length(world.gravity);
   for (const Contact& c : contacts) {
     const Body &a = world.bodies.values()[c.slot_a], &b = world.bodies.values()[c.slot_b];
@@ -202,7 +202,7 @@ void ContactWatch::end_step(const World& world, Real h, FindingList& found) {
     const bool a_is_smaller = on_b == 0 || on_a < on_b;
     const Real thin = a_is_smaller ? on_a : on_b;
     if (!(c.depth > shallow_[a_is_smaller ? c.slot_a : c.slot_b]) || !(thin > 0)) continue;
-    if (Mired& m = mired_[c.slot_a]; c.depth > m.part * thin)
+    if (Overlap& m = overlaps_[c.slot_a]; c.depth > m.part * thin)
       m.part = c.depth / thin, m.depth = c.depth;
     const auto speed_at = [](const Body& body, Vec3 point) {
       return body.velocity + glm::cross(body.angular_velocity, body.pose.rotation * point);
@@ -216,7 +216,7 @@ void ContactWatch::end_step(const World& world, Real h, FindingList& found) {
     rests_for_[i] = depth_[i] > 0 ? rests_for_[i] + h : 0;
     if (rests_for_[i] > kAtRestFor)
       found.note(FindingKind::sunk, world.bodies.owners()[i], depth_[i]);
-    Mired& m = mired_[i];
+    Overlap& m = overlaps_[i];
     m.for_long = m.part > kMostly ? m.for_long + h * m.part : 0;
     if (m.for_long > kMovingFor) found.note(FindingKind::sunk, world.bodies.owners()[i], m.depth);
   }

@@ -29,7 +29,7 @@ class ContactWatch {
   };
 
   /// How deep a body lies in another one, at rest or not.
-  struct Mired {
+  struct Overlap {
     Real part = 0, depth = 0;  // of the thickness of the thinner one; m; in this step
     Real for_long = 0;         // s, times that part, on end
   };
@@ -45,7 +45,7 @@ class ContactWatch {
   std::vector<std::uint8_t> leaps_;                    // by slot: was placed anew
   std::vector<Real> thickness_, shallow_, rests_for_;  // by slot: m, of the thinnest shape; m; s
   std::vector<Real> depth_;                            // m, by slot, of this step
-  std::vector<Mired> mired_;                           // by slot
+  std::vector<Overlap> overlaps_;                      // by slot
   std::vector<Aabb> boxes_;                            // of the ways of all solids
   AabbTree tree_;
   std::vector<std::uint64_t> joined_;  // see engine/world/joined.hpp

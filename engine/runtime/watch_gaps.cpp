@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "engine/base/rotation.hpp"
 #include "engine/joints/kinds.hpp"
-#include "engine/runtime/energy_account.hpp"
 #include "engine/world/cable_route.hpp"
 #include "engine/world/partition.hpp"
 
@@ -59,7 +59,7 @@ void GapWatch::find_sizes(const World& world) {
   for (std::uint32_t i = 0; i < sizes_.size() && i < partition.island.size(); ++i) {
     const std::uint32_t island = partition.island[i];
     const Body& b = world.bodies.values()[i];
-    if (b.motion == Motion::dynamic) sizes_[i] = radius_of_gyration(b);
+    if (b.motion == Motion::dynamic) sizes_[i] = radius_of_gyration(b.inertia, b.mass);
     if (island != Owner::kNone && low[island].x <= high[island].x)
       sizes_[i] = std::max(sizes_[i], glm::length(high[island] - low[island]));
   }

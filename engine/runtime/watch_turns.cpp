@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/base/rotation.hpp"
 #include "engine/contact/contact.hpp"
 #include "engine/joints/kinds.hpp"
 #include "engine/runtime/energy_account.hpp"
@@ -248,7 +249,8 @@ void TurnWatch::check_spring(const World& world, Real h, const EnergyStore& s, F
   Real least = kSwing;
   if (s.along == Coordinate::travel) {
     const Vec3 apart = world.bodies[link.a].pose.position - world.bodies[link.b].pose.position;
-    least *= std::max(glm::length(apart), radius_of_gyration(world.bodies.values()[s.body]));
+    const pantin::Body& body = world.bodies.values()[s.body];
+    least *= std::max(glm::length(apart), radius_of_gyration(body.inertia, body.mass));
   }
   if (std::abs(s.moved) < least) return;
   const std::uint32_t a = world.bodies.slot(link.a), b = world.bodies.slot(link.b);
@@ -291,7 +293,7 @@ void TurnWatch::check_spring_pin(const World& world, Real h, const EnergyStore& 
     const Vec3 across =
         glm::cross(end.anchor, glm::conjugate(end.body->pose.rotation) * glm::normalize(gap));
     mobile += 1 / end.body->mass + glm::dot(across, across / inertia);
-    size = std::max(size, std::sqrt(std::max({inertia.x, inertia.y, inertia.z}) / end.body->mass));
+    size = std::max(size, radius_of_gyration(inertia, end.body->mass));
   }
   if (h * glm::length(rate) < kSwing * size) return;
   if (pin.damping * std::sqrt(mobile) > 2 * kDamped * std::sqrt(pin.stiffness)) return;

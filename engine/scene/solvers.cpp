@@ -92,14 +92,9 @@ std::string knowing(Feature feature) {
   return told + ", or \"planar\" for what stays in a plane";
 }
 
-}  // namespace
-
-namespace {
-
 /// What holds each body: how much of it, and the first that does.
 struct Holders {
-  std::string_view what;
-  std::size_t most = 0;
+  const HoldBound& bound;
   std::vector<std::size_t> count{};
   std::vector<ElementId> first{};
 
@@ -112,11 +107,10 @@ struct Holders {
 void check_holders(const BuiltScene& built, const std::vector<Solver>& solvers,
                    BuildMessages& messages) {
   const std::size_t bodies = built.bodies.size();
-  const auto none = [&](std::string_view what, std::size_t most) {
-    return Holders{what, most, std::vector<std::size_t>(bodies), std::vector<ElementId>(bodies)};
+  const auto none = [&](const HoldBound& bound) {
+    return Holders{bound, std::vector<std::size_t>(bodies), std::vector<ElementId>(bodies)};
   };
-  Holders pins = none("exact pins", kMostExactPins),
-          joints = none("joints to fixed bodies", kMostJointsToFixed);
+  Holders pins = none(kExactPins), joints = none(kJointsToFixed);
   for (const BuiltPin& p : built.pins)
     for (const std::uint32_t body : {p.body, p.to})
       if (p.pin.kind == PinKind::exact && built.is_dynamic(body)) pins.add(body, p.at);
@@ -125,12 +119,12 @@ void check_holders(const BuiltScene& built, const std::vector<Solver>& solvers,
       joints.add(built.is_dynamic(j.a) ? j.a : j.b, j.at);
   for (const Holders* of : {&pins, &joints})
     for (std::size_t body = 0; body < bodies; ++body)
-      if (of->count[body] > of->most && solvers[body] == Solver::lagrangian)
+      if (of->count[body] > of->bound.most && solvers[body] == Solver::lagrangian)
         messages.error(of->first[body], "",
-                       "found " + std::to_string(of->count[body]) + " " + std::string(of->what) +
-                           " of body \"" + built.bodies[body].name +
+                       "found " + std::to_string(of->count[body]) + " " +
+                           std::string(of->bound.what) + " of body \"" + built.bodies[body].name +
                            "\" solved by \"lagrangian\", expected at most " +
-                           std::to_string(of->most) + "; three hold a body");
+                           std::to_string(of->bound.most) + "; three hold a body");
 }
 
 }  // namespace

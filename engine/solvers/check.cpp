@@ -177,21 +177,20 @@ void list_overheld(const Plans& owners) {
     };
     if (is_dynamic(a) != is_dynamic(b)) ++joints[is_dynamic(a) ? a : b];
   }
-  const auto check = [&](std::size_t slot, std::size_t found, std::size_t most,
-                         std::string_view what) {
+  const auto check = [&](std::size_t slot, std::size_t found, const HoldBound& bound) {
     const Entity e = world.bodies.owners()[slot];
     const SolverSettings* how = owners.settings(e);
-    if (found <= most || !how || how->solver != Solver::lagrangian) return;
-    owners.partition.faults.push_back({e,
-                                       "has " + std::to_string(found) + " " + std::string(what) +
-                                           ", expected at most " + std::to_string(most) +
-                                           " under \"lagrangian\"; three hold a body",
-                                       StructureFault::impossible, false});
+    if (found <= bound.most || !how || how->solver != Solver::lagrangian) return;
+    owners.partition.faults.push_back(
+        {e,
+         "has " + std::to_string(found) + " " + std::string(bound.what) + ", expected at most " +
+             std::to_string(bound.most) + " under \"lagrangian\"; three hold a body",
+         StructureFault::impossible, false});
     owners.stop(e);
   };
   for (std::size_t slot = 0; slot < pins.size(); ++slot) {
-    check(slot, pins[slot], kMostExactPins, "exact pins");
-    check(slot, joints[slot], kMostJointsToFixed, "joints to fixed bodies");
+    check(slot, pins[slot], kExactPins);
+    check(slot, joints[slot], kJointsToFixed);
   }
 }
 

@@ -10,8 +10,8 @@ constexpr FindingInfo kInfos[] = {
      "Take a shorter step; then the solver \"lagrangian\" with the integrator \"radau\"."},
     {"energy_lost", "J",
      "Bodies have lost more than drag, contacts and blows of cables take, by more than a twentieth "
-     "of "
-     "what moves them and a tenth of what contacts took. It is not asked where limits, friction or "
+     "of what moves them and a tenth of what contacts took. It is not asked where limits, friction "
+     "or "
      "motors of joints, elastic or guided cables, or pins act.",
      "Take a shorter step; of \"lagrangian\" an integrator of higher order: \"rk4\", \"radau\"."},
     {"angular_momentum_changed", "kg m^2/s",

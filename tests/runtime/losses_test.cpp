@@ -31,6 +31,16 @@ void ask(World& w, Solver solver, Integrator integrator) {
   w.default_settings.solver = solver, w.default_settings.integrator = integrator;
 }
 
+/// Asks that no energy is lost under the other methods, for `seconds` of steps of h.
+void check_nothing_lost(World& w, std::initializer_list<Integrator> exact, Real h, Real seconds) {
+  for (const Integrator by : exact) {
+    ask(w, Solver::lagrangian, by);
+    CHECK(losses_of(w, h, seconds) == 0);
+  }
+  ask(w, Solver::articulated, Integrator::rattle);
+  CHECK(losses_of(w, h, seconds) == 0);
+}
+
 constexpr Real kRadius = 0.05, kHalf = 0.25;
 
 /// Two rods, hinged by a ball at the origin, whirl against one another on a floor without friction.
@@ -57,12 +67,7 @@ TEST_CASE("energy that an integrator loses is told while bodies touch, too") {
   World w = whirled_rods();
   ask(w, Solver::lagrangian, Integrator::euler);
   CHECK(losses_of(w, 1.0 / 60, 2) > 0);
-  for (const Integrator by : {Integrator::rattle, Integrator::rk4}) {
-    ask(w, Solver::lagrangian, by);
-    CHECK(losses_of(w, 1.0 / 240, 2) == 0);
-  }
-  ask(w, Solver::articulated, Integrator::rattle);
-  CHECK(losses_of(w, 1.0 / 240, 2) == 0);
+  check_nothing_lost(w, {Integrator::rattle, Integrator::rk4}, 1.0 / 240, 2);
 }
 
 TEST_CASE("energy that an integrator loses is told where cables act, blows of them are not") {
@@ -78,10 +83,7 @@ TEST_CASE("energy that an integrator loses is told where cables act, blows of th
   for (const Real h : {1.0 / 240, 1.0 / 960}) {
     ask(w, Solver::lagrangian, Integrator::euler);
     CHECK(losses_of(w, h, 2) > 0);
-    ask(w, Solver::lagrangian, Integrator::rk4);
-    CHECK(losses_of(w, h, 3) == 0);
-    ask(w, Solver::articulated, Integrator::rk4);
-    CHECK(losses_of(w, h, 3) == 0);
+    check_nothing_lost(w, {Integrator::rk4}, h, 3);
   }
 }
 
@@ -105,12 +107,7 @@ TEST_CASE("what a blow of a cable is paid for is no more than its impulse can ta
     INFO(mass);
     ask(w, Solver::lagrangian, Integrator::euler);
     CHECK(losses_of(w, 1.0 / 60, 1) > 0);
-    for (const Integrator by : {Integrator::rattle, Integrator::rk4}) {
-      ask(w, Solver::lagrangian, by);
-      CHECK(losses_of(w, 1.0 / 60, 1) == 0);
-    }
-    ask(w, Solver::articulated, Integrator::rk4);
-    CHECK(losses_of(w, 1.0 / 60, 1) == 0);
+    check_nothing_lost(w, {Integrator::rattle, Integrator::rk4}, 1.0 / 60, 1);
   }
 }
 

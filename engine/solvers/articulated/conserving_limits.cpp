@@ -24,7 +24,7 @@ constexpr Real kSlow = 1e-4;
 constexpr Real kTogether = 0.1;
 /// rad^2/s, times the step: the square of the angle by which a cone's gradient turns over a part,
 /// at most. What slides along a cone goes round it, thin rods in milliseconds; the error of the
-/// mid- point rule is as that square, and so falls as the step.
+/// mid-point rule is as that square, and so falls as the step.
 constexpr Real kBend = 0.3;
 /// In the shortest units of time: no part is shorter for that.
 constexpr Real kShortestBend = 4;

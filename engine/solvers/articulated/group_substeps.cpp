@@ -19,8 +19,8 @@ constexpr int kLeastTreeSubsteps = 2, kLeastAtFewPoints = 3, kMostSubsteps = 32,
 /// ones that roll on a rim, and the place on it where they touch.
 constexpr Real kLargestTurn = 0.5, kLargestRoll = 0.1;
 /// rad, in the step: a rim that goes further around touches at one place alone, unless it leans by
-/// less. Of its radius: on the same rim.
-constexpr Real kFarAround = 0.5, kFlat = 0.01, kOnCircle = 1e-4;
+/// less.
+constexpr Real kFarAround = 0.5, kFlat = 0.01;
 /// Cosine of the angle between normal and axis from which a rim leans.
 /// Cosine below which a body lies on its side and rolls as a drum.
 constexpr Real kLeaning = 0.7, kLying = 0.02;
@@ -35,8 +35,6 @@ constexpr Real kFewPointsOfTrees = 12, kStepOfFewPoints = 1.0 / 240;
 constexpr Real kBuffer = 0.01;
 /// A strike so near to either end of a substep, as a part of it, does not divide it.
 constexpr Real kAtOnce = 1e-3;
-/// The least square of the sine of a lean by which anything is divided.
-constexpr Real kLeast = 1e-12;
 
 Softness softness_of(Real frequency, Real h) {
   const Real omega = 2 * kPi * frequency, a = 2 * kDampingRatio + h * omega, b = h * omega * a;
@@ -68,9 +66,7 @@ Real rolling_rate(const GroupBody& b, const contact::TouchedPlace& on, Vec3 norm
   if (on.circle == 0) return 0;
   const Vec3 axis = b.pose.rotation * on.axis;
   if (std::abs(glm::dot(axis, normal)) < kLying) return 0;
-  const Vec3 lean = axis - glm::dot(axis, normal) * normal;
-  const Real around = glm::dot(normal, glm::cross(lean, glm::cross(b.spin, axis))) /
-                      std::max(glm::dot(lean, lean), kLeast);
+  const Real around = on.rate_around(b.pose.rotation, b.spin, normal);
   return std::max({std::abs(around), glm::length(b.spin),
                    std::abs(around * glm::dot(axis, normal) - glm::dot(b.spin, axis))});
 }
@@ -87,14 +83,6 @@ int substeps_of_free(const Group& g, Real h) {
   const Real longest = g.is_single() && !rims ? kLongestHardSubstep : kLongestSubstep;
   const Real least = h * std::max(1 / longest, std::min(rate, Real(1e9)) / kLargestRoll);
   return std::clamp(static_cast<int>(std::ceil(least)), 1, kMostRimSubsteps);
-}
-
-void join_rim(contact::TouchedPlace& place, const contact::TouchedPlace& rim) {
-  if (place.circle > 0) return;
-  const Vec3 from = place.core - rim.core;
-  const Real along = glm::dot(from, rim.axis);
-  if (std::abs(along) + std::abs(glm::length(from) - rim.circle) < kOnCircle * rim.circle)
-    place = rim;
 }
 
 }  // namespace
@@ -124,8 +112,8 @@ void join_rims(const Group& g, Real h) {
     if (!on_a && !on_b) continue;
     for (GroupContact& c : g.contacts) {
       if (!have_same_bodies(c, low)) continue;
-      if (on_a) join_rim(c.on_a, low.on_a);
-      if (on_b) join_rim(c.on_b, low.on_b);
+      if (on_a && c.on_a.lies_on(low.on_a)) c.on_a = low.on_a;
+      if (on_b && c.on_b.lies_on(low.on_b)) c.on_b = low.on_b;
     }
   }
 }

@@ -21,9 +21,9 @@ namespace {
 
 /// More than few bodies are iterated until nothing changes in a substep in which they strike one
 /// another at no more points.
+constexpr std::size_t kFewPoints = 32;
 /// Parts of a substep that end where something strikes.
 constexpr int kMostParts = 6;
-constexpr std::size_t kFewPoints = 32;
 /// m/s: rolling friction of several points can be shared among them in many ways, and iterations
 /// that change no motion any more may go on exchanging it.
 constexpr Real kEnoughOfRolling = 1e-7;

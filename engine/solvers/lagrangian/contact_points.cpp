@@ -20,8 +20,8 @@ constexpr Real kNearInSteps = 2, kAtBound = 1e-9;
 constexpr Real kMostAround = 0.15;
 constexpr int kMostRimParts = 32;
 constexpr std::size_t kMostRimPoints = 16;
-/// m: what is so near rolls on its rim already. Of its radius: on the same one.
-constexpr Real kOnRim = 1e-6, kOnCircle = 1e-4;
+/// m: what is so near rolls on its rim already.
+constexpr Real kOnRim = 1e-6;
 
 /// The exact island of a body; null for one of another solver, or of none.
 const Island* exact_island(const World& world, const Owner& owner) {
@@ -208,15 +208,12 @@ void take_up(World& world, ContactScratch& r, std::uint32_t island, Real h) {
   add_forces(world, m, Torques::applied);
 }
 
-/// How far the point of a rim that touches goes around the contact's normal in a step, rad.
-Real way_around(const World& world, const ContactScratch& r, const ContactPoint& p, int side) {
+/// How fast the point of a rim that touches goes around the contact's normal, rad/s.
+Real rate_around(const World& world, const ContactScratch& r, const ContactPoint& p, int side) {
   if (p.end[side] == kNoIndex || p.on[side].circle == 0) return 0;
   const ContactEnd& e = r.ends[p.end[side]];
   const Motions& from = islands_of(world)[e.island].scratch.entry;
-  const Vec3 axis = from.q[e.column] * p.on[side].axis;
-  const Vec3 lean = axis - glm::dot(axis, p.axes[0]) * p.axes[0];
-  const Vec3 turn = glm::cross(from.w[e.column], axis);
-  return std::abs(glm::dot(p.axes[0], glm::cross(lean, turn))) / glm::dot(lean, lean);
+  return std::abs(p.on[side].rate_around(from.q[e.column], from.w[e.column], p.axes[0]));
 }
 
 bool has_same_bodies(const ContactPoint& p, const ContactPoint& q) {
@@ -383,7 +380,7 @@ int parts_of(const World& world, const ContactGroup& g) {
   for (const ContactPoint& p : g.points) {
     if (p.obstacle[0].moves() || p.obstacle[1].moves()) return 1;
     if (p.gap_before > kOnRim) continue;
-    for (const int side : {0, 1}) most = std::max(most, g.h * way_around(world, r, p, side));
+    for (const int side : {0, 1}) most = std::max(most, g.h * rate_around(world, r, p, side));
   }
   return std::clamp(static_cast<int>(std::ceil(most / kMostAround)), 1, kMostRimParts);
 }
@@ -393,11 +390,7 @@ void join_rims(const ContactGroup& g) {
     for (ContactPoint& p : g.points)
       for (const int side : {0, 1}) {
         const contact::TouchedPlace& rim = low.on[side];
-        if (rim.circle == 0 || p.on[side].circle > 0 || !has_same_bodies(p, low)) continue;
-        const Vec3 from = p.on[side].core - rim.core;
-        const Real along = glm::dot(from, rim.axis);
-        if (std::abs(along) + std::abs(glm::length(from) - rim.circle) < kOnCircle * rim.circle)
-          p.on[side] = rim;
+        if (rim.circle > 0 && p.on[side].lies_on(rim) && has_same_bodies(p, low)) p.on[side] = rim;
       }
 }
 

@@ -67,8 +67,7 @@ void find_correction(Island& m, FactorOf of) {
 
 /// m: what a body's turn counts by; not 0 where its joint is at its mass centre.
 Real arm_of(const Island& m, std::size_t b) {
-  const Vec3 inertia = m.inertia[b];
-  return m.reach + std::sqrt(std::max({inertia.x, inertia.y, inertia.z}) / m.mass[b]);
+  return m.reach + radius_of_gyration(m.inertia[b], m.mass[b]);
 }
 
 /// m: how far a point of a body comes in `time` at most, at the speeds that it started with.
@@ -110,7 +109,7 @@ void find_forces_now(const World& world, Island& m) {
 
 /// The second half of the step, at its end. Forces that depend on velocity are evaluated again with
 /// the new velocity. False: they push to and fro.
-bool end_twists(const World& world, Island& m, Real h) {
+bool end_velocities(const World& world, Island& m, Real h) {
   StepScratch& scratch = m.scratch;
   Motions& s = scratch.state;
   scratch.momenta_before = scratch.momenta;
@@ -204,7 +203,7 @@ bool step_once(const World& world, Island& m, const Span& span) {
   if (!closed) return false;
   m.residual = before;
   factor_and_report(m);
-  if (!end_twists(world, m, h)) return false;
+  if (!end_velocities(world, m, h)) return false;
   for (std::size_t r = 0; r < m.rows; ++r)
     m.mean_lambda[r] = 0.5 * scratch.sum_lambda[r] + scratch.lambda[r] / h;
   return true;

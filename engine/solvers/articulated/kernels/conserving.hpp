@@ -188,7 +188,7 @@ struct ConservingStep {
         if (i + 1 < p.count) add_child<unknown>(b, mass, impulse, column(p.work, kWorkRows, i + 1));
         impulse = b.impulse;
         if (unknown == Unknown::displacement) settle(i, b);
-        mass = eliminate(b, p.nodes + kNodeSize * i);
+        mass = eliminate(b, {b.tt.x, b.tt.y, b.tt.z}, p.nodes + kNodeSize * i);
       }
       return;
     }
@@ -198,8 +198,9 @@ struct ConservingStep {
       add_own<unknown>(p, per, i, b);
       if (unknown == Unknown::displacement && in.ties) add_ties(b, in.ties->blocks + kTieBlock * i);
       if (unknown == Unknown::displacement) settle(i, b);
-      if (in.ties) keep_factor(b, in.ties->factors + kTieFactor * i);
-      const Rows mass = eliminate(b, p.nodes + kNodeSize * i);
+      const Inverse inverse(b.tt.x, b.tt.y, b.tt.z);
+      if (in.ties) keep_factor(b, inverse, in.ties->factors + kTieFactor * i);
+      const Rows mass = eliminate(b, inverse, p.nodes + kNodeSize * i);
       if (p.parents[i] < 0) continue;
       const auto parent = static_cast<std::size_t>(p.parents[i]);
       ConservingBlock of_parent = block_at(parent);

@@ -118,9 +118,10 @@ INLINE void turn_axes(ConservingBlock& b, Vec<double> turned) {
   b.tt.z += Four{n.z * d.x - n.y, n.z * d.y + n.x, n.z * d.z - along, 0};
 }
 
-/// Eliminates the rotation: mass | bias at the own joint; both go to the node.
-INLINE Rows eliminate(const ConservingBlock& b, double* node) {
-  const auto [u, v, w] = Inverse(b.tt.x, b.tt.y, b.tt.z);
+/// Eliminates the rotation, given the inverse of tt: mass | bias at the own joint; both go to the
+/// node.
+INLINE Rows eliminate(const ConservingBlock& b, const Inverse& inverse, double* node) {
+  const auto& [u, v, w] = inverse;
   const Rows response{u.x * b.ty.x + v.x * b.ty.y + w.x * b.ty.z,
                       u.y * b.ty.x + v.y * b.ty.y + w.y * b.ty.z,
                       u.z * b.ty.x + v.z * b.ty.y + w.z * b.ty.z};
@@ -143,9 +144,8 @@ INLINE void add_ties(ConservingBlock& b, const double* t) {
 }
 
 /// What the ties need of the elimination (kTieFactor numbers): the inverse of tt, and yt, by rows.
-INLINE void keep_factor(const ConservingBlock& b, double* to) {
-  const auto [u, v, w] = Inverse(b.tt.x, b.tt.y, b.tt.z);
-  const Vec<double> columns[3] = {u, v, w};
+INLINE void keep_factor(const ConservingBlock& b, const Inverse& inverse, double* to) {
+  const Vec<double> columns[3] = {inverse.u, inverse.v, inverse.w};
   for (int n = 0; n < 3; ++n)
     to[n] = columns[n].x, to[3 + n] = columns[n].y, to[6 + n] = columns[n].z;
   for (int n = 0; n < 3; ++n) to[9 + n] = b.yt.x[n], to[12 + n] = b.yt.y[n], to[15 + n] = b.yt.z[n];
