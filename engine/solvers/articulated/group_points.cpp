@@ -13,7 +13,7 @@ constexpr Real kPushSpeed = 1;
 constexpr int kPointIterations = 8;
 /// What acts between a pair is iterated until it changes by less than this part of what it did at
 /// first.
-constexpr Real kPairTolerance = 0.05;
+constexpr Real kPairTolerance = 0.02;
 /// Of a contact of bodies in trees, as a fraction of that without joints.
 constexpr Real kLeastResponse = 1e-4;
 
