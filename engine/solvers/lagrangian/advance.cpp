@@ -204,6 +204,13 @@ struct Attempt {
   int most_halvings, most_substeps;
 };
 
+/// Whether Runge-Kutta takes the steps of loops that an integrator cannot: it needs no multipliers
+/// that are the mean of a step, which singular configurations leave undetermined.
+bool can_pass_singular(const Island& m, const IntegratorRow& by) {
+  const bool takes_means = &by == &integrators::rattle || &by == &integrators::implicit;
+  return takes_means && m.loops && m.touches.empty() && m.interfaces.empty();
+}
+
 bool takes_pins_as_forces(const Island& m, const IntegratorRow& by) {
   return !m.elastic_pins.empty() && !by.collocates && &by != &integrators::euler;
 }
@@ -251,6 +258,7 @@ bool advance_by(const World& world, Island& m, const Span& span, const Attempt& 
     std::fill(m.mean_lambda.begin(), m.mean_lambda.end(), 0.0);
     m.fresh = true;
     // Shorter parts come there too.
+    if (m.scratch.beside_singular) return false;
     if (m.scratch.lost_touch != UINT32_MAX &&
         m.scratch.lost_how == nurbs::ContactStatus::degenerate)
       return false;
@@ -332,8 +340,13 @@ bool advance(const World& world, Island& m, const Span& span) {
   const bool dear = is_dear(m);
   // After a rescue fewer halvings are tried, and none in the next steps.
   const Attempt first{chosen, dear ? 0 : before > 0 ? kRetries : kMaxHalvings, kMaxSubsteps};
-  if (before % kPatience == 0 && advance_by(world, m, span, first)) {
-    if (&chosen != &requested) m.fresh = m.fresh || requested.keeps_accelerations;
+  const bool has_other = can_pass_singular(m, chosen);
+  m.scratch.beside_singular = false, m.scratch.shuns_singular = has_other;
+  const bool as_chosen = before % kPatience == 0 && advance_by(world, m, span, first);
+  m.scratch.beside_singular = m.scratch.shuns_singular = false;
+  const Attempt past{integrators::rk4, first.most_halvings, kMaxSubsteps};
+  if (as_chosen || (has_other && advance_by(world, m, span, past))) {
+    if (!as_chosen || &chosen != &requested) m.fresh = m.fresh || requested.keeps_accelerations;
     return true;
   }
   // Surfaces that do not touch any more are not helped by another method.

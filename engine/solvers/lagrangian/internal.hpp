@@ -107,6 +107,9 @@ void assemble(Island& m, std::span<const Real> share = {});
 /// Factors J M^-1 J^T at the current rows; the second also lists redundant rows in m.faults.
 void factor(Island& m);
 void factor_and_report(Island& m);
+/// By row, how nearly the factor finds it dependent on those before it: its scale over its pivot; 0
+/// where it is off or compliant.
+void note_dependence(const Island& m, std::span<Real> by_row);
 /// Rank and redundant rows of islands with hubs, by a pattern without hubs. Slow, hence only when
 /// the motion begins.
 void find_rank(Island& m);

@@ -249,8 +249,11 @@ struct StepScratch {
   std::vector<Vec3> rates[7];  // Runge-Kutta: v and accelerations, three a body
   std::vector<Quat> quat_rates[7];
   std::vector<Real> sum_lambda, lambda_before, impulses, impulses_at_start,
-      impulses_before;        // by row, of the step so far
-  std::vector<Real> weights;  // implicit: compliances of spring rows
+      impulses_before;           // by row, of the step so far
+  std::vector<Real> weights;     // implicit: compliances of spring rows
+  std::vector<Real> dependence;  // RATTLE: of the rows at the start of the step
+  bool shuns_singular = false;   // RATTLE: a step beside a singular configuration fails
+  bool beside_singular = false;  // it did
   CollocationScratch collocation;
   BlowScratch blow;
   bool springs_active = false;

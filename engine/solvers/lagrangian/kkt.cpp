@@ -126,6 +126,18 @@ void factor_and_report(Island& m) {
   if (m.loops && !hubs && any_suspect(m)) probe(m);
 }
 
+void note_dependence(const Island& m, std::span<Real> by_row) {
+  for (std::size_t i = 0; i < m.blocks.size(); ++i)
+    for (std::size_t r = 0; r < m.blocks[i].rows; ++r) {
+      const std::size_t row = m.blocks[i].first_row + r;
+      const Real inverse = inverse_pivot(m, i, r);
+      const bool counts = is_active(m, i) && !is_compliant(m.blocks[i].kind);
+      by_row[row] = !counts        ? 0
+                    : inverse == 0 ? 1 / kRegularisation
+                                   : inverse * m.scratch.scales[row];
+    }
+}
+
 void find_rank(Island& m) {
   StepScratch& scratch = m.scratch;
   if (scratch.pattern.hubs.empty()) return;  // already found by factor()

@@ -18,6 +18,9 @@ constexpr Real kFalls = 0.25, kFallsSlowly = 0.6, kRoundingFactor = 1e3;
 /// factor at least, unless what still changes is that part of the speeds.
 constexpr int kRateIterations = 3;
 constexpr Real kContracts = 0.5, kSlowChange = 1e-3;
+/// A row that comes to depend on others so much more within a step, or less, is beside a singular
+/// configuration.
+constexpr Real kNears = 9;
 /// What may be missing of friction, relative.
 constexpr Real kGripTolerance = 1e-11;
 /// Friction that changes by as much from one solution to the next, relative, does not end.
@@ -107,6 +110,26 @@ void find_forces_now(const World& world, Island& m) {
         {std::span(scratch.motion).first(2 * m.count()), scratch.lambda});
 }
 
+/// Whether the step starts or ends beside a singular configuration, nearer than a third of the way
+/// that it turns. Rows that depend on one another there tell speeds only what the errors of poses
+/// make of them. Where one of several redundant rows takes the place of another, the product stays.
+bool is_beside_singular(Island& m, Real h) {
+  StepScratch& scratch = m.scratch;
+  if (!m.loops || !scratch.shuns_singular) return false;
+  const std::span<Real> at_end = scratch.step_lambda;
+  note_dependence(m, at_end);
+  Real turn = 0, most = 1, nearest = 0, product = 1;
+  for (const Vec3& w : scratch.from.w) turn = std::max(turn, h * glm::length(w));
+  for (std::size_t r = 0; r < m.rows; ++r) {
+    const Real from = scratch.dependence[r], to = at_end[r];
+    if (!(from > 0 && to > 0)) continue;
+    most = std::max({most, to / from, from / to}), product *= to / from;
+    nearest = std::max({nearest, from, to});
+  }
+  return scratch.beside_singular = most > kNears && std::max(product, 1 / product) > kNears &&
+                                   nearest * turn * turn > kNears;
+}
+
 /// The second half of the step, at its end. Forces that depend on velocity are evaluated again with
 /// the new velocity. False: they push to and fro.
 bool end_velocities(const World& world, Island& m, Real h) {
@@ -141,6 +164,7 @@ bool step_once(const World& world, Island& m, const Span& span) {
   update_kinematics(m), update_frames(world, m, span.fraction(0), span.whole);
   write_all_rows(world, m, {false, m.rolls});
   factor(m);
+  note_dependence(m, scratch.dependence);
   if (m.rolls) find_forces_now(world, m);
   add_forces(world, m, Torques::applied);
   kick(m, h / 2);
@@ -203,6 +227,7 @@ bool step_once(const World& world, Island& m, const Span& span) {
   if (!closed) return false;
   m.residual = before;
   factor_and_report(m);
+  if (is_beside_singular(m, h)) return false;
   if (!end_velocities(world, m, h)) return false;
   for (std::size_t r = 0; r < m.rows; ++r)
     m.mean_lambda[r] = 0.5 * scratch.sum_lambda[r] + scratch.lambda[r] / h;

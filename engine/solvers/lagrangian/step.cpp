@@ -184,8 +184,9 @@ void allocate_scratch(Island& m) {
   r.scales.assign(m.rows, 1);
   r.body_states.assign(all, {}), r.inverse_inertia.assign(bodies, Mat3(1));
   r.jacobian.assign(m.vectors, Vec3(0)), r.jacobian_before = r.jacobian;
-  for (auto* rows : {&r.c, &r.gamma, &r.right, &r.lambda, &r.step_lambda, &r.sum_lambda, &r.weights,
-                     &r.lambda_before, &r.impulses, &r.impulses_at_start, &r.impulses_before})
+  for (auto* rows :
+       {&r.c, &r.gamma, &r.right, &r.lambda, &r.step_lambda, &r.sum_lambda, &r.weights,
+        &r.dependence, &r.lambda_before, &r.impulses, &r.impulses_at_start, &r.impulses_before})
     rows->assign(m.rows, 0);
   r.row_residual.assign(r.pattern.unknowns, 0);
   for (auto* twice : {&r.force, &r.solution, &r.applied, &r.momenta, &r.momenta_before,
@@ -199,7 +200,8 @@ void allocate_scratch(Island& m) {
   r.touching.assign(m.touches.size(), {});
   const IntegratorRow& by = row_of(m.settings.integrator);
   const bool estimates = by.step_estimated && m.settings.step_tolerance > 0;
-  for (int i = 0; i < (estimates ? by.stages_estimated : by.stages); ++i)
+  const int stages = estimates ? by.stages_estimated : std::max(by.stages, integrators::rk4.stages);
+  for (int i = 0; i < stages; ++i)
     r.rates[i].assign(3 * bodies, Vec3(0)), r.quat_rates[i].assign(bodies, kIdentity);
   if (by.collocates) allocate_collocation(m);
   allocate_blows(m);
