@@ -17,24 +17,20 @@ Real lift(Solver solver) {
     const Real angle = i * kPi / 6, radius = 0.12 + 0.02 * std::cos(angle);
     points.push_back(radius * Vec3(std::cos(angle), std::sin(angle), 0));
   }
-  const Entity frame = world.add(RigidBody{.motion = Motion::fixed}).value();
+  const Entity frame = must(world.add(RigidBody{.motion = Motion::fixed}));
   const Entity cam =
-      world.add(RigidBody{.mass = 1, .inertia = Mat3(1e3), .angular_velocity = {0, 0, 3}}).value();
-  const Entity face =
-      world
-          .add(
-              RigidBody{.mass = 1, .inertia = Mat3(0.01), .position = {0, 0.13, 0}, .name = "face"})
-          .value();
-  world.add(HingeJoint{.a = frame, .b = cam, .axis = {0, 0, 1}}).value();
-  world.add(PrismaticJoint{.a = frame, .b = face, .anchor = {0, 0.13, 0}, .axis = {0, 1, 0}})
-      .value();
+      must(world.add(RigidBody{.mass = 1, .inertia = Mat3(1e3), .angular_velocity = {0, 0, 3}}));
+  const Entity face = must(world.add(
+      RigidBody{.mass = 1, .inertia = Mat3(0.01), .position = {0, 0.13, 0}, .name = "face"}));
+  must(world.add(HingeJoint{.a = frame, .b = cam, .axis = {0, 0, 1}}));
+  must(world.add(PrismaticJoint{.a = frame, .b = face, .anchor = {0, 0.13, 0}, .axis = {0, 1, 0}}));
   SurfaceJoint touch{.a = cam,
                      .b = face,
-                     .curve_a = NurbsCurve::around(points).value(),
+                     .curve_a = must(NurbsCurve::around(points)),
                      .curve_b = NurbsCurve::line({-1, 0, 0}, {1, 0, 0})};
   touch.motion = SurfaceMotion::sliding;
-  world.add(touch).value();
-  Simulation sim(world, {0.005});
+  must(world.add(touch));
+  Simulation sim(std::move(world), {0.005});
   for (int i = 0; i < 200; ++i) sim.step();
   return sim.world.bodies[face].pose.position.y;
 }

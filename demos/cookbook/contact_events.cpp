@@ -6,20 +6,14 @@ using namespace pantin;
 
 int main() {
   World world;
-  world
-      .add(RigidBody{.motion = Motion::fixed,
-                     .shape = PlaneShape{},
-                     .collision = Collision{},
-                     .name = "ground"})
-      .value();
-  world
-      .add(RigidBody{.shape = SphereShape{.radius = 0.1},
-                     .position = {0, 1.1, 0},
-                     .collision = Collision{.restitution = 0.5},
-                     .name = "ball"})
-      .value();
+  must(world.add(RigidBody{
+      .motion = Motion::fixed, .shape = PlaneShape{}, .collision = Collision{}, .name = "ground"}));
+  must(world.add(RigidBody{.shape = SphereShape{.radius = 0.1},
+                           .position = {0, 1.1, 0},
+                           .collision = Collision{.restitution = 0.5},
+                           .name = "ball"}));
 
-  Simulation simulation(world);
+  Simulation simulation(std::move(world));
   ContactEvents contacts(simulation.world);
   int begun = 0;
   for (int i = 0; i < 240; ++i) {

@@ -7,15 +7,13 @@ using namespace pantin;
 int main() {
   World start;
   start.materials = {{.name = "stone"}, {.name = "wood"}};
-  start.add(RigidBody{.motion = Motion::fixed, .shape = PlaneShape{}, .collision = Collision{}})
-      .value();
+  must(start.add(
+      RigidBody{.motion = Motion::fixed, .shape = PlaneShape{}, .collision = Collision{}}));
   for (int i = 0; i < 3; ++i)
-    start
-        .add(RigidBody{.shape = BoxShape{{0.2, 0.1, 0.2}},
-                       .position = {Real(i), 0.3 + 0.4 * i, 0},
-                       .collision = Collision{},
-                       .material = 1})
-        .value();
+    must(start.add(RigidBody{.shape = BoxShape{{0.2, 0.1, 0.2}},
+                             .position = {Real(i), 0.3 + 0.4 * i, 0},
+                             .collision = Collision{},
+                             .material = 1}));
   Simulation simulation(std::move(start), {1.0 / 120});
   ContactEvents contacts(simulation.world);
 

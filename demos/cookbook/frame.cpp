@@ -7,7 +7,7 @@ using namespace pantin;
 
 int main() {
   World world;
-  build_ragdoll(world, {}).value();
+  must(build_ragdoll(world, {}));
   auto renderer = Renderer::create({.width = 320, .height = 240});
   if (!renderer) {  // no OpenGL on this machine
     std::printf("no picture: %s\n", renderer.errors().front().message.c_str());
@@ -15,7 +15,7 @@ int main() {
   }
   Image image;
   (*renderer)->draw({.world = world}, image);
-  write_png("ragdoll.png", image).value();
+  must(write_png("ragdoll.png", image));
   std::printf("ragdoll.png, %d x %d\n", image.width, image.height);
 }
 // prints: ragdoll.png, 320 x 240|no picture:

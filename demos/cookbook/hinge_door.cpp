@@ -4,12 +4,12 @@
 using namespace pantin;
 int main() {
   World world;
-  const Entity wall = world.add(RigidBody{.motion = Motion::fixed}).value();
+  const Entity wall = must(world.add(RigidBody{.motion = Motion::fixed}));
   const RigidBody door{.shape = BoxShape{{0.45, 1, 0.02}}, .position = {0.45, 1, 0}};
   const JointMotor motor{.kind = MotorKind::velocity, .target = 0.5, .gain = 200};
-  const HingeJoint edge{.a = wall, .b = world.add(door).value(), .axis = {0, 1, 0}, .motor = motor};
-  const Entity hinge = world.add(edge).value();
-  Simulation simulation(world);  // steps a copy of it
+  const HingeJoint edge{.a = wall, .b = must(world.add(door)), .axis = {0, 1, 0}, .motor = motor};
+  const Entity hinge = must(world.add(edge));
+  Simulation simulation(std::move(world));  // takes it over
   for (int i = 0; i < 120; ++i) simulation.step();
   const Vec3 middle = simulation.world.bodies[edge.b].pose.position;
   std::printf("open by %.2f rad, z %.2f m\n", joint_angle(simulation.world, hinge), middle.z);

@@ -7,15 +7,12 @@ using namespace pantin;
 int main() {
   World world;
   world.default_settings.solver = Solver::lagrangian;
-  const Entity frame = world.add(RigidBody{.motion = Motion::fixed}).value();
-  const Entity bob =
-      world
-          .add(RigidBody{
-              .shape = SphereShape{.radius = 0.05}, .mass = 2.0, .position = {1, 0, 0}, .drag = 0})
-          .value();
-  const Entity hinge = world.add(HingeJoint{.a = frame, .b = bob, .axis = {0, 0, 1}}).value();
+  const Entity frame = must(world.add(RigidBody{.motion = Motion::fixed}));
+  const Entity bob = must(world.add(RigidBody{
+      .shape = SphereShape{.radius = 0.05}, .mass = 2.0, .position = {1, 0, 0}, .drag = 0}));
+  const Entity hinge = must(world.add(HingeJoint{.a = frame, .b = bob, .axis = {0, 0, 1}}));
 
-  Simulation simulation(world, {.h = 1e-3});
+  Simulation simulation(std::move(world), {.h = 1e-3});
   Real lowest = 0, strongest = 0;
   for (int i = 0; i < 2000; ++i) {
     simulation.step();

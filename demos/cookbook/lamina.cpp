@@ -14,7 +14,7 @@ constexpr const char* kRod = R"({
 })";
 
 int main() {
-  Simulation simulation(parse_scene(kRod, "rod").value().world);
+  Simulation simulation(must(parse_scene(kRod, "rod")).world);
   const Entity rod = simulation.world.find("rod"), left = simulation.world.find("rod/left");
   int switches = 0, by_dynamics = 0;
   while (simulation.world.time < 31) {

@@ -14,30 +14,23 @@ int main() {
   World world;
   world.gravity = Vec3(0);
   for (int i = 0; i < 3; ++i) {
-    const Entity boat =
-        world.add(RigidBody{.shape = SphereShape{.radius = 0.2}, .position = {0, 0, 1.0 * i}})
-            .value();
+    const Entity boat = must(
+        world.add(RigidBody{.shape = SphereShape{.radius = 0.2}, .position = {0, 0, 1.0 * i}}));
     world.store<Sail>().add(boat, {0.5 * i});
   }
-  Simulation simulation(world);
+  Simulation simulation(std::move(world));
   Real fastest = 0;
   // A system that only looks takes a const World.
-  simulation
-      .insert(Stage::after_step, {.name = "log"},
-              [&](const World& w, Real) {
-                for (auto [boat, body, sail] : w.view<Body, Sail>())
-                  fastest = std::max(fastest, body.velocity.x);
-              })
-      .value();
-  simulation
-      .insert(Stage::before_update, {.name = "wind"},
-              [](World& w, Real) {
-                for (auto [boat, body, sail] : w.view<Body, Sail>())
-                  w.push(boat, {20 * sail.area, 0, 0}, body.pose.position);
-              })
-      .value();
+  must(simulation.insert(Stage::after_step, {.name = "log"}, [&](const World& w, Real) {
+    for (auto [boat, body, sail] : w.view<Body, Sail>())
+      fastest = std::max(fastest, body.velocity.x);
+  }));
+  must(simulation.insert(Stage::before_update, {.name = "wind"}, [](World& w, Real) {
+    for (auto [boat, body, sail] : w.view<Body, Sail>())
+      w.push(boat, {20 * sail.area, 0, 0}, body.pose.position);
+  }));
   for (int i = 0; i < 60; ++i) simulation.step();
-  simulation.remove("wind").value();
+  must(simulation.remove("wind"));
   simulation.step();
   std::printf("fastest %.2f m/s\n", fastest);
 }

@@ -10,13 +10,12 @@ int main() {
   for (int i = 0; i < 8; ++i)  // one box a step, the highest one last
     stairs.shapes.push_back(
         BoxShape{.half_extents = {1, 0.1 * (i + 1), 0.15}, .at = {{0, 0.1 * (i + 1), -0.3 * i}}});
-  world.add(stairs).value();
-  const Ragdoll doll =
-      build_ragdoll(world, {.position = {0, 1.65, -1.9}, .collision = Collision{.friction = 0.3}})
-          .value();
+  must(world.add(stairs));
+  const Ragdoll doll = must(
+      build_ragdoll(world, {.position = {0, 1.65, -1.9}, .collision = Collision{.friction = 0.3}}));
   world.bodies[doll.chest].velocity = {0, 0, 2.5};  // a push in the back
 
-  Simulation simulation(world);
+  Simulation simulation(std::move(world));
   for (int i = 0; i < 300; ++i)
     if (simulation.step().status != Status::ok) return 1;
   const Vec3 pelvis = simulation.world.bodies[doll.pelvis].pose.position;

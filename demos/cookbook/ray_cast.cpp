@@ -6,15 +6,14 @@ using namespace pantin;
 
 int main() {
   World world;
-  const Entity hook = world.add(RigidBody{.motion = Motion::fixed, .position = {0, 2, 0}}).value();
-  build_chain(world, {.from = {0, 2, 0},
-                      .to = {0, 1, 0},
-                      .links = 5,
-                      .start = hook,
-                      .collision = Collision{},
-                      .name = "chain"})
-      .value();
-  Simulation simulation(world);
+  const Entity hook = must(world.add(RigidBody{.motion = Motion::fixed, .position = {0, 2, 0}}));
+  must(build_chain(world, {.from = {0, 2, 0},
+                           .to = {0, 1, 0},
+                           .links = 5,
+                           .start = hook,
+                           .collision = Collision{},
+                           .name = "chain"}));
+  Simulation simulation(std::move(world));
 
   const Ray ray{.origin = {0, 1.3, 3}, .way = {0, 0, -10}};  // from the eye, 10 m far
   const Queries queries(simulation.world);                   // refit() it after the World has moved

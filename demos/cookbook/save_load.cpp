@@ -6,15 +6,15 @@ using namespace pantin;
 
 int main() {
   World world;
-  world.add(RigidBody{.motion = Motion::fixed, .shape = PlaneShape{}, .collision = Collision{}})
-      .value();
-  build_ragdoll(world, {.position = {0, 1, 0}}).value();
+  must(world.add(
+      RigidBody{.motion = Motion::fixed, .shape = PlaneShape{}, .collision = Collision{}}));
+  must(build_ragdoll(world, {.position = {0, 1, 0}}));
 
-  Simulation simulation(world);
+  Simulation simulation(std::move(world));
   for (int i = 0; i < 40; ++i) simulation.step();  // in the midst of its fall
-  save_world(simulation.world, "falling.world").value();
+  must(save_world(simulation.world, "falling.world"));
 
-  Simulation loaded(load_world("falling.world").value());
+  Simulation loaded(must(load_world("falling.world")));
   for (int i = 0; i < 120; ++i) simulation.step(), loaded.step();
   std::printf("tick %d and tick %d, same bits: %s\n", static_cast<int>(simulation.world.tick),
               static_cast<int>(loaded.world.tick),

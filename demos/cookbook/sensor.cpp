@@ -8,19 +8,15 @@ int main() {
   constexpr std::uint32_t kGates = collision_layer(1), kRed = collision_layer(2),
                           kBlue = collision_layer(3);
   World world;
-  world
-      .add(RigidBody{.motion = Motion::fixed,
-                     .shape = BoxShape{.half_extents = {5, 0.1, 1}},
-                     .collision = in_layers(kGates, kRed, {.sensor = true})})
-      .value();
+  must(world.add(RigidBody{.motion = Motion::fixed,
+                           .shape = BoxShape{.half_extents = {5, 0.1, 1}},
+                           .collision = in_layers(kGates, kRed, {.sensor = true})}));
   for (int i = 0; i < 6; ++i)
-    world
-        .add(RigidBody{.shape = SphereShape{.radius = 0.1},
-                       .position = {i - 2.5, 1 + 0.5 * i, 0},
-                       .collision = in_layers(i % 2 ? kRed : kBlue)})
-        .value();
+    must(world.add(RigidBody{.shape = SphereShape{.radius = 0.1},
+                             .position = {i - 2.5, 1 + 0.5 * i, 0},
+                             .collision = in_layers(i % 2 ? kRed : kBlue)}));
 
-  Simulation simulation(world);
+  Simulation simulation(std::move(world));
   ContactEvents contacts(simulation.world);
   int came = 0, left = 0;
   for (int i = 0; i < 120; ++i) {

@@ -14,21 +14,16 @@ int main() {
                  .knots_u = {0, 0, 1, 1},
                  .knots_v = {0, 0, 1, 1},
                  .points = {{-10, 0, -1}, {10, 0, -1}, {-10, 0, 1}, {10, 0, 1}}}};
-  const Entity ground = world.add(RigidBody{.motion = Motion::fixed, .shape = lane}).value();
-  const Entity ball =
-      world
-          .add(RigidBody{
-              .shape = SphereShape{.radius = 0.1}, .position = {-9, 0.1, 0}, .velocity = {7, 0, 0}})
-          .value();
-  const Entity joint = world
-                           .add(SurfaceJoint{.a = ball,
-                                             .b = ground,
-                                             .motion = SurfaceMotion::sliding,
-                                             .may_lift = true,
-                                             .friction = 0.2})
-                           .value();
+  const Entity ground = must(world.add(RigidBody{.motion = Motion::fixed, .shape = lane}));
+  const Entity ball = must(world.add(RigidBody{
+      .shape = SphereShape{.radius = 0.1}, .position = {-9, 0.1, 0}, .velocity = {7, 0, 0}}));
+  const Entity joint = must(world.add(SurfaceJoint{.a = ball,
+                                                   .b = ground,
+                                                   .motion = SurfaceMotion::sliding,
+                                                   .may_lift = true,
+                                                   .friction = 0.2}));
 
-  Simulation simulation(world, {1.0 / 120});
+  Simulation simulation(std::move(world), {1.0 / 120});
   bool slid = false;
   for (int i = 0; i < 240; ++i) {
     simulation.step();

@@ -6,9 +6,9 @@ using namespace pantin;
 
 int main() {
   World world;
-  const Ragdoll puppet = build_ragdoll(world, {.height = 0.6, .mass = 2}).value();
+  const Ragdoll puppet = must(build_ragdoll(world, {.height = 0.6, .mass = 2}));
   const Vec3 hand{0, 1, 0};
-  const Entity bar = world.add(RigidBody{.motion = Motion::kinematic, .position = hand}).value();
+  const Entity bar = must(world.add(RigidBody{.motion = Motion::kinematic, .position = hand}));
   Lissajous sway;
   sway.centre.position = hand, sway.rise = 1;
   sway.amplitude = {0.1, 0.03, 0.05}, sway.frequency = {0.4, 0.8, 0.3};
@@ -20,9 +20,9 @@ int main() {
     const Vec3 below = world.bodies[limb].pose.position;
     const CableJoint string{
         .a = bar, .b = limb, .anchor_a = {below.x, hand.y, 0}, .anchor_b = below};
-    cables.push_back(world.add(string).value());
+    cables.push_back(must(world.add(string)));
   }
-  Simulation simulation(world);
+  Simulation simulation(std::move(world));
   for (int i = 0; i < 600; ++i)
     if (simulation.step().status != Status::ok) return 1;
   Real borne = 0;

@@ -6,23 +6,21 @@ using namespace pantin;
 
 int main() {
   World world;
-  const Entity beam = world.add(RigidBody{.motion = Motion::fixed, .position = {0, 5, 0}}).value();
+  const Entity beam = must(world.add(RigidBody{.motion = Motion::fixed, .position = {0, 5, 0}}));
   const Entity crate =
-      world.add(RigidBody{.shape = BoxShape{{0.2, 0.2, 0.2}}, .position = {0, 1, 0}}).value();
-  const Entity rope =
-      world.add(CableJoint{.a = beam, .b = crate, .anchor_a = {0, 5, 0}, .anchor_b = {0, 1, 0}})
-          .value();
+      must(world.add(RigidBody{.shape = BoxShape{{0.2, 0.2, 0.2}}, .position = {0, 1, 0}}));
+  const Entity rope = must(
+      world.add(CableJoint{.a = beam, .b = crate, .anchor_a = {0, 5, 0}, .anchor_b = {0, 1, 0}}));
 
   using Kind = TimedEventKind;
   // From 0.5 s on, in 2 s, from 4 m to 2 m.
-  world.add(TimedEvent{.kind = Kind::winch, .on = rope, .from = 0.5, .over = 2, .length = 2})
-      .value();
+  must(world.add(TimedEvent{.kind = Kind::winch, .on = rope, .from = 0.5, .over = 2, .length = 2}));
   // 2000 N for 0.1 s: the same impulse at any step.
-  world.add(TimedEvent{.kind = Kind::push, .on = crate, .from = 3, .to = 3.1, .force = {2e3, 0, 0}})
-      .value();
-  world.add(TimedEvent{.kind = Kind::cut, .on = rope, .from = 3.5}).value();
+  must(world.add(
+      TimedEvent{.kind = Kind::push, .on = crate, .from = 3, .to = 3.1, .force = {2e3, 0, 0}}));
+  must(world.add(TimedEvent{.kind = Kind::cut, .on = rope, .from = 3.5}));
 
-  Simulation simulation(world);
+  Simulation simulation(std::move(world));
   const auto height_at = [&](Real time) {
     while (simulation.world.time < time) simulation.step();
     return simulation.world.bodies[crate].pose.position.y;

@@ -11,7 +11,7 @@
 /// counted; what is concerned wakes, all else goes on as it was. Numbers are checked as `add`
 /// checks them: where something is wrong the errors say what, and nothing is changed.
 ///
-/// Everything can be changed in the Simulation's World only: `Simulation sim(world)` took a copy.
+/// Everything is changed in the Simulation's World: it has taken over the one that it was given.
 #include <optional>
 #include <pantin/joints.hpp>
 #include <span>

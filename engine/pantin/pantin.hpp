@@ -8,6 +8,7 @@
 #include <pantin/figures.hpp>
 #include <pantin/joints.hpp>
 #include <pantin/measure.hpp>
+#include <pantin/must.hpp>
 #include <pantin/queries.hpp>
 #include <pantin/save.hpp>
 #include <pantin/shapes.hpp>

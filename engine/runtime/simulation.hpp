@@ -117,11 +117,23 @@ struct Advance {
   StepReport report;  // of the last step; status of the first that failed
 };
 
-/// A World that is stepped at a fixed rate.
+/// A World that is stepped at a fixed rate. It takes a World over:
+///
+///   Simulation simulation(std::move(world), {1.0 / 120});
+///   simulation.world.destroy(crate);
+///
+/// What is added, changed and asked from then on is `simulation.world`.
 class Simulation {
  public:
-  explicit Simulation(World start = {}, StepSettings how = {})
-      : world(std::move(start)), settings(how) {}
+  explicit Simulation(World&& start = {}, StepSettings how = {})
+      : world(std::move(start)), settings(std::move(how)) {}
+  [[deprecated("copies: say Simulation::copy_of(world), or std::move(world)")]]  //
+  explicit Simulation(const World& start, StepSettings how = {})
+      : Simulation(World(start), std::move(how)) {}
+  /// Steps a copy; the World stays as it is.
+  static Simulation copy_of(const World& start, StepSettings how = {}) {
+    return Simulation(World(start), std::move(how));
+  }
 
   World world;
   StepSettings settings;

@@ -25,7 +25,7 @@ int main() {
 
   StepSettings settings;
   settings.measure = true;
-  Simulation simulation(world, settings);
+  Simulation simulation = Simulation::copy_of(world, settings);
   for (int i = 0; i < 240; ++i) {
     const StepReport report = simulation.step();
     if (report.status != Status::ok || !(report.measures.worst_gap_rel <= 1e-6)) {

@@ -37,7 +37,7 @@ Field field(int side) {
 
 /// Steps until all sleep.
 Simulation at_rest(const World& world) {
-  Simulation sim(world);
+  Simulation sim = Simulation::copy_of(world);
   for (int i = 0; i < 200; ++i) sim.step();
   REQUIRE(sim.step().asleep == static_cast<int>(world.bodies.size()) - 1);
   return sim;
@@ -54,7 +54,7 @@ TEST_CASE("a World goes on as its copy does, which has no search to go on with")
   Simulation sim = at_rest(f.world);
   push(sim.world, f.last, {6, 0, 0.3});
   for (int i = 0; i < 120; ++i) {
-    Simulation copy(sim.world);
+    Simulation copy = Simulation::copy_of(sim.world);
     const StepReport report = sim.step();
     copy.step();
     REQUIRE(state_hash(copy.world) == state_hash(sim.world));
@@ -111,7 +111,7 @@ TEST_CASE(
   Field f = field(2);
   Shape& last = f.world.shapes[f.last].list[0];
   const auto falls_through = [&] {
-    Simulation sim(f.world);
+    Simulation sim = Simulation::copy_of(f.world);
     for (int i = 0; i < 30; ++i) CHECK(sim.step().status == Status::ok);
     for (const Entity ball : f.balls)
       CHECK(sim.world.bodies[ball].pose.position.y == Approx(0.1).margin(1e-3));

@@ -46,7 +46,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   compile_if_changed(world);
   if (world.bodies.size() > 20 || world.links.size() + world.cables.size() + world.pins.size() > 20)
     return 0;
-  Simulation sim(world, {scene->step, 1, 1, true});
+  Simulation sim = Simulation::copy_of(world, {scene->step, 1, 1, true});
   sim.step();
   return 0;
 }

@@ -196,7 +196,7 @@ TEST_CASE("A law that is changed while it runs acts in the next step") {
         to.angular_velocity = from.angular_velocity;
       }
       Simulation anew(std::move(fresh.world), {kStep});
-      Simulation without(sim.world, {kStep});
+      Simulation without = Simulation::copy_of(sim.world, {kStep});
       REQUIRE(law.change(sim.world, rig.knee));
       CHECK(joint_angle(sim.world, rig.knee) == angle);
       run(sim, 30), run(anew, 30), run(without, 30);
@@ -215,7 +215,7 @@ TEST_CASE("What is set to what it is leaves every bit as it was") {
         j.limits = Interval{-2, 0.9};
       };
       Rig r = rig(solver, equip);
-      Simulation still(r.world, {kStep}), busy(std::move(r.world), {kStep});
+      Simulation still = Simulation::copy_of(r.world, {kStep}), busy(std::move(r.world), {kStep});
       const Entity body = busy.world.bodies.owners()[2];
       for (int i = 0; i < 120; ++i) {
         World& w = busy.world;

@@ -27,7 +27,7 @@ char letter(ContactPhase phase) {
 TEST_CASE("a ball that lies down begins once and goes on bearing its weight") {
   World world;
   const Entity ground = add_ground(world), ball = add_ball(world, {0, 0.3, 0});
-  Simulation simulation(world);
+  Simulation simulation = Simulation::copy_of(world);
   ContactEvents events(simulation.world);
   int begun = 0, ended = 0;
   Vec3 impulse(0);
@@ -70,7 +70,7 @@ TEST_CASE("impulses are what momentum changes by, at every bounce and for whatev
     described.shape = SphereShape{.radius = 0.1};
   }
   const Entity body = world.add(described).value();
-  Simulation simulation(world);
+  Simulation simulation = Simulation::copy_of(world);
   ContactEvents events(simulation.world);
   Vec3 before = described.velocity;
   Real hardest = 0;
@@ -93,7 +93,7 @@ TEST_CASE("a ball taken away ends its contact; one destroyed as well") {
   World world;
   add_ground(world);
   const Entity ball = add_ball(world, {0, 0.1, 0});
-  Simulation simulation(world);
+  Simulation simulation = Simulation::copy_of(world);
   ContactEvents events(simulation.world);
   std::string phases;
   const auto step = [&] {
@@ -117,7 +117,7 @@ TEST_CASE("layers that do not agree do not touch") {
   add_ball(world, {0, 0.1, 0}, in_layers(collision_layer(1), collision_layer(2)));
   const Entity other =
       add_ball(world, {1, 0.1, 0}, in_layers(collision_layer(1), collision_layer(3)));
-  Simulation simulation(world);
+  Simulation simulation = Simulation::copy_of(world);
   ContactEvents events(simulation.world);
   simulation.step();
   events.update(simulation.world);

@@ -149,7 +149,7 @@ TEST_CASE("a joint that gives its island another solver: the fault of the other 
   }
   CHECK(told_hinge);
   CHECK(told_rail);
-  Simulation simulation(world);
+  Simulation simulation = Simulation::copy_of(world);
   const StepReport report = simulation.step();
   CHECK(report.faults == static_cast<int>(faults.size()));
   CHECK((report.fault == hinge || report.fault == rail));

@@ -24,7 +24,7 @@ TEST_CASE("a chain hangs from what holds its ends, closed from the start") {
   CHECK(chain.joints.size() == 13);
   CHECK(world.find("chain/11") == chain.links.back());
   CHECK(measure(world).worst_gap < 1e-15);
-  Simulation simulation(world, {.measure = true});
+  Simulation simulation = Simulation::copy_of(world, {.measure = true});
   for (int i = 0; i < 120; ++i) {
     const StepReport report = simulation.step();
     REQUIRE(report.status == Status::ok);
@@ -75,7 +75,7 @@ TEST_CASE("a ragdoll falls onto the ground and stays whole") {
   const RigidBody ground{.motion = Motion::fixed, .shape = PlaneShape{}, .collision = Collision{}};
   REQUIRE(world.add(ground));
   const Ragdoll doll = build_ragdoll(world, {.position = {0, 0.3, 0}}).value();
-  Simulation simulation(world, {.measure = true});
+  Simulation simulation = Simulation::copy_of(world, {.measure = true});
   for (int i = 0; i < 240; ++i) {
     const StepReport report = simulation.step();
     REQUIRE(report.status == Status::ok);

@@ -104,7 +104,7 @@ struct CrookedArm {
 
   /// Means over the last of the steps that end after a quarter of a second, each taken in parts.
   std::vector<JointReaction> reactions(int steps_per_second, int parts = 1) const {
-    Simulation simulation(world, {.h = 1.0 / (steps_per_second * parts)});
+    Simulation simulation = Simulation::copy_of(world, {.h = 1.0 / (steps_per_second * parts)});
     run(simulation, (steps_per_second / 4 - 1) * parts);
     std::vector<JointReaction> all(joints.size());
     for (int part = 0; part < parts; ++part) {
@@ -130,7 +130,7 @@ TEST_CASE("two beams clamped end to end: each clamp bears the weight and the mom
   const Entity root = world.add(FixedJoint{.a = wall, .b = inner}).value();
   // The other way round: what is told is the opposite.
   const Entity middle = world.add(FixedJoint{.a = outer, .b = inner, .anchor = {1, 0, 0}}).value();
-  Simulation simulation(world);
+  Simulation simulation = Simulation::copy_of(world);
   run(simulation, 30);
   const JointReaction at_root = reaction_of(simulation, root);
   const JointReaction in_middle = reaction_of(simulation, middle);
@@ -144,7 +144,7 @@ TEST_CASE("a pendulum beside its hinge: force and torque follow its motion, to s
   const SidePendulum pendulum(Solver::articulated);
   Real before = 0;
   for (const int rate : {120, 480, 1920}) {
-    Simulation simulation(pendulum.world, {.h = 1.0 / rate});
+    Simulation simulation = Simulation::copy_of(pendulum.world, {.h = 1.0 / rate});
     Real worst = 0;
     for (int i = 0; i < rate; ++i) {
       const Real error = pendulum.step(simulation);
@@ -202,7 +202,7 @@ TEST_CASE("a beam on a hinge: what holds it level decides what the hinge bears")
                        .collision = Collision{}})
         .value();
   }
-  Simulation simulation(world);
+  Simulation simulation = Simulation::copy_of(world);
   run(simulation, 240);
   const JointReaction told = reaction_of(simulation, hinge);
   const Vec3 weight = 4.0 * kDown, centre = simulation.world.bodies[beam].pose.position;
@@ -236,7 +236,7 @@ TEST_CASE("reactions keep to their joint while others come and go") {
   const Entity doomed = beam_from(world, {0, 5, 0}), beam = beam_from(world, {0, 0, 0});
   const Entity first = world.add(FixedJoint{.a = wall, .b = doomed, .anchor = {0, 5, 0}}).value();
   const Entity second = world.add(FixedJoint{.a = wall, .b = beam}).value();
-  Simulation simulation(world);
+  Simulation simulation = Simulation::copy_of(world);
   run(simulation, 5);
   simulation.world.destroy(doomed);
   CHECK_FALSE(joint_reaction(simulation.world, first));
@@ -252,7 +252,7 @@ TEST_CASE("solvers that know no forces tell none") {
   world.default_settings.solver = solver;
   const Entity wall = fixed_at(world, {0, 0, 0}), beam = beam_from(world, {0, 0, 0});
   const Entity hinge = world.add(HingeJoint{.a = wall, .b = beam, .axis = {0, 0, 1}}).value();
-  Simulation simulation(world);
+  Simulation simulation = Simulation::copy_of(world);
   run(simulation, 5);
   CHECK_FALSE(joint_reaction(simulation.world, hinge));
 }

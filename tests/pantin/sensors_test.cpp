@@ -45,7 +45,7 @@ TEST_CASE(
   const Entity ball = add_ball(world, {0, 1, 0});
   const Entity same = add_ball(alone, {0, 1, 0});
   const Entity gate = add_box(world, Motion::fixed, {0, 0, 0}, {1, 0.2, 1});
-  Simulation simulation(world), without(alone);
+  Simulation simulation = Simulation::copy_of(world), without = Simulation::copy_of(alone);
   ContactEvents events(simulation.world);
   int begun = 0, persisted = 0, ended = 0;
   bool was_within = false;
@@ -87,7 +87,7 @@ TEST_CASE("a sensor tells the bodies of two islands, each pair once, and no sens
   const Entity single = add_ball(world, {0.5, 0, 0});
   add_box(world, Motion::kinematic, {0, 0, 0}, {1, 1, 1});
   add_box(world, Motion::fixed, {-1, -1, -1}, {0.2, 0.2, 0.2}, {});  // both fixed: not told
-  Simulation simulation(world);
+  Simulation simulation = Simulation::copy_of(world);
   ContactEvents events(simulation.world);
   simulation.step();
   events.update(simulation.world);
@@ -111,7 +111,7 @@ TEST_CASE("a sensor on a kinematic body that passes balls, and one that a joint 
   world.add(FixedJoint{.a = cart, .b = hand}).value();
   const Entity ball = add_ball(world, {0, 0, 0}), above = add_ball(world, {0.2, 0.5, 0});
   const Entity wall = add_box(world, Motion::fixed, {0.8, 0.5, 0}, {0.05, 0.1, 0.1}, {});
-  Simulation simulation(world);
+  Simulation simulation = Simulation::copy_of(world);
   ContactEvents events(simulation.world);
   std::string cart_saw, hand_saw;
   for (int i = 0; i < 75; ++i) {
@@ -140,7 +140,7 @@ TEST_CASE("a plane as a sensor tells what is below it; layers that do not agree 
   const Entity seen = add_ball(world, {0, -0.5, 0}, in_layers(collision_layer(2)));
   add_ball(world, {1, -0.5, 0}, in_layers(collision_layer(3)));
   add_ball(world, {2, -0.5, 0}, in_layers(collision_layer(2), collision_layer(2)));
-  Simulation simulation(world);
+  Simulation simulation = Simulation::copy_of(world);
   ContactEvents events(simulation.world);
   simulation.step();
   events.update(simulation.world);
@@ -156,10 +156,10 @@ TEST_CASE("a copy, and a World saved and loaded, tell the same events from there
       .value();
   for (int i = 0; i < 4; ++i) add_ball(world, {0.35 * i, 0.3 + 0.6 * i, 0});
   for (int i = 0; i < 3; ++i) add_box(world, Motion::fixed, {0.4 * i, 0.5, 0}, {0.35, 0.2, 0.2});
-  Simulation one(world);
+  Simulation one = Simulation::copy_of(world);
   for (int i = 0; i < 20; ++i) one.step();
   REQUIRE_FALSE(sensor_overlaps_of(one.world).empty());
-  Simulation copy(one.world);
+  Simulation copy = Simulation::copy_of(one.world);
   Simulation loaded(world_from_bytes(world_to_bytes(one.world).value()).value());
   ContactEvents first(one.world), second(copy.world), third(loaded.world);
   std::size_t changes = 0;
@@ -181,7 +181,7 @@ TEST_CASE("a body that sleeps within a sensor goes on being told; one destroyed 
       .value();
   const Entity ball = add_ball(world, {0, 0.1, 0});
   const Entity gate = add_box(world, Motion::fixed, {0, 0.2, 0}, {1, 0.2, 1});
-  Simulation simulation(world);
+  Simulation simulation = Simulation::copy_of(world);
   ContactEvents events(simulation.world);
   int asleep = 0;
   const auto pair = std::to_string(gate.index), who = std::to_string(ball.index);
@@ -201,7 +201,7 @@ TEST_CASE("what lies on a body falls when that becomes a sensor; rays pass it") 
   World world;
   const Entity table = add_box(world, Motion::fixed, {0, 0, 0}, {1, 0.1, 1}, {});
   const Entity ball = add_ball(world, {0, 0.2, 0});
-  Simulation simulation(world);
+  Simulation simulation = Simulation::copy_of(world);
   for (int i = 0; i < 120; ++i) simulation.step();
   CHECK(simulation.world.bodies[ball].pose.position.y == Approx(0.2).margin(1e-3));
   const Ray down{{0.5, 1, 0}, {0, -2, 0}};

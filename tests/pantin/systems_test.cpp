@@ -60,7 +60,7 @@ TEST_CASE("names that are taken, circles and unknown names are refused, and noth
 
 TEST_CASE("what a system keeps for itself outlives the coming and going of others") {
   World world;
-  Simulation s(world);
+  Simulation s = Simulation::copy_of(world);
   int seen = 0;
   REQUIRE(s.insert(Stage::before_update, {.name = "counter"},
                    [&seen, count = 0](World&, Real) mutable { seen = ++count; }));

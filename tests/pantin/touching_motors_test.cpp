@@ -62,7 +62,7 @@ constexpr Real kAlong = kChassis + 4 * kWheel * 1.4;  // kg, the wheels' turning
 
 /// m/s, after the seconds.
 Real speed_after(const Car& c, Real seconds, Real rate) {
-  Simulation sim(c.world, {1 / rate});
+  Simulation sim = Simulation::copy_of(c.world, {1 / rate});
   for (int i = 0; i < seconds * rate; ++i) REQUIRE(sim.step().status == Status::ok);
   return sim.world.bodies[c.chassis].velocity.x;
 }
@@ -104,7 +104,7 @@ TEST_CASE("a motor at its cap presses a foot to the ground with its torque") {
       .add(HingeJoint{
           .a = post, .b = foot, .anchor = {0, radius, 0}, .axis = {0, 0, 1}, .motor = motor})
       .value();
-  Simulation sim(world, {1.0 / 60});
+  Simulation sim = Simulation::copy_of(world, {1.0 / 60});
   for (int i = 0; i < 120; ++i) REQUIRE(sim.step().status == Status::ok);
   ContactEvents events(sim.world);
   sim.step();
@@ -142,7 +142,7 @@ TEST_CASE("a leg whose knee rubs stands, and folds where it rubs too little") {
         .add(HingeJoint{
             .a = foot, .b = shin, .anchor = ankle, .axis = {0, 0, 1}, .friction = friction})
         .value();
-    Simulation sim(world, {1.0 / 60});
+    Simulation sim = Simulation::copy_of(world, {1.0 / 60});
     for (int i = 0; i < 30; ++i) REQUIRE(sim.step().status == Status::ok);
     const Vec3 now = sim.world.bodies[shin].pose.rotation * Vec3(0, 1, 0);
     const Real fallen = std::atan2(now.x, now.y) - lean;
@@ -192,7 +192,7 @@ TEST_CASE("in a loop of joints the one with a motor is driven; what cannot be is
       continue;
     }
     CHECK(faults.empty());
-    Simulation sim(world, {1.0 / 60});
+    Simulation sim = Simulation::copy_of(world, {1.0 / 60});
     for (int i = 0; i < 120; ++i) REQUIRE(sim.step().status == Status::ok);
     CHECK(joint_angular_speed(sim.world, hinges.back()) == Approx(1).epsilon(1e-2));
     CHECK(measure(sim.world).worst_gap < 1e-6);

@@ -144,7 +144,7 @@ TEST_CASE("a step of planar linkages, belts and curves that nothing can touch al
                                     "cam_follower", "geneva", "spline_cam", "elliptical_gears");
   const auto scene = load_scene(asset("scenes/" + name + ".json"));
   REQUIRE(scene);
-  Simulation simulation(scene->world, {scene->step});
+  Simulation simulation = Simulation::copy_of(scene->world, {scene->step});
   allocations_in(simulation, 300);
   INFO(name);
   CHECK(allocations_in(simulation, 300) == 0);
@@ -177,7 +177,7 @@ TEST_CASE("a step of exact bodies that lie on one another allocates nothing") {
 
 TEST_CASE("advancing and drawing allocate nothing after the first few") {
   Puppet p = swaying_puppet();
-  Simulation simulation(p.world);
+  Simulation simulation = Simulation::copy_of(p.world);
   const auto frame = [&] {
     const Advance a = simulation.advance(1.0 / 47);
     return simulation.interpolated(p.left, a.fraction);
@@ -230,7 +230,7 @@ TEST_CASE("a step of a lamina allocates nothing after the first few, switches of
   CAPTURE(name);
   const auto scene = load_scene(asset("laminas/" + std::string(name) + ".json"));
   REQUIRE(scene);
-  Simulation simulation(scene->world);
+  Simulation simulation = Simulation::copy_of(scene->world);
   simulation.settings.measure = true;
   allocations_in(simulation, 20);
   int switches = 0;

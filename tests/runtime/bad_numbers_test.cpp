@@ -57,7 +57,7 @@ void expect_told(Solver solver, const Spoil& spoil, bool from_the_start) {
   Pair sick(solver);
   Simulation well(Pair(solver).puppet.world);
   if (from_the_start) spoil.apply(sick);
-  Simulation sim(sick.puppet.world);
+  Simulation sim = Simulation::copy_of(sick.puppet.world);
   const int before = from_the_start ? 0 : 5;
   for (int i = 0; i < before; ++i) REQUIRE(sim.step().status != Status::diverged);
   if (!from_the_start) {
@@ -155,7 +155,7 @@ TEST_CASE("the body with an impossible mass is the one that is named") {
   for (Solver solver : {Solver::articulated, Solver::sweep, Solver::lagrangian}) {
     Pair p(solver);
     p.puppet.world.bodies[p.puppet.right].mass = -2;
-    Simulation sim(p.puppet.world);
+    Simulation sim = Simulation::copy_of(p.puppet.world);
     const StepReport report = sim.step();
     INFO(name_of(solver));
     CHECK(report.status == Status::diverged);
@@ -198,7 +198,7 @@ TEST_CASE("a gravity that is not finite is told") {
     for (Real bad : kBad) {
       Pair p(solver);
       p.puppet.world.gravity.y = bad;
-      Simulation sim(p.puppet.world);
+      Simulation sim = Simulation::copy_of(p.puppet.world);
       CHECK(sim.step().status == Status::diverged);
       for (const Body& b : sim.world.bodies.values()) CHECK(is_sound(b));
     }
@@ -259,7 +259,7 @@ TEST_CASE("what is asked of an entity that is not there does nothing, and says s
   World& w = p.puppet.world;
   const Entity gone = p.puppet.free, none{}, beyond{4'000'000'000u, 0}, string = p.puppet.string;
   w.destroy(gone);
-  Simulation sim(w);
+  Simulation sim = Simulation::copy_of(w);
   for (int i = 0; i < 3; ++i) sim.step();
   const std::uint64_t before = state_hash(sim.world);
   const std::size_t forces = sim.world.forces.size();
@@ -287,7 +287,7 @@ TEST_CASE("a system that asks for an entity that is not there fails, and the ste
   Pair p(Solver::articulated);
   const Entity gone = p.puppet.free;
   p.puppet.world.destroy(gone);
-  Simulation sim(p.puppet.world);
+  Simulation sim = Simulation::copy_of(p.puppet.world);
   sim.insert(Stage::before_update, [=](World& w, Real) { w.bodies[gone].velocity = Vec3(1); });
   const StepReport report = sim.step();
   CHECK(report.status == Status::system_failed);

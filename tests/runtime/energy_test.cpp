@@ -154,7 +154,7 @@ TEST_CASE("a solver that keeps a chain's energy is never blamed") {
 TEST_CASE("a sweep that throws a chain is told before it has ten times the energy") {
   World w = hung_chain(12).world;  // 70 J below where it starts
   w.default_settings.solver = Solver::sweep;
-  Simulation sim(w, {1.0 / 60, 1, 1, true});
+  Simulation sim = Simulation::copy_of(w, {1.0 / 60, 1, 1, true});
   StepReport report;
   for (int i = 0; i < 240 && report.status == Status::ok; ++i) report = sim.step();
   CHECK(report.status == Status::energy_grew);
@@ -166,7 +166,7 @@ TEST_CASE("pushes are work") {
   for (Solver solver : {Solver::shake2, Solver::procedural}) {
     Chain c = hung_chain(5);
     c.world.default_settings.solver = solver;
-    Simulation sim(c.world, {1.0 / 120});
+    Simulation sim = Simulation::copy_of(c.world, {1.0 / 120});
     sim.insert(Stage::before_update, [&](World& w, Real) {
       w.push(c.rods.back(),
              4.0 * glm::normalize(w.bodies[c.rods.back()].velocity + Vec3(0, 1e-3, 0)),
@@ -181,7 +181,7 @@ TEST_CASE("changing by hand starts a new account") {
   for (Solver solver : {Solver::shake2, Solver::procedural}) {
     Chain c = hung_chain(5);
     c.world.default_settings.solver = solver;
-    Simulation sim(c.world, {1.0 / 120});
+    Simulation sim = Simulation::copy_of(c.world, {1.0 / 120});
     for (int i = 0; i < 60; ++i) REQUIRE(sim.step().status == Status::ok);
     for (Entity e : c.rods) {
       sim.world.bodies[e].velocity = {0, 0, 20};

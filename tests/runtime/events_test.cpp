@@ -32,7 +32,7 @@ void run_until(Simulation& sim, Real end) {
 }
 
 Simulation run(const World& world, Real h, Real end, int substeps = 1) {
-  Simulation sim(world, {h, substeps});
+  Simulation sim = Simulation::copy_of(world, {h, substeps});
   run_until(sim, end);
   return sim;
 }
@@ -353,7 +353,7 @@ TEST_CASE("A run with events goes on from a file and from a copy with the same b
     CHECK(state_hash(run(*loaded, 1.0 / 60, 2).world) == whole);
     CHECK(state_hash(run(sim.world, 1.0 / 60, 2).world) == whole);
   }
-  Simulation threads(world, {1.0 / 60, 1, 4});
+  Simulation threads = Simulation::copy_of(world, {1.0 / 60, 1, 4});
   run_until(threads, 2);
   CHECK(state_hash(threads.world) == whole);
 }
@@ -371,7 +371,7 @@ TEST_CASE("A hand that cannot get there opens no joint") {
                                  .over = 0.5,
                                  .target = {0, 3, 0},
                                  .stiffness = stiffness}));
-    Simulation sim(world);
+    Simulation sim = Simulation::copy_of(world);
     sim.settings.measure = true;
     Real worst = 0;
     while (sim.world.time < 2) worst = std::max(worst, sim.step().measures.worst_gap_rel);
@@ -407,7 +407,7 @@ TEST_CASE("What sleeps is woken by an event") {
                                           .collision = Collision{}})
                            .value();
     REQUIRE(world.add(change(box)));
-    Simulation sim(world);
+    Simulation sim = Simulation::copy_of(world);
     StepReport report;
     while (sim.world.time < 3.9) report = sim.step();
     CHECK(report.asleep == 1);

@@ -67,7 +67,7 @@ TEST_CASE("work of a led body, of pushes and of springs is no gain of energy") {
 
     Chain chain = hung_chain(6);
     chain.world.default_settings.solver = solver;
-    Simulation pushed(chain.world, {1.0 / 240, 1, 1, false, true});
+    Simulation pushed = Simulation::copy_of(chain.world, {1.0 / 240, 1, 1, false, true});
     pushed.insert(Stage::before_update, [&](World& world, Real) {
       world.push(chain.rods.back(), {20, 0, 5}, world.bodies[chain.rods.back()].pose.position);
     });
@@ -81,7 +81,7 @@ TEST_CASE("energy that nobody brought is told as soon as it is there") {
   World w;
   const Entity e = w.add_body(rod(Vec3(0)), "rod");
   w.gravity = Vec3(0);
-  Simulation still(w, {1e-3});
+  Simulation still = Simulation::copy_of(w, {1e-3});
   still.step();
   World& world = still.world;
   int gains = 0;
@@ -108,7 +108,7 @@ TEST_CASE("energy that nothing takes is missed as soon as it is gone, but for wh
       body.velocity = {3, 0, 0}, body.drag = drag;
       const Entity e = w.add_body(body, "rod");
       w.gravity = Vec3(0);
-      Simulation sim(w, {1e-3});
+      Simulation sim = Simulation::copy_of(w, {1e-3});
       sim.step();
       World& world = sim.world;
       const Real had = 0.25 * glm::dot(world.bodies[e].velocity, world.bodies[e].velocity);
@@ -143,7 +143,7 @@ TEST_CASE("angular momentum that turns by itself is told, of what is held it is 
         w.add_link(w.add_body(hook), e, {{}, {-kHalfLink, 0, 0}});
       }
       w.gravity = Vec3(0);
-      Simulation sim(w, {1e-3});
+      Simulation sim = Simulation::copy_of(w, {1e-3});
       sim.step();
       World& world = sim.world;
       Body& b = world.bodies[e];
@@ -250,7 +250,8 @@ TEST_CASE("a box that friction jams between walls that close is told and not flu
 
 TEST_CASE("watching does not change the motion") {
   World w = swaying_puppet().world;
-  Simulation plain(w, {1.0 / 60}), seen(w, {1.0 / 60, 1, 1, false, true});
+  Simulation plain = Simulation::copy_of(w, {1.0 / 60}),
+             seen = Simulation::copy_of(w, {1.0 / 60, 1, 1, false, true});
   for (int i = 0; i < 120; ++i) plain.step(), seen.step();
   CHECK(state_hash(plain.world) == state_hash(seen.world));
 }

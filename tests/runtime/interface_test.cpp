@@ -62,7 +62,7 @@ Real jump(int tied, Real restitution) {
     w.bodies[above].gravity_scale = 0;
   }
   if (tied > 0) w.add_cable(above, ball, {Vec3(0), Vec3(0), 3.5, 0});
-  Simulation sim(w, {1.0 / 240});
+  Simulation sim = Simulation::copy_of(w, {1.0 / 240});
   Real highest = 0;
   bool hit = false;
   for (int i = 0; i < 300; ++i) {
@@ -142,7 +142,7 @@ TEST_CASE("a rope that touches others leaves the account of another rope alone")
   w.collisions.add(other, c);
   b.velocity = {0, 3, 0};
 
-  Simulation sim(w, {1.0 / 240});
+  Simulation sim = Simulation::copy_of(w, {1.0 / 240});
   const Vec3 start = momentum_of(sim.world, quiet);
   Real worst = 0;
   bool edit_count = false;
@@ -165,7 +165,7 @@ TEST_CASE("an island that changes within a step sits it out, whatever changes af
     w.gravity = Vec3(0);
     const Flyer grown = add_flyer(w, {0, 0, 0}), other = add_flyer(w, {20, 0, 0});
     const Entity load = add_exact(w, {0, 2, 0}, 1), spare = add_exact(w, {40, 0, 0}, 1);
-    Simulation sim(w, {1.0 / 240});
+    Simulation sim = Simulation::copy_of(w, {1.0 / 240});
     const Vec3 start = momentum_of(sim.world, other);
     int ran = 0;
     const auto remove = [&](World& world) {
@@ -203,7 +203,7 @@ TEST_CASE("a body feels the rope on it from when it is let go until it is held a
   b.drag = 0, b.mass = 1, b.inertia = Vec3(1e-2), b.pose.position = {0, -0.5, 0};
   const Entity load = w.add_body(b);
   w.add_cable(beam, load, {Vec3(0), Vec3(0), 0.5, 0});
-  Simulation sim(w, {1.0 / 240});
+  Simulation sim = Simulation::copy_of(w, {1.0 / 240});
   const auto speed_after = [&](Motion motion) {
     sim.world.bodies[beam].motion = motion, sim.world.mark_dirty();
     for (int i = 0; i < 48; ++i) REQUIRE(sim.step().status == Status::ok);

@@ -52,7 +52,7 @@ TEST_CASE("a component added through a stale handle hides nothing, and is told")
     w.names.add(a, "gone");
     REQUIRE(check(w).size() >= 2);
     CHECK(check(w).front().link == a);
-    Simulation sim(w);
+    Simulation sim = Simulation::copy_of(w);
     const StepReport report = sim.step();
     CHECK(report.faults >= 2);
     CHECK(report.fault == a);
@@ -84,7 +84,7 @@ TEST_CASE("a World put back within a step takes that step as it would have taken
           const StepReport report = sim.step();
           CHECK(report.status == Status::ok);
           if (i != 10) continue;
-          Simulation again(kept, {.substeps = substeps});
+          Simulation again = Simulation::copy_of(kept, {.substeps = substeps});
           again.step();
           CHECK(state_hash(sim.world) == state_hash(again.world));
         }
@@ -121,7 +121,7 @@ TEST_CASE("sizes, places and rotations that are none are told, and not solid") {
       CAPTURE(name_of(solver), how);
       World w = stack(solver);
       spoil(w, how);
-      Simulation sim(w);
+      Simulation sim = Simulation::copy_of(w);
       CHECK(sim.step().faults > 0);
       for (int i = 0; i < 5; ++i) sim.step();
       const Queries queries(sim.world);
@@ -130,7 +130,7 @@ TEST_CASE("sizes, places and rotations that are none are told, and not solid") {
   for (const Solver solver : kAll) {  // of a body that stands
     World w = stack(solver);
     w.bodies.values()[0].pose.rotation = Quat(0, 0, 0, 0);
-    Simulation sim(w);
+    Simulation sim = Simulation::copy_of(w);
     const StepReport report = sim.step();
     CHECK(report.status == Status::diverged);
     CHECK(report.body == w.bodies.owners()[0]);
@@ -169,7 +169,7 @@ TEST_CASE("memory that runs out within a step ends it, and the next one goes on"
   const Entity a = w.add(box(0)).value(), b = w.add(box(1)).value();
   w.collisions.remove(a), w.collisions.remove(b);
   REQUIRE(w.add(CustomConstraint{.a = a, .b = b, .equations = greedy}));
-  Simulation sim(w), well(w);
+  Simulation sim = Simulation::copy_of(w), well = Simulation::copy_of(w);
   for (int i = 0; i < 20; ++i) {
     greedy->left = i == 10 ? 5 : 1 << 30;
     const StepReport report = sim.step();

@@ -38,7 +38,7 @@ TEST_CASE("a World copied in mid-run goes on bit by bit as the original") {
   const World snapshot = original.world;
   const auto expected = hashes(original, 60);
 
-  Simulation other(snapshot);
+  Simulation other = Simulation::copy_of(snapshot);
   CHECK(hashes(other, 60) == expected);
   original.world = snapshot;  // back in time
   CHECK(hashes(original, 60) == expected);
@@ -54,7 +54,7 @@ TEST_CASE("the same start gives the same bits twice, and motion changes them") {
 
 TEST_CASE("a snapshot restores links that were cut after it") {
   Chain chain = hung_chain(8);
-  Simulation simulation(chain.world);
+  Simulation simulation = Simulation::copy_of(chain.world);
   hashes(simulation, 30);
   const World snapshot = simulation.world;
   const auto expected = hashes(simulation, 30);
@@ -83,7 +83,7 @@ TEST_CASE("the number of threads does not change a bit") {
     const Entity below = world.add_body(rod({kHalfLink, 0, 1.0 * i}));
     world.add_link(above, below, {Vec3(0), {-kHalfLink, 0, 0}});
   }
-  Simulation one(world), four(world);
+  Simulation one = Simulation::copy_of(world), four = Simulation::copy_of(world);
   four.settings.threads = 4;
   CHECK(hashes(one, 30) == hashes(four, 30));
 }

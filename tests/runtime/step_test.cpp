@@ -40,7 +40,7 @@ TEST_CASE("systems run at their places, in the order of the step and of their in
 
 TEST_CASE("a system sees the stage before it and is told the length of the step") {
   Puppet p = swaying_puppet();
-  Simulation simulation(p.world);
+  Simulation simulation = Simulation::copy_of(p.world);
   simulation.settings.h = 1.0 / 50;
   Vec3 before(0), after(0);
   Real told = 0;
@@ -65,7 +65,7 @@ TEST_CASE("a force pushed by a system acts in the same step, and in that step on
   body.drag = 0;
   body.mass = 2;
   const Entity e = world.add_body(body);
-  Simulation simulation(world);
+  Simulation simulation = Simulation::copy_of(world);
   bool push = true;
   simulation.insert(Stage::before_update, [&](World& w, Real) {
     if (push) w.push(e, {3, 0, 0}, w.bodies[e].pose.position);
@@ -80,7 +80,7 @@ TEST_CASE("a force pushed by a system acts in the same step, and in that step on
 
 TEST_CASE("a kinematic body is on its path after the step, with the path's velocity") {
   Puppet p = swaying_puppet();
-  Simulation simulation(p.world);
+  Simulation simulation = Simulation::copy_of(p.world);
   for (int i = 0; i < 30; ++i) simulation.step();
   const World& w = simulation.world;
   const Body& bar = w.bodies[p.bar];
@@ -128,7 +128,7 @@ TEST_CASE("a number that is not finite is reported with its body, and its neighb
   Chain chain = hung_chain(4);
   const Entity sick = chain.rods[2];
   const auto spoil = GENERATE(0, 1, 2, 3);
-  Simulation simulation(chain.world);
+  Simulation simulation = Simulation::copy_of(chain.world);
   for (int i = 0; i < 3; ++i) simulation.step();
   Body& body = simulation.world.bodies[sick];
   body.restart = true;
@@ -149,7 +149,7 @@ TEST_CASE("structures that cannot be solved are left out and named") {
   World& w = chain.world;
   const Entity self = w.add_link(chain.rods[1], chain.rods[1], {Vec3(0), Vec3(0)});
   const Entity nobody = w.add_link(chain.rods[1], Entity{77, 0}, {Vec3(0), Vec3(0)});
-  Simulation simulation(w);
+  Simulation simulation = Simulation::copy_of(w);
   simulation.step();
   std::vector<Entity> named;
   for (const StructureFault& f : partition_of(simulation.world).faults) named.push_back(f.link);
@@ -170,7 +170,7 @@ TEST_CASE("an exception of a system does not leave the step, and is reported") {
 
 TEST_CASE("solvers are switched while the simulation runs") {
   Chain chain = hung_chain(6);
-  Simulation simulation(chain.world);
+  Simulation simulation = Simulation::copy_of(chain.world);
   simulation.settings.measure = true;
   for (Solver solver : {Solver::articulated, Solver::sweep, Solver::shake2, Solver::articulated}) {
     simulation.world.settings.add(chain.rods[3], {solver});

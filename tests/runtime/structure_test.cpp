@@ -180,7 +180,7 @@ TEST_CASE("anything may be created and destroyed by a system at any place") {
       for (int substeps : {1, 3}) {
         INFO(change.what << " at place " << static_cast<int>(place) << ", substeps " << substeps);
         Zoo zoo;
-        Simulation sim(zoo.world, {1.0 / 60, substeps, 1, true});
+        Simulation sim = Simulation::copy_of(zoo.world, {1.0 / 60, substeps, 1, true});
         int ran = -2;
         sim.insert(place, [&](World& w, Real) {
           if (++ran >= 0) change.apply(zoo, w, ran);
@@ -226,7 +226,8 @@ TEST_CASE("islands that a change does not concern go on in the same bits, wherev
         for (const Cable& s : z.cables.values()) start.add_cable(of(s.a), of(s.b), s.joint);
         for (Pin p : z.pins.values()) p.body = of(p.body), p.to = of(p.to), start.add_pin(p);
       }
-      Simulation changed(start, {1.0 / 60, substeps}), calm(start, {1.0 / 60, substeps});
+      Simulation changed = Simulation::copy_of(start, {1.0 / 60, substeps}),
+                 calm = Simulation::copy_of(start, {1.0 / 60, substeps});
       int ran = 0;
       changed.insert(place, [&](World& w, Real) {
         ++ran;
@@ -257,7 +258,7 @@ TEST_CASE("what sleeps goes on sleeping when something else comes or goes, and w
     c.others = false, c.restitution = 0;
     w.collisions[e] = c;
   }
-  Simulation sim(w);
+  Simulation sim = Simulation::copy_of(w);
   StepReport report;
   for (int i = 0; i < 120; ++i) report = sim.step();
   REQUIRE(report.asleep == 2);
@@ -365,7 +366,7 @@ TEST_CASE("changing what is asleep wakes it") {
   World w;
   add_floor(w);
   const Entity ball = add_ball(w, {0, 0.1, 0});
-  Simulation sim(w);
+  Simulation sim = Simulation::copy_of(w);
   for (int i = 0; i < 120; ++i) sim.step();
   REQUIRE(sim.step().asleep == 1);
   sim.world.bodies[ball].gravity_scale = -1;
@@ -393,7 +394,7 @@ TEST_CASE("building the structure once more changes nothing") {
 
 TEST_CASE("measures of a World whose structure changed since the last step are of what there is") {
   Zoo zoo;
-  Simulation sim(zoo.world);
+  Simulation sim = Simulation::copy_of(zoo.world);
   for (int i = 0; i < 5; ++i) sim.step();
   sim.world.destroy(zoo.balls), sim.world.destroy(zoo.links), sim.world.destroy(zoo.puppet);
   const Measures m = measure(sim.world);
@@ -414,7 +415,7 @@ TEST_CASE("a force pushed by a system in every substep is as strong as it says")
         Body b;
         b.drag = 0, b.mass = 2;
         const Entity e = w.add_body(b);
-        Simulation sim(w, {0.01, substeps});
+        Simulation sim = Simulation::copy_of(w, {0.01, substeps});
         sim.insert(place, [=](World& world, Real) {
           world.push(e, {3, 0, 0}, world.bodies[e].pose.position);
         });
@@ -433,7 +434,7 @@ TEST_CASE("a force pushed before a step acts in all its substeps, and in no othe
     Body b;
     b.drag = 0, b.mass = 2;
     const Entity e = w.add_body(b);
-    Simulation sim(w, {0.01, substeps});
+    Simulation sim = Simulation::copy_of(w, {0.01, substeps});
     sim.world.push(e, {3, 0, 0}, Vec3(0));
     for (int i = 0; i < 3; ++i) sim.step();
     INFO(substeps);

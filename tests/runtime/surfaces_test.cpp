@@ -51,7 +51,8 @@ TEST_CASE("a ball on a belt goes on from a copy and from a file as it would have
   const Result<World> read = world_from_bytes(*bytes, World{}, "test");
   REQUIRE(read);
   CHECK(state_hash(*read) == state_hash(sim.world));
-  Simulation again(*read, {1.0 / 60}), copy(sim.world, {1.0 / 60});
+  Simulation again = Simulation::copy_of(*read, {1.0 / 60}),
+             copy = Simulation::copy_of(sim.world, {1.0 / 60});
   for (int i = 0; i < 60; ++i) {
     sim.step(), again.step(), copy.step();
     REQUIRE(state_hash(again.world) == state_hash(sim.world));

@@ -46,7 +46,7 @@ TEST_CASE("auto leaves what it does not know to lagrangian, to the bit, and tell
   const auto named = parse_scene(scene_of(of, "lagrangian"), "t.json");
   REQUIRE(asked);
   REQUIRE(named);
-  Simulation one(asked->world), two(named->world);
+  Simulation one = Simulation::copy_of(asked->world), two = Simulation::copy_of(named->world);
   Real fastest = 0;
   for (int i = 0; i < 60; ++i) {
     REQUIRE(one.step().status == Status::ok);
@@ -78,7 +78,7 @@ TEST_CASE("What stands on an island that auto left is stepped with it, and rests
                 "anchor": [0, 0.1, 0], "axis": [1, 0, 0]}]})",
                                  "t.json");
   REQUIRE(scene);
-  Simulation sim(scene->world);
+  Simulation sim = Simulation::copy_of(scene->world);
   for (int i = 0; i < 120; ++i) REQUIRE(sim.step().status == Status::ok);
   CHECK(lines_beyond_auto(sim.world).size() == 1);
   CHECK(takeover_lines(sim.world).size() == 1);

@@ -114,7 +114,7 @@ CLAIM("mobile", "arms that balance on one another sway in gusts of wind and stay
   // Where no drag feels the wind it only turns.
   Extent calm, swung;
   for (const bool windy : {false, true}) {
-    Simulation sim(p.scene.world, {p.scene.step, p.scene.substeps});
+    Simulation sim = Simulation::copy_of(p.scene.world, {p.scene.step, p.scene.substeps});
     if (!windy)
       for (const Entity e : p.scene.world.bodies.owners()) sim.world.bodies[e].drag = 0;
     for (int i = 0; i < 240; ++i) {

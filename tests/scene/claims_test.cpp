@@ -31,7 +31,7 @@ Played play(const std::string& name, const Watch& watch, Real seconds) {
   Result<Scene> scene = load_scene(file_of(name));
   REQUIRE(bool(scene));
   Played p{std::move(*scene), {}};
-  Simulation sim(p.scene.world, {p.scene.step, p.scene.substeps, 1, true});
+  Simulation sim = Simulation::copy_of(p.scene.world, {p.scene.step, p.scene.substeps, 1, true});
   const Real until = seconds > 0 ? seconds : p.scene.duration;
   const auto steps = static_cast<int>(std::lround(until / p.scene.step));
   p.start_energy = measure(sim.world).energy();
@@ -76,7 +76,7 @@ TEST_CASE("Every shipped scene runs to the same bits twice, by any number of thr
     REQUIRE(bool(scene));
     std::set<std::uint64_t> hashes;
     for (const int threads : {1, 1, 3}) {
-      Simulation sim(scene->world, {scene->step, scene->substeps, threads});
+      Simulation sim = Simulation::copy_of(scene->world, {scene->step, scene->substeps, threads});
       for (int i = 0; i < 15; ++i) sim.step();
       hashes.insert(state_hash(sim.world));
     }

@@ -32,7 +32,7 @@ const std::string kArm = R"("bodies": [
 /// Steps a scene and checks that `right` is the image of `left` by x = `offset` all the time.
 void check_images(Scene& s, const std::vector<std::pair<std::string, std::string>>& pairs,
                   Real offset) {
-  Simulation sim(s.world, {1.0 / 240, 1, 1, true});
+  Simulation sim = Simulation::copy_of(s.world, {1.0 / 240, 1, 1, true});
   // Later the articulated solver's active sets may differ by the last bit of a cable's length.
   const bool is_exact = s.world.default_settings.solver == Solver::lagrangian;
   for (int i = 0; i < (is_exact ? 240 : 40); ++i) sim.step();

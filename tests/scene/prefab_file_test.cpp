@@ -172,7 +172,7 @@ TEST_CASE("The events of a prefab happen to each copy, in its own frame") {
 "instances": [{"name": "a", "prefab": "p"}, {"name": "b", "prefab": "p", "rotation_deg": [0, 90, 0]},
  {"name": "c", "prefab": "p", "mirror": "x"}]})");
   CHECK(s.warnings.empty());
-  Simulation sim(s.world, {0.01, 1, 1, true});
+  Simulation sim = Simulation::copy_of(s.world, {0.01, 1, 1, true});
   for (int i = 0; i < 100; ++i) sim.step();
   const auto velocity = [&](const char* name) {
     return sim.world.bodies[sim.world.find(name)].velocity;

@@ -45,7 +45,7 @@ TEST_CASE("a surface joint of a scene file starts where the surfaces are nearest
   CHECK(c.on_rim == OnRim::release);
   CHECK(c.known);
   CHECK(c.on_a.skin->half_axes().has_value());
-  Simulation sim(w, {0.01});
+  Simulation sim = Simulation::copy_of(w, {0.01});
   REQUIRE(sim.step().status == Status::ok);
   const SurfaceTouch touch = surface_touch(sim.world, sim.world.find("c")).value();
   CHECK(touch.touches);
@@ -130,7 +130,7 @@ TEST_CASE("copies of a prefab have surface joints of their own") {
       text(R"({"name": "i", "prefab": "p", "position": [3, 0, 0], "rotation_deg": [0, 0, 30]})"),
       "s.json");
   REQUIRE(scene);
-  Simulation sim(scene->world, {0.01});
+  Simulation sim = Simulation::copy_of(scene->world, {0.01});
   REQUIRE(sim.step().status == Status::ok);
   const SurfaceTouch touch = surface_touch(sim.world, sim.world.find("i/c")).value();
   CHECK(touch.normal.x == Approx(-0.5));
@@ -155,7 +155,7 @@ void check_images(const std::string& text) {
   if (!scene)
     for (const Error& e : scene.errors()) UNSCOPED_INFO(e.message);
   REQUIRE(scene);
-  Simulation sim(scene->world, {1.0 / 240});
+  Simulation sim = Simulation::copy_of(scene->world, {1.0 / 240});
   const auto named = [&](const char* side, const char* prefix) {
     return sim.world.find(std::string(prefix) + side);
   };
@@ -280,7 +280,7 @@ TEST_CASE("programs make bodies of NURBS faces, weighed as their solids, that to
       t.add(RigidBody{.shape = SphereShape{.radius = 0.1}, .position = {0, 0.1, 0}}).value();
   const Entity joint =
       t.add(SurfaceJoint{.a = ball, .b = ground, .may_lift = true, .friction = 0.3}).value();
-  Simulation sim(t, {0.01});
+  Simulation sim = Simulation::copy_of(t, {0.01});
   REQUIRE(sim.step().status == Status::ok);
   REQUIRE(surface_touches(sim.world, joint).size() == 1);
   CHECK(surface_touches(sim.world, joint)[0].force.y ==
@@ -310,7 +310,7 @@ TEST_CASE("programs add surface joints of the bodies' shapes or of others") {
   const Result<Entity> made = w.add(joint);
   REQUIRE(made);
   CHECK(w.surface_contacts[*made].known);
-  Simulation sim(w, {0.01});
+  Simulation sim = Simulation::copy_of(w, {0.01});
   REQUIRE(sim.step().status == Status::ok);
   CHECK(surface_touch(sim.world, *made)->force.y == Approx(-9.81));
   w.default_settings.solver = Solver::sweep;

@@ -225,14 +225,14 @@ TEST_CASE("skins fall, roll and rest, and a World with them is saved with the sa
        "shape": {"type": "nurbs", "surface": "ring"}},
       {"name": "egg", "position": [2, 0.5, 0], "shape": {"type": "nurbs",
        "surface": {"faces": [{"type": "ellipsoid", "radii": [0.3, 0.2, 0.2]}]}}}]})");
-  Simulation sim(scene.world, {scene.step, scene.substeps, 1, true});
+  Simulation sim = Simulation::copy_of(scene.world, {scene.step, scene.substeps, 1, true});
   for (int i = 0; i < 40; ++i) REQUIRE(sim.step().status == Status::ok);
   const auto bytes = world_to_bytes(sim.world);
   REQUIRE(bytes);
   const auto loaded = world_from_bytes(*bytes);
   REQUIRE(loaded);
   CHECK(state_hash(*loaded) == state_hash(sim.world));
-  Simulation again(*loaded, {scene.step, scene.substeps, 1, true});
+  Simulation again = Simulation::copy_of(*loaded, {scene.step, scene.substeps, 1, true});
   for (int i = 0; i < 200; ++i) sim.step(), again.step();
   CHECK(state_hash(again.world) == state_hash(sim.world));
   const auto height = [&](const char* name) {

@@ -144,7 +144,7 @@ TEST_CASE("a body at rest does not creep") {
   const Entity e = w.add_body(b);
   for (Solver solver : {Solver::articulated, Solver::sweep, Solver::shake2, Solver::procedural}) {
     w.default_settings.solver = solver;
-    Simulation sim(w, {1.0 / 60});
+    Simulation sim = Simulation::copy_of(w, {1.0 / 60});
     for (int i = 0; i < 100; ++i) sim.step();
     CHECK(sim.world.bodies[e].pose.position == b.pose.position);
     INFO(name_of(solver));

@@ -53,7 +53,7 @@ TEST_CASE("a box laid on a belt slides until it has the belt's speed") {
         add_belt(w, motion, friction, 1);
         const Entity e = add_solid(w, box_shape({0.2, 0.1, 0.2}), {{0, 0.1, 0}, kIdentity},
                                    Motion::dynamic, surface(friction));
-        Simulation sim(w, {h});
+        Simulation sim = Simulation::copy_of(w, {h});
         const Real time = 1 / (friction * kG), way = 1 / (2 * friction * kG);
         const Body& b = sim.world.bodies[e];
         Real reached = 0;
@@ -80,7 +80,7 @@ TEST_CASE("a ball laid on a belt rolls back with two sevenths of its speed") {
     add_belt(w, Motion::fixed, 0.3, 1);
     const Entity e =
         add_solid(w, ball_shape(0.1), {{0, 0.1, 0}, kIdentity}, Motion::dynamic, surface(0.3));
-    Simulation sim(w, {h});
+    Simulation sim = Simulation::copy_of(w, {h});
     run(sim, 2);
     const Body& b = sim.world.bodies[e];
     // Its moment about a line on the belt stays nought: v = 2/5 r w, and v + r w is the belt's.
@@ -98,7 +98,7 @@ TEST_CASE("a belt on a slope below the angle of friction carries up, above it le
                                  {slope(degrees) * Vec3(0, 0.05, 0), slope(degrees)},
                                  Motion::dynamic, surface(0.5));
       w.bodies[e].velocity = slope(degrees) * Vec3(0.7, 0, 0);
-      Simulation sim(w, {h});
+      Simulation sim = Simulation::copy_of(w, {h});
       run(sim, 2);
       const Real angle = degrees * kPi / 180;
       const Real loss = 2 * kG * std::max(Real(0), std::sin(angle) - 0.5 * std::cos(angle));
@@ -116,7 +116,7 @@ TEST_CASE("a belt turns with its body, and with the frame that the body was plac
   w.origins.add(belt, {Vec3(0), turn});
   const Entity e = add_solid(w, box_shape({0.2, 0.1, 0.2}), {{0, 0.1, 0}, kIdentity},
                              Motion::dynamic, surface(0.5));
-  Simulation sim(w, {1.0 / 60});
+  Simulation sim = Simulation::copy_of(w, {1.0 / 60});
   run(sim, 1);
   CHECK(glm::length(sim.world.bodies[e].velocity - Vec3(0, 0, -1)) < 1e-9);
 }
@@ -130,7 +130,7 @@ TEST_CASE("the speeds of two belts, and of a belt and its body, add up") {
   // Its own tracks run backwards below, and so drive it ahead.
   const Entity e = add_solid(w, box_shape({0.4, 0.1, 0.2}), {{0, 0.1, 0}, kIdentity},
                              Motion::dynamic, surface(0.5, {-0.25, 0, 0}));
-  Simulation sim(w, {1.0 / 60});
+  Simulation sim = Simulation::copy_of(w, {1.0 / 60});
   run(sim, 2);
   const Real driven = sim.world.bodies[belt].velocity.x;
   CHECK(driven > 0.4);
@@ -143,7 +143,7 @@ TEST_CASE("what runs along a normal moves nothing") {
             surface(0.5, {0, 3, 0}));
   const Entity e = add_solid(w, box_shape({0.2, 0.1, 0.2}), {{0, 0.1, 0}, kIdentity},
                              Motion::dynamic, surface(0.5));
-  Simulation sim(w, {1.0 / 60});
+  Simulation sim = Simulation::copy_of(w, {1.0 / 60});
   run(sim, 1);
   CHECK(glm::length(sim.world.bodies[e].velocity) < 1e-9);
   CHECK(std::abs(sim.world.bodies[e].pose.position.y - 0.1) < 1e-9);
@@ -159,7 +159,7 @@ TEST_CASE("a belt on a dynamic body drives both ways: momentum is kept") {
                                   Motion::dynamic, surface(0.5));
     // The ground is smooth: of two frictions the geometric mean counts.
     const Real m = w.bodies[cart].mass, n = w.bodies[load].mass;
-    Simulation sim(w, {h});
+    Simulation sim = Simulation::copy_of(w, {h});
     run(sim, 0.6);
     const Real v = sim.world.bodies[cart].velocity.x, u = sim.world.bodies[load].velocity.x;
     CHECK(std::abs(m * v + n * u) < 1e-9 * n);
@@ -174,7 +174,7 @@ TEST_CASE("tracks drive a vehicle by no more than friction allows") {
     add_ground(w, surface(0.3));
     const Entity e = add_solid(w, box_shape({0.5, 0.1, 0.3}), {{0, 0.1, 0}, kIdentity},
                                Motion::dynamic, surface(0.3, {-2, 0, 0}));
-    Simulation sim(w, {h});
+    Simulation sim = Simulation::copy_of(w, {h});
     run(sim, 0.5);
     CHECK(sim.world.bodies[e].velocity.x == Approx(0.5 * 0.3 * kG).epsilon(error));
     run(sim, 1);
@@ -189,7 +189,7 @@ TEST_CASE("what lies on a belt sleeps while it stands and wakes when it starts")
                                  Motion::dynamic, surface(0.5));
   const Entity upper = add_solid(w, box_shape({0.2, 0.1, 0.2}), {{0, 0.3, 0}, kIdentity},
                                  Motion::dynamic, surface(0.5));
-  Simulation sim(w, {1.0 / 60});
+  Simulation sim = Simulation::copy_of(w, {1.0 / 60});
   run(sim, 4);
   CHECK(sim.world.bodies[lower].velocity == Vec3(0));  // what sleeps has no speed at all
   CHECK(sim.world.bodies[upper].velocity == Vec3(0));
@@ -212,7 +212,7 @@ TEST_CASE("a slow belt, far below the speed of sleep, carries all the same") {
   add_belt(w, Motion::fixed, 0.5, 0.002);
   const Entity e = add_solid(w, box_shape({0.2, 0.1, 0.2}), {{0, 0.1, 0}, kIdentity},
                              Motion::dynamic, surface(0.5));
-  Simulation sim(w, {1.0 / 60});
+  Simulation sim = Simulation::copy_of(w, {1.0 / 60});
   run(sim, 10);
   CHECK(sim.world.bodies[e].pose.position.x == Approx(0.02).epsilon(1e-3));
 }
@@ -235,7 +235,7 @@ TEST_CASE("a chain laid along a belt is carried, and takes no more than friction
       }
       before = e;
     }
-    Simulation sim(w, {h});
+    Simulation sim = Simulation::copy_of(w, {h});
     run(sim, 0.25);
     for (const Entity e : links)
       CHECK(sim.world.bodies[e].velocity.x == Approx(0.25 * 0.2 * kG).epsilon(error));
@@ -253,7 +253,7 @@ TEST_CASE("a thin box is carried upright round the clock, blocked or not") {
   const Entity e = add_solid(w, box_shape({0.2, 0.1, 0.2}), {{0.5, 0.1, 0}, kIdentity},
                              Motion::dynamic, surface(0.4));
   const Real weight = w.bodies[e].mass * kG;
-  Simulation sim(w, {1.0 / 60});
+  Simulation sim = Simulation::copy_of(w, {1.0 / 60});
   run(sim, 3);
   Vec3 on_wall(0);
   for (const Contact& c : contacts_of(sim.world))

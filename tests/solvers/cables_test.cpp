@@ -44,7 +44,8 @@ TEST_CASE("a slack string does nothing at all") {
     return e;
   };
   const Entity a = throw_ball(near, 5), b = throw_ball(far, 50);
-  Simulation sim(near, {1.0 / 60}), other(far, {1.0 / 60});
+  Simulation sim = Simulation::copy_of(near, {1.0 / 60}),
+             other = Simulation::copy_of(far, {1.0 / 60});
   for (int i = 0; i < 50; ++i) {
     sim.step(), other.step();
     const Body &p = sim.world.bodies[a], &q = other.world.bodies[b];

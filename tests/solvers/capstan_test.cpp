@@ -109,7 +109,7 @@ struct Pulled {
 
 Pulled draw(const Case& c, Real seconds) {
   const Capstan made = build(c);
-  Simulation sim(made.world, {c.h});
+  Simulation sim = Simulation::copy_of(made.world, {c.h});
   const long steps = std::lround(seconds / c.h);
   const auto momentum = [&] {
     Vec3 sum(0);

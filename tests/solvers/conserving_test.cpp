@@ -169,7 +169,7 @@ TEST_CASE("a free tree of thin rods keeps momentum, angular momentum and energy"
     spec.held = false, spec.axial = 1e-4, spec.whirl = 5, spec.seed = seed;
     RodTree t = rods(spec);
     t.world.gravity = Vec3(0);
-    Simulation sim(t.world, {1.0 / 60, 1, 1, true});
+    Simulation sim = Simulation::copy_of(t.world, {1.0 / 60, 1, 1, true});
     const Measures start = measure(sim.world);
     Measures now = start;
     for (int i = 0; i < 600; ++i) now = sim.step().measures;
@@ -188,7 +188,7 @@ TEST_CASE("the error falls with the square of the step for thin rods in space") 
   spec.bodies = 3, spec.chain = true, spec.axial = 1e-3, spec.whirl = 3;
   const auto after = [&](Real rate) {
     const RodTree t = rods(spec);
-    Simulation sim(t.world, {1 / rate});
+    Simulation sim = Simulation::copy_of(t.world, {1 / rate});
     for (int i = 0; i < static_cast<int>(rate); ++i) sim.step();
     return sim.world.bodies[t.bodies.back()].pose.position;
   };

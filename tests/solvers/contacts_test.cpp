@@ -61,7 +61,7 @@ TEST_CASE("a tumbling box comes to rest on the ground, not in it, and lies dead 
     const Entity e = add_solid(w, box_shape({0.2, 0.1, 0.3}),
                                {{0, 1, 0}, from_rotation_vector({0.3, 0.2, 0.5})}, Motion::dynamic);
     w.bodies[e].angular_velocity = {3, 1, -2};
-    Simulation sim(w, {h});
+    Simulation sim = Simulation::copy_of(w, {h});
     const Real start = measure(w).energy();
     for (int i = 0; i < 4 / h; ++i) {
       const StepReport report = sim.step();
@@ -91,7 +91,7 @@ TEST_CASE("a box sticks to a slope or slides down it as Coulomb has it") {
     add_ground(w, rough, tilt);
     const Entity e = add_solid(w, box_shape({0.2, 0.1, 0.2}), {tilt * Vec3(0, 0.1, 0), tilt},
                                Motion::dynamic, rough);
-    Simulation sim(w, {h});
+    Simulation sim = Simulation::copy_of(w, {h});
     const Vec3 start = w.bodies[e].pose.position;
     for (int i = 0; i < std::lround(1 / h); ++i) sim.step();
     return glm::dot(sim.world.bodies[e].pose.position - start, tilt * Vec3(1, 0, 0));
@@ -109,7 +109,7 @@ TEST_CASE("a ball gives back what it shall, and comes to rest") {
   bouncy.restitution = 0.8;
   add_ground(w, bouncy);
   const Entity e = add_solid(w, ball_shape(0.1), {{0, 1.1, 0}, kIdentity}, Motion::dynamic, bouncy);
-  Simulation sim(w, {1.0 / 240});
+  Simulation sim = Simulation::copy_of(w, {1.0 / 240});
   std::vector<Real> tops;
   for (int i = 0; i < 240 * 8; ++i) {
     const Real before = sim.world.bodies[e].velocity.y;
@@ -132,7 +132,7 @@ TEST_CASE("nothing passes through a wall of two millimetres, at any speed") {
         add_solid(w, box_shape({0.05, 0.05, 0.05}),
                   {{-1.7, 1, 0}, from_rotation_vector({0.4, 0.2, 0.7})}, Motion::dynamic);
     w.bodies[ball].velocity = w.bodies[box].velocity = {speed, 0, 0};
-    Simulation sim(w, {1.0 / 60});
+    Simulation sim = Simulation::copy_of(w, {1.0 / 60});
     for (int i = 0; i < 60; ++i) sim.step();
     INFO(speed);
     CHECK(sim.world.bodies[ball].pose.position.x <= -0.05);
@@ -153,7 +153,7 @@ TEST_CASE("a fast thin paddle strikes what it would have swept through") {
   drive.curve = Keyframes{{{0, {{-2, 0, 0}, kIdentity}}, {0.1, {{2, 0, 0}, kIdentity}}}, false};
   w.paths.add(paddle, drive);
   const Entity ball = add_solid(w, ball_shape(0.1), {}, Motion::dynamic);
-  Simulation sim(w, {1.0 / 60});
+  Simulation sim = Simulation::copy_of(w, {1.0 / 60});
   for (int i = 0; i < 10; ++i) sim.step();
   CHECK(sim.world.bodies[ball].pose.position.x >= 2);
 }
@@ -167,7 +167,7 @@ TEST_CASE("a tower of boxes stands, each bearing those above") {
   for (int i = 0; i < 5; ++i)
     boxes.push_back(add_solid(w, box_shape({0.2, 0.1, 0.2}),
                               {{0.01 * i, 0.1 + 0.21 * i, 0}, kIdentity}, Motion::dynamic, solid));
-  Simulation sim(w, {1.0 / 60});
+  Simulation sim = Simulation::copy_of(w, {1.0 / 60});
   for (int i = 0; i < 300; ++i) sim.step();
   for (int i = 0; i < 5; ++i) {
     const Body& b = sim.world.bodies[boxes[static_cast<std::size_t>(i)]];
@@ -197,7 +197,7 @@ TEST_CASE("what strikes another body shares its momentum with it") {
       w.add_link(b, tail, {{0.25, 0, 0}, {-0.25, 0, 0}});
     }
     w.bodies[a].velocity = {3, 0, 0};
-    Simulation sim(w, {1.0 / 60});
+    Simulation sim = Simulation::copy_of(w, {1.0 / 60});
     const Measures start = measure(w);
     for (int i = 0; i < 120; ++i) sim.step();
     const Measures end = measure(sim.world);
@@ -226,7 +226,7 @@ TEST_CASE("a chain dragged over the ground stays above it") {
       w.add_link(before, e, {before == handle ? Vec3(0) : Vec3(0, 0.05, 0), {0, -0.05, 0}});
       before = e;
     }
-    Simulation sim(w, {1.0 / rate});
+    Simulation sim = Simulation::copy_of(w, {1.0 / rate});
     sim.settings.measure = true;
     Real depth = 0;
     for (int i = 0; i < 4 * rate; ++i) {
@@ -252,7 +252,7 @@ TEST_CASE("what lies still is let lie, and stirred by a push, a hand or a ball")
         add_solid(w, box_shape({0.2, 0.1, 0.2}), {{0, 0.1, 0}, kIdentity}, Motion::dynamic);
     const Entity ball =
         add_solid(w, ball_shape(0.1), {{0, 30, 0}, kIdentity}, Motion::dynamic, solid);
-    Simulation sim(w, {1.0 / 60});
+    Simulation sim = Simulation::copy_of(w, {1.0 / 60});
     StepReport report;
     for (int i = 0; i < 60; ++i) report = sim.step();
     REQUIRE(report.asleep == 1);
@@ -280,10 +280,11 @@ TEST_CASE("contacts go the same way whatever the threads, and in a copy") {
         add_solid(w, ball_shape(0.08), {at + Vec3(0.25, 0, 0), kIdentity}, Motion::dynamic, solid);
     w.add_link(a, b, {to_local(w.bodies[a].pose, at + Vec3(0.12, 0, 0)), {-0.13, 0, 0}});
   }
-  Simulation one(w, {1.0 / 60}), four(w, {1.0 / 60, 1, 4});
+  Simulation one = Simulation::copy_of(w, {1.0 / 60}),
+             four = Simulation::copy_of(w, {1.0 / 60, 1, 4});
   for (int i = 0; i < 60; ++i) one.step(), four.step();
   CHECK(state_hash(one.world) == state_hash(four.world));
-  Simulation copy(one.world, {1.0 / 60});
+  Simulation copy = Simulation::copy_of(one.world, {1.0 / 60});
   for (int i = 0; i < 60; ++i) one.step(), copy.step();
   CHECK(state_hash(one.world) == state_hash(copy.world));
 }

@@ -69,7 +69,7 @@ class Drop {
     World w;
     w.default_settings.solver = by.solver;
     for (const Item& item : items_) bodies_.push_back(put(w, item, as));
-    sim_ = Simulation(w, {1 / by.hz});
+    sim_ = Simulation::copy_of(w, {1 / by.hz});
   }
   Rest run(Real seconds) {
     Rest rest;

@@ -72,7 +72,7 @@ Real excess_of_jump(Integrator by, Real restitution, Real hz) {
   World w = exact_world(by);
   put_floor(w, surface(0, restitution));
   const Entity ball = put(w, ball_of(0.1), {{0, 1.1, 0}, kIdentity}, surface(0, restitution));
-  Simulation sim(w, {1 / hz});
+  Simulation sim = Simulation::copy_of(w, {1 / hz});
   Real highest = 0;
   bool hit = false;
   for (int i = 0; i < 0.9 * hz; ++i) {
@@ -119,7 +119,7 @@ TEST_CASE("an exact box sticks to a slope below the angle of friction and slides
       put_floor(w, surface(0.5), tilt);
       const Vec3 start = tilt * Vec3(0, 0.05, 0), down = tilt * Vec3(1, 0, 0);
       const Entity box = put(w, box_of({0.1, 0.05, 0.1}), {start, tilt}, surface(0.5));
-      Simulation sim(w, {1.0 / 60});
+      Simulation sim = Simulation::copy_of(w, {1.0 / 60});
       for (int i = 0; i < 60; ++i) REQUIRE(sim.step().status == Status::ok);
       const Body& b = sim.world.bodies[box];
       INFO(name_of(by) << ", " << beyond << " degrees beyond");
@@ -139,7 +139,7 @@ TEST_CASE("an exact ball rolls down a slope and is carried by a belt") {
     const Quat tilt = from_rotation_vector({0, 0, -angle});
     put_floor(w, surface(0.5), tilt);
     const Entity ball = put(w, ball_of(0.1), {tilt * Vec3(0, 0.1, 0), tilt}, surface(0.5));
-    Simulation sim(w, {1.0 / 60});
+    Simulation sim = Simulation::copy_of(w, {1.0 / 60});
     for (int i = 0; i < 60; ++i) REQUIRE(sim.step().status == Status::ok);
     const Body& b = sim.world.bodies[ball];
     CHECK(glm::length(b.velocity) == Approx(5.0 / 7 * kGravity * std::sin(angle)).epsilon(1e-9));
@@ -149,7 +149,7 @@ TEST_CASE("an exact ball rolls down a slope and is carried by a belt") {
     const Entity belt = put(moving, box_of({5, 0.1, 5}), {{0, -0.1, 0}, kIdentity}, surface(0.5),
                             Motion::kinematic);
     const Entity carried = put(moving, ball_of(0.1), {{0, 0.1, 0}, kIdentity}, surface(0.5));
-    Simulation run(moving, {1.0 / 60});
+    Simulation run = Simulation::copy_of(moving, {1.0 / 60});
     for (int i = 0; i < 60; ++i) {
       Body& under = run.world.bodies[belt];
       under.velocity = {1, 0, 0}, under.pose.position.x += 1.0 / 60;
@@ -172,7 +172,7 @@ TEST_CASE("the floor bears the weight of exact bodies, and joints what is left o
     hinge(w, thigh, shin, knee);
     const Entity box = put(w, box_of({0.1, 0.05, 0.1}),
                            {{2, 0.3, 0}, from_rotation_vector({0.2, 0.1, 0.3})}, surface(0.5));
-    Simulation sim(w, {1.0 / 60});
+    Simulation sim = Simulation::copy_of(w, {1.0 / 60});
     for (int i = 0; i < 240; ++i) REQUIRE(sim.step().unsolved == 0);
     const World& now = sim.world;
     for (const Entity e : {thigh, shin, box}) CHECK(glm::length(now.bodies[e].velocity) < 1e-6);
@@ -198,7 +198,7 @@ TEST_CASE("exact bodies hand on momentum when they meet") {
     const Entity a = put(w, ball_of(0.1), {}, surface(0.3, 1)),
                  b = put(w, ball_of(0.1), {{0.5, 0, 0}, kIdentity}, surface(0.3, 1));
     w.bodies[a].velocity = {2, 0, 0};
-    Simulation sim(w, {1.0 / 60});
+    Simulation sim = Simulation::copy_of(w, {1.0 / 60});
     for (int i = 0; i < 60; ++i) sim.step();
     CHECK(std::abs(sim.world.bodies[a].velocity.x) < 1e-12);
     CHECK(sim.world.bodies[b].velocity.x == Approx(2).epsilon(1e-12));
@@ -211,7 +211,7 @@ TEST_CASE("exact bodies hand on momentum when they meet") {
         put(skew, box_of({0.1, 0.05, 0.07}), {{0.3, 0.5, 0.02}, kIdentity}, surface(0.5, 0.4));
     skew.bodies[flying].velocity = {0.3, -2, 0.1}, skew.bodies[flying].angular_velocity = {1, 2, 3};
     const Vec3 before = momentum_of(skew);
-    Simulation run(skew, {1.0 / 240});
+    Simulation run = Simulation::copy_of(skew, {1.0 / 240});
     bool hit = false;
     for (int i = 0; i < 240; ++i) {
       REQUIRE(run.step().status == Status::ok);
@@ -239,7 +239,7 @@ TEST_CASE("a row of exact pendulums passes a blow on") {
       j.frames.set(frame_along({0, 0, 1}), frame_along({0, 0, 1}));
       w.add_link(hook, balls.back(), j);
     }
-    Simulation sim(w, {1.0 / 240});
+    Simulation sim = Simulation::copy_of(w, {1.0 / 240});
     Real first = 0, last = 0, energy = 0;
     sim.settings.measure = true;
     for (int i = 0; i < 150; ++i) {
@@ -276,7 +276,7 @@ TEST_CASE("a four-bar linkage whose coupler strikes the floor keeps its joints a
       hinge(w, crank, coupler, p[1]);
       hinge(w, coupler, rocker, p[2]);
       hinge(w, rocker, hook, p[3]);
-      Simulation sim(w, {1.0 / 240});
+      Simulation sim = Simulation::copy_of(w, {1.0 / 240});
       sim.settings.measure = true;
       bool hit = false;
       Real start = 0, lowest = 1e300, worst_rise = 0;
@@ -315,7 +315,7 @@ TEST_CASE("an exact chain laid on the floor comes to rest there") {
         w.add_link(links[i - 1], links[i],
                    joint_at(w, links[i - 1], links[i], JointKind::ball, from));
     }
-    Simulation sim(w, {1.0 / 60});
+    Simulation sim = Simulation::copy_of(w, {1.0 / 60});
     sim.settings.measure = true;
     for (int i = 0; i < 240; ++i) {
       const StepReport r = sim.step();
@@ -336,7 +336,7 @@ TEST_CASE("exact boxes stand on one another, a hundred times heavier ones too") 
     for (int i = 0; i < 4; ++i)
       boxes.push_back(put(w, box_of(Vec3(0.1)), {{0, 0.1 + 0.2 * i, 0}, kIdentity}, surface(0.5)));
     w.bodies[boxes[3]].mass *= 100, w.bodies[boxes[3]].inertia *= 100;
-    Simulation sim(w, {1.0 / 60});
+    Simulation sim = Simulation::copy_of(w, {1.0 / 60});
     for (int i = 0; i < 60; ++i) REQUIRE(sim.step().unsolved == 0);
     for (int i = 0; i < 4; ++i)
       CHECK(glm::length(sim.world.bodies[boxes[i]].pose.position - Vec3(0, 0.1 + 0.2 * i, 0)) <
@@ -355,7 +355,7 @@ TEST_CASE("the exact and the default solver agree on a rod that strikes a ball")
     w.add_link(hook, rod, j);
     const Entity post = put(w, ball_of(0.05), {{0.1, -0.8, 0}, kIdentity}, surface(0));
     w.bodies[post].gravity_scale = 0;
-    Simulation sim(w, {1 / hz});
+    Simulation sim = Simulation::copy_of(w, {1 / hz});
     for (int i = 0; i < 0.8 * hz - 0.5; ++i) REQUIRE(sim.step().status == Status::ok);
     return sim.world.bodies[post].velocity.x;
   };
@@ -380,7 +380,7 @@ TEST_CASE("a limit holds when a contact pushes a joint against it") {
     Joint j = joint_at(w, thigh, shin, JointKind::hinge, knee, frame_along({0, 0, 1}));
     j.limits.edit().angle = {true, -0.001, 1};
     const Entity bend = w.add_link(thigh, shin, j);
-    Simulation sim(w, {1.0 / 120});
+    Simulation sim = Simulation::copy_of(w, {1.0 / 120});
     Real least = 1;
     for (int i = 0; i < 240; ++i) {
       REQUIRE(sim.step().status == Status::ok);
@@ -419,7 +419,7 @@ TEST_CASE("random mechanisms that fall on the floor and a block keep their joint
         last = e, from = to;
       }
     }
-    Simulation sim(w, {1.0 / 120});
+    Simulation sim = Simulation::copy_of(w, {1.0 / 120});
     sim.settings.measure = true;
     INFO("seed " << seed << ", " << name_of(kAll[seed % 4]));
     bool hit = false;
@@ -441,10 +441,10 @@ TEST_CASE("exact contacts repeat to the bit, from a copy too") {
   for (int i = 0; i < 4; ++i)
     put(w, box_of({0.1, 0.05, 0.07}),
         {{0.03 * i, 0.2 + 0.25 * i, 0}, from_rotation_vector({0.1 * i, 0.2, 0.3})}, c);
-  Simulation one(w, {1.0 / 60}), two(w, {1.0 / 60});
+  Simulation one = Simulation::copy_of(w, {1.0 / 60}), two = Simulation::copy_of(w, {1.0 / 60});
   for (int i = 0; i < 40; ++i) one.step(), two.step();
   CHECK(state_hash(one.world) == state_hash(two.world));
-  Simulation copy(one.world, {1.0 / 60});
+  Simulation copy = Simulation::copy_of(one.world, {1.0 / 60});
   for (int i = 0; i < 40; ++i) one.step(), two.step(), copy.step();
   CHECK(state_hash(one.world) == state_hash(two.world));
   CHECK(state_hash(copy.world) == state_hash(one.world));

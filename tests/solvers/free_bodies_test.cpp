@@ -43,7 +43,7 @@ TEST_CASE("a ball rolls on level ground at constant speed") {
       const Entity e =
           add_solid(w, ball_shape(0.1), {{0, 0.1, 0}, kIdentity}, Motion::dynamic, surface(0.5));
       w.bodies[e].velocity = {speed, 0, 0}, w.bodies[e].angular_velocity = {0, 0, -10 * speed};
-      Simulation sim(w, {h});
+      Simulation sim = Simulation::copy_of(w, {h});
       for (int i = 0; i < std::lround(5 / h); ++i) {
         sim.step();
         const Body& b = sim.world.bodies[e];
@@ -60,7 +60,7 @@ TEST_CASE("a ball rolls down a slope with five sevenths of what slides") {
     add_ground(w, surface(0.5), slope(10));
     const Entity e = add_solid(w, ball_shape(0.1), {slope(10) * Vec3(0, 0.1, 0), kIdentity},
                                Motion::dynamic, surface(0.5));
-    Simulation sim(w, {h});
+    Simulation sim = Simulation::copy_of(w, {h});
     run(sim, 1, h);
     const Real exact = 5.0 / 7 * 9.81 * std::sin(10 * kPi / 180);
     CHECK(glm::length(sim.world.bodies[e].velocity) == Approx(exact).epsilon(error));
@@ -74,7 +74,7 @@ TEST_CASE("a bowling ball slides until it rolls; a belt sets one in motion") {
     const Entity bowled =
         add_solid(w, ball_shape(0.1), {{0, 0.1, 0}, kIdentity}, Motion::dynamic, surface(0.2));
     w.bodies[bowled].velocity = {5, 0, 0};
-    Simulation sim(w, {h});
+    Simulation sim = Simulation::copy_of(w, {h});
     run(sim, 2, h);
     CHECK(sim.world.bodies[bowled].velocity.x == Approx(25.0 / 7).epsilon(error));
 
@@ -87,7 +87,7 @@ TEST_CASE("a bowling ball slides until it rolls; a belt sets one in motion") {
     belt.paths.add(moved, path);
     const Entity laid =
         add_solid(belt, ball_shape(0.1), {{0, 0.1, 0}, kIdentity}, Motion::dynamic, surface(0.3));
-    Simulation carried(belt, {h});
+    Simulation carried = Simulation::copy_of(belt, {h});
     run(carried, 2, h);
     CHECK(carried.world.bodies[laid].velocity.x ==
           Approx(2.0 / 7 * carried.world.bodies[moved].velocity.x).epsilon(error));
@@ -102,7 +102,7 @@ TEST_CASE("a box slides from the angle of friction on, and below it stays") {
       const Vec3 start = slope(degrees) * Vec3(0, 0.05, 0);
       const Entity e = add_solid(w, box_shape({0.2, 0.05, 0.2}), {start, slope(degrees)},
                                  Motion::dynamic, surface(0.5));
-      Simulation sim(w, {h});
+      Simulation sim = Simulation::copy_of(w, {h});
       run(sim, 2, h);
       const Real angle = degrees * kPi / 180;
       const Real a = 9.81 * std::max(Real(0), std::sin(angle) - 0.5 * std::cos(angle));
@@ -119,7 +119,7 @@ TEST_CASE("a box moves from the least push on") {
       const Entity e = add_solid(w, box_shape({0.2, 0.05, 0.2}), {{0, 0.05, 0}, kIdentity},
                                  Motion::dynamic, surface(0.4));
       const Real most = 0.4 * w.bodies[e].mass * 9.81;
-      Simulation sim(w, {h});
+      Simulation sim = Simulation::copy_of(w, {h});
       for (int i = 0; i < std::lround(1 / h); ++i) {
         sim.world.push(e, {push * most, 0, 0}, sim.world.bodies[e].pose.position);
         sim.step();
@@ -136,7 +136,7 @@ TEST_CASE("a ball bounces to the square of its restitution") {
       add_ground(w, surface(0, restitution));
       const Entity e = add_solid(w, ball_shape(0.1), {{0, 0.1 + height, 0}, kIdentity},
                                  Motion::dynamic, surface(0, restitution));
-      Simulation sim(w, {1.0 / 60});
+      Simulation sim = Simulation::copy_of(w, {1.0 / 60});
       Real top = 0;
       bool bounced = false;
       for (int i = 0; i < 240; ++i) {
@@ -162,7 +162,7 @@ TEST_CASE("a blow passes from ball to ball") {
       row.push_back(add_solid(w, ball_shape(0.1), {{0.2 * i + (i > 0 ? 0.5 : 0), 0, 0}, kIdentity},
                               Motion::dynamic, surface(0, 1)));
     w.bodies[row[0]].velocity = {2, 0, 0};
-    Simulation sim(w, {1.0 / 60});
+    Simulation sim = Simulation::copy_of(w, {1.0 / 60});
     const Measures start = measure(w);
     run(sim, 0.6, 1.0 / 60);
     const Measures end = measure(sim.world);
@@ -184,7 +184,7 @@ TEST_CASE("ten boxes stand on one another, and fall asleep where they stand") {
                                 {{i % 2 == 0 ? askew : -askew, 0.2 + 0.4 * i, 0},
                                  from_rotation_vector({0, askew * i, 0})},
                                 Motion::dynamic, surface(0.5), 400));
-    Simulation sim(w, {1.0 / 60});
+    Simulation sim = Simulation::copy_of(w, {1.0 / 60});
     Real kinetic = 0;
     for (int i = 0; i < 60 * 60; ++i) {
       sim.step();
@@ -210,7 +210,7 @@ TEST_CASE("what bore a load lies on the ground again without it") {
   for (int i = 0; i < 5; ++i)
     boxes.push_back(add_solid(w, box_shape({0.2, 0.2, 0.2}), {{0, 0.2 + 0.4 * i, 0}, kIdentity},
                               Motion::dynamic, surface(0.5), 400));
-  Simulation sim(w, {1.0 / 60});
+  Simulation sim = Simulation::copy_of(w, {1.0 / 60});
   run(sim, 15, 1.0 / 60);
   for (std::size_t i = 1; i < boxes.size(); ++i) sim.world.destroy(boxes[i]);
   run(sim, 2, 1.0 / 60);
@@ -226,7 +226,7 @@ TEST_CASE("a pyramid of boxes stands and falls asleep") {
       boxes.push_back(add_solid(w, box_shape({0.2, 0.2, 0.2}),
                                 {{0.45 * i + 0.225 * row, 0.2 + 0.4 * row, 0}, kIdentity},
                                 Motion::dynamic, surface(0.5), 400));
-  Simulation sim(w, {1.0 / 60});
+  Simulation sim = Simulation::copy_of(w, {1.0 / 60});
   for (int i = 0; i < 60 * 20; ++i) sim.step();
   CHECK(sim.step().asleep == 21);
   for (const Entity e : boxes)
@@ -240,7 +240,7 @@ TEST_CASE("what starts overlapping is pushed apart gently") {
     add_solid(w, box_shape({0.2, 0.2, 0.2}),
               {{0.1 * (i % 2), 0.25 + 0.15 * (i / 2), 0.07 * i}, kIdentity}, Motion::dynamic,
               surface(0.5));
-  Simulation sim(w, {1.0 / 60});
+  Simulation sim = Simulation::copy_of(w, {1.0 / 60});
   Real fastest = 0, depth = 0;
   for (int i = 0; i < 60 * 8; ++i) {
     depth = sim.step().worst_depth;

@@ -33,7 +33,7 @@ struct Drift {
 
 Drift worst_drift(RandomTree t, Real rate, bool falling) {
   if (falling) t.world.gravity = Vec3(0, -9.81, 0);
-  Simulation sim(t.world, {1 / rate, 1, 1, true});
+  Simulation sim = Simulation::copy_of(t.world, {1 / rate, 1, 1, true});
   // The first step sorts the velocities out that the joints do not allow.
   for (int i = 0; i < 3; ++i) sim.step();
   Real mass = 0, size = 0;
@@ -102,7 +102,7 @@ TEST_CASE(
 TEST_CASE("drag takes the momentum of a free tree at its rate") {
   RandomTree t = tumbling(6, 7);
   for (Entity e : t.bodies) t.world.bodies[e].drag = 0.5;
-  Simulation sim(t.world, {1.0 / 60, 1, 1, true});
+  Simulation sim = Simulation::copy_of(t.world, {1.0 / 60, 1, 1, true});
   for (int i = 0; i < 3; ++i) sim.step();
   const Vec3 start = measure(sim.world).momentum;
   for (int i = 0; i < 120; ++i) sim.step();
@@ -116,7 +116,7 @@ TEST_CASE("a free body and a tree of one fall alike, and exactly so from given v
   Body b;
   b.drag = 0, b.velocity = {1, 2, 3};
   const Entity e = world.add_body(b);
-  Simulation sim(world, {1.0 / 60});
+  Simulation sim = Simulation::copy_of(world, {1.0 / 60});
   Real worst = 0;
   for (int i = 1; i <= 600; ++i) {
     sim.step();
@@ -137,7 +137,7 @@ TEST_CASE("a push moves a free body by F / m, off its centre it turns it too") {
   Body b;
   b.drag = 0, b.mass = 4, b.inertia = Vec3(0.5);
   const Entity e = world.add_body(b);
-  Simulation sim(world, {1.0 / 60});
+  Simulation sim = Simulation::copy_of(world, {1.0 / 60});
   const Vec3 force(2, -1, 3), lever(0, 0.3, 0);
   sim.insert(Stage::before_update, [&](World& w, Real) {
     const Vec3 at = w.bodies[e].pose.position;

@@ -91,7 +91,7 @@ const std::vector<JointKind> kMixtures[] = {
 World after(World w, Solver solver, Real duration, int steps) {
   w.default_settings.solver = solver;
   w.default_settings.integrator = Integrator::rk4;
-  Simulation sim(w, {duration / steps, 1, 1});
+  Simulation sim = Simulation::copy_of(w, {duration / steps, 1, 1});
   for (int i = 0; i < steps; ++i) REQUIRE(sim.step().status == Status::ok);
   return sim.world;
 }
@@ -175,7 +175,7 @@ TEST_CASE("free trees of hinges and universals keep momentum and angular momentu
     spec.held = false, spec.whirl = 4, spec.axial = 1e-2;
     HingedTree t = hinged_tree(spec);
     t.world.gravity = Vec3(0);
-    Simulation sim(t.world, {1.0 / 60, 1, 1});
+    Simulation sim = Simulation::copy_of(t.world, {1.0 / 60, 1, 1});
     const Measures before = measure(sim.world);
     for (int i = 0; i < 600; ++i) REQUIRE(sim.step().status == Status::ok);
     const Measures now = measure(sim.world);
@@ -240,7 +240,7 @@ TEST_CASE("a spring of a hinge gives back what it stores") {
   Dof forces;
   forces.spring = {3, 0, 1.0};
   const Arm a = level_arm(forces, Vec3(0));
-  Simulation sim(a.world, {1.0 / 60, 1, 1, true});
+  Simulation sim = Simulation::copy_of(a.world, {1.0 / 60, 1, 1, true});
   const Real whole = measure(sim.world).energy();
   CHECK(whole == Approx(1.5).epsilon(1e-12));
   Real most = 0;
@@ -257,7 +257,7 @@ TEST_CASE("a motor with a cap accelerates as its torque does, then keeps its spe
   forces.motor = {.kind = MotorKind::velocity, .target = 2, .gain = 1e4, .cap = 0.5};
   const Arm a = level_arm(forces, Vec3(0));
   for (const Real rate : {60.0, 240.0}) {
-    Simulation sim(a.world, {1 / rate, 1, 1});
+    Simulation sim = Simulation::copy_of(a.world, {1 / rate, 1, 1});
     for (int i = 0; i < rate; ++i) sim.step();
     CHECK(rate_of(a, sim.world) == Approx(0.5 / kArmInertia).epsilon(2e-6));
     for (int i = 0; i < rate; ++i) sim.step();
@@ -269,7 +269,7 @@ TEST_CASE("dry friction of a hinge holds an arm, or brakes it, by its torque") {
   Dof forces;
   forces.friction = {.dry = 1.02 * kArmWeight, .slip = 1e-4};
   const Arm held = level_arm(forces);
-  Simulation still(held.world, {1.0 / 60, 1, 1});
+  Simulation still = Simulation::copy_of(held.world, {1.0 / 60, 1, 1});
   for (int i = 0; i < 120; ++i) still.step();
   CHECK(std::abs(turned(held, still.world)) < 1e-3);  // creeps at 2.3 slip
   CHECK(std::abs(rate_of(held, still.world)) < 3e-4);
@@ -278,7 +278,7 @@ TEST_CASE("dry friction of a hinge holds an arm, or brakes it, by its torque") {
     Arm a = level_arm(forces, Vec3(0));
     a.world.bodies[a.arm].angular_velocity = {0, 0, 3},
     a.world.bodies[a.arm].velocity = {0, 1.5, 0};
-    Simulation sim(a.world, {1 / rate, 1, 1});
+    Simulation sim = Simulation::copy_of(a.world, {1 / rate, 1, 1});
     for (int i = 0; i < rate; ++i) sim.step();
     CHECK(rate_of(a, sim.world) == Approx(3 - 0.5 / kArmInertia).epsilon(1e-5));
     CHECK(turned(a, sim.world) == Approx(3 - 0.25 / kArmInertia).epsilon(rate > 100 ? 2e-5 : 3e-4));
@@ -292,7 +292,7 @@ TEST_CASE("a servo counts its turns") {
   Dof forces;
   forces.motor = {.kind = MotorKind::position, .target = 20, .gain = 5, .damping = 3};
   const Arm a = level_arm(forces, Vec3(0));
-  Simulation sim(a.world, {1.0 / 60, 1, 1});
+  Simulation sim = Simulation::copy_of(a.world, {1.0 / 60, 1, 1});
   Real angle = 0, before = 0;
   for (int i = 0; i < 900; ++i) {
     sim.step();
@@ -307,7 +307,7 @@ TEST_CASE("nothing rings, however stiff a spring, a damper or a motor is") {
     Dof forces;
     forces.motor = {.kind = MotorKind::position, .target = 0.3, .gain = stiffness, .damping = 5};
     const Arm a = level_arm(forces);
-    Simulation sim(a.world, {1.0 / 60, 1, 1});
+    Simulation sim = Simulation::copy_of(a.world, {1.0 / 60, 1, 1});
     for (int i = 0; i < 600; ++i) REQUIRE(sim.step().status == Status::ok);
     INFO("stiffness " << stiffness);
     CHECK(std::abs(rate_of(a, sim.world)) < 1e-6);
@@ -317,7 +317,7 @@ TEST_CASE("nothing rings, however stiff a spring, a damper or a motor is") {
     Dof forces;
     forces.motor = {.kind = MotorKind::velocity, .target = 2, .gain = gain};
     const Arm a = level_arm(forces);
-    Simulation sim(a.world, {1.0 / 60, 1, 1});
+    Simulation sim = Simulation::copy_of(a.world, {1.0 / 60, 1, 1});
     for (int i = 0; i < 60; ++i) REQUIRE(sim.step().status == Status::ok);
     INFO("gain " << gain);
     for (int i = 0; i < 60; ++i) {
@@ -332,7 +332,7 @@ TEST_CASE("the torque through a hinge is what its arm weighs, springs and motors
   Dof forces;
   forces.motor = {.kind = MotorKind::position, .target = 0, .gain = 1e6, .damping = 1e3};
   const Arm a = level_arm(forces);
-  Simulation sim(a.world, {1.0 / 60, 1, 1});
+  Simulation sim = Simulation::copy_of(a.world, {1.0 / 60, 1, 1});
   for (int i = 0; i < 300; ++i) sim.step();
   const std::optional<JointReaction> load = joint_reaction(sim.world, a.hinge);
   REQUIRE(load);
@@ -359,7 +359,7 @@ TEST_CASE(
       if (at_once) spoil(a.world, a.hinge, which);
       INFO(which << (at_once ? " from the start" : " later"));
       if (at_once && which < 3) CHECK(check(a.world).size() == 1);
-      Simulation sim(a.world, {1.0 / 60});
+      Simulation sim = Simulation::copy_of(a.world, {1.0 / 60});
       if (!at_once) {
         REQUIRE(sim.step().status == Status::ok);
         spoil(sim.world, a.hinge, which);

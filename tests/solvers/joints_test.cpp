@@ -21,7 +21,7 @@ Real worst_gap(Solver solver, const TreeSpec& spec, const Drag& drag, std::uint6
   Random dice(seed);
   RandomTree t = random_tree(spec, dice);
   t.world.default_settings.solver = solver;
-  Simulation sim(t.world, {drag.h, 1, 1, true});
+  Simulation sim = Simulation::copy_of(t.world, {drag.h, 1, 1, true});
   Real worst = 0;
   for (int i = 0; i < steps; ++i) {
     if (t.pin) sim.world.pins[t.pin].target += drag.speed * drag.h * dice.direction();
@@ -126,7 +126,7 @@ TEST_CASE("joint loads are what the neighbours feel: equal, opposite, and of the
   const Entity lower = world.add_body(b);
   world.add_link(holder, upper, {Vec3(0), {0, 0.25, 0}});
   world.add_link(upper, lower, {{0, -0.25, 0}, {0, 0.25, 0}});
-  Simulation sim(world, {1.0 / 60});
+  Simulation sim = Simulation::copy_of(world, {1.0 / 60});
   for (int i = 0; i < 20; ++i) sim.step();
   const articulated::Island& a = articulated::islands_of(sim.world)[0];
   const Real to_force = 1 / (a.force_share * sim.settings.h * sim.settings.h);

@@ -80,7 +80,7 @@ bool finite(const World& w) {
 TEST_CASE("a loop that cannot close is told by its joints, and nothing moves") {
   for (Integrator integrator : kAll) {
     FourBar f = four_bar(integrator, false, 10);
-    Simulation sim(f.world, {1e-3});
+    Simulation sim = Simulation::copy_of(f.world, {1e-3});
     for (int i = 0; i < 3; ++i) {
       const StepReport report = sim.step();
       INFO(name_of(integrator));
@@ -99,7 +99,8 @@ TEST_CASE("a loop that cannot close is told by its joints, and nothing moves") {
 TEST_CASE("a four-bar with rows too many moves like one without") {
   for (Integrator integrator : {Integrator::rattle, Integrator::rk4, Integrator::implicit}) {
     FourBar full = four_bar(integrator, false), lean = four_bar(integrator, true);
-    Simulation one(full.world, {1e-3}), two(lean.world, {1e-3});
+    Simulation one = Simulation::copy_of(full.world, {1e-3}),
+               two = Simulation::copy_of(lean.world, {1e-3});
     Real worst = 0;
     StepReport a, b;
     for (int i = 0; i < 2000; ++i) {
@@ -124,7 +125,7 @@ TEST_CASE("islands that are not joined do not affect one another") {
     Entity ground = both.bodies.owners()[0];
     const Entity other = both.add_body(rod(5, 1, {{3.5, 0, 0}, kIdentity}));
     both.add_link(ground, other, joint_at(both, ground, other, JointKind::hinge, {3, 0, 0}, kZ));
-    Simulation one(alone, {2e-3}), two(both, {2e-3});
+    Simulation one = Simulation::copy_of(alone, {2e-3}), two = Simulation::copy_of(both, {2e-3});
     for (int i = 0; i < 200; ++i) one.step(), two.step();
     CHECK(lagrangian::islands_of(two.world).size() == 2);
     CHECK(same_poses(one.world, two.world));
@@ -182,11 +183,11 @@ TEST_CASE("snapshots and threads make no difference") {
       w.links[l].joint.parameters.edit().restitution = 0.3 * i;
       w.links[l].joint.parameters.edit().rotation.spring.stiffness = i;
     }
-    Simulation one(w, {2e-3}), four(w, {2e-3, 1, 4});
+    Simulation one = Simulation::copy_of(w, {2e-3}), four = Simulation::copy_of(w, {2e-3, 1, 4});
     for (int i = 0; i < 300; ++i) one.step(), four.step();
     INFO(name_of(integrator));
     CHECK(state_hash(one.world) == state_hash(four.world));
-    Simulation copy(one.world, {2e-3});
+    Simulation copy = Simulation::copy_of(one.world, {2e-3});
     for (int i = 0; i < 300; ++i) one.step(), copy.step();
     CHECK(state_hash(one.world) == state_hash(copy.world));
   }
@@ -237,7 +238,7 @@ TEST_CASE("Runge-Kutta sees that a step is too long for it") {
 TEST_CASE("a tolerance that cannot be kept is told, and nothing moves") {
   World w = hanging_chain(3, Integrator::rk4, 1e4);
   w.default_settings.step_tolerance = 1e-30;
-  Simulation sim(w, {1.0 / 15});
+  Simulation sim = Simulation::copy_of(w, {1.0 / 15});
   const StepReport report = sim.step();
   CHECK(report.status == Status::diverged);
   CHECK(sim.world.is_alive(report.body));
@@ -286,7 +287,7 @@ TEST_CASE("nonsense is told, and nothing moves") {
     INFO(name_of(integrator));
     World w = hanging_chain(3, integrator);
     w.bodies.values()[2].velocity.x = std::nan("");
-    Simulation sim(w, {1e-3});
+    Simulation sim = Simulation::copy_of(w, {1e-3});
     const StepReport report = sim.step();
     CHECK(report.status == Status::diverged);
     CHECK(report.body == w.bodies.owners()[2]);
@@ -305,7 +306,7 @@ TEST_CASE("nonsense is told, and nothing moves") {
     Joint j;
     j.kind = JointKind::spring, j.parameters.edit().translation.spring = {100, 1, 0};
     z.add_link(ground, body, j);
-    Simulation zero(z, {1e-3});
+    Simulation zero = Simulation::copy_of(z, {1e-3});
     for (int i = 0; i < 100; ++i) zero.step();
     CHECK(finite(zero.world));
   }
@@ -325,7 +326,7 @@ TEST_CASE("a fast top precesses as closed form has it") {
     Joint j;
     j.anchor_b = {-l, 0, 0};
     w.add_link(ground, top, j);
-    Simulation sim(w, {2e-4});
+    Simulation sim = Simulation::copy_of(w, {2e-4});
     const Real start = measure(w).energy();
     for (int i = 0; i < 5000; ++i) REQUIRE(sim.step().status == Status::ok);
     const Vec3 axis = sim.world.bodies[top].pose.rotation * Vec3(1, 0, 0);

@@ -57,7 +57,7 @@ TEST_CASE("a block on an incline with viscous friction slides as closed form has
     Single s = single(integrator, JointKind::prismatic, solid(mass, kMoments), frame_along(down));
     s.world.links[s.link].joint.parameters.edit().translation.friction.viscous = c;
     const Real h = integrator == Integrator::euler ? 1e-4 : 1e-3;
-    Simulation sim(s.world, {h});
+    Simulation sim = Simulation::copy_of(s.world, {h});
     REQUIRE(run(sim, 1).status == Status::ok);
     const Real rate = c / mass, final = kG * std::sin(slope) / rate;
     const Real way = final * (1 - (1 - std::exp(-rate)) / rate);
@@ -75,7 +75,7 @@ TEST_CASE("a body on a cylindrical joint slides and turns by itself") {
     Body b = solid(2, kMoments);
     b.angular_velocity = {0, 3, 0};
     Single s = single(integrator, JointKind::cylindrical, b, frame_along({0, 1, 0}));
-    Simulation sim(s.world, {1e-3});
+    Simulation sim = Simulation::copy_of(s.world, {1e-3});
     REQUIRE(run(sim, 1).status == Status::ok);
     const Body& end = sim.world.bodies[s.body];
     INFO(name_of(integrator));
@@ -93,7 +93,7 @@ TEST_CASE("a nut falls along its screw, many turns") {
   for (Integrator integrator : kAll) {
     Single s = single(integrator, JointKind::screw, solid(mass, kMoments), frame_along({0, 1, 0}));
     s.world.links[s.link].joint.parameters.edit().pitch = pitch;
-    Simulation sim(s.world, {2e-3});
+    Simulation sim = Simulation::copy_of(s.world, {2e-3});
     Real before = 0, worst = 0;
     for (int i = 0; i < 2000; ++i) {
       REQUIRE(sim.step().status == Status::ok);
@@ -111,7 +111,7 @@ TEST_CASE("a nut falls along its screw, many turns") {
 TEST_CASE("a nut that is pushed or joined by another body stays where it is on its screw") {
   Single s = single(Integrator::rk4, JointKind::screw, solid(2, kMoments), frame_along({0, 1, 0}));
   s.world.links[s.link].joint.parameters.edit().pitch = 0.05;
-  Simulation sim(s.world, {2e-3});
+  Simulation sim = Simulation::copy_of(s.world, {2e-3});
   run(sim, 3);
   const auto step = [&] {
     const Real before = slide_of(s, sim.world);
@@ -136,7 +136,7 @@ TEST_CASE("a body on a planar joint keeps its plane and is free in it") {
     Body b = solid(2, Vec3(0.2));
     b.angular_velocity = 2.0 * normal, b.velocity = glm::cross(normal, Vec3(1, 0, 0));
     Single s = single(integrator, JointKind::planar, b, frame_along(normal));
-    Simulation sim(s.world, {1e-3});
+    Simulation sim = Simulation::copy_of(s.world, {1e-3});
     REQUIRE(run(sim, 1).status == Status::ok);
     const Vec3 along = Vec3(0, -kG, 0) + kG * normal.y * normal;
     const Vec3 want = b.velocity + 0.5 * along;
@@ -164,7 +164,7 @@ TEST_CASE("a body at a distance swings like one on a ball joint") {
   Joint k;
   k.anchor_b = {0, 1, 0};
   w.add_link(ground, ball, k);
-  Simulation sim(w, {1e-3});
+  Simulation sim = Simulation::copy_of(w, {1e-3});
   REQUIRE(run(sim, 5).status == Status::ok);
   const Real miss =
       glm::length(sim.world.bodies[bob].pose.position - 1.5 * sim.world.bodies[ball].pose.position);
@@ -182,7 +182,7 @@ TEST_CASE("springs between anchors and along slides have their period") {
       Joint& j = s.world.links[s.link].joint;
       j.anchor_b = Vec3(0);
       j.parameters.edit().translation.spring = {stiffness, 0, 1};
-      Simulation sim(s.world, {1e-3});
+      Simulation sim = Simulation::copy_of(s.world, {1e-3});
       Real worst = 0;
       for (int i = 1; i <= 2000; ++i) {
         REQUIRE(sim.step().status == Status::ok);
@@ -202,7 +202,7 @@ TEST_CASE("a torsion spring has its period") {
     b.angular_velocity = {0, 0, 1};
     Single s = single(integrator, JointKind::hinge, b, frame_along({0, 0, 1}), Vec3(0));
     s.world.links[s.link].joint.parameters.edit().rotation.spring.stiffness = 30;
-    Simulation sim(s.world, {1e-3});
+    Simulation sim = Simulation::copy_of(s.world, {1e-3});
     REQUIRE(run(sim, 2).status == Status::ok);
     const Real miss = std::abs(rotation_of(s, sim.world) - 0.1 * std::sin(20));
     INFO(name_of(integrator) << ": " << miss);
@@ -227,7 +227,7 @@ TEST_CASE(
     stiff.kind = JointKind::prismatic,
     stiff.parameters.edit().translation.spring.stiffness = stiffness;
     w.add_link(a, b, stiff);
-    Simulation sim(w, {h});
+    Simulation sim = Simulation::copy_of(w, {h});
     const StepReport end = run(sim, 4);
     if (end.status != Status::ok) return Real(1e9);
     return std::abs(sim.world.bodies[b].pose.position.x - 0.1 * std::cos(4.0));
@@ -245,7 +245,7 @@ TEST_CASE("motors reach what they aim at and never push harder than they may") {
     Single s = single(integrator, JointKind::hinge, solid(1, kMoments), frame_along({0, 0, 1}));
     JointMotor& motor = s.world.links[s.link].joint.parameters.edit().rotation.motor;
     motor.kind = MotorKind::velocity, motor.target = 5, motor.gain = 10, motor.cap = 1.5;
-    Simulation sim(s.world, {1e-3});
+    Simulation sim = Simulation::copy_of(s.world, {1e-3});
     Real hardest = 0, before = 0;
     for (int i = 0; i < 2000; ++i) {
       REQUIRE(sim.step().status == Status::ok);
@@ -261,7 +261,7 @@ TEST_CASE("motors reach what they aim at and never push harder than they may") {
     Single p = single(integrator, JointKind::hinge, solid(1, kMoments), frame_along({0, 0, 1}));
     JointMotor& to = p.world.links[p.link].joint.parameters.edit().rotation.motor;
     to.kind = MotorKind::position, to.target = 7, to.gain = 30, to.damping = 6, to.cap = 20;
-    Simulation place(p.world, {1e-3});
+    Simulation place = Simulation::copy_of(p.world, {1e-3});
     Real angle = 0;
     for (int i = 0; i < 4000; ++i) {
       REQUIRE(place.step().status == Status::ok);
@@ -277,7 +277,7 @@ TEST_CASE("dry friction holds a block that pulls less, and brakes one that pulls
       const Vec3 down(std::cos(slope), -std::sin(slope), 0);
       Single s = single(integrator, JointKind::prismatic, solid(1, kMoments), frame_along(down));
       s.world.links[s.link].joint.parameters.edit().translation.friction = {0, 3, 1e-3};
-      Simulation sim(s.world, {1e-4});
+      Simulation sim = Simulation::copy_of(s.world, {1e-4});
       if (run(sim, 1).status != Status::ok) return Real(1e9);
       return slide_of(s, sim.world);
     };
@@ -300,7 +300,7 @@ TEST_CASE("a pendulum leaves its stop with the part e of its speed") {
       Joint& j = s.world.links[s.link].joint;
       j.limits.edit().angle = {true, -kPi / 2, kPi / 2};
       j.parameters.edit().restitution = e;
-      Simulation sim(s.world, {2e-3});
+      Simulation sim = Simulation::copy_of(s.world, {2e-3});
       const auto height = [&] { return sim.world.bodies[s.body].pose.position.y + 0.5; };
       std::vector<Real> peaks;
       Real last = height(), best = 0, deepest = 0;
@@ -344,7 +344,7 @@ TEST_CASE("what turns and slides has stops for its turn") {
     joint.limits.edit().angle = {true, -1, 2.5};
     joint.parameters.edit().restitution = 1;
     joint.parameters.edit().pitch = 0.1;
-    Simulation sim(s.world, {1e-2});
+    Simulation sim = Simulation::copy_of(s.world, {1e-2});
     for (int i = 0; i < 500; ++i) {
       REQUIRE(sim.step().status == Status::ok);
       const Real angle = rotation_of(s, sim.world);
@@ -364,7 +364,7 @@ TEST_CASE("a slide between two stops goes to and fro without loss") {
     Single s = single(integrator, JointKind::prismatic, b, kIdentity, Vec3(0));
     JointParameters& parameters = s.world.links[s.link].joint.parameters.edit();
     parameters.travel = {true, -0.25, 0.5}, parameters.restitution = 1;
-    Simulation sim(s.world, {1e-2});
+    Simulation sim = Simulation::copy_of(s.world, {1e-2});
     for (int i = 0; i < 1000; ++i) {
       REQUIRE(sim.step().status == Status::ok);
       const Real x = slide_of(s, sim.world);

@@ -36,7 +36,7 @@ TEST_CASE("springs far too stiff for the step give no energy, whatever the integ
     for (const Real stiffness : {1e2, 1e4, 1e6, 1e8}) {
       Arm a = arm(integrator, Vec3(0));
       a.parameters().rotation.spring = {stiffness, 0, 0.1};
-      Simulation sim(a.world, {1e-2});
+      Simulation sim = Simulation::copy_of(a.world, {1e-2});
       const Real start = 0.5 * stiffness * 0.01;
       Real most = 0;
       for (int i = 0; i < 300; ++i) {
@@ -57,7 +57,7 @@ TEST_CASE("motors with gains far too high hold their speed") {
       Arm a = arm(integrator);
       JointMotor& motor = a.parameters().rotation.motor;
       motor.kind = MotorKind::velocity, motor.target = 3, motor.gain = 1e4, motor.cap = cap;
-      Simulation sim(a.world, {1e-2});
+      Simulation sim = Simulation::copy_of(a.world, {1e-2});
       int rescued = 0;
       for (int i = 0; i < 200; ++i) {
         const StepReport report = sim.step();
@@ -78,7 +78,7 @@ TEST_CASE("dry friction that is all but a step takes energy only") {
   for (Integrator integrator : kAll) {
     Arm a = arm(integrator);
     a.parameters().rotation.friction = {0, 1e4, 1e-3};
-    Simulation sim(a.world, {1e-2});
+    Simulation sim = Simulation::copy_of(a.world, {1e-2});
     for (int i = 0; i < 200; ++i) {
       REQUIRE(sim.step().status == Status::ok);
       CHECK(measure(sim.world).energy() <= 1e-3);
@@ -93,7 +93,7 @@ TEST_CASE("steps by tolerance meet stops and go on") {
     a.world.links[a.link].joint.limits.edit().angle = {true, -1.5, 0.5};
     a.parameters().restitution = 0.5;
     a.world.default_settings.step_tolerance = 1e-8;
-    Simulation sim(a.world, {1.0 / 60});
+    Simulation sim = Simulation::copy_of(a.world, {1.0 / 60});
     for (int i = 0; i < 300; ++i) REQUIRE(sim.step().status == Status::ok);
     CHECK(coordinate_of(sim.world, a.link, Coordinate::angle) == Approx(-1.5).margin(1e-8));
   }
@@ -106,7 +106,7 @@ TEST_CASE("forces of constraint are means over the whole step, however it was ta
     a.world.bodies[a.body].angular_velocity = {0, 0, 20},
     a.world.bodies[a.body].velocity = {0, 10, 0};
     const Real h = 1.0 / 15;
-    Simulation sim(a.world, {h});
+    Simulation sim = Simulation::copy_of(a.world, {h});
     for (int i = 0; i < 5; ++i) {
       const Vec3 before = sim.world.bodies[a.body].velocity;
       const StepReport report = sim.step();
@@ -130,7 +130,7 @@ TEST_CASE("what rests on a stop is held by its joint") {
         ground, body,
         joint_at(w, ground, body, JointKind::prismatic, Vec3(0, 0.3, 0), frame_along({0, 1, 0})));
     w.links[link].joint.parameters.edit().travel = {true, -0.3, 1};
-    Simulation sim(w, {1e-2});
+    Simulation sim = Simulation::copy_of(w, {1e-2});
     for (int i = 0; i < 100; ++i) REQUIRE(sim.step().status == Status::ok);
     const Vec3 force = lagrangian::joint_wrench(lagrangian::islands_of(sim.world)[0], 0).force;
     INFO(name_of(integrator) << ": " << force.y);
@@ -151,7 +151,7 @@ TEST_CASE("rank and freedoms of loops that run through one body on many joints")
       w.add_link(leg, top, joint_at(w, leg, top, JointKind::hinge, {x, 1, 0}, kZ));
     }
     w.bodies[top].velocity = {1, 0, 0};
-    Simulation sim(w, {1e-2});
+    Simulation sim = Simulation::copy_of(w, {1e-2});
     for (int i = 0; i < 20; ++i) REQUIRE(sim.step().status == Status::ok);
     const StepReport report = sim.step();
     CAPTURE(legs);
@@ -169,7 +169,7 @@ TEST_CASE("a contradiction is told far from the origin too") {
     Joint far = joint_at(w, ground, body, JointKind::ball, {away + 1, 0, 0});
     far.anchor_a.x += 1e-3;
     w.add_link(ground, body, near), w.add_link(ground, body, far);
-    Simulation sim(w, {1e-2});
+    Simulation sim = Simulation::copy_of(w, {1e-2});
     CHECK(sim.step().status == Status::inconsistent);
   }
 }

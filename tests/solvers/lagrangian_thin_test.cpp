@@ -83,7 +83,7 @@ struct Kept {
 };
 
 Kept run(const Made& made, Real rate, Real duration) {
-  Simulation sim(made.world, {1 / rate, 1, 1, true});
+  Simulation sim = Simulation::copy_of(made.world, {1 / rate, 1, 1, true});
   Kept kept;
   kept.first = measure(sim.world);
   for (int i = 0; i < static_cast<int>(std::lround(duration * rate)); ++i) {
@@ -200,7 +200,7 @@ TEST_CASE("steps that Euler takes for another integrator add no energy") {
   for (const Real kink : {0.01, 0.3})
     for (const int links : {3, 5}) {
       const Made made = taut_chain(Integrator::rk4, links, 1e4, kink);
-      Simulation sim(made.world, {1.0 / 15, 1, 1, true});
+      Simulation sim = Simulation::copy_of(made.world, {1.0 / 15, 1, 1, true});
       Real before = measure(sim.world).energy();
       for (int i = 0; i < 45; ++i) {
         const StepReport report = sim.step();

@@ -49,7 +49,7 @@ TEST_CASE("a string lets a body fall, then holds it") {
     const Entity ground = add_ground(w),
                  body = w.add_body(solid(2, Vec3(0.1), {{0, -0.5, 0}, kIdentity}));
     w.add_cable(ground, body, {Vec3(0), Vec3(0), 1, 0});
-    Simulation sim(w, {1e-3});
+    Simulation sim = Simulation::copy_of(w, {1e-3});
     const Real touch = std::sqrt(2 * 0.5 / kG);
     Real worst = 0;
     for (int i = 1; i <= 1000; ++i) {
@@ -77,7 +77,7 @@ TEST_CASE("two gears keep their angles over fifty turns, and a touch or a push b
     r.first = a.hinge, r.second = b.hinge, r.ratio = -0.5;
     w.add_gear(r);
     w.bodies[a.body].angular_velocity = {0, 0, 40}, w.bodies[b.body].angular_velocity = {0, 0, -20};
-    Simulation sim(w, {2e-3});
+    Simulation sim = Simulation::copy_of(w, {2e-3});
     Real first = 0, second = 0, worst = 0;
     int i = 0;
     for (; first < 100 * kPi && i < 6000; ++i) {
@@ -110,7 +110,7 @@ TEST_CASE("a rack falls against its pinion, and a planet goes round its sun") {
     Gear r;
     r.first = pinion.hinge, r.second = translation, r.second_travels = true, r.ratio = -radius;
     w.add_gear(r);
-    Simulation sim(w, {2e-3});
+    Simulation sim = Simulation::copy_of(w, {2e-3});
     for (int i = 0; i < 500; ++i) REQUIRE(sim.step().status == Status::ok);
     const Real way = 0.5 * kG * mass / (mass + inertia / (radius * radius));
     const Real miss = std::abs(sim.world.bodies[rack].pose.position.y + way);
@@ -129,7 +129,7 @@ TEST_CASE("a rack falls against its pinion, and a planet goes round its sun") {
   w.bodies[carrier.body].angular_velocity = {0, 0, 2},
   w.bodies[planet.body].angular_velocity = {0, 0, 6};
   w.bodies[planet.body].velocity = {0, 2, 0};
-  Simulation sim(w, {2e-3});
+  Simulation sim = Simulation::copy_of(w, {2e-3});
   const Real start = measure(w).kinetic;
   for (int i = 0; i < 5000; ++i) REQUIRE(sim.step().status == Status::ok);
   CHECK(std::abs(sim.world.bodies[planet.body].angular_velocity.z - 6) <= 1e-9);
@@ -156,7 +156,7 @@ TEST_CASE("a joint from outside moves as the built-in one") {
         before = last[i] = e;
       }
     }
-    Simulation one(w[0], {2e-3}), two(w[1], {2e-3});
+    Simulation one = Simulation::copy_of(w[0], {2e-3}), two = Simulation::copy_of(w[1], {2e-3});
     Real worst = 0;
     for (int i = 0; i < 1000; ++i) {
       REQUIRE(one.step().status == Status::ok);
@@ -186,7 +186,7 @@ TEST_CASE("a kinematic crank moves its slider as closed form has it") {
     w.add_link(crank, bar, joint_at(w, crank, bar, JointKind::hinge, {r, 0, 0}, kZ));
     w.add_link(bar, slider, joint_at(w, bar, slider, JointKind::ball, {r + l, 0, 0}));
     w.add_link(ground, slider, joint_at(w, ground, slider, JointKind::prismatic, Vec3(0)));
-    Simulation sim(w, {2e-3});
+    Simulation sim = Simulation::copy_of(w, {2e-3});
     Real worst = 0, gap = 0;
     for (int i = 0; i < 2000; ++i) {
       REQUIRE(sim.step().status == Status::ok);
@@ -216,7 +216,7 @@ TEST_CASE("a pin whose place is moved by hand takes its point along") {
     Pin pin;
     pin.body = first, pin.anchor = {-0.5, 0, 0};
     const Entity hand = w.add_pin(pin);
-    Simulation sim(w, {1.0 / 240});
+    Simulation sim = Simulation::copy_of(w, {1.0 / 240});
     Real worst = 0;
     for (int i = 0; i < 480; ++i) {
       sim.world.pins[hand].target = {0.5 * std::sin(0.02 * i), 0.2 * std::cos(0.03 * i) - 0.2, 0};

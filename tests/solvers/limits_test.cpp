@@ -88,7 +88,7 @@ TEST_CASE("hinges hold what would turn them another way, momentum kept") {
     }
     before = e;
   }
-  Simulation sim(w, {1.0 / 240});
+  Simulation sim = Simulation::copy_of(w, {1.0 / 240});
   // The given velocities suit no joint: the first step makes them suit, and keeps their momentum.
   const Measures start = measure(sim.world);
   for (int i = 0; i < 480; ++i) {
@@ -109,7 +109,7 @@ TEST_CASE("two rods fixed together swing like one") {
     w.links.values()[1].joint.kind = JointKind::fixed;
     w.mark_dirty();
     World alone = chain(one);
-    Simulation pair(w, {h}), rod(alone, {h});
+    Simulation pair = Simulation::copy_of(w, {h}), rod = Simulation::copy_of(alone, {h});
     Real worst = 0;
     for (int i = 0; i < std::lround(4 / h); ++i) {
       pair.step(), rod.step();
@@ -145,7 +145,7 @@ TEST_CASE("a blow against a stop is inelastic: both sides take it, as closed for
     j.limits = limits;
     w.add_link(a, b, j);
     // Both turn towards one another: the whole has no angular momentum, so all motion ends.
-    Simulation sim(w, {h});
+    Simulation sim = Simulation::copy_of(w, {h});
     const Measures start = measure(sim.world);
     for (int i = 0; i < std::lround(1 / h); ++i) sim.step();
     const Measures end = measure(sim.world);
@@ -175,7 +175,7 @@ TEST_CASE("chains within cones: no violation, no gap, no energy gained, in all 5
           w.default_settings.active_set_iterations = passes;
           for (Body& b : w.bodies.values()) b.drag = 1;
           w.mark_dirty();
-          Simulation sim(w, {1 / rate});
+          Simulation sim = Simulation::copy_of(w, {1 / rate});
           const Real start = measure(w).energy(), swing = start - lowest(spec);
           Real violation = 0, gap = 0, most = start;
           for (int i = 0; i < 10 * rate; ++i) {
@@ -202,7 +202,7 @@ TEST_CASE("a cantilever falls into its stops and is still within 10 s") {
   wall.kind = JointKind::fixed;
   wall.frames.set(from_rotation_vector({0, 0, spec.angle}), kIdentity);
   w.mark_dirty();
-  Simulation sim(w, {1.0 / 60});
+  Simulation sim = Simulation::copy_of(w, {1.0 / 60});
   StepReport last;
   for (int i = 0; i < 600; ++i) last = sim.step();
   CHECK(measure(sim.world).kinetic <= 1e-12);
@@ -220,7 +220,7 @@ TEST_CASE("the clamp of the sweep keeps to limits too") {
   w.default_settings.solver = Solver::sweep;
   const Entity hand = w.add_pin({w.bodies.owners()[10], {0, -0.05, 0}, {0.3, -0.4, 0.3}});
   w.mark_dirty();
-  Simulation sim(w, {1.0 / 60});
+  Simulation sim = Simulation::copy_of(w, {1.0 / 60});
   for (int i = 0; i < 60; ++i) {
     sim.world.pins[hand].target = {0.5 * std::sin(0.2 * i), -0.4, 0.4 * std::cos(0.3 * i)};
     REQUIRE(sim.step().status == Status::ok);
@@ -243,7 +243,7 @@ TEST_CASE("a soft zone brakes before the stop") {
     limits.soft_damping = 0.1 * stiffness;
     j.limits = limits;
     w.mark_dirty();
-    Simulation sim(w, {1.0 / 240});
+    Simulation sim = Simulation::copy_of(w, {1.0 / 240});
     Real fastest = 0;
     for (int i = 0; i < 480; ++i) {
       const Real before = glm::length(sim.world.bodies.values()[1].angular_velocity);
@@ -270,7 +270,7 @@ TEST_CASE("a drive holds a rod level against its weight, and no harder than it m
   JointDrive drive;
   drive.target = from_rotation_vector({kPi / 2, 0, 0}), drive.stiffness = 50, drive.damping = 5;
   w.joint_drives.add(link, drive);
-  Simulation sim(w, {1.0 / 60});
+  Simulation sim = Simulation::copy_of(w, {1.0 / 60});
   for (int i = 0; i < 600; ++i) sim.step();
   const Real angle = angle_of(sim.world, sim.world.links[link]);
   const Real weight = 9.81 * 0.5 * std::sin(angle);
@@ -306,7 +306,7 @@ TEST_CASE("a drive follows its keys, and any stiffness is stable") {
       drive.keys.push_back({0.5 * k, from_rotation_vector({0.8 * std::sin(kPi / 4 * k), 0, 0})});
     drive.loop = true;
     w.joint_drives.add(link, drive);
-    Simulation sim(w, {1.0 / 60});
+    Simulation sim = Simulation::copy_of(w, {1.0 / 60});
     Real worst = 0;
     for (int i = 0; i < 600; ++i) {
       REQUIRE(sim.step().status == Status::ok);
@@ -327,9 +327,9 @@ TEST_CASE("copies of a world with stops and drives go the same way, bit for bit"
   JointDrive drive;
   drive.stiffness = 5, drive.damping = 1, drive.max_torque = 0.3;
   w.joint_drives.add(w.links.owners()[3], drive);
-  Simulation one(w, {1.0 / 60});
+  Simulation one = Simulation::copy_of(w, {1.0 / 60});
   for (int i = 0; i < 100; ++i) one.step();
-  Simulation other(one.world, {1.0 / 60});
+  Simulation other = Simulation::copy_of(one.world, {1.0 / 60});
   for (int i = 0; i < 100; ++i) one.step(), other.step();
   CHECK(state_hash(one.world) == state_hash(other.world));
 }

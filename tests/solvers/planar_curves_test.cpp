@@ -81,7 +81,7 @@ const SurfaceContact& state_of(const World& w, Entity contact) {
 TEST_CASE("planar curves: a flat face follows an eccentric circle: place, speed and force") {
   Cam c = eccentric(10, Hold::fast);
   const Real h = 1.0 / 480;
-  Simulation sim(c.world, {h});
+  Simulation sim = Simulation::copy_of(c.world, {h});
   for (int i = 0; i < 600; ++i) {
     REQUIRE(sim.step().status == Status::ok);
     c.world = sim.world;
@@ -123,7 +123,7 @@ TEST_CASE("planar curves: a fast cam throws its face off where its bend says, an
   const Real rate = 36, bend = kArm * rate * rate;  // 19.4 m/s^2
   Cam c = eccentric(rate, Hold::loose);
   const Real h = 1e-4;
-  Simulation sim(c.world, {h});
+  Simulation sim = Simulation::copy_of(c.world, {h});
   Real left_at = -1, landed_at = -1, top = 0;
   for (int i = 0; i < 4000 && landed_at < 0; ++i) {
     REQUIRE(sim.step().status == Status::ok);
@@ -179,7 +179,7 @@ Real angle_at(const World& w, Entity e) {
 
 TEST_CASE("planar curves: elliptical gears keep their phase for a hundred turns, and energy") {
   const Gears g = elliptical(1);
-  Simulation sim(g.world, {1.0 / 60});
+  Simulation sim = Simulation::copy_of(g.world, {1.0 / 60});
   Real worst = 0, turned = 0, low = 1e9, high = 0;
   const Real start = measure(sim.world).energy();
   for (int i = 0; i < 18000; ++i) {
@@ -221,7 +221,7 @@ Swing swing(Solver solver) {
 }
 Vec3 place_after(Solver solver, Real h, Real time) {
   const Swing s = swing(solver);
-  Simulation sim(s.world, {h});
+  Simulation sim = Simulation::copy_of(s.world, {h});
   for (int i = 0; i < std::lround(time / h); ++i) REQUIRE(sim.step().status == Status::ok);
   return sim.world.bodies[s.one].pose.position;
 }
@@ -250,7 +250,7 @@ TEST_CASE("planar curves: what lies on a follower is lifted by its cam") {
       add_solid(w, ShapeKind::box, {0.03, 0.03, 0.03}, {{0, kRadius + 0.0501, 0}, kIdentity});
   w.bodies[load].velocity.y = kArm * 6;
   const Real weight = (1 + w.bodies[load].mass) * 9.81;
-  Simulation sim(w, {1.0 / 240});
+  Simulation sim = Simulation::copy_of(w, {1.0 / 240});
   Real sum = 0;
   const int turn = static_cast<int>(std::lround(2 * kPi / 6 * 240));
   for (int i = 0; i < 3 * turn; ++i) {
@@ -289,7 +289,7 @@ Table table(Hold hold, OnRim on_rim) {
 TEST_CASE("planar curves: over the end of a curve a run stops, or the joint lets go") {
   for (const Hold hold : {Hold::fast, Hold::loose}) {
     const Table t = table(hold, OnRim::stop);
-    Simulation sim(t.world, {0.01});
+    Simulation sim = Simulation::copy_of(t.world, {0.01});
     StepReport report;
     for (int i = 0; i < 30 && report.status == Status::ok; ++i) report = sim.step();
     INFO(static_cast<int>(hold));
@@ -305,7 +305,7 @@ TEST_CASE("planar curves: over the end of a curve a run stops, or the joint lets
     CHECK(sim.world.bodies[t.ball].velocity == before.velocity);
   }
   const Table t = table(Hold::fast, OnRim::release);
-  Simulation sim(t.world, {0.01});
+  Simulation sim = Simulation::copy_of(t.world, {0.01});
   for (int i = 0; i < 40; ++i) REQUIRE(sim.step().status == Status::ok);
   CHECK(state_of(sim.world, t.contact).over);
   CHECK(state_of(sim.world, t.contact).status == nurbs::ContactStatus::left_patch);
@@ -325,7 +325,7 @@ TEST_CASE("planar curves: a box with rounded corners lands on one, tips over, an
                                      {box, ground, nurbs::rounded_polygon(corners, 0.02).value(),
                                       nurbs::line({20, 0, 0}, {-20, 0, 0})},
                                      SurfaceMotion::sliding, Hold::loose);
-  Simulation sim(w, {1.0 / 120});
+  Simulation sim = Simulation::copy_of(w, {1.0 / 120});
   Real deepest = 0, energy = measure(sim.world).energy();
   for (int i = 0; i < 240; ++i) {
     REQUIRE(sim.step().status == Status::ok);
@@ -351,13 +351,13 @@ TEST_CASE("planar curves: copies and saved worlds go on with the same bits") {
   const Gears g = elliptical(2);
   const Cam c = eccentric(36, Hold::loose);
   for (const World& start : {g.world, c.world}) {
-    Simulation sim(start, {1.0 / 120});
+    Simulation sim = Simulation::copy_of(start, {1.0 / 120});
     for (int i = 0; i < 25; ++i) REQUIRE(sim.step().status == Status::ok);
-    Simulation copy(sim.world, {1.0 / 120});
+    Simulation copy = Simulation::copy_of(sim.world, {1.0 / 120});
     Result<World> loaded =
         world_from_bytes(world_to_bytes(sim.world, nullptr).value(), World(), "test");
     REQUIRE(loaded);
-    Simulation read(*loaded, {1.0 / 120});
+    Simulation read = Simulation::copy_of(*loaded, {1.0 / 120});
     for (int i = 0; i < 40; ++i) {
       sim.step(), copy.step(), read.step();
       REQUIRE(state_hash(copy.world) == state_hash(sim.world));
@@ -370,12 +370,12 @@ TEST_CASE("planar curves: a World saved after any step goes on with the same bit
   // At most angles the way from a rotation to its turn about z and back is not exact.
   for (const Real tilt : {0.0, 0.6}) {
     const Cam cam = eccentric(36, Hold::loose, glm::angleAxis(tilt, Vec3(1, 0, 0)));
-    Simulation sim(cam.world, {1.0 / 240});
+    Simulation sim = Simulation::copy_of(cam.world, {1.0 / 240});
     for (int i = 0; i < 90; ++i) {
       const Result<World> loaded =
           world_from_bytes(world_to_bytes(sim.world, nullptr).value(), World(), "test");
       REQUIRE(loaded);
-      Simulation read(*loaded, {1.0 / 240});
+      Simulation read = Simulation::copy_of(*loaded, {1.0 / 240});
       read.step(), sim.step();
       INFO("step " << i << ", tilted by " << tilt);
       REQUIRE(state_hash(read.world) == state_hash(sim.world));

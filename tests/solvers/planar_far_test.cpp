@@ -96,7 +96,7 @@ TEST_CASE(
       World w = planar_world();
       add_slope(w, 0);
       add_tower(w, {0, 0, 0});
-      Simulation sim(w);
+      Simulation sim = Simulation::copy_of(w);
       for (int i = 0; i < 3; ++i) REQUIRE(sim.step().status == Status::ok);
       const Vec3 before = sim.world.bodies.values()[1].pose.position;
       spoil(sim.world, how, bad);

@@ -138,7 +138,7 @@ TEST_CASE("Copies, saved and loaded Worlds of laminas go on with the same bits")
   CAPTURE(at, slide);
   Simulation sim(world_of(rod(0.5, slide)), {1.0 / 60});
   while (sim.world.time < at) sim.step();
-  Simulation copy(sim.world, {1.0 / 60, 1, 3});
+  Simulation copy = Simulation::copy_of(sim.world, {1.0 / 60, 1, 3});
   const auto bytes = world_to_bytes(sim.world);
   REQUIRE(bytes);
   auto loaded = world_from_bytes(*bytes);
@@ -231,7 +231,7 @@ TEST_CASE("What is no lamina, or is tied, is named and not moved") {
   slow.solver = Solver::quasistatic;
   world.settings.add(ball, slow);
   CHECK(reasons(world) == "ball: is solved by \"quasistatic\", which moves laminas only\n");
-  Simulation sim(world, {0.01});
+  Simulation sim = Simulation::copy_of(world, {0.01});
   const StepReport report = sim.step();
   CHECK(report.faults == 1);
   CHECK(sim.world.bodies[ball].pose.position.y == 3);
@@ -264,7 +264,7 @@ TEST_CASE("The same scene by the solver planar slides on the finger with less lo
   planar.solver = Solver::planar;
   const auto scene = parse_scene(rod(0.3, 0.3), "test", {}, planar);
   REQUIRE(scene);
-  Simulation sim(scene->world, {1.0 / 240});
+  Simulation sim = Simulation::copy_of(scene->world, {1.0 / 240});
   for (int i = 0; i < 480; ++i) sim.step();
   CHECK(sim.world.bodies[sim.world.find("rod")].pose.position.x == Approx(-0.02).margin(2e-3));
 }

@@ -83,7 +83,7 @@ TEST_CASE("the redundant joint of a loop is counted and named") {
   for (const Problem& p : read_problems(kFolder)) {
     const bool bricard = p.id == "A04", windows = p.id == "A02_N2";
     if (!bricard && !windows) continue;
-    Simulation sim(p.world, {0.01});
+    Simulation sim = Simulation::copy_of(p.world, {0.01});
     const StepReport r = sim.step();
     CHECK(r.rows == (bricard ? 30 : 35));
     CHECK(r.rank == 29);
@@ -113,7 +113,7 @@ TEST_CASE("integrators have their orders") {
   const World start = chain(5, 1, kPi / 2);
   World exact = start;
   set_exact(exact, Integrator::rk4, 1e-13);
-  Simulation reference(exact, {0.5});
+  Simulation reference = Simulation::copy_of(exact, {0.5});
   REQUIRE(reference.step().status == Status::ok);
   for (const IntegratorInfo& info : kIntegrators) {
     CAPTURE(info.name);
@@ -142,7 +142,7 @@ TEST_CASE("a double pendulum keeps its energy for a minute as each integrator ca
       if (b.motion == Motion::dynamic)
         b.inertia = {0.02, 0.09, 0.09}, b.angular_velocity = b.pose.rotation * Vec3(0.5, 0, 0);
     set_exact(w, row.integrator);
-    Simulation sim(w, {0.01});
+    Simulation sim = Simulation::copy_of(w, {0.01});
     const Real start = measure(sim.world).energy();
     Range first, second;
     Real worst = 0;

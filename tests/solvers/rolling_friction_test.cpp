@@ -51,7 +51,7 @@ TEST_CASE("a rolling ball loses five sevenths of g rho / r, stops and stays") {
       const Entity e = add_ball(w, surface(0.5, rolling));  // of two bodies the larger counts
       const Real loss = 5.0 / 7 * kG * rolling / kRadius, speed = 2 * loss;
       w.bodies[e].velocity = {speed, 0, 0}, w.bodies[e].angular_velocity = {0, 0, -10 * speed};
-      Simulation sim(w, {h});
+      Simulation sim = Simulation::copy_of(w, {h});
       const Body& b = sim.world.bodies[e];
       run(sim, 1);
       INFO("rolling " << rolling << " at " << h << " s");
@@ -76,7 +76,7 @@ TEST_CASE("a ball stands on a slope up to rho / r, and rolls above") {
       World w = awake();
       add_ground(w, surface(0.9, rolling), slope(degrees));
       const Entity e = add_ball(w, surface(0.9, 0), slope(degrees) * Vec3(0, kRadius, 0));
-      Simulation sim(w, {h});
+      Simulation sim = Simulation::copy_of(w, {h});
       run(sim, 2);
       const Real angle = degrees * kPi / 180;
       const Real pull =
@@ -94,7 +94,7 @@ TEST_CASE("a spinning ball loses its spin by 5/2 lambda g / r^2 and stands") {
     const Entity e = add_ball(w, surface(0.5, 0));
     const Real loss = 2.5 * 0.002 * kG / (kRadius * kRadius);
     w.bodies[e].angular_velocity = {0, -2 * loss, 0};
-    Simulation sim(w, {h});
+    Simulation sim = Simulation::copy_of(w, {h});
     const Body& b = sim.world.bodies[e];
     run(sim, 1);
     CHECK(b.angular_velocity.y == Approx(-loss).epsilon(error));
@@ -115,7 +115,7 @@ TEST_CASE("spinning friction leaves rolling alone, and rolling friction spinning
   add_ground(w, surface(0.5, 0, 0.01));
   const Entity rolls = add_ball(w, surface(0.5, 0));
   w.bodies[rolls].velocity = {1, 0, 0}, w.bodies[rolls].angular_velocity = {0, 0, -10};
-  Simulation sim(w, {1.0 / 60});
+  Simulation sim = Simulation::copy_of(w, {1.0 / 60});
   run(sim, 2);
   CHECK(sim.world.bodies[rolls].velocity.x == Approx(1).epsilon(1e-9));
 
@@ -123,7 +123,7 @@ TEST_CASE("spinning friction leaves rolling alone, and rolling friction spinning
   add_ground(v, surface(0.5, 0.01, 0));
   const Entity spins = add_ball(v, surface(0.5, 0));
   v.bodies[spins].angular_velocity = {0, 20, 0};
-  Simulation other(v, {1.0 / 60});
+  Simulation other = Simulation::copy_of(v, {1.0 / 60});
   run(other, 2);
   CHECK(other.world.bodies[spins].angular_velocity.y == Approx(20).epsilon(1e-9));
 }
@@ -138,7 +138,7 @@ TEST_CASE("a ball that rolls and one that it rolls on are pushed by opposite tor
   w.bodies[e].velocity = {0, 0, 2}, w.bodies[e].angular_velocity = {20, 30, 0};
   const Real m = w.bodies[e].mass, n = w.bodies[plank].mass;
   const Vec3 inertia = w.bodies[plank].inertia;
-  Simulation sim(w, {1.0 / 60});
+  Simulation sim = Simulation::copy_of(w, {1.0 / 60});
   for (int i = 0; i < 24; ++i) {  // until it leaves the plank
     sim.step();
     const Body &ball = sim.world.bodies[e], &under = sim.world.bodies[plank];
@@ -161,7 +161,7 @@ TEST_CASE("balls with rolling friction come to rest on one another and fall asle
   for (int i = 0; i < 30; ++i)
     balls.push_back(
         add_ball(w, surface(0.6, 0.004, 0.004), {0.06 * (i % 3), 0.15 + 0.21 * i, 0.05 * (i % 2)}));
-  Simulation sim(w, {1.0 / 60});
+  Simulation sim = Simulation::copy_of(w, {1.0 / 60});
   for (int i = 0; i < 60 * 40; ++i) REQUIRE(sim.step().status == Status::ok);
   for (const Entity e : balls) CHECK(sim.world.bodies[e].velocity == Vec3(0));
 }
@@ -188,7 +188,7 @@ TEST_CASE("the wheel of a barrow is braked by what its contact bears") {
       w.bodies[wheel].velocity = {1, 0, 0}, w.bodies[wheel].angular_velocity = {0, 0, -10};
     }
     w.bodies[frame].velocity = {1, 0, 0};
-    Simulation sim(w, {h});
+    Simulation sim = Simulation::copy_of(w, {h});
     run(sim, 1);
     // Work of the torques: (m + I / r^2) v dv = -rho / r m g v dt.
     const Real loss = rolling / kRadius * mass * kG / (mass + inertia / (kRadius * kRadius));

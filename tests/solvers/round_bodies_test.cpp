@@ -73,7 +73,7 @@ TEST_CASE("a cylinder rolls down a slope with two thirds of g sin, straight") {
         const Quat slope = about({0, 0, 1}, -angle);
         put_floor(w, floor, slope);
         const Entity e = put(w, cylinder(r, 0.3), {slope * Vec3(0, r, 0), slope * kLying});
-        Simulation sim(w, {h});
+        Simulation sim = Simulation::copy_of(w, {h});
         const Real seconds = 2;
         run(sim, seconds);
         const Body& b = sim.world.bodies[e];
@@ -99,7 +99,7 @@ TEST_CASE("a cylinder rolls ten metres on the level without drift or loss") {
       const Real r = 0.2;
       const Entity e = put(w, cylinder(r, 0.3), {{0, r, 0}, kLying});
       w.bodies[e].velocity = {2, 0, 0}, w.bodies[e].angular_velocity = {0, 0, -2 / r};
-      Simulation sim(w, {1.0 / 60});
+      Simulation sim = Simulation::copy_of(w, {1.0 / 60});
       run(sim, 5);
       const Body& b = sim.world.bodies[e];
       CHECK(b.pose.position.x == Approx(10).epsilon(1e-4));
@@ -117,7 +117,8 @@ TEST_CASE("an ellipsoid of three like radii rolls as a ball does") {
   const Pose start{slope * Vec3(0, 0.1, 0), about({0.6, 0, 0.8}, 1)};
   const Entity e = put(round, ellipsoid(Vec3(0.1)), start);
   put(ball, ball_shape(0.1), start);
-  Simulation one(round, {1.0 / 60}), two(ball, {1.0 / 60});
+  Simulation one = Simulation::copy_of(round, {1.0 / 60}),
+             two = Simulation::copy_of(ball, {1.0 / 60});
   run(one, 2), run(two, 2);
   const Body &b = one.world.bodies[e], &c = two.world.bodies[e];
   CHECK(glm::distance(b.pose.position, c.pose.position) < 1e-9);
@@ -134,7 +135,7 @@ TEST_CASE("an ellipsoid rocks on its flat side with the period of its curvature"
     put_floor(w, ShapeKind::plane, kIdentity, 2);
     const Real lean = 0.05, height = std::hypot(c * std::cos(lean), a * std::sin(lean));
     const Entity e = put(w, ellipsoid({a, c, 0.2}), {{0, height, 0}, about({0, 0, 1}, lean)}, 2);
-    Simulation sim(w, {1.0 / 240});
+    Simulation sim = Simulation::copy_of(w, {1.0 / 240});
     std::vector<Real> crossings;
     Real before = lean, most = 0;
     for (int i = 0; i < 240 * 4; ++i) {
@@ -169,7 +170,7 @@ TEST_CASE("a cone on its side rolls about its tip") {
     b.angular_velocity = Vec3(turning / std::tan(half_angle), 0, 0);
     const Vec3 out = b.pose.position;
     b.velocity = glm::cross(b.angular_velocity, out);
-    Simulation sim(w, {1.0 / 240});
+    Simulation sim = Simulation::copy_of(w, {1.0 / 240});
     const auto tip_now = [&] {
       const Body& now = sim.world.bodies[e];
       return to_world(now.pose, Vec3(0, 0.75 * height, 0));
@@ -201,7 +202,7 @@ TEST_CASE("what stands on its end falls asleep; leaning too far it tips over") {
         const Real r = shape.size.x, half = shape.size.y;
         const Real height = half * std::cos(lean) + r * std::sin(lean);
         const Entity e = put(w, shape, {{0, height, 0}, turn});
-        Simulation sim(w, {1.0 / 60});
+        Simulation sim = Simulation::copy_of(w, {1.0 / 60});
         CHECK(asleep_after(sim, 8) == 1);
         const Vec3 mass_centre = mass_properties(shape, 1000).centre;
         const bool stands = std::tan(lean) < r / (half + mass_centre.y);
@@ -219,7 +220,7 @@ TEST_CASE("a stack of cylinders stands and falls asleep, whatever they are turne
   std::vector<Entity> all;
   for (int i = 0; i < 6; ++i)
     all.push_back(put(w, cylinder(0.2, 0.15), {{0, 0.15 + 0.3 * i, 0}, about({0, 1, 0}, 0.7 * i)}));
-  Simulation sim(w, {1.0 / 60});
+  Simulation sim = Simulation::copy_of(w, {1.0 / 60});
   CHECK(asleep_after(sim, 6) == 6);
   for (int i = 0; i < 6; ++i) {
     const Vec3 at = sim.world.bodies[all[std::size_t(i)]].pose.position;
@@ -245,7 +246,7 @@ TEST_CASE("round bodies thrown on a heap come to rest, and no number of threads 
     const Vec3 at(0.4 * (i % 3 - 1), 0.4 + 0.35 * (i / 9), 0.4 * (i / 3 % 3 - 1));
     put(w, shapes[i % 3], {at, dice.orientation()});
   }
-  Simulation one(w, {1.0 / 60}), many(w, {1.0 / 60});
+  Simulation one = Simulation::copy_of(w, {1.0 / 60}), many = Simulation::copy_of(w, {1.0 / 60});
   one.settings.threads = 1, many.settings.threads = 3;
   for (int i = 0; i < 60 * 8; ++i) {
     REQUIRE(one.step().status == Status::ok);

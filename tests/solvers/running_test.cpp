@@ -42,7 +42,7 @@ TEST_CASE("switching the solver keeps joints closed and moves nothing farther th
   for (Solver from : all)
     for (Solver to : all) {
       // Each pair from the same motion: sweep and procedural leave faster ones to the next.
-      Simulation sim(start.world, start.settings);
+      Simulation sim = Simulation::copy_of(start.world, start.settings);
       SolverSettings how;
       how.solver = from;
       sim.world.settings.add(body, how);
@@ -147,7 +147,7 @@ TEST_CASE("a body teleported alone is pulled back by its joints, and nothing blo
 TEST_CASE("cutting a link leaves both halves moving as they did") {
   Chain c = hung_chain(10);
   for (Body& b : c.world.bodies.values()) b.drag = 0;
-  Simulation sim(c.world, {1.0 / 240});
+  Simulation sim = Simulation::copy_of(c.world, {1.0 / 240});
   for (int i = 0; i < 100; ++i) sim.step();
   std::vector<Vec3> before;
   for (Entity e : c.rods) before.push_back(sim.world.bodies[e].velocity);
@@ -178,7 +178,7 @@ TEST_CASE("a free tree that is rebuilt keeps its angular momentum") {
     Body& b = t.world.bodies[e];
     b.angular_velocity = {0.5, 3, -1}, b.velocity = glm::cross(b.angular_velocity, b.pose.position);
   }
-  Simulation sim(t.world, {1.0 / 60});
+  Simulation sim = Simulation::copy_of(t.world, {1.0 / 60});
   for (int i = 0; i < 30; ++i) sim.step();
   const Vec3 l = measure(sim.world).angular_momentum;
   sim.world.mark_dirty();
@@ -209,7 +209,7 @@ TEST_CASE("solver settings hold for the island that has them") {
   SolverSettings how;
   how.solver = Solver::sweep, how.rotation_stiffness = 3;
   c.world.settings.add(c.rods[2], how);
-  Simulation sim(c.world);
+  Simulation sim = Simulation::copy_of(c.world);
   sim.step();
   REQUIRE(articulated::islands_of(sim.world).size() == 2);
   for (const articulated::Island& a : articulated::islands_of(sim.world)) {
@@ -222,13 +222,13 @@ TEST_CASE("solver settings hold for the island that has them") {
 TEST_CASE("two chains beside one another do not know of each other") {
   std::vector<Entity> bodies;
   World one = chain({}, &bodies), two = chain({}, nullptr);
-  Simulation alone(one, {1.0 / 60});
+  Simulation alone = Simulation::copy_of(one, {1.0 / 60});
   // The second World holds the same chain twice, the copy added after it.
   std::vector<Entity> copies;
   for (const Body& b : one.bodies.values()) copies.push_back(two.add_body(b));
   for (const Link& l : one.links.values())
     two.add_link(copies[one.bodies.slot(l.a)], copies[one.bodies.slot(l.b)], l.joint);
-  Simulation both(two, {1.0 / 60});
+  Simulation both = Simulation::copy_of(two, {1.0 / 60});
   for (int i = 0; i < 120; ++i) alone.step(), both.step();
   for (std::size_t i = 0; i < copies.size(); ++i) {
     const Pose& expected = alone.world.bodies.values()[i].pose;

@@ -51,7 +51,7 @@ Real difference(const World& a, const World& b, Real length) {
 
 /// Steps both for a while; the largest difference on the way.
 Real worst_difference(const World& start, const Units& u, int steps) {
-  Simulation one(start, {1.0 / 64}), other(in_units(start, u), {u.time / 64});
+  Simulation one = Simulation::copy_of(start, {1.0 / 64}), other(in_units(start, u), {u.time / 64});
   Real worst = 0;
   for (int i = 0; i < steps; ++i) {
     REQUIRE(one.step().status == Status::ok);

@@ -46,7 +46,7 @@ Outcome torture(const Setting& how, std::uint64_t seed) {
   spec.bodies = 2 + dice.below(29), spec.decades = how.decades;
   spec.drag = dice.between(0, how.drag_high);
   RandomTree t = random_tree(spec, dice);
-  Simulation sim(t.world);
+  Simulation sim = Simulation::copy_of(t.world);
   sim.settings.measure = true;
   Outcome o;
   Real start = 0;
@@ -102,7 +102,7 @@ TEST_CASE("losses of a step with large turns are not given back") {
   Random dice(2);
   RandomTree t = random_tree({}, dice);
   t.world.default_settings.tension_stiffness = false;  // leaves it to the general solve
-  Simulation sim(t.world, {1.0 / 30});
+  Simulation sim = Simulation::copy_of(t.world, {1.0 / 30});
   int large = 0, lent = 0;
   for (int i = 0; i < 600; ++i) {
     if (i % 60 < 20) sim.world.pins[t.pin].target += 0.2 * dice.direction();

@@ -211,7 +211,7 @@ Motion6 motion_in_step(json scene, const char* integrator, Real h) {
   scene["solver"]["type"] = "lagrangian", scene["solver"]["integrator"] = integrator;
   const auto read = parse_scene(scene.dump(), "struck");
   REQUIRE(read);
-  Simulation sim(read->world, {h});
+  Simulation sim = Simulation::copy_of(read->world, {h});
   REQUIRE(sim.step().status == Status::ok);
   Motion6 after;
   for (int i = 0; i < kBodies; ++i) {

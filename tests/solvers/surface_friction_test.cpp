@@ -229,7 +229,7 @@ TEST_CASE("surfaces: a slip goes on to the same bits in copies and saved worlds"
     s.world.bodies[s.ball].velocity = {3, 0, 0.5};
     Simulation one(std::move(s.world), {1.0 / 100});
     run(one, 0.2);
-    Simulation copy(one.world, {1.0 / 100});
+    Simulation copy = Simulation::copy_of(one.world, {1.0 / 100});
     run(one, 0.4), run(copy, 0.4);
     CHECK(state_hash(one.world) == state_hash(copy.world));
   }

@@ -213,7 +213,7 @@ TEST_CASE("surfaces: several places go on to the same bits in copies") {
     Rocker r = rocker(integrator, SurfaceMotion::rolling, 0.3);
     Simulation one(std::move(r.world), {1.0 / 120});
     run(one, 40);
-    Simulation copy(one.world, {1.0 / 120});
+    Simulation copy = Simulation::copy_of(one.world, {1.0 / 120});
     run(one, 60), run(copy, 60);
     CHECK(state_hash(one.world) == state_hash(copy.world));
   }

@@ -182,7 +182,7 @@ TEST_CASE("rings that tumble on a floor stay on it, or their step says that they
       SurfaceContact& c =
           w.surface_contacts[touch(w, {e, ring, ground, flat_skin(40)}, SurfaceMotion::sliding)];
       c.lifts = true, c.spots = usual_spots(c);
-      Simulation sim(w, {1.0 / 60});
+      Simulation sim = Simulation::copy_of(w, {1.0 / 60});
       for (int i = 0; i < 120 && sim.step().status == Status::ok; ++i) {
         const Body& at = sim.world.bodies[e];
         const Real up = (at.pose.rotation * Vec3(0, 0, 1)).y;

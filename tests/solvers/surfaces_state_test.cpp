@@ -44,7 +44,7 @@ TEST_CASE("surfaces: copies, saved worlds and repeated runs go on to the same bi
         two(rolling(integrator).world, {1.0 / 200});
     run(one, 20), run(two, 20);
     CHECK(state_hash(one.world) == state_hash(two.world));
-    Simulation copy(one.world, {1.0 / 200});
+    Simulation copy = Simulation::copy_of(one.world, {1.0 / 200});
     REQUIRE(save_world(one.world, path));
     Result<World> loaded = load_world(path);
     REQUIRE(loaded);
@@ -59,7 +59,8 @@ TEST_CASE("surfaces: copies, saved worlds and repeated runs go on to the same bi
 
 TEST_CASE("surfaces: where they touch is kept when something else of the World changes") {
   RollingPair p = rolling(Integrator::rk4);
-  Simulation with(p.world, {1.0 / 200}), without(p.world, {1.0 / 200});
+  Simulation with = Simulation::copy_of(p.world, {1.0 / 200}),
+             without = Simulation::copy_of(p.world, {1.0 / 200});
   run(with, 20), run(without, 20);
   with.world.add_body(solid(1, Vec3(1), {{3, 3, 3}, kIdentity}));
   run(with, 20), run(without, 20);

@@ -97,7 +97,8 @@ TEST_CASE("a World saved while one solver has taken over goes on with the same b
   REQUIRE(bytes);
   Result<World> loaded = world_from_bytes(*bytes);
   REQUIRE(loaded);
-  Simulation again(std::move(*loaded), {1.0 / 120}), copy(sim.world, {1.0 / 120});
+  Simulation again(std::move(*loaded), {1.0 / 120}),
+      copy = Simulation::copy_of(sim.world, {1.0 / 120});
   for (int i = 0; i < 60; ++i) sim.step(), again.step(), copy.step();
   CHECK(state_hash(again.world) == state_hash(sim.world));
   CHECK(state_hash(copy.world) == state_hash(sim.world));

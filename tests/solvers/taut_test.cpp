@@ -52,7 +52,7 @@ Arc arc(int links, Real chord) {
 TEST_CASE("a hundred links drawn taut reach their pin within ten rounds") {
   for (Real span : {0.9, 0.99, 0.999}) {
     Arc a = arc(100, span - 0.05);
-    Simulation sim(a.world, {1.0 / 60});
+    Simulation sim = Simulation::copy_of(a.world, {1.0 / 60});
     for (int i = 0; i < 60; ++i) sim.step();
     sim.world.pins[a.pin].target.x = span;  // five links' length at once
     const StepReport report = sim.step();
@@ -68,7 +68,7 @@ TEST_CASE("a hundred links drawn taut reach their pin within ten rounds") {
 
 TEST_CASE("a target out of reach is told, and the chain settles straight towards it") {
   Arc a = arc(20, 0.9);
-  Simulation sim(a.world, {1.0 / 60});
+  Simulation sim = Simulation::copy_of(a.world, {1.0 / 60});
   sim.world.pins[a.pin].target.x = 1.2;
   StepReport report;
   for (int i = 0; i < 120; ++i) report = sim.step();
@@ -99,7 +99,7 @@ TEST_CASE("a ring of links is closed by a joint like any other") {
   pin.body = ring[0];
   const Entity nail = w.add_pin(pin);
   w.pins[nail].target = w.bodies[ring[0]].pose.position;
-  Simulation sim(w, {1.0 / 120});
+  Simulation sim = Simulation::copy_of(w, {1.0 / 120});
   for (int i = 0; i < 480; ++i) {
     const StepReport report = sim.step();
     REQUIRE(report.status == Status::ok);
@@ -146,7 +146,7 @@ TEST_CASE("a four-bar of hinges keeps its loop to second order, whatever it has 
     tie(bars[0], bars[1], {length[0] / 2, 0, 0}, {-length[1] / 2, 0, 0});
     tie(bars[1], bars[2], {length[1] / 2, 0, 0}, {-length[2] / 2, 0, 0});
     tie(ground, bars[2], p[3], {length[2] / 2, 0, 0});
-    Simulation sim(w, {h});
+    Simulation sim = Simulation::copy_of(w, {h});
     Real worst = 0;
     for (int i = 0; i < std::lround(2 / h); ++i) {
       const StepReport report = sim.step();
@@ -172,7 +172,7 @@ TEST_CASE("a hand holds on to another body, and lets go") {
   Pin pin;
   pin.body = load, pin.anchor = {0, -0.5, 0}, pin.to = carrier, pin.target = {0, 0.5, 0};
   const Entity hand = w.add_pin(pin);
-  Simulation sim(w, {1.0 / 60});
+  Simulation sim = Simulation::copy_of(w, {1.0 / 60});
   const Vec3 momentum = measure(w).momentum;
   for (int i = 0; i < 120; ++i) {
     sim.step();

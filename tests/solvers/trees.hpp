@@ -86,7 +86,7 @@ struct Kept {
 
 /// A run at `rate` steps a second; `scale` is an energy, J.
 inline Kept kept_over(const World& world, Real scale, Real rate, Real duration) {
-  Simulation sim(world, {1 / rate, 1, 1, true});
+  Simulation sim = Simulation::copy_of(world, {1 / rate, 1, 1, true});
   const Real start = measure(sim.world).energy();
   Kept kept;
   const int steps = static_cast<int>(std::lround(duration * rate));

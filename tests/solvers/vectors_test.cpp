@@ -207,7 +207,7 @@ TEST_CASE("vectors: the update stage") {
   Body b;
   b.drag = -std::log(keep) / h;
   const Entity e = world.add_body(b);
-  Simulation sim(world, {h});
+  Simulation sim = Simulation::copy_of(world, {h});
   sim.step();  // the first step of all would start from rest: half the acceleration
   Body& body = sim.world.bodies[e];
   body.pose = {x, q}, body.restart = true;

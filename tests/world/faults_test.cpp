@@ -108,7 +108,7 @@ TEST_CASE("what a solver does not know is told by name, with the solvers that do
       const Entity who = c.add(chain);
       const std::vector<StructureFault> faults = check(chain.world);
       StepReport report;
-      Simulation sim(chain.world);
+      Simulation sim = Simulation::copy_of(chain.world);
       for (int i = 0; i < 3; ++i) report = sim.step();
       if (knows(solver_for(solver, c.feature), c.feature)) {  // "auto" leaves it to another
         CHECK(faults.empty());
@@ -177,7 +177,7 @@ TEST_CASE("a check changes nothing, finds nothing in a sound World, and needs no
   CHECK(check(p.world).empty());
   CHECK(state_hash(p.world) == before);
   // Changed by hand, without a touch: found all the same.
-  Simulation sim(p.world);
+  Simulation sim = Simulation::copy_of(p.world);
   for (int i = 0; i < 3; ++i) sim.step();
   sim.world.bodies[p.trunk].mass = 0;
   const auto faults = check(sim.world);
@@ -199,7 +199,7 @@ TEST_CASE("settings with which no step can be computed stop their island, and ar
     REQUIRE(faults.size() == 1);
     CHECK(faults.front().kind == StructureFault::impossible);
     CHECK(faults.front().reason.find("solver settings") != std::string::npos);
-    Simulation sim(chain.world);
+    Simulation sim = Simulation::copy_of(chain.world);
     const Pose before = sim.world.bodies[faults.front().link].pose;
     const StepReport report = sim.step();
     CHECK(report.status != Status::ok);

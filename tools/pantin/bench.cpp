@@ -41,7 +41,7 @@ Lap lap(const Scene& scene, int threads, bool& sound) {
   Lap l;
   const std::uint64_t steps = steps_of(scene);
   l.seconds.reserve(steps);
-  Simulation sim(scene.world, {scene.step, scene.substeps, threads, false});
+  Simulation sim = Simulation::copy_of(scene.world, {scene.step, scene.substeps, threads, false});
   for (int i = 0; i < kWarmUp; ++i) sim.step();
   const std::uint64_t before = allocations();
   double last = cpu_seconds();
@@ -58,7 +58,7 @@ Lap lap(const Scene& scene, int threads, bool& sound) {
 /// Accuracy, energy and stages, in a pass of their own so that they disturb no clock.
 void measure_beside(const Scene& scene, int threads, double links, Json& row) {
   const std::uint64_t bytes_before = live_bytes();
-  Simulation sim(scene.world, {scene.step, scene.substeps, threads, true});
+  Simulation sim = Simulation::copy_of(scene.world, {scene.step, scene.substeps, threads, true});
   double depth = 0, violation = 0, residual = 0, passes = 0;
   int contacts = 0, stops = 0;
   double worst = 0, worst_rel = 0, most_energy = measure(sim.world).energy();

@@ -124,12 +124,12 @@ std::vector<std::string> stiff_joints(const Scene& scene) {
 /// Why it failed, or nothing.
 std::string step_through(const Scene& scene, Json& j) {
   const StepSettings how{scene.step, scene.substeps, 1, true};
-  Simulation sim(scene.world, how), copy;
+  Simulation sim = Simulation::copy_of(scene.world, how), copy;
   double worst = 0;
   const double start = cpu_seconds();
   int steps = 0;
   for (int i = 0; i < kSteps && cpu_seconds() - start < kMostSeconds; ++i, ++steps) {
-    if (i == kSteps / 2) copy = Simulation(sim.world, how);
+    if (i == kSteps / 2) copy = Simulation::copy_of(sim.world, how);
     const StepReport report = sim.step();
     if (report.status == Status::diverged)
       return fmt::format("diverged at {:.6g} s: body {}, worst joint gap {:.3g} m", report.time,

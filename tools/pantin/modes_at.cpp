@@ -56,7 +56,7 @@ std::string running(const detail::quasistatic::Island& m, std::size_t fingers) {
 
 std::optional<LaminaPlan> plan_at(const Scene& scene, LaminaPlan plan, ModesChoices& c) {
   if (!can_move(plan, c)) return std::nullopt;
-  Simulation sim(scene.world, {scene.step, scene.substeps});
+  Simulation sim = Simulation::copy_of(scene.world, {scene.step, scene.substeps});
   const Entity body = sim.world.find(plan.name);
   if (!detail::is_body(plan) || !body) {
     complain(fmt::format("{}: lamina \"{}\": found mass 0, expected some to move it by", c.scene,

@@ -184,7 +184,7 @@ std::optional<Run> simulate(const Scene& like, const LaminaPlan& plan, double du
     for (const Error& e : scene.errors()) print_error(e.message);
     return std::nullopt;
   }
-  DynamicCourse s{Simulation(scene->world, {scene->step}), {}, {}};
+  DynamicCourse s{Simulation::copy_of(scene->world, {scene->step}), {}, {}};
   s.lamina = s.sim.world.find(plan.name);
   for (const FingerPlan& f : plan.fingers)
     s.fingers.push_back(s.sim.world.find(fmt::format("finger {}", f.name)));

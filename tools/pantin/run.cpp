@@ -381,7 +381,8 @@ int run(const RunChoices& c) {
 
   if (c.threads > 1 && !has_threads())
     complain("--threads: this build has one thread (oneTBB was not there); going on with it");
-  Simulation sim(scene->world, {scene->step, scene->substeps, c.threads, false, true});
+  Simulation sim =
+      Simulation::copy_of(scene->world, {scene->step, scene->substeps, c.threads, false, true});
   Summary s;
   s.energy_start = s.energy_max = measure(sim.world).energy();
   const double cpu_before = cpu_seconds();

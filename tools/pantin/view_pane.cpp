@@ -36,7 +36,7 @@ double contact_forces(const World& world) {
 void Pane::start(const World& from, const StepSettings& how) {
   hand.forget();
   alarm.clear(), trace.clear(), trails = {};
-  sim = Simulation(from, how);
+  sim = Simulation::copy_of(from, how);
   sim.insert(Stage::before_drive, [this](World& world, Real) {
     hand.before_part(world, sim.settings.h / sim.settings.substeps);
   });

@@ -409,7 +409,7 @@ std::vector<Problem> read_hanging_chains(const std::string& folder, HangingStart
 
 Score score(const Problem& p, int divisions) {
   Score s;
-  Simulation run(p.world, {p.every / divisions});
+  Simulation run = Simulation::copy_of(p.world, {p.every / divisions});
   const Real start = measure(run.world).energy();
   s.least_rank = 1 << 30;
   std::size_t row = p.at_step.front() == 0 && p.file != "catenary" ? 0 : 1;
@@ -443,7 +443,7 @@ double median(std::vector<double> values) {
 double time_of(const Problem& p, int divisions, int repeats) {
   std::vector<double> times;
   for (int i = 0; i < repeats; ++i) {
-    Simulation run(p.world, {p.every / divisions});
+    Simulation run = Simulation::copy_of(p.world, {p.every / divisions});
     const long steps = long{p.at_step.back()} * divisions;
     const double from = cpu_seconds();
     for (long step = 0; step < steps; ++step) run.step();

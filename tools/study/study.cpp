@@ -169,7 +169,7 @@ using Apart = Real(const World&, const World&);
 
 /// The worst of `apart` from the exact way; infinite where the run failed.
 Real error_along(const World& start, const Way& way, int divisions, Apart& apart) {
-  Simulation sim(start, {way.every / divisions});
+  Simulation sim = Simulation::copy_of(start, {way.every / divisions});
   Real worst = 0;
   for (const World& at : way.worlds) {
     for (int i = 0; i < divisions; ++i)
@@ -210,7 +210,7 @@ void energy() {
 }
 
 double time_run(const World& start, Real every, int count, int divisions) {
-  Simulation sim(start, {every / divisions});
+  Simulation sim = Simulation::copy_of(start, {every / divisions});
   const double from = cpu_seconds();
   for (int i = 0; i < count * divisions; ++i) sim.step();
   return cpu_seconds() - from;

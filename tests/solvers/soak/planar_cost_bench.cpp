@@ -81,7 +81,7 @@ World many(Kind kind) {
 
 /// CPU time of a step, the least of some rounds, us.
 Real cost(const World& start, Real h = 1.0 / 60) {
-  Simulation sim(start, {h});
+  Simulation sim = Simulation::copy_of(start, {h});
   for (int i = 0; i < 20; ++i) REQUIRE(sim.step().status == Status::ok);
   Real least = 1e300;
   for (int round = 0; round < 15; ++round) {

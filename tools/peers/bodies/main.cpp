@@ -53,7 +53,7 @@ int run(const Scene& scene, const char* frames, const char* substeps, const std:
   StepSettings settings;
   settings.h = 1.0 / kFramesPerSecond / steps;
   settings.substeps = std::atoi(substeps) > 0 ? std::atoi(substeps) : scene.substeps;
-  Simulation sim(scene.world, settings);
+  Simulation sim = Simulation::copy_of(scene.world, settings);
   for (const detail::SolverRow* solver : detail::kSolvers) solver->prepare(sim.world);
   const auto islands = static_cast<int>(detail::partition_of(sim.world).islands.size());
 
