@@ -1,6 +1,7 @@
 #pragma once
 /// Contacts between bodies.
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "engine/base/fields.hpp"
@@ -59,6 +60,20 @@ struct Contact {
     field("depth", passive(self.depth));
   }
 };
+
+/// Two bodies that come near each other: what a ContactFilter is asked about. `a` has the lower
+/// index.
+struct ContactPair {
+  Entity a, b;
+  // Of the nearest points: shapes in World::shapes, and how the bodies lie to each other.
+  std::uint32_t shape_a = 0, shape_b = 0;
+  Vec3 point{0};         // world, m, on b
+  Vec3 normal{0, 1, 0};  // unit, world, from b to a
+  Real gap = 0;          // m; below 0: overlap
+};
+
+/// Whether two bodies collide. See StepSettings::filter.
+using ContactFilter = std::function<bool(const ContactPair&)>;
 
 namespace detail {
 

@@ -11,7 +11,6 @@
 #include "engine/contact/on_the_way.hpp"
 #include "engine/geometry/kinds.hpp"
 #include "engine/geometry/usable.hpp"
-#include "engine/world/requests.hpp"
 
 namespace pantin::detail::contact {
 namespace {
@@ -360,17 +359,6 @@ void list_joined(const World& world, Search& search) {
   detail::list_joined(world, search.joined);
 }
 
-void list_ignored(const World& world, Search& search) {
-  search.ignored.clear();
-  const Store<IgnoredPair>* pairs = world.user.find<IgnoredPair>();
-  if (!pairs) return;
-  for (const IgnoredPair& pair : pairs->values()) {
-    const std::uint32_t a = world.bodies.slot(pair.a), b = world.bodies.slot(pair.b);
-    if (a != kNoSlot && b != kNoSlot) search.ignored.push_back(body_pair(a, b));
-  }
-  std::sort(search.ignored.begin(), search.ignored.end());
-}
-
 void update_tree(AabbTree& tree, std::span<const Aabb> boxes) {
   if (tree.size() != boxes.size()) return tree.build(boxes);
   tree.refit(boxes);
@@ -380,7 +368,8 @@ void update_tree(AabbTree& tree, std::span<const Aabb> boxes) {
 namespace {
 
 /// Those of a step of h seconds; 0: as the bodies stand.
-void search_contacts(World& world, std::span<const Real> reach, Real h) {
+void search_contacts(World& world, std::span<const Real> reach, Real h,
+                     const ContactFilter* filter) {
   Memory& memory = world.memory.of<Memory>();
   Search& search = memory.scratch.search;
   if (world.collisions.empty()) {
@@ -392,17 +381,19 @@ void search_contacts(World& world, std::span<const Real> reach, Real h) {
   const WayFinder s{{world, partition_of(world), reach, !memory.scratch.stale}, h};
   std::swap(memory.scratch.before, memory.contacts);
   memory.contacts.clear();
-  list_joined(world, search), list_ignored(world, search);
+  list_joined(world, search), detail::list_ignored(world, search.ignored);
   list_material_pairs(world, search);
   list_colliders(s, search);
   list_pairs(s, search);
-  find_points(s, search);
+  find_points(s, search), drop_points(s, search, filter);
   store_contacts(s, search);
 }
 
 }  // namespace
 
-void find_contacts(World& world, std::span<const Real> reach) { search_contacts(world, reach, 0); }
+void find_contacts(World& world, std::span<const Real> reach) {
+  search_contacts(world, reach, 0, nullptr);
+}
 
 Real extent_of(const Shapes& shapes) {
   Real most = 0;
@@ -422,7 +413,7 @@ Pose pose_before(const Body& b, Real h) {
 
 /// Kinematic bodies are at the end of the step already: for the search they return to its start,
 /// and their reach is the displacement over the step. So do those that a solver has moved.
-void detect(World& world, Real h) {
+void detect(World& world, Real h, const ContactFilter* filter) {
   PANTIN_ASSERT(is_positive(h));
   DetectScratch& scratch = world.memory.of<Memory>().scratch;
   const Partition& partition = partition_of(world);
@@ -446,7 +437,7 @@ void detect(World& world, Real h) {
       std::swap(world.bodies.values()[start.slot].pose, start.pose);
   };
   swap_starts();
-  search_contacts(world, scratch.reach, h);
+  search_contacts(world, scratch.reach, h, filter);
   swap_starts();
   auto end = scratch.ends.begin();
   for (std::uint32_t slot : partition.kinematic)

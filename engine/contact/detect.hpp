@@ -32,7 +32,8 @@ void find_contacts(World& world, std::span<const Real> reach);
 /// Detects the contacts of a step of `h` seconds from the poses at its start and the solvers'
 /// reaches in Memory::scratch. Kinematic bodies, and those in DetectScratch::starts, are already at
 /// their poses at the end of the step.
-void detect(World& world, Real h);
+/// `filter` (may be null) is asked which of them collide.
+void detect(World& world, Real h, const ContactFilter* filter);
 
 /// Fills sensor_overlaps_of(world) from the poses as they stand, for the bodies that the last
 /// detection saw. Costs nothing where there is no sensor; does not allocate in the steady state.

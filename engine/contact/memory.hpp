@@ -7,6 +7,7 @@
 
 #include "engine/base/hash.hpp"
 #include "engine/contact/contact.hpp"
+#include "engine/contact/near_pairs.hpp"
 #include "engine/contact/search.hpp"
 #include "engine/world/memory.hpp"
 #include "engine/world/partition.hpp"
@@ -101,12 +102,14 @@ struct Memory {
   std::vector<Contact> contacts;        // of the last step, in order of bodies and keys
   std::vector<Pressure> pressures;      // of the last step
   std::vector<SensorOverlap> overlaps;  // at its end
+  NearPairs near;                       // of the last step
   Scratch<DetectScratch> scratch;
 
   static void fields(auto& self, auto&& field) {
     field("contacts", self.contacts);
     field("pressures", self.pressures);
     field("overlaps", passive(self.overlaps));
+    field("near", self.near);
     field("scratch", derived(self.scratch));
   }
 };

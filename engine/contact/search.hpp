@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/contact/contact.hpp"
 #include "engine/geometry/aabb_tree.hpp"
 #include "engine/geometry/collide.hpp"
 #include "engine/world/collision.hpp"
@@ -109,8 +110,6 @@ struct Search {
 
 /// Brings Search::joined up to date.
 void list_joined(const World& world, Search& search);
-/// Brings Search::ignored up to date.
-void list_ignored(const World& world, Search& search);
 /// Updates a tree: refits it, or rebuilds it when it has become loose.
 void update_tree(AabbTree& tree, std::span<const Aabb> boxes);
 
@@ -128,6 +127,10 @@ struct Finder {
   /// Whether contacts affect its motion.
   bool is_moved(std::uint32_t slot) const;
 };
+
+/// Takes the points of pairs that do not collide out of Search::order, which is sorted by pairs:
+/// see near_pairs.hpp.
+void drop_points(const Finder& finder, Search& search, const ContactFilter* filter);
 
 /// Fills colliders, obstacles and what rests (colliders.cpp).
 void list_colliders(const Finder& finder, Search& search);

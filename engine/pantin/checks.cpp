@@ -72,6 +72,7 @@ void check(Findings& findings, const Collision& collision) {
   findings.not_negative("collision.rolling", collision.rolling);
   findings.not_negative("collision.spinning", collision.spinning);
   findings.finite("collision.surface_velocity", collision.surface_velocity);
+  findings.finite("collision.one_way", collision.one_way);
 }
 
 }  // namespace pantin::detail

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/base/job.hpp"
 #include "engine/contact/contact.hpp"
 #include "engine/runtime/systems.hpp"
 #include "engine/world/faults.hpp"
@@ -19,6 +20,20 @@ struct StepSettings {
   int threads = 1;       // islands are distributed over threads; the result does not depend on it
   bool measure = false;  // fill StepReport::measures after each step
   bool watch = false;    // list what makes the result doubtful: see Simulation::findings()
+  /// Threads of a program's own, instead of `threads`: called with the islands of each stage. The
+  /// result does not depend on how they are distributed, nor on how many there are.
+  RunJobs run_jobs = {};
+  /// Whether two bodies collide: asked once when they come near each other, so near that they may
+  /// touch within the step, and again when they have parted; not of bodies that groups, joints or
+  /// ignore() keep apart, of sensors, or of laminas and fingers. Bodies are asked about in the
+  /// order of World::bodies, under Solver::planar in the order in which they touch, on the thread
+  /// that steps. Answers are kept and saved with the World. It must depend on nothing that a saved
+  /// World has not, if what is loaded is to go on alike; it changes nothing. What it throws ends
+  /// the step (Status::aborted).
+  ///
+  /// Costs one search among the pairs that are near for each of them; what it refuses costs its
+  /// narrow phase while it is near.
+  ContactFilter filter = {};
 };
 
 /// The shortest and the longest substep that is taken, s.

@@ -98,7 +98,7 @@ void wake_unsupported(World& world) {
 
 /// Contacts of the step, handed to the islands of their bodies. False where nothing can have
 /// changed.
-bool detect_contacts(World& world, Real h) {
+bool detect_contacts(World& world, const StepTask& task) {
   std::vector<Contact>& contacts = contacts_of(world);
   const auto asleep = [&](const SolverRow* solver) { return solver->asleep(world); };
   const auto comes = [&](std::uint32_t slot) {
@@ -121,14 +121,14 @@ bool detect_contacts(World& world, Real h) {
     reach.assign(world.bodies.size(), 0);
     scratch.starts.clear();
     for (const SolverRow* solver : kSolvers)
-      solver->find_reaches(world, h, reach), solver->find_starts(world, scratch.starts);
-    contact::detect(world, h);
+      solver->find_reaches(world, task.h, reach), solver->find_starts(world, scratch.starts);
+    contact::detect(world, task.h, task.filter);
   } else {
     contacts.clear();
     scratch.search.sensors = 0;
   }
   scratch.stale = false;
-  for (const SolverRow* solver : kSolvers) solver->take_contacts(world, h);
+  for (const SolverRow* solver : kSolvers) solver->take_contacts(world, task.h);
   return true;
 }
 
@@ -328,7 +328,7 @@ void take_changes(Step& s, Stage stage) {
 void find_contacts(Step& s) {
   const Timed timed(s, &StageTimes::contacts);
   take_changes(s, Stage::before_contacts);
-  s.moved = detect_contacts(s.world, s.task.h) || s.moved;
+  s.moved = detect_contacts(s.world, s.task) || s.moved;
 }
 
 /// The adjust stage: joints are closed, contacts resolved, velocities updated. [Lee 2000, sec. 3.2]
@@ -337,7 +337,7 @@ void adjust(Step& s) {
   World& world = s.world;
   take_changes(s, Stage::before_adjust);
   if (world.memory.of<contact::Memory>().scratch.stale)
-    s.moved = detect_contacts(world, s.task.h) || s.moved;
+    s.moved = detect_contacts(world, s.task) || s.moved;
   for (const SolverRow* solver : kSolvers) solver->adjust(world, s.task);
   step_coupled(world, s.task.h);
   for (const SolverRow* solver : kSolvers) solver->adjust_touching(world, s.task);
@@ -416,7 +416,9 @@ void abort_step(Step& s) {
 StepReport step_world(World& world, const StepSettings& settings, const Systems& systems,
                       const StepRecord& record) noexcept {
   const int substeps = std::max(1, settings.substeps);
-  const StepTask task{settings.h / substeps, settings.threads};
+  const StepTask task{settings.h / substeps, settings.threads,
+                      settings.run_jobs ? &settings.run_jobs : nullptr,
+                      settings.filter ? &settings.filter : nullptr};
   Step s{world, settings, systems, record, substeps, task, {}};
   s.report.tick = world.tick, s.report.time = world.time;
   if (!(settings.h > 0) || !std::isfinite(settings.h)) return s.report;

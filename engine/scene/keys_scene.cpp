@@ -329,6 +329,10 @@ constexpr Key kCollision[] = {
     vector("surface_velocity", "m/s",
            "How the surface moves on the body, as a belt's does, in the body's own frame.")
         .or_else(0),
+    vector("one_way", "",
+           "Outwards of the side that is solid, in the body's own frame: what comes from elsewhere "
+           "passes until it has left. Default: all sides are solid.")
+        .or_else(0),
     row("groups", ValueType::groups, "", "What the body is. Default: [0]."),
     row("with", ValueType::groups, "", "What it touches; both bodies have to agree. Default: all."),
     flag("others",

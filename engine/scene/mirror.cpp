@@ -159,8 +159,10 @@ BuiltBody mirrored(const BuiltBody& body, const Reflection& by, MirrorImages& im
   if (!known)
     known = std::make_shared<BodyMassProperties>(mirrored(*body.mass_properties, by, images));
   image.mass_properties = known;
-  if (body.collision && body.collision->surface_velocity != Vec3(0)) {
+  if (body.collision &&
+      (body.collision->surface_velocity != Vec3(0) || body.collision->one_way != Vec3(0))) {
     Collision collision = *body.collision;
+    collision.one_way = by.direction(collision.one_way);
     collision.surface_velocity = by.direction(collision.surface_velocity);
     image.collision = std::make_shared<Collision>(collision);
   }

@@ -50,6 +50,7 @@ Collision read_details(const Reading& reading, NodeId node, const Collision& bas
   c.rolling = from.number("rolling", c.rolling);
   c.spinning = from.number("spinning", c.spinning);
   c.surface_velocity = from.vec("surface_velocity", c.surface_velocity);
+  c.one_way = from.vec("one_way", c.one_way);
   c.groups = read_bits(reading, from, "groups", c.groups);
   c.with = read_bits(reading, from, "with", c.with);
   c.others = from.flag("others", c.others);

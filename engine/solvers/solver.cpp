@@ -1,6 +1,8 @@
 #include "engine/solvers/solver.hpp"
 
 #include <algorithm>
+#include <atomic>
+#include <new>
 
 #include "engine/solvers/check.hpp"
 #include "engine/solvers/takeover.hpp"
@@ -112,18 +114,36 @@ void compile_if_changed(World& world) {
   for (const SolverRow* solver : kSolvers) solver->prepare(world);
 }
 
-void run_islands(std::size_t count, [[maybe_unused]] int threads, IslandWork work) {
+namespace {
+
+/// On threads of a user's, which what a part throws does not reach: memory that has run out.
+void run_by_user(std::size_t count, const RunJobs& run_jobs, Job job) {
+  std::atomic<bool> failed = false;
+  const auto guarded = [&](std::size_t i) {
+    try {
+      job(i);
+    } catch (...) {
+      failed = true;
+    }
+  };
+  run_jobs(count, Job(guarded));
+  if (failed) throw std::bad_alloc();
+}
+
+}  // namespace
+
+void run_islands(std::size_t count, const StepTask& task, Job job) {
+  if (task.run_jobs && count > 1) return run_by_user(count, *task.run_jobs, job);
 #ifdef PANTIN_HAS_TBB
-  if (threads > 1 && count > 1) {
+  if (task.threads > 1 && count > 1) {
     // Asking for more threads than there are cores makes TBB print a warning.
-    tbb::task_arena arena(std::min(threads, tbb::this_task_arena::max_concurrency()));
-    arena.execute([&] {
-      tbb::parallel_for(std::size_t(0), count, [&](std::size_t i) { work.run(work.with, i); });
-    });
+    tbb::task_arena arena(std::min(task.threads, tbb::this_task_arena::max_concurrency()));
+    arena.execute(
+        [&] { tbb::parallel_for(std::size_t(0), count, [&](std::size_t i) { job(i); }); });
     return;
   }
 #endif
-  for (std::size_t i = 0; i < count; ++i) work.run(work.with, i);
+  for (std::size_t i = 0; i < count; ++i) job(i);
 }
 
 }  // namespace pantin::detail

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/base/job.hpp"
 #include "engine/contact/memory.hpp"
 #include "engine/world/partition.hpp"
 #include "engine/world/report.hpp"
@@ -18,8 +19,10 @@ namespace pantin::detail {
 
 /// Parameters of a step.
 struct StepTask {
-  Real h = 0;       // s
-  int threads = 1;  // available for islands; the result does not depend on it
+  Real h = 0;                         // s
+  int threads = 1;                    // available for islands; the result does not depend on it
+  const RunJobs* run_jobs = nullptr;  // a user's threads instead of them
+  const ContactFilter* filter = nullptr;
 };
 
 /// One solver. `island` is the index of one of its islands, in the order of compilation. A row
@@ -132,18 +135,11 @@ void compile_if_changed(World& world);
 /// marks the islands concerned.
 void list_faults(World& world, std::span<std::vector<IslandPlan>> plans);
 
-/// A function of an island's number, borrowed: no memory is taken for it.
-struct IslandWork {
-  void (*run)(const void* with, std::size_t island);
-  const void* with;
-};
-void run_islands(std::size_t count, int threads, IslandWork work);
+void run_islands(std::size_t count, const StepTask& task, Job job);
 /// Runs `work(i)` for every i below `count` on the threads of a task; the calls are independent.
 template <class Work>
-void for_each_island(std::size_t count, int threads, const Work& work) {
-  run_islands(
-      count, threads,
-      {[](const void* with, std::size_t i) { (*static_cast<const Work*>(with))(i); }, &work});
+void for_each_island(std::size_t count, const StepTask& task, const Work& work) {
+  run_islands(count, task, Job(work));
 }
 
 }  // namespace pantin::detail

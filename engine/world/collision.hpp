@@ -22,6 +22,10 @@ namespace pantin {
 /// The surface of a belt moves while its body need not: friction works on the velocity relative to
 /// `surface_velocity`, whose part along the normal of a contact does not count. Those of two bodies
 /// add up. It may change at any time.
+///
+/// Through a one-way surface bodies pass that do not come from the side that `one_way` points to,
+/// until they have left it; then it is solid for them as for those that come from there. A platform
+/// that one may jump onto from below has {0, 1, 0}. Not for bodies of the solver "quasistatic".
 struct Collision {
   Real friction = 0.5;              // Coulomb; of two bodies the geometric mean counts
   Real restitution = 0;             // 0..1; of two bodies the larger counts
@@ -33,6 +37,7 @@ struct Collision {
   Real rolling = 0;          // m: torque against rolling over normal force; the larger counts
   Real spinning = 0;         // m: the same about the normal; the larger counts
   Vec3 surface_velocity{0};  // m/s, in the frame that the body is placed by
+  Vec3 one_way{0};           // outwards of the solid side, of any length, likewise; zero: all are
 
   static void fields(auto& self, auto&& field) {
     field("friction", self.friction);
@@ -45,6 +50,7 @@ struct Collision {
     field("rolling", self.rolling);
     field("spinning", self.spinning);
     field("surface_velocity", self.surface_velocity);
+    field("one_way", self.one_way);
   }
 };
 

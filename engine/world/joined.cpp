@@ -1,6 +1,6 @@
 #include "engine/world/joined.hpp"
 
-#include "engine/world/world.hpp"
+#include "engine/world/requests.hpp"
 
 namespace pantin::detail {
 
@@ -25,6 +25,17 @@ void list_joined(const World& world, std::vector<std::uint64_t>& pairs) {
     for (const Entity a : {first->a, first->b})
       for (const Entity b : {second->a, second->b})
         if (a != b && moves(a) && moves(b)) join(a, b);
+  }
+  std::sort(pairs.begin(), pairs.end());
+}
+
+void list_ignored(const World& world, std::vector<std::uint64_t>& pairs) {
+  pairs.clear();
+  const Store<IgnoredPair>* all = world.user.find<IgnoredPair>();
+  if (!all) return;
+  for (const IgnoredPair& pair : all->values()) {
+    const std::uint32_t a = world.bodies.slot(pair.a), b = world.bodies.slot(pair.b);
+    if (a != kNoSlot && b != kNoSlot) pairs.push_back(body_pair(a, b));
   }
   std::sort(pairs.begin(), pairs.end());
 }

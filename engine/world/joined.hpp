@@ -1,5 +1,6 @@
 #pragma once
-/// Which bodies are joined: their shapes do not touch one another, and sensors do not see them.
+/// Which bodies are joined, or ignore each other: their shapes do not touch one another, and
+/// sensors do not see them.
 #include <algorithm>
 #include <cstdint>
 #include <span>
@@ -24,7 +25,9 @@ constexpr std::uint64_t body_pair(std::uint32_t a, std::uint32_t b) {
 ///
 /// Cables, belts and spring pins pull from afar: what they tie may touch.
 void list_joined(const World& world, std::vector<std::uint64_t>& pairs);
-/// Changes whenever the list may.
+/// The pairs that ignore each other for a time, sorted.
+void list_ignored(const World& world, std::vector<std::uint64_t>& pairs);
+/// Changes whenever the list of those that are joined may.
 std::uint64_t joined_version(const World& world);
 
 inline bool are_joined(std::span<const std::uint64_t> pairs, std::uint32_t a, std::uint32_t b) {

@@ -13,7 +13,7 @@ from headers import closure  # noqa: E402
 
 # Those of engine/pantin are public all.
 PUBLIC = """
-base/math base/result base/rotation base/fields contact/contact geometry/shape joints/parameters
+base/job base/math base/result base/rotation base/fields contact/contact geometry/shape joints/parameters
 render/capture render/renderer render/strip runtime/save runtime/simulation runtime/systems
 scene/scene world/body world/collision world/entity world/faults world/integrators
 world/findings world/joint_drive world/kinematic_path world/link world/look world/queries world/report
@@ -23,9 +23,9 @@ world/settings world/store world/surface_contact world/timed_event world/world
 PATHS = "engine/world/paths/"
 # What was reached; a new type is worth a thought whether users have to name it.
 # A header of changes to a World that runs; the pose that a game draws a body at, and the turn of a
-# body in a pose that a figure follows.
-MOST_HEADERS = 64
-MOST_TYPES = {"core": 118, "with scenes and pictures": 132}
+# body in a pose that a figure follows. What a filter of contacts is asked, and whose threads step.
+MOST_HEADERS = 66
+MOST_TYPES = {"core": 122, "with scenes and pictures": 136}
 
 TOKEN = re.compile(r"""
     (?P<namespace>\bnamespace\b\s*(?P<name>[\w:]*)\s*\{)

@@ -233,8 +233,7 @@ void step_contact_groups(World& world, const StepTask& task) {
                  std::span(r.loop_numbers).subspan(g.first_number, g.numbers),
                  world.time};
   };
-  for_each_island(r.groups.size(), task.threads,
-                  [&](std::size_t i) { step_group(group(r.groups[i]), h); });
+  for_each_island(r.groups.size(), task, [&](std::size_t i) { step_group(group(r.groups[i]), h); });
   for (const GroupScratch::Range& g : r.groups) write_group(world, group(g), h);
   for (const GroupScratch::Range& g : r.groups)
     for (const Group all = group(g); const GroupContact& c : all.contacts)

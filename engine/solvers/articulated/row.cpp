@@ -14,7 +14,7 @@ bool follows(const World& world, std::size_t island) { return islands_of(world)[
 
 void predict(World& world, const StepTask& task) {
   std::vector<Island>& all = islands_of(world);
-  for_each_island(all.size(), task.threads, [&](std::size_t i) { update(world, all[i], task.h); });
+  for_each_island(all.size(), task, [&](std::size_t i) { update(world, all[i], task.h); });
 }
 
 /// Islands compiled within a step are predicted from their present state.
@@ -38,7 +38,7 @@ void adjust_touching(World& world, const StepTask& task) {
   for (Island& a : all)
     if (a.mutual) a.energy_removed = 0;
   const auto each = [&](const auto& work) {
-    for_each_island(all.size(), task.threads, [&](std::size_t i) {
+    for_each_island(all.size(), task, [&](std::size_t i) {
       if (all[i].mutual) work(all[i]);
     });
   };
@@ -59,7 +59,7 @@ void forget_result(Island& a) { a.lost = Entity{}, a.energy_removed = 0, a.jamme
 
 void adjust_alone(World& world, const StepTask& task) {
   std::vector<Island>& all = islands_of(world);
-  for_each_island(all.size(), task.threads, [&](std::size_t i) {
+  for_each_island(all.size(), task, [&](std::size_t i) {
     forget_result(all[i]);
     const bool elsewhere = all[i].mutual || all[i].follows || (all[i].in_group && !all[i].asleep);
     if (!elsewhere) adjust(world, all[i], task.h, all[i].lost);

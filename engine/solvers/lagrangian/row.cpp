@@ -30,7 +30,7 @@ void predict(World& world, const StepTask& task) {
   contacts.unsolved = 0, contacts.unsolved_at = Entity{};
   std::vector<Island>& all = islands_of(world);
   for (Island& m : all) m.scratch.in_step = true;
-  for_each_island(all.size(), task.threads, [&](std::size_t i) {
+  for_each_island(all.size(), task, [&](std::size_t i) {
     if (all[i].interfaces.empty()) step(world, all[i], task.h);
   });
 }

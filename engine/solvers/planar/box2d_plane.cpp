@@ -1,12 +1,11 @@
-// The only file that knows Box2D 2.4.
+// With box2d_contacts.hpp the only file that knows Box2D 2.4.
 #include "engine/solvers/planar/plane.hpp"
 
 #ifdef PANTIN_HAS_BOX2D
-#include <box2d/box2d.h>
-
 #include <algorithm>
 #include <cmath>
-#include <utility>
+
+#include "engine/solvers/planar/box2d_contacts.hpp"
 
 namespace pantin::detail::planar {
 namespace {
@@ -19,88 +18,6 @@ constexpr Real kMostUnits = 1.2, kMostTurn = 1.0;
 // own surfaces meet.
 constexpr float kInset = 1.5f * b2_linearSlop, kDiscOutset = 0.5f * b2_linearSlop;
 constexpr float kTiniest = 1e-20f, kFar = 1e3f;  // kFar: units
-
-struct FixtureAt {
-  std::uint32_t body, outline;
-};
-constexpr std::uint64_t packed(FixtureAt at) { return std::uint64_t(at.body) << 32 | at.outline; }
-FixtureAt unpacked(const b2Fixture& f) {
-  const std::uint64_t both = const_cast<b2Fixture&>(f).GetUserData().pointer;
-  return {static_cast<std::uint32_t>(both >> 32), static_cast<std::uint32_t>(both)};
-}
-
-class Filter final : public b2ContactFilter {
- public:
-  explicit Filter(const Plane& plane) : plane_(plane) {}
-  bool ShouldCollide(b2Fixture* f, b2Fixture* g) override {
-    const FixtureAt at = unpacked(*f), bt = unpacked(*g);
-    const PlaneBody &a = plane_.bodies[at.body], &b = plane_.bodies[bt.body];
-    if (!may_touch(plane_, at.body, bt.body)) return false;
-    const Outline &p = plane_.outlines[a.first + at.outline],
-                  &q = plane_.outlines[b.first + bt.outline];
-    return p.low < q.high && q.low < p.high;
-  }
-
- private:
-  const Plane& plane_;
-};
-
-/// The touch of a manifold's point, without its impulses.
-Touch touch_of(b2Contact& contact, const b2ManifoldPoint& point) {
-  const FixtureAt a = unpacked(*contact.GetFixtureA()), b = unpacked(*contact.GetFixtureB());
-  Touch t;
-  t.a = a.body, t.b = b.body, t.outline_a = a.outline, t.outline_b = b.outline;
-  t.feature = point.id.key;
-  return t;
-}
-
-/// Starts the contacts of the first substep from the impulses of the last step, and adds up what
-/// they bear.
-class WarmStart final : public b2ContactListener {
- public:
-  WarmStart(const std::vector<Touch>& before, Real to_box2d) : before_(before), scale_(to_box2d) {}
-  void end() {
-    if (std::exchange(on_, false)) std::sort(borne_.begin(), borne_.end(), comes_before);
-  }
-  /// What contacts have borne in the step; those that are over at its end, too. Sorted.
-  const std::vector<Touch>& borne() const { return borne_; }
-  void PostSolve(b2Contact* contact, const b2ContactImpulse* impulse) override {
-    b2WorldManifold at;
-    contact->GetWorldManifold(&at);
-    for (int i = 0; i < impulse->count; ++i) {
-      Touch& sum = sum_of(touch_of(*contact, contact->GetManifold()->points[i]));
-      const b2Vec2 on_b = impulse->normalImpulses[i] * at.normal +
-                          impulse->tangentImpulses[i] * b2Cross(at.normal, 1.0f);
-      sum.impulse -= Vec3(on_b.x, on_b.y, 0) / scale_;
-      sum.point = {at.points[i].x, at.points[i].y, 0};
-      sum.normal = {-at.normal.x, -at.normal.y, 0};
-    }
-  }
-  void PreSolve(b2Contact* contact, const b2Manifold* old) override {
-    if (!on_ || old->pointCount > 0) return;
-    b2Manifold& m = *contact->GetManifold();
-    for (int i = 0; i < m.pointCount; ++i) {
-      const Touch t = touch_of(*contact, m.points[i]);
-      const auto at = std::lower_bound(before_.begin(), before_.end(), t, comes_before);
-      if (at == before_.end() || comes_before(t, *at)) continue;
-      m.points[i].normalImpulse = at->normal_impulse * static_cast<float>(scale_);
-      m.points[i].tangentImpulse = at->tangent_impulse * static_cast<float>(scale_);
-    }
-  }
-
- private:
-  /// The list is sorted after the first substep; from then on few are new.
-  Touch& sum_of(const Touch& t) {
-    auto at = borne_.end();
-    if (!on_) at = std::lower_bound(borne_.begin(), at, t, comes_before);
-    return at == borne_.end() || comes_before(t, *at) ? *borne_.insert(at, t) : *at;
-  }
-
-  const std::vector<Touch>& before_;
-  Real scale_;
-  bool on_ = true;
-  std::vector<Touch> borne_;
-};
 
 /// Lengths in units, positions from a local origin.
 struct Scale {
@@ -434,7 +351,7 @@ void read_touches(Stepper& s, std::vector<Touch>& touches) {
   touches.clear();
   for (b2Contact* c = s.world.GetContactList(); c; c = c->GetNext()) {
     const b2Manifold& m = *c->GetManifold();
-    if (!c->IsTouching()) continue;
+    if (!c->IsTouching() || !c->IsEnabled()) continue;
     b2WorldManifold at;
     c->GetWorldManifold(&at);
     for (int i = 0; i < m.pointCount; ++i) {
@@ -471,7 +388,7 @@ void step_plane(Plane& plane, Real h, std::vector<Touch>& touches) {
   const Scale scale = scale_of(plane);
   Stepper s{plane, scale, h, substeps_for(plane, h), b2World(scale.vector(plane.gravity))};
   Filter filter(plane);
-  WarmStart warm(touches, scale.per_metre);
+  ContactListener warm(plane, touches, scale.origin, scale.per_metre);
   s.world.SetContactFilter(&filter), s.world.SetContactListener(&warm);
   s.world.SetAllowSleeping(false), s.world.SetAutoClearForces(false);
   // Impulses are scaled by the ratio of two steps: without one before they would be dropped.

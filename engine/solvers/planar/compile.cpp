@@ -229,6 +229,7 @@ void carry_over(const Planar& was, Planar& all) {
         side.pieces = std::make_shared<const nurbs::CurvePieces>(side.wire->curve());
     c.meets_once = meets_once(c);
   }
+  all.near = was.near;
   for (Touch t : was.touches) {
     t.a = now[t.a], t.b = now[t.b];
     if (t.a != kNobody && t.b != kNobody) all.touches.push_back(t);

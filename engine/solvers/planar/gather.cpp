@@ -12,7 +12,6 @@
 #include "engine/solvers/planar/section.hpp"
 #include "engine/world/flat.hpp"
 #include "engine/world/joined.hpp"
-#include "engine/world/requests.hpp"
 
 namespace pantin::detail::planar {
 namespace {
@@ -68,25 +67,13 @@ void gather_body(const World& world, const FlatBody& f, PlaneBody& b) {
   if (const Collision* c = world.collisions.find(f.body)) {
     b.groups = c->groups, b.with = c->with, b.self = c->self, b.others = c->others;
     b.friction = c->friction, b.restitution = c->restitution;
+    b.entity = f.body, b.one_way = contact::one_way(world, f.body);
   }
   if (b.kind != PlaneBody::dynamic) return;
   b.mass = body.mass;
   b.inertia = world_inertia(body.pose.rotation, body.inertia)[2].z;
   if (const Force* push = world.forces.find(f.body))
     b.force = flat(push->force), b.torque = push->torque.z;
-}
-
-void list_ignored(const World& world, const Planar& all, Plane& plane) {
-  plane.ignored.clear();
-  const Store<IgnoredPair>* pairs = world.user.find<IgnoredPair>();
-  if (!pairs) return;
-  const auto number_of = [&](Entity e) {
-    std::uint32_t i = 0;
-    while (i < all.bodies.size() && all.bodies[i].body != e) ++i;
-    return i;
-  };
-  for (const IgnoredPair& pair : pairs->values())
-    plane.ignored.push_back(std::minmax({number_of(pair.a), number_of(pair.b)}));
 }
 
 /// What others pressed on the plane's bodies in the last step.
@@ -213,7 +200,7 @@ void gather(const World& world, Planar& all) {
   if (const std::uint64_t now = 1 + joined_version(world); plane.joined_for != now)
     list_joined(world, plane.joined), plane.joined_for = now;
   plane.gravity = flat(world.gravity);
-  list_ignored(world, all, plane);
+  list_ignored(world, plane.ignored);
   add_pressures(world, all);
   plane.joints.clear(), all.scratch.joint_of.clear();
   for (const FlatLink& l : all.links) gather_link(world, l, all);

@@ -167,6 +167,7 @@ struct Planar {
   std::vector<FlatBody> bodies;                       // in the order of their slots
   std::vector<FlatGear> gears;
   std::vector<Touch> touches;        // of the last step
+  contact::NearPairs near;           // likewise
   std::vector<JointLoad> loads;      // likewise, of the links and then of the pins
   std::vector<JointLoad> reactions;  // what links bore in the last step, closing included
   std::vector<FlatLink> links;
@@ -189,6 +190,7 @@ struct Planar {
     field("bodies", in_place(self.bodies));
     field("gears", in_place(self.gears));
     field("touches", self.touches);
+    field("near", self.near);
     field("loads", in_place(self.loads));
     field("reactions", derived(self.reactions));
     field("links", derived(self.links));

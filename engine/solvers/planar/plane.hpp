@@ -14,6 +14,7 @@
 
 #include "engine/base/fields.hpp"
 #include "engine/base/math.hpp"
+#include "engine/contact/near_pairs.hpp"
 #include "engine/world/joined.hpp"
 
 namespace pantin::detail::planar {
@@ -44,6 +45,8 @@ struct PlaneBody {
   std::uint32_t first = 0, count = 0;           // outlines
   std::uint32_t island = 0, slot = UINT32_MAX;  // in World::bodies
   std::uint32_t groups = 1, with = UINT32_MAX;
+  Entity entity;
+  Vec3 one_way{0};  // as of Collision, world axes, unit or zero
   Real friction = 0.5, restitution = 0;
   // Results, of dynamic bodies: changes in the step.
   Vec3 moved{0}, sped_up{0};
@@ -125,11 +128,13 @@ struct Plane {
   std::vector<Outline> outlines;
   std::vector<Vec3> corners;
   std::vector<PlaneJoint> joints;
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> ignored;  // do not touch; the lower first
-  std::vector<std::uint64_t> joined;  // pairs of slots: see engine/world/joined.hpp
+  std::vector<std::uint64_t> joined, ignored;  // pairs of slots: see engine/world/joined.hpp
   std::uint64_t joined_for = 0;
   Vec3 gravity{0};  // m/s^2
   Real unit = 1;    // m: the size of a typical body
+  // Who decides on pairs that touch; null: all that may, collide.
+  contact::NearPairs* near = nullptr;
+  const ContactFilter* filter = nullptr;
 };
 
 /// Whether what is said of two bodies lets them touch.
@@ -139,8 +144,7 @@ inline bool may_touch(const Plane& plane, std::uint32_t number_a, std::uint32_t 
   if (are_joined(plane.joined, a.slot, b.slot)) return false;
   if (a.kind == PlaneBody::dynamic && b.kind == PlaneBody::dynamic)
     if (!(a.island == b.island ? a.self && b.self : a.others || b.others)) return false;
-  const std::pair<std::uint32_t, std::uint32_t> both = std::minmax(number_a, number_b);
-  return std::find(plane.ignored.begin(), plane.ignored.end(), both) == plane.ignored.end();
+  return !are_joined(plane.ignored, a.slot, b.slot);
 }
 
 /// One step of `h` seconds by Box2D: a function of its arguments alone. Reads the touches of the

@@ -138,6 +138,17 @@ void name_shapes(const Plane& plane, Touch& t) {
   t.shape_b = plane.outlines[plane.bodies[t.b].first + t.outline_b].shape;
 }
 
+/// What touches is moved by Box2D.
+void collide_bodies(const World& world, Planar& all, const StepTask& task) {
+  Plane& plane = all.scratch.plane;
+  plane.filter = task.filter;
+  plane.near = contact::has_near_pairs(world, task.filter) ? &all.near : nullptr;
+  all.near.begin();
+  if (plane.near) contact::add_ignored(world, plane.ignored, all.near);
+  step_clusters(plane, task.h, all.touches);
+  all.near.end([](const contact::NearPair&) { return false; });
+}
+
 void predict(World& world, const StepTask& task) {
   Planar& all = plane_of(world);
   all.scratch.stepped = false;
@@ -159,7 +170,7 @@ void predict(World& world, const StepTask& task) {
   scratch.touches_before = all.touches, scratch.curves_before = all.curves;
   move_mechanisms(world, all, task.h);
   drive_tied(world, all, task.h);
-  step_clusters(scratch.plane, task.h, all.touches);
+  collide_bodies(world, all, task);
   for (Touch& t : all.touches) name_shapes(scratch.plane, t);
   take_results(world, all, task.h);
   take_mechanisms(all);

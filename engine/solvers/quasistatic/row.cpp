@@ -10,7 +10,7 @@ namespace {
 
 void predict(World& world, const StepTask& task) {
   std::vector<Island>& all = islands_of(world);
-  for_each_island(all.size(), task.threads, [&](std::size_t i) { step(world, all[i], task.h); });
+  for_each_island(all.size(), task, [&](std::size_t i) { step(world, all[i], task.h); });
 }
 
 /// After a saved World was read.

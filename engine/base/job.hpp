@@ -1,0 +1,28 @@
+#pragma once
+/// Independent parts of a piece of work, and who runs them.
+#include <cstddef>
+#include <functional>
+
+namespace pantin {
+
+/// Parts that do not depend on one another: `job(i)` does one of them. Refers to what it works on,
+/// and is good until the call that it was given to returns.
+class Job {
+ public:
+  /// `work` is borrowed.
+  template <class Work>
+  explicit Job(const Work& work)
+      : run_([](const void* with, std::size_t i) { (*static_cast<const Work*>(with))(i); }),
+        with_(&work) {}
+  void operator()(std::size_t i) const { run_(with_, i); }
+
+ private:
+  void (*run_)(const void* with, std::size_t i);
+  const void* with_;
+};
+
+/// Calls `job(i)` once for every i below `count`, in any order and on any threads, and returns when
+/// all calls have. The calls throw nothing.
+using RunJobs = std::function<void(std::size_t count, Job job)>;
+
+}  // namespace pantin
