@@ -26,7 +26,7 @@ OWNERS = {
     "ft2build.h": ["engine/render/"],
     "libdeflate.h": ["engine/render/", "tests/"],
     "SDL": ["tools/"],
-    "box2d/": ["engine/solvers/planar/box2d_plane.cpp", "tools/plane/",
+    "box2d/": ["engine/solvers/planar/box2d_plane.cpp", "engine/solvers/planar/box2d_contacts.hpp", "tools/plane/",
                "tests/modes/box2d_rod_test.cpp"],
     "imgui": ["tools/"],
     "pantin/": ["engine/pantin/", "demos/", "tests/", "tools/"],
