@@ -436,6 +436,8 @@ void detect(World& world, Real h, const ContactFilter* filter) {
     for (StartPose& start : scratch.starts)
       std::swap(world.bodies.values()[start.slot].pose, start.pose);
   };
+  scratch.has_fallen.assign(world.bodies.size(), 0);
+  for (const StartPose& start : scratch.starts) scratch.has_fallen[start.slot] = 1;
   swap_starts();
   search_contacts(world, scratch.reach, h, filter);
   swap_starts();

@@ -91,6 +91,7 @@ struct DetectScratch {
   std::vector<Real> reach;  // m, by body slot: how far its surface may move in the step
   std::vector<Pose> ends;   // poses of kinematic bodies at the end of the step
   std::vector<StartPose> starts;
+  std::vector<std::uint8_t> has_fallen;  // by body slot: weight has acted on its velocity
   std::vector<Contact> before;
   bool stale = false;  // bodies were renumbered: contacts are detected again
   Search search;

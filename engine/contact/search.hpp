@@ -97,8 +97,9 @@ struct Search {
   std::vector<std::uint64_t> pairs;                 // of colliders, lower slot first
   std::vector<const MaterialPair*> material_pairs;  // of the World, sorted by their materials
   std::vector<FoundPoint> found;
-  std::vector<std::uint32_t> order;  // of those
-  std::vector<ContactPoint> points;  // of one pair
+  std::vector<std::uint32_t> order;    // of those
+  std::vector<ContactPoint> points;    // of one pair
+  std::vector<ContactPoint> at_start;  // of them, as the bodies stand
   NarrowPhaseScratch scratch;
   // Sensors: how many there are, their shapes, those without bounds, those with.
   std::size_t sensors = 0;
