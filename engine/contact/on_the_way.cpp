@@ -13,10 +13,10 @@ namespace {
 /// Of the smaller shape: bodies so near touch; a way so short turns no normal to speak of.
 constexpr Real kTouching = 1e-4, kShortWay = 1e-4;
 constexpr int kMostAdvances = 10;
-/// Of the smaller shape: what overlaps no deeper along a normal is apart along it. A normal that is
-/// between two bodies at the start and somewhat after the end of a step is so all the way: what
-/// slides over a seam does not meet the side of the next tile.
-constexpr Real kGrazes = 5e-4, kSoon = 1.2, kAhead = 1.37, kSeen = 1e-6;
+/// Of the smaller shape: what is so near along a normal slides along it; what closes by less rests.
+constexpr Real kGrazes = 5e-4, kRests = 1e-6;
+/// Steps: what meets so soon is asked whether it passes by, and where it is looked for then.
+constexpr Real kSoon = 1.2, kAhead = 1.37;
 /// Cosine between two normals that are not of one place.
 constexpr Real kOther = 0.9;
 
@@ -30,12 +30,14 @@ class Moving {
     const Body& b = s.world.bodies.values()[at.slot];
     if (!s.is_moved(at.slot) && !moves(b)) return;
     velocity_ = b.velocity, spin_ = b.angular_velocity;
-    const std::vector<std::uint8_t>& fallen = s.world.memory.of<Memory>().scratch.has_fallen;
-    if (at.slot < fallen.size() && fallen[at.slot])
-      fallen_ = s.h * b.gravity_scale * s.world.gravity;
   }
-  /// Without the speed that weight has given it in this step: what bears it will take that back.
-  void forget_fall() { velocity_ -= fallen_; }
+  /// Takes back the speed that its weight has given it in this step already, if its solver moves
+  /// first: what bears it will.
+  void forget_fall(const WayFinder& s) {
+    const std::vector<std::uint8_t>& fallen = s.world.memory.of<Memory>().scratch.has_fallen;
+    if (at_.slot < fallen.size() && fallen[at_.slot])
+      velocity_ -= s.h * s.world.bodies.values()[at_.slot].gravity_scale * s.world.gravity;
+  }
   Pose body_after(Real t) const {
     return {from_.position + t * velocity_,
             glm::normalize(from_rotation_vector(t * spin_) * from_.rotation)};
@@ -58,7 +60,7 @@ class Moving {
  private:
   const ColliderShape& at_;
   Pose from_;
-  Vec3 velocity_{0}, spin_{0}, fallen_{0};
+  Vec3 velocity_{0}, spin_{0};
 };
 
 const ContactPoint& nearest_of(const std::vector<ContactPoint>& points) {
@@ -99,13 +101,25 @@ struct Meeting {
 /// end of the step, so all the way, and they slide along it: what slides over a seam does not meet
 /// the side of the next tile. The points are then those with that normal, else undefined.
 bool passes_by(Meeting m, Real h, Vec3 at_start) {
+  const Real near = kGrazes * m.size;
   m.find_at(kAhead * h);
   if (m.search.points.empty()) return false;
-  const ContactPoint& nearest = nearest_of(m.search.points);
-  if (!(glm::dot(nearest.normal, at_start) < kOther && nearest.gap >= -kGrazes * m.size) ||
-      !m.take_back(kAhead * h, kGrazes * m.size))
+  const ContactPoint& then = nearest_of(m.search.points);
+  if (then.gap < -near || glm::dot(then.normal, at_start) >= kOther) return false;
+  return m.take_back(kAhead * h, near) && nearest_of(m.search.points).gap <= near;
+}
+
+/// Whether the points of two that would soon meet are now those along which they slide; else they
+/// are as they were.
+bool slides_past(const WayFinder& s, Meeting m) {
+  m.a.forget_fall(s), m.b.forget_fall(s);
+  const ContactPoint first = nearest_of(m.search.points);
+  if (!(m.closing(first, 0) * kSoon * s.h > std::max(first.gap, Real(0)) + kRests * m.size))
     return false;
-  return nearest_of(m.search.points).gap <= kGrazes * m.size;
+  m.search.at_start = m.search.points;
+  if (passes_by(m, s.h, first.normal)) return true;
+  m.search.points.swap(m.search.at_start);
+  return false;
 }
 
 }  // namespace
@@ -117,28 +131,18 @@ void follow_way(const WayFinder& s, Search& search, const ColliderShape& on_a,
   const Real size = std::min(on_a.extent, on_b.extent);
   const Real margin = s.reach_of(on_a.slot) + s.reach_of(on_b.slot) + kTouching * size;
   Meeting m{Moving(s, on_a), Moving(s, on_b), size, margin, search};
-  Meeting unfallen = m;
-  unfallen.a.forget_fall(), unfallen.b.forget_fall();
-  const ContactPoint& first = nearest_of(points);
-  // Of what is pushed on both sides, ways are not known so well.
-  const bool is_led = !s.is_moved(on_a.slot) || !s.is_moved(on_b.slot);
-  const bool is_met = is_led && unfallen.closing(first, 0) * kSoon * s.h >
-                                    std::max(first.gap, Real(0)) + kSeen * size;
-  const Vec3 normal = first.normal;
-  if (is_met) search.at_start = points;
+  // Of what contacts move on both sides, ways are not known so well.
+  const bool asks = !s.is_moved(on_a.slot) || !s.is_moved(on_b.slot);
+  if (asks && slides_past(s, m)) return;
   Real t = 0;
   for (int n = 0; n < kMostAdvances && !points.empty(); ++n) {
     const ContactPoint& p = nearest_of(points);
     const Real closing = m.closing(p, t);
     if (!(p.gap > kTouching * size) || !(closing * (s.h - t) > p.gap)) break;
     const Real speed = glm::length(m.a.speed_at(p.on_a, t) - m.b.speed_at(p.on_b, t));
-    if (n == 0 && !(speed * p.gap > kShortWay * size * closing)) break;
+    if (n == 0 && !(speed * p.gap > kShortWay * size * closing)) return;
     t += p.gap / closing;  // no sooner: a plane is between them until then
     m.find_at(t);
-  }
-  if (is_met) {
-    if (passes_by(unfallen, s.h, normal)) return;
-    t > 0 ? m.find_at(t) : points.swap(search.at_start);
   }
   if (t > 0 && !m.take_back(t, 0)) m.find_at(0);
 }

@@ -204,11 +204,9 @@ struct Attempt {
   int most_halvings, most_substeps;
 };
 
-/// Whether Runge-Kutta takes the steps of loops that an integrator cannot: it needs no multipliers
-/// that are the mean of a step, which singular configurations leave undetermined.
+/// Whether Runge-Kutta takes the steps of loops that an integrator cannot.
 bool can_pass_singular(const Island& m, const IntegratorRow& by) {
-  const bool takes_means = &by == &integrators::rattle || &by == &integrators::implicit;
-  return takes_means && m.loops && m.touches.empty() && m.interfaces.empty();
+  return by.takes_means && m.loops && m.touches.empty() && m.interfaces.empty();
 }
 
 bool takes_pins_as_forces(const Island& m, const IntegratorRow& by) {

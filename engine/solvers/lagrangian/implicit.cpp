@@ -225,6 +225,7 @@ const IntegratorRow integrators::implicit{.step = step_implicit,
                                           .keeps_energy_to = 5e-4,
                                           .turns_far = true,
                                           .carries_interfaces = false,
-                                          .keeps_accelerations = true};
+                                          .keeps_accelerations = true,
+                                          .takes_means = true};
 
 }  // namespace pantin::detail::lagrangian

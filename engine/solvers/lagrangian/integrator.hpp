@@ -39,6 +39,9 @@ struct IntegratorRow {
   bool carries_interfaces = true;
   /// Continues from accelerations, which are found anew after a jump or a step by another one.
   bool keeps_accelerations = false;
+  /// Its multipliers are means of a step. Where singular configurations of loops leave these
+  /// undetermined, Runge-Kutta takes the step.
+  bool takes_means = false;
   /// Solves for three stages at once: scratch.collocation, and m.stage_accelerations from step to
   /// step.
   bool collocates = false;

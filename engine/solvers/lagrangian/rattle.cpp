@@ -115,7 +115,7 @@ void find_forces_now(const World& world, Island& m) {
 /// make of them. Where one of several redundant rows takes the place of another, the product stays.
 bool is_beside_singular(Island& m, Real h) {
   StepScratch& scratch = m.scratch;
-  if (!m.loops || !scratch.shuns_singular) return false;
+  if (!scratch.shuns_singular) return false;
   const std::span<Real> at_end = scratch.step_lambda;
   note_dependence(m, at_end);
   Real turn = 0, most = 1, nearest = 0, product = 1;
@@ -164,7 +164,7 @@ bool step_once(const World& world, Island& m, const Span& span) {
   update_kinematics(m), update_frames(world, m, span.fraction(0), span.whole);
   write_all_rows(world, m, {false, m.rolls});
   factor(m);
-  note_dependence(m, scratch.dependence);
+  if (scratch.shuns_singular) note_dependence(m, scratch.dependence);
   if (m.rolls) find_forces_now(world, m);
   add_forces(world, m, Torques::applied);
   kick(m, h / 2);
@@ -253,6 +253,7 @@ const IntegratorRow integrators::rattle{.step = step_rattle,
                                         .ends_on_joints = true,
                                         .efforts_are_forces = true,
                                         .keeps_energy_to = 1e-3,
-                                        .returns_energy = true};
+                                        .returns_energy = true,
+                                        .takes_means = true};
 
 }  // namespace pantin::detail::lagrangian

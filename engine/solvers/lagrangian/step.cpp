@@ -200,7 +200,9 @@ void allocate_scratch(Island& m) {
   r.touching.assign(m.touches.size(), {});
   const IntegratorRow& by = row_of(m.settings.integrator);
   const bool estimates = by.step_estimated && m.settings.step_tolerance > 0;
-  const int stages = estimates ? by.stages_estimated : std::max(by.stages, integrators::rk4.stages);
+  const int stages = estimates        ? by.stages_estimated
+                     : by.takes_means ? integrators::rk4.stages
+                                      : by.stages;
   for (int i = 0; i < stages; ++i)
     r.rates[i].assign(3 * bodies, Vec3(0)), r.quat_rates[i].assign(bodies, kIdentity);
   if (by.collocates) allocate_collocation(m);
