@@ -20,7 +20,7 @@ constexpr int kMostHits = 2;
 /// Bounds on halvings of the time at which a pair turns over, on events per step, on search steps
 /// per event, and on attempts per step.
 constexpr Real kLiftTolerance = 1e-6;  // of the force at the start: where it counts as 0
-constexpr int kMaxCuts = 26, kMaxEvents = 8, kMaxSearches = 16, kMaxAttempts = 60, kMaxHolds = 4,
+constexpr int kMaxCuts = 26, kMaxEvents = 40, kMaxSearches = 16, kMaxAttempts = 60, kMaxHolds = 4,
               kMaxSweeps = 24;
 
 /// Clearance of the nearest inactive limit, or what is left of a slip; negative if one is violated.
@@ -299,6 +299,52 @@ Real until_event(const World& world, Island& m, const Part& part, const Attempt&
   return attempt(times.high) ? times.high : 0;
 }
 
+/// How long parts of a step are where joints have cones. Thin rods that slide along one whip about
+/// their axes within milliseconds, and bounds that they pass meanwhile and come back from would not
+/// be seen at the ends of longer parts.
+class Pace {
+ public:
+  Pace(const Island& m, Real h) : m_(m), h_(h), longest_(h) {
+    for (const Block& b : m.blocks)
+      bounds_ = bounds_ || (b.kind == BlockKind::limit && b.coordinate == Coordinate::swing);
+  }
+  bool bounds() const { return bounds_; }
+  /// s; `left` of the step.
+  Real longest(Real left) const { return left - longest_ < kRest * h_ ? left : longest_; }
+  /// Shortens a part that was taken until the spins change by little in it. False: one could not be
+  /// taken.
+  template <class Take>
+  bool shorten(const Take& take, Real& length) {
+    if (!bounds_) return true;
+    const Real shortest = h_ / kParts, most = kBent * h_;
+    Real bent = bent_in(length);
+    for (int n = 0; n < kTries && bent > most && length > shortest; ++n) {
+      length = std::max(shortest, length * std::clamp(0.8 * std::sqrt(most / bent), 0.1, 0.7));
+      if (!take()) return false;
+      bent = bent_in(length);
+    }
+    longest_ = length * (bent > 0 ? std::clamp(0.9 * std::sqrt(most / bent), 0.2, 3.0) : 3.0);
+    return true;
+  }
+
+ private:
+  /// rad/s, times the step: the most that a change of spin turns a body by in a part; parts of a
+  /// step at most; of a step, less than which is not left over.
+  static constexpr Real kBent = 0.12, kParts = 256, kRest = 1e-3;
+  static constexpr int kTries = 8;
+
+  Real bent_in(Real length) const {
+    Real most = 0;
+    for (std::size_t b = 0; b < m_.count(); ++b)
+      most = std::max(most, glm::length(m_.scratch.state.w[b] - m_.scratch.begin.w[b]));
+    return most * length;
+  }
+
+  const Island& m_;
+  Real h_, longest_;
+  bool bounds_ = false;
+};
+
 /// What a step begins with: the gaps, and nothing hit.
 void note_start(Island& m, Real h) {
   BlowScratch& s = m.scratch.blow;
@@ -314,12 +360,36 @@ bool any_reached(const Island& m) {
   return false;
 }
 
+/// A part that was taken, as far as surfaces at places that nobody looks at meet within it.
+struct Met {
+  Real length = 0;  // s
+  int sweeps = 0;   // of the step so far
+  Real freed = 0;   // see until_let_go()
+  bool turned = false;
+};
+template <class Attempt>
+bool end_where_met(const World& world, Island& m, const Attempt& attempt, Met& part) {
+  const auto is_clear = [&](Real length) { return attempt(length) && met_unseen(world, m) > 1; };
+  for (; part.sweeps < kMaxSweeps; ++part.sweeps) {
+    const Real met = met_unseen(world, m);
+    if (met > 1) break;
+    part.freed = 0;
+    const Real seen = met < 1 ? 0 : until_turned(m, is_clear, part.length);
+    part.turned = seen > 0, part.length = part.turned ? seen : met * part.length;
+    if (part.turned) break;
+    if (!attempt(part.length)) return false;
+    if (met == 1) break;
+  }
+  return true;
+}
+
 }  // namespace
 
 bool advance_among_limits(World& world, Island& m, Real h) {
   StepScratch& scratch = m.scratch;
   Real done = 0;
-  int attempts = 0, sweeps = 0;
+  int attempts = 0, sweeps = 0, events = 0;
+  Pace pace(m, h);
   // After kMaxEvents the remainder is taken in one piece.
   for (int tries = 0; done < h * (1 - 1e-12); ++tries) {
     update_kinematics(m), update_frames(world, m, done / h, h);
@@ -344,8 +414,7 @@ bool advance_among_limits(World& world, Island& m, Real h) {
       m.fresh = m.fresh || again, again = true;
       return advance(world, m, {done, length, h});
     };
-    const auto is_clear = [&](Real part) { return attempt(part) && met_unseen(world, m) > 1; };
-    Real length = h - done;
+    Real length = pace.longest(h - done);
     bool turned = false;
     const auto take = [&] {
       if (attempt(length)) return true;
@@ -355,7 +424,7 @@ bool advance_among_limits(World& world, Island& m, Real h) {
       attempts = counted;  // of the search for a time, one
       return length > 0;
     };
-    if (!take()) return false;
+    if (!take() || !(turned || pace.shorten(take, length))) return false;
     Real freed = 0;
     note_ends(m, done + length);
     if (!turned && attempts < kMaxAttempts && scratch.pulled_at < 1e300) {
@@ -369,18 +438,13 @@ bool advance_among_limits(World& world, Island& m, Real h) {
     }
     for (int n = 0; n < 16 && (freed > 0 ? yield_holding(m, m.mean_lambda) : give_way(m)); ++n)
       if (!take()) return false;
-    for (; sweeps < kMaxSweeps && !turned; ++sweeps) {
-      const Real met = met_unseen(world, m);
-      if (met > 1) break;
-      freed = 0;
-      const Real seen = met < 1 ? 0 : until_turned(m, is_clear, length);
-      turned = seen > 0, length = turned ? seen : met * length;
-      if (turned) break;
-      if (!attempt(length)) return false;
-      if (met == 1) break;
+    if (!turned) {
+      Met met{length, sweeps, freed};
+      if (!end_where_met(world, m, attempt, met)) return false;
+      length = met.length, sweeps = met.sweeps, freed = met.freed, turned = met.turned;
     }
     if (!set_back(world, m, {done, length, h})) return false;
-    if (tries < kMaxEvents && attempts < kMaxAttempts) {
+    if (events < kMaxEvents && attempts < kMaxAttempts) {
       length = until_event(world, m, {at_start, length, 1e-12 * h}, attempt);
       if (length == 0) return false;
     }
@@ -389,7 +453,9 @@ bool advance_among_limits(World& world, Island& m, Real h) {
     done += length;
     if (freed == length) let_go(world, m, done / h, h);
     if (turned) look_for_touches(world, m, h), write_all_rows(world, m, {true, false});
+    if (pace.bounds()) attempts = 0;
     if (!any_reached(m)) continue;
+    ++events;
     hit(world, m);
     update_frames(world, m, done / h, h);
     if (!project(world, m, done / h, h)) return false;
