@@ -4,6 +4,7 @@
 
 #include "engine/base/rotation.hpp"
 #include "engine/joints/kinds.hpp"
+#include "engine/joints/stops.hpp"
 #include "engine/world/cable_route.hpp"
 
 namespace pantin::detail {
@@ -73,6 +74,11 @@ Real energy_of(const JointDrive& drive, Quat turn, Quat target) {
   return energy_of(drive.stiffness, off_target(turn, target), drive.max_torque);
 }
 
+Real energy_of_soft_stops(const World& world, const Link& link) {
+  const BodyState a = state_of(world.bodies[link.a]), b = state_of(world.bodies[link.b]);
+  return soft_stop_energy({link.joint, a, b});
+}
+
 Real energy_of(const World& world, const Cable& c) {
   const auto pose_of = [&](Entity e) { return &world.bodies[e].pose; };
   const Real over = stretch_of(c, pose_of);
@@ -139,6 +145,10 @@ void list_joint(const World& world, std::uint32_t slot, std::vector<EnergyStore>
     find_coordinate(world, s);
     stores.push_back(s);
   }
+  if (link.joint.limits.any() && link.joint.limits->soft_zone > 0) {
+    s.kind = EnergyStore::Kind::soft_stop;
+    stores.push_back(s);
+  }
   const std::uint32_t drive = world.joint_drives.slot(world.links.owners()[slot]);
   if (drive == kNoSlot) return;
   s.kind = EnergyStore::Kind::drive, s.slot = drive;
@@ -178,6 +188,9 @@ void begin_store(const World& world, EnergyStore& s) {
       s.energy = energy_of(drive, s.turn, s.target);
       return;
     }
+    case EnergyStore::Kind::soft_stop:
+      s.energy = energy_of_soft_stops(world, world.links.values()[s.slot]);
+      return;
     case EnergyStore::Kind::cable:
       s.energy = energy_of(world, world.cables.values()[s.slot]);
       return;

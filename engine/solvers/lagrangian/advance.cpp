@@ -130,7 +130,7 @@ class EnergyWatch {
  public:
   EnergyWatch(const World& world, const Island& m, const IntegratorRow& by) : world_(world), m_(m) {
     watches_ = by.keeps_energy_to > 0 && !m.scratch.pushed && m.joint_forces.empty() &&
-               m.joint_drives.empty() && m.elastic_cables.empty() && m.elastic_pins.empty() &&
+               m.joint_torques.empty() && m.elastic_cables.empty() && m.elastic_pins.empty() &&
                m.elastic_paths.empty() && !m.rubs && !m.blocks.empty() && stands_on_rest(m);
     if (watches_) begin();
   }
@@ -209,15 +209,19 @@ bool can_pass_singular(const Island& m, const IntegratorRow& by) {
   return by.takes_means && m.loops && m.touches.empty() && m.interfaces.empty();
 }
 
-bool takes_pins_as_forces(const Island& m, const IntegratorRow& by) {
-  return !m.elastic_pins.empty() && !by.collocates && &by != &integrators::euler;
+/// Pins, drives and soft stops: of the collocation rows, and of Euler's method as they are at the
+/// end of the step.
+bool takes_as_forces(const IntegratorRow& by) {
+  return !by.collocates && &by != &integrators::euler;
 }
 
 /// Of what an integrator takes as explicit forces.
 Stiffness explicit_stiffness(const World& world, const Island& m, const IntegratorRow& by) {
   const Stiffness joints = by.efforts_are_forces ? stiffness_of(world, m) : Stiffness{};
-  const Stiffness pins = takes_pins_as_forces(m, by) ? stiffness_of_pins(world, m) : Stiffness{};
-  return {std::max(joints.spring, pins.spring), std::max(joints.damper, pins.damper)};
+  if (!takes_as_forces(by)) return joints;
+  const Stiffness pins = stiffness_of_pins(world, m), torques = stiffness_of_torques(world, m);
+  return {std::max({joints.spring, pins.spring, torques.spring}),
+          std::max({joints.damper, pins.damper, torques.damper})};
 }
 
 /// Advances by one integrator, halving the step where it fails.
@@ -233,7 +237,8 @@ bool advance_by(const World& world, Island& m, const Span& span, const Attempt& 
   EnergyWatch energy(world, m, by);
   int substeps = 1;
   while (substeps < kMostParts && fastest * span.h > most_turned * substeps) substeps *= 2;
-  if ((!m.joint_forces.empty() && by.efforts_are_forces) || takes_pins_as_forces(m, by)) {
+  const bool any_forces = !m.elastic_pins.empty() || !m.joint_torques.empty();
+  if ((!m.joint_forces.empty() && by.efforts_are_forces) || (any_forces && takes_as_forces(by))) {
     update_kinematics(m), update_frames(world, m, span.fraction(0), span.whole);
     const Stiffness stiff = explicit_stiffness(world, m, by);
     while (substeps < kMostParts && stiff.is_long(span.h / substeps)) substeps *= 2;

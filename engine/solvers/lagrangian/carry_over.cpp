@@ -36,7 +36,7 @@ struct Unchanged {
       case BlockKind::joint:
       case BlockKind::limit:
       case BlockKind::spring:
-      case BlockKind::joint_drive:
+      case BlockKind::joint_torque:
         break;
     }
     return is_same_value(world.links, old, slot);

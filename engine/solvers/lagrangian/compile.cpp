@@ -146,10 +146,10 @@ void pack_links(Packer& p) {
     add_block(m, block);
     add_limits(m, link.joint, block);
     pack_joint_forces(m, link.joint, block);
-    if (!world.joint_drives.find(world.links.owners()[i])) continue;
-    m.joint_drives.push_back({i, {block.body[0], block.body[1]}});
-    m.damped = true;
-    block.kind = BlockKind::joint_drive, block.rows = 3;
+    const bool is_soft = link.joint.limits->soft_zone > 0;
+    if (!is_soft && !world.joint_drives.find(world.links.owners()[i])) continue;
+    m.joint_torques.push_back({i, {block.body[0], block.body[1]}}), m.damped = true;
+    block.kind = BlockKind::joint_torque, block.rows = 3;
     add_compliant_block(m, block);
   }
 }
@@ -454,7 +454,7 @@ Entity joint_of(const World& world, const Block& block) {
     case BlockKind::joint:
     case BlockKind::limit:
     case BlockKind::spring:
-    case BlockKind::joint_drive:
+    case BlockKind::joint_torque:
       break;
   }
   return world.links.owners()[block.source];

@@ -62,6 +62,8 @@ inline constexpr int kMostParts = 64;
 Stiffness stiffness_of(const World& world, const Island& m);
 /// Likewise of spring pins, at most, at the current kinematics.
 Stiffness stiffness_of_pins(const World& world, const Island& m);
+/// Likewise of drives and soft stops.
+Stiffness stiffness_of_torques(const World& world, const Island& m);
 /// Joint forces as rows: forces into `requested`, compliances into scratch.weights. `by_way` and
 /// `by_speed` are the derivatives of coordinate and rate by the unknown acceleration.
 struct ImplicitForce {
@@ -74,13 +76,17 @@ void write_joint_force_rows(const World& world, Island& m, std::span<Real> reque
 ///
 ///   rate + impulse / (h (h k + c)) = (effort + c rate_before) / (h k + c)
 void write_joint_force_rows_at_end(const World& world, Island& m, std::span<Real> right, Real h);
-/// Torque of a joint drive on its body b, N m, at the current state, and its slopes: none where it
-/// is at its bound.
-struct DriveTorque {
+/// Torque of a joint's drive and soft stops on its body b, N m, at the current state, minus its
+/// derivatives by a turn and by a spin of b relative to a, and axes along which these act.
+struct JointTorque {
   Vec3 torque{0};
-  Real stiffness = 0, damping = 0;
+  Mat3 stiffness{0}, damping{0};
+  Vec3 axes[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 };
-DriveTorque drive_torque(const World& world, const Island& m, const BodyPairForce& drive);
+JointTorque torque_of(const World& world, const Island& m, const BodyPairForce& joint);
+/// Adds those of all joints to scratch.force: at the current state, or as they are at the end of
+/// scratch.pins_over.
+void add_joint_torques(const World& world, Island& m);
 /// Slopes of the forces of all compliant rows at the current state, by row: N/m and N s/m, or
 /// N m/rad and N m s/rad; and what a force on a row accelerates it by, 1/kg or 1/(kg m^2).
 struct ForceSlopes {

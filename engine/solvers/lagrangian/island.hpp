@@ -37,7 +37,7 @@ enum class BlockKind : std::uint8_t {
   // The same of what else is elastic (radau).
   elastic_cable,
   elastic_pin,
-  joint_drive
+  joint_torque  // a drive, soft stops
 };
 /// Blocks whose rows are forces that give way, not constraints.
 inline bool is_compliant(BlockKind kind) { return kind >= BlockKind::spring; }
@@ -289,7 +289,7 @@ struct IslandStructure {
   std::vector<Real> mass, drag, gravity_scale;
   std::vector<Vec3> inertia;
   std::vector<Block> blocks;
-  std::vector<BodyPairForce> joint_drives;  // by link
+  std::vector<BodyPairForce> joint_torques;  // of drives and soft stops, by link
   std::vector<BodyPairForce> elastic_cables, elastic_pins;
   std::vector<Block> elastic_paths;  // elastic cables over guides, as forces
   std::vector<std::uint8_t> places;  // of cables over guides: bodies of their blocks, a to b
@@ -316,7 +316,7 @@ struct IslandStructure {
     field("gravity_scale", in_place(self.gravity_scale));
     field("inertia", in_place(self.inertia));
     field("blocks", in_place(self.blocks));
-    field("joint_drives", derived(self.joint_drives));
+    field("joint_torques", derived(self.joint_torques));
     field("elastic_cables", derived(self.elastic_cables));
     field("elastic_pins", derived(self.elastic_pins));
     field("elastic_paths", derived(self.elastic_paths));

@@ -50,6 +50,18 @@ LinearisedForce linearise_over_step(const World& world, const Island& m, const B
   return p;
 }
 
+/// The same of the three rows of a torque.
+void find_torque_slopes(const World& world, const Island& m, const Block& b,
+                        const ForceSlopes& slopes) {
+  const JointTorque of = torque_of(world, m, {b.source, {b.body[0], b.body[1]}});
+  for (std::size_t r = 0; r < b.rows; ++r) {
+    const std::size_t row = b.first_row + r;
+    slopes.stiffness[row] = glm::dot(of.axes[r], of.stiffness * of.axes[r]);
+    slopes.damping[row] = glm::dot(of.axes[r], of.damping * of.axes[r]);
+    slopes.mobility[row] = mobility(m, b, r);
+  }
+}
+
 }  // namespace
 
 void find_force_slopes(const World& world, Island& m, const ForceSlopes& slopes) {
@@ -64,9 +76,10 @@ void find_force_slopes(const World& world, Island& m, const ForceSlopes& slopes)
     } else if (b.kind == BlockKind::elastic_pin) {
       const Pin& pin = world.pins.values()[b.source];
       p.stiffness = pin.stiffness, p.damping = pin.damping;
-    } else {
-      const DriveTorque torque = drive_torque(world, m, {b.source, {b.body[0], b.body[1]}});
-      p.stiffness = torque.stiffness, p.damping = torque.damping;
+    }
+    if (b.kind == BlockKind::joint_torque) {
+      find_torque_slopes(world, m, b, slopes);
+      continue;
     }
     for (std::size_t r = 0; r < b.rows; ++r) {
       const std::size_t row = b.first_row + r;

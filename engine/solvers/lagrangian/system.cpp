@@ -147,15 +147,6 @@ void write_gear(const World& world, Island& m, const Block& b, const BlockMemory
   m.scratch.c[b.first_row] = c, m.scratch.gamma[b.first_row] = gamma;
 }
 
-void add_drive_torques(const World& world, Island& m) {
-  for (const BodyPairForce& p : m.joint_drives) {
-    const Vec3 torque = drive_torque(world, m, p).torque;
-    for (int k = 0; k < 2; ++k)
-      if (p.body[k] < m.count())
-        m.scratch.force[2 * p.body[k] + 1] += (k == 0 ? -1.0 : 1.0) * torque;
-  }
-}
-
 void add_elastic_forces(const World& world, Island& m) {
   for (const BodyPairForce& p : m.elastic_cables) {
     const CableParameters& s = world.cables.values()[p.source].joint;
@@ -181,6 +172,11 @@ void write_compliant(const World& world, Island& m, const Block& b) {
     write_cable_length(world, m, b, {&m.scratch.c[b.first_row], j, &m.scratch.gamma[b.first_row]});
     return;
   }
+  if (b.kind == BlockKind::joint_torque) {
+    const JointTorque torque = torque_of(world, m, {b.source, {b.body[0], b.body[1]}});
+    for (int r = 0; r < 3; ++r) j[4 * r + 1] = torque.axes[r], j[4 * r + 3] = -torque.axes[r];
+    return;
+  }
   Vec3 arm[2] = {Vec3(0), Vec3(0)};
   if (b.kind == BlockKind::elastic_pin) {
     const Pin& pin = world.pins.values()[b.source];
@@ -191,9 +187,7 @@ void write_compliant(const World& world, Island& m, const Block& b) {
     for (int k = 0; k < 2; ++k) {
       Vec3 unit(0);
       unit[r] = k == 0 ? 1 : -1;
-      const bool turns = b.kind == BlockKind::joint_drive;
-      j[4 * r + 2 * k] = turns ? Vec3(0) : unit;
-      j[4 * r + 2 * k + 1] = turns ? unit : glm::cross(arm[k], unit);
+      j[4 * r + 2 * k] = unit, j[4 * r + 2 * k + 1] = glm::cross(arm[k], unit);
     }
 }
 
@@ -216,28 +210,6 @@ Real opening_rate(const World& world, Island& m, std::size_t block) {
   m.memory[block].active = false;
   write_limit(world, m, block);
   return rate;
-}
-
-DriveTorque drive_torque(const World& world, const Island& m, const BodyPairForce& p) {
-  const JointDrive* drive = world.joint_drives.find(world.links.owners()[p.source]);
-  if (!drive) return {};
-  const Joint& joint = world.links.values()[p.source].joint;
-  const BodyState &a = m.scratch.body_states[p.body[0]], &b = m.scratch.body_states[p.body[1]];
-  const Quat axes = a.rotation * joint.frames.a();
-  const Quat target = target_at(*drive, m.scratch.time),
-             now = relative_rotation(joint, a.rotation, b.rotation);
-  const Vec3 own =
-      drive->keys.empty()
-          ? Vec3(0)
-          : axes * angular_velocity_between(target_at(*drive, m.scratch.time - kDifferenceStep),
-                                            target_at(*drive, m.scratch.time + kDifferenceStep),
-                                            2 * kDifferenceStep);
-  DriveTorque found{drive->stiffness * (axes * rotation_vector(target * glm::conjugate(now))) -
-                        drive->damping * (b.angular_velocity - a.angular_velocity - own),
-                    drive->stiffness, drive->damping};
-  if (const Real size = glm::length(found.torque); size > drive->max_torque)
-    found = {drive->max_torque / size * found.torque, 0, 0};
-  return found;
 }
 
 bool is_active(const Island& m, std::size_t block) {
@@ -329,7 +301,7 @@ void write_all_rows(const World& world, Island& m, Want want) {
         break;
       case BlockKind::elastic_cable:
       case BlockKind::elastic_pin:
-      case BlockKind::joint_drive:
+      case BlockKind::joint_torque:
         write_compliant(world, m, b);
         break;
     }
@@ -352,7 +324,7 @@ void add_forces(const World& world, Island& m, Torques torques) {
   for (std::size_t i = 0; i < m.contact_loads.size() && m.scratch.pushed; ++i)
     f[i] += m.contact_loads[i] + m.scratch.applied[i];
   if (!m.scratch.springs_active) add_joint_forces(world, m);
-  add_drive_torques(world, m);
+  add_joint_torques(world, m);
   add_elastic_forces(world, m);
   add_slip_forces(m);
 }

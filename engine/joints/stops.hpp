@@ -1,0 +1,31 @@
+#pragma once
+/// Limits of a joint's angles as distances: how far a joint is beyond each of them, and where to.
+/// Solvers whose limits push take them from here, and so does the law of a soft stop.
+#include "engine/joints/rows.hpp"
+
+namespace pantin::detail {
+
+/// One side of a limited angle.
+struct JointStop {
+  Real beyond = 0;  // rad; negative: what is left
+  Vec3 along{0};    // its derivative by a turn of b relative to a, world axes
+  bool is_watched = false;
+};
+/// The low and the high side of the angle at 0 and 1, of the second angle at 2 and 3; a cone at 2,
+/// its distance to first order. In the middle of a cone, where no way out is shorter than another,
+/// it is not watched.
+void find_stops(const JointState& at, JointStop (&out)[4]);
+
+/// Torque of the soft zones of a joint's limits on b, the opposite on a:
+///
+///   -(stiffness (zone + beyond) + damping rate) along      within the zone of each side
+struct SoftStopLoad {
+  Vec3 torque{0};      // N m, world axes
+  Vec3 along[2] = {};  // of the sides that act, of the angle and of what is at 2
+  bool acts[2] = {};
+};
+SoftStopLoad soft_stop_load(const JointState& at);
+/// What the zones store, J.
+Real soft_stop_energy(const JointState& at);
+
+}  // namespace pantin::detail

@@ -1,0 +1,133 @@
+// Torques between the two bodies of a joint: drives and soft stops.
+#include <algorithm>
+
+#include "engine/base/rotation.hpp"
+#include "engine/joints/kinds.hpp"
+#include "engine/joints/stops.hpp"
+#include "engine/solvers/lagrangian/internal.hpp"
+#include "engine/world/joint_drive.hpp"
+
+namespace pantin::detail::lagrangian {
+namespace {
+
+/// s: half the time over which the target of a drive shows how fast it turns.
+constexpr Real kDifference = 1e-3;
+
+Mat3 along_itself(Vec3 v) { return glm::outerProduct(v, v); }
+
+void add_drive(const World& world, const Island& m, const BodyPairForce& p, JointTorque& sum) {
+  const JointDrive* drive = world.joint_drives.find(world.links.owners()[p.source]);
+  if (!drive) return;
+  const Joint& joint = world.links.values()[p.source].joint;
+  const BodyState &a = m.scratch.body_states[p.body[0]], &b = m.scratch.body_states[p.body[1]];
+  const Quat axes = a.rotation * joint.frames.a();
+  const Real time = m.scratch.time;
+  const Quat target = target_at(*drive, time),
+             now = relative_rotation(joint, a.rotation, b.rotation);
+  const Vec3 own =
+      drive->keys.empty()
+          ? Vec3(0)
+          : axes * angular_velocity_between(target_at(*drive, time - kDifference),
+                                            target_at(*drive, time + kDifference), 2 * kDifference);
+  const Vec3 torque = drive->stiffness * (axes * rotation_vector(target * glm::conjugate(now))) -
+                      drive->damping * (b.angular_velocity - a.angular_velocity - own);
+  const Real size = glm::length(torque);
+  if (size > drive->max_torque) {
+    sum.torque += drive->max_torque / size * torque;
+    return;
+  }
+  sum.torque += torque;
+  sum.stiffness += Mat3(drive->stiffness), sum.damping += Mat3(drive->damping);
+}
+
+void add_soft_stops(const World& world, const Island& m, const BodyPairForce& p, JointTorque& sum) {
+  const Joint& joint = world.links.values()[p.source].joint;
+  if (!joint.limits.any() || !(joint.limits->soft_zone > 0)) return;
+  const SoftStopLoad load =
+      soft_stop_load({joint, m.scratch.body_states[p.body[0]], m.scratch.body_states[p.body[1]]});
+  sum.torque += load.torque;
+  for (const int k : {1, 0}) {
+    if (!load.acts[k]) continue;
+    sum.stiffness += joint.limits->soft_stiffness * along_itself(load.along[k]);
+    sum.damping += joint.limits->soft_damping * along_itself(load.along[k]);
+    const Vec3 x = load.along[k];
+    const Vec3 aside = std::abs(x.x) < 0.6 ? Vec3(1, 0, 0) : Vec3(0, 1, 0);
+    sum.axes[0] = x, sum.axes[1] = glm::normalize(glm::cross(x, aside));
+    sum.axes[2] = glm::cross(x, sum.axes[1]);
+  }
+}
+
+/// Angular acceleration of b relative to a by a torque, were both free.
+Mat3 mobility_of(const Island& m, const BodyPairForce& p) {
+  Mat3 mobile(0);
+  for (const std::uint32_t body : p.body)
+    if (body < m.count()) mobile += m.scratch.inverse_inertia[body];
+  return mobile;
+}
+
+/// The directions about which a joint turns, world axes; how many.
+int free_directions(const World& world, const Island& m, const BodyPairForce& p, Vec3 (&out)[3]) {
+  const Joint& joint = world.links.values()[p.source].joint;
+  const Quat a = m.scratch.body_states[p.body[0]].rotation * joint.frames.a(),
+             b = m.scratch.body_states[p.body[1]].rotation * joint.frames.b();
+  switch (info_of(joint.kind).rotations) {
+    case Turns::about_x:
+      out[0] = a * Vec3(1, 0, 0);
+      return 1;
+    case Turns::about_two:
+      out[0] = a * Vec3(0, 1, 0), out[1] = b * Vec3(0, 0, 1);
+      return 2;
+    case Turns::nowhere:
+      return 0;
+    case Turns::freely:
+    case Turns::own:
+      break;
+  }
+  out[0] = {1, 0, 0}, out[1] = {0, 1, 0}, out[2] = {0, 0, 1};
+  return 3;
+}
+
+}  // namespace
+
+JointTorque torque_of(const World& world, const Island& m, const BodyPairForce& p) {
+  JointTorque sum;
+  add_drive(world, m, p, sum);
+  add_soft_stops(world, m, p, sum);
+  return sum;
+}
+
+void add_joint_torques(const World& world, Island& m) {
+  const Real h = m.scratch.pins_over;
+  for (const BodyPairForce& p : m.joint_torques) {
+    const JointTorque of = torque_of(world, m, p);
+    Vec3 torque = of.torque;
+    if (h > 0) {
+      const Vec3 spin = m.scratch.body_states[p.body[1]].angular_velocity -
+                        m.scratch.body_states[p.body[0]].angular_velocity;
+      const Mat3 by_rate = of.damping + h * of.stiffness;
+      torque = glm::inverse(Mat3(1) + h * by_rate * mobility_of(m, p)) *
+               (torque - h * (of.stiffness * spin));
+    }
+    for (int k = 0; k < 2; ++k)
+      if (p.body[k] < m.count())
+        m.scratch.force[2 * p.body[k] + 1] += (k == 0 ? -1.0 : 1.0) * torque;
+  }
+}
+
+Stiffness stiffness_of_torques(const World& world, const Island& m) {
+  Stiffness most;
+  for (const BodyPairForce& p : m.joint_torques) {
+    const JointTorque of = torque_of(world, m, p);
+    const Mat3 mobile = mobility_of(m, p);
+    Vec3 about[3];
+    const int count = free_directions(world, m, p, about);
+    for (int i = 0; i < count; ++i) {
+      const Real gives = glm::dot(about[i], mobile * about[i]);
+      most.spring = std::max(most.spring, gives * glm::dot(about[i], of.stiffness * about[i]));
+      most.damper = std::max(most.damper, gives * glm::dot(about[i], of.damping * about[i]));
+    }
+  }
+  return most;
+}
+
+}  // namespace pantin::detail::lagrangian
