@@ -22,6 +22,8 @@ constexpr Real kLift = 0.01;
 constexpr Real kSlowTurn = 0.01;
 /// Substeps after a contact, a start or a change by the user in which energy may be taken.
 constexpr int kTouched = 3;
+/// s, and times the speed of what presses: so much faster nothing is thrown within that time.
+constexpr Real kThrowing = 0.25, kThrown = 4;
 /// m: a place that is held moves no more in a substep.
 constexpr Real kStill = 1e-6;
 
@@ -107,7 +109,9 @@ void EnergyAccount::join(std::uint32_t a, std::uint32_t b) {
   to.change += from.change, to.kinetic += from.kinetic;
   to.momentum += from.momentum, to.angular += from.angular;
   if (to.fastest == kNoSlot) to.fastest = from.fastest;
-  from.has_gained = from.has_lost = from.has_turned = false;
+  to.pressed_at = std::max(to.pressed_at, from.pressed_at);
+  to.worked += from.worked, to.calm += from.calm;
+  from.has_gained = from.has_lost = from.has_turned = from.is_flung = false;
 }
 
 void EnergyAccount::compile(const World& world) {
@@ -124,14 +128,7 @@ void EnergyAccount::compile(const World& world) {
     groups_[i].touched = groups_[i].jerked = kTouched;  // joints may jerk
   }
   holds_.clear();
-  for (const Link& l : world.links.values()) {
-    attach(world, {l.a, l.b});
-    const std::uint32_t body = world.bodies.slot(l.a);
-    const JointLimits& limits = *l.joint.limits;
-    if (body != kNoSlot)
-      groups_[sets_.root(body)].slack +=
-          0.5 * limits.soft_stiffness * limits.soft_zone * limits.soft_zone;
-  }
+  for (const Link& l : world.links.values()) attach(world, {l.a, l.b});
   for (const Cable& c : world.cables.values()) {
     attach(world, {c.a, c.b});
     for (const CableGuide& guide : c.guides) attach(world, {c.a, c.b, guide.body});
@@ -234,8 +231,8 @@ void EnergyAccount::end_substep(const World& world, Real h) {
         is_dynamic(world.bodies.values()[c.slot_b]))
       join(c.slot_a, c.slot_b);
   for (Group& g : groups_)
-    g.change = g.paid = g.kinetic = g.kinetic_before = 0, g.momentum = g.angular = Vec3(0),
-    g.before = g.now = {};
+    g.change = g.paid = g.kinetic = g.kinetic_before = g.worked = 0, g.is_pressed = false,
+    g.momentum = g.angular = Vec3(0), g.before = g.now = {};
   add_bodies(world, h);
   add_contacts(world, h);
   add_stores(world, h);
@@ -260,7 +257,7 @@ void EnergyAccount::add_bodies(const World& world, Real h) {
     if (s.force != Vec3(0) || s.torque != Vec3(0)) {
       const Real work = h * (most_power(s.force, {s.velocity, b.velocity, way}) +
                              most_power(s.torque, {s.angular_velocity, b.angular_velocity, spin}));
-      g.change -= work, g.exchanged += std::abs(work);
+      g.change -= work, g.exchanged += std::abs(work), g.worked += std::abs(work);
     }
     g.now.mass += b.mass, g.now.first += b.mass * b.pose.position;
     g.now.momentum += b.mass * b.velocity, g.now.angular += e.angular_momentum;
@@ -314,6 +311,8 @@ void EnergyAccount::add_contacts(const World& world, Real h) {
     const Vec3 way_a = to_world(a.pose, c.point_a) - to_world(from_a.pose, c.point_a),
                way_b = to_world(b.pose, c.point_b) - to_world(from_b.pose, c.point_b);
     if (!is_dynamic(b)) {
+      const Real speed = glm::length(way_b) / h + glm::length(c.surface_velocity);
+      g.is_pressed = g.is_pressed || speed > 0, g.pressed_at = std::max(g.pressed_at, speed);
       work += glm::dot(c.force, way_b) + h * glm::dot(c.torque, b.angular_velocity);
       g.momentum -= h * c.force;
       g.angular -= h * (glm::cross(to_world(a.pose, c.point_a), c.force) + c.torque);
@@ -321,7 +320,9 @@ void EnergyAccount::add_contacts(const World& world, Real h) {
     g.change -= work, g.exchanged += std::abs(work);
     g.paid += taken_by(world, c, h);
     if (c.gap >= 0) continue;
-    const Real given = glm::dot(c.force, c.normal) * glm::dot(c.normal, way_a - way_b);
+    const Real deep = std::max(-c.gap, c.depth);
+    const Real given =
+        glm::dot(c.force, c.normal) * std::clamp(glm::dot(c.normal, way_a - way_b), -deep, deep);
     g.change -= given, g.paid += given;
   }
 }
@@ -331,6 +332,7 @@ void EnergyAccount::add_stores(const World& world, Real h) {
     const StoreChange change = end_store(world, s, h);
     Group& g = groups_[sets_.root(s.body)];
     g.change += change.stored - change.worked, g.exchanged += std::abs(change.worked);
+    g.worked += std::abs(change.stored) + std::abs(change.worked);
   }
 }
 
@@ -416,6 +418,7 @@ void EnergyAccount::close(const World& world, Real h) {
   for (std::uint32_t i = 0; i < groups_.size(); ++i) {
     Group& g = groups_[i];
     if (sets_.root(i) != i || !std::isfinite(g.change)) continue;
+    close_flight(world, g, h);
     g.greatest = std::max({g.greatest, g.kinetic, g.kinetic_before});
     if (!g.is_asked) continue;
     // What is put together in the first step may be lifted, not thrown.
@@ -426,9 +429,21 @@ void EnergyAccount::close(const World& world, Real h) {
     const bool thrown = g.balance - g.least > may && g.kinetic > (g.balance - g.least) / 2;
     g.has_gained = g.balance > may || thrown;
     close_losses(g, h);
-    if ((g.has_gained || g.has_lost || g.has_turned) && g.fastest == kNoSlot)
+    if ((g.has_gained || g.has_lost || g.has_turned || g.is_flung) && g.fastest == kNoSlot)
       find_fastest(world, i);
   }
+}
+
+/// Of what led bodies press: whether it is much faster than they could throw it.
+void EnergyAccount::close_flight(const World& world, Group& g, Real h) const {
+  if (is_new_) g.calm = g.kinetic_before;
+  const Real fall = kThrowing * glm::length(world.gravity);
+  const Real usual =
+      std::sqrt(g.calm) + (kThrown * g.pressed_at + fall) * std::sqrt(g.now.mass / 2);
+  g.is_flung = g.is_pressed && g.kinetic > 2 * usual * usual + g.slack;
+  const Real passed = std::min(Real(1), h / kThrowing);
+  g.calm = std::min(g.kinetic, g.calm + passed * (g.kinetic - g.calm) + g.worked);
+  g.pressed_at *= 1 - 0.5 * passed;
 }
 
 /// Of what nothing takes energy from; and the angular momentum of what nobody holds.

@@ -12,6 +12,9 @@
 /// several hold it they do not; the balance is then not asked for. Where nothing takes energy, the
 /// balance must not fall either, but for what contacts take by their forces and the speeds of their
 /// places, and for blows of cables; what nobody holds keeps its angular momentum.
+///
+/// The work of a led body has no bound: what has no room to give way is given any speed by it. But
+/// a single led body throws nothing faster than its own place twice over, as it sees it.
 #include <algorithm>
 #include <span>
 #include <vector>
@@ -40,7 +43,7 @@ class EnergyAccount {
 
   /// What has changed by itself, of one group of bodies.
   struct Change {
-    enum class Kind : std::uint8_t { gain, loss, spin } kind = Kind::gain;
+    enum class Kind : std::uint8_t { gain, loss, spin, flight } kind = Kind::gain;
     Entity body;      // the fastest, when it first happened
     Real amount = 0;  // J, or kg m^2/s of angular momentum
   };
@@ -53,6 +56,7 @@ class EnergyAccount {
       if (g.has_gained) tell(Change{Change::Kind::gain, body(), g.gain()});
       if (g.has_lost) tell(Change{Change::Kind::loss, body(), g.missing});
       if (g.has_turned) tell(Change{Change::Kind::spin, body(), glm::length(g.drift)});
+      if (g.is_flung) tell(Change{Change::Kind::flight, body(), g.kinetic});
     }
   }
   /// Whether the balance of a body is asked for.
@@ -79,7 +83,7 @@ class EnergyAccount {
   struct Group {
     std::uint32_t held_by = kNobody;
     bool is_asked = true, is_lossy = false, is_slowed = false;
-    bool has_gained = false, has_lost = false, has_turned = false;
+    bool has_gained = false, has_lost = false, has_turned = false, is_flung = false;
     int touched = 0;  // substeps for which something may turn it: contacts, joints that jerk
     int jerked = 0;   // likewise, for which joints and cables may take energy
     std::uint32_t fastest = kNoSlot;       // body, when the group first gained
@@ -97,6 +101,10 @@ class EnergyAccount {
     Moments before, now;
     Real spin = 0, slack_spin = 0;  // kg m^2/s, the greatest so far; that does not count
     Vec3 drift{0};                  // kg m^2/s, of the angular momentum that nothing explains
+    bool is_pressed = false;        // by a led body, in this substep
+    Real pressed_at = 0;            // m/s, the fastest place that one pressed with lately
+    Real worked = 0;                // J, of this substep by what is not led, either way
+    Real calm = 0;                  // J, of the kinetic energy that no led body has thrown
     Real gain() const { return balance - std::min(least, Real(0)); }
   };
   struct Start {
@@ -130,6 +138,7 @@ class EnergyAccount {
   void join(std::uint32_t a, std::uint32_t b);
   void close(const World& world, Real h);
   void close_losses(Group& group, Real h);
+  void close_flight(const World& world, Group& group, Real h) const;
   void find_fastest(const World& world, std::uint32_t group);
 
   std::uint64_t built_for_ = 0;

@@ -25,6 +25,8 @@ FindingKind kind_of(EnergyAccount::Change::Kind kind) {
       return FindingKind::energy_lost;
     case EnergyAccount::Change::Kind::spin:
       return FindingKind::angular_momentum_changed;
+    case EnergyAccount::Change::Kind::flight:
+      return FindingKind::flung;
   }
   return FindingKind::energy_gained;
 }

@@ -51,6 +51,10 @@ constexpr FindingInfo kInfos[] = {
     {"passed_through", "m",
      "The middle half of a body came to the other side of one that it collides with.",
      "Take a shorter step or more substeps; make the thin body thicker."},
+    {"flung", "J",
+     "Bodies have more than twice the energy that led bodies which press them could give them, at "
+     "four times their speed within a quarter of a second.",
+     "Leave room for what is pressed, or press it with a dynamic body, by a motor with a cap."},
     {"turned_too_far", "rad",
      "For a whole turn on end a body turned further in each step than its solver can follow, and "
      "it has more than a twentieth of its mechanism's kinetic energy; about an axis of symmetry it "

@@ -22,6 +22,7 @@ enum class FindingKind : std::uint8_t {
   surfaces_apart,
   sunk,
   passed_through,
+  flung,
   turned_too_far,
   spring_unresolved,
   energy_limited,

@@ -4,6 +4,8 @@
 #ifdef PANTIN_HAS_BOX2D
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <span>
 
 #include "engine/solvers/planar/box2d_contacts.hpp"
 
@@ -148,6 +150,7 @@ struct Stepper {
   Real h = 0;  // s, of the whole step
   int substeps = kFewestSubsteps;
   b2World world;
+  Real thinnest = 0;  // m, of the bodies that move by themselves
   std::vector<b2Body*> bodies = {};
   // By joint: what holds it, and the spring or motor of a hinge.
   std::vector<b2Joint*> holds = {}, springs = {};
@@ -167,6 +170,28 @@ int substeps_for(const Plane& plane, Real h) {
   return std::max(kFewestSubsteps, static_cast<int>(std::ceil(most)));
 }
 
+/// m: half the width of the thinnest outline of a body that moves by itself.
+Real thinnest_of(const Plane& plane) {
+  Real least = 1e300;
+  for (const PlaneBody& b : plane.bodies) {
+    if (b.kind != PlaneBody::dynamic) continue;
+    for (const Outline& o : std::span(plane.outlines).subspan(b.first, b.count)) {
+      if (o.kind == Outline::disc) least = std::min(least, o.radius);
+      if (o.kind != Outline::polygon) continue;
+      const std::span<const Vec3> corners = std::span(plane.corners).subspan(o.first, o.count);
+      const Vec3 middle =
+          std::accumulate(corners.begin(), corners.end(), Vec3(0)) / Real(corners.size());
+      for (std::size_t i = 0; i < corners.size(); ++i) {
+        const Vec3 from = corners[i], along = corners[(i + 1) % corners.size()] - from;
+        const Real length = glm::length(along);
+        if (length > 0)
+          least = std::min(least, std::abs(glm::cross(along, middle - from).z) / length);
+      }
+    }
+  }
+  return least;
+}
+
 void add_body(Stepper& s, std::uint32_t index) {
   const PlaneBody& b = s.plane.bodies[index];
   if (b.kind == PlaneBody::absent) return s.bodies.push_back(nullptr);
@@ -182,6 +207,8 @@ void add_body(Stepper& s, std::uint32_t index) {
   if (!dynamic && !fixed) how.angle = static_cast<float>(-s.h * b.spin);
   how.gravityScale = static_cast<float>(b.gravity_scale);
   how.allowSleep = false;
+  // Box2D looks at the way between two dynamic bodies only where one of them is a bullet.
+  how.bullet = dynamic && glm::length(b.velocity) * s.h > s.thinnest * s.substeps;
   b2Body& body = *s.world.CreateBody(&how);
   s.bodies.push_back(&body);
   Site site{s.plane, s.scale, b, body};
@@ -393,7 +420,7 @@ void step_plane(Plane& plane, Real h, std::vector<Touch>& touches) {
   s.world.SetAllowSleeping(false), s.world.SetAutoClearForces(false);
   // Impulses are scaled by the ratio of two steps: without one before they would be dropped.
   s.world.Step(s.part(), 0, 0);
-  s.bodies.reserve(plane.bodies.size());
+  s.bodies.reserve(plane.bodies.size()), s.thinnest = thinnest_of(plane);
   for (std::uint32_t i = 0; i < plane.bodies.size(); ++i) add_body(s, i);
   for (const PlaneJoint& j : plane.joints) add_joint(s, j);
   for (int i = 0; i < s.substeps; ++i) {
