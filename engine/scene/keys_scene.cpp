@@ -29,8 +29,7 @@ constexpr Range kCopies{1, 1e6, "a whole number from 1 to 1000000"};
 constexpr Key kBodies = objects("bodies", "body", "Rigid bodies.");
 constexpr Key kJoints = objects("joints", "joint",
                                 "Joints. Of one that closes a loop of dynamic bodies, or holds "
-                                "them in place once more, only the "
-                                "point is held, unless by the solver lagrangian.");
+                                "them in place once more, the sweeps hold only the point.");
 constexpr Key kGears =
     objects("gears", "gear", "Gears, racks: joints that move in proportion.").once("ratios");
 constexpr Key kBelts = objects("belts", "belt", "Closed belts round pulleys, in a plane.");

@@ -83,8 +83,8 @@ class Trees {
   std::vector<bool> is_held_;
 };
 
-/// Joints that close a loop, or hold a tree once more, hold their point and nothing else; not so
-/// with the Lagrangian solver.
+/// Joints that close a loop, or hold a tree once more, hold their point and nothing else under the
+/// sweeps. "auto" leaves those that would lose by it to "lagrangian".
 void warn_of_loops(const BuiltScene& built, const Exact& exact, BuildMessages& messages) {
   Trees trees(built.bodies.size());
   std::vector<std::pair<std::uint32_t, const BuiltJoint*>> holds;  // by body
@@ -96,7 +96,8 @@ void warn_of_loops(const BuiltScene& built, const Exact& exact, BuildMessages& m
                         ", so only its point is held, not its kind, limits or drive");
   };
   for (const BuiltJoint& j : built.joints) {
-    if (exact.has(j)) continue;
+    const std::uint32_t mover = built.is_dynamic(j.a) ? j.a : j.b;
+    if (exact.has(j) || exact.solvers[mover] == Solver::articulated) continue;
     const bool a = built.is_dynamic(j.a), b = built.is_dynamic(j.b);
     if (a && b && !trees.join(j.a, j.b)) warn(j, "closes a loop of dynamic bodies");
     if (a != b) holds.emplace_back(a ? j.a : j.b, &j);

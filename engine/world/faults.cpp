@@ -12,7 +12,8 @@ namespace {
 
 constexpr unsigned bit(Solver s) { return 1u << static_cast<int>(s); }
 constexpr unsigned kAuto = bit(Solver::articulated), kExact = bit(Solver::lagrangian),
-                   kPlanar = bit(Solver::planar), kSlow = bit(Solver::quasistatic);
+                   kPlanar = bit(Solver::planar), kSlow = bit(Solver::quasistatic),
+                   kSweeps = bit(Solver::sweep) | bit(Solver::shake2) | bit(Solver::procedural);
 
 struct Knowledge {
   const char* name;
@@ -28,7 +29,7 @@ constexpr Knowledge kKnowledge[kFeatures] = {
     {"a motor", kAuto | kExact | kPlanar, "\"auto\" or \"lagrangian\""},
     {"limits with restitution", kExact, "\"lagrangian\""},
     {"a ratio", kExact | kPlanar, "\"lagrangian\""},
-    {"a soft stop", kAuto, "\"auto\""},
+    {"a soft stop", kAuto | kExact, "\"auto\" or \"lagrangian\""},
     {"a pose drive", kAuto | kExact, "\"auto\" or \"lagrangian\""},
     {"a cable", kAuto | kExact, "\"auto\" or \"lagrangian\""},
     {"contact", kAuto | kExact | kPlanar | kSlow, "\"auto\" or \"lagrangian\""},
@@ -39,7 +40,9 @@ constexpr Knowledge kKnowledge[kFeatures] = {
     {"a belt", kExact | kPlanar, "\"planar\" or \"lagrangian\""},
     {"a contact of curves", kExact | kPlanar, "\"planar\" or \"lagrangian\""},
     {"friction of a contact of curves", kExact, "\"lagrangian\""},
-    {"a belt that slips", kPlanar, "\"planar\""}};
+    {"a belt that slips", kPlanar, "\"planar\""},
+    {"a joint that closes a loop by more than its point", kExact | kPlanar | kSweeps,
+     "\"lagrangian\""}};
 
 const Knowledge& knowledge(Feature f) { return kKnowledge[static_cast<int>(f)]; }
 

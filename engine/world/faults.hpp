@@ -54,9 +54,10 @@ enum class Feature : std::uint8_t {
   belt,
   curve_contact,  // of two curves of a plane
   curve_friction,
-  belt_friction
+  belt_friction,
+  closing  // a joint that closes a loop, and holds more than its point
 };
-inline constexpr int kFeatures = 18;
+inline constexpr int kFeatures = 19;
 
 /// Which solver does what: the only place that says so.
 bool knows(Solver solver, Feature feature);

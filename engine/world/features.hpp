@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/world/closing.hpp"
 #include "engine/world/faults.hpp"
 #include "engine/world/world.hpp"
 
@@ -26,6 +27,10 @@ void each_feature(const World& world, const Visit& visit) {
     const Entity owner = world.links.owners()[i];
     for (const Feature f : features_of(link.joint)) tell(owner, {link.a, link.b}, f, "has");
     if (world.joint_drives.find(owner)) tell(owner, {link.a, link.b}, Feature::pose_drive, "has");
+  }
+  for (const std::uint32_t i : list_closing(world)) {
+    const Link& link = world.links.values()[i];
+    tell(world.links.owners()[i], {link.a, link.b}, Feature::closing, "is");
   }
   for (std::size_t i = 0; i < world.cables.size(); ++i) {
     const Cable& c = world.cables.values()[i];

@@ -157,24 +157,31 @@ TEST_CASE("A drive follows keys, and those of an instance run ahead by its time 
   CHECK(apart(target_at(ahead, 0), from_rotation_vector({0.5, 0, 0})) < 1e-12);
 }
 
-TEST_CASE("Joints may close a loop; one that claims more than its point is told") {
-  const auto second = [](const std::string& members) {
-    return good(with_two(R"("joints": [{"a": "a", "b": "b", "anchor": [0.5, 0, 0], "kind": "hinge"},
+TEST_CASE("Joints may close a loop; one that claims more than its point is told by sweeps") {
+  const auto second = [](const std::string& solver, const std::string& members) {
+    return good(with_two(R"("solver": {"type": ")" + solver + R"("},
+"joints": [{"a": "a", "b": "b", "anchor": [0.5, 0, 0], "kind": "hinge"},
 {"name": "second", "a": "b", "b": "a", "anchor": [0.5, 1, 0])" +
                          members + "}]"))
         .warnings;
   };
-  CHECK(second("").empty());
+  CHECK(second("sweep", "").empty());
   CHECK(
-      second(R"(, "kind": "hinge")") ==
-      Lines{"t.json:5:1: /joints/1: joint \"second\" closes a loop of dynamic bodies, so only its "
+      second("sweep", R"(, "kind": "hinge")") ==
+      Lines{"t.json:6:1: /joints/1: joint \"second\" closes a loop of dynamic bodies, so only its "
             "point is held, not its kind, limits or drive"});
-  CHECK(good(with_two(R"("joints": [{"a": "a", "b": "b", "anchor": [0.5, 0, 0]},
+  CHECK(second("auto", R"(, "kind": "hinge")").empty());
+  const auto far = [](const std::string& solver) {
+    return good(with_two(R"("solver": {"type": ")" + solver + R"("},
+"joints": [{"a": "a", "b": "b", "anchor": [0.5, 0, 0]},
 {"a": "world", "b": "a", "anchor": [0, 0, 0], "kind": "fixed"},
 {"name": "far", "a": "b", "b": "world", "anchor": [1, 0, 0], "kind": "fixed"}])"))
-            .warnings ==
-        Lines{"t.json:6:1: /joints/2: joint \"far\" holds what another joint holds in place "
+        .warnings;
+  };
+  CHECK(far("sweep") ==
+        Lines{"t.json:7:1: /joints/2: joint \"far\" holds what another joint holds in place "
               "already, so only its point is held, not its kind, limits or drive"});
+  CHECK(far("auto").empty());
 }
 
 TEST_CASE("A joint that starts beyond its limits is told") {

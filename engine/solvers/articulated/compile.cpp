@@ -7,6 +7,7 @@
 #include "engine/joints/kinds.hpp"
 #include "engine/solvers/articulated/internal.hpp"
 #include "engine/solvers/solver.hpp"
+#include "engine/world/closing.hpp"
 #include "engine/world/world.hpp"
 
 namespace pantin::detail::articulated {
@@ -57,20 +58,9 @@ struct Builder {
     const Owner owner = owner_of(partition, slot);
     return owner && owner.solver != kArticulated;
   }
-  /// Whether a drive, a spring, friction or a motor acts along a joint: it has to be in a tree.
-  bool acts(std::uint32_t link) const {
-    if (link == kNoSlot) return false;
-    const Joint& joint = world.links.values()[link].joint;
-    return (joint.parameters.any() && joint.parameters->rotation.any()) ||
-           world.joint_drives.find(world.links.owners()[link]) != nullptr;
-  }
-  /// Reports what acts along a joint that became a loop's.
-  void note_loop(std::uint32_t link) {
-    if (acts(link))
-      partition.faults.push_back({world.links.owners()[link],
-                                  "closes a loop of joints with motors, springs, friction or "
-                                  "drives, where \"auto\" knows none",
-                                  StructureFault::unknown, false});
+  /// How much more than a point a joint holds: trees take it up before others.
+  int more_than_a_point(std::uint32_t link) const {
+    return link == kNoSlot ? 0 : detail::more_than_a_point(world, link);
   }
   void fault(Entity e, const char* reason) {
     partition.faults.push_back({e, reason, StructureFault::left_out, false});
@@ -82,10 +72,7 @@ void read_links(Builder& b) {
   World& world = b.world;
   DisjointSets forest(world.bodies.size());
   std::vector<std::pair<std::uint32_t, Neighbour>> pairs;
-  std::vector<std::uint32_t> order(world.links.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::stable_partition(order.begin(), order.end(), [&](std::uint32_t i) { return b.acts(i); });
-  for (const std::uint32_t i : order) {
+  for (const std::uint32_t i : growing_order(world)) {
     const Link& link = world.links.values()[i];
     const Entity owner = world.links.owners()[i];
     const std::uint32_t sa = world.bodies.slot(link.a), sb = world.bodies.slot(link.b);
@@ -180,7 +167,8 @@ std::vector<Anchorage> anchorages_of(const Builder& b, const std::vector<std::ui
   }
   std::stable_sort(found.begin(), found.end(), [&](const Anchorage& x, const Anchorage& y) {
     if ((x.compliance == 0) != (y.compliance == 0)) return x.compliance == 0;
-    if (b.acts(x.link) != b.acts(y.link)) return b.acts(x.link);
+    const int more_x = b.more_than_a_point(x.link), more_y = b.more_than_a_point(y.link);
+    if (more_x != more_y) return more_x > more_y;
     return x.priority > y.priority;
   });
   return found;
@@ -363,7 +351,6 @@ void pack_pins(Builder& b, const std::vector<Anchorage>& anchorages, const Plant
     h.held_body = g.held_body, h.held_pin = g.held_pin, h.held_anchor = g.held_anchor;
     h.held_link = g.link;
     h.compliance = g.compliance, h.damping = g.damping;
-    b.note_loop(g.link);
     while (h.tree + 1 < a.trees.size() && a.trees[h.tree + 1].first <= h.column) ++h.tree;
     if (a.parents[a.trees[h.tree].first] == kHeld) measure_reach(a, h);
     a.pins.push_back(h);
@@ -399,7 +386,6 @@ void tie_loops(Builder& b, std::vector<Island>& made) {
     h.column = b.column[loop.body], h.partner = b.column[loop.partner];
     h.anchor = loop.anchor, h.held_anchor = loop.partner_anchor;
     h.held_link = loop.link, h.held_pin = loop.pin;
-    b.note_loop(loop.link);
     h.priority = loop.priority, h.compliance = loop.compliance, h.damping = loop.damping;
     while (h.tree + 1 < a.trees.size() && a.trees[h.tree + 1].first <= h.column) ++h.tree;
     a.pins.push_back(h);
