@@ -111,6 +111,7 @@ void EnergyAccount::join(std::uint32_t a, std::uint32_t b) {
   if (to.fastest == kNoSlot) to.fastest = from.fastest;
   to.pressed_at = std::max(to.pressed_at, from.pressed_at);
   to.worked += from.worked, to.calm += from.calm;
+  to.rise += from.rise, to.level += from.level, to.lowest += from.lowest;
   from.has_gained = from.has_lost = from.has_turned = from.is_flung = false;
 }
 
@@ -231,7 +232,7 @@ void EnergyAccount::end_substep(const World& world, Real h) {
         is_dynamic(world.bodies.values()[c.slot_b]))
       join(c.slot_a, c.slot_b);
   for (Group& g : groups_)
-    g.change = g.paid = g.kinetic = g.kinetic_before = g.worked = 0, g.is_pressed = false,
+    g.change = g.paid = g.kinetic = g.kinetic_before = g.worked = g.rise = 0, g.is_pressed = false,
     g.momentum = g.angular = Vec3(0), g.before = g.now = {};
   add_bodies(world, h);
   add_contacts(world, h);
@@ -250,7 +251,7 @@ void EnergyAccount::add_bodies(const World& world, Real h) {
     const Start& s = bodies_[i];
     Group& g = groups_[sets_.root(i)];
     const Energies e = energies_of(world, b);
-    g.kinetic += e.kinetic, g.kinetic_before += s.kinetic, g.change += e.all - s.energy;
+    g.kinetic += e.kinetic, g.kinetic_before += s.kinetic, g.rise += e.all - s.energy;
     const Vec3 way = (b.pose.position - s.pose.position) / h;
     const Vec3 middle = 0.5 * (b.pose.position + s.pose.position);
     const Vec3 spin = angular_velocity_between(s.pose.rotation, b.pose.rotation, h);
@@ -331,7 +332,7 @@ void EnergyAccount::add_stores(const World& world, Real h) {
   for (EnergyStore& s : stores_) {
     const StoreChange change = end_store(world, s, h);
     Group& g = groups_[sets_.root(s.body)];
-    g.change += change.stored - change.worked, g.exchanged += std::abs(change.worked);
+    g.rise += change.stored, g.change -= change.worked, g.exchanged += std::abs(change.worked);
     g.worked += std::abs(change.stored) + std::abs(change.worked);
   }
 }
@@ -417,7 +418,9 @@ void EnergyAccount::add_leads(const World& world, Real h) {
 void EnergyAccount::close(const World& world, Real h) {
   for (std::uint32_t i = 0; i < groups_.size(); ++i) {
     Group& g = groups_[i];
+    g.change += g.rise;
     if (sets_.root(i) != i || !std::isfinite(g.change)) continue;
+    g.level += g.rise, g.lowest = std::min(g.lowest, g.level);
     close_flight(world, g, h);
     g.greatest = std::max({g.greatest, g.kinetic, g.kinetic_before});
     if (!g.is_asked) continue;
@@ -427,7 +430,7 @@ void EnergyAccount::close(const World& world, Real h) {
     const Real may = g.slack + kPart * (g.greatest + g.exchanged);
     // Of what was lost on the way some may have been stored where nobody counts it.
     const bool thrown = g.balance - g.least > may && g.kinetic > (g.balance - g.least) / 2;
-    g.has_gained = g.balance > may || thrown;
+    g.has_gained = (g.balance > may || thrown) && g.gain() > may;
     close_losses(g, h);
     if ((g.has_gained || g.has_lost || g.has_turned || g.is_flung) && g.fastest == kNoSlot)
       find_fastest(world, i);

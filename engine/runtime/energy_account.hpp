@@ -105,7 +105,10 @@ class EnergyAccount {
     Real pressed_at = 0;            // m/s, the fastest place that one pressed with lately
     Real worked = 0;                // J, of this substep by what is not led, either way
     Real calm = 0;                  // J, of the kinetic energy that no led body has thrown
-    Real gain() const { return balance - std::min(least, Real(0)); }
+    Real rise = 0;                  // J, of its energy in this substep, whatever did it
+    Real level = 0, lowest = 0;     // J, of its energy; the least so far
+    /// No more than the energy that is there to be seen.
+    Real gain() const { return std::min(balance - std::min(least, Real(0)), level - lowest); }
   };
   struct Start {
     Pose pose;  // of dynamic bodies at note_start(), of others before they were led
