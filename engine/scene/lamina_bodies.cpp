@@ -68,7 +68,7 @@ BodyRecipe lamina_body(const LaminaPlan& lamina, const SolverSettings& how,
 BodyRecipe finger_body(const LaminaPlan& lamina, const FingerPlan& f, std::uint32_t material) {
   const Real size = modes::extent(lamina.outline);
   BodyRecipe body;
-  body.name = body_name(lamina, f), body.motion = Motion::kinematic, body.is_finger = true;
+  body.name = body_name(lamina, f), body.body.motion = Motion::kinematic, body.is_finger = true;
   body.pose.position = spatial(f.point - kFinger * size * f.normal);
   Shape shape;
   shape.material = material;
