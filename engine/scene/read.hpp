@@ -116,6 +116,9 @@ std::optional<ShapeWithDensity> read_shape(const Reading& reading, NodeId node,
 nurbs::Affine placing_of(const Reader& from);
 inline constexpr std::string_view kPlacing = "scale position rotation rotation_deg";
 
+/// Inside out. A face with errors, which check_face() tells, stays as it is.
+nurbs::Surface turned(const nurbs::Surface& face);
+
 /// "surfaces".
 void read_surfaces(Reading& reading, const Reader& scene);
 /// The surface under "surface" of a shape; null after a complaint.

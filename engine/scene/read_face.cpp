@@ -263,7 +263,7 @@ std::optional<nurbs::Surface> read_face(const Reading& reading, NodeId node) {
   const nurbs::Affine by = placing_of(from);
   if (!face || !whole.is_good()) return std::nullopt;
   if (from.has_any(kPlacing)) *face = nurbs::transformed(*face, by);
-  return is_turned ? nurbs::inside_out(*face) : *face;
+  return is_turned ? turned(*face) : *face;
 }
 
 void read_curves(Reading& reading, const Reader& scene) {

@@ -96,7 +96,7 @@ SurfacePointer surface_of_faces(const Reading& reading, const Reader& from) {
     auto face = read_face(reading, nodes[i]);
     if (!face) continue;
     *face = nurbs::transformed(*face, by);
-    if (is_turned) *face = nurbs::inside_out(*face);
+    if (is_turned) *face = turned(*face);
     const std::string name = called(from) + ", face " + std::to_string(i);
     if (check_face(reading, nodes[i], *face, name)) faces.push_back(std::move(*face));
   }
@@ -152,6 +152,10 @@ nurbs::Affine placing_of(const Reader& from) {
   nurbs::Affine by = nurbs::affine_of(from.pose());
   for (int k = 0; k < 3; ++k) by.linear[k] *= scale[k];
   return by;
+}
+
+nurbs::Surface turned(const nurbs::Surface& face) {
+  return nurbs::errors_of(face, "").empty() ? nurbs::inside_out(face) : face;
 }
 
 SurfacePointer read_surface(const Reading& reading, NodeId node) {
