@@ -62,16 +62,6 @@ namespace keys {
   OBJECT(light)                \
   OBJECT(ground)               \
   OBJECT(output)               \
-  OBJECT(push_event)           \
-  OBJECT(impulse_event)        \
-  OBJECT(wind_event)           \
-  OBJECT(pull_event)           \
-  OBJECT(cut_event)            \
-  OBJECT(motor_event)          \
-  OBJECT(drive_event)          \
-  OBJECT(winch_event)          \
-  OBJECT(gravity_event)        \
-  OBJECT(solver_event)         \
   OBJECT(surface)              \
   OBJECT(nurbs_face)           \
   OBJECT(plane_face)           \
@@ -155,7 +145,7 @@ constexpr const Parameter* parameter_of(const JointKindInfo& kind, std::string_v
 
 }  // namespace keys
 
-/// All kinds of objects but shapes and paths.
+/// All kinds of objects but shapes, paths and events.
 #define PANTIN_ROW(word) &keys::word,
 inline constexpr const KeySet* kKeySets[] = {PANTIN_OBJECTS(PANTIN_ROW)};
 #undef PANTIN_ROW
@@ -168,6 +158,9 @@ const KeySet& keys_of(ShapeKind kind);
 const SizeKey* length_of(const ShapeTraits& kind);
 /// Those of "path", then of the kinds of paths that are objects, from the list of the kinds.
 std::span<const KeySet> path_key_sets();
+
+/// Those of events, from the list of their kinds.
+std::span<const KeySet> event_key_sets();
 
 /// All kinds of objects.
 std::vector<const KeySet*> all_key_sets();
