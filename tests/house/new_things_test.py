@@ -31,6 +31,8 @@ PROGRAM = r"""
 #include <string>
 
 #include <pantin/events.hpp>
+#include <pantin/joints.hpp>
+#include <pantin/shapes.hpp>
 
 #include "engine/joints/kinds.hpp"
 #include "engine/runtime/simulation.hpp"
@@ -97,11 +99,33 @@ int try_event(const char* file) {
   return 0;
 }
 
+/// The bead of a scene, added by a program.
+int try_any_joint(const World& from_file) {
+  World world = from_file;
+  const Entity bead = world.bodies.owners()[0];
+  world.destroy(world.links.owners()[0]);
+  const auto wall = world.add(RigidBody{.motion = Motion::fixed});
+  REQUIRE(wall);
+  AnyJoint ring{.kind = "ring", .a = *wall, .b = bead, .anchor_b = Vec3(0.3, 0, 0), .axis = {0, 0, 1}};
+  const auto refused = world.add(ring);
+  REQUIRE(!refused && refused.errors().front().message == "AnyJoint: radius: found none, expected how large the ring is, in m");
+  ring.parameters = {{"radius", 0.3}};
+  REQUIRE(world.add(ring));
+  Simulation simulation(std::move(world), {1.0 / 240});
+  for (int i = 0; i < 240; ++i) {
+    REQUIRE(simulation.step().status == Status::ok);
+    const Vec3 at = simulation.world.bodies[bead].pose.position;
+    REQUIRE(std::abs(glm::length(at) - 0.3) < 1e-9 && std::abs(at.z) < 1e-9);
+  }
+  return 0;
+}
+
 int main(int, char** arguments) {
   if (try_path(arguments[2]) != 0 || try_event(arguments[3]) != 0) return 1;
   const auto scene = load_scene(arguments[1]);
   if (!scene) return std::printf("%s\n", scene.errors().front().message.c_str()), 1;
   REQUIRE(scene->warnings.empty());
+  if (try_any_joint(scene->world) != 0) return 1;
   const Joint joint = scene->world.links.values()[0].joint;
   REQUIRE(std::string(name_of(joint.kind)) == "ring");
   REQUIRE(joint.kind == JointKind::ring && row_count(joint) == 2 && degrees_of_freedom(joint.kind) == 4);
